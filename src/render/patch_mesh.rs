@@ -1,0 +1,85 @@
+//! A quad mesh ready to be tessellated and displaced: what scenes produce and the geometry pass draws.
+
+use glam::{Vec2, Vec3};
+
+/// Up to four joints and their weights (sum 1) for linear blend skinning.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct SkinWeights {
+    /// Joint indices; unused slots have weight zero.
+    pub joints: [u16; 4],
+    /// Weights, descending, summing to one.
+    pub weights: [f32; 4],
+}
+
+/// A mesh of quad patches (see [`super::patch`] for the corner order and the limit surface).
+#[derive(Clone, Debug, Default)]
+pub struct PatchMesh {
+    /// Rest positions, metres.
+    pub positions: Vec<Vec3>,
+    /// Unit rest normals, shared by all patches around a vertex.
+    pub normals: Vec<Vec3>,
+    /// Linear albedo (rgb) and Beckmann roughness `α` (a) per vertex; used where no colour map is given.
+    pub colors: Vec<[f32; 4]>,
+    /// Ambient accessibility in `[0, 1]` per vertex (1: unoccluded).
+    pub accessibility: Vec<f32>,
+    /// Skinning weights per vertex; empty for a rigid mesh.
+    pub skin: Vec<SkinWeights>,
+    /// Vertex indices of each patch.
+    pub patches: Vec<[u32; 4]>,
+    /// Texture coordinates of each patch's corners (not shared, so every edge may be a seam).
+    pub texcoords: Vec<[Vec2; 4]>,
+}
+
+/// How per-patch tiles lie in an atlas: square tiles of `tile` texels, `columns` to a row, each holding the
+/// patch domain `[0,1]²` in its inner `tile − 2·gutter` texels. Texel centres of the inner part lie at
+/// `(i + ½) / (tile − 2·gutter)`; the gutter continues the surface beyond the patch.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct TileLayout {
+    /// Tile edge in texels, a power of two.
+    pub tile: u32,
+    /// Gutter in texels on each side.
+    pub gutter: u32,
+    /// Tiles per row.
+    pub columns: u32,
+    /// Rows of tiles.
+    pub rows: u32,
+}
+
+impl TileLayout {
+    /// A layout for `count` tiles, about square, with a gutter of two texels.
+    #[must_use]
+    pub fn new(count: u32, tile: u32) -> Self {
+        assert!(tile.is_power_of_two() && tile >= 8);
+        let columns = (f64::from(count.max(1)).sqrt().ceil() as u32).next_multiple_of(4);
+        Self { tile, gutter: 2, columns, rows: count.max(1).div_ceil(columns) }
+    }
+
+    /// Atlas size in texels.
+    #[must_use]
+    pub fn size(&self) -> (u32, u32) {
+        (self.columns * self.tile, self.rows * self.tile)
+    }
+
+    /// Texels of the patch domain inside a tile, per axis.
+    #[must_use]
+    pub fn inner(&self) -> u32 {
+        self.tile - 2 * self.gutter
+    }
+
+    /// First texel of tile `index`, gutter included.
+    #[must_use]
+    pub fn origin(&self, index: u32) -> (u32, u32) {
+        (index % self.columns * self.tile, index / self.columns * self.tile)
+    }
+
+    /// Texture coordinates of the four corners of patch `index`.
+    #[must_use]
+    pub fn texcoords(&self, index: u32) -> [Vec2; 4] {
+        let (w, h) = self.size();
+        let (x, y) = self.origin(index);
+        let size = Vec2::new(w as f32, h as f32);
+        let low = Vec2::new((x + self.gutter) as f32, (y + self.gutter) as f32);
+        let high = low + Vec2::splat(self.inner() as f32);
+        [low, Vec2::new(high.x, low.y), high, Vec2::new(low.x, high.y)].map(|t| t / size)
+    }
+}
