@@ -39,50 +39,71 @@ pub enum Border {
     Tiles(TileLayout),
 }
 
+impl HeightField {
+    fn texel(&self, x: i64, y: i64) -> f32 {
+        let index = |i: i64, n: u32| match self.border {
+            Border::Wrap => i.rem_euclid(i64::from(n)) as usize,
+            Border::Clamp | Border::Tiles(_) => i.clamp(0, i64::from(n) - 1) as usize,
+        };
+        self.texels[index(y, self.height) * self.width as usize + index(x, self.width)]
+    }
+
+    /// Bilinear sample at a texture coordinate.
+    #[must_use]
+    pub fn bilinear(&self, texcoord: Vec2) -> f32 {
+        let (x, y) = (texcoord.x * self.width as f32 - 0.5, texcoord.y * self.height as f32 - 0.5);
+        let (x0, y0) = (x.floor(), y.floor());
+        let (fx, fy) = (x - x0, y - y0);
+        let row = |y: i64| self.texel(x0 as i64, y) * (1.0 - fx) + self.texel(x0 as i64 + 1, y) * fx;
+        row(y0 as i64) * (1.0 - fy) + row(y0 as i64 + 1) * fy
+    }
+
+    /// Catmull-Rom sample: passes through the texels with continuous slopes, for resampling a map more finely.
+    #[must_use]
+    pub fn bicubic(&self, texcoord: Vec2) -> f32 {
+        let (x, y) = (texcoord.x * self.width as f32 - 0.5, texcoord.y * self.height as f32 - 0.5);
+        let (x0, y0) = (x.floor(), y.floor());
+        let weights = |t: f32| {
+            let (t2, t3) = (t * t, t * t * t);
+            [-0.5 * t3 + t2 - 0.5 * t, 1.5 * t3 - 2.5 * t2 + 1.0, -1.5 * t3 + 2.0 * t2 + 0.5 * t, 0.5 * (t3 - t2)]
+        };
+        let (wx, wy) = (weights(x - x0), weights(y - y0));
+        (0..4)
+            .map(|j| {
+                let row = y0 as i64 + j - 1;
+                let sum: f32 = (0..4).map(|i| wx[i] * self.texel(x0 as i64 + i as i64 - 1, row)).sum();
+                wy[j as usize] * sum
+            })
+            .sum()
+    }
+}
+
 /// Box-filtered mip chain of heights on the CPU, sampled like the device samples the LEADR map.
 struct HeightPyramid<'a> {
     field: &'a HeightField,
-    levels: Vec<(u32, u32, Vec<f32>)>,
+    levels: Vec<HeightField>,
 }
 
 impl<'a> HeightPyramid<'a> {
     fn new(field: &'a HeightField) -> Self {
-        let mut levels: Vec<(u32, u32, Vec<f32>)> = Vec::new();
-        let (mut width, mut height) = (field.width, field.height);
-        while (width > 1 || height > 1) && levels.len() < 12 {
-            let source = levels.last().map_or(&field.texels, |(_, _, texels)| texels);
-            let (w, h) = ((width / 2).max(1), (height / 2).max(1));
-            let texels = (0..h)
+        let mut levels: Vec<HeightField> = Vec::new();
+        loop {
+            let source = levels.last().unwrap_or(field);
+            if source.width == 1 && source.height == 1 {
+                break;
+            }
+            let (width, height) = ((source.width / 2).max(1), (source.height / 2).max(1));
+            let texels = (0..height)
                 .into_par_iter()
-                .flat_map_iter(|y| (0..w).map(move |x| box_filter(source, width, height, w, h, x, y)))
+                .flat_map_iter(|y| (0..width).map(move |x| box_filter(source, width, height, x, y)))
                 .collect();
-            levels.push((w, h, texels));
-            (width, height) = (w, h);
+            levels.push(HeightField { width, height, texels, border: field.border });
         }
         Self { field, levels }
     }
 
     fn bilinear(&self, level: usize, texcoord: Vec2) -> f32 {
-        let (width, height, texels) = match level {
-            0 => (self.field.width, self.field.height, &self.field.texels),
-            _ => {
-                let (w, h, texels) = &self.levels[level - 1];
-                (*w, *h, texels)
-            }
-        };
-        let (x, y) = (texcoord.x * width as f32 - 0.5, texcoord.y * height as f32 - 0.5);
-        let (x0, y0) = (x.floor(), y.floor());
-        let (fx, fy) = (x - x0, y - y0);
-        let at = |x: i64, y: i64| {
-            let index = |i: i64, n: u32| match self.field.border {
-                Border::Wrap => i.rem_euclid(i64::from(n)) as usize,
-                Border::Clamp | Border::Tiles(_) => i.clamp(0, i64::from(n) - 1) as usize,
-            };
-            texels[index(y, height) * width as usize + index(x, width)]
-        };
-        let (x0, y0) = (x0 as i64, y0 as i64);
-        let row = |y: i64| at(x0, y) * (1.0 - fx) + at(x0 + 1, y) * fx;
-        row(y0) * (1.0 - fy) + row(y0 + 1) * fy
+        if level == 0 { self.field.bilinear(texcoord) } else { self.levels[level - 1].bilinear(texcoord) }
     }
 
     /// Trilinear sample; with tiles, taps stay in tile `patch` as `clamp_to_tile` of the shader keeps them.
@@ -105,7 +126,7 @@ impl<'a> HeightPyramid<'a> {
 }
 
 /// Area-weighted mean of the source texels under texel `(x, y)` of a `w × h` level; exact for odd sizes.
-fn box_filter(source: &[f32], width: u32, height: u32, w: u32, h: u32, x: u32, y: u32) -> f32 {
+fn box_filter(source: &HeightField, w: u32, h: u32, x: u32, y: u32) -> f32 {
     let span = |i: u32, from: u32, to: u32| {
         let (low, high) = (f64::from(i * from) / f64::from(to), f64::from((i + 1) * from) / f64::from(to));
         (low.floor() as u32..(high.ceil() as u32).min(from)).map(move |k| {
@@ -114,9 +135,9 @@ fn box_filter(source: &[f32], width: u32, height: u32, w: u32, h: u32, x: u32, y
         })
     };
     let (mut sum, mut total) = (0.0, 0.0);
-    for (j, wy) in span(y, height, h) {
-        for (i, wx) in span(x, width, w) {
-            sum += f64::from(source[(j * width + i) as usize]) * wx * wy;
+    for (j, wy) in span(y, source.height, h) {
+        for (i, wx) in span(x, source.width, w) {
+            sum += f64::from(source.texels[(j * source.width + i) as usize]) * wx * wy;
             total += wx * wy;
         }
     }
@@ -267,8 +288,8 @@ mod tests {
         let mean = texels.iter().sum::<f32>() / 35.0;
         let field = HeightField { width: 7, height: 5, texels, border: Border::Wrap };
         let pyramid = HeightPyramid::new(&field);
-        let (w, h, last) = pyramid.levels.last().unwrap();
-        assert_eq!((*w, *h), (1, 1));
-        assert!((last[0] - mean).abs() < 1e-5);
+        let last = pyramid.levels.last().unwrap();
+        assert_eq!((last.width, last.height), (1, 1));
+        assert!((last.texels[0] - mean).abs() < 1e-5);
     }
 }
