@@ -6,8 +6,8 @@ use ash::vk;
 use bytemuck::{Pod, Zeroable};
 use glam::{Mat4, Vec4};
 
-use super::displacement::{Border, BoundaryHeights, EDGE_LEVELS};
-use super::moments::LeadrMapGpu;
+use super::displacement::{Border, BoundaryHeights, EDGE_LEVELS, HeightField};
+use super::moments::{Edges, HeightSource, LeadrMapGpu, MomentFormat};
 use super::scene::{Object, PosedVertices};
 use super::tessellation::{DrawList, Lens, PosedMesh, TessellationSettings};
 use super::topology::Topology;
@@ -137,20 +137,19 @@ impl GpuObject {
                 }
             })
             .collect();
-        let maps = LeadrMapGpu::for_object(gpu, &name, object.heights.as_ref())?;
+        let maps = leadr_maps(gpu, object.heights.as_ref())?;
         if let Some(field) = &mut object.heights {
             field.texels = Vec::new();
         }
         let color = match object.color_map.take() {
             Some(map) => {
                 flags |= FLAG_COLOR_MAP;
-                let texels = bytemuck::cast_slice(&map.texels);
-                super::color_map::upload(gpu, &name, map.width, map.height, texels, border)?
+                super::color_map::upload(gpu, &name, map, border)?
             }
             None => {
                 let image =
                     Image::new(gpu, &format!("{name} no colour map"), ImageDesc::new(vk::Format::R8G8B8A8_SRGB, 1, 1))?;
-                image.upload(0, 0, &[255u8; 4])?;
+                image.write(0, 0, &[255u8; 4])?;
                 image
             }
         };
@@ -189,6 +188,19 @@ impl GpuObject {
         let bump = self.height_range.iter().flatten().fold(0.0f32, |a, h| a.max(h.abs()));
         ((low + high) * 0.5, low.distance(high) * 0.5 + bump * (height_scale * self.object.height_scale).abs())
     }
+}
+
+/// The LEADR maps of a height field; without one, those of a single zero height that nothing will sample.
+fn leadr_maps(gpu: &Arc<Gpu>, field: Option<&HeightField>) -> Result<LeadrMapGpu> {
+    let none = HeightField { width: 1, height: 1, texels: vec![0.0], border: Border::Clamp };
+    let field = field.unwrap_or(&none);
+    let edges = match field.border {
+        Border::Wrap => Edges::Wrap(crate::maps::Wrap::Repeat),
+        Border::Clamp => Edges::Wrap(crate::maps::Wrap::Clamp),
+        Border::Tiles(layout) => Edges::Atlas(layout),
+    };
+    let source = HeightSource { width: field.width, height: field.height, texels: &field.texels };
+    LeadrMapGpu::new(gpu, source, edges, MomentFormat::Float32)
 }
 
 /// The buffers of one object in one view (the camera, or the sun's shadow map).

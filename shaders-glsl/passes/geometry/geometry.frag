@@ -3,7 +3,7 @@
 #include "interface.glsl"
 #include "tile.glsl"
 #include "leadr/frame.glsl"
-#include "leadr/slope_statistics.glsl"
+#include "leadr/slope_map.glsl"
 
 layout(constant_id = 0) const int TECHNIQUE = 0; // the TECHNIQUE_ values below
 layout(constant_id = 1) const int MAX_TAPS = 8;  // taps along the long axis of the pixel's footprint
@@ -49,8 +49,7 @@ Footprint pixel_footprint(vec2 texcoord, ivec2 size) {
 
 void main() {
     vec3 normal = normalize(in_normal);
-    vec3 axis_x, axis_y;
-    frame_from_normal(normal, axis_x, axis_y);
+    Frame frame = frame_about(normal);
 
     // Derivatives before any branch.
     vec3 normal_dx = dFdx(normal), normal_dy = dFdy(normal);
@@ -77,20 +76,18 @@ void main() {
             b += textureLod(moments_b, tap, footprint.lod).x;
         }
         float weight = 1.0 / float(footprint.taps);
-        slope_statistics_from_moments(a.xy * weight, a.zw * weight, b * weight, mean_gradient, gradient_covariance);
-        mean_gradient *= object.height_scale;
-        gradient_covariance *= object.height_scale * object.height_scale;
+        gradient_covariance = covariance_from_moments(a.xy * weight, vec3(a.zw, b) * weight);
+        gradient_covariance = scale_height(gradient_covariance, object.height_scale);
+        mean_gradient = a.xy * (weight * object.height_scale);
     }
-    mat2 to_slope;
-    vec2 tilt;
-    slope_map(in_tangent_s, in_tangent_t, axis_x, axis_y, normal, to_slope, tilt);
-    vec2 mean_slope = to_slope * mean_gradient + tilt;
+    SlopeMap map = slope_map(in_tangent_s, in_tangent_t, frame.x, frame.y, frame.z);
+    vec2 mean_slope = map_mean_slope(map, mean_gradient);
     vec3 covariance = vec3(0.0);
     if (TECHNIQUE == TECHNIQUE_LEADR) {
-        covariance = transform_covariance(to_slope, gradient_covariance);
+        covariance = map_covariance(map, gradient_covariance);
         // The turn of the macro normal over one pixel, as a difference of slopes.
-        vec2 slope_dx = -vec2(dot(axis_x, normal_dx), dot(axis_y, normal_dx));
-        vec2 slope_dy = -vec2(dot(axis_x, normal_dy), dot(axis_y, normal_dy));
+        vec2 slope_dx = -to_frame(frame, normal_dx).xy;
+        vec2 slope_dy = -to_frame(frame, normal_dy).xy;
         covariance = add_macro_curvature(covariance, slope_dx, slope_dy);
     }
 

@@ -12,7 +12,7 @@ layout(binding = 4) uniform sampler2D gbuffer_depth;      // reversed, 0 where n
 struct Surface {
     bool hit;
     vec3 position;       // world
-    mat3 world_from_frame; // columns x, y, z of the tangent frame
+    Frame frame;
     vec2 mean_slope;
     vec3 slope_covariance;
     vec3 albedo;
@@ -29,10 +29,7 @@ Surface read_gbuffer(ivec2 pixel, vec2 ndc, mat4 world_from_clip) {
     s.position = world.xyz / world.w;
     s.hit = depth > 0.0;
     vec4 frame = texelFetch(gbuffer_frame, pixel, 0);
-    vec3 normal = octahedral_decode(frame.xy);
-    vec3 x, y;
-    frame_from_normal(normal, x, y);
-    s.world_from_frame = mat3(x, y, normal);
+    s.frame = frame_about(octahedral_decode(frame.xy));
     s.mean_slope = frame.zw;
     s.slope_covariance = texelFetch(gbuffer_covariance, pixel, 0).xyz;
     vec4 material = texelFetch(gbuffer_material, pixel, 0);

@@ -3,10 +3,6 @@
 // Shades each pixel of the G-buffer once: LEADR eq. 17 (specular, one light), eq. 19 by Algorithm 1 (specular,
 // environment) and eq. 20-21 by Algorithms 2 and 3 (diffuse).
 #include "gbuffer.glsl"
-#include "leadr/sh.glsl"
-#include "leadr/masking.glsl"
-#include "leadr/fresnel.glsl"
-#include "leadr/beckmann.glsl"
 #include "leadr/specular.glsl"
 #include "leadr/diffuse.glsl"
 
@@ -88,70 +84,55 @@ void main() {
         return;
     }
 
-    mat3 world_from_frame = surface.world_from_frame;
-    vec3 wo = world_wo * world_from_frame;
-    vec2 m = surface.mean_slope;
+    Frame frame = surface.frame;
+    vec3 wo = to_frame(frame, world_wo);
+    float lambda = grid_lambda(GRID);
     vec3 diffuse_s = surface.slope_covariance;
-    vec3 specular_s = add_base_roughness(diffuse_s, surface.alpha);
-    float f0 = surface.f0;
-    vec3 albedo = surface.albedo * (1.0 - f0);
+    vec3 specular_s = add_roughness(diffuse_s, surface.alpha);
+    vec2 diffuse_m = face_viewer(wo, surface.mean_slope, diffuse_s, lambda);
+    vec2 specular_m = face_viewer(wo, surface.mean_slope, specular_s, lambda);
+    vec3 f0 = vec3(surface.f0);
+    vec3 albedo = surface.albedo * (1.0 - surface.f0);
 
-    // Lights: analytic specular, and their weights for the diffuse term.
-    vec3 mesonormal = world_from_frame * normalize(vec3(-m, 1.0));
-    float sun_lit = lighting.sun_direction.w * sun_visibility(surface.position, mesonormal);
-    int lights = lighting.counts.x + 1;
-    vec3 radiance = vec3(0.0);
-    vec3 light_wi[MAX_POINT_LIGHTS + 1];
-    vec3 light_weight[MAX_POINT_LIGHTS + 1];
-    float visible_area = visible_projected_area(wo, m, diffuse_s);
-    for (int i = 0; i < lights; ++i) {
-        Light light = i == 0 ? Light(lighting.sun_direction.xyz, lighting.sun_irradiance.rgb * sun_lit)
-                             : point_light(i - 1, surface.position);
-        vec3 wi = light.direction * world_from_frame;
-        radiance += light.irradiance * specular_directional(wo, wi, m, specular_s, f0, SHADOWING);
-        // The diffuse sum below is normalised by its own masking (1 / A); the light's own term replaces it.
-        float ratio = SHADOWING ? visible_area * masking_shadowing(wo, wi, m, diffuse_s) : 1.0;
-        light_wi[i] = wi;
-        light_weight[i] = light.irradiance * ratio;
+    NormalMoments normals = visible_normal_moments(wo, diffuse_m, diffuse_s, GRID, lambda);
+    vec3 ambient = vec3(surface.accessibility * environment_scale);
+    vec3 coefficients[9];
+    for (int i = 0; i < 9; ++i) {
+        coefficients[i] = radiance_sh[i].rgb;
     }
+    vec3 radiance = albedo * ambient * leadr_diffuse_environment(normals, frame, coefficients);
 
-    // Diffuse, eq. 21: the irradiance of each slope sample, weighted by its visible projected area.
-    vec3 irradiance = vec3(0.0);
-    float total = 0.0;
-    for (int j = 0; j < GRID; ++j) {
-        for (int k = 0; k < GRID; ++k) {
-            vec2 slope = slope_sample(grid_node(j, GRID), grid_node(k, GRID), m, diffuse_s);
-            float weight = grid_weight(j, GRID) * grid_weight(k, GRID) * visible_weight(wo, slope);
-            vec3 wn = normalize(vec3(-slope, 1.0));
-            vec3 e = irradiance_sh(radiance_sh, world_from_frame * wn) * surface.accessibility * environment_scale;
-            for (int i = 0; i < lights; ++i) {
-                float cosine = LIGHTS_BY_SH ? clamped_cosine_sh(dot(wn, light_wi[i])) : max(dot(wn, light_wi[i]), 0.0);
-                e += light_weight[i] * cosine;
-            }
-            irradiance += weight * e;
-            total += weight;
+    // Directional and point lights.
+    vec3 mesonormal = from_frame(frame, normal_of_slope(surface.mean_slope));
+    for (int i = 0; i <= lighting.counts.x; ++i) {
+        Light light = i == 0 ? Light(lighting.sun_direction.xyz, lighting.sun_irradiance.rgb) : point_light(i - 1, surface.position);
+        if (i == 0) {
+            light.irradiance *= lighting.sun_direction.w * sun_visibility(surface.position, mesonormal);
         }
+        vec3 wi = to_frame(frame, light.direction);
+        float diffuse = LIGHTS_BY_SH
+            ? leadr_diffuse_light_sh(normals, wo, wi, diffuse_m, diffuse_s, SHADOWING)
+            : leadr_diffuse_light(wo, wi, diffuse_m, diffuse_s, SHADOWING, GRID, lambda);
+        vec3 specular = leadr_specular_directional(wo, wi, specular_m, specular_s, f0, SHADOWING);
+        radiance += light.irradiance * (albedo * diffuse + specular);
     }
-    radiance += albedo * irradiance / (3.14159265 * max(total, 1e-20));
 
     // Specular, environment: Algorithm 1.
     vec3 reflected = vec3(0.0);
-    float area = visible_projected_area(wo, m, specular_s);
-    total = 0.0;
+    float norm = 0.0;
+    float spacing = grid_spacing(GRID, lambda);
     for (int j = 0; j < GRID; ++j) {
         for (int k = 0; k < GRID; ++k) {
-            vec2 slope = slope_sample(grid_node(j, GRID), grid_node(k, GRID), m, specular_s);
-            float weight = grid_weight(j, GRID) * grid_weight(k, GRID) * visible_weight(wo, slope);
-            vec3 wn = normalize(vec3(-slope, 1.0));
-            float cosine = max(dot(wn, wo), 0.0);
-            vec3 wi = 2.0 * cosine * wn - wo;
-            float lod = environment_lod(wo, wn, specular_s, GRID, lighting.environment.x);
-            float ratio = SHADOWING ? area * masking_shadowing(wo, wi, m, specular_s) : 1.0;
-            vec3 incident = textureLod(environment_cube, world_from_frame * wi, lod).rgb;
-            reflected += weight * ratio * fresnel_schlick(cosine, f0) * incident;
-            total += weight;
+            vec3 node = grid_node(j, k, GRID, lambda);
+            EnvironmentSample e = environment_sample(wo, node.xy, specular_m, specular_s);
+            float lod = env_lod(wo, e.wn, specular_s, spacing, lighting.environment.x, LEADR_LOD_MATCHED);
+            float weight = node.z * e.area;
+            reflected += weight * shadowing_given_masking(wo, e.wi, specular_m, specular_s, SHADOWING)
+                       * fresnel_schlick(f0, dot(wo, e.wn))
+                       * textureLod(environment_cube, from_frame(frame, e.wi), lod).rgb;
+            norm += weight;
         }
     }
-    radiance += reflected * environment_scale * surface.accessibility / max(total, 1e-20);
+    radiance += ambient * reflected / max(norm, 1e-12);
     out_radiance = vec4(radiance, 1.0);
 }
