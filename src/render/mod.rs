@@ -2,3 +2,4 @@
 
 pub mod patch;
 pub mod patch_mesh;
+pub mod sky;

@@ -1,0 +1,57 @@
+// Second half of the SH projection: one invocation per coefficient adds the rows' partial sums in a fixed order (the
+// same bytes every run), then the lights that need no masking per pixel (LEADR Algorithm 2, with its first line's
+// doubled L00 corrected). Radiance coefficients: the cosine lobe's factors A_l are not applied.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+layout(local_size_x = 9) in;
+
+struct Light {
+    vec4 place; // xyz: unit direction towards the light (w = 0) or world position, metres (w = 1)
+    vec4 power; // rgb: irradiance across the beam (w = 0) or radiant intensity (w = 1)
+};
+layout(set = 0, binding = 0, std430) readonly buffer Partials { vec4 partials[]; };
+layout(set = 0, binding = 1, std430) readonly buffer Lights { Light lights[]; };
+layout(set = 0, binding = 2, std430) writeonly buffer Coefficients { vec4 coefficients[9]; };
+layout(push_constant) uniform Push {
+    vec4 origin;     // where point lights are received, world
+    uint rows;       // partial sums per coefficient
+    uint light_count;
+    float scale;     // of the environment
+};
+
+float basis(uint k, vec3 w)
+{
+    switch (k) {
+    case 0u: return 0.282094792;
+    case 1u: return 0.488602512 * w.y;
+    case 2u: return 0.488602512 * w.z;
+    case 3u: return 0.488602512 * w.x;
+    case 4u: return 1.092548431 * w.x * w.y;
+    case 5u: return 1.092548431 * w.y * w.z;
+    case 6u: return 0.315391565 * (3.0 * w.z * w.z - 1.0);
+    case 7u: return 1.092548431 * w.x * w.z;
+    default: return 0.546274215 * (w.x * w.x - w.y * w.y);
+    }
+}
+
+void main()
+{
+    uint k = gl_LocalInvocationID.x;
+    vec3 sum = vec3(0.0);
+    vec3 lost = vec3(0.0); // Neumaier's compensation would be exact; Kahan's is enough for like-sized terms
+    for (uint i = 0u; i < rows; ++i) {
+        precise vec3 term = partials[k * rows + i].rgb - lost;
+        precise vec3 next = sum + term;
+        precise vec3 back = next - sum;
+        lost = back - term;
+        sum = next;
+    }
+    sum *= scale;
+    for (uint i = 0u; i < light_count; ++i) {
+        vec3 to_light = lights[i].place.xyz - lights[i].place.w * origin.xyz;
+        float squared = dot(to_light, to_light);
+        float falloff = lights[i].place.w == 0.0 ? 1.0 : 1.0 / max(squared, 1e-8);
+        sum += basis(k, to_light * inversesqrt(max(squared, 1e-16))) * falloff * lights[i].power.rgb;
+    }
+    coefficients[k] = vec4(sum, 0.0);
+}
