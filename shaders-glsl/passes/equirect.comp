@@ -5,11 +5,10 @@
 #include "cube.glsl"
 layout(local_size_x = 8, local_size_y = 8) in;
 
-layout(set = 0, binding = 0) uniform sampler2D equirect; // linear, wraps in u, clamps in v
+layout(set = 0, binding = 0) uniform sampler2D equirect; // linear, repeats; v is kept half a texel from the poles
 layout(set = 0, binding = 1, rgba32f) uniform writeonly image2DArray cube;
 layout(push_constant) uniform Push {
     uint samples; // per axis and texel, at least three to a source texel, so that a one-pixel sun keeps its energy
-    uint row;     // first row of this dispatch
 };
 
 const float PI = 3.14159265358979;
@@ -17,8 +16,9 @@ const float PI = 3.14159265358979;
 void main()
 {
     int size = imageSize(cube).x;
-    ivec3 texel = ivec3(gl_GlobalInvocationID) + ivec3(0, int(row), 0);
+    ivec3 texel = ivec3(gl_GlobalInvocationID);
     if (texel.x >= size || texel.y >= size) return;
+    float height = float(textureSize(equirect, 0).y);
     float d = 2.0 / float(size * int(samples));
     vec3 sum = vec3(0.0);
     float weights = 0.0;
@@ -29,6 +29,7 @@ void main()
             float weight = cube_solid_angle(st, d);
             // atan keeps the digits near the poles that acos loses
             vec2 uv = vec2(0.5 - atan(w.y, w.x) / (2.0 * PI), atan(length(w.xy), w.z) / PI);
+            uv.y = clamp(uv.y, 0.5 / height, 1.0 - 0.5 / height);
             sum += weight * textureLod(equirect, uv, 0.0).rgb;
             weights += weight;
         }

@@ -10,13 +10,13 @@ struct Light {
     vec4 power; // rgb: irradiance across the beam (w = 0) or radiant intensity (w = 1)
 };
 layout(set = 0, binding = 0, std430) readonly buffer Partials { vec4 partials[]; };
-layout(set = 0, binding = 1, std430) readonly buffer Lights { Light lights[]; };
-layout(set = 0, binding = 2, std430) writeonly buffer Coefficients { vec4 coefficients[9]; };
+layout(set = 0, binding = 1, std430) writeonly buffer Coefficients { vec4 coefficients[9]; };
 layout(push_constant) uniform Push {
-    vec4 origin;     // where point lights are received, world
-    uint rows;       // partial sums per coefficient
+    Light lights[3];
+    vec3 origin; // where point lights are received, world
+    float scale; // of the environment
+    uint rows;   // partial sums per coefficient
     uint light_count;
-    float scale;     // of the environment
 };
 
 float basis(uint k, vec3 w)
@@ -38,7 +38,7 @@ void main()
 {
     uint k = gl_LocalInvocationID.x;
     vec3 sum = vec3(0.0);
-    vec3 lost = vec3(0.0); // Neumaier's compensation would be exact; Kahan's is enough for like-sized terms
+    vec3 lost = vec3(0.0); // Kahan's compensation
     for (uint i = 0u; i < rows; ++i) {
         precise vec3 term = partials[k * rows + i].rgb - lost;
         precise vec3 next = sum + term;
@@ -48,7 +48,7 @@ void main()
     }
     sum *= scale;
     for (uint i = 0u; i < light_count; ++i) {
-        vec3 to_light = lights[i].place.xyz - lights[i].place.w * origin.xyz;
+        vec3 to_light = lights[i].place.xyz - lights[i].place.w * origin;
         float squared = dot(to_light, to_light);
         float falloff = lights[i].place.w == 0.0 ? 1.0 : 1.0 / max(squared, 1e-8);
         sum += basis(k, to_light * inversesqrt(max(squared, 1e-16))) * falloff * lights[i].power.rgb;
