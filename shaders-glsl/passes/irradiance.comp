@@ -3,6 +3,7 @@
 // doubled L00 corrected). Radiance coefficients: the cosine lobe's factors A_l are not applied.
 #version 460
 #extension GL_GOOGLE_include_directive : require
+#include "leadr/sh.glsl"
 layout(local_size_x = 9) in;
 
 struct Light {
@@ -18,21 +19,6 @@ layout(push_constant) uniform Push {
     uint rows;   // partial sums per coefficient
     uint light_count;
 };
-
-float basis(uint k, vec3 w)
-{
-    switch (k) {
-    case 0u: return 0.282094792;
-    case 1u: return 0.488602512 * w.y;
-    case 2u: return 0.488602512 * w.z;
-    case 3u: return 0.488602512 * w.x;
-    case 4u: return 1.092548431 * w.x * w.y;
-    case 5u: return 1.092548431 * w.y * w.z;
-    case 6u: return 0.315391565 * (3.0 * w.z * w.z - 1.0);
-    case 7u: return 1.092548431 * w.x * w.z;
-    default: return 0.546274215 * (w.x * w.x - w.y * w.y);
-    }
-}
 
 void main()
 {
@@ -51,7 +37,7 @@ void main()
         vec3 to_light = lights[i].place.xyz - lights[i].place.w * origin;
         float squared = dot(to_light, to_light);
         float falloff = lights[i].place.w == 0.0 ? 1.0 : 1.0 / max(squared, 1e-8);
-        sum += basis(k, to_light * inversesqrt(max(squared, 1e-16))) * falloff * lights[i].power.rgb;
+        sum += sh_basis(to_light * inversesqrt(max(squared, 1e-16)))[k] * falloff * lights[i].power.rgb;
     }
     coefficients[k] = vec4(sum, 0.0);
 }

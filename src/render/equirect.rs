@@ -85,9 +85,7 @@ impl RunningSums {
         let within = x - turns * n as f64;
         let i = (within as usize).min(n - 1);
         let f = within - i as f64;
-        std::array::from_fn(|c| {
-            turns * self.sums[n][c] + self.sums[i][c] + f * (self.sums[i + 1][c] - self.sums[i][c])
-        })
+        std::array::from_fn(|c| turns * self.sums[n][c] + self.sums[i][c] + f * (self.sums[i + 1][c] - self.sums[i][c]))
     }
 
     fn mean(&self, from: f64, to: f64) -> [f64; 3] {
@@ -95,12 +93,6 @@ impl RunningSums {
         // a difference of sums may leave a dust of minus zero beside a bright sun
         std::array::from_fn(|c| ((b[c] - a[c]) / (to - from)).max(0.0))
     }
-}
-
-#[repr(C)]
-#[derive(Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
-struct Push {
-    samples: u32,
 }
 
 /// The pass.
@@ -121,13 +113,18 @@ impl EquirectPass {
         })
     }
 
-    /// Fills `faces` (mip 0 of a cube as an array, in general layout) from `equirect` (as made by [`prepare`], sampled).
-    pub fn record(&self, cmd: &mut Commands<'_>, equirect: &ImageView, faces: &ImageView) {
+    /// Fills `faces` (mip 0 of a cube as an array, in [`Use::ComputeWrite`](crate::gpu::Use)) from `equirect` (made by
+    /// [`prepare`], in [`Use::Sampled`](crate::gpu::Use)).
+    pub fn record(&self, cmd: &mut Commands, equirect: &ImageView, faces: &ImageView) {
         let (source, size) = (equirect.extent()[0], faces.extent()[0]);
         // image texels across a cube texel at the middle of a face, where a texel is largest
         let across = 2.0 / f64::from(size) * f64::from(source) / (2.0 * PI);
         let samples = ((3.0 * across).ceil() as u32).clamp(2, 16);
-        let _ = (cmd, samples, &self.pipeline, &self.sampler);
-        todo!()
+        cmd.bind(
+            &self.pipeline,
+            &[(0, Descriptor::Sampled(equirect, &self.sampler)), (1, Descriptor::StorageImage(faces))],
+        );
+        cmd.push_constants(&samples);
+        cmd.dispatch_invocations(&self.pipeline, [size, size, 6]);
     }
 }

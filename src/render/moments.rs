@@ -8,10 +8,12 @@
 
 use std::sync::Arc;
 
-use ash::vk::Format;
-
 use super::patch_mesh::TileLayout;
-use crate::gpu::{Commands, ComputePipeline, Descriptor, Gpu, GpuError, Image, ImageDesc, ImageView, Result, SpecValue, Use};
+use crate::gpu::vk::Format;
+use crate::gpu::{
+    self, Commands, ComputePipeline, Descriptor, Filter, Gpu, GpuError, Image, ImageDesc, ImageView, Result, Sampler,
+    SpecValue, Use,
+};
 use crate::maps::Wrap;
 
 /// What lies beyond the edges of the height map.
@@ -81,6 +83,7 @@ struct Push {
 pub struct MomentsPass {
     level0: ComputePipeline,
     mips: ComputePipeline,
+    sampler: Sampler,
     edges: Edges,
     format: MomentFormat,
 }
@@ -100,6 +103,7 @@ impl MomentsPass {
         Ok(Self {
             level0: ComputePipeline::new(gpu, level0, &[(0, SpecValue::U32(kind))])?,
             mips: ComputePipeline::new(gpu, mips, &[])?,
+            sampler: Sampler::new(gpu, "heights", Filter::Nearest, gpu::Wrap::Clamp)?,
             edges,
             format,
         })
@@ -138,8 +142,8 @@ impl LeadrMapGpu {
         }
         let map = Self::empty(gpu, pass, width, height)?;
         let heights = Image::new(gpu, "heights", ImageDesc::new(Format::R32_SFLOAT, width, height))?;
-        heights.upload(0, 0, texels)?;
-        gpu.submit("moments", |cmd| map.record(cmd, &heights))?;
+        heights.write(0, 0, texels)?;
+        gpu.submit("moments", |cmd| map.record(cmd, heights.whole()))?;
         Ok(map)
     }
 
@@ -164,6 +168,51 @@ impl LeadrMapGpu {
             .map(|mip| Ok([slopes.mip_layer(mip, 0)?, joint.mip_layer(mip, 0)?]))
             .collect::<Result<Vec<_>>>()?;
         Ok(Self { pass: pass.clone(), slopes, joint, levels })
+    }
+
+    /// Computes all levels from `heights` (R32F, of the maps' size, in [`Use::Sampled`]), as often as they change;
+    /// leaves both images in [`Use::Sampled`].
+    pub fn record(&self, cmd: &mut Commands, heights: &ImageView) {
+        let MomentsPass { level0, mips, sampler, edges, format } = &*self.pass;
+        if heights.extent() != self.levels[0][0].extent() {
+            let fault = format!("{:?} heights do not fill {:?} texels", heights.extent(), self.levels[0][0].extent());
+            return cmd.fail(GpuError::Usage { name: "LEADR maps".to_owned(), fault });
+        }
+        for image in [&self.slopes, &self.joint] {
+            // their earlier content is not needed, but its readers must be done
+            cmd.image_barrier(image, Use::Undefined, Use::ComputeReadWrite);
+        }
+        let tile = if let Edges::Atlas(tiles) = edges { tiles.tile } else { 0 };
+        for (i, [slopes, joint]) in self.levels.iter().enumerate() {
+            let [width, height] = slopes.extent();
+            if i == 0 {
+                cmd.bind(
+                    level0,
+                    &[
+                        (0, Descriptor::Sampled(heights, sampler)),
+                        (1, Descriptor::StorageImage(slopes)),
+                        (2, Descriptor::StorageImage(joint)),
+                    ],
+                );
+                cmd.push_constants(&Push { tile, limit: format.limit() });
+                cmd.dispatch_invocations(level0, [width, height, 1]);
+            } else {
+                let [fine_slopes, fine_joint] = &self.levels[i - 1];
+                cmd.memory_barrier(Use::ComputeWrite, Use::ComputeRead);
+                cmd.bind(
+                    mips,
+                    &[
+                        (0, Descriptor::StorageImage(fine_slopes)),
+                        (1, Descriptor::StorageImage(fine_joint)),
+                        (2, Descriptor::StorageImage(slopes)),
+                        (3, Descriptor::StorageImage(joint)),
+                    ],
+                );
+                cmd.dispatch_invocations(mips, [width, height, 1]);
+            }
+        }
+        cmd.transition(&self.slopes, Use::Sampled);
+        cmd.transition(&self.joint, Use::Sampled);
     }
 
     /// `E[hs], E[ht], E[hs²], E[ht²]` with mips, ready to be sampled.
