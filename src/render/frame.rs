@@ -3,7 +3,6 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use ash::vk;
 use glam::{Mat4, Vec3};
 
 use super::accumulate::{AccumulatePass, jitter};
@@ -268,7 +267,7 @@ impl Renderer {
                 cmd.label("sky", |cmd| self.environment.update_sky(cmd, sky));
                 cmd.timestamp(timestamps, "sky");
             }
-            cmd.label("irradiance", |cmd| self.irradiance.record(cmd, &self.environment, &[]));
+            cmd.label("irradiance", |cmd| self.irradiance.record(cmd, &self.environment, 1.0, &[], [0.0; 3]));
             cmd.timestamp(timestamps, "irradiance");
             let casters: Vec<_> =
                 self.drawn.iter().filter_map(|d| d.sun.as_ref().map(|sun| (&d.object, sun))).collect();
@@ -332,8 +331,11 @@ impl Renderer {
                 frame
                     .iter()
                     .map(|f| {
-                        let n = crate::reflectance::frame::octahedral_decode([f64::from(f[0]), f64::from(f[1])]);
-                        [n[0] as f32, n[1] as f32, n[2] as f32, 0.0]
+                        let n = crate::reflectance::frame::octahedral_decode(glam::DVec2::new(
+                            f64::from(f[0]),
+                            f64::from(f[1]),
+                        ));
+                        n.as_vec3().extend(0.0).to_array()
                     })
                     .collect()
             }
@@ -369,10 +371,8 @@ impl Renderer {
 
 /// A sphere around spheres: about the middle of their box.
 fn enclosing_sphere(spheres: &[(Vec3, f32)]) -> Option<(Vec3, f32)> {
-    let (low, high) = spheres
-        .iter()
-        .map(|&(c, r)| (c - r, c + r))
-        .reduce(|(low, high), (l, h)| (low.min(l), high.max(h)))?;
+    let (low, high) =
+        spheres.iter().map(|&(c, r)| (c - r, c + r)).reduce(|(low, high), (l, h)| (low.min(l), high.max(h)))?;
     let centre = (low + high) * 0.5;
     let radius = spheres.iter().map(|&(c, r)| c.distance(centre) + r).fold(0.0, f32::max);
     Some((centre, radius.max(1e-6)))

@@ -107,11 +107,7 @@ impl GpuObject {
                 (BoundaryHeights::bake(&object.mesh, &topology, field), field.border)
             }
             None => (
-                BoundaryHeights {
-                    edges: vec![0.0],
-                    vertices: vec![0.0; EDGE_LEVELS],
-                    patch_range: Vec::new(),
-                },
+                BoundaryHeights { edges: vec![0.0], vertices: vec![0.0; EDGE_LEVELS], patch_range: Vec::new() },
                 Border::Clamp,
             ),
         };
@@ -181,10 +177,10 @@ impl GpuObject {
     /// The bounding sphere of the posed object, bumps included.
     #[must_use]
     pub fn bounds(&self, posed: &PosedVertices, height_scale: f32) -> (glam::Vec3, f32) {
-        let (low, high) = posed.positions.iter().fold(
-            (glam::Vec3::INFINITY, glam::Vec3::NEG_INFINITY),
-            |(low, high), &p| (low.min(p), high.max(p)),
-        );
+        let (low, high) = posed
+            .positions
+            .iter()
+            .fold((glam::Vec3::INFINITY, glam::Vec3::NEG_INFINITY), |(low, high), &p| (low.min(p), high.max(p)));
         let bump = self.height_range.iter().flatten().fold(0.0f32, |a, h| a.max(h.abs()));
         ((low + high) * 0.5, low.distance(high) * 0.5 + bump * (height_scale * self.object.height_scale).abs())
     }
@@ -288,4 +284,3 @@ impl ViewBuffers {
         Ok(())
     }
 }
-

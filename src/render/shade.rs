@@ -10,8 +10,8 @@ use super::scene::{FrameState, MAX_POINT_LIGHTS};
 use super::settings::ShadingSettings;
 use super::shadow::ShadowView;
 use crate::gpu::{
-    Buffer, ColorTarget, Commands, Descriptor, Filter, Gpu, GraphicsDesc, GraphicsPipeline, Image, ImageView, Load, Result, Sampler,
-    SpecValue, Use, Wrap,
+    Buffer, ColorTarget, Commands, Descriptor, Filter, Gpu, GraphicsDesc, GraphicsPipeline, Image, ImageView, Load,
+    Result, Sampler, SpecValue, Use, Wrap,
 };
 use glam::{Mat4, Vec3};
 
