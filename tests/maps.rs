@@ -7,7 +7,7 @@ use leadr::maps::save::{encode_exr, encode_png_grey16, encode_png_srgb8};
 use leadr::maps::tonemap::Tonemap;
 use leadr::maps::{
     HeightMap, LeadrMap, MapFault, Rgb8Image, RgbImage, Wrap, decode_color, decode_color_srgb8, decode_environment,
-    decode_height_map, load_color_srgb8, load_environment, load_height_map, save,
+    decode_height_map, decode_picture, load_color_srgb8, load_environment, load_height_map, save,
 };
 
 /// The shared data folder, or `None` with a note.
@@ -237,6 +237,24 @@ fn bad_texels_are_named_with_their_place() {
         let message = decode_environment(&exr).unwrap_err().to_string();
         assert!(message.contains("channel B at x = 3, y = 1"), "{message}");
     }
+    // What a lossy codec leaves of black is black.
+    plane[7] = -0.001;
+    let exr = encode_exr(4, 3, &[("R", &fine), ("G", &fine), ("B", &plane)]).unwrap();
+    assert_eq!(decode_environment(&exr).unwrap().at(3, 1), [1.0, 1.0, 0.0]);
+}
+
+#[test]
+fn pictures_of_every_format_load() {
+    let image = Rgb8Image::new(2, 1, vec![[255, 0, 10], [1, 2, 3]]).unwrap();
+    let picture = decode_picture(&encode_png_srgb8(&image).unwrap()).unwrap();
+    assert!(picture.display_referred && picture.image == image.to_linear());
+    // A render may hold NaN; comparing it is what refuses.
+    let plane = [f32::NAN, -2.0];
+    let exr = encode_exr(2, 1, &[("R", &plane), ("G", &plane), ("B", &plane)]).unwrap();
+    let picture = decode_picture(&exr).unwrap();
+    assert!(!picture.display_referred && picture.image.texels[0][0].is_nan() && picture.image.texels[1] == [-2.0; 3]);
+    assert!(!decode_picture(&hdr("\n-Y 1 +X 1\n", &red(16))).unwrap().display_referred);
+    assert!(matches!(decode_picture(b"GIF89a"), Err(MapFault::Unrecognised { .. })));
 }
 
 #[test]
