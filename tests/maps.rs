@@ -278,3 +278,43 @@ fn saving_is_all_or_nothing() {
     let missing = folder.path().join("no/such/folder/image.exr");
     assert!(save::save_exr_rgb(&missing, &image).is_err());
 }
+
+/// Tiles with mip levels, of which the largest is read; and files of several parts, of which the first fitting one is.
+#[test]
+fn exr_levels_and_parts_are_sorted_out() {
+    use exr::prelude::*;
+    let plane = |w: usize, h: usize, start: f32| FlatSamples::F32((0..w * h).map(|i| start + i as f32).collect());
+    let encoding = Encoding {
+        compression: Compression::ZIP1,
+        blocks: Blocks::Tiles(Vec2(4, 4)),
+        line_order: LineOrder::Increasing,
+    };
+    let channel = AnyChannel {
+        name: "Y".into(),
+        sample_data: Levels::Mip {
+            rounding_mode: exr::math::RoundingMode::Down,
+            level_data: vec![plane(10, 6, 0.0), plane(5, 3, 500.0), plane(2, 1, 700.0), plane(1, 1, 900.0)],
+        },
+        quantize_linearly: false,
+        sampling: Vec2(1, 1),
+    };
+    let layer =
+        Layer::new((10, 6), LayerAttributes::default(), encoding, AnyChannels::sort([channel].into_iter().collect()));
+    let mut cursor = std::io::Cursor::new(Vec::new());
+    Image::from_layer(layer).write().to_buffered(&mut cursor).unwrap();
+    let map = decode_height_map(&cursor.into_inner()).unwrap();
+    assert_eq!((map.width, map.height), (10, 6));
+    assert!(map.texels.iter().enumerate().all(|(i, &h)| h == i as f32), "{:?}", map.texels);
+
+    let part = |name: &str, channels: &[&str], start: f32| {
+        let list = channels.iter().map(|&c| AnyChannel::new(c, plane(3, 2, start))).collect();
+        Layer::new((3, 2), LayerAttributes::named(name), Encoding::FAST_LOSSLESS, AnyChannels::sort(list))
+    };
+    let attributes = ImageAttributes::new(IntegerBounds::from_dimensions((3, 2)));
+    let parts: Vec<_> = vec![part("mask", &["A", "Q"], 5.0), part("beauty", &["B", "G", "R"], 10.0)];
+    let mut cursor = std::io::Cursor::new(Vec::new());
+    Image::from_layers(attributes, parts).write().to_buffered(&mut cursor).unwrap();
+    let image = decode_environment(&cursor.into_inner()).unwrap();
+    assert_eq!(image.texels[0], [10.0; 3]);
+    assert_eq!(image.texels[5], [15.0; 3]);
+}

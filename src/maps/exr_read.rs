@@ -103,9 +103,6 @@ fn decode_unguarded(bytes: &[u8], choose: Choose, wanted: &str) -> Result<Planes
 
     let texel_count = (width * height) as usize;
     let mut planes = Vec::new();
-    for _ in &picked {
-        planes.push(limits::zeroed::<f32>(texel_count)?);
-    }
     let mut seen = HashSet::new();
     let mut covered = 0;
     for offset in offsets {
@@ -114,6 +111,10 @@ fn decode_unguarded(bytes: &[u8], choose: Choose, wanted: &str) -> Result<Planes
             return Err(MapFault::damaged("two of its blocks claim the same texels"));
         }
         covered += block.index.pixel_size.area();
+        // Only once a block has really filled its place is the size believed.
+        while planes.len() < picked.len() {
+            planes.push(limits::zeroed::<f32>(texel_count)?);
+        }
         copy_lines(&block, header, &picked, width as usize, &mut planes)?;
     }
     if covered != texel_count {

@@ -58,7 +58,8 @@ pub fn bumps(width: u32, height: u32, periods: [i32; 2], amplitude: f32) -> Heig
 /// `1 - 1 / (2 w^2)` of the slope variance when `feature` is `w` texels.
 pub fn gaussian(width: u32, height: u32, seed: u32, slope_sigma: f32, feature: f32) -> HeightMap {
     let feature = feature.min(0.125);
-    let white = (0..height).flat_map(|y| (0..width).map(move |x| normal(hash(seed, x as i32, y as i32)))).collect();
+    let white: Vec<f32> =
+        (0..height).flat_map(|y| (0..width).map(move |x| normal(hash(seed, x as i32, y as i32)))).collect();
     let rows = blur_rows(&white, width as usize, feature * width as f32);
     let columns = transpose(&rows, width as usize);
     let columns = blur_rows(&columns, height as usize, feature * height as f32);
@@ -75,7 +76,7 @@ fn normal(h: u32) -> f32 {
 }
 
 /// Periodic blur along rows with a Gaussian of deviation `sigma` texels and unit energy: white noise keeps variance 1.
-fn blur_rows(texels: &Vec<f32>, width: usize, sigma: f32) -> Vec<f32> {
+fn blur_rows(texels: &[f32], width: usize, sigma: f32) -> Vec<f32> {
     let reach = (4.0 * sigma).ceil() as i64;
     let mut kernel: Vec<f32> = (-reach..=reach).map(|i| (-0.5 * (i as f32 / sigma.max(1e-6)).powi(2)).exp()).collect();
     let energy = kernel.iter().map(|k| k * k).sum::<f32>().sqrt();
@@ -214,7 +215,8 @@ mod tests {
     #[test]
     fn all_tile_and_are_reproducible() {
         let n = 256;
-        let maps: [(&str, fn(u32) -> HeightMap); 6] = [
+        type Make = fn(u32) -> HeightMap;
+        let maps: [(&str, Make); 6] = [
             ("sine", |_| sine(256, 256, [3, -5], 0.2)),
             ("bumps", |_| bumps(256, 256, [4, 7], 0.2)),
             ("gaussian", |seed| gaussian(256, 256, seed, 1.0, 0.02)),

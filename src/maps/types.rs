@@ -58,7 +58,7 @@ impl HeightMap {
     /// not finite or beyond [`MAX_HEIGHT`] (its place is named).
     pub fn new(width: u32, height: u32, texels: Vec<f32>) -> Result<Self, MapFault> {
         check_len(width, height, texels.len())?;
-        if let Some(index) = texels.iter().position(|h| !(h.abs() <= MAX_HEIGHT)) {
+        if let Some(index) = texels.iter().position(|h| !(-MAX_HEIGHT..=MAX_HEIGHT).contains(h)) {
             let (x, y) = place(index, width);
             let remedy = "heights must be finite and within 1e12";
             return Err(MapFault::BadTexel { channel: "height", x, y, value: texels[index], remedy });
