@@ -213,3 +213,25 @@ fn pictures() {
         }
     }
 }
+
+/// Not a test of numbers: what a frame pays, without validation.
+#[test]
+#[ignore = "measures time"]
+fn timings() {
+    let gpu = leadr::gpu::Gpu::new(&leadr::gpu::GpuOptions::default()).unwrap();
+    let mut environment = Environment::from_sky(&gpu, FACE_SIZE, &Sky::default()).unwrap();
+    let irradiance = leadr::render::irradiance::IrradiancePass::new(&gpu).unwrap();
+    let timestamps = leadr::gpu::Timestamps::new(&gpu, 4).unwrap();
+    for frame in 1..8 {
+        gpu.submit("frame", |cmd| {
+            cmd.reset_timestamps(&timestamps);
+            cmd.timestamp(&timestamps, "begin");
+            environment.update_sky(cmd, &Sky::with_sun(0.1 * frame as f32, 0.0));
+            cmd.timestamp(&timestamps, "sky and mips");
+            irradiance.record(cmd, &environment, 1.0, &[], [0.0; 3]);
+            cmd.timestamp(&timestamps, "irradiance");
+        })
+        .unwrap();
+        println!("{:.2?}", timestamps.intervals().unwrap());
+    }
+}

@@ -73,6 +73,17 @@ fn the_same_bytes_every_run() {
     for _ in 0..3 {
         assert_eq!(first, run(&gpu, &environment, 0.7, &[], [0.0; 3]));
     }
+    // two frames in one submission, where only the passes' own barriers stand between them
+    let pass = IrradiancePass::new(&gpu).unwrap();
+    let mut moving = Environment::from_sky(&gpu, FACE_SIZE, &Sky::default()).unwrap();
+    gpu.submit("frames", |cmd| {
+        for sky in [Sky::with_sun(0.2, 0.0), Sky::default()] {
+            moving.update_sky(cmd, &sky);
+            pass.record(cmd, &moving, 0.7, &[], [0.0; 3]);
+        }
+    })
+    .unwrap();
+    assert_eq!(first, pass.coefficients().read_all::<[f32; 4]>().unwrap());
 }
 
 #[test]

@@ -1,5 +1,6 @@
 //! Floor 3 · the renderer: one file per pass, plus the frame that orders them.
 
+mod atmosphere;
 pub mod cube_mips;
 pub mod environment;
 pub mod equirect;
