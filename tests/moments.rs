@@ -25,10 +25,6 @@ fn bumpy(width: u32, height: u32) -> HeightMap {
     HeightMap::new(width, height, texels).unwrap()
 }
 
-fn source(map: &HeightMap) -> HeightSource<'_> {
-    HeightSource { width: map.width, height: map.height, texels: &map.texels }
-}
-
 /// A level as six numbers a texel, in the order of `maps::moments::Moments`.
 fn read(map: &LeadrMapGpu, mip: u32) -> Vec<[f32; 6]> {
     let (slopes, joint): (Vec<[f32; 4]>, Vec<[f32; 2]>) =
@@ -68,7 +64,7 @@ fn maps_match_the_cpu_at_any_size_and_edge() {
     for (width, height) in [(64, 64), (37, 23), (1, 19), (100, 3), (1, 1), (7, 128), (255, 257)] {
         let map = bumpy(width, height);
         for wrap in [Wrap::Repeat, Wrap::Clamp] {
-            let made = LeadrMapGpu::new(&gpu, source(&map), Edges::Wrap(wrap), MomentFormat::Float32).unwrap();
+            let made = LeadrMapGpu::new(&gpu, (&map).into(), Edges::Wrap(wrap), MomentFormat::Float32).unwrap();
             let worst = difference(&made, &LeadrMap::new(&map, wrap)).into_iter().fold(0.0, f64::max);
             println!("{width}x{height} {wrap:?}: {worst:.2e}");
             assert!(worst < 3e-6);
@@ -84,7 +80,7 @@ fn maps_match_the_cpu_at_any_size_and_edge() {
 fn sixteen_bits_have_a_known_error() {
     let Some(gpu) = common::test_gpu() else { return };
     let map = bumpy(128, 96);
-    let made = LeadrMapGpu::new(&gpu, source(&map), Edges::Wrap(Wrap::Repeat), MomentFormat::Float16).unwrap();
+    let made = LeadrMapGpu::new(&gpu, (&map).into(), Edges::Wrap(Wrap::Repeat), MomentFormat::Float16).unwrap();
     let errors = difference(&made, &LeadrMap::new(&map, Wrap::Repeat));
     println!("16 bits, relative to the largest of each kind: {errors:.6?}");
     // up to a unit in the last place (9.8e-4) where it is written, since drivers may truncate, and more from level to level
@@ -92,7 +88,7 @@ fn sixteen_bits_have_a_known_error() {
 
     // what cannot be held is clamped: a cliff of slope 1000 has a square beyond 65504
     let cliff = HeightMap::new(4, 1, vec![0.0, 0.0, 500.0, 500.0]).unwrap();
-    let made = LeadrMapGpu::new(&gpu, source(&cliff), Edges::Wrap(Wrap::Repeat), MomentFormat::Float16).unwrap();
+    let made = LeadrMapGpu::new(&gpu, (&cliff).into(), Edges::Wrap(Wrap::Repeat), MomentFormat::Float16).unwrap();
     let texels = read(&made, 0);
     assert_eq!((texels[1][0], texels[1][2]), (1000.0, 65504.0));
 }

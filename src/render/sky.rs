@@ -80,7 +80,7 @@ impl Sky {
         self.sun_direction.as_dvec3().try_normalize().unwrap_or(DVec3::Z)
     }
 
-    /// Aerosol extinction at the ground at 550 nm, per km.
+    /// Aerosol extinction at the ground at 550 nm, per km; turbidity is held within 1 and 20.
     pub(crate) fn haze(&self) -> f64 {
         (f64::from(self.turbidity).clamp(1.0, 20.0) - 1.0) * AIR_THICKNESS / HAZE_HEIGHT
     }
