@@ -1,0 +1,61 @@
+//! Where a capture's pictures come from: the renderer, or in tests something that needs no device.
+
+use serde::Serialize;
+
+use super::config::CaptureConfig;
+use super::error::AppError;
+use super::frames::Moment;
+use super::values::Layer;
+
+/// The device that renders.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct DeviceInfo {
+    /// As the driver names it.
+    pub device: String,
+    /// Driver and version.
+    pub driver: String,
+}
+
+/// How long one pass took.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct PassTime {
+    /// The pass.
+    pub pass: String,
+    /// Milliseconds on the device.
+    pub ms: f64,
+}
+
+/// One picture in rows from the top left.
+#[derive(Clone, Debug, Default)]
+pub struct Frame {
+    /// Pixels across.
+    pub width: u32,
+    /// Pixels down.
+    pub height: u32,
+    /// Linear Rec. 709 radiance and coverage, `width · height` long.
+    pub color: Vec<[f32; 4]>,
+    /// The layers that were asked for; each plane is `width · height` long, in the order of [`Layer::channels`].
+    pub layers: Vec<(Layer, Vec<Vec<f32>>)>,
+    /// Device time per pass, in order.
+    pub passes: Vec<PassTime>,
+}
+
+/// Renders moments of one configured capture. The same moment gives the same bits.
+pub trait FrameSource {
+    /// What renders.
+    fn device(&self) -> DeviceInfo;
+
+    /// Renders one moment.
+    ///
+    /// # Errors
+    /// If the device fails.
+    fn render(&mut self, moment: Moment) -> Result<Frame, AppError>;
+}
+
+/// Opens the renderer for `config`.
+///
+/// # Errors
+/// If an input file or the device is not what it should be.
+pub fn open(_config: &CaptureConfig) -> Result<Box<dyn FrameSource>, AppError> {
+    Err(AppError::Failed("the renderer is not connected in this build".into()))
+}
