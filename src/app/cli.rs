@@ -27,10 +27,10 @@ pub struct Cli {
 #[derive(Clone, Copy, Debug, Args)]
 pub struct OutputArgs {
     /// Print the result as one JSON object on stdout
-    #[arg(long, global = true)]
+    #[arg(long, global = true, display_order = 900)]
     pub json: bool,
     /// No progress and no result text; errors (and --json) remain
-    #[arg(long, short, global = true)]
+    #[arg(long, short, global = true, display_order = 901)]
     pub quiet: bool,
 }
 
