@@ -9,6 +9,7 @@ pub mod config;
 pub mod error;
 pub mod frame_source;
 pub mod frames;
+pub mod orbit;
 pub mod output;
 pub mod save;
 pub mod values;
