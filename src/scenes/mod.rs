@@ -1,1 +1,4 @@
-//! scenes
+//! Floor 4 · scenes: pure functions of time that produce render inputs.
+
+pub mod plane;
+pub mod sphere;
