@@ -84,3 +84,48 @@ fn a_missing_or_wrong_camera_file_is_named() {
         assert!(line.contains(file.file_name().unwrap().to_str().unwrap()), "{line}");
     }
 }
+
+#[test]
+fn a_missing_or_wrong_input_is_named_before_a_device_is_asked_for() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = |name: &str, bytes: &[u8]| {
+        let file = folder.path().join(name);
+        std::fs::write(&file, bytes).unwrap();
+        file
+    };
+    let empty = file("empty.hdr", b"");
+    let text = file("text.exr", b"no picture at all");
+    let png_as_hdr = file("png.hdr", b"\x89PNG\r\n\x1a\n");
+    let truncated = file("truncated.hdr", b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 4 +X 4\n\x02\x02");
+    let huge = file("huge.hdr", b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 2000000000 +X 2000000000\n");
+    let missing = folder.path().join("missing.hdr");
+    for environment in [&empty, &text, &png_as_hdr, &truncated, &huge, &missing] {
+        let output = without_driver(&["capture", "--environment", path(environment)]);
+        let line = one_line_error(&output, 1, path(environment));
+        assert!(line.contains(path(environment)), "{line}");
+    }
+    let png = file("cut.png", b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR");
+    for heights in [&png, &text, &folder.path().join("missing.png")] {
+        let output = without_driver(&["capture", "--scene", "plane", "--height-map", path(heights)]);
+        let line = one_line_error(&output, 1, path(heights));
+        assert!(line.contains(path(heights)), "{line}");
+    }
+}
+
+/// Runs `leadr` where the loader finds no Vulkan driver.
+fn without_driver(arguments: &[&str]) -> Output {
+    let nothing = "/nonexistent/driver.json";
+    leadr(arguments).env("VK_DRIVER_FILES", nothing).env("VK_ICD_FILENAMES", nothing).output().unwrap()
+}
+
+#[test]
+fn no_vulkan_driver_is_one_sentence_that_says_what_to_install() {
+    let line = one_line_error(&without_driver(&["capture"]), 1, "no driver");
+    assert!(line.contains("Vulkan") && line.contains("install"), "{line}");
+}
+
+#[test]
+fn an_unknown_device_is_named_with_the_choice() {
+    let line = one_line_error(&run(&["capture", "--device", "abacus"]), 1, "--device abacus");
+    assert!(line.contains("abacus") && line.contains("0: "), "{line}");
+}

@@ -28,3 +28,15 @@ impl AppError {
         Self::Failed(format!("cannot {verb} '{}': {reason}", path.display()))
     }
 }
+
+impl From<crate::maps::MapError> for AppError {
+    fn from(error: crate::maps::MapError) -> Self {
+        Self::Failed(error.to_string())
+    }
+}
+
+impl From<crate::gpu::GpuError> for AppError {
+    fn from(error: crate::gpu::GpuError) -> Self {
+        Self::Failed(error.to_string())
+    }
+}

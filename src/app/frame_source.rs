@@ -1,11 +1,15 @@
 //! Where a capture's pictures come from: the renderer, or in tests something that needs no device.
 
+use std::sync::Arc;
+
 use serde::Serialize;
 
 use super::config::CaptureConfig;
 use super::error::AppError;
 use super::frames::Moment;
-use super::values::Layer;
+use super::values::{EnvironmentChoice, Layer};
+use crate::gpu::{Gpu, GpuOptions};
+use crate::maps::{self, HeightMap, RgbImage};
 
 /// The device that renders.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
@@ -52,10 +56,43 @@ pub trait FrameSource {
     fn render(&mut self, moment: Moment) -> Result<Frame, AppError>;
 }
 
-/// Opens the renderer for `config`.
+/// The files a capture reads, loaded and checked.
+#[derive(Debug)]
+pub struct Inputs {
+    /// Heights of the plane or sphere.
+    pub height_map: Option<HeightMap>,
+    /// Equirectangular radiance; none for the analytic sky.
+    pub environment: Option<RgbImage>,
+}
+
+impl Inputs {
+    /// Loads what `config` names.
+    ///
+    /// # Errors
+    /// If a file is missing, damaged, too large or of another kind.
+    pub fn load(config: &CaptureConfig) -> Result<Self, AppError> {
+        let height_map = config.height_map.as_ref().map(maps::load_height_map).transpose()?;
+        let environment = match &config.environment {
+            EnvironmentChoice::Sky => None,
+            EnvironmentChoice::File(path) => Some(maps::load_environment(path)?),
+        };
+        Ok(Self { height_map, environment })
+    }
+}
+
+/// Loads the inputs of `config`, opens the device and prepares the renderer.
 ///
 /// # Errors
 /// If an input file or the device is not what it should be.
-pub fn open(_config: &CaptureConfig) -> Result<Box<dyn FrameSource>, AppError> {
-    Err(AppError::Failed("the renderer is not connected in this build".into()))
+pub fn open(config: &CaptureConfig) -> Result<Box<dyn FrameSource>, AppError> {
+    // Files first: their faults are found in no time and need no device.
+    let inputs = Inputs::load(config)?;
+    let options = GpuOptions { device: config.device.clone(), validation: config.validation, ..Default::default() };
+    let gpu = Gpu::new(&options)?;
+    connect(config, inputs, gpu)
+}
+
+/// The one place where the renderer meets the command.
+fn connect(_config: &CaptureConfig, _inputs: Inputs, gpu: Arc<Gpu>) -> Result<Box<dyn FrameSource>, AppError> {
+    Err(AppError::Failed(format!("the renderer is not connected yet ({} is ready)", gpu.device_name())))
 }
