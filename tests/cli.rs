@@ -3,6 +3,10 @@
 use std::path::Path;
 use std::process::{Command, Output};
 
+use leadr::maps::RgbImage;
+use leadr::maps::save::{save_exr_rgb, save_png};
+use leadr::maps::tonemap::Tonemap;
+
 fn leadr(arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_leadr"));
     command.args(arguments).env_remove("LEADR_LOG").env("RUST_BACKTRACE", "1");
@@ -40,7 +44,7 @@ fn help_and_version_are_results() {
 
 #[test]
 fn wrong_usage_ends_with_2_and_names_the_flag() {
-    let cases: [(&[&str], &str); 20] = [
+    let cases: [(&[&str], &str); 25] = [
         (&[], "command"),
         (&["dance"], "dance"),
         (&["capture", "--dance"], "--dance"),
@@ -61,11 +65,80 @@ fn wrong_usage_ends_with_2_and_names_the_flag() {
         (&["capture", "--environment", "a.png"], "--environment"),
         (&["capture", "--camera", "a.png"], "--camera"),
         (&["capture", "--height-map", "a.png"], "--height-map"),
+        (&["compare", "a.png"], "TEST"),
+        (&["compare", "a.png", "b.exr"], "kind"),
+        (&["compare", "a.jpg", "b.jpg"], "a.jpg"),
+        (&["compare", "a.png", "b.png", "--max-flip", "-1"], "--max-flip"),
+        (&["compare", "a.png", "b.png", "--error-image", "e.exr"], "e.exr"),
     ];
     for (arguments, named) in cases {
         let line = one_line_error(&run(arguments), 2, &format!("{arguments:?}"));
         assert!(line.contains(named), "{arguments:?}: {line}");
     }
+}
+
+/// A grey ramp, with a bright square if `marked`.
+fn picture(marked: bool) -> RgbImage {
+    let texel = |i: u32| {
+        let (x, y) = (i % 32, i / 32);
+        let square = marked && (8..16).contains(&x) && (8..16).contains(&y);
+        [if square { 0.9 } else { x as f32 / 64.0 }; 3]
+    };
+    RgbImage::new(32, 32, (0..32 * 32).map(texel).collect()).unwrap()
+}
+
+#[test]
+fn compare_measures_and_its_thresholds_set_the_exit_code() {
+    let folder = tempfile::tempdir().unwrap();
+    for kind in ["png", "exr"] {
+        let file = |name: &str, marked| {
+            let file = folder.path().join(format!("{name}.{kind}"));
+            match kind {
+                "png" => save_png(&file, &picture(marked), 1.0, Tonemap::Clamp).unwrap(),
+                _ => save_exr_rgb(&file, &picture(marked)).unwrap(),
+            }
+            file
+        };
+        let (plain, marked) = (file("plain", false), file("marked", true));
+        let measure = |test: &Path, flags: &[&str]| {
+            let output = run(&[&["compare", path(&plain), path(test), "--json"], flags].concat());
+            let json: serde_json::Value = serde_json::from_slice(&output.stdout).expect("one JSON object");
+            (output, json)
+        };
+        let (same, json) = measure(&plain, &["--max-flip", "0", "--max-rrmse", "0"]);
+        assert_eq!(same.status.code(), Some(0), "{kind}: {json}");
+        assert_eq!((json["flip"].as_f64(), json["rrmse"].as_f64()), (Some(0.0), Some(0.0)));
+        assert_eq!(json["max_abs"].as_f64(), Some(0.0));
+
+        let error_image = folder.path().join("made").join(format!("{kind}.png"));
+        let (other, json) = measure(&marked, &["--error-image", path(&error_image)]);
+        assert_eq!(other.status.code(), Some(0), "no threshold, no failure");
+        assert!(json["flip"].as_f64().unwrap() > 0.01 && json["max_abs"].as_f64().unwrap() > 0.5, "{json}");
+        assert!(error_image.is_file());
+        for flags in [["--max-flip", "0.001"], ["--max-rrmse", "0.001"]] {
+            let (over, _) = measure(&marked, &flags);
+            let stderr = String::from_utf8(over.stderr).unwrap();
+            assert_eq!(over.status.code(), Some(1), "{flags:?}");
+            assert!(stderr.starts_with("leadr: error: ") && stderr.contains("over 0.001"), "{stderr}");
+        }
+    }
+}
+
+#[test]
+fn compare_names_the_picture_that_is_wrong() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = |name: &str| folder.path().join(name);
+    save_png(file("good.png"), &picture(false), 1.0, Tonemap::Clamp).unwrap();
+    let small = RgbImage::new(1, 1, vec![[0.5; 3]]).unwrap();
+    save_png(file("small.png"), &small, 1.0, Tonemap::Clamp).unwrap();
+    std::fs::write(file("text.png"), "no picture").unwrap();
+    for wrong in ["small.png", "text.png", "missing.png"] {
+        let output = run(&["compare", path(&file("good.png")), path(&file(wrong))]);
+        let line = one_line_error(&output, 1, wrong);
+        assert!(line.contains(wrong), "{line}");
+    }
+    let alone = run(&["compare", path(&file("small.png")), path(&file("small.png")), "--max-flip", "0"]);
+    assert_eq!(alone.status.code(), Some(0), "one pixel is enough");
 }
 
 #[test]

@@ -10,6 +10,7 @@ use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
 use super::error::AppError;
+use crate::render::camera::Camera;
 
 /// A file longer than this is no camera.
 const MAX_BYTES: u64 = 64 * 1024;
@@ -74,6 +75,13 @@ impl CameraPose {
         Ok(pose)
     }
 
+    /// The renderer's camera for this pose.
+    #[must_use]
+    pub fn camera(&self) -> Camera {
+        let (position, target) = (Vec3::from_array(self.position), Vec3::from_array(self.target));
+        Camera { up: Vec3::from_array(self.up), ..Camera::looking_at(position, target, self.fov_degrees) }
+    }
+
     /// The same view from `metres` away from the target.
     #[must_use]
     pub fn at_distance(self, metres: f32) -> Self {
@@ -92,6 +100,9 @@ mod tests {
         let pose = CameraPose::parse(r#"{"position": [0, -10, 3], "target": [0, 0, 3]}"#).unwrap();
         assert_eq!((pose.up, pose.fov_degrees), (z_up(), default_fov()));
         assert_eq!(pose.at_distance(4.0).position, [0.0, -4.0, 3.0]);
+        let camera = CameraPose { up: [0.0, 1.0, 1.0], ..pose }.camera();
+        assert_eq!((camera.position.y, camera.target.z, camera.up.y), (-10.0, 3.0, 1.0));
+        assert!((camera.fov_y - default_fov().to_radians()).abs() < 1e-6);
     }
 
     #[test]

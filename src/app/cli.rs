@@ -51,6 +51,9 @@ pub enum Command {
     /// Render a picture or a sequence without a window
     #[command(after_help = CAPTURE_EXAMPLES)]
     Capture(Box<CaptureArgs>),
+    /// Measure how far two pictures are apart: FLIP, relative RMSE, largest difference
+    #[command(after_help = COMPARE_EXAMPLES)]
+    Compare(CompareArgs),
 }
 
 const CAPTURE_EXAMPLES: &str = "Examples:
@@ -60,6 +63,32 @@ const CAPTURE_EXAMPLES: &str = "Examples:
   leadr capture --frames 0..48 --shard 2/8 -o 'out/walk-{frame}.png'
   leadr capture --scene plane --height-map bricks.png --height-scale 0.05 --distance 20
   leadr capture --layers depth,normal,covariance -o trex.exr";
+
+const COMPARE_EXAMPLES: &str = "Examples:
+  leadr compare reference.png test.png
+  leadr compare reference.exr test.exr --max-flip 0.02 --error-image out/error.png && echo close enough
+  leadr compare reference.png test.png --json";
+
+/// Flags of `leadr compare`.
+#[derive(Clone, Debug, Args)]
+pub struct CompareArgs {
+    /// What is right (PNG or EXR)
+    pub reference: PathBuf,
+    /// What is held against it: the same kind and size
+    pub test: PathBuf,
+    /// End with 1 if the mean FLIP error (0 to 1) is over this
+    #[arg(long, value_name = "X", value_parser = not_negative)]
+    pub max_flip: Option<f32>,
+    /// End with 1 if the relative RMSE of the linear values is over this
+    #[arg(long, value_name = "X", value_parser = not_negative)]
+    pub max_rrmse: Option<f32>,
+    /// Write the FLIP error of every pixel: black is none, pale yellow is 1
+    #[arg(long, value_name = "OUT.png")]
+    pub error_image: Option<PathBuf>,
+    /// Exposure at which two EXR are looked at, stops
+    #[arg(long, value_name = "EV", default_value = "0", allow_negative_numbers = true, value_parser = finite)]
+    pub exposure: f32,
+}
 
 /// Flags of `leadr capture`.
 #[derive(Clone, Debug, Args)]

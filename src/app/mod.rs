@@ -5,6 +5,7 @@
 pub mod camera_file;
 pub mod capture;
 pub mod cli;
+pub mod compare;
 pub mod config;
 pub mod error;
 pub mod frame_source;
@@ -52,6 +53,7 @@ fn dispatch(cli: Cli) -> Result<(), AppError> {
             let report = capture::capture(&config, source.as_mut(), &output)?;
             output.result(&report)
         }
+        Command::Compare(arguments) => compare::compare(&arguments, &output),
     }
 }
 

@@ -20,9 +20,7 @@ const MAX_CHANNELS: usize = 32;
 /// # Errors
 /// If the frame cannot be encoded or the file not written; then `path` is what it was.
 pub fn save(path: &Path, kind: FileKind, frame: &Frame, exposure: f32) -> Result<(), AppError> {
-    if let Some(folder) = path.parent() {
-        std::fs::create_dir_all(folder).map_err(|e| AppError::io("make the folder", folder, e))?;
-    }
+    make_folder_of(path)?;
     match kind {
         FileKind::Png => {
             let texels = frame.color.iter().map(|c| [c[0], c[1], c[2]]).collect();
@@ -40,6 +38,15 @@ pub fn save(path: &Path, kind: FileKind, frame: &Frame, exposure: f32) -> Result
         }
     }
     Ok(())
+}
+
+/// Makes the folders above `path`.
+///
+/// # Errors
+/// If one is missing and cannot be made.
+pub fn make_folder_of(path: &Path) -> Result<(), AppError> {
+    let Some(folder) = path.parent() else { return Ok(()) };
+    std::fs::create_dir_all(folder).map_err(|e| AppError::io("make the folder", folder, e))
 }
 
 /// Whether `path` is a whole picture of this kind and size: it decodes to its end.

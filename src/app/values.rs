@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use std::str::FromStr;
 
 use clap::ValueEnum;
+use glam::Vec3;
 use serde::Serialize;
 
 /// Longest image side in pixels; every Vulkan 1.3 GPU (and lavapipe) can render to one.
@@ -183,6 +184,15 @@ pub struct Sun {
     pub elevation: f32,
 }
 
+impl Sun {
+    /// Unit vector toward the sun; z up.
+    #[must_use]
+    pub fn direction(self) -> Vec3 {
+        let (azimuth, elevation) = (self.azimuth.to_radians(), self.elevation.to_radians());
+        Vec3::new(azimuth.cos() * elevation.cos(), azimuth.sin() * elevation.cos(), elevation.sin())
+    }
+}
+
 impl FromStr for Sun {
     type Err = String;
 
@@ -310,6 +320,8 @@ mod tests {
     #[test]
     fn suns() {
         assert_eq!("-30,45".parse(), Ok(Sun { azimuth: -30.0, elevation: 45.0 }));
+        let west = Sun { azimuth: 180.0, elevation: 30.0 }.direction();
+        assert!((west - Vec3::new(-0.75f32.sqrt(), 0.0, 0.5)).length() < 1e-6, "{west}");
         refused::<Sun>(&["", "1", "nan,1", "1,inf", "0,91", "400,1", "1,2,3"]);
     }
 
