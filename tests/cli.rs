@@ -68,7 +68,7 @@ fn wrong_usage_ends_with_2_and_names_the_flag() {
         (&["compare", "a.png"], "TEST"),
         (&["compare", "a.png", "b.exr"], "kind"),
         (&["compare", "a.jpg", "b.jpg"], "a.jpg"),
-        (&["compare", "a.png", "b.png", "--max-flip", "-1"], "--max-flip"),
+        (&["compare", "a.png", "b.png", "--max-flip=-1"], "--max-flip"),
         (&["compare", "a.png", "b.png", "--error-image", "e.exr"], "e.exr"),
     ];
     for (arguments, named) in cases {
