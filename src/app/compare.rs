@@ -112,7 +112,9 @@ fn report(arguments: &CompareArgs, measured: &Comparison) -> CompareReport {
 fn hold_against(name: &str, value: f64, threshold: Option<f32>) -> Result<(), AppError> {
     match threshold.map(f64::from) {
         // NaN is over every threshold.
-        Some(most) if value.is_nan() || value > most => Err(AppError::Failed(format!("{name} is {value:.6}, over {most}"))),
+        Some(most) if value.is_nan() || value > most => {
+            Err(AppError::Failed(format!("{name} is {value:.6}, over {most}")))
+        }
         _ => Ok(()),
     }
 }
