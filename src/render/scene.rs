@@ -3,6 +3,7 @@
 use super::camera::Camera;
 use super::displacement::HeightField;
 use super::patch_mesh::PatchMesh;
+use super::sky::Sky;
 use glam::{Affine3A, Mat4, Vec3};
 
 /// An sRGB colour map with roughness.
@@ -72,6 +73,8 @@ pub struct FrameState {
     pub camera: Camera,
     /// One pose per object of the scene.
     pub poses: Vec<Pose>,
+    /// The sky, when the environment is one; the cube follows it.
+    pub sky: Option<Sky>,
     /// Directional light, if any.
     pub sun: Option<Sun>,
     /// Point lights, at most [`MAX_POINT_LIGHTS`].

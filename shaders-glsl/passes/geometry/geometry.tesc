@@ -16,10 +16,10 @@ layout(location = 4) patch out uint out_patch;
 
 void main() {
     int i = gl_InvocationID;
-    out_position[i] = in_position[i];
-    out_normal[i] = in_normal[i];
-    out_toward_next[i] = edge_point(in_position[i], in_normal[i], in_position[(i + 1) & 3]);
-    out_toward_previous[i] = edge_point(in_position[i], in_normal[i], in_position[(i + 3) & 3]);
+    out_position[gl_InvocationID] = in_position[i];
+    out_normal[gl_InvocationID] = in_normal[i];
+    out_toward_next[gl_InvocationID] = edge_point(in_position[i], in_normal[i], in_position[(i + 1) & 3]);
+    out_toward_previous[gl_InvocationID] = edge_point(in_position[i], in_normal[i], in_position[(i + 3) & 3]);
     if (i == 0) {
         out_patch = in_patch[0];
         uvec4 edge = patches[in_patch[0]].edges >> 1;

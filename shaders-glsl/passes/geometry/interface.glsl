@@ -37,7 +37,6 @@ layout(binding = 9) uniform sampler2D color_map; // rgb albedo, a roughness
 
 layout(push_constant, std430) uniform Object {
     float height_scale;   // eta of LEADR section 4.2
-    float base_roughness; // alpha where the colour map has none
     float specular_f0;
     uint flags;           // the FLAG_ bits below
 } object;
