@@ -12,6 +12,7 @@ pub mod frame_source;
 pub mod frames;
 pub mod orbit;
 pub mod output;
+pub mod renderer_source;
 pub mod save;
 pub mod values;
 
