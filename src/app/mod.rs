@@ -14,6 +14,7 @@ pub mod orbit;
 pub mod output;
 pub mod renderer_source;
 pub mod save;
+pub mod stage;
 pub mod values;
 
 use std::ffi::OsString;
