@@ -73,7 +73,8 @@ fn count_inside(renderer: &mut Renderer, max_slope_views: &[f32]) -> (usize, usi
     for (i, &distance) in max_slope_views.iter().enumerate() {
         for (k, direction) in [Vec3::new(1.0, 0.4, 0.3), Vec3::new(-0.3, 0.7, 1.0)].into_iter().enumerate() {
             for pixels_per_triangle in [1.0, 7.3, 150.0] {
-                let camera = Camera::looking_at(direction.normalize() * distance, Vec3::ZERO, 35.0 + i as f32 + k as f32);
+                let camera =
+                    Camera::looking_at(direction.normalize() * distance, Vec3::ZERO, 35.0 + i as f32 + k as f32);
                 let settings = RenderSettings {
                     size: (200, 200),
                     mark_inside: true,
