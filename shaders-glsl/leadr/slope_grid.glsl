@@ -24,10 +24,9 @@ vec3 grid_node(int j, int k, int n, float lambda) {
 
 // Slope at standard normal coordinates p, by the Cholesky factor of S (LEADR 5.1).
 vec2 slope_sample(vec2 p, vec2 m, vec3 S) {
-    S = clamp_covariance(S);
-    float sx = sqrt(S.x);
-    float k = S.x > 0.0 ? S.z / sx : 0.0;
-    return m + vec2(p.x * sx, p.x * k + p.y * sqrt(max(S.y - k * k, 0.0)));
+    vec2 sigma = sqrt(clamp(S.xy, 0.0, LEADR_MAX_SLOPE * LEADR_MAX_SLOPE));
+    float r = slope_correlation(sigma, S.z);
+    return m + sigma * vec2(p.x, r * p.x + sqrt((1.0 - r) * (1.0 + r)) * p.y);
 }
 
 // Unit normal of a slope (LEADR eq. 11).

@@ -1,6 +1,7 @@
 //! The N×N grid of slopes over P22 (LEADR 5.1).
 
-use super::slope_statistics::clamp_covariance;
+use super::limits::MAX_SLOPE;
+use super::slope_statistics::slope_correlation;
 use glam::{DVec2, DVec3, Vec3Swizzles as _};
 
 /// Half extent of the grid in standard deviations: 0 for `n = 1` (the mean alone), then `0.3 (n + 1)` up to 3; 1.8 at
@@ -32,10 +33,10 @@ pub fn grid_node(j: u32, k: u32, n: u32, lambda: f64) -> DVec3 {
 /// Slope at standard normal coordinates `p`, by the Cholesky factor of the covariance (LEADR 5.1).
 #[must_use]
 pub fn slope_sample(p: DVec2, m: DVec2, s: DVec3) -> DVec2 {
-    let s = clamp_covariance(s);
-    let sx = s.x.sqrt();
-    let k = if s.x > 0.0 { s.z / sx } else { 0.0 };
-    m + DVec2::new(p.x * sx, p.x * k + p.y * (s.y - k * k).max(0.0).sqrt())
+    let deviation = |variance: f64| variance.clamp(0.0, MAX_SLOPE * MAX_SLOPE).sqrt();
+    let sigma = DVec2::new(deviation(s.x), deviation(s.y));
+    let r = slope_correlation(sigma, s.z);
+    m + sigma * DVec2::new(p.x, r * p.x + ((1.0 - r) * (1.0 + r)).sqrt() * p.y)
 }
 
 /// Unit normal of a slope (LEADR eq. 11).
