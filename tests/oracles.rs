@@ -82,6 +82,9 @@ fn statistics(c: &Value) -> (DVec2, DVec3) {
     (DVec2::new(number(&c["mean_x"]), number(&c["mean_y"])), DVec3::new(sx * sx, sy * sy, number(&c["c_xy"])))
 }
 
+/// Radiance by direction in the tangent frame.
+type Environment<'a> = Box<dyn Fn(DVec3) -> f64 + 'a>;
+
 fn smooth(d: DVec3) -> f64 {
     1.0 + 0.4 * d.x - 0.25 * d.y + 0.3 * d.z + 0.2 * d.y * d.z + 0.15 * (d.x * d.x - d.y * d.y)
 }
@@ -119,7 +122,7 @@ fn converged_integrals() {
                 None => assert!(meso_area(w, m) <= 0.0, "{id}"),
             }
         }
-        let environments: [(&str, Box<dyn Fn(DVec3) -> f64 + Sync>); 5] = [
+        let environments: [(&str, Environment<'_>); 5] = [
             ("const", Box::new(|_| 1.0)),
             ("smooth", Box::new(smooth)),
             ("lobe30_fixed", Box::new(|d| (30.0 * (d.dot(DVec3::new(0.5, 0.3, 0.8).normalize()) - 1.0)).exp())),

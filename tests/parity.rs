@@ -101,13 +101,15 @@ struct Tolerance {
 struct Outcome {
     worst: f64,
     worst_at: String,
+    well_conditioned: usize,
+    values: usize,
     failures: usize,
     first: String,
 }
 
 /// How far the reference moves per argument that moves by this much, times [`SPREADS`], is forgiven.
 const NUDGE: f64 = 1.2e-7;
-const SPREADS: f64 = 8.0;
+const SPREADS: f64 = 2.0;
 
 fn compare<const N: usize>(
     inputs: &[[f32; N]],
@@ -115,7 +117,14 @@ fn compare<const N: usize>(
     tolerance: &Tolerance,
     reference: &dyn Fn(&[f64; N]) -> Vec<f64>,
 ) -> Outcome {
-    let mut outcome = Outcome { worst: 0.0, worst_at: String::new(), failures: 0, first: String::new() };
+    let mut outcome = Outcome {
+        worst: 0.0,
+        worst_at: String::new(),
+        well_conditioned: 0,
+        values: 0,
+        failures: 0,
+        first: String::new(),
+    };
     for (i, input) in inputs.iter().enumerate() {
         let exact = input.map(f64::from);
         let want = reference(&exact);
@@ -134,15 +143,21 @@ fn compare<const N: usize>(
             let got = f64::from(got[i * outputs + k]);
             let scale = want.abs().max((tolerance.floor)(k));
             let error = (got - want).abs();
-            if !got.is_finite() || error > tolerance.relative * scale + SPREADS * spread {
+            if !got.is_finite() || error.is_nan() || error > tolerance.relative * scale + SPREADS * spread {
                 outcome.failures += 1;
                 if outcome.failures <= 5 {
                     outcome.first +=
                         &format!("\n  output {k} of {input:?}: {got:e} instead of {want:e} (spread {spread:.1e})");
                 }
-            } else if spread <= 0.1 * tolerance.relative * scale && error / scale > outcome.worst {
-                outcome.worst = error / scale;
-                outcome.worst_at = format!("output {k} of {input:?}");
+            }
+            outcome.values += 1;
+            // The rounding of the arguments alone explains less than the tolerance here.
+            if SPREADS * spread <= tolerance.relative * scale {
+                outcome.well_conditioned += 1;
+                if error / scale > outcome.worst {
+                    outcome.worst = error / scale;
+                    outcome.worst_at = format!("output {k} of {input:?}");
+                }
             }
         }
     }
@@ -161,7 +176,12 @@ fn parity<const N: usize>(
     let outputs = reference(&inputs[0].map(f64::from)).len();
     let got = common::run_probe(&gpu, &format!("probes/{name}.comp"), &inputs, outputs);
     let outcome = compare(&inputs, &got, &tolerance, &reference);
-    println!("{name}: {TUPLES} tuples, worst relative error {:.1e} ({})", outcome.worst, outcome.worst_at);
+    println!(
+        "{name}: {TUPLES} tuples, {:.1} % of values well conditioned, their worst relative error {:.1e} ({})",
+        100.0 * outcome.well_conditioned as f64 / outcome.values as f64,
+        outcome.worst,
+        outcome.worst_at
+    );
     assert!(
         outcome.failures == 0,
         "{name} on {}: {} values beyond {:.0e}:{}",
@@ -237,7 +257,7 @@ fn normal_distribution_parity() {
 fn projected_area_parity() {
     parity::<8>(
         "projected_area",
-        Tolerance { relative: 1e-5, floor: |k| if k < 3 { 1e-6 } else { 1.0 }, unit: 0.0 },
+        Tolerance { relative: 5e-6, floor: |k| if k < 3 { 1e-6 } else { 1.0 }, unit: 0.0 },
         |r| join(&[&r.direction().to_array(), &r.mean_slope().to_array(), &r.covariance().to_array()]),
         |x| {
             let (wo, m, s) = (v3(x, 0), v2(x, 3), v3(x, 5));
@@ -251,7 +271,7 @@ fn projected_area_parity() {
 fn masking_parity() {
     parity::<11>(
         "masking",
-        Tolerance { relative: 1e-5, floor: |_| 1e-6, unit: 0.0 },
+        Tolerance { relative: 5e-6, floor: |_| 1e-6, unit: 0.0 },
         |r| {
             let (wo, wi) = (r.direction(), r.direction());
             join(&[&wo.to_array(), &wi.to_array(), &r.mean_slope().to_array(), &r.covariance().to_array()])
@@ -272,7 +292,7 @@ fn masking_parity() {
 fn slope_statistics_parity() {
     parity::<11>(
         "slope_statistics",
-        Tolerance { relative: 1e-5, floor: |_| 1e-6, unit: 0.0 },
+        Tolerance { relative: 5e-6, floor: |_| 1e-6, unit: 0.0 },
         |r| {
             let (m, s) = (r.mean_slope(), r.covariance());
             let second = [s.x + m.x * m.x, s.y + m.y * m.y, s.z + m.x * m.y];
@@ -320,7 +340,7 @@ fn slope_map_parity() {
 fn frame_parity() {
     parity::<6>(
         "frame",
-        Tolerance { relative: 1e-5, floor: |_| 0.1, unit: 0.0 },
+        Tolerance { relative: 5e-6, floor: |_| 0.1, unit: 0.0 },
         |r| join(&[&r.direction().to_array(), &r.direction().to_array()]),
         |x| {
             let (z, d) = (v3(x, 0), v3(x, 3));
@@ -334,7 +354,7 @@ fn frame_parity() {
 fn beckmann_parity() {
     parity::<8>(
         "beckmann",
-        Tolerance { relative: 1e-4, floor: |_| 1e-12, unit: 0.0 },
+        Tolerance { relative: 2e-5, floor: |_| 1e-12, unit: 0.0 },
         |r| {
             let (m, s) = (r.mean_slope(), r.covariance());
             // Half of the half vectors within the lobe.
@@ -356,7 +376,7 @@ fn beckmann_parity() {
 fn fresnel_parity() {
     parity::<5>(
         "fresnel",
-        Tolerance { relative: 1e-5, floor: |_| 1e-3, unit: 0.0 },
+        Tolerance { relative: 3e-6, floor: |_| 1e-3, unit: 0.0 },
         |r| [r.unit(), r.unit(), r.unit(), r.range(-0.1, 1.1), r.range(0.4, 3.0)],
         |x| list![fresnel_schlick(v3(x, 0), x[3]), [fresnel_dielectric(x[3], x[4])]],
     );
@@ -366,7 +386,7 @@ fn fresnel_parity() {
 fn slope_grid_parity() {
     parity::<12>(
         "slope_grid",
-        Tolerance { relative: 1e-5, floor: |_| 1e-4, unit: 0.0 },
+        Tolerance { relative: 5e-6, floor: |_| 1e-4, unit: 0.0 },
         |r| {
             let n = r.pick([1.0, 2.0, 3.0, 5.0, 8.0, 32.0]);
             let (j, k) = ((r.unit() * n).floor(), (r.unit() * n).floor());
@@ -389,7 +409,7 @@ fn slope_grid_parity() {
 fn specular_parity() {
     parity::<13>(
         "specular",
-        Tolerance { relative: 1e-4, floor: |k| if k < 6 { 1e-5 } else { 0.1 }, unit: 0.0 },
+        Tolerance { relative: 3e-5, floor: |k| if k < 6 { 1e-5 } else { 0.1 }, unit: 0.0 },
         |r| {
             let (wo, m, s) = (r.direction(), r.mean_slope(), r.covariance());
             // Half of the lights near the mirror direction of a facet in the lobe.
@@ -413,7 +433,7 @@ fn specular_parity() {
 fn sh_parity() {
     parity::<12>(
         "sh",
-        Tolerance { relative: 1e-5, floor: |_| 0.1, unit: 0.0 },
+        Tolerance { relative: 5e-6, floor: |_| 0.1, unit: 0.0 },
         |r| {
             let d = r.direction();
             let mut x = [0.0; 12];
@@ -435,7 +455,7 @@ fn sh_parity() {
 fn diffuse_parity() {
     parity::<12>(
         "diffuse",
-        Tolerance { relative: 1e-4, floor: |_| 1e-2, unit: 0.0 },
+        Tolerance { relative: 5e-5, floor: |_| 1e-2, unit: 0.0 },
         |r| {
             let (wo, wi) = (r.direction(), r.direction());
             let n = r.pick([1.0, 3.0, 5.0]);
@@ -462,11 +482,60 @@ fn diffuse_parity() {
     );
 }
 
+/// Arguments no scene should produce: everything is finite all the same.
+#[test]
+fn finite_at_the_extremes() {
+    let Some(gpu) = common::test_gpu() else { return };
+    let mut r = Random(7);
+    let any = |r: &mut Random| r.pick([0.0, 1e-30, -1e-30, 1e-12, 1.0, -1.0, 0.5, 1e3, -1e3, 1e6, -1e6]);
+    let axis = |r: &mut Random| {
+        let v = DVec3::new(r.pick([0.0, 1.0, -1.0, 1e-7]), r.pick([0.0, 1.0, -1e-4]), r.pick([0.0, 1.0, -1.0, 1e-20]));
+        v.try_normalize().unwrap_or(DVec3::NEG_Z).to_array()
+    };
+    let statistics = |r: &mut Random| [any(r), any(r), any(r), any(r), any(r)];
+    for (name, outputs) in [("masking", 4), ("projected_area", 5), ("beckmann", 2), ("specular", 14), ("diffuse", 16)] {
+        let n = match name {
+            "masking" => 11,
+            "specular" => 13,
+            "diffuse" => 12,
+            _ => 8,
+        };
+        let items: Vec<Vec<f32>> = (0..TUPLES)
+            .map(|_| {
+                let directions = if n == 8 { axis(&mut r).to_vec() } else { [axis(&mut r), axis(&mut r)].concat() };
+                let mut x = [directions, statistics(&mut r).to_vec()].concat();
+                x.resize(n, 1.0);
+                x.into_iter().map(|v| v as f32).collect()
+            })
+            .collect();
+        let shader = format!("probes/{name}.comp");
+        let got = match n {
+            8 => common::run_probe::<8>(&gpu, &shader, &fixed(&items), outputs),
+            11 => common::run_probe::<11>(&gpu, &shader, &fixed(&items), outputs),
+            12 => common::run_probe::<12>(&gpu, &shader, &fixed(&items), outputs),
+            _ => common::run_probe::<13>(&gpu, &shader, &fixed(&items), outputs),
+        };
+        let bad: Vec<_> = got.iter().enumerate().filter(|(_, v)| !v.is_finite()).map(|(i, _)| i).collect();
+        assert!(
+            bad.is_empty(),
+            "{name} on {}: {} values not finite, first output {} of {:?}",
+            gpu.device_name(),
+            bad.len(),
+            bad[0] % outputs,
+            items[bad[0] / outputs]
+        );
+    }
+}
+
+fn fixed<const N: usize>(items: &[Vec<f32>]) -> Vec<[f32; N]> {
+    items.iter().map(|x| x.as_slice().try_into().expect("as many as the probe reads")).collect()
+}
+
 #[test]
 fn constants_are_the_same() {
     parity::<1>(
         "constants",
-        Tolerance { relative: 1e-6, floor: |_| 1e-12, unit: 0.0 },
+        Tolerance { relative: 2e-6, floor: |_| 1e-12, unit: 0.0 },
         |r| [r.pick([1.0, 2.0])],
         |x| {
             let constants = [

@@ -30,13 +30,25 @@ pub fn grid_node(j: u32, k: u32, n: u32, lambda: f64) -> DVec3 {
     DVec3::new(p, q, (-0.5 * (p * p + q * q)).exp())
 }
 
-/// Slope at standard normal coordinates `p`, by the Cholesky factor of the covariance (LEADR 5.1).
+/// Lower Cholesky factor `(c_xx, c_yx, c_yy)` of the covariance.
 #[must_use]
-pub fn slope_sample(p: DVec2, m: DVec2, s: DVec3) -> DVec2 {
+pub fn slope_cholesky(s: DVec3) -> DVec3 {
     let deviation = |variance: f64| variance.clamp(0.0, MAX_SLOPE * MAX_SLOPE).sqrt();
     let sigma = DVec2::new(deviation(s.x), deviation(s.y));
     let r = slope_correlation(sigma, s.z);
-    m + sigma * DVec2::new(p.x, r * p.x + ((1.0 - r) * (1.0 + r)).sqrt() * p.y)
+    DVec3::new(sigma.x, sigma.y * r, sigma.y * ((1.0 - r) * (1.0 + r)).sqrt())
+}
+
+/// Slope at standard normal coordinates `p` (LEADR 5.1).
+#[must_use]
+pub fn slope_at(p: DVec2, m: DVec2, cholesky: DVec3) -> DVec2 {
+    m + DVec2::new(cholesky.x * p.x, cholesky.y * p.x + cholesky.z * p.y)
+}
+
+/// The same from the covariance.
+#[must_use]
+pub fn slope_sample(p: DVec2, m: DVec2, s: DVec3) -> DVec2 {
+    slope_at(p, m, slope_cholesky(s))
 }
 
 /// Unit normal of a slope (LEADR eq. 11).
