@@ -1,4 +1,4 @@
-//! Recording: descriptors, dispatches, draws, copies, and the one place that emits barriers.
+//! Recording: descriptors, dispatches, draws and timestamps. Barriers and copies have files of their own.
 
 use std::any::Any;
 use std::ffi::CString;
@@ -8,8 +8,8 @@ use std::sync::Arc;
 use ash::vk;
 use bytemuck::NoUninit;
 
-use super::pipeline::PipelineCore;
-use super::{Buffer, ComputePipeline, Gpu, GpuError, Image, ImageView, Pipeline, Result, Sampler, Timestamps, Use};
+use super::pipeline_layout::PipelineCore;
+use super::{Buffer, ComputePipeline, Gpu, GpuError, ImageView, Pipeline, Result, Sampler, Timestamps, Use};
 
 /// What a binding number stands for.
 #[derive(Clone, Copy)]
@@ -285,6 +285,9 @@ impl Commands {
 
     /// Ends drawing into the attachments.
     pub fn end_rendering(&mut self) {
+        if self.error.is_some() {
+            return;
+        }
         unsafe { self.gpu.raw().cmd_end_rendering(self.raw) };
     }
 
@@ -328,196 +331,6 @@ impl Commands {
         }
     }
 
-    /// Copies bytes between buffers.
-    pub fn copy_buffer(&mut self, source: &Buffer, source_offset: u64, target: &Buffer, target_offset: u64, size: u64) {
-        let fits = |offset: u64, buffer: &Buffer| offset.checked_add(size).is_some_and(|end| end <= buffer.size());
-        if !fits(source_offset, source) || !fits(target_offset, target) {
-            let fault = format!("{size} bytes do not fit {} or {}", source.name(), target.name());
-            return self.fail(GpuError::usage("copy", fault));
-        }
-        if size == 0 {
-            return;
-        }
-        self.keep(&source.inner);
-        self.keep(&target.inner);
-        let region = vk::BufferCopy { src_offset: source_offset, dst_offset: target_offset, size };
-        unsafe { self.gpu.raw().cmd_copy_buffer(self.raw, source.raw(), target.raw(), &[region]) };
-    }
-
-    /// Fills a whole buffer with a 32-bit pattern (a last part of fewer than 4 bytes is left alone).
-    pub fn fill_buffer(&mut self, buffer: &Buffer, pattern: u32) {
-        self.keep(&buffer.inner);
-        let size = buffer.size() / 4 * 4;
-        unsafe { self.gpu.raw().cmd_fill_buffer(self.raw, buffer.raw(), 0, size, pattern) };
-    }
-
-    /// Copies tightly packed rows `rows` of a mip of a layer from a buffer; the image is in [`Use::CopyTarget`].
-    pub fn copy_buffer_to_image(
-        &mut self,
-        source: &Buffer,
-        offset: u64,
-        target: &Image,
-        mip: u32,
-        layer: u32,
-        rows: Range<u32>,
-    ) {
-        if let Some(region) = self.region(source, offset, target, mip, layer, rows) {
-            let layout = Use::CopyTarget.layout();
-            let device = self.gpu.raw();
-            unsafe { device.cmd_copy_buffer_to_image(self.raw, source.raw(), target.raw(), layout, &[region]) };
-        }
-    }
-
-    /// Copies rows `rows` of a mip of a layer into a buffer, tightly packed; the image is in [`Use::CopySource`].
-    pub fn copy_image_to_buffer(
-        &mut self,
-        source: &Image,
-        mip: u32,
-        layer: u32,
-        rows: Range<u32>,
-        target: &Buffer,
-        offset: u64,
-    ) {
-        if let Some(region) = self.region(target, offset, source, mip, layer, rows) {
-            let layout = Use::CopySource.layout();
-            let device = self.gpu.raw();
-            unsafe { device.cmd_copy_image_to_buffer(self.raw, source.raw(), layout, target.raw(), &[region]) };
-        }
-    }
-
-    fn region(
-        &mut self,
-        buffer: &Buffer,
-        offset: u64,
-        image: &Image,
-        mip: u32,
-        layer: u32,
-        rows: Range<u32>,
-    ) -> Option<vk::BufferImageCopy> {
-        let texel = image.check_mip_layer(mip, layer).and_then(|()| image.texel_bytes());
-        let texel = match texel {
-            Ok(texel) => texel,
-            Err(error) => {
-                self.fail(error);
-                return None;
-            }
-        };
-        let [width, height] = image.mip_extent(mip);
-        let bytes = texel * u64::from(width) * rows.len() as u64;
-        if rows.is_empty() || rows.end > height || offset.checked_add(bytes).is_none_or(|end| end > buffer.size()) {
-            let fault = format!("rows {rows:?} of mip {mip} do not fit the image or buffer {}", buffer.name());
-            self.fail(GpuError::usage(image.name(), fault));
-            return None;
-        }
-        self.keep(&buffer.inner);
-        self.keep(&image.inner);
-        let subresource = vk::ImageSubresourceLayers::default()
-            .aspect_mask(image.aspect())
-            .mip_level(mip)
-            .base_array_layer(layer)
-            .layer_count(1);
-        Some(
-            vk::BufferImageCopy::default()
-                .buffer_offset(offset)
-                .image_subresource(subresource)
-                .image_offset(vk::Offset3D { x: 0, y: rows.start.cast_signed(), z: 0 })
-                .image_extent(vk::Extent3D { width, height: rows.len() as u32, depth: 1 }),
-        )
-    }
-
-    /// Copies mip 0 of layer 0 to an image of another size or format with filtering; from [`Use::CopySource`] to
-    /// [`Use::CopyTarget`].
-    pub fn blit(&mut self, source: &Image, target: &Image) {
-        self.keep(&source.inner);
-        self.keep(&target.inner);
-        let layers = |image: &Image| {
-            vk::ImageSubresourceLayers::default().aspect_mask(image.aspect()).base_array_layer(0).layer_count(1)
-        };
-        let corners = |image: &Image| {
-            let [width, height] = image.mip_extent(0).map(u32::cast_signed);
-            [vk::Offset3D::default(), vk::Offset3D { x: width, y: height, z: 1 }]
-        };
-        let region = vk::ImageBlit::default()
-            .src_subresource(layers(source))
-            .src_offsets(corners(source))
-            .dst_subresource(layers(target))
-            .dst_offsets(corners(target));
-        let (from, to) = (Use::CopySource.layout(), Use::CopyTarget.layout());
-        let filter = vk::Filter::LINEAR;
-        let device = self.gpu.raw();
-        unsafe { device.cmd_blit_image(self.raw, source.raw(), from, target.raw(), to, &[region], filter) };
-    }
-
-    /// Clears all mips and layers of a colour image, in [`Use::CopyTarget`].
-    pub fn clear_image(&mut self, image: &Image, color: [f32; 4]) {
-        self.keep(&image.inner);
-        let color = vk::ClearColorValue { float32: color };
-        let desc = image.desc();
-        let range = subresources(image, 0..desc.mips, 0..desc.layers);
-        let layout = Use::CopyTarget.layout();
-        unsafe { self.gpu.raw().cmd_clear_color_image(self.raw, image.raw(), layout, &color, &[range]) };
-    }
-
-    /// Brings the whole image from the use it is in to the next. Between two equal uses that only read, nothing happens.
-    pub fn transition(&mut self, image: &Image, to: Use) {
-        let from = image.last_use();
-        let reads = [Use::CopySource, Use::Sampled, Use::ComputeRead, Use::GraphicsRead, Use::Present];
-        if from == to && reads.contains(&to) {
-            return;
-        }
-        self.image_barrier(image, from, to);
-    }
-
-    /// Brings the whole image from one use to the next; [`Use::Undefined`] throws its content away.
-    pub fn image_barrier(&mut self, image: &Image, from: Use, to: Use) {
-        let desc = *image.desc();
-        self.mip_barrier(image, 0..desc.mips, 0..desc.layers, from, to);
-        image.set_last_use(to);
-    }
-
-    /// Brings some mips and layers from one use to the next. The image's remembered use does not change: the caller
-    /// brings all parts back to one use and says so with [`Image::assume`].
-    pub fn mip_barrier(&mut self, image: &Image, mips: Range<u32>, layers: Range<u32>, from: Use, to: Use) {
-        self.keep(&image.inner);
-        let barrier = vk::ImageMemoryBarrier2::default()
-            .src_stage_mask(from.stages())
-            .src_access_mask(from.access())
-            .dst_stage_mask(to.stages())
-            .dst_access_mask(to.access())
-            .old_layout(from.layout())
-            .new_layout(to.layout())
-            .src_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
-            .dst_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
-            .image(image.raw())
-            .subresource_range(subresources(image, mips, layers));
-        self.barrier(&vk::DependencyInfo::default().image_memory_barriers(&[barrier]));
-    }
-
-    /// Orders everything earlier before everything later, the CPU's reads after the submission included.
-    pub fn full_barrier(&mut self) {
-        let all = vk::AccessFlags2::MEMORY_READ | vk::AccessFlags2::MEMORY_WRITE;
-        let barrier = vk::MemoryBarrier2::default()
-            .src_stage_mask(vk::PipelineStageFlags2::ALL_COMMANDS)
-            .src_access_mask(vk::AccessFlags2::MEMORY_WRITE)
-            .dst_stage_mask(vk::PipelineStageFlags2::ALL_COMMANDS | vk::PipelineStageFlags2::HOST)
-            .dst_access_mask(all | vk::AccessFlags2::HOST_READ);
-        self.barrier(&vk::DependencyInfo::default().memory_barriers(&[barrier]));
-    }
-
-    /// Orders all earlier accesses of one use before all later ones of another, for buffers of any kind.
-    pub fn memory_barrier(&mut self, from: Use, to: Use) {
-        let barrier = vk::MemoryBarrier2::default()
-            .src_stage_mask(from.stages())
-            .src_access_mask(from.access())
-            .dst_stage_mask(to.stages())
-            .dst_access_mask(to.access());
-        self.barrier(&vk::DependencyInfo::default().memory_barriers(&[barrier]));
-    }
-
-    fn barrier(&mut self, dependency: &vk::DependencyInfo<'_>) {
-        unsafe { self.gpu.raw().cmd_pipeline_barrier2(self.raw, dependency) };
-    }
-
     /// Forgets the marks of earlier recordings; before the first [`timestamp`](Self::timestamp), outside rendering.
     pub fn reset_timestamps(&mut self, timestamps: &Timestamps) {
         self.keep(&timestamps.inner);
@@ -539,13 +352,4 @@ impl Commands {
         }
         bound
     }
-}
-
-fn subresources(image: &Image, mips: Range<u32>, layers: Range<u32>) -> vk::ImageSubresourceRange {
-    vk::ImageSubresourceRange::default()
-        .aspect_mask(image.aspect())
-        .base_mip_level(mips.start)
-        .level_count(mips.len() as u32)
-        .base_array_layer(layers.start)
-        .layer_count(layers.len() as u32)
 }

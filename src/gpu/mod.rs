@@ -46,12 +46,15 @@
 pub mod reflect;
 pub mod shaders;
 
+mod barriers;
 mod buffer;
 mod commands;
+mod copies;
 mod device;
 mod error;
 mod image;
 mod pipeline;
+mod pipeline_layout;
 mod sampler;
 mod select;
 mod submit;
@@ -67,9 +70,9 @@ pub use device::{Gpu, GpuOptions};
 pub use error::{GpuError, Result};
 pub use image::{Image, ImageDesc, ImageView};
 pub use pipeline::{
-    Blend, ComputePipeline, Cull, Depth, GraphicsDesc, GraphicsPipeline, Pipeline, PipelineCore, PolygonMode, Spec,
-    SpecValue, Topology,
+    Blend, ComputePipeline, Cull, Depth, GraphicsDesc, GraphicsPipeline, Pipeline, PolygonMode, Topology,
 };
+pub use pipeline_layout::{PipelineCore, Spec, SpecValue};
 pub use sampler::{Filter, Sampler, Wrap};
 pub use submit::CommandRecorder;
 pub use timestamps::Timestamps;

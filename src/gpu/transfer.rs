@@ -50,7 +50,7 @@ impl Image {
         let (row, rows_per_chunk) = self.chunks(mip, layer)?;
         let height = self.mip_extent(mip)[1];
         let total = (row * u64::from(height)) as usize;
-        if size_of::<T>() == 0 || total % size_of::<T>() != 0 {
+        if size_of::<T>() == 0 || !total.is_multiple_of(size_of::<T>()) {
             let fault = format!("{total} bytes of mip {mip} do not divide into values of {} bytes", size_of::<T>());
             return Err(GpuError::usage(self.name(), fault));
         }

@@ -62,7 +62,9 @@ impl Use {
     pub(crate) fn access(self) -> vk::AccessFlags2 {
         use vk::AccessFlags2 as A;
         match self {
-            Self::Undefined | Self::Present => A::NONE,
+            // Whatever was written there before must be over.
+            Self::Undefined => A::MEMORY_WRITE,
+            Self::Present => A::NONE,
             Self::CopySource => A::TRANSFER_READ,
             Self::CopyTarget => A::TRANSFER_WRITE,
             Self::Sampled => A::SHADER_SAMPLED_READ,

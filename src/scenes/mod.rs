@@ -1,1 +1,5 @@
-//! scenes
+//! Floor 4 · scenes: pure functions of time that produce render inputs.
+
+pub mod plane;
+pub mod sphere;
+pub mod stage;
