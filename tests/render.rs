@@ -125,7 +125,7 @@ fn the_crack_test_sees_cracks() {
     mesh.colors = vec![[0.5; 4]; mesh.positions.len()];
     mesh.accessibility = vec![1.0; mesh.positions.len()];
     mesh.patches = (0..mesh.patches.len() as u32).map(|i| [4 * i, 4 * i + 1, 4 * i + 2, 4 * i + 3]).collect();
-    let mut renderer = renderer(&gpu, object(mesh, rough(), 0.04));
+    let mut renderer = renderer(&gpu, object(mesh, rough(), 0.1));
     let (inside, _) = count_inside(&mut renderer, &[1.5, 3.0]);
     println!("{inside} inside pixels through torn seams");
     assert!(inside > 50, "{inside}");

@@ -8,6 +8,7 @@ use super::values::{Layer, Masking, Technique};
 use crate::render::frame::{Layer as GBufferLayer, Renderer};
 use crate::render::scene::FrameState;
 use crate::render::settings::{RenderSettings, ShadingSettings, Technique as RenderTechnique};
+use crate::render::tessellation::TessellationSettings;
 
 /// The scene at a time in seconds.
 pub type Animation = Box<dyn Fn(f64) -> FrameState>;
@@ -49,6 +50,7 @@ pub fn render_settings(config: &CaptureConfig) -> RenderSettings {
         samples: config.samples,
         seed: config.seed,
         shading,
+        tessellation: TessellationSettings { to_texels: technique == RenderTechnique::Reference, ..Default::default() },
         ..Default::default()
     }
 }
