@@ -155,6 +155,8 @@ pub struct BoundaryHeights {
     pub patch_range: Vec<[f32; 2]>,
     /// Texels of the map along each edge, in the finest patch beside it.
     pub edge_texels: Vec<f32>,
+    /// Highest minus lowest height over the patches beside each edge.
+    pub edge_relief: Vec<f32>,
 }
 
 impl BoundaryHeights {
@@ -214,7 +216,10 @@ impl BoundaryHeights {
             ((corners[(side + 1) & 3] - corners[side]) * size).length()
         };
         let edge_texels = sides.iter().map(|sides| sides.iter().map(texels).fold(1.0, f32::max)).collect();
-        Self { edges, vertices, patch_range: patch_ranges(mesh, field), edge_texels }
+        let patch_range = patch_ranges(mesh, field);
+        let relief = |&(patch, _, _): &(usize, usize, bool)| patch_range[patch][1] - patch_range[patch][0];
+        let edge_relief = sides.iter().map(|sides| sides.iter().map(relief).fold(0.0, f32::max)).collect();
+        Self { edges, vertices, patch_range, edge_texels, edge_relief }
     }
 }
 

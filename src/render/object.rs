@@ -78,6 +78,7 @@ pub struct GpuObject {
     pub topology: Topology,
     height_range: Vec<[f32; 2]>,
     edge_texels: Vec<f32>,
+    edge_relief: Vec<f32>,
     /// `PatchData` of every patch.
     pub patches: Buffer,
     /// Baked heights of the edges.
@@ -113,6 +114,7 @@ impl GpuObject {
                     vertices: vec![0.0; EDGE_LEVELS],
                     patch_range: Vec::new(),
                     edge_texels: Vec::new(),
+                    edge_relief: Vec::new(),
                 },
                 Border::Clamp,
             ),
@@ -162,6 +164,7 @@ impl GpuObject {
             vertex_heights: Buffer::from_slice(gpu, &format!("{name} vertex heights"), &boundary.vertices)?,
             height_range: boundary.patch_range,
             edge_texels: boundary.edge_texels,
+            edge_relief: boundary.edge_relief,
             sampler: Sampler::new(gpu, &format!("{name} sampler"), Filter::Trilinear, wrap)?,
             topology,
             object,
@@ -267,6 +270,7 @@ impl ViewBuffers {
             positions: &posed.positions,
             normals: &posed.normals,
             edge_texels: &object.edge_texels,
+            edge_relief: &object.edge_relief,
             height_range: &object.height_range,
             height_scale: height_scale * object.object.height_scale,
         };

@@ -1,7 +1,7 @@
 //! How finely each patch is drawn this frame, which patches are drawn, and in how many draws.
 //!
-//! Factors belong to edges and come from the projected size of the edge's sphere alone, so the two patches of an
-//! edge always agree and turning the camera in place changes nothing.
+//! Factors belong to edges and come from what the two ends of the edge know, so the two patches of an edge always
+//! agree; turning the camera in place changes nothing.
 
 use super::patch_mesh::PatchMesh;
 use super::topology::Topology;
@@ -92,6 +92,8 @@ pub struct PosedMesh<'a> {
     pub normals: &'a [Vec3],
     /// Texels of the height map along each edge; empty where nothing is displaced.
     pub edge_texels: &'a [f32],
+    /// Height range along each edge before scaling; empty where nothing is displaced.
+    pub edge_relief: &'a [f32],
     /// Height range per patch before scaling; empty where nothing is displaced.
     pub height_range: &'a [[f32; 2]],
     /// The height scale.
@@ -126,9 +128,11 @@ impl DrawList {
             .iter()
             .enumerate()
             .map(|(edge, &[a, b])| {
-                let (a, b) = (positions[a as usize], positions[b as usize]);
+                let (a, b) = (a as usize, b as usize);
                 let least = if settings.to_texels { posed.edge_texels.get(edge).copied().unwrap_or(1.0) } else { 1.0 };
-                (lens.pixels((a + b) * 0.5, a.distance(b)) / spacing).max(least).clamp(1.0, max_factor)
+                let relief = posed.edge_relief.get(edge).copied().unwrap_or(0.0) * posed.height_scale.abs();
+                let pixels = edge_pixels(&lens, [positions[a], positions[b]], [normals[a], normals[b]], relief);
+                (pixels / spacing).max(least).clamp(1.0, max_factor)
             })
             .collect();
         let mut vertex_lods = vec![(0.0f32, 0u32); positions.len()];
@@ -168,6 +172,24 @@ impl DrawList {
         }
         list
     }
+}
+
+/// Slope of bumps that still shows when an edge is seen end-on.
+const BUMP_SLOPE: f32 = 0.3;
+/// Pixels of relief from which on an edge is divided as finely as its length on the screen asks for.
+const FULL_RELIEF: f32 = 2.0;
+
+/// Length on the screen that an edge is divided by: foreshortened, but not below what its bumps show from the side;
+/// less when neither bumps nor curvature stand out by pixels, for then there is little to draw.
+fn edge_pixels(lens: &Lens, positions: [Vec3; 2], normals: [Vec3; 2], relief: f32) -> f32 {
+    let centre = (positions[0] + positions[1]) * 0.5;
+    let along = positions[1] - positions[0];
+    let length = along.length();
+    let sine = along.cross(lens.toward_viewer(centre)).length() / length.max(1e-20);
+    let bulge = length * normals[0].distance(normals[1]) * 0.25;
+    let scale = lens.pixels(centre, length) / length.max(1e-20);
+    let prominence = ((relief + bulge) * scale / FULL_RELIEF).clamp(0.0, 1.0).sqrt();
+    length * scale * sine.hypot(BUMP_SLOPE) * prominence
 }
 
 /// The number of segments fractional odd spacing makes of a factor.
@@ -235,6 +257,7 @@ mod tests {
             positions: &mesh.positions,
             normals: &mesh.normals,
             edge_texels: &[40.0],
+            edge_relief: &vec![1.0; topology.edges.len()],
             height_range: &[],
             height_scale: 1.0,
         };
@@ -245,10 +268,20 @@ mod tests {
     fn spacing_follows_the_target() {
         let mesh = grid(1);
         let list = list(&mesh, Vec3::Z * 100.0, Vec3::ZERO, &TessellationSettings::default());
-        // One unit at distance 100 is 10 pixels; 4 pixels per triangle are sqrt(8) pixels between vertices.
+        // One unit at distance 100 is 10 pixels; 4 pixels per triangle are sqrt(8) pixels between vertices. Bumps of
+        // 10 pixels lengthen what is seen from straight above by sqrt(1 + 0.09).
         for factor in &list.edge_factors {
-            assert!((factor - 10.0 / 8f32.sqrt()).abs() < 0.05, "{factor}");
+            assert!((factor - 10.0 * 1.09f32.sqrt() / 8f32.sqrt()).abs() < 0.06, "{factor}");
         }
+    }
+
+    #[test]
+    fn flat_edges_are_not_divided_and_edges_seen_end_on_less() {
+        let lens = Lens::Perspective { eye: Vec3::X * 100.0, focal_pixels: 1000.0, near: 0.01 };
+        let edge = |direction: Vec3, relief: f32| edge_pixels(&lens, [-direction, direction], [Vec3::Z; 2], relief);
+        assert_eq!(edge(Vec3::Y, 0.0), 0.0);
+        assert!(edge(Vec3::X, 1.0) < 0.35 * edge(Vec3::Y, 1.0));
+        assert!(edge(Vec3::Y, 0.05) < edge(Vec3::Y, 0.1));
     }
 
     #[test]

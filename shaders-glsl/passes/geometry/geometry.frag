@@ -97,12 +97,12 @@ void main() {
 
     vec4 color = in_color;
     if ((object.flags & FLAG_COLOR_MAP) != 0u) {
-        color = vec4(0.0);
+        vec4 texel = vec4(0.0);
         for (int i = 0; i < color_footprint.taps; ++i) {
             vec2 tap = in_texcoord + color_footprint.step * (float(i) + 0.5 - 0.5 * float(color_footprint.taps));
-            color += textureLod(color_map, clamp_to_tile(tap, tile, color_footprint.lod, color_size), color_footprint.lod);
+            texel += textureLod(color_map, clamp_to_tile(tap, tile, color_footprint.lod, color_size), color_footprint.lod);
         }
-        color /= float(color_footprint.taps);
+        color *= texel / float(color_footprint.taps); // the vertex colour tints the map
     }
 
     out_frame = vec4(octahedral_encode(normal), mean_slope);
