@@ -5,6 +5,7 @@ use std::sync::Arc;
 use ash::vk;
 
 use super::object::{GpuObject, ViewBuffers};
+use super::tessellation::GUARD_BAND;
 use crate::gpu::{
     ColorTarget, Commands, Cull, Depth, DepthTarget, Descriptor, Gpu, GraphicsDesc, GraphicsPipeline, Image, ImageDesc,
     Load, Result, Topology, Use,
@@ -89,6 +90,7 @@ impl GeometryPass {
         cmd.image_barrier(&target.depth, Use::Undefined, Use::DepthTarget);
         let colors = target.colors().map(|image| ColorTarget { view: image.whole(), load: Load::ClearUint([0; 4]) });
         cmd.begin_rendering(&colors, Some(DepthTarget { view: target.depth.whole(), clear: Some(0.0) }));
+        guard_band(cmd, &target.depth);
         for (object, view) in objects {
             draw_object(cmd, &self.pipeline, object, view, height_scale, mark_inside);
         }
@@ -98,6 +100,15 @@ impl GeometryPass {
         }
         cmd.transition(&target.depth, Use::Sampled);
     }
+}
+
+/// Sets the viewport of [`GUARD_BAND`] around a target and cuts the target out of it.
+pub(super) fn guard_band(cmd: &mut Commands, target: &Image) {
+    let [width, height] = target.mip_extent(0);
+    let (w, h) = (width as f32, height as f32);
+    let margin = (GUARD_BAND - 1.0) / 2.0;
+    cmd.viewport([-margin * w, -margin * h, GUARD_BAND * w, GUARD_BAND * h]);
+    cmd.scissor([0, 0, width, height]);
 }
 
 /// Binds and draws one object; shared with the shadow pass.

@@ -9,7 +9,7 @@ use glam::{Mat4, Vec4};
 use super::displacement::{Border, BoundaryHeights, EDGE_LEVELS, HeightField};
 use super::moments::{Edges, HeightSource, LeadrMapGpu, MomentFormat};
 use super::scene::{Object, PosedVertices};
-use super::tessellation::{DrawList, Lens, PosedMesh, TessellationSettings};
+use super::tessellation::{DrawList, GUARD_BAND, Lens, PosedMesh, TessellationSettings};
 use super::topology::Topology;
 use crate::gpu::{Buffer, Filter, Gpu, Image, ImageDesc, Memory, Result, Sampler, Wrap};
 
@@ -48,7 +48,7 @@ pub const MAX_OBJECTS: usize = 127;
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 pub struct ViewGpu {
-    /// World to clip space.
+    /// World to the clip space of a viewport [`GUARD_BAND`] times the image.
     pub clip_from_world: [[f32; 4]; 4],
     /// Position of the viewer.
     pub camera_position: [f32; 4],
@@ -301,8 +301,9 @@ impl ViewBuffers {
         self.vertices.write(0, &vertices)?;
         self.edge_factors.write(0, &list.edge_factors)?;
         self.visible.write(0, &list.visible)?;
+        let shrink = Mat4::from_scale(glam::Vec3::new(1.0 / GUARD_BAND, 1.0 / GUARD_BAND, 1.0));
         let view = ViewGpu {
-            clip_from_world: clip_from_world.to_cols_array_2d(),
+            clip_from_world: (shrink * clip_from_world).to_cols_array_2d(),
             camera_position: Vec4::from((eye, 1.0)).to_array(),
         };
         self.view.write(0, &[view])?;

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use ash::vk;
 use glam::{Mat4, Vec3};
 
-use super::geometry::draw_object;
+use super::geometry::{draw_object, guard_band};
 use super::object::{GpuObject, ViewBuffers};
 use super::tessellation::Lens;
 use crate::gpu::{
@@ -89,6 +89,7 @@ impl ShadowPass {
     pub fn record(&self, cmd: &mut Commands, casters: &[(&GpuObject, &ViewBuffers)], height_scale: f32) {
         cmd.image_barrier(&self.map, Use::Undefined, Use::DepthTarget);
         cmd.begin_rendering(&[], Some(DepthTarget { view: self.map.whole(), clear: Some(0.0) }));
+        guard_band(cmd, &self.map);
         for (object, view) in casters {
             draw_object(cmd, &self.pipeline, object, view, height_scale, false);
         }

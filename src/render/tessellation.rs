@@ -100,6 +100,10 @@ pub struct PosedMesh<'a> {
     pub height_scale: f32,
 }
 
+/// The geometry pass draws into a viewport this many times larger than the image, which is cut out by the scissor:
+/// triangles across the border of the image are then not clipped (see [`DrawList::new`]).
+pub const GUARD_BAND: f32 = 3.0;
+
 /// What to draw.
 #[derive(Clone, Debug, Default)]
 pub struct DrawList {
@@ -107,7 +111,7 @@ pub struct DrawList {
     pub edge_factors: Vec<f32>,
     /// Level of the boundary heights at each vertex (0: finest).
     pub vertex_lods: Vec<f32>,
-    /// Patches to draw, in mesh order.
+    /// Patches to draw, those that need no clipping first.
     pub visible: Vec<u32>,
     /// Draws as `(first, count)` ranges of `visible`.
     pub draws: Vec<(u32, u32)>,
@@ -144,33 +148,51 @@ impl DrawList {
             }
         }
         let vertex_lods = vertex_lods.into_iter().map(|(sum, count)| sum / count.max(1) as f32).collect();
-        let planes = frustum_planes(clip_from_world);
-        let mut list = Self { edge_factors, vertex_lods, ..Self::default() };
-        let (mut first, mut vertices) = (0, 0u32);
+        let (view, band) = (frustum_planes(clip_from_world, 1.0), frustum_planes(clip_from_world, GUARD_BAND));
+        // Patches that need clipping come last, in draws of their own: software drivers send every triangle of a draw
+        // in which anything is clipped down a path that is some twenty times slower.
+        let (mut inside, mut crossing) = (Vec::new(), Vec::new());
         for (index, patch) in mesh.patches.iter().enumerate() {
             let corners = patch.map(|v| (positions[v as usize], normals[v as usize]));
             let range = posed.height_range.get(index).map_or([0.0; 2], |r| r.map(|h| h * posed.height_scale));
-            if settings.cull && (outside(&planes, &corners, range) || faces_away(&lens, &corners, range)) {
+            let outside = place_in_view(&view, &corners, range) == Inside::Outside;
+            if settings.cull && (outside || faces_away(&lens, &corners, range)) {
                 continue;
             }
-            let factor =
-                topology.patch_edges[index].iter().map(|&e| list.edge_factors[(e >> 1) as usize]).fold(1.0, f32::max);
+            if place_in_view(&band, &corners, range) == Inside::Wholly {
+                inside.push(index as u32)
+            } else {
+                crossing.push(index as u32)
+            }
+        }
+        let mut list = Self { edge_factors, vertex_lods, ..Self::default() };
+        for group in [inside, crossing] {
+            list.add_draws(&group, topology, settings.max_vertices_per_draw);
+        }
+        list
+    }
+
+    /// Appends `patches` in draws that stay under the vertex limit.
+    fn add_draws(&mut self, patches: &[u32], topology: &Topology, max_vertices: u32) {
+        let (mut first, mut vertices) = (self.visible.len() as u32, 0u32);
+        for &patch in patches {
+            let edges = &topology.patch_edges[patch as usize];
+            let factor = edges.iter().map(|&e| self.edge_factors[(e >> 1) as usize]).fold(1.0, f32::max);
             let segments = odd_ceil(factor);
             let patch_vertices = (segments + 1) * (segments + 1);
-            let next = list.visible.len() as u32;
-            if next > first && vertices.saturating_add(patch_vertices) >= settings.max_vertices_per_draw {
-                list.draws.push((first, next - first));
+            let next = self.visible.len() as u32;
+            if next > first && vertices.saturating_add(patch_vertices) >= max_vertices {
+                self.draws.push((first, next - first));
                 (first, vertices) = (next, 0);
             }
             vertices = vertices.saturating_add(patch_vertices);
-            list.visible.push(index as u32);
-            list.triangles += u64::from(2 * segments * segments);
+            self.visible.push(patch);
+            self.triangles += u64::from(2 * segments * segments);
         }
-        let count = list.visible.len() as u32;
-        if count > first {
-            list.draws.push((first, count - first));
+        let count = self.visible.len() as u32 - first;
+        if count > 0 {
+            self.draws.push((first, count));
         }
-        list
     }
 }
 
@@ -198,21 +220,38 @@ fn odd_ceil(factor: f32) -> u32 {
     n | 1
 }
 
-/// Inward planes of the sides and the near plane (reversed depth, so `z ≤ w` is near; the far plane is at infinity).
-fn frustum_planes(clip_from_world: Mat4) -> [Vec4; 5] {
+/// Inward planes of the sides, `band` times as far out as the image's border, and of the near plane (reversed depth, so
+/// `z ≤ w` is near; the far plane is at infinity).
+fn frustum_planes(clip_from_world: Mat4, band: f32) -> [Vec4; 5] {
     let rows = clip_from_world.transpose();
     let (x, y, z, w) = (rows.x_axis, rows.y_axis, rows.z_axis, rows.w_axis);
+    let (x, y) = (x / band, y / band);
     [w + x, w - x, w + y, w - y, w - z].map(|plane| plane / plane.truncate().length().max(1e-20))
 }
 
 type Corners = [(Vec3, Vec3); 4];
 
-fn outside(planes: &[Vec4; 5], corners: &Corners, range: [f32; 2]) -> bool {
+/// Where a patch lies with respect to the view.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Inside {
+    Wholly,
+    Partly,
+    Outside,
+}
+
+fn place_in_view(planes: &[Vec4; 5], corners: &Corners, range: [f32; 2]) -> Inside {
     let centre = corners.iter().map(|c| c.0).sum::<Vec3>() * 0.25;
     let radius = corners.iter().map(|c| c.0.distance(centre)).fold(0.0, f32::max);
     // A quarter for the bulge of the curved patch over its corners.
     let radius = radius * 1.25 + range[0].abs().max(range[1].abs());
-    planes.iter().any(|plane| plane.dot(centre.extend(1.0)) < -radius)
+    let least = planes.iter().map(|plane| plane.dot(centre.extend(1.0))).fold(f32::INFINITY, f32::min);
+    if least >= radius {
+        Inside::Wholly
+    } else if least >= -radius {
+        Inside::Partly
+    } else {
+        Inside::Outside
+    }
 }
 
 /// Whether the patch lies so far behind the horizon that not even its highest bump can look over it.
