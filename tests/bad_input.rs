@@ -195,7 +195,7 @@ fn valid_files() -> Vec<(&'static str, Vec<u8>, Decode)> {
 #[test]
 fn truncated_files_are_refused_at_every_sixteenth() {
     let _alone = alone();
-    for (name, bytes, decode) in valid_files() {
+    for (name, bytes, decode) in valid_files().into_iter().chain(exr_variants()) {
         decode(&bytes).unwrap_or_else(|fault| panic!("the whole {name} must load: {fault}"));
         for sixteenth in 0..16 {
             let short = &bytes[..bytes.len() * sixteenth / 16];
@@ -204,6 +204,35 @@ fn truncated_files_are_refused_at_every_sixteenth() {
             assert!(peak < 4 << 20, "{name} cut to {sixteenth}/16 took {peak} bytes");
         }
     }
+}
+
+/// The same picture as half floats in the `exr` crate's other compressions, in tiles and mip levels as well.
+fn exr_variants() -> Vec<(&'static str, Vec<u8>, Decode)> {
+    use exr::prelude::*;
+    let decode: Decode = |b| decode_environment(b).map(drop);
+    let tiles = Blocks::Tiles(Vec2(16, 32));
+    let cases = [
+        ("exr none", Compression::Uncompressed, Blocks::ScanLines),
+        ("exr rle", Compression::RLE, Blocks::ScanLines),
+        ("exr zip1", Compression::ZIP1, tiles),
+        ("exr piz", Compression::PIZ, Blocks::ScanLines),
+        ("exr piz tiles", Compression::PIZ, tiles),
+        ("exr pxr24", Compression::PXR24, Blocks::ScanLines),
+        ("exr b44a", Compression::B44A, Blocks::ScanLines),
+        ("exr dwaa", Compression::DWAA(None), Blocks::ScanLines),
+    ];
+    let variants = cases.map(|(name, compression, blocks)| {
+        let channels = SpecificChannels::rgb(|Vec2(x, y): Vec2<usize>| {
+            let v = f16::from_f32(((x * 13 + y * 7) % 31) as f32 * 0.1);
+            (v, f16::from_f32(1.0), v)
+        });
+        let encoding = Encoding { compression, blocks, line_order: LineOrder::Increasing };
+        let layer = Layer::new((64, 48), LayerAttributes::default(), encoding, channels);
+        let mut cursor = std::io::Cursor::new(Vec::new());
+        Image::from_layer(layer).write().to_buffered(&mut cursor).unwrap();
+        (name, cursor.into_inner(), decode)
+    });
+    variants.into()
 }
 
 /// Flips bytes all over valid files: an answer of either kind, never a crash.
@@ -217,7 +246,7 @@ fn altered_files_are_answered() {
         state ^= state << 17;
         state
     };
-    for (name, bytes, decode) in valid_files() {
+    for (name, bytes, decode) in valid_files().into_iter().chain(exr_variants()) {
         let (mut accepted, mut refused, mut caught, mut most) = (0, 0, 0, 0);
         for round in 0..400 {
             let mut altered = bytes.clone();

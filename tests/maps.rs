@@ -7,7 +7,7 @@ use leadr::maps::save::{encode_exr, encode_png_grey16, encode_png_srgb8};
 use leadr::maps::tonemap::Tonemap;
 use leadr::maps::{
     HeightMap, LeadrMap, MapFault, Rgb8Image, RgbImage, Wrap, decode_color, decode_color_srgb8, decode_environment,
-    decode_height_map, load_color_srgb8, load_environment, load_height_map, save,
+    decode_height_map, decode_picture, load_color_srgb8, load_environment, load_height_map, save,
 };
 
 /// The shared data folder, or `None` with a note.
@@ -237,6 +237,24 @@ fn bad_texels_are_named_with_their_place() {
         let message = decode_environment(&exr).unwrap_err().to_string();
         assert!(message.contains("channel B at x = 3, y = 1"), "{message}");
     }
+    // What a lossy codec leaves of black is black.
+    plane[7] = -0.001;
+    let exr = encode_exr(4, 3, &[("R", &fine), ("G", &fine), ("B", &plane)]).unwrap();
+    assert_eq!(decode_environment(&exr).unwrap().at(3, 1), [1.0, 1.0, 0.0]);
+}
+
+#[test]
+fn pictures_of_every_format_load() {
+    let image = Rgb8Image::new(2, 1, vec![[255, 0, 10], [1, 2, 3]]).unwrap();
+    let picture = decode_picture(&encode_png_srgb8(&image).unwrap()).unwrap();
+    assert!(picture.display_referred && picture.image == image.to_linear());
+    // A render may hold NaN; comparing it is what refuses.
+    let plane = [f32::NAN, -2.0];
+    let exr = encode_exr(2, 1, &[("R", &plane), ("G", &plane), ("B", &plane)]).unwrap();
+    let picture = decode_picture(&exr).unwrap();
+    assert!(!picture.display_referred && picture.image.texels[0][0].is_nan() && picture.image.texels[1] == [-2.0; 3]);
+    assert!(!decode_picture(&hdr("\n-Y 1 +X 1\n", &red(16))).unwrap().display_referred);
+    assert!(matches!(decode_picture(b"GIF89a"), Err(MapFault::Unrecognised { .. })));
 }
 
 #[test]
@@ -259,4 +277,44 @@ fn saving_is_all_or_nothing() {
     assert!(names.iter().all(|n| !n.to_string_lossy().ends_with(".part")), "{names:?}");
     let missing = folder.path().join("no/such/folder/image.exr");
     assert!(save::save_exr_rgb(&missing, &image).is_err());
+}
+
+/// Tiles with mip levels, of which the largest is read; and files of several parts, of which the first fitting one is.
+#[test]
+fn exr_levels_and_parts_are_sorted_out() {
+    use exr::prelude::*;
+    let plane = |w: usize, h: usize, start: f32| FlatSamples::F32((0..w * h).map(|i| start + i as f32).collect());
+    let encoding = Encoding {
+        compression: Compression::ZIP1,
+        blocks: Blocks::Tiles(Vec2(4, 4)),
+        line_order: LineOrder::Increasing,
+    };
+    let channel = AnyChannel {
+        name: "Y".into(),
+        sample_data: Levels::Mip {
+            rounding_mode: exr::math::RoundingMode::Down,
+            level_data: vec![plane(10, 6, 0.0), plane(5, 3, 500.0), plane(2, 1, 700.0), plane(1, 1, 900.0)],
+        },
+        quantize_linearly: false,
+        sampling: Vec2(1, 1),
+    };
+    let layer =
+        Layer::new((10, 6), LayerAttributes::default(), encoding, AnyChannels::sort([channel].into_iter().collect()));
+    let mut cursor = std::io::Cursor::new(Vec::new());
+    Image::from_layer(layer).write().to_buffered(&mut cursor).unwrap();
+    let map = decode_height_map(&cursor.into_inner()).unwrap();
+    assert_eq!((map.width, map.height), (10, 6));
+    assert!(map.texels.iter().enumerate().all(|(i, &h)| h == i as f32), "{:?}", map.texels);
+
+    let part = |name: &str, channels: &[&str], start: f32| {
+        let list = channels.iter().map(|&c| AnyChannel::new(c, plane(3, 2, start))).collect();
+        Layer::new((3, 2), LayerAttributes::named(name), Encoding::FAST_LOSSLESS, AnyChannels::sort(list))
+    };
+    let attributes = ImageAttributes::new(IntegerBounds::from_dimensions((3, 2)));
+    let parts: Vec<_> = vec![part("mask", &["A", "Q"], 5.0), part("beauty", &["B", "G", "R"], 10.0)];
+    let mut cursor = std::io::Cursor::new(Vec::new());
+    Image::from_layers(attributes, parts).write().to_buffered(&mut cursor).unwrap();
+    let image = decode_environment(&cursor.into_inner()).unwrap();
+    assert_eq!(image.texels[0], [10.0; 3]);
+    assert_eq!(image.texels[5], [15.0; 3]);
 }

@@ -4,9 +4,11 @@
 //! go one at a time, and a panic in the crate becomes an error. Deep data, subsampled channels and High-Throughput
 //! JPEG 2000 are refused with a sentence; of mip levels the largest is read.
 
+use std::cell::Cell;
 use std::collections::HashSet;
 use std::io::Cursor;
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Once;
 
 use exr::block::UncompressedBlock;
 use exr::block::chunk::{Chunk, CompressedBlock, CompressedScanLineBlock, CompressedTileBlock, TileCoordinates};
@@ -36,9 +38,41 @@ pub(crate) fn is_exr(bytes: &[u8]) -> bool {
 /// Decodes the channels that `choose` picks from the first part in which it picks any; `wanted` names them for the
 /// error message.
 pub(crate) fn decode(bytes: &[u8], choose: Choose, wanted: &str) -> Result<Planes, MapFault> {
-    // The last resort: hostile headers can overflow arithmetic inside the crate.
-    catch_unwind(AssertUnwindSafe(|| decode_unguarded(bytes, choose, wanted)))
-        .unwrap_or_else(|_| Err(MapFault::damaged("the EXR decoder gave up on it (internal panic)")))
+    // The last resort: damaged blocks overflow arithmetic inside the crate (its B44, for one).
+    let quiet = Quiet::begin();
+    let decoded = catch_unwind(AssertUnwindSafe(|| decode_unguarded(bytes, choose, wanted)));
+    drop(quiet);
+    decoded.unwrap_or_else(|_| Err(MapFault::damaged("the EXR decoder gave up on it (internal panic)")))
+}
+
+thread_local! {
+    /// Whether this thread's panics are expected and become an error.
+    static QUIET: Cell<bool> = const { Cell::new(false) };
+}
+
+/// While one lives, a panic of this thread prints nothing; other threads and times keep the hook that was there.
+struct Quiet;
+
+impl Quiet {
+    fn begin() -> Self {
+        static INSTALL: Once = Once::new();
+        INSTALL.call_once(|| {
+            let before = std::panic::take_hook();
+            std::panic::set_hook(Box::new(move |info| {
+                if !QUIET.get() {
+                    before(info);
+                }
+            }));
+        });
+        QUIET.set(true);
+        Self
+    }
+}
+
+impl Drop for Quiet {
+    fn drop(&mut self) {
+        QUIET.set(false);
+    }
 }
 
 fn decode_unguarded(bytes: &[u8], choose: Choose, wanted: &str) -> Result<Planes, MapFault> {
@@ -69,9 +103,6 @@ fn decode_unguarded(bytes: &[u8], choose: Choose, wanted: &str) -> Result<Planes
 
     let texel_count = (width * height) as usize;
     let mut planes = Vec::new();
-    for _ in &picked {
-        planes.push(limits::zeroed::<f32>(texel_count)?);
-    }
     let mut seen = HashSet::new();
     let mut covered = 0;
     for offset in offsets {
@@ -80,6 +111,10 @@ fn decode_unguarded(bytes: &[u8], choose: Choose, wanted: &str) -> Result<Planes
             return Err(MapFault::damaged("two of its blocks claim the same texels"));
         }
         covered += block.index.pixel_size.area();
+        // Only once a block has really filled its place is the size believed.
+        while planes.len() < picked.len() {
+            planes.push(limits::zeroed::<f32>(texel_count)?);
+        }
         copy_lines(&block, header, &picked, width as usize, &mut planes)?;
     }
     if covered != texel_count {
@@ -203,6 +238,20 @@ fn fault(error: exr::error::Error) -> MapFault {
             what: one_line(&reason),
             remedy: "save it as a flat EXR with ZIP compression".into(),
         },
+        exr::error::Error::Invalid(reason) => MapFault::damaged(one_line(&reason)),
         other => MapFault::damaged(one_line(&other)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_panic_while_decoding_is_an_error() {
+        let bytes = crate::maps::save::encode_exr(1, 1, &[("Y", &[1.0])]).unwrap();
+        assert_eq!(decode(&bytes, |_| Some(vec![0]), "Y").unwrap().planes, [[1.0]]);
+        let message = decode(&bytes, |_| panic!("on purpose"), "Y").map(|_| ()).unwrap_err().to_string();
+        assert!(message.contains("internal panic"), "{message}");
     }
 }

@@ -22,6 +22,8 @@ const MAX_EXPANSION: u64 = 1100;
 pub const MAX_HEIGHT: f32 = 1e12;
 /// Largest radiance accepted: sums and products of three colours stay finite in 32 bits.
 pub const MAX_RADIANCE: f32 = 1e18;
+/// Negative radiance down to this is the rounding of a lossy codec or a resampling filter, and is read as 0.
+pub const NEGATIVE_NOISE: f32 = -0.01;
 
 /// Checks a claimed image size before anything is allocated for it.
 ///

@@ -18,7 +18,8 @@ pub fn load_height_map(path: impl AsRef<Path>) -> Result<HeightMap, MapError> {
 /// Loads an equirectangular environment (linear radiance) from Radiance HDR or EXR.
 ///
 /// Of an EXR the channels are `R`, `G`, `B`, or those of the first layer that has all three, or a lone `Y` as grey.
-/// Fails on anything unreadable, over [`limits`], not finite or negative (channel and place are named).
+/// Fails on anything unreadable, over [`limits`], not finite or negative (channel and place are named); negative values
+/// within [`limits::NEGATIVE_NOISE`] are what lossy compression leaves of black, and become 0.
 pub fn load_environment(path: impl AsRef<Path>) -> Result<RgbImage, MapError> {
     load(path.as_ref(), decode_environment)
 }
@@ -32,6 +33,22 @@ pub fn load_color(path: impl AsRef<Path>) -> Result<RgbImage, MapError> {
 /// Loads a colour PNG as 8-bit sRGB codes; like [`load_color`], 16-bit files are rounded to 8.
 pub fn load_color_srgb8(path: impl AsRef<Path>) -> Result<Rgb8Image, MapError> {
     load(path.as_ref(), decode_color_srgb8)
+}
+
+/// A picture to be compared or shown, from any accepted format.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Picture {
+    /// Linear Rec.709.
+    pub image: RgbImage,
+    /// True for PNG: the file held display codes, which [`crate::maps::tonemap::Tonemap::Clamp`] at exposure 1 gives
+    /// back. False for EXR and HDR: the file held radiance, which a tonemap takes to the display.
+    pub display_referred: bool,
+}
+
+/// Loads a picture from PNG (as [`load_color`]), EXR or HDR (channels as [`load_environment`], but any texel value is
+/// let through: a render may hold NaN).
+pub fn load_picture(path: impl AsRef<Path>) -> Result<Picture, MapError> {
+    load(path.as_ref(), decode_picture)
 }
 
 fn load<T>(path: &Path, decode: fn(&[u8]) -> Result<T, MapFault>) -> Result<T, MapError> {
@@ -58,19 +75,36 @@ pub fn decode_height_map(bytes: &[u8]) -> Result<HeightMap, MapFault> {
 
 /// [`load_environment`] from bytes in memory.
 pub fn decode_environment(bytes: &[u8]) -> Result<RgbImage, MapFault> {
-    let image = if hdr::is_hdr(bytes) {
-        hdr::decode(bytes)?
+    let mut image = decode_radiance(bytes, "a Radiance HDR (.hdr) or EXR environment")?;
+    for value in image.texels.as_flattened_mut() {
+        if (limits::NEGATIVE_NOISE..0.0).contains(value) {
+            *value = 0.0;
+        }
+    }
+    image.check_radiance()?;
+    Ok(image)
+}
+
+/// [`load_picture`] from bytes in memory.
+pub fn decode_picture(bytes: &[u8]) -> Result<Picture, MapFault> {
+    let display_referred = png_read::is_png(bytes);
+    let image =
+        if display_referred { decode_color(bytes)? } else { decode_radiance(bytes, "a PNG, EXR or HDR picture")? };
+    Ok(Picture { image, display_referred })
+}
+
+fn decode_radiance(bytes: &[u8], expected: &'static str) -> Result<RgbImage, MapFault> {
+    if hdr::is_hdr(bytes) {
+        hdr::decode(bytes)
     } else if exr_read::is_exr(bytes) {
         let exr_read::Planes { width, height, planes } = exr_read::decode(bytes, choose_rgb, "R, G, B or Y")?;
         let plane = |c: usize| &planes[c.min(planes.len() - 1)];
         let (r, g, b) = (plane(0), plane(1), plane(2));
         let texels = (0..r.len()).map(|i| [r[i], g[i], b[i]]).collect();
-        RgbImage::new(width, height, texels)?
+        RgbImage::new(width, height, texels)
     } else {
-        return Err(MapFault::Unrecognised { expected: "a Radiance HDR (.hdr) or EXR environment" });
-    };
-    image.check_radiance()?;
-    Ok(image)
+        Err(MapFault::Unrecognised { expected })
+    }
 }
 
 /// [`load_color`] from bytes in memory.

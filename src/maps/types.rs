@@ -58,7 +58,7 @@ impl HeightMap {
     /// not finite or beyond [`MAX_HEIGHT`] (its place is named).
     pub fn new(width: u32, height: u32, texels: Vec<f32>) -> Result<Self, MapFault> {
         check_len(width, height, texels.len())?;
-        if let Some(index) = texels.iter().position(|h| !(h.abs() <= MAX_HEIGHT)) {
+        if let Some(index) = texels.iter().position(|h| !(-MAX_HEIGHT..=MAX_HEIGHT).contains(h)) {
             let (x, y) = place(index, width);
             let remedy = "heights must be finite and within 1e12";
             return Err(MapFault::BadTexel { channel: "height", x, y, value: texels[index], remedy });
@@ -87,14 +87,22 @@ impl RgbImage {
         self.texels[(y * self.width + x) as usize]
     }
 
+    /// Finds the first texel that is not finite and names its place.
+    pub fn check_finite(&self) -> Result<(), MapFault> {
+        self.check(|v| v.is_finite(), "every value must be finite")
+    }
+
     /// Finds the first texel that is not finite, is negative, or exceeds [`MAX_RADIANCE`], and names its place.
     pub fn check_radiance(&self) -> Result<(), MapFault> {
+        let remedy = "radiance must be finite, not negative and at most 1e18";
+        self.check(|v| (0.0..=MAX_RADIANCE).contains(&v), remedy)
+    }
+
+    fn check(&self, good: impl Fn(f32) -> bool, remedy: &'static str) -> Result<(), MapFault> {
         for (index, texel) in self.texels.iter().enumerate() {
-            if let Some(c) = texel.iter().position(|v| !(0.0..=MAX_RADIANCE).contains(v)) {
+            if let Some(c) = texel.iter().position(|&v| !good(v)) {
                 let (x, y) = place(index, self.width);
-                let channel = ["R", "G", "B"][c];
-                let remedy = "radiance must be finite, not negative and at most 1e18";
-                return Err(MapFault::BadTexel { channel, x, y, value: texel[c], remedy });
+                return Err(MapFault::BadTexel { channel: ["R", "G", "B"][c], x, y, value: texel[c], remedy });
             }
         }
         Ok(())
