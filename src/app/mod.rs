@@ -14,6 +14,8 @@ pub mod orbit;
 pub mod output;
 pub mod save;
 pub mod values;
+#[cfg(feature = "window")]
+pub mod window;
 
 use std::ffi::OsString;
 use std::process::ExitCode;

@@ -88,8 +88,8 @@ impl Swapchain {
         }
         let formats = unsafe { surface.functions.get_physical_device_surface_formats(physical, raw) }
             .doing("listing the surface's formats")?;
-        let format = choose_format(&formats)
-            .ok_or_else(|| GpuError::usage("window", "its surface has no 8-bit sRGB format"))?;
+        let format =
+            choose_format(&formats).ok_or_else(|| GpuError::usage("window", "its surface has no 8-bit sRGB format"))?;
         let mut swapchain = Self {
             functions: ash::khr::swapchain::Device::new(instance, gpu.raw()),
             raw: vk::SwapchainKHR::null(),
@@ -127,9 +127,8 @@ impl Swapchain {
             }
             let timeout = 1_000_000_000;
             // SAFETY: the semaphore is unsignalled, since the previous frame's commands waited for it.
-            let result = unsafe {
-                self.functions.acquire_next_image(self.raw, timeout, self.acquired, vk::Fence::null())
-            };
+            let result =
+                unsafe { self.functions.acquire_next_image(self.raw, timeout, self.acquired, vk::Fence::null()) };
             match result {
                 Ok((index, suboptimal)) => {
                     // The image is acquired: it must be drawn and shown first.
@@ -156,10 +155,8 @@ impl Swapchain {
             &[(presentable, vk::PipelineStageFlags2::ALL_COMMANDS)],
         )?;
         let (semaphores, swapchains, indices) = ([presentable], [self.raw], [frame.index]);
-        let info = vk::PresentInfoKHR::default()
-            .wait_semaphores(&semaphores)
-            .swapchains(&swapchains)
-            .image_indices(&indices);
+        let info =
+            vk::PresentInfoKHR::default().wait_semaphores(&semaphores).swapchains(&swapchains).image_indices(&indices);
         let queue = self.surface.gpu.queue();
         // SAFETY: the image was acquired, and the semaphore's signal was submitted.
         match unsafe { self.functions.queue_present(*queue, &info) } {
@@ -175,9 +172,8 @@ impl Swapchain {
         let gpu = self.surface.gpu.clone();
         let (_, _, physical) = gpu.raw_instance();
         let surface = &self.surface;
-        let capabilities =
-            unsafe { surface.functions.get_physical_device_surface_capabilities(physical, surface.raw) }
-                .doing("asking for the surface's size")?;
+        let capabilities = unsafe { surface.functions.get_physical_device_surface_capabilities(physical, surface.raw) }
+            .doing("asking for the surface's size")?;
         let Some([width, height]) = extent(&capabilities, size) else { return Ok(false) };
         let usage = vk::ImageUsageFlags::COLOR_ATTACHMENT;
         let most = if capabilities.max_image_count == 0 { u32::MAX } else { capabilities.max_image_count };
@@ -251,9 +247,7 @@ fn choose_format(formats: &[vk::SurfaceFormatKHR]) -> Option<vk::SurfaceFormatKH
     use vk::Format as F;
     let wanted = [F::B8G8R8A8_UNORM, F::R8G8B8A8_UNORM, F::B8G8R8A8_SRGB, F::R8G8B8A8_SRGB];
     wanted.into_iter().find_map(|format| {
-        let fits = |f: &&vk::SurfaceFormatKHR| {
-            f.format == format && f.color_space == vk::ColorSpaceKHR::SRGB_NONLINEAR
-        };
+        let fits = |f: &&vk::SurfaceFormatKHR| f.format == format && f.color_space == vk::ColorSpaceKHR::SRGB_NONLINEAR;
         formats.iter().find(fits).copied()
     })
 }

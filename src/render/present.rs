@@ -32,10 +32,7 @@ impl PresentPass {
                 vertex: "passes/fullscreen.vert",
                 fragment: Some("passes/present.frag"),
                 colors: &[format],
-                spec: &[
-                    (0, SpecValue::Bool(tonemap == Tonemap::Filmic)),
-                    (1, SpecValue::Bool(!target_encodes)),
-                ],
+                spec: &[(0, SpecValue::Bool(tonemap == Tonemap::Filmic)), (1, SpecValue::Bool(!target_encodes))],
                 ..Default::default()
             },
         )?;
