@@ -47,7 +47,8 @@ struct Arguments {
     validation: bool,
 }
 
-fn main() -> Result<(), Box<dyn std::error::Error>> {
+/// Opens the window.
+pub fn main() -> Result<(), Box<dyn std::error::Error>> {
     let arguments = Arguments::parse();
 
     // The device must be able to draw on the display, so the display comes first.
@@ -61,7 +62,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         name: "sphere".to_owned(),
         mesh,
         heights: Some(heights),
-        height_scale: 0.25,
+        height_scale: 0.12,
         color_map: None,
         specular_f0: 0.04,
         casts_shadow: true,
@@ -72,7 +73,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let renderer = Renderer::new(&gpu, vec![sphere], environment)?;
 
     // A scene is a pure function of time: here, a sphere that turns once in twenty seconds.
-    let start = CameraPose { position: [3.0, -3.0, 1.5], target: [0.0; 3], up: [0.0, 0.0, 1.0], fov_degrees: 35.0 };
+    let start = CameraPose { position: [3.2, -3.2, 0.7], target: [0.0; 3], up: [0.0, 0.0, 1.0], fov_degrees: 35.0 };
     let scene = |time: f64| FrameState {
         camera: start.camera(),
         poses: vec![Pose::Rigid(Affine3A::from_rotation_z((time * 0.314) as f32))],

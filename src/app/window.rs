@@ -54,9 +54,13 @@ impl Display {
     /// A sentence that says what to do where there is no display.
     pub fn open() -> Result<Self, AppError> {
         let no_display = |reason: String| {
+            // The reason of an operating system's error follows the place in the source that met it.
+            let reason =
+                reason.split_once(".rs:").and_then(|(_, rest)| rest.split_once(": ")).map_or(&*reason, |r| r.1);
             AppError::Failed(format!(
-                "no window can be opened ({reason}): start this in a desktop session or under xvfb-run, \
-                 or use `leadr capture`, which needs no display"
+                "no window can be opened ({}): start this in a desktop session or under xvfb-run, \
+                 or use `leadr capture`, which needs no display",
+                reason.trim_end_matches('.')
             ))
         };
         let events = EventLoop::new().map_err(|e| no_display(e.to_string()))?;
