@@ -157,7 +157,9 @@ struct Open {
     // Dropped before the window.
     painter: Painter,
     window: Arc<Window>,
-    /// Nothing of it can be seen, or it has no area: no frame is drawn until an event says otherwise.
+    /// The system says that nothing of it can be seen. No frame is drawn until it says otherwise.
+    occluded: bool,
+    /// The last attempt to draw met a window that is minimised or has no area. No frame is drawn until an event.
     hidden: bool,
     last_frame: Option<Instant>,
     /// Frames and their time since the title was last set.
@@ -178,14 +180,14 @@ impl<S: FnMut(f64) -> FrameState> App<S> {
         let painter = Painter::new(renderer, window.clone(), Tonemap::default())?;
         window.request_redraw();
         let counted = (0, Instant::now());
-        self.open = Some(Open { painter, window, hidden: false, last_frame: None, counted });
+        self.open = Some(Open { painter, window, occluded: false, hidden: false, last_frame: None, counted });
         Ok(())
     }
 
     fn draw(&mut self, events: &ActiveEventLoop) -> Result<(), AppError> {
         let Some(open) = &mut self.open else { return Ok(()) };
         let PhysicalSize { width, height } = open.window.inner_size();
-        open.hidden = width == 0 || height == 0 || open.window.is_minimized() == Some(true);
+        open.hidden = open.occluded || width == 0 || height == 0 || open.window.is_minimized() == Some(true);
         if open.hidden {
             // An event that says otherwise asks for a frame. Time stands still while nobody looks.
             open.last_frame = None;
@@ -263,8 +265,12 @@ impl<S: FnMut(f64) -> FrameState> App<S> {
         match event {
             WindowEvent::CloseRequested | WindowEvent::Destroyed => events.exit(),
             WindowEvent::RedrawRequested => return self.draw(events),
-            WindowEvent::Occluded(true) => open.hidden = true,
-            WindowEvent::Occluded(false) | WindowEvent::Resized(_) | WindowEvent::Focused(true) => {
+            WindowEvent::Occluded(occluded) => {
+                open.occluded = occluded;
+                open.hidden = occluded;
+                open.window.request_redraw();
+            }
+            WindowEvent::Resized(_) | WindowEvent::Focused(true) => {
                 open.hidden = false;
                 open.window.request_redraw();
             }
