@@ -3,9 +3,9 @@
 use std::path::Path;
 use std::process::{Command, Output};
 
-use leadr::maps::RgbImage;
 use leadr::maps::save::{save_exr_rgb, save_png};
 use leadr::maps::tonemap::Tonemap;
+use leadr::maps::{RgbImage, load_color};
 
 fn leadr(arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_leadr"));
@@ -201,4 +201,27 @@ fn no_vulkan_driver_is_one_sentence_that_says_what_to_install() {
 fn an_unknown_device_is_named_with_the_choice() {
     let line = one_line_error(&run(&["capture", "--device", "abacus"]), 1, "--device abacus");
     assert!(line.contains("abacus") && line.contains("0: "), "{line}");
+}
+
+#[test]
+fn capture_renders_the_same_bytes_twice_and_says_how() {
+    let folder = tempfile::tempdir().unwrap();
+    let flags = ["capture", "--scene", "sphere", "--size", "48x32", "--samples", "2", "--validation", "--json"];
+    for (name, extra) in [("a.png", &[][..]), ("b.exr", &["--layers", "depth,normal,mean-slope,covariance,lod,albedo"])]
+    {
+        let render = |file: &Path| {
+            let output = run(&[&flags[..], extra, &["-o", path(file)]].concat());
+            assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+            (std::fs::read(file).unwrap(), serde_json::from_slice::<serde_json::Value>(&output.stdout).unwrap())
+        };
+        let (first, report) = render(&folder.path().join(name));
+        let (second, _) = render(&folder.path().join(format!("again-{name}")));
+        assert_eq!(first, second, "{name}");
+        assert!(report["device"].as_str().is_some_and(|device| !device.is_empty()), "{report}");
+        assert!(report["frames"][0]["passes"].as_array().is_some_and(|passes| passes.len() > 3), "{report}");
+    }
+    // There is something to see: the sphere stands out from what is behind it.
+    let image = load_color(folder.path().join("a.png")).unwrap();
+    let difference: f32 = (0..3).map(|c| (image.at(24, 16)[c] - image.at(1, 1)[c]).abs()).sum();
+    assert!(difference > 0.1, "{:?} {:?}", image.at(24, 16), image.at(1, 1));
 }

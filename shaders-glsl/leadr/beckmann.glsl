@@ -5,13 +5,13 @@
 
 // P22(slope): bivariate Gaussian density of slopes (LEADR eq. 8). Variances are at least MIN_VARIANCE.
 float beckmann_p22(vec2 slope, vec2 m, vec3 S) {
-    S = clamp_covariance(vec3(max(S.xy, LEADR_MIN_VARIANCE), S.z));
-    vec2 d = slope - m;
-    // Conditional form: x, then y given x. Loses less than the adjugate when the correlation is strong.
-    float k = S.z / S.x;
-    float v = S.y - k * S.z;
-    float e = d.y - k * d.x;
-    return exp(-0.5 * (d.x * d.x / S.x + e * e / v)) / (2.0 * LEADR_PI * sqrt(S.x * v));
+    vec2 sigma = sqrt(clamp(S.xy, LEADR_MIN_VARIANCE, LEADR_MAX_SLOPE * LEADR_MAX_SLOPE));
+    float r = slope_correlation(sigma, S.z);
+    // Whitened: x, then y given x. Loses less than the adjugate when the correlation is strong.
+    vec2 u = (slope - m) / sigma;
+    float q = sqrt((1.0 - r) * (1.0 + r));
+    float v = (u.y - r * u.x) / q;
+    return exp(-0.5 * (u.x * u.x + v * v)) / (2.0 * LEADR_PI * sigma.x * sigma.y * q);
 }
 
 // D(wh) = P22(slope of wh) / wh.z^4, normals per macro area and solid angle (LEADR eq. 10); 0 for wh.z <= 0.

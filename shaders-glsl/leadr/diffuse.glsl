@@ -20,10 +20,11 @@ struct NormalMoments {
 NormalMoments visible_normal_moments(vec3 wo, vec2 m, vec3 S, int n, float lambda) {
     NormalMoments sum = NormalMoments(vec3(0.0), vec3(0.0), vec3(0.0));
     float norm = 0.0;
+    vec3 cholesky = slope_cholesky(S);
     for (int j = 0; j < n; ++j)
         for (int k = 0; k < n; ++k) {
             vec3 node = grid_node(j, k, n, lambda);
-            vec2 slope = slope_sample(node.xy, m, S);
+            vec2 slope = slope_at(node.xy, m, cholesky);
             vec3 wn = normal_of_slope(slope);
             float w = node.z * facet_area(wo, slope);
             sum.mean += w * wn;
@@ -56,10 +57,11 @@ float leadr_diffuse_light_sh(NormalMoments v, vec3 wo, vec3 wi, vec2 m, vec3 S, 
 float leadr_diffuse_light(vec3 wo, vec3 wi, vec2 m, vec3 S, bool shadowing, int n, float lambda) {
     float sum = 0.0;
     float norm = 0.0;
+    vec3 cholesky = slope_cholesky(S);
     for (int j = 0; j < n; ++j)
         for (int k = 0; k < n; ++k) {
             vec3 node = grid_node(j, k, n, lambda);
-            vec2 slope = slope_sample(node.xy, m, S);
+            vec2 slope = slope_at(node.xy, m, cholesky);
             float w = node.z * facet_area(wo, slope);
             sum += w * max(dot(wi, normal_of_slope(slope)), 0.0);
             norm += w;

@@ -26,14 +26,18 @@ float masking_shadowing(vec3 wo, vec3 wi, vec2 m, vec3 S, bool shadowing) {
     return ai / max(ai * Ao + ao * rough_area(ai, slope_spread(wi, S)), 1e-30);
 }
 
+// shadowing_given_masking with what depends on the viewer alone computed outside the loop: ao = meso_area(wo, m),
+// Ao = visible_area(wo, m, S).
+float shadowing_from_areas(float ao, float Ao, vec3 wi, vec2 m, vec3 S) {
+    float ai = max(meso_area(wi, m), 0.0);
+    float lit = ai * max(Ao, LEADR_MIN_AREA);
+    return lit / max(lit + max(ao, 0.0) * rough_area(ai, slope_spread(wi, S)), 1e-30);
+}
+
 // (1 + Lambda_o) / (1 + Lambda_o + Lambda_i): the part of what the viewer sees that the light reaches, 0..1. The weight
 // of one sample (eq. 22) or one light (eq. 20) in a sum that is already normalised for masking. 1 without shadowing.
 float shadowing_given_masking(vec3 wo, vec3 wi, vec2 m, vec3 S, bool shadowing) {
-    if (!shadowing) return 1.0;
-    float ao = max(meso_area(wo, m), 0.0);
-    float ai = max(meso_area(wi, m), 0.0);
-    float lit = ai * max(visible_area(wo, m, S), LEADR_MIN_AREA);
-    return lit / max(lit + ao * rough_area(ai, slope_spread(wi, S)), 1e-30);
+    return shadowing ? shadowing_from_areas(meso_area(wo, m), visible_area(wo, m, S), wi, m, S) : 1.0;
 }
 
 #endif

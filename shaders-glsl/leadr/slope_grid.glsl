@@ -22,12 +22,21 @@ vec3 grid_node(int j, int k, int n, float lambda) {
     return vec3(p, exp(-0.5 * dot(p, p)));
 }
 
-// Slope at standard normal coordinates p, by the Cholesky factor of S (LEADR 5.1).
+// Lower Cholesky factor (c_xx, c_yx, c_yy) of the covariance: once per pixel.
+vec3 slope_cholesky(vec3 S) {
+    vec2 sigma = sqrt(clamp(S.xy, 0.0, LEADR_MAX_SLOPE * LEADR_MAX_SLOPE));
+    float r = slope_correlation(sigma, S.z);
+    return vec3(sigma.x, sigma.y * r, sigma.y * sqrt((1.0 - r) * (1.0 + r)));
+}
+
+// Slope at standard normal coordinates p (LEADR 5.1).
+vec2 slope_at(vec2 p, vec2 m, vec3 cholesky) {
+    return m + vec2(cholesky.x * p.x, cholesky.y * p.x + cholesky.z * p.y);
+}
+
+// The same from the covariance.
 vec2 slope_sample(vec2 p, vec2 m, vec3 S) {
-    S = clamp_covariance(S);
-    float sx = sqrt(S.x);
-    float k = S.x > 0.0 ? S.z / sx : 0.0;
-    return m + vec2(p.x * sx, p.x * k + p.y * sqrt(max(S.y - k * k, 0.0)));
+    return slope_at(p, m, slope_cholesky(S));
 }
 
 // Unit normal of a slope (LEADR eq. 11).

@@ -12,6 +12,11 @@ vec3 clamp_covariance(vec3 S) {
     return vec3(v, clamp(S.z, -c, c));
 }
 
+// Correlation coefficient, |r| <= MAX_CORRELATION; sigma: the standard deviations.
+float slope_correlation(vec2 sigma, float sxy) {
+    return clamp(sxy / max(sigma.x * sigma.y, 1e-18), -LEADR_MAX_CORRELATION, LEADR_MAX_CORRELATION);
+}
+
 // Covariance from the filtered moments first = (E[x], E[y]), second = (E[xx], E[yy], E[xy]); LEADR eq. 9.
 vec3 covariance_from_moments(vec2 first, vec3 second) {
     return clamp_covariance(vec3(fma(-first.x, first.x, second.x), fma(-first.y, first.y, second.y),

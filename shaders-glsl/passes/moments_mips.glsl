@@ -16,6 +16,8 @@ vec3 taps(int i, int n)
     return vec3(m - i, m, i + 1) / float(n);
 }
 
+int tap_count(int n) { return n == 1 ? 1 : 2 + (n & 1); }
+
 void main()
 {
     ivec2 size = imageSize(slopes);
@@ -26,10 +28,9 @@ void main()
     vec3 wy = taps(p.y, fine.y);
     vec4 a = vec4(0.0);
     vec2 b = vec2(0.0);
-    for (int j = 0; j < 3; ++j)
-        for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < tap_count(fine.y); ++j)
+        for (int i = 0; i < tap_count(fine.x); ++i) {
             float weight = wx[i] * wy[j];
-            if (weight == 0.0) continue;
             a += weight * imageLoad(fine_slopes, 2 * p + ivec2(i, j));
             b += weight * imageLoad(fine_joint, 2 * p + ivec2(i, j)).rg;
         }

@@ -111,11 +111,11 @@ pub struct CaptureArgs {
     /// How the surface is filtered and shaded
     #[arg(long, value_enum, default_value = "leadr")]
     pub technique: Technique,
-    /// Sample the BRDF on the paper's N by N grid (odd, up to 15) instead of the built-in rule
-    #[arg(long, value_name = "N", value_parser = odd_grid)]
-    pub grid: Option<u32>,
+    /// Light each pixel through N by N slope samples
+    #[arg(long, value_name = "N", default_value = "5", value_parser = clap::value_parser!(u32).range(1..=128))]
+    pub grid: u32,
     /// Microfacet visibility
-    #[arg(long, value_enum, default_value = "masking")]
+    #[arg(long, value_enum, default_value = "shadowing")]
     pub masking: Masking,
     /// From where: a view of the scene, or a JSON file {position, target, up, fov_degrees}
     #[arg(long, value_name = "near|mid|far|FILE.json", default_value = "mid")]
@@ -131,7 +131,7 @@ pub struct CaptureArgs {
     pub samples: u32,
     /// Seed of the sample positions
     #[arg(long, value_name = "N", default_value = "0")]
-    pub seed: u32,
+    pub seed: u64,
     /// Moment of the animation, seconds
     #[arg(long, value_name = "SECONDS", default_value = "0", conflicts_with = "frames", value_parser = not_negative)]
     pub time: f32,
@@ -165,13 +165,6 @@ pub struct CaptureArgs {
     /// The device.
     #[command(flatten)]
     pub device: DeviceArgs,
-}
-
-fn odd_grid(text: &str) -> Result<u32, String> {
-    match text.parse::<u32>() {
-        Ok(n) if n % 2 == 1 && n <= 15 => Ok(n),
-        _ => Err("a grid is an odd number, 1 to 15".to_owned()),
-    }
 }
 
 #[cfg(test)]

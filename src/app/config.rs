@@ -40,8 +40,8 @@ pub struct CaptureConfig {
     pub sun: Sun,
     /// How the surface is filtered and shaded.
     pub technique: Technique,
-    /// The paper's sampling grid, N by N, instead of the built-in rule.
-    pub grid: Option<u32>,
+    /// Slope samples along a side of the grid that lights a pixel, 1 to 128.
+    pub grid: u32,
     /// Microfacet visibility.
     pub masking: Masking,
     /// From where.
@@ -53,7 +53,7 @@ pub struct CaptureConfig {
     /// Samples per pixel.
     pub samples: u32,
     /// Seed of the sample positions.
-    pub seed: u32,
+    pub seed: u64,
     /// Which moments.
     pub timeline: Timeline,
     /// What is written beside the colour, each once, in a fixed order.
@@ -183,9 +183,9 @@ pub(super) mod tests {
             "--technique",
             "normal-mip",
             "--grid",
-            "5",
+            "7",
             "--masking",
-            "shadowing",
+            "masking",
             "--camera",
             "near",
             "--distance",
@@ -216,7 +216,7 @@ pub(super) mod tests {
         assert_eq!((config.scene, config.technique), (SceneKind::Plane, Technique::NormalMip));
         assert_eq!((config.height_map, config.height_scale), (Some("h.png".into()), 0.5));
         assert_eq!((config.sun.azimuth, config.sun.elevation), (-30.0, 60.0));
-        assert_eq!((config.grid, config.masking), (Some(5), Masking::Shadowing));
+        assert_eq!((config.grid, config.masking), (7, Masking::Masking));
         assert_eq!((config.view, config.distance), (View::Near, Some(7.0)));
         assert_eq!((config.size, config.samples, config.seed), (Size { width: 64, height: 32 }, 9, 4));
         assert_eq!((config.exposure, config.atlas_tile, config.roughness), (-1.5, 32, Some(0.2)));
@@ -235,7 +235,7 @@ pub(super) mod tests {
             &["--shard", "1/2"],
             &["--fps", "24"],
             &["--height-map", "h.png"],
-            &["--grid", "4"],
+            &["--grid", "0"],
             &["--samples", "0"],
         ];
         for flags in cases {

@@ -1,7 +1,5 @@
 //! Where a capture's pictures come from: the renderer, or in tests something that needs no device.
 
-use std::sync::Arc;
-
 use serde::Serialize;
 
 use super::config::CaptureConfig;
@@ -89,10 +87,5 @@ pub fn open(config: &CaptureConfig) -> Result<Box<dyn FrameSource>, AppError> {
     let inputs = Inputs::load(config)?;
     let options = GpuOptions { device: config.device.clone(), validation: config.validation, ..Default::default() };
     let gpu = Gpu::new(&options)?;
-    connect(config, inputs, gpu)
-}
-
-/// The one place where the renderer meets the command.
-fn connect(_config: &CaptureConfig, _inputs: Inputs, gpu: Arc<Gpu>) -> Result<Box<dyn FrameSource>, AppError> {
-    Err(AppError::Failed(format!("the renderer is not connected yet ({} is ready)", gpu.device_name())))
+    Ok(Box::new(super::stage::set(config, inputs, &gpu)?))
 }

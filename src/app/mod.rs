@@ -12,7 +12,9 @@ pub mod frame_source;
 pub mod frames;
 pub mod orbit;
 pub mod output;
+pub mod renderer_source;
 pub mod save;
+pub mod stage;
 pub mod values;
 #[cfg(feature = "window")]
 pub mod window;

@@ -119,6 +119,7 @@ fn missing_features(instance: &ash::Instance, physical: vk::PhysicalDevice) -> V
     let v10 = all.features;
     [
         (v10.tessellation_shader, "tessellationShader"),
+        (v10.shader_storage_image_extended_formats, "shaderStorageImageExtendedFormats"),
         (v12.timeline_semaphore, "timelineSemaphore"),
         (v13.dynamic_rendering, "dynamicRendering"),
         (v13.synchronization2, "synchronization2"),

@@ -1,20 +1,21 @@
 //! The noncentral anisotropic Beckmann distribution: slopes are Gaussian (LEADR eq. 8–10).
 
-use super::limits::{MIN_NORMAL_Z, MIN_VARIANCE};
-use super::slope_statistics::clamp_covariance;
+use super::limits::{MAX_SLOPE, MIN_NORMAL_Z, MIN_VARIANCE};
+use super::slope_statistics::slope_correlation;
 use glam::{DVec2, DVec3};
 use std::f64::consts::PI;
 
 /// `P22(slope)`: density of slopes. Variances count as at least [`MIN_VARIANCE`].
 #[must_use]
 pub fn beckmann_p22(slope: DVec2, m: DVec2, s: DVec3) -> f64 {
-    let s = clamp_covariance(DVec3::new(s.x.max(MIN_VARIANCE), s.y.max(MIN_VARIANCE), s.z));
-    let d = slope - m;
-    // Conditional form: x, then y given x. Loses less than the adjugate when the correlation is strong.
-    let k = s.z / s.x;
-    let v = s.y - k * s.z;
-    let e = d.y - k * d.x;
-    (-0.5 * (d.x * d.x / s.x + e * e / v)).exp() / (2.0 * PI * (s.x * v).sqrt())
+    let deviation = |variance: f64| variance.clamp(MIN_VARIANCE, MAX_SLOPE * MAX_SLOPE).sqrt();
+    let sigma = DVec2::new(deviation(s.x), deviation(s.y));
+    let r = slope_correlation(sigma, s.z);
+    // Whitened: x, then y given x. Loses less than the adjugate when the correlation is strong.
+    let u = (slope - m) / sigma;
+    let q = ((1.0 - r) * (1.0 + r)).sqrt();
+    let v = (u.y - r * u.x) / q;
+    (-0.5 * (u.x * u.x + v * v)).exp() / (2.0 * PI * sigma.x * sigma.y * q)
 }
 
 /// `D(wh) = P22(slope of wh) / wh.z⁴`: density of normals per unit of macrosurface and solid angle (LEADR eq. 10); 0 for

@@ -6,7 +6,7 @@
 use super::frame::Frame;
 use super::masking::shadowing_given_masking;
 use super::sh::{Sh9, sh_irradiance_moments};
-use super::slope_grid::{facet_area, grid_node, normal_of_slope, slope_sample};
+use super::slope_grid::{facet_area, grid_node, normal_of_slope, slope_at, slope_cholesky};
 use glam::{DMat3, DVec2, DVec3, Vec3Swizzles as _};
 use std::f64::consts::PI;
 
@@ -27,10 +27,11 @@ pub struct NormalMoments {
 pub fn visible_normal_moments(wo: DVec3, m: DVec2, s: DVec3, n: u32, lambda: f64) -> NormalMoments {
     let mut sum = NormalMoments { mean: DVec3::ZERO, diag: DVec3::ZERO, off: DVec3::ZERO };
     let mut norm = 0.0;
+    let cholesky = slope_cholesky(s);
     for j in 0..n {
         for k in 0..n {
             let node = grid_node(j, k, n, lambda);
-            let slope = slope_sample(node.xy(), m, s);
+            let slope = slope_at(node.xy(), m, cholesky);
             let wn = normal_of_slope(slope);
             let w = node.z * facet_area(wo, slope);
             sum.mean += w * wn;
@@ -72,10 +73,11 @@ pub fn leadr_diffuse_light_sh(v: &NormalMoments, wo: DVec3, wi: DVec3, m: DVec2,
 #[must_use]
 pub fn leadr_diffuse_light(wo: DVec3, wi: DVec3, m: DVec2, s: DVec3, shadowing: bool, n: u32, lambda: f64) -> f64 {
     let (mut sum, mut norm) = (0.0, 0.0);
+    let cholesky = slope_cholesky(s);
     for j in 0..n {
         for k in 0..n {
             let node = grid_node(j, k, n, lambda);
-            let slope = slope_sample(node.xy(), m, s);
+            let slope = slope_at(node.xy(), m, cholesky);
             let w = node.z * facet_area(wo, slope);
             sum += w * wi.dot(normal_of_slope(slope)).max(0.0);
             norm += w;
@@ -88,6 +90,7 @@ pub fn leadr_diffuse_light(wo: DVec3, wi: DVec3, m: DVec2, s: DVec3, shadowing: 
 mod tests {
     use super::super::frame::{frame_about, from_frame};
     use super::super::sh::{sh_add_light, sh_irradiance};
+    use super::super::slope_grid::slope_sample;
     use super::*;
 
     #[test]

@@ -4,9 +4,9 @@
 /// a density of at most 1.6e7, far from overflow in 32 bits.
 pub const MIN_VARIANCE: f64 = 1e-8;
 
-/// Bound of the correlation of the two slopes. Filtering and rounding reach 1 exactly; a determinant of
-/// `2e-4 s_xx s_yy` is the smallest that 32-bit arithmetic still computes to three digits.
-pub const MAX_CORRELATION: f64 = 0.9999;
+/// Bound of the correlation of the two slopes: `1 − 2⁻¹³`, exact in 32 bits, so that `(1 − r)(1 + r)` is as well. Filtering
+/// and rounding reach 1 exactly; the narrow axis of the distribution is then 1.6 % of the wide one.
+pub const MAX_CORRELATION: f64 = 0.999_877_929_687_5;
 
 /// Steepest mean slope (89.4°) and largest slope standard deviation. Only surfaces edge-on to their own displacement
 /// direction reach it.

@@ -35,17 +35,20 @@ pub fn masking_shadowing(wo: DVec3, wi: DVec3, m: DVec2, s: DVec3, shadowing: bo
     ai / (ai * visible + ao * rough_area(ai, slope_spread(wi, s))).max(1e-30)
 }
 
+/// [`shadowing_given_masking`] with what depends on the viewer alone computed outside a loop: `ao = meso_area(wo, m)`,
+/// `area_o = visible_area(wo, m, s)`.
+#[must_use]
+pub fn shadowing_from_areas(ao: f64, area_o: f64, wi: DVec3, m: DVec2, s: DVec3) -> f64 {
+    let ai = meso_area(wi, m).max(0.0);
+    let lit = ai * area_o.max(MIN_AREA);
+    lit / (lit + ao.max(0.0) * rough_area(ai, slope_spread(wi, s))).max(1e-30)
+}
+
 /// `(1 + Λo) / (1 + Λo + Λi)`, 0..1: the part of what the viewer sees that the light reaches. The weight of a sample
 /// (eq. 22) or a light (eq. 20) in a sum already normalised for masking. 1 without `shadowing`.
 #[must_use]
 pub fn shadowing_given_masking(wo: DVec3, wi: DVec3, m: DVec2, s: DVec3, shadowing: bool) -> f64 {
-    if !shadowing {
-        return 1.0;
-    }
-    let ao = meso_area(wo, m).max(0.0);
-    let ai = meso_area(wi, m).max(0.0);
-    let lit = ai * visible_area(wo, m, s).max(MIN_AREA);
-    lit / (lit + ao * rough_area(ai, slope_spread(wi, s))).max(1e-30)
+    if shadowing { shadowing_from_areas(meso_area(wo, m), visible_area(wo, m, s), wi, m, s) } else { 1.0 }
 }
 
 #[cfg(test)]

@@ -51,10 +51,10 @@ fn mills_ratio(x: f64) -> f64 {
     (0.5 * PI).sqrt() * (0.5 * x * x).exp() - sum
 }
 
-/// `K` of Laplace's continued fraction `1/(x + K)`, `K = 1/(x + 2/(x + 3/(x + …)))`; 60 terms suffice from 2 on.
+/// `K` of Laplace's continued fraction `1/(x + K)`, `K = 1/(x + 2/(x + 3/(x + …)))`, for `x ≥ 2`, to 1e-14.
 fn mills_tail(x: f64) -> f64 {
     let mut k = 0.0;
-    for n in (1..=60).rev() {
+    for n in (1..=14 + (300.0 / (x * x)) as u32).rev() {
         k = f64::from(n) / (x + k);
     }
     k

@@ -12,8 +12,10 @@ use super::slope_grid::normal_of_slope;
 use glam::{DMat2, DVec2, DVec3, Vec3Swizzles as _};
 use std::f64::consts::PI;
 
-/// Extent of the standard normal that is integrated: the rest holds 1e-17.
+/// Extent of the standard normal along the view azimuth, where a back-facing mesosurface shows only the far tail.
 const EXTENT: f64 = 8.6;
+/// Extent across it: the rest holds 1e-11.
+const EXTENT_ACROSS: f64 = 6.8;
 /// Points per panel of the composite rules.
 const ORDER: usize = 8;
 
@@ -33,7 +35,7 @@ pub fn visible_mean(wo: DVec3, m: DVec2, s: DVec3, panels: usize, g: impl Fn(DVe
     let (a, b) = (meso_area(wo, m), slope_spread(wo, s));
     let top = if b > 0.0 { (a / b).min(EXTENT) } else { EXTENT };
     let factor = view_factor(wo, s);
-    let inner = composite_gauss(-EXTENT, EXTENT, panels, ORDER);
+    let inner = composite_gauss(-EXTENT_ACROSS, EXTENT_ACROSS, panels, ORDER);
     let mut sum = DVec3::ZERO;
     for (u, wu) in composite_gauss(-EXTENT, top, panels, ORDER) {
         let w = wu * normal_pdf(u) * (a - b * u).max(0.0);
@@ -74,7 +76,10 @@ pub fn diffuse_directional(wo: DVec3, wi: DVec3, m: DVec2, s: DVec3, shadowing: 
     // Where the border of the lit half-plane enters and leaves the inner range: kinks of the outer integrand.
     let mut cuts = vec![-EXTENT, top];
     if towards.x.abs() > 1e-300 {
-        cuts.extend([-EXTENT, EXTENT].map(|v| ((ai - towards.y * v) / towards.x).clamp(-EXTENT, top.max(-EXTENT))));
+        cuts.extend(
+            [-EXTENT_ACROSS, EXTENT_ACROSS]
+                .map(|v| ((ai - towards.y * v) / towards.x).clamp(-EXTENT, top.max(-EXTENT))),
+        );
     }
     cuts.sort_by(f64::total_cmp);
     let mut sum = 0.0;
@@ -83,9 +88,9 @@ pub fn diffuse_directional(wo: DVec3, wi: DVec3, m: DVec2, s: DVec3, shadowing: 
             let lit = ai - towards.x * u;
             let border = if towards.y.abs() > 1e-300 { lit / towards.y } else { f64::INFINITY.copysign(lit) };
             let (low, high) = if towards.y > 0.0 || towards.y.abs() <= 1e-300 {
-                (-EXTENT, border.clamp(-EXTENT, EXTENT))
+                (-EXTENT_ACROSS, border.clamp(-EXTENT_ACROSS, EXTENT_ACROSS))
             } else {
-                (border.clamp(-EXTENT, EXTENT), EXTENT)
+                (border.clamp(-EXTENT_ACROSS, EXTENT_ACROSS), EXTENT_ACROSS)
             };
             for (v, wv) in composite_gauss(low, high, panels, ORDER) {
                 let slope = m + factor * DVec2::new(u, v);

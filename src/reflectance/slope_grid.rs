@@ -1,6 +1,7 @@
 //! The N×N grid of slopes over P22 (LEADR 5.1).
 
-use super::slope_statistics::clamp_covariance;
+use super::limits::MAX_SLOPE;
+use super::slope_statistics::slope_correlation;
 use glam::{DVec2, DVec3, Vec3Swizzles as _};
 
 /// Half extent of the grid in standard deviations: 0 for `n = 1` (the mean alone), then `0.3 (n + 1)` up to 3; 1.8 at
@@ -29,13 +30,25 @@ pub fn grid_node(j: u32, k: u32, n: u32, lambda: f64) -> DVec3 {
     DVec3::new(p, q, (-0.5 * (p * p + q * q)).exp())
 }
 
-/// Slope at standard normal coordinates `p`, by the Cholesky factor of the covariance (LEADR 5.1).
+/// Lower Cholesky factor `(c_xx, c_yx, c_yy)` of the covariance.
+#[must_use]
+pub fn slope_cholesky(s: DVec3) -> DVec3 {
+    let deviation = |variance: f64| variance.clamp(0.0, MAX_SLOPE * MAX_SLOPE).sqrt();
+    let sigma = DVec2::new(deviation(s.x), deviation(s.y));
+    let r = slope_correlation(sigma, s.z);
+    DVec3::new(sigma.x, sigma.y * r, sigma.y * ((1.0 - r) * (1.0 + r)).sqrt())
+}
+
+/// Slope at standard normal coordinates `p` (LEADR 5.1).
+#[must_use]
+pub fn slope_at(p: DVec2, m: DVec2, cholesky: DVec3) -> DVec2 {
+    m + DVec2::new(cholesky.x * p.x, cholesky.y * p.x + cholesky.z * p.y)
+}
+
+/// The same from the covariance.
 #[must_use]
 pub fn slope_sample(p: DVec2, m: DVec2, s: DVec3) -> DVec2 {
-    let s = clamp_covariance(s);
-    let sx = s.x.sqrt();
-    let k = if s.x > 0.0 { s.z / sx } else { 0.0 };
-    m + DVec2::new(p.x * sx, p.x * k + p.y * (s.y - k * k).max(0.0).sqrt())
+    slope_at(p, m, slope_cholesky(s))
 }
 
 /// Unit normal of a slope (LEADR eq. 11).

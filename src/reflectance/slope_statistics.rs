@@ -11,6 +11,12 @@ pub fn clamp_covariance(s: DVec3) -> DVec3 {
     DVec3::new(x, y, s.z.clamp(-c, c))
 }
 
+/// Correlation coefficient, `|r| ≤ MAX_CORRELATION`, from the standard deviations and the covariance `s_xy`.
+#[must_use]
+pub fn slope_correlation(sigma: DVec2, sxy: f64) -> f64 {
+    (sxy / (sigma.x * sigma.y).max(1e-18)).clamp(-MAX_CORRELATION, MAX_CORRELATION)
+}
+
 /// Covariance from the filtered moments `first = (E[x], E[y])` and `second = (E[xx], E[yy], E[xy])` (LEADR eq. 9).
 ///
 /// Rounding of large means against small variances can leave anything of the order of the rounding itself; the result is

@@ -28,12 +28,17 @@ pub struct EnvironmentSample {
     pub area: f64,
 }
 
+/// The environment sample at a slope.
+#[must_use]
+pub fn environment_sample_at(wo: DVec3, slope: DVec2) -> EnvironmentSample {
+    let wn = normal_of_slope(slope);
+    EnvironmentSample { wi: 2.0 * wn.dot(wo) * wn - wo, wn, area: facet_area(wo, slope) }
+}
+
 /// The environment sample at standard normal coordinates `p`.
 #[must_use]
 pub fn environment_sample(wo: DVec3, p: DVec2, m: DVec2, s: DVec3) -> EnvironmentSample {
-    let slope = slope_sample(p, m, s);
-    let wn = normal_of_slope(slope);
-    EnvironmentSample { wi: 2.0 * wn.dot(wo) * wn - wo, wn, area: facet_area(wo, slope) }
+    environment_sample_at(wo, slope_sample(p, m, s))
 }
 
 /// Constant of [`env_lod`]: solid angle of the sample = mean solid angle of a cube map texel, `½ log2(6 / 4π)`.
@@ -47,13 +52,24 @@ pub const LOD_SUPPLEMENT_32: f64 = -0.5;
 /// Constant of [`env_lod`] implied by `√(α/4π) textureSize` of the supplement's simplified Algorithm 1.
 pub const LOD_ALGORITHM_1: f64 = -1.8257;
 
-/// Level of detail of a cube map of `size` texels per edge for one sample: the solid angle is `J (spacing σ)²` with
-/// `J = 4 |wn·wo| wn.z³` (LEADR 5.2) and σ the larger standard deviation. May be negative; `J = 0` gives a finite value.
+/// The part of [`env_lod`] that is the same for all samples of a pixel. `size`: texels per edge of the cube map;
+/// `spacing`: of the samples in standard deviations; the larger deviation counts for both axes, as in the paper.
+#[must_use]
+pub fn env_lod_base(s: DVec3, spacing: f64, size: f64, constant: f64) -> f64 {
+    0.5 * (s.x.max(s.y) * spacing * spacing).max(1e-12).log2() + size.log2() + constant
+}
+
+/// Level of detail of one sample: its solid angle is `J (spacing σ)²` with `J = 4 |wn·wo| wn.z³` (LEADR 5.2). May be
+/// negative; `J = 0` and `σ = 0` give finite values.
+#[must_use]
+pub fn env_lod_at(base: f64, wo: DVec3, wn: DVec3) -> f64 {
+    base + 0.5 * (4.0 * wn.dot(wo).abs() * wn.z.powi(3)).max(1e-12).log2()
+}
+
+/// [`env_lod_base`] and [`env_lod_at`] together.
 #[must_use]
 pub fn env_lod(wo: DVec3, wn: DVec3, s: DVec3, spacing: f64, size: f64, constant: f64) -> f64 {
-    let jacobian = 4.0 * wn.dot(wo).abs() * wn.z.powi(3);
-    let slope_area = s.x.max(s.y).max(0.0) * spacing * spacing;
-    0.5 * (jacobian * slope_area).max(1e-12).log2() + size.log2() + constant
+    env_lod_at(env_lod_base(s, spacing, size, constant), wo, wn)
 }
 
 /// Radiance towards `wo` under an environment: LEADR eq. 22 / Algorithm 1 on an `n`×`n` grid of half extent `lambda`.

@@ -153,6 +153,8 @@ pub struct BoundaryHeights {
     pub vertices: Vec<f32>,
     /// Lowest and highest height over each patch (its tile, or the whole map where maps repeat).
     pub patch_range: Vec<[f32; 2]>,
+    /// Texels of the map along each edge, in the finest patch beside it.
+    pub edge_texels: Vec<f32>,
 }
 
 impl BoundaryHeights {
@@ -207,7 +209,12 @@ impl BoundaryHeights {
                 samples
             })
             .collect();
-        Self { edges, vertices, patch_range: patch_ranges(mesh, field) }
+        let texels = |&(patch, side, _): &(usize, usize, bool)| {
+            let corners = &mesh.texcoords[patch];
+            ((corners[(side + 1) & 3] - corners[side]) * size).length()
+        };
+        let edge_texels = sides.iter().map(|sides| sides.iter().map(texels).fold(1.0, f32::max)).collect();
+        Self { edges, vertices, patch_range: patch_ranges(mesh, field), edge_texels }
     }
 }
 
@@ -280,6 +287,7 @@ mod tests {
         assert!((middle - (15.5 + 7.5) / 2.0).abs() < 1e-4, "{middle}");
         assert_eq!(baked.edges[shared * EDGE_STRIDE], baked.vertices[EDGE_LEVELS]);
         assert_eq!(baked.patch_range[0], [0.0, 31.0]);
+        assert_eq!(baked.edge_texels[shared], 16.0);
     }
 
     #[test]

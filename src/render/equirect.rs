@@ -5,7 +5,7 @@
 //!
 //! A sun one pixel wide must keep its power. So the image is first brought, in 64 bits and weighted by solid angle, to
 //! a size that the cube can hold, with texels about square on the sphere even near the poles; then every cube texel
-//! averages at least three samples per image texel and axis, weighted by solid angle.
+//! averages at least four samples per image texel and axis, weighted by solid angle.
 
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -119,7 +119,7 @@ impl EquirectPass {
         let (source, size) = (equirect.extent()[0], faces.extent()[0]);
         // image texels across a cube texel at the middle of a face, where a texel is largest
         let across = 2.0 / f64::from(size) * f64::from(source) / (2.0 * PI);
-        let samples = ((3.0 * across).ceil() as u32).clamp(2, 16);
+        let samples = ((4.0 * across).ceil() as u32).clamp(2, 16);
         cmd.bind(
             &self.pipeline,
             &[(0, Descriptor::Sampled(equirect, &self.sampler)), (1, Descriptor::StorageImage(faces))],

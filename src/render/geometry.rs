@@ -86,6 +86,7 @@ impl GeometryPass {
                 colors: &FORMATS,
                 depth: Some(Depth::default()),
                 cull: Cull::None,
+                clockwise_front: true,
                 topology: Topology::Patches(4),
                 spec: &[(0, SpecValue::I32(technique.geometry_code()))],
                 ..Default::default()

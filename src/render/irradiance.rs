@@ -139,3 +139,29 @@ impl IrradiancePass {
         &self.coefficients
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::mem::offset_of;
+
+    use super::*;
+    use crate::gpu::{reflect, shaders};
+
+    #[test]
+    fn push_constants_lie_as_in_the_shader() {
+        let spirv = shaders::spirv("passes/irradiance.comp").unwrap();
+        let offsets = |name| -> Vec<u32> {
+            reflect::struct_offsets(spirv, name).unwrap().into_iter().map(|(_, offset)| offset).collect()
+        };
+        let push = [
+            offset_of!(Push, lights),
+            offset_of!(Push, origin),
+            offset_of!(Push, scale),
+            offset_of!(Push, rows),
+            offset_of!(Push, light_count),
+        ];
+        assert_eq!(offsets("Push"), push.map(|offset| offset as u32));
+        assert_eq!(offsets("Light"), [offset_of!(PushLight, place) as u32, offset_of!(PushLight, power) as u32]);
+        assert_eq!(reflect::struct_stride(spirv, "Light").unwrap(), Some(size_of::<PushLight>() as u32));
+    }
+}

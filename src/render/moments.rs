@@ -14,7 +14,7 @@ use crate::gpu::{
     self, Commands, ComputePipeline, Descriptor, Filter, Gpu, GpuError, Image, ImageDesc, ImageView, Result, Sampler,
     SpecValue, Use,
 };
-use crate::maps::Wrap;
+use crate::maps::{HeightMap, Wrap};
 
 /// What lies beyond the edges of the height map.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -70,6 +70,12 @@ pub struct HeightSource<'a> {
     pub height: u32,
     /// `width · height` finite heights.
     pub texels: &'a [f32],
+}
+
+impl<'a> From<&'a HeightMap> for HeightSource<'a> {
+    fn from(map: &'a HeightMap) -> Self {
+        Self { width: map.width, height: map.height, texels: &map.texels }
+    }
 }
 
 #[repr(C)]

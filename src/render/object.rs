@@ -77,6 +77,7 @@ pub struct GpuObject {
     /// Edges of its mesh.
     pub topology: Topology,
     height_range: Vec<[f32; 2]>,
+    edge_texels: Vec<f32>,
     /// `PatchData` of every patch.
     pub patches: Buffer,
     /// Baked heights of the edges.
@@ -107,7 +108,12 @@ impl GpuObject {
                 (BoundaryHeights::bake(&object.mesh, &topology, field), field.border)
             }
             None => (
-                BoundaryHeights { edges: vec![0.0], vertices: vec![0.0; EDGE_LEVELS], patch_range: Vec::new() },
+                BoundaryHeights {
+                    edges: vec![0.0],
+                    vertices: vec![0.0; EDGE_LEVELS],
+                    patch_range: Vec::new(),
+                    edge_texels: Vec::new(),
+                },
                 Border::Clamp,
             ),
         };
@@ -155,6 +161,7 @@ impl GpuObject {
             edge_heights: Buffer::from_slice(gpu, &format!("{name} edge heights"), &boundary.edges)?,
             vertex_heights: Buffer::from_slice(gpu, &format!("{name} vertex heights"), &boundary.vertices)?,
             height_range: boundary.patch_range,
+            edge_texels: boundary.edge_texels,
             sampler: Sampler::new(gpu, &format!("{name} sampler"), Filter::Trilinear, wrap)?,
             topology,
             object,
@@ -259,6 +266,7 @@ impl ViewBuffers {
             topology: &object.topology,
             positions: &posed.positions,
             normals: &posed.normals,
+            edge_texels: &object.edge_texels,
             height_range: &object.height_range,
             height_scale: height_scale * object.object.height_scale,
         };

@@ -68,3 +68,27 @@ impl SkyPass {
         cmd.dispatch_invocations(&self.faces, [width, height, 6]);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::mem::offset_of;
+
+    use super::*;
+    use crate::gpu::{reflect, shaders};
+
+    #[test]
+    fn push_constants_and_tables_lie_as_in_the_shaders() {
+        // the fourth component of the first vector is `haze`
+        let rust =
+            [offset_of!(Push, sun), offset_of!(Push, albedo), offset_of!(Push, sunlight), offset_of!(Push, stage)];
+        assert_eq!(offset_of!(Push, haze), 12);
+        for shader in ["passes/sky_tables.comp", "passes/sky.comp"] {
+            let spirv = shaders::spirv(shader).unwrap();
+            let glsl = reflect::struct_offsets(spirv, "Push").unwrap();
+            assert_eq!(glsl.iter().map(|(_, offset)| *offset as usize).collect::<Vec<_>>(), rust, "{shader}");
+            let tables = reflect::struct_offsets(spirv, "SkyTables").unwrap();
+            let starts = [0, 16 * ALTITUDES, 16 * (ALTITUDES + 1)];
+            assert_eq!(tables.iter().map(|(_, offset)| *offset as usize).collect::<Vec<_>>(), starts, "{shader}");
+        }
+    }
+}

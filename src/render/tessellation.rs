@@ -57,6 +57,9 @@ pub struct TessellationSettings {
     pub pixels_per_triangle: f32,
     /// Bound on the factors, `1..=`[`MAX_FACTOR`].
     pub max_factor: f32,
+    /// Whether every texel of the height map gets a vertex, however small on the screen (within `max_factor`): for
+    /// reference pictures.
+    pub to_texels: bool,
     /// Whether patches that cannot be seen are dropped.
     pub cull: bool,
     /// Largest number of tessellated vertices one draw may make. Some software drivers go wrong, silently, above
@@ -66,7 +69,13 @@ pub struct TessellationSettings {
 
 impl Default for TessellationSettings {
     fn default() -> Self {
-        Self { pixels_per_triangle: 4.0, max_factor: MAX_FACTOR, cull: true, max_vertices_per_draw: u32::MAX }
+        Self {
+            pixels_per_triangle: 4.0,
+            max_factor: MAX_FACTOR,
+            to_texels: false,
+            cull: true,
+            max_vertices_per_draw: u32::MAX,
+        }
     }
 }
 
@@ -81,7 +90,9 @@ pub struct PosedMesh<'a> {
     pub positions: &'a [Vec3],
     /// World normals, unit.
     pub normals: &'a [Vec3],
-    /// Scaled height range per patch; empty where nothing is displaced.
+    /// Texels of the height map along each edge; empty where nothing is displaced.
+    pub edge_texels: &'a [f32],
+    /// Height range per patch before scaling; empty where nothing is displaced.
     pub height_range: &'a [[f32; 2]],
     /// The height scale.
     pub height_scale: f32,
@@ -113,9 +124,11 @@ impl DrawList {
         let edge_factors: Vec<f32> = topology
             .edges
             .iter()
-            .map(|&[a, b]| {
+            .enumerate()
+            .map(|(edge, &[a, b])| {
                 let (a, b) = (positions[a as usize], positions[b as usize]);
-                (lens.pixels((a + b) * 0.5, a.distance(b)) / spacing).clamp(1.0, max_factor)
+                let least = if settings.to_texels { posed.edge_texels.get(edge).copied().unwrap_or(1.0) } else { 1.0 };
+                (lens.pixels((a + b) * 0.5, a.distance(b)) / spacing).max(least).clamp(1.0, max_factor)
             })
             .collect();
         let mut vertex_lods = vec![(0.0f32, 0u32); positions.len()];
@@ -221,6 +234,7 @@ mod tests {
             topology: &topology,
             positions: &mesh.positions,
             normals: &mesh.normals,
+            edge_texels: &[40.0],
             height_range: &[],
             height_scale: 1.0,
         };
@@ -235,6 +249,13 @@ mod tests {
         for factor in &list.edge_factors {
             assert!((factor - 10.0 / 8f32.sqrt()).abs() < 0.05, "{factor}");
         }
+    }
+
+    #[test]
+    fn every_texel_can_have_its_vertex() {
+        let settings = TessellationSettings { to_texels: true, ..Default::default() };
+        let list = list(&grid(1), Vec3::Z * 100.0, Vec3::ZERO, &settings);
+        assert_eq!(list.edge_factors[0], 40.0);
     }
 
     #[test]

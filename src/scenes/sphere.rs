@@ -91,7 +91,7 @@ pub fn bake_tiles<T: Copy + Default + Send + Sync>(
 /// Samples a repeating map along the three axes and blends by the normal. The blend keeps the variance of the map
 /// (weights are normalised in the squares), so that the blended regions are as rough as the others.
 pub fn triplanar(position: Vec3, normal: Vec3, repeat: f32, mean: f32, sample: impl Fn(Vec2) -> f32) -> f32 {
-    let weights = (normal.abs() - 0.35).max(Vec3::ZERO);
+    let weights = (normal.abs() - 0.5).max(Vec3::ZERO);
     let weights = weights * weights;
     let p = position / repeat;
     let samples = [Vec2::new(p.y, p.z), Vec2::new(p.z, p.x) + 0.37, Vec2::new(p.x, p.y) + 0.71];

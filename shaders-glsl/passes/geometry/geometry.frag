@@ -10,7 +10,7 @@ layout(constant_id = 1) const int MAX_TAPS = 8;  // taps along the long axis of 
 
 const int TECHNIQUE_LEADR = 0;
 const int TECHNIQUE_NORMAL_MIP = 1; // mean slope only
-const int TECHNIQUE_REFERENCE = 2;  // finest level, no statistics: supersampling does the filtering
+const int TECHNIQUE_REFERENCE = 2;  // finest level: supersampling does the filtering
 
 layout(location = 0) in vec3 in_normal;
 layout(location = 1) in vec3 in_tangent_s;
@@ -83,8 +83,12 @@ void main() {
     SlopeMap map = slope_map(in_tangent_s, in_tangent_t, frame.x, frame.y, frame.z);
     vec2 mean_slope = map_mean_slope(map, mean_gradient);
     vec3 covariance = vec3(0.0);
-    if (TECHNIQUE == TECHNIQUE_LEADR) {
+    if (TECHNIQUE != TECHNIQUE_NORMAL_MIP) {
+        // At the finest level this is the spread between neighbouring texels, which bilinear interpolation of the
+        // mean leaves out: with it the variance is the same at every magnification.
         covariance = map_covariance(map, gradient_covariance);
+    }
+    if (TECHNIQUE == TECHNIQUE_LEADR) {
         // The turn of the macro normal over one pixel, as a difference of slopes.
         vec2 slope_dx = -to_frame(frame, normal_dx).xy;
         vec2 slope_dy = -to_frame(frame, normal_dy).xy;

@@ -117,19 +117,21 @@ void main() {
         radiance += light.irradiance * (albedo * diffuse + specular);
     }
 
-    // Specular, environment: Algorithm 1.
+    // Specular, environment: Algorithm 1, with what does not change from sample to sample taken out of the loop.
     vec3 reflected = vec3(0.0);
     float norm = 0.0;
-    float spacing = grid_spacing(GRID, lambda);
+    vec3 cholesky = slope_cholesky(specular_s);
+    float lod_base = env_lod_base(specular_s, grid_spacing(GRID, lambda), lighting.environment.x, LEADR_LOD_MATCHED);
+    float ao = max(meso_area(wo, specular_m), 0.0);
+    float visible_o = visible_area(wo, specular_m, specular_s);
     for (int j = 0; j < GRID; ++j) {
         for (int k = 0; k < GRID; ++k) {
             vec3 node = grid_node(j, k, GRID, lambda);
-            EnvironmentSample e = environment_sample(wo, node.xy, specular_m, specular_s);
-            float lod = env_lod(wo, e.wn, specular_s, spacing, lighting.environment.x, LEADR_LOD_MATCHED);
+            EnvironmentSample e = environment_sample_at(wo, slope_at(node.xy, specular_m, cholesky));
             float weight = node.z * e.area;
-            reflected += weight * shadowing_given_masking(wo, e.wi, specular_m, specular_s, SHADOWING)
-                       * fresnel_schlick(f0, dot(wo, e.wn))
-                       * textureLod(environment_cube, from_frame(frame, e.wi), lod).rgb;
+            float lit = SHADOWING ? shadowing_from_areas(ao, visible_o, e.wi, specular_m, specular_s) : 1.0;
+            vec3 incident = textureLod(environment_cube, from_frame(frame, e.wi), env_lod_at(lod_base, wo, e.wn)).rgb;
+            reflected += weight * lit * fresnel_schlick(f0, dot(wo, e.wn)) * incident;
             norm += weight;
         }
     }
