@@ -20,61 +20,28 @@ use std::time::{Duration, Instant};
 use winit::application::ApplicationHandler;
 use winit::dpi::PhysicalSize;
 use winit::event::{ElementState, KeyEvent, MouseButton, MouseScrollDelta, WindowEvent};
-use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoop};
+use winit::event_loop::{ActiveEventLoop, ControlFlow};
 use winit::keyboard::{Key, ModifiersState, NamedKey};
 use winit::window::{Window, WindowId};
 
 use super::error::AppError;
 use super::orbit::Orbit;
 use super::save::make_folder_of;
-use crate::gpu::{self, GpuOptions};
 use crate::maps::save::save_png;
 use crate::maps::tonemap::Tonemap;
 use crate::render::frame::Renderer;
 use crate::render::scene::FrameState;
 use crate::render::settings::{RenderSettings, Technique};
+pub use display::Display;
 use painter::Painter;
 use viewer::{Action, Drag, Viewer};
 
+mod display;
 mod painter;
 pub mod viewer;
 
 /// How often the title follows the numbers.
 const TITLE_INTERVAL: Duration = Duration::from_millis(250);
-
-/// A connection to the display.
-pub struct Display {
-    events: EventLoop<()>,
-}
-
-impl Display {
-    /// Connects to the display. Only once per process, and on its main thread.
-    ///
-    /// # Errors
-    /// A sentence that says what to do where there is no display.
-    pub fn open() -> Result<Self, AppError> {
-        let no_display = |reason: String| {
-            // The reason of an operating system's error follows the place in the source that met it.
-            let reason =
-                reason.split_once(".rs:").and_then(|(_, rest)| rest.split_once(": ")).map_or(&*reason, |r| r.1);
-            AppError::Failed(format!(
-                "no window can be opened ({}): start this in a desktop session or under xvfb-run, \
-                 or use `leadr capture`, which needs no display",
-                reason.trim_end_matches('.')
-            ))
-        };
-        let events = EventLoop::new().map_err(|e| no_display(e.to_string()))?;
-        Ok(Self { events })
-    }
-
-    /// How to open a device that can draw on this display, for [`Gpu::new`](gpu::Gpu::new).
-    ///
-    /// # Errors
-    /// A kind of display that Vulkan cannot draw on.
-    pub fn gpu_options(&self, device: Option<String>, validation: bool) -> Result<GpuOptions, AppError> {
-        Ok(GpuOptions { device, validation, window_extensions: gpu::window_extensions(&self.events)? })
-    }
-}
 
 /// How to open the window. Its size is that of the [`RenderSettings`].
 #[derive(Clone, Debug)]
@@ -237,7 +204,12 @@ impl<S: FnMut(f64) -> FrameState> App<S> {
         }
         match action {
             Action::Quit => events.exit(),
-            Action::Screenshot => self.screenshot()?,
+            Action::Screenshot => {
+                // A full disk is no reason to close the window.
+                if let Err(error) = self.screenshot() {
+                    tracing::error!("{error}");
+                }
+            }
             _ => self.viewer.act(action),
         }
         Ok(())
@@ -364,4 +336,26 @@ fn title(name: &str, viewer: &Viewer, fps: f64, times: &[(String, f64)]) -> Stri
         title.push_str(&format!(" · {pass} {milliseconds:.1} ms"));
     }
     title
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_title_tells_technique_time_and_passes() {
+        let pose = crate::app::camera_file::CameraPose {
+            position: [1.0; 3],
+            target: [0.0; 3],
+            up: [0.0, 0.0, 1.0],
+            fov_degrees: 40.0,
+        };
+        let mut viewer = Viewer::new(Orbit::new(&pose), 1.5, Technique::Leadr);
+        viewer.act(Action::Pause);
+        viewer.act(action(&Key::Character("2".into())).expect("a key"));
+        let times = [("geometry".to_owned(), 3.12), ("sky".to_owned(), 0.001)];
+        let said = title("Sphere", &viewer, 29.97, &times);
+        assert_eq!(said, "Sphere · normal-mip · 1.50 s (paused) · 30.0 fps · geometry 3.1 ms");
+        assert_eq!(action(&Key::Character("x".into())), None);
+    }
 }

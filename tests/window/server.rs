@@ -1,7 +1,8 @@
 //! An X server of its own, the hands of a user, and the program under test.
 
 use std::cell::Cell;
-use std::io::{BufRead, BufReader, Read};
+use std::fs::File;
+use std::io::{BufRead, BufReader, Read, Seek};
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
@@ -186,6 +187,8 @@ pub struct App {
     process: Cell<Option<Child>>,
     id: u32,
     window: Window,
+    /// Files, which unlike pipes are never full.
+    said: [File; 2],
 }
 
 impl Drop for App {
@@ -209,10 +212,12 @@ impl App {
 
     pub fn start(server: &Server, arguments: &[&str]) -> Self {
         let mut command = Self::command(arguments);
-        command.env("DISPLAY", &server.display).stdout(Stdio::piped()).stderr(Stdio::piped());
+        let said = [tempfile::tempfile().unwrap(), tempfile::tempfile().unwrap()];
+        let [out, err] = [0, 1].map(|i| Stdio::from(said[i].try_clone().unwrap()));
+        command.env("DISPLAY", &server.display).stdout(out).stderr(err);
         let process = command.spawn().unwrap();
         let id = process.id();
-        Self { process: Cell::new(Some(process)), id, window: 0 }
+        Self { process: Cell::new(Some(process)), id, window: 0, said }
     }
 
     pub fn find_window(&mut self, server: &Server) {
@@ -228,11 +233,9 @@ impl App {
     fn is_running(&self) -> bool {
         let mut process = self.process.take();
         let running = process.as_mut().is_some_and(|p| matches!(p.try_wait(), Ok(None)));
-        if running {
-            self.process.set(process);
-        } else if let Some(process) = process {
-            let output = process.wait_with_output().unwrap();
-            eprintln!("{}{}", output.status, String::from_utf8_lossy(&output.stderr));
+        self.process.set(process);
+        if !running {
+            eprintln!("{}", self.said(1));
         }
         running
     }
@@ -269,11 +272,15 @@ impl App {
             std::thread::sleep(Duration::from_millis(40));
         }
         let code = process.wait().unwrap().code();
-        let read = |mut stream: Box<dyn Read>| {
-            let mut text = String::new();
-            stream.read_to_string(&mut text).unwrap();
-            text
-        };
-        (code, read(Box::new(process.stdout.take().unwrap())), read(Box::new(process.stderr.take().unwrap())))
+        (code, self.said(0), self.said(1))
+    }
+
+    /// What was written to stdout (0) or stderr (1).
+    fn said(&self, stream: usize) -> String {
+        let mut file = &self.said[stream];
+        let mut bytes = Vec::new();
+        file.rewind().unwrap();
+        file.read_to_end(&mut bytes).unwrap();
+        String::from_utf8_lossy(&bytes).into_owned()
     }
 }
