@@ -419,7 +419,8 @@ fn misuse_is_an_error_with_the_name_in_it() {
     let double = ComputePipeline::new(&gpu, "probes/selftest.comp", &[]).unwrap();
     let buffer = Buffer::new(&gpu, "b", 64, Memory::Device).unwrap();
     let both = [(0, Descriptor::Storage(&buffer)), (1, Descriptor::Storage(&buffer))];
-    let cases: [(&str, Box<dyn Fn(&mut leadr::gpu::Commands)>); 6] = [
+    type Misuse<'a> = Box<dyn Fn(&mut leadr::gpu::Commands) + 'a>;
+    let cases: [(&str, Misuse<'_>); 6] = [
         ("binding 1", Box::new(|cmd| cmd.bind(&double, &both[..1]))),
         ("UNIFORM", Box::new(|cmd| cmd.bind(&double, &[both[0], (1, Descriptor::Uniform(&buffer))]))),
         ("no COMPUTE pipeline", Box::new(|cmd| cmd.dispatch([1, 1, 1]))),

@@ -16,6 +16,8 @@ pub mod renderer_source;
 pub mod save;
 pub mod stage;
 pub mod values;
+#[cfg(feature = "window")]
+pub mod window;
 
 use std::ffi::OsString;
 use std::process::ExitCode;

@@ -38,6 +38,8 @@
 //!   `cmd.memory_barrier(Use::ComputeWrite, Use::GraphicsRead)` for buffers. Between calls of [`Gpu::submit`] no barrier
 //!   is needed.
 //! - **[`Timestamps`]**: `cmd.reset_timestamps(&t)`, `cmd.timestamp(&t, "shade")` after each pass, `t.intervals()`.
+//! - **`Swapchain`** (feature `window`): `new(gpu, window)`, `acquire(size)`, `present(recorder, frame)`, with a device
+//!   opened with `window_extensions(display)`.
 //! - **[`reflect`]**: `struct_offsets(spirv, "Block")` and `struct_stride` for the one truth of shared structs.
 //!
 //! Misuse while recording does not panic: the submission returns the first as an error. Whatever is recorded lives until
@@ -62,6 +64,8 @@ mod timestamps;
 mod transfer;
 mod usage;
 mod validation;
+#[cfg(feature = "window")]
+mod window;
 
 pub use ash::vk;
 pub use buffer::{Buffer, Memory};
@@ -77,3 +81,5 @@ pub use sampler::{Filter, Sampler, Wrap};
 pub use submit::CommandRecorder;
 pub use timestamps::Timestamps;
 pub use usage::Use;
+#[cfg(feature = "window")]
+pub use window::{Swapchain, SwapchainFrame, window_extensions};

@@ -16,6 +16,7 @@ pub mod moments;
 pub mod object;
 pub mod patch;
 pub mod patch_mesh;
+pub mod present;
 pub mod scene;
 pub mod settings;
 pub mod shade;
