@@ -1,1 +1,2 @@
 //! scenes
+pub mod trex;

@@ -1,0 +1,5 @@
+//! The walking Tyrannosaurus.
+
+pub mod parts;
+pub mod primitive;
+pub mod sdf;
