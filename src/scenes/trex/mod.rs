@@ -3,6 +3,8 @@
 pub mod cage;
 pub mod dual;
 pub mod parts;
+#[cfg(test)]
+mod preview;
 pub mod primitive;
 pub mod relax;
 pub mod sdf;
