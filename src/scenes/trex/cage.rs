@@ -24,8 +24,8 @@ const GRID_HIGH: Vec3 = Vec3::new(7.0, 1.5, 5.9);
 const WARPS: [([f32; 3], f32, f32); 7] = [
     ([4.15, 0.0, 3.80], 1.75, 0.56),
     ([4.20, 0.0, 3.35], 1.00, 0.20),
-    ([0.56, 0.38, 0.12], 1.15, 0.68),
-    ([0.56, -0.38, 0.12], 1.15, 0.68),
+    ([0.56, 0.38, 0.12], 1.15, 0.75),
+    ([0.56, -0.38, 0.12], 1.15, 0.75),
     ([2.15, 0.57, 1.95], 0.55, 0.60),
     ([2.15, -0.57, 1.95], 0.55, 0.60),
     ([-6.5, 0.0, 2.69], 1.7, 0.62),
@@ -49,6 +49,7 @@ pub fn build(sdf: &TrexSdf) -> Result<PatchMesh, CageError> {
         let mut surface = extract(&sample(sdf, spacing));
         match Topology::of(&surface).check() {
             Ok(()) => {
+                tracing::debug!(spacing, quads = surface.quads.len(), "cage");
                 relax(&mut surface, sdf);
                 return Ok(finish(surface, sdf));
             }
@@ -176,7 +177,12 @@ mod tests {
         let sdf = TrexSdf::new();
         let fields = start.elapsed();
         let mesh = build(&sdf).unwrap();
-        println!("{} quads; field {fields:?}, field and cage {:?}", mesh.patches.len(), start.elapsed());
+        println!(
+            "{} vertices, {} quads; field {fields:?}, field and cage {:?}",
+            mesh.positions.len(),
+            mesh.patches.len(),
+            start.elapsed()
+        );
         let surface = QuadSurface { positions: mesh.positions.clone(), quads: mesh.patches.clone() };
         assert_eq!(Topology::of(&surface).check(), Ok(()));
         let mut valence = [0; 9];

@@ -207,7 +207,7 @@ const SWINGS: [Swing; 48] = [
     // The right arm: half a cycle later.
     Swing("arm_R", Pitch, 1.0, 5.0, 0.05), Swing("arm_R", Pitch, 0.0, 4.0, 0.0),
     Swing("elbow_R", Pitch, 1.0, 4.0, 0.12), Swing("wrist_R", Pitch, 1.0, 5.0, 0.20),
-    // The chest leans a little into the heavier step, and the eyes counter the head's yaw.
+    // The eyes undo the head's own turns: the gaze stays ahead.
     Swing("eye_L", Yaw, 1.0, 0.5, 0.52), Swing("eye_R", Yaw, 1.0, 0.5, 0.52),
     Swing("eye_L", Pitch, 2.0, -0.3, 0.17), Swing("eye_R", Pitch, 2.0, -0.3, 0.17),
 ];

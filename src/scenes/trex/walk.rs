@@ -140,6 +140,9 @@ pub fn skin_point(matrices: &[Mat4], skin: &crate::render::patch_mesh::SkinWeigh
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::render::patch_mesh::PatchMesh;
+    use crate::scenes::trex::gait::HEEL_OFF;
+    use crate::scenes::trex::sdf::TrexSdf;
 
     #[test]
     fn the_walk_repeats_a_stride_further() {
@@ -183,5 +186,50 @@ mod tests {
             range[0], range[1], range[2]
         );
         assert!(range[1][1] < 0.97, "the leg is stretched: {:?}", range[1]);
+    }
+
+    /// Skinned rest positions of the whole cage.
+    fn skinned(mesh: &PatchMesh, pose: &Pose) -> Vec<Vec3> {
+        let matrices = pose.skinning_matrices();
+        mesh.positions.iter().zip(&mesh.skin).map(|(p, s)| skin_point(&matrices, s, *p)).collect()
+    }
+
+    #[test]
+    fn planted_feet_do_not_slide_and_nothing_sinks() {
+        let mesh = super::super::cage::build(&TrexSdf::new()).unwrap();
+        let weight = |v: usize, name: &str| {
+            let skin = &mesh.skin[v];
+            (0..4).filter(|&k| usize::from(skin.joints[k]) == joint_index(name)).map(|k| skin.weights[k]).sum::<f32>()
+        };
+        for (side, index) in [("L", 0), ("R", 1)] {
+            let of = |names: &[&str], least: f32| -> Vec<usize> {
+                let held = |v: usize| names.iter().map(|n| weight(v, &format!("{n}_{side}"))).sum::<f32>();
+                (0..mesh.positions.len()).filter(|&v| mesh.positions[v].z < 0.08 && held(v) > least).collect()
+            };
+            // The whole sole while the foot is flat; the middle toe until it leaves the ground.
+            let sole = of(&["toes", "toe2", "toe3", "toe4"], 0.999);
+            for (points, until) in [(sole, HEEL_OFF), (of(&["toe3"], 0.995), DUTY)] {
+                assert!(points.len() > 8, "{}", points.len());
+                let start = PERIOD * (1.0 - 0.5 * f64::from(index));
+                let mut slip = 0.0_f32;
+                let before = skinned(&mesh, &pose(start));
+                for k in 0..=40 {
+                    let now = skinned(&mesh, &pose(start + PERIOD * until * f64::from(k) / 40.0));
+                    slip = points.iter().map(|&v| now[v].distance(before[v])).fold(slip, f32::max);
+                }
+                println!("{side} {} points until {until}: slip {:.4} mm", points.len(), slip * 1e3);
+                assert!(slip < 1e-3);
+                // The comparison sees a foot that is not planted.
+                let late = skinned(&mesh, &pose(start + PERIOD * (DUTY + 0.1)));
+                assert!(points.iter().any(|&v| late[v].distance(before[v]) > 0.05));
+            }
+        }
+        for k in 0..32 {
+            let time = PERIOD * f64::from(k) / 32.0;
+            let now = skinned(&mesh, &pose_in_place(time));
+            let (v, low) = now.iter().enumerate().min_by(|a, b| a.1.z.total_cmp(&b.1.z)).unwrap();
+            println!("{k} lowest {:.1} mm at {:.2}", low.z * 1e3, mesh.positions[v]);
+            assert!((-0.015..=0.005).contains(&low.z), "{k}: {} at {}", low.z, mesh.positions[v]);
+        }
     }
 }

@@ -8,15 +8,21 @@ use super::sdf::TrexSdf;
 use super::skeleton::{AXIAL_CHAIN, JOINT_COUNT, joint_index};
 use crate::render::patch_mesh::SkinWeights;
 
-/// Length over which the influence of a part falls by `e`, metres.
+/// Length over which the influence of a part falls by `e`, metres; shorter in the feet, so that toes stay rigid and
+/// planted.
 const FALLOFF: f32 = 0.055;
+const FOOT_FALLOFF: f32 = 0.022;
+/// Heights between which the falloff changes, metres.
+const FOOT: [f32; 2] = [0.14, 0.50];
 /// Influences below this share of the strongest are dropped.
 const LEAST: f32 = 0.004;
 /// Depth inside a part beyond which it is no nearer, metres.
 const DEPTH: f32 = -0.02;
-/// Smoothing passes, as many as on a mesh of 30 mm edges.
+/// Smoothing passes; they blur as far as on a mesh of such edges (metres): little in the feet and around the mouth,
+/// more where large muscles slide.
 const PASSES: usize = 12;
-const PASS_EDGE: f32 = 0.03;
+const CRISP_EDGE: f32 = 0.028;
+const SOFT_EDGE: f32 = 0.065;
 
 type Row = [f32; JOINT_COUNT];
 
@@ -29,7 +35,10 @@ pub fn skin_weights(sdf: &TrexSdf, positions: &[Vec3], ring: &[Vec<u32>]) -> Vec
         .map(|v| {
             let edges = ring[v].iter().map(|&w| positions[w as usize].distance(positions[v])).sum::<f32>();
             let edge = edges / ring[v].len().max(1) as f32;
-            0.5 * (PASS_EDGE / edge).powi(2).min(1.0)
+            let p = positions[v];
+            let crisp = (1.0 - above_foot(p)).max(((p.x - 3.0) / 0.4).clamp(0.0, 1.0));
+            let blur = SOFT_EDGE + (CRISP_EDGE - SOFT_EDGE) * crisp;
+            0.5 * (blur / edge).powi(2).min(1.0)
         })
         .collect();
     for _ in 0..PASSES {
@@ -48,13 +57,19 @@ pub fn skin_weights(sdf: &TrexSdf, positions: &[Vec3], ring: &[Vec<u32>]) -> Vec
     rows.iter().map(largest_four).collect()
 }
 
+/// 0 in the feet, 1 above them.
+fn above_foot(p: Vec3) -> f32 {
+    ((p.z - FOOT[0]) / (FOOT[1] - FOOT[0])).clamp(0.0, 1.0)
+}
+
 fn raw_weights(sdf: &TrexSdf, p: Vec3) -> Row {
     let parts = sdf.part_distances(p, 0.6);
     let nearest = parts.iter().map(|q| q.hit.distance.max(DEPTH)).fold(f32::MAX, f32::min);
+    let falloff = FOOT_FALLOFF + (FALLOFF - FOOT_FALLOFF) * above_foot(p);
     let side = if p.y < 0.0 { "_R" } else { "_L" };
     let mut row = [0.0; JOINT_COUNT];
     for part in &parts {
-        let influence = (-(part.hit.distance.max(DEPTH) - nearest) / FALLOFF).exp();
+        let influence = (-(part.hit.distance.max(DEPTH) - nearest) / falloff).exp();
         if influence < LEAST {
             continue;
         }
