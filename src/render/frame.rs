@@ -7,15 +7,16 @@ use glam::{Mat4, Vec3};
 
 use super::accumulate::{AccumulatePass, jitter};
 use super::environment::Environment;
-use super::geometry::{GBuffer, GeometryPass};
+use super::filter::{FilterPass, GBuffer};
+use super::geometry::{GeometryPass, VisibleSurface};
 use super::irradiance::IrradiancePass;
-use super::object::{GpuObject, ViewBuffers};
+use super::object::{GpuObject, MAX_OBJECTS, ViewBuffers};
 use super::scene::{FrameState, Object, PosedVertices};
 use super::settings::{RenderSettings, ShadingSettings};
 use super::shade::{LightingGpu, ShadeInputs, ShadePass};
 use super::shadow::{ShadowPass, ShadowView};
 use super::tessellation::TessellationSettings;
-use crate::gpu::{Buffer, Commands, Gpu, Image, ImageDesc, Memory, Result, Timestamps};
+use crate::gpu::{Buffer, Commands, Gpu, GpuError, Image, ImageDesc, Memory, Result, Timestamps};
 
 /// Texels across the shadow map.
 pub const SHADOW_SIZE: u32 = 2048;
@@ -66,6 +67,7 @@ pub enum Layer {
 /// Image targets of one size.
 struct Targets {
     size: (u32, u32),
+    visible: VisibleSurface,
     gbuffer: GBuffer,
     sample: Image,
     mean: Image,
@@ -76,6 +78,7 @@ impl Targets {
         let desc = ImageDesc::new(ShadePass::FORMAT, size.0, size.1);
         Ok(Self {
             size,
+            visible: VisibleSurface::new(gpu, size)?,
             gbuffer: GBuffer::new(gpu, size)?,
             sample: Image::new(gpu, "sample", desc.color_target())?,
             mean: Image::new(gpu, "mean", desc.storage())?,
@@ -99,7 +102,8 @@ pub struct Renderer {
     shadow: ShadowPass,
     shadow_view: Option<ShadowView>,
     accumulate: AccumulatePass,
-    pipelines: HashMap<ShadingSettings, (GeometryPass, ShadePass)>,
+    geometry: GeometryPass,
+    pipelines: HashMap<ShadingSettings, (FilterPass, ShadePass)>,
     targets: Option<Targets>,
     lighting: Buffer,
     timestamps: Timestamps,
@@ -112,10 +116,15 @@ impl Renderer {
     /// # Errors
     /// Memory that is short, or a Vulkan call that failed.
     pub fn new(gpu: &Arc<Gpu>, objects: Vec<Object>, environment: Environment) -> Result<Self> {
+        if objects.len() > MAX_OBJECTS {
+            let fault = format!("{} objects are more than {MAX_OBJECTS}", objects.len());
+            return Err(GpuError::Usage { name: "scene".to_owned(), fault });
+        }
         let drawn = objects
             .into_iter()
-            .map(|object| {
-                let object = GpuObject::new(gpu, object)?;
+            .enumerate()
+            .map(|(index, object)| {
+                let object = GpuObject::new(gpu, object, index)?;
                 let camera = ViewBuffers::new(gpu, &object, "camera")?;
                 let sun = object.object.casts_shadow.then(|| ViewBuffers::new(gpu, &object, "sun")).transpose()?;
                 Ok(Drawn { object, camera, sun })
@@ -128,6 +137,7 @@ impl Renderer {
             shadow: ShadowPass::new(gpu, SHADOW_SIZE)?,
             shadow_view: None,
             accumulate: AccumulatePass::new(gpu)?,
+            geometry: GeometryPass::new(gpu)?,
             pipelines: HashMap::new(),
             targets: None,
             lighting: Buffer::new(gpu, "lighting", size_of::<LightingGpu>() as u64, Memory::Upload)?,
@@ -189,9 +199,9 @@ impl Renderer {
             self.targets = Some(Targets::new(&self.gpu, settings.size)?);
         }
         if !self.pipelines.contains_key(&settings.shading) {
-            let geometry = GeometryPass::new(&self.gpu, settings.shading.technique)?;
+            let filter = FilterPass::new(&self.gpu, settings.shading.technique)?;
             let shade = ShadePass::new(&self.gpu, settings.shading)?;
-            self.pipelines.insert(settings.shading, (geometry, shade));
+            self.pipelines.insert(settings.shading, (filter, shade));
         }
         let posed: Vec<PosedVertices> =
             self.drawn.iter().zip(&state.poses).map(|(d, pose)| pose.apply(&d.object.object.mesh)).collect();
@@ -258,7 +268,7 @@ impl Renderer {
         index: u32,
         timestamps: &Timestamps,
     ) {
-        let (Some(targets), Some((geometry, shade))) = (&self.targets, self.pipelines.get(&settings.shading)) else {
+        let (Some(targets), Some((filter, shade))) = (&self.targets, self.pipelines.get(&settings.shading)) else {
             return;
         };
         cmd.timestamp(timestamps, "begin");
@@ -277,16 +287,23 @@ impl Renderer {
         }
         let objects: Vec<_> = self.drawn.iter().map(|d| (&d.object, &d.camera)).collect();
         cmd.label("geometry", |cmd| {
-            geometry.record(cmd, &targets.gbuffer, &objects, state.height_scale, settings.mark_inside);
+            self.geometry.record(cmd, &targets.visible, &objects, state.height_scale, settings.mark_inside);
         });
         cmd.timestamp(timestamps, "geometry");
+        cmd.label("filter", |cmd| {
+            let objects = objects.iter().filter(|(_, view)| !view.draws.is_empty()).map(|(object, _)| *object);
+            filter.record(cmd, &targets.visible, &targets.gbuffer, objects, state.height_scale);
+        });
+        cmd.timestamp(timestamps, "filter");
         let inputs = ShadeInputs {
+            visible: &targets.visible,
+            gbuffer: &targets.gbuffer,
             lighting: &self.lighting,
             cube: self.environment.cube(),
             radiance_sh: self.irradiance.coefficients(),
             shadow_map: &self.shadow.map,
         };
-        cmd.label("shade", |cmd| shade.record(cmd, &targets.gbuffer, inputs, &targets.sample));
+        cmd.label("shade", |cmd| shade.record(cmd, inputs, &targets.sample));
         cmd.timestamp(timestamps, "shade");
         cmd.label("accumulate", |cmd| self.accumulate.record(cmd, &targets.sample, &targets.mean, index));
         cmd.timestamp(timestamps, "accumulate");
@@ -307,7 +324,7 @@ impl Renderer {
         let gbuffer = &targets.gbuffer;
         Ok(match layer {
             Layer::Depth => {
-                let depth: Vec<f32> = gbuffer.depth.read(0, 0)?;
+                let depth: Vec<f32> = targets.visible.depth.read(0, 0)?;
                 let inverse = self.clip_from_world.inverse();
                 let (width, height) = targets.size;
                 depth

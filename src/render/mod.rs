@@ -8,6 +8,7 @@ pub mod cube_mips;
 pub mod displacement;
 pub mod environment;
 pub mod equirect;
+pub mod filter;
 pub mod frame;
 pub mod geometry;
 pub mod irradiance;

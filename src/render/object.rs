@@ -41,6 +41,9 @@ pub struct PatchGpu {
     pub tile: [f32; 4],
 }
 
+/// Most objects in a scene: the G-buffer has seven bits for them.
+pub const MAX_OBJECTS: usize = 127;
+
 /// The view block (`View`).
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
@@ -61,6 +64,8 @@ pub struct ObjectGpu {
     pub specular_f0: f32,
     /// `FLAG_` bits.
     pub flags: u32,
+    /// Index of the object in the scene, from 1.
+    pub index: u32,
 }
 
 /// The object has LEADR maps.
@@ -81,6 +86,8 @@ pub struct GpuObject {
     edge_relief: Vec<f32>,
     /// `PatchData` of every patch.
     pub patches: Buffer,
+    /// Bounds of the taps of every patch again, for the filter pass.
+    pub tiles: Buffer,
     /// Baked heights of the edges.
     pub edge_heights: Buffer,
     /// Baked heights of the vertices.
@@ -92,14 +99,16 @@ pub struct GpuObject {
     /// Sampler of the maps.
     pub sampler: Sampler,
     flags: u32,
+    index: u32,
 }
 
 impl GpuObject {
-    /// Uploads an object and builds its LEADR maps.
+    /// Uploads an object and builds its LEADR maps. `index` counts the objects of a scene from 0, below
+    /// [`MAX_OBJECTS`].
     ///
     /// # Errors
     /// Memory or a Vulkan call that failed.
-    pub fn new(gpu: &Arc<Gpu>, mut object: Object) -> Result<Self> {
+    pub fn new(gpu: &Arc<Gpu>, mut object: Object, index: usize) -> Result<Self> {
         let name = object.name.clone();
         let topology = Topology::new(&object.mesh.patches);
         let mut flags = 0;
@@ -160,6 +169,11 @@ impl GpuObject {
         let wrap = if border == Border::Wrap { Wrap::Repeat } else { Wrap::Clamp };
         Ok(Self {
             patches: Buffer::from_slice(gpu, &format!("{name} patches"), &patches)?,
+            tiles: Buffer::from_slice(
+                gpu,
+                &format!("{name} tiles"),
+                &patches.iter().map(|p| p.tile).collect::<Vec<_>>(),
+            )?,
             edge_heights: Buffer::from_slice(gpu, &format!("{name} edge heights"), &boundary.edges)?,
             vertex_heights: Buffer::from_slice(gpu, &format!("{name} vertex heights"), &boundary.vertices)?,
             height_range: boundary.patch_range,
@@ -171,6 +185,7 @@ impl GpuObject {
             maps,
             color,
             flags,
+            index: index as u32 + 1,
         })
     }
 
@@ -181,6 +196,7 @@ impl GpuObject {
             height_scale: height_scale * self.object.height_scale,
             specular_f0: self.object.specular_f0,
             flags: self.flags | if mark_inside { FLAG_MARK_INSIDE } else { 0 },
+            index: self.index,
         }
     }
 

@@ -14,9 +14,9 @@ pub enum Technique {
 }
 
 impl Technique {
-    /// `TECHNIQUE_` value of `passes/geometry/geometry.frag`.
+    /// `TECHNIQUE_` value of `passes/filter/filter.frag`.
     #[must_use]
-    pub fn geometry_code(self) -> i32 {
+    pub fn filter_code(self) -> i32 {
         match self {
             Self::Leadr => 0,
             Self::NormalMip => 1,

@@ -5,7 +5,8 @@ use std::sync::Arc;
 use ash::vk;
 use bytemuck::{Pod, Zeroable};
 
-use super::geometry::GBuffer;
+use super::filter::GBuffer;
+use super::geometry::VisibleSurface;
 use super::scene::{FrameState, MAX_POINT_LIGHTS};
 use super::settings::ShadingSettings;
 use super::shadow::ShadowView;
@@ -80,9 +81,13 @@ impl LightingGpu {
     }
 }
 
-/// What the shading pass reads besides the G-buffer.
+/// What the shading pass reads.
 #[derive(Clone, Copy)]
 pub struct ShadeInputs<'a> {
+    /// For its depth.
+    pub visible: &'a VisibleSurface,
+    /// What the filter pass found.
+    pub gbuffer: &'a GBuffer,
     /// The [`LightingGpu`] block.
     pub lighting: &'a Buffer,
     /// The environment cube, with mips.
@@ -131,9 +136,9 @@ impl ShadePass {
         })
     }
 
-    /// Shades every pixel of `gbuffer` into `target`.
-    pub fn record(&self, cmd: &mut Commands, gbuffer: &GBuffer, inputs: ShadeInputs<'_>, target: &Image) {
-        gbuffer.make_readable(cmd);
+    /// Shades every pixel of the G-buffer into `target`.
+    pub fn record(&self, cmd: &mut Commands, inputs: ShadeInputs<'_>, target: &Image) {
+        let ShadeInputs { visible, gbuffer, .. } = inputs;
         cmd.image_barrier(target, Use::Undefined, Use::ColorTarget);
         cmd.begin_rendering(&[ColorTarget { view: target.whole(), load: Load::Discard }], None);
         cmd.bind(
@@ -143,7 +148,7 @@ impl ShadePass {
                 (1, Descriptor::Sampled(gbuffer.covariance.whole(), &self.nearest)),
                 (2, Descriptor::Sampled(gbuffer.material.whole(), &self.nearest)),
                 (3, Descriptor::Sampled(gbuffer.surface.whole(), &self.nearest)),
-                (4, Descriptor::Sampled(gbuffer.depth.whole(), &self.nearest)),
+                (4, Descriptor::Sampled(visible.depth.whole(), &self.nearest)),
                 (5, Descriptor::Uniform(inputs.lighting)),
                 (6, Descriptor::Sampled(inputs.cube, &self.trilinear)),
                 (7, Descriptor::Storage(inputs.radiance_sh)),

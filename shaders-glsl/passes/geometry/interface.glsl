@@ -31,19 +31,8 @@ layout(binding = 3, std430) readonly buffer EdgeFactors { float edge_factors[]; 
 layout(binding = 4, std430) readonly buffer EdgeHeights { float edge_heights[]; };
 layout(binding = 5, std430) readonly buffer VertexHeights { float vertex_heights[]; };
 layout(binding = 6, std430) readonly buffer VisiblePatches { uint visible_patches[]; };
-layout(binding = 7) uniform sampler2D moments_a; // E[hs], E[ht], E[hs^2], E[ht^2], per unit texture coordinate
-layout(binding = 8) uniform sampler2D moments_b; // E[hs ht], height
-layout(binding = 9) uniform sampler2D color_map; // rgb albedo, a roughness
-
-layout(push_constant, std430) uniform Object {
-    float height_scale;   // eta of LEADR section 4.2
-    float specular_f0;
-    uint flags;           // the FLAG_ bits below
-} object;
-
-const uint FLAG_DISPLACED = 1u;     // has LEADR maps
-const uint FLAG_COLOR_MAP = 2u;     // has a colour map; otherwise vertex colours
-const uint FLAG_MARK_INSIDE = 4u;   // paint back faces with the marker (crack test)
+layout(binding = 7) uniform sampler2D moments_b; // E[hs ht], height
+#include "object.glsl"
 
 // Inner Bezier point beside `a` on the boundary from `a` to `b`. Precise: both patches of an edge get the same bits.
 vec3 edge_point(vec3 a, vec3 normal_a, vec3 b) {
