@@ -1,0 +1,466 @@
+//! The parts the animal is modelled from: eighty primitives in seven groups, bind pose, metres.
+//!
+//! Only the left side is listed; the evaluator folds `y` to `|y|`. Groups are joined in order by a smooth
+//! union of radius [`Group::blend`], parts inside a group by their own radius.
+
+use glam::{Mat3, Vec3};
+
+use Binding::{Axis, Blend, HeadToJaw, Rigid};
+use Op::{Add, Carve};
+use Space::{Head, Jaw, Model};
+
+/// Opening of the mouth in the bind pose, degrees. Wide, so that the coarse cells of the cage do not bridge the lips.
+pub const BIND_GAPE_DEGREES: f32 = 28.0;
+
+/// A coordinate frame in which parts are given.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Space {
+    /// Model space.
+    Model,
+    /// Skull: origin at the occipital joint, x towards the snout, enlarged by 1.09.
+    Head,
+    /// Mandible: origin at the hinge.
+    Jaw,
+}
+
+/// Rotation, origin and uniform scale of a [`Space`] in model space.
+#[derive(Clone, Copy, Debug)]
+pub struct Frame {
+    /// Model-from-local rotation.
+    pub rotation: Mat3,
+    /// Local origin in model space, metres.
+    pub origin: Vec3,
+    /// Uniform scale of local lengths.
+    pub scale: f32,
+}
+
+/// Rotation about the lateral axis; positive turns the local +x end up.
+fn pitch(degrees: f32) -> Mat3 {
+    Mat3::from_rotation_y(-degrees.to_radians())
+}
+
+impl Space {
+    /// The frame in model space.
+    #[must_use]
+    pub fn frame(self) -> Frame {
+        const HEAD_SCALE: f32 = 1.09;
+        let head = Frame { rotation: pitch(-5.0), origin: Vec3::new(3.36, 0.0, 3.96), scale: HEAD_SCALE };
+        match self {
+            Model => Frame { rotation: Mat3::IDENTITY, origin: Vec3::ZERO, scale: 1.0 },
+            Head => head,
+            Jaw => Frame {
+                rotation: pitch(-5.0 - BIND_GAPE_DEGREES),
+                origin: head.point(Vec3::new(0.06, 0.0, -0.20)),
+                scale: HEAD_SCALE,
+            },
+        }
+    }
+}
+
+impl Frame {
+    /// A local point in model space.
+    #[must_use]
+    pub fn point(&self, local: Vec3) -> Vec3 {
+        self.origin + self.rotation * (local * self.scale)
+    }
+}
+
+/// How a part joins what came before it in its group.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Op {
+    /// Smooth union.
+    Add,
+    /// Smooth subtraction.
+    Carve,
+}
+
+/// Which joints move the skin near a part. Limb joints are named without their side.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Binding {
+    /// The chain coordinate indexes the axial chain from the tail tip (0) to the head (15).
+    Axis,
+    /// The chain coordinate blends from the first joint (0) to the second (1).
+    Blend(&'static str, &'static str),
+    /// The position along a cone blends from head to jaw.
+    HeadToJaw,
+    /// One joint only.
+    Rigid(&'static str),
+}
+
+/// The lateral axis of a loft: sections span this direction and the one across it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Side {
+    /// Local +y.
+    Y,
+    /// Local +z, for curves that cross the midline.
+    Z,
+}
+
+/// Geometry of a part in its own space.
+#[derive(Clone, Debug)]
+pub enum Shape {
+    /// Superelliptic sections along a curve. Station: x, y, z, half width, half height up, half height down,
+    /// exponent, chain coordinate.
+    Loft {
+        /// Direction of the half width.
+        side: Side,
+        /// Lengths of the rounded ends, metres.
+        caps: [f32; 2],
+        /// Given sections, in order.
+        stations: Vec<[f32; 8]>,
+    },
+    /// Centre, radii, and rotation about x, y, z in degrees (see `primitive::ellipsoid_rotation`).
+    Ellipsoid([f32; 3], [f32; 3], [f32; 3]),
+    /// Ends and radii.
+    Cone([f32; 3], [f32; 3], f32, f32),
+}
+
+/// One primitive.
+#[derive(Clone, Debug)]
+pub struct PartSpec {
+    /// Unique name.
+    pub name: &'static str,
+    /// Union or subtraction.
+    pub op: Op,
+    /// Space of all coordinates and lengths but `blend`.
+    pub space: Space,
+    /// Joints that follow it.
+    pub binding: Binding,
+    /// Radius of the smooth union or subtraction, metres in model space.
+    pub blend: f32,
+    /// The primitive.
+    pub shape: Shape,
+}
+
+/// Parts that are folded together before they join the rest.
+#[derive(Clone, Debug)]
+pub struct Group {
+    /// Unique name.
+    pub name: &'static str,
+    /// Radius of the smooth union with the groups before, metres.
+    pub blend: f32,
+    /// Parts in evaluation order.
+    pub parts: Vec<PartSpec>,
+}
+
+/// Parts smaller than a cell of the cage, which its coarse distance field leaves out (the lower lip would crumple the
+/// rim of the mandible).
+pub const TOO_FINE_FOR_CAGE: [&str; 10] =
+    ["lower_lip", "palate", "mouth_floor", "tongue", "nostril", "lid", "lid_open", "finger1", "finger2", "hallux"];
+
+fn loft(
+    name: &'static str,
+    op: Op,
+    space: Space,
+    binding: Binding,
+    blend: f32,
+    side: Side,
+    caps: [f32; 2],
+    stations: &[[f32; 8]],
+) -> PartSpec {
+    PartSpec { name, op, space, binding, blend, shape: Shape::Loft { side, caps, stations: stations.to_vec() } }
+}
+
+fn ellipsoid(
+    name: &'static str,
+    op: Op,
+    space: Space,
+    binding: Binding,
+    blend: f32,
+    center: [f32; 3],
+    radii: [f32; 3],
+    rotation_degrees: [f32; 3],
+) -> PartSpec {
+    PartSpec { name, op, space, binding, blend, shape: Shape::Ellipsoid(center, radii, rotation_degrees) }
+}
+
+fn cone(
+    name: &'static str,
+    op: Op,
+    space: Space,
+    binding: Binding,
+    blend: f32,
+    a: [f32; 3],
+    b: [f32; 3],
+    radius_a: f32,
+    radius_b: f32,
+) -> PartSpec {
+    PartSpec { name, op, space, binding, blend, shape: Shape::Cone(a, b, radius_a, radius_b) }
+}
+
+/// All groups in evaluation order.
+#[rustfmt::skip]
+#[allow(clippy::approx_constant)] // 3.14 m is a place on the neck
+#[must_use]
+pub fn groups() -> Vec<Group> {
+    vec![
+        Group {
+            name: "body",
+            blend: 0.12,
+            parts: vec![
+                loft("axis", Add, Model, Axis, 0.1, Side::Y, [0.05, 0.15], &[
+                    [-6.7, 0.0, 2.72, 0.02, 0.024, 0.026, 2.0, 0.0],
+                    [-6.05, 0.0, 2.64, 0.048, 0.058, 0.06, 2.0, 0.0],
+                    [-5.3, 0.0, 2.58, 0.082, 0.1, 0.108, 2.0, 1.0],
+                    [-4.5, 0.0, 2.56, 0.125, 0.155, 0.17, 2.0, 2.0],
+                    [-3.7, 0.0, 2.58, 0.175, 0.21, 0.245, 2.0, 3.0],
+                    [-2.95, 0.0, 2.63, 0.235, 0.27, 0.33, 2.1, 4.0],
+                    [-2.25, 0.0, 2.7, 0.3, 0.33, 0.42, 2.1, 5.0],
+                    [-1.6, 0.0, 2.79, 0.36, 0.4, 0.51, 2.15, 6.0],
+                    [-1.0, 0.0, 2.87, 0.41, 0.485, 0.59, 2.15, 7.0],
+                    [-0.4, 0.0, 2.93, 0.45, 0.58, 0.68, 2.15, 8.0],
+                    [0.2, 0.0, 2.92, 0.52, 0.64, 0.78, 2.15, 8.0],
+                    [0.8, 0.0, 2.85, 0.64, 0.69, 0.87, 2.1, 9.0],
+                    [1.35, 0.0, 2.8, 0.7, 0.72, 0.95, 2.1, 10.0],
+                    [1.85, 0.0, 2.8, 0.63, 0.7, 0.93, 2.1, 11.0],
+                    [2.25, 0.0, 2.9, 0.5, 0.6, 0.76, 2.1, 11.5],
+                    [2.56, 0.0, 3.08, 0.39, 0.47, 0.54, 2.1, 12.0],
+                    [2.8, 0.0, 3.33, 0.32, 0.37, 0.41, 2.1, 13.0],
+                    [2.96, 0.0, 3.6, 0.285, 0.32, 0.345, 2.1, 14.0],
+                    [3.14, 0.0, 3.83, 0.28, 0.3, 0.32, 2.1, 14.5],
+                    [3.42, 0.0, 3.97, 0.285, 0.26, 0.3, 2.1, 15.0],
+                ]),
+                loft("spine_ridge", Add, Model, Axis, 0.16, Side::Y, [0.2, 0.2], &[
+                    [-4.2, 0.0, 2.62, 0.05, 0.05, 0.05, 2.0, 2.4],
+                    [-3.0, 0.0, 2.8, 0.06, 0.06, 0.06, 2.0, 4.0],
+                    [-1.6, 0.0, 3.12, 0.075, 0.075, 0.075, 2.0, 6.0],
+                    [-0.4, 0.0, 3.43, 0.09, 0.09, 0.09, 2.0, 8.0],
+                    [0.4, 0.0, 3.49, 0.09, 0.09, 0.09, 2.0, 8.5],
+                    [1.3, 0.0, 3.47, 0.085, 0.085, 0.085, 2.0, 10.0],
+                    [1.95, 0.0, 3.45, 0.085, 0.085, 0.085, 2.0, 11.2],
+                    [2.4, 0.0, 3.47, 0.08, 0.08, 0.08, 2.0, 12.0],
+                    [2.7, 0.0, 3.66, 0.07, 0.07, 0.07, 2.0, 13.2],
+                ]),
+                ellipsoid("ilium", Add, Model, Rigid("pelvis"), 0.25, [-0.02, 0.27, 3.25], [0.8, 0.2, 0.22], [0.0, 3.0, 0.0]),
+                loft("caudofem", Add, Model, Axis, 0.24, Side::Y, [0.3, 0.5], &[
+                    [-0.2, 0.3, 2.62, 0.19, 0.24, 0.26, 2.1, 7.6],
+                    [-0.9, 0.27, 2.62, 0.2, 0.25, 0.28, 2.1, 7.0],
+                    [-1.7, 0.2, 2.6, 0.16, 0.18, 0.22, 2.1, 6.0],
+                    [-2.6, 0.12, 2.55, 0.11, 0.11, 0.14, 2.1, 4.5],
+                ]),
+                loft("epaxial", Add, Model, Axis, 0.2, Side::Y, [0.3, 0.3], &[
+                    [-2.6, 0.1, 2.78, 0.1, 0.1, 0.1, 2.0, 4.5],
+                    [-1.4, 0.17, 3.03, 0.14, 0.14, 0.14, 2.0, 6.3],
+                    [-0.3, 0.22, 3.28, 0.16, 0.15, 0.15, 2.0, 8.0],
+                    [0.9, 0.26, 3.3, 0.18, 0.14, 0.14, 2.0, 9.2],
+                    [1.9, 0.22, 3.28, 0.17, 0.14, 0.14, 2.0, 11.0],
+                ]),
+                ellipsoid("pubic_boot", Add, Model, Rigid("pelvis"), 0.22, [0.4, 0.0, 2.16], [0.34, 0.14, 0.13], [0.0, 6.0, 0.0]),
+                ellipsoid("ischium", Add, Model, Rigid("pelvis"), 0.2, [-0.45, 0.0, 2.33], [0.46, 0.13, 0.13], [0.0, -28.0, 0.0]),
+                ellipsoid("shoulder", Add, Model, Rigid("chest"), 0.28, [1.84, 0.42, 2.74], [0.56, 0.15, 0.24], [0.0, -48.0, 0.0]),
+                ellipsoid("pectoral", Add, Model, Rigid("chest"), 0.28, [1.98, 0.26, 2.24], [0.4, 0.24, 0.22], [0.0, -28.0, 0.0]),
+                ellipsoid("ribcage", Add, Model, Rigid("spine2"), 0.25, [1.15, 0.42, 2.62], [0.6, 0.28, 0.52], [0.0, 0.0, 0.0]),
+                loft("neck_side", Add, Model, Axis, 0.14, Side::Y, [0.5, 0.1], &[
+                    [1.75, 0.26, 2.86, 0.1, 0.1, 0.1, 2.0, 10.7],
+                    [2.2, 0.3, 2.94, 0.15, 0.16, 0.16, 2.0, 11.5],
+                    [2.55, 0.27, 3.16, 0.14, 0.15, 0.15, 2.0, 12.0],
+                    [2.84, 0.21, 3.52, 0.11, 0.12, 0.12, 2.0, 13.4],
+                    [3.14, 0.2, 3.86, 0.1, 0.1, 0.1, 2.0, 14.5],
+                ]),
+                loft("nape", Add, Model, Axis, 0.12, Side::Y, [0.5, 0.1], &[
+                    [1.7, 0.06, 3.22, 0.12, 0.1, 0.1, 2.0, 10.6],
+                    [2.2, 0.08, 3.4, 0.14, 0.1, 0.1, 2.0, 11.5],
+                    [2.55, 0.09, 3.48, 0.13, 0.11, 0.11, 2.0, 12.3],
+                    [2.82, 0.1, 3.72, 0.13, 0.11, 0.11, 2.0, 13.5],
+                    [3.1, 0.12, 4.03, 0.14, 0.11, 0.11, 2.0, 14.5],
+                    [3.36, 0.13, 4.15, 0.14, 0.1, 0.1, 2.0, 15.0],
+                ]),
+                loft("throat", Add, Model, Axis, 0.14, Side::Y, [0.2, 0.1], &[
+                    [2.55, 0.0, 2.62, 0.16, 0.14, 0.14, 2.0, 11.8],
+                    [2.86, 0.0, 2.98, 0.14, 0.12, 0.12, 2.0, 12.6],
+                    [3.1, 0.0, 3.36, 0.13, 0.11, 0.11, 2.0, 13.6],
+                    [3.38, 0.0, 3.64, 0.14, 0.1, 0.1, 2.0, 14.6],
+                ]),
+                ellipsoid("gular", Add, Model, Rigid("neck3"), 0.14, [3.48, 0.0, 3.66], [0.24, 0.18, 0.14], [0.0, -15.0, 0.0]),
+            ],
+        },
+        Group {
+            name: "head",
+            blend: 0.14,
+            parts: vec![
+                loft("skull", Add, Head, Rigid("head"), 0.05, Side::Y, [0.1, 0.1], &[
+                    [-0.12, 0.0, 0.08, 0.27, 0.16, 0.22, 2.2, 0.0],
+                    [0.0, 0.0, 0.08, 0.365, 0.22, 0.28, 2.3, 0.0],
+                    [0.16, 0.0, 0.08, 0.4, 0.25, 0.3, 2.4, 0.0],
+                    [0.34, 0.0, 0.07, 0.355, 0.27, 0.3, 2.4, 0.0],
+                    [0.5, 0.0, 0.04, 0.275, 0.275, 0.3, 2.5, 0.0],
+                    [0.68, 0.0, 0.01, 0.222, 0.265, 0.31, 2.5, 0.0],
+                    [0.88, 0.0, -0.01, 0.195, 0.245, 0.3, 2.5, 0.0],
+                    [1.08, 0.0, -0.03, 0.176, 0.22, 0.25, 2.5, 0.0],
+                    [1.22, 0.0, -0.055, 0.152, 0.182, 0.185, 2.3, 0.0],
+                    [1.31, 0.0, -0.075, 0.128, 0.15, 0.145, 2.2, 0.0],
+                ]),
+                loft("nasal", Add, Head, Rigid("head"), 0.1, Side::Y, [0.15, 0.08], &[
+                    [0.4, 0.0, 0.235, 0.08, 0.06, 0.06, 2.0, 0.0],
+                    [0.6, 0.0, 0.25, 0.075, 0.06, 0.06, 2.0, 0.0],
+                    [0.9, 0.0, 0.205, 0.065, 0.055, 0.05, 2.0, 0.0],
+                    [1.18, 0.0, 0.125, 0.055, 0.045, 0.05, 2.0, 0.0],
+                ]),
+                ellipsoid("nasal_boss0", Add, Head, Rigid("head"), 0.04, [0.6, 0.012, 0.297], [0.0525, 0.0525, 0.02604], [0.0, -9.0, 0.0]),
+                ellipsoid("nasal_boss1", Add, Head, Rigid("head"), 0.04, [0.69, 0.012, 0.288], [0.05625, 0.05625, 0.0279], [0.0, -9.0, 0.0]),
+                ellipsoid("nasal_boss2", Add, Head, Rigid("head"), 0.04, [0.79, 0.012, 0.268], [0.05375, 0.05375, 0.02666], [0.0, -9.0, 0.0]),
+                ellipsoid("nasal_boss3", Add, Head, Rigid("head"), 0.04, [0.89, 0.012, 0.245], [0.05, 0.05, 0.0248], [0.0, -9.0, 0.0]),
+                ellipsoid("nasal_boss4", Add, Head, Rigid("head"), 0.04, [0.98, 0.012, 0.221], [0.045, 0.045, 0.02232], [0.0, -9.0, 0.0]),
+                ellipsoid("lacrimal_horn", Add, Head, Rigid("head"), 0.08, [0.5, 0.205, 0.285], [0.13, 0.055, 0.055], [8.0, -6.0, -18.0]),
+                ellipsoid("lacrimal_tip", Add, Head, Rigid("head"), 0.05, [0.505, 0.21, 0.322], [0.07, 0.036, 0.036], [0.0, 14.0, -18.0]),
+                ellipsoid("brow", Add, Head, Rigid("head"), 0.06, [0.4, 0.285, 0.258], [0.14, 0.062, 0.04], [18.0, 7.0, -20.0]),
+                ellipsoid("postorb_boss", Add, Head, Rigid("head"), 0.07, [0.265, 0.325, 0.2], [0.085, 0.055, 0.085], [0.0, 25.0, -8.0]),
+                ellipsoid("supratemporal", Add, Head, Rigid("head"), 0.1, [0.06, 0.23, 0.25], [0.2, 0.12, 0.09], [0.0, 14.0, 10.0]),
+                ellipsoid("jaw_muscle", Add, Head, Rigid("head"), 0.09, [0.09, 0.33, -0.03], [0.19, 0.1, 0.24], [0.0, 10.0, 0.0]),
+                ellipsoid("quadratojugal", Add, Head, Rigid("head"), 0.08, [0.02, 0.315, -0.22], [0.13, 0.075, 0.11], [0.0, 0.0, 0.0]),
+                loft("upper_lip", Add, Head, Rigid("head"), 0.085, Side::Z, [0.08, 0.04], &[
+                    [0.16, 0.335, -0.185, 0.065, 0.05, 0.05, 2.0, 0.0],
+                    [0.36, 0.292, -0.215, 0.062, 0.05, 0.05, 2.0, 0.0],
+                    [0.56, 0.232, -0.255, 0.06, 0.045, 0.045, 2.0, 0.0],
+                    [0.8, 0.192, -0.275, 0.058, 0.042, 0.042, 2.0, 0.0],
+                    [1.02, 0.16, -0.245, 0.055, 0.04, 0.04, 2.0, 0.0],
+                    [1.18, 0.12, -0.2, 0.05, 0.04, 0.04, 2.0, 0.0],
+                    [1.28, 0.07, -0.18, 0.048, 0.042, 0.042, 2.0, 0.0],
+                    [1.31, 0.03, -0.176, 0.048, 0.042, 0.042, 2.0, 0.0],
+                ]),
+                ellipsoid("jugal_horn", Add, Head, Rigid("head"), 0.07, [0.3, 0.315, -0.16], [0.15, 0.05, 0.06], [0.0, 8.0, -16.0]),
+                ellipsoid("snout_side", Add, Head, Rigid("head"), 0.09, [0.98, 0.155, 0.03], [0.26, 0.05, 0.1], [0.0, -8.0, -5.0]),
+                ellipsoid("antorbital", Carve, Head, Rigid("head"), 0.11, [0.67, 0.29, 0.045], [0.15, 0.062, 0.1], [0.0, -16.0, -8.0]),
+                ellipsoid("infratemporal", Carve, Head, Rigid("head"), 0.12, [0.19, 0.47, 0.02], [0.075, 0.06, 0.13], [0.0, 18.0, 0.0]),
+                ellipsoid("preorb_groove", Carve, Head, Rigid("head"), 0.06, [0.5, 0.33, 0.12], [0.035, 0.06, 0.12], [0.0, 12.0, 0.0]),
+                ellipsoid("orbit", Carve, Head, Rigid("head"), 0.05, [0.405, 0.35, 0.15], [0.085, 0.085, 0.075], [0.0, 0.0, -12.0]),
+                ellipsoid("nostril", Carve, Head, Rigid("head"), 0.035, [1.2, 0.145, 0.03], [0.06, 0.035, 0.03], [0.0, -28.0, 0.0]),
+                loft("palate", Carve, Head, Rigid("head"), 0.03, Side::Y, [0.08, 0.06], &[
+                    [0.16, 0.0, -0.3, 0.245, 0.08, 0.2, 2.3, 0.0],
+                    [0.5, 0.0, -0.31, 0.19, 0.12, 0.2, 2.3, 0.0],
+                    [0.85, 0.0, -0.31, 0.13, 0.12, 0.2, 2.3, 0.0],
+                    [1.16, 0.0, -0.26, 0.085, 0.1, 0.2, 2.3, 0.0],
+                ]),
+                ellipsoid("lid", Add, Head, Rigid("head"), 0.04, [0.415, 0.28, 0.15], [0.072, 0.058, 0.064], [0.0, 0.0, -14.0]),
+                ellipsoid("lid_open", Carve, Head, Rigid("head"), 0.01, [0.422, 0.33, 0.147], [0.05, 0.06, 0.027], [0.0, 6.0, -12.0]),
+            ],
+        },
+        Group {
+            name: "jaw",
+            blend: 0.05,
+            parts: vec![
+                loft("mandible", Add, Jaw, Rigid("jaw"), 0.05, Side::Y, [0.1, 0.05], &[
+                    [-0.12, 0.0, -0.05, 0.29, 0.08, 0.12, 2.3, 0.0],
+                    [0.04, 0.0, -0.09, 0.34, 0.09, 0.17, 2.4, 0.0],
+                    [0.22, 0.0, -0.11, 0.315, 0.1, 0.225, 2.5, 0.0],
+                    [0.44, 0.0, -0.12, 0.25, 0.095, 0.2, 2.5, 0.0],
+                    [0.7, 0.0, -0.12, 0.197, 0.085, 0.15, 2.5, 0.0],
+                    [0.94, 0.0, -0.115, 0.166, 0.08, 0.12, 2.4, 0.0],
+                    [1.1, 0.0, -0.105, 0.138, 0.075, 0.108, 2.3, 0.0],
+                    [1.2, 0.0, -0.095, 0.095, 0.062, 0.08, 2.2, 0.0],
+                ]),
+                loft("lower_lip", Add, Jaw, Rigid("jaw"), 0.07, Side::Z, [0.1, 0.04], &[
+                    [0.2, 0.29, -0.06, 0.05, 0.045, 0.045, 2.0, 0.0],
+                    [0.42, 0.232, -0.058, 0.046, 0.042, 0.042, 2.0, 0.0],
+                    [0.66, 0.184, -0.054, 0.044, 0.038, 0.038, 2.0, 0.0],
+                    [0.9, 0.152, -0.052, 0.044, 0.036, 0.036, 2.0, 0.0],
+                    [1.08, 0.112, -0.052, 0.044, 0.036, 0.036, 2.0, 0.0],
+                    [1.16, 0.065, -0.054, 0.044, 0.036, 0.036, 2.0, 0.0],
+                    [1.185, 0.03, -0.055, 0.044, 0.036, 0.036, 2.0, 0.0],
+                ]),
+                ellipsoid("surangular", Add, Jaw, Rigid("jaw"), 0.09, [0.14, 0.3, -0.11], [0.24, 0.06, 0.12], [0.0, 0.0, -14.0]),
+                loft("mouth_floor", Carve, Jaw, Rigid("jaw"), 0.03, Side::Y, [0.08, 0.06], &[
+                    [0.12, 0.0, 0.04, 0.23, 0.2, 0.13, 2.3, 0.0],
+                    [0.45, 0.0, 0.03, 0.185, 0.2, 0.15, 2.3, 0.0],
+                    [0.8, 0.0, 0.02, 0.125, 0.2, 0.13, 2.3, 0.0],
+                    [1.04, 0.0, 0.02, 0.075, 0.2, 0.1, 2.3, 0.0],
+                ]),
+                loft("tongue", Add, Jaw, Rigid("jaw"), 0.02, Side::Y, [0.05, 0.05], &[
+                    [0.1, 0.0, -0.11, 0.15, 0.05, 0.06, 2.2, 0.0],
+                    [0.45, 0.0, -0.085, 0.12, 0.045, 0.06, 2.2, 0.0],
+                    [0.75, 0.0, -0.065, 0.085, 0.035, 0.05, 2.2, 0.0],
+                    [0.9, 0.0, -0.055, 0.05, 0.025, 0.04, 2.2, 0.0],
+                ]),
+            ],
+        },
+        Group {
+            name: "cheek",
+            blend: 0.06,
+            parts: vec![
+                cone("cheek", Add, Model, HeadToJaw, 0.06, [3.432, 0.3543, 3.779], [3.444, 0.3325, 3.635], 0.06, 0.065),
+                cone("cheek2", Add, Model, HeadToJaw, 0.06, [3.578, 0.327, 3.706], [3.556, 0.3106, 3.568], 0.034, 0.034),
+            ],
+        },
+        Group {
+            name: "leg",
+            blend: 0.14,
+            parts: vec![
+                loft("thigh", Add, Model, Blend("hip", "knee"), 0.1, Side::Y, [0.25, 0.12], &[
+                    [-0.1, 0.33, 3.22, 0.14, 0.24, 0.24, 2.1, 0.0],
+                    [-0.06, 0.39, 3.0, 0.22, 0.42, 0.42, 2.1, 0.0],
+                    [0.05, 0.45, 2.7, 0.27, 0.52, 0.5, 2.1, 0.0],
+                    [0.19, 0.5, 2.38, 0.27, 0.47, 0.47, 2.1, 0.0],
+                    [0.35, 0.535, 2.06, 0.235, 0.36, 0.39, 2.1, 0.1],
+                    [0.49, 0.55, 1.8, 0.19, 0.25, 0.28, 2.1, 0.5],
+                    [0.58, 0.5584, 1.62, 0.16, 0.17, 0.2, 2.1, 1.0],
+                ]),
+                loft("iliotib", Add, Model, Blend("hip", "knee"), 0.14, Side::Y, [0.25, 0.12], &[
+                    [0.42, 0.4, 3.02, 0.12, 0.16, 0.16, 2.0, 0.0],
+                    [0.46, 0.52, 2.6, 0.16, 0.18, 0.18, 2.0, 0.0],
+                    [0.56, 0.58, 2.15, 0.13, 0.15, 0.15, 2.0, 0.1],
+                    [0.64, 0.58, 1.82, 0.1, 0.1, 0.1, 2.0, 0.6],
+                ]),
+                loft("flexor", Add, Model, Blend("hip", "knee"), 0.16, Side::Y, [0.2, 0.12], &[
+                    [-0.42, 0.34, 2.92, 0.12, 0.18, 0.18, 2.0, 0.0],
+                    [-0.34, 0.46, 2.52, 0.15, 0.18, 0.18, 2.0, 0.0],
+                    [-0.06, 0.52, 2.1, 0.13, 0.15, 0.15, 2.0, 0.1],
+                    [0.22, 0.5496, 1.72, 0.09, 0.09, 0.09, 2.0, 0.8],
+                ]),
+                ellipsoid("kneecap", Add, Model, Rigid("knee"), 0.12, [0.665, 0.5591, 1.68], [0.105, 0.115, 0.15], [0.0, -20.0, 0.0]),
+                loft("shank", Add, Model, Blend("knee", "ankle"), 0.1, Side::Y, [0.12, 0.1], &[
+                    [0.58, 0.5596, 1.72, 0.165, 0.19, 0.19, 2.1, 0.0],
+                    [0.48, 0.5571, 1.52, 0.18, 0.185, 0.24, 2.1, 0.0],
+                    [0.33, 0.5441, 1.28, 0.175, 0.165, 0.235, 2.1, 0.0],
+                    [0.16, 0.511, 1.03, 0.14, 0.135, 0.185, 2.1, 0.0],
+                    [0.02, 0.4785, 0.83, 0.112, 0.118, 0.13, 2.1, 0.3],
+                    [-0.05, 0.4667, 0.69, 0.112, 0.118, 0.115, 2.1, 0.8],
+                ]),
+                ellipsoid("calf", Add, Model, Rigid("knee"), 0.14, [0.24, 0.5601, 1.36], [0.15, 0.15, 0.33], [0.0, -32.0, 0.0]),
+                ellipsoid("cnemial", Add, Model, Rigid("knee"), 0.12, [0.545, 0.5669, 1.5], [0.085, 0.095, 0.27], [0.0, -32.0, 0.0]),
+                cone("achilles", Add, Model, Rigid("ankle"), 0.08, [0.02, 0.4911, 1.04], [-0.11, 0.4664, 0.66], 0.075, 0.07),
+                loft("metatarsus", Add, Model, Blend("ankle", "toes"), 0.1, Side::Y, [0.1, 0.1], &[
+                    [-0.07, 0.4674, 0.74, 0.11, 0.11, 0.11, 2.2, 0.0],
+                    [-0.01, 0.4604, 0.58, 0.116, 0.096, 0.108, 2.3, 0.0],
+                    [0.06, 0.4434, 0.42, 0.126, 0.094, 0.104, 2.3, 0.0],
+                    [0.14, 0.4316, 0.28, 0.14, 0.105, 0.115, 2.3, 0.3],
+                    [0.2, 0.4203, 0.17, 0.16, 0.115, 0.12, 2.3, 1.0],
+                ]),
+                ellipsoid("footpad", Add, Model, Rigid("toes"), 0.07, [0.2, 0.42, 0.105], [0.19, 0.18, 0.105], [0.0, 0.0, 0.0]),
+            ],
+        },
+        Group {
+            name: "toes",
+            blend: 0.06,
+            parts: vec![
+                cone("toe3_0", Add, Model, Rigid("toes"), 0.035, [0.25, 0.42, 0.13], [0.5198, 0.4294, 0.1], 0.098, 0.08428),
+                ellipsoid("toe3_pad0", Add, Model, Rigid("toes"), 0.035, [0.3984, 0.4252, 0.058], [0.1242, 0.09016, 0.06], [0.0, 0.0, 2.0]),
+                cone("toe3_1", Add, Model, Rigid("toe3"), 0.035, [0.5198, 0.4294, 0.1], [0.7297, 0.4368, 0.085], 0.084, 0.07224),
+                ellipsoid("toe3_pad1", Add, Model, Rigid("toe3"), 0.035, [0.6353, 0.4335, 0.058], [0.0966, 0.07728, 0.06], [0.0, 0.0, 2.0]),
+                cone("toe3_2", Add, Model, Rigid("toe3"), 0.035, [0.7297, 0.4368, 0.085], [0.8896, 0.4423, 0.075], 0.072, 0.06192),
+                ellipsoid("toe3_pad2", Add, Model, Rigid("toe3"), 0.035, [0.8177, 0.4398, 0.058], [0.0736, 0.06624, 0.06], [0.0, 0.0, 2.0]),
+                cone("toe2_0", Add, Model, Rigid("toes"), 0.035, [0.2, 0.325, 0.125], [0.4266, 0.2193, 0.1], 0.09, 0.0774),
+                ellipsoid("toe2_pad0", Add, Model, Rigid("toes"), 0.035, [0.3246, 0.2669, 0.058], [0.115, 0.0828, 0.06], [0.0, 0.0, -25.0]),
+                cone("toe2_1", Add, Model, Rigid("toe2"), 0.035, [0.4266, 0.2193, 0.1], [0.5988, 0.139, 0.085], 0.076, 0.06536),
+                ellipsoid("toe2_pad1", Add, Model, Rigid("toe2"), 0.035, [0.5213, 0.1752, 0.058], [0.0874, 0.06992, 0.06], [0.0, 0.0, -25.0]),
+                cone("toe4_0", Add, Model, Rigid("toes"), 0.035, [0.2, 0.53, 0.125], [0.3677, 0.6389, 0.1], 0.086, 0.07396),
+                ellipsoid("toe4_pad0", Add, Model, Rigid("toes"), 0.035, [0.2923, 0.5899, 0.058], [0.092, 0.07912, 0.06], [0.0, 0.0, 33.0]),
+                cone("toe4_1", Add, Model, Rigid("toe4"), 0.035, [0.3677, 0.6389, 0.1], [0.5019, 0.7261, 0.085], 0.076, 0.06536),
+                ellipsoid("toe4_pad1", Add, Model, Rigid("toe4"), 0.035, [0.4415, 0.6869, 0.058], [0.0736, 0.06992, 0.06], [0.0, 0.0, 33.0]),
+                cone("toe4_2", Add, Model, Rigid("toe4"), 0.035, [0.5019, 0.7261, 0.085], [0.6026, 0.7914, 0.075], 0.066, 0.05676),
+                ellipsoid("toe4_pad2", Add, Model, Rigid("toe4"), 0.035, [0.5573, 0.762, 0.058], [0.0552, 0.06072, 0.06], [0.0, 0.0, 33.0]),
+                cone("hallux", Add, Model, Rigid("ankle"), 0.04, [0.05, 0.3521, 0.32], [0.02, 0.2906, 0.2], 0.05, 0.036),
+            ],
+        },
+        Group {
+            name: "arm",
+            blend: 0.09,
+            parts: vec![
+                cone("humerus", Add, Model, Rigid("arm"), 0.06, [2.06, 0.52, 2.36], [1.93, 0.62, 2.03], 0.135, 0.085),
+                ellipsoid("deltoid", Add, Model, Rigid("arm"), 0.12, [2.04, 0.54, 2.3], [0.14, 0.1, 0.2], [0.0, -22.0, 0.0]),
+                cone("forearm", Add, Model, Rigid("elbow"), 0.05, [1.92, 0.62, 2.02], [2.13, 0.6, 1.9], 0.082, 0.056),
+                cone("hand", Add, Model, Rigid("wrist"), 0.04, [2.13, 0.6, 1.9], [2.22, 0.585, 1.84], 0.056, 0.048),
+                cone("finger1", Add, Model, Rigid("wrist"), 0.025, [2.21, 0.555, 1.84], [2.31, 0.525, 1.76], 0.034, 0.025),
+                cone("finger2", Add, Model, Rigid("wrist"), 0.025, [2.22, 0.6, 1.83], [2.32, 0.6, 1.73], 0.036, 0.026),
+            ],
+        },    ]
+}
