@@ -66,11 +66,14 @@ fn soft_limit(x: f32, [inward, outward]: [f32; 2]) -> f32 {
 /// Largest displacement either way that keeps the projected area at every sample of the patch.
 fn patch_bounds(patch: &Patch) -> [f32; 2] {
     let mut bounds = REACH;
+    let center = patch.at(Vec2::splat(0.5));
+    let usual = center.du.cross(center.dv).length();
     for i in 0..36 {
         let uv = Vec2::new((i % 6) as f32, (i / 6) as f32) / 5.0;
         let p = patch.at(uv);
         let area = |h: f32| (p.du + p.normal_du * h).cross(p.dv + p.normal_dv * h).dot(p.normal);
-        let least = LEAST_AREA * area(0.0);
+        // Where the limit surface itself degenerates nothing is gained by displacing it.
+        let least = LEAST_AREA * area(0.0).max(0.05 * usual);
         for (bound, sign) in bounds.iter_mut().zip([-1.0, 1.0]) {
             let mut h = 0.002;
             while h < *bound && area(sign * h) >= least {

@@ -10,6 +10,7 @@ use super::dual::{QuadSurface, SampledGrid, extract};
 use super::relax::{mean_over, relax};
 use super::sdf::TrexSdf;
 use super::topology::{Topology, neighbors};
+use super::weights::skin_weights;
 use crate::render::patch_mesh::PatchMesh;
 
 /// Grid spacings tried in order, metres.
@@ -20,12 +21,13 @@ const GRID_LOW: Vec3 = Vec3::new(-8.4, -1.5, -1.1);
 const GRID_HIGH: Vec3 = Vec3::new(7.0, 1.5, 5.9);
 
 /// Where cells shrink: centre, radius, and by how much at the centre (0.6: to 0.4 of the spacing).
-const WARPS: [([f32; 3], f32, f32); 6] = [
+const WARPS: [([f32; 3], f32, f32); 7] = [
     ([4.15, 0.0, 3.80], 1.75, 0.56),
-    ([0.46, 0.38, 0.14], 1.15, 0.60),
-    ([0.46, -0.38, 0.14], 1.15, 0.60),
-    ([2.15, 0.57, 1.95], 0.55, 0.55),
-    ([2.15, -0.57, 1.95], 0.55, 0.55),
+    ([4.20, 0.0, 3.35], 1.00, 0.20),
+    ([0.56, 0.38, 0.12], 1.15, 0.75),
+    ([0.56, -0.38, 0.12], 1.15, 0.75),
+    ([2.15, 0.57, 1.95], 0.55, 0.60),
+    ([2.15, -0.57, 1.95], 0.55, 0.60),
     ([-6.5, 0.0, 2.69], 1.7, 0.62),
 ];
 
@@ -37,7 +39,7 @@ pub enum CageError {
     Broken(Topology),
 }
 
-/// Builds the cage: positions, normals, accessibility and patches. Colours, skin and texture coordinates stay empty.
+/// Builds the cage: positions, normals, accessibility, skin and patches. Colours and texture coordinates stay empty.
 ///
 /// # Errors
 /// [`CageError::Broken`] if no spacing gives a topological ball.
@@ -47,6 +49,7 @@ pub fn build(sdf: &TrexSdf) -> Result<PatchMesh, CageError> {
         let mut surface = extract(&sample(sdf, spacing));
         match Topology::of(&surface).check() {
             Ok(()) => {
+                tracing::debug!(spacing, quads = surface.quads.len(), "cage");
                 relax(&mut surface, sdf);
                 return Ok(finish(surface, sdf));
             }
@@ -89,7 +92,15 @@ fn sample(sdf: &TrexSdf, spacing: f32) -> SampledGrid {
 fn finish(surface: QuadSurface, sdf: &TrexSdf) -> PatchMesh {
     let normals = vertex_normals(&surface);
     let accessibility = accessibility(sdf, &surface.positions, &normals);
-    PatchMesh { positions: surface.positions, normals, accessibility, patches: surface.quads, ..PatchMesh::default() }
+    let skin = skin_weights(sdf, &surface.positions, &neighbors(&surface));
+    PatchMesh {
+        skin,
+        positions: surface.positions,
+        normals,
+        accessibility,
+        patches: surface.quads,
+        ..PatchMesh::default()
+    }
 }
 
 /// Area-weighted mean of the face normals, smoothed once: patches then bend evenly where the field has
@@ -166,7 +177,12 @@ mod tests {
         let sdf = TrexSdf::new();
         let fields = start.elapsed();
         let mesh = build(&sdf).unwrap();
-        println!("{} quads; field {fields:?}, field and cage {:?}", mesh.patches.len(), start.elapsed());
+        println!(
+            "{} vertices, {} quads; field {fields:?}, field and cage {:?}",
+            mesh.positions.len(),
+            mesh.patches.len(),
+            start.elapsed()
+        );
         let surface = QuadSurface { positions: mesh.positions.clone(), quads: mesh.patches.clone() };
         assert_eq!(Topology::of(&surface).check(), Ok(()));
         let mut valence = [0; 9];

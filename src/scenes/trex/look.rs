@@ -308,6 +308,7 @@ fn pictures() {
     println!("tile {tile}: {:?}", start.elapsed());
     let (all, folded, steep, worst) = folds(&trex);
     println!("{all} faces, {folded} folded, {steep} steep; edge mismatch {:e}", worst_edge(&trex));
+    println!("crumpled {:?}", super::untangle::crumpled(&trex.body));
     for (patch, count) in worst.iter().take(25) {
         println!("  {count} folded at {}", trex.body.positions[trex.body.patches[*patch][0] as usize]);
     }

@@ -5,6 +5,7 @@ pub mod atlas;
 pub mod cache;
 pub mod cage;
 pub mod dual;
+pub mod gait;
 #[cfg(test)]
 mod look;
 pub mod noise;
@@ -15,8 +16,12 @@ pub mod primitive;
 pub mod props;
 pub mod relax;
 pub mod sdf;
+pub mod skeleton;
 pub mod skin;
 pub mod topology;
+pub mod untangle;
+pub mod walk;
+pub mod weights;
 
 use std::path::Path;
 
@@ -62,6 +67,10 @@ fn key(tile: u32) -> u64 {
 fn generate(tile: u32, progress: &(dyn Fn(f32) + Sync)) -> Result<Baked, TrexError> {
     let (sdf, skin) = (TrexSdf::new(), Skin::new());
     let mut body = cage::build(&sdf)?;
+    let left = untangle::untangle(&mut body);
+    if left > 0 {
+        tracing::warn!("{left} patches of the cage stay crumpled; their surface may fold over");
+    }
     let layout = TileLayout::new(body.patches.len() as u32, tile);
     body.texcoords = (0..body.patches.len() as u32).map(|i| layout.texcoords(i)).collect();
     // Mean skin colour per vertex, for whoever draws without the atlas.

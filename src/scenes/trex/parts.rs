@@ -143,9 +143,10 @@ pub struct Group {
     pub parts: Vec<PartSpec>,
 }
 
-/// Parts smaller than a cell of the cage, which its coarse distance field leaves out.
-pub const TOO_FINE_FOR_CAGE: [&str; 9] =
-    ["palate", "mouth_floor", "tongue", "nostril", "lid", "lid_open", "finger1", "finger2", "hallux"];
+/// Parts smaller than a cell of the cage, which its coarse distance field leaves out (the lower lip would crumple the
+/// rim of the mandible).
+pub const TOO_FINE_FOR_CAGE: [&str; 10] =
+    ["lower_lip", "palate", "mouth_floor", "tongue", "nostril", "lid", "lid_open", "finger1", "finger2", "hallux"];
 
 fn loft(
     name: &'static str,

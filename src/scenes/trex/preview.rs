@@ -140,3 +140,33 @@ fn rest_pictures() {
         }
     }
 }
+
+/// The cage in a pose; normals follow the heaviest joints.
+fn posed(mesh: &PatchMesh, time: f64) -> PatchMesh {
+    let matrices = super::walk::pose_in_place(time).skinning_matrices();
+    let mut out = mesh.clone();
+    for v in 0..mesh.positions.len() {
+        out.positions[v] = super::walk::skin_point(&matrices, &mesh.skin[v], mesh.positions[v]);
+        let skin = mesh.skin[v];
+        let sum: Vec3 = (0..4)
+            .map(|k| matrices[usize::from(skin.joints[k])].transform_vector3(mesh.normals[v]) * skin.weights[k])
+            .sum();
+        out.normals[v] = sum.normalize();
+    }
+    out
+}
+
+#[test]
+#[ignore = "pictures, for people"]
+fn walk_pictures() {
+    let sdf = super::sdf::TrexSdf::new();
+    let mesh = super::cage::build(&sdf).unwrap();
+    for k in 0..8 {
+        let now = posed(&mesh, super::gait::PERIOD * f64::from(k) / 8.0);
+        for (name, view) in views().into_iter().filter(|v| k % 2 == 0 || v.0 == "feet" || v.0 == "side") {
+            let mut canvas = Canvas::new(View { size: [view.size[0] * 7 / 10, view.size[1] * 7 / 10], ..view });
+            canvas.patches(&now, 4, false);
+            canvas.save(Path::new(&format!("out/walk{k}_{name}.png")));
+        }
+    }
+}

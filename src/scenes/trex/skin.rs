@@ -233,7 +233,7 @@ impl Skin {
         c *= 1.0 - 0.35 * relief.fold;
         // Dark skin round the eye and inside the nostril, paler lips.
         c *= 1.0 - 0.6 * (1.0 - ss(0.055, 0.10, face.eye));
-        c *= 1.0 - 0.75 * (1.0 - ss(0.025, 0.048, face.nostril));
+        c *= 1.0 - 0.85 * (1.0 - ss(0.038, 0.060, face.nostril));
         let lips = face.upper.max(face.lower);
         c = mix(c, c * Vec3::new(1.15, 1.0, 0.95), lips);
         let mud = (1.0 - ss(0.05, 0.30, p.z)) * ss(0.35, 0.6, n2 * 0.5 + n1 * 0.5);

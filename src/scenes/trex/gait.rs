@@ -1,0 +1,260 @@
+//! Where the pelvis, the feet and the other joints want to be during the walk, as functions of the phase.
+//!
+//! Phase `t` in `[0, 1)`: 0 is the touchdown of the left foot; the right leg is half a cycle later. Angles in
+//! radians, lengths in metres, positive pitch turns the nose (or the far end of a leg: backwards) down.
+
+use std::f64::consts::{PI, TAU};
+use std::sync::LazyLock;
+
+use glam::DVec3;
+
+/// Distance covered in one cycle, metres.
+pub const STRIDE: f64 = 3.6;
+/// Duration of one cycle, seconds.
+pub const PERIOD: f64 = 1.6;
+/// Part of the cycle a foot is on the ground.
+pub const DUTY: f64 = 0.62;
+/// Phase at which the heel begins to lift.
+pub const HEEL_OFF: f64 = 0.48;
+/// Half the distance between the feet's mid-lines, metres.
+const TRACK: f64 = 0.35;
+/// Metatarsal joint ahead of the rest position of the hip at touchdown, metres.
+const REACH: f64 = 1.17;
+/// Height of the metatarsal joint over flat ground, metres.
+const FOOT_HEIGHT: f64 = 0.15;
+/// The joint of the middle toe relative to the metatarsal joint: the foot rolls over it.
+const PIVOT: [f64; 2] = [0.32, -0.05];
+/// Heel lift at the end of the stance, degrees.
+const HEEL_LIFT: f64 = 42.0;
+
+/// Roll, pitch and yaw; the rotation is yaw · roll · pitch.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Turn {
+    /// About x.
+    pub roll: f64,
+    /// About y.
+    pub pitch: f64,
+    /// About z.
+    pub yaw: f64,
+}
+
+/// Displacement of the root in the travelling frame, and turn of the pelvis.
+#[must_use]
+pub fn pelvis(t: f64) -> (DVec3, Turn) {
+    let wave = |h: f64, at: f64| (TAU * h * (t - at)).cos();
+    let offset =
+        DVec3::new(0.03 * (2.0 * TAU * (t - 0.02)).sin(), 0.060 * wave(1.0, 0.31), -0.085 - 0.040 * wave(2.0, 0.07));
+    let degrees = |d: f64| d.to_radians();
+    let turn = Turn {
+        roll: degrees(2.2 * wave(1.0, 0.29)),
+        pitch: degrees(0.4 * wave(2.0, 0.12)),
+        yaw: degrees(-4.0 * wave(1.0, 0.02)),
+    };
+    (offset, turn)
+}
+
+/// Where a foot is: metatarsal joint in the travelling frame, tilt of the metatarsus, pitch of the foot and of
+/// its toes against the ground.
+#[derive(Clone, Copy, Debug)]
+pub struct Foot {
+    /// Metatarsal joint: x relative to the rest position of the hip, distance from the mid-line, height.
+    pub joint: DVec3,
+    /// Ankle behind the metatarsal joint, from the vertical.
+    pub metatarsus: f64,
+    /// Pitch of the foot; positive lifts the heel.
+    pub pitch: f64,
+    /// Pitch of toes II, III and IV against the ground.
+    pub toes: [f64; 3],
+    /// How far the outer toes close towards the middle one, radians.
+    pub closing: f64,
+}
+
+/// The foot of the left leg at phase `t`; for the right leg pass `t + ½` and mirror `y`.
+#[must_use]
+pub fn foot(t: f64) -> Foot {
+    let t = t.rem_euclid(1.0);
+    let metatarsus = METATARSUS.at(t).to_radians();
+    if t < DUTY {
+        let [x, z, pitch] = stance(t);
+        let lift = pitch.sin();
+        // Joints II and IV lie behind the pivot and rise with the heel; their tips stay near the ground.
+        let toes = [(0.09 * lift / 0.23).asin() * 0.9, 0.0, (0.15 * lift / 0.29).asin() * 0.9];
+        return Foot { joint: DVec3::new(x, TRACK, z), metatarsus, pitch, toes, closing: 0.0 };
+    }
+    let end = stance(DUTY);
+    let step = 1e-5;
+    let before = stance(DUTY - step);
+    let speed = [0, 1, 2].map(|i| (end[i] - before[i]) / step);
+    let passing = ([0.05, 0.66, 32_f64.to_radians()], [8.2, 0.3, -150_f64.to_radians()]);
+    let landing = ([REACH, FOOT_HEIGHT, 0.0], [-STRIDE, -0.25, 0.0]);
+    let [x, z, pitch] = [0, 1, 2].map(|i| {
+        if t < 0.80 {
+            hermite(t, DUTY, 0.80, end[i], passing.0[i], speed[i], passing.1[i])
+        } else {
+            hermite(t, 0.80, 1.0, passing.0[i], landing.0[i], passing.1[i], landing.1[i])
+        }
+    });
+    let s = (t - DUTY) / (1.0 - DUTY);
+    // Toes trail after lift-off, then rise before they land flat.
+    let droop = 28_f64.to_radians() * bump(s / 0.55) - 10_f64.to_radians() * bump((s - 0.55) / 0.45);
+    let fade = (1.0 - s / 0.3).clamp(0.0, 1.0).powi(2) * (1.0 + 2.0 * (s / 0.3).clamp(0.0, 1.0));
+    let lift = end[2].sin();
+    let toes =
+        [droop + fade * (0.09 * lift / 0.23).asin() * 0.9, droop, droop + fade * (0.15 * lift / 0.29).asin() * 0.9];
+    let y = TRACK + 0.05 * (PI * s).sin();
+    Foot { joint: DVec3::new(x, y, z.max(FOOT_HEIGHT)), metatarsus, pitch, toes, closing: 0.14 * bump(s) }
+}
+
+/// Metatarsal joint (x, z) and foot pitch while the foot is on the ground: flat, then rolling over the joint of
+/// the middle toe, which stays where it is.
+fn stance(t: f64) -> [f64; 3] {
+    let roll = ((t - HEEL_OFF) / (DUTY - HEEL_OFF)).max(0.0);
+    let pitch = HEEL_LIFT.to_radians() * roll * roll;
+    let [forward, down] = PIVOT;
+    let (s, c) = pitch.sin_cos();
+    let x = REACH - STRIDE * t + forward * (1.0 - c) - down * s;
+    [x, FOOT_HEIGHT + forward * s + down * (1.0 - c), pitch]
+}
+
+/// Smooth hump: zero with zero slope outside `(0, 1)`, one at ½.
+fn bump(s: f64) -> f64 {
+    (PI * s.clamp(0.0, 1.0)).sin().powi(2)
+}
+
+/// Cubic Hermite over `[t0, t1]` with values `a`, `b` and slopes `da`, `db`.
+fn hermite(t: f64, t0: f64, t1: f64, a: f64, b: f64, da: f64, db: f64) -> f64 {
+    let (h, s) = (t1 - t0, (t - t0) / (t1 - t0));
+    let (s2, s3) = (s * s, s * s * s);
+    a * (2.0 * s3 - 3.0 * s2 + 1.0) + b * (3.0 * s2 - 2.0 * s3) + h * (da * (s3 - 2.0 * s2 + s) + db * (s3 - s2))
+}
+
+/// Tilt of the metatarsus over the phase, degrees.
+static METATARSUS: LazyLock<PeriodicSpline> = LazyLock::new(|| {
+    PeriodicSpline::new(
+        &[0.0, 0.15, 0.35, 0.50, 0.62, 0.72, 0.82, 0.93],
+        &[22.0, 34.0, 32.0, 14.0, -22.0, -52.0, -40.0, 8.0],
+    )
+});
+
+/// Periodic cubic spline over `[0, 1)` with continuous second derivatives.
+struct PeriodicSpline {
+    knots: Vec<f64>,
+    values: Vec<f64>,
+    slopes: Vec<f64>,
+}
+
+impl PeriodicSpline {
+    fn new(knots: &[f64], values: &[f64]) -> Self {
+        let n = knots.len();
+        let h = |i: usize| (knots[(i + 1) % n] - knots[i % n]).rem_euclid(1.0);
+        let secant = |i: usize| (values[(i + 1) % n] - values[i % n]) / h(i);
+        // Diagonally dominant system for the slopes; Gauss–Seidel converges by at least a half per sweep.
+        let mut slopes = vec![0.0; n];
+        for _ in 0..100 {
+            for i in 0..n {
+                let (before, after) = (h((i + n - 1) % n), h(i));
+                let right = 3.0 * (after * secant((i + n - 1) % n) + before * secant(i));
+                let neighbors = after * slopes[(i + n - 1) % n] + before * slopes[(i + 1) % n];
+                slopes[i] = (right - neighbors) / (2.0 * (before + after));
+            }
+        }
+        Self { knots: knots.to_vec(), values: values.to_vec(), slopes }
+    }
+
+    fn at(&self, t: f64) -> f64 {
+        let n = self.knots.len();
+        let i = self.knots.partition_point(|&k| k <= t) - 1;
+        let j = (i + 1) % n;
+        let end = if j == 0 { self.knots[0] + 1.0 } else { self.knots[j] };
+        hermite(t, self.knots[i], end, self.values[i], self.values[j], self.slopes[i], self.slopes[j])
+    }
+}
+
+/// Which angle a [`Swing`] turns.
+#[derive(Clone, Copy, Debug)]
+enum Channel {
+    Roll,
+    Pitch,
+    Yaw,
+}
+
+/// `amplitude · cos(2π · harmonic · (t − phase))` degrees; harmonic 0 is constant.
+struct Swing(&'static str, Channel, f64, f64, f64);
+
+use Channel::{Pitch, Roll, Yaw};
+
+/// Terms of all joints that are not legs; arms are given for the left side.
+#[rustfmt::skip]
+const SWINGS: [Swing; 48] = [
+    Swing("spine1", Yaw, 1.0, -1.5, 0.53), Swing("spine1", Roll, 1.0, -0.8, 0.29),
+    Swing("spine2", Yaw, 1.0, -1.5, 0.54), Swing("spine2", Roll, 1.0, -0.8, 0.29),
+    Swing("chest", Yaw, 1.0, -1.4, 0.55), Swing("chest", Roll, 1.0, -0.6, 0.30), Swing("chest", Pitch, 2.0, -0.5, 0.14),
+    Swing("neck1", Yaw, 1.0, 0.5, 0.55), Swing("neck1", Pitch, 2.0, 0.6, 0.20),
+    Swing("neck2", Yaw, 1.0, 0.3, 0.55), Swing("neck2", Pitch, 2.0, -0.8, 0.22),
+    Swing("neck3", Pitch, 2.0, -0.5, 0.20),
+    Swing("head", Pitch, 2.0, 0.3, 0.17), Swing("head", Yaw, 1.0, -0.5, 0.52),
+    Swing("jaw", Pitch, 0.0, -21.0, 0.0), Swing("jaw", Pitch, 1.0, 1.5, 0.30),
+    Swing("arm_L", Pitch, 1.0, 5.0, 0.55), Swing("arm_L", Pitch, 0.0, 4.0, 0.0),
+    Swing("elbow_L", Pitch, 1.0, 4.0, 0.62), Swing("wrist_L", Pitch, 1.0, 5.0, 0.70),
+    Swing("tail1", Yaw, 1.0, 1.4, 0.555), Swing("tail1", Pitch, 2.0, 0.3, 0.145), Swing("tail1", Roll, 1.0, -0.25, 0.3),
+    Swing("tail2", Yaw, 1.0, 1.9, 0.610), Swing("tail2", Pitch, 2.0, 0.4, 0.190), Swing("tail2", Roll, 1.0, -0.25, 0.3),
+    Swing("tail3", Yaw, 1.0, 2.4, 0.665), Swing("tail3", Pitch, 2.0, 0.5, 0.235), Swing("tail3", Roll, 1.0, -0.25, 0.3),
+    Swing("tail4", Yaw, 1.0, 2.9, 0.720), Swing("tail4", Pitch, 2.0, 0.6, 0.280), Swing("tail4", Roll, 1.0, -0.25, 0.3),
+    Swing("tail5", Yaw, 1.0, 3.3, 0.775), Swing("tail5", Pitch, 2.0, 0.7, 0.325),
+    Swing("tail6", Yaw, 1.0, 3.6, 0.830), Swing("tail6", Pitch, 2.0, 0.8, 0.370),
+    Swing("tail7", Yaw, 1.0, 3.8, 0.885), Swing("tail7", Pitch, 2.0, 0.9, 0.415),
+    Swing("tail8", Yaw, 1.0, 3.8, 0.940), Swing("tail8", Pitch, 2.0, 0.9, 0.460),
+    // The right arm: half a cycle later.
+    Swing("arm_R", Pitch, 1.0, 5.0, 0.05), Swing("arm_R", Pitch, 0.0, 4.0, 0.0),
+    Swing("elbow_R", Pitch, 1.0, 4.0, 0.12), Swing("wrist_R", Pitch, 1.0, 5.0, 0.20),
+    // The eyes undo the head's own turns: the gaze stays ahead.
+    Swing("eye_L", Yaw, 1.0, 0.5, 0.52), Swing("eye_R", Yaw, 1.0, 0.5, 0.52),
+    Swing("eye_L", Pitch, 2.0, -0.3, 0.17), Swing("eye_R", Pitch, 2.0, -0.3, 0.17),
+];
+
+/// Local turns of the joints that are neither pelvis nor legs: name and turn, a joint possibly several times.
+pub fn body_turns(t: f64) -> impl Iterator<Item = (&'static str, Turn)> {
+    SWINGS.iter().map(move |&Swing(joint, channel, harmonic, amplitude, phase)| {
+        let value = (amplitude * (TAU * harmonic * (t - phase)).cos()).to_radians();
+        let mut turn = Turn::default();
+        match channel {
+            Roll => turn.roll = value,
+            Pitch => turn.pitch = value,
+            Yaw => turn.yaw = value,
+        }
+        (joint, turn)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_rolling_foot_keeps_its_pivot() {
+        for k in 0..=100 {
+            let t = DUTY * f64::from(k) / 100.0;
+            let [x, z, pitch] = stance(t);
+            let (s, c) = pitch.sin_cos();
+            // Positive pitch about y: forward goes down.
+            let px = x + c * PIVOT[0] + s * PIVOT[1] + STRIDE * t;
+            let pz = z - s * PIVOT[0] + c * PIVOT[1];
+            assert!((px - REACH - PIVOT[0]).abs() < 1e-12, "{t} {px}");
+            assert!((pz - FOOT_HEIGHT - PIVOT[1]).abs() < 1e-12, "{t} {pz}");
+        }
+    }
+
+    #[test]
+    fn foot_path_has_no_jumps() {
+        let n = 4000;
+        for k in 0..n {
+            let (a, b) = (foot(f64::from(k) / f64::from(n)), foot(f64::from(k + 1) / f64::from(n)));
+            let moved = (b.joint - a.joint).length() * f64::from(n);
+            assert!(moved < 12.0, "{k}: {moved} metres per cycle");
+            assert!((b.metatarsus - a.metatarsus).abs() < 0.01 && (b.pitch - a.pitch).abs() < 0.01, "{k}");
+            for i in 0..3 {
+                assert!((b.toes[i] - a.toes[i]).abs() < 0.01, "{k} {i}");
+            }
+        }
+    }
+}
