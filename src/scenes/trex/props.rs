@@ -145,8 +145,11 @@ fn round_cone(a: Vec3, b: Vec3, radius_a: f32, radius_b: f32) -> Solid {
         let (s, c) = angle.to_radians().sin_cos();
         rings.push(ring(a - axis * (radius_a * s), radius_a * c));
     }
-    for t in [0.0, 0.33, 0.67, 1.0] {
-        rings.push(ring(a.lerp(b, t), radius_a + (radius_b - radius_a) * t));
+    // Shallow transverse ripples stand in for scutes.
+    for i in 0..=12 {
+        let t = i as f32 / 12.0;
+        let ripple = if i % 2 == 1 { 1.05 } else { 0.99 };
+        rings.push(ring(a.lerp(b, t), (radius_a + (radius_b - radius_a) * t) * ripple));
     }
     for angle in [30.0_f32, 60.0] {
         let (s, c) = angle.to_radians().sin_cos();
@@ -344,7 +347,7 @@ fn eyes(mesh: &mut PatchMesh, head: &Frame) {
     const SECTORS: usize = 32;
     for (side, joint) in [(1.0, EYE), (-1.0, EYE + 1)] {
         let center = head.point(Vec3::new(0.418, 0.282 * side, 0.150));
-        let look = (head.rotation * Vec3::new(0.55, 0.80 * side, 0.05)).normalize();
+        let look = (head.rotation * Vec3::new(0.44, 0.88 * side, 0.05)).normalize();
         let up = (head.rotation * Vec3::Z - look * look.dot(head.rotation * Vec3::Z)).normalize();
         let across = up.cross(look);
         let turn = std::f32::consts::TAU / SECTORS as f32;
