@@ -25,6 +25,8 @@ pub mod weights;
 
 use std::path::Path;
 
+use glam::Vec3;
+
 use crate::render::patch_mesh::{PatchMesh, TileLayout};
 use cache::Baked;
 use sdf::TrexSdf;
@@ -79,10 +81,19 @@ fn key(tile: u32) -> u64 {
     cache::checksum(bytemuck::cast_slice(&sums))
 }
 
+/// The point of the cage's surface near `p`: two Newton steps on the coarse field.
+fn onto(sdf: &TrexSdf, mut p: Vec3) -> Vec3 {
+    for _ in 0..2 {
+        let gradient = sdf.coarse_gradient(p, 4e-3);
+        p -= gradient * (sdf.coarse_distance(p).clamp(-0.03, 0.03) / gradient.length_squared().max(0.25));
+    }
+    p
+}
+
 fn generate(tile: u32, progress: &(dyn Fn(f32) + Sync)) -> Result<Baked, TrexError> {
     let (sdf, skin) = (TrexSdf::new(), Skin::new());
     let mut body = cage::build(&sdf)?;
-    let left = untangle::untangle(&mut body);
+    let left = untangle::untangle(&mut body, &|p| onto(&sdf, p));
     if left > 0 {
         tracing::warn!("{left} patches of the cage stay crumpled; their surface may fold over");
     }
