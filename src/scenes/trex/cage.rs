@@ -14,16 +14,18 @@ use super::weights::skin_weights;
 use crate::render::patch_mesh::PatchMesh;
 
 /// Grid spacings tried in order, metres.
-const SPACINGS: [f32; 5] = [0.11, 0.112, 0.105, 0.115, 0.12];
+const SPACINGS: [f32; 6] = [0.11, 0.109, 0.108, 0.106, 0.105, 0.104];
 
 /// Low and high corner of the grid before warping, metres; `y` is symmetric about half a cell.
 const GRID_LOW: Vec3 = Vec3::new(-8.4, -1.5, -1.1);
 const GRID_HIGH: Vec3 = Vec3::new(7.0, 1.5, 5.9);
 
 /// Where cells shrink: centre, radius, and by how much at the centre (0.6: to 0.4 of the spacing).
-const WARPS: [([f32; 3], f32, f32); 7] = [
+const WARPS: [([f32; 3], f32, f32); 9] = [
     ([4.15, 0.0, 3.80], 1.75, 0.56),
-    ([4.20, 0.0, 3.35], 1.00, 0.20),
+    ([0.0, 0.48, 0.75], 0.80, 0.30),
+    ([0.0, -0.48, 0.75], 0.80, 0.30),
+    ([4.30, 0.0, 3.20], 1.00, 0.26),
     ([0.62, 0.45, 0.10], 1.15, 0.77),
     ([0.62, -0.45, 0.10], 1.15, 0.77),
     ([2.15, 0.57, 1.95], 0.55, 0.60),
