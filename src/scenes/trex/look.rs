@@ -33,9 +33,8 @@ fn height(trex: &Trex, patch: usize, uv: Vec2) -> f32 {
     let t = uv * trex.layout.inner() as f32 + trex.layout.gutter as f32 - 0.5;
     let (i, j) = (t.x.floor(), t.y.floor());
     let width = trex.layout.size().0 as usize;
-    let at = |di: usize, dj: usize| {
-        trex.heights[(y0 as usize + j as usize + dj) * width + x0 as usize + i as usize + di]
-    };
+    let at =
+        |di: usize, dj: usize| trex.heights[(y0 as usize + j as usize + dj) * width + x0 as usize + i as usize + di];
     bilinear([at(0, 0), at(1, 0), at(1, 1), at(0, 1)], t - Vec2::new(i, j))
 }
 
@@ -308,7 +307,6 @@ fn pictures() {
     println!("tile {tile}: {:?}", start.elapsed());
     let (all, folded, steep, worst) = folds(&trex);
     println!("{all} faces, {folded} folded, {steep} steep; edge mismatch {:e}", worst_edge(&trex));
-    println!("crumpled {:?}", super::untangle::crumpled(&trex.body));
     for (patch, count) in worst.iter().take(25) {
         println!("  {count} folded at {}", trex.body.positions[trex.body.patches[*patch][0] as usize]);
     }

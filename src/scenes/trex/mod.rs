@@ -19,13 +19,10 @@ pub mod sdf;
 pub mod skeleton;
 pub mod skin;
 pub mod topology;
-pub mod untangle;
 pub mod walk;
 pub mod weights;
 
 use std::path::Path;
-
-use glam::Vec3;
 
 use crate::render::patch_mesh::{PatchMesh, TileLayout};
 use cache::Baked;
@@ -45,7 +42,7 @@ const SOURCES: [&str; 14] = [
     include_str!("relax.rs"),
     include_str!("sdf.rs"),
     include_str!("skin.rs"),
-    include_str!("untangle.rs"),
+    include_str!("topology.rs"),
     include_str!("weights.rs"),
     include_str!("../../render/patch.rs"),
 ];
@@ -81,22 +78,9 @@ fn key(tile: u32) -> u64 {
     cache::checksum(bytemuck::cast_slice(&sums))
 }
 
-/// The point of the cage's surface near `p`: two Newton steps on the coarse field.
-fn onto(sdf: &TrexSdf, mut p: Vec3) -> Vec3 {
-    for _ in 0..2 {
-        let gradient = sdf.coarse_gradient(p, 4e-3);
-        p -= gradient * (sdf.coarse_distance(p).clamp(-0.03, 0.03) / gradient.length_squared().max(0.25));
-    }
-    p
-}
-
 fn generate(tile: u32, progress: &(dyn Fn(f32) + Sync)) -> Result<Baked, TrexError> {
     let (sdf, skin) = (TrexSdf::new(), Skin::new());
     let mut body = cage::build(&sdf)?;
-    let left = untangle::untangle(&mut body, &|p| onto(&sdf, p));
-    if left > 0 {
-        tracing::warn!("{left} patches of the cage stay crumpled; their surface may fold over");
-    }
     let layout = TileLayout::new(body.patches.len() as u32, tile);
     body.texcoords = (0..body.patches.len() as u32).map(|i| layout.texcoords(i)).collect();
     // Mean skin colour per vertex, for whoever draws without the atlas.
@@ -125,11 +109,7 @@ impl Trex {
     ///
     /// # Errors
     /// As [`Self::load`].
-    pub fn load_from(
-        folder: Option<&Path>,
-        tile: u32,
-        progress: &(dyn Fn(f32) + Sync),
-    ) -> Result<Self, TrexError> {
+    pub fn load_from(folder: Option<&Path>, tile: u32, progress: &(dyn Fn(f32) + Sync)) -> Result<Self, TrexError> {
         if !(tile.is_power_of_two() && (8..=128).contains(&tile)) {
             return Err(TrexError::Tile(tile));
         }
