@@ -1,11 +1,12 @@
 //! Moves the vertices of the extracted surface to even, square quads that follow the distance field.
 
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
 use super::dual::QuadSurface;
 use super::sdf::TrexSdf;
 use super::topology::neighbors;
+use crate::render::patch::Patch;
 
 /// Longest Newton step, metres.
 const STEP_LIMIT: f32 = 0.03;
@@ -43,16 +44,59 @@ pub fn relax(surface: &mut QuadSurface, sdf: &TrexSdf) {
     }
 }
 
+/// Rounds of local smoothing spent on folded patches.
+const UNFOLD_ROUNDS: usize = 30;
+
+/// Smooths the corners of patches that fold, or nearly do: tips and clefts narrower than a quad become rounder than
+/// the field there.
+pub fn unfold(surface: &mut QuadSurface, ring: &[Vec<u32>]) {
+    for _ in 0..UNFOLD_ROUNDS {
+        let normals = vertex_normals(surface, ring);
+        let mut folded = vec![false; surface.positions.len()];
+        for q in surface.quads.iter().filter(|q| folds(surface, &normals, **q)) {
+            q.iter().for_each(|&i| folded[i as usize] = true);
+        }
+        if !folded.contains(&true) {
+            return;
+        }
+        let pull = laplacian(&surface.positions, ring);
+        let moved = surface.positions.iter_mut().zip(&pull).zip(folded).filter(|(_, f)| *f);
+        moved.for_each(|((p, d), _)| *p += *d * 0.2);
+    }
+}
+
+fn folds(surface: &QuadSurface, normals: &[Vec3], quad: [u32; 4]) -> bool {
+    let patch = Patch::new(quad.map(|i| surface.positions[i as usize]), quad.map(|i| normals[i as usize]));
+    (0..25).any(|i| {
+        let point = patch.at(Vec2::new((i % 5) as f32, (i / 5) as f32) / 4.0);
+        point.du.cross(point.dv).normalize_or_zero().dot(point.normal) < 0.05
+    })
+}
+
+/// Area-weighted mean of the face normals, smoothed once: patches then bend evenly where the field has
+/// creases finer than a quad.
+#[must_use]
+pub fn vertex_normals(surface: &QuadSurface, ring: &[Vec<u32>]) -> Vec<Vec3> {
+    let mut normals = vec![Vec3::ZERO; surface.positions.len()];
+    for q in &surface.quads {
+        let p = q.map(|i| surface.positions[i as usize]);
+        let n = (p[2] - p[0]).cross(p[3] - p[1]);
+        q.iter().for_each(|&i| normals[i as usize] += n);
+    }
+    normals.iter_mut().for_each(|n| *n = n.normalize_or(Vec3::Z));
+    let mean = mean_over(&normals, ring);
+    normals.iter().zip(&mean).map(|(n, m)| (*n + *m * 0.5).normalize_or(*n)).collect()
+}
+
 /// Half a step along the tangential part of `pull`, then two Newton steps towards the field's zero.
 fn move_on_surface(surface: &mut QuadSurface, pull: &[Vec3], ring: &[Vec<u32>], sdf: &TrexSdf) {
     let steps = difference_steps(&surface.positions, ring);
     surface.positions.par_iter_mut().zip(pull).zip(&steps).with_min_len(64).for_each(|((p, d), &e)| {
-        let n = sdf.coarse_gradient(*p, e).normalize_or_zero();
+        let mut n = sdf.coarse_gradient(*p, e).normalize_or_zero();
         *p += (*d - n * d.dot(n)) * 0.5;
-        for _ in 0..2 {
-            let n = sdf.coarse_gradient(*p, e).normalize_or_zero();
-            *p -= n * (0.9 * sdf.coarse_distance(*p).clamp(-STEP_LIMIT, STEP_LIMIT));
-        }
+        *p -= n * (0.9 * sdf.coarse_distance(*p).clamp(-STEP_LIMIT, STEP_LIMIT));
+        n = sdf.coarse_gradient(*p, e).normalize_or_zero();
+        *p -= n * (0.9 * sdf.coarse_distance(*p).clamp(-STEP_LIMIT, STEP_LIMIT));
     });
 }
 
@@ -66,7 +110,7 @@ fn difference_steps(positions: &[Vec3], ring: &[Vec<u32>]) -> Vec<f32> {
 }
 
 /// Mean of the neighbours' values.
-pub(super) fn mean_over(values: &[Vec3], ring: &[Vec<u32>]) -> Vec<Vec3> {
+fn mean_over(values: &[Vec3], ring: &[Vec<u32>]) -> Vec<Vec3> {
     ring.iter().map(|r| r.iter().map(|&w| values[w as usize]).sum::<Vec3>() / r.len().max(1) as f32).collect()
 }
 

@@ -22,7 +22,7 @@ const GRID: Bounds = Bounds { low: Vec3::new(-7.25, 0.0, -0.5), high: Vec3::new(
 const MARGIN: f32 = 0.12;
 /// Parts whose box is further away than this (plus their blend radius) are taken to be at that distance
 /// while the grid is built.
-const REACH: f32 = 0.8;
+const REACH: f32 = 0.5;
 /// Step of the central differences, metres.
 const STEP: f32 = 2e-3;
 
@@ -93,6 +93,7 @@ fn fold_sides(p: Vec3) -> Vec3 {
 }
 
 impl Field {
+    /// The parts without a grid.
     fn new(leave_out: &[&str]) -> Self {
         let groups = groups();
         let mut parts = Vec::new();
@@ -105,9 +106,7 @@ impl Field {
         }
         let group_blend = groups.iter().map(|g| g.blend).collect();
         let size = ((GRID.high - GRID.low) / CELL).to_array().map(|c| c.round() as usize);
-        let mut field = Self { parts, group_blend, size, offsets: vec![0], entries: Vec::new() };
-        field.build_grid();
-        field
+        Self { parts, group_blend, size, offsets: vec![0], entries: Vec::new() }
     }
 
     /// Distance by folding every part.
@@ -156,19 +155,20 @@ impl Field {
         Vec3::new(d(Vec3::X), d(Vec3::Y), d(Vec3::Z)) / (2.0 * step)
     }
 
-    /// Bit mask of the parts that may matter within [`MARGIN`] of the value at `p`.
+    /// Part distances at a folded point; those of parts far away are only bounds.
+    fn near_distances(&self, p: Vec3, out: &mut Vec<f32>) {
+        out.clear();
+        out.extend(self.parts.iter().map(|part| {
+            let away = part.bounds.distance(p);
+            if away > REACH + part.blend { away } else { part.primitive.hit(p).distance }
+        }));
+    }
+
+    /// Bit mask of the parts that may matter where the part distances are within [`MARGIN`] of the given ones.
     ///
     /// A part does not matter if the fold before it is smaller by its blend radius, or if a later union
     /// overrides everything before itself; the same holds for whole groups.
-    fn relevant(&self, p: Vec3) -> u128 {
-        let distances: Vec<f32> = self
-            .parts
-            .iter()
-            .map(|part| {
-                let away = part.bounds.distance(p);
-                if away > REACH + part.blend { away } else { part.primitive.hit(p).distance }
-            })
-            .collect();
+    fn relevant(&self, distances: &[f32]) -> u128 {
         let mut mask = 0_u128;
         let mut totals: Vec<(u128, f32, f32)> = Vec::new();
         let mut total = FAR;
@@ -211,18 +211,10 @@ impl Field {
         mask
     }
 
-    fn build_grid(&mut self) {
+    /// Fills the grid from masks at twice its resolution.
+    fn build_grid(&mut self, masks: &[u128]) {
         let [nx, ny, nz] = self.size;
-        // Samples at half the cell spacing, shared by neighbouring cells.
         let (my, mz) = (2 * ny + 1, 2 * nz + 1);
-        let masks: Vec<u128> = (0..(2 * nx + 1) * my * mz)
-            .into_par_iter()
-            .with_min_len(1024)
-            .map(|i| {
-                let node = Vec3::new((i / (my * mz)) as f32, (i / mz % my) as f32, (i % mz) as f32);
-                self.relevant(GRID.low + node * (0.5 * CELL))
-            })
-            .collect();
         let cells: Vec<Vec<Entry>> = (0..nx * ny * nz)
             .into_par_iter()
             .with_min_len(256)
@@ -285,7 +277,29 @@ impl TrexSdf {
     /// Builds both variants and their grids (a fraction of a second).
     #[must_use]
     pub fn new() -> Self {
-        Self { full: Field::new(&[]), coarse: Field::new(&TOO_FINE_FOR_CAGE) }
+        let (mut full, mut coarse) = (Field::new(&[]), Field::new(&TOO_FINE_FOR_CAGE));
+        let kept: Vec<usize> =
+            (0..full.parts.len()).filter(|&i| !TOO_FINE_FOR_CAGE.contains(&full.parts[i].name)).collect();
+        // Samples at half the cell spacing, shared by neighbouring cells; both fields have the same primitives.
+        let [mx, my, mz] = full.size.map(|n| 2 * n + 1);
+        let masks: Vec<[u128; 2]> = (0..mx * my * mz)
+            .into_par_iter()
+            .with_min_len(1024)
+            .map_init(
+                || (Vec::new(), Vec::new()),
+                |(all, some), i| {
+                    let node = Vec3::new((i / (my * mz)) as f32, (i / mz % my) as f32, (i % mz) as f32);
+                    full.near_distances(GRID.low + node * (0.5 * CELL), all);
+                    some.clear();
+                    some.extend(kept.iter().map(|&k| all[k]));
+                    [full.relevant(all), coarse.relevant(some)]
+                },
+            )
+            .collect();
+        let of = |variant: usize| masks.iter().map(|m| m[variant]).collect::<Vec<u128>>();
+        full.build_grid(&of(0));
+        coarse.build_grid(&of(1));
+        Self { full, coarse }
     }
 
     /// Signed distance to the full model (mouth cavity, tongue, lids and fingers included), metres, first-order
