@@ -75,7 +75,8 @@ pub struct WindowReport {
 }
 
 /// Shows `scene` in a window until the user closes it. The scene gives its state at a time in seconds; the orbit
-/// camera, which starts as `camera`, replaces the state's own. `settings.samples` is what a picture that stands still
+/// camera, which starts as `camera`, replaces the state's own, but goes where that one's target goes: a scene that
+/// follows something is followed. `settings.samples` is what a picture that stands still
 /// is refined to. The renderer's device must come from [`Display::gpu_options`].
 ///
 /// # Errors
@@ -168,7 +169,7 @@ impl<S: FnMut(f64) -> FrameState> App<S> {
         let changed = self.viewer.take_changed();
         let state = changed.then(|| {
             let mut state = (self.scene)(self.viewer.time);
-            state.camera = self.viewer.orbit.pose().camera();
+            state.camera = self.viewer.camera(&state.camera);
             state
         });
         let shown = open.painter.draw([width, height], state, &self.settings, self.options.exposure)?;
