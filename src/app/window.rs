@@ -183,7 +183,9 @@ impl<S: FnMut(f64) -> FrameState> App<S> {
         self.report.frames += 1;
         open.counted.0 += 1;
         let since = open.counted.1.elapsed();
-        if since >= TITLE_INTERVAL || self.report.frames == 1 {
+        // No frame follows that could set the title later.
+        let last = !self.viewer.is_moving() && open.painter.is_complete(self.settings.samples);
+        if since >= TITLE_INTERVAL || self.report.frames == 1 || last {
             let fps = f64::from(open.counted.0) / since.as_secs_f64().max(1e-6);
             open.window.set_title(&title(&self.options.title, &self.viewer, fps, &open.painter.times()?));
             open.counted = (0, Instant::now());
