@@ -460,6 +460,26 @@ mod tests {
     }
 
     #[test]
+    fn joints_are_those_of_the_skeleton() {
+        use crate::scenes::trex::skeleton::{JOINTS, joint_index};
+        let named = [(HEAD, "head"), (JAW, "jaw"), (EYE, "eye_L"), (EYE + 1, "eye_R"), (ANKLE, "ankle_L")];
+        let more = [(TOES[0], "toe2_L"), (TOES[1], "toe3_L"), (TOES[2], "toe4_L"), (WRIST, "wrist_L")];
+        for (index, name) in named.into_iter().chain(more) {
+            assert_eq!(usize::from(index), joint_index(name), "{name}");
+            if let Some(stem) = name.strip_suffix("_L").filter(|s| *s != "eye") {
+                assert_eq!(usize::from(index + RIGHT), joint_index(&format!("{stem}_R")));
+            }
+        }
+        let mesh = build(&Skin::new());
+        for (p, skin) in mesh.positions.iter().zip(&mesh.skin) {
+            let joint = &JOINTS[usize::from(skin.joints[0])];
+            // The snout is the furthest from its joint; the side is the joint's.
+            assert!(p.distance(joint.position) < 1.7, "{} at {p}", joint.name);
+            assert!(joint.position.y * p.y >= 0.0, "{} at {p}", joint.name);
+        }
+    }
+
+    #[test]
     fn mirrored_about_the_middle_plane() {
         let mesh = build(&Skin::new());
         let sum: Vec3 = mesh.positions.iter().sum();
