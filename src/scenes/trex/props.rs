@@ -274,8 +274,8 @@ fn digits(mesh: &mut PatchMesh, skin: &Skin) {
     }
 }
 
-/// Stations of the tongue in the jaw frame: x, z, half width, half height up and down. It lies a little above the
-/// tongue in the distance field, which the body's own tiles follow.
+/// Stations of the tongue in the jaw frame: x, z, half width, half height up and down. It covers the
+/// tongue of the distance field, which the body's own tiles follow as far as a height can.
 const TONGUE_STATIONS: [[f32; 5]; 9] = [
     [0.08, -0.112, 0.110, 0.030, 0.05],
     [0.14, -0.106, 0.145, 0.054, 0.06],
