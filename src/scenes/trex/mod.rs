@@ -1,6 +1,7 @@
 //! The walking Tyrannosaurus.
 
 pub mod cage;
+pub mod deform;
 pub mod dual;
 pub mod gait;
 pub mod parts;
