@@ -1,16 +1,142 @@
-//! The walking Tyrannosaurus.
+//! The walking Tyrannosaurus: its shape as a distance field, its skin as a function of the rest position, baked into
+//! a mesh of patches with one displacement tile each.
 
+pub mod atlas;
+pub mod cache;
 pub mod cage;
 pub mod deform;
 pub mod dual;
 pub mod gait;
+#[cfg(test)]
+mod look;
+pub mod noise;
 pub mod parts;
 #[cfg(test)]
 mod preview;
 pub mod primitive;
+pub mod props;
 pub mod relax;
 pub mod sdf;
 pub mod skeleton;
+pub mod skin;
 pub mod topology;
 pub mod walk;
 pub mod weights;
+
+use std::path::Path;
+
+use crate::render::patch_mesh::{PatchMesh, TileLayout};
+use cache::Baked;
+use sdf::TrexSdf;
+use skin::Skin;
+
+/// The generator's own source text: whatever changes what is baked changes the cache key.
+const SOURCES: [&str; 14] = [
+    include_str!("atlas.rs"),
+    include_str!("cache.rs"),
+    include_str!("cage.rs"),
+    include_str!("dual.rs"),
+    include_str!("mod.rs"),
+    include_str!("noise.rs"),
+    include_str!("parts.rs"),
+    include_str!("primitive.rs"),
+    include_str!("relax.rs"),
+    include_str!("sdf.rs"),
+    include_str!("skin.rs"),
+    include_str!("topology.rs"),
+    include_str!("weights.rs"),
+    include_str!("../../render/patch.rs"),
+];
+
+/// The animal in its bind pose, ready for the renderer.
+pub struct Trex {
+    /// The body: patches displaced by the atlas, with texture coordinates and skin weights.
+    pub body: PatchMesh,
+    /// How the atlas is laid out: one tile per patch of the body.
+    pub layout: TileLayout,
+    /// Displacement along the patch normal, metres, row by row.
+    pub heights: Vec<f32>,
+    /// sRGB-encoded albedo (rgb) and linear Beckmann `α` (a), row by row.
+    pub colors: Vec<[u8; 4]>,
+    /// Teeth, claws, eyes, tongue, fingers: undisplaced, coloured per vertex, each rigid to one joint.
+    pub props: PatchMesh,
+}
+
+/// Why there is no animal.
+#[derive(Debug, thiserror::Error)]
+pub enum TrexError {
+    /// Tiles must be powers of two from 8 to 128 texels.
+    #[error("tiles of {0} texels cannot be baked; choose 8, 16, 32, 64 or 128")]
+    Tile(u32),
+    /// The control mesh could not be made.
+    #[error(transparent)]
+    Cage(#[from] cage::CageError),
+}
+
+/// Identifies what the generator would make: its source and the tile size.
+fn key(tile: u32) -> u64 {
+    let sums: Vec<u64> = SOURCES.iter().map(|s| cache::checksum(s.as_bytes())).chain([u64::from(tile)]).collect();
+    cache::checksum(bytemuck::cast_slice(&sums))
+}
+
+fn generate(tile: u32, progress: &(dyn Fn(f32) + Sync)) -> Result<Baked, TrexError> {
+    let (sdf, skin) = (TrexSdf::new(), Skin::new());
+    let mut body = cage::build(&sdf)?;
+    let layout = TileLayout::new(body.patches.len() as u32, tile);
+    body.texcoords = (0..body.patches.len() as u32).map(|i| layout.texcoords(i)).collect();
+    // Mean skin colour per vertex, for whoever draws without the atlas.
+    body.colors = body
+        .positions
+        .iter()
+        .map(|&p| skin.shade(p, &skin::Relief { height: 0.001, top: 0.7, fold: 0.0 }, 0.0))
+        .collect();
+    let atlas = atlas::bake(&sdf, &skin, &body, &layout, progress);
+    Ok(Baked { body, layout, atlas })
+}
+
+impl Trex {
+    /// The animal with tiles of `tile` texels (64: full detail, 16: a quick look), from the cache if it holds one,
+    /// else baked (and stored for the next time). `progress` receives the share baked, in `[0, 1]`, from any thread.
+    ///
+    /// A cache that is damaged, unreadable or unwritable only costs a warning.
+    ///
+    /// # Errors
+    /// [`TrexError`] if the tile size is not one of those possible or the cage cannot be closed.
+    pub fn load(tile: u32, progress: &(dyn Fn(f32) + Sync)) -> Result<Self, TrexError> {
+        Self::load_from(cache::folder().as_deref(), tile, progress)
+    }
+
+    /// As [`Self::load`], with the cache in `folder` (none: without a cache).
+    ///
+    /// # Errors
+    /// As [`Self::load`].
+    pub fn load_from(folder: Option<&Path>, tile: u32, progress: &(dyn Fn(f32) + Sync)) -> Result<Self, TrexError> {
+        if !(tile.is_power_of_two() && (8..=128).contains(&tile)) {
+            return Err(TrexError::Tile(tile));
+        }
+        let key = key(tile);
+        let path = folder.map(|f| f.join(format!("trex-{tile}.bin")));
+        if let Some(path) = &path {
+            match cache::read(path, key, tile) {
+                Ok(Some(baked)) => {
+                    progress(1.0);
+                    return Ok(Self::assemble(baked));
+                }
+                Ok(None) => {}
+                Err(error) => tracing::warn!("{error}"),
+            }
+        }
+        let baked = generate(tile, progress)?;
+        if let Some(path) = &path {
+            if let Err(error) = cache::write(path, key, &baked) {
+                tracing::warn!("the animal could not be stored and will be baked again next time: {error}");
+            }
+        }
+        Ok(Self::assemble(baked))
+    }
+
+    fn assemble(Baked { body, layout, atlas }: Baked) -> Self {
+        let props = props::build(&Skin::new());
+        Self { body, layout, heights: atlas.heights, colors: atlas.colors, props }
+    }
+}
