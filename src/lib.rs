@@ -1,4 +1,49 @@
-//! leadr
+//! A raw-Vulkan renderer in which displaced surfaces keep their look at every distance (LEADR mapping).
+//!
+//! A displacement map that is minified loses its bumps, and with them the way it scattered light. LEADR mapping
+//! (Dupuy et al. 2013) stores, beside each displacement texel, the first two moments of its slopes. They filter
+//! linearly, so mip mapping turns vanished bumps into roughness: mean slope and slope covariance
+//! at a pixel's scale feed an anisotropic, off-centre Beckmann microfacet BRDF with a view-dependent projected area.
+//!
+//! # The floors
+//!
+//! Modules only use the floors below them; `tests/layers.rs` fails on an upward arrow.
+//!
+//! | floor | module | holds |
+//! |---|---|---|
+//! | 1 | [`reflectance`] | pure mathematics: slope statistics, microfacet terms, BRDFs, quadrature. No files, no GPU |
+//! | 2 | [`maps`] | textures on the CPU: load, validate, derive, mip, compare, save |
+//! | 2 | [`gpu`] | Vulkan, and nothing else. Knows no BRDF |
+//! | 3 | [`render`] | the passes, and the frame that orders them |
+//! | 4 | [`scenes`] | pure functions of time that produce what the renderer draws |
+//! | 5 | [`app`] | the `leadr` command |
+//!
+//! # A first example
+//!
+//! Corrugated iron, and what is left of it from far away: no height, no mean slope, but all of its roughness.
+//!
+//! ```
+//! use std::f32::consts::TAU;
+//! use leadr::maps::{HeightMap, LeadrMap, Wrap};
+//!
+//! // Eight waves across a map of 256 texels, amplitude 0.01 in units of the map's side.
+//! let wave = |i: u32| 0.01 * (TAU * 8.0 * (i % 256) as f32 / 256.0).sin();
+//! let iron = HeightMap::new(256, 256, (0..256 * 256).map(wave).collect())?;
+//! let leadr = LeadrMap::new(&iron, Wrap::Repeat);
+//!
+//! // The last mip level is one texel. The slopes of a sine have the variance (2π · 8 · 0.01)² / 2 across the waves
+//! // and none along them.
+//! let far = leadr.mean();
+//! let [across, along, covariance] = far.slope_covariance();
+//! assert!(far.height.abs() < 1e-6 && far.mean_slope[0].abs() < 1e-6);
+//! assert!((across / 0.1263 - 1.0).abs() < 0.02);
+//! assert!(along.abs() < 1e-6 && covariance.abs() < 1e-6);
+//! # Ok::<(), leadr::maps::MapFault>(())
+//! ```
+//!
+//! Conventions everywhere: metres, z up; linear Rec. 709 radiance; `wi` to the light, `wo` to the viewer, `wh` their
+//! half vector, `wn` a micronormal, in the macro tangent frame unless the name says `world_`.
+
 pub mod app;
 pub mod gpu;
 pub mod maps;

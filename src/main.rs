@@ -1,1 +1,7 @@
-fn main() {}
+//! The `leadr` command: everything it does is in [`leadr::app`].
+
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    leadr::app::run(std::env::args_os())
+}

@@ -1,1 +1,81 @@
-//! app
+//! Floor 5 · the `leadr` command: raw arguments ([`cli`]) → resolved configuration ([`config`]) → one file per command.
+//!
+//! stdout carries the result, stderr the talk. Exit codes: 0 done, 1 failed or over a threshold, 2 wrong usage.
+
+pub mod camera_file;
+pub mod capture;
+pub mod cli;
+pub mod compare;
+pub mod config;
+pub mod error;
+pub mod frame_source;
+pub mod frames;
+pub mod orbit;
+pub mod output;
+pub mod renderer_source;
+pub mod save;
+pub mod stage;
+pub mod values;
+#[cfg(feature = "window")]
+pub mod window;
+
+use std::ffi::OsString;
+use std::process::ExitCode;
+
+use clap::Parser;
+use clap::error::ErrorKind;
+
+use cli::{Cli, Command};
+use error::AppError;
+use output::Output;
+
+/// Parses the command line (program name first), does the work, reports errors in one line on stderr and returns
+/// the exit code: 0 done, 1 failed or over a threshold, 2 wrong usage.
+pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
+    let cli = match Cli::try_parse_from(arguments) {
+        Ok(cli) => cli,
+        Err(fault) if matches!(fault.kind(), ErrorKind::DisplayHelp | ErrorKind::DisplayVersion) => {
+            // A closed pipe (`leadr --help | head -1`) is no failure.
+            let _ = fault.print();
+            return ExitCode::SUCCESS;
+        }
+        Err(fault) => return fail(&AppError::Usage(usage_sentence(&fault))),
+    };
+    output::start_log(cli.output.quiet);
+    match dispatch(cli) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => fail(&error),
+    }
+}
+
+fn dispatch(cli: Cli) -> Result<(), AppError> {
+    let output = Output::new(cli.output.json, cli.output.quiet);
+    match cli.command {
+        Command::Capture(arguments) => {
+            let config = config::CaptureConfig::resolve(&arguments)?;
+            let mut source = frame_source::open(&config)?;
+            let report = capture::capture(&config, source.as_mut(), &output)?;
+            output.result(&report)
+        }
+        Command::Compare(arguments) => compare::compare(&arguments, &output),
+    }
+}
+
+fn fail(error: &AppError) -> ExitCode {
+    // Messages from libraries may span lines; a script reads one.
+    let sentence = error.to_string().split_whitespace().collect::<Vec<_>>().join(" ");
+    eprintln!("leadr: error: {sentence}");
+    ExitCode::from(error.exit_code())
+}
+
+/// clap's message without its colours, usage lines and line breaks.
+fn usage_sentence(fault: &clap::Error) -> String {
+    let text = fault.render().to_string();
+    let lines = text.lines().map(str::trim).take_while(|line| !line.starts_with("Usage:"));
+    let sentence = lines.filter(|line| !line.is_empty()).collect::<Vec<_>>().join(" ");
+    let sentence = sentence.trim_start_matches("error: ").trim_end_matches(" For more information, try '--help'.");
+    if fault.kind() == ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand {
+        return "no command given (see leadr --help)".to_owned();
+    }
+    format!("{sentence} (see --help)")
+}

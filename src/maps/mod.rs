@@ -1,1 +1,29 @@
-//! maps
+//! Floor 2: textures on the CPU. Load and validate untrusted files, derive slope moments and mips, make procedural
+//! height maps, compare and save images. Knows nothing of Vulkan.
+//!
+//! Everywhere: row 0 is the top row, texels are row-major, `s` runs right over the width and `t` runs down over the
+//! height (both 0 to 1), colours are linear Rec.709 unless the type says sRGB.
+
+pub mod compare;
+mod exr_read;
+mod fault;
+mod hdr;
+pub mod limits;
+mod load;
+pub mod moments;
+mod noise;
+
+mod png_read;
+
+pub mod procedural;
+pub mod save;
+pub mod tonemap;
+mod types;
+
+pub use fault::{MapError, MapFault};
+pub use load::{
+    Picture, decode_color, decode_color_srgb8, decode_environment, decode_height_map, decode_picture, load_color,
+    load_color_srgb8, load_environment, load_height_map, load_picture,
+};
+pub use moments::{LeadrMap, MomentLevel, Moments, Wrap};
+pub use types::{HeightMap, Rgb8Image, RgbImage};

@@ -18,7 +18,7 @@ pub struct PatchMesh {
     pub positions: Vec<Vec3>,
     /// Unit rest normals, shared by all patches around a vertex.
     pub normals: Vec<Vec3>,
-    /// Linear albedo (rgb) and Beckmann roughness `α` (a) per vertex; used where no colour map is given.
+    /// Linear albedo (rgb) and Beckmann roughness `α` (a) per vertex; they tint the colour map where there is one.
     pub colors: Vec<[f32; 4]>,
     /// Ambient accessibility in `[0, 1]` per vertex (1: unoccluded).
     pub accessibility: Vec<f32>,

@@ -1,2 +1,6 @@
-//! scenes
+//! Floor 4 · scenes: pure functions of time that produce render inputs.
+
+pub mod plane;
+pub mod sphere;
+pub mod stage;
 pub mod trex;

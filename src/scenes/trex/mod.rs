@@ -4,6 +4,7 @@
 pub mod atlas;
 pub mod cache;
 pub mod cage;
+pub mod deform;
 pub mod dual;
 pub mod gait;
 #[cfg(test)]

@@ -1,0 +1,30 @@
+# `make demo` and `make test` install what is missing, build and run. See README.md.
+
+.PHONY: help demo test setup lint doc clean
+
+help:
+	@echo 'make demo    render the walking T-rex into out/'
+	@echo 'make test    run every test'
+	@echo 'make lint    formatting, clippy and documentation, warnings refused'
+	@echo 'make setup   only install what the others need'
+
+setup:
+	@scripts/setup all
+
+demo:
+	@scripts/setup build
+	@scripts/demo
+
+test:
+	@scripts/setup all
+	@scripts/test
+
+lint:
+	@scripts/setup build
+	cargo fmt --check
+	cargo clippy --locked --all-targets -- -D warnings
+	RUSTDOCFLAGS=-Dwarnings cargo doc --locked --no-deps
+
+clean:
+	cargo clean
+	rm -rf out

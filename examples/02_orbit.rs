@@ -1,0 +1,100 @@
+//! A displaced sphere in a window: drag to turn it, `space` stops it, `1` to `3` change the technique, `q` ends.
+//!
+//! ```sh
+//! cargo run --release --example 02_orbit
+//! ```
+
+use std::path::PathBuf;
+
+use clap::Parser;
+use glam::{Affine3A, Vec3};
+use leadr::app::camera_file::CameraPose;
+use leadr::app::orbit::Orbit;
+use leadr::app::window::{Display, WindowOptions, run};
+use leadr::gpu::Gpu;
+use leadr::maps::procedural::rock;
+use leadr::render::displacement::{Border, HeightField};
+use leadr::render::environment::{Environment, FACE_SIZE};
+use leadr::render::frame::Renderer;
+use leadr::render::scene::{FrameState, Object, Pose, Sun};
+use leadr::render::settings::RenderSettings;
+use leadr::render::sky::Sky;
+use leadr::scenes::sphere::displaced_sphere;
+
+/// A displaced sphere in a window.
+#[derive(Parser)]
+struct Arguments {
+    /// Pixels across
+    #[arg(long, default_value_t = 960)]
+    width: u32,
+    /// Pixels down
+    #[arg(long, default_value_t = 540)]
+    height: u32,
+    /// Samples per pixel of a picture that stands still
+    #[arg(long, default_value_t = 16)]
+    samples: u32,
+    /// Ends after so many frames
+    #[arg(long)]
+    frames: Option<u64>,
+    /// Where screenshots go; a number and `.png` are appended
+    #[arg(long, default_value = "out/orbit")]
+    screenshots: PathBuf,
+    /// Vulkan device, by part of its name or by index
+    #[arg(long)]
+    device: Option<String>,
+    /// Turn the Vulkan validation layers on; any message is an error
+    #[arg(long)]
+    validation: bool,
+}
+
+/// Opens the window.
+pub fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let arguments = Arguments::parse();
+
+    // The device must be able to draw on the display, so the display comes first.
+    let display = Display::open()?;
+    let gpu = Gpu::new(&display.gpu_options(arguments.device, arguments.validation)?)?;
+
+    let map = rock(256, 256, 7);
+    let field = HeightField { width: map.width, height: map.height, texels: map.texels, border: Border::Wrap };
+    let (mesh, heights) = displaced_sphere(&field, 1.0, 8, 64, [0.45, 0.35, 0.26, 0.25]);
+    let sphere = Object {
+        name: "sphere".to_owned(),
+        mesh,
+        heights: Some(heights),
+        height_scale: 0.12,
+        color_map: None,
+        specular_f0: 0.04,
+        casts_shadow: true,
+    };
+
+    let sky = Sky::default();
+    let environment = Environment::from_sky(&gpu, FACE_SIZE, &sky)?;
+    let renderer = Renderer::new(&gpu, vec![sphere], environment)?;
+
+    // A scene is a pure function of time: here, a sphere that turns once in twenty seconds.
+    let start = CameraPose { position: [3.2, -3.2, 0.7], target: [0.0; 3], up: [0.0, 0.0, 1.0], fov_degrees: 35.0 };
+    let scene = |time: f64| FrameState {
+        camera: start.camera(),
+        poses: vec![Pose::Rigid(Affine3A::from_rotation_z((time * 0.314) as f32))],
+        sky: Some(sky),
+        sun: Some(Sun { direction: sky.sun_direction.normalize(), irradiance: Vec3::from_array(sky.sun_irradiance()) }),
+        point_lights: Vec::new(),
+        height_scale: 1.0,
+    };
+
+    let size = (arguments.width, arguments.height);
+    let settings = RenderSettings { size, samples: arguments.samples, ..Default::default() };
+    let options = WindowOptions {
+        title: "Orbit".to_owned(),
+        screenshots: arguments.screenshots,
+        frames: arguments.frames,
+        ..Default::default()
+    };
+    let report = run(display, renderer, scene, Orbit::new(&start), settings, options)?;
+    println!("{}", serde_json::to_string(&report)?);
+    match gpu.validation_messages().as_slice() {
+        [] => Ok(()),
+        messages => Err(messages.join("\n").into()),
+    }
+}

@@ -1,0 +1,25 @@
+#ifndef LEADR_BECKMANN_GLSL
+#define LEADR_BECKMANN_GLSL
+
+#include "slope_statistics.glsl"
+
+// P22(slope): bivariate Gaussian density of slopes (LEADR eq. 8). Variances are at least MIN_VARIANCE.
+float beckmann_p22(vec2 slope, vec2 m, vec3 S) {
+    vec2 sigma = sqrt(clamp(S.xy, LEADR_MIN_VARIANCE, LEADR_MAX_SLOPE * LEADR_MAX_SLOPE));
+    float r = slope_correlation(sigma, S.z);
+    // Whitened: x, then y given x. Loses less than the adjugate when the correlation is strong.
+    vec2 u = (slope - m) / sigma;
+    float q = sqrt((1.0 - r) * (1.0 + r));
+    float v = (u.y - r * u.x) / q;
+    return exp(-0.5 * (u.x * u.x + v * v)) / (2.0 * LEADR_PI * sigma.x * sigma.y * q);
+}
+
+// D(wh) = P22(slope of wh) / wh.z^4, normals per macro area and solid angle (LEADR eq. 10); 0 for wh.z <= 0.
+float beckmann_ndf(vec3 wh, vec2 m, vec3 S) {
+    if (wh.z <= 0.0) return 0.0;
+    float z = max(wh.z, LEADR_MIN_NORMAL_Z);
+    float z2 = z * z;
+    return beckmann_p22(-wh.xy / z, m, S) / (z2 * z2);
+}
+
+#endif

@@ -1,0 +1,26 @@
+// One cube mip level from the next finer one: the mean of 2×2 texels weighted by solid angle, so that the mean
+// radiance over the sphere is the same at every level.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "cube.glsl"
+layout(local_size_x = 8, local_size_y = 8) in;
+
+layout(set = 0, binding = 0, rgba32f) uniform readonly image2DArray fine;
+layout(set = 0, binding = 1, rgba32f) uniform writeonly image2DArray coarse;
+
+void main()
+{
+    ivec3 texel = ivec3(gl_GlobalInvocationID);
+    int size = imageSize(coarse).x;
+    if (texel.x >= size || texel.y >= size) return;
+    float d = 1.0 / float(size);
+    vec4 sum = vec4(0.0);
+    float weights = 0.0;
+    for (int k = 0; k < 4; ++k) {
+        ivec2 p = 2 * texel.xy + ivec2(k & 1, k >> 1);
+        float weight = cube_solid_angle((vec2(p) + 0.5) * d - 1.0, d);
+        sum += weight * imageLoad(fine, ivec3(p, texel.z));
+        weights += weight;
+    }
+    imageStore(coarse, texel, sum / weights);
+}

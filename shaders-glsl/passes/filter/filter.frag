@@ -1,0 +1,126 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+// Filters the maps of one object under each of its pixels: LEADR section 4.1 and eq. 12.
+#include "../geometry/object.glsl"
+#include "../geometry/tile.glsl"
+#include "leadr/frame.glsl"
+#include "leadr/slope_map.glsl"
+
+layout(constant_id = 0) const int TECHNIQUE = 0; // the TECHNIQUE_ values below
+layout(constant_id = 1) const int MAX_TAPS = 8;  // taps along the long axis of the pixel's footprint
+
+const int TECHNIQUE_LEADR = 0;
+const int TECHNIQUE_NORMAL_MIP = 1; // mean slope only
+const int TECHNIQUE_REFERENCE = 2;  // finest level: supersampling does the filtering
+
+layout(binding = 0) uniform usampler2D visible_texture; // what the geometry stage wrote
+layout(binding = 1) uniform usampler2D visible_tangent;
+layout(binding = 2) uniform usampler2D visible_surface;
+layout(binding = 3) uniform sampler2D moments_a; // E[hs], E[ht], E[hs^2], E[ht^2], per unit texture coordinate
+layout(binding = 4) uniform sampler2D moments_b; // E[hs ht], height
+layout(binding = 5) uniform sampler2D color_map; // rgb albedo, a roughness
+layout(binding = 6, std430) readonly buffer Tiles { vec4 tiles[]; }; // per patch: bounds of the taps
+
+layout(location = 0) in vec2 in_texcoord;
+
+layout(location = 0) out vec4 out_frame;      // octahedral displacement direction, mean slope
+layout(location = 1) out vec4 out_covariance; // sxx, syy, sxy of the slopes; LOD
+layout(location = 2) out vec4 out_material;   // linear albedo, Beckmann roughness alpha
+layout(location = 3) out vec4 out_surface;    // specular f0, ambient accessibility, inside marker, unused
+
+struct Footprint {
+    vec2 step; // between taps, texture coordinates
+    int taps;
+    float lod;
+};
+
+// Moments are linear, so the elliptical footprint of a pixel is a few isotropic taps along its long axis.
+// dx, dy: derivatives in texels of the map.
+Footprint pixel_footprint(vec2 dx, vec2 dy, vec2 size) {
+    float xx = dot(dx, dx), yy = dot(dy, dy);
+    vec2 along = xx > yy ? dx : dy;
+    float major = sqrt(max(xx, yy));
+    // The width across the long axis: the area of the footprint over its length.
+    float minor = abs(dx.x * dy.y - dx.y * dy.x) / max(major, 1e-20);
+    Footprint footprint;
+    footprint.taps = clamp(int(ceil(major / max(minor, 1.0))), 1, MAX_TAPS);
+    footprint.step = along / (float(footprint.taps) * size);
+    footprint.lod = max(log2(max(major / float(footprint.taps), minor)), 0.0);
+    return footprint;
+}
+
+vec2 tap(Footprint footprint, int i, vec2 texcoord) {
+    return texcoord + footprint.step * (float(i) + 0.5 - 0.5 * float(footprint.taps));
+}
+
+void main() {
+    ivec2 pixel = ivec2(gl_FragCoord.xy);
+    uvec4 surface = texelFetch(visible_surface, pixel, 0);
+    if ((surface.x >> 24 & 0x7fu) != object.index) {
+        discard;
+    }
+    uvec4 place = texelFetch(visible_texture, pixel, 0);
+    uvec4 tangent = texelFetch(visible_tangent, pixel, 0);
+    vec3 normal = octahedral_decode(unpackSnorm2x16(tangent.x));
+    vec2 mixed = unpackHalf2x16(tangent.z);
+    vec3 tangent_s = vec3(unpackHalf2x16(tangent.y), mixed.x), tangent_t = vec3(mixed.y, unpackHalf2x16(tangent.w));
+    vec2 texcoord = uintBitsToFloat(place.xy);
+    vec2 dx = unpackHalf2x16(place.z), dy = unpackHalf2x16(place.w);
+    vec2 curvature_z_access = unpackHalf2x16(surface.z);
+    vec3 curvature = vec3(unpackHalf2x16(surface.y), curvature_z_access.x);
+    vec4 tile = tiles[surface.x & 0xffffffu];
+    bool reference = TECHNIQUE == TECHNIQUE_REFERENCE;
+
+    ivec2 size = textureSize(moments_b, 0);
+    Footprint footprint = pixel_footprint(dx, dy, vec2(size));
+    if (reference) {
+        footprint = Footprint(vec2(0.0), 1, 0.0);
+    }
+    vec2 mean_gradient = vec2(0.0);
+    vec3 gradient_covariance = vec3(0.0);
+    if ((object.flags & FLAG_DISPLACED) != 0u) {
+        vec4 a = vec4(0.0);
+        float b = 0.0;
+        for (int i = 0; i < footprint.taps; ++i) {
+            vec2 at = clamp_to_tile(tap(footprint, i, texcoord), tile, footprint.lod, size);
+            a += textureLod(moments_a, at, footprint.lod);
+            b += textureLod(moments_b, at, footprint.lod).x;
+        }
+        float weight = 1.0 / float(footprint.taps);
+        gradient_covariance = covariance_from_moments(a.xy * weight, vec3(a.zw, b) * weight);
+        gradient_covariance = scale_height(gradient_covariance, object.height_scale);
+        mean_gradient = a.xy * (weight * object.height_scale);
+    }
+    Frame frame = frame_about(normal);
+    SlopeMap map = slope_map(tangent_s, tangent_t, frame.x, frame.y, frame.z);
+    vec2 mean_slope = map_mean_slope(map, mean_gradient);
+    vec3 covariance = vec3(0.0);
+    if (TECHNIQUE != TECHNIQUE_NORMAL_MIP) {
+        // At the finest level this is the spread between neighbouring texels, which bilinear interpolation of the
+        // mean leaves out: with it the variance is the same at every magnification.
+        covariance = map_covariance(map, gradient_covariance);
+    }
+    if (TECHNIQUE == TECHNIQUE_LEADR) {
+        covariance += curvature;
+    }
+
+    vec4 color = unpackUnorm4x8(surface.w);
+    if ((object.flags & FLAG_COLOR_MAP) != 0u) {
+        ivec2 color_size = textureSize(color_map, 0);
+        vec2 scale = vec2(color_size) / vec2(size);
+        Footprint fine = pixel_footprint(dx * scale, dy * scale, vec2(color_size));
+        if (reference) {
+            fine = footprint;
+        }
+        vec4 texel = vec4(0.0);
+        for (int i = 0; i < fine.taps; ++i) {
+            texel += textureLod(color_map, clamp_to_tile(tap(fine, i, texcoord), tile, fine.lod, color_size), fine.lod);
+        }
+        color *= texel / float(fine.taps);
+    }
+
+    out_frame = vec4(octahedral_encode(normal), mean_slope);
+    out_covariance = vec4(covariance, footprint.lod);
+    out_material = color;
+    out_surface = vec4(object.specular_f0, curvature_z_access.y, surface.x >> 31 != 0u ? 1.0 : 0.0, 0.0);
+}

@@ -1,0 +1,39 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+// What a pixel sees, before any filtering. Small triangles shade several times their pixels, so this stage fetches
+// nothing: the filter pass does that, once per pixel.
+#include "object.glsl"
+#include "leadr/frame.glsl"
+#include "leadr/slope_statistics.glsl"
+
+layout(binding = 7) uniform sampler2D moments_b;
+
+layout(location = 0) in vec3 in_normal;
+layout(location = 1) in vec3 in_tangent_s;
+layout(location = 2) in vec3 in_tangent_t;
+layout(location = 3) in vec2 in_texcoord;
+layout(location = 4) in vec4 in_color;
+layout(location = 5) in float in_accessibility;
+layout(location = 6) in flat uint in_patch;
+
+layout(location = 0) out uvec4 out_texture; // texture coordinate, its derivatives by x and y in texels of the maps
+layout(location = 1) out uvec4 out_tangent; // displacement direction, tangents by texture coordinate
+layout(location = 2) out uvec4 out_surface; // object and patch, macro curvature, accessibility, colour
+
+const uint INSIDE = 0x80000000u;
+
+void main() {
+    vec3 normal = normalize(in_normal);
+    Frame frame = frame_about(normal);
+    // The turn of the macro normal over one pixel, as differences of slopes.
+    vec3 curvature = add_macro_curvature(vec3(0.0), -to_frame(frame, dFdx(normal)).xy, -to_frame(frame, dFdy(normal)).xy);
+    vec2 size = vec2(textureSize(moments_b, 0));
+    out_texture = uvec4(floatBitsToUint(in_texcoord), packHalf2x16(dFdx(in_texcoord) * size),
+                        packHalf2x16(dFdy(in_texcoord) * size));
+    vec3 ts = clamp(in_tangent_s, -6e4, 6e4), tt = clamp(in_tangent_t, -6e4, 6e4);
+    out_tangent = uvec4(packSnorm2x16(octahedral_encode(normal)), packHalf2x16(ts.xy),
+                        packHalf2x16(vec2(ts.z, tt.x)), packHalf2x16(tt.yz));
+    bool inside = (object.flags & FLAG_MARK_INSIDE) != 0u && !gl_FrontFacing;
+    out_surface = uvec4(object.index << 24 | (in_patch & 0xffffffu) | (inside ? INSIDE : 0u), packHalf2x16(curvature.xy),
+                        packHalf2x16(vec2(curvature.z, in_accessibility)), packUnorm4x8(in_color));
+}

@@ -1,0 +1,16 @@
+// Push constants of the passes that work object by object.
+#ifndef LEADR_GEOMETRY_OBJECT
+#define LEADR_GEOMETRY_OBJECT
+
+layout(push_constant, std430) uniform Object {
+    float height_scale; // eta of LEADR section 4.2
+    float specular_f0;
+    uint flags;         // the FLAG_ bits below
+    uint index;         // of the object in the scene, from 1
+} object;
+
+const uint FLAG_DISPLACED = 1u;   // has LEADR maps
+const uint FLAG_COLOR_MAP = 2u;   // has a colour map, which the vertex colours tint
+const uint FLAG_MARK_INSIDE = 4u; // paint back faces with the marker (crack test)
+
+#endif

@@ -1,0 +1,6 @@
+// Level 0 of the LEADR maps in 32 bits.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#define SLOPES_FORMAT rgba32f
+#define JOINT_FORMAT rg32f
+#include "moments.glsl"

@@ -1,0 +1,6 @@
+// Level 0 of the LEADR maps in 16 bits.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#define SLOPES_FORMAT rgba16f
+#define JOINT_FORMAT rg16f
+#include "moments.glsl"

@@ -1,0 +1,39 @@
+// One mip level of the LEADR maps from the next finer one: a box filter with exact area weights. Along an axis of
+// odd size n = 2m + 1 each texel covers 2 + 1/m finer ones: three taps, weights (m − i, m, i + 1) / n.
+// The including file says in which formats: SLOPES_FORMAT and JOINT_FORMAT (storage images need them in the text).
+layout(local_size_x = 8, local_size_y = 8) in;
+
+layout(set = 0, binding = 0, SLOPES_FORMAT) uniform readonly image2D fine_slopes;
+layout(set = 0, binding = 1, JOINT_FORMAT) uniform readonly image2D fine_joint;
+layout(set = 0, binding = 2, SLOPES_FORMAT) uniform writeonly image2D slopes;
+layout(set = 0, binding = 3, JOINT_FORMAT) uniform writeonly image2D joint;
+
+vec3 taps(int i, int n)
+{
+    if (n == 1) return vec3(1.0, 0.0, 0.0);
+    if ((n & 1) == 0) return vec3(0.5, 0.5, 0.0);
+    int m = n / 2;
+    return vec3(m - i, m, i + 1) / float(n);
+}
+
+int tap_count(int n) { return n == 1 ? 1 : 2 + (n & 1); }
+
+void main()
+{
+    ivec2 size = imageSize(slopes);
+    ivec2 fine = imageSize(fine_slopes);
+    ivec2 p = ivec2(gl_GlobalInvocationID.xy);
+    if (p.x >= size.x || p.y >= size.y) return;
+    vec3 wx = taps(p.x, fine.x);
+    vec3 wy = taps(p.y, fine.y);
+    vec4 a = vec4(0.0);
+    vec2 b = vec2(0.0);
+    for (int j = 0; j < tap_count(fine.y); ++j)
+        for (int i = 0; i < tap_count(fine.x); ++i) {
+            float weight = wx[i] * wy[j];
+            a += weight * imageLoad(fine_slopes, 2 * p + ivec2(i, j));
+            b += weight * imageLoad(fine_joint, 2 * p + ivec2(i, j)).rg;
+        }
+    imageStore(slopes, p, a);
+    imageStore(joint, p, vec4(b, 0.0, 0.0));
+}

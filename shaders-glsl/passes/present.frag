@@ -1,0 +1,39 @@
+#version 460
+
+// Linear radiance to display codes: maps/tonemap.rs on the device.
+
+layout(constant_id = 0) const bool FILMIC = true;       // else clamped to 0..1
+layout(constant_id = 1) const bool ENCODE_SRGB = true;  // false when the target encodes
+
+layout(set = 0, binding = 0) uniform sampler2D image;
+
+layout(push_constant) uniform Constants {
+    float exposure; // factor
+};
+
+layout(location = 0) in vec2 in_texcoord;
+layout(location = 0) out vec4 out_color;
+
+vec3 filmic(vec3 x) {
+    x = clamp(x, 0.0, 1e4);
+    return min(x * (2.51 * x + 0.03) / (x * (2.43 * x + 0.59) + 0.14), 1.0);
+}
+
+vec3 srgb_from_linear(vec3 x) {
+    return mix(12.92 * x, 1.055 * pow(x, vec3(1.0 / 2.4)) - 0.055, greaterThan(x, vec3(0.0031308)));
+}
+
+void main() {
+    vec3 radiance = textureLod(image, in_texcoord, 0.0).rgb;
+    vec3 exposed = radiance * exposure;
+    vec3 display = FILMIC ? filmic(exposed) : clamp(exposed, 0.0, 1.0);
+    if (ENCODE_SRGB) {
+        display = srgb_from_linear(display);
+    }
+    // A wrong texel is to be seen, not hidden as black. The bits are tested: compilers may assume away a NaN.
+    uvec3 magnitude = floatBitsToUint(radiance) & 0x7fffffffu;
+    if (any(greaterThan(magnitude, uvec3(0x7f800000u)))) {
+        display = vec3(1.0, 0.0, 1.0);
+    }
+    out_color = vec4(display, 1.0);
+}

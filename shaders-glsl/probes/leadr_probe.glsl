@@ -1,0 +1,14 @@
+// What every probe of the LEADR library declares: invocation i reads x[i * IN ..] and writes y[i * OUT ..].
+layout(local_size_x = 64) in;
+layout(std430, binding = 0) readonly buffer In { float x[]; };
+layout(std430, binding = 1) writeonly buffer Out { float y[]; };
+layout(push_constant) uniform P { uint count; };
+
+uint at;
+
+float next() { return x[at++]; }
+vec2 next2() { float a = next(); return vec2(a, next()); }
+vec3 next3() { vec2 a = next2(); return vec3(a, next()); }
+void put(float v) { y[at++] = v; }
+void put(vec2 v) { put(v.x); put(v.y); }
+void put(vec3 v) { put(v.xy); put(v.z); }

@@ -1,0 +1,13 @@
+#version 460
+#include "leadr/normal_distribution.glsl"
+#include "leadr_probe.glsl"
+
+void main() {
+    if (gl_GlobalInvocationID.x >= count) return;
+    at = gl_GlobalInvocationID.x * 1;
+    float t = next();
+    at = gl_GlobalInvocationID.x * 3;
+    put(normal_pdf(t));
+    put(normal_tail_mean(t));
+    put(normal_cdf(t));
+}

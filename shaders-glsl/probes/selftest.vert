@@ -1,0 +1,8 @@
+#version 460
+// Pulls clip-space corners from a storage buffer.
+layout(std430, binding = 0) readonly buffer Corners { vec2 corners[]; };
+layout(push_constant) uniform P { vec4 color; float depth; };
+
+void main() {
+    gl_Position = vec4(corners[gl_VertexIndex], depth, 1.0);
+}

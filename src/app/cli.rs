@@ -1,0 +1,179 @@
+//! The command line as it is written. Only commands and flags that work are offered.
+
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand};
+
+use super::values::{
+    CameraChoice, EnvironmentChoice, FrameRange, Layer, Masking, SceneKind, Shard, Size, Sun, Technique, atlas_tile,
+    finite, not_negative, positive, roughness,
+};
+
+/// Renders displaced surfaces that keep their look at every distance (LEADR mapping).
+#[derive(Debug, Parser)]
+#[command(name = "leadr", version, propagate_version = true, arg_required_else_help = true)]
+#[command(after_help = "Exit codes: 0 done, 1 failed or over a threshold, 2 wrong usage.
+Set LEADR_LOG (error, warn, info, debug, trace) for more on stderr.")]
+pub struct Cli {
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Command,
+    /// How to report it.
+    #[command(flatten)]
+    pub output: OutputArgs,
+}
+
+/// Flags of every command.
+#[derive(Clone, Copy, Debug, Args)]
+pub struct OutputArgs {
+    /// Print the result as one JSON object on stdout
+    #[arg(long, global = true, display_order = 900)]
+    pub json: bool,
+    /// No progress and no result text; errors (and --json) remain
+    #[arg(long, short, global = true, display_order = 901)]
+    pub quiet: bool,
+}
+
+/// Flags of every command that needs a Vulkan device.
+#[derive(Clone, Debug, Args)]
+pub struct DeviceArgs {
+    /// Vulkan device, by part of its name or by index
+    #[arg(long, value_name = "NAME|INDEX")]
+    pub device: Option<String>,
+    /// Turn the Vulkan validation layers on; any message is an error
+    #[arg(long)]
+    pub validation: bool,
+}
+
+/// The commands.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Render a picture or a sequence without a window
+    #[command(after_help = CAPTURE_EXAMPLES)]
+    Capture(Box<CaptureArgs>),
+    /// Measure how far two pictures are apart: FLIP, relative RMSE, largest difference
+    #[command(after_help = COMPARE_EXAMPLES)]
+    Compare(CompareArgs),
+}
+
+const CAPTURE_EXAMPLES: &str = "Examples:
+  leadr capture                                       the T-rex, into out/
+  leadr capture --camera far --samples 16 -o far.png
+  leadr capture --frames 0..48 --fps 24 -o 'out/walk-{frame}.png' --resume
+  leadr capture --frames 0..48 --shard 2/8 -o 'out/walk-{frame}.png'
+  leadr capture --scene plane --height-map bricks.png --height-scale 0.05 --distance 20
+  leadr capture --layers depth,normal,covariance -o trex.exr";
+
+const COMPARE_EXAMPLES: &str = "Examples:
+  leadr compare reference.png test.png
+  leadr compare reference.exr test.exr --max-flip 0.02 --error-image out/error.png && echo close enough
+  leadr compare reference.png test.png --json";
+
+/// Flags of `leadr compare`.
+#[derive(Clone, Debug, Args)]
+pub struct CompareArgs {
+    /// What is right (PNG or EXR)
+    pub reference: PathBuf,
+    /// What is held against it: the same kind and size
+    pub test: PathBuf,
+    /// End with 1 if the mean FLIP error (0 to 1) is over this
+    #[arg(long, value_name = "X", value_parser = not_negative)]
+    pub max_flip: Option<f32>,
+    /// End with 1 if the relative RMSE of the linear values is over this
+    #[arg(long, value_name = "X", value_parser = not_negative)]
+    pub max_rrmse: Option<f32>,
+    /// Write the FLIP error of every pixel: black is none, pale yellow is 1
+    #[arg(long, value_name = "OUT.png")]
+    pub error_image: Option<PathBuf>,
+    /// Exposure at which two EXR are looked at, stops
+    #[arg(long, value_name = "EV", default_value = "0", allow_negative_numbers = true, value_parser = finite)]
+    pub exposure: f32,
+}
+
+/// Flags of `leadr capture`.
+#[derive(Clone, Debug, Args)]
+pub struct CaptureArgs {
+    /// What is drawn
+    #[arg(long, value_enum, default_value = "trex")]
+    pub scene: SceneKind,
+    /// Height map of the plane or the sphere (PNG or EXR)
+    #[arg(long, value_name = "FILE")]
+    pub height_map: Option<PathBuf>,
+    /// Factor on the displacement; 0 is flat
+    #[arg(long, value_name = "X", default_value = "1", value_parser = not_negative)]
+    pub height_scale: f32,
+    /// Light from all around: the analytic sky, or an equirectangular picture
+    #[arg(long, value_name = "sky|FILE.hdr|FILE.exr", default_value = "sky")]
+    pub environment: EnvironmentChoice,
+    /// Direction to the sun, degrees: counter-clockwise from +x, and above the horizon
+    #[arg(long, value_name = "AZIMUTH,ELEVATION", default_value = "-50,38", allow_hyphen_values = true)]
+    pub sun: Sun,
+    /// How the surface is filtered and shaded
+    #[arg(long, value_enum, default_value = "leadr")]
+    pub technique: Technique,
+    /// Light each pixel through N by N slope samples
+    #[arg(long, value_name = "N", default_value = "5", value_parser = clap::value_parser!(u32).range(1..=128))]
+    pub grid: u32,
+    /// Microfacet visibility
+    #[arg(long, value_enum, default_value = "shadowing")]
+    pub masking: Masking,
+    /// From where: a view of the scene, or a JSON file {position, target, up, fov_degrees}
+    #[arg(long, value_name = "near|mid|far|FILE.json", default_value = "mid")]
+    pub camera: CameraChoice,
+    /// Move the camera along its view line to this distance from its target, metres
+    #[arg(long, value_name = "METRES", value_parser = positive)]
+    pub distance: Option<f32>,
+    /// Size of the picture, pixels
+    #[arg(long, value_name = "WxH", default_value = "1280x720")]
+    pub size: Size,
+    /// Samples per pixel
+    #[arg(long, value_name = "N", default_value = "4", value_parser = clap::value_parser!(u32).range(1..=65_536))]
+    pub samples: u32,
+    /// Seed of the sample positions
+    #[arg(long, value_name = "N", default_value = "0")]
+    pub seed: u64,
+    /// Moment of the animation, seconds
+    #[arg(long, value_name = "SECONDS", default_value = "0", conflicts_with = "frames", value_parser = not_negative)]
+    pub time: f32,
+    /// Render frames A to B-1; frame F shows the time F / fps
+    #[arg(long, value_name = "A..B")]
+    pub frames: Option<FrameRange>,
+    /// Frames per second
+    #[arg(long, value_name = "F", default_value = "30", requires = "frames", value_parser = positive)]
+    pub fps: f32,
+    /// Render only every N-th frame, starting with the I-th
+    #[arg(long, value_name = "I/N", requires = "frames")]
+    pub shard: Option<Shard>,
+    /// Keep frames that are already there, complete and of the right size
+    #[arg(long)]
+    pub resume: bool,
+    /// Write these beside the colour (EXR only)
+    #[arg(long, value_name = "NAME,...", value_enum, value_delimiter = ',')]
+    pub layers: Vec<Layer>,
+    /// Exposure of a PNG, stops (an EXR keeps linear radiance)
+    #[arg(long, value_name = "EV", default_value = "0", allow_negative_numbers = true, value_parser = finite)]
+    pub exposure: f32,
+    /// Texels along a patch's tile in the displacement atlas: 8, 16, 32, 64 or 128
+    #[arg(long, value_name = "N", default_value = "64", value_parser = atlas_tile)]
+    pub atlas_tile: u32,
+    /// Beckmann roughness of the whole surface instead of the scene's own
+    #[arg(long, value_name = "A", value_parser = roughness)]
+    pub roughness: Option<f32>,
+    /// Where to: OUT.png, OUT.exr, or with {frame} for a sequence [default: out/SCENE-TECHNIQUE-CAMERA...]
+    #[arg(long, short, value_name = "FILE")]
+    pub output: Option<PathBuf>,
+    /// The device.
+    #[command(flatten)]
+    pub device: DeviceArgs,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_declaration_is_consistent() {
+        Cli::command().debug_assert();
+    }
+}

@@ -1,0 +1,245 @@
+//! From raw arguments to a configuration that can only be right: files are read, flags agree with each other.
+
+use std::path::PathBuf;
+
+use clap::ValueEnum;
+use serde::Serialize;
+
+use super::camera_file::CameraPose;
+use super::cli::CaptureArgs;
+use super::error::AppError;
+use super::frames::{FRAME, FileKind, OutputPattern, Timeline};
+use super::values::{CameraChoice, EnvironmentChoice, Layer, Masking, SceneKind, Size, Sun, Technique};
+
+/// From where the scene is seen, with a camera file read.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum View {
+    /// The scene's close view.
+    Near,
+    /// The scene fills the picture.
+    Mid,
+    /// The scene is small.
+    Far,
+    /// Given by the user.
+    Pose(CameraPose),
+}
+
+/// Everything that `leadr capture` needs to know; units as in [`CaptureArgs`].
+#[derive(Clone, Debug, Serialize)]
+pub struct CaptureConfig {
+    /// What is drawn.
+    pub scene: SceneKind,
+    /// Height map of the plane or sphere.
+    pub height_map: Option<PathBuf>,
+    /// Factor on the displacement, 0 or more.
+    pub height_scale: f32,
+    /// Light from all around.
+    pub environment: EnvironmentChoice,
+    /// Direction to the sun.
+    pub sun: Sun,
+    /// How the surface is filtered and shaded.
+    pub technique: Technique,
+    /// Slope samples along a side of the grid that lights a pixel, 1 to 128.
+    pub grid: u32,
+    /// Microfacet visibility.
+    pub masking: Masking,
+    /// From where.
+    pub view: View,
+    /// Distance to the camera's target, metres, instead of the view's own.
+    pub distance: Option<f32>,
+    /// Pixels.
+    pub size: Size,
+    /// Samples per pixel.
+    pub samples: u32,
+    /// Seed of the sample positions.
+    pub seed: u64,
+    /// Which moments.
+    pub timeline: Timeline,
+    /// What is written beside the colour, each once, in a fixed order.
+    pub layers: Vec<Layer>,
+    /// Stops, for PNG.
+    pub exposure: f32,
+    /// Texels along an atlas tile: a power of two, 8 to 128.
+    pub atlas_tile: u32,
+    /// Beckmann roughness of the whole surface instead of the scene's own.
+    pub roughness: Option<f32>,
+    /// Where to.
+    pub output: OutputPattern,
+    /// Keep complete frames that are already there.
+    pub resume: bool,
+    /// Device by name or index.
+    #[serde(skip)]
+    pub device: Option<String>,
+    /// Validation layers on.
+    pub validation: bool,
+}
+
+impl CaptureConfig {
+    /// Resolves the arguments and reads the camera file, if one is named.
+    ///
+    /// # Errors
+    /// [`AppError::Usage`] if flags contradict each other, [`AppError::Failed`] if a file is wrong.
+    pub fn resolve(arguments: &CaptureArgs) -> Result<Self, AppError> {
+        let a = arguments.clone();
+        let timeline = match a.frames {
+            Some(frames) => Timeline::Sequence { frames, fps: f64::from(a.fps), shard: a.shard },
+            None => Timeline::Still { time: f64::from(a.time) },
+        };
+        if a.scene == SceneKind::Trex && a.height_map.is_some() {
+            return Err(AppError::Usage("--height-map is for --scene plane or sphere; the trex brings its own".into()));
+        }
+        let path = a.output.clone().unwrap_or_else(|| default_output(&a, &timeline));
+        let output = OutputPattern::new(&path, &timeline)?;
+        if output.kind == FileKind::Png && !a.layers.is_empty() {
+            return Err(AppError::Usage(format!("--layers needs an .exr output, not '{}'", path.display())));
+        }
+        let view = match &a.camera {
+            CameraChoice::Near => View::Near,
+            CameraChoice::Mid => View::Mid,
+            CameraChoice::Far => View::Far,
+            CameraChoice::File(file) => View::Pose(CameraPose::read(file)?),
+        };
+        let mut layers = a.layers;
+        layers.sort_unstable();
+        layers.dedup();
+        Ok(Self {
+            scene: a.scene,
+            height_map: a.height_map,
+            height_scale: a.height_scale,
+            environment: a.environment,
+            sun: a.sun,
+            technique: a.technique,
+            grid: a.grid,
+            masking: a.masking,
+            view,
+            distance: a.distance,
+            size: a.size,
+            samples: a.samples,
+            seed: a.seed,
+            timeline,
+            layers,
+            exposure: a.exposure,
+            atlas_tile: a.atlas_tile,
+            roughness: a.roughness,
+            output,
+            resume: a.resume,
+            device: a.device.device,
+            validation: a.device.validation,
+        })
+    }
+}
+
+fn default_output(a: &CaptureArgs, timeline: &Timeline) -> PathBuf {
+    let name = |value: Option<clap::builder::PossibleValue>| value.map_or(String::new(), |v| v.get_name().to_owned());
+    let camera = match &a.camera {
+        CameraChoice::Near => "near",
+        CameraChoice::Mid => "mid",
+        CameraChoice::Far => "far",
+        CameraChoice::File(_) => "camera",
+    };
+    let frame = if matches!(timeline, Timeline::Sequence { .. }) { format!("-{FRAME}") } else { String::new() };
+    let kind = if a.layers.is_empty() { "png" } else { "exr" };
+    let (scene, technique) = (name(a.scene.to_possible_value()), name(a.technique.to_possible_value()));
+    PathBuf::from("out").join(format!("{scene}-{technique}-{camera}{frame}.{kind}"))
+}
+
+#[cfg(test)]
+pub(super) mod tests {
+    use super::*;
+    use crate::app::cli::{Cli, Command};
+    use clap::Parser;
+
+    /// Resolves `leadr capture …`.
+    pub(in crate::app) fn resolve(flags: &[&str]) -> Result<CaptureConfig, AppError> {
+        let Command::Capture(arguments) = Cli::try_parse_from([&["leadr", "capture"], flags].concat())
+            .map_err(|e| AppError::Usage(e.to_string()))?
+            .command
+        else {
+            unreachable!("the command is capture")
+        };
+        CaptureConfig::resolve(&arguments)
+    }
+
+    #[test]
+    fn defaults_name_a_file_in_out() {
+        let file = |flags: &[&str]| resolve(flags).unwrap().output.path(3);
+        assert_eq!(file(&[]), PathBuf::from("out/trex-leadr-mid.png"));
+        assert_eq!(file(&["--frames", "0..9", "--camera", "far"]), PathBuf::from("out/trex-leadr-far-0003.png"));
+        assert_eq!(file(&["--layers", "depth"]), PathBuf::from("out/trex-leadr-mid.exr"));
+    }
+
+    #[test]
+    fn flags_reach_the_configuration() {
+        let config = resolve(&[
+            "--scene",
+            "plane",
+            "--height-map",
+            "h.png",
+            "--height-scale",
+            "0.5",
+            "--sun",
+            "-30,60",
+            "--technique",
+            "normal-mip",
+            "--grid",
+            "7",
+            "--masking",
+            "masking",
+            "--camera",
+            "near",
+            "--distance",
+            "7",
+            "--size",
+            "64x32",
+            "--samples",
+            "9",
+            "--seed",
+            "4",
+            "--exposure",
+            "-1.5",
+            "--atlas-tile",
+            "32",
+            "--roughness",
+            "0.2",
+            "--layers",
+            "lod,depth,lod",
+            "-o",
+            "a.exr",
+            "--device",
+            "llvmpipe",
+            "--validation",
+            "--time",
+            "0.25",
+        ])
+        .unwrap();
+        assert_eq!((config.scene, config.technique), (SceneKind::Plane, Technique::NormalMip));
+        assert_eq!((config.height_map, config.height_scale), (Some("h.png".into()), 0.5));
+        assert_eq!((config.sun.azimuth, config.sun.elevation), (-30.0, 60.0));
+        assert_eq!((config.grid, config.masking), (7, Masking::Masking));
+        assert_eq!((config.view, config.distance), (View::Near, Some(7.0)));
+        assert_eq!((config.size, config.samples, config.seed), (Size { width: 64, height: 32 }, 9, 4));
+        assert_eq!((config.exposure, config.atlas_tile, config.roughness), (-1.5, 32, Some(0.2)));
+        assert_eq!(config.layers, [Layer::Depth, Layer::Lod]);
+        assert_eq!((config.device.as_deref(), config.validation), (Some("llvmpipe"), true));
+        assert_eq!(config.timeline, Timeline::Still { time: 0.25 });
+    }
+
+    #[test]
+    fn contradictions_are_wrong_usage() {
+        let cases: [&[&str]; 9] = [
+            &["--layers", "depth", "-o", "a.png"],
+            &["--frames", "0..4", "-o", "a.png"],
+            &["-o", "a-{frame}.png"],
+            &["--frames", "0..4", "--time", "1"],
+            &["--shard", "1/2"],
+            &["--fps", "24"],
+            &["--height-map", "h.png"],
+            &["--grid", "0"],
+            &["--samples", "0"],
+        ];
+        for flags in cases {
+            assert_eq!(resolve(flags).expect_err(&flags.join(" ")).exit_code(), 2, "{flags:?}");
+        }
+    }
+}

@@ -1,0 +1,42 @@
+//! What a command can end with besides success.
+
+use thiserror::Error;
+
+/// A failed command. Each message is one sentence: what, why, and what would be right.
+#[derive(Debug, Error)]
+pub enum AppError {
+    /// The command line asks for something that makes no sense; exit code 2.
+    #[error("{0}")]
+    Usage(String),
+    /// The work failed (input, device, disk) or a result is over its threshold; exit code 1.
+    #[error("{0}")]
+    Failed(String),
+}
+
+impl AppError {
+    /// The process's exit code for this error.
+    #[must_use]
+    pub fn exit_code(&self) -> u8 {
+        match self {
+            Self::Usage(_) => 2,
+            Self::Failed(_) => 1,
+        }
+    }
+
+    /// A failure to read or write `path`: `cannot {verb} 'path': reason`.
+    pub(crate) fn io(verb: &str, path: &std::path::Path, reason: impl std::fmt::Display) -> Self {
+        Self::Failed(format!("cannot {verb} '{}': {reason}", path.display()))
+    }
+}
+
+impl From<crate::maps::MapError> for AppError {
+    fn from(error: crate::maps::MapError) -> Self {
+        Self::Failed(error.to_string())
+    }
+}
+
+impl From<crate::gpu::GpuError> for AppError {
+    fn from(error: crate::gpu::GpuError) -> Self {
+        Self::Failed(error.to_string())
+    }
+}

@@ -1,0 +1,93 @@
+//! The renderer as a [`FrameSource`]: a scene as a function of time, drawn with one configuration.
+
+use super::config::CaptureConfig;
+use super::error::AppError;
+use super::frame_source::{DeviceInfo, Frame, FrameSource, PassTime};
+use super::frames::Moment;
+use super::values::{Layer, Masking, Technique};
+use crate::render::frame::{Layer as GBufferLayer, Renderer};
+use crate::render::scene::FrameState;
+use crate::render::settings::{RenderSettings, ShadingSettings, Technique as RenderTechnique};
+use crate::render::tessellation::TessellationSettings;
+
+/// The scene at a time in seconds.
+pub type Animation = Box<dyn Fn(f64) -> FrameState>;
+
+/// Draws an [`Animation`] with a [`Renderer`] that holds its objects.
+pub struct RendererSource {
+    renderer: Renderer,
+    animation: Animation,
+    settings: RenderSettings,
+    layers: Vec<Layer>,
+    validation: bool,
+}
+
+impl RendererSource {
+    /// `renderer` holds the objects that the states of `animation` pose.
+    #[must_use]
+    pub fn new(config: &CaptureConfig, renderer: Renderer, animation: Animation) -> Self {
+        let settings = render_settings(config);
+        Self { renderer, animation, settings, layers: config.layers.clone(), validation: config.validation }
+    }
+}
+
+/// The part of a configuration that the renderer takes.
+#[must_use]
+pub fn render_settings(config: &CaptureConfig) -> RenderSettings {
+    let technique = match config.technique {
+        Technique::Leadr => RenderTechnique::Leadr,
+        Technique::NormalMip => RenderTechnique::NormalMip,
+        Technique::Reference => RenderTechnique::Reference,
+    };
+    let shading = ShadingSettings {
+        technique,
+        grid: config.grid,
+        shadowing: config.masking == Masking::Shadowing,
+        ..Default::default()
+    };
+    RenderSettings {
+        size: (config.size.width, config.size.height),
+        samples: config.samples,
+        seed: config.seed,
+        shading,
+        tessellation: TessellationSettings { to_texels: technique == RenderTechnique::Reference, ..Default::default() },
+        ..Default::default()
+    }
+}
+
+impl FrameSource for RendererSource {
+    fn device(&self) -> DeviceInfo {
+        let gpu = self.renderer.gpu();
+        DeviceInfo { device: gpu.device_name().to_owned(), driver: gpu.driver_info().to_owned() }
+    }
+
+    fn render(&mut self, moment: Moment) -> Result<Frame, AppError> {
+        let state = (self.animation)(moment.time);
+        let output = self.renderer.render(&state, &self.settings)?;
+        let mut layers = Vec::with_capacity(self.layers.len());
+        for &layer in &self.layers {
+            let texels = self.renderer.layer(gbuffer_layer(layer))?;
+            let plane = |i: usize| texels.iter().map(|texel| texel[i]).collect();
+            layers.push((layer, (0..layer.channels().len()).map(plane).collect()));
+        }
+        if self.validation
+            && let Some(first) = self.renderer.gpu().take_validation_messages().first()
+        {
+            return Err(AppError::Failed(format!("Vulkan validation: {first}")));
+        }
+        let (width, height) = output.size;
+        let passes = output.times.into_iter().map(|time| PassTime { pass: time.pass, ms: time.milliseconds }).collect();
+        Ok(Frame { width, height, color: output.color, layers, passes })
+    }
+}
+
+fn gbuffer_layer(layer: Layer) -> GBufferLayer {
+    match layer {
+        Layer::Depth => GBufferLayer::Depth,
+        Layer::Normal => GBufferLayer::Normal,
+        Layer::MeanSlope => GBufferLayer::MeanSlope,
+        Layer::Covariance => GBufferLayer::Covariance,
+        Layer::Lod => GBufferLayer::Lod,
+        Layer::Albedo => GBufferLayer::Albedo,
+    }
+}

@@ -1,0 +1,152 @@
+//! Frames of the renderer in a swapchain.
+
+use std::sync::Arc;
+
+use winit::window::Window;
+
+use crate::app::error::AppError;
+use crate::gpu::{CommandRecorder, Swapchain, Timestamps, Use};
+use crate::maps::RgbImage;
+use crate::maps::tonemap::Tonemap;
+use crate::render::frame::Renderer;
+use crate::render::present::PresentPass;
+use crate::render::scene::{FrameState, PosedVertices};
+use crate::render::settings::RenderSettings;
+
+/// Draws into one window. One frame is in flight: the renderer's mapped buffers belong to the device until it is done.
+pub struct Painter {
+    // Dropped first: it waits for the device.
+    recorder: CommandRecorder,
+    swapchain: Swapchain,
+    pass: PresentPass,
+    timestamps: Timestamps,
+    /// What is drawn, and how far: the samples of a picture that stands still are spread over frames.
+    shown: Option<Shown>,
+    renderer: Renderer,
+}
+
+struct Shown {
+    state: FrameState,
+    posed: Vec<PosedVertices>,
+    settings: RenderSettings,
+    /// Samples in the renderer's image.
+    samples: u32,
+}
+
+impl Painter {
+    /// A painter for a window of the renderer's display.
+    ///
+    /// # Errors
+    /// A device that cannot draw on the window, or a failed Vulkan call.
+    pub fn new(renderer: Renderer, window: Arc<Window>, tonemap: Tonemap) -> Result<Self, AppError> {
+        let gpu = renderer.gpu().clone();
+        let swapchain = Swapchain::new(&gpu, window)?;
+        Ok(Self {
+            recorder: CommandRecorder::new(&gpu, "window")?,
+            pass: PresentPass::new(&gpu, swapchain.format(), tonemap)?,
+            timestamps: Timestamps::new(&gpu, 16)?,
+            shown: None,
+            swapchain,
+            renderer,
+        })
+    }
+
+    /// Waits for the frame in flight.
+    ///
+    /// # Errors
+    /// A lost device.
+    pub fn finish(&mut self) -> Result<(), AppError> {
+        Ok(self.recorder.wait()?)
+    }
+
+    /// Name and milliseconds of the passes of the last frame.
+    ///
+    /// # Errors
+    /// A lost device.
+    pub fn times(&mut self) -> Result<Vec<(String, f64)>, AppError> {
+        self.finish()?;
+        Ok(self.timestamps.intervals()?)
+    }
+
+    /// Whether [`draw`](Self::draw) has samples to add.
+    #[must_use]
+    pub fn is_complete(&self, samples: u32) -> bool {
+        self.shown.as_ref().is_some_and(|shown| shown.settings.samples == samples.max(1) && shown.samples >= samples)
+    }
+
+    /// Draws a frame in a window of `size` pixels: the scene's `state` when it moves; without one, a further sample
+    /// of the last state until there are `settings.samples`, and then what there is. False when there was nothing to
+    /// draw on; then `state` is to be given again.
+    ///
+    /// A moving picture has one sample in the middle of each pixel. The samples of a still one are those of
+    /// [`Renderer::render`], so that it ends as the same picture.
+    ///
+    /// # Errors
+    /// A lost device, or memory that is short.
+    pub fn draw(
+        &mut self,
+        size: [u32; 2],
+        state: Option<FrameState>,
+        settings: &RenderSettings,
+        exposure: f32,
+    ) -> Result<bool, AppError> {
+        self.finish()?;
+        let Some(frame) = self.swapchain.acquire(size)? else { return Ok(false) };
+        let [width, height] = frame.image.mip_extent(0);
+        let still = RenderSettings { size: (width, height), samples: settings.samples.max(1), ..*settings };
+        let moving = RenderSettings { samples: 1, ..still };
+        let sample = match (state, self.shown.take()) {
+            (Some(state), _) => Some(self.begin(state, moving)?),
+            (None, Some(shown)) if shown.settings != still => Some(self.begin(shown.state, still)?),
+            (None, Some(shown)) => {
+                let next = shown.samples;
+                self.shown = Some(shown);
+                (next < still.samples).then_some(next)
+            }
+            (None, None) => None,
+        };
+        let Some(shown) = &mut self.shown else { return Err(AppError::Failed("the window has no scene".into())) };
+        if let Some(index) = sample {
+            self.renderer.prepare_camera(&shown.state, &shown.settings, &shown.posed, index)?;
+            shown.samples = index + 1;
+        }
+        let (renderer, pass, timestamps) = (&mut self.renderer, &self.pass, &self.timestamps);
+        self.recorder.record("window frame", |cmd| {
+            cmd.full_barrier();
+            if let Some(index) = sample {
+                cmd.reset_timestamps(timestamps);
+                renderer.record(cmd, &shown.state, &shown.settings, index, timestamps);
+            }
+            if let Some(image) = renderer.image() {
+                cmd.label("present", |cmd| pass.record(cmd, image, &frame.image, exposure));
+            }
+            if sample.is_some() {
+                cmd.timestamp(timestamps, "present");
+            }
+            cmd.transition(&frame.image, Use::Present);
+        })?;
+        self.swapchain.present(&mut self.recorder, frame)?;
+        Ok(true)
+    }
+
+    /// Poses a state for its first sample, which it returns.
+    fn begin(&mut self, state: FrameState, settings: RenderSettings) -> Result<u32, AppError> {
+        let posed = self.renderer.prepare(&state, &settings)?;
+        self.shown = Some(Shown { state, posed, settings, samples: 0 });
+        Ok(0)
+    }
+
+    /// The picture in the window, linear.
+    ///
+    /// # Errors
+    /// A lost device, or memory that is short.
+    pub fn picture(&mut self) -> Result<Option<RgbImage>, AppError> {
+        self.finish()?;
+        let Some(image) = self.renderer.image() else { return Ok(None) };
+        let texels: Vec<[f32; 4]> = image.read(0, 0)?;
+        let [width, height] = image.mip_extent(0);
+        let texels = texels.into_iter().map(|[r, g, b, _]| [r, g, b]).collect();
+        let image = RgbImage::new(width, height, texels).map_err(|fault| AppError::Failed(fault.to_string()))?;
+        Ok(Some(image))
+    }
+}

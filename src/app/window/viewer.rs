@@ -1,0 +1,196 @@
+//! What the user of the window has chosen: the view, the time, the technique. Knows no window and no device.
+
+use crate::app::orbit::Orbit;
+use crate::render::settings::Technique;
+
+/// Real time beyond this, seconds, does not pass in the scene: on a slow device the animation slows down but stays one.
+const LONGEST_STEP: f64 = 0.1;
+/// What the arrow keys move the time by, seconds.
+const SCRUB: f64 = 0.5;
+/// What `,` and `.` move the time by, seconds.
+const FRAME: f64 = 1.0 / 30.0;
+
+/// What a key asks for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Action {
+    /// Stops time or lets it run.
+    Pause,
+    /// Moves the time back or on by half a second.
+    Scrub(i8),
+    /// Stops the time a thirtieth of a second before or after.
+    Frame(i8),
+    /// The view and the time of the beginning; time runs.
+    Reset,
+    /// Another technique.
+    Technique(Technique),
+    /// A picture into a file.
+    Screenshot,
+    /// The end.
+    Quit,
+}
+
+/// What dragging does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Drag {
+    /// Turns the camera around its target.
+    Turn,
+    /// Moves camera and target sideways.
+    Pan,
+}
+
+/// The state that keys and the mouse change.
+#[derive(Clone, Debug)]
+pub struct Viewer {
+    /// The camera.
+    pub orbit: Orbit,
+    /// Moment of the animation, seconds, never negative.
+    pub time: f64,
+    /// Whether time stands still.
+    pub paused: bool,
+    /// How surfaces are shaded.
+    pub technique: Technique,
+    start: (Orbit, f64),
+    drag: Option<Drag>,
+    pointer: Option<[f32; 2]>,
+    changed: bool,
+}
+
+impl Viewer {
+    /// A viewer at the beginning; time runs.
+    #[must_use]
+    pub fn new(orbit: Orbit, time: f64, technique: Technique) -> Self {
+        let (start, drag, pointer) = ((orbit, time), None, None);
+        Self { orbit, time, paused: false, technique, start, drag, pointer, changed: true }
+    }
+
+    /// Lets so many seconds pass, unless time stands still.
+    pub fn advance(&mut self, seconds: f64) {
+        if !self.paused {
+            self.time += seconds.clamp(0.0, LONGEST_STEP);
+            self.changed = true;
+        }
+    }
+
+    /// Does what a key asks for; [`Action::Screenshot`] and [`Action::Quit`] are left to the window.
+    pub fn act(&mut self, action: Action) {
+        match action {
+            Action::Pause => self.paused = !self.paused,
+            Action::Scrub(steps) => self.time = (self.time + SCRUB * f64::from(steps)).max(0.0),
+            Action::Frame(steps) => {
+                self.paused = true;
+                self.time = (self.time + FRAME * f64::from(steps)).max(0.0);
+            }
+            Action::Reset => {
+                (self.orbit, self.time) = self.start;
+                self.paused = false;
+            }
+            Action::Technique(technique) => self.technique = technique,
+            Action::Screenshot | Action::Quit => return,
+        }
+        self.changed = true;
+    }
+
+    /// Begins or ends dragging.
+    pub fn drag(&mut self, drag: Option<Drag>) {
+        self.drag = drag;
+    }
+
+    /// The pointer is at these pixels, x right and y down, in a window `height` pixels high.
+    pub fn pointer(&mut self, to: [f32; 2], height: f32) {
+        if let (Some(from), Some(drag)) = (self.pointer, self.drag) {
+            let (right, down) = (to[0] - from[0], to[1] - from[1]);
+            match drag {
+                Drag::Turn => self.orbit.turn(right, down),
+                Drag::Pan => self.orbit.pan(right, down, height),
+            }
+            self.changed = true;
+        }
+        self.pointer = Some(to);
+    }
+
+    /// The wheel turned by so many notches, up is closer.
+    pub fn wheel(&mut self, notches: f32) {
+        self.orbit.zoom(notches.clamp(-50.0, 50.0));
+        self.changed = true;
+    }
+
+    /// The picture must change for a reason of its own.
+    pub fn invalidate(&mut self) {
+        self.changed = true;
+    }
+
+    /// Whether the picture must change: something did since this was last asked.
+    pub fn take_changed(&mut self) -> bool {
+        std::mem::take(&mut self.changed)
+    }
+
+    /// What [`take_changed`](Self::take_changed) would say, or time runs.
+    #[must_use]
+    pub fn is_moving(&self) -> bool {
+        self.changed || !self.paused
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::app::camera_file::CameraPose;
+
+    fn viewer() -> Viewer {
+        let pose =
+            CameraPose { position: [6.0, -8.0, 5.0], target: [0.0, 0.0, 2.0], up: [0.0, 0.0, 1.0], fov_degrees: 40.0 };
+        Viewer::new(Orbit::new(&pose), 1.0, Technique::Leadr)
+    }
+
+    #[test]
+    fn time_runs_unless_it_is_paused_and_never_jumps() {
+        let mut viewer = viewer();
+        viewer.advance(0.05);
+        assert!((viewer.time - 1.05).abs() < 1e-9);
+        viewer.advance(60.0);
+        assert!((viewer.time - 1.15).abs() < 1e-9);
+        viewer.act(Action::Pause);
+        assert!(viewer.take_changed());
+        viewer.advance(0.05);
+        assert!((viewer.time - 1.15).abs() < 1e-9 && !viewer.take_changed() && !viewer.is_moving());
+        viewer.act(Action::Frame(1));
+        assert!((viewer.time - 1.15 - FRAME).abs() < 1e-9 && viewer.paused && viewer.is_moving());
+        for _ in 0..9 {
+            viewer.act(Action::Scrub(-1));
+        }
+        assert_eq!(viewer.time, 0.0);
+    }
+
+    #[test]
+    fn dragging_turns_pans_and_stops() {
+        let mut viewer = viewer();
+        viewer.take_changed();
+        let start = viewer.orbit;
+        viewer.pointer([10.0, 10.0], 100.0);
+        assert!(viewer.orbit == start && !viewer.take_changed());
+        viewer.drag(Some(Drag::Turn));
+        viewer.pointer([30.0, 15.0], 100.0);
+        assert!(viewer.orbit != start && viewer.take_changed());
+        assert_eq!(viewer.orbit.pose().target, start.pose().target);
+        viewer.drag(Some(Drag::Pan));
+        viewer.pointer([40.0, 15.0], 100.0);
+        assert_ne!(viewer.orbit.pose().target, start.pose().target);
+        viewer.drag(None);
+        let panned = viewer.orbit;
+        viewer.pointer([90.0, 90.0], 100.0);
+        assert_eq!(viewer.orbit, panned);
+        viewer.act(Action::Reset);
+        assert_eq!((viewer.orbit, viewer.time), (start, 1.0));
+    }
+
+    #[test]
+    fn the_wheel_never_reaches_the_target() {
+        let mut viewer = viewer();
+        for _ in 0..1000 {
+            viewer.wheel(f32::MAX);
+        }
+        let pose = viewer.orbit.pose();
+        let distance = glam::Vec3::from_array(pose.position).distance(glam::Vec3::from_array(pose.target));
+        assert!((0.1..1.0).contains(&distance), "{distance}");
+    }
+}

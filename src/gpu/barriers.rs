@@ -1,0 +1,79 @@
+//! The one place that emits barriers, from a use to the next.
+
+use std::ops::Range;
+
+use ash::vk;
+
+use super::{Commands, Image, Use};
+
+impl Commands {
+    /// Brings the whole image from the use it is in to the next. Between two equal uses that only read, nothing happens.
+    pub fn transition(&mut self, image: &Image, to: Use) {
+        let from = image.last_use();
+        let reads = [Use::CopySource, Use::Sampled, Use::ComputeRead, Use::GraphicsRead, Use::Present];
+        if from == to && reads.contains(&to) {
+            return;
+        }
+        self.image_barrier(image, from, to);
+    }
+
+    /// Brings the whole image from one use to the next; [`Use::Undefined`] throws its content away.
+    pub fn image_barrier(&mut self, image: &Image, from: Use, to: Use) {
+        let desc = *image.desc();
+        self.mip_barrier(image, 0..desc.mips, 0..desc.layers, from, to);
+        image.set_last_use(to);
+    }
+
+    /// Brings some mips and layers from one use to the next. The image's remembered use does not change: the caller
+    /// brings all parts back to one use and says so with [`Image::assume`].
+    pub fn mip_barrier(&mut self, image: &Image, mips: Range<u32>, layers: Range<u32>, from: Use, to: Use) {
+        self.keep(&image.inner);
+        let barrier = vk::ImageMemoryBarrier2::default()
+            .src_stage_mask(from.stages())
+            .src_access_mask(from.access())
+            .dst_stage_mask(to.stages())
+            .dst_access_mask(to.access())
+            .old_layout(from.layout())
+            .new_layout(to.layout())
+            .src_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
+            .dst_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
+            .image(image.raw())
+            .subresource_range(subresources(image, mips, layers));
+        self.barrier(&vk::DependencyInfo::default().image_memory_barriers(&[barrier]));
+    }
+
+    /// Orders everything earlier before everything later, the CPU's reads after the submission included.
+    pub fn full_barrier(&mut self) {
+        let all = vk::AccessFlags2::MEMORY_READ | vk::AccessFlags2::MEMORY_WRITE;
+        let barrier = vk::MemoryBarrier2::default()
+            .src_stage_mask(vk::PipelineStageFlags2::ALL_COMMANDS)
+            .src_access_mask(vk::AccessFlags2::MEMORY_WRITE)
+            .dst_stage_mask(vk::PipelineStageFlags2::ALL_COMMANDS | vk::PipelineStageFlags2::HOST)
+            .dst_access_mask(all | vk::AccessFlags2::HOST_READ);
+        self.barrier(&vk::DependencyInfo::default().memory_barriers(&[barrier]));
+    }
+
+    /// Orders all earlier accesses of one use before all later ones of another, for buffers of any kind.
+    pub fn memory_barrier(&mut self, from: Use, to: Use) {
+        let barrier = vk::MemoryBarrier2::default()
+            .src_stage_mask(from.stages())
+            .src_access_mask(from.access())
+            .dst_stage_mask(to.stages())
+            .dst_access_mask(to.access());
+        self.barrier(&vk::DependencyInfo::default().memory_barriers(&[barrier]));
+    }
+
+    fn barrier(&mut self, dependency: &vk::DependencyInfo<'_>) {
+        unsafe { self.gpu().raw().cmd_pipeline_barrier2(self.raw(), dependency) };
+    }
+}
+
+/// Some mips and layers of an image.
+pub(crate) fn subresources(image: &Image, mips: Range<u32>, layers: Range<u32>) -> vk::ImageSubresourceRange {
+    vk::ImageSubresourceRange::default()
+        .aspect_mask(image.aspect())
+        .base_mip_level(mips.start)
+        .level_count(mips.len() as u32)
+        .base_array_layer(layers.start)
+        .layer_count(layers.len() as u32)
+}

@@ -1,0 +1,214 @@
+//! Buffers: device-local, or mapped for upload or readback.
+
+use std::sync::{Arc, Mutex, PoisonError};
+
+use ash::vk;
+use bytemuck::{AnyBitPattern, NoUninit};
+use gpu_allocator::MemoryLocation;
+use gpu_allocator::vulkan::{Allocation, AllocationCreateDesc, AllocationScheme};
+
+use super::error::Doing;
+use super::{Gpu, GpuError, Result};
+
+/// Most bytes staged at once, so that large transfers fit a small heap.
+pub(crate) const STAGING_BYTES: u64 = 32 << 20;
+
+/// Where a buffer's memory lives.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Memory {
+    /// Fast for the GPU, out of the CPU's sight: reads and writes are staged and wait.
+    Device,
+    /// Mapped, written by the CPU every frame.
+    Upload,
+    /// Mapped, read by the CPU.
+    Readback,
+}
+
+/// A buffer usable for everything: storage, uniform, index, indirect, copies. Clones share the one buffer.
+#[derive(Clone)]
+pub struct Buffer {
+    pub(crate) inner: Arc<BufferInner>,
+}
+
+pub(crate) struct BufferInner {
+    gpu: Arc<Gpu>,
+    pub(crate) raw: vk::Buffer,
+    // `None` only while dropping. The lock keeps two CPU writers apart.
+    allocation: Mutex<Option<Allocation>>,
+    name: String,
+    size: u64,
+    memory: Memory,
+}
+
+impl Drop for BufferInner {
+    fn drop(&mut self) {
+        let allocation = self.allocation.get_mut().unwrap_or_else(PoisonError::into_inner).take();
+        // SAFETY: commands that use the buffer hold an Arc of it until they are done.
+        unsafe { self.gpu.raw().destroy_buffer(self.raw, None) };
+        if let Some(allocation) = allocation {
+            let _ = self.gpu.allocator().free(allocation);
+        }
+    }
+}
+
+impl Buffer {
+    /// A buffer of `size` bytes (at least 4 are allocated), its content undefined.
+    ///
+    /// # Errors
+    /// [`GpuError::Allocation`] when memory is short.
+    pub fn new(gpu: &Arc<Gpu>, name: &str, size: u64, memory: Memory) -> Result<Self> {
+        let size = size.max(4);
+        let usage = vk::BufferUsageFlags::STORAGE_BUFFER
+            | vk::BufferUsageFlags::UNIFORM_BUFFER
+            | vk::BufferUsageFlags::INDEX_BUFFER
+            | vk::BufferUsageFlags::INDIRECT_BUFFER
+            | vk::BufferUsageFlags::TRANSFER_SRC
+            | vk::BufferUsageFlags::TRANSFER_DST;
+        let info = vk::BufferCreateInfo::default().size(size).usage(usage);
+        // SAFETY: the device is alive; a raw buffer is destroyed below if it gets no memory.
+        let raw = unsafe { gpu.raw().create_buffer(&info, None) }.doing(format!("creating buffer {name}"))?;
+        gpu.name(raw, name);
+        let requirements = unsafe { gpu.raw().get_buffer_memory_requirements(raw) };
+        let location = match memory {
+            Memory::Device => MemoryLocation::GpuOnly,
+            Memory::Upload => MemoryLocation::CpuToGpu,
+            Memory::Readback => MemoryLocation::GpuToCpu,
+        };
+        let allocation = allocate(gpu, name, requirements, location, true);
+        let mut inner =
+            BufferInner { gpu: gpu.clone(), raw, allocation: Mutex::new(None), name: name.to_owned(), size, memory };
+        let allocation = allocation?;
+        // SAFETY: the memory was made for this buffer and is not bound yet.
+        let bound = unsafe { gpu.raw().bind_buffer_memory(raw, allocation.memory(), allocation.offset()) };
+        *inner.allocation.get_mut().unwrap_or_else(PoisonError::into_inner) = Some(allocation);
+        bound.doing(format!("binding memory of buffer {name}"))?;
+        Ok(Self { inner: Arc::new(inner) })
+    }
+
+    /// A device-local buffer that holds a copy of `data`; waits for the upload.
+    ///
+    /// # Errors
+    /// [`GpuError::Allocation`] when memory is short, or a failed submission.
+    pub fn from_slice<T: NoUninit>(gpu: &Arc<Gpu>, name: &str, data: &[T]) -> Result<Self> {
+        let buffer = Self::new(gpu, name, size_of_val(data) as u64, Memory::Device)?;
+        buffer.write(0, data)?;
+        Ok(buffer)
+    }
+
+    /// Size in bytes.
+    pub fn size(&self) -> u64 {
+        self.inner.size
+    }
+
+    /// The debug name.
+    pub fn name(&self) -> &str {
+        &self.inner.name
+    }
+
+    /// The raw handle.
+    pub fn raw(&self) -> vk::Buffer {
+        self.inner.raw
+    }
+
+    /// Writes `data` from byte `offset` on. Mapped buffers are written at once (the caller sees to it that the GPU is
+    /// not reading them); device-local ones through staging, waiting until it is done.
+    ///
+    /// # Errors
+    /// [`GpuError::Usage`] when the data exceeds the buffer, or a failed submission.
+    pub fn write<T: NoUninit>(&self, offset: u64, data: &[T]) -> Result<()> {
+        let bytes: &[u8] = bytemuck::cast_slice(data);
+        self.check(offset, bytes.len() as u64)?;
+        if bytes.is_empty() {
+            return Ok(());
+        }
+        if self.inner.memory != Memory::Device {
+            return self.with_mapped(|mapped| mapped[offset as usize..][..bytes.len()].copy_from_slice(bytes));
+        }
+        let gpu = &self.inner.gpu;
+        let staging = Self::new(gpu, "staging", STAGING_BYTES.min(bytes.len() as u64), Memory::Upload)?;
+        for (i, chunk) in bytes.chunks(STAGING_BYTES as usize).enumerate() {
+            staging.write(0, chunk)?;
+            let at = offset + i as u64 * STAGING_BYTES;
+            gpu.submit(&format!("write {}", self.inner.name), |cmd| {
+                cmd.copy_buffer(&staging, 0, self, at, chunk.len() as u64);
+            })?;
+        }
+        Ok(())
+    }
+
+    /// Reads `count` values from byte `offset` on; device-local buffers through staging, waiting until it is done.
+    ///
+    /// # Errors
+    /// [`GpuError::Usage`] when the range exceeds the buffer, or a failed submission.
+    pub fn read<T: AnyBitPattern + NoUninit>(&self, offset: u64, count: usize) -> Result<Vec<T>> {
+        let length = (count as u64).saturating_mul(size_of::<T>() as u64);
+        self.check(offset, length)?;
+        let mut values: Vec<T> = vec![T::zeroed(); count];
+        let bytes: &mut [u8] = bytemuck::cast_slice_mut(&mut values);
+        if bytes.is_empty() {
+            return Ok(values);
+        }
+        if self.inner.memory != Memory::Device {
+            self.with_mapped(|mapped| bytes.copy_from_slice(&mapped[offset as usize..][..bytes.len()]))?;
+            return Ok(values);
+        }
+        let gpu = &self.inner.gpu;
+        let staging = Self::new(gpu, "readback", STAGING_BYTES.min(length), Memory::Readback)?;
+        for (i, chunk) in bytes.chunks_mut(STAGING_BYTES as usize).enumerate() {
+            let at = offset + i as u64 * STAGING_BYTES;
+            gpu.submit(&format!("read {}", self.inner.name), |cmd| {
+                cmd.copy_buffer(self, at, &staging, 0, chunk.len() as u64);
+            })?;
+            staging.with_mapped(|mapped| chunk.copy_from_slice(&mapped[..chunk.len()]))?;
+        }
+        Ok(values)
+    }
+
+    /// Reads the whole buffer as values of `T` (a remainder smaller than one value is left out).
+    ///
+    /// # Errors
+    /// As [`read`](Self::read).
+    pub fn read_all<T: AnyBitPattern + NoUninit>(&self) -> Result<Vec<T>> {
+        self.read(0, self.inner.size as usize / size_of::<T>().max(1))
+    }
+
+    /// Runs `f` on the mapped memory.
+    pub(crate) fn with_mapped<R>(&self, f: impl FnOnce(&mut [u8]) -> R) -> Result<R> {
+        let mut allocation = self.inner.allocation.lock().unwrap_or_else(PoisonError::into_inner);
+        let mapped = allocation.as_mut().and_then(Allocation::mapped_slice_mut);
+        let mapped = mapped.ok_or_else(|| GpuError::usage(&self.inner.name, "its memory is not mapped"))?;
+        Ok(f(mapped))
+    }
+
+    fn check(&self, offset: u64, length: u64) -> Result<()> {
+        if offset.checked_add(length).is_some_and(|end| end <= self.inner.size) {
+            return Ok(());
+        }
+        Err(GpuError::usage(
+            &self.inner.name,
+            format!("{length} bytes at {offset} are more than the buffer's {}", self.inner.size),
+        ))
+    }
+}
+
+/// Memory for a resource, or an error that carries its name.
+pub(crate) fn allocate(
+    gpu: &Gpu,
+    name: &str,
+    requirements: vk::MemoryRequirements,
+    location: MemoryLocation,
+    linear: bool,
+) -> Result<Allocation> {
+    let description = AllocationCreateDesc {
+        name,
+        requirements,
+        location,
+        linear,
+        allocation_scheme: AllocationScheme::GpuAllocatorManaged,
+    };
+    gpu.allocator().allocate(&description).map_err(|source| GpuError::Allocation {
+        name: name.to_owned(),
+        bytes: requirements.size,
+        source,
+    })
+}

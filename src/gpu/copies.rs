@@ -1,0 +1,140 @@
+//! Copies, fills, clears and blits.
+
+use std::ops::Range;
+
+use ash::vk;
+
+use super::barriers::subresources;
+use super::{Buffer, Commands, GpuError, Image, Use};
+
+impl Commands {
+    /// Copies bytes between buffers.
+    pub fn copy_buffer(&mut self, source: &Buffer, source_offset: u64, target: &Buffer, target_offset: u64, size: u64) {
+        let fits = |offset: u64, buffer: &Buffer| offset.checked_add(size).is_some_and(|end| end <= buffer.size());
+        if !fits(source_offset, source) || !fits(target_offset, target) {
+            let fault = format!("{size} bytes do not fit {} or {}", source.name(), target.name());
+            return self.fail(GpuError::usage("copy", fault));
+        }
+        if size == 0 {
+            return;
+        }
+        self.keep(&source.inner);
+        self.keep(&target.inner);
+        let region = vk::BufferCopy { src_offset: source_offset, dst_offset: target_offset, size };
+        unsafe { self.gpu().raw().cmd_copy_buffer(self.raw(), source.raw(), target.raw(), &[region]) };
+    }
+
+    /// Fills a whole buffer with a 32-bit pattern (a last part of fewer than 4 bytes is left alone).
+    pub fn fill_buffer(&mut self, buffer: &Buffer, pattern: u32) {
+        self.keep(&buffer.inner);
+        let size = buffer.size() / 4 * 4;
+        unsafe { self.gpu().raw().cmd_fill_buffer(self.raw(), buffer.raw(), 0, size, pattern) };
+    }
+
+    /// Copies tightly packed rows `rows` of a mip of a layer from a buffer; the image is in [`Use::CopyTarget`].
+    pub fn copy_buffer_to_image(
+        &mut self,
+        source: &Buffer,
+        offset: u64,
+        target: &Image,
+        mip: u32,
+        layer: u32,
+        rows: Range<u32>,
+    ) {
+        if let Some(region) = self.region(source, offset, target, mip, layer, rows) {
+            let layout = Use::CopyTarget.layout();
+            let device = self.gpu().raw();
+            unsafe { device.cmd_copy_buffer_to_image(self.raw(), source.raw(), target.raw(), layout, &[region]) };
+        }
+    }
+
+    /// Copies rows `rows` of a mip of a layer into a buffer, tightly packed; the image is in [`Use::CopySource`].
+    pub fn copy_image_to_buffer(
+        &mut self,
+        source: &Image,
+        mip: u32,
+        layer: u32,
+        rows: Range<u32>,
+        target: &Buffer,
+        offset: u64,
+    ) {
+        if let Some(region) = self.region(target, offset, source, mip, layer, rows) {
+            let layout = Use::CopySource.layout();
+            let device = self.gpu().raw();
+            unsafe { device.cmd_copy_image_to_buffer(self.raw(), source.raw(), layout, target.raw(), &[region]) };
+        }
+    }
+
+    fn region(
+        &mut self,
+        buffer: &Buffer,
+        offset: u64,
+        image: &Image,
+        mip: u32,
+        layer: u32,
+        rows: Range<u32>,
+    ) -> Option<vk::BufferImageCopy> {
+        let texel = image.check_mip_layer(mip, layer).and_then(|()| image.texel_bytes());
+        let texel = match texel {
+            Ok(texel) => texel,
+            Err(error) => {
+                self.fail(error);
+                return None;
+            }
+        };
+        let [width, height] = image.mip_extent(mip);
+        let bytes = texel * u64::from(width) * rows.len() as u64;
+        if rows.is_empty() || rows.end > height || offset.checked_add(bytes).is_none_or(|end| end > buffer.size()) {
+            let fault = format!("rows {rows:?} of mip {mip} do not fit the image or buffer {}", buffer.name());
+            self.fail(GpuError::usage(image.name(), fault));
+            return None;
+        }
+        self.keep(&buffer.inner);
+        self.keep(&image.inner);
+        let subresource = vk::ImageSubresourceLayers::default()
+            .aspect_mask(image.aspect())
+            .mip_level(mip)
+            .base_array_layer(layer)
+            .layer_count(1);
+        Some(
+            vk::BufferImageCopy::default()
+                .buffer_offset(offset)
+                .image_subresource(subresource)
+                .image_offset(vk::Offset3D { x: 0, y: rows.start.cast_signed(), z: 0 })
+                .image_extent(vk::Extent3D { width, height: rows.len() as u32, depth: 1 }),
+        )
+    }
+
+    /// Copies mip 0 of layer 0 to an image of another size or format with filtering; from [`Use::CopySource`] to
+    /// [`Use::CopyTarget`].
+    pub fn blit(&mut self, source: &Image, target: &Image) {
+        self.keep(&source.inner);
+        self.keep(&target.inner);
+        let layers = |image: &Image| {
+            vk::ImageSubresourceLayers::default().aspect_mask(image.aspect()).base_array_layer(0).layer_count(1)
+        };
+        let corners = |image: &Image| {
+            let [width, height] = image.mip_extent(0).map(u32::cast_signed);
+            [vk::Offset3D::default(), vk::Offset3D { x: width, y: height, z: 1 }]
+        };
+        let region = vk::ImageBlit::default()
+            .src_subresource(layers(source))
+            .src_offsets(corners(source))
+            .dst_subresource(layers(target))
+            .dst_offsets(corners(target));
+        let (from, to) = (Use::CopySource.layout(), Use::CopyTarget.layout());
+        let filter = vk::Filter::LINEAR;
+        let device = self.gpu().raw();
+        unsafe { device.cmd_blit_image(self.raw(), source.raw(), from, target.raw(), to, &[region], filter) };
+    }
+
+    /// Clears all mips and layers of a colour image, in [`Use::CopyTarget`].
+    pub fn clear_image(&mut self, image: &Image, color: [f32; 4]) {
+        self.keep(&image.inner);
+        let color = vk::ClearColorValue { float32: color };
+        let desc = image.desc();
+        let range = subresources(image, 0..desc.mips, 0..desc.layers);
+        let layout = Use::CopyTarget.layout();
+        unsafe { self.gpu().raw().cmd_clear_color_image(self.raw(), image.raw(), layout, &color, &[range]) };
+    }
+}

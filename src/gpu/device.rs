@@ -1,0 +1,418 @@
+//! The instance, the device, its one queue and its allocator, and the order in which they die.
+
+use std::ffi::{CStr, CString};
+use std::mem::ManuallyDrop;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use ash::vk;
+use gpu_allocator::vulkan::{Allocator, AllocatorCreateDesc};
+use gpu_allocator::{AllocationSizes, AllocatorDebugSettings};
+
+use super::error::Doing;
+use super::{Commands, GpuError, Result, select, submit, validation};
+
+/// How to open the device.
+#[derive(Clone, Debug, Default)]
+pub struct GpuOptions {
+    /// An index into the list of devices, or a part of a device's name in any case; `None` prefers a discrete GPU.
+    pub device: Option<String>,
+    /// Turns on the validation layer (core and synchronization checks); see [`Gpu::validation_messages`].
+    pub validation: bool,
+    /// Instance extensions a window needs (`VK_KHR_surface` and its platform's); not empty turns on `VK_KHR_swapchain`.
+    pub window_extensions: Vec<&'static CStr>,
+}
+
+/// An open Vulkan device. Every resource holds it, so it dies last.
+pub struct Gpu {
+    // Torn down by `Drop` in the order: allocator, pipeline cache, device, messenger, instance.
+    allocator: ManuallyDrop<Mutex<Allocator>>,
+    pipeline_cache: vk::PipelineCache,
+    queue: Mutex<vk::Queue>,
+    queue_family: u32,
+    push_descriptor: ash::khr::push_descriptor::Device,
+    debug: Option<ash::ext::debug_utils::Device>,
+    device: ash::Device,
+    messenger: Option<(ash::ext::debug_utils::Instance, vk::DebugUtilsMessengerEXT)>,
+    messages: Box<validation::Messages>,
+    physical: vk::PhysicalDevice,
+    instance: ash::Instance,
+    entry: ash::Entry,
+    facts: Facts,
+}
+
+/// What is asked of the device more than once.
+struct Facts {
+    name: String,
+    driver: String,
+    kind: vk::PhysicalDeviceType,
+    driver_id: vk::DriverId,
+    limits: vk::PhysicalDeviceLimits,
+    fill_mode_non_solid: bool,
+    max_anisotropy: f32,
+}
+
+/// What has been created so far, destroyed in order when a later step fails.
+struct Unfinished {
+    instance: Option<ash::Instance>,
+    messenger: Option<(ash::ext::debug_utils::Instance, vk::DebugUtilsMessengerEXT)>,
+    device: Option<ash::Device>,
+}
+
+impl Drop for Unfinished {
+    fn drop(&mut self) {
+        // SAFETY: each object is destroyed once, children before parents; nothing was submitted yet.
+        unsafe {
+            if let Some(device) = self.device.take() {
+                device.destroy_device(None);
+            }
+            if let Some((functions, messenger)) = self.messenger.take() {
+                functions.destroy_debug_utils_messenger(messenger, None);
+            }
+            if let Some(instance) = self.instance.take() {
+                instance.destroy_instance(None);
+            }
+        }
+    }
+}
+
+impl Gpu {
+    /// Opens a device.
+    ///
+    /// # Errors
+    /// [`GpuError::NoLoader`], [`GpuError::NoDriver`], [`GpuError::NoSuitableDevice`], [`GpuError::UnknownDevice`],
+    /// [`GpuError::MissingFeatures`], [`GpuError::NoValidationLayer`], [`GpuError::NoInstanceExtension`], or a failed
+    /// Vulkan call.
+    pub fn new(options: &GpuOptions) -> Result<Arc<Self>> {
+        // SAFETY: loading the system's Vulkan loader runs its initialisers; that is what it is for.
+        let entry = unsafe { ash::Entry::load() }.map_err(|e| GpuError::NoLoader(e.to_string()))?;
+        let messages: Box<validation::Messages> = Box::default();
+        let mut unfinished = Unfinished { instance: None, messenger: None, device: None };
+
+        let (instance, has_debug_utils) = create_instance(&entry, options, &messages)?;
+        unfinished.instance = Some(instance.clone());
+        if options.validation {
+            let functions = ash::ext::debug_utils::Instance::new(&entry, &instance);
+            // SAFETY: `messages` is boxed and moves into the Gpu, which destroys the messenger first.
+            let messenger =
+                unsafe { functions.create_debug_utils_messenger(&validation::messenger_info(&messages), None) }
+                    .doing("creating the validation messenger")?;
+            unfinished.messenger = Some((functions, messenger));
+        }
+
+        let mut extensions = vec![ash::khr::push_descriptor::NAME];
+        if !options.window_extensions.is_empty() {
+            extensions.push(ash::khr::swapchain::NAME);
+        }
+        let chosen = select::choose(&instance, options.device.as_deref(), &extensions)?;
+        let features = select::features(&instance, chosen.physical);
+        let device = create_device(&instance, &chosen, &features, &extensions)?;
+        unfinished.device = Some(device.clone());
+
+        // SAFETY: the family and index were requested at device creation.
+        let queue = unsafe { device.get_device_queue(chosen.queue_family, 0) };
+        let allocator = Allocator::new(&AllocatorCreateDesc {
+            instance: instance.clone(),
+            device: device.clone(),
+            physical_device: chosen.physical,
+            debug_settings: AllocatorDebugSettings::default(),
+            buffer_device_address: false,
+            // Small blocks: lavapipe's heap is 2 GiB and several tests share it. Larger resources get their own.
+            allocation_sizes: AllocationSizes::new(32 << 20, 16 << 20),
+        })
+        .map_err(GpuError::Allocator)?;
+        // SAFETY: the device is alive.
+        let pipeline_cache = unsafe { device.create_pipeline_cache(&vk::PipelineCacheCreateInfo::default(), None) }
+            .doing("creating the pipeline cache")?;
+
+        let debug = has_debug_utils.then(|| ash::ext::debug_utils::Device::new(&instance, &device));
+        let facts = facts(&instance, &chosen, &features);
+        tracing::info!("{} ({})", facts.name, facts.driver);
+        unfinished.instance = None;
+        unfinished.device = None;
+        Ok(Arc::new(Self {
+            allocator: ManuallyDrop::new(Mutex::new(allocator)),
+            pipeline_cache,
+            queue: Mutex::new(queue),
+            queue_family: chosen.queue_family,
+            push_descriptor: ash::khr::push_descriptor::Device::new(&instance, &device),
+            debug,
+            device,
+            messenger: unfinished.messenger.take(),
+            messages,
+            physical: chosen.physical,
+            instance,
+            entry,
+            facts,
+        }))
+    }
+
+    /// Records commands, submits them and waits until they are done. `label` names them in captures and messages.
+    /// The commands see all that earlier submissions wrote, and later ones see all that these write.
+    ///
+    /// # Errors
+    /// The first misuse that recording met, or a failed Vulkan call; nothing is submitted after a misuse.
+    pub fn submit<R>(self: &Arc<Self>, label: &str, record: impl FnOnce(&mut Commands) -> R) -> Result<R> {
+        let mut recorder = submit::CommandRecorder::new(self, label)?;
+        let result = recorder.record(label, |cmd| {
+            cmd.full_barrier();
+            let result = record(cmd);
+            cmd.full_barrier();
+            result
+        })?;
+        recorder.submit(&[], &[])?;
+        recorder.wait()?;
+        Ok(result)
+    }
+
+    /// Waits until the device has nothing left to do.
+    ///
+    /// # Errors
+    /// A lost device.
+    pub fn wait_idle(&self) -> Result<()> {
+        let _queue = self.queue();
+        // SAFETY: the queue is held, as device_wait_idle demands of all queues.
+        unsafe { self.device.device_wait_idle() }.doing("waiting for the device")
+    }
+
+    /// The device's name, such as "llvmpipe (LLVM 15.0.6, 256 bits)".
+    pub fn device_name(&self) -> &str {
+        &self.facts.name
+    }
+
+    /// The driver's name and version, such as "llvmpipe Mesa 22.3.6 (LLVM 15.0.6)".
+    pub fn driver_info(&self) -> &str {
+        &self.facts.driver
+    }
+
+    /// Whether the device is the CPU.
+    pub fn is_cpu(&self) -> bool {
+        self.facts.kind == vk::PhysicalDeviceType::CPU
+    }
+
+    /// Whether the driver is Mesa's lavapipe.
+    pub fn is_lavapipe(&self) -> bool {
+        self.facts.driver_id == vk::DriverId::MESA_LLVMPIPE
+    }
+
+    /// How many tessellated vertices one draw may make, where the driver has such a limit: lavapipe draws wrong
+    /// geometry, silently, beyond 65,536. A patch at level l makes at most (ceil_even(l) + 1)² vertices.
+    pub fn tessellated_vertices_per_draw(&self) -> Option<u32> {
+        self.is_lavapipe().then_some(65_535)
+    }
+
+    /// How many loop iterations one shader invocation may do in all, where the driver has such a limit: lavapipe cuts
+    /// loops short, silently, beyond 65,535.
+    pub fn loop_iterations_per_invocation(&self) -> Option<u32> {
+        self.is_lavapipe().then_some(65_535)
+    }
+
+    /// Vulkan's limits of the device.
+    pub fn limits(&self) -> &vk::PhysicalDeviceLimits {
+        &self.facts.limits
+    }
+
+    /// Whether polygons can be drawn as lines ([`PolygonMode::Line`](super::PolygonMode::Line)).
+    pub fn can_draw_lines(&self) -> bool {
+        self.facts.fill_mode_non_solid
+    }
+
+    /// The greatest anisotropy of a sampler; 1 where there is none.
+    pub fn max_anisotropy(&self) -> f32 {
+        self.facts.max_anisotropy
+    }
+
+    /// Whether images of this format can have the usage (optimal tiling).
+    pub fn supports_image(&self, format: vk::Format, usage: vk::ImageUsageFlags) -> bool {
+        // SAFETY: the instance and physical device are alive.
+        unsafe {
+            self.instance.get_physical_device_image_format_properties(
+                self.physical,
+                format,
+                vk::ImageType::TYPE_2D,
+                vk::ImageTiling::OPTIMAL,
+                usage,
+                vk::ImageCreateFlags::empty(),
+            )
+        }
+        .is_ok()
+    }
+
+    /// The validation layer's warnings and errors so far; always empty without [`GpuOptions::validation`].
+    pub fn validation_messages(&self) -> Vec<String> {
+        self.messages.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+
+    /// Takes the validation messages, leaving none (for tests that provoke some).
+    pub fn take_validation_messages(&self) -> Vec<String> {
+        std::mem::take(&mut self.messages.lock().unwrap_or_else(PoisonError::into_inner))
+    }
+
+    /// The raw device, for what this module does not wrap.
+    pub fn raw(&self) -> &ash::Device {
+        &self.device
+    }
+
+    /// The raw loader, instance and physical device, for the window.
+    pub fn raw_instance(&self) -> (&ash::Entry, &ash::Instance, vk::PhysicalDevice) {
+        (&self.entry, &self.instance, self.physical)
+    }
+
+    /// The family of the one queue.
+    pub fn queue_family(&self) -> u32 {
+        self.queue_family
+    }
+
+    /// The one queue, held: Vulkan wants its use serialised.
+    pub fn queue(&self) -> MutexGuard<'_, vk::Queue> {
+        self.queue.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    pub(crate) fn allocator(&self) -> MutexGuard<'_, Allocator> {
+        self.allocator.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    pub(crate) fn pipeline_cache(&self) -> vk::PipelineCache {
+        self.pipeline_cache
+    }
+
+    pub(crate) fn push_descriptor(&self) -> &ash::khr::push_descriptor::Device {
+        &self.push_descriptor
+    }
+
+    pub(crate) fn debug(&self) -> Option<&ash::ext::debug_utils::Device> {
+        self.debug.as_ref()
+    }
+
+    /// Gives an object its name in captures and validation messages.
+    pub(crate) fn name<T: vk::Handle>(&self, object: T, name: &str) {
+        if let (Some(debug), Ok(name)) = (&self.debug, CString::new(name)) {
+            let info = vk::DebugUtilsObjectNameInfoEXT::default().object_handle(object).object_name(&name);
+            // SAFETY: the object belongs to this device. A name that could not be set harms nobody.
+            let _ = unsafe { debug.set_debug_utils_object_name(&info) };
+        }
+    }
+}
+
+impl Drop for Gpu {
+    fn drop(&mut self) {
+        // SAFETY: every resource holds an Arc of self, so none is left; the order is allocator (it frees device
+        // memory), pipeline cache, device, messenger (it hears the device's last complaints), instance.
+        unsafe {
+            let _ = self.device.device_wait_idle();
+            ManuallyDrop::drop(&mut self.allocator);
+            self.device.destroy_pipeline_cache(self.pipeline_cache, None);
+            self.device.destroy_device(None);
+            if let Some((functions, messenger)) = self.messenger.take() {
+                functions.destroy_debug_utils_messenger(messenger, None);
+            }
+            self.instance.destroy_instance(None);
+        }
+    }
+}
+
+impl std::fmt::Debug for Gpu {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Gpu")
+            .field("name", &self.facts.name)
+            .field("driver", &self.facts.driver)
+            .finish_non_exhaustive()
+    }
+}
+
+fn create_instance(
+    entry: &ash::Entry,
+    options: &GpuOptions,
+    messages: &validation::Messages,
+) -> Result<(ash::Instance, bool)> {
+    // SAFETY: the loader is alive; so for all of this function.
+    let available = unsafe { entry.enumerate_instance_extension_properties(None) }
+        .map_err(|e| GpuError::NoLoader(format!("listing its extensions failed: {e}")))?;
+    let has = |name: &CStr| available.iter().any(|e| e.extension_name_as_c_str() == Ok(name));
+
+    let mut extensions = Vec::new();
+    for extension in &options.window_extensions {
+        if !has(extension) {
+            return Err(GpuError::NoInstanceExtension(extension.to_string_lossy().into_owned()));
+        }
+        extensions.push(extension.as_ptr());
+    }
+    let has_debug_utils = has(ash::ext::debug_utils::NAME) || options.validation;
+    if has_debug_utils {
+        extensions.push(ash::ext::debug_utils::NAME.as_ptr());
+    }
+
+    let application = vk::ApplicationInfo::default()
+        .application_name(c"leadr")
+        .engine_name(c"leadr-vk")
+        .api_version(vk::API_VERSION_1_3);
+    let layers = [validation::LAYER.as_ptr()];
+    let mut features = vk::ValidationFeaturesEXT::default().enabled_validation_features(&validation::ENABLED);
+    let mut messenger = validation::messenger_info(messages);
+    let mut info = vk::InstanceCreateInfo::default().application_info(&application);
+    if options.validation {
+        // SAFETY: as above.
+        let known = unsafe { entry.enumerate_instance_layer_properties() }.unwrap_or_default();
+        if !known.iter().any(|l| l.layer_name_as_c_str() == Ok(validation::LAYER)) {
+            return Err(GpuError::NoValidationLayer);
+        }
+        extensions.push(ash::ext::validation_features::NAME.as_ptr());
+        info = info.enabled_layer_names(&layers).push_next(&mut features).push_next(&mut messenger);
+    }
+    let info = info.enabled_extension_names(&extensions);
+    // SAFETY: all pointers in `info` outlive the call.
+    match unsafe { entry.create_instance(&info, None) } {
+        Ok(instance) => Ok((instance, has_debug_utils)),
+        Err(vk::Result::ERROR_INCOMPATIBLE_DRIVER) => Err(GpuError::NoDriver),
+        Err(result) => Err(GpuError::Vulkan { what: "creating the Vulkan instance".to_owned(), result }),
+    }
+}
+
+fn create_device(
+    instance: &ash::Instance,
+    chosen: &select::Candidate,
+    features: &select::Features,
+    extensions: &[&CStr],
+) -> Result<ash::Device> {
+    let names: Vec<_> = extensions.iter().map(|name| name.as_ptr()).collect();
+    let queues =
+        [vk::DeviceQueueCreateInfo::default().queue_family_index(chosen.queue_family).queue_priorities(&[1.0])];
+    let mut v11 = vk::PhysicalDeviceVulkan11Features::default().shader_draw_parameters(features.draw_parameters);
+    let mut v12 = vk::PhysicalDeviceVulkan12Features::default()
+        .timeline_semaphore(true)
+        .scalar_block_layout(features.scalar_block_layout);
+    let mut v13 = vk::PhysicalDeviceVulkan13Features::default()
+        .dynamic_rendering(true)
+        .synchronization2(true)
+        .maintenance4(true)
+        .shader_demote_to_helper_invocation(true)
+        .shader_terminate_invocation(true);
+    let info = vk::DeviceCreateInfo::default()
+        .queue_create_infos(&queues)
+        .enabled_extension_names(&names)
+        .enabled_features(&features.v10)
+        .push_next(&mut v11)
+        .push_next(&mut v12)
+        .push_next(&mut v13);
+    // SAFETY: the features and extensions were found on this device; all pointers outlive the call.
+    unsafe { instance.create_device(chosen.physical, &info, None) }.doing(format!("opening {}", chosen.name))
+}
+
+fn facts(instance: &ash::Instance, chosen: &select::Candidate, features: &select::Features) -> Facts {
+    let mut driver = vk::PhysicalDeviceDriverProperties::default();
+    let mut all = vk::PhysicalDeviceProperties2::default().push_next(&mut driver);
+    // SAFETY: the device is Vulkan 1.3 and knows the chain.
+    unsafe { instance.get_physical_device_properties2(chosen.physical, &mut all) };
+    let limits = all.properties.limits;
+    let text = |s: std::result::Result<&CStr, _>| s.map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
+    let name = text(driver.driver_name_as_c_str().map_err(drop));
+    let info = text(driver.driver_info_as_c_str().map_err(drop));
+    Facts {
+        name: chosen.name.clone(),
+        driver: format!("{name} {info}"),
+        kind: chosen.kind,
+        driver_id: driver.driver_id,
+        limits,
+        fill_mode_non_solid: features.v10.fill_mode_non_solid == vk::TRUE,
+        max_anisotropy: if features.v10.sampler_anisotropy == vk::TRUE { limits.max_sampler_anisotropy } else { 1.0 },
+    }
+}

@@ -1,0 +1,111 @@
+//! What can go wrong below the renderer, each as one sentence with its remedy.
+
+use ash::vk;
+
+/// The result of everything in [`gpu`](super).
+pub type Result<T> = std::result::Result<T, GpuError>;
+
+/// A failure of the Vulkan floor. Its text is one sentence that names the fault and the remedy.
+#[derive(Debug, thiserror::Error)]
+pub enum GpuError {
+    /// The Vulkan loader library could not be opened.
+    #[error("no Vulkan loader found ({0}): install libvulkan1 and a driver such as mesa-vulkan-drivers")]
+    NoLoader(String),
+    /// The loader works but offers no device.
+    #[error(
+        "no Vulkan driver found: install mesa-vulkan-drivers (software) or your graphics card's driver, \
+         and check that VK_DRIVER_FILES, if set, names an existing file"
+    )]
+    NoDriver,
+    /// Devices exist, none of them can run the renderer.
+    #[error("no Vulkan device can run the renderer: {0}; update the driver or install mesa-vulkan-drivers")]
+    NoSuitableDevice(String),
+    /// `--device` matched nothing.
+    #[error("no Vulkan device matches {wanted:?}: choose an index or part of a name from {available}")]
+    UnknownDevice {
+        /// What was asked for.
+        wanted: String,
+        /// The devices there are, `0: name, 1: name`.
+        available: String,
+    },
+    /// The chosen device lacks something required.
+    #[error("{device} cannot run the renderer: it lacks {missing}; choose another device or update its driver")]
+    MissingFeatures {
+        /// Name of the device.
+        device: String,
+        /// What is missing, separated by commas.
+        missing: String,
+    },
+    /// Validation was asked for, but its layer is not installed.
+    #[error(
+        "validation was requested but VK_LAYER_KHRONOS_validation is not installed: install vulkan-validationlayers"
+    )]
+    NoValidationLayer,
+    /// An instance extension that was asked for does not exist.
+    #[error("the Vulkan loader has no extension {0}: update libvulkan1 and the driver")]
+    NoInstanceExtension(String),
+    /// No entry point of this name was compiled into the build.
+    #[error(
+        "no shader named {name:?} in this build: entry points are files below shaders-glsl/passes and shaders-glsl/probes"
+    )]
+    NoShader {
+        /// The name looked for.
+        name: String,
+    },
+    /// A SPIR-V module could not be understood or does not fit its pipeline.
+    #[error("shader {name}: {fault}")]
+    Shader {
+        /// Entry point or struct.
+        name: String,
+        /// What is wrong with it.
+        fault: String,
+    },
+    /// Memory for a resource could not be had.
+    #[error("cannot allocate {bytes} bytes for {name}: {source}")]
+    Allocation {
+        /// The resource's debug name.
+        name: String,
+        /// Bytes asked for.
+        bytes: u64,
+        /// The allocator's reason.
+        source: gpu_allocator::AllocationError,
+    },
+    /// The allocator itself could not be made.
+    #[error("cannot create the GPU memory allocator: {0}")]
+    Allocator(gpu_allocator::AllocationError),
+    /// A resource was used against its description (a wrong size, a missing binding, a mip that is not there).
+    #[error("{name}: {fault}")]
+    Usage {
+        /// The resource's debug name.
+        name: String,
+        /// What is wrong.
+        fault: String,
+    },
+    /// A Vulkan call failed.
+    #[error("{what} failed: {result}")]
+    Vulkan {
+        /// What was being done.
+        what: String,
+        /// Vulkan's own answer.
+        result: vk::Result,
+    },
+}
+
+impl GpuError {
+    /// A [`GpuError::Usage`] from its two parts.
+    pub(crate) fn usage(name: impl Into<String>, fault: impl Into<String>) -> Self {
+        Self::Usage { name: name.into(), fault: fault.into() }
+    }
+}
+
+/// Adds "what was being done" to a Vulkan result.
+pub(crate) trait Doing<T> {
+    /// Names the operation in the error.
+    fn doing(self, what: impl Into<String>) -> Result<T>;
+}
+
+impl<T> Doing<T> for std::result::Result<T, vk::Result> {
+    fn doing(self, what: impl Into<String>) -> Result<T> {
+        self.map_err(|result| GpuError::Vulkan { what: what.into(), result })
+    }
+}

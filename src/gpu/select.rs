@@ -1,0 +1,164 @@
+//! Which physical device to run on, and what it must be able to do.
+
+use std::ffi::CStr;
+
+use ash::vk;
+
+use super::error::Doing;
+use super::{GpuError, Result};
+
+/// A physical device with what the choice depends on.
+pub(crate) struct Candidate {
+    pub(crate) physical: vk::PhysicalDevice,
+    pub(crate) name: String,
+    pub(crate) kind: vk::PhysicalDeviceType,
+    /// What the renderer needs and the device lacks; empty for a usable device.
+    pub(crate) missing: Vec<String>,
+    /// A family that can draw, compute and copy.
+    pub(crate) queue_family: u32,
+}
+
+/// The features that are switched on: all required ones, and the optional ones that the device has.
+#[derive(Clone, Copy, Default)]
+pub(crate) struct Features {
+    pub(crate) v10: vk::PhysicalDeviceFeatures,
+    pub(crate) scalar_block_layout: bool,
+    pub(crate) draw_parameters: bool,
+}
+
+/// The device that `wanted` names (an index, or part of a name in any case), or the best usable one.
+pub(crate) fn choose(instance: &ash::Instance, wanted: Option<&str>, extensions: &[&CStr]) -> Result<Candidate> {
+    // SAFETY: the instance is alive.
+    let physicals = unsafe { instance.enumerate_physical_devices() }.doing("listing the Vulkan devices")?;
+    let mut candidates = Vec::new();
+    for physical in physicals {
+        candidates.push(inspect(instance, physical, extensions));
+    }
+    if candidates.is_empty() {
+        return Err(GpuError::NoDriver);
+    }
+    if let Some(wanted) = wanted {
+        let index = match wanted.trim().parse::<usize>() {
+            Ok(index) => Some(index).filter(|index| *index < candidates.len()),
+            Err(_) => {
+                let needle = wanted.to_lowercase();
+                candidates.iter().position(|c| !needle.is_empty() && c.name.to_lowercase().contains(&needle))
+            }
+        };
+        let Some(index) = index else {
+            return Err(GpuError::UnknownDevice { wanted: wanted.to_owned(), available: list(&candidates) });
+        };
+        let chosen = candidates.swap_remove(index);
+        if !chosen.missing.is_empty() {
+            return Err(GpuError::MissingFeatures { device: chosen.name, missing: chosen.missing.join(", ") });
+        }
+        return Ok(chosen);
+    }
+    let best =
+        (0..candidates.len()).filter(|i| candidates[*i].missing.is_empty()).min_by_key(|i| rank(candidates[*i].kind));
+    match best {
+        Some(index) => Ok(candidates.swap_remove(index)),
+        None => {
+            let reasons: Vec<String> =
+                candidates.iter().map(|c| format!("{} lacks {}", c.name, c.missing.join(", "))).collect();
+            Err(GpuError::NoSuitableDevice(reasons.join("; ")))
+        }
+    }
+}
+
+fn rank(kind: vk::PhysicalDeviceType) -> u32 {
+    match kind {
+        vk::PhysicalDeviceType::DISCRETE_GPU => 0,
+        vk::PhysicalDeviceType::INTEGRATED_GPU => 1,
+        vk::PhysicalDeviceType::VIRTUAL_GPU => 2,
+        vk::PhysicalDeviceType::CPU => 3,
+        _ => 4,
+    }
+}
+
+fn list(candidates: &[Candidate]) -> String {
+    let names: Vec<String> = candidates.iter().enumerate().map(|(i, c)| format!("{i}: {}", c.name)).collect();
+    names.join(", ")
+}
+
+fn inspect(instance: &ash::Instance, physical: vk::PhysicalDevice, extensions: &[&CStr]) -> Candidate {
+    // SAFETY: `physical` comes from this live instance.
+    let properties = unsafe { instance.get_physical_device_properties(physical) };
+    let name = properties.device_name_as_c_str().map(CStr::to_string_lossy).unwrap_or_default().into_owned();
+    let mut missing = Vec::new();
+    // SAFETY: as above.
+    let families = unsafe { instance.get_physical_device_queue_family_properties(physical) };
+    let needed = vk::QueueFlags::GRAPHICS | vk::QueueFlags::COMPUTE;
+    let queue_family = families.iter().position(|f| f.queue_flags.contains(needed));
+    if queue_family.is_none() {
+        missing.push("a queue for graphics and compute".to_owned());
+    }
+    if properties.api_version < vk::API_VERSION_1_3 {
+        let v = properties.api_version;
+        missing.push(format!("Vulkan 1.3 (it has {}.{})", vk::api_version_major(v), vk::api_version_minor(v)));
+    } else {
+        missing.extend(missing_features(instance, physical));
+    }
+    // SAFETY: as above.
+    let available = unsafe { instance.enumerate_device_extension_properties(physical) }.unwrap_or_default();
+    for extension in extensions {
+        if !available.iter().any(|e| e.extension_name_as_c_str() == Ok(extension)) {
+            missing.push(extension.to_string_lossy().into_owned());
+        }
+    }
+    let kind = properties.device_type;
+    Candidate { physical, name, kind, missing, queue_family: queue_family.unwrap_or(0) as u32 }
+}
+
+fn missing_features(instance: &ash::Instance, physical: vk::PhysicalDevice) -> Vec<String> {
+    let mut v12 = vk::PhysicalDeviceVulkan12Features::default();
+    let mut v13 = vk::PhysicalDeviceVulkan13Features::default();
+    let mut all = vk::PhysicalDeviceFeatures2::default().push_next(&mut v12).push_next(&mut v13);
+    // SAFETY: the device is Vulkan 1.3, so it knows the whole chain.
+    unsafe { instance.get_physical_device_features2(physical, &mut all) };
+    let v10 = all.features;
+    [
+        (v10.tessellation_shader, "tessellationShader"),
+        (v10.shader_storage_image_extended_formats, "shaderStorageImageExtendedFormats"),
+        (v12.timeline_semaphore, "timelineSemaphore"),
+        (v13.dynamic_rendering, "dynamicRendering"),
+        (v13.synchronization2, "synchronization2"),
+        (v13.maintenance4, "maintenance4"),
+        (v13.shader_demote_to_helper_invocation, "shaderDemoteToHelperInvocation"),
+        (v13.shader_terminate_invocation, "shaderTerminateInvocation"),
+    ]
+    .into_iter()
+    .filter(|(has, _)| *has == vk::FALSE)
+    .map(|(_, name)| name.to_owned())
+    .collect()
+}
+
+/// What to switch on at device creation. The required 1.2 and 1.3 features are added by the caller.
+pub(crate) fn features(instance: &ash::Instance, physical: vk::PhysicalDevice) -> Features {
+    let mut v11 = vk::PhysicalDeviceVulkan11Features::default();
+    let mut v12 = vk::PhysicalDeviceVulkan12Features::default();
+    let mut all = vk::PhysicalDeviceFeatures2::default().push_next(&mut v11).push_next(&mut v12);
+    // SAFETY: only devices that passed `choose` come here, so it is Vulkan 1.3.
+    unsafe { instance.get_physical_device_features2(physical, &mut all) };
+    let has = all.features;
+    Features {
+        v10: vk::PhysicalDeviceFeatures {
+            tessellation_shader: vk::TRUE,
+            // glslang asks for this capability when a fragment shader reads gl_PrimitiveID.
+            geometry_shader: has.geometry_shader,
+            fill_mode_non_solid: has.fill_mode_non_solid,
+            sampler_anisotropy: has.sampler_anisotropy,
+            independent_blend: has.independent_blend,
+            fragment_stores_and_atomics: has.fragment_stores_and_atomics,
+            vertex_pipeline_stores_and_atomics: has.vertex_pipeline_stores_and_atomics,
+            shader_storage_image_extended_formats: has.shader_storage_image_extended_formats,
+            shader_image_gather_extended: has.shader_image_gather_extended,
+            image_cube_array: has.image_cube_array,
+            depth_clamp: has.depth_clamp,
+            depth_bias_clamp: has.depth_bias_clamp,
+            ..Default::default()
+        },
+        scalar_block_layout: v12.scalar_block_layout == vk::TRUE,
+        draw_parameters: v11.shader_draw_parameters == vk::TRUE,
+    }
+}

@@ -1,0 +1,134 @@
+//! Command buffers: recorded, submitted with or without semaphores, waited for, and used again.
+
+use std::any::Any;
+use std::sync::Arc;
+
+use ash::vk;
+
+use super::error::Doing;
+use super::{Commands, Gpu, Result};
+
+/// One command buffer that is recorded again and again. A window keeps one per frame in flight.
+///
+/// `record` waits until the previous submission is done, so at most one is under way.
+pub struct CommandRecorder {
+    gpu: Arc<Gpu>,
+    pool: vk::CommandPool,
+    buffer: vk::CommandBuffer,
+    fence: vk::Fence,
+    pending: bool,
+    name: String,
+    keep: Vec<Arc<dyn Any + Send + Sync>>,
+}
+
+impl CommandRecorder {
+    /// A recorder named `name` in captures and messages.
+    ///
+    /// # Errors
+    /// A failed Vulkan call.
+    pub fn new(gpu: &Arc<Gpu>, name: &str) -> Result<Self> {
+        let mut recorder = Self {
+            gpu: gpu.clone(),
+            pool: vk::CommandPool::null(),
+            buffer: vk::CommandBuffer::null(),
+            fence: vk::Fence::null(),
+            pending: false,
+            name: name.to_owned(),
+            keep: Vec::new(),
+        };
+        let device = gpu.raw();
+        let info = vk::CommandPoolCreateInfo::default().queue_family_index(gpu.queue_family());
+        // SAFETY: the device is alive; dropping the recorder destroys what was created.
+        recorder.pool = unsafe { device.create_command_pool(&info, None) }.doing("creating a command pool")?;
+        gpu.name(recorder.pool, name);
+        recorder.fence =
+            unsafe { device.create_fence(&vk::FenceCreateInfo::default(), None) }.doing("creating a fence")?;
+        gpu.name(recorder.fence, name);
+        let info = vk::CommandBufferAllocateInfo::default().command_pool(recorder.pool).command_buffer_count(1);
+        recorder.buffer = unsafe { device.allocate_command_buffers(&info) }.doing("creating a command buffer")?[0];
+        gpu.name(recorder.buffer, name);
+        Ok(recorder)
+    }
+
+    /// Waits for the previous submission and records anew.
+    ///
+    /// # Errors
+    /// The first misuse that recording met, or a failed Vulkan call.
+    pub fn record<R>(&mut self, label: &str, record: impl FnOnce(&mut Commands) -> R) -> Result<R> {
+        self.wait()?;
+        let device = self.gpu.raw();
+        let info = vk::CommandBufferBeginInfo::default().flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
+        // SAFETY: the previous submission is done, so the pool may be reset.
+        unsafe {
+            device
+                .reset_command_pool(self.pool, vk::CommandPoolResetFlags::empty())
+                .doing(format!("resetting {}", self.name))?;
+            device.begin_command_buffer(self.buffer, &info).doing(format!("recording {label}"))?;
+        }
+        let mut commands = Commands::new(&self.gpu, self.buffer);
+        let result = commands.label(label, record);
+        self.keep = commands.finish()?;
+        // SAFETY: recording began above.
+        unsafe { device.end_command_buffer(self.buffer) }.doing(format!("recording {label}"))?;
+        Ok(result)
+    }
+
+    /// Submits what was recorded, without waiting for it. The commands wait for each semaphore of `waits` at its stages
+    /// and signal those of `signals` when the given stages are done.
+    ///
+    /// # Errors
+    /// A failed submission, such as a lost device.
+    pub fn submit(
+        &mut self,
+        waits: &[(vk::Semaphore, vk::PipelineStageFlags2)],
+        signals: &[(vk::Semaphore, vk::PipelineStageFlags2)],
+    ) -> Result<()> {
+        let info = |(semaphore, stages): &(vk::Semaphore, vk::PipelineStageFlags2)| {
+            vk::SemaphoreSubmitInfo::default().semaphore(*semaphore).stage_mask(*stages)
+        };
+        let waits: Vec<_> = waits.iter().map(info).collect();
+        let signals: Vec<_> = signals.iter().map(info).collect();
+        let buffers = [vk::CommandBufferSubmitInfo::default().command_buffer(self.buffer)];
+        let submission = vk::SubmitInfo2::default()
+            .wait_semaphore_infos(&waits)
+            .command_buffer_infos(&buffers)
+            .signal_semaphore_infos(&signals);
+        let queue = self.gpu.queue();
+        // SAFETY: the buffer was recorded, the fence is unsignalled, the queue is held.
+        unsafe { self.gpu.raw().queue_submit2(*queue, &[submission], self.fence) }
+            .doing(format!("submitting {}", self.name))?;
+        self.pending = true;
+        Ok(())
+    }
+
+    /// Waits until the submission is done and lets go of what it used.
+    ///
+    /// # Errors
+    /// A lost device.
+    pub fn wait(&mut self) -> Result<()> {
+        if self.pending {
+            // SAFETY: the fence belongs to a submission under way.
+            unsafe {
+                self.gpu
+                    .raw()
+                    .wait_for_fences(&[self.fence], true, u64::MAX)
+                    .doing(format!("waiting for {}", self.name))?;
+                self.gpu.raw().reset_fences(&[self.fence]).doing("resetting a fence")?;
+            }
+            self.pending = false;
+        }
+        self.keep.clear();
+        Ok(())
+    }
+}
+
+impl Drop for CommandRecorder {
+    fn drop(&mut self) {
+        let _ = self.wait();
+        // SAFETY: nothing is under way; null handles are ignored.
+        unsafe {
+            self.gpu.raw().destroy_fence(self.fence, None);
+            self.gpu.raw().destroy_command_pool(self.pool, None);
+        }
+    }
+}

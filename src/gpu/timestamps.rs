@@ -1,0 +1,96 @@
+//! Time on the device between named marks.
+
+use std::sync::{Arc, Mutex, PoisonError};
+
+use ash::vk;
+
+use super::error::Doing;
+use super::{Gpu, GpuError, Result};
+
+/// Room for some marks. Clones share it.
+#[derive(Clone)]
+pub struct Timestamps {
+    pub(crate) inner: Arc<TimestampsInner>,
+}
+
+pub(crate) struct TimestampsInner {
+    gpu: Arc<Gpu>,
+    raw: vk::QueryPool,
+    capacity: u32,
+    names: Mutex<Vec<String>>,
+}
+
+impl Drop for TimestampsInner {
+    fn drop(&mut self) {
+        // SAFETY: commands that write the queries hold an Arc of them until they are done.
+        unsafe { self.gpu.raw().destroy_query_pool(self.raw, None) };
+    }
+}
+
+impl Timestamps {
+    /// Room for `capacity` marks per recording.
+    ///
+    /// # Errors
+    /// A failed Vulkan call, or [`GpuError::Usage`] where the device has no timestamps.
+    pub fn new(gpu: &Arc<Gpu>, capacity: u32) -> Result<Self> {
+        if gpu.limits().timestamp_compute_and_graphics == vk::FALSE {
+            return Err(GpuError::usage("timestamps", format!("{} has none", gpu.device_name())));
+        }
+        let info = vk::QueryPoolCreateInfo::default().query_type(vk::QueryType::TIMESTAMP).query_count(capacity.max(1));
+        // SAFETY: the device is alive.
+        let raw = unsafe { gpu.raw().create_query_pool(&info, None) }.doing("creating timestamps")?;
+        gpu.name(raw, "timestamps");
+        let names = Mutex::default();
+        Ok(Self { inner: Arc::new(TimestampsInner { gpu: gpu.clone(), raw, capacity: capacity.max(1), names }) })
+    }
+
+    pub(crate) fn reset(&self, commands: vk::CommandBuffer) {
+        self.inner.names.lock().unwrap_or_else(PoisonError::into_inner).clear();
+        // SAFETY: the command buffer is being recorded.
+        unsafe { self.inner.gpu.raw().cmd_reset_query_pool(commands, self.inner.raw, 0, self.inner.capacity) };
+    }
+
+    pub(crate) fn mark(&self, commands: vk::CommandBuffer, name: &str) -> Result<()> {
+        let mut names = self.inner.names.lock().unwrap_or_else(PoisonError::into_inner);
+        let index = names.len() as u32;
+        if index >= self.inner.capacity {
+            let fault = format!("there is room for {} marks only", self.inner.capacity);
+            return Err(GpuError::usage(name, fault));
+        }
+        names.push(name.to_owned());
+        let stage = vk::PipelineStageFlags2::ALL_COMMANDS;
+        // SAFETY: the command buffer is being recorded and the query exists.
+        unsafe { self.inner.gpu.raw().cmd_write_timestamp2(commands, stage, self.inner.raw, index) };
+        Ok(())
+    }
+
+    /// The marks in order: name and milliseconds since the first. Waits for the commands that write them, which must
+    /// have been submitted.
+    ///
+    /// # Errors
+    /// A lost device.
+    pub fn marks(&self) -> Result<Vec<(String, f64)>> {
+        let names = self.inner.names.lock().unwrap_or_else(PoisonError::into_inner).clone();
+        if names.is_empty() {
+            return Ok(Vec::new());
+        }
+        let mut ticks = vec![0u64; names.len()];
+        let flags = vk::QueryResultFlags::TYPE_64 | vk::QueryResultFlags::WAIT;
+        // SAFETY: `ticks` has room for all marks.
+        unsafe { self.inner.gpu.raw().get_query_pool_results(self.inner.raw, 0, &mut ticks, flags) }
+            .doing("reading timestamps")?;
+        let period = f64::from(self.inner.gpu.limits().timestamp_period);
+        let since = |tick: u64| tick.wrapping_sub(ticks[0]) as f64 * period * 1e-6;
+        Ok(names.into_iter().zip(ticks.iter().map(|tick| since(*tick))).collect())
+    }
+
+    /// The time from each mark to the next, in milliseconds, under the name of the later: a pass is timed by a mark
+    /// after it. The first mark only starts the clock.
+    ///
+    /// # Errors
+    /// As [`marks`](Self::marks).
+    pub fn intervals(&self) -> Result<Vec<(String, f64)>> {
+        let marks = self.marks()?;
+        Ok(marks.windows(2).map(|pair| (pair[1].0.clone(), pair[1].1 - pair[0].1)).collect())
+    }
+}

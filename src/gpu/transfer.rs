@@ -1,0 +1,88 @@
+//! Image data between the CPU and the device, in chunks that fit a small heap.
+
+use bytemuck::{AnyBitPattern, NoUninit};
+
+use super::buffer::STAGING_BYTES;
+use super::{Buffer, GpuError, Image, Memory, Result, Use};
+
+impl Image {
+    /// Fills a mip of a layer with tightly packed texels, first row on top, and waits. The whole image is in
+    /// [`Use::Sampled`] afterwards; mips not written yet stay undefined.
+    ///
+    /// # Errors
+    /// [`GpuError::Usage`] when `data` is not exactly the mip's size or there is no such mip, [`GpuError::Allocation`]
+    /// when memory for staging is short, or a failed submission.
+    pub fn write<T: NoUninit>(&self, mip: u32, layer: u32, data: &[T]) -> Result<()> {
+        let bytes: &[u8] = bytemuck::cast_slice(data);
+        let (row, rows_per_chunk) = self.chunks(mip, layer)?;
+        let height = self.mip_extent(mip)[1];
+        if bytes.len() as u64 != row * u64::from(height) {
+            let [width, height] = self.mip_extent(mip);
+            let fault = format!(
+                "mip {mip} of {width}x{height} texels has {} bytes, not {}",
+                row * u64::from(height),
+                bytes.len()
+            );
+            return Err(GpuError::usage(self.name(), fault));
+        }
+        let staging_bytes = row * u64::from(rows_per_chunk.min(height));
+        let staging = Buffer::new(self.gpu(), "image staging", staging_bytes, Memory::Upload)?;
+        for (i, chunk) in bytes.chunks((row * u64::from(rows_per_chunk)) as usize).enumerate() {
+            let top = i as u32 * rows_per_chunk;
+            let bottom = (top + rows_per_chunk).min(height);
+            staging.write(0, chunk)?;
+            self.gpu().submit(&format!("write {}", self.name()), |cmd| {
+                cmd.transition(self, Use::CopyTarget);
+                cmd.copy_buffer_to_image(&staging, 0, self, mip, layer, top..bottom);
+                cmd.transition(self, Use::Sampled);
+            })?;
+        }
+        Ok(())
+    }
+
+    /// Reads a mip of a layer, tightly packed, first row on top, and waits. The whole image returns to the use it was
+    /// in, or to [`Use::CopySource`] if it had none.
+    ///
+    /// # Errors
+    /// [`GpuError::Usage`] when there is no such mip or the texels do not divide into `T`, [`GpuError::Allocation`] when
+    /// memory for staging is short, or a failed submission.
+    pub fn read<T: AnyBitPattern + NoUninit>(&self, mip: u32, layer: u32) -> Result<Vec<T>> {
+        let (row, rows_per_chunk) = self.chunks(mip, layer)?;
+        let height = self.mip_extent(mip)[1];
+        let total = (row * u64::from(height)) as usize;
+        if size_of::<T>() == 0 || !total.is_multiple_of(size_of::<T>()) {
+            let fault = format!("{total} bytes of mip {mip} do not divide into values of {} bytes", size_of::<T>());
+            return Err(GpuError::usage(self.name(), fault));
+        }
+        let mut values: Vec<T> = vec![T::zeroed(); total / size_of::<T>()];
+        let bytes: &mut [u8] = bytemuck::cast_slice_mut(&mut values);
+        let staging_bytes = row * u64::from(rows_per_chunk.min(height));
+        let staging = Buffer::new(self.gpu(), "image readback", staging_bytes, Memory::Readback)?;
+        for (i, chunk) in bytes.chunks_mut((row * u64::from(rows_per_chunk)) as usize).enumerate() {
+            let top = i as u32 * rows_per_chunk;
+            let bottom = (top + rows_per_chunk).min(height);
+            let before = self.last_use();
+            self.gpu().submit(&format!("read {}", self.name()), |cmd| {
+                cmd.transition(self, Use::CopySource);
+                cmd.copy_image_to_buffer(self, mip, layer, top..bottom, &staging, 0);
+                if before != Use::Undefined {
+                    cmd.transition(self, before);
+                }
+            })?;
+            staging.with_mapped(|mapped| chunk.copy_from_slice(&mapped[..chunk.len()]))?;
+        }
+        Ok(values)
+    }
+
+    /// Says which use the whole image is in, after [`mip_barrier`](super::Commands::mip_barrier)s brought it there.
+    pub fn assume(&self, last: Use) {
+        self.set_last_use(last);
+    }
+
+    /// Bytes of a row of the mip, and how many rows make a chunk.
+    fn chunks(&self, mip: u32, layer: u32) -> Result<(u64, u32)> {
+        self.check_mip_layer(mip, layer)?;
+        let row = self.texel_bytes()? * u64::from(self.mip_extent(mip)[0]);
+        Ok((row, u32::try_from(STAGING_BYTES / row).unwrap_or(u32::MAX).max(1)))
+    }
+}

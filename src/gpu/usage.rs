@@ -1,0 +1,137 @@
+//! How resources are used: the few combinations of stage, access and layout that this renderer needs.
+
+use ash::vk;
+
+/// A use of an image or of memory. A barrier goes from one use to the next.
+///
+/// For buffers and other memory the image layout is without meaning.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Use {
+    /// Nothing yet, or content that may be thrown away. Waits for all earlier work.
+    Undefined,
+    /// Source of a copy or blit.
+    CopySource,
+    /// Target of a copy, blit, clear or fill.
+    CopyTarget,
+    /// Sampled texture in any shader; the layout of every `Descriptor::Sampled`.
+    Sampled,
+    /// Storage buffer or storage image read by a compute shader.
+    ComputeRead,
+    /// Storage buffer or storage image written by a compute shader.
+    ComputeWrite,
+    /// Storage buffer or storage image both read and written by a compute shader.
+    ComputeReadWrite,
+    /// Storage or uniform buffer (or storage image) read by any graphics stage.
+    GraphicsRead,
+    /// Index buffer.
+    Index,
+    /// Parameters of an indirect draw or dispatch.
+    Indirect,
+    /// Colour attachment, loaded, blended and stored.
+    ColorTarget,
+    /// Depth attachment, tested and written.
+    DepthTarget,
+    /// Read by the CPU after the submission.
+    HostRead,
+    /// Shown by a swapchain.
+    Present,
+}
+
+impl Use {
+    /// Pipeline stages that take part.
+    pub(crate) fn stages(self) -> vk::PipelineStageFlags2 {
+        use vk::PipelineStageFlags2 as S;
+        match self {
+            Self::Undefined => S::ALL_COMMANDS,
+            Self::CopySource | Self::CopyTarget => S::ALL_TRANSFER,
+            Self::Sampled => S::PRE_RASTERIZATION_SHADERS | S::FRAGMENT_SHADER | S::COMPUTE_SHADER,
+            Self::ComputeRead | Self::ComputeWrite | Self::ComputeReadWrite => S::COMPUTE_SHADER,
+            Self::GraphicsRead => S::PRE_RASTERIZATION_SHADERS | S::FRAGMENT_SHADER,
+            Self::Index => S::INDEX_INPUT,
+            Self::Indirect => S::DRAW_INDIRECT,
+            Self::ColorTarget => S::COLOR_ATTACHMENT_OUTPUT,
+            Self::DepthTarget => S::EARLY_FRAGMENT_TESTS | S::LATE_FRAGMENT_TESTS,
+            Self::HostRead => S::HOST,
+            // The semaphore that present waits for does the ordering.
+            Self::Present => S::COLOR_ATTACHMENT_OUTPUT,
+        }
+    }
+
+    /// Memory accesses of those stages.
+    pub(crate) fn access(self) -> vk::AccessFlags2 {
+        use vk::AccessFlags2 as A;
+        match self {
+            // Whatever was written there before must be over.
+            Self::Undefined => A::MEMORY_WRITE,
+            Self::Present => A::NONE,
+            Self::CopySource => A::TRANSFER_READ,
+            Self::CopyTarget => A::TRANSFER_WRITE,
+            Self::Sampled => A::SHADER_SAMPLED_READ,
+            Self::ComputeRead => A::SHADER_STORAGE_READ | A::UNIFORM_READ,
+            Self::ComputeWrite => A::SHADER_STORAGE_WRITE,
+            Self::ComputeReadWrite => A::SHADER_STORAGE_READ | A::SHADER_STORAGE_WRITE,
+            Self::GraphicsRead => A::SHADER_STORAGE_READ | A::UNIFORM_READ,
+            Self::Index => A::INDEX_READ,
+            Self::Indirect => A::INDIRECT_COMMAND_READ,
+            Self::ColorTarget => A::COLOR_ATTACHMENT_READ | A::COLOR_ATTACHMENT_WRITE,
+            Self::DepthTarget => A::DEPTH_STENCIL_ATTACHMENT_READ | A::DEPTH_STENCIL_ATTACHMENT_WRITE,
+            Self::HostRead => A::HOST_READ,
+        }
+    }
+
+    /// Layout an image has in this use.
+    pub(crate) fn layout(self) -> vk::ImageLayout {
+        use vk::ImageLayout as L;
+        match self {
+            Self::Undefined => L::UNDEFINED,
+            Self::CopySource => L::TRANSFER_SRC_OPTIMAL,
+            Self::CopyTarget => L::TRANSFER_DST_OPTIMAL,
+            Self::Sampled => L::SHADER_READ_ONLY_OPTIMAL,
+            Self::ColorTarget => L::COLOR_ATTACHMENT_OPTIMAL,
+            Self::DepthTarget => L::DEPTH_ATTACHMENT_OPTIMAL,
+            Self::Present => L::PRESENT_SRC_KHR,
+            Self::ComputeRead
+            | Self::ComputeWrite
+            | Self::ComputeReadWrite
+            | Self::GraphicsRead
+            | Self::Index
+            | Self::Indirect
+            | Self::HostRead => L::GENERAL,
+        }
+    }
+
+    /// The inverse of `as u8`, for the use an image remembers.
+    pub(crate) fn from_u8(value: u8) -> Self {
+        const ALL: [Use; 14] = [
+            Use::Undefined,
+            Use::CopySource,
+            Use::CopyTarget,
+            Use::Sampled,
+            Use::ComputeRead,
+            Use::ComputeWrite,
+            Use::ComputeReadWrite,
+            Use::GraphicsRead,
+            Use::Index,
+            Use::Indirect,
+            Use::ColorTarget,
+            Use::DepthTarget,
+            Use::HostRead,
+            Use::Present,
+        ];
+        ALL.get(usize::from(value)).copied().unwrap_or(Self::Undefined)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Use;
+
+    #[test]
+    fn an_image_remembers_every_use() {
+        for value in 0..14 {
+            assert_eq!(Use::from_u8(value) as u8, value);
+        }
+        assert_eq!(Use::Present as u8, 13);
+    }
+}

@@ -1,0 +1,51 @@
+//! The validation layer's messages, collected so that tests can demand silence.
+
+use std::ffi::{CStr, c_void};
+use std::sync::Mutex;
+
+use ash::vk;
+
+/// The layer that checks the use of Vulkan.
+pub(crate) const LAYER: &CStr = c"VK_LAYER_KHRONOS_validation";
+
+/// Core and synchronization checks. Not the GPU-assisted ones: they report false errors with push descriptors.
+pub(crate) const ENABLED: [vk::ValidationFeatureEnableEXT; 1] =
+    [vk::ValidationFeatureEnableEXT::SYNCHRONIZATION_VALIDATION];
+
+/// Where the messenger writes. Boxed by its owner, because Vulkan keeps its address.
+pub(crate) type Messages = Mutex<Vec<String>>;
+
+/// Warnings and errors of the validation layer go to `messages`, which must outlive the messenger.
+pub(crate) fn messenger_info(messages: &Messages) -> vk::DebugUtilsMessengerCreateInfoEXT<'static> {
+    vk::DebugUtilsMessengerCreateInfoEXT::default()
+        .message_severity(vk::DebugUtilsMessageSeverityFlagsEXT::WARNING | vk::DebugUtilsMessageSeverityFlagsEXT::ERROR)
+        .message_type(vk::DebugUtilsMessageTypeFlagsEXT::VALIDATION)
+        .pfn_user_callback(Some(collect))
+        .user_data(std::ptr::from_ref(messages).cast_mut().cast())
+}
+
+unsafe extern "system" fn collect(
+    severity: vk::DebugUtilsMessageSeverityFlagsEXT,
+    _kind: vk::DebugUtilsMessageTypeFlagsEXT,
+    data: *const vk::DebugUtilsMessengerCallbackDataEXT<'_>,
+    user: *mut c_void,
+) -> vk::Bool32 {
+    if data.is_null() || user.is_null() {
+        return vk::FALSE;
+    }
+    // SAFETY: Vulkan hands over valid callback data, and `user` is the `Messages` that outlives the messenger.
+    let (text, messages) = unsafe {
+        let data = &*data;
+        let text = data.message_as_c_str().map(CStr::to_string_lossy).unwrap_or_default();
+        (text.into_owned(), &*user.cast::<Messages>())
+    };
+    if severity.contains(vk::DebugUtilsMessageSeverityFlagsEXT::ERROR) {
+        tracing::error!(target: "vulkan", "{text}");
+    } else {
+        tracing::warn!(target: "vulkan", "{text}");
+    }
+    if let Ok(mut messages) = messages.lock() {
+        messages.push(text);
+    }
+    vk::FALSE
+}

@@ -1,0 +1,257 @@
+//! OpenEXR: the `exr` crate parses the header and unpacks blocks; this file decides which blocks may be unpacked.
+//!
+//! Offsets, block lengths and the size of the result are checked against the file before they are believed, blocks
+//! go one at a time, and a panic in the crate becomes an error. Deep data, subsampled channels and High-Throughput
+//! JPEG 2000 are refused with a sentence; of mip levels the largest is read.
+
+use std::cell::Cell;
+use std::collections::HashSet;
+use std::io::Cursor;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Once;
+
+use exr::block::UncompressedBlock;
+use exr::block::chunk::{Chunk, CompressedBlock, CompressedScanLineBlock, CompressedTileBlock, TileCoordinates};
+use exr::math::Vec2;
+use exr::meta::header::Header;
+use exr::meta::{BlockDescription, MetaData};
+use exr::prelude::SampleType;
+
+use super::png_read::one_line;
+use super::{MapFault, limits};
+
+/// The chosen channels of one part, each `width * height` values, row 0 on top.
+pub(crate) struct Planes {
+    pub width: u32,
+    pub height: u32,
+    pub planes: Vec<Vec<f32>>,
+}
+
+/// Which channels to take from the names of a part, as indices; `None` passes on to the next part.
+pub(crate) type Choose = fn(&[String]) -> Option<Vec<usize>>;
+
+/// Whether the bytes start like an OpenEXR file.
+pub(crate) fn is_exr(bytes: &[u8]) -> bool {
+    bytes.starts_with(&[0x76, 0x2f, 0x31, 0x01])
+}
+
+/// Decodes the channels that `choose` picks from the first part in which it picks any; `wanted` names them for the
+/// error message.
+pub(crate) fn decode(bytes: &[u8], choose: Choose, wanted: &str) -> Result<Planes, MapFault> {
+    // The last resort: damaged blocks overflow arithmetic inside the crate (its B44, for one).
+    let quiet = Quiet::begin();
+    let decoded = catch_unwind(AssertUnwindSafe(|| decode_unguarded(bytes, choose, wanted)));
+    drop(quiet);
+    decoded.unwrap_or_else(|_| Err(MapFault::damaged("the EXR decoder gave up on it (internal panic)")))
+}
+
+thread_local! {
+    /// Whether this thread's panics are expected and become an error.
+    static QUIET: Cell<bool> = const { Cell::new(false) };
+}
+
+/// While one lives, a panic of this thread prints nothing; other threads and times keep the hook that was there.
+struct Quiet;
+
+impl Quiet {
+    fn begin() -> Self {
+        static INSTALL: Once = Once::new();
+        INSTALL.call_once(|| {
+            let before = std::panic::take_hook();
+            std::panic::set_hook(Box::new(move |info| {
+                if !QUIET.get() {
+                    before(info);
+                }
+            }));
+        });
+        QUIET.set(true);
+        Self
+    }
+}
+
+impl Drop for Quiet {
+    fn drop(&mut self) {
+        QUIET.set(false);
+    }
+}
+
+fn decode_unguarded(bytes: &[u8], choose: Choose, wanted: &str) -> Result<Planes, MapFault> {
+    let mut cursor = Cursor::new(bytes);
+    let meta = MetaData::read_from_buffered(&mut cursor, false).map_err(fault)?;
+    let tables_start = cursor.position() as usize;
+    let chunk_counts: Vec<usize> = meta.headers.iter().map(|h| h.chunk_count).collect();
+    let chunks = chunk_counts.iter().try_fold(0usize, |sum, &n| sum.checked_add(n));
+    if chunks.and_then(|n| n.checked_mul(8)).is_none_or(|n| n > bytes.len() - tables_start) {
+        return Err(MapFault::damaged("the file is shorter than its own table of blocks"));
+    }
+
+    let (part, picked) = pick_part(&meta, choose, wanted)?;
+    let header = &meta.headers[part];
+    let (width, height) = (header.layer_size.width() as u64, header.layer_size.height() as u64);
+    limits::check_size(
+        width,
+        height,
+        (header.channels.bytes_per_pixel as u64).max(4 * picked.len() as u64),
+        bytes.len(),
+    )?;
+    // Only now, so that sizes of zero and of billions get their own sentences.
+    MetaData::validate(&meta.headers, false).map_err(fault)?;
+
+    let table = tables_start + 8 * chunk_counts[..part].iter().sum::<usize>();
+    let offsets = bytes[table..table + 8 * chunk_counts[part]].chunks_exact(8);
+    let offsets: Vec<u64> = offsets.map(|b| u64::from_le_bytes(b.try_into().expect("eight bytes"))).collect();
+
+    let texel_count = (width * height) as usize;
+    let mut planes = Vec::new();
+    let mut seen = HashSet::new();
+    let mut covered = 0;
+    for offset in offsets {
+        let Some(block) = read_block(bytes, offset, part, &meta)? else { continue };
+        if !seen.insert(block.index.pixel_position) {
+            return Err(MapFault::damaged("two of its blocks claim the same texels"));
+        }
+        covered += block.index.pixel_size.area();
+        // Only once a block has really filled its place is the size believed.
+        while planes.len() < picked.len() {
+            planes.push(limits::zeroed::<f32>(texel_count)?);
+        }
+        copy_lines(&block, header, &picked, width as usize, &mut planes)?;
+    }
+    if covered != texel_count {
+        return Err(MapFault::damaged(format!("its blocks hold {covered} of {texel_count} texels")));
+    }
+    Ok(Planes { width: width as u32, height: height as u32, planes })
+}
+
+/// The first flat part in which `choose` finds its channels.
+fn pick_part(meta: &MetaData, choose: Choose, wanted: &str) -> Result<(usize, Vec<usize>), MapFault> {
+    let mut found = Vec::new();
+    for (part, header) in meta.headers.iter().enumerate() {
+        if header.deep {
+            found.push("deep data".to_string());
+            continue;
+        }
+        let names: Vec<String> = header.channels.list.iter().map(|c| c.name.to_string()).collect();
+        let Some(picked) = choose(&names) else {
+            found.extend(names);
+            continue;
+        };
+        if header.channels.list.iter().any(|c| c.sampling != Vec2(1, 1)) {
+            let what = "its channels are subsampled (luminance/chroma)".into();
+            return Err(MapFault::Unsupported { what, remedy: "save it as plain RGB".into() });
+        }
+        return Ok((part, picked));
+    }
+    let mut found = found.join(", ").escape_debug().to_string();
+    if let Some((cut, _)) = found.char_indices().nth(200) {
+        found.truncate(cut);
+    }
+    let what = format!("it has no channel {wanted}, only: {found}");
+    Err(MapFault::Unsupported { what, remedy: "rename or re-export its channels".into() })
+}
+
+/// Little-endian `i32` at `*at`, which moves on.
+fn read_i32(bytes: &[u8], at: &mut usize) -> Result<i32, MapFault> {
+    let end = at.checked_add(4).filter(|&end| end <= bytes.len());
+    let end = end.ok_or_else(|| MapFault::damaged("a block lies outside the file (truncated?)"))?;
+    let value = i32::from_le_bytes(bytes[*at..end].try_into().expect("four bytes"));
+    *at = end;
+    Ok(value)
+}
+
+/// Unpacks the block at `offset`, or `None` when it belongs to a smaller mip level.
+fn read_block(bytes: &[u8], offset: u64, part: usize, meta: &MetaData) -> Result<Option<UncompressedBlock>, MapFault> {
+    if offset == 0 {
+        return Err(MapFault::damaged("a block was never written (incomplete render?)"));
+    }
+    let mut at = usize::try_from(offset).unwrap_or(usize::MAX);
+    if meta.requirements.is_multilayer() && read_i32(bytes, &mut at)? != part as i32 {
+        return Err(MapFault::damaged("a block belongs to another part than its table says"));
+    }
+    let negative = |_| MapFault::damaged("a tile has a negative index");
+    let tiled = matches!(meta.headers[part].blocks, BlockDescription::Tiles(_));
+    let (mut coordinates, mut y_coordinate) = ([0usize; 4], 0);
+    if tiled {
+        for value in &mut coordinates {
+            *value = usize::try_from(read_i32(bytes, &mut at)?).map_err(negative)?;
+        }
+    } else {
+        y_coordinate = read_i32(bytes, &mut at)?;
+    }
+    let len =
+        usize::try_from(read_i32(bytes, &mut at)?).map_err(|_| MapFault::damaged("a block has a negative length"))?;
+    let data = at.checked_add(len).and_then(|end| bytes.get(at..end));
+    let data = data.ok_or_else(|| MapFault::damaged("a block lies outside the file (truncated?)"))?;
+    if coordinates[2..] != [0, 0] {
+        return Ok(None);
+    }
+    let compressed_pixels_le = data.to_vec();
+    let compressed_block = if tiled {
+        let [x, y, level_x, level_y] = coordinates;
+        let coordinates = TileCoordinates { tile_index: Vec2(x, y), level_index: Vec2(level_x, level_y) };
+        CompressedBlock::Tile(CompressedTileBlock { coordinates, compressed_pixels_le })
+    } else {
+        CompressedBlock::ScanLine(CompressedScanLineBlock { y_coordinate, compressed_pixels_le })
+    };
+    let chunk = Chunk { layer_index: part, compressed_block };
+    UncompressedBlock::decompress_chunk(chunk, meta, false).map(Some).map_err(fault)
+}
+
+/// Copies the picked channels of a block into their planes.
+fn copy_lines(
+    block: &UncompressedBlock,
+    header: &Header,
+    picked: &[usize],
+    width: usize,
+    planes: &mut [Vec<f32>],
+) -> Result<(), MapFault> {
+    for line in block.lines(&header.channels) {
+        let Some(slot) = picked.iter().position(|&p| p == line.location.channel) else { continue };
+        let Vec2(x, y) = line.location.position;
+        let start = y * width + x;
+        let row = planes[slot].get_mut(start..start + line.location.sample_count);
+        let row = row.ok_or_else(|| MapFault::damaged("a block lies outside the image"))?;
+        match header.channels.list[line.location.channel].sample_type {
+            SampleType::F16 => fill(row, line.read_samples::<exr::prelude::f16>(), |v| v.to_f32())?,
+            SampleType::F32 => fill(row, line.read_samples::<f32>(), |v| v)?,
+            SampleType::U32 => fill(row, line.read_samples::<u32>(), |v| v as f32)?,
+        }
+    }
+    Ok(())
+}
+
+fn fill<T>(
+    row: &mut [f32],
+    samples: impl Iterator<Item = exr::error::Result<T>>,
+    convert: impl Fn(T) -> f32,
+) -> Result<(), MapFault> {
+    for (texel, sample) in row.iter_mut().zip(samples) {
+        *texel = convert(sample.map_err(fault)?);
+    }
+    Ok(())
+}
+
+/// The crate's reason as one of our sentences.
+fn fault(error: exr::error::Error) -> MapFault {
+    match error {
+        exr::error::Error::NotSupported(reason) => MapFault::Unsupported {
+            what: one_line(&reason),
+            remedy: "save it as a flat EXR with ZIP compression".into(),
+        },
+        exr::error::Error::Invalid(reason) => MapFault::damaged(one_line(&reason)),
+        other => MapFault::damaged(one_line(&other)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_panic_while_decoding_is_an_error() {
+        let bytes = crate::maps::save::encode_exr(1, 1, &[("Y", &[1.0])]).unwrap();
+        assert_eq!(decode(&bytes, |_| Some(vec![0]), "Y").unwrap().planes, [[1.0]]);
+        let message = decode(&bytes, |_| panic!("on purpose"), "Y").map(|_| ()).unwrap_err().to_string();
+        assert!(message.contains("internal panic"), "{message}");
+    }
+}

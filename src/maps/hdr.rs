@@ -1,0 +1,241 @@
+//! Radiance `.hdr` (RGBE and XYZE), read strictly: flat, old run-length and new run-length scanlines, all eight
+//! axis orders. Memory grows with the bytes that are really there, never with the header.
+//!
+//! Decisions: texel = mantissa * 2^(e - 136), as in most readers (Radiance itself adds half a step). `EXPOSURE=` lines
+//! are divided out, as the format says. `PRIMARIES=`, `GAMMA=` and `COLORCORR=` are ignored (Photoshop writes
+//! meaningless ones). XYZE is taken to Rec.709 with a D65 white, what falls outside its gamut is clamped to 0.
+
+use super::{MapFault, RgbImage, limits};
+
+/// Longest header line; real ones are under 200 bytes.
+const MAX_LINE: usize = 4096;
+/// Most header lines.
+const MAX_LINES: usize = 1024;
+
+/// CIE XYZ to linear Rec.709 (D65), rows R, G, B.
+const RGB_FROM_XYZ: [[f32; 3]; 3] = [
+    [3.240_454_2, -1.537_138_5, -0.498_531_4],
+    [-0.969_266, 1.876_010_8, 0.041_556],
+    [0.055_643_4, -0.204_025_9, 1.057_225_2],
+];
+
+/// Whether the bytes start like a Radiance picture.
+pub(crate) fn is_hdr(bytes: &[u8]) -> bool {
+    bytes.starts_with(b"#?RADIANCE") || bytes.starts_with(b"#?RGBE")
+}
+
+/// Decodes a whole Radiance picture.
+pub(crate) fn decode(bytes: &[u8]) -> Result<RgbImage, MapFault> {
+    let (header, mut body) = read_header(bytes)?;
+    let (major, minor) = (header.axes[0].len, header.axes[1].len);
+    limits::check_size(header.width(), header.height(), 12, bytes.len())?;
+    let (major, minor) = (major as usize, minor as usize);
+
+    let scales: Vec<f32> =
+        (0..256).map(|e| if e == 0 { 0.0 } else { (f64::powi(2.0, e - 136) / header.exposure) as f32 }).collect();
+    let mut texels: Vec<[f32; 3]> = Vec::new();
+    let mut line = Vec::with_capacity(minor);
+    for row in 0..major {
+        read_scanline(&mut body, minor, &mut line)
+            .map_err(|what| MapFault::damaged(format!("{what} in scanline {row} of {major}")))?;
+        texels.try_reserve(minor).map_err(|_| MapFault::TooLarge { what: "no memory for its texels".into() })?;
+        texels.extend(line.iter().map(|&[r, g, b, e]| {
+            let value = [r, g, b].map(|m| f32::from(m) * scales[e as usize]);
+            if header.xyz { rgb_from_xyz(value) } else { value }
+        }));
+    }
+    let texels = header.upright(texels);
+    RgbImage::new(header.width() as u32, header.height() as u32, texels)
+}
+
+/// Rec.709 of an XYZ colour, clamped to its gamut from below.
+fn rgb_from_xyz(xyz: [f32; 3]) -> [f32; 3] {
+    RGB_FROM_XYZ.map(|row| (row[0] * xyz[0] + row[1] * xyz[1] + row[2] * xyz[2]).max(0.0))
+}
+
+/// One axis of the resolution line.
+#[derive(Clone, Copy)]
+struct Axis {
+    is_y: bool,
+    /// The format's sign: `+X` runs right, `-Y` runs down.
+    increasing: bool,
+    len: u64,
+}
+
+struct Header {
+    xyz: bool,
+    exposure: f64,
+    /// Slow axis first.
+    axes: [Axis; 2],
+}
+
+impl Header {
+    fn width(&self) -> u64 {
+        if self.axes[0].is_y { self.axes[1].len } else { self.axes[0].len }
+    }
+
+    fn height(&self) -> u64 {
+        if self.axes[0].is_y { self.axes[0].len } else { self.axes[1].len }
+    }
+
+    /// Texels in file order to row-major order from the top left.
+    fn upright(&self, texels: Vec<[f32; 3]>) -> Vec<[f32; 3]> {
+        let [slow, fast] = self.axes;
+        if slow.is_y && !slow.increasing && fast.increasing {
+            return texels;
+        }
+        let (width, height) = (self.width() as usize, self.height() as usize);
+        let mut upright = vec![[0.0; 3]; texels.len()];
+        for (index, texel) in texels.into_iter().enumerate() {
+            let (i, j) = (index / fast.len as usize, index % fast.len as usize);
+            let (x_axis, x, y_axis, y) = if slow.is_y { (fast, j, slow, i) } else { (slow, i, fast, j) };
+            let x = if x_axis.increasing { x } else { width - 1 - x };
+            let y = if y_axis.increasing { height - 1 - y } else { y };
+            upright[y * width + x] = texel;
+        }
+        upright
+    }
+}
+
+/// Takes one line off the front, without its line end (`\n` or `\r\n`).
+fn take_line<'a>(rest: &mut &'a [u8]) -> Result<&'a [u8], MapFault> {
+    let window = &rest[..rest.len().min(MAX_LINE)];
+    let Some(end) = window.iter().position(|&b| b == b'\n') else {
+        return Err(MapFault::damaged(if rest.len() > MAX_LINE {
+            format!("a header line is longer than {MAX_LINE} bytes")
+        } else {
+            "the header ends before the resolution line".into()
+        }));
+    };
+    let line = &rest[..end];
+    *rest = &rest[end + 1..];
+    Ok(line.strip_suffix(b"\r").unwrap_or(line))
+}
+
+fn read_header(bytes: &[u8]) -> Result<(Header, &[u8]), MapFault> {
+    let mut rest = bytes;
+    take_line(&mut rest)?;
+    let (mut xyz, mut exposure) = (false, 1.0f64);
+    for count in 0.. {
+        if count == MAX_LINES {
+            return Err(MapFault::damaged(format!("its header has more than {MAX_LINES} lines")));
+        }
+        let line = take_line(&mut rest)?;
+        if line.is_empty() {
+            break;
+        }
+        let line = String::from_utf8_lossy(line);
+        if let Some(format) = line.strip_prefix("FORMAT=") {
+            xyz = match format.trim() {
+                "32-bit_rle_rgbe" => false,
+                "32-bit_rle_xyze" => true,
+                other => {
+                    let what = format!("its FORMAT is `{}`", other.escape_debug());
+                    return Err(MapFault::Unsupported { what, remedy: "save it as 32-bit_rle_rgbe".into() });
+                }
+            };
+        } else if let Some(value) = line.strip_prefix("EXPOSURE=") {
+            // Several lines multiply.
+            exposure *= value.trim().parse::<f64>().unwrap_or(f64::NAN);
+            if !(1e-20..=1e20).contains(&exposure) {
+                let what = format!("EXPOSURE is `{}`, not a positive number", value.trim().escape_debug());
+                return Err(MapFault::damaged(what));
+            }
+        }
+    }
+    let line = String::from_utf8_lossy(take_line(&mut rest)?).into_owned();
+    let axes = parse_resolution(&line).ok_or_else(|| {
+        let shown: String = line.chars().take(40).collect();
+        MapFault::damaged(format!("its resolution line is `{}`, not like `-Y 512 +X 1024`", shown.escape_debug()))
+    })?;
+    Ok((Header { xyz, exposure, axes }, rest))
+}
+
+fn parse_resolution(line: &str) -> Option<[Axis; 2]> {
+    let words: Vec<&str> = line.split_ascii_whitespace().collect();
+    let axis = |name: &str, len: &str| {
+        let increasing = match name.as_bytes().first()? {
+            b'+' => true,
+            b'-' => false,
+            _ => return None,
+        };
+        let is_y = match &name[1..] {
+            "Y" => true,
+            "X" => false,
+            _ => return None,
+        };
+        // Digits only: no sign, no exponent; too long for 64 bits is a refusal as well.
+        let len = len.bytes().all(|b| b.is_ascii_digit()).then(|| len.parse().ok())??;
+        Some(Axis { is_y, increasing, len })
+    };
+    let [a, a_len, b, b_len] = words[..] else { return None };
+    let axes = [axis(a, a_len)?, axis(b, b_len)?];
+    (axes[0].is_y != axes[1].is_y).then_some(axes)
+}
+
+/// Takes `n` bytes off the front.
+fn take<'a>(body: &mut &'a [u8], n: usize) -> Result<&'a [u8], &'static str> {
+    let (head, tail) = body.split_at_checked(n).ok_or("the file ends")?;
+    *body = tail;
+    Ok(head)
+}
+
+fn read_scanline(body: &mut &[u8], len: usize, line: &mut Vec<[u8; 4]>) -> Result<(), &'static str> {
+    line.clear();
+    match **body {
+        [2, 2, high, low, ..] if high < 128 && (8..32768).contains(&len) => {
+            if usize::from(high) << 8 | usize::from(low) != len {
+                return Err("the run-length width differs from the resolution line");
+            }
+            *body = &body[4..];
+            line.resize(len, [0; 4]);
+            (0..4).try_for_each(|channel| read_channel(body, line, channel))
+        }
+        _ => read_old_scanline(body, len, line),
+    }
+}
+
+/// One channel of a new run-length scanline.
+fn read_channel(body: &mut &[u8], line: &mut [[u8; 4]], channel: usize) -> Result<(), &'static str> {
+    let mut x = 0;
+    while x < line.len() {
+        let code = take(body, 1)?[0] as usize;
+        let count = if code > 128 { code - 128 } else { code };
+        if count == 0 {
+            return Err("a run has length zero");
+        }
+        let target = line.get_mut(x..x + count).ok_or("a run goes past the end")?;
+        if code > 128 {
+            let value = take(body, 1)?[0];
+            target.iter_mut().for_each(|t| t[channel] = value);
+        } else {
+            for (t, &value) in target.iter_mut().zip(take(body, count)?) {
+                t[channel] = value;
+            }
+        }
+        x += count;
+    }
+    Ok(())
+}
+
+/// A flat scanline, in which (1, 1, 1, n) repeats the texel before it n times and consecutive repeats count in
+/// base 256.
+fn read_old_scanline(body: &mut &[u8], len: usize, line: &mut Vec<[u8; 4]>) -> Result<(), &'static str> {
+    let mut shift = 0u32;
+    while line.len() < len {
+        let texel: [u8; 4] = take(body, 4)?.try_into().expect("four bytes were taken");
+        if texel[..3] == [1, 1, 1] {
+            let last = *line.last().ok_or("a repeat has no texel before it")?;
+            let count = if shift < 24 { usize::from(texel[3]) << shift } else { usize::MAX };
+            if count > len - line.len() {
+                return Err("a run goes past the end");
+            }
+            line.resize(line.len() + count, last);
+            shift += 8;
+        } else {
+            line.push(texel);
+            shift = 0;
+        }
+    }
+    Ok(())
+}

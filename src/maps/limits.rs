@@ -1,0 +1,80 @@
+//! How much an untrusted file may ask for. A header's claim is believed only within these.
+
+use std::fs::File;
+use std::io::Read;
+use std::path::Path;
+
+use super::MapFault;
+
+/// Most texels in one image: 16384 x 16384.
+pub const MAX_TEXELS: u64 = 1 << 28;
+/// Largest width or height.
+pub const MAX_SIDE: u64 = 1 << 16;
+/// Most bytes one decoded image may take, all its stored channels together.
+pub const MAX_DECODED_BYTES: u64 = 2 << 30;
+/// Largest file that is read, in bytes.
+pub const MAX_FILE_BYTES: u64 = 1 << 30;
+/// Decoded bytes that any file may claim, however short it is.
+const FREE_DECODED_BYTES: u64 = 64 << 20;
+/// Decoded bytes believed per byte of file beyond that. Deflate, the strongest common coder, reaches 1032.
+const MAX_EXPANSION: u64 = 1100;
+/// Largest height accepted: its slope over 16384 texels can still be squared in 32 bits.
+pub const MAX_HEIGHT: f32 = 1e12;
+/// Largest radiance accepted: sums and products of three colours stay finite in 32 bits.
+pub const MAX_RADIANCE: f32 = 1e18;
+/// Negative radiance down to this is the rounding of a lossy codec or a resampling filter, and is read as 0.
+pub const NEGATIVE_NOISE: f32 = -0.01;
+
+/// Checks a claimed image size before anything is allocated for it.
+///
+/// `bytes_per_texel` counts every channel the decoder will unpack; `file_bytes` is the length of the whole file.
+pub(crate) fn check_size(width: u64, height: u64, bytes_per_texel: u64, file_bytes: usize) -> Result<(), MapFault> {
+    if width == 0 || height == 0 {
+        return Err(MapFault::Empty { width, height });
+    }
+    let texels = width.checked_mul(height).filter(|&n| n <= MAX_TEXELS && width <= MAX_SIDE && height <= MAX_SIDE);
+    let Some(texels) = texels else {
+        return Err(MapFault::TooLarge {
+            what: format!("{width} x {height} texels, the limit is {MAX_TEXELS} and {MAX_SIDE} a side"),
+        });
+    };
+    let bytes = texels.saturating_mul(bytes_per_texel);
+    if bytes > MAX_DECODED_BYTES {
+        return Err(MapFault::TooLarge {
+            what: format!("{bytes} bytes when decoded, the limit is {MAX_DECODED_BYTES}"),
+        });
+    }
+    if bytes > FREE_DECODED_BYTES.saturating_add(MAX_EXPANSION.saturating_mul(file_bytes as u64)) {
+        return Err(MapFault::TooLarge {
+            what: format!("the header claims {bytes} decoded bytes but the file has only {file_bytes}"),
+        });
+    }
+    Ok(())
+}
+
+/// A zeroed buffer, or a sentence instead of an abort when memory is short.
+pub(crate) fn zeroed<T: bytemuck::Zeroable + Copy>(len: usize) -> Result<Vec<T>, MapFault> {
+    let mut buffer = Vec::new();
+    buffer.try_reserve_exact(len).map_err(|_| MapFault::TooLarge {
+        what: format!("no memory for {} bytes", len.saturating_mul(size_of::<T>())),
+    })?;
+    buffer.resize(len, T::zeroed());
+    Ok(buffer)
+}
+
+/// Reads a whole regular file of at most [`MAX_FILE_BYTES`].
+pub(crate) fn read_file(path: &Path) -> Result<Vec<u8>, MapFault> {
+    let io = |doing| move |source| MapFault::Io { doing, source };
+    // Asked before opening: opening a pipe would wait for its writer.
+    let metadata = std::fs::metadata(path).map_err(io("cannot be found"))?;
+    if !metadata.is_file() {
+        return Err(MapFault::NotAFile);
+    }
+    if metadata.len() > MAX_FILE_BYTES {
+        return Err(MapFault::TooLarge { what: format!("{} bytes, the limit is {MAX_FILE_BYTES}", metadata.len()) });
+    }
+    let file = File::open(path).map_err(io("cannot be opened"))?;
+    let mut bytes = Vec::new();
+    file.take(MAX_FILE_BYTES).read_to_end(&mut bytes).map_err(io("cannot be read"))?;
+    Ok(bytes)
+}

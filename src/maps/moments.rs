@@ -1,0 +1,317 @@
+//! Slope moments of a height map and their mip chain: the LEADR map (LEADR section 4; the operator of LEAN mapping).
+//! The CPU twin of the moments pass.
+//!
+//! Slopes are per unit texture coordinate: `x = dh/ds`, `y = dh/dt`, with `s` and `t` from 0 to 1 over the map. They
+//! are central differences at the texel centres, `(h[i+1] - h[i-1]) * n / 2`, indices wrapped or clamped like the
+//! sampler that will read the map. A height scale multiplies first moments and its square the second.
+//!
+//! **Magnification.** Level 0 holds point slopes: at a texel centre the variance is zero, whatever the texel. Between
+//! centres the sampler interpolates the moments, so the mean slope varies smoothly and the variance is that of mixing
+//! the neighbours' slopes. The bilinear height field itself has other slopes: one-sided differences, constant between
+//! centres. Their mean over a texel is the same central difference; their variance inside a texel, at most
+//! `((h[i+1] - 2h[i] + h[i-1]) * n / 2)^2` an axis, is left out. For a sine of `n / p` periods the central
+//! difference sees `E[x^2]` times `sinc(2 pi / p)^2` (p = 8 texels: 0.81, p = 32: 0.987; tested). Maps with
+//! detail at the texel limit should be magnified or blurred before baking.
+
+use bytemuck::{Pod, Zeroable};
+
+use super::HeightMap;
+
+/// What lies beyond the edge of a map.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum Wrap {
+    /// The map repeats.
+    #[default]
+    Repeat,
+    /// The edge texel goes on. Slopes at the edge are then halved, as the sampler sees them.
+    Clamp,
+}
+
+impl Wrap {
+    /// The texel that `index` (may be -1 or `len`) reads.
+    fn texel(self, index: i64, len: u32) -> usize {
+        match self {
+            Self::Repeat => index.rem_euclid(i64::from(len)) as usize,
+            Self::Clamp => index.clamp(0, i64::from(len) - 1) as usize,
+        }
+    }
+}
+
+/// One texel of a LEADR map, in texture space. The first four fields fit an RGBA texture, the last two an RG one.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub struct Moments {
+    /// `E[x], E[y]`: mean slope per unit `s`, `t`.
+    pub mean_slope: [f32; 2],
+    /// `E[x^2], E[y^2]`.
+    pub second: [f32; 2],
+    /// `E[x y]`.
+    pub cross: f32,
+    /// Mean height, in the unit of the map.
+    pub height: f32,
+}
+
+impl Moments {
+    /// `[sx^2, sy^2, cxy]`: variances and covariance, made positive semidefinite (the subtraction can go below zero
+    /// by rounding).
+    pub fn slope_covariance(&self) -> [f64; 3] {
+        let [mx, my] = self.mean_slope.map(f64::from);
+        let xx = (f64::from(self.second[0]) - mx * mx).max(0.0);
+        let yy = (f64::from(self.second[1]) - my * my).max(0.0);
+        let limit = (xx * yy).sqrt();
+        [xx, yy, (f64::from(self.cross) - mx * my).clamp(-limit, limit)]
+    }
+
+    /// The moments after multiplying the heights by `scale`.
+    pub fn scaled(&self, scale: f32) -> Self {
+        let square = scale * scale;
+        Self {
+            mean_slope: self.mean_slope.map(|v| v * scale),
+            second: self.second.map(|v| v * square),
+            cross: self.cross * square,
+            height: self.height * scale,
+        }
+    }
+}
+
+/// One mip level.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MomentLevel {
+    /// Texels across.
+    pub width: u32,
+    /// Texels down.
+    pub height: u32,
+    /// `width * height` texels, row-major.
+    pub texels: Vec<Moments>,
+}
+
+/// A height map's moments with all mip levels down to 1 x 1, each side halved and rounded down as Vulkan does.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LeadrMap {
+    /// Level 0 first.
+    pub levels: Vec<MomentLevel>,
+}
+
+/// The same six numbers while they are being summed.
+type Sums = [f64; 6];
+
+impl LeadrMap {
+    /// Differences, products and box filter in 64 bits, stored in 32.
+    ///
+    /// Each level averages the one above by area, so that sides that are not powers of two weigh every texel once and
+    /// the mean of every moment is the same on all levels.
+    pub fn new(map: &HeightMap, wrap: Wrap) -> Self {
+        let (mut width, mut height) = (map.width, map.height);
+        let mut level = point_moments(map, wrap);
+        let mut levels = vec![round(width, height, &level)];
+        while width > 1 || height > 1 {
+            let (w, h) = ((width / 2).max(1), (height / 2).max(1));
+            level = box_filter(&level, [width, height], [w, h]);
+            (width, height) = (w, h);
+            levels.push(round(width, height, &level));
+        }
+        Self { levels }
+    }
+
+    /// The moments of the whole map: the last level.
+    pub fn mean(&self) -> Moments {
+        self.levels[self.levels.len() - 1].texels[0]
+    }
+}
+
+/// Level 0 in 64 bits.
+fn point_moments(map: &HeightMap, wrap: Wrap) -> Vec<Sums> {
+    let (w, h) = (map.width as usize, map.height as usize);
+    let at = |x: usize, y: usize| f64::from(map.texels[y * w + x]);
+    let mut level = Vec::with_capacity(w * h);
+    for y in 0..h {
+        let up = wrap.texel(y as i64 - 1, map.height);
+        let down = wrap.texel(y as i64 + 1, map.height);
+        for x in 0..w {
+            let left = wrap.texel(x as i64 - 1, map.width);
+            let right = wrap.texel(x as i64 + 1, map.width);
+            let sx = (at(right, y) - at(left, y)) * (w as f64 / 2.0);
+            let sy = (at(x, down) - at(x, up)) * (h as f64 / 2.0);
+            level.push([sx, sy, sx * sx, sy * sy, sx * sy, at(x, y)]);
+        }
+    }
+    level
+}
+
+/// For each of `to` texels, the texels of `from` that it covers, with weights that sum to 1.
+fn coverage(from: u32, to: u32) -> Vec<Vec<(usize, f64)>> {
+    let (from, to) = (u64::from(from), u64::from(to));
+    // In units of 1/(from * to) of the side everything is a whole number.
+    let cover = |i: u64| {
+        let (start, end) = (i * from, (i + 1) * from);
+        (start / to..end.div_ceil(to))
+            .map(|j| {
+                let overlap = end.min((j + 1) * to) - start.max(j * to);
+                (j as usize, overlap as f64 / from as f64)
+            })
+            .collect()
+    };
+    (0..to).map(cover).collect()
+}
+
+/// Area-weighted average of a level onto a smaller one.
+fn box_filter(level: &[Sums], from: [u32; 2], to: [u32; 2]) -> Vec<Sums> {
+    let (columns, rows) = (coverage(from[0], to[0]), coverage(from[1], to[1]));
+    let mut filtered = Vec::with_capacity(to[0] as usize * to[1] as usize);
+    for row in &rows {
+        for column in &columns {
+            let mut sums = [0.0; 6];
+            for &(y, wy) in row {
+                for &(x, wx) in column {
+                    let texel = &level[y * from[0] as usize + x];
+                    sums.iter_mut().zip(texel).for_each(|(sum, v)| *sum += wx * wy * v);
+                }
+            }
+            filtered.push(sums);
+        }
+    }
+    filtered
+}
+
+fn round(width: u32, height: u32, level: &[Sums]) -> MomentLevel {
+    let texels = level
+        .iter()
+        .map(|s| s.map(|v| v as f32))
+        .map(|[x, y, xx, yy, xy, height]| Moments { mean_slope: [x, y], second: [xx, yy], cross: xy, height })
+        .collect();
+    MomentLevel { width, height, texels }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::TAU;
+
+    use super::*;
+
+    fn map(width: u32, height: u32, f: impl Fn(f64, f64) -> f64) -> HeightMap {
+        let at = |i: u32, n: u32| (f64::from(i) + 0.5) / f64::from(n);
+        let texels = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
+        let texels = texels.map(|(x, y)| f(at(x, width), at(y, height)) as f32).collect();
+        HeightMap::new(width, height, texels).unwrap()
+    }
+
+    /// Largest relative error of the six means of `level` against those of level 0.
+    fn mean_error(leadr: &LeadrMap, level: usize) -> f64 {
+        let mean = |l: &MomentLevel| {
+            let mut sum = [0.0f64; 6];
+            for t in &l.texels {
+                let t: [f32; 6] = bytemuck::cast(*t);
+                sum.iter_mut().zip(t).for_each(|(s, v)| *s += f64::from(v));
+            }
+            sum.map(|s| s / l.texels.len() as f64)
+        };
+        let (a, b) = (mean(&leadr.levels[0]), mean(&leadr.levels[level]));
+        let scale = a.iter().fold(0.0f64, |m, v| m.max(v.abs()));
+        a.iter().zip(b).map(|(a, b)| (a - b).abs() / scale).fold(0.0, f64::max)
+    }
+
+    #[test]
+    fn plane_has_constant_slope_and_no_variance() {
+        let leadr = LeadrMap::new(&map(32, 16, |s, t| 3.0 * s - 2.0 * t), Wrap::Clamp);
+        for y in 1..15 {
+            for x in 1..31 {
+                let m = leadr.levels[0].texels[y * 32 + x];
+                assert!((m.mean_slope[0] - 3.0).abs() < 1e-5 && (m.mean_slope[1] + 2.0).abs() < 1e-5, "{m:?}");
+                assert!(m.slope_covariance().iter().all(|v| v.abs() < 1e-5), "{m:?}");
+            }
+        }
+        // Inside level 1, away from the clamped edge, it stays a plane.
+        let m = leadr.levels[1].texels[4 * 16 + 8];
+        assert!((m.cross + 6.0).abs() < 1e-4 && m.slope_covariance().iter().all(|v| v.abs() < 1e-5), "{m:?}");
+        // At the clamped edge the difference is one-sided over two texels.
+        assert!((leadr.levels[0].texels[5 * 32].mean_slope[0] - 1.5).abs() < 1e-5);
+    }
+
+    #[test]
+    fn sine_has_the_closed_form_moments() {
+        let (n, amplitude, periods) = (256, 0.3, 5.0);
+        let k = TAU * periods;
+        let leadr = LeadrMap::new(&map(n, 64, |s, _| amplitude * (k * s).sin()), Wrap::Repeat);
+        let m = leadr.mean();
+        // The discrete slope is A cos(k s) * n sin(k/n), exactly.
+        let seen = f64::from(n) * (k / f64::from(n)).sin();
+        let discrete = amplitude * amplitude * seen * seen / 2.0;
+        assert!((f64::from(m.second[0]) / discrete - 1.0).abs() < 1e-5, "{m:?} {discrete}");
+        let continuous = amplitude * amplitude * k * k / 2.0;
+        assert!((f64::from(m.second[0]) / continuous - 1.0).abs() < 6e-3, "{m:?} {continuous}");
+        assert!(m.mean_slope[0].abs() < 1e-5 && m.second[1] == 0.0 && m.cross.abs() < 1e-6, "{m:?}");
+    }
+
+    #[test]
+    fn magnification_note_holds() {
+        for (texels_per_period, factor) in [(8.0, 0.81), (32.0, 0.987)] {
+            let k = TAU * 256.0 / texels_per_period;
+            let m = LeadrMap::new(&map(256, 4, |s, _| (k * s).sin()), Wrap::Repeat).mean();
+            let seen = f64::from(m.second[0]) / (k * k / 2.0);
+            assert!((seen - factor).abs() < 2e-3, "{texels_per_period}: {seen}");
+        }
+    }
+
+    #[test]
+    fn diagonal_wave_has_full_correlation() {
+        let k = TAU * 4.0;
+        let m = LeadrMap::new(&map(128, 128, |s, t| 0.1 * (k * (s - t)).sin()), Wrap::Repeat).mean();
+        let [xx, yy, xy] = m.slope_covariance();
+        assert!((xx / yy - 1.0).abs() < 1e-5 && (xy / xx + 1.0).abs() < 1e-5, "{m:?}");
+    }
+
+    #[test]
+    fn steep_and_flat_slopes_keep_their_variance() {
+        // A slope of 100 with a ripple of slope variance 0.5 on it; 16 bits would lose it, 32 must not.
+        let (n, k) = (512, TAU * 16.0);
+        let leadr = LeadrMap::new(&map(n, 8, |s, _| 100.0 * s + (k * s).sin() / k), Wrap::Clamp);
+        let level = &leadr.levels[5];
+        assert_eq!((level.width, level.height), (16, 1));
+        let [xx, ..] = level.texels[8].slope_covariance();
+        let seen = (k / f64::from(n)).sin() / (k / f64::from(n));
+        assert!((xx - seen * seen / 2.0).abs() < 5e-3, "variance {xx}");
+        // A nearly flat ripple alone.
+        let leadr = LeadrMap::new(&map(n, 8, |s, _| 1e-6 * (k * s).sin() / k), Wrap::Repeat);
+        let [xx, ..] = leadr.mean().slope_covariance();
+        assert!((xx / (1e-12 * seen * seen / 2.0) - 1.0).abs() < 1e-3, "variance {xx}");
+    }
+
+    #[test]
+    fn mips_conserve_every_mean_at_any_size() {
+        for (w, h) in [(64, 64), (37, 23), (1, 19), (100, 3), (1, 1), (7, 128)] {
+            let bumpy = map(w, h, |s, t| 0.2 * (TAU * (3.0 * s + 1.0)).sin() + 0.1 * (9.0 * s * t).cos() + t * t);
+            let leadr = LeadrMap::new(&bumpy, Wrap::Repeat);
+            let last = leadr.levels.last().unwrap();
+            assert_eq!((last.width, last.height), (1, 1));
+            assert_eq!(leadr.levels.len() as u32, w.max(h).ilog2() + 1);
+            for level in 0..leadr.levels.len() {
+                assert!(mean_error(&leadr, level) < 1e-6, "{w}x{h} level {level}: {}", mean_error(&leadr, level));
+            }
+        }
+        // The check itself must be able to fail.
+        let mut broken = LeadrMap::new(&map(37, 23, |s, t| s * t), Wrap::Repeat);
+        broken.levels[2].texels[3].second[0] += 0.01;
+        assert!(mean_error(&broken, 2) > 1e-6);
+    }
+
+    #[test]
+    fn coverage_weighs_every_texel_once() {
+        for (from, to) in [(7, 3), (3, 1), (8, 4), (1, 1), (1023, 511)] {
+            let mut weight = vec![0.0; from as usize];
+            for cover in coverage(from, to) {
+                assert!((cover.iter().map(|c| c.1).sum::<f64>() - 1.0).abs() < 1e-12);
+                cover.iter().for_each(|&(i, w)| weight[i] += w);
+            }
+            assert!(weight.iter().all(|w| (w - f64::from(to) / f64::from(from)).abs() < 1e-12));
+        }
+    }
+
+    #[test]
+    fn height_scale_goes_squared_into_second_moments() {
+        let bumpy = |scale: f64| map(16, 16, move |s, t| scale * ((TAU * s).sin() + (TAU * t).cos() + 0.5));
+        let a = LeadrMap::new(&bumpy(3.0), Wrap::Repeat).levels[1].texels[5];
+        let b = LeadrMap::new(&bumpy(1.0), Wrap::Repeat).levels[1].texels[5].scaled(3.0);
+        let (a, b): ([f32; 6], [f32; 6]) = (bytemuck::cast(a), bytemuck::cast(b));
+        assert!(a.iter().zip(b).all(|(a, b)| (a - b).abs() <= 1e-5 * a.abs().max(1.0)), "{a:?} {b:?}");
+    }
+}

@@ -1,0 +1,19 @@
+//! The floors and limits that keep every function finite; one place, the same values on the device.
+
+/// Slope variance below which a distribution is treated as this wide (σ = 1e-4, a mirror at any display resolution):
+/// a density of at most 1.6e7, far from overflow in 32 bits.
+pub const MIN_VARIANCE: f64 = 1e-8;
+
+/// Bound of the correlation of the two slopes: `1 − 2⁻¹³`, exact in 32 bits, so that `(1 − r)(1 + r)` is as well. Filtering
+/// and rounding reach 1 exactly; the narrow axis of the distribution is then 1.6 % of the wide one.
+pub const MAX_CORRELATION: f64 = 0.999_877_929_687_5;
+
+/// Steepest mean slope (89.4°) and largest slope standard deviation. Only surfaces edge-on to their own displacement
+/// direction reach it.
+pub const MAX_SLOPE: f64 = 100.0;
+
+/// Smallest visible projected area, per unit of macrosurface, that is divided by.
+pub const MIN_AREA: f64 = 1e-6;
+
+/// Half vectors lower than this z are treated as this high: `z⁻⁴` stays below 1e16.
+pub const MIN_NORMAL_Z: f64 = 1e-4;

@@ -1,0 +1,90 @@
+//! Real spherical harmonics up to order 2 and the irradiance they give (Ramamoorthi & Hanrahan 2001).
+//!
+//! Coefficients in the order `L00, L1-1, L10, L11, L2-2, L2-1, L20, L21, L22`, RGB each, in the world frame.
+
+use glam::DVec3;
+
+/// Nine RGB coefficients of radiance.
+pub type Sh9 = [DVec3; 9];
+
+/// The nine basis functions at the unit direction `d`.
+#[must_use]
+pub fn sh_basis(d: DVec3) -> [f64; 9] {
+    use std::f64::consts::PI;
+    let k1 = (0.75 / PI).sqrt();
+    let k2 = (3.75 / PI).sqrt();
+    [
+        (0.25 / PI).sqrt(),
+        k1 * d.y,
+        k1 * d.z,
+        k1 * d.x,
+        k2 * d.x * d.y,
+        k2 * d.y * d.z,
+        (0.3125 / PI).sqrt() * (3.0 * d.z * d.z - 1.0),
+        k2 * d.x * d.z,
+        0.5 * k2 * (d.x * d.x - d.y * d.y),
+    ]
+}
+
+/// Adds a light from the unit direction `wi` of `irradiance` on a plane facing it (LEADR Algorithm 2; its printed
+/// `L00 += L00 + …` is an erratum).
+pub fn sh_add_light(c: &mut Sh9, wi: DVec3, irradiance: DVec3) {
+    for (c, b) in c.iter_mut().zip(sh_basis(wi)) {
+        *c += b * irradiance;
+    }
+}
+
+/// Irradiance averaged over normals of mean `n` and second moments `diag = E[xx, yy, zz]`, `off = E[yz, xz, xy]`:
+/// the cosine convolution `A_l = π, 2π/3, π/4`. Linear in the moments; the trace of `diag` is 1.
+#[must_use]
+pub fn sh_irradiance_moments(c: &Sh9, n: DVec3, diag: DVec3, off: DVec3) -> DVec3 {
+    use std::f64::consts::PI;
+    let a0 = PI * (0.25 / PI).sqrt();
+    let a1 = 2.0 * PI / 3.0 * (0.75 / PI).sqrt();
+    let a2 = 0.25 * PI * (3.75 / PI).sqrt();
+    let a20 = 0.25 * PI * (0.3125 / PI).sqrt();
+    a0 * c[0]
+        + a1 * (c[3] * n.x + c[1] * n.y + c[2] * n.z)
+        + a2 * (c[4] * off.z + c[7] * off.y + c[5] * off.x)
+        + a20 * c[6] * (3.0 * diag.z - 1.0)
+        + 0.5 * a2 * c[8] * (diag.x - diag.y)
+}
+
+/// Irradiance on a plane of unit normal `n`. May be slightly negative opposite a strong light: order 2 rings.
+#[must_use]
+pub fn sh_irradiance(c: &Sh9, n: DVec3) -> DVec3 {
+    sh_irradiance_moments(c, n, n * n, DVec3::new(n.y * n.z, n.x * n.z, n.x * n.y))
+}
+
+/// The same for one light of unit irradiance, as a polynomial of the cosine between normal and light.
+#[must_use]
+pub fn sh_irradiance_light(cosine: f64) -> f64 {
+    0.09375 + cosine * (0.5 + 0.46875 * cosine)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn constants_are_the_papers() {
+        let mut c = [DVec3::ZERO; 9];
+        c[8] = DVec3::ONE;
+        assert!((sh_irradiance(&c, DVec3::X).x - 0.429_043).abs() < 1e-6);
+        c = [DVec3::ZERO; 9];
+        c[6] = DVec3::ONE;
+        assert!((sh_irradiance(&c, DVec3::X).x + 0.247_708).abs() < 1e-6);
+        assert!((sh_irradiance(&c, DVec3::Z).x - (0.743_125 - 0.247_708)).abs() < 2e-6);
+    }
+
+    #[test]
+    fn a_light_is_its_polynomial() {
+        let wi = DVec3::new(0.48, -0.6, 0.64);
+        let mut c = [DVec3::ZERO; 9];
+        sh_add_light(&mut c, wi, DVec3::new(1.0, 2.0, 3.0));
+        for n in [DVec3::X, DVec3::new(0.36, 0.48, -0.8), wi, -wi] {
+            let e = sh_irradiance(&c, n);
+            assert!((e - sh_irradiance_light(n.dot(wi)) * DVec3::new(1.0, 2.0, 3.0)).length() < 1e-14);
+        }
+    }
+}

@@ -1,0 +1,81 @@
+//! A pinhole camera with reversed, infinite depth.
+
+use super::tessellation::Lens;
+use glam::{Mat4, Vec2, Vec3};
+
+/// A pinhole camera. World is z-up, lengths in metres.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Camera {
+    /// Where it stands.
+    pub position: Vec3,
+    /// What it looks at.
+    pub target: Vec3,
+    /// Up; need not be perpendicular to the line of sight.
+    pub up: Vec3,
+    /// Vertical field of view, radians, in `(0, π)`.
+    pub fov_y: f32,
+    /// Distance of the near plane, > 0.
+    pub near: f32,
+}
+
+impl Camera {
+    /// A camera at `position` looking at `target`, z up, with a vertical field of view in degrees.
+    #[must_use]
+    pub fn looking_at(position: Vec3, target: Vec3, fov_degrees: f32) -> Self {
+        let near = (position.distance(target) * 0.02).clamp(1e-3, 0.1);
+        Self { position, target, up: Vec3::Z, fov_y: fov_degrees.to_radians(), near }
+    }
+
+    /// The same line of sight from another distance to the target.
+    #[must_use]
+    pub fn at_distance(&self, distance: f32) -> Self {
+        let direction = (self.position - self.target).normalize_or(Vec3::X);
+        let near = (distance * 0.02).clamp(1e-3, 0.1);
+        Self { position: self.target + direction * distance, near, ..*self }
+    }
+
+    /// World to Vulkan clip space (y down, depth 1 at the near plane and 0 at infinity) for an image of `size`
+    /// pixels, moved by `jitter` pixels (`[-½, ½]²`; a sample right of and below the pixel centre is positive).
+    #[must_use]
+    pub fn clip_from_world(&self, size: (u32, u32), jitter: Vec2) -> Mat4 {
+        let aspect = size.0 as f32 / size.1 as f32;
+        let forward = (self.target - self.position).normalize_or(Vec3::X);
+        let up = if forward.cross(self.up).length_squared() < 1e-8 { forward.any_orthogonal_vector() } else { self.up };
+        let projection = glam::camera::rh::proj::vulkan::perspective_infinite_reverse(self.fov_y, aspect, self.near);
+        let view = glam::camera::rh::view::look_to_mat4(self.position, forward, up);
+        let shift = Vec2::new(-2.0 * jitter.x / size.0 as f32, -2.0 * jitter.y / size.1 as f32);
+        Mat4::from_translation(shift.extend(0.0)) * projection * view
+    }
+
+    /// How this camera measures lengths in an image `height` pixels high.
+    #[must_use]
+    pub fn lens(&self, height: u32) -> Lens {
+        let focal_pixels = height as f32 / (2.0 * (self.fov_y * 0.5).tan());
+        Lens::Perspective { eye: self.position, focal_pixels, near: self.near }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn clip_space_is_reversed_and_y_points_down() {
+        let camera = Camera::looking_at(Vec3::new(-5.0, 0.0, 0.0), Vec3::ZERO, 60.0);
+        let clip = camera.clip_from_world((200, 100), Vec2::ZERO);
+        let ndc = |p: Vec3| clip.project_point3(p);
+        assert!(ndc(Vec3::ZERO).truncate().length() < 1e-6);
+        assert!(ndc(Vec3::Z).y < 0.0, "up is toward the top");
+        assert!(ndc(-Vec3::Y).x > 0.0, "looking along +x, -y is to the right");
+        assert!(ndc(Vec3::new(-4.0, 0.0, 0.0)).z > ndc(Vec3::ZERO).z, "nearer is larger");
+    }
+
+    #[test]
+    fn jitter_moves_the_image_by_pixels() {
+        let camera = Camera::looking_at(Vec3::new(-5.0, 1.0, 2.0), Vec3::ZERO, 60.0);
+        let size = (200, 100);
+        let at = |jitter| camera.clip_from_world(size, jitter).project_point3(Vec3::new(0.3, 0.2, 0.1));
+        let moved = at(Vec2::ZERO) - at(Vec2::new(0.5, 0.25));
+        assert!((moved.x * 100.0 - 0.5).abs() < 1e-4 && (moved.y * 50.0 - 0.25).abs() < 1e-4, "{moved}");
+    }
+}

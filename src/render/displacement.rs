@@ -1,0 +1,308 @@
+//! Heights where patches meet.
+//!
+//! Inside a patch the tessellation stage reads heights from the LEADR map. On an edge two patches must agree to
+//! the last bit although they reach it through different texture coordinates (a UV seam, two atlas tiles), so the
+//! heights along every edge, and at every vertex, are baked once: the mean over the patches that share it, at
+//! [`EDGE_LEVELS`] resolutions, each filtered to its own spacing.
+
+use super::patch_mesh::{PatchMesh, TileLayout};
+use super::topology::Topology;
+use glam::Vec2;
+use rayon::prelude::*;
+
+/// Resolutions of the heights along an edge: 64, 32, … 1 segments.
+pub const EDGE_LEVELS: usize = 7;
+/// Samples of one edge over all levels.
+pub const EDGE_STRIDE: usize = 134;
+
+/// A height map and what happens at its borders.
+#[derive(Clone, Debug)]
+pub struct HeightField {
+    /// Texels per row.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+    /// Heights, row by row, in the mesh's unit.
+    pub texels: Vec<f32>,
+    /// What lies beyond the borders.
+    pub border: Border,
+}
+
+/// Border rule of a [`HeightField`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Border {
+    /// The map repeats.
+    Wrap,
+    /// The last texel goes on.
+    Clamp,
+    /// One tile per patch; taps stay inside their own tile.
+    Tiles(TileLayout),
+}
+
+impl HeightField {
+    fn texel(&self, x: i64, y: i64) -> f32 {
+        let index = |i: i64, n: u32| match self.border {
+            Border::Wrap => i.rem_euclid(i64::from(n)) as usize,
+            Border::Clamp | Border::Tiles(_) => i.clamp(0, i64::from(n) - 1) as usize,
+        };
+        self.texels[index(y, self.height) * self.width as usize + index(x, self.width)]
+    }
+
+    /// Bilinear sample at a texture coordinate.
+    #[must_use]
+    pub fn bilinear(&self, texcoord: Vec2) -> f32 {
+        let (x, y) = (texcoord.x * self.width as f32 - 0.5, texcoord.y * self.height as f32 - 0.5);
+        let (x0, y0) = (x.floor(), y.floor());
+        let (fx, fy) = (x - x0, y - y0);
+        let row = |y: i64| self.texel(x0 as i64, y) * (1.0 - fx) + self.texel(x0 as i64 + 1, y) * fx;
+        row(y0 as i64) * (1.0 - fy) + row(y0 as i64 + 1) * fy
+    }
+
+    /// Catmull-Rom sample: passes through the texels with continuous slopes, for resampling a map more finely.
+    #[must_use]
+    pub fn bicubic(&self, texcoord: Vec2) -> f32 {
+        let (x, y) = (texcoord.x * self.width as f32 - 0.5, texcoord.y * self.height as f32 - 0.5);
+        let (x0, y0) = (x.floor(), y.floor());
+        let weights = |t: f32| {
+            let (t2, t3) = (t * t, t * t * t);
+            [-0.5 * t3 + t2 - 0.5 * t, 1.5 * t3 - 2.5 * t2 + 1.0, -1.5 * t3 + 2.0 * t2 + 0.5 * t, 0.5 * (t3 - t2)]
+        };
+        let (wx, wy) = (weights(x - x0), weights(y - y0));
+        (0..4)
+            .map(|j| {
+                let row = y0 as i64 + j - 1;
+                let sum: f32 = (0..4).map(|i| wx[i] * self.texel(x0 as i64 + i as i64 - 1, row)).sum();
+                wy[j as usize] * sum
+            })
+            .sum()
+    }
+}
+
+/// Box-filtered mip chain of heights on the CPU, sampled like the device samples the LEADR map.
+struct HeightPyramid<'a> {
+    field: &'a HeightField,
+    levels: Vec<HeightField>,
+}
+
+impl<'a> HeightPyramid<'a> {
+    fn new(field: &'a HeightField) -> Self {
+        let mut levels: Vec<HeightField> = Vec::new();
+        loop {
+            let source = levels.last().unwrap_or(field);
+            if source.width == 1 && source.height == 1 {
+                break;
+            }
+            let (width, height) = ((source.width / 2).max(1), (source.height / 2).max(1));
+            let texels = (0..height)
+                .into_par_iter()
+                .flat_map_iter(|y| (0..width).map(move |x| box_filter(source, width, height, x, y)))
+                .collect();
+            levels.push(HeightField { width, height, texels, border: field.border });
+        }
+        Self { field, levels }
+    }
+
+    fn bilinear(&self, level: usize, texcoord: Vec2) -> f32 {
+        if level == 0 { self.field.bilinear(texcoord) } else { self.levels[level - 1].bilinear(texcoord) }
+    }
+
+    /// Trilinear sample; with tiles, taps stay in tile `patch` as `clamp_to_tile` of the shader keeps them.
+    fn sample(&self, texcoord: Vec2, lod: f32, patch: usize) -> f32 {
+        let mut lod = lod.clamp(0.0, self.levels.len() as f32);
+        let mut texcoord = texcoord;
+        if let Border::Tiles(layout) = self.field.border {
+            lod = lod.min((layout.tile as f32).log2());
+            let size = Vec2::new(self.field.width as f32, self.field.height as f32);
+            let (x, y) = layout.origin(patch as u32);
+            let low = Vec2::new(x as f32, y as f32);
+            let inset = Vec2::splat((lod.ceil().exp2() * 0.5).min(layout.tile as f32 * 0.5));
+            texcoord = (texcoord * size).clamp(low + inset, low + Vec2::splat(layout.tile as f32) - inset) / size;
+        }
+        let level = lod as usize;
+        let fraction = lod - level as f32;
+        let fine = self.bilinear(level, texcoord);
+        if fraction == 0.0 { fine } else { fine * (1.0 - fraction) + self.bilinear(level + 1, texcoord) * fraction }
+    }
+}
+
+/// Area-weighted mean of the source texels under texel `(x, y)` of a `w × h` level; exact for odd sizes.
+fn box_filter(source: &HeightField, w: u32, h: u32, x: u32, y: u32) -> f32 {
+    let span = |i: u32, from: u32, to: u32| {
+        let (low, high) = (f64::from(i * from) / f64::from(to), f64::from((i + 1) * from) / f64::from(to));
+        (low.floor() as u32..(high.ceil() as u32).min(from)).map(move |k| {
+            let weight = (f64::from(k) + 1.0).min(high) - f64::from(k).max(low);
+            (k, weight)
+        })
+    };
+    let (mut sum, mut total) = (0.0, 0.0);
+    for (j, wy) in span(y, source.height, h) {
+        for (i, wx) in span(x, source.width, w) {
+            sum += f64::from(source.texels[(j * source.width + i) as usize]) * wx * wy;
+            total += wx * wy;
+        }
+    }
+    (sum / total) as f32
+}
+
+/// Baked heights of edges and vertices, and the range of heights over each patch, before the height scale.
+#[derive(Clone, Debug)]
+pub struct BoundaryHeights {
+    /// [`EDGE_STRIDE`] samples per edge of the topology.
+    pub edges: Vec<f32>,
+    /// [`EDGE_LEVELS`] samples per vertex.
+    pub vertices: Vec<f32>,
+    /// Lowest and highest height over each patch (its tile, or the whole map where maps repeat).
+    pub patch_range: Vec<[f32; 2]>,
+    /// Texels of the map along each edge, in the finest patch beside it.
+    pub edge_texels: Vec<f32>,
+    /// Highest minus lowest height over the patches beside each edge.
+    pub edge_relief: Vec<f32>,
+}
+
+impl BoundaryHeights {
+    /// Bakes the heights of all edges and vertices of `mesh`.
+    #[must_use]
+    pub fn bake(mesh: &PatchMesh, topology: &Topology, field: &HeightField) -> Self {
+        let pyramid = HeightPyramid::new(field);
+        let size = Vec2::new(field.width as f32, field.height as f32);
+        // Which patch sides meet in each edge, and which patch corners in each vertex.
+        let mut sides = vec![Vec::with_capacity(2); topology.edges.len()];
+        let mut corners = vec![Vec::with_capacity(4); mesh.positions.len()];
+        for (patch, edges) in topology.patch_edges.iter().enumerate() {
+            for side in 0..4 {
+                sides[(edges[side] >> 1) as usize].push((patch, side, edges[side] & 1 == 1));
+                corners[mesh.patches[patch][side] as usize].push((patch, side));
+            }
+        }
+        let vertices: Vec<f32> = corners
+            .par_iter()
+            .flat_map_iter(|corners| {
+                let pyramid = &pyramid;
+                (0..EDGE_LEVELS).map(move |level| {
+                    mean(corners.iter().map(|&(patch, corner)| {
+                        let t = &mesh.texcoords[patch];
+                        let along = (t[(corner + 1) & 3] - t[corner]).abs() + (t[(corner + 3) & 3] - t[corner]).abs();
+                        let lod = level_lod(along * 0.5 * size, level);
+                        pyramid.sample(t[corner], lod, patch)
+                    }))
+                })
+            })
+            .collect();
+        let edges = sides
+            .par_iter()
+            .enumerate()
+            .flat_map_iter(|(edge, sides)| {
+                let [from, to] = topology.edges[edge].map(|v| v as usize * EDGE_LEVELS);
+                let mut samples = Vec::with_capacity(EDGE_STRIDE);
+                for level in 0..EDGE_LEVELS {
+                    let segments = 64usize >> level;
+                    samples.push(vertices[from + level]);
+                    for i in 1..segments {
+                        let t = i as f32 / segments as f32;
+                        samples.push(mean(sides.iter().map(|&(patch, side, flipped)| {
+                            let corners = &mesh.texcoords[patch];
+                            let (a, b) = (corners[side], corners[(side + 1) & 3]);
+                            let texcoord = if flipped { b.lerp(a, t) } else { a.lerp(b, t) };
+                            pyramid.sample(texcoord, level_lod((b - a) * size, level), patch)
+                        })));
+                    }
+                    samples.push(vertices[to + level]);
+                }
+                samples
+            })
+            .collect();
+        let texels = |&(patch, side, _): &(usize, usize, bool)| {
+            let corners = &mesh.texcoords[patch];
+            ((corners[(side + 1) & 3] - corners[side]) * size).length()
+        };
+        let edge_texels = sides.iter().map(|sides| sides.iter().map(texels).fold(1.0, f32::max)).collect();
+        let patch_range = patch_ranges(mesh, field);
+        let relief = |&(patch, _, _): &(usize, usize, bool)| patch_range[patch][1] - patch_range[patch][0];
+        let edge_relief = sides.iter().map(|sides| sides.iter().map(relief).fold(0.0, f32::max)).collect();
+        Self { edges, vertices, patch_range, edge_texels, edge_relief }
+    }
+}
+
+/// LOD of the map whose texels are as long as the segments of an edge of `extent` texels at `level`.
+fn level_lod(extent: Vec2, level: usize) -> f32 {
+    (extent.length() / (64 >> level) as f32).max(1.0).log2()
+}
+
+fn mean(values: impl Iterator<Item = f32>) -> f32 {
+    let (sum, count) = values.fold((0.0f64, 0u32), |(sum, count), v| (sum + f64::from(v), count + 1));
+    if count == 0 { 0.0 } else { (sum / f64::from(count)) as f32 }
+}
+
+fn patch_ranges(mesh: &PatchMesh, field: &HeightField) -> Vec<[f32; 2]> {
+    let range = |texels: &mut dyn Iterator<Item = f32>| {
+        texels.fold([f32::INFINITY, f32::NEG_INFINITY], |[low, high], h| [low.min(h), high.max(h)])
+    };
+    match field.border {
+        Border::Tiles(layout) => (0..mesh.patches.len())
+            .into_par_iter()
+            .map(|patch| {
+                let (x, y) = layout.origin(patch as u32);
+                let (x, tile, width) = (x as usize, layout.tile as usize, field.width as usize);
+                range(&mut (0..tile).flat_map(|row| {
+                    let start = (y as usize + row) * width + x;
+                    field.texels[start..start + tile].iter().copied()
+                }))
+            })
+            .collect(),
+        _ => vec![range(&mut field.texels.iter().copied()); mesh.patches.len()],
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::Vec3;
+
+    fn strip() -> PatchMesh {
+        // Two patches side by side; the second looks its heights up with u and v exchanged: a seam.
+        PatchMesh {
+            positions: vec![
+                Vec3::ZERO,
+                Vec3::X,
+                Vec3::new(1.0, 1.0, 0.0),
+                Vec3::Y,
+                Vec3::X * 2.0,
+                Vec3::new(2.0, 1.0, 0.0),
+            ],
+            normals: vec![Vec3::Z; 6],
+            patches: vec![[0, 1, 2, 3], [1, 4, 5, 2]],
+            texcoords: vec![
+                [Vec2::ZERO, Vec2::new(0.5, 0.0), Vec2::new(0.5, 0.5), Vec2::new(0.0, 0.5)],
+                [Vec2::new(0.0, 0.5), Vec2::new(0.0, 1.0), Vec2::new(0.5, 1.0), Vec2::new(0.5, 0.5)],
+            ],
+            ..Default::default()
+        }
+    }
+
+    #[test]
+    fn shared_edges_take_the_mean_of_both_sides() {
+        let mesh = strip();
+        let topology = Topology::new(&mesh.patches);
+        let texels = (0..32 * 32).map(|i| (i % 32) as f32).collect();
+        let field = HeightField { width: 32, height: 32, texels, border: Border::Clamp };
+        let baked = BoundaryHeights::bake(&mesh, &topology, &field);
+        let shared = topology.edges.iter().position(|&e| e == [1, 2]).unwrap();
+        let middle = baked.edges[shared * EDGE_STRIDE + 32];
+        // Half way: the first patch reads column 15.5, the second column 0.25 · 32 − 0.5.
+        assert!((middle - (15.5 + 7.5) / 2.0).abs() < 1e-4, "{middle}");
+        assert_eq!(baked.edges[shared * EDGE_STRIDE], baked.vertices[EDGE_LEVELS]);
+        assert_eq!(baked.patch_range[0], [0.0, 31.0]);
+        assert_eq!(baked.edge_texels[shared], 16.0);
+    }
+
+    #[test]
+    fn pyramid_keeps_the_mean_of_odd_sizes() {
+        let texels: Vec<f32> = (0..7 * 5).map(|i| ((i * 37) % 11) as f32).collect();
+        let mean = texels.iter().sum::<f32>() / 35.0;
+        let field = HeightField { width: 7, height: 5, texels, border: Border::Wrap };
+        let pyramid = HeightPyramid::new(&field);
+        let last = pyramid.levels.last().unwrap();
+        assert_eq!((last.width, last.height), (1, 1));
+        assert!((last.texels[0] - mean).abs() < 1e-5);
+    }
+}

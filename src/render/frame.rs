@@ -1,0 +1,396 @@
+//! The renderer: owns the passes and runs them in order.
+
+use std::collections::HashMap;
+use std::sync::Arc;
+
+use glam::{Mat4, Vec3};
+
+use super::accumulate::{AccumulatePass, jitter};
+use super::environment::Environment;
+use super::filter::{FilterPass, GBuffer};
+use super::geometry::{GeometryPass, VisibleSurface};
+use super::irradiance::IrradiancePass;
+use super::object::{GpuObject, MAX_OBJECTS, ViewBuffers};
+use super::scene::{FrameState, Object, PosedVertices};
+use super::settings::{RenderSettings, ShadingSettings};
+use super::shade::{LightingGpu, ShadeInputs, ShadePass};
+use super::shadow::{ShadowPass, ShadowView};
+use super::tessellation::TessellationSettings;
+use crate::gpu::{Buffer, Commands, Gpu, GpuError, Image, ImageDesc, Memory, Result, Timestamps};
+
+/// Texels across the shadow map.
+pub const SHADOW_SIZE: u32 = 2048;
+
+/// The time a pass took on the device, summed over the samples of a frame.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PassTime {
+    /// Name of the pass.
+    pub pass: String,
+    /// Milliseconds.
+    pub milliseconds: f64,
+}
+
+/// A finished frame.
+#[derive(Clone, Debug)]
+pub struct FrameOutput {
+    /// Pixels across and down.
+    pub size: (u32, u32),
+    /// Linear radiance, and coverage in alpha; row by row from the top.
+    pub color: Vec<[f32; 4]>,
+    /// Time per pass.
+    pub times: Vec<PassTime>,
+    /// Upper bound on the triangles of one sample, all views together.
+    pub triangles: u64,
+    /// Patches drawn for the camera.
+    pub patches: u32,
+}
+
+/// What else of the G-buffer can be read back: the last sample's.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Layer {
+    /// Distance along the view axis, metres; infinity where nothing is.
+    Depth,
+    /// World displacement direction.
+    Normal,
+    /// Mean slope in the frame about it.
+    MeanSlope,
+    /// Slope covariance `sxx, syy, sxy`.
+    Covariance,
+    /// Level of detail of the maps.
+    Lod,
+    /// Linear albedo.
+    Albedo,
+    /// Beckmann roughness of the base material.
+    Roughness,
+}
+
+/// Image targets of one size.
+struct Targets {
+    size: (u32, u32),
+    visible: VisibleSurface,
+    gbuffer: GBuffer,
+    sample: Image,
+    mean: Image,
+}
+
+impl Targets {
+    fn new(gpu: &Arc<Gpu>, size: (u32, u32)) -> Result<Self> {
+        let desc = ImageDesc::new(ShadePass::FORMAT, size.0, size.1);
+        Ok(Self {
+            size,
+            visible: VisibleSurface::new(gpu, size)?,
+            gbuffer: GBuffer::new(gpu, size)?,
+            sample: Image::new(gpu, "sample", desc.color_target())?,
+            mean: Image::new(gpu, "mean", desc.storage())?,
+        })
+    }
+}
+
+/// One object with its buffers for the camera and for the sun.
+struct Drawn {
+    object: GpuObject,
+    camera: ViewBuffers,
+    sun: Option<ViewBuffers>,
+}
+
+/// Renders a scene on a device.
+pub struct Renderer {
+    gpu: Arc<Gpu>,
+    drawn: Vec<Drawn>,
+    environment: Environment,
+    irradiance: IrradiancePass,
+    shadow: ShadowPass,
+    shadow_view: Option<ShadowView>,
+    accumulate: AccumulatePass,
+    geometry: GeometryPass,
+    pipelines: HashMap<ShadingSettings, (FilterPass, ShadePass)>,
+    targets: Option<Targets>,
+    lighting: Buffer,
+    timestamps: Timestamps,
+    clip_from_world: Mat4,
+}
+
+impl Renderer {
+    /// Uploads a scene.
+    ///
+    /// # Errors
+    /// Memory that is short, or a Vulkan call that failed.
+    pub fn new(gpu: &Arc<Gpu>, objects: Vec<Object>, environment: Environment) -> Result<Self> {
+        if objects.len() > MAX_OBJECTS {
+            let fault = format!("{} objects are more than {MAX_OBJECTS}", objects.len());
+            return Err(GpuError::Usage { name: "scene".to_owned(), fault });
+        }
+        let drawn = objects
+            .into_iter()
+            .enumerate()
+            .map(|(index, object)| {
+                let object = GpuObject::new(gpu, object, index)?;
+                let camera = ViewBuffers::new(gpu, &object, "camera")?;
+                let sun = object.object.casts_shadow.then(|| ViewBuffers::new(gpu, &object, "sun")).transpose()?;
+                Ok(Drawn { object, camera, sun })
+            })
+            .collect::<Result<_>>()?;
+        Ok(Self {
+            drawn,
+            environment,
+            irradiance: IrradiancePass::new(gpu)?,
+            shadow: ShadowPass::new(gpu, SHADOW_SIZE)?,
+            shadow_view: None,
+            accumulate: AccumulatePass::new(gpu)?,
+            geometry: GeometryPass::new(gpu)?,
+            pipelines: HashMap::new(),
+            targets: None,
+            lighting: Buffer::new(gpu, "lighting", size_of::<LightingGpu>() as u64, Memory::Upload)?,
+            timestamps: Timestamps::new(gpu, 16)?,
+            clip_from_world: Mat4::IDENTITY,
+            gpu: gpu.clone(),
+        })
+    }
+
+    /// The device.
+    #[must_use]
+    pub fn gpu(&self) -> &Arc<Gpu> {
+        &self.gpu
+    }
+
+    /// Renders a frame and reads it back.
+    ///
+    /// # Errors
+    /// Memory that is short, a lost device, a failed pipeline.
+    pub fn render(&mut self, state: &FrameState, settings: &RenderSettings) -> Result<FrameOutput> {
+        let samples = settings.samples.max(1);
+        let mut times: Vec<PassTime> = Vec::new();
+        let posed = self.prepare(state, settings)?;
+        for index in 0..samples {
+            self.prepare_camera(state, settings, &posed, index)?;
+            let gpu = self.gpu.clone();
+            gpu.submit("frame", |cmd| {
+                let timestamps = self.timestamps.clone();
+                cmd.reset_timestamps(&timestamps);
+                self.record(cmd, state, settings, index, &timestamps);
+            })?;
+            for (pass, milliseconds) in self.timestamps.intervals()? {
+                match times.iter_mut().find(|t| t.pass == pass) {
+                    Some(time) => time.milliseconds += milliseconds,
+                    None => times.push(PassTime { pass, milliseconds }),
+                }
+            }
+        }
+        let targets = self.targets.as_ref().expect("prepared");
+        let color = targets.mean.read(0, 0)?;
+        let views = self.drawn.iter().map(|d| d.camera.triangles + d.sun.as_ref().map_or(0, |s| s.triangles));
+        Ok(FrameOutput {
+            size: settings.size,
+            color,
+            times,
+            triangles: views.sum(),
+            patches: self.drawn.iter().map(|d| d.camera.patches).sum(),
+        })
+    }
+
+    /// Makes targets and pipelines for these settings, poses the scene, and prepares the sun's view. The device must be
+    /// idle.
+    ///
+    /// # Errors
+    /// As [`render`](Self::render).
+    pub fn prepare(&mut self, state: &FrameState, settings: &RenderSettings) -> Result<Vec<PosedVertices>> {
+        if self.targets.as_ref().is_none_or(|t| t.size != settings.size) {
+            self.targets = None;
+            self.targets = Some(Targets::new(&self.gpu, settings.size)?);
+        }
+        if !self.pipelines.contains_key(&settings.shading) {
+            let filter = FilterPass::new(&self.gpu, settings.shading.technique)?;
+            let shade = ShadePass::new(&self.gpu, settings.shading)?;
+            self.pipelines.insert(settings.shading, (filter, shade));
+        }
+        let posed: Vec<PosedVertices> =
+            self.drawn.iter().zip(&state.poses).map(|(d, pose)| pose.apply(&d.object.object.mesh)).collect();
+        self.shadow_view = None;
+        if let Some(sun) = state.sun.filter(|_| settings.shadows) {
+            let casters = self.drawn.iter().zip(&posed).filter(|(d, _)| d.sun.is_some());
+            let spheres: Vec<(Vec3, f32)> =
+                casters.map(|(d, posed)| d.object.bounds(posed, state.height_scale)).collect();
+            if let Some((centre, radius)) = enclosing_sphere(&spheres) {
+                self.shadow_view = Some(ShadowView::around(sun.direction.normalize(), centre, radius, SHADOW_SIZE));
+            }
+        }
+        if let Some(view) = self.shadow_view {
+            // Shadows need not be finer than their texels.
+            let coarse = TessellationSettings {
+                pixels_per_triangle: settings.tessellation.pixels_per_triangle.max(8.0),
+                cull: false,
+                max_vertices_per_draw: self.vertices_per_draw(),
+                ..settings.tessellation
+            };
+            for (drawn, posed) in self.drawn.iter_mut().zip(&posed) {
+                if let Some(buffers) = &mut drawn.sun {
+                    let scale = state.height_scale;
+                    buffers.update(&drawn.object, posed, scale, view.clip_from_world, view.eye, view.lens, &coarse)?;
+                }
+            }
+        }
+        Ok(posed)
+    }
+
+    /// Points the camera's buffers at sample `index` of a prepared frame. The device must be idle.
+    ///
+    /// # Errors
+    /// As [`render`](Self::render).
+    pub fn prepare_camera(
+        &mut self,
+        state: &FrameState,
+        settings: &RenderSettings,
+        posed: &[PosedVertices],
+        index: u32,
+    ) -> Result<()> {
+        let offset = jitter(index, settings.samples.max(1), settings.seed);
+        let camera = &state.camera;
+        self.clip_from_world = camera.clip_from_world(settings.size, offset);
+        let lens = camera.lens(settings.size.1);
+        let tessellation =
+            TessellationSettings { max_vertices_per_draw: self.vertices_per_draw(), ..settings.tessellation };
+        for (drawn, posed) in self.drawn.iter_mut().zip(posed) {
+            let (scale, clip) = (state.height_scale, self.clip_from_world);
+            drawn.camera.update(&drawn.object, posed, scale, clip, camera.position, lens, &tessellation)?;
+        }
+        let cube_size = self.environment.face_size();
+        let shadow = self.shadow_view.as_ref();
+        let block = LightingGpu::new(state, self.clip_from_world, settings.size, cube_size, shadow);
+        self.lighting.write(0, &[block])
+    }
+
+    /// Records sample `index` of a prepared frame: LEADR's Figure 3 from top to bottom.
+    pub fn record(
+        &mut self,
+        cmd: &mut Commands,
+        state: &FrameState,
+        settings: &RenderSettings,
+        index: u32,
+        timestamps: &Timestamps,
+    ) {
+        let (Some(targets), Some((filter, shade))) = (&self.targets, self.pipelines.get(&settings.shading)) else {
+            return;
+        };
+        cmd.timestamp(timestamps, "begin");
+        if index == 0 {
+            if let Some(sky) = &state.sky {
+                cmd.label("sky", |cmd| self.environment.update_sky(cmd, sky));
+                cmd.timestamp(timestamps, "sky");
+            }
+            cmd.label("irradiance", |cmd| self.irradiance.record(cmd, &self.environment, 1.0, &[], [0.0; 3]));
+            cmd.timestamp(timestamps, "irradiance");
+            let casters: Vec<_> =
+                self.drawn.iter().filter_map(|d| d.sun.as_ref().map(|sun| (&d.object, sun))).collect();
+            let casters = if self.shadow_view.is_some() { casters } else { Vec::new() };
+            cmd.label("shadow", |cmd| self.shadow.record(cmd, &casters, state.height_scale));
+            cmd.timestamp(timestamps, "shadow");
+        }
+        let objects: Vec<_> = self.drawn.iter().map(|d| (&d.object, &d.camera)).collect();
+        cmd.label("geometry", |cmd| {
+            self.geometry.record(cmd, &targets.visible, &objects, state.height_scale, settings.mark_inside);
+        });
+        cmd.timestamp(timestamps, "geometry");
+        cmd.label("filter", |cmd| {
+            let objects = objects.iter().filter(|(_, view)| !view.draws.is_empty()).map(|(object, _)| *object);
+            filter.record(cmd, &targets.visible, &targets.gbuffer, objects, state.height_scale);
+        });
+        cmd.timestamp(timestamps, "filter");
+        let inputs = ShadeInputs {
+            visible: &targets.visible,
+            gbuffer: &targets.gbuffer,
+            lighting: &self.lighting,
+            cube: self.environment.cube(),
+            radiance_sh: self.irradiance.coefficients(),
+            shadow_map: &self.shadow.map,
+        };
+        cmd.label("shade", |cmd| shade.record(cmd, inputs, &targets.sample));
+        cmd.timestamp(timestamps, "shade");
+        cmd.label("accumulate", |cmd| self.accumulate.record(cmd, &targets.sample, &targets.mean, index));
+        cmd.timestamp(timestamps, "accumulate");
+    }
+
+    /// The image that holds the mean of the samples, for a window to show.
+    #[must_use]
+    pub fn image(&self) -> Option<&Image> {
+        self.targets.as_ref().map(|t| &t.mean)
+    }
+
+    /// Reads a layer of the last sample's G-buffer; unused channels are zero.
+    ///
+    /// # Errors
+    /// A lost device, or memory that is short.
+    pub fn layer(&self, layer: Layer) -> Result<Vec<[f32; 4]>> {
+        let Some(targets) = &self.targets else { return Ok(Vec::new()) };
+        let gbuffer = &targets.gbuffer;
+        Ok(match layer {
+            Layer::Depth => {
+                let depth: Vec<f32> = targets.visible.depth.read(0, 0)?;
+                let inverse = self.clip_from_world.inverse();
+                let (width, height) = targets.size;
+                depth
+                    .iter()
+                    .enumerate()
+                    .map(|(i, &z)| {
+                        if z <= 0.0 {
+                            return [f32::INFINITY, 0.0, 0.0, 0.0];
+                        }
+                        let x = ((i as u32 % width) as f32 + 0.5) / width as f32 * 2.0 - 1.0;
+                        let y = ((i as u32 / width) as f32 + 0.5) / height as f32 * 2.0 - 1.0;
+                        let p = inverse.project_point3(Vec3::new(x, y, z));
+                        let forward = self.clip_from_world.row(3).truncate();
+                        let w = self.clip_from_world.row(3).w;
+                        [forward.dot(p) + w, 0.0, 0.0, 0.0]
+                    })
+                    .collect()
+            }
+            Layer::Normal => {
+                let frame: Vec<[f32; 4]> = gbuffer.frame.read(0, 0)?;
+                frame
+                    .iter()
+                    .map(|f| {
+                        let n = crate::reflectance::frame::octahedral_decode(glam::DVec2::new(
+                            f64::from(f[0]),
+                            f64::from(f[1]),
+                        ));
+                        n.as_vec3().extend(0.0).to_array()
+                    })
+                    .collect()
+            }
+            Layer::MeanSlope => {
+                let frame: Vec<[f32; 4]> = gbuffer.frame.read(0, 0)?;
+                frame.iter().map(|f| [f[2], f[3], 0.0, 0.0]).collect()
+            }
+            Layer::Covariance => {
+                let covariance: Vec<[f32; 4]> = gbuffer.covariance.read(0, 0)?;
+                covariance.iter().map(|c| [c[0], c[1], c[2], 0.0]).collect()
+            }
+            Layer::Lod => {
+                let covariance: Vec<[f32; 4]> = gbuffer.covariance.read(0, 0)?;
+                covariance.iter().map(|c| [c[3], 0.0, 0.0, 0.0]).collect()
+            }
+            Layer::Albedo | Layer::Roughness => {
+                let material: Vec<[half::f16; 4]> = gbuffer.material.read(0, 0)?;
+                material
+                    .iter()
+                    .map(|m| {
+                        let m = m.map(f32::from);
+                        if layer == Layer::Albedo { [m[0], m[1], m[2], 0.0] } else { [m[3], 0.0, 0.0, 0.0] }
+                    })
+                    .collect()
+            }
+        })
+    }
+
+    fn vertices_per_draw(&self) -> u32 {
+        self.gpu.tessellated_vertices_per_draw().unwrap_or(u32::MAX)
+    }
+}
+
+/// A sphere around spheres: about the middle of their box.
+fn enclosing_sphere(spheres: &[(Vec3, f32)]) -> Option<(Vec3, f32)> {
+    let (low, high) =
+        spheres.iter().map(|&(c, r)| (c - r, c + r)).reduce(|(low, high), (l, h)| (low.min(l), high.max(h)))?;
+    let centre = (low + high) * 0.5;
+    let radius = spheres.iter().map(|&(c, r)| c.distance(centre) + r).fold(0.0, f32::max);
+    Some((centre, radius.max(1e-6)))
+}

@@ -1,0 +1,123 @@
+//! Present pass: the renderer's linear image, exposed and tonemapped into a window's image with the curves of
+//! [`crate::maps::tonemap`], so that a window shows the codes that a PNG would hold.
+
+use std::sync::Arc;
+
+use ash::vk;
+
+use crate::gpu::{
+    ColorTarget, Commands, Descriptor, Filter, Gpu, GraphicsDesc, GraphicsPipeline, Image, Load, Result, Sampler,
+    SpecValue, Use, Wrap,
+};
+use crate::maps::tonemap::Tonemap;
+
+/// The pipeline of the present pass.
+pub struct PresentPass {
+    pipeline: GraphicsPipeline,
+    sampler: Sampler,
+}
+
+impl PresentPass {
+    /// The pass for targets of one format. Targets in an sRGB format encode by themselves; into all others the pass
+    /// writes sRGB codes.
+    ///
+    /// # Errors
+    /// A failed pipeline.
+    pub fn new(gpu: &Arc<Gpu>, format: vk::Format, tonemap: Tonemap) -> Result<Self> {
+        let target_encodes = matches!(format, vk::Format::B8G8R8A8_SRGB | vk::Format::R8G8B8A8_SRGB);
+        let pipeline = GraphicsPipeline::new(
+            gpu,
+            "present",
+            &GraphicsDesc {
+                vertex: "passes/fullscreen.vert",
+                fragment: Some("passes/present.frag"),
+                colors: &[format],
+                spec: &[(0, SpecValue::Bool(tonemap == Tonemap::Filmic)), (1, SpecValue::Bool(!target_encodes))],
+                ..Default::default()
+            },
+        )?;
+        Ok(Self { pipeline, sampler: Sampler::new(gpu, "present", Filter::Nearest, Wrap::Clamp)? })
+    }
+
+    /// Shows linear radiance times `exposure` (a factor) in all of `target`, which ends in [`Use::ColorTarget`]. Images
+    /// of another size are stretched.
+    pub fn record(&self, cmd: &mut Commands, image: &Image, target: &Image, exposure: f32) {
+        cmd.transition(image, Use::Sampled);
+        cmd.image_barrier(target, Use::Undefined, Use::ColorTarget);
+        cmd.begin_rendering(&[ColorTarget { view: target.whole(), load: Load::Discard }], None);
+        cmd.bind(&self.pipeline, &[(0, Descriptor::Sampled(image.whole(), &self.sampler))]);
+        cmd.push_constants(&exposure);
+        cmd.draw(0..3, 0..1);
+        cmd.end_rendering();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gpu::{GpuError, GpuOptions, ImageDesc};
+    use crate::maps::tonemap::display_srgb8;
+
+    /// A ramp over 18 stops, both signs, and what is not a number.
+    fn ramp() -> Vec<[f32; 4]> {
+        let mut texels: Vec<[f32; 4]> = (0..1020)
+            .map(|i| {
+                let x = (i as f32 / 1019.0 * 18.0 - 12.0).exp2();
+                [x, 0.5 * x, 2.0 * x, 0.3]
+            })
+            .collect();
+        texels.push([-1.0, 0.0, -1e30, 1.0]);
+        texels.push([f32::INFINITY, 1e30, 1e4, 1.0]);
+        texels.push([0.5, f32::NAN, 0.5, 1.0]);
+        texels.push([0.0, 0.0, 0.0, f32::NAN]);
+        texels
+    }
+
+    /// Codes of the ramp in a target of one format, as the CPU's curve is off from them at most.
+    fn worst_difference(gpu: &Arc<Gpu>, format: vk::Format, shader: Tonemap, exposure: f32, cpu: Tonemap) -> u8 {
+        let texels = ramp();
+        let image = Image::new(gpu, "ramp", ImageDesc::new(vk::Format::R32G32B32A32_SFLOAT, 32, 32)).unwrap();
+        image.write(0, 0, &texels).unwrap();
+        let target = Image::new(gpu, "codes", ImageDesc::new(format, 32, 32).color_target()).unwrap();
+        let pass = PresentPass::new(gpu, format, shader).unwrap();
+        gpu.submit("present", |cmd| pass.record(cmd, &image, &target, exposure)).unwrap();
+        let codes: Vec<[u8; 4]> = target.read(0, 0).unwrap();
+        let mut worst = 0;
+        for (texel, code) in texels.iter().zip(&codes) {
+            let expected = display_srgb8([texel[0], texel[1], texel[2]], exposure, cpu);
+            let blue_first = matches!(format, vk::Format::B8G8R8A8_UNORM | vk::Format::B8G8R8A8_SRGB);
+            let shown = if blue_first { [code[2], code[1], code[0]] } else { [code[0], code[1], code[2]] };
+            assert_eq!(code[3], 255);
+            for (shown, expected) in shown.iter().zip(expected) {
+                worst = worst.max(shown.abs_diff(expected));
+            }
+        }
+        worst
+    }
+
+    #[test]
+    fn a_window_shows_the_codes_of_a_png() {
+        let options = GpuOptions { device: std::env::var("LEADR_DEVICE").ok(), validation: true, ..Default::default() };
+        let gpu = match Gpu::new(&options) {
+            Ok(gpu) => gpu,
+            Err(error @ GpuError::Vulkan { .. }) => panic!("{error}"),
+            Err(error) if std::env::var("LEADR_SKIP_GPU").is_ok_and(|value| value == "1") => {
+                return println!("skipped, since LEADR_SKIP_GPU=1: {error}");
+            }
+            Err(error) => panic!("this test needs a GPU (LEADR_SKIP_GPU=1 skips it): {error}"),
+        };
+        for format in [vk::Format::B8G8R8A8_UNORM, vk::Format::R8G8B8A8_SRGB] {
+            for tonemap in [Tonemap::Filmic, Tonemap::Clamp] {
+                for exposure in [1.0, 2.5] {
+                    let worst = worst_difference(&gpu, format, tonemap, exposure, tonemap);
+                    // Half a code lies between two ways of rounding the same curve.
+                    assert!(worst <= 1, "{format:?} {tonemap:?} {exposure}: {worst} codes");
+                }
+            }
+        }
+        // Another curve would be noticed.
+        let other = worst_difference(&gpu, vk::Format::R8G8B8A8_UNORM, Tonemap::Clamp, 1.0, Tonemap::Filmic);
+        assert!(other > 20, "{other}");
+        assert_eq!(gpu.validation_messages(), Vec::<String>::new());
+    }
+}

@@ -1,0 +1,126 @@
+//! What a scene hands to the renderer: objects made once, and the state of one frame.
+
+use super::camera::Camera;
+use super::displacement::HeightField;
+use super::patch_mesh::PatchMesh;
+use super::sky::Sky;
+use glam::{Affine3A, Mat4, Vec3};
+
+/// An sRGB colour map with roughness.
+#[derive(Clone, Debug)]
+pub struct ColorMap {
+    /// Texels per row.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+    /// sRGB-encoded albedo in rgb, Beckmann roughness `α` (linear) in a.
+    pub texels: Vec<[u8; 4]>,
+}
+
+/// One displaced (or smooth) surface.
+#[derive(Clone, Debug)]
+pub struct Object {
+    /// For messages and debug names.
+    pub name: String,
+    /// Its patches.
+    pub mesh: PatchMesh,
+    /// Heights along the patch normals; none for a smooth surface.
+    pub heights: Option<HeightField>,
+    /// Height scale `η` at load; a frame may override it.
+    pub height_scale: f32,
+    /// Albedo and roughness; without it the vertex colours are used.
+    pub color_map: Option<ColorMap>,
+    /// Reflectance at normal incidence.
+    pub specular_f0: f32,
+    /// Whether it throws a shadow.
+    pub casts_shadow: bool,
+}
+
+/// Where an object is in one frame.
+#[derive(Clone, Debug)]
+pub enum Pose {
+    /// Rigid: world from rest.
+    Rigid(Affine3A),
+    /// Linear blend skinning: world from rest, one matrix per joint.
+    Skinned(Vec<Mat4>),
+}
+
+/// A directional light.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sun {
+    /// Unit direction toward the sun.
+    pub direction: Vec3,
+    /// Irradiance on a plane facing it, linear rgb.
+    pub irradiance: Vec3,
+}
+
+/// A point light.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PointLight {
+    /// World position.
+    pub position: Vec3,
+    /// Radiant intensity, linear rgb: irradiance at distance 1.
+    pub intensity: Vec3,
+}
+
+/// Number of point lights a frame may have.
+pub const MAX_POINT_LIGHTS: usize = 4;
+
+/// The state of one frame.
+#[derive(Clone, Debug)]
+pub struct FrameState {
+    /// The viewer.
+    pub camera: Camera,
+    /// One pose per object of the scene.
+    pub poses: Vec<Pose>,
+    /// The sky, when the environment is one; the cube follows it.
+    pub sky: Option<Sky>,
+    /// Directional light, if any.
+    pub sun: Option<Sun>,
+    /// Point lights, at most [`MAX_POINT_LIGHTS`].
+    pub point_lights: Vec<PointLight>,
+    /// Multiplies the height scale of every object.
+    pub height_scale: f32,
+}
+
+/// World-space positions and normals of a posed mesh.
+#[derive(Clone, Debug, Default)]
+pub struct PosedVertices {
+    /// Positions.
+    pub positions: Vec<Vec3>,
+    /// Unit normals.
+    pub normals: Vec<Vec3>,
+}
+
+impl Pose {
+    /// Poses a mesh. Joints beyond the pose's own are ignored.
+    #[must_use]
+    pub fn apply(&self, mesh: &PatchMesh) -> PosedVertices {
+        let (positions, normals) = match self {
+            Self::Rigid(world) => {
+                let normal_matrix = world.matrix3.inverse().transpose();
+                (
+                    mesh.positions.iter().map(|&p| world.transform_point3(p)).collect(),
+                    mesh.normals.iter().map(|&n| (normal_matrix * n).normalize_or(Vec3::Z)).collect(),
+                )
+            }
+            Self::Skinned(joints) => mesh
+                .positions
+                .iter()
+                .zip(&mesh.normals)
+                .zip(&mesh.skin)
+                .map(|((&position, &normal), skin)| {
+                    let mut blend = Mat4::ZERO;
+                    for (&joint, &weight) in skin.joints.iter().zip(&skin.weights) {
+                        if let Some(matrix) = joints.get(usize::from(joint)) {
+                            blend += *matrix * weight;
+                        }
+                    }
+                    // Joints rotate without scale, so the blend itself serves the normals well.
+                    (blend.transform_point3(position), blend.transform_vector3(normal).normalize_or(normal))
+                })
+                .unzip(),
+        };
+        PosedVertices { positions, normals }
+    }
+}

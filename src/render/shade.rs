@@ -1,0 +1,161 @@
+//! Shading pass: one invocation per pixel of the G-buffer.
+
+use std::sync::Arc;
+
+use ash::vk;
+use bytemuck::{Pod, Zeroable};
+
+use super::filter::GBuffer;
+use super::geometry::VisibleSurface;
+use super::scene::{FrameState, MAX_POINT_LIGHTS};
+use super::settings::ShadingSettings;
+use super::shadow::ShadowView;
+use crate::gpu::{
+    Buffer, ColorTarget, Commands, Descriptor, Filter, Gpu, GraphicsDesc, GraphicsPipeline, Image, ImageView, Load,
+    Result, Sampler, SpecValue, Use, Wrap,
+};
+use glam::{Mat4, Vec3};
+
+/// The light block (`Lighting` in `passes/shade/shade.frag`).
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub struct LightingGpu {
+    /// Clip to world space.
+    pub world_from_clip: [[f32; 4]; 4],
+    /// World to shadow texture space.
+    pub shadow_from_world: [[f32; 4]; 4],
+    /// Viewer.
+    pub camera_position: [f32; 4],
+    /// Toward the sun; w 1 when there is one.
+    pub sun_direction: [f32; 4],
+    /// On a plane facing the sun.
+    pub sun_irradiance: [f32; 4],
+    /// Positions of the point lights.
+    pub point_position: [[f32; 4]; MAX_POINT_LIGHTS],
+    /// Their intensities.
+    pub point_intensity: [[f32; 4]; MAX_POINT_LIGHTS],
+    /// Width and height of the image.
+    pub viewport: [f32; 4],
+    /// Face size of the cube, its scale, world size of a shadow texel, 1 when shadows are on.
+    pub environment: [f32; 4],
+    /// Number of point lights.
+    pub counts: [i32; 4],
+}
+
+impl LightingGpu {
+    /// The block for a frame.
+    #[must_use]
+    pub fn new(
+        state: &FrameState,
+        clip_from_world: Mat4,
+        size: (u32, u32),
+        cube_size: u32,
+        shadow: Option<&ShadowView>,
+    ) -> Self {
+        let four = |v: Vec3, w: f32| v.extend(w).to_array();
+        let (sun_direction, sun_irradiance) = state.sun.map_or(([0.0, 0.0, 1.0, 0.0], [0.0; 4]), |sun| {
+            (four(sun.direction.normalize_or(Vec3::Z), 1.0), four(sun.irradiance, 0.0))
+        });
+        let mut block = Self {
+            world_from_clip: clip_from_world.inverse().to_cols_array_2d(),
+            shadow_from_world: shadow.map_or(Mat4::IDENTITY, |s| s.texture_from_world).to_cols_array_2d(),
+            camera_position: four(state.camera.position, 1.0),
+            sun_direction,
+            sun_irradiance,
+            point_position: [[0.0; 4]; MAX_POINT_LIGHTS],
+            point_intensity: [[0.0; 4]; MAX_POINT_LIGHTS],
+            viewport: [size.0 as f32, size.1 as f32, 0.0, 0.0],
+            environment: [
+                cube_size as f32,
+                1.0,
+                shadow.map_or(0.0, |s| s.texel),
+                if shadow.is_some() { 1.0 } else { 0.0 },
+            ],
+            counts: [state.point_lights.len().min(MAX_POINT_LIGHTS) as i32, 0, 0, 0],
+        };
+        for (i, light) in state.point_lights.iter().take(MAX_POINT_LIGHTS).enumerate() {
+            block.point_position[i] = four(light.position, 1.0);
+            block.point_intensity[i] = four(light.intensity, 0.0);
+        }
+        block
+    }
+}
+
+/// What the shading pass reads.
+#[derive(Clone, Copy)]
+pub struct ShadeInputs<'a> {
+    /// For its depth.
+    pub visible: &'a VisibleSurface,
+    /// What the filter pass found.
+    pub gbuffer: &'a GBuffer,
+    /// The [`LightingGpu`] block.
+    pub lighting: &'a Buffer,
+    /// The environment cube, with mips.
+    pub cube: &'a ImageView,
+    /// Its nine SH coefficients of radiance, `vec4` each.
+    pub radiance_sh: &'a Buffer,
+    /// The shadow map.
+    pub shadow_map: &'a Image,
+}
+
+/// The pipeline of the shading pass.
+pub struct ShadePass {
+    pipeline: GraphicsPipeline,
+    nearest: Sampler,
+    trilinear: Sampler,
+}
+
+impl ShadePass {
+    /// The format of the target.
+    pub const FORMAT: vk::Format = vk::Format::R32G32B32A32_SFLOAT;
+
+    /// The pass for one set of settings.
+    ///
+    /// # Errors
+    /// A failed pipeline.
+    pub fn new(gpu: &Arc<Gpu>, settings: ShadingSettings) -> Result<Self> {
+        let pipeline = GraphicsPipeline::new(
+            gpu,
+            "shade",
+            &GraphicsDesc {
+                vertex: "passes/fullscreen.vert",
+                fragment: Some("passes/shade/shade.frag"),
+                colors: &[Self::FORMAT],
+                spec: &[
+                    (0, SpecValue::I32(settings.grid.max(1) as i32)),
+                    (1, SpecValue::Bool(settings.shadowing)),
+                    (2, SpecValue::Bool(settings.lights_by_sh)),
+                ],
+                ..Default::default()
+            },
+        )?;
+        Ok(Self {
+            pipeline,
+            nearest: Sampler::new(gpu, "nearest", Filter::Nearest, Wrap::Clamp)?,
+            trilinear: Sampler::new(gpu, "environment", Filter::Trilinear, Wrap::Clamp)?,
+        })
+    }
+
+    /// Shades every pixel of the G-buffer into `target`.
+    pub fn record(&self, cmd: &mut Commands, inputs: ShadeInputs<'_>, target: &Image) {
+        let ShadeInputs { visible, gbuffer, .. } = inputs;
+        cmd.image_barrier(target, Use::Undefined, Use::ColorTarget);
+        cmd.begin_rendering(&[ColorTarget { view: target.whole(), load: Load::Discard }], None);
+        cmd.bind(
+            &self.pipeline,
+            &[
+                (0, Descriptor::Sampled(gbuffer.frame.whole(), &self.nearest)),
+                (1, Descriptor::Sampled(gbuffer.covariance.whole(), &self.nearest)),
+                (2, Descriptor::Sampled(gbuffer.material.whole(), &self.nearest)),
+                (3, Descriptor::Sampled(gbuffer.surface.whole(), &self.nearest)),
+                (4, Descriptor::Sampled(visible.depth.whole(), &self.nearest)),
+                (5, Descriptor::Uniform(inputs.lighting)),
+                (6, Descriptor::Sampled(inputs.cube, &self.trilinear)),
+                (7, Descriptor::Storage(inputs.radiance_sh)),
+                (8, Descriptor::Sampled(inputs.shadow_map.whole(), &self.nearest)),
+            ],
+        );
+        cmd.draw(0..3, 0..1);
+        cmd.end_rendering();
+    }
+}

@@ -1,0 +1,69 @@
+//! Edges of a quad mesh and how patches run along them.
+
+use std::collections::HashMap;
+
+/// The edges of a quad mesh. Each runs from its lower to its higher vertex index.
+#[derive(Clone, Debug, Default)]
+pub struct Topology {
+    /// Vertex pairs, lower index first.
+    pub edges: Vec<[u32; 2]>,
+    /// Per patch and side (v=0, u=1, v=1, u=0): `edge << 1 | 1` when the patch runs from the higher vertex.
+    pub patch_edges: Vec<[u32; 4]>,
+}
+
+impl Topology {
+    /// Finds the edges, numbered in the order in which the patches first name them.
+    #[must_use]
+    pub fn new(patches: &[[u32; 4]]) -> Self {
+        let mut index = HashMap::with_capacity(patches.len() * 2);
+        let mut edges = Vec::with_capacity(patches.len() * 2);
+        let patch_edges = patches
+            .iter()
+            .map(|patch| {
+                std::array::from_fn(|side| {
+                    let (from, to) = (patch[side], patch[(side + 1) & 3]);
+                    let key = [from.min(to), from.max(to)];
+                    let edge = *index.entry(key).or_insert_with(|| {
+                        edges.push(key);
+                        (edges.len() - 1) as u32
+                    });
+                    edge << 1 | u32::from(from > to)
+                })
+            })
+            .collect();
+        Self { edges, patch_edges }
+    }
+
+    /// Edges that do not join exactly two patches, or join them running the same way: none on a closed,
+    /// oriented surface.
+    #[must_use]
+    pub fn irregular_edges(&self) -> usize {
+        let mut uses = vec![[0u32; 2]; self.edges.len()];
+        for &edge in self.patch_edges.iter().flatten() {
+            uses[(edge >> 1) as usize][(edge & 1) as usize] += 1;
+        }
+        uses.iter().filter(|&&u| u != [1, 1]).count()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const CUBE: [[u32; 4]; 6] = [[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]];
+
+    #[test]
+    fn a_cube_has_twelve_regular_edges() {
+        let topology = Topology::new(&CUBE);
+        assert_eq!(topology.edges.len(), 12);
+        assert_eq!(topology.irregular_edges(), 0);
+    }
+
+    #[test]
+    fn a_missing_or_flipped_face_is_noticed() {
+        assert_eq!(Topology::new(&CUBE[..5]).irregular_edges(), 4);
+        let mut flipped = CUBE;
+        flipped[2].reverse();
+        assert!(Topology::new(&flipped).irregular_edges() > 0);
+    }
+}

@@ -1,0 +1,59 @@
+//! Dry ground out to the horizon: displaced soil whose map repeats, tinted so that the repeats do not show.
+
+use glam::Vec2;
+
+use super::plane::{plane, toward_horizon};
+use crate::maps::procedural;
+use crate::maps::tonemap::srgb_from_linear;
+use crate::render::displacement::{Border, HeightField};
+use crate::render::scene::{ColorMap, Object};
+
+/// Metres of ground that show the soil map once.
+const REPEAT: f32 = 5.0;
+/// Metres from the lowest crack to the highest pebble.
+const RELIEF: f32 = 0.10;
+/// Half the side of the ground, metres: from a standing viewer its rim is a tenth of a degree below the horizon.
+const HALF: f32 = 1200.0;
+/// Texels of the soil map along one repeat.
+const TEXELS: u32 = 1024;
+
+/// The ground at z = 0, its heights centred on zero.
+#[must_use]
+pub fn ground() -> Object {
+    let soil = procedural::soil(TEXELS, TEXELS, 1);
+    let mean = soil.texels.iter().sum::<f32>() / soil.texels.len() as f32;
+    let (low, high) = soil.texels.iter().fold((f32::MAX, f32::MIN), |(l, h), &t| (l.min(t), h.max(t)));
+    let range = (high - low).max(1e-6);
+    let texels: Vec<f32> = soil.texels.iter().map(|h| (h - mean) / range * RELIEF).collect();
+    let colors = soil
+        .texels
+        .iter()
+        .map(|h| {
+            // Dust on what stands out, damp dark earth in the cracks.
+            let t = ((h - low) / range).clamp(0.0, 1.0);
+            let mix = |dark: f32, light: f32| dark + (light - dark) * t * (2.0 - t);
+            let code = |v: f32| (srgb_from_linear(v) * 255.0 + 0.5) as u8;
+            [code(mix(0.10, 0.40)), code(mix(0.075, 0.31)), code(mix(0.05, 0.22)), 200]
+        })
+        .collect();
+    let mut mesh = plane(HALF, 72, REPEAT, [1.0; 4], toward_horizon);
+    for (color, p) in mesh.colors.iter_mut().zip(&mesh.positions) {
+        let tint = 0.82 + 0.18 * patches(Vec2::new(p.x, p.y));
+        *color = [tint, tint * (0.97 + 0.03 * tint), tint * 0.96, 1.0];
+    }
+    Object {
+        name: "ground".to_owned(),
+        mesh,
+        heights: Some(HeightField { width: TEXELS, height: TEXELS, texels, border: Border::Wrap }),
+        height_scale: 1.0,
+        color_map: Some(ColorMap { width: TEXELS, height: TEXELS, texels: colors }),
+        specular_f0: 0.03,
+        casts_shadow: false,
+    }
+}
+
+/// Smooth patches some metres wide, in `[-1, 1]`: a few plane waves that share no period.
+fn patches(p: Vec2) -> f32 {
+    let wave = |x: f32, y: f32, phase: f32| (p.x * x + p.y * y + phase).sin();
+    (wave(0.61, 0.23, 0.0) + wave(-0.37, 0.83, 1.7) + wave(1.31, -0.52, 4.1) + wave(0.11, 0.09, 2.2)) / 4.0
+}

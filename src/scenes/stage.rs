@@ -1,0 +1,164 @@
+//! A scene ready to be rendered: objects made once, and where everything is at any time.
+
+use glam::{Affine3A, Vec3};
+
+use super::plane::{even, plane};
+use super::sphere::displaced_sphere;
+use crate::maps::{HeightMap, procedural};
+use crate::render::camera::Camera;
+use crate::render::displacement::{Border, HeightField};
+use crate::render::scene::{FrameState, Object, PointLight, Pose, Sun};
+use crate::render::sky::Sky;
+
+/// Standard views of a scene.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Views {
+    /// Close enough to see single bumps.
+    pub near: Camera,
+    /// The scene fills the picture.
+    pub mid: Camera,
+    /// The scene is small.
+    pub far: Camera,
+}
+
+/// Light on a stage besides its environment image.
+#[derive(Clone, Debug, Default)]
+pub struct Lights {
+    /// The analytic sky with its sun, when the environment is not an image.
+    pub sky: Option<Sky>,
+    /// Point lights.
+    pub points: Vec<PointLight>,
+}
+
+type Motion = Box<dyn Fn(f64) -> Vec<Pose> + Send>;
+type Anchor = Box<dyn Fn(f64) -> Vec3 + Send>;
+
+/// Objects and their motion.
+pub struct Stage {
+    /// What is drawn, to be handed to the renderer (which keeps it).
+    pub objects: Vec<Object>,
+    /// Where to look from, relative to the anchor.
+    pub views: Views,
+    motion: Motion,
+    anchor: Anchor,
+}
+
+impl Stage {
+    /// A stage whose objects move by `motion` (one pose per object) around a point of interest `anchor`, both
+    /// functions of the time in seconds.
+    pub fn moving(
+        objects: Vec<Object>,
+        views: Views,
+        motion: impl Fn(f64) -> Vec<Pose> + Send + 'static,
+        anchor: impl Fn(f64) -> Vec3 + Send + 'static,
+    ) -> Self {
+        Self { objects, views, motion: Box::new(motion), anchor: Box::new(anchor) }
+    }
+
+    /// A stage where nothing moves.
+    #[must_use]
+    pub fn still(objects: Vec<Object>, views: Views) -> Self {
+        let count = objects.len();
+        Self::moving(objects, views, move |_| vec![Pose::Rigid(Affine3A::IDENTITY); count], |_| Vec3::ZERO)
+    }
+
+    /// The state at `time` seen by `camera`, which is placed relative to the anchor and so follows what moves.
+    #[must_use]
+    pub fn state(&self, time: f64, camera: &Camera, lights: &Lights) -> FrameState {
+        let anchor = (self.anchor)(time);
+        let sun = lights.sky.map(|sky| Sun {
+            direction: sky.sun_direction.normalize_or(Vec3::Z),
+            irradiance: Vec3::from_array(sky.sun_irradiance()),
+        });
+        FrameState {
+            camera: Camera { position: camera.position + anchor, target: camera.target + anchor, ..*camera },
+            poses: (self.motion)(time),
+            sky: lights.sky,
+            sun,
+            point_lights: lights.points.clone(),
+            height_scale: 1.0,
+        }
+    }
+}
+
+/// Material and relief of the plane and sphere scenes.
+#[derive(Clone, Debug)]
+pub struct Relief {
+    /// Heights, one repeat; none for rock made by the program.
+    pub map: Option<HeightMap>,
+    /// Metres of height per unit of the map, before the frame's own factor.
+    pub height_scale: f32,
+    /// Beckmann roughness `α` of the base material.
+    pub roughness: f32,
+    /// Texels along a tile of the sphere's atlas.
+    pub tile: u32,
+}
+
+impl Default for Relief {
+    fn default() -> Self {
+        Self { map: None, height_scale: 0.12, roughness: 0.35, tile: 64 }
+    }
+}
+
+impl Relief {
+    fn field(&mut self) -> HeightField {
+        let map = self.map.take().unwrap_or_else(|| procedural::rock(1024, 1024, 1));
+        HeightField { width: map.width, height: map.height, texels: map.texels, border: Border::Wrap }
+    }
+
+    fn color(&self) -> [f32; 4] {
+        [0.42, 0.36, 0.30, self.roughness]
+    }
+}
+
+fn object(name: &str, relief: &Relief, mesh: crate::render::patch_mesh::PatchMesh, heights: HeightField) -> Object {
+    Object {
+        name: name.to_owned(),
+        mesh,
+        heights: Some(heights),
+        height_scale: relief.height_scale,
+        color_map: None,
+        specular_f0: 0.04,
+        casts_shadow: true,
+    }
+}
+
+/// A unit sphere in the relief; the map shows once in 1.2 m.
+#[must_use]
+pub fn sphere_stage(mut relief: Relief) -> Stage {
+    let field = relief.field();
+    let (mesh, heights) = displaced_sphere(&field, 1.2, 16, relief.tile, relief.color());
+    let from =
+        |distance: f32| Camera::looking_at(Vec3::new(0.66, -0.66, 0.35).normalize() * distance, Vec3::ZERO, 30.0);
+    let views = Views { near: from(2.2), mid: from(4.8), far: from(36.0) };
+    Stage::still(vec![object("sphere", &relief, mesh, heights)], views)
+}
+
+/// A plane of 8 m in the relief; the map shows once in 2 m.
+#[must_use]
+pub fn plane_stage(mut relief: Relief) -> Stage {
+    let heights = relief.field();
+    let mesh = plane(4.0, 32, 2.0, relief.color(), even);
+    let from = |distance: f32| Camera::looking_at(Vec3::new(0.6, -0.8, 0.55).normalize() * distance, Vec3::ZERO, 35.0);
+    let views = Views { near: from(2.0), mid: from(7.0), far: from(60.0) };
+    Stage::still(vec![object("plane", &relief, mesh, heights)], views)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn cameras_follow_the_anchor() {
+        let views = Views {
+            near: Camera::looking_at(Vec3::X, Vec3::ZERO, 30.0),
+            mid: Camera::looking_at(Vec3::X * 2.0, Vec3::ZERO, 30.0),
+            far: Camera::looking_at(Vec3::X * 9.0, Vec3::ZERO, 30.0),
+        };
+        let stage = Stage::moving(Vec::new(), views, |_| Vec::new(), |time| Vec3::Y * time as f32);
+        let state = stage.state(3.0, &views.mid, &Lights { sky: Some(Sky::default()), points: Vec::new() });
+        assert_eq!(state.camera.position, Vec3::new(2.0, 3.0, 0.0));
+        assert_eq!(state.camera.target, Vec3::Y * 3.0);
+        assert!(state.sun.unwrap().irradiance.min_element() > 0.0);
+    }
+}

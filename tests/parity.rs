@@ -1,0 +1,557 @@
+//! The GLSL library on the device against the f64 reference, at thousands of arguments, grazing and degenerate ones
+//! included. Prints the worst errors; the driver is named when one fails.
+//!
+//! A 32-bit evaluation cannot be better than its rounded arguments allow, so the tolerance has two parts: a relative one,
+//! from measurement, and a multiple of what the reference itself moves by when each argument moves by an ulp or so.
+
+mod common;
+
+use glam::{DVec2, DVec3};
+use leadr::reflectance::beckmann::{beckmann_ndf, beckmann_p22};
+use leadr::reflectance::diffuse::{
+    leadr_diffuse_environment, leadr_diffuse_light, leadr_diffuse_light_sh, visible_normal_moments,
+};
+use leadr::reflectance::frame::{frame_about, octahedral_decode, octahedral_encode, to_frame};
+use leadr::reflectance::fresnel::{fresnel_dielectric, fresnel_schlick};
+use leadr::reflectance::masking::{masking, masking_shadowing, shadowing_given_masking, smith_lambda};
+use leadr::reflectance::normal_distribution::{normal_cdf, normal_pdf, normal_tail_mean};
+use leadr::reflectance::projected_area::{face_viewer, meso_area, slope_spread, visible_area};
+use leadr::reflectance::sh::{sh_add_light, sh_basis, sh_irradiance, sh_irradiance_light};
+use leadr::reflectance::slope_grid::{facet_area, grid_lambda, grid_node, grid_spacing, normal_of_slope, slope_sample};
+use leadr::reflectance::slope_map::{map_covariance, map_mean_slope, slope_map};
+use leadr::reflectance::slope_statistics::{add_macro_curvature, add_roughness, covariance_from_moments, scale_height};
+use leadr::reflectance::specular::{env_lod, environment_sample, leadr_specular_directional};
+use leadr::reflectance::{limits, specular};
+
+const TUPLES: usize = 12_000;
+
+/// SplitMix64: the same arguments on every run.
+struct Random(u64);
+
+impl Random {
+    fn unit(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
+    }
+
+    fn range(&mut self, low: f64, high: f64) -> f64 {
+        low + (high - low) * self.unit()
+    }
+
+    fn log(&mut self, low: f64, high: f64) -> f64 {
+        (self.range(low.ln(), high.ln())).exp()
+    }
+
+    fn pick<const N: usize>(&mut self, values: [f64; N]) -> f64 {
+        values[(self.unit() * N as f64) as usize]
+    }
+
+    /// Anywhere on the sphere, near the horizon, near the pole, or on an axis.
+    fn direction(&mut self) -> DVec3 {
+        let phi = self.range(0.0, std::f64::consts::TAU);
+        let z = match (self.unit() * 10.0) as u32 {
+            0 => return DVec3::Z,
+            1 => return DVec3::new(self.pick([1.0, -1.0]), 0.0, 0.0),
+            2 => self.pick([1.0, -1.0]) * self.log(1e-7, 1e-2),
+            3 => 1.0 - self.log(1e-7, 1e-2),
+            4 => self.range(-1.0, 0.0),
+            _ => self.range(0.0, 1.0),
+        };
+        let r = (1.0 - z * z).max(0.0).sqrt();
+        DVec3::new(r * phi.cos(), r * phi.sin(), z).normalize()
+    }
+
+    fn mean_slope(&mut self) -> DVec2 {
+        match (self.unit() * 4.0) as u32 {
+            0 => DVec2::ZERO,
+            1 => DVec2::new(self.range(-8.0, 8.0), self.range(-8.0, 8.0)),
+            _ => DVec2::new(self.range(-0.7, 0.7), self.range(-0.7, 0.7)),
+        }
+    }
+
+    /// Usual roughness; a quarter degenerate: zero, rank one, tiny against wide, out of bounds.
+    fn covariance(&mut self) -> DVec3 {
+        let (x, y) = (self.log(0.02, 2.0), self.log(0.02, 2.0));
+        let r = self.range(-0.95, 0.95);
+        match (self.unit() * 20.0) as u32 {
+            0 => DVec3::ZERO,
+            1 => DVec3::new(x * x, 0.0, 0.0),
+            2 => DVec3::new(1e-12, y * y, x),
+            3 => DVec3::new(x * x, y * y, self.pick([1.0, -1.0]) * x * y),
+            4 => DVec3::new(x * 1e-4, y * 1e-4, r * 1e-4 * (x * y).sqrt()),
+            _ => DVec3::new(x * x, y * y, r * x * y),
+        }
+    }
+}
+
+/// What one probe must satisfy.
+struct Tolerance {
+    /// Error allowed relative to `max(|reference|, floor)`.
+    relative: f64,
+    /// Magnitude below which errors count as absolute, by the index of the output: the size of the terms it sums.
+    floor: fn(usize) -> f64,
+    /// Arguments below this magnitude are nudged as if they had it.
+    unit: f64,
+}
+
+/// Outcome of a comparison: the worst relative error among well-conditioned values, and the failures.
+struct Outcome {
+    worst: f64,
+    worst_at: String,
+    well_conditioned: usize,
+    values: usize,
+    failures: usize,
+    first: String,
+}
+
+/// How far the reference moves per argument that moves by this much, times [`SPREADS`], is forgiven.
+const NUDGE: f64 = 1.2e-7;
+const SPREADS: f64 = 2.0;
+
+fn compare<const N: usize>(
+    inputs: &[[f32; N]],
+    got: &[f32],
+    tolerance: &Tolerance,
+    reference: &dyn Fn(&[f64; N]) -> Vec<f64>,
+) -> Outcome {
+    let mut outcome = Outcome {
+        worst: 0.0,
+        worst_at: String::new(),
+        well_conditioned: 0,
+        values: 0,
+        failures: 0,
+        first: String::new(),
+    };
+    for (i, input) in inputs.iter().enumerate() {
+        let exact = input.map(f64::from);
+        let want = reference(&exact);
+        let outputs = want.len();
+        let mut spread = vec![0.0; want.len()];
+        for (k, value) in exact.iter().enumerate() {
+            for sign in [-1.0, 1.0] {
+                let mut moved = exact;
+                moved[k] = value + sign * NUDGE * value.abs().max(tolerance.unit).max(1e-30);
+                for (s, (a, b)) in spread.iter_mut().zip(reference(&moved).iter().zip(&want)) {
+                    *s += (a - b).abs();
+                }
+            }
+        }
+        for (k, (&want, &spread)) in want.iter().zip(&spread).enumerate() {
+            let got = f64::from(got[i * outputs + k]);
+            let scale = want.abs().max((tolerance.floor)(k));
+            let error = (got - want).abs();
+            if !got.is_finite() || error.is_nan() || error > tolerance.relative * scale + SPREADS * spread {
+                outcome.failures += 1;
+                if outcome.failures <= 5 {
+                    outcome.first +=
+                        &format!("\n  output {k} of {input:?}: {got:e} instead of {want:e} (spread {spread:.1e})");
+                }
+            }
+            outcome.values += 1;
+            // The rounding of the arguments alone explains less than the tolerance here.
+            if SPREADS * spread <= tolerance.relative * scale {
+                outcome.well_conditioned += 1;
+                if error / scale > outcome.worst {
+                    outcome.worst = error / scale;
+                    outcome.worst_at = format!("output {k} of {input:?}");
+                }
+            }
+        }
+    }
+    outcome
+}
+
+fn parity<const N: usize>(
+    name: &str,
+    tolerance: Tolerance,
+    mut tuple: impl FnMut(&mut Random) -> [f64; N],
+    reference: impl Fn(&[f64; N]) -> Vec<f64>,
+) {
+    let Some(gpu) = common::test_gpu() else { return };
+    let mut random = Random(0x1ead);
+    let inputs: Vec<[f32; N]> = (0..TUPLES).map(|_| tuple(&mut random).map(|v| v as f32)).collect();
+    let outputs = reference(&inputs[0].map(f64::from)).len();
+    let got = common::run_probe(&gpu, &format!("probes/{name}.comp"), &inputs, outputs);
+    let outcome = compare(&inputs, &got, &tolerance, &reference);
+    println!(
+        "{name}: {TUPLES} tuples, {:.1} % of values well conditioned, their worst relative error {:.1e} ({})",
+        100.0 * outcome.well_conditioned as f64 / outcome.values as f64,
+        outcome.worst,
+        outcome.worst_at
+    );
+    assert!(
+        outcome.failures == 0,
+        "{name} on {}: {} values beyond {:.0e}:{}",
+        gpu.device_name(),
+        outcome.failures,
+        tolerance.relative,
+        outcome.first
+    );
+    // A comparison that forgives everything would forgive this too: one percent more on every reference value.
+    let perturbed = compare(&inputs, &got, &tolerance, &|input| reference(input).iter().map(|v| v * 1.01).collect());
+    assert!(perturbed.failures > TUPLES / 2, "{name}: one percent off fails only {} times", perturbed.failures);
+}
+
+fn v2(x: &[f64], at: usize) -> DVec2 {
+    DVec2::new(x[at], x[at + 1])
+}
+
+fn v3(x: &[f64], at: usize) -> DVec3 {
+    DVec3::new(x[at], x[at + 1], x[at + 2])
+}
+
+/// What a list is made of.
+trait Numbers {
+    fn numbers(self) -> Vec<f64>;
+}
+
+impl Numbers for DVec2 {
+    fn numbers(self) -> Vec<f64> {
+        self.to_array().to_vec()
+    }
+}
+
+impl Numbers for DVec3 {
+    fn numbers(self) -> Vec<f64> {
+        self.to_array().to_vec()
+    }
+}
+
+impl<const N: usize> Numbers for [f64; N] {
+    fn numbers(self) -> Vec<f64> {
+        self.to_vec()
+    }
+}
+
+/// Flattens vectors and numbers into one list.
+macro_rules! list {
+    ($($part:expr),* $(,)?) => {{
+        let mut all = Vec::new();
+        $(all.extend(Numbers::numbers($part));)*
+        all
+    }};
+}
+
+fn join<const N: usize>(parts: &[&[f64]]) -> [f64; N] {
+    parts.concat().try_into().unwrap_or_else(|v: Vec<f64>| panic!("{} values instead of {N}", v.len()))
+}
+
+#[test]
+fn normal_distribution_parity() {
+    parity::<1>(
+        "normal_distribution",
+        Tolerance { relative: 1e-5, floor: |_| 1e-36, unit: 0.0 },
+        |r| [r.range(-14.0, 14.0)],
+        |x| {
+            // The device holds its argument at 13, where the density is 1e-37.
+            let t = x[0].clamp(-13.0, 13.0);
+            list![[normal_pdf(t), normal_tail_mean(t), normal_cdf(t)]]
+        },
+    );
+}
+
+#[test]
+fn projected_area_parity() {
+    parity::<8>(
+        "projected_area",
+        Tolerance { relative: 5e-6, floor: |k| if k < 3 { 1e-6 } else { 1.0 }, unit: 0.0 },
+        |r| join(&[&r.direction().to_array(), &r.mean_slope().to_array(), &r.covariance().to_array()]),
+        |x| {
+            let (wo, m, s) = (v3(x, 0), v2(x, 3), v3(x, 5));
+            let areas = [meso_area(wo, m), slope_spread(wo, s), visible_area(wo, m, s)];
+            list![areas, face_viewer(wo, m, s, 1.8)]
+        },
+    );
+}
+
+#[test]
+fn masking_parity() {
+    parity::<11>(
+        "masking",
+        Tolerance { relative: 5e-6, floor: |_| 1e-6, unit: 0.0 },
+        |r| {
+            let (wo, wi) = (r.direction(), r.direction());
+            join(&[&wo.to_array(), &wi.to_array(), &r.mean_slope().to_array(), &r.covariance().to_array()])
+        },
+        |x| {
+            let (wo, wi, m, s) = (v3(x, 0), v3(x, 3), v2(x, 6), v3(x, 8));
+            list![[
+                masking(wo, m, s),
+                smith_lambda(wo, m, s),
+                masking_shadowing(wo, wi, m, s, true),
+                shadowing_given_masking(wo, wi, m, s, true),
+            ]]
+        },
+    );
+}
+
+#[test]
+fn slope_statistics_parity() {
+    parity::<11>(
+        "slope_statistics",
+        Tolerance { relative: 5e-6, floor: |_| 1e-6, unit: 0.0 },
+        |r| {
+            let (m, s) = (r.mean_slope(), r.covariance());
+            let second = [s.x + m.x * m.x, s.y + m.y * m.y, s.z + m.x * m.y];
+            let d = r.log(1e-3, 1e3);
+            let step = [r.range(-d, d), r.range(-d, d), r.range(-d, d), r.range(-d, d)];
+            join(&[&m.to_array(), &second, &[r.range(-2.0, 2.0), r.unit()], &step])
+        },
+        |x| {
+            let (first, second) = (v2(x, 0), v3(x, 2));
+            let s = covariance_from_moments(first, second);
+            let curved = add_macro_curvature(DVec3::new(0.01, 0.02, 0.0), v2(x, 7), v2(x, 9));
+            list![s, scale_height(second, x[5]), add_roughness(second, x[6]), curved]
+        },
+    );
+}
+
+#[test]
+fn slope_map_parity() {
+    parity::<14>(
+        "slope_map",
+        Tolerance { relative: 1e-5, floor: |_| 1e-2, unit: 1.0 },
+        |r| {
+            let (mut ts, mut tt) = (r.direction() * r.log(0.1, 10.0), r.direction() * r.log(0.1, 10.0));
+            match (r.unit() * 12.0) as u32 {
+                0 => tt = ts,
+                1 => ts = DVec3::ZERO,
+                2 => (ts, tt) = (DVec3::ZERO, DVec3::ZERO),
+                _ => {}
+            }
+            let z = r.direction();
+            let rest = [r.range(-2.0, 2.0), r.range(-2.0, 2.0)];
+            join(&[&ts.to_array(), &tt.to_array(), &z.to_array(), &rest, &r.covariance().to_array()])
+        },
+        |x| {
+            let z = v3(x, 6);
+            let x_axis = (if z.x.abs() < 0.5 { DVec3::X } else { DVec3::Y }).cross(z).normalize();
+            let map = slope_map(v3(x, 0), v3(x, 3), x_axis, z.cross(x_axis), z);
+            let linear = map.linear.to_cols_array();
+            list![linear, map.offset, map_mean_slope(&map, v2(x, 9)), map_covariance(&map, v3(x, 11))]
+        },
+    );
+}
+
+#[test]
+fn frame_parity() {
+    parity::<6>(
+        "frame",
+        Tolerance { relative: 5e-6, floor: |_| 0.1, unit: 0.0 },
+        |r| join(&[&r.direction().to_array(), &r.direction().to_array()]),
+        |x| {
+            let (z, d) = (v3(x, 0), v3(x, 3));
+            let f = frame_about(z);
+            list![f.x, f.y, to_frame(&f, d), octahedral_encode(d), octahedral_decode(DVec2::new(d.x, d.y))]
+        },
+    );
+}
+
+#[test]
+fn beckmann_parity() {
+    parity::<8>(
+        "beckmann",
+        Tolerance { relative: 2e-5, floor: |_| 1e-12, unit: 0.0 },
+        |r| {
+            let (m, s) = (r.mean_slope(), r.covariance());
+            // Half of the half vectors within the lobe.
+            let wh = if r.unit() < 0.5 {
+                r.direction()
+            } else {
+                normal_of_slope(slope_sample(DVec2::new(r.range(-3.0, 3.0), r.range(-3.0, 3.0)), m, s))
+            };
+            join(&[&wh.to_array(), &m.to_array(), &s.to_array()])
+        },
+        |x| {
+            let (wh, m, s) = (v3(x, 0), v2(x, 3), v3(x, 5));
+            list![[beckmann_p22(DVec2::new(wh.x, wh.y), m, s), beckmann_ndf(wh, m, s)]]
+        },
+    );
+}
+
+#[test]
+fn fresnel_parity() {
+    parity::<5>(
+        "fresnel",
+        Tolerance { relative: 3e-6, floor: |_| 1e-3, unit: 0.0 },
+        |r| [r.unit(), r.unit(), r.unit(), r.range(-0.1, 1.1), r.range(0.4, 3.0)],
+        |x| list![fresnel_schlick(v3(x, 0), x[3]), [fresnel_dielectric(x[3], x[4])]],
+    );
+}
+
+#[test]
+fn slope_grid_parity() {
+    parity::<12>(
+        "slope_grid",
+        Tolerance { relative: 5e-6, floor: |_| 1e-4, unit: 0.0 },
+        |r| {
+            let n = r.pick([1.0, 2.0, 3.0, 5.0, 8.0, 32.0]);
+            let (j, k) = ((r.unit() * n).floor(), (r.unit() * n).floor());
+            let rest = [n, j, k, r.range(0.5, 3.0)];
+            join(&[&r.direction().to_array(), &r.mean_slope().to_array(), &r.covariance().to_array(), &rest])
+        },
+        |x| {
+            let (wo, m, s, lambda) = (v3(x, 0), v2(x, 3), v3(x, 5), x[11]);
+            // Rounded, as the arguments are nudged.
+            let [n, j, k] = [x[8], x[9], x[10]].map(|v| v.round() as u32);
+            let node = grid_node(j, k, n, lambda);
+            let slope = slope_sample(DVec2::new(node.x, node.y), m, s);
+            let ends = [grid_lambda(n), grid_spacing(n, lambda)];
+            list![ends, node, slope, normal_of_slope(slope), [facet_area(wo, slope)]]
+        },
+    );
+}
+
+#[test]
+fn specular_parity() {
+    parity::<13>(
+        "specular",
+        Tolerance { relative: 3e-5, floor: |k| if k < 6 { 1e-5 } else { 0.1 }, unit: 0.0 },
+        |r| {
+            let (wo, m, s) = (r.direction(), r.mean_slope(), r.covariance());
+            // Half of the lights near the mirror direction of a facet in the lobe.
+            let p = [r.range(-2.0, 2.0), r.range(-2.0, 2.0)];
+            let wi = if r.unit() < 0.5 { r.direction() } else { environment_sample(wo, DVec2::from_array(p), m, s).wi };
+            join(&[&wo.to_array(), &wi.to_array(), &m.to_array(), &s.to_array(), &p])
+        },
+        |x| {
+            let (wo, wi, m, s) = (v3(x, 0), v3(x, 3), v2(x, 6), v3(x, 8));
+            let f0 = DVec3::new(0.04, 0.5, 1.0);
+            let shadowed = leadr_specular_directional(wo, wi, m, s, f0, true);
+            let masked = leadr_specular_directional(wo, wi, m, s, f0, false);
+            let e = environment_sample(wo, v2(x, 11), m, s);
+            let lod = env_lod(wo, e.wn, s, 0.9, 256.0, specular::LOD_MATCHED);
+            list![shadowed, masked, e.wi, e.wn, [e.area, lod]]
+        },
+    );
+}
+
+#[test]
+fn sh_parity() {
+    parity::<12>(
+        "sh",
+        Tolerance { relative: 5e-6, floor: |_| 0.1, unit: 0.0 },
+        |r| {
+            let d = r.direction();
+            let mut x = [0.0; 12];
+            x[..3].copy_from_slice(&d.to_array());
+            x[3..].fill_with(|| r.range(-1.0, 1.0));
+            x
+        },
+        |x| {
+            let d = v3(x, 0);
+            let mut c = std::array::from_fn(|i| x[3 + i] * DVec3::new(1.0, 2.0, -0.5));
+            let before = sh_irradiance(&c, d);
+            sh_add_light(&mut c, DVec3::new(0.6, 0.0, 0.8), DVec3::new(1.0, 2.0, 3.0));
+            list![sh_basis(d), before, sh_irradiance(&c, d), [sh_irradiance_light(d.x)]]
+        },
+    );
+}
+
+#[test]
+fn diffuse_parity() {
+    parity::<12>(
+        "diffuse",
+        Tolerance { relative: 5e-5, floor: |_| 1e-2, unit: 0.0 },
+        |r| {
+            let (wo, wi) = (r.direction(), r.direction());
+            let n = r.pick([1.0, 3.0, 5.0]);
+            join(&[&wo.to_array(), &wi.to_array(), &r.mean_slope().to_array(), &r.covariance().to_array(), &[n]])
+        },
+        |x| {
+            let (wo, wi, m, s, n) = (v3(x, 0), v3(x, 3), v2(x, 6), v3(x, 8), x[11].round() as u32);
+            let lambda = grid_lambda(n);
+            let m = face_viewer(wo, m, s, lambda);
+            let v = visible_normal_moments(wo, m, s, n, lambda);
+            let mut c = [DVec3::ZERO; 9];
+            c[0] = DVec3::new(2.0, 1.5, 1.0);
+            sh_add_light(&mut c, DVec3::new(0.6, 0.0, 0.8), DVec3::new(1.0, 2.0, 3.0));
+            sh_add_light(&mut c, DVec3::new(0.0, -0.8, -0.6), DVec3::new(0.3, 0.2, 0.1));
+            let environment = leadr_diffuse_environment(&v, &frame_about(wi), &c);
+            let lights = [
+                leadr_diffuse_light_sh(&v, wo, wi, m, s, true),
+                leadr_diffuse_light_sh(&v, wo, wi, m, s, false),
+                leadr_diffuse_light(wo, wi, m, s, true, n, lambda),
+                leadr_diffuse_light(wo, wi, m, s, false, n, lambda),
+            ];
+            list![v.mean, v.diag, v.off, environment, lights]
+        },
+    );
+}
+
+/// Arguments no scene should produce: everything is finite all the same.
+#[test]
+fn finite_at_the_extremes() {
+    let Some(gpu) = common::test_gpu() else { return };
+    let mut r = Random(7);
+    let any = |r: &mut Random| r.pick([0.0, 1e-30, -1e-30, 1e-12, 1.0, -1.0, 0.5, 1e3, -1e3, 1e6, -1e6]);
+    let axis = |r: &mut Random| {
+        let v = DVec3::new(r.pick([0.0, 1.0, -1.0, 1e-7]), r.pick([0.0, 1.0, -1e-4]), r.pick([0.0, 1.0, -1.0, 1e-20]));
+        v.try_normalize().unwrap_or(DVec3::NEG_Z).to_array()
+    };
+    let statistics = |r: &mut Random| [any(r), any(r), any(r), any(r), any(r)];
+    for (name, outputs) in [("masking", 4), ("projected_area", 5), ("beckmann", 2), ("specular", 14), ("diffuse", 16)] {
+        let n = match name {
+            "masking" => 11,
+            "specular" => 13,
+            "diffuse" => 12,
+            _ => 8,
+        };
+        let items: Vec<Vec<f32>> = (0..TUPLES)
+            .map(|_| {
+                let directions = if n == 8 { axis(&mut r).to_vec() } else { [axis(&mut r), axis(&mut r)].concat() };
+                let mut x = [directions, statistics(&mut r).to_vec()].concat();
+                x.resize(n, 1.0);
+                x.into_iter().map(|v| v as f32).collect()
+            })
+            .collect();
+        let shader = format!("probes/{name}.comp");
+        let got = match n {
+            8 => common::run_probe::<8>(&gpu, &shader, &fixed(&items), outputs),
+            11 => common::run_probe::<11>(&gpu, &shader, &fixed(&items), outputs),
+            12 => common::run_probe::<12>(&gpu, &shader, &fixed(&items), outputs),
+            _ => common::run_probe::<13>(&gpu, &shader, &fixed(&items), outputs),
+        };
+        let bad: Vec<_> = got.iter().enumerate().filter(|(_, v)| !v.is_finite()).map(|(i, _)| i).collect();
+        assert!(
+            bad.is_empty(),
+            "{name} on {}: {} values not finite, first output {} of {:?}",
+            gpu.device_name(),
+            bad.len(),
+            bad[0] % outputs,
+            items[bad[0] / outputs]
+        );
+    }
+}
+
+fn fixed<const N: usize>(items: &[Vec<f32>]) -> Vec<[f32; N]> {
+    items.iter().map(|x| x.as_slice().try_into().expect("as many as the probe reads")).collect()
+}
+
+#[test]
+fn constants_are_the_same() {
+    parity::<1>(
+        "constants",
+        Tolerance { relative: 2e-6, floor: |_| 1e-12, unit: 0.0 },
+        |r| [r.pick([1.0, 2.0])],
+        |x| {
+            let constants = [
+                std::f64::consts::PI,
+                limits::MIN_VARIANCE,
+                limits::MAX_CORRELATION,
+                limits::MAX_SLOPE,
+                limits::MIN_AREA,
+                limits::MIN_NORMAL_Z,
+                specular::LOD_MATCHED,
+                specular::LOD_SUPPLEMENT,
+                specular::LOD_SUPPLEMENT_5,
+                specular::LOD_SUPPLEMENT_32,
+                specular::LOD_ALGORITHM_1,
+            ];
+            list![constants.map(|c| c * x[0])]
+        },
+    );
+}
