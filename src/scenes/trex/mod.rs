@@ -4,6 +4,7 @@
 pub mod atlas;
 pub mod cache;
 pub mod cage;
+pub mod deform;
 pub mod dual;
 pub mod gait;
 #[cfg(test)]
@@ -127,10 +128,10 @@ impl Trex {
             }
         }
         let baked = generate(tile, progress)?;
-        if let Some(path) = &path {
-            if let Err(error) = cache::write(path, key, &baked) {
-                tracing::warn!("the animal could not be stored and will be baked again next time: {error}");
-            }
+        if let Some(path) = &path
+            && let Err(error) = cache::write(path, key, &baked)
+        {
+            tracing::warn!("the animal could not be stored and will be baked again next time: {error}");
         }
         Ok(Self::assemble(baked))
     }
