@@ -5,6 +5,9 @@ use serde::Serialize;
 use super::config::CaptureConfig;
 use super::error::AppError;
 use super::frames::Moment;
+use super::output::Output;
+use super::renderer_source::RendererSource;
+use super::stage::{self, Set};
 use super::values::{EnvironmentChoice, Layer};
 use crate::gpu::{Gpu, GpuOptions};
 use crate::maps::{self, HeightMap, RgbImage};
@@ -82,10 +85,11 @@ impl Inputs {
 ///
 /// # Errors
 /// If an input file or the device is not what it should be.
-pub fn open(config: &CaptureConfig) -> Result<Box<dyn FrameSource>, AppError> {
+pub fn open(config: &CaptureConfig, output: &Output) -> Result<Box<dyn FrameSource>, AppError> {
     // Files first: their faults are found in no time and need no device.
     let inputs = Inputs::load(config)?;
     let options = GpuOptions { device: config.device.clone(), validation: config.validation, ..Default::default() };
     let gpu = Gpu::new(&options)?;
-    Ok(Box::new(super::stage::set(config, inputs, &gpu)?))
+    let Set { renderer, animation, .. } = stage::set(config, inputs, &gpu, output)?;
+    Ok(Box::new(RendererSource::new(config, renderer, animation)))
 }

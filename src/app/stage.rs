@@ -5,7 +5,8 @@ use std::sync::Arc;
 use super::config::{CaptureConfig, View};
 use super::error::AppError;
 use super::frame_source::Inputs;
-use super::renderer_source::{Animation, RendererSource};
+use super::output::Output;
+use super::renderer_source::Animation;
 use super::values::SceneKind;
 use crate::gpu::Gpu;
 use crate::render::camera::Camera;
@@ -13,19 +14,30 @@ use crate::render::environment::{Environment, FACE_SIZE};
 use crate::render::frame::Renderer;
 use crate::render::sky::Sky;
 use crate::scenes::stage::{Lights, Relief, Stage, Views, plane_stage, sphere_stage};
+use crate::scenes::trex::stage::trex_stage;
+
+/// A scene on the device.
+pub struct Set {
+    /// Holds the objects.
+    pub renderer: Renderer,
+    /// The scene at any time, seen by `camera`, which follows what moves.
+    pub animation: Animation,
+    /// Where the scene is seen from, relative to what it follows.
+    pub camera: Camera,
+}
 
 /// Uploads the scene that `config` names.
 ///
 /// # Errors
 /// If the scene cannot be made or the device fails.
-pub fn set(config: &CaptureConfig, inputs: Inputs, gpu: &Arc<Gpu>) -> Result<RendererSource, AppError> {
+pub fn set(config: &CaptureConfig, inputs: Inputs, gpu: &Arc<Gpu>, output: &Output) -> Result<Set, AppError> {
     let sky = Sky { sun_direction: config.sun.direction(), ..Sky::default() };
     // A picture of an environment has its own sun in it.
     let (environment, sky) = match &inputs.environment {
         Some(image) => (Environment::from_equirect(gpu, FACE_SIZE, image)?, None),
         None => (Environment::from_sky(gpu, FACE_SIZE, &sky)?, Some(sky)),
     };
-    let mut stage = stage(config, inputs)?;
+    let mut stage = stage(config, inputs, output)?;
     let camera = camera(config, stage.views);
     let renderer = Renderer::new(gpu, std::mem::take(&mut stage.objects), environment)?;
     let lights = Lights { sky, points: Vec::new() };
@@ -35,19 +47,25 @@ pub fn set(config: &CaptureConfig, inputs: Inputs, gpu: &Arc<Gpu>) -> Result<Ren
         state.height_scale = height_scale;
         state
     });
-    Ok(RendererSource::new(config, renderer, animation))
+    Ok(Set { renderer, animation, camera })
 }
 
-fn stage(config: &CaptureConfig, inputs: Inputs) -> Result<Stage, AppError> {
+fn stage(config: &CaptureConfig, inputs: Inputs, output: &Output) -> Result<Stage, AppError> {
     let mut relief = Relief { map: inputs.height_map, tile: config.atlas_tile, ..Relief::default() };
     if let Some(roughness) = config.roughness {
         relief.roughness = roughness;
     }
-    match config.scene {
-        SceneKind::Plane => Ok(plane_stage(relief)),
-        SceneKind::Sphere => Ok(sphere_stage(relief)),
-        SceneKind::Trex => Err(AppError::Failed("the trex is not connected yet".into())),
-    }
+    Ok(match config.scene {
+        SceneKind::Plane => plane_stage(relief),
+        SceneKind::Sphere => sphere_stage(relief),
+        SceneKind::Trex => {
+            let progress = output.progress(1000);
+            progress.set_message("making the T-rex (once; then it is cached)");
+            let stage = trex_stage(config.atlas_tile, &|share| progress.set_position((share * 1000.0) as u64));
+            progress.finish_and_clear();
+            stage.map_err(|e| AppError::Failed(e.to_string()))?
+        }
+    })
 }
 
 fn camera(config: &CaptureConfig, views: Views) -> Camera {

@@ -17,6 +17,9 @@ const HALF: f32 = 1200.0;
 /// Texels of the soil map along one repeat.
 const TEXELS: u32 = 1024;
 
+/// Metres after which the whole ground, its tint too, repeats along x and y.
+pub const PERIOD: f32 = 40.0;
+
 /// The ground at z = 0, its heights centred on zero.
 #[must_use]
 pub fn ground() -> Object {
@@ -52,8 +55,31 @@ pub fn ground() -> Object {
     }
 }
 
-/// Smooth patches some metres wide, in `[-1, 1]`: a few plane waves that share no period.
+/// Smooth patches some metres wide, in `[-1, 1]`, repeating after [`PERIOD`].
 fn patches(p: Vec2) -> f32 {
+    let p = p * (std::f32::consts::TAU / PERIOD);
     let wave = |x: f32, y: f32, phase: f32| (p.x * x + p.y * y + phase).sin();
-    (wave(0.61, 0.23, 0.0) + wave(-0.37, 0.83, 1.7) + wave(1.31, -0.52, 4.1) + wave(0.11, 0.09, 2.2)) / 4.0
+    (wave(4.0, 1.0, 0.0) + wave(-2.0, 5.0, 1.7) + wave(8.0, -3.0, 4.1) + wave(1.0, 1.0, 2.2)) / 4.0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_ground_repeats_after_its_period() {
+        assert_eq!(PERIOD % REPEAT, 0.0);
+        let p = Vec2::new(3.1, -7.4);
+        assert!((patches(p) - patches(p + Vec2::new(PERIOD, -PERIOD))).abs() < 1e-4);
+        assert!((patches(p) - patches(p + Vec2::X * 7.0)).abs() > 1e-2);
+    }
+
+    #[test]
+    fn the_soil_is_as_high_as_it_says() {
+        let object = ground();
+        let heights = object.heights.unwrap().texels;
+        let (low, high) = heights.iter().fold((f32::MAX, f32::MIN), |(l, h), &t| (l.min(t), h.max(t)));
+        assert!((high - low - RELIEF).abs() < 1e-5);
+        assert!(heights.iter().sum::<f32>().abs() / (heights.len() as f32) < 1e-5);
+    }
 }

@@ -18,6 +18,7 @@ pub mod relax;
 pub mod sdf;
 pub mod skeleton;
 pub mod skin;
+pub mod stage;
 pub mod topology;
 pub mod walk;
 pub mod weights;

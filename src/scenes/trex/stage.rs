@@ -1,0 +1,60 @@
+//! The T-rex walking over dry ground.
+
+use glam::{Affine3A, Vec3};
+
+use super::{Trex, TrexError, walk};
+use crate::render::camera::Camera;
+use crate::render::displacement::{Border, HeightField};
+use crate::render::scene::{ColorMap, Object, Pose};
+use crate::scenes::ground::{PERIOD as GROUND_PERIOD, ground};
+use crate::scenes::stage::{Stage, Views};
+
+/// The stage, with atlas tiles of `tile` texels; see [`Trex::load`] for `progress`.
+///
+/// # Errors
+/// As [`Trex::load`].
+pub fn trex_stage(tile: u32, progress: &(dyn Fn(f32) + Sync)) -> Result<Stage, TrexError> {
+    let trex = Trex::load(tile, progress)?;
+    let (width, height) = trex.layout.size();
+    let mut body = trex.body;
+    // The atlas has the colours; the vertices must not tint them.
+    body.colors = vec![[1.0; 4]; body.positions.len()];
+    let body = Object {
+        name: "trex body".to_owned(),
+        mesh: body,
+        heights: Some(HeightField { width, height, texels: trex.heights, border: Border::Tiles(trex.layout) }),
+        height_scale: 1.0,
+        color_map: Some(ColorMap { width, height, texels: trex.colors }),
+        // Keratin, slightly above the usual 0.04.
+        specular_f0: 0.045,
+        casts_shadow: true,
+    };
+    let props = Object {
+        name: "trex teeth, claws and eyes".to_owned(),
+        mesh: trex.props,
+        heights: None,
+        height_scale: 1.0,
+        color_map: None,
+        specular_f0: 0.05,
+        casts_shadow: true,
+    };
+    let middle = Vec3::new(-0.7, 0.0, 2.05);
+    let views = Views {
+        near: Camera::looking_at(Vec3::new(6.3, -3.0, 3.6), Vec3::new(3.9, 0.0, 3.55), 32.0),
+        mid: Camera::looking_at(Vec3::new(8.6, -14.6, 2.5), middle, 36.0),
+        far: Camera::looking_at(middle + Vec3::new(0.52, -0.82, 0.16).normalize() * 110.0, middle, 36.0),
+    };
+    let motion = |time: f64| {
+        let joints = walk::pose(time).skinning_matrices();
+        // The ground goes with the animal, in steps after which it looks the same.
+        let steps = (walked(time) / GROUND_PERIOD).round();
+        let below = Affine3A::from_translation(Vec3::X * steps * GROUND_PERIOD);
+        vec![Pose::Skinned(joints.clone()), Pose::Skinned(joints), Pose::Rigid(below)]
+    };
+    Ok(Stage::moving(vec![body, props, ground()], views, motion, |time| Vec3::X * walked(time)))
+}
+
+/// Metres walked after `time` seconds.
+fn walked(time: f64) -> f32 {
+    (time * walk::SPEED) as f32
+}
