@@ -4,7 +4,6 @@
 pub mod atlas;
 pub mod cache;
 pub mod cage;
-pub mod deform;
 pub mod dual;
 pub mod gait;
 #[cfg(test)]

@@ -141,7 +141,7 @@ fn rest_pictures() {
 }
 
 fn posed(mesh: &PatchMesh, time: f64) -> PatchMesh {
-    let now = super::deform::skin(mesh, &super::walk::pose_in_place(time).skinning_matrices());
+    let now = crate::render::skinning::skin(mesh, &super::walk::pose_in_place(time).skinning_matrices());
     PatchMesh { positions: now.positions, normals: now.normals, ..mesh.clone() }
 }
 

@@ -183,7 +183,7 @@ mod tests {
 
     /// Skinned rest positions of the whole cage.
     fn skinned(mesh: &PatchMesh, pose: &Pose) -> Vec<Vec3> {
-        super::super::deform::skin(mesh, &pose.skinning_matrices()).positions
+        crate::render::skinning::skin(mesh, &pose.skinning_matrices()).positions
     }
 
     #[test]

@@ -5,27 +5,20 @@
 
 use glam::{Mat4, Quat, Vec3};
 
-use crate::render::patch_mesh::PatchMesh;
-
-/// Positions and unit normals of a skinned mesh.
-#[derive(Clone, Debug, Default)]
-pub struct Skinned {
-    /// World positions.
-    pub positions: Vec<Vec3>,
-    /// World normals.
-    pub normals: Vec<Vec3>,
-}
+use super::patch_mesh::PatchMesh;
+use super::scene::PosedVertices;
 
 /// Linear blend skinning (`joints`: world-from-rest), with the blended normals turned on by the same rotation as the
-/// mean normal of the faces around each vertex turns between the blend and the skinned mesh.
+/// mean normal of the faces around each vertex turns between the blend and the skinned mesh. Joints that are not there
+/// are ignored.
 #[must_use]
-pub fn skin(mesh: &PatchMesh, joints: &[Mat4]) -> Skinned {
+pub fn skin(mesh: &PatchMesh, joints: &[Mat4]) -> PosedVertices {
     let blends: Vec<Mat4> = mesh
         .skin
         .iter()
         .map(|skin| {
             let influences = skin.joints.iter().zip(skin.weights).filter(|(_, w)| *w > 0.0);
-            influences.fold(Mat4::ZERO, |sum, (&j, w)| sum + joints[usize::from(j)] * w)
+            influences.fold(Mat4::ZERO, |sum, (&j, w)| sum + joints.get(usize::from(j)).map_or(Mat4::ZERO, |m| *m * w))
         })
         .collect();
     let positions: Vec<Vec3> = mesh.positions.iter().zip(&blends).map(|(p, m)| m.transform_point3(*p)).collect();
@@ -34,11 +27,15 @@ pub fn skin(mesh: &PatchMesh, joints: &[Mat4]) -> Skinned {
         .map(|v| {
             let turned = |n: Vec3| blends[v].transform_vector3(n).normalize_or(n);
             let (from, normal) = (turned(rest[v]), turned(mesh.normals[v]));
-            // Opposite vectors (a collapsed fold) have no shortest rotation worth following.
-            if from.dot(posed[v]) < 0.0 { normal } else { Quat::from_rotation_arc(from, posed[v]) * normal }
+            // A collapsed fold, or a vertex without faces, has no rotation worth following.
+            if rest[v] == Vec3::ZERO || from.dot(posed[v]) <= 0.0 {
+                normal
+            } else {
+                Quat::from_rotation_arc(from, posed[v]) * normal
+            }
         })
         .collect();
-    Skinned { positions, normals }
+    PosedVertices { positions, normals }
 }
 
 /// Mean of the face normals around each vertex, weighted by area.
@@ -49,7 +46,7 @@ fn mean_normals(mesh: &PatchMesh, positions: &[Vec3]) -> Vec<Vec3> {
         let n = (p[2] - p[0]).cross(p[3] - p[1]);
         q.iter().for_each(|&i| normals[i as usize] += n);
     }
-    normals.into_iter().map(|n| n.normalize_or(Vec3::Z)).collect()
+    normals.into_iter().map(|n| n.normalize_or_zero()).collect()
 }
 
 #[cfg(test)]
