@@ -213,7 +213,7 @@ fn structs_lie_in_memory_as_the_shaders_expect() {
         "Lighting",
         LightingGpu,
         [
-            world_from_clip,
+            rays,
             shadow_from_world,
             camera_position,
             sun_direction,

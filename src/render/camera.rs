@@ -39,12 +39,33 @@ impl Camera {
     #[must_use]
     pub fn clip_from_world(&self, size: (u32, u32), jitter: Vec2) -> Mat4 {
         let aspect = size.0 as f32 / size.1 as f32;
-        let forward = (self.target - self.position).normalize_or(Vec3::X);
-        let up = if forward.cross(self.up).length_squared() < 1e-8 { forward.any_orthogonal_vector() } else { self.up };
+        let (forward, up) = self.axes();
         let projection = glam::camera::rh::proj::vulkan::perspective_infinite_reverse(self.fov_y, aspect, self.near);
         let view = glam::camera::rh::view::look_to_mat4(self.position, forward, up);
         let shift = Vec2::new(-2.0 * jitter.x / size.0 as f32, -2.0 * jitter.y / size.1 as f32);
         Mat4::from_translation(shift.extend(0.0)) * projection * view
+    }
+
+    /// The ray through a point of the image: `[x, y, z]` with world direction `z + ndc.x · x + ndc.y · y`, of length one
+    /// along the line of sight; a point of depth `d` lies `near / d` such lengths from the camera. Arguments as of
+    /// [`clip_from_world`](Self::clip_from_world).
+    #[must_use]
+    pub fn rays(&self, size: (u32, u32), jitter: Vec2) -> [Vec3; 3] {
+        let (forward, up) = self.axes();
+        let right = forward.cross(up).normalize();
+        let down = forward.cross(right);
+        let tangent = (self.fov_y * 0.5).tan();
+        let x = right * (tangent * size.0 as f32 / size.1 as f32);
+        let y = down * tangent;
+        // The image was moved by the jitter; the ray through a pixel moves the other way.
+        [x, y, forward + x * (2.0 * jitter.x / size.0 as f32) + y * (2.0 * jitter.y / size.1 as f32)]
+    }
+
+    /// Line of sight, and an up direction that is not along it.
+    fn axes(&self) -> (Vec3, Vec3) {
+        let forward = (self.target - self.position).normalize_or(Vec3::X);
+        let level = forward.cross(self.up).length_squared() < 1e-8;
+        (forward, if level { forward.any_orthogonal_vector() } else { self.up })
     }
 
     /// How this camera measures lengths in an image `height` pixels high.
@@ -68,6 +89,19 @@ mod tests {
         assert!(ndc(Vec3::Z).y < 0.0, "up is toward the top");
         assert!(ndc(-Vec3::Y).x > 0.0, "looking along +x, -y is to the right");
         assert!(ndc(Vec3::new(-4.0, 0.0, 0.0)).z > ndc(Vec3::ZERO).z, "nearer is larger");
+    }
+
+    #[test]
+    fn rays_lead_back_to_the_points_they_came_from() {
+        let camera =
+            Camera { up: Vec3::new(0.1, 0.2, 1.0), ..Camera::looking_at(Vec3::new(-5.0, 1.0, 2.0), Vec3::ZERO, 60.0) };
+        let (size, jitter) = ((200, 100), Vec2::new(0.3, -0.4));
+        let [x, y, z] = camera.rays(size, jitter);
+        for p in [Vec3::new(0.3, 0.2, 0.1), Vec3::new(2.0, -1.0, 0.5), Vec3::new(-3.0, 1.0, 1.0)] {
+            let ndc = camera.clip_from_world(size, jitter).project_point3(p);
+            let back = camera.position + (z + x * ndc.x + y * ndc.y) * (camera.near / ndc.z);
+            assert!(back.distance(p) < 1e-4, "{p} came back as {back}");
+        }
     }
 
     #[test]

@@ -12,7 +12,7 @@ use crate::gpu::{
     Sampler, SpecValue, Use, Wrap,
 };
 
-/// The LEADR G-buffer: everything a pixel needs to be shaded, 44 bytes and the depth of [`VisibleSurface`].
+/// The LEADR G-buffer: everything a pixel needs to be shaded, 48 bytes and the depth of [`VisibleSurface`].
 pub struct GBuffer {
     /// Octahedral displacement direction (xy), mean slope in its frame (zw); RGBA32F.
     pub frame: Image,
@@ -20,7 +20,7 @@ pub struct GBuffer {
     pub covariance: Image,
     /// Linear albedo and Beckmann roughness; RGBA16F.
     pub material: Image,
-    /// Specular f0, accessibility, inside marker; RGBA8.
+    /// Specular f0, accessibility, inside marker; RGBA16F.
     pub surface: Image,
 }
 
@@ -28,7 +28,7 @@ const FORMATS: [vk::Format; 4] = [
     vk::Format::R32G32B32A32_SFLOAT,
     vk::Format::R32G32B32A32_SFLOAT,
     vk::Format::R16G16B16A16_SFLOAT,
-    vk::Format::R8G8B8A8_UNORM,
+    vk::Format::R16G16B16A16_SFLOAT,
 ];
 
 impl GBuffer {

@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use glam::{Mat4, Vec3};
+use glam::Vec3;
 
 use super::accumulate::{AccumulatePass, jitter};
 use super::environment::Environment;
@@ -107,7 +107,8 @@ pub struct Renderer {
     targets: Option<Targets>,
     lighting: Buffer,
     timestamps: Timestamps,
-    clip_from_world: Mat4,
+    /// Near plane of the last frame's camera.
+    near: f32,
 }
 
 impl Renderer {
@@ -142,7 +143,7 @@ impl Renderer {
             targets: None,
             lighting: Buffer::new(gpu, "lighting", size_of::<LightingGpu>() as u64, Memory::Upload)?,
             timestamps: Timestamps::new(gpu, 16)?,
-            clip_from_world: Mat4::IDENTITY,
+            near: 1.0,
             gpu: gpu.clone(),
         })
     }
@@ -245,17 +246,18 @@ impl Renderer {
     ) -> Result<()> {
         let offset = jitter(index, settings.samples.max(1), settings.seed);
         let camera = &state.camera;
-        self.clip_from_world = camera.clip_from_world(settings.size, offset);
+        let clip_from_world = camera.clip_from_world(settings.size, offset);
+        self.near = camera.near;
         let lens = camera.lens(settings.size.1);
         let tessellation =
             TessellationSettings { max_vertices_per_draw: self.vertices_per_draw(), ..settings.tessellation };
         for (drawn, posed) in self.drawn.iter_mut().zip(posed) {
-            let (scale, clip) = (state.height_scale, self.clip_from_world);
+            let (scale, clip) = (state.height_scale, clip_from_world);
             drawn.camera.update(&drawn.object, posed, scale, clip, camera.position, lens, &tessellation)?;
         }
         let cube_size = self.environment.face_size();
         let shadow = self.shadow_view.as_ref();
-        let block = LightingGpu::new(state, self.clip_from_world, settings.size, cube_size, shadow);
+        let block = LightingGpu::new(state, settings.size, offset, cube_size, shadow);
         self.lighting.write(0, &[block])
     }
 
@@ -325,23 +327,8 @@ impl Renderer {
         Ok(match layer {
             Layer::Depth => {
                 let depth: Vec<f32> = targets.visible.depth.read(0, 0)?;
-                let inverse = self.clip_from_world.inverse();
-                let (width, height) = targets.size;
-                depth
-                    .iter()
-                    .enumerate()
-                    .map(|(i, &z)| {
-                        if z <= 0.0 {
-                            return [f32::INFINITY, 0.0, 0.0, 0.0];
-                        }
-                        let x = ((i as u32 % width) as f32 + 0.5) / width as f32 * 2.0 - 1.0;
-                        let y = ((i as u32 / width) as f32 + 0.5) / height as f32 * 2.0 - 1.0;
-                        let p = inverse.project_point3(Vec3::new(x, y, z));
-                        let forward = self.clip_from_world.row(3).truncate();
-                        let w = self.clip_from_world.row(3).w;
-                        [forward.dot(p) + w, 0.0, 0.0, 0.0]
-                    })
-                    .collect()
+                let distance = |z: f32| if z > 0.0 { self.near / z } else { f32::INFINITY };
+                depth.iter().map(|&z| [distance(z), 0.0, 0.0, 0.0]).collect()
             }
             Layer::Normal => {
                 let frame: Vec<[f32; 4]> = gbuffer.frame.read(0, 0)?;

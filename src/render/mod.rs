@@ -21,6 +21,7 @@ pub mod scene;
 pub mod settings;
 pub mod shade;
 pub mod shadow;
+pub mod skinning;
 pub mod sky;
 pub mod sky_pass;
 pub mod tessellation;

@@ -3,6 +3,7 @@
 use super::camera::Camera;
 use super::displacement::HeightField;
 use super::patch_mesh::PatchMesh;
+use super::skinning;
 use super::sky::Sky;
 use glam::{Affine3A, Mat4, Vec3};
 
@@ -96,31 +97,15 @@ impl Pose {
     /// Poses a mesh. Joints beyond the pose's own are ignored.
     #[must_use]
     pub fn apply(&self, mesh: &PatchMesh) -> PosedVertices {
-        let (positions, normals) = match self {
+        match self {
             Self::Rigid(world) => {
                 let normal_matrix = world.matrix3.inverse().transpose();
-                (
-                    mesh.positions.iter().map(|&p| world.transform_point3(p)).collect(),
-                    mesh.normals.iter().map(|&n| (normal_matrix * n).normalize_or(Vec3::Z)).collect(),
-                )
+                PosedVertices {
+                    positions: mesh.positions.iter().map(|&p| world.transform_point3(p)).collect(),
+                    normals: mesh.normals.iter().map(|&n| (normal_matrix * n).normalize_or(Vec3::Z)).collect(),
+                }
             }
-            Self::Skinned(joints) => mesh
-                .positions
-                .iter()
-                .zip(&mesh.normals)
-                .zip(&mesh.skin)
-                .map(|((&position, &normal), skin)| {
-                    let mut blend = Mat4::ZERO;
-                    for (&joint, &weight) in skin.joints.iter().zip(&skin.weights) {
-                        if let Some(matrix) = joints.get(usize::from(joint)) {
-                            blend += *matrix * weight;
-                        }
-                    }
-                    // Joints rotate without scale, so the blend itself serves the normals well.
-                    (blend.transform_point3(position), blend.transform_vector3(normal).normalize_or(normal))
-                })
-                .unzip(),
-        };
-        PosedVertices { positions, normals }
+            Self::Skinned(joints) => skinning::skin(mesh, joints),
+        }
     }
 }

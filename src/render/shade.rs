@@ -14,14 +14,14 @@ use crate::gpu::{
     Buffer, ColorTarget, Commands, Descriptor, Filter, Gpu, GraphicsDesc, GraphicsPipeline, Image, ImageView, Load,
     Result, Sampler, SpecValue, Use, Wrap,
 };
-use glam::{Mat4, Vec3};
+use glam::{Mat4, Vec2, Vec3};
 
 /// The light block (`Lighting` in `passes/shade/shade.frag`).
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 pub struct LightingGpu {
-    /// Clip to world space.
-    pub world_from_clip: [[f32; 4]; 4],
+    /// Ray through the image, see [`Camera::rays`](super::camera::Camera::rays); w of the last: the near plane.
+    pub rays: [[f32; 4]; 3],
     /// World to shadow texture space.
     pub shadow_from_world: [[f32; 4]; 4],
     /// Viewer.
@@ -47,8 +47,8 @@ impl LightingGpu {
     #[must_use]
     pub fn new(
         state: &FrameState,
-        clip_from_world: Mat4,
         size: (u32, u32),
+        jitter: Vec2,
         cube_size: u32,
         shadow: Option<&ShadowView>,
     ) -> Self {
@@ -56,8 +56,9 @@ impl LightingGpu {
         let (sun_direction, sun_irradiance) = state.sun.map_or(([0.0, 0.0, 1.0, 0.0], [0.0; 4]), |sun| {
             (four(sun.direction.normalize_or(Vec3::Z), 1.0), four(sun.irradiance, 0.0))
         });
+        let [x, y, z] = state.camera.rays(size, jitter);
         let mut block = Self {
-            world_from_clip: clip_from_world.inverse().to_cols_array_2d(),
+            rays: [four(x, 0.0), four(y, 0.0), four(z, state.camera.near)],
             shadow_from_world: shadow.map_or(Mat4::IDENTITY, |s| s.texture_from_world).to_cols_array_2d(),
             camera_position: four(state.camera.position, 1.0),
             sun_direction,

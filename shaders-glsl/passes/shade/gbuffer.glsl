@@ -12,6 +12,7 @@ layout(binding = 4) uniform sampler2D gbuffer_depth;      // reversed, 0 where n
 struct Surface {
     bool hit;
     vec3 position;       // world
+    vec3 wo;             // world, toward the viewer
     Frame frame;
     vec2 mean_slope;
     vec3 slope_covariance;
@@ -22,11 +23,13 @@ struct Surface {
     bool inside;
 };
 
-Surface read_gbuffer(ivec2 pixel, vec2 ndc, mat4 world_from_clip) {
+// rays: the viewing ray through ndc is rays[2] + ndc.x rays[0] + ndc.y rays[1]; near plane in rays[2].w.
+Surface read_gbuffer(ivec2 pixel, vec2 ndc, vec3 eye, vec4 rays[3]) {
     Surface s;
     float depth = texelFetch(gbuffer_depth, pixel, 0).x;
-    vec4 world = world_from_clip * vec4(ndc, max(depth, 1e-9), 1.0);
-    s.position = world.xyz / world.w;
+    vec3 ray = rays[2].xyz + ndc.x * rays[0].xyz + ndc.y * rays[1].xyz;
+    s.position = eye + ray * (rays[2].w / max(depth, 1e-9));
+    s.wo = -normalize(ray);
     s.hit = depth > 0.0;
     vec4 frame = texelFetch(gbuffer_frame, pixel, 0);
     s.frame = frame_about(octahedral_decode(frame.xy));

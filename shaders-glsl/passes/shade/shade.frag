@@ -13,7 +13,7 @@ layout(constant_id = 2) const bool LIGHTS_BY_SH = false; // diffuse lights throu
 const int MAX_POINT_LIGHTS = 4;
 
 layout(binding = 5, std140) uniform Lighting {
-    mat4 world_from_clip;
+    vec4 rays[3];                 // see read_gbuffer
     mat4 shadow_from_world;       // to [0,1] texture coordinates and depth
     vec4 camera_position;         // xyz
     vec4 sun_direction;           // xyz toward the sun; w 1 when there is one
@@ -72,11 +72,11 @@ Light point_light(int i, vec3 position) {
 
 void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
-    Surface surface = read_gbuffer(pixel, (gl_FragCoord.xy / lighting.viewport.xy) * 2.0 - 1.0, lighting.world_from_clip);
-    vec3 world_wo = normalize(lighting.camera_position.xyz - surface.position);
+    vec2 ndc = (gl_FragCoord.xy / lighting.viewport.xy) * 2.0 - 1.0;
+    Surface surface = read_gbuffer(pixel, ndc, lighting.camera_position.xyz, lighting.rays);
     float environment_scale = lighting.environment.y;
     if (!surface.hit) {
-        out_radiance = vec4(textureLod(environment_cube, -world_wo, 0.0).rgb * environment_scale, 0.0);
+        out_radiance = vec4(textureLod(environment_cube, -surface.wo, 0.0).rgb * environment_scale, 0.0);
         return;
     }
     if (surface.inside) {
@@ -85,22 +85,45 @@ void main() {
     }
 
     Frame frame = surface.frame;
-    vec3 wo = to_frame(frame, world_wo);
+    vec3 wo = to_frame(frame, surface.wo);
     float lambda = grid_lambda(GRID);
     vec3 diffuse_s = surface.slope_covariance;
     vec3 specular_s = add_roughness(diffuse_s, surface.alpha);
     vec2 diffuse_m = face_viewer(wo, surface.mean_slope, diffuse_s, lambda);
     vec2 specular_m = face_viewer(wo, surface.mean_slope, specular_s, lambda);
     vec3 f0 = vec3(surface.f0);
-    vec3 albedo = surface.albedo * (1.0 - surface.f0);
+
+    vec3 ambient = vec3(surface.accessibility * environment_scale);
+    // Specular, environment: Algorithm 1, with what does not change from sample to sample taken out of the loop.
+    vec3 reflected = vec3(0.0), fresnel = vec3(0.0);
+    float norm = 0.0;
+    vec3 cholesky = slope_cholesky(specular_s);
+    float lod_base = env_lod_base(specular_s, grid_spacing(GRID, lambda), lighting.environment.x, LEADR_LOD_MATCHED);
+    float ao = max(meso_area(wo, specular_m), 0.0);
+    float visible_o = visible_area(wo, specular_m, specular_s);
+    for (int j = 0; j < GRID; ++j) {
+        for (int k = 0; k < GRID; ++k) {
+            vec3 node = grid_node(j, k, GRID, lambda);
+            EnvironmentSample e = environment_sample_at(wo, slope_at(node.xy, specular_m, cholesky));
+            float weight = node.z * e.area;
+            float lit = SHADOWING ? shadowing_from_areas(ao, visible_o, e.wi, specular_m, specular_s) : 1.0;
+            vec3 incident = textureLod(environment_cube, from_frame(frame, e.wi), env_lod_at(lod_base, wo, e.wn)).rgb;
+            vec3 f = fresnel_schlick(f0, dot(wo, e.wn));
+            fresnel += weight * f;
+            reflected += weight * lit * f * incident;
+            norm += weight;
+        }
+    }
+    vec3 radiance = ambient * reflected / max(norm, 1e-12);
+    // What the visible facets do not reflect enters the surface and is what the diffuse term may return.
+    vec3 albedo = surface.albedo * (1.0 - fresnel / max(norm, 1e-12));
 
     NormalMoments normals = visible_normal_moments(wo, diffuse_m, diffuse_s, GRID, lambda);
-    vec3 ambient = vec3(surface.accessibility * environment_scale);
     vec3 coefficients[9];
     for (int i = 0; i < 9; ++i) {
         coefficients[i] = radiance_sh[i].rgb;
     }
-    vec3 radiance = albedo * ambient * leadr_diffuse_environment(normals, frame, coefficients);
+    radiance += albedo * ambient * leadr_diffuse_environment(normals, frame, coefficients);
 
     // Directional and point lights.
     vec3 mesonormal = from_frame(frame, normal_of_slope(surface.mean_slope));
@@ -117,24 +140,5 @@ void main() {
         radiance += light.irradiance * (albedo * diffuse + specular);
     }
 
-    // Specular, environment: Algorithm 1, with what does not change from sample to sample taken out of the loop.
-    vec3 reflected = vec3(0.0);
-    float norm = 0.0;
-    vec3 cholesky = slope_cholesky(specular_s);
-    float lod_base = env_lod_base(specular_s, grid_spacing(GRID, lambda), lighting.environment.x, LEADR_LOD_MATCHED);
-    float ao = max(meso_area(wo, specular_m), 0.0);
-    float visible_o = visible_area(wo, specular_m, specular_s);
-    for (int j = 0; j < GRID; ++j) {
-        for (int k = 0; k < GRID; ++k) {
-            vec3 node = grid_node(j, k, GRID, lambda);
-            EnvironmentSample e = environment_sample_at(wo, slope_at(node.xy, specular_m, cholesky));
-            float weight = node.z * e.area;
-            float lit = SHADOWING ? shadowing_from_areas(ao, visible_o, e.wi, specular_m, specular_s) : 1.0;
-            vec3 incident = textureLod(environment_cube, from_frame(frame, e.wi), env_lod_at(lod_base, wo, e.wn)).rgb;
-            reflected += weight * lit * fresnel_schlick(f0, dot(wo, e.wn)) * incident;
-            norm += weight;
-        }
-    }
-    radiance += ambient * reflected / max(norm, 1e-12);
     out_radiance = vec4(radiance, 1.0);
 }

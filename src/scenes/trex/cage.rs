@@ -223,4 +223,12 @@ mod tests {
         assert!(mesh.normals.iter().all(|n| n.is_normalized()));
         assert!(mesh.accessibility.iter().all(|a| (0.0..=1.0).contains(a)));
     }
+
+    #[test]
+    fn the_same_cage_every_time() {
+        let sdf = TrexSdf::new();
+        let (a, b) = (build(&sdf).unwrap(), build(&sdf).unwrap());
+        assert!(a.positions == b.positions && a.normals == b.normals && a.patches == b.patches);
+        assert!(a.skin == b.skin && a.accessibility == b.accessibility);
+    }
 }

@@ -127,10 +127,10 @@ impl Trex {
             }
         }
         let baked = generate(tile, progress)?;
-        if let Some(path) = &path {
-            if let Err(error) = cache::write(path, key, &baked) {
-                tracing::warn!("the animal could not be stored and will be baked again next time: {error}");
-            }
+        if let Some(path) = &path
+            && let Err(error) = cache::write(path, key, &baked)
+        {
+            tracing::warn!("the animal could not be stored and will be baked again next time: {error}");
         }
         Ok(Self::assemble(baked))
     }

@@ -73,11 +73,10 @@ impl Canvas {
     /// Draws all patches tessellated `n` times, with darkened patch edges if `edges`.
     pub fn patches(&mut self, mesh: &PatchMesh, n: usize, edges: bool) {
         let light = [(Vec3::new(0.35, 0.55, 0.75).normalize(), 0.75), (Vec3::new(0.6, -0.7, 0.1).normalize(), 0.18)];
-        for (q, corners) in mesh.patches.iter().enumerate() {
+        for corners in &mesh.patches {
             let at = |v: &Vec<Vec3>| corners.map(|i| v[i as usize]);
             let patch = Patch::new(at(&mesh.positions), at(&mesh.normals));
             let open = corners.map(|i| mesh.accessibility.get(i as usize).copied().unwrap_or(1.0));
-            let _ = q;
             for j in 0..n {
                 for i in 0..n {
                     let corner = |di: usize, dj: usize| {
@@ -141,19 +140,9 @@ fn rest_pictures() {
     }
 }
 
-/// The cage in a pose; normals follow the heaviest joints.
 fn posed(mesh: &PatchMesh, time: f64) -> PatchMesh {
-    let matrices = super::walk::pose_in_place(time).skinning_matrices();
-    let mut out = mesh.clone();
-    for v in 0..mesh.positions.len() {
-        out.positions[v] = super::walk::skin_point(&matrices, &mesh.skin[v], mesh.positions[v]);
-        let skin = mesh.skin[v];
-        let sum: Vec3 = (0..4)
-            .map(|k| matrices[usize::from(skin.joints[k])].transform_vector3(mesh.normals[v]) * skin.weights[k])
-            .sum();
-        out.normals[v] = sum.normalize();
-    }
-    out
+    let now = crate::render::skinning::skin(mesh, &super::walk::pose_in_place(time).skinning_matrices());
+    PatchMesh { positions: now.positions, normals: now.normals, ..mesh.clone() }
 }
 
 #[test]

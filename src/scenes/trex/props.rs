@@ -274,18 +274,18 @@ fn digits(mesh: &mut PatchMesh, skin: &Skin) {
     }
 }
 
-/// Stations of the tongue in the jaw frame: x, z, half width, half height up and down. It lies a little above the
-/// tongue in the distance field, which the body's own tiles follow.
+/// Stations of the tongue in the jaw frame: x, z, half width, half height up and down. It covers the
+/// tongue of the distance field, which the body's own tiles follow as far as a height can.
 const TONGUE_STATIONS: [[f32; 5]; 9] = [
-    [0.08, -0.112, 0.110, 0.030, 0.05],
-    [0.14, -0.106, 0.145, 0.054, 0.06],
-    [0.28, -0.094, 0.136, 0.056, 0.06],
-    [0.45, -0.083, 0.118, 0.054, 0.06],
-    [0.60, -0.073, 0.102, 0.050, 0.06],
-    [0.75, -0.062, 0.082, 0.046, 0.05],
-    [0.86, -0.052, 0.058, 0.038, 0.04],
-    [0.92, -0.046, 0.036, 0.028, 0.03],
-    [0.945, -0.044, 0.016, 0.014, 0.015],
+    [0.08, -0.112, 0.122, 0.030, 0.05],
+    [0.14, -0.106, 0.160, 0.056, 0.07],
+    [0.28, -0.094, 0.151, 0.058, 0.07],
+    [0.45, -0.083, 0.134, 0.056, 0.07],
+    [0.60, -0.073, 0.118, 0.052, 0.07],
+    [0.75, -0.062, 0.099, 0.048, 0.06],
+    [0.87, -0.054, 0.077, 0.042, 0.06],
+    [0.94, -0.050, 0.052, 0.034, 0.05],
+    [0.972, -0.052, 0.024, 0.018, 0.03],
 ];
 
 fn tongue(mesh: &mut PatchMesh, jaw: &Frame) {
@@ -457,6 +457,26 @@ mod tests {
         // The check fails when a patch is missing.
         mesh.patches.pop();
         assert!(open_edges(&mesh) > 0);
+    }
+
+    #[test]
+    fn joints_are_those_of_the_skeleton() {
+        use crate::scenes::trex::skeleton::{JOINTS, joint_index};
+        let named = [(HEAD, "head"), (JAW, "jaw"), (EYE, "eye_L"), (EYE + 1, "eye_R"), (ANKLE, "ankle_L")];
+        let more = [(TOES[0], "toe2_L"), (TOES[1], "toe3_L"), (TOES[2], "toe4_L"), (WRIST, "wrist_L")];
+        for (index, name) in named.into_iter().chain(more) {
+            assert_eq!(usize::from(index), joint_index(name), "{name}");
+            if let Some(stem) = name.strip_suffix("_L").filter(|s| *s != "eye") {
+                assert_eq!(usize::from(index + RIGHT), joint_index(&format!("{stem}_R")));
+            }
+        }
+        let mesh = build(&Skin::new());
+        for (p, skin) in mesh.positions.iter().zip(&mesh.skin) {
+            let joint = &JOINTS[usize::from(skin.joints[0])];
+            // The snout is the furthest from its joint; the side is the joint's.
+            assert!(p.distance(joint.position) < 1.7, "{} at {p}", joint.name);
+            assert!(joint.position.y * p.y >= 0.0, "{} at {p}", joint.name);
+        }
     }
 
     #[test]

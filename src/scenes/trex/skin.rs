@@ -202,7 +202,8 @@ impl Skin {
         let labial = ridge(face.lip_x / 0.044 + 0.5 * (value(p * 17.0, 94) - 0.5));
         height += lips * (0.0075 * labial + 0.003);
         top = (top * quiet).max(scutes * 0.8).max(lips * (labial + 0.65));
-        height *= 1.0 - 0.85 * mouth;
+        let pit = 1.0 - ss(0.040, 0.056, face.nostril);
+        height *= (1.0 - 0.85 * mouth) * (1.0 - 0.8 * pit);
         Relief { height, top, fold: valley.min(1.0) }
     }
 
@@ -233,7 +234,8 @@ impl Skin {
         c *= 1.0 - 0.35 * relief.fold;
         // Dark skin round the eye and inside the nostril, paler lips.
         c *= 1.0 - 0.6 * (1.0 - ss(0.055, 0.10, face.eye));
-        c *= 1.0 - 0.85 * (1.0 - ss(0.038, 0.060, face.nostril));
+        let inside = 1.0 - ss(0.042, 0.062, face.nostril);
+        c *= 1.0 - 0.92 * inside;
         let lips = face.upper.max(face.lower);
         c = mix(c, c * Vec3::new(1.15, 1.0, 0.95), lips);
         let mud = (1.0 - ss(0.05, 0.30, p.z)) * ss(0.35, 0.6, n2 * 0.5 + n1 * 0.5);
@@ -246,6 +248,8 @@ impl Skin {
         rough += 0.10 * relief.fold + 0.06 * (n3 - 0.5) + 0.10 * mud;
         let soft = lips.max(1.0 - ss(0.06, 0.10, face.eye)).max(1.0 - ss(0.05, 0.09, face.nostril));
         rough += (0.45 - rough) * soft;
+        // The wall of the nostril is steeper than a height can follow: no glints from it.
+        rough += (0.85 - rough) * inside;
         rough += (0.27 - rough) * mouth;
         let rough = rough.clamp(0.2, 0.85);
         [c.x.clamp(0.004, 0.9), c.y.clamp(0.004, 0.9), c.z.clamp(0.004, 0.9), rough * rough]

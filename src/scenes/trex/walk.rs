@@ -130,13 +130,6 @@ fn solve_leg(local: &mut [DMat3], side: &str, sign: f64, foot: &Foot, root: DVec
     }
 }
 
-/// Linear blend skinning of one point.
-#[must_use]
-pub fn skin_point(matrices: &[Mat4], skin: &crate::render::patch_mesh::SkinWeights, rest: Vec3) -> Vec3 {
-    let influences = skin.joints.iter().zip(skin.weights).filter(|(_, w)| *w > 0.0);
-    influences.map(|(&j, w)| matrices[usize::from(j)].transform_point3(rest) * w).sum()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -190,8 +183,7 @@ mod tests {
 
     /// Skinned rest positions of the whole cage.
     fn skinned(mesh: &PatchMesh, pose: &Pose) -> Vec<Vec3> {
-        let matrices = pose.skinning_matrices();
-        mesh.positions.iter().zip(&mesh.skin).map(|(p, s)| skin_point(&matrices, s, *p)).collect()
+        crate::render::skinning::skin(mesh, &pose.skinning_matrices()).positions
     }
 
     #[test]
