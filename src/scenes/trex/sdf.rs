@@ -2,7 +2,7 @@
 //!
 //! A part changes the folded value only near the surface it shapes. The grid keeps, for every cell, the
 //! parts (and of long lofts the stations) that can matter inside it; a value then costs a handful of
-//! primitives instead of eighty. [`Field::distance_unaccelerated`] is the definition it must reproduce.
+//! primitives instead of eighty. `Field::distance_unaccelerated` is the definition it must reproduce.
 
 use glam::Vec3;
 use rayon::prelude::*;
