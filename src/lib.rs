@@ -15,8 +15,8 @@
 //! | 2 | [`maps`] | textures on the CPU: load, validate, derive, mip, compare, save |
 //! | 2 | [`gpu`] | Vulkan, and nothing else. Knows no BRDF |
 //! | 3 | [`render`] | the passes, and the frame that orders them |
-//! | 4 | [`scenes`] | pure functions of time that produce what the renderer draws |
-//! | 5 | [`app`] | the `leadr` command |
+//! | 4 | [`scenes`] | pure functions of time that produce what the renderer draws: T-rex, plane, sphere |
+//! | 5 | [`app`] | the `leadr` command: demo in a window, capture into files, compare |
 //!
 //! # A first example
 //!
