@@ -3,7 +3,7 @@
 .PHONY: help demo test setup lint doc clean
 
 help:
-	@echo 'make demo    render the walking T-rex into out/'
+	@echo 'make demo    show the walking T-rex: a window, or without a display pictures in out/'
 	@echo 'make test    run every test'
 	@echo 'make lint    formatting, clippy and documentation, warnings refused'
 	@echo 'make setup   only install what the others need'

@@ -1,5 +1,7 @@
 //! The `leadr` program from outside: exit codes, one line on stderr, results on stdout.
 
+mod common;
+
 use std::path::Path;
 use std::process::{Command, Output};
 
@@ -10,6 +12,7 @@ use leadr::maps::{RgbImage, load_color};
 fn leadr(arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_leadr"));
     command.args(arguments).env_remove("LEADR_LOG").env("RUST_BACKTRACE", "1");
+    command.env("LEADR_CACHE", env!("CARGO_TARGET_TMPDIR"));
     command
 }
 
@@ -199,12 +202,14 @@ fn no_vulkan_driver_is_one_sentence_that_says_what_to_install() {
 
 #[test]
 fn an_unknown_device_is_named_with_the_choice() {
+    let Some(_) = common::test_gpu() else { return };
     let line = one_line_error(&run(&["capture", "--device", "abacus"]), 1, "--device abacus");
     assert!(line.contains("abacus") && line.contains("0: "), "{line}");
 }
 
 #[test]
 fn capture_renders_the_same_bytes_twice_and_says_how() {
+    let Some(_) = common::test_gpu() else { return };
     let folder = tempfile::tempdir().unwrap();
     let flags = ["capture", "--scene", "sphere", "--size", "48x32", "--samples", "2", "--validation", "--json"];
     for (name, extra) in [("a.png", &[][..]), ("b.exr", &["--layers", "depth,normal,mean-slope,covariance,lod,albedo"])]
@@ -224,4 +229,29 @@ fn capture_renders_the_same_bytes_twice_and_says_how() {
     let image = load_color(folder.path().join("a.png")).unwrap();
     let difference: f32 = (0..3).map(|c| (image.at(24, 16)[c] - image.at(1, 1)[c]).abs()).sum();
     assert!(difference > 0.1, "{:?} {:?}", image.at(24, 16), image.at(1, 1));
+}
+
+#[test]
+fn the_trex_baked_and_from_the_cache_is_the_same_picture() {
+    let Some(_) = common::test_gpu() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let cache = folder.path().join("cache");
+    let render = |name: &str, time: &str| {
+        let file = folder.path().join(name);
+        let flags =
+            ["capture", "--atlas-tile", "8", "--size", "96x96", "--samples", "1", "--validation", "--time", time];
+        let output = leadr(&[&flags[..], &["-o", path(&file)]].concat()).env("LEADR_CACHE", &cache).output().unwrap();
+        assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+        std::fs::read(file).unwrap()
+    };
+    let baked = render("baked.png", "0.3");
+    assert_eq!(std::fs::read_dir(&cache).unwrap().count(), 1, "the animal is kept");
+    assert_eq!(render("cached.png", "0.3"), baked);
+    assert_ne!(render("later.png", "0.6"), baked, "it walks");
+    // Animal, ground and sky: the middle is neither what is above nor what is below it.
+    let image = load_color(folder.path().join("baked.png")).unwrap();
+    let apart = |a: [f32; 3], b: [f32; 3]| (0..3).map(|c| (a[c] - b[c]).abs()).sum::<f32>();
+    let [sky, animal, ground] = [image.at(48, 4), image.at(48, 46), image.at(48, 90)];
+    let nearest = apart(sky, animal).min(apart(animal, ground)).min(apart(sky, ground));
+    assert!(nearest > 0.05, "{sky:?} {animal:?} {ground:?}");
 }

@@ -41,12 +41,14 @@ fn main() {
     };
     linux::a_user_looks_around(&server);
     linux::a_limited_run_ends(&server);
+    linux::the_demo_goes_along_with_the_walk(&server);
     println!("window: all passed");
 }
 
 #[cfg(target_os = "linux")]
 mod linux {
     use std::path::Path;
+    use std::process::Command;
 
     use leadr::maps::{Rgb8Image, load_color_srgb8};
 
@@ -70,6 +72,51 @@ mod linux {
         let (code, out, err) = app.end();
         assert_eq!(code, Some(0), "{err}");
         assert!(out.contains("\"frames\":4"), "{out}");
+    }
+
+    /// Five seconds on, the animal is metres away, and the window shows what a capture of that moment shows.
+    pub fn the_demo_goes_along_with_the_walk(server: &Server) {
+        let folder = tempfile::tempdir().unwrap();
+        let scene = ["--atlas-tile", "8", "--size", "160x120", "--samples", "2", "--validation"];
+        let capture = |time: &str| {
+            let file = folder.path().join(format!("{time}.png"));
+            let mut leadr = Command::new(env!("CARGO_BIN_EXE_leadr"));
+            leadr.arg("capture").args(scene).args(["--time", time, "-o"]).arg(&file);
+            if let Ok(device) = std::env::var("LEADR_DEVICE") {
+                leadr.args(["--device", &device]);
+            }
+            let output = leadr.env("LEADR_CACHE", env!("CARGO_TARGET_TMPDIR")).output().unwrap();
+            assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+            load_color_srgb8(&file).unwrap()
+        };
+        let [begin, later] = ["0", "5"].map(capture);
+
+        let mut app = App::demo(server, &[&scene[..], &["--json"]].concat());
+        app.find_window(server, "leadr");
+        let window = app.window();
+        server.focus(window);
+        let title = || server.title(window);
+        server.tap(b' ');
+        until(&app, "time to stop", || title().contains("(paused)"));
+        let shown = |key: u32, moment: &str| {
+            while !title().contains(&format!("· {moment} (paused)")) {
+                let before = title();
+                server.tap(key);
+                until(&app, moment, || title() != before);
+            }
+            app.settles();
+            Rgb8Image::new(160, 120, server.picture(window)).unwrap()
+        };
+        // X11's arrow keys, left and right.
+        let first = shown(0xff51, "0.00 s");
+        let second = shown(0xff53, "5.00 s");
+        let (same, moved) = (differs(&first, &begin).max(differs(&second, &later)), differs(&begin, &later));
+        println!("window and capture differ by {same:.3} codes, the moments by {moved:.3}");
+        assert!(same < 0.3 && moved > 5.0 * same, "{same} {moved}");
+        server.tap(b'q');
+        let (code, out, err) = app.end();
+        assert_eq!(code, Some(0), "{err}");
+        assert!(out.contains("\"command\": \"demo\""), "{out}");
     }
 
     /// A picture that is saved must be the one in the window, code by code.
@@ -105,7 +152,7 @@ mod linux {
         let shots = shots.to_str().unwrap();
         let arguments = ["--width", "320", "--height", "240", "--samples", "4", "--validation", "--screenshots", shots];
         let mut app = App::start(server, &arguments);
-        app.find_window(server);
+        app.find_window(server, "Orbit");
         let window = app.window();
         server.focus(window);
         let title = || server.title(window);

@@ -75,6 +75,17 @@ impl CameraPose {
         Ok(pose)
     }
 
+    /// The pose of a renderer's camera.
+    #[must_use]
+    pub fn of(camera: &Camera) -> Self {
+        Self {
+            position: camera.position.to_array(),
+            target: camera.target.to_array(),
+            up: camera.up.to_array(),
+            fov_degrees: camera.fov_y.to_degrees(),
+        }
+    }
+
     /// The renderer's camera for this pose.
     #[must_use]
     pub fn camera(&self) -> Camera {
@@ -103,6 +114,9 @@ mod tests {
         let camera = CameraPose { up: [0.0, 1.0, 1.0], ..pose }.camera();
         assert_eq!((camera.position.y, camera.target.z, camera.up.y), (-10.0, 3.0, 1.0));
         assert!((camera.fov_y - default_fov().to_radians()).abs() < 1e-6);
+        let again = CameraPose::of(&camera);
+        assert_eq!((again.position, again.target, again.up), (pose.position, pose.target, [0.0, 1.0, 1.0]));
+        assert!((again.fov_degrees - default_fov()).abs() < 1e-4);
     }
 
     #[test]

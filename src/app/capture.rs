@@ -61,12 +61,12 @@ pub fn capture<'a>(
     for moment in moments {
         let file = config.output.path(moment.frame);
         progress.set_message(file.display().to_string());
-        let kept = config.resume && save::is_complete(&file, config.output.kind, config.size);
+        let kept = config.resume && save::is_complete(&file, config.output.kind, config.scene.size);
         let passes = if kept {
             Vec::new()
         } else {
             let frame = render_frame(config, source, moment)?;
-            save::save(&file, config.output.kind, &frame, config.exposure)?;
+            save::save(&file, config.output.kind, &frame, config.scene.exposure)?;
             frame.passes
         };
         frames.push(FrameReport { moment, file, kept, passes });
@@ -81,7 +81,7 @@ pub fn capture<'a>(
 fn render_frame(config: &CaptureConfig, source: &mut dyn FrameSource, moment: Moment) -> Result<Frame, AppError> {
     let fault = |what: String| AppError::Failed(format!("frame {}: {what}", moment.frame));
     let frame = source.render(moment).map_err(|e| fault(e.to_string()))?;
-    let (width, height) = (config.size.width, config.size.height);
+    let (width, height) = (config.scene.size.width, config.scene.size.height);
     let pixels = width as usize * height as usize;
     if (frame.width, frame.height) != (width, height) || frame.color.len() != pixels {
         return Err(fault(format!("the renderer returned {}x{} pixels", frame.width, frame.height)));
@@ -103,6 +103,7 @@ fn render_frame(config: &CaptureConfig, source: &mut dyn FrameSource, moment: Mo
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::app::config::SceneConfig;
     use crate::app::config::tests::resolve;
     use crate::app::values::{Layer, Size};
     use std::path::Path;
@@ -119,7 +120,7 @@ mod tests {
 
     impl Double {
         fn new(config: &CaptureConfig) -> Self {
-            let Size { width, height } = config.size;
+            let Size { width, height } = config.scene.size;
             Self { size: (width, height), layers: config.layers.clone(), ..Self::default() }
         }
     }
@@ -151,6 +152,10 @@ mod tests {
     fn configure(folder: &Path, name: &str, flags: &[&str]) -> CaptureConfig {
         let path = folder.join(name);
         resolve(&[&["--size", "5x3", "-o", path.to_str().unwrap()], flags].concat()).unwrap()
+    }
+
+    fn sized(config: &CaptureConfig, width: u32, height: u32) -> SceneConfig {
+        SceneConfig { size: Size { width, height }, ..config.scene.clone() }
     }
 
     fn files(folder: &Path) -> Vec<String> {
@@ -216,7 +221,7 @@ mod tests {
             assert_eq!(kept, [true, false, true, false, false]);
             assert_eq!(std::fs::read(config.output.path(1)).unwrap(), intact);
 
-            let other_size = CaptureConfig { size: Size { width: 4, height: 3 }, ..config };
+            let other_size = CaptureConfig { scene: sized(&config, 4, 3), ..config };
             let mut double = Double::new(&other_size);
             run(&other_size, &mut double).unwrap();
             assert_eq!(double.calls, 5, "frames of another size are not kept");
@@ -238,7 +243,7 @@ mod tests {
     fn folders_are_made_and_one_pixel_is_enough() {
         let folder = tempfile::tempdir().unwrap();
         let config = configure(folder.path(), "a/b/c.exr", &[]);
-        let config = CaptureConfig { size: Size { width: 1, height: 1 }, ..config };
+        let config = CaptureConfig { scene: sized(&config, 1, 1), ..config };
         run(&config, &mut Double::new(&config)).unwrap();
         assert!(config.output.path(0).is_file());
     }

@@ -48,6 +48,10 @@ pub struct DeviceArgs {
 /// The commands.
 #[derive(Debug, Subcommand)]
 pub enum Command {
+    /// Look around the scene in a window
+    #[cfg(feature = "window")]
+    #[command(after_help = DEMO_KEYS)]
+    Demo(Box<DemoArgs>),
     /// Render a picture or a sequence without a window
     #[command(after_help = CAPTURE_EXAMPLES)]
     Capture(Box<CaptureArgs>),
@@ -55,6 +59,19 @@ pub enum Command {
     #[command(after_help = COMPARE_EXAMPLES)]
     Compare(CompareArgs),
 }
+
+#[cfg(feature = "window")]
+const DEMO_KEYS: &str = "In the window:
+  left drag                    turn around the target
+  right drag, shift+left drag  pan
+  wheel                        closer, away
+  space                        stop time, let it run
+  left, right                  half a second back or on
+  , .                          a frame back or on
+  1 2 3                        LEADR, mipmapped normals, reference
+  r                            the view and time of the beginning
+  s, F12                       save a screenshot into out/
+  q, Esc                       end";
 
 const CAPTURE_EXAMPLES: &str = "Examples:
   leadr capture                                       the T-rex, into out/
@@ -90,9 +107,9 @@ pub struct CompareArgs {
     pub exposure: f32,
 }
 
-/// Flags of `leadr capture`.
+/// Flags of every command that draws a scene.
 #[derive(Clone, Debug, Args)]
-pub struct CaptureArgs {
+pub struct SceneArgs {
     /// What is drawn
     #[arg(long, value_enum, default_value = "trex")]
     pub scene: SceneKind,
@@ -126,12 +143,47 @@ pub struct CaptureArgs {
     /// Size of the picture, pixels
     #[arg(long, value_name = "WxH", default_value = "1280x720")]
     pub size: Size,
-    /// Samples per pixel
+    /// Samples per pixel (in a window: of a picture that stands still)
     #[arg(long, value_name = "N", default_value = "4", value_parser = clap::value_parser!(u32).range(1..=65_536))]
     pub samples: u32,
     /// Seed of the sample positions
     #[arg(long, value_name = "N", default_value = "0")]
     pub seed: u64,
+    /// Exposure of a picture that is looked at, stops (an EXR keeps linear radiance)
+    #[arg(long, value_name = "EV", default_value = "0", allow_negative_numbers = true, value_parser = finite)]
+    pub exposure: f32,
+    /// Texels along a patch's tile in the displacement atlas: 8, 16, 32, 64 or 128
+    #[arg(long, value_name = "N", default_value = "64", value_parser = atlas_tile)]
+    pub atlas_tile: u32,
+    /// Beckmann roughness of the whole surface instead of the scene's own
+    #[arg(long, value_name = "A", value_parser = roughness)]
+    pub roughness: Option<f32>,
+    /// The device.
+    #[command(flatten)]
+    pub device: DeviceArgs,
+}
+
+/// Flags of `leadr demo`.
+#[cfg(feature = "window")]
+#[derive(Clone, Debug, Args)]
+pub struct DemoArgs {
+    /// The scene.
+    #[command(flatten)]
+    pub scene: SceneArgs,
+    /// Moment at which the animation starts, seconds
+    #[arg(long, value_name = "SECONDS", default_value = "0", value_parser = not_negative)]
+    pub time: f32,
+    /// Close the window after N frames
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
+    pub frames: Option<u64>,
+}
+
+/// Flags of `leadr capture`.
+#[derive(Clone, Debug, Args)]
+pub struct CaptureArgs {
+    /// The scene.
+    #[command(flatten)]
+    pub scene: SceneArgs,
     /// Moment of the animation, seconds
     #[arg(long, value_name = "SECONDS", default_value = "0", conflicts_with = "frames", value_parser = not_negative)]
     pub time: f32,
@@ -150,21 +202,9 @@ pub struct CaptureArgs {
     /// Write these beside the colour (EXR only)
     #[arg(long, value_name = "NAME,...", value_enum, value_delimiter = ',')]
     pub layers: Vec<Layer>,
-    /// Exposure of a PNG, stops (an EXR keeps linear radiance)
-    #[arg(long, value_name = "EV", default_value = "0", allow_negative_numbers = true, value_parser = finite)]
-    pub exposure: f32,
-    /// Texels along a patch's tile in the displacement atlas: 8, 16, 32, 64 or 128
-    #[arg(long, value_name = "N", default_value = "64", value_parser = atlas_tile)]
-    pub atlas_tile: u32,
-    /// Beckmann roughness of the whole surface instead of the scene's own
-    #[arg(long, value_name = "A", value_parser = roughness)]
-    pub roughness: Option<f32>,
     /// Where to: OUT.png, OUT.exr, or with {frame} for a sequence [default: out/SCENE-TECHNIQUE-CAMERA...]
     #[arg(long, short, value_name = "FILE")]
     pub output: Option<PathBuf>,
-    /// The device.
-    #[command(flatten)]
-    pub device: DeviceArgs,
 }
 
 #[cfg(test)]

@@ -6,7 +6,7 @@ use clap::ValueEnum;
 use serde::Serialize;
 
 use super::camera_file::CameraPose;
-use super::cli::CaptureArgs;
+use super::cli::{CaptureArgs, SceneArgs};
 use super::error::AppError;
 use super::frames::{FRAME, FileKind, OutputPattern, Timeline};
 use super::values::{CameraChoice, EnvironmentChoice, Layer, Masking, SceneKind, Size, Sun, Technique};
@@ -25,11 +25,12 @@ pub enum View {
     Pose(CameraPose),
 }
 
-/// Everything that `leadr capture` needs to know; units as in [`CaptureArgs`].
+/// What is drawn and how; units as in [`SceneArgs`].
 #[derive(Clone, Debug, Serialize)]
-pub struct CaptureConfig {
-    /// What is drawn.
-    pub scene: SceneKind,
+pub struct SceneConfig {
+    /// Which scene.
+    #[serde(rename = "scene")]
+    pub kind: SceneKind,
     /// Height map of the plane or sphere.
     pub height_map: Option<PathBuf>,
     /// Factor on the displacement, 0 or more.
@@ -54,25 +55,72 @@ pub struct CaptureConfig {
     pub samples: u32,
     /// Seed of the sample positions.
     pub seed: u64,
-    /// Which moments.
-    pub timeline: Timeline,
-    /// What is written beside the colour, each once, in a fixed order.
-    pub layers: Vec<Layer>,
-    /// Stops, for PNG.
+    /// Stops, for PNG and window.
     pub exposure: f32,
     /// Texels along an atlas tile: a power of two, 8 to 128.
     pub atlas_tile: u32,
     /// Beckmann roughness of the whole surface instead of the scene's own.
     pub roughness: Option<f32>,
-    /// Where to.
-    pub output: OutputPattern,
-    /// Keep complete frames that are already there.
-    pub resume: bool,
     /// Device by name or index.
     #[serde(skip)]
     pub device: Option<String>,
     /// Validation layers on.
     pub validation: bool,
+}
+
+impl SceneConfig {
+    /// Resolves the arguments and reads the camera file, if one is named.
+    ///
+    /// # Errors
+    /// [`AppError::Usage`] if flags contradict each other, [`AppError::Failed`] if a file is wrong.
+    pub fn resolve(arguments: &SceneArgs) -> Result<Self, AppError> {
+        let a = arguments.clone();
+        if a.scene == SceneKind::Trex && a.height_map.is_some() {
+            return Err(AppError::Usage("--height-map is for --scene plane or sphere; the trex brings its own".into()));
+        }
+        let view = match &a.camera {
+            CameraChoice::Near => View::Near,
+            CameraChoice::Mid => View::Mid,
+            CameraChoice::Far => View::Far,
+            CameraChoice::File(file) => View::Pose(CameraPose::read(file)?),
+        };
+        Ok(Self {
+            kind: a.scene,
+            height_map: a.height_map,
+            height_scale: a.height_scale,
+            environment: a.environment,
+            sun: a.sun,
+            technique: a.technique,
+            grid: a.grid,
+            masking: a.masking,
+            view,
+            distance: a.distance,
+            size: a.size,
+            samples: a.samples,
+            seed: a.seed,
+            exposure: a.exposure,
+            atlas_tile: a.atlas_tile,
+            roughness: a.roughness,
+            device: a.device.device,
+            validation: a.device.validation,
+        })
+    }
+}
+
+/// Everything that `leadr capture` needs to know; units as in [`CaptureArgs`].
+#[derive(Clone, Debug, Serialize)]
+pub struct CaptureConfig {
+    /// What is drawn and how.
+    #[serde(flatten)]
+    pub scene: SceneConfig,
+    /// Which moments.
+    pub timeline: Timeline,
+    /// What is written beside the colour, each once, in a fixed order.
+    pub layers: Vec<Layer>,
+    /// Where to.
+    pub output: OutputPattern,
+    /// Keep complete frames that are already there.
+    pub resume: bool,
 }
 
 impl CaptureConfig {
@@ -86,53 +134,22 @@ impl CaptureConfig {
             Some(frames) => Timeline::Sequence { frames, fps: f64::from(a.fps), shard: a.shard },
             None => Timeline::Still { time: f64::from(a.time) },
         };
-        if a.scene == SceneKind::Trex && a.height_map.is_some() {
-            return Err(AppError::Usage("--height-map is for --scene plane or sphere; the trex brings its own".into()));
-        }
         let path = a.output.clone().unwrap_or_else(|| default_output(&a, &timeline));
         let output = OutputPattern::new(&path, &timeline)?;
         if output.kind == FileKind::Png && !a.layers.is_empty() {
             return Err(AppError::Usage(format!("--layers needs an .exr output, not '{}'", path.display())));
         }
-        let view = match &a.camera {
-            CameraChoice::Near => View::Near,
-            CameraChoice::Mid => View::Mid,
-            CameraChoice::Far => View::Far,
-            CameraChoice::File(file) => View::Pose(CameraPose::read(file)?),
-        };
         let mut layers = a.layers;
         layers.sort_unstable();
         layers.dedup();
-        Ok(Self {
-            scene: a.scene,
-            height_map: a.height_map,
-            height_scale: a.height_scale,
-            environment: a.environment,
-            sun: a.sun,
-            technique: a.technique,
-            grid: a.grid,
-            masking: a.masking,
-            view,
-            distance: a.distance,
-            size: a.size,
-            samples: a.samples,
-            seed: a.seed,
-            timeline,
-            layers,
-            exposure: a.exposure,
-            atlas_tile: a.atlas_tile,
-            roughness: a.roughness,
-            output,
-            resume: a.resume,
-            device: a.device.device,
-            validation: a.device.validation,
-        })
+        let scene = SceneConfig::resolve(&a.scene)?;
+        Ok(Self { scene, timeline, layers, output, resume: a.resume })
     }
 }
 
 fn default_output(a: &CaptureArgs, timeline: &Timeline) -> PathBuf {
     let name = |value: Option<clap::builder::PossibleValue>| value.map_or(String::new(), |v| v.get_name().to_owned());
-    let camera = match &a.camera {
+    let camera = match &a.scene.camera {
         CameraChoice::Near => "near",
         CameraChoice::Mid => "mid",
         CameraChoice::Far => "far",
@@ -140,7 +157,7 @@ fn default_output(a: &CaptureArgs, timeline: &Timeline) -> PathBuf {
     };
     let frame = if matches!(timeline, Timeline::Sequence { .. }) { format!("-{FRAME}") } else { String::new() };
     let kind = if a.layers.is_empty() { "png" } else { "exr" };
-    let (scene, technique) = (name(a.scene.to_possible_value()), name(a.technique.to_possible_value()));
+    let (scene, technique) = (name(a.scene.scene.to_possible_value()), name(a.scene.technique.to_possible_value()));
     PathBuf::from("out").join(format!("{scene}-{technique}-{camera}{frame}.{kind}"))
 }
 
@@ -213,15 +230,16 @@ pub(super) mod tests {
             "0.25",
         ])
         .unwrap();
-        assert_eq!((config.scene, config.technique), (SceneKind::Plane, Technique::NormalMip));
-        assert_eq!((config.height_map, config.height_scale), (Some("h.png".into()), 0.5));
-        assert_eq!((config.sun.azimuth, config.sun.elevation), (-30.0, 60.0));
-        assert_eq!((config.grid, config.masking), (7, Masking::Masking));
-        assert_eq!((config.view, config.distance), (View::Near, Some(7.0)));
-        assert_eq!((config.size, config.samples, config.seed), (Size { width: 64, height: 32 }, 9, 4));
-        assert_eq!((config.exposure, config.atlas_tile, config.roughness), (-1.5, 32, Some(0.2)));
+        let scene = &config.scene;
+        assert_eq!((scene.kind, scene.technique), (SceneKind::Plane, Technique::NormalMip));
+        assert_eq!((scene.height_map.as_deref(), scene.height_scale), (Some("h.png".as_ref()), 0.5));
+        assert_eq!((scene.sun.azimuth, scene.sun.elevation), (-30.0, 60.0));
+        assert_eq!((scene.grid, scene.masking), (7, Masking::Masking));
+        assert_eq!((scene.view, scene.distance), (View::Near, Some(7.0)));
+        assert_eq!((scene.size, scene.samples, scene.seed), (Size { width: 64, height: 32 }, 9, 4));
+        assert_eq!((scene.exposure, scene.atlas_tile, scene.roughness), (-1.5, 32, Some(0.2)));
+        assert_eq!((scene.device.as_deref(), scene.validation), (Some("llvmpipe"), true));
         assert_eq!(config.layers, [Layer::Depth, Layer::Lod]);
-        assert_eq!((config.device.as_deref(), config.validation), (Some("llvmpipe"), true));
         assert_eq!(config.timeline, Timeline::Still { time: 0.25 });
     }
 

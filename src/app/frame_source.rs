@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::config::CaptureConfig;
+use super::config::{CaptureConfig, SceneConfig};
 use super::error::AppError;
 use super::frames::Moment;
 use super::output::Output;
@@ -57,7 +57,7 @@ pub trait FrameSource {
     fn render(&mut self, moment: Moment) -> Result<Frame, AppError>;
 }
 
-/// The files a capture reads, loaded and checked.
+/// The files a scene is made from, loaded and checked.
 #[derive(Debug)]
 pub struct Inputs {
     /// Heights of the plane or sphere.
@@ -71,7 +71,7 @@ impl Inputs {
     ///
     /// # Errors
     /// If a file is missing, damaged, too large or of another kind.
-    pub fn load(config: &CaptureConfig) -> Result<Self, AppError> {
+    pub fn load(config: &SceneConfig) -> Result<Self, AppError> {
         let height_map = config.height_map.as_ref().map(maps::load_height_map).transpose()?;
         let environment = match &config.environment {
             EnvironmentChoice::Sky => None,
@@ -87,9 +87,10 @@ impl Inputs {
 /// If an input file or the device is not what it should be.
 pub fn open(config: &CaptureConfig, output: &Output) -> Result<Box<dyn FrameSource>, AppError> {
     // Files first: their faults are found in no time and need no device.
-    let inputs = Inputs::load(config)?;
-    let options = GpuOptions { device: config.device.clone(), validation: config.validation, ..Default::default() };
+    let scene = &config.scene;
+    let inputs = Inputs::load(scene)?;
+    let options = GpuOptions { device: scene.device.clone(), validation: scene.validation, ..Default::default() };
     let gpu = Gpu::new(&options)?;
-    let Set { renderer, animation, .. } = stage::set(config, inputs, &gpu, output)?;
+    let Set { renderer, animation, .. } = stage::set(scene, inputs, &gpu, output)?;
     Ok(Box::new(RendererSource::new(config, renderer, animation)))
 }

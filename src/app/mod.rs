@@ -7,6 +7,8 @@ pub mod capture;
 pub mod cli;
 pub mod compare;
 pub mod config;
+#[cfg(feature = "window")]
+pub mod demo;
 pub mod error;
 pub mod frame_source;
 pub mod frames;
@@ -55,6 +57,11 @@ fn dispatch(cli: Cli) -> Result<(), AppError> {
             let config = config::CaptureConfig::resolve(&arguments)?;
             let mut source = frame_source::open(&config, &output)?;
             let report = capture::capture(&config, source.as_mut(), &output)?;
+            output.result(&report)
+        }
+        #[cfg(feature = "window")]
+        Command::Demo(arguments) => {
+            let report = demo::demo(&arguments, &output)?;
             output.result(&report)
         }
         Command::Compare(arguments) => compare::compare(&arguments, &output),

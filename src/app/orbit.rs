@@ -42,6 +42,12 @@ impl Orbit {
         }
     }
 
+    /// The point it circles, metres.
+    #[must_use]
+    pub fn target(&self) -> Vec3 {
+        self.target
+    }
+
     /// Turns as if the scene were dragged by so many pixels, right and down.
     pub fn turn(&mut self, right: f32, down: f32) {
         self.azimuth = (self.azimuth - right * DEGREES_PER_PIXEL).rem_euclid(360.0);

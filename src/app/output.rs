@@ -55,10 +55,10 @@ impl Output {
     }
 }
 
-/// Sends `tracing` events to stderr: warnings, or errors alone if `quiet`, unless `LEADR_LOG` asks for something else
+/// Sends `tracing` events to stderr: warnings (of the window library, errors), or errors alone if `quiet`, unless `LEADR_LOG` asks for something else
 /// (`debug`, `leadr::gpu=trace`, …).
 pub fn start_log(quiet: bool) {
-    let default = if quiet { "error" } else { "warn" };
+    let default = if quiet { "error" } else { "warn,winit=error" };
     let filter = EnvFilter::try_from_env("LEADR_LOG").unwrap_or_else(|_| EnvFilter::new(default));
     // A second call (tests in one process) keeps the first subscriber.
     let _ = tracing_subscriber::fmt()

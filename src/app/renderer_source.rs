@@ -1,6 +1,6 @@
 //! The renderer as a [`FrameSource`]: a scene as a function of time, drawn with one configuration.
 
-use super::config::CaptureConfig;
+use super::config::{CaptureConfig, SceneConfig};
 use super::error::AppError;
 use super::frame_source::{DeviceInfo, Frame, FrameSource, PassTime};
 use super::frames::Moment;
@@ -26,14 +26,14 @@ impl RendererSource {
     /// `renderer` holds the objects that the states of `animation` pose.
     #[must_use]
     pub fn new(config: &CaptureConfig, renderer: Renderer, animation: Animation) -> Self {
-        let settings = render_settings(config);
-        Self { renderer, animation, settings, layers: config.layers.clone(), validation: config.validation }
+        let settings = render_settings(&config.scene);
+        Self { renderer, animation, settings, layers: config.layers.clone(), validation: config.scene.validation }
     }
 }
 
 /// The part of a configuration that the renderer takes.
 #[must_use]
-pub fn render_settings(config: &CaptureConfig) -> RenderSettings {
+pub fn render_settings(config: &SceneConfig) -> RenderSettings {
     let technique = match config.technique {
         Technique::Leadr => RenderTechnique::Leadr,
         Technique::NormalMip => RenderTechnique::NormalMip,

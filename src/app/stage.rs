@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::config::{CaptureConfig, View};
+use super::config::{SceneConfig, View};
 use super::error::AppError;
 use super::frame_source::Inputs;
 use super::output::Output;
@@ -30,7 +30,7 @@ pub struct Set {
 ///
 /// # Errors
 /// If the scene cannot be made or the device fails.
-pub fn set(config: &CaptureConfig, inputs: Inputs, gpu: &Arc<Gpu>, output: &Output) -> Result<Set, AppError> {
+pub fn set(config: &SceneConfig, inputs: Inputs, gpu: &Arc<Gpu>, output: &Output) -> Result<Set, AppError> {
     let sky = Sky { sun_direction: config.sun.direction(), ..Sky::default() };
     // A picture of an environment has its own sun in it.
     let (environment, sky) = match &inputs.environment {
@@ -50,12 +50,12 @@ pub fn set(config: &CaptureConfig, inputs: Inputs, gpu: &Arc<Gpu>, output: &Outp
     Ok(Set { renderer, animation, camera })
 }
 
-fn stage(config: &CaptureConfig, inputs: Inputs, output: &Output) -> Result<Stage, AppError> {
+fn stage(config: &SceneConfig, inputs: Inputs, output: &Output) -> Result<Stage, AppError> {
     let mut relief = Relief { map: inputs.height_map, tile: config.atlas_tile, ..Relief::default() };
     if let Some(roughness) = config.roughness {
         relief.roughness = roughness;
     }
-    Ok(match config.scene {
+    Ok(match config.kind {
         SceneKind::Plane => plane_stage(relief),
         SceneKind::Sphere => sphere_stage(relief),
         SceneKind::Trex => {
@@ -68,7 +68,7 @@ fn stage(config: &CaptureConfig, inputs: Inputs, output: &Output) -> Result<Stag
     })
 }
 
-fn camera(config: &CaptureConfig, views: Views) -> Camera {
+fn camera(config: &SceneConfig, views: Views) -> Camera {
     let camera = match config.view {
         View::Near => views.near,
         View::Mid => views.mid,

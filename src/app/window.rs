@@ -75,7 +75,8 @@ pub struct WindowReport {
 }
 
 /// Shows `scene` in a window until the user closes it. The scene gives its state at a time in seconds; the orbit
-/// camera, which starts as `camera`, replaces the state's own. `settings.samples` is what a picture that stands still
+/// camera, which starts as `camera`, replaces the state's own, but goes where that one's target goes: a scene that
+/// follows something is followed. `settings.samples` is what a picture that stands still
 /// is refined to. The renderer's device must come from [`Display::gpu_options`].
 ///
 /// # Errors
@@ -168,7 +169,7 @@ impl<S: FnMut(f64) -> FrameState> App<S> {
         let changed = self.viewer.take_changed();
         let state = changed.then(|| {
             let mut state = (self.scene)(self.viewer.time);
-            state.camera = self.viewer.orbit.pose().camera();
+            state.camera = self.viewer.camera(&state.camera);
             state
         });
         let shown = open.painter.draw([width, height], state, &self.settings, self.options.exposure)?;
@@ -182,7 +183,9 @@ impl<S: FnMut(f64) -> FrameState> App<S> {
         self.report.frames += 1;
         open.counted.0 += 1;
         let since = open.counted.1.elapsed();
-        if since >= TITLE_INTERVAL || self.report.frames == 1 {
+        // No frame follows that could set the title later.
+        let last = !self.viewer.is_moving() && open.painter.is_complete(self.settings.samples);
+        if since >= TITLE_INTERVAL || self.report.frames == 1 || last {
             let fps = f64::from(open.counted.0) / since.as_secs_f64().max(1e-6);
             open.window.set_title(&title(&self.options.title, &self.viewer, fps, &open.painter.times()?));
             open.counted = (0, Instant::now());

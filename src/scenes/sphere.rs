@@ -183,8 +183,8 @@ mod tests {
         let mut first: Vec<Option<(usize, usize, bool)>> = vec![None; topology.edges.len()];
         let mut worst = 0.0f32;
         for (patch, edges) in topology.patch_edges.iter().enumerate() {
-            for side in 0..4 {
-                let (edge, flipped) = ((edges[side] >> 1) as usize, edges[side] & 1 == 1);
+            for (side, code) in edges.iter().enumerate() {
+                let (edge, flipped) = ((code >> 1) as usize, code & 1 == 1);
                 if let Some((p, s, f)) = first[edge] {
                     for k in 1..8 {
                         let t = k as f32 / 8.0;

@@ -87,13 +87,14 @@ impl Server {
         self.point(window, [5, 5]);
     }
 
-    /// Presses and releases the key of a character in the basic plane of the keyboard.
-    pub fn tap(&self, character: u8) {
+    /// Presses and releases a key in the basic plane of the keyboard: a character's, or one of X11's other symbols.
+    pub fn tap(&self, symbol: impl Into<u32>) {
+        let symbol = symbol.into();
         let setup = self.connection.setup();
         let (first, count) = (setup.min_keycode, setup.max_keycode - setup.min_keycode + 1);
         let mapping = self.connection.get_keyboard_mapping(first, count).unwrap().reply().unwrap();
         let columns = usize::from(mapping.keysyms_per_keycode);
-        let row = mapping.keysyms.chunks(columns).position(|row| row[0] == u32::from(character)).expect("a key");
+        let row = mapping.keysyms.chunks(columns).position(|row| row[0] == symbol).expect("a key");
         for event in [xproto::KEY_PRESS_EVENT, xproto::KEY_RELEASE_EVENT] {
             self.fake(event, first + row as u8, [0, 0]);
         }
@@ -203,15 +204,26 @@ impl Drop for App {
 impl App {
     pub fn command(arguments: &[&str]) -> Command {
         let mut command = Command::new(std::env::current_exe().unwrap());
-        command.args(arguments).env("LEADR_WINDOW_CHILD", "1").env_remove("WAYLAND_DISPLAY");
-        if let Ok(device) = std::env::var("LEADR_DEVICE") {
-            command.args(["--device", &device]);
-        }
+        command.args(arguments).env("LEADR_WINDOW_CHILD", "1");
         command
     }
 
+    /// `leadr demo` on the T-rex of the cache that the tests share.
+    pub fn demo(server: &Server, arguments: &[&str]) -> Self {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_leadr"));
+        command.arg("demo").args(arguments).env("LEADR_CACHE", env!("CARGO_TARGET_TMPDIR"));
+        Self::spawn(server, command)
+    }
+
     pub fn start(server: &Server, arguments: &[&str]) -> Self {
-        let mut command = Self::command(arguments);
+        Self::spawn(server, Self::command(arguments))
+    }
+
+    fn spawn(server: &Server, mut command: Command) -> Self {
+        command.env_remove("WAYLAND_DISPLAY");
+        if let Ok(device) = std::env::var("LEADR_DEVICE") {
+            command.args(["--device", &device]);
+        }
         let said = [tempfile::tempfile().unwrap(), tempfile::tempfile().unwrap()];
         let [out, err] = [0, 1].map(|i| Stdio::from(said[i].try_clone().unwrap()));
         command.env("DISPLAY", &server.display).stdout(out).stderr(err);
@@ -220,10 +232,11 @@ impl App {
         Self { process: Cell::new(Some(process)), id, window: 0, said }
     }
 
-    pub fn find_window(&mut self, server: &Server) {
+    pub fn find_window(&mut self, server: &Server, title: &str) {
         // The times are in the title from the first frame on.
-        until(self, "a window", || server.find("Orbit ·").is_some());
-        self.window = server.find("Orbit ·").unwrap();
+        let start = format!("{title} ·");
+        until(self, "a window", || server.find(&start).is_some());
+        self.window = server.find(&start).unwrap();
     }
 
     pub fn window(&self) -> Window {

@@ -1,6 +1,7 @@
 //! What the user of the window has chosen: the view, the time, the technique. Knows no window and no device.
 
 use crate::app::orbit::Orbit;
+use crate::render::camera::Camera;
 use crate::render::settings::Technique;
 
 /// Real time beyond this, seconds, does not pass in the scene: on a slow device the animation slows down but stays one.
@@ -88,6 +89,15 @@ impl Viewer {
             Action::Screenshot | Action::Quit => return,
         }
         self.changed = true;
+    }
+
+    /// The user's camera in a scene whose own camera is `own`: it goes along with what `own` follows, by as much as
+    /// the target of `own` is from that of the beginning.
+    #[must_use]
+    pub fn camera(&self, own: &Camera) -> Camera {
+        let gone = own.target - self.start.0.target();
+        let camera = self.orbit.pose().camera();
+        Camera { position: camera.position + gone, target: camera.target + gone, ..camera }
     }
 
     /// Begins or ends dragging.
@@ -181,6 +191,23 @@ mod tests {
         assert_eq!(viewer.orbit, panned);
         viewer.act(Action::Reset);
         assert_eq!((viewer.orbit, viewer.time), (start, 1.0));
+    }
+
+    #[test]
+    fn the_camera_goes_along_with_what_the_scene_follows() {
+        let mut viewer = viewer();
+        let start = viewer.orbit.pose().camera();
+        let gone = glam::Vec3::new(7.0, 1.0, 0.0);
+        let own = Camera { position: start.position + gone, target: start.target + gone, ..start };
+        let camera = viewer.camera(&own);
+        assert!(camera.position.distance(own.position) < 1e-4 && camera.target == own.target);
+        // A turn keeps the distance to what is followed, a pan its offset.
+        viewer.orbit.turn(100.0, 0.0);
+        let turned = viewer.camera(&own);
+        assert!(turned.target == own.target && turned.position.distance(own.position) > 1.0);
+        viewer.orbit.pan(50.0, 0.0, 100.0);
+        let aside = viewer.camera(&own).target - own.target;
+        assert!(aside.distance(viewer.orbit.target() - start.target) < 1e-4 && aside.length() > 0.1);
     }
 
     #[test]
