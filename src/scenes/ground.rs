@@ -41,7 +41,9 @@ pub fn ground() -> Object {
         .collect();
     let mut mesh = plane(HALF, 72, REPEAT, [1.0; 4], toward_horizon);
     for (color, p) in mesh.colors.iter_mut().zip(&mesh.positions) {
-        let tint = 0.82 + 0.18 * patches(Vec2::new(p.x, p.y));
+        // Far out the patches of the mesh are larger than those of the tint, which would alias into a grid.
+        let fade = 1.0 / (1.0 + (p.length() / 45.0).powi(4));
+        let tint = 0.82 + 0.18 * fade * patches(Vec2::new(p.x, p.y));
         *color = [tint, tint * (0.97 + 0.03 * tint), tint * 0.96, 1.0];
     }
     Object {
