@@ -131,6 +131,9 @@ pub struct SceneArgs {
     /// Light each pixel through N by N slope samples
     #[arg(long, value_name = "N", default_value = "5", value_parser = clap::value_parser!(u32).range(1..=128))]
     pub grid: u32,
+    /// Screen pixels per triangle of the displaced surface
+    #[arg(long, value_name = "PIXELS", default_value = "4", value_parser = positive)]
+    pub triangle_pixels: f32,
     /// Microfacet visibility
     #[arg(long, value_enum, default_value = "shadowing")]
     pub masking: Masking,

@@ -43,6 +43,8 @@ pub struct SceneConfig {
     pub technique: Technique,
     /// Slope samples along a side of the grid that lights a pixel, 1 to 128.
     pub grid: u32,
+    /// Screen pixels per triangle.
+    pub triangle_pixels: f32,
     /// Microfacet visibility.
     pub masking: Masking,
     /// From where.
@@ -92,6 +94,7 @@ impl SceneConfig {
             sun: a.sun,
             technique: a.technique,
             grid: a.grid,
+            triangle_pixels: a.triangle_pixels,
             masking: a.masking,
             view,
             distance: a.distance,
