@@ -5,8 +5,8 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand};
 
 use super::values::{
-    CameraChoice, EnvironmentChoice, FrameRange, Layer, Masking, SceneKind, Shard, Size, Sun, Technique, atlas_tile,
-    finite, not_negative, positive, roughness,
+    CameraChoice, DiffuseLights, EnvironmentChoice, FrameRange, Layer, Masking, SceneKind, Shard, Size, Sun, Technique,
+    atlas_tile, finite, not_negative, positive, roughness,
 };
 
 /// Renders displaced surfaces that keep their look at every distance (LEADR mapping).
@@ -137,6 +137,9 @@ pub struct SceneArgs {
     /// Microfacet visibility
     #[arg(long, value_enum, default_value = "shadowing")]
     pub masking: Masking,
+    /// Diffuse light of the sun and of point lights
+    #[arg(long, value_enum, default_value = "cosine")]
+    pub diffuse_lights: DiffuseLights,
     /// From where: a view of the scene, or a JSON file {position, target, up, fov_degrees}
     #[arg(long, value_name = "near|mid|far|FILE.json", default_value = "mid")]
     pub camera: CameraChoice,

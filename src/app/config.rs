@@ -9,7 +9,7 @@ use super::camera_file::CameraPose;
 use super::cli::{CaptureArgs, SceneArgs};
 use super::error::AppError;
 use super::frames::{FRAME, FileKind, OutputPattern, Timeline};
-use super::values::{CameraChoice, EnvironmentChoice, Layer, Masking, SceneKind, Size, Sun, Technique};
+use super::values::{CameraChoice, DiffuseLights, EnvironmentChoice, Layer, Masking, SceneKind, Size, Sun, Technique};
 
 /// From where the scene is seen, with a camera file read.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -47,6 +47,8 @@ pub struct SceneConfig {
     pub triangle_pixels: f32,
     /// Microfacet visibility.
     pub masking: Masking,
+    /// Diffuse light of the sun and of point lights.
+    pub diffuse_lights: DiffuseLights,
     /// From where.
     pub view: View,
     /// Distance to the camera's target, metres, instead of the view's own.
@@ -96,6 +98,7 @@ impl SceneConfig {
             grid: a.grid,
             triangle_pixels: a.triangle_pixels,
             masking: a.masking,
+            diffuse_lights: a.diffuse_lights,
             view,
             distance: a.distance,
             size: a.size,

@@ -6,7 +6,7 @@ use super::frame_source::{DeviceInfo, Frame, FrameSource, PassTime};
 use super::frames::Moment;
 use super::output::Output;
 use super::stage::{self, Animation, Inputs, Set};
-use super::values::{Layer, Masking, Technique};
+use super::values::{DiffuseLights, Layer, Masking, Technique};
 use crate::gpu::{Gpu, GpuOptions};
 use crate::render::frame::{Layer as GBufferLayer, Renderer};
 use crate::render::settings::{RenderSettings, ShadingSettings, Technique as RenderTechnique};
@@ -56,7 +56,7 @@ pub fn render_settings(config: &SceneConfig) -> RenderSettings {
         technique,
         grid: config.grid,
         shadowing: config.masking == Masking::Shadowing,
-        ..Default::default()
+        lights_by_sh: config.diffuse_lights == DiffuseLights::Sh,
     };
     RenderSettings {
         size: (config.size.width, config.size.height),
