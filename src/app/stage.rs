@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::config::{SceneConfig, View};
 use super::error::AppError;
 use super::output::Output;
-use super::values::{EnvironmentChoice, SceneKind};
+use super::values::{EnvironmentChoice, SceneKind, Size};
 use crate::gpu::Gpu;
 use crate::maps::{self, HeightMap, RgbImage};
 use crate::render::camera::Camera;
@@ -95,10 +95,16 @@ fn stage(config: &SceneConfig, inputs: Inputs, output: &Output) -> Result<Stage,
     })
 }
 
+/// Middle views are composed for pictures of 4 to 3 and wider; in narrower ones the camera steps back until the same width fits.
+fn fitted(camera: Camera, size: Size) -> Camera {
+    let narrower = (4.0 / 3.0) * size.height as f32 / size.width as f32;
+    camera.at_distance(camera.position.distance(camera.target) * narrower.clamp(1.0, 4.0))
+}
+
 fn camera(config: &SceneConfig, views: Views) -> Camera {
     let camera = match config.view {
         View::Near => views.near,
-        View::Mid => views.mid,
+        View::Mid => fitted(views.mid, config.size),
         View::Far => views.far,
         View::Pose(pose) => pose.camera(),
     };
