@@ -22,5 +22,7 @@ pub mod sh;
 pub mod sh_projection;
 pub mod slope_grid;
 pub mod slope_map;
+pub mod slope_moments;
+pub mod slope_packing;
 pub mod slope_statistics;
 pub mod specular;
