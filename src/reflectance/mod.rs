@@ -27,5 +27,7 @@ pub mod sh_projection;
 pub mod slope_distribution;
 pub mod slope_grid;
 pub mod slope_map;
+pub mod slope_moments;
+pub mod slope_packing;
 pub mod slope_statistics;
 pub mod specular;
