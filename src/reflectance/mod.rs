@@ -12,6 +12,7 @@ pub mod beckmann;
 pub mod diffuse;
 pub mod frame;
 pub mod fresnel;
+pub mod geometric_antialiasing;
 pub mod limits;
 pub mod masking;
 pub mod normal_distribution;
