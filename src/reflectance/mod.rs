@@ -9,10 +9,14 @@
 //! is finite for every finite input, rough or smooth, facing or not.
 
 pub mod beckmann;
+pub mod beckmann_sampling;
 pub mod diffuse;
+pub mod ellipse;
 pub mod frame;
 pub mod fresnel;
 pub mod geometric_antialiasing;
+pub mod ggx;
+pub mod ggx_sampling;
 pub mod limits;
 pub mod masking;
 pub mod normal_distribution;
@@ -21,6 +25,7 @@ pub mod quadrature;
 pub mod reference;
 pub mod sh;
 pub mod sh_projection;
+pub mod slope_distribution;
 pub mod slope_grid;
 pub mod slope_map;
 pub mod slope_moments;
