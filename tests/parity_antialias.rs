@@ -7,6 +7,10 @@ mod comparator;
 
 use comparator::{Numbers, Random, Tolerance, list, parity};
 use glam::{DMat2, DVec2, DVec3, DVec4};
+use leadr::reflectance::geometric_antialiasing::{
+    axis_aligned_kernel, clamp_determinant, filter_covariance, filter_roughness, ggx_ndf_clamped, half_vector_kernel,
+    isotropic_kernel, tilt_kernel,
+};
 use leadr::reflectance::slope_moments::{
     SlopeMoments, add_moments, map_moments, mix_moments, moments_covariance, moments_of_distribution,
     moments_of_normal, moments_of_slope, roughen_moments, scale_moments, shear_moments, slope_of_heights,
@@ -15,6 +19,7 @@ use leadr::reflectance::slope_packing::{
     clean_conservative_covariance, clean_covariance, lean_error, pack_clean, pack_clean_conservative, pack_clean_major,
     pack_leadr, pack_lean, principal_variances, unpack_leadr, unpack_lean,
 };
+use leadr::reflectance::slope_statistics::{add_macro_curvature, clamp_covariance};
 
 fn v2(x: &[f64], at: usize) -> DVec2 {
     DVec2::new(x[at], x[at + 1])
@@ -102,6 +107,39 @@ fn slope_packing_parity() {
                 [lean_error(limit, levels), pack_clean(a).z, pack_clean_major(a).z, pack_clean_conservative(a).z],
                 clean_covariance(third).truncate(),
                 clean_conservative_covariance(third).truncate(),
+            ]
+        },
+    );
+}
+
+#[test]
+fn geometric_antialiasing_parity() {
+    parity::<17>(
+        "geometric_antialiasing",
+        Tolerance { relative: 2e-5, floor: |k| if k < 6 { 1e-2 } else { 1e-3 }, unit: 0.0 },
+        |r| {
+            let wh = r.direction();
+            let d = |r: &mut Random| DVec3::new(number(r), number(r), number(r)) * r.log(1e-4, 1.0);
+            let (dx, dy) = (d(r), d(r));
+            let (u, v) = (DVec2::new(number(r), number(r)), DVec2::new(number(r), number(r)));
+            let kernel = add_macro_curvature(DVec3::ZERO, u * r.log(1e-3, 1.0), v * r.log(1e-3, 1.0));
+            let (m, s) = (r.mean_slope(), clamp_covariance(r.covariance()));
+            join(&[&wh.to_array(), &dx.to_array(), &dy.to_array(), &m.to_array(), &s.to_array(), &kernel.to_array()])
+        },
+        |x| {
+            let (wh, m, s, kernel) = (v3(x, 0), v2(x, 9), v3(x, 11), v3(x, 14));
+            list![
+                half_vector_kernel(wh, v3(x, 3), v3(x, 6)),
+                tilt_kernel(kernel, m),
+                axis_aligned_kernel(kernel).truncate(),
+                isotropic_kernel(kernel).truncate(),
+                filter_covariance(s, kernel),
+                filter_roughness(s, kernel),
+                [
+                    clamp_determinant(s, 1e-2).z,
+                    ggx_ndf_clamped(wh, m, s, 1e-4),
+                    ggx_ndf_clamped(wh, m, filter_roughness(s, kernel), 1e-4),
+                ],
             ]
         },
     );

@@ -14,6 +14,7 @@ pub mod diffuse;
 pub mod ellipse;
 pub mod frame;
 pub mod fresnel;
+pub mod geometric_antialiasing;
 pub mod ggx;
 pub mod ggx_sampling;
 pub mod limits;
