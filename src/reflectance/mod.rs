@@ -9,17 +9,23 @@
 //! is finite for every finite input, rough or smooth, facing or not.
 
 pub mod beckmann;
+pub mod brdf;
 pub mod diffuse;
 pub mod frame;
 pub mod fresnel;
+pub mod half_difference;
+pub mod lambert;
 pub mod limits;
 pub mod masking;
+pub mod masking_variants;
+pub mod microfacet;
 pub mod normal_distribution;
 pub mod projected_area;
 pub mod quadrature;
 pub mod reference;
 pub mod sh;
 pub mod sh_projection;
+pub mod slope_distribution;
 pub mod slope_grid;
 pub mod slope_map;
 pub mod slope_statistics;
