@@ -28,7 +28,7 @@ pub fn half_vector(wo: DVec3, wi: DVec3) -> DVec3 {
 
 /// `D (G / a_o) / 4`: [`Microfacet`] of ideal mirrors times `cos θ_i`. 0 where the half vector is not above the horizon.
 #[must_use]
-pub fn microfacet_eval(distribution: &impl SlopeDistribution, masking: Masking, wo: DVec3, wi: DVec3) -> f64 {
+pub fn microfacet_eval(masking: Masking, distribution: &impl SlopeDistribution, wo: DVec3, wi: DVec3) -> f64 {
     let wh = half_vector(wo, wi);
     if wh.z <= 0.0 {
         return 0.0;
@@ -75,7 +75,7 @@ fn sample_normal(masking: Masking, distribution: &impl SlopeDistribution, wo: DV
 impl<D: SlopeDistribution> Brdf for Microfacet<D> {
     fn eval_cos(&self, wo: DVec3, wi: DVec3) -> DVec3 {
         let wh = half_vector(wo, wi);
-        self.fresnel.at(wo.dot(wh)) * microfacet_eval(&self.distribution, self.masking, wo, wi)
+        self.fresnel.at(wo.dot(wh)) * microfacet_eval(self.masking, &self.distribution, wo, wi)
     }
 
     fn pdf(&self, wo: DVec3, wi: DVec3) -> f64 {

@@ -5,7 +5,7 @@ use glam::{DVec2, DVec3};
 use crate::common;
 
 /// Arguments per probe.
-pub const TUPLES: usize = 12_000;
+pub const TUPLES: usize = 100_000;
 
 /// SplitMix64: the same arguments on every run.
 pub struct Random(pub u64);
