@@ -4,10 +4,9 @@
 mod common;
 #[path = "parity/comparator.rs"]
 mod comparator;
-mod gauss;
+mod slopes;
 
 use comparator::{Numbers, Random, Tolerance, list, parity};
-use gauss::Beckmann;
 use glam::{DVec2, DVec3};
 use leadr::reflectance::fresnel::fresnel_conductor;
 use leadr::reflectance::half_difference::{
@@ -16,6 +15,7 @@ use leadr::reflectance::half_difference::{
 use leadr::reflectance::masking_variants::{Masking, masking_factor};
 use leadr::reflectance::microfacet::{half_vector, microfacet_eval};
 use leadr::reflectance::specular::environment_sample;
+use slopes::gauss::Beckmann;
 
 fn v2(x: &[f64], at: usize) -> DVec2 {
     DVec2::new(x[at], x[at + 1])
