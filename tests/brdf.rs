@@ -87,7 +87,7 @@ fn white_furnace() {
             integrate_directions(slopes, wo, 24, |wi| brdf.eval_cos(wo, wi)).x - 1.0
         });
         println!("{masking:?}: energy 1 {:+.1e} ({})\n    to 1 {:+.1e} ({})", low.0, low.1, high.0, high.1);
-        assert!(low.0 > -2e-3 && high.0 < 2e-3, "{masking:?}");
+        assert!(low.0 > -1e-5 && high.0 < 1e-5, "{masking:?}");
     }
     // A normal map weighs facets by the macrosurface: what faces the viewer of it, all of it from above.
     let [low, high] = extremes(&all, |slopes, wo| {
@@ -95,7 +95,7 @@ fn white_furnace() {
         integrate_directions(slopes, wo, 24, |wi| brdf.eval_cos(wo, wi)).x
     });
     println!("NormalMap: energy {:.4} ({}) to 1 {:+.1e}", low.0, low.1, high.0 - 1.0);
-    assert!(low.0 > 0.0 && high.0 < 1.0 + 2e-3 && high.0 > 1.0 - 2e-3);
+    assert!(low.0 > 0.0 && (high.0 - 1.0).abs() < 1e-5);
 }
 
 #[test]
@@ -109,7 +109,7 @@ fn shadowing_only_removes_energy() {
             integrate_directions(slopes, wo, 16, |wi| brdf.eval_cos(wo, wi)).x
         });
         println!("{masking:?}: energy {:.4} ({}) to 1 {:+.1e} ({})", low.0, low.1, high.0 - 1.0, high.1);
-        assert!(low.0 >= 0.0 && high.0 < 1.0 + 2e-3, "{masking:?}");
+        assert!(low.0 >= 0.0 && high.0 < 1.0 + 1e-5, "{masking:?}");
     }
     // A nearly smooth surface hardly shadows itself.
     for new in Slopes::all() {
@@ -138,7 +138,7 @@ fn densities_integrate_to_one() {
         });
         println!("density of {masking:?}: 1 {:+.1e} to 1 {:+.1e} ({})", low.0, high.0, high.1);
         // The V-groove's density jumps where one side hides the other.
-        let bound = if masking == Masking::VGroove { 2e-2 } else { 2e-3 };
+        let bound = if masking == Masking::VGroove { 2e-3 } else { 1e-5 };
         assert!(low.0 > -bound && high.0 < bound, "{masking:?} {} {}", low.1, high.1);
     }
 }
@@ -326,8 +326,8 @@ fn about(frame: &Frame, theta: f64, phi: f64) -> DVec3 {
     from_frame(frame, DVec3::new(sin * phi.cos(), sin * phi.sin(), cos))
 }
 
-const RINGS: usize = 24;
-const SECTORS: usize = 24;
+const RINGS: usize = 16;
+const SECTORS: usize = 16;
 
 /// Probability of each cell of the polar grid about `wo`, and last of no sample at all.
 fn expected(wo: DVec3, pdf: impl Fn(DVec3) -> f64 + Sync) -> Vec<f64> {
@@ -337,9 +337,10 @@ fn expected(wo: DVec3, pdf: impl Fn(DVec3) -> f64 + Sync) -> Vec<f64> {
         .into_par_iter()
         .map(|cell| {
             let (t0, p0) = (ring * (cell / SECTORS) as f64, sector * (cell % SECTORS) as f64);
-            let inner = composite_gauss(p0, p0 + sector, 4, 4);
+            // Fine, for the edges: GGX does not vanish where half vectors reach the horizon.
+            let inner = composite_gauss(p0, p0 + sector, 12, 4);
             let mut sum = 0.0;
-            for (theta, wt) in composite_gauss(t0, t0 + ring, 4, 4) {
+            for (theta, wt) in composite_gauss(t0, t0 + ring, 12, 4) {
                 for &(phi, wp) in &inner {
                     sum += wt * wp * 2.0 * (2.0 * theta).sin() * pdf(about(&frame, theta, phi));
                 }
@@ -418,7 +419,7 @@ fn chi_square_fails_when_it_should() {
     let wo = direction(40.0, 1.0);
     for new in Slopes::all() {
         let mut deviates = Vec::new();
-        for (m, scale) in [(DVec2::ZERO, 1.05), (DVec2::new(0.02, 0.0), 1.0)] {
+        for (m, scale) in [(DVec2::ZERO, 1.05), (DVec2::new(0.04, 0.0), 1.0)] {
             let drawn = mirror(Masking::SmithCorrelated, new(DVec2::ZERO, 0.35, 0.35, 0.0));
             let stated = mirror(Masking::SmithCorrelated, new(m, 0.35 * scale, 0.35 * scale, 0.0));
             let want = expected(wo, |wi| stated.pdf(wo, wi));

@@ -4,10 +4,10 @@
 mod common;
 #[path = "parity/comparator.rs"]
 mod comparator;
-mod slopes;
 
 use comparator::{Numbers, Random, Tolerance, list, parity};
 use glam::{DVec2, DVec3};
+use leadr::reflectance::beckmann::Beckmann;
 use leadr::reflectance::fresnel::fresnel_conductor;
 use leadr::reflectance::half_difference::{
     HalfDifference, directions_to_half_difference, half_difference_to_directions,
@@ -15,7 +15,6 @@ use leadr::reflectance::half_difference::{
 use leadr::reflectance::masking_variants::{Masking, masking_factor};
 use leadr::reflectance::microfacet::{half_vector, microfacet_eval};
 use leadr::reflectance::specular::environment_sample;
-use slopes::gauss::Beckmann;
 
 fn v2(x: &[f64], at: usize) -> DVec2 {
     DVec2::new(x[at], x[at + 1])
@@ -112,7 +111,7 @@ fn microfacet_parity() {
         },
         |x| {
             let (wo, wi) = (v3(x, 0), v3(x, 3));
-            let gaussian = Beckmann { mean: v2(x, 6), covariance: v3(x, 8) };
+            let gaussian = Beckmann::new(v2(x, 6), v3(x, 8));
             list![Masking::ALL.map(|masking| microfacet_eval(masking, &gaussian, wo, wi))]
         },
     );

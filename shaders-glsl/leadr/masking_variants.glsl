@@ -14,13 +14,19 @@ const int LEADR_VGROOVE = 4;             // min(f, 2 a_o, 2 a_i) / (f a_o), f = 
 const int LEADR_VGROOVE_UNSHADOWED = 5;  // min(f, 2 a_o) / (f a_o)
 const int LEADR_NORMAL_MAP = 6;          // 1 / f
 
+// f = (wo.wh) / wh.z: projected area, per unit of macrosurface, of the facet that mirrors wo into wi. The cosine is taken
+// as |wo + wi| / 2, which keeps its digits as wi -> -wo.
+float half_facet_area(vec3 wo, vec3 wi, vec3 wh) {
+    return 0.5 * length(wo + wi) / max(wh.z, 1e-12);
+}
+
 // m: mean slope; area_o, area_i: visible projected areas A(wo), A(wi) of the distribution, held above MIN_AREA.
 float masking_factor(int masking, vec3 wo, vec3 wi, vec3 wh, vec2 m, float area_o, float area_i) {
     float ao = max(meso_area(wo, m), 0.0);
     float ai = max(meso_area(wi, m), 0.0);
     area_o = max(area_o, LEADR_MIN_AREA);
     area_i = max(area_i, LEADR_MIN_AREA);
-    float facet = dot(wo, wh) / max(wh.z, 1e-12);
+    float facet = half_facet_area(wo, wi, wh);
     switch (masking) {
     case LEADR_SMITH_CORRELATED:
         return ai / max(ai * area_o + ao * max(area_i - ai, 0.0), 1e-30);

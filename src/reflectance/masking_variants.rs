@@ -80,6 +80,14 @@ impl Masking {
     }
 }
 
+/// `f = (wo·wh) / wh.z = (wi·wh) / wh.z`: projected area, per unit of macrosurface, of the facet that mirrors `wo` into `wi`.
+///
+/// `wo·wh` is taken as `|wo + wi| / 2`: the product itself loses all its digits as `wi → −wo`.
+#[must_use]
+pub fn half_facet_area(wo: DVec3, wi: DVec3, wh: DVec3) -> f64 {
+    0.5 * (wo + wi).length() / wh.z.max(1e-12)
+}
+
 /// `G / a_o`, ≥ 0: the factor of `F D / 4` in `f_r cos θ_i` (table above). `wh`: half vector; `m`: mean slope; `area_o`,
 /// `area_i`: visible projected areas `A(wo)`, `A(wi)` of the distribution, held above [`MIN_AREA`].
 ///
@@ -89,8 +97,7 @@ pub fn masking_factor(masking: Masking, wo: DVec3, wi: DVec3, wh: DVec3, m: DVec
     let meso = |w: DVec3| super::projected_area::meso_area(w, m).max(0.0);
     let (ao, ai) = (meso(wo), meso(wi));
     let (area_o, area_i) = (area_o.max(MIN_AREA), area_i.max(MIN_AREA));
-    // Projected area of the facet per unit of macrosurface, the same for both directions.
-    let facet = wo.dot(wh) / wh.z.max(1e-12);
+    let facet = half_facet_area(wo, wi, wh);
     match masking {
         Masking::SmithCorrelated => ai / (ai * area_o + ao * (area_i - ai).max(0.0)).max(1e-30),
         Masking::SmithSeparable => ai / (area_o * area_i),

@@ -3,7 +3,7 @@
 use super::brdf::{Brdf, BrdfSample};
 use super::fresnel::Fresnel;
 use super::limits::MIN_AREA;
-use super::masking_variants::{Masking, attenuation};
+use super::masking_variants::{Masking, attenuation, half_facet_area};
 use super::slope_distribution::SlopeDistribution;
 use super::slope_grid::{facet_area, normal_of_slope};
 use glam::{DVec2, DVec3, Vec3Swizzles as _};
@@ -36,22 +36,21 @@ pub fn microfacet_eval(masking: Masking, distribution: &impl SlopeDistribution, 
     0.25 * distribution.ndf(wh) * attenuation(masking, distribution, wo, wi, wh)
 }
 
-/// `q` of the density `D q / 4` with which directions `wi` of half vector `wh` are drawn: what the viewer sees of a facet,
-/// from the masking without its shadows.
+/// `q` of the density `D q / 4` with which directions `wi` are drawn by a facet of projected area `facet`: what the viewer
+/// sees of it, from the masking without its shadows.
 ///
 /// * Smith: `1 / A_o`, the density of visible normals (thesis eq. 2.17), `G / G₁ F` being the throughput (eq. 2.23).
 /// * Normal map: `1 / f`, the facets as they lie on the macrosurface; the throughput is `F`.
 /// * V-groove: a groove as it lies on the macrosurface, by the one side that is visible if the other is not: `1 / f`, twice
 ///   that where `f > 2 a_o`. The throughput is at most `2 F`.
-fn sampling_factor(masking: Masking, distribution: &impl SlopeDistribution, wo: DVec3, wh: DVec3) -> f64 {
-    let facet = || (wo.dot(wh) / wh.z.max(1e-12)).max(MIN_AREA);
+fn sampling_factor(masking: Masking, distribution: &impl SlopeDistribution, wo: DVec3, facet: f64) -> f64 {
+    let facet = facet.max(MIN_AREA);
     match masking.unshadowed() {
-        Masking::NormalMap => 1.0 / facet(),
-        Masking::VGrooveUnshadowed => {
-            let facet = facet();
-            if facet > 2.0 * distribution.meso_area(wo) { 2.0 / facet } else { 1.0 / facet }
-        }
-        _ => 1.0 / distribution.visible_area(wo).max(MIN_AREA),
+        Masking::NormalMap => 1.0 / facet,
+        Masking::VGrooveUnshadowed if facet > 2.0 * distribution.meso_area(wo) => 2.0 / facet,
+        Masking::VGrooveUnshadowed => 1.0 / facet,
+        // Not held at MIN_AREA, like the eval: samples follow the true density wherever something is visible.
+        _ => 1.0 / distribution.visible_area(wo).max(1e-30),
     }
 }
 
@@ -83,7 +82,7 @@ impl<D: SlopeDistribution> Brdf for Microfacet<D> {
         if wh.z <= 0.0 {
             return 0.0;
         }
-        0.25 * self.distribution.ndf(wh) * sampling_factor(self.masking, &self.distribution, wo, wh)
+        0.25 * self.distribution.ndf(wh) * sampling_factor(self.masking, &self.distribution, wo, half_facet_area(wo, wi, wh))
     }
 
     fn sample(&self, wo: DVec3, u: DVec2) -> Option<BrdfSample> {
@@ -93,7 +92,7 @@ impl<D: SlopeDistribution> Brdf for Microfacet<D> {
             return None;
         }
         let wi = (2.0 * cosine * wn - wo).normalize();
-        let q = sampling_factor(self.masking, &self.distribution, wo, wn);
+        let q = sampling_factor(self.masking, &self.distribution, wo, cosine / wn.z.max(1e-12));
         let pdf = 0.25 * self.distribution.ndf(wn) * q;
         // Without the quotient of densities: finite for the smoothest surface.
         let throughput = self.fresnel.at(cosine) * (attenuation(self.masking, &self.distribution, wo, wi, wn) / q);

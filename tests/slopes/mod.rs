@@ -1,17 +1,16 @@
 //! Slope distributions to test BRDFs with, and integrals over all half vectors.
 #![allow(dead_code, reason = "each test binary uses its own part")]
 
-pub mod gauss;
-
 use std::f64::consts::{FRAC_PI_2, PI};
 
-use gauss::Beckmann;
 use glam::{DMat2, DVec2, DVec3, Vec3Swizzles as _};
+use leadr::reflectance::beckmann::Beckmann;
+use leadr::reflectance::ggx::Ggx;
 use leadr::reflectance::quadrature::composite_gauss;
 use leadr::reflectance::slope_distribution::SlopeDistribution;
 use leadr::reflectance::slope_grid::{normal_of_slope, slope_cholesky};
 
-/// Either distribution, and a square root of its covariance or shape.
+/// Either distribution, and a square root of its covariance or roughness matrix.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Slopes {
     pub kind: Kind,
@@ -21,17 +20,24 @@ pub struct Slopes {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Kind {
     Beckmann(Beckmann),
+    Ggx(Ggx),
 }
 
 impl Slopes {
     /// Gaussian slopes of standard deviations `x`, `y` and correlation `r`.
     pub fn beckmann(mean: DVec2, x: f64, y: f64, r: f64) -> Self {
         let covariance = DVec3::new(x * x, y * y, r * x * y);
-        Self { kind: Kind::Beckmann(Beckmann { mean, covariance }), root: root(covariance) }
+        Self { kind: Kind::Beckmann(Beckmann::new(mean, covariance)), root: root(covariance) }
     }
 
-    pub fn all() -> [fn(DVec2, f64, f64, f64) -> Self; 1] {
-        [Self::beckmann]
+    /// GGX slopes of the roughness `√2 (x, y)` and correlation `r`.
+    pub fn ggx(mean: DVec2, x: f64, y: f64, r: f64) -> Self {
+        let roughness = 2.0 * DVec3::new(x * x, y * y, r * x * y);
+        Self { kind: Kind::Ggx(Ggx::new(mean, roughness)), root: root(roughness) }
+    }
+
+    pub fn all() -> [fn(DVec2, f64, f64, f64) -> Self; 2] {
+        [Self::beckmann, Self::ggx]
     }
 }
 
@@ -44,21 +50,31 @@ impl SlopeDistribution for Slopes {
     fn p22(&self, slope: DVec2) -> f64 {
         match self.kind {
             Kind::Beckmann(d) => d.p22(slope),
+            Kind::Ggx(d) => d.p22(slope),
+        }
+    }
+    fn ndf(&self, wn: DVec3) -> f64 {
+        match self.kind {
+            Kind::Beckmann(d) => d.ndf(wn),
+            Kind::Ggx(d) => d.ndf(wn),
         }
     }
     fn mean_slope(&self) -> DVec2 {
         match self.kind {
             Kind::Beckmann(d) => d.mean_slope(),
+            Kind::Ggx(d) => d.mean_slope(),
         }
     }
     fn visible_area(&self, w: DVec3) -> f64 {
         match self.kind {
             Kind::Beckmann(d) => d.visible_area(w),
+            Kind::Ggx(d) => d.visible_area(w),
         }
     }
     fn sample_visible(&self, wo: DVec3, u: DVec2) -> DVec3 {
         match self.kind {
             Kind::Beckmann(d) => d.sample_visible(wo, u),
+            Kind::Ggx(d) => d.sample_visible(wo, u),
         }
     }
 }
