@@ -5,15 +5,14 @@ mod common;
 #[path = "parity/comparator.rs"]
 mod comparator;
 
-use comparator::{Numbers, Random, Tolerance, list, parity};
+use comparator::{Numbers, Random, TUPLES, Tolerance, list, parity};
 use glam::{DVec2, DVec3};
-use leadr::reflectance::beckmann::Beckmann;
 use leadr::reflectance::fresnel::fresnel_conductor;
 use leadr::reflectance::half_difference::{
     HalfDifference, directions_to_half_difference, half_difference_to_directions,
 };
 use leadr::reflectance::masking_variants::{Masking, masking_factor};
-use leadr::reflectance::microfacet::{half_vector, microfacet_eval};
+use leadr::reflectance::microfacet::{half_vector, microfacet_eval_beckmann, microfacet_eval_ggx};
 use leadr::reflectance::specular::environment_sample;
 
 fn v2(x: &[f64], at: usize) -> DVec2 {
@@ -111,8 +110,49 @@ fn microfacet_parity() {
         },
         |x| {
             let (wo, wi) = (v3(x, 0), v3(x, 3));
-            let gaussian = Beckmann::new(v2(x, 6), v3(x, 8));
-            list![Masking::ALL.map(|masking| microfacet_eval(masking, &gaussian, wo, wi))]
+            let (m, s) = (v2(x, 6), v3(x, 8));
+            let both =
+                |masking| [microfacet_eval_beckmann(masking, wo, wi, m, s), microfacet_eval_ggx(masking, wo, wi, m, s)];
+            Masking::ALL.map(both).concat()
         },
+    );
+}
+
+/// Arguments no scene should produce: everything is finite all the same.
+#[test]
+fn finite_at_the_extremes() {
+    let Some(gpu) = common::test_gpu() else { return };
+    let mut r = Random(7);
+    let any = |r: &mut Random| r.pick([0.0, 1e-30, -1e-30, 1e-12, 1.0, -1.0, 0.5, 1e3, -1e3, 1e6, -1e6]) as f32;
+    let axis = |r: &mut Random| {
+        let v = DVec3::new(r.pick([0.0, 1.0, -1.0, 1e-7]), r.pick([0.0, 1.0, -1e-4]), r.pick([0.0, 1.0, -1.0, 1e-20]));
+        v.try_normalize().unwrap_or(DVec3::NEG_Z).to_array().map(|v| v as f32)
+    };
+    let directions = |r: &mut Random| [axis(r), axis(r)].concat();
+    let numbers = |r: &mut Random, n: usize| (0..n).map(|_| any(r)).collect::<Vec<f32>>();
+    let microfacets: Vec<[f32; 11]> =
+        (0..TUPLES).map(|_| fixed(&[directions(&mut r), numbers(&mut r, 5)].concat())).collect();
+    let pairs: Vec<[f32; 6]> = (0..TUPLES).map(|_| fixed(&directions(&mut r))).collect();
+    let indices: Vec<[f32; 7]> = (0..TUPLES).map(|_| fixed(&numbers(&mut r, 7))).collect();
+    check_finite(&gpu, "microfacet", &microfacets, 14);
+    check_finite(&gpu, "half_difference", &pairs, 18);
+    check_finite(&gpu, "fresnel_conductor", &indices, 3);
+}
+
+fn fixed<const N: usize>(numbers: &[f32]) -> [f32; N] {
+    numbers.try_into().expect("as many as the probe reads")
+}
+
+fn check_finite<const N: usize>(gpu: &common::TestGpu, name: &str, items: &[[f32; N]], outputs: usize) {
+    let got = common::run_probe::<N>(gpu, &format!("probes/{name}.comp"), items, outputs);
+    assert_eq!(got.len(), items.len() * outputs);
+    let bad: Vec<_> = got.iter().enumerate().filter(|(_, v)| !v.is_finite()).map(|(i, _)| i).collect();
+    assert!(
+        bad.is_empty(),
+        "{name} on {}: {} values not finite, first output {} of {:?}",
+        gpu.device_name(),
+        bad.len(),
+        bad[0] % outputs,
+        items[bad[0] / outputs]
     );
 }

@@ -1,7 +1,9 @@
 #ifndef LEADR_BECKMANN_GLSL
 #define LEADR_BECKMANN_GLSL
 
+#include "projected_area.glsl"
 #include "slope_statistics.glsl"
+#include "visible_density.glsl"
 
 // P22(slope): bivariate Gaussian density of slopes (LEADR eq. 8). Variances are at least MIN_VARIANCE.
 float beckmann_p22(vec2 slope, vec2 m, vec3 S) {
@@ -20,6 +22,11 @@ float beckmann_ndf(vec3 wh, vec2 m, vec3 S) {
     float z = max(wh.z, LEADR_MIN_NORMAL_Z);
     float z2 = z * z;
     return beckmann_p22(-wh.xy / z, m, S) / (z2 * z2);
+}
+
+// Density of visible normals, max(0, wo.wn) D(wn) / A(wo), per solid angle; at most 1e37.
+float beckmann_vndf(vec3 wo, vec3 wn, vec2 m, vec3 S) {
+    return visible_density(wo, wn, beckmann_ndf(wn, m, S), visible_area(wo, m, S));
 }
 
 #endif

@@ -35,9 +35,9 @@ float masking_factor(int masking, vec3 wo, vec3 wi, vec3 wh, vec2 m, float area_
     case LEADR_SMITH_THESIS:
         float denominator = wi.z * area_o + wo.z * area_i - wo.z * wi.z;
         bool seen = wo.z > 0.0 && wi.z > 0.0 && ao > 0.0 && ai > 0.0 && denominator > 0.0;
-        return seen ? wi.z / max(denominator, LEADR_MIN_AREA * LEADR_MIN_AREA) : 0.0;
+        return seen ? wi.z / max(denominator, LEADR_MIN_AREA * wi.z) : 0.0;
     case LEADR_VGROOVE:
-        return ai / max(max(ai * max(ao, 0.5 * facet), 0.5 * facet * ao), 1e-30);
+        return ai / max(max(ai * max(max(ao, 0.5 * facet), LEADR_MIN_AREA), 0.5 * facet * ao), 1e-30);
     case LEADR_VGROOVE_UNSHADOWED:
         return 1.0 / max(max(ao, 0.5 * facet), LEADR_MIN_AREA);
     case LEADR_NORMAL_MAP:

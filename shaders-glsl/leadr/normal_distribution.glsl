@@ -11,21 +11,54 @@ float normal_pdf(float x) {
     return 0.3989422804 * exp(-0.5 * t * t);
 }
 
+// Mills' ratio (1 - Phi(x)) / phi(x) for x >= 0. Keeps 1e-4 beyond 14.
+float mills_ratio(float x) {
+    float t = clamp(x, 0.0, 1e6);
+    float p = 1.25331414 + t * (0.90476948 + t * (0.2980476 + t * 0.04231701));
+    float q = 1.0 + t * (1.51977327 + t * (0.95053471 + t * (0.29783986 + t * 0.04232216)));
+    return p / q;
+}
+
+// 1 - x (1 - Phi(x)) / phi(x) for x >= 0: normal_tail_mean over the density, which does not underflow.
+float tail_mean_ratio(float x) {
+    float t = clamp(x, 0.0, 1e6);
+    float p = 1.0 + t * (0.55532703 + t * (0.15290028 + t * 0.01936395));
+    float q = 1.0 + t * (1.80865213 + t * (1.41958115 + t * (0.61708401 + t * (0.1527089 + t * 0.01936814))));
+    return p / q;
+}
+
 // E[max(0, u - x)] = phi(x) - x (1 - Phi(x)) for u ~ N(0,1) and x >= 0: what the tail above x adds to a clamped mean.
 float normal_tail_mean(float x) {
     float t = clamp(x, 0.0, 13.0);
-    float p = 1.0 + t * (0.55532703 + t * (0.15290028 + t * 0.01936395));
-    float q = 1.0 + t * (1.80865213 + t * (1.41958115 + t * (0.61708401 + t * (0.1527089 + t * 0.01936814))));
-    return normal_pdf(t) * p / q;
+    return normal_pdf(t) * tail_mean_ratio(t);
 }
 
-// Phi(x), the cumulative distribution, by Mills' ratio.
+// Phi(x), the cumulative distribution.
 float normal_cdf(float x) {
     float t = min(abs(x), 13.0);
-    float p = 1.25331414 + t * (0.90476948 + t * (0.2980476 + t * 0.04231701));
-    float q = 1.0 + t * (1.51977327 + t * (0.95053471 + t * (0.29783986 + t * 0.04232216)));
-    float tail = normal_pdf(t) * p / q;
+    float tail = normal_pdf(t) * mills_ratio(t);
     return x < 0.0 ? tail : 1.0 - tail;
+}
+
+// The quantile of u in (0, 1), held within [2^-32, 1 - 2^-24]: Giles' polynomials for the inverse error function (2010).
+float normal_quantile(float u) {
+    u = clamp(u, 2.3283064e-10, 0.99999994);
+    float w = -log(4.0 * u * (1.0 - u));
+    float p;
+    if (w < 5.0) {
+        w -= 2.5;
+        p = 3.43273939e-7 + w * 2.81022636e-8;
+        p = -4.39150654e-6 + w * (-3.5233877e-6 + w * p);
+        p = -0.00125372503 + w * (0.00021858087 + w * p);
+        p = 1.50140941 + w * (0.246640727 + w * (-0.00417768164 + w * p));
+    } else {
+        w = sqrt(w) - 3.0;
+        p = 0.000100950558 - w * 0.000200214257;
+        p = -0.00367342844 + w * (0.00134934322 + w * p);
+        p = -0.0076224613 + w * (0.00573950773 + w * p);
+        p = 2.83297682 + w * (1.00167406 + w * (0.00943887047 + w * p));
+    }
+    return 1.41421356 * (2.0 * u - 1.0) * p;
 }
 
 #endif

@@ -9,8 +9,9 @@ void main() {
     vec3 wi = next3();
     vec2 m = next2();
     vec3 S = next3();
-    at = gl_GlobalInvocationID.x * 7;
+    at = gl_GlobalInvocationID.x * 14;
     for (int masking = LEADR_SMITH_CORRELATED; masking <= LEADR_NORMAL_MAP; masking++) {
         put(microfacet_eval_beckmann(masking, wo, wi, m, S));
+        put(microfacet_eval_ggx(masking, wo, wi, m, S));
     }
 }

@@ -1,7 +1,14 @@
 //! The noncentral anisotropic Beckmann distribution: slopes are Gaussian (LEADR eq. 8–10).
 
+use super::beckmann_sampling::beckmann_sample_visible;
+use super::ellipse::{
+    Bivariate, Ellipse, covariance_from_roughness, moments_from_covariance, roughness_from_bivariate,
+    roughness_from_ellipse,
+};
 use super::limits::{MAX_SLOPE, MIN_NORMAL_Z, MIN_VARIANCE};
-use super::slope_statistics::slope_correlation;
+use super::projected_area::visible_area;
+use super::slope_distribution::{SlopeDistribution, visible_density};
+use super::slope_statistics::{clamp_covariance, covariance_from_moments, slope_correlation};
 use glam::{DVec2, DVec3};
 use std::f64::consts::PI;
 
@@ -27,6 +34,88 @@ pub fn beckmann_ndf(wh: DVec3, m: DVec2, s: DVec3) -> f64 {
     }
     let z = wh.z.max(MIN_NORMAL_Z);
     beckmann_p22(DVec2::new(-wh.x / z, -wh.y / z), m, s) / (z * z * z * z)
+}
+
+/// Density of visible normals, `max(0, wo·wn) D(wn) / A(wo)`, per solid angle; at most 1e37.
+#[must_use]
+pub fn beckmann_vndf(wo: DVec3, wn: DVec3, m: DVec2, s: DVec3) -> f64 {
+    visible_density(wo, wn, beckmann_ndf(wn, m, s), visible_area(wo, m, s))
+}
+
+/// A Beckmann surface: slopes are Gaussian, of any mean and covariance.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Beckmann {
+    mean: DVec2,
+    covariance: DVec3,
+}
+
+impl Beckmann {
+    /// From the mean slope and the covariance `(s_xx, s_yy, s_xy)`, brought to what can be evaluated: variances of
+    /// [`MIN_VARIANCE`] to [`MAX_SLOPE`]², correlations within
+    /// [`MAX_CORRELATION`](super::limits::MAX_CORRELATION).
+    #[must_use]
+    pub fn new(mean: DVec2, covariance: DVec3) -> Self {
+        let floor = DVec3::new(covariance.x.max(MIN_VARIANCE), covariance.y.max(MIN_VARIANCE), covariance.z);
+        Self { mean, covariance: clamp_covariance(floor) }
+    }
+
+    /// Isotropic, of roughness `α` (`α² = 2σ²`).
+    #[must_use]
+    pub fn isotropic(mean: DVec2, alpha: f64) -> Self {
+        Self::new(mean, DVec3::new(0.5 * alpha * alpha, 0.5 * alpha * alpha, 0.0))
+    }
+
+    /// From roughness radii and angle.
+    #[must_use]
+    pub fn from_ellipse(mean: DVec2, ellipse: &Ellipse) -> Self {
+        Self::new(mean, covariance_from_roughness(roughness_from_ellipse(ellipse)))
+    }
+
+    /// From roughness scales and correlation.
+    #[must_use]
+    pub fn from_bivariate(mean: DVec2, bivariate: &Bivariate) -> Self {
+        Self::new(mean, covariance_from_roughness(roughness_from_bivariate(bivariate)))
+    }
+
+    /// From the moments `(E[x], E[y])` and `(E[xx], E[yy], E[xy])` of the slopes.
+    #[must_use]
+    pub fn from_moments(first: DVec2, second: DVec3) -> Self {
+        Self::new(first, covariance_from_moments(first, second))
+    }
+
+    /// The moments `(E[x], E[y])` and `(E[xx], E[yy], E[xy])` of the slopes.
+    #[must_use]
+    pub fn moments(&self) -> (DVec2, DVec3) {
+        moments_from_covariance(self.mean, self.covariance)
+    }
+
+    /// Slope covariance `(s_xx, s_yy, s_xy)`.
+    #[must_use]
+    pub fn covariance(&self) -> DVec3 {
+        self.covariance
+    }
+}
+
+impl SlopeDistribution for Beckmann {
+    fn p22(&self, slope: DVec2) -> f64 {
+        beckmann_p22(slope, self.mean, self.covariance)
+    }
+
+    fn ndf(&self, wn: DVec3) -> f64 {
+        beckmann_ndf(wn, self.mean, self.covariance)
+    }
+
+    fn mean_slope(&self) -> DVec2 {
+        self.mean
+    }
+
+    fn visible_area(&self, w: DVec3) -> f64 {
+        visible_area(w, self.mean, self.covariance)
+    }
+
+    fn sample_visible(&self, wo: DVec3, u: DVec2) -> DVec3 {
+        beckmann_sample_visible(wo, u, self.mean, self.covariance)
+    }
 }
 
 #[cfg(test)]

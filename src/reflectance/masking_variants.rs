@@ -88,7 +88,7 @@ pub fn half_facet_area(wo: DVec3, wi: DVec3, wh: DVec3) -> f64 {
     0.5 * (wo + wi).length() / wh.z.max(1e-12)
 }
 
-/// `G / a_o`, ≥ 0: the factor of `F D / 4` in `f_r cos θ_i` (table above). `wh`: half vector; `m`: mean slope; `area_o`,
+/// `G / a_o`, within 0..1e6: the factor of `F D / 4` in `f_r cos θ_i` (table above). `wh`: half vector; `m`: mean slope; `area_o`,
 /// `area_i`: visible projected areas `A(wo)`, `A(wi)` of the distribution, held above [`MIN_AREA`].
 ///
 /// With shadowing, 0 for a light on or below the mesosurface.
@@ -105,10 +105,10 @@ pub fn masking_factor(masking: Masking, wo: DVec3, wi: DVec3, wh: DVec3, m: DVec
         Masking::SmithThesis => {
             let seen = wo.z > 0.0 && wi.z > 0.0 && ao > 0.0 && ai > 0.0;
             let denominator = wi.z * area_o + wo.z * area_i - wo.z * wi.z;
-            if seen && denominator > 0.0 { wi.z / denominator.max(MIN_AREA * MIN_AREA) } else { 0.0 }
+            if seen && denominator > 0.0 { wi.z / denominator.max(MIN_AREA * wi.z) } else { 0.0 }
         }
         // min(f, 2 a_o, 2 a_i) / (f a_o) without the division by a_o that its limit 2/f at a_o = 0 does not need.
-        Masking::VGroove => ai / (ai * ao.max(0.5 * facet)).max(0.5 * facet * ao).max(1e-30),
+        Masking::VGroove => ai / (ai * ao.max(0.5 * facet).max(MIN_AREA)).max(0.5 * facet * ao).max(1e-30),
         Masking::VGrooveUnshadowed => 1.0 / ao.max(0.5 * facet).max(MIN_AREA),
         Masking::NormalMap => 1.0 / facet.max(MIN_AREA),
     }

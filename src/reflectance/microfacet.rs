@@ -1,9 +1,12 @@
 //! The microfacet BRDF: any slope distribution, any masking, any Fresnel term (thesis eq. 2.1, sampled by 2.17 and 2.23).
 
+use super::beckmann::beckmann_ndf;
 use super::brdf::{Brdf, BrdfSample};
 use super::fresnel::Fresnel;
+use super::ggx::{ggx_ndf, ggx_visible_area};
 use super::limits::MIN_AREA;
-use super::masking_variants::{Masking, attenuation, half_facet_area};
+use super::masking_variants::{Masking, attenuation, half_facet_area, masking_factor};
+use super::projected_area::visible_area;
 use super::slope_distribution::SlopeDistribution;
 use super::slope_grid::{facet_area, normal_of_slope};
 use glam::{DVec2, DVec3, Vec3Swizzles as _};
@@ -26,14 +29,42 @@ pub fn half_vector(wo: DVec3, wi: DVec3) -> DVec3 {
     h / h.length_squared().max(1e-20).sqrt()
 }
 
-/// `D (G / a_o) / 4`: [`Microfacet`] of ideal mirrors times `cos θ_i`. 0 where the half vector is not above the horizon.
+/// `D (G / a_o) / 4`, finite: the density of a mirror's normals is held at 1e30.
+#[must_use]
+pub fn microfacet_product(d: f64, factor: f64) -> f64 {
+    0.25 * d.min(1e30) * factor
+}
+
+/// `D (G / a_o) / 4`: `f_r cos θ_i` of ideal mirrors. 0 where the half vector is not above the horizon.
 #[must_use]
 pub fn microfacet_eval(masking: Masking, distribution: &impl SlopeDistribution, wo: DVec3, wi: DVec3) -> f64 {
     let wh = half_vector(wo, wi);
     if wh.z <= 0.0 {
         return 0.0;
     }
-    0.25 * distribution.ndf(wh) * attenuation(masking, distribution, wo, wi, wh)
+    microfacet_product(distribution.ndf(wh), attenuation(masking, distribution, wo, wi, wh))
+}
+
+/// [`microfacet_eval`] of Gaussian slopes of mean `m` and covariance `s`, as the device has it.
+#[must_use]
+pub fn microfacet_eval_beckmann(masking: Masking, wo: DVec3, wi: DVec3, m: DVec2, s: DVec3) -> f64 {
+    let wh = half_vector(wo, wi);
+    if wh.z <= 0.0 {
+        return 0.0;
+    }
+    let factor = masking_factor(masking, wo, wi, wh, m, visible_area(wo, m, s), visible_area(wi, m, s));
+    microfacet_product(beckmann_ndf(wh, m, s), factor)
+}
+
+/// [`microfacet_eval`] of GGX slopes of mean `m` and roughness matrix `a` (`α²` terms), as the device has it.
+#[must_use]
+pub fn microfacet_eval_ggx(masking: Masking, wo: DVec3, wi: DVec3, m: DVec2, a: DVec3) -> f64 {
+    let wh = half_vector(wo, wi);
+    if wh.z <= 0.0 {
+        return 0.0;
+    }
+    let factor = masking_factor(masking, wo, wi, wh, m, ggx_visible_area(wo, m, a), ggx_visible_area(wi, m, a));
+    microfacet_product(ggx_ndf(wh, m, a), factor)
 }
 
 /// `q` of the density `D q / 4` with which directions `wi` are drawn by a facet of projected area `facet`: what the viewer
@@ -82,7 +113,8 @@ impl<D: SlopeDistribution> Brdf for Microfacet<D> {
         if wh.z <= 0.0 {
             return 0.0;
         }
-        0.25 * self.distribution.ndf(wh) * sampling_factor(self.masking, &self.distribution, wo, half_facet_area(wo, wi, wh))
+        0.25 * self.distribution.ndf(wh)
+            * sampling_factor(self.masking, &self.distribution, wo, half_facet_area(wo, wi, wh))
     }
 
     fn sample(&self, wo: DVec3, u: DVec2) -> Option<BrdfSample> {

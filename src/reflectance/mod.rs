@@ -9,10 +9,14 @@
 //! is finite for every finite input, rough or smooth, facing or not.
 
 pub mod beckmann;
+pub mod beckmann_sampling;
 pub mod brdf;
 pub mod diffuse;
+pub mod ellipse;
 pub mod frame;
 pub mod fresnel;
+pub mod ggx;
+pub mod ggx_sampling;
 pub mod half_difference;
 pub mod lambert;
 pub mod limits;
