@@ -10,6 +10,7 @@
 
 pub mod beckmann;
 pub mod beckmann_sampling;
+pub mod brdf;
 pub mod diffuse;
 pub mod ellipse;
 pub mod frame;
@@ -17,8 +18,12 @@ pub mod fresnel;
 pub mod geometric_antialiasing;
 pub mod ggx;
 pub mod ggx_sampling;
+pub mod half_difference;
+pub mod lambert;
 pub mod limits;
 pub mod masking;
+pub mod masking_variants;
+pub mod microfacet;
 pub mod normal_distribution;
 pub mod projected_area;
 pub mod quadrature;
