@@ -15,15 +15,21 @@ vec3 ggx_sample_visible(vec3 wo, vec2 u, vec2 m, vec3 A) {
     vec2 t = vec2(c.x * wo.x + c.y * wo.y, c.z * wo.y);
     float a = meso_area(wo, m);
     float b = length(t);
+    vec2 e = b > 1e-18 ? t / b : vec2(1.0, 0.0);
     float top = max(max(abs(a), b), 1e-18);
     float len = top * length(vec2(a, b) / top);
-    float z = a / len;
-    float above = max(a > 0.0 ? 1.0 + z : (b / len) * (b / (len - a)), 1e-12); // 1 + o.z
-    // i uniform in the cap i.z > -o.z; h = i + o.
+    float cosine = a / len;
+    float sine = b / len;
+    float above = max(a > 0.0 ? 1.0 + cosine : sine * (b / (len - a)), 1e-12); // 1 + o.z
+    float below = a > 0.0 ? sine * (b / (len + a)) : 1.0 - cosine;             // 1 - o.z
+    // i uniform in the cap i.z > -o.z, h = i + o, formed without its cancellation opposite the viewer.
     float height = (1.0 - u.x) * above;
-    float sine = sqrt(max(u.x * above * (height + (1.0 - z)), 0.0));
-    float phi = 2.0 * LEADR_PI * u.y;
-    vec2 h = sine * vec2(cos(phi), sin(phi)) + t / len;
+    float sine_i = sqrt(u.x * above * (height + below));
+    float half_cos = sin(LEADR_PI * (0.5 - u.y));
+    float half_sin = cos(LEADR_PI * (0.5 - u.y));
+    float along = height * (below - u.x * above) / max(sine + sine_i, 1e-18) + 2.0 * sine_i * half_cos * half_cos;
+    float across = 2.0 * sine_i * half_sin * half_cos;
+    vec2 h = vec2(e.x * along - e.y * across, e.y * along + e.x * across);
     // The slope m + C (-h / height), times -height.
     return normalize(vec3(vec2(c.x * h.x, c.y * h.x + c.z * h.y) - m * height, height));
 }

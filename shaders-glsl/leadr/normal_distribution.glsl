@@ -40,9 +40,10 @@ float normal_cdf(float x) {
     return x < 0.0 ? tail : 1.0 - tail;
 }
 
-// The quantile of u in (0, 1), held within [2^-32, 1 - 2^-24]: Giles' polynomials for the inverse error function (2010).
+// The quantile of u in (0, 1), held within [2^-25, 1 - 2^-24]: Giles' polynomials for the inverse error function (2010), which
+// end there.
 float normal_quantile(float u) {
-    u = clamp(u, 2.3283064e-10, 0.99999994);
+    u = clamp(u, 2.9802322e-8, 0.99999994);
     float w = -log(4.0 * u * (1.0 - u));
     float p;
     if (w < 5.0) {

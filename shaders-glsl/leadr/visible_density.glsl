@@ -2,9 +2,9 @@
 #define LEADR_VISIBLE_DENSITY_GLSL
 
 // max(0, wo.wn) d / area, the density of visible normals (thesis eq. 2.15) where d = D(wn) and area = A(wo). Finite: at
-// most 1e37, and for an area below 1e-30 as if it were that.
+// most 1e37, and for an area below 1e-26 as if it were that.
 float visible_density(vec3 wo, vec3 wn, float d, float area) {
-    float ratio = max(dot(wo, wn), 0.0) / max(area, 1e-30);
+    float ratio = max(dot(wo, wn), 0.0) / max(area, 1e-26);
     return ratio * min(d, 1e37 / max(ratio, 1.0));
 }
 

@@ -52,18 +52,17 @@ pub fn visible_slope_quantile(u: f64, nu: f64) -> f64 {
     let mut w = start.clamp(low, high);
     for _ in 0..STEPS {
         let (part, density) = visible_part(w, positive, negative);
-        let lower = part < u * total;
-        *(if lower { &mut low } else { &mut high }) = w;
-        let step = if u < 0.5 {
-            -part * (part / (u * total)).ln() / density
+        let change = if u < 0.5 {
+            -part * (part / (u * total)).ln()
         } else {
-            let rest = total - part;
-            2.0 * (rest - (rest * (1.0 - u) * total).max(0.0).sqrt()) / density
+            let rest = (total - part).max(0.0);
+            2.0 * (rest - rest.sqrt() * ((1.0 - u) * total).sqrt())
         };
-        let next = w + step;
-        // NaN (nothing left to divide) bisects as well.
-        let inside = next > low && next < high;
-        let next = if inside { next } else { 0.5 * (low + high) };
+        // The bracket closes by the sign of the step itself: at the root its rounding is another than that of `part`.
+        *(if change > 0.0 { &mut low } else { &mut high }) = w;
+        let next = w + change / density;
+        // Outside, not a number included: bisect.
+        let next = if next >= low && next <= high { next } else { 0.5 * (low + high) };
         let done = (next - w).abs() <= 1e-15 * w.abs();
         w = next;
         if done {

@@ -16,19 +16,11 @@ use super::slope_grid::slope_cholesky;
 use glam::{DVec2, DVec3};
 use std::f64::consts::PI;
 
-/// A visible normal of the standard surface, unnormalised with positive z, for the unit direction `o` given as its `xy`,
-/// its `z` and `1 + z` (which cancels where it is small, if formed here).
-fn standard_visible(xy: DVec2, z: f64, above: f64, u: DVec2) -> DVec3 {
-    let height = (1.0 - u.x) * above;
-    // i.z = height − z; 1 − i.z = u.x (1 + z), 1 + i.z = height + (1 − z).
-    let sin = (u.x * above * (height + (1.0 - z))).max(0.0).sqrt();
-    let (sin_phi, cos_phi) = (2.0 * PI * u.y).sin_cos();
-    DVec3::new(sin * cos_phi + xy.x, sin * sin_phi + xy.y, height)
-}
-
 /// A visible normal for `u` in `[0, 1)²`, distributed as `max(0, wo·wn) D(wn) / A(wo)` for the
 /// [`ggx_ndf`](super::ggx::ggx_ndf) of the same mean slope and roughness matrix.
 ///
+/// The azimuth of `i` is measured from the viewer's, `φ = 2π u.y`, and the sum `i + o` is formed without its cancellation
+/// opposite the viewer (`u.x → 1, u.y → ½`), from `sin²θ_o − sin²θ_i = (i.z − o.z)(i.z + o.z)` and `1 + cos φ = 2 cos²(φ/2)`.
 /// A viewer exactly behind the displacement direction sees nothing; some finite normal is given.
 #[must_use]
 pub fn ggx_sample_visible(wo: DVec3, u: DVec2, m: DVec2, a: DVec3) -> DVec3 {
@@ -36,17 +28,44 @@ pub fn ggx_sample_visible(wo: DVec3, u: DVec2, m: DVec2, a: DVec3) -> DVec3 {
     let c = slope_cholesky(DVec3::new(a.x.max(MIN_VARIANCE), a.y.max(MIN_VARIANCE), a.z));
     let t = DVec2::new(c.x * wo.x + c.y * wo.y, c.z * wo.y);
     let (meso, b) = (meso_area(wo, m), t.length());
+    let e = if b > 1e-18 { t / b } else { DVec2::X };
     let length = meso.hypot(b).max(1e-18);
-    let above = if meso > 0.0 { 1.0 + meso / length } else { (b / length) * (b / (length - meso)) };
-    let h = standard_visible(t / length, meso / length, above.max(1e-12), u);
-    // The slope m + C (−h.xy / h.z), times −h.z.
-    let n = DVec2::new(c.x * h.x, c.y * h.x + c.z * h.y) - m * h.z;
-    n.extend(h.z).normalize()
+    // 1 + o.z and 1 − o.z, each without cancellation.
+    let (cosine, sine) = (meso / length, b / length);
+    let above = if meso > 0.0 { 1.0 + cosine } else { sine * (b / (length - meso)) }.max(1e-12);
+    let below = if meso > 0.0 { sine * (b / (length + meso)) } else { 1.0 - cosine };
+    // h.z = i.z + o.z; 1 − i.z = u.x (1 + o.z), 1 + i.z = h.z + (1 − o.z), i.z − o.z = (1 − o.z) − u.x (1 + o.z).
+    let height = (1.0 - u.x) * above;
+    let sine_i = (u.x * above * (height + below)).sqrt();
+    let (half_cos, half_sin) = (PI * (0.5 - u.y)).sin_cos();
+    let along = height * (below - u.x * above) / (sine + sine_i).max(1e-18) + 2.0 * sine_i * half_cos * half_cos;
+    let across = 2.0 * sine_i * half_sin * half_cos;
+    let h = DVec2::new(e.x * along - e.y * across, e.y * along + e.x * across);
+    // The slope m + C (−h / h.z), times −h.z.
+    let n = DVec2::new(c.x * h.x, c.y * h.x + c.z * h.y) - m * height;
+    n.extend(height).normalize()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// The plain sum `i + o`, where that does not cancel.
+    #[test]
+    fn the_half_vector_of_a_uniform_cap() {
+        for (o, u) in [
+            (DVec3::new(0.6, 0.0, 0.8), DVec2::new(0.3, 0.1)),
+            (DVec3::new(-0.48, 0.64, -0.6), DVec2::new(0.7, 0.8)),
+            (DVec3::new(0.0, 1.0, 0.0), DVec2::new(0.95, 0.45)),
+        ] {
+            let z = (1.0 - u.x) * (1.0 + o.z) - o.z;
+            let phi = 2.0 * PI * u.y + o.y.atan2(o.x);
+            let r = (1.0 - z * z).sqrt();
+            let want = (DVec3::new(r * phi.cos(), r * phi.sin(), z) + o).normalize();
+            let got = ggx_sample_visible(o, u, DVec2::ZERO, DVec3::new(1.0, 1.0, 0.0));
+            assert!((got - want).length() < 1e-14, "{got} {want}");
+        }
+    }
 
     #[test]
     fn samples_are_visible_unit_normals() {

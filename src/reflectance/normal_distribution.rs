@@ -55,7 +55,7 @@ pub fn normal_quantile(u: f64) -> f64 {
     x
 }
 
-/// Probabilities nearer to 0 or 1 count as this near: `2⁻³²`.
+/// Probabilities nearer to 0 or 1 count as this near: `2⁻³²`. (On the device 2⁻²⁵ and 1 − 2⁻²⁴.)
 pub const MIN_PROBABILITY: f64 = 1.0 / 4_294_967_296.0;
 
 /// Giles' coefficients for `w = −ln(1 − x²) < 5`, in `w − 2.5`, highest power first.

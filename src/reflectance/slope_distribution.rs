@@ -39,10 +39,10 @@ pub trait SlopeDistribution {
     fn sample_visible(&self, wo: DVec3, u: DVec2) -> DVec3;
 }
 
-/// `max(0, wo·wn) d / area`, finite: at most 1e37, and for an `area` below 1e-30 as if it were that. (The floor
+/// `max(0, wo·wn) d / area`, finite: at most 1e37, and for an `area` below 1e-26 as if it were that. (The floor
 /// [`MIN_AREA`](super::limits::MIN_AREA) of the BRDF would end the normalisation where only the far tail is visible.)
 #[must_use]
 pub fn visible_density(wo: DVec3, wn: DVec3, d: f64, area: f64) -> f64 {
-    let ratio = wo.dot(wn).max(0.0) / area.max(1e-30);
+    let ratio = wo.dot(wn).max(0.0) / area.max(1e-26);
     ratio * d.min(1e37 / ratio.max(1.0))
 }
