@@ -39,7 +39,7 @@ impl Random {
 }
 
 const ROUGHNESS: [(f64, f64, f64); 6] =
-    [(0.02, 0.02, 0.0), (0.1, 0.4, 0.0), (0.5, 0.5, 0.0), (1.0, 0.4, 0.5), (0.3, 0.6, -0.999), (2.0, 2.0, 0.0)];
+    [(0.02, 0.02, 0.0), (0.1, 0.4, 0.0), (0.5, 0.5, 0.0), (1.0, 0.4, 0.5), (0.3, 0.6, -0.9998), (2.0, 2.0, 0.0)];
 
 const MEANS: [DVec2; 4] = [DVec2::ZERO, DVec2::new(0.5, -0.3), DVec2::new(-1.5, 1.0), DVec2::new(0.0, 3.0)];
 
@@ -84,7 +84,7 @@ fn white_furnace() {
         };
         let [low, high] = extremes(&all, |slopes, wo| {
             let brdf = mirror(masking, *slopes);
-            integrate_directions(slopes, wo, 24, |wi| brdf.eval_cos(wo, wi)).x - 1.0
+            integrate_directions(slopes, wo, 16, |wi| brdf.eval_cos(wo, wi)).x - 1.0
         });
         println!("{masking:?}: energy 1 {:+.1e} ({})\n    to 1 {:+.1e} ({})", low.0, low.1, high.0, high.1);
         assert!(low.0 > -1e-5 && high.0 < 1e-5, "{masking:?}");
@@ -92,7 +92,7 @@ fn white_furnace() {
     // A normal map weighs facets by the macrosurface: what faces the viewer of it, all of it from above.
     let [low, high] = extremes(&all, |slopes, wo| {
         let brdf = mirror(Masking::NormalMap, *slopes);
-        integrate_directions(slopes, wo, 24, |wi| brdf.eval_cos(wo, wi)).x
+        integrate_directions(slopes, wo, 16, |wi| brdf.eval_cos(wo, wi)).x
     });
     println!("NormalMap: energy {:.4} ({}) to 1 {:+.1e}", low.0, low.1, high.0 - 1.0);
     assert!(low.0 > 0.0 && (high.0 - 1.0).abs() < 1e-5);
@@ -134,7 +134,7 @@ fn densities_integrate_to_one() {
     for masking in [Masking::SmithCorrelated, Masking::VGroove] {
         let [low, high] = extremes(&all, |slopes, wo| {
             let brdf = mirror(masking, *slopes);
-            integrate_directions(slopes, wo, 48, |wi| DVec3::splat(brdf.pdf(wo, wi))).x - 1.0
+            integrate_directions(slopes, wo, 24, |wi| DVec3::splat(brdf.pdf(wo, wi))).x - 1.0
         });
         println!("density of {masking:?}: 1 {:+.1e} to 1 {:+.1e} ({})", low.0, high.0, high.1);
         // The V-groove's density jumps where one side hides the other.
@@ -188,7 +188,7 @@ fn reciprocity() {
 #[test]
 fn variants_are_their_definitions() {
     let mut r = Random(5);
-    let (mut worst, mut above_one) = (0.0f64, 0.0f64);
+    let (mut worst, mut above_one, mut beyond_pole) = (0.0f64, 0.0f64, 0);
     for _ in 0..20_000 {
         let (x, y, rho) = ROUGHNESS[(r.unit() * 6.0) as usize];
         let m = MEANS[(r.unit() * 4.0) as usize];
@@ -213,7 +213,18 @@ fn variants_are_their_definitions() {
         assert!(g(Masking::SmithCorrelated) <= go.min(gi) * (1.0 + 1e-12));
         // Sheared: LEADR eq. 13 with eq. 16, and no clamp of G1.
         let (ao, ai) = (slopes.meso_area(wo), slopes.meso_area(wi));
-        above_one = above_one.max(smith_g1(&slopes, wo));
+        let (go, gi) = (smith_g1(&slopes, wo), smith_g1(&slopes, wi));
+        above_one = above_one.max(go);
+        if go > 0.0 && gi > 0.0 {
+            // The thesis' form is eq. 2.13 as printed, and nothing where that is negative.
+            let printed = go * gi / (go + gi - go * gi);
+            beyond_pole += u32::from(printed < 0.0);
+            let got = geometric_attenuation(Masking::SmithThesis, &slopes, wo, wi, wh);
+            // Within a thousandth of the pole rounding decides.
+            if (1.0 / go + 1.0 / gi - 1.0).abs() > 1e-3 {
+                same(got, printed.max(0.0));
+            }
+        }
         if ao > 1e-3 && ai > 1e-3 {
             let lambda = |w: DVec3, a: f64| slopes.visible_area(w) / a - 1.0;
             let (lo, li) = (lambda(wo, ao), lambda(wi, ai));
@@ -225,7 +236,8 @@ fn variants_are_their_definitions() {
         }
     }
     println!("masking forms against their definitions: worst error {worst:.1e}; largest G1 {above_one:.1}");
-    assert!(worst < 1e-9 && above_one > 3.0);
+    println!("eq. 2.13 of the sheared G1 is negative for {beyond_pole} of 20000 pairs");
+    assert!(worst < 1e-9 && above_one > 3.0 && beyond_pole > 100);
 }
 
 /// Where `G` and `a_o` vanish together, their quotient goes on: no jump as the mesosurface turns edge-on.
@@ -338,9 +350,9 @@ fn expected(wo: DVec3, pdf: impl Fn(DVec3) -> f64 + Sync) -> Vec<f64> {
         .map(|cell| {
             let (t0, p0) = (ring * (cell / SECTORS) as f64, sector * (cell % SECTORS) as f64);
             // Fine, for the edges: GGX does not vanish where half vectors reach the horizon.
-            let inner = composite_gauss(p0, p0 + sector, 12, 4);
+            let inner = composite_gauss(p0, p0 + sector, 8, 4);
             let mut sum = 0.0;
-            for (theta, wt) in composite_gauss(t0, t0 + ring, 12, 4) {
+            for (theta, wt) in composite_gauss(t0, t0 + ring, 8, 4) {
                 for &(phi, wp) in &inner {
                     sum += wt * wp * 2.0 * (2.0 * theta).sin() * pdf(about(&frame, theta, phi));
                 }

@@ -96,7 +96,8 @@ impl FresnelTable {
     pub fn at(&self, cosine: f64) -> DVec3 {
         let last = self.0.len() - 1;
         // NaN counts as grazing.
-        let at = cosine.max(0.0).min(1.0).acos() / FRAC_PI_2 * last as f64;
+        let cosine = if cosine > 0.0 { cosine.min(1.0) } else { 0.0 };
+        let at = cosine.acos() / FRAC_PI_2 * last as f64;
         let low = (at as usize).min(last - 1);
         self.0[low].lerp(self.0[low + 1], (at - low as f64).clamp(0.0, 1.0))
     }

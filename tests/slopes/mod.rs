@@ -23,6 +23,9 @@ pub enum Kind {
     Ggx(Ggx),
 }
 
+/// Slopes of a mean, two standard deviations and a correlation.
+pub type New = fn(DVec2, f64, f64, f64) -> Slopes;
+
 impl Slopes {
     /// Gaussian slopes of standard deviations `x`, `y` and correlation `r`.
     pub fn beckmann(mean: DVec2, x: f64, y: f64, r: f64) -> Self {
@@ -36,7 +39,8 @@ impl Slopes {
         Self { kind: Kind::Ggx(Ggx::new(mean, roughness)), root: root(roughness) }
     }
 
-    pub fn all() -> [fn(DVec2, f64, f64, f64) -> Self; 2] {
+    /// The constructors of both.
+    pub fn all() -> [New; 2] {
         [Self::beckmann, Self::ggx]
     }
 }
