@@ -50,7 +50,9 @@
 //! # 3 · Slopes under a pixel
 //!
 //! `m` and `s` come from filtered moments of a height map, `s = E[x xᵀ] − E[x] E[x]ᵀ` ([`slope_statistics`], LEADR eq. 9), and
-//! from texture space into the tangent frame by the deformed surface ([`slope_map`], LEADR eq. 12).
+//! from texture space into the tangent frame by the deformed surface ([`slope_map`], LEADR eq. 12). The algebra of the
+//! moments, layers, scales and shears, is [`slope_moments`]; how a texel stores them (LEAN, LEADR, CLEAN), [`slope_packing`].
+//! What the macrosurface itself turns under a pixel adds to them ([`geometric_antialiasing`]).
 //!
 //! # 4 · LEADR's integrals
 //!
