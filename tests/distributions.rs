@@ -23,7 +23,7 @@ fn over_visible(seen: &Seen<'_>, f: impl Fn(DVec3) -> f64) -> f64 {
     let mut sum = 0.0;
     for &(u, wu) in &nodes {
         for &(v, wv) in &nodes {
-            let (p, area) = seen.from_square(DVec2::new(u, v));
+            let (p, area) = seen.place_in_square(DVec2::new(u, v));
             let (wn, solid_angle) = seen.normal(p);
             sum += wu * wv * area * solid_angle * f(wn);
         }

@@ -53,7 +53,7 @@ impl<'a> Seen<'a> {
     }
 
     /// The square `[0, 1]²` onto what is visible, and the area per area. Fine where density lies, at every `ν`.
-    pub fn from_square(&self, q: DVec2) -> (DVec2, f64) {
+    pub fn place_in_square(&self, q: DVec2) -> (DVec2, f64) {
         if self.ggx {
             // x = tan t, y = √(1 + x²) tan p: everything is a polynomial in sines and cosines.
             let low = -std::f64::consts::FRAC_PI_2;
@@ -68,7 +68,7 @@ impl<'a> Seen<'a> {
     }
 
     /// The square's point of unit coordinates, clamped into it.
-    pub fn to_square(&self, p: DVec2) -> DVec2 {
+    pub fn square_of(&self, p: DVec2) -> DVec2 {
         let q = if self.ggx {
             let low = -std::f64::consts::FRAC_PI_2;
             let across = (p.y / (1.0 + p.x * p.x).sqrt()).atan();
