@@ -1,9 +1,10 @@
 //! The f64 reference against numbers made elsewhere (`LEADR_SHARED/oracles`): an independent dense quadrature of LEADR's
 //! equations and the values of an existing BRDF library. Skipped, with a line that says so, where the data is absent.
 
-use std::fmt::Write as _;
-use std::path::PathBuf;
+#[path = "oracles/comparison.rs"]
+mod comparison;
 
+use comparison::{Comparison, number, oracle, vector};
 use glam::{DVec2, DVec3, Vec3Swizzles as _};
 use leadr::reflectance::beckmann::{beckmann_ndf, beckmann_p22};
 use leadr::reflectance::diffuse::{leadr_diffuse_light, leadr_diffuse_light_sh, visible_normal_moments};
@@ -15,67 +16,6 @@ use leadr::reflectance::slope_grid::{facet_area, grid_node, normal_of_slope, slo
 use leadr::reflectance::specular::{leadr_specular_directional, leadr_specular_environment};
 use rayon::prelude::*;
 use serde_json::Value;
-
-/// Collects comparisons; the worst one per name is printed, the ones beyond tolerance fail.
-#[derive(Default)]
-struct Comparison {
-    worst: std::collections::BTreeMap<&'static str, (f64, String)>,
-    failures: String,
-    count: usize,
-}
-
-impl Comparison {
-    /// `|got − want| ≤ tolerance · max(|want|, floor)`.
-    fn check(&mut self, name: &'static str, id: &str, got: f64, want: f64, tolerance: f64, floor: f64) {
-        self.count += 1;
-        let error = (got - want).abs() / want.abs().max(floor);
-        let worst = self.worst.entry(name).or_insert((-1.0, String::new()));
-        if error > worst.0 || error.is_nan() {
-            *worst = (error, id.to_owned());
-        }
-        if error > tolerance || error.is_nan() {
-            writeln!(self.failures, "{name} of {id}: {got:.9e} instead of {want:.9e} ({error:.1e})").unwrap();
-        }
-    }
-
-    fn merge(mut self, other: Self) -> Self {
-        for (name, value) in other.worst {
-            let worst = self.worst.entry(name).or_insert((-1.0, String::new()));
-            if value.0 > worst.0 {
-                *worst = value;
-            }
-        }
-        self.failures += &other.failures;
-        self.count += other.count;
-        self
-    }
-
-    fn finish(self, at_least: usize) {
-        for (name, (error, id)) in &self.worst {
-            println!("{name}: worst error {error:.1e} ({id})");
-        }
-        assert!(self.count >= at_least, "only {} comparisons", self.count);
-        assert!(self.failures.is_empty(), "{}", self.failures);
-    }
-}
-
-fn oracle(file: &str) -> Option<Value> {
-    let Some(root) = std::env::var_os("LEADR_SHARED") else {
-        println!("skipped: LEADR_SHARED is not set, so oracles/{file} cannot be found");
-        return None;
-    };
-    let path = PathBuf::from(root).join("oracles").join(file);
-    let text = std::fs::read_to_string(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
-    Some(serde_json::from_str(&text).unwrap_or_else(|e| panic!("{}: {e}", path.display())))
-}
-
-fn number(value: &Value) -> f64 {
-    value.as_f64().unwrap_or_else(|| panic!("{value} is no number"))
-}
-
-fn vector(value: &Value) -> DVec3 {
-    DVec3::new(number(&value[0]), number(&value[1]), number(&value[2]))
-}
 
 fn statistics(c: &Value) -> (DVec2, DVec3) {
     let (sx, sy) = (number(&c["sigma_x"]), number(&c["sigma_y"]));

@@ -1,5 +1,5 @@
-//! The GLSL library on the device against the f64 reference, at thousands of arguments, grazing and degenerate ones
-//! included. Prints the worst errors; the driver is named when one fails.
+//! The GLSL library on the device against the f64 reference, at 100,000 arguments per function, grazing and
+//! degenerate ones included. Prints the worst errors; the driver is named when one fails.
 //!
 //! A 32-bit evaluation cannot be better than its rounded arguments allow, so the tolerance has two parts: a relative one,
 //! from measurement, and a multiple of what the reference itself moves by when each argument moves by an ulp or so.

@@ -75,9 +75,9 @@ fn ggx_parity() {
 }
 
 #[test]
-fn visible_density_parity() {
+fn slope_distribution_parity() {
     parity::<11>(
-        "visible_density",
+        "slope_distribution",
         Tolerance { relative: 1e-4, floor: |_| 1e-3, unit: 0.0 },
         |r| {
             let (wo, m, s) = (r.direction(), r.mean_slope(), r.covariance());
@@ -222,7 +222,7 @@ fn finite_at_the_extremes() {
     }
     let Some(gpu) = common::test_gpu() else { return };
     run::<14>(&gpu, "ggx", 7, 3);
-    run::<11>(&gpu, "visible_density", 1, 2);
+    run::<11>(&gpu, "slope_distribution", 1, 2);
     run::<10>(&gpu, "ggx_sampling", 3, 1);
     run::<11>(&gpu, "beckmann_sampling", 5, 1);
     run::<6>(&gpu, "ellipse", 16, 0);

@@ -2,8 +2,8 @@
 #define LEADR_BECKMANN_GLSL
 
 #include "projected_area.glsl"
+#include "slope_distribution.glsl"
 #include "slope_statistics.glsl"
-#include "visible_density.glsl"
 
 // P22(slope): bivariate Gaussian density of slopes (LEADR eq. 8). Variances are at least MIN_VARIANCE.
 float beckmann_p22(vec2 slope, vec2 m, vec3 S) {

@@ -2,8 +2,8 @@
 #define LEADR_GGX_GLSL
 
 #include "projected_area.glsl"
+#include "slope_distribution.glsl"
 #include "slope_statistics.glsl"
-#include "visible_density.glsl"
 
 // The noncentral GGX distribution with a full roughness matrix A = (a_xx, a_yy, a_xy) of alpha^2 terms (thesis Table
 // 2.II, eq. 3.2; IGSA supplement 1). m: mean slope. Derivations in src/reflectance/ggx.rs.

@@ -1,4 +1,4 @@
-//! Exact sampling of the visible normals of a noncentral anisotropic Beckmann surface (thesis 2.2.3, eq. 2.35 and 3.4).
+//! Exact sampling of the visible normals of a noncentral anisotropic Beckmann surface (thesis 2.2, eq. 2.35 and 3.4).
 //!
 //! The affine map `slope = m + C s`, `C Cᵀ = S`, carries the surface to the unit one, of slopes `s ~ N(0, 1)²`. There the
 //! facet of slope `s` shows `a − t·s` to the viewer, `t = Cᵀ wo.xy`: with `b = |t|` and `ν = a/b`, its coordinate `x`

@@ -1,5 +1,5 @@
-#ifndef LEADR_VISIBLE_DENSITY_GLSL
-#define LEADR_VISIBLE_DENSITY_GLSL
+#ifndef LEADR_SLOPE_DISTRIBUTION_GLSL
+#define LEADR_SLOPE_DISTRIBUTION_GLSL
 
 // max(0, wo.wn) d / area, the density of visible normals (thesis eq. 2.15) where d = D(wn) and area = A(wo). Finite: at
 // most 1e37, and for an area below 1e-26 as if it were that.
