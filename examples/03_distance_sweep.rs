@@ -40,7 +40,8 @@ fn main() -> Result<(), Box<dyn Error>> {
             let distance = 5.0 * 10f32.powf(i as f32 / (STEPS - 1) as f32);
             let camera = stage.views.mid.at_distance(distance);
             let shading = ShadingSettings { technique, ..Default::default() };
-            let settings = RenderSettings { size: (256, 256), samples: 4, shading, shadows: false, ..Default::default() };
+            let settings =
+                RenderSettings { size: (256, 256), samples: 4, shading, shadows: false, ..Default::default() };
             luminances.push(mean_luminance(&renderer.render(&stage.state(0.0, &camera, &lights), &settings)?));
         }
         let largest = luminances.windows(2).map(|w| (w[1] / w[0] - 1.0).abs()).fold(0.0, f64::max);

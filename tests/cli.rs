@@ -195,6 +195,26 @@ fn without_driver(arguments: &[&str]) -> Output {
 }
 
 #[test]
+fn a_demo_checks_flags_then_files_then_the_display() {
+    let demo = |flags: &[&str]| {
+        let mut command = leadr(&[&["demo"], flags].concat());
+        command.env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY").env_remove("WAYLAND_SOCKET");
+        command.output().unwrap()
+    };
+    if cfg!(not(feature = "window")) {
+        assert!(one_line_error(&demo(&[]), 2, "no window").contains("demo"));
+        return;
+    }
+    for (flags, named) in [(["--frames", "0"], "--frames"), (["--height-map", "a.png"], "--height-map")] {
+        assert!(one_line_error(&demo(&flags), 2, named).contains(named));
+    }
+    assert!(one_line_error(&demo(&["--environment", "missing.hdr"]), 1, "a file").contains("missing.hdr"));
+    if cfg!(target_os = "linux") {
+        assert!(one_line_error(&demo(&[]), 1, "no display").contains("leadr capture"));
+    }
+}
+
+#[test]
 fn no_vulkan_driver_is_one_sentence_that_says_what_to_install() {
     let line = one_line_error(&without_driver(&["capture"]), 1, "no driver");
     assert!(line.contains("Vulkan") && line.contains("install"), "{line}");

@@ -254,7 +254,7 @@ fn sh_parity() {
 fn diffuse_parity() {
     parity::<12>(
         "diffuse",
-        Tolerance { relative: 1e-4, floor: |_| 1e-2, unit: 0.0 },
+        Tolerance { relative: 8e-5, floor: |_| 1e-2, unit: 0.0 },
         |r| {
             let (wo, wi) = (r.direction(), r.direction());
             let n = r.pick([1.0, 3.0, 5.0]);

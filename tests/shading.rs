@@ -4,7 +4,9 @@ mod common;
 
 use glam::{Affine3A, DVec2, DVec3, Vec3};
 use leadr::maps::{RgbImage, procedural};
-use leadr::reflectance::{diffuse, frame, fresnel, projected_area, slope_grid, slope_statistics, specular};
+use leadr::reflectance::{
+    diffuse, frame, fresnel, projected_area, sh_projection, slope_grid, slope_statistics, specular,
+};
 use leadr::render::camera::Camera;
 use leadr::render::displacement::{Border, HeightField};
 use leadr::render::environment::Environment;
@@ -111,6 +113,7 @@ fn lights_agree_with_the_reference_at_every_pixel() {
             ShadingSettings::default(),
             ShadingSettings { shadowing: false, grid: 3, ..Default::default() },
             ShadingSettings { grid: 1, ..Default::default() },
+            ShadingSettings { lights_by_sh: true, ..Default::default() },
         ] {
             let state = state(distance, Some(sun), vec![point]);
             let output = renderer.render(&state, &settings(shading)).unwrap();
@@ -148,7 +151,12 @@ fn lights_agree_with_the_reference_at_every_pixel() {
                 for (direction, irradiance) in lights {
                     let wi = frame::to_frame(&frame, direction);
                     let shadowing = shading.shadowing;
-                    let d = diffuse::leadr_diffuse_light(wo, wi, diffuse_m, diffuse_s, shadowing, n, lambda);
+                    let d = if shading.lights_by_sh {
+                        let normals = diffuse::visible_normal_moments(wo, diffuse_m, diffuse_s, n, lambda);
+                        diffuse::leadr_diffuse_light_sh(&normals, wo, wi, diffuse_m, diffuse_s, shadowing)
+                    } else {
+                        diffuse::leadr_diffuse_light(wo, wi, diffuse_m, diffuse_s, shadowing, n, lambda)
+                    };
                     let s = specular::leadr_specular_directional(wo, wi, specular_m, specular_s, f0, shadowing);
                     expected += irradiance * (albedo * d + s);
                 }
@@ -162,4 +170,60 @@ fn lights_agree_with_the_reference_at_every_pixel() {
     println!("{pixels} pixels, worst relative error {worst:.2e}");
     assert!(pixels > 10_000);
     assert!(worst < 2e-4, "{worst}");
+}
+
+/// A panorama of order-2 radiance, which nine coefficients hold exactly: the diffuse part of every pixel (the difference
+/// between a white and a black surface) against the 64-bit reference.
+#[test]
+fn the_diffuse_environment_agrees_with_the_reference_at_every_pixel() {
+    let Some(gpu) = common::test_gpu() else { return };
+    let radiance =
+        |d: DVec3| DVec3::new(1.0 + 0.5 * d.x, 1.2 + 0.4 * d.y * d.z, 0.8 + 0.3 * d.z + 0.3 * (d.x * d.x - d.y * d.y));
+    let (width, height) = (256u32, 128u32);
+    let texels = (0..width * height).map(|i| {
+        let (u, v) =
+            ((f64::from(i % width) + 0.5) / f64::from(width), (f64::from(i / width) + 0.5) / f64::from(height));
+        let (azimuth, polar) = (std::f64::consts::TAU * (0.5 - u), std::f64::consts::PI * v);
+        let d = DVec3::new(polar.sin() * azimuth.cos(), polar.sin() * azimuth.sin(), polar.cos());
+        radiance(d).as_vec3().to_array()
+    });
+    let image = RgbImage::new(width, height, texels.collect()).unwrap();
+    let coefficients = sh_projection::project_function(8, radiance);
+    let f0 = 0.04;
+    let mut pictures = [1.0, 0.0].map(|albedo| {
+        let environment = Environment::from_equirect(&gpu, 64, &image).unwrap();
+        let object = bumpy_sphere([albedo, albedo, albedo, 0.3], f0);
+        let mut renderer = Renderer::new(&gpu, vec![object], environment).unwrap();
+        let output = renderer.render(&state(5.0, None, Vec::new()), &settings(ShadingSettings::default())).unwrap();
+        (renderer, output)
+    });
+    let (black, white) = (pictures[1].1.color.clone(), pictures[0].1.color.clone());
+    let renderer = &mut pictures[0].0;
+    let layers = [Layer::Normal, Layer::MeanSlope, Layer::Covariance, Layer::Roughness];
+    let layers = layers.map(|layer| renderer.layer(layer).unwrap());
+    let camera = state(5.0, None, Vec::new()).camera;
+    let [ray_x, ray_y, ray_z] = camera.rays((SIZE, SIZE), glam::Vec2::ZERO).map(|r| r.as_dvec3());
+    let (mut worst, mut pixels) = (0.0f64, 0);
+    for (i, color) in white.iter().enumerate().filter(|(_, c)| c[3] > 0.0) {
+        let [normal, slope, covariance, roughness] = layers.each_ref().map(|l| l[i].map(f64::from));
+        let (x, y) = ((i as u32 % SIZE) as f64 + 0.5, (i as u32 / SIZE) as f64 + 0.5);
+        let ndc = DVec2::new(x, y) / f64::from(SIZE) * 2.0 - 1.0;
+        let frame = frame::frame_about(DVec3::new(normal[0], normal[1], normal[2]));
+        let wo = frame::to_frame(&frame, -(ray_z + ray_x * ndc.x + ray_y * ndc.y).normalize());
+        let (n, lambda) = (5, slope_grid::grid_lambda(5));
+        let m = DVec2::new(slope[0], slope[1]);
+        let diffuse_s = DVec3::new(covariance[0], covariance[1], covariance[2]);
+        let specular_s = slope_statistics::add_roughness(diffuse_s, roughness[0]);
+        let specular_m = projected_area::face_viewer(wo, m, specular_s, lambda);
+        let fresnel = mean_fresnel(wo, specular_m, specular_s, DVec3::splat(f64::from(f0)), n, lambda);
+        let diffuse_m = projected_area::face_viewer(wo, m, diffuse_s, lambda);
+        let normals = diffuse::visible_normal_moments(wo, diffuse_m, diffuse_s, n, lambda);
+        let expected = (1.0 - fresnel) * diffuse::leadr_diffuse_environment(&normals, &frame, &coefficients);
+        let actual = DVec3::from_array(std::array::from_fn(|k| f64::from(color[k] - black[i][k])));
+        worst = worst.max((actual - expected).length() / (expected.length() + 0.02));
+        pixels += 1;
+    }
+    println!("{pixels} pixels, worst relative error {worst:.2e}");
+    assert!(pixels > 1_000);
+    assert!(worst < 3e-4, "{worst}");
 }

@@ -26,9 +26,17 @@ fn main() {
         }
         return;
     }
+    let asked = |flag: &str| std::env::args().skip(1).any(|argument| argument == flag);
+    // cargo-nextest runs what is listed, and asks for the ignored tests apart.
+    if asked("--list") {
+        if !asked("--ignored") {
+            println!("window: test");
+        }
+        return;
+    }
     // `cargo test NAME` runs the tests of that name everywhere.
-    let filter = std::env::args().nth(1).filter(|first| !first.starts_with('-'));
-    if filter.is_some_and(|filter| !"window".contains(filter.as_str())) || std::env::args().any(|a| a == "--list") {
+    let filter = std::env::args().skip(1).find(|argument| !argument.starts_with('-'));
+    if filter.is_some_and(|filter| !"window".contains(filter.as_str())) {
         return;
     }
     linux::no_display_is_a_sentence();

@@ -20,4 +20,27 @@ float fresnel_dielectric(float cosine, float eta) {
     return min(0.5 * s * s * (1.0 + p * p), 1.0);
 }
 
+// (difference^2 + b^2) / (sum^2 + b^2) per channel; 0/0 is its limit, 1.
+vec3 fresnel_ratio(vec3 difference, vec3 sum, vec3 b) {
+    return (difference * difference + b * b + 1e-30) / (sum * sum + b * b + 1e-30);
+}
+
+// Unpolarised reflectance of a smooth conductor of complex index eta + i k per channel, both >= 0 and held below 1e4.
+// The amplitude formulas as quotients of sums of squares: nothing cancels (src/reflectance/fresnel.rs).
+vec3 fresnel_conductor(float cosine, vec3 eta, vec3 k) {
+    float c = min(abs(cosine), 1.0);
+    float s2 = (1.0 - c) * (1.0 + c);
+    eta = clamp(eta, 0.0, 1e4);
+    k = clamp(k, 0.0, 1e4);
+    // a + i b = sqrt((eta + i k)^2 - s2), the larger part first.
+    vec3 re = (eta - k) * (eta + k) - s2;
+    vec3 im = eta * k;
+    vec3 larger = sqrt(0.5 * (sqrt(re * re + 4.0 * im * im) + abs(re)));
+    vec3 smaller = im / max(larger, 1e-15);
+    vec3 a = mix(smaller, larger, greaterThanEqual(re, vec3(0.0)));
+    vec3 b = mix(larger, smaller, greaterThanEqual(re, vec3(0.0)));
+    vec3 s_polarised = fresnel_ratio(a - c, a + c, b);
+    return min(0.5 * s_polarised * (1.0 + fresnel_ratio(a * c - s2, a * c + s2, b * c)), 1.0);
+}
+
 #endif

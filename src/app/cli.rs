@@ -5,8 +5,8 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand};
 
 use super::values::{
-    CameraChoice, EnvironmentChoice, FrameRange, Layer, Masking, SceneKind, Shard, Size, Sun, Technique, atlas_tile,
-    finite, not_negative, positive, roughness,
+    CameraChoice, DiffuseLights, EnvironmentChoice, FrameRange, Layer, Masking, SceneKind, Shard, Size, Sun, Technique,
+    atlas_tile, finite, not_negative, positive, roughness,
 };
 
 /// Renders displaced surfaces that keep their look at every distance (LEADR mapping).
@@ -131,9 +131,15 @@ pub struct SceneArgs {
     /// Light each pixel through N by N slope samples
     #[arg(long, value_name = "N", default_value = "5", value_parser = clap::value_parser!(u32).range(1..=128))]
     pub grid: u32,
+    /// Screen pixels per triangle of the displaced surface
+    #[arg(long, value_name = "PIXELS", default_value = "4", value_parser = positive)]
+    pub triangle_pixels: f32,
     /// Microfacet visibility
     #[arg(long, value_enum, default_value = "shadowing")]
     pub masking: Masking,
+    /// Diffuse light of the sun and of point lights
+    #[arg(long, value_enum, default_value = "cosine")]
+    pub diffuse_lights: DiffuseLights,
     /// From where: a view of the scene, or a JSON file {position, target, up, fov_degrees}
     #[arg(long, value_name = "near|mid|far|FILE.json", default_value = "mid")]
     pub camera: CameraChoice,

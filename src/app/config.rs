@@ -9,7 +9,7 @@ use super::camera_file::CameraPose;
 use super::cli::{CaptureArgs, SceneArgs};
 use super::error::AppError;
 use super::frames::{FRAME, FileKind, OutputPattern, Timeline};
-use super::values::{CameraChoice, EnvironmentChoice, Layer, Masking, SceneKind, Size, Sun, Technique};
+use super::values::{CameraChoice, DiffuseLights, EnvironmentChoice, Layer, Masking, SceneKind, Size, Sun, Technique};
 
 /// From where the scene is seen, with a camera file read.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -43,8 +43,12 @@ pub struct SceneConfig {
     pub technique: Technique,
     /// Slope samples along a side of the grid that lights a pixel, 1 to 128.
     pub grid: u32,
+    /// Screen pixels per triangle.
+    pub triangle_pixels: f32,
     /// Microfacet visibility.
     pub masking: Masking,
+    /// Diffuse light of the sun and of point lights.
+    pub diffuse_lights: DiffuseLights,
     /// From where.
     pub view: View,
     /// Distance to the camera's target, metres, instead of the view's own.
@@ -92,7 +96,9 @@ impl SceneConfig {
             sun: a.sun,
             technique: a.technique,
             grid: a.grid,
+            triangle_pixels: a.triangle_pixels,
             masking: a.masking,
+            diffuse_lights: a.diffuse_lights,
             view,
             distance: a.distance,
             size: a.size,

@@ -8,11 +8,11 @@ use super::camera_file::CameraPose;
 use super::cli::DemoArgs;
 use super::config::SceneConfig;
 use super::error::AppError;
-use super::frame_source::{DeviceInfo, Inputs};
+use super::frame_source::DeviceInfo;
 use super::orbit::Orbit;
 use super::output::Output;
 use super::renderer_source::render_settings;
-use super::stage::{self, Set};
+use super::stage::{self, Inputs, Set};
 use super::window::{self, Display, WindowOptions, WindowReport};
 use crate::gpu::Gpu;
 

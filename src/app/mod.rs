@@ -55,7 +55,7 @@ fn dispatch(cli: Cli) -> Result<(), AppError> {
     match cli.command {
         Command::Capture(arguments) => {
             let config = config::CaptureConfig::resolve(&arguments)?;
-            let mut source = frame_source::open(&config, &output)?;
+            let mut source = renderer_source::open(&config, &output)?;
             let report = capture::capture(&config, source.as_mut(), &output)?;
             output.result(&report)
         }

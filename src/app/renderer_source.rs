@@ -4,14 +4,13 @@ use super::config::{CaptureConfig, SceneConfig};
 use super::error::AppError;
 use super::frame_source::{DeviceInfo, Frame, FrameSource, PassTime};
 use super::frames::Moment;
-use super::values::{Layer, Masking, Technique};
+use super::output::Output;
+use super::stage::{self, Animation, Inputs, Set};
+use super::values::{DiffuseLights, Layer, Masking, Technique};
+use crate::gpu::{Gpu, GpuOptions};
 use crate::render::frame::{Layer as GBufferLayer, Renderer};
-use crate::render::scene::FrameState;
 use crate::render::settings::{RenderSettings, ShadingSettings, Technique as RenderTechnique};
 use crate::render::tessellation::TessellationSettings;
-
-/// The scene at a time in seconds.
-pub type Animation = Box<dyn Fn(f64) -> FrameState>;
 
 /// Draws an [`Animation`] with a [`Renderer`] that holds its objects.
 pub struct RendererSource {
@@ -31,6 +30,20 @@ impl RendererSource {
     }
 }
 
+/// Loads the inputs of `config`, opens the device and prepares the renderer.
+///
+/// # Errors
+/// If an input file or the device is not what it should be.
+pub fn open(config: &CaptureConfig, output: &Output) -> Result<Box<dyn FrameSource>, AppError> {
+    // Files first: their faults are found in no time and need no device.
+    let scene = &config.scene;
+    let inputs = Inputs::load(scene)?;
+    let options = GpuOptions { device: scene.device.clone(), validation: scene.validation, ..Default::default() };
+    let gpu = Gpu::new(&options)?;
+    let Set { renderer, animation, .. } = stage::set(scene, inputs, &gpu, output)?;
+    Ok(Box::new(RendererSource::new(config, renderer, animation)))
+}
+
 /// The part of a configuration that the renderer takes.
 #[must_use]
 pub fn render_settings(config: &SceneConfig) -> RenderSettings {
@@ -43,14 +56,18 @@ pub fn render_settings(config: &SceneConfig) -> RenderSettings {
         technique,
         grid: config.grid,
         shadowing: config.masking == Masking::Shadowing,
-        ..Default::default()
+        lights_by_sh: config.diffuse_lights == DiffuseLights::Sh,
     };
     RenderSettings {
         size: (config.size.width, config.size.height),
         samples: config.samples,
         seed: config.seed,
         shading,
-        tessellation: TessellationSettings { to_texels: technique == RenderTechnique::Reference, ..Default::default() },
+        tessellation: TessellationSettings {
+            pixels_per_triangle: config.triangle_pixels,
+            to_texels: technique == RenderTechnique::Reference,
+            ..Default::default()
+        },
         ..Default::default()
     }
 }

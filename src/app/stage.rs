@@ -4,17 +4,44 @@ use std::sync::Arc;
 
 use super::config::{SceneConfig, View};
 use super::error::AppError;
-use super::frame_source::Inputs;
 use super::output::Output;
-use super::renderer_source::Animation;
-use super::values::SceneKind;
+use super::values::{EnvironmentChoice, SceneKind, Size};
 use crate::gpu::Gpu;
+use crate::maps::{self, HeightMap, RgbImage};
 use crate::render::camera::Camera;
 use crate::render::environment::{Environment, FACE_SIZE};
 use crate::render::frame::Renderer;
+use crate::render::scene::FrameState;
 use crate::render::sky::Sky;
 use crate::scenes::stage::{Lights, Relief, Stage, Views, plane_stage, sphere_stage};
 use crate::scenes::trex::stage::trex_stage;
+
+/// The files a scene is made from, loaded and checked.
+#[derive(Debug)]
+pub struct Inputs {
+    /// Heights of the plane or sphere.
+    pub height_map: Option<HeightMap>,
+    /// Equirectangular radiance; none for the analytic sky.
+    pub environment: Option<RgbImage>,
+}
+
+impl Inputs {
+    /// Loads what `config` names.
+    ///
+    /// # Errors
+    /// If a file is missing, damaged, too large or of another kind.
+    pub fn load(config: &SceneConfig) -> Result<Self, AppError> {
+        let height_map = config.height_map.as_ref().map(maps::load_height_map).transpose()?;
+        let environment = match &config.environment {
+            EnvironmentChoice::Sky => None,
+            EnvironmentChoice::File(path) => Some(maps::load_environment(path)?),
+        };
+        Ok(Self { height_map, environment })
+    }
+}
+
+/// The scene at a time in seconds.
+pub type Animation = Box<dyn Fn(f64) -> FrameState>;
 
 /// A scene on the device.
 pub struct Set {
@@ -68,10 +95,16 @@ fn stage(config: &SceneConfig, inputs: Inputs, output: &Output) -> Result<Stage,
     })
 }
 
+/// Middle views are composed for pictures of 4 to 3 and wider; in narrower ones the camera steps back until the same width fits.
+fn fitted(camera: Camera, size: Size) -> Camera {
+    let narrower = (4.0 / 3.0) * size.height as f32 / size.width as f32;
+    camera.at_distance(camera.position.distance(camera.target) * narrower.clamp(1.0, 4.0))
+}
+
 fn camera(config: &SceneConfig, views: Views) -> Camera {
     let camera = match config.view {
         View::Near => views.near,
-        View::Mid => views.mid,
+        View::Mid => fitted(views.mid, config.size),
         View::Far => views.far,
         View::Pose(pose) => pose.camera(),
     };

@@ -37,13 +37,23 @@ pub enum Technique {
     Reference,
 }
 
+/// How a sun or a point light reaches a diffuse surface.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum DiffuseLights {
+    /// The clamped cosine at every slope sample.
+    Cosine,
+    /// Order-2 spherical harmonics, as in the LEADR paper; up to 9 % off.
+    Sh,
+}
+
 /// Which microfacet visibility the BRDF applies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Masking {
     /// Masking of the viewer alone, as in the LEADR paper.
     Masking,
-    /// Masking and shadowing, correlated by direction.
+    /// Masking and shadowing, correlated by height.
     Shadowing,
 }
 

@@ -1,6 +1,8 @@
-//! Fresnel reflectance.
+//! Fresnel reflectance of the facets (thesis Table 2.I; conductors beside it), by the cosine of the difference angle
+//! `cos θ_d = wo·wh = wi·wh`.
 
 use glam::DVec3;
+use std::f64::consts::FRAC_PI_2;
 
 /// Schlick's approximation. `f0`: reflectance at normal incidence, linear RGB; `cosine`: `wi·wh`, clamped to 0..1.
 #[must_use]
@@ -24,9 +26,212 @@ pub fn fresnel_dielectric(cosine: f64, eta: f64) -> f64 {
     (0.5 * s * s * (1.0 + p * p)).min(1.0)
 }
 
+/// Largest part of a refractive index that [`fresnel_conductor`] tells from a perfect mirror.
+const MAX_INDEX: f64 = 1e4;
+
+/// Unpolarised reflectance of a smooth conductor in vacuum. `eta`, `k`: real part and extinction coefficient of the
+/// complex index `η + i k` per colour channel, both ≥ 0 and held below 1e4; `k = 0` is a dielectric.
+///
+/// With `a + i b = √((η + i k)² − sin²θ)`, the amplitude formulas are quotients of sums of squares,
+/// `R_s = ((a − c)² + b²) / ((a + c)² + b²)` and `R_p = R_s ((a c − s²)² + (b c)²) / ((a c + s²)² + (b c)²)` for
+/// `c = cos θ`, `s = sin θ`: nothing cancels, and `0/0` is its limit, 1.
+#[must_use]
+pub fn fresnel_conductor(cosine: f64, eta: DVec3, k: DVec3) -> DVec3 {
+    let c = cosine.abs().min(1.0);
+    let s2 = (1.0 - c) * (1.0 + c);
+    let channel = |eta: f64, k: f64| {
+        let (eta, k) = (eta.clamp(0.0, MAX_INDEX), k.clamp(0.0, MAX_INDEX));
+        let (re, im) = ((eta - k) * (eta + k) - s2, eta * k);
+        // The larger part of the root first, the other from the product of both: no difference of equal numbers.
+        let larger = (0.5 * ((re * re + 4.0 * im * im).sqrt() + re.abs())).sqrt();
+        let smaller = im / larger.max(1e-15);
+        let (a, b) = if re >= 0.0 { (larger, smaller) } else { (smaller, larger) };
+        let ratio =
+            |difference: f64, sum: f64, b: f64| (difference * difference + b * b + 1e-30) / (sum * sum + b * b + 1e-30);
+        let s_polarised = ratio(a - c, a + c, b);
+        (0.5 * s_polarised * (1.0 + ratio(a * c - s2, a * c + s2, b * c))).min(1.0)
+    };
+    DVec3::new(channel(eta.x, k.x), channel(eta.y, k.y), channel(eta.z, k.z))
+}
+
+/// Why a table of reflectances is refused.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum FresnelTableError {
+    /// Fewer than two entries: there is nothing to interpolate.
+    #[error("the Fresnel table has {0} entries; it needs at least 2, for 0° and 90°")]
+    TooShort(usize),
+    /// An entry that is no reflectance.
+    #[error("entry {index} of the Fresnel table is {value}; reflectances are finite and within 0..1")]
+    NotAReflectance {
+        /// Position in the table.
+        index: usize,
+        /// What stands there, linear RGB.
+        value: DVec3,
+    },
+}
+
+/// Reflectances at difference angles in equal steps from 0° to 90° (thesis 4.2 extracts such a table from a measured
+/// material), linear in between.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FresnelTable(Vec<DVec3>);
+
+impl FresnelTable {
+    /// The table of `values`, linear RGB, the first at 0° (normal incidence) and the last at 90°.
+    ///
+    /// # Errors
+    /// With fewer than two entries, or one that is not finite or outside 0..1.
+    pub fn new(values: Vec<DVec3>) -> Result<Self, FresnelTableError> {
+        if values.len() < 2 {
+            return Err(FresnelTableError::TooShort(values.len()));
+        }
+        let bad = |v: &DVec3| !v.to_array().iter().all(|c| (0.0..=1.0).contains(c));
+        match values.iter().position(bad) {
+            Some(index) => Err(FresnelTableError::NotAReflectance { index, value: values[index] }),
+            None => Ok(Self(values)),
+        }
+    }
+
+    /// Reflectance at the cosine of a difference angle, clamped to 0..1.
+    #[must_use]
+    pub fn at(&self, cosine: f64) -> DVec3 {
+        let last = self.0.len() - 1;
+        // NaN counts as grazing.
+        let cosine = if cosine > 0.0 { cosine.min(1.0) } else { 0.0 };
+        let at = cosine.acos() / FRAC_PI_2 * last as f64;
+        let low = (at as usize).min(last - 1);
+        self.0[low].lerp(self.0[low + 1], (at - low as f64).clamp(0.0, 1.0))
+    }
+}
+
+/// The Fresnel term of a microfacet BRDF (thesis eq. 2.2 and Table 2.I).
+#[derive(Clone, Debug, Default, PartialEq)]
+pub enum Fresnel {
+    /// `F = 1`: ideal mirrors, as in the white furnace (thesis eq. 2.3).
+    #[default]
+    Ideal,
+    /// [`fresnel_schlick`] with this reflectance at normal incidence, linear RGB, 0..1.
+    Schlick(DVec3),
+    /// [`fresnel_dielectric`] with this index of the inside over the outside, > 0.
+    Dielectric(f64),
+    /// [`fresnel_conductor`].
+    Conductor {
+        /// Real part of the index per colour channel, ≥ 0.
+        eta: DVec3,
+        /// Extinction coefficient per colour channel, ≥ 0.
+        k: DVec3,
+    },
+    /// [`FresnelTable::at`].
+    Tabulated(FresnelTable),
+}
+
+impl Fresnel {
+    /// Reflectance, linear RGB within 0..1, at `cosine = wo·wh`.
+    #[must_use]
+    pub fn at(&self, cosine: f64) -> DVec3 {
+        match self {
+            Self::Ideal => DVec3::ONE,
+            Self::Schlick(f0) => fresnel_schlick(*f0, cosine),
+            Self::Dielectric(eta) => DVec3::splat(fresnel_dielectric(cosine, *eta)),
+            Self::Conductor { eta, k } => fresnel_conductor(cosine, *eta, *k),
+            Self::Tabulated(table) => table.at(cosine),
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use glam::Vec3Swizzles as _;
+
+    /// Complex numbers, as few of them as the amplitude formulas need.
+    mod complex {
+        pub type C = (f64, f64);
+        pub fn mul(a: C, b: C) -> C {
+            (a.0 * b.0 - a.1 * b.1, a.0 * b.1 + a.1 * b.0)
+        }
+        pub fn add(a: C, b: C) -> C {
+            (a.0 + b.0, a.1 + b.1)
+        }
+        pub fn sub(a: C, b: C) -> C {
+            (a.0 - b.0, a.1 - b.1)
+        }
+        pub fn norm2(a: C) -> f64 {
+            a.0 * a.0 + a.1 * a.1
+        }
+        pub fn sqrt(a: C) -> C {
+            let r = norm2(a).sqrt().sqrt();
+            let half = 0.5 * a.1.atan2(a.0);
+            (r * half.cos(), r * half.sin())
+        }
+    }
+
+    #[test]
+    fn conductor_agrees_with_complex_amplitudes() {
+        use complex::{add, mul, norm2, sqrt, sub};
+        let mut worst = 0.0f64;
+        // Gold-like, silver-like, iron-like, nearly dielectric, dielectric, thin.
+        for (eta, k) in [(0.14, 4.0), (0.05, 3.1), (2.9, 3.1), (1.5, 1e-9), (1.5, 0.0), (0.6, 0.0), (0.6, 1e-6)] {
+            for i in 0..=900 {
+                let t = (0.1 * f64::from(i)).to_radians();
+                let (s, c) = t.sin_cos();
+                let n2 = mul((eta, k), (eta, k));
+                let root = sqrt(sub(n2, (s * s, 0.0)));
+                let rs = norm2(sub((c, 0.0), root)) / norm2(add((c, 0.0), root));
+                let n2c = mul(n2, (c, 0.0));
+                let rp = norm2(sub(n2c, root)) / norm2(add(n2c, root));
+                let f = fresnel_conductor(c, DVec3::splat(eta), DVec3::splat(k)).x;
+                worst = worst.max((f - 0.5 * (rs + rp)).abs());
+            }
+        }
+        println!("conductor against complex amplitudes: worst error {worst:.1e}");
+        assert!(worst < 1e-11);
+    }
+
+    #[test]
+    fn conductor_without_extinction_is_a_dielectric() {
+        for eta in [0.5, 1.33, 2.4] {
+            for i in 0..=1000 {
+                let c = f64::from(i) / 1000.0;
+                let f = fresnel_conductor(c, DVec3::splat(eta), DVec3::ZERO).x;
+                assert!((f - fresnel_dielectric(c, eta)).abs() < 1e-12, "{eta} {c}");
+            }
+        }
+    }
+
+    #[test]
+    fn every_term_is_a_reflectance_for_every_input() {
+        let table = FresnelTable::new(vec![DVec3::splat(0.2), DVec3::ONE]).unwrap();
+        let odd = DVec3::new(0.0, -3.0, 1e300);
+        let mut terms = vec![Fresnel::Ideal, Fresnel::Schlick(DVec3::new(0.0, 0.5, 1.0)), Fresnel::Tabulated(table)];
+        terms.extend([1e-3, 1.0, 1.5, 1e3].map(Fresnel::Dielectric));
+        for eta in [DVec3::ZERO, DVec3::ONE, odd] {
+            terms.extend([DVec3::ZERO, DVec3::splat(1e-30), odd.zxy()].map(|k| Fresnel::Conductor { eta, k }));
+        }
+        for term in terms {
+            for cosine in [-1.0, -1e-300, 0.0, 1e-30, 0.3, 1.0, 1.0 + 1e-12, 2.0] {
+                let f = term.at(cosine);
+                assert!(f.min_element() >= 0.0 && f.max_element() <= 1.0, "{term:?} at {cosine}: {f}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_table_returns_its_entries_and_refuses_bad_ones() {
+        let values: Vec<DVec3> = (0..=90).map(|i| DVec3::new(f64::from(i) / 90.0, 0.5, 1.0)).collect();
+        let table = FresnelTable::new(values).unwrap();
+        for i in 0..=180 {
+            let want = f64::from(i) / 180.0;
+            assert!((table.at((0.5 * f64::from(i)).to_radians().cos()).x - want).abs() < 1e-12);
+        }
+        assert_eq!(table.at(f64::NAN).x, 1.0);
+        assert_eq!(FresnelTable::new(vec![DVec3::ONE]), Err(FresnelTableError::TooShort(1)));
+        for bad in [f64::NAN, -0.1, 1.1, f64::INFINITY] {
+            let values = vec![DVec3::ONE, DVec3::new(0.5, bad, 0.5)];
+            let Err(FresnelTableError::NotAReflectance { index: 1, .. }) = FresnelTable::new(values) else {
+                panic!("{bad} taken for a reflectance");
+            };
+        }
+    }
 
     #[test]
     fn dielectric_agrees_with_the_amplitude_formulas() {

@@ -11,7 +11,8 @@ use super::filter::{FilterPass, GBuffer};
 use super::geometry::{GeometryPass, VisibleSurface};
 use super::irradiance::IrradiancePass;
 use super::object::{GpuObject, MAX_OBJECTS, ViewBuffers};
-use super::scene::{FrameState, Object, PosedVertices};
+use super::patch_mesh::PosedVertices;
+use super::scene::{FrameState, Object};
 use super::settings::{RenderSettings, ShadingSettings};
 use super::shade::{LightingGpu, ShadeInputs, ShadePass};
 use super::shadow::{ShadowPass, ShadowView};
@@ -198,6 +199,16 @@ impl Renderer {
         if self.targets.as_ref().is_none_or(|t| t.size != settings.size) {
             self.targets = None;
             self.targets = Some(Targets::new(&self.gpu, settings.size)?);
+        }
+        if let Some(limit) = self.gpu.loop_iterations_per_invocation() {
+            // One walk over the grid for the visible normals, one for the environment, one per light.
+            let walks = 2 + u32::from(state.sun.is_some()) + state.point_lights.len() as u32;
+            let grid = settings.shading.grid;
+            if grid * grid * walks >= limit {
+                let fault =
+                    format!("{grid} x {grid} samples with {walks} walks exceed this driver's {limit} iterations");
+                return Err(GpuError::Usage { name: "slope grid".to_owned(), fault });
+            }
         }
         if !self.pipelines.contains_key(&settings.shading) {
             let filter = FilterPass::new(&self.gpu, settings.shading.technique)?;

@@ -8,7 +8,8 @@ use glam::{Mat4, Vec4};
 
 use super::displacement::{Border, BoundaryHeights, EDGE_LEVELS, HeightField};
 use super::moments::{Edges, HeightSource, LeadrMapGpu, MomentFormat};
-use super::scene::{Object, PosedVertices};
+use super::patch_mesh::PosedVertices;
+use super::scene::Object;
 use super::tessellation::{DrawList, GUARD_BAND, Lens, PosedMesh, TessellationSettings};
 use super::topology::Topology;
 use crate::gpu::{Buffer, Filter, Gpu, Image, ImageDesc, Memory, Result, Sampler, Wrap};

@@ -30,6 +30,15 @@ pub struct PatchMesh {
     pub texcoords: Vec<[Vec2; 4]>,
 }
 
+/// World-space positions and normals of a posed mesh.
+#[derive(Clone, Debug, Default)]
+pub struct PosedVertices {
+    /// Positions.
+    pub positions: Vec<Vec3>,
+    /// Unit normals.
+    pub normals: Vec<Vec3>,
+}
+
 /// How per-patch tiles lie in an atlas: square tiles of `tile` texels, `columns` to a row, each holding the
 /// patch domain `[0,1]²` in its inner `tile − 2·gutter` texels. Texel centres of the inner part lie at
 /// `(i + ½) / (tile − 2·gutter)`; the gutter continues the surface beyond the patch.

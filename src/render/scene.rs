@@ -2,7 +2,7 @@
 
 use super::camera::Camera;
 use super::displacement::HeightField;
-use super::patch_mesh::PatchMesh;
+use super::patch_mesh::{PatchMesh, PosedVertices};
 use super::skinning;
 use super::sky::Sky;
 use glam::{Affine3A, Mat4, Vec3};
@@ -82,15 +82,6 @@ pub struct FrameState {
     pub point_lights: Vec<PointLight>,
     /// Multiplies the height scale of every object.
     pub height_scale: f32,
-}
-
-/// World-space positions and normals of a posed mesh.
-#[derive(Clone, Debug, Default)]
-pub struct PosedVertices {
-    /// Positions.
-    pub positions: Vec<Vec3>,
-    /// Unit normals.
-    pub normals: Vec<Vec3>,
 }
 
 impl Pose {

@@ -5,8 +5,7 @@
 
 use glam::{Mat4, Quat, Vec3};
 
-use super::patch_mesh::PatchMesh;
-use super::scene::PosedVertices;
+use super::patch_mesh::{PatchMesh, PosedVertices};
 
 /// Linear blend skinning (`joints`: world-from-rest), with the blended normals turned on by the same rotation as the
 /// mean normal of the faces around each vertex turns between the blend and the skinned mesh. Joints that are not there

@@ -133,10 +133,12 @@ impl DrawList {
             .enumerate()
             .map(|(edge, &[a, b])| {
                 let (a, b) = (a as usize, b as usize);
-                let least = if settings.to_texels { posed.edge_texels.get(edge).copied().unwrap_or(1.0) } else { 1.0 };
                 let relief = posed.edge_relief.get(edge).copied().unwrap_or(0.0) * posed.height_scale.abs();
                 let pixels = edge_pixels(&lens, [positions[a], positions[b]], [normals[a], normals[b]], relief);
-                (pixels / spacing).max(least).clamp(1.0, max_factor)
+                let texels = if settings.to_texels { posed.edge_texels.get(edge).copied().unwrap_or(1.0) } else { 1.0 };
+                // Sixteen vertices to a pixel are more than any number of samples can tell apart.
+                let length = lens.pixels((positions[a] + positions[b]) * 0.5, positions[a].distance(positions[b]));
+                (pixels / spacing).max(texels.min(16.0 * length)).clamp(1.0, max_factor)
             })
             .collect();
         let mut vertex_lods = vec![(0.0f32, 0u32); positions.len()];

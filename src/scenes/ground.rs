@@ -12,8 +12,8 @@ use crate::render::scene::{ColorMap, Object};
 const REPEAT: f32 = 5.0;
 /// Metres from the lowest crack to the highest pebble.
 const RELIEF: f32 = 0.10;
-/// Half the side of the ground, metres: from a standing viewer its rim is a tenth of a degree below the horizon.
-const HALF: f32 = 1200.0;
+/// Half the side of the ground, metres: from a standing viewer its rim is a fiftieth of a degree below the horizon.
+const HALF: f32 = 6000.0;
 /// Texels of the soil map along one repeat.
 const TEXELS: u32 = 1024;
 
@@ -23,7 +23,8 @@ pub const PERIOD: f32 = 40.0;
 /// The ground at z = 0, its heights centred on zero.
 #[must_use]
 pub fn ground() -> Object {
-    let soil = procedural::soil(TEXELS, TEXELS, 1);
+    let mut soil = procedural::soil(TEXELS, TEXELS, 1);
+    flatten(&mut soil.texels, TEXELS as usize, 80);
     let mean = soil.texels.iter().sum::<f32>() / soil.texels.len() as f32;
     let (low, high) = soil.texels.iter().fold((f32::MAX, f32::MIN), |(l, h), &t| (l.min(t), h.max(t)));
     let range = (high - low).max(1e-6);
@@ -39,7 +40,7 @@ pub fn ground() -> Object {
             [code(mix(0.10, 0.40)), code(mix(0.075, 0.31)), code(mix(0.05, 0.22)), 200]
         })
         .collect();
-    let mut mesh = plane(HALF, 72, REPEAT, [1.0; 4], toward_horizon);
+    let mut mesh = plane(HALF, 80, REPEAT, [1.0; 4], toward_horizon);
     for (color, p) in mesh.colors.iter_mut().zip(&mesh.positions) {
         // Far out the patches of the mesh are larger than those of the tint, which would alias into a grid.
         let fade = 1.0 / (1.0 + (p.length() / 45.0).powi(4));
@@ -55,6 +56,41 @@ pub fn ground() -> Object {
         specular_f0: 0.03,
         casts_shadow: false,
     }
+}
+
+/// Takes what is wider than some `radius` texels out of a repeating map: seen from afar, the repeats of broad swells
+/// would show as a chequerboard.
+fn flatten(texels: &mut [f32], width: usize, radius: usize) {
+    let mut swell = texels.to_vec();
+    for _ in 0..2 {
+        swell = blur_rows(&swell, width, radius);
+        swell = transpose(&blur_rows(&transpose(&swell, width), texels.len() / width, radius), texels.len() / width);
+    }
+    for (texel, swell) in texels.iter_mut().zip(swell) {
+        *texel -= swell;
+    }
+}
+
+/// Running means over `2 · radius + 1` texels along repeating rows.
+fn blur_rows(texels: &[f32], width: usize, radius: usize) -> Vec<f32> {
+    let count = (2 * radius + 1) as f64;
+    texels
+        .chunks(width)
+        .flat_map(|row| {
+            let at = |i: usize| f64::from(row[i % width]);
+            let mut sum: f64 = (0..2 * radius + 1).map(|i| at(i + width - radius)).sum();
+            (0..width).map(move |x| {
+                let mean = (sum / count) as f32;
+                sum += at(x + radius + 1) - at(x + width - radius);
+                mean
+            })
+        })
+        .collect()
+}
+
+fn transpose(texels: &[f32], width: usize) -> Vec<f32> {
+    let height = texels.len() / width;
+    (0..texels.len()).map(|i| texels[i % height * width + i / height]).collect()
 }
 
 /// Smooth patches some metres wide, in `[-1, 1]`, repeating after [`PERIOD`].
@@ -74,6 +110,18 @@ mod tests {
         let p = Vec2::new(3.1, -7.4);
         assert!((patches(p) - patches(p + Vec2::new(PERIOD, -PERIOD))).abs() < 1e-4);
         assert!((patches(p) - patches(p + Vec2::X * 7.0)).abs() > 1e-2);
+    }
+
+    #[test]
+    fn flattening_takes_swells_and_leaves_pebbles() {
+        let wave = |x: usize, periods: f32| (x as f32 / 256.0 * periods * std::f32::consts::TAU).sin();
+        let mut swells: Vec<f32> = (0..256 * 64).map(|i| wave(i % 256, 1.0)).collect();
+        flatten(&mut swells, 256, 20);
+        assert!(swells.iter().all(|h| h.abs() < 0.12));
+        let mut pebbles: Vec<f32> = (0..256 * 64).map(|i| wave(i % 256, 32.0)).collect();
+        let before = pebbles.clone();
+        flatten(&mut pebbles, 256, 20);
+        assert!(pebbles.iter().zip(before).all(|(a, b)| (a - b).abs() < 0.05));
     }
 
     #[test]

@@ -37,10 +37,10 @@ pub fn even(t: f32) -> f32 {
     t
 }
 
-/// Spacing for a wide ground: patches near the middle are a few hundred times smaller than at the rim.
+/// Spacing for a wide ground: patches near the middle are a thousand times smaller than at the rim.
 #[must_use]
 pub fn toward_horizon(t: f32) -> f32 {
-    let steepness = 6.0f32;
+    let steepness = 7.6f32;
     (steepness * t).sinh() / steepness.sinh()
 }
 

@@ -102,12 +102,16 @@ impl Default for Relief {
 
 impl Relief {
     fn field(&mut self) -> HeightField {
-        let map = self.map.take().unwrap_or_else(|| procedural::rock(1024, 1024, 1));
+        let map = self.map.take().unwrap_or_else(|| {
+            // The program's own rock is steeper than most scans.
+            self.height_scale *= 0.6;
+            procedural::rock(1024, 1024, 1)
+        });
         HeightField { width: map.width, height: map.height, texels: map.texels, border: Border::Wrap }
     }
 
     fn color(&self) -> [f32; 4] {
-        [0.42, 0.36, 0.30, self.roughness]
+        [0.27, 0.23, 0.19, self.roughness]
     }
 }
 

@@ -4,6 +4,7 @@
 #include "../geometry/object.glsl"
 #include "../geometry/tile.glsl"
 #include "leadr/frame.glsl"
+#include "leadr/geometric_antialiasing.glsl"
 #include "leadr/slope_map.glsl"
 
 layout(constant_id = 0) const int TECHNIQUE = 0; // the TECHNIQUE_ values below
@@ -101,7 +102,7 @@ void main() {
         covariance = map_covariance(map, gradient_covariance);
     }
     if (TECHNIQUE == TECHNIQUE_LEADR) {
-        covariance += curvature;
+        covariance += tilt_kernel(curvature, mean_slope);
     }
 
     vec4 color = unpackUnorm4x8(surface.w);

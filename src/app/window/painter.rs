@@ -9,8 +9,9 @@ use crate::gpu::{CommandRecorder, Swapchain, Timestamps, Use};
 use crate::maps::RgbImage;
 use crate::maps::tonemap::Tonemap;
 use crate::render::frame::Renderer;
+use crate::render::patch_mesh::PosedVertices;
 use crate::render::present::PresentPass;
-use crate::render::scene::{FrameState, PosedVertices};
+use crate::render::scene::FrameState;
 use crate::render::settings::RenderSettings;
 
 /// Draws into one window. One frame is in flight: the renderer's mapped buffers belong to the device until it is done.

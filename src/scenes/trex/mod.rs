@@ -2,6 +2,7 @@
 //! a mesh of patches with one displacement tile each.
 
 pub mod atlas;
+pub mod attach;
 pub mod cache;
 pub mod cage;
 pub mod dual;
@@ -136,7 +137,8 @@ impl Trex {
     }
 
     fn assemble(Baked { body, layout, atlas }: Baked) -> Self {
-        let props = props::build(&Skin::new());
+        let mut props = props::build(&Skin::new());
+        attach::attach(&mut props, &body);
         Self { body, layout, heights: atlas.heights, colors: atlas.colors, props }
     }
 }

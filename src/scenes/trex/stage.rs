@@ -41,7 +41,7 @@ pub fn trex_stage(tile: u32, progress: &(dyn Fn(f32) + Sync)) -> Result<Stage, T
     let middle = Vec3::new(-0.2, 0.0, 2.0);
     let views = Views {
         near: Camera::looking_at(Vec3::new(6.3, -3.0, 3.6), Vec3::new(3.9, 0.0, 3.55), 32.0),
-        mid: Camera::looking_at(Vec3::new(9.0, -15.4, 2.4), middle, 36.0),
+        mid: Camera::looking_at(Vec3::new(6.8, -11.7, 2.3), middle, 36.0),
         far: Camera::looking_at(middle + Vec3::new(0.52, -0.82, 0.16).normalize() * 110.0, middle, 36.0),
     };
     let motion = |time: f64| {

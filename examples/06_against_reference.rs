@@ -1,0 +1,78 @@
+//! How near one sample comes to the supersampled truth: FLIP and relative RMSE of LEADR mapping and of normal mipmapping
+//! against a reference whose every texel is a vertex and whose maps are read at their finest level.
+//!
+//! `cargo run --release --example 06_against_reference [sphere|trex [SAMPLES [HEIGHT_MAP [ENVIRONMENT]]]]`
+//!
+//! The T-rex stands without its ground here, with a coarse atlas, so that the reference can be afforded.
+
+use std::error::Error;
+
+use leadr::gpu::{Gpu, GpuOptions};
+use leadr::maps::compare::compare;
+use leadr::maps::tonemap::Tonemap;
+use leadr::maps::{RgbImage, load_environment, load_height_map};
+use leadr::render::environment::{Environment, FACE_SIZE};
+use leadr::render::frame::Renderer;
+use leadr::render::settings::{RenderSettings, ShadingSettings, Technique};
+use leadr::render::sky::Sky;
+use leadr::render::tessellation::TessellationSettings;
+use leadr::scenes::stage::{Lights, Relief, sphere_stage};
+use leadr::scenes::trex::stage::trex_stage;
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let scene = arguments.first().map_or("sphere", String::as_str);
+    let samples: u32 = arguments.get(1).map_or(Ok(64), |s| s.parse())?;
+    let gpu = Gpu::new(&GpuOptions::default())?;
+    let (mut stage, distance) = match scene {
+        "trex" => (trex_stage(16, &|_| {})?, 90.0),
+        _ => {
+            let map = arguments.get(2).map(load_height_map).transpose()?;
+            (sphere_stage(Relief { map, tile: 32, ..Relief::default() }), 24.0)
+        }
+    };
+    let (environment, sky, exposure) = match arguments.get(3) {
+        Some(file) => (Environment::from_equirect(&gpu, FACE_SIZE, &load_environment(file)?)?, None, 0.35),
+        None => (Environment::from_sky(&gpu, FACE_SIZE, &Sky::default())?, Some(Sky::default()), 1.0),
+    };
+    let mut objects = std::mem::take(&mut stage.objects);
+    objects.truncate(2);
+    let count = objects.len();
+    let mut renderer = Renderer::new(&gpu, objects, environment)?;
+    let camera = stage.views.mid.at_distance(distance);
+    let mut state = stage.state(0.4, &camera, &Lights { sky, points: Vec::new() });
+    state.poses.truncate(count);
+
+    let mut render = |technique: Technique, samples: u32, shadowing: bool| -> Result<(RgbImage, f64), Box<dyn Error>> {
+        let settings = RenderSettings {
+            size: (128, 128),
+            samples,
+            shading: ShadingSettings { technique, shadowing, ..Default::default() },
+            tessellation: TessellationSettings { to_texels: technique == Technique::Reference, ..Default::default() },
+            ..Default::default()
+        };
+        let output = renderer.render(&state, &settings)?;
+        let time = output.times.iter().map(|t| t.milliseconds).sum();
+        let texels = output.color.iter().map(|c| [c[0], c[1], c[2]]).collect();
+        Ok((RgbImage::new(128, 128, texels)?, time))
+    };
+    let (reference, time) = render(Technique::Reference, samples, true)?;
+    println!("{scene} on {}: reference with {samples} samples, {time:.0} ms", gpu.device_name());
+    println!("{:<11} {:>7} {:>10} {:>8} {:>9} {:>9}", "technique", "samples", "visibility", "FLIP", "rel. RMSE", "ms");
+    for shadowing in [true, false] {
+        for technique in [Technique::Leadr, Technique::NormalMip] {
+            for samples in [1, 64] {
+                let (image, time) = render(technique, samples, shadowing)?;
+                let error = compare(&reference, &image, exposure, Tonemap::Filmic)?;
+                let visibility = if shadowing { "shadowing" } else { "masking" };
+                println!(
+                    "{:<11} {samples:>7} {visibility:>10} {:>8.4} {:>9.4} {time:>9.0}",
+                    technique.name(),
+                    error.flip,
+                    error.rrmse
+                );
+            }
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,39 @@
+#ifndef LEADR_HALF_DIFFERENCE_GLSL
+#define LEADR_HALF_DIFFERENCE_GLSL
+
+// Rusinkiewicz' half/difference parameterisation of a pair of directions (thesis eq. 1.8).
+
+struct HalfDifference {
+    vec3 wh; // half vector, unit
+    vec3 wd; // wi in the frame that takes wh to z: Rot_y(-theta_h) Rot_z(-phi_h) wi; wd.z = cos(theta_d)
+};
+
+// (sin(theta), cos(phi), sin(phi)) of a direction; phi = 0 at the poles.
+vec3 direction_angles(vec3 w) {
+    float sine = sqrt(w.x * w.x + w.y * w.y);
+    return sine < 1e-18 ? vec3(0.0, 1.0, 0.0) : vec3(sine, w.xy / sine);
+}
+
+// Opposite directions have no half vector: the highest one orthogonal to wi is taken.
+HalfDifference directions_to_half_difference(vec3 wo, vec3 wi) {
+    vec3 sum = wi + wo;
+    float length2 = dot(sum, sum);
+    // sum = (|sum|^2 / 2) wi + what is orthogonal to wi; the first part is lost to rounding where sum is short.
+    vec3 across = sum - dot(sum, wi) * wi;
+    vec3 a = direction_angles(wi);
+    vec3 wh = length2 > 1.0 ? sum * inversesqrt(length2)
+        : dot(across, across) > 1e-36 ? normalize(across + 0.5 * length2 * wi) : vec3(-wi.z * a.yz, a.x);
+    a = direction_angles(wh);
+    float x = a.y * wi.x + a.z * wi.y;
+    float y = a.y * wi.y - a.z * wi.x;
+    return HalfDifference(wh, vec3(wh.z * x - a.x * wi.z, y, a.x * x + wh.z * wi.z));
+}
+
+void half_difference_to_directions(HalfDifference p, out vec3 wo, out vec3 wi) {
+    vec3 a = direction_angles(p.wh);
+    float x = p.wh.z * p.wd.x + a.x * p.wd.z;
+    wi = vec3(a.y * x - a.z * p.wd.y, a.z * x + a.y * p.wd.y, p.wh.z * p.wd.z - a.x * p.wd.x);
+    wo = 2.0 * p.wd.z * p.wh - wi;
+}
+
+#endif

@@ -1,0 +1,158 @@
+//! The device's BRDF functions against the f64 reference: masking variants, conductors, half/difference, and the whole
+//! microfacet BRDF. How arguments are compared: see `parity/comparator.rs`.
+
+mod common;
+#[path = "parity/comparator.rs"]
+mod comparator;
+
+use comparator::{Numbers, Random, TUPLES, Tolerance, list, parity};
+use glam::{DVec2, DVec3};
+use leadr::reflectance::fresnel::fresnel_conductor;
+use leadr::reflectance::half_difference::{
+    HalfDifference, directions_to_half_difference, half_difference_to_directions,
+};
+use leadr::reflectance::masking_variants::{Masking, masking_factor};
+use leadr::reflectance::microfacet::{half_vector, microfacet_eval_beckmann, microfacet_eval_ggx};
+use leadr::reflectance::specular::environment_sample;
+
+fn v2(x: &[f64], at: usize) -> DVec2 {
+    DVec2::new(x[at], x[at + 1])
+}
+
+fn v3(x: &[f64], at: usize) -> DVec3 {
+    DVec3::new(x[at], x[at + 1], x[at + 2])
+}
+
+fn join<const N: usize>(parts: &[&[f64]]) -> [f64; N] {
+    parts.concat().try_into().unwrap_or_else(|v: Vec<f64>| panic!("{} values instead of {N}", v.len()))
+}
+
+/// Any two directions, also equal and opposite ones; half of the lights near the mirror direction of a facet in the lobe.
+fn pair(r: &mut Random, m: DVec2, s: DVec3) -> (DVec3, DVec3) {
+    let wo = r.direction();
+    let wi = match (r.unit() * 20.0) as u32 {
+        0 => wo,
+        1 => -wo,
+        2..10 => r.direction(),
+        _ => environment_sample(wo, DVec2::new(r.range(-2.0, 2.0), r.range(-2.0, 2.0)), m, s).wi,
+    };
+    (wo, wi)
+}
+
+#[test]
+fn fresnel_conductor_parity() {
+    parity::<7>(
+        "fresnel_conductor",
+        Tolerance { relative: 5e-6, floor: |_| 1e-3, unit: 0.0 },
+        |r| {
+            let mut x = [0.0; 7];
+            // Metals, dielectrics, and what is neither.
+            x[..6].fill_with(|| match (r.unit() * 12.0) as u32 {
+                0 => 0.0,
+                1 => 1.0,
+                2 => r.log(1e-9, 1e9),
+                _ => r.log(0.05, 8.0),
+            });
+            x[6] = if r.unit() < 0.2 { r.pick([0.0, 1.0, -1.0, 1e-6, 1.1]) } else { r.unit() };
+            x
+        },
+        |x| list![fresnel_conductor(x[6], v3(x, 0), v3(x, 3))],
+    );
+}
+
+#[test]
+fn half_difference_parity() {
+    parity::<6>(
+        "half_difference",
+        Tolerance { relative: 2e-6, floor: |_| 1.0, unit: 0.0 },
+        |r| {
+            let (wo, wi) = pair(r, DVec2::ZERO, DVec3::new(0.2, 0.2, 0.0));
+            join(&[&wo.to_array(), &wi.to_array()])
+        },
+        |x| {
+            let (wo, wi) = (v3(x, 0), v3(x, 3));
+            let p = directions_to_half_difference(wo, wi);
+            let (o, i) = half_difference_to_directions(&p);
+            let (there, back) = half_difference_to_directions(&HalfDifference { wh: wo, wd: wi });
+            list![p.wh, p.wd, o, i, there, back]
+        },
+    );
+}
+
+#[test]
+fn masking_variants_parity() {
+    parity::<13>(
+        "masking_variants",
+        Tolerance { relative: 5e-6, floor: |_| 1e-6, unit: 0.0 },
+        |r| {
+            let (m, s) = (r.mean_slope(), r.covariance());
+            let (wo, wi) = pair(r, m, s);
+            let wh = half_vector(wo, wi);
+            let areas = [wo, wi].map(|w| leadr::reflectance::projected_area::visible_area(w, m, s));
+            join(&[&wo.to_array(), &wi.to_array(), &wh.to_array(), &m.to_array(), &areas])
+        },
+        |x| {
+            let (wo, wi, wh, m) = (v3(x, 0), v3(x, 3), v3(x, 6), v2(x, 9));
+            list![Masking::ALL.map(|masking| masking_factor(masking, wo, wi, wh, m, x[11], x[12]))]
+        },
+    );
+}
+
+#[test]
+fn microfacet_parity() {
+    parity::<11>(
+        "microfacet",
+        Tolerance { relative: 3e-5, floor: |_| 1e-5, unit: 0.0 },
+        |r| {
+            let (m, s) = (r.mean_slope(), r.covariance());
+            let (wo, wi) = pair(r, m, s);
+            join(&[&wo.to_array(), &wi.to_array(), &m.to_array(), &s.to_array()])
+        },
+        |x| {
+            let (wo, wi) = (v3(x, 0), v3(x, 3));
+            let (m, s) = (v2(x, 6), v3(x, 8));
+            let both =
+                |masking| [microfacet_eval_beckmann(masking, wo, wi, m, s), microfacet_eval_ggx(masking, wo, wi, m, s)];
+            Masking::ALL.map(both).concat()
+        },
+    );
+}
+
+/// Arguments no scene should produce: everything is finite all the same.
+#[test]
+fn finite_at_the_extremes() {
+    let Some(gpu) = common::test_gpu() else { return };
+    let mut r = Random(7);
+    let any = |r: &mut Random| r.pick([0.0, 1e-30, -1e-30, 1e-12, 1.0, -1.0, 0.5, 1e3, -1e3, 1e6, -1e6]) as f32;
+    let axis = |r: &mut Random| {
+        let v = DVec3::new(r.pick([0.0, 1.0, -1.0, 1e-7]), r.pick([0.0, 1.0, -1e-4]), r.pick([0.0, 1.0, -1.0, 1e-20]));
+        v.try_normalize().unwrap_or(DVec3::NEG_Z).to_array().map(|v| v as f32)
+    };
+    let directions = |r: &mut Random| [axis(r), axis(r)].concat();
+    let numbers = |r: &mut Random, n: usize| (0..n).map(|_| any(r)).collect::<Vec<f32>>();
+    let microfacets: Vec<[f32; 11]> =
+        (0..TUPLES).map(|_| fixed(&[directions(&mut r), numbers(&mut r, 5)].concat())).collect();
+    let pairs: Vec<[f32; 6]> = (0..TUPLES).map(|_| fixed(&directions(&mut r))).collect();
+    let indices: Vec<[f32; 7]> = (0..TUPLES).map(|_| fixed(&numbers(&mut r, 7))).collect();
+    check_finite(&gpu, "microfacet", &microfacets, 14);
+    check_finite(&gpu, "half_difference", &pairs, 18);
+    check_finite(&gpu, "fresnel_conductor", &indices, 3);
+}
+
+fn fixed<const N: usize>(numbers: &[f32]) -> [f32; N] {
+    numbers.try_into().expect("as many as the probe reads")
+}
+
+fn check_finite<const N: usize>(gpu: &common::TestGpu, name: &str, items: &[[f32; N]], outputs: usize) {
+    let got = common::run_probe::<N>(gpu, &format!("probes/{name}.comp"), items, outputs);
+    assert_eq!(got.len(), items.len() * outputs);
+    let bad: Vec<_> = got.iter().enumerate().filter(|(_, v)| !v.is_finite()).map(|(i, _)| i).collect();
+    assert!(
+        bad.is_empty(),
+        "{name} on {}: {} values not finite, first output {} of {:?}",
+        gpu.device_name(),
+        bad.len(),
+        bad[0] % outputs,
+        items[bad[0] / outputs]
+    );
+}
