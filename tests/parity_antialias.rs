@@ -11,6 +11,10 @@ use leadr::reflectance::geometric_antialiasing::{
     axis_aligned_kernel, clamp_determinant, filter_covariance, filter_roughness, ggx_ndf_clamped, half_vector_kernel,
     isotropic_kernel, tilt_kernel,
 };
+use leadr::reflectance::ggx_filtering::{
+    base_share, displaced_ggx, displaced_ggx_masking_shadowing, displaced_ggx_ndf, displaced_ggx_p22,
+    displaced_ggx_visible_area, filter_ggx,
+};
 use leadr::reflectance::slope_moments::{
     SlopeMoments, add_moments, map_moments, mix_moments, moments_covariance, moments_of_distribution,
     moments_of_normal, moments_of_slope, roughen_moments, scale_moments, shear_moments, slope_of_heights,
@@ -139,6 +143,35 @@ fn geometric_antialiasing_parity() {
                     clamp_determinant(s, 1e-2).z,
                     ggx_ndf_clamped(wh, m, s, 1e-4),
                     ggx_ndf_clamped(wh, m, filter_roughness(s, kernel), 1e-4),
+                ],
+            ]
+        },
+    );
+}
+
+#[test]
+fn ggx_filtering_parity() {
+    parity::<14>(
+        "ggx_filtering",
+        Tolerance { relative: 3e-5, floor: |k| if k < 8 { 1e-3 } else { 1e-6 }, unit: 0.0 },
+        |r| {
+            let (wo, wi, m) = (r.direction(), r.direction(), r.mean_slope());
+            let (a, s) = (clamp_covariance(r.covariance()), clamp_covariance(r.covariance()));
+            join(&[&wo.to_array(), &wi.to_array(), &m.to_array(), &a.to_array(), &s.to_array()])
+        },
+        |x| {
+            let (wo, wi, m, a, s) = (v3(x, 0), v3(x, 3), v2(x, 6), v3(x, 8), v3(x, 11));
+            let d = displaced_ggx(a, s);
+            list![
+                filter_ggx(a, s),
+                [base_share(a, s), d.weight],
+                d.roughness,
+                [
+                    displaced_ggx_p22(wi.truncate(), m, &d),
+                    displaced_ggx_ndf(wi, m, &d),
+                    displaced_ggx_visible_area(wo, m, &d),
+                    displaced_ggx_masking_shadowing(wo, wi, m, &d, true),
+                    displaced_ggx_masking_shadowing(wo, wi, m, &d, false),
                 ],
             ]
         },

@@ -70,6 +70,7 @@ pub mod frame;
 pub mod fresnel;
 pub mod geometric_antialiasing;
 pub mod ggx;
+pub mod ggx_filtering;
 pub mod ggx_sampling;
 pub mod half_difference;
 pub mod lambert;
