@@ -14,9 +14,10 @@ vec3 filter_ggx(vec3 A, vec3 S) {
 
 // Share of the base in the roughness: 0 for a displaced mirror, 1 for a flat base.
 float base_share(vec3 A, vec3 S) {
-    vec3 T = filter_ggx(A, S);
     float base = max(fma(A.x, A.y, -A.z * A.z), 1e-30);
-    return sqrt(min(base / max(fma(T.x, T.y, -T.z * T.z), 1e-30), 1.0));
+    float bumps = max(fma(S.x, S.y, -S.z * S.z), 0.0);
+    float mixed = max(A.y * S.x + A.x * S.y - 2.0 * A.z * S.z, 0.0);
+    return inversesqrt(1.0 + (2.0 * mixed + 4.0 * bumps) / base);
 }
 
 // `weight` of a GGX surface of matrix `roughness`, the rest a Beckmann surface of covariance roughness / 2.

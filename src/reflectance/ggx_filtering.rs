@@ -58,10 +58,14 @@ pub fn filter_ggx(a: DVec3, s: DVec3) -> DVec3 {
 }
 
 /// Share of the base in the roughness, `√(|A| / |A + 2S|)`: 0 for a displaced mirror, 1 for a flat base.
+///
+/// As `1 / √(1 + 2 tr(adj(A) S) / |A| + 4 |S| / |A|)`, where little displacement is not lost in the difference of two
+/// determinants.
 #[must_use]
 pub fn base_share(a: DVec3, s: DVec3) -> f64 {
-    let det = |v: DVec3| (v.x * v.y - v.z * v.z).max(1e-30);
-    (det(a) / det(filter_ggx(a, s))).min(1.0).sqrt()
+    let det = |v: DVec3| (v.x * v.y - v.z * v.z).max(0.0);
+    let mixed = (a.y * s.x + a.x * s.y - 2.0 * a.z * s.z).max(0.0);
+    1.0 / (1.0 + (2.0 * mixed + 4.0 * det(s)) / det(a).max(1e-30)).sqrt()
 }
 
 /// `weight` of a GGX surface of matrix `roughness`, the rest a Beckmann surface of covariance `roughness / 2`.
