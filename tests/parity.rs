@@ -8,7 +8,7 @@ mod common;
 #[path = "parity/comparator.rs"]
 mod comparator;
 
-use comparator::{Numbers, Random, TUPLES, Tolerance, list, parity};
+use comparator::{Numbers, Random, TUPLES, Tolerance, join, list, parity, v2, v3};
 use glam::{DVec2, DVec3};
 use leadr::reflectance::beckmann::{beckmann_ndf, beckmann_p22};
 use leadr::reflectance::diffuse::{
@@ -25,18 +25,6 @@ use leadr::reflectance::slope_map::{map_covariance, map_mean_slope, slope_map};
 use leadr::reflectance::slope_statistics::{add_macro_curvature, add_roughness, covariance_from_moments, scale_height};
 use leadr::reflectance::specular::{env_lod, environment_sample, leadr_specular_directional};
 use leadr::reflectance::{limits, specular};
-
-fn v2(x: &[f64], at: usize) -> DVec2 {
-    DVec2::new(x[at], x[at + 1])
-}
-
-fn v3(x: &[f64], at: usize) -> DVec3 {
-    DVec3::new(x[at], x[at + 1], x[at + 2])
-}
-
-fn join<const N: usize>(parts: &[&[f64]]) -> [f64; N] {
-    parts.concat().try_into().unwrap_or_else(|v: Vec<f64>| panic!("{} values instead of {N}", v.len()))
-}
 
 #[test]
 fn normal_distribution_parity() {

@@ -5,7 +5,7 @@ mod common;
 #[path = "parity/comparator.rs"]
 mod comparator;
 
-use comparator::{Numbers, Random, Tolerance, list, parity};
+use comparator::{Numbers, Random, Tolerance, join, list, parity, v2, v3};
 use glam::{DMat2, DVec2, DVec3, DVec4};
 use leadr::reflectance::geometric_antialiasing::{
     axis_aligned_kernel, clamp_determinant, filter_covariance, filter_roughness, ggx_ndf_clamped, half_vector_kernel,
@@ -24,18 +24,6 @@ use leadr::reflectance::slope_packing::{
     pack_leadr, pack_lean, principal_variances, unpack_leadr, unpack_lean,
 };
 use leadr::reflectance::slope_statistics::{add_macro_curvature, clamp_covariance};
-
-fn v2(x: &[f64], at: usize) -> DVec2 {
-    DVec2::new(x[at], x[at + 1])
-}
-
-fn v3(x: &[f64], at: usize) -> DVec3 {
-    DVec3::new(x[at], x[at + 1], x[at + 2])
-}
-
-fn join<const N: usize>(parts: &[&[f64]]) -> [f64; N] {
-    parts.concat().try_into().unwrap_or_else(|v: Vec<f64>| panic!("{} values instead of {N}", v.len()))
-}
 
 impl Numbers for SlopeMoments {
     fn numbers(self) -> Vec<f64> {

@@ -5,7 +5,7 @@ mod common;
 #[path = "parity/comparator.rs"]
 mod comparator;
 
-use comparator::{Numbers, Random, TUPLES, Tolerance, list, parity};
+use comparator::{Numbers, Random, TUPLES, Tolerance, join, list, parity, v2, v3};
 use glam::{DVec2, DVec3};
 use leadr::reflectance::fresnel::fresnel_conductor;
 use leadr::reflectance::half_difference::{
@@ -14,18 +14,6 @@ use leadr::reflectance::half_difference::{
 use leadr::reflectance::masking_variants::{Masking, masking_factor};
 use leadr::reflectance::microfacet::{half_vector, microfacet_eval_beckmann, microfacet_eval_ggx};
 use leadr::reflectance::specular::environment_sample;
-
-fn v2(x: &[f64], at: usize) -> DVec2 {
-    DVec2::new(x[at], x[at + 1])
-}
-
-fn v3(x: &[f64], at: usize) -> DVec3 {
-    DVec3::new(x[at], x[at + 1], x[at + 2])
-}
-
-fn join<const N: usize>(parts: &[&[f64]]) -> [f64; N] {
-    parts.concat().try_into().unwrap_or_else(|v: Vec<f64>| panic!("{} values instead of {N}", v.len()))
-}
 
 /// Any two directions, also equal and opposite ones; half of the lights near the mirror direction of a facet in the lobe.
 fn pair(r: &mut Random, m: DVec2, s: DVec3) -> (DVec3, DVec3) {

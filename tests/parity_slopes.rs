@@ -4,7 +4,7 @@ mod common;
 #[path = "parity/comparator.rs"]
 mod comparator;
 
-use comparator::{Numbers, Random, TUPLES, Tolerance, list, parity};
+use comparator::{Numbers, Random, TUPLES, Tolerance, join, list, parity, v2, v3};
 use glam::{DVec2, DVec3};
 use leadr::reflectance::beckmann::beckmann_vndf;
 use leadr::reflectance::beckmann_sampling::{beckmann_sample_visible, visible_slope_quantile};
@@ -18,18 +18,6 @@ use leadr::reflectance::ggx::{
 use leadr::reflectance::ggx_sampling::ggx_sample_visible;
 use leadr::reflectance::normal_distribution::{normal_cdf, normal_pdf, normal_quantile, normal_tail_mean};
 use leadr::reflectance::slope_grid::{normal_of_slope, slope_sample};
-
-fn v2(x: &[f64], at: usize) -> DVec2 {
-    DVec2::new(x[at], x[at + 1])
-}
-
-fn v3(x: &[f64], at: usize) -> DVec3 {
-    DVec3::new(x[at], x[at + 1], x[at + 2])
-}
-
-fn join<const N: usize>(parts: &[&[f64]]) -> [f64; N] {
-    parts.concat().try_into().unwrap_or_else(|v: Vec<f64>| panic!("{} values instead of {N}", v.len()))
-}
 
 /// Half within the lobe, half anywhere.
 fn normal(r: &mut Random, m: DVec2, s: DVec3) -> DVec3 {

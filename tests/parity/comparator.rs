@@ -13,6 +13,21 @@ const PERTURBED: usize = 10_000;
 /// One in so many counts towards the share of well-conditioned values.
 const SAMPLED: usize = 16;
 
+/// Two arguments from `at` on as a vector.
+pub fn v2(x: &[f64], at: usize) -> DVec2 {
+    DVec2::new(x[at], x[at + 1])
+}
+
+/// Three arguments from `at` on as a vector.
+pub fn v3(x: &[f64], at: usize) -> DVec3 {
+    DVec3::new(x[at], x[at + 1], x[at + 2])
+}
+
+/// The arguments of one tuple, one part after the other.
+pub fn join<const N: usize>(parts: &[&[f64]]) -> [f64; N] {
+    parts.concat().try_into().unwrap_or_else(|v: Vec<f64>| panic!("{} values instead of {N}", v.len()))
+}
+
 /// SplitMix64: the same arguments on every run.
 pub struct Random(pub u64);
 
