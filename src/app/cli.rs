@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
 
+use super::report::ReportSection;
 use super::values::{
     CameraChoice, DiffuseLights, EnvironmentChoice, FrameRange, Layer, Masking, SceneKind, Shard, Size, Sun, Technique,
     atlas_tile, finite, not_negative, positive, roughness,
@@ -58,6 +59,9 @@ pub enum Command {
     /// Measure how far two pictures are apart: FLIP, relative RMSE, largest difference
     #[command(after_help = COMPARE_EXAMPLES)]
     Compare(CompareArgs),
+    /// Measure again what the papers show, and write it as one page of tables, pictures and plots
+    #[command(after_help = REPORT_EXAMPLES)]
+    Report(ReportArgs),
 }
 
 #[cfg(feature = "window")]
@@ -85,6 +89,28 @@ const COMPARE_EXAMPLES: &str = "Examples:
   leadr compare reference.png test.png
   leadr compare reference.exr test.exr --max-flip 0.02 --error-image out/error.png && echo close enough
   leadr compare reference.png test.png --json";
+
+const REPORT_EXAMPLES: &str = "Examples:
+  leadr report                                  everything, into out/report; takes half an hour without a GPU
+  leadr report --quick -o out/quick             everything, small, in minutes
+  leadr report --only convergence -o out/one    a single section";
+
+/// Flags of `leadr report`.
+#[derive(Clone, Debug, Args)]
+pub struct ReportArgs {
+    /// Small pictures and few samples
+    #[arg(long)]
+    pub quick: bool,
+    /// Only these sections
+    #[arg(long, value_name = "NAME,...", value_enum, value_delimiter = ',')]
+    pub only: Vec<ReportSection>,
+    /// Folder of the report: index.html, report.json and the pictures
+    #[arg(long, short, value_name = "DIR", default_value = "out/report")]
+    pub output: PathBuf,
+    /// The device.
+    #[command(flatten)]
+    pub device: DeviceArgs,
+}
 
 /// Flags of `leadr compare`.
 #[derive(Clone, Debug, Args)]

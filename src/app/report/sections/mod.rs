@@ -1,0 +1,88 @@
+//! The sections of the report, one file each: what it measures, and what it makes of it.
+
+mod convergence;
+
+use clap::ValueEnum;
+use serde::Serialize;
+
+use super::html::Html;
+use super::studio::Studio;
+use crate::app::error::AppError;
+
+/// What a section has to say.
+#[derive(Clone, Debug)]
+pub struct Section {
+    /// For people.
+    pub html: Html,
+    /// For programs.
+    pub data: serde_json::Value,
+    /// Conclusions, each computed from the data.
+    pub findings: Vec<String>,
+}
+
+impl Section {
+    /// A section that opens with `intro`, goes on with its findings, and then shows what they were made from.
+    ///
+    /// # Errors
+    /// If the data cannot be written as JSON.
+    pub fn new(intro: &str, findings: Vec<String>, shown: &Html, data: impl Serialize) -> Result<Self, AppError> {
+        let mut html = Html::new();
+        html.paragraph(intro);
+        html.findings(&findings);
+        html.append(shown);
+        let data = serde_json::to_value(data).map_err(|e| AppError::Failed(format!("cannot write JSON: {e}")))?;
+        Ok(Self { html, data, findings })
+    }
+}
+
+/// The sections, in the order of the page.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, ValueEnum)]
+pub enum SectionName {
+    /// How the reference converges.
+    Convergence,
+}
+
+impl SectionName {
+    /// All of them.
+    pub const ALL: [Self; 1] = [Self::Convergence];
+
+    /// Name on the command line and in the data.
+    #[must_use]
+    pub fn key(self) -> &'static str {
+        match self {
+            Self::Convergence => "convergence",
+        }
+    }
+
+    /// Heading on the page.
+    #[must_use]
+    pub fn title(self) -> &'static str {
+        match self {
+            Self::Convergence => "The reference converges",
+        }
+    }
+
+    /// Makes the section.
+    ///
+    /// # Errors
+    /// If the device fails or a measurement is not finite.
+    pub fn run(self, studio: &mut Studio) -> Result<Section, AppError> {
+        match self {
+            Self::Convergence => convergence::run(studio),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_on_the_command_line_are_the_keys_of_the_data() {
+        for (value, name) in SectionName::value_variants().iter().zip(SectionName::ALL) {
+            assert_eq!(*value, name);
+            assert_eq!(name.to_possible_value().unwrap().get_name(), name.key());
+        }
+        assert_eq!(SectionName::value_variants().len(), SectionName::ALL.len());
+    }
+}

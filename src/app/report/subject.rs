@@ -1,0 +1,47 @@
+//! What sections photograph: a stage on the device with its light.
+
+use super::studio::Studio;
+use crate::app::error::AppError;
+use crate::render::camera::Camera;
+use crate::render::environment::{Environment, FACE_SIZE};
+use crate::render::frame::Renderer;
+use crate::render::scene::FrameState;
+use crate::render::sky::Sky;
+use crate::scenes::stage::{Lights, Relief, Stage, sphere_stage};
+
+/// A stage whose objects are on the device.
+pub struct Subject {
+    /// Holds the objects.
+    pub renderer: Renderer,
+    /// Their motion and the views.
+    pub stage: Stage,
+    lights: Lights,
+    time: f64,
+}
+
+impl Subject {
+    /// Uploads a stage under the sky and its sun; `time` is the moment of its motion, seconds.
+    ///
+    /// # Errors
+    /// If the device fails.
+    pub fn under_the_sky(studio: &Studio, mut stage: Stage, time: f64) -> Result<Self, AppError> {
+        let sky = Sky::default();
+        let environment = Environment::from_sky(&studio.gpu, FACE_SIZE, &sky)?;
+        let renderer = Renderer::new(&studio.gpu, std::mem::take(&mut stage.objects), environment)?;
+        Ok(Self { renderer, stage, lights: Lights { sky: Some(sky), points: Vec::new() }, time })
+    }
+
+    /// The rough sphere: rock on a unit sphere under the sky, with atlas tiles of `tile` texels.
+    ///
+    /// # Errors
+    /// If the device fails.
+    pub fn rough_sphere(studio: &Studio, tile: u32) -> Result<Self, AppError> {
+        Self::under_the_sky(studio, sphere_stage(Relief { tile, ..Relief::default() }), 0.0)
+    }
+
+    /// The stage's state as `camera` sees it.
+    #[must_use]
+    pub fn seen_by(&self, camera: &Camera) -> FrameState {
+        self.stage.state(self.time, camera, &self.lights)
+    }
+}

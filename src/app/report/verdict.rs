@@ -1,0 +1,122 @@
+//! How far a shot is from the truth, over the object and over its inside.
+
+use serde::Serialize;
+
+use crate::maps::compare::{bias_over, compare, rrmse_over};
+use crate::maps::tonemap::Tonemap;
+use crate::maps::{MapFault, Mask, Rgb8Image, RgbImage};
+
+/// Pixels of the outline that the inside leaves out.
+pub const OUTLINE: u32 = 2;
+
+/// A rendered picture with what covers it.
+#[derive(Clone, Debug)]
+pub struct Shot {
+    /// Linear radiance.
+    pub image: RgbImage,
+    /// Share of each pixel that objects cover, 0 to 1.
+    pub coverage: Vec<f32>,
+    /// Device time of all passes and samples.
+    pub milliseconds: f64,
+    /// Samples per pixel.
+    pub samples: u32,
+}
+
+impl Shot {
+    /// The pixels that objects touch.
+    ///
+    /// # Errors
+    /// Never for a picture that was rendered.
+    pub fn object(&self) -> Result<Mask, MapFault> {
+        Mask::covered(self.image.width, self.image.height, &self.coverage, 1e-4)
+    }
+
+    /// The pixels that objects fill, [`OUTLINE`] pixels away from every one that they do not.
+    ///
+    /// # Errors
+    /// Never for a picture that was rendered.
+    pub fn interior(&self) -> Result<Mask, MapFault> {
+        let filled = Mask::covered(self.image.width, self.image.height, &self.coverage, 0.999)?;
+        Ok(filled.eroded(OUTLINE))
+    }
+
+    /// Mean luminance (Rec. 709) over the pixels of a mask; 0 when it is empty.
+    #[must_use]
+    pub fn luminance(&self, mask: &Mask) -> f64 {
+        let pixels = self.image.texels.iter().zip(&mask.inside).filter(|&(_, &inside)| inside);
+        let sum: f64 = pixels.map(|(t, _)| f64::from(0.2126 * t[0] + 0.7152 * t[1] + 0.0722 * t[2])).sum();
+        sum / mask.count().max(1) as f64
+    }
+}
+
+/// Errors over one set of pixels.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Errors {
+    /// Mean FLIP, 0 to 1.
+    pub flip: f64,
+    /// Relative root mean square error of linear radiance.
+    pub rrmse: f64,
+    /// Relative bias; positive is too bright.
+    pub bias: f64,
+}
+
+/// How far a test is from a reference.
+#[derive(Clone, Debug)]
+pub struct Verdict {
+    /// Over the pixels that the reference's object touches; the background is excluded.
+    pub object: Errors,
+    /// Over the inside, the outline excluded.
+    pub interior: Errors,
+    /// FLIP of every pixel as colours.
+    pub error_image: Rgb8Image,
+}
+
+/// Holds `test` against `reference`, looked at with `exposure` (a factor) through the filmic curve.
+///
+/// # Errors
+/// Sizes that differ, or a NaN or infinity, with its place.
+pub fn judge(reference: &Shot, test: &Shot, exposure: f32) -> Result<Verdict, MapFault> {
+    let compared = compare(&reference.image, &test.image, exposure, Tonemap::Filmic)?;
+    let errors = |mask: &Mask| -> Result<Errors, MapFault> {
+        Ok(Errors {
+            flip: compared.flip_over(mask),
+            rrmse: rrmse_over(&reference.image, &test.image, mask)?,
+            bias: bias_over(&reference.image, &test.image, mask)?,
+        })
+    };
+    Ok(Verdict {
+        object: errors(&reference.object()?)?,
+        interior: errors(&reference.interior()?)?,
+        error_image: compared.error_image(),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A disc on a bright ground, its inside and its outline dimmed by factors.
+    fn disc(inside: f32, outline: f32) -> Shot {
+        let (mut texels, mut coverage) = (Vec::new(), Vec::new());
+        for i in 0..40 * 40 {
+            let radius = ((i % 40) as f32 - 19.5).hypot((i / 40) as f32 - 19.5);
+            let share = (15.0 - radius).clamp(0.0, 1.0);
+            let value = if radius < 12.0 { 0.4 * inside } else { 0.4 * outline };
+            texels.push([value * share + 2.0 * (1.0 - share); 3]);
+            coverage.push(share);
+        }
+        Shot { image: RgbImage::new(40, 40, texels).unwrap(), coverage, milliseconds: 1.0, samples: 1 }
+    }
+
+    #[test]
+    fn inside_and_outline_are_told_apart() {
+        let truth = disc(1.0, 1.0);
+        let same = judge(&truth, &truth, 1.0).unwrap();
+        assert_eq!((same.object.rrmse, same.interior.flip), (0.0, 0.0));
+        let dim = judge(&truth, &disc(0.5, 1.0), 1.0).unwrap();
+        assert!((dim.interior.bias + 0.5).abs() < 0.05 && dim.interior.rrmse > 0.4, "{:?}", dim.interior);
+        let edge = judge(&truth, &disc(1.0, 0.5), 1.0).unwrap();
+        assert!(edge.object.rrmse > 5.0 * edge.interior.rrmse, "{:?} {:?}", edge.object, edge.interior);
+        assert!((truth.luminance(&truth.interior().unwrap()) - 0.4).abs() < 1e-6);
+    }
+}
