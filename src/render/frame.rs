@@ -227,9 +227,9 @@ impl Renderer {
             }
         }
         if let Some(view) = self.shadow_view {
-            // Shadows need not be finer than their texels.
-            let coarse = TessellationSettings {
-                pixels_per_triangle: settings.tessellation.pixels_per_triangle.max(8.0),
+            // Casters are divided as the camera's surface is: a finer one would stand out of it and shade it.
+            let lens = state.camera.lens(settings.size.1);
+            let casters = TessellationSettings {
                 cull: false,
                 max_vertices_per_draw: self.vertices_per_draw(),
                 ..settings.tessellation
@@ -237,7 +237,7 @@ impl Renderer {
             for (drawn, posed) in self.drawn.iter_mut().zip(&posed) {
                 if let Some(buffers) = &mut drawn.sun {
                     let scale = state.height_scale;
-                    buffers.update(&drawn.object, posed, scale, view.clip_from_world, view.eye, view.lens, &coarse)?;
+                    buffers.update(&drawn.object, posed, scale, view.clip_from_world, view.eye, lens, &casters)?;
                 }
             }
         }
