@@ -64,6 +64,7 @@
 pub mod beckmann;
 pub mod beckmann_sampling;
 pub mod brdf;
+pub mod correlated_masking;
 pub mod diffuse;
 pub mod ellipse;
 pub mod frame;
@@ -84,6 +85,7 @@ pub mod quadrature;
 pub mod reference;
 pub mod sh;
 pub mod sh_projection;
+pub mod shadowed_environment;
 pub mod slope_distribution;
 pub mod slope_grid;
 pub mod slope_map;
