@@ -51,12 +51,6 @@ vec3 shadowed_diffuse_environment(BentNormal v, Frame f, vec3 c[9]) {
     return max(sh_irradiance(c, from_frame(f, v.normal)), 0.0) * (v.open / LEADR_PI);
 }
 
-// What a probe of a line in the space of slopes stands for.
-struct LitProbe {
-    float lit;  // the part of it that the environment reaches, 0..1: a factor of the probe's weight
-    vec2 slope; // mean slope of that part: where to fetch
-};
-
 // The interval of y where a2 y^2 + b2 y + c2 > 0, within +-8; empty (x >= y) if nowhere. Of a parabola that opens upwards
 // its tangent line at 0.
 vec2 positive_interval(float a2, float b2, float c2) {
@@ -70,9 +64,13 @@ vec2 positive_interval(float a2, float b2, float c2) {
     return vec2(min(near, far), max(near, far));
 }
 
-// Shadowing of the probe at `slope` that stands for all slopes `slope + y across`, y ~ N(0, 1).
-LitProbe lit_probe(int visibility, DirectionArea o, vec3 wo, vec2 slope, vec2 across, vec2 m, vec3 cholesky) {
-    if (visibility == LEADR_VISIBILITY_MASKING) return LitProbe(1.0, slope);
+// Part of a probe that the environment reaches, 0..1: a factor of its weight in a sum that is normalised for masking. The
+// probe at `slope` stands for all slopes `slope + y across`, y ~ N(0, 1); across 0: for itself alone. Where a rule blurs
+// its probes and moves them together for it, this wants the slopes that they stand for, spread over all that is visible;
+// the radiance is fetched where the rule has its probe.
+float lit_probe(int visibility, DirectionArea o, vec3 wo, vec2 slope, vec2 across, vec2 m, vec3 cholesky) {
+    if (visibility == LEADR_VISIBILITY_MASKING) return 1.0;
+    // Reflections above the mesosurface: an interval of y.
     float v = wo.z - dot(wo.xy, slope);
     float dv = -dot(wo.xy, across);
     float k = 1.0 + dot(slope, m);
@@ -81,27 +79,23 @@ LitProbe lit_probe(int visibility, DirectionArea o, vec3 wo, vec2 slope, vec2 ac
     vec2 interval = positive_interval(2.0 * dv * dk - ao * dot(across, across),
                                       2.0 * (v * dk + dv * k - ao * dot(slope, across)),
                                       2.0 * v * k - ao * (1.0 + dot(slope, slope)));
-    if (interval.x >= interval.y) return LitProbe(0.0, slope);
-    // Mass, mean and standard deviation of the normal density over the interval, from the side where the tail is small.
+    if (interval.x >= interval.y) return 0.0;
+    // Mass, mean and standard deviation of the normal density over it, from the side where the tail is small.
     float side = interval.x + interval.y > 0.0 ? -1.0 : 1.0;
     if (side < 0.0) interval = -interval.yx;
     float pl = normal_pdf(interval.x);
     float ph = normal_pdf(interval.y);
     float mass = max(normal_cdf(interval.y) - normal_cdf(interval.x), 1e-6);
     float mean = clamp((pl - ph) / mass, interval.x, interval.y);
-    float sd = sqrt(clamp(1.0 + (interval.x * pl - interval.y * ph) / mass - mean * mean, 0.0, 1.0));
-    sd = min(sd, 0.288675 * (interval.y - interval.x));
+    float variance = clamp(1.0 + (interval.x * pl - interval.y * ph) / mass - mean * mean, 0.0, 1.0);
+    float sd = min(sqrt(variance), 0.288675 * (interval.y - interval.x));
     float lit = 0.0;
-    float first = 0.0;
     for (int point = -1; point <= 1; point += 2) {
-        float y = side * mean + float(point) * sd;
-        vec3 wn = normal_of_slope(slope + y * across);
+        vec3 wn = normal_of_slope(slope + side * (mean + float(point) * sd) * across);
         vec3 wi = 2.0 * dot(wn, wo) * wn - wo;
-        float g = 0.5 * lit_fraction(visibility, o, direction_area(wi, m, cholesky));
-        lit += g;
-        first += g * y;
+        lit += lit_fraction(visibility, o, direction_area(wi, m, cholesky));
     }
-    return LitProbe(mass * lit, slope + (first / max(lit, 1e-6)) * across);
+    return 0.5 * mass * lit;
 }
 
 #endif

@@ -10,7 +10,7 @@ void main() {
     vec3 S = next3();
     vec2 slope = next2();
     vec2 across = next2();
-    at = gl_GlobalInvocationID.x * 15;
+    at = gl_GlobalInvocationID.x * 12;
     vec3 cholesky = slope_cholesky(S);
     DirectionArea o = direction_area(wo, m, cholesky);
     put(visible_slope_shift(o, cholesky));
@@ -22,10 +22,6 @@ void main() {
     c[0] = vec3(2.0, 1.5, 1.0);
     sh_add_light(c, vec3(0.6, 0.0, 0.8), vec3(1.0, 2.0, 3.0));
     put(shadowed_diffuse_environment(v, frame_about(wo), c));
-    LitProbe full = lit_probe(LEADR_VISIBILITY_CORRELATED, o, wo, slope, across, m, cholesky);
-    put(full.lit);
-    put(full.lit * full.slope); // the slope of an unlit probe counts for nothing
-    LitProbe simple = lit_probe(LEADR_VISIBILITY_CORRELATED_SIMPLE, o, wo, slope, across, m, cholesky);
-    put(simple.lit);
-    put(simple.lit * simple.slope);
+    for (int visibility = LEADR_VISIBILITY_SMITH; visibility <= LEADR_VISIBILITY_CORRELATED_SIMPLE; ++visibility)
+        put(lit_probe(visibility, o, wo, slope, across, m, cholesky));
 }

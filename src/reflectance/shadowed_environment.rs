@@ -29,7 +29,7 @@
 //! A rule with few probes puts them on a line in the space of slopes; each stands for all slopes across the line as well. Those
 //! whose reflection stays above the mesosurface are an interval of the coordinate across, exactly: the reflection of `o` by the
 //! facet of slope `x`, `N = (−x, 1)`, has the mesosurface area `2 (o·N)(1 + x·m) − a_o |N|²` times `|N|⁻²`, a quadratic
-//! polynomial in it. The shadowing of a probe, and the slope to fetch at, are means over that interval by two points.
+//! polynomial in it. The shadowing of a probe is a mean over that interval, by the two points of its Gauss rule.
 
 use super::correlated_masking::{DirectionArea, Visibility, direction_area, lit_fraction};
 use super::frame::{Frame, from_frame};
@@ -91,15 +91,6 @@ pub fn shadowed_diffuse_environment(v: &BentNormal, f: &Frame, c: &Sh9) -> DVec3
     sh_irradiance(c, from_frame(f, v.normal)).max(DVec3::ZERO) * (v.open / PI)
 }
 
-/// What a probe of a line in the space of slopes stands for.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LitProbe {
-    /// Part of it that the environment reaches, 0..1: a factor of the probe's weight.
-    pub lit: f64,
-    /// Mean slope of that part: where to fetch.
-    pub slope: DVec2,
-}
-
 /// The interval of `y` where `a2 y² + b2 y + c2 > 0`, within ±8; empty (`low ≥ high`) if nowhere. Of a parabola that opens upwards its tangent
 /// line at 0.
 #[must_use]
@@ -118,8 +109,11 @@ pub fn positive_interval(a2: f64, b2: f64, c2: f64) -> DVec2 {
     DVec2::new(near.min(far), near.max(far))
 }
 
-/// Shadowing of the probe at `slope` that stands for all slopes `slope + y across`, `y ~ N(0, 1)`; `across` is half of the footprint's
-/// extent across the line (one standard deviation, in slopes), or 0 for a probe that stands for itself.
+/// Part of a probe that the environment reaches, 0..1: a factor of its weight in a sum that is normalised for masking. The probe at
+/// `slope` stands for all slopes `slope + y across`, `y ~ N(0, 1)`; `across` 0: for itself alone.
+///
+/// Where a rule's probes are blurred, and moved together for it, this wants the slopes that they stand for: spread over the full extent
+/// of what is visible. The radiance is fetched where the rule has its probe.
 #[must_use]
 pub fn lit_probe(
     visibility: Visibility,
@@ -129,8 +123,11 @@ pub fn lit_probe(
     across: DVec2,
     m: DVec2,
     cholesky: DVec3,
-) -> LitProbe {
-    // (o·N)(y) = v + dv y, 1 + x·m = k + dk y, |N|² = 1 + |slope|² + …
+) -> f64 {
+    if visibility == Visibility::Masking {
+        return 1.0;
+    }
+    // (o·N)(y) = v + dv y and 1 + x·m = k + dk y.
     let (v, dv) = (wo.z - wo.xy().dot(slope), -wo.xy().dot(across));
     let (k, dk) = (1.0 + slope.dot(m), across.dot(m));
     let ao = o.meso.max(0.0);
@@ -139,23 +136,20 @@ pub fn lit_probe(
         2.0 * (v * dk + dv * k - ao * slope.dot(across)),
         2.0 * v * k - ao * (1.0 + slope.length_squared()),
     );
-    let (low, high) = (interval.x, interval.y);
-    if visibility == Visibility::Masking || low >= high {
-        return LitProbe { lit: if visibility == Visibility::Masking { 1.0 } else { 0.0 }, slope };
+    if interval.x >= interval.y {
+        return 0.0;
     }
-    // Mass, mean and standard deviation of the normal density between low and high, from the side where the tail is small.
-    let side = if low + high > 0.0 { -1.0 } else { 1.0 };
-    let (low, high) = (side * if side > 0.0 { low } else { high }, side * if side > 0.0 { high } else { low });
+    // Mass, mean and standard deviation of the normal density over it, from the side where the tail is small.
+    let side = if interval.x + interval.y > 0.0 { -1.0 } else { 1.0 };
+    let (low, high) = if side < 0.0 { (-interval.y, -interval.x) } else { (interval.x, interval.y) };
     let (pl, ph) = (normal_pdf(low), normal_pdf(high));
     let mass = (normal_cdf(high) - normal_cdf(low)).max(1e-6);
     let mean = ((pl - ph) / mass).clamp(low, high);
-    let sd = (1.0 + (low * pl - high * ph) / mass - mean * mean).clamp(0.0, 1.0).sqrt().min(0.288_675 * (high - low));
-    let (mut lit, mut first) = (0.0, 0.0);
-    for y in [side * mean - sd, side * mean + sd] {
-        let wi = environment_sample_at(wo, slope + y * across).wi;
-        let g = lit_fraction(visibility, o, &direction_area(wi, m, cholesky));
-        lit += 0.5 * g;
-        first += 0.5 * g * y;
-    }
-    LitProbe { lit: mass * lit, slope: slope + (first / lit.max(1e-6)) * across }
+    let variance = (1.0 + (low * pl - high * ph) / mass - mean * mean).clamp(0.0, 1.0);
+    let sd = variance.sqrt().min(0.288_675 * (high - low));
+    let lit = [mean - sd, mean + sd].map(|y| {
+        let wi = environment_sample_at(wo, slope + side * y * across).wi;
+        lit_fraction(visibility, o, &direction_area(wi, m, cholesky))
+    });
+    0.5 * mass * (lit[0] + lit[1])
 }
