@@ -93,3 +93,6 @@ pub mod slope_moments;
 pub mod slope_packing;
 pub mod slope_statistics;
 pub mod specular;
+pub mod visible_diffuse;
+pub mod visible_slopes;
+pub mod visible_specular;
