@@ -4,8 +4,10 @@
 //! only when the last of them has succeeded: pictures first, `report.json`, and `index.html` last, each beside its
 //! place and renamed into it. A section that fails ends the command, and an older report stays as it was.
 
+mod case;
 mod facts;
 mod html;
+mod look;
 mod plot;
 mod sections;
 mod studio;

@@ -60,6 +60,16 @@ pub struct Figure {
     pub width: u32,
     /// Pixels down.
     pub height: u32,
+    /// Length of a pixel on the page.
+    pub scale: u32,
+}
+
+impl Figure {
+    /// The picture with pixels `scale` times as large, for those that are small.
+    #[must_use]
+    pub fn enlarged(self, scale: u32) -> Self {
+        Self { scale, ..self }
+    }
 }
 
 /// What stands in a table.
@@ -236,7 +246,7 @@ impl Html {
 }
 
 fn figure_markup(figure: &Figure) -> String {
-    let Figure { width, height, .. } = figure;
+    let (width, height) = (figure.width * figure.scale, figure.height * figure.scale);
     let (file, alt) = (escape(&figure.file), escape(&figure.alt));
     let caption: Vec<String> = figure.caption.iter().map(|line| escape(line)).collect();
     format!(
@@ -318,7 +328,7 @@ td strong { color: var(--good); }
 figure { margin: 0; }
 figcaption { font-size: 0.8rem; line-height: 1.35; color: var(--faint); font-variant-numeric: tabular-nums; }
 .pictures td { padding: 0.3rem; }
-img { display: block; max-width: 100%; height: auto; background: #000; }
+img { display: block; max-width: 100%; height: auto; background: #000; image-rendering: pixelated; }
 .pictures img { max-width: none; }
 details { margin: 0.6rem 0; }
 summary { cursor: pointer; color: var(--link); }
@@ -410,6 +420,7 @@ pub(in crate::app) mod tests {
             caption: vec![hostile.to_owned()],
             width: 3,
             height: 4,
+            scale: 2,
         };
         table.row([hostile.into(), Cell::Figure(figure.clone())]);
         let mut html = Html::new();

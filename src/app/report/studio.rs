@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use super::case::Case;
 use super::html::Figure;
 use super::verdict::{Shot, Verdict};
 use crate::app::error::AppError;
@@ -26,6 +27,8 @@ pub struct Studio {
     pub quick: bool,
     /// Where progress is told.
     pub output: Output,
+    /// What was held against the truth so far.
+    pub cases: Vec<Case>,
     pictures: BTreeMap<String, Vec<u8>>,
 }
 
@@ -33,7 +36,7 @@ impl Studio {
     /// An empty studio.
     #[must_use]
     pub fn new(gpu: Arc<Gpu>, quick: bool, output: Output) -> Self {
-        Self { gpu, quick, output, pictures: BTreeMap::new() }
+        Self { gpu, quick, output, cases: Vec::new(), pictures: BTreeMap::new() }
     }
 
     /// One of two values: of a quick run, or of a full one.
@@ -101,7 +104,7 @@ impl Studio {
         if self.pictures.insert(file.clone(), bytes).is_some() {
             return Err(AppError::Failed(format!("two pictures of the report are called {file}")));
         }
-        Ok(Figure { file, alt: alt.to_owned(), caption, width: codes.width, height: codes.height })
+        Ok(Figure { file, alt: alt.to_owned(), caption, width: codes.width, height: codes.height, scale: 1 })
     }
 
     /// The files made, as paths from the page and PNG bytes.

@@ -8,6 +8,7 @@ use crate::render::frame::Renderer;
 use crate::render::scene::FrameState;
 use crate::render::sky::Sky;
 use crate::scenes::stage::{Lights, Relief, Stage, sphere_stage};
+use crate::scenes::trex::stage::trex_stage;
 
 /// A stage whose objects are on the device.
 pub struct Subject {
@@ -17,6 +18,7 @@ pub struct Subject {
     pub stage: Stage,
     lights: Lights,
     time: f64,
+    objects: usize,
 }
 
 impl Subject {
@@ -27,8 +29,9 @@ impl Subject {
     pub fn under_the_sky(studio: &Studio, mut stage: Stage, time: f64) -> Result<Self, AppError> {
         let sky = Sky::default();
         let environment = Environment::from_sky(&studio.gpu, FACE_SIZE, &sky)?;
+        let objects = stage.objects.len();
         let renderer = Renderer::new(&studio.gpu, std::mem::take(&mut stage.objects), environment)?;
-        Ok(Self { renderer, stage, lights: Lights { sky: Some(sky), points: Vec::new() }, time })
+        Ok(Self { renderer, stage, lights: Lights { sky: Some(sky), points: Vec::new() }, time, objects })
     }
 
     /// The rough sphere: rock on a unit sphere under the sky, with atlas tiles of `tile` texels.
@@ -39,9 +42,31 @@ impl Subject {
         Self::under_the_sky(studio, sphere_stage(Relief { tile, ..Relief::default() }), 0.0)
     }
 
+    /// The T-rex in mid-step under the sky, without its ground, with atlas tiles of `tile` texels.
+    ///
+    /// # Errors
+    /// If it cannot be made or the device fails.
+    pub fn trex(studio: &Studio, tile: u32) -> Result<Self, AppError> {
+        let mut stage = trex_stage(tile, &|_| {}).map_err(|e| AppError::Failed(e.to_string()))?;
+        // The ground comes last.
+        stage.objects.pop();
+        Self::under_the_sky(studio, stage, 0.4)
+    }
+
     /// The stage's state as `camera` sees it.
     #[must_use]
     pub fn seen_by(&self, camera: &Camera) -> FrameState {
-        self.stage.state(self.time, camera, &self.lights)
+        let mut state = self.stage.state(self.time, camera, &self.lights);
+        state.poses.truncate(self.objects);
+        state
     }
+}
+
+/// `camera` moved to `factor` times its distance from its target, with the field of view narrowed so that a picture that
+/// has `factor` times fewer pixels each way shows the same.
+#[must_use]
+pub fn framed_from(camera: &Camera, factor: f32) -> Camera {
+    let distance = camera.position.distance(camera.target);
+    let fov_y = 2.0 * ((0.5 * camera.fov_y).tan() / factor).atan();
+    Camera { fov_y, ..camera.at_distance(distance * factor) }
 }

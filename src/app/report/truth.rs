@@ -8,6 +8,8 @@ use crate::render::tessellation::TessellationSettings;
 pub enum Truth {
     /// The displaced surface itself, supersampled.
     Displacement,
+    /// The smooth surface with the slopes of the displaced one, supersampled.
+    NormalMap,
 }
 
 impl Truth {
@@ -16,6 +18,7 @@ impl Truth {
     pub fn name(self) -> &'static str {
         match self {
             Self::Displacement => "displacement",
+            Self::NormalMap => "normal-map",
         }
     }
 
@@ -24,6 +27,7 @@ impl Truth {
     pub fn title(self) -> &'static str {
         match self {
             Self::Displacement => "displacement-map truth",
+            Self::NormalMap => "normal-map truth",
         }
     }
 
@@ -35,7 +39,9 @@ impl Truth {
             samples,
             seed,
             shading: ShadingSettings { technique: Technique::Reference, ..Default::default() },
-            tessellation: TessellationSettings { to_texels: true, ..Default::default() },
+            // A smooth surface needs no vertex for every texel.
+            tessellation: TessellationSettings { to_texels: self == Self::Displacement, ..Default::default() },
+            displacement: self == Self::Displacement,
             ..Default::default()
         }
     }

@@ -60,6 +60,15 @@ pub struct Errors {
     pub bias: f64,
 }
 
+/// Where a squared error lies.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Anatomy {
+    /// Share of the object's squared error that lies outside its inside: on the outline.
+    pub outline: f64,
+    /// Share of the inside's squared error in the brightest twentieth of the reference's inside.
+    pub highlights: f64,
+}
+
 /// How far a test is from a reference.
 #[derive(Clone, Debug)]
 pub struct Verdict {
@@ -67,6 +76,8 @@ pub struct Verdict {
     pub object: Errors,
     /// Over the inside, the outline excluded.
     pub interior: Errors,
+    /// Where the error lies.
+    pub anatomy: Anatomy,
     /// FLIP of every pixel as colours.
     pub error_image: Rgb8Image,
 }
@@ -84,11 +95,33 @@ pub fn judge(reference: &Shot, test: &Shot, exposure: f32) -> Result<Verdict, Ma
             bias: bias_over(&reference.image, &test.image, mask)?,
         })
     };
+    let (object, interior) = (reference.object()?, reference.interior()?);
     Ok(Verdict {
-        object: errors(&reference.object()?)?,
-        interior: errors(&reference.interior()?)?,
+        object: errors(&object)?,
+        interior: errors(&interior)?,
+        anatomy: anatomy(&reference.image, &test.image, &object, &interior),
         error_image: compared.error_image(),
     })
+}
+
+fn anatomy(reference: &RgbImage, test: &RgbImage, object: &Mask, interior: &Mask) -> Anatomy {
+    // Squared error and brightness of every pixel of a mask.
+    let pixels = |mask: &Mask| -> Vec<(f64, f64)> {
+        let pairs = reference.texels.iter().zip(&test.texels).zip(&mask.inside).filter(|&(_, &inside)| inside);
+        pairs
+            .map(|((r, t), _)| {
+                let squared = r.iter().zip(t).map(|(&r, &t)| (f64::from(r) - f64::from(t)).powi(2)).sum();
+                (squared, r.iter().map(|&v| f64::from(v)).sum())
+            })
+            .collect()
+    };
+    let share = |part: f64, whole: f64| if whole > 0.0 { part / whole } else { 0.0 };
+    let total = |pixels: &[(f64, f64)]| pixels.iter().map(|p| p.0).sum::<f64>();
+    let (whole, mut inside) = (total(&pixels(object)), pixels(interior));
+    let within = total(&inside);
+    inside.sort_by(|a, b| b.1.total_cmp(&a.1));
+    inside.truncate(inside.len().div_ceil(20));
+    Anatomy { outline: share(whole - within, whole).max(0.0), highlights: share(total(&inside), within) }
 }
 
 #[cfg(test)]
@@ -117,6 +150,12 @@ mod tests {
         assert!((dim.interior.bias + 0.5).abs() < 0.05 && dim.interior.rrmse > 0.4, "{:?}", dim.interior);
         let edge = judge(&truth, &disc(1.0, 0.5), 1.0).unwrap();
         assert!(edge.object.rrmse > 5.0 * edge.interior.rrmse, "{:?} {:?}", edge.object, edge.interior);
+        assert!(edge.anatomy.outline > 0.9 && dim.anatomy.outline < 0.2, "{:?} {:?}", edge.anatomy, dim.anatomy);
+        // The error of half the light is spread evenly; a broken highlight is not.
+        assert!(dim.anatomy.highlights < 0.1, "{:?}", dim.anatomy);
+        let mut lit = truth.clone();
+        (790..795).for_each(|i| lit.image.texels[i] = [9.0; 3]);
+        assert!(judge(&lit, &truth, 1.0).unwrap().anatomy.highlights > 0.9);
         assert!((truth.luminance(&truth.interior().unwrap()) - 0.4).abs() < 1e-6);
     }
 }

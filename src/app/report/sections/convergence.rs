@@ -37,7 +37,7 @@ pub fn run(studio: &mut Studio) -> Result<Section, AppError> {
     let (mut html, mut curves, mut figures) = (Html::new(), Vec::new(), Vec::new());
     let mut plot =
         Plot::new("Error against samples per pixel", ("samples per pixel", Scale::Log), ("relative RMSE", Scale::Log));
-    for truth in [Truth::Displacement] {
+    for truth in [Truth::Displacement, Truth::NormalMap] {
         let mut shoot = |samples, seed| -> Result<Shot, AppError> {
             let settings = truth.settings((size, size), samples, seed);
             studio.shoot(&mut subject.renderer, &state, &settings)

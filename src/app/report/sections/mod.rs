@@ -1,6 +1,9 @@
 //! The sections of the report, one file each: what it measures, and what it makes of it.
 
 mod convergence;
+mod samples;
+mod techniques;
+mod zoom;
 
 use clap::ValueEnum;
 use serde::Serialize;
@@ -40,17 +43,26 @@ impl Section {
 pub enum SectionName {
     /// How the reference converges.
     Convergence,
+    /// Every technique from near to far.
+    Techniques,
+    /// What flickers when the camera moves away.
+    Zoom,
+    /// One sample of LEADR against many of the reference.
+    Samples,
 }
 
 impl SectionName {
     /// All of them.
-    pub const ALL: [Self; 1] = [Self::Convergence];
+    pub const ALL: [Self; 4] = [Self::Convergence, Self::Techniques, Self::Zoom, Self::Samples];
 
     /// Name on the command line and in the data.
     #[must_use]
     pub fn key(self) -> &'static str {
         match self {
             Self::Convergence => "convergence",
+            Self::Techniques => "techniques",
+            Self::Zoom => "zoom",
+            Self::Samples => "samples",
         }
     }
 
@@ -59,6 +71,9 @@ impl SectionName {
     pub fn title(self) -> &'static str {
         match self {
             Self::Convergence => "The reference converges",
+            Self::Techniques => "Techniques side by side",
+            Self::Zoom => "Moving away: what flickers",
+            Self::Samples => "One sample of LEADR against many of the reference",
         }
     }
 
@@ -69,6 +84,9 @@ impl SectionName {
     pub fn run(self, studio: &mut Studio) -> Result<Section, AppError> {
         match self {
             Self::Convergence => convergence::run(studio),
+            Self::Techniques => techniques::run(studio),
+            Self::Zoom => zoom::run(studio),
+            Self::Samples => samples::run(studio),
         }
     }
 }
