@@ -119,8 +119,8 @@ pub struct SceneArgs {
     /// Factor on the displacement; 0 is flat
     #[arg(long, value_name = "X", default_value = "1", value_parser = not_negative)]
     pub height_scale: f32,
-    /// Light from all around: the analytic sky, or an equirectangular picture
-    #[arg(long, value_name = "sky|FILE.hdr|FILE.exr", default_value = "sky")]
+    /// Light from all around: the analytic sky, a studio, or an equirectangular picture
+    #[arg(long, value_name = "sky|studio|FILE.hdr|FILE.exr", default_value = "sky")]
     pub environment: EnvironmentChoice,
     /// Direction to the sun, degrees: counter-clockwise from +x, and above the horizon
     #[arg(long, value_name = "AZIMUTH,ELEVATION", default_value = "-50,38", allow_hyphen_values = true)]

@@ -79,8 +79,9 @@ impl SceneConfig {
     /// [`AppError::Usage`] if flags contradict each other, [`AppError::Failed`] if a file is wrong.
     pub fn resolve(arguments: &SceneArgs) -> Result<Self, AppError> {
         let a = arguments.clone();
-        if a.scene == SceneKind::Trex && a.height_map.is_some() {
-            return Err(AppError::Usage("--height-map is for --scene plane or sphere; the trex brings its own".into()));
+        if !matches!(a.scene, SceneKind::Plane | SceneKind::Sphere) && a.height_map.is_some() {
+            let fault = "--height-map is for --scene plane or sphere; the other scenes bring their own";
+            return Err(AppError::Usage(fault.into()));
         }
         let view = match &a.camera {
             CameraChoice::Near => View::Near,

@@ -23,6 +23,8 @@ pub enum SceneKind {
     Plane,
     /// A sphere with a height map.
     Sphere,
+    /// Sixteen spheres of known roughness.
+    Spheres,
 }
 
 /// How the displaced surface is filtered and shaded.
@@ -96,6 +98,8 @@ impl Layer {
 pub enum EnvironmentChoice {
     /// The analytic sky, lit by `--sun`.
     Sky,
+    /// A photographer's studio made by the program, without a sun.
+    Studio,
     /// An equirectangular picture, `.hdr` or `.exr`.
     File(PathBuf),
 }
@@ -107,10 +111,13 @@ impl FromStr for EnvironmentChoice {
         if text == "sky" {
             return Ok(Self::Sky);
         }
+        if text == "studio" {
+            return Ok(Self::Studio);
+        }
         let path = PathBuf::from(text);
         match extension(&path).as_deref() {
             Some("hdr" | "exr") => Ok(Self::File(path)),
-            _ => Err("an environment is 'sky' or a .hdr or .exr file".to_owned()),
+            _ => Err("an environment is 'sky', 'studio' or a .hdr or .exr file".to_owned()),
         }
     }
 }

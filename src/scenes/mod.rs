@@ -3,5 +3,7 @@
 pub mod ground;
 pub mod plane;
 pub mod sphere;
+pub mod spheres;
 pub mod stage;
+pub mod studio;
 pub mod trex;

@@ -7,7 +7,7 @@ use super::sphere::displaced_sphere;
 use crate::maps::{HeightMap, procedural};
 use crate::render::camera::Camera;
 use crate::render::displacement::{Border, HeightField};
-use crate::render::scene::{FrameState, Object, PointLight, Pose, Sun};
+use crate::render::scene::{FrameState, MAX_POINT_LIGHTS, Object, PointLight, Pose, Sun};
 use crate::render::sky::Sky;
 
 /// Standard views of a scene.
@@ -26,12 +26,15 @@ pub struct Views {
 pub struct Lights {
     /// The analytic sky with its sun, when the environment is not an image.
     pub sky: Option<Sky>,
+    /// A directional light instead of the sky's sun.
+    pub sun: Option<Sun>,
     /// Point lights.
     pub points: Vec<PointLight>,
 }
 
 type Motion = Box<dyn Fn(f64) -> Vec<Pose> + Send>;
 type Anchor = Box<dyn Fn(f64) -> Vec3 + Send>;
+type Scale = Box<dyn Fn(f64) -> f32 + Send>;
 
 /// Objects and their motion.
 pub struct Stage {
@@ -39,8 +42,11 @@ pub struct Stage {
     pub objects: Vec<Object>,
     /// Where to look from, relative to the anchor.
     pub views: Views,
+    /// Lights that belong to the scene, beside those of the sky.
+    pub points: Vec<PointLight>,
     motion: Motion,
     anchor: Anchor,
+    relief: Scale,
 }
 
 impl Stage {
@@ -52,7 +58,8 @@ impl Stage {
         motion: impl Fn(f64) -> Vec<Pose> + Send + 'static,
         anchor: impl Fn(f64) -> Vec3 + Send + 'static,
     ) -> Self {
-        Self { objects, views, motion: Box::new(motion), anchor: Box::new(anchor) }
+        let (motion, anchor, relief) = (Box::new(motion), Box::new(anchor), Box::new(|_| 1.0));
+        Self { objects, views, points: Vec::new(), motion, anchor, relief }
     }
 
     /// A stage where nothing moves.
@@ -62,21 +69,33 @@ impl Stage {
         Self::moving(objects, views, move |_| vec![Pose::Rigid(Affine3A::IDENTITY); count], |_| Vec3::ZERO)
     }
 
+    /// The same stage whose displacement is scaled by `relief` of the time in seconds.
+    #[must_use]
+    pub fn with_relief(self, relief: impl Fn(f64) -> f32 + Send + 'static) -> Self {
+        Self { relief: Box::new(relief), ..self }
+    }
+
+    /// The same stage with point lights of its own, at most four together with those of its [`Lights`].
+    #[must_use]
+    pub fn with_points(self, points: Vec<PointLight>) -> Self {
+        Self { points, ..self }
+    }
+
     /// The state at `time` seen by `camera`, which is placed relative to the anchor and so follows what moves.
     #[must_use]
     pub fn state(&self, time: f64, camera: &Camera, lights: &Lights) -> FrameState {
         let anchor = (self.anchor)(time);
-        let sun = lights.sky.map(|sky| Sun {
+        let sky_sun = |sky: Sky| Sun {
             direction: sky.sun_direction.normalize_or(Vec3::Z),
             irradiance: Vec3::from_array(sky.sun_irradiance()),
-        });
+        };
         FrameState {
             camera: Camera { position: camera.position + anchor, target: camera.target + anchor, ..*camera },
             poses: (self.motion)(time),
             sky: lights.sky,
-            sun,
-            point_lights: lights.points.clone(),
-            height_scale: 1.0,
+            sun: lights.sun.or(lights.sky.map(sky_sun)),
+            point_lights: self.points.iter().chain(&lights.points).copied().take(MAX_POINT_LIGHTS).collect(),
+            height_scale: (self.relief)(time),
         }
     }
 }
@@ -160,7 +179,7 @@ mod tests {
             far: Camera::looking_at(Vec3::X * 9.0, Vec3::ZERO, 30.0),
         };
         let stage = Stage::moving(Vec::new(), views, |_| Vec::new(), |time| Vec3::Y * time as f32);
-        let state = stage.state(3.0, &views.mid, &Lights { sky: Some(Sky::default()), points: Vec::new() });
+        let state = stage.state(3.0, &views.mid, &Lights { sky: Some(Sky::default()), ..Default::default() });
         assert_eq!(state.camera.position, Vec3::new(2.0, 3.0, 0.0));
         assert_eq!(state.camera.target, Vec3::Y * 3.0);
         assert!(state.sun.unwrap().irradiance.min_element() > 0.0);
