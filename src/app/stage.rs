@@ -13,6 +13,7 @@ use crate::render::environment::{Environment, FACE_SIZE};
 use crate::render::frame::Renderer;
 use crate::render::scene::FrameState;
 use crate::render::sky::Sky;
+use crate::scenes::deform::{self, Deformation};
 use crate::scenes::spheres;
 use crate::scenes::stage::{Lights, Relief, Stage, Views, plane_stage, sphere_stage};
 use crate::scenes::studio::studio;
@@ -89,6 +90,9 @@ fn stage(config: &SceneConfig, inputs: Inputs, output: &Output) -> Result<Stage,
         SceneKind::Plane => plane_stage(relief),
         SceneKind::Sphere => sphere_stage(relief),
         SceneKind::Spheres => spheres::grid::stage(),
+        SceneKind::Stretch => deform::stage(Deformation::Stretch),
+        SceneKind::Shear => deform::stage(Deformation::Shear),
+        SceneKind::HeightScale => deform::stage(Deformation::HeightScale),
         SceneKind::Trex => {
             let progress = output.progress(1000);
             progress.set_message("making the T-rex (once; then it is cached)");

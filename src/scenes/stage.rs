@@ -21,6 +21,39 @@ pub struct Views {
     pub far: Camera,
 }
 
+/// Distances of a camera that moves away evenly: each step multiplies its distance by the same factor.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+pub struct Sweep {
+    /// Metres at the first step, above 0.
+    pub near: f32,
+    /// Metres at the last step, above 0.
+    pub far: f32,
+}
+
+impl Sweep {
+    /// Metres at `step` of `steps`; the first where there is but one.
+    #[must_use]
+    pub fn distance(&self, step: u32, steps: u32) -> f32 {
+        let share = f64::from(step) / f64::from(steps.max(2) - 1);
+        (f64::from(self.near) * (f64::from(self.far) / f64::from(self.near)).powf(share)) as f32
+    }
+
+    /// All distances, in order.
+    pub fn distances(self, steps: u32) -> impl Iterator<Item = f32> {
+        (0..steps).map(move |step| self.distance(step, steps))
+    }
+}
+
+impl Views {
+    /// From the near to the far view's distance from its target; along the line of sight of `mid`, for cameras made by
+    /// [`Camera::at_distance`] from it.
+    #[must_use]
+    pub fn sweep(&self) -> Sweep {
+        let distance = |camera: &Camera| camera.position.distance(camera.target);
+        Sweep { near: distance(&self.near), far: distance(&self.far) }
+    }
+}
+
 /// Light on a stage besides its environment image.
 #[derive(Clone, Debug, Default)]
 pub struct Lights {
@@ -170,6 +203,17 @@ pub fn plane_stage(mut relief: Relief) -> Stage {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn sweeps_are_geometric() {
+        let sweep = Sweep { near: 2.0, far: 32.0 };
+        let distances: Vec<f32> = sweep.distances(5).collect();
+        for (distance, expected) in distances.iter().zip([2.0, 4.0, 8.0, 16.0, 32.0]) {
+            assert!((distance / expected - 1.0).abs() < 1e-6, "{distances:?}");
+        }
+        assert_eq!(sweep.distances(1).collect::<Vec<_>>(), [2.0]);
+        assert_eq!(Sweep { near: 3.0, far: 3.0 }.distance(4, 9), 3.0);
+    }
 
     #[test]
     fn cameras_follow_the_anchor() {

@@ -128,7 +128,7 @@ mod tests {
     fn baked_slopes_are_as_prescribed() {
         for sigma in [Vec2::ONE, Vec2::new(0.2, 0.4), Vec2::new(0.01, 0.04), Vec2::new(0.2, 1.6)] {
             for frequency in [Frequency::High, Frequency::Low] {
-                let detail = Detail { patches: 8, tile: 64 };
+                let detail = Detail { patches: 6, tile: 64 };
                 let surface = Surface::bake(sigma, frequency, detail);
                 let unit = sigma.as_dvec2() / f64::from(sigma.max_element());
                 // Twice the cap: where the excess at its rim has gone.
@@ -144,10 +144,10 @@ mod tests {
                 let kurtosis = fourth / (square * square);
                 println!("{sigma} {frequency:?}: mean {mean} square {square} cross {cross:.4} kurtosis {kurtosis}");
                 // One field strays from its expectation, the more the fewer bumps there are.
-                let (variance, fourth) = if frequency == Frequency::High { (0.06, 0.12) } else { (0.08, 0.15) };
-                assert!(mean.abs().max_element() < 0.01, "{sigma} {frequency:?}: {mean}");
+                let (variance, fourth) = if frequency == Frequency::High { (0.06, 0.15) } else { (0.08, 0.2) };
+                assert!(mean.abs().max_element() < 0.02, "{sigma} {frequency:?}: {mean}");
                 assert!((square - 1.0).abs().max_element() < variance, "{sigma} {frequency:?}: {square}");
-                assert!(cross.abs() < 0.02, "{sigma} {frequency:?}: {cross}");
+                assert!(cross.abs() < 0.04, "{sigma} {frequency:?}: {cross}");
                 assert!((kurtosis - 3.0).abs().max_element() < fourth, "{sigma} {frequency:?}: {kurtosis}");
             }
         }
