@@ -17,13 +17,13 @@ fn quad_covariance(gpu: &common::TestGpu, deformation: Deformation, time: f64) -
     let environment = Environment::from_sky(gpu, 32, &Sky::default()).unwrap();
     let mut renderer = Renderer::new(gpu, std::mem::take(&mut stage.objects), environment).unwrap();
     let settings = RenderSettings { size: (640, 240), ..Default::default() };
-    let camera = stage.views.far.at_distance(60.0);
+    let camera = stage.views.far.at_distance(120.0);
     renderer.render(&stage.state(time, &camera, &Lights::default()), &settings).unwrap();
     let layer = |layer: Layer| renderer.layer(layer).unwrap();
     let (depth, normal, covariance) = (layer(Layer::Depth), layer(Layer::Normal), layer(Layer::Covariance));
     let (mut sum, mut count) = ([0.0; 3], 0.0);
     // The quad is the leftmost object.
-    for i in (0..depth.len()).filter(|i| depth[*i][0].is_finite() && i % 640 < 304) {
+    for i in (0..depth.len()).filter(|i| depth[*i][0].is_finite() && i % 640 < 311) {
         let frame = frame_about(DVec3::from_slice(&normal[i].map(f64::from)));
         let x = to_frame(&frame, DVec3::X).truncate();
         let up = DVec2::new(-x.y, x.x);
