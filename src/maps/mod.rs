@@ -13,7 +13,7 @@ pub mod limits;
 mod load;
 mod mask;
 pub mod moments;
-mod noise;
+pub(crate) mod noise;
 
 mod png_read;
 
