@@ -40,7 +40,7 @@ pub struct RowReport {
     row: String,
     technique: &'static str,
     /// Where a pixel's slope samples lie.
-    rule: Option<&'static str>,
+    rule: &'static str,
     /// Slope samples (or probes) of a pixel, of each environment term.
     samples: u32,
     visibility: &'static str,
@@ -126,9 +126,9 @@ fn rows(measured: &Measured) -> Vec<RowReport> {
             table: row.table.clone(),
             row: row.name.clone(),
             technique: row.settings.shading.technique.name(),
-            rule: row.rule,
-            samples: row.samples,
-            visibility: row.visibility,
+            rule: row.rule(),
+            samples: row.samples(),
+            visibility: row.settings.shading.visibility.name(),
             distance: row.distance,
             size: [row.settings.size.0, row.settings.size.1],
             pass: (*pass).to_owned(),
@@ -155,7 +155,7 @@ fn line(table: &str, measured: &[Measured]) -> Option<LineReport> {
     let points: Vec<(f64, f64)> = rows
         .map(|m| {
             let times: Vec<f64> = m.series.of(PIXELS).into_iter().flatten().collect();
-            (f64::from(m.row.samples), median(&times))
+            (f64::from(m.row.samples()), median(&times))
         })
         .collect();
     let line = least_squares(&points)?;
@@ -221,7 +221,6 @@ impl BenchReport {
         let rows: Vec<&RowReport> = self.rows.iter().filter(|r| r.table == table).collect();
         let mut passes: Vec<&str> = Vec::new();
         for row in &rows {
-            // What prepares a frame counts in scenes, not on the quad, where the total would only hide the pixels.
             if !passes.contains(&row.pass.as_str()) {
                 passes.push(&row.pass);
             }
