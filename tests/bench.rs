@@ -123,7 +123,10 @@ fn wrong_usage_ends_with_2_and_names_the_flag() {
         let output = run(&[&["bench"], flags].concat());
         let stderr = String::from_utf8(output.stderr).unwrap();
         assert_eq!(output.status.code(), Some(2), "{flags:?}: {stderr}");
-        assert!(stderr.lines().count() == 1 && stderr.contains(named) && output.stdout.is_empty(), "{flags:?}: {stderr}");
+        assert!(
+            stderr.lines().count() == 1 && stderr.contains(named) && output.stdout.is_empty(),
+            "{flags:?}: {stderr}"
+        );
     }
     let missing = run(&["bench", "--scene", "plane", "--height-map", "missing.png"]);
     assert_eq!(missing.status.code(), Some(1));

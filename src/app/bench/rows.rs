@@ -309,7 +309,8 @@ mod tests {
     fn the_papers_rows_are_there() {
         let rows = all_rows();
         assert_eq!(rows.iter().filter(|r| r.paper_ms.is_some()).count(), 12);
-        let samples = |table: &str| -> Vec<u32> { rows.iter().filter(|r| r.table == table).map(Row::samples).collect() };
+        let samples =
+            |table: &str| -> Vec<u32> { rows.iter().filter(|r| r.table == table).map(Row::samples).collect() };
         for table in FIGURE_11 {
             assert_eq!(samples(table), (1..=16).map(|n| n * n).collect::<Vec<_>>());
         }
