@@ -31,7 +31,7 @@ impl Subject {
         let environment = Environment::from_sky(&studio.gpu, FACE_SIZE, &sky)?;
         let objects = stage.objects.len();
         let renderer = Renderer::new(&studio.gpu, std::mem::take(&mut stage.objects), environment)?;
-        Ok(Self { renderer, stage, lights: Lights { sky: Some(sky), points: Vec::new() }, time, objects })
+        Ok(Self { renderer, stage, lights: Lights { sky: Some(sky), ..Lights::default() }, time, objects })
     }
 
     /// The rough sphere: rock on a unit sphere under the sky, with atlas tiles of `tile` texels.
