@@ -82,6 +82,7 @@ pub mod microfacet;
 pub mod normal_distribution;
 pub mod projected_area;
 pub mod quadrature;
+pub mod quadrature_study;
 pub mod reference;
 pub mod sh;
 pub mod sh_projection;
