@@ -83,7 +83,7 @@ pub fn report(arguments: &ReportArgs, output: &Output) -> Result<ReportSummary, 
     if names.is_empty() {
         names = SectionName::ALL.to_vec();
     }
-    let mut studio = Studio::new(gpu.clone(), arguments.quick, *output);
+    let mut studio = Studio::new(gpu.clone(), device.clone(), arguments.quick, *output);
     let mut made: Vec<(SectionName, Section, f64)> = Vec::new();
     for (index, &name) in names.iter().enumerate() {
         output.say(&format!("[{}/{}] {}", index + 1, names.len(), name.title()));

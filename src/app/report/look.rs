@@ -35,6 +35,12 @@ impl Look {
         Self { name, shading: ShadingSettings { technique, quadrature, ..ShadingSettings::default() } }
     }
 
+    /// LEADR as the program shades by default.
+    #[must_use]
+    pub fn best() -> Self {
+        Self { name: "leadr, default".to_owned(), shading: ShadingSettings::default() }
+    }
+
     /// Every technique but the reference; LEADR with the paper's grid and with the rules.
     #[must_use]
     pub fn techniques() -> Vec<Self> {
@@ -63,6 +69,6 @@ impl Look {
     /// The name as part of a file's name.
     #[must_use]
     pub fn file(&self) -> String {
-        self.name.replace(' ', "-").replace('×', "x")
+        self.name.replace(", ", "-").replace(' ', "-").replace('×', "x")
     }
 }

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use super::case::Case;
 use super::html::Figure;
 use super::verdict::{Shot, Verdict};
+use crate::app::cli::DeviceArgs;
 use crate::app::error::AppError;
 use crate::app::output::Output;
 use crate::gpu::Gpu;
@@ -27,6 +28,8 @@ pub struct Studio {
     pub quick: bool,
     /// Where progress is told.
     pub output: Output,
+    /// The device and its checks, for commands that open it themselves.
+    pub device: DeviceArgs,
     /// What was held against the truth so far.
     pub cases: Vec<Case>,
     pictures: BTreeMap<String, Vec<u8>>,
@@ -35,8 +38,8 @@ pub struct Studio {
 impl Studio {
     /// An empty studio.
     #[must_use]
-    pub fn new(gpu: Arc<Gpu>, quick: bool, output: Output) -> Self {
-        Self { gpu, quick, output, cases: Vec::new(), pictures: BTreeMap::new() }
+    pub fn new(gpu: Arc<Gpu>, device: DeviceArgs, quick: bool, output: Output) -> Self {
+        Self { gpu, quick, output, device, cases: Vec::new(), pictures: BTreeMap::new() }
     }
 
     /// One of two values: of a quick run, or of a full one.

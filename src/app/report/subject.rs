@@ -2,6 +2,7 @@
 
 use super::studio::Studio;
 use crate::app::error::AppError;
+use crate::maps::RgbImage;
 use crate::render::camera::Camera;
 use crate::render::environment::{Environment, FACE_SIZE};
 use crate::render::frame::Renderer;
@@ -22,6 +23,22 @@ pub struct Subject {
 }
 
 impl Subject {
+    /// Uploads a stage in a panorama's light and `lights`.
+    ///
+    /// # Errors
+    /// If the device fails.
+    pub fn in_panorama(
+        studio: &Studio,
+        mut stage: Stage,
+        panorama: &RgbImage,
+        lights: Lights,
+    ) -> Result<Self, AppError> {
+        let environment = Environment::from_equirect(&studio.gpu, FACE_SIZE, panorama)?;
+        let objects = stage.objects.len();
+        let renderer = Renderer::new(&studio.gpu, std::mem::take(&mut stage.objects), environment)?;
+        Ok(Self { renderer, stage, lights, time: 0.0, objects })
+    }
+
     /// Uploads a stage under the sky and its sun; `time` is the moment of its motion, seconds.
     ///
     /// # Errors
@@ -51,6 +68,11 @@ impl Subject {
         // The ground comes last.
         stage.objects.pop();
         Self::under_the_sky(studio, stage, 0.4)
+    }
+
+    /// Moves on to another moment of the stage's motion, seconds.
+    pub fn set_time(&mut self, time: f64) {
+        self.time = time;
     }
 
     /// The stage's state as `camera` sees it.

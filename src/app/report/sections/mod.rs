@@ -1,7 +1,13 @@
 //! The sections of the report, one file each: what it measures, and what it makes of it.
 
+mod bench;
 mod convergence;
+mod misses;
+mod model;
+mod quadrature;
 mod samples;
+mod shapes;
+mod spheres;
 mod techniques;
 mod zoom;
 
@@ -43,26 +49,55 @@ impl Section {
 pub enum SectionName {
     /// How the reference converges.
     Convergence,
+    /// The sphere grid of the supplement's tables.
+    Spheres,
+    /// Rules for visible slopes against converged integrals.
+    Quadrature,
+    /// Forms of visibility against ray casts.
+    Model,
     /// Every technique from near to far.
     Techniques,
+    /// Surfaces that deform under maps that do not.
+    Shapes,
     /// What flickers when the camera moves away.
     Zoom,
     /// One sample of LEADR against many of the reference.
     Samples,
+    /// The bench's tables and goals.
+    Bench,
+    /// The worst pictures of the other sections.
+    Misses,
 }
 
 impl SectionName {
     /// All of them.
-    pub const ALL: [Self; 4] = [Self::Convergence, Self::Techniques, Self::Zoom, Self::Samples];
+    pub const ALL: [Self; 10] = [
+        Self::Convergence,
+        Self::Spheres,
+        Self::Quadrature,
+        Self::Model,
+        Self::Techniques,
+        Self::Shapes,
+        Self::Zoom,
+        Self::Samples,
+        Self::Bench,
+        Self::Misses,
+    ];
 
     /// Name on the command line and in the data.
     #[must_use]
     pub fn key(self) -> &'static str {
         match self {
             Self::Convergence => "convergence",
+            Self::Spheres => "spheres",
+            Self::Quadrature => "quadrature",
+            Self::Model => "model",
             Self::Techniques => "techniques",
+            Self::Shapes => "shapes",
             Self::Zoom => "zoom",
             Self::Samples => "samples",
+            Self::Bench => "bench",
+            Self::Misses => "misses",
         }
     }
 
@@ -71,9 +106,15 @@ impl SectionName {
     pub fn title(self) -> &'static str {
         match self {
             Self::Convergence => "The reference converges",
+            Self::Spheres => "The sphere grid",
+            Self::Quadrature => "Fewer, better-placed samples",
+            Self::Model => "Beyond the model: visibility against ray casts",
             Self::Techniques => "Techniques side by side",
+            Self::Shapes => "Surfaces that deform",
             Self::Zoom => "Moving away: what flickers",
             Self::Samples => "One sample of LEADR against many of the reference",
+            Self::Bench => "What it costs",
+            Self::Misses => "Where LEADR is not close to truth",
         }
     }
 
@@ -84,9 +125,15 @@ impl SectionName {
     pub fn run(self, studio: &mut Studio) -> Result<Section, AppError> {
         match self {
             Self::Convergence => convergence::run(studio),
+            Self::Spheres => spheres::run(studio),
+            Self::Quadrature => quadrature::run(studio),
+            Self::Model => model::run(studio),
             Self::Techniques => techniques::run(studio),
+            Self::Shapes => shapes::run(studio),
             Self::Zoom => zoom::run(studio),
             Self::Samples => samples::run(studio),
+            Self::Bench => bench::run(studio),
+            Self::Misses => misses::run(studio),
         }
     }
 }

@@ -79,7 +79,7 @@ fn race(
         };
         Ok::<_, AppError>((row, shot, verdict))
     };
-    let look = Look::grid(5);
+    let look = Look::best();
     let (leadr, shot, verdict) = measure(&look.name, &look.settings((size, size), 1), true)?;
     let mut references = Vec::new();
     for &samples in counts {

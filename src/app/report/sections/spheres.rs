@@ -74,9 +74,8 @@ struct Entry {
 fn groups(quick: bool) -> Vec<(f32, Vec<Vec2>)> {
     let mut groups: Vec<(f32, Vec<Vec2>)> = Vec::new();
     let pairs = ISOTROPIC.iter().map(|&s| Vec2::splat(s)).chain(ANISOTROPIC);
-    let kept = |s: &Vec2| {
-        !quick || [Vec2::splat(0.05), Vec2::splat(0.5), Vec2::splat(1.0), Vec2::new(0.2, 0.8)].contains(s)
-    };
+    let kept =
+        |s: &Vec2| !quick || [Vec2::splat(0.05), Vec2::splat(0.5), Vec2::splat(1.0), Vec2::new(0.2, 0.8)].contains(s);
     for sigma in pairs.filter(kept) {
         let aspect = (sigma.y / sigma.x).round();
         match groups.iter_mut().find(|g| g.0 == aspect) {
@@ -165,16 +164,15 @@ fn cell(
         cells.push(Cell::Figure(studio.picture(&name, &shot.image, EXPOSURE, truth.title(), caption)?));
         truths.push((truth, shot));
     }
-    let shown: Vec<Figure> = cells.iter().filter_map(|c| if let Cell::Figure(f) = c { Some(f.clone()) } else { None }).collect();
+    let shown: Vec<Figure> =
+        cells.iter().filter_map(|c| if let Cell::Figure(f) = c { Some(f.clone()) } else { None }).collect();
     let mut entries = Vec::new();
     for look in looks() {
         let look = look.with(light.terms, Visibility::Masking);
         let settings = RenderSettings { shadows: false, ..look.settings((size, size), 1) };
         let shot = studio.shoot(&mut subject.renderer, &state, &settings)?;
-        let verdicts: Vec<Verdict> = truths
-            .iter()
-            .map(|(_, truth)| judge(truth, &shot, EXPOSURE).map_err(fault))
-            .collect::<Result<_, _>>()?;
+        let verdicts: Vec<Verdict> =
+            truths.iter().map(|(_, truth)| judge(truth, &shot, EXPOSURE).map_err(fault)).collect::<Result<_, _>>()?;
         let [normal_map, displacement] = [&verdicts[0], &verdicts[1]];
         let line = |sign: &str, v: &Verdict| {
             [
@@ -229,7 +227,9 @@ fn findings(light: &Light, entries: &[Entry]) -> Vec<String> {
     let listed: Vec<String> = names.iter().map(|name| format!("{name} {}", number(rms(name)))).collect();
     let mut findings =
         vec![format!("{}: root mean square of rRMSE inside over all rows: {}.", light.title, listed.join(", "))];
-    let worst = of("leadr 128×128").into_iter().max_by(|a, b| a.displacement_inside.rrmse.total_cmp(&b.displacement_inside.rrmse));
+    let worst = of("leadr 128×128")
+        .into_iter()
+        .max_by(|a, b| a.displacement_inside.rrmse.total_cmp(&b.displacement_inside.rrmse));
     if let Some(worst) = worst {
         let sigma = name_of(Vec2::from_array(worst.sigma));
         findings.push(format!(
