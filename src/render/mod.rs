@@ -7,6 +7,7 @@ pub mod color_map;
 pub mod cube_mips;
 pub mod displacement;
 pub mod environment;
+pub mod environment_lights;
 pub mod equirect;
 pub mod filter;
 pub mod frame;
