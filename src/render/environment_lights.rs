@@ -6,7 +6,7 @@
 use glam::{Vec2, Vec3};
 
 use super::environment::Environment;
-use crate::gpu::{GpuError, Result};
+use crate::gpu::Result;
 
 /// Faces of at most this many texels are drawn from: 1.4° a texel.
 const FACE_SIZE: u32 = 64;
@@ -33,11 +33,11 @@ pub struct EnvironmentLights {
 }
 
 impl EnvironmentLights {
-    /// Reads an environment back from the device, which must be idle.
+    /// Reads an environment back from the device, which must be idle; `None` if it is black.
     ///
     /// # Errors
     /// A lost device, or memory that is short.
-    pub fn read(environment: &Environment) -> Result<Self> {
+    pub fn read(environment: &Environment) -> Result<Option<Self>> {
         let mip = (environment.face_size() / FACE_SIZE).max(1).ilog2().min(environment.levels() - 1);
         let mut texels = Vec::new();
         for face in 0..6 {
@@ -45,8 +45,7 @@ impl EnvironmentLights {
             texels.extend(face.into_iter().map(|[r, g, b, _]| Vec3::new(r, g, b)));
         }
         let size = environment.face_size() >> mip;
-        Self::new(size, texels)
-            .ok_or_else(|| GpuError::Usage { name: "environment".to_owned(), fault: "it is black".to_owned() })
+        Ok(Self::new(size, texels))
     }
 
     /// From the faces +x, −x, +y, −y, +z, −z of `size`² texels each, linear Rec. 709 radiance. `None` if all are black.

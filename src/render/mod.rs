@@ -18,6 +18,8 @@ pub mod object;
 pub mod patch;
 pub mod patch_mesh;
 pub mod present;
+pub mod reference;
+pub mod relief_shadow;
 pub mod scene;
 pub mod settings;
 pub mod shade;
