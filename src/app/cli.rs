@@ -6,8 +6,9 @@ use clap::{Args, Parser, Subcommand};
 
 use super::values::{
     CameraChoice, DiffuseLights, EnvironmentChoice, FrameRange, Layer, Masking, SceneKind, Shard, Size, Sun, Technique,
-    atlas_tile, finite, not_negative, positive, roughness,
+    atlas_tile, finite, not_negative, positive, roughness, sweep,
 };
+use crate::scenes::stage::Sweep;
 
 /// Renders displaced surfaces that keep their look at every distance (LEADR mapping).
 #[derive(Debug, Parser)]
@@ -78,6 +79,7 @@ const CAPTURE_EXAMPLES: &str = "Examples:
   leadr capture --camera far --samples 16 -o far.png
   leadr capture --frames 0..48 --fps 24 -o 'out/walk-{frame}.png' --resume
   leadr capture --frames 0..48 --shard 2/8 -o 'out/walk-{frame}.png'
+  leadr capture --frames 0..60 --sweep 5..200 -o 'out/away-{frame}.png'
   leadr capture --scene plane --height-map bricks.png --height-scale 0.05 --distance 20
   leadr capture --layers depth,normal,covariance -o trex.exr";
 
@@ -119,8 +121,8 @@ pub struct SceneArgs {
     /// Factor on the displacement; 0 is flat
     #[arg(long, value_name = "X", default_value = "1", value_parser = not_negative)]
     pub height_scale: f32,
-    /// Light from all around: the analytic sky, or an equirectangular picture
-    #[arg(long, value_name = "sky|FILE.hdr|FILE.exr", default_value = "sky")]
+    /// Light from all around: the analytic sky, a studio, or an equirectangular picture
+    #[arg(long, value_name = "sky|studio|FILE.hdr|FILE.exr", default_value = "sky")]
     pub environment: EnvironmentChoice,
     /// Direction to the sun, degrees: counter-clockwise from +x, and above the horizon
     #[arg(long, value_name = "AZIMUTH,ELEVATION", default_value = "-50,38", allow_hyphen_values = true)]
@@ -199,6 +201,9 @@ pub struct CaptureArgs {
     /// Frames per second
     #[arg(long, value_name = "F", default_value = "30", requires = "frames", value_parser = positive)]
     pub fps: f32,
+    /// Frames are steps away from the target, each by the same factor, instead of steps in time
+    #[arg(long, value_name = "NEAR..FAR", requires = "frames", conflicts_with_all = ["distance", "fps"], value_parser = sweep)]
+    pub sweep: Option<Sweep>,
     /// Render only every N-th frame, starting with the I-th
     #[arg(long, value_name = "I/N", requires = "frames")]
     pub shard: Option<Shard>,

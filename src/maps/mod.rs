@@ -11,7 +11,7 @@ mod hdr;
 pub mod limits;
 mod load;
 pub mod moments;
-mod noise;
+pub(crate) mod noise;
 
 mod png_read;
 

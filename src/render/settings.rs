@@ -69,8 +69,19 @@ pub struct RenderSettings {
     pub tessellation: TessellationSettings,
     /// Whether the sun throws shadows.
     pub shadows: bool,
+    /// With [`Technique::Reference`]: the relief throws shadows on itself, from every light and from the environment
+    /// ([`super::reference`]), instead of the sun's coarse ones only. Slow.
+    pub relief_shadows: bool,
     /// Paints the inside of surfaces in a marker colour: a closed surface shows none.
     pub mark_inside: bool,
+}
+
+impl RenderSettings {
+    /// Whether the relief throws shadows on itself.
+    #[must_use]
+    pub fn shadows_of_relief(&self) -> bool {
+        self.relief_shadows && self.shading.technique == Technique::Reference
+    }
 }
 
 impl Default for RenderSettings {
@@ -82,6 +93,7 @@ impl Default for RenderSettings {
             shading: ShadingSettings::default(),
             tessellation: TessellationSettings::default(),
             shadows: true,
+            relief_shadows: false,
             mark_inside: false,
         }
     }
