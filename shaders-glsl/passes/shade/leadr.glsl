@@ -7,12 +7,14 @@
 #include "leadr/diffuse.glsl"
 #include "leadr/ggx_lobes.glsl"
 #include "leadr/shadowed_environment.glsl"
+#include "leadr/shadowed_specular.glsl"
 #include "leadr/specular.glsl"
 #include "leadr/visible_diffuse.glsl"
 #include "leadr/visible_fresnel.glsl"
 #include "leadr/visible_specular.glsl"
 
 const bool GGX = TECHNIQUE == TECHNIQUE_LEADR_GGX;
+const int LIT_NODES = 5;     // what is lit: nodes along the view's azimuth, two evaluations each
 const int DIFFUSE_TERMS = 2; // of the closed form: see visible_diffuse.glsl
 
 // Means over the visible mirrors.
@@ -47,19 +49,32 @@ Mirrors grid_mirrors(Surface surface, vec3 S) {
     return Mirrors(reflected * scale, fresnel * scale, o.visible);
 }
 
-// A line of probes; their weights sum to one.
+// A line of probes; their weights sum to one. What is lit is integrated apart from them (shadowed_specular.glsl).
 Mirrors line_mirrors(Surface surface, vec3 S) {
     LineRule rule = line_rule(SAMPLES);
     VisibleLine line = visible_line(surface.wo, surface.mean_slope, S, lighting.environment.x, rule);
-    vec3 cholesky = slope_cholesky(S);
-    DirectionArea o = direction_area(surface.wo, surface.mean_slope, cholesky);
+    LitLine lit;
+    if (VISIBILITY != LEADR_VISIBILITY_MASKING) {
+        VisibleSlopes v = visible_slopes(surface.wo, surface.mean_slope, S);
+        vec3 cholesky = slope_cholesky(v.S);
+        DirectionArea o = direction_area(surface.wo, v.m, cholesky);
+        lit = lit_line(VISIBILITY, o, surface.wo, v, line.major, cholesky, line_rule(LIT_NODES));
+    }
     vec3 reflected = vec3(0.0), fresnel = vec3(0.0);
+    float sum = 0.0;
     for (int i = 0; i < SAMPLES; ++i) {
         VisibleProbe p = visible_probe(line, surface.wo, i, rule);
         vec3 f = p.weight * fresnel_schlick(surface.f0, p.cosine);
-        float lit = lit_probe(VISIBILITY, o, surface.wo, p.slope, line.minor, surface.mean_slope, cholesky);
-        reflected += f * lit * environment_radiance(surface, p.wi, p.lod);
+        float l = 1.0;
+        if (VISIBILITY != LEADR_VISIBILITY_MASKING) {
+            l = lit_along(lit, (float(i) - 0.5 * float(rule.n - 1)) * rule.step);
+        }
+        reflected += f * l * environment_radiance(surface, p.wi, p.lod);
+        sum += l * p.weight;
         fresnel += f;
+    }
+    if (VISIBILITY != LEADR_VISIBILITY_MASKING) {
+        reflected *= lit_scale(lit, sum);
     }
     return Mirrors(reflected, fresnel, line.area);
 }
