@@ -96,12 +96,14 @@ pub fn visible_line(wo: DVec3, m: DVec2, s: DVec3, size: f64, rule: &LineRule) -
     let half_trace = 0.5 * (c.x * metric.x + c.y * metric.y) + c.z * metric.z;
     let det = (c.x * c.y - c.z * c.z).max(0.0);
     let jacobian = 4.0 * facet * per * per;
-    let difference = (half_trace * half_trace - det * jacobian * jacobian).max(0.0).sqrt();
+    let skewed =
+        [0.5 * (c.x * metric.x - c.y * metric.y), c.x * metric.z + c.z * metric.y, c.z * metric.x + c.y * metric.z];
+    let difference = (skewed[0] * skewed[0] + skewed[1] * skewed[2]).max(0.0).sqrt(); // without cancellation at the circle
     let wide = (half_trace + difference).max(1e-20);
     let narrow = det * jacobian * jacobian / wide;
     let less = det / wide;
     let (xx, yy) = ((c.x - less * metric.y).max(1e-20), (c.y - less * metric.x).max(1e-20));
-    let bound = (xx * yy).sqrt();
+    let bound = xx.max(yy);
     let xy = (c.z + less * metric.z).clamp(-bound, bound);
     let major = if xx > yy { DVec2::new(xx, xy) / xx.sqrt() } else { DVec2::new(xy, yy) / yy.sqrt() };
     let kept = ((1.0 - rule.kernel) * wide / (wide - narrow).max(1e-20)).min(1.0);
