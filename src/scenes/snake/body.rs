@@ -45,16 +45,28 @@ fn smoothstep(low: f32, high: f32, x: f32) -> f32 {
     t * t * (3.0 - 2.0 * t)
 }
 
+/// Metres from the tail to the snout, as `control_points` make it.
+const LENGTH: f32 = 8.47;
+
+/// Metres to the snout at `x` from the tail (0) to the snout (1).
+#[must_use]
+pub fn to_snout(x: f32) -> f32 {
+    (1.0 - x) * LENGTH
+}
+
 /// Half the width and half the height at `x` from the tail (0) to the snout (1).
 fn section(x: f32) -> Vec2 {
+    let d = to_snout(x);
     let trunk = 0.009 + (THICK - 0.009) * smoothstep(-0.06, 0.52, x).powf(1.1);
-    let neck = 1.0 - 0.5 * smoothstep(0.62, 0.925, x);
+    let neck = 1.0 - 0.52 * smoothstep(3.0, 0.42, d);
     // Jaws behind, a blunt snout in front.
-    let jaw = smoothstep(0.925, 0.962, x) * (1.0 - smoothstep(0.966, 1.012, x));
-    let snout = 1.0 - 0.42 * smoothstep(0.968, 1.0, x);
-    let width = trunk * neck * snout + 0.036 * jaw;
-    let height = trunk * neck * (1.0 - 0.4 * smoothstep(0.945, 1.0, x)) + 0.006 * jaw;
-    Vec2::new(width, height)
+    let jaw = smoothstep(0.4, 0.22, d) * smoothstep(-0.05, 0.2, d);
+    let front = smoothstep(0.26, -0.02, d);
+    let width = trunk * neck * (1.0 - 0.42 * front) + 0.034 * jaw;
+    let height = trunk * neck * (1.0 - 0.5 * front) + 0.007 * jaw;
+    // The snout is rounded off over its last centimetres.
+    let round = 0.45 + 0.55 * (1.0 - (1.0 - (d / 0.07).clamp(0.0, 1.0)).powi(2)).sqrt();
+    Vec2::new(width, height) * round
 }
 
 /// Control points of the line: the tail outside, two turns inwards, then up and over the coil.
@@ -116,10 +128,10 @@ impl Body {
             length.push(length[length.len() - 1] + pair[0].distance(pair[1]));
         }
         let total = length[length.len() - 1];
-        // Rings are closer where the girth changes fast: at the head.
+        // Rings are four times as close at the head, where the girth changes fast.
         let place = |k: u32| {
             let t = k as f32 / ALONG as f32;
-            t + 0.012 * (TAU * t).sin() / TAU * 4.0 * t
+            t + 0.75 * t * t * (1.0 - t)
         };
         let at = |x: f32| {
             let s = (x * total).clamp(0.0, total);
@@ -178,7 +190,7 @@ impl Body {
             }
         }
         // Each end is a fan of quads around a point a little beyond the ring.
-        for (k, beyond) in [(0, -1.0f32), (ALONG, 0.55)] {
+        for (k, beyond) in [(0, -1.0f32), (ALONG, 0.3)] {
             let ring = self.rings[k as usize];
             let tip = mesh.positions.len() as u32;
             mesh.positions.push(ring.centre + ring.forward * (beyond * ring.half.min_element()));
@@ -232,10 +244,10 @@ mod tests {
     #[test]
     fn turns_of_the_coil_do_not_run_into_each_other() {
         let body = Body::new();
-        println!("length {}", body.length());
+        assert!((body.length() - LENGTH).abs() < 0.03, "{}", body.length());
         for (i, a) in body.rings.iter().enumerate() {
             assert!(a.centre.z - a.half.y * 0.82 > -0.02, "ring {i} is below the ground");
-            for (j, b) in body.rings.iter().enumerate().skip(i + 12) {
+            for (j, b) in body.rings.iter().enumerate().skip(i + 16) {
                 let gap = a.centre.distance(b.centre) - a.half.max_element() - b.half.max_element();
                 assert!(gap > -0.04, "rings {i} and {j} overlap by {}", -gap);
             }

@@ -95,14 +95,15 @@ fn shade_contacts(body: &Body, mesh: &mut PatchMesh) {
 /// Two glossy eyes, a mesh of two small spheres.
 fn eyes(body: &Body) -> Object {
     let mut mesh = PatchMesh::default();
-    let ring = (0.972 * ALONG as f32) as usize;
+    let eye = body.length() - 0.13;
+    let ring = body.distance.partition_point(|&d| d < eye);
     let section = body.rings[ring];
-    for side in [0.13f32, 0.37] {
+    for side in [0.09f32, 0.41] {
         let surface = body.point(ring, TAU * side);
-        let centre = surface - (surface - section.centre) * 0.1;
+        let centre = surface - (surface - section.centre) * 0.12;
         let ball = cube_sphere(2, [0.012, 0.009, 0.006, 0.08]);
         let first = mesh.positions.len() as u32;
-        mesh.positions.extend(ball.positions.iter().map(|&p| centre + p * 0.0125));
+        mesh.positions.extend(ball.positions.iter().map(|&p| centre + p * 0.017));
         mesh.normals.extend(&ball.normals);
         mesh.patches.extend(ball.patches.iter().map(|patch| patch.map(|v| v + first)));
         mesh.texcoords.extend(&ball.texcoords);
@@ -146,7 +147,7 @@ pub fn stage(tile: u32) -> Stage {
     let views = Views {
         near: from(Vec3::new(0.75, -1.0, 0.35), 0.75, Vec3::new(0.0, -0.22, 0.5), 31.8),
         mid: from(direction, 3.1, middle, 31.8),
-        far: from(direction, 30.0, middle, 31.8),
+        far: from(direction, 24.0, middle, 31.8),
     };
     Stage::still(vec![body_object(&body, tile), eyes(&body), ground()], views).with_points(lamps())
 }

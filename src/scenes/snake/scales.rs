@@ -4,6 +4,7 @@ use std::f32::consts::TAU;
 
 use glam::{Vec2, Vec3};
 
+use super::body::to_snout;
 use crate::maps::noise::{fractal, hash, unit};
 
 /// Scales around the body.
@@ -89,10 +90,13 @@ pub fn skin(angle: f32, girths: f32, x: f32) -> Skin {
     let belly = smoothstep(0.71, 0.77, down);
     let scale = scale_at(p);
     let (plate, plate_id) = belly_at(p.y * LENGTH / 1.7);
-    let head = smoothstep(0.935, 0.975, x);
+    let d = to_snout(x);
+    let head = smoothstep(0.42, 0.25, d);
+    // Toward the two ends, which close to a point, everything becomes plain.
+    let end = smoothstep(0.03, 0.0, d).max(smoothstep(0.006, 0.0, x));
     let mut height = scale.height * (1.0 - belly) + plate * belly;
     // Scales of the head are flat.
-    height *= 1.0 - 0.55 * head;
+    height *= (1.0 - 0.55 * head) * (1.0 - end);
 
     // Saddles along the back, dark with a black rim and a lighter heart, and spots between them on the sides.
     let at = Vec2::new(down, scale.centre.y / 15.0);
@@ -108,20 +112,27 @@ pub fn skin(angle: f32, girths: f32, x: f32) -> Skin {
     };
     let sand = Vec3::new(0.47, 0.33, 0.15).lerp(Vec3::new(0.62, 0.5, 0.28), smoothstep(0.25, 0.7, down));
     let mut color = sand;
-    for (mark, heart) in [(saddle, Vec3::new(0.23, 0.105, 0.04)), (spot, Vec3::new(0.19, 0.1, 0.045))] {
+    let fade = 0.5 * smoothstep(0.16, 0.05, d) + 0.5 * end;
+    for (mark, heart) in [(saddle - fade, Vec3::new(0.23, 0.105, 0.04)), (spot - fade, Vec3::new(0.19, 0.1, 0.045))] {
         color = color.lerp(Vec3::new(0.018, 0.014, 0.012), smoothstep(-0.02, 0.015, mark));
         color = color.lerp(heart, smoothstep(0.05, 0.09, mark));
     }
     // A dark band from the eye to the corner of the jaw.
-    let band = (1.0 - ((down - 0.5) / 0.07).powi(2)).max(0.0)
-        * smoothstep(0.925, 0.94, x)
-        * (1.0 - smoothstep(0.985, 0.995, x));
+    let band = (1.0 - ((down - 0.5 - 0.25 * (0.12 - d)) / 0.06).powi(2)).max(0.0);
+    let band = band * smoothstep(0.38, 0.3, d) * smoothstep(0.04, 0.08, d);
     color = color.lerp(Vec3::new(0.02, 0.015, 0.012), smoothstep(0.1, 0.5, band));
+    // The mouth is a groove around the snout and back below the eyes; two nostrils.
+    let lip =
+        (1.0 - ((down - 0.60 - 0.12 * smoothstep(0.1, 0.0, d)) / 0.014).powi(2)).max(0.0) * smoothstep(0.27, 0.2, d);
+    let nostril = (1.0 - ((down - 0.33) / 0.05).powi(2) - ((d - 0.034) / 0.007).powi(2)).max(0.0);
+    let cut = lip.max(nostril);
+    height -= 0.25 * cut;
     let cream = Vec3::new(0.66, 0.58, 0.42) * (0.85 + 0.25 * unit(plate_id));
     color = color.lerp(cream, belly);
     // No two scales are alike; the skin between them is dark.
-    color *= 0.78 + 0.44 * unit(scale.id) * (1.0 - belly);
-    color = color.lerp(color * 0.32, (1.0 - scale.inside) * (1.0 - belly));
+    color *= 1.0 + (0.44 * unit(scale.id) - 0.22) * (1.0 - belly) * (1.0 - end);
+    color = color.lerp(color * 0.32, (1.0 - scale.inside) * (1.0 - belly) * (1.0 - end));
+    color = color.lerp(Vec3::new(0.03, 0.018, 0.012), smoothstep(0.0, 0.6, cut));
     Skin { height, color: color.min(Vec3::splat(0.95)), roughness: 0.34 - 0.08 * belly }
 }
 
@@ -135,7 +146,7 @@ mod tests {
             let (angle, girths) = (i as f32 * 0.37 % TAU, i as f32 * 0.0031);
             let (here, around) = (skin(angle, girths, 0.5), skin(angle + TAU, girths, 0.5));
             assert!((here.height - around.height).abs() < 2e-2, "{angle} {girths}");
-            assert!((0.0..0.4).contains(&here.height) && here.color.min_element() > 0.0);
+            assert!((-0.25..0.4).contains(&here.height) && here.color.min_element() > 0.0);
         }
     }
 
