@@ -17,14 +17,14 @@ const int MAX_POINT_LIGHTS = 4;
 
 layout(binding = 5, std140) uniform Lighting {
     vec4 rays[3];                 // see read_gbuffer
-    mat4 shadow_from_world;       // to [0,1] texture coordinates and depth
+    mat4 shadow_from_world;       // to [0,1] texture coordinates and depth; all outside without shadows
     vec4 camera_position;         // xyz
     vec4 sun_direction;           // xyz toward the sun; w 1 when there is one
     vec4 sun_irradiance;          // rgb on a plane facing it
     vec4 point_position[MAX_POINT_LIGHTS];  // xyz
     vec4 point_intensity[MAX_POINT_LIGHTS]; // rgb
     vec4 viewport;                // width, height
-    vec4 environment;             // x: face size of the cube, y: scale, z: shadow texel in world units, w: 1 when shadows are on
+    vec4 environment;             // x: face size of the cube, y: scale, z: shadow texel in world units
     ivec4 counts;                 // x: point lights
 } lighting;
 
@@ -37,9 +37,6 @@ layout(location = 0) out vec4 out_radiance;
 
 // Fraction of the sun seen by the macro surface: 4 x 4 comparisons, bilinearly weighted.
 float sun_visibility(vec3 position, vec3 normal) {
-    if (lighting.environment.w < 0.5) {
-        return 1.0;
-    }
     float texel = lighting.environment.z;
     float sine = sqrt(max(1.0 - pow(dot(normal, lighting.sun_direction.xyz), 2.0), 0.0));
     vec3 lifted = position + normal * texel * (1.0 + 2.0 * sine);
@@ -130,7 +127,10 @@ void main() {
 
     // Directional and point lights.
     vec3 mesonormal = from_frame(frame, normal_of_slope(surface.mean_slope));
-    for (int i = 0; i <= lighting.counts.x; ++i) {
+    // Lavapipe compiles the shader anew for every draw if a loop's end is a uniform and nothing else (it inlines them),
+    // so the end is made to look as if it depended on the pixel.
+    int last_light = lighting.counts.x - int(gl_FragCoord.x < 0.0);
+    for (int i = 0; i <= last_light; ++i) {
         Light light = i == 0 ? Light(lighting.sun_direction.xyz, lighting.sun_irradiance.rgb) : point_light(i - 1, surface.position);
         if (i == 0) {
             light.irradiance *= lighting.sun_direction.w * sun_visibility(surface.position, mesonormal);
