@@ -225,7 +225,7 @@ impl BenchReport {
         let rows: Vec<&RowReport> = self.rows.iter().filter(|r| r.table == table).collect();
         // On the quad only what the pixels cost is of interest; JSON has the rest.
         let own = |pass: &str| ["geometry", "filter", "shade", PIXELS].contains(&pass);
-        let compared = self.ratios.iter().find(|r| r.table == table).map_or(PIXELS, |r| r.pass);
+        let compared = if rows[0].distance.is_some() { TOTAL } else { PIXELS };
         let mut passes: Vec<&str> = Vec::new();
         for row in rows.iter().filter(|row| compared == TOTAL || own(&row.pass)) {
             if !passes.contains(&row.pass.as_str()) {
