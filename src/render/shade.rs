@@ -69,12 +69,7 @@ impl LightingGpu {
             point_position: [[0.0; 4]; MAX_POINT_LIGHTS],
             point_intensity: [[0.0; 4]; MAX_POINT_LIGHTS],
             viewport: [size.0 as f32, size.1 as f32, 0.0, 0.0],
-            environment: [
-                cube_size as f32,
-                1.0,
-                shadow.map_or(0.0, |s| s.texel),
-                0.0,
-            ],
+            environment: [cube_size as f32, 1.0, shadow.map_or(0.0, |s| s.texel), 0.0],
             counts: [state.point_lights.len().min(MAX_POINT_LIGHTS) as i32, 0, 0, 0],
         };
         for (i, light) in state.point_lights.iter().take(MAX_POINT_LIGHTS).enumerate() {
@@ -129,10 +124,12 @@ impl ShadePass {
                 fragment: Some("passes/shade/shade.frag"),
                 colors: &[Self::FORMAT],
                 spec: &[
-                    (0, SpecValue::I32(samples as i32)),
-                    (1, SpecValue::I32(settings.visibility.code())),
-                    (2, SpecValue::Bool(settings.diffuse_lights == DiffuseLights::Sh)),
-                    (3, SpecValue::I32(settings.terms.bits())),
+                    (0, SpecValue::I32(settings.technique.code())),
+                    (1, SpecValue::Bool(matches!(settings.quadrature, Quadrature::VisibleSlopes(_)))),
+                    (2, SpecValue::I32(samples as i32)),
+                    (3, SpecValue::I32(settings.visibility.code())),
+                    (4, SpecValue::Bool(settings.diffuse_lights == DiffuseLights::Sh)),
+                    (5, SpecValue::I32(settings.terms.bits())),
                 ],
                 ..Default::default()
             },
