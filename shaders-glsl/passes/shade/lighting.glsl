@@ -7,14 +7,14 @@ const int MAX_POINT_LIGHTS = 4;
 
 layout(binding = 5, std140) uniform Lighting {
     vec4 rays[3];                 // see read_gbuffer
-    mat4 shadow_from_world;       // to [0,1] texture coordinates and depth
+    mat4 shadow_from_world;       // to [0,1] texture coordinates and depth; all outside without shadows
     vec4 camera_position;         // xyz
     vec4 sun_direction;           // xyz toward the sun; w 1 when there is one
     vec4 sun_irradiance;          // rgb on a plane facing it
     vec4 point_position[MAX_POINT_LIGHTS];  // xyz
     vec4 point_intensity[MAX_POINT_LIGHTS]; // rgb
     vec4 viewport;                // width, height
-    vec4 environment;             // x: face size of the cube, y: scale, z: shadow texel in world units, w: 1 when shadows are on
+    vec4 environment;             // x: face size of the cube, y: scale, z: shadow texel in world units
     ivec4 counts;                 // x: point lights
 } lighting;
 
@@ -24,9 +24,6 @@ layout(binding = 8) uniform sampler2D shadow_map;
 
 // Fraction of the sun seen by the macro surface: 4 x 4 comparisons, bilinearly weighted.
 float sun_visibility(vec3 position, vec3 normal) {
-    if (lighting.environment.w < 0.5) {
-        return 1.0;
-    }
     float texel = lighting.environment.z;
     float sine = sqrt(max(1.0 - pow(dot(normal, lighting.sun_direction.xyz), 2.0), 0.0));
     vec3 lifted = position + normal * texel * (1.0 + 2.0 * sine);
@@ -54,9 +51,10 @@ struct Light {
     vec3 irradiance; // on a plane facing it
 };
 
-// The sun first, then the point lights.
+// The sun first, then the point lights. Lavapipe inlines uniforms where they alone decide a branch or end a loop, and
+// compiles the shader anew for every draw that way; so the end is made to look as if it depended on the pixel.
 int light_count() {
-    return 1 + lighting.counts.x;
+    return 1 + lighting.counts.x - int(gl_FragCoord.x < 0.0);
 }
 
 Light light_at(int i, Surface surface) {
