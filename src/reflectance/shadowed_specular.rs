@@ -15,10 +15,12 @@
 //! environment gets `E[lit]`, whatever the probes.
 
 use super::correlated_masking::{DirectionArea, Visibility, direction_area, lit_fraction};
+use super::fresnel::fresnel_schlick;
 use super::normal_distribution::{normal_cdf, normal_pdf};
+use super::slope_grid::slope_cholesky;
 use super::specular::environment_sample_at;
-use super::visible_slopes::VisibleSlopes;
-use super::visible_specular::LineRule;
+use super::visible_slopes::{VisibleSlopes, visible_slopes};
+use super::visible_specular::{LineRule, VisibleProbe, visible_line, visible_probe};
 use glam::{DVec2, DVec3, Vec3Swizzles as _};
 
 /// What is lit of the visible slopes, by the standard normal coordinate `z` along a line through them:
@@ -119,4 +121,34 @@ pub fn lit_along(line: &LitLine, z: f64) -> f64 {
 #[must_use]
 pub fn lit_scale(line: &LitLine, sum: f64) -> f64 {
     line.mean / sum.max(1e-6)
+}
+
+/// Radiance towards `wo` under an environment of cube edge `size` with shadows, by the probes of `rule`, and the mean Fresnel
+/// reflectance of the visible facets. What is lit is integrated with the nodes of `lit_rule`; `radiance` is asked for each probe.
+#[must_use]
+pub fn leadr_specular_environment_lit(
+    visibility: Visibility,
+    wo: DVec3,
+    m: DVec2,
+    s: DVec3,
+    f0: DVec3,
+    size: f64,
+    [rule, lit_rule]: [&LineRule; 2],
+    radiance: impl Fn(&VisibleProbe) -> DVec3,
+) -> (DVec3, DVec3) {
+    let line = visible_line(wo, m, s, size, rule);
+    let v = visible_slopes(wo, m, s);
+    let cholesky = slope_cholesky(v.s);
+    let lit = lit_line(visibility, &direction_area(wo, v.m, cholesky), wo, &v, line.major, cholesky, lit_rule);
+    let (mut reflected, mut fresnel, mut sum) = (DVec3::ZERO, DVec3::ZERO, 0.0);
+    for i in 0..rule.n {
+        let probe = visible_probe(&line, wo, i, rule);
+        let f = probe.weight * fresnel_schlick(f0, probe.cosine);
+        let z = (f64::from(i) - 0.5 * f64::from(rule.n - 1)) * rule.step;
+        let l = lit_along(&lit, z);
+        reflected += f * l * radiance(&probe);
+        sum += l * probe.weight;
+        fresnel += f;
+    }
+    (reflected * lit_scale(&lit, sum), fresnel)
 }

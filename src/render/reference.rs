@@ -24,8 +24,8 @@ use super::relief_shadow::{Caster, ReliefShadows, map_size, relief_view};
 use super::scene::{FrameState, MAX_POINT_LIGHTS};
 use super::settings::RenderSettings;
 use super::shade::ShadePass;
-use super::tessellation::TessellationSettings;
 use super::shadow::ShadowView;
+use super::tessellation::TessellationSettings;
 use crate::gpu::{
     Buffer, ColorTarget, Commands, Descriptor, Filter, Gpu, GraphicsDesc, GraphicsPipeline, Image, Load, Memory,
     Result, Sampler, SpecValue, Use, Wrap,
