@@ -17,7 +17,7 @@ use super::patch_mesh::PosedVertices;
 use super::reference::ReferencePass;
 use super::scene::{FrameState, Object};
 use super::settings::{Quadrature, RenderSettings, ShadingSettings};
-use super::shade::{LightingGpu, ShadeInputs, ShadePass};
+use super::shade::{LightSet, LightingGpu, ShadeInputs, ShadePass};
 use super::shadow::{ShadowPass, ShadowView};
 use super::tessellation::TessellationSettings;
 use crate::gpu::{Buffer, Commands, Gpu, GpuError, Image, ImageDesc, Memory, Result, Timestamps};
@@ -107,7 +107,7 @@ pub struct Renderer {
     shadow_view: Option<ShadowView>,
     accumulate: AccumulatePass,
     geometry: GeometryPass,
-    pipelines: HashMap<ShadingSettings, (FilterPass, ShadePass)>,
+    pipelines: HashMap<(ShadingSettings, LightSet), (FilterPass, ShadePass)>,
     reference: Option<ReferencePass>,
     targets: Option<Targets>,
     lighting: Buffer,
@@ -220,17 +220,13 @@ impl Renderer {
                 return Err(GpuError::Usage { name: "slope grid".to_owned(), fault });
             }
         }
-        if !self.pipelines.contains_key(&settings.shading) {
-            let filter = FilterPass::new(&self.gpu, settings.shading.technique)?;
-            let shade = ShadePass::new(&self.gpu, settings.shading)?;
-            self.pipelines.insert(settings.shading, (filter, shade));
-        }
         let height_scale = settings.geometry_scale(state.height_scale);
         let posed: Vec<PosedVertices> =
             self.drawn.iter().zip(&state.poses).map(|(d, pose)| pose.apply(&d.object.object.mesh)).collect();
         self.shadow_view = None;
         if settings.shadows_of_relief() {
             self.prepare_reference(state)?;
+            self.prepare_pipelines(state, settings)?;
             return Ok(posed);
         }
         if let Some(sun) = state.sun.filter(|_| settings.shadows) {
@@ -238,6 +234,7 @@ impl Renderer {
                 self.shadow_view = Some(ShadowView::around(sun.direction.normalize(), centre, radius, SHADOW_SIZE));
             }
         }
+        self.prepare_pipelines(state, settings)?;
         if let Some(view) = self.shadow_view {
             // Casters are divided as the camera's surface is: a finer one would stand out of it and shade it.
             let lens = state.camera.lens(settings.size.1);
@@ -301,7 +298,9 @@ impl Renderer {
         index: u32,
         timestamps: &Timestamps,
     ) {
-        let (Some(targets), Some((filter, shade))) = (&self.targets, self.pipelines.get(&settings.shading)) else {
+        let lights = LightSet::new(state, self.shadow_view.is_some());
+        let (Some(targets), Some((filter, shade))) = (&self.targets, self.pipelines.get(&(settings.shading, lights)))
+        else {
             return;
         };
         let repeats = self.repeats;
@@ -414,6 +413,17 @@ impl Renderer {
     }
 
     /// Makes what the reference's shadows need: its pass, and an environment that can be drawn from.
+    /// Makes the pipelines of these settings and of the lights there are.
+    fn prepare_pipelines(&mut self, state: &FrameState, settings: &RenderSettings) -> Result<()> {
+        let key = (settings.shading, LightSet::new(state, self.shadow_view.is_some()));
+        if !self.pipelines.contains_key(&key) {
+            let filter = FilterPass::new(&self.gpu, key.0.technique)?;
+            let shade = ShadePass::new(&self.gpu, key.0, key.1)?;
+            self.pipelines.insert(key, (filter, shade));
+        }
+        Ok(())
+    }
+
     fn prepare_reference(&mut self, state: &FrameState) -> Result<()> {
         if let Some(sky) = &state.sky {
             let environment = &mut self.environment;

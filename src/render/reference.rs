@@ -89,7 +89,7 @@ impl ReferencePass {
             vertex: "passes/fullscreen.vert",
             fragment: Some("passes/shade/reference.frag"),
             colors: &[ShadePass::FORMAT],
-            spec: &[(6, SpecValue::F32(MIRROR_ALPHA))],
+            spec: &[(20, SpecValue::F32(MIRROR_ALPHA))],
             ..Default::default()
         };
         Ok(Self {

@@ -7,7 +7,7 @@
 #include "leadr/diffuse.glsl"
 
 // Base materials smoother than this mirror the environment as if nothing shadowed it: drawn lights would miss them.
-layout(constant_id = 6) const float MIRROR_ALPHA = 0.15;
+layout(constant_id = 20) const float MIRROR_ALPHA = 0.15;
 
 const int GRID = 5; // samples of the base material's slopes
 const int MAX_LIGHTS = 6;
