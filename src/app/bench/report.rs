@@ -55,6 +55,8 @@ pub struct RowReport {
     pass: String,
     median_ms: f64,
     p95_ms: f64,
+    /// Of the fastest frame.
+    min_ms: f64,
     /// Times the pass was drawn in each timed region.
     repeats: u32,
     /// Rounds in which the row was measured.
@@ -76,6 +78,8 @@ pub struct RatioReport {
     low: f64,
     /// Their upper quartile.
     high: f64,
+    /// Ratio of the fastest frames.
+    fastest: f64,
     /// Rounds in which both were measured.
     pairs: usize,
     /// The same ratio of the paper's times.
@@ -139,6 +143,7 @@ fn rows(measured: &Measured) -> Vec<RowReport> {
             pass: (*pass).to_owned(),
             median_ms,
             p95_ms,
+            min_ms: series.fastest(pass),
             repeats: if *pass == "sky" { 1 } else { series.repeats },
             measurements: series.measurements(),
             paper_ms: row.paper_ms.filter(|_| *pass == TOTAL),
@@ -148,10 +153,10 @@ fn rows(measured: &Measured) -> Vec<RowReport> {
 }
 
 fn ratio(measured: &Measured, base: &Measured, pass: &'static str) -> Option<RatioReport> {
-    let Ratio { median, low, high, pairs } = measured.series.ratio(pass, &base.series, pass)?;
+    let Ratio { median, low, high, fastest, pairs } = measured.series.ratio(pass, &base.series, pass)?;
     let paper = measured.row.paper_ms.zip(base.row.paper_ms).map(|(of, to)| of / to);
     let (table, of, to) = (measured.row.table.clone(), measured.row.name.clone(), base.row.name.clone());
-    Some(RatioReport { table, of, to, pass, median, low, high, pairs, paper })
+    Some(RatioReport { table, of, to, pass, median, low, high, fastest, pairs, paper })
 }
 
 fn line(table: &str, measured: &[Measured]) -> Option<LineReport> {
@@ -189,7 +194,11 @@ fn ms(value: f64) -> String {
 impl fmt::Display for BenchReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(f, "{} ({}), commit {}", self.device, self.driver, self.commit)?;
-        writeln!(f, "median ms on the device, {} rounds; ratios: median [quartiles] within rounds", self.frames)?;
+        writeln!(
+            f,
+            "median ms on the device, {} rounds; ratios: median [quartiles] within rounds, and of the fastest frames",
+            self.frames
+        )?;
         let mut tables: Vec<&str> = Vec::new();
         for row in &self.rows {
             if !tables.contains(&row.table.as_str()) {
@@ -214,7 +223,8 @@ impl fmt::Display for BenchReport {
                 (false, false) => "MISSED, within the noise",
             };
             let (median, low, high) = (goal.median, goal.low, goal.high);
-            writeln!(f, "  {:72} {median:8.3} [{low:.3}, {high:.3}]  {bound}: {met}", goal.goal)?;
+            let fastest = goal.fastest;
+            writeln!(f, "  {:52} {median:8.3} [{low:.3}, {high:.3}], fastest {fastest:.3}; {bound}: {met}", goal.goal)?;
         }
         write!(f, "{:.0} s", self.seconds)
     }
@@ -251,12 +261,12 @@ impl BenchReport {
             let p95 = cells.iter().find(|c| c.pass == compared).map_or(String::new(), |c| ms(c.p95_ms));
             write!(f, " {p95:>9}")?;
             if let Some(r) = ratio(compared) {
-                write!(f, "  {:.3} [{:.3}, {:.3}]", r.median, r.low, r.high)?;
+                write!(f, "  {:7.3} [{:.3}, {:.3}], fastest {:.3}", r.median, r.low, r.high, r.fastest)?;
                 if let Some(shade) = ratio(SHADE) {
-                    write!(f, ", shade alone {:.3}", shade.median)?;
+                    write!(f, "; shade alone {:.3}, fastest {:.3}", shade.median, shade.fastest)?;
                 }
                 if let Some(paper) = r.paper {
-                    write!(f, ", paper {paper:.3}")?;
+                    write!(f, "; paper {paper:.3}")?;
                 }
             }
             writeln!(f)?;
