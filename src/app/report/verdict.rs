@@ -20,9 +20,31 @@ pub struct Shot {
     pub milliseconds: f64,
     /// Samples per pixel.
     pub samples: u32,
+    /// How uncertain a truth is: the part of its halves' relative RMSE against each other, inside, that their mean has; 0
+    /// for what is no truth.
+    pub noise: f64,
 }
 
 impl Shot {
+    /// The mean of two shots of one thing with different seeds and equally many samples, which tell how noisy it is.
+    ///
+    /// # Errors
+    /// Sizes that differ.
+    pub fn mean_of(a: &Self, b: &Self) -> Result<Self, MapFault> {
+        let mix = |(x, y): (&[f32; 3], &[f32; 3])| std::array::from_fn(|c| 0.5 * (x[c] + y[c]));
+        let texels = a.image.texels.iter().zip(&b.image.texels).map(mix).collect();
+        let mut mean = Self {
+            image: RgbImage::new(a.image.width, a.image.height, texels)?,
+            coverage: a.coverage.iter().zip(&b.coverage).map(|(x, y)| 0.5 * (x + y)).collect(),
+            milliseconds: a.milliseconds + b.milliseconds,
+            samples: a.samples + b.samples,
+            noise: 0.0,
+        };
+        // Independent halves differ by √2 of the noise of one, and their mean has 1/√2 of it.
+        mean.noise = 0.5 * rrmse_over(&a.image, &b.image, &mean.interior()?)?;
+        Ok(mean)
+    }
+
     /// The pixels that objects touch.
     ///
     /// # Errors
@@ -78,6 +100,8 @@ pub struct Verdict {
     pub interior: Errors,
     /// Where the error lies.
     pub anatomy: Anatomy,
+    /// Noise of the reference ([`Shot::noise`]).
+    pub noise: f64,
     /// FLIP of every pixel as colours.
     pub error_image: Rgb8Image,
 }
@@ -100,6 +124,7 @@ pub fn judge(reference: &Shot, test: &Shot, exposure: f32) -> Result<Verdict, Ma
         object: errors(&object)?,
         interior: errors(&interior)?,
         anatomy: anatomy(&reference.image, &test.image, &object, &interior),
+        noise: reference.noise,
         error_image: compared.error_image(),
     })
 }
@@ -138,7 +163,15 @@ mod tests {
             texels.push([value * share + 2.0 * (1.0 - share); 3]);
             coverage.push(share);
         }
-        Shot { image: RgbImage::new(40, 40, texels).unwrap(), coverage, milliseconds: 1.0, samples: 1 }
+        Shot { image: RgbImage::new(40, 40, texels).unwrap(), coverage, milliseconds: 1.0, samples: 1, noise: 0.0 }
+    }
+
+    #[test]
+    fn halves_tell_the_noise_of_their_mean() {
+        let mean = Shot::mean_of(&disc(1.1, 1.0), &disc(0.9, 1.0)).unwrap();
+        assert!((mean.noise - 0.1).abs() < 0.01, "{}", mean.noise);
+        assert_eq!(mean.samples, 2);
+        assert!((mean.image.at(20, 20)[0] - 0.4).abs() < 1e-6);
     }
 
     #[test]

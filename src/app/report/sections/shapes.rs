@@ -10,6 +10,8 @@ use crate::app::report::subject::Subject;
 use crate::app::report::truth::Truth;
 use crate::app::report::verdict::judge;
 use crate::scenes::deform::{Deformation, PERIOD, stage};
+use crate::scenes::stage::Lights;
+use crate::scenes::studio::studio as panorama;
 
 const INTRO: &str = "The LEADR paper's Figure 5: a quad, a sphere and a cylinder are stretched, sheared or flattened while their maps \
     stay as they were baked; the moments follow the deformation (eq. 12). One sample of LEADR per pixel against \
@@ -22,21 +24,32 @@ const DEFORMATIONS: [(Deformation, &str, &str); 3] = [
 ];
 
 pub fn run(studio: &mut Studio) -> Result<Section, AppError> {
-    let size = studio.pick((96, 48), (320, 160));
+    let size = studio.pick((128, 48), (384, 144));
     let samples = studio.pick(16, 128);
-    let moments: &[f64] = if studio.quick { &[0.0, 1.0] } else { &[0.0, 0.33, 0.67, 1.0] };
+    let moments: &[f64] = if studio.quick { &[1.0] } else { &[0.0, 0.33, 0.67, 1.0] };
     let scale = studio.pick(2, 1);
+    let panorama = panorama();
     let (mut html, mut cases) = (Html::new(), Vec::new());
     for (deformation, key, title) in DEFORMATIONS {
-        let mut subject = Subject::under_the_sky(studio, stage(deformation), 0.0)?;
-        let head =
-            ["how far", "truth", "LEADR, one sample", "FLIP errors", "rRMSE", "rRMSE inside", "bias inside", "FLIP"];
+        let mut subject = Subject::in_panorama(studio, stage(deformation), &panorama, Lights::default())?;
+        let head = [
+            "how far",
+            "truth",
+            "LEADR, one sample",
+            "FLIP errors",
+            "rRMSE",
+            "rRMSE inside",
+            "bias inside",
+            "FLIP",
+            "noise of the truth",
+        ];
         let mut table = Table::new(format!("{title}; truth of {samples} samples per pixel"), head);
         for &moment in moments {
             // Half a period leads from the surface as it was made to the fully deformed one.
             subject.set_time(moment * 0.5 * PERIOD);
             let state = subject.seen_by(&subject.stage.views.mid);
-            let truth = studio.shoot(&mut subject.renderer, &state, &Truth::Displacement.settings(size, samples, 1))?;
+            let truth =
+                studio.shoot_truth(&mut subject.renderer, &state, &Truth::Displacement.settings(size, samples, 1))?;
             let look = Look::best();
             let shot = studio.shoot(&mut subject.renderer, &state, &look.settings(size, 1))?;
             let verdict = judge(&truth, &shot, 1.0).map_err(fault)?;
@@ -50,7 +63,7 @@ pub fn run(studio: &mut Studio) -> Result<Section, AppError> {
             let mut cells = vec![Cell::from(format!("{:.0} %", moment * 100.0))];
             cells.extend(figures.iter().cloned().map(Cell::Figure));
             let (object, interior) = (verdict.object, verdict.interior);
-            cells.extend([object.rrmse, interior.rrmse, interior.bias, object.flip].map(Cell::from));
+            cells.extend([object.rrmse, interior.rrmse, interior.bias, object.flip, verdict.noise].map(Cell::from));
             table.row(cells);
             let subject = format!("{title} by {:.0} %", moment * 100.0);
             let mut case = Case::new("shapes", subject, &look.name, "displacement", &verdict);
@@ -71,6 +84,13 @@ pub fn run(studio: &mut Studio) -> Result<Section, AppError> {
 fn finding(title: &str, cases: &[(&str, f64, Case)]) -> Option<String> {
     let error = |c: &(&str, f64, Case)| c.2.interior.rrmse;
     let of: Vec<_> = cases.iter().filter(|c| c.0 == title).collect();
+    if let [only] = of.as_slice() {
+        let noise = number(only.2.noise);
+        return Some(format!(
+            "{title}: rRMSE inside is {} fully deformed; the truth's noise is {noise}.",
+            number(error(only))
+        ));
+    }
     let (first, last) = (error(of.first()?), error(of.last()?));
     let verdict = match last / first {
         r if r > 1.25 => "deforming makes it worse",

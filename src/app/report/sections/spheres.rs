@@ -68,6 +68,8 @@ struct Entry {
     normal_map_inside: Errors,
     displacement: Errors,
     displacement_inside: Errors,
+    /// Noise of displacement truth inside, as a share.
+    noise: f64,
 }
 
 /// Roughness pairs of one aspect share a baked surface.
@@ -158,9 +160,9 @@ fn cell(
         let mut settings = truth.settings((size, size), samples, 1);
         settings.shading.terms = light.terms;
         settings.shadows = false;
-        let shot = studio.shoot(&mut subject.renderer, &state, &settings)?;
+        let shot = studio.shoot_truth(&mut subject.renderer, &state, &settings)?;
         let name = format!("spheres-{row}-{}", truth.name());
-        let caption = vec![format!("{samples} samples")];
+        let caption = vec![format!("{samples} samples"), format!("noise {}", number(shot.noise))];
         cells.push(Cell::Figure(studio.picture(&name, &shot.image, EXPOSURE, truth.title(), caption)?));
         truths.push((truth, shot));
     }
@@ -199,6 +201,7 @@ fn cell(
             normal_map_inside: normal_map.interior,
             displacement: displacement.object,
             displacement_inside: displacement.interior,
+            noise: displacement.noise,
         });
     }
     Ok((cells, entries))
