@@ -26,20 +26,38 @@ pub struct Shot {
 }
 
 impl Shot {
-    /// The mean of two shots of one thing with different seeds and equally many samples, which tell how noisy it is.
+    /// The mean of shots of equally many samples; its samples and times are their sums.
+    ///
+    /// # Errors
+    /// Sizes that differ, or no shot.
+    pub fn mean(shots: &[Self]) -> Result<Self, MapFault> {
+        let Some(first) = shots.first() else { return Err(MapFault::Empty { width: 0, height: 0 }) };
+        let share = 1.0 / shots.len() as f32;
+        let (mut texels, mut coverage) = (vec![[0.0f32; 3]; first.image.texels.len()], vec![0.0; first.coverage.len()]);
+        for shot in shots {
+            if (shot.image.width, shot.image.height) != (first.image.width, first.image.height) {
+                return Err(MapFault::SizeMismatch { what: "shots of several sizes were averaged".to_owned() });
+            }
+            for (sum, texel) in texels.iter_mut().zip(&shot.image.texels) {
+                (0..3).for_each(|c| sum[c] += share * texel[c]);
+            }
+            coverage.iter_mut().zip(&shot.coverage).for_each(|(sum, c)| *sum += share * c);
+        }
+        Ok(Self {
+            image: RgbImage::new(first.image.width, first.image.height, texels)?,
+            coverage,
+            milliseconds: shots.iter().map(|s| s.milliseconds).sum(),
+            samples: shots.iter().map(|s| s.samples).sum(),
+            noise: 0.0,
+        })
+    }
+
+    /// The mean of two independent shots of one thing, which tell how noisy it is.
     ///
     /// # Errors
     /// Sizes that differ.
     pub fn mean_of(a: &Self, b: &Self) -> Result<Self, MapFault> {
-        let mix = |(x, y): (&[f32; 3], &[f32; 3])| std::array::from_fn(|c| 0.5 * (x[c] + y[c]));
-        let texels = a.image.texels.iter().zip(&b.image.texels).map(mix).collect();
-        let mut mean = Self {
-            image: RgbImage::new(a.image.width, a.image.height, texels)?,
-            coverage: a.coverage.iter().zip(&b.coverage).map(|(x, y)| 0.5 * (x + y)).collect(),
-            milliseconds: a.milliseconds + b.milliseconds,
-            samples: a.samples + b.samples,
-            noise: 0.0,
-        };
+        let mut mean = Self::mean(&[a.clone(), b.clone()])?;
         // Independent halves differ by √2 of the noise of one, and their mean has 1/√2 of it.
         mean.noise = 0.5 * rrmse_over(&a.image, &b.image, &mean.interior()?)?;
         Ok(mean)
