@@ -412,7 +412,6 @@ impl Renderer {
         })
     }
 
-    /// Makes what the reference's shadows need: its pass, and an environment that can be drawn from.
     /// Makes the pipelines of these settings and of the lights there are.
     fn prepare_pipelines(&mut self, state: &FrameState, settings: &RenderSettings) -> Result<()> {
         let key = (settings.shading, LightSet::new(state, self.shadow_view.is_some()));
@@ -424,6 +423,7 @@ impl Renderer {
         Ok(())
     }
 
+    /// Makes what the shadows of the reference need: its pass, and an environment that can be drawn from.
     fn prepare_reference(&mut self, state: &FrameState) -> Result<()> {
         if let Some(sky) = &state.sky {
             let environment = &mut self.environment;

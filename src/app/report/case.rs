@@ -24,6 +24,8 @@ pub struct Case {
     pub anatomy: Anatomy,
     /// Inside, against normal-map truth, where that was measured.
     pub normal_map: Option<Errors>,
+    /// Noise of the truth inside, as a share.
+    pub noise: f64,
     /// The picture, the truth, and the errors, if they are on the page.
     #[serde(skip)]
     pub figures: Vec<Figure>,
@@ -39,8 +41,8 @@ impl Case {
         truth: &'static str,
         verdict: &Verdict,
     ) -> Self {
-        let Verdict { object, interior, anatomy, .. } = *verdict;
+        let Verdict { object, interior, anatomy, noise, .. } = *verdict;
         let (subject, look) = (subject.into(), look.into());
-        Self { section, subject, look, truth, object, interior, anatomy, normal_map: None, figures: Vec::new() }
+        Self { section, subject, look, truth, object, interior, anatomy, normal_map: None, noise, figures: Vec::new() }
     }
 }

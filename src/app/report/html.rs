@@ -322,6 +322,7 @@ caption { text-align: left; color: var(--faint); padding: 0.2rem 0; }
 th, td { padding: 0.25rem 0.6rem; border-bottom: 1px solid var(--line); text-align: left; vertical-align: top; }
 thead th { border-bottom-width: 2px; }
 th[scope=row] { font-weight: 600; }
+.numbers th[scope=row] { white-space: nowrap; }
 td.n, .numbers thead th + th { text-align: right; font-variant-numeric: tabular-nums; white-space: nowrap; }
 td strong { color: var(--good); }
 .row { display: flex; flex-wrap: wrap; gap: 0.8rem; margin: 0.8rem 0; }

@@ -68,7 +68,24 @@ impl Studio {
             coverage: output.color.iter().map(|c| c[3]).collect(),
             milliseconds: output.times.iter().map(|t| t.milliseconds).sum(),
             samples: settings.samples.max(1),
+            noise: 0.0,
         })
+    }
+
+    /// Renders a truth in two halves of different seeds, which tell how noisy their mean is.
+    ///
+    /// # Errors
+    /// As [`shoot`](Self::shoot).
+    pub fn shoot_truth(
+        &self,
+        renderer: &mut Renderer,
+        state: &FrameState,
+        settings: &RenderSettings,
+    ) -> Result<Shot, AppError> {
+        let half = |seed: u64| RenderSettings { samples: settings.samples.div_ceil(2), seed, ..*settings };
+        let first = self.shoot(renderer, state, &half(2 * settings.seed + 1))?;
+        let second = self.shoot(renderer, state, &half(2 * settings.seed + 2))?;
+        Shot::mean_of(&first, &second).map_err(fault)
     }
 
     /// Keeps a picture under `name` (letters, digits and dashes), seen with `exposure` (a factor) through the filmic

@@ -20,9 +20,49 @@ pub struct Shot {
     pub milliseconds: f64,
     /// Samples per pixel.
     pub samples: u32,
+    /// How uncertain a truth is: the part of its halves' relative RMSE against each other, inside, that their mean has; 0
+    /// for what is no truth.
+    pub noise: f64,
 }
 
 impl Shot {
+    /// The mean of shots of equally many samples; its samples and times are their sums.
+    ///
+    /// # Errors
+    /// Sizes that differ, or no shot.
+    pub fn mean(shots: &[Self]) -> Result<Self, MapFault> {
+        let Some(first) = shots.first() else { return Err(MapFault::Empty { width: 0, height: 0 }) };
+        let share = 1.0 / shots.len() as f32;
+        let (mut texels, mut coverage) = (vec![[0.0f32; 3]; first.image.texels.len()], vec![0.0; first.coverage.len()]);
+        for shot in shots {
+            if (shot.image.width, shot.image.height) != (first.image.width, first.image.height) {
+                return Err(MapFault::SizeMismatch { what: "shots of several sizes were averaged".to_owned() });
+            }
+            for (sum, texel) in texels.iter_mut().zip(&shot.image.texels) {
+                (0..3).for_each(|c| sum[c] += share * texel[c]);
+            }
+            coverage.iter_mut().zip(&shot.coverage).for_each(|(sum, c)| *sum += share * c);
+        }
+        Ok(Self {
+            image: RgbImage::new(first.image.width, first.image.height, texels)?,
+            coverage,
+            milliseconds: shots.iter().map(|s| s.milliseconds).sum(),
+            samples: shots.iter().map(|s| s.samples).sum(),
+            noise: 0.0,
+        })
+    }
+
+    /// The mean of two independent shots of one thing, which tell how noisy it is.
+    ///
+    /// # Errors
+    /// Sizes that differ.
+    pub fn mean_of(a: &Self, b: &Self) -> Result<Self, MapFault> {
+        let mut mean = Self::mean(&[a.clone(), b.clone()])?;
+        // Independent halves differ by √2 of the noise of one, and their mean has 1/√2 of it.
+        mean.noise = 0.5 * rrmse_over(&a.image, &b.image, &mean.interior()?)?;
+        Ok(mean)
+    }
+
     /// The pixels that objects touch.
     ///
     /// # Errors
@@ -78,6 +118,8 @@ pub struct Verdict {
     pub interior: Errors,
     /// Where the error lies.
     pub anatomy: Anatomy,
+    /// Noise of the reference ([`Shot::noise`]).
+    pub noise: f64,
     /// FLIP of every pixel as colours.
     pub error_image: Rgb8Image,
 }
@@ -100,6 +142,7 @@ pub fn judge(reference: &Shot, test: &Shot, exposure: f32) -> Result<Verdict, Ma
         object: errors(&object)?,
         interior: errors(&interior)?,
         anatomy: anatomy(&reference.image, &test.image, &object, &interior),
+        noise: reference.noise,
         error_image: compared.error_image(),
     })
 }
@@ -138,7 +181,15 @@ mod tests {
             texels.push([value * share + 2.0 * (1.0 - share); 3]);
             coverage.push(share);
         }
-        Shot { image: RgbImage::new(40, 40, texels).unwrap(), coverage, milliseconds: 1.0, samples: 1 }
+        Shot { image: RgbImage::new(40, 40, texels).unwrap(), coverage, milliseconds: 1.0, samples: 1, noise: 0.0 }
+    }
+
+    #[test]
+    fn halves_tell_the_noise_of_their_mean() {
+        let mean = Shot::mean_of(&disc(1.1, 1.0), &disc(0.9, 1.0)).unwrap();
+        assert!((mean.noise - 0.1).abs() < 0.01, "{}", mean.noise);
+        assert_eq!(mean.samples, 2);
+        assert!((mean.image.at(20, 20)[0] - 0.4).abs() < 1e-6);
     }
 
     #[test]

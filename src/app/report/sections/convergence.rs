@@ -30,8 +30,8 @@ struct Curve {
 
 pub fn run(studio: &mut Studio) -> Result<Section, AppError> {
     let size = studio.pick(96, 192);
-    let counts: &[u32] = if studio.quick { &[1, 2, 4, 8, 16, 32] } else { &[1, 2, 4, 8, 16, 32, 64, 128, 256] };
-    let converged = studio.pick(128, 1024);
+    let counts: &[u32] = if studio.quick { &[1, 2, 4, 8, 16] } else { &[1, 2, 4, 8, 16, 32, 64, 128, 256] };
+    let converged = studio.pick(64, 1024);
     let mut subject = Subject::rough_sphere(studio, studio.pick(16, 32))?;
     let state = subject.seen_by(&subject.stage.views.mid);
     let (mut html, mut curves, mut figures) = (Html::new(), Vec::new(), Vec::new());

@@ -76,6 +76,9 @@ fn explain(case: &Case, all: &[Case]) -> Vec<String> {
             ));
         }
     }
+    if case.noise > 0.5 * case.interior.rrmse {
+        why.push(format!("The truth itself is uncertain by {}.", percent(case.noise, false)));
+    }
     // An error that is the same everywhere has an rRMSE as large as its bias.
     let even = (case.interior.bias / case.interior.rrmse).abs();
     if even > 0.7 {
@@ -117,6 +120,7 @@ mod tests {
             interior: errors,
             anatomy: Anatomy { outline: 0.1, highlights: 0.1 },
             normal_map: None,
+            noise: 0.0,
             figures: Vec::new(),
         }
     }
@@ -135,5 +139,6 @@ mod tests {
         let shape = Case { normal_map: Some(Errors { flip: 0.0, rrmse: 0.01, bias: 0.0 }), ..case("leadr", 0.2, 0.0) };
         assert!(explain(&shape, &[])[0].contains("hide each other"));
         assert!(explain(&case("leadr", 0.2, 0.01), &[])[0].contains("Spread"));
+        assert!(explain(&Case { noise: 0.15, ..case("leadr", 0.2, 0.01) }, &[])[0].contains("uncertain"));
     }
 }

@@ -8,6 +8,7 @@ mod quadrature;
 mod samples;
 mod shapes;
 mod spheres;
+mod table10;
 mod techniques;
 mod zoom;
 
@@ -51,6 +52,8 @@ pub enum SectionName {
     Convergence,
     /// The sphere grid of the supplement's tables.
     Spheres,
+    /// How many slope samples it takes.
+    Table10,
     /// Rules for visible slopes against converged integrals.
     Quadrature,
     /// Forms of visibility against ray casts.
@@ -71,9 +74,10 @@ pub enum SectionName {
 
 impl SectionName {
     /// All of them.
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 11] = [
         Self::Convergence,
         Self::Spheres,
+        Self::Table10,
         Self::Quadrature,
         Self::Model,
         Self::Techniques,
@@ -90,6 +94,7 @@ impl SectionName {
         match self {
             Self::Convergence => "convergence",
             Self::Spheres => "spheres",
+            Self::Table10 => "table10",
             Self::Quadrature => "quadrature",
             Self::Model => "model",
             Self::Techniques => "techniques",
@@ -107,6 +112,7 @@ impl SectionName {
         match self {
             Self::Convergence => "The reference converges",
             Self::Spheres => "The sphere grid",
+            Self::Table10 => "How many slope samples it takes",
             Self::Quadrature => "Fewer, better-placed samples",
             Self::Model => "Beyond the model: visibility against ray casts",
             Self::Techniques => "Techniques side by side",
@@ -126,6 +132,7 @@ impl SectionName {
         match self {
             Self::Convergence => convergence::run(studio),
             Self::Spheres => spheres::run(studio),
+            Self::Table10 => table10::run(studio),
             Self::Quadrature => quadrature::run(studio),
             Self::Model => model::run(studio),
             Self::Techniques => techniques::run(studio),

@@ -63,7 +63,7 @@ struct Data {
 }
 
 pub fn run(studio: &mut Studio) -> Result<Section, AppError> {
-    let n = studio.pick(200, 1500);
+    let n = studio.pick(500, 3000);
     let study = |name, rows: Vec<Row>| Study { name, surfaces: n, rows: rows.into_iter().map(Into::into).collect() };
     let studies = vec![
         study("diffuse facets under order-2 irradiance", DiffuseSet::new(n, 16, 1).rows()),

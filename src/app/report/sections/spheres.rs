@@ -14,7 +14,7 @@ use crate::app::report::subject::Subject;
 use crate::app::report::truth::Truth;
 use crate::app::report::verdict::{Errors, Shot, Verdict, judge};
 use crate::render::settings::{RenderSettings, Terms, Visibility};
-use crate::scenes::spheres::cell::Lighting;
+use crate::scenes::spheres::cell::{Lighting, TURN};
 use crate::scenes::spheres::surface::{Detail, Frequency, Surface};
 use crate::scenes::spheres::{ANISOTROPIC, ISOTROPIC};
 
@@ -24,7 +24,9 @@ const INTRO: &str = "Spheres whose heights are Gaussian noise of known slopes, w
     the visible-slope rules. All of them mask and none of them shadows: what light from the camera falls on is what the camera \
     sees, and the rasterised truth lets the environment through the bumps. Under each picture: FLIP and relative RMSE against \
     normal-map truth (n) and displacement-map truth (d) over the pixels that the sphere touches - the background is excluded \
-    - and, in brackets, inside its outline.";
+    - and, in brackets, inside its outline. A single surface has only a few bumps in each pixel, so every picture is the \
+    mean over turns of the sphere about its poles, which leave its statistics as they are: what remains is the model's error \
+    and not one surface's chance. The truth's noise is that of the halves of these turns against each other.";
 
 const EXPOSURE: f32 = 0.8;
 
@@ -68,6 +70,8 @@ struct Entry {
     normal_map_inside: Errors,
     displacement: Errors,
     displacement_inside: Errors,
+    /// Noise of displacement truth inside, as a share.
+    noise: f64,
 }
 
 /// Roughness pairs of one aspect share a baked surface.
@@ -146,11 +150,23 @@ fn cell(
     sigma: Vec2,
 ) -> Result<(Vec<Cell>, Vec<Entry>), AppError> {
     let size = studio.pick(64, 128);
-    let samples = studio.pick(16, 64);
-    let mut state = subject.seen_by(&subject.stage.views.mid);
-    state.height_scale = sigma.max_element();
+    let (turns, samples) = studio.pick((6u32, 2), (16, 4));
+    let camera = subject.stage.views.mid;
+    // The mean over turns, and of its halves, how noisy it is.
+    let mut shoot = |settings: RenderSettings| -> Result<Shot, AppError> {
+        let mut halves = [Vec::new(), Vec::new()];
+        for turn in 0..turns {
+            subject.set_time(f64::from(turn) / f64::from(turns) * TURN);
+            let mut state = subject.seen_by(&camera);
+            state.height_scale = sigma.max_element();
+            let settings = RenderSettings { seed: settings.seed + u64::from(turn), ..settings };
+            halves[turn as usize % 2].push(studio.shoot(&mut subject.renderer, &state, &settings)?);
+        }
+        let [a, b] = [&halves[0], &halves[1]].map(|half| Shot::mean(half).map_err(fault));
+        Shot::mean_of(&a?, &b?).map_err(fault)
+    };
     let row = format!("{}-{}-{}", light.key, sigma.x, sigma.y).replace('.', "_");
-    let mut truths: Vec<(Truth, Shot)> = Vec::new();
+    let mut truths: Vec<(Truth, u32, Shot)> = Vec::new();
     let mut cells = Vec::new();
     for truth in [Truth::NormalMap, Truth::Displacement] {
         // The smooth geometry of normal-map truth is cheap, and its aliasing is worse.
@@ -158,21 +174,28 @@ fn cell(
         let mut settings = truth.settings((size, size), samples, 1);
         settings.shading.terms = light.terms;
         settings.shadows = false;
-        let shot = studio.shoot(&mut subject.renderer, &state, &settings)?;
+        let shot = shoot(settings)?;
+        truths.push((truth, samples, shot));
+    }
+    let looks: Vec<(Look, Shot)> = looks()
+        .into_iter()
+        .map(|look| {
+            let look = look.with(light.terms, Visibility::Masking);
+            let settings = RenderSettings { shadows: false, ..look.settings((size, size), 1) };
+            Ok((look, shoot(settings)?))
+        })
+        .collect::<Result<_, AppError>>()?;
+    for (truth, samples, shot) in &truths {
         let name = format!("spheres-{row}-{}", truth.name());
-        let caption = vec![format!("{samples} samples")];
+        let caption = vec![format!("{turns} × {samples} samples"), format!("noise {}", number(shot.noise))];
         cells.push(Cell::Figure(studio.picture(&name, &shot.image, EXPOSURE, truth.title(), caption)?));
-        truths.push((truth, shot));
     }
     let shown: Vec<Figure> =
         cells.iter().filter_map(|c| if let Cell::Figure(f) = c { Some(f.clone()) } else { None }).collect();
     let mut entries = Vec::new();
-    for look in looks() {
-        let look = look.with(light.terms, Visibility::Masking);
-        let settings = RenderSettings { shadows: false, ..look.settings((size, size), 1) };
-        let shot = studio.shoot(&mut subject.renderer, &state, &settings)?;
+    for (look, shot) in looks {
         let verdicts: Vec<Verdict> =
-            truths.iter().map(|(_, truth)| judge(truth, &shot, EXPOSURE).map_err(fault)).collect::<Result<_, _>>()?;
+            truths.iter().map(|(.., truth)| judge(truth, &shot, EXPOSURE).map_err(fault)).collect::<Result<_, _>>()?;
         let [normal_map, displacement] = [&verdicts[0], &verdicts[1]];
         let line = |sign: &str, v: &Verdict| {
             [
@@ -199,6 +222,7 @@ fn cell(
             normal_map_inside: normal_map.interior,
             displacement: displacement.object,
             displacement_inside: displacement.interior,
+            noise: displacement.noise,
         });
     }
     Ok((cells, entries))

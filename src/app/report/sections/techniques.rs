@@ -30,10 +30,11 @@ pub fn run(studio: &mut Studio) -> Result<Section, AppError> {
         let camera = framed_from(&subject.stage.views.mid, factor as f32);
         let distance = camera.position.distance(camera.target);
         let state = subject.seen_by(&camera);
-        let truth = studio.shoot(&mut subject.renderer, &state, &Truth::Displacement.settings(size, samples, 1))?;
+        let truth =
+            studio.shoot_truth(&mut subject.renderer, &state, &Truth::Displacement.settings(size, samples, 1))?;
         let place = format!("{} m, {} pixels across", number(f64::from(distance)), size.0);
         let mut table = Table::new(
-            format!("{place}; truth of {samples} samples per pixel, {:.0} ms", truth.milliseconds),
+            format!("{place}; truth of {samples} samples per pixel, its noise {} inside", number(truth.noise)),
             ["technique", "picture", "FLIP errors", "rRMSE", "rRMSE inside", "bias inside", "FLIP", "ms"],
         );
         let caption = vec![format!("{samples} samples")];
