@@ -1,5 +1,7 @@
 //! The renderer: owns the passes and runs them in order.
 
+mod measure;
+
 use std::collections::HashMap;
 use std::sync::Arc;
 
@@ -13,7 +15,7 @@ use super::irradiance::IrradiancePass;
 use super::object::{GpuObject, MAX_OBJECTS, ViewBuffers};
 use super::patch_mesh::PosedVertices;
 use super::scene::{FrameState, Object};
-use super::settings::{RenderSettings, ShadingSettings};
+use super::settings::{Quadrature, RenderSettings, ShadingSettings};
 use super::shade::{LightingGpu, ShadeInputs, ShadePass};
 use super::shadow::{ShadowPass, ShadowView};
 use super::tessellation::TessellationSettings;
@@ -110,6 +112,8 @@ pub struct Renderer {
     timestamps: Timestamps,
     /// Near plane of the last frame's camera.
     near: f32,
+    /// How often each pass is recorded: once, but by [`measure`](Self::measure).
+    repeats: u32,
 }
 
 impl Renderer {
@@ -145,6 +149,7 @@ impl Renderer {
             lighting: Buffer::new(gpu, "lighting", size_of::<LightingGpu>() as u64, Memory::Upload)?,
             timestamps: Timestamps::new(gpu, 16)?,
             near: 1.0,
+            repeats: 1,
             gpu: gpu.clone(),
         })
     }
@@ -200,11 +205,13 @@ impl Renderer {
             self.targets = None;
             self.targets = Some(Targets::new(&self.gpu, settings.size)?);
         }
+        settings.shading.check().map_err(|fault| GpuError::Usage { name: "shading".to_owned(), fault })?;
         if let Some(limit) = self.gpu.loop_iterations_per_invocation() {
             // One walk over the grid for the visible normals, one for the environment, one per light.
             let walks = 2 + u32::from(state.sun.is_some()) + state.point_lights.len() as u32;
-            let grid = settings.shading.grid;
-            if grid * grid * walks >= limit {
+            if let Quadrature::Grid(grid) = settings.shading.quadrature
+                && grid * grid * walks >= limit
+            {
                 let fault =
                     format!("{grid} x {grid} samples with {walks} walks exceed this driver's {limit} iterations");
                 return Err(GpuError::Usage { name: "slope grid".to_owned(), fault });
@@ -215,13 +222,13 @@ impl Renderer {
             let shade = ShadePass::new(&self.gpu, settings.shading)?;
             self.pipelines.insert(settings.shading, (filter, shade));
         }
+        let height_scale = settings.geometry_scale(state.height_scale);
         let posed: Vec<PosedVertices> =
             self.drawn.iter().zip(&state.poses).map(|(d, pose)| pose.apply(&d.object.object.mesh)).collect();
         self.shadow_view = None;
         if let Some(sun) = state.sun.filter(|_| settings.shadows) {
             let casters = self.drawn.iter().zip(&posed).filter(|(d, _)| d.sun.is_some());
-            let spheres: Vec<(Vec3, f32)> =
-                casters.map(|(d, posed)| d.object.bounds(posed, state.height_scale)).collect();
+            let spheres: Vec<(Vec3, f32)> = casters.map(|(d, posed)| d.object.bounds(posed, height_scale)).collect();
             if let Some((centre, radius)) = enclosing_sphere(&spheres) {
                 self.shadow_view = Some(ShadowView::around(sun.direction.normalize(), centre, radius, SHADOW_SIZE));
             }
@@ -236,8 +243,15 @@ impl Renderer {
             };
             for (drawn, posed) in self.drawn.iter_mut().zip(&posed) {
                 if let Some(buffers) = &mut drawn.sun {
-                    let scale = state.height_scale;
-                    buffers.update(&drawn.object, posed, scale, view.clip_from_world, view.eye, view.lens, &coarse)?;
+                    buffers.update(
+                        &drawn.object,
+                        posed,
+                        height_scale,
+                        view.clip_from_world,
+                        view.eye,
+                        view.lens,
+                        &coarse,
+                    )?;
                 }
             }
         }
@@ -263,7 +277,7 @@ impl Renderer {
         let tessellation =
             TessellationSettings { max_vertices_per_draw: self.vertices_per_draw(), ..settings.tessellation };
         for (drawn, posed) in self.drawn.iter_mut().zip(posed) {
-            let (scale, clip) = (state.height_scale, clip_from_world);
+            let (scale, clip) = (settings.geometry_scale(state.height_scale), clip_from_world);
             drawn.camera.update(&drawn.object, posed, scale, clip, camera.position, lens, &tessellation)?;
         }
         let cube_size = self.environment.face_size();
@@ -284,26 +298,30 @@ impl Renderer {
         let (Some(targets), Some((filter, shade))) = (&self.targets, self.pipelines.get(&settings.shading)) else {
             return;
         };
+        let repeats = self.repeats;
+        let height_scale = settings.geometry_scale(state.height_scale);
         cmd.timestamp(timestamps, "begin");
         if index == 0 {
             if let Some(sky) = &state.sky {
                 cmd.label("sky", |cmd| self.environment.update_sky(cmd, sky));
                 cmd.timestamp(timestamps, "sky");
             }
-            cmd.label("irradiance", |cmd| self.irradiance.record(cmd, &self.environment, 1.0, &[], [0.0; 3]));
+            cmd.label_times("irradiance", repeats, |cmd| {
+                self.irradiance.record(cmd, &self.environment, 1.0, &[], [0.0; 3])
+            });
             cmd.timestamp(timestamps, "irradiance");
             let casters: Vec<_> =
                 self.drawn.iter().filter_map(|d| d.sun.as_ref().map(|sun| (&d.object, sun))).collect();
             let casters = if self.shadow_view.is_some() { casters } else { Vec::new() };
-            cmd.label("shadow", |cmd| self.shadow.record(cmd, &casters, state.height_scale));
+            cmd.label_times("shadow", repeats, |cmd| self.shadow.record(cmd, &casters, height_scale));
             cmd.timestamp(timestamps, "shadow");
         }
         let objects: Vec<_> = self.drawn.iter().map(|d| (&d.object, &d.camera)).collect();
-        cmd.label("geometry", |cmd| {
-            self.geometry.record(cmd, &targets.visible, &objects, state.height_scale, settings.mark_inside);
+        cmd.label_times("geometry", repeats, |cmd| {
+            self.geometry.record(cmd, &targets.visible, &objects, height_scale, settings.mark_inside);
         });
         cmd.timestamp(timestamps, "geometry");
-        cmd.label("filter", |cmd| {
+        cmd.label_times("filter", repeats, |cmd| {
             let objects = objects.iter().filter(|(_, view)| !view.draws.is_empty()).map(|(object, _)| *object);
             filter.record(cmd, &targets.visible, &targets.gbuffer, objects, state.height_scale);
         });
@@ -316,9 +334,11 @@ impl Renderer {
             radiance_sh: self.irradiance.coefficients(),
             shadow_map: &self.shadow.map,
         };
-        cmd.label("shade", |cmd| shade.record(cmd, inputs, &targets.sample));
+        cmd.label_times("shade", repeats, |cmd| shade.record(cmd, inputs, &targets.sample));
         cmd.timestamp(timestamps, "shade");
-        cmd.label("accumulate", |cmd| self.accumulate.record(cmd, &targets.sample, &targets.mean, index));
+        cmd.label_times("accumulate", repeats, |cmd| {
+            self.accumulate.record(cmd, &targets.sample, &targets.mean, index)
+        });
         cmd.timestamp(timestamps, "accumulate");
     }
 
