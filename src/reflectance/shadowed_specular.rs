@@ -16,9 +16,10 @@
 
 use super::correlated_masking::{DirectionArea, Visibility, direction_area, lit_fraction};
 use super::normal_distribution::{normal_cdf, normal_pdf};
+use super::slope_grid::slope_cholesky;
 use super::specular::environment_sample_at;
-use super::visible_slopes::VisibleSlopes;
-use super::visible_specular::LineRule;
+use super::visible_slopes::{VisibleSlopes, visible_slopes};
+use super::visible_specular::{LineRule, VisibleProbe, visible_line, visible_probe};
 use glam::{DVec2, DVec3, Vec3Swizzles as _};
 
 /// What is lit of the visible slopes, by the standard normal coordinate `z` along a line through them:
@@ -119,4 +120,32 @@ pub fn lit_along(line: &LitLine, z: f64) -> f64 {
 #[must_use]
 pub fn lit_scale(line: &LitLine, sum: f64) -> f64 {
     line.mean / sum.max(1e-6)
+}
+
+/// Radiance of ideal mirrors towards `wo` under an environment of cube edge `size`, with shadows, by the probes of `rule`. `nodes`: of the
+/// integral of what is lit. `radiance` is asked for each probe.
+#[must_use]
+pub fn shadowed_specular_environment(
+    visibility: Visibility,
+    wo: DVec3,
+    m: DVec2,
+    s: DVec3,
+    size: f64,
+    rule: &LineRule,
+    nodes: &LineRule,
+    radiance: impl Fn(&VisibleProbe) -> DVec3,
+) -> DVec3 {
+    let v = visible_slopes(wo, m, s);
+    let cholesky = slope_cholesky(v.s);
+    let line = visible_line(wo, m, s, size, rule);
+    let lit = lit_line(visibility, &direction_area(wo, v.m, cholesky), wo, &v, line.major, cholesky, nodes);
+    let (mut sum, mut lit_weight) = (DVec3::ZERO, 0.0);
+    for i in 0..rule.n {
+        let probe = visible_probe(&line, wo, i, rule);
+        let z = (f64::from(i) - 0.5 * f64::from(rule.n - 1)) * rule.step;
+        let weight = probe.weight * lit_along(&lit, z);
+        sum += weight * radiance(&probe);
+        lit_weight += weight;
+    }
+    sum * lit_scale(&lit, lit_weight)
 }
