@@ -124,7 +124,7 @@ pub fn lit_scale(line: &LitLine, sum: f64) -> f64 {
 }
 
 /// Radiance towards `wo` under an environment of cube edge `size` with shadows, by the probes of `rule`, and the mean Fresnel
-/// reflectance of the visible facets. What is lit is integrated with the nodes of `lit_rule`; `radiance` is asked for each probe.
+/// reflectance of the visible facets. `nodes`: of the integral of what is lit. `radiance` is asked for each probe.
 #[must_use]
 pub fn leadr_specular_environment_lit(
     visibility: Visibility,
@@ -133,13 +133,13 @@ pub fn leadr_specular_environment_lit(
     s: DVec3,
     f0: DVec3,
     size: f64,
-    [rule, lit_rule]: [&LineRule; 2],
+    [rule, nodes]: [&LineRule; 2],
     radiance: impl Fn(&VisibleProbe) -> DVec3,
 ) -> (DVec3, DVec3) {
-    let line = visible_line(wo, m, s, size, rule);
     let v = visible_slopes(wo, m, s);
     let cholesky = slope_cholesky(v.s);
-    let lit = lit_line(visibility, &direction_area(wo, v.m, cholesky), wo, &v, line.major, cholesky, lit_rule);
+    let line = visible_line(wo, m, s, size, rule);
+    let lit = lit_line(visibility, &direction_area(wo, v.m, cholesky), wo, &v, line.major, cholesky, nodes);
     let (mut reflected, mut fresnel, mut sum) = (DVec3::ZERO, DVec3::ZERO, 0.0);
     for i in 0..rule.n {
         let probe = visible_probe(&line, wo, i, rule);
@@ -151,4 +151,19 @@ pub fn leadr_specular_environment_lit(
         fresnel += f;
     }
     (reflected * lit_scale(&lit, sum), fresnel)
+}
+
+/// [`leadr_specular_environment_lit`] of ideal mirrors.
+#[must_use]
+pub fn shadowed_specular_environment(
+    visibility: Visibility,
+    wo: DVec3,
+    m: DVec2,
+    s: DVec3,
+    size: f64,
+    rule: &LineRule,
+    nodes: &LineRule,
+    radiance: impl Fn(&VisibleProbe) -> DVec3,
+) -> DVec3 {
+    leadr_specular_environment_lit(visibility, wo, m, s, DVec3::ONE, size, [rule, nodes], radiance).0
 }
