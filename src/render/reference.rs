@@ -160,7 +160,8 @@ impl ReferencePass {
         }
         block.counts[0] = lights.len() as i32;
         self.lights = views.len();
-        self.shadows.prepare(casters, &views, size.max(1), state.height_scale, max_vertices_per_draw)?;
+        let scale = settings.geometry_scale(state.height_scale);
+        self.shadows.prepare(casters, &views, size.max(1), scale, max_vertices_per_draw)?;
         self.block.write(0, &[block])
     }
 
