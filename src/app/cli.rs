@@ -71,6 +71,9 @@ const DEMO_KEYS: &str = "In the window:
   left, right                  half a second back or on
   , .                          a frame back or on
   1 2 3                        LEADR, mipmapped normals, reference
+  4 5 6 7 8 9                  LEAN, CLEAN, Toksvig, Blinn-Phong, LEADR-GGX, constant
+  g                            the paper's grid, or the visible-slope rules
+  v                            visibility: masking, Smith, correlated
   r                            the view and time of the beginning
   s, F12                       save a screenshot into out/
   q, Esc                       end";

@@ -31,15 +31,15 @@ pub struct ShadingArgs {
     /// Look the environment up N times per pixel: 3, 5, 7, 9 or 16 [default: 9]
     #[arg(long, value_name = "N", conflicts_with = "grid", value_parser = probes)]
     pub probes: Option<u32>,
-    /// Microfacet visibility
-    #[arg(long, value_name = "KIND", value_parser = visibilities(), default_value = "smith")]
-    pub masking: Visibility,
+    /// Microfacet visibility [default: smith]
+    #[arg(long, value_name = "KIND", value_parser = visibilities())]
+    pub masking: Option<Visibility>,
     /// Which light counts: all, or some of specular-lights, diffuse-lights, specular-environment, diffuse-environment
     #[arg(long, value_name = "all|NAME,...", value_parser = terms, default_value = "all")]
     pub terms: Terms,
-    /// Diffuse light of the sun and of point lights
-    #[arg(long, value_name = "KIND", value_parser = diffuse_lights(), default_value = "cosine")]
-    pub diffuse_lights: DiffuseLights,
+    /// Diffuse light of the sun and of point lights [default: cosine]
+    #[arg(long, value_name = "KIND", value_parser = diffuse_lights())]
+    pub diffuse_lights: Option<DiffuseLights>,
 }
 
 /// Probes of the rules when only `--rule visible` is given.
@@ -67,12 +67,30 @@ impl ShadingArgs {
             (Some(Rule::Grid), ..) => Quadrature::Grid(DEFAULT_GRID),
             (None, ..) => ShadingSettings::default().quadrature,
         };
+        let integral = [
+            ("--rule", self.rule.is_some()),
+            ("--grid", self.grid.is_some()),
+            ("--probes", self.probes.is_some()),
+            ("--masking", self.masking.is_some()),
+            ("--diffuse-lights", self.diffuse_lights.is_some()),
+        ];
+        if let Some((flag, _)) = integral.iter().find(|(_, given)| *given)
+            && !self.technique.integrates()
+        {
+            let integrating = Technique::ALL.into_iter().filter(|t| t.integrates()).map(Technique::name);
+            let (name, integrating) = (self.technique.name(), integrating.collect::<Vec<_>>().join(", "));
+            return usage(&format!("{flag} is for techniques that integrate over slopes ({integrating}), not {name}"));
+        }
+        if self.technique == Technique::Constant && self.terms != Terms::ALL {
+            return usage("--terms chooses light, and --technique constant has none");
+        }
+        let default = ShadingSettings::default();
         let settings = ShadingSettings {
             technique: self.technique,
             quadrature,
-            visibility: self.masking,
+            visibility: self.masking.unwrap_or(default.visibility),
             terms: self.terms,
-            diffuse_lights: self.diffuse_lights,
+            diffuse_lights: self.diffuse_lights.unwrap_or(default.diffuse_lights),
         };
         settings.check().map_err(AppError::Usage)?;
         Ok(settings)
@@ -205,6 +223,9 @@ mod tests {
             (&["--grid", "129"], "128"),
             (&["--technique", "phong"], "blinn-phong"),
             (&["--terms", "specular"], "specular-lights"),
+            (&["--technique", "lean", "--grid", "7"], "leadr-ggx"),
+            (&["--technique", "toksvig", "--masking", "smith"], "--masking"),
+            (&["--technique", "constant", "--terms", "diffuse-lights"], "constant"),
         ] {
             let fault = resolve(flags).expect_err(&flags.join(" "));
             assert!(fault.contains(word), "{flags:?}: {fault}");

@@ -45,6 +45,12 @@ impl Technique {
         self as i32
     }
 
+    /// Whether it integrates over the visible slopes, so that [`Quadrature`], [`Visibility`] and [`DiffuseLights`] matter.
+    #[must_use]
+    pub fn integrates(self) -> bool {
+        matches!(self, Self::NormalMip | Self::Leadr | Self::LeadrGgx | Self::Reference)
+    }
+
     /// The name on the command line.
     #[must_use]
     pub fn name(self) -> &'static str {
@@ -224,15 +230,20 @@ impl ShadingSettings {
     /// # Errors
     /// A sentence about what is wrong.
     pub fn check(&self) -> Result<(), String> {
-        if let Some(fault) = self.quadrature.fault() {
-            return Err(fault);
-        }
-        let known = matches!(self.technique, Technique::Leadr | Technique::NormalMip | Technique::Reference);
-        if !known
-            || self.visibility == Visibility::Correlated
-            || matches!(self.quadrature, Quadrature::VisibleSlopes(_))
-        {
-            return Err(format!("{self:?} is not there yet"));
+        self.quadrature.fault().map_or(Ok(()), Err)
+    }
+}
+
+impl std::fmt::Display for ShadingSettings {
+    /// The technique, and how it integrates if it does.
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}", self.technique.name())?;
+        if self.technique.integrates() {
+            match self.quadrature {
+                Quadrature::Grid(n) => write!(f, " · {n}×{n}")?,
+                Quadrature::VisibleSlopes(n) => write!(f, " · {n} probes")?,
+            }
+            write!(f, ", {}", self.visibility.name())?;
         }
         Ok(())
     }

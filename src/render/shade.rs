@@ -126,10 +126,12 @@ impl ShadePass {
                 fragment: Some("passes/shade/shade.frag"),
                 colors: &[Self::FORMAT],
                 spec: &[
-                    (0, SpecValue::I32(samples as i32)),
-                    (1, SpecValue::I32(settings.visibility.code())),
-                    (2, SpecValue::Bool(settings.diffuse_lights == DiffuseLights::Sh)),
-                    (3, SpecValue::I32(settings.terms.bits())),
+                    (0, SpecValue::I32(settings.technique.code())),
+                    (1, SpecValue::Bool(matches!(settings.quadrature, Quadrature::VisibleSlopes(_)))),
+                    (2, SpecValue::I32(samples as i32)),
+                    (3, SpecValue::I32(settings.visibility.code())),
+                    (4, SpecValue::Bool(settings.diffuse_lights == DiffuseLights::Sh)),
+                    (5, SpecValue::I32(settings.terms.bits())),
                 ],
                 ..Default::default()
             },
