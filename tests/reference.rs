@@ -71,8 +71,6 @@ fn explore() {
             ("env", None),
         ] {
             let sky = RgbImage { width: 2, height: 1, texels: vec![[if light.is_none() { 1.0 } else { 0.0 }; 3]; 2] };
-            let environment = Environment::from_equirect(&gpu, 16, &sky).unwrap();
-            let mut renderer = Renderer::new(&gpu, vec![plane_of(&tile, sigma)], environment).unwrap();
             let state = FrameState {
                 camera,
                 poses: vec![Pose::Rigid(Affine3A::IDENTITY)],
@@ -82,7 +80,10 @@ fn explore() {
                 height_scale: 1.0,
             };
             for relief in [false, true] {
-                let settings = RenderSettings { size: (64, 32), shadows: false, ..reference(64, samples, relief) };
+                let environment = Environment::from_equirect(&gpu, 16, &sky).unwrap();
+                let object = Object { casts_shadow: relief, ..plane_of(&tile, sigma) };
+                let mut renderer = Renderer::new(&gpu, vec![object], environment).unwrap();
+                let settings = RenderSettings { size: (64, 32), shadows: false, ..reference(64, samples, true) };
                 let start = std::time::Instant::now();
                 let output = renderer.render(&state, &settings).unwrap();
                 let got = output.color.iter().map(|c| f64::from(c[1])).sum::<f64>() / 2048.0;
