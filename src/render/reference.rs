@@ -22,7 +22,7 @@ use super::object::GpuObject;
 use super::patch_mesh::PosedVertices;
 use super::relief_shadow::{Caster, ReliefShadows, map_size, relief_view};
 use super::scene::{FrameState, MAX_POINT_LIGHTS};
-use super::settings::RenderSettings;
+use super::settings::{RenderSettings, Technique};
 use super::shade::ShadePass;
 use super::shadow::ShadowView;
 use super::tessellation::TessellationSettings;
@@ -89,7 +89,7 @@ impl ReferencePass {
             vertex: "passes/fullscreen.vert",
             fragment: Some("passes/shade/reference.frag"),
             colors: &[ShadePass::FORMAT],
-            spec: &[(20, SpecValue::F32(MIRROR_ALPHA))],
+            spec: &[(0, SpecValue::I32(Technique::Reference.code())), (20, SpecValue::F32(MIRROR_ALPHA))],
             ..Default::default()
         };
         Ok(Self {

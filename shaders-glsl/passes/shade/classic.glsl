@@ -22,7 +22,7 @@ vec3 classic_radiance(Surface surface, float environment_scale) {
     if (TECHNIQUE == TECHNIQUE_TOKSVIG) {
         exponent = toksvig_exponent(exponent, toksvig_variance(normal_variance(m, surface.slope_covariance)));
     }
-    vec3 fresnel = fresnel_schlick(surface.f0, dot(wo, n));
+    vec3 fresnel = surface.reflects ? fresnel_schlick(surface.f0, dot(wo, n)) : vec3(0.0);
     vec3 albedo = surface.albedo * (1.0 - fresnel);
     float ambient = surface.accessibility * environment_scale;
     vec3 radiance = vec3(0.0);
@@ -43,7 +43,7 @@ vec3 classic_radiance(Surface surface, float environment_scale) {
             if (DIFFUSE_LIGHTS) {
                 scattered += albedo / LEADR_PI;
             }
-            if (SPECULAR_LIGHTS) {
+            if (SPECULAR_LIGHTS && surface.reflects) {
                 vec3 h = wo + light.wi;
                 vec3 wh = h * inversesqrt(max(dot(h, h), 1e-20));
                 scattered += fresnel_schlick(surface.f0, dot(wo, wh)) * (0.25 * classic_ndf(wh, n, exponent, m, S));

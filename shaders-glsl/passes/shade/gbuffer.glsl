@@ -20,6 +20,7 @@ struct Surface {
     vec3 albedo;
     float alpha;
     vec3 f0;
+    bool reflects;       // without any reflectance at normal incidence there is no interface, and none at other angles
     float accessibility;
     bool inside;
 };
@@ -38,6 +39,7 @@ Surface read_gbuffer(ivec2 pixel, vec3 eye, vec3 ray, float near, float depth) {
     s.alpha = material.a;
     vec4 surface = texelFetch(gbuffer_surface, pixel, 0);
     s.f0 = vec3(surface.x);
+    s.reflects = surface.x > 0.0;
     s.accessibility = surface.y;
     s.inside = surface.z > 0.5;
     return s;

@@ -133,11 +133,11 @@ vec3 leadr_radiance(Surface surface, float environment_scale) {
 
     // What the visible mirrors do not reflect enters the surface and is what the diffuse term may return.
     vec3 albedo = surface.albedo;
-    if (SPECULAR_ENVIRONMENT) {
+    if (SPECULAR_ENVIRONMENT && surface.reflects) {
         Mirrors mirrors = GGX ? ggx_mirrors(surface, ggx) : gaussian_mirrors(surface, specular_s);
         radiance += ambient * mirrors.reflected;
         albedo *= 1.0 - mirrors.fresnel;
-    } else if (DIFFUSE) {
+    } else if (DIFFUSE && surface.reflects) {
         albedo *= 1.0 - visible_fresnel(wo, m, specular_s, surface.f0);
     }
 
@@ -163,7 +163,7 @@ vec3 leadr_radiance(Surface surface, float environment_scale) {
                 float lit = lit_fraction(VISIBILITY, diffuse_o, direction_area(light.wi, m, diffuse_cholesky));
                 scattered += albedo * (lit * diffuse_light(surface, normals, faced, lambda, light.wi));
             }
-            if (SPECULAR_LIGHTS) {
+            if (SPECULAR_LIGHTS && surface.reflects) {
                 scattered += GGX ? displaced_ggx_light(VISIBILITY, o, wo, light.wi, m, ggx, cholesky, surface.f0)
                                  : leadr_specular_light(VISIBILITY, o, direction_area(light.wi, m, cholesky), wo,
                                                         light.wi, m, specular_s, surface.f0);
