@@ -249,7 +249,6 @@ fn structs_lie_in_memory_as_the_shaders_expect() {
             point_intensity,
             viewport,
             environment,
-            counts
         ]
     );
 }

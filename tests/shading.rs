@@ -6,8 +6,9 @@ use glam::{Affine3A, DVec2, DVec3, Vec3};
 use leadr::maps::{RgbImage, procedural};
 use leadr::reflectance::correlated_masking::{direction_area, lit_fraction};
 use leadr::reflectance::shadowed_environment::{bent_normal, shadowed_diffuse_environment};
-use leadr::reflectance::shadowed_specular::leadr_specular_environment_lit;
+use leadr::reflectance::shadowed_specular::shadowed_specular_environment;
 use leadr::reflectance::visible_diffuse::{leadr_diffuse_light_visible, visible_diffuse_moments};
+use leadr::reflectance::visible_fresnel::visible_fresnel;
 use leadr::reflectance::{
     correlated_masking, diffuse, frame, fresnel, projected_area, sh_projection, slope_grid, slope_statistics, specular,
     visible_specular,
@@ -171,13 +172,16 @@ impl Pixel {
             }
             Quadrature::VisibleSlopes(n) => {
                 let (rule, nodes) = (visible_specular::line_rule(n), visible_specular::line_rule(5));
-                let (sum, fresnel) = if visibility == correlated_masking::Visibility::Masking {
-                    visible_specular::leadr_specular_environment_visible(wo, self.m, s, f0, 16.0, &rule, |_| DVec3::ONE)
-                } else {
-                    let rules = [&rule, &nodes];
-                    leadr_specular_environment_lit(visibility, wo, self.m, s, f0, 16.0, rules, |_| DVec3::ONE)
-                };
-                [sum, fresnel]
+                if visibility == correlated_masking::Visibility::Masking {
+                    let (sum, fresnel) =
+                        visible_specular::leadr_specular_environment_visible(wo, self.m, s, f0, 16.0, &rule, |_| {
+                            DVec3::ONE
+                        });
+                    return [sum, fresnel];
+                }
+                let rules = [&rule, &nodes];
+                let sum = shadowed_specular_environment(visibility, wo, self.m, s, f0, 16.0, rules, |_| DVec3::ONE);
+                [sum, visible_fresnel(wo, self.m, s, f0)]
             }
         }
     }

@@ -25,7 +25,7 @@ use leadr::reflectance::reference::visible_mean;
 use leadr::reflectance::sh::{Sh9, sh_basis};
 use leadr::reflectance::shadowed_environment::{bent_normal, shadowed_diffuse_environment, visible_slope_shift};
 use leadr::reflectance::shadowed_reference::Surface;
-use leadr::reflectance::shadowed_specular::{lit_line, shadowed_specular_environment};
+use leadr::reflectance::shadowed_specular::{lit_slopes, shadowed_specular_environment};
 use leadr::reflectance::slope_distribution::SlopeDistribution as _;
 use leadr::reflectance::slope_grid::{normal_of_slope, slope_cholesky};
 use leadr::reflectance::visible_slopes::visible_slopes;
@@ -105,6 +105,7 @@ fn equal_azimuths_are_exact() {
     assert!(tried > 10_000);
 }
 
+/// The largest step of a sweep vanishes as the sweep is refined about it.
 #[test]
 fn continuous_in_azimuth_and_elevation() {
     let mut r = Random(3);
@@ -113,28 +114,27 @@ fn continuous_in_azimuth_and_elevation() {
         let (surface, wo, start) = (r.surface(), r.direction(), r.direction());
         let (theta, phi) = (start.z.acos().to_degrees(), start.y.atan2(start.x));
         let o = surface.area(wo);
-        if o.meso < 0.1 {
-            continue; // Where the mesosurface is edge-on, every form falls to 0 at the light's own edge.
+        if o.meso < 0.05 {
+            continue; // Of an edge-on mesosurface every form jumps at the light's own edge.
         }
         for v in CORRELATED {
-            let lit = |theta: f64, phi: f64| lit_fraction(v, &o, &surface.area(direction(theta, phi)));
-            let mut before = lit(theta, phi);
-            for k in 1..=2000 {
-                let now = lit(theta, phi + PI * f64::from(k) / 1000.0);
-                largest = largest.max((now - before).abs());
-                before = now;
-            }
-            let mut before = lit(0.0, phi);
-            for k in 1..=2000 {
-                let now = lit(0.05 * f64::from(k), phi);
-                largest = largest.max((now - before).abs());
-                before = now;
+            let azimuth = |t: f64| lit_fraction(v, &o, &surface.area(direction(theta, phi + 2.0 * PI * t)));
+            let elevation = |t: f64| lit_fraction(v, &o, &surface.area(direction(100.0 * t, phi)));
+            for lit in [&azimuth as &dyn Fn(f64) -> f64, &elevation] {
+                let step = |a: f64, b: f64| (lit(a) - lit(b)).abs();
+                let at = |k: i32| f64::from(k) / 1000.0;
+                let k = (0..1000).max_by(|&i, &j| step(at(i), at(i + 1)).total_cmp(&step(at(j), at(j + 1)))).unwrap();
+                let (mut a, mut b) = (at(k), at(k + 1));
+                for _ in 0..20 {
+                    let middle = 0.5 * (a + b);
+                    (a, b) = if step(a, middle) > step(middle, b) { (a, middle) } else { (middle, b) };
+                }
+                largest = largest.max(step(a, b));
             }
         }
     }
-    println!("largest step by 0.18° of azimuth or 0.05° of elevation: {largest:.4}");
-    // The steepest are narrow ridges along the light (r = 0.95), where whitened azimuths turn fastest.
-    assert!(largest < 0.05);
+    println!("largest step after refinement: {largest:.1e}");
+    assert!(largest < 1e-4);
 }
 
 /// As a variant of any microfacet BRDF: no energy is made, for either distribution; and it is the function of the areas.
@@ -200,7 +200,7 @@ fn smooth_surfaces_have_no_shadows() {
 
 /// What a line of probes keeps of a constant environment is the converged integral's, whatever the probes; and no shadows, no change.
 #[test]
-fn lit_lines() {
+fn lit_slopes_keep_what_they_should() {
     let mut r = Random(6);
     let (mut square, mut count) = (0.0, 0.0);
     for _ in 0..60 {
@@ -210,7 +210,8 @@ fn lit_lines() {
             continue;
         }
         let one = |v, n: u32| {
-            shadowed_specular_environment(v, wo, m, s, 64.0, &line_rule(n), &line_rule(5), |_| DVec3::ONE).x
+            shadowed_specular_environment(v, wo, m, s, DVec3::ONE, 64.0, [&line_rule(n), &line_rule(5)], |_| DVec3::ONE)
+                .x
         };
         assert!((one(Visibility::Masking, 5) - 1.0).abs() < 1e-5);
         let lit = one(Visibility::Correlated, 3);
@@ -218,15 +219,15 @@ fn lit_lines() {
         let want = surface.specular_environment(wo, 8, |_| 1.0).z;
         square += (lit - want).powi(2);
         count += 1.0;
-        let (v, cholesky) = (visible_slopes(wo, m, s), slope_cholesky(s));
-        let o = direction_area(wo, v.m, cholesky);
-        let [a, b] = [DVec2::X, DVec2::new(0.3, -2.0)]
-            .map(|major| lit_line(Visibility::Correlated, &o, wo, &v, major, cholesky, &line_rule(5)).mean);
-        assert!((a - b).abs() < 1e-12);
+        // Moments of what is lit lie within those of what is visible, and equal them where all is.
+        let v = visible_slopes(wo, m, s);
+        let part = lit_slopes(Visibility::Correlated, wo, &v, &line_rule(5));
+        let (narrow, wide) = (part.slopes.cov.x + part.slopes.cov.y, v.cov.x + v.cov.y);
+        assert!(narrow < 1.3 * wide && (part.lit < 0.99 || narrow > 0.8 * wide), "{narrow} of {wide}, lit {lit}");
     }
     let rms = f64::sqrt(square / count);
     println!("lit fraction of {count} surfaces: rms error {rms:.4}");
-    assert!(count > 30.0 && rms < 0.02);
+    assert!(count > 30.0 && rms < 0.03);
 }
 
 /// Our own ray casts, no data needed. Bounds as measured, with the half of them for other seeds; and the paper's terms beside, which must

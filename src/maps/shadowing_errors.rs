@@ -44,7 +44,7 @@ pub enum ShadowingModel {
     Correlated,
     /// Diffuse environments: occlusion and bent normal, one irradiance lookup.
     BentNormal,
-    /// Specular environments: a line of so many probes, of which what is lit is integrated by seven nodes.
+    /// Specular environments: a line of so many probes, laid through the slopes that are visible and lit, these by five nodes.
     Line(u32),
 }
 
@@ -208,10 +208,16 @@ fn models(surface: &Surface, pixel: &SpherePixel) -> Vec<f64> {
         out.extend(surface.specular_environment(wo, PANELS, |d| at(d, 0.0)).to_array());
         for n in LINES {
             let rule = line_rule(n);
-            let value =
-                shadowed_specular_environment(Visibility::Correlated, wo, m, s, 1.0, &rule, &line_rule(7), |p| {
-                    DVec3::splat(at(p.wi, (2.0 * (p.lod - LOD_OF_DEVIATION)).exp2()))
-                });
+            let value = shadowed_specular_environment(
+                Visibility::Correlated,
+                wo,
+                m,
+                s,
+                DVec3::ONE,
+                1.0,
+                [&rule, &line_rule(5)],
+                |p| DVec3::splat(at(p.wi, (2.0 * (p.lod - LOD_OF_DEVIATION)).exp2())),
+            );
             out.push(value.x);
         }
     }

@@ -49,34 +49,23 @@ Mirrors grid_mirrors(Surface surface, vec3 S) {
     return Mirrors(reflected * scale, fresnel * scale, o.visible);
 }
 
-// A line of probes; their weights sum to one. What is lit is integrated apart from them (shadowed_specular.glsl).
+// A line of probes through the slopes that are visible and lit; their weights sum to one.
 Mirrors line_mirrors(Surface surface, vec3 S) {
     LineRule rule = line_rule(SAMPLES);
-    VisibleLine line = visible_line(surface.wo, surface.mean_slope, S, lighting.environment.x, rule);
-    LitLine lit;
-    if (VISIBILITY != LEADR_VISIBILITY_MASKING) {
-        VisibleSlopes v = visible_slopes(surface.wo, surface.mean_slope, S);
-        vec3 cholesky = slope_cholesky(v.S);
-        DirectionArea o = direction_area(surface.wo, v.m, cholesky);
-        lit = lit_line(VISIBILITY, o, surface.wo, v, line.major, cholesky, line_rule(LIT_NODES));
-    }
+    LitSlopes lit = lit_slopes(VISIBILITY, surface.wo, visible_slopes(surface.wo, surface.mean_slope, S), line_rule(LIT_NODES));
+    VisibleLine line = line_of_slopes(lit.slopes, surface.wo, lighting.environment.x, rule);
     vec3 reflected = vec3(0.0), fresnel = vec3(0.0);
-    float sum = 0.0;
     [[unroll]] for (int i = 0; i < SAMPLES; ++i) {
         VisibleProbe p = visible_probe(line, surface.wo, i, rule);
         vec3 f = p.weight * fresnel_schlick(surface.f0, p.cosine);
-        float l = 1.0;
-        if (VISIBILITY != LEADR_VISIBILITY_MASKING) {
-            l = lit_along(lit, (float(i) - 0.5 * float(rule.n - 1)) * rule.step);
-        }
-        reflected += f * l * environment_radiance(surface, p.wi, p.lod);
-        sum += l * p.weight;
+        reflected += f * environment_radiance(surface, p.wi, p.lod);
         fresnel += f;
     }
     if (VISIBILITY != LEADR_VISIBILITY_MASKING) {
-        reflected *= lit_scale(lit, sum);
+        // The probes stand for what is lit; what enters the surface is lost by all that is visible.
+        fresnel = visible_fresnel(surface.wo, surface.mean_slope, S, surface.f0);
     }
-    return Mirrors(reflected, fresnel, line.area);
+    return Mirrors(reflected * lit.lit, fresnel, line.area);
 }
 
 Mirrors gaussian_mirrors(Surface surface, vec3 S) {
