@@ -1,5 +1,7 @@
 //! The renderer: owns the passes and runs them in order.
 
+mod measure;
+
 use std::collections::HashMap;
 use std::sync::Arc;
 
@@ -110,6 +112,8 @@ pub struct Renderer {
     timestamps: Timestamps,
     /// Near plane of the last frame's camera.
     near: f32,
+    /// How often each pass is recorded: once, but by [`measure`](Self::measure).
+    repeats: u32,
 }
 
 impl Renderer {
@@ -145,6 +149,7 @@ impl Renderer {
             lighting: Buffer::new(gpu, "lighting", size_of::<LightingGpu>() as u64, Memory::Upload)?,
             timestamps: Timestamps::new(gpu, 16)?,
             near: 1.0,
+            repeats: 1,
             gpu: gpu.clone(),
         })
     }
@@ -296,6 +301,7 @@ impl Renderer {
         else {
             return;
         };
+        let repeats = self.repeats;
         let height_scale = settings.geometry_scale(state.height_scale);
         cmd.timestamp(timestamps, "begin");
         if index == 0 {
@@ -303,20 +309,22 @@ impl Renderer {
                 cmd.label("sky", |cmd| self.environment.update_sky(cmd, sky));
                 cmd.timestamp(timestamps, "sky");
             }
-            cmd.label("irradiance", |cmd| self.irradiance.record(cmd, &self.environment, 1.0, &[], [0.0; 3]));
+            cmd.label_times("irradiance", repeats, |cmd| {
+                self.irradiance.record(cmd, &self.environment, 1.0, &[], [0.0; 3])
+            });
             cmd.timestamp(timestamps, "irradiance");
             let casters: Vec<_> =
                 self.drawn.iter().filter_map(|d| d.sun.as_ref().map(|sun| (&d.object, sun))).collect();
             let casters = if self.shadow_view.is_some() { casters } else { Vec::new() };
-            cmd.label("shadow", |cmd| self.shadow.record(cmd, &casters, height_scale));
+            cmd.label_times("shadow", repeats, |cmd| self.shadow.record(cmd, &casters, height_scale));
             cmd.timestamp(timestamps, "shadow");
         }
         let objects: Vec<_> = self.drawn.iter().map(|d| (&d.object, &d.camera)).collect();
-        cmd.label("geometry", |cmd| {
+        cmd.label_times("geometry", repeats, |cmd| {
             self.geometry.record(cmd, &targets.visible, &objects, height_scale, settings.mark_inside);
         });
         cmd.timestamp(timestamps, "geometry");
-        cmd.label("filter", |cmd| {
+        cmd.label_times("filter", repeats, |cmd| {
             let objects = objects.iter().filter(|(_, view)| !view.draws.is_empty()).map(|(object, _)| *object);
             filter.record(cmd, &targets.visible, &targets.gbuffer, objects, state.height_scale);
         });
@@ -329,9 +337,11 @@ impl Renderer {
             radiance_sh: self.irradiance.coefficients(),
             shadow_map: &self.shadow.map,
         };
-        cmd.label("shade", |cmd| shade.record(cmd, inputs, &targets.sample));
+        cmd.label_times("shade", repeats, |cmd| shade.record(cmd, inputs, &targets.sample));
         cmd.timestamp(timestamps, "shade");
-        cmd.label("accumulate", |cmd| self.accumulate.record(cmd, &targets.sample, &targets.mean, index));
+        cmd.label_times("accumulate", repeats, |cmd| {
+            self.accumulate.record(cmd, &targets.sample, &targets.mean, index)
+        });
         cmd.timestamp(timestamps, "accumulate");
     }
 

@@ -1,5 +1,6 @@
 //! Floor 4 · scenes: pure functions of time that produce render inputs.
 
+pub mod full_screen;
 pub mod ground;
 pub mod plane;
 pub mod sphere;
