@@ -16,7 +16,7 @@ use super::object::{GpuObject, MAX_OBJECTS, ViewBuffers};
 use super::patch_mesh::PosedVertices;
 use super::scene::{FrameState, Object};
 use super::settings::{Quadrature, RenderSettings, ShadingSettings};
-use super::shade::{LightingGpu, ShadeInputs, ShadePass};
+use super::shade::{LightSet, LightingGpu, ShadeInputs, ShadePass};
 use super::shadow::{ShadowPass, ShadowView};
 use super::tessellation::TessellationSettings;
 use crate::gpu::{Buffer, Commands, Gpu, GpuError, Image, ImageDesc, Memory, Result, Timestamps};
@@ -106,7 +106,7 @@ pub struct Renderer {
     shadow_view: Option<ShadowView>,
     accumulate: AccumulatePass,
     geometry: GeometryPass,
-    pipelines: HashMap<ShadingSettings, (FilterPass, ShadePass)>,
+    pipelines: HashMap<(ShadingSettings, LightSet), (FilterPass, ShadePass)>,
     targets: Option<Targets>,
     lighting: Buffer,
     timestamps: Timestamps,
@@ -217,11 +217,6 @@ impl Renderer {
                 return Err(GpuError::Usage { name: "slope grid".to_owned(), fault });
             }
         }
-        if !self.pipelines.contains_key(&settings.shading) {
-            let filter = FilterPass::new(&self.gpu, settings.shading.technique)?;
-            let shade = ShadePass::new(&self.gpu, settings.shading)?;
-            self.pipelines.insert(settings.shading, (filter, shade));
-        }
         let height_scale = settings.geometry_scale(state.height_scale);
         let posed: Vec<PosedVertices> =
             self.drawn.iter().zip(&state.poses).map(|(d, pose)| pose.apply(&d.object.object.mesh)).collect();
@@ -232,6 +227,12 @@ impl Renderer {
             if let Some((centre, radius)) = enclosing_sphere(&spheres) {
                 self.shadow_view = Some(ShadowView::around(sun.direction.normalize(), centre, radius, SHADOW_SIZE));
             }
+        }
+        let key = (settings.shading, LightSet::new(state, self.shadow_view.is_some()));
+        if !self.pipelines.contains_key(&key) {
+            let filter = FilterPass::new(&self.gpu, key.0.technique)?;
+            let shade = ShadePass::new(&self.gpu, key.0, key.1)?;
+            self.pipelines.insert(key, (filter, shade));
         }
         if let Some(view) = self.shadow_view {
             // Shadows need not be finer than their texels.
@@ -295,7 +296,9 @@ impl Renderer {
         index: u32,
         timestamps: &Timestamps,
     ) {
-        let (Some(targets), Some((filter, shade))) = (&self.targets, self.pipelines.get(&settings.shading)) else {
+        let lights = LightSet::new(state, self.shadow_view.is_some());
+        let (Some(targets), Some((filter, shade))) = (&self.targets, self.pipelines.get(&(settings.shading, lights)))
+        else {
             return;
         };
         let repeats = self.repeats;
