@@ -33,6 +33,10 @@ pub enum SceneKind {
     Shear,
     /// The same three, their bumps lowered until they are smooth.
     HeightScale,
+    /// A quilted cushion.
+    Pillow,
+    /// A coiled snake among four lamps.
+    Snake,
 }
 
 /// A quantity written to EXR beside the colour.

@@ -287,7 +287,7 @@ impl Renderer {
         }
         let cube_size = self.environment.face_size();
         if settings.shadows_of_relief() {
-            let bounds = self.casters_sphere(posed, state.height_scale);
+            let bounds = self.casters_sphere(posed, settings.geometry_scale(state.height_scale));
             let most = self.vertices_per_draw();
             let casters: Vec<_> = self.drawn.iter().zip(posed).filter(|(d, _)| d.sun.is_some()).collect();
             let casters: Vec<_> = casters.into_iter().map(|(d, posed)| (&d.object, posed)).collect();
@@ -319,7 +319,7 @@ impl Renderer {
         cmd.timestamp(timestamps, "begin");
         if let Some(relief) = relief {
             let casters: Vec<_> = self.drawn.iter().filter(|d| d.sun.is_some()).map(|d| &d.object).collect();
-            cmd.label("shadow", |cmd| relief.record_maps(cmd, &casters, state.height_scale));
+            cmd.label("shadow", |cmd| relief.record_maps(cmd, &casters, height_scale));
             cmd.timestamp(timestamps, "shadow");
         } else if index == 0 {
             if let Some(sky) = &state.sky {

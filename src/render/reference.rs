@@ -22,7 +22,7 @@ use super::object::GpuObject;
 use super::patch_mesh::PosedVertices;
 use super::relief_shadow::{Caster, ReliefShadows, map_size, relief_view};
 use super::scene::{FrameState, MAX_POINT_LIGHTS};
-use super::settings::RenderSettings;
+use super::settings::{RenderSettings, Technique};
 use super::shade::ShadePass;
 use super::shadow::ShadowView;
 use crate::gpu::{
@@ -88,7 +88,7 @@ impl ReferencePass {
             vertex: "passes/fullscreen.vert",
             fragment: Some("passes/shade/reference.frag"),
             colors: &[ShadePass::FORMAT],
-            spec: &[(0, SpecValue::F32(MIRROR_ALPHA))],
+            spec: &[(0, SpecValue::I32(Technique::Reference.code())), (6, SpecValue::F32(MIRROR_ALPHA))],
             ..Default::default()
         };
         Ok(Self {
@@ -160,7 +160,8 @@ impl ReferencePass {
         }
         block.counts[0] = lights.len() as i32;
         self.lights = views.len();
-        self.shadows.prepare(casters, &views, size.max(1), state.height_scale, max_vertices_per_draw)?;
+        let scale = settings.geometry_scale(state.height_scale);
+        self.shadows.prepare(casters, &views, size.max(1), scale, max_vertices_per_draw)?;
         self.block.write(0, &[block])
     }
 

@@ -3,7 +3,9 @@
 pub mod deform;
 pub mod full_screen;
 pub mod ground;
+pub mod pillow;
 pub mod plane;
+pub mod snake;
 pub mod sphere;
 pub mod spheres;
 pub mod stage;

@@ -38,7 +38,7 @@ Mirrors grid_mirrors(Surface surface, vec3 wo, vec3 S) {
             vec3 node = grid_node(j, k, SAMPLES, lambda);
             EnvironmentSample e = environment_sample_at(wo, slope_at(node.xy, m, cholesky));
             float weight = node.z * e.area;
-            vec3 f = weight * fresnel_schlick(vec3(surface.f0), dot(wo, e.wn));
+            vec3 f = weight * fresnel_schlick(surface.f0, dot(wo, e.wn));
             float lit = lit_fraction(VISIBILITY, o, direction_area(e.wi, m, cholesky));
             reflected += f * lit * environment_radiance(surface, e.wi, env_lod_at(base, wo, e.wn));
             fresnel += f;
@@ -65,7 +65,7 @@ Mirrors line_mirrors(Surface surface, vec3 wo, vec3 S) {
     [[unroll]] for (int i = 0; i < SAMPLES; ++i) {
         VisibleProbe p = visible_probe(line, wo, i, rule);
         float z = (float(i) - 0.5 * float(SAMPLES - 1)) * rule.step;
-        vec3 f = p.weight * fresnel_schlick(vec3(surface.f0), p.cosine);
+        vec3 f = p.weight * fresnel_schlick(surface.f0, p.cosine);
         float l = lit_along(lit, z);
         reflected += l * f * environment_radiance(surface, p.wi, p.lod);
         lit_weight += l * p.weight;
@@ -115,8 +115,8 @@ float diffuse_light(Surface surface, vec3 wo, NormalMoments normals, vec2 faced,
 }
 
 vec3 leadr_radiance(Surface surface, float environment_scale) {
-    vec3 wo = to_frame(surface.frame, surface.wo);
-    vec3 f0 = vec3(surface.f0);
+    vec3 wo = surface.wo;
+    vec3 f0 = surface.f0;
     vec2 m = surface.mean_slope;
     vec3 diffuse_s = surface.slope_covariance;
     vec3 specular_s = add_roughness(diffuse_s, surface.alpha);
@@ -131,10 +131,10 @@ vec3 leadr_radiance(Surface surface, float environment_scale) {
     vec3 albedo = surface.albedo;
     if (SPECULAR_ENVIRONMENT) {
         Mirrors mirrors = GGX ? ggx_mirrors(surface, wo, ggx) : gaussian_mirrors(surface, wo, specular_s);
-        radiance += ambient * mirrors.reflected;
-        albedo *= 1.0 - mirrors.fresnel;
+        radiance += ambient * reflects(surface) * mirrors.reflected;
+        albedo *= 1.0 - reflects(surface) * mirrors.fresnel;
     } else if (DIFFUSE) {
-        albedo *= 1.0 - visible_fresnel(wo, m, specular_s, f0);
+        albedo *= 1.0 - reflects(surface) * visible_fresnel(wo, m, specular_s, f0);
     }
 
     vec3 diffuse_cholesky = slope_cholesky(diffuse_s);
@@ -160,9 +160,10 @@ vec3 leadr_radiance(Surface surface, float environment_scale) {
                 scattered += albedo * (lit * diffuse_light(surface, wo, normals, faced, lambda, light.wi));
             }
             if (SPECULAR_LIGHTS) {
-                scattered += GGX ? displaced_ggx_light(VISIBILITY, o, wo, light.wi, m, ggx, cholesky, f0)
-                                 : leadr_specular_light(VISIBILITY, o, direction_area(light.wi, m, cholesky), wo,
-                                                        light.wi, m, specular_s, f0);
+                vec3 specular = GGX ? displaced_ggx_light(VISIBILITY, o, wo, light.wi, m, ggx, cholesky, f0)
+                                    : leadr_specular_light(VISIBILITY, o, direction_area(light.wi, m, cholesky), wo,
+                                                           light.wi, m, specular_s, f0);
+                scattered += reflects(surface) * specular;
             }
             radiance += light.irradiance * scattered;
         }
