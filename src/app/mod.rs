@@ -2,6 +2,7 @@
 //!
 //! stdout carries the result, stderr the talk. Exit codes: 0 done, 1 failed or over a threshold, 2 wrong usage.
 
+pub mod bench;
 pub mod camera_file;
 pub mod capture;
 pub mod cli;
@@ -63,6 +64,10 @@ fn dispatch(cli: Cli) -> Result<(), AppError> {
         #[cfg(feature = "window")]
         Command::Demo(arguments) => {
             let report = demo::demo(&arguments, &output)?;
+            output.result(&report)
+        }
+        Command::Bench(arguments) => {
+            let report = bench::bench(&arguments, &output)?;
             output.result(&report)
         }
         Command::Compare(arguments) => compare::compare(&arguments, &output),

@@ -1,6 +1,9 @@
 //! The renderer: owns the passes and runs them in order.
 
+mod measure;
+
 use std::collections::HashMap;
+use std::ops::Range;
 use std::sync::Arc;
 
 use glam::Vec3;
@@ -15,7 +18,7 @@ use super::patch_mesh::PosedVertices;
 use super::reference::ReferencePass;
 use super::scene::{FrameState, Object};
 use super::settings::{Quadrature, RenderSettings, ShadingSettings};
-use super::shade::{LightingGpu, ShadeInputs, ShadePass};
+use super::shade::{LightSet, LightingGpu, ShadeInputs, ShadePass};
 use super::shadow::{ShadowPass, ShadowView};
 use super::tessellation::TessellationSettings;
 use crate::gpu::{Buffer, Commands, Gpu, GpuError, Image, ImageDesc, Memory, Result, Timestamps};
@@ -105,13 +108,15 @@ pub struct Renderer {
     shadow_view: Option<ShadowView>,
     accumulate: AccumulatePass,
     geometry: GeometryPass,
-    pipelines: HashMap<ShadingSettings, (FilterPass, ShadePass)>,
+    pipelines: HashMap<(ShadingSettings, LightSet), (FilterPass, ShadePass)>,
     reference: Option<ReferencePass>,
     targets: Option<Targets>,
     lighting: Buffer,
     timestamps: Timestamps,
     /// Near plane of the last frame's camera.
     near: f32,
+    /// How often each pass is recorded: once, but by [`measure`](Self::measure).
+    repeats: u32,
 }
 
 impl Renderer {
@@ -148,6 +153,7 @@ impl Renderer {
             lighting: Buffer::new(gpu, "lighting", size_of::<LightingGpu>() as u64, Memory::Upload)?,
             timestamps: Timestamps::new(gpu, 16)?,
             near: 1.0,
+            repeats: 1,
             gpu: gpu.clone(),
         })
     }
@@ -163,16 +169,33 @@ impl Renderer {
     /// # Errors
     /// Memory that is short, a lost device, a failed pipeline.
     pub fn render(&mut self, state: &FrameState, settings: &RenderSettings) -> Result<FrameOutput> {
-        let samples = settings.samples.max(1);
+        self.render_range(state, settings, 0..settings.samples.max(1))
+    }
+
+    /// Renders some of the samples of a frame and gives their mean, so that a long frame can be made in parts and be put
+    /// together by an [`Accumulation`](super::accumulate::Accumulation). Samples are the same in whatever part they are.
+    ///
+    /// # Errors
+    /// [`GpuError::Usage`] for a range without samples or beyond `settings.samples`; as [`render`](Self::render).
+    pub fn render_range(
+        &mut self,
+        state: &FrameState,
+        settings: &RenderSettings,
+        range: Range<u32>,
+    ) -> Result<FrameOutput> {
+        if range.is_empty() || range.end > settings.samples.max(1) {
+            let fault = format!("samples {range:?} are not among the {} of the frame", settings.samples);
+            return Err(GpuError::Usage { name: "samples".to_owned(), fault });
+        }
         let mut times: Vec<PassTime> = Vec::new();
         let posed = self.prepare(state, settings)?;
-        for index in 0..samples {
+        for (count, index) in (0..).zip(range) {
             self.prepare_camera(state, settings, &posed, index)?;
             let gpu = self.gpu.clone();
             gpu.submit("frame", |cmd| {
                 let timestamps = self.timestamps.clone();
                 cmd.reset_timestamps(&timestamps);
-                self.record(cmd, state, settings, index, &timestamps);
+                self.record(cmd, state, settings, count, &timestamps);
             })?;
             for (pass, milliseconds) in self.timestamps.intervals()? {
                 match times.iter_mut().find(|t| t.pass == pass) {
@@ -215,23 +238,22 @@ impl Renderer {
                 return Err(GpuError::Usage { name: "slope grid".to_owned(), fault });
             }
         }
-        if !self.pipelines.contains_key(&settings.shading) {
-            let filter = FilterPass::new(&self.gpu, settings.shading.technique)?;
-            let shade = ShadePass::new(&self.gpu, settings.shading)?;
-            self.pipelines.insert(settings.shading, (filter, shade));
-        }
         let height_scale = settings.geometry_scale(state.height_scale);
         let posed: Vec<PosedVertices> =
             self.drawn.iter().zip(&state.poses).map(|(d, pose)| pose.apply(&d.object.object.mesh)).collect();
         self.shadow_view = None;
         if settings.shadows_of_relief() {
             self.prepare_reference(state)?;
-            return Ok(posed);
+        } else if let Some(sun) = state.sun.filter(|_| settings.shadows)
+            && let Some((centre, radius)) = self.casters_sphere(&posed, height_scale)
+        {
+            self.shadow_view = Some(ShadowView::around(sun.direction.normalize(), centre, radius, SHADOW_SIZE));
         }
-        if let Some(sun) = state.sun.filter(|_| settings.shadows) {
-            if let Some((centre, radius)) = self.casters_sphere(&posed, height_scale) {
-                self.shadow_view = Some(ShadowView::around(sun.direction.normalize(), centre, radius, SHADOW_SIZE));
-            }
+        let key = (settings.shading, LightSet::new(state, self.shadow_view.is_some()));
+        if !self.pipelines.contains_key(&key) {
+            let filter = FilterPass::new(&self.gpu, key.0.technique)?;
+            let shade = ShadePass::new(&self.gpu, key.0, key.1)?;
+            self.pipelines.insert(key, (filter, shade));
         }
         if let Some(view) = self.shadow_view {
             // Shadows need not be finer than their texels.
@@ -294,7 +316,7 @@ impl Renderer {
         self.lighting.write(0, &[block])
     }
 
-    /// Records sample `index` of a prepared frame: LEADR's Figure 3 from top to bottom.
+    /// Records a prepared sample, the `index`-th since the picture was last begun (at 0): LEADR's Figure 3 from top to bottom.
     pub fn record(
         &mut self,
         cmd: &mut Commands,
@@ -303,10 +325,13 @@ impl Renderer {
         index: u32,
         timestamps: &Timestamps,
     ) {
-        let (Some(targets), Some((filter, shade))) = (&self.targets, self.pipelines.get(&settings.shading)) else {
+        let lights = LightSet::new(state, self.shadow_view.is_some());
+        let (Some(targets), Some((filter, shade))) = (&self.targets, self.pipelines.get(&(settings.shading, lights)))
+        else {
             return;
         };
         let relief = self.reference.as_ref().filter(|_| settings.shadows_of_relief());
+        let repeats = self.repeats;
         let height_scale = settings.geometry_scale(state.height_scale);
         cmd.timestamp(timestamps, "begin");
         if let Some(relief) = relief {
@@ -318,20 +343,22 @@ impl Renderer {
                 cmd.label("sky", |cmd| self.environment.update_sky(cmd, sky));
                 cmd.timestamp(timestamps, "sky");
             }
-            cmd.label("irradiance", |cmd| self.irradiance.record(cmd, &self.environment, 1.0, &[], [0.0; 3]));
+            cmd.label_times("irradiance", repeats, |cmd| {
+                self.irradiance.record(cmd, &self.environment, 1.0, &[], [0.0; 3])
+            });
             cmd.timestamp(timestamps, "irradiance");
             let casters: Vec<_> =
                 self.drawn.iter().filter_map(|d| d.sun.as_ref().map(|sun| (&d.object, sun))).collect();
             let casters = if self.shadow_view.is_some() { casters } else { Vec::new() };
-            cmd.label("shadow", |cmd| self.shadow.record(cmd, &casters, height_scale));
+            cmd.label_times("shadow", repeats, |cmd| self.shadow.record(cmd, &casters, height_scale));
             cmd.timestamp(timestamps, "shadow");
         }
         let objects: Vec<_> = self.drawn.iter().map(|d| (&d.object, &d.camera)).collect();
-        cmd.label("geometry", |cmd| {
+        cmd.label_times("geometry", repeats, |cmd| {
             self.geometry.record(cmd, &targets.visible, &objects, height_scale, settings.mark_inside);
         });
         cmd.timestamp(timestamps, "geometry");
-        cmd.label("filter", |cmd| {
+        cmd.label_times("filter", repeats, |cmd| {
             let objects = objects.iter().filter(|(_, view)| !view.draws.is_empty()).map(|(object, _)| *object);
             filter.record(cmd, &targets.visible, &targets.gbuffer, objects, state.height_scale);
         });
@@ -344,12 +371,14 @@ impl Renderer {
             radiance_sh: self.irradiance.coefficients(),
             shadow_map: &self.shadow.map,
         };
-        cmd.label("shade", |cmd| match relief {
+        cmd.label_times("shade", repeats, |cmd| match relief {
             Some(pass) => pass.record(cmd, &targets.visible, &targets.gbuffer, &self.environment, &targets.sample),
             None => shade.record(cmd, inputs, &targets.sample),
         });
         cmd.timestamp(timestamps, "shade");
-        cmd.label("accumulate", |cmd| self.accumulate.record(cmd, &targets.sample, &targets.mean, index));
+        cmd.label_times("accumulate", repeats, |cmd| {
+            self.accumulate.record(cmd, &targets.sample, &targets.mean, index)
+        });
         cmd.timestamp(timestamps, "accumulate");
     }
 

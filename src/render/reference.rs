@@ -88,7 +88,7 @@ impl ReferencePass {
             vertex: "passes/fullscreen.vert",
             fragment: Some("passes/shade/reference.frag"),
             colors: &[ShadePass::FORMAT],
-            spec: &[(0, SpecValue::I32(Technique::Reference.code())), (6, SpecValue::F32(MIRROR_ALPHA))],
+            spec: &[(0, SpecValue::I32(Technique::Reference.code())), (16, SpecValue::F32(MIRROR_ALPHA))],
             ..Default::default()
         };
         Ok(Self {

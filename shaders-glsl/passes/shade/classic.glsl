@@ -37,7 +37,7 @@ vec3 classic_radiance(Surface surface, float environment_scale) {
         radiance += albedo * (ambient / LEADR_PI) * max(sh_irradiance(environment_sh(), from_frame(surface.frame, n)), 0.0);
     }
     if (LIGHTS) {
-        for (int i = 0; i < light_count(); ++i) {
+        [[unroll]] for (int i = FIRST_LIGHT; i <= POINT_LIGHTS; ++i) {
             Light light = light_at(i, surface);
             vec3 scattered = vec3(0.0);
             if (DIFFUSE_LIGHTS) {

@@ -54,7 +54,7 @@ Mirrors line_mirrors(Surface surface, vec3 S) {
     vec3 cholesky = slope_cholesky(S);
     DirectionArea o = direction_area(surface.wo, surface.mean_slope, cholesky);
     vec3 reflected = vec3(0.0), fresnel = vec3(0.0);
-    for (int i = 0; i < SAMPLES; ++i) {
+    [[unroll]] for (int i = 0; i < SAMPLES; ++i) {
         VisibleProbe p = visible_probe(line, surface.wo, i, rule);
         vec3 f = p.weight * fresnel_schlick(surface.f0, p.cosine);
         float lit = lit_probe(VISIBILITY, o, surface.wo, p.slope, line.minor, surface.mean_slope, cholesky);
@@ -141,7 +141,7 @@ vec3 leadr_radiance(Surface surface, float environment_scale) {
     if (LIGHTS) {
         vec3 cholesky = slope_cholesky(GGX ? 0.5 * ggx.roughness : specular_s);
         DirectionArea o = GGX ? displaced_ggx_area(wo, m, ggx, cholesky) : direction_area(wo, m, cholesky);
-        for (int i = 0; i < light_count(); ++i) {
+        [[unroll]] for (int i = FIRST_LIGHT; i <= POINT_LIGHTS; ++i) {
             Light light = light_at(i, surface);
             vec3 scattered = vec3(0.0);
             if (DIFFUSE_LIGHTS) {

@@ -8,7 +8,7 @@
 #include "leadr/visible_fresnel.glsl"
 
 // Base materials smoother than this mirror the environment as if nothing shadowed it: drawn lights would miss them.
-layout(constant_id = 6) const float MIRROR_ALPHA = 0.15;
+layout(constant_id = 16) const float MIRROR_ALPHA = 0.15;
 
 const int GRID = 5;          // samples of a mirror's slopes
 const int DIFFUSE_TERMS = 2; // see leadr/visible_diffuse.glsl

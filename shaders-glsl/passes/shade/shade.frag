@@ -1,5 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_control_flow_attributes : require
 // Shades each pixel of the G-buffer once.
 #include "classic.glsl"
 #include "leadr.glsl"
