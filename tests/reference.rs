@@ -86,7 +86,9 @@ fn lights_agree_with_ray_casts() {
             let output = renderer.render(&state(Some(light)), &reference((64, 32), 4, true)).unwrap();
             let error = 100.0 * (mean(&output.color) / want - 1.0);
             println!("{name} light {shadows} shadows: {:.4} instead of {want:.4}: {error:+.2} %", mean(&output.color));
-            assert!(error.abs() < 2.5, "{name} light {shadows} shadows: {error:+.2} %");
+            // The opposite light leaves few facets lit, and so more noise in 8,192 rays.
+            let bound = if name == "opposite" { 5.0 } else { 1.5 };
+            assert!(error.abs() < bound, "{name} light {shadows} shadows: {error:+.2} %");
         }
         assert!(name == "front" || truth[1] < 0.99 * truth[0], "shadows matter");
     }
@@ -171,9 +173,9 @@ fn errors_fall_with_samples() {
         (sum / truth.len() as f64).sqrt() / mean(&truth)
     });
     println!("relative errors with 2, 8 and 32 samples: {errors:.4?}");
-    assert!(errors[0] > 0.03, "the picture should be noisy: {errors:?}");
-    // Halves for four times the samples, and a little less for the noise of the truth.
-    assert!(errors[1] < 0.6 * errors[0] && errors[2] < 0.6 * errors[1], "{errors:?}");
+    assert!(errors[0] > 0.02, "the picture should be noisy: {errors:?}");
+    // The noise of the truth, with 128, is in all of them.
+    assert!(errors[1] < errors[0] / 2.0 && errors[2] < errors[0] / 4.0, "{errors:?}");
 }
 
 /// Mapped normals on smooth geometry (LEADR Figure 8): nothing hides anything, whatever the shadows.

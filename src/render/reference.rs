@@ -59,7 +59,7 @@ pub struct ReliefLightingGpu {
     pub rays: [[f32; 4]; 3],
     /// Viewer.
     pub camera_position: [f32; 4],
-    /// Width and height of the image, face size of the environment.
+    /// Width and height of the image, face size of the environment, 1 when heights move the surface.
     pub viewport: [f32; 4],
     /// Number of lights.
     pub counts: [i32; 4],
@@ -131,7 +131,12 @@ impl ReferencePass {
         let mut block = ReliefLightingGpu {
             rays: [x.extend(0.0), y.extend(0.0), z.extend(state.camera.near)].map(|v| v.to_array()),
             camera_position: state.camera.position.extend(1.0).to_array(),
-            viewport: [settings.size.0 as f32, settings.size.1 as f32, face_size as f32, 0.0],
+            viewport: [
+                settings.size.0 as f32,
+                settings.size.1 as f32,
+                face_size as f32,
+                f32::from(u8::from(settings.displacement)),
+            ],
             ..Default::default()
         };
         let lights = self.lights_of_sample(state, settings, index);

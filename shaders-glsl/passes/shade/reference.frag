@@ -26,7 +26,7 @@ struct Light {
 layout(binding = 5, std140) uniform Lighting {
     vec4 rays[3];         // see read_gbuffer
     vec4 camera_position; // xyz
-    vec4 viewport;        // width, height, face size of the environment's cube
+    vec4 viewport;        // width, height, face size of the environment's cube, 1 when heights move the surface
     ivec4 counts;         // lights
     Light lights[MAX_LIGHTS];
 } lighting;
@@ -109,7 +109,8 @@ void main() {
     if (reflects) {
         albedo *= 1.0 - visible_fresnel(wo, m, specular_s, surface.f0);
     }
-    vec3 normal = from_frame(surface.frame, normal_of_slope(m));
+    // The plane that the depth maps have here: the facet, or smooth geometry under mapped normals.
+    vec3 normal = lighting.viewport.w > 0.5 ? from_frame(surface.frame, normal_of_slope(m)) : surface.frame.z;
     for (int i = 0; i < lighting.counts.x; ++i) {
         Light light = lighting.lights[i];
         vec3 towards = light.place.xyz, irradiance = light.power.rgb;
