@@ -242,9 +242,7 @@ impl Renderer {
         let posed: Vec<PosedVertices> =
             self.drawn.iter().zip(&state.poses).map(|(d, pose)| pose.apply(&d.object.object.mesh)).collect();
         self.shadow_view = None;
-        if settings.shadows_of_relief() {
-            self.prepare_reference(state)?;
-        } else if let Some(sun) = state.sun.filter(|_| settings.shadows)
+        if let Some(sun) = state.sun.filter(|_| settings.shadows && !settings.shadows_of_relief())
             && let Some((centre, radius)) = self.casters_sphere(&posed, height_scale)
         {
             self.shadow_view = Some(ShadowView::around(sun.direction.normalize(), centre, radius, SHADOW_SIZE));
@@ -254,6 +252,9 @@ impl Renderer {
             let filter = FilterPass::new(&self.gpu, key.0.technique)?;
             let shade = ShadePass::new(&self.gpu, key.0, key.1)?;
             self.pipelines.insert(key, (filter, shade));
+        }
+        if settings.shadows_of_relief() {
+            self.prepare_reference(state)?;
         }
         if let Some(view) = self.shadow_view {
             // Shadows need not be finer than their texels.
@@ -330,9 +331,9 @@ impl Renderer {
         else {
             return;
         };
-        let relief = self.reference.as_ref().filter(|_| settings.shadows_of_relief());
         let repeats = self.repeats;
         let height_scale = settings.geometry_scale(state.height_scale);
+        let relief = self.reference.as_ref().filter(|_| settings.shadows_of_relief());
         cmd.timestamp(timestamps, "begin");
         if let Some(relief) = relief {
             let casters: Vec<_> = self.drawn.iter().filter(|d| d.sun.is_some()).map(|d| &d.object).collect();

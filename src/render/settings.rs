@@ -253,8 +253,8 @@ impl Default for ShadingSettings {
     fn default() -> Self {
         Self {
             technique: Technique::Leadr,
-            quadrature: Quadrature::Grid(5),
-            visibility: Visibility::Smith,
+            quadrature: Quadrature::VisibleSlopes(9),
+            visibility: Visibility::Correlated,
             terms: Terms::ALL,
             diffuse_lights: DiffuseLights::Cosine,
         }
@@ -276,27 +276,27 @@ pub struct RenderSettings {
     pub tessellation: TessellationSettings,
     /// Whether the sun throws shadows.
     pub shadows: bool,
-    /// With [`Technique::Reference`]: the relief throws shadows on itself, from every light and from the environment
-    /// ([`super::reference`]), instead of the sun's coarse ones only. Slow.
-    pub relief_shadows: bool,
     /// Whether heights move the surface. Without, the geometry stays smooth and the slopes of the maps shade it all the
     /// same: with [`Technique::Reference`] the truth of normal mapping (LEADR Figure 8).
     pub displacement: bool,
+    /// With [`Technique::Reference`]: the relief throws shadows on itself, from every light and from the environment
+    /// ([`super::reference`]), instead of the sun's coarse ones only. Slow.
+    pub relief_shadows: bool,
     /// Paints the inside of surfaces in a marker colour: a closed surface shows none.
     pub mark_inside: bool,
 }
 
 impl RenderSettings {
-    /// Whether the relief throws shadows on itself.
-    #[must_use]
-    pub fn shadows_of_relief(&self) -> bool {
-        self.relief_shadows && self.shading.technique == Technique::Reference
-    }
-
     /// What the heights of the geometry are multiplied by where those of the maps are by `height_scale`.
     #[must_use]
     pub fn geometry_scale(&self, height_scale: f32) -> f32 {
         if self.displacement { height_scale } else { 0.0 }
+    }
+
+    /// Whether the relief throws shadows on itself.
+    #[must_use]
+    pub fn shadows_of_relief(&self) -> bool {
+        self.relief_shadows && self.shading.technique == Technique::Reference
     }
 }
 
@@ -309,8 +309,8 @@ impl Default for RenderSettings {
             shading: ShadingSettings::default(),
             tessellation: TessellationSettings::default(),
             shadows: true,
-            relief_shadows: false,
             displacement: true,
+            relief_shadows: false,
             mark_inside: false,
         }
     }

@@ -2,8 +2,6 @@
 #ifndef LEADR_GBUFFER
 #define LEADR_GBUFFER
 #include "leadr/frame.glsl"
-#include "leadr/slope_grid.glsl"
-#include "settings.glsl"
 
 layout(binding = 0) uniform sampler2D gbuffer_frame;      // octahedral displacement direction, mean slope
 layout(binding = 1) uniform sampler2D gbuffer_covariance; // sxx, syy, sxy, lod
@@ -19,7 +17,7 @@ struct Surface {
     vec3 slope_covariance;
     vec3 albedo;
     float alpha;
-    vec3 f0;
+    vec3 f0;             // 0: no mirrors at all, see reflects()
     float accessibility;
     bool inside;
 };
@@ -32,7 +30,7 @@ Surface read_gbuffer(ivec2 pixel, vec3 eye, vec3 ray, float near, float depth) {
     s.frame = frame_about(octahedral_decode(frame.xy));
     s.wo = to_frame(s.frame, -normalize(ray));
     s.mean_slope = frame.zw;
-    s.slope_covariance = USES_COVARIANCE ? texelFetch(gbuffer_covariance, pixel, 0).xyz : vec3(0.0);
+    s.slope_covariance = texelFetch(gbuffer_covariance, pixel, 0).xyz;
     vec4 material = texelFetch(gbuffer_material, pixel, 0);
     s.albedo = material.rgb;
     s.alpha = material.a;
@@ -41,6 +39,12 @@ Surface read_gbuffer(ivec2 pixel, vec3 eye, vec3 ray, float near, float depth) {
     s.accessibility = surface.y;
     s.inside = surface.z > 0.5;
     return s;
+}
+
+// 1, or 0 for a purely diffuse surface: where nothing is reflected at normal incidence, Schlick's term would still reach one
+// at grazing angles.
+float reflects(Surface s) {
+    return s.f0.x > 0.0 ? 1.0 : 0.0;
 }
 
 #endif
