@@ -8,7 +8,7 @@
 #include "leadr/visible_fresnel.glsl"
 
 // Base materials smoother than this mirror the environment as if nothing shadowed it: drawn lights would miss them.
-layout(constant_id = 20) const float MIRROR_ALPHA = 0.15;
+layout(constant_id = 16) const float MIRROR_ALPHA = 0.15;
 
 const int GRID = 5;          // samples of a mirror's slopes
 const int DIFFUSE_TERMS = 2; // see leadr/visible_diffuse.glsl
@@ -26,7 +26,7 @@ struct Light {
 layout(binding = 5, std140) uniform Lighting {
     vec4 rays[3];         // see read_gbuffer
     vec4 camera_position; // xyz
-    vec4 viewport;        // width, height, face size of the environment's cube
+    vec4 viewport;        // width, height, face size of the environment's cube, 1 when heights move the surface
     ivec4 counts;         // lights
     Light lights[MAX_LIGHTS];
 } lighting;
@@ -108,7 +108,8 @@ void main() {
     if (reflecting) {
         albedo *= 1.0 - visible_fresnel(wo, m, specular_s, surface.f0);
     }
-    vec3 normal = from_frame(surface.frame, normal_of_slope(m));
+    // The plane that the depth maps have here: the facet, or smooth geometry under mapped normals.
+    vec3 normal = lighting.viewport.w > 0.5 ? from_frame(surface.frame, normal_of_slope(m)) : surface.frame.z;
     for (int i = 0; i < lighting.counts.x; ++i) {
         Light light = lighting.lights[i];
         vec3 towards = light.place.xyz, irradiance = light.power.rgb;
