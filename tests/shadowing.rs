@@ -210,7 +210,8 @@ fn lit_slopes_keep_what_they_should() {
             continue;
         }
         let one = |v, n: u32| {
-            shadowed_specular_environment(v, wo, m, s, 64.0, &line_rule(n), &line_rule(5), |_| DVec3::ONE).x
+            shadowed_specular_environment(v, wo, m, s, DVec3::ONE, 64.0, [&line_rule(n), &line_rule(5)], |_| DVec3::ONE)
+                .x
         };
         assert!((one(Visibility::Masking, 5) - 1.0).abs() < 1e-5);
         let lit = one(Visibility::Correlated, 3);

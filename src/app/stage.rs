@@ -14,10 +14,10 @@ use crate::render::frame::Renderer;
 use crate::render::scene::FrameState;
 use crate::render::sky::Sky;
 use crate::scenes::deform::{self, Deformation};
-use crate::scenes::spheres;
 use crate::scenes::stage::{Lights, Relief, Stage, Views, plane_stage, sphere_stage};
 use crate::scenes::studio::studio;
 use crate::scenes::trex::stage::trex_stage;
+use crate::scenes::{pillow, snake, spheres};
 
 /// The files a scene is made from, loaded and checked.
 #[derive(Debug)]
@@ -90,6 +90,8 @@ fn stage(config: &SceneConfig, inputs: Inputs, output: &Output) -> Result<Stage,
         SceneKind::Plane => plane_stage(relief),
         SceneKind::Sphere => sphere_stage(relief),
         SceneKind::Spheres => spheres::grid::stage(),
+        SceneKind::Pillow => pillow::stage(config.atlas_tile),
+        SceneKind::Snake => snake::stage(config.atlas_tile),
         SceneKind::Stretch => deform::stage(Deformation::Stretch),
         SceneKind::Shear => deform::stage(Deformation::Shear),
         SceneKind::HeightScale => deform::stage(Deformation::HeightScale),

@@ -8,7 +8,9 @@
 //! | space | stops time or lets it run |
 //! | ←, → | half a second back or on |
 //! | `,`, `.` | stops a frame before or after |
-//! | `1`, `2`, `3` | LEADR, mipmapped normals, reference |
+//! | `1` to `9` | technique: see [`TECHNIQUES`] |
+//! | `g` | the paper's grid, or the visible-slope rules |
+//! | `v` | microfacet visibility: masking, Smith, correlated |
 //! | `r` | the view and time of the beginning |
 //! | `s`, F12 | saves a screenshot |
 //! | `q`, Esc | ends |
@@ -39,6 +41,19 @@ use viewer::{Action, Drag, Viewer};
 mod display;
 mod painter;
 pub mod viewer;
+
+/// Techniques by their keys, `1` first.
+pub const TECHNIQUES: [Technique; 9] = [
+    Technique::Leadr,
+    Technique::NormalMip,
+    Technique::Reference,
+    Technique::Lean,
+    Technique::Clean,
+    Technique::Toksvig,
+    Technique::BlinnPhong,
+    Technique::LeadrGgx,
+    Technique::Constant,
+];
 
 /// How often the title follows the numbers.
 const TITLE_INTERVAL: Duration = Duration::from_millis(250);
@@ -89,7 +104,7 @@ pub fn run(
     settings: RenderSettings,
     options: WindowOptions,
 ) -> Result<WindowReport, AppError> {
-    let viewer = Viewer::new(camera, options.time, settings.shading.technique);
+    let viewer = Viewer::new(camera, options.time, settings.shading);
     let mut app = App {
         scene,
         settings,
@@ -165,7 +180,7 @@ impl<S: FnMut(f64) -> FrameState> App<S> {
         if let Some(last) = open.last_frame.replace(now) {
             self.viewer.advance((now - last).as_secs_f64());
         }
-        self.settings.shading.technique = self.viewer.technique;
+        self.settings.shading = self.viewer.shading;
         let changed = self.viewer.take_changed();
         let state = changed.then(|| {
             let mut state = (self.scene)(self.viewer.time);
@@ -322,10 +337,12 @@ fn action(key: &Key) -> Option<Action> {
             "r" => Action::Reset,
             "s" => Action::Screenshot,
             "q" => Action::Quit,
-            "1" => Action::Technique(Technique::Leadr),
-            "2" => Action::Technique(Technique::NormalMip),
-            "3" => Action::Technique(Technique::Reference),
-            _ => return None,
+            "g" => Action::Rule,
+            "v" => Action::Visibility,
+            digit => {
+                let index = digit.parse::<usize>().ok()?.checked_sub(1)?;
+                Action::Technique(*TECHNIQUES.get(index)?)
+            }
         },
         _ => return None,
     })
@@ -334,7 +351,7 @@ fn action(key: &Key) -> Option<Action> {
 /// Technique, time, frames per second, milliseconds per pass.
 fn title(name: &str, viewer: &Viewer, fps: f64, times: &[(String, f64)]) -> String {
     let paused = if viewer.paused { " (paused)" } else { "" };
-    let mut title = format!("{name} · {} · {:.2} s{paused} · {fps:.1} fps", viewer.technique.name(), viewer.time);
+    let mut title = format!("{name} · {} · {:.2} s{paused} · {fps:.1} fps", viewer.shading, viewer.time);
     for (pass, milliseconds) in times.iter().filter(|(_, milliseconds)| *milliseconds >= 0.05) {
         title.push_str(&format!(" · {pass} {milliseconds:.1} ms"));
     }
@@ -344,6 +361,16 @@ fn title(name: &str, viewer: &Viewer, fps: f64, times: &[(String, f64)]) -> Stri
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::render::settings::ShadingSettings;
+
+    #[test]
+    fn every_technique_has_a_key() {
+        for technique in Technique::ALL {
+            let key = TECHNIQUES.iter().position(|t| *t == technique).expect("a key") + 1;
+            assert_eq!(action(&Key::Character(key.to_string().into())), Some(Action::Technique(technique)));
+        }
+        assert_eq!(action(&Key::Character("0".into())), None);
+    }
 
     #[test]
     fn the_title_tells_technique_time_and_passes() {
@@ -353,12 +380,12 @@ mod tests {
             up: [0.0, 0.0, 1.0],
             fov_degrees: 40.0,
         };
-        let mut viewer = Viewer::new(Orbit::new(&pose), 1.5, Technique::Leadr);
+        let mut viewer = Viewer::new(Orbit::new(&pose), 1.5, ShadingSettings::default());
         viewer.act(Action::Pause);
-        viewer.act(action(&Key::Character("2".into())).expect("a key"));
+        viewer.act(action(&Key::Character("4".into())).expect("a key"));
         let times = [("geometry".to_owned(), 3.12), ("sky".to_owned(), 0.001)];
         let said = title("Sphere", &viewer, 29.97, &times);
-        assert_eq!(said, "Sphere · normal-mip · 1.50 s (paused) · 30.0 fps · geometry 3.1 ms");
+        assert_eq!(said, "Sphere · lean · 1.50 s (paused) · 30.0 fps · geometry 3.1 ms");
         assert_eq!(action(&Key::Character("x".into())), None);
     }
 }

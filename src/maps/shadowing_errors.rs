@@ -208,10 +208,16 @@ fn models(surface: &Surface, pixel: &SpherePixel) -> Vec<f64> {
         out.extend(surface.specular_environment(wo, PANELS, |d| at(d, 0.0)).to_array());
         for n in LINES {
             let rule = line_rule(n);
-            let value =
-                shadowed_specular_environment(Visibility::Correlated, wo, m, s, 1.0, &rule, &line_rule(5), |p| {
-                    DVec3::splat(at(p.wi, (2.0 * (p.lod - LOD_OF_DEVIATION)).exp2()))
-                });
+            let value = shadowed_specular_environment(
+                Visibility::Correlated,
+                wo,
+                m,
+                s,
+                DVec3::ONE,
+                1.0,
+                [&rule, &line_rule(5)],
+                |p| DVec3::splat(at(p.wi, (2.0 * (p.lod - LOD_OF_DEVIATION)).exp2())),
+            );
             out.push(value.x);
         }
     }

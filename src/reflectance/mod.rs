@@ -58,12 +58,15 @@
 //!
 //! With the mirrors of a Gaussian surface, `I = ∫ F(wo·wn) L(wi) ⟨wo, wn⟩ / (wn·wg) P22 dslope / A(wo)` (eq. 16–19): one light or
 //! an environment sampled on a grid of slopes ([`specular`], [`slope_grid`]). Diffuse facets see the light's cosine or the
-//! environment's order-2 harmonics instead (eq. 20–23; [`diffuse`], [`sh`], [`sh_projection`]). [`mod@reference`] has the
+//! environment's order-2 harmonics instead (eq. 20–23; [`diffuse`], [`sh`], [`sh_projection`]). Better than the grid: closed forms
+//! of the visible slopes ([`visible_slopes`]), two terms for diffuse facets ([`visible_diffuse`]), a line of probes for
+//! mirrors ([`visible_specular`]), all measured by [`quadrature_study`]. [`mod@reference`] has the
 //! converged integrals, by [`quadrature`]; [`frame`] the frames in between.
 
 pub mod beckmann;
 pub mod beckmann_sampling;
 pub mod brdf;
+pub mod classic;
 pub mod correlated_masking;
 pub mod diffuse;
 pub mod ellipse;
@@ -72,6 +75,7 @@ pub mod fresnel;
 pub mod geometric_antialiasing;
 pub mod ggx;
 pub mod ggx_filtering;
+pub mod ggx_lobes;
 pub mod ggx_sampling;
 pub mod half_difference;
 pub mod lambert;
@@ -97,5 +101,6 @@ pub mod slope_packing;
 pub mod slope_statistics;
 pub mod specular;
 pub mod visible_diffuse;
+pub mod visible_fresnel;
 pub mod visible_slopes;
 pub mod visible_specular;

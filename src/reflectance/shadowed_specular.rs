@@ -13,6 +13,7 @@
 //! density's exact mean, variance and skewness: twice its nodes are all evaluations there are, whatever the number of probes.
 
 use super::correlated_masking::{Visibility, direction_area, lit_fraction};
+use super::fresnel::fresnel_schlick;
 use super::normal_distribution::{normal_cdf, normal_pdf};
 use super::slope_grid::slope_cholesky;
 use super::specular::environment_sample_at;
@@ -111,21 +112,22 @@ pub fn lit_slopes(visibility: Visibility, wo: DVec3, v: &VisibleSlopes, rule: &L
     LitSlopes { lit, slopes }
 }
 
-/// Radiance of ideal mirrors towards `wo` under an environment of cube edge `size`, with shadows, by the probes of `rule`. `nodes`: of the
-/// integral of what is lit. `radiance` is asked for each probe.
+/// Radiance towards `wo` under an environment of cube edge `size`, with shadows, by the probes of `rule`. `f0`: linear RGB
+/// reflectance at normal incidence; `nodes`: of the integral of what is lit. `radiance` is asked for each probe.
 #[must_use]
 pub fn shadowed_specular_environment(
     visibility: Visibility,
     wo: DVec3,
     m: DVec2,
     s: DVec3,
+    f0: DVec3,
     size: f64,
-    rule: &LineRule,
-    nodes: &LineRule,
+    [rule, nodes]: [&LineRule; 2],
     radiance: impl Fn(&VisibleProbe) -> DVec3,
 ) -> DVec3 {
     let lit = lit_slopes(visibility, wo, &visible_slopes(wo, m, s), nodes);
     let line = line_of_slopes(&lit.slopes, wo, size, rule);
     let probes = (0..rule.n).map(|i| visible_probe(&line, wo, i, rule));
-    probes.fold(DVec3::ZERO, |sum, probe| sum + probe.weight * radiance(&probe)) * lit.lit
+    let reflected = |probe: VisibleProbe| probe.weight * fresnel_schlick(f0, probe.cosine) * radiance(&probe);
+    probes.map(reflected).fold(DVec3::ZERO, |sum, r| sum + r) * lit.lit
 }

@@ -12,6 +12,8 @@ use crate::gpu::Result;
 const FACE_SIZE: u32 = 64;
 /// Part of the draws that is spread over the sphere evenly, whatever the luminance: a colour of no luminance still counts.
 const EVEN: f64 = 0.05;
+/// Bands of equal area that the sphere is divided into, so that points spread over a square spread over the sphere.
+const BANDS: usize = 48;
 
 /// A light drawn from an environment.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -28,8 +30,12 @@ pub struct DrawnLight {
 pub struct EnvironmentLights {
     size: u32,
     texels: Vec<Vec3>,
-    /// Running sums of probability.
+    /// Indices of the texels by height of their centres in [`BANDS`] bands, by azimuth in each.
+    order: Vec<u32>,
+    /// Running sums of probability in that order.
     cumulative: Vec<f64>,
+    /// Where each band ends in the order.
+    ends: Vec<usize>,
 }
 
 impl EnvironmentLights {
@@ -62,37 +68,55 @@ impl EnvironmentLights {
             return None;
         }
         let whole: f64 = angles.iter().sum();
+        let centre = |i: u32| {
+            let (face, texel) = (i / (size * size), i % (size * size));
+            let place = Vec2::new((texel % size) as f32, (texel / size) as f32) + 0.5;
+            face_direction(face as usize, place * (2.0 / size as f32) - 1.0).normalize()
+        };
+        let band = |d: Vec3| (((d.z + 1.0) * 0.5 * BANDS as f32) as usize).min(BANDS - 1);
+        let mut keyed: Vec<(usize, f32, u32)> =
+            (0..texels.len() as u32).map(|i| (band(centre(i)), centre(i).y.atan2(centre(i).x), i)).collect();
+        keyed.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)).then(a.2.cmp(&b.2)));
+        let ends = (0..BANDS).map(|b| keyed.partition_point(|k| k.0 <= b)).collect();
+        let order: Vec<u32> = keyed.into_iter().map(|k| k.2).collect();
         let mut sum = 0.0;
-        let cumulative = texels
+        let cumulative = order
             .iter()
-            .zip(&angles)
-            .map(|(&c, a)| {
-                sum += (1.0 - EVEN) * luminance(c) * a / total + EVEN * a / whole;
+            .map(|&i| {
+                let (color, angle) = (texels[i as usize], angles[i as usize]);
+                sum += (1.0 - EVEN) * luminance(color) * angle / total + EVEN * angle / whole;
                 sum
             })
             .collect();
-        Some(Self { size, texels, cumulative })
+        Some(Self { size, texels, order, cumulative, ends })
     }
 
-    /// The light at a point of the unit square: the texel by the first coordinate, the place in it by what that leaves and
-    /// by the second.
+    /// The light at a point of the unit square: the band by the first coordinate, the texel in it by the second, and the
+    /// place in the texel by what both leave over.
     #[must_use]
     pub fn draw(&self, u: [f64; 2]) -> DrawnLight {
-        let last = self.cumulative[self.cumulative.len() - 1];
+        let before = |i: usize| if i == 0 { 0.0 } else { self.cumulative[i - 1] };
+        let last = before(self.order.len());
         let at = u[0] * last;
-        let index = self.cumulative.partition_point(|&c| c <= at).min(self.texels.len() - 1);
-        let before = if index == 0 { 0.0 } else { self.cumulative[index - 1] };
-        let probability = (self.cumulative[index] - before) / last;
-        let within = ((at - before) / (self.cumulative[index] - before)).clamp(0.0, 1.0) as f32;
-        let n = (self.size * self.size) as usize;
-        let (face, texel) = (index / n, index % n);
-        let place = Vec2::new((texel % self.size as usize) as f32, (texel / self.size as usize) as f32);
-        let st = (place + Vec2::new(within, u[1] as f32)) * (2.0 / self.size as f32) - 1.0;
-        let on_face = face_direction(face, st);
+        let band = self.ends.partition_point(|&end| before(end) <= at).min(self.ends.len() - 1);
+        let (first, end) = (if band == 0 { 0 } else { self.ends[band - 1] }, self.ends[band]);
+        let down = (at - before(first)) / (before(end) - before(first));
+        let at = before(first) + u[1] * (before(end) - before(first));
+        let index = (first + self.cumulative[first..end].partition_point(|&c| c <= at)).min(end - 1);
+        let probability = (self.cumulative[index] - before(index)) / last;
+        let across = (at - before(index)) / (self.cumulative[index] - before(index));
+        let within = Vec2::new(across as f32, down as f32).clamp(Vec2::ZERO, Vec2::ONE);
+        let texel = self.order[index];
+        let (face, on_face) = (texel / (self.size * self.size), texel % (self.size * self.size));
+        let place = Vec2::new((on_face % self.size) as f32, (on_face / self.size) as f32);
+        let point = face_direction(face as usize, (place + within) * (2.0 / self.size as f32) - 1.0);
         // Uniform on the face, so the solid angle belongs to the point, not to the texel.
         let area = 4.0 / f64::from(self.size * self.size);
-        let angle = area / f64::from(on_face.length()).powi(3);
-        DrawnLight { direction: on_face.normalize(), irradiance: self.texels[index] * (angle / probability) as f32 }
+        let angle = area / f64::from(point.length()).powi(3);
+        DrawnLight {
+            direction: point.normalize(),
+            irradiance: self.texels[texel as usize] * (angle / probability) as f32,
+        }
     }
 }
 
@@ -117,20 +141,29 @@ fn face_direction(face: usize, st: Vec2) -> Vec3 {
     }
 }
 
-/// The point of the unit square by which sample `index` draws its light: a low-discrepancy sequence, shifted by the seed.
+/// The point of the unit square by which sample `index` draws its light: the first two dimensions of Sobol's sequence, their
+/// digits turned by the seed. The first `2ⁿ` points are one to each of the `2ⁿ` equal boxes of any shape.
 ///
-/// Its steps, the fractions of √2 and √3, have nothing in common with those of the offsets inside the pixel
-/// ([`jitter`](super::accumulate::jitter)): a pixel's samples fill all four dimensions.
+/// It has nothing in common with the offsets inside the pixel ([`jitter`](super::accumulate::jitter)), so a pixel's samples
+/// fill all four dimensions.
 #[must_use]
 pub fn light_point(index: u32, seed: u64) -> [f64; 2] {
     let mut state = seed.wrapping_mul(0xd605_1ccb_05a6_2b0f) ^ 0x2545_f491_4f6c_dd1d;
-    [std::f64::consts::SQRT_2 - 1.0, 3f64.sqrt() - 1.0].map(|step| {
+    let mut turn = || {
         state ^= state >> 29;
         state = state.wrapping_mul(0x94d0_49bb_1331_11eb);
         state ^= state >> 32;
-        let shift = (state >> 11) as f64 / (1u64 << 53) as f64;
-        f64::from(index).mul_add(step, shift).fract()
-    })
+        (state >> 16) as u32
+    };
+    let mut second = 0;
+    let mut direction = 1u32 << 31;
+    for bit in 0..32 {
+        if index >> bit & 1 == 1 {
+            second ^= direction;
+        }
+        direction ^= direction >> 1;
+    }
+    [index.reverse_bits() ^ turn(), second ^ turn()].map(|digits| (f64::from(digits) + 0.5) / 4_294_967_296.0)
 }
 
 #[cfg(test)]
@@ -155,6 +188,10 @@ mod tests {
         for index in 0..n {
             let light = lights.draw(light_point(index, 3));
             assert!((light.direction.length() - 1.0).abs() < 1e-5);
+            if index == 15 {
+                let few = irradiance * (n as f32 / 15.0) / std::f32::consts::PI;
+                assert!((few.x - 1.0).abs() < 0.25, "{few} after 15 draws");
+            }
             irradiance += light.irradiance * light.direction.dot(normal).max(0.0) / n as f32;
             even += light.irradiance / n as f32;
         }

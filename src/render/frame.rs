@@ -1,5 +1,7 @@
 //! The renderer: owns the passes and runs them in order.
 
+mod measure;
+
 use std::collections::HashMap;
 use std::sync::Arc;
 
@@ -14,8 +16,8 @@ use super::object::{GpuObject, MAX_OBJECTS, ViewBuffers};
 use super::patch_mesh::PosedVertices;
 use super::reference::ReferencePass;
 use super::scene::{FrameState, Object};
-use super::settings::{RenderSettings, ShadingSettings};
-use super::shade::{LightingGpu, ShadeInputs, ShadePass};
+use super::settings::{Quadrature, RenderSettings, ShadingSettings};
+use super::shade::{LightSet, LightingGpu, ShadeInputs, ShadePass};
 use super::shadow::{ShadowPass, ShadowView};
 use super::tessellation::TessellationSettings;
 use crate::gpu::{Buffer, Commands, Gpu, GpuError, Image, ImageDesc, Memory, Result, Timestamps};
@@ -105,13 +107,15 @@ pub struct Renderer {
     shadow_view: Option<ShadowView>,
     accumulate: AccumulatePass,
     geometry: GeometryPass,
-    pipelines: HashMap<ShadingSettings, (FilterPass, ShadePass)>,
+    pipelines: HashMap<(ShadingSettings, LightSet), (FilterPass, ShadePass)>,
     reference: Option<ReferencePass>,
     targets: Option<Targets>,
     lighting: Buffer,
     timestamps: Timestamps,
     /// Near plane of the last frame's camera.
     near: f32,
+    /// How often each pass is recorded: once, but by [`measure`](Self::measure).
+    repeats: u32,
 }
 
 impl Renderer {
@@ -148,6 +152,7 @@ impl Renderer {
             lighting: Buffer::new(gpu, "lighting", size_of::<LightingGpu>() as u64, Memory::Upload)?,
             timestamps: Timestamps::new(gpu, 16)?,
             near: 1.0,
+            repeats: 1,
             gpu: gpu.clone(),
         })
     }
@@ -203,45 +208,45 @@ impl Renderer {
             self.targets = None;
             self.targets = Some(Targets::new(&self.gpu, settings.size)?);
         }
+        settings.shading.check().map_err(|fault| GpuError::Usage { name: "shading".to_owned(), fault })?;
         if let Some(limit) = self.gpu.loop_iterations_per_invocation() {
             // One walk over the grid for the visible normals, one for the environment, one per light.
             let walks = 2 + u32::from(state.sun.is_some()) + state.point_lights.len() as u32;
-            let grid = settings.shading.grid;
-            if grid * grid * walks >= limit {
+            if let Quadrature::Grid(grid) = settings.shading.quadrature
+                && grid * grid * walks >= limit
+            {
                 let fault =
                     format!("{grid} x {grid} samples with {walks} walks exceed this driver's {limit} iterations");
                 return Err(GpuError::Usage { name: "slope grid".to_owned(), fault });
             }
         }
-        if !self.pipelines.contains_key(&settings.shading) {
-            let filter = FilterPass::new(&self.gpu, settings.shading.technique)?;
-            let shade = ShadePass::new(&self.gpu, settings.shading)?;
-            self.pipelines.insert(settings.shading, (filter, shade));
-        }
+        let height_scale = settings.geometry_scale(state.height_scale);
         let posed: Vec<PosedVertices> =
             self.drawn.iter().zip(&state.poses).map(|(d, pose)| pose.apply(&d.object.object.mesh)).collect();
         self.shadow_view = None;
         if settings.shadows_of_relief() {
             self.prepare_reference(state)?;
+            self.prepare_pipelines(state, settings)?;
             return Ok(posed);
         }
         if let Some(sun) = state.sun.filter(|_| settings.shadows) {
-            if let Some((centre, radius)) = self.casters_sphere(&posed, state.height_scale) {
+            if let Some((centre, radius)) = self.casters_sphere(&posed, height_scale) {
                 self.shadow_view = Some(ShadowView::around(sun.direction.normalize(), centre, radius, SHADOW_SIZE));
             }
         }
+        self.prepare_pipelines(state, settings)?;
         if let Some(view) = self.shadow_view {
-            // Shadows need not be finer than their texels.
-            let coarse = TessellationSettings {
-                pixels_per_triangle: settings.tessellation.pixels_per_triangle.max(8.0),
+            // Casters are divided as the camera's surface is: a finer one would stand out of it and shade it.
+            let lens = state.camera.lens(settings.size.1);
+            let casters = TessellationSettings {
                 cull: false,
                 max_vertices_per_draw: self.vertices_per_draw(),
                 ..settings.tessellation
             };
             for (drawn, posed) in self.drawn.iter_mut().zip(&posed) {
                 if let Some(buffers) = &mut drawn.sun {
-                    let scale = state.height_scale;
-                    buffers.update(&drawn.object, posed, scale, view.clip_from_world, view.eye, view.lens, &coarse)?;
+                    let (clip, eye) = (view.clip_from_world, view.eye);
+                    buffers.update(&drawn.object, posed, height_scale, clip, eye, lens, &casters)?;
                 }
             }
         }
@@ -267,12 +272,12 @@ impl Renderer {
         let tessellation =
             TessellationSettings { max_vertices_per_draw: self.vertices_per_draw(), ..settings.tessellation };
         for (drawn, posed) in self.drawn.iter_mut().zip(posed) {
-            let (scale, clip) = (state.height_scale, clip_from_world);
+            let (scale, clip) = (settings.geometry_scale(state.height_scale), clip_from_world);
             drawn.camera.update(&drawn.object, posed, scale, clip, camera.position, lens, &tessellation)?;
         }
         let cube_size = self.environment.face_size();
         if settings.shadows_of_relief() {
-            let bounds = self.casters_sphere(posed, state.height_scale);
+            let bounds = self.casters_sphere(posed, settings.geometry_scale(state.height_scale));
             let most = self.vertices_per_draw();
             let casters: Vec<_> = self.drawn.iter().zip(posed).filter(|(d, _)| d.sun.is_some()).collect();
             let casters: Vec<_> = casters.into_iter().map(|(d, posed)| (&d.object, posed)).collect();
@@ -293,34 +298,40 @@ impl Renderer {
         index: u32,
         timestamps: &Timestamps,
     ) {
-        let (Some(targets), Some((filter, shade))) = (&self.targets, self.pipelines.get(&settings.shading)) else {
+        let lights = LightSet::new(state, self.shadow_view.is_some());
+        let (Some(targets), Some((filter, shade))) = (&self.targets, self.pipelines.get(&(settings.shading, lights)))
+        else {
             return;
         };
+        let repeats = self.repeats;
+        let height_scale = settings.geometry_scale(state.height_scale);
         let relief = self.reference.as_ref().filter(|_| settings.shadows_of_relief());
         cmd.timestamp(timestamps, "begin");
         if let Some(relief) = relief {
             let casters: Vec<_> = self.drawn.iter().filter(|d| d.sun.is_some()).map(|d| &d.object).collect();
-            cmd.label("shadow", |cmd| relief.record_maps(cmd, &casters, state.height_scale));
+            cmd.label("shadow", |cmd| relief.record_maps(cmd, &casters, height_scale));
             cmd.timestamp(timestamps, "shadow");
         } else if index == 0 {
             if let Some(sky) = &state.sky {
                 cmd.label("sky", |cmd| self.environment.update_sky(cmd, sky));
                 cmd.timestamp(timestamps, "sky");
             }
-            cmd.label("irradiance", |cmd| self.irradiance.record(cmd, &self.environment, 1.0, &[], [0.0; 3]));
+            cmd.label_times("irradiance", repeats, |cmd| {
+                self.irradiance.record(cmd, &self.environment, 1.0, &[], [0.0; 3])
+            });
             cmd.timestamp(timestamps, "irradiance");
             let casters: Vec<_> =
                 self.drawn.iter().filter_map(|d| d.sun.as_ref().map(|sun| (&d.object, sun))).collect();
             let casters = if self.shadow_view.is_some() { casters } else { Vec::new() };
-            cmd.label("shadow", |cmd| self.shadow.record(cmd, &casters, state.height_scale));
+            cmd.label_times("shadow", repeats, |cmd| self.shadow.record(cmd, &casters, height_scale));
             cmd.timestamp(timestamps, "shadow");
         }
         let objects: Vec<_> = self.drawn.iter().map(|d| (&d.object, &d.camera)).collect();
-        cmd.label("geometry", |cmd| {
-            self.geometry.record(cmd, &targets.visible, &objects, state.height_scale, settings.mark_inside);
+        cmd.label_times("geometry", repeats, |cmd| {
+            self.geometry.record(cmd, &targets.visible, &objects, height_scale, settings.mark_inside);
         });
         cmd.timestamp(timestamps, "geometry");
-        cmd.label("filter", |cmd| {
+        cmd.label_times("filter", repeats, |cmd| {
             let objects = objects.iter().filter(|(_, view)| !view.draws.is_empty()).map(|(object, _)| *object);
             filter.record(cmd, &targets.visible, &targets.gbuffer, objects, state.height_scale);
         });
@@ -333,12 +344,14 @@ impl Renderer {
             radiance_sh: self.irradiance.coefficients(),
             shadow_map: &self.shadow.map,
         };
-        cmd.label("shade", |cmd| match relief {
+        cmd.label_times("shade", repeats, |cmd| match relief {
             Some(pass) => pass.record(cmd, &targets.visible, &targets.gbuffer, &self.environment, &targets.sample),
             None => shade.record(cmd, inputs, &targets.sample),
         });
         cmd.timestamp(timestamps, "shade");
-        cmd.label("accumulate", |cmd| self.accumulate.record(cmd, &targets.sample, &targets.mean, index));
+        cmd.label_times("accumulate", repeats, |cmd| {
+            self.accumulate.record(cmd, &targets.sample, &targets.mean, index)
+        });
         cmd.timestamp(timestamps, "accumulate");
     }
 
@@ -399,7 +412,18 @@ impl Renderer {
         })
     }
 
-    /// Makes what the reference's shadows need: its pass, and an environment that can be drawn from.
+    /// Makes the pipelines of these settings and of the lights there are.
+    fn prepare_pipelines(&mut self, state: &FrameState, settings: &RenderSettings) -> Result<()> {
+        let key = (settings.shading, LightSet::new(state, self.shadow_view.is_some()));
+        if !self.pipelines.contains_key(&key) {
+            let filter = FilterPass::new(&self.gpu, key.0.technique)?;
+            let shade = ShadePass::new(&self.gpu, key.0, key.1)?;
+            self.pipelines.insert(key, (filter, shade));
+        }
+        Ok(())
+    }
+
+    /// Makes what the shadows of the reference need: its pass, and an environment that can be drawn from.
     fn prepare_reference(&mut self, state: &FrameState) -> Result<()> {
         if let Some(sky) = &state.sky {
             let environment = &mut self.environment;

@@ -22,9 +22,10 @@ use super::object::GpuObject;
 use super::patch_mesh::PosedVertices;
 use super::relief_shadow::{Caster, ReliefShadows, map_size, relief_view};
 use super::scene::{FrameState, MAX_POINT_LIGHTS};
-use super::settings::RenderSettings;
+use super::settings::{RenderSettings, Technique};
 use super::shade::ShadePass;
 use super::shadow::ShadowView;
+use super::tessellation::TessellationSettings;
 use crate::gpu::{
     Buffer, ColorTarget, Commands, Descriptor, Filter, Gpu, GraphicsDesc, GraphicsPipeline, Image, Load, Memory,
     Result, Sampler, SpecValue, Use, Wrap,
@@ -88,7 +89,7 @@ impl ReferencePass {
             vertex: "passes/fullscreen.vert",
             fragment: Some("passes/shade/reference.frag"),
             colors: &[ShadePass::FORMAT],
-            spec: &[(0, SpecValue::F32(MIRROR_ALPHA))],
+            spec: &[(0, SpecValue::I32(Technique::Reference.code())), (20, SpecValue::F32(MIRROR_ALPHA))],
             ..Default::default()
         };
         Ok(Self {
@@ -160,7 +161,9 @@ impl ReferencePass {
         }
         block.counts[0] = lights.len() as i32;
         self.lights = views.len();
-        self.shadows.prepare(casters, &views, size.max(1), state.height_scale, max_vertices_per_draw)?;
+        let tessellation = TessellationSettings { max_vertices_per_draw, ..settings.tessellation };
+        let (scale, lens) = (settings.geometry_scale(state.height_scale), state.camera.lens(settings.size.1));
+        self.shadows.prepare(casters, &views, size.max(1), scale, lens, &tessellation)?;
         self.block.write(0, &[block])
     }
 

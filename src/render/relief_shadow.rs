@@ -61,7 +61,6 @@ pub fn relief_view(caster: Caster, centre: Vec3, radius: f32, size: u32, offset:
                 texture_from_world: to_texture * clip,
                 texel: focal_pixels.recip(),
                 eye,
-                lens: Lens::Perspective { eye, focal_pixels, near },
             }
         }
     }
@@ -118,7 +117,8 @@ impl ReliefShadows {
         views: &[ShadowView],
         size: u32,
         height_scale: f32,
-        max_vertices_per_draw: u32,
+        lens: Lens,
+        tessellation: &TessellationSettings,
     ) -> Result<()> {
         let fits =
             |m: &Maps| m.image.desc().width == size && m.layers.len() >= views.len() && m.buffers.len() >= views.len();
@@ -138,17 +138,12 @@ impl ReliefShadows {
             });
         }
         let maps = self.maps.as_mut().expect("made above");
-        let settings = TessellationSettings {
-            to_texels: true,
-            cull: false,
-            pixels_per_triangle: 8.0,
-            max_vertices_per_draw,
-            ..TessellationSettings::default()
-        };
+        // Divided as for the camera: any other surface would stand out of what the camera sees.
+        let settings = TessellationSettings { cull: false, ..*tessellation };
         for (view, buffers) in views.iter().zip(&mut maps.buffers) {
             for (buffers, (object, posed)) in buffers.iter_mut().zip(casters) {
                 let clip = view.clip_from_world;
-                buffers.update(object, posed, height_scale, clip, view.eye, view.lens, &settings)?;
+                buffers.update(object, posed, height_scale, clip, view.eye, lens, &settings)?;
             }
         }
         Ok(())

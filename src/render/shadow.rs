@@ -7,7 +7,6 @@ use glam::{Mat4, Vec3};
 
 use super::geometry::{draw_object, guard_band};
 use super::object::{GpuObject, ViewBuffers};
-use super::tessellation::Lens;
 use crate::gpu::{
     Commands, Cull, Depth, DepthTarget, Gpu, GraphicsDesc, GraphicsPipeline, Image, ImageDesc, Result, Topology, Use,
 };
@@ -23,8 +22,6 @@ pub struct ShadowView {
     pub texel: f32,
     /// A point on the sun's side, for culling.
     pub eye: Vec3,
-    /// The measure of the tessellation.
-    pub lens: Lens,
 }
 
 impl ShadowView {
@@ -55,13 +52,7 @@ impl ShadowView {
         )
         .transpose();
         let to_texture = Mat4::from_translation(Vec3::new(0.5, 0.5, 0.0)) * Mat4::from_scale(Vec3::new(0.5, 0.5, 1.0));
-        Self {
-            clip_from_world,
-            texture_from_world: to_texture * clip_from_world,
-            texel,
-            eye: centre + sun * radius,
-            lens: Lens::Parallel { toward: sun, pixels_per_unit: 1.0 / texel },
-        }
+        Self { clip_from_world, texture_from_world: to_texture * clip_from_world, texel, eye: centre + sun * radius }
     }
 }
 

@@ -3,16 +3,12 @@
 // Filters the maps of one object under each of its pixels: LEADR section 4.1 and eq. 12.
 #include "../geometry/object.glsl"
 #include "../geometry/tile.glsl"
+#include "../technique.glsl"
 #include "leadr/frame.glsl"
 #include "leadr/geometric_antialiasing.glsl"
 #include "leadr/slope_map.glsl"
 
-layout(constant_id = 0) const int TECHNIQUE = 0; // the TECHNIQUE_ values below
-layout(constant_id = 1) const int MAX_TAPS = 8;  // taps along the long axis of the pixel's footprint
-
-const int TECHNIQUE_LEADR = 0;
-const int TECHNIQUE_NORMAL_MIP = 1; // mean slope only
-const int TECHNIQUE_REFERENCE = 2;  // finest level: supersampling does the filtering
+layout(constant_id = 1) const int MAX_TAPS = 8; // taps along the long axis of the pixel's footprint
 
 layout(binding = 0) uniform usampler2D visible_texture; // what the geometry stage wrote
 layout(binding = 1) uniform usampler2D visible_tangent;
@@ -70,23 +66,25 @@ void main() {
     vec2 curvature_z_access = unpackHalf2x16(surface.z);
     vec3 curvature = vec3(unpackHalf2x16(surface.y), curvature_z_access.x);
     vec4 tile = tiles[surface.x & 0xffffffu];
-    bool reference = TECHNIQUE == TECHNIQUE_REFERENCE;
 
     ivec2 size = textureSize(moments_b, 0);
     Footprint footprint = pixel_footprint(dx, dy, vec2(size));
-    if (reference) {
+    if (FINEST_LEVEL) {
         footprint = Footprint(vec2(0.0), 1, 0.0);
     }
     vec2 mean_gradient = vec2(0.0);
     vec3 gradient_covariance = vec3(0.0);
-    if ((object.flags & FLAG_DISPLACED) != 0u) {
+    if (USES_SLOPES && (object.flags & FLAG_DISPLACED) != 0u) {
         vec4 a = vec4(0.0);
         float b = 0.0;
-        for (int i = 0; i < footprint.taps; ++i) {
+        int i = 0;
+        do {
             vec2 at = clamp_to_tile(tap(footprint, i, texcoord), tile, footprint.lod, size);
             a += textureLod(moments_a, at, footprint.lod);
-            b += textureLod(moments_b, at, footprint.lod).x;
-        }
+            if (USES_COVARIANCE) {
+                b += textureLod(moments_b, at, footprint.lod).x;
+            }
+        } while (++i < footprint.taps);
         float weight = 1.0 / float(footprint.taps);
         gradient_covariance = covariance_from_moments(a.xy * weight, vec3(a.zw, b) * weight);
         gradient_covariance = scale_height(gradient_covariance, object.height_scale);
@@ -96,12 +94,15 @@ void main() {
     SlopeMap map = slope_map(tangent_s, tangent_t, frame.x, frame.y, frame.z);
     vec2 mean_slope = map_mean_slope(map, mean_gradient);
     vec3 covariance = vec3(0.0);
-    if (TECHNIQUE != TECHNIQUE_NORMAL_MIP) {
+    if (USES_COVARIANCE) {
         // At the finest level this is the spread between neighbouring texels, which bilinear interpolation of the
         // mean leaves out: with it the variance is the same at every magnification.
         covariance = map_covariance(map, gradient_covariance);
     }
-    if (TECHNIQUE == TECHNIQUE_LEADR) {
+    if (TECHNIQUE == TECHNIQUE_CLEAN) {
+        covariance = vec3(vec2(0.5 * (covariance.x + covariance.y)), 0.0);
+    }
+    if (USES_CURVATURE) {
         covariance += tilt_kernel(curvature, mean_slope);
     }
 
@@ -110,13 +111,14 @@ void main() {
         ivec2 color_size = textureSize(color_map, 0);
         vec2 scale = vec2(color_size) / vec2(size);
         Footprint fine = pixel_footprint(dx * scale, dy * scale, vec2(color_size));
-        if (reference) {
+        if (FINEST_LEVEL) {
             fine = footprint;
         }
         vec4 texel = vec4(0.0);
-        for (int i = 0; i < fine.taps; ++i) {
+        int i = 0;
+        do {
             texel += textureLod(color_map, clamp_to_tile(tap(fine, i, texcoord), tile, fine.lod, color_size), fine.lod);
-        }
+        } while (++i < fine.taps);
         color *= texel / float(fine.taps);
     }
 

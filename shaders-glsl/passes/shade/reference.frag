@@ -4,12 +4,14 @@
 // under lights whose visibility comes from maps as fine as the relief. The environment is one light drawn from it.
 #include "gbuffer.glsl"
 #include "leadr/specular.glsl"
-#include "leadr/diffuse.glsl"
+#include "leadr/visible_diffuse.glsl"
+#include "leadr/visible_fresnel.glsl"
 
 // Base materials smoother than this mirror the environment as if nothing shadowed it: drawn lights would miss them.
-layout(constant_id = 0) const float MIRROR_ALPHA = 0.15;
+layout(constant_id = 20) const float MIRROR_ALPHA = 0.15;
 
-const int GRID = 5; // samples of the base material's slopes
+const int GRID = 5;          // samples of a mirror's slopes
+const int DIFFUSE_TERMS = 2; // see leadr/visible_diffuse.glsl
 const int MAX_LIGHTS = 6;
 const float BIAS = 1.0; // steps towards the light before looking, in texels of its map
 
@@ -58,55 +60,56 @@ bool reaches(Light light, vec3 position, vec3 normal, vec3 towards) {
     return texelFetch(depth_maps, ivec3(at, int(light.map.x)), 0).x <= s.z + clamp(slope, -limit, limit);
 }
 
+// What mirrors of slope covariance S show of the environment.
+vec3 mirrored(Surface surface, vec3 S) {
+    float lambda = grid_lambda(GRID);
+    vec2 m = face_viewer(surface.wo, surface.mean_slope, S, lambda);
+    vec3 cholesky = slope_cholesky(S);
+    float base = env_lod_base(S, grid_spacing(GRID, lambda), lighting.viewport.z, LEADR_LOD_MATCHED);
+    float ao = max(meso_area(surface.wo, m), 0.0), visible = visible_area(surface.wo, m, S), norm = 0.0;
+    vec3 sum = vec3(0.0);
+    for (int j = 0; j < GRID; ++j) {
+        for (int k = 0; k < GRID; ++k) {
+            vec3 node = grid_node(j, k, GRID, lambda);
+            EnvironmentSample e = environment_sample_at(surface.wo, slope_at(node.xy, m, cholesky));
+            float weight = node.z * e.area;
+            float lit = shadowing_from_areas(ao, visible, e.wi, m, S);
+            float lod = env_lod_at(base, surface.wo, e.wn);
+            sum += (weight * lit) * fresnel_schlick(surface.f0, dot(surface.wo, e.wn))
+                 * textureLod(environment_cube, from_frame(surface.frame, e.wi), lod).rgb;
+            norm += weight;
+        }
+    }
+    return sum / max(norm, 1e-12);
+}
+
 void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
     vec2 ndc = (gl_FragCoord.xy / lighting.viewport.xy) * 2.0 - 1.0;
-    Surface surface = read_gbuffer(pixel, ndc, lighting.camera_position.xyz, lighting.rays);
-    if (!surface.hit) {
-        out_radiance = vec4(textureLod(environment_cube, -surface.wo, 0.0).rgb, 0.0);
+    vec3 ray = lighting.rays[2].xyz + ndc.x * lighting.rays[0].xyz + ndc.y * lighting.rays[1].xyz;
+    float depth = texelFetch(gbuffer_depth, pixel, 0).x;
+    if (depth <= 0.0) {
+        out_radiance = vec4(textureLod(environment_cube, ray, 0.0).rgb, 0.0);
         return;
     }
+    Surface surface = read_gbuffer(pixel, lighting.camera_position.xyz, ray, lighting.rays[2].w, depth);
     if (surface.inside) {
         out_radiance = vec4(1.0, 0.0, 1.0, 1.0);
         return;
     }
-    Frame frame = surface.frame;
-    vec3 wo = to_frame(frame, surface.wo);
-    float lambda = grid_lambda(GRID);
+    vec3 wo = surface.wo;
+    vec2 m = surface.mean_slope;
     vec3 diffuse_s = surface.slope_covariance;
     vec3 specular_s = add_roughness(diffuse_s, surface.alpha);
-    vec2 diffuse_m = face_viewer(wo, surface.mean_slope, diffuse_s, lambda);
-    vec2 specular_m = face_viewer(wo, surface.mean_slope, specular_s, lambda);
-    vec3 f0 = vec3(surface.f0);
+    // Without any reflectance at normal incidence there is no interface, and none at other angles.
+    bool reflects = any(greaterThan(surface.f0, vec3(0.0)));
     bool mirror = surface.alpha < MIRROR_ALPHA;
-
-    // What the base material's facets reflect on the whole; a mirror's environment comes from the same walk.
-    vec3 reflected = vec3(0.0), fresnel = vec3(0.0);
-    float norm = 0.0;
-    vec3 cholesky = slope_cholesky(specular_s);
-    float lod_base = env_lod_base(specular_s, grid_spacing(GRID, lambda), lighting.viewport.z, LEADR_LOD_MATCHED);
-    float ao = max(meso_area(wo, specular_m), 0.0);
-    float visible_o = visible_area(wo, specular_m, specular_s);
-    for (int j = 0; j < GRID; ++j) {
-        for (int k = 0; k < GRID; ++k) {
-            vec3 node = grid_node(j, k, GRID, lambda);
-            EnvironmentSample e = environment_sample_at(wo, slope_at(node.xy, specular_m, cholesky));
-            float weight = node.z * e.area;
-            vec3 f = fresnel_schlick(f0, dot(wo, e.wn));
-            fresnel += weight * f;
-            norm += weight;
-            if (mirror) {
-                float lit = shadowing_from_areas(ao, visible_o, e.wi, specular_m, specular_s);
-                float lod = env_lod_at(lod_base, wo, e.wn);
-                reflected += weight * lit * f * textureLod(environment_cube, from_frame(frame, e.wi), lod).rgb;
-            }
-        }
+    vec3 radiance = reflects && mirror ? mirrored(surface, specular_s) : vec3(0.0);
+    vec3 albedo = surface.albedo;
+    if (reflects) {
+        albedo *= 1.0 - visible_fresnel(wo, m, specular_s, surface.f0);
     }
-    float inverse_norm = 1.0 / max(norm, 1e-12);
-    vec3 radiance = reflected * inverse_norm;
-    vec3 albedo = surface.albedo * (1.0 - fresnel * inverse_norm);
-
-    vec3 normal = from_frame(frame, normal_of_slope(surface.mean_slope));
+    vec3 normal = from_frame(surface.frame, normal_of_slope(m));
     for (int i = 0; i < lighting.counts.x; ++i) {
         Light light = lighting.lights[i];
         vec3 towards = light.place.xyz, irradiance = light.power.rgb;
@@ -116,13 +119,13 @@ void main() {
             towards = d * inversesqrt(square);
             irradiance /= square;
         }
-        if (dot(normal, towards) <= 0.0 || !reaches(light, surface.position, normal, towards)) {
+        if (!reaches(light, surface.position, normal, towards)) {
             continue;
         }
-        vec3 wi = to_frame(frame, towards);
-        vec3 scattered = albedo * leadr_diffuse_light(wo, wi, diffuse_m, diffuse_s, false, GRID, lambda);
-        if (!(mirror && light.power.w > 0.5)) {
-            scattered += leadr_specular_directional(wo, wi, specular_m, specular_s, f0, true);
+        vec3 wi = to_frame(surface.frame, towards);
+        vec3 scattered = albedo * leadr_diffuse_light_visible(wo, wi, m, diffuse_s, false, DIFFUSE_TERMS);
+        if (reflects && !(mirror && light.power.w > 0.5)) {
+            scattered += leadr_specular_directional(wo, wi, m, specular_s, surface.f0, true);
         }
         radiance += irradiance * scattered;
     }

@@ -2,7 +2,7 @@
 
 use crate::app::orbit::Orbit;
 use crate::render::camera::Camera;
-use crate::render::settings::Technique;
+use crate::render::settings::{Quadrature, ShadingSettings, Technique, Visibility};
 
 /// Real time beyond this, seconds, does not pass in the scene: on a slow device the animation slows down but stays one.
 const LONGEST_STEP: f64 = 0.1;
@@ -24,6 +24,10 @@ pub enum Action {
     Reset,
     /// Another technique.
     Technique(Technique),
+    /// The paper's grid instead of the visible-slope rules, or the other way round.
+    Rule,
+    /// The next form of microfacet visibility.
+    Visibility,
     /// A picture into a file.
     Screenshot,
     /// The end.
@@ -49,7 +53,8 @@ pub struct Viewer {
     /// Whether time stands still.
     pub paused: bool,
     /// How surfaces are shaded.
-    pub technique: Technique,
+    pub shading: ShadingSettings,
+    other_rule: Quadrature,
     start: (Orbit, f64),
     drag: Option<Drag>,
     pointer: Option<[f32; 2]>,
@@ -59,9 +64,13 @@ pub struct Viewer {
 impl Viewer {
     /// A viewer at the beginning; time runs.
     #[must_use]
-    pub fn new(orbit: Orbit, time: f64, technique: Technique) -> Self {
+    pub fn new(orbit: Orbit, time: f64, shading: ShadingSettings) -> Self {
         let (start, drag, pointer) = ((orbit, time), None, None);
-        Self { orbit, time, paused: false, technique, start, drag, pointer, changed: true }
+        let other_rule = match shading.quadrature {
+            Quadrature::Grid(_) => Quadrature::VisibleSlopes(9),
+            Quadrature::VisibleSlopes(_) => Quadrature::Grid(5),
+        };
+        Self { orbit, time, paused: false, shading, other_rule, start, drag, pointer, changed: true }
     }
 
     /// Lets so many seconds pass, unless time stands still.
@@ -85,7 +94,16 @@ impl Viewer {
                 (self.orbit, self.time) = self.start;
                 self.paused = false;
             }
-            Action::Technique(technique) => self.technique = technique,
+            Action::Technique(technique) => self.shading.technique = technique,
+            Action::Rule => std::mem::swap(&mut self.shading.quadrature, &mut self.other_rule),
+            Action::Visibility => {
+                let [masking, smith, correlated] = Visibility::ALL;
+                self.shading.visibility = match self.shading.visibility {
+                    Visibility::Masking => smith,
+                    Visibility::Smith => correlated,
+                    Visibility::Correlated => masking,
+                };
+            }
             Action::Screenshot | Action::Quit => return,
         }
         self.changed = true;
@@ -149,7 +167,7 @@ mod tests {
     fn viewer() -> Viewer {
         let pose =
             CameraPose { position: [6.0, -8.0, 5.0], target: [0.0, 0.0, 2.0], up: [0.0, 0.0, 1.0], fov_degrees: 40.0 };
-        Viewer::new(Orbit::new(&pose), 1.0, Technique::Leadr)
+        Viewer::new(Orbit::new(&pose), 1.0, ShadingSettings::default())
     }
 
     #[test]
@@ -169,6 +187,22 @@ mod tests {
             viewer.act(Action::Scrub(-1));
         }
         assert_eq!(viewer.time, 0.0);
+    }
+
+    #[test]
+    fn the_shading_switches_and_comes_back() {
+        let mut viewer = viewer();
+        let start = viewer.shading;
+        viewer.act(Action::Rule);
+        assert_ne!(viewer.shading.quadrature, start.quadrature);
+        viewer.act(Action::Rule);
+        let seen: Vec<Visibility> = (0..3)
+            .map(|_| {
+                viewer.act(Action::Visibility);
+                viewer.shading.visibility
+            })
+            .collect();
+        assert!(Visibility::ALL.iter().all(|v| seen.contains(v)) && viewer.shading == start);
     }
 
     #[test]

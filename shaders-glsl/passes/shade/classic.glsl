@@ -1,0 +1,57 @@
+// What came before LEADR: one mean normal, and a lobe about it that knows nothing of projected areas. A light is
+// reflected by F D / 4 times the cosine, which is a microfacet BRDF whose masking is that of the mean normal (implicit),
+// and diffusely by the cosine; the environment is looked up once in mirror direction, as blurred as the lobe.
+#ifndef LEADR_SHADE_CLASSIC
+#define LEADR_SHADE_CLASSIC
+#include "lighting.glsl"
+#include "leadr/classic.glsl"
+#include "leadr/sh.glsl"
+
+// Density of the lobe's normals: of Blinn-Phong about the mean normal, of LEAN and CLEAN in the tangent frame.
+float classic_ndf(vec3 wh, vec3 n, float exponent, vec2 m, vec3 S) {
+    return TECHNIQUE == TECHNIQUE_LEAN || TECHNIQUE == TECHNIQUE_CLEAN ? beckmann_ndf(wh, m, S)
+                                                                       : blinn_phong_ndf(dot(wh, n), exponent);
+}
+
+vec3 classic_radiance(Surface surface, float environment_scale) {
+    vec2 m = surface.mean_slope;
+    vec3 wo = surface.wo;
+    vec3 n = normal_of_slope(m);
+    vec3 S = add_roughness(surface.slope_covariance, surface.alpha);
+    float exponent = blinn_phong_exponent(surface.alpha);
+    if (TECHNIQUE == TECHNIQUE_TOKSVIG) {
+        exponent = toksvig_exponent(exponent, toksvig_variance(normal_variance(m, surface.slope_covariance)));
+    }
+    vec3 fresnel = surface.reflects ? fresnel_schlick(surface.f0, dot(wo, n)) : vec3(0.0);
+    vec3 albedo = surface.albedo * (1.0 - fresnel);
+    float ambient = surface.accessibility * environment_scale;
+    vec3 radiance = vec3(0.0);
+
+    if (SPECULAR_ENVIRONMENT) {
+        bool slopes = TECHNIQUE == TECHNIQUE_LEAN || TECHNIQUE == TECHNIQUE_CLEAN;
+        float variance = slopes ? normal_variance(m, S) : blinn_phong_variance(exponent);
+        vec3 wi = 2.0 * dot(wo, n) * n - wo;
+        radiance += ambient * fresnel * environment_radiance(surface, wi, lobe_lod(variance, lighting.environment.x));
+    }
+    if (DIFFUSE_ENVIRONMENT) {
+        radiance += albedo * (ambient / LEADR_PI) * max(sh_irradiance(environment_sh(), from_frame(surface.frame, n)), 0.0);
+    }
+    if (LIGHTS) {
+        [[unroll]] for (int i = FIRST_LIGHT; i <= POINT_LIGHTS; ++i) {
+            Light light = light_at(i, surface);
+            vec3 scattered = vec3(0.0);
+            if (DIFFUSE_LIGHTS) {
+                scattered += albedo / LEADR_PI;
+            }
+            if (SPECULAR_LIGHTS && surface.reflects) {
+                vec3 h = wo + light.wi;
+                vec3 wh = h * inversesqrt(max(dot(h, h), 1e-20));
+                scattered += fresnel_schlick(surface.f0, dot(wo, wh)) * (0.25 * classic_ndf(wh, n, exponent, m, S));
+            }
+            radiance += light.irradiance * scattered * max(dot(n, light.wi), 0.0);
+        }
+    }
+    return radiance;
+}
+
+#endif

@@ -1,0 +1,81 @@
+// Where light comes from: sun with its shadow, point lights, environment.
+#ifndef LEADR_SHADE_LIGHTING
+#define LEADR_SHADE_LIGHTING
+#include "gbuffer.glsl"
+
+const int MAX_POINT_LIGHTS = 4;
+
+layout(binding = 5, std140) uniform Lighting {
+    vec4 rays[3];                 // see read_gbuffer
+    mat4 shadow_from_world;       // to [0,1] texture coordinates and depth; all outside without shadows
+    vec4 camera_position;         // xyz
+    vec4 sun_direction;           // xyz toward the sun
+    vec4 sun_irradiance;          // rgb on a plane facing it
+    vec4 point_position[MAX_POINT_LIGHTS];  // xyz
+    vec4 point_intensity[MAX_POINT_LIGHTS]; // rgb
+    vec4 viewport;                // width, height
+    vec4 environment;             // x: face size of the cube, y: scale, z: shadow texel in world units
+} lighting;
+
+layout(binding = 6) uniform samplerCube environment_cube;
+layout(binding = 7, std430) readonly buffer Irradiance { vec4 radiance_sh[9]; };
+layout(binding = 8) uniform sampler2D shadow_map;
+
+// Fraction of the sun seen by the macro surface: 4 x 4 comparisons, bilinearly weighted.
+float sun_visibility(vec3 position, vec3 normal) {
+    float texel = lighting.environment.z;
+    float sine = sqrt(max(1.0 - pow(dot(normal, lighting.sun_direction.xyz), 2.0), 0.0));
+    vec3 lifted = position + normal * texel * (1.0 + 2.0 * sine);
+    vec3 s = (lighting.shadow_from_world * vec4(lifted, 1.0)).xyz;
+    if (any(lessThan(s, vec3(0.0))) || any(greaterThan(s, vec3(1.0)))) {
+        return 1.0;
+    }
+    vec2 size = vec2(textureSize(shadow_map, 0));
+    vec2 position_texels = s.xy * size - 0.5;
+    vec2 base = floor(position_texels), fraction = position_texels - base;
+    float lit = 0.0;
+    for (int y = -1; y <= 2; ++y) {
+        for (int x = -1; x <= 2; ++x) {
+            float depth = texelFetch(shadow_map, clamp(ivec2(base) + ivec2(x, y), ivec2(0), ivec2(size) - 1), 0).x;
+            float wx = x == -1 ? 1.0 - fraction.x : (x == 2 ? fraction.x : 1.0);
+            float wy = y == -1 ? 1.0 - fraction.y : (y == 2 ? fraction.y : 1.0);
+            lit += depth <= s.z ? wx * wy : 0.0;
+        }
+    }
+    return lit / 9.0;
+}
+
+struct Light {
+    vec3 wi;         // tangent frame, toward the light
+    vec3 irradiance; // on a plane facing it
+};
+
+Light light_at(int i, Surface surface) {
+    if (i == 0) {
+        vec3 irradiance = lighting.sun_irradiance.rgb;
+        if (SUN_SHADOWS) {
+            vec3 mesonormal = from_frame(surface.frame, normal_of_slope(surface.mean_slope));
+            irradiance *= sun_visibility(surface.position, mesonormal);
+        }
+        return Light(to_frame(surface.frame, lighting.sun_direction.xyz), irradiance);
+    }
+    vec3 d = lighting.point_position[i - 1].xyz - surface.position;
+    float square = max(dot(d, d), 1e-8);
+    return Light(to_frame(surface.frame, d * inversesqrt(square)), lighting.point_intensity[i - 1].rgb / square);
+}
+
+// Radiance from the direction wi of the tangent frame.
+vec3 environment_radiance(Surface surface, vec3 wi, float lod) {
+    return textureLod(environment_cube, from_frame(surface.frame, wi), lod).rgb;
+}
+
+// Radiance coefficients of the environment, world space.
+vec3[9] environment_sh() {
+    vec3 c[9];
+    for (int i = 0; i < 9; ++i) {
+        c[i] = radiance_sh[i].rgb;
+    }
+    return c;
+}
+
+#endif
