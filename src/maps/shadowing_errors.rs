@@ -102,7 +102,7 @@ fn lights(d: DVec3, variance: f64) -> f64 {
 
 /// Coefficients of a radiance of order 2.
 fn harmonics() -> Sh9 {
-    // Sums over a spherical design would do; the polynomial's terms are the basis functions up to a factor.
+    // The polynomial's terms are basis functions up to a factor, read off where only they differ from 0.
     let mut c = [DVec3::ZERO; 9];
     let unit = |k: usize, d: DVec3| sh_basis(d)[k];
     c[0] = DVec3::splat(1.0 / unit(0, DVec3::Z));
