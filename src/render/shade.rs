@@ -14,7 +14,7 @@ use crate::gpu::{
     Buffer, ColorTarget, Commands, Descriptor, Filter, Gpu, GraphicsDesc, GraphicsPipeline, Image, ImageView, Load,
     Result, Sampler, SpecValue, Use, Wrap,
 };
-use glam::{Mat4, Vec2, Vec3, Vec4};
+use glam::{Mat4, Vec2, Vec3};
 
 /// The light block (`Lighting` in `passes/shade/shade.frag`).
 #[repr(C)]
@@ -40,9 +40,6 @@ pub struct LightingGpu {
     pub environment: [f32; 4],
 }
 
-/// Sends everything out of the shadow map, where nothing is in shadow.
-const NO_SHADOW: Mat4 = Mat4::from_cols(Vec4::ZERO, Vec4::ZERO, Vec4::ZERO, Vec4::new(-1.0, -1.0, -1.0, 1.0));
-
 impl LightingGpu {
     /// The block for a frame.
     #[must_use]
@@ -60,7 +57,7 @@ impl LightingGpu {
         let [x, y, z] = state.camera.rays(size, jitter);
         let mut block = Self {
             rays: [four(x, 0.0), four(y, 0.0), four(z, state.camera.near)],
-            shadow_from_world: shadow.map_or(NO_SHADOW, |s| s.texture_from_world).to_cols_array_2d(),
+            shadow_from_world: shadow.map_or(Mat4::IDENTITY, |s| s.texture_from_world).to_cols_array_2d(),
             camera_position: four(state.camera.position, 1.0),
             sun_direction,
             sun_irradiance,

@@ -2,12 +2,14 @@
 #ifndef LEADR_SHADE_LIGHTING
 #define LEADR_SHADE_LIGHTING
 #include "gbuffer.glsl"
+#include "leadr/slope_grid.glsl"
+#include "settings.glsl"
 
 const int MAX_POINT_LIGHTS = 4;
 
 layout(binding = 5, std140) uniform Lighting {
     vec4 rays[3];                 // see read_gbuffer
-    mat4 shadow_from_world;       // to [0,1] texture coordinates and depth; all outside without shadows
+    mat4 shadow_from_world;       // to [0,1] texture coordinates and depth
     vec4 camera_position;         // xyz
     vec4 sun_direction;           // xyz toward the sun
     vec4 sun_irradiance;          // rgb on a plane facing it

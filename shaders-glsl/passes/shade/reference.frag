@@ -61,21 +61,21 @@ bool reaches(Light light, vec3 position, vec3 normal, vec3 towards) {
 }
 
 // What mirrors of slope covariance S show of the environment.
-vec3 mirrored(Surface surface, vec3 S) {
+vec3 mirrored(Surface surface, vec3 wo, vec3 S) {
     float lambda = grid_lambda(GRID);
-    vec2 m = face_viewer(surface.wo, surface.mean_slope, S, lambda);
+    vec2 m = face_viewer(wo, surface.mean_slope, S, lambda);
     vec3 cholesky = slope_cholesky(S);
     float base = env_lod_base(S, grid_spacing(GRID, lambda), lighting.viewport.z, LEADR_LOD_MATCHED);
-    float ao = max(meso_area(surface.wo, m), 0.0), visible = visible_area(surface.wo, m, S), norm = 0.0;
+    float ao = max(meso_area(wo, m), 0.0), visible = visible_area(wo, m, S), norm = 0.0;
     vec3 sum = vec3(0.0);
     for (int j = 0; j < GRID; ++j) {
         for (int k = 0; k < GRID; ++k) {
             vec3 node = grid_node(j, k, GRID, lambda);
-            EnvironmentSample e = environment_sample_at(surface.wo, slope_at(node.xy, m, cholesky));
+            EnvironmentSample e = environment_sample_at(wo, slope_at(node.xy, m, cholesky));
             float weight = node.z * e.area;
             float lit = shadowing_from_areas(ao, visible, e.wi, m, S);
-            float lod = env_lod_at(base, surface.wo, e.wn);
-            sum += (weight * lit) * fresnel_schlick(surface.f0, dot(surface.wo, e.wn))
+            float lod = env_lod_at(base, wo, e.wn);
+            sum += (weight * lit) * fresnel_schlick(vec3(surface.f0), dot(wo, e.wn))
                  * textureLod(environment_cube, from_frame(surface.frame, e.wi), lod).rgb;
             norm += weight;
         }
@@ -86,28 +86,25 @@ vec3 mirrored(Surface surface, vec3 S) {
 void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
     vec2 ndc = (gl_FragCoord.xy / lighting.viewport.xy) * 2.0 - 1.0;
-    vec3 ray = lighting.rays[2].xyz + ndc.x * lighting.rays[0].xyz + ndc.y * lighting.rays[1].xyz;
-    float depth = texelFetch(gbuffer_depth, pixel, 0).x;
-    if (depth <= 0.0) {
-        out_radiance = vec4(textureLod(environment_cube, ray, 0.0).rgb, 0.0);
+    Surface surface = read_gbuffer(pixel, ndc, lighting.camera_position.xyz, lighting.rays);
+    if (!surface.hit) {
+        out_radiance = vec4(textureLod(environment_cube, -surface.wo, 0.0).rgb, 0.0);
         return;
     }
-    Surface surface = read_gbuffer(pixel, lighting.camera_position.xyz, ray, lighting.rays[2].w, depth);
     if (surface.inside) {
         out_radiance = vec4(1.0, 0.0, 1.0, 1.0);
         return;
     }
-    vec3 wo = surface.wo;
+    vec3 wo = to_frame(surface.frame, surface.wo);
+    vec3 f0 = vec3(surface.f0);
     vec2 m = surface.mean_slope;
     vec3 diffuse_s = surface.slope_covariance;
     vec3 specular_s = add_roughness(diffuse_s, surface.alpha);
-    // Without any reflectance at normal incidence there is no interface, and none at other angles.
-    bool reflects = any(greaterThan(surface.f0, vec3(0.0)));
     bool mirror = surface.alpha < MIRROR_ALPHA;
-    vec3 radiance = reflects && mirror ? mirrored(surface, specular_s) : vec3(0.0);
+    vec3 radiance = surface.reflects && mirror ? mirrored(surface, wo, specular_s) : vec3(0.0);
     vec3 albedo = surface.albedo;
-    if (reflects) {
-        albedo *= 1.0 - visible_fresnel(wo, m, specular_s, surface.f0);
+    if (surface.reflects) {
+        albedo *= 1.0 - visible_fresnel(wo, m, specular_s, f0);
     }
     vec3 normal = from_frame(surface.frame, normal_of_slope(m));
     for (int i = 0; i < lighting.counts.x; ++i) {
@@ -124,8 +121,8 @@ void main() {
         }
         vec3 wi = to_frame(surface.frame, towards);
         vec3 scattered = albedo * leadr_diffuse_light_visible(wo, wi, m, diffuse_s, false, DIFFUSE_TERMS);
-        if (reflects && !(mirror && light.power.w > 0.5)) {
-            scattered += leadr_specular_directional(wo, wi, m, specular_s, surface.f0, true);
+        if (surface.reflects && !(mirror && light.power.w > 0.5)) {
+            scattered += leadr_specular_directional(wo, wi, m, specular_s, f0, true);
         }
         radiance += irradiance * scattered;
     }
