@@ -1,4 +1,5 @@
-//! How far masking, shadowing and shadowed environments are from ray casts: the table of docs/shadowing.md. No data is needed.
+//! How far masking, shadowing and shadowed environments are from ray casts: the table of docs/shadowing.md. No data is
+//! needed.
 //!
 //! `cargo run --release --example 08_shadowing_errors [seed]`
 
