@@ -7,8 +7,8 @@
 //! in projected areas: `a` of the mesosurface and `A` of what is visible, per unit of macrosurface
 //! ([`super::projected_area`]). For a central distribution `a = cos θ` and this is thesis eq. 2.1. The quotient has a
 //! limit where the mesosurface turns edge-on to the viewer (`a_o → 0`), although `G` and `a_o` vanish: that limit is
-//! taken, and kept beyond. No `G₁` is clamped: on a sheared surface `cos θ / A`, the facets seen per unit of
-//! macrosurface, does exceed 1.
+//! taken, and kept beyond. No `G₁` is clamped: on a sheared surface `cos θ / A`, the facets seen per unit of macrosurface,
+//! does exceed 1.
 //!
 //! | form | `G / a_o` | shadows | reciprocal in |
 //! |---|---|---|---|
@@ -22,8 +22,8 @@
 //! | [`Masking::SmithDirectionCorrelated`] | `a_i / (a_i A_o + max(0, h_i − h_o) + f min(h_o, h_i))`, `h_o = a_i (A_o − a_o)` | yes | the mesosurface |
 //! | [`Masking::SmithDirectionCorrelatedSimple`] | the same with a simpler `f` | yes | the mesosurface |
 //!
-//! "Reciprocal in the mesosurface": `a_o f_r cos θ_i` is symmetric in `wo` and `wi`, which for a central distribution
-//! is Helmholtz' law.
+//! "Reciprocal in the mesosurface": `a_o f_r cos θ_i` is symmetric in `wo` and `wi`, which for a central distribution is
+//! Helmholtz' law.
 
 use super::correlated_masking::{DirectionArea, Visibility, visibility_factor, whitened_direction};
 use super::limits::MIN_AREA;
@@ -41,26 +41,24 @@ pub enum Masking {
     /// Smith with masking and shadowing independent: `G = G₁(o) G₁(i) = 1 / ((1 + Λ_o)(1 + Λ_i))`. Never above the
     /// height-correlated form.
     SmithSeparable = 1,
-    /// Smith masking alone, `G = G₁(o)`: all that is visible is lit (LEADR eq. 16 without shadowing). Its white furnace
-    /// is 1.
+    /// Smith masking alone, `G = G₁(o)`: all that is visible is lit (LEADR eq. 16 without shadowing). Its white furnace is 1.
     SmithUnshadowed = 2,
     /// The thesis' noncentral form: eq. 2.13 applied to the `G₁ = cos θ / A` of eq. 3.3, by the macrosurface's cosines.
     ///
-    /// The same as [`Masking::SmithCorrelated`] for a central distribution. For a sheared one it is not
-    /// shear-invariant, differs from LEADR's by up to 19 times (ray casting agrees with LEADR's), and has a pole where
+    /// The same as [`Masking::SmithCorrelated`] for a central distribution. For a sheared one it is not shear-invariant,
+    /// differs from LEADR's by up to 19 times (ray casting agrees with LEADR's), and has a pole where
     /// `1/G₁(o) + 1/G₁(i) = 1`: beyond it the printed form is negative, and this is 0. For comparison only.
     SmithThesis = 3,
-    /// Symmetric V-grooves, `G = min(1, 2 z_o z_h / wo·wh, 2 z_i z_h / wi·wh)` (Torrance and Sparrow; thesis Table
-    /// 2.IV), sheared by the mean slope: a facet's other side has the slope `2 m − slope`.
+    /// Symmetric V-grooves, `G = min(1, 2 z_o z_h / wo·wh, 2 z_i z_h / wi·wh)` (Torrance and Sparrow; thesis Table 2.IV),
+    /// sheared by the mean slope: a facet's other side has the slope `2 m − slope`.
     VGroove = 4,
     /// V-grooves without the light's term. Its white furnace is 1.
     VGrooveUnshadowed = 5,
-    /// A normal map: facets weigh as they lie on the macrosurface and nothing hides, `G = z_o z_h / wo·wh` (thesis
-    /// Table 2.IV). Not reciprocal, by itself: `a_o` drops out. Has a true pole at `wo·wh → 0`, held at [`MIN_AREA`].
+    /// A normal map: facets weigh as they lie on the macrosurface and nothing hides, `G = z_o z_h / wo·wh` (thesis Table
+    /// 2.IV). Not reciprocal, by itself: `a_o` drops out. Has a true pole at `wo·wh → 0`, held at [`MIN_AREA`].
     NormalMap = 6,
-    /// Smith, correlated in height and in direction: `G = 1 / (1 + max Λ + f min Λ)`, `f` from 0 for equal azimuths to
-    /// 1. Lies between [`Masking::SmithCorrelated`] and [`Masking::SmithUnshadowed`]. See
-    /// [`super::correlated_masking`].
+    /// Smith, correlated in height and direction: `G = 1 / (1 + max Λ + f min Λ)`, `f` from 0 for equal azimuths to 1.
+    /// Between [`Masking::SmithCorrelated`] and [`Masking::SmithUnshadowed`]; see [`super::correlated_masking`].
     SmithDirectionCorrelated = 7,
     /// The same with the simple `f`.
     SmithDirectionCorrelatedSimple = 8,
@@ -105,9 +103,9 @@ pub fn half_facet_area(wo: DVec3, wi: DVec3, wh: DVec3) -> f64 {
 }
 
 /// `G / a_o`, within 0..1e6: the factor of `F D / 4` in `f_r cos θ_i` (table above). `wh`: half vector; `m`: mean slope; `area_o`,
-/// `area_i`: visible projected areas `A(wo)`, `A(wi)` of the distribution, held above [`MIN_AREA`]; `s`: covariance of the slopes or a
-/// multiple of it (a roughness matrix), from which the direction-correlated forms take the correlation of the two
-/// directions.
+/// `area_i`: visible projected areas `A(wo)`, `A(wi)` of the distribution, held above [`MIN_AREA`]; `s`: covariance of
+/// the slopes or a multiple of it (a roughness matrix): the direction-correlated forms take the correlation of `wo` and
+/// `wi` from it.
 ///
 /// With shadowing, 0 for a light on or below the mesosurface.
 #[must_use]
@@ -158,8 +156,8 @@ pub fn attenuation(masking: Masking, distribution: &impl SlopeDistribution, wo: 
     masking_factor(masking, wo, wi, wh, distribution.mean_slope(), area_o, area_i, distribution.shape())
 }
 
-/// The thesis' `G` of `f_r = F D G / (4 cos θ_i cos θ_o)` (eq. 2.1): [`attenuation`] times `cos θ_o`. Up to 1 for a
-/// central distribution, unbounded for a sheared one. 0 for `wo` below the horizon.
+/// The thesis' `G` of `f_r = F D G / (4 cos θ_i cos θ_o)` (eq. 2.1): [`attenuation`] times `cos θ_o`. Up to 1 for a central
+/// distribution, unbounded for a sheared one. 0 for `wo` below the horizon.
 #[must_use]
 pub fn geometric_attenuation(
     masking: Masking,
@@ -171,8 +169,8 @@ pub fn geometric_attenuation(
     wo.z.max(0.0) * attenuation(masking, distribution, wo, wi, wh)
 }
 
-/// Smith's `G₁(w) = cos θ / A(w)` (thesis eq. 2.14 and 3.3); 0 below the horizon or behind the mesosurface. Exceeds 1
-/// where a shear hides most of the macrosurface's projection: not clamped.
+/// Smith's `G₁(w) = cos θ / A(w)` (thesis eq. 2.14 and 3.3); 0 below the horizon or behind the mesosurface. Exceeds 1 where
+/// a shear hides most of the macrosurface's projection: not clamped.
 #[must_use]
 pub fn smith_g1(distribution: &impl SlopeDistribution, w: DVec3) -> f64 {
     if w.z <= 0.0 || distribution.meso_area(w) <= 0.0 {
