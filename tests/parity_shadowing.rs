@@ -1,5 +1,5 @@
-//! The device's direction-correlated masking and shadowed environments against the f64 reference. How arguments are compared: see
-//! `parity/comparator.rs`.
+//! The device's direction-correlated masking and shadowed environments against the f64 reference. How arguments are
+//! compared: see `parity/comparator.rs`.
 
 mod common;
 #[path = "parity/comparator.rs"]

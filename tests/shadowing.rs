@@ -1,5 +1,6 @@
-//! Direction-correlated shadowing and shadowed environments: what must hold whatever the constants, and the models' errors against
-//! ray casts, our own and others' (`LEADR_SHARED/oracles`; skipped, with a line that says so, where they are absent).
+//! Direction-correlated shadowing and shadowed environments: what must hold whatever the constants, and the models'
+//! errors against ray casts, our own and others' (`LEADR_SHARED/oracles`; skipped, with a line that says so, where they
+//! are absent).
 
 #[path = "oracles/comparison.rs"]
 mod comparison;
@@ -137,7 +138,8 @@ fn continuous_in_azimuth_and_elevation() {
     assert!(largest < 1e-4);
 }
 
-/// As a variant of any microfacet BRDF: no energy is made, for either distribution; and it is the function of the areas.
+/// As a variant of any microfacet BRDF: no energy is made, for either distribution; and it is the function of the
+/// areas.
 #[test]
 fn white_furnace_of_the_variants() {
     let mut r = Random(4);
@@ -198,7 +200,8 @@ fn smooth_surfaces_have_no_shadows() {
     }
 }
 
-/// What a line of probes keeps of a constant environment is the converged integral's, whatever the probes; and no shadows, no change.
+/// What a line of probes keeps of a constant environment is the converged integral's, whatever the probes; and no
+/// shadows, no change.
 #[test]
 fn lit_slopes_keep_what_they_should() {
     let mut r = Random(6);
@@ -230,8 +233,9 @@ fn lit_slopes_keep_what_they_should() {
     assert!(count > 30.0 && rms < 0.03);
 }
 
-/// Our own ray casts, no data needed. Bounds as measured, with the half of them for other seeds; and the paper's terms beside, which must
-/// show the errors they have: shadows that know nothing of directions 17 %, environments without shadows 51 %.
+/// Our own ray casts, no data needed. Bounds as measured, with the half of them for other seeds; and the paper's terms
+/// beside, which must show the errors they have: shadows that know nothing of directions 17 %, environments without
+/// shadows 51 %.
 #[test]
 fn spheres_of_our_own_ray_caster() {
     let surface = Surface { m: DVec2::ZERO, s: DVec3::new(1.0, 1.0, 0.0) };
@@ -249,7 +253,7 @@ fn spheres_of_our_own_ray_caster() {
     assert!(error(DiffuseEnvironment, BentNormal) < 1.5);
     assert!((45.0..60.0).contains(&error(DiffuseEnvironment, Masking)));
     assert!(error(WhiteMirror, Correlated) < 3.0 && error(WhiteMirror, Line(5)) < 5.0);
-    assert!(error(SpecularEnvironment, Correlated) < 4.0);
+    assert!(error(SpecularEnvironment, Correlated) < 4.0 && error(SpecularEnvironment, Line(5)) < 9.0);
     assert!(error(SpecularEnvironment, Smith) > 5.0 && error(SpecularEnvironment, Masking) > 60.0);
 }
 

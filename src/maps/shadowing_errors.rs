@@ -44,7 +44,8 @@ pub enum ShadowingModel {
     Correlated,
     /// Diffuse environments: occlusion and bent normal, one irradiance lookup.
     BentNormal,
-    /// Specular environments: a line of so many probes, laid through the slopes that are visible and lit, these by five nodes.
+    /// Specular environments: a line of so many probes, laid through the slopes that are visible and lit, these by five
+    /// nodes.
     Line(u32),
 }
 
@@ -83,7 +84,8 @@ impl Default for ShadowingSettings {
 /// Radiance of order 2 by direction in the world: `1 + E·d + 0.2 y z + 0.15 (x² − y²)`, `E = (0.3, 0.5, 0.2)`.
 pub const ENVIRONMENT: fn(DVec3) -> f64 = |d| environment(d, 0.0);
 
-/// The environment blurred by a kernel of this variance per axis (in radians squared), which dampens the band `l` by `exp(−l (l + 1) variance / 2)`.
+/// The environment blurred by a kernel of this variance per axis (in radians squared), which dampens the band `l` by
+/// `exp(−l (l + 1) variance / 2)`.
 fn environment(d: DVec3, variance: f64) -> f64 {
     let (one, two) = ((-variance).exp(), (-3.0 * variance).exp());
     1.0 + one * d.dot(DVec3::new(0.3, 0.5, 0.2)) + two * (0.2 * d.y * d.z + 0.15 * (d.x * d.x - d.y * d.y))
@@ -102,7 +104,7 @@ fn lights(d: DVec3, variance: f64) -> f64 {
 
 /// Coefficients of a radiance of order 2.
 fn harmonics() -> Sh9 {
-    // Sums over a spherical design would do; the polynomial's terms are the basis functions up to a factor.
+    // The polynomial's terms are basis functions up to a factor, read off where only they differ from 0.
     let mut c = [DVec3::ZERO; 9];
     let unit = |k: usize, d: DVec3| sh_basis(d)[k];
     c[0] = DVec3::splat(1.0 / unit(0, DVec3::Z));
@@ -120,8 +122,9 @@ const SIDE: DVec3 = DVec3::new(0.6, 0.5, 0.62);
 const LINES: [u32; 3] = [3, 5, 9];
 const PANELS: usize = 8;
 
-/// Every model under every light on a sphere whose relief has the slopes of `surface`, in the frame of each pixel ([`SpherePixel`]):
-/// relative root mean square errors, the truth's noise taken out. A few seconds with the default settings.
+/// Every model under every light on a sphere whose relief has the slopes of `surface`, in the frame of each pixel
+/// ([`SpherePixel`]): relative root mean square errors, the truth's noise taken out. A few seconds with the default
+/// settings.
 #[must_use]
 pub fn shadowing_errors(surface: Surface, settings: &ShadowingSettings) -> Vec<ShadowingRow> {
     let tile = Tile::new(settings.spectrum, settings.tile, 8.0, settings.seed);

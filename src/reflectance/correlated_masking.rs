@@ -1,28 +1,28 @@
 //! Masking and shadowing that know how the directions of viewer and light are correlated.
 //!
-//! Smith's height-correlated form `1 / (1 + Λ_o + Λ_i)` (LEADR eq. 13) lets the two directions hide independently of each
-//! other what lies at one height. Looking along the light that is wrong: what the viewer sees the light reaches, and on a
-//! line the lower of two rays of the same azimuth decides alone. Here
+//! Smith's height-correlated form `1 / (1 + Λ_o + Λ_i)` (LEADR eq. 13) lets the two directions hide independently of
+//! each other what lies at one height. Looking along the light that is wrong: what the viewer sees the light reaches,
+//! and on a line the lower of two rays of the same azimuth decides alone. Here
 //!
 //! ```text
 //! G = 1 / (1 + max(Λ_o, Λ_i) + f min(Λ_o, Λ_i)),   0 ≤ f ≤ 1
 //! ```
 //!
-//! with `f = 0` for equal azimuths, which is exact at any two elevations, and `f → 1` (Smith) as they separate. The azimuth is
-//! that of the space in which the surface is isotropic, `p = Cᵀ w.xy` with `C Cᵀ = S`: there the angle `φ` between the two
-//! directions has as its cosine the correlation of the slopes seen along them, `cos φ = oᵀ S i / (b_o b_i)`, `b = |p|`. With
-//! `q = tan(φ/2)`, which needs no angle,
+//! with `f = 0` for equal azimuths, which is exact at any two elevations, and `f → 1` (Smith) as they separate. The
+//! azimuth is that of the space in which the surface is isotropic, `p = Cᵀ w.xy` with `C Cᵀ = S`: there the angle `φ`
+//! between the two directions has as its cosine the correlation of the slopes seen along them, `cos φ = oᵀ S i / (b_o
+//! b_i)`, `b = |p|`. With `q = tan(φ/2)`, which needs no angle,
 //!
 //! ```text
 //! simple:  f = q / (q + 0.26)
 //! full:    f = t / (t + κ),   t = √(q² + r²) − r,   κ = 0.5 / (1 + 2 min Λ),   r = 0.3 (max Λ − min Λ) / (max Λ + min Λ)
 //! ```
 //!
-//! The form is derived, the constants are fits to ray casts (`docs/shadowing.md` says how they were held out): directions
-//! separate sooner the more hides (κ), and later where the elevations differ (r).
+//! The form is derived, the constants are fits to ray casts (`docs/shadowing.md` says how they were held out):
+//! directions separate sooner the more hides (κ), and later where the elevations differ (r).
 //!
-//! Whatever the constants: symmetric in the two directions; between Smith's form and masking alone, so that a white furnace
-//! gives at most 1; no poles, as everything is divided by `a_o a_i` only where nothing is 0.
+//! Whatever the constants: symmetric in the two directions; between Smith's form and masking alone, so that a white
+//! furnace gives at most 1; no poles, as everything is divided by `a_o a_i` only where nothing is 0.
 
 use super::limits::MIN_AREA;
 use super::projected_area::{meso_area, rough_area};

@@ -57,8 +57,8 @@ pub enum Masking {
     /// A normal map: facets weigh as they lie on the macrosurface and nothing hides, `G = z_o z_h / wo·wh` (thesis Table
     /// 2.IV). Not reciprocal, by itself: `a_o` drops out. Has a true pole at `wo·wh → 0`, held at [`MIN_AREA`].
     NormalMap = 6,
-    /// Smith, correlated in height and in direction: `G = 1 / (1 + max Λ + f min Λ)`, `f` from 0 for equal azimuths to 1. Lies between
-    /// [`Masking::SmithCorrelated`] and [`Masking::SmithUnshadowed`]. See [`super::correlated_masking`].
+    /// Smith, correlated in height and direction: `G = 1 / (1 + max Λ + f min Λ)`, `f` from 0 for equal azimuths to 1.
+    /// Between [`Masking::SmithCorrelated`] and [`Masking::SmithUnshadowed`]; see [`super::correlated_masking`].
     SmithDirectionCorrelated = 7,
     /// The same with the simple `f`.
     SmithDirectionCorrelatedSimple = 8,
@@ -103,8 +103,9 @@ pub fn half_facet_area(wo: DVec3, wi: DVec3, wh: DVec3) -> f64 {
 }
 
 /// `G / a_o`, within 0..1e6: the factor of `F D / 4` in `f_r cos θ_i` (table above). `wh`: half vector; `m`: mean slope; `area_o`,
-/// `area_i`: visible projected areas `A(wo)`, `A(wi)` of the distribution, held above [`MIN_AREA`]; `s`: covariance of the slopes or a
-/// multiple of it (a roughness matrix), from which the direction-correlated forms take the correlation of the two directions.
+/// `area_i`: visible projected areas `A(wo)`, `A(wi)` of the distribution, held above [`MIN_AREA`]; `s`: covariance of
+/// the slopes or a multiple of it (a roughness matrix): the direction-correlated forms take the correlation of `wo` and
+/// `wi` from it.
 ///
 /// With shadowing, 0 for a light on or below the mesosurface.
 #[must_use]

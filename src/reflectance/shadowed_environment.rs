@@ -11,7 +11,8 @@
 //!    E_visible[slope] = m + Δ,   Δ = −S o.xy Φ(a/b) / A
 //!    ```
 //!
-//! From them, with fitted constants (`docs/shadowing.md`), the occlusion `a₀` and the bent normal along `(−(m + c Δ), 1)`:
+//! From them, with fitted constants (`docs/shadowing.md`), the occlusion `a₀` and the bent normal along `(−(m + c Δ),
+//! 1)`:
 //!
 //! ```text
 //! q = 1 + |m|²,  τ = ½ tr S / q,  δ = √det S / q,  G₁ = a/A,  μ² = a²/q
@@ -59,7 +60,8 @@ pub struct BentNormal {
     pub open: f64,
 }
 
-/// Bent normal and occlusion of a surface of mean slope `m` and covariance `C Cᵀ` seen from `o` (its [`direction_area`](super::correlated_masking::direction_area)).
+/// Bent normal and occlusion of a surface of mean slope `m` and covariance `C Cᵀ` seen from `o` (its
+/// [`direction_area`](super::correlated_masking::direction_area)).
 #[must_use]
 pub fn bent_normal(o: &DirectionArea, m: DVec2, cholesky: DVec3) -> BentNormal {
     let iq = 1.0 / (1.0 + m.length_squared());
@@ -74,8 +76,8 @@ pub fn bent_normal(o: &DirectionArea, m: DVec2, cholesky: DVec3) -> BentNormal {
     BentNormal { normal: normal_of_slope(m + bend * shift), open: open.clamp(0.0, 1.0) }
 }
 
-/// Diffuse radiance under an environment, with shadows, per unit of albedo. `c`: radiance coefficients in the world; `f`: the tangent
-/// frame in the world. Not below 0.
+/// Diffuse radiance under an environment, with shadows, per unit of albedo. `c`: radiance coefficients in the world;
+/// `f`: the tangent frame in the world. Not below 0.
 #[must_use]
 pub fn shadowed_diffuse_environment(v: &BentNormal, f: &Frame, c: &Sh9) -> DVec3 {
     sh_irradiance(c, from_frame(f, v.normal)).max(DVec3::ZERO) * (v.open / PI)

@@ -24,15 +24,16 @@ impl Surface {
         direction_area(w, self.m, slope_cholesky(self.s))
     }
 
-    /// LEADR eq. 21 for one light of unit irradiance on a plane facing it, albedo 1: the clamped cosine's mean over what is visible,
-    /// times what is lit. `panels` as in [`diffuse_directional`].
+    /// LEADR eq. 21 for one light of unit irradiance on a plane facing it, albedo 1: the clamped cosine's mean over
+    /// what is visible, times what is lit. `panels` as in [`diffuse_directional`].
     #[must_use]
     pub fn diffuse_light(&self, visibility: Visibility, wo: DVec3, wi: DVec3, panels: usize) -> f64 {
         diffuse_directional(wo, wi, self.m, self.s, false, panels)
             * lit_fraction(visibility, &self.area(wo), &self.area(wi))
     }
 
-    /// LEADR eq. 21 under an environment without shadows (Algorithm 2), albedo 1. `c`: coefficients in the tangent frame.
+    /// LEADR eq. 21 under an environment without shadows (Algorithm 2), albedo 1. `c`: coefficients in the tangent
+    /// frame.
     #[must_use]
     pub fn diffuse_environment_masked(&self, wo: DVec3, c: &Sh9, panels: usize) -> DVec3 {
         visible_mean(wo, self.m, self.s, panels, |x| sh_irradiance(c, normal_of_slope(x))) / PI

@@ -1,16 +1,17 @@
-//! Specular environments with the shadows that the surface throws on itself, for rules with few probes: the slopes that are visible
-//! and lit, by their moments.
+//! Specular environments with the shadows that the surface throws on itself, for rules with few probes: the slopes that
+//! are visible and lit, by their moments.
 //!
-//! A rule with few probes puts them on a line in the space of slopes ([`super::visible_specular`]) and blurs what they fetch: each
-//! stands for slopes that it does not touch. Shadowing taken at the probes misses what lies across the line and beyond its ends;
-//! and what is lit is another distribution, narrower and turned to the light, than what is visible. So its mass, mean and covariance are
-//! integrated on their own, and the line is laid through *it*.
+//! A rule with few probes puts them on a line in the space of slopes ([`super::visible_specular`]) and blurs what they
+//! fetch: each stands for slopes that it does not touch. Shadowing taken at the probes misses what lies across the line
+//! and beyond its ends; and what is lit is another distribution, narrower and turned to the light, than what is
+//! visible. So its mass, mean and covariance are integrated on their own, and the line is laid through *it*.
 //!
-//! Visible slopes are `axis u + across y` about their mean, `u` along the view's azimuth and `y` normal and independent of it. For one `u` the reflections
-//! that stay above the mesosurface are exactly an interval of `y`: with `N = (−slope, 1)` the reflection has the mesosurface's
-//! projected area `(2 (o·N) (1 + slope·m) − a_o |N|²) / |N|²`, of which `o·N` does not depend on `y`: a concave quadratic polynomial in it. Over the
-//! interval shadowing is averaged by the two points of its Gauss rule, and over `u` by the nodes of a line rule with the
-//! density's exact mean, variance and skewness: twice its nodes are all evaluations there are, whatever the number of probes.
+//! Visible slopes are `axis u + across y` about their mean, `u` along the view's azimuth and `y` normal and independent
+//! of it. For one `u` the reflections that stay above the mesosurface are exactly an interval of `y`: with `N =
+//! (−slope, 1)` the reflection has the mesosurface's projected area `(2 (o·N) (1 + slope·m) − a_o |N|²) / |N|²`, of
+//! which `o·N` does not depend on `y`: a concave quadratic polynomial in it. Over the interval shadowing is averaged by
+//! the two points of its Gauss rule, and over `u` by the nodes of a line rule with the density's exact mean, variance
+//! and skewness: twice its nodes are all evaluations there are, whatever the number of probes.
 
 use super::correlated_masking::{Visibility, direction_area, lit_fraction};
 use super::fresnel::fresnel_schlick;
@@ -112,8 +113,8 @@ pub fn lit_slopes(visibility: Visibility, wo: DVec3, v: &VisibleSlopes, rule: &L
     LitSlopes { lit, slopes }
 }
 
-/// Radiance towards `wo` under an environment of cube edge `size`, with shadows, by the probes of `rule`. `f0`: linear RGB
-/// reflectance at normal incidence; `nodes`: of the integral of what is lit. `radiance` is asked for each probe.
+/// Radiance towards `wo` under an environment of cube edge `size`, with shadows, by the probes of `rule`. `f0`: linear
+/// RGB reflectance at normal incidence; `nodes`: of the integral of what is lit. `radiance` is asked for each probe.
 #[must_use]
 pub fn shadowed_specular_environment(
     visibility: Visibility,

@@ -18,8 +18,8 @@ pub fn leadr_specular_directional(wo: DVec3, wi: DVec3, m: DVec2, s: DVec3, f0: 
     fresnel_schlick(f0, wi.dot(wh)) * (0.25 * d * masking_shadowing(wo, wi, m, s, shadowing))
 }
 
-/// The same with any [`Visibility`], from the areas that `o` and `i` see ([`super::correlated_masking::direction_area`]): `o` once per pixel,
-/// shared by all lights.
+/// The same with any [`Visibility`], from the areas that `o` and `i` see
+/// ([`super::correlated_masking::direction_area`]): `o` once per pixel, shared by all lights.
 #[must_use]
 pub fn leadr_specular_light(
     visibility: Visibility,
