@@ -4,11 +4,13 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
 
-use super::shading::ShadingArgs;
+use super::report::ReportSection;
+use super::shading::{ShadingArgs, techniques};
 use super::values::{
     CameraChoice, EnvironmentChoice, FrameRange, Layer, SceneKind, Shard, Size, Sun, atlas_tile, finite, not_negative,
     positive, roughness, sweep,
 };
+use crate::render::settings::Technique;
 use crate::scenes::stage::Sweep;
 
 /// Renders displaced surfaces that keep their look at every distance (LEADR mapping).
@@ -57,9 +59,15 @@ pub enum Command {
     /// Render a picture or a sequence without a window
     #[command(after_help = CAPTURE_EXAMPLES)]
     Capture(Box<CaptureArgs>),
+    /// Time every pass on the device: the paper's tables, scenes and a zoom, with ratios
+    #[command(after_help = BENCH_EXAMPLES)]
+    Bench(Box<BenchArgs>),
     /// Measure how far two pictures are apart: FLIP, relative RMSE, largest difference
     #[command(after_help = COMPARE_EXAMPLES)]
     Compare(CompareArgs),
+    /// Measure again what the papers show, and write it as one page of tables, pictures and plots
+    #[command(after_help = REPORT_EXAMPLES)]
+    Report(ReportArgs),
 }
 
 #[cfg(feature = "window")]
@@ -91,6 +99,66 @@ const COMPARE_EXAMPLES: &str = "Examples:
   leadr compare reference.png test.png
   leadr compare reference.exr test.exr --max-flip 0.02 --error-image out/error.png && echo close enough
   leadr compare reference.png test.png --json";
+
+const REPORT_EXAMPLES: &str = "Examples:
+  leadr report                                  everything, into out/report; takes half an hour without a GPU
+  leadr report --quick -o out/quick             everything, small, in minutes
+  leadr report --only convergence -o out/one    a single section";
+
+/// Flags of `leadr report`.
+#[derive(Clone, Debug, Args)]
+pub struct ReportArgs {
+    /// Small pictures and few samples
+    #[arg(long)]
+    pub quick: bool,
+    /// Only these sections
+    #[arg(long, value_name = "NAME,...", value_enum, value_delimiter = ',')]
+    pub only: Vec<ReportSection>,
+    /// Folder of the report: index.html, report.json and the pictures
+    #[arg(long, short, value_name = "DIR", default_value = "out/report")]
+    pub output: PathBuf,
+    /// The device.
+    #[command(flatten)]
+    pub device: DeviceArgs,
+}
+
+const BENCH_EXAMPLES: &str = "Examples:
+  leadr bench                                  everything: minutes without a GPU
+  leadr bench --paper --frames 9 --json        a full-screen quad over a LEADR map of its size, and the goals
+  leadr bench --scene sphere --size 512x512
+  leadr bench --scene trex --technique leadr --height-map bricks.png
+
+Times are medians over frames on the device itself. Rows are measured turn and turn about, and ratios taken within
+each turn, so another program slows the rows down but hardly moves the ratios.";
+
+/// Flags of `leadr bench`.
+#[derive(Clone, Debug, Args)]
+pub struct BenchArgs {
+    /// Only this scene, mid and from afar [default: the paper's tables, sphere and trex]
+    #[arg(long, value_enum)]
+    pub scene: Option<SceneKind>,
+    /// Only this technique in scenes [default: all]
+    #[arg(long, value_name = "NAME", value_parser = techniques())]
+    pub technique: Option<Technique>,
+    /// Size of the pictures, pixels [default: 1024x1024 for the paper's tables, 512x512 for scenes]
+    #[arg(long, value_name = "WxH")]
+    pub size: Option<Size>,
+    /// Rounds: frames of every row, but for rows of over a second
+    #[arg(long, value_name = "N", default_value = "15", value_parser = clap::value_parser!(u32).range(1..=10_000))]
+    pub frames: u32,
+    /// Only the paper's tables (with --scene or --technique: too), its Figure 11 and variants of both
+    #[arg(long)]
+    pub paper: bool,
+    /// Height map of the plane or the sphere (PNG or EXR)
+    #[arg(long, value_name = "FILE", requires = "scene")]
+    pub height_map: Option<PathBuf>,
+    /// Texels along a patch's tile in the displacement atlas: 8, 16, 32, 64 or 128
+    #[arg(long, value_name = "N", default_value = "64", value_parser = atlas_tile)]
+    pub atlas_tile: u32,
+    /// The device.
+    #[command(flatten)]
+    pub device: DeviceArgs,
+}
 
 /// Flags of `leadr compare`.
 #[derive(Clone, Debug, Args)]

@@ -2,6 +2,7 @@
 //!
 //! stdout carries the result, stderr the talk. Exit codes: 0 done, 1 failed or over a threshold, 2 wrong usage.
 
+pub mod bench;
 pub mod camera_file;
 pub mod capture;
 pub mod cli;
@@ -15,6 +16,7 @@ pub mod frames;
 pub mod orbit;
 pub mod output;
 pub mod renderer_source;
+pub mod report;
 pub mod save;
 pub mod shading;
 pub mod stage;
@@ -65,7 +67,15 @@ fn dispatch(cli: Cli) -> Result<(), AppError> {
             let report = demo::demo(&arguments, &output)?;
             output.result(&report)
         }
+        Command::Bench(arguments) => {
+            let report = bench::bench(&arguments, &output)?;
+            output.result(&report)
+        }
         Command::Compare(arguments) => compare::compare(&arguments, &output),
+        Command::Report(arguments) => {
+            let summary = report::report(&arguments, &output)?;
+            output.result(&summary)
+        }
     }
 }
 

@@ -143,7 +143,7 @@ fn choice<T: Copy + Send + Sync + 'static>(
         .try_map(move |text| all.iter().copied().find(|&v| name(v) == text).ok_or("no such name"))
 }
 
-fn techniques() -> impl TypedValueParser<Value = Technique> {
+pub(super) fn techniques() -> impl TypedValueParser<Value = Technique> {
     choice(&Technique::ALL, Technique::name, |technique| match technique {
         Technique::Constant => "Albedo without light",
         Technique::BlinnPhong => "Mipmapped normals, Blinn-Phong",

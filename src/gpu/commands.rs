@@ -125,6 +125,12 @@ impl Commands {
         result
     }
 
+    /// [`label`](Self::label) around the same commands recorded `times` times, one after the other. What they need to
+    /// wait for each other is theirs to record.
+    pub fn label_times(&mut self, name: &str, times: u32, record: impl Fn(&mut Self)) {
+        self.label(name, |cmd| (0..times).for_each(|_| record(cmd)));
+    }
+
     /// Binds a pipeline and all its descriptors, by binding number. Numbers that its shaders do not use are ignored.
     pub fn bind(&mut self, pipeline: &impl Pipeline, descriptors: &[(u32, Descriptor<'_>)]) {
         let core = pipeline.core();

@@ -17,6 +17,8 @@ pub(crate) struct TimestampsInner {
     gpu: Arc<Gpu>,
     raw: vk::QueryPool,
     capacity: u32,
+    /// The bits of a tick that count.
+    mask: u64,
     names: Mutex<Vec<String>>,
 }
 
@@ -40,8 +42,14 @@ impl Timestamps {
         // SAFETY: the device is alive.
         let raw = unsafe { gpu.raw().create_query_pool(&info, None) }.doing("creating timestamps")?;
         gpu.name(raw, "timestamps");
-        let names = Mutex::default();
-        Ok(Self { inner: Arc::new(TimestampsInner { gpu: gpu.clone(), raw, capacity: capacity.max(1), names }) })
+        let (_, instance, physical) = gpu.raw_instance();
+        // SAFETY: the instance and the physical device are alive.
+        let families = unsafe { instance.get_physical_device_queue_family_properties(physical) };
+        let bits = families.get(gpu.queue_family() as usize).map_or(64, |family| family.timestamp_valid_bits);
+        // Clocks of 36 bits turn over within minutes.
+        let mask = 1u64.checked_shl(bits).map_or(u64::MAX, |beyond| beyond - 1);
+        let (capacity, names) = (capacity.max(1), Mutex::default());
+        Ok(Self { inner: Arc::new(TimestampsInner { gpu: gpu.clone(), raw, capacity, mask, names }) })
     }
 
     pub(crate) fn reset(&self, commands: vk::CommandBuffer) {
@@ -80,7 +88,7 @@ impl Timestamps {
         unsafe { self.inner.gpu.raw().get_query_pool_results(self.inner.raw, 0, &mut ticks, flags) }
             .doing("reading timestamps")?;
         let period = f64::from(self.inner.gpu.limits().timestamp_period);
-        let since = |tick: u64| tick.wrapping_sub(ticks[0]) as f64 * period * 1e-6;
+        let since = |tick: u64| (tick.wrapping_sub(ticks[0]) & self.inner.mask) as f64 * period * 1e-6;
         Ok(names.into_iter().zip(ticks.iter().map(|tick| since(*tick))).collect())
     }
 

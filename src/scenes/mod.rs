@@ -1,6 +1,7 @@
 //! Floor 4 · scenes: pure functions of time that produce render inputs.
 
 pub mod deform;
+pub mod full_screen;
 pub mod ground;
 pub mod pillow;
 pub mod plane;

@@ -1,0 +1,129 @@
+//! Medians, percentiles, ratios of pairs and straight lines, for times that a busy machine disturbs.
+
+/// The `p`-quantile, `p` in `[0, 1]`, between the two nearest values in proportion; 0 for no values.
+#[must_use]
+pub fn quantile(values: &[f64], p: f64) -> f64 {
+    let mut sorted = values.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    let Some(last) = sorted.len().checked_sub(1) else { return 0.0 };
+    let place = p.clamp(0.0, 1.0) * last as f64;
+    let (low, high) = (sorted[place.floor() as usize], sorted[place.ceil() as usize]);
+    low + (high - low) * place.fract()
+}
+
+/// The middle value; the mean of the middle two.
+#[must_use]
+pub fn median(values: &[f64]) -> f64 {
+    quantile(values, 0.5)
+}
+
+/// A ratio of two rows that were measured turn and turn about.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ratio {
+    /// Median of the ratios within each round.
+    pub median: f64,
+    /// Their lower quartile.
+    pub low: f64,
+    /// Their upper quartile.
+    pub high: f64,
+    /// Ratio of the two fastest frames of any rounds: nothing disturbed them, if anything was ever left alone.
+    pub fastest: f64,
+    /// Rounds in which both were measured.
+    pub pairs: usize,
+}
+
+/// `of[i] / to[i]` over the rounds in which both have a value. Whatever slows a whole round down cancels. `None` if
+/// there is no such round.
+#[must_use]
+pub fn paired_ratio(of: &[Option<f64>], to: &[Option<f64>]) -> Option<Ratio> {
+    let pairs = of.iter().zip(to).filter_map(|(of, to)| Some(((*of)?, (*to)?))).filter(|(_, to)| *to > 0.0);
+    let (of, to): (Vec<f64>, Vec<f64>) = pairs.unzip();
+    let ratios: Vec<f64> = of.iter().zip(&to).map(|(of, to)| of / to).collect();
+    let at = |p| quantile(&ratios, p);
+    let fastest = quantile(&of, 0.0) / quantile(&to, 0.0);
+    let ratio = Ratio { median: at(0.5), low: at(0.25), high: at(0.75), fastest, pairs: ratios.len() };
+    (!ratios.is_empty()).then_some(ratio)
+}
+
+/// The line through points that leaves the least squares.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Line {
+    /// Value at 0.
+    pub intercept: f64,
+    /// Rise per unit.
+    pub slope: f64,
+    /// Share of the variance that the line explains, at most 1: 1 for points on one line.
+    pub r_squared: f64,
+    /// Largest distance of a point from the line, relative to the line's value there.
+    pub worst: f64,
+}
+
+/// Fits `y = intercept + slope · x`. `None` for fewer than two different `x`.
+#[must_use]
+pub fn least_squares(points: &[(f64, f64)]) -> Option<Line> {
+    let count = points.len() as f64;
+    let mean = |f: fn(&(f64, f64)) -> f64| points.iter().map(f).sum::<f64>() / count;
+    let (mx, my) = (mean(|p| p.0), mean(|p| p.1));
+    let sum = |f: &dyn Fn(f64, f64) -> f64| points.iter().map(|&(x, y)| f(x - mx, y - my)).sum::<f64>();
+    let (xx, xy, yy) = (sum(&|x, _| x * x), sum(&|x, y| x * y), sum(&|_, y| y * y));
+    if points.len() < 2 || xx <= 0.0 {
+        return None;
+    }
+    let slope = xy / xx;
+    let intercept = my - slope * mx;
+    let miss = |&(x, y): &(f64, f64)| y - (intercept + slope * x);
+    let residual = points.iter().map(|p| miss(p).powi(2)).sum::<f64>();
+    let worst = points.iter().map(|p| (miss(p) / (intercept + slope * p.0)).abs()).fold(0.0, f64::max);
+    Some(Line { intercept, slope, r_squared: if yy > 0.0 { 1.0 - residual / yy } else { 1.0 }, worst })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn quantiles_of_known_values() {
+        assert_eq!(median(&[3.0, 1.0, 2.0]), 2.0);
+        assert_eq!(median(&[4.0, 1.0, 2.0, 3.0]), 2.5);
+        assert_eq!(median(&[]), 0.0);
+        let hundred: Vec<f64> = (0..=100).rev().map(f64::from).collect();
+        assert_eq!(quantile(&hundred, 0.95), 95.0);
+        assert_eq!((quantile(&hundred, 0.0), quantile(&hundred, 2.0)), (0.0, 100.0));
+    }
+
+    #[test]
+    fn pairs_cancel_what_slows_a_round() {
+        // The machine slows down eightfold, in the middle of it all, and one frame is interrupted.
+        let load = [1.0, 1.0, 2.0, 8.0, 8.0, 8.0, 3.0];
+        let of: Vec<_> = load.iter().map(|l| Some(1.5 * l)).collect();
+        let mut to: Vec<_> = load.iter().map(|l| Some(*l)).collect();
+        to[2] = Some(90.0);
+        let ratio = paired_ratio(&of, &to).unwrap();
+        assert_eq!((ratio.median, ratio.high, ratio.pairs), (1.5, 1.5, 7));
+        let uneven = paired_ratio(&[Some(8.0), Some(2.0)], &[Some(1.0), Some(5.0)]).unwrap();
+        assert_eq!((uneven.fastest, uneven.median), (2.0, 4.2));
+        // Medians of the rows alone see the same ratio only because the rounds are the same; give them different ones.
+        let alone = median(&[1.5, 1.5, 3.0]) / median(&[8.0, 8.0, 3.0]);
+        assert!(alone < 0.5);
+    }
+
+    #[test]
+    fn rounds_without_both_are_left_out() {
+        let ratio = paired_ratio(&[Some(2.0), None, Some(9.0)], &[Some(1.0), Some(1.0), None]).unwrap();
+        assert_eq!((ratio.median, ratio.pairs), (2.0, 1));
+        assert_eq!(paired_ratio(&[None], &[Some(1.0)]), None);
+        assert_eq!(paired_ratio(&[Some(1.0)], &[Some(0.0)]), None, "a time of nothing is no yardstick");
+    }
+
+    #[test]
+    fn lines_are_told_from_curves() {
+        let on =
+            |f: fn(f64) -> f64| -> Vec<(f64, f64)> { (1..=16).map(|n| (f64::from(n * n), f(f64::from(n)))).collect() };
+        let line = least_squares(&on(|n| 14.0 + 7.5 * n * n)).unwrap();
+        assert!((line.intercept - 14.0).abs() < 1e-9 && (line.slope - 7.5).abs() < 1e-12);
+        assert!(line.r_squared > 1.0 - 1e-12 && line.worst < 1e-9);
+        let curve = least_squares(&on(|n| n.powi(4))).unwrap();
+        assert!(curve.r_squared < 0.95 && curve.worst > 0.5, "{curve:?}");
+        assert_eq!(least_squares(&[(1.0, 1.0), (1.0, 2.0)]), None);
+    }
+}
