@@ -1,11 +1,22 @@
 #ifndef LEADR_FRESNEL_GLSL
 #define LEADR_FRESNEL_GLSL
 
-// Schlick's Fresnel term. f0: reflectance at normal incidence; cosine: wi.wh.
-vec3 fresnel_schlick(vec3 f0, float cosine) {
+// Schlick's share of the reflectance at grazing incidence.
+float schlick_weight(float cosine) {
     float k = clamp(1.0 - cosine, 0.0, 1.0);
     float k2 = k * k;
-    return f0 + (1.0 - f0) * (k2 * k2 * k);
+    return k2 * k2 * k;
+}
+
+// 1 for every real surface. Nothing has f0 below 2 %: smaller values say that there is less of a surface to reflect
+// (Lagarde & de Rousiers 2014), and 0 that there is none, bare diffuse facets.
+vec3 grazing_reflectance(vec3 f0) {
+    return vec3(min(50.0 * max(f0.x, max(f0.y, f0.z)), 1.0));
+}
+
+// Schlick's Fresnel term. f0: reflectance at normal incidence; cosine: wi.wh.
+vec3 fresnel_schlick(vec3 f0, float cosine) {
+    return f0 + (grazing_reflectance(f0) - f0) * schlick_weight(cosine);
 }
 
 // Unpolarised reflectance of a smooth dielectric; eta: index inside over index outside, > 0; 1 at total reflection

@@ -14,9 +14,9 @@ vec3 visible_fresnel(vec3 wo, vec2 m, vec3 S, vec3 f0) {
     for (int i = -1; i <= 1; ++i) {
         vec2 slope = v.mean + float(i) * away;
         float cosine = max(meso_area(wo, slope), 0.0) * inversesqrt(1.0 + dot(slope, slope) + across);
-        mean += (i == 0 ? 2.0 / 3.0 : 1.0 / 6.0) * fresnel_schlick(vec3(0.0), cosine).x;
+        mean += (i == 0 ? 2.0 / 3.0 : 1.0 / 6.0) * schlick_weight(cosine);
     }
-    return f0 + (1.0 - f0) * mean;
+    return f0 + (grazing_reflectance(f0) - f0) * mean;
 }
 
 #endif

@@ -7,8 +7,20 @@ use std::f64::consts::FRAC_PI_2;
 /// Schlick's approximation. `f0`: reflectance at normal incidence, linear RGB; `cosine`: `wi·wh`, clamped to 0..1.
 #[must_use]
 pub fn fresnel_schlick(f0: DVec3, cosine: f64) -> DVec3 {
-    let k = (1.0 - cosine).clamp(0.0, 1.0);
-    f0 + (DVec3::ONE - f0) * k.powi(5)
+    f0 + (grazing_reflectance(f0) - f0) * schlick_weight(cosine)
+}
+
+/// Schlick's share of the reflectance at grazing incidence, `(1 − cos)⁵`.
+#[must_use]
+pub fn schlick_weight(cosine: f64) -> f64 {
+    (1.0 - cosine).clamp(0.0, 1.0).powi(5)
+}
+
+/// Reflectance at grazing incidence: 1 of every real surface. Nothing has `f0` below 2 %, so smaller values say that there
+/// is less of a surface to reflect (Lagarde & de Rousiers 2014), and 0 that there is none: bare diffuse facets.
+#[must_use]
+pub fn grazing_reflectance(f0: DVec3) -> DVec3 {
+    DVec3::splat((50.0 * f0.max_element()).min(1.0))
 }
 
 /// Unpolarised reflectance of a smooth dielectric (Walter et al. 2007, eq. 22). `eta`: refractive index on the far side
@@ -258,5 +270,9 @@ mod tests {
         let f0 = DVec3::new(0.04, 0.5, 1.0);
         assert_eq!(fresnel_schlick(f0, 1.0), f0);
         assert!((fresnel_schlick(f0, -0.5) - DVec3::ONE).length() < 1e-15);
+        for cosine in [0.0, 0.1, 1.0] {
+            assert_eq!(fresnel_schlick(DVec3::ZERO, cosine), DVec3::ZERO, "no surface, no reflection");
+            assert_eq!(fresnel_schlick(DVec3::ONE, cosine), DVec3::ONE, "a perfect mirror");
+        }
     }
 }

@@ -23,7 +23,7 @@ vec3 classic_radiance(Surface surface, float environment_scale) {
     if (TECHNIQUE == TECHNIQUE_TOKSVIG) {
         exponent = toksvig_exponent(exponent, toksvig_variance(normal_variance(m, surface.slope_covariance)));
     }
-    vec3 fresnel = reflects(surface) * fresnel_schlick(f0, dot(wo, n));
+    vec3 fresnel = fresnel_schlick(f0, dot(wo, n));
     vec3 albedo = surface.albedo * (1.0 - fresnel);
     float ambient = surface.accessibility * environment_scale;
     vec3 radiance = vec3(0.0);
@@ -47,7 +47,7 @@ vec3 classic_radiance(Surface surface, float environment_scale) {
             if (SPECULAR_LIGHTS) {
                 vec3 h = wo + light.wi;
                 vec3 wh = h * inversesqrt(max(dot(h, h), 1e-20));
-                scattered += fresnel_schlick(f0, dot(wo, wh)) * (0.25 * reflects(surface) * classic_ndf(wh, n, exponent, m, S));
+                scattered += fresnel_schlick(f0, dot(wo, wh)) * (0.25 * classic_ndf(wh, n, exponent, m, S));
             }
             radiance += light.irradiance * scattered * max(dot(n, light.wi), 0.0);
         }

@@ -17,7 +17,7 @@ struct Surface {
     vec3 slope_covariance;
     vec3 albedo;
     float alpha;
-    vec3 f0;             // 0: no mirrors at all, see reflects()
+    vec3 f0;             // reflectance at normal incidence
     float accessibility;
     bool inside;
 };
@@ -39,12 +39,6 @@ Surface read_gbuffer(ivec2 pixel, vec3 eye, vec3 ray, float near, float depth) {
     s.accessibility = surface.y;
     s.inside = surface.z > 0.5;
     return s;
-}
-
-// 1, or 0 for a purely diffuse surface: where nothing is reflected at normal incidence, Schlick's term would still reach one
-// at grazing angles.
-float reflects(Surface s) {
-    return s.f0.x > 0.0 ? 1.0 : 0.0;
 }
 
 #endif

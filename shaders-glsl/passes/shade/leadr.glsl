@@ -125,10 +125,10 @@ vec3 leadr_radiance(Surface surface, float environment_scale) {
     vec3 albedo = surface.albedo;
     if (SPECULAR_ENVIRONMENT) {
         Mirrors mirrors = GGX ? ggx_mirrors(surface, wo, ggx) : gaussian_mirrors(surface, wo, specular_s);
-        radiance += ambient * reflects(surface) * mirrors.reflected;
-        albedo *= 1.0 - reflects(surface) * mirrors.fresnel;
+        radiance += ambient * mirrors.reflected;
+        albedo *= 1.0 - mirrors.fresnel;
     } else if (DIFFUSE) {
-        albedo *= 1.0 - reflects(surface) * visible_fresnel(wo, m, specular_s, f0);
+        albedo *= 1.0 - visible_fresnel(wo, m, specular_s, f0);
     }
 
     vec3 diffuse_cholesky = slope_cholesky(diffuse_s);
@@ -157,7 +157,7 @@ vec3 leadr_radiance(Surface surface, float environment_scale) {
                 vec3 specular = GGX ? displaced_ggx_light(VISIBILITY, o, wo, light.wi, m, ggx, cholesky, f0)
                                     : leadr_specular_light(VISIBILITY, o, direction_area(light.wi, m, cholesky), wo,
                                                            light.wi, m, specular_s, f0);
-                scattered += reflects(surface) * specular;
+                scattered += specular;
             }
             radiance += light.irradiance * scattered;
         }

@@ -101,13 +101,9 @@ void main() {
     vec2 m = surface.mean_slope;
     vec3 diffuse_s = surface.slope_covariance;
     vec3 specular_s = add_roughness(diffuse_s, surface.alpha);
-    bool reflecting = reflects(surface) > 0.0;
     bool mirror = surface.alpha < MIRROR_ALPHA;
-    vec3 radiance = reflecting && mirror ? mirrored(surface, specular_s) : vec3(0.0);
-    vec3 albedo = surface.albedo;
-    if (reflecting) {
-        albedo *= 1.0 - visible_fresnel(wo, m, specular_s, surface.f0);
-    }
+    vec3 radiance = mirror ? mirrored(surface, specular_s) : vec3(0.0);
+    vec3 albedo = surface.albedo * (1.0 - visible_fresnel(wo, m, specular_s, surface.f0));
     // The plane that the depth maps have here: the facet, or smooth geometry under mapped normals.
     vec3 normal = lighting.viewport.w > 0.5 ? from_frame(surface.frame, normal_of_slope(m)) : surface.frame.z;
     for (int i = 0; i < lighting.counts.x; ++i) {
@@ -124,7 +120,7 @@ void main() {
         }
         vec3 wi = to_frame(surface.frame, towards);
         vec3 scattered = albedo * leadr_diffuse_light_visible(wo, wi, m, diffuse_s, false, DIFFUSE_TERMS);
-        if (reflecting && !(mirror && light.power.w > 0.5)) {
+        if (!(mirror && light.power.w > 0.5)) {
             scattered += leadr_specular_directional(wo, wi, m, specular_s, surface.f0, true);
         }
         radiance += irradiance * scattered;
