@@ -7,6 +7,7 @@ use leadr::reflectance::quadrature_study::Row;
 use leadr::reflectance::quadrature_study::diffuse::DiffuseSet;
 use leadr::reflectance::quadrature_study::light::LightSet;
 use leadr::reflectance::quadrature_study::specular::{Sharpness, SpecularSet};
+use leadr::reflectance::quadrature_study::sweep::sweep_rows;
 
 fn print(title: &str, rows: &[Row]) {
     println!("\n{title}\n{}", Row::HEADER);
@@ -29,6 +30,15 @@ fn main() {
     if wanted("specular") {
         for (sharpness, name) in [(Sharpness::Smooth, "smooth"), (Sharpness::Sharp, "sharp")] {
             print(&format!("specular, {name} lobes, {n} surfaces"), &SpecularSet::new(n, sharpness, 1).rows());
+        }
+    }
+    if wanted("sweeps") {
+        let starts = (n / 150).max(8);
+        println!("\nlargest step and second difference along slow sweeps, {starts} starts");
+        println!("{:<11} {:<13} {:<16} {:>8} {:>8}", "path", "integral", "rule", "step", "second");
+        for r in sweep_rows(starts) {
+            let (step, bend) = (r.steps.step, r.steps.bend);
+            println!("{:<11} {:<13} {:<16} {step:>8.1e} {bend:>8.1e}", r.path.name(), r.integral, r.rule);
         }
     }
 }

@@ -222,7 +222,6 @@ fn structs_lie_in_memory_as_the_shaders_expect() {
             point_intensity,
             viewport,
             environment,
-            counts
         ]
     );
 }

@@ -5,11 +5,12 @@ mod common;
 use glam::{Affine3A, DVec2, DVec3, Vec3};
 use leadr::maps::{RgbImage, procedural};
 use leadr::reflectance::correlated_masking::{direction_area, lit_fraction};
-use leadr::reflectance::shadowed_environment::{bent_normal, lit_probe, shadowed_diffuse_environment};
+use leadr::reflectance::shadowed_environment::{bent_normal, shadowed_diffuse_environment};
+use leadr::reflectance::shadowed_specular::{lit_along, lit_line, lit_scale};
 use leadr::reflectance::visible_diffuse::{leadr_diffuse_light_visible, visible_diffuse_moments};
 use leadr::reflectance::{
     correlated_masking, diffuse, frame, fresnel, projected_area, sh_projection, slope_grid, slope_statistics, specular,
-    visible_specular,
+    visible_slopes, visible_specular,
 };
 use leadr::render::camera::Camera;
 use leadr::render::displacement::{Border, HeightField};
@@ -170,13 +171,21 @@ impl Pixel {
             }
             Quadrature::VisibleSlopes(n) => {
                 let rule = visible_specular::line_rule(n);
+                let v = visible_slopes::visible_slopes(wo, self.m, s);
                 let line = visible_specular::visible_line(wo, self.m, s, 16.0, &rule);
-                let o = direction_area(wo, self.m, cholesky);
-                let (sum, fresnel) =
-                    visible_specular::leadr_specular_environment_visible(wo, self.m, s, f0, 16.0, &rule, |probe| {
-                        let slope = probe.slope;
-                        DVec3::splat(lit_probe(visibility, &o, wo, slope, line.minor, self.m, cholesky))
-                    });
+                let cholesky = slope_grid::slope_cholesky(v.s);
+                let (o, nodes) = (direction_area(wo, v.m, cholesky), visible_specular::line_rule(5));
+                let lit = lit_line(visibility, &o, wo, &v, line.major, cholesky, &nodes);
+                let (mut sum, mut fresnel, mut weight) = (DVec3::ZERO, DVec3::ZERO, 0.0);
+                for i in 0..n {
+                    let probe = visible_specular::visible_probe(&line, wo, i, &rule);
+                    let f = probe.weight * fresnel::fresnel_schlick(f0, probe.cosine);
+                    let l = lit_along(&lit, (f64::from(i) - 0.5 * f64::from(n - 1)) * rule.step);
+                    sum += l * f;
+                    weight += l * probe.weight;
+                    fresnel += f;
+                }
+                sum *= lit_scale(&lit, weight);
                 [sum, fresnel]
             }
         }

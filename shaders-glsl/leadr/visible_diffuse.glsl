@@ -52,20 +52,27 @@ SlopeGaussian damped_gaussian(vec2 m, vec3 S, float t) {
     return SlopeGaussian(exp(-t * (1.0 + dot(m, mean))) * sqrt(per), mean, cov);
 }
 
+// E[max(0, x)] of a normal variable of mean a and standard deviation b: A(w) of its two areas.
+float clamped_mean(float a, float b) {
+    return max(a, 0.0) + rough_area(a, b);
+}
+
 // Moments of the normals seen from wo, as visible_normal_moments gives them.
 NormalMoments visible_diffuse_moments(vec3 wo, vec2 m, vec3 S, int terms) {
     S = clamp_covariance(S);
+    float ao = tilted_area(wo, m, slope_spread(wo, S));
     m = face_viewer(wo, m, S, 2.0 * LEADR_VISIBLE_TAIL);
     vec2 spread = squared_normal_spread(m, S);
     vec3 first = vec3(0.0), diag = vec3(0.0), off = vec3(0.0);
     for (int i = 0; i < terms; ++i) {
         vec4 e = visible_diffuse_exponent(i, terms);
         vec2 second = visible_diffuse_second(i, terms);
-        SlopeGaussian g = damped_gaussian(m, S, (e.x + e.y * spread.y) / spread.x);
+        float t = (e.x + e.y * spread.y) / spread.x;
+        SlopeGaussian g = damped_gaussian(m, S, t);
         vec2 across = vec2(g.S.x * wo.x + g.S.z * wo.y, g.S.z * wo.x + g.S.y * wo.y);
         float b = sqrt(max(dot(across, wo.xy), 0.0));
         float per_b = 1.0 / max(b, 1e-18);
-        float a = meso_area(wo, g.m);
+        float a = ao + 2.0 * t * dot(across, m); // meso_area(wo, g.m) without cancellation
         NormalRamp n = normal_ramp(a * per_b);
         vec2 axis = across * per_b;
         float area = b > 1e-18 ? b * n.ramp : max(a, 0.0);
@@ -81,7 +88,7 @@ NormalMoments visible_diffuse_moments(vec3 wo, vec2 m, vec3 S, int terms) {
     }
     // The first moments are per visible area; the second have trace one.
     float second_scale = 1.0 / max(diag.x + diag.y + diag.z, 1e-30);
-    float area = max(visible_area(wo, m, S), 1e-30);
+    float area = max(clamped_mean(ao, slope_spread(wo, S)), 1e-30);
     return NormalMoments(first / (area * sqrt(spread.x)), diag * second_scale, off * second_scale);
 }
 
@@ -108,18 +115,21 @@ float clamped_product(float ax, float bx, float ay, float by, float k) {
 // visible facets: LEADR eq. 21 without harmonics, per unit of albedo.
 float leadr_diffuse_light_visible(vec3 wo, vec3 wi, vec2 m, vec3 S, bool shadowing, int terms) {
     S = clamp_covariance(S);
+    float ao = tilted_area(wo, m, slope_spread(wo, S));
     m = face_viewer(wo, m, S, 2.0 * LEADR_VISIBLE_TAIL);
     vec2 spread = squared_normal_spread(m, S);
     float sum = 0.0;
     for (int i = 0; i < terms; ++i) {
         vec4 e = visible_diffuse_exponent(i, terms);
-        SlopeGaussian g = damped_gaussian(m, S, (e.x + e.y * spread.y) / spread.x);
+        float t = (e.x + e.y * spread.y) / spread.x;
+        SlopeGaussian g = damped_gaussian(m, S, t);
         vec2 across = vec2(g.S.x * wo.x + g.S.z * wo.y, g.S.z * wo.x + g.S.y * wo.y);
         float bo = sqrt(max(dot(across, wo.xy), 0.0));
+        float bi = slope_spread(wi, g.S);
         sum += g.weight * (e.z + e.w * spread.y)
-             * clamped_product(meso_area(wo, g.m), bo, meso_area(wi, g.m), slope_spread(wi, g.S), dot(across, wi.xy));
+             * clamped_product(ao + 2.0 * t * dot(across, m), bo, meso_area(wi, g.m), bi, dot(across, wi.xy));
     }
-    float mean = sum / (max(visible_area(wo, m, S), 1e-30) * sqrt(spread.x));
+    float mean = sum / (max(clamped_mean(ao, slope_spread(wo, S)), 1e-30) * sqrt(spread.x));
     return shadowing_given_masking(wo, wi, m, S, shadowing) * mean / LEADR_PI;
 }
 

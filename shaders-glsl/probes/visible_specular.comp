@@ -9,15 +9,16 @@ void main() {
     vec2 m = next2();
     vec3 S = next3();
     int n = int(next() + 0.5);
-    at = gl_GlobalInvocationID.x * 20;
+    at = gl_GlobalInvocationID.x * 22;
     LineRule rule = line_rule(n);
     VisibleLine line = visible_line(wo, m, S, 256.0, rule);
     put(line.mean);
     put(line.lod);
-    // Squares: the sign of an axis is arbitrary.
-    put(line.major * line.major);
-    put(line.minor * line.minor);
-    put(line.bend);
+    // Products: the sign of an axis is arbitrary.
+    float unit = 1.0 / max(S.x + S.y, 1e-8);
+    put(vec3(line.major * line.major, line.major.x * line.major.y) * unit);
+    put(vec3(line.minor * line.minor, line.minor.x * line.minor.y) * unit);
+    put(line.bend * sqrt(unit));
     float weights = 0.0;
     vec3 mirror = vec3(0.0), fresnel = vec3(0.0);
     float lod = 0.0;

@@ -7,9 +7,10 @@ use clap::{Args, Parser, Subcommand};
 use super::shading::{ShadingArgs, techniques};
 use super::values::{
     CameraChoice, EnvironmentChoice, FrameRange, Layer, SceneKind, Shard, Size, Sun, atlas_tile, finite, not_negative,
-    positive, roughness,
+    positive, roughness, sweep,
 };
 use crate::render::settings::Technique;
+use crate::scenes::stage::Sweep;
 
 /// Renders displaced surfaces that keep their look at every distance (LEADR mapping).
 #[derive(Debug, Parser)]
@@ -86,6 +87,7 @@ const CAPTURE_EXAMPLES: &str = "Examples:
   leadr capture --camera far --samples 16 -o far.png
   leadr capture --frames 0..48 --fps 24 -o 'out/walk-{frame}.png' --resume
   leadr capture --frames 0..48 --shard 2/8 -o 'out/walk-{frame}.png'
+  leadr capture --frames 0..60 --sweep 5..200 -o 'out/away-{frame}.png'
   leadr capture --scene plane --height-map bricks.png --height-scale 0.05 --distance 20
   leadr capture --layers depth,normal,covariance -o trex.exr";
 
@@ -165,8 +167,8 @@ pub struct SceneArgs {
     /// Factor on the displacement; 0 is flat
     #[arg(long, value_name = "X", default_value = "1", value_parser = not_negative)]
     pub height_scale: f32,
-    /// Light from all around: the analytic sky, or an equirectangular picture
-    #[arg(long, value_name = "sky|FILE.hdr|FILE.exr", default_value = "sky")]
+    /// Light from all around: the analytic sky, a studio, or an equirectangular picture
+    #[arg(long, value_name = "sky|studio|FILE.hdr|FILE.exr", default_value = "sky")]
     pub environment: EnvironmentChoice,
     /// Direction to the sun, degrees: counter-clockwise from +x, and above the horizon
     #[arg(long, value_name = "AZIMUTH,ELEVATION", default_value = "-50,38", allow_hyphen_values = true)]
@@ -239,6 +241,9 @@ pub struct CaptureArgs {
     /// Frames per second
     #[arg(long, value_name = "F", default_value = "30", requires = "frames", value_parser = positive)]
     pub fps: f32,
+    /// Frames are steps away from the target, each by the same factor, instead of steps in time
+    #[arg(long, value_name = "NEAR..FAR", requires = "frames", conflicts_with_all = ["distance", "fps"], value_parser = sweep)]
+    pub sweep: Option<Sweep>,
     /// Render only every N-th frame, starting with the I-th
     #[arg(long, value_name = "I/N", requires = "frames")]
     pub shard: Option<Shard>,

@@ -11,13 +11,14 @@ mod hdr;
 pub mod limits;
 mod load;
 pub mod moments;
-mod noise;
+pub(crate) mod noise;
 
 mod png_read;
 
 pub mod procedural;
 pub mod ray_cast;
 pub mod save;
+pub mod shadowing_errors;
 pub mod tonemap;
 mod types;
 

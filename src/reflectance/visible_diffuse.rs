@@ -19,9 +19,9 @@
 use super::diffuse::NormalMoments;
 use super::masking::shadowing_given_masking;
 use super::normal_distribution::normal_ramp;
-use super::projected_area::{face_viewer, meso_area, slope_spread, visible_area};
+use super::projected_area::{face_viewer, meso_area, rough_area, slope_spread};
 use super::slope_statistics::clamp_covariance;
-use super::visible_slopes::VISIBLE_TAIL;
+use super::visible_slopes::{VISIBLE_TAIL, tilted_area};
 use glam::{DVec2, DVec3, Vec3Swizzles as _};
 use std::f64::consts::PI;
 
@@ -80,22 +80,30 @@ pub fn damped_gaussian(m: DVec2, s: DVec3, t: f64) -> SlopeGaussian {
     SlopeGaussian { weight: (-t * (1.0 + m.dot(mean))).exp() * per.sqrt(), m: mean, s: cov }
 }
 
+/// `E[max(0, x)]` of a normal variable of mean `a` and standard deviation `b`: `A(w)` of its two areas.
+#[must_use]
+pub fn clamped_mean(a: f64, b: f64) -> f64 {
+    a.max(0.0) + rough_area(a, b)
+}
+
 /// Moments of the normals seen from `wo`, in place of a grid's `visible_normal_moments`. `terms`: 2 (error of the radiance
 /// 1.4e-3 rms of the mean radiance) or 3 (2e-4).
 #[must_use]
 pub fn visible_diffuse_moments(wo: DVec3, m: DVec2, s: DVec3, terms: u32) -> NormalMoments {
     let s = clamp_covariance(s);
+    let ao = tilted_area(wo, m, slope_spread(wo, s));
     let m = face_viewer(wo, m, s, 2.0 * VISIBLE_TAIL);
     let spread = squared_normal_spread(m, s);
     let (mut first, mut diag, mut off) = (DVec3::ZERO, DVec3::ZERO, DVec3::ZERO);
     for i in 0..terms {
         let e = visible_diffuse_exponent(i, terms);
         let second = visible_diffuse_second(i, terms);
-        let g = damped_gaussian(m, s, (e[0] + e[1] * spread.y) / spread.x);
+        let t = (e[0] + e[1] * spread.y) / spread.x;
+        let g = damped_gaussian(m, s, t);
         let across = DVec2::new(g.s.x * wo.x + g.s.z * wo.y, g.s.z * wo.x + g.s.y * wo.y);
         let b = across.dot(wo.xy()).max(0.0).sqrt();
         let per_b = 1.0 / b.max(1e-18);
-        let a = meso_area(wo, g.m);
+        let a = ao + 2.0 * t * across.dot(m); // meso_area(wo, g.m) without cancellation
         let n = normal_ramp(a * per_b);
         let axis = across * per_b;
         let area = if b > 1e-18 { b * n.ramp } else { a.max(0.0) };
@@ -111,7 +119,7 @@ pub fn visible_diffuse_moments(wo: DVec3, m: DVec2, s: DVec3, terms: u32) -> Nor
         off += d * DVec3::new(-slope.y, -slope.x, xy);
     }
     // The first moments are per visible area; the second have trace one.
-    let area = visible_area(wo, m, s).max(1e-30);
+    let area = clamped_mean(ao, slope_spread(wo, s)).max(1e-30);
     let scale = 1.0 / diag.element_sum().max(1e-30);
     NormalMoments { mean: first / (area * spread.x.sqrt()), diag: diag * scale, off: off * scale }
 }
@@ -150,20 +158,20 @@ pub fn clamped_product(ax: f64, bx: f64, ay: f64, by: f64, k: f64) -> f64 {
 #[must_use]
 pub fn leadr_diffuse_light_visible(wo: DVec3, wi: DVec3, m: DVec2, s: DVec3, shadowing: bool, terms: u32) -> f64 {
     let s = clamp_covariance(s);
+    let ao = tilted_area(wo, m, slope_spread(wo, s));
     let m = face_viewer(wo, m, s, 2.0 * VISIBLE_TAIL);
     let spread = squared_normal_spread(m, s);
     let sum: f64 = (0..terms)
         .map(|i| {
             let e = visible_diffuse_exponent(i, terms);
-            let g = damped_gaussian(m, s, (e[0] + e[1] * spread.y) / spread.x);
+            let t = (e[0] + e[1] * spread.y) / spread.x;
+            let g = damped_gaussian(m, s, t);
             let across = DVec2::new(g.s.x * wo.x + g.s.z * wo.y, g.s.z * wo.x + g.s.y * wo.y);
             let bo = across.dot(wo.xy()).max(0.0).sqrt();
-            let (ao, ai) = (meso_area(wo, g.m), meso_area(wi, g.m));
-            g.weight
-                * (e[2] + e[3] * spread.y)
-                * clamped_product(ao, bo, ai, slope_spread(wi, g.s), across.dot(wi.xy()))
+            let (a, ai) = (ao + 2.0 * t * across.dot(m), meso_area(wi, g.m));
+            g.weight * (e[2] + e[3] * spread.y) * clamped_product(a, bo, ai, slope_spread(wi, g.s), across.dot(wi.xy()))
         })
         .sum();
-    let mean = sum / (visible_area(wo, m, s).max(1e-30) * spread.x.sqrt());
+    let mean = sum / (clamped_mean(ao, slope_spread(wo, s)).max(1e-30) * spread.x.sqrt());
     shadowing_given_masking(wo, wi, m, s, shadowing) * mean / PI
 }

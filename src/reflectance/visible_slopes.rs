@@ -15,9 +15,9 @@ use super::projected_area::{face_viewer, meso_area};
 use super::slope_statistics::clamp_covariance;
 use glam::{DVec2, DVec3, Vec3Swizzles as _};
 
-/// How far behind its own silhouette a mesosurface may turn, in units of `slope_spread`: beyond, nothing visible is left in
-/// 32 bits (1e-5 of what is visible at the silhouette) and it is tilted back by `face_viewer`.
-pub const VISIBLE_TAIL: f64 = 4.0;
+/// How far behind its own silhouette a mesosurface may turn, in units of `slope_spread`: beyond, next to nothing of it is
+/// visible (0.8 % of `slope_spread`) and it is tilted back by `face_viewer`.
+pub const VISIBLE_TAIL: f64 = 2.0;
 
 /// Gaussian slopes as one viewer sees them.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -38,22 +38,30 @@ pub struct VisibleSlopes {
     pub mean: DVec2,
     /// Covariance of the visible slopes.
     pub cov: DVec3,
+    /// Projected area of the facet of the mean, > 0.
+    pub facet: f64,
     /// Variance of `u` over the visible facets, 0..1.
     pub variance: f64,
     /// Third central moment of `u` over the visible facets, ≤ 0.
     pub third: f64,
 }
 
+/// Projected area of a mesosurface that has been tilted by at most [`VISIBLE_TAIL`]; `m`: the mean slope before that.
+#[must_use]
+pub fn tilted_area(wo: DVec3, m: DVec2, b: f64) -> f64 {
+    meso_area(wo, m).max(1e-3 - VISIBLE_TAIL * b)
+}
+
 /// The visible slopes' exact moments. `wo`: unit; `m`, `s`: anything finite.
 #[must_use]
 pub fn visible_slopes(wo: DVec3, m: DVec2, s: DVec3) -> VisibleSlopes {
     let s = clamp_covariance(s);
-    let m = face_viewer(wo, m, s, 2.0 * VISIBLE_TAIL);
     let across = DVec2::new(s.x * wo.x + s.z * wo.y, s.z * wo.x + s.y * wo.y);
-    let a = meso_area(wo, m);
     let b = across.dot(wo.xy()).max(0.0).sqrt();
+    let a = tilted_area(wo, m, b);
+    let m = face_viewer(wo, m, s, 2.0 * VISIBLE_TAIL);
     let per_b = 1.0 / b.max(1e-18);
-    let nu = (a * per_b).max(-VISIBLE_TAIL);
+    let nu = a * per_b;
     let n = normal_ramp(nu);
     let axis = across * per_b;
     let shift = n.cdf / n.ramp; // minus the mean of u
@@ -69,6 +77,7 @@ pub fn visible_slopes(wo: DVec3, m: DVec2, s: DVec3) -> VisibleSlopes {
         axis,
         mean: m - axis * shift,
         cov: s - (1.0 - variance) * DVec3::new(axis.x * axis.x, axis.y * axis.y, axis.x * axis.y),
+        facet: a + b * shift,
         variance,
         third,
     }

@@ -10,7 +10,6 @@
 //! ellipse is a circle, since there the line has no length.
 
 use super::fresnel::fresnel_schlick;
-use super::projected_area::meso_area;
 use super::slope_grid::normal_of_slope;
 use super::visible_slopes::visible_slopes;
 use glam::{DVec2, DVec3, Vec3Swizzles as _};
@@ -35,13 +34,13 @@ pub struct LineRule {
 /// The rule of 3, 5, 7, 9 or 16 probes; of the next greater number that exists for others.
 #[must_use]
 pub fn line_rule(n: u32) -> LineRule {
-    let rule = |n, step, decay, norm, kernel| LineRule { n, step, decay, norm, kernel, bias: -0.45 };
+    let rule = |n, step, decay, norm, kernel, bias| LineRule { n, step, decay, norm, kernel, bias };
     match n {
-        0..=3 => rule(3, 1.593_771_76, 1.125, 0.606_316_018, 0.25),
-        4..=5 => rule(5, 0.967_347_788, 0.405, 0.366_333_776, 0.15),
-        6..=7 => rule(7, 0.710_108_375, 0.222_222_222, 0.270_682_149, 0.09),
-        8..=9 => rule(9, 0.576_461_842, 0.15125, 0.222_126_564, 0.06),
-        _ => rule(16, 0.343_818_118, 0.055_555_555_6, 0.133_969_879, 0.025),
+        0..=3 => rule(3, 1.299_447_530, 0.320_000_000, 0.407_780_771, 0.299, -0.3),
+        4..=5 => rule(5, 0.791_244_533, 0.151_250_000, 0.262_369_792, 0.09, -0.15),
+        6..=7 => rule(7, 0.593_729_742, 0.108_888_889, 0.206_693_023, 0.054, 0.0),
+        8..=9 => rule(9, 0.473_496_380, 0.075_078_125, 0.167_905_007, 0.034, 0.0),
+        _ => rule(16, 0.308_005_149, 0.041_088_889, 0.116_861_909, 0.014, 0.0),
     }
 }
 
@@ -56,6 +55,8 @@ pub struct VisibleLine {
     pub bend: DVec2,
     /// The other axis: one standard deviation of the visible slopes across the line.
     pub minor: DVec2,
+    /// Projected area of the facets on the line, `facet.x + z facet.y + (z² − 1) facet.z`.
+    pub facet: DVec3,
     /// Visible area `A(wo)`.
     pub area: f64,
     /// Level of detail of a probe, less its own Jacobian.
@@ -80,7 +81,7 @@ pub fn visible_line(wo: DVec3, m: DVec2, s: DVec3, size: f64, rule: &LineRule) -
     // |dwi|² = 4/|N|² ((p·ds)² + facet²/|N|² (|ds|² − (s·ds)²/|N|²)) at the mean.
     let s = v.mean;
     let per = 1.0 / (1.0 + s.dot(s));
-    let facet = meso_area(wo, s).max(1e-6);
+    let facet = v.facet.max(1e-6);
     let p = wo.xy() + s * (facet * per);
     let q = facet * facet * per;
     let metric = 4.0
@@ -95,24 +96,28 @@ pub fn visible_line(wo: DVec3, m: DVec2, s: DVec3, size: f64, rule: &LineRule) -
     let half_trace = 0.5 * (c.x * metric.x + c.y * metric.y) + c.z * metric.z;
     let det = (c.x * c.y - c.z * c.z).max(0.0);
     let jacobian = 4.0 * facet * per * per;
-    let difference = (half_trace * half_trace - det * jacobian * jacobian).max(0.0).sqrt();
+    let skewed =
+        [0.5 * (c.x * metric.x - c.y * metric.y), c.x * metric.z + c.z * metric.y, c.z * metric.x + c.y * metric.z];
+    let difference = (skewed[0] * skewed[0] + skewed[1] * skewed[2]).max(0.0).sqrt(); // without cancellation at the circle
     let wide = (half_trace + difference).max(1e-20);
     let narrow = det * jacobian * jacobian / wide;
     let less = det / wide;
     let (xx, yy) = ((c.x - less * metric.y).max(1e-20), (c.y - less * metric.x).max(1e-20));
-    let bound = (xx * yy).sqrt();
+    let bound = xx.max(yy);
     let xy = (c.z + less * metric.z).clamp(-bound, bound);
     let major = if xx > yy { DVec2::new(xx, xy) / xx.sqrt() } else { DVec2::new(xy, yy) / yy.sqrt() };
     let kept = ((1.0 - rule.kernel) * wide / (wide - narrow).max(1e-20)).min(1.0);
     let along = major * kept.max(0.0).sqrt();
     let u = (along.dot(wo.xy()) / v.b.max(1e-18)).clamp(-1.0, 1.0) / v.variance;
     let h = DVec2::new(metric.x * major.x + metric.z * major.y, metric.z * major.x + metric.y * major.y);
+    let bend = v.axis * (v.third * u * u / 6.0);
     let kernel = (rule.kernel * wide).max(narrow).max(1e-12);
     VisibleLine {
         mean: s,
         major: along,
-        bend: v.axis * (v.third * u * u / 6.0),
+        bend,
         minor: DVec2::new(-h.y, h.x) * (det / (wide * h.dot(major)).max(1e-30)).sqrt(),
+        facet: DVec3::new(v.facet, -along.dot(wo.xy()), -bend.dot(wo.xy())),
         area: v.area,
         lod: 0.5 * (kernel / jacobian.max(1e-12)).log2() + size.log2() + LOD_OF_DEVIATION + rule.bias,
     }
@@ -140,8 +145,8 @@ pub struct VisibleProbe {
 pub fn visible_probe_at(line: &VisibleLine, wo: DVec3, z: f64, weight: f64) -> VisibleProbe {
     let slope = line.mean + z * line.major + (z * z - 1.0) * line.bend;
     let wn = normal_of_slope(slope);
-    let facet = meso_area(wo, slope);
-    let cosine = wo.dot(wn);
+    let facet = line.facet.x + z * line.facet.y + (z * z - 1.0) * line.facet.z;
+    let cosine = facet * wn.z;
     let jacobian = 4.0 * reflection_jacobian(facet, 1.0 + slope.length_squared());
     VisibleProbe {
         slope,

@@ -14,6 +14,7 @@ use super::geometry::{GeometryPass, VisibleSurface};
 use super::irradiance::IrradiancePass;
 use super::object::{GpuObject, MAX_OBJECTS, ViewBuffers};
 use super::patch_mesh::PosedVertices;
+use super::reference::ReferencePass;
 use super::scene::{FrameState, Object};
 use super::settings::{Quadrature, RenderSettings, ShadingSettings};
 use super::shade::{LightSet, LightingGpu, ShadeInputs, ShadePass};
@@ -107,6 +108,7 @@ pub struct Renderer {
     accumulate: AccumulatePass,
     geometry: GeometryPass,
     pipelines: HashMap<(ShadingSettings, LightSet), (FilterPass, ShadePass)>,
+    reference: Option<ReferencePass>,
     targets: Option<Targets>,
     lighting: Buffer,
     timestamps: Timestamps,
@@ -145,6 +147,7 @@ impl Renderer {
             accumulate: AccumulatePass::new(gpu)?,
             geometry: GeometryPass::new(gpu)?,
             pipelines: HashMap::new(),
+            reference: None,
             targets: None,
             lighting: Buffer::new(gpu, "lighting", size_of::<LightingGpu>() as u64, Memory::Upload)?,
             timestamps: Timestamps::new(gpu, 16)?,
@@ -221,18 +224,19 @@ impl Renderer {
         let posed: Vec<PosedVertices> =
             self.drawn.iter().zip(&state.poses).map(|(d, pose)| pose.apply(&d.object.object.mesh)).collect();
         self.shadow_view = None;
-        if let Some(sun) = state.sun.filter(|_| settings.shadows) {
-            let casters = self.drawn.iter().zip(&posed).filter(|(d, _)| d.sun.is_some());
-            let spheres: Vec<(Vec3, f32)> = casters.map(|(d, posed)| d.object.bounds(posed, height_scale)).collect();
-            if let Some((centre, radius)) = enclosing_sphere(&spheres) {
-                self.shadow_view = Some(ShadowView::around(sun.direction.normalize(), centre, radius, SHADOW_SIZE));
-            }
+        if let Some(sun) = state.sun.filter(|_| settings.shadows && !settings.shadows_of_relief())
+            && let Some((centre, radius)) = self.casters_sphere(&posed, height_scale)
+        {
+            self.shadow_view = Some(ShadowView::around(sun.direction.normalize(), centre, radius, SHADOW_SIZE));
         }
         let key = (settings.shading, LightSet::new(state, self.shadow_view.is_some()));
         if !self.pipelines.contains_key(&key) {
             let filter = FilterPass::new(&self.gpu, key.0.technique)?;
             let shade = ShadePass::new(&self.gpu, key.0, key.1)?;
             self.pipelines.insert(key, (filter, shade));
+        }
+        if settings.shadows_of_relief() {
+            self.prepare_reference(state)?;
         }
         if let Some(view) = self.shadow_view {
             // Shadows need not be finer than their texels.
@@ -282,6 +286,14 @@ impl Renderer {
             drawn.camera.update(&drawn.object, posed, scale, clip, camera.position, lens, &tessellation)?;
         }
         let cube_size = self.environment.face_size();
+        if settings.shadows_of_relief() {
+            let bounds = self.casters_sphere(posed, state.height_scale);
+            let most = self.vertices_per_draw();
+            let casters: Vec<_> = self.drawn.iter().zip(posed).filter(|(d, _)| d.sun.is_some()).collect();
+            let casters: Vec<_> = casters.into_iter().map(|(d, posed)| (&d.object, posed)).collect();
+            let reference = self.reference.as_mut().expect("prepared");
+            return reference.prepare(state, settings, &casters, bounds, cube_size, index, most);
+        }
         let shadow = self.shadow_view.as_ref();
         let block = LightingGpu::new(state, settings.size, offset, cube_size, shadow);
         self.lighting.write(0, &[block])
@@ -303,8 +315,13 @@ impl Renderer {
         };
         let repeats = self.repeats;
         let height_scale = settings.geometry_scale(state.height_scale);
+        let relief = self.reference.as_ref().filter(|_| settings.shadows_of_relief());
         cmd.timestamp(timestamps, "begin");
-        if index == 0 {
+        if let Some(relief) = relief {
+            let casters: Vec<_> = self.drawn.iter().filter(|d| d.sun.is_some()).map(|d| &d.object).collect();
+            cmd.label("shadow", |cmd| relief.record_maps(cmd, &casters, state.height_scale));
+            cmd.timestamp(timestamps, "shadow");
+        } else if index == 0 {
             if let Some(sky) = &state.sky {
                 cmd.label("sky", |cmd| self.environment.update_sky(cmd, sky));
                 cmd.timestamp(timestamps, "sky");
@@ -337,7 +354,10 @@ impl Renderer {
             radiance_sh: self.irradiance.coefficients(),
             shadow_map: &self.shadow.map,
         };
-        cmd.label_times("shade", repeats, |cmd| shade.record(cmd, inputs, &targets.sample));
+        cmd.label_times("shade", repeats, |cmd| match relief {
+            Some(pass) => pass.record(cmd, &targets.visible, &targets.gbuffer, &self.environment, &targets.sample),
+            None => shade.record(cmd, inputs, &targets.sample),
+        });
         cmd.timestamp(timestamps, "shade");
         cmd.label_times("accumulate", repeats, |cmd| {
             self.accumulate.record(cmd, &targets.sample, &targets.mean, index)
@@ -400,6 +420,28 @@ impl Renderer {
                     .collect()
             }
         })
+    }
+
+    /// Makes what the reference's shadows need: its pass, and an environment that can be drawn from.
+    fn prepare_reference(&mut self, state: &FrameState) -> Result<()> {
+        if let Some(sky) = &state.sky {
+            let environment = &mut self.environment;
+            self.gpu.submit("sky", |cmd| {
+                environment.update_sky(cmd, sky);
+            })?;
+        }
+        let pass = match &mut self.reference {
+            Some(pass) => pass,
+            none => none.insert(ReferencePass::new(&self.gpu)?),
+        };
+        pass.read_environment(&self.environment)
+    }
+
+    /// A sphere around everything that throws shadows.
+    fn casters_sphere(&self, posed: &[PosedVertices], height_scale: f32) -> Option<(Vec3, f32)> {
+        let casters = self.drawn.iter().zip(posed).filter(|(d, _)| d.sun.is_some());
+        let spheres: Vec<(Vec3, f32)> = casters.map(|(d, posed)| d.object.bounds(posed, height_scale)).collect();
+        enclosing_sphere(&spheres)
     }
 
     fn vertices_per_draw(&self) -> u32 {

@@ -2,6 +2,8 @@
 #ifndef LEADR_SHADE_LIGHTING
 #define LEADR_SHADE_LIGHTING
 #include "gbuffer.glsl"
+#include "leadr/slope_grid.glsl"
+#include "settings.glsl"
 
 const int MAX_POINT_LIGHTS = 4;
 

@@ -31,7 +31,8 @@ pub struct Environment {
 
 impl Environment {
     /// One to six von Mises–Fisher lobes of concentration 1–1000 over a constant.
-    fn random(r: &mut Random) -> Self {
+    #[must_use]
+    pub fn random(r: &mut Random) -> Self {
         let lobes = 1 + (r.unit() * 6.0) as usize;
         let ambient = r.range(0.0, 0.6) * if r.unit() < 0.7 { 1.0 } else { 0.0 };
         let weights: Vec<f64> = (0..lobes).map(|_| r.exponential()).collect();

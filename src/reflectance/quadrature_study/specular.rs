@@ -72,7 +72,9 @@ impl Lobes {
         Self { ambient: 0.0, lobes: vec![Lobe::new(direction, k, 1.0)] }
     }
 
-    fn random(r: &mut Random, sharpness: Sharpness) -> Self {
+    /// Six lobes.
+    #[must_use]
+    pub fn random(r: &mut Random, sharpness: Sharpness) -> Self {
         let (low, high) = sharpness.range();
         let ambient = 0.3 * r.unit();
         let weights: [f64; 6] = std::array::from_fn(|_| r.exponential());

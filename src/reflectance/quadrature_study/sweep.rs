@@ -1,7 +1,14 @@
 //! Slow sweeps of a viewer, a roughness, an azimuth: how far the result moves from step to step.
 
-use super::surfaces::{Surface, spherical, surfaces};
+use super::super::specular::LOD_MATCHED;
+use super::super::visible_diffuse::{leadr_diffuse_light_visible, visible_diffuse_moments};
+use super::super::visible_specular::line_rule;
+use super::diffuse::{Environment, grid_moments};
+use super::light::grid_cosine;
+use super::specular::{Lobes, Sharpness, grid_radiance, line_radiance};
+use super::surfaces::{Random, Surface, spherical, surfaces};
 use glam::DVec3;
+use rayon::prelude::*;
 use std::f64::consts::{PI, TAU};
 
 /// What a sweep changes.
@@ -75,12 +82,63 @@ pub struct Steps {
 
 /// The steps of `value` along `path`, from each of `n` surfaces; `value` gets the number of the surface too.
 #[must_use]
-pub fn steps(path: Path, n: usize, seed: u64, value: impl Fn(usize, &Surface) -> f64) -> Steps {
-    let mut worst = Steps::default();
-    for (i, base) in surfaces(n, seed).iter().enumerate() {
+pub fn steps(path: Path, n: usize, seed: u64, value: impl Fn(usize, &Surface) -> f64 + Sync) -> Steps {
+    let one = |(i, base): (usize, &Surface)| {
         let values: Vec<f64> = path.surfaces(base).iter().map(|s| value(i, s)).collect();
-        worst.step = values.windows(2).map(|w| (w[1] - w[0]).abs()).fold(worst.step, f64::max);
-        worst.bend = values.windows(3).map(|w| (w[2] - 2.0 * w[1] + w[0]).abs()).fold(worst.bend, f64::max);
+        Steps {
+            step: values.windows(2).map(|w| (w[1] - w[0]).abs()).fold(0.0, f64::max),
+            bend: values.windows(3).map(|w| (w[2] - 2.0 * w[1] + w[0]).abs()).fold(0.0, f64::max),
+        }
+    };
+    let larger = |a: Steps, b: Steps| Steps { step: a.step.max(b.step), bend: a.bend.max(b.bend) };
+    surfaces(n, seed).par_iter().enumerate().map(one).reduce(Steps::default, larger)
+}
+
+/// The steps of one rule along one path.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SweepRow {
+    /// What is integrated.
+    pub integral: &'static str,
+    /// Path.
+    pub path: Path,
+    /// Rule.
+    pub rule: String,
+    /// Its steps, in units of the environment's mean radiance or of the light's irradiance.
+    pub steps: Steps,
+}
+
+/// The paper's 5×5 grid and the visible-slope rules along every path, from `n` surfaces each.
+#[must_use]
+pub fn sweep_rows(n: usize) -> Vec<SweepRow> {
+    const SEED: u64 = 5;
+    let mut r = Random(SEED);
+    let environments: Vec<Environment> = (0..n).map(|_| Environment::random(&mut r)).collect();
+    let lights: Vec<DVec3> = (0..n).map(|_| spherical(r.range(0.0, 1.5), r.range(0.0, TAU))).collect();
+    let mut lobes = |sharpness| -> Vec<Lobes> { (0..n).map(|_| Lobes::random(&mut r, sharpness)).collect() };
+    let (smooth, sharp) = (lobes(Sharpness::Smooth), lobes(Sharpness::Sharp));
+    let mut rows = Vec::new();
+    for path in Path::ALL {
+        let mut add = |integral, rule: String, steps| rows.push(SweepRow { integral, path, rule, steps });
+        add("diffuse", "paper 5x5".into(), steps(path, n, SEED, |i, s| environments[i].radiance(&grid_moments(s, 5))));
+        for terms in [2, 3] {
+            let moments = |s: &Surface| visible_diffuse_moments(s.wo, s.m, s.s, terms);
+            let swept = steps(path, n, SEED, |i, s| environments[i].radiance(&moments(s)));
+            add("diffuse", format!("visible {terms} terms"), swept);
+        }
+        add("light", "paper 5x5".into(), steps(path, n, SEED, |i, s| grid_cosine(s, lights[i], 5)));
+        for terms in [2, 3] {
+            let cosine = |s: &Surface, wi| PI * leadr_diffuse_light_visible(s.wo, wi, s.m, s.s, false, terms);
+            add("light", format!("visible {terms} terms"), steps(path, n, SEED, |i, s| cosine(s, lights[i])));
+        }
+        for (name, lobes) in [("smooth lobes", &smooth), ("sharp lobes", &sharp)] {
+            let grid = steps(path, n, SEED, |i, s| grid_radiance(s, &lobes[i], 5, LOD_MATCHED));
+            add(name, "paper 5x5".into(), grid);
+            for probes in [3, 5, 7, 9, 16] {
+                let rule = line_rule(probes);
+                let swept = steps(path, n, SEED, |i, s| line_radiance(s, &lobes[i], &rule));
+                add(name, format!("line of {probes}"), swept);
+            }
+        }
     }
-    worst
+    rows
 }

@@ -1,0 +1,176 @@
+//! The visible-slope rules on the device against their f64 twins.
+
+mod common;
+#[path = "parity/comparator.rs"]
+mod comparator;
+
+use comparator::{Numbers, Random, TUPLES, Tolerance, join, list, parity, v2, v3};
+use glam::{DVec2, DVec3};
+use leadr::reflectance::fresnel::fresnel_schlick;
+use leadr::reflectance::normal_distribution::normal_ramp;
+use leadr::reflectance::projected_area::{meso_area, slope_spread};
+use leadr::reflectance::slope_statistics::clamp_covariance;
+use leadr::reflectance::visible_diffuse::{clamped_product, leadr_diffuse_light_visible, visible_diffuse_moments};
+use leadr::reflectance::visible_slopes::{VISIBLE_TAIL, visible_slopes};
+use leadr::reflectance::visible_specular::{line_rule, visible_line, visible_probe, visible_probe_at};
+
+/// A viewer and slopes; with `tilted`, also mesosurfaces turned so far away that the rules tilt them back, where rounding
+/// of a vanishing spread is all that is left; so not with a singular covariance as well.
+fn surface(r: &mut Random, tilted: bool) -> (DVec3, DVec2, DVec3) {
+    loop {
+        let (wo, m, s) = (r.direction(), r.mean_slope(), r.covariance());
+        let regular = s.z * s.z < 0.98 * s.x * s.y;
+        if tilted && regular || meso_area(wo, m) > 2e-3 - 0.95 * VISIBLE_TAIL * slope_spread(wo, clamp_covariance(s)) {
+            return (wo, m, s);
+        }
+    }
+}
+
+fn slopes_parity(tilted: bool, relative: f64) {
+    parity::<8>(
+        "visible_slopes",
+        // The third moment is a difference of terms of magnitude 10.
+        Tolerance {
+            relative,
+            floor: |k| [1e-3, 1e-2, 0.1, 1.0][[3, 7, 12].iter().filter(|&&t| k >= t).count()],
+            unit: 0.0,
+        },
+        |r| {
+            let (wo, m, s) = surface(r, tilted);
+            join(&[&wo.to_array(), &m.to_array(), &s.to_array()])
+        },
+        |x| {
+            let s = v3(x, 5);
+            let v = visible_slopes(v3(x, 0), v2(x, 3), s);
+            let cov = v.cov / (s.x + s.y).max(1e-8);
+            let ramp = normal_ramp(x[3]).ramp;
+            list![[v.a, v.b, v.area], v.axis, v.mean, cov, [v.facet, v.variance, v.third, ramp]]
+        },
+    );
+}
+
+#[test]
+fn visible_slopes_parity() {
+    slopes_parity(false, 2e-4);
+    slopes_parity(true, 1e-3);
+}
+
+fn diffuse_parity(tilted: bool, relative: f64) {
+    parity::<12>(
+        "visible_diffuse",
+        Tolerance { relative, floor: |k| if k == 11 { 0.1 } else { 1e-2 }, unit: 0.0 },
+        |r| {
+            let ((wo, m, s), wi) = (surface(r, tilted), r.direction());
+            join(&[&wo.to_array(), &wi.to_array(), &m.to_array(), &s.to_array(), &[r.pick([2.0, 3.0])]])
+        },
+        |x| {
+            let (wo, wi, m, s, terms) = (v3(x, 0), v3(x, 3), v2(x, 6), v3(x, 8), x[11].round() as u32);
+            let v = visible_diffuse_moments(wo, m, s, terms);
+            let product = clamped_product(m.x, s.x.abs(), m.y, s.y.abs(), wi.x * s.x * s.y);
+            let light = |shadowing| leadr_diffuse_light_visible(wo, wi, m, s, shadowing, terms);
+            list![v.mean, v.diag, v.off, [light(false), light(true), product]]
+        },
+    );
+}
+
+#[test]
+fn visible_diffuse_parity() {
+    diffuse_parity(false, 5e-5);
+    diffuse_parity(true, 2e-3);
+}
+
+fn specular_parity(tilted: bool, relative: f64) {
+    parity::<9>(
+        "visible_specular",
+        Tolerance { relative, floor: |k| if [2, 9, 10, 21].contains(&k) { 1.0 } else { 0.1 }, unit: 0.0 },
+        |r| {
+            let (wo, m, s) = surface(r, tilted);
+            join(&[&wo.to_array(), &m.to_array(), &s.to_array(), &[r.pick([3.0, 5.0, 7.0, 9.0, 16.0])]])
+        },
+        |x| {
+            let (wo, m, s) = (v3(x, 0), v2(x, 3), v3(x, 5));
+            let rule = line_rule(x[8].round() as u32);
+            let line = visible_line(wo, m, s, 256.0, &rule);
+            let unit = 1.0 / (s.x + s.y).max(1e-8);
+            let products = |v: DVec2| unit * DVec3::new(v.x * v.x, v.y * v.y, v.x * v.y);
+            let (mut weights, mut mirror, mut fresnel, mut lod) = (0.0, DVec3::ZERO, DVec3::ZERO, 0.0);
+            for i in 0..rule.n {
+                let p = visible_probe(&line, wo, i, &rule);
+                weights += p.weight;
+                mirror += p.weight * p.wi;
+                fresnel += p.weight * fresnel_schlick(DVec3::new(0.04, 0.5, 1.0), p.cosine);
+                lod += p.weight * p.lod;
+            }
+            let middle = visible_probe_at(&line, wo, 0.0, 1.0);
+            list![
+                line.mean,
+                [line.lod],
+                products(line.major),
+                products(line.minor),
+                line.bend * unit.sqrt(),
+                [weights],
+                mirror,
+                fresnel,
+                middle.slope,
+                [middle.facet, lod]
+            ]
+        },
+    );
+}
+
+#[test]
+fn visible_specular_parity() {
+    specular_parity(false, 6e-4);
+    specular_parity(true, 5e-3);
+}
+
+/// Arguments no scene should produce: everything is finite all the same.
+#[test]
+fn finite_at_the_extremes() {
+    let Some(gpu) = common::test_gpu() else { return };
+    let mut r = Random(7);
+    let any = |r: &mut Random| r.pick([0.0, 1e-30, -1e-30, 1e-12, 1.0, -1.0, 0.5, 1e3, -1e3, 1e6, -1e6]);
+    let axis = |r: &mut Random| {
+        let v = DVec3::new(r.pick([0.0, 1.0, -1.0, 1e-7]), r.pick([0.0, 1.0, -1e-4]), r.pick([0.0, 1.0, -1.0, 1e-20]));
+        v.try_normalize().unwrap_or(DVec3::NEG_Z).to_array()
+    };
+    let mut tuples = |tail: &[f64], directions: usize| -> Vec<Vec<f32>> {
+        (0..TUPLES)
+            .map(|_| {
+                let mut x: Vec<f64> = (0..directions).flat_map(|_| axis(&mut r)).collect();
+                x.extend((0..5).map(|_| any(&mut r)));
+                if !tail.is_empty() {
+                    x.push(tail[(r.unit() * tail.len() as f64) as usize]);
+                }
+                x.into_iter().map(|v| v as f32).collect()
+            })
+            .collect()
+    };
+    let check = |name: &str, outputs: usize, items: &[Vec<f32>], got: &[f32]| {
+        let bad: Vec<_> = got.iter().enumerate().filter(|(_, v)| !v.is_finite()).map(|(i, _)| i).collect();
+        assert!(
+            bad.is_empty(),
+            "{name} on {}: {} values not finite, first output {} of {:?}",
+            gpu.device_name(),
+            bad.len(),
+            bad[0] % outputs,
+            items[bad[0] / outputs]
+        );
+    };
+    fn fixed<const N: usize>(items: &[Vec<f32>]) -> Vec<[f32; N]> {
+        items.iter().map(|x| x.as_slice().try_into().expect("as many as the probe reads")).collect()
+    }
+    let items = tuples(&[], 1);
+    check(
+        "visible_slopes",
+        13,
+        &items,
+        &common::run_probe(&gpu, "probes/visible_slopes.comp", &fixed::<8>(&items), 14),
+    );
+    let items = tuples(&[2.0, 3.0], 2);
+    let got = common::run_probe(&gpu, "probes/visible_diffuse.comp", &fixed::<12>(&items), 12);
+    check("visible_diffuse", 12, &items, &got);
+    let items = tuples(&[3.0, 5.0, 7.0, 9.0, 16.0], 1);
+    let got = common::run_probe(&gpu, "probes/visible_specular.comp", &fixed::<9>(&items), 22);
+    check("visible_specular", 22, &items, &got);
+}
