@@ -226,7 +226,7 @@ fn structs_lie_in_memory_as_the_shaders_expect() {
         offsets.into_iter().map(|(_, offset)| offset as usize).collect::<Vec<_>>()
     };
     macro_rules! check {
-        ($shader:literal, $name:literal, $type:ty, [$($field:ident),*]) => {
+        ($shader:literal, $name:literal, $type:ty, [$($field:ident),* $(,)?]) => {
             let rust = [$(std::mem::offset_of!($type, $field)),*];
             assert_eq!(offsets($shader, $name), rust, concat!($name, " in ", $shader));
         };
