@@ -32,7 +32,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     };
     let mut stage = sphere_stage(Relief { map, tile: 32, ..Relief::default() });
     let mut renderer = Renderer::new(&gpu, std::mem::take(&mut stage.objects), environment)?;
-    let lights = Lights { sky, points: Vec::new() };
+    let lights = Lights { sky, ..Default::default() };
     println!("{} · {STEPS} distances from 5 to 50 m", gpu.device_name());
     for technique in [Technique::Leadr, Technique::NormalMip] {
         let mut luminances = Vec::new();

@@ -40,7 +40,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let count = objects.len();
     let mut renderer = Renderer::new(&gpu, objects, environment)?;
     let camera = stage.views.mid.at_distance(distance);
-    let mut state = stage.state(0.4, &camera, &Lights { sky, points: Vec::new() });
+    let mut state = stage.state(0.4, &camera, &Lights { sky, ..Default::default() });
     state.poses.truncate(count);
 
     let mut render = |technique: Technique,

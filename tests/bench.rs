@@ -141,7 +141,7 @@ fn a_measured_frame_is_the_frame_that_is_drawn() {
     let sky = Sky::default();
     let environment = Environment::from_sky(&gpu, 16, &sky).unwrap();
     let mut renderer = Renderer::new(&gpu, std::mem::take(&mut stage.objects), environment).unwrap();
-    let state = stage.state(0.0, &stage.views.mid, &Lights { sky: Some(sky), points: Vec::new() });
+    let state = stage.state(0.0, &stage.views.mid, &Lights { sky: Some(sky), ..Lights::default() });
     let settings = RenderSettings {
         size,
         tessellation: TessellationSettings { max_factor: 1.0, cull: false, ..Default::default() },

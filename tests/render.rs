@@ -11,7 +11,7 @@ use leadr::render::environment::Environment;
 use leadr::render::frame::{FrameOutput, Layer, Renderer};
 use leadr::render::object::{ObjectGpu, PatchGpu, VertexGpu, ViewGpu};
 use leadr::render::patch_mesh::PatchMesh;
-use leadr::render::scene::{FrameState, Object, Pose};
+use leadr::render::scene::{FrameState, Object, Pose, Sun};
 use leadr::render::settings::RenderSettings;
 use leadr::render::shade::LightingGpu;
 use leadr::render::sky::Sky;
@@ -168,6 +168,33 @@ fn the_same_frame_gives_the_same_bits() {
     assert_ne!(a.color, reseeded.color);
 }
 
+/// A light beside the camera casts no shadow that the camera sees, however coarse the camera's triangles are: bumps that
+/// it does not draw must not throw any.
+#[test]
+fn coarse_surfaces_do_not_shade_themselves() {
+    let Some(gpu) = common::test_gpu() else { return };
+    let (mesh, heights) = displaced_sphere(&rough(), 1.0, 6, 32, [0.5; 4]);
+    let mut renderer = renderer(&gpu, object(mesh, heights, 0.5));
+    let direction = Vec3::new(1.0, 0.4, 0.3).normalize();
+    let mut light = |distance: f32, toward: Vec3, shadows: bool| -> f64 {
+        let camera = Camera::looking_at(direction * distance, Vec3::ZERO, 40.0);
+        let sun = Some(Sun { direction: toward, irradiance: Vec3::splat(20.0) });
+        let settings = RenderSettings { size: (96, 96), shadows, ..Default::default() };
+        let output = renderer.render(&FrameState { sun, ..state(camera) }, &settings).unwrap();
+        output.color.iter().filter(|c| c[3] > 0.0).map(|c| f64::from(c[1])).sum()
+    };
+    for distance in [3.0, 12.0, 30.0] {
+        let lost = 1.0 - light(distance, direction, true) / light(distance, direction, false);
+        println!("{distance} m: {lost:.4} of the light lost");
+        assert!((-1e-6..0.01).contains(&lost), "{distance} m: {lost}");
+    }
+    // The light of a low sun is lost in places, or the above would say nothing.
+    let low = (direction + 3.0 * direction.any_orthonormal_vector()).normalize();
+    let lost = 1.0 - light(1.6, low, true) / light(1.6, low, false);
+    println!("low sun: {lost:.4}");
+    assert!(lost > 0.002, "{lost}");
+}
+
 #[test]
 fn layers_describe_the_surface() {
     let Some(gpu) = common::test_gpu() else { return };
@@ -221,8 +248,7 @@ fn structs_lie_in_memory_as_the_shaders_expect() {
             point_position,
             point_intensity,
             viewport,
-            environment,
-            counts
+            environment
         ]
     );
 }

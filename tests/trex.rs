@@ -35,7 +35,7 @@ fn renderer(gpu: &common::TestGpu, stage: &mut Stage, count: usize) -> Renderer 
 }
 
 fn lights() -> Lights {
-    Lights { sky: Some(Sky::default()), points: Vec::new() }
+    Lights { sky: Some(Sky::default()), ..Default::default() }
 }
 
 /// Pixels that show the inside and are covered on all sides (see `tests/render.rs` for the outline), as `(cracks,

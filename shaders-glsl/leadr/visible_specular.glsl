@@ -50,9 +50,8 @@ float reflection_jacobian(float facet, float squared_normal) {
     return abs(facet) / (squared_normal * squared_normal);
 }
 
-// size: texels per edge of the environment's cube map.
-VisibleLine visible_line(vec3 wo, vec2 m, vec3 S, float size, LineRule rule) {
-    VisibleSlopes v = visible_slopes(wo, m, S);
+// The line through these slopes. size: texels per edge of the environment's cube map.
+VisibleLine line_of_slopes(VisibleSlopes v, vec3 wo, float size, LineRule rule) {
     // Metric of reflected directions at the mean: |dwi|^2 = 4/|N|^2 ((p.ds)^2 + facet^2/|N|^2 (|ds|^2 - (s.ds)^2/|N|^2)).
     vec2 s = v.mean;
     float per = 1.0 / (1.0 + dot(s, s));
@@ -89,6 +88,11 @@ VisibleLine visible_line(vec3 wo, vec2 m, vec3 S, float size, LineRule rule) {
     float kernel = max(max(rule.kernel * wide, narrow), 1e-12);
     line.lod = 0.5 * log2(kernel / max(jacobian, 1e-12)) + log2(size) + 0.467 + rule.bias;
     return line;
+}
+
+// The line through all that is visible.
+VisibleLine visible_line(vec3 wo, vec2 m, vec3 S, float size, LineRule rule) {
+    return line_of_slopes(visible_slopes(wo, m, S), wo, size, rule);
 }
 
 struct VisibleProbe {

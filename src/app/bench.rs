@@ -66,7 +66,7 @@ pub fn bench(arguments: &BenchArgs, output: &Output) -> Result<BenchReport, AppE
         let sky = Sky::default();
         let environment = Environment::from_sky(&gpu, FACE_SIZE, &sky)?;
         let renderer = Renderer::new(&gpu, std::mem::take(&mut stage.objects), environment)?;
-        let state = stage.state(0.0, &stage.views.mid, &Lights { sky: Some(sky), points: Vec::new() });
+        let state = stage.state(0.0, &stage.views.mid, &Lights { sky: Some(sky), ..Lights::default() });
         measure(renderer, rows::quad(&state, size), rounds, output, &mut measured)?;
     }
     for (config, inputs) in scenes {

@@ -4,12 +4,14 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
 
+use super::report::ReportSection;
 use super::shading::{ShadingArgs, techniques};
 use super::values::{
     CameraChoice, EnvironmentChoice, FrameRange, Layer, SceneKind, Shard, Size, Sun, atlas_tile, finite, not_negative,
-    positive, roughness,
+    positive, roughness, sweep,
 };
 use crate::render::settings::Technique;
+use crate::scenes::stage::Sweep;
 
 /// Renders displaced surfaces that keep their look at every distance (LEADR mapping).
 #[derive(Debug, Parser)]
@@ -63,6 +65,9 @@ pub enum Command {
     /// Measure how far two pictures are apart: FLIP, relative RMSE, largest difference
     #[command(after_help = COMPARE_EXAMPLES)]
     Compare(CompareArgs),
+    /// Measure again what the papers show, and write it as one page of tables, pictures and plots
+    #[command(after_help = REPORT_EXAMPLES)]
+    Report(ReportArgs),
 }
 
 #[cfg(feature = "window")]
@@ -86,6 +91,7 @@ const CAPTURE_EXAMPLES: &str = "Examples:
   leadr capture --camera far --samples 16 -o far.png
   leadr capture --frames 0..48 --fps 24 -o 'out/walk-{frame}.png' --resume
   leadr capture --frames 0..48 --shard 2/8 -o 'out/walk-{frame}.png'
+  leadr capture --frames 0..60 --sweep 5..200 -o 'out/away-{frame}.png'
   leadr capture --scene plane --height-map bricks.png --height-scale 0.05 --distance 20
   leadr capture --layers depth,normal,covariance -o trex.exr";
 
@@ -93,6 +99,28 @@ const COMPARE_EXAMPLES: &str = "Examples:
   leadr compare reference.png test.png
   leadr compare reference.exr test.exr --max-flip 0.02 --error-image out/error.png && echo close enough
   leadr compare reference.png test.png --json";
+
+const REPORT_EXAMPLES: &str = "Examples:
+  leadr report                                  everything, into out/report; takes half an hour without a GPU
+  leadr report --quick -o out/quick             everything, small, in minutes
+  leadr report --only convergence -o out/one    a single section";
+
+/// Flags of `leadr report`.
+#[derive(Clone, Debug, Args)]
+pub struct ReportArgs {
+    /// Small pictures and few samples
+    #[arg(long)]
+    pub quick: bool,
+    /// Only these sections
+    #[arg(long, value_name = "NAME,...", value_enum, value_delimiter = ',')]
+    pub only: Vec<ReportSection>,
+    /// Folder of the report: index.html, report.json and the pictures
+    #[arg(long, short, value_name = "DIR", default_value = "out/report")]
+    pub output: PathBuf,
+    /// The device.
+    #[command(flatten)]
+    pub device: DeviceArgs,
+}
 
 const BENCH_EXAMPLES: &str = "Examples:
   leadr bench                                  everything: minutes without a GPU
@@ -165,8 +193,8 @@ pub struct SceneArgs {
     /// Factor on the displacement; 0 is flat
     #[arg(long, value_name = "X", default_value = "1", value_parser = not_negative)]
     pub height_scale: f32,
-    /// Light from all around: the analytic sky, or an equirectangular picture
-    #[arg(long, value_name = "sky|FILE.hdr|FILE.exr", default_value = "sky")]
+    /// Light from all around: the analytic sky, a studio, or an equirectangular picture
+    #[arg(long, value_name = "sky|studio|FILE.hdr|FILE.exr", default_value = "sky")]
     pub environment: EnvironmentChoice,
     /// Direction to the sun, degrees: counter-clockwise from +x, and above the horizon
     #[arg(long, value_name = "AZIMUTH,ELEVATION", default_value = "-50,38", allow_hyphen_values = true)]
@@ -239,6 +267,9 @@ pub struct CaptureArgs {
     /// Frames per second
     #[arg(long, value_name = "F", default_value = "30", requires = "frames", value_parser = positive)]
     pub fps: f32,
+    /// Frames are steps away from the target, each by the same factor, instead of steps in time
+    #[arg(long, value_name = "NEAR..FAR", requires = "frames", conflicts_with_all = ["distance", "fps"], value_parser = sweep)]
+    pub sweep: Option<Sweep>,
     /// Render only every N-th frame, starting with the I-th
     #[arg(long, value_name = "I/N", requires = "frames")]
     pub shard: Option<Shard>,

@@ -77,8 +77,9 @@ impl SceneConfig {
     /// [`AppError::Usage`] if flags contradict each other, [`AppError::Failed`] if a file is wrong.
     pub fn resolve(arguments: &SceneArgs) -> Result<Self, AppError> {
         let a = arguments.clone();
-        if a.scene == SceneKind::Trex && a.height_map.is_some() {
-            return Err(AppError::Usage("--height-map is for --scene plane or sphere; the trex brings its own".into()));
+        if !matches!(a.scene, SceneKind::Plane | SceneKind::Sphere) && a.height_map.is_some() {
+            let fault = "--height-map is for --scene plane or sphere; the other scenes bring their own";
+            return Err(AppError::Usage(fault.into()));
         }
         let view = match &a.camera {
             CameraChoice::Near => View::Near,
@@ -133,7 +134,7 @@ impl CaptureConfig {
     pub fn resolve(arguments: &CaptureArgs) -> Result<Self, AppError> {
         let a = arguments.clone();
         let timeline = match a.frames {
-            Some(frames) => Timeline::Sequence { frames, fps: f64::from(a.fps), shard: a.shard },
+            Some(frames) => Timeline::Sequence { frames, fps: f64::from(a.fps), shard: a.shard, sweep: a.sweep },
             None => Timeline::Still { time: f64::from(a.time) },
         };
         let path = a.output.clone().unwrap_or_else(|| default_output(&a, &timeline));
@@ -253,7 +254,10 @@ pub(super) mod tests {
 
     #[test]
     fn contradictions_are_wrong_usage() {
-        let cases: [&[&str]; 9] = [
+        let cases: [&[&str]; 12] = [
+            &["--sweep", "1..2"],
+            &["--frames", "0..4", "--sweep", "1..2", "--distance", "3"],
+            &["--frames", "0..4", "--sweep", "1..2", "--fps", "3"],
             &["--layers", "depth", "-o", "a.png"],
             &["--frames", "0..4", "-o", "a.png"],
             &["-o", "a-{frame}.png"],

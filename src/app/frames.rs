@@ -6,6 +6,7 @@ use serde::Serialize;
 
 use super::error::AppError;
 use super::values::{FrameRange, Shard, extension};
+use crate::scenes::stage::Sweep;
 
 /// One moment of the animation.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -14,6 +15,9 @@ pub struct Moment {
     pub frame: u32,
     /// Seconds since the start of the animation.
     pub time: f64,
+    /// Metres between camera and target, in a sweep.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub distance: Option<f32>,
 }
 
 /// The moments a capture was asked for.
@@ -33,6 +37,9 @@ pub enum Timeline {
         fps: f64,
         /// The part of the range that this call renders.
         shard: Option<Shard>,
+        /// The camera moves instead of time.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        sweep: Option<Sweep>,
     },
 }
 
@@ -41,12 +48,19 @@ impl Timeline {
     #[must_use]
     pub fn moments(&self) -> Vec<Moment> {
         match *self {
-            Self::Still { time } => vec![Moment { frame: 0, time }],
-            Self::Sequence { frames, fps, shard } => {
+            Self::Still { time } => vec![Moment { frame: 0, time, distance: None }],
+            Self::Sequence { frames, fps, shard, sweep } => {
                 let Shard { index, count } = shard.unwrap_or(Shard { index: 1, count: 1 });
                 let numbers = (frames.start..frames.end).skip(index as usize - 1).step_by(count as usize);
-                // Divided, not accumulated: a frame's time does not depend on the shard it is in.
-                numbers.map(|frame| Moment { frame, time: f64::from(frame) / fps }).collect()
+                let moment = |frame| match sweep {
+                    // Divided, not accumulated: a frame's time does not depend on the shard it is in.
+                    None => Moment { frame, time: f64::from(frame) / fps, distance: None },
+                    Some(sweep) => {
+                        let distance = sweep.distance(frame - frames.start, frames.end - frames.start);
+                        Moment { frame, time: 0.0, distance: Some(distance) }
+                    }
+                };
+                numbers.map(moment).collect()
             }
         }
     }
@@ -114,7 +128,7 @@ mod tests {
     use super::*;
 
     fn sequence(start: u32, end: u32, shard: Option<Shard>) -> Timeline {
-        Timeline::Sequence { frames: FrameRange { start, end }, fps: 24.0, shard }
+        Timeline::Sequence { frames: FrameRange { start, end }, fps: 24.0, shard, sweep: None }
     }
 
     #[test]
@@ -126,6 +140,17 @@ mod tests {
         assert_eq!(parts, whole);
         assert_eq!((whole.len(), whole[0].frame, whole[19].time), (23, 5, 1.0));
         assert!(sequence(0, 2, Some(Shard { index: 3, count: 3 })).moments().is_empty());
+    }
+
+    #[test]
+    fn a_sweep_moves_the_camera_and_not_the_time() {
+        let sweep = Some(Sweep { near: 2.0, far: 18.0 });
+        let frames = FrameRange { start: 7, end: 10 };
+        let moments = Timeline::Sequence { frames, fps: 24.0, shard: None, sweep }.moments();
+        let seen: Vec<_> = moments.iter().map(|m| (m.frame, m.time, m.distance.unwrap().round())).collect();
+        assert_eq!(seen, [(7, 0.0, 2.0), (8, 0.0, 6.0), (9, 0.0, 18.0)]);
+        let second = Timeline::Sequence { frames, fps: 24.0, shard: Some(Shard { index: 2, count: 3 }), sweep };
+        assert_eq!(second.moments(), moments[1..2]);
     }
 
     #[test]

@@ -16,6 +16,7 @@ pub mod frames;
 pub mod orbit;
 pub mod output;
 pub mod renderer_source;
+pub mod report;
 pub mod save;
 pub mod shading;
 pub mod stage;
@@ -71,6 +72,10 @@ fn dispatch(cli: Cli) -> Result<(), AppError> {
             output.result(&report)
         }
         Command::Compare(arguments) => compare::compare(&arguments, &output),
+        Command::Report(arguments) => {
+            let summary = report::report(&arguments, &output)?;
+            output.result(&summary)
+        }
     }
 }
 

@@ -43,6 +43,14 @@ impl Output {
         }
     }
 
+    /// Says on stderr what long work is at, unless quiet.
+    pub fn say(&self, line: &str) {
+        if !self.quiet {
+            // Nobody to talk to is no failure.
+            let _ = writeln!(io::stderr(), "{line}");
+        }
+    }
+
     /// A progress bar over `steps` steps; it draws only for work of several steps, on a terminal, unless quiet.
     #[must_use]
     pub fn progress(&self, steps: usize) -> ProgressBar {

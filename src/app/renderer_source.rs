@@ -69,7 +69,10 @@ impl FrameSource for RendererSource {
     }
 
     fn render(&mut self, moment: Moment) -> Result<Frame, AppError> {
-        let state = (self.animation)(moment.time);
+        let mut state = (self.animation)(moment.time);
+        if let Some(distance) = moment.distance {
+            state.camera = state.camera.at_distance(distance);
+        }
         let output = self.renderer.render(&state, &self.settings)?;
         let mut layers = Vec::with_capacity(self.layers.len());
         for &layer in &self.layers {

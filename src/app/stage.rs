@@ -13,8 +13,11 @@ use crate::render::environment::{Environment, FACE_SIZE};
 use crate::render::frame::Renderer;
 use crate::render::scene::FrameState;
 use crate::render::sky::Sky;
+use crate::scenes::deform::{self, Deformation};
 use crate::scenes::stage::{Lights, Relief, Stage, Views, plane_stage, sphere_stage};
+use crate::scenes::studio::studio;
 use crate::scenes::trex::stage::trex_stage;
+use crate::scenes::{pillow, snake, spheres};
 
 /// The files a scene is made from, loaded and checked.
 #[derive(Debug)]
@@ -34,6 +37,7 @@ impl Inputs {
         let height_map = config.height_map.as_ref().map(maps::load_height_map).transpose()?;
         let environment = match &config.environment {
             EnvironmentChoice::Sky => None,
+            EnvironmentChoice::Studio => Some(studio()),
             EnvironmentChoice::File(path) => Some(maps::load_environment(path)?),
         };
         Ok(Self { height_map, environment })
@@ -67,11 +71,11 @@ pub fn set(config: &SceneConfig, inputs: Inputs, gpu: &Arc<Gpu>, output: &Output
     let mut stage = stage(config, inputs, output)?;
     let camera = camera(config, stage.views);
     let renderer = Renderer::new(gpu, std::mem::take(&mut stage.objects), environment)?;
-    let lights = Lights { sky, points: Vec::new() };
+    let lights = Lights { sky, ..Default::default() };
     let height_scale = config.height_scale;
     let animation: Animation = Box::new(move |time| {
         let mut state = stage.state(time, &camera, &lights);
-        state.height_scale = height_scale;
+        state.height_scale *= height_scale;
         state
     });
     Ok(Set { renderer, animation, camera })
@@ -85,6 +89,12 @@ fn stage(config: &SceneConfig, inputs: Inputs, output: &Output) -> Result<Stage,
     Ok(match config.kind {
         SceneKind::Plane => plane_stage(relief),
         SceneKind::Sphere => sphere_stage(relief),
+        SceneKind::Spheres => spheres::grid::stage(),
+        SceneKind::Pillow => pillow::stage(config.atlas_tile),
+        SceneKind::Snake => snake::stage(config.atlas_tile),
+        SceneKind::Stretch => deform::stage(Deformation::Stretch),
+        SceneKind::Shear => deform::stage(Deformation::Shear),
+        SceneKind::HeightScale => deform::stage(Deformation::HeightScale),
         SceneKind::Trex => {
             let progress = output.progress(1000);
             progress.set_message("making the T-rex (once; then it is cached)");

@@ -8,6 +8,8 @@ use clap::ValueEnum;
 use glam::Vec3;
 use serde::Serialize;
 
+use crate::scenes::stage::Sweep;
+
 /// Longest image side in pixels; every Vulkan 1.3 GPU (and lavapipe) can render to one.
 pub const MAX_SIDE: u32 = 16_384;
 /// Most pixels in an image: its linear colours alone take 16 bytes each.
@@ -23,6 +25,18 @@ pub enum SceneKind {
     Plane,
     /// A sphere with a height map.
     Sphere,
+    /// Sixteen spheres of known roughness.
+    Spheres,
+    /// A quad, a sphere and a cylinder that are stretched and squeezed.
+    Stretch,
+    /// The same three, sheared.
+    Shear,
+    /// The same three, their bumps lowered until they are smooth.
+    HeightScale,
+    /// A quilted cushion.
+    Pillow,
+    /// A coiled snake among four lamps.
+    Snake,
 }
 
 /// A quantity written to EXR beside the colour.
@@ -64,6 +78,8 @@ impl Layer {
 pub enum EnvironmentChoice {
     /// The analytic sky, lit by `--sun`.
     Sky,
+    /// A photographer's studio made by the program, without a sun.
+    Studio,
     /// An equirectangular picture, `.hdr` or `.exr`.
     File(PathBuf),
 }
@@ -75,10 +91,13 @@ impl FromStr for EnvironmentChoice {
         if text == "sky" {
             return Ok(Self::Sky);
         }
+        if text == "studio" {
+            return Ok(Self::Studio);
+        }
         let path = PathBuf::from(text);
         match extension(&path).as_deref() {
             Some("hdr" | "exr") => Ok(Self::File(path)),
-            _ => Err("an environment is 'sky' or a .hdr or .exr file".to_owned()),
+            _ => Err("an environment is 'sky', 'studio' or a .hdr or .exr file".to_owned()),
         }
     }
 }
@@ -256,6 +275,15 @@ impl FromStr for FrameRange {
     }
 }
 
+/// Distances to the target from the first frame to the last, metres, written `NEAR..FAR`.
+///
+/// # Errors
+/// If `text` is not two numbers above 0.
+pub fn sweep(text: &str) -> Result<Sweep, String> {
+    let (near, far) = text.split_once("..").ok_or("a sweep is NEAR..FAR in metres, such as 5..100")?;
+    Ok(Sweep { near: positive(near)?, far: positive(far)? })
+}
+
 /// Every `count`-th frame, starting with the `index`-th; written `I/N`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct Shard {
@@ -308,6 +336,8 @@ mod tests {
         assert_eq!("3..7".parse(), Ok(FrameRange { start: 3, end: 7 }));
         refused::<FrameRange>(&["", "3", "7..3", "3..3", "..", "a..b", "-1..3", "0..4000000000"]);
         assert_eq!("2/8".parse(), Ok(Shard { index: 2, count: 8 }));
+        assert_eq!(sweep("5..0.5"), Ok(Sweep { near: 5.0, far: 0.5 }));
+        assert!(["", "5", "0..4", "1..-2", "nan..2", "1..inf", "..", "a..b"].iter().all(|t| sweep(t).is_err()));
         refused::<Shard>(&["", "2", "0/8", "9/8", "1/0", "a/b", "1/2/3"]);
     }
 

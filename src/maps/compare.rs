@@ -3,7 +3,7 @@
 use nv_flip::{DEFAULT_PIXELS_PER_DEGREE, FlipImageFloat, FlipImageRgb8, flip, magma_lut};
 
 use super::tonemap::{Tonemap, display_image};
-use super::{MapFault, Rgb8Image, RgbImage};
+use super::{MapFault, Mask, Rgb8Image, RgbImage};
 
 /// The result of [`compare`].
 #[derive(Clone, Debug, PartialEq)]
@@ -53,18 +53,63 @@ pub fn compare(reference: &RgbImage, test: &RgbImage, exposure: f32, tonemap: To
 /// Relative root mean square error over all channels: the norm of the difference over the norm of the reference.
 /// 0 for equal pictures, 1 for a black test, infinite when only the reference is black.
 pub fn rrmse(reference: &RgbImage, test: &RgbImage) -> Result<f64, MapFault> {
-    check_sizes(reference, test)?;
+    rrmse_over(reference, test, &Mask::all(reference.width, reference.height))
+}
+
+/// [`rrmse`] of the pixels of `mask` alone; 0 when there is none. Fails when the sizes differ.
+pub fn rrmse_over(reference: &RgbImage, test: &RgbImage, mask: &Mask) -> Result<f64, MapFault> {
     let (mut difference, mut norm) = (0.0f64, 0.0f64);
-    for (&r, &t) in reference.texels.as_flattened().iter().zip(test.texels.as_flattened()) {
-        let (r, t) = (f64::from(r), f64::from(t));
+    for_each_channel(reference, test, mask, |r, t| {
         difference += (r - t) * (r - t);
         norm += r * r;
-    }
+    })?;
     // Equal pictures, black ones included, are 0 and not 0/0.
     Ok(if difference == 0.0 { 0.0 } else { (difference / norm).sqrt() })
 }
 
+/// Relative bias over the pixels of `mask`: the sum of the test over the sum of the reference, less 1. Positive is too
+/// bright; 0 when both are black, infinite when only the reference is. Fails when the sizes differ.
+pub fn bias_over(reference: &RgbImage, test: &RgbImage, mask: &Mask) -> Result<f64, MapFault> {
+    let (mut difference, mut sum) = (0.0f64, 0.0f64);
+    for_each_channel(reference, test, mask, |r, t| {
+        difference += t - r;
+        sum += r;
+    })?;
+    Ok(if difference == 0.0 { 0.0 } else { difference / sum })
+}
+
+fn for_each_channel(
+    reference: &RgbImage,
+    test: &RgbImage,
+    mask: &Mask,
+    mut visit: impl FnMut(f64, f64),
+) -> Result<(), MapFault> {
+    check_sizes(reference, test)?;
+    if (mask.width, mask.height) != (reference.width, reference.height) {
+        let what =
+            format!("the pictures are {} x {} and the mask {} x {}", test.width, test.height, mask.width, mask.height);
+        return Err(MapFault::SizeMismatch { what });
+    }
+    let pixels = reference.texels.iter().zip(&test.texels).zip(&mask.inside);
+    for ((r, t), _) in pixels.filter(|&(_, &inside)| inside) {
+        for c in 0..3 {
+            visit(f64::from(r[c]), f64::from(t[c]));
+        }
+    }
+    Ok(())
+}
+
 impl Comparison {
+    /// Mean FLIP error over the pixels of `mask`, 0 when there is none. FLIP itself has looked at the whole pictures,
+    /// so what lies within its few pixels of blur around the mask still matters. Panics unless the sizes agree.
+    #[must_use]
+    pub fn flip_over(&self, mask: &Mask) -> f64 {
+        assert_eq!((self.width, self.height), (mask.width, mask.height), "a mask of another size");
+        let errors = self.flip_map.iter().zip(&mask.inside).filter(|&(_, &inside)| inside);
+        let sum: f64 = errors.map(|(&e, _)| f64::from(e)).sum();
+        sum / mask.count().max(1) as f64
+    }
+
     /// The FLIP error of each texel in the magma colours: black is 0, pale yellow is 1.
     pub fn error_image(&self) -> Rgb8Image {
         let map = FlipImageFloat::with_data(self.width, self.height, &self.flip_map);
@@ -139,6 +184,27 @@ mod tests {
         // A nudge far below one code is hardly seen but is not lost to the norms.
         let nudged = against(&scene(Some([40.0, 24.0]), 1.00001));
         assert!(nudged.flip < 1e-3 && (nudged.rrmse / 1e-5 - 1.0).abs() < 0.05, "{} {}", nudged.flip, nudged.rrmse);
+    }
+
+    /// Two thirds of the picture are left out, and with them the fault that lies there.
+    #[test]
+    fn masks_leave_faults_out() {
+        let coverage: Vec<f32> = (0..SIZE * SIZE).map(|i| if i % SIZE < SIZE / 3 { 1.0 } else { 0.0 }).collect();
+        let left = Mask::covered(SIZE, SIZE, &coverage, 0.5).unwrap();
+        let all = Mask::all(SIZE, SIZE);
+        let (reference, test) = (scene(Some([40.0, 24.0]), 1.0), scene(None, 1.0));
+        let c = against(&test);
+        assert!(c.flip_over(&left) < 1e-3 && (c.flip_over(&all) - c.flip).abs() < 1e-12);
+        assert_eq!(rrmse_over(&reference, &test, &left).unwrap(), 0.0);
+        assert_eq!(rrmse_over(&reference, &test, &all).unwrap(), c.rrmse);
+        assert!(rrmse_over(&reference, &test, &all.without(&left)).unwrap() > c.rrmse);
+        let brighter = scene(Some([40.0, 24.0]), 1.25);
+        assert!((bias_over(&reference, &brighter, &left).unwrap() - 0.25).abs() < 1e-6);
+        assert!(bias_over(&reference, &test, &all).unwrap() < -0.001, "a bright ball is gone");
+        let none = left.without(&left);
+        assert_eq!((none.count(), rrmse_over(&reference, &brighter, &none).unwrap()), (0, 0.0));
+        assert_eq!((c.flip_over(&none), bias_over(&reference, &brighter, &none).unwrap()), (0.0, 0.0));
+        assert!(rrmse_over(&reference, &test, &Mask::all(2, 2)).is_err());
     }
 
     #[test]

@@ -91,6 +91,8 @@ pub mod reference;
 pub mod sh;
 pub mod sh_projection;
 pub mod shadowed_environment;
+pub mod shadowed_reference;
+pub mod shadowed_specular;
 pub mod slope_distribution;
 pub mod slope_grid;
 pub mod slope_map;

@@ -11,7 +11,7 @@
 
 use super::fresnel::fresnel_schlick;
 use super::slope_grid::normal_of_slope;
-use super::visible_slopes::visible_slopes;
+use super::visible_slopes::{VisibleSlopes, visible_slopes};
 use glam::{DVec2, DVec3, Vec3Swizzles as _};
 
 /// A rule of equally spaced probes of unit variance with normal weights.
@@ -74,10 +74,15 @@ pub fn reflection_jacobian(facet: f64, squared_normal: f64) -> f64 {
 /// box-filtered level, `h²/4` with its bilinear lookup, that of the wanted kernel.
 pub const LOD_OF_DEVIATION: f64 = 0.467;
 
-/// The line seen from `wo`. `size`: texels per edge of the environment's cube map.
+/// The line through all that is visible from `wo`. `size`: texels per edge of the environment's cube map.
 #[must_use]
 pub fn visible_line(wo: DVec3, m: DVec2, s: DVec3, size: f64, rule: &LineRule) -> VisibleLine {
-    let v = visible_slopes(wo, m, s);
+    line_of_slopes(&visible_slopes(wo, m, s), wo, size, rule)
+}
+
+/// The line through these slopes.
+#[must_use]
+pub fn line_of_slopes(v: &VisibleSlopes, wo: DVec3, size: f64, rule: &LineRule) -> VisibleLine {
     // |dwi|² = 4/|N|² ((p·ds)² + facet²/|N|² (|ds|² − (s·ds)²/|N|²)) at the mean.
     let s = v.mean;
     let per = 1.0 / (1.0 + s.dot(s));

@@ -72,7 +72,7 @@ impl Camera {
     #[must_use]
     pub fn lens(&self, height: u32) -> Lens {
         let focal_pixels = height as f32 / (2.0 * (self.fov_y * 0.5).tan());
-        Lens::Perspective { eye: self.position, focal_pixels, near: self.near }
+        Lens { eye: self.position, focal_pixels, near: self.near }
     }
 }
 

@@ -14,7 +14,7 @@ use crate::gpu::{
     Buffer, ColorTarget, Commands, Descriptor, Filter, Gpu, GraphicsDesc, GraphicsPipeline, Image, ImageView, Load,
     Result, Sampler, SpecValue, Use, Wrap,
 };
-use glam::{Mat4, Vec2, Vec3, Vec4};
+use glam::{Mat4, Vec2, Vec3};
 
 /// The light block (`Lighting` in `passes/shade/shade.frag`).
 #[repr(C)]
@@ -26,7 +26,7 @@ pub struct LightingGpu {
     pub shadow_from_world: [[f32; 4]; 4],
     /// Viewer.
     pub camera_position: [f32; 4],
-    /// Toward the sun; w 1 when there is one.
+    /// Toward the sun.
     pub sun_direction: [f32; 4],
     /// On a plane facing the sun.
     pub sun_irradiance: [f32; 4],
@@ -38,12 +38,7 @@ pub struct LightingGpu {
     pub viewport: [f32; 4],
     /// Face size of the cube, its scale, world size of a shadow texel.
     pub environment: [f32; 4],
-    /// Number of point lights.
-    pub counts: [i32; 4],
 }
-
-/// Sends everything out of the shadow map, where nothing is in shadow.
-const NO_SHADOW: Mat4 = Mat4::from_cols(Vec4::ZERO, Vec4::ZERO, Vec4::ZERO, Vec4::new(-1.0, -1.0, -1.0, 1.0));
 
 impl LightingGpu {
     /// The block for a frame.
@@ -57,12 +52,12 @@ impl LightingGpu {
     ) -> Self {
         let four = |v: Vec3, w: f32| v.extend(w).to_array();
         let (sun_direction, sun_irradiance) = state.sun.map_or(([0.0, 0.0, 1.0, 0.0], [0.0; 4]), |sun| {
-            (four(sun.direction.normalize_or(Vec3::Z), 1.0), four(sun.irradiance, 0.0))
+            (four(sun.direction.normalize_or(Vec3::Z), 0.0), four(sun.irradiance, 0.0))
         });
         let [x, y, z] = state.camera.rays(size, jitter);
         let mut block = Self {
             rays: [four(x, 0.0), four(y, 0.0), four(z, state.camera.near)],
-            shadow_from_world: shadow.map_or(NO_SHADOW, |s| s.texture_from_world).to_cols_array_2d(),
+            shadow_from_world: shadow.map_or(Mat4::IDENTITY, |s| s.texture_from_world).to_cols_array_2d(),
             camera_position: four(state.camera.position, 1.0),
             sun_direction,
             sun_irradiance,
@@ -70,13 +65,32 @@ impl LightingGpu {
             point_intensity: [[0.0; 4]; MAX_POINT_LIGHTS],
             viewport: [size.0 as f32, size.1 as f32, 0.0, 0.0],
             environment: [cube_size as f32, 1.0, shadow.map_or(0.0, |s| s.texel), 0.0],
-            counts: [state.point_lights.len().min(MAX_POINT_LIGHTS) as i32, 0, 0, 0],
         };
         for (i, light) in state.point_lights.iter().take(MAX_POINT_LIGHTS).enumerate() {
             block.point_position[i] = four(light.position, 1.0);
             block.point_intensity[i] = four(light.intensity, 0.0);
         }
         block
+    }
+}
+
+/// Which lights there are. Pipelines are made for it: lights that are not there cost nothing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct LightSet {
+    /// A sun.
+    pub sun: bool,
+    /// Its shadow map.
+    pub shadows: bool,
+    /// Point lights.
+    pub points: u32,
+}
+
+impl LightSet {
+    /// The lights of a frame, with the sun's shadow map or without.
+    #[must_use]
+    pub fn new(state: &FrameState, shadows: bool) -> Self {
+        let points = state.point_lights.len().min(MAX_POINT_LIGHTS) as u32;
+        Self { sun: state.sun.is_some(), shadows, points }
     }
 }
 
@@ -108,11 +122,11 @@ impl ShadePass {
     /// The format of the target.
     pub const FORMAT: vk::Format = vk::Format::R32G32B32A32_SFLOAT;
 
-    /// The pass for one set of settings.
+    /// The pass for one set of settings and lights.
     ///
     /// # Errors
     /// A failed pipeline.
-    pub fn new(gpu: &Arc<Gpu>, settings: ShadingSettings) -> Result<Self> {
+    pub fn new(gpu: &Arc<Gpu>, settings: ShadingSettings, lights: LightSet) -> Result<Self> {
         let samples = match settings.quadrature {
             Quadrature::Grid(n) | Quadrature::VisibleSlopes(n) => n,
         };
@@ -130,6 +144,9 @@ impl ShadePass {
                     (3, SpecValue::I32(settings.visibility.code())),
                     (4, SpecValue::Bool(settings.diffuse_lights == DiffuseLights::Sh)),
                     (5, SpecValue::I32(settings.terms.bits())),
+                    (6, SpecValue::I32(i32::from(!lights.sun))),
+                    (7, SpecValue::Bool(lights.shadows)),
+                    (8, SpecValue::I32(lights.points as i32)),
                 ],
                 ..Default::default()
             },

@@ -7,7 +7,6 @@ use glam::{Mat4, Vec3};
 
 use super::geometry::{draw_object, guard_band};
 use super::object::{GpuObject, ViewBuffers};
-use super::tessellation::Lens;
 use crate::gpu::{
     Commands, Cull, Depth, DepthTarget, Gpu, GraphicsDesc, GraphicsPipeline, Image, ImageDesc, Result, Topology, Use,
 };
@@ -23,8 +22,6 @@ pub struct ShadowView {
     pub texel: f32,
     /// A point on the sun's side, for culling.
     pub eye: Vec3,
-    /// The measure of the tessellation.
-    pub lens: Lens,
 }
 
 impl ShadowView {
@@ -34,8 +31,17 @@ impl ShadowView {
     pub fn around(sun: Vec3, centre: Vec3, radius: f32, size: u32) -> Self {
         let (x, y) = sun.any_orthonormal_pair();
         let texel = 2.0 * radius / size as f32;
-        let snap = |v: f32| (v / texel).round() * texel;
-        let (cx, cy, cz) = (snap(centre.dot(x)), snap(centre.dot(y)), centre.dot(sun));
+        let off_grid = |v: f32| (v / texel).round() * texel - v;
+        let snapped = centre + x * off_grid(centre.dot(x)) + y * off_grid(centre.dot(y));
+        Self::parallel(sun, snapped, radius, size)
+    }
+
+    /// The same without snapping.
+    #[must_use]
+    pub fn parallel(sun: Vec3, centre: Vec3, radius: f32, size: u32) -> Self {
+        let (x, y) = sun.any_orthonormal_pair();
+        let texel = 2.0 * radius / size as f32;
+        let (cx, cy, cz) = (centre.dot(x), centre.dot(y), centre.dot(sun));
         // Depth runs from 0 (far from the sun) to 1.
         let row = |axis: Vec3, scale: f32, offset: f32| (axis * scale).extend(offset);
         let clip_from_world = Mat4::from_cols(
@@ -46,13 +52,7 @@ impl ShadowView {
         )
         .transpose();
         let to_texture = Mat4::from_translation(Vec3::new(0.5, 0.5, 0.0)) * Mat4::from_scale(Vec3::new(0.5, 0.5, 1.0));
-        Self {
-            clip_from_world,
-            texture_from_world: to_texture * clip_from_world,
-            texel,
-            eye: centre + sun * radius,
-            lens: Lens::Parallel { toward: sun, pixels_per_unit: 1.0 / texel },
-        }
+        Self { clip_from_world, texture_from_world: to_texture * clip_from_world, texel, eye: centre + sun * radius }
     }
 }
 

@@ -10,43 +10,25 @@ use glam::{Mat4, Vec3, Vec4};
 /// Largest tessellation factor (fractional odd spacing reaches 63 of Vulkan's 64).
 pub const MAX_FACTOR: f32 = 63.0;
 
-/// How a view turns world lengths into pixels.
+/// How a camera turns world lengths into pixels.
 #[derive(Clone, Copy, Debug)]
-pub enum Lens {
-    /// A camera at `eye`; `focal_pixels` is the pixel size of a unit length at unit distance.
-    Perspective {
-        /// Position of the viewer.
-        eye: Vec3,
-        /// `height / (2 tan(fov_y / 2))`.
-        focal_pixels: f32,
-        /// Distance of the near plane.
-        near: f32,
-    },
-    /// Parallel projection (shadow maps); `toward` points from the scene to the viewer.
-    Parallel {
-        /// Unit direction toward the viewer.
-        toward: Vec3,
-        /// Pixels per unit length.
-        pixels_per_unit: f32,
-    },
+pub struct Lens {
+    /// Position of the viewer.
+    pub eye: Vec3,
+    /// Pixel size of a unit length at unit distance: `height / (2 tan(fov_y / 2))`.
+    pub focal_pixels: f32,
+    /// Distance of the near plane.
+    pub near: f32,
 }
 
 impl Lens {
     fn pixels(&self, centre: Vec3, length: f32) -> f32 {
-        match *self {
-            Self::Perspective { eye, focal_pixels, near } => {
-                let distance = (centre.distance(eye) - 0.5 * length).max(near);
-                length * focal_pixels / distance
-            }
-            Self::Parallel { pixels_per_unit, .. } => length * pixels_per_unit,
-        }
+        let distance = (centre.distance(self.eye) - 0.5 * length).max(self.near);
+        length * self.focal_pixels / distance
     }
 
     fn toward_viewer(&self, point: Vec3) -> Vec3 {
-        match *self {
-            Self::Perspective { eye, .. } => (eye - point).normalize_or_zero(),
-            Self::Parallel { toward, .. } => toward,
-        }
+        (self.eye - point).normalize_or_zero()
     }
 }
 
@@ -302,7 +284,7 @@ mod tests {
             height_range: &[],
             height_scale: 1.0,
         };
-        DrawList::new(posed, clip, Lens::Perspective { eye, focal_pixels: 1000.0, near: 0.01 }, settings)
+        DrawList::new(posed, clip, Lens { eye, focal_pixels: 1000.0, near: 0.01 }, settings)
     }
 
     #[test]
@@ -318,7 +300,7 @@ mod tests {
 
     #[test]
     fn flat_edges_are_not_divided_and_edges_seen_end_on_less() {
-        let lens = Lens::Perspective { eye: Vec3::X * 100.0, focal_pixels: 1000.0, near: 0.01 };
+        let lens = Lens { eye: Vec3::X * 100.0, focal_pixels: 1000.0, near: 0.01 };
         let edge = |direction: Vec3, relief: f32| edge_pixels(&lens, [-direction, direction], [Vec3::Z; 2], relief);
         assert_eq!(edge(Vec3::Y, 0.0), 0.0);
         assert!(edge(Vec3::X, 1.0) < 0.35 * edge(Vec3::Y, 1.0));

@@ -1,8 +1,13 @@
 //! Floor 4 · scenes: pure functions of time that produce render inputs.
 
+pub mod deform;
 pub mod full_screen;
 pub mod ground;
+pub mod pillow;
 pub mod plane;
+pub mod snake;
 pub mod sphere;
+pub mod spheres;
 pub mod stage;
+pub mod studio;
 pub mod trex;

@@ -2,7 +2,7 @@
 //! axes and blended into one tile per patch.
 
 use crate::render::displacement::{Border, HeightField};
-use crate::render::patch::Patch;
+use crate::render::patch::{Patch, PatchPoint};
 use crate::render::patch_mesh::{PatchMesh, TileLayout};
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
@@ -65,6 +65,17 @@ pub fn bake_tiles<T: Copy + Default + Send + Sync>(
     tile: u32,
     value: impl Fn(Vec3, Vec3) -> T + Sync,
 ) -> (TileLayout, Vec<T>) {
+    bake_patches(mesh, tile, |_, _, point| value(point.position, point.normal))
+}
+
+/// As [`bake_tiles`], with `value(patch, uv, point)`: the index of the patch and the place on it, `[0, 1]²` and somewhat
+/// beyond in the gutters.
+#[must_use]
+pub fn bake_patches<T: Copy + Default + Send + Sync>(
+    mesh: &mut PatchMesh,
+    tile: u32,
+    value: impl Fn(usize, Vec2, PatchPoint) -> T + Sync,
+) -> (TileLayout, Vec<T>) {
     let layout = TileLayout::new(mesh.patches.len() as u32, tile);
     mesh.texcoords = (0..mesh.patches.len() as u32).map(|i| layout.texcoords(i)).collect();
     let (width, height) = layout.size();
@@ -72,15 +83,15 @@ pub fn bake_tiles<T: Copy + Default + Send + Sync>(
     let mesh = &*mesh;
     atlas.par_chunks_mut(width as usize * tile as usize).enumerate().for_each(|(row, texels)| {
         for column in 0..layout.columns as usize {
-            let Some(patch) = mesh.patches.get(row * layout.columns as usize + column) else { break };
+            let index = row * layout.columns as usize + column;
+            let Some(patch) = mesh.patches.get(index) else { break };
             let surface =
                 Patch::new(patch.map(|v| mesh.positions[v as usize]), patch.map(|v| mesh.normals[v as usize]));
             for y in 0..tile {
                 for x in 0..tile {
                     let uv = (Vec2::new(x as f32, y as f32) + 0.5 - layout.gutter as f32) / layout.inner() as f32;
-                    let point = surface.at(uv);
                     texels[y as usize * width as usize + column * tile as usize + x as usize] =
-                        value(point.position, point.normal);
+                        value(index, uv, surface.at(uv));
                 }
             }
         }

@@ -7,7 +7,7 @@ use super::sphere::displaced_sphere;
 use crate::maps::{HeightMap, procedural};
 use crate::render::camera::Camera;
 use crate::render::displacement::{Border, HeightField};
-use crate::render::scene::{FrameState, Object, PointLight, Pose, Sun};
+use crate::render::scene::{FrameState, MAX_POINT_LIGHTS, Object, PointLight, Pose, Sun};
 use crate::render::sky::Sky;
 
 /// Standard views of a scene.
@@ -21,17 +21,53 @@ pub struct Views {
     pub far: Camera,
 }
 
+/// Distances of a camera that moves away evenly: each step multiplies its distance by the same factor.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+pub struct Sweep {
+    /// Metres at the first step, above 0.
+    pub near: f32,
+    /// Metres at the last step, above 0.
+    pub far: f32,
+}
+
+impl Sweep {
+    /// Metres at `step` of `steps`; the first where there is but one.
+    #[must_use]
+    pub fn distance(&self, step: u32, steps: u32) -> f32 {
+        let share = f64::from(step) / f64::from(steps.max(2) - 1);
+        (f64::from(self.near) * (f64::from(self.far) / f64::from(self.near)).powf(share)) as f32
+    }
+
+    /// All distances, in order.
+    pub fn distances(self, steps: u32) -> impl Iterator<Item = f32> {
+        (0..steps).map(move |step| self.distance(step, steps))
+    }
+}
+
+impl Views {
+    /// From the near to the far view's distance from its target; along the line of sight of `mid`, for cameras made by
+    /// [`Camera::at_distance`] from it.
+    #[must_use]
+    pub fn sweep(&self) -> Sweep {
+        let distance = |camera: &Camera| camera.position.distance(camera.target);
+        Sweep { near: distance(&self.near), far: distance(&self.far) }
+    }
+}
+
 /// Light on a stage besides its environment image.
 #[derive(Clone, Debug, Default)]
 pub struct Lights {
     /// The analytic sky with its sun, when the environment is not an image.
     pub sky: Option<Sky>,
+    /// A directional light instead of the sky's sun.
+    pub sun: Option<Sun>,
     /// Point lights.
     pub points: Vec<PointLight>,
 }
 
 type Motion = Box<dyn Fn(f64) -> Vec<Pose> + Send>;
 type Anchor = Box<dyn Fn(f64) -> Vec3 + Send>;
+type Scale = Box<dyn Fn(f64) -> f32 + Send>;
 
 /// Objects and their motion.
 pub struct Stage {
@@ -39,8 +75,11 @@ pub struct Stage {
     pub objects: Vec<Object>,
     /// Where to look from, relative to the anchor.
     pub views: Views,
+    /// Lights that belong to the scene, beside those of the sky.
+    pub points: Vec<PointLight>,
     motion: Motion,
     anchor: Anchor,
+    relief: Scale,
 }
 
 impl Stage {
@@ -52,7 +91,8 @@ impl Stage {
         motion: impl Fn(f64) -> Vec<Pose> + Send + 'static,
         anchor: impl Fn(f64) -> Vec3 + Send + 'static,
     ) -> Self {
-        Self { objects, views, motion: Box::new(motion), anchor: Box::new(anchor) }
+        let (motion, anchor, relief) = (Box::new(motion), Box::new(anchor), Box::new(|_| 1.0));
+        Self { objects, views, points: Vec::new(), motion, anchor, relief }
     }
 
     /// A stage where nothing moves.
@@ -62,21 +102,33 @@ impl Stage {
         Self::moving(objects, views, move |_| vec![Pose::Rigid(Affine3A::IDENTITY); count], |_| Vec3::ZERO)
     }
 
+    /// The same stage whose displacement is scaled by `relief` of the time in seconds.
+    #[must_use]
+    pub fn with_relief(self, relief: impl Fn(f64) -> f32 + Send + 'static) -> Self {
+        Self { relief: Box::new(relief), ..self }
+    }
+
+    /// The same stage with point lights of its own, at most four together with those of its [`Lights`].
+    #[must_use]
+    pub fn with_points(self, points: Vec<PointLight>) -> Self {
+        Self { points, ..self }
+    }
+
     /// The state at `time` seen by `camera`, which is placed relative to the anchor and so follows what moves.
     #[must_use]
     pub fn state(&self, time: f64, camera: &Camera, lights: &Lights) -> FrameState {
         let anchor = (self.anchor)(time);
-        let sun = lights.sky.map(|sky| Sun {
+        let sky_sun = |sky: Sky| Sun {
             direction: sky.sun_direction.normalize_or(Vec3::Z),
             irradiance: Vec3::from_array(sky.sun_irradiance()),
-        });
+        };
         FrameState {
             camera: Camera { position: camera.position + anchor, target: camera.target + anchor, ..*camera },
             poses: (self.motion)(time),
             sky: lights.sky,
-            sun,
-            point_lights: lights.points.clone(),
-            height_scale: 1.0,
+            sun: lights.sun.or(lights.sky.map(sky_sun)),
+            point_lights: self.points.iter().chain(&lights.points).copied().take(MAX_POINT_LIGHTS).collect(),
+            height_scale: (self.relief)(time),
         }
     }
 }
@@ -153,6 +205,17 @@ mod tests {
     use super::*;
 
     #[test]
+    fn sweeps_are_geometric() {
+        let sweep = Sweep { near: 2.0, far: 32.0 };
+        let distances: Vec<f32> = sweep.distances(5).collect();
+        for (distance, expected) in distances.iter().zip([2.0, 4.0, 8.0, 16.0, 32.0]) {
+            assert!((distance / expected - 1.0).abs() < 1e-6, "{distances:?}");
+        }
+        assert_eq!(sweep.distances(1).collect::<Vec<_>>(), [2.0]);
+        assert_eq!(Sweep { near: 3.0, far: 3.0 }.distance(4, 9), 3.0);
+    }
+
+    #[test]
     fn cameras_follow_the_anchor() {
         let views = Views {
             near: Camera::looking_at(Vec3::X, Vec3::ZERO, 30.0),
@@ -160,7 +223,7 @@ mod tests {
             far: Camera::looking_at(Vec3::X * 9.0, Vec3::ZERO, 30.0),
         };
         let stage = Stage::moving(Vec::new(), views, |_| Vec::new(), |time| Vec3::Y * time as f32);
-        let state = stage.state(3.0, &views.mid, &Lights { sky: Some(Sky::default()), points: Vec::new() });
+        let state = stage.state(3.0, &views.mid, &Lights { sky: Some(Sky::default()), ..Default::default() });
         assert_eq!(state.camera.position, Vec3::new(2.0, 3.0, 0.0));
         assert_eq!(state.camera.target, Vec3::Y * 3.0);
         assert!(state.sun.unwrap().irradiance.min_element() > 0.0);

@@ -1,0 +1,74 @@
+//! What is held against the truth: techniques and rules by the names the page gives them.
+
+use crate::render::settings::{Quadrature, RenderSettings, ShadingSettings, Technique, Terms, Visibility};
+
+/// A way to shade.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Look {
+    /// Name on the page and in the data.
+    pub name: String,
+    /// How.
+    pub shading: ShadingSettings,
+}
+
+impl Look {
+    /// A technique with the default rule.
+    #[must_use]
+    pub fn of(technique: Technique) -> Self {
+        Self { name: technique.name().to_owned(), shading: ShadingSettings { technique, ..ShadingSettings::default() } }
+    }
+
+    /// LEADR with the paper's grid of `n × n` samples.
+    #[must_use]
+    pub fn grid(n: u32) -> Self {
+        Self::leadr(format!("leadr {n}×{n}"), Quadrature::Grid(n))
+    }
+
+    /// LEADR with the visible-slope rules and `probes` environment probes.
+    #[must_use]
+    pub fn visible(probes: u32) -> Self {
+        Self::leadr(format!("leadr visible {probes}"), Quadrature::VisibleSlopes(probes))
+    }
+
+    fn leadr(name: String, quadrature: Quadrature) -> Self {
+        let technique = Technique::Leadr;
+        Self { name, shading: ShadingSettings { technique, quadrature, ..ShadingSettings::default() } }
+    }
+
+    /// LEADR as the program shades by default.
+    #[must_use]
+    pub fn best() -> Self {
+        Self { name: "leadr, default".to_owned(), shading: ShadingSettings::default() }
+    }
+
+    /// Every technique but the reference; LEADR with the paper's grid and with the rules.
+    #[must_use]
+    pub fn techniques() -> Vec<Self> {
+        let others = |t: &Technique| !matches!(t, Technique::Leadr | Technique::Reference);
+        let mut looks: Vec<Self> = Technique::ALL.into_iter().filter(others).map(Self::of).collect();
+        looks.push(Self::grid(5));
+        looks.push(Self::visible(9));
+        looks.retain(|look| look.shading.check().is_ok());
+        looks
+    }
+
+    /// The same look of some terms of the light, seen with `visibility`.
+    #[must_use]
+    pub fn with(mut self, terms: Terms, visibility: Visibility) -> Self {
+        self.shading.terms = terms;
+        self.shading.visibility = visibility;
+        self
+    }
+
+    /// Settings of a picture.
+    #[must_use]
+    pub fn settings(&self, size: (u32, u32), samples: u32) -> RenderSettings {
+        RenderSettings { size, samples, shading: self.shading, ..RenderSettings::default() }
+    }
+
+    /// The name as part of a file's name.
+    #[must_use]
+    pub fn file(&self) -> String {
+        self.name.replace(", ", "-").replace(' ', "-").replace('×', "x")
+    }
+}

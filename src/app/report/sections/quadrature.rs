@@ -1,0 +1,202 @@
+//! The rules for integrals over visible slopes against converged integrals, and how smoothly they follow slow sweeps.
+
+use serde::Serialize;
+
+use super::Section;
+use crate::app::error::AppError;
+use crate::app::report::html::{Cell, Html, Table, number};
+use crate::app::report::plot::{Plot, Scale};
+use crate::app::report::studio::Studio;
+use crate::reflectance::diffuse::NormalMoments;
+use crate::reflectance::quadrature_study::diffuse::{DiffuseSet, Environment, grid_moments};
+use crate::reflectance::quadrature_study::light::LightSet;
+use crate::reflectance::quadrature_study::specular::{Sharpness, SpecularSet};
+use crate::reflectance::quadrature_study::surfaces::{Random, Surface};
+use crate::reflectance::quadrature_study::sweep::{Path, steps};
+use crate::reflectance::quadrature_study::{CLASSES, Row};
+use crate::reflectance::visible_diffuse::visible_diffuse_moments;
+
+const INTRO: &str = "Every rule on random surfaces, viewers and environments against the converged integral of the same \
+    model (64-bit, on the processor): what the number of slope samples costs in accuracy, and nothing else. Errors of diffuse \
+    light are in units of the environment's mean radiance or of the light's irradiance over π, those of mirrors relative to the true radiance \
+    or to 1 if that is larger. Classes are by the larger slope deviation σ. What the rules cost in time is in the bench's section.";
+
+/// One table.
+#[derive(Debug, Serialize)]
+struct Study {
+    name: &'static str,
+    surfaces: usize,
+    rows: Vec<Measured>,
+}
+
+#[derive(Clone, Debug, Serialize)]
+struct Measured {
+    rule: String,
+    evaluations: u32,
+    rms: f64,
+    p95: f64,
+    max: f64,
+    classes: Vec<Option<f64>>,
+}
+
+impl From<Row> for Measured {
+    fn from(row: Row) -> Self {
+        let classes = row.classes.iter().map(|&c| c.is_finite().then_some(c)).collect();
+        let Row { rule, evaluations, rms, p95, max, .. } = row;
+        Self { rule, evaluations, rms, p95, max, classes }
+    }
+}
+
+/// Largest step and largest second difference of a rule along a path.
+#[derive(Debug, Serialize)]
+struct Sweep {
+    rule: String,
+    path: &'static str,
+    step: f64,
+    bend: f64,
+}
+
+#[derive(Serialize)]
+struct Data {
+    studies: Vec<Study>,
+    sweeps: Vec<Sweep>,
+}
+
+pub fn run(studio: &mut Studio) -> Result<Section, AppError> {
+    let n = studio.pick(500, 3000);
+    let study = |name, rows: Vec<Row>| Study { name, surfaces: n, rows: rows.into_iter().map(Into::into).collect() };
+    let studies = vec![
+        study("diffuse facets under order-2 irradiance", DiffuseSet::new(n, 16, 1).rows()),
+        study("diffuse facets under one light", LightSet::new(n, 1).rows()),
+        study("mirrors in smooth environments", SpecularSet::new(n, Sharpness::Smooth, 1).rows()),
+        study("mirrors in sharp environments", SpecularSet::new(n, Sharpness::Sharp, 1).rows()),
+    ];
+    let sweeps = sweeps(studio.pick(6, 40));
+    let mut html = Html::new();
+    let mut findings = Vec::new();
+    for study in &studies {
+        html.heading(study.name);
+        html.plot(&plot(study));
+        html.table(&table(study));
+        findings.extend(finding(study));
+    }
+    html.heading("No popping");
+    html.table(&sweep_table(&sweeps));
+    findings.extend(sweep_finding(&sweeps));
+    Section::new(INTRO, findings, &html, Data { studies, sweeps })
+}
+
+fn is_grid(row: &Measured) -> bool {
+    row.rule.starts_with("paper")
+}
+
+fn plot(study: &Study) -> Plot {
+    let title = format!("{}: error against evaluations per pixel", study.name);
+    let mut plot = Plot::new(&title, ("evaluations per pixel", Scale::Log), ("rms error", Scale::Log));
+    // The first word of a rule is its family.
+    let mut families: Vec<&str> = Vec::new();
+    for row in &study.rows {
+        let family = row.rule.split(' ').next().unwrap_or_default();
+        if !families.contains(&family) {
+            families.push(family);
+        }
+    }
+    for family in families {
+        let mut points: Vec<(f64, f64)> = study
+            .rows
+            .iter()
+            .filter(|row| row.rule.split(' ').next() == Some(family))
+            .map(|row| (f64::from(row.evaluations), row.rms))
+            .collect();
+        points.sort_by(|a, b| a.0.total_cmp(&b.0));
+        plot.line(family, points);
+    }
+    plot
+}
+
+fn table(study: &Study) -> Table {
+    let mut head: Vec<String> = ["rule", "evaluations", "rms", "95 % below", "largest"].map(str::to_owned).to_vec();
+    let lows = [0.0].into_iter().chain(CLASSES);
+    head.extend(lows.zip(CLASSES).map(|(low, top)| format!("rms, σ {low} to {top}")));
+    let mut table = Table::new(format!("{} random surfaces", study.surfaces), head);
+    for row in &study.rows {
+        let mut cells: Vec<Cell> = vec![row.rule.as_str().into(), row.evaluations.to_string().into()];
+        cells.extend([row.rms, row.p95, row.max].map(Cell::from));
+        cells.extend(row.classes.iter().map(|c| Cell::from(c.unwrap_or(f64::NAN))));
+        table.row(cells);
+    }
+    table
+}
+
+/// The rules against the paper's 5 × 5 grid.
+fn finding(study: &Study) -> Option<String> {
+    let paper = study.rows.iter().find(|row| row.rule.starts_with("paper 5x5"))?;
+    let best = study.rows.iter().filter(|row| !is_grid(row)).min_by(|a, b| a.rms.total_cmp(&b.rms))?;
+    let few =
+        study.rows.iter().filter(|row| !is_grid(row) && row.evaluations <= 9).min_by(|a, b| a.rms.total_cmp(&b.rms))?;
+    let goal = if study.name.starts_with("mirrors") { 0.5 } else { 0.25 };
+    let ratio = few.rms / paper.rms;
+    Some(format!(
+        "{}: {} with {} evaluations has {} times the rms error of the paper's 5×5 with {} (goal: at most {}: {}); the most accurate rule is {} with {} ({} times).",
+        study.name,
+        few.rule,
+        few.evaluations,
+        number(ratio),
+        paper.evaluations,
+        goal,
+        if ratio <= goal { "met" } else { "missed" },
+        best.rule,
+        number(best.rms),
+        number(best.rms / paper.rms),
+    ))
+}
+
+type Rule = fn(&Surface) -> NormalMoments;
+
+/// Steps of the diffuse rules along slow sweeps, each surface in an environment of its own.
+fn sweeps(n: usize) -> Vec<Sweep> {
+    let mut random = Random(17);
+    let environments: Vec<Environment> = (0..n).map(|_| Environment::random(&mut random)).collect();
+    let rules: [(&str, Rule); 4] = [
+        ("paper 3x3", |s| grid_moments(s, 3)),
+        ("paper 5x5", |s| grid_moments(s, 5)),
+        ("visible 2 terms", |s| visible_diffuse_moments(s.wo, s.m, s.s, 2)),
+        ("visible 3 terms", |s| visible_diffuse_moments(s.wo, s.m, s.s, 3)),
+    ];
+    let mut sweeps = Vec::new();
+    for path in Path::ALL {
+        for (rule, moments) in rules {
+            let found = steps(path, n, 3, |i, surface| environments[i].radiance(&moments(surface)));
+            sweeps.push(Sweep { rule: rule.to_owned(), path: path.name(), step: found.step, bend: found.bend });
+        }
+    }
+    sweeps
+}
+
+fn sweep_table(sweeps: &[Sweep]) -> Table {
+    let mut table = Table::new(
+        "Diffuse light along slow sweeps: largest change between neighbouring steps, and largest change of that change, which is what pops",
+        ["rule", "path", "largest step", "largest bend"],
+    );
+    for sweep in sweeps {
+        table.row([sweep.rule.as_str().into(), sweep.path.into(), sweep.step.into(), sweep.bend.into()]);
+    }
+    table
+}
+
+fn sweep_finding(sweeps: &[Sweep]) -> Vec<String> {
+    Path::ALL
+        .iter()
+        .filter_map(|path| {
+            let find = |rule: &str| sweeps.iter().find(|s| s.rule == rule && s.path == path.name());
+            let (grid, rules) = (find("paper 5x5")?, find("visible 3 terms")?);
+            let verdict = if rules.bend <= grid.bend { "calmer than" } else { "more restless than" };
+            Some(format!(
+                "Sweep of {}: the rules bend by {} at most, {verdict} the 5×5 grid with {}.",
+                path.name(),
+                number(rules.bend),
+                number(grid.bend)
+            ))
+        })
+        .collect()
+}

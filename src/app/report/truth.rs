@@ -1,0 +1,48 @@
+//! The two truths of the LEADR paper's Figure 8.
+
+use crate::render::settings::{RenderSettings, ShadingSettings, Technique};
+use crate::render::tessellation::TessellationSettings;
+
+/// What a picture is held against.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Truth {
+    /// The displaced surface itself, supersampled.
+    Displacement,
+    /// The smooth surface with the slopes of the displaced one, supersampled.
+    NormalMap,
+}
+
+impl Truth {
+    /// Name in files and data.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Displacement => "displacement",
+            Self::NormalMap => "normal-map",
+        }
+    }
+
+    /// Name on the page.
+    #[must_use]
+    pub fn title(self) -> &'static str {
+        match self {
+            Self::Displacement => "displacement-map truth",
+            Self::NormalMap => "normal-map truth",
+        }
+    }
+
+    /// Settings of a picture of this truth.
+    #[must_use]
+    pub fn settings(self, size: (u32, u32), samples: u32, seed: u64) -> RenderSettings {
+        RenderSettings {
+            size,
+            samples,
+            seed,
+            shading: ShadingSettings { technique: Technique::Reference, ..Default::default() },
+            // A smooth surface needs no vertex for every texel.
+            tessellation: TessellationSettings { to_texels: self == Self::Displacement, ..Default::default() },
+            displacement: self == Self::Displacement,
+            ..Default::default()
+        }
+    }
+}

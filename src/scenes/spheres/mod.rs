@@ -1,0 +1,33 @@
+//! Spheres of known roughness: the grid of the LEADR supplement's tables.
+//!
+//! [`noise`] is the height function, [`surface`] bakes it for the renderer, [`cell`] is one sphere as a table shows it
+//! with its three kinds of light, and [`grid`] all sixteen in one picture.
+
+pub mod cell;
+pub mod grid;
+pub mod noise;
+pub mod surface;
+
+use glam::Vec2;
+
+/// `σ = σ_θ = σ_φ` of the isotropic rows (supplement, tables 4, 6, 8).
+pub const ISOTROPIC: [f32; 7] = [0.01, 0.05, 0.25, 0.5, 1.0, 1.5, 2.0];
+
+/// `(σ_θ, σ_φ)` of the anisotropic rows (supplement, tables 5, 7, 9): scratches from pole to pole.
+pub const ANISOTROPIC: [Vec2; 9] = [
+    Vec2::new(0.01, 0.02),
+    Vec2::new(0.01, 0.04),
+    Vec2::new(0.01, 0.08),
+    Vec2::new(0.05, 0.1),
+    Vec2::new(0.05, 0.2),
+    Vec2::new(0.05, 0.4),
+    Vec2::new(0.2, 0.4),
+    Vec2::new(0.2, 0.8),
+    Vec2::new(0.2, 1.6),
+];
+
+/// All sixteen pairs, isotropic first.
+#[must_use]
+pub fn pairs() -> Vec<Vec2> {
+    ISOTROPIC.iter().map(|&sigma| Vec2::splat(sigma)).chain(ANISOTROPIC).collect()
+}
