@@ -2,7 +2,6 @@
 //! paper's grids. Skipped, with a line that says so, where the data is absent.
 
 #[path = "oracles/comparison.rs"]
-#[allow(dead_code, reason = "the other oracles use the rest")]
 mod comparison;
 
 use comparison::{number, oracle, vector};

@@ -6,13 +6,12 @@ mod comparator;
 
 use comparator::{Numbers, Random, TUPLES, Tolerance, join, list, parity, v2, v3};
 use glam::{DVec2, DVec3};
-use leadr::reflectance::fresnel::fresnel_schlick;
 use leadr::reflectance::normal_distribution::normal_ramp;
 use leadr::reflectance::projected_area::{meso_area, slope_spread};
 use leadr::reflectance::slope_statistics::clamp_covariance;
 use leadr::reflectance::visible_diffuse::{clamped_product, leadr_diffuse_light_visible, visible_diffuse_moments};
 use leadr::reflectance::visible_slopes::{VISIBLE_TAIL, visible_slopes};
-use leadr::reflectance::visible_specular::{line_rule, visible_line, visible_probe, visible_probe_at};
+use leadr::reflectance::visible_specular::{line_rule, probe_fresnel, visible_line, visible_probe, visible_probe_at};
 
 /// A viewer and slopes; with `tilted`, also mesosurfaces turned so far away that the rules tilt them back, where rounding
 /// of a vanishing spread is all that is left; so not with a singular covariance as well.
@@ -98,7 +97,7 @@ fn specular_parity(tilted: bool, relative: f64) {
                 let p = visible_probe(&line, wo, i, &rule);
                 weights += p.weight;
                 mirror += p.weight * p.wi;
-                fresnel += p.weight * fresnel_schlick(DVec3::new(0.04, 0.5, 1.0), p.cosine);
+                fresnel += p.weight * probe_fresnel(DVec3::new(0.04, 0.5, 1.0), &p);
                 lod += p.weight * p.lod;
             }
             let middle = visible_probe_at(&line, wo, 0.0, 1.0);

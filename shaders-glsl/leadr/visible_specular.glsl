@@ -1,7 +1,6 @@
 #ifndef LEADR_VISIBLE_SPECULAR_GLSL
 #define LEADR_VISIBLE_SPECULAR_GLSL
 
-#include "fresnel.glsl"
 #include "slope_grid.glsl"
 #include "visible_slopes.glsl"
 
@@ -13,7 +12,7 @@
 //     VisibleLine line = visible_line(wo, m, S, size, LINE);
 // and for i in 0..N-1
 //     VisibleProbe p = visible_probe(line, wo, i, LINE);
-//     vec3 f = fresnel_schlick(f0, p.cosine) * p.weight;
+//     vec3 f = probe_fresnel(f0, p) * p.weight;
 //     reflected += f * textureLod(environment, from_frame(frame, p.wi), p.lod).rgb;   // times shadowing, if any
 //     fresnel += f;                                                                  // the visible facets' mean
 
@@ -41,6 +40,7 @@ struct VisibleLine {
     vec2 bend;   // shift by the skewness, per unit of z^2 - 1
     vec2 minor;  // the other axis: one standard deviation of the visible slopes across the line
     vec3 facet;  // projected area of the facets on the line, by powers: facet.x + z facet.y + (z^2 - 1) facet.z
+    vec4 rest;   // what the line leaves out: sqrt(3) deviations of slope (xy) and facet (z) along the view; variance across (w)
     float area;  // visible area A(wo)
     float lod;   // level of detail of a probe, less its own Jacobian
 };
@@ -83,6 +83,10 @@ VisibleLine line_of_slopes(VisibleSlopes v, vec3 wo, float size, LineRule rule) 
     vec2 h = vec2(metric.x * major.x + metric.z * major.y, metric.z * major.x + metric.y * major.y);
     line.minor = vec2(-h.y, h.x) * sqrt(det / max(wide * dot(h, major), 1e-30));
     line.facet = vec3(v.facet, -dot(line.major, wo.xy), -dot(line.bend, wo.xy));
+    float left = sqrt(max(v.b * v.b * v.variance - line.facet.y * line.facet.y, 0.0));
+    vec2 away = v.axis * (left / max(v.b, 1e-18));
+    float across = v.cov.x + v.cov.y - dot(line.major, line.major) - dot(away, away);
+    line.rest = vec4(1.7320508 * away, -1.7320508 * left, max(across, 0.0));
     line.area = v.area;
     // A box-filtered level and bilinear lookup of texels h have variance h^2/4 (here: 2/1.447).
     float kernel = max(max(rule.kernel * wide, narrow), 1e-12);
@@ -99,10 +103,16 @@ struct VisibleProbe {
     vec2 slope;
     vec3 wi;      // reflected direction, unit, tangent frame
     float cosine; // wo . wn
+    float grazing; // mean of (1 - wo . wn)^5 over the facets that the probe stands for
     float facet;  // wo.z - wo.xy . slope: projected area of the facet
     float weight;
     float lod;    // of the environment; may be negative
 };
+
+// Schlick's Fresnel term of the facets that a probe stands for.
+vec3 probe_fresnel(vec3 f0, VisibleProbe p) {
+    return f0 + (grazing_reflectance(f0) - f0) * p.grazing;
+}
 
 // The probe at z standard deviations along the line.
 VisibleProbe visible_probe_at(VisibleLine line, vec3 wo, float z, float weight) {
@@ -112,6 +122,14 @@ VisibleProbe visible_probe_at(VisibleLine line, vec3 wo, float z, float weight) 
     vec3 wn = vec3(-p.slope, 1.0) * inversesqrt(squared);
     p.facet = line.facet.x + z * line.facet.y + (z * z - 1.0) * line.facet.z;
     p.cosine = p.facet * inversesqrt(squared);
+    // Three facets of Gauss and Hermite along the view; what lies across it only lengthens the normals.
+    p.grazing = 0.0;
+    for (int i = -1; i <= 1; ++i) {
+        vec2 slope = p.slope + float(i) * line.rest.xy;
+        float cosine = (p.facet + float(i) * line.rest.z) * inversesqrt(1.0 + dot(slope, slope) + line.rest.w);
+        float k = clamp(1.0 - cosine, 0.0, 1.0), k2 = k * k;
+        p.grazing += (i == 0 ? 0.66666667 : 0.16666667) * (k2 * k2 * k);
+    }
     p.wi = 2.0 * p.cosine * wn - wo;
     p.weight = weight;
     p.lod = line.lod + 0.5 * log2(max(4.0 * reflection_jacobian(p.facet, squared), 1e-12));

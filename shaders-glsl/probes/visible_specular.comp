@@ -26,7 +26,7 @@ void main() {
         VisibleProbe p = visible_probe(line, wo, i, rule);
         weights += p.weight;
         mirror += p.weight * p.wi;
-        fresnel += p.weight * fresnel_schlick(vec3(0.04, 0.5, 1.0), p.cosine);
+        fresnel += p.weight * probe_fresnel(vec3(0.04, 0.5, 1.0), p);
         lod += p.weight * p.lod;
     }
     put(weights);

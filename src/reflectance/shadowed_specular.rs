@@ -14,12 +14,11 @@
 //! and skewness: twice its nodes are all evaluations there are, whatever the number of probes.
 
 use super::correlated_masking::{Visibility, direction_area, lit_fraction};
-use super::fresnel::fresnel_schlick;
 use super::normal_distribution::{normal_cdf, normal_pdf};
 use super::slope_grid::slope_cholesky;
 use super::specular::environment_sample_at;
 use super::visible_slopes::{VisibleSlopes, visible_slopes};
-use super::visible_specular::{LineRule, VisibleProbe, line_of_slopes, visible_probe};
+use super::visible_specular::{LineRule, VisibleProbe, line_of_slopes, probe_fresnel, visible_probe};
 use glam::{DVec2, DVec3};
 
 /// The slopes that are visible and lit.
@@ -129,6 +128,6 @@ pub fn shadowed_specular_environment(
     let lit = lit_slopes(visibility, wo, &visible_slopes(wo, m, s), nodes);
     let line = line_of_slopes(&lit.slopes, wo, size, rule);
     let probes = (0..rule.n).map(|i| visible_probe(&line, wo, i, rule));
-    let reflected = |probe: VisibleProbe| probe.weight * fresnel_schlick(f0, probe.cosine) * radiance(&probe);
+    let reflected = |probe: VisibleProbe| probe.weight * probe_fresnel(f0, &probe) * radiance(&probe);
     probes.map(reflected).fold(DVec3::ZERO, |sum, r| sum + r) * lit.lit
 }

@@ -9,7 +9,6 @@
 //! major axis `x`. Its square root is the line. Neither angles nor eigenvectors are needed, and nothing jumps where the
 //! ellipse is a circle, since there the line has no length.
 
-use super::fresnel::fresnel_schlick;
 use super::slope_grid::normal_of_slope;
 use super::visible_slopes::{VisibleSlopes, visible_slopes};
 use glam::{DVec2, DVec3, Vec3Swizzles as _};
@@ -57,6 +56,12 @@ pub struct VisibleLine {
     pub minor: DVec2,
     /// Projected area of the facets on the line, `facet.x + z facet.y + (z² − 1) facet.z`.
     pub facet: DVec3,
+    /// What the line leaves out along the view: √3 deviations of slope.
+    pub rest: DVec2,
+    /// The same of the facet's projected area.
+    pub rest_facet: f64,
+    /// What it leaves out across the view: variance of slope.
+    pub rest_across: f64,
     /// Visible area `A(wo)`.
     pub area: f64,
     /// Level of detail of a probe, less its own Jacobian.
@@ -117,12 +122,17 @@ pub fn line_of_slopes(v: &VisibleSlopes, wo: DVec3, size: f64, rule: &LineRule) 
     let h = DVec2::new(metric.x * major.x + metric.z * major.y, metric.z * major.x + metric.y * major.y);
     let bend = v.axis * (v.third * u * u / 6.0);
     let kernel = (rule.kernel * wide).max(narrow).max(1e-12);
+    let left = (v.b * v.b * v.variance - along.dot(wo.xy()).powi(2)).max(0.0).sqrt();
+    let away = v.axis * (left / v.b.max(1e-18));
     VisibleLine {
         mean: s,
         major: along,
         bend,
         minor: DVec2::new(-h.y, h.x) * (det / (wide * h.dot(major)).max(1e-30)).sqrt(),
         facet: DVec3::new(v.facet, -along.dot(wo.xy()), -bend.dot(wo.xy())),
+        rest: 3f64.sqrt() * away,
+        rest_facet: -3f64.sqrt() * left,
+        rest_across: (v.cov.x + v.cov.y - along.length_squared() - away.length_squared()).max(0.0),
         area: v.area,
         lod: 0.5 * (kernel / jacobian.max(1e-12)).log2() + size.log2() + LOD_OF_DEVIATION + rule.bias,
     }
@@ -137,12 +147,20 @@ pub struct VisibleProbe {
     pub wi: DVec3,
     /// `wo·wn`.
     pub cosine: f64,
+    /// Mean of `(1 − wo·wn)⁵` over the facets that the probe stands for: [`probe_fresnel`].
+    pub grazing: f64,
     /// `wo.z − wo.xy·slope`: projected area of the facet.
     pub facet: f64,
     /// Weight; those of a line sum to one.
     pub weight: f64,
     /// Level of detail; may be negative.
     pub lod: f64,
+}
+
+/// Schlick's Fresnel term of the facets that a probe stands for. `f0`: linear RGB reflectance at normal incidence.
+#[must_use]
+pub fn probe_fresnel(f0: DVec3, probe: &VisibleProbe) -> DVec3 {
+    f0 + (DVec3::ONE - f0) * probe.grazing
 }
 
 /// The probe at `z` standard deviations along the line.
@@ -152,11 +170,18 @@ pub fn visible_probe_at(line: &VisibleLine, wo: DVec3, z: f64, weight: f64) -> V
     let wn = normal_of_slope(slope);
     let facet = line.facet.x + z * line.facet.y + (z * z - 1.0) * line.facet.z;
     let cosine = facet * wn.z;
+    // Three facets of Gauss and Hermite along the view; what lies across it only lengthens the normals.
+    let at = |i: f64, weight: f64| {
+        let length = (1.0 + (slope + i * line.rest).length_squared() + line.rest_across).sqrt();
+        weight * (1.0 - (facet + i * line.rest_facet) / length).clamp(0.0, 1.0).powi(5)
+    };
+    let grazing = at(-1.0, 1.0 / 6.0) + at(0.0, 2.0 / 3.0) + at(1.0, 1.0 / 6.0);
     let jacobian = 4.0 * reflection_jacobian(facet, 1.0 + slope.length_squared());
     VisibleProbe {
         slope,
         wi: 2.0 * cosine * wn - wo,
         cosine,
+        grazing,
         facet,
         weight,
         lod: line.lod + 0.5 * jacobian.max(1e-12).log2(),
@@ -185,7 +210,7 @@ pub fn leadr_specular_environment_visible(
     let line = visible_line(wo, m, s, size, rule);
     (0..rule.n).fold((DVec3::ZERO, DVec3::ZERO), |(sum, fresnel), i| {
         let probe = visible_probe(&line, wo, i, rule);
-        let f = probe.weight * fresnel_schlick(f0, probe.cosine);
+        let f = probe.weight * probe_fresnel(f0, &probe);
         (sum + f * radiance(&probe), fresnel + f)
     })
 }

@@ -57,7 +57,7 @@ Mirrors line_mirrors(Surface surface, vec3 wo, vec3 S) {
     vec3 reflected = vec3(0.0), fresnel = vec3(0.0);
     [[unroll]] for (int i = 0; i < SAMPLES; ++i) {
         VisibleProbe p = visible_probe(line, wo, i, rule);
-        vec3 f = p.weight * fresnel_schlick(surface.f0, p.cosine);
+        vec3 f = p.weight * probe_fresnel(surface.f0, p);
         reflected += f * environment_radiance(surface, p.wi, p.lod);
         fresnel += f;
     }
