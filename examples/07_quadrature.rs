@@ -33,7 +33,7 @@ fn main() {
         }
     }
     if wanted("sweeps") {
-        let starts = (n / 50).max(10);
+        let starts = (n / 150).max(8);
         println!("\nlargest step and second difference along slow sweeps, {starts} starts");
         println!("{:<11} {:<13} {:<16} {:>8} {:>8}", "path", "integral", "rule", "step", "second");
         for r in sweep_rows(starts) {

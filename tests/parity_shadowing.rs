@@ -10,10 +10,11 @@ use glam::{DVec2, DVec3};
 use leadr::reflectance::correlated_masking::{Visibility, direction_area, lit_fraction, visibility_factor};
 use leadr::reflectance::frame::frame_about;
 use leadr::reflectance::sh::sh_add_light;
-use leadr::reflectance::shadowed_environment::{
-    bent_normal, lit_probe, shadowed_diffuse_environment, visible_slope_shift,
-};
-use leadr::reflectance::slope_grid::{slope_cholesky, slope_sample};
+use leadr::reflectance::shadowed_environment::{bent_normal, shadowed_diffuse_environment, visible_slope_shift};
+use leadr::reflectance::shadowed_specular::lit_slopes;
+use leadr::reflectance::slope_grid::slope_cholesky;
+use leadr::reflectance::visible_slopes::visible_slopes;
+use leadr::reflectance::visible_specular::line_rule;
 
 /// Two directions: any, equal, or of one azimuth and of opposite ones where the surface is isotropic (ρ = ±1).
 fn pair(r: &mut Random, s: DVec3) -> (DVec3, DVec3) {
@@ -60,18 +61,10 @@ fn correlated_masking_parity() {
 
 #[test]
 fn shadowed_environment_parity() {
-    parity::<12>(
+    parity::<8>(
         "shadowed_environment",
-        Tolerance { relative: 1e-4, floor: |k| if k < 2 { 1e-2 } else { 0.1 }, unit: 0.0 },
-        |r| {
-            let (wo, m, s) = (r.direction(), r.mean_slope(), r.covariance());
-            // Probes within the lobe, lines across of any direction, some of no extent.
-            let p = DVec2::new(r.range(-2.5, 2.5), r.range(-2.5, 2.5));
-            let slope = slope_sample(p, m, s);
-            let q = DVec2::new(r.range(-1.0, 1.0), r.range(-1.0, 1.0));
-            let across = if r.unit() < 0.1 { DVec2::ZERO } else { slope_sample(q, DVec2::ZERO, s) };
-            join(&[&wo.to_array(), &m.to_array(), &s.to_array(), &slope.to_array(), &across.to_array()])
-        },
+        Tolerance { relative: 5e-5, floor: |k| if k < 2 { 1e-2 } else { 0.1 }, unit: 0.0 },
+        |r| join(&[&r.direction().to_array(), &r.mean_slope().to_array(), &r.covariance().to_array()]),
         |x| {
             let (wo, m, s) = (v3(x, 0), v2(x, 3), v3(x, 5));
             let cholesky = slope_cholesky(s);
@@ -81,10 +74,26 @@ fn shadowed_environment_parity() {
             c[0] = DVec3::new(2.0, 1.5, 1.0);
             sh_add_light(&mut c, DVec3::new(0.6, 0.0, 0.8), DVec3::new(1.0, 2.0, 3.0));
             let radiance = shadowed_diffuse_environment(&v, &frame_about(wo), &c);
-            let lit = [Visibility::Smith, Visibility::Correlated, Visibility::CorrelatedSimple]
-                .map(|visibility| lit_probe(visibility, &o, wo, v2(x, 8), v2(x, 10), m, cholesky));
-            let shift = visible_slope_shift(&o, cholesky);
-            list![shift, v.normal, [v.open], radiance, lit]
+            list![visible_slope_shift(&o, cholesky), v.normal, [v.open], radiance]
+        },
+    );
+}
+
+#[test]
+fn shadowed_specular_parity() {
+    parity::<8>(
+        "shadowed_specular",
+        Tolerance { relative: 1e-3, floor: |_| 1.0, unit: 0.0 },
+        |r| join(&[&r.direction().to_array(), &r.mean_slope().to_array(), &r.covariance().to_array()]),
+        |x| {
+            let wo = v3(x, 0);
+            let v = visible_slopes(wo, v2(x, 3), v3(x, 5));
+            let all = [Visibility::Smith, Visibility::Correlated, Visibility::CorrelatedSimple].map(|visibility| {
+                let lit = lit_slopes(visibility, wo, &v, &line_rule(5));
+                let s = lit.slopes;
+                list![[lit.lit], s.mean, s.cov, [s.facet, s.variance, s.third]]
+            });
+            all.concat()
         },
     );
 }
@@ -106,11 +115,12 @@ fn finite_at_the_extremes() {
             [directions, numbers(&mut r, 5)].concat().try_into().expect("11 numbers")
         })
         .collect();
-    let environment: Vec<[f32; 12]> = (0..TUPLES)
-        .map(|_| [axis(&mut r).to_vec(), numbers(&mut r, 9)].concat().try_into().expect("12 numbers"))
+    let environment: Vec<[f32; 8]> = (0..TUPLES)
+        .map(|_| [axis(&mut r).to_vec(), numbers(&mut r, 5)].concat().try_into().expect("8 numbers"))
         .collect();
     check_finite(&gpu, "correlated_masking", &masking, 11);
-    check_finite(&gpu, "shadowed_environment", &environment, 12);
+    check_finite(&gpu, "shadowed_environment", &environment, 9);
+    check_finite(&gpu, "shadowed_specular", &environment, 27);
 }
 
 fn check_finite<const N: usize>(gpu: &common::TestGpu, name: &str, items: &[[f32; N]], outputs: usize) {

@@ -248,8 +248,7 @@ fn structs_lie_in_memory_as_the_shaders_expect() {
             point_position,
             point_intensity,
             viewport,
-            environment,
-            counts
+            environment
         ]
     );
 }

@@ -5,8 +5,10 @@ mod common;
 use glam::{Affine3A, DVec2, DVec3, Vec3};
 use leadr::maps::{RgbImage, procedural};
 use leadr::reflectance::correlated_masking::{direction_area, lit_fraction};
-use leadr::reflectance::shadowed_environment::{bent_normal, lit_probe, shadowed_diffuse_environment};
+use leadr::reflectance::shadowed_environment::{bent_normal, shadowed_diffuse_environment};
+use leadr::reflectance::shadowed_specular::shadowed_specular_environment;
 use leadr::reflectance::visible_diffuse::{leadr_diffuse_light_visible, visible_diffuse_moments};
+use leadr::reflectance::visible_fresnel::visible_fresnel;
 use leadr::reflectance::{
     correlated_masking, diffuse, frame, fresnel, projected_area, sh_projection, slope_grid, slope_statistics, specular,
     visible_specular,
@@ -169,15 +171,17 @@ impl Pixel {
                 [sum / norm.max(1e-12), fresnel / norm.max(1e-12)]
             }
             Quadrature::VisibleSlopes(n) => {
-                let rule = visible_specular::line_rule(n);
-                let line = visible_specular::visible_line(wo, self.m, s, 16.0, &rule);
-                let o = direction_area(wo, self.m, cholesky);
-                let (sum, fresnel) =
-                    visible_specular::leadr_specular_environment_visible(wo, self.m, s, f0, 16.0, &rule, |probe| {
-                        let slope = probe.slope;
-                        DVec3::splat(lit_probe(visibility, &o, wo, slope, line.minor, self.m, cholesky))
-                    });
-                [sum, fresnel]
+                let (rule, nodes) = (visible_specular::line_rule(n), visible_specular::line_rule(5));
+                if visibility == correlated_masking::Visibility::Masking {
+                    let (sum, fresnel) =
+                        visible_specular::leadr_specular_environment_visible(wo, self.m, s, f0, 16.0, &rule, |_| {
+                            DVec3::ONE
+                        });
+                    return [sum, fresnel];
+                }
+                let rules = [&rule, &nodes];
+                let sum = shadowed_specular_environment(visibility, wo, self.m, s, f0, 16.0, rules, |_| DVec3::ONE);
+                [sum, visible_fresnel(wo, self.m, s, f0)]
             }
         }
     }

@@ -15,7 +15,7 @@
 //     VisibleProbe p = visible_probe(line, wo, i, LINE);
 //     vec3 f = fresnel_schlick(f0, p.cosine) * p.weight;
 //     reflected += f * textureLod(environment, from_frame(frame, p.wi), p.lod).rgb;   // times shadowing, if any
-//     fresnel += f;                                                                  // mean over the visible facets
+//     fresnel += f;                                                                  // the visible facets' mean
 
 // The rule of n probes, equally spaced, of unit variance; n = 3, 5, 7, 9, 16, or what is nearest.
 struct LineRule {
@@ -50,9 +50,8 @@ float reflection_jacobian(float facet, float squared_normal) {
     return abs(facet) / (squared_normal * squared_normal);
 }
 
-// size: texels per edge of the environment's cube map.
-VisibleLine visible_line(vec3 wo, vec2 m, vec3 S, float size, LineRule rule) {
-    VisibleSlopes v = visible_slopes(wo, m, S);
+// The line through these slopes. size: texels per edge of the environment's cube map.
+VisibleLine line_of_slopes(VisibleSlopes v, vec3 wo, float size, LineRule rule) {
     // Metric of reflected directions at the mean: |dwi|^2 = 4/|N|^2 ((p.ds)^2 + facet^2/|N|^2 (|ds|^2 - (s.ds)^2/|N|^2)).
     vec2 s = v.mean;
     float per = 1.0 / (1.0 + dot(s, s));
@@ -65,13 +64,14 @@ VisibleLine visible_line(vec3 wo, vec2 m, vec3 S, float size, LineRule rule) {
     float half_trace = 0.5 * (c.x * metric.x + c.y * metric.y) + c.z * metric.z;
     float det = max(c.x * c.y - c.z * c.z, 0.0);
     float jacobian = 4.0 * facet * per * per;
-    float difference = sqrt(max(half_trace * half_trace - det * jacobian * jacobian, 0.0));
+    vec3 skewed = vec3(0.5 * (c.x * metric.x - c.y * metric.y), c.x * metric.z + c.z * metric.y, c.z * metric.x + c.y * metric.z);
+    float difference = sqrt(max(skewed.x * skewed.x + skewed.y * skewed.z, 0.0)); // without cancellation at the circle
     float wide = max(half_trace + difference, 1e-20), narrow = det * jacobian * jacobian / wide;
     // cov less the minor axis' part is of rank one, and that is the major axis; nothing turns or jumps where the ellipse
     // is a circle, since it then has length zero.
     float less = det / wide;
     vec3 rank = max(vec3(c.x - less * metric.y, c.y - less * metric.x, 0.0), vec3(1e-20, 1e-20, 0.0));
-    float bound = sqrt(rank.x * rank.y);
+    float bound = max(rank.x, rank.y);
     rank.z = clamp(c.z + less * metric.z, -bound, bound);
     vec2 major = rank.x > rank.y ? vec2(rank.x, rank.z) * inversesqrt(rank.x) : vec2(rank.z, rank.y) * inversesqrt(rank.y);
     float kept = min((1.0 - rule.kernel) * wide / max(wide - narrow, 1e-20), 1.0);
@@ -88,6 +88,11 @@ VisibleLine visible_line(vec3 wo, vec2 m, vec3 S, float size, LineRule rule) {
     float kernel = max(max(rule.kernel * wide, narrow), 1e-12);
     line.lod = 0.5 * log2(kernel / max(jacobian, 1e-12)) + log2(size) + 0.467 + rule.bias;
     return line;
+}
+
+// The line through all that is visible.
+VisibleLine visible_line(vec3 wo, vec2 m, vec3 S, float size, LineRule rule) {
+    return line_of_slopes(visible_slopes(wo, m, S), wo, size, rule);
 }
 
 struct VisibleProbe {

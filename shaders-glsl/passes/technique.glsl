@@ -21,6 +21,6 @@ const bool USES_SLOPES = TECHNIQUE != TECHNIQUE_CONSTANT;
 // Looks at the covariance of slopes.
 const bool USES_COVARIANCE = TECHNIQUE > TECHNIQUE_NORMAL_MIP;
 // Adds what the macrosurface itself turns under the pixel.
-const bool USES_CURVATURE = TECHNIQUE == TECHNIQUE_LEADR || TECHNIQUE == TECHNIQUE_LEADR_GGX;
+const bool USES_CURVATURE = (1 << TECHNIQUE & (1 << TECHNIQUE_LEADR | 1 << TECHNIQUE_LEADR_GGX)) != 0;
 
 #endif

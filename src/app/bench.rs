@@ -134,12 +134,11 @@ impl Subject for Bench {
 /// Measures all rows that one renderer draws and appends them to `measured`.
 fn measure(
     renderer: Renderer,
-    mut rows: Vec<Row>,
+    rows: Vec<Row>,
     rounds: usize,
     output: &Output,
     measured: &mut Vec<Measured>,
 ) -> Result<(), AppError> {
-    rows.retain(|row| row.settings.shading.check().is_ok());
     renderer.gpu().wait_idle()?;
     let names: Vec<String> = rows.iter().map(|row| format!("{}: {}", row.table, row.name)).collect();
     let progress: ProgressBar = output.progress(rows.len());

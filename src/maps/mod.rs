@@ -20,6 +20,7 @@ mod png_read;
 pub mod procedural;
 pub mod ray_cast;
 pub mod save;
+pub mod shadowing_errors;
 pub mod tonemap;
 mod types;
 

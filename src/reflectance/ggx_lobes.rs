@@ -86,7 +86,7 @@ mod tests {
             let total: f64 = lobes.iter().map(|l| l.weight).sum();
             assert!((total - 1.0).abs() < 1e-12);
             // With v = u / (1 + u), u = r² over the roughness.
-            let error: f64 = composite_gauss(0.0, 1.0 - 1e-9, 400, 8)
+            let error: f64 = composite_gauss(0.0, 1.0 - 1e-9, 50, 8)
                 .into_iter()
                 .map(|(v, w)| {
                     let u = d.roughness.x * v / (1.0 - v);

@@ -11,7 +11,7 @@
 
 use super::fresnel::fresnel_schlick;
 use super::slope_grid::normal_of_slope;
-use super::visible_slopes::visible_slopes;
+use super::visible_slopes::{VisibleSlopes, visible_slopes};
 use glam::{DVec2, DVec3, Vec3Swizzles as _};
 
 /// A rule of equally spaced probes of unit variance with normal weights.
@@ -74,10 +74,15 @@ pub fn reflection_jacobian(facet: f64, squared_normal: f64) -> f64 {
 /// box-filtered level, `h²/4` with its bilinear lookup, that of the wanted kernel.
 pub const LOD_OF_DEVIATION: f64 = 0.467;
 
-/// The line seen from `wo`. `size`: texels per edge of the environment's cube map.
+/// The line through all that is visible from `wo`. `size`: texels per edge of the environment's cube map.
 #[must_use]
 pub fn visible_line(wo: DVec3, m: DVec2, s: DVec3, size: f64, rule: &LineRule) -> VisibleLine {
-    let v = visible_slopes(wo, m, s);
+    line_of_slopes(&visible_slopes(wo, m, s), wo, size, rule)
+}
+
+/// The line through these slopes.
+#[must_use]
+pub fn line_of_slopes(v: &VisibleSlopes, wo: DVec3, size: f64, rule: &LineRule) -> VisibleLine {
     // |dwi|² = 4/|N|² ((p·ds)² + facet²/|N|² (|ds|² − (s·ds)²/|N|²)) at the mean.
     let s = v.mean;
     let per = 1.0 / (1.0 + s.dot(s));
@@ -96,12 +101,14 @@ pub fn visible_line(wo: DVec3, m: DVec2, s: DVec3, size: f64, rule: &LineRule) -
     let half_trace = 0.5 * (c.x * metric.x + c.y * metric.y) + c.z * metric.z;
     let det = (c.x * c.y - c.z * c.z).max(0.0);
     let jacobian = 4.0 * facet * per * per;
-    let difference = (half_trace * half_trace - det * jacobian * jacobian).max(0.0).sqrt();
+    let skewed =
+        [0.5 * (c.x * metric.x - c.y * metric.y), c.x * metric.z + c.z * metric.y, c.z * metric.x + c.y * metric.z];
+    let difference = (skewed[0] * skewed[0] + skewed[1] * skewed[2]).max(0.0).sqrt(); // without cancellation at the circle
     let wide = (half_trace + difference).max(1e-20);
     let narrow = det * jacobian * jacobian / wide;
     let less = det / wide;
     let (xx, yy) = ((c.x - less * metric.y).max(1e-20), (c.y - less * metric.x).max(1e-20));
-    let bound = (xx * yy).sqrt();
+    let bound = xx.max(yy);
     let xy = (c.z + less * metric.z).clamp(-bound, bound);
     let major = if xx > yy { DVec2::new(xx, xy) / xx.sqrt() } else { DVec2::new(xy, yy) / yy.sqrt() };
     let kept = ((1.0 - rule.kernel) * wide / (wide - narrow).max(1e-20)).min(1.0);

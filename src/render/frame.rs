@@ -14,9 +14,10 @@ use super::geometry::{GeometryPass, VisibleSurface};
 use super::irradiance::IrradiancePass;
 use super::object::{GpuObject, MAX_OBJECTS, ViewBuffers};
 use super::patch_mesh::PosedVertices;
+use super::reference::ReferencePass;
 use super::scene::{FrameState, Object};
 use super::settings::{Quadrature, RenderSettings, ShadingSettings};
-use super::shade::{LightingGpu, ShadeInputs, ShadePass};
+use super::shade::{LightSet, LightingGpu, ShadeInputs, ShadePass};
 use super::shadow::{ShadowPass, ShadowView};
 use super::tessellation::TessellationSettings;
 use crate::gpu::{Buffer, Commands, Gpu, GpuError, Image, ImageDesc, Memory, Result, Timestamps};
@@ -106,7 +107,8 @@ pub struct Renderer {
     shadow_view: Option<ShadowView>,
     accumulate: AccumulatePass,
     geometry: GeometryPass,
-    pipelines: HashMap<ShadingSettings, (FilterPass, ShadePass)>,
+    pipelines: HashMap<(ShadingSettings, LightSet), (FilterPass, ShadePass)>,
+    reference: Option<ReferencePass>,
     targets: Option<Targets>,
     lighting: Buffer,
     timestamps: Timestamps,
@@ -145,6 +147,7 @@ impl Renderer {
             accumulate: AccumulatePass::new(gpu)?,
             geometry: GeometryPass::new(gpu)?,
             pipelines: HashMap::new(),
+            reference: None,
             targets: None,
             lighting: Buffer::new(gpu, "lighting", size_of::<LightingGpu>() as u64, Memory::Upload)?,
             timestamps: Timestamps::new(gpu, 16)?,
@@ -217,22 +220,21 @@ impl Renderer {
                 return Err(GpuError::Usage { name: "slope grid".to_owned(), fault });
             }
         }
-        if !self.pipelines.contains_key(&settings.shading) {
-            let filter = FilterPass::new(&self.gpu, settings.shading.technique)?;
-            let shade = ShadePass::new(&self.gpu, settings.shading)?;
-            self.pipelines.insert(settings.shading, (filter, shade));
-        }
         let height_scale = settings.geometry_scale(state.height_scale);
         let posed: Vec<PosedVertices> =
             self.drawn.iter().zip(&state.poses).map(|(d, pose)| pose.apply(&d.object.object.mesh)).collect();
         self.shadow_view = None;
+        if settings.shadows_of_relief() {
+            self.prepare_reference(state)?;
+            self.prepare_pipelines(state, settings)?;
+            return Ok(posed);
+        }
         if let Some(sun) = state.sun.filter(|_| settings.shadows) {
-            let casters = self.drawn.iter().zip(&posed).filter(|(d, _)| d.sun.is_some());
-            let spheres: Vec<(Vec3, f32)> = casters.map(|(d, posed)| d.object.bounds(posed, height_scale)).collect();
-            if let Some((centre, radius)) = enclosing_sphere(&spheres) {
+            if let Some((centre, radius)) = self.casters_sphere(&posed, height_scale) {
                 self.shadow_view = Some(ShadowView::around(sun.direction.normalize(), centre, radius, SHADOW_SIZE));
             }
         }
+        self.prepare_pipelines(state, settings)?;
         if let Some(view) = self.shadow_view {
             // Casters are divided as the camera's surface is: a finer one would stand out of it and shade it.
             let lens = state.camera.lens(settings.size.1);
@@ -274,6 +276,14 @@ impl Renderer {
             drawn.camera.update(&drawn.object, posed, scale, clip, camera.position, lens, &tessellation)?;
         }
         let cube_size = self.environment.face_size();
+        if settings.shadows_of_relief() {
+            let bounds = self.casters_sphere(posed, settings.geometry_scale(state.height_scale));
+            let most = self.vertices_per_draw();
+            let casters: Vec<_> = self.drawn.iter().zip(posed).filter(|(d, _)| d.sun.is_some()).collect();
+            let casters: Vec<_> = casters.into_iter().map(|(d, posed)| (&d.object, posed)).collect();
+            let reference = self.reference.as_mut().expect("prepared");
+            return reference.prepare(state, settings, &casters, bounds, cube_size, index, most);
+        }
         let shadow = self.shadow_view.as_ref();
         let block = LightingGpu::new(state, settings.size, offset, cube_size, shadow);
         self.lighting.write(0, &[block])
@@ -288,13 +298,20 @@ impl Renderer {
         index: u32,
         timestamps: &Timestamps,
     ) {
-        let (Some(targets), Some((filter, shade))) = (&self.targets, self.pipelines.get(&settings.shading)) else {
+        let lights = LightSet::new(state, self.shadow_view.is_some());
+        let (Some(targets), Some((filter, shade))) = (&self.targets, self.pipelines.get(&(settings.shading, lights)))
+        else {
             return;
         };
         let repeats = self.repeats;
         let height_scale = settings.geometry_scale(state.height_scale);
+        let relief = self.reference.as_ref().filter(|_| settings.shadows_of_relief());
         cmd.timestamp(timestamps, "begin");
-        if index == 0 {
+        if let Some(relief) = relief {
+            let casters: Vec<_> = self.drawn.iter().filter(|d| d.sun.is_some()).map(|d| &d.object).collect();
+            cmd.label("shadow", |cmd| relief.record_maps(cmd, &casters, height_scale));
+            cmd.timestamp(timestamps, "shadow");
+        } else if index == 0 {
             if let Some(sky) = &state.sky {
                 cmd.label("sky", |cmd| self.environment.update_sky(cmd, sky));
                 cmd.timestamp(timestamps, "sky");
@@ -327,7 +344,10 @@ impl Renderer {
             radiance_sh: self.irradiance.coefficients(),
             shadow_map: &self.shadow.map,
         };
-        cmd.label_times("shade", repeats, |cmd| shade.record(cmd, inputs, &targets.sample));
+        cmd.label_times("shade", repeats, |cmd| match relief {
+            Some(pass) => pass.record(cmd, &targets.visible, &targets.gbuffer, &self.environment, &targets.sample),
+            None => shade.record(cmd, inputs, &targets.sample),
+        });
         cmd.timestamp(timestamps, "shade");
         cmd.label_times("accumulate", repeats, |cmd| {
             self.accumulate.record(cmd, &targets.sample, &targets.mean, index)
@@ -390,6 +410,39 @@ impl Renderer {
                     .collect()
             }
         })
+    }
+
+    /// Makes the pipelines of these settings and of the lights there are.
+    fn prepare_pipelines(&mut self, state: &FrameState, settings: &RenderSettings) -> Result<()> {
+        let key = (settings.shading, LightSet::new(state, self.shadow_view.is_some()));
+        if !self.pipelines.contains_key(&key) {
+            let filter = FilterPass::new(&self.gpu, key.0.technique)?;
+            let shade = ShadePass::new(&self.gpu, key.0, key.1)?;
+            self.pipelines.insert(key, (filter, shade));
+        }
+        Ok(())
+    }
+
+    /// Makes what the shadows of the reference need: its pass, and an environment that can be drawn from.
+    fn prepare_reference(&mut self, state: &FrameState) -> Result<()> {
+        if let Some(sky) = &state.sky {
+            let environment = &mut self.environment;
+            self.gpu.submit("sky", |cmd| {
+                environment.update_sky(cmd, sky);
+            })?;
+        }
+        let pass = match &mut self.reference {
+            Some(pass) => pass,
+            none => none.insert(ReferencePass::new(&self.gpu)?),
+        };
+        pass.read_environment(&self.environment)
+    }
+
+    /// A sphere around everything that throws shadows.
+    fn casters_sphere(&self, posed: &[PosedVertices], height_scale: f32) -> Option<(Vec3, f32)> {
+        let casters = self.drawn.iter().zip(posed).filter(|(d, _)| d.sun.is_some());
+        let spheres: Vec<(Vec3, f32)> = casters.map(|(d, posed)| d.object.bounds(posed, height_scale)).collect();
+        enclosing_sphere(&spheres)
     }
 
     fn vertices_per_draw(&self) -> u32 {

@@ -201,6 +201,15 @@ impl GpuObject {
         }
     }
 
+    /// World length of a texel of the heights, on average; infinite without any.
+    #[must_use]
+    pub fn texel_length(&self, posed: &PosedVertices) -> f32 {
+        let lengths =
+            self.topology.edges.iter().map(|e| posed.positions[e[0] as usize].distance(posed.positions[e[1] as usize]));
+        let texels: f32 = self.edge_texels.iter().sum();
+        if texels > 0.0 { lengths.sum::<f32>() / texels } else { f32::INFINITY }
+    }
+
     /// The bounding sphere of the posed object, bumps included.
     #[must_use]
     pub fn bounds(&self, posed: &PosedVertices, height_scale: f32) -> (glam::Vec3, f32) {

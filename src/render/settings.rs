@@ -279,6 +279,9 @@ pub struct RenderSettings {
     /// Whether heights move the surface. Without, the geometry stays smooth and the slopes of the maps shade it all the
     /// same: with [`Technique::Reference`] the truth of normal mapping (LEADR Figure 8).
     pub displacement: bool,
+    /// With [`Technique::Reference`]: the relief throws shadows on itself, from every light and from the environment
+    /// ([`super::reference`]), instead of the sun's coarse ones only. Slow.
+    pub relief_shadows: bool,
     /// Paints the inside of surfaces in a marker colour: a closed surface shows none.
     pub mark_inside: bool,
 }
@@ -288,6 +291,12 @@ impl RenderSettings {
     #[must_use]
     pub fn geometry_scale(&self, height_scale: f32) -> f32 {
         if self.displacement { height_scale } else { 0.0 }
+    }
+
+    /// Whether the relief throws shadows on itself.
+    #[must_use]
+    pub fn shadows_of_relief(&self) -> bool {
+        self.relief_shadows && self.shading.technique == Technique::Reference
     }
 }
 
@@ -301,6 +310,7 @@ impl Default for RenderSettings {
             tessellation: TessellationSettings::default(),
             shadows: true,
             displacement: true,
+            relief_shadows: false,
             mark_inside: false,
         }
     }

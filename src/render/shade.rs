@@ -26,7 +26,7 @@ pub struct LightingGpu {
     pub shadow_from_world: [[f32; 4]; 4],
     /// Viewer.
     pub camera_position: [f32; 4],
-    /// Toward the sun; w 1 when there is one.
+    /// Toward the sun.
     pub sun_direction: [f32; 4],
     /// On a plane facing the sun.
     pub sun_irradiance: [f32; 4],
@@ -36,10 +36,8 @@ pub struct LightingGpu {
     pub point_intensity: [[f32; 4]; MAX_POINT_LIGHTS],
     /// Width and height of the image.
     pub viewport: [f32; 4],
-    /// Face size of the cube, its scale, world size of a shadow texel, 1 when shadows are on.
+    /// Face size of the cube, its scale, world size of a shadow texel.
     pub environment: [f32; 4],
-    /// Number of point lights.
-    pub counts: [i32; 4],
 }
 
 impl LightingGpu {
@@ -54,7 +52,7 @@ impl LightingGpu {
     ) -> Self {
         let four = |v: Vec3, w: f32| v.extend(w).to_array();
         let (sun_direction, sun_irradiance) = state.sun.map_or(([0.0, 0.0, 1.0, 0.0], [0.0; 4]), |sun| {
-            (four(sun.direction.normalize_or(Vec3::Z), 1.0), four(sun.irradiance, 0.0))
+            (four(sun.direction.normalize_or(Vec3::Z), 0.0), four(sun.irradiance, 0.0))
         });
         let [x, y, z] = state.camera.rays(size, jitter);
         let mut block = Self {
@@ -66,19 +64,33 @@ impl LightingGpu {
             point_position: [[0.0; 4]; MAX_POINT_LIGHTS],
             point_intensity: [[0.0; 4]; MAX_POINT_LIGHTS],
             viewport: [size.0 as f32, size.1 as f32, 0.0, 0.0],
-            environment: [
-                cube_size as f32,
-                1.0,
-                shadow.map_or(0.0, |s| s.texel),
-                if shadow.is_some() { 1.0 } else { 0.0 },
-            ],
-            counts: [state.point_lights.len().min(MAX_POINT_LIGHTS) as i32, 0, 0, 0],
+            environment: [cube_size as f32, 1.0, shadow.map_or(0.0, |s| s.texel), 0.0],
         };
         for (i, light) in state.point_lights.iter().take(MAX_POINT_LIGHTS).enumerate() {
             block.point_position[i] = four(light.position, 1.0);
             block.point_intensity[i] = four(light.intensity, 0.0);
         }
         block
+    }
+}
+
+/// Which lights there are. Pipelines are made for it: lights that are not there cost nothing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct LightSet {
+    /// A sun.
+    pub sun: bool,
+    /// Its shadow map.
+    pub shadows: bool,
+    /// Point lights.
+    pub points: u32,
+}
+
+impl LightSet {
+    /// The lights of a frame, with the sun's shadow map or without.
+    #[must_use]
+    pub fn new(state: &FrameState, shadows: bool) -> Self {
+        let points = state.point_lights.len().min(MAX_POINT_LIGHTS) as u32;
+        Self { sun: state.sun.is_some(), shadows, points }
     }
 }
 
@@ -110,11 +122,11 @@ impl ShadePass {
     /// The format of the target.
     pub const FORMAT: vk::Format = vk::Format::R32G32B32A32_SFLOAT;
 
-    /// The pass for one set of settings.
+    /// The pass for one set of settings and lights.
     ///
     /// # Errors
     /// A failed pipeline.
-    pub fn new(gpu: &Arc<Gpu>, settings: ShadingSettings) -> Result<Self> {
+    pub fn new(gpu: &Arc<Gpu>, settings: ShadingSettings, lights: LightSet) -> Result<Self> {
         let samples = match settings.quadrature {
             Quadrature::Grid(n) | Quadrature::VisibleSlopes(n) => n,
         };
@@ -132,6 +144,9 @@ impl ShadePass {
                     (3, SpecValue::I32(settings.visibility.code())),
                     (4, SpecValue::Bool(settings.diffuse_lights == DiffuseLights::Sh)),
                     (5, SpecValue::I32(settings.terms.bits())),
+                    (6, SpecValue::I32(i32::from(!lights.sun))),
+                    (7, SpecValue::Bool(lights.shadows)),
+                    (8, SpecValue::I32(lights.points as i32)),
                 ],
                 ..Default::default()
             },

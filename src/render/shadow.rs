@@ -31,8 +31,17 @@ impl ShadowView {
     pub fn around(sun: Vec3, centre: Vec3, radius: f32, size: u32) -> Self {
         let (x, y) = sun.any_orthonormal_pair();
         let texel = 2.0 * radius / size as f32;
-        let snap = |v: f32| (v / texel).round() * texel;
-        let (cx, cy, cz) = (snap(centre.dot(x)), snap(centre.dot(y)), centre.dot(sun));
+        let off_grid = |v: f32| (v / texel).round() * texel - v;
+        let snapped = centre + x * off_grid(centre.dot(x)) + y * off_grid(centre.dot(y));
+        Self::parallel(sun, snapped, radius, size)
+    }
+
+    /// The same without snapping.
+    #[must_use]
+    pub fn parallel(sun: Vec3, centre: Vec3, radius: f32, size: u32) -> Self {
+        let (x, y) = sun.any_orthonormal_pair();
+        let texel = 2.0 * radius / size as f32;
+        let (cx, cy, cz) = (centre.dot(x), centre.dot(y), centre.dot(sun));
         // Depth runs from 0 (far from the sun) to 1.
         let row = |axis: Vec3, scale: f32, offset: f32| (axis * scale).extend(offset);
         let clip_from_world = Mat4::from_cols(

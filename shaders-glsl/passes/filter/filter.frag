@@ -77,13 +77,14 @@ void main() {
     if (USES_SLOPES && (object.flags & FLAG_DISPLACED) != 0u) {
         vec4 a = vec4(0.0);
         float b = 0.0;
-        for (int i = 0; i < footprint.taps; ++i) {
+        int i = 0;
+        do {
             vec2 at = clamp_to_tile(tap(footprint, i, texcoord), tile, footprint.lod, size);
             a += textureLod(moments_a, at, footprint.lod);
             if (USES_COVARIANCE) {
                 b += textureLod(moments_b, at, footprint.lod).x;
             }
-        }
+        } while (++i < footprint.taps);
         float weight = 1.0 / float(footprint.taps);
         gradient_covariance = covariance_from_moments(a.xy * weight, vec3(a.zw, b) * weight);
         gradient_covariance = scale_height(gradient_covariance, object.height_scale);
@@ -114,9 +115,10 @@ void main() {
             fine = footprint;
         }
         vec4 texel = vec4(0.0);
-        for (int i = 0; i < fine.taps; ++i) {
+        int i = 0;
+        do {
             texel += textureLod(color_map, clamp_to_tile(tap(fine, i, texcoord), tile, fine.lod, color_size), fine.lod);
-        }
+        } while (++i < fine.taps);
         color *= texel / float(fine.taps);
     }
 

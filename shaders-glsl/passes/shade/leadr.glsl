@@ -7,6 +7,7 @@
 #include "leadr/diffuse.glsl"
 #include "leadr/ggx_lobes.glsl"
 #include "leadr/shadowed_environment.glsl"
+#include "leadr/shadowed_specular.glsl"
 #include "leadr/specular.glsl"
 #include "leadr/visible_diffuse.glsl"
 #include "leadr/visible_fresnel.glsl"
@@ -14,6 +15,7 @@
 
 const bool GGX = TECHNIQUE == TECHNIQUE_LEADR_GGX;
 const int DIFFUSE_TERMS = 2; // of the closed form: see visible_diffuse.glsl
+const int LIT_NODES = 5;     // of the integral of what is lit: see shadowed_specular.glsl
 
 // Means over the visible mirrors.
 struct Mirrors {
@@ -23,22 +25,22 @@ struct Mirrors {
 };
 
 // Algorithm 1, with what does not change from sample to sample taken out of the loop.
-Mirrors grid_mirrors(Surface surface, vec3 S) {
+Mirrors grid_mirrors(Surface surface, vec3 wo, vec3 S) {
     float lambda = grid_lambda(SAMPLES);
-    vec2 m = face_viewer(surface.wo, surface.mean_slope, S, lambda);
+    vec2 m = face_viewer(wo, surface.mean_slope, S, lambda);
     vec3 cholesky = slope_cholesky(S);
-    DirectionArea o = direction_area(surface.wo, m, cholesky);
+    DirectionArea o = direction_area(wo, m, cholesky);
     float base = env_lod_base(S, grid_spacing(SAMPLES, lambda), lighting.environment.x, LEADR_LOD_MATCHED);
     vec3 reflected = vec3(0.0), fresnel = vec3(0.0);
     float norm = 0.0;
     for (int j = 0; j < SAMPLES; ++j) {
         for (int k = 0; k < SAMPLES; ++k) {
             vec3 node = grid_node(j, k, SAMPLES, lambda);
-            EnvironmentSample e = environment_sample_at(surface.wo, slope_at(node.xy, m, cholesky));
+            EnvironmentSample e = environment_sample_at(wo, slope_at(node.xy, m, cholesky));
             float weight = node.z * e.area;
-            vec3 f = weight * fresnel_schlick(surface.f0, dot(surface.wo, e.wn));
+            vec3 f = weight * fresnel_schlick(vec3(surface.f0), dot(wo, e.wn));
             float lit = lit_fraction(VISIBILITY, o, direction_area(e.wi, m, cholesky));
-            reflected += f * lit * environment_radiance(surface, e.wi, env_lod_at(base, surface.wo, e.wn));
+            reflected += f * lit * environment_radiance(surface, e.wi, env_lod_at(base, wo, e.wn));
             fresnel += f;
             norm += weight;
         }
@@ -47,34 +49,36 @@ Mirrors grid_mirrors(Surface surface, vec3 S) {
     return Mirrors(reflected * scale, fresnel * scale, o.visible);
 }
 
-// A line of probes; their weights sum to one.
-Mirrors line_mirrors(Surface surface, vec3 S) {
+// A line of probes through the slopes that are visible and lit; their weights sum to one.
+Mirrors line_mirrors(Surface surface, vec3 wo, vec3 S) {
     LineRule rule = line_rule(SAMPLES);
-    VisibleLine line = visible_line(surface.wo, surface.mean_slope, S, lighting.environment.x, rule);
-    vec3 cholesky = slope_cholesky(S);
-    DirectionArea o = direction_area(surface.wo, surface.mean_slope, cholesky);
+    LitSlopes lit = lit_slopes(VISIBILITY, wo, visible_slopes(wo, surface.mean_slope, S), line_rule(LIT_NODES));
+    VisibleLine line = line_of_slopes(lit.slopes, wo, lighting.environment.x, rule);
     vec3 reflected = vec3(0.0), fresnel = vec3(0.0);
-    for (int i = 0; i < SAMPLES; ++i) {
-        VisibleProbe p = visible_probe(line, surface.wo, i, rule);
-        vec3 f = p.weight * fresnel_schlick(surface.f0, p.cosine);
-        float lit = lit_probe(VISIBILITY, o, surface.wo, p.slope, line.minor, surface.mean_slope, cholesky);
-        reflected += f * lit * environment_radiance(surface, p.wi, p.lod);
+    [[unroll]] for (int i = 0; i < SAMPLES; ++i) {
+        VisibleProbe p = visible_probe(line, wo, i, rule);
+        vec3 f = p.weight * fresnel_schlick(vec3(surface.f0), p.cosine);
+        reflected += f * environment_radiance(surface, p.wi, p.lod);
         fresnel += f;
     }
-    return Mirrors(reflected, fresnel, line.area);
+    if (VISIBILITY != LEADR_VISIBILITY_MASKING) {
+        // The probes stand for what is lit; what enters the surface is lost by all that is visible.
+        fresnel = visible_fresnel(wo, surface.mean_slope, S, vec3(surface.f0));
+    }
+    return Mirrors(reflected * lit.lit, fresnel, line.area);
 }
 
-Mirrors gaussian_mirrors(Surface surface, vec3 S) {
-    return VISIBLE_SLOPES ? line_mirrors(surface, S) : grid_mirrors(surface, S);
+Mirrors gaussian_mirrors(Surface surface, vec3 wo, vec3 S) {
+    return VISIBLE_SLOPES ? line_mirrors(surface, wo, S) : grid_mirrors(surface, wo, S);
 }
 
 // Mirrors of a GGX base as the Gaussian ones they are a mixture of, each in its visible area.
-Mirrors ggx_mirrors(Surface surface, DisplacedGgx d) {
+Mirrors ggx_mirrors(Surface surface, vec3 wo, DisplacedGgx d) {
     Mirrors sum = Mirrors(vec3(0.0), vec3(0.0), 0.0);
     for (int k = 0; k < LEADR_GGX_LOBES; ++k) {
         GaussianLobe lobe = ggx_lobe(d, k);
         if (lobe.weight > 0.0) {
-            Mirrors part = gaussian_mirrors(surface, lobe.S);
+            Mirrors part = gaussian_mirrors(surface, wo, lobe.S);
             float weight = lobe.weight * part.area;
             sum.reflected += weight * part.reflected;
             sum.fresnel += weight * part.fresnel;
@@ -95,17 +99,18 @@ vec3 diffuse_environment(Surface surface, NormalMoments normals, DirectionArea o
 }
 
 // Diffuse radiance of one light of unit irradiance per unit of albedo, shadows aside.
-float diffuse_light(Surface surface, NormalMoments normals, vec2 faced, float lambda, vec3 wi) {
+float diffuse_light(Surface surface, vec3 wo, NormalMoments normals, vec2 faced, float lambda, vec3 wi) {
     vec3 S = surface.slope_covariance;
     if (LIGHTS_BY_SH) {
-        return leadr_diffuse_light_sh(normals, surface.wo, wi, faced, S, false);
+        return leadr_diffuse_light_sh(normals, wo, wi, faced, S, false);
     }
-    return VISIBLE_SLOPES ? leadr_diffuse_light_visible(surface.wo, wi, surface.mean_slope, S, false, DIFFUSE_TERMS)
-                          : leadr_diffuse_light(surface.wo, wi, faced, S, false, SAMPLES, lambda);
+    return VISIBLE_SLOPES ? leadr_diffuse_light_visible(wo, wi, surface.mean_slope, S, false, DIFFUSE_TERMS)
+                          : leadr_diffuse_light(wo, wi, faced, S, false, SAMPLES, lambda);
 }
 
 vec3 leadr_radiance(Surface surface, float environment_scale) {
-    vec3 wo = surface.wo;
+    vec3 wo = to_frame(surface.frame, surface.wo);
+    vec3 f0 = vec3(surface.f0);
     vec2 m = surface.mean_slope;
     vec3 diffuse_s = surface.slope_covariance;
     vec3 specular_s = add_roughness(diffuse_s, surface.alpha);
@@ -118,12 +123,12 @@ vec3 leadr_radiance(Surface surface, float environment_scale) {
 
     // What the visible mirrors do not reflect enters the surface and is what the diffuse term may return.
     vec3 albedo = surface.albedo;
-    if (SPECULAR_ENVIRONMENT) {
-        Mirrors mirrors = GGX ? ggx_mirrors(surface, ggx) : gaussian_mirrors(surface, specular_s);
+    if (SPECULAR_ENVIRONMENT && surface.reflects) {
+        Mirrors mirrors = GGX ? ggx_mirrors(surface, wo, ggx) : gaussian_mirrors(surface, wo, specular_s);
         radiance += ambient * mirrors.reflected;
         albedo *= 1.0 - mirrors.fresnel;
-    } else if (DIFFUSE) {
-        albedo *= 1.0 - visible_fresnel(wo, m, specular_s, surface.f0);
+    } else if (DIFFUSE && surface.reflects) {
+        albedo *= 1.0 - visible_fresnel(wo, m, specular_s, f0);
     }
 
     vec3 diffuse_cholesky = slope_cholesky(diffuse_s);
@@ -141,17 +146,17 @@ vec3 leadr_radiance(Surface surface, float environment_scale) {
     if (LIGHTS) {
         vec3 cholesky = slope_cholesky(GGX ? 0.5 * ggx.roughness : specular_s);
         DirectionArea o = GGX ? displaced_ggx_area(wo, m, ggx, cholesky) : direction_area(wo, m, cholesky);
-        for (int i = 0; i < light_count(); ++i) {
+        [[unroll]] for (int i = FIRST_LIGHT; i <= POINT_LIGHTS; ++i) {
             Light light = light_at(i, surface);
             vec3 scattered = vec3(0.0);
             if (DIFFUSE_LIGHTS) {
                 float lit = lit_fraction(VISIBILITY, diffuse_o, direction_area(light.wi, m, diffuse_cholesky));
-                scattered += albedo * (lit * diffuse_light(surface, normals, faced, lambda, light.wi));
+                scattered += albedo * (lit * diffuse_light(surface, wo, normals, faced, lambda, light.wi));
             }
-            if (SPECULAR_LIGHTS) {
-                scattered += GGX ? displaced_ggx_light(VISIBILITY, o, wo, light.wi, m, ggx, cholesky, surface.f0)
+            if (SPECULAR_LIGHTS && surface.reflects) {
+                scattered += GGX ? displaced_ggx_light(VISIBILITY, o, wo, light.wi, m, ggx, cholesky, f0)
                                  : leadr_specular_light(VISIBILITY, o, direction_area(light.wi, m, cholesky), wo,
-                                                        light.wi, m, specular_s, surface.f0);
+                                                        light.wi, m, specular_s, f0);
             }
             radiance += light.irradiance * scattered;
         }

@@ -2,6 +2,8 @@
 #ifndef LEADR_SHADE_LIGHTING
 #define LEADR_SHADE_LIGHTING
 #include "gbuffer.glsl"
+#include "leadr/slope_grid.glsl"
+#include "settings.glsl"
 
 const int MAX_POINT_LIGHTS = 4;
 
@@ -9,13 +11,12 @@ layout(binding = 5, std140) uniform Lighting {
     vec4 rays[3];                 // see read_gbuffer
     mat4 shadow_from_world;       // to [0,1] texture coordinates and depth
     vec4 camera_position;         // xyz
-    vec4 sun_direction;           // xyz toward the sun; w 1 when there is one
+    vec4 sun_direction;           // xyz toward the sun
     vec4 sun_irradiance;          // rgb on a plane facing it
     vec4 point_position[MAX_POINT_LIGHTS];  // xyz
     vec4 point_intensity[MAX_POINT_LIGHTS]; // rgb
     vec4 viewport;                // width, height
-    vec4 environment;             // x: face size of the cube, y: scale, z: shadow texel in world units, w: 1 when shadows are on
-    ivec4 counts;                 // x: point lights
+    vec4 environment;             // x: face size of the cube, y: scale, z: shadow texel in world units
 } lighting;
 
 layout(binding = 6) uniform samplerCube environment_cube;
@@ -24,9 +25,6 @@ layout(binding = 8) uniform sampler2D shadow_map;
 
 // Fraction of the sun seen by the macro surface: 4 x 4 comparisons, bilinearly weighted.
 float sun_visibility(vec3 position, vec3 normal) {
-    if (lighting.environment.w < 0.5) {
-        return 1.0;
-    }
     float texel = lighting.environment.z;
     float sine = sqrt(max(1.0 - pow(dot(normal, lighting.sun_direction.xyz), 2.0), 0.0));
     vec3 lifted = position + normal * texel * (1.0 + 2.0 * sine);
@@ -54,16 +52,14 @@ struct Light {
     vec3 irradiance; // on a plane facing it
 };
 
-// The sun first, then the point lights.
-int light_count() {
-    return 1 + lighting.counts.x;
-}
-
 Light light_at(int i, Surface surface) {
     if (i == 0) {
-        vec3 mesonormal = from_frame(surface.frame, normal_of_slope(surface.mean_slope));
-        float seen = lighting.sun_direction.w * sun_visibility(surface.position, mesonormal);
-        return Light(to_frame(surface.frame, lighting.sun_direction.xyz), lighting.sun_irradiance.rgb * seen);
+        vec3 irradiance = lighting.sun_irradiance.rgb;
+        if (SUN_SHADOWS) {
+            vec3 mesonormal = from_frame(surface.frame, normal_of_slope(surface.mean_slope));
+            irradiance *= sun_visibility(surface.position, mesonormal);
+        }
+        return Light(to_frame(surface.frame, lighting.sun_direction.xyz), irradiance);
     }
     vec3 d = lighting.point_position[i - 1].xyz - surface.position;
     float square = max(dot(d, d), 1e-8);

@@ -9,6 +9,10 @@ layout(constant_id = 2) const int SAMPLES = 5;             // environment probes
 layout(constant_id = 3) const int VISIBILITY = LEADR_VISIBILITY_SMITH;
 layout(constant_id = 4) const bool LIGHTS_BY_SH = false;   // diffuse lights through order-2 SH as in Algorithm 2
 layout(constant_id = 5) const int TERMS = 15;              // bits: which light counts
+// Lights go from FIRST_LIGHT to POINT_LIGHTS; number 0 is the sun.
+layout(constant_id = 6) const int FIRST_LIGHT = 0;
+layout(constant_id = 7) const bool SUN_SHADOWS = true;     // of the macrosurface, by the shadow map
+layout(constant_id = 8) const int POINT_LIGHTS = 0;        // at most MAX_POINT_LIGHTS
 
 const bool SPECULAR_LIGHTS = (TERMS & 1) != 0;
 const bool DIFFUSE_LIGHTS = (TERMS & 2) != 0;

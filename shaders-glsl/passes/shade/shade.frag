@@ -1,5 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_control_flow_attributes : require
 // Shades each pixel of the G-buffer once.
 #include "classic.glsl"
 #include "leadr.glsl"
@@ -10,14 +11,12 @@ layout(location = 0) out vec4 out_radiance;
 void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
     vec2 ndc = (gl_FragCoord.xy / lighting.viewport.xy) * 2.0 - 1.0;
-    vec3 ray = lighting.rays[2].xyz + ndc.x * lighting.rays[0].xyz + ndc.y * lighting.rays[1].xyz;
-    float depth = texelFetch(gbuffer_depth, pixel, 0).x;
+    Surface surface = read_gbuffer(pixel, ndc, lighting.camera_position.xyz, lighting.rays);
     float environment_scale = lighting.environment.y;
-    if (depth <= 0.0) {
-        out_radiance = vec4(textureLod(environment_cube, ray, 0.0).rgb * environment_scale, 0.0);
+    if (!surface.hit) {
+        out_radiance = vec4(textureLod(environment_cube, -surface.wo, 0.0).rgb * environment_scale, 0.0);
         return;
     }
-    Surface surface = read_gbuffer(pixel, lighting.camera_position.xyz, ray, lighting.rays[2].w, depth);
     vec3 radiance;
     if (surface.inside) {
         radiance = vec3(1.0, 0.0, 1.0);

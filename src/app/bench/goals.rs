@@ -65,6 +65,8 @@ pub struct Verdict {
     pub low: f64,
     /// Their upper quartile.
     pub high: f64,
+    /// Ratio of the fastest frames.
+    pub fastest: f64,
     /// Whether the median keeps the bound.
     pub met: bool,
     /// Whether the quartiles agree with it. If not, more frames or a quieter machine may turn the verdict.
@@ -76,12 +78,12 @@ impl Goal {
     pub fn judge<'a>(&self, find: impl Fn(&str, &str) -> Option<&'a Series>) -> Option<Verdict> {
         let of = find(self.of.table, self.of.row)?;
         let to = find(self.to.table, self.to.row)?;
-        let Ratio { median, low, high, .. } = of.ratio(self.of.pass, to, self.to.pass)?;
+        let Ratio { median, low, high, fastest, .. } = of.ratio(self.of.pass, to, self.to.pass)?;
         let scale = f64::from(self.of.times) / f64::from(self.to.times);
-        let (median, low, high) = (median * scale, low * scale, high * scale);
+        let [median, low, high, fastest] = [median, low, high, fastest].map(|ratio| ratio * scale);
         let holds = |ratio| self.bound.holds(ratio);
         let (met, clear) = (holds(median), holds(low) == holds(high));
-        Some(Verdict { goal: self.name, bound: self.bound, median, low, high, met, clear })
+        Some(Verdict { goal: self.name, bound: self.bound, median, low, high, fastest, met, clear })
     }
 }
 

@@ -32,12 +32,17 @@ pub struct BenchReport {
     seconds: f64,
 }
 
+/// The pass in which techniques differ most, compared beside the others.
+const SHADE: &str = "shade";
+
 /// One pass of one row.
 #[derive(Clone, Debug, Serialize)]
 pub struct RowReport {
     table: String,
     /// Names the row in its table.
     row: String,
+    /// The row it is compared with.
+    base: Option<String>,
     technique: &'static str,
     /// Where a pixel's slope samples lie.
     rule: &'static str,
@@ -50,6 +55,8 @@ pub struct RowReport {
     pass: String,
     median_ms: f64,
     p95_ms: f64,
+    /// Of the fastest frame.
+    min_ms: f64,
     /// Times the pass was drawn in each timed region.
     repeats: u32,
     /// Rounds in which the row was measured.
@@ -71,6 +78,8 @@ pub struct RatioReport {
     low: f64,
     /// Their upper quartile.
     high: f64,
+    /// Ratio of the fastest frames.
+    fastest: f64,
     /// Rounds in which both were measured.
     pairs: usize,
     /// The same ratio of the paper's times.
@@ -105,10 +114,9 @@ impl BenchReport {
             rows: measured.iter().flat_map(rows).collect(),
             ratios: measured
                 .iter()
-                .filter_map(|m| {
-                    let base = find(&m.row.table, m.row.base.as_deref()?)?;
-                    (base.row.name != m.row.name).then(|| ratio(m, base)).flatten()
-                })
+                .filter_map(|m| Some((m, find(&m.row.table, m.row.base.as_deref()?)?)))
+                .filter(|(m, base)| m.row.name != base.row.name)
+                .flat_map(|(m, base)| [m.row.compared, SHADE].into_iter().filter_map(|pass| ratio(m, base, pass)))
                 .collect(),
             lines: FIGURE_11.iter().filter_map(|table| line(table, &measured)).collect(),
             goals: GOALS.iter().filter_map(|goal| goal.judge(|t, r| find(t, r).map(|m| &m.series))).collect(),
@@ -125,6 +133,7 @@ fn rows(measured: &Measured) -> Vec<RowReport> {
         RowReport {
             table: row.table.clone(),
             row: row.name.clone(),
+            base: row.base.clone(),
             technique: row.settings.shading.technique.name(),
             rule: row.rule(),
             samples: row.samples(),
@@ -134,6 +143,7 @@ fn rows(measured: &Measured) -> Vec<RowReport> {
             pass: (*pass).to_owned(),
             median_ms,
             p95_ms,
+            min_ms: series.fastest(pass),
             repeats: if *pass == "sky" { 1 } else { series.repeats },
             measurements: series.measurements(),
             paper_ms: row.paper_ms.filter(|_| *pass == TOTAL),
@@ -142,12 +152,11 @@ fn rows(measured: &Measured) -> Vec<RowReport> {
     passes.iter().map(report).collect()
 }
 
-fn ratio(measured: &Measured, base: &Measured) -> Option<RatioReport> {
-    let pass = measured.row.compared;
-    let Ratio { median, low, high, pairs } = measured.series.ratio(pass, &base.series, pass)?;
+fn ratio(measured: &Measured, base: &Measured, pass: &'static str) -> Option<RatioReport> {
+    let Ratio { median, low, high, fastest, pairs } = measured.series.ratio(pass, &base.series, pass)?;
     let paper = measured.row.paper_ms.zip(base.row.paper_ms).map(|(of, to)| of / to);
     let (table, of, to) = (measured.row.table.clone(), measured.row.name.clone(), base.row.name.clone());
-    Some(RatioReport { table, of, to, pass, median, low, high, pairs, paper })
+    Some(RatioReport { table, of, to, pass, median, low, high, fastest, pairs, paper })
 }
 
 fn line(table: &str, measured: &[Measured]) -> Option<LineReport> {
@@ -185,7 +194,11 @@ fn ms(value: f64) -> String {
 impl fmt::Display for BenchReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(f, "{} ({}), commit {}", self.device, self.driver, self.commit)?;
-        writeln!(f, "median ms on the device, {} rounds; ratios: median [quartiles] within rounds", self.frames)?;
+        writeln!(
+            f,
+            "median ms on the device, {} rounds; ratios: median [quartiles] within rounds, and of the fastest frames",
+            self.frames
+        )?;
         let mut tables: Vec<&str> = Vec::new();
         for row in &self.rows {
             if !tables.contains(&row.table.as_str()) {
@@ -210,7 +223,8 @@ impl fmt::Display for BenchReport {
                 (false, false) => "MISSED, within the noise",
             };
             let (median, low, high) = (goal.median, goal.low, goal.high);
-            writeln!(f, "  {:72} {median:8.3} [{low:.3}, {high:.3}]  {bound}: {met}", goal.goal)?;
+            let fastest = goal.fastest;
+            writeln!(f, "  {:52} {median:8.3} [{low:.3}, {high:.3}], fastest {fastest:.3}; {bound}: {met}", goal.goal)?;
         }
         write!(f, "{:.0} s", self.seconds)
     }
@@ -219,8 +233,11 @@ impl fmt::Display for BenchReport {
 impl BenchReport {
     fn table(&self, f: &mut fmt::Formatter<'_>, table: &str) -> fmt::Result {
         let rows: Vec<&RowReport> = self.rows.iter().filter(|r| r.table == table).collect();
+        // On the quad only what the pixels cost is of interest; JSON has the rest.
+        let own = |pass: &str| ["geometry", "filter", "shade", PIXELS].contains(&pass);
+        let compared = if rows[0].distance.is_some() { TOTAL } else { PIXELS };
         let mut passes: Vec<&str> = Vec::new();
-        for row in &rows {
+        for row in rows.iter().filter(|row| compared == TOTAL || own(&row.pass)) {
             if !passes.contains(&row.pass.as_str()) {
                 passes.push(&row.pass);
             }
@@ -230,7 +247,7 @@ impl BenchReport {
         for pass in &passes {
             write!(f, " {pass:>12}")?;
         }
-        writeln!(f, " {:>9}  ratio", "p95")?;
+        writeln!(f, " {:>9}  {compared} against {}", "p95", rows[0].base.as_deref().unwrap_or("nothing"))?;
         let mut names: Vec<&str> = rows.iter().map(|r| r.row.as_str()).collect();
         names.dedup();
         for name in names {
@@ -240,14 +257,16 @@ impl BenchReport {
                 let cell = cells.iter().find(|c| c.pass == *pass).map_or(String::new(), |c| ms(c.median_ms));
                 write!(f, " {cell:>12}")?;
             }
-            let ratio = self.ratios.iter().find(|r| r.table == table && r.of == name);
-            let compared = ratio.map_or(PIXELS, |r| r.pass);
+            let ratio = |pass: &str| self.ratios.iter().find(|r| r.table == table && r.of == name && r.pass == pass);
             let p95 = cells.iter().find(|c| c.pass == compared).map_or(String::new(), |c| ms(c.p95_ms));
             write!(f, " {p95:>9}")?;
-            if let Some(r) = ratio {
-                write!(f, "  {:.3} [{:.3}, {:.3}] x {} of {}", r.median, r.low, r.high, r.pass, r.to)?;
+            if let Some(r) = ratio(compared) {
+                write!(f, "  {:7.3} [{:.3}, {:.3}], fastest {:.3}", r.median, r.low, r.high, r.fastest)?;
+                if let Some(shade) = ratio(SHADE) {
+                    write!(f, "; shade alone {:.3}, fastest {:.3}", shade.median, shade.fastest)?;
+                }
                 if let Some(paper) = r.paper {
-                    write!(f, " (paper {paper:.3})")?;
+                    write!(f, "; paper {paper:.3}")?;
                 }
             }
             writeln!(f)?;

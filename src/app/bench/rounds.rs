@@ -74,6 +74,13 @@ impl Series {
         (median(&times), quantile(&times, 0.95))
     }
 
+    /// The least time of a pass, milliseconds.
+    #[must_use]
+    pub fn fastest(&self, pass: &str) -> f64 {
+        let times: Vec<f64> = self.of(pass).into_iter().flatten().collect();
+        quantile(&times, 0.0)
+    }
+
     /// This row's time over another's.
     #[must_use]
     pub fn ratio(&self, pass: &str, to: &Self, to_pass: &str) -> Option<Ratio> {

@@ -159,7 +159,7 @@ pub fn quad(state: &FrameState, size: Size) -> Vec<Row> {
     ];
     for (table, figure, terms) in tables {
         // One fetch along the reflection about the mean normal, one irradiance of the mean normal.
-        let one = paper(Technique::NormalMip, Quadrature::Grid(1), terms);
+        let one = paper(Technique::BlinnPhong, Quadrature::Grid(1), terms);
         rows.push(row(table, ONE_SAMPLE.to_owned(), ONE_SAMPLE, one));
         for n in [1, 3, 5, 7, 32] {
             rows.push(row(table, format!("leadr {n}x{n}"), ONE_SAMPLE, leadr(Quadrature::Grid(n), terms)));
@@ -178,7 +178,7 @@ pub fn quad(state: &FrameState, size: Size) -> Vec<Row> {
         }
     }
     let terms = Terms::DIFFUSE_LIGHTS;
-    let one = paper(Technique::NormalMip, Quadrature::Grid(1), terms);
+    let one = paper(Technique::BlinnPhong, Quadrature::Grid(1), terms);
     rows.push(row(DIFFUSE_LIGHT, ONE_SAMPLE.to_owned(), ONE_SAMPLE, one));
     rows.push(row(DIFFUSE_LIGHT, "leadr 5x5".to_owned(), ONE_SAMPLE, leadr(Quadrature::Grid(5), terms)));
     rows.push(row(DIFFUSE_LIGHT, "leadr visible".to_owned(), ONE_SAMPLE, leadr(Quadrature::VisibleSlopes(3), terms)));

@@ -26,6 +26,8 @@ pub struct Ratio {
     pub low: f64,
     /// Their upper quartile.
     pub high: f64,
+    /// Ratio of the two fastest frames of any rounds: nothing disturbed them, if anything was ever left alone.
+    pub fastest: f64,
     /// Rounds in which both were measured.
     pub pairs: usize,
 }
@@ -34,10 +36,13 @@ pub struct Ratio {
 /// there is no such round.
 #[must_use]
 pub fn paired_ratio(of: &[Option<f64>], to: &[Option<f64>]) -> Option<Ratio> {
-    let pairs = of.iter().zip(to).filter_map(|(of, to)| Some((*of)? / (*to)?));
-    let ratios: Vec<f64> = pairs.filter(|ratio| ratio.is_finite()).collect();
+    let pairs = of.iter().zip(to).filter_map(|(of, to)| Some(((*of)?, (*to)?))).filter(|(_, to)| *to > 0.0);
+    let (of, to): (Vec<f64>, Vec<f64>) = pairs.unzip();
+    let ratios: Vec<f64> = of.iter().zip(&to).map(|(of, to)| of / to).collect();
     let at = |p| quantile(&ratios, p);
-    (!ratios.is_empty()).then(|| Ratio { median: at(0.5), low: at(0.25), high: at(0.75), pairs: ratios.len() })
+    let fastest = quantile(&of, 0.0) / quantile(&to, 0.0);
+    let ratio = Ratio { median: at(0.5), low: at(0.25), high: at(0.75), fastest, pairs: ratios.len() };
+    (!ratios.is_empty()).then_some(ratio)
 }
 
 /// The line through points that leaves the least squares.
@@ -95,6 +100,8 @@ mod tests {
         to[2] = Some(90.0);
         let ratio = paired_ratio(&of, &to).unwrap();
         assert_eq!((ratio.median, ratio.high, ratio.pairs), (1.5, 1.5, 7));
+        let uneven = paired_ratio(&[Some(8.0), Some(2.0)], &[Some(1.0), Some(5.0)]).unwrap();
+        assert_eq!((uneven.fastest, uneven.median), (2.0, 4.2));
         // Medians of the rows alone see the same ratio only because the rounds are the same; give them different ones.
         let alone = median(&[1.5, 1.5, 3.0]) / median(&[8.0, 8.0, 3.0]);
         assert!(alone < 0.5);

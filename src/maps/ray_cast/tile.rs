@@ -31,8 +31,8 @@ impl Spectrum {
 #[derive(Clone, Debug)]
 pub struct Tile {
     size: u32,
-    /// `levels[0]`: heights of the lattice points, then the highest corner of each cell, of 2 × 2 cells, …
     heights: Vec<f32>,
+    /// The highest corner of each cell, of 2 × 2 cells, …
     maxima: Vec<Vec<f32>>,
     covariance: DVec3,
 }
@@ -107,6 +107,12 @@ impl Tile {
     #[must_use]
     pub fn size(&self) -> u32 {
         self.size
+    }
+
+    /// Heights of the lattice points, row by row, in units of the cell.
+    #[must_use]
+    pub fn heights(&self) -> &[f32] {
+        &self.heights
     }
 
     /// Covariance `(s_xx, s_yy, s_xy)` of the slopes of its triangles; their mean is 0.
