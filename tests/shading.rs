@@ -305,6 +305,24 @@ fn the_specular_environment_agrees_with_the_reference_at_every_pixel() {
     }
 }
 
+/// Without reflectance at normal incidence there are no mirrors, at grazing angles neither.
+#[test]
+fn a_purely_diffuse_surface_mirrors_nothing() {
+    let Some(gpu) = common::test_gpu() else { return };
+    for f0 in [0.0, 0.04] {
+        let object = bumpy_sphere([1.0, 1.0, 1.0, 0.25], f0);
+        let mut renderer = Renderer::new(&gpu, vec![object], constant_environment(&gpu, [1.0; 3])).unwrap();
+        let sun = Sun { direction: Vec3::new(0.6, -0.1, 0.7).normalize(), irradiance: Vec3::splat(3.0) };
+        for technique in [Technique::Lean, Technique::Leadr, Technique::LeadrGgx] {
+            let terms = Terms::SPECULAR_LIGHTS | Terms::SPECULAR_ENVIRONMENT;
+            let shading = ShadingSettings { technique, terms, ..Default::default() };
+            let output = renderer.render(&state(6.0, Some(sun), Vec::new()), &settings(shading)).unwrap();
+            let most = output.color.iter().filter(|c| c[3] > 0.0).map(|c| c[0]).fold(0.0, f32::max);
+            assert_eq!(most > 0.0, f0 > 0.0, "{shading}: {most}");
+        }
+    }
+}
+
 /// A picture is the sum of its terms, but for the Fresnel term that the diffuse ones lose to the mirrors: with the
 /// environment's mirrors off it is a closed form.
 #[test]

@@ -42,6 +42,45 @@ impl AccumulatePass {
     }
 }
 
+/// The mean of a frame's samples put together from parts of it, in 64 bits.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Accumulation {
+    sums: Vec<[f64; 4]>,
+    samples: u64,
+}
+
+impl Accumulation {
+    /// Adds the mean `color` of `samples` samples, as [`render_range`](super::frame::Renderer::render_range) gives it.
+    ///
+    /// # Panics
+    /// When the pictures differ in their number of pixels.
+    pub fn add(&mut self, color: &[[f32; 4]], samples: u32) {
+        if self.sums.is_empty() {
+            self.sums = vec![[0.0; 4]; color.len()];
+        }
+        assert_eq!(self.sums.len(), color.len(), "pixels of the parts");
+        for (sum, part) in self.sums.iter_mut().zip(color) {
+            for (sum, &value) in sum.iter_mut().zip(part) {
+                *sum += f64::from(value) * f64::from(samples);
+            }
+        }
+        self.samples += u64::from(samples);
+    }
+
+    /// Samples so far.
+    #[must_use]
+    pub fn samples(&self) -> u64 {
+        self.samples
+    }
+
+    /// Their mean.
+    #[must_use]
+    pub fn mean(&self) -> Vec<[f32; 4]> {
+        let scale = 1.0 / self.samples.max(1) as f64;
+        self.sums.iter().map(|sum| sum.map(|v| (v * scale) as f32)).collect()
+    }
+}
+
 /// Offset of sample `index` inside its pixel, `[-½, ½)²`: the R2 low-discrepancy sequence, shifted by the seed. One
 /// sample alone lies in the centre.
 #[must_use]
@@ -65,6 +104,31 @@ pub fn jitter(index: u32, samples: u32, seed: u64) -> Vec2 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// The running mean of `passes/accumulate.comp`, in 32 bits, against the sum in 64.
+    #[test]
+    fn thousands_of_samples_do_not_wear_out_32_bits() {
+        for (scale, count) in [(1.0f32, 4096u32), (1e4, 65_536)] {
+            let (mut mean, mut sum) = (0.0f32, 0.0f64);
+            for i in 0..count {
+                // A sample in a hundred is a thousand times as bright as the others.
+                let p = jitter(i, count, 3) + 0.5;
+                let value = scale * if p.x < 0.01 { 1000.0 * p.y } else { p.y };
+                mean += (value - mean) * (1.0 / (i + 1) as f32);
+                sum += f64::from(value);
+            }
+            let error = f64::from(mean) * f64::from(count) / sum - 1.0;
+            assert!(error.abs() < 2e-6, "{count} samples: {error:.1e}");
+        }
+    }
+
+    #[test]
+    fn parts_make_the_whole() {
+        let mut whole = Accumulation::default();
+        whole.add(&[[1.0, 2.0, 3.0, 1.0]], 3);
+        whole.add(&[[5.0, 2.0, 7.0, 0.0]], 1);
+        assert_eq!((whole.samples(), whole.mean()), (4, vec![[2.0, 2.0, 4.0, 0.75]]));
+    }
 
     #[test]
     fn samples_cover_the_pixel_evenly() {

@@ -3,6 +3,7 @@
 mod measure;
 
 use std::collections::HashMap;
+use std::ops::Range;
 use std::sync::Arc;
 
 use glam::Vec3;
@@ -168,16 +169,33 @@ impl Renderer {
     /// # Errors
     /// Memory that is short, a lost device, a failed pipeline.
     pub fn render(&mut self, state: &FrameState, settings: &RenderSettings) -> Result<FrameOutput> {
-        let samples = settings.samples.max(1);
+        self.render_range(state, settings, 0..settings.samples.max(1))
+    }
+
+    /// Renders some of the samples of a frame and gives their mean, so that a long frame can be made in parts and be put
+    /// together by an [`Accumulation`](super::accumulate::Accumulation). Samples are the same in whatever part they are.
+    ///
+    /// # Errors
+    /// [`GpuError::Usage`] for a range without samples or beyond `settings.samples`; as [`render`](Self::render).
+    pub fn render_range(
+        &mut self,
+        state: &FrameState,
+        settings: &RenderSettings,
+        range: Range<u32>,
+    ) -> Result<FrameOutput> {
+        if range.is_empty() || range.end > settings.samples.max(1) {
+            let fault = format!("samples {range:?} are not among the {} of the frame", settings.samples);
+            return Err(GpuError::Usage { name: "samples".to_owned(), fault });
+        }
         let mut times: Vec<PassTime> = Vec::new();
         let posed = self.prepare(state, settings)?;
-        for index in 0..samples {
+        for (count, index) in (0..).zip(range) {
             self.prepare_camera(state, settings, &posed, index)?;
             let gpu = self.gpu.clone();
             gpu.submit("frame", |cmd| {
                 let timestamps = self.timestamps.clone();
                 cmd.reset_timestamps(&timestamps);
-                self.record(cmd, state, settings, index, &timestamps);
+                self.record(cmd, state, settings, count, &timestamps);
             })?;
             for (pass, milliseconds) in self.timestamps.intervals()? {
                 match times.iter_mut().find(|t| t.pass == pass) {
@@ -289,7 +307,7 @@ impl Renderer {
         self.lighting.write(0, &[block])
     }
 
-    /// Records sample `index` of a prepared frame: LEADR's Figure 3 from top to bottom.
+    /// Records a prepared sample, the `index`-th since the picture was last begun (at 0): LEADR's Figure 3 from top to bottom.
     pub fn record(
         &mut self,
         cmd: &mut Commands,

@@ -60,7 +60,7 @@ pub struct ReliefLightingGpu {
     pub rays: [[f32; 4]; 3],
     /// Viewer.
     pub camera_position: [f32; 4],
-    /// Width and height of the image, face size of the environment.
+    /// Width and height of the image, face size of the environment, 1 when heights move the surface.
     pub viewport: [f32; 4],
     /// Number of lights.
     pub counts: [i32; 4],
@@ -89,7 +89,7 @@ impl ReferencePass {
             vertex: "passes/fullscreen.vert",
             fragment: Some("passes/shade/reference.frag"),
             colors: &[ShadePass::FORMAT],
-            spec: &[(0, SpecValue::I32(Technique::Reference.code())), (20, SpecValue::F32(MIRROR_ALPHA))],
+            spec: &[(0, SpecValue::I32(Technique::Reference.code())), (16, SpecValue::F32(MIRROR_ALPHA))],
             ..Default::default()
         };
         Ok(Self {
@@ -132,7 +132,12 @@ impl ReferencePass {
         let mut block = ReliefLightingGpu {
             rays: [x.extend(0.0), y.extend(0.0), z.extend(state.camera.near)].map(|v| v.to_array()),
             camera_position: state.camera.position.extend(1.0).to_array(),
-            viewport: [settings.size.0 as f32, settings.size.1 as f32, face_size as f32, 0.0],
+            viewport: [
+                settings.size.0 as f32,
+                settings.size.1 as f32,
+                face_size as f32,
+                f32::from(u8::from(settings.displacement)),
+            ],
             ..Default::default()
         };
         let lights = self.lights_of_sample(state, settings, index);

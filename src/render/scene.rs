@@ -31,7 +31,7 @@ pub struct Object {
     pub height_scale: f32,
     /// Albedo and roughness; without it the vertex colours are used.
     pub color_map: Option<ColorMap>,
-    /// Reflectance at normal incidence.
+    /// Reflectance at normal incidence; 0: no reflection at any angle, a purely diffuse surface.
     pub specular_f0: f32,
     /// Whether it throws a shadow.
     pub casts_shadow: bool,

@@ -253,8 +253,8 @@ impl Default for ShadingSettings {
     fn default() -> Self {
         Self {
             technique: Technique::Leadr,
-            quadrature: Quadrature::Grid(5),
-            visibility: Visibility::Smith,
+            quadrature: Quadrature::VisibleSlopes(9),
+            visibility: Visibility::Correlated,
             terms: Terms::ALL,
             diffuse_lights: DiffuseLights::Cosine,
         }

@@ -15,15 +15,15 @@ float classic_ndf(vec3 wh, vec3 n, float exponent, vec2 m, vec3 S) {
 
 vec3 classic_radiance(Surface surface, float environment_scale) {
     vec2 m = surface.mean_slope;
-    vec3 wo = to_frame(surface.frame, surface.wo);
-    vec3 f0 = vec3(surface.f0);
+    vec3 wo = surface.wo;
+    vec3 f0 = surface.f0;
     vec3 n = normal_of_slope(m);
     vec3 S = add_roughness(surface.slope_covariance, surface.alpha);
     float exponent = blinn_phong_exponent(surface.alpha);
     if (TECHNIQUE == TECHNIQUE_TOKSVIG) {
         exponent = toksvig_exponent(exponent, toksvig_variance(normal_variance(m, surface.slope_covariance)));
     }
-    vec3 fresnel = surface.reflects ? fresnel_schlick(f0, dot(wo, n)) : vec3(0.0);
+    vec3 fresnel = reflects(surface) * fresnel_schlick(f0, dot(wo, n));
     vec3 albedo = surface.albedo * (1.0 - fresnel);
     float ambient = surface.accessibility * environment_scale;
     vec3 radiance = vec3(0.0);
@@ -44,10 +44,10 @@ vec3 classic_radiance(Surface surface, float environment_scale) {
             if (DIFFUSE_LIGHTS) {
                 scattered += albedo / LEADR_PI;
             }
-            if (SPECULAR_LIGHTS && surface.reflects) {
+            if (SPECULAR_LIGHTS) {
                 vec3 h = wo + light.wi;
                 vec3 wh = h * inversesqrt(max(dot(h, h), 1e-20));
-                scattered += fresnel_schlick(f0, dot(wo, wh)) * (0.25 * classic_ndf(wh, n, exponent, m, S));
+                scattered += fresnel_schlick(f0, dot(wo, wh)) * (0.25 * reflects(surface) * classic_ndf(wh, n, exponent, m, S));
             }
             radiance += light.irradiance * scattered * max(dot(n, light.wi), 0.0);
         }

@@ -38,7 +38,7 @@ Mirrors grid_mirrors(Surface surface, vec3 wo, vec3 S) {
             vec3 node = grid_node(j, k, SAMPLES, lambda);
             EnvironmentSample e = environment_sample_at(wo, slope_at(node.xy, m, cholesky));
             float weight = node.z * e.area;
-            vec3 f = weight * fresnel_schlick(vec3(surface.f0), dot(wo, e.wn));
+            vec3 f = weight * fresnel_schlick(surface.f0, dot(wo, e.wn));
             float lit = lit_fraction(VISIBILITY, o, direction_area(e.wi, m, cholesky));
             reflected += f * lit * environment_radiance(surface, e.wi, env_lod_at(base, wo, e.wn));
             fresnel += f;
@@ -57,13 +57,13 @@ Mirrors line_mirrors(Surface surface, vec3 wo, vec3 S) {
     vec3 reflected = vec3(0.0), fresnel = vec3(0.0);
     [[unroll]] for (int i = 0; i < SAMPLES; ++i) {
         VisibleProbe p = visible_probe(line, wo, i, rule);
-        vec3 f = p.weight * fresnel_schlick(vec3(surface.f0), p.cosine);
+        vec3 f = p.weight * fresnel_schlick(surface.f0, p.cosine);
         reflected += f * environment_radiance(surface, p.wi, p.lod);
         fresnel += f;
     }
     if (VISIBILITY != LEADR_VISIBILITY_MASKING) {
         // The probes stand for what is lit; what enters the surface is lost by all that is visible.
-        fresnel = visible_fresnel(wo, surface.mean_slope, S, vec3(surface.f0));
+        fresnel = visible_fresnel(wo, surface.mean_slope, S, surface.f0);
     }
     return Mirrors(reflected * lit.lit, fresnel, line.area);
 }
@@ -109,8 +109,8 @@ float diffuse_light(Surface surface, vec3 wo, NormalMoments normals, vec2 faced,
 }
 
 vec3 leadr_radiance(Surface surface, float environment_scale) {
-    vec3 wo = to_frame(surface.frame, surface.wo);
-    vec3 f0 = vec3(surface.f0);
+    vec3 wo = surface.wo;
+    vec3 f0 = surface.f0;
     vec2 m = surface.mean_slope;
     vec3 diffuse_s = surface.slope_covariance;
     vec3 specular_s = add_roughness(diffuse_s, surface.alpha);
@@ -123,12 +123,12 @@ vec3 leadr_radiance(Surface surface, float environment_scale) {
 
     // What the visible mirrors do not reflect enters the surface and is what the diffuse term may return.
     vec3 albedo = surface.albedo;
-    if (SPECULAR_ENVIRONMENT && surface.reflects) {
+    if (SPECULAR_ENVIRONMENT) {
         Mirrors mirrors = GGX ? ggx_mirrors(surface, wo, ggx) : gaussian_mirrors(surface, wo, specular_s);
-        radiance += ambient * mirrors.reflected;
-        albedo *= 1.0 - mirrors.fresnel;
-    } else if (DIFFUSE && surface.reflects) {
-        albedo *= 1.0 - visible_fresnel(wo, m, specular_s, f0);
+        radiance += ambient * reflects(surface) * mirrors.reflected;
+        albedo *= 1.0 - reflects(surface) * mirrors.fresnel;
+    } else if (DIFFUSE) {
+        albedo *= 1.0 - reflects(surface) * visible_fresnel(wo, m, specular_s, f0);
     }
 
     vec3 diffuse_cholesky = slope_cholesky(diffuse_s);
@@ -153,10 +153,11 @@ vec3 leadr_radiance(Surface surface, float environment_scale) {
                 float lit = lit_fraction(VISIBILITY, diffuse_o, direction_area(light.wi, m, diffuse_cholesky));
                 scattered += albedo * (lit * diffuse_light(surface, wo, normals, faced, lambda, light.wi));
             }
-            if (SPECULAR_LIGHTS && surface.reflects) {
-                scattered += GGX ? displaced_ggx_light(VISIBILITY, o, wo, light.wi, m, ggx, cholesky, f0)
-                                 : leadr_specular_light(VISIBILITY, o, direction_area(light.wi, m, cholesky), wo,
-                                                        light.wi, m, specular_s, f0);
+            if (SPECULAR_LIGHTS) {
+                vec3 specular = GGX ? displaced_ggx_light(VISIBILITY, o, wo, light.wi, m, ggx, cholesky, f0)
+                                    : leadr_specular_light(VISIBILITY, o, direction_area(light.wi, m, cholesky), wo,
+                                                           light.wi, m, specular_s, f0);
+                scattered += reflects(surface) * specular;
             }
             radiance += light.irradiance * scattered;
         }

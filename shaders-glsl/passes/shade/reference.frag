@@ -8,7 +8,7 @@
 #include "leadr/visible_fresnel.glsl"
 
 // Base materials smoother than this mirror the environment as if nothing shadowed it: drawn lights would miss them.
-layout(constant_id = 20) const float MIRROR_ALPHA = 0.15;
+layout(constant_id = 16) const float MIRROR_ALPHA = 0.15;
 
 const int GRID = 5;          // samples of a mirror's slopes
 const int DIFFUSE_TERMS = 2; // see leadr/visible_diffuse.glsl
@@ -26,7 +26,7 @@ struct Light {
 layout(binding = 5, std140) uniform Lighting {
     vec4 rays[3];         // see read_gbuffer
     vec4 camera_position; // xyz
-    vec4 viewport;        // width, height, face size of the environment's cube
+    vec4 viewport;        // width, height, face size of the environment's cube, 1 when heights move the surface
     ivec4 counts;         // lights
     Light lights[MAX_LIGHTS];
 } lighting;
@@ -61,21 +61,21 @@ bool reaches(Light light, vec3 position, vec3 normal, vec3 towards) {
 }
 
 // What mirrors of slope covariance S show of the environment.
-vec3 mirrored(Surface surface, vec3 wo, vec3 S) {
+vec3 mirrored(Surface surface, vec3 S) {
     float lambda = grid_lambda(GRID);
-    vec2 m = face_viewer(wo, surface.mean_slope, S, lambda);
+    vec2 m = face_viewer(surface.wo, surface.mean_slope, S, lambda);
     vec3 cholesky = slope_cholesky(S);
     float base = env_lod_base(S, grid_spacing(GRID, lambda), lighting.viewport.z, LEADR_LOD_MATCHED);
-    float ao = max(meso_area(wo, m), 0.0), visible = visible_area(wo, m, S), norm = 0.0;
+    float ao = max(meso_area(surface.wo, m), 0.0), visible = visible_area(surface.wo, m, S), norm = 0.0;
     vec3 sum = vec3(0.0);
     for (int j = 0; j < GRID; ++j) {
         for (int k = 0; k < GRID; ++k) {
             vec3 node = grid_node(j, k, GRID, lambda);
-            EnvironmentSample e = environment_sample_at(wo, slope_at(node.xy, m, cholesky));
+            EnvironmentSample e = environment_sample_at(surface.wo, slope_at(node.xy, m, cholesky));
             float weight = node.z * e.area;
             float lit = shadowing_from_areas(ao, visible, e.wi, m, S);
-            float lod = env_lod_at(base, wo, e.wn);
-            sum += (weight * lit) * fresnel_schlick(vec3(surface.f0), dot(wo, e.wn))
+            float lod = env_lod_at(base, surface.wo, e.wn);
+            sum += (weight * lit) * fresnel_schlick(surface.f0, dot(surface.wo, e.wn))
                  * textureLod(environment_cube, from_frame(surface.frame, e.wi), lod).rgb;
             norm += weight;
         }
@@ -86,27 +86,30 @@ vec3 mirrored(Surface surface, vec3 wo, vec3 S) {
 void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
     vec2 ndc = (gl_FragCoord.xy / lighting.viewport.xy) * 2.0 - 1.0;
-    Surface surface = read_gbuffer(pixel, ndc, lighting.camera_position.xyz, lighting.rays);
-    if (!surface.hit) {
-        out_radiance = vec4(textureLod(environment_cube, -surface.wo, 0.0).rgb, 0.0);
+    vec3 ray = lighting.rays[2].xyz + ndc.x * lighting.rays[0].xyz + ndc.y * lighting.rays[1].xyz;
+    float depth = texelFetch(gbuffer_depth, pixel, 0).x;
+    if (depth <= 0.0) {
+        out_radiance = vec4(textureLod(environment_cube, ray, 0.0).rgb, 0.0);
         return;
     }
+    Surface surface = read_gbuffer(pixel, lighting.camera_position.xyz, ray, lighting.rays[2].w, depth);
     if (surface.inside) {
         out_radiance = vec4(1.0, 0.0, 1.0, 1.0);
         return;
     }
-    vec3 wo = to_frame(surface.frame, surface.wo);
-    vec3 f0 = vec3(surface.f0);
+    vec3 wo = surface.wo;
     vec2 m = surface.mean_slope;
     vec3 diffuse_s = surface.slope_covariance;
     vec3 specular_s = add_roughness(diffuse_s, surface.alpha);
+    bool reflecting = reflects(surface) > 0.0;
     bool mirror = surface.alpha < MIRROR_ALPHA;
-    vec3 radiance = surface.reflects && mirror ? mirrored(surface, wo, specular_s) : vec3(0.0);
+    vec3 radiance = reflecting && mirror ? mirrored(surface, specular_s) : vec3(0.0);
     vec3 albedo = surface.albedo;
-    if (surface.reflects) {
-        albedo *= 1.0 - visible_fresnel(wo, m, specular_s, f0);
+    if (reflecting) {
+        albedo *= 1.0 - visible_fresnel(wo, m, specular_s, surface.f0);
     }
-    vec3 normal = from_frame(surface.frame, normal_of_slope(m));
+    // The plane that the depth maps have here: the facet, or smooth geometry under mapped normals.
+    vec3 normal = lighting.viewport.w > 0.5 ? from_frame(surface.frame, normal_of_slope(m)) : surface.frame.z;
     for (int i = 0; i < lighting.counts.x; ++i) {
         Light light = lighting.lights[i];
         vec3 towards = light.place.xyz, irradiance = light.power.rgb;
@@ -121,8 +124,8 @@ void main() {
         }
         vec3 wi = to_frame(surface.frame, towards);
         vec3 scattered = albedo * leadr_diffuse_light_visible(wo, wi, m, diffuse_s, false, DIFFUSE_TERMS);
-        if (surface.reflects && !(mirror && light.power.w > 0.5)) {
-            scattered += leadr_specular_directional(wo, wi, m, specular_s, f0, true);
+        if (reflecting && !(mirror && light.power.w > 0.5)) {
+            scattered += leadr_specular_directional(wo, wi, m, specular_s, surface.f0, true);
         }
         radiance += irradiance * scattered;
     }

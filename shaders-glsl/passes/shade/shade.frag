@@ -11,12 +11,14 @@ layout(location = 0) out vec4 out_radiance;
 void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
     vec2 ndc = (gl_FragCoord.xy / lighting.viewport.xy) * 2.0 - 1.0;
-    Surface surface = read_gbuffer(pixel, ndc, lighting.camera_position.xyz, lighting.rays);
+    vec3 ray = lighting.rays[2].xyz + ndc.x * lighting.rays[0].xyz + ndc.y * lighting.rays[1].xyz;
+    float depth = texelFetch(gbuffer_depth, pixel, 0).x;
     float environment_scale = lighting.environment.y;
-    if (!surface.hit) {
-        out_radiance = vec4(textureLod(environment_cube, -surface.wo, 0.0).rgb * environment_scale, 0.0);
+    if (depth <= 0.0) {
+        out_radiance = vec4(textureLod(environment_cube, ray, 0.0).rgb * environment_scale, 0.0);
         return;
     }
+    Surface surface = read_gbuffer(pixel, lighting.camera_position.xyz, ray, lighting.rays[2].w, depth);
     vec3 radiance;
     if (surface.inside) {
         radiance = vec3(1.0, 0.0, 1.0);

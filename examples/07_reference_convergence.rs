@@ -1,0 +1,74 @@
+//! How the error of the reference falls with its samples: relief under a sun and a sky, with shadows of the relief and
+//! without. Two seeds give independent pictures; the rms of half their difference times √2 is the error of one.
+//!
+//! `cargo run --release --example 07_reference_convergence [SAMPLES]`
+
+use std::error::Error;
+
+use glam::{Affine3A, Vec3};
+use leadr::gpu::{Gpu, GpuOptions};
+use leadr::maps::ray_cast::{Spectrum, Tile};
+use leadr::render::accumulate::Accumulation;
+use leadr::render::camera::Camera;
+use leadr::render::displacement::{Border, HeightField};
+use leadr::render::environment::Environment;
+use leadr::render::frame::Renderer;
+use leadr::render::scene::{FrameState, Object, Pose, Sun};
+use leadr::render::settings::{RenderSettings, ShadingSettings, Technique};
+use leadr::render::sky::Sky;
+use leadr::render::tessellation::TessellationSettings;
+use leadr::scenes::plane::{even, plane};
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let most: u32 = std::env::args().nth(1).map_or(Ok(1024), |s| s.parse())?;
+    let gpu = Gpu::new(&GpuOptions::default())?;
+    let tile = Tile::new(Spectrum::Gaussian, 64, 6.0, 1);
+    let heights = HeightField { width: 64, height: 64, texels: tile.heights().to_vec(), border: Border::Wrap };
+    let object = Object {
+        name: "plane".to_owned(),
+        mesh: plane(1.5, 6, 1.0, [0.6, 0.6, 0.6, 0.4], even),
+        heights: Some(heights),
+        height_scale: 0.7 / 64.0,
+        color_map: None,
+        specular_f0: 0.04,
+        casts_shadow: true,
+    };
+    let sky = Sky::default();
+    let mut renderer = Renderer::new(&gpu, vec![object], Environment::from_sky(&gpu, 64, &sky)?)?;
+    let view = Vec3::new(0.866, 0.0, 0.5) * 200.0;
+    let state = FrameState {
+        camera: Camera { near: 1.0, ..Camera::looking_at(view, Vec3::ZERO, 0.1432) },
+        poses: vec![Pose::Rigid(Affine3A::IDENTITY)],
+        sky: Some(sky),
+        sun: Some(Sun { direction: sky.sun_direction.normalize(), irradiance: Vec3::from_array(sky.sun_irradiance()) }),
+        point_lights: Vec::new(),
+        height_scale: 1.0,
+    };
+    for relief_shadows in [false, true] {
+        println!("{}", if relief_shadows { "with shadows of the relief" } else { "without" });
+        let mut parts = [Accumulation::default(), Accumulation::default()];
+        let mut done = 0;
+        while done < most {
+            let end = (2 * done).clamp(1, most);
+            for (seed, part) in (0u64..).zip(&mut parts) {
+                let settings = RenderSettings {
+                    size: (32, 16),
+                    samples: most,
+                    seed,
+                    shading: ShadingSettings { technique: Technique::Reference, ..Default::default() },
+                    tessellation: TessellationSettings { to_texels: true, ..Default::default() },
+                    shadows: false,
+                    relief_shadows,
+                    ..Default::default()
+                };
+                part.add(&renderer.render_range(&state, &settings, done..end)?.color, end - done);
+            }
+            done = end;
+            let [a, b] = [parts[0].mean(), parts[1].mean()];
+            let mean = a.iter().zip(&b).map(|(a, b)| f64::from(a[1] + b[1]) * 0.5).sum::<f64>() / a.len() as f64;
+            let square = a.iter().zip(&b).map(|(a, b)| f64::from(a[1] - b[1]).powi(2) * 0.5).sum::<f64>();
+            println!("{done:>5} samples: {:.3} %", 100.0 * (square / a.len() as f64).sqrt() / mean);
+        }
+    }
+    Ok(())
+}
