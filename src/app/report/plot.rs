@@ -91,19 +91,12 @@ impl Axis {
 
     /// Values that have a tick, and their labels.
     fn ticks(&self) -> Vec<(f64, String)> {
+        let decades = (self.high / self.low).log10();
         match self.scale {
-            Scale::Linear => {
-                let rough = (self.high - self.low) / 6.0;
-                let power = 10f64.powf(rough.log10().floor());
-                let step = [1.0, 2.0, 5.0, 10.0].into_iter().map(|m| m * power).find(|&s| s >= rough);
-                let step = step.unwrap_or(10.0 * power);
-                let digits = (-step.log10().floor()).max(0.0) as usize;
-                let first = (self.low / step).ceil() as i64;
-                let ticks = (first..first + 12).map(|i| i as f64 * step).take_while(|&v| v <= self.high * (1.0 + 1e-9));
-                ticks.map(|v| (v, format!("{v:.digits$}"))).collect()
-            }
+            Scale::Linear => self.even_ticks(),
+            // Too short for round powers.
+            Scale::Log if decades < 0.5 => self.even_ticks(),
             Scale::Log => {
-                let decades = (self.high / self.low).log10();
                 let marks: &[f64] = match decades {
                     _ if decades > 4.0 => &[1.0],
                     _ if decades > 1.5 => &[1.0, 3.0],
@@ -119,6 +112,18 @@ impl Axis {
                     .collect()
             }
         }
+    }
+
+    /// Ticks at equal steps of 1, 2 or 5.
+    fn even_ticks(&self) -> Vec<(f64, String)> {
+        let rough = (self.high - self.low) / 6.0;
+        let power = 10f64.powf(rough.log10().floor());
+        let step = [1.0, 2.0, 5.0, 10.0].into_iter().map(|m| m * power).find(|&s| s >= rough);
+        let step = step.unwrap_or(10.0 * power);
+        let digits = (-step.log10().floor()).max(0.0) as usize;
+        let first = (self.low / step).ceil() as i64;
+        let ticks = (first..first + 12).map(|i| i as f64 * step).take_while(|&v| v <= self.high * (1.0 + 1e-9));
+        ticks.map(|v| (v, format!("{v:.digits$}"))).collect()
     }
 }
 
@@ -303,6 +308,7 @@ mod tests {
         assert_eq!(labels(&axis(Scale::Linear, &[-20.0, 37.0])), "-20 -10 0 10 20 30");
         assert_eq!(labels(&axis(Scale::Log, &[1.0, 1000.0])), "1 3 10 30 100 300 1000");
         assert_eq!(labels(&axis(Scale::Log, &[1e-6, 0.1])), "1e-6 1e-5 1e-4 0.001 0.01 0.1");
+        assert_eq!(labels(&axis(Scale::Log, &[0.42, 0.58])), "0.45 0.50 0.55");
         // Degenerate data still makes an axis.
         for values in [&[][..], &[0.0], &[5.0, 5.0], &[f64::NAN]] {
             for scale in [Scale::Linear, Scale::Log] {

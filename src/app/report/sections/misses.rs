@@ -57,15 +57,16 @@ fn explain(case: &Case, all: &[Case]) -> Vec<String> {
     let mut why = Vec::new();
     let same =
         |look: &str| all.iter().find(|c| c.subject == case.subject && c.section == case.section && c.look == look);
-    if case.look != "leadr 128×128"
-        && let Some(converged) = same("leadr 128×128")
-    {
+    let largest = ["leadr 128×128", "leadr 32×32"].into_iter().find_map(same);
+    if let Some(converged) = largest.filter(|c| c.look != case.look) {
         let left = converged.interior.rrmse / case.interior.rrmse;
-        why.push(match left {
-            l if l < 0.5 => format!("128×128 samples leave {} of it: mostly the quadrature.", percent(l, false)),
-            l if l < 0.9 => format!("128×128 samples leave {} of it: partly the quadrature.", percent(l, false)),
-            l => format!("128×128 samples leave {} of it: not the quadrature.", percent(l, false)),
-        });
+        let share = match left {
+            l if l < 0.5 => "mostly",
+            l if l < 0.9 => "partly",
+            _ => "not",
+        };
+        let samples = converged.look.replace("leadr ", "");
+        why.push(format!("{samples} samples leave {} of it: {share} the quadrature.", percent(left, false)));
     }
     if let Some(normal_map) = case.normal_map {
         let left = normal_map.rrmse / case.interior.rrmse;

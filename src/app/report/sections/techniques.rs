@@ -13,8 +13,9 @@ use crate::app::report::verdict::judge;
 
 const INTRO: &str = "Every technique at one sample per pixel on the rough sphere under the sky and its sun, from near to far. \
     A pixel always covers the same angle, so the pictures shrink as the camera moves away. The truth is displacement-map \
-    truth. Errors are over the pixels that the sphere touches, or over its inside, where aliasing of the outline has no \
-    part; the bias tells whether a technique is too bright or too dark. Pictures of far views are enlarged.";
+    truth, shadowed by the sun alone, and so is LEADR. Errors are over the pixels that the sphere touches, or over its \
+    inside, where aliasing of the outline has no part; the bias tells whether a technique is too bright or too dark. Pictures \
+    of far views are enlarged.";
 
 pub fn run(studio: &mut Studio) -> Result<Section, AppError> {
     let near = studio.pick(96, 256);
