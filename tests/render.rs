@@ -221,7 +221,7 @@ fn structs_lie_in_memory_as_the_shaders_expect() {
             point_position,
             point_intensity,
             viewport,
-            environment,
+            environment
         ]
     );
 }
