@@ -160,7 +160,7 @@ pub struct VisibleProbe {
 /// Schlick's Fresnel term of the facets that a probe stands for. `f0`: linear RGB reflectance at normal incidence.
 #[must_use]
 pub fn probe_fresnel(f0: DVec3, probe: &VisibleProbe) -> DVec3 {
-    f0 + (DVec3::ONE - f0) * probe.grazing
+    f0 + (super::fresnel::grazing_reflectance(f0) - f0) * probe.grazing
 }
 
 /// The probe at `z` standard deviations along the line.
