@@ -1,6 +1,7 @@
 #ifndef LEADR_VISIBLE_SPECULAR_GLSL
 #define LEADR_VISIBLE_SPECULAR_GLSL
 
+#include "fresnel.glsl"
 #include "slope_grid.glsl"
 #include "visible_slopes.glsl"
 
