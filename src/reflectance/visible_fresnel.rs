@@ -57,7 +57,7 @@ mod tests {
                 }
             }
         }
-        let rms = (square / count as f64).sqrt();
+        let rms = f64::sqrt(square / count);
         println!("worst error {worst:.4} ({at}), rms {rms:.4}");
         assert!(worst < 0.073 && rms < 0.024);
     }
