@@ -89,6 +89,17 @@ Mirrors ggx_mirrors(Surface surface, vec3 wo, DisplacedGgx d) {
     return Mirrors(sum.reflected * scale, sum.fresnel * scale, sum.area);
 }
 
+// Mean Fresnel reflectance alone, where no environment is looked up.
+vec3 ggx_fresnel(Surface surface, vec3 wo, DisplacedGgx d) {
+    vec4 sum = vec4(0.0);
+    for (int k = 0; k < LEADR_GGX_LOBES; ++k) {
+        GaussianLobe lobe = ggx_lobe(d, k);
+        vec3 fresnel = visible_fresnel(wo, surface.mean_slope, lobe.S, surface.f0);
+        sum += lobe.weight * visible_area(wo, surface.mean_slope, lobe.S) * vec4(fresnel, 1.0);
+    }
+    return sum.rgb / max(sum.w, 1e-12);
+}
+
 // Diffuse radiance of the environment per unit of albedo.
 vec3 diffuse_environment(Surface surface, NormalMoments normals, DirectionArea o, vec3 cholesky) {
     if (VISIBILITY == LEADR_VISIBILITY_CORRELATED) {
@@ -128,7 +139,8 @@ vec3 leadr_radiance(Surface surface, float environment_scale) {
         radiance += ambient * mirrors.reflected;
         albedo *= 1.0 - mirrors.fresnel;
     } else if (DIFFUSE) {
-        albedo *= 1.0 - visible_fresnel(wo, m, specular_s, f0);
+        vec3 fresnel = GGX ? ggx_fresnel(surface, wo, ggx) : visible_fresnel(wo, m, specular_s, f0);
+        albedo *= 1.0 - fresnel;
     }
 
     vec3 diffuse_cholesky = slope_cholesky(diffuse_s);
