@@ -323,7 +323,7 @@ th, td { padding: 0.25rem 0.6rem; border-bottom: 1px solid var(--line); text-ali
 thead th { border-bottom-width: 2px; }
 th[scope=row] { font-weight: 600; }
 .numbers th[scope=row] { white-space: nowrap; }
-td.n, .numbers thead th + th { text-align: right; font-variant-numeric: tabular-nums; white-space: nowrap; }
+td.n { text-align: right; font-variant-numeric: tabular-nums; white-space: nowrap; }
 td strong { color: var(--good); }
 .row { display: flex; flex-wrap: wrap; gap: 0.8rem; margin: 0.8rem 0; }
 figure { margin: 0; }
