@@ -195,8 +195,10 @@ impl Html {
         let class = if pictures { "pictures" } else { "numbers" };
         let _ = writeln!(self.0, "<div class=\"scroll\"><table class=\"{class}\">");
         let _ = writeln!(self.0, "<caption>{}</caption>\n<thead><tr>", escape(&table.caption));
-        for head in &table.head {
-            let _ = write!(self.0, "<th scope=\"col\">{}</th>", escape(head));
+        for (column, head) in table.head.iter().enumerate() {
+            let number = |row: &Vec<Cell>| matches!(row.get(column), Some(Cell::Number(_) | Cell::Best(_)));
+            let class = if table.rows.iter().any(number) { " class=\"n\"" } else { "" };
+            let _ = write!(self.0, "<th scope=\"col\"{class}>{}</th>", escape(head));
         }
         self.0.push_str("</tr></thead>\n<tbody>\n");
         for row in &table.rows {
@@ -323,7 +325,8 @@ th, td { padding: 0.25rem 0.6rem; border-bottom: 1px solid var(--line); text-ali
 thead th { border-bottom-width: 2px; }
 th[scope=row] { font-weight: 600; }
 .numbers th[scope=row] { white-space: nowrap; }
-td.n, .numbers thead th + th { text-align: right; font-variant-numeric: tabular-nums; white-space: nowrap; }
+td.n, th.n { text-align: right; font-variant-numeric: tabular-nums; }
+td.n { white-space: nowrap; }
 td strong { color: var(--good); }
 .row { display: flex; flex-wrap: wrap; gap: 0.8rem; margin: 0.8rem 0; }
 figure { margin: 0; }

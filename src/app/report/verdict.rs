@@ -89,7 +89,7 @@ impl Shot {
     }
 }
 
-/// Errors over one set of pixels.
+/// Errors over one set of pixels; NaN where there are none.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Errors {
     /// Mean FLIP, 0 to 1.
@@ -131,6 +131,10 @@ pub struct Verdict {
 pub fn judge(reference: &Shot, test: &Shot, exposure: f32) -> Result<Verdict, MapFault> {
     let compared = compare(&reference.image, &test.image, exposure, Tonemap::Filmic)?;
     let errors = |mask: &Mask| -> Result<Errors, MapFault> {
+        // Of no pixels nothing is known, least of all that they are right.
+        if mask.count() == 0 {
+            return Ok(Errors { flip: f64::NAN, rrmse: f64::NAN, bias: f64::NAN });
+        }
         Ok(Errors {
             flip: compared.flip_over(mask),
             rrmse: rrmse_over(&reference.image, &test.image, mask)?,

@@ -10,7 +10,7 @@ use crate::app::report::html::{Cell, Html, Table, number};
 use crate::app::report::studio::Studio;
 use crate::app::values::Size;
 
-const INTRO: &str = "Times of the passes on the device, as `leadr bench --paper` measures them: medians over frames that are drawn \
+const INTRO: &str = "Times of the passes on the device, as leadr bench --paper measures them: medians over frames that are drawn \
     turn and turn about. Ratios are taken within each turn. The paper's own times are from an NVIDIA GTX 480 at 1024².";
 
 pub fn run(studio: &mut Studio) -> Result<Section, AppError> {

@@ -16,7 +16,8 @@ const INTRO: &str = "The worst pictures of LEADR in the sections above, by relat
 const SHOWN: usize = 12;
 
 pub fn run(studio: &mut Studio) -> Result<Section, AppError> {
-    let mut cases: Vec<Case> = studio.cases.iter().filter(|c| c.look.starts_with("leadr")).cloned().collect();
+    let mut cases: Vec<Case> =
+        studio.cases.iter().filter(|c| c.look.starts_with("leadr") && c.interior.rrmse.is_finite()).cloned().collect();
     if cases.is_empty() {
         let fault = "it judges the pictures of other sections: name some of them beside misses in --only";
         return Err(AppError::Usage(fault.to_owned()));

@@ -179,6 +179,10 @@ fn findings(race: &Race) -> Vec<String> {
     {
         let points: Vec<(f64, f64)> = race.references.iter().map(|r| (f64::from(r.samples), pick(r))).collect();
         let error = pick(&race.leadr);
+        if error.is_nan() {
+            findings.push(format!("{}: too small to have pixels {place}.", race.subject));
+            continue;
+        }
         let worth = match worth(&points, error) {
             Some(n) => format!("a reference needs {} samples to be as near", number(n)),
             None => format!("even {} samples of the reference are farther away", points.last().map_or(0.0, |p| p.0)),

@@ -9,6 +9,7 @@ use crate::app::report::studio::{Studio, fault};
 use crate::app::report::subject::Subject;
 use crate::app::report::truth::Truth;
 use crate::app::report::verdict::judge;
+use crate::render::settings::{Terms, Visibility};
 use crate::scenes::deform::{self, Deformation, PERIOD};
 use crate::scenes::stage::Lights;
 use crate::scenes::studio::studio as panorama;
@@ -16,7 +17,8 @@ use crate::scenes::{pillow, snake};
 
 const INTRO: &str = "The LEADR paper's Figure 5: a quad, a sphere and a cylinder are stretched, sheared or flattened while their maps \
     stay as they were baked; the moments follow the deformation (eq. 12). Then its Figure 9: a pillow in an environment, and a \
-    snake in an environment and four point lights. One sample of LEADR per pixel against displacement-map truth.";
+    snake in an environment and four point lights. One sample of LEADR per pixel against displacement-map truth; neither \
+    has shadows, for there is no sun.";
 
 const DEFORMATIONS: [(Deformation, &str, &str); 3] = [
     (Deformation::Stretch, "stretch", "Stretching"),
@@ -44,7 +46,7 @@ struct Measured {
 
 pub fn run(studio: &mut Studio) -> Result<Section, AppError> {
     let size = studio.pick((128, 48), (384, 144));
-    let samples = studio.pick(16, 128);
+    let samples = studio.pick(8, 128);
     let moments: &[f64] = if studio.quick { &[1.0] } else { &[0.0, 0.33, 0.67, 1.0] };
     let panorama = panorama();
     let (mut html, mut measured) = (Html::new(), Vec::new());
@@ -96,7 +98,7 @@ fn photograph(
 ) -> Result<(Vec<Cell>, Case), AppError> {
     let state = subject.seen_by(&subject.stage.views.mid);
     let truth = studio.shoot_truth(&mut subject.renderer, &state, &Truth::Displacement.settings(size, samples, 1))?;
-    let look = Look::best();
+    let look = Look::best().with(Terms::ALL, Visibility::Masking);
     let shot = studio.shoot(&mut subject.renderer, &state, &look.settings(size, 1))?;
     let verdict = judge(&truth, &shot, 1.0).map_err(fault)?;
     let file = |kind: &str| format!("shapes-{name}-{kind}");
