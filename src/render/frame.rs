@@ -247,10 +247,10 @@ impl Renderer {
             self.prepare_pipelines(state, settings)?;
             return Ok(posed);
         }
-        if let Some(sun) = state.sun.filter(|_| settings.shadows) {
-            if let Some((centre, radius)) = self.casters_sphere(&posed, height_scale) {
-                self.shadow_view = Some(ShadowView::around(sun.direction.normalize(), centre, radius, SHADOW_SIZE));
-            }
+        if let Some(sun) = state.sun.filter(|_| settings.shadows)
+            && let Some((centre, radius)) = self.casters_sphere(&posed, height_scale)
+        {
+            self.shadow_view = Some(ShadowView::around(sun.direction.normalize(), centre, radius, SHADOW_SIZE));
         }
         self.prepare_pipelines(state, settings)?;
         if let Some(view) = self.shadow_view {

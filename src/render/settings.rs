@@ -253,7 +253,9 @@ impl Default for ShadingSettings {
     fn default() -> Self {
         Self {
             technique: Technique::Leadr,
-            quadrature: Quadrature::VisibleSlopes(9),
+            // Wide lobes show the coarse levels of the environment's cube, of which the lines of probes make more use:
+            // docs/quadrature.md.
+            quadrature: Quadrature::Grid(5),
             visibility: Visibility::Correlated,
             terms: Terms::ALL,
             diffuse_lights: DiffuseLights::Cosine,
