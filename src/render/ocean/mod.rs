@@ -1,0 +1,4 @@
+//! The moving sea on the device: cascades of waves, transformed every frame into displacement and slope moments.
+
+pub mod fields;
+pub mod waves;

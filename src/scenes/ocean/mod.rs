@@ -1,0 +1,4 @@
+//! The ocean: a wind sea as cascades of waves.
+
+pub mod cascades;
+pub mod spectrum;
