@@ -9,7 +9,12 @@ layout(set = 0, binding = 1, std430) readonly buffer Waves { vec4 waves[]; };   
 layout(set = 0, binding = 2, std430) readonly buffer Cascades { Cascade cascades[]; };
 layout(set = 0, binding = 3, std430) writeonly buffer Lines { vec4 lines[]; };     // [cascade][y][2][x]
 
-layout(push_constant) uniform Push { float moment; }; // part of the period, 0 to 1
+// Part of the period, 0 to 1, in two: 11 bits, whose product with a number of cycles is exact, and the rest.
+layout(push_constant) uniform Push { vec2 moment; };
+
+float wave_phase(float cycles) {
+    return 6.28318530718 * fract(fract(cycles * moment.x) + cycles * moment.y);
+}
 
 vec2 turn2(vec2 v, vec2 w) {
     return vec2(v.x * w.x - v.y * w.y, v.x * w.y + v.y * w.x);
@@ -22,7 +27,7 @@ void main() {
     for (uint i = gl_LocalInvocationID.x; i < N; i += THREADS) {
         vec4 wave = waves[tile + row * N + i];
         vec4 against = waves[tile + ((N - row) & (N - 1)) * N + ((N - i) & (N - 1))];
-        float phase = 6.28318530718 * fract(wave.z * moment), back = 6.28318530718 * fract(against.z * moment);
+        float phase = wave_phase(wave.z), back = wave_phase(against.z);
         // a(k) e^{-i w t} + conj(a(-k)) e^{i w t}
         vec2 h = turn2(wave.xy, vec2(cos(phase), -sin(phase))) + turn2(vec2(against.x, -against.y), vec2(cos(back), sin(back)));
         vec2 n = vec2(ivec2(i, row)) - vec2(i < N / 2 ? 0 : N, row < N / 2 ? 0 : N);

@@ -126,7 +126,9 @@ impl OceanFields {
                 (3, Descriptor::Storage(&self.lines)),
             ],
         );
-        cmd.push_constants(&((time.rem_euclid(PERIOD) / PERIOD) as f32));
+        let moment = time.rem_euclid(PERIOD) / PERIOD;
+        let coarse = (moment * 2048.0).floor() / 2048.0;
+        cmd.push_constants(&[coarse as f32, (moment - coarse) as f32]);
         cmd.dispatch([self.resolution, self.count, 1]);
         cmd.memory_barrier(Use::ComputeWrite, Use::ComputeRead);
         let [displacement, slopes, joint] = &self.levels[0];
