@@ -13,7 +13,7 @@ use leadr::maps::tonemap::Tonemap;
 use leadr::maps::{RgbImage, load_environment, load_height_map};
 use leadr::render::environment::{Environment, FACE_SIZE};
 use leadr::render::frame::Renderer;
-use leadr::render::settings::{RenderSettings, ShadingSettings, Technique};
+use leadr::render::settings::{RenderSettings, ShadingSettings, Technique, Visibility};
 use leadr::render::sky::Sky;
 use leadr::render::tessellation::TessellationSettings;
 use leadr::scenes::stage::{Lights, Relief, sphere_stage};
@@ -43,11 +43,14 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut state = stage.state(0.4, &camera, &Lights { sky, points: Vec::new() });
     state.poses.truncate(count);
 
-    let mut render = |technique: Technique, samples: u32, shadowing: bool| -> Result<(RgbImage, f64), Box<dyn Error>> {
+    let mut render = |technique: Technique,
+                      samples: u32,
+                      visibility: Visibility|
+     -> Result<(RgbImage, f64), Box<dyn Error>> {
         let settings = RenderSettings {
             size: (128, 128),
             samples,
-            shading: ShadingSettings { technique, shadowing, ..Default::default() },
+            shading: ShadingSettings { technique, visibility, ..Default::default() },
             tessellation: TessellationSettings { to_texels: technique == Technique::Reference, ..Default::default() },
             ..Default::default()
         };
@@ -56,15 +59,15 @@ fn main() -> Result<(), Box<dyn Error>> {
         let texels = output.color.iter().map(|c| [c[0], c[1], c[2]]).collect();
         Ok((RgbImage::new(128, 128, texels)?, time))
     };
-    let (reference, time) = render(Technique::Reference, samples, true)?;
+    let (reference, time) = render(Technique::Reference, samples, Visibility::Smith)?;
     println!("{scene} on {}: reference with {samples} samples, {time:.0} ms", gpu.device_name());
     println!("{:<11} {:>7} {:>10} {:>8} {:>9} {:>9}", "technique", "samples", "visibility", "FLIP", "rel. RMSE", "ms");
-    for shadowing in [true, false] {
+    for visibility in [Visibility::Smith, Visibility::Masking] {
         for technique in [Technique::Leadr, Technique::NormalMip] {
             for samples in [1, 64] {
-                let (image, time) = render(technique, samples, shadowing)?;
+                let (image, time) = render(technique, samples, visibility)?;
                 let error = compare(&reference, &image, exposure, Tonemap::Filmic)?;
-                let visibility = if shadowing { "shadowing" } else { "masking" };
+                let visibility = visibility.name();
                 println!(
                     "{:<11} {samples:>7} {visibility:>10} {:>8.4} {:>9.4} {time:>9.0}",
                     technique.name(),

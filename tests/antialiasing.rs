@@ -14,7 +14,7 @@ use leadr::render::environment::Environment;
 use leadr::render::frame::Renderer;
 use leadr::render::patch_mesh::PatchMesh;
 use leadr::render::scene::{FrameState, Object, PointLight, Pose, Sun};
-use leadr::render::settings::{RenderSettings, ShadingSettings, Technique};
+use leadr::render::settings::{RenderSettings, ShadingSettings, Technique, Visibility};
 use leadr::scenes::sphere::cube_sphere;
 
 const SIZE: u32 = 24;
@@ -83,7 +83,7 @@ fn motion(renderer: &mut Renderer, technique: Technique, samples: u32, diameter:
     let settings = RenderSettings {
         size: (SIZE, SIZE),
         samples,
-        shading: ShadingSettings { technique, shadowing: false, ..Default::default() },
+        shading: ShadingSettings { technique, visibility: Visibility::Masking, ..Default::default() },
         shadows: false,
         ..Default::default()
     };

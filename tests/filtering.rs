@@ -11,7 +11,7 @@ use leadr::render::displacement::{Border, HeightField};
 use leadr::render::environment::Environment;
 use leadr::render::frame::{FrameOutput, Renderer};
 use leadr::render::scene::{FrameState, Object, Pose, Sun};
-use leadr::render::settings::{RenderSettings, ShadingSettings, Technique};
+use leadr::render::settings::{RenderSettings, ShadingSettings, Technique, Visibility};
 use leadr::render::sky::Sky;
 use leadr::render::tessellation::TessellationSettings;
 use leadr::scenes::sphere::displaced_sphere;
@@ -51,7 +51,7 @@ fn settings(size: u32, technique: Technique, samples: u32) -> RenderSettings {
         size: (size, size),
         samples,
         // Masking alone: the reference has no shadows between its bumps either.
-        shading: ShadingSettings { technique, shadowing: false, ..Default::default() },
+        shading: ShadingSettings { technique, visibility: Visibility::Masking, ..Default::default() },
         tessellation: TessellationSettings { to_texels: technique == Technique::Reference, ..Default::default() },
         shadows: false,
         ..Default::default()

@@ -69,7 +69,7 @@ fn half_difference_parity() {
 
 #[test]
 fn masking_variants_parity() {
-    parity::<13>(
+    parity::<16>(
         "masking_variants",
         Tolerance { relative: 5e-6, floor: |_| 1e-6, unit: 0.0 },
         |r| {
@@ -77,11 +77,11 @@ fn masking_variants_parity() {
             let (wo, wi) = pair(r, m, s);
             let wh = half_vector(wo, wi);
             let areas = [wo, wi].map(|w| leadr::reflectance::projected_area::visible_area(w, m, s));
-            join(&[&wo.to_array(), &wi.to_array(), &wh.to_array(), &m.to_array(), &areas])
+            join(&[&wo.to_array(), &wi.to_array(), &wh.to_array(), &m.to_array(), &areas, &s.to_array()])
         },
         |x| {
             let (wo, wi, wh, m) = (v3(x, 0), v3(x, 3), v3(x, 6), v2(x, 9));
-            list![Masking::ALL.map(|masking| masking_factor(masking, wo, wi, wh, m, x[11], x[12]))]
+            list![Masking::ALL.map(|masking| masking_factor(masking, wo, wi, wh, m, x[11], x[12], v3(x, 13)))]
         },
     );
 }
@@ -122,7 +122,7 @@ fn finite_at_the_extremes() {
         (0..TUPLES).map(|_| fixed(&[directions(&mut r), numbers(&mut r, 5)].concat())).collect();
     let pairs: Vec<[f32; 6]> = (0..TUPLES).map(|_| fixed(&directions(&mut r))).collect();
     let indices: Vec<[f32; 7]> = (0..TUPLES).map(|_| fixed(&numbers(&mut r, 7))).collect();
-    check_finite(&gpu, "microfacet", &microfacets, 14);
+    check_finite(&gpu, "microfacet", &microfacets, 18);
     check_finite(&gpu, "half_difference", &pairs, 18);
     check_finite(&gpu, "fresnel_conductor", &indices, 3);
 }

@@ -12,7 +12,7 @@ use leadr::render::displacement::{Border, HeightField};
 use leadr::render::environment::Environment;
 use leadr::render::frame::{Layer, Renderer};
 use leadr::render::scene::{FrameState, Object, PointLight, Pose, Sun};
-use leadr::render::settings::{RenderSettings, ShadingSettings};
+use leadr::render::settings::{DiffuseLights, Quadrature, RenderSettings, ShadingSettings, Visibility};
 use leadr::scenes::sphere::displaced_sphere;
 
 const SIZE: u32 = 96;
@@ -60,7 +60,7 @@ fn a_white_surface_vanishes_in_a_white_room() {
         let object = bumpy_sphere([1.0, 1.0, 1.0, 0.3], f0);
         let mut renderer = Renderer::new(&gpu, vec![object], constant_environment(&gpu, [1.0; 3])).unwrap();
         for distance in [3.0, 12.0, 60.0] {
-            let shading = ShadingSettings { shadowing: false, ..Default::default() };
+            let shading = ShadingSettings { visibility: Visibility::Masking, ..Default::default() };
             let output = renderer.render(&state(distance, None, Vec::new()), &settings(shading)).unwrap();
             let object = output.color.iter().filter(|c| c[3] > 0.0);
             assert!(object.clone().count() > 10);
@@ -111,9 +111,9 @@ fn lights_agree_with_the_reference_at_every_pixel() {
     for distance in [4.0, 14.0] {
         for shading in [
             ShadingSettings::default(),
-            ShadingSettings { shadowing: false, grid: 3, ..Default::default() },
-            ShadingSettings { grid: 1, ..Default::default() },
-            ShadingSettings { lights_by_sh: true, ..Default::default() },
+            ShadingSettings { visibility: Visibility::Masking, quadrature: Quadrature::Grid(3), ..Default::default() },
+            ShadingSettings { quadrature: Quadrature::Grid(1), ..Default::default() },
+            ShadingSettings { diffuse_lights: DiffuseLights::Sh, ..Default::default() },
         ] {
             let state = state(distance, Some(sun), vec![point]);
             let output = renderer.render(&state, &settings(shading)).unwrap();
@@ -132,7 +132,7 @@ fn lights_agree_with_the_reference_at_every_pixel() {
                 let ray = ray.normalize();
                 let frame = frame::frame_about(DVec3::new(normal[0], normal[1], normal[2]));
                 let wo = frame::to_frame(&frame, -ray);
-                let n = shading.grid;
+                let Quadrature::Grid(n) = shading.quadrature else { unreachable!("all are grids") };
                 let lambda = slope_grid::grid_lambda(n);
                 let m = DVec2::new(slope[0], slope[1]);
                 let diffuse_s = DVec3::new(covariance[0], covariance[1], covariance[2]);
@@ -150,8 +150,8 @@ fn lights_agree_with_the_reference_at_every_pixel() {
                 let mut expected = DVec3::ZERO;
                 for (direction, irradiance) in lights {
                     let wi = frame::to_frame(&frame, direction);
-                    let shadowing = shading.shadowing;
-                    let d = if shading.lights_by_sh {
+                    let shadowing = shading.visibility == Visibility::Smith;
+                    let d = if shading.diffuse_lights == DiffuseLights::Sh {
                         let normals = diffuse::visible_normal_moments(wo, diffuse_m, diffuse_s, n, lambda);
                         diffuse::leadr_diffuse_light_sh(&normals, wo, wi, diffuse_m, diffuse_s, shadowing)
                     } else {

@@ -1,7 +1,9 @@
 #ifndef LEADR_MASKING_VARIANTS_GLSL
 #define LEADR_MASKING_VARIANTS_GLSL
 
+#include "correlated_masking.glsl"
 #include "projected_area.glsl"
+#include "slope_grid.glsl"
 
 // Geometric attenuation of any slope distribution as the factor G / a_o of f_r cos(theta_i) = F D (G / a_o) / 4
 // (thesis Table 2.IV, eq. 2.13 and 3.3; LEADR eq. 13-17). src/reflectance/masking_variants.rs derives each.
@@ -13,6 +15,8 @@ const int LEADR_SMITH_THESIS = 3;        // by the macrosurface's cosines, for c
 const int LEADR_VGROOVE = 4;             // min(f, 2 a_o, 2 a_i) / (f a_o), f = (wo.wh) / wh.z
 const int LEADR_VGROOVE_UNSHADOWED = 5;  // min(f, 2 a_o) / (f a_o)
 const int LEADR_NORMAL_MAP = 6;          // 1 / f
+const int LEADR_SMITH_DIRECTION_CORRELATED = 7;        // between the first and 1 / A_o: correlated_masking.glsl
+const int LEADR_SMITH_DIRECTION_CORRELATED_SIMPLE = 8;
 
 // f = (wo.wh) / wh.z: projected area, per unit of macrosurface, of the facet that mirrors wo into wi. The cosine is taken
 // as |wo + wi| / 2, which keeps its digits as wi -> -wo.
@@ -20,8 +24,9 @@ float half_facet_area(vec3 wo, vec3 wi, vec3 wh) {
     return 0.5 * length(wo + wi) / max(wh.z, 1e-12);
 }
 
-// m: mean slope; area_o, area_i: visible projected areas A(wo), A(wi) of the distribution, held above MIN_AREA.
-float masking_factor(int masking, vec3 wo, vec3 wi, vec3 wh, vec2 m, float area_o, float area_i) {
+// m: mean slope; area_o, area_i: visible projected areas A(wo), A(wi) of the distribution, held above MIN_AREA; S: covariance
+// of the slopes, or a multiple of it (a roughness matrix), for the direction-correlated forms.
+float masking_factor(int masking, vec3 wo, vec3 wi, vec3 wh, vec2 m, float area_o, float area_i, vec3 S) {
     float ao = max(meso_area(wo, m), 0.0);
     float ai = max(meso_area(wi, m), 0.0);
     area_o = max(area_o, LEADR_MIN_AREA);
@@ -42,6 +47,14 @@ float masking_factor(int masking, vec3 wo, vec3 wi, vec3 wh, vec2 m, float area_
         return 1.0 / max(max(ao, 0.5 * facet), LEADR_MIN_AREA);
     case LEADR_NORMAL_MAP:
         return 1.0 / max(facet, LEADR_MIN_AREA);
+    case LEADR_SMITH_DIRECTION_CORRELATED:
+    case LEADR_SMITH_DIRECTION_CORRELATED_SIMPLE:
+        vec3 cholesky = slope_cholesky(S);
+        vec2 po = whitened_direction(wo, cholesky);
+        vec2 pi = whitened_direction(wi, cholesky);
+        bool simple = masking == LEADR_SMITH_DIRECTION_CORRELATED_SIMPLE;
+        return visibility_factor(simple ? LEADR_VISIBILITY_CORRELATED_SIMPLE : LEADR_VISIBILITY_CORRELATED,
+                                 DirectionArea(po, length(po), ao, area_o), DirectionArea(pi, length(pi), ai, area_i));
     }
     return 1.0 / area_o;
 }

@@ -23,7 +23,7 @@ float microfacet_product(float d, float factor) {
 float microfacet_eval_beckmann(int masking, vec3 wo, vec3 wi, vec2 m, vec3 S) {
     vec3 wh = half_vector(wo, wi);
     if (wh.z <= 0.0) return 0.0;
-    float factor = masking_factor(masking, wo, wi, wh, m, visible_area(wo, m, S), visible_area(wi, m, S));
+    float factor = masking_factor(masking, wo, wi, wh, m, visible_area(wo, m, S), visible_area(wi, m, S), S);
     return microfacet_product(beckmann_ndf(wh, m, S), factor);
 }
 
@@ -31,7 +31,7 @@ float microfacet_eval_beckmann(int masking, vec3 wo, vec3 wi, vec2 m, vec3 S) {
 float microfacet_eval_ggx(int masking, vec3 wo, vec3 wi, vec2 m, vec3 A) {
     vec3 wh = half_vector(wo, wi);
     if (wh.z <= 0.0) return 0.0;
-    float factor = masking_factor(masking, wo, wi, wh, m, ggx_visible_area(wo, m, A), ggx_visible_area(wi, m, A));
+    float factor = masking_factor(masking, wo, wi, wh, m, ggx_visible_area(wo, m, A), ggx_visible_area(wi, m, A), A);
     return microfacet_product(ggx_ndf(wh, m, A), factor);
 }
 

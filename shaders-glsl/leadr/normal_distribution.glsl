@@ -40,6 +40,20 @@ float normal_cdf(float x) {
     return x < 0.0 ? tail : 1.0 - tail;
 }
 
+// Density, distribution and ramp E[max(0, x + u)] = x Phi(x) + phi(x) together, u ~ N(0,1): one exponential.
+struct NormalRamp {
+    float pdf;
+    float cdf;
+    float ramp;
+};
+
+NormalRamp normal_ramp(float x) {
+    float t = min(abs(x), 13.0);
+    float pdf = 0.3989422804 * exp(-0.5 * t * t);
+    float tail = pdf * mills_ratio(t);
+    return NormalRamp(pdf, x < 0.0 ? tail : 1.0 - tail, max(x, 0.0) + pdf * tail_mean_ratio(t));
+}
+
 // The quantile of u in (0, 1), held within [2^-25, 1 - 2^-24]: Giles' polynomials for the inverse error function (2010), which
 // end there.
 float normal_quantile(float u) {

@@ -2,6 +2,7 @@
 #define LEADR_SPECULAR_GLSL
 
 #include "beckmann.glsl"
+#include "correlated_masking.glsl"
 #include "fresnel.glsl"
 #include "masking.glsl"
 #include "slope_grid.glsl"
@@ -12,6 +13,14 @@ vec3 leadr_specular_directional(vec3 wo, vec3 wi, vec2 m, vec3 S, vec3 f0, bool 
     vec3 wh = h * inversesqrt(max(dot(h, h), 1e-20));
     float d = beckmann_ndf(wh, m, S);
     return fresnel_schlick(f0, dot(wi, wh)) * (0.25 * d * masking_shadowing(wo, wi, m, S, shadowing));
+}
+
+// The same with any visibility, from the areas that o and i see: o once per pixel, shared by all lights.
+vec3 leadr_specular_light(int visibility, DirectionArea o, DirectionArea i, vec3 wo, vec3 wi, vec2 m, vec3 S, vec3 f0) {
+    vec3 h = wo + wi;
+    vec3 wh = h * inversesqrt(max(dot(h, h), 1e-20));
+    float d = beckmann_ndf(wh, m, S);
+    return fresnel_schlick(f0, dot(wi, wh)) * (0.25 * d * visibility_factor(visibility, o, i));
 }
 
 // Environment, LEADR eq. 22 / Algorithm 1. Once per pixel:

@@ -9,8 +9,8 @@ void main() {
     vec3 wi = next3();
     vec2 m = next2();
     vec3 S = next3();
-    at = gl_GlobalInvocationID.x * 14;
-    for (int masking = LEADR_SMITH_CORRELATED; masking <= LEADR_NORMAL_MAP; masking++) {
+    at = gl_GlobalInvocationID.x * 18;
+    for (int masking = LEADR_SMITH_CORRELATED; masking <= LEADR_SMITH_DIRECTION_CORRELATED_SIMPLE; masking++) {
         put(microfacet_eval_beckmann(masking, wo, wi, m, S));
         put(microfacet_eval_ggx(masking, wo, wi, m, S));
     }

@@ -10,10 +10,12 @@ void main() {
     vec2 m = next2();
     vec3 S = next3();
     vec2 p = next2();
-    at = gl_GlobalInvocationID.x * 14;
+    at = gl_GlobalInvocationID.x * 17;
     const vec3 f0 = vec3(0.04, 0.5, 1.0);
     put(leadr_specular_directional(wo, wi, m, S, f0, true));
     put(leadr_specular_directional(wo, wi, m, S, f0, false));
+    vec3 cholesky = slope_cholesky(S);
+    put(leadr_specular_light(LEADR_VISIBILITY_CORRELATED, direction_area(wo, m, cholesky), direction_area(wi, m, cholesky), wo, wi, m, S, f0));
     EnvironmentSample e = environment_sample(wo, p, m, S);
     put(e.wi);
     put(e.wn);

@@ -4,9 +4,10 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
 
+use super::shading::ShadingArgs;
 use super::values::{
-    CameraChoice, DiffuseLights, EnvironmentChoice, FrameRange, Layer, Masking, SceneKind, Shard, Size, Sun, Technique,
-    atlas_tile, finite, not_negative, positive, roughness,
+    CameraChoice, EnvironmentChoice, FrameRange, Layer, SceneKind, Shard, Size, Sun, atlas_tile, finite, not_negative,
+    positive, roughness,
 };
 
 /// Renders displaced surfaces that keep their look at every distance (LEADR mapping).
@@ -125,21 +126,15 @@ pub struct SceneArgs {
     /// Direction to the sun, degrees: counter-clockwise from +x, and above the horizon
     #[arg(long, value_name = "AZIMUTH,ELEVATION", default_value = "-50,38", allow_hyphen_values = true)]
     pub sun: Sun,
-    /// How the surface is filtered and shaded
-    #[arg(long, value_enum, default_value = "leadr")]
-    pub technique: Technique,
-    /// Light each pixel through N by N slope samples
-    #[arg(long, value_name = "N", default_value = "5", value_parser = clap::value_parser!(u32).range(1..=128))]
-    pub grid: u32,
+    /// How it is shaded.
+    #[command(flatten)]
+    pub shading: ShadingArgs,
+    /// Leave the geometry smooth; the slopes of the height map shade it all the same
+    #[arg(long)]
+    pub no_displacement: bool,
     /// Screen pixels per triangle of the displaced surface
     #[arg(long, value_name = "PIXELS", default_value = "4", value_parser = positive)]
     pub triangle_pixels: f32,
-    /// Microfacet visibility
-    #[arg(long, value_enum, default_value = "shadowing")]
-    pub masking: Masking,
-    /// Diffuse light of the sun and of point lights
-    #[arg(long, value_enum, default_value = "cosine")]
-    pub diffuse_lights: DiffuseLights,
     /// From where: a view of the scene, or a JSON file {position, target, up, fov_degrees}
     #[arg(long, value_name = "near|mid|far|FILE.json", default_value = "mid")]
     pub camera: CameraChoice,

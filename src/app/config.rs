@@ -9,7 +9,8 @@ use super::camera_file::CameraPose;
 use super::cli::{CaptureArgs, SceneArgs};
 use super::error::AppError;
 use super::frames::{FRAME, FileKind, OutputPattern, Timeline};
-use super::values::{CameraChoice, DiffuseLights, EnvironmentChoice, Layer, Masking, SceneKind, Size, Sun, Technique};
+use super::values::{CameraChoice, EnvironmentChoice, Layer, SceneKind, Size, Sun};
+use crate::render::settings::ShadingSettings;
 
 /// From where the scene is seen, with a camera file read.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -40,15 +41,12 @@ pub struct SceneConfig {
     /// Direction to the sun.
     pub sun: Sun,
     /// How the surface is filtered and shaded.
-    pub technique: Technique,
-    /// Slope samples along a side of the grid that lights a pixel, 1 to 128.
-    pub grid: u32,
+    #[serde(flatten, serialize_with = "super::shading::named")]
+    pub shading: ShadingSettings,
+    /// Whether heights move the surface.
+    pub displacement: bool,
     /// Screen pixels per triangle.
     pub triangle_pixels: f32,
-    /// Microfacet visibility.
-    pub masking: Masking,
-    /// Diffuse light of the sun and of point lights.
-    pub diffuse_lights: DiffuseLights,
     /// From where.
     pub view: View,
     /// Distance to the camera's target, metres, instead of the view's own.
@@ -94,11 +92,9 @@ impl SceneConfig {
             height_scale: a.height_scale,
             environment: a.environment,
             sun: a.sun,
-            technique: a.technique,
-            grid: a.grid,
+            shading: a.shading.resolve()?,
+            displacement: !a.no_displacement,
             triangle_pixels: a.triangle_pixels,
-            masking: a.masking,
-            diffuse_lights: a.diffuse_lights,
             view,
             distance: a.distance,
             size: a.size,
@@ -163,7 +159,7 @@ fn default_output(a: &CaptureArgs, timeline: &Timeline) -> PathBuf {
     };
     let frame = if matches!(timeline, Timeline::Sequence { .. }) { format!("-{FRAME}") } else { String::new() };
     let kind = if a.layers.is_empty() { "png" } else { "exr" };
-    let (scene, technique) = (name(a.scene.scene.to_possible_value()), name(a.scene.technique.to_possible_value()));
+    let (scene, technique) = (name(a.scene.scene.to_possible_value()), a.scene.shading.technique.name());
     PathBuf::from("out").join(format!("{scene}-{technique}-{camera}{frame}.{kind}"))
 }
 
@@ -171,6 +167,7 @@ fn default_output(a: &CaptureArgs, timeline: &Timeline) -> PathBuf {
 pub(super) mod tests {
     use super::*;
     use crate::app::cli::{Cli, Command};
+    use crate::render::settings::{Quadrature, Technique, Terms, Visibility};
     use clap::Parser;
 
     /// Resolves `leadr capture …`.
@@ -209,6 +206,9 @@ pub(super) mod tests {
             "7",
             "--masking",
             "masking",
+            "--terms",
+            "diffuse-lights",
+            "--no-displacement",
             "--camera",
             "near",
             "--distance",
@@ -237,10 +237,12 @@ pub(super) mod tests {
         ])
         .unwrap();
         let scene = &config.scene;
-        assert_eq!((scene.kind, scene.technique), (SceneKind::Plane, Technique::NormalMip));
+        assert_eq!((scene.kind, scene.shading.technique), (SceneKind::Plane, Technique::NormalMip));
         assert_eq!((scene.height_map.as_deref(), scene.height_scale), (Some("h.png".as_ref()), 0.5));
         assert_eq!((scene.sun.azimuth, scene.sun.elevation), (-30.0, 60.0));
-        assert_eq!((scene.grid, scene.masking), (7, Masking::Masking));
+        let shading = scene.shading;
+        assert_eq!((shading.quadrature, shading.visibility), (Quadrature::Grid(7), Visibility::Masking));
+        assert_eq!((shading.terms, scene.displacement), (Terms::DIFFUSE_LIGHTS, false));
         assert_eq!((scene.view, scene.distance), (View::Near, Some(7.0)));
         assert_eq!((scene.size, scene.samples, scene.seed), (Size { width: 64, height: 32 }, 9, 4));
         assert_eq!((scene.exposure, scene.atlas_tile, scene.roughness), (-1.5, 32, Some(0.2)));

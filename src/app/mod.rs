@@ -16,6 +16,7 @@ pub mod orbit;
 pub mod output;
 pub mod renderer_source;
 pub mod save;
+pub mod shading;
 pub mod stage;
 pub mod values;
 #[cfg(feature = "window")]

@@ -6,10 +6,10 @@ use super::frame_source::{DeviceInfo, Frame, FrameSource, PassTime};
 use super::frames::Moment;
 use super::output::Output;
 use super::stage::{self, Animation, Inputs, Set};
-use super::values::{DiffuseLights, Layer, Masking, Technique};
+use super::values::Layer;
 use crate::gpu::{Gpu, GpuOptions};
 use crate::render::frame::{Layer as GBufferLayer, Renderer};
-use crate::render::settings::{RenderSettings, ShadingSettings, Technique as RenderTechnique};
+use crate::render::settings::{RenderSettings, Technique};
 use crate::render::tessellation::TessellationSettings;
 
 /// Draws an [`Animation`] with a [`Renderer`] that holds its objects.
@@ -47,25 +47,15 @@ pub fn open(config: &CaptureConfig, output: &Output) -> Result<Box<dyn FrameSour
 /// The part of a configuration that the renderer takes.
 #[must_use]
 pub fn render_settings(config: &SceneConfig) -> RenderSettings {
-    let technique = match config.technique {
-        Technique::Leadr => RenderTechnique::Leadr,
-        Technique::NormalMip => RenderTechnique::NormalMip,
-        Technique::Reference => RenderTechnique::Reference,
-    };
-    let shading = ShadingSettings {
-        technique,
-        grid: config.grid,
-        shadowing: config.masking == Masking::Shadowing,
-        lights_by_sh: config.diffuse_lights == DiffuseLights::Sh,
-    };
     RenderSettings {
         size: (config.size.width, config.size.height),
         samples: config.samples,
         seed: config.seed,
-        shading,
+        shading: config.shading,
+        displacement: config.displacement,
         tessellation: TessellationSettings {
             pixels_per_triangle: config.triangle_pixels,
-            to_texels: technique == RenderTechnique::Reference,
+            to_texels: config.shading.technique == Technique::Reference,
             ..Default::default()
         },
         ..Default::default()

@@ -25,38 +25,6 @@ pub enum SceneKind {
     Sphere,
 }
 
-/// How the displaced surface is filtered and shaded.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Technique {
-    /// Displacement and filtered slope statistics (the LEADR paper).
-    Leadr,
-    /// Displacement and a mipmapped normal map: what goes wrong without slope statistics.
-    NormalMip,
-    /// Brute force: the finest maps at every distance, as many samples as it takes.
-    Reference,
-}
-
-/// How a sun or a point light reaches a diffuse surface.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum DiffuseLights {
-    /// The clamped cosine at every slope sample.
-    Cosine,
-    /// Order-2 spherical harmonics, as in the LEADR paper; up to 9 % off.
-    Sh,
-}
-
-/// Which microfacet visibility the BRDF applies.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Masking {
-    /// Masking of the viewer alone, as in the LEADR paper.
-    Masking,
-    /// Masking and shadowing, correlated by height.
-    Shadowing,
-}
-
 /// A quantity written to EXR beside the colour.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, ValueEnum, Serialize)]
 #[serde(rename_all = "kebab-case")]

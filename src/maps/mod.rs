@@ -16,6 +16,7 @@ mod noise;
 mod png_read;
 
 pub mod procedural;
+pub mod ray_cast;
 pub mod save;
 pub mod tonemap;
 mod types;

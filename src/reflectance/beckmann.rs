@@ -109,6 +109,10 @@ impl SlopeDistribution for Beckmann {
         self.mean
     }
 
+    fn shape(&self) -> DVec3 {
+        self.covariance
+    }
+
     fn visible_area(&self, w: DVec3) -> f64 {
         visible_area(w, self.mean, self.covariance)
     }

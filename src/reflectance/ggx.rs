@@ -150,6 +150,10 @@ impl SlopeDistribution for Ggx {
         self.mean
     }
 
+    fn shape(&self) -> DVec3 {
+        self.roughness
+    }
+
     fn visible_area(&self, w: DVec3) -> f64 {
         ggx_visible_area(w, self.mean, self.roughness)
     }

@@ -19,12 +19,16 @@
 //! | [`Masking::VGroove`] | `min(f, 2 a_o, 2 a_i) / (f a_o)`, `f = (wo·wh) / wh.z` | yes | the mesosurface |
 //! | [`Masking::VGrooveUnshadowed`] | `min(f, 2 a_o) / (f a_o)` | no | – |
 //! | [`Masking::NormalMap`] | `1 / f` | no | – |
+//! | [`Masking::SmithDirectionCorrelated`] | `a_i / (a_i A_o + max(0, h_i − h_o) + f min(h_o, h_i))`, `h_o = a_i (A_o − a_o)` | yes | the mesosurface |
+//! | [`Masking::SmithDirectionCorrelatedSimple`] | the same with a simpler `f` | yes | the mesosurface |
 //!
 //! "Reciprocal in the mesosurface": `a_o f_r cos θ_i` is symmetric in `wo` and `wi`, which for a central distribution is
 //! Helmholtz' law.
 
+use super::correlated_masking::{DirectionArea, Visibility, visibility_factor, whitened_direction};
 use super::limits::MIN_AREA;
 use super::slope_distribution::SlopeDistribution;
+use super::slope_grid::slope_cholesky;
 use glam::{DVec2, DVec3};
 
 /// Which facets hide which: the geometric attenuation of a microfacet BRDF. The numbers are those of the GLSL library.
@@ -53,11 +57,16 @@ pub enum Masking {
     /// A normal map: facets weigh as they lie on the macrosurface and nothing hides, `G = z_o z_h / wo·wh` (thesis Table
     /// 2.IV). Not reciprocal, by itself: `a_o` drops out. Has a true pole at `wo·wh → 0`, held at [`MIN_AREA`].
     NormalMap = 6,
+    /// Smith, correlated in height and in direction: `G = 1 / (1 + max Λ + f min Λ)`, `f` from 0 for equal azimuths to 1. Lies between
+    /// [`Masking::SmithCorrelated`] and [`Masking::SmithUnshadowed`]. See [`super::correlated_masking`].
+    SmithDirectionCorrelated = 7,
+    /// The same with the simple `f`.
+    SmithDirectionCorrelatedSimple = 8,
 }
 
 impl Masking {
     /// All forms, in the order of their numbers.
-    pub const ALL: [Self; 7] = [
+    pub const ALL: [Self; 9] = [
         Self::SmithCorrelated,
         Self::SmithSeparable,
         Self::SmithUnshadowed,
@@ -65,15 +74,20 @@ impl Masking {
         Self::VGroove,
         Self::VGrooveUnshadowed,
         Self::NormalMap,
+        Self::SmithDirectionCorrelated,
+        Self::SmithDirectionCorrelatedSimple,
     ];
 
     /// The same form without shadowing: what the viewer sees, lit or not. Visible normals are sampled by it.
     #[must_use]
     pub fn unshadowed(self) -> Self {
         match self {
-            Self::SmithCorrelated | Self::SmithSeparable | Self::SmithUnshadowed | Self::SmithThesis => {
-                Self::SmithUnshadowed
-            }
+            Self::SmithCorrelated
+            | Self::SmithSeparable
+            | Self::SmithUnshadowed
+            | Self::SmithThesis
+            | Self::SmithDirectionCorrelated
+            | Self::SmithDirectionCorrelatedSimple => Self::SmithUnshadowed,
             Self::VGroove | Self::VGrooveUnshadowed => Self::VGrooveUnshadowed,
             Self::NormalMap => Self::NormalMap,
         }
@@ -89,11 +103,21 @@ pub fn half_facet_area(wo: DVec3, wi: DVec3, wh: DVec3) -> f64 {
 }
 
 /// `G / a_o`, within 0..1e6: the factor of `F D / 4` in `f_r cos θ_i` (table above). `wh`: half vector; `m`: mean slope; `area_o`,
-/// `area_i`: visible projected areas `A(wo)`, `A(wi)` of the distribution, held above [`MIN_AREA`].
+/// `area_i`: visible projected areas `A(wo)`, `A(wi)` of the distribution, held above [`MIN_AREA`]; `s`: covariance of the slopes or a
+/// multiple of it (a roughness matrix), from which the direction-correlated forms take the correlation of the two directions.
 ///
 /// With shadowing, 0 for a light on or below the mesosurface.
 #[must_use]
-pub fn masking_factor(masking: Masking, wo: DVec3, wi: DVec3, wh: DVec3, m: DVec2, area_o: f64, area_i: f64) -> f64 {
+pub fn masking_factor(
+    masking: Masking,
+    wo: DVec3,
+    wi: DVec3,
+    wh: DVec3,
+    m: DVec2,
+    area_o: f64,
+    area_i: f64,
+    s: DVec3,
+) -> f64 {
     let meso = |w: DVec3| super::projected_area::meso_area(w, m).max(0.0);
     let (ao, ai) = (meso(wo), meso(wi));
     let (area_o, area_i) = (area_o.max(MIN_AREA), area_i.max(MIN_AREA));
@@ -111,6 +135,16 @@ pub fn masking_factor(masking: Masking, wo: DVec3, wi: DVec3, wh: DVec3, m: DVec
         Masking::VGroove => ai / (ai * ao.max(0.5 * facet).max(MIN_AREA)).max(0.5 * facet * ao).max(1e-30),
         Masking::VGrooveUnshadowed => 1.0 / ao.max(0.5 * facet).max(MIN_AREA),
         Masking::NormalMap => 1.0 / facet.max(MIN_AREA),
+        Masking::SmithDirectionCorrelated | Masking::SmithDirectionCorrelatedSimple => {
+            let cholesky = slope_cholesky(s);
+            let side = |w: DVec3, meso, visible| {
+                let whitened = whitened_direction(w, cholesky);
+                DirectionArea { whitened, spread: whitened.length(), meso, visible }
+            };
+            let simple = masking == Masking::SmithDirectionCorrelatedSimple;
+            let visibility = if simple { Visibility::CorrelatedSimple } else { Visibility::Correlated };
+            visibility_factor(visibility, &side(wo, ao, area_o), &side(wi, ai, area_i))
+        }
     }
 }
 
@@ -118,7 +152,7 @@ pub fn masking_factor(masking: Masking, wo: DVec3, wi: DVec3, wh: DVec3, m: DVec
 #[must_use]
 pub fn attenuation(masking: Masking, distribution: &impl SlopeDistribution, wo: DVec3, wi: DVec3, wh: DVec3) -> f64 {
     let (area_o, area_i) = (distribution.visible_area(wo), distribution.visible_area(wi));
-    masking_factor(masking, wo, wi, wh, distribution.mean_slope(), area_o, area_i)
+    masking_factor(masking, wo, wi, wh, distribution.mean_slope(), area_o, area_i, distribution.shape())
 }
 
 /// The thesis' `G` of `f_r = F D G / (4 cos θ_i cos θ_o)` (eq. 2.1): [`attenuation`] times `cos θ_o`. Up to 1 for a central

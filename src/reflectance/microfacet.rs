@@ -52,7 +52,7 @@ pub fn microfacet_eval_beckmann(masking: Masking, wo: DVec3, wi: DVec3, m: DVec2
     if wh.z <= 0.0 {
         return 0.0;
     }
-    let factor = masking_factor(masking, wo, wi, wh, m, visible_area(wo, m, s), visible_area(wi, m, s));
+    let factor = masking_factor(masking, wo, wi, wh, m, visible_area(wo, m, s), visible_area(wi, m, s), s);
     microfacet_product(beckmann_ndf(wh, m, s), factor)
 }
 
@@ -63,7 +63,7 @@ pub fn microfacet_eval_ggx(masking: Masking, wo: DVec3, wi: DVec3, m: DVec2, a: 
     if wh.z <= 0.0 {
         return 0.0;
     }
-    let factor = masking_factor(masking, wo, wi, wh, m, ggx_visible_area(wo, m, a), ggx_visible_area(wi, m, a));
+    let factor = masking_factor(masking, wo, wi, wh, m, ggx_visible_area(wo, m, a), ggx_visible_area(wi, m, a), a);
     microfacet_product(ggx_ndf(wh, m, a), factor)
 }
 

@@ -36,6 +36,23 @@ pub fn normal_cdf(x: f64) -> f64 {
     if x < 0.0 { tail } else { 1.0 - tail }
 }
 
+/// Density, distribution and ramp of the standard normal at one point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct NormalRamp {
+    /// `φ(x)`.
+    pub pdf: f64,
+    /// `Φ(x)`.
+    pub cdf: f64,
+    /// `E[max(0, x + u)] = x Φ(x) + φ(x)` for `u ~ N(0, 1)`.
+    pub ramp: f64,
+}
+
+/// [`normal_pdf`], [`normal_cdf`] and the ramp together: one exponential on the device.
+#[must_use]
+pub fn normal_ramp(x: f64) -> NormalRamp {
+    NormalRamp { pdf: normal_pdf(x), cdf: normal_cdf(x), ramp: x.max(0.0) + normal_tail_mean(x.abs()) }
+}
+
 /// `Φ⁻¹(u)`, the quantile of `u` in (0, 1), held within `[2⁻³², 1 − 2⁻³²]` (±6.2).
 ///
 /// Giles' polynomial for the inverse error function (2010; 2e-7 in single precision), then Halley's step twice: full

@@ -32,20 +32,34 @@ fn view_factor(wo: DVec3, s: DVec3) -> DMat2 {
 /// 8×8 points. The covariance must be positive semidefinite. 0 if nothing is visible.
 #[must_use]
 pub fn visible_mean(wo: DVec3, m: DVec2, s: DVec3, panels: usize, g: impl Fn(DVec2) -> DVec3) -> DVec3 {
+    visible_mean_panels(wo, m, s, [panels; 2], g)
+}
+
+/// [`visible_mean`] with its own number of panels along the view azimuth and across it.
+#[must_use]
+pub fn visible_mean_panels(wo: DVec3, m: DVec2, s: DVec3, panels: [usize; 2], g: impl Fn(DVec2) -> DVec3) -> DVec3 {
     let (a, b) = (meso_area(wo, m), slope_spread(wo, s));
     let top = if b > 0.0 { (a / b).min(EXTENT) } else { EXTENT };
     let factor = view_factor(wo, s);
-    let inner = composite_gauss(-EXTENT_ACROSS, EXTENT_ACROSS, panels, ORDER);
+    let inner: Vec<_> = composite_gauss(-EXTENT_ACROSS, EXTENT_ACROSS, panels[1], ORDER)
+        .into_iter()
+        .map(|(v, wv)| (v, wv * normal_pdf(v)))
+        .collect();
     let mut sum = DVec3::ZERO;
-    for (u, wu) in composite_gauss(-EXTENT, top, panels, ORDER) {
+    for (u, wu) in composite_gauss(-EXTENT, top, panels[0], ORDER) {
         let w = wu * normal_pdf(u) * (a - b * u).max(0.0);
-        let row: DVec3 = inner
-            .iter()
-            .map(|&(v, wv)| g(m + factor * DVec2::new(u, v)) * (wv * normal_pdf(v)))
-            .fold(DVec3::ZERO, |a, b| a + b);
+        let row: DVec3 =
+            inner.iter().map(|&(v, wv)| g(m + factor * DVec2::new(u, v)) * wv).fold(DVec3::ZERO, |a, b| a + b);
         sum += w * row;
     }
     sum / visible_area(wo, m, s).max(MIN_AREA)
+}
+
+/// Standard deviations of the slopes along the first and the second axis of [`visible_mean_panels`].
+#[must_use]
+pub fn visible_extents(wo: DVec3, s: DVec3) -> [f64; 2] {
+    let factor = view_factor(wo, s);
+    [factor.x_axis.length(), factor.y_axis.length()]
 }
 
 /// LEADR eq. 19 with `F = 1`: radiance under an environment, `radiance` a function of direction in the tangent frame.

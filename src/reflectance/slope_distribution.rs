@@ -22,6 +22,9 @@ pub trait SlopeDistribution {
     /// Mean slope.
     fn mean_slope(&self) -> DVec2;
 
+    /// Covariance of the slopes or any multiple of it, `(xx, yy, xy)`; a roughness matrix where there is no covariance.
+    fn shape(&self) -> DVec3;
+
     /// Visible projected area `A(w) ≥ max(a(w), 0)`: the integral of `max(0, w·(−x, −y, 1)) P22`.
     fn visible_area(&self, w: DVec3) -> f64;
 

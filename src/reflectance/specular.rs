@@ -1,6 +1,7 @@
 //! Specular reflection of a LEADR surface (LEADR eq. 16–19, 22).
 
 use super::beckmann::beckmann_ndf;
+use super::correlated_masking::{DirectionArea, Visibility, visibility_factor};
 use super::fresnel::fresnel_schlick;
 use super::masking::{masking_shadowing, shadowing_given_masking};
 use super::projected_area::face_viewer;
@@ -15,6 +16,25 @@ pub fn leadr_specular_directional(wo: DVec3, wi: DVec3, m: DVec2, s: DVec3, f0: 
     let wh = h / h.length_squared().max(1e-20).sqrt();
     let d = beckmann_ndf(wh, m, s);
     fresnel_schlick(f0, wi.dot(wh)) * (0.25 * d * masking_shadowing(wo, wi, m, s, shadowing))
+}
+
+/// The same with any [`Visibility`], from the areas that `o` and `i` see ([`super::correlated_masking::direction_area`]): `o` once per pixel,
+/// shared by all lights.
+#[must_use]
+pub fn leadr_specular_light(
+    visibility: Visibility,
+    o: &DirectionArea,
+    i: &DirectionArea,
+    wo: DVec3,
+    wi: DVec3,
+    m: DVec2,
+    s: DVec3,
+    f0: DVec3,
+) -> DVec3 {
+    let h = wo + wi;
+    let wh = h / h.length_squared().max(1e-20).sqrt();
+    let d = beckmann_ndf(wh, m, s);
+    fresnel_schlick(f0, wi.dot(wh)) * (0.25 * d * visibility_factor(visibility, o, i))
 }
 
 /// One node of the environment sum.

@@ -70,7 +70,7 @@ impl FilterPass {
                 vertex: "passes/fullscreen.vert",
                 fragment: Some("passes/filter/filter.frag"),
                 colors: &FORMATS,
-                spec: &[(0, SpecValue::I32(technique.filter_code()))],
+                spec: &[(0, SpecValue::I32(technique.code()))],
                 ..Default::default()
             },
         )?;

@@ -13,7 +13,7 @@ use super::irradiance::IrradiancePass;
 use super::object::{GpuObject, MAX_OBJECTS, ViewBuffers};
 use super::patch_mesh::PosedVertices;
 use super::scene::{FrameState, Object};
-use super::settings::{RenderSettings, ShadingSettings};
+use super::settings::{Quadrature, RenderSettings, ShadingSettings};
 use super::shade::{LightingGpu, ShadeInputs, ShadePass};
 use super::shadow::{ShadowPass, ShadowView};
 use super::tessellation::TessellationSettings;
@@ -200,11 +200,13 @@ impl Renderer {
             self.targets = None;
             self.targets = Some(Targets::new(&self.gpu, settings.size)?);
         }
+        settings.shading.check().map_err(|fault| GpuError::Usage { name: "shading".to_owned(), fault })?;
         if let Some(limit) = self.gpu.loop_iterations_per_invocation() {
             // One walk over the grid for the visible normals, one for the environment, one per light.
             let walks = 2 + u32::from(state.sun.is_some()) + state.point_lights.len() as u32;
-            let grid = settings.shading.grid;
-            if grid * grid * walks >= limit {
+            if let Quadrature::Grid(grid) = settings.shading.quadrature
+                && grid * grid * walks >= limit
+            {
                 let fault =
                     format!("{grid} x {grid} samples with {walks} walks exceed this driver's {limit} iterations");
                 return Err(GpuError::Usage { name: "slope grid".to_owned(), fault });
@@ -215,13 +217,13 @@ impl Renderer {
             let shade = ShadePass::new(&self.gpu, settings.shading)?;
             self.pipelines.insert(settings.shading, (filter, shade));
         }
+        let height_scale = settings.geometry_scale(state.height_scale);
         let posed: Vec<PosedVertices> =
             self.drawn.iter().zip(&state.poses).map(|(d, pose)| pose.apply(&d.object.object.mesh)).collect();
         self.shadow_view = None;
         if let Some(sun) = state.sun.filter(|_| settings.shadows) {
             let casters = self.drawn.iter().zip(&posed).filter(|(d, _)| d.sun.is_some());
-            let spheres: Vec<(Vec3, f32)> =
-                casters.map(|(d, posed)| d.object.bounds(posed, state.height_scale)).collect();
+            let spheres: Vec<(Vec3, f32)> = casters.map(|(d, posed)| d.object.bounds(posed, height_scale)).collect();
             if let Some((centre, radius)) = enclosing_sphere(&spheres) {
                 self.shadow_view = Some(ShadowView::around(sun.direction.normalize(), centre, radius, SHADOW_SIZE));
             }
@@ -236,8 +238,15 @@ impl Renderer {
             };
             for (drawn, posed) in self.drawn.iter_mut().zip(&posed) {
                 if let Some(buffers) = &mut drawn.sun {
-                    let scale = state.height_scale;
-                    buffers.update(&drawn.object, posed, scale, view.clip_from_world, view.eye, view.lens, &coarse)?;
+                    buffers.update(
+                        &drawn.object,
+                        posed,
+                        height_scale,
+                        view.clip_from_world,
+                        view.eye,
+                        view.lens,
+                        &coarse,
+                    )?;
                 }
             }
         }
@@ -263,7 +272,7 @@ impl Renderer {
         let tessellation =
             TessellationSettings { max_vertices_per_draw: self.vertices_per_draw(), ..settings.tessellation };
         for (drawn, posed) in self.drawn.iter_mut().zip(posed) {
-            let (scale, clip) = (state.height_scale, clip_from_world);
+            let (scale, clip) = (settings.geometry_scale(state.height_scale), clip_from_world);
             drawn.camera.update(&drawn.object, posed, scale, clip, camera.position, lens, &tessellation)?;
         }
         let cube_size = self.environment.face_size();
@@ -284,6 +293,7 @@ impl Renderer {
         let (Some(targets), Some((filter, shade))) = (&self.targets, self.pipelines.get(&settings.shading)) else {
             return;
         };
+        let height_scale = settings.geometry_scale(state.height_scale);
         cmd.timestamp(timestamps, "begin");
         if index == 0 {
             if let Some(sky) = &state.sky {
@@ -295,12 +305,12 @@ impl Renderer {
             let casters: Vec<_> =
                 self.drawn.iter().filter_map(|d| d.sun.as_ref().map(|sun| (&d.object, sun))).collect();
             let casters = if self.shadow_view.is_some() { casters } else { Vec::new() };
-            cmd.label("shadow", |cmd| self.shadow.record(cmd, &casters, state.height_scale));
+            cmd.label("shadow", |cmd| self.shadow.record(cmd, &casters, height_scale));
             cmd.timestamp(timestamps, "shadow");
         }
         let objects: Vec<_> = self.drawn.iter().map(|d| (&d.object, &d.camera)).collect();
         cmd.label("geometry", |cmd| {
-            self.geometry.record(cmd, &targets.visible, &objects, state.height_scale, settings.mark_inside);
+            self.geometry.record(cmd, &targets.visible, &objects, height_scale, settings.mark_inside);
         });
         cmd.timestamp(timestamps, "geometry");
         cmd.label("filter", |cmd| {

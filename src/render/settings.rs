@@ -5,52 +5,248 @@ use super::tessellation::TessellationSettings;
 /// How a surface is filtered and shaded.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Technique {
+    /// Albedo alone, without light: what geometry and filtering of the colour cost.
+    Constant,
+    /// Mipmapped normals under a normalised Blinn-Phong lobe.
+    BlinnPhong,
+    /// Mipmapped normals with LEADR's BRDF: the mean slope alone.
+    NormalMip,
+    /// Mipmapped normals whose length gives the roughness (Toksvig 2005).
+    Toksvig,
+    /// One slope variance for all directions (CLEAN mapping, Baker 2011).
+    Clean,
+    /// Slope covariance under a Beckmann lobe, without projected areas (LEAN mapping, Olano & Baker 2010).
+    Lean,
     /// LEADR mapping: mean slope and slope covariance of the pixel.
     Leadr,
-    /// Mipmapped normals with the same BRDF: the mean slope alone.
-    NormalMip,
+    /// LEADR mapping of a GGX base: two lobes.
+    LeadrGgx,
     /// The finest level of the maps and no statistics: correct with enough samples per pixel.
     Reference,
 }
 
 impl Technique {
-    /// `TECHNIQUE_` value of `passes/filter/filter.frag`.
+    /// Every technique, the simplest first.
+    pub const ALL: [Self; 9] = [
+        Self::Constant,
+        Self::BlinnPhong,
+        Self::NormalMip,
+        Self::Toksvig,
+        Self::Clean,
+        Self::Lean,
+        Self::Leadr,
+        Self::LeadrGgx,
+        Self::Reference,
+    ];
+
+    /// `TECHNIQUE_` value of `passes/technique.glsl`.
     #[must_use]
-    pub fn filter_code(self) -> i32 {
-        match self {
-            Self::Leadr => 0,
-            Self::NormalMip => 1,
-            Self::Reference => 2,
-        }
+    pub fn code(self) -> i32 {
+        self as i32
     }
 
     /// The name on the command line.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
-            Self::Leadr => "leadr",
+            Self::Constant => "constant",
+            Self::BlinnPhong => "blinn-phong",
             Self::NormalMip => "normal-mip",
+            Self::Toksvig => "toksvig",
+            Self::Clean => "clean",
+            Self::Lean => "lean",
+            Self::Leadr => "leadr",
+            Self::LeadrGgx => "leadr-ggx",
             Self::Reference => "reference",
         }
+    }
+}
+
+/// Where the integrals over visible slopes are sampled.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Quadrature {
+    /// The paper's `N × N` grid of slopes, 1 to 128.
+    Grid(u32),
+    /// The visible-slope rules, with so many environment probes: one of [`PROBES`](Self::PROBES).
+    VisibleSlopes(u32),
+}
+
+impl Quadrature {
+    /// Numbers of probes there is a rule for.
+    pub const PROBES: [u32; 5] = [3, 5, 7, 9, 16];
+    /// Most slopes along a side of the grid.
+    pub const MAX_GRID: u32 = 128;
+
+    /// What is wrong with it, if anything.
+    #[must_use]
+    pub fn fault(self) -> Option<String> {
+        match self {
+            Self::Grid(n) if !(1..=Self::MAX_GRID).contains(&n) => Some(format!("a grid of {n} is not 1 to 128")),
+            Self::VisibleSlopes(n) if !Self::PROBES.contains(&n) => {
+                Some(format!("{n} probes are not one of {:?}", Self::PROBES))
+            }
+            _ => None,
+        }
+    }
+}
+
+/// Which facets that the viewer sees are lit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Visibility {
+    /// All: masking only, as Algorithms 1 and 2 of the LEADR paper have it.
+    Masking,
+    /// Smith's height-correlated shadowing (LEADR eq. 13).
+    Smith,
+    /// Shadowing that knows how close light and viewer are.
+    Correlated,
+}
+
+impl Visibility {
+    /// Every form.
+    pub const ALL: [Self; 3] = [Self::Masking, Self::Smith, Self::Correlated];
+
+    /// `LEADR_VISIBILITY_` value of the shaders.
+    #[must_use]
+    pub fn code(self) -> i32 {
+        self as i32
+    }
+
+    /// The name on the command line.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Masking => "masking",
+            Self::Smith => "smith",
+            Self::Correlated => "correlated",
+        }
+    }
+}
+
+/// How lights reach a diffuse surface under [`Quadrature::Grid`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum DiffuseLights {
+    /// The clamped cosine at every slope sample.
+    Cosine,
+    /// Order-2 harmonics (Algorithm 2): up to 9 % off.
+    Sh,
+}
+
+impl DiffuseLights {
+    /// Every form.
+    pub const ALL: [Self; 2] = [Self::Cosine, Self::Sh];
+
+    /// The name on the command line.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Cosine => "cosine",
+            Self::Sh => "sh",
+        }
+    }
+}
+
+/// The light transport a picture contains: a set.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Terms(u8);
+
+impl Terms {
+    /// Sun and point lights in mirrors.
+    pub const SPECULAR_LIGHTS: Self = Self(1);
+    /// Sun and point lights on the diffuse surface.
+    pub const DIFFUSE_LIGHTS: Self = Self(2);
+    /// The environment in mirrors.
+    pub const SPECULAR_ENVIRONMENT: Self = Self(4);
+    /// The environment on the diffuse surface.
+    pub const DIFFUSE_ENVIRONMENT: Self = Self(8);
+    /// Everything.
+    pub const ALL: Self = Self(15);
+    /// Nothing: black.
+    pub const NONE: Self = Self(0);
+
+    /// Each term with its name on the command line.
+    pub const NAMES: [(Self, &str); 4] = [
+        (Self::SPECULAR_LIGHTS, "specular-lights"),
+        (Self::DIFFUSE_LIGHTS, "diffuse-lights"),
+        (Self::SPECULAR_ENVIRONMENT, "specular-environment"),
+        (Self::DIFFUSE_ENVIRONMENT, "diffuse-environment"),
+    ];
+
+    /// Whether all of `other` is in it.
+    #[must_use]
+    pub fn contains(self, other: Self) -> bool {
+        self.0 & other.0 == other.0
+    }
+
+    /// Without `other`.
+    #[must_use]
+    pub fn without(self, other: Self) -> Self {
+        Self(self.0 & !other.0)
+    }
+
+    /// `TERM_` bits of the shading pass.
+    #[must_use]
+    pub fn bits(self) -> i32 {
+        i32::from(self.0)
+    }
+
+    /// Names of its members.
+    pub fn names(self) -> impl Iterator<Item = &'static str> {
+        Self::NAMES.into_iter().filter(move |(term, _)| self.contains(*term)).map(|(_, name)| name)
+    }
+}
+
+impl std::ops::BitOr for Terms {
+    type Output = Self;
+
+    fn bitor(self, other: Self) -> Self {
+        Self(self.0 | other.0)
     }
 }
 
 /// Settings that choose pipelines: changing one builds new pipelines.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct ShadingSettings {
-    /// How surfaces are filtered.
+    /// How surfaces are filtered and shaded.
     pub technique: Technique,
-    /// `N` of the `N × N` slope samples, 1 to 128.
-    pub grid: u32,
-    /// Masking and shadowing, or masking alone.
-    pub shadowing: bool,
-    /// Diffuse lights through order-2 SH (Algorithm 2) instead of the exact clamped cosine.
-    pub lights_by_sh: bool,
+    /// Where the integrals are sampled.
+    pub quadrature: Quadrature,
+    /// Masking and shadowing.
+    pub visibility: Visibility,
+    /// Which light counts.
+    pub terms: Terms,
+    /// Diffuse light of sun and point lights.
+    pub diffuse_lights: DiffuseLights,
+}
+
+impl ShadingSettings {
+    /// Whether a picture can be made like this.
+    ///
+    /// # Errors
+    /// A sentence about what is wrong.
+    pub fn check(&self) -> Result<(), String> {
+        if let Some(fault) = self.quadrature.fault() {
+            return Err(fault);
+        }
+        let known = matches!(self.technique, Technique::Leadr | Technique::NormalMip | Technique::Reference);
+        if !known
+            || self.visibility == Visibility::Correlated
+            || matches!(self.quadrature, Quadrature::VisibleSlopes(_))
+        {
+            return Err(format!("{self:?} is not there yet"));
+        }
+        Ok(())
+    }
 }
 
 impl Default for ShadingSettings {
     fn default() -> Self {
-        Self { technique: Technique::Leadr, grid: 5, shadowing: true, lights_by_sh: false }
+        Self {
+            technique: Technique::Leadr,
+            quadrature: Quadrature::Grid(5),
+            visibility: Visibility::Smith,
+            terms: Terms::ALL,
+            diffuse_lights: DiffuseLights::Cosine,
+        }
     }
 }
 
@@ -69,8 +265,19 @@ pub struct RenderSettings {
     pub tessellation: TessellationSettings,
     /// Whether the sun throws shadows.
     pub shadows: bool,
+    /// Whether heights move the surface. Without, the geometry stays smooth and the slopes of the maps shade it all the
+    /// same: with [`Technique::Reference`] the truth of normal mapping (LEADR Figure 8).
+    pub displacement: bool,
     /// Paints the inside of surfaces in a marker colour: a closed surface shows none.
     pub mark_inside: bool,
+}
+
+impl RenderSettings {
+    /// What the heights of the geometry are multiplied by where those of the maps are by `height_scale`.
+    #[must_use]
+    pub fn geometry_scale(&self, height_scale: f32) -> f32 {
+        if self.displacement { height_scale } else { 0.0 }
+    }
 }
 
 impl Default for RenderSettings {
@@ -82,6 +289,7 @@ impl Default for RenderSettings {
             shading: ShadingSettings::default(),
             tessellation: TessellationSettings::default(),
             shadows: true,
+            displacement: true,
             mark_inside: false,
         }
     }

@@ -8,7 +8,7 @@ use bytemuck::{Pod, Zeroable};
 use super::filter::GBuffer;
 use super::geometry::VisibleSurface;
 use super::scene::{FrameState, MAX_POINT_LIGHTS};
-use super::settings::ShadingSettings;
+use super::settings::{DiffuseLights, Quadrature, ShadingSettings};
 use super::shadow::ShadowView;
 use crate::gpu::{
     Buffer, ColorTarget, Commands, Descriptor, Filter, Gpu, GraphicsDesc, GraphicsPipeline, Image, ImageView, Load,
@@ -115,6 +115,9 @@ impl ShadePass {
     /// # Errors
     /// A failed pipeline.
     pub fn new(gpu: &Arc<Gpu>, settings: ShadingSettings) -> Result<Self> {
+        let samples = match settings.quadrature {
+            Quadrature::Grid(n) | Quadrature::VisibleSlopes(n) => n,
+        };
         let pipeline = GraphicsPipeline::new(
             gpu,
             "shade",
@@ -123,9 +126,10 @@ impl ShadePass {
                 fragment: Some("passes/shade/shade.frag"),
                 colors: &[Self::FORMAT],
                 spec: &[
-                    (0, SpecValue::I32(settings.grid.max(1) as i32)),
-                    (1, SpecValue::Bool(settings.shadowing)),
-                    (2, SpecValue::Bool(settings.lights_by_sh)),
+                    (0, SpecValue::I32(samples as i32)),
+                    (1, SpecValue::I32(settings.visibility.code())),
+                    (2, SpecValue::Bool(settings.diffuse_lights == DiffuseLights::Sh)),
+                    (3, SpecValue::I32(settings.terms.bits())),
                 ],
                 ..Default::default()
             },

@@ -69,6 +69,12 @@ impl SlopeDistribution for Slopes {
             Kind::Ggx(d) => d.mean_slope(),
         }
     }
+    fn shape(&self) -> DVec3 {
+        match self.kind {
+            Kind::Beckmann(d) => d.shape(),
+            Kind::Ggx(d) => d.shape(),
+        }
+    }
     fn visible_area(&self, w: DVec3) -> f64 {
         match self.kind {
             Kind::Beckmann(d) => d.visible_area(w),

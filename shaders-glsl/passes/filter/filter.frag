@@ -10,9 +10,9 @@
 layout(constant_id = 0) const int TECHNIQUE = 0; // the TECHNIQUE_ values below
 layout(constant_id = 1) const int MAX_TAPS = 8;  // taps along the long axis of the pixel's footprint
 
-const int TECHNIQUE_LEADR = 0;
-const int TECHNIQUE_NORMAL_MIP = 1; // mean slope only
-const int TECHNIQUE_REFERENCE = 2;  // finest level: supersampling does the filtering
+const int TECHNIQUE_LEADR = 6;
+const int TECHNIQUE_NORMAL_MIP = 2; // mean slope only
+const int TECHNIQUE_REFERENCE = 8;  // finest level: supersampling does the filtering
 
 layout(binding = 0) uniform usampler2D visible_texture; // what the geometry stage wrote
 layout(binding = 1) uniform usampler2D visible_tangent;

@@ -7,8 +7,11 @@
 #include "leadr/diffuse.glsl"
 
 layout(constant_id = 0) const int GRID = 5;             // N of the N x N slope samples
-layout(constant_id = 1) const bool SHADOWING = true;    // masking and shadowing, or masking alone
+layout(constant_id = 1) const int VISIBILITY = 1;       // masking, Smith, correlated
 layout(constant_id = 2) const bool LIGHTS_BY_SH = false; // diffuse lights through order-2 SH as in Algorithm 2
+layout(constant_id = 3) const int TERMS = 15;            // which light counts
+
+const bool SHADOWING = VISIBILITY != 0;
 
 const int MAX_POINT_LIGHTS = 4;
 

@@ -1,0 +1,49 @@
+#ifndef LEADR_VISIBLE_SLOPES_GLSL
+#define LEADR_VISIBLE_SLOPES_GLSL
+
+#include "projected_area.glsl"
+#include "slope_statistics.glsl"
+
+// The slopes that a viewer sees on a Gaussian surface, in closed form. Along u, the slope seen along wo in standard
+// deviations, their density is a clamped line times a normal density; across it they stay Gaussian.
+
+// How far behind its own silhouette a mesosurface may turn, in units of slope_spread: beyond, nothing visible is left in
+// 32 bits and it is tilted back (face_viewer).
+const float LEADR_VISIBLE_TAIL = 4.0;
+
+struct VisibleSlopes {
+    vec2 m;         // mean slope, tilted back if need be
+    vec3 S;         // covariance of the slopes, bounded
+    float a;        // projected area of the mesosurface
+    float b;        // spread of the slope seen along wo
+    float area;     // visible area, > 0
+    vec2 axis;      // change of slope per unit of u; u = wo.xy . (slope - m) / b
+    vec2 mean;      // mean of the visible slopes
+    vec3 cov;       // covariance of the visible slopes
+    float variance; // of u over the visible facets, 0..1
+    float third;    // third central moment of u over the visible facets, <= 0
+};
+
+// S: slope covariance, anything. Exact moments of the density P22 max(0, a - b u) / A.
+VisibleSlopes visible_slopes(vec3 wo, vec2 m, vec3 S) {
+    VisibleSlopes v;
+    v.S = clamp_covariance(S);
+    v.m = face_viewer(wo, m, v.S, 2.0 * LEADR_VISIBLE_TAIL);
+    vec2 across = vec2(v.S.x * wo.x + v.S.z * wo.y, v.S.z * wo.x + v.S.y * wo.y);
+    v.a = meso_area(wo, v.m);
+    v.b = sqrt(max(dot(across, wo.xy), 0.0));
+    float per_b = 1.0 / max(v.b, 1e-18);
+    float nu = max(v.a * per_b, -LEADR_VISIBLE_TAIL);
+    NormalRamp n = normal_ramp(nu);
+    v.axis = across * per_b;
+    v.area = v.b > 1e-18 ? v.b * n.ramp : max(v.a, 0.0);
+    float shift = n.cdf / n.ramp;   // minus the mean of u
+    float excess = n.pdf / n.ramp;  // its second moment less one
+    v.variance = clamp(1.0 + excess - shift * shift, 0.02, 1.0);
+    v.third = min(nu * excess - 3.0 * shift + shift * (3.0 + 3.0 * excess - 2.0 * shift * shift), 0.0);
+    v.mean = v.m - v.axis * shift;
+    v.cov = v.S - (1.0 - v.variance) * vec3(v.axis * v.axis, v.axis.x * v.axis.y);
+    return v;
+}
+
+#endif

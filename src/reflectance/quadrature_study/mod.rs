@@ -1,0 +1,77 @@
+//! What the rules of this library cost in accuracy: every rule for integrals over visible slopes against converged
+//! integrals, over random surfaces, viewers and environments. The tables of `docs/quadrature.md`.
+//!
+//! [`diffuse`]: order-2 irradiance. [`light`]: one light's clamped cosine. [`specular`]: an environment of lobes, smooth or
+//! sharp, prefiltered as a mip chain would. [`sweep`]: how far the result moves per step of slow sweeps.
+
+pub mod diffuse;
+pub mod light;
+pub mod specular;
+pub mod surfaces;
+pub mod sweep;
+
+use surfaces::Surface;
+
+/// Upper bounds of the classes of roughness in [`Row::classes`], by the larger slope deviation; the last is open.
+pub const CLASSES: [f64; 5] = [0.1, 0.3, 0.7, 1.2, 2.0];
+
+/// Errors of one rule.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Row {
+    /// Name.
+    pub rule: String,
+    /// Slopes, terms or lookups per pixel.
+    pub evaluations: u32,
+    /// Root mean square error, in units of the environment's mean radiance or the light's irradiance.
+    pub rms: f64,
+    /// 95th percentile of the absolute error.
+    pub p95: f64,
+    /// Largest error.
+    pub max: f64,
+    /// Root mean square error per class of [`CLASSES`]; NaN where no surface is.
+    pub classes: [f64; 5],
+}
+
+impl Row {
+    /// The header of [`Row::line`].
+    pub const HEADER: &str =
+        "rule                          n      rms      p95      max | rms by roughness <.1 <.3 <.7 <1.2 <2";
+
+    /// Statistics of the absolute errors `errors[surface]`, any number for each.
+    #[must_use]
+    pub fn new(rule: &str, evaluations: u32, surfaces: &[Surface], errors: &[Vec<f64>]) -> Self {
+        let rms = |e: &mut dyn Iterator<Item = f64>| {
+            let (sum, n) = e.fold((0.0, 0u32), |(s, n), e| (s + e * e, n + 1));
+            (sum / f64::from(n)).sqrt()
+        };
+        let mut all: Vec<f64> = errors.iter().flatten().map(|e| e.abs()).collect();
+        all.sort_by(f64::total_cmp);
+        let classes = std::array::from_fn(|i| {
+            let class = |s: &Surface| CLASSES.iter().position(|&top| s.roughness() < top).unwrap_or(4) == i;
+            rms(&mut surfaces.iter().zip(errors).filter(|(s, _)| class(s)).flat_map(|(_, e)| e.iter().copied()))
+        });
+        Self {
+            rule: rule.to_owned(),
+            evaluations,
+            rms: rms(&mut all.iter().copied()),
+            p95: all[(all.len() * 95 / 100).min(all.len() - 1)],
+            max: all[all.len() - 1],
+            classes,
+        }
+    }
+
+    /// One line of text, columns as in [`Row::HEADER`].
+    #[must_use]
+    pub fn line(&self) -> String {
+        let classes: Vec<String> = self.classes.iter().map(|c| format!("{c:.1e}")).collect();
+        format!(
+            "{:<28} {:>4} {:>8.2e} {:>8.2e} {:>8.2e} | {}",
+            self.rule,
+            self.evaluations,
+            self.rms,
+            self.p95,
+            self.max,
+            classes.join(" ")
+        )
+    }
+}

@@ -1,0 +1,83 @@
+//! Random surfaces and viewers.
+
+use glam::{DVec2, DVec3};
+use std::f64::consts::TAU;
+
+/// SplitMix64: the same study on every run.
+#[derive(Clone, Debug)]
+pub struct Random(pub u64);
+
+impl Random {
+    /// Uniform in `[0, 1)`.
+    pub fn unit(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
+    }
+
+    /// Uniform in `[low, high)`.
+    pub fn range(&mut self, low: f64, high: f64) -> f64 {
+        low + (high - low) * self.unit()
+    }
+
+    /// Of uniform logarithm in `[low, high)`.
+    pub fn log(&mut self, low: f64, high: f64) -> f64 {
+        self.range(low.ln(), high.ln()).exp()
+    }
+
+    /// Exponentially distributed, mean 1.
+    pub fn exponential(&mut self) -> f64 {
+        -(1.0 - self.unit()).ln()
+    }
+
+    /// Uniform on the sphere.
+    pub fn direction(&mut self) -> DVec3 {
+        let (z, phi) = (self.range(-1.0, 1.0), self.range(0.0, TAU));
+        let r = (1.0 - z * z).max(0.0).sqrt();
+        DVec3::new(r * phi.cos(), r * phi.sin(), z)
+    }
+}
+
+/// A viewer and Gaussian slopes, tangent frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Surface {
+    /// Viewer, unit.
+    pub wo: DVec3,
+    /// Mean slope.
+    pub m: DVec2,
+    /// Covariance `(s_xx, s_yy, s_xy)`.
+    pub s: DVec3,
+}
+
+impl Surface {
+    /// The larger of the two slope deviations.
+    #[must_use]
+    pub fn roughness(&self) -> f64 {
+        self.s.x.max(self.s.y).sqrt()
+    }
+}
+
+/// The direction at polar angle `theta` and azimuth `phi`, in radians.
+#[must_use]
+pub fn spherical(theta: f64, phi: f64) -> DVec3 {
+    DVec3::new(theta.sin() * phi.cos(), theta.sin() * phi.sin(), theta.cos())
+}
+
+/// Viewers up to 85°, deviations of uniform logarithm in .01–2, correlations in ±.9, mean slopes in the unit disc, the
+/// mesosurface facing the viewer with a projected area above .01.
+#[must_use]
+pub fn surfaces(n: usize, seed: u64) -> Vec<Surface> {
+    let mut r = Random(seed);
+    let mut out = Vec::with_capacity(n);
+    while out.len() < n {
+        let wo = spherical(r.range(0.0, 85f64.to_radians()), r.range(0.0, TAU));
+        let (x, y, c) = (r.log(0.01, 2.0), r.log(0.01, 2.0), r.range(-0.9, 0.9));
+        let m = DVec2::new(r.range(-1.0, 1.0), r.range(-1.0, 1.0));
+        if m.length() <= 1.0 && wo.z - wo.x * m.x - wo.y * m.y > 0.01 {
+            out.push(Surface { wo, m, s: DVec3::new(x * x, y * y, c * x * y) });
+        }
+    }
+    out
+}
