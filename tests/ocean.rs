@@ -42,7 +42,8 @@ fn truth(cascade: &Cascade, time: f64) -> Truth {
                 let (i, j) = (index % n, index / n);
                 let (w, back) = (at(i, j), at(n - i, n - j));
                 let phase = |cycles: f64| Complex64::cis(TAU * (cycles * time / PERIOD).fract());
-                let h = Complex64::new(w[0], w[1]) * phase(w[2]).conj() + Complex64::new(back[0], -back[1]) * phase(back[2]);
+                let h = Complex64::new(w[0], w[1]) * phase(w[2]).conj()
+                    + Complex64::new(back[0], -back[1]) * phase(back[2]);
                 let k = cascade.wave_vector(i as u32, j as u32);
                 if k.length() > 0.0 { factor(k, h) } else { Complex64::ZERO }
             })
@@ -97,10 +98,12 @@ fn the_transforms_match_64_bit_ones() {
                 let maps = [&fields.displacement, &fields.slopes, &fields.joint].map(|m| read(m, 0, layer as u32));
                 for map in 0..3 {
                     for channel in 0..4 {
-                        let expected: Vec<f64> =
-                            (0..truth.height.len()).map(|i| channels(&truth, i, f64::from(choppiness))[map][channel]).collect();
+                        let expected: Vec<f64> = (0..truth.height.len())
+                            .map(|i| channels(&truth, i, f64::from(choppiness))[map][channel])
+                            .collect();
                         let scale = expected.iter().fold(1e-9f64, |a, v| a.max(v.abs()));
-                        let error = expected.iter().zip(&maps[map]).map(|(e, m)| (e - m[channel]).abs()).fold(0.0, f64::max);
+                        let error =
+                            expected.iter().zip(&maps[map]).map(|(e, m)| (e - m[channel]).abs()).fold(0.0, f64::max);
                         worst = worst.max(error / scale);
                     }
                 }

@@ -71,6 +71,7 @@ impl Stage {
             irradiance: Vec3::from_array(sky.sun_irradiance()),
         });
         FrameState {
+            time,
             camera: Camera { position: camera.position + anchor, target: camera.target + anchor, ..*camera },
             poses: (self.motion)(time),
             sky: lights.sky,

@@ -86,9 +86,11 @@ impl OceanFields {
                 size: c.size as f32,
             })
             .collect();
-        let desc = ImageDesc::new(Format::R32G32B32A32_SFLOAT, resolution, resolution).layers(count).storage().full_mips();
+        let desc =
+            ImageDesc::new(Format::R32G32B32A32_SFLOAT, resolution, resolution).layers(count).storage().full_mips();
         let image = |name: &str| Image::new(gpu, name, desc);
-        let (displacement, slopes, joint) = (image("ocean displacement")?, image("ocean slopes")?, image("ocean joint")?);
+        let (displacement, slopes, joint) =
+            (image("ocean displacement")?, image("ocean slopes")?, image("ocean joint")?);
         let levels = (0..desc.mips)
             .map(|mip| Ok([displacement.mip_array(mip)?, slopes.mip_array(mip)?, joint.mip_array(mip)?]))
             .collect::<Result<Vec<_>>>()?;

@@ -96,8 +96,12 @@ impl Sea {
         let alpha = 0.076 * (self.wind_speed * self.wind_speed / (self.fetch * GRAVITY)).powf(0.22);
         let width = if omega <= peak { 0.07 } else { 0.09 };
         let r = (-0.5 * ((omega - peak) / (width * peak)).powi(2)).exp();
-        let jonswap =
-            alpha * GRAVITY * GRAVITY * omega.powi(-5) * (-1.25 * (peak / omega).powi(4)).exp() * PEAK_ENHANCEMENT.powf(r);
+        let jonswap = alpha
+            * GRAVITY
+            * GRAVITY
+            * omega.powi(-5)
+            * (-1.25 * (peak / omega).powi(4)).exp()
+            * PEAK_ENHANCEMENT.powf(r);
         let shallow = omega * (self.depth / GRAVITY).sqrt();
         let factor = match shallow {
             s if s <= 1.0 => 0.5 * s * s,
