@@ -169,3 +169,70 @@ fn seas_that_cannot_be_made_say_why() {
         assert!(fault.contains(word), "{fault}");
     }
 }
+
+/// Area-weighted mean slope and second moments of one surface sample.
+#[derive(Clone, Copy, Default)]
+struct Moments {
+    area: f64,
+    first: [f64; 2],
+    second: [f64; 3],
+}
+
+impl Moments {
+    fn add(&mut self, jacobian: [f64; 3], gradient: [f64; 2]) {
+        let [xx, yy, xy] = jacobian;
+        let (jxx, jyy) = (1.0 + xx, 1.0 + yy);
+        let area = (jxx * jyy - xy * xy).max(0.1);
+        let flux = [jyy * gradient[0] - xy * gradient[1], jxx * gradient[1] - xy * gradient[0]];
+        self.area += area;
+        self.first[0] += flux[0];
+        self.first[1] += flux[1];
+        self.second[0] += flux[0] * flux[0] / area;
+        self.second[1] += flux[1] * flux[1] / area;
+        self.second[2] += flux[0] * flux[1] / area;
+    }
+
+    fn covariance(&self) -> [f64; 3] {
+        let [x, y] = self.first.map(|v| v / self.area);
+        let [xx, yy, xy] = self.second.map(|v| v / self.area);
+        [xx - x * x, yy - y * y, xy - x * y]
+    }
+}
+
+#[test]
+fn the_moment_sum_over_cascades_is_that_of_the_whole_choppy_sea() {
+    // Cascades are independent and alike everywhere: a random sample of each is a random sample of the sea.
+    for wind_speed in [5.0, 9.0, 14.0] {
+        let sea = Sea { wind_speed, wind_direction: 0.3, ..Sea::default() };
+        let cascades = divide(&sea, 64, 5).cascades;
+        let fields: Vec<Truth> = cascades.iter().map(|c| truth(c, 40.0)).collect();
+        let mut whole = Moments::default();
+        let mut alone = vec![Moments::default(); fields.len()];
+        let mut state = 7u64;
+        for _ in 0..400_000 {
+            let (mut jacobian, mut gradient) = ([0.0; 3], [0.0; 2]);
+            for (field, moments) in fields.iter().zip(&mut alone) {
+                state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+                let i = (state >> 33) as usize % field.height.len();
+                let j = [0, 1, 2].map(|c| field.jacobian[c][i]);
+                let g = [field.gradient[0][i], field.gradient[1][i]];
+                moments.add(j, g);
+                (0..3).for_each(|c| jacobian[c] += j[c]);
+                (0..2).for_each(|c| gradient[c] += g[c]);
+            }
+            whole.add(jacobian, gradient);
+        }
+        let exact = whole.covariance();
+        let sum = alone.iter().fold([0.0; 3], |sum, m| std::array::from_fn(|i| sum[i] + m.covariance()[i]));
+        let linear: [f64; 3] = fields.iter().fold([0.0; 3], |sum, f| {
+            let n = f.height.len() as f64;
+            let mean = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>() / n;
+            let [x, y] = &f.gradient;
+            [sum[0] + mean(x, x), sum[1] + mean(y, y), sum[2] + mean(x, y)]
+        });
+        println!("{wind_speed} m/s: {exact:.5?}, sum of the cascades {sum:.5?}, without choppiness {linear:.5?}");
+        for i in 0..3 {
+            assert!((sum[i] - exact[i]).abs() < 0.015 * exact[0], "{i}: {sum:?} {exact:?}");
+        }
+    }
+}
