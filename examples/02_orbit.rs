@@ -75,6 +75,7 @@ pub fn main() -> Result<(), Box<dyn std::error::Error>> {
     // A scene is a pure function of time: here, a sphere that turns once in twenty seconds.
     let start = CameraPose { position: [3.2, -3.2, 0.7], target: [0.0; 3], up: [0.0, 0.0, 1.0], fov_degrees: 35.0 };
     let scene = |time: f64| FrameState {
+        time: 0.0,
         camera: start.camera(),
         poses: vec![Pose::Rigid(Affine3A::from_rotation_z((time * 0.314) as f32))],
         sky: Some(sky),

@@ -91,6 +91,7 @@ fn motion(renderer: &mut Renderer, technique: Technique, samples: u32, diameter:
         .map(|i| {
             let shift = (right + 0.37 * Vec3::Z) * (pixel * i as f32 / 8.0);
             let state = FrameState {
+                time: 0.0,
                 camera,
                 poses: vec![Pose::Rigid(Affine3A::from_translation(shift))],
                 sky: None,

@@ -37,6 +37,7 @@ fn bumpy_sphere(gpu: &common::TestGpu) -> Renderer {
 fn state(distance: f32) -> FrameState {
     let sky = Sky::default();
     FrameState {
+        time: 0.0,
         camera: Camera::looking_at(Vec3::new(0.6, -0.7, 0.3).normalize() * distance, Vec3::ZERO, 20.0),
         poses: vec![Pose::Rigid(Affine3A::IDENTITY)],
         sky: Some(sky),

@@ -50,6 +50,7 @@ const VIEW: Vec3 = Vec3::new(0.866_025_4, 0.0, 0.5);
 fn state(sun: Option<Vec3>) -> FrameState {
     let fov = 2.0 * (0.25f32 / 200.0).atan().to_degrees();
     FrameState {
+        time: 0.0,
         camera: Camera { near: 1.0, ..Camera::looking_at(VIEW * 200.0, Vec3::ZERO, fov) },
         poses: vec![Pose::Rigid(Affine3A::IDENTITY)],
         sky: None,

@@ -43,6 +43,7 @@ fn renderer(gpu: &common::TestGpu, object: Object) -> Renderer {
 
 fn state(camera: Camera) -> FrameState {
     FrameState {
+        time: 0.0,
         camera,
         poses: vec![Pose::Rigid(Affine3A::IDENTITY)],
         sky: Some(Sky::default()),

@@ -47,6 +47,7 @@ fn constant_environment(gpu: &common::TestGpu, radiance: [f32; 3]) -> Environmen
 
 fn state(distance: f32, sun: Option<Sun>, point_lights: Vec<PointLight>) -> FrameState {
     FrameState {
+        time: 0.0,
         camera: Camera::looking_at(Vec3::new(0.5, -0.8, 0.3).normalize() * distance, Vec3::ZERO, 30.0),
         poses: vec![Pose::Rigid(Affine3A::IDENTITY)],
         sky: None,

@@ -14,6 +14,8 @@ use crate::render::frame::Renderer;
 use crate::render::scene::FrameState;
 use crate::render::sky::Sky;
 use crate::scenes::deform::{self, Deformation};
+use crate::scenes::ocean::sea;
+use crate::scenes::ocean::spectrum::Sea;
 use crate::scenes::stage::{Lights, Relief, Stage, Views, plane_stage, sphere_stage};
 use crate::scenes::studio::studio;
 use crate::scenes::trex::stage::trex_stage;
@@ -70,7 +72,8 @@ pub fn set(config: &SceneConfig, inputs: Inputs, gpu: &Arc<Gpu>, output: &Output
     };
     let mut stage = stage(config, inputs, output)?;
     let camera = camera(config, stage.views);
-    let renderer = Renderer::new(gpu, std::mem::take(&mut stage.objects), environment)?;
+    let mut renderer = Renderer::new(gpu, std::mem::take(&mut stage.objects), environment)?;
+    renderer.set_ocean(stage.ocean.take())?;
     let lights = Lights { sky, ..Default::default() };
     let height_scale = config.height_scale;
     let animation: Animation = Box::new(move |time| {
@@ -90,6 +93,7 @@ fn stage(config: &SceneConfig, inputs: Inputs, output: &Output) -> Result<Stage,
         SceneKind::Plane => plane_stage(relief),
         SceneKind::Sphere => sphere_stage(relief),
         SceneKind::Spheres => spheres::grid::stage(),
+        SceneKind::Ocean => sea::stage(&Sea::default()),
         SceneKind::Pillow => pillow::stage(config.atlas_tile),
         SceneKind::Snake => snake::stage(config.atlas_tile),
         SceneKind::Stretch => deform::stage(Deformation::Stretch),

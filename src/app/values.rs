@@ -37,6 +37,8 @@ pub enum SceneKind {
     Pillow,
     /// A coiled snake among four lamps.
     Snake,
+    /// The open sea under a wind of 8 m/s.
+    Ocean,
 }
 
 /// A quantity written to EXR beside the colour.

@@ -24,14 +24,15 @@ pub struct GBuffer {
     pub surface: Image,
 }
 
-const FORMATS: [vk::Format; 4] = [
-    vk::Format::R32G32B32A32_SFLOAT,
-    vk::Format::R32G32B32A32_SFLOAT,
-    vk::Format::R16G16B16A16_SFLOAT,
-    vk::Format::R16G16B16A16_SFLOAT,
-];
-
 impl GBuffer {
+    /// Formats of its images in the order of their attachments.
+    pub const FORMATS: [vk::Format; 4] = [
+        vk::Format::R32G32B32A32_SFLOAT,
+        vk::Format::R32G32B32A32_SFLOAT,
+        vk::Format::R16G16B16A16_SFLOAT,
+        vk::Format::R16G16B16A16_SFLOAT,
+    ];
+
     /// A G-buffer of `size` pixels.
     ///
     /// # Errors
@@ -39,14 +40,16 @@ impl GBuffer {
     pub fn new(gpu: &Arc<Gpu>, size: (u32, u32)) -> Result<Self> {
         let color = |name: &str, format| Image::new(gpu, name, ImageDesc::new(format, size.0, size.1).color_target());
         Ok(Self {
-            frame: color("g-buffer frame", FORMATS[0])?,
-            covariance: color("g-buffer covariance", FORMATS[1])?,
-            material: color("g-buffer material", FORMATS[2])?,
-            surface: color("g-buffer surface", FORMATS[3])?,
+            frame: color("g-buffer frame", Self::FORMATS[0])?,
+            covariance: color("g-buffer covariance", Self::FORMATS[1])?,
+            material: color("g-buffer material", Self::FORMATS[2])?,
+            surface: color("g-buffer surface", Self::FORMATS[3])?,
         })
     }
 
-    fn colors(&self) -> [&Image; 4] {
+    /// Its images in the order of their attachments.
+    #[must_use]
+    pub fn colors(&self) -> [&Image; 4] {
         [&self.frame, &self.covariance, &self.material, &self.surface]
     }
 }
@@ -69,7 +72,7 @@ impl FilterPass {
             &GraphicsDesc {
                 vertex: "passes/fullscreen.vert",
                 fragment: Some("passes/filter/filter.frag"),
-                colors: &FORMATS,
+                colors: &GBuffer::FORMATS,
                 spec: &[(0, SpecValue::I32(technique.code()))],
                 ..Default::default()
             },

@@ -14,6 +14,7 @@ use super::filter::{FilterPass, GBuffer};
 use super::geometry::{GeometryPass, VisibleSurface};
 use super::irradiance::IrradiancePass;
 use super::object::{GpuObject, MAX_OBJECTS, ViewBuffers};
+use super::ocean::surface::{Ocean, OceanPass};
 use super::patch_mesh::PosedVertices;
 use super::reference::ReferencePass;
 use super::scene::{FrameState, Object};
@@ -108,6 +109,7 @@ pub struct Renderer {
     shadow_view: Option<ShadowView>,
     accumulate: AccumulatePass,
     geometry: GeometryPass,
+    ocean: Option<OceanPass>,
     pipelines: HashMap<(ShadingSettings, LightSet), (FilterPass, ShadePass)>,
     reference: Option<ReferencePass>,
     targets: Option<Targets>,
@@ -147,6 +149,7 @@ impl Renderer {
             shadow_view: None,
             accumulate: AccumulatePass::new(gpu)?,
             geometry: GeometryPass::new(gpu)?,
+            ocean: None,
             pipelines: HashMap::new(),
             reference: None,
             targets: None,
@@ -156,6 +159,15 @@ impl Renderer {
             repeats: 1,
             gpu: gpu.clone(),
         })
+    }
+
+    /// Adds a sea, or takes it away.
+    ///
+    /// # Errors
+    /// Unusable waves, memory that is short, a failed pipeline.
+    pub fn set_ocean(&mut self, ocean: Option<Ocean>) -> Result<()> {
+        self.ocean = ocean.map(|ocean| OceanPass::new(&self.gpu, ocean)).transpose()?;
+        Ok(())
     }
 
     /// The device.
@@ -206,12 +218,13 @@ impl Renderer {
         }
         let targets = self.targets.as_ref().expect("prepared");
         let color = targets.mean.read(0, 0)?;
+        let sea = self.ocean.as_ref().map_or(0, OceanPass::triangles);
         let views = self.drawn.iter().map(|d| d.camera.triangles + d.sun.as_ref().map_or(0, |s| s.triangles));
         Ok(FrameOutput {
             size: settings.size,
             color,
             times,
-            triangles: views.sum(),
+            triangles: views.sum::<u64>() + sea,
             patches: self.drawn.iter().map(|d| d.camera.patches).sum(),
         })
     }
@@ -293,6 +306,10 @@ impl Renderer {
             let (scale, clip) = (settings.geometry_scale(state.height_scale), clip_from_world);
             drawn.camera.update(&drawn.object, posed, scale, clip, camera.position, lens, &tessellation)?;
         }
+        if let Some(ocean) = &mut self.ocean {
+            let technique = settings.shading.technique;
+            ocean.update(&self.gpu, technique, clip_from_world, camera.position, lens, &tessellation)?;
+        }
         let cube_size = self.environment.face_size();
         if settings.shadows_of_relief() {
             let bounds = self.casters_sphere(posed, settings.geometry_scale(state.height_scale));
@@ -338,6 +355,10 @@ impl Renderer {
                 self.irradiance.record(cmd, &self.environment, 1.0, &[], [0.0; 3])
             });
             cmd.timestamp(timestamps, "irradiance");
+            if let Some(ocean) = &self.ocean {
+                cmd.label("waves", |cmd| ocean.record_waves(cmd, state.time));
+                cmd.timestamp(timestamps, "waves");
+            }
             let casters: Vec<_> =
                 self.drawn.iter().filter_map(|d| d.sun.as_ref().map(|sun| (&d.object, sun))).collect();
             let casters = if self.shadow_view.is_some() { casters } else { Vec::new() };
@@ -347,11 +368,17 @@ impl Renderer {
         let objects: Vec<_> = self.drawn.iter().map(|d| (&d.object, &d.camera)).collect();
         cmd.label_times("geometry", repeats, |cmd| {
             self.geometry.record(cmd, &targets.visible, &objects, height_scale, settings.mark_inside);
+            if let Some(ocean) = &self.ocean {
+                ocean.record_geometry(cmd, &targets.visible);
+            }
         });
         cmd.timestamp(timestamps, "geometry");
         cmd.label_times("filter", repeats, |cmd| {
             let objects = objects.iter().filter(|(_, view)| !view.draws.is_empty()).map(|(object, _)| *object);
             filter.record(cmd, &targets.visible, &targets.gbuffer, objects, state.height_scale);
+            if let Some(ocean) = &self.ocean {
+                ocean.record_filter(cmd, &targets.visible, &targets.gbuffer);
+            }
         });
         cmd.timestamp(timestamps, "filter");
         let inputs = ShadeInputs {

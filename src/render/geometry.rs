@@ -23,15 +23,16 @@ pub struct VisibleSurface {
     pub depth: Image,
 }
 
-const FORMAT: vk::Format = vk::Format::R32G32B32A32_UINT;
-
 impl VisibleSurface {
+    /// Format of the colour targets.
+    pub const FORMAT: vk::Format = vk::Format::R32G32B32A32_UINT;
+
     /// Targets of `size` pixels.
     ///
     /// # Errors
     /// Memory that is short.
     pub fn new(gpu: &Arc<Gpu>, size: (u32, u32)) -> Result<Self> {
-        let color = |name: &str| Image::new(gpu, name, ImageDesc::new(FORMAT, size.0, size.1).color_target());
+        let color = |name: &str| Image::new(gpu, name, ImageDesc::new(Self::FORMAT, size.0, size.1).color_target());
         let depth = ImageDesc::new(vk::Format::D32_SFLOAT, size.0, size.1).depth_target();
         Ok(Self {
             texture: color("visible texture")?,
@@ -41,7 +42,9 @@ impl VisibleSurface {
         })
     }
 
-    fn colors(&self) -> [&Image; 3] {
+    /// The colour targets in the order of their attachments.
+    #[must_use]
+    pub fn colors(&self) -> [&Image; 3] {
         [&self.texture, &self.tangent, &self.surface]
     }
 }
@@ -64,7 +67,7 @@ impl GeometryPass {
                 vertex: "passes/geometry/geometry.vert",
                 tessellation: Some(["passes/geometry/geometry.tesc", "passes/geometry/geometry.tese"]),
                 fragment: Some("passes/geometry/geometry.frag"),
-                colors: &[FORMAT; 3],
+                colors: &[VisibleSurface::FORMAT; 3],
                 depth: Some(Depth::default()),
                 cull: Cull::None,
                 clockwise_front: true,

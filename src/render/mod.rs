@@ -15,6 +15,7 @@ pub mod geometry;
 pub mod irradiance;
 pub mod moments;
 pub mod object;
+pub mod ocean;
 pub mod patch;
 pub mod patch_mesh;
 pub mod present;

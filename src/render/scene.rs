@@ -70,6 +70,8 @@ pub const MAX_POINT_LIGHTS: usize = 4;
 /// The state of one frame.
 #[derive(Clone, Debug)]
 pub struct FrameState {
+    /// Moment of the waves, seconds.
+    pub time: f64,
     /// The viewer.
     pub camera: Camera,
     /// One pose per object of the scene.

@@ -3,6 +3,7 @@
 pub mod deform;
 pub mod full_screen;
 pub mod ground;
+pub mod ocean;
 pub mod pillow;
 pub mod plane;
 pub mod snake;

@@ -7,6 +7,7 @@ use super::sphere::displaced_sphere;
 use crate::maps::{HeightMap, procedural};
 use crate::render::camera::Camera;
 use crate::render::displacement::{Border, HeightField};
+use crate::render::ocean::surface::Ocean;
 use crate::render::scene::{FrameState, MAX_POINT_LIGHTS, Object, PointLight, Pose, Sun};
 use crate::render::sky::Sky;
 
@@ -77,6 +78,8 @@ pub struct Stage {
     pub views: Views,
     /// Lights that belong to the scene, beside those of the sky.
     pub points: Vec<PointLight>,
+    /// The sea, to be handed to the renderer as the objects are.
+    pub ocean: Option<Ocean>,
     motion: Motion,
     anchor: Anchor,
     relief: Scale,
@@ -92,7 +95,7 @@ impl Stage {
         anchor: impl Fn(f64) -> Vec3 + Send + 'static,
     ) -> Self {
         let (motion, anchor, relief) = (Box::new(motion), Box::new(anchor), Box::new(|_| 1.0));
-        Self { objects, views, points: Vec::new(), motion, anchor, relief }
+        Self { objects, views, points: Vec::new(), ocean: None, motion, anchor, relief }
     }
 
     /// A stage where nothing moves.
@@ -106,6 +109,12 @@ impl Stage {
     #[must_use]
     pub fn with_relief(self, relief: impl Fn(f64) -> f32 + Send + 'static) -> Self {
         Self { relief: Box::new(relief), ..self }
+    }
+
+    /// The same stage in or beside a sea.
+    #[must_use]
+    pub fn with_ocean(self, ocean: Ocean) -> Self {
+        Self { ocean: Some(ocean), ..self }
     }
 
     /// The same stage with point lights of its own, at most four together with those of its [`Lights`].
@@ -123,6 +132,7 @@ impl Stage {
             irradiance: Vec3::from_array(sky.sun_irradiance()),
         };
         FrameState {
+            time,
             camera: Camera { position: camera.position + anchor, target: camera.target + anchor, ..*camera },
             poses: (self.motion)(time),
             sky: lights.sky,

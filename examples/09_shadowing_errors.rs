@@ -1,7 +1,7 @@
 //! How far masking, shadowing and shadowed environments are from ray casts: the table of docs/shadowing.md. No data is
 //! needed.
 //!
-//! `cargo run --release --example 08_shadowing_errors [seed]`
+//! `cargo run --release --example 09_shadowing_errors [seed]`
 
 use glam::{DVec2, DVec3};
 use leadr::maps::ray_cast::Spectrum;

@@ -1,7 +1,7 @@
 //! How the error of the reference falls with its samples: relief under a sun and a sky, with shadows of the relief and
 //! without. Two seeds give independent pictures; the rms of half their difference times √2 is the error of one.
 //!
-//! `cargo run --release --example 07_reference_convergence [SAMPLES]`
+//! `cargo run --release --example 08_reference_convergence [SAMPLES]`
 
 use std::error::Error;
 
@@ -37,6 +37,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut renderer = Renderer::new(&gpu, vec![object], Environment::from_sky(&gpu, 64, &sky)?)?;
     let view = Vec3::new(0.866, 0.0, 0.5) * 200.0;
     let state = FrameState {
+        time: 0.0,
         camera: Camera { near: 1.0, ..Camera::looking_at(view, Vec3::ZERO, 0.1432) },
         poses: vec![Pose::Rigid(Affine3A::IDENTITY)],
         sky: Some(sky),

@@ -1,0 +1,21 @@
+// What a cascade is (render/ocean/waves.rs).
+#ifndef LEADR_OCEAN_CASCADE
+#define LEADR_OCEAN_CASCADE
+
+struct Cascade {
+    vec2 turn;       // cosine and sine of the tile's angle in the world
+    float wave_step; // 2 pi / size, rad/m
+    float size;      // of the tile, metres
+};
+
+// Texture coordinate of a world point.
+vec2 cascade_texcoord(Cascade c, vec2 point) {
+    return vec2(c.turn.x * point.x + c.turn.y * point.y, c.turn.x * point.y - c.turn.y * point.x) / c.size;
+}
+
+// Gradient per world metre into texture coordinates: how far a world vector reaches across the tile.
+vec2 cascade_vector(Cascade c, vec2 v) {
+    return cascade_texcoord(c, v);
+}
+
+#endif

@@ -1,0 +1,42 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+// Transforms the columns and writes the finest level of the maps: one work group per column of a cascade.
+#include "fft.glsl"
+layout(local_size_x = 64) in;
+
+layout(set = 0, binding = 1, std430) readonly buffer Lines { vec4 lines[]; }; // [cascade][y][2][x]
+layout(set = 0, binding = 2, rgba32f) uniform writeonly image2DArray displacement; // Dx, Dy, height, determinant of J
+layout(set = 0, binding = 3, rgba32f) uniform writeonly image2DArray slopes;       // w sx, w sy, w sx^2, w sy^2
+layout(set = 0, binding = 4, rgba32f) uniform writeonly image2DArray joint;        // w sx sy, w, det J, det J ^2
+
+layout(push_constant) uniform Push { float choppiness; };
+
+// Where the surface folds over itself its slope has no meaning: below this share of its area it is held.
+const float LEAST_AREA = 0.1;
+
+void main() {
+    uint column = gl_WorkGroupID.x, cascade = gl_WorkGroupID.y;
+    uint base = 2 * cascade * N * N + column;
+    for (uint j = gl_LocalInvocationID.x; j < N; j += THREADS) {
+        uint at = reversed(j);
+        line[at] = lines[base + 2 * N * j];
+        line[N + at] = lines[base + 2 * N * j + N];
+    }
+    barrier();
+    inverse_fft(gl_LocalInvocationID.x);
+    for (uint j = gl_LocalInvocationID.x; j < N; j += THREADS) {
+        vec4 a = line[j], b = line[N + j];
+        ivec3 texel = ivec3(column, j, cascade);
+        float height = a.x;
+        vec2 moved = choppiness * a.yz, gradient = b.xy;
+        // J = I + dD/dp of the moved surface; its slope is J^-T grad h = adj(J) grad h / det J.
+        float jxx = 1.0 + choppiness * b.z, jyy = 1.0 + choppiness * b.w, jxy = choppiness * a.w;
+        float area = jxx * jyy - jxy * jxy;
+        vec2 flux = vec2(jyy * gradient.x - jxy * gradient.y, jxx * gradient.y - jxy * gradient.x);
+        float held = max(area, LEAST_AREA);
+        // Means over the sea's own area, so each sample weighs as much as it covers: w s = adj(J) grad h.
+        imageStore(displacement, texel, vec4(moved, height, area));
+        imageStore(slopes, texel, vec4(flux, flux * flux / held));
+        imageStore(joint, texel, vec4(flux.x * flux.y / held, held, area, area * area));
+    }
+}

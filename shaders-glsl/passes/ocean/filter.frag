@@ -1,0 +1,88 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+// Filters the waves under each pixel of the sea: the slope moments of all cascades by the sum rule, the slopes of the waves
+// below the finest cascade, and the foam where the surface folds.
+#include "../technique.glsl"
+#include "cascade.glsl"
+#include "leadr/frame.glsl"
+#include "leadr/normal_distribution.glsl"
+#include "leadr/slope_statistics.glsl"
+
+layout(constant_id = 1) const uint SEA = 127;
+layout(constant_id = 2) const int MAX_TAPS = 8;
+
+layout(binding = 0) uniform usampler2D visible_texture;
+layout(binding = 1) uniform usampler2D visible_surface;
+layout(binding = 2) uniform sampler2DArray slopes; // w sx, w sy, w sx^2, w sy^2
+layout(binding = 3) uniform sampler2DArray joint;  // w sx sy, w, det J, det J ^2
+layout(binding = 4, std430) readonly buffer Cascades { Cascade cascades[]; };
+layout(binding = 5, std140) uniform Water {
+    vec4 centre;   // of the rest positions, world xy; z: 1 / radius of the earth
+    vec4 tail;     // slope covariance xx, yy, xy of the waves below the cascades; w: roughness of the water itself
+    vec4 color;    // diffuse albedo of the water; w: reflectance at normal incidence
+    vec4 foam;     // albedo; w: det J below which the sea foams
+} water;
+
+layout(location = 0) in vec2 in_texcoord;
+
+layout(location = 0) out vec4 out_frame;
+layout(location = 1) out vec4 out_covariance;
+layout(location = 2) out vec4 out_material;
+layout(location = 3) out vec4 out_surface;
+
+void main() {
+    ivec2 pixel = ivec2(gl_FragCoord.xy);
+    if ((texelFetch(visible_surface, pixel, 0).x >> 24 & 0x7fu) != SEA) {
+        discard;
+    }
+    uvec4 place = texelFetch(visible_texture, pixel, 0);
+    vec2 away = uintBitsToFloat(place.xy), at = away + water.centre.xy;
+    vec2 dx = unpackHalf2x16(place.z), dy = unpackHalf2x16(place.w);
+    int count = textureSize(slopes, 0).z;
+    float samples = float(textureSize(slopes, 0).x), last = log2(samples);
+
+    // The water's own curve is a slope away from the centre.
+    vec2 mean = -away * water.centre.z;
+    vec3 covariance = water.tail.xyz;
+    float area = 1.0, area_variance = 0.0, finest = 0.0;
+    float xx = dot(dx, dx), yy = dot(dy, dy);
+    vec2 along = xx > yy ? dx : dy;
+    float major = sqrt(max(xx, yy)), minor = abs(dx.x * dy.y - dx.y * dy.x) / max(major, 1e-20);
+    for (int i = 0; i < count; ++i) {
+        Cascade c = cascades[i];
+        float texels = samples / c.size;
+        int taps = clamp(int(ceil(major / max(minor, 1.0 / texels))), 1, MAX_TAPS);
+        float lod = clamp(log2(max(max(major / float(taps), minor) * texels, 1.0)), 0.0, last);
+        if (FINEST_LEVEL) {
+            taps = 1;
+            lod = 0.0;
+        }
+        vec4 a = vec4(0.0), b = vec4(0.0);
+        for (int k = 0; k < taps; ++k) {
+            vec2 point = at + along * ((float(k) + 0.5) / float(taps) - 0.5);
+            vec3 texcoord = vec3(cascade_texcoord(c, point), float(i));
+            a += textureLod(slopes, texcoord, lod);
+            b += textureLod(joint, texcoord, lod);
+        }
+        float inverse = 1.0 / max(b.y, 1e-6); // per area of the moved sea
+        vec2 m = a.xy * inverse;
+        mean += m;
+        if (USES_COVARIANCE && !FINEST_LEVEL) {
+            covariance += covariance_from_moments(m, vec3(a.zw, b.x) * inverse);
+        }
+        float weight = 1.0 / float(taps);
+        area += b.z * weight - 1.0;
+        area_variance += max(b.w * weight - b.z * b.z * weight * weight, 0.0);
+        finest = max(finest, lod);
+    }
+
+    // The part of the pixel whose surface has been squeezed below the threshold.
+    float spread = sqrt(area_variance) + 1e-3;
+    float covered = normal_cdf((water.foam.w - area) / spread);
+
+    Frame frame = frame_about(vec3(0.0, 0.0, 1.0));
+    out_frame = vec4(octahedral_encode(frame.z), mean);
+    out_covariance = vec4(covariance, finest);
+    out_material = vec4(mix(water.color.rgb, water.foam.rgb, covered), mix(water.tail.w, 0.6, covered));
+    out_surface = vec4(water.color.w * (1.0 - covered), 1.0, 0.0, 0.0);
+}

@@ -1,0 +1,28 @@
+#version 460
+// The next coarser level of the three maps of every cascade: means of 2 x 2 texels.
+layout(local_size_x = 8, local_size_y = 8) in;
+
+layout(set = 0, binding = 0, rgba32f) uniform readonly image2DArray fine_displacement;
+layout(set = 0, binding = 1, rgba32f) uniform readonly image2DArray fine_slopes;
+layout(set = 0, binding = 2, rgba32f) uniform readonly image2DArray fine_joint;
+layout(set = 0, binding = 3, rgba32f) uniform writeonly image2DArray displacement;
+layout(set = 0, binding = 4, rgba32f) uniform writeonly image2DArray slopes;
+layout(set = 0, binding = 5, rgba32f) uniform writeonly image2DArray joint;
+
+void main() {
+    ivec3 texel = ivec3(gl_GlobalInvocationID);
+    ivec3 size = imageSize(slopes);
+    if (any(greaterThanEqual(texel, size))) {
+        return;
+    }
+    vec4 d = vec4(0.0), s = vec4(0.0), j = vec4(0.0);
+    for (int i = 0; i < 4; ++i) {
+        ivec3 at = ivec3(2 * texel.xy + ivec2(i & 1, i >> 1), texel.z);
+        d += imageLoad(fine_displacement, at);
+        s += imageLoad(fine_slopes, at);
+        j += imageLoad(fine_joint, at);
+    }
+    imageStore(displacement, texel, 0.25 * d);
+    imageStore(slopes, texel, 0.25 * s);
+    imageStore(joint, texel, 0.25 * j);
+}

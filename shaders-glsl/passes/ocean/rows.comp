@@ -1,0 +1,51 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+// Moves the waves to the present and transforms the rows: one work group per row of a cascade.
+#include "fft.glsl"
+#include "cascade.glsl"
+layout(local_size_x = 64) in;
+
+layout(set = 0, binding = 1, std430) readonly buffer Waves { vec4 waves[]; };      // [cascade][y][x]: amplitude, cycles
+layout(set = 0, binding = 2, std430) readonly buffer Cascades { Cascade cascades[]; };
+layout(set = 0, binding = 3, std430) writeonly buffer Lines { vec4 lines[]; };     // [cascade][y][2][x]
+
+// Part of the period, 0 to 1, in two: 11 bits, whose product with a number of cycles is exact, and the rest.
+layout(push_constant) uniform Push { vec2 moment; };
+
+float wave_phase(float cycles) {
+    return 6.28318530718 * fract(fract(cycles * moment.x) + cycles * moment.y);
+}
+
+vec2 turn2(vec2 v, vec2 w) {
+    return vec2(v.x * w.x - v.y * w.y, v.x * w.y + v.y * w.x);
+}
+
+void main() {
+    uint row = gl_WorkGroupID.x, cascade = gl_WorkGroupID.y;
+    Cascade c = cascades[cascade];
+    uint tile = cascade * N * N;
+    for (uint i = gl_LocalInvocationID.x; i < N; i += THREADS) {
+        vec4 wave = waves[tile + row * N + i];
+        vec4 against = waves[tile + ((N - row) & (N - 1)) * N + ((N - i) & (N - 1))];
+        float phase = wave_phase(wave.z), back = wave_phase(against.z);
+        // a(k) e^{-i w t} + conj(a(-k)) e^{i w t}
+        vec2 h = turn2(wave.xy, vec2(cos(phase), -sin(phase))) + turn2(vec2(against.x, -against.y), vec2(cos(back), sin(back)));
+        vec2 n = vec2(ivec2(i, row)) - vec2(i < N / 2 ? 0 : N, row < N / 2 ? 0 : N);
+        vec2 k = c.wave_step * vec2(c.turn.x * n.x - c.turn.y * n.y, c.turn.y * n.x + c.turn.x * n.y);
+        float inverse = inversesqrt(max(dot(k, k), 1e-20));
+        vec2 ih = vec2(-h.y, h.x);
+        // Real fields in pairs, f + i g: F + i G. Displacement D = i k/|k| h, its derivatives -k k^T/|k| h, the gradient i k h.
+        vec2 dx = ih * (k.x * inverse), dy = ih * (k.y * inverse);
+        vec2 jxy = -h * (k.x * k.y * inverse), jxx = -h * (k.x * k.x * inverse), jyy = -h * (k.y * k.y * inverse);
+        vec2 hx = ih * k.x, hy = ih * k.y;
+        uint at = reversed(i);
+        line[at] = vec4(h.x - dx.y, h.y + dx.x, dy.x - jxy.y, dy.y + jxy.x);
+        line[N + at] = vec4(hx.x - hy.y, hx.y + hy.x, jxx.x - jyy.y, jxx.y + jyy.x);
+    }
+    barrier();
+    inverse_fft(gl_LocalInvocationID.x);
+    uint base = 2 * (tile + row * N);
+    for (uint i = gl_LocalInvocationID.x; i < LINES * N; i += THREADS) {
+        lines[base + i] = line[i];
+    }
+}

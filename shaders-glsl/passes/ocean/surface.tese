@@ -1,0 +1,44 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+// Moves the sea: the waves of every cascade, filtered to the spacing of the vertices. What a vertex does depends on its place
+// alone, and places on an edge are computed from its lower vertex on, so that both patches of an edge get the same bits.
+#include "surface.glsl"
+
+layout(quads, fractional_odd_spacing, cw) in;
+
+layout(location = 0) in vec3 in_rest[];
+layout(location = 1) patch in uint in_patch;
+
+layout(location = 0) out vec2 out_rest; // relative to the centre
+
+vec3 between(vec3 a, vec3 b, float t) {
+    precise vec3 p = a * (1.0 - t) + b * t;
+    return p;
+}
+
+void main() {
+    float u = gl_TessCoord.x, v = gl_TessCoord.y;
+    vec3 rest;
+    if (u == 0.0 || u == 1.0 || v == 0.0 || v == 1.0) {
+        int side = v == 0.0 ? 0 : (u == 1.0 ? 1 : (v == 1.0 ? 2 : 3));
+        float t = side == 0 ? u : (side == 1 ? v : (side == 2 ? 1.0 - u : 1.0 - v));
+        vec3 a = in_rest[side], b = in_rest[(side + 1) & 3];
+        bool backwards = (patch_edges[in_patch][side] & 1u) != 0u;
+        rest = backwards ? between(b, a, 1.0 - t) : between(a, b, t);
+    } else {
+        rest = between(between(in_rest[0], in_rest[1], u), between(in_rest[3], in_rest[2], u), v);
+    }
+    int count = textureSize(displacement, 0).z;
+    float samples = float(textureSize(displacement, 0).x);
+    vec3 moved = vec3(0.0);
+    for (int i = 0; i < count; ++i) {
+        Cascade c = cascades[i];
+        // Two vertices to a sample of the level: what is finer cannot be drawn, and the moments have it.
+        float lod = log2(max(rest.z * samples / c.size, 1.0));
+        moved += textureLod(displacement, vec3(cascade_texcoord(c, rest.xy), float(i)), lod).xyz;
+    }
+    vec2 away = rest.xy - view.centre.xy;
+    precise vec3 position = vec3(rest.xy + moved.xy, view.centre.z + moved.z - dot(away, away) * view.centre.w);
+    out_rest = away;
+    gl_Position = view.clip_from_world * vec4(position, 1.0);
+}

@@ -1,0 +1,101 @@
+//! The waves of one band as the device moves them: a tile of complex amplitudes.
+
+use glam::DVec2;
+use rayon::prelude::*;
+use std::f64::consts::TAU;
+
+/// All frequencies are whole multiples of one cycle in this many seconds, so that the sea repeats after it and phases keep
+/// their precision for ever.
+pub const PERIOD: f64 = 1024.0;
+
+/// One band of waves on a periodic tile.
+#[derive(Clone, Debug)]
+pub struct Cascade {
+    /// Edge of the tile, metres.
+    pub size: f64,
+    /// Angle by which the tile is turned in the world, radians.
+    pub rotation: f64,
+    /// Samples along the tile's edge, a power of two.
+    pub resolution: u32,
+    /// Waves with `low ≤ |k| < high`, rad/m.
+    pub band: [f64; 2],
+    /// Per wave vector `(i, j)` at `j · resolution + i` (negative ones in the upper half, as a Fourier transform has them):
+    /// the amplitude `a`, and the cycles per [`PERIOD`]. The height is `Σ ĥ e^{ik·x}`,
+    /// `ĥ(k) = a(k) e^{−iωt} + conj(a(−k)) e^{iωt}`: each wave runs along its own vector.
+    pub waves: Vec<[f32; 4]>,
+}
+
+impl Cascade {
+    /// The waves of `band` on a tile, with random phases and, for every wave vector, the mean amplitude: the variances are
+    /// those of the spectrum at any time and seed. `density`: height variance per area of world wave vectors (m⁴);
+    /// `frequency`: rad/s of a wave number; `share`: part of the variance that this cascade carries.
+    #[must_use]
+    pub fn new(
+        size: f64,
+        rotation: f64,
+        resolution: u32,
+        band: [f64; 2],
+        share: f64,
+        seed: u64,
+        density: impl Fn(f64, f64) -> f64 + Sync,
+        frequency: impl Fn(f64) -> f64 + Sync,
+    ) -> Self {
+        let step = TAU / size;
+        let waves = (0..resolution * resolution)
+            .into_par_iter()
+            .map(|index| {
+                let k = wave_vector(index % resolution, index / resolution, resolution, size, rotation);
+                let length = k.length();
+                if length < band[0] || length >= band[1] || !(length > 0.0) {
+                    return [0.0; 4];
+                }
+                let amplitude = (0.5 * share * density(k.x, k.y)).sqrt() * step;
+                let (sin, cos) = (TAU * unit(seed, index)).sin_cos();
+                let cycles = (frequency(length) * PERIOD / TAU).round();
+                [(amplitude * cos) as f32, (amplitude * sin) as f32, cycles as f32, 0.0]
+            })
+            .collect();
+        Self { size, rotation, resolution, band, waves }
+    }
+
+    /// World wave vector of an entry of [`waves`](Self::waves), rad/m.
+    #[must_use]
+    pub fn wave_vector(&self, i: u32, j: u32) -> DVec2 {
+        wave_vector(i, j, self.resolution, self.size, self.rotation)
+    }
+}
+
+fn wave_vector(i: u32, j: u32, resolution: u32, size: f64, rotation: f64) -> DVec2 {
+    let signed = |i: u32| f64::from(i) - if i < resolution / 2 { 0.0 } else { f64::from(resolution) };
+    let local = DVec2::new(signed(i), signed(j)) * (TAU / size);
+    DVec2::from_angle(rotation).rotate(local)
+}
+
+/// A number in `[0, 1)` from a seed and an index (SplitMix64's finaliser).
+fn unit(seed: u64, index: u32) -> f64 {
+    let mut z = seed.wrapping_add(1).wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ (u64::from(index) << 20);
+    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_variance_is_the_spectrums() {
+        // A white annulus: density times area.
+        let cascade = Cascade::new(100.0, 0.4, 64, [0.3, 1.5], 0.5, 3, |_, _| 2.0, f64::sqrt);
+        let variance: f64 = cascade.waves.iter().map(|w| 2.0 * f64::from(w[0].mul_add(w[0], w[1] * w[1]))).sum();
+        let area = TAU / 2.0 * (1.5f64.powi(2) - 0.3f64.powi(2));
+        assert!((variance / area - 1.0).abs() < 0.02, "{variance} {area}");
+    }
+
+    #[test]
+    fn wave_vectors_turn_with_the_tile() {
+        let cascade = Cascade::new(10.0, 0.5, 8, [0.0, 9.0], 1.0, 0, |_, _| 1.0, f64::sqrt);
+        let k = cascade.wave_vector(7, 0);
+        assert!((k - DVec2::from_angle(0.5) * (-TAU / 10.0)).length() < 1e-12);
+    }
+}
