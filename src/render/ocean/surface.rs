@@ -351,7 +351,7 @@ mod tests {
             assert!((p[2] - p[0]).perp_dot(p[3] - p[1]) > 0.0);
         }
         let topology = Topology::new(&mesh.patches);
-        // Only the outermost ring is open.
-        assert_eq!(topology.irregular_edges(), SPOKES as usize);
+        // Open are the outermost ring, and the innermost, which is one point.
+        assert_eq!(topology.irregular_edges(), 2 * SPOKES as usize);
     }
 }
