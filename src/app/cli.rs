@@ -205,6 +205,9 @@ pub struct SceneArgs {
     /// Leave the geometry smooth; the slopes of the height map shade it all the same
     #[arg(long)]
     pub no_displacement: bool,
+    /// With --technique reference: bumps shadow each other, from every light and the environment; slow, wants many samples
+    #[arg(long)]
+    pub relief_shadows: bool,
     /// Screen pixels per triangle of the displaced surface
     #[arg(long, value_name = "PIXELS", default_value = "4", value_parser = positive)]
     pub triangle_pixels: f32,

@@ -10,7 +10,7 @@ use super::cli::{CaptureArgs, SceneArgs};
 use super::error::AppError;
 use super::frames::{FRAME, FileKind, OutputPattern, Timeline};
 use super::values::{CameraChoice, EnvironmentChoice, Layer, SceneKind, Size, Sun};
-use crate::render::settings::ShadingSettings;
+use crate::render::settings::{ShadingSettings, Technique};
 
 /// From where the scene is seen, with a camera file read.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -45,6 +45,8 @@ pub struct SceneConfig {
     pub shading: ShadingSettings,
     /// Whether heights move the surface.
     pub displacement: bool,
+    /// Whether the reference's bumps shadow each other.
+    pub relief_shadows: bool,
     /// Screen pixels per triangle.
     pub triangle_pixels: f32,
     /// From where.
@@ -81,6 +83,11 @@ impl SceneConfig {
             let fault = "--height-map is for --scene plane or sphere; the other scenes bring their own";
             return Err(AppError::Usage(fault.into()));
         }
+        let shading = a.shading.resolve()?;
+        if a.relief_shadows && shading.technique != Technique::Reference {
+            let fault = "--relief-shadows is for --technique reference; --masking says what the others do";
+            return Err(AppError::Usage(fault.into()));
+        }
         let view = match &a.camera {
             CameraChoice::Near => View::Near,
             CameraChoice::Mid => View::Mid,
@@ -93,8 +100,9 @@ impl SceneConfig {
             height_scale: a.height_scale,
             environment: a.environment,
             sun: a.sun,
-            shading: a.shading.resolve()?,
+            shading,
             displacement: !a.no_displacement,
+            relief_shadows: a.relief_shadows,
             triangle_pixels: a.triangle_pixels,
             view,
             distance: a.distance,
@@ -254,7 +262,8 @@ pub(super) mod tests {
 
     #[test]
     fn contradictions_are_wrong_usage() {
-        let cases: [&[&str]; 12] = [
+        let cases: [&[&str]; 13] = [
+            &["--relief-shadows"],
             &["--sweep", "1..2"],
             &["--frames", "0..4", "--sweep", "1..2", "--distance", "3"],
             &["--frames", "0..4", "--sweep", "1..2", "--fps", "3"],

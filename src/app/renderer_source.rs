@@ -53,6 +53,7 @@ pub fn render_settings(config: &SceneConfig) -> RenderSettings {
         seed: config.seed,
         shading: config.shading,
         displacement: config.displacement,
+        relief_shadows: config.relief_shadows,
         tessellation: TessellationSettings {
             pixels_per_triangle: config.triangle_pixels,
             to_texels: config.shading.technique == Technique::Reference,
