@@ -38,7 +38,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         let times: Vec<String> = output.times.iter().map(|t| format!("{} {:.0}", t.pass, t.milliseconds)).collect();
         println!("{name}: {} triangles; {}", output.triangles, times.join(", "));
         let image = RgbImage::new(size.0, size.1, output.color.iter().map(|c| [c[0], c[1], c[2]]).collect())?;
-        save_png(&folder.join(format!("ocean-{name}.png")), &image, 1.0, Tonemap::Filmic)?;
+        save_png(folder.join(format!("ocean-{name}.png")), &image, 1.0, Tonemap::Filmic)?;
     }
     println!("{:?}", gpu.validation_messages());
     Ok(())

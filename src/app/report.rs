@@ -1,6 +1,6 @@
 //! `leadr report`: the tables, pictures and plots of the papers, made again and taken further, on one page.
 //!
-//! Sections run one after another in a [`Studio`](studio::Studio); everything they make is kept in memory and written
+//! Sections run one after another in a studio; everything they make is kept in memory and written
 //! only when the last of them has succeeded: pictures first, `report.json`, and `index.html` last, each beside its
 //! place and renamed into it. A section that fails ends the command, and an older report stays as it was.
 

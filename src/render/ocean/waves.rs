@@ -46,7 +46,7 @@ impl Cascade {
             .map(|index| {
                 let k = wave_vector(index % resolution, index / resolution, resolution, size, rotation);
                 let length = k.length();
-                if length < band[0] || length >= band[1] || !(length > 0.0) {
+                if length < band[0] || length >= band[1] || length <= 0.0 {
                     return [0.0; 4];
                 }
                 let amplitude = (0.5 * share * density(k.x, k.y)).sqrt() * step;

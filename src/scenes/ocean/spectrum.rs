@@ -124,7 +124,6 @@ impl Sea {
     }
 
     /// Height variance per area of wave vectors: `∫∫ Ψ dkx dky` is the height variance. m⁴.
-    #[must_use]
     pub fn density(&self) -> impl Fn(f64, f64) -> f64 {
         let (sea, tail) = (*self, Tail::new(self));
         move |kx, ky| {
