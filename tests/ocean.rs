@@ -2,12 +2,21 @@
 
 mod common;
 
-use glam::DVec2;
+use glam::{DVec2, Vec3};
 use leadr::gpu::Image;
+use leadr::render::camera::Camera;
+use leadr::render::environment::Environment;
+use leadr::render::frame::{Layer, Renderer};
 use leadr::render::ocean::fields::OceanFields;
+use leadr::render::ocean::surface::Ocean;
 use leadr::render::ocean::waves::{Cascade, PERIOD};
+use leadr::render::scene::FrameState;
+use leadr::render::settings::RenderSettings;
+use leadr::render::sky::Sky;
 use leadr::scenes::ocean::cascades::divide;
+use leadr::scenes::ocean::sea::ocean;
 use leadr::scenes::ocean::spectrum::Sea;
+use leadr::scenes::stage::{Lights, Stage, Views};
 use rustfft::FftPlanner;
 use rustfft::num_complex::Complex64;
 use std::f64::consts::TAU;
@@ -235,4 +244,49 @@ fn the_moment_sum_over_cascades_is_that_of_the_whole_choppy_sea() {
             assert!((sum[i] - exact[i]).abs() < 0.015 * exact[0], "{i}: {sum:?} {exact:?}");
         }
     }
+}
+
+/// The sea seen from `height`, looking `down` (radians below the horizon).
+fn view(height: f32, down: f32) -> FrameState {
+    let eye = Vec3::Z * height;
+    let camera = Camera::looking_at(eye, eye + Vec3::new(down.cos(), 0.0, -down.sin()) * height, 40.0);
+    let stage = Stage::still(Vec::new(), Views { near: camera, mid: camera, far: camera });
+    stage.state(5.0, &camera, &Lights { sky: Some(Sky::default()), ..Lights::default() })
+}
+
+#[test]
+fn far_pixels_hold_the_slopes_of_the_spectrum_and_the_surface_has_no_holes() {
+    let Some(gpu) = common::test_gpu() else { return };
+    let sea = Sea { wind_speed: 9.0, wind_direction: 0.4, ..Sea::default() };
+    let mut renderer =
+        Renderer::new(&gpu, Vec::new(), Environment::from_sky(&gpu, 16, &Sky::default()).unwrap()).unwrap();
+    renderer.set_ocean(Some(Ocean { choppiness: 0.0, ..ocean(&sea, 128, 2) })).unwrap();
+    let size = (96, 64);
+    let settings = RenderSettings { size, ..RenderSettings::default() };
+    let all = sea.moments(0.0, f64::INFINITY).slopes;
+    for (height, down) in [(20.0f32, 0.9f32), (300.0, 0.7), (4000.0, 0.9)] {
+        let output = renderer.render(&view(height, down), &settings).unwrap();
+        assert!(output.color.iter().all(|c| c[3] == 1.0 && c[..3].iter().all(|v| v.is_finite() && *v >= 0.0)));
+        let (m, s) = (renderer.layer(Layer::MeanSlope).unwrap(), renderer.layer(Layer::Covariance).unwrap());
+        let (mut sum, pixels) = ([0.0f64; 3], m.len() as f64);
+        for (m, s) in m.iter().zip(&s) {
+            let (x, y) = (f64::from(m[0]), f64::from(m[1]));
+            for (sum, v) in
+                sum.iter_mut().zip([x * x, y * y, x * y].iter().zip(&s[..3]).map(|(a, b)| a + f64::from(*b)))
+            {
+                *sum += v / pixels;
+            }
+        }
+        println!("{height} m: {sum:.5?} of {all:.5?}");
+        // From 20 m a picture holds a few of the long waves only.
+        let tolerance = if height < 100.0 { 0.25 } else { 0.015 };
+        for i in 0..3 {
+            assert!((sum[i] - all[i]).abs() < tolerance * all[0], "{height} m: {sum:?} {all:?}");
+        }
+    }
+    // Toward the horizon: below it there is water everywhere.
+    let output = renderer.render(&view(2.5, 0.0), &settings).unwrap();
+    let row = |y: u32| &output.color[(y * size.0) as usize..((y + 1) * size.0) as usize];
+    assert!((40..64).all(|y| row(y).iter().all(|c| c[3] == 1.0)), "holes in the sea");
+    assert!((0..20).all(|y| row(y).iter().all(|c| c[3] == 0.0)), "water in the sky");
 }
