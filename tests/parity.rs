@@ -7,8 +7,11 @@
 mod common;
 #[path = "parity/comparator.rs"]
 mod comparator;
+#[path = "parity/extremes.rs"]
+mod extremes;
 
-use comparator::{Numbers, Random, TUPLES, Tolerance, join, list, parity, v2, v3};
+use comparator::{Numbers, Random, Tolerance, join, list, parity, v2, v3};
+use extremes::finite;
 use glam::{DVec2, DVec3};
 use leadr::reflectance::beckmann::{beckmann_ndf, beckmann_p22};
 use leadr::reflectance::correlated_masking::{Visibility, direction_area};
@@ -279,49 +282,12 @@ fn diffuse_parity() {
 #[test]
 fn finite_at_the_extremes() {
     let Some(gpu) = common::test_gpu() else { return };
-    let mut r = Random(7);
-    let any = |r: &mut Random| r.pick([0.0, 1e-30, -1e-30, 1e-12, 1.0, -1.0, 0.5, 1e3, -1e3, 1e6, -1e6]);
-    let axis = |r: &mut Random| {
-        let v = DVec3::new(r.pick([0.0, 1.0, -1.0, 1e-7]), r.pick([0.0, 1.0, -1e-4]), r.pick([0.0, 1.0, -1.0, 1e-20]));
-        v.try_normalize().unwrap_or(DVec3::NEG_Z).to_array()
-    };
-    let statistics = |r: &mut Random| [any(r), any(r), any(r), any(r), any(r)];
-    for (name, outputs) in [("masking", 4), ("projected_area", 5), ("beckmann", 2), ("specular", 17), ("diffuse", 16)] {
-        let n = match name {
-            "masking" => 11,
-            "specular" => 13,
-            "diffuse" => 12,
-            _ => 8,
-        };
-        let items: Vec<Vec<f32>> = (0..TUPLES)
-            .map(|_| {
-                let directions = if n == 8 { axis(&mut r).to_vec() } else { [axis(&mut r), axis(&mut r)].concat() };
-                let mut x = [directions, statistics(&mut r).to_vec()].concat();
-                x.resize(n, 1.0);
-                x.into_iter().map(|v| v as f32).collect()
-            })
-            .collect();
-        let shader = format!("probes/{name}.comp");
-        let got = match n {
-            8 => common::run_probe::<8>(&gpu, &shader, &fixed(&items), outputs),
-            11 => common::run_probe::<11>(&gpu, &shader, &fixed(&items), outputs),
-            12 => common::run_probe::<12>(&gpu, &shader, &fixed(&items), outputs),
-            _ => common::run_probe::<13>(&gpu, &shader, &fixed(&items), outputs),
-        };
-        let bad: Vec<_> = got.iter().enumerate().filter(|(_, v)| !v.is_finite()).map(|(i, _)| i).collect();
-        assert!(
-            bad.is_empty(),
-            "{name} on {}: {} values not finite, first output {} of {:?}",
-            gpu.device_name(),
-            bad.len(),
-            bad[0] % outputs,
-            items[bad[0] / outputs]
-        );
-    }
-}
-
-fn fixed<const N: usize>(items: &[Vec<f32>]) -> Vec<[f32; N]> {
-    items.iter().map(|x| x.as_slice().try_into().expect("as many as the probe reads")).collect()
+    let r = &mut Random(7);
+    finite::<11, 0>(&gpu, r, "masking", 4, 2, |_| []);
+    finite::<8, 0>(&gpu, r, "projected_area", 5, 1, |_| []);
+    finite::<8, 0>(&gpu, r, "beckmann", 2, 1, |_| []);
+    finite::<13, 2>(&gpu, r, "specular", 17, 2, |_| [1.0; 2]);
+    finite::<12, 1>(&gpu, r, "diffuse", 16, 2, |_| [1.0]);
 }
 
 #[test]

@@ -3,8 +3,11 @@
 mod common;
 #[path = "parity/comparator.rs"]
 mod comparator;
+#[path = "parity/extremes.rs"]
+mod extremes;
 
 use comparator::{Numbers, Random, TUPLES, Tolerance, join, list, parity, v2, v3};
+use extremes::finite;
 use glam::{DVec2, DVec3};
 use leadr::reflectance::beckmann::beckmann_vndf;
 use leadr::reflectance::beckmann_sampling::{beckmann_sample_visible, visible_slope_quantile};
@@ -179,39 +182,11 @@ fn ellipse_parity() {
 /// Arguments no scene should produce: everything is finite all the same.
 #[test]
 fn finite_at_the_extremes() {
-    fn run<const N: usize>(gpu: &std::sync::Arc<leadr::gpu::Gpu>, name: &str, outputs: usize, directions: usize) {
-        let mut r = Random(11);
-        let any = |r: &mut Random| r.pick([0.0, 1e-30, -1e-30, 1e-12, 1.0, -1.0, 0.5, 1e3, -1e3, 1e6, -1e6]);
-        let inputs: Vec<[f32; N]> = (0..TUPLES)
-            .map(|_| {
-                let mut x: Vec<f64> = Vec::new();
-                for _ in 0..directions {
-                    let v = DVec3::new(
-                        r.pick([0.0, 1.0, -1.0, 1e-7]),
-                        r.pick([0.0, 1.0, -1e-4]),
-                        r.pick([0.0, 1.0, -1.0, 1e-20]),
-                    );
-                    x.extend(v.try_normalize().unwrap_or(DVec3::NEG_Z).to_array());
-                }
-                x.resize_with(N, || any(&mut r));
-                std::array::from_fn(|i| x[i] as f32)
-            })
-            .collect();
-        let got = common::run_probe::<N>(gpu, &format!("probes/{name}.comp"), &inputs, outputs);
-        let bad: Vec<_> = got.iter().enumerate().filter(|(_, v)| !v.is_finite()).map(|(i, _)| i).collect();
-        assert!(
-            bad.is_empty(),
-            "{name} on {}: {} values not finite, first output {} of {:?}",
-            gpu.device_name(),
-            bad.len(),
-            bad[0] % outputs,
-            inputs[bad[0] / outputs]
-        );
-    }
     let Some(gpu) = common::test_gpu() else { return };
-    run::<14>(&gpu, "ggx", 7, 3);
-    run::<11>(&gpu, "slope_distribution", 1, 2);
-    run::<10>(&gpu, "ggx_sampling", 3, 1);
-    run::<11>(&gpu, "beckmann_sampling", 5, 1);
-    run::<6>(&gpu, "ellipse", 16, 0);
+    let r = || Random(11);
+    finite::<14, 0>(&gpu, &mut r(), "ggx", 7, 3, |_| []);
+    finite::<11, 0>(&gpu, &mut r(), "slope_distribution", 1, 2, |_| []);
+    finite::<10, 0>(&gpu, &mut r(), "ggx_sampling", 3, 1, |_| []);
+    finite::<11, 0>(&gpu, &mut r(), "beckmann_sampling", 5, 1, |_| []);
+    finite::<6, 0>(&gpu, &mut r(), "ellipse", 16, 0, |_| []);
 }

@@ -3,8 +3,11 @@
 mod common;
 #[path = "parity/comparator.rs"]
 mod comparator;
+#[path = "parity/extremes.rs"]
+mod extremes;
 
-use comparator::{Numbers, Random, TUPLES, Tolerance, join, list, parity, v2, v3};
+use comparator::{Numbers, Random, Tolerance, join, list, parity, v2, v3};
+use extremes::finite;
 use glam::{DVec2, DVec3};
 use leadr::reflectance::normal_distribution::normal_ramp;
 use leadr::reflectance::projected_area::{meso_area, slope_spread};
@@ -127,49 +130,8 @@ fn visible_specular_parity() {
 #[test]
 fn finite_at_the_extremes() {
     let Some(gpu) = common::test_gpu() else { return };
-    let mut r = Random(7);
-    let any = |r: &mut Random| r.pick([0.0, 1e-30, -1e-30, 1e-12, 1.0, -1.0, 0.5, 1e3, -1e3, 1e6, -1e6]);
-    let axis = |r: &mut Random| {
-        let v = DVec3::new(r.pick([0.0, 1.0, -1.0, 1e-7]), r.pick([0.0, 1.0, -1e-4]), r.pick([0.0, 1.0, -1.0, 1e-20]));
-        v.try_normalize().unwrap_or(DVec3::NEG_Z).to_array()
-    };
-    let mut tuples = |tail: &[f64], directions: usize| -> Vec<Vec<f32>> {
-        (0..TUPLES)
-            .map(|_| {
-                let mut x: Vec<f64> = (0..directions).flat_map(|_| axis(&mut r)).collect();
-                x.extend((0..5).map(|_| any(&mut r)));
-                if !tail.is_empty() {
-                    x.push(tail[(r.unit() * tail.len() as f64) as usize]);
-                }
-                x.into_iter().map(|v| v as f32).collect()
-            })
-            .collect()
-    };
-    let check = |name: &str, outputs: usize, items: &[Vec<f32>], got: &[f32]| {
-        let bad: Vec<_> = got.iter().enumerate().filter(|(_, v)| !v.is_finite()).map(|(i, _)| i).collect();
-        assert!(
-            bad.is_empty(),
-            "{name} on {}: {} values not finite, first output {} of {:?}",
-            gpu.device_name(),
-            bad.len(),
-            bad[0] % outputs,
-            items[bad[0] / outputs]
-        );
-    };
-    fn fixed<const N: usize>(items: &[Vec<f32>]) -> Vec<[f32; N]> {
-        items.iter().map(|x| x.as_slice().try_into().expect("as many as the probe reads")).collect()
-    }
-    let items = tuples(&[], 1);
-    check(
-        "visible_slopes",
-        13,
-        &items,
-        &common::run_probe(&gpu, "probes/visible_slopes.comp", &fixed::<8>(&items), 14),
-    );
-    let items = tuples(&[2.0, 3.0], 2);
-    let got = common::run_probe(&gpu, "probes/visible_diffuse.comp", &fixed::<12>(&items), 12);
-    check("visible_diffuse", 12, &items, &got);
-    let items = tuples(&[3.0, 5.0, 7.0, 9.0, 16.0], 1);
-    let got = common::run_probe(&gpu, "probes/visible_specular.comp", &fixed::<9>(&items), 22);
-    check("visible_specular", 22, &items, &got);
+    let r = &mut Random(7);
+    finite::<8, 0>(&gpu, r, "visible_slopes", 14, 1, |_| []);
+    finite::<12, 1>(&gpu, r, "visible_diffuse", 12, 2, |r| [r.pick([2.0, 3.0]) as f32]);
+    finite::<9, 1>(&gpu, r, "visible_specular", 22, 1, |r| [r.pick([3.0, 5.0, 7.0, 9.0, 16.0]) as f32]);
 }

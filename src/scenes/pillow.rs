@@ -5,7 +5,7 @@ use std::f32::consts::{FRAC_PI_2, PI, TAU};
 
 use glam::{Affine3A, Vec2, Vec3};
 
-use super::plane::plane;
+use super::plane::{self, plane};
 use super::sphere::bake_patches;
 use super::stage::{Stage, Views};
 use crate::maps::tonemap::srgb_from_linear;
@@ -221,15 +221,7 @@ fn floor() -> Object {
             1.0 - 0.8 * (-(outside / 0.1).powi(2)).exp() - 0.12 * (-(outside / 0.3)).exp()
         })
         .collect();
-    Object {
-        name: "floor".to_owned(),
-        mesh,
-        heights: None,
-        height_scale: 1.0,
-        color_map: None,
-        specular_f0: 0.04,
-        casts_shadow: false,
-    }
+    plane::floor(mesh)
 }
 
 #[cfg(test)]

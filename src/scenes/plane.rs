@@ -1,7 +1,22 @@
 //! A square of patches in the plane z = 0 with a repeating height map: the ground, and the `plane` scene.
 
 use crate::render::patch_mesh::PatchMesh;
+use crate::render::scene::Object;
 use glam::{Vec2, Vec3};
+
+/// A smooth floor to rest things on, which throws no shadow.
+#[must_use]
+pub fn floor(mesh: PatchMesh) -> Object {
+    Object {
+        name: "floor".to_owned(),
+        mesh,
+        heights: None,
+        height_scale: 1.0,
+        color_map: None,
+        specular_f0: 0.04,
+        casts_shadow: false,
+    }
+}
 
 /// A square plane of half width `half`, with `n × n` patches spaced by `spacing(t)`, `t ∈ [-1, 1] → [-1, 1]`, so
 /// that a large ground can have small patches in the middle. One repeat of the map covers `repeat` metres.

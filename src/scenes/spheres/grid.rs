@@ -9,7 +9,7 @@ use super::surface::{Detail, Frequency, Surface};
 use super::{ANISOTROPIC, ISOTROPIC};
 use crate::render::camera::Camera;
 use crate::render::scene::{Object, Pose};
-use crate::scenes::plane::plane;
+use crate::scenes::plane::{self, plane};
 use crate::scenes::stage::{Stage, Views};
 
 /// Metres between the centres of neighbours; the spheres have radius 1.
@@ -81,15 +81,7 @@ fn floor(places: &[(Vec2, Vec3)]) -> Object {
             hidden.map(|h| 1.0 - h.min(1.0)).product()
         })
         .collect();
-    Object {
-        name: "floor".to_owned(),
-        mesh,
-        heights: None,
-        height_scale: 1.0,
-        color_map: None,
-        specular_f0: 0.04,
-        casts_shadow: false,
-    }
+    plane::floor(mesh)
 }
 
 #[cfg(test)]
