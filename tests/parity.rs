@@ -22,7 +22,7 @@ use leadr::reflectance::frame::{frame_about, octahedral_decode, octahedral_encod
 use leadr::reflectance::fresnel::{fresnel_dielectric, fresnel_schlick};
 use leadr::reflectance::masking::{masking, masking_shadowing, shadowing_given_masking, smith_lambda};
 use leadr::reflectance::normal_distribution::{normal_cdf, normal_pdf, normal_tail_mean};
-use leadr::reflectance::projected_area::{face_viewer, meso_area, slope_spread, visible_area};
+use leadr::reflectance::projected_area::{face_viewer, meso_area, slope_spread, tilt_to_edge, visible_area};
 use leadr::reflectance::sh::{sh_add_light, sh_basis, sh_irradiance, sh_irradiance_light};
 use leadr::reflectance::slope_grid::{
     facet_area, grid_lambda, grid_node, grid_spacing, normal_of_slope, slope_cholesky, slope_sample,
@@ -55,7 +55,7 @@ fn projected_area_parity() {
         |x| {
             let (wo, m, s) = (v3(x, 0), v2(x, 3), v3(x, 5));
             let areas = [meso_area(wo, m), slope_spread(wo, s), visible_area(wo, m, s)];
-            list![areas, face_viewer(wo, m, s, 1.8)]
+            list![areas, face_viewer(wo, m, s, 1.8), tilt_to_edge(wo, m)]
         },
     );
 }
@@ -284,7 +284,7 @@ fn finite_at_the_extremes() {
     let Some(gpu) = common::test_gpu() else { return };
     let r = &mut Random(7);
     finite::<11, 0>(&gpu, r, "masking", 4, 2, |_| []);
-    finite::<8, 0>(&gpu, r, "projected_area", 5, 1, |_| []);
+    finite::<8, 0>(&gpu, r, "projected_area", 7, 1, |_| []);
     finite::<8, 0>(&gpu, r, "beckmann", 2, 1, |_| []);
     finite::<13, 2>(&gpu, r, "specular", 17, 2, |_| [1.0; 2]);
     finite::<12, 1>(&gpu, r, "diffuse", 16, 2, |_| [1.0]);

@@ -131,12 +131,16 @@ fn pixels(renderer: &mut Renderer, state: &FrameState, color: &[[f32; 4]]) -> Ve
             let ndc = DVec2::new(x, y) / f64::from(SIZE) * 2.0 - 1.0;
             let ray = ray_z + ray_x * ndc.x + ray_y * ndc.y;
             let frame = frame::frame_about(DVec3::new(normal[0], normal[1], normal[2]));
-            let diffuse_s = DVec3::new(covariance[0], covariance[1], covariance[2]);
+            let wo = frame::to_frame(&frame, -ray.normalize());
+            let m = DVec2::new(slope[0], slope[1]);
+            let tilt = projected_area::tilt_to_edge(wo, m);
+            let diffuse_s =
+                DVec3::new(covariance[0], covariance[1], covariance[2]) + (tilt * tilt).extend(tilt.x * tilt.y);
             let pixel = Pixel {
                 position: state.camera.position.as_dvec3() + ray * depth[0],
-                wo: frame::to_frame(&frame, -ray.normalize()),
+                wo,
                 frame,
-                m: DVec2::new(slope[0], slope[1]),
+                m: m + tilt,
                 diffuse_s,
                 specular_s: slope_statistics::add_roughness(diffuse_s, roughness[0]),
                 albedo: DVec3::new(albedo[0], albedo[1], albedo[2]),

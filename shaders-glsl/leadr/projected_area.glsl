@@ -42,4 +42,11 @@ vec2 face_viewer(vec3 wo, vec2 m, vec3 S, float lambda) {
     return lack > 0.0 ? clamp(tilted, -1e6, 1e6) : m;
 }
 
+// The tilt of slope that brings a mesosurface which is turned away back to edge-on; 0 for one that faces the viewer. A
+// pixel that shows such a surface sees other facets around it, turned toward the viewer by about as much:
+//     vec2 d = tilt_to_edge(wo, m);  m += d;  S += vec3(d * d, d.x * d.y);
+vec2 tilt_to_edge(vec3 wo, vec2 m) {
+    return wo.xy * (min(meso_area(wo, m), 0.0) / max(dot(wo.xy, wo.xy), 1e-4));
+}
+
 #endif

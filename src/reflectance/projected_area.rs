@@ -52,6 +52,18 @@ pub fn face_viewer(wo: DVec3, m: DVec2, s: DVec3, lambda: f64) -> DVec2 {
     (m - along * (lack / gain.max(1e-12))).clamp(DVec2::splat(-1e6), DVec2::splat(1e6))
 }
 
+/// The tilt of slope that brings a mesosurface which is turned away back to edge-on, along `wo.xy`; zero for one that faces
+/// the viewer.
+///
+/// A pixel that shows a surface turned away sees other facets of its neighbourhood, since these cannot be seen: the
+/// filtered mean is off by about as much as it is turned too far. The renderer moves the mean slope by this tilt `d` and
+/// adds `d dᵀ` to the covariance. With the mean alone such pixels are black specks along silhouettes and the far
+/// sides of bumps. Finite also for a viewer behind the displacement direction, where no tilt suffices.
+#[must_use]
+pub fn tilt_to_edge(wo: DVec3, m: DVec2) -> DVec2 {
+    wo.xy() * (meso_area(wo, m).min(0.0) / wo.xy().length_squared().max(1e-4))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -81,6 +93,15 @@ mod tests {
         let w = DVec3::new(0.6, 0.0, 0.8);
         assert_eq!(visible_area(w, DVec2::ZERO, DVec3::ZERO), 0.8);
         assert_eq!(visible_area(w, DVec2::new(2.0, 0.0), DVec3::ZERO), 0.0);
+    }
+
+    #[test]
+    fn what_is_turned_away_becomes_edge_on() {
+        let wo = DVec3::new(0.6, 0.36, (1.0f64 - 0.36 - 0.36 * 0.36).sqrt());
+        assert_eq!(tilt_to_edge(wo, DVec2::new(0.3, 0.2)), DVec2::ZERO);
+        let away = DVec2::new(4.0, -1.0);
+        assert!(meso_area(wo, away) < -1.0);
+        assert!(meso_area(wo, away + tilt_to_edge(wo, away)).abs() < 1e-12);
     }
 
     #[test]

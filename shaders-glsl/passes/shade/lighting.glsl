@@ -23,22 +23,27 @@ layout(binding = 6) uniform samplerCube environment_cube;
 layout(binding = 7, std430) readonly buffer Irradiance { vec4 radiance_sh[9]; };
 layout(binding = 8) uniform sampler2D shadow_map;
 
-// Fraction of the sun seen by the macro surface: 4 x 4 comparisons, bilinearly weighted.
+// Fraction of the sun seen by the macro surface: 4 x 4 comparisons, bilinearly weighted, over the width of the pixel where
+// that is wider than a texel of the map. What is smaller than a pixel throws its shadows by its slope statistics; so the
+// point is lifted out of its reach.
 float sun_visibility(vec3 position, vec3 normal) {
     float texel = lighting.environment.z;
+    float pixel = distance(position, lighting.camera_position.xyz) * 2.0 * length(lighting.rays[0].xyz) / lighting.viewport.x;
+    float stride = max(1.0, 0.5 * pixel / texel);
     float sine = sqrt(max(1.0 - pow(dot(normal, lighting.sun_direction.xyz), 2.0), 0.0));
-    vec3 lifted = position + normal * texel * (1.0 + 2.0 * sine);
+    vec3 lifted = position + normal * (texel * stride * (1.0 + 2.0 * sine));
     vec3 s = (lighting.shadow_from_world * vec4(lifted, 1.0)).xyz;
     if (any(lessThan(s, vec3(0.0))) || any(greaterThan(s, vec3(1.0)))) {
         return 1.0;
     }
-    vec2 size = vec2(textureSize(shadow_map, 0));
-    vec2 position_texels = s.xy * size - 0.5;
-    vec2 base = floor(position_texels), fraction = position_texels - base;
+    ivec2 size = textureSize(shadow_map, 0);
+    vec2 place = s.xy * vec2(size) / stride - 0.5;
+    vec2 base = floor(place), fraction = place - base;
     float lit = 0.0;
     for (int y = -1; y <= 2; ++y) {
         for (int x = -1; x <= 2; ++x) {
-            float depth = texelFetch(shadow_map, clamp(ivec2(base) + ivec2(x, y), ivec2(0), ivec2(size) - 1), 0).x;
+            ivec2 at = ivec2((base + vec2(x, y) + 0.5) * stride);
+            float depth = texelFetch(shadow_map, clamp(at, ivec2(0), size - 1), 0).x;
             float wx = x == -1 ? 1.0 - fraction.x : (x == 2 ? fraction.x : 1.0);
             float wy = y == -1 ? 1.0 - fraction.y : (y == 2 ? fraction.y : 1.0);
             lit += depth <= s.z ? wx * wy : 0.0;
