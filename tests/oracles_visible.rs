@@ -56,8 +56,7 @@ fn diffuse() {
     let sh: Vec<f64> = data["doc"]["sh_smooth"].as_array().expect("nine coefficients").iter().map(number).collect();
     let sh: Sh9 = std::array::from_fn(|i| DVec3::splat(sh[i]));
     let frame = Frame { x: DVec3::X, y: DVec3::Y, z: DVec3::Z };
-    for (terms, environment, light) in [(2, (6e-4, 2.3e-3), (1.4e-3, 6.2e-3)), (3, (9.5e-5, 3.2e-4), (2.7e-4, 1.1e-3))]
-    {
+    for (terms, environment, light) in [(2, (6e-4, 2.6e-3), (1.7e-3, 7.5e-3)), (3, (5e-5, 1.5e-4), (1.8e-4, 7.5e-4))] {
         let (mut env, mut sun, mut by_sh) = (Errors::default(), Errors::default(), Errors::default());
         for (wo, m, s, c) in configurations(&data) {
             let wi = vector(&c["light"]);

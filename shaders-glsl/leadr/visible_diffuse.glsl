@@ -6,23 +6,23 @@
 
 // Diffuse reflection of the visible facets without a grid. With N = (-slope, 1) and n = N / |N|, what stands in the way of
 // closed forms is |N| alone. Its inverse is very nearly a sum of two or three exponentials of |N|^2, and an exponential of
-// |N|^2 times a Gaussian of slopes is another Gaussian of slopes, whose clamped moments are closed. The constants, of this
-// project, are a least-squares fit of the moments below over random surfaces; exact on flat ones.
-// terms: 2 (error 1.4e-3 rms of mean radiance) or 3 (2e-4); a constant, so that loops unroll.
+// |N|^2 times a Gaussian of slopes is another Gaussian of slopes, whose clamped moments are closed. The constants are a
+// least-squares fit (examples/11_fit_diffuse_terms.rs) over random surfaces; exact on flat ones.
+// terms: 2 (error 1.2e-3 rms of mean radiance) or 3 (2e-4); a constant, so that loops unroll.
 
 // Rows: exponent, weight in 1/|N|, weight in 1/|N|^2 (of any scale), each a line in the relative spread of |N|^2.
 vec4 visible_diffuse_exponent(int i, int terms) { // (exponent, its slope, weight of 1/|N|, its slope)
-    const vec4 two[2] = vec4[2](vec4(0.24367799, -0.01511645, 1.09613514, 0.07478542),
-                                vec4(2.05198045, 1.21774331, 1.0967844, 0.82113826));
-    const vec4 three[3] = vec4[3](vec4(0.15669784, -0.02948724, 0.90433556, -0.05707912),
-                                  vec4(1.56526968, 0.13561935, 1.06243915, 0.33697349),
-                                  vec4(6.39379125, 3.23512178, 2.83733313, 0.1062973));
+    const vec4 two[2] = vec4[2](vec4(0.22494464, -0.0331644, 1.06858219, -0.00712735),
+                                vec4(2.04868504, 0.81002255, 1.1378407, 0.80030971));
+    const vec4 three[3] = vec4[3](vec4(0.14774869, -0.02798132, 0.88324551, -0.06272688),
+                                  vec4(1.51173948, 0.09430317, 1.05317881, 0.31866379),
+                                  vec4(5.97573614, 3.11562463, 2.29040276, 0.48355783));
     return terms == 2 ? two[min(i, 1)] : three[i];
 }
 
 vec2 visible_diffuse_second(int i, int terms) { // (weight of 1/|N|^2, its slope)
-    const vec2 two[2] = vec2[2](vec2(1.0, -0.33346642), vec2(4.16885772, 1.98854807));
-    const vec2 three[3] = vec2[3](vec2(1.0, -0.34427111), vec2(4.42731385, 0.72453821), vec2(22.45304638, -1.15957088));
+    const vec2 two[2] = vec2[2](vec2(1.0, -0.48494877), vec2(4.51732387, 0.43471584));
+    const vec2 three[3] = vec2[3](vec2(1.0, -0.26540236), vec2(4.4142949, 1.2978556), vec2(19.03758878, 4.88965078));
     return terms == 2 ? two[min(i, 1)] : three[i];
 }
 

@@ -12,8 +12,8 @@
 //! of [`visible_slopes`](super::visible_slopes). So two evaluations of closed forms take the place of a grid: the clamp
 //! is exact for every viewer, nothing depends on the choice of axes, and the result is smooth in every argument.
 //!
-//! The exponents scale with the mean of `|N|²` and, with the weights, follow its relative spread on a line: a fit, of this
-//! project, of the moments of random surfaces (roughness .01–2.5, mean slopes to 4). One light, with its clamped
+//! The exponents scale with the mean of `|N|²` and, with the weights, follow its relative spread on a line: fitted to the
+//! radiance of random surfaces ([`fit_terms`](super::quadrature_study::fit::fit_terms)). One light, with its clamped
 //! cosine instead of harmonics, replaces the one clamp by two: [`clamped_product`].
 
 use super::diffuse::NormalMoments;
@@ -25,28 +25,35 @@ use super::visible_slopes::{VISIBLE_TAIL, tilted_area};
 use glam::{DVec2, DVec3, Vec3Swizzles as _};
 use std::f64::consts::PI;
 
-/// Exponent, its slope, weight in `1/|N|`, its slope.
-const TWO: [[f64; 4]; 2] =
-    [[0.24367799, -0.01511645, 1.09613514, 0.07478542], [2.05198045, 1.21774331, 1.0967844, 0.82113826]];
-const THREE: [[f64; 4]; 3] = [
-    [0.15669784, -0.02948724, 0.90433556, -0.05707912],
-    [1.56526968, 0.13561935, 1.06243915, 0.33697349],
-    [6.39379125, 3.23512178, 2.83733313, 0.1062973],
-];
-/// Weight in `1/|N|²` in any unit, and its slope.
-const TWO_SECOND: [[f64; 2]; 2] = [[1.0, -0.33346642], [4.16885772, 1.98854807]];
-const THREE_SECOND: [[f64; 2]; 3] = [[1.0, -0.34427111], [4.42731385, 0.72453821], [22.45304638, -1.15957088]];
-
-/// Exponent and weight of term `i` of `1/|N|`, each a value and its slope by the relative spread; `terms` 2 or 3.
-#[must_use]
-pub fn visible_diffuse_exponent(i: u32, terms: u32) -> [f64; 4] {
-    if terms == 2 { TWO[i as usize] } else { THREE[i as usize] }
+/// One exponential of the sums that stand for `1/|N|` and `1/|N|²`. Each constant is `[value, slope]`, to be taken at the
+/// relative spread of `|N|²` ([`squared_normal_spread`]).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Term {
+    /// Exponent, times the mean of `|N|²`.
+    pub exponent: [f64; 2],
+    /// Weight in `1/|N|`.
+    pub first: [f64; 2],
+    /// Weight in `1/|N|²`, in any unit.
+    pub second: [f64; 2],
 }
 
-/// Weight of term `i` of `1/|N|²` and its slope.
+/// Two terms, by [`fit_terms`](super::quadrature_study::fit::fit_terms).
+const TWO: [Term; 2] = [
+    Term { exponent: [0.22494464, -0.0331644], first: [1.06858219, -0.00712735], second: [1.0, -0.48494877] },
+    Term { exponent: [2.04868504, 0.81002255], first: [1.1378407, 0.80030971], second: [4.51732387, 0.43471584] },
+];
+
+/// Three terms.
+const THREE: [Term; 3] = [
+    Term { exponent: [0.14774869, -0.02798132], first: [0.88324551, -0.06272688], second: [1.0, -0.26540236] },
+    Term { exponent: [1.51173948, 0.09430317], first: [1.05317881, 0.31866379], second: [4.4142949, 1.2978556] },
+    Term { exponent: [5.97573614, 3.11562463], first: [2.29040276, 0.48355783], second: [19.03758878, 4.88965078] },
+];
+
+/// The fitted terms; `terms` 2 or 3.
 #[must_use]
-pub fn visible_diffuse_second(i: u32, terms: u32) -> [f64; 2] {
-    if terms == 2 { TWO_SECOND[i as usize] } else { THREE_SECOND[i as usize] }
+pub fn visible_diffuse_terms(terms: u32) -> &'static [Term] {
+    if terms == 2 { &TWO } else { &THREE }
 }
 
 /// Mean of `|N|²`, and its standard deviation over its mean, for slopes of mean `m` and covariance `s`.
@@ -87,18 +94,23 @@ pub fn clamped_mean(a: f64, b: f64) -> f64 {
 }
 
 /// Moments of the normals seen from `wo`, in place of a grid's `visible_normal_moments`. `terms`: 2 (error of the radiance
-/// 1.4e-3 rms of the mean radiance) or 3 (2e-4).
+/// 1.2e-3 rms of the mean radiance) or 3 (2e-4).
 #[must_use]
 pub fn visible_diffuse_moments(wo: DVec3, m: DVec2, s: DVec3, terms: u32) -> NormalMoments {
+    moments_by_terms(wo, m, s, visible_diffuse_terms(terms))
+}
+
+/// [`visible_diffuse_moments`] by any terms.
+#[must_use]
+pub fn moments_by_terms(wo: DVec3, m: DVec2, s: DVec3, terms: &[Term]) -> NormalMoments {
     let s = clamp_covariance(s);
     let ao = tilted_area(wo, m, slope_spread(wo, s));
     let m = face_viewer(wo, m, s, 2.0 * VISIBLE_TAIL);
     let spread = squared_normal_spread(m, s);
     let (mut first, mut diag, mut off) = (DVec3::ZERO, DVec3::ZERO, DVec3::ZERO);
-    for i in 0..terms {
-        let e = visible_diffuse_exponent(i, terms);
-        let second = visible_diffuse_second(i, terms);
-        let t = (e[0] + e[1] * spread.y) / spread.x;
+    for term in terms {
+        let [t, c, d] = [term.exponent, term.first, term.second].map(|[value, slope]| value + slope * spread.y);
+        let t = t / spread.x;
         let g = damped_gaussian(m, s, t);
         let across = DVec2::new(g.s.x * wo.x + g.s.z * wo.y, g.s.z * wo.x + g.s.y * wo.y);
         let b = across.dot(wo.xy()).max(0.0).sqrt();
@@ -109,8 +121,7 @@ pub fn visible_diffuse_moments(wo: DVec3, m: DVec2, s: DVec3, terms: u32) -> Nor
         let area = if b > 1e-18 { b * n.ramp } else { a.max(0.0) };
         // Over the clamped facet areas: E[1] = area, E[slope] = m area − across Φ, and so on (Stein's lemma).
         let slope = g.m * area - across * n.cdf;
-        let c = g.weight * (e[2] + e[3] * spread.y);
-        let d = g.weight * (second[0] + second[1] * spread.y);
+        let (c, d) = (g.weight * c, g.weight * d);
         first += c * DVec3::new(-slope.x, -slope.y, area);
         let twice = slope - across * n.cdf;
         let bend = b * n.pdf;
@@ -161,15 +172,16 @@ pub fn leadr_diffuse_light_visible(wo: DVec3, wi: DVec3, m: DVec2, s: DVec3, sha
     let ao = tilted_area(wo, m, slope_spread(wo, s));
     let m = face_viewer(wo, m, s, 2.0 * VISIBLE_TAIL);
     let spread = squared_normal_spread(m, s);
-    let sum: f64 = (0..terms)
-        .map(|i| {
-            let e = visible_diffuse_exponent(i, terms);
-            let t = (e[0] + e[1] * spread.y) / spread.x;
+    let sum: f64 = visible_diffuse_terms(terms)
+        .iter()
+        .map(|term| {
+            let [t, c] = [term.exponent, term.first].map(|[value, slope]| value + slope * spread.y);
+            let t = t / spread.x;
             let g = damped_gaussian(m, s, t);
             let across = DVec2::new(g.s.x * wo.x + g.s.z * wo.y, g.s.z * wo.x + g.s.y * wo.y);
             let bo = across.dot(wo.xy()).max(0.0).sqrt();
             let (a, ai) = (ao + 2.0 * t * across.dot(m), meso_area(wi, g.m));
-            g.weight * (e[2] + e[3] * spread.y) * clamped_product(a, bo, ai, slope_spread(wi, g.s), across.dot(wi.xy()))
+            g.weight * c * clamped_product(a, bo, ai, slope_spread(wi, g.s), across.dot(wi.xy()))
         })
         .sum();
     let mean = sum / (clamped_mean(ao, slope_spread(wo, s)).max(1e-30) * spread.x.sqrt());
