@@ -21,6 +21,7 @@ use crate::gpu::{Gpu, GpuOptions};
 use crate::render::environment::{Environment, FACE_SIZE};
 use crate::render::frame::{PassTime, Renderer};
 use crate::render::sky::Sky;
+use crate::scenes::daylight;
 use crate::scenes::full_screen::full_screen_stage;
 use crate::scenes::stage::Lights;
 use report::BenchReport;
@@ -127,7 +128,9 @@ impl Subject for Bench {
         let row = &self.rows[row];
         // Every round of a row of many samples draws another of them.
         let index = round as u32 % row.settings.samples.max(1);
-        Ok(self.renderer.measure(&row.state, &row.settings, index, repeats)?)
+        let mut state = row.state.clone();
+        daylight::pass(&mut state, row.sun_hours * (round + 1) as f64);
+        Ok(self.renderer.measure(&state, &row.settings, index, repeats)?)
     }
 }
 

@@ -176,6 +176,15 @@ impl Renderer {
         &self.gpu
     }
 
+    /// The environment's nine spherical harmonics coefficients as the last frame was lit by them, see
+    /// [`IrradiancePass`]: rgb and 0 each.
+    ///
+    /// # Errors
+    /// A lost device, or memory that is short.
+    pub fn radiance_sh(&self) -> Result<Vec<[f32; 4]>> {
+        self.irradiance.coefficients().read_all()
+    }
+
     /// Renders a frame and reads it back.
     ///
     /// # Errors
@@ -308,7 +317,7 @@ impl Renderer {
         }
         if let Some(ocean) = &mut self.ocean {
             let technique = settings.shading.technique;
-            ocean.update(&self.gpu, technique, clip_from_world, camera.position, lens, &tessellation)?;
+            ocean.update(&self.gpu, technique, state.time, clip_from_world, camera.position, lens, &tessellation)?;
         }
         let cube_size = self.environment.face_size();
         if settings.shadows_of_relief() {
@@ -348,8 +357,12 @@ impl Renderer {
             cmd.timestamp(timestamps, "shadow");
         } else if index == 0 {
             if let Some(sky) = &state.sky {
-                cmd.label("sky", |cmd| self.environment.update_sky(cmd, sky));
+                let moved = cmd.label("sky", |cmd| self.environment.begin_sky(cmd, sky));
                 cmd.timestamp(timestamps, "sky");
+                if moved {
+                    cmd.label("cube mips", |cmd| self.environment.make_mips(cmd));
+                }
+                cmd.timestamp(timestamps, "cube mips");
             }
             cmd.label_times("irradiance", repeats, |cmd| {
                 self.irradiance.record(cmd, &self.environment, 1.0, &[], [0.0; 3])

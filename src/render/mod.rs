@@ -9,6 +9,7 @@ pub mod displacement;
 pub mod environment;
 pub mod environment_lights;
 pub mod equirect;
+pub mod exposure;
 pub mod filter;
 pub mod frame;
 pub mod geometry;

@@ -39,8 +39,9 @@ impl Renderer {
         let times = timestamps.intervals()?.into_iter();
         Ok(times
             .map(|(pass, milliseconds)| {
-                // The sky changes once, not once per repetition.
-                let count = if pass == "sky" { 1.0 } else { repeats };
+                // The sky and the waves change once, not once per repetition.
+                let once = ["sky", "cube mips", "waves"].contains(&pass.as_str());
+                let count = if once { 1.0 } else { repeats };
                 PassTime { pass, milliseconds: milliseconds / count }
             })
             .collect())

@@ -8,6 +8,7 @@ use bytemuck::{Pod, Zeroable};
 use glam::{Mat4, Vec2, Vec3};
 
 use super::fields::OceanFields;
+use super::shore::{Shore, ShoreGpu, deviation};
 use super::waves::Cascade;
 use crate::gpu::{
     Buffer, ColorTarget, Commands, Cull, Depth, DepthTarget, Descriptor, Filter, Gpu, GraphicsDesc, GraphicsPipeline,
@@ -48,6 +49,8 @@ pub struct Ocean {
     pub foam: Vec3,
     /// The sea foams where it is squeezed to less than this part of its area at rest; 0 for no foam.
     pub foam_threshold: f32,
+    /// A beach that the waves run up; none for the open sea.
+    pub shore: Option<Shore>,
 }
 
 #[repr(C)]
@@ -91,6 +94,8 @@ pub struct OceanPass {
     visible: Buffer,
     view: Buffer,
     water: Buffer,
+    shore: Buffer,
+    deviations: Vec<f64>,
     trilinear: Sampler,
     nearest: Sampler,
     list: DrawList,
@@ -109,7 +114,6 @@ impl OceanPass {
         let technique = Technique::Leadr;
         Ok(Self {
             fields: OceanFields::new(gpu, &ocean.cascades)?,
-            ocean,
             pipeline: GraphicsPipeline::new(
                 gpu,
                 "ocean",
@@ -134,15 +138,18 @@ impl OceanPass {
             visible: buffer("ocean visible patches", mesh.patches.len(), 4)?,
             view: buffer("ocean view", 1, size_of::<ViewGpu>())?,
             water: buffer("water", 1, size_of::<WaterGpu>())?,
+            shore: buffer("shore", 1, size_of::<ShoreGpu>())?,
+            deviations: ocean.cascades.iter().map(deviation).collect(),
             trilinear: Sampler::new(gpu, "ocean", Filter::Trilinear, Wrap::Repeat)?,
             nearest: Sampler::new(gpu, "ocean pixels", Filter::Nearest, Wrap::Clamp)?,
             mesh,
             topology,
             list: DrawList::default(),
+            ocean,
         })
     }
 
-    /// Lays the rings around a viewer and chooses what is drawn. The device must be idle.
+    /// Lays the rings around a viewer and chooses what is drawn, at `time` in seconds. The device must be idle.
     ///
     /// # Errors
     /// A failed pipeline or write.
@@ -150,6 +157,7 @@ impl OceanPass {
         &mut self,
         gpu: &Arc<Gpu>,
         technique: Technique,
+        time: f64,
         clip_from_world: Mat4,
         eye: Vec3,
         lens: Lens,
@@ -218,6 +226,8 @@ impl OceanPass {
         };
         self.view.write(0, &[view])?;
         let o = &self.ocean;
+        let shore = o.shore.as_ref().map_or_else(ShoreGpu::default, |s| ShoreGpu::new(s, time, &self.deviations));
+        self.shore.write(0, &[shore])?;
         let water = WaterGpu {
             centre: [centre.x, centre.y, 1.0 / EARTH, 0.0],
             tail: o.tail.extend(WATER_ROUGHNESS).to_array(),
@@ -252,6 +262,7 @@ impl OceanPass {
                 (5, Descriptor::Storage(&self.visible)),
                 (6, Descriptor::Storage(&self.fields.cascades)),
                 (7, Descriptor::Sampled(self.fields.displacement.whole(), &self.trilinear)),
+                (8, Descriptor::Uniform(&self.shore)),
             ],
         );
         for &(first, count) in &self.list.draws {
@@ -280,6 +291,7 @@ impl OceanPass {
                 (3, Descriptor::Sampled(self.fields.joint.whole(), &self.trilinear)),
                 (4, Descriptor::Storage(&self.fields.cascades)),
                 (5, Descriptor::Uniform(&self.water)),
+                (6, Descriptor::Uniform(&self.shore)),
             ],
         );
         cmd.draw(0..3, 0..1);
