@@ -203,7 +203,7 @@ pub struct SceneArgs {
     /// Direction to the sun, degrees: counter-clockwise from +x, and above the horizon
     #[arg(long, value_name = "AZIMUTH,ELEVATION", default_value = "-50,38", allow_hyphen_values = true)]
     pub sun: Sun,
-    /// Hour at which the scene begins, instead of --sun: the sun rises in the east (+x) at about 5.5 and sets at 18.5
+    /// Hour at which the scene begins, instead of --sun: the sun rises in the east (+x) at half past five and sets at half past six
     #[arg(long, value_name = "HOURS", conflicts_with = "sun", value_parser = hour)]
     pub time_of_day: Option<f32>,
     /// The sun goes round the sky once in so many seconds of the scene [default: it stands still]

@@ -1,4 +1,4 @@
-// The sea against a beach that rises toward -x (src/render/ocean/shore.rs): where the sand is, how the waves die out over
+// The sea against a beach that rises toward +x (src/render/ocean/shore.rs): where the sand is, how the waves die out over
 // it, the swell that breaks on it, the swash and the foam. Pure functions.
 #ifndef LEADR_OCEAN_SHORE
 #define LEADR_OCEAN_SHORE
@@ -16,8 +16,9 @@ struct Shore {
 
 const float SHORE_GRAVITY = 9.81;
 
-// Metres from the waterline, positive toward the sea.
+// Metres from the waterline, positive toward the sea. Along the coast -y counts.
 float shore_offshore(Shore shore, vec2 point) {
+    point = -point;
     return point.x - dot(shore.line_amplitude, sin(shore.line_step * point.y + shore.line_phase));
 }
 
@@ -64,7 +65,9 @@ struct ShoreWater {
 // The water over a place: means over `reach` metres.
 ShoreWater shore_water(Shore shore, vec2 point, float reach) {
     ShoreWater w;
-    float s = shore_offshore(shore, point), ground = shore_ground(shore, s), sea = max(s, 0.0);
+    float s = shore_offshore(shore, point);
+    point = -point;
+    float ground = shore_ground(shore, s), sea = max(s, 0.0);
     float swash = shore_swash(shore, point.y), fade = exp(-sea / 6.0);
     w.height = swash * fade;
     w.slope = vec2(s > 0.0 ? -w.height / 6.0 : 0.0, 0.0);
@@ -84,6 +87,7 @@ ShoreWater shore_water(Shore shore, vec2 point, float reach) {
     float seen = 1.0 / (1.0 + reach * reach);
     w.height += crest * seen;
     w.slope += seen * crest * (-2.0 * u / (width * width)) * vec2(s > 0.0 ? rate : 0.0, early.y);
+    w.slope = -w.slope;
     w.variance = (1.0 - seen * seen) * height * height * rate * rate * 0.627 * (1.0 / front + 1.0 / back);
     w.depth = w.height - ground;
 
@@ -125,14 +129,17 @@ float shore_foam(ShoreWater w, float reach) {
     if (w.foam < 0.02) {
         return 0.0;
     }
-    float wide = 0.9 * w.foam, covered = 0.0;
-    for (int octave = 0; octave < 2; ++octave) {
-        float size = octave == 0 ? 0.55 : 0.17;
-        float blur = 0.08 + reach / size;
-        float lace = 1.0 - smoothstep(wide - blur, wide + blur, shore_bubbles(w.drift / size));
-        covered += 0.5 * mix(lace, 1.0 - exp(-3.0 * wide), clamp(reach / size - 0.3, 0.0, 1.0));
+    // Torn into patches and drawn out along the coast.
+    float patches = 0.5 + 0.25 * sin(1.9 * w.drift.x + 1.3 * sin(0.8 * w.drift.y)) + 0.25 * sin(1.1 * w.drift.y - 0.9 * w.drift.x + 2.0 * sin(0.5 * w.drift.x));
+    float wide = clamp(w.foam * (0.45 + 0.9 * patches), 0.0, 1.0), covered = 0.0;
+    for (int octave = 0; octave < 3; ++octave) {
+        float size = octave == 0 ? 0.42 : (octave == 1 ? 0.19 : 0.07);
+        vec2 bent = w.drift + 0.35 * size * sin(w.drift.yx * (2.3 / size) + vec2(0.0, 1.7));
+        float blur = 0.1 + reach / size;
+        float lace = 1.0 - smoothstep(wide - blur, wide + blur, shore_bubbles(bent * vec2(1.0, 0.7) / size));
+        covered += (octave == 0 ? 0.4 : 0.3) * mix(lace, 1.0 - exp(-3.0 * wide), clamp(reach / size - 0.3, 0.0, 1.0));
     }
-    return covered * min(8.0 * w.foam, 1.0);
+    return covered * min(6.0 * w.foam, 1.0);
 }
 
 #endif

@@ -1,4 +1,4 @@
-//! A beach for the sea to run up: a coast along y with the land toward −x. The shaders' part is
+//! A beach for the sea to run up: a coast along y with the land toward +x. The shaders' part is
 //! `passes/ocean/shore.glsl`; what both compute, [`Shore::offshore`] and [`Shore::ground`], the parity tests compare.
 
 use bytemuck::{Pod, Zeroable};
@@ -6,7 +6,7 @@ use glam::{DVec2, Vec3};
 
 use super::waves::{Cascade, PERIOD};
 
-/// One bend of the waterline: `amplitude · sin(step · y + phase)` metres toward the sea.
+/// One bend of the waterline: `amplitude · sin(step · along + phase)` metres toward the sea.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Bend {
     /// Metres.
@@ -43,13 +43,13 @@ impl Shore {
     /// Metres from the waterline, positive toward the sea.
     #[must_use]
     pub fn offshore(&self, point: DVec2) -> f64 {
-        point.x - self.waterline(point.y)
+        -point.x - self.waterline(-point.y)
     }
 
-    /// x of the water's edge at rest.
+    /// −x of the water's edge at rest at y = −`along`.
     #[must_use]
-    pub fn waterline(&self, y: f64) -> f64 {
-        self.bends.iter().map(|b| b.amplitude * (b.step * y + b.phase).sin()).sum()
+    pub fn waterline(&self, along: f64) -> f64 {
+        self.bends.iter().map(|b| b.amplitude * (b.step * along + b.phase).sin()).sum()
     }
 
     /// Height of the sand above the water at rest, `offshore` metres from its edge.

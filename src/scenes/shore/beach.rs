@@ -67,7 +67,7 @@ fn mirrored(even: &[(f64, f64)]) -> Vec<f64> {
     half.iter().skip(1).rev().map(|y| -y).chain(half.iter().copied()).collect()
 }
 
-/// Patches over the product of `columns` (metres from the waterline) and `rows` (metres along it).
+/// Patches over the product of `columns` (metres from the waterline) and `rows` (metres along it, toward −y).
 fn mesh(
     shore: &Shore,
     columns: &[f64],
@@ -77,7 +77,7 @@ fn mesh(
 ) -> PatchMesh {
     let drop = |p: DVec2| p.length_squared() / (2.0 * EARTH);
     let place = |s: f64, y: f64| {
-        let p = DVec2::new(s + shore.waterline(y), y);
+        let p = -DVec2::new(s + shore.waterline(y), y);
         p.extend(height(s, y) - drop(p)).as_vec3()
     };
     let mut mesh = PatchMesh::default();

@@ -1,12 +1,12 @@
 //! The walking T-rex on a beach with the animated sea behind it: one light on both, both filtered.
 //!
-//! The coast runs along y, the sea lies toward +x (east, so that the sun rises out of it), and the animal walks toward −y.
+//! The coast runs along y, the sea lies toward −x (west, so that the sun sets in it), and the animal walks toward +y.
 
 pub mod beach;
 pub mod sand;
 
 use std::f32::consts::FRAC_PI_2;
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::TAU;
 
 use glam::{Affine3A, DVec2, Mat4, Vec3};
 
@@ -26,7 +26,7 @@ pub const PERIOD: f64 = 40.0;
 /// Samples along the edge of a tile of waves.
 const RESOLUTION: u32 = 256;
 /// x of the animal's path: on the dry sand beside the wet.
-const PATH: f64 = -7.0;
+const PATH: f64 = 7.0;
 
 /// The beach of the scene.
 #[must_use]
@@ -47,7 +47,7 @@ pub fn shore() -> Shore {
 /// The sea off the beach: a moderate breeze toward the land.
 #[must_use]
 pub fn sea() -> Ocean {
-    let sea = Sea { wind_speed: 6.0, wind_direction: PI - 0.35, fetch: 40e3, ..Sea::default() };
+    let sea = Sea { wind_speed: 6.0, wind_direction: -0.35, fetch: 40e3, ..Sea::default() };
     Ocean { shore: Some(shore()), foam: Vec3::splat(0.7), ..ocean(&sea, RESOLUTION, 1) }
 }
 
@@ -60,9 +60,9 @@ pub fn shore_stage(tile: u32, progress: &(dyn Fn(f32) + Sync)) -> Result<Stage, 
     let shore = shore();
     let mut objects = animal(tile, progress)?.to_vec();
     objects.extend([beach::beach(&shore), beach::dunes(&shore)]);
-    // Where the animal stands at the beginning; it faces −y, and the sea is on its left.
+    // Where the animal stands at the beginning; it faces +y, and the sea is on its left.
     let level = move |y: f64| shore.ground(shore.offshore(DVec2::new(PATH, y))) as f32;
-    let at = |along: f32, seaward: f32, up: f32| Vec3::new(PATH as f32 + seaward, -along, 0.48 + up);
+    let at = |along: f32, seaward: f32, up: f32| Vec3::new(PATH as f32 - seaward, along, 0.48 + up);
     let middle = at(-0.4, 0.5, 1.9);
     let views = Views {
         near: Camera::looking_at(at(6.6, -3.0, 3.3), at(3.7, 0.3, 3.35), 36.0),
@@ -71,13 +71,13 @@ pub fn shore_stage(tile: u32, progress: &(dyn Fn(f32) + Sync)) -> Result<Stage, 
     };
     let motion = move |time: f64| {
         let gone = walked(time);
-        let stand = Vec3::new(PATH as f32, 0.0, level(f64::from(-gone)));
-        let world = Mat4::from_translation(stand) * Mat4::from_rotation_z(-FRAC_PI_2);
+        let stand = Vec3::new(PATH as f32, 0.0, level(f64::from(gone)));
+        let world = Mat4::from_translation(stand) * Mat4::from_rotation_z(FRAC_PI_2);
         let joints: Vec<Mat4> = walk::pose(time).skinning_matrices().into_iter().map(|joint| world * joint).collect();
         // The sand goes with the animal, in steps after which it looks the same.
         let steps = (gone / PERIOD as f32).round();
-        let sand = Pose::Rigid(Affine3A::from_translation(Vec3::Y * (-steps * PERIOD as f32)));
+        let sand = Pose::Rigid(Affine3A::from_translation(Vec3::Y * (steps * PERIOD as f32)));
         vec![Pose::Skinned(joints.clone()), Pose::Skinned(joints), sand.clone(), sand]
     };
-    Ok(Stage::moving(objects, views, motion, |time| Vec3::Y * -walked(time)).with_ocean(sea()))
+    Ok(Stage::moving(objects, views, motion, |time| Vec3::Y * walked(time)).with_ocean(sea()))
 }

@@ -73,7 +73,7 @@ fn wet_relief(s: f32, y: f32, period: i32) -> f32 {
 fn wrack(s: f32, y: f32) -> f32 {
     let line = -4.1 + 0.5 * fractal(31, 5.0, y * 0.2, 4, 3, 0.5);
     let near = (-((s - line) / 0.22).powi(2)).exp();
-    let tufts = smooth(0.05, 0.45, fractal(32, s * 6.0 + 50.0, y * 6.0, 120, 2, 0.6)) * smooth(-0.3, 0.3, gradient(33, s, y * 0.5, 10));
+    let tufts = smooth(0.15, 0.55, fractal(32, s * 6.0 + 50.0, y * 6.0, 120, 2, 0.6)) * smooth(-0.3, 0.3, gradient(33, s, y * 0.5, 10));
     near * tufts
 }
 
@@ -85,7 +85,7 @@ fn color(s: f32, y: f32, relief: f32, wet: f32, period: i32) -> [u8; 4] {
     let weed = wrack(s, y);
     let channel = |i: usize| {
         let sand = DRY[i] * dry * (1.0 - wet) + WET[i] * wet;
-        let value = sand + ([0.045, 0.038, 0.022][i] - sand) * 0.85 * weed;
+        let value = sand + ([0.045, 0.038, 0.022][i] - sand) * 0.6 * weed;
         (srgb_from_linear(value) * 255.0 + 0.5) as u8
     };
     let roughness = 0.6 + (0.12 - 0.6) * wet - 0.12 * damp * (1.0 - wet) + 0.3 * weed;
