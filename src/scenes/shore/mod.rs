@@ -26,7 +26,7 @@ pub const PERIOD: f64 = 40.0;
 /// Samples along the edge of a tile of waves.
 const RESOLUTION: u32 = 256;
 /// x of the animal's path: on the dry sand beside the wet.
-const PATH: f64 = 7.0;
+const PATH: f64 = 6.2;
 
 /// The beach of the scene.
 #[must_use]
@@ -62,12 +62,12 @@ pub fn shore_stage(tile: u32, progress: &(dyn Fn(f32) + Sync)) -> Result<Stage, 
     objects.extend([beach::beach(&shore), beach::dunes(&shore)]);
     // Where the animal stands at the beginning; it faces +y, and the sea is on its left.
     let level = move |y: f64| shore.ground(shore.offshore(DVec2::new(PATH, y))) as f32;
-    let at = |along: f32, seaward: f32, up: f32| Vec3::new(PATH as f32 - seaward, along, 0.48 + up);
-    let middle = at(-0.4, 0.5, 1.9);
+    let at = |along: f32, seaward: f32, up: f32| Vec3::new(PATH as f32 - seaward, along, 0.42 + up);
+    let middle = at(-0.5, 0.8, 1.85);
     let views = Views {
         near: Camera::looking_at(at(6.6, -3.0, 3.3), at(3.7, 0.3, 3.35), 36.0),
-        mid: Camera::looking_at(at(7.2, -12.2, 2.0), middle, 38.0),
-        far: Camera::looking_at(at(62.0, -82.0, 22.0), at(0.0, 6.0, 1.0), 36.0),
+        mid: Camera::looking_at(at(7.0, -10.6, 1.9), middle, 38.0),
+        far: Camera::looking_at(at(52.0, -72.0, 17.0), at(-2.0, 2.0, 2.0), 34.0),
     };
     let motion = move |time: f64| {
         let gone = walked(time);
