@@ -87,7 +87,8 @@ fn a_frame_is_the_same_whichever_frames_came_before() {
     let Some(gpu) = common::test_gpu() else { return };
     let (mut renderer, state) = scene(&gpu);
     let settings = RenderSettings { size: (32, 24), ..RenderSettings::default() };
-    let in_order: Vec<_> = (0..4).map(|i| renderer.render(&state(f64::from(i) * 2.5), &settings).unwrap().color).collect();
+    let in_order: Vec<_> =
+        (0..4).map(|i| renderer.render(&state(f64::from(i) * 2.5), &settings).unwrap().color).collect();
     for i in [2, 0, 3, 1] {
         assert_eq!(renderer.render(&state(f64::from(i) * 2.5), &settings).unwrap().color, in_order[i as usize]);
     }
@@ -110,5 +111,8 @@ fn exposed_pictures_of_a_day_are_neither_black_nor_white() {
     println!("{seen:.3?}");
     let (low, high) = seen.iter().fold((f64::MAX, 0.0f64), |(l, h), s| (l.min(s.1), h.max(s.1)));
     assert!(low > 0.01 && high < 1.0, "{low} {high}");
-    assert!(seen.iter().all(|s| if s.0 < -12.0 { s.1 < 0.1 } else { s.0 < 5.0 || s.1 > 0.1 }), "night is darker than day");
+    assert!(
+        seen.iter().all(|s| if s.0 < -12.0 { s.1 < 0.1 } else { s.0 < 5.0 || s.1 > 0.1 }),
+        "night is darker than day"
+    );
 }

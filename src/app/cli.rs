@@ -7,8 +7,8 @@ use clap::{Args, Parser, Subcommand};
 use super::report::ReportSection;
 use super::shading::{ShadingArgs, techniques};
 use super::values::{
-    CameraChoice, EnvironmentChoice, FrameRange, Layer, SceneKind, Shard, Size, Sun, atlas_tile, finite, hour, not_negative,
-    positive, roughness, sweep,
+    CameraChoice, EnvironmentChoice, FrameRange, Layer, SceneKind, Shard, Size, Sun, atlas_tile, finite, hour,
+    not_negative, positive, roughness, sweep,
 };
 use crate::render::settings::Technique;
 use crate::scenes::stage::Sweep;

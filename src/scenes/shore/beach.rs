@@ -34,7 +34,8 @@ pub fn dunes(shore: &Shore) -> Object {
     let rows = mirrored(&[(40.0, 2.0)]);
     let height = |s: f64, y: f64| {
         let turn = std::f64::consts::TAU / PERIOD;
-        let hills = (turn * y + 0.07 * s).sin() + 0.6 * (2.0 * turn * y - 0.16 * s + 1.0).sin() + 0.5 * (0.11 * s).sin();
+        let hills =
+            (turn * y + 0.07 * s).sin() + 0.6 * (2.0 * turn * y - 0.16 * s + 1.0).sin() + 0.5 * (0.11 * s).sin();
         let there = smooth(-32.0, -60.0, s) * smooth(-500.0, -250.0, s);
         shore.ground(s) + there * (0.9 + 0.45 * hills) + 1.2 * smooth(-40.0, -200.0, s) - 0.25 * smooth(-27.6, -26.2, s)
     };

@@ -49,7 +49,8 @@ fn smooth(low: f32, high: f32, x: f32) -> f32 {
 fn dry_relief(s: f32, y: f32, period: i32) -> f32 {
     let slow = 0.035 * fractal(3, s * 0.4 + 40.0, y * 0.4, period * 2 / 5, 3, 0.5);
     // Ripples lie along the coast and fork where the bend of their phase is steep.
-    let bend = 2.2 * gradient(5, s * 0.5 + 60.0, y * 0.5, period / 2) + 0.7 * gradient(6, s * 1.5, y * 1.5, period * 3 / 2);
+    let bend =
+        2.2 * gradient(5, s * 0.5 + 60.0, y * 0.5, period / 2) + 0.7 * gradient(6, s * 1.5, y * 1.5, period * 3 / 2);
     let phase = std::f32::consts::TAU * (s / 0.16 + bend);
     let patch = smooth(-0.25, 0.35, gradient(7, s * 0.3 + 70.0, y * 0.3, period * 3 / 10));
     let ripples = 0.006 * (phase.sin() + 0.3 * (2.0 * phase + 0.8).sin()) * (0.25 + 0.75 * patch);
@@ -65,21 +66,28 @@ fn dry_relief(s: f32, y: f32, period: i32) -> f32 {
 
 /// Relief of sand that the water has smoothed: rills, and a few shells.
 fn wet_relief(s: f32, y: f32, period: i32) -> f32 {
-    let rills = 0.0035 * gradient(21, s * 0.8 + 30.0, y * 5.0, period * 5) * smooth(-0.2, 0.4, gradient(22, s * 0.4 + 30.0, y * 0.4, period * 2 / 5));
-    rills + 0.008 * fractal(23, s * 0.6 + 35.0, y * 0.6, period * 3 / 5, 2, 0.5) + 0.0005 * gradient(24, s * 20.0, y * 20.0, period * 20)
+    let rills = 0.0035
+        * gradient(21, s * 0.8 + 30.0, y * 5.0, period * 5)
+        * smooth(-0.2, 0.4, gradient(22, s * 0.4 + 30.0, y * 0.4, period * 2 / 5));
+    rills
+        + 0.008 * fractal(23, s * 0.6 + 35.0, y * 0.6, period * 3 / 5, 2, 0.5)
+        + 0.0005 * gradient(24, s * 20.0, y * 20.0, period * 20)
 }
 
 /// What the highest waves left behind: 0 nothing, 1 weed.
 fn wrack(s: f32, y: f32) -> f32 {
     let line = -4.1 + 0.5 * fractal(31, 5.0, y * 0.2, 4, 3, 0.5);
     let near = (-((s - line) / 0.22).powi(2)).exp();
-    let tufts = smooth(0.15, 0.55, fractal(32, s * 6.0 + 50.0, y * 6.0, 120, 2, 0.6)) * smooth(-0.3, 0.3, gradient(33, s, y * 0.5, 10));
+    let tufts = smooth(0.15, 0.55, fractal(32, s * 6.0 + 50.0, y * 6.0, 120, 2, 0.6))
+        * smooth(-0.3, 0.3, gradient(33, s, y * 0.5, 10));
     near * tufts
 }
 
 fn color(s: f32, y: f32, relief: f32, wet: f32, period: i32) -> [u8; 4] {
     let damp = smooth(-6.0, -3.6, s + 0.8 * fractal(12, s * 0.3 + 40.0, y * 0.3, period * 3 / 10, 3, 0.5));
-    let grain = 1.0 + 0.05 * gradient(41, s * 23.0, y * 23.0, period * 23) + 0.06 * fractal(42, s * 0.9 + 30.0, y * 0.9, period * 9 / 10, 3, 0.5);
+    let grain = 1.0
+        + 0.05 * gradient(41, s * 23.0, y * 23.0, period * 23)
+        + 0.06 * fractal(42, s * 0.9 + 30.0, y * 0.9, period * 9 / 10, 3, 0.5);
     // Hollows are darker, and hold the water longer.
     let dry = grain * (1.0 + 4.0 * relief.clamp(-0.03, 0.03)) * (1.0 - 0.25 * damp);
     let weed = wrack(s, y);
