@@ -21,6 +21,7 @@ use super::scene::{FrameState, Object};
 use super::settings::{Quadrature, RenderSettings, ShadingSettings};
 use super::shade::{LightSet, LightingGpu, ShadeInputs, ShadePass};
 use super::shadow::{ShadowPass, ShadowView};
+use super::sky::Sky;
 use super::tessellation::TessellationSettings;
 use crate::gpu::{Buffer, Commands, Gpu, GpuError, Image, ImageDesc, Memory, Result, Timestamps};
 
@@ -183,6 +184,15 @@ impl Renderer {
     /// A lost device, or memory that is short.
     pub fn radiance_sh(&self) -> Result<Vec<[f32; 4]>> {
         self.irradiance.coefficients().read_all()
+    }
+
+    /// Brings the environment to a sky before the frame that shows it, so that the frame need not.
+    ///
+    /// # Errors
+    /// A failed submission.
+    pub fn show_sky(&mut self, sky: &Sky) -> Result<()> {
+        let environment = &mut self.environment;
+        self.gpu.submit("sky", |cmd| environment.update_sky(cmd, sky)).map(|_| ())
     }
 
     /// Renders a frame and reads it back.
@@ -484,10 +494,7 @@ impl Renderer {
     /// Makes what the shadows of the reference need: its pass, and an environment that can be drawn from.
     fn prepare_reference(&mut self, state: &FrameState) -> Result<()> {
         if let Some(sky) = &state.sky {
-            let environment = &mut self.environment;
-            self.gpu.submit("sky", |cmd| {
-                environment.update_sky(cmd, sky);
-            })?;
+            self.show_sky(sky)?;
         }
         let pass = match &mut self.reference {
             Some(pass) => pass,
