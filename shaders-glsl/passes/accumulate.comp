@@ -5,6 +5,7 @@ layout(local_size_x = 8, local_size_y = 8) in;
 
 layout(binding = 0) uniform sampler2D sample_image;
 layout(binding = 1, rgba32f) uniform image2D mean_image;
+layout(binding = 2) uniform sampler2D pixel_image; // of edge sample 0
 layout(push_constant) uniform Weight { float weight; } push; // 1 / (samples so far)
 
 void main() {
@@ -13,6 +14,9 @@ void main() {
         return;
     }
     vec4 value = texelFetch(sample_image, pixel, 0);
+    if (value.a < 0.0) { // the pixel's own surface: see edges.comp
+        value = texelFetch(pixel_image, pixel, 0);
+    }
     vec4 mean = push.weight >= 1.0 ? vec4(0.0) : imageLoad(mean_image, pixel);
     imageStore(mean_image, pixel, mean + (value - mean) * push.weight);
 }

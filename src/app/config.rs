@@ -57,6 +57,8 @@ pub struct SceneConfig {
     pub size: Size,
     /// Samples per pixel.
     pub samples: u32,
+    /// Pictures of the geometry per sample.
+    pub edge_samples: u32,
     /// Seed of the sample positions.
     pub seed: u64,
     /// Stops, for PNG and window.
@@ -88,6 +90,10 @@ impl SceneConfig {
             let fault = "--relief-shadows is for --technique reference; --masking says what the others do";
             return Err(AppError::Usage(fault.into()));
         }
+        if a.edge_samples > 1 && shading.technique == Technique::Reference {
+            let fault = "--edge-samples is for techniques that filter; --technique reference takes --samples";
+            return Err(AppError::Usage(fault.into()));
+        }
         let view = match &a.camera {
             CameraChoice::Near => View::Near,
             CameraChoice::Mid => View::Mid,
@@ -108,6 +114,7 @@ impl SceneConfig {
             distance: a.distance,
             size: a.size,
             samples: a.samples,
+            edge_samples: a.edge_samples,
             seed: a.seed,
             exposure: a.exposure,
             atlas_tile: a.atlas_tile,
@@ -226,6 +233,8 @@ pub(super) mod tests {
             "64x32",
             "--samples",
             "9",
+            "--edge-samples",
+            "8",
             "--seed",
             "4",
             "--exposure",
@@ -254,6 +263,7 @@ pub(super) mod tests {
         assert_eq!((shading.terms, scene.displacement), (Terms::DIFFUSE_LIGHTS, false));
         assert_eq!((scene.view, scene.distance), (View::Near, Some(7.0)));
         assert_eq!((scene.size, scene.samples, scene.seed), (Size { width: 64, height: 32 }, 9, 4));
+        assert_eq!(scene.edge_samples, 8);
         assert_eq!((scene.exposure, scene.atlas_tile, scene.roughness), (-1.5, 32, Some(0.2)));
         assert_eq!((scene.device.as_deref(), scene.validation), (Some("llvmpipe"), true));
         assert_eq!(config.layers, [Layer::Depth, Layer::Lod]);
@@ -262,8 +272,10 @@ pub(super) mod tests {
 
     #[test]
     fn contradictions_are_wrong_usage() {
-        let cases: [&[&str]; 13] = [
+        let cases: [&[&str]; 15] = [
             &["--relief-shadows"],
+            &["--edge-samples", "0"],
+            &["--edge-samples", "4", "--technique", "reference"],
             &["--sweep", "1..2"],
             &["--frames", "0..4", "--sweep", "1..2", "--distance", "3"],
             &["--frames", "0..4", "--sweep", "1..2", "--fps", "3"],

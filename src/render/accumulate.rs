@@ -24,19 +24,25 @@ impl AccumulatePass {
         })
     }
 
-    /// Mixes sample number `index` (from 0) into `mean`, which keeps its content between samples.
-    pub fn record(&self, cmd: &mut Commands, sample: &Image, mean: &Image, index: u32) {
+    /// Mixes a sample into the `mean` of the `before` samples before it. Where an edge sample has the radiance
+    /// [`OF_THE_PIXEL`](super::edges::OF_THE_PIXEL), that of `pixel` takes its place.
+    pub fn record(&self, cmd: &mut Commands, sample: &Image, pixel: &Image, mean: &Image, before: u32) {
         cmd.transition(sample, Use::Sampled);
-        if index == 0 {
+        cmd.transition(pixel, Use::Sampled);
+        if before == 0 {
             cmd.image_barrier(mean, Use::Undefined, Use::ComputeReadWrite);
         } else {
             cmd.transition(mean, Use::ComputeReadWrite);
         }
         cmd.bind(
             &self.pipeline,
-            &[(0, Descriptor::Sampled(sample.whole(), &self.nearest)), (1, Descriptor::StorageImage(mean.whole()))],
+            &[
+                (0, Descriptor::Sampled(sample.whole(), &self.nearest)),
+                (1, Descriptor::StorageImage(mean.whole())),
+                (2, Descriptor::Sampled(pixel.whole(), &self.nearest)),
+            ],
         );
-        cmd.push_constants(&(1.0f32 / (index + 1) as f32));
+        cmd.push_constants(&(1.0f32 / (before + 1) as f32));
         let [width, height] = mean.mip_extent(0);
         cmd.dispatch_invocations(&self.pipeline, [width, height, 1]);
     }
@@ -88,8 +94,6 @@ pub fn jitter(index: u32, samples: u32, seed: u64) -> Vec2 {
     if samples <= 1 {
         return Vec2::ZERO;
     }
-    // Reciprocals of the plastic number and of its square.
-    let step = [0.754_877_666_246_692_7f64, 0.569_840_290_998_053_2];
     let mut state = seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ 0x5851_f42d_4c95_7f2d;
     let mut shift = || {
         state ^= state >> 30;
@@ -98,7 +102,21 @@ pub fn jitter(index: u32, samples: u32, seed: u64) -> Vec2 {
         (state >> 11) as f64 / (1u64 << 53) as f64
     };
     let at = |step: f64, shift: f64| (f64::from(index).mul_add(step, shift).fract() - 0.5) as f32;
-    Vec2::new(at(step[0], shift()), at(step[1], shift()))
+    Vec2::new(at(R2[0], shift()), at(R2[1], shift()))
+}
+
+/// Steps of the R2 sequence: reciprocals of the plastic number and of its square.
+const R2: [f64; 2] = [0.754_877_666_246_692_7, 0.569_840_290_998_053_2];
+
+/// Offset of edge sample `edge` of a sample at `offset`: the R2 sequence from there on, around the pixel's borders, so that
+/// number 0 is the sample itself.
+#[must_use]
+pub fn edge_jitter(offset: Vec2, edge: u32) -> Vec2 {
+    if edge == 0 {
+        return offset;
+    }
+    let at = |offset: f32, step: f64| (f64::from(edge).mul_add(step, f64::from(offset) + 0.5).fract() - 0.5) as f32;
+    Vec2::new(at(offset.x, R2[0]), at(offset.y, R2[1]))
 }
 
 #[cfg(test)]
@@ -147,5 +165,19 @@ mod tests {
             assert!(cells.iter().all(|&n| (12..=20).contains(&n)), "{cells:?}");
         }
         assert_ne!(jitter(0, 16, 0), jitter(0, 16, 1));
+    }
+
+    #[test]
+    fn edge_samples_cover_the_pixel_around_their_sample() {
+        for offset in [Vec2::ZERO, jitter(3, 8, 5), Vec2::splat(-0.5)] {
+            assert_eq!(edge_jitter(offset, 0), offset);
+            let mut cells = [0; 16];
+            for edge in 0..64 {
+                let p = edge_jitter(offset, edge);
+                assert!(p.abs().max_element() <= 0.5);
+                cells[((p.y + 0.5) * 3.999) as usize * 4 + ((p.x + 0.5) * 3.999) as usize] += 1;
+            }
+            assert!(cells.iter().all(|&n| (2..=6).contains(&n)), "{cells:?}");
+        }
     }
 }

@@ -33,11 +33,13 @@ impl VisibleSurface {
     /// Memory that is short.
     pub fn new(gpu: &Arc<Gpu>, size: (u32, u32)) -> Result<Self> {
         let color = |name: &str| Image::new(gpu, name, ImageDesc::new(Self::FORMAT, size.0, size.1).color_target());
+        // The edge pass marks in it.
+        let surface = ImageDesc::new(Self::FORMAT, size.0, size.1).color_target().storage();
         let depth = ImageDesc::new(vk::Format::D32_SFLOAT, size.0, size.1).depth_target();
         Ok(Self {
             texture: color("visible texture")?,
             tangent: color("visible tangent")?,
-            surface: color("visible surface")?,
+            surface: Image::new(gpu, "visible surface", surface)?,
             depth: Image::new(gpu, "depth", depth)?,
         })
     }

@@ -1,5 +1,8 @@
 //! What a picture is made with.
 
+use glam::Vec2;
+
+use super::accumulate::jitter;
 use super::tessellation::TessellationSettings;
 
 /// How a surface is filtered and shaded.
@@ -272,6 +275,10 @@ pub struct RenderSettings {
     pub samples: u32,
     /// Seed of the offsets. One sample lies in the pixel's centre whatever the seed.
     pub seed: u64,
+    /// Pictures of the geometry per sample, 1 to [`MAX_EDGE_SAMPLES`](Self::MAX_EDGE_SAMPLES), each with its own offset
+    /// inside the pixel. The first is shaded; the others are where they see another surface, so outlines are as smooth as
+    /// of that many samples, and the inside of a surface stays the same ([`super::edges`]). 1 for [`Technique::Reference`].
+    pub edge_samples: u32,
     /// Shading.
     pub shading: ShadingSettings,
     /// Tessellation.
@@ -289,6 +296,30 @@ pub struct RenderSettings {
 }
 
 impl RenderSettings {
+    /// Most edge samples.
+    pub const MAX_EDGE_SAMPLES: u32 = 256;
+
+    /// Whether a picture can be made like this.
+    ///
+    /// # Errors
+    /// A sentence about what is wrong.
+    pub fn check(&self) -> Result<(), String> {
+        let most = Self::MAX_EDGE_SAMPLES;
+        if !(1..=most).contains(&self.edge_samples) {
+            return Err(format!("{} edge samples are not 1 to {most}", self.edge_samples));
+        }
+        if self.edge_samples > 1 && self.shading.technique == Technique::Reference {
+            return Err("edge samples are for techniques that filter; the reference takes samples".to_owned());
+        }
+        self.shading.check()
+    }
+
+    /// Offset of sample `index` from the middle of its pixel, pixels.
+    #[must_use]
+    pub fn sample_offset(&self, index: u32) -> Vec2 {
+        jitter(index, self.samples.max(1), self.seed)
+    }
+
     /// What the heights of the geometry are multiplied by where those of the maps are by `height_scale`.
     #[must_use]
     pub fn geometry_scale(&self, height_scale: f32) -> f32 {
@@ -308,6 +339,7 @@ impl Default for RenderSettings {
             size: (1024, 1024),
             samples: 1,
             seed: 0,
+            edge_samples: 1,
             shading: ShadingSettings::default(),
             tessellation: TessellationSettings::default(),
             shadows: true,

@@ -97,7 +97,7 @@ impl LightSet {
 /// What the shading pass reads.
 #[derive(Clone, Copy)]
 pub struct ShadeInputs<'a> {
-    /// For its depth.
+    /// For its depth, and what is marked in it.
     pub visible: &'a VisibleSurface,
     /// What the filter pass found.
     pub gbuffer: &'a GBuffer,
@@ -122,11 +122,12 @@ impl ShadePass {
     /// The format of the target.
     pub const FORMAT: vk::Format = vk::Format::R32G32B32A32_SFLOAT;
 
-    /// The pass for one set of settings and lights.
+    /// The pass for one set of settings and lights. For `edges`, it leaves out what
+    /// [`EdgePass`](super::edges::EdgePass) marked.
     ///
     /// # Errors
     /// A failed pipeline.
-    pub fn new(gpu: &Arc<Gpu>, settings: ShadingSettings, lights: LightSet) -> Result<Self> {
+    pub fn new(gpu: &Arc<Gpu>, settings: ShadingSettings, lights: LightSet, edges: bool) -> Result<Self> {
         let samples = match settings.quadrature {
             Quadrature::Grid(n) | Quadrature::VisibleSlopes(n) => n,
         };
@@ -147,6 +148,7 @@ impl ShadePass {
                     (6, SpecValue::I32(i32::from(!lights.sun))),
                     (7, SpecValue::Bool(lights.shadows)),
                     (8, SpecValue::I32(lights.points as i32)),
+                    (9, SpecValue::Bool(edges)),
                 ],
                 ..Default::default()
             },
@@ -175,6 +177,7 @@ impl ShadePass {
                 (6, Descriptor::Sampled(inputs.cube, &self.trilinear)),
                 (7, Descriptor::Storage(inputs.radiance_sh)),
                 (8, Descriptor::Sampled(inputs.shadow_map.whole(), &self.nearest)),
+                (9, Descriptor::Sampled(visible.surface.whole(), &self.nearest)),
             ],
         );
         cmd.draw(0..3, 0..1);

@@ -1,0 +1,142 @@
+//! The passes of a sample in their order.
+
+use super::{PassTime, PixelPasses, Renderer, add_times};
+use crate::gpu::{Commands, Result, Timestamps};
+use crate::render::accumulate::edge_jitter;
+use crate::render::edges::EdgeRays;
+use crate::render::patch_mesh::PosedVertices;
+use crate::render::scene::FrameState;
+use crate::render::settings::RenderSettings;
+use crate::render::shade::{LightSet, ShadeInputs};
+
+/// A picture of one jittered place in every pixel.
+#[derive(Clone, Copy)]
+struct SubFrame {
+    /// The sample among those of the frame.
+    index: u32,
+    /// Samples in the mean before it.
+    drawn: u32,
+    /// The edge sample; 0 is the one that shades the pixel's surface.
+    edge: u32,
+}
+
+impl Renderer {
+    /// Draws sample `index` of a prepared frame, all its edge samples included, into the mean that holds the `drawn` samples
+    /// before it (at 0 it is begun). Waits for the device, and returns the time of each pass on it.
+    ///
+    /// # Errors
+    /// As [`render`](Self::render).
+    pub fn draw_sample(
+        &mut self,
+        state: &FrameState,
+        settings: &RenderSettings,
+        posed: &[PosedVertices],
+        index: u32,
+        drawn: u32,
+    ) -> Result<Vec<PassTime>> {
+        let mut times = Vec::new();
+        let (gpu, timestamps) = (self.gpu.clone(), self.timestamps.clone());
+        for edge in 0..settings.edge_samples.max(1) {
+            self.prepare_camera(state, settings, posed, index, edge)?;
+            gpu.submit("frame", |cmd| {
+                cmd.reset_timestamps(&timestamps);
+                self.record(cmd, state, settings, SubFrame { index, drawn, edge }, &timestamps);
+            })?;
+            let intervals = timestamps.intervals()?.into_iter();
+            add_times(&mut times, intervals.map(|(pass, milliseconds)| PassTime { pass, milliseconds }).collect());
+        }
+        Ok(times)
+    }
+
+    /// Records a prepared sub-frame: LEADR's Figure 3 from top to bottom.
+    fn record(
+        &mut self,
+        cmd: &mut Commands,
+        state: &FrameState,
+        settings: &RenderSettings,
+        sub: SubFrame,
+        timestamps: &Timestamps,
+    ) {
+        let lights = LightSet::new(state, self.shadow_view.is_some());
+        let (Some(targets), Some(PixelPasses { filter, shade, shade_edges })) =
+            (&self.targets, self.pipelines.get(&(settings.shading, lights)))
+        else {
+            return;
+        };
+        // Edge sample 0 is the pixel's own.
+        let (target, shade) = match (sub.edge, &targets.edge, shade_edges) {
+            (1.., Some(edge), Some(shade_edges)) => (edge, shade_edges),
+            _ => (&targets.pixel, shade),
+        };
+        let repeats = self.repeats;
+        let height_scale = settings.geometry_scale(state.height_scale);
+        let relief = self.reference.as_ref().filter(|_| settings.shadows_of_relief());
+        cmd.timestamp(timestamps, "begin");
+        if let Some(relief) = relief {
+            let casters: Vec<_> = self.drawn.iter().filter(|d| d.sun.is_some()).map(|d| &d.object).collect();
+            cmd.label("shadow", |cmd| relief.record_maps(cmd, &casters, height_scale));
+            cmd.timestamp(timestamps, "shadow");
+        } else if sub.drawn == 0 && sub.edge == 0 {
+            if let Some(sky) = &state.sky {
+                cmd.label("sky", |cmd| self.environment.update_sky(cmd, sky));
+                cmd.timestamp(timestamps, "sky");
+            }
+            cmd.label_times("irradiance", repeats, |cmd| {
+                self.irradiance.record(cmd, &self.environment, 1.0, &[], [0.0; 3])
+            });
+            cmd.timestamp(timestamps, "irradiance");
+            if let Some(ocean) = &self.ocean {
+                cmd.label("waves", |cmd| ocean.record_waves(cmd, state.time));
+                cmd.timestamp(timestamps, "waves");
+            }
+            let casters: Vec<_> =
+                self.drawn.iter().filter_map(|d| d.sun.as_ref().map(|sun| (&d.object, sun))).collect();
+            let casters = if self.shadow_view.is_some() { casters } else { Vec::new() };
+            cmd.label_times("shadow", repeats, |cmd| self.shadow.record(cmd, &casters, height_scale));
+            cmd.timestamp(timestamps, "shadow");
+        }
+        let objects: Vec<_> = self.drawn.iter().map(|d| (&d.object, &d.camera)).collect();
+        cmd.label_times("geometry", repeats, |cmd| {
+            self.geometry.record(cmd, &target.visible, &objects, height_scale, settings.mark_inside);
+            if let Some(ocean) = &self.ocean {
+                ocean.record_geometry(cmd, &target.visible);
+            }
+        });
+        cmd.timestamp(timestamps, "geometry");
+        if sub.edge > 0 {
+            let offset = settings.sample_offset(sub.index);
+            let rays = |edge| state.camera.rays(settings.size, edge_jitter(offset, edge));
+            let rays = EdgeRays::new(rays(0), rays(sub.edge), state.camera.near);
+            cmd.label_times("edges", repeats, |cmd| {
+                self.edges.record(cmd, &targets.pixel.visible, &target.visible, &rays);
+            });
+            cmd.timestamp(timestamps, "edges");
+        }
+        cmd.label_times("filter", repeats, |cmd| {
+            let objects = objects.iter().filter(|(_, view)| !view.draws.is_empty()).map(|(object, _)| *object);
+            filter.record(cmd, &target.visible, &target.gbuffer, objects, state.height_scale);
+            if let Some(ocean) = &self.ocean {
+                ocean.record_filter(cmd, &target.visible, &target.gbuffer);
+            }
+        });
+        cmd.timestamp(timestamps, "filter");
+        let inputs = ShadeInputs {
+            visible: &target.visible,
+            gbuffer: &target.gbuffer,
+            lighting: &self.lighting,
+            cube: self.environment.cube(),
+            radiance_sh: self.irradiance.coefficients(),
+            shadow_map: &self.shadow.map,
+        };
+        cmd.label_times("shade", repeats, |cmd| match relief {
+            Some(pass) => pass.record(cmd, &target.visible, &target.gbuffer, &self.environment, &target.radiance),
+            None => shade.record(cmd, inputs, &target.radiance),
+        });
+        cmd.timestamp(timestamps, "shade");
+        let before = sub.drawn * settings.edge_samples.max(1) + sub.edge;
+        cmd.label_times("accumulate", repeats, |cmd| {
+            self.accumulate.record(cmd, &target.radiance, &targets.pixel.radiance, &targets.mean, before);
+        });
+        cmd.timestamp(timestamps, "accumulate");
+    }
+}
