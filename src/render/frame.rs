@@ -461,7 +461,7 @@ impl Renderer {
     fn prepare_pipelines(&mut self, state: &FrameState, settings: &RenderSettings) -> Result<()> {
         let key = (settings.shading, LightSet::new(state, self.shadow_view.is_some()));
         if !self.pipelines.contains_key(&key) {
-            let filter = FilterPass::new(&self.gpu, key.0.technique)?;
+            let filter = FilterPass::new(&self.gpu, &key.0)?;
             let shade = ShadePass::new(&self.gpu, key.0, key.1)?;
             self.pipelines.insert(key, (filter, shade));
         }
