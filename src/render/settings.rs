@@ -54,6 +54,13 @@ impl Technique {
         matches!(self, Self::NormalMip | Self::Leadr | Self::LeadrGgx | Self::Reference)
     }
 
+    /// Whether the turn of the macrosurface under a pixel widens its distribution: `USES_CURVATURE` of
+    /// `passes/technique.glsl`.
+    #[must_use]
+    pub fn has_pixel_kernel(self) -> bool {
+        matches!(self, Self::Leadr | Self::LeadrGgx)
+    }
+
     /// The name on the command line.
     #[must_use]
     pub fn name(self) -> &'static str {
@@ -225,6 +232,9 @@ pub struct ShadingSettings {
     pub terms: Terms,
     /// Diffuse light of sun and point lights.
     pub diffuse_lights: DiffuseLights,
+    /// Whether the turn of the macrosurface under a pixel counts as roughness, which the LEADR paper leaves out (Tokuyoshi &
+    /// Kaplanyan 2019). For the LEADR techniques on meshes; the others have none.
+    pub pixel_kernel: bool,
 }
 
 impl ShadingSettings {
@@ -262,6 +272,7 @@ impl Default for ShadingSettings {
             visibility: Visibility::Correlated,
             terms: Terms::ALL,
             diffuse_lights: DiffuseLights::Cosine,
+            pixel_kernel: true,
         }
     }
 }

@@ -6,7 +6,7 @@
 #include "leadr/frame.glsl"
 #include "leadr/slope_statistics.glsl"
 
-layout(binding = 7) uniform sampler2D moments_b;
+layout(binding = 7) uniform sampler2D height_map;
 
 layout(location = 0) in vec3 in_normal;
 layout(location = 1) in vec3 in_tangent_s;
@@ -27,7 +27,7 @@ void main() {
     Frame frame = frame_about(normal);
     // The turn of the macro normal over one pixel, as differences of slopes.
     vec3 curvature = add_macro_curvature(vec3(0.0), -to_frame(frame, dFdx(normal)).xy, -to_frame(frame, dFdy(normal)).xy);
-    vec2 size = vec2(textureSize(moments_b, 0));
+    vec2 size = vec2(textureSize(height_map, 0));
     out_texture = uvec4(floatBitsToUint(in_texcoord), packHalf2x16(dFdx(in_texcoord) * size),
                         packHalf2x16(dFdy(in_texcoord) * size));
     vec3 ts = clamp(in_tangent_s, -6e4, 6e4), tt = clamp(in_tangent_t, -6e4, 6e4);

@@ -121,9 +121,16 @@ pub const GOALS: [Goal; 6] = [
     },
 ];
 
-/// The paper's settings: masking alone, as its algorithms are printed.
+/// The paper's settings: masking alone, as its algorithms are printed, and no pixel kernel.
 fn paper(technique: Technique, quadrature: Quadrature, terms: Terms) -> ShadingSettings {
-    ShadingSettings { technique, quadrature, terms, visibility: Visibility::Masking, ..Default::default() }
+    ShadingSettings {
+        technique,
+        quadrature,
+        terms,
+        visibility: Visibility::Masking,
+        pixel_kernel: false,
+        ..Default::default()
+    }
 }
 
 /// The tables of the full-screen quad that `state` shows.
