@@ -28,7 +28,7 @@ pub struct ShadingArgs {
     /// Light each pixel through N by N slope samples, 1 to 128 [default: 5]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=128))]
     pub grid: Option<u32>,
-    /// Look the environment up N times per pixel: 3, 5, 7, 9 or 16 [default of --rule visible: 9]
+    /// Look the environment up N times per pixel: 5, 9 or 16 [default of --rule visible: 9]
     #[arg(long, value_name = "N", conflicts_with = "grid", value_parser = probes)]
     pub probes: Option<u32>,
     /// Microfacet visibility [default: correlated]

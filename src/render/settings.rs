@@ -89,7 +89,7 @@ pub enum Quadrature {
 
 impl Quadrature {
     /// Numbers of probes there is a rule for.
-    pub const PROBES: [u32; 5] = [3, 5, 7, 9, 16];
+    pub const PROBES: [u32; 3] = [5, 9, 16];
     /// Most slopes along a side of the grid.
     pub const MAX_GRID: u32 = 128;
 

@@ -1,5 +1,5 @@
 // LEADR: integrals over the visible slopes. Specular lights by eq. 17; specular environment by eq. 19 and 22, on the
-// paper's grid (Algorithm 1) or a line of probes; diffuse by eq. 20-23 (Algorithms 2 and 3), on the grid or in closed
+// paper's grid (Algorithm 1) or a few probes; diffuse by eq. 20-23 (Algorithms 2 and 3), on the grid or in closed
 // form, or by one lookup for environments with shadows.
 #ifndef LEADR_SHADE_LEADR
 #define LEADR_SHADE_LEADR
@@ -15,7 +15,6 @@
 
 const bool GGX = TECHNIQUE == TECHNIQUE_LEADR_GGX;
 const int DIFFUSE_TERMS = 2; // of the closed form: see visible_diffuse.glsl
-const int LIT_NODES = 5;     // of the integral of what is lit: see shadowed_specular.glsl
 
 // Means over the visible mirrors.
 struct Mirrors {
@@ -49,27 +48,23 @@ Mirrors grid_mirrors(Surface surface, vec3 wo, vec3 S) {
     return Mirrors(reflected * scale, fresnel * scale, o.visible);
 }
 
-// A line of probes through the slopes that are visible and lit; their weights sum to one.
-Mirrors line_mirrors(Surface surface, vec3 wo, vec3 S) {
-    LineRule rule = line_rule(SAMPLES);
-    LitSlopes lit = lit_slopes(VISIBILITY, wo, visible_slopes(wo, surface.mean_slope, S), line_rule(LIT_NODES));
-    VisibleLine line = line_of_slopes(lit.slopes, wo, lighting.environment.x, rule);
+// A few probes among the visible slopes; their weights sum to one.
+Mirrors probe_mirrors(Surface surface, vec3 wo, vec3 S) {
+    VisibleProbes probes = visible_probes(wo, surface.mean_slope, S);
+    DirectionArea o = direction_area(wo, probes.m, probes.cholesky);
     vec3 reflected = vec3(0.0), fresnel = vec3(0.0);
     [[unroll]] for (int i = 0; i < SAMPLES; ++i) {
-        VisibleProbe p = visible_probe(line, wo, i, rule);
-        vec3 f = p.weight * probe_fresnel(surface.f0, p);
-        reflected += f * environment_radiance(surface, p.wi, p.lod);
+        VisibleProbe p = visible_probe(probes, wo, probe_node(SAMPLES, i));
+        vec3 f = p.weight * fresnel_schlick(surface.f0, p.cosine);
+        float lit = probe_lit(VISIBILITY, o, p, probes.m, probes.cholesky);
+        reflected += f * lit * environment_radiance(surface, p.wi, solid_angle_lod(p.solid_angle, lighting.environment.x));
         fresnel += f;
     }
-    if (VISIBILITY != LEADR_VISIBILITY_MASKING) {
-        // The probes stand for what is lit; what enters the surface is lost by all that is visible.
-        fresnel = visible_fresnel(wo, surface.mean_slope, S, surface.f0);
-    }
-    return Mirrors(reflected * lit.lit, fresnel, line.area);
+    return Mirrors(reflected, fresnel, probes.area);
 }
 
 Mirrors gaussian_mirrors(Surface surface, vec3 wo, vec3 S) {
-    return VISIBLE_SLOPES ? line_mirrors(surface, wo, S) : grid_mirrors(surface, wo, S);
+    return VISIBLE_SLOPES ? probe_mirrors(surface, wo, S) : grid_mirrors(surface, wo, S);
 }
 
 // Mirrors of a GGX base as the Gaussian ones they are a mixture of, each in its visible area.
