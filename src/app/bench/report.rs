@@ -43,6 +43,8 @@ pub struct RowReport {
     row: String,
     /// The row it is compared with.
     base: Option<String>,
+    /// The pass, or sum of passes, that is compared.
+    compared: &'static str,
     technique: &'static str,
     /// Where a pixel's slope samples lie.
     rule: &'static str,
@@ -127,13 +129,17 @@ impl BenchReport {
 
 fn rows(measured: &Measured) -> Vec<RowReport> {
     let Measured { row, series } = measured;
-    let passes = series.passes();
+    let mut passes = series.passes();
+    if !passes.contains(&row.compared) {
+        passes.push(row.compared);
+    }
     let report = |pass: &&str| {
         let (median_ms, p95_ms) = series.median_p95(pass);
         RowReport {
             table: row.table.clone(),
             row: row.name.clone(),
             base: row.base.clone(),
+            compared: row.compared,
             technique: row.settings.shading.technique.name(),
             rule: row.rule(),
             samples: row.samples(),
@@ -235,17 +241,21 @@ impl BenchReport {
         let rows: Vec<&RowReport> = self.rows.iter().filter(|r| r.table == table).collect();
         // On the quad only what the pixels cost is of interest; JSON has the rest.
         let own = |pass: &str| ["geometry", "filter", "shade", PIXELS].contains(&pass);
-        let compared = if rows[0].distance.is_some() { TOTAL } else { PIXELS };
+        let compared = rows[0].compared;
         let mut passes: Vec<&str> = Vec::new();
-        for row in rows.iter().filter(|row| compared == TOTAL || own(&row.pass)) {
+        for row in rows.iter().filter(|row| compared != PIXELS || own(&row.pass)) {
             if !passes.contains(&row.pass.as_str()) {
                 passes.push(&row.pass);
             }
         }
-        writeln!(f, "\n{table}, {}x{}", rows[0].size[0], rows[0].size[1])?;
+        let [width, height] = rows[0].size;
+        match rows.iter().all(|row| row.size == rows[0].size) {
+            true => writeln!(f, "\n{table}, {width}x{height}")?,
+            false => writeln!(f, "\n{table}")?,
+        }
         write!(f, "  {:24} {:>7}", "", "samples")?;
         for pass in &passes {
-            write!(f, " {pass:>12}")?;
+            write!(f, " {pass:>0$}", pass.len().max(12))?;
         }
         writeln!(f, " {:>9}  {compared} against {}", "p95", rows[0].base.as_deref().unwrap_or("nothing"))?;
         let mut names: Vec<&str> = rows.iter().map(|r| r.row.as_str()).collect();
@@ -255,7 +265,7 @@ impl BenchReport {
             write!(f, "  {name:24} {:>7}", cells[0].samples)?;
             for pass in &passes {
                 let cell = cells.iter().find(|c| c.pass == *pass).map_or(String::new(), |c| ms(c.median_ms));
-                write!(f, " {cell:>12}")?;
+                write!(f, " {cell:>0$}", pass.len().max(12))?;
             }
             let ratio = |pass: &str| self.ratios.iter().find(|r| r.table == table && r.of == name && r.pass == pass);
             let p95 = cells.iter().find(|c| c.pass == compared).map_or(String::new(), |c| ms(c.p95_ms));

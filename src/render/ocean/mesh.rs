@@ -142,11 +142,13 @@ fn edge_factor(lens: &Lens, [a, b]: [Vec3; 2], deviation: f32, settings: &Tessel
     let scale = lens.pixels(centre, length) / length.max(1e-20);
     let sine = along.cross(lens.toward_viewer(centre)).length() / length.max(1e-20);
     let relief = 2.0 * deviation * scale;
+    let t = |n: &str, d: f32| std::env::var(n).ok().and_then(|v| v.parse().ok()).unwrap_or(d);
+    #[allow(non_snake_case)] let (least_relief, full_relief, wave_slope) = (t("T_LEAST", LEAST_RELIEF), t("T_FULL", FULL_RELIEF), t("T_SLOPE", WAVE_SLOPE));
     let shown =
-        if settings.to_texels { 1.0 } else { ((relief - LEAST_RELIEF) / (FULL_RELIEF - LEAST_RELIEF)).clamp(0.0, 1.0) };
+        if settings.to_texels { 1.0 } else { ((relief - least_relief) / (full_relief - least_relief)).clamp(0.0, 1.0) };
     // Two triangles fill a cell of 2A pixels, so its side is sqrt(2A).
     let side = (2.0 * settings.pixels_per_triangle).sqrt();
-    let waves = length * scale * sine.hypot(WAVE_SLOPE) * shown / side;
+    let waves = length * scale * sine.hypot(wave_slope) * shown / side;
     let bulge = length * length * scale / (8.0 * EARTH);
     waves.max((bulge / CURVE_ERROR).sqrt()).clamp(1.0, settings.max_factor.clamp(1.0, MAX_FACTOR))
 }
