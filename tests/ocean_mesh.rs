@@ -90,6 +90,8 @@ fn the_horizon_is_the_curve_of_the_earth() {
                 let step = errors.windows(2).map(|e| (e[1] - e[0]).abs()).fold(0.0, f32::max);
                 let mean = errors.iter().sum::<f32>() / errors.len() as f32;
                 println!("{waves}, {height} m, down {down:.3}: mean {mean:.3}, worst {worst:.3}, step {step:.3} px");
+                // Of 64 samples a pixel one more or less is 0.016; the straight sides of triangles may miss the curve by 0.05.
+                assert!(worst < 0.1 && step < 0.06, "{waves}, {height} m: worst {worst}, step {step}");
             }
         }
     }
@@ -131,7 +133,7 @@ fn below_the_horizon_there_is_water_everywhere() {
 
 const MOVED: (u32, u32) = (96, 64);
 
-/// What the mesh adds to a picture: its difference to one of a mesh of a triangle to half a pixel, all waves drawn. Values
+/// What the mesh adds to a picture: its difference to one of a mesh with two triangles to a pixel, all waves drawn. Values
 /// after tone mapping, one per pixel.
 fn mesh_error(renderer: &mut Renderer, camera: &Camera, triangle_pixels: f32) -> (Vec<f32>, Vec<f32>) {
     let mut look = |tessellation| {
@@ -140,8 +142,7 @@ fn mesh_error(renderer: &mut Renderer, camera: &Camera, triangle_pixels: f32) ->
         let tone = |c: &[f32; 4]| (c[0] + c[1] + c[2]) / (3.0 + c[0] + c[1] + c[2]);
         picture.iter().map(tone).collect::<Vec<f32>>()
     };
-    let usual =
-        look(TessellationSettings { pixels_per_triangle: triangle_pixels, ..TessellationSettings::default() });
+    let usual = look(TessellationSettings { pixels_per_triangle: triangle_pixels, ..TessellationSettings::default() });
     let dense = look(TessellationSettings { pixels_per_triangle: 0.5, to_texels: true, ..Default::default() });
     (usual.iter().zip(&dense).map(|(a, b)| a - b).collect(), usual)
 }
@@ -158,34 +159,28 @@ fn largest_change(a: &[f32], b: &[f32]) -> f32 {
 fn nothing_pops_while_the_camera_moves() {
     let Some(gpu) = common::test_gpu() else { return };
     let mut renderer = renderer(&gpu, sea());
-    for (height, down, way) in [
-        (2.5f32, 0.05f32, Vec3::X),
-        (2.5, 0.05, Vec3::Z),
-        (100.0, 0.25, Vec3::X),
-        (100.0, 0.25, Vec3::Z),
-        (1000.0, 0.3, Vec3::X),
-    ] {
-        for step in [0.5f32, 0.05] {
-            let frames: Vec<_> = (0..21)
-                .map(|i| {
-                    let start = camera(Vec3::new(0.0, 0.0, height), 0.9, down, 45.0);
-                    let by = way * (step * i as f32);
-                    let moved = Camera { position: start.position + by, target: start.target + by, ..start };
-                    mesh_error(&mut renderer, &moved, 4.0)
-                })
-                .collect();
-            let changes: Vec<f32> = frames.windows(2).map(|f| mean_change(&f[0].0, &f[1].0)).collect();
-            let largest = frames.windows(2).map(|f| largest_change(&f[0].0, &f[1].0)).fold(0.0, f32::max);
-            let natural: Vec<f32> = frames.windows(2).map(|f| mean_change(&f[0].1, &f[1].1)).collect();
-            let mean = |v: &[f32]| v.iter().sum::<f32>() / v.len() as f32;
-            let error = mean(&frames.iter().map(|f| mean_change(&f.0, &vec![0.0; f.0.len()])).collect::<Vec<_>>());
-            let worst = changes.iter().fold(0.0f32, |a, c| a.max(*c));
-            println!(
-                "{height} m, step {step} {way}: error {error:.5}; change {:.6} worst {worst:.6} ({:.2}), largest pixel {largest:.4}; picture {:.6}",
-                mean(&changes),
-                worst / mean(&changes),
-                mean(&natural)
-            );
-        }
+    for (height, down, way) in [(2.5f32, 0.05f32, Vec3::X), (2.5, 0.05, Vec3::Z), (100.0, 0.25, Vec3::X)] {
+        let frames: Vec<_> = (0..11)
+            .map(|i| {
+                let start = camera(Vec3::new(0.0, 0.0, height), 0.9, down, 45.0);
+                let by = way * (0.2 * i as f32);
+                let moved = Camera { position: start.position + by, target: start.target + by, ..start };
+                mesh_error(&mut renderer, &moved, 4.0)
+            })
+            .collect();
+        let mean = |v: &[f32]| v.iter().sum::<f32>() / v.len() as f32;
+        let error =
+            mean(&frames.iter().map(|f| mean(&f.0.iter().map(|e| e.abs()).collect::<Vec<_>>())).collect::<Vec<_>>());
+        let changes: Vec<f32> = frames.windows(2).map(|f| mean_change(&f[0].0, &f[1].0)).collect();
+        let natural: Vec<f32> = frames.windows(2).map(|f| mean_change(&f[0].1, &f[1].1)).collect();
+        let largest = frames.windows(2).map(|f| largest_change(&f[0].0, &f[1].0)).fold(0.0, f32::max);
+        let peak = changes.iter().fold(0.0f32, |a, c| a.max(*c)) / mean(&changes);
+        let (change, natural) = (mean(&changes), mean(&natural));
+        println!(
+            "{height} m, {way}: mesh error {error:.5}, its change {change:.6} a step, peak {peak:.2} of that, \
+             largest pixel {largest:.4}; the picture's change {natural:.6}"
+        );
+        assert!(peak < 1.25 && error < 0.002 && largest < 0.06, "{height} m: {peak} {error} {largest}");
+        assert!(change < 0.7 * natural, "{change} {natural}");
     }
 }

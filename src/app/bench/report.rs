@@ -5,6 +5,7 @@ use std::fmt;
 use serde::Serialize;
 
 use super::goals::{Bound, Verdict};
+use super::ocean::WAVES;
 use super::rounds::{PIXELS, TOTAL};
 use super::rows::{FIGURE_11, GOALS};
 use super::stats::{Ratio, least_squares, median};
@@ -183,6 +184,11 @@ fn line(table: &str, measured: &[Measured]) -> Option<LineReport> {
     })
 }
 
+/// A pass or sum of passes over its column.
+fn title(pass: &str) -> &str {
+    if pass == WAVES { "waves" } else { pass }
+}
+
 /// Milliseconds in some four digits.
 fn ms(value: f64) -> String {
     let digits = if value >= 1000.0 {
@@ -255,9 +261,9 @@ impl BenchReport {
         }
         write!(f, "  {:24} {:>7}", "", "samples")?;
         for pass in &passes {
-            write!(f, " {pass:>0$}", pass.len().max(12))?;
+            write!(f, " {:>12}", title(pass))?;
         }
-        writeln!(f, " {:>9}  {compared} against {}", "p95", rows[0].base.as_deref().unwrap_or("nothing"))?;
+        writeln!(f, " {:>9}  {} against {}", "p95", title(compared), rows[0].base.as_deref().unwrap_or("nothing"))?;
         let mut names: Vec<&str> = rows.iter().map(|r| r.row.as_str()).collect();
         names.dedup();
         for name in names {
@@ -265,7 +271,7 @@ impl BenchReport {
             write!(f, "  {name:24} {:>7}", cells[0].samples)?;
             for pass in &passes {
                 let cell = cells.iter().find(|c| c.pass == *pass).map_or(String::new(), |c| ms(c.median_ms));
-                write!(f, " {cell:>0$}", pass.len().max(12))?;
+                write!(f, " {cell:>12}")?;
             }
             let ratio = |pass: &str| self.ratios.iter().find(|r| r.table == table && r.of == name && r.pass == pass);
             let p95 = cells.iter().find(|c| c.pass == compared).map_or(String::new(), |c| ms(c.p95_ms));

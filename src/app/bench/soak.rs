@@ -43,11 +43,11 @@ pub struct SoakReport {
     frames: u32,
     size: [u32; 2],
     fft: u32,
-    /// After the first frames, and evenly from there on.
+    /// Ten, evenly.
     samples: Vec<MemorySample>,
-    /// Bytes in buffers and images: last sample over first.
+    /// Bytes in buffers and images: last sample over the second.
     allocated_growth: i64,
-    /// Resident bytes: last sample over first.
+    /// Resident bytes: last sample over the second.
     resident_growth: Option<i64>,
     /// Wall-clock seconds.
     seconds: f64,
@@ -99,7 +99,8 @@ pub fn soak(
     if let Some(message) = gpu.validation_messages().first() {
         return Err(AppError::Failed(format!("validation: {message}")));
     }
-    let ends = samples.first().zip(samples.last());
+    // By the second sample all pipelines are there.
+    let ends = samples.get(1).zip(samples.last());
     let allocated_growth = ends.map_or(0, |(a, b)| b.allocated as i64 - a.allocated as i64);
     let resident_growth = ends.and_then(|(a, b)| Some(b.resident? as i64 - a.resident? as i64));
     if allocated_growth > 0 {

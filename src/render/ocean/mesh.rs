@@ -19,7 +19,7 @@ const CREST: f32 = 4.0;
 /// How far the waves carry a point, in standard deviations of the height: what culling allows for.
 const REACH: f32 = 6.0;
 /// Slope of waves that shows when a patch is seen from the side.
-const WAVE_SLOPE: f32 = 0.3;
+const WAVE_SLOPE: f32 = 0.1;
 /// Waves of fewer pixels (two standard deviations) are left to the slope moments; from [`FULL_RELIEF`] on they are drawn in full.
 const LEAST_RELIEF: f32 = 0.25;
 const FULL_RELIEF: f32 = 1.0;
@@ -142,13 +142,14 @@ fn edge_factor(lens: &Lens, [a, b]: [Vec3; 2], deviation: f32, settings: &Tessel
     let scale = lens.pixels(centre, length) / length.max(1e-20);
     let sine = along.cross(lens.toward_viewer(centre)).length() / length.max(1e-20);
     let relief = 2.0 * deviation * scale;
-    let t = |n: &str, d: f32| std::env::var(n).ok().and_then(|v| v.parse().ok()).unwrap_or(d);
-    #[allow(non_snake_case)] let (least_relief, full_relief, wave_slope) = (t("T_LEAST", LEAST_RELIEF), t("T_FULL", FULL_RELIEF), t("T_SLOPE", WAVE_SLOPE));
-    let shown =
-        if settings.to_texels { 1.0 } else { ((relief - least_relief) / (full_relief - least_relief)).clamp(0.0, 1.0) };
+    // A reference draws all waves as finely as it draws anything.
+    let (shown, slope) = match settings.to_texels {
+        true => (1.0, 1.0),
+        false => (((relief - LEAST_RELIEF) / (FULL_RELIEF - LEAST_RELIEF)).clamp(0.0, 1.0), WAVE_SLOPE),
+    };
     // Two triangles fill a cell of 2A pixels, so its side is sqrt(2A).
     let side = (2.0 * settings.pixels_per_triangle).sqrt();
-    let waves = length * scale * sine.hypot(wave_slope) * shown / side;
+    let waves = length * scale * sine.hypot(slope) * shown / side;
     let bulge = length * length * scale / (8.0 * EARTH);
     waves.max((bulge / CURVE_ERROR).sqrt()).clamp(1.0, settings.max_factor.clamp(1.0, MAX_FACTOR))
 }
@@ -199,26 +200,53 @@ mod tests {
 
     #[test]
     fn triangles_are_spent_where_waves_show() {
-        let settings = TessellationSettings::default();
-        for (height, down) in [(2.5, 0.1), (100.0, 0.25), (1000.0, 0.35), (5000.0, 0.35)] {
-            let (laid, camera) = laid(height, down, &settings);
-            let pixels = covered(&camera);
-            // Triangles by distance: nearer than 300 m, 3 km, 30 km, and beyond.
+        let rings = Rings::default();
+        let odd = |factor: f32| u64::from(factor.ceil() as u32 | 1);
+        for (height, down, most, most_patches) in
+            [(2.5, 0.1, 2.5, 2000), (100.0, 0.25, 0.5, 900), (1000.0, 0.35, 0.04, 900), (5000.0, 0.35, 0.01, 900)]
+        {
+            let (laid, camera) = laid(height, down, &TessellationSettings::default());
+            // Triangles nearer than 300 m, 3 km, 30 km, and beyond.
             let mut bins = [0u64; 4];
             for &patch in &laid.list.visible {
-                let corner = laid.positions[Rings::default().mesh.patches[patch as usize][0] as usize];
-                let edges = Rings::default().topology.patch_edges[patch as usize];
-                let factor = edges.iter().map(|e| laid.list.edge_factors[(e >> 1) as usize]).fold(1.0, f32::max);
+                let corner = laid.positions[rings.mesh.patches[patch as usize][0] as usize];
+                let sides = rings.topology.patch_edges[patch as usize];
+                let [a, b, c, d] = sides.map(|e| laid.list.edge_factors[(e >> 1) as usize]);
                 let bin = (corner.distance(camera.position) / 300.0).log10().ceil().clamp(0.0, 3.0) as usize;
-                bins[bin] += 2 * (factor.ceil() as u64 | 1).pow(2);
+                bins[bin] += 2 * odd(a.max(c)) * odd(b.max(d));
             }
-            println!(
-                "{height} m: {} of {} patches, {} triangles at most, {:.3} per pixel of water; by distance {bins:?}",
-                laid.list.visible.len(),
-                RINGS * SPOKES,
-                laid.list.triangles,
-                laid.list.triangles as f64 / pixels
+            let share = bins.iter().sum::<u64>() as f64 / covered(&camera);
+            let patches = laid.list.visible.len();
+            println!("{height} m: {patches} patches, {share:.4} triangles per pixel of water; by distance {bins:?}");
+            assert!(
+                patches <= most_patches && share < most,
+                "{height} m: {patches} patches, {share} triangles per pixel"
             );
+        }
+    }
+
+    #[test]
+    fn the_mesh_follows_the_viewer_smoothly_and_does_not_turn() {
+        let at = |eye: Vec3, forward: Vec3| {
+            let camera = Camera::looking_at(eye, eye + forward, 45.0);
+            let (clip_from_world, lens) = (camera.clip_from_world(SIZE, Vec2::ZERO), camera.lens(SIZE.1));
+            Rings::default().lay(
+                &SeaView { clip_from_world, lens, level: 0.0, deviation: DEVIATION },
+                &TessellationSettings::default(),
+            )
+        };
+        for height in [2.5f32, 30.0, 400.0] {
+            let eye = Vec3::new(3.0, 4.0, height);
+            let (a, turned) = (at(eye, Vec3::X), at(eye, Vec3::new(-0.3, 0.8, -0.4)));
+            assert_eq!((&a.positions, &a.list.edge_factors), (&turned.positions, &turned.list.edge_factors));
+            for step in [Vec3::X, Vec3::Z] {
+                let b = at(eye + step * (1e-3 * height), Vec3::X);
+                let change = |(a, b): (&f32, &f32)| (a / b - 1.0).abs();
+                let worst = a.list.edge_factors.iter().zip(&b.list.edge_factors).map(change).fold(0.0, f32::max);
+                let spacing = a.spacing.iter().zip(&b.spacing).map(change).fold(0.0, f32::max);
+                println!("{height} m, a thousandth along {step}: factors {worst:.5}, spacing {spacing:.5}");
+                assert!(worst < 0.02 && spacing < 0.02, "{height} m: {worst} {spacing}");
+            }
         }
     }
 }
