@@ -127,7 +127,7 @@ impl Renderer {
             reference: None,
             targets: None,
             lighting: Buffer::new(gpu, "lighting", size_of::<LightingGpu>() as u64, Memory::Upload)?,
-            timestamps: Timestamps::new(gpu, 16)?,
+            timestamps: Timestamps::new(gpu, 32)?,
             near: 1.0,
             repeats: 1,
             gpu: gpu.clone(),
@@ -186,7 +186,8 @@ impl Renderer {
             color,
             times,
             triangles: views.sum::<u64>() + sea,
-            patches: self.drawn.iter().map(|d| d.camera.patches).sum(),
+            patches: self.drawn.iter().map(|d| d.camera.patches).sum::<u32>()
+                + self.ocean.as_ref().map_or(0, OceanPass::patches),
         })
     }
 

@@ -118,7 +118,7 @@ impl Renderer {
         let passes = match self.pipelines.entry((shading, lights)) {
             Entry::Occupied(entry) => entry.into_mut(),
             Entry::Vacant(entry) => entry.insert(PixelPasses {
-                filter: FilterPass::new(&self.gpu, shading.technique)?,
+                filter: FilterPass::new(&self.gpu, &shading)?,
                 shade: ShadePass::new(&self.gpu, shading, lights, false)?,
                 shade_edges: None,
             }),

@@ -86,8 +86,7 @@ impl Renderer {
             });
             cmd.timestamp(timestamps, "irradiance");
             if let Some(ocean) = &self.ocean {
-                cmd.label("waves", |cmd| ocean.record_waves(cmd, state.time));
-                cmd.timestamp(timestamps, "waves");
+                ocean.record_waves(cmd, state.time, repeats, timestamps);
             }
             let casters: Vec<_> =
                 self.drawn.iter().filter_map(|d| d.sun.as_ref().map(|sun| (&d.object, sun))).collect();
@@ -97,12 +96,13 @@ impl Renderer {
         }
         let objects: Vec<_> = self.drawn.iter().map(|d| (&d.object, &d.camera)).collect();
         cmd.label_times("geometry", repeats, |cmd| {
-            self.geometry.record(cmd, &target.visible, &objects, height_scale, settings.mark_inside);
-            if let Some(ocean) = &self.ocean {
-                ocean.record_geometry(cmd, &target.visible);
-            }
+            self.geometry.record(cmd, &target.visible, &objects, height_scale, settings.mark_inside)
         });
         cmd.timestamp(timestamps, "geometry");
+        if let Some(ocean) = &self.ocean {
+            cmd.label_times("sea geometry", repeats, |cmd| ocean.record_geometry(cmd, &target.visible));
+            cmd.timestamp(timestamps, "sea geometry");
+        }
         if sub.edge > 0 {
             let offset = settings.sample_offset(sub.index);
             let rays = |edge| state.camera.rays(settings.size, edge_jitter(offset, edge));
@@ -114,12 +114,13 @@ impl Renderer {
         }
         cmd.label_times("filter", repeats, |cmd| {
             let objects = objects.iter().filter(|(_, view)| !view.draws.is_empty()).map(|(object, _)| *object);
-            filter.record(cmd, &target.visible, &target.gbuffer, objects, state.height_scale);
-            if let Some(ocean) = &self.ocean {
-                ocean.record_filter(cmd, &target.visible, &target.gbuffer);
-            }
+            filter.record(cmd, &target.visible, &target.gbuffer, objects, state.height_scale)
         });
         cmd.timestamp(timestamps, "filter");
+        if let Some(ocean) = &self.ocean {
+            cmd.label_times("sea filter", repeats, |cmd| ocean.record_filter(cmd, &target.visible, &target.gbuffer));
+            cmd.timestamp(timestamps, "sea filter");
+        }
         let inputs = ShadeInputs {
             visible: &target.visible,
             gbuffer: &target.gbuffer,

@@ -1,5 +1,7 @@
 //! The moving sea on the device: cascades of waves, transformed every frame into displacement and slope moments.
 
 pub mod fields;
+pub mod filter;
+pub mod mesh;
 pub mod surface;
 pub mod waves;
