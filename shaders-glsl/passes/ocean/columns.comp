@@ -11,6 +11,10 @@ layout(set = 0, binding = 4, rgba32f) uniform writeonly image2DArray joint;     
 
 layout(push_constant) uniform Push { float choppiness; };
 
+// For the reference: what is linear in the waves instead of moments. displacement: Dx, Dy, height, dDx/dy;
+// slopes: gradient, dDx/dx, dDy/dy; joint is not written.
+layout(constant_id = 3) const bool DERIVATIVES = false;
+
 // Where the surface folds over itself its slope has no meaning: below this share of its area it is held.
 const float LEAST_AREA = 0.1;
 
@@ -29,6 +33,11 @@ void main() {
         ivec3 texel = ivec3(column, j, cascade);
         float height = a.x;
         vec2 moved = choppiness * a.yz, gradient = b.xy;
+        if (DERIVATIVES) {
+            imageStore(displacement, texel, vec4(moved, height, choppiness * a.w));
+            imageStore(slopes, texel, vec4(gradient, choppiness * b.zw));
+            continue;
+        }
         // J = I + dD/dp of the moved surface; its slope is J^-T grad h = adj(J) grad h / det J.
         float jxx = 1.0 + choppiness * b.z, jyy = 1.0 + choppiness * b.w, jxy = choppiness * a.w;
         float area = jxx * jyy - jxy * jxy;

@@ -7,7 +7,8 @@ use std::sync::Arc;
 use bytemuck::{Pod, Zeroable};
 use glam::{Mat4, Vec2, Vec3};
 
-use super::fields::OceanFields;
+use super::fields::{Content, OceanFields};
+use super::march::OceanMarch;
 use super::waves::Cascade;
 use crate::gpu::{
     Buffer, ColorTarget, Commands, Cull, Depth, DepthTarget, Descriptor, Filter, Gpu, GraphicsDesc, GraphicsPipeline,
@@ -23,7 +24,7 @@ use crate::render::topology::Topology;
 /// Index of the sea among the objects of a scene: the last of the G-buffer's seven bits.
 pub const SEA_INDEX: u32 = 127;
 /// Radius of the earth with the usual refraction of the air, metres.
-const EARTH: f32 = 6.371e6 * 7.0 / 6.0;
+pub const EARTH: f32 = 6.371e6 * 7.0 / 6.0;
 /// Patches around the viewer.
 const SPOKES: u32 = 48;
 /// Rings of them.
@@ -79,6 +80,8 @@ pub struct OceanPass {
     /// The sea.
     pub ocean: Ocean,
     fields: OceanFields,
+    /// Of the reference, from when it is first asked for.
+    march: Option<OceanMarch>,
     mesh: PatchMesh,
     topology: Topology,
     pipeline: GraphicsPipeline,
@@ -108,7 +111,8 @@ impl OceanPass {
             |name: &str, count: usize, size: usize| Buffer::new(gpu, name, (count * size) as u64, Memory::Upload);
         let technique = Technique::Leadr;
         Ok(Self {
-            fields: OceanFields::new(gpu, &ocean.cascades)?,
+            fields: OceanFields::new(gpu, &ocean.cascades, Content::Moments)?,
+            march: None,
             ocean,
             pipeline: GraphicsPipeline::new(
                 gpu,
@@ -160,6 +164,13 @@ impl OceanPass {
             self.technique = technique;
         }
         let level = self.ocean.level;
+        if technique == Technique::Reference {
+            let march = match &mut self.march {
+                Some(march) => march,
+                none => none.insert(OceanMarch::new(gpu, &self.ocean.cascades)?),
+            };
+            march.update(clip_from_world, eye, lens.near, level)?;
+        }
         let height = (eye.z - level).abs().max(0.5);
         let horizon = (2.0 * EARTH * height).sqrt();
         let centre = eye.truncate();
@@ -229,7 +240,15 @@ impl OceanPass {
 
     /// Records the waves at `time`, seconds.
     pub fn record_waves(&self, cmd: &mut Commands, time: f64) {
-        self.fields.record(cmd, time, self.ocean.choppiness);
+        match self.reference() {
+            Some(march) => march.record_waves(cmd, time, self.ocean.choppiness),
+            None => self.fields.record(cmd, time, self.ocean.choppiness),
+        }
+    }
+
+    /// The passes of the reference, where it is drawn.
+    fn reference(&self) -> Option<&OceanMarch> {
+        self.march.as_ref().filter(|_| self.technique == Technique::Reference)
     }
 
     /// Draws the sea over what the geometry pass left, and leaves the targets readable.
@@ -240,6 +259,18 @@ impl OceanPass {
         cmd.transition(&target.depth, Use::DepthTarget);
         let colors = target.colors().map(|image| ColorTarget { view: image.whole(), load: Load::Keep });
         cmd.begin_rendering(&colors, Some(DepthTarget { view: target.depth.whole(), clear: None }));
+        match self.reference() {
+            Some(march) => march.draw_geometry(cmd),
+            None => self.draw_rings(cmd, target),
+        }
+        cmd.end_rendering();
+        for image in target.colors() {
+            cmd.transition(image, Use::Sampled);
+        }
+        cmd.transition(&target.depth, Use::Sampled);
+    }
+
+    fn draw_rings(&self, cmd: &mut Commands, target: &VisibleSurface) {
         guard_band(cmd, &target.depth);
         cmd.bind(
             &self.pipeline,
@@ -257,11 +288,6 @@ impl OceanPass {
         for &(first, count) in &self.list.draws {
             cmd.draw(first * 4..(first + count) * 4, 0..1);
         }
-        cmd.end_rendering();
-        for image in target.colors() {
-            cmd.transition(image, Use::Sampled);
-        }
-        cmd.transition(&target.depth, Use::Sampled);
     }
 
     /// Filters the waves under the sea's pixels into a G-buffer that holds the other objects already.
@@ -271,6 +297,17 @@ impl OceanPass {
         }
         let colors = target.colors().map(|image| ColorTarget { view: image.whole(), load: Load::Keep });
         cmd.begin_rendering(&colors, None);
+        match self.reference() {
+            Some(march) => march.draw_filter(cmd, visible, &self.water),
+            None => self.draw_filter(cmd, visible),
+        }
+        cmd.end_rendering();
+        for image in target.colors() {
+            cmd.transition(image, Use::Sampled);
+        }
+    }
+
+    fn draw_filter(&self, cmd: &mut Commands, visible: &VisibleSurface) {
         cmd.bind(
             &self.filter,
             &[
@@ -283,10 +320,6 @@ impl OceanPass {
             ],
         );
         cmd.draw(0..3, 0..1);
-        cmd.end_rendering();
-        for image in target.colors() {
-            cmd.transition(image, Use::Sampled);
-        }
     }
 
     /// Upper bound on the triangles that are drawn.

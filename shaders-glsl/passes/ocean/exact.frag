@@ -1,0 +1,52 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+// The filter of the reference, which filters nothing: the slope of the surface where the pixel's ray met it, from the sums
+// of all cascades' gradients and Jacobians, not from sums of their slopes.
+#include "cascade.glsl"
+#include "leadr/frame.glsl"
+#include "water.glsl"
+
+layout(constant_id = 1) const uint SEA = 127;
+
+layout(binding = 0) uniform usampler2D visible_texture;
+layout(binding = 1) uniform usampler2D visible_surface;
+layout(binding = 2) uniform sampler2DArray displacement; // Dx, Dy, height, dDx/dy
+layout(binding = 3) uniform sampler2DArray slopes;       // gradient, dDx/dx, dDy/dy
+layout(binding = 4, std430) readonly buffer Cascades { Cascade cascades[]; };
+
+// Least area of a surface that folds: as in columns.comp.
+const float LEAST_AREA = 0.1;
+
+// Six-point Lagrange weights at u in [0, 1] between the third and the fourth: a wave of five samples keeps 98.6 % of its
+// variance; linear interpolation would leave it 79 %.
+float[6] weights(float u) {
+    float p = u + 2.0, q = u + 1.0, r = u - 1.0, s = u - 2.0, t = u - 3.0;
+    return float[6](q * u * r * s * t / -120.0, p * u * r * s * t / 24.0, p * q * r * s * t / -12.0,
+                    p * q * u * s * t / 12.0, p * q * u * r * t / -24.0, p * q * u * r * s / 120.0);
+}
+
+void main() {
+    ivec2 pixel = ivec2(gl_FragCoord.xy);
+    if ((texelFetch(visible_surface, pixel, 0).x >> 24 & 0x7fu) != SEA) {
+        discard;
+    }
+    vec2 away = uintBitsToFloat(texelFetch(visible_texture, pixel, 0).xy), at = away + water.centre.xy;
+    ivec3 size = textureSize(slopes, 0);
+    vec4 sum = vec4(0.0); // gradient, dDx/dx, dDy/dy
+    float mixed = 0.0;
+    for (int i = 0; i < size.z; ++i) {
+        vec2 place = cascade_texcoord(cascades[i], at) * vec2(size.xy) - 0.5;
+        ivec2 base = ivec2(floor(place));
+        float x[6] = weights(place.x - float(base.x)), y[6] = weights(place.y - float(base.y));
+        for (int k = 0; k < 36; ++k) {
+            ivec3 texel = ivec3((base + ivec2(k % 6, k / 6) - 2) & (size.xy - 1), i);
+            float weight = x[k % 6] * y[k / 6];
+            sum += weight * texelFetch(slopes, texel, 0);
+            mixed += weight * texelFetch(displacement, texel, 0).w;
+        }
+    }
+    // J^-T grad h, and the water's own curve.
+    float jxx = 1.0 + sum.z, jyy = 1.0 + sum.w, area = jxx * jyy - mixed * mixed;
+    vec2 slope = vec2(jyy * sum.x - mixed * sum.y, jxx * sum.y - mixed * sum.x) / max(area, LEAST_AREA);
+    write_water(slope - away * water.centre.z, water.tail.xyz, area < water.foam.w ? 1.0 : 0.0, 0.0);
+}
