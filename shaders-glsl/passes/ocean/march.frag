@@ -64,7 +64,7 @@ void main() {
 
     int count = cascades.length();
     float s = begin, before = begin, gap_before = 0.0, gap = 0.0;
-    vec2 shift = vec2(0.0), shift_before = vec2(0.0);
+    vec2 shift = vec2(0.0);
     bool hit = false;
     for (int n = 0; n < MOST_STEPS && s < end; ++n) {
         vec2 place = u.xy * s, rest = place - shift;
@@ -85,12 +85,18 @@ void main() {
             }
         }
         if (gap <= 0.0) {
-            hit = true;
-            break;
+            // The movement was that of the last place: look again before it counts.
+            sum = shift;
+            gap = height - surface_height(place, 3, sum);
+            if (gap <= 0.0) {
+                hit = true;
+                shift = sum;
+                break;
+            }
+            advance = 0.0;
         }
         before = s;
         gap_before = gap;
-        shift_before = shift;
         shift = sum;
         s += max(advance, smallest);
     }

@@ -47,7 +47,8 @@ impl Subject {
         let sky = Sky::default();
         let environment = Environment::from_sky(&studio.gpu, FACE_SIZE, &sky)?;
         let objects = stage.objects.len();
-        let renderer = Renderer::new(&studio.gpu, std::mem::take(&mut stage.objects), environment)?;
+        let mut renderer = Renderer::new(&studio.gpu, std::mem::take(&mut stage.objects), environment)?;
+        renderer.set_ocean(stage.ocean.take())?;
         Ok(Self { renderer, stage, lights: Lights { sky: Some(sky), ..Lights::default() }, time, objects })
     }
 

@@ -97,8 +97,7 @@ impl OceanFields {
                 size: c.size as f32,
             })
             .collect();
-        let desc =
-            ImageDesc::new(Format::R32G32B32A32_SFLOAT, resolution, resolution).layers(count).storage();
+        let desc = ImageDesc::new(Format::R32G32B32A32_SFLOAT, resolution, resolution).layers(count).storage();
         let desc = if content == Content::Moments { desc.full_mips() } else { desc };
         let image = |name: &str| Image::new(gpu, name, desc);
         let (displacement, slopes, joint) =

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use bytemuck::{Pod, Zeroable};
 use glam::{Mat3, Mat4, Vec3};
 
-use super::fields::{Content, OceanFields};
+use super::fields::{Content, OceanFields, RESOLUTIONS};
 use super::surface::{EARTH, SEA_INDEX};
 use super::waves::Cascade;
 use crate::gpu::{
@@ -18,9 +18,12 @@ use crate::render::geometry::VisibleSurface;
 
 /// Standard deviations that bound the height of the waves: one sample in 10⁸ is beyond.
 const HEIGHT_BOUND: f64 = 5.7;
+/// Samples per sample of the drawn sea, within what a transform can do: linear interpolation of waves of three samples
+/// would lose half of their slopes.
+const OVERSAMPLING: u32 = 2;
 /// Standard deviations of the slope that rays step by. Steeper places are met all the same, if they are no narrower than
 /// a step.
-const SLOPE_BOUND: f64 = 4.5;
+const SLOPE_BOUND: f64 = 3.5;
 
 #[repr(C)]
 #[derive(Clone, Copy, Pod, Zeroable)]
@@ -72,6 +75,8 @@ impl OceanMarch {
     /// As [`OceanFields::new`].
     pub fn new(gpu: &Arc<Gpu>, cascades: &[Cascade]) -> Result<Self> {
         let deviations: Vec<_> = cascades.iter().map(deviations).collect();
+        let factor = |c: &Cascade| if c.resolution * OVERSAMPLING <= *RESOLUTIONS.end() { OVERSAMPLING } else { 1 };
+        let finer: Vec<_> = cascades.iter().map(|c| c.oversampled(factor(c))).collect();
         let pipeline = |name: &str, fragment, colors, depth| {
             GraphicsPipeline::new(
                 gpu,
@@ -87,7 +92,7 @@ impl OceanMarch {
             )
         };
         Ok(Self {
-            fields: OceanFields::new(gpu, cascades, Content::Derivatives)?,
+            fields: OceanFields::new(gpu, &finer, Content::Derivatives)?,
             march: pipeline(
                 "ocean march",
                 "passes/ocean/march.frag",

@@ -306,7 +306,9 @@ mod tests {
             let [up, cross, mixed] = sea.moments(0.0, f64::INFINITY).slopes;
             let (across, along) = (0.003 + 0.00192 * 1.02 * wind_speed, 0.00316 * 1.02 * wind_speed);
             let ratios = [(up + cross) / (across + along), cross / across, up / along];
-            println!("{wind_speed} m/s: {up:.4} + {cross:.4}, Cox and Munk {along:.4} + {across:.4}; ratios {ratios:.3?}");
+            println!(
+                "{wind_speed} m/s: {up:.4} + {cross:.4}, Cox and Munk {along:.4} + {across:.4}; ratios {ratios:.3?}"
+            );
             for (ratio, tolerance) in ratios.into_iter().zip([0.08, 0.08, 0.15]) {
                 assert!((ratio - 1.0).abs() < tolerance, "{wind_speed} m/s: {ratios:?}");
             }
