@@ -9,7 +9,7 @@ use leadr::render::environment::Environment;
 use leadr::render::frame::{Layer, Renderer};
 use leadr::render::ocean::fields::{Content, OceanFields};
 use leadr::render::ocean::surface::Ocean;
-use leadr::render::ocean::waves::{Cascade, PERIOD};
+use leadr::render::ocean::waves::{Cascade, PERIOD, foam_weight};
 use leadr::render::scene::FrameState;
 use leadr::render::settings::RenderSettings;
 use leadr::render::sky::Sky;
@@ -78,17 +78,18 @@ fn read(image: &Image, mip: u32, layer: u32) -> Vec<[f64; 4]> {
 }
 
 /// The twelve channels of the finest maps from the truth.
-fn channels(truth: &Truth, index: usize, choppiness: f64) -> [[f64; 4]; 3] {
+fn channels(truth: &Truth, index: usize, choppiness: f64, size: f64) -> [[f64; 4]; 3] {
     let [xx, yy, xy] = [0, 1, 2].map(|c| choppiness * truth.jacobian[c][index]);
     let (jxx, jyy) = (1.0 + xx, 1.0 + yy);
     let area = jxx * jyy - xy * xy;
     let held = area.max(0.1);
     let (gx, gy) = (truth.gradient[0][index], truth.gradient[1][index]);
     let (fx, fy) = (jyy * gx - xy * gy, jxx * gy - xy * gx);
+    let stretch = 1.0 + foam_weight(size) * (xx + yy);
     [
         [choppiness * truth.moved[0][index], choppiness * truth.moved[1][index], truth.height[index], area],
         [fx, fy, fx * fx / held, fy * fy / held],
-        [fx * fy / held, held, area, area * area],
+        [fx * fy / held, held, stretch, stretch * stretch],
     ]
 }
 
@@ -108,7 +109,7 @@ fn the_transforms_match_64_bit_ones() {
                 for (map, texels) in maps.iter().enumerate() {
                     for channel in 0..4 {
                         let expected: Vec<f64> = (0..truth.height.len())
-                            .map(|i| channels(&truth, i, f64::from(choppiness))[map][channel])
+                            .map(|i| channels(&truth, i, f64::from(choppiness), cascade.size)[map][channel])
                             .collect();
                         let scale = expected.iter().fold(1e-9f64, |a, v| a.max(v.abs()));
                         let error =

@@ -1,13 +1,16 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 // Transforms the columns and writes the finest level of the maps: one work group per column of a cascade.
+#include "cascade.glsl"
 #include "fft.glsl"
 layout(local_size_x = 64) in;
 
 layout(set = 0, binding = 1, std430) readonly buffer Lines { vec4 lines[]; }; // [cascade][y][2][x]
-layout(set = 0, binding = 2, rgba32f) uniform writeonly image2DArray displacement; // Dx, Dy, height, determinant of J
+layout(set = 0, binding = 2, rgba32f) uniform writeonly image2DArray displacement; // Dx, Dy, height, det J
 layout(set = 0, binding = 3, rgba32f) uniform writeonly image2DArray slopes;       // w sx, w sy, w sx^2, w sy^2
-layout(set = 0, binding = 4, rgba32f) uniform writeonly image2DArray joint;        // w sx sy, w, det J, det J ^2
+layout(set = 0, binding = 4, rgba32f) uniform writeonly image2DArray joint;        // w sx sy, w, stretch, stretch^2
+
+layout(set = 0, binding = 5, std430) readonly buffer Cascades { Cascade cascades[]; };
 
 layout(push_constant) uniform Push { float choppiness; };
 
@@ -46,6 +49,7 @@ void main() {
         // Means over the sea's own area, so each sample weighs as much as it covers: w s = adj(J) grad h.
         imageStore(displacement, texel, vec4(moved, height, area));
         imageStore(slopes, texel, vec4(flux, flux * flux / held));
-        imageStore(joint, texel, vec4(flux.x * flux.y / held, held, area, area * area));
+        float stretch = 1.0 + foam_weight(cascades[cascade]) * (jxx + jyy - 2.0);
+        imageStore(joint, texel, vec4(flux.x * flux.y / held, held, stretch, stretch * stretch));
     }
 }

@@ -7,7 +7,6 @@
 #include "leadr/frame.glsl"
 #include "leadr/normal_distribution.glsl"
 #include "leadr/slope_statistics.glsl"
-#include "water.glsl"
 
 layout(constant_id = 1) const uint SEA = 127;
 layout(constant_id = 2) const int MAX_TAPS = 8;
@@ -17,7 +16,19 @@ layout(binding = 1) uniform usampler2D visible_surface;
 layout(binding = 2) uniform sampler2DArray slopes; // w sx, w sy, w sx^2, w sy^2
 layout(binding = 3) uniform sampler2DArray joint;  // w sx sy, w, det J, det J ^2
 layout(binding = 4, std430) readonly buffer Cascades { Cascade cascades[]; };
+layout(binding = 5, std140) uniform Water {
+    vec4 centre;   // of the rest positions, world xy; z: 1 / radius of the earth
+    vec4 tail;     // slope covariance xx, yy, xy of the waves below the cascades; w: roughness of the water itself
+    vec4 color;    // diffuse albedo of the water; w: reflectance at normal incidence
+    vec4 foam;     // albedo; w: det J below which the sea foams
+} water;
+
 layout(location = 0) in vec2 in_texcoord;
+
+layout(location = 0) out vec4 out_frame;
+layout(location = 1) out vec4 out_covariance;
+layout(location = 2) out vec4 out_material;
+layout(location = 3) out vec4 out_surface;
 
 void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
@@ -42,6 +53,10 @@ void main() {
         float texels = samples / c.size;
         int taps = clamp(int(ceil(major / max(minor, 1.0 / texels))), 1, MAX_TAPS);
         float lod = clamp(log2(max(max(major / float(taps), minor) * texels, 1.0)), 0.0, last);
+        if (FINEST_LEVEL) {
+            taps = 1;
+            lod = 0.0;
+        }
         vec4 a = vec4(0.0), b = vec4(0.0);
         for (int k = 0; k < taps; ++k) {
             vec2 point = at + along * ((float(k) + 0.5) / float(taps) - 0.5);
@@ -52,7 +67,7 @@ void main() {
         float inverse = 1.0 / max(b.y, 1e-6); // per area of the moved sea
         vec2 m = a.xy * inverse;
         mean += m;
-        if (USES_COVARIANCE) {
+        if (USES_COVARIANCE && !FINEST_LEVEL) {
             covariance += covariance_from_moments(m, vec3(a.zw, b.x) * inverse);
         }
         float weight = 1.0 / float(taps);
@@ -64,5 +79,10 @@ void main() {
     // The part of the pixel whose surface has been squeezed below the threshold.
     float spread = sqrt(area_variance) + 1e-3;
     float covered = normal_cdf((water.foam.w - area) / spread);
-    write_water(mean, covariance, covered, finest);
+
+    Frame frame = frame_about(vec3(0.0, 0.0, 1.0));
+    out_frame = vec4(octahedral_encode(frame.z), mean);
+    out_covariance = vec4(covariance, finest);
+    out_material = vec4(mix(water.color.rgb, water.foam.rgb, covered), mix(water.tail.w, 0.6, covered));
+    out_surface = vec4(water.color.w * (1.0 - covered), 1.0, 0.0, 0.0);
 }

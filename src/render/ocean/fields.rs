@@ -54,7 +54,8 @@ pub struct OceanFields {
     pub displacement: Image,
     /// `w sx, w sy, w sx², w sy²`.
     pub slopes: Image,
-    /// `w sx sy, w, det J, (det J)²`.
+    /// `w sx sy, w, stretch, stretch²`, of which the foam is made: the stretch of the sea, `1 + ∂Dx/∂x + ∂Dy/∂y`, with
+    /// [`foam_weight`](super::waves::foam_weight). It is linear in the waves, so that it is normal and adds up.
     pub joint: Image,
     levels: Vec<[ImageView; 3]>,
     content: Content,
@@ -158,6 +159,7 @@ impl OceanFields {
                 (2, Descriptor::StorageImage(displacement)),
                 (3, Descriptor::StorageImage(slopes)),
                 (4, Descriptor::StorageImage(joint)),
+                (5, Descriptor::Storage(&self.cascades)),
             ],
         );
         cmd.push_constants(&choppiness);

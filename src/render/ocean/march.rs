@@ -33,18 +33,6 @@ struct ViewGpu {
     centre: [f32; 4],
 }
 
-/// Standard deviations of the height (metres) and the slope of a cascade.
-fn deviations(cascade: &Cascade) -> [f64; 2] {
-    let n = cascade.resolution;
-    let (mut height, mut slope) = (0.0, 0.0);
-    for (index, wave) in (0..n * n).zip(&cascade.waves) {
-        let variance = 2.0 * (f64::from(wave[0]).powi(2) + f64::from(wave[1]).powi(2));
-        height += variance;
-        slope += variance * cascade.wave_vector(index % n, index / n).length_squared();
-    }
-    [height.sqrt(), slope.sqrt()]
-}
-
 /// Per cascade: bound of the heights of all after it, and of the slopes of all up to it.
 fn limits(deviations: &[[f64; 2]]) -> Vec<[f32; 2]> {
     let square = |part: &[[f64; 2]], c: usize| part.iter().map(|d| d[c] * d[c]).sum::<f64>().sqrt();
@@ -74,7 +62,7 @@ impl OceanMarch {
     /// # Errors
     /// As [`OceanFields::new`].
     pub fn new(gpu: &Arc<Gpu>, cascades: &[Cascade]) -> Result<Self> {
-        let deviations: Vec<_> = cascades.iter().map(deviations).collect();
+        let deviations: Vec<_> = cascades.iter().map(Cascade::deviations).collect();
         let factor = |c: &Cascade| if c.resolution * OVERSAMPLING <= *RESOLUTIONS.end() { OVERSAMPLING } else { 1 };
         let finer: Vec<_> = cascades.iter().map(|c| c.oversampled(factor(c))).collect();
         let pipeline = |name: &str, fragment, colors, depth| {

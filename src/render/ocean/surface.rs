@@ -47,7 +47,7 @@ pub struct Ocean {
     pub color: Vec3,
     /// Diffuse albedo of foam, linear.
     pub foam: Vec3,
-    /// The sea foams where it is squeezed to less than this part of its area at rest; 0 for no foam.
+    /// The sea foams where its horizontal stretch ([`OceanFields::joint`]) is below this: 1 is the sea at rest, 0 for no foam.
     pub foam_threshold: f32,
 }
 

@@ -58,6 +58,19 @@ impl Cascade {
         Self { size, rotation, resolution, band, waves }
     }
 
+    /// Standard deviations of the height (metres) and of the slope.
+    #[must_use]
+    pub fn deviations(&self) -> [f64; 2] {
+        let n = self.resolution;
+        let (mut height, mut slope) = (0.0, 0.0);
+        for (index, wave) in (0..n * n).zip(&self.waves) {
+            let variance = 2.0 * (f64::from(wave[0]).powi(2) + f64::from(wave[1]).powi(2));
+            height += variance;
+            slope += variance * self.wave_vector(index % n, index / n).length_squared();
+        }
+        [height.sqrt(), slope.sqrt()]
+    }
+
     /// The same waves on `factor²` times as many samples (`factor` a power of two): interpolating between those is closer to
     /// the waves' sum.
     #[must_use]
@@ -77,6 +90,13 @@ impl Cascade {
     pub fn wave_vector(&self, i: u32, j: u32) -> DVec2 {
         wave_vector(i, j, self.resolution, self.size, self.rotation)
     }
+}
+
+/// What the horizontal divergence of a tile `size` metres wide counts for where the sea foams: ripples take no air in, but
+/// tear the foam of longer waves. `foam_weight` of `passes/ocean/cascade.glsl`.
+#[must_use]
+pub fn foam_weight(size: f64) -> f64 {
+    if size >= 10.0 { 1.0 } else { 0.35 }
 }
 
 fn wave_vector(i: u32, j: u32, resolution: u32, size: f64, rotation: f64) -> DVec2 {
