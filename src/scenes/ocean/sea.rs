@@ -12,6 +12,10 @@ use glam::Vec3;
 /// Samples along the edge of a tile.
 pub const RESOLUTION: u32 = 256;
 
+/// Linear albedo that a [`Sky`](crate::render::sky::Sky) should have below its horizon over a sea, where mirrored rays that
+/// meet other waves end: what water seen at a few degrees shows of the low sky, and what comes up out of it (an estimate).
+pub const BELOW_THE_HORIZON: [f32; 3] = [0.07, 0.09, 0.11];
+
 /// The waves of `sea` on tiles of `resolution²` samples; what is finer is roughness.
 #[must_use]
 pub fn ocean(sea: &Sea, resolution: u32, seed: u64) -> Ocean {
