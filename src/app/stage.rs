@@ -65,6 +65,10 @@ pub struct Set {
 /// If the scene cannot be made or the device fails.
 pub fn set(config: &SceneConfig, inputs: Inputs, gpu: &Arc<Gpu>, output: &Output) -> Result<Set, AppError> {
     let sky = Sky { sun_direction: config.sun.direction(), ..Sky::default() };
+    let sky = match config.kind {
+        SceneKind::Ocean => Sky { ground_albedo: sea::BELOW_THE_HORIZON, ..sky },
+        _ => sky,
+    };
     // A picture of an environment has its own sun in it.
     let (environment, sky) = match &inputs.environment {
         Some(image) => (Environment::from_equirect(gpu, FACE_SIZE, image)?, None),

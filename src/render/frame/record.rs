@@ -72,6 +72,9 @@ impl Renderer {
         let height_scale = settings.geometry_scale(state.height_scale);
         let relief = self.reference.as_ref().filter(|_| settings.shadows_of_relief());
         cmd.timestamp(timestamps, "begin");
+        if let Some(ocean) = self.ocean.as_ref().filter(|_| sub.drawn == 0 && sub.edge == 0) {
+            ocean.record_waves(cmd, state.time, repeats, timestamps);
+        }
         if let Some(relief) = relief {
             let casters: Vec<_> = self.drawn.iter().filter(|d| d.sun.is_some()).map(|d| &d.object).collect();
             cmd.label("shadow", |cmd| relief.record_maps(cmd, &casters, height_scale));
@@ -85,9 +88,6 @@ impl Renderer {
                 self.irradiance.record(cmd, &self.environment, 1.0, &[], [0.0; 3])
             });
             cmd.timestamp(timestamps, "irradiance");
-            if let Some(ocean) = &self.ocean {
-                ocean.record_waves(cmd, state.time, repeats, timestamps);
-            }
             let casters: Vec<_> =
                 self.drawn.iter().filter_map(|d| d.sun.as_ref().map(|sun| (&d.object, sun))).collect();
             let casters = if self.shadow_view.is_some() { casters } else { Vec::new() };

@@ -59,7 +59,7 @@ impl OceanFilter {
     /// # Errors
     /// A failed pipeline or write.
     pub fn update(&mut self, gpu: &Arc<Gpu>, technique: Technique, ocean: &Ocean, centre: Vec2) -> Result<()> {
-        if !self.pipelines.contains_key(&technique) {
+        if technique != Technique::Reference && !self.pipelines.contains_key(&technique) {
             let pipeline = GraphicsPipeline::new(
                 gpu,
                 "ocean filter",
@@ -83,22 +83,24 @@ impl OceanFilter {
         self.water.write(0, &[water])
     }
 
-    /// Filters the waves under the sea's pixels into a G-buffer that holds the other objects already, with a technique of the
-    /// last updates.
-    pub fn record(
-        &self,
-        cmd: &mut Commands,
-        technique: Technique,
-        fields: &OceanFields,
-        visible: &VisibleSurface,
-        target: &GBuffer,
-    ) {
-        let Some(pipeline) = self.pipelines.get(&technique) else { return };
+    /// Begins a G-buffer that holds the other objects already, has `draw` fill the sea's pixels from the block of
+    /// `passes/ocean/water.glsl`, and leaves it readable.
+    pub fn record(&self, cmd: &mut Commands, target: &GBuffer, draw: impl FnOnce(&mut Commands, &Buffer)) {
         for image in target.colors() {
             cmd.transition(image, Use::ColorTarget);
         }
         let colors = target.colors().map(|image| ColorTarget { view: image.whole(), load: Load::Keep });
         cmd.begin_rendering(&colors, None);
+        draw(cmd, &self.water);
+        cmd.end_rendering();
+        for image in target.colors() {
+            cmd.transition(image, Use::Sampled);
+        }
+    }
+
+    /// Filters the waves under the sea's pixels into the begun G-buffer, with a technique of the last updates.
+    pub fn draw(&self, cmd: &mut Commands, technique: Technique, fields: &OceanFields, visible: &VisibleSurface) {
+        let Some(pipeline) = self.pipelines.get(&technique) else { return };
         cmd.bind(
             pipeline,
             &[
@@ -111,9 +113,5 @@ impl OceanFilter {
             ],
         );
         cmd.draw(0..3, 0..1);
-        cmd.end_rendering();
-        for image in target.colors() {
-            cmd.transition(image, Use::Sampled);
-        }
     }
 }

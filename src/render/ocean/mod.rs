@@ -2,6 +2,7 @@
 
 pub mod fields;
 pub mod filter;
+pub mod march;
 pub mod mesh;
 pub mod surface;
 pub mod waves;

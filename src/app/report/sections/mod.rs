@@ -4,6 +4,7 @@ mod bench;
 mod convergence;
 mod misses;
 mod model;
+mod ocean;
 mod quadrature;
 mod samples;
 mod shapes;
@@ -64,6 +65,8 @@ pub enum SectionName {
     Shapes,
     /// What flickers when the camera moves away.
     Zoom,
+    /// The sea against ray-marched truth, near and far.
+    Ocean,
     /// One sample of LEADR against many of the reference.
     Samples,
     /// The bench's tables and goals.
@@ -74,7 +77,7 @@ pub enum SectionName {
 
 impl SectionName {
     /// All of them.
-    pub const ALL: [Self; 11] = [
+    pub const ALL: [Self; 12] = [
         Self::Convergence,
         Self::Spheres,
         Self::Table10,
@@ -83,6 +86,7 @@ impl SectionName {
         Self::Techniques,
         Self::Shapes,
         Self::Zoom,
+        Self::Ocean,
         Self::Samples,
         Self::Bench,
         Self::Misses,
@@ -100,6 +104,7 @@ impl SectionName {
             Self::Techniques => "techniques",
             Self::Shapes => "shapes",
             Self::Zoom => "zoom",
+            Self::Ocean => "ocean",
             Self::Samples => "samples",
             Self::Bench => "bench",
             Self::Misses => "misses",
@@ -118,6 +123,7 @@ impl SectionName {
             Self::Techniques => "Techniques side by side",
             Self::Shapes => "Surfaces that deform",
             Self::Zoom => "Moving away: what flickers",
+            Self::Ocean => "The sea",
             Self::Samples => "One sample of LEADR against many of the reference",
             Self::Bench => "What it costs",
             Self::Misses => "Where LEADR is not close to truth",
@@ -138,6 +144,7 @@ impl SectionName {
             Self::Techniques => techniques::run(studio),
             Self::Shapes => shapes::run(studio),
             Self::Zoom => zoom::run(studio),
+            Self::Ocean => ocean::run(studio),
             Self::Samples => samples::run(studio),
             Self::Bench => bench::run(studio),
             Self::Misses => misses::run(studio),
