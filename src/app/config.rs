@@ -41,8 +41,12 @@ pub struct SceneConfig {
     pub height_scale: f32,
     /// Light from all around.
     pub environment: EnvironmentChoice,
-    /// Direction to the sun.
+    /// Direction to the sun, at the beginning.
     pub sun: Sun,
+    /// Hour of the day at the beginning, instead of `sun`.
+    pub time_of_day: Option<f32>,
+    /// Seconds in which the sun goes round; none where it stands.
+    pub day_length: Option<f32>,
     /// How the surface is filtered and shaded.
     #[serde(flatten, serialize_with = "super::shading::named")]
     pub shading: ShadingSettings,
@@ -64,7 +68,7 @@ pub struct SceneConfig {
     pub edge_samples: u32,
     /// Seed of the sample positions.
     pub seed: u64,
-    /// Stops, for PNG and window.
+    /// Stops over what the sun asks for, for PNG and window.
     pub exposure: f32,
     /// Texels along an atlas tile: a power of two, 8 to 128.
     pub atlas_tile: u32,
@@ -91,6 +95,11 @@ impl SceneConfig {
         if a.scene != SceneKind::Ocean && a.fft.is_some() {
             return Err(AppError::Usage("--fft is for --scene ocean; the other scenes have no waves".into()));
         }
+        let moves = a.time_of_day.or(a.day_length).is_some();
+        if moves && a.environment != EnvironmentChoice::Sky {
+            let fault = "--time-of-day and --day-length are for --environment sky; a picture has its own light";
+            return Err(AppError::Usage(fault.into()));
+        }
         let shading = a.shading.resolve()?;
         if a.relief_shadows && shading.technique != Technique::Reference {
             let fault = "--relief-shadows is for --technique reference; --masking says what the others do";
@@ -113,6 +122,8 @@ impl SceneConfig {
             height_scale: a.height_scale,
             environment: a.environment,
             sun: a.sun,
+            time_of_day: a.time_of_day,
+            day_length: a.day_length,
             shading,
             displacement: !a.no_displacement,
             relief_shadows: a.relief_shadows,
@@ -279,7 +290,10 @@ pub(super) mod tests {
 
     #[test]
     fn contradictions_are_wrong_usage() {
-        let cases: [&[&str]; 15] = [
+        let cases: [&[&str]; 18] = [
+            &["--time-of-day", "6", "--sun", "0,10"],
+            &["--time-of-day", "25"],
+            &["--day-length", "60", "--environment", "studio"],
             &["--relief-shadows"],
             &["--edge-samples", "0"],
             &["--edge-samples", "4", "--technique", "reference"],

@@ -149,6 +149,15 @@ impl Renderer {
         &self.gpu
     }
 
+    /// The environment's nine spherical harmonics coefficients as the last frame was lit by them, see
+    /// [`IrradiancePass`]: rgb and 0 each.
+    ///
+    /// # Errors
+    /// A lost device, or memory that is short.
+    pub fn radiance_sh(&self) -> Result<Vec<[f32; 4]>> {
+        self.irradiance.coefficients().read_all()
+    }
+
     /// Renders a frame and reads it back.
     ///
     /// # Errors

@@ -2,6 +2,7 @@
 #ifndef LEADR_OCEAN_SURFACE
 #define LEADR_OCEAN_SURFACE
 #include "cascade.glsl"
+#include "shore.glsl"
 
 layout(binding = 0, std140) uniform View {
     mat4 clip_from_world;
@@ -21,5 +22,6 @@ layout(binding = 4, std430) readonly buffer EdgeFactors { float edge_factors[]; 
 layout(binding = 5, std430) readonly buffer VisiblePatches { uint visible_patches[]; };
 layout(binding = 6, std430) readonly buffer Cascades { Cascade cascades[]; };
 layout(binding = 7) uniform sampler2DArray displacement;
+layout(binding = 8, std140) uniform Beach { Shore shore; };
 
 #endif

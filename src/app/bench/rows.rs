@@ -31,7 +31,12 @@ pub struct Row {
     pub state: FrameState,
     /// How it is drawn.
     pub settings: RenderSettings,
+    /// Hours that the sun moves from round to round: then the sky, its mips and its irradiance are made anew in each.
+    pub sun_hours: f64,
 }
+
+/// A minute's worth of the sun's way.
+const SUN_STEP: f64 = 1.0 / 60.0;
 
 impl Row {
     /// Slope samples, or probes, of a pixel; 1 for techniques that look at one slope.
@@ -153,6 +158,7 @@ pub fn quad(state: &FrameState, size: Size) -> Vec<Row> {
             displacement: false,
             ..Default::default()
         },
+        sun_hours: 0.0,
     };
     let leadr = |quadrature, terms| paper(Technique::Leadr, quadrature, terms);
     let mut rows = Vec::new();
@@ -251,12 +257,16 @@ pub fn scene(config: &SceneConfig, state: &FrameState, only: Option<Technique>) 
             paper_ms: None,
             state,
             settings: render_settings(&SceneConfig { shading, samples, ..config.clone() }),
+            sun_hours: 0.0,
         }
     };
     let mut rows = Vec::new();
     for technique in Technique::ALL.into_iter().filter(|t| only.is_none_or(|only| only == *t)) {
         rows.push(row(name.clone(), technique.name().to_owned(), base.name().to_owned(), technique, state.clone()));
     }
+    let moving = format!("{}, moving sun", base.name());
+    let moving = row(name.clone(), moving, base.name().to_owned(), base, state.clone());
+    rows.push(Row { sun_hours: SUN_STEP, ..moving });
     let middle = state.camera.position.distance(state.camera.target);
     for factor in ZOOM {
         let techniques = [Some(base), (factor == AFAR && only.is_none()).then_some(Technique::Reference)];

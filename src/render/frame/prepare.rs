@@ -96,7 +96,7 @@ impl Renderer {
         }
         if let Some(ocean) = &mut self.ocean {
             let technique = settings.shading.technique;
-            ocean.update(&self.gpu, technique, clip_from_world, camera.position, lens, &tessellation)?;
+            ocean.update(&self.gpu, technique, state.time, clip_from_world, camera.position, lens, &tessellation)?;
         }
         let cube_size = self.environment.face_size();
         if settings.shadows_of_relief() {

@@ -81,8 +81,12 @@ impl Renderer {
             cmd.timestamp(timestamps, "shadow");
         } else if sub.drawn == 0 && sub.edge == 0 {
             if let Some(sky) = &state.sky {
-                cmd.label("sky", |cmd| self.environment.update_sky(cmd, sky));
+                let moved = cmd.label("sky", |cmd| self.environment.begin_sky(cmd, sky));
                 cmd.timestamp(timestamps, "sky");
+                if moved {
+                    cmd.label("cube mips", |cmd| self.environment.make_mips(cmd));
+                }
+                cmd.timestamp(timestamps, "cube mips");
             }
             cmd.label_times("irradiance", repeats, |cmd| {
                 self.irradiance.record(cmd, &self.environment, 1.0, &[], [0.0; 3])

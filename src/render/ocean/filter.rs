@@ -59,7 +59,7 @@ impl OceanFilter {
     /// # Errors
     /// A failed pipeline or write.
     pub fn update(&mut self, gpu: &Arc<Gpu>, technique: Technique, ocean: &Ocean, centre: Vec2) -> Result<()> {
-        if technique != Technique::Reference && !self.pipelines.contains_key(&technique) {
+        if !self.pipelines.contains_key(&technique) {
             let pipeline = GraphicsPipeline::new(
                 gpu,
                 "ocean filter",
@@ -84,7 +84,7 @@ impl OceanFilter {
     }
 
     /// Begins a G-buffer that holds the other objects already, has `draw` fill the sea's pixels from the block of
-    /// `passes/ocean/water.glsl`, and leaves it readable.
+    /// `passes/ocean/filter.frag`, and leaves it readable.
     pub fn record(&self, cmd: &mut Commands, target: &GBuffer, draw: impl FnOnce(&mut Commands, &Buffer)) {
         for image in target.colors() {
             cmd.transition(image, Use::ColorTarget);
@@ -99,7 +99,14 @@ impl OceanFilter {
     }
 
     /// Filters the waves under the sea's pixels into the begun G-buffer, with a technique of the last updates.
-    pub fn draw(&self, cmd: &mut Commands, technique: Technique, fields: &OceanFields, visible: &VisibleSurface) {
+    pub fn draw(
+        &self,
+        cmd: &mut Commands,
+        technique: Technique,
+        fields: &OceanFields,
+        shore: &Buffer,
+        visible: &VisibleSurface,
+    ) {
         let Some(pipeline) = self.pipelines.get(&technique) else { return };
         cmd.bind(
             pipeline,
@@ -110,6 +117,7 @@ impl OceanFilter {
                 (3, Descriptor::Sampled(fields.joint.whole(), &self.trilinear)),
                 (4, Descriptor::Storage(&fields.cascades)),
                 (5, Descriptor::Uniform(&self.water)),
+                (6, Descriptor::Uniform(shore)),
             ],
         );
         cmd.draw(0..3, 0..1);
