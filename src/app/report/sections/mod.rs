@@ -6,6 +6,7 @@ mod misses;
 mod model;
 mod quadrature;
 mod samples;
+mod shadows;
 mod shapes;
 mod spheres;
 mod table10;
@@ -13,14 +14,14 @@ mod techniques;
 mod zoom;
 
 use clap::ValueEnum;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::html::Html;
 use super::studio::Studio;
 use crate::app::error::AppError;
 
 /// What a section has to say.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Section {
     /// For people.
     pub html: Html,
@@ -60,6 +61,8 @@ pub enum SectionName {
     Model,
     /// Every technique from near to far.
     Techniques,
+    /// Shadows that the relief throws on itself.
+    Shadows,
     /// Surfaces that deform under maps that do not.
     Shapes,
     /// What flickers when the camera moves away.
@@ -74,13 +77,14 @@ pub enum SectionName {
 
 impl SectionName {
     /// All of them.
-    pub const ALL: [Self; 11] = [
+    pub const ALL: [Self; 12] = [
         Self::Convergence,
         Self::Spheres,
         Self::Table10,
         Self::Quadrature,
         Self::Model,
         Self::Techniques,
+        Self::Shadows,
         Self::Shapes,
         Self::Zoom,
         Self::Samples,
@@ -98,6 +102,7 @@ impl SectionName {
             Self::Quadrature => "quadrature",
             Self::Model => "model",
             Self::Techniques => "techniques",
+            Self::Shadows => "shadows",
             Self::Shapes => "shapes",
             Self::Zoom => "zoom",
             Self::Samples => "samples",
@@ -116,6 +121,7 @@ impl SectionName {
             Self::Quadrature => "Fewer, better-placed samples",
             Self::Model => "Beyond the model: visibility against ray casts",
             Self::Techniques => "Techniques side by side",
+            Self::Shadows => "Shadows that the relief throws on itself",
             Self::Shapes => "Surfaces that deform",
             Self::Zoom => "Moving away: what flickers",
             Self::Samples => "One sample of LEADR against many of the reference",
@@ -136,6 +142,7 @@ impl SectionName {
             Self::Quadrature => quadrature::run(studio),
             Self::Model => model::run(studio),
             Self::Techniques => techniques::run(studio),
+            Self::Shadows => shadows::run(studio),
             Self::Shapes => shapes::run(studio),
             Self::Zoom => zoom::run(studio),
             Self::Samples => samples::run(studio),
