@@ -118,6 +118,9 @@ pub struct ReportArgs {
     /// Only these sections
     #[arg(long, value_name = "NAME,...", value_enum, value_delimiter = ',')]
     pub only: Vec<ReportSection>,
+    /// Take over the sections that an earlier run of this program on this device left in the folder
+    #[arg(long)]
+    pub resume: bool,
     /// Folder of the report: index.html, report.json and the pictures
     #[arg(long, short, value_name = "DIR", default_value = "out/report")]
     pub output: PathBuf,

@@ -96,9 +96,9 @@ vec3 ggx_fresnel(Surface surface, vec3 wo, DisplacedGgx d) {
 }
 
 // Diffuse radiance of the environment per unit of albedo.
-vec3 diffuse_environment(Surface surface, NormalMoments normals, DirectionArea o, vec3 cholesky) {
+vec3 diffuse_environment(Surface surface, NormalMoments normals) {
     if (VISIBILITY == LEADR_VISIBILITY_CORRELATED) {
-        BentNormal bent = bent_normal(o, surface.mean_slope, cholesky);
+        BentNormal bent = bent_normal(surface.wo, surface.mean_slope, surface.slope_covariance);
         return shadowed_diffuse_environment(bent, surface.frame, environment_sh());
     }
     return leadr_diffuse_environment(normals, surface.frame, environment_sh());
@@ -148,7 +148,7 @@ vec3 leadr_radiance(Surface surface, float environment_scale) {
                                  : visible_normal_moments(wo, faced, diffuse_s, SAMPLES, lambda);
     }
     if (DIFFUSE_ENVIRONMENT) {
-        radiance += albedo * ambient * diffuse_environment(surface, normals, diffuse_o, diffuse_cholesky);
+        radiance += albedo * ambient * diffuse_environment(surface, normals);
     }
     if (LIGHTS) {
         vec3 cholesky = slope_cholesky(GGX ? 0.5 * ggx.roughness : specular_s);
