@@ -86,7 +86,7 @@ fn smooth(d: DVec3) -> f64 {
 #[test]
 fn specular() {
     let Some(data) = oracle("leadr_integrals.json") else { return };
-    for (n, bound) in [(5, (3.9e-2, 0.165)), (9, (3.9e-2, 0.165)), (16, (3.9e-2, 0.165))] {
+    for (n, bound) in [(5, (1.5e-2, 0.04)), (9, (1e-2, 0.04)), (16, (1e-2, 0.04))] {
         let nodes = probe_nodes(n);
         let mut errors = Errors::default();
         for (wo, m, s, c) in configurations(&data) {

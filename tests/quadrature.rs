@@ -83,24 +83,24 @@ fn specular(sharpness: Sharpness, bounds: &[(&str, f64, f64)]) {
     let rows = set.rows();
     check(&rows, bounds);
     let printed = find(&rows, "paper 5x5, supplement's LOD").rms;
-    assert!(find(&rows, "5 probes").rms < 0.8 * printed);
-    assert!(find(&rows, "16 probes").rms < 0.5 * find(&rows, "paper 5x5").rms);
+    assert!(find(&rows, "rings of 5").rms < 0.8 * printed);
+    assert!(find(&rows, "rings of 16").rms < 0.5 * find(&rows, "paper 5x5").rms);
     // Weights of the inner ring and of the outer one exchanged.
     let right = probe_nodes(9);
     let wrong: Vec<ProbeNode> =
         right.iter().enumerate().map(|(i, k)| ProbeNode { weight: right[8 - i].weight, ..*k }).collect();
     let wrong = set.row("wrong", 9, |s, lobes| probe_radiance(s, lobes, &wrong));
-    assert!(wrong.rms > 1.5 * find(&rows, "9 probes").rms, "{}", wrong.line());
+    assert!(wrong.rms > 1.5 * find(&rows, "rings of 9").rms, "{}", wrong.line());
 }
 
 #[test]
 fn smooth_environments() {
-    specular(Sharpness::Smooth, &[("5 probes", 0.09, 0.9), ("9 probes", 0.05, 0.9), ("16 probes", 0.035, 0.9)]);
+    specular(Sharpness::Smooth, &[("rings of 5", 0.09, 0.9), ("rings of 9", 0.05, 0.9), ("rings of 16", 0.035, 0.9)]);
 }
 
 #[test]
 fn sharp_environments() {
-    specular(Sharpness::Sharp, &[("5 probes", 0.25, 3.0), ("9 probes", 0.2, 3.0), ("16 probes", 0.15, 3.0)]);
+    specular(Sharpness::Sharp, &[("rings of 5", 0.23, 1.6), ("rings of 9", 0.2, 2.0), ("rings of 16", 0.125, 0.85)]);
 }
 
 /// What the specular term does not reflect is left for the diffuse one: the mean Fresnel term of the visible facets.
@@ -147,8 +147,8 @@ fn nothing_pops() {
     for (integral, rules) in [
         ("diffuse", &["visible 2 terms", "visible 3 terms"][..]),
         ("light", &["visible 2 terms", "visible 3 terms"]),
-        ("smooth lobes", &["5 probes", "9 probes", "16 probes"]),
-        ("sharp lobes", &["5 probes", "9 probes", "16 probes"]),
+        ("smooth lobes", &["rings of 5", "rings of 9", "rings of 16"]),
+        ("sharp lobes", &["rings of 5", "rings of 9", "rings of 16"]),
     ] {
         let (step, bend) = worst(integral, "paper 5x5");
         for rule in rules {
