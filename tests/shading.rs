@@ -228,7 +228,7 @@ fn integrals() -> Vec<ShadingSettings> {
         with(Quadrature::Grid(5), Visibility::Correlated, DiffuseLights::Sh),
         with(Quadrature::VisibleSlopes(9), Visibility::Correlated, DiffuseLights::Cosine),
         with(Quadrature::VisibleSlopes(5), Visibility::Smith, DiffuseLights::Cosine),
-        with(Quadrature::VisibleSlopes(3), Visibility::Masking, DiffuseLights::Sh),
+        with(Quadrature::VisibleSlopes(5), Visibility::Masking, DiffuseLights::Sh),
     ]
 }
 

@@ -81,7 +81,7 @@ VisibleProbes visible_probes(vec3 wo, vec2 m, vec3 S) {
     float per_b = 1.0 / max(v.b, 1e-18);
     probes.axis = v.axis;
     probes.azimuth = wo.xy * per_b;
-    probes.along = vec3((v.a - v.facet) * per_b, sqrt(v.variance), v.third / (6.0 * v.variance));
+    probes.along = vec3(-v.shift, sqrt(v.variance), v.third / (6.0 * v.variance));
     probes.facet = vec2(v.a, v.b);
     probes.area = v.area;
     probes.cover = 25.1327412 * v.area * probes.cholesky.x * probes.cholesky.z;

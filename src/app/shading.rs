@@ -22,13 +22,13 @@ pub struct ShadingArgs {
     /// How the surface is filtered and shaded
     #[arg(long, value_name = "NAME", value_parser = techniques(), default_value = "leadr")]
     pub technique: Technique,
-    /// Where light is sampled [default: visible with --probes, else grid]
+    /// Where light is sampled [default: grid with --grid, else visible]
     #[arg(long, value_enum)]
     pub rule: Option<Rule>,
-    /// Light each pixel through N by N slope samples, 1 to 128 [default: 5]
+    /// Light each pixel through N by N slope samples, 1 to 128 [default of --rule grid: 5]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=128))]
     pub grid: Option<u32>,
-    /// Look the environment up N times per pixel: 5, 9 or 16 [default of --rule visible: 9]
+    /// Look the environment up N times per pixel: 5, 9 or 16 [default: 16]
     #[arg(long, value_name = "N", conflicts_with = "grid", value_parser = probes)]
     pub probes: Option<u32>,
     /// Microfacet visibility [default: correlated]
@@ -46,7 +46,7 @@ pub struct ShadingArgs {
 }
 
 /// Probes of the rules when only `--rule visible` is given.
-const DEFAULT_PROBES: u32 = 9;
+const DEFAULT_PROBES: u32 = 16;
 /// Side of the grid when only `--rule grid` is given: the paper's.
 const DEFAULT_GRID: u32 = 5;
 

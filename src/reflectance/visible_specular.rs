@@ -154,7 +154,7 @@ pub fn visible_probes(wo: DVec3, m: DVec2, s: DVec3) -> VisibleProbes {
         cholesky,
         axis: v.axis,
         azimuth: wo.xy() * per_b,
-        along: DVec3::new((v.a - v.facet) * per_b, v.variance.sqrt(), v.third / (6.0 * v.variance)),
+        along: DVec3::new(-v.shift, v.variance.sqrt(), v.third / (6.0 * v.variance)),
         facet: DVec2::new(v.a, v.b),
         area: v.area,
         cover: 8.0 * PI * v.area * cholesky.x * cholesky.z,

@@ -266,9 +266,7 @@ impl Default for ShadingSettings {
     fn default() -> Self {
         Self {
             technique: Technique::Leadr,
-            // Wide lobes show the coarse levels of the environment's cube, of which the lines of probes make more use:
-            // docs/quadrature.md.
-            quadrature: Quadrature::Grid(5),
+            quadrature: Quadrature::VisibleSlopes(16),
             visibility: Visibility::Correlated,
             terms: Terms::ALL,
             diffuse_lights: DiffuseLights::Cosine,

@@ -185,7 +185,7 @@ pub fn quad(state: &FrameState, size: Size) -> Vec<Row> {
             }
         } else {
             // The diffuse rule has its own few samples whatever the probes of the environment.
-            rows.push(row(table, "leadr visible".to_owned(), ONE_SAMPLE, leadr(Quadrature::VisibleSlopes(3), terms)));
+            rows.push(row(table, "leadr visible".to_owned(), ONE_SAMPLE, leadr(Quadrature::VisibleSlopes(5), terms)));
         }
         for n in 1..=16 {
             rows.push(row(figure, format!("leadr {n}x{n}"), "leadr 1x1", leadr(Quadrature::Grid(n), terms)));
@@ -195,7 +195,7 @@ pub fn quad(state: &FrameState, size: Size) -> Vec<Row> {
     let one = paper(Technique::BlinnPhong, Quadrature::Grid(1), terms);
     rows.push(row(DIFFUSE_LIGHT, ONE_SAMPLE.to_owned(), ONE_SAMPLE, one));
     rows.push(row(DIFFUSE_LIGHT, "leadr 5x5".to_owned(), ONE_SAMPLE, leadr(Quadrature::Grid(5), terms)));
-    rows.push(row(DIFFUSE_LIGHT, "leadr visible".to_owned(), ONE_SAMPLE, leadr(Quadrature::VisibleSlopes(3), terms)));
+    rows.push(row(DIFFUSE_LIGHT, "leadr visible".to_owned(), ONE_SAMPLE, leadr(Quadrature::VisibleSlopes(5), terms)));
 
     let tables = [
         (VISIBILITY_LIGHT, Terms::SPECULAR_LIGHTS | Terms::DIFFUSE_LIGHTS),

@@ -178,7 +178,8 @@ impl SpecularSet {
         let grid = |n: u32, name: &str, constant: f64| {
             self.row(&format!("paper {n}x{n}{name}"), n * n, |s, lobes| grid_radiance(s, lobes, n, constant))
         };
-        let probes = |n: u32| self.row(&format!("{n} probes"), n, |s, lobes| probe_radiance(s, lobes, probe_nodes(n)));
+        let probes =
+            |n: u32| self.row(&format!("rings of {n}"), n, |s, lobes| probe_radiance(s, lobes, probe_nodes(n)));
         vec![
             grid(1, "", LOD_MATCHED),
             grid(3, "", LOD_MATCHED),

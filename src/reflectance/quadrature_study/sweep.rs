@@ -135,7 +135,7 @@ pub fn sweep_rows(n: usize) -> Vec<SweepRow> {
             add(name, "paper 5x5".into(), grid);
             for probes in [5, 9, 16] {
                 let swept = steps(path, n, SEED, |i, s| probe_radiance(s, &lobes[i], probe_nodes(probes)));
-                add(name, format!("{probes} probes"), swept);
+                add(name, format!("rings of {probes}"), swept);
             }
         }
     }
