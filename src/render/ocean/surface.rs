@@ -109,7 +109,7 @@ impl OceanPass {
                     depth: Some(Depth::default()),
                     cull: Cull::None,
                     topology: Primitive::Patches(4),
-                    spec: &[(0, SpecValue::U32(SEA_INDEX))],
+                    spec: &[(0, SpecValue::U32(SEA_INDEX)), (1, SpecValue::F32(GUARD_BAND))],
                     ..Default::default()
                 },
             )?,
