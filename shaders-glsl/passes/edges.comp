@@ -23,28 +23,34 @@ layout(push_constant, std430) uniform EdgeRays {
 const uint OBJECT_AND_INSIDE = 0xff000000u;
 const float SAME_NORMAL = 0.9; // cosine of the largest turn of the displacement direction on one surface
 
+vec3 across(ivec2 pixel, ivec2 size) {
+    vec2 ndc = (vec2(pixel) + 0.5) / vec2(size) * 2.0 - 1.0;
+    return ndc.x * rays.x.xyz + ndc.y * rays.y.xyz;
+}
+
 void main() {
-    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
+    ivec2 edge = ivec2(gl_GlobalInvocationID.xy);
     ivec2 size = imageSize(edge_surface);
-    if (any(greaterThanEqual(pixel, size))) {
+    if (any(greaterThanEqual(edge, size))) {
         return;
     }
+    // Edge samples come in grids inside each pixel.
+    ivec2 pixels = textureSize(pixel_surface, 0), pixel = edge * pixels / size;
     uint object = texelFetch(pixel_surface, pixel, 0).x & OBJECT_AND_INSIDE;
-    bool same = object == (imageLoad(edge_surface, pixel).x & OBJECT_AND_INSIDE);
+    bool same = object == (imageLoad(edge_surface, edge).x & OBJECT_AND_INSIDE);
     if (same && object != 0u) {
-        vec2 ndc = (vec2(pixel) + 0.5) / vec2(size) * 2.0 - 1.0;
-        vec3 across = ndc.x * rays.x.xyz + ndc.y * rays.y.xyz;
         float pixel_distance = rays.pixel.w / texelFetch(pixel_depth, pixel, 0).x;
-        float edge_distance = rays.pixel.w / texelFetch(edge_depth, pixel, 0).x;
-        vec3 apart = (rays.edge.xyz + across) * edge_distance - (rays.pixel.xyz + across) * pixel_distance;
+        float edge_distance = rays.pixel.w / texelFetch(edge_depth, edge, 0).x;
+        vec3 apart = edge_distance * (rays.edge.xyz + across(edge, size))
+                   - pixel_distance * (rays.pixel.xyz + across(pixel, pixels));
         vec3 a = octahedral_decode(unpackSnorm2x16(texelFetch(pixel_tangent, pixel, 0).x));
-        vec3 b = octahedral_decode(unpackSnorm2x16(texelFetch(edge_tangent, pixel, 0).x));
+        vec3 b = octahedral_decode(unpackSnorm2x16(texelFetch(edge_tangent, edge, 0).x));
         // Two points of one sphere are apart across their mean normal, however grazing the view. What stands out of it by less
         // than a pixel is too small to be told apart.
-        float width = 2.0 * length(rays.y.xyz) / float(size.y) * pixel_distance;
+        float width = 2.0 * length(rays.y.xyz) / float(pixels.y) * pixel_distance;
         same = dot(a, b) > SAME_NORMAL && abs(dot(apart, normalize(a + b))) < width;
     }
     if (same) {
-        imageStore(edge_surface, pixel, uvec4(SURFACE_OF_THE_PIXEL, 0u, 0u, 0u));
+        imageStore(edge_surface, edge, uvec4(SURFACE_OF_THE_PIXEL, 0u, 0u, 0u));
     }
 }

@@ -247,7 +247,7 @@ pub struct SceneArgs {
     /// Samples per pixel (in a window: of a picture that stands still)
     #[arg(long, value_name = "N", default_value = "4", value_parser = clap::value_parser!(u32).range(1..=65_536))]
     pub samples: u32,
-    /// Pictures of the geometry per sample, which smooth outlines; a surface is shaded once for all of them
+    /// Look for outlines at N places per sample (multiples of 16 are the fastest); inside them surfaces are shaded once
     #[arg(long, value_name = "N", default_value = "1", value_parser = clap::value_parser!(u32).range(1..=256))]
     pub edge_samples: u32,
     /// Seed of the sample positions

@@ -64,7 +64,7 @@ pub struct SceneConfig {
     pub size: Size,
     /// Samples per pixel.
     pub samples: u32,
-    /// Pictures of the geometry per sample.
+    /// Places per sample where outlines are looked for; 1 without.
     pub edge_samples: u32,
     /// Seed of the sample positions.
     pub seed: u64,

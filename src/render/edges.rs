@@ -1,7 +1,7 @@
 //! Edge samples: outlines as smooth as of many samples, at one shaded sample per pixel.
 //!
-//! The geometry is drawn several times, each time moved by a part of a pixel. Where such an edge sample sees the surface that
-//! the pixel's own sample sees (the same object, in one plane with it), the pixel's shading is used again: it is that of the
+//! The geometry is drawn again with a grid of samples in every pixel, as often as it takes, each time moved by a part of the
+//! grid's cell. Where such an edge sample sees the surface that the pixel's own sample sees (the same object, in one plane with it), the pixel's shading is used again: it is that of the
 //! pixel's whole footprint anyway. What sees another surface, across an outline, is filtered and shaded, each with the
 //! footprint of a whole pixel. So the inside of a surface is shaded once, bit for bit as without edge samples.
 
@@ -16,7 +16,21 @@ use crate::gpu::{Commands, ComputePipeline, Descriptor, Filter, Gpu, Result, Sam
 /// Alpha of the radiance of an edge sample that sees its pixel's own surface (`passes/edges.glsl`).
 pub const OF_THE_PIXEL: f32 = -1.0;
 
-/// Rays through two samples of one image (`EdgeRays` in `passes/edges.comp`).
+/// Edge samples across a pixel in one drawing, at most.
+pub const MAX_GRID: u32 = 4;
+/// Edge samples in one drawing, at most: they take 116 bytes each.
+const MAX_DRAWN: u64 = 1 << 22;
+
+/// The largest grid, up to `finest`, that makes up `samples` edge samples of a picture of `size` in several drawings: 1, 2 or 4
+/// samples across a pixel.
+#[must_use]
+pub fn edge_grid(samples: u32, size: (u32, u32), finest: u32) -> u32 {
+    let pixels = u64::from(size.0) * u64::from(size.1);
+    let fits = |&grid: &u32| samples % (grid * grid) == 0 && u64::from(grid * grid) * pixels <= MAX_DRAWN;
+    [4, 2].into_iter().filter(|&grid| grid <= finest).find(fits).unwrap_or(1)
+}
+
+/// Rays through a pixel's own sample and an edge sample (`EdgeRays` in `passes/edges.comp`).
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 pub struct EdgeRays {
@@ -57,7 +71,7 @@ impl EdgePass {
         })
     }
 
-    /// Marks where `edge` sees the surface that `pixel` sees, and leaves it readable.
+    /// Marks where the samples of `edge` see the surface that their `pixel` sees, and leaves them readable.
     pub fn record(&self, cmd: &mut Commands, pixel: &VisibleSurface, edge: &VisibleSurface, rays: &EdgeRays) {
         cmd.transition(&edge.surface, Use::ComputeReadWrite);
         cmd.bind(
@@ -75,5 +89,24 @@ impl EdgePass {
         let [width, height] = edge.surface.mip_extent(0);
         cmd.dispatch_invocations(&self.pipeline, [width, height, 1]);
         cmd.transition(&edge.surface, Use::Sampled);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn grids_divide_the_samples_and_fit_into_memory() {
+        for (samples, size, finest, grid) in [
+            (64, (128, 128), 4, 4),
+            (64, (128, 128), 1, 1),
+            (8, (128, 128), 4, 2),
+            (6, (128, 128), 4, 1),
+            (64, (1280, 720), 4, 2),
+            (64, (4096, 2160), 4, 1),
+        ] {
+            assert_eq!(edge_grid(samples, size, finest), grid, "{samples} of {size:?}");
+        }
     }
 }

@@ -284,9 +284,10 @@ pub struct RenderSettings {
     pub samples: u32,
     /// Seed of the offsets. One sample lies in the pixel's centre whatever the seed.
     pub seed: u64,
-    /// Pictures of the geometry per sample, 1 to [`MAX_EDGE_SAMPLES`](Self::MAX_EDGE_SAMPLES), each with its own offset
-    /// inside the pixel. The first is shaded; the others are where they see another surface, so outlines are as smooth as
-    /// of that many samples, and the inside of a surface stays the same ([`super::edges`]). 1 for [`Technique::Reference`].
+    /// Edge samples per sample, 1 (none) to [`MAX_EDGE_SAMPLES`](Self::MAX_EDGE_SAMPLES): places in the pixel where the geometry
+    /// is looked at again. Those that see another surface than the pixel's sample are shaded too, so outlines are as smooth
+    /// as of that many samples, and the inside of a surface stays the same ([`super::edges`]). Multiples of 16 are drawn the
+    /// fastest. 1 for [`Technique::Reference`].
     pub edge_samples: u32,
     /// Shading.
     pub shading: ShadingSettings,

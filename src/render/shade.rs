@@ -34,18 +34,19 @@ pub struct LightingGpu {
     pub point_position: [[f32; 4]; MAX_POINT_LIGHTS],
     /// Their intensities.
     pub point_intensity: [[f32; 4]; MAX_POINT_LIGHTS],
-    /// Width and height of the image.
+    /// Width and height of the image, and its pixels along one of the picture.
     pub viewport: [f32; 4],
     /// Face size of the cube, its scale, world size of a shadow texel.
     pub environment: [f32; 4],
 }
 
 impl LightingGpu {
-    /// The block for a frame.
+    /// The block for an image of `size` with `grid` pixels along one of the picture.
     #[must_use]
     pub fn new(
         state: &FrameState,
         size: (u32, u32),
+        grid: u32,
         jitter: Vec2,
         cube_size: u32,
         shadow: Option<&ShadowView>,
@@ -63,7 +64,7 @@ impl LightingGpu {
             sun_irradiance,
             point_position: [[0.0; 4]; MAX_POINT_LIGHTS],
             point_intensity: [[0.0; 4]; MAX_POINT_LIGHTS],
-            viewport: [size.0 as f32, size.1 as f32, 0.0, 0.0],
+            viewport: [size.0 as f32, size.1 as f32, grid as f32, 0.0],
             environment: [cube_size as f32, 1.0, shadow.map_or(0.0, |s| s.texel), 0.0],
         };
         for (i, light) in state.point_lights.iter().take(MAX_POINT_LIGHTS).enumerate() {

@@ -8,7 +8,7 @@ const int EDGE_STRIDE = 134; // 65 + 33 + 17 + 9 + 5 + 3 + 2
 
 layout(binding = 0, std140) uniform View {
     mat4 clip_from_world;
-    vec4 camera_position; // xyz; w unused
+    vec4 camera_position; // xyz; w: pixels of this image along one of the picture
 } view;
 
 struct Vertex {

@@ -4,10 +4,11 @@ use std::collections::hash_map::Entry;
 
 use glam::Vec3;
 
+use super::record::SubFrame;
 use super::targets::Targets;
 use super::{PixelPasses, Renderer, SHADOW_SIZE};
 use crate::gpu::{GpuError, Result};
-use crate::render::accumulate::edge_jitter;
+use crate::render::edges::{MAX_GRID, edge_grid};
 use crate::render::filter::FilterPass;
 use crate::render::patch_mesh::PosedVertices;
 use crate::render::reference::ReferencePass;
@@ -25,10 +26,12 @@ impl Renderer {
     /// As [`render`](Self::render).
     pub fn prepare(&mut self, state: &FrameState, settings: &RenderSettings) -> Result<Vec<PosedVertices>> {
         settings.check().map_err(|fault| GpuError::Usage { name: "settings".to_owned(), fault })?;
-        let edges = settings.edge_samples > 1;
-        if self.targets.as_ref().is_none_or(|targets| !targets.suit(settings.size, edges)) {
+        // The sea's geometry stage knows no grid.
+        let finest = if self.ocean.is_some() { 1 } else { MAX_GRID };
+        let grid = (settings.edge_samples > 1).then(|| edge_grid(settings.edge_samples, settings.size, finest));
+        if self.targets.as_ref().is_none_or(|targets| !targets.suit(settings.size, grid)) {
             self.targets = None;
-            self.targets = Some(Targets::new(&self.gpu, settings.size, edges)?);
+            self.targets = Some(Targets::new(&self.gpu, settings.size, grid)?);
         }
         if let Some(limit) = self.gpu.loop_iterations_per_invocation() {
             // One walk over the grid for the visible normals, one for the environment, one per light.
@@ -67,32 +70,31 @@ impl Renderer {
             for (drawn, posed) in self.drawn.iter_mut().zip(&posed) {
                 if let Some(buffers) = &mut drawn.sun {
                     let (clip, eye) = (view.clip_from_world, view.eye);
-                    buffers.update(&drawn.object, posed, height_scale, clip, eye, lens, &casters)?;
+                    buffers.update(&drawn.object, posed, height_scale, clip, eye, lens, &casters, 1)?;
                 }
             }
         }
         Ok(posed)
     }
 
-    /// Points the camera's buffers at edge sample `edge` of sample `index` of a prepared frame. The device must be idle.
+    /// Points the camera's buffers at a sub-frame of a prepared frame. The device must be idle.
     pub(super) fn prepare_camera(
         &mut self,
         state: &FrameState,
         settings: &RenderSettings,
         posed: &[PosedVertices],
-        index: u32,
-        edge: u32,
+        sub: &SubFrame,
     ) -> Result<()> {
-        let offset = edge_jitter(settings.sample_offset(index), edge);
+        let (size, offset) = sub.image(settings);
         let camera = &state.camera;
-        let clip_from_world = camera.clip_from_world(settings.size, offset);
+        let clip_from_world = camera.clip_from_world(size, offset);
         self.near = camera.near;
         let lens = camera.lens(settings.size.1);
         let tessellation =
             TessellationSettings { max_vertices_per_draw: self.vertices_per_draw(), ..settings.tessellation };
         for (drawn, posed) in self.drawn.iter_mut().zip(posed) {
             let (scale, clip) = (settings.geometry_scale(state.height_scale), clip_from_world);
-            drawn.camera.update(&drawn.object, posed, scale, clip, camera.position, lens, &tessellation)?;
+            drawn.camera.update(&drawn.object, posed, scale, clip, camera.position, lens, &tessellation, sub.grid)?;
         }
         if let Some(ocean) = &mut self.ocean {
             let technique = settings.shading.technique;
@@ -105,10 +107,10 @@ impl Renderer {
             let casters: Vec<_> = self.drawn.iter().zip(posed).filter(|(d, _)| d.sun.is_some()).collect();
             let casters: Vec<_> = casters.into_iter().map(|(d, posed)| (&d.object, posed)).collect();
             let reference = self.reference.as_mut().expect("prepared");
-            return reference.prepare(state, settings, &casters, bounds, cube_size, index, most);
+            return reference.prepare(state, settings, &casters, bounds, cube_size, sub.index, most);
         }
         let shadow = self.shadow_view.as_ref();
-        let block = LightingGpu::new(state, settings.size, offset, cube_size, shadow);
+        let block = LightingGpu::new(state, size, sub.grid, offset, cube_size, shadow);
         self.lighting.write(0, &[block])
     }
 

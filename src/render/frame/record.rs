@@ -1,5 +1,7 @@
 //! The passes of a sample in their order.
 
+use glam::Vec2;
+
 use super::{PassTime, PixelPasses, Renderer, add_times};
 use crate::gpu::{Commands, Result, Timestamps};
 use crate::render::accumulate::edge_jitter;
@@ -9,15 +11,27 @@ use crate::render::scene::FrameState;
 use crate::render::settings::RenderSettings;
 use crate::render::shade::{LightSet, ShadeInputs};
 
-/// A picture of one jittered place in every pixel.
+/// One drawing of the geometry.
 #[derive(Clone, Copy)]
-struct SubFrame {
+pub(super) struct SubFrame {
     /// The sample among those of the frame.
-    index: u32,
+    pub index: u32,
     /// Samples in the mean before it.
     drawn: u32,
-    /// The edge sample; 0 is the one that shades the pixel's surface.
-    edge: u32,
+    /// Which grid of its edge samples this is, and of how many; none for what the pixel's surface is shaded by.
+    edges: Option<(u32, u32)>,
+    /// Pixels of this drawing along one of the picture.
+    pub grid: u32,
+}
+
+impl SubFrame {
+    /// Pixels across and down, and the offset inside each.
+    pub fn image(&self, settings: &RenderSettings) -> ((u32, u32), Vec2) {
+        let offset = settings.sample_offset(self.index);
+        let (width, height) = settings.size;
+        let offset = self.edges.map_or(offset, |(index, count)| edge_jitter(offset, index, count));
+        ((self.grid * width, self.grid * height), offset)
+    }
 }
 
 impl Renderer {
@@ -36,11 +50,15 @@ impl Renderer {
     ) -> Result<Vec<PassTime>> {
         let mut times = Vec::new();
         let (gpu, timestamps) = (self.gpu.clone(), self.timestamps.clone());
-        for edge in 0..settings.edge_samples.max(1) {
-            self.prepare_camera(state, settings, posed, index, edge)?;
+        let grid = self.targets.as_ref().map_or(1, |targets| targets.grid);
+        let shaded = SubFrame { index, drawn, edges: None, grid: 1 };
+        let count = if settings.edge_samples > 1 { settings.edge_samples / (grid * grid) } else { 0 };
+        let edges = (0..count).map(|k| SubFrame { edges: Some((k, count)), grid, ..shaded });
+        for sub in std::iter::once(shaded).chain(edges) {
+            self.prepare_camera(state, settings, posed, &sub)?;
             gpu.submit("frame", |cmd| {
                 cmd.reset_timestamps(&timestamps);
-                self.record(cmd, state, settings, SubFrame { index, drawn, edge }, &timestamps);
+                self.record(cmd, state, settings, &sub, &timestamps);
             })?;
             let intervals = timestamps.intervals()?.into_iter();
             add_times(&mut times, intervals.map(|(pass, milliseconds)| PassTime { pass, milliseconds }).collect());
@@ -54,7 +72,7 @@ impl Renderer {
         cmd: &mut Commands,
         state: &FrameState,
         settings: &RenderSettings,
-        sub: SubFrame,
+        sub: &SubFrame,
         timestamps: &Timestamps,
     ) {
         let lights = LightSet::new(state, self.shadow_view.is_some());
@@ -63,23 +81,22 @@ impl Renderer {
         else {
             return;
         };
-        // Edge sample 0 is the pixel's own.
-        let (target, shade) = match (sub.edge, &targets.edge, shade_edges) {
-            (1.., Some(edge), Some(shade_edges)) => (edge, shade_edges),
+        let (target, shade) = match (sub.edges, &targets.edges, shade_edges) {
+            (Some(_), Some(edges), Some(shade_edges)) => (edges, shade_edges),
             _ => (&targets.pixel, shade),
         };
         let repeats = self.repeats;
         let height_scale = settings.geometry_scale(state.height_scale);
         let relief = self.reference.as_ref().filter(|_| settings.shadows_of_relief());
         cmd.timestamp(timestamps, "begin");
-        if let Some(ocean) = self.ocean.as_ref().filter(|_| sub.drawn == 0 && sub.edge == 0) {
+        if let Some(ocean) = self.ocean.as_ref().filter(|_| sub.drawn == 0 && sub.edges.is_none()) {
             ocean.record_waves(cmd, state.time, repeats, timestamps);
         }
         if let Some(relief) = relief {
             let casters: Vec<_> = self.drawn.iter().filter(|d| d.sun.is_some()).map(|d| &d.object).collect();
             cmd.label("shadow", |cmd| relief.record_maps(cmd, &casters, height_scale));
             cmd.timestamp(timestamps, "shadow");
-        } else if sub.drawn == 0 && sub.edge == 0 {
+        } else if sub.drawn == 0 && sub.edges.is_none() {
             if let Some(sky) = &state.sky {
                 let moved = cmd.label("sky", |cmd| self.environment.begin_sky(cmd, sky));
                 cmd.timestamp(timestamps, "sky");
@@ -107,10 +124,10 @@ impl Renderer {
             cmd.label_times("sea geometry", repeats, |cmd| ocean.record_geometry(cmd, &target.visible));
             cmd.timestamp(timestamps, "sea geometry");
         }
-        if sub.edge > 0 {
-            let offset = settings.sample_offset(sub.index);
-            let rays = |edge| state.camera.rays(settings.size, edge_jitter(offset, edge));
-            let rays = EdgeRays::new(rays(0), rays(sub.edge), state.camera.near);
+        if sub.edges.is_some() {
+            let (size, offset) = sub.image(settings);
+            let pixel = state.camera.rays(settings.size, settings.sample_offset(sub.index));
+            let rays = EdgeRays::new(pixel, state.camera.rays(size, offset), state.camera.near);
             cmd.label_times("edges", repeats, |cmd| {
                 self.edges.record(cmd, &targets.pixel.visible, &target.visible, &rays);
             });
@@ -138,10 +155,14 @@ impl Renderer {
             None => shade.record(cmd, inputs, &target.radiance),
         });
         cmd.timestamp(timestamps, "shade");
-        let before = sub.drawn * settings.edge_samples.max(1) + sub.edge;
-        cmd.label_times("accumulate", repeats, |cmd| {
-            self.accumulate.record(cmd, &target.radiance, &targets.pixel.radiance, &targets.mean, before);
-        });
-        cmd.timestamp(timestamps, "accumulate");
+        // With edge samples, they are all there is in the mean.
+        let (number, count) = sub.edges.unwrap_or((0, 1));
+        let before = sub.drawn * count + number;
+        if sub.edges.is_some() || targets.edges.is_none() {
+            cmd.label_times("accumulate", repeats, |cmd| {
+                self.accumulate.record(cmd, &target.radiance, &targets.pixel.radiance, &targets.mean, before);
+            });
+            cmd.timestamp(timestamps, "accumulate");
+        }
     }
 }

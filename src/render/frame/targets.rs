@@ -30,25 +30,28 @@ pub struct Targets {
     pub size: (u32, u32),
     /// The sample that a pixel's surface is shaded by.
     pub pixel: SampleTargets,
-    /// An edge sample, which is shaded where it sees another surface; with edge samples only.
-    pub edge: Option<SampleTargets>,
+    /// Edge samples, `grid²` of every pixel; where there are any.
+    pub edges: Option<SampleTargets>,
+    /// Edge samples across a pixel.
+    pub grid: u32,
     /// The mean of the samples.
     pub mean: Image,
 }
 
 impl Targets {
-    pub fn new(gpu: &Arc<Gpu>, size: (u32, u32), edges: bool) -> Result<Self> {
+    pub fn new(gpu: &Arc<Gpu>, size: (u32, u32), grid: Option<u32>) -> Result<Self> {
         let mean = ImageDesc::new(ShadePass::FORMAT, size.0, size.1).storage();
         Ok(Self {
             size,
             pixel: SampleTargets::new(gpu, size)?,
-            edge: edges.then(|| SampleTargets::new(gpu, size)).transpose()?,
+            edges: grid.map(|grid| SampleTargets::new(gpu, (grid * size.0, grid * size.1))).transpose()?,
+            grid: grid.unwrap_or(1),
             mean: Image::new(gpu, "mean", mean)?,
         })
     }
 
-    /// Whether they serve a frame of this size, with edge samples or without.
-    pub fn suit(&self, size: (u32, u32), edges: bool) -> bool {
-        self.size == size && self.edge.is_some() == edges
+    /// Whether they serve a frame of this size, with such a grid of edge samples or without any.
+    pub fn suit(&self, size: (u32, u32), grid: Option<u32>) -> bool {
+        self.size == size && self.edges.as_ref().map(|_| self.grid) == grid
     }
 }
