@@ -293,6 +293,7 @@ pub fn variant(variant: Variant, state: FrameState, only: Option<Technique>) -> 
         base: Some(base),
         compared,
         paper_ms: None,
+        sun_hours: 0.0,
         state,
         settings: render_settings(&SceneConfig { shading, samples: 1, ..config }),
     }

@@ -80,7 +80,7 @@ pub enum SectionName {
 
 impl SectionName {
     /// All of them.
-    pub const ALL: [Self; 12] = [
+    pub const ALL: [Self; 13] = [
         Self::Convergence,
         Self::Spheres,
         Self::Table10,
