@@ -7,7 +7,7 @@ use clap::{Args, Parser, Subcommand};
 use super::report::ReportSection;
 use super::shading::{ShadingArgs, techniques};
 use super::values::{
-    CameraChoice, EnvironmentChoice, FrameRange, Layer, SceneKind, Shard, Size, Sun, atlas_tile, finite, hour,
+    CameraChoice, EnvironmentChoice, FrameRange, Layer, SceneKind, Shard, Size, Sun, atlas_tile, fft, finite, hour,
     not_negative, positive, roughness, sweep,
 };
 use crate::render::settings::Technique;
@@ -118,6 +118,9 @@ pub struct ReportArgs {
     /// Only these sections
     #[arg(long, value_name = "NAME,...", value_enum, value_delimiter = ',')]
     pub only: Vec<ReportSection>,
+    /// Take over the sections that an earlier run of this program on this device left in the folder
+    #[arg(long)]
+    pub resume: bool,
     /// Folder of the report: index.html, report.json and the pictures
     #[arg(long, short, value_name = "DIR", default_value = "out/report")]
     pub output: PathBuf,
@@ -130,7 +133,9 @@ const BENCH_EXAMPLES: &str = "Examples:
   leadr bench                                  everything: minutes without a GPU
   leadr bench --paper --frames 9 --json        a full-screen quad over a LEADR map of its size, and the goals
   leadr bench --scene sphere --size 512x512
-  leadr bench --scene trex --technique leadr --height-map bricks.png
+  leadr bench --scene trex --technique leadr
+  leadr bench --scene ocean --frames 9         every pass of the sea, by size of transform and of picture
+  leadr bench --scene ocean --soak 5000 --size 64x48 --fft 64
 
 Times are medians over frames on the device itself. Rows are measured turn and turn about, and ratios taken within
 each turn, so another program slows the rows down but hardly moves the ratios.";
@@ -156,6 +161,12 @@ pub struct BenchArgs {
     /// Height map of the plane or the sphere (PNG or EXR)
     #[arg(long, value_name = "FILE", requires = "scene")]
     pub height_map: Option<PathBuf>,
+    /// Samples along the edge of the ocean's tiles of waves: 64, 128, 256 or 512 [default: 256]
+    #[arg(long, value_name = "N", value_parser = fft, requires = "scene")]
+    pub fft: Option<u32>,
+    /// Instead of timing, draw so many frames of the ocean and watch what memory does
+    #[arg(long, value_name = "FRAMES", requires = "scene", conflicts_with = "paper", value_parser = clap::value_parser!(u32).range(1..))]
+    pub soak: Option<u32>,
     /// Texels along a patch's tile in the displacement atlas: 8, 16, 32, 64 or 128
     #[arg(long, value_name = "N", default_value = "64", value_parser = atlas_tile)]
     pub atlas_tile: u32,
@@ -194,6 +205,9 @@ pub struct SceneArgs {
     /// Height map of the plane or the sphere (PNG or EXR)
     #[arg(long, value_name = "FILE")]
     pub height_map: Option<PathBuf>,
+    /// Samples along the edge of the ocean's tiles of waves: 64, 128, 256 or 512 [default: 256]
+    #[arg(long, value_name = "N", value_parser = fft)]
+    pub fft: Option<u32>,
     /// Factor on the displacement; 0 is flat
     #[arg(long, value_name = "X", default_value = "1", value_parser = not_negative)]
     pub height_scale: f32,
@@ -233,6 +247,9 @@ pub struct SceneArgs {
     /// Samples per pixel (in a window: of a picture that stands still)
     #[arg(long, value_name = "N", default_value = "4", value_parser = clap::value_parser!(u32).range(1..=65_536))]
     pub samples: u32,
+    /// Look for outlines at N places per sample (multiples of 16 are the fastest); inside them surfaces are shaded once
+    #[arg(long, value_name = "N", default_value = "1", value_parser = clap::value_parser!(u32).range(1..=256))]
+    pub edge_samples: u32,
     /// Seed of the sample positions
     #[arg(long, value_name = "N", default_value = "0")]
     pub seed: u64,

@@ -51,6 +51,7 @@ pub fn render_settings(config: &SceneConfig) -> RenderSettings {
         size: (config.size.width, config.size.height),
         samples: config.samples,
         seed: config.seed,
+        edge_samples: config.edge_samples,
         shading: config.shading,
         displacement: config.displacement,
         relief_shadows: config.relief_shadows,

@@ -67,7 +67,11 @@ pub struct Set {
 /// If the scene cannot be made or the device fails.
 pub fn set(config: &SceneConfig, inputs: Inputs, gpu: &Arc<Gpu>, output: &Output) -> Result<Set, AppError> {
     let start = config.time_of_day.map_or(config.sun.direction(), |hour| daylight::at_hour(f64::from(hour)));
-    let sky = Sky { sun_direction: start, ..Sky::default() };
+    let ground_albedo = match config.kind {
+        SceneKind::Ocean => sea::BELOW_THE_HORIZON,
+        _ => Sky::default().ground_albedo,
+    };
+    let sky = Sky { sun_direction: start, ground_albedo, ..Sky::default() };
     // A picture of an environment has its own sun in it.
     let (environment, sky) = match &inputs.environment {
         Some(image) => (Environment::from_equirect(gpu, FACE_SIZE, image)?, None),
@@ -98,7 +102,7 @@ fn stage(config: &SceneConfig, inputs: Inputs, output: &Output) -> Result<Stage,
         SceneKind::Plane => plane_stage(relief),
         SceneKind::Sphere => sphere_stage(relief),
         SceneKind::Spheres => spheres::grid::stage(),
-        SceneKind::Ocean => sea::stage(&Sea::default()),
+        SceneKind::Ocean => sea::stage(&Sea::default(), config.fft),
         SceneKind::Pillow => pillow::stage(config.atlas_tile),
         SceneKind::Snake => snake::stage(config.atlas_tile),
         SceneKind::Stretch => deform::stage(Deformation::Stretch),

@@ -6,6 +6,7 @@ pub mod camera;
 pub mod color_map;
 pub mod cube_mips;
 pub mod displacement;
+pub mod edges;
 pub mod environment;
 pub mod environment_lights;
 pub mod equirect;

@@ -15,7 +15,7 @@ layout(binding = 5, std140) uniform Lighting {
     vec4 sun_irradiance;          // rgb on a plane facing it
     vec4 point_position[MAX_POINT_LIGHTS];  // xyz
     vec4 point_intensity[MAX_POINT_LIGHTS]; // rgb
-    vec4 viewport;                // width, height
+    vec4 viewport;                // width, height, pixels along one of the picture
     vec4 environment;             // x: face size of the cube, y: scale, z: shadow texel in world units
 } lighting;
 
@@ -28,7 +28,8 @@ layout(binding = 8) uniform sampler2D shadow_map;
 // point is lifted out of its reach.
 float sun_visibility(vec3 position, vec3 normal) {
     float texel = lighting.environment.z;
-    float pixel = distance(position, lighting.camera_position.xyz) * 2.0 * length(lighting.rays[0].xyz) / lighting.viewport.x;
+    float pixel = distance(position, lighting.camera_position.xyz) * 2.0 * length(lighting.rays[0].xyz)
+        * lighting.viewport.z / lighting.viewport.x;
     float stride = max(1.0, 0.5 * pixel / texel);
     float sine = sqrt(max(1.0 - pow(dot(normal, lighting.sun_direction.xyz), 2.0), 0.0));
     vec3 lifted = position + normal * (texel * stride * (1.0 + 2.0 * sine));

@@ -79,7 +79,7 @@ impl Viewer {
     pub fn new(orbit: Orbit, time: f64, shading: ShadingSettings) -> Self {
         let (start, drag, pointer) = ((orbit, time), None, None);
         let other_rule = match shading.quadrature {
-            Quadrature::Grid(_) => Quadrature::VisibleSlopes(9),
+            Quadrature::Grid(_) => Quadrature::VisibleSlopes(16),
             Quadrature::VisibleSlopes(_) => Quadrature::Grid(5),
         };
         Self {
