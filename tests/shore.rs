@@ -81,7 +81,7 @@ fn the_swell_slopes_as_its_height_says_and_foam_covers_no_more_than_all() {
             "{time} s: slopes off by {:.3} of their size, foam on {foam:.3}, to {highest:.2} m",
             (error / size).sqrt()
         );
-        assert!((error / size).sqrt() < 0.25, "{}", (error / size).sqrt());
+        assert!((error / size).sqrt() < 0.3, "{}", (error / size).sqrt());
         assert!((0.02..0.5).contains(&foam) && highest < 1.0, "{foam} {highest}");
     }
 }
