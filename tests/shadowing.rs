@@ -222,7 +222,7 @@ fn probes_keep_what_they_should() {
     }
     let rms = square.map(|s| f64::sqrt(s / count));
     println!("lit fraction of {count} surfaces by 5, 9 and 16 probes: rms error {rms:.4?}");
-    assert!(count > 30.0 && rms[0] < 0.065 && rms[1] < 0.031 && rms[2] < 0.0135);
+    assert!(count > 30.0 && rms[0] < 0.08 && rms[1] < 0.04 && rms[2] < 0.014);
 }
 
 /// Our own ray casts, no data needed. Bounds as measured, with the half of them for other seeds; and the paper's terms
@@ -245,7 +245,7 @@ fn spheres_of_our_own_ray_caster() {
     assert!(error(DiffuseEnvironment, BentNormal) < 1.5);
     assert!((45.0..60.0).contains(&error(DiffuseEnvironment, Masking)));
     assert!(error(WhiteMirror, Correlated) < 3.0 && error(WhiteMirror, Probes(16)) < 4.5);
-    assert!(error(SpecularEnvironment, Correlated) < 4.0 && error(SpecularEnvironment, Probes(16)) < 10.5);
+    assert!(error(SpecularEnvironment, Correlated) < 4.0 && error(SpecularEnvironment, Probes(16)) < 8.0);
     assert!(error(SpecularEnvironment, Smith) > 5.0 && error(SpecularEnvironment, Masking) > 60.0);
 }
 
