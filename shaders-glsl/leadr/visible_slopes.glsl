@@ -44,8 +44,9 @@ VisibleSlopes visible_slopes(vec3 wo, vec2 m, vec3 S) {
     NormalRamp n = normal_ramp(nu);
     v.axis = across * per_b;
     v.area = v.b > 1e-18 ? v.b * n.ramp : max(v.a, 0.0);
-    v.shift = n.cdf / n.ramp;
-    float excess = n.pdf / n.ramp;  // its second moment less one
+    float per_ramp = 1.0 / n.ramp;
+    v.shift = n.cdf * per_ramp;
+    float excess = n.pdf * per_ramp; // its second moment less one
     v.variance = clamp(1.0 + excess - v.shift * v.shift, 0.02, 1.0);
     v.third = min(nu * excess - 3.0 * v.shift + v.shift * (3.0 + 3.0 * excess - 2.0 * v.shift * v.shift), 0.0);
     v.mean = v.m - v.axis * v.shift;

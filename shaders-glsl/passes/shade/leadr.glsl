@@ -28,7 +28,7 @@ Mirrors grid_mirrors(Surface surface, vec3 wo, vec3 S) {
     float lambda = grid_lambda(SAMPLES);
     vec2 m = face_viewer(wo, surface.mean_slope, S, lambda);
     vec3 cholesky = slope_cholesky(S);
-    DirectionArea o = direction_area(wo, m, cholesky);
+    DirectionArea o = area_for(VISIBILITY, wo, m, S, cholesky);
     float base = env_lod_base(S, grid_spacing(SAMPLES, lambda), lighting.environment.x, LEADR_LOD_MATCHED);
     vec3 reflected = vec3(0.0), fresnel = vec3(0.0);
     float norm = 0.0;
@@ -38,7 +38,7 @@ Mirrors grid_mirrors(Surface surface, vec3 wo, vec3 S) {
             EnvironmentSample e = environment_sample_at(wo, slope_at(node.xy, m, cholesky));
             float weight = node.z * e.area;
             vec3 f = weight * fresnel_schlick(surface.f0, dot(wo, e.wn));
-            float lit = lit_fraction(VISIBILITY, o, direction_area(e.wi, m, cholesky));
+            float lit = lit_fraction(VISIBILITY, o, area_for(VISIBILITY, e.wi, m, S, cholesky));
             reflected += f * lit * environment_radiance(surface, e.wi, env_lod_at(base, wo, e.wn));
             fresnel += f;
             norm += weight;
@@ -96,9 +96,9 @@ vec3 ggx_fresnel(Surface surface, vec3 wo, DisplacedGgx d) {
 }
 
 // Diffuse radiance of the environment per unit of albedo.
-vec3 diffuse_environment(Surface surface, NormalMoments normals, DirectionArea o, vec3 cholesky) {
+vec3 diffuse_environment(Surface surface, NormalMoments normals) {
     if (VISIBILITY == LEADR_VISIBILITY_CORRELATED) {
-        BentNormal bent = bent_normal(o, surface.mean_slope, cholesky);
+        BentNormal bent = bent_normal(surface.wo, surface.mean_slope, surface.slope_covariance);
         return shadowed_diffuse_environment(bent, surface.frame, environment_sh());
     }
     return leadr_diffuse_environment(normals, surface.frame, environment_sh());
@@ -139,7 +139,7 @@ vec3 leadr_radiance(Surface surface, float environment_scale) {
     }
 
     vec3 diffuse_cholesky = slope_cholesky(diffuse_s);
-    DirectionArea diffuse_o = direction_area(wo, m, diffuse_cholesky);
+    DirectionArea diffuse_o = area_for(VISIBILITY, wo, m, diffuse_s, diffuse_cholesky);
     float lambda = grid_lambda(SAMPLES);
     vec2 faced = face_viewer(wo, m, diffuse_s, lambda);
     NormalMoments normals;
@@ -148,22 +148,25 @@ vec3 leadr_radiance(Surface surface, float environment_scale) {
                                  : visible_normal_moments(wo, faced, diffuse_s, SAMPLES, lambda);
     }
     if (DIFFUSE_ENVIRONMENT) {
-        radiance += albedo * ambient * diffuse_environment(surface, normals, diffuse_o, diffuse_cholesky);
+        radiance += albedo * ambient * diffuse_environment(surface, normals);
     }
     if (LIGHTS) {
         vec3 cholesky = slope_cholesky(GGX ? 0.5 * ggx.roughness : specular_s);
-        DirectionArea o = GGX ? displaced_ggx_area(wo, m, ggx, cholesky) : direction_area(wo, m, cholesky);
+        DirectionArea o = GGX ? displaced_ggx_area(wo, m, ggx, cholesky)
+                              : area_for(VISIBILITY, wo, m, specular_s, cholesky);
         [[unroll]] for (int i = FIRST_LIGHT; i <= POINT_LIGHTS; ++i) {
             Light light = light_at(i, surface);
             vec3 scattered = vec3(0.0);
             if (DIFFUSE_LIGHTS) {
-                float lit = lit_fraction(VISIBILITY, diffuse_o, direction_area(light.wi, m, diffuse_cholesky));
+                DirectionArea i = area_for(VISIBILITY, light.wi, m, diffuse_s, diffuse_cholesky);
+                float lit = lit_fraction(VISIBILITY, diffuse_o, i);
                 scattered += albedo * (lit * diffuse_light(surface, wo, normals, faced, lambda, light.wi));
             }
             if (SPECULAR_LIGHTS) {
                 vec3 specular = GGX ? displaced_ggx_light(VISIBILITY, o, wo, light.wi, m, ggx, cholesky, f0)
-                                    : leadr_specular_light(VISIBILITY, o, direction_area(light.wi, m, cholesky), wo,
-                                                           light.wi, m, specular_s, f0);
+                                    : leadr_specular_light(VISIBILITY, o,
+                                                           area_for(VISIBILITY, light.wi, m, specular_s, cholesky),
+                                                           wo, light.wi, m, specular_s, f0);
                 scattered += specular;
             }
             radiance += light.irradiance * scattered;
