@@ -11,6 +11,7 @@ use super::error::AppError;
 use super::frames::{FRAME, FileKind, OutputPattern, Timeline};
 use super::values::{CameraChoice, EnvironmentChoice, Layer, SceneKind, Size, Sun};
 use crate::render::settings::{ShadingSettings, Technique};
+use crate::scenes::ocean::sea::RESOLUTION;
 
 /// From where the scene is seen, with a camera file read.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -34,12 +35,18 @@ pub struct SceneConfig {
     pub kind: SceneKind,
     /// Height map of the plane or sphere.
     pub height_map: Option<PathBuf>,
+    /// Samples along the edge of the ocean's tiles of waves: a power of two, 64 to 512.
+    pub fft: u32,
     /// Factor on the displacement, 0 or more.
     pub height_scale: f32,
     /// Light from all around.
     pub environment: EnvironmentChoice,
-    /// Direction to the sun.
+    /// Direction to the sun, at the beginning.
     pub sun: Sun,
+    /// Hour of the day at the beginning, instead of `sun`.
+    pub time_of_day: Option<f32>,
+    /// Seconds in which the sun goes round; none where it stands.
+    pub day_length: Option<f32>,
     /// How the surface is filtered and shaded.
     #[serde(flatten, serialize_with = "super::shading::named")]
     pub shading: ShadingSettings,
@@ -61,7 +68,7 @@ pub struct SceneConfig {
     pub edge_samples: u32,
     /// Seed of the sample positions.
     pub seed: u64,
-    /// Stops, for PNG and window.
+    /// Stops over what the sun asks for, for PNG and window.
     pub exposure: f32,
     /// Texels along an atlas tile: a power of two, 8 to 128.
     pub atlas_tile: u32,
@@ -85,6 +92,14 @@ impl SceneConfig {
             let fault = "--height-map is for --scene plane or sphere; the other scenes bring their own";
             return Err(AppError::Usage(fault.into()));
         }
+        if a.scene != SceneKind::Ocean && a.fft.is_some() {
+            return Err(AppError::Usage("--fft is for --scene ocean; the other scenes have no waves".into()));
+        }
+        let moves = a.time_of_day.or(a.day_length).is_some();
+        if moves && a.environment != EnvironmentChoice::Sky {
+            let fault = "--time-of-day and --day-length are for --environment sky; a picture has its own light";
+            return Err(AppError::Usage(fault.into()));
+        }
         let shading = a.shading.resolve()?;
         if a.relief_shadows && shading.technique != Technique::Reference {
             let fault = "--relief-shadows is for --technique reference; --masking says what the others do";
@@ -103,9 +118,12 @@ impl SceneConfig {
         Ok(Self {
             kind: a.scene,
             height_map: a.height_map,
+            fft: a.fft.unwrap_or(RESOLUTION),
             height_scale: a.height_scale,
             environment: a.environment,
             sun: a.sun,
+            time_of_day: a.time_of_day,
+            day_length: a.day_length,
             shading,
             displacement: !a.no_displacement,
             relief_shadows: a.relief_shadows,
@@ -272,7 +290,10 @@ pub(super) mod tests {
 
     #[test]
     fn contradictions_are_wrong_usage() {
-        let cases: [&[&str]; 15] = [
+        let cases: [&[&str]; 18] = [
+            &["--time-of-day", "6", "--sun", "0,10"],
+            &["--time-of-day", "25"],
+            &["--day-length", "60", "--environment", "studio"],
             &["--relief-shadows"],
             &["--edge-samples", "0"],
             &["--edge-samples", "4", "--technique", "reference"],

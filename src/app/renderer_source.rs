@@ -89,7 +89,7 @@ impl FrameSource for RendererSource {
         }
         let (width, height) = output.size;
         let passes = output.times.into_iter().map(|time| PassTime { pass: time.pass, ms: time.milliseconds }).collect();
-        Ok(Frame { width, height, color: output.color, layers, passes })
+        Ok(Frame { width, height, color: output.color, layers, exposure: state.exposure(), passes })
     }
 }
 

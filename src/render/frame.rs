@@ -127,7 +127,7 @@ impl Renderer {
             reference: None,
             targets: None,
             lighting: Buffer::new(gpu, "lighting", size_of::<LightingGpu>() as u64, Memory::Upload)?,
-            timestamps: Timestamps::new(gpu, 16)?,
+            timestamps: Timestamps::new(gpu, 32)?,
             near: 1.0,
             repeats: 1,
             gpu: gpu.clone(),
@@ -147,6 +147,15 @@ impl Renderer {
     #[must_use]
     pub fn gpu(&self) -> &Arc<Gpu> {
         &self.gpu
+    }
+
+    /// The environment's nine spherical harmonics coefficients as the last frame was lit by them, see
+    /// [`IrradiancePass`]: rgb and 0 each.
+    ///
+    /// # Errors
+    /// A lost device, or memory that is short.
+    pub fn radiance_sh(&self) -> Result<Vec<[f32; 4]>> {
+        self.irradiance.coefficients().read_all()
     }
 
     /// Renders a frame and reads it back.
@@ -186,7 +195,8 @@ impl Renderer {
             color,
             times,
             triangles: views.sum::<u64>() + sea,
-            patches: self.drawn.iter().map(|d| d.camera.patches).sum(),
+            patches: self.drawn.iter().map(|d| d.camera.patches).sum::<u32>()
+                + self.ocean.as_ref().map_or(0, OceanPass::patches),
         })
     }
 

@@ -138,7 +138,7 @@ pub(super) fn draw_object(
             (4, Descriptor::Storage(&object.edge_heights)),
             (5, Descriptor::Storage(&object.vertex_heights)),
             (6, Descriptor::Storage(&view.visible)),
-            (7, Descriptor::Sampled(object.maps.joint().whole(), &object.sampler)),
+            (7, Descriptor::Sampled(object.maps.heights().whole(), &object.sampler)),
         ],
     );
     cmd.push_constants(&object.constants(height_scale, mark_inside));

@@ -10,6 +10,7 @@ pub mod edges;
 pub mod environment;
 pub mod environment_lights;
 pub mod equirect;
+pub mod exposure;
 pub mod filter;
 pub mod frame;
 pub mod geometry;

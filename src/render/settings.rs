@@ -54,6 +54,13 @@ impl Technique {
         matches!(self, Self::NormalMip | Self::Leadr | Self::LeadrGgx | Self::Reference)
     }
 
+    /// Whether the turn of the macrosurface under a pixel widens its distribution: `USES_CURVATURE` of
+    /// `passes/technique.glsl`.
+    #[must_use]
+    pub fn has_pixel_kernel(self) -> bool {
+        matches!(self, Self::Leadr | Self::LeadrGgx)
+    }
+
     /// The name on the command line.
     #[must_use]
     pub fn name(self) -> &'static str {
@@ -82,7 +89,7 @@ pub enum Quadrature {
 
 impl Quadrature {
     /// Numbers of probes there is a rule for.
-    pub const PROBES: [u32; 5] = [3, 5, 7, 9, 16];
+    pub const PROBES: [u32; 3] = [5, 9, 16];
     /// Most slopes along a side of the grid.
     pub const MAX_GRID: u32 = 128;
 
@@ -225,6 +232,9 @@ pub struct ShadingSettings {
     pub terms: Terms,
     /// Diffuse light of sun and point lights.
     pub diffuse_lights: DiffuseLights,
+    /// Whether the turn of the macrosurface under a pixel counts as roughness, which the LEADR paper leaves out (Tokuyoshi &
+    /// Kaplanyan 2019). For the LEADR techniques on meshes; the others have none.
+    pub pixel_kernel: bool,
 }
 
 impl ShadingSettings {
@@ -256,12 +266,11 @@ impl Default for ShadingSettings {
     fn default() -> Self {
         Self {
             technique: Technique::Leadr,
-            // Wide lobes show the coarse levels of the environment's cube, of which the lines of probes make more use:
-            // docs/quadrature.md.
-            quadrature: Quadrature::Grid(5),
+            quadrature: Quadrature::VisibleSlopes(16),
             visibility: Visibility::Correlated,
             terms: Terms::ALL,
             diffuse_lights: DiffuseLights::Cosine,
+            pixel_kernel: true,
         }
     }
 }

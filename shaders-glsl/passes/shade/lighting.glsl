@@ -34,9 +34,11 @@ float sun_visibility(vec3 position, vec3 normal) {
     float sine = sqrt(max(1.0 - pow(dot(normal, lighting.sun_direction.xyz), 2.0), 0.0));
     vec3 lifted = position + normal * (texel * stride * (1.0 + 2.0 * sine));
     vec3 s = (lighting.shadow_from_world * vec4(lifted, 1.0)).xyz;
-    if (any(lessThan(s, vec3(0.0))) || any(greaterThan(s, vec3(1.0)))) {
+    if (any(lessThan(s.xy, vec2(0.0))) || any(greaterThan(s, vec3(1.0)))) {
         return 1.0;
     }
+    // Long shadows of a low sun fall beyond the map's depth, where nothing is left to throw any.
+    s.z = max(s.z, 0.0);
     ivec2 size = textureSize(shadow_map, 0);
     vec2 place = s.xy * vec2(size) / stride - 0.5;
     vec2 base = floor(place), fraction = place - base;

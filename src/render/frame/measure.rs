@@ -33,7 +33,7 @@ impl Renderer {
         Ok(times
             .map(|PassTime { pass, milliseconds }| {
                 // The sky changes once, not once per repetition.
-                let count = if pass == "sky" { 1.0 } else { repeats };
+                let count = if ["sky", "cube mips"].contains(&pass.as_str()) { 1.0 } else { repeats };
                 PassTime { pass, milliseconds: milliseconds / count }
             })
             .collect())

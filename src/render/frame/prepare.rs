@@ -98,7 +98,7 @@ impl Renderer {
         }
         if let Some(ocean) = &mut self.ocean {
             let technique = settings.shading.technique;
-            ocean.update(&self.gpu, technique, clip_from_world, camera.position, lens, &tessellation)?;
+            ocean.update(&self.gpu, technique, state.time, clip_from_world, camera.position, lens, &tessellation)?;
         }
         let cube_size = self.environment.face_size();
         if settings.shadows_of_relief() {
@@ -120,7 +120,7 @@ impl Renderer {
         let passes = match self.pipelines.entry((shading, lights)) {
             Entry::Occupied(entry) => entry.into_mut(),
             Entry::Vacant(entry) => entry.insert(PixelPasses {
-                filter: FilterPass::new(&self.gpu, shading.technique)?,
+                filter: FilterPass::new(&self.gpu, &shading)?,
                 shade: ShadePass::new(&self.gpu, shading, lights, false)?,
                 shade_edges: None,
             }),

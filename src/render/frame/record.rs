@@ -89,23 +89,26 @@ impl Renderer {
         let height_scale = settings.geometry_scale(state.height_scale);
         let relief = self.reference.as_ref().filter(|_| settings.shadows_of_relief());
         cmd.timestamp(timestamps, "begin");
+        if let Some(ocean) = self.ocean.as_ref().filter(|_| sub.drawn == 0 && sub.edges.is_none()) {
+            ocean.record_waves(cmd, state.time, repeats, timestamps);
+        }
         if let Some(relief) = relief {
             let casters: Vec<_> = self.drawn.iter().filter(|d| d.sun.is_some()).map(|d| &d.object).collect();
             cmd.label("shadow", |cmd| relief.record_maps(cmd, &casters, height_scale));
             cmd.timestamp(timestamps, "shadow");
         } else if sub.drawn == 0 && sub.edges.is_none() {
             if let Some(sky) = &state.sky {
-                cmd.label("sky", |cmd| self.environment.update_sky(cmd, sky));
+                let moved = cmd.label("sky", |cmd| self.environment.begin_sky(cmd, sky));
                 cmd.timestamp(timestamps, "sky");
+                if moved {
+                    cmd.label("cube mips", |cmd| self.environment.make_mips(cmd));
+                }
+                cmd.timestamp(timestamps, "cube mips");
             }
             cmd.label_times("irradiance", repeats, |cmd| {
                 self.irradiance.record(cmd, &self.environment, 1.0, &[], [0.0; 3])
             });
             cmd.timestamp(timestamps, "irradiance");
-            if let Some(ocean) = &self.ocean {
-                cmd.label("waves", |cmd| ocean.record_waves(cmd, state.time));
-                cmd.timestamp(timestamps, "waves");
-            }
             let casters: Vec<_> =
                 self.drawn.iter().filter_map(|d| d.sun.as_ref().map(|sun| (&d.object, sun))).collect();
             let casters = if self.shadow_view.is_some() { casters } else { Vec::new() };
@@ -114,12 +117,13 @@ impl Renderer {
         }
         let objects: Vec<_> = self.drawn.iter().map(|d| (&d.object, &d.camera)).collect();
         cmd.label_times("geometry", repeats, |cmd| {
-            self.geometry.record(cmd, &target.visible, &objects, height_scale, settings.mark_inside);
-            if let Some(ocean) = &self.ocean {
-                ocean.record_geometry(cmd, &target.visible);
-            }
+            self.geometry.record(cmd, &target.visible, &objects, height_scale, settings.mark_inside)
         });
         cmd.timestamp(timestamps, "geometry");
+        if let Some(ocean) = &self.ocean {
+            cmd.label_times("sea geometry", repeats, |cmd| ocean.record_geometry(cmd, &target.visible));
+            cmd.timestamp(timestamps, "sea geometry");
+        }
         if sub.edges.is_some() {
             let (size, offset) = sub.image(settings);
             let pixel = state.camera.rays(settings.size, settings.sample_offset(sub.index));
@@ -131,12 +135,13 @@ impl Renderer {
         }
         cmd.label_times("filter", repeats, |cmd| {
             let objects = objects.iter().filter(|(_, view)| !view.draws.is_empty()).map(|(object, _)| *object);
-            filter.record(cmd, &target.visible, &target.gbuffer, objects, state.height_scale);
-            if let Some(ocean) = &self.ocean {
-                ocean.record_filter(cmd, &target.visible, &target.gbuffer);
-            }
+            filter.record(cmd, &target.visible, &target.gbuffer, objects, state.height_scale)
         });
         cmd.timestamp(timestamps, "filter");
+        if let Some(ocean) = &self.ocean {
+            cmd.label_times("sea filter", repeats, |cmd| ocean.record_filter(cmd, &target.visible, &target.gbuffer));
+            cmd.timestamp(timestamps, "sea filter");
+        }
         let inputs = ShadeInputs {
             visible: &target.visible,
             gbuffer: &target.gbuffer,

@@ -27,6 +27,16 @@ pub struct CascadeGpu {
     pub size: f32,
 }
 
+/// What the maps hold.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Content {
+    /// Means that can be filtered, with mips: see [`OceanFields`].
+    Moments,
+    /// Fields that are linear in the waves, which add up exactly from cascade to cascade, without mips. `displacement`:
+    /// `Dx, Dy, height, ∂Dx/∂y`; `slopes`: `∂h/∂x, ∂h/∂y, ∂Dx/∂x, ∂Dy/∂y`; `joint` is empty.
+    Derivatives,
+}
+
 /// The maps of the sea at one moment, one array layer per cascade, all with full mips.
 ///
 /// `J` is the Jacobian of the horizontal movement, `s` the slope of the moved surface, `w = det J` its area per area of sea at
@@ -44,9 +54,11 @@ pub struct OceanFields {
     pub displacement: Image,
     /// `w sx, w sy, w sx², w sy²`.
     pub slopes: Image,
-    /// `w sx sy, w, det J, (det J)²`.
+    /// `w sx sy, w, stretch, stretch²`, of which the foam is made: the stretch of the sea, `1 + ∂Dx/∂x + ∂Dy/∂y`, with
+    /// [`foam_weight`](super::waves::foam_weight). It is linear in the waves, so that it is normal and adds up.
     pub joint: Image,
     levels: Vec<[ImageView; 3]>,
+    content: Content,
     resolution: u32,
     count: u32,
 }
@@ -57,7 +69,7 @@ impl OceanFields {
     /// # Errors
     /// [`GpuError::Usage`] for no cascades, unlike ones, or a resolution that is no power of two in [`RESOLUTIONS`]; memory
     /// that is short; a failed pipeline.
-    pub fn new(gpu: &Arc<Gpu>, cascades: &[Cascade]) -> Result<Self> {
+    pub fn new(gpu: &Arc<Gpu>, cascades: &[Cascade], content: Content) -> Result<Self> {
         let fault = |fault: String| Err(GpuError::Usage { name: "ocean".to_owned(), fault });
         let Some(resolution) = cascades.first().map(|c| c.resolution) else {
             return fault("a sea needs at least one cascade".to_owned());
@@ -86,8 +98,8 @@ impl OceanFields {
                 size: c.size as f32,
             })
             .collect();
-        let desc =
-            ImageDesc::new(Format::R32G32B32A32_SFLOAT, resolution, resolution).layers(count).storage().full_mips();
+        let desc = ImageDesc::new(Format::R32G32B32A32_SFLOAT, resolution, resolution).layers(count).storage();
+        let desc = if content == Content::Moments { desc.full_mips() } else { desc };
         let image = |name: &str| Image::new(gpu, name, desc);
         let (displacement, slopes, joint) =
             (image("ocean displacement")?, image("ocean slopes")?, image("ocean joint")?);
@@ -96,7 +108,11 @@ impl OceanFields {
             .collect::<Result<Vec<_>>>()?;
         Ok(Self {
             rows: ComputePipeline::new(gpu, "passes/ocean/rows.comp", &spec)?,
-            columns: ComputePipeline::new(gpu, "passes/ocean/columns.comp", &spec)?,
+            columns: ComputePipeline::new(
+                gpu,
+                "passes/ocean/columns.comp",
+                &[spec[0], spec[1], spec[2], (3, SpecValue::Bool(content == Content::Derivatives))],
+            )?,
             mips: ComputePipeline::new(gpu, "passes/ocean/mips.comp", &[])?,
             twiddles: Buffer::from_slice(gpu, "twiddles", &twiddles)?,
             waves: Buffer::from_slice(gpu, "waves", &waves)?,
@@ -106,19 +122,23 @@ impl OceanFields {
             slopes,
             joint,
             levels,
+            content,
             resolution,
             count,
         })
     }
 
-    /// Fills the maps for `time` (seconds; repeats after [`PERIOD`]) and leaves them in [`Use::Sampled`]. `choppiness` scales
-    /// the horizontal movement: 1 is that of water, 0 leaves waves of height alone.
+    /// Fills the maps for `time` and leaves them in [`Use::Sampled`]: the three passes one after the other.
     pub fn record(&self, cmd: &mut Commands, time: f64, choppiness: f32) {
-        // an earlier frame may still be reading
+        self.record_rows(cmd, time);
+        self.record_columns(cmd, choppiness);
+        self.record_mips(cmd);
+    }
+
+    /// Moves the waves to `time` (seconds; repeats after [`PERIOD`]) and transforms the rows.
+    pub fn record_rows(&self, cmd: &mut Commands, time: f64) {
+        // the columns of an earlier frame may still be reading
         cmd.memory_barrier(Use::Undefined, Use::ComputeWrite);
-        for image in [&self.displacement, &self.slopes, &self.joint] {
-            cmd.image_barrier(image, Use::Undefined, Use::ComputeReadWrite);
-        }
         cmd.bind(
             &self.rows,
             &[
@@ -133,6 +153,14 @@ impl OceanFields {
         cmd.push_constants(&[coarse as f32, (moment - coarse) as f32]);
         cmd.dispatch([self.resolution, self.count, 1]);
         cmd.memory_barrier(Use::ComputeWrite, Use::ComputeRead);
+    }
+
+    /// Transforms the columns and writes the finest level of the maps. `choppiness` scales the horizontal movement: 1 is that
+    /// of water, 0 leaves waves of height alone.
+    pub fn record_columns(&self, cmd: &mut Commands, choppiness: f32) {
+        for image in self.maps() {
+            cmd.image_barrier(image, Use::Undefined, Use::ComputeReadWrite);
+        }
         let [displacement, slopes, joint] = &self.levels[0];
         cmd.bind(
             &self.columns,
@@ -142,21 +170,39 @@ impl OceanFields {
                 (2, Descriptor::StorageImage(displacement)),
                 (3, Descriptor::StorageImage(slopes)),
                 (4, Descriptor::StorageImage(joint)),
+                (5, Descriptor::Storage(&self.cascades)),
             ],
         );
         cmd.push_constants(&choppiness);
         cmd.dispatch([self.resolution, self.count, 1]);
+    }
+
+    /// Makes the coarser levels from the finest, and leaves all in [`Use::Sampled`].
+    pub fn record_mips(&self, cmd: &mut Commands) {
+        for image in self.maps() {
+            cmd.transition(image, Use::ComputeReadWrite);
+        }
         for pair in self.levels.windows(2) {
             let [width, height] = pair[1][0].extent();
-            cmd.memory_barrier(Use::ComputeWrite, Use::ComputeRead);
             let views = pair.iter().flatten().enumerate();
             let descriptors: Vec<_> = views.map(|(i, view)| (i as u32, Descriptor::StorageImage(view))).collect();
             cmd.bind(&self.mips, &descriptors);
             cmd.dispatch_invocations(&self.mips, [width, height, self.count]);
+            cmd.memory_barrier(Use::ComputeWrite, Use::ComputeRead);
         }
-        for image in [&self.displacement, &self.slopes, &self.joint] {
+        for image in self.maps() {
             cmd.transition(image, Use::Sampled);
         }
+    }
+
+    fn maps(&self) -> [&Image; 3] {
+        [&self.displacement, &self.slopes, &self.joint]
+    }
+
+    /// What the maps hold.
+    #[must_use]
+    pub fn content(&self) -> Content {
+        self.content
     }
 
     /// Samples along a tile's edge.
