@@ -7,9 +7,9 @@ use leadr::gpu::Image;
 use leadr::render::camera::Camera;
 use leadr::render::environment::Environment;
 use leadr::render::frame::{Layer, Renderer};
-use leadr::render::ocean::fields::OceanFields;
+use leadr::render::ocean::fields::{Content, OceanFields};
 use leadr::render::ocean::surface::Ocean;
-use leadr::render::ocean::waves::{Cascade, PERIOD};
+use leadr::render::ocean::waves::{Cascade, PERIOD, foam_weight};
 use leadr::render::scene::FrameState;
 use leadr::render::settings::RenderSettings;
 use leadr::render::sky::Sky;
@@ -78,17 +78,18 @@ fn read(image: &Image, mip: u32, layer: u32) -> Vec<[f64; 4]> {
 }
 
 /// The twelve channels of the finest maps from the truth.
-fn channels(truth: &Truth, index: usize, choppiness: f64) -> [[f64; 4]; 3] {
+fn channels(truth: &Truth, index: usize, choppiness: f64, size: f64) -> [[f64; 4]; 3] {
     let [xx, yy, xy] = [0, 1, 2].map(|c| choppiness * truth.jacobian[c][index]);
     let (jxx, jyy) = (1.0 + xx, 1.0 + yy);
     let area = jxx * jyy - xy * xy;
     let held = area.max(0.1);
     let (gx, gy) = (truth.gradient[0][index], truth.gradient[1][index]);
     let (fx, fy) = (jyy * gx - xy * gy, jxx * gy - xy * gx);
+    let stretch = 1.0 + foam_weight(size) * (xx + yy);
     [
         [choppiness * truth.moved[0][index], choppiness * truth.moved[1][index], truth.height[index], area],
         [fx, fy, fx * fx / held, fy * fy / held],
-        [fx * fy / held, held, area, area * area],
+        [fx * fy / held, held, stretch, stretch * stretch],
     ]
 }
 
@@ -98,7 +99,7 @@ fn the_transforms_match_64_bit_ones() {
     let sea = Sea { wind_speed: 11.0, wind_direction: 0.9, ..Sea::default() };
     for resolution in [16, 32, 64, 256] {
         let cascades = divide(&sea, resolution, 7).cascades;
-        let fields = OceanFields::new(&gpu, &cascades).unwrap();
+        let fields = OceanFields::new(&gpu, &cascades, Content::Moments).unwrap();
         for (time, choppiness) in [(0.0, 1.0f32), (1e6 + 0.375, 0.7)] {
             gpu.submit("ocean", |cmd| fields.record(cmd, time, choppiness)).unwrap();
             let mut worst = 0.0f64;
@@ -108,7 +109,7 @@ fn the_transforms_match_64_bit_ones() {
                 for (map, texels) in maps.iter().enumerate() {
                     for channel in 0..4 {
                         let expected: Vec<f64> = (0..truth.height.len())
-                            .map(|i| channels(&truth, i, f64::from(choppiness))[map][channel])
+                            .map(|i| channels(&truth, i, f64::from(choppiness), cascade.size)[map][channel])
                             .collect();
                         let scale = expected.iter().fold(1e-9f64, |a, v| a.max(v.abs()));
                         let error =
@@ -139,7 +140,7 @@ fn the_variances_are_the_spectrums_and_the_mips_keep_the_means() {
     let Some(gpu) = common::test_gpu() else { return };
     let sea = Sea { wind_speed: 9.0, wind_direction: 0.4, ..Sea::default() };
     let divided = divide(&sea, 128, 3);
-    let fields = OceanFields::new(&gpu, &divided.cascades).unwrap();
+    let fields = OceanFields::new(&gpu, &divided.cascades, Content::Moments).unwrap();
     // Without choppiness the moments of the slopes are the spectrum's; the mean over several times evens the beats out.
     let times = [3.0, 77.0, 301.0];
     let (mut height, mut slopes) = (0.0, [0.0; 3]);
@@ -174,7 +175,7 @@ fn seas_that_cannot_be_made_say_why() {
     for (cascades, word) in
         [(vec![], "at least one"), (vec![cascade(24)], "power of two"), (vec![cascade(16), cascade(32)], "differ")]
     {
-        let fault = OceanFields::new(&gpu, &cascades).err().expect("refused").to_string();
+        let fault = OceanFields::new(&gpu, &cascades, Content::Moments).err().expect("refused").to_string();
         assert!(fault.contains(word), "{fault}");
     }
 }

@@ -18,4 +18,10 @@ vec2 cascade_vector(Cascade c, vec2 v) {
     return cascade_texcoord(c, v);
 }
 
+// What a cascade's horizontal divergence counts for where the sea foams (render/ocean/waves.rs): ripples take no air in, but
+// tear the foam of longer waves.
+float foam_weight(Cascade c) {
+    return c.size >= 10.0 ? 1.0 : 0.35;
+}
+
 #endif

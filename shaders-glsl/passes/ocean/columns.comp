@@ -1,15 +1,22 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 // Transforms the columns and writes the finest level of the maps: one work group per column of a cascade.
+#include "cascade.glsl"
 #include "fft.glsl"
 layout(local_size_x = 64) in;
 
 layout(set = 0, binding = 1, std430) readonly buffer Lines { vec4 lines[]; }; // [cascade][y][2][x]
-layout(set = 0, binding = 2, rgba32f) uniform writeonly image2DArray displacement; // Dx, Dy, height, determinant of J
+layout(set = 0, binding = 2, rgba32f) uniform writeonly image2DArray displacement; // Dx, Dy, height, det J
 layout(set = 0, binding = 3, rgba32f) uniform writeonly image2DArray slopes;       // w sx, w sy, w sx^2, w sy^2
-layout(set = 0, binding = 4, rgba32f) uniform writeonly image2DArray joint;        // w sx sy, w, det J, det J ^2
+layout(set = 0, binding = 4, rgba32f) uniform writeonly image2DArray joint;        // w sx sy, w, stretch, stretch^2
+
+layout(set = 0, binding = 5, std430) readonly buffer Cascades { Cascade cascades[]; };
 
 layout(push_constant) uniform Push { float choppiness; };
+
+// For the reference: what is linear in the waves instead of moments. displacement: Dx, Dy, height, dDx/dy;
+// slopes: gradient, dDx/dx, dDy/dy; joint is not written.
+layout(constant_id = 3) const bool DERIVATIVES = false;
 
 // Where the surface folds over itself its slope has no meaning: below this share of its area it is held.
 const float LEAST_AREA = 0.1;
@@ -29,6 +36,11 @@ void main() {
         ivec3 texel = ivec3(column, j, cascade);
         float height = a.x;
         vec2 moved = choppiness * a.yz, gradient = b.xy;
+        if (DERIVATIVES) {
+            imageStore(displacement, texel, vec4(moved, height, choppiness * a.w));
+            imageStore(slopes, texel, vec4(gradient, choppiness * b.zw));
+            continue;
+        }
         // J = I + dD/dp of the moved surface; its slope is J^-T grad h = adj(J) grad h / det J.
         float jxx = 1.0 + choppiness * b.z, jyy = 1.0 + choppiness * b.w, jxy = choppiness * a.w;
         float area = jxx * jyy - jxy * jxy;
@@ -37,6 +49,7 @@ void main() {
         // Means over the sea's own area, so each sample weighs as much as it covers: w s = adj(J) grad h.
         imageStore(displacement, texel, vec4(moved, height, area));
         imageStore(slopes, texel, vec4(flux, flux * flux / held));
-        imageStore(joint, texel, vec4(flux.x * flux.y / held, held, area, area * area));
+        float stretch = 1.0 + foam_weight(cascades[cascade]) * (jxx + jyy - 2.0);
+        imageStore(joint, texel, vec4(flux.x * flux.y / held, held, stretch, stretch * stretch));
     }
 }

@@ -8,6 +8,7 @@ use crate::render::environment::{Environment, FACE_SIZE};
 use crate::render::frame::Renderer;
 use crate::render::scene::FrameState;
 use crate::render::sky::Sky;
+use crate::scenes::ocean::sea::BELOW_THE_HORIZON;
 use crate::scenes::stage::{Lights, Relief, Stage, sphere_stage};
 use crate::scenes::trex::stage::trex_stage;
 
@@ -44,10 +45,14 @@ impl Subject {
     /// # Errors
     /// If the device fails.
     pub fn under_the_sky(studio: &Studio, mut stage: Stage, time: f64) -> Result<Self, AppError> {
-        let sky = Sky::default();
+        let sky = match stage.ocean {
+            Some(_) => Sky { ground_albedo: BELOW_THE_HORIZON, ..Sky::default() },
+            None => Sky::default(),
+        };
         let environment = Environment::from_sky(&studio.gpu, FACE_SIZE, &sky)?;
         let objects = stage.objects.len();
-        let renderer = Renderer::new(&studio.gpu, std::mem::take(&mut stage.objects), environment)?;
+        let mut renderer = Renderer::new(&studio.gpu, std::mem::take(&mut stage.objects), environment)?;
+        renderer.set_ocean(stage.ocean.take())?;
         Ok(Self { renderer, stage, lights: Lights { sky: Some(sky), ..Lights::default() }, time, objects })
     }
 

@@ -27,6 +27,16 @@ pub struct CascadeGpu {
     pub size: f32,
 }
 
+/// What the maps hold.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Content {
+    /// Means that can be filtered, with mips: see [`OceanFields`].
+    Moments,
+    /// Fields that are linear in the waves, which add up exactly from cascade to cascade, without mips. `displacement`:
+    /// `Dx, Dy, height, ∂Dx/∂y`; `slopes`: `∂h/∂x, ∂h/∂y, ∂Dx/∂x, ∂Dy/∂y`; `joint` is empty.
+    Derivatives,
+}
+
 /// The maps of the sea at one moment, one array layer per cascade, all with full mips.
 ///
 /// `J` is the Jacobian of the horizontal movement, `s` the slope of the moved surface, `w = det J` its area per area of sea at
@@ -44,9 +54,11 @@ pub struct OceanFields {
     pub displacement: Image,
     /// `w sx, w sy, w sx², w sy²`.
     pub slopes: Image,
-    /// `w sx sy, w, det J, (det J)²`.
+    /// `w sx sy, w, stretch, stretch²`, of which the foam is made: the stretch of the sea, `1 + ∂Dx/∂x + ∂Dy/∂y`, with
+    /// [`foam_weight`](super::waves::foam_weight). It is linear in the waves, so that it is normal and adds up.
     pub joint: Image,
     levels: Vec<[ImageView; 3]>,
+    content: Content,
     resolution: u32,
     count: u32,
 }
@@ -57,7 +69,7 @@ impl OceanFields {
     /// # Errors
     /// [`GpuError::Usage`] for no cascades, unlike ones, or a resolution that is no power of two in [`RESOLUTIONS`]; memory
     /// that is short; a failed pipeline.
-    pub fn new(gpu: &Arc<Gpu>, cascades: &[Cascade]) -> Result<Self> {
+    pub fn new(gpu: &Arc<Gpu>, cascades: &[Cascade], content: Content) -> Result<Self> {
         let fault = |fault: String| Err(GpuError::Usage { name: "ocean".to_owned(), fault });
         let Some(resolution) = cascades.first().map(|c| c.resolution) else {
             return fault("a sea needs at least one cascade".to_owned());
@@ -86,8 +98,8 @@ impl OceanFields {
                 size: c.size as f32,
             })
             .collect();
-        let desc =
-            ImageDesc::new(Format::R32G32B32A32_SFLOAT, resolution, resolution).layers(count).storage().full_mips();
+        let desc = ImageDesc::new(Format::R32G32B32A32_SFLOAT, resolution, resolution).layers(count).storage();
+        let desc = if content == Content::Moments { desc.full_mips() } else { desc };
         let image = |name: &str| Image::new(gpu, name, desc);
         let (displacement, slopes, joint) =
             (image("ocean displacement")?, image("ocean slopes")?, image("ocean joint")?);
@@ -96,7 +108,11 @@ impl OceanFields {
             .collect::<Result<Vec<_>>>()?;
         Ok(Self {
             rows: ComputePipeline::new(gpu, "passes/ocean/rows.comp", &spec)?,
-            columns: ComputePipeline::new(gpu, "passes/ocean/columns.comp", &spec)?,
+            columns: ComputePipeline::new(
+                gpu,
+                "passes/ocean/columns.comp",
+                &[spec[0], spec[1], spec[2], (3, SpecValue::Bool(content == Content::Derivatives))],
+            )?,
             mips: ComputePipeline::new(gpu, "passes/ocean/mips.comp", &[])?,
             twiddles: Buffer::from_slice(gpu, "twiddles", &twiddles)?,
             waves: Buffer::from_slice(gpu, "waves", &waves)?,
@@ -106,6 +122,7 @@ impl OceanFields {
             slopes,
             joint,
             levels,
+            content,
             resolution,
             count,
         })
@@ -153,6 +170,7 @@ impl OceanFields {
                 (2, Descriptor::StorageImage(displacement)),
                 (3, Descriptor::StorageImage(slopes)),
                 (4, Descriptor::StorageImage(joint)),
+                (5, Descriptor::Storage(&self.cascades)),
             ],
         );
         cmd.push_constants(&choppiness);
@@ -179,6 +197,12 @@ impl OceanFields {
 
     fn maps(&self) -> [&Image; 3] {
         [&self.displacement, &self.slopes, &self.joint]
+    }
+
+    /// What the maps hold.
+    #[must_use]
+    pub fn content(&self) -> Content {
+        self.content
     }
 
     /// Samples along a tile's edge.

@@ -2,6 +2,8 @@
 
 pub mod fields;
 pub mod filter;
+pub mod march;
 pub mod mesh;
+pub mod shore;
 pub mod surface;
 pub mod waves;

@@ -6,9 +6,11 @@ use std::sync::Arc;
 use bytemuck::{Pod, Zeroable};
 use glam::{Mat4, Vec3};
 
-use super::fields::OceanFields;
+use super::fields::{Content, OceanFields};
 use super::filter::OceanFilter;
+use super::march::OceanMarch;
 use super::mesh::{EARTH, Laid, Rings, SeaView};
+use super::shore::{Shore, ShoreGpu, deviation};
 use super::waves::Cascade;
 use crate::gpu::{
     Buffer, ColorTarget, Commands, Cull, Depth, DepthTarget, Descriptor, Filter, Gpu, GraphicsDesc, GraphicsPipeline,
@@ -39,8 +41,10 @@ pub struct Ocean {
     pub color: Vec3,
     /// Diffuse albedo of foam, linear.
     pub foam: Vec3,
-    /// The sea foams where it is squeezed to less than this part of its area at rest; 0 for no foam.
+    /// The sea foams where its horizontal stretch ([`OceanFields::joint`]) is below this: 1 is the sea at rest, 0 for no foam.
     pub foam_threshold: f32,
+    /// A beach that the waves run up; none for the open sea.
+    pub shore: Option<Shore>,
 }
 
 #[repr(C)]
@@ -63,6 +67,8 @@ pub struct OceanPass {
     /// The sea.
     pub ocean: Ocean,
     fields: OceanFields,
+    /// Of the reference, from when it is first asked for.
+    march: Option<OceanMarch>,
     rings: Rings,
     laid: Laid,
     pipeline: GraphicsPipeline,
@@ -74,6 +80,8 @@ pub struct OceanPass {
     edge_factors: Buffer,
     visible: Buffer,
     view: Buffer,
+    shore: Buffer,
+    deviations: Vec<f64>,
     trilinear: Sampler,
 }
 
@@ -88,8 +96,8 @@ impl OceanPass {
         let buffer =
             |name: &str, count: usize, size: usize| Buffer::new(gpu, name, (count * size) as u64, Memory::Upload);
         Ok(Self {
-            fields: OceanFields::new(gpu, &ocean.cascades)?,
-            ocean,
+            fields: OceanFields::new(gpu, &ocean.cascades, Content::Moments)?,
+            march: None,
             pipeline: GraphicsPipeline::new(
                 gpu,
                 "ocean",
@@ -113,13 +121,16 @@ impl OceanPass {
             edge_factors: buffer("ocean factors", topology.edges.len(), 4)?,
             visible: buffer("ocean visible patches", mesh.patches.len(), 4)?,
             view: buffer("ocean view", 1, size_of::<ViewGpu>())?,
+            shore: buffer("shore", 1, size_of::<ShoreGpu>())?,
+            deviations: ocean.cascades.iter().map(deviation).collect(),
             trilinear: Sampler::new(gpu, "ocean", Filter::Trilinear, Wrap::Repeat)?,
             rings,
             laid: Laid::default(),
+            ocean,
         })
     }
 
-    /// Lays the rings around a viewer and chooses what is drawn. The device must be idle.
+    /// Lays the rings around a viewer and chooses what is drawn, at `time` in seconds. The device must be idle.
     ///
     /// # Errors
     /// A failed pipeline or write.
@@ -127,6 +138,7 @@ impl OceanPass {
         &mut self,
         gpu: &Arc<Gpu>,
         technique: Technique,
+        time: f64,
         clip_from_world: Mat4,
         eye: Vec3,
         lens: Lens,
@@ -134,6 +146,13 @@ impl OceanPass {
     ) -> Result<()> {
         self.technique = technique;
         self.filter.update(gpu, technique, &self.ocean, eye.truncate())?;
+        if self.marches() {
+            let march = match &mut self.march {
+                Some(march) => march,
+                none => none.insert(OceanMarch::new(gpu, &self.ocean.cascades)?),
+            };
+            march.update(clip_from_world, eye, lens.near, self.ocean.level)?;
+        }
         let (level, deviation) = (self.ocean.level, self.ocean.height);
         self.laid = self.rings.lay(&SeaView { clip_from_world, lens, level, deviation }, tessellation);
         let Laid { positions, spacing, list } = &self.laid;
@@ -149,19 +168,32 @@ impl OceanPass {
             clip_from_world: (shrink * clip_from_world).to_cols_array_2d(),
             centre: [eye.x, eye.y, level, 0.5 / EARTH],
         };
-        self.view.write(0, &[view])
+        self.view.write(0, &[view])?;
+        let shore = self.ocean.shore.as_ref();
+        self.shore.write(0, &[shore.map_or_else(ShoreGpu::default, |s| ShoreGpu::new(s, time, &self.deviations))])
     }
 
     /// Records the waves at `time`, seconds, every pass `repeats` times and timed by itself: the waves moved to the present and
     /// their rows transformed, the columns with displacement and moments, the mips.
     pub fn record_waves(&self, cmd: &mut Commands, time: f64, repeats: u32, timestamps: &Timestamps) {
-        let (fields, choppiness) = (&self.fields, self.ocean.choppiness);
+        let choppiness = self.ocean.choppiness;
+        let fields = self.reference().map_or(&self.fields, OceanMarch::fields);
         cmd.label_times("wave rows", repeats, |cmd| fields.record_rows(cmd, time));
         cmd.timestamp(timestamps, "wave rows");
         cmd.label_times("wave columns", repeats, |cmd| fields.record_columns(cmd, choppiness));
         cmd.timestamp(timestamps, "wave columns");
         cmd.label_times("wave mips", repeats, |cmd| fields.record_mips(cmd));
         cmd.timestamp(timestamps, "wave mips");
+    }
+
+    /// The passes of the reference, where it is drawn.
+    fn reference(&self) -> Option<&OceanMarch> {
+        self.march.as_ref().filter(|_| self.marches())
+    }
+
+    /// Whether rays are marched, which know of no beach.
+    fn marches(&self) -> bool {
+        self.technique == Technique::Reference && self.ocean.shore.is_none()
     }
 
     /// Draws the sea over what the geometry pass left, and leaves the targets readable.
@@ -172,6 +204,18 @@ impl OceanPass {
         cmd.transition(&target.depth, Use::DepthTarget);
         let colors = target.colors().map(|image| ColorTarget { view: image.whole(), load: Load::Keep });
         cmd.begin_rendering(&colors, Some(DepthTarget { view: target.depth.whole(), clear: None }));
+        match self.reference() {
+            Some(march) => march.draw_geometry(cmd),
+            None => self.draw_rings(cmd, target),
+        }
+        cmd.end_rendering();
+        for image in target.colors() {
+            cmd.transition(image, Use::Sampled);
+        }
+        cmd.transition(&target.depth, Use::Sampled);
+    }
+
+    fn draw_rings(&self, cmd: &mut Commands, target: &VisibleSurface) {
         guard_band(cmd, &target.depth);
         cmd.bind(
             &self.pipeline,
@@ -184,21 +228,20 @@ impl OceanPass {
                 (5, Descriptor::Storage(&self.visible)),
                 (6, Descriptor::Storage(&self.fields.cascades)),
                 (7, Descriptor::Sampled(self.fields.displacement.whole(), &self.trilinear)),
+                (8, Descriptor::Uniform(&self.shore)),
             ],
         );
         for &(first, count) in &self.laid.list.draws {
             cmd.draw(first * 4..(first + count) * 4, 0..1);
         }
-        cmd.end_rendering();
-        for image in target.colors() {
-            cmd.transition(image, Use::Sampled);
-        }
-        cmd.transition(&target.depth, Use::Sampled);
     }
 
     /// Filters the waves under the sea's pixels into a G-buffer that holds the other objects already.
     pub fn record_filter(&self, cmd: &mut Commands, visible: &VisibleSurface, target: &GBuffer) {
-        self.filter.record(cmd, self.technique, &self.fields, visible, target);
+        self.filter.record(cmd, target, |cmd, water| match self.reference() {
+            Some(march) => march.draw_filter(cmd, visible, water),
+            None => self.filter.draw(cmd, self.technique, &self.fields, &self.shore, visible),
+        });
     }
 
     /// Upper bound on the triangles that are drawn.

@@ -58,11 +58,45 @@ impl Cascade {
         Self { size, rotation, resolution, band, waves }
     }
 
+    /// Standard deviations of the height (metres) and of the slope.
+    #[must_use]
+    pub fn deviations(&self) -> [f64; 2] {
+        let n = self.resolution;
+        let (mut height, mut slope) = (0.0, 0.0);
+        for (index, wave) in (0..n * n).zip(&self.waves) {
+            let variance = 2.0 * (f64::from(wave[0]).powi(2) + f64::from(wave[1]).powi(2));
+            height += variance;
+            slope += variance * self.wave_vector(index % n, index / n).length_squared();
+        }
+        [height.sqrt(), slope.sqrt()]
+    }
+
+    /// The same waves on `factor²` times as many samples (`factor` a power of two): interpolating between those is closer to
+    /// the waves' sum.
+    #[must_use]
+    pub fn oversampled(&self, factor: u32) -> Self {
+        let (n, resolution) = (self.resolution, self.resolution * factor);
+        // Negative wave numbers stay in the upper half.
+        let place = |i: u32| if i < n / 2 { i } else { i + resolution - n };
+        let mut waves = vec![[0.0; 4]; resolution as usize * resolution as usize];
+        for (index, wave) in (0..n * n).zip(&self.waves) {
+            waves[(place(index / n) * resolution + place(index % n)) as usize] = *wave;
+        }
+        Self { resolution, waves, ..*self }
+    }
+
     /// World wave vector of an entry of [`waves`](Self::waves), rad/m.
     #[must_use]
     pub fn wave_vector(&self, i: u32, j: u32) -> DVec2 {
         wave_vector(i, j, self.resolution, self.size, self.rotation)
     }
+}
+
+/// What the horizontal divergence of a tile `size` metres wide counts for where the sea foams: ripples take no air in, but
+/// tear the foam of longer waves. `foam_weight` of `passes/ocean/cascade.glsl`.
+#[must_use]
+pub fn foam_weight(size: f64) -> f64 {
+    if size >= 10.0 { 1.0 } else { 0.35 }
 }
 
 fn wave_vector(i: u32, j: u32, resolution: u32, size: f64, rotation: f64) -> DVec2 {
@@ -90,6 +124,21 @@ mod tests {
         let variance: f64 = cascade.waves.iter().map(|w| 2.0 * f64::from(w[0].mul_add(w[0], w[1] * w[1]))).sum();
         let area = TAU / 2.0 * (1.5f64.powi(2) - 0.3f64.powi(2));
         assert!((variance / area - 1.0).abs() < 0.02, "{variance} {area}");
+    }
+
+    #[test]
+    fn more_samples_carry_the_same_waves() {
+        let cascade = Cascade::new(100.0, 0.4, 16, [0.0, 0.45], 0.5, 3, |x, _| 2.0 + x, f64::sqrt);
+        let finer = cascade.oversampled(4);
+        let waves = |c: &Cascade| -> Vec<([f64; 2], [f32; 4])> {
+            let n = c.resolution;
+            let all = (0..n * n).map(|i| (c.wave_vector(i % n, i / n).to_array(), c.waves[i as usize]));
+            let mut waves: Vec<_> = all.filter(|(_, w)| w[0] != 0.0).collect();
+            waves.sort_by(|a, b| a.0.partial_cmp(&b.0).unwrap());
+            waves
+        };
+        assert!(waves(&cascade).len() > 50 && finer.resolution == 64);
+        assert_eq!(waves(&cascade), waves(&finer));
     }
 
     #[test]

@@ -2,19 +2,29 @@
 
 use super::cascades::divide;
 use super::spectrum::Sea;
+use crate::reflectance::normal_distribution::normal_quantile;
 use crate::render::camera::Camera;
 use crate::render::ocean::surface::Ocean;
+use crate::render::ocean::waves::foam_weight;
 use crate::scenes::stage::{Stage, Views};
 use glam::Vec3;
 
 /// Samples along the edge of a tile, unless something else is asked for.
 pub const RESOLUTION: u32 = 256;
 
+/// Linear albedo that a [`Sky`](crate::render::sky::Sky) should have below its horizon over a sea, where mirrored rays that
+/// meet other waves end: what water seen at a few degrees shows of the low sky, and what comes up out of it (an estimate).
+pub const BELOW_THE_HORIZON: [f32; 3] = [0.07, 0.09, 0.11];
+
 /// The waves of `sea` on tiles of `resolution²` samples; what is finer is roughness.
 #[must_use]
 pub fn ocean(sea: &Sea, resolution: u32, seed: u64) -> Ocean {
     let divided = divide(sea, resolution, seed);
     let tail = sea.moments(divided.cut, f64::INFINITY);
+    // What is stretched has the variance of the slopes, and is normal.
+    let stretch: f64 =
+        divided.cascades.iter().map(|c| (foam_weight(c.size) * c.deviations()[1]).powi(2)).sum::<f64>().sqrt();
+    let foam_threshold = (1.0 + stretch * normal_quantile(whitecaps(sea.wind_speed))).max(0.05) as f32;
     let [xx, yy, xy] = tail.slopes.map(|v| v as f32);
     Ocean {
         height: sea.moments(0.0, divided.cut).height.sqrt() as f32,
@@ -24,8 +34,14 @@ pub fn ocean(sea: &Sea, resolution: u32, seed: u64) -> Ocean {
         level: 0.0,
         color: Vec3::new(0.004, 0.022, 0.03),
         foam: Vec3::splat(0.6),
-        foam_threshold: 0.35,
+        foam_threshold,
+        shore: None,
     }
+}
+
+/// Part of the sea that whitecaps cover at a wind speed, m/s (Monahan and O'Muircheartaigh 1980): 0.5 % at 8 m/s.
+fn whitecaps(wind_speed: f64) -> f64 {
+    (3.84e-6 * wind_speed.powf(3.41)).clamp(1e-9, 0.5)
 }
 
 /// The open sea: from a boat, from a hundred metres, from a kilometre; toward the default sun. Tiles of `resolution²` samples.

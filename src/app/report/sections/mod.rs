@@ -4,8 +4,10 @@ mod bench;
 mod convergence;
 mod misses;
 mod model;
+mod ocean;
 mod quadrature;
 mod samples;
+mod shadows;
 mod shapes;
 mod spheres;
 mod table10;
@@ -13,14 +15,14 @@ mod techniques;
 mod zoom;
 
 use clap::ValueEnum;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::html::Html;
 use super::studio::Studio;
 use crate::app::error::AppError;
 
 /// What a section has to say.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Section {
     /// For people.
     pub html: Html,
@@ -60,10 +62,14 @@ pub enum SectionName {
     Model,
     /// Every technique from near to far.
     Techniques,
+    /// Shadows that the relief throws on itself.
+    Shadows,
     /// Surfaces that deform under maps that do not.
     Shapes,
     /// What flickers when the camera moves away.
     Zoom,
+    /// The sea against ray-marched truth, near and far.
+    Ocean,
     /// One sample of LEADR against many of the reference.
     Samples,
     /// The bench's tables and goals.
@@ -74,15 +80,17 @@ pub enum SectionName {
 
 impl SectionName {
     /// All of them.
-    pub const ALL: [Self; 11] = [
+    pub const ALL: [Self; 13] = [
         Self::Convergence,
         Self::Spheres,
         Self::Table10,
         Self::Quadrature,
         Self::Model,
         Self::Techniques,
+        Self::Shadows,
         Self::Shapes,
         Self::Zoom,
+        Self::Ocean,
         Self::Samples,
         Self::Bench,
         Self::Misses,
@@ -98,8 +106,10 @@ impl SectionName {
             Self::Quadrature => "quadrature",
             Self::Model => "model",
             Self::Techniques => "techniques",
+            Self::Shadows => "shadows",
             Self::Shapes => "shapes",
             Self::Zoom => "zoom",
+            Self::Ocean => "ocean",
             Self::Samples => "samples",
             Self::Bench => "bench",
             Self::Misses => "misses",
@@ -116,8 +126,10 @@ impl SectionName {
             Self::Quadrature => "Fewer, better-placed samples",
             Self::Model => "Beyond the model: visibility against ray casts",
             Self::Techniques => "Techniques side by side",
+            Self::Shadows => "Shadows that the relief throws on itself",
             Self::Shapes => "Surfaces that deform",
             Self::Zoom => "Moving away: what flickers",
+            Self::Ocean => "The sea",
             Self::Samples => "One sample of LEADR against many of the reference",
             Self::Bench => "What it costs",
             Self::Misses => "Where LEADR is not close to truth",
@@ -136,8 +148,10 @@ impl SectionName {
             Self::Quadrature => quadrature::run(studio),
             Self::Model => model::run(studio),
             Self::Techniques => techniques::run(studio),
+            Self::Shadows => shadows::run(studio),
             Self::Shapes => shapes::run(studio),
             Self::Zoom => zoom::run(studio),
+            Self::Ocean => ocean::run(studio),
             Self::Samples => samples::run(studio),
             Self::Bench => bench::run(studio),
             Self::Misses => misses::run(studio),
