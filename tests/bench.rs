@@ -74,6 +74,58 @@ fn a_scene_is_measured_near_and_far() {
 }
 
 #[test]
+fn the_passes_of_the_sea_are_timed_one_by_one() {
+    let Some(_) = common::test_gpu() else { return };
+    let flags = ["bench", "--scene", "ocean", "--technique", "lean", "--size", "16x12", "--fft", "64", "--frames", "1"];
+    let report = json(&[&flags[..], &["--validation", "--json"]].concat());
+    check(&report);
+    let rows = report["rows"].as_array().unwrap();
+    let passes = ["wave rows", "wave columns", "wave mips", "sea geometry", "sea filter", "shade"];
+    for (table, name) in ["fft 64", "fft 128", "fft 256", "fft 512"]
+        .map(|name| ("ocean, transforms", name))
+        .into_iter()
+        .chain(["8x6", "16x12", "32x24"].map(|name| ("ocean, pictures", name)))
+    {
+        let time = |pass: &str| {
+            let row = rows.iter().find(|r| r["table"] == table && r["row"] == name && r["pass"] == pass);
+            row.unwrap_or_else(|| panic!("{pass} of {name}"))["median_ms"].as_f64().unwrap()
+        };
+        assert!(passes.iter().all(|pass| time(pass) > 0.0), "{name}: {report}");
+        assert!(time("total") >= passes.iter().map(|pass| time(pass)).sum::<f64>() * 0.999);
+    }
+    let ratio = |of: &str| {
+        let found = report["ratios"].as_array().unwrap().iter().find(|r| {
+            r["table"] == "ocean, transforms" && r["of"] == of && r["pass"] == "wave rows+wave columns+wave mips"
+        });
+        found.unwrap_or_else(|| panic!("ratio of {of}"))["median"].as_f64().unwrap()
+    };
+    assert!(ratio("fft 64") < 1.0 && ratio("fft 512") > 1.0, "transforms of more samples take longer");
+}
+
+#[test]
+fn frames_of_the_sea_leave_nothing_in_memory() {
+    let Some(_) = common::test_gpu() else { return };
+    let soak = |frames: &str, more: &[&str]| {
+        let flags = ["bench", "--scene", "ocean", "--soak", frames, "--size", "32x24", "--fft", "64", "--json"];
+        let report = json(&[&flags[..], more].concat());
+        let samples = report["samples"].as_array().unwrap();
+        assert_eq!(samples.len(), 10);
+        for key in ["allocated", "allocations"] {
+            assert!(samples[0][key].as_u64().unwrap() > 0);
+            assert!(samples.iter().all(|s| s[key] == samples[0][key]), "{key}: {report}");
+        }
+        report
+    };
+    soak("30", &["--validation"]);
+    // The validation layer itself keeps some 16 KiB of every frame, so what stays resident is told without it.
+    let report = soak("300", &[]);
+    if let Some(growth) = report["resident_growth"].as_i64() {
+        println!("resident memory grew by {growth} bytes over {} frames", report["frames"]);
+        assert!(growth < 1 << 20, "{report}");
+    }
+}
+
+#[test]
 fn the_papers_tables_have_their_rows_ratios_lines_and_goals() {
     let Some(_) = common::test_gpu() else { return };
     let report = json(&["bench", "--paper", "--size", "8x8", "--frames", "1", "--json"]);
@@ -111,13 +163,17 @@ fn the_table_to_read_names_device_commit_and_rows() {
 
 #[test]
 fn wrong_usage_ends_with_2_and_names_the_flag() {
-    let cases: [(&[&str], &str); 6] = [
+    let cases: [(&[&str], &str); 10] = [
         (&["--frames", "0"], "--frames"),
         (&["--size", "0x5"], "--size"),
         (&["--technique", "phong"], "phong"),
         (&["--scene", "cube"], "cube"),
         (&["--height-map", "a.png"], "--scene"),
         (&["--scene", "trex", "--height-map", "a.png"], "--height-map"),
+        (&["--scene", "trex", "--fft", "64"], "--fft"),
+        (&["--scene", "ocean", "--fft", "100"], "--fft"),
+        (&["--scene", "sphere", "--soak", "9"], "--soak"),
+        (&["--soak", "9"], "--scene"),
     ];
     for (flags, named) in cases {
         let output = run(&[&["bench"], flags].concat());

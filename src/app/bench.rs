@@ -1,11 +1,14 @@
 //! `leadr bench`: the time of every pass on the device, of rows that are measured turn and turn about.
 
 pub mod goals;
+pub mod ocean;
 pub mod report;
 pub mod rounds;
 pub mod rows;
+pub mod soak;
 pub mod stats;
 
+use std::sync::Arc;
 use std::time::Instant;
 
 use clap::Parser;
@@ -20,12 +23,15 @@ use super::values::{SceneKind, Size};
 use crate::gpu::{Gpu, GpuOptions};
 use crate::render::environment::{Environment, FACE_SIZE};
 use crate::render::frame::{PassTime, Renderer};
+use crate::render::settings::Technique;
 use crate::render::sky::Sky;
 use crate::scenes::full_screen::full_screen_stage;
 use crate::scenes::stage::Lights;
+use ocean::Variant;
 use report::BenchReport;
 use rounds::{Series, Subject, Tick};
 use rows::Row;
+use soak::SoakReport;
 
 /// Size of the full-screen quad and its map in the paper.
 const PAPER_SIZE: Size = Size { width: 1024, height: 1024 };
@@ -55,9 +61,7 @@ pub fn bench(arguments: &BenchArgs, output: &Output) -> Result<BenchReport, AppE
         .into_iter()
         .map(|config| Inputs::load(&config).map(|inputs| (config, inputs)))
         .collect::<Result<Vec<_>, _>>()?;
-    let device = &arguments.device;
-    let options = GpuOptions { device: device.device.clone(), validation: device.validation, ..Default::default() };
-    let gpu = Gpu::new(&options)?;
+    let gpu = open(arguments)?;
     let rounds = arguments.frames as usize;
     let mut measured = Vec::new();
     if quad_wanted(arguments) {
@@ -67,17 +71,54 @@ pub fn bench(arguments: &BenchArgs, output: &Output) -> Result<BenchReport, AppE
         let environment = Environment::from_sky(&gpu, FACE_SIZE, &sky)?;
         let renderer = Renderer::new(&gpu, std::mem::take(&mut stage.objects), environment)?;
         let state = stage.state(0.0, &stage.views.mid, &Lights { sky: Some(sky), ..Lights::default() });
-        measure(renderer, rows::quad(&state, size), rounds, output, &mut measured)?;
+        measure(vec![(renderer, rows::quad(&state, size))], rounds, output, &mut measured)?;
     }
     for (config, inputs) in scenes {
         let set = stage::set(&config, inputs, &gpu, output)?;
         let rows = rows::scene(&config, &(set.animation)(0.0), arguments.technique);
-        measure(set.renderer, rows, rounds, output, &mut measured)?;
+        measure(vec![(set.renderer, rows)], rounds, output, &mut measured)?;
+        if config.kind == SceneKind::Ocean {
+            measure(seas(&config, &gpu, arguments.technique, output)?, rounds, output, &mut measured)?;
+        }
     }
     if let Some(message) = gpu.validation_messages().first() {
         return Err(AppError::Failed(format!("validation: {message}")));
     }
     Ok(BenchReport::new(&gpu, measured, arguments.frames, start.elapsed().as_secs_f64()))
+}
+
+/// Draws as many frames of the sea as the arguments ask for.
+///
+/// # Errors
+/// As [`soak::soak`]; wrong usage for a scene that is no sea.
+pub fn soak(arguments: &BenchArgs, frames: u32, output: &Output) -> Result<SoakReport, AppError> {
+    let configs = scenes(arguments)?;
+    let [config] = configs.as_slice() else { return Err(AppError::Usage("--soak is for one scene".into())) };
+    if config.kind != SceneKind::Ocean {
+        return Err(AppError::Usage("--soak is for --scene ocean".into()));
+    }
+    soak::soak(config, &open(arguments)?, frames, arguments.technique, output)
+}
+
+fn open(arguments: &BenchArgs) -> Result<Arc<Gpu>, AppError> {
+    let device = &arguments.device;
+    let options = GpuOptions { device: device.device.clone(), validation: device.validation, ..Default::default() };
+    Ok(Gpu::new(&options)?)
+}
+
+/// Renderers of the sea's own tables, each with its row: maps and targets of every size stay alive.
+fn seas(
+    config: &SceneConfig,
+    gpu: &Arc<Gpu>,
+    technique: Option<Technique>,
+    output: &Output,
+) -> Result<Vec<(Renderer, Vec<Row>)>, AppError> {
+    let sea = |variant: Variant| -> Result<_, AppError> {
+        let set = stage::set(&variant.config, Inputs::load(&variant.config)?, gpu, output)?;
+        let row = rows::variant(variant, (set.animation)(0.0), technique);
+        Ok((set.renderer, vec![row]))
+    };
+    ocean::variants(config).into_iter().map(sea).collect()
 }
 
 /// Whether the full-screen quad is measured: alone, along with the scenes, or not.
@@ -107,6 +148,7 @@ fn scene_config(arguments: &BenchArgs, kind: SceneKind) -> Result<SceneConfig, A
     let scene = SceneArgs {
         scene: kind,
         height_map: arguments.height_map.clone(),
+        fft: arguments.fft,
         atlas_tile: arguments.atlas_tile,
         size: arguments.size.unwrap_or(SCENE_SIZE),
         samples: 1,
@@ -116,32 +158,36 @@ fn scene_config(arguments: &BenchArgs, kind: SceneKind) -> Result<SceneConfig, A
     SceneConfig::resolve(&scene)
 }
 
-/// A renderer and the rows it draws.
+/// Renderers and the rows they draw, each with the index of its renderer.
 struct Bench {
-    renderer: Renderer,
-    rows: Vec<Row>,
+    renderers: Vec<Renderer>,
+    rows: Vec<(usize, Row)>,
 }
 
 impl Subject for Bench {
     fn frame(&mut self, row: usize, round: usize, repeats: u32) -> Result<Vec<PassTime>, AppError> {
-        let row = &self.rows[row];
+        let (renderer, row) = &self.rows[row];
         // Every round of a row of many samples draws another of them.
         let index = round as u32 % row.settings.samples.max(1);
-        Ok(self.renderer.measure(&row.state, &row.settings, index, repeats)?)
+        Ok(self.renderers[*renderer].measure(&row.state, &row.settings, index, repeats)?)
     }
 }
 
-/// Measures all rows that one renderer draws and appends them to `measured`.
+/// Measures all rows of some renderers turn and turn about and appends them to `measured`.
 fn measure(
-    renderer: Renderer,
-    rows: Vec<Row>,
+    subjects: Vec<(Renderer, Vec<Row>)>,
     rounds: usize,
     output: &Output,
     measured: &mut Vec<Measured>,
 ) -> Result<(), AppError> {
-    renderer.gpu().wait_idle()?;
-    let names: Vec<String> = rows.iter().map(|row| format!("{}: {}", row.table, row.name)).collect();
-    let progress: ProgressBar = output.progress(rows.len());
+    let mut bench = Bench { renderers: Vec::new(), rows: Vec::new() };
+    for (index, (renderer, rows)) in subjects.into_iter().enumerate() {
+        renderer.gpu().wait_idle()?;
+        bench.renderers.push(renderer);
+        bench.rows.extend(rows.into_iter().map(|row| (index, row)));
+    }
+    let names: Vec<String> = bench.rows.iter().map(|(_, row)| format!("{}: {}", row.table, row.name)).collect();
+    let progress: ProgressBar = output.progress(names.len());
     let mut tick = |tick: Tick| match tick {
         Tick::Warm(row) => {
             progress.set_message(format!("warming up, {}", names[row]));
@@ -156,10 +202,9 @@ fn measure(
             progress.inc(1);
         }
     };
-    let mut bench = Bench { renderer, rows };
     let count = bench.rows.len();
     let series = rounds::measure(&mut bench, count, rounds, &mut tick)?;
     progress.finish_and_clear();
-    measured.extend(bench.rows.into_iter().zip(series).map(|(row, series)| Measured { row, series }));
+    measured.extend(bench.rows.into_iter().zip(series).map(|((_, row), series)| Measured { row, series }));
     Ok(())
 }

@@ -7,8 +7,8 @@ use clap::{Args, Parser, Subcommand};
 use super::report::ReportSection;
 use super::shading::{ShadingArgs, techniques};
 use super::values::{
-    CameraChoice, EnvironmentChoice, FrameRange, Layer, SceneKind, Shard, Size, Sun, atlas_tile, finite, not_negative,
-    positive, roughness, sweep,
+    CameraChoice, EnvironmentChoice, FrameRange, Layer, SceneKind, Shard, Size, Sun, atlas_tile, fft, finite,
+    not_negative, positive, roughness, sweep,
 };
 use crate::render::settings::Technique;
 use crate::scenes::stage::Sweep;
@@ -126,7 +126,9 @@ const BENCH_EXAMPLES: &str = "Examples:
   leadr bench                                  everything: minutes without a GPU
   leadr bench --paper --frames 9 --json        a full-screen quad over a LEADR map of its size, and the goals
   leadr bench --scene sphere --size 512x512
-  leadr bench --scene trex --technique leadr --height-map bricks.png
+  leadr bench --scene trex --technique leadr
+  leadr bench --scene ocean --frames 9         every pass of the sea, by size of transform and of picture
+  leadr bench --scene ocean --soak 5000 --size 64x48 --fft 64
 
 Times are medians over frames on the device itself. Rows are measured turn and turn about, and ratios taken within
 each turn, so another program slows the rows down but hardly moves the ratios.";
@@ -152,6 +154,12 @@ pub struct BenchArgs {
     /// Height map of the plane or the sphere (PNG or EXR)
     #[arg(long, value_name = "FILE", requires = "scene")]
     pub height_map: Option<PathBuf>,
+    /// Samples along the edge of the ocean's tiles of waves: 64, 128, 256 or 512 [default: 256]
+    #[arg(long, value_name = "N", value_parser = fft, requires = "scene")]
+    pub fft: Option<u32>,
+    /// Instead of timing, draw so many frames of the ocean and watch what memory does
+    #[arg(long, value_name = "FRAMES", requires = "scene", conflicts_with = "paper", value_parser = clap::value_parser!(u32).range(1..))]
+    pub soak: Option<u32>,
     /// Texels along a patch's tile in the displacement atlas: 8, 16, 32, 64 or 128
     #[arg(long, value_name = "N", default_value = "64", value_parser = atlas_tile)]
     pub atlas_tile: u32,
@@ -190,6 +198,9 @@ pub struct SceneArgs {
     /// Height map of the plane or the sphere (PNG or EXR)
     #[arg(long, value_name = "FILE")]
     pub height_map: Option<PathBuf>,
+    /// Samples along the edge of the ocean's tiles of waves: 64, 128, 256 or 512 [default: 256]
+    #[arg(long, value_name = "N", value_parser = fft)]
+    pub fft: Option<u32>,
     /// Factor on the displacement; 0 is flat
     #[arg(long, value_name = "X", default_value = "1", value_parser = not_negative)]
     pub height_scale: f32,

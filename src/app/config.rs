@@ -11,6 +11,7 @@ use super::error::AppError;
 use super::frames::{FRAME, FileKind, OutputPattern, Timeline};
 use super::values::{CameraChoice, EnvironmentChoice, Layer, SceneKind, Size, Sun};
 use crate::render::settings::{ShadingSettings, Technique};
+use crate::scenes::ocean::sea::RESOLUTION;
 
 /// From where the scene is seen, with a camera file read.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -34,6 +35,8 @@ pub struct SceneConfig {
     pub kind: SceneKind,
     /// Height map of the plane or sphere.
     pub height_map: Option<PathBuf>,
+    /// Samples along the edge of the ocean's tiles of waves: a power of two, 64 to 512.
+    pub fft: u32,
     /// Factor on the displacement, 0 or more.
     pub height_scale: f32,
     /// Light from all around.
@@ -83,6 +86,9 @@ impl SceneConfig {
             let fault = "--height-map is for --scene plane or sphere; the other scenes bring their own";
             return Err(AppError::Usage(fault.into()));
         }
+        if a.scene != SceneKind::Ocean && a.fft.is_some() {
+            return Err(AppError::Usage("--fft is for --scene ocean; the other scenes have no waves".into()));
+        }
         let shading = a.shading.resolve()?;
         if a.relief_shadows && shading.technique != Technique::Reference {
             let fault = "--relief-shadows is for --technique reference; --masking says what the others do";
@@ -97,6 +103,7 @@ impl SceneConfig {
         Ok(Self {
             kind: a.scene,
             height_map: a.height_map,
+            fft: a.fft.unwrap_or(RESOLUTION),
             height_scale: a.height_scale,
             environment: a.environment,
             sun: a.sun,

@@ -68,6 +68,10 @@ fn dispatch(cli: Cli) -> Result<(), AppError> {
             output.result(&report)
         }
         Command::Bench(arguments) => {
+            if let Some(frames) = arguments.soak {
+                let report = bench::soak(&arguments, frames, &output)?;
+                return output.result(&report);
+            }
             let report = bench::bench(&arguments, &output)?;
             output.result(&report)
         }

@@ -246,6 +246,17 @@ pub fn atlas_tile(text: &str) -> Result<u32, String> {
     }
 }
 
+/// Samples along the edge of a tile of waves.
+///
+/// # Errors
+/// If `text` is not 64, 128, 256 or 512.
+pub fn fft(text: &str) -> Result<u32, String> {
+    match text.parse::<u32>() {
+        Ok(samples) if samples.is_power_of_two() && (64..=512).contains(&samples) => Ok(samples),
+        _ => Err("a tile of waves has 64, 128, 256 or 512 samples".to_owned()),
+    }
+}
+
 /// Beckmann roughness.
 ///
 /// # Errors

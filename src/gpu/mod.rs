@@ -55,6 +55,7 @@ mod copies;
 mod device;
 mod error;
 mod image;
+mod memory;
 mod pipeline;
 mod pipeline_layout;
 mod sampler;
@@ -73,6 +74,7 @@ pub use commands::{ColorTarget, Commands, DepthTarget, Descriptor, Load};
 pub use device::{Gpu, GpuOptions};
 pub use error::{GpuError, Result};
 pub use image::{Image, ImageDesc, ImageView};
+pub use memory::MemoryUse;
 pub use pipeline::{
     Blend, ComputePipeline, Cull, Depth, GraphicsDesc, GraphicsPipeline, Pipeline, PolygonMode, Topology,
 };

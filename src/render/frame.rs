@@ -154,7 +154,7 @@ impl Renderer {
             reference: None,
             targets: None,
             lighting: Buffer::new(gpu, "lighting", size_of::<LightingGpu>() as u64, Memory::Upload)?,
-            timestamps: Timestamps::new(gpu, 16)?,
+            timestamps: Timestamps::new(gpu, 32)?,
             near: 1.0,
             repeats: 1,
             gpu: gpu.clone(),
@@ -225,7 +225,8 @@ impl Renderer {
             color,
             times,
             triangles: views.sum::<u64>() + sea,
-            patches: self.drawn.iter().map(|d| d.camera.patches).sum(),
+            patches: self.drawn.iter().map(|d| d.camera.patches).sum::<u32>()
+                + self.ocean.as_ref().map_or(0, OceanPass::patches),
         })
     }
 
@@ -343,8 +344,7 @@ impl Renderer {
         let relief = self.reference.as_ref().filter(|_| settings.shadows_of_relief());
         cmd.timestamp(timestamps, "begin");
         if let Some(ocean) = self.ocean.as_ref().filter(|_| index == 0) {
-            cmd.label("waves", |cmd| ocean.record_waves(cmd, state.time));
-            cmd.timestamp(timestamps, "waves");
+            ocean.record_waves(cmd, state.time, repeats, timestamps);
         }
         if let Some(relief) = relief {
             let casters: Vec<_> = self.drawn.iter().filter(|d| d.sun.is_some()).map(|d| &d.object).collect();
@@ -367,20 +367,22 @@ impl Renderer {
         }
         let objects: Vec<_> = self.drawn.iter().map(|d| (&d.object, &d.camera)).collect();
         cmd.label_times("geometry", repeats, |cmd| {
-            self.geometry.record(cmd, &targets.visible, &objects, height_scale, settings.mark_inside);
-            if let Some(ocean) = &self.ocean {
-                ocean.record_geometry(cmd, &targets.visible);
-            }
+            self.geometry.record(cmd, &targets.visible, &objects, height_scale, settings.mark_inside)
         });
         cmd.timestamp(timestamps, "geometry");
+        if let Some(ocean) = &self.ocean {
+            cmd.label_times("sea geometry", repeats, |cmd| ocean.record_geometry(cmd, &targets.visible));
+            cmd.timestamp(timestamps, "sea geometry");
+        }
         cmd.label_times("filter", repeats, |cmd| {
             let objects = objects.iter().filter(|(_, view)| !view.draws.is_empty()).map(|(object, _)| *object);
-            filter.record(cmd, &targets.visible, &targets.gbuffer, objects, state.height_scale);
-            if let Some(ocean) = &self.ocean {
-                ocean.record_filter(cmd, &targets.visible, &targets.gbuffer);
-            }
+            filter.record(cmd, &targets.visible, &targets.gbuffer, objects, state.height_scale)
         });
         cmd.timestamp(timestamps, "filter");
+        if let Some(ocean) = &self.ocean {
+            cmd.label_times("sea filter", repeats, |cmd| ocean.record_filter(cmd, &targets.visible, &targets.gbuffer));
+            cmd.timestamp(timestamps, "sea filter");
+        }
         let inputs = ShadeInputs {
             visible: &targets.visible,
             gbuffer: &targets.gbuffer,

@@ -22,12 +22,14 @@ pub struct Lens {
 }
 
 impl Lens {
-    fn pixels(&self, centre: Vec3, length: f32) -> f32 {
+    /// Pixels that `length` about `centre` covers across the line of sight.
+    pub(super) fn pixels(&self, centre: Vec3, length: f32) -> f32 {
         let distance = (centre.distance(self.eye) - 0.5 * length).max(self.near);
         length * self.focal_pixels / distance
     }
 
-    fn toward_viewer(&self, point: Vec3) -> Vec3 {
+    /// Unit direction from a point to the viewer.
+    pub(super) fn toward_viewer(&self, point: Vec3) -> Vec3 {
         (self.eye - point).normalize_or_zero()
     }
 }
@@ -105,7 +107,7 @@ impl DrawList {
     /// Chooses factors, culls and splits draws.
     #[must_use]
     pub fn new(posed: PosedMesh<'_>, clip_from_world: Mat4, lens: Lens, settings: &TessellationSettings) -> Self {
-        let PosedMesh { mesh, topology, positions, normals, .. } = posed;
+        let PosedMesh { topology, positions, normals, .. } = posed;
         // Two triangles fill a cell of 2A pixels, so its side is sqrt(2A).
         let spacing = (2.0 * settings.pixels_per_triangle).sqrt();
         let max_factor = settings.max_factor.clamp(1.0, MAX_FACTOR);
@@ -132,6 +134,19 @@ impl DrawList {
             }
         }
         let vertex_lods = vertex_lods.into_iter().map(|(sum, count)| sum / count.max(1) as f32).collect();
+        Self { vertex_lods, ..Self::with_factors(posed, edge_factors, clip_from_world, lens, settings) }
+    }
+
+    /// Culls and splits draws, with the factors of every edge given and no levels of vertices.
+    #[must_use]
+    pub fn with_factors(
+        posed: PosedMesh<'_>,
+        edge_factors: Vec<f32>,
+        clip_from_world: Mat4,
+        lens: Lens,
+        settings: &TessellationSettings,
+    ) -> Self {
+        let PosedMesh { mesh, topology, positions, normals, .. } = posed;
         let (view, band) = (frustum_planes(clip_from_world, 1.0), frustum_planes(clip_from_world, GUARD_BAND));
         // Patches that need clipping come last, in draws of their own: software drivers send every triangle of a draw
         // in which anything is clipped down a path that is some twenty times slower.
@@ -149,7 +164,7 @@ impl DrawList {
                 crossing.push(index as u32)
             }
         }
-        let mut list = Self { edge_factors, vertex_lods, ..Self::default() };
+        let mut list = Self { edge_factors, ..Self::default() };
         for group in [inside, crossing] {
             list.add_draws(&group, topology, settings.max_vertices_per_draw);
         }

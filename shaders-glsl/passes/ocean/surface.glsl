@@ -22,4 +22,20 @@ layout(binding = 5, std430) readonly buffer VisiblePatches { uint visible_patche
 layout(binding = 6, std430) readonly buffer Cascades { Cascade cascades[]; };
 layout(binding = 7) uniform sampler2DArray displacement;
 
+// Where the waves carry a place at rest (xy; z: spacing of the vertices there). What a vertex does depends on its place alone.
+vec3 carried(vec3 rest) {
+    int count = textureSize(displacement, 0).z;
+    float samples = float(textureSize(displacement, 0).x);
+    vec3 moved = vec3(0.0);
+    for (int i = 0; i < count; ++i) {
+        Cascade c = cascades[i];
+        // Two vertices to a sample of the level: what is finer cannot be drawn, and the moments have it.
+        float lod = log2(max(rest.z * samples / c.size, 1.0));
+        moved += textureLod(displacement, vec3(cascade_texcoord(c, rest.xy), float(i)), lod).xyz;
+    }
+    vec2 away = rest.xy - view.centre.xy;
+    precise vec3 position = vec3(rest.xy + moved.xy, view.centre.z + moved.z - dot(away, away) * view.centre.w);
+    return position;
+}
+
 #endif

@@ -1,5 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
+// How finely a patch is divided; patches that the waves carry out of the picture are dropped.
 #include "surface.glsl"
 
 layout(vertices = 4) out;
@@ -9,6 +10,37 @@ layout(location = 1) in flat uint in_patch[];
 
 layout(location = 0) out vec3 out_rest[];
 layout(location = 1) patch out uint out_patch;
+
+layout(constant_id = 1) const float GUARD_BAND = 3.0; // the viewport over the picture
+
+// Whether a ball lies outside the picture or nearer than the near plane.
+bool outside(vec3 centre, float radius) {
+    mat4 rows = transpose(view.clip_from_world);
+    vec4 x = GUARD_BAND * rows[0], y = GUARD_BAND * rows[1], w = rows[3];
+    vec4 planes[5] = vec4[](w + x, w - x, w + y, w - y, w - rows[2]);
+    for (int i = 0; i < 5; ++i) {
+        if (dot(planes[i], vec4(centre, 1.0)) < -radius * length(planes[i].xyz)) {
+            return true;
+        }
+    }
+    return false;
+}
+
+// A ball around the corners where the waves carry them. Between corners waves no steeper than 1 carry a point by no more than
+// half the diagonal besides.
+bool unseen() {
+    vec3 corners[4], centre = vec3(0.0);
+    for (int i = 0; i < 4; ++i) {
+        corners[i] = carried(in_rest[i]);
+        centre += 0.25 * corners[i];
+    }
+    float radius = 0.0;
+    for (int i = 0; i < 4; ++i) {
+        radius = max(radius, distance(corners[i], centre));
+    }
+    vec2 a = in_rest[2].xy - in_rest[0].xy, b = in_rest[3].xy - in_rest[1].xy;
+    return outside(centre, radius + 0.5 * sqrt(max(dot(a, a), dot(b, b))));
+}
 
 void main() {
     out_rest[gl_InvocationID] = in_rest[gl_InvocationID];
@@ -22,5 +54,8 @@ void main() {
         gl_TessLevelOuter[3] = factor.z;
         gl_TessLevelInner[0] = max(factor.x, factor.z);
         gl_TessLevelInner[1] = max(factor.y, factor.w);
+        if (unseen()) {
+            gl_TessLevelOuter[0] = gl_TessLevelOuter[1] = gl_TessLevelOuter[2] = gl_TessLevelOuter[3] = 0.0;
+        }
     }
 }

@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// Moves the sea: the waves of every cascade, filtered to the spacing of the vertices. What a vertex does depends on its place
-// alone, and places on an edge are computed from its lower vertex on, so that both patches of an edge get the same bits.
+// Moves the sea: the waves of every cascade, filtered to the spacing of the vertices. Places on an edge are
+// computed from its lower vertex on, so that both patches of an edge get the same bits.
 #include "surface.glsl"
 
 layout(quads, fractional_odd_spacing, cw) in;
@@ -28,17 +28,6 @@ void main() {
     } else {
         rest = between(between(in_rest[0], in_rest[1], u), between(in_rest[3], in_rest[2], u), v);
     }
-    int count = textureSize(displacement, 0).z;
-    float samples = float(textureSize(displacement, 0).x);
-    vec3 moved = vec3(0.0);
-    for (int i = 0; i < count; ++i) {
-        Cascade c = cascades[i];
-        // Two vertices to a sample of the level: what is finer cannot be drawn, and the moments have it.
-        float lod = log2(max(rest.z * samples / c.size, 1.0));
-        moved += textureLod(displacement, vec3(cascade_texcoord(c, rest.xy), float(i)), lod).xyz;
-    }
-    vec2 away = rest.xy - view.centre.xy;
-    precise vec3 position = vec3(rest.xy + moved.xy, view.centre.z + moved.z - dot(away, away) * view.centre.w);
-    out_rest = away;
-    gl_Position = view.clip_from_world * vec4(position, 1.0);
+    out_rest = rest.xy - view.centre.xy;
+    gl_Position = view.clip_from_world * vec4(carried(rest), 1.0);
 }

@@ -5,6 +5,7 @@ use std::fmt;
 use serde::Serialize;
 
 use super::goals::{Bound, Verdict};
+use super::ocean::WAVES;
 use super::rounds::{PIXELS, TOTAL};
 use super::rows::{FIGURE_11, GOALS};
 use super::stats::{Ratio, least_squares, median};
@@ -43,6 +44,8 @@ pub struct RowReport {
     row: String,
     /// The row it is compared with.
     base: Option<String>,
+    /// The pass, or sum of passes, that is compared.
+    compared: &'static str,
     technique: &'static str,
     /// Where a pixel's slope samples lie.
     rule: &'static str,
@@ -127,13 +130,17 @@ impl BenchReport {
 
 fn rows(measured: &Measured) -> Vec<RowReport> {
     let Measured { row, series } = measured;
-    let passes = series.passes();
+    let mut passes = series.passes();
+    if !passes.contains(&row.compared) {
+        passes.push(row.compared);
+    }
     let report = |pass: &&str| {
         let (median_ms, p95_ms) = series.median_p95(pass);
         RowReport {
             table: row.table.clone(),
             row: row.name.clone(),
             base: row.base.clone(),
+            compared: row.compared,
             technique: row.settings.shading.technique.name(),
             rule: row.rule(),
             samples: row.samples(),
@@ -175,6 +182,11 @@ fn line(table: &str, measured: &[Measured]) -> Option<LineReport> {
         r_squared: line.r_squared,
         worst: line.worst,
     })
+}
+
+/// A pass or sum of passes over its column.
+fn title(pass: &str) -> &str {
+    if pass == WAVES { "waves" } else { pass }
 }
 
 /// Milliseconds in some four digits.
@@ -235,19 +247,23 @@ impl BenchReport {
         let rows: Vec<&RowReport> = self.rows.iter().filter(|r| r.table == table).collect();
         // On the quad only what the pixels cost is of interest; JSON has the rest.
         let own = |pass: &str| ["geometry", "filter", "shade", PIXELS].contains(&pass);
-        let compared = if rows[0].distance.is_some() { TOTAL } else { PIXELS };
+        let compared = rows[0].compared;
         let mut passes: Vec<&str> = Vec::new();
-        for row in rows.iter().filter(|row| compared == TOTAL || own(&row.pass)) {
+        for row in rows.iter().filter(|row| compared != PIXELS || own(&row.pass)) {
             if !passes.contains(&row.pass.as_str()) {
                 passes.push(&row.pass);
             }
         }
-        writeln!(f, "\n{table}, {}x{}", rows[0].size[0], rows[0].size[1])?;
+        let [width, height] = rows[0].size;
+        match rows.iter().all(|row| row.size == rows[0].size) {
+            true => writeln!(f, "\n{table}, {width}x{height}")?,
+            false => writeln!(f, "\n{table}")?,
+        }
         write!(f, "  {:24} {:>7}", "", "samples")?;
         for pass in &passes {
-            write!(f, " {pass:>12}")?;
+            write!(f, " {:>12}", title(pass))?;
         }
-        writeln!(f, " {:>9}  {compared} against {}", "p95", rows[0].base.as_deref().unwrap_or("nothing"))?;
+        writeln!(f, " {:>9}  {} against {}", "p95", title(compared), rows[0].base.as_deref().unwrap_or("nothing"))?;
         let mut names: Vec<&str> = rows.iter().map(|r| r.row.as_str()).collect();
         names.dedup();
         for name in names {

@@ -139,8 +139,9 @@ pub enum Tick {
 
 /// Repetitions that make the pixels' passes measurable.
 fn repeats(times: &[PassTime]) -> u32 {
-    let pixels = times.iter().filter(|t| PIXELS.split('+').any(|pass| pass == t.pass));
-    let shortest = pixels.map(|t| t.milliseconds).fold(f64::INFINITY, f64::min);
+    // The sea's pixels have a filter of their own, and there may be no others.
+    let all = |pass: &str| times.iter().filter(|t| t.pass.ends_with(pass)).map(|t| t.milliseconds).reduce(|a, b| a + b);
+    let shortest = PIXELS.split('+').filter_map(all).fold(f64::INFINITY, f64::min);
     if shortest.is_finite() {
         (MEASURABLE / shortest.max(1e-4)).ceil().clamp(1.0, f64::from(MAX_REPEATS)) as u32
     } else {

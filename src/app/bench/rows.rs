@@ -3,6 +3,7 @@
 use clap::ValueEnum;
 
 use super::goals::{Bound, Goal, Place};
+use super::ocean::Variant;
 use super::rounds::{PIXELS, TOTAL};
 use crate::app::config::SceneConfig;
 use crate::app::renderer_source::render_settings;
@@ -260,6 +261,24 @@ pub fn scene(config: &SceneConfig, state: &FrameState, only: Option<Technique>) 
         }
     }
     rows
+}
+
+/// The row of one of the sea's own tables.
+#[must_use]
+pub fn variant(variant: Variant, state: FrameState, only: Option<Technique>) -> Row {
+    let Variant { table, name, base, compared, config } = variant;
+    let technique = only.unwrap_or(Technique::Leadr);
+    let shading = ShadingSettings { technique, ..config.shading };
+    Row {
+        table: table.to_owned(),
+        name,
+        distance: Some(state.camera.position.distance(state.camera.target)),
+        base: Some(base),
+        compared,
+        paper_ms: None,
+        state,
+        settings: render_settings(&SceneConfig { shading, samples: 1, ..config }),
+    }
 }
 
 #[cfg(test)]

@@ -128,14 +128,17 @@ impl OceanFields {
         })
     }
 
-    /// Fills the maps for `time` (seconds; repeats after [`PERIOD`]) and leaves them in [`Use::Sampled`]. `choppiness` scales
-    /// the horizontal movement: 1 is that of water, 0 leaves waves of height alone.
+    /// Fills the maps for `time` and leaves them in [`Use::Sampled`]: the three passes one after the other.
     pub fn record(&self, cmd: &mut Commands, time: f64, choppiness: f32) {
-        // an earlier frame may still be reading
+        self.record_rows(cmd, time);
+        self.record_columns(cmd, choppiness);
+        self.record_mips(cmd);
+    }
+
+    /// Moves the waves to `time` (seconds; repeats after [`PERIOD`]) and transforms the rows.
+    pub fn record_rows(&self, cmd: &mut Commands, time: f64) {
+        // the columns of an earlier frame may still be reading
         cmd.memory_barrier(Use::Undefined, Use::ComputeWrite);
-        for image in [&self.displacement, &self.slopes, &self.joint] {
-            cmd.image_barrier(image, Use::Undefined, Use::ComputeReadWrite);
-        }
         cmd.bind(
             &self.rows,
             &[
@@ -150,6 +153,14 @@ impl OceanFields {
         cmd.push_constants(&[coarse as f32, (moment - coarse) as f32]);
         cmd.dispatch([self.resolution, self.count, 1]);
         cmd.memory_barrier(Use::ComputeWrite, Use::ComputeRead);
+    }
+
+    /// Transforms the columns and writes the finest level of the maps. `choppiness` scales the horizontal movement: 1 is that
+    /// of water, 0 leaves waves of height alone.
+    pub fn record_columns(&self, cmd: &mut Commands, choppiness: f32) {
+        for image in self.maps() {
+            cmd.image_barrier(image, Use::Undefined, Use::ComputeReadWrite);
+        }
         let [displacement, slopes, joint] = &self.levels[0];
         cmd.bind(
             &self.columns,
@@ -164,17 +175,28 @@ impl OceanFields {
         );
         cmd.push_constants(&choppiness);
         cmd.dispatch([self.resolution, self.count, 1]);
+    }
+
+    /// Makes the coarser levels from the finest, and leaves all in [`Use::Sampled`].
+    pub fn record_mips(&self, cmd: &mut Commands) {
+        for image in self.maps() {
+            cmd.transition(image, Use::ComputeReadWrite);
+        }
         for pair in self.levels.windows(2) {
             let [width, height] = pair[1][0].extent();
-            cmd.memory_barrier(Use::ComputeWrite, Use::ComputeRead);
             let views = pair.iter().flatten().enumerate();
             let descriptors: Vec<_> = views.map(|(i, view)| (i as u32, Descriptor::StorageImage(view))).collect();
             cmd.bind(&self.mips, &descriptors);
             cmd.dispatch_invocations(&self.mips, [width, height, self.count]);
+            cmd.memory_barrier(Use::ComputeWrite, Use::ComputeRead);
         }
-        for image in [&self.displacement, &self.slopes, &self.joint] {
+        for image in self.maps() {
             cmd.transition(image, Use::Sampled);
         }
+    }
+
+    fn maps(&self) -> [&Image; 3] {
+        [&self.displacement, &self.slopes, &self.joint]
     }
 
     /// What the maps hold.

@@ -7,7 +7,8 @@ use bytemuck::{Pod, Zeroable};
 use glam::{Mat3, Mat4, Vec3};
 
 use super::fields::{Content, OceanFields, RESOLUTIONS};
-use super::surface::{EARTH, SEA_INDEX};
+use super::mesh::EARTH;
+use super::surface::SEA_INDEX;
 use super::waves::Cascade;
 use crate::gpu::{
     Buffer, Commands, Depth, Descriptor, Filter, Gpu, GraphicsDesc, GraphicsPipeline, Memory, Result, Sampler,
@@ -113,9 +114,10 @@ impl OceanMarch {
         self.view.write(0, &[view])
     }
 
-    /// Records the waves at `time`, seconds.
-    pub fn record_waves(&self, cmd: &mut Commands, time: f64, choppiness: f32) {
-        self.fields.record(cmd, time, choppiness);
+    /// The waves.
+    #[must_use]
+    pub fn fields(&self) -> &OceanFields {
+        &self.fields
     }
 
     /// Draws into the begun targets of the geometry pass.

@@ -1,34 +1,27 @@
-//! The drawn sea: rings of patches around the viewer from the feet to the horizon, moved by the waves, and the filter of what
-//! its pixels see. Both write the targets of the other objects' passes.
+//! The drawn sea: its waves, its mesh moved by them, and the filter of what its pixels see. It writes the targets of the other
+//! objects' passes.
 
-use std::f32::consts::TAU;
 use std::sync::Arc;
 
 use bytemuck::{Pod, Zeroable};
-use glam::{Mat4, Vec2, Vec3};
+use glam::{Mat4, Vec3};
 
 use super::fields::{Content, OceanFields};
+use super::filter::OceanFilter;
 use super::march::OceanMarch;
+use super::mesh::{EARTH, Laid, Rings, SeaView};
 use super::waves::Cascade;
 use crate::gpu::{
     Buffer, ColorTarget, Commands, Cull, Depth, DepthTarget, Descriptor, Filter, Gpu, GraphicsDesc, GraphicsPipeline,
-    Load, Memory, Result, Sampler, SpecValue, Topology as Primitive, Use, Wrap,
+    Load, Memory, Result, Sampler, SpecValue, Timestamps, Topology as Primitive, Use, Wrap,
 };
 use crate::render::filter::GBuffer;
 use crate::render::geometry::{VisibleSurface, guard_band};
-use crate::render::patch_mesh::PatchMesh;
 use crate::render::settings::Technique;
-use crate::render::tessellation::{DrawList, GUARD_BAND, Lens, PosedMesh, TessellationSettings};
-use crate::render::topology::Topology;
+use crate::render::tessellation::{GUARD_BAND, Lens, TessellationSettings};
 
 /// Index of the sea among the objects of a scene: the last of the G-buffer's seven bits.
 pub const SEA_INDEX: u32 = 127;
-/// Radius of the earth with the usual refraction of the air, metres.
-pub const EARTH: f32 = 6.371e6 * 7.0 / 6.0;
-/// Patches around the viewer.
-const SPOKES: u32 = 48;
-/// Rings of them.
-const RINGS: u32 = 96;
 
 /// A sea: its waves and its water.
 #[derive(Clone, Debug)]
@@ -66,15 +59,6 @@ struct ViewGpu {
     centre: [f32; 4],
 }
 
-#[repr(C)]
-#[derive(Clone, Copy, Pod, Zeroable)]
-struct WaterGpu {
-    centre: [f32; 4],
-    tail: [f32; 4],
-    color: [f32; 4],
-    foam: [f32; 4],
-}
-
 /// The passes of the sea.
 pub struct OceanPass {
     /// The sea.
@@ -82,10 +66,10 @@ pub struct OceanPass {
     fields: OceanFields,
     /// Of the reference, from when it is first asked for.
     march: Option<OceanMarch>,
-    mesh: PatchMesh,
-    topology: Topology,
+    rings: Rings,
+    laid: Laid,
     pipeline: GraphicsPipeline,
-    filter: GraphicsPipeline,
+    filter: OceanFilter,
     technique: Technique,
     vertices: Buffer,
     patches: Buffer,
@@ -93,10 +77,7 @@ pub struct OceanPass {
     edge_factors: Buffer,
     visible: Buffer,
     view: Buffer,
-    water: Buffer,
     trilinear: Sampler,
-    nearest: Sampler,
-    list: DrawList,
 }
 
 impl OceanPass {
@@ -105,11 +86,10 @@ impl OceanPass {
     /// # Errors
     /// As [`OceanFields::new`].
     pub fn new(gpu: &Arc<Gpu>, ocean: Ocean) -> Result<Self> {
-        let mesh = rings();
-        let topology = Topology::new(&mesh.patches);
+        let rings = Rings::default();
+        let Rings { mesh, topology } = &rings;
         let buffer =
             |name: &str, count: usize, size: usize| Buffer::new(gpu, name, (count * size) as u64, Memory::Upload);
-        let technique = Technique::Leadr;
         Ok(Self {
             fields: OceanFields::new(gpu, &ocean.cascades, Content::Moments)?,
             march: None,
@@ -125,24 +105,21 @@ impl OceanPass {
                     depth: Some(Depth::default()),
                     cull: Cull::None,
                     topology: Primitive::Patches(4),
-                    spec: &[(0, SpecValue::U32(SEA_INDEX))],
+                    spec: &[(0, SpecValue::U32(SEA_INDEX)), (1, SpecValue::F32(GUARD_BAND))],
                     ..Default::default()
                 },
             )?,
-            filter: filter_pipeline(gpu, technique)?,
-            technique,
+            filter: OceanFilter::new(gpu)?,
+            technique: Technique::Leadr,
             vertices: buffer("ocean vertices", mesh.positions.len(), size_of::<VertexGpu>())?,
             patches: Buffer::from_slice(gpu, "ocean patches", &mesh.patches)?,
             patch_edges: Buffer::from_slice(gpu, "ocean edges", &topology.patch_edges)?,
             edge_factors: buffer("ocean factors", topology.edges.len(), 4)?,
             visible: buffer("ocean visible patches", mesh.patches.len(), 4)?,
             view: buffer("ocean view", 1, size_of::<ViewGpu>())?,
-            water: buffer("water", 1, size_of::<WaterGpu>())?,
             trilinear: Sampler::new(gpu, "ocean", Filter::Trilinear, Wrap::Repeat)?,
-            nearest: Sampler::new(gpu, "ocean pixels", Filter::Nearest, Wrap::Clamp)?,
-            mesh,
-            topology,
-            list: DrawList::default(),
+            rings,
+            laid: Laid::default(),
         })
     }
 
@@ -159,11 +136,9 @@ impl OceanPass {
         lens: Lens,
         tessellation: &TessellationSettings,
     ) -> Result<()> {
-        if self.technique != technique {
-            self.filter = filter_pipeline(gpu, technique)?;
-            self.technique = technique;
-        }
-        let level = self.ocean.level;
+        self.technique = technique;
+        self.filter.update(gpu, technique, &self.ocean, eye.truncate())?;
+        let (level, deviation) = (self.ocean.level, self.ocean.height);
         if technique == Technique::Reference {
             let march = match &mut self.march {
                 Some(march) => march,
@@ -171,79 +146,34 @@ impl OceanPass {
             };
             march.update(clip_from_world, eye, lens.near, level)?;
         }
-        let height = (eye.z - level).abs().max(0.5);
-        let horizon = (2.0 * EARTH * height).sqrt();
-        let centre = eye.truncate();
-        let amplitude = 4.0 * self.ocean.height;
-        // From the feet to beyond the horizon of the highest waves.
-        let (first, last) = (0.2 * height, horizon + (2.0 * EARTH * amplitude).sqrt());
-        let radius = |ring: f32| {
-            if ring <= 0.0 { 0.0 } else { first * (last / first).powf((ring - 1.0) / (RINGS as f32 - 1.0)) }
-        };
-        let drop = |away: Vec2| away.length_squared() / (2.0 * EARTH);
-        let positions: Vec<Vec3> = self
-            .mesh
-            .positions
-            .iter()
-            .map(|p| {
-                let away = Vec2::new(p.x, p.y) * radius(p.z);
-                (centre + away).extend(level - drop(away))
-            })
-            .collect();
-        let relief = vec![amplitude; self.topology.edges.len()];
-        let range = vec![[-amplitude, amplitude]; self.mesh.patches.len()];
-        let posed = PosedMesh {
-            mesh: &self.mesh,
-            topology: &self.topology,
-            positions: &positions,
-            normals: &self.mesh.normals,
-            edge_texels: &[],
-            edge_relief: &relief,
-            height_range: &range,
-            height_scale: 1.0,
-        };
-        let settings = TessellationSettings { to_texels: false, ..*tessellation };
-        self.list = DrawList::new(posed, clip_from_world, lens, &settings);
-        let mut spacing = vec![(0.0f32, 0.0f32); positions.len()];
-        for (&[a, b], &factor) in self.topology.edges.iter().zip(&self.list.edge_factors) {
-            let length = positions[a as usize].distance(positions[b as usize]) / factor;
-            for vertex in [a, b] {
-                spacing[vertex as usize].0 += length;
-                spacing[vertex as usize].1 += 1.0;
-            }
-        }
-        let vertices: Vec<VertexGpu> = positions
-            .iter()
-            .zip(&spacing)
-            .map(|(p, &(sum, count))| VertexGpu { position: [p.x, p.y], spacing: sum / count.max(1.0), unused: 0.0 })
-            .collect();
+        self.laid = self.rings.lay(&SeaView { clip_from_world, lens, level, deviation }, tessellation);
+        let Laid { positions, spacing, list } = &self.laid;
+        let vertex = |(p, &spacing): (&Vec3, &f32)| VertexGpu { position: [p.x, p.y], spacing, unused: 0.0 };
+        let vertices: Vec<VertexGpu> = positions.iter().zip(spacing).map(vertex).collect();
         self.vertices.write(0, &vertices)?;
-        self.edge_factors.write(0, &self.list.edge_factors)?;
-        if !self.list.visible.is_empty() {
-            self.visible.write(0, &self.list.visible)?;
+        self.edge_factors.write(0, &list.edge_factors)?;
+        if !list.visible.is_empty() {
+            self.visible.write(0, &list.visible)?;
         }
         let shrink = Mat4::from_scale(Vec3::new(1.0 / GUARD_BAND, 1.0 / GUARD_BAND, 1.0));
         let view = ViewGpu {
             clip_from_world: (shrink * clip_from_world).to_cols_array_2d(),
-            centre: [centre.x, centre.y, level, 0.5 / EARTH],
+            centre: [eye.x, eye.y, level, 0.5 / EARTH],
         };
-        self.view.write(0, &[view])?;
-        let o = &self.ocean;
-        let water = WaterGpu {
-            centre: [centre.x, centre.y, 1.0 / EARTH, 0.0],
-            tail: o.tail.extend(WATER_ROUGHNESS).to_array(),
-            color: o.color.extend(WATER_F0).to_array(),
-            foam: o.foam.extend(if o.foam_threshold > 0.0 { o.foam_threshold } else { -1e9 }).to_array(),
-        };
-        self.water.write(0, &[water])
+        self.view.write(0, &[view])
     }
 
-    /// Records the waves at `time`, seconds.
-    pub fn record_waves(&self, cmd: &mut Commands, time: f64) {
-        match self.reference() {
-            Some(march) => march.record_waves(cmd, time, self.ocean.choppiness),
-            None => self.fields.record(cmd, time, self.ocean.choppiness),
-        }
+    /// Records the waves at `time`, seconds, every pass `repeats` times and timed by itself: the waves moved to the present and
+    /// their rows transformed, the columns with displacement and moments, the mips.
+    pub fn record_waves(&self, cmd: &mut Commands, time: f64, repeats: u32, timestamps: &Timestamps) {
+        let choppiness = self.ocean.choppiness;
+        let fields = self.reference().map_or(&self.fields, OceanMarch::fields);
+        cmd.label_times("wave rows", repeats, |cmd| fields.record_rows(cmd, time));
+        cmd.timestamp(timestamps, "wave rows");
+        cmd.label_times("wave columns", repeats, |cmd| fields.record_columns(cmd, choppiness));
+        cmd.timestamp(timestamps, "wave columns");
+        cmd.label_times("wave mips", repeats, |cmd| fields.record_mips(cmd));
+        cmd.timestamp(timestamps, "wave mips");
     }
 
     /// The passes of the reference, where it is drawn.
@@ -285,106 +215,25 @@ impl OceanPass {
                 (7, Descriptor::Sampled(self.fields.displacement.whole(), &self.trilinear)),
             ],
         );
-        for &(first, count) in &self.list.draws {
+        for &(first, count) in &self.laid.list.draws {
             cmd.draw(first * 4..(first + count) * 4, 0..1);
         }
     }
 
     /// Filters the waves under the sea's pixels into a G-buffer that holds the other objects already.
     pub fn record_filter(&self, cmd: &mut Commands, visible: &VisibleSurface, target: &GBuffer) {
-        for image in target.colors() {
-            cmd.transition(image, Use::ColorTarget);
-        }
-        let colors = target.colors().map(|image| ColorTarget { view: image.whole(), load: Load::Keep });
-        cmd.begin_rendering(&colors, None);
-        match self.reference() {
-            Some(march) => march.draw_filter(cmd, visible, &self.water),
-            None => self.draw_filter(cmd, visible),
-        }
-        cmd.end_rendering();
-        for image in target.colors() {
-            cmd.transition(image, Use::Sampled);
-        }
-    }
-
-    fn draw_filter(&self, cmd: &mut Commands, visible: &VisibleSurface) {
-        cmd.bind(
-            &self.filter,
-            &[
-                (0, Descriptor::Sampled(visible.texture.whole(), &self.nearest)),
-                (1, Descriptor::Sampled(visible.surface.whole(), &self.nearest)),
-                (2, Descriptor::Sampled(self.fields.slopes.whole(), &self.trilinear)),
-                (3, Descriptor::Sampled(self.fields.joint.whole(), &self.trilinear)),
-                (4, Descriptor::Storage(&self.fields.cascades)),
-                (5, Descriptor::Uniform(&self.water)),
-            ],
-        );
-        cmd.draw(0..3, 0..1);
+        self.filter.record(cmd, self.technique, &self.fields, self.reference(), visible, target);
     }
 
     /// Upper bound on the triangles that are drawn.
     #[must_use]
     pub fn triangles(&self) -> u64 {
-        self.list.triangles
+        self.laid.list.triangles
     }
-}
 
-/// Beckmann roughness of the water itself, below all waves.
-const WATER_ROUGHNESS: f32 = 0.01;
-/// Reflectance of water at normal incidence.
-const WATER_F0: f32 = 0.02;
-
-fn filter_pipeline(gpu: &Arc<Gpu>, technique: Technique) -> Result<GraphicsPipeline> {
-    GraphicsPipeline::new(
-        gpu,
-        "ocean filter",
-        &GraphicsDesc {
-            vertex: "passes/fullscreen.vert",
-            fragment: Some("passes/ocean/filter.frag"),
-            colors: &GBuffer::FORMATS,
-            spec: &[(0, SpecValue::I32(technique.code())), (1, SpecValue::U32(SEA_INDEX))],
-            ..Default::default()
-        },
-    )
-}
-
-/// Rings of patches: direction in xy, number of the ring in z (0 is the centre).
-fn rings() -> PatchMesh {
-    let mut mesh = PatchMesh::default();
-    for ring in 0..=RINGS {
-        for spoke in 0..SPOKES {
-            let (sin, cos) = (TAU * spoke as f32 / SPOKES as f32).sin_cos();
-            mesh.positions.push(Vec3::new(cos, sin, ring as f32));
-            mesh.normals.push(Vec3::Z);
-        }
-    }
-    for ring in 0..RINGS {
-        for spoke in 0..SPOKES {
-            let next = (spoke + 1) % SPOKES;
-            let at = |ring: u32, spoke: u32| ring * SPOKES + spoke;
-            mesh.patches.push([at(ring, spoke), at(ring + 1, spoke), at(ring + 1, next), at(ring, next)]);
-        }
-    }
-    mesh
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn rings_face_up_and_meet() {
-        let mesh = rings();
-        assert_eq!(mesh.patches.len(), (RINGS * SPOKES) as usize);
-        for patch in mesh.patches.iter().skip(SPOKES as usize) {
-            let p = patch.map(|v| {
-                let p = mesh.positions[v as usize];
-                Vec2::new(p.x, p.y) * p.z
-            });
-            assert!((p[2] - p[0]).perp_dot(p[3] - p[1]) > 0.0);
-        }
-        let topology = Topology::new(&mesh.patches);
-        // Open are the outermost ring, and the innermost, which is one point.
-        assert_eq!(topology.irregular_edges(), 2 * SPOKES as usize);
+    /// Patches that are drawn.
+    #[must_use]
+    pub fn patches(&self) -> u32 {
+        self.laid.list.visible.len() as u32
     }
 }

@@ -9,7 +9,7 @@ use crate::render::ocean::waves::foam_weight;
 use crate::scenes::stage::{Stage, Views};
 use glam::Vec3;
 
-/// Samples along the edge of a tile.
+/// Samples along the edge of a tile, unless something else is asked for.
 pub const RESOLUTION: u32 = 256;
 
 /// Linear albedo that a [`Sky`](crate::render::sky::Sky) should have below its horizon over a sea, where mirrored rays that
@@ -43,14 +43,14 @@ fn whitecaps(wind_speed: f64) -> f64 {
     (3.84e-6 * wind_speed.powf(3.41)).clamp(1e-9, 0.5)
 }
 
-/// The open sea: from a boat, from a hundred metres, from a kilometre; toward the default sun.
+/// The open sea: from a boat, from a hundred metres, from a kilometre; toward the default sun. Tiles of `resolution²` samples.
 #[must_use]
-pub fn stage(sea: &Sea) -> Stage {
+pub fn stage(sea: &Sea, resolution: u32) -> Stage {
     let from = |height: f32, down: f32| {
         let eye = Vec3::Z * height;
         let (sin, cos) = (-0.7f32).sin_cos();
         Camera::looking_at(eye, eye + Vec3::new(cos, sin, -down).normalize() * height, 45.0)
     };
     let views = Views { near: from(2.5, 0.1), mid: from(100.0, 0.25), far: from(1000.0, 0.35) };
-    Stage::still(Vec::new(), views).with_ocean(ocean(sea, RESOLUTION, 1))
+    Stage::still(Vec::new(), views).with_ocean(ocean(sea, resolution, 1))
 }

@@ -22,6 +22,8 @@ pub fn run(studio: &mut Studio) -> Result<Section, AppError> {
         frames: studio.pick(3, 9),
         paper: true,
         height_map: None,
+        fft: None,
+        soak: None,
         atlas_tile: 64,
         device: studio.device.clone(),
     };

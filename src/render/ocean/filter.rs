@@ -1,0 +1,129 @@
+//! The filter of the sea's pixels: slope moments of the waves that each sees, written into the other objects' G-buffer.
+
+use std::collections::HashMap;
+use std::sync::Arc;
+
+use bytemuck::{Pod, Zeroable};
+use glam::Vec2;
+
+use super::fields::OceanFields;
+use super::march::OceanMarch;
+use super::mesh::EARTH;
+use super::surface::{Ocean, SEA_INDEX};
+use crate::gpu::{
+    Buffer, ColorTarget, Commands, Descriptor, Filter, Gpu, GraphicsDesc, GraphicsPipeline, Load, Memory, Result,
+    Sampler, SpecValue, Use, Wrap,
+};
+use crate::render::filter::GBuffer;
+use crate::render::geometry::VisibleSurface;
+use crate::render::settings::Technique;
+
+/// Beckmann roughness of the water itself, below all waves.
+const WATER_ROUGHNESS: f32 = 0.01;
+/// Reflectance of water at normal incidence.
+const WATER_F0: f32 = 0.02;
+
+#[repr(C)]
+#[derive(Clone, Copy, Pod, Zeroable)]
+struct WaterGpu {
+    centre: [f32; 4],
+    tail: [f32; 4],
+    color: [f32; 4],
+    foam: [f32; 4],
+}
+
+/// Pipelines of the filter, one per technique that was asked for, and what they know of the water.
+pub struct OceanFilter {
+    pipelines: HashMap<Technique, GraphicsPipeline>,
+    water: Buffer,
+    trilinear: Sampler,
+    nearest: Sampler,
+}
+
+impl OceanFilter {
+    /// The filter, without pipelines yet.
+    ///
+    /// # Errors
+    /// Memory that is short.
+    pub fn new(gpu: &Arc<Gpu>) -> Result<Self> {
+        Ok(Self {
+            pipelines: HashMap::new(),
+            water: Buffer::new(gpu, "water", size_of::<WaterGpu>() as u64, Memory::Upload)?,
+            trilinear: Sampler::new(gpu, "ocean moments", Filter::Trilinear, Wrap::Repeat)?,
+            nearest: Sampler::new(gpu, "ocean pixels", Filter::Nearest, Wrap::Clamp)?,
+        })
+    }
+
+    /// Makes the technique's pipeline, unless it is there, and writes what the water is like below a viewer at `centre`. The
+    /// device must be idle.
+    ///
+    /// # Errors
+    /// A failed pipeline or write.
+    pub fn update(&mut self, gpu: &Arc<Gpu>, technique: Technique, ocean: &Ocean, centre: Vec2) -> Result<()> {
+        if !self.pipelines.contains_key(&technique) {
+            let pipeline = GraphicsPipeline::new(
+                gpu,
+                "ocean filter",
+                &GraphicsDesc {
+                    vertex: "passes/fullscreen.vert",
+                    fragment: Some("passes/ocean/filter.frag"),
+                    colors: &GBuffer::FORMATS,
+                    spec: &[(0, SpecValue::I32(technique.code())), (1, SpecValue::U32(SEA_INDEX))],
+                    ..Default::default()
+                },
+            )?;
+            self.pipelines.insert(technique, pipeline);
+        }
+        let threshold = if ocean.foam_threshold > 0.0 { ocean.foam_threshold } else { -1e9 };
+        let water = WaterGpu {
+            centre: [centre.x, centre.y, 1.0 / EARTH, 0.0],
+            tail: ocean.tail.extend(WATER_ROUGHNESS).to_array(),
+            color: ocean.color.extend(WATER_F0).to_array(),
+            foam: ocean.foam.extend(threshold).to_array(),
+        };
+        self.water.write(0, &[water])
+    }
+
+    /// Filters the waves under the sea's pixels into a G-buffer that holds the other objects already, with a technique of the
+    /// last updates, or as the `reference` does.
+    pub fn record(
+        &self,
+        cmd: &mut Commands,
+        technique: Technique,
+        fields: &OceanFields,
+        reference: Option<&OceanMarch>,
+        visible: &VisibleSurface,
+        target: &GBuffer,
+    ) {
+        let Some(pipeline) = self.pipelines.get(&technique) else { return };
+        for image in target.colors() {
+            cmd.transition(image, Use::ColorTarget);
+        }
+        let colors = target.colors().map(|image| ColorTarget { view: image.whole(), load: Load::Keep });
+        cmd.begin_rendering(&colors, None);
+        if let Some(reference) = reference {
+            reference.draw_filter(cmd, visible, &self.water);
+        } else {
+            self.draw(cmd, pipeline, fields, visible);
+        }
+        cmd.end_rendering();
+        for image in target.colors() {
+            cmd.transition(image, Use::Sampled);
+        }
+    }
+
+    fn draw(&self, cmd: &mut Commands, pipeline: &GraphicsPipeline, fields: &OceanFields, visible: &VisibleSurface) {
+        cmd.bind(
+            pipeline,
+            &[
+                (0, Descriptor::Sampled(visible.texture.whole(), &self.nearest)),
+                (1, Descriptor::Sampled(visible.surface.whole(), &self.nearest)),
+                (2, Descriptor::Sampled(fields.slopes.whole(), &self.trilinear)),
+                (3, Descriptor::Sampled(fields.joint.whole(), &self.trilinear)),
+                (4, Descriptor::Storage(&fields.cascades)),
+                (5, Descriptor::Uniform(&self.water)),
+            ],
+        );
+        cmd.draw(0..3, 0..1);
+    }
+}
