@@ -6,7 +6,7 @@ use std::f64::consts::TAU;
 use std::sync::Arc;
 
 use half::f16;
-use leadr::gpu::{Gpu, vk};
+use leadr::gpu::{Gpu, Image, ImageDesc, vk};
 use leadr::maps::{HeightMap, LeadrMap, Wrap};
 use leadr::render::moments::{Edges, HeightSource, LeadrMapGpu, MomentFormat, MomentsPass};
 use leadr::render::patch_mesh::TileLayout;
@@ -27,16 +27,18 @@ fn bumpy(width: u32, height: u32) -> HeightMap {
 
 /// A level as six numbers a texel, in the order of `maps::moments::Moments`.
 fn read(map: &LeadrMapGpu, mip: u32) -> Vec<[f32; 6]> {
-    let (slopes, joint): (Vec<[f32; 4]>, Vec<[f32; 2]>) =
-        if map.slopes().desc().format == vk::Format::R16G16B16A16_SFLOAT {
-            let wide: Vec<[u16; 4]> = map.slopes().read(mip, 0).unwrap();
-            let narrow: Vec<[u16; 2]> = map.joint().read(mip, 0).unwrap();
-            let float = |bits| f16::from_bits(bits).to_f32();
-            (wide.iter().map(|t| t.map(float)).collect(), narrow.iter().map(|t| t.map(float)).collect())
-        } else {
-            (map.slopes().read(mip, 0).unwrap(), map.joint().read(mip, 0).unwrap())
-        };
-    slopes.iter().zip(&joint).map(|(a, b)| [a[0], a[1], a[2], a[3], b[0], b[1]]).collect()
+    let half = map.slopes().desc().format == vk::Format::R16G16B16A16_SFLOAT;
+    let float = |bits| f16::from_bits(bits).to_f32();
+    let slopes: Vec<[f32; 4]> = if half {
+        map.slopes().read(mip, 0).unwrap().iter().map(|t: &[u16; 4]| t.map(float)).collect()
+    } else {
+        map.slopes().read(mip, 0).unwrap()
+    };
+    let single = |image: &Image| -> Vec<f32> {
+        if half { image.read(mip, 0).unwrap().into_iter().map(float).collect() } else { image.read(mip, 0).unwrap() }
+    };
+    let (joint, heights) = (single(map.joint()), single(map.heights()));
+    slopes.iter().zip(joint.iter().zip(&heights)).map(|(a, (&b, &h))| [a[0], a[1], a[2], a[3], b, h]).collect()
 }
 
 /// Largest difference of each of the six numbers on any level, relative to the largest of its kind in the map.
@@ -170,8 +172,7 @@ fn heights_can_change_every_frame() {
     let Some(gpu) = common::test_gpu() else { return };
     let pass = Arc::new(MomentsPass::new(&gpu, Edges::Wrap(Wrap::Repeat), MomentFormat::Float32).unwrap());
     let map = LeadrMapGpu::empty(&gpu, &pass, 32, 32).unwrap();
-    let heights =
-        leadr::gpu::Image::new(&gpu, "heights", leadr::gpu::ImageDesc::new(vk::Format::R32_SFLOAT, 32, 32)).unwrap();
+    let heights = Image::new(&gpu, "heights", ImageDesc::new(vk::Format::R32_SFLOAT, 32, 32)).unwrap();
     for scale in [1.0f32, -3.0] {
         let mut frame = bumpy(32, 32);
         frame.texels.iter_mut().for_each(|h| *h *= scale);
@@ -217,9 +218,7 @@ fn a_creature_sized_atlas_fits() {
 
 fn timing(gpu: &Arc<Gpu>, map: &LeadrMapGpu, layout: TileLayout) {
     let (width, height) = layout.size();
-    let heights =
-        leadr::gpu::Image::new(gpu, "heights", leadr::gpu::ImageDesc::new(vk::Format::R32_SFLOAT, width, height))
-            .unwrap();
+    let heights = Image::new(gpu, "heights", ImageDesc::new(vk::Format::R32_SFLOAT, width, height)).unwrap();
     heights.write(0, 0, &vec![0.5f32; (width * height) as usize]).unwrap();
     let clock = std::time::Instant::now();
     gpu.submit("moments", |cmd| map.record(cmd, heights.whole())).unwrap();

@@ -7,6 +7,7 @@ use leadr::gpu::{reflect, shaders};
 use leadr::maps::procedural;
 use leadr::render::camera::Camera;
 use leadr::render::displacement::{Border, HeightField};
+use leadr::render::edges::EdgeRays;
 use leadr::render::environment::Environment;
 use leadr::render::frame::{FrameOutput, Layer, Renderer};
 use leadr::render::object::{ObjectGpu, PatchGpu, VertexGpu, ViewGpu};
@@ -236,6 +237,7 @@ fn structs_lie_in_memory_as_the_shaders_expect() {
     check!("passes/geometry/geometry.tese", "PatchData", PatchGpu, [vertices, edges, texcoord_01, texcoord_23, tile]);
     check!("passes/geometry/geometry.tese", "View", ViewGpu, [clip_from_world, camera_position]);
     check!("passes/geometry/geometry.frag", "Object", ObjectGpu, [height_scale, specular_f0, flags, index]);
+    check!("passes/edges.comp", "EdgeRays", EdgeRays, [x, y, pixel, edge]);
     check!(
         "passes/shade/shade.frag",
         "Lighting",

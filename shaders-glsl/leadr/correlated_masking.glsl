@@ -38,6 +38,15 @@ DirectionArea direction_area(vec3 w, vec2 m, vec3 cholesky) {
     return DirectionArea(whitened, spread, meso, max(meso, 0.0) + rough_area(meso, spread));
 }
 
+// The same for a visibility: only one that knows directions needs the whitened one, and what the others need is cheaper
+// to have from the covariance S itself.
+DirectionArea area_for(int visibility, vec3 w, vec2 m, vec3 S, vec3 cholesky) {
+    if (visibility >= LEADR_VISIBILITY_CORRELATED) return direction_area(w, m, cholesky);
+    float spread = slope_spread(w, S);
+    float meso = meso_area(w, m);
+    return DirectionArea(vec2(0.0), spread, meso, max(meso, 0.0) + rough_area(meso, spread));
+}
+
 // f, 0 for equal azimuths to 1. less, more: a_o a_i times the smaller and the larger Lambda; both: a_o a_i.
 float decorrelation(vec2 po, vec2 pi, float both, float more, float less, bool simple) {
     float scale = inversesqrt(max(dot(po, po) * dot(pi, pi), 1e-36));

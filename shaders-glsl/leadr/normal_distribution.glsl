@@ -19,18 +19,20 @@ float mills_ratio(float x) {
     return p / q;
 }
 
-// 1 - x (1 - Phi(x)) / phi(x) for x >= 0: normal_tail_mean over the density, which does not underflow.
-float tail_mean_ratio(float x) {
-    float t = clamp(x, 0.0, 1e6);
+// 1 - x (1 - Phi(x)) / phi(x) for x >= 0: normal_tail_mean over the density, which does not underflow. `held`: for 0..1e6.
+float tail_mean_ratio_held(float t) {
     float p = 1.0 + t * (0.55532703 + t * (0.15290028 + t * 0.01936395));
     float q = 1.0 + t * (1.80865213 + t * (1.41958115 + t * (0.61708401 + t * (0.1527089 + t * 0.01936814))));
     return p / q;
+}
+float tail_mean_ratio(float x) {
+    return tail_mean_ratio_held(clamp(x, 0.0, 1e6));
 }
 
 // E[max(0, u - x)] = phi(x) - x (1 - Phi(x)) for u ~ N(0,1) and x >= 0: what the tail above x adds to a clamped mean.
 float normal_tail_mean(float x) {
     float t = clamp(x, 0.0, 13.0);
-    return normal_pdf(t) * tail_mean_ratio(t);
+    return 0.3989422804 * exp(-0.5 * t * t) * tail_mean_ratio_held(t);
 }
 
 // Phi(x), the cumulative distribution.

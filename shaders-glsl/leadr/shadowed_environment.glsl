@@ -1,29 +1,32 @@
 #ifndef LEADR_SHADOWED_ENVIRONMENT_GLSL
 #define LEADR_SHADOWED_ENVIRONMENT_GLSL
 
-#include "correlated_masking.glsl"
 #include "frame.glsl"
+#include "projected_area.glsl"
 #include "sh.glsl"
 #include "slope_grid.glsl"
 
 // Diffuse environments with the shadows that the surface throws on itself, one irradiance lookup; src/reflectance/shadowed_environment.rs derives it.
 
-// Phi(t) / (t Phi(t) + phi(t)): how far, in standard deviations, what is visible tilts towards the viewer.
-float visible_tilt(float t) {
-    float x = t < 0.0 ? min(-t, 13.0) : t;
-    float mills = mills_ratio(x);
-    if (t < 0.0) return mills / tail_mean_ratio(x);
-    float pdf = normal_pdf(x);
-    float cdf = 1.0 - pdf * mills;
-    return cdf / (t * cdf + pdf);
-}
+// What the viewer sees of the mesosurface.
+struct VisibleTilt {
+    vec2 shift;  // mean slope of what is seen, minus the mean slope; exact
+    float front; // a / A, 0..1; 0 for a mesosurface that is turned away
+};
 
-// Mean slope of what the viewer sees, minus the mean slope. Exact.
-vec2 visible_slope_shift(DirectionArea o, vec3 cholesky) {
-    float inverse = 1.0 / max(o.spread, 1e-12);
-    float tilt = visible_tilt(clamp(o.meso * inverse, -1e6, 1e6));
-    vec2 along = o.whitened * (-tilt * inverse);
-    return clamp(vec2(cholesky.x * along.x, cholesky.y * along.x + cholesky.z * along.y), -1e3, 1e3);
+// -S wo.xy Phi(t) / A with t = a / b, A = b (t Phi(t) + phi(t)): one exponential for all of it. Below t = 0 numerator and
+// denominator both are multiples of phi(t), which underflows; it is left out.
+VisibleTilt visible_tilt(vec3 wo, vec2 m, vec3 S) {
+    vec2 across = vec2(S.x * wo.x + S.z * wo.y, S.z * wo.x + S.y * wo.y);
+    float per_b = inversesqrt(max(dot(across, wo.xy), 1e-24));
+    float t = clamp(meso_area(wo, m) * per_b, -1e6, 1e6);
+    float held = min(abs(t), 13.0);
+    float pdf = normal_pdf(held);
+    float mills = mills_ratio(held);
+    float tail = tail_mean_ratio(held);
+    float per_area = 1.0 / (t < 0.0 ? tail : t + pdf * tail);
+    float tilt = per_area * (t < 0.0 ? mills : 1.0 - pdf * mills);
+    return VisibleTilt(clamp(across * (-tilt * per_b), -1e3, 1e3), max(t, 0.0) * per_area);
 }
 
 // What a shadowed diffuse surface shows of an environment.
@@ -32,17 +35,19 @@ struct BentNormal {
     float open;  // factor of that irradiance, 0..1
 };
 
-BentNormal bent_normal(DirectionArea o, vec2 m, vec3 cholesky) {
+// S: slope covariance.
+BentNormal bent_normal(vec3 wo, vec2 m, vec3 S) {
+    S = clamp_covariance(S);
+    VisibleTilt v = visible_tilt(wo, m, S);
     float iq = 1.0 / (1.0 + dot(m, m));
-    float tau = 0.5 * iq * dot(cholesky, cholesky);
-    float det = iq * cholesky.x * cholesky.z;
-    float ao = max(o.meso, 0.0);
-    float g1 = ao / max(o.visible, 1e-30);
-    vec2 shift = visible_slope_shift(o, cholesky);
-    float x = 1.10 * tau / (1.0 + 0.89 * sqrt(tau + 1.2 * max(tau - det, 0.0)));
-    float open = 1.0 - x / (1.0 + x) * (0.67 + 0.33 * g1) + 0.19 * dot(shift, m) * iq;
+    float tau = 0.5 * iq * (S.x + S.y);
+    float det = iq * sqrt(max(fma(S.x, S.y, -S.z * S.z), 0.0));
+    float ao = max(meso_area(wo, m), 0.0);
+    float spread = 1.0 + 0.89 * sqrt(tau + 1.2 * max(tau - det, 0.0));
+    float lost = 1.10 * tau / (spread + 1.10 * tau);
+    float open = 1.0 - lost * (0.67 + 0.33 * v.front) + 0.19 * dot(v.shift, m) * iq;
     float bend = 0.67 * (1.0 + 0.6 * (1.0 - ao * ao * iq)) / (1.0 + 1.2 * sqrt(tau));
-    return BentNormal(normal_of_slope(m + bend * shift), clamp(open, 0.0, 1.0));
+    return BentNormal(normal_of_slope(m + bend * v.shift), clamp(open, 0.0, 1.0));
 }
 
 // Diffuse radiance under an environment, with shadows, per unit of albedo. c: radiance coefficients in the world; f: the

@@ -19,8 +19,8 @@ vec3 leadr_specular_directional(vec3 wo, vec3 wi, vec2 m, vec3 S, vec3 f0, bool 
 vec3 leadr_specular_light(int visibility, DirectionArea o, DirectionArea i, vec3 wo, vec3 wi, vec2 m, vec3 S, vec3 f0) {
     vec3 h = wo + wi;
     vec3 wh = h * inversesqrt(max(dot(h, h), 1e-20));
-    float d = beckmann_ndf(wh, m, S);
-    return fresnel_schlick(f0, dot(wi, wh)) * (0.25 * d * visibility_factor(visibility, o, i));
+    float d = beckmann_ndf_over(wh, m, S, max(o.visible, LEADR_MIN_AREA));
+    return fresnel_schlick(f0, dot(wi, wh)) * (0.25 * d * lit_fraction(visibility, o, i));
 }
 
 // Environment, LEADR eq. 22 / Algorithm 1. Once per pixel:

@@ -18,6 +18,7 @@ struct VisibleSlopes {
     float b;        // spread of the slope seen along wo
     float area;     // visible area, > 0
     vec2 axis;      // change of slope per unit of u; u = wo.xy . (slope - m) / b
+    float shift;    // minus the mean of u over the visible facets, >= 0
     vec2 mean;      // mean of the visible slopes
     vec3 cov;       // covariance of the visible slopes
     float facet;    // projected area of the facet of the mean, > 0
@@ -43,12 +44,13 @@ VisibleSlopes visible_slopes(vec3 wo, vec2 m, vec3 S) {
     NormalRamp n = normal_ramp(nu);
     v.axis = across * per_b;
     v.area = v.b > 1e-18 ? v.b * n.ramp : max(v.a, 0.0);
-    float shift = n.cdf / n.ramp;   // minus the mean of u
-    float excess = n.pdf / n.ramp;  // its second moment less one
-    v.variance = clamp(1.0 + excess - shift * shift, 0.02, 1.0);
-    v.third = min(nu * excess - 3.0 * shift + shift * (3.0 + 3.0 * excess - 2.0 * shift * shift), 0.0);
-    v.mean = v.m - v.axis * shift;
-    v.facet = v.a + v.b * shift;
+    float per_ramp = 1.0 / n.ramp;
+    v.shift = n.cdf * per_ramp;
+    float excess = n.pdf * per_ramp; // its second moment less one
+    v.variance = clamp(1.0 + excess - v.shift * v.shift, 0.02, 1.0);
+    v.third = min(nu * excess - 3.0 * v.shift + v.shift * (3.0 + 3.0 * excess - 2.0 * v.shift * v.shift), 0.0);
+    v.mean = v.m - v.axis * v.shift;
+    v.facet = v.a + v.b * v.shift;
     v.cov = v.S - (1.0 - v.variance) * vec3(v.axis * v.axis, v.axis.x * v.axis.y);
     return v;
 }

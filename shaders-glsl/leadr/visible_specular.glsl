@@ -5,141 +5,127 @@
 #include "slope_grid.glsl"
 #include "visible_slopes.glsl"
 
-// Specular reflection of an environment by a line of probes. The visible slopes, carried onto the sphere of reflected
-// directions, cover an ellipse. Its minor axis is left to the prefiltered environment, the major axis to probes along it,
-// with weights that sum to one: no division, and a constant environment gives its own value.
-//
-// Once per pixel
-//     VisibleLine line = visible_line(wo, m, S, size, LINE);
-// and for i in 0..N-1
-//     VisibleProbe p = visible_probe(line, wo, i, LINE);
-//     vec3 f = probe_fresnel(f0, p) * p.weight;
-//     reflected += f * textureLod(environment, from_frame(frame, p.wi), p.lod).rgb;   // times shadowing, if any
-//     fresnel += f;                                                                  // the visible facets' mean
+// Specular reflection of an environment by a few probes among the visible slopes: nodes on rings in the plane of two standard
+// normals, carried to the surface by the covariance of its slopes and, along the view azimuth, by the moments of those
+// that are seen. Each probe covers the solid angle that its node stands for; weights sum to one, so there is no division, and
+// a constant environment gives its own value. src/reflectance/visible_specular.rs derives it. Once per pixel
+//     VisibleProbes probes = visible_probes(wo, m, S);
+// and for i in 0..n-1, n = 5, 9 or 16
+//     VisibleProbe p = visible_probe(probes, wo, probe_node(n, i));
+//     vec3 f = p.weight * fresnel_schlick(f0, p.cosine);
+//     reflected += f * textureLod(environment, from_frame(frame, p.wi), solid_angle_lod(p.solid_angle, size)).rgb;
+//     fresnel += f;                                             // the visible facets' mean
+// Shadows: shadowed_specular.glsl.
 
-// The rule of n probes, equally spaced, of unit variance; n = 3, 5, 7, 9, 16, or what is nearest.
-struct LineRule {
-    int n;
-    float step;   // between probes, in standard deviations
-    float decay;  // weight of probe i: norm exp(-decay (i - (n-1)/2)^2)
-    float norm;
-    float kernel; // least variance of the environment's kernel, over that of the major axis
-    float bias;   // of the level of detail
-};
+// Place in standard deviations, weight, measure of what the probe covers.
+const vec4 LEADR_PROBE_NODES[30] = vec4[](
+    vec4(0.0000000, 0.0000000, 0.331413372, 0.1653),
+    vec4(1.5346768, 0.6311698, 0.167146657, 0.3691),
+    vec4(-0.6311698, 1.5346768, 0.167146657, 0.3691),
+    vec4(-1.5346768, -0.6311698, 0.167146657, 0.3691),
+    vec4(0.6311698, -1.5346768, 0.167146657, 0.3691),
+    vec4(0.7288765, -0.2973599, 0.141900000, 0.0624),
+    vec4(0.2973599, 0.7288765, 0.141900000, 0.0624),
+    vec4(-0.7288765, 0.2973599, 0.141900000, 0.0624),
+    vec4(-0.2973599, -0.7288765, 0.141900000, 0.0624),
+    vec4(1.1148321, -1.5320044, 0.086480000, 0.2531),
+    vec4(1.8015248, 0.5868530, 0.086480000, 0.2531),
+    vec4(-0.0014286, 1.8946995, 0.086480000, 0.2531),
+    vec4(-1.8024077, 0.5841357, 0.086480000, 0.2531),
+    vec4(-1.1125207, -1.5336838, 0.086480000, 0.2531),
+    vec4(0.0000000, 0.0000000, 0.140932953, 0.0481),
+    vec4(0.9914263, 0.1458707, 0.081605920, 0.0489),
+    vec4(0.3693854, 0.9315357, 0.081605920, 0.0489),
+    vec4(-0.6220409, 0.7856650, 0.081605920, 0.0489),
+    vec4(-0.9914263, -0.1458707, 0.081605920, 0.0489),
+    vec4(-0.3693854, -0.9315357, 0.081605920, 0.0489),
+    vec4(0.6220409, -0.7856650, 0.081605920, 0.0489),
+    vec4(1.7005644, 0.9899111, 0.041047948, 0.1309),
+    vec4(0.6664054, 1.8514176, 0.041047948, 0.1309),
+    vec4(-0.6795722, 1.8466253, 0.041047948, 0.1309),
+    vec4(-1.7075703, 0.9777765, 0.041047948, 0.1309),
+    vec4(-1.9365774, -0.3485848, 0.041047948, 0.1309),
+    vec4(-1.2594383, -1.5118394, 0.041047948, 0.1309),
+    vec4(0.0070059, -1.9676875, 0.041047948, 0.1309),
+    vec4(1.2701720, -1.5028328, 0.041047948, 0.1309),
+    vec4(1.9390105, -0.3347859, 0.041047948, 0.1309)
+);
 
-LineRule line_rule(int n) {
-    if (n <= 3) return LineRule(3, 1.299447530, 0.320000000, 0.407780771, 0.299, -0.3);
-    if (n <= 5) return LineRule(5, 0.791244533, 0.151250000, 0.262369792, 0.09, -0.15);
-    if (n <= 7) return LineRule(7, 0.593729742, 0.108888889, 0.206693023, 0.054, 0.0);
-    if (n <= 9) return LineRule(9, 0.473496380, 0.075078125, 0.167905007, 0.034, 0.0);
-    return LineRule(16, 0.308005149, 0.041088889, 0.116861909, 0.014, 0.0);
+// Node i of the rule of n probes, or of the next greater number that exists.
+vec4 probe_node(int n, int i) {
+    return LEADR_PROBE_NODES[i + (n <= 5 ? 0 : n <= 9 ? 5 : 14)];
 }
 
-struct VisibleLine {
-    vec2 mean;   // mean visible slope
-    vec2 major;  // from it along the line, per unit of z
-    vec2 bend;   // shift by the skewness, per unit of z^2 - 1
-    vec2 minor;  // the other axis: one standard deviation of the visible slopes across the line
-    vec3 facet;  // projected area of the facets on the line, by powers: facet.x + z facet.y + (z^2 - 1) facet.z
-    vec4 rest;   // what the line leaves out: sqrt(3) deviations of slope (xy) and facet (z) along the view; variance across (w)
-    float area;  // visible area A(wo)
-    float lod;   // level of detail of a probe, less its own Jacobian
+const float LEADR_NODE_VARIANCE = 0.95;
+// Of the variance along a footprint that is much longer than wide: added to the solid angle of its probes.
+const float LEADR_LONG_FOOTPRINT = 0.02;
+
+// What the probes of a pixel share.
+struct VisibleProbes {
+    vec2 m;        // mean slope of all facets
+    vec3 cholesky; // of their covariance
+    vec2 axis;     // change of slope per standard deviation along the view azimuth
+    vec2 azimuth;  // x = azimuth . C p
+    vec3 along;    // mean, deviation and skewness of the visible slopes along it
+    vec2 facet;    // projected area of the mesosurface, and what it loses per unit of t
+    float area;    // visible area A(wo)
+    float cover;   // solid angle per a exp((t^2 - x^2)/2) / |N|^4
+    float least;   // that every probe has besides
 };
 
-// Jacobian of slopes to reflected directions over four: |wn.wo| wn.z^3; facet = wo.z - wo.xy . slope, signed.
-float reflection_jacobian(float facet, float squared_normal) {
-    return abs(facet) / (squared_normal * squared_normal);
-}
-
-// The line through these slopes. size: texels per edge of the environment's cube map.
-VisibleLine line_of_slopes(VisibleSlopes v, vec3 wo, float size, LineRule rule) {
+VisibleProbes visible_probes(vec3 wo, vec2 m, vec3 S) {
+    VisibleSlopes v = visible_slopes(wo, m, S);
+    VisibleProbes probes;
+    probes.m = v.m;
+    probes.cholesky = slope_cholesky(v.S);
+    float per_b = 1.0 / max(v.b, 1e-18);
+    probes.axis = v.axis;
+    probes.azimuth = wo.xy * per_b;
+    probes.along = vec3(-v.shift, sqrt(v.variance), v.third / (6.0 * v.variance));
+    probes.facet = vec2(v.a, v.b);
+    probes.area = v.area;
+    probes.cover = 25.1327412 * v.area * probes.cholesky.x * probes.cholesky.z;
     // Metric of reflected directions at the mean: |dwi|^2 = 4/|N|^2 ((p.ds)^2 + facet^2/|N|^2 (|ds|^2 - (s.ds)^2/|N|^2)).
     vec2 s = v.mean;
     float per = 1.0 / (1.0 + dot(s, s));
-    float facet = max(v.facet, 1e-6);
-    vec2 p = wo.xy + s * (facet * per);
-    float q = facet * facet * per;
+    vec2 p = wo.xy + s * (v.facet * per);
+    float q = v.facet * v.facet * per;
     vec3 metric = 4.0 * per * vec3(p * p + q * (1.0 - s * s * per), p.x * p.y - q * s.x * s.y * per);
-    // Eigenvalues of cov metric: variances along the axes of the ellipse of reflected directions.
-    vec3 c = v.cov;
-    float half_trace = 0.5 * (c.x * metric.x + c.y * metric.y) + c.z * metric.z;
-    float det = max(c.x * c.y - c.z * c.z, 0.0);
-    float jacobian = 4.0 * facet * per * per;
-    vec3 skewed = vec3(0.5 * (c.x * metric.x - c.y * metric.y), c.x * metric.z + c.z * metric.y, c.z * metric.x + c.y * metric.z);
-    float difference = sqrt(max(skewed.x * skewed.x + skewed.y * skewed.z, 0.0)); // without cancellation at the circle
-    float wide = max(half_trace + difference, 1e-20), narrow = det * jacobian * jacobian / wide;
-    // cov less the minor axis' part is of rank one, and that is the major axis; nothing turns or jumps where the ellipse
-    // is a circle, since it then has length zero.
-    float less = det / wide;
-    vec3 rank = max(vec3(c.x - less * metric.y, c.y - less * metric.x, 0.0), vec3(1e-20, 1e-20, 0.0));
-    float bound = max(rank.x, rank.y);
-    rank.z = clamp(c.z + less * metric.z, -bound, bound);
-    vec2 major = rank.x > rank.y ? vec2(rank.x, rank.z) * inversesqrt(rank.x) : vec2(rank.z, rank.y) * inversesqrt(rank.y);
-    float kept = min((1.0 - rule.kernel) * wide / max(wide - narrow, 1e-20), 1.0);
-    VisibleLine line;
-    line.mean = s;
-    line.major = major * sqrt(max(kept, 0.0));
-    float u = clamp(dot(line.major, wo.xy) / max(v.b, 1e-18), -1.0, 1.0) / v.variance;
-    line.bend = v.axis * (v.third * u * u / 6.0);
-    vec2 h = vec2(metric.x * major.x + metric.z * major.y, metric.z * major.x + metric.y * major.y);
-    line.minor = vec2(-h.y, h.x) * sqrt(det / max(wide * dot(h, major), 1e-30));
-    line.facet = vec3(v.facet, -dot(line.major, wo.xy), -dot(line.bend, wo.xy));
-    float left = sqrt(max(v.b * v.b * v.variance - line.facet.y * line.facet.y, 0.0));
-    vec2 away = v.axis * (left / max(v.b, 1e-18));
-    float across = v.cov.x + v.cov.y - dot(line.major, line.major) - dot(away, away);
-    line.rest = vec4(1.7320508 * away, -1.7320508 * left, max(across, 0.0));
-    line.area = v.area;
-    // A box-filtered level and bilinear lookup of texels h have variance h^2/4 (here: 2/1.447).
-    float kernel = max(max(rule.kernel * wide, narrow), 1e-12);
-    line.lod = 0.5 * log2(kernel / max(jacobian, 1e-12)) + log2(size) + 0.467 + rule.bias;
-    return line;
-}
-
-// The line through all that is visible.
-VisibleLine visible_line(vec3 wo, vec2 m, vec3 S, float size, LineRule rule) {
-    return line_of_slopes(visible_slopes(wo, m, S), wo, size, rule);
+    // Of the footprint's variances l1 and l2 along its axes: (l1 - l2)^2 / (l1 + l2).
+    float trace = v.cov.x * metric.x + v.cov.y * metric.y + 2.0 * v.cov.z * metric.z;
+    float jacobian = 4.0 * v.facet * per * per;
+    float det = max(v.cov.x * v.cov.y - v.cov.z * v.cov.z, 0.0) * jacobian * jacobian;
+    probes.least = LEADR_LONG_FOOTPRINT * max(trace - 4.0 * det / max(trace, 1e-20), 0.0);
+    return probes;
 }
 
 struct VisibleProbe {
     vec2 slope;
-    vec3 wi;      // reflected direction, unit, tangent frame
-    float cosine; // wo . wn
-    float grazing; // mean of (1 - wo . wn)^5 over the facets that the probe stands for
-    float facet;  // wo.z - wo.xy . slope: projected area of the facet
+    vec3 wi;           // reflected direction, unit, tangent frame
+    float cosine;      // wo . wn, 0..1
     float weight;
-    float lod;    // of the environment; may be negative
+    float solid_angle; // to look up, in steradians
 };
 
-// Schlick's Fresnel term of the facets that a probe stands for.
-vec3 probe_fresnel(vec3 f0, VisibleProbe p) {
-    return f0 + (grazing_reflectance(f0) - f0) * p.grazing;
-}
-
-// The probe at z standard deviations along the line.
-VisibleProbe visible_probe_at(VisibleLine line, vec3 wo, float z, float weight) {
+VisibleProbe visible_probe(VisibleProbes probes, vec3 wo, vec4 node) {
+    vec3 c = probes.cholesky;
+    vec2 d = vec2(c.x * node.x, c.y * node.x + c.z * node.y);
+    float x = dot(d, probes.azimuth);
+    float t = probes.along.x + x * probes.along.y + (x * x - LEADR_NODE_VARIANCE) * probes.along.z;
     VisibleProbe p;
-    p.slope = line.mean + z * line.major + (z * z - 1.0) * line.bend;
-    float squared = 1.0 + dot(p.slope, p.slope);
-    vec3 wn = vec3(-p.slope, 1.0) * inversesqrt(squared);
-    p.facet = line.facet.x + z * line.facet.y + (z * z - 1.0) * line.facet.z;
-    p.cosine = p.facet * inversesqrt(squared);
-    // Three facets of Gauss and Hermite along the view; what lies across it only lengthens the normals.
-    p.grazing = 0.0;
-    for (int i = -1; i <= 1; ++i) {
-        vec2 slope = p.slope + float(i) * line.rest.xy;
-        float cosine = (p.facet + float(i) * line.rest.z) * inversesqrt(1.0 + dot(slope, slope) + line.rest.w);
-        float k = clamp(1.0 - cosine, 0.0, 1.0), k2 = k * k;
-        p.grazing += (i == 0 ? 0.66666667 : 0.16666667) * (k2 * k2 * k);
-    }
-    p.wi = 2.0 * p.cosine * wn - wo;
-    p.weight = weight;
-    p.lod = line.lod + 0.5 * log2(max(4.0 * reflection_jacobian(p.facet, squared), 1e-12));
+    p.slope = probes.m + d + probes.axis * (t - x);
+    float z2 = 1.0 / (1.0 + dot(p.slope, p.slope));
+    float z = sqrt(z2);
+    p.cosine = max(probes.facet.x - t * probes.facet.y, 0.0) * z;
+    p.wi = (2.0 * p.cosine * z) * vec3(-p.slope, 1.0) - wo;
+    p.weight = node.z;
+    p.solid_angle = probes.cover * (node.w * exp(min(0.5 * (t * t - x * x), 40.0)) * z2 * z2) + probes.least;
     return p;
 }
 
-VisibleProbe visible_probe(VisibleLine line, vec3 wo, int i, LineRule rule) {
-    float j = float(i) - 0.5 * float(rule.n - 1);
-    return visible_probe_at(line, wo, j * rule.step, rule.norm * exp(-rule.decay * j * j));
+// Level of detail whose texels are as large as this solid angle on average. size: texels per edge of the cube map.
+float solid_angle_lod(float solid_angle, float size) {
+    return 0.5 * log2(max(solid_angle, 1e-12) * 0.477464829) + log2(size);
 }
 
 #endif

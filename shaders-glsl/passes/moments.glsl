@@ -1,6 +1,6 @@
 // Heights -> level 0 of the LEADR maps (LEADR 3.2): first and second moments of the slopes per unit texture
 // coordinate (the whole image is [0, 1]²), by central differences.
-// The including file says in which formats: SLOPES_FORMAT and JOINT_FORMAT (storage images need them in the text).
+// The including file says in which formats: SLOPES_FORMAT and SINGLE_FORMAT (storage images need them in the text).
 layout(local_size_x = 8, local_size_y = 8) in;
 
 // 0: repeat, 1: clamp (the sampler's edge texel repeats), 2: atlas (one-sided at the edge of a tile, never across it)
@@ -8,7 +8,8 @@ layout(constant_id = 0) const uint EDGES = 0;
 
 layout(set = 0, binding = 0) uniform sampler2D heights;
 layout(set = 0, binding = 1, SLOPES_FORMAT) uniform writeonly image2D slopes; // E[hs], E[ht], E[hs²], E[ht²]
-layout(set = 0, binding = 2, JOINT_FORMAT) uniform writeonly image2D joint;  // E[hs·ht], h
+layout(set = 0, binding = 2, SINGLE_FORMAT) uniform writeonly image2D joint;  // E[hs·ht]
+layout(set = 0, binding = 3, SINGLE_FORMAT) uniform writeonly image2D mean_height;
 layout(push_constant) uniform Push {
     uint tile;    // texels, a power of two; atlas only
     float limit;  // largest magnitude that the format holds
@@ -40,5 +41,6 @@ void main()
                       height_at(ivec2(p.x, t.y)) - height_at(ivec2(p.x, t.x)))
                * vec2(size) / vec2(ds, dt);
     imageStore(slopes, p, clamp(vec4(slope, slope * slope), -limit, limit));
-    imageStore(joint, p, clamp(vec4(slope.x * slope.y, height_at(p), 0.0, 0.0), -limit, limit));
+    imageStore(joint, p, vec4(clamp(slope.x * slope.y, -limit, limit)));
+    imageStore(mean_height, p, vec4(clamp(height_at(p), -limit, limit)));
 }

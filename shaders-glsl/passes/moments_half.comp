@@ -2,5 +2,5 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #define SLOPES_FORMAT rgba16f
-#define JOINT_FORMAT rg16f
+#define SINGLE_FORMAT r16f
 #include "moments.glsl"

@@ -1,12 +1,14 @@
 // One mip level of the LEADR maps from the next finer one: a box filter with exact area weights. Along an axis of
 // odd size n = 2m + 1 each texel covers 2 + 1/m finer ones: three taps, weights (m − i, m, i + 1) / n.
-// The including file says in which formats: SLOPES_FORMAT and JOINT_FORMAT (storage images need them in the text).
+// The including file says in which formats: SLOPES_FORMAT and SINGLE_FORMAT (storage images need them in the text).
 layout(local_size_x = 8, local_size_y = 8) in;
 
 layout(set = 0, binding = 0, SLOPES_FORMAT) uniform readonly image2D fine_slopes;
-layout(set = 0, binding = 1, JOINT_FORMAT) uniform readonly image2D fine_joint;
-layout(set = 0, binding = 2, SLOPES_FORMAT) uniform writeonly image2D slopes;
-layout(set = 0, binding = 3, JOINT_FORMAT) uniform writeonly image2D joint;
+layout(set = 0, binding = 1, SINGLE_FORMAT) uniform readonly image2D fine_joint;
+layout(set = 0, binding = 2, SINGLE_FORMAT) uniform readonly image2D fine_height;
+layout(set = 0, binding = 3, SLOPES_FORMAT) uniform writeonly image2D slopes;
+layout(set = 0, binding = 4, SINGLE_FORMAT) uniform writeonly image2D joint;
+layout(set = 0, binding = 5, SINGLE_FORMAT) uniform writeonly image2D mean_height;
 
 vec3 taps(int i, int n)
 {
@@ -32,8 +34,9 @@ void main()
         for (int i = 0; i < tap_count(fine.x); ++i) {
             float weight = wx[i] * wy[j];
             a += weight * imageLoad(fine_slopes, 2 * p + ivec2(i, j));
-            b += weight * imageLoad(fine_joint, 2 * p + ivec2(i, j)).rg;
+            b += weight * vec2(imageLoad(fine_joint, 2 * p + ivec2(i, j)).r, imageLoad(fine_height, 2 * p + ivec2(i, j)).r);
         }
     imageStore(slopes, p, a);
-    imageStore(joint, p, vec4(b, 0.0, 0.0));
+    imageStore(joint, p, vec4(b.x));
+    imageStore(mean_height, p, vec4(b.y));
 }

@@ -9,7 +9,7 @@ layout(set = 0, binding = 0, std430) readonly buffer Tables { SkyTables tables; 
 layout(set = 0, binding = 1, rgba32f) uniform writeonly image2DArray cube;
 layout(push_constant) uniform Push {
     vec4 sun;      // unit direction; w: aerosol extinction per km
-    vec4 albedo;   // unused here: one block for both passes
+    vec4 albedo;   // of the ground
     vec4 sunlight; // rgb irradiance above the atmosphere
     uint stage;    // unused here
 };
@@ -43,7 +43,7 @@ vec3 radiance(vec3 direction)
     float azimuth = across == 0.0 && along == 0.0 ? 0.0 : atan(abs(across), along);
     vec3 sky = scattered(row, azimuth / PI * float(COLUMNS - 1), dot(w, sun.xyz));
     float ground = direction.z < 0.0 ? 1.0 - exp(direction.z / HORIZON) : 0.0;
-    return sunlight.rgb * mix(sky, tables.ground.rgb, ground);
+    return sunlight.rgb * (mix(sky, tables.ground.rgb, ground) + mix(NIGHT, NIGHT * albedo.rgb, ground));
 }
 
 void main()

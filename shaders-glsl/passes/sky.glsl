@@ -19,6 +19,7 @@ const float HAZE_ALBEDO = 0.92;
 const float HAZE_ASYMMETRY = 0.76;
 const float SUN_RADIUS = 0.00465;
 const float HORIZON = 0.02;
+const vec3 NIGHT = vec3(2.2e-5, 3.2e-5, 5.5e-5);
 const int SUN_STEPS = 24;
 const int VIEW_STEPS = 32;
 const int SPHERE_STEPS = 8;

@@ -9,10 +9,8 @@ void main() {
     vec2 m = next2();
     vec3 S = next3();
     at = gl_GlobalInvocationID.x * 9;
-    vec3 cholesky = slope_cholesky(S);
-    DirectionArea o = direction_area(wo, m, cholesky);
-    put(visible_slope_shift(o, cholesky));
-    BentNormal v = bent_normal(o, m, cholesky);
+    put(visible_tilt(wo, m, clamp_covariance(S)).shift);
+    BentNormal v = bent_normal(wo, m, S);
     put(v.normal);
     put(v.open);
     vec3 c[9];

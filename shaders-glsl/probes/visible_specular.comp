@@ -9,31 +9,27 @@ void main() {
     vec2 m = next2();
     vec3 S = next3();
     int n = int(next() + 0.5);
-    at = gl_GlobalInvocationID.x * 22;
-    LineRule rule = line_rule(n);
-    VisibleLine line = visible_line(wo, m, S, 256.0, rule);
-    put(line.mean);
-    put(line.lod);
-    // Products: the sign of an axis is arbitrary.
-    float unit = 1.0 / max(S.x + S.y, 1e-8);
-    put(vec3(line.major * line.major, line.major.x * line.major.y) * unit);
-    put(vec3(line.minor * line.minor, line.minor.x * line.minor.y) * unit);
-    put(line.bend * sqrt(unit));
-    float weights = 0.0;
+    at = gl_GlobalInvocationID.x * 15;
+    VisibleProbes probes = visible_probes(wo, m, S);
+    float unit = inversesqrt(max(S.x + S.y, 1e-8));
+    float weights = 0.0, lod = 0.0, cosine = 0.0;
     vec3 mirror = vec3(0.0), fresnel = vec3(0.0);
-    float lod = 0.0;
-    for (int i = 0; i < rule.n; ++i) {
-        VisibleProbe p = visible_probe(line, wo, i, rule);
+    VisibleProbe p;
+    for (int i = 0; i < n; ++i) {
+        p = visible_probe(probes, wo, probe_node(n, i));
         weights += p.weight;
         mirror += p.weight * p.wi;
-        fresnel += p.weight * probe_fresnel(vec3(0.04, 0.5, 1.0), p);
-        lod += p.weight * p.lod;
+        fresnel += p.weight * fresnel_schlick(vec3(0.04, 0.5, 1.0), p.cosine);
+        lod += p.weight * solid_angle_lod(p.solid_angle, 256.0);
+        cosine += p.weight * p.cosine;
     }
     put(weights);
     put(mirror);
     put(fresnel);
-    VisibleProbe middle = visible_probe_at(line, wo, 0.0, 1.0);
-    put(middle.slope);
-    put(middle.facet);
+    put(cosine);
     put(lod);
+    // The last one itself.
+    put((p.slope - m) * unit);
+    put(p.wi);
+    put(probes.area);
 }

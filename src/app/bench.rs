@@ -25,6 +25,7 @@ use crate::render::environment::{Environment, FACE_SIZE};
 use crate::render::frame::{PassTime, Renderer};
 use crate::render::settings::Technique;
 use crate::render::sky::Sky;
+use crate::scenes::daylight;
 use crate::scenes::full_screen::full_screen_stage;
 use crate::scenes::stage::Lights;
 use ocean::Variant;
@@ -169,7 +170,9 @@ impl Subject for Bench {
         let (renderer, row) = &self.rows[row];
         // Every round of a row of many samples draws another of them.
         let index = round as u32 % row.settings.samples.max(1);
-        Ok(self.renderers[*renderer].measure(&row.state, &row.settings, index, repeats)?)
+        let mut state = row.state.clone();
+        daylight::pass(&mut state, row.sun_hours * (round + 1) as f64);
+        Ok(self.renderers[*renderer].measure(&state, &row.settings, index, repeats)?)
     }
 }
 

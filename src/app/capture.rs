@@ -145,7 +145,7 @@ mod tests {
             let planes = |layer: Layer| layer.channels().iter().map(|_| (0..pixels).map(value).collect()).collect();
             let layers = self.layers.iter().map(|&layer| (layer, planes(layer))).collect();
             let passes = vec![PassTime { pass: "geometry".into(), ms: 1.5 }];
-            Ok(Frame { width, height, color, layers, passes })
+            Ok(Frame { width, height, color, layers, exposure: 1.0, passes })
         }
     }
 

@@ -7,7 +7,7 @@ use clap::{Args, Parser, Subcommand};
 use super::report::ReportSection;
 use super::shading::{ShadingArgs, techniques};
 use super::values::{
-    CameraChoice, EnvironmentChoice, FrameRange, Layer, SceneKind, Shard, Size, Sun, atlas_tile, fft, finite,
+    CameraChoice, EnvironmentChoice, FrameRange, Layer, SceneKind, Shard, Size, Sun, atlas_tile, fft, finite, hour,
     not_negative, positive, roughness, sweep,
 };
 use crate::render::settings::Technique;
@@ -82,6 +82,8 @@ const DEMO_KEYS: &str = "In the window:
   4 5 6 7 8 9                  LEAN, CLEAN, Toksvig, Blinn-Phong, LEADR-GGX, constant
   g                            the paper's grid, or the visible-slope rules
   v                            visibility: masking, Smith, correlated
+  [ ]                          the sun half an hour back or on
+  t                            the sun stands, a day in two minutes, in twenty seconds
   r                            the view and time of the beginning
   s, F12                       save a screenshot into out/
   q, Esc                       end";
@@ -92,6 +94,8 @@ const CAPTURE_EXAMPLES: &str = "Examples:
   leadr capture --frames 0..48 --fps 24 -o 'out/walk-{frame}.png' --resume
   leadr capture --frames 0..48 --shard 2/8 -o 'out/walk-{frame}.png'
   leadr capture --frames 0..60 --sweep 5..200 -o 'out/away-{frame}.png'
+  leadr capture --scene shore --time-of-day 6.2
+  leadr capture --scene ocean --frames 0..240 --day-length 10 -o 'out/day-{frame}.png'
   leadr capture --scene plane --height-map bricks.png --height-scale 0.05 --distance 20
   leadr capture --layers depth,normal,covariance -o trex.exr";
 
@@ -114,6 +118,9 @@ pub struct ReportArgs {
     /// Only these sections
     #[arg(long, value_name = "NAME,...", value_enum, value_delimiter = ',')]
     pub only: Vec<ReportSection>,
+    /// Take over the sections that an earlier run of this program on this device left in the folder
+    #[arg(long)]
+    pub resume: bool,
     /// Folder of the report: index.html, report.json and the pictures
     #[arg(long, short, value_name = "DIR", default_value = "out/report")]
     pub output: PathBuf,
@@ -210,6 +217,12 @@ pub struct SceneArgs {
     /// Direction to the sun, degrees: counter-clockwise from +x, and above the horizon
     #[arg(long, value_name = "AZIMUTH,ELEVATION", default_value = "-50,38", allow_hyphen_values = true)]
     pub sun: Sun,
+    /// Hour at which the scene begins, instead of --sun: the sun rises in the east (+x) at half past five and sets at half past six
+    #[arg(long, value_name = "HOURS", conflicts_with = "sun", value_parser = hour)]
+    pub time_of_day: Option<f32>,
+    /// The sun goes round the sky once in so many seconds of the scene [default: it stands still]
+    #[arg(long, value_name = "SECONDS", value_parser = positive)]
+    pub day_length: Option<f32>,
     /// How it is shaded.
     #[command(flatten)]
     pub shading: ShadingArgs,
@@ -234,10 +247,13 @@ pub struct SceneArgs {
     /// Samples per pixel (in a window: of a picture that stands still)
     #[arg(long, value_name = "N", default_value = "4", value_parser = clap::value_parser!(u32).range(1..=65_536))]
     pub samples: u32,
+    /// Look for outlines at N places per sample (multiples of 16 are the fastest); inside them surfaces are shaded once
+    #[arg(long, value_name = "N", default_value = "1", value_parser = clap::value_parser!(u32).range(1..=256))]
+    pub edge_samples: u32,
     /// Seed of the sample positions
     #[arg(long, value_name = "N", default_value = "0")]
     pub seed: u64,
-    /// Exposure of a picture that is looked at, stops (an EXR keeps linear radiance)
+    /// Exposure of a picture that is looked at, stops over what the height of the sun asks for (an EXR keeps linear radiance)
     #[arg(long, value_name = "EV", default_value = "0", allow_negative_numbers = true, value_parser = finite)]
     pub exposure: f32,
     /// Texels along a patch's tile in the displacement atlas: 8, 16, 32, 64 or 128

@@ -41,8 +41,12 @@ pub struct SceneConfig {
     pub height_scale: f32,
     /// Light from all around.
     pub environment: EnvironmentChoice,
-    /// Direction to the sun.
+    /// Direction to the sun, at the beginning.
     pub sun: Sun,
+    /// Hour of the day at the beginning, instead of `sun`.
+    pub time_of_day: Option<f32>,
+    /// Seconds in which the sun goes round; none where it stands.
+    pub day_length: Option<f32>,
     /// How the surface is filtered and shaded.
     #[serde(flatten, serialize_with = "super::shading::named")]
     pub shading: ShadingSettings,
@@ -60,9 +64,11 @@ pub struct SceneConfig {
     pub size: Size,
     /// Samples per pixel.
     pub samples: u32,
+    /// Places per sample where outlines are looked for; 1 without.
+    pub edge_samples: u32,
     /// Seed of the sample positions.
     pub seed: u64,
-    /// Stops, for PNG and window.
+    /// Stops over what the sun asks for, for PNG and window.
     pub exposure: f32,
     /// Texels along an atlas tile: a power of two, 8 to 128.
     pub atlas_tile: u32,
@@ -89,9 +95,18 @@ impl SceneConfig {
         if a.scene != SceneKind::Ocean && a.fft.is_some() {
             return Err(AppError::Usage("--fft is for --scene ocean; the other scenes have no waves".into()));
         }
+        let moves = a.time_of_day.or(a.day_length).is_some();
+        if moves && a.environment != EnvironmentChoice::Sky {
+            let fault = "--time-of-day and --day-length are for --environment sky; a picture has its own light";
+            return Err(AppError::Usage(fault.into()));
+        }
         let shading = a.shading.resolve()?;
         if a.relief_shadows && shading.technique != Technique::Reference {
             let fault = "--relief-shadows is for --technique reference; --masking says what the others do";
+            return Err(AppError::Usage(fault.into()));
+        }
+        if a.edge_samples > 1 && shading.technique == Technique::Reference {
+            let fault = "--edge-samples is for techniques that filter; --technique reference takes --samples";
             return Err(AppError::Usage(fault.into()));
         }
         let view = match &a.camera {
@@ -107,6 +122,8 @@ impl SceneConfig {
             height_scale: a.height_scale,
             environment: a.environment,
             sun: a.sun,
+            time_of_day: a.time_of_day,
+            day_length: a.day_length,
             shading,
             displacement: !a.no_displacement,
             relief_shadows: a.relief_shadows,
@@ -115,6 +132,7 @@ impl SceneConfig {
             distance: a.distance,
             size: a.size,
             samples: a.samples,
+            edge_samples: a.edge_samples,
             seed: a.seed,
             exposure: a.exposure,
             atlas_tile: a.atlas_tile,
@@ -233,6 +251,8 @@ pub(super) mod tests {
             "64x32",
             "--samples",
             "9",
+            "--edge-samples",
+            "8",
             "--seed",
             "4",
             "--exposure",
@@ -261,6 +281,7 @@ pub(super) mod tests {
         assert_eq!((shading.terms, scene.displacement), (Terms::DIFFUSE_LIGHTS, false));
         assert_eq!((scene.view, scene.distance), (View::Near, Some(7.0)));
         assert_eq!((scene.size, scene.samples, scene.seed), (Size { width: 64, height: 32 }, 9, 4));
+        assert_eq!(scene.edge_samples, 8);
         assert_eq!((scene.exposure, scene.atlas_tile, scene.roughness), (-1.5, 32, Some(0.2)));
         assert_eq!((scene.device.as_deref(), scene.validation), (Some("llvmpipe"), true));
         assert_eq!(config.layers, [Layer::Depth, Layer::Lod]);
@@ -269,8 +290,13 @@ pub(super) mod tests {
 
     #[test]
     fn contradictions_are_wrong_usage() {
-        let cases: [&[&str]; 13] = [
+        let cases: [&[&str]; 18] = [
+            &["--time-of-day", "6", "--sun", "0,10"],
+            &["--time-of-day", "25"],
+            &["--day-length", "60", "--environment", "studio"],
             &["--relief-shadows"],
+            &["--edge-samples", "0"],
+            &["--edge-samples", "4", "--technique", "reference"],
             &["--sweep", "1..2"],
             &["--frames", "0..4", "--sweep", "1..2", "--distance", "3"],
             &["--frames", "0..4", "--sweep", "1..2", "--fps", "3"],

@@ -35,6 +35,8 @@ pub struct Frame {
     pub color: Vec<[f32; 4]>,
     /// The layers that were asked for; each plane is `width · height` long, in the order of [`Layer::channels`].
     pub layers: Vec<(Layer, Vec<Vec<f32>>)>,
+    /// Factor on the radiance of a picture that is looked at.
+    pub exposure: f32,
     /// Device time per pass, in order.
     pub passes: Vec<PassTime>,
 }

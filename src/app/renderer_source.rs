@@ -51,6 +51,7 @@ pub fn render_settings(config: &SceneConfig) -> RenderSettings {
         size: (config.size.width, config.size.height),
         samples: config.samples,
         seed: config.seed,
+        edge_samples: config.edge_samples,
         shading: config.shading,
         displacement: config.displacement,
         relief_shadows: config.relief_shadows,
@@ -88,7 +89,7 @@ impl FrameSource for RendererSource {
         }
         let (width, height) = output.size;
         let passes = output.times.into_iter().map(|time| PassTime { pass: time.pass, ms: time.milliseconds }).collect();
-        Ok(Frame { width, height, color: output.color, layers, passes })
+        Ok(Frame { width, height, color: output.color, layers, exposure: state.exposure(), passes })
     }
 }
 

@@ -1,12 +1,13 @@
 //! `leadr report`: the tables, pictures and plots of the papers, made again and taken further, on one page.
 //!
-//! Sections run one after another in a studio; everything they make is kept in memory and written
-//! only when the last of them has succeeded: pictures first, `report.json`, and `index.html` last, each beside its
-//! place and renamed into it. A section that fails ends the command, and an older report stays as it was.
+//! Sections run one after another in a studio. Each is put aside as soon as it is made, for `--resume`; the page is
+//! written only when the last of them has succeeded: pictures first, `report.json`, and `index.html` last, each beside its
+//! place and renamed into it. A section that fails ends the command, and an older page stays as it was.
 
 mod case;
 mod facts;
 mod html;
+mod kept;
 mod look;
 mod plot;
 mod sections;
@@ -15,6 +16,7 @@ mod subject;
 mod truth;
 mod verdict;
 
+use std::collections::BTreeMap;
 use std::fmt;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -23,7 +25,8 @@ use serde::Serialize;
 
 use self::facts::Facts;
 use self::html::PageSection;
-use self::sections::{Section, SectionName};
+use self::kept::{Made, Origin};
+use self::sections::SectionName;
 use self::studio::Studio;
 use super::cli::ReportArgs;
 use super::error::AppError;
@@ -84,49 +87,68 @@ pub fn report(arguments: &ReportArgs, output: &Output) -> Result<ReportSummary, 
         names = SectionName::ALL.to_vec();
     }
     let mut studio = Studio::new(gpu.clone(), device.clone(), arguments.quick, *output);
-    let mut made: Vec<(SectionName, Section, f64)> = Vec::new();
+    let origin = Origin::of(&facts);
+    let mut made: Vec<Made> = Vec::new();
     for (index, &name) in names.iter().enumerate() {
-        output.say(&format!("[{}/{}] {}", index + 1, names.len(), name.title()));
+        let place = format!("[{}/{}]", index + 1, names.len());
+        // The worst of all pictures depend on what the others are: found anew, in no time.
+        let again = arguments.resume && name != SectionName::Misses;
+        if let Some(section) = again.then(|| kept::find(folder, &origin, name)).flatten() {
+            output.say(&format!("{place} {}: kept from an earlier run", name.key()));
+            studio.cases.extend(section.cases.iter().cloned());
+            made.push(section);
+            continue;
+        }
+        output.say(&format!("{place} {}", name.title()));
+        let before = studio.cases.len();
         let start = Instant::now();
         let section = name.run(&mut studio).map_err(|e| AppError::Failed(format!("section {}: {e}", name.key())))?;
         if let Some(first) = gpu.take_validation_messages().first() {
             return Err(AppError::Failed(format!("section {}: Vulkan validation: {first}", name.key())));
         }
         let seconds = start.elapsed().as_secs_f64();
-        output.say(&format!("[{}/{}] {}: {seconds:.0} s", index + 1, names.len(), name.key()));
-        made.push((name, section, seconds));
+        output.say(&format!("{place} {}: {seconds:.0} s", name.key()));
+        let (cases, pictures) = (studio.cases[before..].to_vec(), studio.take_pictures());
+        let section = Made { name, section, seconds, cases, pictures };
+        kept::keep(folder, &origin, &section)?;
+        made.push(section);
     }
-    write(folder, &facts, &made, studio)?;
+    write(folder, &facts, &made)?;
     let sections = made
         .into_iter()
-        .map(|(name, section, seconds)| SectionSummary {
-            name: name.key(),
-            title: name.title(),
-            seconds,
-            findings: section.findings,
+        .map(|made| SectionSummary {
+            name: made.name.key(),
+            title: made.name.title(),
+            seconds: made.seconds,
+            findings: made.section.findings,
         })
         .collect();
     Ok(ReportSummary { command: "report", facts, sections, page: folder.join("index.html") })
 }
 
 /// Writes pictures, data and, last of all, the page that shows them.
-fn write(folder: &Path, facts: &Facts, made: &[(SectionName, Section, f64)], studio: Studio) -> Result<(), AppError> {
-    let pictures = studio.into_pictures();
+fn write(folder: &Path, facts: &Facts, made: &[Made]) -> Result<(), AppError> {
+    let mut pictures = BTreeMap::new();
+    for (file, bytes) in made.iter().flat_map(|made| &made.pictures) {
+        if pictures.insert(file, bytes).is_some() {
+            return Err(AppError::Failed(format!("two pictures of the report are called {file}")));
+        }
+    }
     let place = folder.join(studio::PICTURES);
     std::fs::create_dir_all(&place).map_err(|e| AppError::io("make the folder", &place, e))?;
-    for (file, bytes) in &pictures {
+    for (file, bytes) in pictures {
         write_atomic(folder.join(file), bytes)?;
     }
     let data: serde_json::Map<String, serde_json::Value> = made
         .iter()
-        .map(|(name, section, seconds)| {
+        .map(|made| {
             let section = serde_json::json!({
-                "title": name.title(),
-                "seconds": seconds,
-                "findings": section.findings,
-                "data": section.data,
+                "title": made.name.title(),
+                "seconds": made.seconds,
+                "findings": made.section.findings,
+                "data": made.section.data,
             });
-            (name.key().to_owned(), section)
+            (made.name.key().to_owned(), section)
         })
         .collect();
     let json = serde_json::json!({ "facts": facts, "sections": data });
@@ -134,9 +156,12 @@ fn write(folder: &Path, facts: &Facts, made: &[(SectionName, Section, f64)], stu
     write_atomic(folder.join("report.json"), json.as_bytes())?;
     let sections: Vec<PageSection<'_>> = made
         .iter()
-        .map(|(name, section, _)| PageSection { name: name.key(), title: name.title(), html: &section.html })
+        .map(|made| PageSection { name: made.name.key(), title: made.name.title(), html: &made.section.html })
         .collect();
-    let page = html::page("LEADR mapping: what was measured", &facts.rows(), &sections);
+    let mut head = facts.rows();
+    let seconds: f64 = made.iter().map(|made| made.seconds).sum();
+    head.push(("took".to_owned(), format!("{:.1} minutes", seconds / 60.0)));
+    let page = html::page("LEADR mapping: what was measured", &head, &sections);
     write_atomic(folder.join("index.html"), page.as_bytes())?;
     Ok(())
 }

@@ -15,7 +15,7 @@ use crate::maps::{self, RgbImage};
 const MAX_CHANNELS: usize = 32;
 
 /// Writes `frame` to `path` all or nothing, making the folders above it: tonemapped sRGB to a PNG, linear radiance and
-/// layers to an EXR. `exposure`, in stops, applies to PNG alone.
+/// layers to an EXR. `exposure`, in stops over the frame's own, applies to PNG alone.
 ///
 /// # Errors
 /// If the frame cannot be encoded or the file not written; then `path` is what it was.
@@ -25,7 +25,7 @@ pub fn save(path: &Path, kind: FileKind, frame: &Frame, exposure: f32) -> Result
         FileKind::Png => {
             let texels = frame.color.iter().map(|c| [c[0], c[1], c[2]]).collect();
             let image = RgbImage::new(frame.width, frame.height, texels).map_err(|fault| fault.in_file(path))?;
-            maps::save::save_png(path, &image, exposure.exp2(), Tonemap::default())?;
+            maps::save::save_png(path, &image, frame.exposure * exposure.exp2(), Tonemap::default())?;
         }
         FileKind::Exr => {
             let color: [Vec<f32>; 4] = std::array::from_fn(|i| frame.color.iter().map(|c| c[i]).collect());

@@ -22,13 +22,13 @@ pub struct ShadingArgs {
     /// How the surface is filtered and shaded
     #[arg(long, value_name = "NAME", value_parser = techniques(), default_value = "leadr")]
     pub technique: Technique,
-    /// Where light is sampled [default: visible with --probes, else grid]
+    /// Where light is sampled [default: grid with --grid, else visible]
     #[arg(long, value_enum)]
     pub rule: Option<Rule>,
-    /// Light each pixel through N by N slope samples, 1 to 128 [default: 5]
+    /// Light each pixel through N by N slope samples, 1 to 128 [default of --rule grid: 5]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=128))]
     pub grid: Option<u32>,
-    /// Look the environment up N times per pixel: 3, 5, 7, 9 or 16 [default of --rule visible: 9]
+    /// Look the environment up N times per pixel: 5, 9 or 16 [default: 16]
     #[arg(long, value_name = "N", conflicts_with = "grid", value_parser = probes)]
     pub probes: Option<u32>,
     /// Microfacet visibility [default: correlated]
@@ -40,10 +40,13 @@ pub struct ShadingArgs {
     /// Diffuse light of the sun and of point lights [default: cosine]
     #[arg(long, value_name = "KIND", value_parser = diffuse_lights())]
     pub diffuse_lights: Option<DiffuseLights>,
+    /// Count the turn of the smooth surface under a pixel as roughness, which the paper does not [default: on]
+    #[arg(long, value_name = "on|off", value_parser = on_off)]
+    pub pixel_kernel: Option<bool>,
 }
 
 /// Probes of the rules when only `--rule visible` is given.
-const DEFAULT_PROBES: u32 = 9;
+const DEFAULT_PROBES: u32 = 16;
 /// Side of the grid when only `--rule grid` is given: the paper's.
 const DEFAULT_GRID: u32 = 5;
 
@@ -81,6 +84,12 @@ impl ShadingArgs {
             let (name, integrating) = (self.technique.name(), integrating.collect::<Vec<_>>().join(", "));
             return usage(&format!("{flag} is for techniques that integrate over slopes ({integrating}), not {name}"));
         }
+        if self.pixel_kernel.is_some() && !self.technique.has_pixel_kernel() {
+            let name = self.technique.name();
+            return usage(&format!(
+                "--pixel-kernel is for leadr and leadr-ggx, the techniques that have one, not {name}"
+            ));
+        }
         if self.technique == Technique::Constant && self.terms != Terms::ALL {
             return usage("--terms chooses light, and --technique constant has none");
         }
@@ -91,6 +100,7 @@ impl ShadingArgs {
             visibility: self.masking.unwrap_or(default.visibility),
             terms: self.terms,
             diffuse_lights: self.diffuse_lights.unwrap_or(default.diffuse_lights),
+            pixel_kernel: self.pixel_kernel.unwrap_or(default.pixel_kernel),
         };
         settings.check().map_err(AppError::Usage)?;
         Ok(settings)
@@ -109,6 +119,7 @@ struct Named {
     masking: &'static str,
     terms: Vec<&'static str>,
     diffuse_lights: &'static str,
+    pixel_kernel: bool,
 }
 
 /// Serializes settings under the names of their flags.
@@ -128,6 +139,7 @@ pub fn named<S: Serializer>(settings: &ShadingSettings, serializer: S) -> Result
         masking: settings.visibility.name(),
         terms: settings.terms.names().collect(),
         diffuse_lights: settings.diffuse_lights.name(),
+        pixel_kernel: settings.pixel_kernel && settings.technique.has_pixel_kernel(),
     }
     .serialize(serializer)
 }
@@ -172,6 +184,14 @@ fn diffuse_lights() -> impl TypedValueParser<Value = DiffuseLights> {
     })
 }
 
+fn on_off(text: &str) -> Result<bool, &'static str> {
+    match text {
+        "on" => Ok(true),
+        "off" => Ok(false),
+        _ => Err("this is on or off"),
+    }
+}
+
 fn probes(text: &str) -> Result<u32, String> {
     let known = Quadrature::PROBES;
     text.parse().ok().filter(|n| known.contains(n)).ok_or(format!("probes are one of {known:?}"))
@@ -208,6 +228,7 @@ mod tests {
     fn flags_become_settings() {
         assert_eq!(resolve(&[]).unwrap(), ShadingSettings::default());
         assert_eq!(resolve(&["--grid", "7"]).unwrap().quadrature, Quadrature::Grid(7));
+        assert!(!resolve(&["--pixel-kernel", "off"]).unwrap().pixel_kernel);
         let terms = resolve(&["--terms", "specular-lights,diffuse-environment"]).unwrap().terms;
         assert_eq!(terms, Terms::SPECULAR_LIGHTS | Terms::DIFFUSE_ENVIRONMENT);
         assert_eq!(terms.names().collect::<Vec<_>>(), ["specular-lights", "diffuse-environment"]);
@@ -225,6 +246,8 @@ mod tests {
             (&["--terms", "specular"], "specular-lights"),
             (&["--technique", "lean", "--grid", "7"], "leadr-ggx"),
             (&["--technique", "toksvig", "--masking", "smith"], "--masking"),
+            (&["--technique", "lean", "--pixel-kernel", "off"], "--pixel-kernel"),
+            (&["--pixel-kernel", "maybe"], "on or off"),
             (&["--technique", "constant", "--terms", "diffuse-lights"], "constant"),
         ] {
             let fault = resolve(flags).expect_err(&flags.join(" "));

@@ -13,9 +13,11 @@ use crate::render::environment::{Environment, FACE_SIZE};
 use crate::render::frame::Renderer;
 use crate::render::scene::FrameState;
 use crate::render::sky::Sky;
+use crate::scenes::daylight;
 use crate::scenes::deform::{self, Deformation};
 use crate::scenes::ocean::sea;
 use crate::scenes::ocean::spectrum::Sea;
+use crate::scenes::shore::shore_stage;
 use crate::scenes::stage::{Lights, Relief, Stage, Views, plane_stage, sphere_stage};
 use crate::scenes::studio::studio;
 use crate::scenes::trex::stage::trex_stage;
@@ -64,11 +66,12 @@ pub struct Set {
 /// # Errors
 /// If the scene cannot be made or the device fails.
 pub fn set(config: &SceneConfig, inputs: Inputs, gpu: &Arc<Gpu>, output: &Output) -> Result<Set, AppError> {
-    let sky = Sky { sun_direction: config.sun.direction(), ..Sky::default() };
-    let sky = match config.kind {
-        SceneKind::Ocean => Sky { ground_albedo: sea::BELOW_THE_HORIZON, ..sky },
-        _ => sky,
+    let start = config.time_of_day.map_or(config.sun.direction(), |hour| daylight::at_hour(f64::from(hour)));
+    let ground_albedo = match config.kind {
+        SceneKind::Ocean => sea::BELOW_THE_HORIZON,
+        _ => Sky::default().ground_albedo,
     };
+    let sky = Sky { sun_direction: start, ground_albedo, ..Sky::default() };
     // A picture of an environment has its own sun in it.
     let (environment, sky) = match &inputs.environment {
         Some(image) => (Environment::from_equirect(gpu, FACE_SIZE, image)?, None),
@@ -80,9 +83,11 @@ pub fn set(config: &SceneConfig, inputs: Inputs, gpu: &Arc<Gpu>, output: &Output
     renderer.set_ocean(stage.ocean.take())?;
     let lights = Lights { sky, ..Default::default() };
     let height_scale = config.height_scale;
+    let hours_per_second = config.day_length.map_or(0.0, |seconds| 24.0 / f64::from(seconds));
     let animation: Animation = Box::new(move |time| {
         let mut state = stage.state(time, &camera, &lights);
         state.height_scale *= height_scale;
+        daylight::pass(&mut state, time * hours_per_second);
         state
     });
     Ok(Set { renderer, animation, camera })
@@ -103,10 +108,11 @@ fn stage(config: &SceneConfig, inputs: Inputs, output: &Output) -> Result<Stage,
         SceneKind::Stretch => deform::stage(Deformation::Stretch),
         SceneKind::Shear => deform::stage(Deformation::Shear),
         SceneKind::HeightScale => deform::stage(Deformation::HeightScale),
-        SceneKind::Trex => {
+        SceneKind::Trex | SceneKind::Shore => {
             let progress = output.progress(1000);
             progress.set_message("making the T-rex (once; then it is cached)");
-            let stage = trex_stage(config.atlas_tile, &|share| progress.set_position((share * 1000.0) as u64));
+            let make = if config.kind == SceneKind::Shore { shore_stage } else { trex_stage };
+            let stage = make(config.atlas_tile, &|share| progress.set_position((share * 1000.0) as u64));
             progress.finish_and_clear();
             stage.map_err(|e| AppError::Failed(e.to_string()))?
         }

@@ -39,6 +39,8 @@ pub enum SceneKind {
     Snake,
     /// The open sea under a wind of 8 m/s.
     Ocean,
+    /// The T-rex on a beach, the sea behind it.
+    Shore,
 }
 
 /// A quantity written to EXR beside the colour.
@@ -235,6 +237,14 @@ pub fn not_negative(text: &str) -> Result<f32, String> {
     finite(text).and_then(|v| if v >= 0.0 { Ok(v) } else { Err("must not be negative".to_owned()) })
 }
 
+/// Hour of a day.
+///
+/// # Errors
+/// If `text` is no number from 0 to 24.
+pub fn hour(text: &str) -> Result<f32, String> {
+    finite(text).and_then(|v| if (0.0..=24.0).contains(&v) { Ok(v) } else { Err("an hour is 0 to 24".to_owned()) })
+}
+
 /// Edge of an atlas tile in texels.
 ///
 /// # Errors
@@ -368,6 +378,7 @@ mod tests {
         assert_eq!(atlas_tile("64"), Ok(64));
         assert!(["0", "4", "65", "256", "x"].iter().all(|t| atlas_tile(t).is_err()));
         assert!(["0", "-1", "1.5", "nan"].iter().all(|t| roughness(t).is_err()));
+        assert!(hour("24").is_ok() && hour("24.1").is_err() && hour("-1").is_err());
         assert!(positive("0").is_err() && not_negative("0").is_ok() && not_negative("-1").is_err());
     }
 }

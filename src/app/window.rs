@@ -11,6 +11,8 @@
 //! | `1` to `9` | technique: see [`TECHNIQUES`] |
 //! | `g` | the paper's grid, or the visible-slope rules |
 //! | `v` | microfacet visibility: masking, Smith, correlated |
+//! | `[`, `]` | the sun half an hour back or on |
+//! | `t` | the sun stands, a day in two minutes, in twenty seconds |
 //! | `r` | the view and time of the beginning |
 //! | `s`, F12 | saves a screenshot |
 //! | `q`, Esc | ends |
@@ -34,6 +36,7 @@ use crate::maps::tonemap::Tonemap;
 use crate::render::frame::Renderer;
 use crate::render::scene::FrameState;
 use crate::render::settings::{RenderSettings, Technique};
+use crate::scenes::daylight;
 pub use display::Display;
 use painter::Painter;
 use viewer::{Action, Drag, Viewer};
@@ -65,7 +68,7 @@ pub struct WindowOptions {
     pub title: String,
     /// Moment at which the animation starts, seconds.
     pub time: f64,
-    /// Factor on the radiance.
+    /// Factor on the radiance, beside what the scene's sun asks for.
     pub exposure: f32,
     /// Screenshots go to this path, with `-1.png`, `-2.png`, … appended; existing files stay.
     pub screenshots: PathBuf,
@@ -109,6 +112,7 @@ pub fn run(
         scene,
         settings,
         viewer,
+        exposure: options.exposure,
         options,
         renderer: Some(renderer),
         open: None,
@@ -127,6 +131,8 @@ struct App<S> {
     settings: RenderSettings,
     viewer: Viewer,
     options: WindowOptions,
+    /// Of the picture that is shown.
+    exposure: f32,
     /// Until the window opens.
     renderer: Option<Renderer>,
     open: Option<Open>,
@@ -185,9 +191,11 @@ impl<S: FnMut(f64) -> FrameState> App<S> {
         let state = changed.then(|| {
             let mut state = (self.scene)(self.viewer.time);
             state.camera = self.viewer.camera(&state.camera);
+            daylight::pass(&mut state, self.viewer.sun_hours);
+            self.exposure = self.options.exposure * state.exposure();
             state
         });
-        let shown = open.painter.draw([width, height], state, &self.settings, self.options.exposure)?;
+        let shown = open.painter.draw([width, height], state, &self.settings, self.exposure)?;
         open.hidden = !shown;
         if !shown {
             if changed {
@@ -217,7 +225,7 @@ impl<S: FnMut(f64) -> FrameState> App<S> {
         }
         let Some(action) = action(&event.logical_key) else { return Ok(()) };
         // A held key scrubs on, but does not toggle.
-        if event.repeat && !matches!(action, Action::Scrub(_) | Action::Frame(_)) {
+        if event.repeat && !matches!(action, Action::Scrub(_) | Action::Frame(_) | Action::Sun(_)) {
             return Ok(());
         }
         match action {
@@ -244,7 +252,7 @@ impl<S: FnMut(f64) -> FrameState> App<S> {
         };
         let path = (1..).map(path).find(|path| !path.exists()).unwrap_or_default();
         make_folder_of(&path)?;
-        save_png(&path, &image, self.options.exposure, Tonemap::default())?;
+        save_png(&path, &image, self.exposure, Tonemap::default())?;
         tracing::info!("saved {}", path.display());
         self.report.screenshots.push(path);
         Ok(())
@@ -334,6 +342,9 @@ fn action(key: &Key) -> Option<Action> {
         Key::Character(text) => match text.to_lowercase().as_str() {
             "," => Action::Frame(-1),
             "." => Action::Frame(1),
+            "[" => Action::Sun(-1),
+            "]" => Action::Sun(1),
+            "t" => Action::SunPace,
             "r" => Action::Reset,
             "s" => Action::Screenshot,
             "q" => Action::Quit,

@@ -14,7 +14,7 @@ use crate::reflectance::shadowed_environment::bent_normal;
 use crate::reflectance::shadowed_reference::Surface;
 use crate::reflectance::shadowed_specular::shadowed_specular_environment;
 use crate::reflectance::slope_grid::slope_cholesky;
-use crate::reflectance::visible_specular::{LOD_OF_DEVIATION, line_rule};
+use crate::reflectance::visible_specular::{VisibleProbe, probe_nodes};
 
 /// What lights the sphere; the viewer is at `+z`, x to the right, y up.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -44,9 +44,8 @@ pub enum ShadowingModel {
     Correlated,
     /// Diffuse environments: occlusion and bent normal, one irradiance lookup.
     BentNormal,
-    /// Specular environments: a line of so many probes, laid through the slopes that are visible and lit, these by five
-    /// nodes.
-    Line(u32),
+    /// Specular environments: a rule of so many probes.
+    Probes(u32),
 }
 
 /// One number of the table.
@@ -118,8 +117,8 @@ fn harmonics() -> Sh9 {
 }
 
 const SIDE: DVec3 = DVec3::new(0.6, 0.5, 0.62);
-/// Probes of the line rules in the table.
-const LINES: [u32; 3] = [3, 5, 9];
+/// Numbers of probes in the table.
+const PROBES: [u32; 3] = [5, 9, 16];
 const PANELS: usize = 8;
 
 /// Every model under every light on a sphere whose relief has the slopes of `surface`, in the frame of each pixel
@@ -152,14 +151,14 @@ pub fn shadowing_errors(surface: Surface, settings: &ShadowingSettings) -> Vec<S
         [light(DVec3::Z), light(SIDE.normalize()), diffuse, open, open * incident]
     });
     use ShadowingLight::{DiffuseEnvironment, Front, Side, SpecularEnvironment, WhiteMirror};
-    use ShadowingModel::{BentNormal, Correlated, CorrelatedSimple, Line, Masking, Smith};
+    use ShadowingModel::{BentNormal, Correlated, CorrelatedSimple, Masking, Probes, Smith};
     let columns: Vec<(ShadowingLight, ShadowingModel)> = [Front, Side]
         .iter()
         .flat_map(|l| [Masking, Smith, CorrelatedSimple, Correlated].map(|m| (*l, m)))
         .chain([Masking, BentNormal].map(|m| (DiffuseEnvironment, m)))
         .chain([WhiteMirror, SpecularEnvironment].iter().flat_map(|l| {
             let converged = [Masking, Smith, Correlated].map(|m| (*l, m));
-            converged.into_iter().chain(LINES.map(|n| (*l, Line(n))))
+            converged.into_iter().chain(PROBES.map(|n| (*l, Probes(n))))
         }))
         .collect();
     let values: Vec<Option<Vec<f64>>> = (0..settings.size * settings.size)
@@ -209,18 +208,11 @@ fn models(surface: &Surface, pixel: &SpherePixel) -> Vec<f64> {
     for radiance in [(|_, _| 1.0) as fn(DVec3, f64) -> f64, lights] {
         let at = |d: DVec3, variance: f64| radiance(from_frame(&pixel.frame, d), variance);
         out.extend(surface.specular_environment(wo, PANELS, |d| at(d, 0.0)).to_array());
-        for n in LINES {
-            let rule = line_rule(n);
-            let value = shadowed_specular_environment(
-                Visibility::Correlated,
-                wo,
-                m,
-                s,
-                DVec3::ONE,
-                1.0,
-                [&rule, &line_rule(5)],
-                |p| DVec3::splat(at(p.wi, (2.0 * (p.lod - LOD_OF_DEVIATION)).exp2())),
-            );
+        for n in PROBES {
+            // A level whose texels have the probe's solid angle Ω, looked up bilinearly, is a kernel of variance Ω/4.
+            let lookup = |p: &VisibleProbe| DVec3::splat(at(p.wi, 0.25 * p.solid_angle));
+            let (v, nodes) = (Visibility::Correlated, probe_nodes(n));
+            let (value, _) = shadowed_specular_environment(v, wo, m, s, DVec3::ONE, nodes, lookup);
             out.push(value.x);
         }
     }

@@ -1,7 +1,7 @@
 //! A displaced GGX surface ([`DisplacedGgx`]) under lights and environments.
 //!
 //! Lights are exact for the two lobes. For environments the GGX lobe is a mixture of Gaussian surfaces, which it is: with `e`
-//! exponentially distributed, slopes of covariance `A / 2e` are GGX. A Gaussian surface is what the grid and the line of probes
+//! exponentially distributed, slopes of covariance `A / 2e` are GGX. A Gaussian surface is what the grid and the rules of few probes
 //! are made for; each takes its part in proportion to its visible area, so that the whole still returns a constant environment
 //! as it is. Three values of `e` and their shares, fitted to the least `∫ |P − P̂|` of the density of slopes, leave 0.044 of 2.
 

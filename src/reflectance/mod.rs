@@ -59,7 +59,7 @@
 //! With the mirrors of a Gaussian surface, `I = ∫ F(wo·wn) L(wi) ⟨wo, wn⟩ / (wn·wg) P22 dslope / A(wo)` (eq. 16–19): one light or
 //! an environment sampled on a grid of slopes ([`specular`], [`slope_grid`]). Diffuse facets see the light's cosine or the
 //! environment's order-2 harmonics instead (eq. 20–23; [`diffuse`], [`sh`], [`sh_projection`]). Better than the grid: closed forms
-//! of the visible slopes ([`visible_slopes`]), two terms for diffuse facets ([`visible_diffuse`]), a line of probes for
+//! of the visible slopes ([`visible_slopes`]), two terms for diffuse facets ([`visible_diffuse`]), a few probes for
 //! mirrors ([`visible_specular`]), all measured by [`quadrature_study`]. [`mod@reference`] has the
 //! converged integrals, by [`quadrature`]; [`frame`] the frames in between.
 

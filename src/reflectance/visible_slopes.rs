@@ -34,6 +34,8 @@ pub struct VisibleSlopes {
     pub area: f64,
     /// Change of slope per unit of `u`.
     pub axis: DVec2,
+    /// Minus the mean of `u` over the visible facets, ≥ 0.
+    pub shift: f64,
     /// Mean of the visible slopes.
     pub mean: DVec2,
     /// Covariance of the visible slopes.
@@ -75,6 +77,7 @@ pub fn visible_slopes(wo: DVec3, m: DVec2, s: DVec3) -> VisibleSlopes {
         b,
         area: if b > 1e-18 { b * n.ramp } else { a.max(0.0) },
         axis,
+        shift,
         mean: m - axis * shift,
         cov: s - (1.0 - variance) * DVec3::new(axis.x * axis.x, axis.y * axis.y, axis.x * axis.y),
         facet: a + b * shift,

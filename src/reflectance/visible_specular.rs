@@ -1,99 +1,142 @@
-//! Specular reflection of an environment by a line of probes.
+//! Specular reflection of an environment by a few probes among the visible slopes.
 //!
-//! The visible slopes ([`visible_slopes`](super::visible_slopes)), carried onto the sphere of reflected directions, cover an
-//! ellipse. What an environment offers is lookups filtered isotropically: its minor axis is theirs, and along the major
-//! axis lie the probes. Their weights sum to one, so a constant environment gives its own value without a division.
+//! A rule is a set of nodes in the plane of two standard normals, on two or three rings, good in all directions alike. The covariance
+//! of the slopes carries it to the surface; along the view azimuth `e` each node then moves from its normal coordinate `x`
+//! to where the slopes that are *seen* have it ([`visible_slopes`](super::visible_slopes)): their mean, deviation and
+//! skewness in place of 0, 1 and 0,
 //!
-//! With `C` the covariance of the visible slopes and `G` the metric of reflection (`|dwi|² = dsᵀ G ds`), the axes are the
-//! eigenvectors of `C G`, and with `λ₁ ≥ λ₂` its eigenvalues, `C − (det C / λ₁) adj G` is of rank one: `(λ₁ − λ₂) x xᵀ` of the
-//! major axis `x`. Its square root is the line. Neither angles nor eigenvectors are needed, and nothing jumps where the
-//! ellipse is a circle, since there the line has no length.
+//! ```text
+//! q = p + e (t − x),   x = e·p,   t = μ + σ x + γ (x² − v)        slope = m + C q,   C Cᵀ = S
+//! ```
+//!
+//! `v`: variance of the rule's nodes. Everything is written with `(C p)·wo.xy` in place of `e`, so that nothing turns at
+//! normal incidence; and no axis of an ellipse is needed, so nothing flips where one is a circle.
+//!
+//! A node stands for a part of all slopes, and its probe for the solid angle that this part reflects into. From the
+//! density of the visible slopes, `facet P22 / A`, and the Jacobian of reflection, `4 facet / |N|⁴`, that is
+//!
+//! ```text
+//! Ω = 4 A · 2π √det S · a exp((t² − x²)/2) / |N|⁴
+//! ```
+//!
+//! with `a` a number of the node: its weight times `exp(|p|²/2)` if the probe should cover exactly what the node stands
+//! for, in fact somewhat less (fitted with the nodes), since probes overlap. Weights sum to one: a constant environment
+//! gives its own value, and the Fresnel term is each facet's own.
 
-use super::slope_grid::normal_of_slope;
-use super::visible_slopes::{VisibleSlopes, visible_slopes};
+use super::fresnel::fresnel_schlick;
+use super::slope_grid::{normal_of_slope, slope_cholesky};
+use super::visible_slopes::visible_slopes;
 use glam::{DVec2, DVec3, Vec3Swizzles as _};
+use std::f64::consts::PI;
 
-/// A rule of equally spaced probes of unit variance with normal weights.
+/// A node of a rule.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LineRule {
-    /// Number of probes.
-    pub n: u32,
-    /// Distance of neighbouring probes, in standard deviations.
-    pub step: f64,
-    /// Weight of probe `i`: `norm exp(−decay (i − (n − 1)/2)²)`.
-    pub decay: f64,
-    /// See [`decay`](Self::decay).
-    pub norm: f64,
-    /// Least variance of the environment's kernel, over that of the major axis.
-    pub kernel: f64,
-    /// Added to the level of detail that matches variances: 0 hides the probes, less shows more of narrow lights.
-    pub bias: f64,
+pub struct ProbeNode {
+    /// Place, in standard deviations.
+    pub place: DVec2,
+    /// Weight; those of a rule sum to one.
+    pub weight: f64,
+    /// `a` of the module's head: measure of what its probe covers.
+    pub cover: f64,
 }
 
-/// The rule of 3, 5, 7, 9 or 16 probes; of the next greater number that exists for others.
+const fn node(x: f64, y: f64, weight: f64, cover: f64) -> ProbeNode {
+    ProbeNode { place: DVec2::new(x, y), weight, cover }
+}
+
+/// Rings: one in the middle, 4 at 1.659.
+const FIVE: [ProbeNode; 5] = [
+    node(0.000_000_0, 0.000_000_0, 0.331_413_372, 0.165_3),
+    node(1.534_676_8, 0.631_169_8, 0.167_146_657, 0.369_1),
+    node(-0.631_169_8, 1.534_676_8, 0.167_146_657, 0.369_1),
+    node(-1.534_676_8, -0.631_169_8, 0.167_146_657, 0.369_1),
+    node(0.631_169_8, -1.534_676_8, 0.167_146_657, 0.369_1),
+];
+
+/// Rings: 4 at 0.787, 5 at 1.895.
+const NINE: [ProbeNode; 9] = [
+    node(0.728_876_5, -0.297_359_9, 0.141_900_000, 0.062_4),
+    node(0.297_359_9, 0.728_876_5, 0.141_900_000, 0.062_4),
+    node(-0.728_876_5, 0.297_359_9, 0.141_900_000, 0.062_4),
+    node(-0.297_359_9, -0.728_876_5, 0.141_900_000, 0.062_4),
+    node(1.114_832_1, -1.532_004_4, 0.086_480_000, 0.253_1),
+    node(1.801_524_8, 0.586_853_0, 0.086_480_000, 0.253_1),
+    node(-0.001_428_6, 1.894_699_5, 0.086_480_000, 0.253_1),
+    node(-1.802_407_7, 0.584_135_7, 0.086_480_000, 0.253_1),
+    node(-1.112_520_7, -1.533_683_8, 0.086_480_000, 0.253_1),
+];
+
+/// Rings: one in the middle, 6 at 1.002, 9 at 1.968.
+const SIXTEEN: [ProbeNode; 16] = [
+    node(0.000_000_0, 0.000_000_0, 0.140_932_953, 0.048_1),
+    node(0.991_426_3, 0.145_870_7, 0.081_605_920, 0.048_9),
+    node(0.369_385_4, 0.931_535_7, 0.081_605_920, 0.048_9),
+    node(-0.622_040_9, 0.785_665_0, 0.081_605_920, 0.048_9),
+    node(-0.991_426_3, -0.145_870_7, 0.081_605_920, 0.048_9),
+    node(-0.369_385_4, -0.931_535_7, 0.081_605_920, 0.048_9),
+    node(0.622_040_9, -0.785_665_0, 0.081_605_920, 0.048_9),
+    node(1.700_564_4, 0.989_911_1, 0.041_047_948, 0.130_9),
+    node(0.666_405_4, 1.851_417_6, 0.041_047_948, 0.130_9),
+    node(-0.679_572_2, 1.846_625_3, 0.041_047_948, 0.130_9),
+    node(-1.707_570_3, 0.977_776_5, 0.041_047_948, 0.130_9),
+    node(-1.936_577_4, -0.348_584_8, 0.041_047_948, 0.130_9),
+    node(-1.259_438_3, -1.511_839_4, 0.041_047_948, 0.130_9),
+    node(0.007_005_9, -1.967_687_5, 0.041_047_948, 0.130_9),
+    node(1.270_172_0, -1.502_832_8, 0.041_047_948, 0.130_9),
+    node(1.939_010_5, -0.334_785_9, 0.041_047_948, 0.130_9),
+];
+
+/// `v`: variance of the nodes of any rule, nearly; the probes' own width is the rest.
+pub const NODE_VARIANCE: f64 = 0.95;
+
+/// The nodes of the rule of 5, 9 or 16 probes; of the next greater number that exists for others.
 #[must_use]
-pub fn line_rule(n: u32) -> LineRule {
-    let rule = |n, step, decay, norm, kernel, bias| LineRule { n, step, decay, norm, kernel, bias };
+pub fn probe_nodes(n: u32) -> &'static [ProbeNode] {
     match n {
-        0..=3 => rule(3, 1.299_447_530, 0.320_000_000, 0.407_780_771, 0.299, -0.3),
-        4..=5 => rule(5, 0.791_244_533, 0.151_250_000, 0.262_369_792, 0.09, -0.15),
-        6..=7 => rule(7, 0.593_729_742, 0.108_888_889, 0.206_693_023, 0.054, 0.0),
-        8..=9 => rule(9, 0.473_496_380, 0.075_078_125, 0.167_905_007, 0.034, 0.0),
-        _ => rule(16, 0.308_005_149, 0.041_088_889, 0.116_861_909, 0.014, 0.0),
+        0..=5 => &FIVE,
+        6..=9 => &NINE,
+        _ => &SIXTEEN,
     }
 }
 
-/// The line of one pixel.
+/// What a footprint that is much longer than wide adds to the solid angle of its probes, in units of the variance along
+/// it: where slopes vary in one direction alone, probes have a width all the same.
+pub const LONG_FOOTPRINT: f64 = 0.02;
+
+/// What the probes of a pixel share.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct VisibleLine {
-    /// Mean visible slope.
-    pub mean: DVec2,
-    /// From it along the line, per unit of `z`.
-    pub major: DVec2,
-    /// Shift by the skewness, per unit of `z² − 1`.
-    pub bend: DVec2,
-    /// The other axis: one standard deviation of the visible slopes across the line.
-    pub minor: DVec2,
-    /// Projected area of the facets on the line, `facet.x + z facet.y + (z² − 1) facet.z`.
-    pub facet: DVec3,
-    /// What the line leaves out along the view: √3 deviations of slope.
-    pub rest: DVec2,
-    /// The same of the facet's projected area.
-    pub rest_facet: f64,
-    /// What it leaves out across the view: variance of slope.
-    pub rest_across: f64,
+pub struct VisibleProbes {
+    /// Mean slope, of all facets.
+    pub m: DVec2,
+    /// Lower Cholesky factor `(c_xx, c_yx, c_yy)` of their covariance.
+    pub cholesky: DVec3,
+    /// Change of slope per standard deviation along the view azimuth.
+    pub axis: DVec2,
+    /// `x = azimuth · C p`.
+    pub azimuth: DVec2,
+    /// `μ`, `σ` and `γ` of the visible slopes along the view azimuth.
+    pub along: DVec3,
+    /// Projected area of the mesosurface, and what it loses per unit of `t`.
+    pub facet: DVec2,
     /// Visible area `A(wo)`.
     pub area: f64,
-    /// Level of detail of a probe, less its own Jacobian.
-    pub lod: f64,
+    /// Solid angle per `a exp((t² − x²)/2) / |N|⁴`.
+    pub cover: f64,
+    /// Solid angle that every probe has besides.
+    pub least: f64,
 }
 
-/// Jacobian of slopes to reflected directions over four, `|wn·wo| wn.z³`. `facet`: `wo.z − wo.xy·slope`, signed;
-/// `squared_normal`: `1 + |slope|²`.
+/// The probes of all that is visible from `wo`. `wo`: unit; `m`, `s`: mean slope and covariance, anything finite.
 #[must_use]
-pub fn reflection_jacobian(facet: f64, squared_normal: f64) -> f64 {
-    facet.abs() / (squared_normal * squared_normal)
-}
-
-/// `log2` of the texels per radian at the centre of a face, per texel of the edge, plus what makes the variance of a
-/// box-filtered level, `h²/4` with its bilinear lookup, that of the wanted kernel.
-pub const LOD_OF_DEVIATION: f64 = 0.467;
-
-/// The line through all that is visible from `wo`. `size`: texels per edge of the environment's cube map.
-#[must_use]
-pub fn visible_line(wo: DVec3, m: DVec2, s: DVec3, size: f64, rule: &LineRule) -> VisibleLine {
-    line_of_slopes(&visible_slopes(wo, m, s), wo, size, rule)
-}
-
-/// The line through these slopes.
-#[must_use]
-pub fn line_of_slopes(v: &VisibleSlopes, wo: DVec3, size: f64, rule: &LineRule) -> VisibleLine {
+pub fn visible_probes(wo: DVec3, m: DVec2, s: DVec3) -> VisibleProbes {
+    let v = visible_slopes(wo, m, s);
+    let cholesky = slope_cholesky(v.s);
+    let per_b = 1.0 / v.b.max(1e-18);
     // |dwi|² = 4/|N|² ((p·ds)² + facet²/|N|² (|ds|² − (s·ds)²/|N|²)) at the mean.
     let s = v.mean;
     let per = 1.0 / (1.0 + s.dot(s));
-    let facet = v.facet.max(1e-6);
-    let p = wo.xy() + s * (facet * per);
-    let q = facet * facet * per;
+    let p = wo.xy() + s * (v.facet * per);
+    let q = v.facet * v.facet * per;
     let metric = 4.0
         * per
         * DVec3::new(
@@ -101,40 +144,21 @@ pub fn line_of_slopes(v: &VisibleSlopes, wo: DVec3, size: f64, rule: &LineRule) 
             p.y * p.y + q * (1.0 - s.y * s.y * per),
             p.x * p.y - q * s.x * s.y * per,
         );
-    // Eigenvalues of C G: variances along the axes of the ellipse of reflected directions.
-    let c = v.cov;
-    let half_trace = 0.5 * (c.x * metric.x + c.y * metric.y) + c.z * metric.z;
-    let det = (c.x * c.y - c.z * c.z).max(0.0);
-    let jacobian = 4.0 * facet * per * per;
-    let skewed =
-        [0.5 * (c.x * metric.x - c.y * metric.y), c.x * metric.z + c.z * metric.y, c.z * metric.x + c.y * metric.z];
-    let difference = (skewed[0] * skewed[0] + skewed[1] * skewed[2]).max(0.0).sqrt(); // without cancellation at the circle
-    let wide = (half_trace + difference).max(1e-20);
-    let narrow = det * jacobian * jacobian / wide;
-    let less = det / wide;
-    let (xx, yy) = ((c.x - less * metric.y).max(1e-20), (c.y - less * metric.x).max(1e-20));
-    let bound = xx.max(yy);
-    let xy = (c.z + less * metric.z).clamp(-bound, bound);
-    let major = if xx > yy { DVec2::new(xx, xy) / xx.sqrt() } else { DVec2::new(xy, yy) / yy.sqrt() };
-    let kept = ((1.0 - rule.kernel) * wide / (wide - narrow).max(1e-20)).min(1.0);
-    let along = major * kept.max(0.0).sqrt();
-    let u = (along.dot(wo.xy()) / v.b.max(1e-18)).clamp(-1.0, 1.0) / v.variance;
-    let h = DVec2::new(metric.x * major.x + metric.z * major.y, metric.z * major.x + metric.y * major.y);
-    let bend = v.axis * (v.third * u * u / 6.0);
-    let kernel = (rule.kernel * wide).max(narrow).max(1e-12);
-    let left = (v.b * v.b * v.variance - along.dot(wo.xy()).powi(2)).max(0.0).sqrt();
-    let away = v.axis * (left / v.b.max(1e-18));
-    VisibleLine {
-        mean: s,
-        major: along,
-        bend,
-        minor: DVec2::new(-h.y, h.x) * (det / (wide * h.dot(major)).max(1e-30)).sqrt(),
-        facet: DVec3::new(v.facet, -along.dot(wo.xy()), -bend.dot(wo.xy())),
-        rest: 3f64.sqrt() * away,
-        rest_facet: -3f64.sqrt() * left,
-        rest_across: (v.cov.x + v.cov.y - along.length_squared() - away.length_squared()).max(0.0),
+    // Of the footprint's variances λ₁ and λ₂ along its axes: (λ₁ − λ₂)² / (λ₁ + λ₂).
+    let trace = v.cov.x * metric.x + v.cov.y * metric.y + 2.0 * v.cov.z * metric.z;
+    let jacobian = 4.0 * v.facet * per * per;
+    let det = (v.cov.x * v.cov.y - v.cov.z * v.cov.z).max(0.0) * jacobian * jacobian;
+    let long = (trace - 4.0 * det / trace.max(1e-20)).max(0.0);
+    VisibleProbes {
+        m: v.m,
+        cholesky,
+        axis: v.axis,
+        azimuth: wo.xy() * per_b,
+        along: DVec3::new(-v.shift, v.variance.sqrt(), v.third / (6.0 * v.variance)),
+        facet: DVec2::new(v.a, v.b),
         area: v.area,
-        lod: 0.5 * (kernel / jacobian.max(1e-12)).log2() + size.log2() + LOD_OF_DEVIATION + rule.bias,
+        cover: 8.0 * PI * v.area * cholesky.x * cholesky.z,
+        least: LONG_FOOTPRINT * long,
     }
 }
 
@@ -145,72 +169,74 @@ pub struct VisibleProbe {
     pub slope: DVec2,
     /// Reflected direction, unit.
     pub wi: DVec3,
-    /// `wo·wn`.
+    /// `wo·wn`, 0..1.
     pub cosine: f64,
-    /// Mean of `(1 − wo·wn)⁵` over the facets that the probe stands for: [`probe_fresnel`].
-    pub grazing: f64,
-    /// `wo.z − wo.xy·slope`: projected area of the facet.
-    pub facet: f64,
-    /// Weight; those of a line sum to one.
+    /// Weight; those of a rule sum to one.
     pub weight: f64,
-    /// Level of detail; may be negative.
-    pub lod: f64,
+    /// Solid angle to look up, in steradians.
+    pub solid_angle: f64,
 }
 
-/// Schlick's Fresnel term of the facets that a probe stands for. `f0`: linear RGB reflectance at normal incidence.
+/// The probe of a node.
 #[must_use]
-pub fn probe_fresnel(f0: DVec3, probe: &VisibleProbe) -> DVec3 {
-    f0 + (super::fresnel::grazing_reflectance(f0) - f0) * probe.grazing
-}
-
-/// The probe at `z` standard deviations along the line.
-#[must_use]
-pub fn visible_probe_at(line: &VisibleLine, wo: DVec3, z: f64, weight: f64) -> VisibleProbe {
-    let slope = line.mean + z * line.major + (z * z - 1.0) * line.bend;
+pub fn visible_probe(probes: &VisibleProbes, wo: DVec3, node: &ProbeNode) -> VisibleProbe {
+    let (p, c) = (node.place, probes.cholesky);
+    let d = DVec2::new(c.x * p.x, c.y * p.x + c.z * p.y);
+    let x = d.dot(probes.azimuth);
+    let t = probes.along.x + x * probes.along.y + (x * x - NODE_VARIANCE) * probes.along.z;
+    let slope = probes.m + d + probes.axis * (t - x);
     let wn = normal_of_slope(slope);
-    let facet = line.facet.x + z * line.facet.y + (z * z - 1.0) * line.facet.z;
-    let cosine = facet * wn.z;
-    // Three facets of Gauss and Hermite along the view; what lies across it only lengthens the normals.
-    let at = |i: f64, weight: f64| {
-        let length = (1.0 + (slope + i * line.rest).length_squared() + line.rest_across).sqrt();
-        weight * (1.0 - (facet + i * line.rest_facet) / length).clamp(0.0, 1.0).powi(5)
-    };
-    let grazing = at(-1.0, 1.0 / 6.0) + at(0.0, 2.0 / 3.0) + at(1.0, 1.0 / 6.0);
-    let jacobian = 4.0 * reflection_jacobian(facet, 1.0 + slope.length_squared());
+    let cosine = (probes.facet.x - t * probes.facet.y).max(0.0) * wn.z;
+    let covered = node.cover * (0.5 * (t * t - x * x)).min(40.0).exp() * wn.z.powi(4);
     VisibleProbe {
         slope,
         wi: 2.0 * cosine * wn - wo,
         cosine,
-        grazing,
-        facet,
-        weight,
-        lod: line.lod + 0.5 * jacobian.max(1e-12).log2(),
+        weight: node.weight,
+        solid_angle: probes.cover * covered + probes.least,
     }
 }
 
-/// Probe `i` of `0..rule.n`.
+/// Level of detail whose texels are as large as this solid angle on average. `size`: texels per edge of the environment's
+/// cube map. May be negative.
 #[must_use]
-pub fn visible_probe(line: &VisibleLine, wo: DVec3, i: u32, rule: &LineRule) -> VisibleProbe {
-    let j = f64::from(i) - 0.5 * f64::from(rule.n - 1);
-    visible_probe_at(line, wo, j * rule.step, rule.norm * (-rule.decay * j * j).exp())
+pub fn solid_angle_lod(solid_angle: f64, size: f64) -> f64 {
+    0.5 * (solid_angle.max(1e-12) * (6.0 / (4.0 * PI))).log2() + size.log2()
 }
 
-/// Radiance towards `wo` under an environment of cube edge `size`, masking only (LEADR eq. 19), and the mean Fresnel
-/// reflectance of the visible facets. `radiance` is asked for each probe.
+/// Radiance towards `wo` under an environment, masking only (LEADR eq. 19), and the mean Fresnel reflectance of the visible
+/// facets, by the probes of `nodes`. `radiance` is asked for each probe; `f0`: linear RGB reflectance at normal incidence.
 #[must_use]
 pub fn leadr_specular_environment_visible(
     wo: DVec3,
     m: DVec2,
     s: DVec3,
     f0: DVec3,
-    size: f64,
-    rule: &LineRule,
+    nodes: &[ProbeNode],
     radiance: impl Fn(&VisibleProbe) -> DVec3,
 ) -> (DVec3, DVec3) {
-    let line = visible_line(wo, m, s, size, rule);
-    (0..rule.n).fold((DVec3::ZERO, DVec3::ZERO), |(sum, fresnel), i| {
-        let probe = visible_probe(&line, wo, i, rule);
-        let f = probe.weight * probe_fresnel(f0, &probe);
+    let probes = visible_probes(wo, m, s);
+    nodes.iter().fold((DVec3::ZERO, DVec3::ZERO), |(sum, fresnel), node| {
+        let probe = visible_probe(&probes, wo, node);
+        let f = probe.weight * fresnel_schlick(f0, probe.cosine);
         (sum + f * radiance(&probe), fresnel + f)
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rules_have_the_moments_they_should() {
+        for n in [5, 9, 16] {
+            let nodes = probe_nodes(n);
+            assert_eq!(nodes.len(), n as usize);
+            let sum = |f: &dyn Fn(DVec2) -> f64| nodes.iter().map(|k| k.weight * f(k.place)).sum::<f64>();
+            assert!((sum(&|_| 1.0) - 1.0).abs() < 1e-8, "weights of {n}");
+            assert!(sum(&|p| p.x).abs() < 1e-5 && sum(&|p| p.y).abs() < 1e-5, "mean of {n}");
+            let (xx, yy, xy) = (sum(&|p| p.x * p.x), sum(&|p| p.y * p.y), sum(&|p| p.x * p.y));
+            assert!((xx - yy).abs() < 1e-5 && (xx - NODE_VARIANCE).abs() < 0.04 && xy.abs() < 1e-5, "{xx} {yy} {xy}");
+        }
+    }
 }

@@ -24,19 +24,25 @@ impl AccumulatePass {
         })
     }
 
-    /// Mixes sample number `index` (from 0) into `mean`, which keeps its content between samples.
-    pub fn record(&self, cmd: &mut Commands, sample: &Image, mean: &Image, index: u32) {
+    /// Mixes a sample, or a grid of edge samples, into the `mean` of the `before` before it. Where an edge sample's alpha is
+    /// [`OF_THE_PIXEL`](super::edges::OF_THE_PIXEL), `pixel` takes its place.
+    pub fn record(&self, cmd: &mut Commands, sample: &Image, pixel: &Image, mean: &Image, before: u32) {
         cmd.transition(sample, Use::Sampled);
-        if index == 0 {
+        cmd.transition(pixel, Use::Sampled);
+        if before == 0 {
             cmd.image_barrier(mean, Use::Undefined, Use::ComputeReadWrite);
         } else {
             cmd.transition(mean, Use::ComputeReadWrite);
         }
         cmd.bind(
             &self.pipeline,
-            &[(0, Descriptor::Sampled(sample.whole(), &self.nearest)), (1, Descriptor::StorageImage(mean.whole()))],
+            &[
+                (0, Descriptor::Sampled(sample.whole(), &self.nearest)),
+                (1, Descriptor::StorageImage(mean.whole())),
+                (2, Descriptor::Sampled(pixel.whole(), &self.nearest)),
+            ],
         );
-        cmd.push_constants(&(1.0f32 / (index + 1) as f32));
+        cmd.push_constants(&(1.0f32 / (before + 1) as f32));
         let [width, height] = mean.mip_extent(0);
         cmd.dispatch_invocations(&self.pipeline, [width, height, 1]);
     }
@@ -101,6 +107,25 @@ pub fn jitter(index: u32, samples: u32, seed: u64) -> Vec2 {
     Vec2::new(at(step[0], shift()), at(step[1], shift()))
 }
 
+/// Offset of edge sample `index` of the `count` in one cell, cells `[-½, ½)²`, for a pixel's sample at `offset`: a lattice with as
+/// many columns as rows as points, moved by the offset around the cell's borders.
+#[must_use]
+pub fn edge_jitter(offset: Vec2, index: u32, count: u32) -> Vec2 {
+    let count = count.max(1);
+    // Rows are taken in steps without common divisor, near the golden section of them.
+    let golden = (f64::from(count) * 0.618).round() as u32;
+    let step = (golden.max(1)..).find(|&step| greatest_common_divisor(step, count) == 1).unwrap_or(1);
+    let at = |place: u32, offset: f32| {
+        let place = (f64::from(place) + 0.5) / f64::from(count) + f64::from(offset);
+        (place.rem_euclid(1.0) - 0.5) as f32
+    };
+    Vec2::new(at(index, offset.x), at(index * step % count, offset.y))
+}
+
+fn greatest_common_divisor(a: u32, b: u32) -> u32 {
+    if b == 0 { a } else { greatest_common_divisor(b, a % b) }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -147,5 +172,24 @@ mod tests {
             assert!(cells.iter().all(|&n| (12..=20).contains(&n)), "{cells:?}");
         }
         assert_ne!(jitter(0, 16, 0), jitter(0, 16, 1));
+    }
+
+    #[test]
+    fn edge_samples_cover_their_cell() {
+        assert_eq!(edge_jitter(Vec2::ZERO, 0, 1), Vec2::ZERO);
+        for count in 1..=64 {
+            for offset in [Vec2::ZERO, jitter(3, 8, 5), Vec2::splat(-0.5)] {
+                let points: Vec<Vec2> = (0..count).map(|i| edge_jitter(offset, i, count)).collect();
+                assert!(points.iter().all(|p| p.abs().max_element() <= 0.5));
+                // Every row and every column has one.
+                for axis in [0, 1] {
+                    let mut places: Vec<f32> = points.iter().map(|p| p[axis]).collect();
+                    places.sort_by(f32::total_cmp);
+                    assert!(places.windows(2).all(|w| ((w[1] - w[0]) * count as f32 - 1.0).abs() < 1e-3), "{places:?}");
+                }
+            }
+            let mean: Vec2 = (0..count).map(|i| edge_jitter(Vec2::ZERO, i, count)).sum::<Vec2>() / count as f32;
+            assert!(mean.length() < 1e-5, "{count}: {mean}");
+        }
     }
 }

@@ -57,7 +57,8 @@ impl Environment {
         let upload = Image::new(gpu, "equirect", ImageDesc::new(Format::R32G32B32A32_SFLOAT, width, height))?;
         upload.write(0, 0, &texels)?;
         gpu.submit("equirect", |cmd| {
-            environment.fill(cmd, |cmd, faces| pass.record(cmd, upload.whole(), faces));
+            environment.begin(cmd, |cmd, faces| pass.record(cmd, upload.whole(), faces));
+            environment.make_mips(cmd);
         })?;
         Ok(environment)
     }
@@ -78,23 +79,37 @@ impl Environment {
     /// every frame. Returns whether it recorded. The cube counts as showing `sky` from here on, so the commands must
     /// be submitted. An environment made from an image ignores it.
     pub fn update_sky(&mut self, cmd: &mut Commands, sky: &Sky) -> bool {
+        let moved = self.begin_sky(cmd, sky);
+        if moved {
+            self.make_mips(cmd);
+        }
+        moved
+    }
+
+    /// The first half of [`update_sky`](Self::update_sky), the finest level: where it returns true, record
+    /// [`make_mips`](Self::make_mips) before the cube is read.
+    pub fn begin_sky(&mut self, cmd: &mut Commands, sky: &Sky) -> bool {
         match &mut self.source {
             Source::Sky { shown, .. } if *shown != Some(*sky) => *shown = Some(*sky),
             _ => return false,
         }
         if let Source::Sky { pass, .. } = &self.source {
-            self.fill(cmd, |cmd, faces| pass.record(cmd, sky, faces));
+            self.begin(cmd, |cmd, faces| pass.record(cmd, sky, faces));
         }
         true
     }
 
-    /// Overwrites the finest level by `record` and makes the others from it.
-    fn fill(&self, cmd: &mut Commands, record: impl FnOnce(&mut Commands, &ImageView)) {
+    /// The second half: the mips from the finest level.
+    pub fn make_mips(&self, cmd: &mut Commands) {
+        self.mips.record(cmd, &self.levels);
+        cmd.transition(&self.cube, Use::Sampled);
+    }
+
+    /// Overwrites the finest level by `record`.
+    fn begin(&self, cmd: &mut Commands, record: impl FnOnce(&mut Commands, &ImageView)) {
         // the old content is not needed, but its readers must be done
         cmd.image_barrier(&self.cube, Use::Undefined, Use::ComputeReadWrite);
         record(cmd, &self.levels[0]);
-        self.mips.record(cmd, &self.levels);
-        cmd.transition(&self.cube, Use::Sampled);
     }
 
     /// The cube map, for `samplerCube`.

@@ -6,7 +6,7 @@ use ash::vk;
 
 use super::geometry::VisibleSurface;
 use super::object::GpuObject;
-use super::settings::Technique;
+use super::settings::ShadingSettings;
 use crate::gpu::{
     ColorTarget, Commands, Descriptor, Filter, Gpu, GraphicsDesc, GraphicsPipeline, Image, ImageDesc, Load, Result,
     Sampler, SpecValue, Use, Wrap,
@@ -61,11 +61,11 @@ pub struct FilterPass {
 }
 
 impl FilterPass {
-    /// The pass for one technique.
+    /// The pass for some settings, of which it needs the technique and whether the pixel kernel is wanted.
     ///
     /// # Errors
     /// A failed pipeline.
-    pub fn new(gpu: &Arc<Gpu>, technique: Technique) -> Result<Self> {
+    pub fn new(gpu: &Arc<Gpu>, settings: &ShadingSettings) -> Result<Self> {
         let pipeline = GraphicsPipeline::new(
             gpu,
             "filter",
@@ -73,7 +73,7 @@ impl FilterPass {
                 vertex: "passes/fullscreen.vert",
                 fragment: Some("passes/filter/filter.frag"),
                 colors: &GBuffer::FORMATS,
-                spec: &[(0, SpecValue::I32(technique.code()))],
+                spec: &[(0, SpecValue::I32(settings.technique.code())), (2, SpecValue::Bool(settings.pixel_kernel))],
                 ..Default::default()
             },
         )?;

@@ -33,11 +33,13 @@ impl VisibleSurface {
     /// Memory that is short.
     pub fn new(gpu: &Arc<Gpu>, size: (u32, u32)) -> Result<Self> {
         let color = |name: &str| Image::new(gpu, name, ImageDesc::new(Self::FORMAT, size.0, size.1).color_target());
+        // The edge pass marks in it.
+        let surface = ImageDesc::new(Self::FORMAT, size.0, size.1).color_target().storage();
         let depth = ImageDesc::new(vk::Format::D32_SFLOAT, size.0, size.1).depth_target();
         Ok(Self {
             texture: color("visible texture")?,
             tangent: color("visible tangent")?,
-            surface: color("visible surface")?,
+            surface: Image::new(gpu, "visible surface", surface)?,
             depth: Image::new(gpu, "depth", depth)?,
         })
     }
@@ -136,7 +138,7 @@ pub(super) fn draw_object(
             (4, Descriptor::Storage(&object.edge_heights)),
             (5, Descriptor::Storage(&object.vertex_heights)),
             (6, Descriptor::Storage(&view.visible)),
-            (7, Descriptor::Sampled(object.maps.joint().whole(), &object.sampler)),
+            (7, Descriptor::Sampled(object.maps.heights().whole(), &object.sampler)),
         ],
     );
     cmd.push_constants(&object.constants(height_scale, mark_inside));

@@ -1,7 +1,10 @@
-//! The moments pass: heights on the GPU become LEADR maps (LEADR section 3) with all their mips, in two images:
+//! The moments pass: heights on the GPU become LEADR maps (LEADR section 3) with all their mips, in three images:
 //!
 //! * slopes, RGBA: `E[hs], E[ht], E[hs²], E[ht²]`
-//! * joint, RG: `E[hs·ht]`, mean height
+//! * joint, R: `E[hs·ht]`
+//! * heights, R: the mean
+//!
+//! No one needs the last two together: the filter pass reads the moments, the geometry the heights.
 //!
 //! Slopes are per unit texture coordinate, the whole image being `[0, 1]²`, in the heights' unit. [`crate::maps::moments`]
 //! is the same on the CPU in 64 bits.
@@ -29,20 +32,21 @@ pub enum Edges {
 /// How the moments are stored.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum MomentFormat {
-    /// RGBA32F and RG32F.
+    /// RGBA32F and R32F.
     #[default]
     Float32,
-    /// RGBA16F and RG16F: half the memory. Heights keep 11 bits, moments beyond ±65504 are clamped, and a small
+    /// RGBA16F and R16F: half the memory. Heights keep 11 bits, moments beyond ±65504 are clamped, and a small
     /// variance under a large mean slope is lost (`E[x²] − E[x]²` cancels): see the measured error in
     /// `tests/moments.rs`.
     Float16,
 }
 
 impl MomentFormat {
-    fn images(self) -> [Format; 2] {
+    /// Of the slopes, and of the two maps of one number.
+    fn formats(self) -> [Format; 2] {
         match self {
-            Self::Float32 => [Format::R32G32B32A32_SFLOAT, Format::R32G32_SFLOAT],
-            Self::Float16 => [Format::R16G16B16A16_SFLOAT, Format::R16G16_SFLOAT],
+            Self::Float32 => [Format::R32G32B32A32_SFLOAT, Format::R32_SFLOAT],
+            Self::Float16 => [Format::R16G16B16A16_SFLOAT, Format::R16_SFLOAT],
         }
     }
 
@@ -121,8 +125,9 @@ pub struct LeadrMapGpu {
     pass: Arc<MomentsPass>,
     slopes: Image,
     joint: Image,
-    /// Both images of every level, for the dispatches.
-    levels: Vec<[ImageView; 2]>,
+    heights: Image,
+    /// The images of every level, for the dispatches.
+    levels: Vec<[ImageView; 3]>,
 }
 
 impl LeadrMapGpu {
@@ -158,7 +163,7 @@ impl LeadrMapGpu {
     /// # Errors
     /// As [`new`](Self::new).
     pub fn empty(gpu: &Arc<Gpu>, pass: &Arc<MomentsPass>, width: u32, height: u32) -> Result<Self> {
-        let [slopes, joint] = pass.format.images();
+        let [slopes, single] = pass.format.formats();
         let mut desc = ImageDesc::new(slopes, width, height).storage().full_mips();
         if let Edges::Atlas(tiles) = pass.edges {
             if tiles.size() != (width, height) || !tiles.tile.is_power_of_two() {
@@ -169,27 +174,28 @@ impl LeadrMapGpu {
             desc = desc.mips(tiles.tile.ilog2() + 1);
         }
         let slopes = Image::new(gpu, "LEADR slopes", desc)?;
-        let joint = Image::new(gpu, "LEADR joint", ImageDesc { format: joint, ..desc })?;
+        let joint = Image::new(gpu, "LEADR joint", ImageDesc { format: single, ..desc })?;
+        let heights = Image::new(gpu, "LEADR heights", ImageDesc { format: single, ..desc })?;
         let levels = (0..desc.mips)
-            .map(|mip| Ok([slopes.mip_layer(mip, 0)?, joint.mip_layer(mip, 0)?]))
+            .map(|mip| Ok([slopes.mip_layer(mip, 0)?, joint.mip_layer(mip, 0)?, heights.mip_layer(mip, 0)?]))
             .collect::<Result<Vec<_>>>()?;
-        Ok(Self { pass: pass.clone(), slopes, joint, levels })
+        Ok(Self { pass: pass.clone(), slopes, joint, heights, levels })
     }
 
     /// Computes all levels from `heights` (R32F, of the maps' size, in [`Use::Sampled`]), as often as they change;
-    /// leaves both images in [`Use::Sampled`].
+    /// leaves the images in [`Use::Sampled`].
     pub fn record(&self, cmd: &mut Commands, heights: &ImageView) {
         let MomentsPass { level0, mips, sampler, edges, format } = &*self.pass;
         if heights.extent() != self.levels[0][0].extent() {
             let fault = format!("{:?} heights do not fill {:?} texels", heights.extent(), self.levels[0][0].extent());
             return cmd.fail(GpuError::Usage { name: "LEADR maps".to_owned(), fault });
         }
-        for image in [&self.slopes, &self.joint] {
+        for image in [&self.slopes, &self.joint, &self.heights] {
             // their earlier content is not needed, but its readers must be done
             cmd.image_barrier(image, Use::Undefined, Use::ComputeReadWrite);
         }
         let tile = if let Edges::Atlas(tiles) = edges { tiles.tile } else { 0 };
-        for (i, [slopes, joint]) in self.levels.iter().enumerate() {
+        for (i, [slopes, joint, means]) in self.levels.iter().enumerate() {
             let [width, height] = slopes.extent();
             if i == 0 {
                 cmd.bind(
@@ -198,27 +204,31 @@ impl LeadrMapGpu {
                         (0, Descriptor::Sampled(heights, sampler)),
                         (1, Descriptor::StorageImage(slopes)),
                         (2, Descriptor::StorageImage(joint)),
+                        (3, Descriptor::StorageImage(means)),
                     ],
                 );
                 cmd.push_constants(&Push { tile, limit: format.limit() });
                 cmd.dispatch_invocations(level0, [width, height, 1]);
             } else {
-                let [fine_slopes, fine_joint] = &self.levels[i - 1];
+                let [fine_slopes, fine_joint, fine_means] = &self.levels[i - 1];
                 cmd.memory_barrier(Use::ComputeWrite, Use::ComputeRead);
                 cmd.bind(
                     mips,
                     &[
                         (0, Descriptor::StorageImage(fine_slopes)),
                         (1, Descriptor::StorageImage(fine_joint)),
-                        (2, Descriptor::StorageImage(slopes)),
-                        (3, Descriptor::StorageImage(joint)),
+                        (2, Descriptor::StorageImage(fine_means)),
+                        (3, Descriptor::StorageImage(slopes)),
+                        (4, Descriptor::StorageImage(joint)),
+                        (5, Descriptor::StorageImage(means)),
                     ],
                 );
                 cmd.dispatch_invocations(mips, [width, height, 1]);
             }
         }
-        cmd.transition(&self.slopes, Use::Sampled);
-        cmd.transition(&self.joint, Use::Sampled);
+        for image in [&self.slopes, &self.joint, &self.heights] {
+            cmd.transition(image, Use::Sampled);
+        }
     }
 
     /// `E[hs], E[ht], E[hs²], E[ht²]` with mips, ready to be sampled.
@@ -227,13 +237,19 @@ impl LeadrMapGpu {
         &self.slopes
     }
 
-    /// `E[hs·ht]` and height with mips, ready to be sampled.
+    /// `E[hs·ht]` with mips, ready to be sampled.
     #[must_use]
     pub fn joint(&self) -> &Image {
         &self.joint
     }
 
-    /// Mip levels of both images.
+    /// Mean heights with mips, ready to be sampled.
+    #[must_use]
+    pub fn heights(&self) -> &Image {
+        &self.heights
+    }
+
+    /// Mip levels of the images.
     #[must_use]
     pub fn levels(&self) -> u32 {
         self.levels.len() as u32

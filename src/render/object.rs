@@ -51,7 +51,7 @@ pub const MAX_OBJECTS: usize = 127;
 pub struct ViewGpu {
     /// World to the clip space of a viewport [`GUARD_BAND`] times the image.
     pub clip_from_world: [[f32; 4]; 4],
-    /// Position of the viewer.
+    /// Position of the viewer; w: pixels of this image along one of the picture.
     pub camera_position: [f32; 4],
 }
 
@@ -275,7 +275,8 @@ impl ViewBuffers {
         })
     }
 
-    /// Chooses factors, culls, and writes the buffers. The device must not be reading them.
+    /// Chooses factors, culls, and writes the buffers, for an image with `grid` pixels along one of the lens. The device must
+    /// not be reading them.
     ///
     /// # Errors
     /// None in practice; a failed write.
@@ -288,6 +289,7 @@ impl ViewBuffers {
         eye: glam::Vec3,
         lens: Lens,
         settings: &TessellationSettings,
+        grid: u32,
     ) -> Result<()> {
         let mesh = &object.object.mesh;
         let posed_mesh = PosedMesh {
@@ -314,7 +316,7 @@ impl ViewBuffers {
         let shrink = Mat4::from_scale(glam::Vec3::new(1.0 / GUARD_BAND, 1.0 / GUARD_BAND, 1.0));
         let view = ViewGpu {
             clip_from_world: (shrink * clip_from_world).to_cols_array_2d(),
-            camera_position: Vec4::from((eye, 1.0)).to_array(),
+            camera_position: Vec4::from((eye, grid as f32)).to_array(),
         };
         self.view.write(0, &[view])?;
         self.draws = list.draws;

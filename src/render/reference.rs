@@ -13,7 +13,6 @@ use std::sync::Arc;
 use bytemuck::{Pod, Zeroable};
 use glam::{Vec2, Vec3};
 
-use super::accumulate::jitter;
 use super::environment::Environment;
 use super::environment_lights::{EnvironmentLights, light_point};
 use super::filter::GBuffer;
@@ -127,7 +126,7 @@ impl ReferencePass {
         index: u32,
         max_vertices_per_draw: u32,
     ) -> Result<()> {
-        let offset = jitter(index, settings.samples.max(1), settings.seed);
+        let offset = settings.sample_offset(index);
         let [x, y, z] = state.camera.rays(settings.size, offset);
         let mut block = ReliefLightingGpu {
             rays: [x.extend(0.0), y.extend(0.0), z.extend(state.camera.near)].map(|v| v.to_array()),

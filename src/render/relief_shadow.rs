@@ -143,7 +143,7 @@ impl ReliefShadows {
         for (view, buffers) in views.iter().zip(&mut maps.buffers) {
             for (buffers, (object, posed)) in buffers.iter_mut().zip(casters) {
                 let clip = view.clip_from_world;
-                buffers.update(object, posed, height_scale, clip, view.eye, lens, &settings)?;
+                buffers.update(object, posed, height_scale, clip, view.eye, lens, &settings, 1)?;
             }
         }
         Ok(())

@@ -2,6 +2,7 @@
 
 use super::camera::Camera;
 use super::displacement::HeightField;
+use super::exposure;
 use super::patch_mesh::{PatchMesh, PosedVertices};
 use super::skinning;
 use super::sky::Sky;
@@ -55,6 +56,15 @@ pub struct Sun {
     pub irradiance: Vec3,
 }
 
+impl Sun {
+    /// The sun of a sky, through its air.
+    #[must_use]
+    pub fn of(sky: &Sky) -> Self {
+        let direction = sky.sun_direction.normalize_or(Vec3::Z);
+        Self { direction, irradiance: Vec3::from_array(sky.sun_irradiance()) }
+    }
+}
+
 /// A point light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PointLight {
@@ -84,6 +94,14 @@ pub struct FrameState {
     pub point_lights: Vec<PointLight>,
     /// Multiplies the height scale of every object.
     pub height_scale: f32,
+}
+
+impl FrameState {
+    /// Factor on the radiance of a picture that is looked at: what the sky's sun asks for, 1 under another light.
+    #[must_use]
+    pub fn exposure(&self) -> f32 {
+        self.sky.as_ref().map_or(1.0, exposure::exposure)
+    }
 }
 
 impl Pose {

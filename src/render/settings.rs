@@ -1,5 +1,8 @@
 //! What a picture is made with.
 
+use glam::Vec2;
+
+use super::accumulate::jitter;
 use super::tessellation::TessellationSettings;
 
 /// How a surface is filtered and shaded.
@@ -51,6 +54,13 @@ impl Technique {
         matches!(self, Self::NormalMip | Self::Leadr | Self::LeadrGgx | Self::Reference)
     }
 
+    /// Whether the turn of the macrosurface under a pixel widens its distribution: `USES_CURVATURE` of
+    /// `passes/technique.glsl`.
+    #[must_use]
+    pub fn has_pixel_kernel(self) -> bool {
+        matches!(self, Self::Leadr | Self::LeadrGgx)
+    }
+
     /// The name on the command line.
     #[must_use]
     pub fn name(self) -> &'static str {
@@ -79,7 +89,7 @@ pub enum Quadrature {
 
 impl Quadrature {
     /// Numbers of probes there is a rule for.
-    pub const PROBES: [u32; 5] = [3, 5, 7, 9, 16];
+    pub const PROBES: [u32; 3] = [5, 9, 16];
     /// Most slopes along a side of the grid.
     pub const MAX_GRID: u32 = 128;
 
@@ -222,6 +232,9 @@ pub struct ShadingSettings {
     pub terms: Terms,
     /// Diffuse light of sun and point lights.
     pub diffuse_lights: DiffuseLights,
+    /// Whether the turn of the macrosurface under a pixel counts as roughness, which the LEADR paper leaves out (Tokuyoshi &
+    /// Kaplanyan 2019). For the LEADR techniques on meshes; the others have none.
+    pub pixel_kernel: bool,
 }
 
 impl ShadingSettings {
@@ -253,12 +266,11 @@ impl Default for ShadingSettings {
     fn default() -> Self {
         Self {
             technique: Technique::Leadr,
-            // Wide lobes show the coarse levels of the environment's cube, of which the lines of probes make more use:
-            // docs/quadrature.md.
-            quadrature: Quadrature::Grid(5),
+            quadrature: Quadrature::VisibleSlopes(16),
             visibility: Visibility::Correlated,
             terms: Terms::ALL,
             diffuse_lights: DiffuseLights::Cosine,
+            pixel_kernel: true,
         }
     }
 }
@@ -272,6 +284,11 @@ pub struct RenderSettings {
     pub samples: u32,
     /// Seed of the offsets. One sample lies in the pixel's centre whatever the seed.
     pub seed: u64,
+    /// Edge samples per sample, 1 (none) to [`MAX_EDGE_SAMPLES`](Self::MAX_EDGE_SAMPLES): places in the pixel where the geometry
+    /// is looked at again. Those that see another surface than the pixel's sample are shaded too, so outlines are as smooth
+    /// as of that many samples, and the inside of a surface stays the same ([`super::edges`]). Multiples of 16 are drawn the
+    /// fastest. 1 for [`Technique::Reference`].
+    pub edge_samples: u32,
     /// Shading.
     pub shading: ShadingSettings,
     /// Tessellation.
@@ -289,6 +306,30 @@ pub struct RenderSettings {
 }
 
 impl RenderSettings {
+    /// Most edge samples.
+    pub const MAX_EDGE_SAMPLES: u32 = 256;
+
+    /// Whether a picture can be made like this.
+    ///
+    /// # Errors
+    /// A sentence about what is wrong.
+    pub fn check(&self) -> Result<(), String> {
+        let most = Self::MAX_EDGE_SAMPLES;
+        if !(1..=most).contains(&self.edge_samples) {
+            return Err(format!("{} edge samples are not 1 to {most}", self.edge_samples));
+        }
+        if self.edge_samples > 1 && self.shading.technique == Technique::Reference {
+            return Err("edge samples are for techniques that filter; the reference takes samples".to_owned());
+        }
+        self.shading.check()
+    }
+
+    /// Offset of sample `index` from the middle of its pixel, pixels.
+    #[must_use]
+    pub fn sample_offset(&self, index: u32) -> Vec2 {
+        jitter(index, self.samples.max(1), self.seed)
+    }
+
     /// What the heights of the geometry are multiplied by where those of the maps are by `height_scale`.
     #[must_use]
     pub fn geometry_scale(&self, height_scale: f32) -> f32 {
@@ -308,6 +349,7 @@ impl Default for RenderSettings {
             size: (1024, 1024),
             samples: 1,
             seed: 0,
+            edge_samples: 1,
             shading: ShadingSettings::default(),
             tessellation: TessellationSettings::default(),
             shadows: true,

@@ -34,18 +34,19 @@ pub struct LightingGpu {
     pub point_position: [[f32; 4]; MAX_POINT_LIGHTS],
     /// Their intensities.
     pub point_intensity: [[f32; 4]; MAX_POINT_LIGHTS],
-    /// Width and height of the image.
+    /// Width and height of the image, and its pixels along one of the picture.
     pub viewport: [f32; 4],
     /// Face size of the cube, its scale, world size of a shadow texel.
     pub environment: [f32; 4],
 }
 
 impl LightingGpu {
-    /// The block for a frame.
+    /// The block for an image of `size` with `grid` pixels along one of the picture.
     #[must_use]
     pub fn new(
         state: &FrameState,
         size: (u32, u32),
+        grid: u32,
         jitter: Vec2,
         cube_size: u32,
         shadow: Option<&ShadowView>,
@@ -63,7 +64,7 @@ impl LightingGpu {
             sun_irradiance,
             point_position: [[0.0; 4]; MAX_POINT_LIGHTS],
             point_intensity: [[0.0; 4]; MAX_POINT_LIGHTS],
-            viewport: [size.0 as f32, size.1 as f32, 0.0, 0.0],
+            viewport: [size.0 as f32, size.1 as f32, grid as f32, 0.0],
             environment: [cube_size as f32, 1.0, shadow.map_or(0.0, |s| s.texel), 0.0],
         };
         for (i, light) in state.point_lights.iter().take(MAX_POINT_LIGHTS).enumerate() {
@@ -97,7 +98,7 @@ impl LightSet {
 /// What the shading pass reads.
 #[derive(Clone, Copy)]
 pub struct ShadeInputs<'a> {
-    /// For its depth.
+    /// For its depth, and what is marked in it.
     pub visible: &'a VisibleSurface,
     /// What the filter pass found.
     pub gbuffer: &'a GBuffer,
@@ -122,11 +123,12 @@ impl ShadePass {
     /// The format of the target.
     pub const FORMAT: vk::Format = vk::Format::R32G32B32A32_SFLOAT;
 
-    /// The pass for one set of settings and lights.
+    /// The pass for one set of settings and lights. For `edges`, it leaves out what
+    /// [`EdgePass`](super::edges::EdgePass) marked.
     ///
     /// # Errors
     /// A failed pipeline.
-    pub fn new(gpu: &Arc<Gpu>, settings: ShadingSettings, lights: LightSet) -> Result<Self> {
+    pub fn new(gpu: &Arc<Gpu>, settings: ShadingSettings, lights: LightSet, edges: bool) -> Result<Self> {
         let samples = match settings.quadrature {
             Quadrature::Grid(n) | Quadrature::VisibleSlopes(n) => n,
         };
@@ -147,6 +149,7 @@ impl ShadePass {
                     (6, SpecValue::I32(i32::from(!lights.sun))),
                     (7, SpecValue::Bool(lights.shadows)),
                     (8, SpecValue::I32(lights.points as i32)),
+                    (9, SpecValue::Bool(edges)),
                 ],
                 ..Default::default()
             },
@@ -175,6 +178,7 @@ impl ShadePass {
                 (6, Descriptor::Sampled(inputs.cube, &self.trilinear)),
                 (7, Descriptor::Storage(inputs.radiance_sh)),
                 (8, Descriptor::Sampled(inputs.shadow_map.whole(), &self.nearest)),
+                (9, Descriptor::Sampled(visible.surface.whole(), &self.nearest)),
             ],
         );
         cmd.draw(0..3, 0..1);

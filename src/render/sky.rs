@@ -27,8 +27,12 @@ pub const ALTITUDES: usize = 16;
 
 /// Sunlight above the atmosphere: white (pictures are balanced for it), so that a mid-morning sun gives about 3.
 const SUNLIGHT: DVec3 = DVec3::splat(4.8);
+/// Radiance of the sky without a sun, over sunlight: airglow, stars and a little moon, far brighter than a real night, so
+/// that what is lit by it can be seen.
+const NIGHT: DVec3 = DVec3::new(2.2e-5, 3.2e-5, 5.5e-5);
 /// Width of the haze band in which the ground fades into the horizon, as a sine of elevation.
 const HORIZON: f64 = 0.02;
+
 /// A clear sky over flat ground.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sky {
@@ -163,13 +167,14 @@ impl SkyTables {
         let column = azimuth / PI * (COLUMNS - 1) as f64;
         let sky = self.scattered(row, column, w.dot(sun));
         let ground = if direction.z < 0.0 { 1.0 - (direction.z / HORIZON).exp() } else { 0.0 };
-        self.sky.sunlight() * sky.lerp(self.ground, ground)
+        let night = NIGHT.lerp(NIGHT * self.sky.albedo(), ground);
+        self.sky.sunlight() * (sky.lerp(self.ground, ground) + night)
     }
 
     /// RGB irradiance of the sky, without the sun, on level ground.
     #[must_use]
     pub fn ground_irradiance(&self) -> DVec3 {
-        self.sky.sunlight() * self.irradiance
+        self.sky.sunlight() * (self.irradiance + PI * NIGHT)
     }
 
     /// Zenith cosine of a place in the view table, and its cosine to the sun.

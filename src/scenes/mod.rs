@@ -1,11 +1,13 @@
 //! Floor 4 · scenes: pure functions of time that produce render inputs.
 
+pub mod daylight;
 pub mod deform;
 pub mod full_screen;
 pub mod ground;
 pub mod ocean;
 pub mod pillow;
 pub mod plane;
+pub mod shore;
 pub mod snake;
 pub mod sphere;
 pub mod spheres;

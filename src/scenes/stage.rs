@@ -127,16 +127,12 @@ impl Stage {
     #[must_use]
     pub fn state(&self, time: f64, camera: &Camera, lights: &Lights) -> FrameState {
         let anchor = (self.anchor)(time);
-        let sky_sun = |sky: Sky| Sun {
-            direction: sky.sun_direction.normalize_or(Vec3::Z),
-            irradiance: Vec3::from_array(sky.sun_irradiance()),
-        };
         FrameState {
             time,
             camera: Camera { position: camera.position + anchor, target: camera.target + anchor, ..*camera },
             poses: (self.motion)(time),
             sky: lights.sky,
-            sun: lights.sun.or(lights.sky.map(sky_sun)),
+            sun: lights.sun.or(lights.sky.as_ref().map(Sun::of)),
             point_lights: self.points.iter().chain(&lights.points).copied().take(MAX_POINT_LIGHTS).collect(),
             height_scale: (self.relief)(time),
         }

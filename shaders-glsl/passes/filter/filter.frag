@@ -9,12 +9,13 @@
 #include "leadr/slope_map.glsl"
 
 layout(constant_id = 1) const int MAX_TAPS = 8; // taps along the long axis of the pixel's footprint
+layout(constant_id = 2) const bool PIXEL_KERNEL = true; // the turn of the macrosurface under the pixel counts as roughness
 
 layout(binding = 0) uniform usampler2D visible_texture; // what the geometry stage wrote
 layout(binding = 1) uniform usampler2D visible_tangent;
 layout(binding = 2) uniform usampler2D visible_surface;
 layout(binding = 3) uniform sampler2D moments_a; // E[hs], E[ht], E[hs^2], E[ht^2], per unit texture coordinate
-layout(binding = 4) uniform sampler2D moments_b; // E[hs ht], height
+layout(binding = 4) uniform sampler2D moments_b; // E[hs ht]
 layout(binding = 5) uniform sampler2D color_map; // rgb albedo, a roughness
 layout(binding = 6, std430) readonly buffer Tiles { vec4 tiles[]; }; // per patch: bounds of the taps
 
@@ -102,7 +103,7 @@ void main() {
     if (TECHNIQUE == TECHNIQUE_CLEAN) {
         covariance = vec3(vec2(0.5 * (covariance.x + covariance.y)), 0.0);
     }
-    if (USES_CURVATURE) {
+    if (USES_CURVATURE && PIXEL_KERNEL) {
         covariance += tilt_kernel(curvature, mean_slope);
     }
 

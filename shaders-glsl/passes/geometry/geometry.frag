@@ -6,7 +6,11 @@
 #include "leadr/frame.glsl"
 #include "leadr/slope_statistics.glsl"
 
-layout(binding = 7) uniform sampler2D moments_b;
+layout(binding = 0, std140) uniform View {
+    mat4 clip_from_world;
+    vec4 camera_position; // w: pixels of this image along one of the picture
+} view;
+layout(binding = 7) uniform sampler2D height_map;
 
 layout(location = 0) in vec3 in_normal;
 layout(location = 1) in vec3 in_tangent_s;
@@ -26,10 +30,12 @@ void main() {
     vec3 normal = normalize(in_normal);
     Frame frame = frame_about(normal);
     // The turn of the macro normal over one pixel, as differences of slopes.
-    vec3 curvature = add_macro_curvature(vec3(0.0), -to_frame(frame, dFdx(normal)).xy, -to_frame(frame, dFdy(normal)).xy);
-    vec2 size = vec2(textureSize(moments_b, 0));
-    out_texture = uvec4(floatBitsToUint(in_texcoord), packHalf2x16(dFdx(in_texcoord) * size),
-                        packHalf2x16(dFdy(in_texcoord) * size));
+    float across = view.camera_position.w;
+    vec3 curvature = add_macro_curvature(vec3(0.0), -across * to_frame(frame, dFdx(normal)).xy,
+                                         -across * to_frame(frame, dFdy(normal)).xy);
+    vec2 size = vec2(textureSize(height_map, 0));
+    out_texture = uvec4(floatBitsToUint(in_texcoord), packHalf2x16(dFdx(in_texcoord) * across * size),
+                        packHalf2x16(dFdy(in_texcoord) * across * size));
     vec3 ts = clamp(in_tangent_s, -6e4, 6e4), tt = clamp(in_tangent_t, -6e4, 6e4);
     out_tangent = uvec4(packSnorm2x16(octahedral_encode(normal)), packHalf2x16(ts.xy),
                         packHalf2x16(vec2(ts.z, tt.x)), packHalf2x16(tt.yz));

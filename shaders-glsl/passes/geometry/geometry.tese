@@ -125,9 +125,9 @@ void main() {
     } else if (displaced) {
         // The height filtered to the spacing of the vertices: what the geometry drops, the shading keeps.
         vec2 factor = vec2(gl_TessLevelInner[0], gl_TessLevelInner[1]);
-        vec2 texels = vec2(textureSize(moments_b, 0)) * vec2(length(texcoord_du), length(texcoord_dv));
+        vec2 texels = vec2(textureSize(height_map, 0)) * vec2(length(texcoord_du), length(texcoord_dv));
         float lod = max(log2(max(texels.x / factor.x, texels.y / factor.y)), 0.0);
-        height = textureLod(moments_b, clamp_to_tile(texcoord, data.tile, lod, textureSize(moments_b, 0)), lod).y;
+        height = textureLod(height_map, clamp_to_tile(texcoord, data.tile, lod, textureSize(height_map, 0)), lod).x;
     }
     precise float scaled = height * object.height_scale;
     precise vec3 displaced_position = position + normal * scaled;

@@ -8,7 +8,7 @@ const int EDGE_STRIDE = 134; // 65 + 33 + 17 + 9 + 5 + 3 + 2
 
 layout(binding = 0, std140) uniform View {
     mat4 clip_from_world;
-    vec4 camera_position; // xyz; w unused
+    vec4 camera_position; // xyz; w: pixels of this image along one of the picture
 } view;
 
 struct Vertex {
@@ -31,7 +31,7 @@ layout(binding = 3, std430) readonly buffer EdgeFactors { float edge_factors[]; 
 layout(binding = 4, std430) readonly buffer EdgeHeights { float edge_heights[]; };
 layout(binding = 5, std430) readonly buffer VertexHeights { float vertex_heights[]; };
 layout(binding = 6, std430) readonly buffer VisiblePatches { uint visible_patches[]; };
-layout(binding = 7) uniform sampler2D moments_b; // E[hs ht], height
+layout(binding = 7) uniform sampler2D height_map;
 #include "object.glsl"
 
 // Inner Bezier point beside `a` on the boundary from `a` to `b`. Precise: both patches of an edge get the same bits.

@@ -4,6 +4,7 @@
 // below the finest cascade, and the foam where the surface folds.
 #include "../technique.glsl"
 #include "cascade.glsl"
+#include "shore.glsl"
 #include "leadr/frame.glsl"
 #include "leadr/normal_distribution.glsl"
 #include "leadr/slope_statistics.glsl"
@@ -22,6 +23,7 @@ layout(binding = 5, std140) uniform Water {
     vec4 color;    // diffuse albedo of the water; w: reflectance at normal incidence
     vec4 foam;     // albedo; w: det J below which the sea foams
 } water;
+layout(binding = 6, std140) uniform Beach { Shore shore; };
 
 layout(location = 0) in vec2 in_texcoord;
 
@@ -48,8 +50,18 @@ void main() {
     float xx = dot(dx, dx), yy = dot(dy, dy);
     vec2 along = xx > yy ? dx : dy;
     float major = sqrt(max(xx, yy)), minor = abs(dx.x * dy.y - dx.y * dy.x) / max(major, 1e-20);
+    // Over a beach: the swell adds its slope, thin water has no ripples, and each cascade fades with the depth.
+    ShoreWater beach;
+    beach.depth = 0.0;
+    if (shore.bed.w > 0.0) {
+        beach = shore_water(shore, at, FINEST_LEVEL ? 0.0 : major);
+        mean += beach.slope;
+        covariance *= clamp(beach.depth / 0.15, 0.02, 1.0);
+        covariance.x += USES_COVARIANCE && !FINEST_LEVEL ? beach.variance : 0.0;
+    }
     for (int i = 0; i < count; ++i) {
         Cascade c = cascades[i];
+        float calm = shore_calm(shore, i, beach.depth);
         float texels = samples / c.size;
         int taps = clamp(int(ceil(major / max(minor, 1.0 / texels))), 1, MAX_TAPS);
         float lod = clamp(log2(max(max(major / float(taps), minor) * texels, 1.0)), 0.0, last);
@@ -66,13 +78,13 @@ void main() {
         }
         float inverse = 1.0 / max(b.y, 1e-6); // per area of the moved sea
         vec2 m = a.xy * inverse;
-        mean += m;
+        mean += calm * m;
         if (USES_COVARIANCE && !FINEST_LEVEL) {
-            covariance += covariance_from_moments(m, vec3(a.zw, b.x) * inverse);
+            covariance += calm * calm * covariance_from_moments(m, vec3(a.zw, b.x) * inverse);
         }
         float weight = 1.0 / float(taps);
-        area += b.z * weight - 1.0;
-        area_variance += max(b.w * weight - b.z * b.z * weight * weight, 0.0);
+        area += calm * (b.z * weight - 1.0);
+        area_variance += calm * calm * max(b.w * weight - b.z * b.z * weight * weight, 0.0);
         finest = max(finest, lod);
     }
 
@@ -80,9 +92,18 @@ void main() {
     float spread = sqrt(area_variance) + 1e-3;
     float covered = normal_cdf((water.foam.w - area) / spread);
 
+    vec3 color = water.color.rgb;
+    float alpha = water.tail.w;
+    if (shore.bed.w > 0.0) {
+        // Light that comes up has gone down to the sand and back.
+        color = mix(color, shore.bed.rgb, exp(-2.0 * shore.extinction.rgb * max(beach.depth, 0.0)));
+        alpha = mix(0.1, alpha, smoothstep(0.0, 0.04, beach.depth));
+        covered = 1.0 - (1.0 - covered) * (1.0 - shore_foam(beach, FINEST_LEVEL ? 0.0 : major));
+    }
+
     Frame frame = frame_about(vec3(0.0, 0.0, 1.0));
     out_frame = vec4(octahedral_encode(frame.z), mean);
     out_covariance = vec4(covariance, finest);
-    out_material = vec4(mix(water.color.rgb, water.foam.rgb, covered), mix(water.tail.w, 0.6, covered));
+    out_material = vec4(mix(color, water.foam.rgb, covered), mix(alpha, 0.6, covered));
     out_surface = vec4(water.color.w * (1.0 - covered), 1.0, 0.0, 0.0);
 }

@@ -2,6 +2,7 @@
 #ifndef LEADR_OCEAN_SURFACE
 #define LEADR_OCEAN_SURFACE
 #include "cascade.glsl"
+#include "shore.glsl"
 
 layout(binding = 0, std140) uniform View {
     mat4 clip_from_world;
@@ -21,17 +22,24 @@ layout(binding = 4, std430) readonly buffer EdgeFactors { float edge_factors[]; 
 layout(binding = 5, std430) readonly buffer VisiblePatches { uint visible_patches[]; };
 layout(binding = 6, std430) readonly buffer Cascades { Cascade cascades[]; };
 layout(binding = 7) uniform sampler2DArray displacement;
+layout(binding = 8, std140) uniform Beach { Shore shore; };
 
 // Where the waves carry a place at rest (xy; z: spacing of the vertices there). What a vertex does depends on its place alone.
 vec3 carried(vec3 rest) {
     int count = textureSize(displacement, 0).z;
     float samples = float(textureSize(displacement, 0).x);
     vec3 moved = vec3(0.0);
+    float depth = 0.0;
+    if (shore.bed.w > 0.0) {
+        ShoreWater water = shore_water(shore, rest.xy, 0.5 * rest.z);
+        moved.z = water.height;
+        depth = water.depth;
+    }
     for (int i = 0; i < count; ++i) {
         Cascade c = cascades[i];
         // Two vertices to a sample of the level: what is finer cannot be drawn, and the moments have it.
         float lod = log2(max(rest.z * samples / c.size, 1.0));
-        moved += textureLod(displacement, vec3(cascade_texcoord(c, rest.xy), float(i)), lod).xyz;
+        moved += shore_calm(shore, i, depth) * textureLod(displacement, vec3(cascade_texcoord(c, rest.xy), float(i)), lod).xyz;
     }
     vec2 away = rest.xy - view.centre.xy;
     precise vec3 position = vec3(rest.xy + moved.xy, view.centre.z + moved.z - dot(away, away) * view.centre.w);

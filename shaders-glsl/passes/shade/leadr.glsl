@@ -1,5 +1,5 @@
 // LEADR: integrals over the visible slopes. Specular lights by eq. 17; specular environment by eq. 19 and 22, on the
-// paper's grid (Algorithm 1) or a line of probes; diffuse by eq. 20-23 (Algorithms 2 and 3), on the grid or in closed
+// paper's grid (Algorithm 1) or a few probes; diffuse by eq. 20-23 (Algorithms 2 and 3), on the grid or in closed
 // form, or by one lookup for environments with shadows.
 #ifndef LEADR_SHADE_LEADR
 #define LEADR_SHADE_LEADR
@@ -15,7 +15,6 @@
 
 const bool GGX = TECHNIQUE == TECHNIQUE_LEADR_GGX;
 const int DIFFUSE_TERMS = 2; // of the closed form: see visible_diffuse.glsl
-const int LIT_NODES = 5;     // of the integral of what is lit: see shadowed_specular.glsl
 
 // Means over the visible mirrors.
 struct Mirrors {
@@ -29,7 +28,7 @@ Mirrors grid_mirrors(Surface surface, vec3 wo, vec3 S) {
     float lambda = grid_lambda(SAMPLES);
     vec2 m = face_viewer(wo, surface.mean_slope, S, lambda);
     vec3 cholesky = slope_cholesky(S);
-    DirectionArea o = direction_area(wo, m, cholesky);
+    DirectionArea o = area_for(VISIBILITY, wo, m, S, cholesky);
     float base = env_lod_base(S, grid_spacing(SAMPLES, lambda), lighting.environment.x, LEADR_LOD_MATCHED);
     vec3 reflected = vec3(0.0), fresnel = vec3(0.0);
     float norm = 0.0;
@@ -39,7 +38,7 @@ Mirrors grid_mirrors(Surface surface, vec3 wo, vec3 S) {
             EnvironmentSample e = environment_sample_at(wo, slope_at(node.xy, m, cholesky));
             float weight = node.z * e.area;
             vec3 f = weight * fresnel_schlick(surface.f0, dot(wo, e.wn));
-            float lit = lit_fraction(VISIBILITY, o, direction_area(e.wi, m, cholesky));
+            float lit = lit_fraction(VISIBILITY, o, area_for(VISIBILITY, e.wi, m, S, cholesky));
             reflected += f * lit * environment_radiance(surface, e.wi, env_lod_at(base, wo, e.wn));
             fresnel += f;
             norm += weight;
@@ -49,27 +48,23 @@ Mirrors grid_mirrors(Surface surface, vec3 wo, vec3 S) {
     return Mirrors(reflected * scale, fresnel * scale, o.visible);
 }
 
-// A line of probes through the slopes that are visible and lit; their weights sum to one.
-Mirrors line_mirrors(Surface surface, vec3 wo, vec3 S) {
-    LineRule rule = line_rule(SAMPLES);
-    LitSlopes lit = lit_slopes(VISIBILITY, wo, visible_slopes(wo, surface.mean_slope, S), line_rule(LIT_NODES));
-    VisibleLine line = line_of_slopes(lit.slopes, wo, lighting.environment.x, rule);
+// A few probes among the visible slopes; their weights sum to one.
+Mirrors probe_mirrors(Surface surface, vec3 wo, vec3 S) {
+    VisibleProbes probes = visible_probes(wo, surface.mean_slope, S);
+    DirectionArea o = direction_area(wo, probes.m, probes.cholesky);
     vec3 reflected = vec3(0.0), fresnel = vec3(0.0);
     [[unroll]] for (int i = 0; i < SAMPLES; ++i) {
-        VisibleProbe p = visible_probe(line, wo, i, rule);
-        vec3 f = p.weight * probe_fresnel(surface.f0, p);
-        reflected += f * environment_radiance(surface, p.wi, p.lod);
+        VisibleProbe p = visible_probe(probes, wo, probe_node(SAMPLES, i));
+        vec3 f = p.weight * fresnel_schlick(surface.f0, p.cosine);
+        float lit = probe_lit(VISIBILITY, o, p, probes.m, probes.cholesky);
+        reflected += f * lit * environment_radiance(surface, p.wi, solid_angle_lod(p.solid_angle, lighting.environment.x));
         fresnel += f;
     }
-    if (VISIBILITY != LEADR_VISIBILITY_MASKING) {
-        // The probes stand for what is lit; what enters the surface is lost by all that is visible.
-        fresnel = visible_fresnel(wo, surface.mean_slope, S, surface.f0);
-    }
-    return Mirrors(reflected * lit.lit, fresnel, line.area);
+    return Mirrors(reflected, fresnel, probes.area);
 }
 
 Mirrors gaussian_mirrors(Surface surface, vec3 wo, vec3 S) {
-    return VISIBLE_SLOPES ? line_mirrors(surface, wo, S) : grid_mirrors(surface, wo, S);
+    return VISIBLE_SLOPES ? probe_mirrors(surface, wo, S) : grid_mirrors(surface, wo, S);
 }
 
 // Mirrors of a GGX base as the Gaussian ones they are a mixture of, each in its visible area.
@@ -101,9 +96,9 @@ vec3 ggx_fresnel(Surface surface, vec3 wo, DisplacedGgx d) {
 }
 
 // Diffuse radiance of the environment per unit of albedo.
-vec3 diffuse_environment(Surface surface, NormalMoments normals, DirectionArea o, vec3 cholesky) {
+vec3 diffuse_environment(Surface surface, NormalMoments normals) {
     if (VISIBILITY == LEADR_VISIBILITY_CORRELATED) {
-        BentNormal bent = bent_normal(o, surface.mean_slope, cholesky);
+        BentNormal bent = bent_normal(surface.wo, surface.mean_slope, surface.slope_covariance);
         return shadowed_diffuse_environment(bent, surface.frame, environment_sh());
     }
     return leadr_diffuse_environment(normals, surface.frame, environment_sh());
@@ -144,7 +139,7 @@ vec3 leadr_radiance(Surface surface, float environment_scale) {
     }
 
     vec3 diffuse_cholesky = slope_cholesky(diffuse_s);
-    DirectionArea diffuse_o = direction_area(wo, m, diffuse_cholesky);
+    DirectionArea diffuse_o = area_for(VISIBILITY, wo, m, diffuse_s, diffuse_cholesky);
     float lambda = grid_lambda(SAMPLES);
     vec2 faced = face_viewer(wo, m, diffuse_s, lambda);
     NormalMoments normals;
@@ -153,22 +148,25 @@ vec3 leadr_radiance(Surface surface, float environment_scale) {
                                  : visible_normal_moments(wo, faced, diffuse_s, SAMPLES, lambda);
     }
     if (DIFFUSE_ENVIRONMENT) {
-        radiance += albedo * ambient * diffuse_environment(surface, normals, diffuse_o, diffuse_cholesky);
+        radiance += albedo * ambient * diffuse_environment(surface, normals);
     }
     if (LIGHTS) {
         vec3 cholesky = slope_cholesky(GGX ? 0.5 * ggx.roughness : specular_s);
-        DirectionArea o = GGX ? displaced_ggx_area(wo, m, ggx, cholesky) : direction_area(wo, m, cholesky);
+        DirectionArea o = GGX ? displaced_ggx_area(wo, m, ggx, cholesky)
+                              : area_for(VISIBILITY, wo, m, specular_s, cholesky);
         [[unroll]] for (int i = FIRST_LIGHT; i <= POINT_LIGHTS; ++i) {
             Light light = light_at(i, surface);
             vec3 scattered = vec3(0.0);
             if (DIFFUSE_LIGHTS) {
-                float lit = lit_fraction(VISIBILITY, diffuse_o, direction_area(light.wi, m, diffuse_cholesky));
+                DirectionArea i = area_for(VISIBILITY, light.wi, m, diffuse_s, diffuse_cholesky);
+                float lit = lit_fraction(VISIBILITY, diffuse_o, i);
                 scattered += albedo * (lit * diffuse_light(surface, wo, normals, faced, lambda, light.wi));
             }
             if (SPECULAR_LIGHTS) {
                 vec3 specular = GGX ? displaced_ggx_light(VISIBILITY, o, wo, light.wi, m, ggx, cholesky, f0)
-                                    : leadr_specular_light(VISIBILITY, o, direction_area(light.wi, m, cholesky), wo,
-                                                           light.wi, m, specular_s, f0);
+                                    : leadr_specular_light(VISIBILITY, o,
+                                                           area_for(VISIBILITY, light.wi, m, specular_s, cholesky),
+                                                           wo, light.wi, m, specular_s, f0);
                 scattered += specular;
             }
             radiance += light.irradiance * scattered;

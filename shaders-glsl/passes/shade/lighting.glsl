@@ -15,7 +15,7 @@ layout(binding = 5, std140) uniform Lighting {
     vec4 sun_irradiance;          // rgb on a plane facing it
     vec4 point_position[MAX_POINT_LIGHTS];  // xyz
     vec4 point_intensity[MAX_POINT_LIGHTS]; // rgb
-    vec4 viewport;                // width, height
+    vec4 viewport;                // width, height, pixels along one of the picture
     vec4 environment;             // x: face size of the cube, y: scale, z: shadow texel in world units
 } lighting;
 
@@ -28,14 +28,17 @@ layout(binding = 8) uniform sampler2D shadow_map;
 // point is lifted out of its reach.
 float sun_visibility(vec3 position, vec3 normal) {
     float texel = lighting.environment.z;
-    float pixel = distance(position, lighting.camera_position.xyz) * 2.0 * length(lighting.rays[0].xyz) / lighting.viewport.x;
+    float pixel = distance(position, lighting.camera_position.xyz) * 2.0 * length(lighting.rays[0].xyz)
+        * lighting.viewport.z / lighting.viewport.x;
     float stride = max(1.0, 0.5 * pixel / texel);
     float sine = sqrt(max(1.0 - pow(dot(normal, lighting.sun_direction.xyz), 2.0), 0.0));
     vec3 lifted = position + normal * (texel * stride * (1.0 + 2.0 * sine));
     vec3 s = (lighting.shadow_from_world * vec4(lifted, 1.0)).xyz;
-    if (any(lessThan(s, vec3(0.0))) || any(greaterThan(s, vec3(1.0)))) {
+    if (any(lessThan(s.xy, vec2(0.0))) || any(greaterThan(s, vec3(1.0)))) {
         return 1.0;
     }
+    // Long shadows of a low sun fall beyond the map's depth, where nothing is left to throw any.
+    s.z = max(s.z, 0.0);
     ivec2 size = textureSize(shadow_map, 0);
     vec2 place = s.xy * vec2(size) / stride - 0.5;
     vec2 base = floor(place), fraction = place - base;

@@ -4,12 +4,19 @@
 // Shades each pixel of the G-buffer once.
 #include "classic.glsl"
 #include "leadr.glsl"
+#include "../edges.glsl"
+
+layout(binding = 9) uniform usampler2D visible_surface;
 
 layout(location = 0) in vec2 in_texcoord;
 layout(location = 0) out vec4 out_radiance;
 
 void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
+    if (EDGE_SAMPLE && texelFetch(visible_surface, pixel, 0).x == SURFACE_OF_THE_PIXEL) {
+        out_radiance = RADIANCE_OF_THE_PIXEL;
+        return;
+    }
     vec2 ndc = (gl_FragCoord.xy / lighting.viewport.xy) * 2.0 - 1.0;
     vec3 ray = lighting.rays[2].xyz + ndc.x * lighting.rays[0].xyz + ndc.y * lighting.rays[1].xyz;
     float depth = texelFetch(gbuffer_depth, pixel, 0).x;

@@ -31,7 +31,12 @@ pub struct Row {
     pub state: FrameState,
     /// How it is drawn.
     pub settings: RenderSettings,
+    /// Hours that the sun moves from round to round: then the sky, its mips and its irradiance are made anew in each.
+    pub sun_hours: f64,
 }
+
+/// A minute's worth of the sun's way.
+const SUN_STEP: f64 = 1.0 / 60.0;
 
 impl Row {
     /// Slope samples, or probes, of a pixel; 1 for techniques that look at one slope.
@@ -122,9 +127,16 @@ pub const GOALS: [Goal; 6] = [
     },
 ];
 
-/// The paper's settings: masking alone, as its algorithms are printed.
+/// The paper's settings: masking alone, as its algorithms are printed, and no pixel kernel.
 fn paper(technique: Technique, quadrature: Quadrature, terms: Terms) -> ShadingSettings {
-    ShadingSettings { technique, quadrature, terms, visibility: Visibility::Masking, ..Default::default() }
+    ShadingSettings {
+        technique,
+        quadrature,
+        terms,
+        visibility: Visibility::Masking,
+        pixel_kernel: false,
+        ..Default::default()
+    }
 }
 
 /// The tables of the full-screen quad that `state` shows.
@@ -146,6 +158,7 @@ pub fn quad(state: &FrameState, size: Size) -> Vec<Row> {
             displacement: false,
             ..Default::default()
         },
+        sun_hours: 0.0,
     };
     let leadr = |quadrature, terms| paper(Technique::Leadr, quadrature, terms);
     let mut rows = Vec::new();
@@ -172,7 +185,7 @@ pub fn quad(state: &FrameState, size: Size) -> Vec<Row> {
             }
         } else {
             // The diffuse rule has its own few samples whatever the probes of the environment.
-            rows.push(row(table, "leadr visible".to_owned(), ONE_SAMPLE, leadr(Quadrature::VisibleSlopes(3), terms)));
+            rows.push(row(table, "leadr visible".to_owned(), ONE_SAMPLE, leadr(Quadrature::VisibleSlopes(5), terms)));
         }
         for n in 1..=16 {
             rows.push(row(figure, format!("leadr {n}x{n}"), "leadr 1x1", leadr(Quadrature::Grid(n), terms)));
@@ -182,7 +195,7 @@ pub fn quad(state: &FrameState, size: Size) -> Vec<Row> {
     let one = paper(Technique::BlinnPhong, Quadrature::Grid(1), terms);
     rows.push(row(DIFFUSE_LIGHT, ONE_SAMPLE.to_owned(), ONE_SAMPLE, one));
     rows.push(row(DIFFUSE_LIGHT, "leadr 5x5".to_owned(), ONE_SAMPLE, leadr(Quadrature::Grid(5), terms)));
-    rows.push(row(DIFFUSE_LIGHT, "leadr visible".to_owned(), ONE_SAMPLE, leadr(Quadrature::VisibleSlopes(3), terms)));
+    rows.push(row(DIFFUSE_LIGHT, "leadr visible".to_owned(), ONE_SAMPLE, leadr(Quadrature::VisibleSlopes(5), terms)));
 
     let tables = [
         (VISIBILITY_LIGHT, Terms::SPECULAR_LIGHTS | Terms::DIFFUSE_LIGHTS),
@@ -244,12 +257,16 @@ pub fn scene(config: &SceneConfig, state: &FrameState, only: Option<Technique>) 
             paper_ms: None,
             state,
             settings: render_settings(&SceneConfig { shading, samples, ..config.clone() }),
+            sun_hours: 0.0,
         }
     };
     let mut rows = Vec::new();
     for technique in Technique::ALL.into_iter().filter(|t| only.is_none_or(|only| only == *t)) {
         rows.push(row(name.clone(), technique.name().to_owned(), base.name().to_owned(), technique, state.clone()));
     }
+    let moving = format!("{}, moving sun", base.name());
+    let moving = row(name.clone(), moving, base.name().to_owned(), base, state.clone());
+    rows.push(Row { sun_hours: SUN_STEP, ..moving });
     let middle = state.camera.position.distance(state.camera.target);
     for factor in ZOOM {
         let techniques = [Some(base), (factor == AFAR && only.is_none()).then_some(Technique::Reference)];
@@ -276,6 +293,7 @@ pub fn variant(variant: Variant, state: FrameState, only: Option<Technique>) -> 
         base: Some(base),
         compared,
         paper_ms: None,
+        sun_hours: 0.0,
         state,
         settings: render_settings(&SceneConfig { shading, samples: 1, ..config }),
     }

@@ -1,21 +1,21 @@
 //! A picture held against the truth, kept so that the worst of them can be looked for at the end.
 
-use serde::Serialize;
+use serde::{Deserialize, Deserializer, Serialize};
 
 use super::html::Figure;
 use super::verdict::{Anatomy, Errors, Verdict};
 
 /// What was measured of one picture.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Case {
     /// Section it comes from.
-    pub section: &'static str,
+    pub section: String,
     /// What it shows, such as roughness and light.
     pub subject: String,
     /// Technique and rule.
     pub look: String,
     /// What it was held against.
-    pub truth: &'static str,
+    pub truth: String,
     /// Over the object.
     pub object: Errors,
     /// Over its inside.
@@ -25,9 +25,9 @@ pub struct Case {
     /// Inside, against normal-map truth, where that was measured.
     pub normal_map: Option<Errors>,
     /// Noise of the truth inside, as a share.
+    #[serde(deserialize_with = "or_nan")]
     pub noise: f64,
     /// The picture, the truth, and the errors, if they are on the page.
-    #[serde(skip)]
     pub figures: Vec<Figure>,
 }
 
@@ -35,14 +35,23 @@ impl Case {
     /// The case of a verdict.
     #[must_use]
     pub fn new(
-        section: &'static str,
+        section: &str,
         subject: impl Into<String>,
         look: impl Into<String>,
-        truth: &'static str,
+        truth: &str,
         verdict: &Verdict,
     ) -> Self {
         let Verdict { object, interior, anatomy, noise, .. } = *verdict;
+        let (section, truth) = (section.to_owned(), truth.to_owned());
         let (subject, look) = (subject.into(), look.into());
         Self { section, subject, look, truth, object, interior, anatomy, normal_map: None, noise, figures: Vec::new() }
     }
+}
+
+/// A number that JSON, which has no NaN, may hold as null.
+///
+/// # Errors
+/// If it is something else.
+pub fn or_nan<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
+    Ok(Option::deserialize(deserializer)?.unwrap_or(f64::NAN))
 }

@@ -4,6 +4,7 @@ use std::time::{SystemTime, UNIX_EPOCH};
 
 use serde::Serialize;
 
+use crate::app::bench::COMMIT;
 use crate::gpu::Gpu;
 
 /// Device, program and time of a run.
@@ -15,6 +16,8 @@ pub struct Facts {
     pub driver: String,
     /// Version of the program.
     pub version: &'static str,
+    /// Commit it was built from; `-dirty` and `-dev` mark what may differ from it.
+    pub commit: &'static str,
     /// When it began, UTC.
     pub date: String,
     /// How to make it again.
@@ -33,6 +36,7 @@ impl Facts {
             device: gpu.device_name().to_owned(),
             driver: gpu.driver_info().to_owned(),
             version: env!("CARGO_PKG_VERSION"),
+            commit: COMMIT,
             date: utc(seconds),
             call: format!("leadr {}", arguments.join(" ")),
             quick,
@@ -46,7 +50,7 @@ impl Facts {
         [
             ("device", self.device.as_str()),
             ("driver", &self.driver),
-            ("program", &format!("leadr {}", self.version)),
+            ("program", &format!("leadr {}, commit {}", self.version, self.commit)),
             ("date", &self.date),
             ("command", &self.call),
             ("form", size),

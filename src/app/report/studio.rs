@@ -1,6 +1,7 @@
 //! Where sections work: the device, the settings of a run, the pictures made so far, and the cases that may be worst.
 
 use std::collections::BTreeMap;
+use std::ops::Range;
 use std::sync::Arc;
 
 use super::case::Case;
@@ -58,7 +59,22 @@ impl Studio {
         state: &FrameState,
         settings: &RenderSettings,
     ) -> Result<Shot, AppError> {
-        let output = renderer.render(state, settings)?;
+        self.shoot_range(renderer, state, settings, 0..settings.samples.max(1))
+    }
+
+    /// The mean of some of a picture's samples.
+    ///
+    /// # Errors
+    /// As [`shoot`](Self::shoot).
+    pub fn shoot_range(
+        &self,
+        renderer: &mut Renderer,
+        state: &FrameState,
+        settings: &RenderSettings,
+        range: Range<u32>,
+    ) -> Result<Shot, AppError> {
+        let samples = range.len() as u32;
+        let output = renderer.render_range(state, settings, range)?;
         let (width, height) = output.size;
         let texels = output.color.iter().map(|c| [c[0], c[1], c[2]]).collect();
         let image = RgbImage::new(width, height, texels).map_err(fault)?;
@@ -67,7 +83,7 @@ impl Studio {
             image,
             coverage: output.color.iter().map(|c| c[3]).collect(),
             milliseconds: output.times.iter().map(|t| t.milliseconds).sum(),
-            samples: settings.samples.max(1),
+            samples,
             noise: 0.0,
         })
     }
@@ -127,10 +143,9 @@ impl Studio {
         Ok(Figure { file, alt: alt.to_owned(), caption, width: codes.width, height: codes.height, scale: 1 })
     }
 
-    /// The files made, as paths from the page and PNG bytes.
-    #[must_use]
-    pub fn into_pictures(self) -> BTreeMap<String, Vec<u8>> {
-        self.pictures
+    /// The files made since this was last asked, as paths from the page and PNG bytes.
+    pub fn take_pictures(&mut self) -> BTreeMap<String, Vec<u8>> {
+        std::mem::take(&mut self.pictures)
     }
 }
 

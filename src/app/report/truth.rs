@@ -1,4 +1,4 @@
-//! The two truths of the LEADR paper's Figure 8.
+//! The two truths of the LEADR paper's Figure 8, and the first with all its shadows.
 
 use crate::render::settings::{RenderSettings, ShadingSettings, Technique};
 use crate::render::tessellation::TessellationSettings;
@@ -8,6 +8,8 @@ use crate::render::tessellation::TessellationSettings;
 pub enum Truth {
     /// The displaced surface itself, supersampled.
     Displacement,
+    /// The same, and its relief throws shadows on itself, from every light and from the environment.
+    Shadowed,
     /// The smooth surface with the slopes of the displaced one, supersampled.
     NormalMap,
 }
@@ -18,6 +20,7 @@ impl Truth {
     pub fn name(self) -> &'static str {
         match self {
             Self::Displacement => "displacement",
+            Self::Shadowed => "shadowed",
             Self::NormalMap => "normal-map",
         }
     }
@@ -27,6 +30,7 @@ impl Truth {
     pub fn title(self) -> &'static str {
         match self {
             Self::Displacement => "displacement-map truth",
+            Self::Shadowed => "displacement-map truth with the relief's shadows",
             Self::NormalMap => "normal-map truth",
         }
     }
@@ -40,8 +44,9 @@ impl Truth {
             seed,
             shading: ShadingSettings { technique: Technique::Reference, ..Default::default() },
             // A smooth surface needs no vertex for every texel.
-            tessellation: TessellationSettings { to_texels: self == Self::Displacement, ..Default::default() },
-            displacement: self == Self::Displacement,
+            tessellation: TessellationSettings { to_texels: self != Self::NormalMap, ..Default::default() },
+            displacement: self != Self::NormalMap,
+            relief_shadows: self == Self::Shadowed,
             ..Default::default()
         }
     }

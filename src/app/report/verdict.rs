@@ -1,6 +1,8 @@
 //! How far a shot is from the truth, over the object and over its inside.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
+
+use super::case::or_nan;
 
 use crate::maps::compare::{bias_over, compare, rrmse_over};
 use crate::maps::tonemap::Tonemap;
@@ -63,6 +65,28 @@ impl Shot {
         Ok(mean)
     }
 
+    /// This shot and further samples of it together.
+    ///
+    /// # Errors
+    /// Sizes that differ.
+    pub fn joined(&self, more: &Self) -> Result<Self, MapFault> {
+        if (more.image.width, more.image.height) != (self.image.width, self.image.height) {
+            return Err(MapFault::SizeMismatch { what: "shots of several sizes were joined".to_owned() });
+        }
+        let samples = self.samples + more.samples;
+        let share = more.samples as f32 / samples as f32;
+        let mix = |a: f32, b: f32| (b - a).mul_add(share, a);
+        let texels = self.image.texels.iter().zip(&more.image.texels);
+        let texels = texels.map(|(a, b)| std::array::from_fn(|c| mix(a[c], b[c]))).collect();
+        Ok(Self {
+            image: RgbImage::new(more.image.width, more.image.height, texels)?,
+            coverage: self.coverage.iter().zip(&more.coverage).map(|(&a, &b)| mix(a, b)).collect(),
+            milliseconds: self.milliseconds + more.milliseconds,
+            samples,
+            noise: 0.0,
+        })
+    }
+
     /// The pixels that objects touch.
     ///
     /// # Errors
@@ -90,18 +114,21 @@ impl Shot {
 }
 
 /// Errors over one set of pixels; NaN where there are none.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Errors {
     /// Mean FLIP, 0 to 1.
+    #[serde(deserialize_with = "or_nan")]
     pub flip: f64,
     /// Relative root mean square error of linear radiance.
+    #[serde(deserialize_with = "or_nan")]
     pub rrmse: f64,
     /// Relative bias; positive is too bright.
+    #[serde(deserialize_with = "or_nan")]
     pub bias: f64,
 }
 
 /// Where a squared error lies.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Anatomy {
     /// Share of the object's squared error that lies outside its inside: on the outline.
     pub outline: f64,
@@ -194,6 +221,15 @@ mod tests {
         assert!((mean.noise - 0.1).abs() < 0.01, "{}", mean.noise);
         assert_eq!(mean.samples, 2);
         assert!((mean.image.at(20, 20)[0] - 0.4).abs() < 1e-6);
+    }
+
+    #[test]
+    fn samples_join_by_their_numbers() {
+        let (one, mut three) = (disc(1.0, 1.0), disc(0.2, 1.0));
+        three.samples = 3;
+        let joined = one.joined(&three).unwrap();
+        assert_eq!((joined.samples, joined.milliseconds), (4, 2.0));
+        assert!((joined.image.at(20, 20)[0] - 0.4 * (0.25 + 0.75 * 0.2)).abs() < 1e-6);
     }
 
     #[test]

@@ -8,7 +8,7 @@ use crate::app::error::AppError;
 use crate::gpu::{CommandRecorder, Swapchain, Timestamps, Use};
 use crate::maps::RgbImage;
 use crate::maps::tonemap::Tonemap;
-use crate::render::frame::Renderer;
+use crate::render::frame::{PassTime, Renderer};
 use crate::render::patch_mesh::PosedVertices;
 use crate::render::present::PresentPass;
 use crate::render::scene::FrameState;
@@ -21,6 +21,8 @@ pub struct Painter {
     swapchain: Swapchain,
     pass: PresentPass,
     timestamps: Timestamps,
+    /// Of the passes of the last sample.
+    times: Vec<PassTime>,
     /// What is drawn, and how far: the samples of a picture that stands still are spread over frames.
     shown: Option<Shown>,
     renderer: Renderer,
@@ -45,7 +47,8 @@ impl Painter {
         Ok(Self {
             recorder: CommandRecorder::new(&gpu, "window")?,
             pass: PresentPass::new(&gpu, swapchain.format(), tonemap)?,
-            timestamps: Timestamps::new(&gpu, 16)?,
+            timestamps: Timestamps::new(&gpu, 2)?,
+            times: Vec::new(),
             shown: None,
             swapchain,
             renderer,
@@ -66,7 +69,8 @@ impl Painter {
     /// A lost device.
     pub fn times(&mut self) -> Result<Vec<(String, f64)>, AppError> {
         self.finish()?;
-        Ok(self.timestamps.intervals()?)
+        let passes = self.times.iter().map(|time| (time.pass.clone(), time.milliseconds));
+        Ok(passes.chain(self.timestamps.intervals()?).collect())
     }
 
     /// Whether [`draw`](Self::draw) has samples to add.
@@ -108,22 +112,18 @@ impl Painter {
         };
         let Some(shown) = &mut self.shown else { return Err(AppError::Failed("the window has no scene".into())) };
         if let Some(index) = sample {
-            self.renderer.prepare_camera(&shown.state, &shown.settings, &shown.posed, index)?;
+            self.times = self.renderer.draw_sample(&shown.state, &shown.settings, &shown.posed, index, index)?;
             shown.samples = index + 1;
         }
-        let (renderer, pass, timestamps) = (&mut self.renderer, &self.pass, &self.timestamps);
+        let (renderer, pass, timestamps) = (&self.renderer, &self.pass, &self.timestamps);
         self.recorder.record("window frame", |cmd| {
             cmd.full_barrier();
-            if let Some(index) = sample {
-                cmd.reset_timestamps(timestamps);
-                renderer.record(cmd, &shown.state, &shown.settings, index, timestamps);
-            }
+            cmd.reset_timestamps(timestamps);
+            cmd.timestamp(timestamps, "begin");
             if let Some(image) = renderer.image() {
                 cmd.label("present", |cmd| pass.record(cmd, image, &frame.image, exposure));
             }
-            if sample.is_some() {
-                cmd.timestamp(timestamps, "present");
-            }
+            cmd.timestamp(timestamps, "present");
             cmd.transition(&frame.image, Use::Present);
         })?;
         self.swapchain.present(&mut self.recorder, frame)?;

@@ -11,6 +11,11 @@ const SCRUB: f64 = 0.5;
 /// What `,` and `.` move the time by, seconds.
 const FRAME: f64 = 1.0 / 30.0;
 
+/// What `[` and `]` move the sun by, hours.
+const SUN_STEP: f64 = 0.5;
+/// Hours that the sun moves in a second, in turn.
+const SUN_PACES: [f64; 3] = [0.0, 24.0 / 120.0, 24.0 / 20.0];
+
 /// What a key asks for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Action {
@@ -20,7 +25,11 @@ pub enum Action {
     Scrub(i8),
     /// Stops the time a thirtieth of a second before or after.
     Frame(i8),
-    /// The view and the time of the beginning; time runs.
+    /// Moves the sun back or on by half an hour.
+    Sun(i8),
+    /// The next of the sun's paces: it stands, or moves beside what the scene says.
+    SunPace,
+    /// The view, the time and the sun of the beginning; time runs.
     Reset,
     /// Another technique.
     Technique(Technique),
@@ -52,6 +61,9 @@ pub struct Viewer {
     pub time: f64,
     /// Whether time stands still.
     pub paused: bool,
+    /// Hours by which the sun has been moved.
+    pub sun_hours: f64,
+    sun_pace: usize,
     /// How surfaces are shaded.
     pub shading: ShadingSettings,
     other_rule: Quadrature,
@@ -67,16 +79,32 @@ impl Viewer {
     pub fn new(orbit: Orbit, time: f64, shading: ShadingSettings) -> Self {
         let (start, drag, pointer) = ((orbit, time), None, None);
         let other_rule = match shading.quadrature {
-            Quadrature::Grid(_) => Quadrature::VisibleSlopes(9),
+            Quadrature::Grid(_) => Quadrature::VisibleSlopes(16),
             Quadrature::VisibleSlopes(_) => Quadrature::Grid(5),
         };
-        Self { orbit, time, paused: false, shading, other_rule, start, drag, pointer, changed: true }
+        Self {
+            orbit,
+            time,
+            paused: false,
+            sun_hours: 0.0,
+            sun_pace: 0,
+            shading,
+            other_rule,
+            start,
+            drag,
+            pointer,
+            changed: true,
+        }
     }
 
-    /// Lets so many seconds pass, unless time stands still.
+    /// Lets so many seconds pass, unless time stands still; the sun has a time of its own.
     pub fn advance(&mut self, seconds: f64) {
         if !self.paused {
             self.time += seconds.clamp(0.0, LONGEST_STEP);
+            self.changed = true;
+        }
+        if self.sun_pace > 0 {
+            self.sun_hours += SUN_PACES[self.sun_pace] * seconds.clamp(0.0, LONGEST_STEP);
             self.changed = true;
         }
     }
@@ -90,8 +118,11 @@ impl Viewer {
                 self.paused = true;
                 self.time = (self.time + FRAME * f64::from(steps)).max(0.0);
             }
+            Action::Sun(steps) => self.sun_hours += SUN_STEP * f64::from(steps),
+            Action::SunPace => self.sun_pace = (self.sun_pace + 1) % SUN_PACES.len(),
             Action::Reset => {
                 (self.orbit, self.time) = self.start;
+                (self.sun_hours, self.sun_pace) = (0.0, 0);
                 self.paused = false;
             }
             Action::Technique(technique) => self.shading.technique = technique,
@@ -155,7 +186,7 @@ impl Viewer {
     /// What [`take_changed`](Self::take_changed) would say, or time runs.
     #[must_use]
     pub fn is_moving(&self) -> bool {
-        self.changed || !self.paused
+        self.changed || !self.paused || self.sun_pace > 0
     }
 }
 
@@ -187,6 +218,24 @@ mod tests {
             viewer.act(Action::Scrub(-1));
         }
         assert_eq!(viewer.time, 0.0);
+    }
+
+    #[test]
+    fn the_sun_moves_while_the_scene_stands() {
+        let mut viewer = viewer();
+        viewer.act(Action::Pause);
+        viewer.take_changed();
+        viewer.advance(0.1);
+        assert!(viewer.sun_hours == 0.0 && !viewer.is_moving());
+        viewer.act(Action::Sun(-1));
+        assert!(viewer.sun_hours == -0.5 && viewer.take_changed());
+        viewer.act(Action::SunPace);
+        viewer.act(Action::SunPace);
+        viewer.advance(0.05);
+        assert!((viewer.sun_hours + 0.5 - 0.06).abs() < 1e-9 && viewer.time == 1.0 && viewer.is_moving());
+        viewer.act(Action::SunPace);
+        viewer.act(Action::Reset);
+        assert_eq!(viewer.sun_hours, 0.0);
     }
 
     #[test]

@@ -4,7 +4,9 @@ use super::super::projected_area::face_viewer;
 use super::super::reference::{visible_extents, visible_mean_panels};
 use super::super::slope_grid::{grid_lambda, grid_spacing, normal_of_slope};
 use super::super::specular::{LOD_MATCHED, LOD_SUPPLEMENT_5, env_lod, leadr_specular_environment};
-use super::super::visible_specular::{LineRule, leadr_specular_environment_visible, line_rule};
+use super::super::visible_specular::{
+    ProbeNode, VisibleProbe, leadr_specular_environment_visible, probe_nodes, solid_angle_lod,
+};
 use super::Row;
 use super::surfaces::{Random, Surface, surfaces};
 use glam::DVec3;
@@ -170,16 +172,14 @@ impl SpecularSet {
     }
 
     /// The paper's grids, with the level of detail of the supplement where it gives one and with matched solid angles, and
-    /// the lines of probes.
+    /// the rules of few probes.
     #[must_use]
     pub fn rows(&self) -> Vec<Row> {
         let grid = |n: u32, name: &str, constant: f64| {
             self.row(&format!("paper {n}x{n}{name}"), n * n, |s, lobes| grid_radiance(s, lobes, n, constant))
         };
-        let line = |n: u32| {
-            let rule = line_rule(n);
-            self.row(&format!("line of {n}"), n, |s, lobes| line_radiance(s, lobes, &rule))
-        };
+        let probes =
+            |n: u32| self.row(&format!("rings of {n}"), n, |s, lobes| probe_radiance(s, lobes, probe_nodes(n)));
         vec![
             grid(1, "", LOD_MATCHED),
             grid(3, "", LOD_MATCHED),
@@ -188,11 +188,9 @@ impl SpecularSet {
             grid(7, "", LOD_MATCHED),
             grid(9, "", LOD_MATCHED),
             grid(32, "", LOD_MATCHED),
-            line(3),
-            line(5),
-            line(7),
-            line(9),
-            line(16),
+            probes(5),
+            probes(9),
+            probes(16),
         ]
     }
 }
@@ -210,11 +208,10 @@ pub fn grid_radiance(surface: &Surface, lobes: &Lobes, n: u32, constant: f64) ->
     .x
 }
 
-/// A line of probes.
+/// A rule of few probes.
 #[must_use]
-pub fn line_radiance(surface: &Surface, lobes: &Lobes, rule: &LineRule) -> f64 {
+pub fn probe_radiance(surface: &Surface, lobes: &Lobes, nodes: &[ProbeNode]) -> f64 {
     let Surface { wo, m, s } = *surface;
-    leadr_specular_environment_visible(wo, m, s, DVec3::ONE, SIZE, rule, |p| DVec3::splat(lobes.lookup(p.wi, p.lod)))
-        .0
-        .x
+    let radiance = |p: &VisibleProbe| DVec3::splat(lobes.lookup(p.wi, solid_angle_lod(p.solid_angle, SIZE)));
+    leadr_specular_environment_visible(wo, m, s, DVec3::ONE, nodes, radiance).0.x
 }

@@ -2,10 +2,10 @@
 
 use super::super::specular::LOD_MATCHED;
 use super::super::visible_diffuse::{leadr_diffuse_light_visible, visible_diffuse_moments};
-use super::super::visible_specular::line_rule;
+use super::super::visible_specular::probe_nodes;
 use super::diffuse::{Environment, grid_moments};
 use super::light::grid_cosine;
-use super::specular::{Lobes, Sharpness, grid_radiance, line_radiance};
+use super::specular::{Lobes, Sharpness, grid_radiance, probe_radiance};
 use super::surfaces::{Random, Surface, spherical, surfaces};
 use glam::DVec3;
 use rayon::prelude::*;
@@ -133,10 +133,9 @@ pub fn sweep_rows(n: usize) -> Vec<SweepRow> {
         for (name, lobes) in [("smooth lobes", &smooth), ("sharp lobes", &sharp)] {
             let grid = steps(path, n, SEED, |i, s| grid_radiance(s, &lobes[i], 5, LOD_MATCHED));
             add(name, "paper 5x5".into(), grid);
-            for probes in [3, 5, 7, 9, 16] {
-                let rule = line_rule(probes);
-                let swept = steps(path, n, SEED, |i, s| line_radiance(s, &lobes[i], &rule));
-                add(name, format!("line of {probes}"), swept);
+            for probes in [5, 9, 16] {
+                let swept = steps(path, n, SEED, |i, s| probe_radiance(s, &lobes[i], probe_nodes(probes)));
+                add(name, format!("rings of {probes}"), swept);
             }
         }
     }

@@ -7,7 +7,6 @@ use bytemuck::{Pod, Zeroable};
 use glam::Vec2;
 
 use super::fields::OceanFields;
-use super::march::OceanMarch;
 use super::mesh::EARTH;
 use super::surface::{Ocean, SEA_INDEX};
 use crate::gpu::{
@@ -84,35 +83,31 @@ impl OceanFilter {
         self.water.write(0, &[water])
     }
 
-    /// Filters the waves under the sea's pixels into a G-buffer that holds the other objects already, with a technique of the
-    /// last updates, or as the `reference` does.
-    pub fn record(
-        &self,
-        cmd: &mut Commands,
-        technique: Technique,
-        fields: &OceanFields,
-        reference: Option<&OceanMarch>,
-        visible: &VisibleSurface,
-        target: &GBuffer,
-    ) {
-        let Some(pipeline) = self.pipelines.get(&technique) else { return };
+    /// Begins a G-buffer that holds the other objects already, has `draw` fill the sea's pixels from the block of
+    /// `passes/ocean/filter.frag`, and leaves it readable.
+    pub fn record(&self, cmd: &mut Commands, target: &GBuffer, draw: impl FnOnce(&mut Commands, &Buffer)) {
         for image in target.colors() {
             cmd.transition(image, Use::ColorTarget);
         }
         let colors = target.colors().map(|image| ColorTarget { view: image.whole(), load: Load::Keep });
         cmd.begin_rendering(&colors, None);
-        if let Some(reference) = reference {
-            reference.draw_filter(cmd, visible, &self.water);
-        } else {
-            self.draw(cmd, pipeline, fields, visible);
-        }
+        draw(cmd, &self.water);
         cmd.end_rendering();
         for image in target.colors() {
             cmd.transition(image, Use::Sampled);
         }
     }
 
-    fn draw(&self, cmd: &mut Commands, pipeline: &GraphicsPipeline, fields: &OceanFields, visible: &VisibleSurface) {
+    /// Filters the waves under the sea's pixels into the begun G-buffer, with a technique of the last updates.
+    pub fn draw(
+        &self,
+        cmd: &mut Commands,
+        technique: Technique,
+        fields: &OceanFields,
+        shore: &Buffer,
+        visible: &VisibleSurface,
+    ) {
+        let Some(pipeline) = self.pipelines.get(&technique) else { return };
         cmd.bind(
             pipeline,
             &[
@@ -122,6 +117,7 @@ impl OceanFilter {
                 (3, Descriptor::Sampled(fields.joint.whole(), &self.trilinear)),
                 (4, Descriptor::Storage(&fields.cascades)),
                 (5, Descriptor::Uniform(&self.water)),
+                (6, Descriptor::Uniform(shore)),
             ],
         );
         cmd.draw(0..3, 0..1);

@@ -4,5 +4,6 @@ pub mod fields;
 pub mod filter;
 pub mod march;
 pub mod mesh;
+pub mod shore;
 pub mod surface;
 pub mod waves;

@@ -10,6 +10,7 @@ use super::fields::{Content, OceanFields};
 use super::filter::OceanFilter;
 use super::march::OceanMarch;
 use super::mesh::{EARTH, Laid, Rings, SeaView};
+use super::shore::{Shore, ShoreGpu, deviation};
 use super::waves::Cascade;
 use crate::gpu::{
     Buffer, ColorTarget, Commands, Cull, Depth, DepthTarget, Descriptor, Filter, Gpu, GraphicsDesc, GraphicsPipeline,
@@ -42,6 +43,8 @@ pub struct Ocean {
     pub foam: Vec3,
     /// The sea foams where its horizontal stretch ([`OceanFields::joint`]) is below this: 1 is the sea at rest, 0 for no foam.
     pub foam_threshold: f32,
+    /// A beach that the waves run up; none for the open sea.
+    pub shore: Option<Shore>,
 }
 
 #[repr(C)]
@@ -77,6 +80,8 @@ pub struct OceanPass {
     edge_factors: Buffer,
     visible: Buffer,
     view: Buffer,
+    shore: Buffer,
+    deviations: Vec<f64>,
     trilinear: Sampler,
 }
 
@@ -93,7 +98,6 @@ impl OceanPass {
         Ok(Self {
             fields: OceanFields::new(gpu, &ocean.cascades, Content::Moments)?,
             march: None,
-            ocean,
             pipeline: GraphicsPipeline::new(
                 gpu,
                 "ocean",
@@ -117,13 +121,16 @@ impl OceanPass {
             edge_factors: buffer("ocean factors", topology.edges.len(), 4)?,
             visible: buffer("ocean visible patches", mesh.patches.len(), 4)?,
             view: buffer("ocean view", 1, size_of::<ViewGpu>())?,
+            shore: buffer("shore", 1, size_of::<ShoreGpu>())?,
+            deviations: ocean.cascades.iter().map(deviation).collect(),
             trilinear: Sampler::new(gpu, "ocean", Filter::Trilinear, Wrap::Repeat)?,
             rings,
             laid: Laid::default(),
+            ocean,
         })
     }
 
-    /// Lays the rings around a viewer and chooses what is drawn. The device must be idle.
+    /// Lays the rings around a viewer and chooses what is drawn, at `time` in seconds. The device must be idle.
     ///
     /// # Errors
     /// A failed pipeline or write.
@@ -131,6 +138,7 @@ impl OceanPass {
         &mut self,
         gpu: &Arc<Gpu>,
         technique: Technique,
+        time: f64,
         clip_from_world: Mat4,
         eye: Vec3,
         lens: Lens,
@@ -138,14 +146,14 @@ impl OceanPass {
     ) -> Result<()> {
         self.technique = technique;
         self.filter.update(gpu, technique, &self.ocean, eye.truncate())?;
-        let (level, deviation) = (self.ocean.level, self.ocean.height);
-        if technique == Technique::Reference {
+        if self.marches() {
             let march = match &mut self.march {
                 Some(march) => march,
                 none => none.insert(OceanMarch::new(gpu, &self.ocean.cascades)?),
             };
-            march.update(clip_from_world, eye, lens.near, level)?;
+            march.update(clip_from_world, eye, lens.near, self.ocean.level)?;
         }
+        let (level, deviation) = (self.ocean.level, self.ocean.height);
         self.laid = self.rings.lay(&SeaView { clip_from_world, lens, level, deviation }, tessellation);
         let Laid { positions, spacing, list } = &self.laid;
         let vertex = |(p, &spacing): (&Vec3, &f32)| VertexGpu { position: [p.x, p.y], spacing, unused: 0.0 };
@@ -160,7 +168,9 @@ impl OceanPass {
             clip_from_world: (shrink * clip_from_world).to_cols_array_2d(),
             centre: [eye.x, eye.y, level, 0.5 / EARTH],
         };
-        self.view.write(0, &[view])
+        self.view.write(0, &[view])?;
+        let shore = self.ocean.shore.as_ref();
+        self.shore.write(0, &[shore.map_or_else(ShoreGpu::default, |s| ShoreGpu::new(s, time, &self.deviations))])
     }
 
     /// Records the waves at `time`, seconds, every pass `repeats` times and timed by itself: the waves moved to the present and
@@ -178,7 +188,12 @@ impl OceanPass {
 
     /// The passes of the reference, where it is drawn.
     fn reference(&self) -> Option<&OceanMarch> {
-        self.march.as_ref().filter(|_| self.technique == Technique::Reference)
+        self.march.as_ref().filter(|_| self.marches())
+    }
+
+    /// Whether rays are marched, which know of no beach.
+    fn marches(&self) -> bool {
+        self.technique == Technique::Reference && self.ocean.shore.is_none()
     }
 
     /// Draws the sea over what the geometry pass left, and leaves the targets readable.
@@ -213,6 +228,7 @@ impl OceanPass {
                 (5, Descriptor::Storage(&self.visible)),
                 (6, Descriptor::Storage(&self.fields.cascades)),
                 (7, Descriptor::Sampled(self.fields.displacement.whole(), &self.trilinear)),
+                (8, Descriptor::Uniform(&self.shore)),
             ],
         );
         for &(first, count) in &self.laid.list.draws {
@@ -222,7 +238,10 @@ impl OceanPass {
 
     /// Filters the waves under the sea's pixels into a G-buffer that holds the other objects already.
     pub fn record_filter(&self, cmd: &mut Commands, visible: &VisibleSurface, target: &GBuffer) {
-        self.filter.record(cmd, self.technique, &self.fields, self.reference(), visible, target);
+        self.filter.record(cmd, target, |cmd, water| match self.reference() {
+            Some(march) => march.draw_filter(cmd, visible, water),
+            None => self.filter.draw(cmd, self.technique, &self.fields, &self.shore, visible),
+        });
     }
 
     /// Upper bound on the triangles that are drawn.

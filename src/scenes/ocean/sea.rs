@@ -35,6 +35,7 @@ pub fn ocean(sea: &Sea, resolution: u32, seed: u64) -> Ocean {
         color: Vec3::new(0.004, 0.022, 0.03),
         foam: Vec3::splat(0.6),
         foam_threshold,
+        shore: None,
     }
 }
 

@@ -9,11 +9,12 @@ use crate::render::scene::{ColorMap, Object, Pose};
 use crate::scenes::ground::{PERIOD as GROUND_PERIOD, ground};
 use crate::scenes::stage::{Stage, Views};
 
-/// The stage, with atlas tiles of `tile` texels; see [`Trex::load`] for `progress`.
+/// Body and props of the animal, both skinned by [`walk::pose`], with atlas tiles of `tile` texels; see [`Trex::load`] for
+/// `progress`.
 ///
 /// # Errors
 /// As [`Trex::load`].
-pub fn trex_stage(tile: u32, progress: &(dyn Fn(f32) + Sync)) -> Result<Stage, TrexError> {
+pub fn animal(tile: u32, progress: &(dyn Fn(f32) + Sync)) -> Result<[Object; 2], TrexError> {
     let trex = Trex::load(tile, progress)?;
     let (width, height) = trex.layout.size();
     let mut body = trex.body;
@@ -38,6 +39,15 @@ pub fn trex_stage(tile: u32, progress: &(dyn Fn(f32) + Sync)) -> Result<Stage, T
         specular_f0: 0.05,
         casts_shadow: true,
     };
+    Ok([body, props])
+}
+
+/// The stage, with atlas tiles of `tile` texels; see [`Trex::load`] for `progress`.
+///
+/// # Errors
+/// As [`Trex::load`].
+pub fn trex_stage(tile: u32, progress: &(dyn Fn(f32) + Sync)) -> Result<Stage, TrexError> {
+    let [body, props] = animal(tile, progress)?;
     let middle = Vec3::new(-0.2, 0.0, 2.0);
     let views = Views {
         near: Camera::looking_at(Vec3::new(6.3, -3.0, 3.6), Vec3::new(3.9, 0.0, 3.55), 32.0),
@@ -55,6 +65,7 @@ pub fn trex_stage(tile: u32, progress: &(dyn Fn(f32) + Sync)) -> Result<Stage, T
 }
 
 /// Metres walked after `time` seconds.
-fn walked(time: f64) -> f32 {
+#[must_use]
+pub fn walked(time: f64) -> f32 {
     (time * walk::SPEED) as f32
 }

@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::Section;
 use crate::app::error::AppError;
-use crate::app::report::html::{Html, Table, number};
+use crate::app::report::html::{Figure, Html, Table, number};
 use crate::app::report::plot::{Plot, Scale};
 use crate::app::report::studio::{Studio, fault};
 use crate::app::report::subject::Subject;
@@ -12,73 +12,85 @@ use crate::app::report::truth::Truth;
 use crate::app::report::verdict::{Shot, judge};
 
 const INTRO: &str = "The reference tessellates the surface down to the texels of its displacement map, shades every sample \
-    with the base material and the surface's own normal, and moves the samples inside the pixel. This section holds runs \
-    with few samples against one with many, of another seed. Errors are over the pixels that the sphere touches; \
+    with the base material and the surface's own normal, and moves the samples inside the pixel. This section looks \
+    at a run on its way and holds it against one of as many samples in all, of other seeds, whose own noise (from its two \
+    halves) is stated and taken off: squares of independent errors add. Errors are over the pixels that the sphere touches; \
     displacement-map truth displaces the geometry, normal-map truth leaves it smooth and keeps the slopes.";
 
 /// The measured errors of one truth.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Default, Serialize)]
 struct Curve {
     truth: &'static str,
     samples: Vec<u32>,
+    /// Against the truth.
     rrmse: Vec<f64>,
+    /// What is left of it when the noise of the truth is taken off.
+    own: Vec<f64>,
     flip: Vec<f64>,
-    /// Slope of `log(rrmse)` over `log(samples)`, by least squares.
+    /// Relative RMSE of the truth itself, from its halves.
+    noise: f64,
+    /// Slope of `log(own)` over `log(samples)` where it is above the noise, by least squares.
     order: f64,
-    converged_samples: u32,
+}
+
+fn picture(studio: &mut Studio, truth: Truth, shot: &Shot) -> Result<Figure, AppError> {
+    let name = format!("convergence-{}-{}", truth.name(), shot.samples);
+    let label = if shot.samples == 1 { "1 sample".to_owned() } else { format!("{} samples", shot.samples) };
+    studio.picture(&name, &shot.image, 1.0, "the rough sphere", vec![truth.title().to_owned(), label])
 }
 
 pub fn run(studio: &mut Studio) -> Result<Section, AppError> {
-    let size = studio.pick(96, 192);
-    let counts: &[u32] = if studio.quick { &[1, 2, 4, 8, 16] } else { &[1, 2, 4, 8, 16, 32, 64, 128, 256] };
-    let converged = studio.pick(64, 1024);
+    let size = studio.pick(96, 128);
+    let most = studio.pick(16, 1024u32);
     let mut subject = Subject::rough_sphere(studio, studio.pick(16, 32))?;
     let state = subject.seen_by(&subject.stage.views.mid);
+    let counts: Vec<u32> = (0..=most.ilog2()).map(|k| 1 << k).collect();
     let (mut html, mut curves, mut figures) = (Html::new(), Vec::new(), Vec::new());
-    let mut plot =
-        Plot::new("Error against samples per pixel", ("samples per pixel", Scale::Log), ("relative RMSE", Scale::Log));
+    let mut plot = Plot::new(
+        "Error against samples per pixel, the truth's own noise taken off",
+        ("samples per pixel", Scale::Log),
+        ("relative RMSE", Scale::Log),
+    );
     for truth in [Truth::Displacement, Truth::NormalMap] {
-        let mut shoot = |samples, seed| -> Result<Shot, AppError> {
-            let settings = truth.settings((size, size), samples, seed);
-            studio.shoot(&mut subject.renderer, &state, &settings)
-        };
-        let best = shoot(converged, 1)?;
-        let shots = counts.iter().map(|&samples| shoot(samples, 0)).collect::<Result<Vec<_>, _>>()?;
-        let mut curve = Curve {
-            truth: truth.name(),
-            samples: counts.to_vec(),
-            rrmse: Vec::new(),
-            flip: Vec::new(),
-            order: 0.0,
-            converged_samples: converged,
-        };
-        for shot in &shots {
-            let verdict = judge(&best, shot, 1.0).map_err(fault)?;
+        let mut half =
+            |seed| studio.shoot(&mut subject.renderer, &state, &truth.settings((size, size), most / 2, seed));
+        let (a, b) = (half(1)?, half(2)?);
+        let best = Shot::mean_of(&a, &b).map_err(fault)?;
+        let noise = 0.5 * judge(&a, &b, 1.0).map_err(fault)?.object.rrmse;
+        // One run of another seed, looked at on its way.
+        let settings = truth.settings((size, size), most, 3);
+        let mut curve = Curve { truth: truth.name(), samples: counts.clone(), noise, ..Curve::default() };
+        let mut run = Shot { samples: 0, ..best.clone() };
+        for &samples in &counts {
+            let part = studio.shoot_range(&mut subject.renderer, &state, &settings, run.samples..samples)?;
+            run = run.joined(&part).map_err(fault)?;
+            let verdict = judge(&best, &run, 1.0).map_err(fault)?;
             curve.rrmse.push(verdict.object.rrmse);
+            curve.own.push((verdict.object.rrmse.powi(2) - noise * noise).max(0.0).sqrt());
             curve.flip.push(verdict.object.flip);
+            if samples == 1 {
+                figures.push(picture(studio, truth, &run)?);
+            }
         }
-        let points: Vec<(f64, f64)> = counts.iter().map(|&n| f64::from(n)).zip(curve.rrmse.iter().copied()).collect();
-        curve.order = order(&points);
-        for (shot, label) in [(&shots[0], "1 sample".to_owned()), (&best, format!("{converged} samples"))] {
-            let name = format!("convergence-{}-{}", truth.name(), shot.samples);
-            let caption = vec![truth.title().to_owned(), label];
-            figures.push(studio.picture(&name, &shot.image, 1.0, "the rough sphere", caption)?);
-        }
-        plot.line(truth.title(), points);
+        figures.push(picture(studio, truth, &best)?);
+        let points = || counts.iter().map(|&n| f64::from(n)).zip(curve.own.iter().copied());
+        curve.order = order(&points().filter(|p| p.1 > noise).collect::<Vec<_>>());
+        plot.line(truth.title(), points().filter(|p| p.1 > 0.0).collect());
         curves.push(curve);
     }
-    let first = curves.iter().map(|c| c.rrmse[0]).fold(0.0, f64::max);
+    let first = curves.iter().map(|c| c.own[0]).fold(0.0, f64::max);
     let guide = |power: f64| counts.iter().map(|&n| (f64::from(n), first * f64::from(n).powf(power))).collect();
     plot.guide("independent samples, n^-1/2", guide(-0.5));
     html.figures(&figures);
     html.plot(&plot);
     let mut table = Table::new(
-        format!("Error against {converged} samples of another seed, {size} x {size} pixels"),
-        std::iter::once("samples".to_owned())
-            .chain(curves.iter().flat_map(|c| [format!("{}: rRMSE", c.truth), format!("{}: FLIP", c.truth)])),
+        format!("Error against {most} samples of other seeds, {size} x {size} pixels; own: their noise taken off"),
+        std::iter::once("samples".to_owned()).chain(
+            curves.iter().flat_map(|c| ["rRMSE", "rRMSE, own", "FLIP"].map(|kind| format!("{}: {kind}", c.truth))),
+        ),
     );
     for (i, n) in counts.iter().enumerate() {
-        let numbers = curves.iter().flat_map(|c| [c.rrmse[i].into(), c.flip[i].into()]);
+        let numbers = curves.iter().flat_map(|c| [c.rrmse[i].into(), c.own[i].into(), c.flip[i].into()]);
         table.row(std::iter::once(n.to_string().into()).chain(numbers));
     }
     html.table(&table);
@@ -87,18 +99,19 @@ pub fn run(studio: &mut Studio) -> Result<Section, AppError> {
 }
 
 fn finding(curve: &Curve) -> String {
-    let (first, last) = (curve.rrmse[0], curve.rrmse[curve.rrmse.len() - 1]);
-    let n = curve.samples[curve.samples.len() - 1];
+    let last = curve.own.len() - 1;
     let judgement = if curve.order <= -0.45 {
         "as fast as independent samples or faster"
     } else {
         "more slowly than independent samples"
     };
     format!(
-        "{}: the error falls from {} at one sample to {} at {n}, with the power {} of the number of samples: {judgement}.",
+        "{}: the error falls from {} at one sample to {} at {} (against a truth of as many, whose own error is {}), with the power {} of the number of samples: {judgement}.",
         curve.truth,
-        number(first),
-        number(last),
+        number(curve.own[0]),
+        number(curve.own[last]),
+        curve.samples[last],
+        number(curve.noise),
         number(curve.order),
     )
 }

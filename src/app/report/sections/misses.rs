@@ -114,10 +114,10 @@ mod tests {
     fn case(look: &str, rrmse: f64, bias: f64) -> Case {
         let errors = Errors { flip: 0.1, rrmse, bias };
         Case {
-            section: "spheres",
+            section: "spheres".to_owned(),
             subject: "σ 1".to_owned(),
             look: look.to_owned(),
-            truth: "displacement",
+            truth: "displacement".to_owned(),
             object: errors,
             interior: errors,
             anatomy: Anatomy { outline: 0.1, highlights: 0.1 },

@@ -7,6 +7,7 @@ mod model;
 mod ocean;
 mod quadrature;
 mod samples;
+mod shadows;
 mod shapes;
 mod spheres;
 mod table10;
@@ -14,14 +15,14 @@ mod techniques;
 mod zoom;
 
 use clap::ValueEnum;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::html::Html;
 use super::studio::Studio;
 use crate::app::error::AppError;
 
 /// What a section has to say.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Section {
     /// For people.
     pub html: Html,
@@ -61,6 +62,8 @@ pub enum SectionName {
     Model,
     /// Every technique from near to far.
     Techniques,
+    /// Shadows that the relief throws on itself.
+    Shadows,
     /// Surfaces that deform under maps that do not.
     Shapes,
     /// What flickers when the camera moves away.
@@ -77,13 +80,14 @@ pub enum SectionName {
 
 impl SectionName {
     /// All of them.
-    pub const ALL: [Self; 12] = [
+    pub const ALL: [Self; 13] = [
         Self::Convergence,
         Self::Spheres,
         Self::Table10,
         Self::Quadrature,
         Self::Model,
         Self::Techniques,
+        Self::Shadows,
         Self::Shapes,
         Self::Zoom,
         Self::Ocean,
@@ -102,6 +106,7 @@ impl SectionName {
             Self::Quadrature => "quadrature",
             Self::Model => "model",
             Self::Techniques => "techniques",
+            Self::Shadows => "shadows",
             Self::Shapes => "shapes",
             Self::Zoom => "zoom",
             Self::Ocean => "ocean",
@@ -121,6 +126,7 @@ impl SectionName {
             Self::Quadrature => "Fewer, better-placed samples",
             Self::Model => "Beyond the model: visibility against ray casts",
             Self::Techniques => "Techniques side by side",
+            Self::Shadows => "Shadows that the relief throws on itself",
             Self::Shapes => "Surfaces that deform",
             Self::Zoom => "Moving away: what flickers",
             Self::Ocean => "The sea",
@@ -142,6 +148,7 @@ impl SectionName {
             Self::Quadrature => quadrature::run(studio),
             Self::Model => model::run(studio),
             Self::Techniques => techniques::run(studio),
+            Self::Shadows => shadows::run(studio),
             Self::Shapes => shapes::run(studio),
             Self::Zoom => zoom::run(studio),
             Self::Ocean => ocean::run(studio),

@@ -1,0 +1,69 @@
+//! Text and numbers as a page has them.
+
+/// Text as it may stand in an element or in a quoted attribute.
+#[must_use]
+pub fn escape(text: &str) -> String {
+    let mut escaped = String::with_capacity(text.len());
+    for c in text.chars() {
+        match c {
+            '&' => escaped.push_str("&amp;"),
+            '<' => escaped.push_str("&lt;"),
+            '>' => escaped.push_str("&gt;"),
+            '"' => escaped.push_str("&quot;"),
+            '\'' => escaped.push_str("&#39;"),
+            _ => escaped.push(c),
+        }
+    }
+    escaped
+}
+
+/// A number with three significant digits as people write it: `0.123`, `12.3`, `1230`, `1.23e-5`; `–` for NaN.
+#[must_use]
+pub fn number(value: f64) -> String {
+    let size = value.abs();
+    match size {
+        _ if value.is_nan() => "–".to_owned(),
+        _ if value.is_infinite() => if value > 0.0 { "∞" } else { "−∞" }.to_owned(),
+        0.0 => "0".to_owned(),
+        _ if !(1e-4..1e6).contains(&size) => format!("{value:.2e}"),
+        _ => {
+            let digits = (2 - size.log10().floor() as i32).clamp(0, 6) as usize;
+            format!("{value:.digits$}")
+        }
+    }
+}
+
+/// A share as percent with its sign if `signed`: `12.3 %`.
+#[must_use]
+pub fn percent(share: f64, signed: bool) -> String {
+    let value = number(share * 100.0);
+    let sign = if signed && share > 0.0 { "+" } else { "" };
+    format!("{sign}{value} %")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_have_three_digits() {
+        let cases = [
+            (0.0, "0"),
+            (0.123_456, "0.123"),
+            (12.345, "12.3"),
+            (1234.5, "1234"),
+            (0.001_234, "0.00123"),
+            (1.234e-5, "1.23e-5"),
+            (-0.5, "-0.500"),
+            (2.5e7, "2.50e7"),
+            (f64::NAN, "–"),
+            (f64::INFINITY, "∞"),
+        ];
+        for (value, text) in cases {
+            assert_eq!(number(value), text);
+        }
+        assert_eq!((percent(0.025, true), percent(-0.1, true), percent(0.5, false)), {
+            ("+2.50 %".to_owned(), "-10.0 %".to_owned(), "50.0 %".to_owned())
+        });
+    }
+}

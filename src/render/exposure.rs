@@ -1,0 +1,72 @@
+//! How bright a picture of a scene under the sky should be: the exposure follows the height of the sun, as an eye does,
+//! but not all the way, so that dusk is dimmer than noon and night is dark.
+
+use super::sky::Sky;
+
+/// Luminance of sun and sky on level ground under the default air at intensity 1, by degrees of the sun above the horizon.
+const LEVEL: [(f32, f32); 16] = [
+    (-18.0, 4.755e-4),
+    (-15.0, 4.755e-4),
+    (-12.0, 4.756e-4),
+    (-9.0, 4.794e-4),
+    (-7.0, 5.254e-4),
+    (-5.0, 1.027e-3),
+    (-3.0, 4.679e-3),
+    (-1.0, 1.847e-2),
+    (0.0, 3.067e-2),
+    (1.0, 4.694e-2),
+    (3.0, 9.500e-2),
+    (6.0, 2.168e-1),
+    (10.0, 4.563e-1),
+    (18.0, 1.051),
+    (28.0, 1.831),
+    (38.0, 2.559),
+];
+
+/// Part of the difference in brightness, in stops, that the exposure makes up for.
+const ADAPTATION: f32 = 0.62;
+
+/// Factor on the radiance of a picture under `sky`: 1 from a mid-morning sun up, some hundreds at night.
+#[must_use]
+pub fn exposure(sky: &Sky) -> f32 {
+    let elevation = sky.sun_direction.normalize_or(glam::Vec3::Z).z.clamp(-1.0, 1.0).asin().to_degrees();
+    (LEVEL[LEVEL.len() - 1].1 / level(elevation)).powf(ADAPTATION)
+}
+
+/// The table at an elevation in degrees, linear in the logarithm; its ends go on.
+fn level(elevation: f32) -> f32 {
+    let next = LEVEL.partition_point(|entry| entry.0 <= elevation);
+    if next == 0 || next == LEVEL.len() {
+        return LEVEL[next.saturating_sub(1)].1;
+    }
+    let ((e0, l0), (e1, l1)) = (LEVEL[next - 1], LEVEL[next]);
+    l0 * (l1 / l0).powf((elevation - e0) / (e1 - e0))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::{DVec3, Vec3};
+
+    #[test]
+    fn the_table_is_the_skys() {
+        let luminance = |c: DVec3| c.dot(DVec3::new(0.2126, 0.7152, 0.0722)) as f32;
+        let measured = LEVEL.map(|(degrees, _)| {
+            let sky = Sky::with_sun(degrees.to_radians(), 0.0);
+            let direct = Vec3::from(sky.sun_irradiance()).as_dvec3() * f64::from(degrees.to_radians().sin().max(0.0));
+            luminance(direct + sky.tables().ground_irradiance())
+        });
+        for ((degrees, stored), measured) in LEVEL.into_iter().zip(measured) {
+            assert!((stored / measured - 1.0).abs() < 0.02, "{degrees}: {stored} {measured:.3e}");
+        }
+    }
+
+    #[test]
+    fn the_exposure_never_falls_as_the_sun_sets_and_daylight_keeps_its_own() {
+        let at = |degrees: f32| exposure(&Sky::with_sun(degrees.to_radians(), 1.0));
+        assert_eq!((at(38.1), at(60.0), at(90.0)), (1.0, 1.0, 1.0));
+        let steps: Vec<f32> = (0..400).map(|i| at(39.0 - 0.2 * i as f32)).collect();
+        assert!(steps.windows(2).all(|w| w[1] >= w[0] && w[1] / w[0] < 1.2), "{steps:?}");
+        assert!((100.0..500.0).contains(&at(-40.0)), "{}", at(-40.0));
+    }
+}

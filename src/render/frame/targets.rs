@@ -1,0 +1,57 @@
+//! Image targets of a frame.
+
+use std::sync::Arc;
+
+use crate::gpu::{Gpu, Image, ImageDesc, Result};
+use crate::render::filter::GBuffer;
+use crate::render::geometry::VisibleSurface;
+use crate::render::shade::ShadePass;
+
+/// What a sample of every pixel sees, and its radiance.
+pub struct SampleTargets {
+    pub visible: VisibleSurface,
+    pub gbuffer: GBuffer,
+    pub radiance: Image,
+}
+
+impl SampleTargets {
+    fn new(gpu: &Arc<Gpu>, size: (u32, u32)) -> Result<Self> {
+        let radiance = ImageDesc::new(ShadePass::FORMAT, size.0, size.1).color_target();
+        Ok(Self {
+            visible: VisibleSurface::new(gpu, size)?,
+            gbuffer: GBuffer::new(gpu, size)?,
+            radiance: Image::new(gpu, "sample", radiance)?,
+        })
+    }
+}
+
+/// Image targets of one size.
+pub struct Targets {
+    pub size: (u32, u32),
+    /// The sample that a pixel's surface is shaded by.
+    pub pixel: SampleTargets,
+    /// Edge samples, `grid²` of every pixel; where there are any.
+    pub edges: Option<SampleTargets>,
+    /// Edge samples across a pixel.
+    pub grid: u32,
+    /// The mean of the samples.
+    pub mean: Image,
+}
+
+impl Targets {
+    pub fn new(gpu: &Arc<Gpu>, size: (u32, u32), grid: Option<u32>) -> Result<Self> {
+        let mean = ImageDesc::new(ShadePass::FORMAT, size.0, size.1).storage();
+        Ok(Self {
+            size,
+            pixel: SampleTargets::new(gpu, size)?,
+            edges: grid.map(|grid| SampleTargets::new(gpu, (grid * size.0, grid * size.1))).transpose()?,
+            grid: grid.unwrap_or(1),
+            mean: Image::new(gpu, "mean", mean)?,
+        })
+    }
+
+    /// Whether they serve a frame of this size, with such a grid of edge samples or without any.
+    pub fn suit(&self, size: (u32, u32), grid: Option<u32>) -> bool {
+        self.size == size && self.edges.as_ref().map(|_| self.grid) == grid
+    }
+}

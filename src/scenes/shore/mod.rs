@@ -1,0 +1,83 @@
+//! The walking T-rex on a beach with the animated sea behind it: one light on both, both filtered.
+//!
+//! The coast runs along y, the sea lies toward −x (west, so that the sun sets in it), and the animal walks toward +y.
+
+pub mod beach;
+pub mod sand;
+
+use std::f32::consts::FRAC_PI_2;
+use std::f64::consts::TAU;
+
+use glam::{Affine3A, DVec2, Mat4, Vec3};
+
+use super::ocean::sea::ocean;
+use super::ocean::spectrum::Sea;
+use super::stage::{Stage, Views};
+use super::trex::TrexError;
+use super::trex::stage::{animal, walked};
+use super::trex::walk;
+use crate::render::camera::Camera;
+use crate::render::ocean::shore::{Bend, Shore};
+use crate::render::ocean::surface::Ocean;
+use crate::render::scene::Pose;
+
+/// Metres along the coast after which the sand repeats, its bends too.
+pub const PERIOD: f64 = 40.0;
+/// Samples along the edge of a tile of waves.
+const RESOLUTION: u32 = 256;
+/// x of the animal's path: on the dry sand beside the wet.
+const PATH: f64 = 6.2;
+
+/// The beach of the scene.
+#[must_use]
+pub fn shore() -> Shore {
+    let bend = |amplitude, turns: f64, phase| Bend { amplitude, step: TAU * turns / PERIOD, phase };
+    Shore {
+        slope: 0.09,
+        berm: 0.9,
+        reach: 3.0,
+        bends: [bend(0.5, 1.0, 0.4), bend(0.25, 2.0, 2.2), bend(0.16, 3.0, 4.0), bend(0.08, 5.0, 1.1)],
+        swells: 146,
+        run_up: 0.28,
+        bed: Vec3::from_array(sand::WET),
+        extinction: Vec3::new(0.9, 0.30, 0.36),
+    }
+}
+
+/// The sea off the beach: a moderate breeze toward the land.
+#[must_use]
+pub fn sea() -> Ocean {
+    let sea = Sea { wind_speed: 6.0, wind_direction: -0.35, fetch: 40e3, ..Sea::default() };
+    Ocean { shore: Some(shore()), foam: Vec3::splat(0.7), ..ocean(&sea, RESOLUTION, 1) }
+}
+
+/// The stage, with atlas tiles of `tile` texels for the animal; see [`Trex::load`](super::trex::Trex::load) for
+/// `progress`.
+///
+/// # Errors
+/// As [`Trex::load`](super::trex::Trex::load).
+pub fn shore_stage(tile: u32, progress: &(dyn Fn(f32) + Sync)) -> Result<Stage, TrexError> {
+    let shore = shore();
+    let mut objects = animal(tile, progress)?.to_vec();
+    objects.extend([beach::beach(&shore), beach::dunes(&shore)]);
+    // Where the animal stands at the beginning; it faces +y, and the sea is on its left.
+    let level = move |y: f64| shore.ground(shore.offshore(DVec2::new(PATH, y))) as f32;
+    let at = |along: f32, seaward: f32, up: f32| Vec3::new(PATH as f32 - seaward, along, 0.42 + up);
+    let middle = at(-0.5, 0.8, 1.85);
+    let views = Views {
+        near: Camera::looking_at(at(6.6, -3.0, 3.3), at(3.7, 0.3, 3.35), 36.0),
+        mid: Camera::looking_at(at(7.0, -10.6, 1.9), middle, 38.0),
+        far: Camera::looking_at(at(52.0, -72.0, 17.0), at(-2.0, 2.0, 2.0), 34.0),
+    };
+    let motion = move |time: f64| {
+        let gone = walked(time);
+        let stand = Vec3::new(PATH as f32, 0.0, level(f64::from(gone)));
+        let world = Mat4::from_translation(stand) * Mat4::from_rotation_z(FRAC_PI_2);
+        let joints: Vec<Mat4> = walk::pose(time).skinning_matrices().into_iter().map(|joint| world * joint).collect();
+        // The sand goes with the animal, in steps after which it looks the same.
+        let steps = (gone / PERIOD as f32).round();
+        let sand = Pose::Rigid(Affine3A::from_translation(Vec3::Y * (steps * PERIOD as f32)));
+        vec![Pose::Skinned(joints.clone()), Pose::Skinned(joints), sand.clone(), sand]
+    };
+    Ok(Stage::moving(objects, views, motion, |time| Vec3::Y * walked(time)).with_ocean(sea()))
+}

@@ -1,0 +1,139 @@
+//! Edge samples: outlines as smooth as of many samples, surfaces shaded once.
+
+mod common;
+
+use glam::{Affine3A, Vec3};
+use leadr::render::camera::Camera;
+use leadr::render::environment::Environment;
+use leadr::render::frame::{FrameOutput, Layer, Renderer};
+use leadr::render::scene::{FrameState, Object, Pose, Sun};
+use leadr::render::settings::{RenderSettings, ShadingSettings, Technique};
+use leadr::render::sky::Sky;
+use leadr::scenes::sphere::cube_sphere;
+
+const SIZE: u32 = 64;
+
+fn sphere(name: &str, color: [f32; 4]) -> Object {
+    Object {
+        name: name.to_owned(),
+        mesh: cube_sphere(8, color),
+        heights: None,
+        height_scale: 1.0,
+        color_map: None,
+        specular_f0: 0.04,
+        casts_shadow: true,
+    }
+}
+
+/// A small sphere in front of a large one.
+fn scene(gpu: &common::TestGpu) -> (Renderer, FrameState) {
+    let sky = Sky::default();
+    let objects = vec![sphere("front", [0.8, 0.2, 0.1, 0.4]), sphere("back", [0.1, 0.3, 0.8, 0.3])];
+    let renderer = Renderer::new(gpu, objects, Environment::from_sky(gpu, 32, &sky).unwrap()).unwrap();
+    let toward = Vec3::new(-0.3, -1.0, 0.4).normalize();
+    let pose = |place: Vec3, radius: f32| {
+        Pose::Rigid(Affine3A::from_translation(place) * Affine3A::from_scale(Vec3::splat(radius)))
+    };
+    let state = FrameState {
+        time: 0.0,
+        camera: Camera::looking_at(toward * 12.0, Vec3::ZERO, 18.0),
+        poses: vec![pose(toward * 2.0 + Vec3::X * 0.3, 0.5), pose(Vec3::ZERO, 1.4)],
+        sky: Some(sky),
+        sun: Some(Sun { direction: sky.sun_direction.normalize(), irradiance: Vec3::from_array(sky.sun_irradiance()) }),
+        point_lights: Vec::new(),
+        height_scale: 1.0,
+    };
+    (renderer, state)
+}
+
+fn settings(samples: u32, edge_samples: u32) -> RenderSettings {
+    RenderSettings { size: (SIZE, SIZE), samples, edge_samples, ..Default::default() }
+}
+
+/// Root mean square difference over the pixels for which `over` holds, of the channels from `first` on.
+fn rms(a: &FrameOutput, b: &FrameOutput, first: usize, over: impl Fn(usize) -> bool) -> f64 {
+    let pixels = (0..a.color.len()).filter(|&i| over(i)).collect::<Vec<_>>();
+    let square = |i: usize| (first..4).map(|c| f64::from(a.color[i][c] - b.color[i][c]).powi(2)).sum::<f64>();
+    (pixels.iter().map(|&i| square(i)).sum::<f64>() / pixels.len() as f64).sqrt()
+}
+
+#[test]
+fn outlines_converge_to_the_reference_and_the_inside_is_shaded_once() {
+    let Some(gpu) = common::test_gpu() else { return };
+    let (mut renderer, state) = scene(&gpu);
+    let reference = RenderSettings {
+        shading: ShadingSettings { technique: Technique::Reference, ..Default::default() },
+        ..settings(512, 1)
+    };
+    let truth = renderer.render(&state, &reference).unwrap();
+    let supersampled = renderer.render(&state, &settings(256, 1)).unwrap();
+    let partly = |i: usize| (0.001..0.999).contains(&truth.color[i][3]);
+    let once = renderer.render(&state, &settings(1, 1)).unwrap();
+    let depth: Vec<f32> = renderer.layer(Layer::Depth).unwrap().iter().map(|d| d[0]).collect();
+    // Pixels that see more than one surface: where one sample is far from many.
+    let edge = |i: usize| (0..3).any(|c| (once.color[i][c] - supersampled.color[i][c]).abs() > 0.05);
+    let edges = (0..once.color.len()).filter(|&i| edge(i)).count();
+    let mut before = (rms(&once, &truth, 3, partly), rms(&once, &supersampled, 0, edge));
+    println!("{edges} pixels at edges; 1 sample: coverage {:.4}, radiance {:.4}", before.0, before.1);
+    assert!(edges > 100 && before.0 > 0.2);
+    for samples in [4, 16, 144] {
+        let smooth = renderer.render(&state, &settings(1, samples)).unwrap();
+        let errors = (rms(&smooth, &truth, 3, partly), rms(&smooth, &supersampled, 0, edge));
+        let same = (0..once.color.len()).filter(|&i| smooth.color[i] == once.color[i]).count();
+        println!("{samples} edge samples: coverage {:.4}, radiance {:.4}; {same} pixels the same", errors.0, errors.1);
+        assert!(errors.0 < 0.6 * before.0 && errors.1 < 0.7 * before.1, "{errors:?} after {before:?}");
+        before = errors;
+        let mut inside = 0;
+        // The inside of both spheres and the sky, bit for bit: whatever is two pixels away from a step in depth.
+        for y in 2..SIZE as i32 - 2 {
+            for x in 2..SIZE as i32 - 2 {
+                let at = |x: i32, y: i32| (y * SIZE as i32 + x) as usize;
+                let step = |i: usize| depth[i] != depth[at(x, y)] && !((depth[i] - depth[at(x, y)]).abs() < 0.3);
+                let near = (-2..=2).any(|dy| (-2..=2).any(|dx| step(at(x + dx, y + dy))));
+                inside += usize::from(!near && depth[at(x, y)].is_finite());
+                assert!(near || smooth.color[at(x, y)] == once.color[at(x, y)], "{samples} at {x}, {y}");
+            }
+        }
+        assert!(inside > 400, "{inside}");
+        assert!(same > once.color.len() * 3 / 4);
+    }
+    assert!(before.0 < 0.015 && before.1 < 0.02, "{before:?}");
+}
+
+#[test]
+fn frames_with_edge_samples_repeat() {
+    let Some(gpu) = common::test_gpu() else { return };
+    let (mut renderer, state) = scene(&gpu);
+    let (mut other, _) = scene(&gpu);
+    for seed in [0, 3] {
+        for technique in [Technique::Leadr, Technique::Lean, Technique::NormalMip, Technique::Constant] {
+            let shading = ShadingSettings { technique, ..Default::default() };
+            let settings = RenderSettings { seed, shading, ..settings(2, 4) };
+            let frame = renderer.render(&state, &settings).unwrap();
+            assert_eq!(frame.color, other.render(&state, &settings).unwrap().color);
+            assert!(frame.color.iter().flatten().all(|v| v.is_finite() && *v >= 0.0));
+            // After a frame without, whose targets are others.
+            renderer.render(&state, &RenderSettings { edge_samples: 1, ..settings }).unwrap();
+            assert_eq!(frame.color, renderer.render(&state, &settings).unwrap().color);
+        }
+    }
+    let by_seed = |seed| RenderSettings { seed, ..settings(2, 4) };
+    assert_ne!(
+        renderer.render(&state, &by_seed(0)).unwrap().color,
+        renderer.render(&state, &by_seed(1)).unwrap().color
+    );
+    // Measured frames have all edge samples, and a pass to mark them.
+    let times = renderer.measure(&state, &settings(1, 4), 0, 1).unwrap();
+    assert_eq!(times.iter().filter(|t| t.pass == "edges").count(), 1);
+}
+
+#[test]
+fn the_reference_has_no_edge_samples() {
+    let Some(gpu) = common::test_gpu() else { return };
+    let (mut renderer, state) = scene(&gpu);
+    let shading = ShadingSettings { technique: Technique::Reference, ..Default::default() };
+    assert!(renderer.render(&state, &RenderSettings { shading, ..settings(1, 4) }).is_err());
+    for fault in [0, RenderSettings::MAX_EDGE_SAMPLES + 1] {
+        assert!(renderer.render(&state, &settings(1, fault)).is_err());
+    }
+}
