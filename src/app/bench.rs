@@ -173,7 +173,14 @@ impl Subject for Bench {
         let index = round as u32 % row.settings.samples.max(1);
         let mut state = row.state.clone();
         daylight::pass(&mut state, row.sun_hours * (round + 1) as f64);
-        Ok(self.renderers[*renderer].measure(&state, &row.settings, index, repeats)?)
+        let times = self.renderers[*renderer].measure(&state, &row.settings, index, repeats)?;
+        if row.sun_hours != 0.0
+            && let Some(sky) = &row.state.sky
+        {
+            // The next row is not to pay for the sun's way back.
+            self.renderers[*renderer].show_sky(sky)?;
+        }
+        Ok(times)
     }
 }
 

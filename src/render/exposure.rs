@@ -24,7 +24,7 @@ const LEVEL: [(f32, f32); 16] = [
 ];
 
 /// Part of the difference in brightness, in stops, that the exposure makes up for.
-const ADAPTATION: f32 = 0.62;
+const ADAPTATION: f32 = 0.68;
 
 /// Factor on the radiance of a picture under `sky`: 1 from a mid-morning sun up, some hundreds at night.
 #[must_use]

@@ -24,6 +24,7 @@ use super::scene::{FrameState, Object};
 use super::settings::{RenderSettings, ShadingSettings};
 use super::shade::{LightSet, LightingGpu, ShadePass};
 use super::shadow::{ShadowPass, ShadowView};
+use super::sky::Sky;
 use crate::gpu::{Buffer, Gpu, GpuError, Image, Memory, Result, Timestamps};
 
 pub use self::layers::Layer;
@@ -156,6 +157,15 @@ impl Renderer {
     /// A lost device, or memory that is short.
     pub fn radiance_sh(&self) -> Result<Vec<[f32; 4]>> {
         self.irradiance.coefficients().read_all()
+    }
+
+    /// Brings the environment to a sky before the frame that shows it, so that the frame need not.
+    ///
+    /// # Errors
+    /// A failed submission.
+    pub fn show_sky(&mut self, sky: &Sky) -> Result<()> {
+        let environment = &mut self.environment;
+        self.gpu.submit("sky", |cmd| environment.update_sky(cmd, sky)).map(|_| ())
     }
 
     /// Renders a frame and reads it back.

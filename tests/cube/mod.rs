@@ -1,5 +1,7 @@
 //! Cube maps read back: directions and solid angles of texels in 64 bits, written apart from the shaders.
 
+#![allow(dead_code, reason = "each test binary uses its own part")]
+
 use std::f64::consts::PI;
 
 use glam::DVec3;

@@ -134,10 +134,7 @@ impl Renderer {
     /// Makes what the shadows of the reference need: its pass, and an environment that can be drawn from.
     fn prepare_reference(&mut self, state: &FrameState) -> Result<()> {
         if let Some(sky) = &state.sky {
-            let environment = &mut self.environment;
-            self.gpu.submit("sky", |cmd| {
-                environment.update_sky(cmd, sky);
-            })?;
+            self.show_sky(sky)?;
         }
         let pass = match &mut self.reference {
             Some(pass) => pass,
