@@ -14,7 +14,7 @@ use leadr::reflectance::correlated_masking::{Visibility, direction_area, lit_fra
 use leadr::reflectance::frame::frame_about;
 use leadr::reflectance::sh::sh_add_light;
 use leadr::reflectance::shadowed_environment::{bent_normal, shadowed_diffuse_environment, visible_slope_shift};
-use leadr::reflectance::shadowed_specular::{shadowed_specular_environment, wide_direction_area};
+use leadr::reflectance::shadowed_specular::{lit_probe, shadowed_specular_environment};
 use leadr::reflectance::slope_grid::slope_cholesky;
 use leadr::reflectance::visible_specular::probe_nodes;
 
@@ -66,7 +66,7 @@ fn shadowed_environment_parity() {
     parity::<8>(
         "shadowed_environment",
         // Seen along the thin axis of a nearly one-dimensional surface, wo.S.wo cancels: 1.1e-4 at worst.
-        Tolerance { relative: 2e-4, floor: |k| if k < 2 { 1e-2 } else { 0.1 }, unit: 0.0 },
+        Tolerance { relative: 4e-4, floor: |k| if k < 2 { 1e-2 } else { 0.1 }, unit: 0.0 },
         |r| join(&[&r.direction().to_array(), &r.mean_slope().to_array(), &r.covariance().to_array()]),
         |x| {
             let (wo, m, s) = (v3(x, 0), v2(x, 3), v3(x, 5));
@@ -86,7 +86,7 @@ fn shadowed_environment_parity() {
 fn shadowed_specular_parity() {
     parity::<12>(
         "shadowed_specular",
-        Tolerance { relative: 1e-3, floor: |k| if k < 2 { 1e-2 } else { 0.1 }, unit: 0.0 },
+        Tolerance { relative: 1e-3, floor: |_| 0.1, unit: 0.0 },
         |r| {
             let (m, s) = (r.mean_slope(), r.covariance());
             let (wo, wi) = pair(r, s);
@@ -95,14 +95,14 @@ fn shadowed_specular_parity() {
         |x| {
             let (wo, wi, m, s) = (v3(x, 0), v3(x, 3), v2(x, 6), v3(x, 8));
             let cholesky = slope_cholesky(s);
-            let (o, i) = (direction_area(wo, m, cholesky), wide_direction_area(wi, x[11], m, cholesky));
+            let o = direction_area(wo, m, cholesky);
             let lit = [Visibility::Smith, Visibility::Correlated, Visibility::CorrelatedSimple]
-                .map(|v| lit_fraction(v, &o, &i));
+                .map(|v| lit_probe(v, &o, wi, x[11], m, cholesky));
             let white = [5, 9, 16].map(|n| {
                 let (v, nodes) = (Visibility::Correlated, probe_nodes(n));
                 shadowed_specular_environment(v, wo, m, s, DVec3::ONE, nodes, |_| DVec3::ONE).0.x
             });
-            list![[i.meso, i.visible], lit, white]
+            list![lit.map(|l| l.lit), lit[0].wi, white]
         },
     );
 }
@@ -114,5 +114,5 @@ fn finite_at_the_extremes() {
     let r = &mut Random(7);
     finite::<11, 0>(&gpu, r, "correlated_masking", 11, 2, |_| []);
     finite::<8, 0>(&gpu, r, "shadowed_environment", 9, 1, |_| []);
-    finite::<12, 1>(&gpu, r, "shadowed_specular", 8, 2, |r| [r.log(1e-6, 4.0) as f32]);
+    finite::<12, 1>(&gpu, r, "shadowed_specular", 9, 2, |r| [r.log(1e-6, 4.0) as f32]);
 }

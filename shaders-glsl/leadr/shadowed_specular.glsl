@@ -8,24 +8,27 @@
 // (src/reflectance/shadowed_specular.rs). Once per pixel
 //     VisibleProbes probes = visible_probes(wo, m, S);
 //     DirectionArea o = direction_area(wo, probes.m, probes.cholesky);
-// and for each probe, as a factor of what it reflects,
-//     float lit = probe_lit(visibility, o, p, probes.m, probes.cholesky);
+// and for each probe, before it is looked up,
+//     LitProbe l = lit_probe(visibility, o, p.wi, p.solid_angle, probes.m, probes.cholesky);
 
-// The areas that a light of this solid angle about wi sees, on average: its height above the mesosurface spread by the
-// deviation of a disc, before it is cut at the horizon.
-DirectionArea wide_direction_area(vec3 wi, float solid_angle, vec2 m, vec3 cholesky) {
+struct LitProbe {
+    float lit; // the part of the probe that is lit, 0..1
+    vec3 wi;   // where the environment is looked up for it, unit
+};
+
+// The light of a solid angle about wi: its height above the mesosurface is a normal variable of the deviation of a disc,
+// averaged before it is cut at the horizon.
+LitProbe lit_probe(int visibility, DirectionArea o, vec3 wi, float solid_angle, vec2 m, vec3 cholesky) {
+    if (visibility == LEADR_VISIBILITY_MASKING) return LitProbe(1.0, wi);
     DirectionArea i = direction_area(wi, m, cholesky);
-    float deviation = sqrt(min(solid_angle * (1.0 + dot(m, m)) * 0.0795774715, 1.0));
-    float wider = rough_area(i.meso, deviation);
-    i.meso = max(i.meso, 0.0) + wider;
-    i.visible += wider;
-    return i;
-}
-
-// Part of what the probe stands for that is lit, 0..1.
-float probe_lit(int visibility, DirectionArea o, VisibleProbe p, vec2 m, vec3 cholesky) {
-    if (visibility == LEADR_VISIBILITY_MASKING) return 1.0;
-    return lit_fraction(visibility, o, wide_direction_area(p.wi, p.solid_angle, m, cholesky));
+    float squared = 1.0 + dot(m, m);
+    float deviation = sqrt(clamp(0.119366207 * solid_angle * squared, 1e-12, 1.0));
+    NormalRamp n = normal_ramp(max(i.meso / deviation, -13.0));
+    float above = deviation * n.ramp;
+    i.visible += above - max(i.meso, 0.0);
+    i.meso = above;
+    float lift = deviation * n.cdf / n.ramp / squared;
+    return LitProbe(lit_fraction(visibility, o, i), normalize(wi + lift * vec3(-m, 1.0)));
 }
 
 #endif

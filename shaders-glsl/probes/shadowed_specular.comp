@@ -9,24 +9,21 @@ void main() {
     vec2 m = next2();
     vec3 S = next3();
     float solid_angle = next();
-    at = gl_GlobalInvocationID.x * 8;
+    at = gl_GlobalInvocationID.x * 9;
     vec3 cholesky = slope_cholesky(S);
     DirectionArea o = direction_area(wo, m, cholesky);
-    DirectionArea i = wide_direction_area(wi, solid_angle, m, cholesky);
-    put(i.meso);
-    put(i.visible);
-    VisibleProbe p = VisibleProbe(vec2(0.0), wi, 0.0, 1.0, solid_angle);
     for (int visibility = LEADR_VISIBILITY_SMITH; visibility <= LEADR_VISIBILITY_CORRELATED_SIMPLE; ++visibility) {
-        put(probe_lit(visibility, o, p, m, cholesky));
+        put(lit_probe(visibility, o, wi, solid_angle, m, cholesky).lit);
     }
+    put(lit_probe(LEADR_VISIBILITY_SMITH, o, wi, solid_angle, m, cholesky).wi);
     VisibleProbes probes = visible_probes(wo, m, S);
     o = direction_area(wo, probes.m, probes.cholesky);
     for (int n = 0; n < 3; ++n) {
-        int count = n == 0 ? 5 : n == 1 ? 9 : 16;
+        int size = n == 0 ? 5 : n == 1 ? 9 : 16;
         float lit = 0.0;
-        for (int k = 0; k < count; ++k) {
-            p = visible_probe(probes, wo, probe_node(count, k));
-            lit += p.weight * probe_lit(LEADR_VISIBILITY_CORRELATED, o, p, probes.m, probes.cholesky);
+        for (int k = 0; k < size; ++k) {
+            VisibleProbe p = visible_probe(probes, wo, probe_node(size, k));
+            lit += p.weight * lit_probe(LEADR_VISIBILITY_CORRELATED, o, p.wi, p.solid_angle, probes.m, probes.cholesky).lit;
         }
         put(lit);
     }

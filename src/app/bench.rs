@@ -153,6 +153,7 @@ fn scene_config(arguments: &BenchArgs, kind: SceneKind) -> Result<SceneConfig, A
         atlas_tile: arguments.atlas_tile,
         size: arguments.size.unwrap_or(SCENE_SIZE),
         samples: 1,
+        edge_samples: arguments.edge_samples,
         device: arguments.device.clone(),
         ..defaults.scene
     };

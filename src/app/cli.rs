@@ -170,6 +170,9 @@ pub struct BenchArgs {
     /// Texels along a patch's tile in the displacement atlas: 8, 16, 32, 64 or 128
     #[arg(long, value_name = "N", default_value = "64", value_parser = atlas_tile)]
     pub atlas_tile: u32,
+    /// Edge samples of every technique of a scene but the reference, see capture
+    #[arg(long, value_name = "N", default_value = "1", value_parser = clap::value_parser!(u32).range(1..=256))]
+    pub edge_samples: u32,
     /// The device.
     #[command(flatten)]
     pub device: DeviceArgs,

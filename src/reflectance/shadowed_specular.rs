@@ -1,32 +1,56 @@
 //! Specular environments with the shadows that the surface throws on itself, for rules with few probes.
 //!
-//! A probe stands for all directions of its solid angle, not for one. What is lit of them
-//! ([`lit_fraction`](super::correlated_masking::lit_fraction)) is governed by how far they rise above the mesosurface, and
-//! falls to nothing below its horizon: a corner that few probes miss or hit by chance. So the projected area `a` of the
-//! mesosurface is averaged over the probe, as a normal variable of the deviation that a disc of its solid angle has,
-//! before it is cut at 0: the closed form is that of the visible area itself, and as smooth.
+//! A probe stands for all directions of its solid angle `Ω`, not for one. What is lit of them
+//! ([`lit_fraction`](super::correlated_masking::lit_fraction)) is governed by their height `a` above the mesosurface, and falls
+//! to nothing at its horizon: a corner that few probes miss or hit by chance. So `a` counts as a normal variable, of the
+//! deviation that a disc has, and is averaged over the probe before it is cut at 0:
+//!
+//! ```text
+//! δ² = 1.5 Ω (1 + |m|²) / 4π      E[a⁺] = δ (t Φ + φ),   E[a⁺ a] / E[a⁺] = a + δ Φ / (t Φ + φ)   at t = a/δ
+//! ```
+//!
+//! The first is what decides on the light; the second is how high, near the horizon, the lit part of the probe lies in the
+//! mean, and there the environment is looked up. Both need one exponential. (1.5: a node stands for more than its probe
+//! covers. Chosen by the error against converged sums.)
 
 use super::correlated_masking::{DirectionArea, Visibility, direction_area, lit_fraction};
 use super::fresnel::fresnel_schlick;
-use super::projected_area::rough_area;
+use super::normal_distribution::normal_ramp;
 use super::visible_specular::{ProbeNode, VisibleProbe, visible_probe, visible_probes};
 use glam::{DVec2, DVec3};
 use std::f64::consts::PI;
 
-/// The areas that a light of this solid angle about `wi` sees, on average.
-#[must_use]
-pub fn wide_direction_area(wi: DVec3, solid_angle: f64, m: DVec2, cholesky: DVec3) -> DirectionArea {
-    let i = direction_area(wi, m, cholesky);
-    let deviation = (solid_angle * (1.0 + m.length_squared()) / (4.0 * PI)).min(1.0).sqrt();
-    let wider = rough_area(i.meso, deviation);
-    DirectionArea { meso: i.meso.max(0.0) + wider, visible: i.visible + wider, ..i }
+/// What is lit of a probe.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LitProbe {
+    /// Its part, 0..1.
+    pub lit: f64,
+    /// Where the environment is looked up for it, unit.
+    pub wi: DVec3,
 }
 
-/// Part of what the probe stands for that is lit, 0..1. `o`: the viewer's areas; `m`, `cholesky`: mean slope and Cholesky
-/// factor that the probes were placed with.
+/// What is lit of the light of a solid angle about `wi`. `o`: the viewer's areas
+/// ([`direction_area`]); `m`, `cholesky`: mean slope and Cholesky factor that these are of.
 #[must_use]
-pub fn probe_lit(visibility: Visibility, o: &DirectionArea, probe: &VisibleProbe, m: DVec2, cholesky: DVec3) -> f64 {
-    lit_fraction(visibility, o, &wide_direction_area(probe.wi, probe.solid_angle, m, cholesky))
+pub fn lit_probe(
+    visibility: Visibility,
+    o: &DirectionArea,
+    wi: DVec3,
+    solid_angle: f64,
+    m: DVec2,
+    cholesky: DVec3,
+) -> LitProbe {
+    if visibility == Visibility::Masking {
+        return LitProbe { lit: 1.0, wi };
+    }
+    let i = direction_area(wi, m, cholesky);
+    let squared = 1.0 + m.length_squared();
+    let deviation = (1.5 / (4.0 * PI) * solid_angle * squared).clamp(1e-12, 1.0).sqrt();
+    let n = normal_ramp((i.meso / deviation).max(-13.0));
+    let above = deviation * n.ramp;
+    let wide = DirectionArea { meso: above, visible: i.visible - i.meso.max(0.0) + above, ..i };
+    let lift = deviation * n.cdf / n.ramp / squared;
+    LitProbe { lit: lit_fraction(visibility, o, &wide), wi: (wi + DVec3::new(-m.x, -m.y, 1.0) * lift).normalize() }
 }
 
 /// Radiance towards `wo` under an environment, with shadows, and the mean Fresnel reflectance of the visible facets, by
@@ -46,7 +70,7 @@ pub fn shadowed_specular_environment(
     nodes.iter().fold((DVec3::ZERO, DVec3::ZERO), |(sum, fresnel), node| {
         let probe = visible_probe(&probes, wo, node);
         let f = probe.weight * fresnel_schlick(f0, probe.cosine);
-        let lit = probe_lit(visibility, &o, &probe, probes.m, probes.cholesky);
-        (sum + f * lit * radiance(&probe), fresnel + f)
+        let LitProbe { lit, wi } = lit_probe(visibility, &o, probe.wi, probe.solid_angle, probes.m, probes.cholesky);
+        (sum + f * lit * radiance(&VisibleProbe { wi, ..probe }), fresnel + f)
     })
 }

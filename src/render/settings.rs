@@ -287,7 +287,7 @@ pub struct RenderSettings {
     /// Edge samples per sample, 1 (none) to [`MAX_EDGE_SAMPLES`](Self::MAX_EDGE_SAMPLES): places in the pixel where the geometry
     /// is looked at again. Those that see another surface than the pixel's sample are shaded too, so outlines are as smooth
     /// as of that many samples, and the inside of a surface stays the same ([`super::edges`]). Multiples of 16 are drawn the
-    /// fastest. 1 for [`Technique::Reference`].
+    /// fastest. [`Technique::Reference`] has none: its samples do the same.
     pub edge_samples: u32,
     /// Shading.
     pub shading: ShadingSettings,
@@ -318,10 +318,13 @@ impl RenderSettings {
         if !(1..=most).contains(&self.edge_samples) {
             return Err(format!("{} edge samples are not 1 to {most}", self.edge_samples));
         }
-        if self.edge_samples > 1 && self.shading.technique == Technique::Reference {
-            return Err("edge samples are for techniques that filter; the reference takes samples".to_owned());
-        }
         self.shading.check()
+    }
+
+    /// [`edge_samples`](Self::edge_samples) of this technique; none where there are no more than the shaded sample.
+    #[must_use]
+    pub fn edges(&self) -> Option<u32> {
+        (self.edge_samples > 1 && self.shading.technique != Technique::Reference).then_some(self.edge_samples)
     }
 
     /// Offset of sample `index` from the middle of its pixel, pixels.

@@ -56,8 +56,8 @@ Mirrors probe_mirrors(Surface surface, vec3 wo, vec3 S) {
     [[unroll]] for (int i = 0; i < SAMPLES; ++i) {
         VisibleProbe p = visible_probe(probes, wo, probe_node(SAMPLES, i));
         vec3 f = p.weight * fresnel_schlick(surface.f0, p.cosine);
-        float lit = probe_lit(VISIBILITY, o, p, probes.m, probes.cholesky);
-        reflected += f * lit * environment_radiance(surface, p.wi, solid_angle_lod(p.solid_angle, lighting.environment.x));
+        LitProbe l = lit_probe(VISIBILITY, o, p.wi, p.solid_angle, probes.m, probes.cholesky);
+        reflected += f * l.lit * environment_radiance(surface, l.wi, solid_angle_lod(p.solid_angle, lighting.environment.x));
         fresnel += f;
     }
     return Mirrors(reflected, fresnel, probes.area);

@@ -15,7 +15,7 @@ use crate::app::renderer_source::render_settings;
 use crate::app::stage::{self, Inputs, Set};
 use crate::gpu::Gpu;
 use crate::render::camera::Camera;
-use crate::render::settings::{ShadingSettings, Technique};
+use crate::render::settings::{RenderSettings, ShadingSettings, Technique};
 
 /// Memory after so many frames.
 #[derive(Clone, Copy, Debug, Serialize)]
@@ -82,7 +82,7 @@ pub fn soak(
         state.camera = sailing(&state.camera, frame, frames);
         let technique = only.unwrap_or(Technique::ALL[frame as usize % Technique::ALL.len()]);
         let shading = ShadingSettings { technique, ..settings.shading };
-        renderer.render(&state, &crate::render::settings::RenderSettings { shading, ..settings.clone() })?;
+        renderer.render(&state, &RenderSettings { shading, ..settings })?;
         if (frame + 1) % interval == 0 {
             let memory = gpu.memory_use();
             samples.push(MemorySample {

@@ -47,6 +47,12 @@ impl Look {
         Self { name: "leadr, default rules".to_owned(), shading: shading() }
     }
 
+    /// LEADR as the program draws it by default, for truths with all shadows.
+    #[must_use]
+    pub fn default_of_the_program() -> Self {
+        Self { name: "leadr, as by default".to_owned(), shading: ShadingSettings::default() }
+    }
+
     /// Every technique but the reference; LEADR with the paper's grid and with the rules.
     #[must_use]
     pub fn techniques() -> Vec<Self> {

@@ -28,7 +28,7 @@ impl Renderer {
         settings.check().map_err(|fault| GpuError::Usage { name: "settings".to_owned(), fault })?;
         // The sea's geometry stage knows no grid.
         let finest = if self.ocean.is_some() { 1 } else { MAX_GRID };
-        let grid = (settings.edge_samples > 1).then(|| edge_grid(settings.edge_samples, settings.size, finest));
+        let grid = settings.edges().map(|samples| edge_grid(samples, settings.size, finest));
         if self.targets.as_ref().is_none_or(|targets| !targets.suit(settings.size, grid)) {
             self.targets = None;
             self.targets = Some(Targets::new(&self.gpu, settings.size, grid)?);
@@ -125,7 +125,7 @@ impl Renderer {
                 shade_edges: None,
             }),
         };
-        if settings.edge_samples > 1 && passes.shade_edges.is_none() {
+        if settings.edges().is_some() && passes.shade_edges.is_none() {
             passes.shade_edges = Some(ShadePass::new(&self.gpu, shading, lights, true)?);
         }
         Ok(())

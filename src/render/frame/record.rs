@@ -52,7 +52,7 @@ impl Renderer {
         let (gpu, timestamps) = (self.gpu.clone(), self.timestamps.clone());
         let grid = self.targets.as_ref().map_or(1, |targets| targets.grid);
         let shaded = SubFrame { index, drawn, edges: None, grid: 1 };
-        let count = if settings.edge_samples > 1 { settings.edge_samples / (grid * grid) } else { 0 };
+        let count = settings.edges().map_or(0, |samples| samples / (grid * grid));
         let edges = (0..count).map(|k| SubFrame { edges: Some((k, count)), grid, ..shaded });
         for sub in std::iter::once(shaded).chain(edges) {
             self.prepare_camera(state, settings, posed, &sub)?;

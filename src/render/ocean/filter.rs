@@ -1,6 +1,7 @@
 //! The filter of the sea's pixels: slope moments of the waves that each sees, written into the other objects' G-buffer.
 
 use std::collections::HashMap;
+use std::collections::hash_map::Entry;
 use std::sync::Arc;
 
 use bytemuck::{Pod, Zeroable};
@@ -59,8 +60,8 @@ impl OceanFilter {
     /// # Errors
     /// A failed pipeline or write.
     pub fn update(&mut self, gpu: &Arc<Gpu>, technique: Technique, ocean: &Ocean, centre: Vec2) -> Result<()> {
-        if !self.pipelines.contains_key(&technique) {
-            let pipeline = GraphicsPipeline::new(
+        if let Entry::Vacant(place) = self.pipelines.entry(technique) {
+            place.insert(GraphicsPipeline::new(
                 gpu,
                 "ocean filter",
                 &GraphicsDesc {
@@ -70,8 +71,7 @@ impl OceanFilter {
                     spec: &[(0, SpecValue::I32(technique.code())), (1, SpecValue::U32(SEA_INDEX))],
                     ..Default::default()
                 },
-            )?;
-            self.pipelines.insert(technique, pipeline);
+            )?);
         }
         let threshold = if ocean.foam_threshold > 0.0 { ocean.foam_threshold } else { -1e9 };
         let water = WaterGpu {

@@ -21,6 +21,7 @@ pub fn run(studio: &mut Studio) -> Result<Section, AppError> {
         technique: None,
         size: Some(Size { width: size, height: size }),
         frames: studio.pick(3, 7),
+        edge_samples: 1,
         paper: true,
         height_map: None,
         fft: None,
