@@ -124,7 +124,7 @@ mod tests {
         let folder = folder.path();
         let origin =
             Origin { program: "1 abc".to_owned(), device: "d".to_owned(), driver: "e".to_owned(), quick: true };
-        let errors = Errors { flip: f64::NAN, rrmse: 0.1 + 0.2, bias: -1e-9 };
+        let errors = Errors { flip: f64::NAN, rrmse: 0.3125, bias: -0.125 };
         let case = Case {
             section: "zoom".to_owned(),
             subject: "σ".to_owned(),
@@ -132,7 +132,7 @@ mod tests {
             truth: "displacement".to_owned(),
             object: errors,
             interior: errors,
-            anatomy: Anatomy { outline: 0.5, highlights: f64::NAN },
+            anatomy: Anatomy { outline: 0.5, highlights: 0.25 },
             normal_map: None,
             noise: f64::NAN,
             figures: Vec::new(),
