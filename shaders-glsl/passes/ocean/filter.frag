@@ -15,13 +15,13 @@ layout(constant_id = 2) const int MAX_TAPS = 8;
 layout(binding = 0) uniform usampler2D visible_texture;
 layout(binding = 1) uniform usampler2D visible_surface;
 layout(binding = 2) uniform sampler2DArray slopes; // w sx, w sy, w sx^2, w sy^2
-layout(binding = 3) uniform sampler2DArray joint;  // w sx sy, w, det J, det J ^2
+layout(binding = 3) uniform sampler2DArray joint;  // w sx sy, w, stretch, stretch^2
 layout(binding = 4, std430) readonly buffer Cascades { Cascade cascades[]; };
 layout(binding = 5, std140) uniform Water {
     vec4 centre;   // of the rest positions, world xy; z: 1 / radius of the earth
     vec4 tail;     // slope covariance xx, yy, xy of the waves below the cascades; w: roughness of the water itself
     vec4 color;    // diffuse albedo of the water; w: reflectance at normal incidence
-    vec4 foam;     // albedo; w: det J below which the sea foams
+    vec4 foam;     // albedo; w: stretch below which the sea foams
 } water;
 layout(binding = 6, std140) uniform Beach { Shore shore; };
 
@@ -88,7 +88,7 @@ void main() {
         finest = max(finest, lod);
     }
 
-    // The part of the pixel whose surface has been squeezed below the threshold.
+    // The part of the pixel whose surface is stretched less than the threshold.
     float spread = sqrt(area_variance) + 1e-3;
     float covered = normal_cdf((water.foam.w - area) / spread);
 

@@ -58,7 +58,6 @@ pub struct OceanFields {
     /// [`foam_weight`](super::waves::foam_weight). It is linear in the waves, so that it is normal and adds up.
     pub joint: Image,
     levels: Vec<[ImageView; 3]>,
-    content: Content,
     resolution: u32,
     count: u32,
 }
@@ -122,7 +121,6 @@ impl OceanFields {
             slopes,
             joint,
             levels,
-            content,
             resolution,
             count,
         })
@@ -197,12 +195,6 @@ impl OceanFields {
 
     fn maps(&self) -> [&Image; 3] {
         [&self.displacement, &self.slopes, &self.joint]
-    }
-
-    /// What the maps hold.
-    #[must_use]
-    pub fn content(&self) -> Content {
-        self.content
     }
 
     /// Samples along a tile's edge.
