@@ -11,6 +11,7 @@
 
 layout(constant_id = 1) const uint SEA = 127;
 layout(constant_id = 2) const int MAX_TAPS = 8;
+layout(constant_id = 3) const bool HAS_BEACH = false;
 
 layout(binding = 0) uniform usampler2D visible_texture;
 layout(binding = 1) uniform usampler2D visible_surface;
@@ -53,7 +54,7 @@ void main() {
     // Over a beach: the swell adds its slope, thin water has no ripples, and each cascade fades with the depth.
     ShoreWater beach;
     beach.depth = 0.0;
-    if (shore.bed.w > 0.0) {
+    if (HAS_BEACH) {
         beach = shore_water(shore, at, FINEST_LEVEL ? 0.0 : major);
         mean += beach.slope;
         covariance *= clamp(beach.depth / 0.15, 0.02, 1.0);
@@ -61,7 +62,7 @@ void main() {
     }
     for (int i = 0; i < count; ++i) {
         Cascade c = cascades[i];
-        float calm = shore_calm(shore, i, beach.depth);
+        float calm = HAS_BEACH ? shore_calm(shore, i, beach.depth) : 1.0;
         float texels = samples / c.size;
         int taps = clamp(int(ceil(major / max(minor, 1.0 / texels))), 1, MAX_TAPS);
         float lod = clamp(log2(max(max(major / float(taps), minor) * texels, 1.0)), 0.0, last);
@@ -94,7 +95,7 @@ void main() {
 
     vec3 color = water.color.rgb;
     float alpha = water.tail.w;
-    if (shore.bed.w > 0.0) {
+    if (HAS_BEACH) {
         // Light that comes up has gone down to the sand and back.
         color = mix(color, shore.bed.rgb, exp(-2.0 * shore.extinction.rgb * max(beach.depth, 0.0)));
         alpha = mix(0.1, alpha, smoothstep(0.0, 0.04, beach.depth));

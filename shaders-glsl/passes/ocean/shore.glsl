@@ -9,7 +9,7 @@ struct Shore {
     vec4 line_step;      // their wave numbers along y, rad/m
     vec4 line_phase;
     vec4 swell;          // at the waterline: turns, whole turns before them; period, s; height of the run-up, metres
-    vec4 bed;            // albedo of wet sand; w: 1 where there is a shore
+    vec4 bed;            // albedo of wet sand
     vec4 extinction;     // of the water, per metre
     vec4 calm[2];        // per cascade: depth in metres by which its waves have 63 % of their height
 };
@@ -33,7 +33,7 @@ float shore_ground(Shore shore, float offshore) {
 
 // Part of its height that a wave of cascade i keeps over a depth.
 float shore_calm(Shore shore, int i, float depth) {
-    return shore.bed.w > 0.0 ? 1.0 - exp(-max(depth, 0.0) / shore.calm[(i >> 2) & 1][i & 3]) : 1.0;
+    return 1.0 - exp(-max(depth, 0.0) / shore.calm[(i >> 2) & 1][i & 3]);
 }
 
 // Turns by which the swell is early at a place along the coast; its derivative.

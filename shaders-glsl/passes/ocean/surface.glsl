@@ -23,6 +23,7 @@ layout(binding = 5, std430) readonly buffer VisiblePatches { uint visible_patche
 layout(binding = 6, std430) readonly buffer Cascades { Cascade cascades[]; };
 layout(binding = 7) uniform sampler2DArray displacement;
 layout(binding = 8, std140) uniform Beach { Shore shore; };
+layout(constant_id = 2) const bool HAS_BEACH = false; // a constant: lavapipe compiles anew where a uniform decides
 
 // Where the waves carry a place at rest (xy; z: spacing of the vertices there). What a vertex does depends on its place alone.
 vec3 carried(vec3 rest) {
@@ -30,7 +31,7 @@ vec3 carried(vec3 rest) {
     float samples = float(textureSize(displacement, 0).x);
     vec3 moved = vec3(0.0);
     float depth = 0.0;
-    if (shore.bed.w > 0.0) {
+    if (HAS_BEACH) {
         ShoreWater water = shore_water(shore, rest.xy, 0.5 * rest.z);
         moved.z = water.height;
         depth = water.depth;
@@ -39,7 +40,8 @@ vec3 carried(vec3 rest) {
         Cascade c = cascades[i];
         // Two vertices to a sample of the level: what is finer cannot be drawn, and the moments have it.
         float lod = log2(max(rest.z * samples / c.size, 1.0));
-        moved += shore_calm(shore, i, depth) * textureLod(displacement, vec3(cascade_texcoord(c, rest.xy), float(i)), lod).xyz;
+        float calm = HAS_BEACH ? shore_calm(shore, i, depth) : 1.0;
+        moved += calm * textureLod(displacement, vec3(cascade_texcoord(c, rest.xy), float(i)), lod).xyz;
     }
     vec2 away = rest.xy - view.centre.xy;
     precise vec3 position = vec3(rest.xy + moved.xy, view.centre.z + moved.z - dot(away, away) * view.centre.w);

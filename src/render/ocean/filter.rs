@@ -68,7 +68,11 @@ impl OceanFilter {
                     vertex: "passes/fullscreen.vert",
                     fragment: Some("passes/ocean/filter.frag"),
                     colors: &GBuffer::FORMATS,
-                    spec: &[(0, SpecValue::I32(technique.code())), (1, SpecValue::U32(SEA_INDEX))],
+                    spec: &[
+                        (0, SpecValue::I32(technique.code())),
+                        (1, SpecValue::U32(SEA_INDEX)),
+                        (3, SpecValue::Bool(ocean.shore.is_some())),
+                    ],
                     ..Default::default()
                 },
             )?);

@@ -83,7 +83,7 @@ pub struct ShoreGpu {
     pub line_phase: [f32; 4],
     /// Turns of the swell, whole turns before them, its period, the run-up.
     pub swell: [f32; 4],
-    /// Wet sand; 1.
+    /// Wet sand; unused.
     pub bed: [f32; 4],
     /// Extinction.
     pub extinction: [f32; 4],
@@ -112,7 +112,7 @@ impl ShoreGpu {
             line_phase: four(&|b| b.phase),
             swell: [turns.fract(), turns.floor(), PERIOD / f64::from(shore.swells.max(1)), shore.run_up]
                 .map(|v| v as f32),
-            bed: shore.bed.extend(1.0).to_array(),
+            bed: shore.bed.extend(0.0).to_array(),
             extinction: shore.extinction.extend(0.0).to_array(),
             calm,
         }

@@ -109,7 +109,11 @@ impl OceanPass {
                     depth: Some(Depth::default()),
                     cull: Cull::None,
                     topology: Primitive::Patches(4),
-                    spec: &[(0, SpecValue::U32(SEA_INDEX)), (1, SpecValue::F32(GUARD_BAND))],
+                    spec: &[
+                        (0, SpecValue::U32(SEA_INDEX)),
+                        (1, SpecValue::F32(GUARD_BAND)),
+                        (2, SpecValue::Bool(ocean.shore.is_some())),
+                    ],
                     ..Default::default()
                 },
             )?,
