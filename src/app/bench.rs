@@ -95,8 +95,8 @@ pub fn bench(arguments: &BenchArgs, output: &Output) -> Result<BenchReport, AppE
 pub fn soak(arguments: &BenchArgs, frames: u32, output: &Output) -> Result<SoakReport, AppError> {
     let configs = scenes(arguments)?;
     let [config] = configs.as_slice() else { return Err(AppError::Usage("--soak is for one scene".into())) };
-    if config.kind != SceneKind::Ocean {
-        return Err(AppError::Usage("--soak is for --scene ocean".into()));
+    if ![SceneKind::Ocean, SceneKind::Shore].contains(&config.kind) {
+        return Err(AppError::Usage("--soak is for --scene ocean or shore".into()));
     }
     soak::soak(config, &open(arguments)?, frames, arguments.technique, output)
 }

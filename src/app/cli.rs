@@ -164,7 +164,7 @@ pub struct BenchArgs {
     /// Samples along the edge of the ocean's tiles of waves: 64, 128, 256 or 512 [default: 256]
     #[arg(long, value_name = "N", value_parser = fft, requires = "scene")]
     pub fft: Option<u32>,
-    /// Instead of timing, draw so many frames of the ocean and watch what memory does
+    /// Instead of timing, draw so many frames of the ocean or the shore, a day long, and watch what memory does
     #[arg(long, value_name = "FRAMES", requires = "scene", conflicts_with = "paper", value_parser = clap::value_parser!(u32).range(1..))]
     pub soak: Option<u32>,
     /// Texels along a patch's tile in the displacement atlas: 8, 16, 32, 64 or 128

@@ -102,8 +102,8 @@ pub const GOALS: [Goal; 6] = [
         bound: Bound::AtMost(2.0),
     },
     Goal {
-        name: "specular environment: 5 visible slopes / one sample",
-        of: pixels(SPECULAR, "leadr visible 5"),
+        name: "specular environment: 16 visible slopes / one sample",
+        of: pixels(SPECULAR, "leadr visible 16"),
         to: pixels(SPECULAR, ONE_SAMPLE),
         bound: Bound::AtMost(3.0),
     },

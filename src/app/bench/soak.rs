@@ -16,6 +16,7 @@ use crate::app::stage::{self, Inputs, Set};
 use crate::gpu::Gpu;
 use crate::render::camera::Camera;
 use crate::render::settings::{RenderSettings, ShadingSettings, Technique};
+use crate::scenes::daylight;
 
 /// Memory after so many frames.
 #[derive(Clone, Copy, Debug, Serialize)]
@@ -58,8 +59,8 @@ const SAMPLES: u32 = 10;
 /// Seconds from frame to frame.
 const STEP: f64 = 1.0 / 30.0;
 
-/// Draws and reads back `frames` frames of the sea of `config`, while time runs and the camera sails, climbs from 2.5 m to a
-/// kilometre and turns, by one technique after the other unless `only` one.
+/// Draws and reads back `frames` frames of the sea of `config`, while time runs, the sun goes round once and the camera sails, climbs
+/// from 2.5 m to a kilometre and turns, by one technique after the other unless `only` one.
 ///
 /// # Errors
 /// If the device fails, validation has something to say, or buffers and images pile up.
@@ -80,6 +81,7 @@ pub fn soak(
     for frame in 0..frames {
         let mut state = animation(f64::from(frame) * STEP);
         state.camera = sailing(&state.camera, frame, frames);
+        daylight::pass(&mut state, 24.0 * f64::from(frame) / f64::from(frames));
         let technique = only.unwrap_or(Technique::ALL[frame as usize % Technique::ALL.len()]);
         let shading = ShadingSettings { technique, ..settings.shading };
         renderer.render(&state, &RenderSettings { shading, ..settings })?;
