@@ -26,7 +26,7 @@ const MAX_DRAWN: u64 = 1 << 22;
 #[must_use]
 pub fn edge_grid(samples: u32, size: (u32, u32), finest: u32) -> u32 {
     let pixels = u64::from(size.0) * u64::from(size.1);
-    let fits = |&grid: &u32| samples % (grid * grid) == 0 && u64::from(grid * grid) * pixels <= MAX_DRAWN;
+    let fits = |&grid: &u32| samples.is_multiple_of(grid * grid) && u64::from(grid * grid) * pixels <= MAX_DRAWN;
     [4, 2].into_iter().filter(|&grid| grid <= finest).find(fits).unwrap_or(1)
 }
 

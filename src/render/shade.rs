@@ -36,7 +36,8 @@ pub struct LightingGpu {
     pub point_intensity: [[f32; 4]; MAX_POINT_LIGHTS],
     /// Width and height of the image, and its pixels along one of the picture.
     pub viewport: [f32; 4],
-    /// Face size of the cube, its scale, world size of a shadow texel.
+    /// Face size of the cube, its scale, world size of a shadow texel, tangent of the lowest elevation at which it is seen
+    /// behind all surfaces.
     pub environment: [f32; 4],
 }
 
@@ -65,13 +66,21 @@ impl LightingGpu {
             point_position: [[0.0; 4]; MAX_POINT_LIGHTS],
             point_intensity: [[0.0; 4]; MAX_POINT_LIGHTS],
             viewport: [size.0 as f32, size.1 as f32, grid as f32, 0.0],
-            environment: [cube_size as f32, 1.0, shadow.map_or(0.0, |s| s.texel), 0.0],
+            environment: [cube_size as f32, 1.0, shadow.map_or(0.0, |s| s.texel), -1e9],
         };
         for (i, light) in state.point_lights.iter().take(MAX_POINT_LIGHTS).enumerate() {
             block.point_position[i] = four(light.position, 1.0);
             block.point_intensity[i] = four(light.intensity, 0.0);
         }
         block
+    }
+
+    /// Behind a sea, whose horizon sinks below eye level with the viewer's height, the lowest sky goes on down to it.
+    #[must_use]
+    pub fn with_sea_horizon(mut self) -> Self {
+        // The middle of the first texels above the horizon.
+        self.environment[3] = 1.0 / self.environment[0];
+        self
     }
 }
 

@@ -16,7 +16,7 @@ layout(binding = 5, std140) uniform Lighting {
     vec4 point_position[MAX_POINT_LIGHTS];  // xyz
     vec4 point_intensity[MAX_POINT_LIGHTS]; // rgb
     vec4 viewport;                // width, height, pixels along one of the picture
-    vec4 environment;             // x: face size of the cube, y: scale, z: shadow texel in world units
+    vec4 environment;             // x: face size of the cube, y: scale, z: shadow texel in world units, w: tangent of the lowest elevation seen behind all
 } lighting;
 
 layout(binding = 6) uniform samplerCube environment_cube;

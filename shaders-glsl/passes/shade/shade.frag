@@ -22,6 +22,7 @@ void main() {
     float depth = texelFetch(gbuffer_depth, pixel, 0).x;
     float environment_scale = lighting.environment.y;
     if (depth <= 0.0) {
+        ray.z = max(ray.z, lighting.environment.w * length(ray.xy));
         out_radiance = vec4(textureLod(environment_cube, ray, 0.0).rgb * environment_scale, 0.0);
         return;
     }

@@ -111,7 +111,7 @@ impl Renderer {
         }
         let shadow = self.shadow_view.as_ref();
         let block = LightingGpu::new(state, size, sub.grid, offset, cube_size, shadow);
-        self.lighting.write(0, &[block])
+        self.lighting.write(0, &[if self.ocean.is_some() { block.with_sea_horizon() } else { block }])
     }
 
     /// Makes the pipelines of these settings and of the lights there are.
