@@ -20,6 +20,7 @@ use super::error::AppError;
 use super::output::Output;
 use super::stage::{self, Inputs};
 use super::values::{SceneKind, Size};
+use super::waves::WaveArgs;
 use crate::gpu::{Gpu, GpuOptions};
 use crate::render::environment::{Environment, FACE_SIZE};
 use crate::render::frame::{PassTime, Renderer};
@@ -149,7 +150,7 @@ fn scene_config(arguments: &BenchArgs, kind: SceneKind) -> Result<SceneConfig, A
     let scene = SceneArgs {
         scene: kind,
         height_map: arguments.height_map.clone(),
-        fft: arguments.fft,
+        waves: WaveArgs { fft: arguments.fft, ..WaveArgs::default() },
         atlas_tile: arguments.atlas_tile,
         size: arguments.size.unwrap_or(SCENE_SIZE),
         samples: 1,

@@ -10,6 +10,7 @@ use super::values::{
     CameraChoice, EnvironmentChoice, FrameRange, Layer, SceneKind, Shard, Size, Sun, atlas_tile, fft, finite, hour,
     not_negative, positive, roughness, sweep,
 };
+use super::waves::WaveArgs;
 use crate::render::settings::Technique;
 use crate::scenes::stage::Sweep;
 
@@ -208,9 +209,9 @@ pub struct SceneArgs {
     /// Height map of the plane or the sphere (PNG or EXR)
     #[arg(long, value_name = "FILE")]
     pub height_map: Option<PathBuf>,
-    /// Samples along the edge of the ocean's tiles of waves: 64, 128, 256 or 512 [default: 256]
-    #[arg(long, value_name = "N", value_parser = fft)]
-    pub fft: Option<u32>,
+    /// The waves of the ocean.
+    #[command(flatten)]
+    pub waves: WaveArgs,
     /// Factor on the displacement; 0 is flat
     #[arg(long, value_name = "X", default_value = "1", value_parser = not_negative)]
     pub height_scale: f32,

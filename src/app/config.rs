@@ -10,8 +10,8 @@ use super::cli::{CaptureArgs, SceneArgs};
 use super::error::AppError;
 use super::frames::{FRAME, FileKind, OutputPattern, Timeline};
 use super::values::{CameraChoice, EnvironmentChoice, Layer, SceneKind, Size, Sun};
+use super::waves::Waves;
 use crate::render::settings::{ShadingSettings, Technique};
-use crate::scenes::ocean::sea::RESOLUTION;
 
 /// From where the scene is seen, with a camera file read.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -35,8 +35,8 @@ pub struct SceneConfig {
     pub kind: SceneKind,
     /// Height map of the plane or sphere.
     pub height_map: Option<PathBuf>,
-    /// Samples along the edge of the ocean's tiles of waves: a power of two, 64 to 512.
-    pub fft: u32,
+    /// The waves of the ocean.
+    pub waves: Waves,
     /// Factor on the displacement, 0 or more.
     pub height_scale: f32,
     /// Light from all around.
@@ -92,9 +92,7 @@ impl SceneConfig {
             let fault = "--height-map is for --scene plane or sphere; the other scenes bring their own";
             return Err(AppError::Usage(fault.into()));
         }
-        if a.scene != SceneKind::Ocean && a.fft.is_some() {
-            return Err(AppError::Usage("--fft is for --scene ocean; the other scenes have no waves".into()));
-        }
+        let waves = a.waves.resolve(a.scene == SceneKind::Ocean)?;
         let moves = a.time_of_day.or(a.day_length).is_some();
         if moves && a.environment != EnvironmentChoice::Sky {
             let fault = "--time-of-day and --day-length are for --environment sky; a picture has its own light";
@@ -118,7 +116,7 @@ impl SceneConfig {
         Ok(Self {
             kind: a.scene,
             height_map: a.height_map,
-            fft: a.fft.unwrap_or(RESOLUTION),
+            waves,
             height_scale: a.height_scale,
             environment: a.environment,
             sun: a.sun,

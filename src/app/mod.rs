@@ -21,6 +21,7 @@ pub mod save;
 pub mod shading;
 pub mod stage;
 pub mod values;
+pub mod waves;
 #[cfg(feature = "window")]
 pub mod window;
 

@@ -16,7 +16,6 @@ use crate::render::sky::Sky;
 use crate::scenes::daylight;
 use crate::scenes::deform::{self, Deformation};
 use crate::scenes::ocean::sea;
-use crate::scenes::ocean::spectrum::Sea;
 use crate::scenes::shore::shore_stage;
 use crate::scenes::stage::{Lights, Relief, Stage, Views, plane_stage, sphere_stage};
 use crate::scenes::studio::studio;
@@ -102,7 +101,14 @@ fn stage(config: &SceneConfig, inputs: Inputs, output: &Output) -> Result<Stage,
         SceneKind::Plane => plane_stage(relief),
         SceneKind::Sphere => sphere_stage(relief),
         SceneKind::Spheres => spheres::grid::stage(),
-        SceneKind::Ocean => sea::stage(&Sea::default(), config.fft),
+        SceneKind::Ocean => {
+            let waves = &config.waves;
+            let mut stage = sea::stage(&waves.sea(), waves.fft);
+            if let Some(ocean) = &mut stage.ocean {
+                ocean.choppiness = waves.choppiness as f32;
+            }
+            stage
+        }
         SceneKind::Pillow => pillow::stage(config.atlas_tile),
         SceneKind::Snake => snake::stage(config.atlas_tile),
         SceneKind::Stretch => deform::stage(Deformation::Stretch),

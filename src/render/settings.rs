@@ -232,8 +232,9 @@ pub struct ShadingSettings {
     pub terms: Terms,
     /// Diffuse light of sun and point lights.
     pub diffuse_lights: DiffuseLights,
-    /// Whether the turn of the macrosurface under a pixel counts as roughness, which the LEADR paper leaves out (Tokuyoshi &
-    /// Kaplanyan 2019). For the LEADR techniques on meshes; the others have none.
+    /// Whether the turn of the macrosurface under a pixel counts as roughness (Tokuyoshi & Kaplanyan 2019), and slopes that
+    /// face away from their pixel widen toward it (`tilt_to_edge`), neither of which the LEADR paper does. For the LEADR
+    /// techniques; the first on meshes alone.
     pub pixel_kernel: bool,
 }
 

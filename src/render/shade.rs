@@ -159,6 +159,7 @@ impl ShadePass {
                     (7, SpecValue::Bool(lights.shadows)),
                     (8, SpecValue::I32(lights.points as i32)),
                     (9, SpecValue::Bool(edges)),
+                    (10, SpecValue::Bool(settings.pixel_kernel)),
                 ],
                 ..Default::default()
             },

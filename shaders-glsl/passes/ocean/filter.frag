@@ -67,8 +67,10 @@ void main() {
         int taps = clamp(int(ceil(major / max(minor, 1.0 / texels))), 1, MAX_TAPS);
         float lod = clamp(log2(max(max(major / float(taps), minor) * texels, 1.0)), 0.0, last);
         if (FINEST_LEVEL) {
-            taps = 1;
             lod = 0.0;
+        }
+        if (FINEST_LEVEL || lod >= last) { // the last level is the same everywhere
+            taps = 1;
         }
         vec4 a = vec4(0.0), b = vec4(0.0);
         for (int k = 0; k < taps; ++k) {

@@ -14,6 +14,7 @@ layout(constant_id = 6) const int FIRST_LIGHT = 0;
 layout(constant_id = 7) const bool SUN_SHADOWS = true;     // of the macrosurface, by the shadow map
 layout(constant_id = 8) const int POINT_LIGHTS = 0;        // at most MAX_POINT_LIGHTS
 layout(constant_id = 9) const bool EDGE_SAMPLE = false;    // what sees the pixel's own surface is left out
+layout(constant_id = 10) const bool PIXEL_KERNEL = true;   // surfaces that are turned away within the pixel widen toward the viewer
 
 const bool SPECULAR_LIGHTS = (TERMS & 1) != 0;
 const bool DIFFUSE_LIGHTS = (TERMS & 2) != 0;

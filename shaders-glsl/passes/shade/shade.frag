@@ -35,9 +35,11 @@ void main() {
     } else if (TECHNIQUE == TECHNIQUE_BLINN_PHONG || (TECHNIQUE >= TECHNIQUE_TOKSVIG && TECHNIQUE <= TECHNIQUE_LEAN)) {
         radiance = classic_radiance(surface, environment_scale);
     } else {
-        vec2 tilt = tilt_to_edge(surface.wo, surface.mean_slope);
-        surface.mean_slope += tilt;
-        surface.slope_covariance += vec3(tilt * tilt, tilt.x * tilt.y);
+        if (PIXEL_KERNEL) {
+            vec2 tilt = tilt_to_edge(surface.wo, surface.mean_slope);
+            surface.mean_slope += tilt;
+            surface.slope_covariance += vec3(tilt * tilt, tilt.x * tilt.y);
+        }
         radiance = leadr_radiance(surface, environment_scale);
     }
     out_radiance = vec4(radiance, 1.0);

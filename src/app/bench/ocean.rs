@@ -3,6 +3,7 @@
 use super::rounds::TOTAL;
 use crate::app::config::SceneConfig;
 use crate::app::values::Size;
+use crate::app::waves::Waves;
 
 /// The passes that make the waves' maps: they know nothing of the picture.
 pub const WAVES: &str = "wave rows+wave columns+wave mips";
@@ -36,7 +37,7 @@ pub fn variants(config: &SceneConfig) -> Vec<Variant> {
             name: name(fft),
             base: name(256),
             compared: WAVES,
-            config: SceneConfig { fft, ..config.clone() },
+            config: SceneConfig { waves: Waves { fft, ..config.waves }, ..config.clone() },
         })
         .collect();
     let Size { width, height } = config.size;

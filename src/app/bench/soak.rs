@@ -115,7 +115,7 @@ pub fn soak(
         commit: COMMIT,
         frames,
         size: [config.size.width, config.size.height],
-        fft: config.fft,
+        fft: config.waves.fft,
         samples,
         allocated_growth,
         resident_growth,
