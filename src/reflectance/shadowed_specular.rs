@@ -1,7 +1,7 @@
 //! Specular environments with the shadows that the surface throws on itself, for rules with few probes.
 //!
 //! A probe stands for all directions of its solid angle `Ω`, not for one. What is lit of them
-//! ([`lit_fraction`](super::correlated_masking::lit_fraction)) is governed by their height `a` above the mesosurface, and falls
+//! ([`lit_fraction`]) is governed by their height `a` above the mesosurface, and falls
 //! to nothing at its horizon: a corner that few probes miss or hit by chance. So `a` counts as a normal variable, of the
 //! deviation that a disc has, and is averaged over the probe before it is cut at 0:
 //!

@@ -29,7 +29,7 @@ pub struct Shore {
     pub reach: f64,
     /// The waterline's bends about x = 0.
     pub bends: [Bend; 4],
-    /// Waves of the swell in [`PERIOD`](super::waves::PERIOD); more than 0.
+    /// Waves of the swell in [`PERIOD`]; more than 0.
     pub swells: u32,
     /// Height above rest to which the highest waves run up, metres.
     pub run_up: f64,
