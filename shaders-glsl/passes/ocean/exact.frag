@@ -3,6 +3,7 @@
 // The filter of the reference, which filters nothing: the slope of the surface where the pixel's ray met it, from the sums
 // of all cascades' gradients and Jacobians, not from sums of their slopes.
 #include "cascade.glsl"
+#include "water.glsl"
 #include "leadr/frame.glsl"
 
 layout(constant_id = 1) const uint SEA = 127;
@@ -12,13 +13,6 @@ layout(binding = 1) uniform usampler2D visible_surface;
 layout(binding = 2) uniform sampler2DArray displacement; // Dx, Dy, height, dDx/dy
 layout(binding = 3) uniform sampler2DArray slopes;       // gradient, dDx/dx, dDy/dy
 layout(binding = 4, std430) readonly buffer Cascades { Cascade cascades[]; };
-
-layout(binding = 5, std140) uniform Water { // as in filter.frag
-    vec4 centre;
-    vec4 tail;
-    vec4 color;
-    vec4 foam;
-} water;
 
 layout(location = 0) out vec4 out_frame;
 layout(location = 1) out vec4 out_covariance;

@@ -5,6 +5,7 @@
 #include "../technique.glsl"
 #include "cascade.glsl"
 #include "shore.glsl"
+#include "water.glsl"
 #include "leadr/frame.glsl"
 #include "leadr/normal_distribution.glsl"
 #include "leadr/slope_statistics.glsl"
@@ -18,12 +19,6 @@ layout(binding = 1) uniform usampler2D visible_surface;
 layout(binding = 2) uniform sampler2DArray slopes; // w sx, w sy, w sx^2, w sy^2
 layout(binding = 3) uniform sampler2DArray joint;  // w sx sy, w, stretch, stretch^2
 layout(binding = 4, std430) readonly buffer Cascades { Cascade cascades[]; };
-layout(binding = 5, std140) uniform Water {
-    vec4 centre;   // of the rest positions, world xy; z: 1 / radius of the earth
-    vec4 tail;     // slope covariance xx, yy, xy of the waves below the cascades; w: roughness of the water itself
-    vec4 color;    // diffuse albedo of the water; w: reflectance at normal incidence
-    vec4 foam;     // albedo; w: stretch below which the sea foams
-} water;
 layout(binding = 6, std140) uniform Beach { Shore shore; };
 
 layout(location = 0) in vec2 in_texcoord;

@@ -88,7 +88,7 @@ impl OceanFilter {
     }
 
     /// Begins a G-buffer that holds the other objects already, has `draw` fill the sea's pixels from the block of
-    /// `passes/ocean/filter.frag`, and leaves it readable.
+    /// `passes/ocean/water.glsl`, and leaves it readable.
     pub fn record(&self, cmd: &mut Commands, target: &GBuffer, draw: impl FnOnce(&mut Commands, &Buffer)) {
         for image in target.colors() {
             cmd.transition(image, Use::ColorTarget);

@@ -134,7 +134,7 @@ impl OceanMarch {
         cmd.draw(0..3, 0..1);
     }
 
-    /// Draws into the begun G-buffer; `water`: the block of `passes/ocean/filter.frag`.
+    /// Draws into the begun G-buffer; `water`: the block of `passes/ocean/water.glsl`.
     pub fn draw_filter(&self, cmd: &mut Commands, visible: &VisibleSurface, water: &Buffer) {
         cmd.bind(
             &self.exact,

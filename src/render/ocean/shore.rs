@@ -4,7 +4,7 @@
 use bytemuck::{Pod, Zeroable};
 use glam::{DVec2, Vec3};
 
-use super::waves::{Cascade, PERIOD};
+use super::waves::PERIOD;
 
 /// One bend of the waterline: `amplitude · sin(step · along + phase)` metres toward the sea.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -117,11 +117,4 @@ impl ShoreGpu {
             calm,
         }
     }
-}
-
-/// Standard deviation of the height of a cascade's waves, metres.
-#[must_use]
-pub fn deviation(cascade: &Cascade) -> f64 {
-    let squares = |w: &[f32; 4]| f64::from(w[0]).powi(2) + f64::from(w[1]).powi(2);
-    (2.0 * cascade.waves.iter().map(squares).sum::<f64>()).sqrt()
 }

@@ -10,7 +10,7 @@ use super::fields::{Content, OceanFields};
 use super::filter::OceanFilter;
 use super::march::OceanMarch;
 use super::mesh::{EARTH, Laid, Rings, SeaView};
-use super::shore::{Shore, ShoreGpu, deviation};
+use super::shore::{Shore, ShoreGpu};
 use super::waves::Cascade;
 use crate::gpu::{
     Buffer, ColorTarget, Commands, Cull, Depth, DepthTarget, Descriptor, Filter, Gpu, GraphicsDesc, GraphicsPipeline,
@@ -126,7 +126,7 @@ impl OceanPass {
             visible: buffer("ocean visible patches", mesh.patches.len(), 4)?,
             view: buffer("ocean view", 1, size_of::<ViewGpu>())?,
             shore: buffer("shore", 1, size_of::<ShoreGpu>())?,
-            deviations: ocean.cascades.iter().map(deviation).collect(),
+            deviations: ocean.cascades.iter().map(|c| c.deviations()[0]).collect(),
             trilinear: Sampler::new(gpu, "ocean", Filter::Trilinear, Wrap::Repeat)?,
             rings,
             laid: Laid::default(),
