@@ -22,6 +22,11 @@
 //! with `a` a number of the node: its weight times `exp(|p|²/2)` if the probe should cover exactly what the node stands
 //! for, in fact somewhat less (fitted with the nodes), since probes overlap. Weights sum to one: a constant environment
 //! gives its own value, and the Fresnel term is each facet's own.
+//!
+//! Narrow lobes and wide ones want different nodes. Of a wide one the outer slopes reflect below the horizon, where little
+//! is seen and next to nothing is lit; what counts is in the middle. So a rule has two sets of nodes ([`ProbeRule`]) and goes
+//! from one to the other with the variance of the slopes ([`wide_lobe`]), smoothly; the greatest has a ring besides that
+//! only wide lobes ask for. Constants: `quadrature_study::fit_probes`.
 
 use super::fresnel::fresnel_schlick;
 use super::slope_grid::{normal_of_slope, slope_cholesky};
@@ -86,17 +91,98 @@ const SIXTEEN: [ProbeNode; 16] = [
     node(1.939_010_5, -0.334_785_9, 0.041_047_948, 0.130_9),
 ];
 
+/// Rings: one in the middle, 4 at 1.659.
+const FIVE_WIDE: [ProbeNode; 5] = [
+    node(0.000_000_0, 0.000_000_0, 0.331_413_372, 0.165_3),
+    node(1.534_676_8, 0.631_169_8, 0.167_146_657, 0.369_1),
+    node(-0.631_169_8, 1.534_676_8, 0.167_146_657, 0.369_1),
+    node(-1.534_676_8, -0.631_169_8, 0.167_146_657, 0.369_1),
+    node(0.631_169_8, -1.534_676_8, 0.167_146_657, 0.369_1),
+];
+
+/// Rings: 4 at 0.787, 5 at 1.895.
+const NINE_WIDE: [ProbeNode; 9] = [
+    node(0.728_876_5, -0.297_359_9, 0.141_900_000, 0.062_4),
+    node(0.297_359_9, 0.728_876_5, 0.141_900_000, 0.062_4),
+    node(-0.728_876_5, 0.297_359_9, 0.141_900_000, 0.062_4),
+    node(-0.297_359_9, -0.728_876_5, 0.141_900_000, 0.062_4),
+    node(1.114_832_1, -1.532_004_4, 0.086_480_000, 0.253_1),
+    node(1.801_524_8, 0.586_853_0, 0.086_480_000, 0.253_1),
+    node(-0.001_428_6, 1.894_699_5, 0.086_480_000, 0.253_1),
+    node(-1.802_407_7, 0.584_135_7, 0.086_480_000, 0.253_1),
+    node(-1.112_520_7, -1.533_683_8, 0.086_480_000, 0.253_1),
+];
+
+/// Rings: one in the middle, 6 at 1.002, 9 at 1.968.
+const SIXTEEN_WIDE: [ProbeNode; 16] = [
+    node(0.000_000_0, 0.000_000_0, 0.140_932_953, 0.048_1),
+    node(0.991_426_3, 0.145_870_7, 0.081_605_920, 0.048_9),
+    node(0.369_385_4, 0.931_535_7, 0.081_605_920, 0.048_9),
+    node(-0.622_040_9, 0.785_665_0, 0.081_605_920, 0.048_9),
+    node(-0.991_426_3, -0.145_870_7, 0.081_605_920, 0.048_9),
+    node(-0.369_385_4, -0.931_535_7, 0.081_605_920, 0.048_9),
+    node(0.622_040_9, -0.785_665_0, 0.081_605_920, 0.048_9),
+    node(1.700_564_4, 0.989_911_1, 0.041_047_948, 0.130_9),
+    node(0.666_405_4, 1.851_417_6, 0.041_047_948, 0.130_9),
+    node(-0.679_572_2, 1.846_625_3, 0.041_047_948, 0.130_9),
+    node(-1.707_570_3, 0.977_776_5, 0.041_047_948, 0.130_9),
+    node(-1.936_577_4, -0.348_584_8, 0.041_047_948, 0.130_9),
+    node(-1.259_438_3, -1.511_839_4, 0.041_047_948, 0.130_9),
+    node(0.007_005_9, -1.967_687_5, 0.041_047_948, 0.130_9),
+    node(1.270_172_0, -1.502_832_8, 0.041_047_948, 0.130_9),
+    node(1.939_010_5, -0.334_785_9, 0.041_047_948, 0.130_9),
+];
+
+/// The nodes of a rule: where they are for narrow lobes, and for wide ones, which may have some more of them at the end.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ProbeRule<'a> {
+    /// Up to slopes of the variance [`WIDE_FROM`].
+    pub narrow: &'a [ProbeNode],
+    /// In the limit of wide lobes; as many or more.
+    pub wide: &'a [ProbeNode],
+}
+
+impl<'a> ProbeRule<'a> {
+    /// The nodes for a lobe that is `wide` ([`wide_lobe`], 0..1). Those of wide lobes alone have no weight at 0 and are
+    /// left out there.
+    pub fn nodes(self, wide: f64) -> impl Iterator<Item = ProbeNode> + 'a {
+        let count = if wide > 0.0 { self.wide.len() } else { self.narrow.len() };
+        self.wide.iter().enumerate().take(count).map(move |(i, w)| {
+            let n = self.narrow.get(i).copied().unwrap_or(ProbeNode { weight: 0.0, ..*w });
+            let mix = |a: f64, b: f64| a + wide * (b - a);
+            ProbeNode {
+                place: n.place + wide * (w.place - n.place),
+                weight: mix(n.weight, w.weight),
+                cover: mix(n.cover, w.cover),
+            }
+        })
+    }
+}
+
+/// The rule of 5, 9 or 16 probes; of the next greater number that exists for others. In wide lobes the last has
+/// 9 more.
+#[must_use]
+pub fn probe_rule(n: u32) -> ProbeRule<'static> {
+    match n {
+        0..=5 => ProbeRule { narrow: &FIVE, wide: &FIVE_WIDE },
+        6..=9 => ProbeRule { narrow: &NINE, wide: &NINE_WIDE },
+        _ => ProbeRule { narrow: &SIXTEEN, wide: &SIXTEEN_WIDE },
+    }
+}
+
 /// `v`: variance of the nodes of any rule, nearly; the probes' own width is the rest.
 pub const NODE_VARIANCE: f64 = 0.95;
 
-/// The nodes of the rule of 5, 9 or 16 probes; of the next greater number that exists for others.
+/// Variance of slopes, the sum of both axes', up to which a lobe counts as narrow: a deviation of 0.35 per axis.
+pub const WIDE_FROM: f64 = 0.25;
+/// How much more makes it wide by half (0.5 per axis).
+pub const WIDE_HALF: f64 = 0.25;
+
+/// How wide a lobe is, from 0 to 1; `s`: covariance of the slopes. Its derivative is continuous.
 #[must_use]
-pub fn probe_nodes(n: u32) -> &'static [ProbeNode] {
-    match n {
-        0..=5 => &FIVE,
-        6..=9 => &NINE,
-        _ => &SIXTEEN,
-    }
+pub fn wide_lobe(s: DVec3) -> f64 {
+    let x = (s.x + s.y - WIDE_FROM).max(0.0) / WIDE_HALF;
+    x * x / (1.0 + x * x)
 }
 
 /// What a footprint that is much longer than wide adds to the solid angle of its probes, in units of the variance along
@@ -124,6 +210,8 @@ pub struct VisibleProbes {
     pub cover: f64,
     /// Solid angle that every probe has besides.
     pub least: f64,
+    /// How wide the lobe is ([`wide_lobe`]).
+    pub wide: f64,
 }
 
 /// The probes of all that is visible from `wo`. `wo`: unit; `m`, `s`: mean slope and covariance, anything finite.
@@ -159,6 +247,7 @@ pub fn visible_probes(wo: DVec3, m: DVec2, s: DVec3) -> VisibleProbes {
         area: v.area,
         cover: 8.0 * PI * v.area * cholesky.x * cholesky.z,
         least: LONG_FOOTPRINT * long,
+        wide: wide_lobe(v.s),
     }
 }
 
@@ -205,19 +294,19 @@ pub fn solid_angle_lod(solid_angle: f64, size: f64) -> f64 {
 }
 
 /// Radiance towards `wo` under an environment, masking only (LEADR eq. 19), and the mean Fresnel reflectance of the visible
-/// facets, by the probes of `nodes`. `radiance` is asked for each probe; `f0`: linear RGB reflectance at normal incidence.
+/// facets, by the probes of `rule`. `radiance` is asked for each probe; `f0`: linear RGB reflectance at normal incidence.
 #[must_use]
 pub fn leadr_specular_environment_visible(
     wo: DVec3,
     m: DVec2,
     s: DVec3,
     f0: DVec3,
-    nodes: &[ProbeNode],
+    rule: ProbeRule<'_>,
     radiance: impl Fn(&VisibleProbe) -> DVec3,
 ) -> (DVec3, DVec3) {
     let probes = visible_probes(wo, m, s);
-    nodes.iter().fold((DVec3::ZERO, DVec3::ZERO), |(sum, fresnel), node| {
-        let probe = visible_probe(&probes, wo, node);
+    rule.nodes(probes.wide).fold((DVec3::ZERO, DVec3::ZERO), |(sum, fresnel), node| {
+        let probe = visible_probe(&probes, wo, &node);
         let f = probe.weight * fresnel_schlick(f0, probe.cosine);
         (sum + f * radiance(&probe), fresnel + f)
     })
@@ -229,14 +318,27 @@ mod tests {
 
     #[test]
     fn rules_have_the_moments_they_should() {
-        for n in [5, 9, 16] {
-            let nodes = probe_nodes(n);
-            assert_eq!(nodes.len(), n as usize);
-            let sum = |f: &dyn Fn(DVec2) -> f64| nodes.iter().map(|k| k.weight * f(k.place)).sum::<f64>();
-            assert!((sum(&|_| 1.0) - 1.0).abs() < 1e-8, "weights of {n}");
-            assert!(sum(&|p| p.x).abs() < 1e-5 && sum(&|p| p.y).abs() < 1e-5, "mean of {n}");
-            let (xx, yy, xy) = (sum(&|p| p.x * p.x), sum(&|p| p.y * p.y), sum(&|p| p.x * p.y));
-            assert!((xx - yy).abs() < 1e-5 && (xx - NODE_VARIANCE).abs() < 0.04 && xy.abs() < 1e-5, "{xx} {yy} {xy}");
+        for (n, most) in [(5, 5), (9, 9), (16, 25)] {
+            for wide in [0.0, 0.3, 1.0] {
+                let nodes: Vec<ProbeNode> = probe_rule(n).nodes(wide).collect();
+                assert_eq!(nodes.len(), if wide > 0.0 { most } else { n as usize });
+                let sum = |f: &dyn Fn(DVec2) -> f64| nodes.iter().map(|k| k.weight * f(k.place)).sum::<f64>();
+                assert!((sum(&|_| 1.0) - 1.0).abs() < 1e-7, "weights of {n}");
+                assert!(sum(&|p| p.x).abs() < 1e-5 && sum(&|p| p.y).abs() < 1e-5, "mean of {n}");
+                let (xx, yy, xy) = (sum(&|p| p.x * p.x), sum(&|p| p.y * p.y), sum(&|p| p.x * p.y));
+                println!("{n} {wide}: {xx}");
+                assert!((xx - yy).abs() < 1e-5 && (xx - NODE_VARIANCE).abs() < 0.04 && xy.abs() < 1e-5, "{xx} {yy} {xy}");
+            }
         }
+    }
+
+    /// A lobe that is about to count as wide gets the added probes without weight, and gets them gently.
+    #[test]
+    fn wide_lobes_come_smoothly() {
+        let at = |x: f64| wide_lobe(DVec3::new(0.5 * (WIDE_FROM + x), 0.5 * (WIDE_FROM + x), 0.0));
+        assert_eq!((at(-0.1), at(0.0), at(WIDE_HALF)), (0.0, 0.0, 0.5));
+        assert!(at(1e-4) < 1e-6 && at(1e6) > 0.999);
+        let rule = probe_rule(16);
+        assert!(rule.nodes(1e-6).skip(rule.narrow.len()).all(|n| n.weight < 1e-6));
     }
 }
