@@ -3,7 +3,9 @@
 //!
 //! `cargo run --release --example 12_fit_probes [SEED [SURFACES]]`
 
-use leadr::reflectance::quadrature_study::fit_probes::{ProbeTraining, Ring, RingRule, fit_probes, plain_rings};
+use leadr::reflectance::quadrature_study::fit_probes::{
+    Free, ProbeTraining, Ring, RingRule, fit_probes, plain_rings, rings_of,
+};
 use leadr::reflectance::shadowed_specular::{LIFT, PART};
 use leadr::reflectance::visible_specular::{ProbeNode, ProbeRule, probe_rule};
 use std::f64::consts::TAU;
@@ -31,9 +33,10 @@ fn main() {
         (vec![1, 4], vec![0.0, 1.66], vec![0.0, 1.5]),
     ] {
         let size: usize = counts[..narrow.len()].iter().sum();
-        let rings = |radii: &[f64]| plain_rings(&counts[..radii.len()], radii);
-        let start = RingRule { narrow: rings(&narrow), wide: rings(&wide), shadows };
-        let fitted = fit_probes(&training, &start, size == 16, 30);
+        let narrow = rings_of(&counts[..narrow.len()], probe_rule(size as u32).narrow);
+        let start = RingRule { narrow, wide: plain_rings(&counts, &wide), shadows };
+        let free = Free { narrow: false, wide: true, shadows: size == 16 };
+        let fitted = fit_probes(&training, &start, free, 40);
         shadows = fitted.shadows;
         let print_errors = |name: &str, rule: ProbeRule<'_>, shadows| {
             let (here, there) = (training.error(rule, shadows), others.error(rule, shadows));

@@ -24,9 +24,9 @@
 //! gives its own value, and the Fresnel term is each facet's own.
 //!
 //! Narrow lobes and wide ones want different nodes. Of a wide one the outer slopes reflect below the horizon, where little
-//! is seen and next to nothing is lit; what counts is in the middle. So a rule has two sets of nodes ([`ProbeRule`]) and goes
-//! from one to the other with the variance of the slopes ([`wide_lobe`]), smoothly; the greatest has a ring besides that
-//! only wide lobes ask for. Constants: `quadrature_study::fit_probes`.
+//! is seen and next to nothing is lit; what counts is in the middle. So the greatest rule has two sets of nodes ([`ProbeRule`])
+//! and goes from one to the other with the variance of the slopes ([`wide_lobe`]), smoothly; the second has a ring
+//! more, of probes that only wide lobes ask for (`quadrature_study::fit_probes` places them).
 
 use super::fresnel::fresnel_schlick;
 use super::slope_grid::{normal_of_slope, slope_cholesky};
@@ -91,46 +91,33 @@ const SIXTEEN: [ProbeNode; 16] = [
     node(1.939_010_5, -0.334_785_9, 0.041_047_948, 0.130_9),
 ];
 
-/// Rings: one in the middle, 4 at 1.659.
-const FIVE_WIDE: [ProbeNode; 5] = [
-    node(0.000_000_0, 0.000_000_0, 0.331_413_372, 0.165_3),
-    node(1.534_676_8, 0.631_169_8, 0.167_146_657, 0.369_1),
-    node(-0.631_169_8, 1.534_676_8, 0.167_146_657, 0.369_1),
-    node(-1.534_676_8, -0.631_169_8, 0.167_146_657, 0.369_1),
-    node(0.631_169_8, -1.534_676_8, 0.167_146_657, 0.369_1),
-];
-
-/// Rings: 4 at 0.787, 5 at 1.895.
-const NINE_WIDE: [ProbeNode; 9] = [
-    node(0.728_876_5, -0.297_359_9, 0.141_900_000, 0.062_4),
-    node(0.297_359_9, 0.728_876_5, 0.141_900_000, 0.062_4),
-    node(-0.728_876_5, 0.297_359_9, 0.141_900_000, 0.062_4),
-    node(-0.297_359_9, -0.728_876_5, 0.141_900_000, 0.062_4),
-    node(1.114_832_1, -1.532_004_4, 0.086_480_000, 0.253_1),
-    node(1.801_524_8, 0.586_853_0, 0.086_480_000, 0.253_1),
-    node(-0.001_428_6, 1.894_699_5, 0.086_480_000, 0.253_1),
-    node(-1.802_407_7, 0.584_135_7, 0.086_480_000, 0.253_1),
-    node(-1.112_520_7, -1.533_683_8, 0.086_480_000, 0.253_1),
-];
-
-/// Rings: one in the middle, 6 at 1.002, 9 at 1.968.
-const SIXTEEN_WIDE: [ProbeNode; 16] = [
-    node(0.000_000_0, 0.000_000_0, 0.140_932_953, 0.048_1),
-    node(0.991_426_3, 0.145_870_7, 0.081_605_920, 0.048_9),
-    node(0.369_385_4, 0.931_535_7, 0.081_605_920, 0.048_9),
-    node(-0.622_040_9, 0.785_665_0, 0.081_605_920, 0.048_9),
-    node(-0.991_426_3, -0.145_870_7, 0.081_605_920, 0.048_9),
-    node(-0.369_385_4, -0.931_535_7, 0.081_605_920, 0.048_9),
-    node(0.622_040_9, -0.785_665_0, 0.081_605_920, 0.048_9),
-    node(1.700_564_4, 0.989_911_1, 0.041_047_948, 0.130_9),
-    node(0.666_405_4, 1.851_417_6, 0.041_047_948, 0.130_9),
-    node(-0.679_572_2, 1.846_625_3, 0.041_047_948, 0.130_9),
-    node(-1.707_570_3, 0.977_776_5, 0.041_047_948, 0.130_9),
-    node(-1.936_577_4, -0.348_584_8, 0.041_047_948, 0.130_9),
-    node(-1.259_438_3, -1.511_839_4, 0.041_047_948, 0.130_9),
-    node(0.007_005_9, -1.967_687_5, 0.041_047_948, 0.130_9),
-    node(1.270_172_0, -1.502_832_8, 0.041_047_948, 0.130_9),
-    node(1.939_010_5, -0.334_785_9, 0.041_047_948, 0.130_9),
+/// Wide lobes: one in the middle, 6 at 0.692, 9 at 1.337, 9 at 2.136.
+const WIDE: [ProbeNode; 25] = [
+    node(0.000_000_0, 0.000_000_0, 0.052_161_111, 0.026_2),
+    node(0.683_808_5, 0.107_920_1, 0.052_430_578, 0.043_7),
+    node(0.248_442_7, 0.646_155_6, 0.052_430_578, 0.043_7),
+    node(-0.435_365_8, 0.538_235_5, 0.052_430_578, 0.043_7),
+    node(-0.683_808_5, -0.107_920_1, 0.052_430_578, 0.043_7),
+    node(-0.248_442_7, -0.646_155_6, 0.052_430_578, 0.043_7),
+    node(0.435_365_8, -0.538_235_5, 0.052_430_578, 0.043_7),
+    node(1.297_418_7, 0.323_300_1, 0.043_144_008, 0.067_8),
+    node(0.786_067_1, 1.081_626_9, 0.043_144_008, 0.067_8),
+    node(-0.093_094_0, 1.333_848_5, 0.043_144_008, 0.067_8),
+    node(-0.928_695_4, 0.961_947_5, 0.043_144_008, 0.067_8),
+    node(-1.329_749_9, 0.139_940_6, 0.043_144_008, 0.067_8),
+    node(-1.108_599_7, -0.747_546_0, 0.043_144_008, 0.067_8),
+    node(-0.368_723_3, -1.285_247_6, 0.043_144_008, 0.067_8),
+    node(0.543_682_8, -1.221_567_5, 0.043_144_008, 0.067_8),
+    node(1.201_693_7, -0.586_302_5, 0.043_144_008, 0.067_8),
+    node(2.128_432_5, 0.176_259_9, 0.027_217_705, 0.169_3),
+    node(1.517_176_3, 1.503_153_0, 0.027_217_705, 0.169_3),
+    node(0.196_016_4, 2.126_704_1, 0.027_217_705, 0.169_3),
+    node(-1.216_861_8, 1.755_146_7, 0.027_217_705, 0.169_3),
+    node(-2.060_356_8, 0.562_336_7, 0.027_217_705, 0.169_3),
+    node(-1.939_787_9, -0.893_596_9, 0.027_217_705, 0.169_3),
+    node(-0.911_570_8, -1.931_406_6, 0.027_217_705, 0.169_3),
+    node(0.543_180_5, -2.065_489_7, 0.027_217_705, 0.169_3),
+    node(1.743_771_6, -1.233_107_2, 0.027_217_705, 0.169_3),
 ];
 
 /// The nodes of a rule: where they are for narrow lobes, and for wide ones, which may have some more of them at the end.
@@ -164,9 +151,9 @@ impl<'a> ProbeRule<'a> {
 #[must_use]
 pub fn probe_rule(n: u32) -> ProbeRule<'static> {
     match n {
-        0..=5 => ProbeRule { narrow: &FIVE, wide: &FIVE_WIDE },
-        6..=9 => ProbeRule { narrow: &NINE, wide: &NINE_WIDE },
-        _ => ProbeRule { narrow: &SIXTEEN, wide: &SIXTEEN_WIDE },
+        0..=5 => ProbeRule { narrow: &FIVE, wide: &FIVE },
+        6..=9 => ProbeRule { narrow: &NINE, wide: &NINE },
+        _ => ProbeRule { narrow: &SIXTEEN, wide: &WIDE },
     }
 }
 

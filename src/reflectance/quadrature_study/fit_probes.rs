@@ -80,6 +80,18 @@ pub fn plain_rings(counts: &[usize], radii: &[f64]) -> Vec<Ring> {
     counts.iter().zip(radii).map(ring).collect()
 }
 
+/// The rings, of these numbers of nodes, that `nodes` lie on.
+#[must_use]
+pub fn rings_of(counts: &[usize], nodes: &[ProbeNode]) -> Vec<Ring> {
+    let mut first = 0;
+    let ring = |&count: &usize| {
+        let ProbeNode { place, weight, cover } = nodes[first];
+        first += count;
+        Ring { count, radius: place.length(), phase: place.y.atan2(place.x), weight, cover }
+    };
+    counts.iter().map(ring).collect()
+}
+
 struct Item {
     surface: Surface,
     lobes: Lobes,
@@ -140,7 +152,7 @@ impl ProbeTraining {
         let items = cases.into_iter().zip(truth).enumerate().map(|(i, ((surface, lobes), truth))| {
             let grid = grid[class(&surface)].map(|(sum, count): (f64, f64)| (sum / count).sqrt());
             let masked = grid[i % 2] * truth[0].max(1.0);
-            let unit = [masked, grid[i % 2] * truth[1].max(0.5), 0.5 * grid[0] * truth[2].max(0.3), 0.01];
+            let unit = [masked, grid[i % 2] * truth[1].max(0.5), 0.5 * grid[0] * truth[2].max(0.3), 0.006];
             Item { surface, lobes, truth, unit }
         });
         Self(items.collect())
@@ -178,7 +190,7 @@ impl ProbeTraining {
     }
 
     /// Root mean square errors of a rule: radiance without shadows and with them, lit fraction, Fresnel term, in the units of the
-    /// module's head (the last: of 0.01). `shadows`: `w` and `l` of `shadowed_specular`.
+    /// module's head (the last: of 0.006). `shadows`: `w` and `l` of `shadowed_specular`.
     #[must_use]
     pub fn error(&self, rule: ProbeRule<'_>, shadows: [f64; 2]) -> [f64; 4] {
         let errors = self.errors(rule, shadows);
@@ -186,10 +198,22 @@ impl ProbeTraining {
     }
 }
 
-/// What is free of rings: of the first, which may be the middle, the weight is the unit.
-fn unknowns(rule: &RingRule, shadows: bool) -> Vec<f64> {
+/// What a fit may change.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Free {
+    /// Rings for narrow lobes.
+    pub narrow: bool,
+    /// Rings for wide lobes.
+    pub wide: bool,
+    /// The constants of shadows.
+    pub shadows: bool,
+}
+
+/// The unknowns. Of the first ring, which may be the middle, the weight is the unit.
+fn unknowns(rule: &RingRule, free: Free) -> Vec<f64> {
     let mut p = Vec::new();
-    for rings in [&rule.narrow, &rule.wide] {
+    let rings = [(free.narrow, &rule.narrow), (free.wide, &rule.wide)];
+    for (_, rings) in rings.into_iter().filter(|(free, _)| *free) {
         for (i, r) in rings.iter().enumerate() {
             p.push(r.cover.ln());
             if i > 0 {
@@ -200,16 +224,19 @@ fn unknowns(rule: &RingRule, shadows: bool) -> Vec<f64> {
             }
         }
     }
-    if shadows {
+    if free.shadows {
         p.extend(rule.shadows.map(f64::ln));
     }
     p
 }
 
 /// The rule of these unknowns, in the shape of `like`.
-fn rule_of(p: &[f64], like: &RingRule) -> RingRule {
+fn rule_of(p: &[f64], like: &RingRule, free: Free) -> RingRule {
     let mut p = p.iter().copied();
-    let mut rings = |like: &[Ring]| -> Vec<Ring> {
+    let mut rings = |free: bool, like: &[Ring]| -> Vec<Ring> {
+        if !free {
+            return like.to_vec();
+        }
         like.iter()
             .enumerate()
             .map(|(i, r)| {
@@ -220,20 +247,19 @@ fn rule_of(p: &[f64], like: &RingRule) -> RingRule {
             })
             .collect()
     };
-    let (narrow, wide) = (rings(&like.narrow), rings(&like.wide));
+    let (narrow, wide) = (rings(free.narrow, &like.narrow), rings(free.wide, &like.wide));
     let shadows = like.shadows.map(|held| p.next().map_or(held, f64::exp));
     RingRule { narrow, wide, shadows }
 }
 
-/// The rule of least squared error over `training`, from `start`, in at most `steps` steps; `shadows`: with the constants of shadows
-/// free. Errors of more than three units count less than their square.
+/// The rule of least squared error over `training`, from `start`, in at most `steps` steps. Errors of more than three units count less than their square.
 #[must_use]
-pub fn fit_probes(training: &ProbeTraining, start: &RingRule, shadows: bool, steps: u32) -> RingRule {
+pub fn fit_probes(training: &ProbeTraining, start: &RingRule, free: Free, steps: u32) -> RingRule {
     let residuals = |p: &[f64]| -> Vec<f64> {
-        let rule = rule_of(p, start);
+        let rule = rule_of(p, start, free);
         let (narrow, wide) = rule.nodes();
         let errors = training.errors(ProbeRule { narrow: &narrow, wide: &wide }, rule.shadows);
         errors.into_iter().flatten().map(|e| e / (1.0 + e * e / 9.0).powf(0.25)).collect()
     };
-    rule_of(&least_squares(unknowns(start, shadows), steps, residuals), start)
+    rule_of(&least_squares(unknowns(start, free), steps, residuals), start, free)
 }
