@@ -93,8 +93,10 @@ fn specular_parity(tilted: bool, relative: f64) {
         |x| {
             let (wo, m, s) = (v3(x, 0), v2(x, 3), v3(x, 5));
             let probes = visible_probes(wo, m, s);
-            let all: Vec<_> =
-                probe_rule(x[8].round() as u32).nodes(probes.wide).map(|node| visible_probe(&probes, wo, &node)).collect();
+            let all: Vec<_> = probe_rule(x[8].round() as u32)
+                .nodes(probes.wide)
+                .map(|node| visible_probe(&probes, wo, &node))
+                .collect();
             let last = all[all.len() - 1];
             let mean = |f: &dyn Fn(&VisibleProbe) -> DVec3| all.iter().map(|p| p.weight * f(p)).sum::<DVec3>();
             list![

@@ -176,8 +176,7 @@ impl Pixel {
             }
             Quadrature::VisibleSlopes(n) => {
                 let rule = visible_specular::probe_rule(n);
-                let (sum, fresnel) =
-                    shadowed_specular_environment(visibility, wo, self.m, s, f0, rule, |_| DVec3::ONE);
+                let (sum, fresnel) = shadowed_specular_environment(visibility, wo, self.m, s, f0, rule, |_| DVec3::ONE);
                 [sum, fresnel]
             }
         }

@@ -314,7 +314,10 @@ mod tests {
                 assert!(sum(&|p| p.x).abs() < 1e-5 && sum(&|p| p.y).abs() < 1e-5, "mean of {n}");
                 let (xx, yy, xy) = (sum(&|p| p.x * p.x), sum(&|p| p.y * p.y), sum(&|p| p.x * p.y));
                 println!("{n} {wide}: {xx}");
-                assert!((xx - yy).abs() < 1e-5 && (xx - NODE_VARIANCE).abs() < 0.04 && xy.abs() < 1e-5, "{xx} {yy} {xy}");
+                assert!(
+                    (xx - yy).abs() < 1e-5 && (xx - NODE_VARIANCE).abs() < 0.04 && xy.abs() < 1e-5,
+                    "{xx} {yy} {xy}"
+                );
             }
         }
     }

@@ -178,8 +178,7 @@ impl SpecularSet {
         let grid = |n: u32, name: &str, constant: f64| {
             self.row(&format!("paper {n}x{n}{name}"), n * n, |s, lobes| grid_radiance(s, lobes, n, constant))
         };
-        let probes =
-            |n: u32| self.row(&format!("rings of {n}"), n, |s, lobes| probe_radiance(s, lobes, probe_rule(n)));
+        let probes = |n: u32| self.row(&format!("rings of {n}"), n, |s, lobes| probe_radiance(s, lobes, probe_rule(n)));
         vec![
             grid(1, "", LOD_MATCHED),
             grid(3, "", LOD_MATCHED),
