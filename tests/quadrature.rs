@@ -96,13 +96,13 @@ fn specular(sharpness: Sharpness, bounds: &[(&str, f64, f64)]) {
 fn smooth_environments() {
     specular(
         Sharpness::Smooth,
-        &[("rings of 5", 0.078, 0.55), ("rings of 9", 0.0445, 0.31), ("rings of 16", 0.026, 0.22)],
+        &[("rings of 5", 0.078, 0.55), ("rings of 9", 0.0445, 0.31), ("rings of 16", 0.026, 0.24)],
     );
 }
 
 #[test]
 fn sharp_environments() {
-    specular(Sharpness::Sharp, &[("rings of 5", 0.23, 1.6), ("rings of 9", 0.2, 2.0), ("rings of 16", 0.115, 0.95)]);
+    specular(Sharpness::Sharp, &[("rings of 5", 0.23, 1.6), ("rings of 9", 0.2, 2.0), ("rings of 16", 0.125, 1.0)]);
 }
 
 /// What the specular term does not reflect is left for the diffuse one: the mean Fresnel term of the visible facets.
