@@ -66,10 +66,10 @@ Mirrors probe_mirrors(Surface surface, vec3 wo, vec3 S) {
     [[unroll]] for (int i = 0; i < SAMPLES; ++i) {
         add_probe(mirrors, i, surface, wo, probes, o);
     }
-    if (probes.wide > 0.0) {
-        [[unroll]] for (int i = SAMPLES; i < wide_probes(SAMPLES); ++i) {
-            add_probe(mirrors, i, surface, wo, probes, o);
-        }
+    // A loop, not a branch: llvmpipe computes both sides of branches for every pixel, but leaves loops.
+    int count = probes.wide > 0.0 ? wide_probes(SAMPLES) : SAMPLES;
+    [[dont_unroll]] for (int i = SAMPLES; i < count; ++i) {
+        add_probe(mirrors, i, surface, wo, probes, o);
     }
     return mirrors;
 }

@@ -133,7 +133,7 @@ impl ProbeTraining {
         let mut all = surfaces(n, seed);
         all.extend(rough_surfaces(rough, seed + 1));
         let mut r = Random(seed + 2);
-        let sharpness = |i: usize| if i % 2 == 0 { Sharpness::Smooth } else { Sharpness::Sharp };
+        let sharpness = |i: usize| if i.is_multiple_of(2) { Sharpness::Smooth } else { Sharpness::Sharp };
         let cases: Vec<(Surface, Lobes)> =
             all.iter().enumerate().map(|(i, s)| (*s, Lobes::random(&mut r, sharpness(i)))).collect();
         let truth: Vec<[f64; 4]> = cases
