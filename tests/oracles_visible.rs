@@ -11,7 +11,7 @@ use leadr::reflectance::frame::Frame;
 use leadr::reflectance::masking::shadowing_given_masking;
 use leadr::reflectance::sh::Sh9;
 use leadr::reflectance::visible_diffuse::{leadr_diffuse_light_visible, visible_diffuse_moments};
-use leadr::reflectance::visible_specular::{VisibleProbe, leadr_specular_environment_visible, probe_nodes};
+use leadr::reflectance::visible_specular::{VisibleProbe, leadr_specular_environment_visible, probe_rule};
 use serde_json::Value;
 use std::f64::consts::PI;
 
@@ -87,7 +87,7 @@ fn smooth(d: DVec3) -> f64 {
 fn specular() {
     let Some(data) = oracle("leadr_integrals.json") else { return };
     for (n, bound) in [(5, (1.5e-2, 0.04)), (9, (1e-2, 0.04)), (16, (6e-3, 0.02))] {
-        let nodes = probe_nodes(n);
+        let rule = probe_rule(n);
         let mut errors = Errors::default();
         for (wo, m, s, c) in configurations(&data) {
             // The level's kernel, of variance Ω/4, on a polynomial of degree 2: band l shrinks by l (l + 1)/2 of it.
@@ -97,10 +97,10 @@ fn specular() {
                 let first = 0.4 * p.wi.x - 0.25 * p.wi.y + 0.3 * p.wi.z;
                 DVec3::splat(1.0 + one * first + two * (smooth(p.wi) - 1.0 - first))
             };
-            let i = leadr_specular_environment_visible(wo, m, s, DVec3::ONE, nodes, radiance).0.x;
+            let i = leadr_specular_environment_visible(wo, m, s, DVec3::ONE, rule, radiance).0.x;
             errors.add(i - number(&c["specular_env"]["smooth"]["mask"]));
             let shadowed = |p: &VisibleProbe| DVec3::splat(shadowing_given_masking(wo, p.wi, m, s, true));
-            let i = leadr_specular_environment_visible(wo, m, s, DVec3::ONE, nodes, shadowed).0;
+            let i = leadr_specular_environment_visible(wo, m, s, DVec3::ONE, rule, shadowed).0;
             assert!((0.0..=1.0 + 1e-7).contains(&i.x), "shadowing only takes light away");
         }
         errors.check(&format!("specular, smooth environment, {n} probes"), bound.0, bound.1);

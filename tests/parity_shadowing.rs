@@ -16,7 +16,7 @@ use leadr::reflectance::sh::sh_add_light;
 use leadr::reflectance::shadowed_environment::{bent_normal, shadowed_diffuse_environment, visible_slope_shift};
 use leadr::reflectance::shadowed_specular::{lit_probe, shadowed_specular_environment};
 use leadr::reflectance::slope_grid::slope_cholesky;
-use leadr::reflectance::visible_specular::probe_nodes;
+use leadr::reflectance::visible_specular::probe_rule;
 
 /// Two directions: any, equal, or of one azimuth and of opposite ones where the surface is isotropic (ρ = ±1).
 fn pair(r: &mut Random, s: DVec3) -> (DVec3, DVec3) {
@@ -99,8 +99,8 @@ fn shadowed_specular_parity() {
             let lit = [Visibility::Smith, Visibility::Correlated, Visibility::CorrelatedSimple]
                 .map(|v| lit_probe(v, &o, wi, x[11], m, cholesky));
             let white = [5, 9, 16].map(|n| {
-                let (v, nodes) = (Visibility::Correlated, probe_nodes(n));
-                shadowed_specular_environment(v, wo, m, s, DVec3::ONE, nodes, |_| DVec3::ONE).0.x
+                let (v, rule) = (Visibility::Correlated, probe_rule(n));
+                shadowed_specular_environment(v, wo, m, s, DVec3::ONE, rule, |_| DVec3::ONE).0.x
             });
             list![lit.map(|l| l.lit), lit[0].wi, white]
         },

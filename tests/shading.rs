@@ -175,9 +175,8 @@ impl Pixel {
                 [sum / norm.max(1e-12), fresnel / norm.max(1e-12)]
             }
             Quadrature::VisibleSlopes(n) => {
-                let nodes = visible_specular::probe_nodes(n);
-                let (sum, fresnel) =
-                    shadowed_specular_environment(visibility, wo, self.m, s, f0, nodes, |_| DVec3::ONE);
+                let rule = visible_specular::probe_rule(n);
+                let (sum, fresnel) = shadowed_specular_environment(visibility, wo, self.m, s, f0, rule, |_| DVec3::ONE);
                 [sum, fresnel]
             }
         }

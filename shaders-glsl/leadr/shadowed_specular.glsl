@@ -11,6 +11,11 @@
 // and for each probe, before it is looked up,
 //     LitProbe l = lit_probe(visibility, o, p.wi, p.solid_angle, probes.m, probes.cholesky);
 
+// Variance of the part that a node stands for, in units of its probe's; and how much more than such a part what is looked
+// up moves away from the horizon.
+const float LEADR_PART = 0.848;
+const float LEADR_LIFT = 2.250;
+
 struct LitProbe {
     float lit; // the part of the probe that is lit, 0..1
     vec3 wi;   // where the environment is looked up for it, unit
@@ -22,12 +27,12 @@ LitProbe lit_probe(int visibility, DirectionArea o, vec3 wi, float solid_angle, 
     if (visibility == LEADR_VISIBILITY_MASKING) return LitProbe(1.0, wi);
     DirectionArea i = direction_area(wi, m, cholesky);
     float squared = 1.0 + dot(m, m);
-    float deviation = sqrt(clamp(0.119366207 * solid_angle * squared, 1e-12, 1.0));
+    float deviation = sqrt(clamp((LEADR_PART * 0.0795774715) * solid_angle * squared, 1e-12, 1.0));
     NormalRamp n = normal_ramp(max(i.meso / deviation, -13.0));
     float above = deviation * n.ramp;
     i.visible += above - max(i.meso, 0.0);
     i.meso = above;
-    float lift = deviation * n.cdf / n.ramp / squared;
+    float lift = LEADR_LIFT * deviation * n.cdf / n.ramp / squared;
     return LitProbe(lit_fraction(visibility, o, i), normalize(wi + lift * vec3(-m, 1.0)));
 }
 

@@ -10,8 +10,8 @@
 // that are seen. Each probe covers the solid angle that its node stands for; weights sum to one, so there is no division, and
 // a constant environment gives its own value. src/reflectance/visible_specular.rs derives it. Once per pixel
 //     VisibleProbes probes = visible_probes(wo, m, S);
-// and for i in 0..n-1, n = 5, 9 or 16
-//     VisibleProbe p = visible_probe(probes, wo, probe_node(n, i));
+// and for i in 0..n-1, n = 5, 9 or 16, then where probes.wide > 0 also for i to wide_probes(n)-1
+//     VisibleProbe p = visible_probe(probes, wo, probe_node(n, i, probes.wide));
 //     vec3 f = p.weight * fresnel_schlick(f0, p.cosine);
 //     reflected += f * textureLod(environment, from_frame(frame, p.wi), solid_angle_lod(p.solid_angle, size)).rgb;
 //     fresnel += f;                                             // the visible facets' mean
@@ -29,11 +29,11 @@ const vec4 LEADR_PROBE_NODES[30] = vec4[](
     vec4(-0.7288765, 0.2973599, 0.141900000, 0.0624),
     vec4(-0.2973599, -0.7288765, 0.141900000, 0.0624),
     vec4(1.1148321, -1.5320044, 0.086480000, 0.2531),
-    vec4(1.8015248, 0.5868530, 0.086480000, 0.2531),
-    vec4(-0.0014286, 1.8946995, 0.086480000, 0.2531),
+    vec4(1.8015248, 0.5868529, 0.086480000, 0.2531),
+    vec4(-0.0014285, 1.8946995, 0.086480000, 0.2531),
     vec4(-1.8024077, 0.5841357, 0.086480000, 0.2531),
-    vec4(-1.1125207, -1.5336838, 0.086480000, 0.2531),
-    vec4(0.0000000, 0.0000000, 0.140932953, 0.0481),
+    vec4(-1.1125207, -1.5336837, 0.086480000, 0.2531),
+    vec4(0.0000000, 0.0000000, 0.140932952, 0.0481),
     vec4(0.9914263, 0.1458707, 0.081605920, 0.0489),
     vec4(0.3693854, 0.9315357, 0.081605920, 0.0489),
     vec4(-0.6220409, 0.7856650, 0.081605920, 0.0489),
@@ -41,19 +41,65 @@ const vec4 LEADR_PROBE_NODES[30] = vec4[](
     vec4(-0.3693854, -0.9315357, 0.081605920, 0.0489),
     vec4(0.6220409, -0.7856650, 0.081605920, 0.0489),
     vec4(1.7005644, 0.9899111, 0.041047948, 0.1309),
-    vec4(0.6664054, 1.8514176, 0.041047948, 0.1309),
+    vec4(0.6664053, 1.8514176, 0.041047948, 0.1309),
     vec4(-0.6795722, 1.8466253, 0.041047948, 0.1309),
-    vec4(-1.7075703, 0.9777765, 0.041047948, 0.1309),
-    vec4(-1.9365774, -0.3485848, 0.041047948, 0.1309),
+    vec4(-1.7075704, 0.9777764, 0.041047948, 0.1309),
+    vec4(-1.9365774, -0.3485849, 0.041047948, 0.1309),
     vec4(-1.2594383, -1.5118394, 0.041047948, 0.1309),
-    vec4(0.0070059, -1.9676875, 0.041047948, 0.1309),
-    vec4(1.2701720, -1.5028328, 0.041047948, 0.1309),
-    vec4(1.9390105, -0.3347859, 0.041047948, 0.1309)
+    vec4(0.0070060, -1.9676875, 0.041047948, 0.1309),
+    vec4(1.2701720, -1.5028327, 0.041047948, 0.1309),
+    vec4(1.9390105, -0.3347858, 0.041047948, 0.1309)
 );
 
-// Node i of the rule of n probes, or of the next greater number that exists.
-vec4 probe_node(int n, int i) {
-    return LEADR_PROBE_NODES[i + (n <= 5 ? 0 : n <= 9 ? 5 : 14)];
+// Those of the rule of 16 probes for wide lobes, which has some more of them at the end.
+const vec4 LEADR_WIDE_NODES[25] = vec4[](
+    vec4(0.0000000, 0.0000000, 0.051775572, 0.0282),
+    vec4(0.6365306, 0.2602967, 0.052090645, 0.0367),
+    vec4(0.0928417, 0.6814000, 0.052090645, 0.0367),
+    vec4(-0.5436889, 0.4211033, 0.052090645, 0.0367),
+    vec4(-0.6365306, -0.2602967, 0.052090645, 0.0367),
+    vec4(-0.0928417, -0.6814000, 0.052090645, 0.0367),
+    vec4(0.5436889, -0.4211033, 0.052090645, 0.0367),
+    vec4(1.2441048, 0.3494239, 0.039513559, 0.0601),
+    vec4(0.7284343, 1.0673694, 0.039513559, 0.0601),
+    vec4(-0.1280788, 1.2858809, 0.039513559, 0.0601),
+    vec4(-0.9246624, 0.9027145, 0.039513559, 0.0601),
+    vec4(-1.2885861, 0.0971579, 0.039513559, 0.0601),
+    vec4(-1.0495661, -0.7538599, 0.039513559, 0.0601),
+    vec4(-0.3194425, -1.2521383, 0.039513559, 0.0601),
+    vec4(0.5601519, -1.1645273, 0.039513559, 0.0601),
+    vec4(1.1776449, -0.5320210, 0.039513559, 0.0601),
+    vec4(1.8477526, 0.9829123, 0.031117614, 0.1927),
+    vec4(0.7836567, 1.9406670, 0.031117614, 0.1927),
+    vec4(-0.6471208, 1.9903620, 0.031117614, 0.1927),
+    vec4(-1.7751034, 1.1087445, 0.031117614, 0.1927),
+    vec4(-2.0724953, -0.2916669, 0.031117614, 0.1927),
+    vec4(-1.4001437, -1.5556041, 0.031117614, 0.1927),
+    vec4(-0.0726492, -2.0916569, 0.031117614, 0.1927),
+    vec4(1.2888386, -1.6490002, 0.031117614, 0.1927),
+    vec4(2.0472645, -0.4347579, 0.031117614, 0.1927)
+);
+
+// How many probes the rule of n has for wide lobes.
+int wide_probes(int n) {
+    return n <= 9 ? n : LEADR_WIDE_NODES.length();
+}
+
+// Variance of slopes, of both axes together, up to which a lobe counts as narrow, and how much more makes it wide by half.
+const float LEADR_WIDE_FROM = 0.25;
+const float LEADR_WIDE_HALF = 0.25;
+
+// How wide a lobe is, 0 to 1. S: covariance of the slopes.
+float wide_lobe(vec3 S) {
+    float x = max(S.x + S.y - LEADR_WIDE_FROM, 0.0) * (1.0 / LEADR_WIDE_HALF);
+    return x * x / (1.0 + x * x);
+}
+
+// Node i of the rule of n probes, or of the next greater number that exists, for a lobe that is `wide`.
+vec4 probe_node(int n, int i, float wide) {
+    if (n <= 9) return LEADR_PROBE_NODES[i + (n <= 5 ? 0 : 5)];
+    vec4 w = LEADR_WIDE_NODES[i];
+    return i < 16 ? mix(LEADR_PROBE_NODES[i + 14], w, wide) : vec4(w.xy, w.z * wide, w.w);
 }
 
 const float LEADR_NODE_VARIANCE = 0.95;
@@ -71,6 +117,7 @@ struct VisibleProbes {
     float area;    // visible area A(wo)
     float cover;   // solid angle per a exp((t^2 - x^2)/2) / |N|^4
     float least;   // that every probe has besides
+    float wide;    // how wide the lobe is
 };
 
 VisibleProbes visible_probes(vec3 wo, vec2 m, vec3 S) {
@@ -95,6 +142,7 @@ VisibleProbes visible_probes(vec3 wo, vec2 m, vec3 S) {
     float trace = v.cov.x * metric.x + v.cov.y * metric.y + 2.0 * v.cov.z * metric.z;
     float jacobian = 4.0 * v.facet * per * per;
     float det = max(v.cov.x * v.cov.y - v.cov.z * v.cov.z, 0.0) * jacobian * jacobian;
+    probes.wide = wide_lobe(v.S);
     probes.least = LEADR_LONG_FOOTPRINT * max(trace - 4.0 * det / max(trace, 1e-20), 0.0);
     return probes;
 }

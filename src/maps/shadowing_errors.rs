@@ -14,7 +14,7 @@ use crate::reflectance::shadowed_environment::bent_normal;
 use crate::reflectance::shadowed_reference::Surface;
 use crate::reflectance::shadowed_specular::shadowed_specular_environment;
 use crate::reflectance::slope_grid::slope_cholesky;
-use crate::reflectance::visible_specular::{VisibleProbe, probe_nodes};
+use crate::reflectance::visible_specular::{VisibleProbe, probe_rule};
 
 /// What lights the sphere; the viewer is at `+z`, x to the right, y up.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -211,8 +211,8 @@ fn models(surface: &Surface, pixel: &SpherePixel) -> Vec<f64> {
         for n in PROBES {
             // A level whose texels have the probe's solid angle Ω, looked up bilinearly, is a kernel of variance Ω/4.
             let lookup = |p: &VisibleProbe| DVec3::splat(at(p.wi, 0.25 * p.solid_angle));
-            let (v, nodes) = (Visibility::Correlated, probe_nodes(n));
-            let (value, _) = shadowed_specular_environment(v, wo, m, s, DVec3::ONE, nodes, lookup);
+            let (v, rule) = (Visibility::Correlated, probe_rule(n));
+            let (value, _) = shadowed_specular_environment(v, wo, m, s, DVec3::ONE, rule, lookup);
             out.push(value.x);
         }
     }

@@ -22,6 +22,11 @@
 //! with `a` a number of the node: its weight times `exp(|p|²/2)` if the probe should cover exactly what the node stands
 //! for, in fact somewhat less (fitted with the nodes), since probes overlap. Weights sum to one: a constant environment
 //! gives its own value, and the Fresnel term is each facet's own.
+//!
+//! Narrow lobes and wide ones want different nodes. Of a wide one the outer slopes reflect below the horizon, where little
+//! is seen and next to nothing is lit; what counts is in the middle. So the greatest rule has two sets of nodes ([`ProbeRule`])
+//! and goes from one to the other with the variance of the slopes ([`wide_lobe`]), smoothly; the second has a ring
+//! more, of probes that only wide lobes ask for (`quadrature_study::fit_probes` places them).
 
 use super::fresnel::fresnel_schlick;
 use super::slope_grid::{normal_of_slope, slope_cholesky};
@@ -86,17 +91,85 @@ const SIXTEEN: [ProbeNode; 16] = [
     node(1.939_010_5, -0.334_785_9, 0.041_047_948, 0.130_9),
 ];
 
+/// Wide lobes: one in the middle, 6 at 0.688, 9 at 1.292, 9 at 2.093.
+const WIDE: [ProbeNode; 25] = [
+    node(0.000_000_0, 0.000_000_0, 0.051_775_572, 0.028_2),
+    node(0.636_530_6, 0.260_296_7, 0.052_090_645, 0.036_7),
+    node(0.092_841_7, 0.681_400_0, 0.052_090_645, 0.036_7),
+    node(-0.543_688_9, 0.421_103_3, 0.052_090_645, 0.036_7),
+    node(-0.636_530_6, -0.260_296_7, 0.052_090_645, 0.036_7),
+    node(-0.092_841_7, -0.681_400_0, 0.052_090_645, 0.036_7),
+    node(0.543_688_9, -0.421_103_3, 0.052_090_645, 0.036_7),
+    node(1.244_104_8, 0.349_423_9, 0.039_513_559, 0.060_1),
+    node(0.728_434_3, 1.067_369_4, 0.039_513_559, 0.060_1),
+    node(-0.128_078_8, 1.285_880_9, 0.039_513_559, 0.060_1),
+    node(-0.924_662_4, 0.902_714_5, 0.039_513_559, 0.060_1),
+    node(-1.288_586_1, 0.097_157_9, 0.039_513_559, 0.060_1),
+    node(-1.049_566_1, -0.753_859_9, 0.039_513_559, 0.060_1),
+    node(-0.319_442_5, -1.252_138_3, 0.039_513_559, 0.060_1),
+    node(0.560_151_9, -1.164_527_3, 0.039_513_559, 0.060_1),
+    node(1.177_644_9, -0.532_021_0, 0.039_513_559, 0.060_1),
+    node(1.847_752_6, 0.982_912_3, 0.031_117_614, 0.192_7),
+    node(0.783_656_7, 1.940_667_0, 0.031_117_614, 0.192_7),
+    node(-0.647_120_8, 1.990_362_0, 0.031_117_614, 0.192_7),
+    node(-1.775_103_4, 1.108_744_5, 0.031_117_614, 0.192_7),
+    node(-2.072_495_3, -0.291_666_9, 0.031_117_614, 0.192_7),
+    node(-1.400_143_7, -1.555_604_1, 0.031_117_614, 0.192_7),
+    node(-0.072_649_2, -2.091_656_9, 0.031_117_614, 0.192_7),
+    node(1.288_838_6, -1.649_000_2, 0.031_117_614, 0.192_7),
+    node(2.047_264_5, -0.434_757_9, 0.031_117_614, 0.192_7),
+];
+
+/// The nodes of a rule: where they are for narrow lobes, and for wide ones, which may have some more of them at the end.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ProbeRule<'a> {
+    /// Up to slopes of the variance [`WIDE_FROM`].
+    pub narrow: &'a [ProbeNode],
+    /// In the limit of wide lobes; as many or more.
+    pub wide: &'a [ProbeNode],
+}
+
+impl<'a> ProbeRule<'a> {
+    /// The nodes for a lobe that is `wide` ([`wide_lobe`], 0..1). Those of wide lobes alone have no weight at 0 and are
+    /// left out there.
+    pub fn nodes(self, wide: f64) -> impl Iterator<Item = ProbeNode> + 'a {
+        let count = if wide > 0.0 { self.wide.len() } else { self.narrow.len() };
+        self.wide.iter().enumerate().take(count).map(move |(i, w)| {
+            let n = self.narrow.get(i).copied().unwrap_or(ProbeNode { weight: 0.0, ..*w });
+            let mix = |a: f64, b: f64| a + wide * (b - a);
+            ProbeNode {
+                place: n.place + wide * (w.place - n.place),
+                weight: mix(n.weight, w.weight),
+                cover: mix(n.cover, w.cover),
+            }
+        })
+    }
+}
+
+/// The rule of 5, 9 or 16 probes; of the next greater number that exists for others. In wide lobes the last has
+/// 9 more.
+#[must_use]
+pub fn probe_rule(n: u32) -> ProbeRule<'static> {
+    match n {
+        0..=5 => ProbeRule { narrow: &FIVE, wide: &FIVE },
+        6..=9 => ProbeRule { narrow: &NINE, wide: &NINE },
+        _ => ProbeRule { narrow: &SIXTEEN, wide: &WIDE },
+    }
+}
+
 /// `v`: variance of the nodes of any rule, nearly; the probes' own width is the rest.
 pub const NODE_VARIANCE: f64 = 0.95;
 
-/// The nodes of the rule of 5, 9 or 16 probes; of the next greater number that exists for others.
+/// Variance of slopes, the sum of both axes', up to which a lobe counts as narrow: a deviation of 0.35 per axis.
+pub const WIDE_FROM: f64 = 0.25;
+/// How much more makes it wide by half (0.5 per axis).
+pub const WIDE_HALF: f64 = 0.25;
+
+/// How wide a lobe is, from 0 to 1; `s`: covariance of the slopes. Its derivative is continuous.
 #[must_use]
-pub fn probe_nodes(n: u32) -> &'static [ProbeNode] {
-    match n {
-        0..=5 => &FIVE,
-        6..=9 => &NINE,
-        _ => &SIXTEEN,
-    }
+pub fn wide_lobe(s: DVec3) -> f64 {
+    let x = (s.x + s.y - WIDE_FROM).max(0.0) / WIDE_HALF;
+    x * x / (1.0 + x * x)
 }
 
 /// What a footprint that is much longer than wide adds to the solid angle of its probes, in units of the variance along
@@ -124,6 +197,8 @@ pub struct VisibleProbes {
     pub cover: f64,
     /// Solid angle that every probe has besides.
     pub least: f64,
+    /// How wide the lobe is ([`wide_lobe`]).
+    pub wide: f64,
 }
 
 /// The probes of all that is visible from `wo`. `wo`: unit; `m`, `s`: mean slope and covariance, anything finite.
@@ -159,6 +234,7 @@ pub fn visible_probes(wo: DVec3, m: DVec2, s: DVec3) -> VisibleProbes {
         area: v.area,
         cover: 8.0 * PI * v.area * cholesky.x * cholesky.z,
         least: LONG_FOOTPRINT * long,
+        wide: wide_lobe(v.s),
     }
 }
 
@@ -205,19 +281,19 @@ pub fn solid_angle_lod(solid_angle: f64, size: f64) -> f64 {
 }
 
 /// Radiance towards `wo` under an environment, masking only (LEADR eq. 19), and the mean Fresnel reflectance of the visible
-/// facets, by the probes of `nodes`. `radiance` is asked for each probe; `f0`: linear RGB reflectance at normal incidence.
+/// facets, by the probes of `rule`. `radiance` is asked for each probe; `f0`: linear RGB reflectance at normal incidence.
 #[must_use]
 pub fn leadr_specular_environment_visible(
     wo: DVec3,
     m: DVec2,
     s: DVec3,
     f0: DVec3,
-    nodes: &[ProbeNode],
+    rule: ProbeRule<'_>,
     radiance: impl Fn(&VisibleProbe) -> DVec3,
 ) -> (DVec3, DVec3) {
     let probes = visible_probes(wo, m, s);
-    nodes.iter().fold((DVec3::ZERO, DVec3::ZERO), |(sum, fresnel), node| {
-        let probe = visible_probe(&probes, wo, node);
+    rule.nodes(probes.wide).fold((DVec3::ZERO, DVec3::ZERO), |(sum, fresnel), node| {
+        let probe = visible_probe(&probes, wo, &node);
         let f = probe.weight * fresnel_schlick(f0, probe.cosine);
         (sum + f * radiance(&probe), fresnel + f)
     })
@@ -229,14 +305,30 @@ mod tests {
 
     #[test]
     fn rules_have_the_moments_they_should() {
-        for n in [5, 9, 16] {
-            let nodes = probe_nodes(n);
-            assert_eq!(nodes.len(), n as usize);
-            let sum = |f: &dyn Fn(DVec2) -> f64| nodes.iter().map(|k| k.weight * f(k.place)).sum::<f64>();
-            assert!((sum(&|_| 1.0) - 1.0).abs() < 1e-8, "weights of {n}");
-            assert!(sum(&|p| p.x).abs() < 1e-5 && sum(&|p| p.y).abs() < 1e-5, "mean of {n}");
-            let (xx, yy, xy) = (sum(&|p| p.x * p.x), sum(&|p| p.y * p.y), sum(&|p| p.x * p.y));
-            assert!((xx - yy).abs() < 1e-5 && (xx - NODE_VARIANCE).abs() < 0.04 && xy.abs() < 1e-5, "{xx} {yy} {xy}");
+        for (n, most) in [(5, 5), (9, 9), (16, 25)] {
+            for wide in [0.0, 0.3, 1.0] {
+                let nodes: Vec<ProbeNode> = probe_rule(n).nodes(wide).collect();
+                assert_eq!(nodes.len(), if wide > 0.0 { most } else { n as usize });
+                let sum = |f: &dyn Fn(DVec2) -> f64| nodes.iter().map(|k| k.weight * f(k.place)).sum::<f64>();
+                assert!((sum(&|_| 1.0) - 1.0).abs() < 1e-7, "weights of {n}");
+                assert!(sum(&|p| p.x).abs() < 1e-5 && sum(&|p| p.y).abs() < 1e-5, "mean of {n}");
+                let (xx, yy, xy) = (sum(&|p| p.x * p.x), sum(&|p| p.y * p.y), sum(&|p| p.x * p.y));
+                println!("{n} {wide}: {xx}");
+                assert!(
+                    (xx - yy).abs() < 1e-5 && (xx - NODE_VARIANCE).abs() < 0.04 && xy.abs() < 1e-5,
+                    "{xx} {yy} {xy}"
+                );
+            }
         }
+    }
+
+    /// A lobe that is about to count as wide gets the added probes without weight, and gets them gently.
+    #[test]
+    fn wide_lobes_come_smoothly() {
+        let at = |x: f64| wide_lobe(DVec3::new(0.5 * (WIDE_FROM + x), 0.5 * (WIDE_FROM + x), 0.0));
+        assert_eq!((at(-0.1), at(0.0), at(WIDE_HALF)), (0.0, 0.0, 0.5));
+        assert!(at(1e-4) < 1e-6 && at(1e6) > 0.999);
+        let rule = probe_rule(16);
+        assert!(rule.nodes(1e-6).skip(rule.narrow.len()).all(|n| n.weight < 1e-6));
     }
 }

@@ -1,11 +1,12 @@
 //! Where the constants of [`visible_diffuse`](super::super::visible_diffuse) come from: nonlinear least squares of the radiance
-//! of random surfaces under random environments, by Levenberg and Marquardt's method with numerical derivatives.
+//! of random surfaces under random environments ([`least_squares`](super::least_squares)).
 //!
 //! `cargo run --release --example 11_fit_diffuse_terms` runs it.
 
 use super::super::diffuse::NormalMoments;
 use super::super::visible_diffuse::{Term, moments_by_terms};
 use super::diffuse::{Environment, converged_moments};
+use super::least_squares::least_squares;
 use super::surfaces::{Random, Surface, surfaces, wild_surfaces};
 use rayon::prelude::*;
 
@@ -103,86 +104,17 @@ fn terms_of(p: &[f64], n: usize) -> Vec<Term> {
     exact_when_smooth(terms)
 }
 
-/// `x` with `A x = b` for a symmetric positive definite `A` (Cholesky); `None` if it is not.
-fn solve(mut a: Vec<Vec<f64>>, mut b: Vec<f64>) -> Option<Vec<f64>> {
-    let n = b.len();
-    for i in 0..n {
-        for j in 0..=i {
-            let sum = a[i][j] - (0..j).map(|k| a[i][k] * a[j][k]).sum::<f64>();
-            a[i][j] = if i == j { Some(sum).filter(|&s| s > 0.0)?.sqrt() } else { sum / a[j][j] };
-        }
-    }
-    for i in 0..n {
-        b[i] = (b[i] - (0..i).map(|k| a[i][k] * b[k]).sum::<f64>()) / a[i][i];
-    }
-    for i in (0..n).rev() {
-        b[i] = (b[i] - (i + 1..n).map(|k| a[k][i] * b[k]).sum::<f64>()) / a[i][i];
-    }
-    Some(b)
-}
-
 /// Terms of least squared error over `training`, from `start`, in at most `steps` steps of Levenberg and Marquardt.
 #[must_use]
 pub fn fit_terms(training: &Training, start: &[Term], steps: u32) -> Vec<Term> {
     let n = start.len();
-    let mut p = unknowns(start);
-    let mut r = training.residuals(&terms_of(&p, n));
-    let mut error: f64 = r.iter().map(|e| e * e).sum();
-    let mut damping = 1e-2;
-    for _ in 0..steps {
-        let jacobian: Vec<Vec<f64>> = (0..p.len())
-            .map(|k| {
-                let h = 1e-5 * p[k].abs().max(0.1);
-                let moved = |by: f64| {
-                    let mut q = p.clone();
-                    q[k] += by;
-                    training.residuals(&terms_of(&q, n))
-                };
-                moved(h).iter().zip(moved(-h)).map(|(a, b)| (a - b) / (2.0 * h)).collect()
-            })
-            .collect();
-        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>();
-        let gradient: Vec<f64> = jacobian.iter().map(|j| -dot(j, &r)).collect();
-        let before = error;
-        while damping < 1e8 {
-            let normal = jacobian
-                .iter()
-                .enumerate()
-                .map(|(i, a)| {
-                    let row = jacobian.iter().enumerate();
-                    row.map(|(j, b)| dot(a, b) * if i == j { 1.0 + damping } else { 1.0 }).collect()
-                })
-                .collect();
-            let step = solve(normal, gradient.clone());
-            let q: Option<Vec<f64>> = step.map(|s| p.iter().zip(s).map(|(p, s)| p + s).collect());
-            let tried = q.map(|q| (training.residuals(&terms_of(&q, n)), q));
-            match tried.map(|(r, q)| (r.iter().map(|e| e * e).sum::<f64>(), r, q)) {
-                Some((e, tried, q)) if e < error => {
-                    (error, r, p) = (e, tried, q);
-                    damping *= 0.2;
-                    break;
-                }
-                _ => damping *= 4.0,
-            }
-        }
-        if error > before * (1.0 - 1e-9) {
-            break;
-        }
-    }
-    terms_of(&p, n)
+    terms_of(&least_squares(unknowns(start), steps, |p| training.residuals(&terms_of(p, n))), n)
 }
 
 #[cfg(test)]
 mod tests {
     use super::super::super::visible_diffuse::visible_diffuse_terms;
     use super::*;
-
-    #[test]
-    fn cholesky_solves() {
-        let x = solve(vec![vec![4.0, 1.0], vec![1.0, 3.0]], vec![1.0, 2.0]).unwrap();
-        assert!((4.0 * x[0] + x[1] - 1.0).abs() < 1e-12 && (x[0] + 3.0 * x[1] - 2.0).abs() < 1e-12);
-        assert!(solve(vec![vec![1.0, 2.0], vec![2.0, 1.0]], vec![1.0, 1.0]).is_none());
-    }
 
     #[test]
     fn packing_keeps_the_terms() {

@@ -2,11 +2,13 @@
 //! integrals, over random surfaces, viewers and environments. The tables of `docs/quadrature.md`.
 //!
 //! [`diffuse`]: order-2 irradiance. [`light`]: one light's clamped cosine. [`specular`]: an environment of lobes, smooth or
-//! sharp, prefiltered as a mip chain would. [`fit`]: the constants of diffuse rules. [`sweep`]: how far the result moves per
+//! sharp, prefiltered as a mip chain would. [`fit`], [`fit_probes`]: the constants of these rules. [`sweep`]: how far the result moves per
 //! step of slow sweeps.
 
 pub mod diffuse;
 pub mod fit;
+pub mod fit_probes;
+pub mod least_squares;
 pub mod light;
 pub mod specular;
 pub mod surfaces;

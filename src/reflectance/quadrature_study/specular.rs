@@ -5,7 +5,7 @@ use super::super::reference::{visible_extents, visible_mean_panels};
 use super::super::slope_grid::{grid_lambda, grid_spacing, normal_of_slope};
 use super::super::specular::{LOD_MATCHED, LOD_SUPPLEMENT_5, env_lod, leadr_specular_environment};
 use super::super::visible_specular::{
-    ProbeNode, VisibleProbe, leadr_specular_environment_visible, probe_nodes, solid_angle_lod,
+    ProbeRule, VisibleProbe, leadr_specular_environment_visible, probe_rule, solid_angle_lod,
 };
 use super::Row;
 use super::surfaces::{Random, Surface, surfaces};
@@ -28,7 +28,7 @@ pub enum Sharpness {
 }
 
 impl Sharpness {
-    fn range(self) -> (f64, f64) {
+    pub(super) fn range(self) -> (f64, f64) {
         match self {
             Self::Smooth => (2.0, 20.0),
             Self::Sharp => (20.0, 300.0),
@@ -178,8 +178,7 @@ impl SpecularSet {
         let grid = |n: u32, name: &str, constant: f64| {
             self.row(&format!("paper {n}x{n}{name}"), n * n, |s, lobes| grid_radiance(s, lobes, n, constant))
         };
-        let probes =
-            |n: u32| self.row(&format!("rings of {n}"), n, |s, lobes| probe_radiance(s, lobes, probe_nodes(n)));
+        let probes = |n: u32| self.row(&format!("rings of {n}"), n, |s, lobes| probe_radiance(s, lobes, probe_rule(n)));
         vec![
             grid(1, "", LOD_MATCHED),
             grid(3, "", LOD_MATCHED),
@@ -210,8 +209,8 @@ pub fn grid_radiance(surface: &Surface, lobes: &Lobes, n: u32, constant: f64) ->
 
 /// A rule of few probes.
 #[must_use]
-pub fn probe_radiance(surface: &Surface, lobes: &Lobes, nodes: &[ProbeNode]) -> f64 {
+pub fn probe_radiance(surface: &Surface, lobes: &Lobes, rule: ProbeRule<'_>) -> f64 {
     let Surface { wo, m, s } = *surface;
     let radiance = |p: &VisibleProbe| DVec3::splat(lobes.lookup(p.wi, solid_angle_lod(p.solid_angle, SIZE)));
-    leadr_specular_environment_visible(wo, m, s, DVec3::ONE, nodes, radiance).0.x
+    leadr_specular_environment_visible(wo, m, s, DVec3::ONE, rule, radiance).0.x
 }

@@ -83,6 +83,27 @@ pub fn surfaces(n: usize, seed: u64) -> Vec<Surface> {
     out
 }
 
+/// Wide lobes: viewers as the pixels of a sphere show them, to 83°; the larger deviation of uniform logarithm in .4–2, the smaller .15–1
+/// times as large; two in five surfaces isotropic, of the others every second aligned with the axes and the rest correlated to ±.7;
+/// half of the mean slopes 0, the others to .7 per axis.
+#[must_use]
+pub fn rough_surfaces(n: usize, seed: u64) -> Vec<Surface> {
+    let mut r = Random(seed);
+    let mut out = Vec::with_capacity(n);
+    while out.len() < n {
+        let wo = spherical(r.unit().sqrt().asin().min(1.45), r.range(0.0, TAU));
+        let (large, ratio) = (r.log(0.4, 2.0), r.log(0.15, 1.0));
+        let small = if r.unit() < 0.4 { large } else { ratio * large };
+        let (x, y) = if r.unit() < 0.5 { (small, large) } else { (large, small) };
+        let c = if r.unit() < 0.5 || x == y { 0.0 } else { r.range(-0.7, 0.7) };
+        let m = DVec2::new(r.range(-0.7, 0.7), r.range(-0.7, 0.7)) * if r.unit() < 0.5 { 0.0 } else { 1.0 };
+        if meso_area(wo, m) > 0.05 {
+            out.push(Surface { wo, m, s: DVec3::new(x * x, y * y, c * x * y) });
+        }
+    }
+    out
+}
+
 /// Viewers to 88°, deviations of uniform logarithm in .01–2.5, correlations in ±.95, mean slopes of any direction to 4, the
 /// mesosurface turned away by at most one deviation.
 #[must_use]

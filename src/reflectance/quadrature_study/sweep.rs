@@ -2,7 +2,7 @@
 
 use super::super::specular::LOD_MATCHED;
 use super::super::visible_diffuse::{leadr_diffuse_light_visible, visible_diffuse_moments};
-use super::super::visible_specular::probe_nodes;
+use super::super::visible_specular::probe_rule;
 use super::diffuse::{Environment, grid_moments};
 use super::light::grid_cosine;
 use super::specular::{Lobes, Sharpness, grid_radiance, probe_radiance};
@@ -134,7 +134,7 @@ pub fn sweep_rows(n: usize) -> Vec<SweepRow> {
             let grid = steps(path, n, SEED, |i, s| grid_radiance(s, &lobes[i], 5, LOD_MATCHED));
             add(name, "paper 5x5".into(), grid);
             for probes in [5, 9, 16] {
-                let swept = steps(path, n, SEED, |i, s| probe_radiance(s, &lobes[i], probe_nodes(probes)));
+                let swept = steps(path, n, SEED, |i, s| probe_radiance(s, &lobes[i], probe_rule(probes)));
                 add(name, format!("rings of {probes}"), swept);
             }
         }
