@@ -127,6 +127,12 @@ pub const GOALS: [Goal; 6] = [
     },
 ];
 
+/// Whether a goal looks at this row.
+#[must_use]
+pub fn in_a_goal(row: &Row) -> bool {
+    GOALS.iter().flat_map(|goal| [goal.of, goal.to]).any(|place| place.table == row.table && place.row == row.name)
+}
+
 /// The paper's settings: masking alone, as its algorithms are printed, and no pixel kernel.
 fn paper(technique: Technique, quadrature: Quadrature, terms: Terms) -> ShadingSettings {
     ShadingSettings {
