@@ -11,12 +11,14 @@ float normal_pdf(float x) {
     return 0.3989422804 * exp(-0.5 * t * t);
 }
 
-// Mills' ratio (1 - Phi(x)) / phi(x) for x >= 0. Keeps 1e-4 beyond 14.
+// Mills' ratio (1 - Phi(t)) / phi(t) for t >= 0, as a quotient x / y. Keeps 1e-4 beyond 14.
+vec2 mills_quotient(float t) {
+    return vec2(1.25331414 + t * (0.90476948 + t * (0.2980476 + t * 0.04231701)),
+                1.0 + t * (1.51977327 + t * (0.95053471 + t * (0.29783986 + t * 0.04232216))));
+}
 float mills_ratio(float x) {
-    float t = clamp(x, 0.0, 1e6);
-    float p = 1.25331414 + t * (0.90476948 + t * (0.2980476 + t * 0.04231701));
-    float q = 1.0 + t * (1.51977327 + t * (0.95053471 + t * (0.29783986 + t * 0.04232216)));
-    return p / q;
+    vec2 mills = mills_quotient(clamp(x, 0.0, 1e6));
+    return mills.x / mills.y;
 }
 
 // 1 - x (1 - Phi(x)) / phi(x) for x >= 0: normal_tail_mean over the density, which does not underflow. `held`: for 0..1e6.
@@ -54,6 +56,23 @@ NormalRamp normal_ramp(float x) {
     float pdf = 0.3989422804 * exp(-0.5 * t * t);
     float tail = pdf * mills_ratio(t);
     return NormalRamp(pdf, x < 0.0 ? tail : 1.0 - tail, max(x, 0.0) + pdf * tail_mean_ratio(t));
+}
+
+// What is seen of max(0, x + u), u ~ N(0,1): how far u leans towards the viewer, Phi(x) / (x Phi(x) + phi(x)), and how much the mean
+// itself is of all, max(x, 0) / (x Phi(x) + phi(x)). One exponential and one division: with Mills' ratio p/q everything
+// is a quotient over q. Below 0 all are multiples of the density, which underflows and is left out. x counts as at least -13.
+struct ClampedLine {
+    float lean;
+    float front; // 0..1
+};
+
+ClampedLine clamped_line(float x) {
+    float t = min(abs(x), 13.0);
+    vec2 mills = mills_quotient(t);
+    float pdf = 0.3989422804 * exp(-0.5 * t * t);
+    float tail = mills.y - t * mills.x;
+    float per = 1.0 / (x < 0.0 ? tail : x * mills.y + pdf * tail);
+    return ClampedLine(per * (x < 0.0 ? mills.x : mills.y - pdf * mills.x), per * max(x, 0.0) * mills.y);
 }
 
 // The quantile of u in (0, 1), held within [2^-25, 1 - 2^-24]: Giles' polynomials for the inverse error function (2010), which
