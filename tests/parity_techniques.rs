@@ -47,7 +47,8 @@ fn classic_parity() {
 fn visible_fresnel_parity() {
     parity::<8>(
         "visible_fresnel",
-        Tolerance { relative: 2e-5, floor: |_| 1.0, unit: 0.0 },
+        // Seen along the thin axis of a nearly one-dimensional surface, wo.S.wo cancels: 1.4e-4 at worst.
+        Tolerance { relative: 2e-4, floor: |_| 1.0, unit: 0.0 },
         |r| join(&[&r.direction().to_array(), &r.mean_slope().to_array(), &r.covariance().to_array()]),
         |x| list![visible_fresnel(v3(x, 0), v2(x, 3), clamp_covariance(v3(x, 5)), DVec3::new(0.0, 0.04, 0.5))],
     );

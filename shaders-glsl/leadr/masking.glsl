@@ -11,7 +11,7 @@ float smith_lambda(vec3 w, vec2 m, vec3 S) {
     return rough_area(a, slope_spread(w, S)) / max(a, LEADR_MIN_AREA);
 }
 
-// A visible area as a quotient of positive numbers, at least MIN_AREA, for what is divided by it and by other things.
+// A visible area as a quotient of positive numbers (over at least MIN_AREA^2), at least MIN_AREA, for what is divided by it and by other things.
 struct AreaQuotient {
     float over;
     float under;
@@ -29,7 +29,7 @@ AreaQuotient visible_area_quotient(vec3 w, vec2 m, vec3 S) {
     p *= p;
     p *= p;
     float c = 0.5 * abs(a) * p;
-    float sum = c + sqrt(c * c + b2);
+    float sum = max(c + sqrt(c * c + b2), LEADR_MIN_AREA);
     float under = a < 0.0 ? p * sum : p;
     return AreaQuotient(max(a < 0.0 ? b2 : sum, LEADR_MIN_AREA * under), under);
 }

@@ -2,7 +2,7 @@
 #define LEADR_NORMAL_DISTRIBUTION_GLSL
 
 // The standard normal distribution, one exponential and one division each.
-// The rational parts are minimax fits of this project (relative error 3e-7 and 4e-7 over 0..14, all coefficients
+// The rational parts are minimax fits of this project (relative error 3e-7 to 7e-7 over 0..13, all coefficients
 // positive, so nothing cancels); beyond 13 the density underflows in 32 bits and the argument is held there.
 
 // phi(x), the density.
@@ -11,14 +11,12 @@ float normal_pdf(float x) {
     return 0.3989422804 * exp(-0.5 * t * t);
 }
 
-// Mills' ratio (1 - Phi(t)) / phi(t) for t >= 0, as a quotient x / y. Keeps 1e-4 beyond 14.
-vec2 mills_quotient(float t) {
-    return vec2(1.25331414 + t * (0.90476948 + t * (0.2980476 + t * 0.04231701)),
-                1.0 + t * (1.51977327 + t * (0.95053471 + t * (0.29783986 + t * 0.04232216))));
-}
+// Mills' ratio (1 - Phi(x)) / phi(x) for x >= 0. Keeps 1e-4 beyond 14.
 float mills_ratio(float x) {
-    vec2 mills = mills_quotient(clamp(x, 0.0, 1e6));
-    return mills.x / mills.y;
+    float t = clamp(x, 0.0, 1e6);
+    float p = 1.25331414 + t * (0.90476948 + t * (0.2980476 + t * 0.04231701));
+    float q = 1.0 + t * (1.51977327 + t * (0.95053471 + t * (0.29783986 + t * 0.04232216)));
+    return p / q;
 }
 
 // 1 - x (1 - Phi(x)) / phi(x) for x >= 0: normal_tail_mean over the density, which does not underflow. `held`: for 0..1e6.
@@ -29,6 +27,12 @@ float tail_mean_ratio_held(float t) {
 }
 float tail_mean_ratio(float x) {
     return tail_mean_ratio_held(clamp(x, 0.0, 1e6));
+}
+
+// Mills' ratio and tail_mean_ratio as x / q and y / q of one q = y + t x, t within 0..13 (7e-7 relative each).
+vec2 tail_quotients(float t) {
+    return vec2(1.25331473 + t * (1.24099266 + t * (0.574059982 + t * (0.143326482 + t * 0.0173465204))),
+                1.0 + t * (0.534757579 + t * (0.143585567 + t * 0.0173404136)));
 }
 
 // E[max(0, u - x)] = phi(x) - x (1 - Phi(x)) for u ~ N(0,1) and x >= 0: what the tail above x adds to a clamped mean.
@@ -54,13 +58,13 @@ struct NormalRamp {
 NormalRamp normal_ramp(float x) {
     float t = min(abs(x), 13.0);
     float pdf = 0.3989422804 * exp(-0.5 * t * t);
-    float tail = pdf * mills_ratio(t);
-    return NormalRamp(pdf, x < 0.0 ? tail : 1.0 - tail, max(x, 0.0) + pdf * tail_mean_ratio(t));
+    vec2 quotients = tail_quotients(t);
+    vec2 tail = quotients * (pdf / (quotients.y + t * quotients.x));
+    return NormalRamp(pdf, x < 0.0 ? tail.x : 1.0 - tail.x, max(x, 0.0) + tail.y);
 }
 
 // What is seen of max(0, x + u), u ~ N(0,1): how far u leans towards the viewer, Phi(x) / (x Phi(x) + phi(x)), and how much the mean
-// itself is of all, max(x, 0) / (x Phi(x) + phi(x)). One exponential and one division: with Mills' ratio p/q everything
-// is a quotient over q. Below 0 all are multiples of the density, which underflows and is left out. x counts as at least -13.
+// itself is of all, max(x, 0) / (x Phi(x) + phi(x)). One exponential and one division. Below 0 all are multiples of the density, which underflows and is left out. x counts as at least -13.
 struct ClampedLine {
     float lean;
     float front; // 0..1
@@ -68,11 +72,11 @@ struct ClampedLine {
 
 ClampedLine clamped_line(float x) {
     float t = min(abs(x), 13.0);
-    vec2 mills = mills_quotient(t);
     float pdf = 0.3989422804 * exp(-0.5 * t * t);
-    float tail = mills.y - t * mills.x;
-    float per = 1.0 / (x < 0.0 ? tail : x * mills.y + pdf * tail);
-    return ClampedLine(per * (x < 0.0 ? mills.x : mills.y - pdf * mills.x), per * max(x, 0.0) * mills.y);
+    vec2 tail = tail_quotients(t);
+    float q = tail.y + t * tail.x;
+    float per = 1.0 / (x < 0.0 ? tail.y : x * q + pdf * tail.y);
+    return ClampedLine(per * (x < 0.0 ? tail.x : q - pdf * tail.x), per * max(x, 0.0) * q);
 }
 
 // The quantile of u in (0, 1), held within [2^-25, 1 - 2^-24]: Giles' polynomials for the inverse error function (2010), which
