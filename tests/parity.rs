@@ -45,8 +45,8 @@ fn normal_distribution_parity() {
                 normal_pdf(t),
                 normal_tail_mean(t),
                 normal_cdf(t),
-                clamped_lean(t),
-                t.max(0.0) / normal_ramp(t).ramp
+                clamped_lean(x[0]),
+                x[0].max(0.0) / normal_ramp(x[0]).ramp
             ]]
         },
     );

@@ -63,8 +63,9 @@ NormalRamp normal_ramp(float x) {
     return NormalRamp(pdf, x < 0.0 ? tail.x : 1.0 - tail.x, max(x, 0.0) + tail.y);
 }
 
-// What is seen of max(0, x + u), u ~ N(0,1): how far u leans towards the viewer, Phi(x) / (x Phi(x) + phi(x)), and how much the mean
-// itself is of all, max(x, 0) / (x Phi(x) + phi(x)). One exponential and one division. Below 0 all are multiples of the density, which underflows and is left out. x counts as at least -13.
+// What is seen of max(0, x + u), u ~ N(0,1): how far u leans towards the viewer, Phi(x) / (x Phi(x) + phi(x)), and how much
+// of all is the mean itself, max(x, 0) / (x Phi(x) + phi(x)). One exponential and one division. Below 0 numerator and
+// denominator are multiples of the density, which underflows and is left out. x counts as at least -13.
 struct ClampedLine {
     float lean;
     float front; // 0..1
