@@ -31,8 +31,9 @@ float tail_mean_ratio(float x) {
 
 // Mills' ratio and tail_mean_ratio as x / q and y / q of one q = y + t x, t within 0..13 (7e-7 relative each).
 vec2 tail_quotients(float t) {
-    return vec2(1.25331473 + t * (1.24099266 + t * (0.574059982 + t * (0.143326482 + t * 0.0173465204))),
-                1.0 + t * (0.534757579 + t * (0.143585567 + t * 0.0173404136)));
+    float t2 = t * t;
+    return vec2((1.25331473 + 1.24099266 * t) + t2 * ((0.574059982 + 0.143326482 * t) + t2 * 0.0173465204),
+                (1.0 + 0.534757579 * t) + t2 * (0.143585567 + 0.0173404136 * t));
 }
 
 // E[max(0, u - x)] = phi(x) - x (1 - Phi(x)) for u ~ N(0,1) and x >= 0: what the tail above x adds to a clamped mean.
