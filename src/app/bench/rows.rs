@@ -349,6 +349,16 @@ mod tests {
     }
 
     #[test]
+    fn goals_of_the_quad_need_seven_rows() {
+        let rows: Vec<Row> = all_rows().into_iter().filter(in_a_goal).collect();
+        let quad = rows.iter().filter(|r| r.compared == PIXELS);
+        let places: Vec<_> = quad.map(|r| (r.table.as_str(), r.name.as_str())).collect();
+        let expected = [(LIGHT, "lean"), (LIGHT, "leadr"), (SPECULAR, ONE_SAMPLE), (SPECULAR, "leadr visible 16")];
+        let diffuse = [(DIFFUSE, ONE_SAMPLE), (DIFFUSE, "leadr visible"), (VISIBILITY_DIFFUSE, "correlated")];
+        assert_eq!(places, [&expected[..], &diffuse[..]].concat());
+    }
+
+    #[test]
     fn the_papers_rows_are_there() {
         let rows = all_rows();
         assert_eq!(rows.iter().filter(|r| r.paper_ms.is_some()).count(), 12);
