@@ -44,6 +44,8 @@ pub struct TessellationSettings {
     /// Whether every texel of the height map gets a vertex, however small on the screen (within `max_factor`): for
     /// reference pictures.
     pub to_texels: bool,
+    /// Most of those vertices along a pixel.
+    pub vertices_per_pixel: f32,
     /// Whether patches that cannot be seen are dropped.
     pub cull: bool,
     /// Largest number of tessellated vertices one draw may make. Some software drivers go wrong, silently, above
@@ -57,6 +59,8 @@ impl Default for TessellationSettings {
             pixels_per_triangle: 4.0,
             max_factor: MAX_FACTOR,
             to_texels: false,
+            // More are more than any number of samples can tell apart.
+            vertices_per_pixel: 16.0,
             cull: true,
             max_vertices_per_draw: u32::MAX,
         }
@@ -120,9 +124,8 @@ impl DrawList {
                 let relief = posed.edge_relief.get(edge).copied().unwrap_or(0.0) * posed.height_scale.abs();
                 let pixels = edge_pixels(&lens, [positions[a], positions[b]], [normals[a], normals[b]], relief);
                 let texels = if settings.to_texels { posed.edge_texels.get(edge).copied().unwrap_or(1.0) } else { 1.0 };
-                // Sixteen vertices to a pixel are more than any number of samples can tell apart.
                 let length = lens.pixels((positions[a] + positions[b]) * 0.5, positions[a].distance(positions[b]));
-                (pixels / spacing).max(texels.min(16.0 * length)).clamp(1.0, max_factor)
+                (pixels / spacing).max(texels.min(settings.vertices_per_pixel * length)).clamp(1.0, max_factor)
             })
             .collect();
         let mut vertex_lods = vec![(0.0f32, 0u32); positions.len()];
