@@ -13,7 +13,7 @@ use leadr::render::environment::Environment;
 use leadr::render::frame::Renderer;
 use leadr::render::reference::{ReliefLightGpu, ReliefLightingGpu};
 use leadr::render::scene::{FrameState, Object, PointLight, Pose, Sun};
-use leadr::render::settings::{RenderSettings, ShadingSettings, Technique};
+use leadr::render::settings::{RenderSettings, ShadingSettings, Technique, Terms};
 use leadr::render::tessellation::TessellationSettings;
 use leadr::scenes::plane::{even, plane};
 
@@ -112,6 +112,31 @@ fn the_sky_agrees_with_ray_casts() {
     );
     assert!((open - want[0]).abs() < 0.04 && (shadowed / want[1] - 1.0).abs() < 0.06);
     assert!(want[1] < 0.8);
+}
+
+/// Parts of the light, with shadows of the relief: together they are all of it.
+#[test]
+fn terms_add_up() {
+    let Some(gpu) = common::test_gpu() else { return };
+    let tile = Tile::new(Spectrum::Gaussian, 64, 6.0, 1);
+    let mut object = plane_of(&tile, 0.7, true);
+    object.specular_f0 = 0.3;
+    object.mesh.colors = vec![[0.6, 0.6, 0.6, 0.4]; object.mesh.positions.len()];
+    let mut renderer = renderer(&gpu, object, 1.0);
+    let mut shoot = |terms| {
+        let mut settings = reference((32, 16), 8, true);
+        settings.shading.terms = terms;
+        renderer.render(&state(Some(Vec3::new(0.0, 0.6, 0.8))), &settings).unwrap().color
+    };
+    let all = shoot(Terms::ALL);
+    let parts = Terms::NAMES.map(|(term, _)| shoot(term));
+    for part in &parts {
+        assert!((0.01..0.7).contains(&(mean(part) / mean(&all))), "{} of {}", mean(part), mean(&all));
+    }
+    for (pixel, whole) in all.iter().enumerate() {
+        let sum: f32 = parts.iter().map(|part| part[pixel][1]).sum();
+        assert!((sum - whole[1]).abs() < 1e-5 * (1.0 + whole[1]), "{sum} instead of {}", whole[1]);
+    }
 }
 
 /// A point light as far away as a sun, through its own kind of map.

@@ -21,7 +21,7 @@ use super::object::GpuObject;
 use super::patch_mesh::PosedVertices;
 use super::relief_shadow::{Caster, ReliefShadows, map_size, relief_view};
 use super::scene::{FrameState, MAX_POINT_LIGHTS};
-use super::settings::{RenderSettings, Technique};
+use super::settings::{RenderSettings, Technique, Terms};
 use super::shade::ShadePass;
 use super::shadow::ShadowView;
 use super::tessellation::TessellationSettings;
@@ -76,19 +76,24 @@ pub struct ReferencePass {
     shadows: ReliefShadows,
     environment: Option<EnvironmentLights>,
     lights: usize,
+    terms: Terms,
 }
 
 impl ReferencePass {
-    /// The pass.
+    /// The pass, for some of the light.
     ///
     /// # Errors
     /// Memory that is short, or a failed pipeline.
-    pub fn new(gpu: &Arc<Gpu>) -> Result<Self> {
+    pub fn new(gpu: &Arc<Gpu>, terms: Terms) -> Result<Self> {
         let desc = GraphicsDesc {
             vertex: "passes/fullscreen.vert",
             fragment: Some("passes/shade/reference.frag"),
             colors: &[ShadePass::FORMAT],
-            spec: &[(0, SpecValue::I32(Technique::Reference.code())), (16, SpecValue::F32(MIRROR_ALPHA))],
+            spec: &[
+                (0, SpecValue::I32(Technique::Reference.code())),
+                (5, SpecValue::I32(terms.bits())),
+                (16, SpecValue::F32(MIRROR_ALPHA)),
+            ],
             ..Default::default()
         };
         Ok(Self {
@@ -99,7 +104,14 @@ impl ReferencePass {
             shadows: ReliefShadows::new(gpu)?,
             environment: None,
             lights: 0,
+            terms,
         })
+    }
+
+    /// The light that counts.
+    #[must_use]
+    pub fn terms(&self) -> Terms {
+        self.terms
     }
 
     /// Reads the environment, once per frame. The device must be idle, and the cube must show the frame's sky.

@@ -9,6 +9,7 @@
 
 // Base materials smoother than this mirror the environment as if nothing shadowed it: drawn lights would miss them.
 layout(constant_id = 16) const float MIRROR_ALPHA = 0.15;
+layout(constant_id = 5) const int TERMS = 15; // bits: which light counts
 
 const int GRID = 5;          // samples of a mirror's slopes
 const int DIFFUSE_TERMS = 2; // see leadr/visible_diffuse.glsl
@@ -102,7 +103,7 @@ void main() {
     vec3 diffuse_s = surface.slope_covariance;
     vec3 specular_s = add_roughness(diffuse_s, surface.alpha);
     bool mirror = surface.alpha < MIRROR_ALPHA;
-    vec3 radiance = mirror ? mirrored(surface, specular_s) : vec3(0.0);
+    vec3 radiance = mirror && (TERMS & 4) != 0 ? mirrored(surface, specular_s) : vec3(0.0);
     vec3 albedo = surface.albedo * (1.0 - visible_fresnel(wo, m, specular_s, surface.f0));
     // The plane that the depth maps have here: the facet, or smooth geometry under mapped normals.
     vec3 normal = lighting.viewport.w > 0.5 ? from_frame(surface.frame, normal_of_slope(m)) : surface.frame.z;
@@ -119,8 +120,13 @@ void main() {
             continue;
         }
         vec3 wi = to_frame(surface.frame, towards);
-        vec3 scattered = albedo * leadr_diffuse_light_visible(wo, wi, m, diffuse_s, false, DIFFUSE_TERMS);
-        if (!(mirror && light.power.w > 0.5)) {
+        bool drawn = light.power.w > 0.5;
+        int terms = drawn ? TERMS >> 2 : TERMS;
+        vec3 scattered = vec3(0.0);
+        if ((terms & 2) != 0) {
+            scattered += albedo * leadr_diffuse_light_visible(wo, wi, m, diffuse_s, false, DIFFUSE_TERMS);
+        }
+        if ((terms & 1) != 0 && !(mirror && drawn)) {
             scattered += leadr_specular_directional(wo, wi, m, specular_s, surface.f0, true);
         }
         radiance += irradiance * scattered;

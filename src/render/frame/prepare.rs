@@ -13,7 +13,7 @@ use crate::render::filter::FilterPass;
 use crate::render::patch_mesh::PosedVertices;
 use crate::render::reference::ReferencePass;
 use crate::render::scene::FrameState;
-use crate::render::settings::{Quadrature, RenderSettings};
+use crate::render::settings::{Quadrature, RenderSettings, Terms};
 use crate::render::shade::{LightSet, LightingGpu, ShadePass};
 use crate::render::shadow::ShadowView;
 use crate::render::tessellation::TessellationSettings;
@@ -49,7 +49,7 @@ impl Renderer {
             self.drawn.iter().zip(&state.poses).map(|(d, pose)| pose.apply(&d.object.object.mesh)).collect();
         self.shadow_view = None;
         if settings.shadows_of_relief() {
-            self.prepare_reference(state)?;
+            self.prepare_reference(state, settings.shading.terms)?;
             self.prepare_pipelines(state, settings)?;
             return Ok(posed);
         }
@@ -132,14 +132,12 @@ impl Renderer {
     }
 
     /// Makes what the shadows of the reference need: its pass, and an environment that can be drawn from.
-    fn prepare_reference(&mut self, state: &FrameState) -> Result<()> {
+    fn prepare_reference(&mut self, state: &FrameState, terms: Terms) -> Result<()> {
         if let Some(sky) = &state.sky {
             self.show_sky(sky)?;
         }
-        let pass = match &mut self.reference {
-            Some(pass) => pass,
-            none => none.insert(ReferencePass::new(&self.gpu)?),
-        };
+        let kept = self.reference.take().filter(|pass| pass.terms() == terms);
+        let pass = self.reference.insert(kept.map_or_else(|| ReferencePass::new(&self.gpu, terms), Ok)?);
         pass.read_environment(&self.environment)
     }
 
