@@ -4,6 +4,8 @@
 //! they are the same everywhere. The base material is a matt dielectric, and the slopes are those of plaster or rough
 //! concrete: steep enough that bumps hide each other towards the limb.
 
+use std::f64::consts::{PI, TAU};
+
 use glam::{Vec2, Vec3};
 
 use super::cell::{DISTANCE, Facets, views};
@@ -46,16 +48,18 @@ impl RoughSphere {
         let views = Views { near: turned(near), mid: turned(mid), far: turned(far) };
         // The kernel's autocorrelation is exp(−d² / 4L²); along the flatter slope it is longer by their ratio.
         let aspect = f64::from(sigma.max_element() / sigma.min_element());
-        let bump_area = 4.0 * std::f64::consts::PI * length * length * aspect;
+        let bump_area = 4.0 * PI * length * length * aspect;
         Self { stage: Stage::still(vec![object], views), bump_area }
     }
 
-    /// Bumps in the pixel in the middle of the disc, in a picture of `height` pixels by the `mid` view; towards the limb
-    /// there are more.
+    /// Bumps that a pixel of the disc shows on average, in a picture of `height` pixels by the `mid` view. In the middle of the disc
+    /// half as many, and the more the nearer the limb.
     #[must_use]
     pub fn bumps_per_pixel(&self, height: u32) -> f64 {
-        let pixel = f64::from((DISTANCE - 1.0) / self.stage.views.mid.lens(height).focal_pixels);
-        pixel * pixel / self.bump_area
+        let (distance, focal) = (f64::from(DISTANCE), f64::from(self.stage.views.mid.lens(height).focal_pixels));
+        let visible = TAU * (1.0 - distance.recip());
+        let radius = focal / (distance * distance - 1.0).sqrt();
+        visible / self.bump_area / (PI * radius * radius)
     }
 }
 
@@ -92,8 +96,8 @@ mod tests {
                 count += 1.0;
             }
         }
-        let disc = std::f64::consts::PI * f64::from(radius).powi(2);
-        let expected = 4.0 * std::f64::consts::PI * length * length / disc;
+        let disc = PI * f64::from(radius).powi(2);
+        let expected = 4.0 * PI * length * length / disc;
         let measured = (square / count) / (single / count);
         // 360 discs tell a variance to 7 %; the rim of the disc takes a tenth.
         assert!((measured / expected - 1.0).abs() < 0.25, "{measured} {expected}");
@@ -107,9 +111,9 @@ mod tests {
         assert!((bumps(16, 12, sigma) / one - 4.0).abs() < 1e-3);
         assert!((bumps(32, 24, sigma) / one - (28.0f64 / 12.0).powi(2)).abs() < 1e-3);
         assert!((bumps(16, 24, Vec2::new(0.1, 0.4)) / one - 0.25).abs() < 1e-3);
-        // By hand: the disc is 0.8 of 24 pixels wide and 11/12 as far away in the middle as at its outline.
-        let side = 2.0 / (24.0 * f64::from(FILL)) * 11.0 / 12.0 * 12.0 / 143f64.sqrt();
+        // By hand: 11/24 of the sphere over a disc that is 0.8 of 24 pixels wide.
+        let pixel = 11.0 / 24.0 * 4.0 / (12.0 * f64::from(FILL)).powi(2);
         let length = 2.5 * std::f64::consts::FRAC_PI_2 / 24.0;
-        assert!((one / (side * side / (4.0 * std::f64::consts::PI * length * length)) - 1.0).abs() < 1e-3, "{one}");
+        assert!((one / (pixel / (4.0 * PI * length * length)) - 1.0).abs() < 1e-3, "{one}");
     }
 }

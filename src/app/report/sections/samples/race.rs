@@ -39,7 +39,7 @@ pub struct Contest {
     pub camera: Camera,
     /// Pixels across and down.
     pub size: u32,
-    /// Bumps in a pixel, where they are known.
+    /// Bumps in a pixel on average, where they are known.
     pub bumps_per_pixel: Option<f64>,
     /// Most vertices of a reference along a pixel: enough for the bumps.
     pub vertices_per_pixel: f32,
