@@ -3,7 +3,6 @@
 mod race;
 mod worth;
 
-use glam::Vec2;
 use serde::Serialize;
 
 use self::race::{Contest, FASTER, MEASURES, Race, Row, WORTH, race};
@@ -14,7 +13,7 @@ use crate::app::report::plot::{Plot, Scale};
 use crate::app::report::studio::Studio;
 use crate::app::report::subject::Subject;
 use crate::render::tessellation::TessellationSettings;
-use crate::scenes::spheres::rough::{RoughSphere, SLOPE};
+use crate::scenes::spheres::rough::RoughSphere;
 use crate::scenes::spheres::surface::Detail;
 
 const INTRO: &str = "How near to a converged reference is LEADR with one shaded sample per pixel, and how many samples of a \
@@ -72,9 +71,9 @@ pub fn run(studio: &mut Studio) -> Result<Section, AppError> {
 
 /// The Gaussian sphere with atlas tiles of `tile` texels, as small as its bumps then are.
 fn gaussian_sphere(studio: &Studio, tile: u32) -> Result<Contest, AppError> {
-    // Twenty bumps and more in a pixel are affordable in a small picture only: all of them have their vertices and shadows.
+    // Tens of bumps in a pixel are affordable in a small picture only: all of them have their vertices and shadows.
     let size = studio.pick(16, 24);
-    let sphere = RoughSphere::new(Vec2::splat(SLOPE), Detail { patches: studio.pick(10, 8), tile });
+    let sphere = RoughSphere::new(Detail { patches: 8, tile });
     let bumps = sphere.bumps_per_pixel(size);
     let subject = Subject::under_the_sky(studio, sphere.stage, 0.0)?;
     Ok(Contest {
@@ -87,7 +86,7 @@ fn gaussian_sphere(studio: &Studio, tile: u32) -> Result<Contest, AppError> {
         bumps_per_pixel: Some(bumps),
         // A vertex for every texel: the bumps throw shadows, so what the geometry dropped would not average out.
         vertices_per_pixel: f32::INFINITY,
-        converged: studio.pick(32, 128),
+        converged: studio.pick(64, 128),
         counts: counts(studio),
     })
 }

@@ -33,6 +33,10 @@ impl Worth {
         let Some(pair) = references.windows(2).find(|pair| pair[0].1 > error && pair[1].1 <= error) else {
             return Self::Above(last.0);
         };
+        // What is lost in the truth's noise has no number.
+        if pair[1].1 <= 0.0 {
+            return Self::Above(pair[0].0);
+        }
         let share = (pair[0].1 / error).ln() / (pair[0].1 / pair[1].1).ln();
         Self::Equal(pair[0].0 * (pair[1].0 / pair[0].0).powf(share))
     }
@@ -97,6 +101,10 @@ mod tests {
         assert!((equal(0.5f64.powf(1.5)) - 8.0).abs() < 1e-9);
         assert_eq!((Worth::of(&halves, 2.0), Worth::of(&halves, 0.01)), (Worth::Below(1.0), Worth::Above(256.0)));
         assert_eq!((Worth::of(&[], 1.0), Worth::of(&halves, f64::NAN)), (Worth::Unknown, Worth::Unknown));
+        // Nobody knows how small errors below the truth's noise are.
+        let drowned = [(1.0, 0.2), (32.0, 0.1), (64.0, 0.0)];
+        assert_eq!((Worth::of(&drowned, 0.05), Worth::of(&drowned, 0.0)), (Worth::Above(32.0), Worth::Above(32.0)));
+        assert_eq!(Worth::of(&drowned[..2], 0.0), Worth::Above(32.0));
         assert!(Worth::Above(128.0).reaches(64.0) && Worth::Equal(64.0).reaches(64.0));
         assert!(!Worth::Below(64.0).reaches(64.0) && !Worth::Unknown.reaches(1.0));
     }
