@@ -10,8 +10,11 @@ use leadr::render::scene::{FrameState, Object, Pose, Sun};
 use leadr::render::settings::{RenderSettings, ShadingSettings, Technique};
 use leadr::render::sky::Sky;
 use leadr::scenes::sphere::cube_sphere;
+use leadr::scenes::stage::{Lights, Relief, sphere_stage};
 
 const SIZE: u32 = 64;
+/// Error of joined edge samples, of that of one patch; measured 0.
+const JOINED: f64 = 0.6;
 
 fn sphere(name: &str, color: [f32; 4]) -> Object {
     Object {
@@ -99,6 +102,36 @@ fn outlines_converge_to_the_reference_and_the_inside_is_shaded_once() {
         assert!(same > once.color.len() * 3 / 4);
     }
     assert!(before.0 < 0.015 && before.1 < 0.02, "{before:?}");
+}
+
+/// A rough sphere so far away that a pixel covers several patches, whose tiles the levels of its maps end at: with the edge samples' part of it
+/// joined, one shaded sample is as near to very many as many are, and much nearer than the patch in its middle alone.
+#[test]
+fn a_pixel_of_many_patches_is_shaded_as_all_of_them() {
+    let Some(gpu) = common::test_gpu() else { return };
+    let sky = Sky::default();
+    let mut stage = sphere_stage(Relief { tile: 16, ..Relief::default() });
+    let environment = Environment::from_sky(&gpu, 32, &sky).unwrap();
+    let mut renderer = Renderer::new(&gpu, std::mem::take(&mut stage.objects), environment).unwrap();
+    let lights = Lights { sky: Some(sky), ..Lights::default() };
+    let state = stage.state(0.0, &stage.views.mid.at_distance(20.0), &lights);
+    for technique in [Technique::Leadr, Technique::Lean, Technique::NormalMip] {
+        let shading = ShadingSettings { technique, ..Default::default() };
+        let mut shoot =
+            |samples, edges| renderer.render(&state, &RenderSettings { shading, ..settings(samples, edges) }).unwrap();
+        let (many, once, joined) = (shoot(128, 1), shoot(1, 1), shoot(1, 16));
+        let inside = |i: usize| {
+            let at = |x: usize, y: usize| many.color[y * SIZE as usize + x][3];
+            let (x, y) = (i % SIZE as usize, i / SIZE as usize);
+            (1..63).contains(&x)
+                && (1..63).contains(&y)
+                && (x - 1..=x + 1).all(|x| (y - 1..=y + 1).all(|y| at(x, y) > 0.999))
+        };
+        let errors = [&once, &joined].map(|frame| rms(frame, &many, 0, inside));
+        println!("{technique:?}: one patch {:.4}, joined {:.4}", errors[0], errors[1]);
+        assert!(errors[1] < JOINED * errors[0], "{technique:?}: {errors:?}");
+        assert!((0..many.color.len()).filter(|&i| inside(i)).count() > 40);
+    }
 }
 
 #[test]

@@ -12,7 +12,7 @@ mod extremes;
 
 use comparator::{Numbers, Random, Tolerance, join, list, parity, v2, v3};
 use extremes::finite;
-use glam::{DVec2, DVec3};
+use glam::{DMat3, DVec2, DVec3};
 use leadr::reflectance::beckmann::{beckmann_ndf, beckmann_p22};
 use leadr::reflectance::correlated_masking::{Visibility, direction_area};
 use leadr::reflectance::diffuse::{
@@ -29,6 +29,7 @@ use leadr::reflectance::slope_grid::{
 };
 use leadr::reflectance::slope_map::{map_covariance, map_mean_slope, slope_map};
 use leadr::reflectance::slope_statistics::{add_macro_curvature, add_roughness, covariance_from_moments, scale_height};
+use leadr::reflectance::slope_turn::{SlopePart, join_slopes, turn_slopes};
 use leadr::reflectance::specular::{env_lod, environment_sample, leadr_specular_directional, leadr_specular_light};
 use leadr::reflectance::{limits, specular};
 
@@ -125,6 +126,30 @@ fn slope_map_parity() {
             let map = slope_map(v3(x, 0), v3(x, 3), x_axis, z.cross(x_axis), z);
             let linear = map.linear.to_cols_array();
             list![linear, map.offset, map_mean_slope(&map, v2(x, 9)), map_covariance(&map, v3(x, 11))]
+        },
+    );
+}
+
+#[test]
+fn slope_turn_parity() {
+    parity::<17>(
+        "slope_turn",
+        Tolerance { relative: 1e-5, floor: |_| 1e-2, unit: 1.0 },
+        |r| {
+            let to = r.direction();
+            let from =
+                if r.unit() < 0.1 { r.direction() } else { (to + r.direction() * r.range(0.0, 0.6)).normalize() };
+            let slope = |r: &mut Random| [r.range(-2.0, 2.0), r.range(-2.0, 2.0)];
+            let (mean, covariance, other) = (slope(r), r.covariance().to_array(), slope(r));
+            let area = if r.unit() < 0.1 { 0.0 } else { r.log(0.01, 100.0) };
+            join(&[&from.to_array(), &to.to_array(), &mean, &covariance, &other, &r.covariance().to_array(), &[area]])
+        },
+        |x| {
+            let (from, to) = (frame_about(v3(x, 0)), frame_about(v3(x, 3)));
+            let turn = DMat3::from_cols(to_frame(&to, from.x), to_frame(&to, from.y), to_frame(&to, from.z));
+            let part = turn_slopes(turn, v2(x, 6), v3(x, 8));
+            let whole = join_slopes(SlopePart { mean: v2(x, 11), covariance: v3(x, 13), area: x[16] }, part);
+            list![part.mean, part.covariance, [part.area], whole.mean, whole.covariance, [whole.area]]
         },
     );
 }

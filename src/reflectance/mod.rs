@@ -52,7 +52,8 @@
 //! `m` and `s` come from filtered moments of a height map, `s = E[x xᵀ] − E[x] E[x]ᵀ` ([`slope_statistics`], LEADR eq. 9), and
 //! from texture space into the tangent frame by the deformed surface ([`slope_map`], LEADR eq. 12). The algebra of the
 //! moments, layers, scales and shears, is [`slope_moments`]; how a texel stores them (LEAN, LEADR, CLEAN), [`slope_packing`].
-//! What the macrosurface itself turns under a pixel adds to them ([`geometric_antialiasing`]).
+//! What the macrosurface itself turns under a pixel adds to them ([`geometric_antialiasing`]); parts of a surface with frames of
+//! their own are joined in one ([`slope_turn`]).
 //!
 //! # 4 · LEADR's integrals
 //!
@@ -99,6 +100,7 @@ pub mod slope_map;
 pub mod slope_moments;
 pub mod slope_packing;
 pub mod slope_statistics;
+pub mod slope_turn;
 pub mod specular;
 pub mod visible_diffuse;
 pub mod visible_fresnel;

@@ -4,11 +4,13 @@ use std::sync::Arc;
 
 use glam::Vec2;
 
-use crate::gpu::{Commands, ComputePipeline, Descriptor, Filter, Gpu, Image, Result, Sampler, Use, Wrap};
+use super::edges::JoinedEdges;
+use crate::gpu::{Commands, ComputePipeline, Descriptor, Filter, Gpu, Image, Result, Sampler, SpecValue, Use, Wrap};
 
 /// The accumulation pipeline.
 pub struct AccumulatePass {
-    pipeline: ComputePipeline,
+    /// Without and with edge samples.
+    pipelines: [ComputePipeline; 2],
     nearest: Sampler,
 }
 
@@ -19,32 +21,43 @@ impl AccumulatePass {
     /// A failed pipeline.
     pub fn new(gpu: &Arc<Gpu>) -> Result<Self> {
         Ok(Self {
-            pipeline: ComputePipeline::new(gpu, "passes/accumulate.comp", &[])?,
+            pipelines: [
+                ComputePipeline::new(gpu, "passes/accumulate.comp", &[(0, SpecValue::Bool(false))])?,
+                ComputePipeline::new(gpu, "passes/accumulate.comp", &[(0, SpecValue::Bool(true))])?,
+            ],
             nearest: Sampler::new(gpu, "accumulate", Filter::Nearest, Wrap::Clamp)?,
         })
     }
 
-    /// Mixes a sample, or a grid of edge samples, into the `mean` of the `before` before it. Where an edge sample's alpha is
-    /// [`OF_THE_PIXEL`](super::edges::OF_THE_PIXEL), `pixel` takes its place.
-    pub fn record(&self, cmd: &mut Commands, sample: &Image, pixel: &Image, mean: &Image, before: u32) {
+    /// Mixes a `sample`, with so many joined edge samples if it has any, into the `mean` of the `before` before it.
+    pub fn record(
+        &self,
+        cmd: &mut Commands,
+        sample: &Image,
+        edges: Option<(&JoinedEdges, u32)>,
+        mean: &Image,
+        before: u32,
+    ) {
         cmd.transition(sample, Use::Sampled);
-        cmd.transition(pixel, Use::Sampled);
         if before == 0 {
             cmd.image_barrier(mean, Use::Undefined, Use::ComputeReadWrite);
         } else {
             cmd.transition(mean, Use::ComputeReadWrite);
         }
+        let pipeline = &self.pipelines[usize::from(edges.is_some())];
+        let (others, shares) = edges.map_or((sample, sample), |(joined, _)| (&joined.others, &joined.shares));
         cmd.bind(
-            &self.pipeline,
+            pipeline,
             &[
                 (0, Descriptor::Sampled(sample.whole(), &self.nearest)),
                 (1, Descriptor::StorageImage(mean.whole())),
-                (2, Descriptor::Sampled(pixel.whole(), &self.nearest)),
+                (2, Descriptor::Sampled(others.whole(), &self.nearest)),
+                (3, Descriptor::Sampled(shares.whole(), &self.nearest)),
             ],
         );
-        cmd.push_constants(&(1.0f32 / (before + 1) as f32));
+        cmd.push_constants(&[1.0 / (before + 1) as f32, edges.map_or(0, |(_, count)| count) as f32]);
         let [width, height] = mean.mip_extent(0);
-        cmd.dispatch_invocations(&self.pipeline, [width, height, 1]);
+        cmd.dispatch_invocations(pipeline, [width, height, 1]);
     }
 }
 

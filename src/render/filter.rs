@@ -5,7 +5,7 @@ use std::sync::Arc;
 use ash::vk;
 
 use super::geometry::VisibleSurface;
-use super::object::GpuObject;
+use super::object::{FLAGS_GRID_SHIFT, GpuObject};
 use super::settings::ShadingSettings;
 use crate::gpu::{
     ColorTarget, Commands, Descriptor, Filter, Gpu, GraphicsDesc, GraphicsPipeline, Image, ImageDesc, Load, Result,
@@ -20,7 +20,7 @@ pub struct GBuffer {
     pub covariance: Image,
     /// Linear albedo and Beckmann roughness; RGBA16F.
     pub material: Image,
-    /// Specular f0, accessibility, inside marker; RGBA16F.
+    /// Specular f0, accessibility, inside marker, 1 where the footprint is more than its patch knows; RGBA16F.
     pub surface: Image,
 }
 
@@ -38,7 +38,9 @@ impl GBuffer {
     /// # Errors
     /// Memory that is short.
     pub fn new(gpu: &Arc<Gpu>, size: (u32, u32)) -> Result<Self> {
-        let color = |name: &str, format| Image::new(gpu, name, ImageDesc::new(format, size.0, size.1).color_target());
+        // Edge samples are joined in it.
+        let color =
+            |name: &str, format| Image::new(gpu, name, ImageDesc::new(format, size.0, size.1).color_target().storage());
         Ok(Self {
             frame: color("g-buffer frame", Self::FORMATS[0])?,
             covariance: color("g-buffer covariance", Self::FORMATS[1])?,
@@ -81,7 +83,7 @@ impl FilterPass {
     }
 
     /// Fills the G-buffer where an object is visible (elsewhere it stays undefined: depth tells), one full-screen draw
-    /// per object, and leaves it readable.
+    /// per object, and leaves it readable. `grid`: its pixels along one of the picture; `scissor`: where in it.
     pub fn record<'a>(
         &self,
         cmd: &mut Commands,
@@ -89,12 +91,17 @@ impl FilterPass {
         target: &GBuffer,
         objects: impl Iterator<Item = &'a GpuObject>,
         height_scale: f32,
+        grid: u32,
+        scissor: Option<[u32; 4]>,
     ) {
         for image in target.colors() {
             cmd.image_barrier(image, Use::Undefined, Use::ColorTarget);
         }
         let colors = target.colors().map(|image| ColorTarget { view: image.whole(), load: Load::Clear([0.0; 4]) });
         cmd.begin_rendering(&colors, None);
+        if let Some(area) = scissor {
+            cmd.scissor(area);
+        }
         for object in objects {
             cmd.bind(
                 &self.pipeline,
@@ -108,7 +115,9 @@ impl FilterPass {
                     (6, Descriptor::Storage(&object.tiles)),
                 ],
             );
-            cmd.push_constants(&object.constants(height_scale, false));
+            let mut constants = object.constants(height_scale, false);
+            constants.flags |= grid << FLAGS_GRID_SHIFT;
+            cmd.push_constants(&constants);
             cmd.draw(0..3, 0..1);
         }
         cmd.end_rendering();

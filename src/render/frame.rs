@@ -12,7 +12,7 @@ use std::sync::Arc;
 
 use self::targets::Targets;
 use super::accumulate::AccumulatePass;
-use super::edges::EdgePass;
+use super::edges::{EdgePass, JoinPass};
 use super::environment::Environment;
 use super::filter::FilterPass;
 use super::geometry::GeometryPass;
@@ -67,8 +67,16 @@ struct Drawn {
 struct PixelPasses {
     filter: FilterPass,
     shade: ShadePass,
-    /// For edge samples, where there are any.
-    shade_edges: Option<ShadePass>,
+    /// Where there are edge samples.
+    edges: Option<EdgePasses>,
+}
+
+/// What edge samples need besides.
+struct EdgePasses {
+    shade: ShadePass,
+    join: JoinPass,
+    /// Of the pixels, after it.
+    shade_joined: ShadePass,
 }
 
 /// Renders a scene on a device.

@@ -42,8 +42,8 @@ pub struct PatchGpu {
     pub tile: [f32; 4],
 }
 
-/// Most objects in a scene: the G-buffer has seven bits for them.
-pub const MAX_OBJECTS: usize = 127;
+/// Most objects in a scene: the G-buffer has six bits for them, the sea and nothing.
+pub const MAX_OBJECTS: usize = 62;
 
 /// The view block (`View`).
 #[repr(C)]
@@ -75,6 +75,8 @@ pub const FLAG_DISPLACED: u32 = 1;
 pub const FLAG_COLOR_MAP: u32 = 2;
 /// Back faces are painted in the marker colour.
 pub const FLAG_MARK_INSIDE: u32 = 4;
+/// Above the flags, in the filter pass: edge samples across a pixel.
+pub const FLAGS_GRID_SHIFT: u32 = 8;
 
 /// What of an object stays the same from frame to frame.
 pub struct GpuObject {

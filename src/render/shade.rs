@@ -104,6 +104,17 @@ impl LightSet {
     }
 }
 
+/// What the shading pass has to do with edge samples (`EDGES_` in `passes/shade/settings.glsl`).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Edges {
+    /// There are none.
+    None = 0,
+    /// It shades them, but for what [`EdgePass`](super::edges::EdgePass) marked.
+    Shaded = 1,
+    /// It shades pixels whose edge samples were joined.
+    Joined = 2,
+}
+
 /// What the shading pass reads.
 #[derive(Clone, Copy)]
 pub struct ShadeInputs<'a> {
@@ -119,6 +130,8 @@ pub struct ShadeInputs<'a> {
     pub radiance_sh: &'a Buffer,
     /// The shadow map.
     pub shadow_map: &'a Image,
+    /// [`JoinedEdges::shares`](super::edges::JoinedEdges), where edge samples were joined; else anything sampled.
+    pub shares: &'a Image,
 }
 
 /// The pipeline of the shading pass.
@@ -132,12 +145,11 @@ impl ShadePass {
     /// The format of the target.
     pub const FORMAT: vk::Format = vk::Format::R32G32B32A32_SFLOAT;
 
-    /// The pass for one set of settings and lights. For `edges`, it leaves out what
-    /// [`EdgePass`](super::edges::EdgePass) marked.
+    /// The pass for one set of settings and lights.
     ///
     /// # Errors
     /// A failed pipeline.
-    pub fn new(gpu: &Arc<Gpu>, settings: ShadingSettings, lights: LightSet, edges: bool) -> Result<Self> {
+    pub fn new(gpu: &Arc<Gpu>, settings: ShadingSettings, lights: LightSet, edges: Edges) -> Result<Self> {
         let samples = match settings.quadrature {
             Quadrature::Grid(n) | Quadrature::VisibleSlopes(n) => n,
         };
@@ -158,7 +170,7 @@ impl ShadePass {
                     (6, SpecValue::I32(i32::from(!lights.sun))),
                     (7, SpecValue::Bool(lights.shadows)),
                     (8, SpecValue::I32(lights.points as i32)),
-                    (9, SpecValue::Bool(edges)),
+                    (9, SpecValue::I32(edges as i32)),
                     (10, SpecValue::Bool(settings.pixel_kernel)),
                 ],
                 ..Default::default()
@@ -171,11 +183,14 @@ impl ShadePass {
         })
     }
 
-    /// Shades every pixel of the G-buffer into `target`.
-    pub fn record(&self, cmd: &mut Commands, inputs: ShadeInputs<'_>, target: &Image) {
+    /// Shades every pixel of the G-buffer, or those of a scissor, into `target`.
+    pub fn record(&self, cmd: &mut Commands, inputs: ShadeInputs<'_>, target: &Image, scissor: Option<[u32; 4]>) {
         let ShadeInputs { visible, gbuffer, .. } = inputs;
         cmd.image_barrier(target, Use::Undefined, Use::ColorTarget);
         cmd.begin_rendering(&[ColorTarget { view: target.whole(), load: Load::Discard }], None);
+        if let Some(area) = scissor {
+            cmd.scissor(area);
+        }
         cmd.bind(
             &self.pipeline,
             &[
@@ -189,6 +204,7 @@ impl ShadePass {
                 (7, Descriptor::Storage(inputs.radiance_sh)),
                 (8, Descriptor::Sampled(inputs.shadow_map.whole(), &self.nearest)),
                 (9, Descriptor::Sampled(visible.surface.whole(), &self.nearest)),
+                (10, Descriptor::Sampled(inputs.shares.whole(), &self.nearest)),
             ],
         );
         cmd.draw(0..3, 0..1);

@@ -41,10 +41,11 @@ pub struct TessellationSettings {
     pub pixels_per_triangle: f32,
     /// Bound on the factors, `1..=`[`MAX_FACTOR`].
     pub max_factor: f32,
-    /// Whether every texel of the height map gets a vertex, however small on the screen (within `max_factor`): for
-    /// reference pictures.
+    /// Whether every texel of the height map gets a vertex (within `max_factor` and `vertices_per_pixel`), even if several
+    /// share a pixel: for reference pictures and edge samples.
     pub to_texels: bool,
-    /// Most of those vertices along a pixel.
+    /// Most vertices along a pixel's length that `to_texels` asks for. The default, 16, is more than any number of samples
+    /// can tell apart.
     pub vertices_per_pixel: f32,
     /// Whether patches that cannot be seen are dropped.
     pub cull: bool,
@@ -59,7 +60,6 @@ impl Default for TessellationSettings {
             pixels_per_triangle: 4.0,
             max_factor: MAX_FACTOR,
             to_texels: false,
-            // More are more than any number of samples can tell apart.
             vertices_per_pixel: 16.0,
             cull: true,
             max_vertices_per_draw: u32::MAX,

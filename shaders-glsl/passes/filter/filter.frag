@@ -4,6 +4,7 @@
 #include "../geometry/object.glsl"
 #include "../geometry/tile.glsl"
 #include "../technique.glsl"
+#include "../visible.glsl"
 #include "leadr/frame.glsl"
 #include "leadr/geometric_antialiasing.glsl"
 #include "leadr/slope_map.glsl"
@@ -22,9 +23,9 @@ layout(binding = 6, std430) readonly buffer Tiles { vec4 tiles[]; }; // per patc
 layout(location = 0) in vec2 in_texcoord;
 
 layout(location = 0) out vec4 out_frame;      // octahedral displacement direction, mean slope
-layout(location = 1) out vec4 out_covariance; // sxx, syy, sxy of the slopes; LOD
+layout(location = 1) out vec4 out_covariance; // sxx, syy, sxy of the slopes; LOD, or the area of an edge sample that will be joined
 layout(location = 2) out vec4 out_material;   // linear albedo, Beckmann roughness alpha
-layout(location = 3) out vec4 out_surface;    // specular f0, ambient accessibility, inside marker, unused
+layout(location = 3) out vec4 out_surface;    // specular f0, ambient accessibility, inside marker, 1 where the footprint leaves its tile
 
 struct Footprint {
     vec2 step; // between taps, texture coordinates
@@ -51,10 +52,17 @@ vec2 tap(Footprint footprint, int i, vec2 texcoord) {
     return texcoord + footprint.step * (float(i) + 0.5 - 0.5 * float(footprint.taps));
 }
 
+// Whether the footprint reaches further over the border of its tile than the gutter does, where only other patches know
+// the surface.
+bool leaves_tile(vec2 texcoord, vec2 dx, vec2 dy, float lod, vec4 tile) {
+    vec2 reach = 0.5 * (abs(dx) + abs(dy));
+    return lod > GUTTER_LEVELS && (any(lessThan(texcoord - reach, tile.xy)) || any(greaterThan(texcoord + reach, tile.zw)));
+}
+
 void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
     uvec4 surface = texelFetch(visible_surface, pixel, 0);
-    if ((surface.x >> 24 & 0x7fu) != object.index) {
+    if (object_of(surface.x) != object.index) {
         discard;
     }
     uvec4 place = texelFetch(visible_texture, pixel, 0);
@@ -66,7 +74,13 @@ void main() {
     vec2 dx = unpackHalf2x16(place.z), dy = unpackHalf2x16(place.w);
     vec2 curvature_z_access = unpackHalf2x16(surface.z);
     vec3 curvature = vec3(unpackHalf2x16(surface.y), curvature_z_access.x);
-    vec4 tile = tiles[surface.x & 0xffffffu];
+    vec4 tile = tiles[surface.x & PATCH_BITS];
+    // An edge sample on the surface of its pixel stands for its part of it alone: they are joined (join.comp).
+    bool joined = (surface.x & OF_THE_PIXEL) != 0u;
+    float part = joined ? 1.0 / float(object.flags >> FLAGS_GRID_SHIFT) : 1.0;
+    dx *= part;
+    dy *= part;
+    curvature *= part * part;
 
     ivec2 size = textureSize(moments_b, 0);
     Footprint footprint = pixel_footprint(dx, dy, vec2(size));
@@ -124,7 +138,10 @@ void main() {
     }
 
     out_frame = vec4(octahedral_encode(normal), mean_slope);
-    out_covariance = vec4(covariance, footprint.lod);
+    // What of the macrosurface the sample holds, on the plane across its displacement direction.
+    float area = abs(determinant(mat2(dx, dy)) * dot(cross(tangent_s, tangent_t), normal)) / (float(size.x) * float(size.y));
+    out_covariance = vec4(covariance, joined ? area : footprint.lod);
     out_material = color;
-    out_surface = vec4(object.specular_f0, curvature_z_access.y, surface.x >> 31 != 0u ? 1.0 : 0.0, 0.0);
+    out_surface = vec4(object.specular_f0, curvature_z_access.y, (surface.x & INSIDE) != 0u ? 1.0 : 0.0,
+                       leaves_tile(texcoord, dx / vec2(size), dy / vec2(size), footprint.lod, tile) ? 1.0 : 0.0);
 }

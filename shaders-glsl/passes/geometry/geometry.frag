@@ -3,6 +3,7 @@
 // What a pixel sees, before any filtering. Small triangles shade several times their pixels, so this stage fetches
 // nothing: the filter pass does that, once per pixel.
 #include "object.glsl"
+#include "../visible.glsl"
 #include "leadr/frame.glsl"
 #include "leadr/slope_statistics.glsl"
 
@@ -24,8 +25,6 @@ layout(location = 0) out uvec4 out_texture; // texture coordinate, its derivativ
 layout(location = 1) out uvec4 out_tangent; // displacement direction, tangents by texture coordinate
 layout(location = 2) out uvec4 out_surface; // object and patch, macro curvature, accessibility, colour
 
-const uint INSIDE = 0x80000000u;
-
 void main() {
     vec3 normal = normalize(in_normal);
     Frame frame = frame_about(normal);
@@ -40,6 +39,6 @@ void main() {
     out_tangent = uvec4(packSnorm2x16(octahedral_encode(normal)), packHalf2x16(ts.xy),
                         packHalf2x16(vec2(ts.z, tt.x)), packHalf2x16(tt.yz));
     bool inside = (object.flags & FLAG_MARK_INSIDE) != 0u && !gl_FrontFacing;
-    out_surface = uvec4(object.index << 24 | (in_patch & 0xffffffu) | (inside ? INSIDE : 0u), packHalf2x16(curvature.xy),
+    out_surface = uvec4(object.index << 24 | (in_patch & PATCH_BITS) | (inside ? INSIDE : 0u), packHalf2x16(curvature.xy),
                         packHalf2x16(vec2(curvature.z, in_accessibility)), packUnorm4x8(in_color));
 }

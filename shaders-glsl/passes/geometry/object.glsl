@@ -5,12 +5,13 @@
 layout(push_constant, std430) uniform Object {
     float height_scale; // eta of LEADR section 4.2
     float specular_f0;
-    uint flags;         // the FLAG_ bits below
+    uint flags;         // the FLAG_ bits below; above them, edge samples across a pixel
     uint index;         // of the object in the scene, from 1
 } object;
 
 const uint FLAG_DISPLACED = 1u;   // has LEADR maps
 const uint FLAG_COLOR_MAP = 2u;   // has a colour map, which the vertex colours tint
 const uint FLAG_MARK_INSIDE = 4u; // paint back faces with the marker (crack test)
+const uint FLAGS_GRID_SHIFT = 8u;
 
 #endif

@@ -4,9 +4,10 @@
 // of all cascades' gradients and Jacobians, not from sums of their slopes.
 #include "cascade.glsl"
 #include "water.glsl"
+#include "../visible.glsl"
 #include "leadr/frame.glsl"
 
-layout(constant_id = 1) const uint SEA = 127;
+layout(constant_id = 1) const uint SEA = 63;
 
 layout(binding = 0) uniform usampler2D visible_texture;
 layout(binding = 1) uniform usampler2D visible_surface;
@@ -32,7 +33,7 @@ float[6] weights(float u) {
 
 void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
-    if ((texelFetch(visible_surface, pixel, 0).x >> 24 & 0x7fu) != SEA) {
+    if (object_of(texelFetch(visible_surface, pixel, 0).x) != SEA) {
         discard;
     }
     vec2 away = uintBitsToFloat(texelFetch(visible_texture, pixel, 0).xy), at = away + water.centre.xy;

@@ -6,11 +6,12 @@
 #include "cascade.glsl"
 #include "shore.glsl"
 #include "water.glsl"
+#include "../visible.glsl"
 #include "leadr/frame.glsl"
 #include "leadr/normal_distribution.glsl"
 #include "leadr/slope_statistics.glsl"
 
-layout(constant_id = 1) const uint SEA = 127;
+layout(constant_id = 1) const uint SEA = 63;
 layout(constant_id = 2) const int MAX_TAPS = 8;
 layout(constant_id = 3) const bool HAS_BEACH = false;
 
@@ -30,7 +31,7 @@ layout(location = 3) out vec4 out_surface;
 
 void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
-    if ((texelFetch(visible_surface, pixel, 0).x >> 24 & 0x7fu) != SEA) {
+    if (object_of(texelFetch(visible_surface, pixel, 0).x) != SEA) {
         discard;
     }
     uvec4 place = texelFetch(visible_texture, pixel, 0);

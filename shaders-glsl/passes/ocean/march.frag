@@ -4,7 +4,7 @@
 // included. Leaves the place at rest that it hits, as the rasterised sea does, and its depth.
 #include "cascade.glsl"
 
-layout(constant_id = 0) const uint SEA = 127;
+layout(constant_id = 0) const uint SEA = 63;
 
 layout(binding = 0, std140) uniform View {
     vec4 rays[3]; // world direction through ndc (x, y): rays[2] + x rays[0] + y rays[1], of length 1 along the view axis

@@ -6,7 +6,7 @@ layout(location = 0) out uvec4 out_texture; // place at rest, relative to the ce
 layout(location = 1) out uvec4 out_tangent;
 layout(location = 2) out uvec4 out_surface; // the sea's index
 
-layout(constant_id = 0) const uint SEA = 127;
+layout(constant_id = 0) const uint SEA = 63;
 
 void main() {
     vec2 dx = clamp(dFdx(in_rest), -6e4, 6e4), dy = clamp(dFdy(in_rest), -6e4, 6e4);

@@ -20,6 +20,7 @@ struct Surface {
     vec3 f0;             // reflectance at normal incidence
     float accessibility;
     bool inside;
+    float sunlit;        // the part of the pixel that the sun reaches, -1 where it is not known
 };
 
 // ray: of the pixel, to where its depth along the view axis is 1 / depth near planes.
@@ -38,6 +39,7 @@ Surface read_gbuffer(ivec2 pixel, vec3 eye, vec3 ray, float near, float depth) {
     s.f0 = vec3(surface.x);
     s.accessibility = surface.y;
     s.inside = surface.z > 0.5;
+    s.sunlit = -1.0;
     return s;
 }
 

@@ -13,8 +13,11 @@ layout(constant_id = 5) const int TERMS = 15;              // bits: which light 
 layout(constant_id = 6) const int FIRST_LIGHT = 0;
 layout(constant_id = 7) const bool SUN_SHADOWS = true;     // of the macrosurface, by the shadow map
 layout(constant_id = 8) const int POINT_LIGHTS = 0;        // at most MAX_POINT_LIGHTS
-layout(constant_id = 9) const bool EDGE_SAMPLE = false;    // what sees the pixel's own surface is left out
+layout(constant_id = 9) const int EDGES = 0;               // how the EDGES_ samples come in
 layout(constant_id = 10) const bool PIXEL_KERNEL = true;   // surfaces that are turned away within the pixel widen toward the viewer
+
+const int EDGES_ARE_SHADED = 1; // these are edge samples: what sees the pixel's own surface is left out
+const int EDGES_ARE_JOINED = 2; // these are pixels whose edge samples were joined before
 
 const bool SPECULAR_LIGHTS = (TERMS & 1) != 0;
 const bool DIFFUSE_LIGHTS = (TERMS & 2) != 0;

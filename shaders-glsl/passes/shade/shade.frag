@@ -5,17 +5,22 @@
 #include "classic.glsl"
 #include "leadr.glsl"
 #include "../edges.glsl"
+#include "../visible.glsl"
 
 layout(binding = 9) uniform usampler2D visible_surface;
+layout(binding = 10) uniform sampler2D shares; // see join.comp
 
 layout(location = 0) in vec2 in_texcoord;
 layout(location = 0) out vec4 out_radiance;
 
 void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
-    if (EDGE_SAMPLE && texelFetch(visible_surface, pixel, 0).x == SURFACE_OF_THE_PIXEL) {
-        out_radiance = RADIANCE_OF_THE_PIXEL;
-        return;
+    if (EDGES == EDGES_ARE_SHADED) {
+        uint word = texelFetch(visible_surface, pixel, 0).x;
+        if (word == SURFACE_OF_THE_PIXEL || (word & OF_THE_PIXEL) != 0u) {
+            out_radiance = vec4(0.0);
+            return;
+        }
     }
     vec2 ndc = (gl_FragCoord.xy / lighting.viewport.xy) * 2.0 - 1.0;
     vec3 ray = lighting.rays[2].xyz + ndc.x * lighting.rays[0].xyz + ndc.y * lighting.rays[1].xyz;
@@ -27,6 +32,12 @@ void main() {
         return;
     }
     Surface surface = read_gbuffer(pixel, lighting.camera_position.xyz, ray, lighting.rays[2].w, depth);
+    if (EDGES == EDGES_ARE_JOINED) {
+        vec4 share = texelFetch(shares, pixel, 0);
+        if (share.z > 0.0) {
+            surface.sunlit = share.w / share.z;
+        }
+    }
     vec3 radiance;
     if (surface.inside) {
         radiance = vec3(1.0, 0.0, 1.0);

@@ -6,15 +6,15 @@ use glam::Vec3;
 
 use super::record::SubFrame;
 use super::targets::Targets;
-use super::{PixelPasses, Renderer, SHADOW_SIZE};
+use super::{EdgePasses, PixelPasses, Renderer, SHADOW_SIZE};
 use crate::gpu::{GpuError, Result};
-use crate::render::edges::{MAX_GRID, edge_grid};
+use crate::render::edges::{EDGE_VERTICES_PER_PIXEL, JoinPass, MAX_GRID, edge_grid};
 use crate::render::filter::FilterPass;
 use crate::render::patch_mesh::PosedVertices;
 use crate::render::reference::ReferencePass;
 use crate::render::scene::FrameState;
 use crate::render::settings::{Quadrature, RenderSettings, Terms};
-use crate::render::shade::{LightSet, LightingGpu, ShadePass};
+use crate::render::shade::{Edges, LightSet, LightingGpu, ShadePass};
 use crate::render::shadow::ShadowView;
 use crate::render::tessellation::TessellationSettings;
 
@@ -92,16 +92,23 @@ impl Renderer {
         let lens = camera.lens(settings.size.1);
         let tessellation =
             TessellationSettings { max_vertices_per_draw: self.vertices_per_draw(), ..settings.tessellation };
+        // Outlines are of bumps, which the geometry of whole pixels leaves out.
+        let of_objects = match settings.edges().filter(|_| sub.edges()) {
+            Some(_) => {
+                TessellationSettings { to_texels: true, vertices_per_pixel: EDGE_VERTICES_PER_PIXEL, ..tessellation }
+            }
+            None => tessellation,
+        };
         for (drawn, posed) in self.drawn.iter_mut().zip(posed) {
             let (scale, clip) = (settings.geometry_scale(state.height_scale), clip_from_world);
-            drawn.camera.update(&drawn.object, posed, scale, clip, camera.position, lens, &tessellation, sub.grid)?;
+            drawn.camera.update(&drawn.object, posed, scale, clip, camera.position, lens, &of_objects, sub.grid)?;
         }
         if let Some(ocean) = &mut self.ocean {
             let technique = settings.shading.technique;
             ocean.update(&self.gpu, technique, state.time, clip_from_world, camera.position, lens, &tessellation)?;
         }
-        let cube_size = self.environment.face_size();
         if settings.shadows_of_relief() {
+            let cube_size = self.environment.face_size();
             let bounds = self.casters_sphere(posed, settings.geometry_scale(state.height_scale));
             let most = self.vertices_per_draw();
             let casters: Vec<_> = self.drawn.iter().zip(posed).filter(|(d, _)| d.sun.is_some()).collect();
@@ -109,8 +116,19 @@ impl Renderer {
             let reference = self.reference.as_mut().expect("prepared");
             return reference.prepare(state, settings, &casters, bounds, cube_size, sub.index, most);
         }
-        let shadow = self.shadow_view.as_ref();
-        let block = LightingGpu::new(state, size, sub.grid, offset, cube_size, shadow);
+        self.prepare_lighting(state, settings, sub)
+    }
+
+    /// Writes the light and the rays of a sub-frame. The device must be idle.
+    pub(super) fn prepare_lighting(
+        &mut self,
+        state: &FrameState,
+        settings: &RenderSettings,
+        sub: &SubFrame,
+    ) -> Result<()> {
+        let (size, offset) = sub.image(settings);
+        let cube_size = self.environment.face_size();
+        let block = LightingGpu::new(state, size, sub.grid, offset, cube_size, self.shadow_view.as_ref());
         self.lighting.write(0, &[if self.ocean.is_some() { block.with_sea_horizon() } else { block }])
     }
 
@@ -121,12 +139,16 @@ impl Renderer {
             Entry::Occupied(entry) => entry.into_mut(),
             Entry::Vacant(entry) => entry.insert(PixelPasses {
                 filter: FilterPass::new(&self.gpu, &shading)?,
-                shade: ShadePass::new(&self.gpu, shading, lights, false)?,
-                shade_edges: None,
+                shade: ShadePass::new(&self.gpu, shading, lights, Edges::None)?,
+                edges: None,
             }),
         };
-        if settings.edges().is_some() && passes.shade_edges.is_none() {
-            passes.shade_edges = Some(ShadePass::new(&self.gpu, shading, lights, true)?);
+        if settings.edges().is_some() && passes.edges.is_none() {
+            passes.edges = Some(EdgePasses {
+                shade: ShadePass::new(&self.gpu, shading, lights, Edges::Shaded)?,
+                join: JoinPass::new(&self.gpu, shading.technique, lights)?,
+                shade_joined: ShadePass::new(&self.gpu, shading, lights, Edges::Joined)?,
+            });
         }
         Ok(())
     }

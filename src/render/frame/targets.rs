@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use crate::gpu::{Gpu, Image, ImageDesc, Result};
+use crate::render::edges::JoinedEdges;
 use crate::render::filter::GBuffer;
 use crate::render::geometry::VisibleSurface;
 use crate::render::shade::ShadePass;
@@ -25,17 +26,30 @@ impl SampleTargets {
     }
 }
 
+/// Edge samples and what they add up to.
+pub struct EdgeTargets {
+    pub samples: SampleTargets,
+    pub joined: JoinedEdges,
+    /// Edge samples across a pixel in one drawing.
+    pub grid: u32,
+}
+
 /// Image targets of one size.
 pub struct Targets {
     pub size: (u32, u32),
     /// The sample that a pixel's surface is shaded by.
     pub pixel: SampleTargets,
-    /// Edge samples, `grid²` of every pixel; where there are any.
-    pub edges: Option<SampleTargets>,
-    /// Edge samples across a pixel.
-    pub grid: u32,
+    /// Where there are edge samples.
+    pub edges: Option<EdgeTargets>,
     /// The mean of the samples.
     pub mean: Image,
+}
+
+impl EdgeTargets {
+    fn new(gpu: &Arc<Gpu>, size: (u32, u32), grid: u32) -> Result<Self> {
+        let samples = SampleTargets::new(gpu, (grid * size.0, grid * size.1))?;
+        Ok(Self { samples, joined: JoinedEdges::new(gpu, size)?, grid })
+    }
 }
 
 impl Targets {
@@ -44,14 +58,13 @@ impl Targets {
         Ok(Self {
             size,
             pixel: SampleTargets::new(gpu, size)?,
-            edges: grid.map(|grid| SampleTargets::new(gpu, (grid * size.0, grid * size.1))).transpose()?,
-            grid: grid.unwrap_or(1),
+            edges: grid.map(|grid| EdgeTargets::new(gpu, size, grid)).transpose()?,
             mean: Image::new(gpu, "mean", mean)?,
         })
     }
 
     /// Whether they serve a frame of this size, with such a grid of edge samples or without any.
     pub fn suit(&self, size: (u32, u32), grid: Option<u32>) -> bool {
-        self.size == size && self.edges.as_ref().map(|_| self.grid) == grid
+        self.size == size && self.edges.as_ref().map(|edges| edges.grid) == grid
     }
 }

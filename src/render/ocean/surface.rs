@@ -21,8 +21,8 @@ use crate::render::geometry::{VisibleSurface, guard_band};
 use crate::render::settings::Technique;
 use crate::render::tessellation::{GUARD_BAND, Lens, TessellationSettings};
 
-/// Index of the sea among the objects of a scene: the last of the G-buffer's seven bits.
-pub const SEA_INDEX: u32 = 127;
+/// Index of the sea among the objects of a scene: the last that the G-buffer has bits for.
+pub const SEA_INDEX: u32 = 63;
 
 /// A sea: its waves and its water.
 #[derive(Clone, Debug)]

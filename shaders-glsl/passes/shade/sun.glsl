@@ -1,0 +1,53 @@
+// The light block, and how much of the sun reaches a point.
+#ifndef LEADR_SHADE_SUN
+#define LEADR_SHADE_SUN
+
+const int MAX_POINT_LIGHTS = 4;
+
+layout(binding = 5, std140) uniform Lighting {
+    vec4 rays[3];                 // see read_gbuffer
+    mat4 shadow_from_world;       // to [0,1] texture coordinates and depth
+    vec4 camera_position;         // xyz
+    vec4 sun_direction;           // xyz toward the sun
+    vec4 sun_irradiance;          // rgb on a plane facing it
+    vec4 point_position[MAX_POINT_LIGHTS];  // xyz
+    vec4 point_intensity[MAX_POINT_LIGHTS]; // rgb
+    vec4 viewport;                // width, height, pixels along one of the picture
+    vec4 environment;             // x: face size of the cube, y: scale, z: shadow texel in world units, w: tangent of the lowest elevation seen behind all
+} lighting;
+
+layout(binding = 8) uniform sampler2D shadow_map;
+
+// Fraction of the sun seen by the macro surface: 4 x 4 comparisons, bilinearly weighted, over a width of so many pixels of
+// this image where that is wider than a texel of the map. What is smaller throws its shadows by its slope statistics; so
+// the point is lifted out of its reach.
+float sun_visibility(vec3 position, vec3 normal, float width) {
+    float texel = lighting.environment.z;
+    float pixel = distance(position, lighting.camera_position.xyz) * 2.0 * length(lighting.rays[0].xyz)
+        * width / lighting.viewport.x;
+    float stride = max(1.0, 0.5 * pixel / texel);
+    float sine = sqrt(max(1.0 - pow(dot(normal, lighting.sun_direction.xyz), 2.0), 0.0));
+    vec3 lifted = position + normal * (texel * stride * (1.0 + 2.0 * sine));
+    vec3 s = (lighting.shadow_from_world * vec4(lifted, 1.0)).xyz;
+    if (any(lessThan(s.xy, vec2(0.0))) || any(greaterThan(s, vec3(1.0)))) {
+        return 1.0;
+    }
+    // Long shadows of a low sun fall beyond the map's depth, where nothing is left to throw any.
+    s.z = max(s.z, 0.0);
+    ivec2 size = textureSize(shadow_map, 0);
+    vec2 place = s.xy * vec2(size) / stride - 0.5;
+    vec2 base = floor(place), fraction = place - base;
+    float lit = 0.0;
+    for (int y = -1; y <= 2; ++y) {
+        for (int x = -1; x <= 2; ++x) {
+            ivec2 at = ivec2((base + vec2(x, y) + 0.5) * stride);
+            float depth = texelFetch(shadow_map, clamp(at, ivec2(0), size - 1), 0).x;
+            float wx = x == -1 ? 1.0 - fraction.x : (x == 2 ? fraction.x : 1.0);
+            float wy = y == -1 ? 1.0 - fraction.y : (y == 2 ? fraction.y : 1.0);
+            lit += depth <= s.z ? wx * wy : 0.0;
+        }
+    }
+    return lit / 9.0;
+}
+
+#endif
