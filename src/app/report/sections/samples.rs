@@ -20,7 +20,7 @@ const INTRO: &str = "How near to a converged reference is LEADR with one shaded 
     brute-force reference is it worth: at how many has the reference the same error? The truth has all shadows of the relief, of the sun \
     and of the sky, and LEADR is what the program draws by default. The goal's subjects are a sphere whose relief is what the \
     model is of, Gaussian and finer than the pixels, and the T-rex from afar; a rock with a few large bumps in each pixel is \
-    harder. Edge samples look at the geometry only: they smooth outlines, and inside them the one sample stands for all. Errors are \
+    harder. Edge samples look at the geometry only: they smooth outlines, and tell the one shaded sample what the pixel holds. Errors are \
     relative RMSE, from which the truth's own noise is taken off (squares of independent errors add; from FLIP it cannot be), and \
     mean FLIP over the pixels that the object touches; \"inside\" leaves out its outline. Common is the part of the error inside \
     that neighbouring pixels share: samples of the reference draw one direction of the sky for the whole picture. Times \
@@ -224,7 +224,7 @@ fn findings_of(race: &Race) -> Vec<String> {
     )];
     if let [without, many] = &race.others[..] {
         findings.push(format!(
-            "{}: its rRMSE is {}; {} without edge samples, {} with {} shaded samples, which leave the model's own error.",
+            "{}: its rRMSE is {}; {} without edge samples, {} with {} shaded samples and no edge samples.",
             race.subject,
             number(leadr.own.object),
             number(without.own.object),
