@@ -21,7 +21,7 @@ use leadr::reflectance::diffuse::{
 use leadr::reflectance::frame::{frame_about, octahedral_decode, octahedral_encode, to_frame};
 use leadr::reflectance::fresnel::{fresnel_dielectric, fresnel_schlick};
 use leadr::reflectance::masking::{masking, masking_shadowing, shadowing_given_masking, smith_lambda};
-use leadr::reflectance::normal_distribution::{normal_cdf, normal_pdf, normal_tail_mean};
+use leadr::reflectance::normal_distribution::{clamped_lean, normal_cdf, normal_pdf, normal_ramp, normal_tail_mean};
 use leadr::reflectance::projected_area::{face_viewer, meso_area, slope_spread, tilt_to_edge, visible_area};
 use leadr::reflectance::sh::{sh_add_light, sh_basis, sh_irradiance, sh_irradiance_light};
 use leadr::reflectance::slope_grid::{
@@ -42,7 +42,13 @@ fn normal_distribution_parity() {
         |x| {
             // The device holds its argument at 13, where the density is 1e-37.
             let t = x[0].clamp(-13.0, 13.0);
-            list![[normal_pdf(t), normal_tail_mean(t), normal_cdf(t)]]
+            list![[
+                normal_pdf(t),
+                normal_tail_mean(t),
+                normal_cdf(t),
+                clamped_lean(x[0]),
+                x[0].max(0.0) / normal_ramp(x[0]).ramp
+            ]]
         },
     );
 }

@@ -110,6 +110,18 @@ fn no_pixel_is_black_or_sparkles() {
     }
 }
 
+/// A triangle of the ground, seen exactly edge-on in this sample, was rasterised at the near plane without a normal.
+#[test]
+fn the_horizon_is_finite() {
+    let Some(gpu) = common::test_gpu() else { return };
+    let mut stage = stage();
+    let far = stage.views.far;
+    let mut renderer = renderer(&gpu, &mut stage, 3);
+    let settings = RenderSettings { size: (640, 360), samples: 4, ..Default::default() };
+    let output = renderer.render_range(&stage.state(0.0, &far, &lights()), &settings, 2..3).unwrap();
+    assert!(output.color.iter().flatten().all(|v| v.is_finite()));
+}
+
 #[test]
 fn the_animal_keeps_its_brightness_with_distance() {
     let Some(gpu) = common::test_gpu() else { return };

@@ -2,7 +2,7 @@
 #define LEADR_NORMAL_DISTRIBUTION_GLSL
 
 // The standard normal distribution, one exponential and one division each.
-// The rational parts are minimax fits of this project (relative error 3e-7 and 4e-7 over 0..14, all coefficients
+// The rational parts are minimax fits of this project (relative error 3e-7 to 7e-7 over 0..13, all coefficients
 // positive, so nothing cancels); beyond 13 the density underflows in 32 bits and the argument is held there.
 
 // phi(x), the density.
@@ -29,6 +29,13 @@ float tail_mean_ratio(float x) {
     return tail_mean_ratio_held(clamp(x, 0.0, 1e6));
 }
 
+// Mills' ratio and tail_mean_ratio as x / q and y / q of one q = y + t x, t within 0..13 (7e-7 relative each).
+vec2 tail_quotients(float t) {
+    float t2 = t * t;
+    return vec2((1.25331473 + 1.24099266 * t) + t2 * ((0.574059982 + 0.143326482 * t) + t2 * 0.0173465204),
+                (1.0 + 0.534757579 * t) + t2 * (0.143585567 + 0.0173404136 * t));
+}
+
 // E[max(0, u - x)] = phi(x) - x (1 - Phi(x)) for u ~ N(0,1) and x >= 0: what the tail above x adds to a clamped mean.
 float normal_tail_mean(float x) {
     float t = clamp(x, 0.0, 13.0);
@@ -52,8 +59,26 @@ struct NormalRamp {
 NormalRamp normal_ramp(float x) {
     float t = min(abs(x), 13.0);
     float pdf = 0.3989422804 * exp(-0.5 * t * t);
-    float tail = pdf * mills_ratio(t);
-    return NormalRamp(pdf, x < 0.0 ? tail : 1.0 - tail, max(x, 0.0) + pdf * tail_mean_ratio(t));
+    vec2 quotients = tail_quotients(t);
+    vec2 tail = quotients * (pdf / (quotients.y + t * quotients.x));
+    return NormalRamp(pdf, x < 0.0 ? tail.x : 1.0 - tail.x, max(x, 0.0) + tail.y);
+}
+
+// What is seen of max(0, x + u), u ~ N(0,1): how far u leans towards the viewer, Phi(x) / (x Phi(x) + phi(x)), and how much
+// of all is the mean itself, max(x, 0) / (x Phi(x) + phi(x)). One exponential and one division. Below 0 numerator and
+// denominator are multiples of the density, which underflows and is left out. x counts as at least -13.
+struct ClampedLine {
+    float lean;
+    float front; // 0..1
+};
+
+ClampedLine clamped_line(float x) {
+    float t = min(abs(x), 13.0);
+    float pdf = 0.3989422804 * exp(-0.5 * t * t);
+    vec2 tail = tail_quotients(t);
+    float q = tail.y + t * tail.x;
+    float per = 1.0 / (x < 0.0 ? tail.y : x * q + pdf * tail.y);
+    return ClampedLine(per * (x < 0.0 ? tail.x : q - pdf * tail.x), per * max(x, 0.0) * q);
 }
 
 // The quantile of u in (0, 1), held within [2^-25, 1 - 2^-24]: Giles' polynomials for the inverse error function (2010), which

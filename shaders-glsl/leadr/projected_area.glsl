@@ -13,8 +13,11 @@ float meso_area(vec3 w, vec2 m) {
 }
 
 // b(w): standard deviation of the slope seen along w, times sin(theta) (LEADR eq. 15).
+float slope_spread_squared(vec3 w, vec3 S) {
+    return w.x * w.x * S.x + w.y * w.y * S.y + 2.0 * w.x * w.y * S.z;
+}
 float slope_spread(vec3 w, vec3 S) {
-    return sqrt(max(w.x * w.x * S.x + w.y * w.y * S.y + 2.0 * w.x * w.y * S.z, 0.0));
+    return sqrt(max(slope_spread_squared(w, S), 0.0));
 }
 
 // A(w) - max(a, 0) = b h(|a|/b): the area that only the roughness makes visible. Equals a Lambda(w) for a > 0.

@@ -14,19 +14,13 @@ struct VisibleTilt {
     float front; // a / A, 0..1; 0 for a mesosurface that is turned away
 };
 
-// -S wo.xy Phi(t) / A with t = a / b, A = b (t Phi(t) + phi(t)): one exponential for all of it. Below t = 0 numerator and
-// denominator both are multiples of phi(t), which underflows; it is left out.
+// -S wo.xy Phi(t) / A with t = a / b, A = b (t Phi(t) + phi(t)).
 VisibleTilt visible_tilt(vec3 wo, vec2 m, vec3 S) {
     vec2 across = vec2(S.x * wo.x + S.z * wo.y, S.z * wo.x + S.y * wo.y);
     float per_b = inversesqrt(max(dot(across, wo.xy), 1e-24));
     float t = clamp(meso_area(wo, m) * per_b, -1e6, 1e6);
-    float held = min(abs(t), 13.0);
-    float pdf = normal_pdf(held);
-    float mills = mills_ratio(held);
-    float tail = tail_mean_ratio(held);
-    float per_area = 1.0 / (t < 0.0 ? tail : t + pdf * tail);
-    float tilt = per_area * (t < 0.0 ? mills : 1.0 - pdf * mills);
-    return VisibleTilt(clamp(across * (-tilt * per_b), -1e3, 1e3), max(t, 0.0) * per_area);
+    ClampedLine line = clamped_line(t);
+    return VisibleTilt(clamp(across * (-line.lean * per_b), -1e3, 1e3), line.front);
 }
 
 // What a shadowed diffuse surface shows of an environment.
@@ -35,9 +29,8 @@ struct BentNormal {
     float open;  // factor of that irradiance, 0..1
 };
 
-// S: slope covariance.
+// S: slope covariance, usable (clamp_covariance).
 BentNormal bent_normal(vec3 wo, vec2 m, vec3 S) {
-    S = clamp_covariance(S);
     VisibleTilt v = visible_tilt(wo, m, S);
     float iq = 1.0 / (1.0 + dot(m, m));
     float tau = 0.5 * iq * (S.x + S.y);

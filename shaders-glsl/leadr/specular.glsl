@@ -11,8 +11,12 @@
 vec3 leadr_specular_directional(vec3 wo, vec3 wi, vec2 m, vec3 S, vec3 f0, bool shadowing) {
     vec3 h = wo + wi;
     vec3 wh = h * inversesqrt(max(dot(h, h), 1e-20));
-    float d = beckmann_ndf(wh, m, S);
-    return fresnel_schlick(f0, dot(wi, wh)) * (0.25 * d * masking_shadowing(wo, wi, m, S, shadowing));
+    if (shadowing) {
+        float d = beckmann_ndf(wh, m, S);
+        return fresnel_schlick(f0, dot(wi, wh)) * (0.25 * d * masking_shadowing(wo, wi, m, S, true));
+    }
+    AreaQuotient o = visible_area_quotient(wo, m, S);
+    return fresnel_schlick(f0, dot(wi, wh)) * (0.25 * o.under * beckmann_ndf_over(wh, m, S, o.over));
 }
 
 // The same with any visibility, from the areas that o and i see: o once per pixel, shared by all lights.

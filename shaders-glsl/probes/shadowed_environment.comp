@@ -7,9 +7,9 @@ void main() {
     at = gl_GlobalInvocationID.x * 8;
     vec3 wo = next3();
     vec2 m = next2();
-    vec3 S = next3();
+    vec3 S = clamp_covariance(next3());
     at = gl_GlobalInvocationID.x * 9;
-    put(visible_tilt(wo, m, clamp_covariance(S)).shift);
+    put(visible_tilt(wo, m, S).shift);
     BentNormal v = bent_normal(wo, m, S);
     put(v.normal);
     put(v.open);

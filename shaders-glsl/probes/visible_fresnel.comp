@@ -7,7 +7,7 @@ void main() {
     at = gl_GlobalInvocationID.x * 8;
     vec3 wo = next3();
     vec2 m = next2();
-    vec3 S = next3();
+    vec3 S = clamp_covariance(next3());
     at = gl_GlobalInvocationID.x * 3;
     put(visible_fresnel(wo, m, S, vec3(0.0, 0.04, 0.5)));
 }

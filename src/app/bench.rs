@@ -73,7 +73,11 @@ pub fn bench(arguments: &BenchArgs, output: &Output) -> Result<BenchReport, AppE
         let environment = Environment::from_sky(&gpu, FACE_SIZE, &sky)?;
         let renderer = Renderer::new(&gpu, std::mem::take(&mut stage.objects), environment)?;
         let state = stage.state(0.0, &stage.views.mid, &Lights { sky: Some(sky), ..Lights::default() });
-        measure(vec![(renderer, rows::quad(&state, size))], rounds, output, &mut measured)?;
+        let mut rows = rows::quad(&state, size);
+        if arguments.goals {
+            rows.retain(rows::in_a_goal);
+        }
+        measure(vec![(renderer, rows)], rounds, output, &mut measured)?;
     }
     for (config, inputs) in scenes {
         let set = stage::set(&config, inputs, &gpu, output)?;

@@ -159,6 +159,9 @@ pub struct BenchArgs {
     /// Only the paper's tables (with --scene or --technique: too), its Figure 11 and variants of both
     #[arg(long)]
     pub paper: bool,
+    /// Of the paper's tables only the rows that goals compare: seconds
+    #[arg(long, requires = "paper")]
+    pub goals: bool,
     /// Height map of the plane or the sphere (PNG or EXR)
     #[arg(long, value_name = "FILE", requires = "scene")]
     pub height_map: Option<PathBuf>,

@@ -53,6 +53,17 @@ pub fn normal_ramp(x: f64) -> NormalRamp {
     NormalRamp { pdf: normal_pdf(x), cdf: normal_cdf(x), ramp: x.max(0.0) + normal_tail_mean(x.abs()) }
 }
 
+/// `Φ(x) / (x Φ(x) + φ(x))`: how far `u ~ N(0, 1)` leans towards the viewer where `max(0, x + u)` is what is seen of it. Tends to
+/// `1/x` and to `−x` at the two ends. Arguments below −13 count as that, where all of the visible area is 1e-40.
+#[must_use]
+pub fn clamped_lean(x: f64) -> f64 {
+    if x >= 0.0 {
+        let cdf = normal_cdf(x);
+        return cdf / (x * cdf + normal_pdf(x));
+    }
+    mills_ratio(-x.max(-13.0)) / tail_mean_ratio(-x.max(-13.0))
+}
+
 /// `Φ⁻¹(u)`, the quantile of `u` in (0, 1), held within `[2⁻³², 1 − 2⁻³²]` (±6.2).
 ///
 /// Giles' polynomial for the inverse error function (2010; 2e-7 in single precision), then Halley's step twice: full

@@ -25,27 +25,16 @@
 
 use super::correlated_masking::DirectionArea;
 use super::frame::{Frame, from_frame};
-use super::normal_distribution::{mills_ratio, normal_cdf, normal_pdf, tail_mean_ratio};
+use super::normal_distribution::clamped_lean;
 use super::sh::{Sh9, sh_irradiance};
 use super::slope_grid::normal_of_slope;
 use glam::{DVec2, DVec3};
 use std::f64::consts::PI;
 
-/// `Φ(t) / (t Φ(t) + φ(t))`: how far, in standard deviations, what is visible tilts towards the viewer. Tends to `1/t` and to
-/// `−t` at the two ends. Arguments below −13 count as that, where all of the visible area is 1e-40.
-#[must_use]
-pub fn visible_tilt(t: f64) -> f64 {
-    if t >= 0.0 {
-        let cdf = normal_cdf(t);
-        return cdf / (t * cdf + normal_pdf(t));
-    }
-    mills_ratio(-t.max(-13.0)) / tail_mean_ratio(-t.max(-13.0))
-}
-
 /// `Δ`: mean slope of what the viewer sees, minus the mean slope. Exact. Held within ±1e3, beyond which only the surface behind is seen.
 #[must_use]
 pub fn visible_slope_shift(o: &DirectionArea, cholesky: DVec3) -> DVec2 {
-    let tilt = visible_tilt((o.meso / o.spread.max(1e-12)).clamp(-1e6, 1e6));
+    let tilt = clamped_lean((o.meso / o.spread.max(1e-12)).clamp(-1e6, 1e6));
     let along = o.whitened * (-tilt / o.spread.max(1e-12));
     DVec2::new(cholesky.x * along.x, cholesky.y * along.x + cholesky.z * along.y)
         .clamp(DVec2::splat(-1e3), DVec2::splat(1e3))

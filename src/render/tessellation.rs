@@ -333,6 +333,17 @@ mod tests {
     }
 
     #[test]
+    fn pixels_bound_the_vertices_of_texels() {
+        // One unit from 99.5 away, its nearest end, is 10.05 pixels.
+        let few = |vertices_per_pixel| {
+            let settings = TessellationSettings { to_texels: true, vertices_per_pixel, ..Default::default() };
+            list(&grid(1), Vec3::Z * 100.0, Vec3::ZERO, &settings).edge_factors[0]
+        };
+        assert!((few(2.0) - 20.1).abs() < 0.2, "{}", few(2.0));
+        assert_eq!(few(f32::INFINITY), 40.0);
+    }
+
+    #[test]
     fn hidden_patches_are_dropped() {
         let mesh = grid(8);
         let settings = TessellationSettings::default();

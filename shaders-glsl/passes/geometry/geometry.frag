@@ -33,12 +33,15 @@ void main() {
     vec3 curvature = add_macro_curvature(vec3(0.0), -across * to_frame(frame, dFdx(normal)).xy,
                                          -across * to_frame(frame, dFdy(normal)).xy);
     vec2 size = vec2(textureSize(height_map, 0));
-    out_texture = uvec4(floatBitsToUint(in_texcoord), packHalf2x16(dFdx(in_texcoord) * across * size),
-                        packHalf2x16(dFdy(in_texcoord) * across * size));
+    vec2 dx = clamp(dFdx(in_texcoord) * across * size, -6e4, 6e4), dy = clamp(dFdy(in_texcoord) * across * size, -6e4, 6e4);
+    out_texture = uvec4(floatBitsToUint(in_texcoord), packHalf2x16(dx), packHalf2x16(dy));
     vec3 ts = clamp(in_tangent_s, -6e4, 6e4), tt = clamp(in_tangent_t, -6e4, 6e4);
     out_tangent = uvec4(packSnorm2x16(octahedral_encode(normal)), packHalf2x16(ts.xy),
                         packHalf2x16(vec2(ts.z, tt.x)), packHalf2x16(tt.yz));
+    // Triangles seen exactly edge-on can be rasterised with planes of no meaning: there is nothing at or before the near plane.
+    bool broken = !(gl_FragCoord.z < 1.0);
     bool inside = (object.flags & FLAG_MARK_INSIDE) != 0u && !gl_FrontFacing;
-    out_surface = uvec4(object.index << 24 | (in_patch & PATCH_BITS) | (inside ? INSIDE : 0u), packHalf2x16(curvature.xy),
+    uint seen = object.index << 24 | (in_patch & PATCH_BITS) | (inside ? INSIDE : 0u);
+    out_surface = uvec4(broken ? 0u : seen, packHalf2x16(curvature.xy),
                         packHalf2x16(vec2(curvature.z, in_accessibility)), packUnorm4x8(in_color));
 }

@@ -174,11 +174,14 @@ vec3 leadr_radiance(Surface surface, float environment_scale) {
                 scattered += albedo * (lit * diffuse_light(surface, wo, normals, faced, lambda, light.wi));
             }
             if (SPECULAR_LIGHTS) {
-                vec3 specular = GGX ? displaced_ggx_light(VISIBILITY, o, wo, light.wi, m, ggx, cholesky, f0)
-                                    : leadr_specular_light(VISIBILITY, o,
-                                                           area_for(VISIBILITY, light.wi, m, specular_s, cholesky),
-                                                           wo, light.wi, m, specular_s, f0);
-                scattered += specular;
+                if (GGX) {
+                    scattered += displaced_ggx_light(VISIBILITY, o, wo, light.wi, m, ggx, cholesky, f0);
+                } else if (VISIBILITY == LEADR_VISIBILITY_MASKING) {
+                    scattered += leadr_specular_directional(wo, light.wi, m, specular_s, f0, false);
+                } else {
+                    DirectionArea i = area_for(VISIBILITY, light.wi, m, specular_s, cholesky);
+                    scattered += leadr_specular_light(VISIBILITY, o, i, wo, light.wi, m, specular_s, f0);
+                }
             }
             radiance += light.irradiance * scattered;
         }

@@ -89,7 +89,7 @@ void main() {
     vec2 ndc = (gl_FragCoord.xy / lighting.viewport.xy) * 2.0 - 1.0;
     vec3 ray = lighting.rays[2].xyz + ndc.x * lighting.rays[0].xyz + ndc.y * lighting.rays[1].xyz;
     float depth = texelFetch(gbuffer_depth, pixel, 0).x;
-    if (depth <= 0.0) {
+    if (depth <= 0.0 || depth >= 1.0) { // see geometry.frag
         out_radiance = vec4(textureLod(environment_cube, ray, 0.0).rgb, 0.0);
         return;
     }

@@ -26,7 +26,7 @@ void main() {
     vec3 ray = lighting.rays[2].xyz + ndc.x * lighting.rays[0].xyz + ndc.y * lighting.rays[1].xyz;
     float depth = texelFetch(gbuffer_depth, pixel, 0).x;
     float environment_scale = lighting.environment.y;
-    if (depth <= 0.0) {
+    if (depth <= 0.0 || depth >= 1.0) { // see geometry.frag
         ray.z = max(ray.z, lighting.environment.w * length(ray.xy));
         out_radiance = vec4(textureLod(environment_cube, ray, 0.0).rgb * environment_scale, 0.0);
         return;

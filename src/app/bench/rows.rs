@@ -127,6 +127,12 @@ pub const GOALS: [Goal; 6] = [
     },
 ];
 
+/// Whether a goal looks at this row.
+#[must_use]
+pub fn in_a_goal(row: &Row) -> bool {
+    GOALS.iter().flat_map(|goal| [goal.of, goal.to]).any(|place| place.table == row.table && place.row == row.name)
+}
+
 /// The paper's settings: masking alone, as its algorithms are printed, and no pixel kernel.
 fn paper(technique: Technique, quadrature: Quadrature, terms: Terms) -> ShadingSettings {
     ShadingSettings {
@@ -340,6 +346,16 @@ mod tests {
                 assert!(rows.iter().any(|r| r.table == place.table && r.name == place.row), "{}: {place:?}", goal.name);
             }
         }
+    }
+
+    #[test]
+    fn goals_of_the_quad_need_seven_rows() {
+        let rows: Vec<Row> = all_rows().into_iter().filter(in_a_goal).collect();
+        let quad = rows.iter().filter(|r| r.compared == PIXELS);
+        let places: Vec<_> = quad.map(|r| (r.table.as_str(), r.name.as_str())).collect();
+        let expected = [(LIGHT, "lean"), (LIGHT, "leadr"), (SPECULAR, ONE_SAMPLE), (SPECULAR, "leadr visible 16")];
+        let diffuse = [(DIFFUSE, ONE_SAMPLE), (DIFFUSE, "leadr visible"), (VISIBILITY_DIFFUSE, "correlated")];
+        assert_eq!(places, [&expected[..], &diffuse[..]].concat());
     }
 
     #[test]

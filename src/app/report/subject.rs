@@ -56,11 +56,11 @@ impl Subject {
         Ok(Self { renderer, stage, lights: Lights { sky: Some(sky), ..Lights::default() }, time, objects })
     }
 
-    /// The rough sphere: rock on a unit sphere under the sky, with atlas tiles of `tile` texels.
+    /// Rock on a unit sphere under the sky, with atlas tiles of `tile` texels.
     ///
     /// # Errors
     /// If the device fails.
-    pub fn rough_sphere(studio: &Studio, tile: u32) -> Result<Self, AppError> {
+    pub fn rock(studio: &Studio, tile: u32) -> Result<Self, AppError> {
         Self::under_the_sky(studio, sphere_stage(Relief { tile, ..Relief::default() }), 0.0)
     }
 

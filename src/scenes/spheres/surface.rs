@@ -74,8 +74,14 @@ impl Surface {
     /// is lost where the kernel is `w` texels, and made up for here.
     #[must_use]
     pub fn bake(sigma: Vec2, frequency: Frequency, detail: Detail) -> Self {
+        let aspect = f64::from(sigma.max_element()) / f64::from(sigma.min_element());
+        Self::of_length(sigma, kernel_length(aspect, frequency, detail), detail)
+    }
+
+    /// The same with a kernel of standard deviation `length` radians along the steeper direction, 2 texels or more.
+    #[must_use]
+    pub fn of_length(sigma: Vec2, length: f64, detail: Detail) -> Self {
         let unit = sigma.as_dvec2() / f64::from(sigma.max_element());
-        let length = kernel_length(1.0 / unit.min_element(), frequency, detail);
         // C(0) − C(2t) of the kernel's autocorrelation, to the fourth order: ∫f″² / ∫f′² = 0.532 per squared deviation.
         let texels = DVec2::splat(length) / unit / detail.texel();
         let seen = DVec2::ONE - 0.532 * MEAN_SQUARE_TEXEL / (texels * texels);

@@ -23,6 +23,7 @@ pub fn run(studio: &mut Studio) -> Result<Section, AppError> {
         frames: studio.pick(3, 7),
         edge_samples: 1,
         paper: true,
+        goals: false,
         height_map: None,
         fft: None,
         soak: None,

@@ -43,7 +43,7 @@ pub fn run(studio: &mut Studio) -> Result<Section, AppError> {
     let size = studio.pick(96, 128);
     let most = studio.pick(16, 1024u32);
     // Tiles half as fine as elsewhere, for thousands of samples.
-    let mut subject = Subject::rough_sphere(studio, 16)?;
+    let mut subject = Subject::rock(studio, 16)?;
     let state = subject.seen_by(&subject.stage.views.mid);
     let counts: Vec<u32> = (0..=most.ilog2()).map(|k| 1 << k).collect();
     let (mut html, mut curves, mut figures) = (Html::new(), Vec::new(), Vec::new());

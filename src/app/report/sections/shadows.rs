@@ -23,7 +23,7 @@ pub fn run(studio: &mut Studio) -> Result<Section, AppError> {
     let near = studio.pick(64, 192);
     let samples = studio.pick(16, 64);
     // Tiles half as fine as elsewhere: every sample draws the relief from each of its lights.
-    let mut subject = Subject::rough_sphere(studio, 16)?;
+    let mut subject = Subject::rock(studio, 16)?;
     let (mut html, mut cases, mut findings) = (Html::new(), Vec::new(), Vec::new());
     for factor in [1u32, 4] {
         let size = (near / factor, near / factor);

@@ -21,7 +21,7 @@ pub fn run(studio: &mut Studio) -> Result<Section, AppError> {
     let near = studio.pick(96, 256);
     let steps = studio.pick(3, 4);
     let samples = studio.pick(32, 256);
-    let mut subject = Subject::rough_sphere(studio, studio.pick(16, 32))?;
+    let mut subject = Subject::rock(studio, studio.pick(16, 32))?;
     let looks = Look::techniques();
     let (mut html, mut cases) = (Html::new(), Vec::new());
     let mut lines = vec![Vec::new(); looks.len()];

@@ -49,7 +49,7 @@ pub fn run(studio: &mut Studio) -> Result<Section, AppError> {
     let samples = studio.pick(16, 64);
     let ratio = (to / from).powf(1.0 / f64::from(steps));
     let distances: Vec<f64> = (0..=steps).map(|i| from * ratio.powi(i)).collect();
-    let mut subject = Subject::rough_sphere(studio, studio.pick(16, 32))?;
+    let mut subject = Subject::rock(studio, studio.pick(16, 32))?;
     let looks = Look::techniques();
     let bar = studio.output.progress(distances.len());
     // One row per step: reference, the reference, one half of it, every look.
