@@ -28,7 +28,7 @@ use crate::gpu::{
 pub const MAX_GRID: u32 = 16;
 /// Vertices along a pixel when edge samples are drawn, up to one per texel. More bring the outline nearer to that of the relief
 /// and its shading farther from it, since what is seen of single bumps is not what their statistics are (docs/report.md).
-pub const EDGE_VERTICES_PER_PIXEL: f32 = 4.0;
+pub const EDGE_VERTICES_PER_PIXEL: f32 = 6.0;
 /// Edge samples in one drawing, at most: they take 116 bytes each.
 const MAX_DRAWN: u64 = 1 << 22;
 
