@@ -222,7 +222,7 @@ fn probes_keep_what_they_should() {
     }
     let rms = square.map(|s| f64::sqrt(s / count));
     println!("lit fraction of {count} surfaces by 5, 9 and 16 probes: rms error {rms:.4?}");
-    assert!(count > 30.0 && rms[0] < 0.065 && rms[1] < 0.031 && rms[2] < 0.0135);
+    assert!(count > 30.0 && rms[0] < 0.065 && rms[1] < 0.031 && rms[2] < 0.0105);
 }
 
 /// Our own ray casts, no data needed. Bounds as measured, with the half of them for other seeds; and the paper's terms
