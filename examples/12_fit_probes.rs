@@ -1,30 +1,17 @@
-//! Fits the wide lobes' nodes of `reflectance::visible_specular` again, with the two constants of `reflectance::shadowed_specular`,
-//! and prints them as they stand in the code, with their errors over the surfaces of the fit and over others. The nodes for
-//! narrow lobes are held; `Free::narrow` would fit them too, which was tried and not better everywhere (docs/quadrature.md).
+//! Fits the rings for wide lobes of `reflectance::visible_specular` again, with the two constants of
+//! `reflectance::shadowed_specular`, and prints them as they stand in the code, with their errors over the surfaces of the fit
+//! and over others. What the rings are in narrow lobes is held (docs/quadrature.md).
 //!
 //! `cargo run --release --example 12_fit_probes [SEED [SURFACES]]`
 
-use leadr::reflectance::quadrature_study::fit_probes::{
-    Free, ProbeTraining, Ring, RingRule, fit_probes, plain_rings, rings_of,
-};
+use leadr::reflectance::quadrature_study::fit_probes::{ProbeTraining, WideProbes, fit_probes};
 use leadr::reflectance::shadowed_specular::{LIFT, PART};
-use leadr::reflectance::visible_specular::{ProbeNode, ProbeRule, probe_rule};
-use std::f64::consts::TAU;
-
-fn print(name: &str, rings: &[Ring], nodes: &[ProbeNode]) {
-    println!("    {name}");
-    for r in rings {
-        println!("        {} at {:.3}, phase {:.3}", r.count, r.radius, r.phase.rem_euclid(TAU / r.count as f64));
-    }
-    for n in nodes {
-        println!("        node({:.7}, {:.7}, {:.9}, {:.4}),", n.place.x, n.place.y, n.weight, n.cover);
-    }
-}
+use leadr::reflectance::visible_specular::{WideRing, probe_rule};
 
 /// Errors over the surfaces of the fit and over others: radiance without shadows, with them, what is lit of a white room,
 /// Fresnel term.
-fn print_errors(name: &str, sets: [&ProbeTraining; 2], rule: ProbeRule<'_>, shadows: [f64; 2]) {
-    let [here, there] = sets.map(|set| set.error(rule, shadows));
+fn print_errors(name: &str, sets: [&ProbeTraining; 2], wide: &WideProbes) {
+    let [here, there] = sets.map(|set| set.error(probe_rule(16).nodes, wide));
     println!("{name}: {here:.3?}, other surfaces {there:.3?}");
 }
 
@@ -35,15 +22,18 @@ fn main() {
     let (training, others) = (set(n / 5, n, seed), set(n / 10, n / 2, seed + 1000));
     let sets = [&training, &others];
 
-    let narrow = rings_of(&[1, 6, 9], probe_rule(16).narrow);
-    let start = RingRule { narrow, wide: plain_rings(&[1, 6, 9, 9], &[0.0, 0.7, 1.3, 2.0]), shadows: [1.0, 2.0] };
-    let fitted = fit_probes(&training, &start, Free { narrow: false, wide: true, shadows: true }, 40);
-    for (name, rule) in [("16 probes, 25 in wide lobes: start", &start), ("fitted", &fitted)] {
-        let (narrow, wide) = rule.nodes();
-        print_errors(name, sets, ProbeRule { narrow: &narrow, wide: &wide }, rule.shadows);
+    let nodes = probe_rule(16).nodes;
+    let ring = |(count, radius, weight, cover)| WideRing { count, radius, weight, cover };
+    let rings = [(1, 1.0, 0.1, 0.05), (6, 0.9, 0.07, 0.05), (9, 0.9, 0.05, 0.25)].map(ring).to_vec();
+    let start = WideProbes { rings, shadows: [1.0, 2.0] };
+    let fitted = fit_probes(&training, nodes, &start, 40);
+    for (name, probes) in [("start", &start), ("fitted", &fitted)] {
+        print_errors(name, sets, probes);
     }
-    print_errors("in use", sets, probe_rule(16), [PART, LIFT]);
+    let in_use = WideProbes { rings: probe_rule(16).wide.to_vec(), shadows: [PART, LIFT] };
+    print_errors("in use", sets, &in_use);
+    for r in &fitted.rings {
+        println!("    ring({}, {:.4}, {:.7}, {:.4}),", r.count, r.radius, r.weight, r.cover);
+    }
     println!("    shadows: part {:.3}, lift {:.3}", fitted.shadows[0], fitted.shadows[1]);
-    let (_, wide) = fitted.nodes();
-    print("wide lobes", &fitted.wide, &wide);
 }

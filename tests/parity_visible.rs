@@ -114,7 +114,7 @@ fn specular_parity(tilted: bool, relative: f64) {
 
 #[test]
 fn visible_specular_parity() {
-    specular_parity(false, 1.6e-3);
+    specular_parity(false, 1.3e-3);
     specular_parity(true, 5e-3);
 }
 

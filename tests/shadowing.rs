@@ -222,7 +222,7 @@ fn probes_keep_what_they_should() {
     }
     let rms = square.map(|s| f64::sqrt(s / count));
     println!("lit fraction of {count} surfaces by 5, 9 and 16 probes: rms error {rms:.4?}");
-    assert!(count > 30.0 && rms[0] < 0.065 && rms[1] < 0.031 && rms[2] < 0.0135);
+    assert!(count > 30.0 && rms[0] < 0.065 && rms[1] < 0.031 && rms[2] < 0.0105);
 }
 
 /// Our own ray casts, no data needed. Bounds as measured, with the half of them for other seeds; and the paper's terms
@@ -244,8 +244,8 @@ fn spheres_of_our_own_ray_caster() {
     assert!(error(Side, Correlated) < 1.5 && error(Side, Smith) < 4.0);
     assert!(error(DiffuseEnvironment, BentNormal) < 1.5);
     assert!((45.0..60.0).contains(&error(DiffuseEnvironment, Masking)));
-    assert!(error(WhiteMirror, Correlated) < 3.0 && error(WhiteMirror, Probes(16)) < 2.8);
-    assert!(error(SpecularEnvironment, Correlated) < 4.0 && error(SpecularEnvironment, Probes(16)) < 4.6);
+    assert!(error(WhiteMirror, Correlated) < 3.0 && error(WhiteMirror, Probes(16)) < 3.7);
+    assert!(error(SpecularEnvironment, Correlated) < 4.0 && error(SpecularEnvironment, Probes(16)) < 6.0);
     assert!(error(SpecularEnvironment, Smith) > 5.0 && error(SpecularEnvironment, Masking) > 60.0);
 }
 

@@ -13,8 +13,8 @@
 
 // Variance of the part that a node stands for, in units of its probe's; and how much more than such a part what is looked
 // up moves away from the horizon.
-const float LEADR_PART = 0.848;
-const float LEADR_LIFT = 2.250;
+const float LEADR_PART = 1.231;
+const float LEADR_LIFT = 1.809;
 
 struct LitProbe {
     float lit; // the part of the probe that is lit, 0..1

@@ -10,7 +10,7 @@
 // that are seen. Each probe covers the solid angle that its node stands for; weights sum to one, so there is no division, and
 // a constant environment gives its own value. src/reflectance/visible_specular.rs derives it. Once per pixel
 //     VisibleProbes probes = visible_probes(wo, m, S);
-// and for i in 0..n-1, n = 5, 9 or 16, then where probes.wide > 0 also for i to wide_probes(n)-1
+// and for i in 0..n-1, n = 5, 9 or 16
 //     VisibleProbe p = visible_probe(probes, wo, probe_node(n, i, probes.wide));
 //     vec3 f = p.weight * fresnel_schlick(f0, p.cosine);
 //     reflected += f * textureLod(environment, from_frame(frame, p.wi), solid_angle_lod(p.solid_angle, size)).rgb;
@@ -51,39 +51,12 @@ const vec4 LEADR_PROBE_NODES[30] = vec4[](
     vec4(1.9390105, -0.3347858, 0.041047948, 0.1309)
 );
 
-// Those of the rule of 16 probes for wide lobes, which has some more of them at the end.
-const vec4 LEADR_WIDE_NODES[25] = vec4[](
-    vec4(0.0000000, 0.0000000, 0.051775572, 0.0282),
-    vec4(0.6365306, 0.2602967, 0.052090645, 0.0367),
-    vec4(0.0928417, 0.6814000, 0.052090645, 0.0367),
-    vec4(-0.5436889, 0.4211033, 0.052090645, 0.0367),
-    vec4(-0.6365306, -0.2602967, 0.052090645, 0.0367),
-    vec4(-0.0928417, -0.6814000, 0.052090645, 0.0367),
-    vec4(0.5436889, -0.4211033, 0.052090645, 0.0367),
-    vec4(1.2441048, 0.3494239, 0.039513559, 0.0601),
-    vec4(0.7284343, 1.0673694, 0.039513559, 0.0601),
-    vec4(-0.1280788, 1.2858809, 0.039513559, 0.0601),
-    vec4(-0.9246624, 0.9027145, 0.039513559, 0.0601),
-    vec4(-1.2885861, 0.0971579, 0.039513559, 0.0601),
-    vec4(-1.0495661, -0.7538599, 0.039513559, 0.0601),
-    vec4(-0.3194425, -1.2521383, 0.039513559, 0.0601),
-    vec4(0.5601519, -1.1645273, 0.039513559, 0.0601),
-    vec4(1.1776449, -0.5320210, 0.039513559, 0.0601),
-    vec4(1.8477526, 0.9829123, 0.031117614, 0.1927),
-    vec4(0.7836567, 1.9406670, 0.031117614, 0.1927),
-    vec4(-0.6471208, 1.9903620, 0.031117614, 0.1927),
-    vec4(-1.7751034, 1.1087445, 0.031117614, 0.1927),
-    vec4(-2.0724953, -0.2916669, 0.031117614, 0.1927),
-    vec4(-1.4001437, -1.5556041, 0.031117614, 0.1927),
-    vec4(-0.0726492, -2.0916569, 0.031117614, 0.1927),
-    vec4(1.2888386, -1.6490002, 0.031117614, 0.1927),
-    vec4(2.0472645, -0.4347579, 0.031117614, 0.1927)
+// What becomes of the three rings of 16 nodes in the limit of wide lobes: radius in units of itself, weight, measure.
+const vec3 LEADR_WIDE_RINGS[3] = vec3[](
+    vec3(1.0000, 0.0867223, 0.0428),
+    vec3(0.8826, 0.0717759, 0.0566),
+    vec3(0.9257, 0.0536247, 0.2443)
 );
-
-// How many probes the rule of n has for wide lobes.
-int wide_probes(int n) {
-    return n <= 9 ? n : LEADR_WIDE_NODES.length();
-}
 
 // Variance of slopes, of both axes together, up to which a lobe counts as narrow, and how much more makes it wide by half.
 const float LEADR_WIDE_FROM = 0.25;
@@ -95,11 +68,21 @@ float wide_lobe(vec3 S) {
     return x * x / (1.0 + x * x);
 }
 
-// Node i of the rule of n probes, or of the next greater number that exists, for a lobe that is `wide`.
-vec4 probe_node(int n, int i, float wide) {
-    if (n <= 9) return LEADR_PROBE_NODES[i + (n <= 5 ? 0 : 5)];
-    vec4 w = LEADR_WIDE_NODES[i];
-    return i < 16 ? mix(LEADR_PROBE_NODES[i + 14], w, wide) : vec4(w.xy, w.z * wide, w.w);
+struct ProbeNode {
+    vec2 place;   // in units of `radius` standard deviations
+    float radius; // the same for a ring, as weight and cover are
+    float weight;
+    float cover;  // measure of what its probe covers
+};
+
+// Node i of the rule of n probes, or of the next greater number that exists, for a lobe that is `wide`. Where i is known to
+// the compiler, places are constants, and the rest is computed once per ring.
+ProbeNode probe_node(int n, int i, float wide) {
+    vec4 node = LEADR_PROBE_NODES[i + (n <= 5 ? 0 : n <= 9 ? 5 : 14)];
+    if (n <= 9) return ProbeNode(node.xy, 1.0, node.z, node.w);
+    vec3 ring = LEADR_WIDE_RINGS[i < 1 ? 0 : i < 7 ? 1 : 2];
+    vec3 now = vec3(1.0, node.zw) + wide * (ring - vec3(1.0, node.zw));
+    return ProbeNode(node.xy, now.x, now.y, now.z);
 }
 
 const float LEADR_NODE_VARIANCE = 0.95;
@@ -155,9 +138,9 @@ struct VisibleProbe {
     float solid_angle; // to look up, in steradians
 };
 
-VisibleProbe visible_probe(VisibleProbes probes, vec3 wo, vec4 node) {
-    vec3 c = probes.cholesky;
-    vec2 d = vec2(c.x * node.x, c.y * node.x + c.z * node.y);
+VisibleProbe visible_probe(VisibleProbes probes, vec3 wo, ProbeNode node) {
+    vec3 c = node.radius * probes.cholesky;
+    vec2 d = vec2(c.x * node.place.x, c.y * node.place.x + c.z * node.place.y);
     float x = dot(d, probes.azimuth);
     float t = probes.along.x + x * probes.along.y + (x * x - LEADR_NODE_VARIANCE) * probes.along.z;
     VisibleProbe p;
@@ -166,8 +149,8 @@ VisibleProbe visible_probe(VisibleProbes probes, vec3 wo, vec4 node) {
     float z = sqrt(z2);
     p.cosine = max(probes.facet.x - t * probes.facet.y, 0.0) * z;
     p.wi = (2.0 * p.cosine * z) * vec3(-p.slope, 1.0) - wo;
-    p.weight = node.z;
-    p.solid_angle = probes.cover * (node.w * exp(min(0.5 * (t * t - x * x), 40.0)) * z2 * z2) + probes.least;
+    p.weight = node.weight;
+    p.solid_angle = probes.cover * (node.cover * exp(min(0.5 * (t * t - x * x), 40.0)) * z2 * z2) + probes.least;
     return p;
 }
 

@@ -21,7 +21,7 @@ void main() {
     for (int n = 0; n < 3; ++n) {
         int size = n == 0 ? 5 : n == 1 ? 9 : 16;
         float lit = 0.0;
-        for (int k = 0; k < (probes.wide > 0.0 ? wide_probes(size) : size); ++k) {
+        for (int k = 0; k < size; ++k) {
             VisibleProbe p = visible_probe(probes, wo, probe_node(size, k, probes.wide));
             lit += p.weight * lit_probe(LEADR_VISIBILITY_CORRELATED, o, p.wi, p.solid_angle, probes.m, probes.cholesky).lit;
         }

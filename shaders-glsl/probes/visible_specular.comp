@@ -15,7 +15,7 @@ void main() {
     float weights = 0.0, lod = 0.0, cosine = 0.0;
     vec3 mirror = vec3(0.0), fresnel = vec3(0.0);
     VisibleProbe p;
-    for (int i = 0; i < (probes.wide > 0.0 ? wide_probes(n) : n); ++i) {
+    for (int i = 0; i < n; ++i) {
         p = visible_probe(probes, wo, probe_node(n, i, probes.wide));
         weights += p.weight;
         mirror += p.weight * p.wi;

@@ -22,9 +22,9 @@ use glam::{DVec2, DVec3};
 use std::f64::consts::PI;
 
 /// `w`: variance of the part that a node stands for, in units of its probe's.
-pub const PART: f64 = 0.848;
+pub const PART: f64 = 1.231;
 /// `l`: how much more than such a part what is looked up moves away from the horizon.
-pub const LIFT: f64 = 2.250;
+pub const LIFT: f64 = 1.809;
 
 /// What is lit of a probe.
 #[derive(Clone, Copy, Debug, PartialEq)]

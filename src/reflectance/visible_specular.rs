@@ -24,9 +24,9 @@
 //! gives its own value, and the Fresnel term is each facet's own.
 //!
 //! Narrow lobes and wide ones want different nodes. Of a wide one the outer slopes reflect below the horizon, where little
-//! is seen and next to nothing is lit; what counts is in the middle. So the greatest rule has two sets of nodes ([`ProbeRule`])
-//! and goes from one to the other with the variance of the slopes ([`wide_lobe`]), smoothly; the second has a ring
-//! more, of probes that only wide lobes ask for (`quadrature_study::fit_probes` places them).
+//! is seen and next to nothing is lit; what counts is in the middle. So the rings of the greatest rule change with the variance
+//! of the slopes ([`wide_lobe`]), smoothly: their radii, weights and covers, while the nodes keep their azimuths
+//! ([`WideRing`]; `quadrature_study::fit_probes` finds them).
 
 use super::fresnel::fresnel_schlick;
 use super::slope_grid::{normal_of_slope, slope_cholesky};
@@ -91,69 +91,61 @@ const SIXTEEN: [ProbeNode; 16] = [
     node(1.939_010_5, -0.334_785_9, 0.041_047_948, 0.130_9),
 ];
 
-/// Wide lobes: one in the middle, 6 at 0.688, 9 at 1.292, 9 at 2.093.
-const WIDE: [ProbeNode; 25] = [
-    node(0.000_000_0, 0.000_000_0, 0.051_775_572, 0.028_2),
-    node(0.636_530_6, 0.260_296_7, 0.052_090_645, 0.036_7),
-    node(0.092_841_7, 0.681_400_0, 0.052_090_645, 0.036_7),
-    node(-0.543_688_9, 0.421_103_3, 0.052_090_645, 0.036_7),
-    node(-0.636_530_6, -0.260_296_7, 0.052_090_645, 0.036_7),
-    node(-0.092_841_7, -0.681_400_0, 0.052_090_645, 0.036_7),
-    node(0.543_688_9, -0.421_103_3, 0.052_090_645, 0.036_7),
-    node(1.244_104_8, 0.349_423_9, 0.039_513_559, 0.060_1),
-    node(0.728_434_3, 1.067_369_4, 0.039_513_559, 0.060_1),
-    node(-0.128_078_8, 1.285_880_9, 0.039_513_559, 0.060_1),
-    node(-0.924_662_4, 0.902_714_5, 0.039_513_559, 0.060_1),
-    node(-1.288_586_1, 0.097_157_9, 0.039_513_559, 0.060_1),
-    node(-1.049_566_1, -0.753_859_9, 0.039_513_559, 0.060_1),
-    node(-0.319_442_5, -1.252_138_3, 0.039_513_559, 0.060_1),
-    node(0.560_151_9, -1.164_527_3, 0.039_513_559, 0.060_1),
-    node(1.177_644_9, -0.532_021_0, 0.039_513_559, 0.060_1),
-    node(1.847_752_6, 0.982_912_3, 0.031_117_614, 0.192_7),
-    node(0.783_656_7, 1.940_667_0, 0.031_117_614, 0.192_7),
-    node(-0.647_120_8, 1.990_362_0, 0.031_117_614, 0.192_7),
-    node(-1.775_103_4, 1.108_744_5, 0.031_117_614, 0.192_7),
-    node(-2.072_495_3, -0.291_666_9, 0.031_117_614, 0.192_7),
-    node(-1.400_143_7, -1.555_604_1, 0.031_117_614, 0.192_7),
-    node(-0.072_649_2, -2.091_656_9, 0.031_117_614, 0.192_7),
-    node(1.288_838_6, -1.649_000_2, 0.031_117_614, 0.192_7),
-    node(2.047_264_5, -0.434_757_9, 0.031_117_614, 0.192_7),
+/// What a ring is in the limit of wide lobes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct WideRing {
+    /// How many nodes it has.
+    pub count: usize,
+    /// Its radius, in units of what it is for narrow lobes.
+    pub radius: f64,
+    /// Weight of each node; those of all rings sum to one.
+    pub weight: f64,
+    /// What each covers ([`ProbeNode::cover`]).
+    pub cover: f64,
+}
+
+const fn ring(count: usize, radius: f64, weight: f64, cover: f64) -> WideRing {
+    WideRing { count, radius, weight, cover }
+}
+
+/// Of the rings of [`SIXTEEN`].
+const WIDE_SIXTEEN: [WideRing; 3] = [
+    ring(1, 1.0, 0.086_722_3, 0.042_8),
+    ring(6, 0.882_6, 0.071_775_9, 0.056_6),
+    ring(9, 0.925_7, 0.053_624_7, 0.244_3),
 ];
 
-/// The nodes of a rule: where they are for narrow lobes, and for wide ones, which may have some more of them at the end.
+/// The nodes of a rule.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ProbeRule<'a> {
-    /// Up to slopes of the variance [`WIDE_FROM`].
-    pub narrow: &'a [ProbeNode],
-    /// In the limit of wide lobes; as many or more.
-    pub wide: &'a [ProbeNode],
+    /// Up to slopes of the variance [`WIDE_FROM`], ring by ring.
+    pub nodes: &'a [ProbeNode],
+    /// What becomes of these rings in wide lobes; none: nothing.
+    pub wide: &'a [WideRing],
 }
 
 impl<'a> ProbeRule<'a> {
-    /// The nodes for a lobe that is `wide` ([`wide_lobe`], 0..1). Those of wide lobes alone have no weight at 0 and are
-    /// left out there.
+    /// The nodes for a lobe that is `wide` ([`wide_lobe`], 0..1).
     pub fn nodes(self, wide: f64) -> impl Iterator<Item = ProbeNode> + 'a {
-        let count = if wide > 0.0 { self.wide.len() } else { self.narrow.len() };
-        self.wide.iter().enumerate().take(count).map(move |(i, w)| {
-            let n = self.narrow.get(i).copied().unwrap_or(ProbeNode { weight: 0.0, ..*w });
-            let mix = |a: f64, b: f64| a + wide * (b - a);
-            ProbeNode {
-                place: n.place + wide * (w.place - n.place),
-                weight: mix(n.weight, w.weight),
-                cover: mix(n.cover, w.cover),
-            }
+        let mut rings = self.wide.iter().flat_map(|ring| std::iter::repeat_n(ring, ring.count));
+        self.nodes.iter().map(move |&n| match rings.next() {
+            Some(ring) => ProbeNode {
+                place: n.place * (1.0 + wide * (ring.radius - 1.0)),
+                weight: n.weight + wide * (ring.weight - n.weight),
+                cover: n.cover + wide * (ring.cover - n.cover),
+            },
+            None => n,
         })
     }
 }
 
-/// The rule of 5, 9 or 16 probes; of the next greater number that exists for others. In wide lobes the last has
-/// 9 more.
+/// The rule of 5, 9 or 16 probes; of the next greater number that exists for others.
 #[must_use]
 pub fn probe_rule(n: u32) -> ProbeRule<'static> {
     match n {
-        0..=5 => ProbeRule { narrow: &FIVE, wide: &FIVE },
-        6..=9 => ProbeRule { narrow: &NINE, wide: &NINE },
-        _ => ProbeRule { narrow: &SIXTEEN, wide: &WIDE },
+        0..=5 => ProbeRule { nodes: &FIVE, wide: &[] },
+        6..=9 => ProbeRule { nodes: &NINE, wide: &[] },
+        _ => ProbeRule { nodes: &SIXTEEN, wide: &WIDE_SIXTEEN },
     }
 }
 
@@ -305,10 +297,10 @@ mod tests {
 
     #[test]
     fn rules_have_the_moments_they_should() {
-        for (n, most) in [(5, 5), (9, 9), (16, 25)] {
+        for n in [5, 9, 16] {
             for wide in [0.0, 0.3, 1.0] {
                 let nodes: Vec<ProbeNode> = probe_rule(n).nodes(wide).collect();
-                assert_eq!(nodes.len(), if wide > 0.0 { most } else { n as usize });
+                assert_eq!(nodes.len(), n as usize);
                 let sum = |f: &dyn Fn(DVec2) -> f64| nodes.iter().map(|k| k.weight * f(k.place)).sum::<f64>();
                 assert!((sum(&|_| 1.0) - 1.0).abs() < 1e-7, "weights of {n}");
                 assert!(sum(&|p| p.x).abs() < 1e-5 && sum(&|p| p.y).abs() < 1e-5, "mean of {n}");
@@ -322,13 +314,12 @@ mod tests {
         }
     }
 
-    /// A lobe that is about to count as wide gets the added probes without weight, and gets them gently.
+    /// Lobes become wide gently.
     #[test]
     fn wide_lobes_come_smoothly() {
         let at = |x: f64| wide_lobe(DVec3::new(0.5 * (WIDE_FROM + x), 0.5 * (WIDE_FROM + x), 0.0));
         assert_eq!((at(-0.1), at(0.0), at(WIDE_HALF)), (0.0, 0.0, 0.5));
         assert!(at(1e-4) < 1e-6 && at(1e6) > 0.999);
-        let rule = probe_rule(16);
-        assert!(rule.nodes(1e-6).skip(rule.narrow.len()).all(|n| n.weight < 1e-6));
+        assert_eq!(WIDE_SIXTEEN.map(|r| r.count), [1, 6, 9]);
     }
 }

@@ -48,30 +48,20 @@ Mirrors grid_mirrors(Surface surface, vec3 wo, vec3 S) {
     return Mirrors(reflected * scale, fresnel * scale, o.visible);
 }
 
-// What one probe among the visible slopes adds.
-void add_probe(inout Mirrors mirrors, int i, Surface surface, vec3 wo, VisibleProbes probes, DirectionArea o) {
-    VisibleProbe p = visible_probe(probes, wo, probe_node(SAMPLES, i, probes.wide));
-    vec3 f = p.weight * fresnel_schlick(surface.f0, p.cosine);
-    LitProbe l = lit_probe(VISIBILITY, o, p.wi, p.solid_angle, probes.m, probes.cholesky);
-    float lod = solid_angle_lod(p.solid_angle, lighting.environment.x);
-    mirrors.reflected += f * l.lit * environment_radiance(surface, l.wi, lod);
-    mirrors.fresnel += f;
-}
-
-// A few of them, more where the lobe is wide; their weights sum to one.
+// A few probes among the visible slopes; their weights sum to one.
 Mirrors probe_mirrors(Surface surface, vec3 wo, vec3 S) {
     VisibleProbes probes = visible_probes(wo, surface.mean_slope, S);
     DirectionArea o = direction_area(wo, probes.m, probes.cholesky);
-    Mirrors mirrors = Mirrors(vec3(0.0), vec3(0.0), probes.area);
+    vec3 reflected = vec3(0.0), fresnel = vec3(0.0);
     [[unroll]] for (int i = 0; i < SAMPLES; ++i) {
-        add_probe(mirrors, i, surface, wo, probes, o);
+        VisibleProbe p = visible_probe(probes, wo, probe_node(SAMPLES, i, probes.wide));
+        vec3 f = p.weight * fresnel_schlick(surface.f0, p.cosine);
+        LitProbe l = lit_probe(VISIBILITY, o, p.wi, p.solid_angle, probes.m, probes.cholesky);
+        float lod = solid_angle_lod(p.solid_angle, lighting.environment.x);
+        reflected += f * l.lit * environment_radiance(surface, l.wi, lod);
+        fresnel += f;
     }
-    // A loop, not a branch: llvmpipe computes both sides of branches for every pixel, but leaves loops.
-    int count = probes.wide > 0.0 ? wide_probes(SAMPLES) : SAMPLES;
-    [[dont_unroll]] for (int i = SAMPLES; i < count; ++i) {
-        add_probe(mirrors, i, surface, wo, probes, o);
-    }
-    return mirrors;
+    return Mirrors(reflected, fresnel, probes.area);
 }
 
 Mirrors gaussian_mirrors(Surface surface, vec3 wo, vec3 S) {

@@ -1,9 +1,9 @@
-//! Where the nodes of [`visible_specular`](super::super::visible_specular) and the two constants of
+//! Where the rings for wide lobes of [`visible_specular`](super::super::visible_specular) and the two constants of
 //! [`shadowed_specular`](super::super::shadowed_specular) come from: least squares of what random rough surfaces reflect of
 //! random lobes, without shadows and with them.
 //!
-//! A rule is rings of equal, evenly spaced nodes; of each ring its weight, radius, phase and cover are free, for narrow lobes
-//! and for wide ones. Every surface gives four errors: of the radiance without shadows, of the radiance with them, of what is lit
+//! Of each ring the radius, weight and cover in wide lobes are free; what they are in narrow ones is held, and so are the
+//! azimuths. Every surface gives four errors: of the radiance without shadows, of the radiance with them, of what is lit
 //! in a white room, and of the mean Fresnel term. The first three count in units of what the paper's 5×5 grid errs among surfaces as
 //! rough under lobes as sharp, so that the roughest surfaces do not decide alone; sharp lobes by half, the white room threefold.
 //!
@@ -14,82 +14,21 @@ use super::super::reference::{visible_extents, visible_mean_panels};
 use super::super::shadowed_specular::{LitProbe, lit_probe_of};
 use super::super::slope_grid::{normal_of_slope, slope_cholesky};
 use super::super::specular::LOD_MATCHED;
-use super::super::visible_specular::{ProbeNode, ProbeRule, solid_angle_lod, visible_probe, visible_probes};
+use super::super::visible_specular::{ProbeNode, ProbeRule, WideRing, solid_angle_lod, visible_probe, visible_probes};
 use super::CLASSES;
 use super::least_squares::least_squares;
 use super::specular::{Lobes, SIZE, Sharpness, grid_radiance};
 use super::surfaces::{Random, Surface, rough_surfaces, surfaces};
-use glam::{DVec2, DVec3};
+use glam::DVec3;
 use rayon::prelude::*;
-use std::f64::consts::TAU;
 
-/// Evenly spaced nodes of one radius; a single one is in the middle.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Ring {
-    /// How many.
-    pub count: usize,
-    /// Distance from the middle, in standard deviations.
-    pub radius: f64,
-    /// Azimuth of the first, in radians.
-    pub phase: f64,
-    /// Weight of each, up to a factor that all rings share.
-    pub weight: f64,
-    /// What each covers ([`ProbeNode::cover`]).
-    pub cover: f64,
-}
-
-/// A rule of rings, and what shadows take the width of its probes for.
+/// What a fit finds.
 #[derive(Clone, Debug, PartialEq)]
-pub struct RingRule {
-    /// For narrow lobes.
-    pub narrow: Vec<Ring>,
-    /// For wide ones: as many rings of as many nodes, then those that only they have.
-    pub wide: Vec<Ring>,
+pub struct WideProbes {
+    /// The rings in wide lobes.
+    pub rings: Vec<WideRing>,
     /// `w` and `l` of `shadowed_specular`.
     pub shadows: [f64; 2],
-}
-
-/// The nodes of rings, their weights summing to one.
-fn ring_nodes(rings: &[Ring]) -> Vec<ProbeNode> {
-    let sum: f64 = rings.iter().map(|r| r.count as f64 * r.weight).sum();
-    let nodes = |r: &Ring| {
-        let Ring { count, radius, phase, weight, cover } = *r;
-        (0..count).map(move |i| {
-            let place = DVec2::from_angle(phase + TAU * i as f64 / count as f64) * radius;
-            ProbeNode { place, weight: weight / sum, cover }
-        })
-    };
-    rings.iter().flat_map(nodes).collect()
-}
-
-impl RingRule {
-    /// Nodes for narrow lobes and for wide ones.
-    #[must_use]
-    pub fn nodes(&self) -> (Vec<ProbeNode>, Vec<ProbeNode>) {
-        (ring_nodes(&self.narrow), ring_nodes(&self.wide))
-    }
-}
-
-/// Where a fit may start: `counts` nodes on rings of these radii, weights and covers as the density has them.
-#[must_use]
-pub fn plain_rings(counts: &[usize], radii: &[f64]) -> Vec<Ring> {
-    let ring = |(&count, &radius): (&usize, &f64)| {
-        let weight = (-0.5 * radius * radius).exp();
-        Ring { count, radius, phase: 0.3, weight, cover: 0.5 / counts.iter().sum::<usize>() as f64 * (1.0 + radius) }
-    };
-    counts.iter().zip(radii).map(ring).collect()
-}
-
-/// The rings, of these numbers of nodes, that `nodes` lie on.
-#[must_use]
-pub fn rings_of(counts: &[usize], nodes: &[ProbeNode]) -> Vec<Ring> {
-    let mut first = 0;
-    let ring = |&count: &usize| {
-        let ProbeNode { place, weight, cover } = nodes[first];
-        first += count;
-        Ring { count, radius: place.length(), phase: place.y.atan2(place.x), weight, cover }
-    };
-    counts.iter().map(ring).collect()
 }
 
 struct Item {
@@ -160,7 +99,8 @@ impl ProbeTraining {
     }
 
     /// Errors of a rule, four per surface.
-    fn errors(&self, rule: ProbeRule<'_>, shadows: [f64; 2]) -> Vec<[f64; 4]> {
+    fn errors(&self, nodes: &[ProbeNode], wide: &WideProbes) -> Vec<[f64; 4]> {
+        let rule = ProbeRule { nodes, wide: &wide.rings };
         self.0
             .par_iter()
             .map(|item| {
@@ -171,7 +111,7 @@ impl ProbeTraining {
                 for node in rule.nodes(probes.wide) {
                     let p = visible_probe(&probes, wo, &node);
                     let LitProbe { lit, wi } = lit_probe_of(
-                        shadows,
+                        wide.shadows,
                         Visibility::Correlated,
                         &o,
                         p.wi,
@@ -190,77 +130,48 @@ impl ProbeTraining {
             .collect()
     }
 
-    /// Root mean square errors of a rule: radiance without shadows and with them, lit fraction, Fresnel term, in the units of the
-    /// module's head (the last: of 0.012). `shadows`: `w` and `l` of `shadowed_specular`.
+    /// Root mean square errors of the rule of these `nodes` in narrow lobes: radiance without shadows and with them, lit
+    /// fraction, Fresnel term, in the units of the module's head (the last: of 0.012).
     #[must_use]
-    pub fn error(&self, rule: ProbeRule<'_>, shadows: [f64; 2]) -> [f64; 4] {
-        let errors = self.errors(rule, shadows);
+    pub fn error(&self, nodes: &[ProbeNode], wide: &WideProbes) -> [f64; 4] {
+        let errors = self.errors(nodes, wide);
         std::array::from_fn(|k| (errors.iter().map(|e| e[k] * e[k]).sum::<f64>() / errors.len() as f64).sqrt())
     }
 }
 
-/// What a fit may change.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Free {
-    /// Rings for narrow lobes.
-    pub narrow: bool,
-    /// Rings for wide lobes.
-    pub wide: bool,
-    /// The constants of shadows.
-    pub shadows: bool,
-}
-
-/// The unknowns. Of the first ring, which may be the middle, the weight is the unit.
-fn unknowns(rule: &RingRule, free: Free) -> Vec<f64> {
-    let mut p = Vec::new();
-    let rings = [(free.narrow, &rule.narrow), (free.wide, &rule.wide)];
-    for (_, rings) in rings.into_iter().filter(|(free, _)| *free) {
-        for (i, r) in rings.iter().enumerate() {
-            p.push(r.cover.ln());
-            if i > 0 {
-                p.push(r.weight.ln());
-            }
-            if r.count > 1 {
-                p.extend([r.radius, r.phase]);
-            }
-        }
-    }
-    if free.shadows {
-        p.extend(rule.shadows.map(f64::ln));
-    }
-    p
-}
-
-/// The rule of these unknowns, in the shape of `like`.
-fn rule_of(p: &[f64], like: &RingRule, free: Free) -> RingRule {
-    let mut p = p.iter().copied();
-    let mut rings = |free: bool, like: &[Ring]| -> Vec<Ring> {
-        if !free {
-            return like.to_vec();
-        }
-        like.iter()
-            .enumerate()
-            .map(|(i, r)| {
-                let mut next = |free: bool, held: f64| if free { p.next().unwrap_or(held) } else { held };
-                let (cover, weight) = (next(true, 0.0).exp(), next(i > 0, 0.0).exp());
-                let (radius, phase) = (next(r.count > 1, 0.0), next(r.count > 1, 0.0));
-                Ring { count: r.count, radius, phase, weight, cover }
-            })
-            .collect()
+/// The unknowns, all positive, as logarithms. Of the first ring, which is the middle, the weight is the unit.
+fn unknowns(probes: &WideProbes) -> Vec<f64> {
+    let unit = probes.rings[0].weight;
+    let of_ring = |(i, r): (usize, &WideRing)| {
+        let more = if i > 0 { vec![r.weight / unit, r.radius] } else { vec![] };
+        std::iter::once(r.cover).chain(more)
     };
-    let (narrow, wide) = (rings(free.narrow, &like.narrow), rings(free.wide, &like.wide));
-    let shadows = like.shadows.map(|held| p.next().map_or(held, f64::exp));
-    RingRule { narrow, wide, shadows }
+    let rings = probes.rings.iter().enumerate().flat_map(of_ring);
+    rings.chain(probes.shadows).map(f64::ln).collect()
 }
 
-/// The rule of least squared error over `training`, from `start`, in at most `steps` steps. Errors of more than three units count less than their square.
+/// What these unknowns stand for, with rings of as many nodes as `like` has.
+fn of_unknowns(p: &[f64], like: &WideProbes) -> WideProbes {
+    let mut p = p.iter().map(|p| p.exp());
+    let mut next = || p.next().expect("as many unknowns as there are");
+    let mut rings: Vec<WideRing> = Vec::new();
+    for (i, &WideRing { count, .. }) in like.rings.iter().enumerate() {
+        let cover = next();
+        let (weight, radius) = if i > 0 { (next(), next()) } else { (1.0, 1.0) };
+        rings.push(WideRing { count, radius, weight, cover });
+    }
+    let sum: f64 = rings.iter().map(|r| r.count as f64 * r.weight).sum();
+    rings.iter_mut().for_each(|r| r.weight /= sum);
+    WideProbes { rings, shadows: [next(), next()] }
+}
+
+/// The rings of wide lobes of least squared error over `training`, from `start`, in at most `steps` steps; `nodes`: of narrow
+/// lobes. Errors of more than three units count less than their square.
 #[must_use]
-pub fn fit_probes(training: &ProbeTraining, start: &RingRule, free: Free, steps: u32) -> RingRule {
+pub fn fit_probes(training: &ProbeTraining, nodes: &[ProbeNode], start: &WideProbes, steps: u32) -> WideProbes {
     let residuals = |p: &[f64]| -> Vec<f64> {
-        let rule = rule_of(p, start, free);
-        let (narrow, wide) = rule.nodes();
-        let errors = training.errors(ProbeRule { narrow: &narrow, wide: &wide }, rule.shadows);
+        let errors = training.errors(nodes, &of_unknowns(p, start));
         errors.into_iter().flatten().map(|e| e / (1.0 + e * e / 9.0).powf(0.25)).collect()
     };
-    rule_of(&least_squares(unknowns(start, free), steps, residuals), start, free)
+    of_unknowns(&least_squares(unknowns(start), steps, residuals), start)
 }
