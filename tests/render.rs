@@ -236,7 +236,7 @@ fn structs_lie_in_memory_as_the_shaders_expect() {
     check!("passes/geometry/geometry.tese", "Vertex", VertexGpu, [position, normal, color]);
     check!("passes/geometry/geometry.tese", "PatchData", PatchGpu, [vertices, edges, texcoord_01, texcoord_23, tile]);
     check!("passes/geometry/geometry.tese", "View", ViewGpu, [clip_from_world, camera_position]);
-    check!("passes/geometry/geometry.frag", "Object", ObjectGpu, [height_scale, specular_f0, flags, index]);
+    check!("passes/geometry/geometry.frag", "Object", ObjectGpu, [height_scale, specular_f0, flags, index, relief]);
     check!("passes/edges.comp", "EdgeRays", EdgeRays, [x, y, pixel, edge, area]);
     check!(
         "passes/shade/shade.frag",

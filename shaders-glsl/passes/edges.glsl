@@ -2,10 +2,6 @@
 #ifndef LEADR_EDGES
 #define LEADR_EDGES
 
-// Pixels of shadow map that an edge sample looks at. The map has the bumps of a whole pixel's geometry: at less, edge
-// samples on finer bumps would be in the shadow of their own mean.
-const float SHADOW_WIDTH = 0.25;
-
 const uint SURFACE_OF_THE_PIXEL = 1u; // and needs no filtering of its own: no object has the number 0
 
 #ifdef LEADR_EDGE_RAYS

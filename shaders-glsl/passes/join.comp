@@ -23,6 +23,7 @@ layout(binding = 9, rgba32f) uniform image2D frame;    // the g-buffer of the pi
 layout(binding = 10, rgba32f) uniform image2D covariance;
 layout(binding = 11, rgba16f) uniform image2D material;
 layout(binding = 12) uniform sampler2D edge_depth;
+layout(binding = 13) uniform sampler2D edge_scalars;   // w: relief
 
 layout(constant_id = 7) const bool SUN_SHADOWS = true;
 
@@ -70,7 +71,9 @@ void main() {
             joined += 1.0;
             if (SUN_SHADOWS) {
                 vec3 position = lighting.camera_position.xyz + to_sample;
-                sunlit += sun_visibility(position, from_frame(from, normalize(vec3(-seen.zw, 1.0))), SHADOW_WIDTH * float(grid));
+                vec3 mesonormal = from_frame(from, normalize(vec3(-seen.zw, 1.0)));
+                float width = edge_shadow_width(position, texelFetch(edge_scalars, at, 0).w);
+                sunlit += sun_visibility(position, mesonormal, float(grid) * width);
             }
         }
         if (of_the_pixel || word == SURFACE_OF_THE_PIXEL) {

@@ -225,6 +225,7 @@ impl JoinPass {
                 (10, Descriptor::StorageImage(pixel.covariance.whole())),
                 (11, Descriptor::StorageImage(pixel.material.whole())),
                 (12, Descriptor::Sampled(edge.depth.whole(), &self.nearest)),
+                (13, Descriptor::Sampled(filtered.surface.whole(), &self.nearest)),
             ],
         );
         cmd.push_constants(rays);

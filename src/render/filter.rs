@@ -20,7 +20,7 @@ pub struct GBuffer {
     pub covariance: Image,
     /// Linear albedo and Beckmann roughness; RGBA16F.
     pub material: Image,
-    /// Specular f0, accessibility, inside marker, 1 where the footprint is more than its patch knows; RGBA16F.
+    /// Specular f0, accessibility, inside marker, 1 where the footprint is more than its patch knows (of edge samples: the object's relief, metres); RGBA16F.
     pub surface: Image,
 }
 
@@ -83,7 +83,7 @@ impl FilterPass {
     }
 
     /// Fills the G-buffer where an object is visible (elsewhere it stays undefined: depth tells), one full-screen draw
-    /// per object, and leaves it readable. `grid`: its pixels along one of the picture; `scissor`: where in it.
+    /// per object, and leaves it readable. `grid`: edge samples along a pixel, 0 of the pixels themselves; `scissor`: where in it.
     pub fn record<'a>(
         &self,
         cmd: &mut Commands,

@@ -67,6 +67,8 @@ pub struct ObjectGpu {
     pub flags: u32,
     /// Index of the object in the scene, from 1.
     pub index: u32,
+    /// From the deepest pit to the highest bump, metres.
+    pub relief: f32,
 }
 
 /// The object has LEADR maps.
@@ -85,6 +87,8 @@ pub struct GpuObject {
     /// Edges of its mesh.
     pub topology: Topology,
     height_range: Vec<[f32; 2]>,
+    /// Of all heights, before scaling.
+    relief: f32,
     edge_texels: Vec<f32>,
     edge_relief: Vec<f32>,
     /// `PatchData` of every patch.
@@ -169,6 +173,9 @@ impl GpuObject {
                 image
             }
         };
+        let (low, high) =
+            boundary.patch_range.iter().fold((0.0f32, 0.0f32), |(low, high), r| (low.min(r[0]), high.max(r[1])));
+        let relief = high - low;
         let wrap = if border == Border::Wrap { Wrap::Repeat } else { Wrap::Clamp };
         Ok(Self {
             patches: Buffer::from_slice(gpu, &format!("{name} patches"), &patches)?,
@@ -179,6 +186,7 @@ impl GpuObject {
             )?,
             edge_heights: Buffer::from_slice(gpu, &format!("{name} edge heights"), &boundary.edges)?,
             vertex_heights: Buffer::from_slice(gpu, &format!("{name} vertex heights"), &boundary.vertices)?,
+            relief,
             height_range: boundary.patch_range,
             edge_texels: boundary.edge_texels,
             edge_relief: boundary.edge_relief,
@@ -200,6 +208,7 @@ impl GpuObject {
             specular_f0: self.object.specular_f0,
             flags: self.flags | if mark_inside { FLAG_MARK_INSIDE } else { 0 },
             index: self.index,
+            relief: self.relief * (height_scale * self.object.height_scale).abs(),
         }
     }
 

@@ -25,7 +25,7 @@ layout(location = 0) in vec2 in_texcoord;
 layout(location = 0) out vec4 out_frame;      // octahedral displacement direction, mean slope
 layout(location = 1) out vec4 out_covariance; // sxx, syy, sxy of the slopes; LOD, or the area of an edge sample that will be joined
 layout(location = 2) out vec4 out_material;   // linear albedo, Beckmann roughness alpha
-layout(location = 3) out vec4 out_surface;    // specular f0, ambient accessibility, inside marker, 1 where the footprint leaves its tile
+layout(location = 3) out vec4 out_surface;    // specular f0, ambient accessibility, inside marker, 1 where the footprint leaves its tile (of edge samples: relief, metres)
 
 struct Footprint {
     vec2 step; // between taps, texture coordinates
@@ -77,7 +77,8 @@ void main() {
     vec4 tile = tiles[surface.x & PATCH_BITS];
     // An edge sample on the surface of its pixel stands for its part of it alone: they are joined (join.comp).
     bool joined = (surface.x & OF_THE_PIXEL) != 0u;
-    float part = joined ? 1.0 / float(object.flags >> FLAGS_GRID_SHIFT) : 1.0;
+    uint grid = object.flags >> FLAGS_GRID_SHIFT;
+    float part = joined ? 1.0 / float(max(grid, 1u)) : 1.0;
     dx *= part;
     dy *= part;
     curvature *= part * part;
@@ -143,5 +144,5 @@ void main() {
     out_covariance = vec4(covariance, joined ? area : footprint.lod);
     out_material = color;
     out_surface = vec4(object.specular_f0, curvature_z_access.y, (surface.x & INSIDE) != 0u ? 1.0 : 0.0,
-                       leaves_tile(texcoord, dx / vec2(size), dy / vec2(size), footprint.lod, tile) ? 1.0 : 0.0);
+                       grid > 0u ? object.relief : float(leaves_tile(texcoord, dx / vec2(size), dy / vec2(size), footprint.lod, tile)));
 }

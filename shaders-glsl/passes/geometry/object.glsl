@@ -5,8 +5,9 @@
 layout(push_constant, std430) uniform Object {
     float height_scale; // eta of LEADR section 4.2
     float specular_f0;
-    uint flags;         // the FLAG_ bits below; above them, edge samples across a pixel
+    uint flags;         // the FLAG_ bits below; above them, edge samples across a pixel where those are drawn
     uint index;         // of the object in the scene, from 1
+    float relief;       // from the deepest pit to the highest bump, metres
 } object;
 
 const uint FLAG_DISPLACED = 1u;   // has LEADR maps

@@ -20,6 +20,7 @@ struct Surface {
     vec3 f0;             // reflectance at normal incidence
     float accessibility;
     bool inside;
+    float relief;        // of an edge sample's object, metres
     float sunlit;        // the part of the pixel that the sun reaches, -1 where it is not known
 };
 
@@ -39,6 +40,7 @@ Surface read_gbuffer(ivec2 pixel, vec3 eye, vec3 ray, float near, float depth) {
     s.f0 = vec3(surface.x);
     s.accessibility = surface.y;
     s.inside = surface.z > 0.5;
+    s.relief = surface.w;
     s.sunlit = -1.0;
     return s;
 }

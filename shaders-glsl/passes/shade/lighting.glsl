@@ -4,7 +4,6 @@
 #include "gbuffer.glsl"
 #include "leadr/slope_grid.glsl"
 #include "settings.glsl"
-#include "../edges.glsl"
 #include "sun.glsl"
 
 layout(binding = 6) uniform samplerCube environment_cube;
@@ -20,7 +19,10 @@ Light light_at(int i, Surface surface) {
         vec3 irradiance = lighting.sun_irradiance.rgb;
         if (SUN_SHADOWS) {
             vec3 mesonormal = from_frame(surface.frame, normal_of_slope(surface.mean_slope));
-            float width = (EDGES == EDGES_ARE_SHADED ? SHADOW_WIDTH : 1.0) * lighting.viewport.z;
+            float width = lighting.viewport.z;
+            if (EDGES == EDGES_ARE_SHADED) {
+                width *= edge_shadow_width(surface.position, surface.relief);
+            }
             irradiance *= surface.sunlit >= 0.0 ? surface.sunlit : sun_visibility(surface.position, mesonormal, width);
         }
         return Light(to_frame(surface.frame, lighting.sun_direction.xyz), irradiance);

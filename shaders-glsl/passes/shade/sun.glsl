@@ -18,6 +18,14 @@ layout(binding = 5, std140) uniform Lighting {
 
 layout(binding = 8) uniform sampler2D shadow_map;
 
+// How wide an edge sample looks at the shadow map, in pixels of the picture: its own width would do, but its geometry has
+// finer bumps than that of the map, by up to half its relief (metres), which must not shade each other.
+float edge_shadow_width(vec3 position, float relief) {
+    float pixel = distance(position, lighting.camera_position.xyz) * 2.0 * length(lighting.rays[0].xyz)
+        * lighting.viewport.z / lighting.viewport.x;
+    return clamp(0.5 * relief / max(pixel, 1e-9), 0.25, 1.0);
+}
+
 // Fraction of the sun seen by the macro surface: 4 x 4 comparisons, bilinearly weighted, over a width of so many pixels of
 // this image where that is wider than a texel of the map. What is smaller throws its shadows by its slope statistics; so
 // the point is lifted out of its reach.

@@ -183,6 +183,7 @@ impl Renderer {
             });
             cmd.timestamp(timestamps, "edges");
         }
+        let grid = if sub.edges() { sub.grid } else { 0 };
         cmd.label_times("filter", repeats, |cmd| {
             let objects = objects.iter().filter(|(_, view)| !view.draws.is_empty()).map(|(object, _)| *object);
             passes.filter.record(
@@ -191,7 +192,7 @@ impl Renderer {
                 &target.gbuffer,
                 objects,
                 state.height_scale,
-                sub.grid,
+                grid,
                 sub.scissor(),
             )
         });
