@@ -13,7 +13,7 @@ use leadr::scenes::sphere::cube_sphere;
 use leadr::scenes::stage::{Lights, Relief, sphere_stage};
 
 const SIZE: u32 = 64;
-/// Error of joined edge samples, of that of one patch; measured 0.
+/// Error of joined edge samples, of that of one patch; measured 0.40 (LEADR), 0.41 (LEAN), 0.52 (mipmapped normals).
 const JOINED: f64 = 0.6;
 
 fn sphere(name: &str, color: [f32; 4]) -> Object {
