@@ -104,17 +104,23 @@ fn outlines_converge_to_the_reference_and_the_inside_is_shaded_once() {
     assert!(before.0 < 0.015 && before.1 < 0.02, "{before:?}");
 }
 
+/// A rough sphere, `distance` metres away.
+fn rock(gpu: &common::TestGpu, distance: f32) -> (Renderer, FrameState) {
+    let sky = Sky::default();
+    let mut stage = sphere_stage(Relief { tile: 16, ..Relief::default() });
+    let environment = Environment::from_sky(gpu, 32, &sky).unwrap();
+    let renderer = Renderer::new(gpu, std::mem::take(&mut stage.objects), environment).unwrap();
+    let lights = Lights { sky: Some(sky), ..Lights::default() };
+    let state = stage.state(0.0, &stage.views.mid.at_distance(distance), &lights);
+    (renderer, state)
+}
+
 /// A rough sphere so far away that a pixel covers several patches, whose tiles the levels of its maps end at: with the edge samples' part of it
 /// joined, one shaded sample is as near to very many as many are, and much nearer than the patch in its middle alone.
 #[test]
 fn a_pixel_of_many_patches_is_shaded_as_all_of_them() {
     let Some(gpu) = common::test_gpu() else { return };
-    let sky = Sky::default();
-    let mut stage = sphere_stage(Relief { tile: 16, ..Relief::default() });
-    let environment = Environment::from_sky(&gpu, 32, &sky).unwrap();
-    let mut renderer = Renderer::new(&gpu, std::mem::take(&mut stage.objects), environment).unwrap();
-    let lights = Lights { sky: Some(sky), ..Lights::default() };
-    let state = stage.state(0.0, &stage.views.mid.at_distance(20.0), &lights);
+    let (mut renderer, state) = rock(&gpu, 20.0);
     for technique in [Technique::Leadr, Technique::Lean, Technique::NormalMip] {
         let shading = ShadingSettings { technique, ..Default::default() };
         let mut shoot =
@@ -138,12 +144,7 @@ fn a_pixel_of_many_patches_is_shaded_as_all_of_them() {
 #[test]
 fn fine_bumps_do_not_shade_themselves() {
     let Some(gpu) = common::test_gpu() else { return };
-    let sky = Sky::default();
-    let mut stage = sphere_stage(Relief { tile: 16, ..Relief::default() });
-    let environment = Environment::from_sky(&gpu, 64, &sky).unwrap();
-    let mut renderer = Renderer::new(&gpu, std::mem::take(&mut stage.objects), environment).unwrap();
-    let lights = Lights { sky: Some(sky), ..Lights::default() };
-    let state = stage.state(0.0, &stage.views.mid.at_distance(8.0), &lights);
+    let (mut renderer, state) = rock(&gpu, 8.0);
     let mut shoot = |samples, edge_samples| {
         let settings = RenderSettings { size: (320, 180), ..settings(samples, edge_samples) };
         renderer.render(&state, &settings).unwrap().color

@@ -35,12 +35,7 @@ vec2 map_mean_slope(SlopeMap map, vec2 gradient) {
 
 // Covariance in the frame: linear S linear^T (LEADR eq. 12), clamped to be usable.
 vec3 map_covariance(SlopeMap map, vec3 S) {
-    mat2 a = map.linear;
-    vec2 u = vec2(a[0].x, a[1].x); // first row
-    vec2 v = vec2(a[0].y, a[1].y);
-    vec2 su = vec2(S.x * u.x + S.z * u.y, S.z * u.x + S.y * u.y);
-    vec2 sv = vec2(S.x * v.x + S.z * v.y, S.z * v.x + S.y * v.y);
-    return clamp_covariance(vec3(dot(u, su), dot(v, sv), dot(u, sv)));
+    return clamp_covariance(map_second_moments(map.linear, S));
 }
 
 #endif

@@ -61,12 +61,7 @@ SlopeMoments mix_moments(SlopeMoments a, SlopeMoments b, float t) {
 
 // In the frame in which slopes are linear * (h_s, h_t) (LEADR eq. 12).
 SlopeMoments map_moments(mat2 linear, SlopeMoments a) {
-    vec2 u = vec2(linear[0].x, linear[1].x); // first row
-    vec2 v = vec2(linear[0].y, linear[1].y);
-    vec3 S = a.second;
-    vec2 su = vec2(S.x * u.x + S.z * u.y, S.z * u.x + S.y * u.y);
-    vec2 sv = vec2(S.x * v.x + S.z * v.y, S.z * v.x + S.y * v.y);
-    return SlopeMoments(linear * a.first, vec3(dot(u, su), dot(v, sv), dot(u, sv)));
+    return SlopeMoments(linear * a.first, map_second_moments(linear, a.second));
 }
 
 // With a base material of Beckmann roughness alpha on top, sigma^2 = alpha^2 / 2.

@@ -23,6 +23,15 @@ vec3 covariance_from_moments(vec2 first, vec3 second) {
                                  fma(-first.x, first.y, second.z)));
 }
 
+// linear S linear^T: second moments of slopes that are mapped by linear (LEADR eq. 12).
+vec3 map_second_moments(mat2 linear, vec3 S) {
+    vec2 u = vec2(linear[0].x, linear[1].x); // first row
+    vec2 v = vec2(linear[0].y, linear[1].y);
+    vec2 su = vec2(S.x * u.x + S.z * u.y, S.z * u.x + S.y * u.y);
+    vec2 sv = vec2(S.x * v.x + S.z * v.y, S.z * v.x + S.y * v.y);
+    return vec3(dot(u, su), dot(v, sv), dot(u, sv));
+}
+
 // Covariance after heights are scaled by eta; the mean slope scales by eta itself (LEADR 4.2, Height Scaling).
 vec3 scale_height(vec3 S, float eta) {
     return S * (eta * eta);

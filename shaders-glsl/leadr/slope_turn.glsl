@@ -22,10 +22,7 @@ SlopePart turn_slopes(mat3 turn, vec2 mean, vec3 S) {
     // Derivatives of the new slope by the old one.
     vec2 u = (turn[0].xy + slope * turn[0].z) / z;
     vec2 v = (turn[1].xy + slope * turn[1].z) / z;
-    vec2 x = vec2(u.x, v.x), y = vec2(u.y, v.y); // rows
-    vec2 sx = vec2(S.x * x.x + S.z * x.y, S.z * x.x + S.y * x.y);
-    vec2 sy = vec2(S.x * y.x + S.z * y.y, S.z * y.x + S.y * y.y);
-    return SlopePart(slope, vec3(dot(x, sx), dot(y, sy), dot(x, sy)), z);
+    return SlopePart(slope, map_second_moments(mat2(u, v), S), z);
 }
 
 // The union of two parts: moments add by area; written so that near means do not cancel.

@@ -254,7 +254,7 @@ pub struct SceneArgs {
     /// Samples per pixel (in a window: of a picture that stands still)
     #[arg(long, value_name = "N", default_value = "4", value_parser = clap::value_parser!(u32).range(1..=65_536))]
     pub samples: u32,
-    /// Look for outlines at N places per sample (multiples of 16 are the fastest); inside them surfaces are shaded once
+    /// Look at the geometry at N places per sample (16, 64 and 256 are the fastest): outlines are smooth, and each surface is shaded once for what all see of it
     #[arg(long, value_name = "N", default_value = "1", value_parser = clap::value_parser!(u32).range(1..=256))]
     pub edge_samples: u32,
     /// Seed of the sample positions

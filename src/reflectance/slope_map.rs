@@ -9,7 +9,7 @@
 //! The term `T.z` is the tilt between the geometric normal and the displacement direction.
 
 use super::limits::MAX_SLOPE;
-use super::slope_statistics::clamp_covariance;
+use super::slope_statistics::{clamp_covariance, map_second_moments};
 use glam::{DMat2, DVec2, DVec3};
 
 /// `slope = linear · (h_s, h_t) + offset`.
@@ -48,9 +48,7 @@ pub fn map_mean_slope(map: &SlopeMap, gradient: DVec2) -> DVec2 {
 /// Covariance in the frame, `linear S linearᵀ` (LEADR eq. 12), clamped to be usable.
 #[must_use]
 pub fn map_covariance(map: &SlopeMap, s: DVec3) -> DVec3 {
-    let (u, v) = (map.linear.row(0), map.linear.row(1));
-    let by = |r: DVec2| DVec2::new(s.x * r.x + s.z * r.y, s.z * r.x + s.y * r.y);
-    clamp_covariance(DVec3::new(u.dot(by(u)), v.dot(by(v)), u.dot(by(v))))
+    clamp_covariance(map_second_moments(map.linear, s))
 }
 
 #[cfg(test)]

@@ -8,7 +8,7 @@
 //! work on mean and covariance ([`covariance_from_moments`]).
 
 use super::limits::{MAX_SLOPE, MIN_NORMAL_Z};
-use super::slope_statistics::covariance_from_moments;
+use super::slope_statistics::{covariance_from_moments, map_second_moments};
 use glam::{DMat2, DVec2, DVec3, DVec4};
 
 /// First and second moments of slopes.
@@ -90,9 +90,7 @@ pub fn shear_moments(a: SlopeMoments, shear: DVec2) -> SlopeMoments {
 /// `linear` is the transposed Jacobian of `(s, t)` by `(x, y)`; `slope_map::slope_map` makes it from tangents.
 #[must_use]
 pub fn map_moments(linear: DMat2, a: SlopeMoments) -> SlopeMoments {
-    let (u, v, s) = (linear.row(0), linear.row(1), a.second);
-    let by = |r: DVec2| DVec2::new(s.x * r.x + s.z * r.y, s.z * r.x + s.y * r.y);
-    SlopeMoments { first: linear * a.first, second: DVec3::new(u.dot(by(u)), v.dot(by(v)), u.dot(by(v))) }
+    SlopeMoments { first: linear * a.first, second: map_second_moments(linear, a.second) }
 }
 
 /// Moments with a base material of Beckmann roughness `alpha` on top, `σ² = α²/2` per axis (LEADR 4.2; thesis, listing 3.7).

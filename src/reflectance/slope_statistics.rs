@@ -1,7 +1,7 @@
 //! Mean and covariance of the slopes under a pixel, from filtered moments (LEADR 4.1–4.2).
 
 use super::limits::{MAX_CORRELATION, MAX_SLOPE};
-use glam::{DVec2, DVec3};
+use glam::{DMat2, DVec2, DVec3};
 
 /// The nearest usable covariance: variances in `[0, MAX_SLOPE²]`, `|s_xy| ≤ MAX_CORRELATION √(s_xx s_yy)`.
 #[must_use]
@@ -28,6 +28,14 @@ pub fn covariance_from_moments(first: DVec2, second: DVec3) -> DVec3 {
         (-first.y).mul_add(first.y, second.y),
         (-first.x).mul_add(first.y, second.z),
     ))
+}
+
+/// `linear S linearᵀ`: second moments `(xx, yy, xy)` of slopes that are mapped by `linear` (LEADR eq. 12).
+#[must_use]
+pub fn map_second_moments(linear: DMat2, s: DVec3) -> DVec3 {
+    let (u, v) = (linear.row(0), linear.row(1));
+    let by = |r: DVec2| DVec2::new(s.x * r.x + s.z * r.y, s.z * r.x + s.y * r.y);
+    DVec3::new(u.dot(by(u)), v.dot(by(v)), u.dot(by(v)))
 }
 
 /// Covariance after heights are scaled by `eta`; the mean slope scales by `eta` itself (LEADR 4.2, Height Scaling).

@@ -5,7 +5,8 @@
 //! columns of `R`. A facet over a unit of area of the old plane covers `n.z` of the new one, since both are seen from the
 //! same facet. The union of surfaces over one plane has the area-weighted sum of their moments (LEADR 4.1).
 
-use glam::{DMat3, DVec2, DVec3};
+use super::slope_statistics::map_second_moments;
+use glam::{DMat2, DMat3, DVec2, DVec3};
 
 /// A part of a surface over a common plane.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -26,10 +27,8 @@ pub fn turn_slopes(turn: DMat3, mean: DVec2, covariance: DVec3) -> SlopePart {
     let z = n.z.max(0.1 * n.length());
     let slope = -n.truncate() / z;
     let by = |column: DVec3| (column.truncate() + slope * column.z) / z;
-    let (u, v, s) = (by(turn.x_axis), by(turn.y_axis), covariance);
-    let (x, y) = (DVec2::new(u.x, v.x), DVec2::new(u.y, v.y));
-    let of = |r: DVec2| DVec2::new(s.x * r.x + s.z * r.y, s.z * r.x + s.y * r.y);
-    SlopePart { mean: slope, covariance: DVec3::new(x.dot(of(x)), y.dot(of(y)), x.dot(of(y))), area: z }
+    let linear = DMat2::from_cols(by(turn.x_axis), by(turn.y_axis));
+    SlopePart { mean: slope, covariance: map_second_moments(linear, covariance), area: z }
 }
 
 /// The union of two parts over the same plane.

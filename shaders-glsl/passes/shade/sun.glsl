@@ -18,12 +18,15 @@ layout(binding = 5, std140) uniform Lighting {
 
 layout(binding = 8) uniform sampler2D shadow_map;
 
+// Width of a pixel of this image at a point, in world units.
+float pixel_width(vec3 position) {
+    return distance(position, lighting.camera_position.xyz) * 2.0 * length(lighting.rays[0].xyz) / lighting.viewport.x;
+}
+
 // How wide an edge sample looks at the shadow map, in pixels of the picture: its own width would do, but its geometry has
 // finer bumps than that of the map, by up to half its relief (metres), which must not shade each other.
 float edge_shadow_width(vec3 position, float relief) {
-    float pixel = distance(position, lighting.camera_position.xyz) * 2.0 * length(lighting.rays[0].xyz)
-        * lighting.viewport.z / lighting.viewport.x;
-    return clamp(0.5 * relief / max(pixel, 1e-9), 0.25, 1.0);
+    return clamp(0.5 * relief / max(pixel_width(position) * lighting.viewport.z, 1e-9), 0.25, 1.0);
 }
 
 // Fraction of the sun seen by the macro surface: 4 x 4 comparisons, bilinearly weighted, over a width of so many pixels of
@@ -31,9 +34,7 @@ float edge_shadow_width(vec3 position, float relief) {
 // the point is lifted out of its reach.
 float sun_visibility(vec3 position, vec3 normal, float width) {
     float texel = lighting.environment.z;
-    float pixel = distance(position, lighting.camera_position.xyz) * 2.0 * length(lighting.rays[0].xyz)
-        * width / lighting.viewport.x;
-    float stride = max(1.0, 0.5 * pixel / texel);
+    float stride = max(1.0, 0.5 * pixel_width(position) * width / texel);
     float sine = sqrt(max(1.0 - pow(dot(normal, lighting.sun_direction.xyz), 2.0), 0.0));
     vec3 lifted = position + normal * (texel * stride * (1.0 + 2.0 * sine));
     vec3 s = (lighting.shadow_from_world * vec4(lifted, 1.0)).xyz;

@@ -256,7 +256,7 @@ fn bumps_finding(races: &[&Race]) -> String {
         .iter()
         .map(|race| format!("{}: {} inside, {} in all", race.subject, race.worth[1].1, race.worth[0].1))
         .collect();
-    format!("What one sample is worth by rRMSE goes with the bumps in a pixel: {}.", parts.join("; "))
+    format!("What one sample is worth by rRMSE, by the bumps in a pixel: {}.", parts.join("; "))
 }
 
 #[cfg(test)]
