@@ -4,6 +4,7 @@
 // pixel's footprint is more than its own patch knows, so that its part of it is filtered and joined (join.comp).
 #define LEADR_EDGE_RAYS
 #include "edges.glsl"
+#include "gbuffer.glsl"
 #include "visible.glsl"
 #include "leadr/frame.glsl"
 layout(local_size_x = 8, local_size_y = 8) in;
@@ -14,7 +15,7 @@ layout(binding = 2) uniform sampler2D pixel_depth;
 layout(binding = 3, rgba32ui) uniform uimage2D edge_surface; // what the edge sample sees
 layout(binding = 4) uniform usampler2D edge_tangent;
 layout(binding = 5) uniform sampler2D edge_depth;
-layout(binding = 6) uniform sampler2D pixel_filtered; // w: 1 where the footprint leaves its tile
+layout(binding = 6) uniform usampler2D pixel_filtered;
 
 const float SAME_NORMAL = 0.9; // cosine of the largest turn of the displacement direction on one surface
 
@@ -43,7 +44,7 @@ void main() {
         same = dot(a, b) > SAME_NORMAL && abs(dot(apart, normalize(a + b))) < width;
     }
     if (same) {
-        bool joined = object != 0u && texelFetch(pixel_filtered, pixel, 0).w > 0.5;
+        bool joined = object != 0u && leaves_tile_of(texelFetch(pixel_filtered, pixel, 0).xy);
         imageStore(edge_surface, edge, joined ? uvec4(seen.x | OF_THE_PIXEL, seen.yzw) : uvec4(SURFACE_OF_THE_PIXEL, uvec3(0u)));
     }
 }

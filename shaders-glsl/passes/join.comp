@@ -5,6 +5,7 @@
 // and the sun's visibility from them.
 #define LEADR_EDGE_RAYS
 #include "edges.glsl"
+#include "gbuffer.glsl"
 #include "technique.glsl"
 #include "visible.glsl"
 #include "leadr/frame.glsl"
@@ -14,16 +15,14 @@ layout(local_size_x = 8, local_size_y = 8) in;
 
 layout(binding = 0) uniform usampler2D edge_surface;
 layout(binding = 1) uniform sampler2D edge_radiance;
-layout(binding = 2) uniform sampler2D edge_frame;      // the g-buffer of the edge samples (shade/gbuffer.glsl)
-layout(binding = 3) uniform sampler2D edge_covariance; // w: area
-layout(binding = 4) uniform sampler2D edge_material;
+layout(binding = 2) uniform usampler2D edge_slopes;    // the G-buffer of the edge samples
+layout(binding = 3) uniform usampler2D edge_material;
+layout(binding = 4) uniform usampler2D edge_joined;    // area, relief
 layout(binding = 6, rgba32f) uniform image2D others;   // sum of the radiance and coverage of other surfaces
 layout(binding = 7, rgba32f) uniform image2D shares;   // samples on the pixel's surface; area, number and sunlit part of those joined
-layout(binding = 9, rgba32f) uniform image2D frame;    // the g-buffer of the pixels
-layout(binding = 10, rgba32f) uniform image2D covariance;
-layout(binding = 11, rgba16f) uniform image2D material;
-layout(binding = 12) uniform sampler2D edge_depth;
-layout(binding = 13) uniform sampler2D edge_scalars;   // w: relief
+layout(binding = 9, rgba32ui) uniform uimage2D slopes; // the G-buffer of the pixels
+layout(binding = 10, rgba32ui) uniform uimage2D material;
+layout(binding = 11) uniform sampler2D edge_depth;
 
 layout(constant_id = 7) const bool SUN_SHADOWS = true;
 
@@ -45,10 +44,10 @@ void main() {
         imageStore(shares, pixel, share + vec4(float(grid * grid), 0.0, 0.0, 0.0));
         return;
     }
-    vec4 own = imageLoad(frame, pixel), own_covariance = imageLoad(covariance, pixel), own_material = vec4(0.0);
-    vec3 z = octahedral_decode(own.xy);
-    Frame to = frame_about(z);
-    SlopePart whole = SlopePart(own.zw, own_covariance.xyz, share.y);
+    uvec4 own = imageLoad(slopes, pixel), own_material = imageLoad(material, pixel);
+    Frame to = frame_about(octahedral_decode(unpackSnorm2x16(own.x)));
+    SlopePart whole = SlopePart(mean_slope_of(own), covariance_of(own, own_material), share.y);
+    vec4 materials = vec4(0.0);
     // Solid angle of an edge sample.
     float cell = 4.0 * length(cross(rays.x.xyz, rays.y.xyz)) / (float(edges.x) * float(edges.y) * dot(rays.pixel.xyz, rays.pixel.xyz));
     float joined = share.z, sunlit = share.w;
@@ -57,22 +56,22 @@ void main() {
         uint word = texelFetch(edge_surface, at, 0).x;
         bool of_the_pixel = (word & OF_THE_PIXEL) != 0u;
         if (of_the_pixel) {
-            vec4 seen = texelFetch(edge_frame, at, 0);
-            vec3 n = octahedral_decode(seen.xy);
-            Frame from = frame_about(n);
+            uvec4 seen = texelFetch(edge_slopes, at, 0), seen_material = texelFetch(edge_material, at, 0);
+            vec2 mean = mean_slope_of(seen);
+            vec2 area_relief = uintBitsToFloat(texelFetch(edge_joined, at, 0).xy);
+            Frame from = frame_about(octahedral_decode(unpackSnorm2x16(seen.x)));
             mat3 turn = mat3(to_frame(to, from.x), to_frame(to, from.y), to_frame(to, from.z));
-            vec4 statistics = texelFetch(edge_covariance, at, 0);
-            SlopePart part = turn_slopes(turn, seen.zw, statistics.xyz);
+            SlopePart part = turn_slopes(turn, mean, covariance_of(seen, seen_material));
             // Bumps that face the viewer fill more samples than others; what counts is how much of the surface is in them.
             vec3 to_sample = (rays.edge.xyz + ray_across(at, edges)) * (rays.pixel.w / texelFetch(edge_depth, at, 0).x);
-            part.area *= clamp(statistics.w / (cell * dot(to_sample, to_sample)), 1e-3, 1.0 / LEAST_COSINE);
+            part.area *= clamp(area_relief.x / (cell * dot(to_sample, to_sample)), 1e-3, 1.0 / LEAST_COSINE);
             whole = join_slopes(whole, part);
-            own_material += texelFetch(edge_material, at, 0);
+            materials += material_of(seen_material);
             joined += 1.0;
             if (SUN_SHADOWS) {
                 vec3 position = lighting.camera_position.xyz + to_sample;
-                vec3 mesonormal = from_frame(from, normalize(vec3(-seen.zw, 1.0)));
-                float width = edge_shadow_width(position, texelFetch(edge_scalars, at, 0).w);
+                vec3 mesonormal = from_frame(from, normalize(vec3(-mean, 1.0)));
+                float width = edge_shadow_width(position, area_relief.y);
                 sunlit += sun_visibility(position, mesonormal, float(grid) * width);
             }
         }
@@ -88,10 +87,10 @@ void main() {
         } else if (TECHNIQUE == TECHNIQUE_CLEAN) {
             whole.covariance = vec3(vec2(0.5 * (whole.covariance.x + whole.covariance.y)), 0.0);
         }
-        imageStore(frame, pixel, vec4(own.xy, whole.mean));
-        imageStore(covariance, pixel, vec4(clamp_covariance(whole.covariance), own_covariance.w));
-        vec4 before = imageLoad(material, pixel);
-        imageStore(material, pixel, (before * share.z + own_material) / joined);
+        vec3 covariance = clamp_covariance(whole.covariance);
+        materials = (material_of(own_material) * share.z + materials) / joined;
+        imageStore(slopes, pixel, pack_slopes(own.x, whole.mean, covariance));
+        imageStore(material, pixel, pack_material(materials, covariance));
         share.yzw = vec3(whole.area, joined, sunlit);
     }
     imageStore(others, pixel, sum);

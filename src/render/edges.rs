@@ -186,8 +186,8 @@ impl JoinPass {
         })
     }
 
-    /// Adds a drawing of edge samples with their g-buffer and radiance to what was `joined` before, and to the
-    /// g-buffer of the pixels, which stays readable.
+    /// Adds a drawing of edge samples with their G-buffer and radiance to what was `joined` before, and to the
+    /// G-buffer of the pixels, which stays readable.
     pub fn record(
         &self,
         cmd: &mut Commands,
@@ -205,7 +205,7 @@ impl JoinPass {
                 cmd.transition(image, Use::ComputeReadWrite);
             }
         }
-        let written = [&pixel.frame, &pixel.covariance, &pixel.material];
+        let written = [&pixel.slopes, &pixel.material];
         for image in written {
             cmd.transition(image, Use::ComputeReadWrite);
         }
@@ -214,18 +214,16 @@ impl JoinPass {
             &[
                 (0, Descriptor::Sampled(edge.surface.whole(), &self.nearest)),
                 (1, Descriptor::Sampled(radiance.whole(), &self.nearest)),
-                (2, Descriptor::Sampled(filtered.frame.whole(), &self.nearest)),
-                (3, Descriptor::Sampled(filtered.covariance.whole(), &self.nearest)),
-                (4, Descriptor::Sampled(filtered.material.whole(), &self.nearest)),
+                (2, Descriptor::Sampled(filtered.slopes.whole(), &self.nearest)),
+                (3, Descriptor::Sampled(filtered.material.whole(), &self.nearest)),
+                (4, Descriptor::Sampled(filtered.surface.whole(), &self.nearest)),
                 (5, Descriptor::Uniform(lighting)),
                 (6, Descriptor::StorageImage(joined.others.whole())),
                 (7, Descriptor::StorageImage(joined.shares.whole())),
                 (8, Descriptor::Sampled(shadow_map.whole(), &self.nearest)),
-                (9, Descriptor::StorageImage(pixel.frame.whole())),
-                (10, Descriptor::StorageImage(pixel.covariance.whole())),
-                (11, Descriptor::StorageImage(pixel.material.whole())),
-                (12, Descriptor::Sampled(edge.depth.whole(), &self.nearest)),
-                (13, Descriptor::Sampled(filtered.surface.whole(), &self.nearest)),
+                (9, Descriptor::StorageImage(pixel.slopes.whole())),
+                (10, Descriptor::StorageImage(pixel.material.whole())),
+                (11, Descriptor::Sampled(edge.depth.whole(), &self.nearest)),
             ],
         );
         cmd.push_constants(rays);

@@ -223,11 +223,10 @@ impl ReferencePass {
         cmd.bind(
             &self.pipeline,
             &[
-                (0, Descriptor::Sampled(gbuffer.frame.whole(), &self.nearest)),
-                (1, Descriptor::Sampled(gbuffer.covariance.whole(), &self.nearest)),
-                (2, Descriptor::Sampled(gbuffer.material.whole(), &self.nearest)),
-                (3, Descriptor::Sampled(gbuffer.surface.whole(), &self.nearest)),
-                (4, Descriptor::Sampled(visible.depth.whole(), &self.nearest)),
+                (0, Descriptor::Sampled(gbuffer.slopes.whole(), &self.nearest)),
+                (1, Descriptor::Sampled(gbuffer.material.whole(), &self.nearest)),
+                (2, Descriptor::Sampled(gbuffer.surface.whole(), &self.nearest)),
+                (3, Descriptor::Sampled(visible.depth.whole(), &self.nearest)),
                 (5, Descriptor::Uniform(&self.block)),
                 (6, Descriptor::Sampled(environment.cube(), &self.trilinear)),
                 (7, Descriptor::Sampled(maps, &self.nearest)),

@@ -130,7 +130,7 @@ pub struct ShadeInputs<'a> {
     pub radiance_sh: &'a Buffer,
     /// The shadow map.
     pub shadow_map: &'a Image,
-    /// [`JoinedEdges::shares`](super::edges::JoinedEdges), where edge samples were joined; else anything sampled.
+    /// [`JoinedEdges::shares`](super::edges::JoinedEdges), where edge samples were joined; else any float image that is sampled.
     pub shares: &'a Image,
 }
 
@@ -194,17 +194,16 @@ impl ShadePass {
         cmd.bind(
             &self.pipeline,
             &[
-                (0, Descriptor::Sampled(gbuffer.frame.whole(), &self.nearest)),
-                (1, Descriptor::Sampled(gbuffer.covariance.whole(), &self.nearest)),
-                (2, Descriptor::Sampled(gbuffer.material.whole(), &self.nearest)),
-                (3, Descriptor::Sampled(gbuffer.surface.whole(), &self.nearest)),
-                (4, Descriptor::Sampled(visible.depth.whole(), &self.nearest)),
+                (0, Descriptor::Sampled(gbuffer.slopes.whole(), &self.nearest)),
+                (1, Descriptor::Sampled(gbuffer.material.whole(), &self.nearest)),
+                (2, Descriptor::Sampled(gbuffer.surface.whole(), &self.nearest)),
+                (3, Descriptor::Sampled(visible.depth.whole(), &self.nearest)),
+                (4, Descriptor::Sampled(inputs.shares.whole(), &self.nearest)),
                 (5, Descriptor::Uniform(inputs.lighting)),
                 (6, Descriptor::Sampled(inputs.cube, &self.trilinear)),
                 (7, Descriptor::Storage(inputs.radiance_sh)),
                 (8, Descriptor::Sampled(inputs.shadow_map.whole(), &self.nearest)),
                 (9, Descriptor::Sampled(visible.surface.whole(), &self.nearest)),
-                (10, Descriptor::Sampled(inputs.shares.whole(), &self.nearest)),
             ],
         );
         cmd.draw(0..3, 0..1);

@@ -3,6 +3,7 @@
 // Filters the maps of one object under each of its pixels: LEADR section 4.1 and eq. 12.
 #include "../geometry/object.glsl"
 #include "../geometry/tile.glsl"
+#include "../gbuffer.glsl"
 #include "../technique.glsl"
 #include "../visible.glsl"
 #include "leadr/frame.glsl"
@@ -22,10 +23,9 @@ layout(binding = 6, std430) readonly buffer Tiles { vec4 tiles[]; }; // per patc
 
 layout(location = 0) in vec2 in_texcoord;
 
-layout(location = 0) out vec4 out_frame;      // octahedral displacement direction, mean slope
-layout(location = 1) out vec4 out_covariance; // sxx, syy, sxy of the slopes; LOD, or the area of an edge sample that will be joined
-layout(location = 2) out vec4 out_material;   // linear albedo, Beckmann roughness alpha
-layout(location = 3) out vec4 out_surface;    // specular f0, ambient accessibility, inside marker, 1 where the footprint leaves its tile (of edge samples: relief, metres)
+layout(location = 0) out uvec4 out_slopes;
+layout(location = 1) out uvec4 out_material;
+layout(location = 2) out uvec2 out_surface;
 
 struct Footprint {
     vec2 step; // between taps, texture coordinates
@@ -138,11 +138,17 @@ void main() {
         color *= texel / float(fine.taps);
     }
 
-    out_frame = vec4(octahedral_encode(normal), mean_slope);
-    // What of the macrosurface the sample holds, on the plane across its displacement direction.
-    float area = abs(determinant(mat2(dx, dy)) * dot(cross(tangent_s, tangent_t), normal)) / (float(size.x) * float(size.y));
-    out_covariance = vec4(covariance, joined ? area : footprint.lod);
-    out_material = color;
-    out_surface = vec4(object.specular_f0, curvature_z_access.y, (surface.x & INSIDE) != 0u ? 1.0 : 0.0,
-                       grid > 0u ? object.relief : float(leaves_tile(texcoord, dx / vec2(size), dy / vec2(size), footprint.lod, tile)));
+    out_slopes = pack_slopes(tangent.x, mean_slope, covariance);
+    out_material = pack_material(color, covariance);
+    if (joined) {
+        // What of the macrosurface the sample holds, on the plane across its displacement direction.
+        float area = abs(determinant(mat2(dx, dy)) * dot(cross(tangent_s, tangent_t), normal)) / (float(size.x) * float(size.y));
+        out_surface = pack_joined_edge(area, object.relief);
+    } else {
+        bool inside = (surface.x & INSIDE) != 0u;
+        float accessibility = curvature_z_access.y;
+        out_surface = grid > 0u ? pack_edge(object.specular_f0, accessibility, inside, object.relief)
+                                : pack_surface(object.specular_f0, accessibility, inside, footprint.lod,
+                                               leaves_tile(texcoord, dx / vec2(size), dy / vec2(size), footprint.lod, tile));
+    }
 }

@@ -4,6 +4,7 @@
 // of all cascades' gradients and Jacobians, not from sums of their slopes.
 #include "cascade.glsl"
 #include "water.glsl"
+#include "../gbuffer.glsl"
 #include "../visible.glsl"
 #include "leadr/frame.glsl"
 
@@ -15,10 +16,9 @@ layout(binding = 2) uniform sampler2DArray displacement; // Dx, Dy, height, dDx/
 layout(binding = 3) uniform sampler2DArray slopes;       // gradient, dDx/dx, dDy/dy
 layout(binding = 4, std430) readonly buffer Cascades { Cascade cascades[]; };
 
-layout(location = 0) out vec4 out_frame;
-layout(location = 1) out vec4 out_covariance;
-layout(location = 2) out vec4 out_material;
-layout(location = 3) out vec4 out_surface;
+layout(location = 0) out uvec4 out_slopes;
+layout(location = 1) out uvec4 out_material;
+layout(location = 2) out uvec2 out_surface;
 
 // Least area of a surface that folds: as in columns.comp.
 const float LEAST_AREA = 0.1;
@@ -58,8 +58,8 @@ void main() {
     float jxx = 1.0 + sum.z, jyy = 1.0 + sum.w, area = jxx * jyy - mixed * mixed;
     vec2 slope = vec2(jyy * sum.x - mixed * sum.y, jxx * sum.y - mixed * sum.x) / max(area, LEAST_AREA);
     float covered = stretch < water.foam.w ? 1.0 : 0.0;
-    out_frame = vec4(octahedral_encode(vec3(0.0, 0.0, 1.0)), slope - away * water.centre.z);
-    out_covariance = vec4(water.tail.xyz, 0.0);
-    out_material = vec4(mix(water.color.rgb, water.foam.rgb, covered), mix(water.tail.w, 0.6, covered));
-    out_surface = vec4(water.color.w * (1.0 - covered), 1.0, 0.0, 0.0);
+    uint up = packSnorm2x16(vec2(0.0));
+    out_slopes = pack_slopes(up, slope - away * water.centre.z, water.tail.xyz);
+    out_material = pack_material(vec4(mix(water.color.rgb, water.foam.rgb, covered), mix(water.tail.w, 0.6, covered)), water.tail.xyz);
+    out_surface = pack_surface(water.color.w * (1.0 - covered), 1.0, false, 0.0, false);
 }

@@ -6,6 +6,7 @@
 #include "cascade.glsl"
 #include "shore.glsl"
 #include "water.glsl"
+#include "../gbuffer.glsl"
 #include "../visible.glsl"
 #include "leadr/frame.glsl"
 #include "leadr/normal_distribution.glsl"
@@ -24,10 +25,9 @@ layout(binding = 6, std140) uniform Beach { Shore shore; };
 
 layout(location = 0) in vec2 in_texcoord;
 
-layout(location = 0) out vec4 out_frame;
-layout(location = 1) out vec4 out_covariance;
-layout(location = 2) out vec4 out_material;
-layout(location = 3) out vec4 out_surface;
+layout(location = 0) out uvec4 out_slopes;
+layout(location = 1) out uvec4 out_material;
+layout(location = 2) out uvec2 out_surface;
 
 void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
@@ -100,9 +100,8 @@ void main() {
         covered = 1.0 - (1.0 - covered) * (1.0 - shore_foam(beach, FINEST_LEVEL ? 0.0 : major));
     }
 
-    Frame frame = frame_about(vec3(0.0, 0.0, 1.0));
-    out_frame = vec4(octahedral_encode(frame.z), mean);
-    out_covariance = vec4(covariance, finest);
-    out_material = vec4(mix(color, water.foam.rgb, covered), mix(alpha, 0.6, covered));
-    out_surface = vec4(water.color.w * (1.0 - covered), 1.0, 0.0, 0.0);
+    uint up = packSnorm2x16(vec2(0.0));
+    out_slopes = pack_slopes(up, mean, covariance);
+    out_material = pack_material(vec4(mix(color, water.foam.rgb, covered), mix(alpha, 0.6, covered)), covariance);
+    out_surface = pack_surface(water.color.w * (1.0 - covered), 1.0, false, finest, false);
 }

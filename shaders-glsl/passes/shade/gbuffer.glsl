@@ -1,13 +1,13 @@
-// Reading the G-buffer that the filter pass fills (src/render/filter.rs).
-#ifndef LEADR_GBUFFER
-#define LEADR_GBUFFER
+// Reading the G-buffer that the filter pass fills.
+#ifndef LEADR_READ_GBUFFER
+#define LEADR_READ_GBUFFER
+#include "../gbuffer.glsl"
 #include "leadr/frame.glsl"
 
-layout(binding = 0) uniform sampler2D gbuffer_frame;      // octahedral displacement direction, mean slope
-layout(binding = 1) uniform sampler2D gbuffer_covariance; // sxx, syy, sxy, lod
-layout(binding = 2) uniform sampler2D gbuffer_material;   // albedo, alpha
-layout(binding = 3) uniform sampler2D gbuffer_surface;    // f0, accessibility, inside marker
-layout(binding = 4) uniform sampler2D gbuffer_depth;      // reversed, 0 where nothing was drawn
+layout(binding = 0) uniform usampler2D gbuffer_slopes;
+layout(binding = 1) uniform usampler2D gbuffer_material;
+layout(binding = 2) uniform usampler2D gbuffer_surface;
+layout(binding = 3) uniform sampler2D gbuffer_depth; // reversed, 0 where nothing was drawn
 
 struct Surface {
     vec3 position;       // world
@@ -28,19 +28,20 @@ struct Surface {
 Surface read_gbuffer(ivec2 pixel, vec3 eye, vec3 ray, float near, float depth) {
     Surface s;
     s.position = eye + ray * (near / depth);
-    vec4 frame = texelFetch(gbuffer_frame, pixel, 0);
-    s.frame = frame_about(octahedral_decode(frame.xy));
+    uvec4 slopes = texelFetch(gbuffer_slopes, pixel, 0), material = texelFetch(gbuffer_material, pixel, 0);
+    uvec2 surface = texelFetch(gbuffer_surface, pixel, 0).xy;
+    s.frame = frame_about(octahedral_decode(unpackSnorm2x16(slopes.x)));
     s.wo = to_frame(s.frame, -normalize(ray));
-    s.mean_slope = frame.zw;
-    s.slope_covariance = texelFetch(gbuffer_covariance, pixel, 0).xyz;
-    vec4 material = texelFetch(gbuffer_material, pixel, 0);
-    s.albedo = material.rgb;
-    s.alpha = material.a;
-    vec4 surface = texelFetch(gbuffer_surface, pixel, 0);
-    s.f0 = vec3(surface.x);
-    s.accessibility = surface.y;
-    s.inside = surface.z > 0.5;
-    s.relief = surface.w;
+    s.mean_slope = mean_slope_of(slopes);
+    s.slope_covariance = covariance_of(slopes, material);
+    vec4 color = material_of(material);
+    s.albedo = color.rgb;
+    s.alpha = color.a;
+    vec2 f0_access = unpackHalf2x16(surface.x);
+    s.f0 = vec3(f0_access.x);
+    s.accessibility = f0_access.y;
+    s.inside = f0_access.x < 0.0;
+    s.relief = uintBitsToFloat(surface.y);
     s.sunlit = -1.0;
     return s;
 }

@@ -8,7 +8,7 @@
 #include "../visible.glsl"
 
 layout(binding = 9) uniform usampler2D visible_surface;
-layout(binding = 10) uniform sampler2D shares; // see join.comp
+layout(binding = 4) uniform sampler2D shares; // see join.comp
 
 layout(location = 0) in vec2 in_texcoord;
 layout(location = 0) out vec4 out_radiance;

@@ -249,7 +249,7 @@ impl Renderer {
             cube: self.environment.cube(),
             radiance_sh: self.irradiance.coefficients(),
             shadow_map: &self.shadow.map,
-            shares: shares.unwrap_or(&target.gbuffer.surface),
+            shares: shares.unwrap_or(&target.visible.depth),
         }
     }
 }

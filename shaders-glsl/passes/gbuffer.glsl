@@ -1,0 +1,48 @@
+// The G-buffer's texels (GBuffer in src/render/filter.rs): 40 bytes. Mean and covariance of the slopes lie in what every
+// technique fetches anyway.
+#ifndef LEADR_GBUFFER
+#define LEADR_GBUFFER
+
+// Displacement direction (octahedral, snorm), mean slope, covariance sxy.
+uvec4 pack_slopes(uint direction, vec2 mean_slope, vec3 covariance) {
+    return uvec4(direction, floatBitsToUint(mean_slope), floatBitsToUint(covariance.z));
+}
+
+// Linear albedo and Beckmann roughness alpha, as halves; variances sxx, syy.
+uvec4 pack_material(vec4 material, vec3 covariance) {
+    return uvec4(packHalf2x16(material.xy), packHalf2x16(material.zw), floatBitsToUint(covariance.xy));
+}
+
+vec2 mean_slope_of(uvec4 slopes) {
+    return uintBitsToFloat(slopes.yz);
+}
+
+vec3 covariance_of(uvec4 slopes, uvec4 material) {
+    return uintBitsToFloat(uvec3(material.zw, slopes.w));
+}
+
+vec4 material_of(uvec4 material) {
+    return vec4(unpackHalf2x16(material.x), unpackHalf2x16(material.y));
+}
+
+// Specular f0 and ambient accessibility, as halves: f0 is -1 on the inside of a surface. Second, of a pixel: the level of
+// detail of its maps, and whether its footprint leaves the tile of its patch.
+uvec2 pack_surface(float f0, float accessibility, bool inside, float lod, bool leaves_tile) {
+    return uvec2(packHalf2x16(vec2(inside ? -1.0 : f0, accessibility)), floatBitsToUint(leaves_tile ? -1.0 - lod : lod));
+}
+
+bool leaves_tile_of(uvec2 surface) {
+    return uintBitsToFloat(surface.y) < 0.0;
+}
+
+// Of an edge sample: second, the relief of its object, metres.
+uvec2 pack_edge(float f0, float accessibility, bool inside, float relief) {
+    return uvec2(pack_surface(f0, accessibility, inside, 0.0, false).x, floatBitsToUint(relief));
+}
+
+// Of an edge sample that will be joined: area of the macrosurface in it, square metres, and relief.
+uvec2 pack_joined_edge(float area, float relief) {
+    return floatBitsToUint(vec2(area, relief));
+}
+
+#endif
