@@ -119,6 +119,7 @@ fn missing_features(instance: &ash::Instance, physical: vk::PhysicalDevice) -> V
     let v10 = all.features;
     [
         (v10.tessellation_shader, "tessellationShader"),
+        (v10.large_points, "largePoints"),
         (v10.shader_storage_image_extended_formats, "shaderStorageImageExtendedFormats"),
         (v12.timeline_semaphore, "timelineSemaphore"),
         (v13.dynamic_rendering, "dynamicRendering"),
@@ -154,6 +155,7 @@ pub(crate) fn features(instance: &ash::Instance, physical: vk::PhysicalDevice) -
             shader_storage_image_extended_formats: has.shader_storage_image_extended_formats,
             shader_image_gather_extended: has.shader_image_gather_extended,
             image_cube_array: has.image_cube_array,
+            large_points: has.large_points,
             depth_clamp: has.depth_clamp,
             depth_bias_clamp: has.depth_bias_clamp,
             ..Default::default()

@@ -20,15 +20,19 @@ use super::filter::GBuffer;
 use super::geometry::VisibleSurface;
 use super::settings::Technique;
 use super::shade::{LightSet, ShadePass};
+use super::tessellation::{Lens, TessellationSettings};
 use crate::gpu::{
     Buffer, Commands, ComputePipeline, Descriptor, Filter, Gpu, Image, ImageDesc, Result, Sampler, SpecValue, Use, Wrap,
 };
 
 /// Edge samples across a pixel in one drawing, at most.
 pub const MAX_GRID: u32 = 16;
-/// Vertices along a pixel when edge samples are drawn, up to one per texel. More bring the outline nearer to that of the relief
+/// Vertices along a pixel when edge samples are drawn, at most, up to one per texel. More bring the outline nearer to that of the relief
 /// and its shading farther from it, since what is seen of single bumps is not what their statistics are (docs/report.md).
-pub const EDGE_VERTICES_PER_PIXEL: f32 = 6.0;
+const VERTICES_PER_PIXEL: f32 = 6.0;
+/// Vertices across an object then, where it is larger: its outline is a smaller part of it, and the vertices of whole
+/// pixels show its bumps.
+const VERTICES_ACROSS: f32 = 360.0;
 /// Edge samples in one drawing, at most: they take 116 bytes each.
 const MAX_DRAWN: u64 = 1 << 22;
 
@@ -73,6 +77,18 @@ pub fn area_of(spheres: &[(Vec3, f32)], camera: &Camera, size: (u32, u32)) -> [i
     let (first, last) = (pixel(low, -1.0).floor().as_ivec2(), pixel(high, 1.0).ceil().as_ivec2());
     let last = last.max(first);
     [first.x, first.y, last.x, last.y]
+}
+
+/// How finely an object of this bounding sphere is divided when edge samples are drawn. Of large objects nothing but `usual` is left.
+#[must_use]
+pub fn edge_tessellation(
+    usual: TessellationSettings,
+    (centre, radius): (Vec3, f32),
+    lens: &Lens,
+) -> TessellationSettings {
+    let pixels = lens.pixels(centre, 2.0 * radius).max(1e-3);
+    let vertices_per_pixel = (VERTICES_ACROSS / pixels).min(VERTICES_PER_PIXEL);
+    TessellationSettings { to_texels: true, vertices_per_pixel, ..usual }
 }
 
 /// Rays through a pixel's own sample and an edge sample (`EdgeRays` in `passes/edges.glsl`).

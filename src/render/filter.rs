@@ -11,7 +11,7 @@ use super::object::{FLAGS_GRID_SHIFT, GpuObject};
 use super::settings::ShadingSettings;
 use crate::gpu::{
     ColorTarget, Commands, Descriptor, Filter, Gpu, GraphicsDesc, GraphicsPipeline, Image, ImageDesc, Load, Result,
-    Sampler, SpecValue, Use, Wrap,
+    Sampler, SpecValue, Topology, Use, Wrap,
 };
 use crate::reflectance::frame::octahedral_decode;
 
@@ -114,9 +114,10 @@ impl FilterPass {
             gpu,
             "filter",
             &GraphicsDesc {
-                vertex: "passes/fullscreen.vert",
+                vertex: "passes/filter/filter.vert",
                 fragment: Some("passes/filter/filter.frag"),
                 colors: &GBuffer::FORMATS,
+                topology: Topology::Points,
                 spec: &[(0, SpecValue::I32(settings.technique.code())), (2, SpecValue::Bool(settings.pixel_kernel))],
                 ..Default::default()
             },
@@ -124,8 +125,8 @@ impl FilterPass {
         Ok(Self { pipeline, nearest: Sampler::new(gpu, "filter", Filter::Nearest, Wrap::Clamp)? })
     }
 
-    /// Fills the G-buffer where an object is visible (elsewhere it stays undefined: depth tells), one full-screen draw
-    /// per object, and leaves it readable. `grid`: edge samples along a pixel, 0 of the pixels themselves; `scissor`: where in it.
+    /// Fills the G-buffer where an object is visible (elsewhere it stays undefined: depth tells), in the tiles of each object, and
+    /// leaves it readable. `grid`: edge samples along a pixel, 0 of the pixels themselves; `scissor`: where in it.
     pub fn record<'a>(
         &self,
         cmd: &mut Commands,
@@ -139,7 +140,9 @@ impl FilterPass {
         for image in target.colors() {
             cmd.image_barrier(image, Use::Undefined, Use::ColorTarget);
         }
-        let colors = target.colors().map(|image| ColorTarget { view: image.whole(), load: Load::ClearUint([0; 4]) });
+        // Pictures are taken of the pixels' own.
+        let load = if grid > 0 { Load::Discard } else { Load::ClearUint([0; 4]) };
+        let colors = target.colors().map(|image| ColorTarget { view: image.whole(), load });
         cmd.begin_rendering(&colors, None);
         if let Some(area) = scissor {
             cmd.scissor(area);
@@ -155,12 +158,13 @@ impl FilterPass {
                     (4, Descriptor::Sampled(object.maps.joint().whole(), &object.sampler)),
                     (5, Descriptor::Sampled(object.color.whole(), &object.sampler)),
                     (6, Descriptor::Storage(&object.tiles)),
+                    (7, Descriptor::Storage(&visible.tiles.records)),
                 ],
             );
             let mut constants = object.constants(height_scale, false);
             constants.flags |= grid << FLAGS_GRID_SHIFT;
             cmd.push_constants(&constants);
-            cmd.draw(0..3, 0..1);
+            visible.tiles.draw(cmd);
         }
         cmd.end_rendering();
         for image in target.colors() {

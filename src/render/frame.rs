@@ -25,6 +25,7 @@ use super::settings::{RenderSettings, ShadingSettings};
 use super::shade::{LightSet, LightingGpu, ShadePass};
 use super::shadow::{ShadowPass, ShadowView};
 use super::sky::Sky;
+use super::tiles::TilePass;
 use crate::gpu::{Buffer, Gpu, GpuError, Image, Memory, Result, Timestamps};
 
 pub use self::layers::Layer;
@@ -92,6 +93,7 @@ pub struct Renderer {
     ocean: Option<OceanPass>,
     pipelines: HashMap<(ShadingSettings, LightSet), PixelPasses>,
     edges: EdgePass,
+    tiles: TilePass,
     reference: Option<ReferencePass>,
     targets: Option<Targets>,
     lighting: Buffer,
@@ -133,6 +135,7 @@ impl Renderer {
             ocean: None,
             pipelines: HashMap::new(),
             edges: EdgePass::new(gpu)?,
+            tiles: TilePass::new(gpu)?,
             reference: None,
             targets: None,
             lighting: Buffer::new(gpu, "lighting", size_of::<LightingGpu>() as u64, Memory::Upload)?,

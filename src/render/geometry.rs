@@ -6,6 +6,7 @@ use ash::vk;
 
 use super::object::{GpuObject, ViewBuffers};
 use super::tessellation::GUARD_BAND;
+use super::tiles::Tiles;
 use crate::gpu::{
     ColorTarget, Commands, Cull, Depth, DepthTarget, Descriptor, Gpu, GraphicsDesc, GraphicsPipeline, Image, ImageDesc,
     Load, Result, Topology, Use,
@@ -21,6 +22,8 @@ pub struct VisibleSurface {
     pub surface: Image,
     /// Reversed depth, 0 where nothing is; D32F.
     pub depth: Image,
+    /// What its tiles show, when [`TilePass`](super::tiles::TilePass) has looked.
+    pub tiles: Tiles,
 }
 
 impl VisibleSurface {
@@ -41,6 +44,7 @@ impl VisibleSurface {
             tangent: color("visible tangent")?,
             surface: Image::new(gpu, "visible surface", surface)?,
             depth: Image::new(gpu, "depth", depth)?,
+            tiles: Tiles::new(gpu, size)?,
         })
     }
 

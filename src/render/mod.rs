@@ -31,4 +31,5 @@ pub mod skinning;
 pub mod sky;
 pub mod sky_pass;
 pub mod tessellation;
+pub mod tiles;
 pub mod topology;

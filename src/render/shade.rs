@@ -12,7 +12,7 @@ use super::settings::{DiffuseLights, Quadrature, ShadingSettings};
 use super::shadow::ShadowView;
 use crate::gpu::{
     Buffer, ColorTarget, Commands, Descriptor, Filter, Gpu, GraphicsDesc, GraphicsPipeline, Image, ImageView, Load,
-    Result, Sampler, SpecValue, Use, Wrap,
+    Result, Sampler, SpecValue, Topology, Use, Wrap,
 };
 use glam::{Mat4, Vec2, Vec3};
 
@@ -139,6 +139,7 @@ pub struct ShadePass {
     pipeline: GraphicsPipeline,
     nearest: Sampler,
     trilinear: Sampler,
+    edges: Edges,
 }
 
 impl ShadePass {
@@ -153,11 +154,16 @@ impl ShadePass {
         let samples = match settings.quadrature {
             Quadrature::Grid(n) | Quadrature::VisibleSlopes(n) => n,
         };
+        let (vertex, topology) = match edges {
+            Edges::Shaded => ("passes/shade/shade_edges.vert", Topology::Points),
+            Edges::None | Edges::Joined => ("passes/fullscreen.vert", Topology::Triangles),
+        };
         let pipeline = GraphicsPipeline::new(
             gpu,
             "shade",
             &GraphicsDesc {
-                vertex: "passes/fullscreen.vert",
+                vertex,
+                topology,
                 fragment: Some("passes/shade/shade.frag"),
                 colors: &[Self::FORMAT],
                 spec: &[
@@ -180,6 +186,7 @@ impl ShadePass {
             pipeline,
             nearest: Sampler::new(gpu, "nearest", Filter::Nearest, Wrap::Clamp)?,
             trilinear: Sampler::new(gpu, "environment", Filter::Trilinear, Wrap::Clamp)?,
+            edges,
         })
     }
 
@@ -191,22 +198,28 @@ impl ShadePass {
         if let Some(area) = scissor {
             cmd.scissor(area);
         }
-        cmd.bind(
-            &self.pipeline,
-            &[
-                (0, Descriptor::Sampled(gbuffer.slopes.whole(), &self.nearest)),
-                (1, Descriptor::Sampled(gbuffer.material.whole(), &self.nearest)),
-                (2, Descriptor::Sampled(gbuffer.surface.whole(), &self.nearest)),
-                (3, Descriptor::Sampled(visible.depth.whole(), &self.nearest)),
-                (4, Descriptor::Sampled(inputs.shares.whole(), &self.nearest)),
-                (5, Descriptor::Uniform(inputs.lighting)),
-                (6, Descriptor::Sampled(inputs.cube, &self.trilinear)),
-                (7, Descriptor::Storage(inputs.radiance_sh)),
-                (8, Descriptor::Sampled(inputs.shadow_map.whole(), &self.nearest)),
-                (9, Descriptor::Sampled(visible.surface.whole(), &self.nearest)),
-            ],
-        );
-        cmd.draw(0..3, 0..1);
+        let mut bindings = vec![
+            (0, Descriptor::Sampled(gbuffer.slopes.whole(), &self.nearest)),
+            (1, Descriptor::Sampled(gbuffer.material.whole(), &self.nearest)),
+            (2, Descriptor::Sampled(gbuffer.surface.whole(), &self.nearest)),
+            (3, Descriptor::Sampled(visible.depth.whole(), &self.nearest)),
+            (4, Descriptor::Sampled(inputs.shares.whole(), &self.nearest)),
+            (5, Descriptor::Uniform(inputs.lighting)),
+            (6, Descriptor::Sampled(inputs.cube, &self.trilinear)),
+            (7, Descriptor::Storage(inputs.radiance_sh)),
+            (8, Descriptor::Sampled(inputs.shadow_map.whole(), &self.nearest)),
+            (9, Descriptor::Sampled(visible.surface.whole(), &self.nearest)),
+        ];
+        let in_tiles = self.edges == Edges::Shaded;
+        if in_tiles {
+            bindings.push((10, Descriptor::Storage(&visible.tiles.records)));
+        }
+        cmd.bind(&self.pipeline, &bindings);
+        if in_tiles {
+            visible.tiles.draw(cmd);
+        } else {
+            cmd.draw(0..3, 0..1);
+        }
         cmd.end_rendering();
     }
 }

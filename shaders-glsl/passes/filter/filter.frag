@@ -21,8 +21,6 @@ layout(binding = 4) uniform sampler2D moments_b; // E[hs ht]
 layout(binding = 5) uniform sampler2D color_map; // rgb albedo, a roughness
 layout(binding = 6, std430) readonly buffer Tiles { vec4 tiles[]; }; // per patch: bounds of the taps
 
-layout(location = 0) in vec2 in_texcoord;
-
 layout(location = 0) out uvec4 out_slopes;
 layout(location = 1) out uvec4 out_material;
 layout(location = 2) out uvec2 out_surface;

@@ -10,7 +10,6 @@
 layout(binding = 9) uniform usampler2D visible_surface;
 layout(binding = 4) uniform sampler2D shares; // see join.comp
 
-layout(location = 0) in vec2 in_texcoord;
 layout(location = 0) out vec4 out_radiance;
 
 void main() {

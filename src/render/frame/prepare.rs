@@ -8,7 +8,7 @@ use super::record::SubFrame;
 use super::targets::Targets;
 use super::{EdgePasses, PixelPasses, Renderer, SHADOW_SIZE};
 use crate::gpu::{GpuError, Result};
-use crate::render::edges::{EDGE_VERTICES_PER_PIXEL, JoinPass, MAX_GRID, edge_grid};
+use crate::render::edges::{JoinPass, MAX_GRID, edge_grid, edge_tessellation};
 use crate::render::filter::FilterPass;
 use crate::render::patch_mesh::PosedVertices;
 use crate::render::reference::ReferencePass;
@@ -92,16 +92,23 @@ impl Renderer {
         let lens = camera.lens(settings.size.1);
         let tessellation =
             TessellationSettings { max_vertices_per_draw: self.vertices_per_draw(), ..settings.tessellation };
-        // Outlines are of bumps, which the geometry of whole pixels leaves out.
-        let of_objects = match settings.edges().filter(|_| sub.edges()) {
-            Some(_) => {
-                TessellationSettings { to_texels: true, vertices_per_pixel: EDGE_VERTICES_PER_PIXEL, ..tessellation }
-            }
-            None => tessellation,
-        };
+        let scale = settings.geometry_scale(state.height_scale);
         for (drawn, posed) in self.drawn.iter_mut().zip(posed) {
-            let (scale, clip) = (settings.geometry_scale(state.height_scale), clip_from_world);
-            drawn.camera.update(&drawn.object, posed, scale, clip, camera.position, lens, &of_objects, sub.grid)?;
+            // Outlines are of bumps, which the geometry of whole pixels leaves out where they are small.
+            let tessellation = match sub.edges() {
+                true => edge_tessellation(tessellation, drawn.object.bounds(posed, scale), &lens),
+                false => tessellation,
+            };
+            drawn.camera.update(
+                &drawn.object,
+                posed,
+                scale,
+                clip_from_world,
+                camera.position,
+                lens,
+                &tessellation,
+                sub.grid,
+            )?;
         }
         if let Some(ocean) = &mut self.ocean {
             let technique = settings.shading.technique;

@@ -185,6 +185,7 @@ impl Renderer {
         }
         let grid = if sub.edges() { sub.grid } else { 0 };
         cmd.label_times("filter", repeats, |cmd| {
+            self.tiles.record(cmd, &target.visible);
             let objects = objects.iter().filter(|(_, view)| !view.draws.is_empty()).map(|(object, _)| *object);
             passes.filter.record(
                 cmd,
@@ -194,7 +195,7 @@ impl Renderer {
                 state.height_scale,
                 grid,
                 sub.scissor(),
-            )
+            );
         });
         cmd.timestamp(timestamps, "filter");
         if let Some(ocean) = &self.ocean {

@@ -1,0 +1,16 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+// The tiles in which an object is seen.
+#include "../geometry/object.glsl"
+#include "../tiles.glsl"
+
+layout(binding = 2) uniform usampler2D visible_surface;
+layout(binding = 7, std430) readonly buffer TileRecords { uvec4 tile_records[]; };
+
+void main() {
+    uvec4 tile = tile_records[gl_VertexIndex];
+    uint objects = object.index < 32u ? tile.x : tile.y;
+    bool seen = (objects >> (object.index & 31u) & 1u) != 0u;
+    gl_Position = tile_point(gl_VertexIndex, textureSize(visible_surface, 0), seen);
+    gl_PointSize = float(TILE_SIZE);
+}

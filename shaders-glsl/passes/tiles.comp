@@ -1,0 +1,35 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+// Finds out what each tile of the screen shows.
+#include "edges.glsl"
+#include "tiles.glsl"
+#include "visible.glsl"
+layout(local_size_x = 8, local_size_y = 8) in;
+
+layout(binding = 0) uniform usampler2D visible_surface;
+layout(binding = 1, std430) writeonly buffer Tiles { uvec4 tiles[]; };
+
+shared uint low, high, flags;
+
+void main() {
+    if (gl_LocalInvocationIndex == 0u) {
+        low = high = flags = 0u;
+    }
+    barrier();
+    ivec2 size = textureSize(visible_surface, 0), tile = ivec2(gl_WorkGroupID.xy);
+    uvec3 seen = uvec3(0u);
+    for (int i = 0; i < 4; ++i) {
+        ivec2 at = tile * TILE_SIZE + ivec2(gl_LocalInvocationID.xy) + ivec2(i & 1, i >> 1) * (TILE_SIZE / 2);
+        uint word = texelFetch(visible_surface, min(at, size - 1), 0).x, object = object_of(word);
+        uint bit = object == 0u ? 0u : 1u << (object & 31u);
+        bool shaded = word != SURFACE_OF_THE_PIXEL && (word & OF_THE_PIXEL) == 0u;
+        seen |= uvec3(object < 32u ? bit : 0u, object < 32u ? 0u : bit, shaded ? TILE_IS_SHADED : 0u);
+    }
+    atomicOr(low, seen.x);
+    atomicOr(high, seen.y);
+    atomicOr(flags, seen.z);
+    barrier();
+    if (gl_LocalInvocationIndex == 0u) {
+        tiles[tile.y * tile_columns(size) + tile.x] = uvec4(low, high, flags, 0u);
+    }
+}

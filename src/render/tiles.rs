@@ -1,0 +1,71 @@
+//! Tiles of the screen: a record of what each shows, so that passes over the pixels of one object, or over those that need
+//! shading, draw the tiles that hold them and no others.
+
+use std::sync::Arc;
+
+use super::geometry::VisibleSurface;
+use crate::gpu::{Buffer, Commands, ComputePipeline, Descriptor, Filter, Gpu, Memory, Result, Sampler, Use, Wrap};
+
+/// Side of a tile in pixels (`TILE_SIZE` of `passes/tiles.glsl`).
+const SIZE: u32 = 16;
+
+/// The tiles of an image.
+pub struct Tiles {
+    /// `uvec4` each, row by row: a bit for each object from 1 to 63 (xy), flags (z).
+    pub records: Buffer,
+    columns: u32,
+    rows: u32,
+}
+
+impl Tiles {
+    /// Those of an image of `size` pixels.
+    ///
+    /// # Errors
+    /// Memory that is short.
+    pub fn new(gpu: &Arc<Gpu>, size: (u32, u32)) -> Result<Self> {
+        let (columns, rows) = (size.0.div_ceil(SIZE), size.1.div_ceil(SIZE));
+        let bytes = u64::from(columns) * u64::from(rows) * 16;
+        Ok(Self { records: Buffer::new(gpu, "tiles", bytes.max(16), Memory::Device)?, columns, rows })
+    }
+
+    /// Draws them as points, with a bound pipeline whose vertex shader chooses among them by their records, where the scissor is.
+    pub fn draw(&self, cmd: &mut Commands) {
+        // Those at the right and at the bottom reach over the image.
+        cmd.viewport([0.0, 0.0, (self.columns * SIZE) as f32, (self.rows * SIZE) as f32]);
+        cmd.draw(0..self.columns * self.rows, 0..1);
+    }
+}
+
+/// The pass that writes the records.
+pub struct TilePass {
+    pipeline: ComputePipeline,
+    nearest: Sampler,
+}
+
+impl TilePass {
+    /// The pass.
+    ///
+    /// # Errors
+    /// A failed pipeline.
+    pub fn new(gpu: &Arc<Gpu>) -> Result<Self> {
+        Ok(Self {
+            pipeline: ComputePipeline::new(gpu, "passes/tiles.comp", &[])?,
+            nearest: Sampler::new(gpu, "tiles", Filter::Nearest, Wrap::Clamp)?,
+        })
+    }
+
+    /// Records what the tiles of a finished geometry pass show.
+    pub fn record(&self, cmd: &mut Commands, visible: &VisibleSurface) {
+        let tiles = &visible.tiles;
+        cmd.memory_barrier(Use::GraphicsRead, Use::ComputeWrite);
+        cmd.bind(
+            &self.pipeline,
+            &[
+                (0, Descriptor::Sampled(visible.surface.whole(), &self.nearest)),
+                (1, Descriptor::Storage(&tiles.records)),
+            ],
+        );
+        cmd.dispatch([tiles.columns, tiles.rows, 1]);
+        cmd.memory_barrier(Use::ComputeWrite, Use::GraphicsRead);
+    }
+}
