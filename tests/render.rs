@@ -10,7 +10,7 @@ use leadr::render::displacement::{Border, HeightField};
 use leadr::render::edges::EdgeRays;
 use leadr::render::environment::Environment;
 use leadr::render::frame::{FrameOutput, Layer, Renderer};
-use leadr::render::object::{ObjectGpu, PatchGpu, VertexGpu, ViewGpu};
+use leadr::render::object::{MAX_OBJECTS, ObjectGpu, PatchGpu, VertexGpu, ViewGpu};
 use leadr::render::patch_mesh::PatchMesh;
 use leadr::render::scene::{FrameState, Object, Pose, Sun};
 use leadr::render::settings::RenderSettings;
@@ -195,6 +195,52 @@ fn coarse_surfaces_do_not_shade_themselves() {
     let lost = 1.0 - light(1.6, low, true) / light(1.6, low, false);
     println!("low sun: {lost:.4}");
     assert!(lost > 0.002, "{lost}");
+}
+
+/// As many objects as a scene holds, small enough that tiles of the screen show several of them, and a size that is no
+/// multiple of the tiles'.
+#[test]
+fn every_pixel_of_a_full_scene_is_filtered() {
+    let Some(gpu) = common::test_gpu() else { return };
+    let count = MAX_OBJECTS as u32;
+    // Vertex colours have 8 bits.
+    let gray = |k: u32| (4 * k + 4) as f32 / 255.0;
+    let sphere = |k| Object {
+        mesh: cube_sphere(2, [gray(k), 0.5, 0.5, 0.3]),
+        heights: None,
+        ..object(cube_sphere(1, [0.0; 4]), rough(), 1.0)
+    };
+    let environment = Environment::from_sky(&gpu, 32, &Sky::default()).unwrap();
+    let mut renderer = Renderer::new(&gpu, (0..count).map(sphere).collect(), environment).unwrap();
+    let place = |k: u32| Vec3::new((k % 8) as f32 - 3.5, 0.0, (k / 8) as f32 - 3.5) * 2.5;
+    let poses = (0..count).map(|k| Pose::Rigid(Affine3A::from_translation(place(k)))).collect();
+    let state = FrameState { poses, ..state(Camera::looking_at(Vec3::new(2.0, -60.0, 5.0), Vec3::ZERO, 22.0)) };
+    let settings = RenderSettings { size: (107, 93), ..Default::default() };
+    let picture = renderer.render(&state, &settings).unwrap();
+    let [depth, albedo, roughness] =
+        [Layer::Depth, Layer::Albedo, Layer::Roughness].map(|layer| renderer.layer(layer).unwrap());
+    let mut seen = vec![0u32; count as usize];
+    for ((depth, albedo), roughness) in depth.iter().zip(&albedo).zip(&roughness) {
+        if depth[0].is_finite() {
+            let k = (albedo[0] * 255.0 - 4.0) / 4.0;
+            assert!((k - k.round()).abs() < 0.1 && (roughness[0] - 0.3).abs() < 3e-3, "{albedo:?} {roughness:?}");
+            seen[k.round() as usize] += 1;
+        } else {
+            assert_eq!((*albedo, *roughness), ([0.0; 4], [0.0; 4]));
+        }
+    }
+    assert!(seen.iter().all(|&pixels| pixels > 15), "{seen:?}");
+    // Edge samples are filtered and shaded in their tiles alone: what is left out would be black or of other frames.
+    let edges = renderer.render(&state, &RenderSettings { edge_samples: 64, ..settings }).unwrap();
+    let samples = renderer.render(&state, &RenderSettings { samples: 64, ..settings }).unwrap();
+    let rms = |a: &FrameOutput| {
+        let square = |(a, b): (&[f32; 4], &[f32; 4])| (0..3).map(|c| f64::from(a[c] - b[c]).powi(2)).sum::<f64>();
+        (a.color.iter().zip(&samples.color).map(square).sum::<f64>() / a.color.len() as f64).sqrt()
+    };
+    let (with, without) = (rms(&edges), rms(&picture));
+    println!("against 64 samples: {with:.4} with 64 edge samples, {without:.4} without");
+    assert!(with < 0.18 * without, "{with} {without}");
+    gpu.assert_silent();
 }
 
 #[test]
