@@ -23,8 +23,6 @@ layout(binding = 3) uniform sampler2DArray joint;  // w sx sy, w, stretch, stret
 layout(binding = 4, std430) readonly buffer Cascades { Cascade cascades[]; };
 layout(binding = 6, std140) uniform Beach { Shore shore; };
 
-layout(location = 0) in vec2 in_texcoord;
-
 layout(location = 0) out uvec4 out_slopes;
 layout(location = 1) out uvec4 out_material;
 layout(location = 2) out uvec2 out_surface;

@@ -12,7 +12,7 @@ use super::mesh::EARTH;
 use super::surface::{Ocean, SEA_INDEX};
 use crate::gpu::{
     Buffer, ColorTarget, Commands, Descriptor, Filter, Gpu, GraphicsDesc, GraphicsPipeline, Load, Memory, Result,
-    Sampler, SpecValue, Use, Wrap,
+    Sampler, SpecValue, Topology, Use, Wrap,
 };
 use crate::render::filter::GBuffer;
 use crate::render::geometry::VisibleSurface;
@@ -65,7 +65,8 @@ impl OceanFilter {
                 gpu,
                 "ocean filter",
                 &GraphicsDesc {
-                    vertex: "passes/fullscreen.vert",
+                    vertex: "passes/ocean/filter.vert",
+                    topology: Topology::Points,
                     fragment: Some("passes/ocean/filter.frag"),
                     colors: &GBuffer::FORMATS,
                     spec: &[
@@ -122,8 +123,9 @@ impl OceanFilter {
                 (4, Descriptor::Storage(&fields.cascades)),
                 (5, Descriptor::Uniform(&self.water)),
                 (6, Descriptor::Uniform(shore)),
+                (7, Descriptor::Storage(&visible.tiles.records)),
             ],
         );
-        cmd.draw(0..3, 0..1);
+        visible.tiles.draw(cmd);
     }
 }

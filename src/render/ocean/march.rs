@@ -12,7 +12,7 @@ use super::surface::SEA_INDEX;
 use super::waves::Cascade;
 use crate::gpu::{
     Buffer, Commands, Depth, Descriptor, Filter, Gpu, GraphicsDesc, GraphicsPipeline, Memory, Result, Sampler,
-    SpecValue, Wrap,
+    SpecValue, Topology, Wrap,
 };
 use crate::render::filter::GBuffer;
 use crate::render::geometry::VisibleSurface;
@@ -66,29 +66,26 @@ impl OceanMarch {
         let deviations: Vec<_> = cascades.iter().map(Cascade::deviations).collect();
         let factor = |c: &Cascade| if c.resolution * OVERSAMPLING <= *RESOLUTIONS.end() { OVERSAMPLING } else { 1 };
         let finer: Vec<_> = cascades.iter().map(|c| c.oversampled(factor(c))).collect();
-        let pipeline = |name: &str, fragment, colors, depth| {
-            GraphicsPipeline::new(
-                gpu,
-                name,
-                &GraphicsDesc {
-                    vertex: "passes/fullscreen.vert",
-                    fragment: Some(fragment),
-                    colors,
-                    depth,
-                    spec: &[(0, SpecValue::U32(SEA_INDEX)), (1, SpecValue::U32(SEA_INDEX))],
-                    ..Default::default()
-                },
-            )
+        let march = GraphicsDesc {
+            vertex: "passes/fullscreen.vert",
+            fragment: Some("passes/ocean/march.frag"),
+            colors: &[VisibleSurface::FORMAT; 3],
+            depth: Some(Depth::default()),
+            spec: &[(0, SpecValue::U32(SEA_INDEX))],
+            ..Default::default()
+        };
+        let exact = GraphicsDesc {
+            vertex: "passes/ocean/filter.vert",
+            fragment: Some("passes/ocean/exact.frag"),
+            colors: &GBuffer::FORMATS,
+            topology: Topology::Points,
+            spec: &[(1, SpecValue::U32(SEA_INDEX))],
+            ..Default::default()
         };
         Ok(Self {
             fields: OceanFields::new(gpu, &finer, Content::Derivatives)?,
-            march: pipeline(
-                "ocean march",
-                "passes/ocean/march.frag",
-                &[VisibleSurface::FORMAT; 3],
-                Some(Depth::default()),
-            )?,
-            exact: pipeline("ocean exact", "passes/ocean/exact.frag", &GBuffer::FORMATS, None)?,
+            march: GraphicsPipeline::new(gpu, "ocean march", &march)?,
+            exact: GraphicsPipeline::new(gpu, "ocean exact", &exact)?,
             limits: Buffer::from_slice(gpu, "ocean limits", &limits(&deviations))?,
             bound: (HEIGHT_BOUND * deviations.iter().map(|d| d[0] * d[0]).sum::<f64>().sqrt()) as f32,
             view: Buffer::new(gpu, "ocean rays", size_of::<ViewGpu>() as u64, Memory::Upload)?,
@@ -145,9 +142,10 @@ impl OceanMarch {
                 (3, Descriptor::Sampled(self.fields.slopes.whole(), &self.repeat)),
                 (4, Descriptor::Storage(&self.fields.cascades)),
                 (5, Descriptor::Uniform(water)),
+                (7, Descriptor::Storage(&visible.tiles.records)),
             ],
         );
-        cmd.draw(0..3, 0..1);
+        visible.tiles.draw(cmd);
     }
 }
 
