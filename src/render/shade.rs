@@ -1,4 +1,4 @@
-//! Shading pass: one invocation per pixel of the G-buffer.
+//! Shading pass: one invocation per pixel of the G-buffer, and less where a tile of the screen shows the sky alone.
 
 use std::sync::Arc;
 
@@ -134,12 +134,13 @@ pub struct ShadeInputs<'a> {
     pub shares: &'a Image,
 }
 
-/// The pipeline of the shading pass.
+/// The pipelines of the shading pass.
 pub struct ShadePass {
-    pipeline: GraphicsPipeline,
+    surfaces: GraphicsPipeline,
+    /// Of tiles without any surface, which most of the shading is not for. None for edge samples: few are shaded.
+    sky: Option<GraphicsPipeline>,
     nearest: Sampler,
     trilinear: Sampler,
-    edges: Edges,
 }
 
 impl ShadePass {
@@ -154,39 +155,36 @@ impl ShadePass {
         let samples = match settings.quadrature {
             Quadrature::Grid(n) | Quadrature::VisibleSlopes(n) => n,
         };
-        let (vertex, topology) = match edges {
-            Edges::Shaded => ("passes/shade/shade_edges.vert", Topology::Points),
-            Edges::None | Edges::Joined => ("passes/fullscreen.vert", Topology::Triangles),
-        };
-        let pipeline = GraphicsPipeline::new(
-            gpu,
-            "shade",
-            &GraphicsDesc {
-                vertex,
-                topology,
-                fragment: Some("passes/shade/shade.frag"),
+        let spec = [
+            (0, SpecValue::I32(settings.technique.code())),
+            (1, SpecValue::Bool(matches!(settings.quadrature, Quadrature::VisibleSlopes(_)))),
+            (2, SpecValue::I32(samples as i32)),
+            (3, SpecValue::I32(settings.visibility.code())),
+            (4, SpecValue::Bool(settings.diffuse_lights == DiffuseLights::Sh)),
+            (5, SpecValue::I32(settings.terms.bits())),
+            (6, SpecValue::I32(i32::from(!lights.sun))),
+            (7, SpecValue::Bool(lights.shadows)),
+            (8, SpecValue::I32(lights.points as i32)),
+            (9, SpecValue::I32(edges as i32)),
+            (10, SpecValue::Bool(settings.pixel_kernel)),
+        ];
+        let pipeline = |name: &str, fragment, spec: &[_]| {
+            let desc = GraphicsDesc {
+                vertex: "passes/shade/shade.vert",
+                fragment: Some(fragment),
                 colors: &[Self::FORMAT],
-                spec: &[
-                    (0, SpecValue::I32(settings.technique.code())),
-                    (1, SpecValue::Bool(matches!(settings.quadrature, Quadrature::VisibleSlopes(_)))),
-                    (2, SpecValue::I32(samples as i32)),
-                    (3, SpecValue::I32(settings.visibility.code())),
-                    (4, SpecValue::Bool(settings.diffuse_lights == DiffuseLights::Sh)),
-                    (5, SpecValue::I32(settings.terms.bits())),
-                    (6, SpecValue::I32(i32::from(!lights.sun))),
-                    (7, SpecValue::Bool(lights.shadows)),
-                    (8, SpecValue::I32(lights.points as i32)),
-                    (9, SpecValue::I32(edges as i32)),
-                    (10, SpecValue::Bool(settings.pixel_kernel)),
-                ],
+                topology: Topology::Points,
+                spec,
                 ..Default::default()
-            },
-        )?;
+            };
+            GraphicsPipeline::new(gpu, name, &desc)
+        };
+        let sky = || pipeline("shade sky", "passes/shade/sky.frag", &[(11, SpecValue::Bool(true))]);
         Ok(Self {
-            pipeline,
+            surfaces: pipeline("shade", "passes/shade/shade.frag", &spec)?,
+            sky: (edges != Edges::Shaded).then(sky).transpose()?,
             nearest: Sampler::new(gpu, "nearest", Filter::Nearest, Wrap::Clamp)?,
             trilinear: Sampler::new(gpu, "environment", Filter::Trilinear, Wrap::Clamp)?,
-            edges,
         })
     }
 
@@ -198,7 +196,7 @@ impl ShadePass {
         if let Some(area) = scissor {
             cmd.scissor(area);
         }
-        let mut bindings = vec![
+        let bindings = [
             (0, Descriptor::Sampled(gbuffer.slopes.whole(), &self.nearest)),
             (1, Descriptor::Sampled(gbuffer.material.whole(), &self.nearest)),
             (2, Descriptor::Sampled(gbuffer.surface.whole(), &self.nearest)),
@@ -209,16 +207,11 @@ impl ShadePass {
             (7, Descriptor::Storage(inputs.radiance_sh)),
             (8, Descriptor::Sampled(inputs.shadow_map.whole(), &self.nearest)),
             (9, Descriptor::Sampled(visible.surface.whole(), &self.nearest)),
+            (10, Descriptor::Storage(&visible.tiles.records)),
         ];
-        let in_tiles = self.edges == Edges::Shaded;
-        if in_tiles {
-            bindings.push((10, Descriptor::Storage(&visible.tiles.records)));
-        }
-        cmd.bind(&self.pipeline, &bindings);
-        if in_tiles {
+        for pipeline in std::iter::once(&self.surfaces).chain(&self.sky) {
+            cmd.bind(pipeline, &bindings);
             visible.tiles.draw(cmd);
-        } else {
-            cmd.draw(0..3, 0..1);
         }
         cmd.end_rendering();
     }

@@ -21,13 +21,11 @@ void main() {
             return;
         }
     }
-    vec2 ndc = (gl_FragCoord.xy / lighting.viewport.xy) * 2.0 - 1.0;
-    vec3 ray = lighting.rays[2].xyz + ndc.x * lighting.rays[0].xyz + ndc.y * lighting.rays[1].xyz;
+    vec3 ray = pixel_ray(gl_FragCoord.xy);
     float depth = texelFetch(gbuffer_depth, pixel, 0).x;
     float environment_scale = lighting.environment.y;
     if (depth <= 0.0 || depth >= 1.0) { // see geometry.frag
-        ray.z = max(ray.z, lighting.environment.w * length(ray.xy));
-        out_radiance = vec4(textureLod(environment_cube, ray, 0.0).rgb * environment_scale, 0.0);
+        out_radiance = vec4(sky_radiance(ray), 0.0);
         return;
     }
     Surface surface = read_gbuffer(pixel, lighting.camera_position.xyz, ray, lighting.rays[2].w, depth);
