@@ -290,6 +290,24 @@ mod tests {
     }
 
     #[test]
+    fn large_objects_are_divided_as_always() {
+        let lens = Lens { eye: Vec3::ZERO, focal_pixels: 1000.0, near: 0.1 };
+        let usual = TessellationSettings::default();
+        let per_pixel = |distance: f32| {
+            let sphere = (Vec3::X * (distance + 1.0), 1.0);
+            edge_tessellation(usual, sphere, &lens).vertices_per_pixel
+        };
+        // 2 metres are 20 pixels at 100 m, 200 at 10 m.
+        assert_eq!(per_pixel(100.0), VERTICES_PER_PIXEL);
+        assert!((per_pixel(10.0) - VERTICES_ACROSS / 200.0).abs() < 0.02, "{}", per_pixel(10.0));
+        // Default triangles have a vertex every 2.8 pixels: nothing is added where less is asked for.
+        assert!(per_pixel(1.0) < (2.0 * usual.pixels_per_triangle).sqrt().recip());
+        assert!(per_pixel(-0.5) < 0.1, "around the camera");
+        let far = edge_tessellation(usual, (Vec3::X * 50.0, 1.0), &lens);
+        assert!(far.to_texels && far.pixels_per_triangle == usual.pixels_per_triangle);
+    }
+
+    #[test]
     fn grids_divide_the_samples_and_fit_into_memory() {
         for (samples, size, finest, grid) in [
             (256, (128, 128), MAX_GRID, 16),
