@@ -25,19 +25,23 @@ vec4 material_of(uvec4 material) {
     return vec4(unpackHalf2x16(material.x), unpackHalf2x16(material.y));
 }
 
-// Specular f0 and ambient accessibility, as halves: f0 is -1 on the inside of a surface. Second, of a pixel: the level of
-// detail of its maps, and whether its footprint leaves the tile of its patch.
-uvec2 pack_surface(float f0, float accessibility, bool inside, float lod, bool leaves_tile) {
-    return uvec2(packHalf2x16(vec2(inside ? -1.0 : f0, accessibility)), floatBitsToUint(leaves_tile ? -1.0 - lod : lod));
+// Specular f0 and ambient accessibility, as halves: f0 is -1 on the inside of a surface.
+uint pack_reflection(float f0, float accessibility, bool inside) {
+    return packHalf2x16(vec2(inside ? -1.0 : f0, accessibility));
+}
+
+// Of a pixel: the level of detail of its maps, and whether its footprint leaves the tile of its patch.
+uvec2 pack_surface(uint reflection, float lod, bool leaves_tile) {
+    return uvec2(reflection, floatBitsToUint(leaves_tile ? -1.0 - lod : lod));
 }
 
 bool leaves_tile_of(uvec2 surface) {
     return uintBitsToFloat(surface.y) < 0.0;
 }
 
-// Of an edge sample: second, the relief of its object, metres.
-uvec2 pack_edge(float f0, float accessibility, bool inside, float relief) {
-    return uvec2(pack_surface(f0, accessibility, inside, 0.0, false).x, floatBitsToUint(relief));
+// Of an edge sample: the relief of its object, metres.
+uvec2 pack_edge(uint reflection, float relief) {
+    return uvec2(reflection, floatBitsToUint(relief));
 }
 
 // Of an edge sample that will be joined: area of the macrosurface in it, square metres, and relief.

@@ -9,6 +9,10 @@ const int TILE_SIZE = 16; // pixels
 // marks those that are not).
 const uint TILE_IS_SHADED = 1u; // z
 
+bool tile_shows(uvec4 record, uint object) {
+    return ((object < 32u ? record.x : record.y) >> (object & 31u) & 1u) != 0u;
+}
+
 int tile_columns(ivec2 size) {
     return (size.x + TILE_SIZE - 1) / TILE_SIZE;
 }

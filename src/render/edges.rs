@@ -1,7 +1,7 @@
 //! Edge samples: outlines as smooth as of many samples, at one shaded sample per pixel.
 //!
 //! The geometry is drawn again with a grid of samples in every pixel, as often as it takes, each time moved by a part of the
-//! grid's cell, with finer triangles. Where such an edge sample sees the surface that the pixel's own sample
+//! grid's cell, with finer triangles where an object is small. Where such an edge sample sees the surface that the pixel's own sample
 //! sees (the same object, in one plane with it), the pixel's shading is used again: it is that of the pixel's whole footprint
 //! anyway. What sees another surface, across an outline, is filtered and shaded, each with the footprint of a whole pixel. So
 //! the inside of a surface is shaded once, bit for bit as without edge samples.
@@ -33,7 +33,7 @@ const VERTICES_PER_PIXEL: f32 = 6.0;
 /// Vertices across an object then, where it is larger: its outline is a smaller part of it, and the vertices of whole
 /// pixels show its bumps.
 const VERTICES_ACROSS: f32 = 360.0;
-/// Edge samples in one drawing, at most: they take 116 bytes each.
+/// Edge samples in one drawing, at most: they take 108 bytes each.
 const MAX_DRAWN: u64 = 1 << 22;
 
 /// The largest grid, up to `finest`, that makes up `samples` edge samples of a picture of `size` in several drawings: 1, 2, 4, 8 or

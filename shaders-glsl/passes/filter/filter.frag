@@ -143,10 +143,8 @@ void main() {
         float area = abs(determinant(mat2(dx, dy)) * dot(cross(tangent_s, tangent_t), normal)) / (float(size.x) * float(size.y));
         out_surface = pack_joined_edge(area, object.relief);
     } else {
-        bool inside = (surface.x & INSIDE) != 0u;
-        float accessibility = curvature_z_access.y;
-        out_surface = grid > 0u ? pack_edge(object.specular_f0, accessibility, inside, object.relief)
-                                : pack_surface(object.specular_f0, accessibility, inside, footprint.lod,
-                                               leaves_tile(texcoord, dx / vec2(size), dy / vec2(size), footprint.lod, tile));
+        uint reflection = pack_reflection(object.specular_f0, curvature_z_access.y, (surface.x & INSIDE) != 0u);
+        bool leaves = leaves_tile(texcoord, dx / vec2(size), dy / vec2(size), footprint.lod, tile);
+        out_surface = grid > 0u ? pack_edge(reflection, object.relief) : pack_surface(reflection, footprint.lod, leaves);
     }
 }

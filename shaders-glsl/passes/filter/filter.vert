@@ -8,9 +8,7 @@ layout(binding = 2) uniform usampler2D visible_surface;
 layout(binding = 7, std430) readonly buffer TileRecords { uvec4 tile_records[]; };
 
 void main() {
-    uvec4 tile = tile_records[gl_VertexIndex];
-    uint objects = object.index < 32u ? tile.x : tile.y;
-    bool seen = (objects >> (object.index & 31u) & 1u) != 0u;
+    bool seen = tile_shows(tile_records[gl_VertexIndex], object.index);
     gl_Position = tile_point(gl_VertexIndex, textureSize(visible_surface, 0), seen);
     gl_PointSize = float(TILE_SIZE);
 }

@@ -3,13 +3,13 @@
 // The tiles in which the sea is seen.
 #include "../tiles.glsl"
 
-layout(constant_id = 1) const uint SEA = 63; // at least 32
+layout(constant_id = 1) const uint SEA = 63;
 
 layout(binding = 1) uniform usampler2D visible_surface;
 layout(binding = 7, std430) readonly buffer TileRecords { uvec4 tile_records[]; };
 
 void main() {
-    bool seen = (tile_records[gl_VertexIndex].y >> (SEA & 31u) & 1u) != 0u;
+    bool seen = tile_shows(tile_records[gl_VertexIndex], SEA);
     gl_Position = tile_point(gl_VertexIndex, textureSize(visible_surface, 0), seen);
     gl_PointSize = float(TILE_SIZE);
 }

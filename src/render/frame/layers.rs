@@ -32,20 +32,19 @@ impl Renderer {
     /// A lost device, or memory that is short.
     pub fn layer(&self, layer: Layer) -> Result<Vec<[f32; 4]>> {
         let Some(targets) = &self.targets else { return Ok(Vec::new()) };
-        if layer == Layer::Depth {
-            let depth: Vec<f32> = targets.pixel.visible.depth.read(0, 0)?;
-            let distance = |z: f32| if z > 0.0 { self.near / z } else { f32::INFINITY };
-            return Ok(depth.iter().map(|&z| [distance(z), 0.0, 0.0, 0.0]).collect());
-        }
-        let channels = |pixel: FilteredPixel| match layer {
-            Layer::Depth => Vec4::ZERO,
-            Layer::Normal => pixel.normal.as_vec3().extend(0.0),
-            Layer::MeanSlope => pixel.mean_slope.extend(0.0).extend(0.0),
-            Layer::Covariance => pixel.slope_covariance.extend(0.0),
-            Layer::Lod => Vec4::X * pixel.lod,
-            Layer::Albedo => pixel.albedo.extend(0.0),
-            Layer::Roughness => Vec4::X * pixel.roughness,
+        let channels: fn(&FilteredPixel) -> Vec4 = match layer {
+            Layer::Depth => {
+                let depth: Vec<f32> = targets.pixel.visible.depth.read(0, 0)?;
+                let distance = |z: f32| if z > 0.0 { self.near / z } else { f32::INFINITY };
+                return Ok(depth.iter().map(|&z| [distance(z), 0.0, 0.0, 0.0]).collect());
+            }
+            Layer::Normal => |pixel| pixel.normal.as_vec3().extend(0.0),
+            Layer::MeanSlope => |pixel| pixel.mean_slope.extend(0.0).extend(0.0),
+            Layer::Covariance => |pixel| pixel.slope_covariance.extend(0.0),
+            Layer::Lod => |pixel| Vec4::X * pixel.lod,
+            Layer::Albedo => |pixel| pixel.albedo.extend(0.0),
+            Layer::Roughness => |pixel| Vec4::X * pixel.roughness,
         };
-        Ok(targets.pixel.gbuffer.read()?.into_iter().map(|pixel| channels(pixel).to_array()).collect())
+        Ok(targets.pixel.gbuffer.read()?.iter().map(|pixel| channels(pixel).to_array()).collect())
     }
 }
