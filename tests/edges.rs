@@ -13,8 +13,9 @@ use leadr::scenes::sphere::cube_sphere;
 use leadr::scenes::stage::{Lights, Relief, sphere_stage};
 
 const SIZE: u32 = 64;
-/// Error of joined edge samples, of that of one patch; measured 0.40 (LEADR), 0.41 (LEAN), 0.52 (mipmapped normals).
-const JOINED: f64 = 0.6;
+/// Bounds on the errors of one sample, alone and with joined edge samples, against very many; measured .0083 and .0116 (LEADR),
+/// .0082 and .0105 (LEAN), .0129 and .0143 (mipmapped normals). A sample that knows its own patch alone is off by .029.
+const OF_MANY_PATCHES: [[f64; 2]; 3] = [[0.0095, 0.013], [0.0095, 0.012], [0.0145, 0.016]];
 
 fn sphere(name: &str, color: [f32; 4]) -> Object {
     Object {
@@ -115,13 +116,14 @@ fn rock(gpu: &common::TestGpu, distance: f32) -> (Renderer, FrameState) {
     (renderer, state)
 }
 
-/// A rough sphere so far away that a pixel covers several patches, whose tiles the levels of its maps end at: with the edge samples' part of it
-/// joined, one shaded sample is as near to very many as many are, and much nearer than the patch in its middle alone.
+/// A rough sphere so far away that a pixel covers several patches: one shaded sample is as near to very many as many are, by
+/// the coarse levels of its maps as by the edge samples' parts of it.
 #[test]
 fn a_pixel_of_many_patches_is_shaded_as_all_of_them() {
     let Some(gpu) = common::test_gpu() else { return };
     let (mut renderer, state) = rock(&gpu, 20.0);
-    for technique in [Technique::Leadr, Technique::Lean, Technique::NormalMip] {
+    let techniques = [Technique::Leadr, Technique::Lean, Technique::NormalMip];
+    for (technique, bounds) in techniques.into_iter().zip(OF_MANY_PATCHES) {
         let shading = ShadingSettings { technique, ..Default::default() };
         let mut shoot =
             |samples, edges| renderer.render(&state, &RenderSettings { shading, ..settings(samples, edges) }).unwrap();
@@ -134,8 +136,8 @@ fn a_pixel_of_many_patches_is_shaded_as_all_of_them() {
                 && (x - 1..=x + 1).all(|x| (y - 1..=y + 1).all(|y| at(x, y) > 0.999))
         };
         let errors = [&once, &joined].map(|frame| rms(frame, &many, 0, inside));
-        println!("{technique:?}: one patch {:.4}, joined {:.4}", errors[0], errors[1]);
-        assert!(errors[1] < JOINED * errors[0], "{technique:?}: {errors:?}");
+        println!("{technique:?}: alone {:.4}, joined {:.4}", errors[0], errors[1]);
+        assert!(errors[0] < bounds[0] && errors[1] < bounds[1], "{technique:?}: {errors:?}");
         assert!((0..many.color.len()).filter(|&i| inside(i)).count() > 40);
     }
 }

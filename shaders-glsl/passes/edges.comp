@@ -44,7 +44,7 @@ void main() {
         same = dot(a, b) > SAME_NORMAL && abs(dot(apart, normalize(a + b))) < width;
     }
     if (same) {
-        bool joined = object != 0u && leaves_tile_of(texelFetch(pixel_filtered, pixel, 0).xy);
+        bool joined = object != 0u && joined_part_of(texelFetch(pixel_filtered, pixel, 0).xy) > 0.0;
         imageStore(edge_surface, edge, joined ? uvec4(seen.x | OF_THE_PIXEL, seen.yzw) : uvec4(SURFACE_OF_THE_PIXEL, uvec3(0u)));
     }
 }

@@ -7,7 +7,7 @@ const uint SURFACE_OF_THE_PIXEL = 1u; // and needs no filtering of its own: no o
 #ifdef LEADR_EDGE_RAYS
 // Rays as in read_gbuffer; x and y are the same for both samples.
 layout(push_constant, std430) uniform EdgeRays {
-    vec4 x;
+    vec4 x;     // w: edge samples of each pixel
     vec4 y;
     vec4 pixel; // w: near plane
     vec4 edge;  // w: edge samples that were joined before, in each pixel

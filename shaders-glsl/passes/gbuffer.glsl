@@ -30,13 +30,13 @@ uint pack_reflection(float f0, float accessibility, bool inside) {
     return packHalf2x16(vec2(inside ? -1.0 : f0, accessibility));
 }
 
-// Of a pixel: the level of detail of its maps, and whether its footprint leaves the tile of its patch.
-uvec2 pack_surface(uint reflection, float lod, bool leaves_tile) {
-    return uvec2(reflection, floatBitsToUint(leaves_tile ? -1.0 - lod : lod));
+// Of a pixel: the level of detail of its maps, and how much its joined edge samples count, from 0 to 1.
+uvec2 pack_surface(uint reflection, float lod, float joined) {
+    return uvec2(reflection, packHalf2x16(vec2(lod, joined)));
 }
 
-bool leaves_tile_of(uvec2 surface) {
-    return uintBitsToFloat(surface.y) < 0.0;
+float joined_part_of(uvec2 surface) {
+    return unpackHalf2x16(surface.y).y;
 }
 
 // Of an edge sample: the relief of its object, metres.

@@ -1,8 +1,8 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// Joins the edge samples of each pixel: the radiance of those that see other surfaces, and, where the pixel's own surface is
-// more than one patch knows, the slope statistics and materials of those that see it, which take the place of the pixel's,
-// and the sun's visibility from them.
+// Joins the edge samples of each pixel: the radiance of those that see other surfaces, and, where the pixel's footprint is
+// not small beside a patch, the slope statistics and materials of those that see its surface, which take the place of the
+// pixel's, and the sun's visibility from them.
 #define LEADR_EDGE_RAYS
 #include "edges.glsl"
 #include "gbuffer.glsl"
@@ -20,6 +20,7 @@ layout(binding = 3) uniform usampler2D edge_material;
 layout(binding = 4) uniform usampler2D edge_joined;    // area, relief
 layout(binding = 6, rgba32f) uniform image2D others;   // sum of the radiance and coverage of other surfaces
 layout(binding = 7, rgba32f) uniform image2D shares;   // samples on the pixel's surface; area, number and sunlit part of those joined
+layout(binding = 12) uniform usampler2D pixel_surface; // the G-buffer of the pixels
 layout(binding = 9, rgba32ui) uniform uimage2D slopes; // the G-buffer of the pixels
 layout(binding = 10, rgba32ui) uniform uimage2D material;
 layout(binding = 11) uniform sampler2D edge_depth;
@@ -37,6 +38,12 @@ void main() {
     bool first = rays.edge.w == 0.0;
     vec4 sum = first ? vec4(0.0) : imageLoad(others, pixel);
     vec4 share = first ? vec4(0.0) : imageLoad(shares, pixel);
+    // The pixel's own sample counts as so many of them: none, but where joining begins.
+    float part = joined_part_of(texelFetch(pixel_surface, pixel, 0).xy);
+    float own_weight = rays.x.w * (1.0 / max(part, 1e-4) - 1.0);
+    if (first) {
+        share.y = own_weight;
+    }
     ivec2 edges = textureSize(edge_surface, 0);
     int grid = edges.x / pixels.x;
     if (any(lessThan(pixel, rays.area.xy)) || any(greaterThanEqual(pixel, rays.area.zw))) {
@@ -88,7 +95,7 @@ void main() {
             whole.covariance = vec3(vec2(0.5 * (whole.covariance.x + whole.covariance.y)), 0.0);
         }
         vec3 covariance = clamp_covariance(whole.covariance);
-        materials = (material_of(own_material) * share.z + materials) / joined;
+        materials = (material_of(own_material) * (own_weight + share.z) + materials) / (own_weight + joined);
         imageStore(slopes, pixel, pack_slopes(own.x, whole.mean, covariance));
         imageStore(material, pixel, pack_material(materials, covariance));
         share.yzw = vec3(whole.area, joined, sunlit);

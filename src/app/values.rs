@@ -49,7 +49,7 @@ pub enum SceneKind {
 pub enum Layer {
     /// Distance along the view axis, metres.
     Depth,
-    /// World-space normal of the displaced surface.
+    /// World-space displacement direction, the z axis of the tangent frame.
     Normal,
     /// Mean slope in the macro tangent frame.
     MeanSlope,

@@ -6,9 +6,10 @@
 //! anyway. What sees another surface, across an outline, is filtered and shaded, each with the footprint of a whole pixel. So
 //! the inside of a surface is shaded once, bit for bit as without edge samples.
 //!
-//! But the levels of an atlas end at a patch's tile. Where the footprint of a pixel reaches over its patch, the edge samples
-//! that see the pixel's surface are filtered, each with its part of the footprint, and their slope statistics joined in the
-//! pixel's frame ([`slope_turn`](crate::reflectance::slope_turn)) before the pixel is shaded, once.
+//! But maps know what lies beside a place, not what is seen of it, nor how patches bend. Where the footprint of a pixel is a
+//! quarter of a patch of an atlas or more (less joins a part, from an eighth on), the edge samples that see the pixel's surface
+//! are filtered, each with its part of the footprint, and their slope statistics joined in the pixel's frame
+//! ([`slope_turn`](crate::reflectance::slope_turn)) before the pixel is shaded, once.
 
 use std::sync::Arc;
 
@@ -95,9 +96,9 @@ pub fn edge_tessellation(
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 pub struct EdgeRays {
-    /// See [`Camera::rays`](super::camera::Camera::rays).
+    /// See [`Camera::rays`](super::camera::Camera::rays); w: edge samples of each pixel.
     pub x: [f32; 4],
-    /// As `x`.
+    /// As `x`; w unused.
     pub y: [f32; 4],
     /// The last ray of the pixel's own sample; w: near plane.
     pub pixel: [f32; 4],
@@ -108,10 +109,16 @@ pub struct EdgeRays {
 }
 
 impl EdgeRays {
-    /// Of two samples' rays, which differ in the last alone, after `before` edge samples of each pixel.
+    /// Of two samples' rays, which differ in the last alone, after `before` edge samples of each pixel out of `samples`.
     #[must_use]
-    pub fn new([x, y, pixel]: [Vec3; 3], [_, _, edge]: [Vec3; 3], near: f32, before: u32, area: [i32; 4]) -> Self {
-        let [x, y] = [x, y].map(|v| v.extend(0.0).to_array());
+    pub fn new(
+        [x, y, pixel]: [Vec3; 3],
+        [_, _, edge]: [Vec3; 3],
+        near: f32,
+        (before, samples): (u32, u32),
+        area: [i32; 4],
+    ) -> Self {
+        let [x, y] = [x.extend(samples as f32), y.extend(0.0)].map(|v| v.to_array());
         Self { x, y, pixel: pixel.extend(near).to_array(), edge: edge.extend(before as f32).to_array(), area }
     }
 }
@@ -240,6 +247,7 @@ impl JoinPass {
                 (9, Descriptor::StorageImage(pixel.slopes.whole())),
                 (10, Descriptor::StorageImage(pixel.material.whole())),
                 (11, Descriptor::Sampled(edge.depth.whole(), &self.nearest)),
+                (12, Descriptor::Sampled(pixel.surface.whole(), &self.nearest)),
             ],
         );
         cmd.push_constants(rays);

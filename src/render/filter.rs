@@ -86,22 +86,25 @@ impl FilteredPixel {
         let snorm = |bits: u32| (f64::from(bits as u16 as i16) / 32767.0).max(-1.0);
         let half = |bits: u32| f16::from_bits(bits as u16).to_f32();
         let color = [material[0], material[0] >> 16, material[1], material[1] >> 16].map(half);
-        let lod = f32::from_bits(surface[1]);
         Self {
             normal: octahedral_decode(DVec2::new(snorm(slopes[0]), snorm(slopes[0] >> 16))),
             mean_slope: Vec2::from([slopes[1], slopes[2]].map(f32::from_bits)),
             slope_covariance: Vec3::from([material[2], material[3], slopes[3]].map(f32::from_bits)),
             albedo: Vec3::new(color[0], color[1], color[2]),
             roughness: color[3],
-            lod: if lod < 0.0 { -1.0 - lod } else { lod },
+            lod: half(surface[1]),
         }
     }
 }
 
-/// Pipeline of the filter pass.
+/// Pipelines of the filter pass.
 pub struct FilterPass {
-    pipeline: GraphicsPipeline,
+    /// For maps that go on where a pixel's footprint does.
+    continuous: GraphicsPipeline,
+    /// For atlases of one tile per patch.
+    atlas: GraphicsPipeline,
     nearest: Sampler,
+    linear: Sampler,
 }
 
 impl FilterPass {
@@ -110,19 +113,31 @@ impl FilterPass {
     /// # Errors
     /// A failed pipeline.
     pub fn new(gpu: &Arc<Gpu>, settings: &ShadingSettings) -> Result<Self> {
-        let pipeline = GraphicsPipeline::new(
-            gpu,
-            "filter",
-            &GraphicsDesc {
-                vertex: "passes/filter/filter.vert",
-                fragment: Some("passes/filter/filter.frag"),
-                colors: &GBuffer::FORMATS,
-                topology: Topology::Points,
-                spec: &[(0, SpecValue::I32(settings.technique.code())), (2, SpecValue::Bool(settings.pixel_kernel))],
-                ..Default::default()
-            },
-        )?;
-        Ok(Self { pipeline, nearest: Sampler::new(gpu, "filter", Filter::Nearest, Wrap::Clamp)? })
+        let pipeline = |name, atlas| {
+            GraphicsPipeline::new(
+                gpu,
+                name,
+                &GraphicsDesc {
+                    vertex: "passes/filter/filter.vert",
+                    fragment: Some("passes/filter/filter.frag"),
+                    colors: &GBuffer::FORMATS,
+                    topology: Topology::Points,
+                    spec: &[
+                        (0, SpecValue::I32(settings.technique.code())),
+                        (2, SpecValue::Bool(settings.pixel_kernel)),
+                        (3, SpecValue::Bool(atlas)),
+                    ],
+                    ..Default::default()
+                },
+            )
+        };
+        let (continuous, atlas) = (pipeline("filter", false)?, pipeline("filter atlas", true)?);
+        Ok(Self {
+            continuous,
+            atlas,
+            nearest: Sampler::new(gpu, "filter", Filter::Nearest, Wrap::Clamp)?,
+            linear: Sampler::new(gpu, "coarse levels", Filter::Bilinear, Wrap::Clamp)?,
+        })
     }
 
     /// Fills the G-buffer where an object is visible (elsewhere it stays undefined: depth tells), in the tiles of each object, and
@@ -149,7 +164,7 @@ impl FilterPass {
         }
         for object in objects {
             cmd.bind(
-                &self.pipeline,
+                if object.atlas.tiled { &self.atlas } else { &self.continuous },
                 &[
                     (0, Descriptor::Sampled(visible.texture.whole(), &self.nearest)),
                     (1, Descriptor::Sampled(visible.tangent.whole(), &self.nearest)),
@@ -157,8 +172,11 @@ impl FilterPass {
                     (3, Descriptor::Sampled(object.maps.slopes().whole(), &object.sampler)),
                     (4, Descriptor::Sampled(object.maps.joint().whole(), &object.sampler)),
                     (5, Descriptor::Sampled(object.color.whole(), &object.sampler)),
-                    (6, Descriptor::Storage(&object.tiles)),
+                    (6, Descriptor::Storage(&object.atlas.links)),
                     (7, Descriptor::Storage(&visible.tiles.records)),
+                    (8, Descriptor::Sampled(object.atlas.slopes.whole(), &self.linear)),
+                    (9, Descriptor::Sampled(object.atlas.joint.whole(), &self.linear)),
+                    (10, Descriptor::Sampled(object.atlas.color.whole(), &self.linear)),
                 ],
             );
             let mut constants = object.constants(height_scale, false);

@@ -1,6 +1,7 @@
 //! Floor 3 · the renderer: one file per pass, plus the frame that orders them.
 
 pub mod accumulate;
+pub mod atlas;
 mod atmosphere;
 pub mod camera;
 pub mod color_map;

@@ -6,6 +6,7 @@ use ash::vk;
 use bytemuck::{Pod, Zeroable};
 use glam::{Mat4, Vec4};
 
+use super::atlas::AtlasGpu;
 use super::displacement::{Border, BoundaryHeights, EDGE_LEVELS, HeightField};
 use super::moments::{Edges, HeightSource, LeadrMapGpu, MomentFormat};
 use super::patch_mesh::PosedVertices;
@@ -93,8 +94,8 @@ pub struct GpuObject {
     edge_relief: Vec<f32>,
     /// `PatchData` of every patch.
     pub patches: Buffer,
-    /// Bounds of the taps of every patch again, for the filter pass.
-    pub tiles: Buffer,
+    /// What the filter pass knows of the surface beyond a patch's tile.
+    pub atlas: AtlasGpu,
     /// Baked heights of the edges.
     pub edge_heights: Buffer,
     /// Baked heights of the vertices.
@@ -173,17 +174,20 @@ impl GpuObject {
                 image
             }
         };
+        let atlas = match border {
+            Border::Tiles(layout) => {
+                let colors = (flags & FLAG_COLOR_MAP != 0).then_some(&color);
+                AtlasGpu::new(gpu, &name, &object.mesh, &topology, layout, &maps, colors)?
+            }
+            Border::Wrap | Border::Clamp => AtlasGpu::none(gpu, &name)?,
+        };
         let (low, high) =
             boundary.patch_range.iter().fold((0.0f32, 0.0f32), |(low, high), r| (low.min(r[0]), high.max(r[1])));
         let relief = high - low;
         let wrap = if border == Border::Wrap { Wrap::Repeat } else { Wrap::Clamp };
         Ok(Self {
             patches: Buffer::from_slice(gpu, &format!("{name} patches"), &patches)?,
-            tiles: Buffer::from_slice(
-                gpu,
-                &format!("{name} tiles"),
-                &patches.iter().map(|p| p.tile).collect::<Vec<_>>(),
-            )?,
+            atlas,
             edge_heights: Buffer::from_slice(gpu, &format!("{name} edge heights"), &boundary.edges)?,
             vertex_heights: Buffer::from_slice(gpu, &format!("{name} vertex heights"), &boundary.vertices)?,
             relief,

@@ -34,6 +34,25 @@ impl Topology {
         Self { edges, patch_edges }
     }
 
+    /// Patch and side beyond each side of each patch. None beyond edges that do not join exactly two patches, or join
+    /// them running the same way.
+    #[must_use]
+    pub fn neighbors(&self) -> Vec<[Option<(u32, u8)>; 4]> {
+        // Per edge and direction: how many sides, and the last of them.
+        let mut sides = vec![[(0u32, (0u32, 0u8)); 2]; self.edges.len()];
+        for (patch, edges) in self.patch_edges.iter().enumerate() {
+            for (side, &edge) in edges.iter().enumerate() {
+                let entry = &mut sides[(edge >> 1) as usize][(edge & 1) as usize];
+                *entry = (entry.0 + 1, (patch as u32, side as u8));
+            }
+        }
+        let beyond = |edge: u32| {
+            let both = sides[(edge >> 1) as usize];
+            (both[0].0 == 1 && both[1].0 == 1).then_some(both[1 - (edge & 1) as usize].1)
+        };
+        self.patch_edges.iter().map(|edges| edges.map(beyond)).collect()
+    }
+
     /// Edges that do not join exactly two patches, or join them running the same way: none on a closed,
     /// oriented surface.
     #[must_use]
@@ -57,6 +76,23 @@ mod tests {
         let topology = Topology::new(&CUBE);
         assert_eq!(topology.edges.len(), 12);
         assert_eq!(topology.irregular_edges(), 0);
+    }
+
+    #[test]
+    fn neighbors_meet_in_the_same_edge() {
+        let topology = Topology::new(&CUBE);
+        let neighbors = topology.neighbors();
+        for (patch, sides) in neighbors.iter().enumerate() {
+            for (side, neighbor) in sides.iter().enumerate() {
+                let (other, beside) = neighbor.unwrap();
+                assert_eq!(neighbors[other as usize][beside as usize], Some((patch as u32, side as u8)));
+                let vertices = |p: usize, s: usize| [CUBE[p][s], CUBE[p][(s + 1) & 3]];
+                let [from, to] = vertices(patch, side);
+                assert_eq!(vertices(other as usize, beside as usize), [to, from]);
+            }
+        }
+        let open = Topology::new(&CUBE[..5]).neighbors();
+        assert_eq!(open.iter().flatten().filter(|n| n.is_none()).count(), 4);
     }
 
     #[test]

@@ -2,16 +2,17 @@
 #extension GL_GOOGLE_include_directive : require
 // Filters the maps of one object under each of its pixels: LEADR section 4.1 and eq. 12.
 #include "../geometry/object.glsl"
-#include "../geometry/tile.glsl"
 #include "../gbuffer.glsl"
 #include "../technique.glsl"
 #include "../visible.glsl"
 #include "leadr/frame.glsl"
 #include "leadr/geometric_antialiasing.glsl"
 #include "leadr/slope_map.glsl"
+#include "atlas.glsl"
 
 layout(constant_id = 1) const int MAX_TAPS = 8; // taps along the long axis of the pixel's footprint
 layout(constant_id = 2) const bool PIXEL_KERNEL = true; // the turn of the macrosurface under the pixel counts as roughness
+layout(constant_id = 3) const bool ATLAS = false; // the maps are one tile per patch
 
 layout(binding = 0) uniform usampler2D visible_texture; // what the geometry stage wrote
 layout(binding = 1) uniform usampler2D visible_tangent;
@@ -19,42 +20,52 @@ layout(binding = 2) uniform usampler2D visible_surface;
 layout(binding = 3) uniform sampler2D moments_a; // E[hs], E[ht], E[hs^2], E[ht^2], per unit texture coordinate
 layout(binding = 4) uniform sampler2D moments_b; // E[hs ht]
 layout(binding = 5) uniform sampler2D color_map; // rgb albedo, a roughness
-layout(binding = 6, std430) readonly buffer Tiles { vec4 tiles[]; }; // per patch: bounds of the taps
 
 layout(location = 0) out uvec4 out_slopes;
 layout(location = 1) out uvec4 out_material;
 layout(location = 2) out uvec2 out_surface;
 
 struct Footprint {
-    vec2 step; // between taps, texture coordinates
+    vec2 step; // between taps, texels
     int taps;
     float lod;
 };
 
-// Moments are linear, so the elliptical footprint of a pixel is a few isotropic taps along its long axis.
-// dx, dy: derivatives in texels of the map.
-Footprint pixel_footprint(vec2 dx, vec2 dy, vec2 size) {
+// Moments are linear, so the elliptical footprint of a pixel is a few isotropic taps along its long axis. The taps'
+// distance keeps the second moment of the footprint, so nothing jumps when another tap begins.
+// dx, dy: derivatives in texels of the map; reach: longest distance of a tap, texels.
+Footprint pixel_footprint(vec2 dx, vec2 dy, float reach) {
     float xx = dot(dx, dx), yy = dot(dy, dy);
     vec2 along = xx > yy ? dx : dy;
-    float major = sqrt(max(xx, yy));
+    float major_squared = max(xx, yy);
+    float major = sqrt(major_squared);
     // The width across the long axis: the area of the footprint over its length.
     float minor = abs(dx.x * dy.y - dx.y * dy.x) / max(major, 1e-20);
     Footprint footprint;
     footprint.taps = clamp(int(ceil(major / max(minor, 1.0))), 1, MAX_TAPS);
-    footprint.step = along / (float(footprint.taps) * size);
-    footprint.lod = max(log2(max(major / float(footprint.taps), minor)), 0.0);
+    float taps = float(footprint.taps);
+    float intervals_squared = max(taps * taps - 1.0, 1.0);
+    float width_squared = max(major_squared / (taps * taps), max(minor * minor, 1.0));
+    float step_squared = footprint.taps == 1 ? 0.0 : max(major_squared - width_squared, 0.0) / intervals_squared;
+    float longest = 2.0 * reach / max(taps - 1.0, 1.0);
+    if (step_squared > longest * longest) {
+        // What the taps cannot reach, their width covers.
+        step_squared = longest * longest;
+        width_squared = major_squared - step_squared * intervals_squared;
+    }
+    footprint.step = along * (sqrt(step_squared) / max(major, 1e-20));
+    footprint.lod = max(0.5 * log2(width_squared), 0.0);
     return footprint;
 }
 
-vec2 tap(Footprint footprint, int i, vec2 texcoord) {
-    return texcoord + footprint.step * (float(i) + 0.5 - 0.5 * float(footprint.taps));
+vec2 tap(Footprint footprint, int i) {
+    return footprint.step * (float(i) + 0.5 - 0.5 * float(footprint.taps));
 }
 
-// Whether the footprint reaches further over the border of its tile than the gutter does, where only other patches know
-// the surface.
-bool leaves_tile(vec2 texcoord, vec2 dx, vec2 dy, float lod, vec4 tile) {
-    vec2 reach = 0.5 * (abs(dx) + abs(dy));
-    return lod > GUTTER_LEVELS && (any(lessThan(texcoord - reach, tile.xy)) || any(greaterThan(texcoord + reach, tile.zw)));
+// How much edge samples on the pixel's surface count, where they are joined: nothing for footprints of up to an eighth of a
+// patch, of which the patches' maps say all there is to know, and everything from a quarter on.
+float joined_part(float lod) {
+    return clamp(lod - log2(tile_inner()) + 3.0, 0.0, 1.0);
 }
 
 void main() {
@@ -72,7 +83,6 @@ void main() {
     vec2 dx = unpackHalf2x16(place.z), dy = unpackHalf2x16(place.w);
     vec2 curvature_z_access = unpackHalf2x16(surface.z);
     vec3 curvature = vec3(unpackHalf2x16(surface.y), curvature_z_access.x);
-    vec4 tile = tiles[surface.x & PATCH_BITS];
     // An edge sample on the surface of its pixel stands for its part of it alone: they are joined (join.comp).
     bool joined = (surface.x & OF_THE_PIXEL) != 0u;
     uint grid = object.flags >> FLAGS_GRID_SHIFT;
@@ -81,28 +91,71 @@ void main() {
     dy *= part;
     curvature *= part * part;
 
-    ivec2 size = textureSize(moments_b, 0);
-    Footprint footprint = pixel_footprint(dx, dy, vec2(size));
-    if (FINEST_LEVEL) {
-        footprint = Footprint(vec2(0.0), 1, 0.0);
-    }
+    vec2 size = vec2(textureSize(moments_a, 0));
     vec2 mean_gradient = vec2(0.0);
     vec3 gradient_covariance = vec3(0.0);
-    if (USES_SLOPES && (object.flags & FLAG_DISPLACED) != 0u) {
-        vec4 a = vec4(0.0);
+    vec4 color = unpackUnorm4x8(surface.w);
+    float lod = 0.0;
+    bool displaced = USES_SLOPES && (object.flags & FLAG_DISPLACED) != 0u, colored = (object.flags & FLAG_COLOR_MAP) != 0u;
+    uint index = surface.x & PATCH_BITS;
+    vec2 in_patch = vec2(0.0);
+    if (ATLAS) {
+        in_patch = place_in_patch(index, texcoord * size);
+    }
+    if (displaced || ATLAS) {
+        Footprint footprint = pixel_footprint(dx, dy, ATLAS ? tile_inner() : 1e9);
+        if (FINEST_LEVEL) {
+            footprint = Footprint(vec2(0.0), 1, 0.0);
+        }
+        lod = footprint.lod;
+        vec4 a = vec4(0.0), texel = vec4(0.0);
         float b = 0.0;
         int i = 0;
         do {
-            vec2 at = clamp_to_tile(tap(footprint, i, texcoord), tile, footprint.lod, size);
-            a += textureLod(moments_a, at, footprint.lod);
-            if (USES_COVARIANCE) {
-                b += textureLod(moments_b, at, footprint.lod).x;
+            if (ATLAS) {
+                Place place = place_beyond(index, in_patch + tap(footprint, i) / tile_inner());
+                Levels levels = levels_at(lod);
+                if (displaced) {
+                    vec4 there = level_mix(moments_a, coarse_a, place, levels);
+                    vec3 second = vec3(there.zw, 0.0);
+                    if (USES_COVARIANCE) {
+                        second.z = level_mix(moments_b, coarse_b, place, levels).x;
+                        second = map_second_moments(place.gradient, second);
+                    }
+                    a += vec4(place.gradient * there.xy, second.xy);
+                    b += second.z;
+                }
+                if (colored) {
+                    texel += level_mix(color_map, coarse_color, place, levels);
+                }
+            } else {
+                vec2 at = texcoord + tap(footprint, i) / size;
+                a += textureLod(moments_a, at, lod);
+                if (USES_COVARIANCE) {
+                    b += textureLod(moments_b, at, lod).x;
+                }
             }
         } while (++i < footprint.taps);
         float weight = 1.0 / float(footprint.taps);
         gradient_covariance = covariance_from_moments(a.xy * weight, vec3(a.zw, b) * weight);
         gradient_covariance = scale_height(gradient_covariance, object.height_scale);
         mean_gradient = a.xy * (weight * object.height_scale);
+        if (ATLAS && colored) {
+            color *= texel * weight;
+        }
+    }
+    if (!ATLAS && colored) {
+        vec2 color_size = vec2(textureSize(color_map, 0)), scale = color_size / size;
+        Footprint footprint = pixel_footprint(dx * scale, dy * scale, 1e9);
+        if (FINEST_LEVEL) {
+            footprint = Footprint(vec2(0.0), 1, 0.0);
+        }
+        vec4 texel = vec4(0.0);
+        int i = 0;
+        do {
+            texel += textureLod(color_map, texcoord + tap(footprint, i) / color_size, footprint.lod);
+        } while (++i < footprint.taps);
+        color *= texel / float(footprint.taps);
     }
     Frame frame = frame_about(normal);
     SlopeMap map = slope_map(tangent_s, tangent_t, frame.x, frame.y, frame.z);
@@ -120,31 +173,15 @@ void main() {
         covariance += tilt_kernel(curvature, mean_slope);
     }
 
-    vec4 color = unpackUnorm4x8(surface.w);
-    if ((object.flags & FLAG_COLOR_MAP) != 0u) {
-        ivec2 color_size = textureSize(color_map, 0);
-        vec2 scale = vec2(color_size) / vec2(size);
-        Footprint fine = pixel_footprint(dx * scale, dy * scale, vec2(color_size));
-        if (FINEST_LEVEL) {
-            fine = footprint;
-        }
-        vec4 texel = vec4(0.0);
-        int i = 0;
-        do {
-            texel += textureLod(color_map, clamp_to_tile(tap(fine, i, texcoord), tile, fine.lod, color_size), fine.lod);
-        } while (++i < fine.taps);
-        color *= texel / float(fine.taps);
-    }
-
     out_slopes = pack_slopes(tangent.x, mean_slope, covariance);
     out_material = pack_material(color, covariance);
     if (joined) {
         // What of the macrosurface the sample holds, on the plane across its displacement direction.
-        float area = abs(determinant(mat2(dx, dy)) * dot(cross(tangent_s, tangent_t), normal)) / (float(size.x) * float(size.y));
+        float area = abs(determinant(mat2(dx, dy)) * dot(cross(tangent_s, tangent_t), normal)) / (size.x * size.y);
         out_surface = pack_joined_edge(area, object.relief);
     } else {
         uint reflection = pack_reflection(object.specular_f0, curvature_z_access.y, (surface.x & INSIDE) != 0u);
-        bool leaves = leaves_tile(texcoord, dx / vec2(size), dy / vec2(size), footprint.lod, tile);
-        out_surface = grid > 0u ? pack_edge(reflection, object.relief) : pack_surface(reflection, footprint.lod, leaves);
+        out_surface = grid > 0u ? pack_edge(reflection, object.relief)
+                                : pack_surface(reflection, lod, ATLAS ? joined_part(lod) : 0.0);
     }
 }

@@ -61,5 +61,5 @@ void main() {
     uint up = packSnorm2x16(vec2(0.0));
     out_slopes = pack_slopes(up, slope - away * water.centre.z, water.tail.xyz);
     out_material = pack_material(vec4(mix(water.color.rgb, water.foam.rgb, covered), mix(water.tail.w, 0.6, covered)), water.tail.xyz);
-    out_surface = pack_surface(pack_reflection(water.color.w * (1.0 - covered), 1.0, false), 0.0, false);
+    out_surface = pack_surface(pack_reflection(water.color.w * (1.0 - covered), 1.0, false), 0.0, 0.0);
 }

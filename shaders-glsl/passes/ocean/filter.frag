@@ -101,5 +101,5 @@ void main() {
     uint up = packSnorm2x16(vec2(0.0));
     out_slopes = pack_slopes(up, mean, covariance);
     out_material = pack_material(vec4(mix(color, water.foam.rgb, covered), mix(alpha, 0.6, covered)), covariance);
-    out_surface = pack_surface(pack_reflection(water.color.w * (1.0 - covered), 1.0, false), finest, false);
+    out_surface = pack_surface(pack_reflection(water.color.w * (1.0 - covered), 1.0, false), finest, 0.0);
 }

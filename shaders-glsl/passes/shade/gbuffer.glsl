@@ -21,7 +21,8 @@ struct Surface {
     float accessibility;
     bool inside;
     float relief;        // of an edge sample's object, metres
-    float sunlit;        // the part of the pixel that the sun reaches, -1 where it is not known
+    float sunlit;        // the part of the joined edge samples that the sun reaches
+    float joined;        // how much it counts
 };
 
 // ray: of the pixel, to where its depth along the view axis is 1 / depth near planes.
@@ -42,7 +43,8 @@ Surface read_gbuffer(ivec2 pixel, vec3 eye, vec3 ray, float near, float depth) {
     s.accessibility = f0_access.y;
     s.inside = f0_access.x < 0.0;
     s.relief = uintBitsToFloat(surface.y);
-    s.sunlit = -1.0;
+    s.sunlit = 0.0;
+    s.joined = 0.0;
     return s;
 }
 

@@ -23,7 +23,8 @@ Light light_at(int i, Surface surface) {
             if (EDGES == EDGES_ARE_SHADED) {
                 width *= edge_shadow_width(surface.position, surface.relief);
             }
-            irradiance *= surface.sunlit >= 0.0 ? surface.sunlit : sun_visibility(surface.position, mesonormal, width);
+            float sunlit = surface.joined < 1.0 ? sun_visibility(surface.position, mesonormal, width) : 0.0;
+            irradiance *= mix(sunlit, surface.sunlit, surface.joined);
         }
         return Light(to_frame(surface.frame, lighting.sun_direction.xyz), irradiance);
     }

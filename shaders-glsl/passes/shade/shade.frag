@@ -33,6 +33,7 @@ void main() {
         vec4 share = texelFetch(shares, pixel, 0);
         if (share.z > 0.0) {
             surface.sunlit = share.w / share.z;
+            surface.joined = joined_part_of(texelFetch(gbuffer_surface, pixel, 0).xy);
         }
     }
     vec3 radiance;

@@ -46,7 +46,13 @@ impl SubFrame {
         let (size, offset) = self.image(settings);
         let pixel = state.camera.rays(settings.size, settings.sample_offset(self.index));
         let before = self.edges.map_or(0, |(k, _)| k * self.grid * self.grid);
-        EdgeRays::new(pixel, state.camera.rays(size, offset), state.camera.near, before, self.area)
+        EdgeRays::new(
+            pixel,
+            state.camera.rays(size, offset),
+            state.camera.near,
+            (before, settings.edge_samples),
+            self.area,
+        )
     }
 
     /// Where edge samples are filtered and shaded.

@@ -1,0 +1,122 @@
+// An atlas of one tile per patch, seen as one surface: taps walk from patch to patch, and where a tile's mips end the coarse
+// levels go on, whose samples neighbouring patches share (src/render/atlas.rs).
+#ifndef LEADR_FILTER_ATLAS
+#define LEADR_FILTER_ATLAS
+
+#include "leadr/slope_statistics.glsl"
+
+const uint NO_NEIGHBOR = 0xffffffffu;
+const float SOURCE_LEVEL = 2.0; // of the tiles' mips: the last one in use
+const uint WIDE_LEVELS = 3u;    // of corners alone
+
+struct PatchLink {
+    uvec4 neighbors; // beyond the sides v=0, u=1, v=1, u=0: patch << 2 | side
+    vec4 turns[8];   // per side, at its two corners: from the neighbour's gradients to this patch's
+};
+
+layout(binding = 6, std430) readonly buffer Atlas {
+    uint tile_size;      // texels
+    uint tile_gutter;
+    uint tile_columns;
+    uint finest_coarse;  // binary logarithm of the intervals along a patch in the first coarse level
+    PatchLink links[];
+};
+layout(binding = 8) uniform sampler2D coarse_a;
+layout(binding = 9) uniform sampler2D coarse_b;
+layout(binding = 10) uniform sampler2D coarse_color;
+
+// Where a tap falls.
+struct Place {
+    uint index;    // of the patch
+    vec2 at;       // [0, 1]^2
+    mat2 gradient; // from gradients there to those of the pixel's own patch
+};
+
+float tile_inner() {
+    return float(tile_size - 2u * tile_gutter);
+}
+
+// First texel of a patch in the atlas, behind the gutter.
+vec2 tile_start(uint index) {
+    return vec2(uvec2(index % tile_columns, index / tile_columns) * tile_size + tile_gutter);
+}
+
+vec2 place_in_patch(uint index, vec2 texel) {
+    return (texel - tile_start(index)) / tile_inner();
+}
+
+// Follows `at`, which may lie beyond the patch, over up to two borders.
+Place place_beyond(uint index, vec2 at) {
+    Place place = Place(index, at, mat2(1.0));
+    for (int border = 0; border < 2; ++border) {
+        vec2 beyond = max(-place.at, place.at - 1.0);
+        float over = max(beyond.x, beyond.y);
+        if (over <= 0.0) {
+            break;
+        }
+        uint side = beyond.x > beyond.y ? (place.at.x < 0.0 ? 3u : 1u) : (place.at.y < 0.0 ? 0u : 2u);
+        uint link = links[place.index].neighbors[side];
+        if (link == NO_NEIGHBOR) {
+            break;
+        }
+        float along = (side & 1u) == 0u ? place.at.x : place.at.y;
+        along = side < 2u ? along : 1.0 - along;
+        vec4 turn = mix(links[place.index].turns[2u * side], links[place.index].turns[2u * side + 1u], clamp(along, 0.0, 1.0));
+        place.gradient = place.gradient * mat2(turn.xy, turn.zw);
+        place.index = link >> 2;
+        // The neighbour runs along the edge the other way.
+        uint beside = link & 3u;
+        vec2 inward = vec2(1.0 - along, over);
+        inward = beside < 2u ? inward : vec2(along, 1.0 - over);
+        place.at = beside == 1u || beside == 3u ? vec2(1.0 - inward.y, inward.x) : inward;
+    }
+    place.at = clamp(place.at, 0.0, 1.0);
+    return place;
+}
+
+// How the levels under a level of detail are mixed: the tile's mips, two coarse levels, and where those lie in
+// the images of coarse levels.
+struct Levels {
+    float mip;
+    float fine; // weight of the tile
+    float second; // weight of the second coarse level among the two
+    uint first;
+};
+
+Levels levels_at(float lod) {
+    float first_lod = log2(tile_inner()) - float(finest_coarse);
+    float level = clamp(lod - first_lod, 0.0, float(finest_coarse + WIDE_LEVELS));
+    Levels levels;
+    levels.mip = min(lod, SOURCE_LEVEL);
+    levels.fine = clamp((first_lod - lod) / max(first_lod - SOURCE_LEVEL, 1e-3), 0.0, 1.0);
+    levels.first = min(uint(level), finest_coarse + WIDE_LEVELS - 1u);
+    levels.second = level - float(levels.first);
+    return levels;
+}
+
+// A place in a coarse level, texels of its image.
+vec2 coarse_texel(Place place, uint level) {
+    uint intervals = 1u << (finest_coarse - min(level, finest_coarse));
+    // Rows of the levels before: 2^k + 1 each, then two.
+    uint row = (2u << finest_coarse) - 2u * intervals + level + (level > finest_coarse ? level - finest_coarse : 0u);
+    uvec2 block = uvec2((1u << finest_coarse) + 1u, (2u << finest_coarse) + finest_coarse + 2u * WIDE_LEVELS);
+    uvec2 start = uvec2(place.index % tile_columns, place.index / tile_columns) * block + uvec2(0u, row);
+    return vec2(start) + place.at * float(intervals) + 0.5;
+}
+
+vec4 level_mix(sampler2D fine, sampler2D coarse, Place place, Levels levels) {
+    vec4 sum = vec4(0.0);
+    if (levels.fine > 0.0) {
+        vec2 texel = tile_start(place.index) + place.at * tile_inner();
+        sum = textureLod(fine, texel / vec2(textureSize(fine, 0)), levels.mip) * levels.fine;
+    }
+    if (levels.fine < 1.0) {
+        vec2 size = vec2(textureSize(coarse, 0));
+        vec4 first = textureLod(coarse, coarse_texel(place, levels.first) / size, 0.0);
+        vec4 second = textureLod(coarse, coarse_texel(place, levels.first + 1u) / size, 0.0);
+        sum += mix(first, second, levels.second) * (1.0 - levels.fine);
+    }
+    return sum;
+}
+
+#endif

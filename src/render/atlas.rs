@@ -1,0 +1,175 @@
+//! Seamless filtering of an atlas with one tile per patch.
+//!
+//! The mips of a tile know its patch alone, so a pixel that sees several patches, or the border of one, would jump from one
+//! patch's statistics to the next one's. Two things let it see the whole surface:
+//!
+//! * [links](frames) tell the filter pass which patch goes on beyond each side of a patch, and how its gradients turn there, so
+//!   that taps walk from tile to tile;
+//! * [coarse levels](levels) continue the mips from an eighth of a patch to many patches, with samples on the patches' borders
+//!   and corners that all patches around them share.
+//!
+//! `shaders-glsl/passes/filter/atlas.glsl` reads both.
+
+pub mod frames;
+pub mod levels;
+
+use std::sync::Arc;
+
+use bytemuck::{Pod, Zeroable};
+use half::f16;
+use rayon::prelude::*;
+
+use self::frames::{AtlasFrames, turn};
+use self::levels::{CoarseShape, SOURCE_LEVEL, Star, coarse_levels};
+use super::moments::LeadrMapGpu;
+use super::patch_mesh::{PatchMesh, TileLayout};
+use super::topology::Topology;
+use crate::gpu::vk::Format;
+use crate::gpu::{Buffer, Gpu, GpuError, Image, ImageDesc, Result};
+use crate::maps::tonemap::linear_from_srgb;
+
+/// No patch beyond a side.
+const NO_NEIGHBOR: u32 = u32::MAX;
+
+/// The head of the links' buffer.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+struct LayoutGpu {
+    /// [`TileLayout::tile`].
+    tile: u32,
+    gutter: u32,
+    columns: u32,
+    /// [`CoarseShape::finest`].
+    finest: u32,
+}
+
+/// What lies beyond the sides of a patch (`PatchLink`), in the order of [`Topology::patch_edges`].
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+struct PatchLink {
+    /// `patch << 2 | side`, or [`NO_NEIGHBOR`].
+    neighbors: [u32; 4],
+    /// Per side, at its first and its second corner: columns of the matrix from the neighbour's gradients to the patch's.
+    turns: [[[f32; 4]; 2]; 4],
+}
+
+/// Links and coarse levels on the device; placeholders for objects without an atlas.
+pub struct AtlasGpu {
+    /// Whether there is an atlas.
+    pub tiled: bool,
+    /// `LayoutGpu`, then a `PatchLink` for every patch.
+    pub links: Buffer,
+    /// Coarse levels of the moments that [`LeadrMapGpu::slopes`] has.
+    pub slopes: Image,
+    /// Of those that [`LeadrMapGpu::joint`] has.
+    pub joint: Image,
+    /// Of the colour map, linear.
+    pub color: Image,
+}
+
+impl AtlasGpu {
+    /// For an object whose maps are not an atlas: never read.
+    ///
+    /// # Errors
+    /// Memory that is short.
+    pub fn none(gpu: &Arc<Gpu>, name: &str) -> Result<Self> {
+        let image = |what: &str, format| {
+            let image = Image::new(gpu, &format!("{name} no coarse {what}"), ImageDesc::new(format, 1, 1))?;
+            image.write(0, 0, &vec![0u8; image.texel_bytes()? as usize])?;
+            Ok::<_, GpuError>(image)
+        };
+        Ok(Self {
+            tiled: false,
+            links: Buffer::from_slice(gpu, &format!("{name} no links"), &[0u32; 40])?,
+            slopes: image("slopes", Format::R32G32B32A32_SFLOAT)?,
+            joint: image("joint", Format::R32_SFLOAT)?,
+            color: image("colour", Format::R16G16B16A16_SFLOAT)?,
+        })
+    }
+
+    /// Of `mesh`, whose patches have the tiles of `layout` in `maps` and in `color` (as large as the maps).
+    ///
+    /// # Errors
+    /// [`GpuError::Usage`] where the sizes differ; a failed read, or memory that is short.
+    pub fn new(
+        gpu: &Arc<Gpu>,
+        name: &str,
+        mesh: &PatchMesh,
+        topology: &Topology,
+        layout: TileLayout,
+        maps: &LeadrMapGpu,
+        color: Option<&Image>,
+    ) -> Result<Self> {
+        let size = maps.slopes().mip_extent(0);
+        if let Some(color) = color.filter(|color| color.mip_extent(0) != size) {
+            let ([w, h], [width, height]) = (color.mip_extent(0), size);
+            let fault = format!("its colours' {w}x{h} texels are not the {width}x{height} of its heights");
+            return Err(GpuError::Usage { name: format!("atlas of {name}"), fault });
+        }
+        let frames = AtlasFrames::new(mesh, layout);
+        let neighbors = topology.neighbors();
+        let star = Star::new(mesh, neighbors);
+        let shape = CoarseShape::new(layout);
+
+        let slopes: Vec<[f32; 4]> = maps.slopes().read(SOURCE_LEVEL, 0)?;
+        let joint: Vec<f32> = maps.joint().read(SOURCE_LEVEL, 0)?;
+        let moments: Vec<[f32; 5]> = slopes.iter().zip(&joint).map(|(a, &b)| [a[0], a[1], a[2], a[3], b]).collect();
+        let moments = coarse_levels(&star, &frames, shape, &moments);
+        let [width, height] = shape.size();
+        let image = |what: &str, format| {
+            Image::new(gpu, &format!("{name} coarse {what}"), ImageDesc::new(format, width, height))
+        };
+        let coarse_slopes = image("slopes", Format::R32G32B32A32_SFLOAT)?;
+        coarse_slopes.write(0, 0, &moments.iter().map(|m| [m[0], m[1], m[2], m[3]]).collect::<Vec<_>>())?;
+        let coarse_joint = image("joint", Format::R32_SFLOAT)?;
+        coarse_joint.write(0, 0, &moments.iter().map(|m| m[4]).collect::<Vec<_>>())?;
+
+        let coarse_color = match color {
+            Some(color) => {
+                let texels: Vec<[u8; 4]> = color.read(SOURCE_LEVEL, 0)?;
+                let linear: Vec<f32> = (0..256).map(|v| linear_from_srgb(v as f32 / 255.0)).collect();
+                let texels: Vec<[f32; 4]> = texels
+                    .iter()
+                    .map(|&[r, g, b, a]| {
+                        let [r, g, b] = [r, g, b].map(|v| linear[usize::from(v)]);
+                        [r, g, b, f32::from(a) / 255.0]
+                    })
+                    .collect();
+                let colors = coarse_levels(&star, &frames, shape, &texels);
+                let image = image("colour", Format::R16G16B16A16_SFLOAT)?;
+                image.write(0, 0, &colors.iter().map(|c| c.map(|v| f16::from_f32(v).to_bits())).collect::<Vec<_>>())?;
+                image
+            }
+            None => Self::none(gpu, name)?.color,
+        };
+
+        let links: Vec<PatchLink> = (0..mesh.patches.len())
+            .into_par_iter()
+            .map(|patch| {
+                let mut link = PatchLink { neighbors: [NO_NEIGHBOR; 4], turns: [[[1.0, 0.0, 0.0, 1.0]; 2]; 4] };
+                for (side, neighbor) in star.neighbors[patch].iter().enumerate() {
+                    let &Some((other, beside)) = neighbor else { continue };
+                    link.neighbors[side] = other << 2 | u32::from(beside);
+                    // The neighbour runs along the edge the other way.
+                    for end in 0..2 {
+                        let here = frames.corner(patch, (side + end) & 3);
+                        let there = frames.corner(other as usize, (usize::from(beside) + 1 - end) & 3);
+                        link.turns[side][end] = turn(&there, &here);
+                    }
+                }
+                link
+            })
+            .collect();
+        let head =
+            LayoutGpu { tile: layout.tile, gutter: layout.gutter, columns: layout.columns, finest: shape.finest };
+        let mut bytes = bytemuck::bytes_of(&head).to_vec();
+        bytes.extend_from_slice(bytemuck::cast_slice(&links));
+        Ok(Self {
+            tiled: true,
+            links: Buffer::from_slice(gpu, &format!("{name} links"), &bytes)?,
+            slopes: coarse_slopes,
+            joint: coarse_joint,
+            color: coarse_color,
+        })
+    }
+}
