@@ -7,7 +7,7 @@ use glam::{DVec2, DVec3, Vec2, Vec3};
 use half::f16;
 
 use super::geometry::VisibleSurface;
-use super::object::{FLAGS_GRID_SHIFT, GpuObject};
+use super::object::{FLAGS_GRID_SHIFT, FilteredObjectGpu, GpuObject};
 use super::settings::ShadingSettings;
 use crate::gpu::{
     ColorTarget, Commands, Descriptor, Filter, Gpu, GraphicsDesc, GraphicsPipeline, Image, ImageDesc, Load, Result,
@@ -141,7 +141,8 @@ impl FilterPass {
     }
 
     /// Fills the G-buffer where an object is visible (elsewhere it stays undefined: depth tells), in the tiles of each object, and
-    /// leaves it readable. `grid`: edge samples along a pixel, 0 of the pixels themselves; `scissor`: where in it.
+    /// leaves it readable. `rays` and near plane are those of the image; `grid`: edge samples along a pixel, 0 of the pixels
+    /// themselves; `scissor`: where in it.
     pub fn record<'a>(
         &self,
         cmd: &mut Commands,
@@ -149,6 +150,7 @@ impl FilterPass {
         target: &GBuffer,
         objects: impl Iterator<Item = &'a GpuObject>,
         height_scale: f32,
+        (rays, near): ([Vec3; 3], f32),
         grid: u32,
         scissor: Option<[u32; 4]>,
     ) {
@@ -177,11 +179,12 @@ impl FilterPass {
                     (8, Descriptor::Sampled(object.atlas.slopes.whole(), &self.linear)),
                     (9, Descriptor::Sampled(object.atlas.joint.whole(), &self.linear)),
                     (10, Descriptor::Sampled(object.atlas.color.whole(), &self.linear)),
+                    (11, Descriptor::Sampled(visible.depth.whole(), &self.nearest)),
                 ],
             );
             let mut constants = object.constants(height_scale, false);
             constants.flags |= grid << FLAGS_GRID_SHIFT;
-            cmd.push_constants(&constants);
+            cmd.push_constants(&FilteredObjectGpu::new(constants, rays, near));
             visible.tiles.draw(cmd);
         }
         cmd.end_rendering();

@@ -72,6 +72,26 @@ pub struct ObjectGpu {
     pub relief: f32,
 }
 
+/// Push constants of the filter pass: the object's, and the rays of the image.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub struct FilteredObjectGpu {
+    /// The object's own.
+    pub object: ObjectGpu,
+    padding: [u32; 3],
+    /// `x`, `y` and the middle of [`Camera::rays`](super::camera::Camera::rays); the last w: near plane.
+    rays: [[f32; 4]; 3],
+}
+
+impl FilteredObjectGpu {
+    /// Of an object in an image with these rays.
+    #[must_use]
+    pub fn new(object: ObjectGpu, [x, y, middle]: [glam::Vec3; 3], near: f32) -> Self {
+        let rays = [x.extend(0.0), y.extend(0.0), middle.extend(near)].map(|v| v.to_array());
+        Self { object, padding: [0; 3], rays }
+    }
+}
+
 /// The object has LEADR maps.
 pub const FLAG_DISPLACED: u32 = 1;
 /// The object has a colour map.

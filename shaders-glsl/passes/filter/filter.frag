@@ -1,6 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 // Filters the maps of one object under each of its pixels: LEADR section 4.1 and eq. 12.
+#define LEADR_OBJECT_RAYS
 #include "../geometry/object.glsl"
 #include "../gbuffer.glsl"
 #include "../technique.glsl"
@@ -20,10 +21,34 @@ layout(binding = 2) uniform usampler2D visible_surface;
 layout(binding = 3) uniform sampler2D moments_a; // E[hs], E[ht], E[hs^2], E[ht^2], per unit texture coordinate
 layout(binding = 4) uniform sampler2D moments_b; // E[hs ht]
 layout(binding = 5) uniform sampler2D color_map; // rgb albedo, a roughness
+layout(binding = 11) uniform sampler2D visible_depth;
 
 layout(location = 0) out uvec4 out_slopes;
 layout(location = 1) out uvec4 out_material;
 layout(location = 2) out uvec2 out_surface;
+
+// What a pixel covers of the macrosurface: derivatives of texture coordinates by x and y of the image. They are those of the
+// tangent plane, which changes smoothly where derivatives taken from triangles jump from each to the next.
+// ts, tt: tangents by texture coordinate; turn: of the macro normal over the pixel, which bounds how far it reaches where the surface
+// is seen edge-on.
+void pixel_derivatives(vec3 ts, vec3 tt, float turn, ivec2 pixel, out vec2 dx, out vec2 dy) {
+    vec2 size = vec2(textureSize(visible_surface, 0));
+    vec2 ndc = (vec2(pixel) + 0.5) / size * 2.0 - 1.0;
+    vec3 ray = object.ray_middle.xyz + ndc.x * object.ray_x.xyz + ndc.y * object.ray_y.xyz;
+    float along = object.ray_middle.w / texelFetch(visible_depth, pixel, 0).x;
+    vec3 normal = cross(ts, tt);
+    float square = max(dot(normal, normal), 1e-30);
+    vec3 by_s = cross(tt, normal) / square, by_t = cross(normal, ts) / square;
+    float facing = dot(normal, ray), least = max(0.5 * turn, 1e-4) * sqrt(square * dot(ray, ray));
+    facing = facing < 0.0 ? min(facing, -least) : max(facing, least);
+    // A grid of edge samples divides the pixels whose footprint counts.
+    float step = along * 2.0 * float(max(object.flags >> FLAGS_GRID_SHIFT, 1u));
+    vec3 x = object.ray_x.xyz * (step / size.x), y = object.ray_y.xyz * (step / size.y);
+    x -= ray * (dot(normal, x) / facing);
+    y -= ray * (dot(normal, y) / facing);
+    dx = vec2(dot(x, by_s), dot(x, by_t));
+    dy = vec2(dot(y, by_s), dot(y, by_t));
+}
 
 struct Footprint {
     vec2 step; // between taps, texels
@@ -80,18 +105,19 @@ void main() {
     vec2 mixed = unpackHalf2x16(tangent.z);
     vec3 tangent_s = vec3(unpackHalf2x16(tangent.y), mixed.x), tangent_t = vec3(mixed.y, unpackHalf2x16(tangent.w));
     vec2 texcoord = uintBitsToFloat(place.xy);
-    vec2 dx = unpackHalf2x16(place.z), dy = unpackHalf2x16(place.w);
     vec2 curvature_z_access = unpackHalf2x16(surface.z);
     vec3 curvature = vec3(unpackHalf2x16(surface.y), curvature_z_access.x);
     // An edge sample on the surface of its pixel stands for its part of it alone: they are joined (join.comp).
     bool joined = (surface.x & OF_THE_PIXEL) != 0u;
     uint grid = object.flags >> FLAGS_GRID_SHIFT;
     float part = joined ? 1.0 / float(max(grid, 1u)) : 1.0;
-    dx *= part;
-    dy *= part;
+    vec2 size = vec2(textureSize(moments_a, 0));
+    vec2 dx, dy;
+    pixel_derivatives(tangent_s, tangent_t, sqrt(curvature.x + curvature.y), pixel, dx, dy);
+    dx = clamp(dx * (part * size), -6e4, 6e4);
+    dy = clamp(dy * (part * size), -6e4, 6e4);
     curvature *= part * part;
 
-    vec2 size = vec2(textureSize(moments_a, 0));
     vec2 mean_gradient = vec2(0.0);
     vec3 gradient_covariance = vec3(0.0);
     vec4 color = unpackUnorm4x8(surface.w);

@@ -8,6 +8,11 @@ layout(push_constant, std430) uniform Object {
     uint flags;         // the FLAG_ bits below; above them, edge samples across a pixel where those are drawn
     uint index;         // of the object in the scene, from 1
     float relief;       // from the deepest pit to the highest bump, metres
+#ifdef LEADR_OBJECT_RAYS
+    vec4 ray_x;         // of the image, as Camera::rays gives them
+    vec4 ray_y;
+    vec4 ray_middle;    // w: near plane
+#endif
 } object;
 
 const uint FLAG_DISPLACED = 1u;   // has LEADR maps

@@ -190,6 +190,7 @@ impl Renderer {
             cmd.timestamp(timestamps, "edges");
         }
         let grid = if sub.edges() { sub.grid } else { 0 };
+        let (size, offset) = sub.image(settings);
         cmd.label_times("filter", repeats, |cmd| {
             self.tiles.record(cmd, &target.visible);
             let objects = objects.iter().filter(|(_, view)| !view.draws.is_empty()).map(|(object, _)| *object);
@@ -199,6 +200,7 @@ impl Renderer {
                 &target.gbuffer,
                 objects,
                 state.height_scale,
+                (state.camera.rays(size, offset), state.camera.near),
                 grid,
                 sub.scissor(),
             );
