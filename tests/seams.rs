@@ -96,11 +96,11 @@ fn patches_are_filtered_as_one_surface() {
     assert!(coarsest > 12.0f32.log2() + 0.5, "the far view looks past the tiles: {coarsest}");
 }
 
-/// Radians, and albedo; measured .0158 and .0052, .0178 and .0059, .0166 and .0130. Without turned gradients normals are off
+/// Radians, and albedo; measured .0158 and .0052, .0178 and .0059, .0167 and .0166. Without turned gradients normals are off
 /// by .15, without steps from tile to tile colours by .026.
 const NEAR: [f32; 2] = [0.018, 0.006];
 const MIDDLE: [f32; 2] = [0.02, 0.007];
-const FAR: [f32; 2] = [0.019, 0.015];
+const FAR: [f32; 2] = [0.019, 0.018];
 
 /// Root mean square of the second differences of a layer over frames, and the largest, beside the layer's own deviation.
 fn jerks(frames: &[Vec<[f32; 4]>], inside: impl Fn(usize) -> bool) -> [f64; 2] {
@@ -140,8 +140,9 @@ fn small_patches_do_not_jump() {
     };
     let [rms, largest] = jerks(&frames, middle);
     println!("second differences of mean slopes: rms {rms:.4}, largest {largest:.3} deviations");
-    // Measured .0323 and .95; with patches that keep their corners to themselves .15 and 3.7.
-    assert!(rms < 0.036 && largest < 1.1, "{rms} {largest}");
+    // Measured .0164 and .76; .032 and .95 with derivatives taken from triangles, .15 and 3.7 with patches that keep
+    // their corners to themselves.
+    assert!(rms < 0.018 && largest < 0.85, "{rms} {largest}");
 }
 
 /// A plane that tilts away: at 60° two taps become three.
