@@ -87,6 +87,67 @@ vec2 tap(Footprint footprint, int i) {
     return footprint.step * (float(i) + 0.5 - 0.5 * float(footprint.taps));
 }
 
+Footprint footprint_over(vec2 dx, vec2 dy, float reach) {
+    if (FINEST_LEVEL) {
+        return Footprint(vec2(0.0), 1, 0.0);
+    }
+    return pixel_footprint(dx, dy, reach);
+}
+
+// Means over a footprint.
+struct Filtered {
+    vec2 mean;   // E[hs], E[ht]
+    vec3 second; // E[hs^2], E[ht^2], E[hs ht]
+    vec4 color;
+};
+
+Filtered filter_atlas(Footprint footprint, uint index, vec2 at, bool displaced, bool colored) {
+    Levels levels = levels_at(footprint.lod);
+    Filtered sum = Filtered(vec2(0.0), vec3(0.0), vec4(0.0));
+    int i = 0;
+    do {
+        Place place = place_beyond(index, at + tap(footprint, i) / tile_inner());
+        if (displaced) {
+            vec4 a = level_mix(moments_a, coarse_a, place, levels);
+            sum.mean += place.gradient * a.xy;
+            if (USES_COVARIANCE) {
+                float b = level_mix(moments_b, coarse_b, place, levels).x;
+                sum.second += map_second_moments(place.gradient, vec3(a.zw, b));
+            }
+        }
+        if (colored) {
+            sum.color += level_mix(color_map, coarse_color, place, levels);
+        }
+    } while (++i < footprint.taps);
+    float weight = 1.0 / float(footprint.taps);
+    return Filtered(sum.mean * weight, sum.second * weight, sum.color * weight);
+}
+
+void filter_moments(Footprint footprint, vec2 texcoord, inout Filtered filtered) {
+    vec4 a = vec4(0.0);
+    float b = 0.0;
+    int i = 0;
+    do {
+        vec2 at = texcoord + tap(footprint, i) / vec2(textureSize(moments_a, 0));
+        a += textureLod(moments_a, at, footprint.lod);
+        if (USES_COVARIANCE) {
+            b += textureLod(moments_b, at, footprint.lod).x;
+        }
+    } while (++i < footprint.taps);
+    float weight = 1.0 / float(footprint.taps);
+    filtered.mean = a.xy * weight;
+    filtered.second = vec3(a.zw, b) * weight;
+}
+
+vec4 filter_color(Footprint footprint, vec2 texcoord) {
+    vec4 sum = vec4(0.0);
+    int i = 0;
+    do {
+        sum += textureLod(color_map, texcoord + tap(footprint, i) / vec2(textureSize(color_map, 0)), footprint.lod);
+    } while (++i < footprint.taps);
+    return sum / float(footprint.taps);
+}
+
 // How much edge samples on the pixel's surface count, where they are joined: nothing for footprints of up to an eighth of a
 // patch, of which the patches' maps say all there is to know, and everything from a quarter on.
 float joined_part(float lod) {
@@ -118,70 +179,26 @@ void main() {
     dy = clamp(dy * (part * size), -6e4, 6e4);
     curvature *= part * part;
 
-    vec2 mean_gradient = vec2(0.0);
-    vec3 gradient_covariance = vec3(0.0);
-    vec4 color = unpackUnorm4x8(surface.w);
-    float lod = 0.0;
     bool displaced = USES_SLOPES && (object.flags & FLAG_DISPLACED) != 0u, colored = (object.flags & FLAG_COLOR_MAP) != 0u;
-    uint index = surface.x & PATCH_BITS;
-    vec2 in_patch = vec2(0.0);
+    Filtered filtered = Filtered(vec2(0.0), vec3(0.0), vec4(1.0));
+    Footprint footprint = footprint_over(dx, dy, ATLAS ? tile_inner() : 1e9);
     if (ATLAS) {
-        in_patch = place_in_patch(index, texcoord * size);
-    }
-    if (displaced || ATLAS) {
-        Footprint footprint = pixel_footprint(dx, dy, ATLAS ? tile_inner() : 1e9);
-        if (FINEST_LEVEL) {
-            footprint = Footprint(vec2(0.0), 1, 0.0);
+        vec2 at = place_in_patch(surface.x & PATCH_BITS, texcoord * size);
+        filtered = filter_atlas(footprint, surface.x & PATCH_BITS, at, displaced, colored);
+    } else {
+        if (displaced) {
+            filter_moments(footprint, texcoord, filtered);
         }
-        lod = footprint.lod;
-        vec4 a = vec4(0.0), texel = vec4(0.0);
-        float b = 0.0;
-        int i = 0;
-        do {
-            if (ATLAS) {
-                Place place = place_beyond(index, in_patch + tap(footprint, i) / tile_inner());
-                Levels levels = levels_at(lod);
-                if (displaced) {
-                    vec4 there = level_mix(moments_a, coarse_a, place, levels);
-                    vec3 second = vec3(there.zw, 0.0);
-                    if (USES_COVARIANCE) {
-                        second.z = level_mix(moments_b, coarse_b, place, levels).x;
-                        second = map_second_moments(place.gradient, second);
-                    }
-                    a += vec4(place.gradient * there.xy, second.xy);
-                    b += second.z;
-                }
-                if (colored) {
-                    texel += level_mix(color_map, coarse_color, place, levels);
-                }
-            } else {
-                vec2 at = texcoord + tap(footprint, i) / size;
-                a += textureLod(moments_a, at, lod);
-                if (USES_COVARIANCE) {
-                    b += textureLod(moments_b, at, lod).x;
-                }
-            }
-        } while (++i < footprint.taps);
-        float weight = 1.0 / float(footprint.taps);
-        gradient_covariance = covariance_from_moments(a.xy * weight, vec3(a.zw, b) * weight);
-        gradient_covariance = scale_height(gradient_covariance, object.height_scale);
-        mean_gradient = a.xy * (weight * object.height_scale);
-        if (ATLAS && colored) {
-            color *= texel * weight;
+        if (colored) {
+            vec2 scale = vec2(textureSize(color_map, 0)) / size;
+            filtered.color = filter_color(footprint_over(dx * scale, dy * scale, 1e9), texcoord);
         }
     }
-    if (!ATLAS && colored) {
-        vec2 color_size = vec2(textureSize(color_map, 0)), scale = color_size / size;
-        Footprint footprint = pixel_footprint(dx * scale, dy * scale, 1e9);
-        if (FINEST_LEVEL) {
-            footprint = Footprint(vec2(0.0), 1, 0.0);
-        }
-        vec4 texel = vec4(0.0);
-        int i = 0;
-        do {
-            texel += textureLod(color_map, texcoord + tap(footprint, i) / color_size, footprint.lod);
-        } while (++i < footprint.taps);
-        color *= texel / float(footprint.taps);
+    vec2 mean_gradient = filtered.mean * object.height_scale;
+    vec3 gradient_covariance = scale_height(covariance_from_moments(filtered.mean, filtered.second), object.height_scale);
+    vec4 color = unpackUnorm4x8(surface.w);
+    if (colored) {
+        color *= filtered.color;
     }
     Frame frame = frame_about(normal);
     SlopeMap map = slope_map(tangent_s, tangent_t, frame.x, frame.y, frame.z);
@@ -208,6 +225,6 @@ void main() {
     } else {
         uint reflection = pack_reflection(object.specular_f0, curvature_z_access.y, (surface.x & INSIDE) != 0u);
         out_surface = grid > 0u ? pack_edge(reflection, object.relief)
-                                : pack_surface(reflection, lod, ATLAS ? joined_part(lod) : 0.0);
+                                : pack_surface(reflection, footprint.lod, ATLAS ? joined_part(footprint.lod) : 0.0);
     }
 }
