@@ -14,7 +14,7 @@ use crate::gpu::{
 
 /// What the geometry stages leave behind for each pixel, 52 bytes: enough to filter its maps.
 pub struct VisibleSurface {
-    /// Texture coordinate, of the sea with its derivatives; RGBA32UI.
+    /// Texture coordinate and derivatives; RGBA32UI.
     pub texture: Image,
     /// Displacement direction and tangents; RGBA32UI.
     pub tangent: Image,

@@ -41,9 +41,7 @@ void pixel_derivatives(vec3 ts, vec3 tt, float turn, ivec2 pixel, out vec2 dx, o
     vec3 by_s = cross(tt, normal) / square, by_t = cross(normal, ts) / square;
     float facing = dot(normal, ray), least = max(0.5 * turn, 1e-4) * sqrt(square * dot(ray, ray));
     facing = facing < 0.0 ? min(facing, -least) : max(facing, least);
-    // A grid of edge samples divides the pixels whose footprint counts.
-    float step = along * 2.0 * float(max(object.flags >> FLAGS_GRID_SHIFT, 1u));
-    vec3 x = object.ray_x.xyz * (step / size.x), y = object.ray_y.xyz * (step / size.y);
+    vec3 x = object.ray_x.xyz * (2.0 * along / size.x), y = object.ray_y.xyz * (2.0 * along / size.y);
     x -= ray * (dot(normal, x) / facing);
     y -= ray * (dot(normal, y) / facing);
     dx = vec2(dot(x, by_s), dot(x, by_t));
@@ -173,10 +171,14 @@ void main() {
     uint grid = object.flags >> FLAGS_GRID_SHIFT;
     float part = joined ? 1.0 / float(max(grid, 1u)) : 1.0;
     vec2 size = vec2(textureSize(moments_a, 0));
-    vec2 dx, dy;
-    pixel_derivatives(tangent_s, tangent_t, sqrt(curvature.x + curvature.y), pixel, dx, dy);
-    dx = clamp(dx * (part * size), -6e4, 6e4);
-    dy = clamp(dy * (part * size), -6e4, 6e4);
+    // Edge samples see the bumps of a finer geometry, so theirs are the triangles' derivatives: what counts is how much of
+    // the surface is in each (join.comp).
+    vec2 dx = unpackHalf2x16(place.z) * part, dy = unpackHalf2x16(place.w) * part;
+    if (grid == 0u) {
+        pixel_derivatives(tangent_s, tangent_t, sqrt(curvature.x + curvature.y), pixel, dx, dy);
+        dx = clamp(dx * size, -6e4, 6e4);
+        dy = clamp(dy * size, -6e4, 6e4);
+    }
     curvature *= part * part;
 
     bool displaced = USES_SLOPES && (object.flags & FLAG_DISPLACED) != 0u, colored = (object.flags & FLAG_COLOR_MAP) != 0u;

@@ -11,6 +11,7 @@ layout(binding = 0, std140) uniform View {
     mat4 clip_from_world;
     vec4 camera_position; // w: pixels of this image along one of the picture
 } view;
+layout(binding = 7) uniform sampler2D height_map;
 
 layout(location = 0) in vec3 in_normal;
 layout(location = 1) in vec3 in_tangent_s;
@@ -20,7 +21,7 @@ layout(location = 4) in vec4 in_color;
 layout(location = 5) in float in_accessibility;
 layout(location = 6) in flat uint in_patch;
 
-layout(location = 0) out uvec4 out_texture; // texture coordinate
+layout(location = 0) out uvec4 out_texture; // texture coordinate, its derivatives by x and y in texels of the maps
 layout(location = 1) out uvec4 out_tangent; // displacement direction, tangents by texture coordinate
 layout(location = 2) out uvec4 out_surface; // object and patch, macro curvature, accessibility, colour
 
@@ -31,7 +32,9 @@ void main() {
     float across = view.camera_position.w;
     vec3 curvature = add_macro_curvature(vec3(0.0), -across * to_frame(frame, dFdx(normal)).xy,
                                          -across * to_frame(frame, dFdy(normal)).xy);
-    out_texture = uvec4(floatBitsToUint(in_texcoord), 0u, 0u);
+    vec2 size = vec2(textureSize(height_map, 0));
+    vec2 dx = clamp(dFdx(in_texcoord) * across * size, -6e4, 6e4), dy = clamp(dFdy(in_texcoord) * across * size, -6e4, 6e4);
+    out_texture = uvec4(floatBitsToUint(in_texcoord), packHalf2x16(dx), packHalf2x16(dy));
     vec3 ts = clamp(in_tangent_s, -6e4, 6e4), tt = clamp(in_tangent_t, -6e4, 6e4);
     out_tangent = uvec4(packSnorm2x16(octahedral_encode(normal)), packHalf2x16(ts.xy),
                         packHalf2x16(vec2(ts.z, tt.x)), packHalf2x16(tt.yz));
