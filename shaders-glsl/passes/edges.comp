@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 // Marks where an edge sample sees the surface that its pixel is shaded by, so that nothing shades it again; and where the
-// pixel's footprint is more than its own patch knows, so that its part of it is filtered and joined (join.comp).
+// pixel's footprint is not small beside a patch, so that its part of it is filtered and joined (join.comp).
 #define LEADR_EDGE_RAYS
 #include "edges.glsl"
 #include "gbuffer.glsl"

@@ -2,8 +2,6 @@
 #ifndef LEADR_GEOMETRY_TILE
 #define LEADR_GEOMETRY_TILE
 
-const float GUTTER_LEVELS = 2.0;
-
 // Moves a texture coordinate so that a trilinear tap at `lod` reads no texel outside `tile` (min.xy, max.xy in
 // texture space; pass an enormous box for maps that wrap). The gutter makes this exact up to level 2.
 vec2 clamp_to_tile(vec2 texcoord, vec4 tile, float lod, ivec2 size) {
