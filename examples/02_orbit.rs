@@ -13,12 +13,12 @@ use leadr::app::orbit::Orbit;
 use leadr::app::window::{Display, WindowOptions, run};
 use leadr::gpu::Gpu;
 use leadr::maps::procedural::rock;
-use leadr::render::displacement::{Border, HeightField};
-use leadr::render::environment::{Environment, FACE_SIZE};
 use leadr::render::frame::Renderer;
+use leadr::render::light::environment::{Environment, FACE_SIZE};
+use leadr::render::light::sky::Sky;
 use leadr::render::scene::{FrameState, Object, Pose, Sun};
 use leadr::render::settings::RenderSettings;
-use leadr::render::sky::Sky;
+use leadr::render::surfaces::displacement::{Border, HeightField};
 use leadr::scenes::sphere::displaced_sphere;
 
 /// A displaced sphere in a window.

@@ -7,10 +7,10 @@ use std::error::Error;
 
 use leadr::gpu::{Gpu, GpuOptions};
 use leadr::maps::{load_environment, load_height_map};
-use leadr::render::environment::{Environment, FACE_SIZE};
 use leadr::render::frame::{FrameOutput, Renderer};
+use leadr::render::light::environment::{Environment, FACE_SIZE};
+use leadr::render::light::sky::Sky;
 use leadr::render::settings::{RenderSettings, ShadingSettings, Technique};
-use leadr::render::sky::Sky;
 use leadr::scenes::stage::{Lights, Relief, sphere_stage};
 
 const STEPS: i32 = 40;

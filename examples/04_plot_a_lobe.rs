@@ -6,14 +6,14 @@
 
 use leadr::maps::Rgb8Image;
 use leadr::maps::save::save_png_srgb8;
-use leadr::reflectance::beckmann::Beckmann;
-use leadr::reflectance::brdf::Brdf;
-use leadr::reflectance::fresnel::Fresnel;
-use leadr::reflectance::ggx::Ggx;
-use leadr::reflectance::lambert::Lambert;
-use leadr::reflectance::masking_variants::Masking;
-use leadr::reflectance::microfacet::Microfacet;
-use leadr::reflectance::slope_distribution::SlopeDistribution;
+use leadr::reflectance::facets::beckmann::Beckmann;
+use leadr::reflectance::facets::fresnel::Fresnel;
+use leadr::reflectance::facets::ggx::Ggx;
+use leadr::reflectance::facets::slope_distribution::SlopeDistribution;
+use leadr::reflectance::masking::variants::Masking;
+use leadr::reflectance::materials::brdf::Brdf;
+use leadr::reflectance::materials::lambert::Lambert;
+use leadr::reflectance::materials::microfacet::Microfacet;
 
 use glam::{DVec2, DVec3};
 use std::f64::consts::{FRAC_PI_2, TAU};

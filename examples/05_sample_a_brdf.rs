@@ -7,13 +7,13 @@
 //! cargo run --example 05_sample_a_brdf
 //! ```
 
-use leadr::reflectance::beckmann::Beckmann;
-use leadr::reflectance::brdf::Brdf;
+use leadr::reflectance::facets::beckmann::Beckmann;
+use leadr::reflectance::facets::fresnel::Fresnel;
+use leadr::reflectance::facets::ggx::Ggx;
 use leadr::reflectance::frame::{frame_about, from_frame};
-use leadr::reflectance::fresnel::Fresnel;
-use leadr::reflectance::ggx::Ggx;
-use leadr::reflectance::masking_variants::Masking;
-use leadr::reflectance::microfacet::Microfacet;
+use leadr::reflectance::masking::variants::Masking;
+use leadr::reflectance::materials::brdf::Brdf;
+use leadr::reflectance::materials::microfacet::Microfacet;
 use leadr::reflectance::quadrature::composite_gauss;
 
 use glam::{DVec2, DVec3};
@@ -43,7 +43,7 @@ fn main() {
             for i in 0..n {
                 let u = low_discrepancy(i);
                 visible += brdf.sample(wo, u).map_or(DVec3::ZERO, |s| s.throughput);
-                let wi = leadr::reflectance::brdf::cosine_sample(u);
+                let wi = leadr::reflectance::materials::brdf::cosine_sample(u);
                 cosine += brdf.eval_cos(wo, wi) * (PI / wi.z.max(1e-9));
             }
             let (visible, cosine) = (visible / f64::from(n), cosine / f64::from(n));

@@ -8,14 +8,14 @@
 use std::error::Error;
 
 use leadr::gpu::{Gpu, GpuOptions};
-use leadr::maps::compare::compare;
+use leadr::lab::metrics::compare::compare;
 use leadr::maps::tonemap::Tonemap;
 use leadr::maps::{RgbImage, load_environment, load_height_map};
-use leadr::render::environment::{Environment, FACE_SIZE};
 use leadr::render::frame::Renderer;
+use leadr::render::light::environment::{Environment, FACE_SIZE};
+use leadr::render::light::sky::Sky;
 use leadr::render::settings::{RenderSettings, ShadingSettings, Technique, Visibility};
-use leadr::render::sky::Sky;
-use leadr::render::tessellation::TessellationSettings;
+use leadr::render::surfaces::tessellation::TessellationSettings;
 use leadr::scenes::stage::{Lights, Relief, sphere_stage};
 use leadr::scenes::trex::stage::trex_stage;
 

@@ -7,16 +7,16 @@ use std::error::Error;
 
 use glam::{Affine3A, Vec3};
 use leadr::gpu::{Gpu, GpuOptions};
-use leadr::maps::ray_cast::{Spectrum, Tile};
-use leadr::render::accumulate::Accumulation;
+use leadr::lab::ray_cast::{Spectrum, Tile};
 use leadr::render::camera::Camera;
-use leadr::render::displacement::{Border, HeightField};
-use leadr::render::environment::Environment;
 use leadr::render::frame::Renderer;
+use leadr::render::light::environment::Environment;
+use leadr::render::light::sky::Sky;
+use leadr::render::passes::accumulate::Accumulation;
 use leadr::render::scene::{FrameState, Object, Pose, Sun};
 use leadr::render::settings::{RenderSettings, ShadingSettings, Technique};
-use leadr::render::sky::Sky;
-use leadr::render::tessellation::TessellationSettings;
+use leadr::render::surfaces::displacement::{Border, HeightField};
+use leadr::render::surfaces::tessellation::TessellationSettings;
 use leadr::scenes::plane::{even, plane};
 
 fn main() -> Result<(), Box<dyn Error>> {

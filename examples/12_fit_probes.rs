@@ -4,9 +4,9 @@
 //!
 //! `cargo run --release --example 12_fit_probes [SEED [SURFACES]]`
 
-use leadr::reflectance::quadrature_study::fit_probes::{ProbeTraining, WideProbes, fit_probes};
-use leadr::reflectance::shadowed_specular::{LIFT, PART};
-use leadr::reflectance::visible_specular::{WideRing, probe_rule};
+use leadr::lab::quadrature_study::fit_probes::{ProbeTraining, WideProbes, fit_probes};
+use leadr::reflectance::visible::shadowed_specular::{LIFT, PART};
+use leadr::reflectance::visible::specular::{WideRing, probe_rule};
 
 /// Errors over the surfaces of the fit and over others: radiance without shadows, with them, what is lit of a white room,
 /// Fresnel term.

@@ -6,11 +6,11 @@
 use std::error::Error;
 
 use leadr::gpu::{Gpu, GpuOptions};
-use leadr::maps::Mask;
-use leadr::render::environment::{Environment, FACE_SIZE};
+use leadr::lab::metrics::Mask;
 use leadr::render::frame::Renderer;
+use leadr::render::light::environment::{Environment, FACE_SIZE};
+use leadr::render::light::sky::Sky;
 use leadr::render::settings::{Quadrature, RenderSettings, ShadingSettings};
-use leadr::render::sky::Sky;
 use leadr::scenes::stage::{Lights, Relief, Stage, plane_stage, sphere_stage};
 use leadr::scenes::studio::studio;
 

@@ -7,7 +7,7 @@
 //!
 //! # The floors
 //!
-//! Modules only use the floors below them; `tests/layers.rs` fails on an upward arrow.
+//! Modules only use the floors below them; `tests/house/layers.rs` fails on an upward arrow.
 //!
 //! | floor | module | holds |
 //! |---|---|---|
@@ -16,7 +16,8 @@
 //! | 2 | [`gpu`] | Vulkan, and nothing else. Knows no BRDF |
 //! | 3 | [`render`] | the passes, and the frame that orders them |
 //! | 4 | [`scenes`] | pure functions of time that produce what the renderer draws: T-rex, plane, sphere |
-//! | 5 | [`app`] | the `leadr` command: demo in a window, capture into files, compare |
+//! | 5 | [`lab`] | what proves and measures: picture metrics, ray casts, quadrature studies |
+//! | 6 | [`app`] | the `leadr` command: demo in a window, capture into files, compare |
 //!
 //! # A first example
 //!
@@ -46,6 +47,7 @@
 
 pub mod app;
 pub mod gpu;
+pub mod lab;
 pub mod maps;
 pub mod reflectance;
 pub mod render;

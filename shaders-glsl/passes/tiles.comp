@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 // Finds out what each tile of the screen shows.
-#include "edges.glsl"
+#include "edges/edges.glsl"
 #include "tiles.glsl"
 #include "visible.glsl"
 layout(local_size_x = 8, local_size_y = 8) in;

@@ -1,5 +1,5 @@
 #version 460
-#include "leadr/specular.glsl"
+#include "leadr/integrals/specular.glsl"
 #include "leadr_probe.glsl"
 
 // The constants themselves; x only keeps the convention.

@@ -9,7 +9,7 @@ use super::cli::CompareArgs;
 use super::error::AppError;
 use super::output::Output;
 use super::values::extension;
-use crate::maps::compare::{Comparison, compare as compare_images};
+use crate::lab::metrics::compare::{Comparison, compare as compare_images};
 use crate::maps::tonemap::Tonemap;
 use crate::maps::{self, RgbImage};
 

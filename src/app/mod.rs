@@ -1,4 +1,4 @@
-//! Floor 5 · the `leadr` command: raw arguments ([`cli`]) → resolved configuration ([`config`]) → one file per command.
+//! Floor 6 · the `leadr` command: raw arguments ([`cli`]) → resolved configuration ([`config`]) → one file per command.
 //!
 //! stdout carries the result, stderr the talk. Exit codes: 0 done, 1 failed or over a threshold, 2 wrong usage.
 

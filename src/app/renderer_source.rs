@@ -10,7 +10,7 @@ use super::values::Layer;
 use crate::gpu::{Gpu, GpuOptions};
 use crate::render::frame::{Layer as GBufferLayer, Renderer};
 use crate::render::settings::{RenderSettings, Technique};
-use crate::render::tessellation::TessellationSettings;
+use crate::render::surfaces::tessellation::TessellationSettings;
 
 /// Draws an [`Animation`] with a [`Renderer`] that holds its objects.
 pub struct RendererSource {

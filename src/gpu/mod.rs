@@ -7,7 +7,7 @@
 //!
 //! # fn main() -> leadr::gpu::Result<()> {
 //! let gpu = Gpu::new(&GpuOptions { validation: true, ..Default::default() })?; // Arc<Gpu>
-//! let double = ComputePipeline::new(&gpu, "probes/selftest.comp", &[])?;
+//! let double = ComputePipeline::new(&gpu, "probes/selftest/selftest.comp", &[])?;
 //! let input = Buffer::from_slice(&gpu, "input", &[1.0f32, 2.0, 3.0])?;
 //! let output = Buffer::new(&gpu, "output", 12, Memory::Device)?;
 //! gpu.submit("double", |cmd| {

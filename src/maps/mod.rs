@@ -4,23 +4,18 @@
 //! Everywhere: row 0 is the top row, texels are row-major, `s` runs right over the width and `t` runs down over the
 //! height (both 0 to 1), colours are linear Rec.709 unless the type says sRGB.
 
-pub mod compare;
 mod exr_read;
 mod fault;
-pub mod flicker;
 mod hdr;
 pub mod limits;
 mod load;
-mod mask;
 pub mod moments;
 pub(crate) mod noise;
 
 mod png_read;
 
 pub mod procedural;
-pub mod ray_cast;
 pub mod save;
-pub mod shadowing_errors;
 pub mod tonemap;
 mod types;
 
@@ -29,6 +24,5 @@ pub use load::{
     Picture, decode_color, decode_color_srgb8, decode_environment, decode_height_map, decode_picture, load_color,
     load_color_srgb8, load_environment, load_height_map, load_picture,
 };
-pub use mask::Mask;
 pub use moments::{LeadrMap, MomentLevel, Moments, Wrap};
 pub use types::{HeightMap, Rgb8Image, RgbImage};

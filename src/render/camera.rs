@@ -1,6 +1,6 @@
 //! A pinhole camera with reversed, infinite depth.
 
-use super::tessellation::Lens;
+use super::surfaces::tessellation::Lens;
 use glam::{Mat4, Vec2, Vec3};
 
 /// A pinhole camera. World is z-up, lengths in metres.

@@ -1,36 +1,9 @@
-//! Floor 3 · the renderer: one file per pass, plus the frame that orders them.
+//! Floor 3 · the renderer: surfaces and light, the passes that draw them, and the frame that orders the passes.
 
-pub mod accumulate;
-pub mod atlas;
-mod atmosphere;
 pub mod camera;
-pub mod color_map;
-pub mod cube_mips;
-pub mod displacement;
-pub mod edges;
-pub mod environment;
-pub mod environment_lights;
-pub mod equirect;
-pub mod exposure;
-pub mod filter;
 pub mod frame;
-pub mod geometry;
-pub mod irradiance;
-pub mod moments;
-pub mod object;
-pub mod ocean;
-pub mod patch;
-pub mod patch_mesh;
-pub mod present;
-pub mod reference;
-pub mod relief_shadow;
+pub mod light;
+pub mod passes;
 pub mod scene;
 pub mod settings;
-pub mod shade;
-pub mod shadow;
-pub mod skinning;
-pub mod sky;
-pub mod sky_pass;
-pub mod tessellation;
-pub mod tiles;
-pub mod topology;
+pub mod surfaces;

@@ -1,11 +1,11 @@
 //! What a scene hands to the renderer: objects made once, and the state of one frame.
 
 use super::camera::Camera;
-use super::displacement::HeightField;
-use super::exposure;
-use super::patch_mesh::{PatchMesh, PosedVertices};
-use super::skinning;
-use super::sky::Sky;
+use super::light::exposure;
+use super::light::sky::Sky;
+use super::surfaces::displacement::HeightField;
+use super::surfaces::patch_mesh::{PatchMesh, PosedVertices};
+use super::surfaces::skinning;
 use glam::{Affine3A, Mat4, Vec3};
 
 /// An sRGB colour map with roughness.

@@ -10,9 +10,9 @@ use super::sphere::{bake_tiles, cube_sphere, triplanar};
 use super::stage::{Stage, Views};
 use crate::maps::procedural;
 use crate::render::camera::Camera;
-use crate::render::displacement::{Border, HeightField};
-use crate::render::patch_mesh::PatchMesh;
 use crate::render::scene::{Object, Pose};
+use crate::render::surfaces::displacement::{Border, HeightField};
+use crate::render::surfaces::patch_mesh::PatchMesh;
 
 /// What happens to the surfaces.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -143,7 +143,7 @@ pub fn stage(deformation: Deformation) -> Stage {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::render::topology::Topology;
+    use crate::render::surfaces::topology::Topology;
 
     #[test]
     fn the_cylinder_is_closed_and_its_normals_are_those_of_its_surface() {

@@ -6,9 +6,9 @@ use glam::{Vec2, Vec3};
 use super::stage::{Stage, Views};
 use crate::maps::procedural;
 use crate::render::camera::Camera;
-use crate::render::displacement::{Border, HeightField};
-use crate::render::patch_mesh::PatchMesh;
 use crate::render::scene::Object;
+use crate::render::surfaces::displacement::{Border, HeightField};
+use crate::render::surfaces::patch_mesh::PatchMesh;
 
 /// Vertical field of view, degrees: the view is up to 22° off the normal at the rims of a square picture.
 const FOV: f32 = 45.0;

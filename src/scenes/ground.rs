@@ -5,8 +5,8 @@ use glam::Vec2;
 use super::plane::{plane, toward_horizon};
 use crate::maps::procedural;
 use crate::maps::tonemap::srgb_from_linear;
-use crate::render::displacement::{Border, HeightField};
 use crate::render::scene::{ColorMap, Object};
+use crate::render::surfaces::displacement::{Border, HeightField};
 
 /// Metres of ground that show the soil map once.
 const REPEAT: f32 = 5.0;

@@ -10,9 +10,9 @@ use super::sphere::bake_patches;
 use super::stage::{Stage, Views};
 use crate::maps::tonemap::srgb_from_linear;
 use crate::render::camera::Camera;
-use crate::render::displacement::{Border, HeightField};
-use crate::render::patch_mesh::PatchMesh;
 use crate::render::scene::{ColorMap, Object, Pose};
+use crate::render::surfaces::displacement::{Border, HeightField};
+use crate::render::surfaces::patch_mesh::PatchMesh;
 
 /// Half the width, metres.
 const HALF: f32 = 0.25;
@@ -227,7 +227,7 @@ fn floor() -> Object {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::render::topology::Topology;
+    use crate::render::surfaces::topology::Topology;
 
     #[test]
     fn the_cushion_is_closed_and_faces_outwards() {

@@ -1,7 +1,7 @@
 //! A square of patches in the plane z = 0 with a repeating height map: the ground, and the `plane` scene.
 
-use crate::render::patch_mesh::PatchMesh;
 use crate::render::scene::Object;
+use crate::render::surfaces::patch_mesh::PatchMesh;
 use glam::{Vec2, Vec3};
 
 /// A smooth floor to rest things on, which throws no shadow.
@@ -62,7 +62,7 @@ pub fn toward_horizon(t: f32) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::render::topology::Topology;
+    use crate::render::surfaces::topology::Topology;
 
     #[test]
     fn planes_face_up_and_share_edges() {

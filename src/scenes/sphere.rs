@@ -1,9 +1,9 @@
 //! A sphere of patches, displaced by any height map without poles or seams: the map is projected along the three
 //! axes and blended into one tile per patch.
 
-use crate::render::displacement::{Border, HeightField};
-use crate::render::patch::{Patch, PatchPoint};
-use crate::render::patch_mesh::{PatchMesh, TileLayout};
+use crate::render::surfaces::displacement::{Border, HeightField};
+use crate::render::surfaces::patch::{Patch, PatchPoint};
+use crate::render::surfaces::patch_mesh::{PatchMesh, TileLayout};
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
@@ -136,7 +136,7 @@ pub fn displaced_sphere(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::render::topology::Topology;
+    use crate::render::surfaces::topology::Topology;
 
     #[test]
     fn the_sphere_is_closed_and_faces_outwards() {

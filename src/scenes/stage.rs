@@ -6,10 +6,10 @@ use super::plane::{even, plane};
 use super::sphere::displaced_sphere;
 use crate::maps::{HeightMap, procedural};
 use crate::render::camera::Camera;
-use crate::render::displacement::{Border, HeightField};
-use crate::render::ocean::surface::Ocean;
+use crate::render::light::sky::Sky;
+use crate::render::passes::ocean::surface::Ocean;
 use crate::render::scene::{FrameState, MAX_POINT_LIGHTS, Object, PointLight, Pose, Sun};
-use crate::render::sky::Sky;
+use crate::render::surfaces::displacement::{Border, HeightField};
 
 /// Standard views of a scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -173,7 +173,12 @@ impl Relief {
     }
 }
 
-fn object(name: &str, relief: &Relief, mesh: crate::render::patch_mesh::PatchMesh, heights: HeightField) -> Object {
+fn object(
+    name: &str,
+    relief: &Relief,
+    mesh: crate::render::surfaces::patch_mesh::PatchMesh,
+    heights: HeightField,
+) -> Object {
     Object {
         name: name.to_owned(),
         mesh,

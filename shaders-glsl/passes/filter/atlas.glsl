@@ -3,7 +3,7 @@
 #ifndef LEADR_FILTER_ATLAS
 #define LEADR_FILTER_ATLAS
 
-#include "leadr/slope_statistics.glsl"
+#include "leadr/slopes/statistics.glsl"
 
 const uint NO_NEIGHBOR = 0xffffffffu;
 const float SOURCE_LEVEL = 2.0; // of the tiles' mips: the last one in use

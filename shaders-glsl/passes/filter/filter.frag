@@ -7,8 +7,8 @@
 #include "../technique.glsl"
 #include "../visible.glsl"
 #include "leadr/frame.glsl"
-#include "leadr/geometric_antialiasing.glsl"
-#include "leadr/slope_map.glsl"
+#include "leadr/slopes/geometric_antialiasing.glsl"
+#include "leadr/slopes/map.glsl"
 #include "atlas.glsl"
 
 layout(constant_id = 1) const int MAX_TAPS = 8; // taps along the long axis of the pixel's footprint

@@ -5,7 +5,7 @@
 #include "object.glsl"
 #include "../visible.glsl"
 #include "leadr/frame.glsl"
-#include "leadr/slope_statistics.glsl"
+#include "leadr/slopes/statistics.glsl"
 
 layout(binding = 0, std140) uniform View {
     mat4 clip_from_world;

@@ -9,8 +9,8 @@
 #include "../gbuffer.glsl"
 #include "../visible.glsl"
 #include "leadr/frame.glsl"
-#include "leadr/normal_distribution.glsl"
-#include "leadr/slope_statistics.glsl"
+#include "leadr/facets/normal_distribution.glsl"
+#include "leadr/slopes/statistics.glsl"
 
 layout(constant_id = 1) const uint SEA = 63;
 layout(constant_id = 2) const int MAX_TAPS = 8;

@@ -4,8 +4,8 @@
 #ifndef LEADR_SHADE_CLASSIC
 #define LEADR_SHADE_CLASSIC
 #include "lighting.glsl"
-#include "leadr/classic.glsl"
-#include "leadr/sh.glsl"
+#include "leadr/materials/classic.glsl"
+#include "leadr/integrals/sh.glsl"
 
 // Density of the lobe's normals: of Blinn-Phong about the mean normal, of LEAN and CLEAN in the tangent frame.
 float classic_ndf(vec3 wh, vec3 n, float exponent, vec2 m, vec3 S) {

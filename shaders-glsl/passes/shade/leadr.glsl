@@ -4,14 +4,14 @@
 #ifndef LEADR_SHADE_LEADR
 #define LEADR_SHADE_LEADR
 #include "lighting.glsl"
-#include "leadr/diffuse.glsl"
-#include "leadr/ggx_lobes.glsl"
-#include "leadr/shadowed_environment.glsl"
-#include "leadr/shadowed_specular.glsl"
-#include "leadr/specular.glsl"
-#include "leadr/visible_diffuse.glsl"
-#include "leadr/visible_fresnel.glsl"
-#include "leadr/visible_specular.glsl"
+#include "leadr/integrals/diffuse.glsl"
+#include "leadr/integrals/ggx_lobes.glsl"
+#include "leadr/visible/shadowed_environment.glsl"
+#include "leadr/visible/shadowed_specular.glsl"
+#include "leadr/integrals/specular.glsl"
+#include "leadr/visible/diffuse.glsl"
+#include "leadr/visible/fresnel.glsl"
+#include "leadr/visible/specular.glsl"
 
 const bool GGX = TECHNIQUE == TECHNIQUE_LEADR_GGX;
 const int DIFFUSE_TERMS = 2; // of the closed form: see visible_diffuse.glsl

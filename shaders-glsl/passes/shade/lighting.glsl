@@ -2,7 +2,7 @@
 #ifndef LEADR_SHADE_LIGHTING
 #define LEADR_SHADE_LIGHTING
 #include "gbuffer.glsl"
-#include "leadr/slope_grid.glsl"
+#include "leadr/slopes/grid.glsl"
 #include "settings.glsl"
 #include "sun.glsl"
 

@@ -3,16 +3,16 @@
 // Shades a sample of the reference, shadows of the relief included: the base material on the facet that the pixel sees,
 // under lights whose visibility comes from maps as fine as the relief. The environment is one light drawn from it.
 #include "gbuffer.glsl"
-#include "leadr/specular.glsl"
-#include "leadr/visible_diffuse.glsl"
-#include "leadr/visible_fresnel.glsl"
+#include "leadr/integrals/specular.glsl"
+#include "leadr/visible/diffuse.glsl"
+#include "leadr/visible/fresnel.glsl"
 
 // Base materials smoother than this mirror the environment as if nothing shadowed it: drawn lights would miss them.
 layout(constant_id = 16) const float MIRROR_ALPHA = 0.15;
 layout(constant_id = 5) const int TERMS = 15; // bits: which light counts
 
 const int GRID = 5;          // samples of a mirror's slopes
-const int DIFFUSE_TERMS = 2; // see leadr/visible_diffuse.glsl
+const int DIFFUSE_TERMS = 2; // see leadr/visible/diffuse.glsl
 const int MAX_LIGHTS = 6;
 const float BIAS = 1.0; // steps towards the light before looking, in texels of its map
 

@@ -2,7 +2,7 @@
 #ifndef LEADR_SHADE_SETTINGS
 #define LEADR_SHADE_SETTINGS
 #include "../technique.glsl"
-#include "leadr/correlated_masking.glsl"
+#include "leadr/masking/correlated.glsl"
 
 layout(constant_id = 1) const bool VISIBLE_SLOPES = false; // the visible-slope rules, or the paper's grid
 layout(constant_id = 2) const int SAMPLES = 5;             // environment probes; N of the N x N grid

@@ -4,7 +4,7 @@
 // Shades each pixel of the G-buffer once.
 #include "classic.glsl"
 #include "leadr.glsl"
-#include "../edges.glsl"
+#include "../edges/edges.glsl"
 #include "../visible.glsl"
 
 layout(binding = 9) uniform usampler2D visible_surface;

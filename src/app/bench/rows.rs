@@ -10,7 +10,7 @@ use crate::app::renderer_source::render_settings;
 use crate::app::values::Size;
 use crate::render::scene::FrameState;
 use crate::render::settings::{Quadrature, RenderSettings, ShadingSettings, Technique, Terms, Visibility};
-use crate::render::tessellation::TessellationSettings;
+use crate::render::surfaces::tessellation::TessellationSettings;
 
 /// One thing that is drawn again and again.
 #[derive(Clone, Debug)]

@@ -1,7 +1,7 @@
 //! The two truths of the LEADR paper's Figure 8, and the first with all its shadows.
 
 use crate::render::settings::{RenderSettings, ShadingSettings, Technique};
-use crate::render::tessellation::TessellationSettings;
+use crate::render::surfaces::tessellation::TessellationSettings;
 
 /// What a picture is held against.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

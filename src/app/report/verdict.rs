@@ -4,9 +4,10 @@ use serde::{Deserialize, Serialize};
 
 use super::case::or_nan;
 
-use crate::maps::compare::{bias_over, compare, rrmse_over};
+use crate::lab::metrics::Mask;
+use crate::lab::metrics::compare::{bias_over, compare, rrmse_over};
 use crate::maps::tonemap::Tonemap;
-use crate::maps::{MapFault, Mask, Rgb8Image, RgbImage};
+use crate::maps::{MapFault, Rgb8Image, RgbImage};
 
 /// Pixels of the outline that the inside leaves out.
 pub const OUTLINE: u32 = 2;

@@ -9,10 +9,10 @@ use crate::gpu::{CommandRecorder, Swapchain, Timestamps, Use};
 use crate::maps::RgbImage;
 use crate::maps::tonemap::Tonemap;
 use crate::render::frame::{PassTime, Renderer};
-use crate::render::patch_mesh::PosedVertices;
-use crate::render::present::PresentPass;
+use crate::render::passes::present::PresentPass;
 use crate::render::scene::FrameState;
 use crate::render::settings::RenderSettings;
+use crate::render::surfaces::patch_mesh::PosedVertices;
 
 /// Draws into one window. One frame is in flight: the renderer's mapped buffers belong to the device until it is done.
 pub struct Painter {

@@ -8,15 +8,15 @@ use super::record::SubFrame;
 use super::targets::Targets;
 use super::{EdgePasses, PixelPasses, Renderer, SHADOW_SIZE};
 use crate::gpu::{GpuError, Result};
-use crate::render::edges::{JoinPass, MAX_GRID, edge_grid, edge_tessellation};
-use crate::render::filter::FilterPass;
-use crate::render::patch_mesh::PosedVertices;
-use crate::render::reference::ReferencePass;
+use crate::render::passes::edges::{JoinPass, MAX_GRID, edge_grid, edge_tessellation};
+use crate::render::passes::filter::FilterPass;
+use crate::render::passes::reference::ReferencePass;
+use crate::render::passes::shade::{Edges, LightSet, LightingGpu, ShadePass};
+use crate::render::passes::shadow::ShadowView;
 use crate::render::scene::FrameState;
 use crate::render::settings::{Quadrature, RenderSettings, Terms};
-use crate::render::shade::{Edges, LightSet, LightingGpu, ShadePass};
-use crate::render::shadow::ShadowView;
-use crate::render::tessellation::TessellationSettings;
+use crate::render::surfaces::patch_mesh::PosedVertices;
+use crate::render::surfaces::tessellation::TessellationSettings;
 
 impl Renderer {
     /// Makes targets and pipelines for these settings, poses the scene, and prepares the sun's view. The device must be

@@ -5,12 +5,12 @@ use glam::Vec2;
 use super::targets::{SampleTargets, Targets};
 use super::{EdgePasses, PassTime, PixelPasses, Renderer, add_times};
 use crate::gpu::{Commands, Image, Result};
-use crate::render::accumulate::edge_jitter;
-use crate::render::edges::{EdgeRays, area_of};
-use crate::render::patch_mesh::PosedVertices;
+use crate::render::passes::accumulate::edge_jitter;
+use crate::render::passes::edges::{EdgeRays, area_of};
+use crate::render::passes::shade::{LightSet, ShadeInputs};
 use crate::render::scene::FrameState;
 use crate::render::settings::RenderSettings;
-use crate::render::shade::{LightSet, ShadeInputs};
+use crate::render::surfaces::patch_mesh::PosedVertices;
 
 /// One drawing of the geometry.
 #[derive(Clone, Copy)]

@@ -3,10 +3,10 @@
 use std::sync::Arc;
 
 use crate::gpu::{Gpu, Image, ImageDesc, Result};
-use crate::render::edges::JoinedEdges;
-use crate::render::filter::GBuffer;
-use crate::render::geometry::VisibleSurface;
-use crate::render::shade::ShadePass;
+use crate::render::passes::edges::JoinedEdges;
+use crate::render::passes::filter::GBuffer;
+use crate::render::passes::geometry::VisibleSurface;
+use crate::render::passes::shade::ShadePass;
 
 /// What a sample of every pixel sees, and its radiance.
 pub struct SampleTargets {

@@ -1,7 +1,7 @@
 //! Which waves each cascade carries.
 
 use super::spectrum::Sea;
-use crate::render::ocean::waves::Cascade;
+use crate::render::surfaces::ocean::waves::Cascade;
 use std::f64::consts::TAU;
 
 /// The sea, divided into tiles.

@@ -2,17 +2,17 @@
 
 use super::cascades::divide;
 use super::spectrum::Sea;
-use crate::reflectance::normal_distribution::normal_quantile;
+use crate::reflectance::facets::normal_distribution::normal_quantile;
 use crate::render::camera::Camera;
-use crate::render::ocean::surface::Ocean;
-use crate::render::ocean::waves::foam_weight;
+use crate::render::passes::ocean::surface::Ocean;
+use crate::render::surfaces::ocean::waves::foam_weight;
 use crate::scenes::stage::{Stage, Views};
 use glam::Vec3;
 
 /// Samples along the edge of a tile, unless something else is asked for.
 pub const RESOLUTION: u32 = 256;
 
-/// Linear albedo that a [`Sky`](crate::render::sky::Sky) should have below its horizon over a sea, where mirrored rays that
+/// Linear albedo that a [`Sky`](crate::render::light::sky::Sky) should have below its horizon over a sea, where mirrored rays that
 /// meet other waves end: what water seen at a few degrees shows of the low sky, and what comes up out of it (an estimate).
 pub const BELOW_THE_HORIZON: [f32; 3] = [0.07, 0.09, 0.11];
 

@@ -4,10 +4,10 @@ use glam::{DVec2, Vec2, Vec3};
 
 use super::PERIOD;
 use super::sand::{DRY_REPEAT, STRIP, STRIP_REPEAT, Sand, dry, strip};
-use crate::render::displacement::{Border, HeightField};
-use crate::render::ocean::shore::Shore;
-use crate::render::patch_mesh::PatchMesh;
 use crate::render::scene::{ColorMap, Object};
+use crate::render::surfaces::displacement::{Border, HeightField};
+use crate::render::surfaces::ocean::shore::Shore;
+use crate::render::surfaces::patch_mesh::PatchMesh;
 
 /// How far the land reaches, metres: beyond the horizon.
 const FAR: f64 = 20e3;

@@ -17,9 +17,9 @@ use super::trex::TrexError;
 use super::trex::stage::{animal, walked};
 use super::trex::walk;
 use crate::render::camera::Camera;
-use crate::render::ocean::shore::{Bend, Shore};
-use crate::render::ocean::surface::Ocean;
+use crate::render::passes::ocean::surface::Ocean;
 use crate::render::scene::Pose;
+use crate::render::surfaces::ocean::shore::{Bend, Shore};
 
 /// Metres along the coast after which the sand repeats, its bends too.
 pub const PERIOD: f64 = 40.0;

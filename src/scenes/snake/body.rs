@@ -4,7 +4,7 @@ use std::f32::consts::TAU;
 
 use glam::{Vec2, Vec3};
 
-use crate::render::patch_mesh::PatchMesh;
+use crate::render::surfaces::patch_mesh::PatchMesh;
 
 /// Patches around the body and along it.
 pub const AROUND: u32 = 12;
@@ -226,7 +226,7 @@ impl Default for Body {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::render::topology::Topology;
+    use crate::render::surfaces::topology::Topology;
 
     #[test]
     fn the_body_is_closed_and_faces_outwards() {

@@ -13,9 +13,9 @@ use super::sphere::{bake_patches, cube_sphere};
 use super::stage::{Stage, Views};
 use crate::maps::tonemap::srgb_from_linear;
 use crate::render::camera::Camera;
-use crate::render::displacement::{Border, HeightField};
-use crate::render::patch_mesh::PatchMesh;
 use crate::render::scene::{ColorMap, Object, PointLight};
+use crate::render::surfaces::displacement::{Border, HeightField};
+use crate::render::surfaces::patch_mesh::PatchMesh;
 
 /// Angle around the body and ring, both continuous, of a place on a patch.
 fn parameters(patch: usize, uv: Vec2) -> Vec2 {

@@ -5,8 +5,8 @@ use std::f64::consts::FRAC_PI_2;
 use glam::{DVec2, Vec2};
 
 use super::noise::SphereNoise;
-use crate::render::displacement::{Border, HeightField};
-use crate::render::patch_mesh::PatchMesh;
+use crate::render::surfaces::displacement::{Border, HeightField};
+use crate::render::surfaces::patch_mesh::PatchMesh;
 use crate::scenes::sphere::{bake_tiles, cube_sphere};
 
 /// How large the bumps are.
@@ -97,7 +97,7 @@ impl Surface {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::render::patch::Patch;
+    use crate::render::surfaces::patch::Patch;
     use glam::Vec3;
 
     /// Slopes along `(ω_θ, ω_φ)` by central differences between the texels of a tile, as the LEADR maps have them, with

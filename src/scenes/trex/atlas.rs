@@ -17,8 +17,8 @@ use rayon::prelude::*;
 use super::noise::smooth_step as ss;
 use super::sdf::TrexSdf;
 use super::skin::Skin;
-use crate::render::patch::{Patch, PatchPoint};
-use crate::render::patch_mesh::{PatchMesh, TileLayout};
+use crate::render::surfaces::patch::{Patch, PatchPoint};
+use crate::render::surfaces::patch_mesh::{PatchMesh, TileLayout};
 
 /// Furthest displacement inwards and outwards, metres.
 const REACH: [f32; 2] = [0.16, 0.10];

@@ -3,7 +3,7 @@
 use glam::Vec3;
 
 use super::skeleton::joint_index;
-use crate::render::patch_mesh::PatchMesh;
+use crate::render::surfaces::patch_mesh::PatchMesh;
 
 /// Joints whose props (the dew claws and their horn) lie on skin that several joints move.
 const BENDING: [&str; 2] = ["ankle_L", "ankle_R"];
@@ -32,7 +32,7 @@ fn nearest(positions: &[Vec3], p: Vec3) -> Option<usize> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::render::skinning::skin;
+    use crate::render::surfaces::skinning::skin;
     use crate::scenes::trex::{Trex, skin::Skin, walk};
 
     #[test]

@@ -10,7 +10,7 @@ use bytemuck::Pod;
 use glam::Vec3;
 
 use super::atlas::Atlas;
-use crate::render::patch_mesh::{PatchMesh, SkinWeights, TileLayout};
+use crate::render::surfaces::patch_mesh::{PatchMesh, SkinWeights, TileLayout};
 
 const MAGIC: u64 = u64::from_le_bytes(*b"LEADRTRX");
 /// Bytes of the header: magic, key, checksum, tile, vertices, patches, joints per vertex (0 or 4).

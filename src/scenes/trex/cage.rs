@@ -11,7 +11,7 @@ use super::relax::{relax, unfold, vertex_normals};
 use super::sdf::TrexSdf;
 use super::topology::{Topology, neighbors};
 use super::weights::skin_weights;
-use crate::render::patch_mesh::PatchMesh;
+use crate::render::surfaces::patch_mesh::PatchMesh;
 
 /// Grid spacings tried in order, metres.
 const SPACINGS: [f32; 6] = [0.11, 0.109, 0.108, 0.106, 0.105, 0.104];
@@ -151,7 +151,7 @@ fn accessibility(sdf: &TrexSdf, positions: &[Vec3], normals: &[Vec3]) -> Vec<f32
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::render::patch::Patch;
+    use crate::render::surfaces::patch::Patch;
     use crate::scenes::trex::topology::quad_shape;
     use glam::Vec2;
     use std::time::Instant;

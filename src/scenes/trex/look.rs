@@ -7,8 +7,8 @@ use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
 use super::Trex;
-use crate::render::patch::Patch;
-use crate::render::patch_mesh::PatchMesh;
+use crate::render::surfaces::patch::Patch;
+use crate::render::surfaces::patch_mesh::PatchMesh;
 
 struct Vertex {
     position: Vec3,

@@ -26,7 +26,7 @@ pub mod weights;
 
 use std::path::Path;
 
-use crate::render::patch_mesh::{PatchMesh, TileLayout};
+use crate::render::surfaces::patch_mesh::{PatchMesh, TileLayout};
 use cache::Baked;
 use sdf::TrexSdf;
 use skin::Skin;
@@ -46,7 +46,7 @@ const SOURCES: [&str; 14] = [
     include_str!("skin.rs"),
     include_str!("topology.rs"),
     include_str!("weights.rs"),
-    include_str!("../../render/patch.rs"),
+    include_str!("../../render/surfaces/patch.rs"),
 ];
 
 /// The animal in its bind pose, ready for the renderer.

@@ -4,8 +4,8 @@ use std::path::Path;
 
 use glam::{Vec2, Vec3};
 
-use crate::render::patch::Patch;
-use crate::render::patch_mesh::PatchMesh;
+use crate::render::surfaces::patch::Patch;
+use crate::render::surfaces::patch_mesh::PatchMesh;
 
 /// An orthographic view: centre of the picture, width in metres, direction towards the viewer (degrees).
 #[derive(Clone, Copy)]
@@ -141,7 +141,7 @@ fn rest_pictures() {
 }
 
 fn posed(mesh: &PatchMesh, time: f64) -> PatchMesh {
-    let now = crate::render::skinning::skin(mesh, &super::walk::pose_in_place(time).skinning_matrices());
+    let now = crate::render::surfaces::skinning::skin(mesh, &super::walk::pose_in_place(time).skinning_matrices());
     PatchMesh { positions: now.positions, normals: now.normals, ..mesh.clone() }
 }
 

@@ -5,7 +5,7 @@ use glam::{Vec2, Vec3};
 use super::noise::{hash, smooth_step as ss, unit};
 use super::parts::{Frame, Space};
 use super::skin::Skin;
-use crate::render::patch_mesh::{PatchMesh, SkinWeights};
+use crate::render::surfaces::patch_mesh::{PatchMesh, SkinWeights};
 
 /// Joint indices of the design's skeleton table, left side; right ones are [`RIGHT`] further.
 const HEAD: u16 = 8;
@@ -405,7 +405,7 @@ pub fn build(skin: &Skin) -> PatchMesh {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::render::patch::Patch;
+    use crate::render::surfaces::patch::Patch;
     use std::collections::HashMap;
 
     /// Boundary or non-manifold edges: edges that are not used once in each direction.

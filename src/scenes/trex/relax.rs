@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use super::dual::QuadSurface;
 use super::sdf::TrexSdf;
 use super::topology::neighbors;
-use crate::render::patch::Patch;
+use crate::render::surfaces::patch::Patch;
 
 /// Longest Newton step, metres.
 const STEP_LIMIT: f32 = 0.03;

@@ -4,8 +4,8 @@ use glam::{Affine3A, Vec3};
 
 use super::{Trex, TrexError, walk};
 use crate::render::camera::Camera;
-use crate::render::displacement::{Border, HeightField};
 use crate::render::scene::{ColorMap, Object, Pose};
+use crate::render::surfaces::displacement::{Border, HeightField};
 use crate::scenes::ground::{PERIOD as GROUND_PERIOD, ground};
 use crate::scenes::stage::{Stage, Views};
 

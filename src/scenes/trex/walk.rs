@@ -133,7 +133,7 @@ fn solve_leg(local: &mut [DMat3], side: &str, sign: f64, foot: &Foot, root: DVec
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::render::patch_mesh::PatchMesh;
+    use crate::render::surfaces::patch_mesh::PatchMesh;
     use crate::scenes::trex::gait::HEEL_OFF;
     use crate::scenes::trex::sdf::TrexSdf;
 
@@ -183,7 +183,7 @@ mod tests {
 
     /// Skinned rest positions of the whole cage.
     fn skinned(mesh: &PatchMesh, pose: &Pose) -> Vec<Vec3> {
-        crate::render::skinning::skin(mesh, &pose.skinning_matrices()).positions
+        crate::render::surfaces::skinning::skin(mesh, &pose.skinning_matrices()).positions
     }
 
     #[test]

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use super::parts::Binding;
 use super::sdf::TrexSdf;
 use super::skeleton::{AXIAL_CHAIN, JOINT_COUNT, joint_index};
-use crate::render::patch_mesh::SkinWeights;
+use crate::render::surfaces::patch_mesh::SkinWeights;
 
 /// Length over which the influence of a part falls by `e`, metres; shorter in the feet, so that toes stay rigid and
 /// planted.

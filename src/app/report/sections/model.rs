@@ -10,12 +10,12 @@ use crate::app::error::AppError;
 use crate::app::report::html::{Cell, Html, Table, percent};
 use crate::app::report::plot::{Plot, Scale};
 use crate::app::report::studio::Studio;
-use crate::maps::ray_cast::{Patch, Spectrum, Tile};
-use crate::reflectance::correlated_masking::{DirectionArea, Visibility, direction_area, lit_fraction};
+use crate::lab::ray_cast::{Patch, Spectrum, Tile};
+use crate::reflectance::integrals::reference::{diffuse_directional, visible_mean};
+use crate::reflectance::masking::correlated::{DirectionArea, Visibility, direction_area, lit_fraction};
 use crate::reflectance::quadrature::composite_gauss;
-use crate::reflectance::reference::{diffuse_directional, visible_mean};
-use crate::reflectance::shadowed_environment::bent_normal;
-use crate::reflectance::slope_grid::{normal_of_slope, slope_cholesky};
+use crate::reflectance::slopes::grid::{normal_of_slope, slope_cholesky};
+use crate::reflectance::visible::shadowed_environment::bent_normal;
 
 const INTRO: &str = "Rays cast at random surfaces with Gaussian slopes, shadows included, against converged integrals of the model \
     with its forms of visibility: masking alone (the paper's Algorithms 1 and 2), Smith's height-correlated shadowing (LEADR \

@@ -11,8 +11,9 @@ use crate::app::report::studio::{Studio, fault};
 use crate::app::report::subject::Subject;
 use crate::app::report::truth::Truth;
 use crate::app::report::verdict::{Errors, Shot, judge};
-use crate::maps::flicker::{change, excess, magnitude};
-use crate::maps::{Mask, RgbImage};
+use crate::lab::metrics::Mask;
+use crate::lab::metrics::flicker::{change, excess, magnitude};
+use crate::maps::RgbImage;
 use crate::render::camera::Camera;
 use crate::render::settings::{Technique, Terms, Visibility};
 use crate::scenes::ocean::sea;
@@ -225,7 +226,7 @@ fn seen_by_both(before: &Shot, after: &Shot, ratio: f64) -> Result<Mask, AppErro
     let (now, then) = (after.interior().map_err(fault)?, before.interior().map_err(fault)?);
     let flags = then.inside.iter().map(|&inside| [f32::from(u8::from(inside)); 3]).collect();
     let flags = RgbImage::new(then.width, then.height, flags).map_err(fault)?;
-    let flags = crate::maps::flicker::shrunk(&flags, ratio).map_err(fault)?;
+    let flags = crate::lab::metrics::flicker::shrunk(&flags, ratio).map_err(fault)?;
     let coverage: Vec<f32> = flags.texels.iter().map(|t| t[0]).collect();
     Ok(now.and(&Mask::covered(then.width, then.height, &coverage, 0.999).map_err(fault)?))
 }

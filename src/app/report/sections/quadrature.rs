@@ -7,11 +7,11 @@ use crate::app::error::AppError;
 use crate::app::report::html::{Cell, Html, Table, number};
 use crate::app::report::plot::{Plot, Scale};
 use crate::app::report::studio::Studio;
-use crate::reflectance::quadrature_study::diffuse::DiffuseSet;
-use crate::reflectance::quadrature_study::light::LightSet;
-use crate::reflectance::quadrature_study::specular::{Sharpness, SpecularSet};
-use crate::reflectance::quadrature_study::sweep::{SweepRow, sweep_rows};
-use crate::reflectance::quadrature_study::{CLASSES, Row};
+use crate::lab::quadrature_study::diffuse::DiffuseSet;
+use crate::lab::quadrature_study::light::LightSet;
+use crate::lab::quadrature_study::specular::{Sharpness, SpecularSet};
+use crate::lab::quadrature_study::sweep::{SweepRow, sweep_rows};
+use crate::lab::quadrature_study::{CLASSES, Row};
 
 const INTRO: &str = "Every rule on random surfaces, viewers and environments against the converged integral of the same \
     model (64-bit, on the processor): what the number of slope samples costs in accuracy, and nothing else. Errors of diffuse \

@@ -11,8 +11,9 @@ use crate::app::report::studio::{Studio, fault};
 use crate::app::report::subject::Subject;
 use crate::app::report::truth::Truth;
 use crate::app::report::verdict::Shot;
-use crate::maps::flicker::{change, excess, magnitude};
-use crate::maps::{Mask, RgbImage};
+use crate::lab::metrics::Mask;
+use crate::lab::metrics::flicker::{change, excess, magnitude};
+use crate::maps::RgbImage;
 
 const INTRO: &str = "The camera moves away from the rough sphere in small, equal ratios of distance, at one sample per pixel. \
     The change of a pixel from one step to the next is taken after the earlier picture has been brought into the frame of \
@@ -100,7 +101,7 @@ fn seen_by_both(before: &Shot, after: &Shot, ratio: f64) -> Result<Mask, AppErro
     let inside = before.interior().map_err(fault)?;
     let flags = inside.inside.iter().map(|&i| [if i { 1.0 } else { 0.0 }; 3]).collect();
     let flags = RgbImage::new(width, height, flags).map_err(fault)?;
-    let moved = crate::maps::flicker::shrunk(&flags, ratio).map_err(fault)?;
+    let moved = crate::lab::metrics::flicker::shrunk(&flags, ratio).map_err(fault)?;
     let coverage: Vec<f32> = moved.texels.iter().map(|t| t[0]).collect();
     let before = Mask::covered(width, height, &coverage, 0.999).map_err(fault)?;
     Ok(before.and(&after.interior().map_err(fault)?))

@@ -11,10 +11,11 @@ use crate::app::report::studio::{Studio, fault};
 use crate::app::report::subject::Subject;
 use crate::app::report::truth::Truth;
 use crate::app::report::verdict::{Errors, Shot, Verdict, judge};
-use crate::maps::compare::rrmse_over;
-use crate::maps::{Mask, RgbImage};
-use crate::render::accumulate::Accumulation;
+use crate::lab::metrics::Mask;
+use crate::lab::metrics::compare::rrmse_over;
+use crate::maps::RgbImage;
 use crate::render::camera::Camera;
+use crate::render::passes::accumulate::Accumulation;
 use crate::render::scene::FrameState;
 use crate::render::settings::RenderSettings;
 

@@ -3,7 +3,8 @@
 use serde::Serialize;
 
 use crate::app::report::html::number;
-use crate::maps::{Mask, RgbImage};
+use crate::lab::metrics::Mask;
+use crate::maps::RgbImage;
 
 /// Samples of the reference that a picture is worth.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]

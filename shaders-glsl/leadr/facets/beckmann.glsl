@@ -1,0 +1,44 @@
+#ifndef LEADR_BECKMANN_GLSL
+#define LEADR_BECKMANN_GLSL
+
+#include "projected_area.glsl"
+#include "slope_distribution.glsl"
+#include "../slopes/statistics.glsl"
+
+// Bivariate Gaussian density of covariance S at the place e / z, over `divisor`. z2 = z^2, 1e-8 to 1. What comes with z or the
+// divisor costs no division of its own. Variances are at least MIN_VARIANCE.
+float gaussian_over(vec2 e, float z2, vec3 S, float divisor) {
+    vec2 v = clamp(S.xy, LEADR_MIN_VARIANCE, LEADR_MAX_SLOPE * LEADR_MAX_SLOPE);
+    float p = sqrt(v.x * v.y);
+    float r = clamp(S.z / p, -LEADR_MAX_CORRELATION, LEADR_MAX_CORRELATION);
+    float q = (1.0 - r) * (1.0 + r);
+    float det = v.x * v.y * q;
+    // Whitened: x, then y given x. Loses less than the adjugate when the correlation is strong.
+    float y = v.x * e.y - p * r * e.x;
+    float square = (e.x * e.x * det + y * y) / (v.x * det * z2);
+    return exp(-0.5 * square) / (2.0 * LEADR_PI * p * sqrt(q) * divisor);
+}
+
+// P22(slope): bivariate Gaussian density of slopes (LEADR eq. 8).
+float beckmann_p22(vec2 slope, vec2 m, vec3 S) {
+    return gaussian_over(slope - m, 1.0, S, 1.0);
+}
+
+// D(wh) = P22(slope of wh) / wh.z^4, normals per macro area and solid angle (LEADR eq. 10), over `divisor`, which is at
+// least MIN_AREA (the quotient stays below 1e32); 0 for wh.z <= 0.
+float beckmann_ndf_over(vec3 wh, vec2 m, vec3 S, float divisor) {
+    if (wh.z <= 0.0) return 0.0;
+    float z = max(wh.z, LEADR_MIN_NORMAL_Z);
+    float z2 = z * z;
+    return gaussian_over(wh.xy + z * m, z2, S, z2 * z2 * divisor);
+}
+float beckmann_ndf(vec3 wh, vec2 m, vec3 S) {
+    return beckmann_ndf_over(wh, m, S, 1.0);
+}
+
+// Density of visible normals, max(0, wo.wn) D(wn) / A(wo), per solid angle; at most 1e37.
+float beckmann_vndf(vec3 wo, vec3 wn, vec2 m, vec3 S) {
+    return visible_density(wo, wn, beckmann_ndf(wn, m, S), visible_area(wo, m, S));
+}
+
+#endif

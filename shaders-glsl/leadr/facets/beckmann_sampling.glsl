@@ -1,0 +1,79 @@
+#ifndef LEADR_BECKMANN_SAMPLING_GLSL
+#define LEADR_BECKMANN_SAMPLING_GLSL
+
+#include "normal_distribution.glsl"
+#include "projected_area.glsl"
+#include "../slopes/grid.glsl"
+
+// Exact sampling of visible Beckmann normals by inversion, for every mean slope and viewer; derivation in
+// src/reflectance/beckmann_sampling.rs.
+
+// Upper-tail quantile, at the normal deviate z, of a gamma distribution (Wilson & Hilferty's cube).
+float gamma_quantile(float z, float mean, float variance) {
+    float shape = max(mean * mean / max(variance, 1e-30), 2.0);
+    float cube = max(1.0 - 1.0 / (9.0 * shape) - z / (3.0 * sqrt(shape)), 0.02);
+    return mean * cube * cube * cube;
+}
+
+// (F, F') / phi(min(nu, 0)) at x = min(nu, 0) + w, F(x) = nu Phi(x) + phi(x); p, n: nu clamped to its sign.
+vec2 visible_part(float w, float p, float n) {
+    float x = n + w;
+    float y = p - w;
+    float e = exp(-w * (n + 0.5 * w));
+    float tail = mills_ratio(abs(x));
+    float part = x <= 0.0 ? e * (tail_mean_ratio(-x) + y * tail) : p * (2.5066283 - e * tail) + e;
+    return vec2(part, y * e);
+}
+
+// The visible slope x <= nu of the unit surface for which (nu Phi(x) + phi(x)) / (nu Phi(nu) + phi(nu)) = u: quantile of
+// the visible slopes along the viewer's azimuth; nu: projected area of the mesosurface in units of the spread.
+float visible_slope_quantile(float u, float nu) {
+    u = clamp(u, 2.9802322e-8, 0.99999994);
+    float p = clamp(nu, 0.0, 1e15);
+    float n = clamp(nu, -1e15, 0.0);
+    float z = normal_quantile(u);
+    float total;
+    float w;
+    if (nu > 0.0) {
+        float t = min(p, 13.0);
+        float e = exp(-0.5 * t * t);
+        total = 2.5066283 * p + e * tail_mean_ratio(t);
+        float pull = (2.5066283 - e * mills_ratio(t)) / total;
+        float variance = max(2.0 - (p + pull) * pull, 1e-3);
+        w = nu > 5.0 ? sqrt(variance) * z - pull : p - gamma_quantile(z, p + pull, variance);
+    } else {
+        float t = -n;
+        total = tail_mean_ratio(t);
+        float mean = t > 8.0 ? 2.0 / (t + 3.0 / t) : mills_ratio(t) / total - t;
+        w = -max(gamma_quantile(z, mean, 2.0 - mean * (mean + t)), sqrt(2.0 * (1.0 - u) * total));
+    }
+    float low = -9.0;
+    float high = min(p, 7.0);
+    w = clamp(w, low, high);
+    for (int i = 0; i < 5; ++i) {
+        vec2 f = visible_part(w, p, n);
+        float rest = max(total - f.x, 0.0);
+        float change = u < 0.5 ? -f.x * log(max(f.x, 1e-37) / (u * total))
+                               : 2.0 * (rest - sqrt(rest) * sqrt((1.0 - u) * total));
+        // The bracket closes by the sign of the step itself: at the root its rounding is another than that of f.x.
+        if (change > 0.0) low = w; else high = w;
+        float next = w + change / max(f.y, 1e-37);
+        // Outside, not a number included: bisect.
+        w = next >= low && next <= high ? next : 0.5 * (low + high);
+    }
+    return n + w;
+}
+
+// A visible normal for u in [0, 1)^2, distributed as beckmann_vndf(wo, wn, m, S): u.x gives the slope along the viewer's
+// azimuth, u.y across it.
+vec3 beckmann_sample_visible(vec3 wo, vec2 u, vec2 m, vec3 S) {
+    vec3 c = slope_cholesky(vec3(max(S.xy, LEADR_MIN_VARIANCE), S.z));
+    vec2 t = vec2(c.x * wo.x + c.y * wo.y, c.z * wo.y);
+    float b = length(t);
+    vec2 e = b > 1e-18 ? t / b : vec2(1.0, 0.0);
+    float x = visible_slope_quantile(u.x, clamp(meso_area(wo, m) / max(b, 1e-18), -1e15, 1e15));
+    float across = normal_quantile(u.y);
+    return normal_of_slope(slope_at(vec2(e.x * x - e.y * across, e.y * x + e.x * across), m, c));
+}
+
+#endif

@@ -1,0 +1,55 @@
+#ifndef LEADR_PROJECTED_AREA_GLSL
+#define LEADR_PROJECTED_AREA_GLSL
+
+#include "../constants.glsl"
+#include "normal_distribution.glsl"
+
+// Projected areas of a Gaussian rough surface. w: unit direction in the tangent frame (z: displacement direction);
+// m: mean slope; S: slope covariance (s_xx, s_yy, s_xy). Heitz et al., LEADR 4.3, in a form without cotangents.
+
+// a(w): projected area of the mesosurface per unit of macrosurface; negative when it faces away (LEADR eq. 14).
+float meso_area(vec3 w, vec2 m) {
+    return w.z - dot(w.xy, m);
+}
+
+// b(w): standard deviation of the slope seen along w, times sin(theta) (LEADR eq. 15).
+float slope_spread_squared(vec3 w, vec3 S) {
+    return w.x * w.x * S.x + w.y * w.y * S.y + 2.0 * w.x * w.y * S.z;
+}
+float slope_spread(vec3 w, vec3 S) {
+    return sqrt(max(slope_spread_squared(w, S), 0.0));
+}
+
+// A(w) - max(a, 0) = b h(|a|/b): the area that only the roughness makes visible. Equals a Lambda(w) for a > 0.
+float rough_area(float a, float b) {
+    return b * normal_tail_mean(abs(a) / max(b, 1e-18));
+}
+
+// A(w) = a Phi(a/b) + b phi(a/b), the visible projected area, = a (1 + Lambda(w)). Tends to max(a, 0) as b -> 0.
+float visible_area(vec3 w, vec2 m, vec3 S) {
+    float a = meso_area(w, m);
+    return max(a, 0.0) + rough_area(a, slope_spread(w, S));
+}
+
+// The mean slope, tilted towards the viewer just as far as the slope grid of half extent `lambda` needs to have a
+// visible node: a >= 1e-3 - lambda b / 2. Leaves every mesosurface alone that faces the viewer. Takes the place of the
+// artificial micronormal of the supplement, 3.7: continuous, and it moves along the direction that costs least.
+vec2 face_viewer(vec3 wo, vec2 m, vec3 S, float lambda) {
+    vec2 across = vec2(S.x * wo.x + S.z * wo.y, S.z * wo.x + S.y * wo.y);
+    float b2 = max(dot(wo.xy, across), 0.0);
+    float lack = 1e-3 - 0.5 * lambda * sqrt(b2) - meso_area(wo, m);
+    // S wo.xy is the tilt of the visible slopes; a smooth surface (S -> 0) tilts along wo.xy itself.
+    vec2 along = across + 1e-6 * wo.xy;
+    float gain = b2 + 1e-6 * dot(wo.xy, wo.xy);
+    vec2 tilted = m - along * (lack / max(gain, 1e-12));
+    return lack > 0.0 ? clamp(tilted, -1e6, 1e6) : m;
+}
+
+// The tilt of slope that brings a mesosurface which is turned away back to edge-on; 0 for one that faces the viewer. A
+// pixel that shows such a surface sees other facets around it, turned toward the viewer by about as much:
+//     vec2 d = tilt_to_edge(wo, m);  m += d;  S += vec3(d * d, d.x * d.y);
+vec2 tilt_to_edge(vec3 wo, vec2 m) {
+    return wo.xy * (min(meso_area(wo, m), 0.0) / max(dot(wo.xy, wo.xy), 1e-4));
+}
+
+#endif

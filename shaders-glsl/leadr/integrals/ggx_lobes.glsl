@@ -1,0 +1,42 @@
+#ifndef LEADR_GGX_LOBES_GLSL
+#define LEADR_GGX_LOBES_GLSL
+
+#include "../masking/correlated.glsl"
+#include "../facets/fresnel.glsl"
+#include "ggx_filtering.glsl"
+
+// A displaced GGX surface under lights and, as a mixture of a few Gaussian surfaces, under environments: GGX is an
+// integral of Gaussians (src/reflectance/ggx_lobes.rs).
+
+struct GaussianLobe {
+    float weight; // share of the slopes; all of them sum to one
+    vec3 S;       // covariance
+};
+
+const int LEADR_GGX_LOBES = 4;
+
+// The Beckmann lobe of d (k = 0), and three that stand for its GGX lobe.
+GaussianLobe ggx_lobe(DisplacedGgx d, int k) {
+    const vec2 lobes[4] = vec2[4](vec2(0.0, 1.0), vec2(0.3424, 2.069), vec2(0.4764, 0.5126), vec2(0.1812, 0.0825));
+    vec2 lobe = lobes[k]; // share of GGX, and how much narrower than Beckmann its variance is
+    return GaussianLobe(k == 0 ? 1.0 - d.weight : d.weight * lobe.x, d.roughness * (0.5 / lobe.y));
+}
+
+// What the surface shows of itself along w. cholesky: of roughness / 2.
+DirectionArea displaced_ggx_area(vec3 w, vec2 m, DisplacedGgx d, vec3 cholesky) {
+    vec2 whitened = whitened_direction(w, cholesky);
+    float meso = meso_area(w, m);
+    return DirectionArea(whitened, length(whitened), meso, max(meso, 0.0) + displaced_rough_area(w, meso, d));
+}
+
+// Radiance towards wo under one light from wi, per unit of its irradiance on a plane that faces it. o: displaced_ggx_area
+// of wo.
+vec3 displaced_ggx_light(int visibility, DirectionArea o, vec3 wo, vec3 wi, vec2 m, DisplacedGgx d, vec3 cholesky,
+                         vec3 f0) {
+    vec3 h = wo + wi;
+    vec3 wh = h * inversesqrt(max(dot(h, h), 1e-20));
+    float lit = visibility_factor(visibility, o, displaced_ggx_area(wi, m, d, cholesky));
+    return fresnel_schlick(f0, dot(wi, wh)) * (0.25 * displaced_ggx_ndf(wh, m, d) * lit);
+}
+
+#endif

@@ -1,0 +1,84 @@
+#ifndef LEADR_SPECULAR_GLSL
+#define LEADR_SPECULAR_GLSL
+
+#include "../facets/beckmann.glsl"
+#include "../masking/correlated.glsl"
+#include "../facets/fresnel.glsl"
+#include "../masking/smith.glsl"
+#include "../slopes/grid.glsl"
+
+// Radiance towards wo under one light from wi, per unit of its irradiance on a plane that faces it (LEADR eq. 17).
+vec3 leadr_specular_directional(vec3 wo, vec3 wi, vec2 m, vec3 S, vec3 f0, bool shadowing) {
+    vec3 h = wo + wi;
+    vec3 wh = h * inversesqrt(max(dot(h, h), 1e-20));
+    if (shadowing) {
+        float d = beckmann_ndf(wh, m, S);
+        return fresnel_schlick(f0, dot(wi, wh)) * (0.25 * d * masking_shadowing(wo, wi, m, S, true));
+    }
+    AreaQuotient o = visible_area_quotient(wo, m, S);
+    return fresnel_schlick(f0, dot(wi, wh)) * (0.25 * o.under * beckmann_ndf_over(wh, m, S, o.over));
+}
+
+// The same with any visibility, from the areas that o and i see: o once per pixel, shared by all lights.
+vec3 leadr_specular_light(int visibility, DirectionArea o, DirectionArea i, vec3 wo, vec3 wi, vec2 m, vec3 S, vec3 f0) {
+    vec3 h = wo + wi;
+    vec3 wh = h * inversesqrt(max(dot(h, h), 1e-20));
+    float d = beckmann_ndf_over(wh, m, S, max(o.visible, LEADR_MIN_AREA));
+    return fresnel_schlick(f0, dot(wi, wh)) * (0.25 * d * lit_fraction(visibility, o, i));
+}
+
+// Environment, LEADR eq. 22 / Algorithm 1. Once per pixel:
+//     m = face_viewer(wo, m, S, lambda);            // then norm is positive
+//     vec3 cholesky = slope_cholesky(S);
+//     float ao = meso_area(wo, m), Ao = visible_area(wo, m, S);
+//     float base = env_lod_base(S, grid_spacing(n, lambda), size, LEADR_LOD_MATCHED);
+// and for every grid node
+//     vec3 node = grid_node(j, k, n, lambda);
+//     EnvironmentSample e = environment_sample_at(wo, slope_at(node.xy, m, cholesky));
+//     float w = node.z * e.area;
+//     sum += w * fresnel_schlick(f0, dot(wo, e.wn)) * (shadowing ? shadowing_from_areas(ao, Ao, e.wi, m, S) : 1.0)
+//            * textureLod(environment, from_frame(f, e.wi), env_lod_at(base, wo, e.wn)).rgb;
+//     norm += w;
+// The radiance is sum / max(norm, 1e-12). Dividing by norm is the masking term (supplement, eq. 10), so a constant
+// environment gives its own value exactly.
+
+struct EnvironmentSample {
+    vec3 wi;    // reflected direction, unit, tangent frame (eq. 18)
+    vec3 wn;    // micronormal
+    float area; // <wn, wo> / wn.z
+};
+
+EnvironmentSample environment_sample_at(vec3 wo, vec2 slope) {
+    vec3 wn = normal_of_slope(slope);
+    return EnvironmentSample(2.0 * dot(wn, wo) * wn - wo, wn, facet_area(wo, slope));
+}
+
+// The same at standard normal coordinates p.
+EnvironmentSample environment_sample(vec3 wo, vec2 p, vec2 m, vec3 S) {
+    return environment_sample_at(wo, slope_sample(p, m, S));
+}
+
+// Additive constants of env_lod, by where they come from.
+const float LEADR_LOD_MATCHED = -0.5332;     // solid angle of the sample = mean solid angle of a cube texel
+const float LEADR_LOD_SUPPLEMENT = -1.48;    // supplement 3.5, its derivation
+const float LEADR_LOD_SUPPLEMENT_5 = 0.5;    // supplement 3.5, against banding with 5 x 5 nodes
+const float LEADR_LOD_SUPPLEMENT_32 = -0.5;  // the same with 32 x 32
+const float LEADR_LOD_ALGORITHM_1 = -1.8257; // supplement, simplified Algorithm 1: sqrt(alpha / 4 pi) textureSize
+
+// The part of env_lod that is the same for all samples of a pixel. size: texels per edge of the cube map; spacing: of the
+// samples in standard deviations; the larger deviation counts for both axes, as in the paper.
+float env_lod_base(vec3 S, float spacing, float size, float constant) {
+    return 0.5 * log2(max(max(S.x, S.y) * spacing * spacing, 1e-12)) + log2(size) + constant;
+}
+
+// Level of detail of one sample: its solid angle is J (spacing sigma)^2, J = 4 |wn.wo| wn.z^3 (LEADR 5.2). May be
+// negative; J = 0 and sigma = 0 give finite values.
+float env_lod_at(float base, vec3 wo, vec3 wn) {
+    return base + 0.5 * log2(max(4.0 * abs(dot(wn, wo)) * wn.z * wn.z * wn.z, 1e-12));
+}
+
+float env_lod(vec3 wo, vec3 wn, vec3 S, float spacing, float size, float constant) {
+    return env_lod_at(env_lod_base(S, spacing, size, constant), wo, wn);
+}
+
+#endif

@@ -1,0 +1,85 @@
+#ifndef LEADR_CORRELATED_MASKING_GLSL
+#define LEADR_CORRELATED_MASKING_GLSL
+
+#include "../facets/projected_area.glsl"
+
+// Masking and shadowing that know how the directions of viewer and light are correlated:
+//     G = 1 / (1 + max(Lambda_o, Lambda_i) + f min(Lambda_o, Lambda_i))
+// with f = 0 for equal azimuths (in the space where the surface is isotropic) and 1, Smith's form, for separate ones.
+// src/reflectance/correlated_masking.rs derives it. Once per pixel:
+//     vec3 cholesky = slope_cholesky(S);
+//     DirectionArea o = direction_area(wo, m, cholesky);
+// and for each light:
+//     float lit = lit_fraction(visibility, o, direction_area(wi, m, cholesky));
+
+// What counts as lit among the facets that the viewer sees.
+const int LEADR_VISIBILITY_MASKING = 0;           // everything
+const int LEADR_VISIBILITY_SMITH = 1;             // LEADR eq. 13
+const int LEADR_VISIBILITY_CORRELATED = 2;        // direction-correlated, full
+const int LEADR_VISIBILITY_CORRELATED_SIMPLE = 3; // and simple
+
+// What a surface shows of itself in one direction.
+struct DirectionArea {
+    vec2 whitened; // p = C^T w.xy
+    float spread;  // b = |p|
+    float meso;    // a: projected area of the mesosurface
+    float visible; // A: visible projected area
+};
+
+// p = C^T w.xy from the lower Cholesky factor (c_xx, c_yx, c_yy) of the slopes' covariance.
+vec2 whitened_direction(vec3 w, vec3 cholesky) {
+    return vec2(cholesky.x * w.x + cholesky.y * w.y, cholesky.z * w.y);
+}
+
+DirectionArea direction_area(vec3 w, vec2 m, vec3 cholesky) {
+    vec2 whitened = whitened_direction(w, cholesky);
+    float spread = length(whitened);
+    float meso = meso_area(w, m);
+    return DirectionArea(whitened, spread, meso, max(meso, 0.0) + rough_area(meso, spread));
+}
+
+// The same for a visibility: only one that knows directions needs the whitened one, and what the others need is cheaper
+// to have from the covariance S itself.
+DirectionArea area_for(int visibility, vec3 w, vec2 m, vec3 S, vec3 cholesky) {
+    if (visibility >= LEADR_VISIBILITY_CORRELATED) return direction_area(w, m, cholesky);
+    float spread = slope_spread(w, S);
+    float meso = meso_area(w, m);
+    return DirectionArea(vec2(0.0), spread, meso, max(meso, 0.0) + rough_area(meso, spread));
+}
+
+// f, 0 for equal azimuths to 1. less, more: a_o a_i times the smaller and the larger Lambda; both: a_o a_i.
+float decorrelation(vec2 po, vec2 pi, float both, float more, float less, bool simple) {
+    float scale = inversesqrt(max(dot(po, po) * dot(pi, pi), 1e-36));
+    float cosine = dot(po, pi) * scale;
+    float sine = abs(po.x * pi.y - po.y * pi.x) * scale;
+    float along = cosine >= 0.0 ? 1.0 + cosine : sine * sine / (1.0 - cosine); // tan(phi/2) = sine / along
+    if (simple) return (sine + 1e-9) / (sine + 0.26 * along + 1e-9);
+    float late = 0.3 * (more - less) / max(more + less, 1e-30) * along;
+    float t = sine * sine / max(sqrt(sine * sine + late * late) + late, 1e-18);
+    float half_width = 0.5 * both / max(both + 2.0 * less, 1e-30) * along;
+    return (t + 1e-9) / (t + half_width + 1e-9);
+}
+
+// G A_o / a_o, 0..1: the part of what the viewer sees that the light reaches. The weight of a light, or of a sample of an
+// environment, in a sum that is already normalised for masking.
+float lit_fraction(int visibility, DirectionArea o, DirectionArea i) {
+    if (visibility == LEADR_VISIBILITY_MASKING) return 1.0;
+    float ao = max(o.meso, 0.0);
+    float ai = max(i.meso, 0.0);
+    float seen = ai * max(o.visible, LEADR_MIN_AREA);
+    float hidden_o = max(o.visible - ao, 0.0) * ai;
+    float hidden_i = max(i.visible - ai, 0.0) * ao;
+    float more = max(hidden_o, hidden_i);
+    float less = min(hidden_o, hidden_i);
+    float f = 1.0;
+    if (visibility != LEADR_VISIBILITY_SMITH)
+        f = decorrelation(o.whitened, i.whitened, ao * ai, more, less, visibility == LEADR_VISIBILITY_CORRELATED_SIMPLE);
+    return seen / max(seen + max(hidden_i - hidden_o, 0.0) + f * less, 1e-30);
+}
+
+// G / a_o, within 0..1e6: the factor of F D / 4 in f_r cos(theta_i).
+float visibility_factor(int visibility, DirectionArea o, DirectionArea i) {
+    return lit_fraction(visibility, o, i) / max(o.visible, LEADR_MIN_AREA);
+}
+
+#endif

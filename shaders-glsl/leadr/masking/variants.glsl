@@ -1,0 +1,62 @@
+#ifndef LEADR_MASKING_VARIANTS_GLSL
+#define LEADR_MASKING_VARIANTS_GLSL
+
+#include "correlated.glsl"
+#include "../facets/projected_area.glsl"
+#include "../slopes/grid.glsl"
+
+// Geometric attenuation of any slope distribution as the factor G / a_o of f_r cos(theta_i) = F D (G / a_o) / 4
+// (thesis Table 2.IV, eq. 2.13 and 3.3; LEADR eq. 13-17). src/reflectance/masking_variants.rs derives each.
+
+const int LEADR_SMITH_CORRELATED = 0;    // LEADR's: a_i / (a_i A_o + a_o (A_i - a_i))
+const int LEADR_SMITH_SEPARABLE = 1;     // a_i / (A_o A_i)
+const int LEADR_SMITH_UNSHADOWED = 2;    // 1 / A_o
+const int LEADR_SMITH_THESIS = 3;        // by the macrosurface's cosines, for comparison; 0 beyond its pole
+const int LEADR_VGROOVE = 4;             // min(f, 2 a_o, 2 a_i) / (f a_o), f = (wo.wh) / wh.z
+const int LEADR_VGROOVE_UNSHADOWED = 5;  // min(f, 2 a_o) / (f a_o)
+const int LEADR_NORMAL_MAP = 6;          // 1 / f
+const int LEADR_SMITH_DIRECTION_CORRELATED = 7;        // between the first and 1 / A_o: correlated_masking.glsl
+const int LEADR_SMITH_DIRECTION_CORRELATED_SIMPLE = 8;
+
+// f = (wo.wh) / wh.z: projected area, per unit of macrosurface, of the facet that mirrors wo into wi. The cosine is taken
+// as |wo + wi| / 2, which keeps its digits as wi -> -wo.
+float half_facet_area(vec3 wo, vec3 wi, vec3 wh) {
+    return 0.5 * length(wo + wi) / max(wh.z, 1e-12);
+}
+
+// m: mean slope; area_o, area_i: visible projected areas A(wo), A(wi) of the distribution, held above MIN_AREA; S: covariance
+// of the slopes, or a multiple of it (a roughness matrix), for the direction-correlated forms.
+float masking_factor(int masking, vec3 wo, vec3 wi, vec3 wh, vec2 m, float area_o, float area_i, vec3 S) {
+    float ao = max(meso_area(wo, m), 0.0);
+    float ai = max(meso_area(wi, m), 0.0);
+    area_o = max(area_o, LEADR_MIN_AREA);
+    area_i = max(area_i, LEADR_MIN_AREA);
+    float facet = half_facet_area(wo, wi, wh);
+    switch (masking) {
+    case LEADR_SMITH_CORRELATED:
+        return ai / max(ai * area_o + ao * max(area_i - ai, 0.0), 1e-30);
+    case LEADR_SMITH_SEPARABLE:
+        return ai / (area_o * area_i);
+    case LEADR_SMITH_THESIS:
+        float denominator = wi.z * area_o + wo.z * area_i - wo.z * wi.z;
+        bool seen = wo.z > 0.0 && wi.z > 0.0 && ao > 0.0 && ai > 0.0 && denominator > 0.0;
+        return seen ? wi.z / max(denominator, LEADR_MIN_AREA * wi.z) : 0.0;
+    case LEADR_VGROOVE:
+        return ai / max(max(ai * max(max(ao, 0.5 * facet), LEADR_MIN_AREA), 0.5 * facet * ao), 1e-30);
+    case LEADR_VGROOVE_UNSHADOWED:
+        return 1.0 / max(max(ao, 0.5 * facet), LEADR_MIN_AREA);
+    case LEADR_NORMAL_MAP:
+        return 1.0 / max(facet, LEADR_MIN_AREA);
+    case LEADR_SMITH_DIRECTION_CORRELATED:
+    case LEADR_SMITH_DIRECTION_CORRELATED_SIMPLE:
+        vec3 cholesky = slope_cholesky(S);
+        vec2 po = whitened_direction(wo, cholesky);
+        vec2 pi = whitened_direction(wi, cholesky);
+        bool simple = masking == LEADR_SMITH_DIRECTION_CORRELATED_SIMPLE;
+        return visibility_factor(simple ? LEADR_VISIBILITY_CORRELATED_SIMPLE : LEADR_VISIBILITY_CORRELATED,
+                                 DirectionArea(po, length(po), ao, area_o), DirectionArea(pi, length(pi), ai, area_i));
+    }
+    return 1.0 / area_o;
+}
+
+#endif

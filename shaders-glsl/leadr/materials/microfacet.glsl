@@ -1,0 +1,38 @@
+#ifndef LEADR_MICROFACET_GLSL
+#define LEADR_MICROFACET_GLSL
+
+#include "../facets/beckmann.glsl"
+#include "../facets/ggx.glsl"
+#include "../masking/variants.glsl"
+
+// f_r cos(theta_i) of ideal mirrors, D (G / a_o) / 4 (thesis eq. 2.1); times a Fresnel term at dot(wo, half_vector(wo, wi))
+// for others. `masking` is one of the constants of masking_variants.glsl. 0 where the half vector is not above the horizon.
+
+// Half vector of two unit directions; zero for opposite ones.
+vec3 half_vector(vec3 wo, vec3 wi) {
+    vec3 h = wo + wi;
+    return h * inversesqrt(max(dot(h, h), 1e-20));
+}
+
+// D (G / a_o) / 4, finite: the density of a mirror's normals is held at 1e30.
+float microfacet_product(float d, float factor) {
+    return 0.25 * min(d, 1e30) * factor;
+}
+
+// Gaussian slopes. m: mean slope; S: slope covariance (s_xx, s_yy, s_xy).
+float microfacet_eval_beckmann(int masking, vec3 wo, vec3 wi, vec2 m, vec3 S) {
+    vec3 wh = half_vector(wo, wi);
+    if (wh.z <= 0.0) return 0.0;
+    float factor = masking_factor(masking, wo, wi, wh, m, visible_area(wo, m, S), visible_area(wi, m, S), S);
+    return microfacet_product(beckmann_ndf(wh, m, S), factor);
+}
+
+// GGX slopes. m: mean slope; A: roughness matrix (a_xx, a_yy, a_xy), alpha^2 terms.
+float microfacet_eval_ggx(int masking, vec3 wo, vec3 wi, vec2 m, vec3 A) {
+    vec3 wh = half_vector(wo, wi);
+    if (wh.z <= 0.0) return 0.0;
+    float factor = masking_factor(masking, wo, wi, wh, m, ggx_visible_area(wo, m, A), ggx_visible_area(wi, m, A), A);
+    return microfacet_product(ggx_ndf(wh, m, A), factor);
+}
+
+#endif

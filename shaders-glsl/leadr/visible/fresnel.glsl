@@ -1,0 +1,35 @@
+#ifndef LEADR_VISIBLE_FRESNEL_GLSL
+#define LEADR_VISIBLE_FRESNEL_GLSL
+
+#include "../facets/fresnel.glsl"
+#include "slopes.glsl"
+
+// Mean Fresnel reflectance of the facets that wo sees: what a diffuse surface under mirrors does not get. Schlick's fifth power
+// of a normal variable of the mean and the variance that the cosine has to second order about the mean visible facet,
+// along the slope that is seen; what lies across it only lengthens N. S: usable (clamp_covariance). src/reflectance/visible_fresnel.rs derives it.
+vec3 visible_fresnel(vec3 wo, vec2 m, vec3 S, vec3 f0) {
+    vec2 across = vec2(S.x * wo.x + S.z * wo.y, S.z * wo.x + S.y * wo.y);
+    float b2 = max(dot(across, wo.xy), 0.0);
+    float per_b = inversesqrt(max(b2, 1e-24));
+    float b = b2 * per_b;
+    float a = tilted_area(wo, m, b);
+    float t = min(a * per_b, 1e6);
+    float lean = clamped_line(t).lean;
+    float variance = clamp(2.0 - lean * (t + lean), 0.02, 1.0);
+    vec2 axis = across * per_b;
+    vec2 slope = m - axis * lean;
+    float stretch = dot(axis, axis);
+    float per = inversesqrt(1.0 + dot(slope, slope) + max(S.x + S.y - stretch, 0.0));
+    // Along d deviations of the slope that is seen: cosine = (facet - b d) / |N|.
+    float cosine = (a + b * lean) * per;
+    float loss = b * per;
+    float turn = dot(slope, axis) * per * per;
+    float first = loss + cosine * turn;
+    float second = loss * turn + cosine * (1.5 * turn * turn - 0.5 * stretch * per * per);
+    float k = clamp(1.0 - cosine - variance * second, 0.0, 1.0);
+    float k2 = k * k, v = variance * first * first;
+    float mean = min(k * (k2 * k2 + v * (10.0 * k2 + 15.0 * v)), 1.0);
+    return f0 + (grazing_reflectance(f0) - f0) * mean;
+}
+
+#endif

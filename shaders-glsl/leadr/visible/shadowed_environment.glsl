@@ -1,0 +1,52 @@
+#ifndef LEADR_SHADOWED_ENVIRONMENT_GLSL
+#define LEADR_SHADOWED_ENVIRONMENT_GLSL
+
+#include "../frame.glsl"
+#include "../facets/projected_area.glsl"
+#include "../integrals/sh.glsl"
+#include "../slopes/grid.glsl"
+
+// Diffuse environments with the shadows that the surface throws on itself, one irradiance lookup; src/reflectance/shadowed_environment.rs derives it.
+
+// What the viewer sees of the mesosurface.
+struct VisibleTilt {
+    vec2 shift;  // mean slope of what is seen, minus the mean slope; exact
+    float front; // a / A, 0..1; 0 for a mesosurface that is turned away
+};
+
+// -S wo.xy Phi(t) / A with t = a / b, A = b (t Phi(t) + phi(t)).
+VisibleTilt visible_tilt(vec3 wo, vec2 m, vec3 S) {
+    vec2 across = vec2(S.x * wo.x + S.z * wo.y, S.z * wo.x + S.y * wo.y);
+    float per_b = inversesqrt(max(dot(across, wo.xy), 1e-24));
+    float t = clamp(meso_area(wo, m) * per_b, -1e6, 1e6);
+    ClampedLine line = clamped_line(t);
+    return VisibleTilt(clamp(across * (-line.lean * per_b), -1e3, 1e3), line.front);
+}
+
+// What a shadowed diffuse surface shows of an environment.
+struct BentNormal {
+    vec3 normal; // unit, tangent frame: where to look the irradiance up
+    float open;  // factor of that irradiance, 0..1
+};
+
+// S: slope covariance, usable (clamp_covariance).
+BentNormal bent_normal(vec3 wo, vec2 m, vec3 S) {
+    VisibleTilt v = visible_tilt(wo, m, S);
+    float iq = 1.0 / (1.0 + dot(m, m));
+    float tau = 0.5 * iq * (S.x + S.y);
+    float det = iq * sqrt(max(fma(S.x, S.y, -S.z * S.z), 0.0));
+    float ao = max(meso_area(wo, m), 0.0);
+    float spread = 1.0 + 0.89 * sqrt(tau + 1.2 * max(tau - det, 0.0));
+    float lost = 1.10 * tau / (spread + 1.10 * tau);
+    float open = 1.0 - lost * (0.67 + 0.33 * v.front) + 0.19 * dot(v.shift, m) * iq;
+    float bend = 0.67 * (1.0 + 0.6 * (1.0 - ao * ao * iq)) / (1.0 + 1.2 * sqrt(tau));
+    return BentNormal(normal_of_slope(m + bend * v.shift), clamp(open, 0.0, 1.0));
+}
+
+// Diffuse radiance under an environment, with shadows, per unit of albedo. c: radiance coefficients in the world; f: the
+// tangent frame in the world.
+vec3 shadowed_diffuse_environment(BentNormal v, Frame f, vec3 c[9]) {
+    return max(sh_irradiance(c, from_frame(f, v.normal)), 0.0) * (v.open / LEADR_PI);
+}
+
+#endif

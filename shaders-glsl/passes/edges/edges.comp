@@ -1,0 +1,50 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+// Marks where an edge sample sees the surface that its pixel is shaded by, so that nothing shades it again; and where the
+// pixel's footprint is not small beside a patch, so that its part of it is filtered and joined (join.comp).
+#define LEADR_EDGE_RAYS
+#include "edges.glsl"
+#include "../gbuffer.glsl"
+#include "../visible.glsl"
+#include "leadr/frame.glsl"
+layout(local_size_x = 8, local_size_y = 8) in;
+
+layout(binding = 0) uniform usampler2D pixel_surface; // what the pixel's own sample sees: geometry.frag
+layout(binding = 1) uniform usampler2D pixel_tangent;
+layout(binding = 2) uniform sampler2D pixel_depth;
+layout(binding = 3, rgba32ui) uniform uimage2D edge_surface; // what the edge sample sees
+layout(binding = 4) uniform usampler2D edge_tangent;
+layout(binding = 5) uniform sampler2D edge_depth;
+layout(binding = 6) uniform usampler2D pixel_filtered;
+
+const float SAME_NORMAL = 0.9; // cosine of the largest turn of the displacement direction on one surface
+
+void main() {
+    ivec2 size = imageSize(edge_surface), pixels = textureSize(pixel_surface, 0);
+    int grid = size.x / pixels.x;
+    ivec2 edge = rays.area.xy * grid + ivec2(gl_GlobalInvocationID.xy);
+    if (any(greaterThanEqual(edge, rays.area.zw * grid))) {
+        return;
+    }
+    // Edge samples come in grids inside each pixel.
+    ivec2 pixel = edge / grid;
+    uint object = texelFetch(pixel_surface, pixel, 0).x & (OBJECT_BITS | INSIDE);
+    uvec4 seen = imageLoad(edge_surface, edge);
+    bool same = object == (seen.x & (OBJECT_BITS | INSIDE));
+    if (same && object != 0u) {
+        float pixel_distance = rays.pixel.w / texelFetch(pixel_depth, pixel, 0).x;
+        float edge_distance = rays.pixel.w / texelFetch(edge_depth, edge, 0).x;
+        vec3 apart = edge_distance * (rays.edge.xyz + ray_across(edge, size))
+                   - pixel_distance * (rays.pixel.xyz + ray_across(pixel, pixels));
+        vec3 a = octahedral_decode(unpackSnorm2x16(texelFetch(pixel_tangent, pixel, 0).x));
+        vec3 b = octahedral_decode(unpackSnorm2x16(texelFetch(edge_tangent, edge, 0).x));
+        // Two points of one sphere are apart across their mean normal, however grazing the view. What stands out of it by less
+        // than a pixel is too small to be told apart.
+        float width = 2.0 * length(rays.y.xyz) / float(pixels.y) * pixel_distance;
+        same = dot(a, b) > SAME_NORMAL && abs(dot(apart, normalize(a + b))) < width;
+    }
+    if (same) {
+        bool joined = object != 0u && joined_part_of(texelFetch(pixel_filtered, pixel, 0).xy) > 0.0;
+        imageStore(edge_surface, edge, joined ? uvec4(seen.x | OF_THE_PIXEL, seen.yzw) : uvec4(SURFACE_OF_THE_PIXEL, uvec3(0u)));
+    }
+}

@@ -1,0 +1,105 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+// Joins the edge samples of each pixel: the radiance of those that see other surfaces, and, where the pixel's footprint is
+// not small beside a patch, the slope statistics and materials of those that see its surface, which take the place of the
+// pixel's, and the sun's visibility from them.
+#define LEADR_EDGE_RAYS
+#include "edges.glsl"
+#include "../gbuffer.glsl"
+#include "../technique.glsl"
+#include "../visible.glsl"
+#include "leadr/frame.glsl"
+#include "leadr/slopes/turn.glsl"
+#include "../shade/sun.glsl"
+layout(local_size_x = 8, local_size_y = 8) in;
+
+layout(binding = 0) uniform usampler2D edge_surface;
+layout(binding = 1) uniform sampler2D edge_radiance;
+layout(binding = 2) uniform usampler2D edge_slopes;    // the G-buffer of the edge samples
+layout(binding = 3) uniform usampler2D edge_material;
+layout(binding = 4) uniform usampler2D edge_joined;    // area, relief
+layout(binding = 6, rgba32f) uniform image2D others;   // sum of the radiance and coverage of other surfaces
+layout(binding = 7, rgba32f) uniform image2D shares;   // samples on the pixel's surface; area, number and sunlit part of those joined
+layout(binding = 12) uniform usampler2D pixel_surface; // the G-buffer of the pixels
+layout(binding = 9, rgba32ui) uniform uimage2D slopes; // the G-buffer of the pixels
+layout(binding = 10, rgba32ui) uniform uimage2D material;
+layout(binding = 11) uniform sampler2D edge_depth;
+
+layout(constant_id = 7) const bool SUN_SHADOWS = true;
+
+// A surface seen edge-on fills a sample with ever more of itself, most of which its bumps hide: this cosine bounds how much.
+const float LEAST_COSINE = 0.1;
+
+void main() {
+    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy), pixels = imageSize(others);
+    if (any(greaterThanEqual(pixel, pixels))) {
+        return;
+    }
+    bool first = rays.edge.w == 0.0;
+    vec4 sum = first ? vec4(0.0) : imageLoad(others, pixel);
+    vec4 share = first ? vec4(0.0) : imageLoad(shares, pixel);
+    // The pixel's own sample counts as so many of them: none, but where joining begins.
+    float part = joined_part_of(texelFetch(pixel_surface, pixel, 0).xy);
+    float own_weight = rays.x.w * (1.0 / max(part, 1e-4) - 1.0);
+    if (first) {
+        share.y = own_weight;
+    }
+    ivec2 edges = textureSize(edge_surface, 0);
+    int grid = edges.x / pixels.x;
+    if (any(lessThan(pixel, rays.area.xy)) || any(greaterThanEqual(pixel, rays.area.zw))) {
+        imageStore(others, pixel, sum);
+        imageStore(shares, pixel, share + vec4(float(grid * grid), 0.0, 0.0, 0.0));
+        return;
+    }
+    uvec4 own = imageLoad(slopes, pixel), own_material = imageLoad(material, pixel);
+    Frame to = frame_about(octahedral_decode(unpackSnorm2x16(own.x)));
+    SlopePart whole = SlopePart(mean_slope_of(own), covariance_of(own, own_material), share.y);
+    vec4 materials = vec4(0.0);
+    // Solid angle of an edge sample.
+    float cell = 4.0 * length(cross(rays.x.xyz, rays.y.xyz)) / (float(edges.x) * float(edges.y) * dot(rays.pixel.xyz, rays.pixel.xyz));
+    float joined = share.z, sunlit = share.w;
+    for (int i = 0; i < grid * grid; ++i) {
+        ivec2 at = pixel * grid + ivec2(i % grid, i / grid);
+        uint word = texelFetch(edge_surface, at, 0).x;
+        bool of_the_pixel = (word & OF_THE_PIXEL) != 0u;
+        if (of_the_pixel) {
+            uvec4 seen = texelFetch(edge_slopes, at, 0), seen_material = texelFetch(edge_material, at, 0);
+            vec2 mean = mean_slope_of(seen);
+            vec2 area_relief = uintBitsToFloat(texelFetch(edge_joined, at, 0).xy);
+            Frame from = frame_about(octahedral_decode(unpackSnorm2x16(seen.x)));
+            mat3 turn = mat3(to_frame(to, from.x), to_frame(to, from.y), to_frame(to, from.z));
+            SlopePart part = turn_slopes(turn, mean, covariance_of(seen, seen_material));
+            // Bumps that face the viewer fill more samples than others; what counts is how much of the surface is in them.
+            vec3 to_sample = (rays.edge.xyz + ray_across(at, edges)) * (rays.pixel.w / texelFetch(edge_depth, at, 0).x);
+            part.area *= clamp(area_relief.x / (cell * dot(to_sample, to_sample)), 1e-3, 1.0 / LEAST_COSINE);
+            whole = join_slopes(whole, part);
+            materials += material_of(seen_material);
+            joined += 1.0;
+            if (SUN_SHADOWS) {
+                vec3 position = lighting.camera_position.xyz + to_sample;
+                vec3 mesonormal = from_frame(from, normalize(vec3(-mean, 1.0)));
+                float width = edge_shadow_width(position, area_relief.y);
+                sunlit += sun_visibility(position, mesonormal, float(grid) * width);
+            }
+        }
+        if (of_the_pixel || word == SURFACE_OF_THE_PIXEL) {
+            share.x += 1.0;
+        } else {
+            sum += texelFetch(edge_radiance, at, 0);
+        }
+    }
+    if (joined > share.z) {
+        if (!USES_COVARIANCE) {
+            whole.covariance = vec3(0.0);
+        } else if (TECHNIQUE == TECHNIQUE_CLEAN) {
+            whole.covariance = vec3(vec2(0.5 * (whole.covariance.x + whole.covariance.y)), 0.0);
+        }
+        vec3 covariance = clamp_covariance(whole.covariance);
+        materials = (material_of(own_material) * (own_weight + share.z) + materials) / (own_weight + joined);
+        imageStore(slopes, pixel, pack_slopes(own.x, whole.mean, covariance));
+        imageStore(material, pixel, pack_material(materials, covariance));
+        share.yzw = vec3(whole.area, joined, sunlit);
+    }
+    imageStore(others, pixel, sum);
+    imageStore(shares, pixel, share);
+}

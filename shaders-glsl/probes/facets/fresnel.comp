@@ -1,0 +1,14 @@
+#version 460
+#include "leadr/facets/fresnel.glsl"
+#include "probes/leadr_probe.glsl"
+
+void main() {
+    if (gl_GlobalInvocationID.x >= count) return;
+    at = gl_GlobalInvocationID.x * 5;
+    vec3 f0 = next3();
+    float cosine = next();
+    float eta = next();
+    at = gl_GlobalInvocationID.x * 4;
+    put(fresnel_schlick(f0, cosine));
+    put(fresnel_dielectric(cosine, eta));
+}

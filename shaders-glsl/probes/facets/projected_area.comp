@@ -1,0 +1,17 @@
+#version 460
+#include "leadr/facets/projected_area.glsl"
+#include "probes/leadr_probe.glsl"
+
+void main() {
+    if (gl_GlobalInvocationID.x >= count) return;
+    at = gl_GlobalInvocationID.x * 8;
+    vec3 wo = next3();
+    vec2 m = next2();
+    vec3 S = next3();
+    at = gl_GlobalInvocationID.x * 7;
+    put(meso_area(wo, m));
+    put(slope_spread(wo, S));
+    put(visible_area(wo, m, S));
+    put(face_viewer(wo, m, S, 1.8));
+    put(tilt_to_edge(wo, m));
+}

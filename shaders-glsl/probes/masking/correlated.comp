@@ -1,0 +1,25 @@
+#version 460
+#include "leadr/masking/correlated.glsl"
+#include "leadr/slopes/grid.glsl"
+#include "probes/leadr_probe.glsl"
+
+void main() {
+    if (gl_GlobalInvocationID.x >= count) return;
+    at = gl_GlobalInvocationID.x * 11;
+    vec3 wo = next3();
+    vec3 wi = next3();
+    vec2 m = next2();
+    vec3 S = next3();
+    at = gl_GlobalInvocationID.x * 11;
+    vec3 cholesky = slope_cholesky(S);
+    DirectionArea o = direction_area(wo, m, cholesky);
+    DirectionArea i = direction_area(wi, m, cholesky);
+    put(o.whitened);
+    put(o.spread);
+    put(o.meso);
+    put(o.visible);
+    for (int visibility = LEADR_VISIBILITY_MASKING; visibility <= LEADR_VISIBILITY_CORRELATED_SIMPLE; ++visibility)
+        put(lit_fraction(visibility, o, i));
+    put(visibility_factor(LEADR_VISIBILITY_CORRELATED, o, i));
+    put(visibility_factor(LEADR_VISIBILITY_CORRELATED_SIMPLE, o, i));
+}

@@ -1,0 +1,30 @@
+#version 460
+#include "leadr/visible/shadowed_specular.glsl"
+#include "probes/leadr_probe.glsl"
+
+void main() {
+    if (gl_GlobalInvocationID.x >= count) return;
+    at = gl_GlobalInvocationID.x * 12;
+    vec3 wo = next3(), wi = next3();
+    vec2 m = next2();
+    vec3 S = next3();
+    float solid_angle = next();
+    at = gl_GlobalInvocationID.x * 9;
+    vec3 cholesky = slope_cholesky(S);
+    DirectionArea o = direction_area(wo, m, cholesky);
+    for (int visibility = LEADR_VISIBILITY_SMITH; visibility <= LEADR_VISIBILITY_CORRELATED_SIMPLE; ++visibility) {
+        put(lit_probe(visibility, o, wi, solid_angle, m, cholesky).lit);
+    }
+    put(lit_probe(LEADR_VISIBILITY_SMITH, o, wi, solid_angle, m, cholesky).wi);
+    VisibleProbes probes = visible_probes(wo, m, S);
+    o = direction_area(wo, probes.m, probes.cholesky);
+    for (int n = 0; n < 3; ++n) {
+        int size = n == 0 ? 5 : n == 1 ? 9 : 16;
+        float lit = 0.0;
+        for (int k = 0; k < size; ++k) {
+            VisibleProbe p = visible_probe(probes, wo, probe_node(size, k, probes.wide));
+            lit += p.weight * lit_probe(LEADR_VISIBILITY_CORRELATED, o, p.wi, p.solid_angle, probes.m, probes.cholesky).lit;
+        }
+        put(lit);
+    }
+}

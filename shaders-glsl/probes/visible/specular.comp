@@ -1,0 +1,35 @@
+#version 460
+#include "leadr/visible/specular.glsl"
+#include "probes/leadr_probe.glsl"
+
+void main() {
+    if (gl_GlobalInvocationID.x >= count) return;
+    at = gl_GlobalInvocationID.x * 9;
+    vec3 wo = next3();
+    vec2 m = next2();
+    vec3 S = next3();
+    int n = int(next() + 0.5);
+    at = gl_GlobalInvocationID.x * 15;
+    VisibleProbes probes = visible_probes(wo, m, S);
+    float unit = inversesqrt(max(S.x + S.y, 1e-8));
+    float weights = 0.0, lod = 0.0, cosine = 0.0;
+    vec3 mirror = vec3(0.0), fresnel = vec3(0.0);
+    VisibleProbe p;
+    for (int i = 0; i < n; ++i) {
+        p = visible_probe(probes, wo, probe_node(n, i, probes.wide));
+        weights += p.weight;
+        mirror += p.weight * p.wi;
+        fresnel += p.weight * fresnel_schlick(vec3(0.04, 0.5, 1.0), p.cosine);
+        lod += p.weight * solid_angle_lod(p.solid_angle, 256.0);
+        cosine += p.weight * p.cosine;
+    }
+    put(weights);
+    put(mirror);
+    put(fresnel);
+    put(cosine);
+    put(lod);
+    // The last one itself.
+    put((p.slope - m) * unit);
+    put(p.wi);
+    put(probes.area);
+}

@@ -1,0 +1,7 @@
+//! How far pictures are apart.
+
+pub mod compare;
+pub mod flicker;
+mod mask;
+
+pub use mask::Mask;

@@ -1,0 +1,12 @@
+//! Facets: which slopes a rough surface has, how large it looks from a direction, what one facet reflects, and how to draw a
+//! facet that the viewer sees.
+
+pub mod beckmann;
+pub mod beckmann_sampling;
+pub mod ellipse;
+pub mod fresnel;
+pub mod ggx;
+pub mod ggx_sampling;
+pub mod normal_distribution;
+pub mod projected_area;
+pub mod slope_distribution;

@@ -1,0 +1,5 @@
+//! Masking hides facets from the viewer, shadowing hides them from the light.
+
+pub mod correlated;
+pub mod smith;
+pub mod variants;

@@ -1,0 +1,133 @@
+//! The microfacet BRDF: any slope distribution, any masking, any Fresnel term (thesis eq. 2.1, sampled by 2.17 and 2.23).
+
+use super::brdf::{Brdf, BrdfSample};
+use crate::reflectance::facets::beckmann::beckmann_ndf;
+use crate::reflectance::facets::fresnel::Fresnel;
+use crate::reflectance::facets::ggx::{ggx_ndf, ggx_visible_area};
+use crate::reflectance::facets::projected_area::visible_area;
+use crate::reflectance::facets::slope_distribution::SlopeDistribution;
+use crate::reflectance::limits::MIN_AREA;
+use crate::reflectance::masking::variants::{Masking, attenuation, half_facet_area, masking_factor};
+use crate::reflectance::slopes::grid::{facet_area, normal_of_slope};
+use glam::{DVec2, DVec3, Vec3Swizzles as _};
+
+/// `f_r cos θ_i = F D (G / a_o) / 4`. With the defaults of its parts: LEADR eq. 16 of ideal mirrors.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Microfacet<D> {
+    /// Density of the facets' slopes.
+    pub distribution: D,
+    /// What the facets hide of each other.
+    pub masking: Masking,
+    /// Reflectance of a facet.
+    pub fresnel: Fresnel,
+}
+
+/// Half vector of two unit directions; zero for opposite ones.
+#[must_use]
+pub fn half_vector(wo: DVec3, wi: DVec3) -> DVec3 {
+    let h = wo + wi;
+    h / h.length_squared().max(1e-20).sqrt()
+}
+
+/// `D (G / a_o) / 4`, finite: the density of a mirror's normals is held at 1e30.
+#[must_use]
+pub fn microfacet_product(d: f64, factor: f64) -> f64 {
+    0.25 * d.min(1e30) * factor
+}
+
+/// `D (G / a_o) / 4`: `f_r cos θ_i` of ideal mirrors. 0 where the half vector is not above the horizon.
+#[must_use]
+pub fn microfacet_eval(masking: Masking, distribution: &impl SlopeDistribution, wo: DVec3, wi: DVec3) -> f64 {
+    let wh = half_vector(wo, wi);
+    if wh.z <= 0.0 {
+        return 0.0;
+    }
+    microfacet_product(distribution.ndf(wh), attenuation(masking, distribution, wo, wi, wh))
+}
+
+/// [`microfacet_eval`] of Gaussian slopes of mean `m` and covariance `s`, as the device has it.
+#[must_use]
+pub fn microfacet_eval_beckmann(masking: Masking, wo: DVec3, wi: DVec3, m: DVec2, s: DVec3) -> f64 {
+    let wh = half_vector(wo, wi);
+    if wh.z <= 0.0 {
+        return 0.0;
+    }
+    let factor = masking_factor(masking, wo, wi, wh, m, visible_area(wo, m, s), visible_area(wi, m, s), s);
+    microfacet_product(beckmann_ndf(wh, m, s), factor)
+}
+
+/// [`microfacet_eval`] of GGX slopes of mean `m` and roughness matrix `a` (`α²` terms), as the device has it.
+#[must_use]
+pub fn microfacet_eval_ggx(masking: Masking, wo: DVec3, wi: DVec3, m: DVec2, a: DVec3) -> f64 {
+    let wh = half_vector(wo, wi);
+    if wh.z <= 0.0 {
+        return 0.0;
+    }
+    let factor = masking_factor(masking, wo, wi, wh, m, ggx_visible_area(wo, m, a), ggx_visible_area(wi, m, a), a);
+    microfacet_product(ggx_ndf(wh, m, a), factor)
+}
+
+/// `q` of the density `D q / 4` with which directions `wi` are drawn by a facet of projected area `facet`: what the viewer
+/// sees of it, from the masking without its shadows.
+///
+/// * Smith: `1 / A_o`, the density of visible normals (thesis eq. 2.17), `G / G₁ F` being the throughput (eq. 2.23).
+/// * Normal map: `1 / f`, the facets as they lie on the macrosurface; the throughput is `F`.
+/// * V-groove: a groove as it lies on the macrosurface, by the one side that is visible if the other is not: `1 / f`, twice
+///   that where `f > 2 a_o`. The throughput is at most `2 F`.
+fn sampling_factor(masking: Masking, distribution: &impl SlopeDistribution, wo: DVec3, facet: f64) -> f64 {
+    let facet = facet.max(MIN_AREA);
+    match masking.unshadowed() {
+        Masking::NormalMap => 1.0 / facet,
+        Masking::VGrooveUnshadowed if facet > 2.0 * distribution.meso_area(wo) => 2.0 / facet,
+        Masking::VGrooveUnshadowed => 1.0 / facet,
+        // Not held at MIN_AREA, like the eval: samples follow the true density wherever something is visible.
+        _ => 1.0 / distribution.visible_area(wo).max(1e-30),
+    }
+}
+
+/// A normal the viewer sees, of the density that [`sampling_factor`] stands for; it may face away, or be of no use
+/// otherwise.
+fn sample_normal(masking: Masking, distribution: &impl SlopeDistribution, wo: DVec3, u: DVec2) -> DVec3 {
+    match masking.unshadowed() {
+        // Seen from above, facets are visible as they lie on the macrosurface: D(wn) wn.z.
+        Masking::NormalMap => distribution.sample_visible(DVec3::Z, u),
+        Masking::VGrooveUnshadowed => {
+            let wn = distribution.sample_visible(DVec3::Z, u);
+            let slope = -wn.xy() / wn.z.max(1e-12);
+            // The two sides' areas sum to 2 a_o: where one faces away, the other is all there is to see.
+            if facet_area(wo, slope) > 0.0 { wn } else { normal_of_slope(2.0 * distribution.mean_slope() - slope) }
+        }
+        _ => distribution.sample_visible(wo, u),
+    }
+}
+
+/// Distributions must be symmetric about their mean slope for the V-groove forms (those of this library are).
+impl<D: SlopeDistribution> Brdf for Microfacet<D> {
+    fn eval_cos(&self, wo: DVec3, wi: DVec3) -> DVec3 {
+        let wh = half_vector(wo, wi);
+        self.fresnel.at(wo.dot(wh)) * microfacet_eval(self.masking, &self.distribution, wo, wi)
+    }
+
+    fn pdf(&self, wo: DVec3, wi: DVec3) -> f64 {
+        let wh = half_vector(wo, wi);
+        if wh.z <= 0.0 {
+            return 0.0;
+        }
+        0.25 * self.distribution.ndf(wh)
+            * sampling_factor(self.masking, &self.distribution, wo, half_facet_area(wo, wi, wh))
+    }
+
+    fn sample(&self, wo: DVec3, u: DVec2) -> Option<BrdfSample> {
+        let wn = sample_normal(self.masking, &self.distribution, wo, u);
+        let cosine = wo.dot(wn);
+        if wn.z <= 0.0 || cosine <= 0.0 {
+            return None;
+        }
+        let wi = (2.0 * cosine * wn - wo).normalize();
+        let q = sampling_factor(self.masking, &self.distribution, wo, cosine / wn.z.max(1e-12));
+        let pdf = 0.25 * self.distribution.ndf(wn) * q;
+        // Without the quotient of densities: finite for the smoothest surface.
+        let throughput = self.fresnel.at(cosine) * (attenuation(self.masking, &self.distribution, wo, wi, wn) / q);
+        (pdf > 0.0).then_some(BrdfSample { wi, pdf, throughput })
+    }
+}

@@ -1,0 +1,282 @@
+//! Geometric specular antialiasing: the turn of the surface under a pixel as roughness, in slope space (Tokuyoshi & Kaplanyan
+//! 2019, "IGSA", and its supplement).
+//!
+//! Within a pixel the half vector moves, in the tangent frame, by its screen derivatives. Under a Gaussian pixel filter of
+//! variance [`PIXEL_VARIANCE`] that is a Gaussian kernel on the sphere, of covariance `σ² (Δx Δxᵀ + Δy Δyᵀ)`; the slope-space
+//! Jacobian (supplement, eq. 7) carries it to slopes, where it adds to the covariance of a Gaussian surface ([`filter_covariance`])
+//! and, doubled, to the roughness matrix of GGX ([`filter_roughness`]; `α² = 2σ²`).
+//!
+//! **With and without the light.** When light and viewer are far, the half vector stands still and the frame turns by the
+//! change `d` of its normal; the slope `p` of the half vector then moves by `(I + p pᵀ) d`. So the kernel of the normal alone
+//! (`slope_statistics::add_macro_curvature`) is the half vector's at the pole, and [`tilt_kernel`] takes it to any other slope:
+//! to that of the half vector when the light is known, to the mean slope (where the lobe peaks) in a pass that knows none.
+
+use super::packing::principal_variances;
+use super::statistics::clamp_covariance;
+use crate::reflectance::limits::MIN_NORMAL_Z;
+use glam::{DVec2, DVec3};
+use std::f64::consts::PI;
+
+/// Variance of the pixel filter, in squared pixels: a standard deviation of half a pixel.
+pub const PIXEL_VARIANCE: f64 = 0.25;
+
+/// Bound of the kernel's trace, in squared radians: the paper's `α² ≤ 0.18` of an isotropic kernel, as variances.
+pub const KERNEL_BOUND: f64 = 0.18;
+
+/// Kernel in slope space at the half vector `wh` (unit, tangent frame), whose differences to the neighbouring pixels are
+/// `dx`, `dy`; as `(s_xx, s_yy, s_xy)`.
+///
+/// Bounded on the sphere, where the bound means an angle, and only then carried to slopes, which grow without limit towards
+/// the horizon. With `wh'` the part of a difference across `wh`, the slope moves by `(p wh'.z − wh'.xy) / wh.z`: eq. 7 of the
+/// supplement times eq. 4's inverse, without their division by `sin θ`.
+#[must_use]
+pub fn half_vector_kernel(wh: DVec3, dx: DVec3, dy: DVec3) -> DVec3 {
+    let bound = DVec3::splat(1e3);
+    let across = |d: DVec3| {
+        let d = d.clamp(-bound, bound);
+        d - wh * wh.dot(d)
+    };
+    let (dx, dy) = (across(dx), across(dy));
+    let angle = PIXEL_VARIANCE * (dx.length_squared() + dy.length_squared());
+    let scale = PIXEL_VARIANCE * (KERNEL_BOUND / angle.max(1e-12)).min(1.0);
+    let z = wh.z.max(MIN_NORMAL_Z);
+    let slope = -wh.truncate() / z;
+    let (u, v) = ((slope * dx.z + dx.truncate()) / z, (slope * dy.z + dy.truncate()) / z);
+    clamp_covariance(scale * DVec3::new(u.x * u.x + v.x * v.x, u.y * u.y + v.y * v.y, u.x * u.y + v.x * v.y))
+}
+
+/// The kernel of the normal, `(s_xx, s_yy, s_xy)` at slope 0, carried to `slope`: `(I + p pᵀ) K (I + p pᵀ)`.
+///
+/// The Jacobian is the first term of `tan(θ + ψ)`; the next is `tan θ` times `ψ` of it. Kernels for which that is more than
+/// a half are shortened, so that no spread of slopes exceeds half the slope itself and goes over the pole.
+#[must_use]
+pub fn tilt_kernel(kernel: DVec3, slope: DVec2) -> DVec3 {
+    let (x, y, c) = (1.0 + slope.x * slope.x, 1.0 + slope.y * slope.y, slope.x * slope.y);
+    let second_order = slope.x * slope.x * kernel.x + slope.y * slope.y * kernel.y + 2.0 * c * kernel.z;
+    let kernel = kernel * (0.25 / second_order.max(1e-12)).min(1.0);
+    let by = |r: DVec2| DVec2::new(kernel.x * r.x + kernel.z * r.y, kernel.z * r.x + kernel.y * r.y);
+    let (u, v) = (DVec2::new(x, c), DVec2::new(c, y));
+    clamp_covariance(DVec3::new(u.dot(by(u)), v.dot(by(v)), u.dot(by(v))))
+}
+
+/// The narrowest simple axis-aligned kernel that no direction of `kernel` exceeds: the off-diagonal added to both variances.
+#[must_use]
+pub fn axis_aligned_kernel(kernel: DVec3) -> DVec3 {
+    DVec3::new(kernel.x + kernel.z.abs(), kernel.y + kernel.z.abs(), 0.0)
+}
+
+/// The narrowest isotropic kernel that no direction of `kernel` exceeds: its larger principal variance.
+#[must_use]
+pub fn isotropic_kernel(kernel: DVec3) -> DVec3 {
+    let variance = principal_variances(kernel).x;
+    DVec3::new(variance, variance, 0.0)
+}
+
+/// The matrix with a determinant of at least `tau`, by its off-diagonal alone: what rounding takes away from elongated sums,
+/// which exactly have `|A + K| ≥ |A|` (Minkowski). Unlike the supplement's clamp inside `D` it leaves a distribution that
+/// integrates to one, and serves every distribution.
+#[must_use]
+pub fn clamp_determinant(a: DVec3, tau: f64) -> DVec3 {
+    let c = (a.x * a.y - tau).max(0.0).sqrt();
+    DVec3::new(a.x, a.y, a.z.clamp(-c, c))
+}
+
+/// Determinant of a covariance or roughness matrix, at least 0.
+fn determinant(a: DVec3) -> f64 {
+    (a.x * a.y - a.z * a.z).max(0.0)
+}
+
+/// Covariance of a Gaussian surface (LEADR, Beckmann) under the kernel: `S + K`, its determinant no less than `S` has.
+#[must_use]
+pub fn filter_covariance(s: DVec3, kernel: DVec3) -> DVec3 {
+    clamp_determinant(s + kernel, determinant(s))
+}
+
+/// Roughness matrix of GGX under the kernel: `A + 2K`, its determinant no less than `A` has (IGSA: `τ = αx² αy²`).
+#[must_use]
+pub fn filter_roughness(a: DVec3, kernel: DVec3) -> DVec3 {
+    clamp_determinant(a + 2.0 * kernel, determinant(a))
+}
+
+/// `D(wh)` of GGX with the determinant clamp of the supplement, section 1, and a mean slope: `1 / (π √|A| (d A⁻¹ dᵀ + z²)²)`,
+/// `d = wh.xy + wh.z m`, `|A|` at least `tau` > 0 there and in the inverse. 0 for `wh.z ≤ 0`.
+#[must_use]
+pub fn ggx_ndf_clamped(wh: DVec3, m: DVec2, a: DVec3, tau: f64) -> f64 {
+    if wh.z <= 0.0 {
+        return 0.0;
+    }
+    let det = (a.x * a.y - a.z * a.z).max(tau.max(1e-16));
+    let d = wh.truncate() + wh.z * m;
+    let q = (a.y * d.x * d.x + a.x * d.y * d.y - 2.0 * a.z * d.x * d.y).max(0.0) / det;
+    let g = 1.0 / (q + wh.z * wh.z).max(1e-13);
+    g * g / (PI * det.sqrt())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::reflectance::facets::beckmann::beckmann_p22;
+    use crate::reflectance::quadrature::composite_gauss;
+    use crate::reflectance::slopes::grid::normal_of_slope;
+    use crate::reflectance::slopes::statistics::add_macro_curvature;
+    use glam::{DMat2, DQuat};
+
+    /// Supplement, eq. 7: slopes by the angles along and across the half vector's meridian.
+    fn spherical_jacobian(h: DVec3) -> DMat2 {
+        let sin = (1.0 - h.z * h.z).sqrt();
+        DMat2::from_cols(DVec2::new(h.x, h.y), DVec2::new(-h.y * h.z, h.x * h.z)) * (-1.0 / (h.z * h.z * sin))
+    }
+
+    #[test]
+    fn is_the_supplements_jacobian() {
+        for h in
+            [DVec3::new(0.3, -0.5, 0.8), DVec3::new(-0.9, 0.1, 0.2), DVec3::new(1e-3, 2e-3, 1.0)].map(DVec3::normalize)
+        {
+            let sin = (1.0 - h.z * h.z).sqrt();
+            let along = DVec3::new(h.x * h.z / sin, h.y * h.z / sin, -sin);
+            let across = DVec3::new(-h.y, h.x, 0.0) / sin;
+            let (a, b) = (DVec2::new(0.02, -0.01), DVec2::new(0.005, 0.03));
+            let kernel = half_vector_kernel(h, along * a.x + across * a.y, along * b.x + across * b.y);
+            let (u, v) = (spherical_jacobian(h) * a, spherical_jacobian(h) * b);
+            let expected = 0.25 * DVec3::new(u.x * u.x + v.x * v.x, u.y * u.y + v.y * v.y, u.x * u.y + v.x * v.y);
+            assert!((kernel - expected).length() < 1e-9 * expected.length(), "{kernel} instead of {expected}");
+        }
+    }
+
+    /// The frame turns under a standing half vector: its kernel, from differences of tangent-frame coordinates, is the
+    /// normal's, tilted.
+    #[test]
+    fn the_normals_kernel_tilts_into_the_half_vectors() {
+        for wh in [DVec3::Z, DVec3::new(0.4, 0.2, 0.9).normalize(), DVec3::new(-0.8, 0.3, 0.5).normalize()] {
+            // The frame's normal moves by d when the frame turns about z × d; the half vector turns back.
+            let moved = |d: DVec2| DQuat::from_scaled_axis(DVec3::new(d.y, -d.x, 0.0)) * wh - wh;
+            let (dx, dy) = (DVec2::new(1e-5, 3e-6), DVec2::new(-2e-6, 2e-5));
+            let from_half_vector = half_vector_kernel(wh, moved(dx), moved(dy));
+            // Slopes of the normal point against it: the sign of both differences, without effect.
+            let normal = add_macro_curvature(DVec3::ZERO, -dx, -dy);
+            let tilted = tilt_kernel(normal, -wh.truncate() / wh.z);
+            assert!((tilted - from_half_vector).length() < 1e-4 * tilted.length(), "{tilted} {from_half_vector}");
+        }
+    }
+
+    #[test]
+    fn cheaper_kernels_exceed_the_full_one_along_every_direction() {
+        let mut tight = 0.0f64;
+        for i in 0..500 {
+            let f = f64::from(i);
+            let (u, v) = (DVec2::from_angle(1.7 * f) * (0.3 * f).sin(), DVec2::from_angle(0.9 * f) * (0.7 * f).cos());
+            let kernel = add_macro_curvature(DVec3::ZERO, 0.3 * u, 0.3 * v);
+            for cheap in [axis_aligned_kernel(kernel), isotropic_kernel(kernel)] {
+                let mut least = f64::MAX;
+                for k in 0..64 {
+                    let d = DVec2::from_angle(PI * f64::from(k) / 64.0);
+                    let along = |s: DVec3| d.x * d.x * s.x + d.y * d.y * s.y + 2.0 * d.x * d.y * s.z;
+                    assert!(along(cheap) >= along(kernel) * (1.0 - 1e-12));
+                    least = least.min(along(cheap) / along(kernel).max(1e-12));
+                }
+                tight = tight.max(least);
+            }
+        }
+        assert!(tight < 1.5, "bounds that no direction comes near would pass too");
+    }
+
+    #[test]
+    fn determinant_never_shrinks() {
+        for i in 0..2000 {
+            let f = f64::from(i);
+            // A long thin kernel in 32 bits on a smooth base: where the determinant drowns in rounding.
+            let base = 1e-6;
+            let k = f64::from((0.3 * (0.1 * f).cos()) as f32);
+            let l = f64::from((0.3 * (0.1 * f).sin()) as f32);
+            let kernel = DVec3::new(f64::from((k * k) as f32), f64::from((l * l) as f32), f64::from((k * l) as f32));
+            let s = DVec3::new(base, base, 0.0);
+            for filtered in [filter_covariance(s, kernel), filter_roughness(s, kernel)] {
+                assert!(filtered.x * filtered.y - filtered.z * filtered.z >= base * base * (1.0 - 1e-3));
+            }
+        }
+        let a = DVec3::new(0.3, 0.2, 0.1);
+        assert_eq!(clamp_determinant(a, 0.01), a);
+    }
+
+    #[test]
+    fn clamped_ggx_is_normalised_and_held() {
+        // ∫ D wh.z dwh = 1.
+        let (m, a) =
+            (DVec2::new(0.4, -0.2), filter_roughness(DVec3::new(0.05, 0.02, 0.01), DVec3::new(0.03, 0.05, -0.03)));
+        let mut sum = 0.0;
+        for (theta, wt) in composite_gauss(0.0, 0.5 * PI, 24, 8) {
+            for (phi, wp) in composite_gauss(0.0, 2.0 * PI, 24, 8) {
+                let wh = DVec3::new(theta.sin() * phi.cos(), theta.sin() * phi.sin(), theta.cos());
+                sum += wt * wp * theta.sin() * theta.cos() * ggx_ndf_clamped(wh, m, a, 1e-4);
+            }
+        }
+        assert!((sum - 1.0).abs() < 1e-6, "{sum}");
+        let peak = ggx_ndf_clamped(DVec3::Z, DVec2::ZERO, DVec3::new(1.0, 1.0, 1.0), 1e-4);
+        assert!((peak - 100.0 / PI).abs() < 1e-9);
+    }
+
+    /// Mean over the pixel of the lobe of a Gaussian surface on a turning frame, against the lobe with a kernel.
+    #[test]
+    fn against_the_exact_mean_over_a_curved_pixel() {
+        let forms = ["none", "normal", "normal at the mean slope", "half vector"];
+        println!("relative L1 error of the lobe, over half vectors, by the form of the kernel ({forms:?})");
+        let mut worst = [0.0f64; 4];
+        for (alpha, turn, m) in [
+            (0.05, 0.05, DVec2::ZERO),
+            (0.05, 0.2, DVec2::ZERO),
+            (0.2, 0.4, DVec2::ZERO),
+            (0.05, 0.05, DVec2::new(0.8, 0.3)),
+            (0.05, 0.2, DVec2::new(0.8, 0.3)),
+            (0.2, 0.2, DVec2::new(1.5, 0.0)),
+        ] {
+            let s = DVec3::new(0.5 * alpha * alpha, 0.5 * alpha * alpha, 0.0);
+            let d = DVec2::new(0.8, 0.6) * turn;
+            let kernel = add_macro_curvature(DVec3::ZERO, d, DVec2::ZERO);
+            let tilted = tilt_kernel(kernel, m);
+            let reach = 5.0 * (s + tilted).truncate().max_element().sqrt();
+            let (mut error, mut total) = ([0.0; 4], 0.0);
+            for (u, wu) in composite_gauss(-reach, reach, 30, 4) {
+                for (v, wv) in composite_gauss(-reach, reach, 30, 4) {
+                    let slope = m + DVec2::new(u, v);
+                    let wh = normal_of_slope(slope);
+                    // Densities of slopes, on the measure of the untilted frame: D = P22 / z⁴ on the sphere.
+                    let exact: f64 = composite_gauss(-3.0, 3.0, 24, 4)
+                        .into_iter()
+                        .map(|(t, w)| {
+                            let turned = DQuat::from_scaled_axis(DVec3::new(d.y, -d.x, 0.0) * t) * wh;
+                            let p = beckmann_p22(-turned.truncate() / turned.z, m, s) / turned.z.powi(4);
+                            w * (-2.0 * t * t).exp() * (2.0 / PI).sqrt() * if turned.z > 0.0 { p } else { 0.0 }
+                        })
+                        .sum();
+                    let z4 = wh.z.powi(4);
+                    let kernels = [DVec3::ZERO, kernel, tilted, tilt_kernel(kernel, slope)];
+                    // Solid angle of the slope cell: z³.
+                    let w = wu * wv * wh.z.powi(3);
+                    for (e, k) in error.iter_mut().zip(kernels) {
+                        *e += w * (beckmann_p22(slope, m, filter_covariance(s, k)) / z4 - exact).abs();
+                    }
+                    total += w * exact;
+                }
+            }
+            let relative = error.map(|e| e / total);
+            for (w, r) in worst.iter_mut().zip(relative) {
+                *w = w.max(r);
+            }
+            println!("alpha {alpha}, {turn} rad per pixel, mean slope {m}: {relative:.3?}");
+        }
+        println!("worst: {worst:.3?}");
+        assert!(worst[2] < 0.5 * worst[0] && worst[2] < 0.6 * worst[1], "{worst:?}");
+    }
+
+    #[test]
+    fn finite_everywhere() {
+        for wh in [DVec3::ZERO, DVec3::X, DVec3::NEG_Z, DVec3::new(1.0, 0.0, 1e-30), DVec3::Z] {
+            for d in [DVec3::ZERO, DVec3::splat(1e30), DVec3::new(-2.0, 0.0, 1.0)] {
+                let k = half_vector_kernel(wh, d, -d);
+                assert!(k.is_finite() && tilt_kernel(k, DVec2::splat(70.0)).is_finite());
+                assert!(filter_roughness(DVec3::ZERO, k).is_finite());
+                assert!(ggx_ndf_clamped(wh, DVec2::new(1e6, 0.0), k, 0.0).is_finite());
+            }
+        }
+    }
+}

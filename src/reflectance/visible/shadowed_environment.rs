@@ -1,0 +1,73 @@
+//! Diffuse environments with the shadows that the surface throws on itself: one irradiance lookup.
+//!
+//! Two exact facts carry it.
+//!
+//! 1. Over the whole surface nothing is lost: what enters through the mesosurface falls on some facet. So the irradiance that all
+//!    facets together receive under any environment is that of the flat mesosurface, one clamped cosine; and shadowed diffuse
+//!    reflection is nearly an occlusion times one clamped cosine about a bent normal.
+//! 2. The mean slope of what the viewer sees has a closed form (Stein's lemma for the clamped facet areas):
+//!
+//!    ```text
+//!    E_visible[slope] = m + Δ,   Δ = −S o.xy Φ(a/b) / A
+//!    ```
+//!
+//! From them, with fitted constants (`docs/shadowing.md`), the occlusion `a₀` and the bent normal along `(−(m + c Δ),
+//! 1)`:
+//!
+//! ```text
+//! q = 1 + |m|²,  τ = ½ tr S / q,  δ = √det S / q,  G₁ = a/A,  μ² = a²/q
+//! x  = 1.10 τ / (1 + 0.89 √(τ + 1.2 (τ − δ)))
+//! a₀ = 1 − x/(1+x) (0.67 + 0.33 G₁) + 0.19 Δ·m/q              within 0..1
+//! c  = 0.67 (1 + 0.6 (1 − μ²)) / (1 + 1.2 √τ)
+//! ```
+//!
+//! Blocked light is black: what shadowed facets get from each other is not part of it.
+
+use crate::reflectance::facets::normal_distribution::clamped_lean;
+use crate::reflectance::frame::{Frame, from_frame};
+use crate::reflectance::integrals::sh::{Sh9, sh_irradiance};
+use crate::reflectance::masking::correlated::DirectionArea;
+use crate::reflectance::slopes::grid::normal_of_slope;
+use glam::{DVec2, DVec3};
+use std::f64::consts::PI;
+
+/// `Δ`: mean slope of what the viewer sees, minus the mean slope. Exact. Held within ±1e3, beyond which only the surface behind is seen.
+#[must_use]
+pub fn visible_slope_shift(o: &DirectionArea, cholesky: DVec3) -> DVec2 {
+    let tilt = clamped_lean((o.meso / o.spread.max(1e-12)).clamp(-1e6, 1e6));
+    let along = o.whitened * (-tilt / o.spread.max(1e-12));
+    DVec2::new(cholesky.x * along.x, cholesky.y * along.x + cholesky.z * along.y)
+        .clamp(DVec2::splat(-1e3), DVec2::splat(1e3))
+}
+
+/// What a shadowed diffuse surface shows of an environment.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BentNormal {
+    /// Unit normal for which to look the irradiance up; tangent frame.
+    pub normal: DVec3,
+    /// `a₀`: factor of that irradiance, 0..1.
+    pub open: f64,
+}
+
+/// Bent normal and occlusion of a surface of mean slope `m` and covariance `C Cᵀ` seen from `o` (its
+/// [`direction_area`](crate::reflectance::masking::correlated::direction_area)).
+#[must_use]
+pub fn bent_normal(o: &DirectionArea, m: DVec2, cholesky: DVec3) -> BentNormal {
+    let iq = 1.0 / (1.0 + m.length_squared());
+    let tau = 0.5 * iq * cholesky.length_squared();
+    let det = iq * cholesky.x * cholesky.z;
+    let ao = o.meso.max(0.0);
+    let g1 = ao / o.visible.max(1e-30);
+    let shift = visible_slope_shift(o, cholesky);
+    let x = 1.10 * tau / (1.0 + 0.89 * (tau + 1.2 * (tau - det).max(0.0)).sqrt());
+    let open = 1.0 - x / (1.0 + x) * (0.67 + 0.33 * g1) + 0.19 * shift.dot(m) * iq;
+    let bend = 0.67 * (1.0 + 0.6 * (1.0 - ao * ao * iq)) / (1.0 + 1.2 * tau.sqrt());
+    BentNormal { normal: normal_of_slope(m + bend * shift), open: open.clamp(0.0, 1.0) }
+}
+
+/// Diffuse radiance under an environment, with shadows, per unit of albedo. `c`: radiance coefficients in the world;
+/// `f`: the tangent frame in the world. Not below 0.
+#[must_use]
+pub fn shadowed_diffuse_environment(v: &BentNormal, f: &Frame, c: &Sh9) -> DVec3 {
+    sh_irradiance(c, from_frame(f, v.normal)).max(DVec3::ZERO) * (v.open / PI)
+}

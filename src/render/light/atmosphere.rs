@@ -1,0 +1,224 @@
+//! The air: what it scatters and absorbs, and the integrals along rays through it. [`super::sky`] makes a sky of them;
+//! `shaders-glsl/passes/light/sky.glsl` and `sky_tables.comp` are the same in 32 bits.
+//!
+//! Altitudes and lengths in km; `mu` is a cosine to the zenith, `nu` a cosine to the sun.
+
+use std::f64::consts::PI;
+
+use glam::DVec3;
+
+/// Earth's radius, km.
+const EARTH: f64 = 6360.0;
+/// Thickness of the atmosphere, km.
+pub(super) const ATMOSPHERE: f64 = 100.0;
+/// Scale heights of air and aerosol, km.
+pub(super) const AIR_HEIGHT: f64 = 8.0;
+pub(super) const HAZE_HEIGHT: f64 = 1.2;
+/// Ozone: a tent around this altitude with this half width, km.
+const OZONE_CENTRE: f64 = 25.0;
+pub(super) const OZONE_HALF_WIDTH: f64 = 15.0;
+/// Scattering and absorption per km at the ground (ozone: at its centre) at 630, 550 and 450 nm, which stand for the
+/// Rec.709 primaries: λ⁻⁴·⁰⁸ through 0.01356 at 550 nm for air, the Chappuis band for ozone. (The primaries' dominant
+/// wavelengths 612, 549, 465 make the zenith too white; 680, 550, 440, often used, make sunlight too orange.)
+pub(super) const AIR: DVec3 = DVec3::new(0.007_79, 0.013_56, 0.030_75);
+pub(super) const OZONE: DVec3 = DVec3::new(0.001_90, 0.001_88, 0.000_14);
+/// Aerosol extinction relative to 550 nm (Ångström exponent 1.3), its single-scattering albedo and asymmetry.
+const HAZE: DVec3 = DVec3::new(0.838, 1.0, 1.298);
+const HAZE_ALBEDO: f64 = 0.92;
+const HAZE_ASYMMETRY: f64 = 0.76;
+/// Vertical optical thickness of air at 550 nm, the unit of turbidity.
+pub(super) const AIR_THICKNESS: f64 = 0.013_56 * AIR_HEIGHT;
+/// Angular radius of the sun, radians: how fast it sets.
+const SUN_RADIUS: f64 = 0.004_65;
+/// Steps along a path to the sun and along a view ray, and directions per axis of the multiple scattering.
+const SUN_STEPS: usize = 24;
+const VIEW_STEPS: usize = 32;
+const SPHERE_STEPS: usize = 8;
+
+/// Altitude after `t` km from altitude `h` along a ray with zenith cosine `mu`, km; written without the difference of
+/// two radii, which in 32 bits would leave half a metre.
+fn altitude_along(h: f64, mu: f64, t: f64) -> f64 {
+    let r = EARTH + h;
+    let excess = h * (2.0 * EARTH + h) + t * t + 2.0 * r * t * mu;
+    excess / ((EARTH * EARTH + excess).max(0.0).sqrt() + EARTH)
+}
+
+/// Distance from altitude `h` to the top of the atmosphere, km.
+pub(super) fn distance_to_top(h: f64, mu: f64) -> f64 {
+    let r = EARTH + h;
+    let gap = (ATMOSPHERE - h) * (2.0 * EARTH + ATMOSPHERE + h);
+    let b = r * mu;
+    let root = (b * b + gap.max(0.0)).sqrt();
+    if b > 0.0 { gap / (root + b) } else { root - b }
+}
+
+/// Distance from altitude `h` to the ground, km; negative when the ray misses it.
+fn distance_to_ground(h: f64, mu: f64) -> f64 {
+    let r = EARTH + h;
+    let gap = h * (2.0 * EARTH + h);
+    let discriminant = r * r * mu * mu - gap;
+    if mu >= 0.0 || discriminant < 0.0 { -1.0 } else { gap / (discriminant.sqrt() - r * mu) }
+}
+
+/// Densities of air, aerosol and ozone at an altitude, relative to where their coefficients are given.
+fn densities(h: f64) -> DVec3 {
+    let h = h.max(0.0);
+    let ozone = (1.0 - (h - OZONE_CENTRE).abs() / OZONE_HALF_WIDTH).max(0.0);
+    DVec3::new((-h / AIR_HEIGHT).exp(), (-h / HAZE_HEIGHT).exp(), ozone)
+}
+
+fn extinction(density: DVec3, haze: f64) -> DVec3 {
+    AIR * density.x + HAZE * (haze * density.y) + OZONE * density.z
+}
+
+fn scattering_of_haze(density: DVec3, haze: f64) -> DVec3 {
+    HAZE * (HAZE_ALBEDO * haze * density.y)
+}
+
+pub(super) fn exp3(v: DVec3) -> DVec3 {
+    DVec3::new(v.x.exp(), v.y.exp(), v.z.exp())
+}
+
+/// `(1 − exp(−x)) / x`, kept accurate towards 0.
+fn share_within(x: DVec3) -> DVec3 {
+    let one = |x: f64| if x < 1e-2 { 1.0 - x * (0.5 - x / 6.0) } else { (1.0 - (-x).exp()) / x };
+    DVec3::new(one(x.x), one(x.y), one(x.z))
+}
+
+/// What share of the sun's light arrives at altitude `h` when its zenith cosine is `mu`: air, and the setting disk.
+pub(super) fn sun_transmittance(h: f64, mu: f64, haze: f64) -> DVec3 {
+    let ratio = EARTH / (EARTH + h);
+    let horizon = -(1.0 - ratio * ratio).max(0.0).sqrt();
+    let risen = ((mu - horizon) / (2.0 * SUN_RADIUS) + 0.5).clamp(0.0, 1.0);
+    if risen == 0.0 {
+        return DVec3::ZERO;
+    }
+    // t = length·s³: short steps low down, where the aerosol is
+    let length = distance_to_top(h, mu);
+    let mut depth = DVec3::ZERO;
+    for i in 0..SUN_STEPS {
+        let s = (i as f64 + 0.5) / SUN_STEPS as f64;
+        let dt = 3.0 * s * s * length / SUN_STEPS as f64;
+        depth += dt * densities(altitude_along(h, mu, length * s * s * s));
+    }
+    risen * risen * (3.0 - 2.0 * risen) * exp3(-extinction(depth, haze))
+}
+
+/// Scattering integrals along a ray per unit of sunlight, without phase functions.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Scattered {
+    pub(super) air: DVec3,
+    pub(super) haze: DVec3,
+    /// Light scattered more than once (view rays), or the share of isotropic light scattered (multiple scattering).
+    pub(super) multiple: DVec3,
+    pub(super) transmittance: DVec3,
+}
+
+/// Marches from altitude `h` over `length` km. `mu`: zenith cosine of the ray, `mu_sun`: of the sun, `nu`: between them.
+pub(super) fn march(
+    h: f64,
+    mu: f64,
+    mu_sun: f64,
+    nu: f64,
+    length: f64,
+    haze: f64,
+    multiple: impl Fn(f64) -> DVec3,
+) -> Scattered {
+    let mut sum = Scattered { transmittance: DVec3::ONE, ..Scattered::default() };
+    let r = EARTH + h;
+    for i in 0..VIEW_STEPS {
+        // t = length·s², the step's ends at s = i/n: the mean density is taken at its middle
+        let (s0, s1) = (i as f64 / VIEW_STEPS as f64, (i as f64 + 1.0) / VIEW_STEPS as f64);
+        let (t0, t1) = (length * s0 * s0, length * s1 * s1);
+        let (t, dt) = (0.5 * (t0 + t1), t1 - t0);
+        let height = altitude_along(h, mu, t).max(0.0);
+        let density = densities(height);
+        let sigma = extinction(density, haze);
+        let step = exp3(-sigma * dt);
+        // exact within the step for constant density: never brighter than what the step can scatter
+        let weight = sum.transmittance * share_within(sigma * dt) * dt;
+        let sun = sun_transmittance(height, (r * mu_sun + t * nu) / (EARTH + height), haze);
+        let air = AIR * density.x;
+        let aerosol = scattering_of_haze(density, haze);
+        sum.air += weight * sun * air;
+        sum.haze += weight * sun * aerosol;
+        sum.multiple += weight * (air + aerosol) * multiple(height);
+        sum.transmittance *= step;
+    }
+    sum
+}
+
+/// Rayleigh's phase function, per steradian.
+pub(super) fn phase_of_air(nu: f64) -> f64 {
+    3.0 / (16.0 * PI) * (1.0 + nu * nu)
+}
+
+/// Cornette and Shanks' phase function for the aerosol, per steradian.
+pub(super) fn phase_of_haze(nu: f64) -> f64 {
+    let g = HAZE_ASYMMETRY;
+    let g2 = g * g;
+    let base = (1.0 + g2 - 2.0 * g * nu).max(1e-6);
+    3.0 / (8.0 * PI) * (1.0 - g2) * (1.0 + nu * nu) / ((2.0 + g2) * base * base.sqrt())
+}
+
+/// Isotropic radiance of all orders above the first at an altitude: second order over one minus the share of light
+/// that each further order keeps (Hillaire 2020, eq. 5–10).
+pub(super) fn multiple_at(h: f64, mu_sun: f64, haze: f64, albedo: DVec3) -> DVec3 {
+    let mut second = DVec3::ZERO;
+    let mut kept = DVec3::ZERO;
+    let isotropic = 1.0 / (4.0 * PI);
+    let level_sun = (1.0 - mu_sun * mu_sun).max(0.0).sqrt();
+    for i in 0..SPHERE_STEPS {
+        for j in 0..SPHERE_STEPS {
+            let mu = (2.0 * i as f64 + 1.0) / SPHERE_STEPS as f64 - 1.0;
+            let phi = PI * (j as f64 + 0.5) / SPHERE_STEPS as f64;
+            let nu = mu * mu_sun + (1.0 - mu * mu).sqrt() * level_sun * phi.cos();
+            let ground = distance_to_ground(h, mu);
+            let length = if ground >= 0.0 { ground } else { distance_to_top(h, mu) };
+            let ray = march(h, mu, mu_sun, nu, length, haze, |_| DVec3::ONE);
+            second += isotropic * (ray.air + ray.haze);
+            kept += isotropic * ray.multiple;
+            if ground >= 0.0 {
+                let mu_there = ((EARTH + h) * mu_sun + length * nu) / EARTH;
+                let lit = sun_transmittance(0.0, mu_there, haze) * mu_there.max(0.0);
+                second += ray.transmittance * lit * albedo / PI;
+            }
+        }
+    }
+    // each direction stands for 4π/64 sr
+    let weight = 4.0 * PI / (SPHERE_STEPS * SPHERE_STEPS) as f64;
+    (second * weight * isotropic) / (DVec3::ONE - kept * weight)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn optical_depths_match_closed_forms_and_fine_integration() {
+        // straight up, an exponential atmosphere has its scale height as depth (and the ozone tent its half width)
+        let depth = |n: usize, h: f64, mu: f64| {
+            let length = distance_to_top(h, mu);
+            (0..n).fold(DVec3::ZERO, |sum, i| {
+                let s = (i as f64 + 0.5) / n as f64;
+                sum + 3.0 * s * s * length / n as f64 * densities(altitude_along(h, mu, length * s * s * s))
+            })
+        };
+        let up = depth(SUN_STEPS, 0.0, 1.0);
+        assert!((up.x / AIR_HEIGHT - 1.0).abs() < 1e-4 && (up.y / HAZE_HEIGHT - 1.0).abs() < 1e-4, "{up}");
+        for (h, mu) in [(0.0, 0.0), (0.0, 0.1), (1.0, 0.02), (10.0, -0.02), (10.0, 0.5)] {
+            let (coarse, fine) = (depth(SUN_STEPS, h, mu), depth(50_000, h, mu));
+            let air = ((coarse - fine) / fine).abs();
+            assert!(air.x < 1e-4 && air.y < 1e-3 && air.z < 0.06, "h {h} mu {mu}: {air}");
+        }
+    }
+
+    #[test]
+    fn phase_functions_integrate_to_one() {
+        let n = 20_000;
+        for phase in [phase_of_air as fn(f64) -> f64, phase_of_haze] {
+            let sum: f64 = (0..n).map(|i| phase((2.0 * i as f64 + 1.0) / n as f64 - 1.0)).sum();
+            assert!((sum * 4.0 * PI / n as f64 - 1.0).abs() < 1e-6);
+        }
+    }
+}

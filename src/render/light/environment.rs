@@ -1,0 +1,151 @@
+//! The environment: a cube map of radiance with all mips, from an equirectangular image or from the analytic sky.
+//!
+//! The texels are RGBA32F. Measured environments hold suns beyond 65504, which half floats would turn into infinity or
+//! cut, and 256² faces with mips take 8 MiB, so there is nothing to gain from 16 bits. Alpha is 1.
+//!
+//! Directions are world directions (z up), used as they are with a cube sampler; faces in Vulkan's order.
+
+use std::sync::Arc;
+
+use super::cube_mips::CubeMips;
+use super::equirect;
+use super::equirect::EquirectPass;
+use super::sky::Sky;
+use super::sky_pass::SkyPass;
+use crate::gpu::vk::Format;
+use crate::gpu::{Commands, Filter, Gpu, GpuError, Image, ImageDesc, ImageView, Result, Sampler, Use, Wrap};
+use crate::maps::RgbImage;
+
+/// Default edge of a face in texels: 0.35° a texel, as a 1024-texel panorama.
+pub const FACE_SIZE: u32 = 256;
+
+/// What fills the cube.
+enum Source {
+    Sky { pass: SkyPass, shown: Option<Sky> },
+    Image,
+}
+
+/// A cube map of radiance with all mips, always in [`Use::Sampled`] between recordings.
+pub struct Environment {
+    cube: Image,
+    levels: Vec<ImageView>,
+    mips: CubeMips,
+    sampler: Sampler,
+    source: Source,
+}
+
+impl Environment {
+    /// The analytic sky. The cube is filled before it returns.
+    ///
+    /// # Errors
+    /// [`GpuError::Usage`] unless `face_size` is a power of two; [`GpuError::Allocation`]; a failed submission.
+    pub fn from_sky(gpu: &Arc<Gpu>, face_size: u32, sky: &Sky) -> Result<Self> {
+        let source = Source::Sky { pass: SkyPass::new(gpu)?, shown: None };
+        let mut environment = Self::new(gpu, face_size, source)?;
+        gpu.submit("sky", |cmd| environment.update_sky(cmd, sky))?;
+        Ok(environment)
+    }
+
+    /// An equirectangular panorama in the convention of [`super::equirect`]; its texels must be finite (loaders see to
+    /// that). A sun in it stays in it, however bright.
+    ///
+    /// # Errors
+    /// As [`from_sky`](Self::from_sky).
+    pub fn from_equirect(gpu: &Arc<Gpu>, face_size: u32, image: &RgbImage) -> Result<Self> {
+        let environment = Self::new(gpu, face_size, Source::Image)?;
+        let pass = EquirectPass::new(gpu)?;
+        let (width, height, texels) = equirect::prepare(image, face_size);
+        let upload = Image::new(gpu, "equirect", ImageDesc::new(Format::R32G32B32A32_SFLOAT, width, height))?;
+        upload.write(0, 0, &texels)?;
+        gpu.submit("equirect", |cmd| {
+            environment.begin(cmd, |cmd, faces| pass.record(cmd, upload.whole(), faces));
+            environment.make_mips(cmd);
+        })?;
+        Ok(environment)
+    }
+
+    fn new(gpu: &Arc<Gpu>, face_size: u32, source: Source) -> Result<Self> {
+        if !face_size.is_power_of_two() {
+            let fault = format!("faces of {face_size} texels cannot be halved evenly: choose a power of two");
+            return Err(GpuError::Usage { name: "environment".to_owned(), fault });
+        }
+        let desc = ImageDesc::new(Format::R32G32B32A32_SFLOAT, face_size, face_size).cube().full_mips().storage();
+        let cube = Image::new(gpu, "environment", desc)?;
+        let levels = (0..desc.mips).map(|mip| cube.mip_array(mip)).collect::<Result<Vec<_>>>()?;
+        let sampler = Sampler::new(gpu, "environment", Filter::Trilinear, Wrap::Clamp)?;
+        Ok(Self { cube, levels, mips: CubeMips::new(gpu)?, sampler, source })
+    }
+
+    /// Records the sky's pass and the mips if `sky` differs from what the cube shows, and nothing otherwise; call it
+    /// every frame. Returns whether it recorded. The cube counts as showing `sky` from here on, so the commands must
+    /// be submitted. An environment made from an image ignores it.
+    pub fn update_sky(&mut self, cmd: &mut Commands, sky: &Sky) -> bool {
+        let moved = self.begin_sky(cmd, sky);
+        if moved {
+            self.make_mips(cmd);
+        }
+        moved
+    }
+
+    /// The first half of [`update_sky`](Self::update_sky), the finest level: where it returns true, record
+    /// [`make_mips`](Self::make_mips) before the cube is read.
+    pub fn begin_sky(&mut self, cmd: &mut Commands, sky: &Sky) -> bool {
+        match &mut self.source {
+            Source::Sky { shown, .. } if *shown != Some(*sky) => *shown = Some(*sky),
+            _ => return false,
+        }
+        if let Source::Sky { pass, .. } = &self.source {
+            self.begin(cmd, |cmd, faces| pass.record(cmd, sky, faces));
+        }
+        true
+    }
+
+    /// The second half: the mips from the finest level.
+    pub fn make_mips(&self, cmd: &mut Commands) {
+        self.mips.record(cmd, &self.levels);
+        cmd.transition(&self.cube, Use::Sampled);
+    }
+
+    /// Overwrites the finest level by `record`.
+    fn begin(&self, cmd: &mut Commands, record: impl FnOnce(&mut Commands, &ImageView)) {
+        // the old content is not needed, but its readers must be done
+        cmd.image_barrier(&self.cube, Use::Undefined, Use::ComputeReadWrite);
+        record(cmd, &self.levels[0]);
+    }
+
+    /// The cube map, for `samplerCube`.
+    #[must_use]
+    pub fn cube(&self) -> &ImageView {
+        self.cube.whole()
+    }
+
+    /// The image behind it.
+    #[must_use]
+    pub fn image(&self) -> &Image {
+        &self.cube
+    }
+
+    /// Trilinear, seamless.
+    #[must_use]
+    pub fn sampler(&self) -> &Sampler {
+        &self.sampler
+    }
+
+    /// One mip level as an array of six faces.
+    #[must_use]
+    pub fn level(&self, mip: u32) -> &ImageView {
+        &self.levels[(mip as usize).min(self.levels.len() - 1)]
+    }
+
+    /// Mip levels, down to 1².
+    #[must_use]
+    pub fn levels(&self) -> u32 {
+        self.levels.len() as u32
+    }
+
+    /// Edge of a face in texels.
+    #[must_use]
+    pub fn face_size(&self) -> u32 {
+        self.cube.desc().width
+    }
+}

@@ -1,0 +1,130 @@
+//! The equirect pass: an equirectangular image becomes the faces of a cube map.
+//!
+//! Convention, world z up: row 0 of the image lies at +z, its centre looks along +x, and columns run clockwise seen
+//! from above (to the right of a viewer): `u = ½ − atan2(y, x)/2π`, `v = θ/π`.
+//!
+//! A sun one pixel wide must keep its power. So the image is first brought, in 64 bits and weighted by solid angle, to
+//! a size that the cube can hold, with texels about square on the sphere even near the poles; then every cube texel
+//! averages at least four samples per image texel and axis, weighted by solid angle.
+
+use std::f64::consts::PI;
+use std::sync::Arc;
+
+use crate::gpu::{Commands, ComputePipeline, Descriptor, Filter, Gpu, ImageView, Result, Sampler, Wrap};
+use crate::maps::RgbImage;
+
+/// Widest equirectangular image worth sampling for cube faces this wide; the sampler's footprint stays bounded.
+fn widest(face_size: u32) -> u32 {
+    (8 * face_size).max(8)
+}
+
+/// The image as the pass reads it: at most eight cube faces wide, RGBA with alpha 1, rows near the poles smoothed to
+/// texels about square on the sphere. Every row keeps its power, whatever its texels (64-bit sums).
+#[must_use]
+pub fn prepare(image: &RgbImage, face_size: u32) -> (u32, u32, Vec<[f32; 4]>) {
+    let (w, h) = (image.width.min(widest(face_size)), image.height.min(widest(face_size) / 2));
+    let source_width = image.width as usize;
+    let mut texels = Vec::with_capacity(w as usize * h as usize);
+    let mut wide = vec![[0.0f64; 3]; source_width];
+    for j in 0..h {
+        // rows: mean by the solid angle of each band
+        let scale = f64::from(image.height) / f64::from(h);
+        let (top, bottom) = (f64::from(j) * scale, f64::from(j + 1) * scale);
+        let cos = |row: f64| (PI * row / f64::from(image.height)).cos();
+        wide.fill([0.0; 3]);
+        for i in top as u32..(bottom.ceil() as u32).min(image.height) {
+            let (low, high) = (top.max(f64::from(i)), bottom.min(f64::from(i + 1)));
+            if high <= low {
+                continue;
+            }
+            let weight = (cos(low) - cos(high)) / (cos(top) - cos(bottom));
+            let row = &image.texels[i as usize * source_width..][..source_width];
+            for (sum, texel) in wide.iter_mut().zip(row) {
+                for c in 0..3 {
+                    sum[c] += weight * f64::from(texel[c]);
+                }
+            }
+        }
+        // columns: boxes as wide as a target texel, or as a texel is high where meridians converge
+        let sin = (PI * (f64::from(j) + 0.5) / f64::from(h)).sin();
+        let texel_width = f64::from(image.width) / f64::from(w);
+        let box_width = (texel_width * (1.0 / sin).max(1.0)).min(f64::from(image.width));
+        let sums = RunningSums::new(&wide);
+        for i in 0..w {
+            let centre = (f64::from(i) + 0.5) * texel_width;
+            let mean = sums.mean(centre - box_width / 2.0, centre + box_width / 2.0);
+            texels.push([mean[0] as f32, mean[1] as f32, mean[2] as f32, 1.0]);
+        }
+    }
+    (w, h, texels)
+}
+
+/// Prefix sums of a row that goes round the sphere.
+struct RunningSums {
+    sums: Vec<[f64; 3]>,
+}
+
+impl RunningSums {
+    fn new(row: &[[f64; 3]]) -> Self {
+        let mut sums = Vec::with_capacity(row.len() + 1);
+        let mut sum = [0.0; 3];
+        sums.push(sum);
+        for texel in row {
+            for c in 0..3 {
+                sum[c] += texel[c];
+            }
+            sums.push(sum);
+        }
+        Self { sums }
+    }
+
+    /// The integral from column 0 to `x`, any real number.
+    fn until(&self, x: f64) -> [f64; 3] {
+        let n = self.sums.len() - 1;
+        let turns = (x / n as f64).floor();
+        let within = x - turns * n as f64;
+        let i = (within as usize).min(n - 1);
+        let f = within - i as f64;
+        std::array::from_fn(|c| turns * self.sums[n][c] + self.sums[i][c] + f * (self.sums[i + 1][c] - self.sums[i][c]))
+    }
+
+    fn mean(&self, from: f64, to: f64) -> [f64; 3] {
+        let (a, b) = (self.until(from), self.until(to));
+        // a difference of sums may leave a dust of minus zero beside a bright sun
+        std::array::from_fn(|c| ((b[c] - a[c]) / (to - from)).max(0.0))
+    }
+}
+
+/// The pass.
+pub struct EquirectPass {
+    pipeline: ComputePipeline,
+    sampler: Sampler,
+}
+
+impl EquirectPass {
+    /// Creates the pipeline.
+    ///
+    /// # Errors
+    /// A failed Vulkan call.
+    pub fn new(gpu: &Arc<Gpu>) -> Result<Self> {
+        Ok(Self {
+            pipeline: ComputePipeline::new(gpu, "passes/light/equirect.comp", &[])?,
+            sampler: Sampler::new(gpu, "equirect", Filter::Bilinear, Wrap::Repeat)?,
+        })
+    }
+
+    /// Fills `faces` (mip 0 of a cube as an array, in [`Use::ComputeWrite`](crate::gpu::Use)) from `equirect` (made by
+    /// [`prepare`], in [`Use::Sampled`](crate::gpu::Use)).
+    pub fn record(&self, cmd: &mut Commands, equirect: &ImageView, faces: &ImageView) {
+        let (source, size) = (equirect.extent()[0], faces.extent()[0]);
+        // image texels across a cube texel at the middle of a face, where a texel is largest
+        let across = 2.0 / f64::from(size) * f64::from(source) / (2.0 * PI);
+        let samples = ((4.0 * across).ceil() as u32).clamp(2, 16);
+        cmd.bind(
+            &self.pipeline,
+            &[(0, Descriptor::Sampled(equirect, &self.sampler)), (1, Descriptor::StorageImage(faces))],
+        );
+        cmd.push_constants(&samples);
+        cmd.dispatch_invocations(&self.pipeline, [size, size, 6]);
+    }
+}

@@ -1,0 +1,10 @@
+//! What lights a scene: the sky, environments as cube maps, their spherical harmonics, and the exposure that suits them.
+
+mod atmosphere;
+pub mod cube_mips;
+pub mod environment;
+pub mod equirect;
+pub mod exposure;
+pub mod irradiance;
+pub mod sky;
+pub mod sky_pass;

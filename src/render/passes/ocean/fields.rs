@@ -1,0 +1,211 @@
+//! Waves of all cascades into maps, every frame: two passes of Fourier transforms, then mips.
+
+use std::sync::Arc;
+
+use bytemuck::{Pod, Zeroable};
+use std::f64::consts::TAU;
+
+use crate::gpu::vk::Format;
+use crate::gpu::{
+    Buffer, Commands, ComputePipeline, Descriptor, Gpu, GpuError, Image, ImageDesc, ImageView, Memory, Result,
+    SpecValue, Use,
+};
+use crate::render::surfaces::ocean::waves::{Cascade, PERIOD};
+
+/// Smallest and largest resolution of a cascade: what two lines of a transform leave of shared memory.
+pub const RESOLUTIONS: std::ops::RangeInclusive<u32> = 16..=1024;
+
+/// A cascade as the shaders read it (`passes/ocean/cascade.glsl`).
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub struct CascadeGpu {
+    /// Cosine and sine of the tile's angle.
+    pub turn: [f32; 2],
+    /// `2π / size`.
+    pub wave_step: f32,
+    /// Edge of the tile, metres.
+    pub size: f32,
+}
+
+/// What the maps hold.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Content {
+    /// Means that can be filtered, with mips: see [`OceanFields`].
+    Moments,
+    /// Fields that are linear in the waves, which add up exactly from cascade to cascade, without mips. `displacement`:
+    /// `Dx, Dy, height, ∂Dx/∂y`; `slopes`: `∂h/∂x, ∂h/∂y, ∂Dx/∂x, ∂Dy/∂y`; `joint` is empty.
+    Derivatives,
+}
+
+/// The maps of the sea at one moment, one array layer per cascade, all with full mips.
+///
+/// `J` is the Jacobian of the horizontal movement, `s` the slope of the moved surface, `w = det J` its area per area of sea at
+/// rest: moments are per area of the moved sea, `E[s] = Σ w s / Σ w`.
+pub struct OceanFields {
+    rows: ComputePipeline,
+    columns: ComputePipeline,
+    mips: ComputePipeline,
+    twiddles: Buffer,
+    waves: Buffer,
+    /// [`CascadeGpu`] of every cascade.
+    pub cascades: Buffer,
+    lines: Buffer,
+    /// `Dx, Dy, height, det J`; metres.
+    pub displacement: Image,
+    /// `w sx, w sy, w sx², w sy²`.
+    pub slopes: Image,
+    /// `w sx sy, w, stretch, stretch²`, of which the foam is made: the stretch of the sea, `1 + ∂Dx/∂x + ∂Dy/∂y`, with
+    /// [`foam_weight`](crate::render::surfaces::ocean::waves::foam_weight). It is linear in the waves, so that it is normal and adds up.
+    pub joint: Image,
+    levels: Vec<[ImageView; 3]>,
+    resolution: u32,
+    count: u32,
+}
+
+impl OceanFields {
+    /// Pipelines and maps for these cascades, whose resolutions must be the same.
+    ///
+    /// # Errors
+    /// [`GpuError::Usage`] for no cascades, unlike ones, or a resolution that is no power of two in [`RESOLUTIONS`]; memory
+    /// that is short; a failed pipeline.
+    pub fn new(gpu: &Arc<Gpu>, cascades: &[Cascade], content: Content) -> Result<Self> {
+        let fault = |fault: String| Err(GpuError::Usage { name: "ocean".to_owned(), fault });
+        let Some(resolution) = cascades.first().map(|c| c.resolution) else {
+            return fault("a sea needs at least one cascade".to_owned());
+        };
+        if !resolution.is_power_of_two() || !RESOLUTIONS.contains(&resolution) {
+            return fault(format!("a resolution of {resolution} is no power of two from 16 to 1024"));
+        }
+        let samples = resolution as usize * resolution as usize;
+        if cascades.iter().any(|c| c.resolution != resolution || c.waves.len() != samples) {
+            return fault("cascades differ in resolution".to_owned());
+        }
+        let count = cascades.len() as u32;
+        let spec = [(0, SpecValue::U32(resolution)), (1, SpecValue::U32(resolution.ilog2())), (2, SpecValue::U32(2))];
+        let twiddles: Vec<[f32; 2]> = (0..resolution)
+            .map(|j| {
+                let (sin, cos) = (TAU * f64::from(j) / f64::from(resolution)).sin_cos();
+                [cos as f32, sin as f32]
+            })
+            .collect();
+        let waves: Vec<[f32; 4]> = cascades.iter().flat_map(|c| c.waves.iter().copied()).collect();
+        let blocks: Vec<CascadeGpu> = cascades
+            .iter()
+            .map(|c| CascadeGpu {
+                turn: [c.rotation.cos() as f32, c.rotation.sin() as f32],
+                wave_step: (TAU / c.size) as f32,
+                size: c.size as f32,
+            })
+            .collect();
+        let desc = ImageDesc::new(Format::R32G32B32A32_SFLOAT, resolution, resolution).layers(count).storage();
+        let desc = if content == Content::Moments { desc.full_mips() } else { desc };
+        let image = |name: &str| Image::new(gpu, name, desc);
+        let (displacement, slopes, joint) =
+            (image("ocean displacement")?, image("ocean slopes")?, image("ocean joint")?);
+        let levels = (0..desc.mips)
+            .map(|mip| Ok([displacement.mip_array(mip)?, slopes.mip_array(mip)?, joint.mip_array(mip)?]))
+            .collect::<Result<Vec<_>>>()?;
+        Ok(Self {
+            rows: ComputePipeline::new(gpu, "passes/ocean/rows.comp", &spec)?,
+            columns: ComputePipeline::new(
+                gpu,
+                "passes/ocean/columns.comp",
+                &[spec[0], spec[1], spec[2], (3, SpecValue::Bool(content == Content::Derivatives))],
+            )?,
+            mips: ComputePipeline::new(gpu, "passes/ocean/mips.comp", &[])?,
+            twiddles: Buffer::from_slice(gpu, "twiddles", &twiddles)?,
+            waves: Buffer::from_slice(gpu, "waves", &waves)?,
+            cascades: Buffer::from_slice(gpu, "cascades", &blocks)?,
+            lines: Buffer::new(gpu, "ocean lines", (2 * 16 * samples) as u64 * u64::from(count), Memory::Device)?,
+            displacement,
+            slopes,
+            joint,
+            levels,
+            resolution,
+            count,
+        })
+    }
+
+    /// Fills the maps for `time` and leaves them in [`Use::Sampled`]: the three passes one after the other.
+    pub fn record(&self, cmd: &mut Commands, time: f64, choppiness: f32) {
+        self.record_rows(cmd, time);
+        self.record_columns(cmd, choppiness);
+        self.record_mips(cmd);
+    }
+
+    /// Moves the waves to `time` (seconds; repeats after [`PERIOD`]) and transforms the rows.
+    pub fn record_rows(&self, cmd: &mut Commands, time: f64) {
+        // the columns of an earlier frame may still be reading
+        cmd.memory_barrier(Use::Undefined, Use::ComputeWrite);
+        cmd.bind(
+            &self.rows,
+            &[
+                (0, Descriptor::Storage(&self.twiddles)),
+                (1, Descriptor::Storage(&self.waves)),
+                (2, Descriptor::Storage(&self.cascades)),
+                (3, Descriptor::Storage(&self.lines)),
+            ],
+        );
+        let moment = time.rem_euclid(PERIOD) / PERIOD;
+        let coarse = (moment * 2048.0).floor() / 2048.0;
+        cmd.push_constants(&[coarse as f32, (moment - coarse) as f32]);
+        cmd.dispatch([self.resolution, self.count, 1]);
+        cmd.memory_barrier(Use::ComputeWrite, Use::ComputeRead);
+    }
+
+    /// Transforms the columns and writes the finest level of the maps. `choppiness` scales the horizontal movement: 1 is that
+    /// of water, 0 leaves waves of height alone.
+    pub fn record_columns(&self, cmd: &mut Commands, choppiness: f32) {
+        for image in self.maps() {
+            cmd.image_barrier(image, Use::Undefined, Use::ComputeReadWrite);
+        }
+        let [displacement, slopes, joint] = &self.levels[0];
+        cmd.bind(
+            &self.columns,
+            &[
+                (0, Descriptor::Storage(&self.twiddles)),
+                (1, Descriptor::Storage(&self.lines)),
+                (2, Descriptor::StorageImage(displacement)),
+                (3, Descriptor::StorageImage(slopes)),
+                (4, Descriptor::StorageImage(joint)),
+                (5, Descriptor::Storage(&self.cascades)),
+            ],
+        );
+        cmd.push_constants(&choppiness);
+        cmd.dispatch([self.resolution, self.count, 1]);
+    }
+
+    /// Makes the coarser levels from the finest, and leaves all in [`Use::Sampled`].
+    pub fn record_mips(&self, cmd: &mut Commands) {
+        for image in self.maps() {
+            cmd.transition(image, Use::ComputeReadWrite);
+        }
+        for pair in self.levels.windows(2) {
+            let [width, height] = pair[1][0].extent();
+            let views = pair.iter().flatten().enumerate();
+            let descriptors: Vec<_> = views.map(|(i, view)| (i as u32, Descriptor::StorageImage(view))).collect();
+            cmd.bind(&self.mips, &descriptors);
+            cmd.dispatch_invocations(&self.mips, [width, height, self.count]);
+            cmd.memory_barrier(Use::ComputeWrite, Use::ComputeRead);
+        }
+        for image in self.maps() {
+            cmd.transition(image, Use::Sampled);
+        }
+    }
+
+    fn maps(&self) -> [&Image; 3] {
+        [&self.displacement, &self.slopes, &self.joint]
+    }
+
+    /// Samples along a tile's edge.
+    #[must_use]
+    pub fn resolution(&self) -> u32 {
+        self.resolution
+    }
+
+    /// Number of cascades.
+    #[must_use]
+    pub fn count(&self) -> u32 {
+        self.count
+    }
+}

@@ -1,0 +1,131 @@
+//! The filter of the sea's pixels: slope moments of the waves that each sees, written into the other objects' G-buffer.
+
+use std::collections::HashMap;
+use std::collections::hash_map::Entry;
+use std::sync::Arc;
+
+use bytemuck::{Pod, Zeroable};
+use glam::Vec2;
+
+use super::fields::OceanFields;
+use super::surface::{Ocean, SEA_INDEX};
+use crate::gpu::{
+    Buffer, ColorTarget, Commands, Descriptor, Filter, Gpu, GraphicsDesc, GraphicsPipeline, Load, Memory, Result,
+    Sampler, SpecValue, Topology, Use, Wrap,
+};
+use crate::render::passes::filter::GBuffer;
+use crate::render::passes::geometry::VisibleSurface;
+use crate::render::settings::Technique;
+use crate::render::surfaces::ocean::mesh::EARTH;
+
+/// Beckmann roughness of the water itself, below all waves.
+const WATER_ROUGHNESS: f32 = 0.01;
+/// Reflectance of water at normal incidence.
+const WATER_F0: f32 = 0.02;
+
+#[repr(C)]
+#[derive(Clone, Copy, Pod, Zeroable)]
+struct WaterGpu {
+    centre: [f32; 4],
+    tail: [f32; 4],
+    color: [f32; 4],
+    foam: [f32; 4],
+}
+
+/// Pipelines of the filter, one per technique that was asked for, and what they know of the water.
+pub struct OceanFilter {
+    pipelines: HashMap<Technique, GraphicsPipeline>,
+    water: Buffer,
+    trilinear: Sampler,
+    nearest: Sampler,
+}
+
+impl OceanFilter {
+    /// The filter, without pipelines yet.
+    ///
+    /// # Errors
+    /// Memory that is short.
+    pub fn new(gpu: &Arc<Gpu>) -> Result<Self> {
+        Ok(Self {
+            pipelines: HashMap::new(),
+            water: Buffer::new(gpu, "water", size_of::<WaterGpu>() as u64, Memory::Upload)?,
+            trilinear: Sampler::new(gpu, "ocean moments", Filter::Trilinear, Wrap::Repeat)?,
+            nearest: Sampler::new(gpu, "ocean pixels", Filter::Nearest, Wrap::Clamp)?,
+        })
+    }
+
+    /// Makes the technique's pipeline, unless it is there, and writes what the water is like below a viewer at `centre`. The
+    /// device must be idle.
+    ///
+    /// # Errors
+    /// A failed pipeline or write.
+    pub fn update(&mut self, gpu: &Arc<Gpu>, technique: Technique, ocean: &Ocean, centre: Vec2) -> Result<()> {
+        if let Entry::Vacant(place) = self.pipelines.entry(technique) {
+            place.insert(GraphicsPipeline::new(
+                gpu,
+                "ocean filter",
+                &GraphicsDesc {
+                    vertex: "passes/ocean/filter.vert",
+                    topology: Topology::Points,
+                    fragment: Some("passes/ocean/filter.frag"),
+                    colors: &GBuffer::FORMATS,
+                    spec: &[
+                        (0, SpecValue::I32(technique.code())),
+                        (1, SpecValue::U32(SEA_INDEX)),
+                        (3, SpecValue::Bool(ocean.shore.is_some())),
+                    ],
+                    ..Default::default()
+                },
+            )?);
+        }
+        let threshold = if ocean.foam_threshold > 0.0 { ocean.foam_threshold } else { -1e9 };
+        let water = WaterGpu {
+            centre: [centre.x, centre.y, 1.0 / EARTH, 0.0],
+            tail: ocean.tail.extend(WATER_ROUGHNESS).to_array(),
+            color: ocean.color.extend(WATER_F0).to_array(),
+            foam: ocean.foam.extend(threshold).to_array(),
+        };
+        self.water.write(0, &[water])
+    }
+
+    /// Begins a G-buffer that holds the other objects already, has `draw` fill the sea's pixels from the block of
+    /// `passes/ocean/water.glsl`, and leaves it readable.
+    pub fn record(&self, cmd: &mut Commands, target: &GBuffer, draw: impl FnOnce(&mut Commands, &Buffer)) {
+        for image in target.colors() {
+            cmd.transition(image, Use::ColorTarget);
+        }
+        let colors = target.colors().map(|image| ColorTarget { view: image.whole(), load: Load::Keep });
+        cmd.begin_rendering(&colors, None);
+        draw(cmd, &self.water);
+        cmd.end_rendering();
+        for image in target.colors() {
+            cmd.transition(image, Use::Sampled);
+        }
+    }
+
+    /// Filters the waves under the sea's pixels into the begun G-buffer, with a technique of the last updates.
+    pub fn draw(
+        &self,
+        cmd: &mut Commands,
+        technique: Technique,
+        fields: &OceanFields,
+        shore: &Buffer,
+        visible: &VisibleSurface,
+    ) {
+        let Some(pipeline) = self.pipelines.get(&technique) else { return };
+        cmd.bind(
+            pipeline,
+            &[
+                (0, Descriptor::Sampled(visible.texture.whole(), &self.nearest)),
+                (1, Descriptor::Sampled(visible.surface.whole(), &self.nearest)),
+                (2, Descriptor::Sampled(fields.slopes.whole(), &self.trilinear)),
+                (3, Descriptor::Sampled(fields.joint.whole(), &self.trilinear)),
+                (4, Descriptor::Storage(&fields.cascades)),
+                (5, Descriptor::Uniform(&self.water)),
+                (6, Descriptor::Uniform(shore)),
+                (7, Descriptor::Storage(&visible.tiles.records)),
+            ],
+        );
+        visible.tiles.draw(cmd);
+    }
+}

@@ -1,0 +1,163 @@
+//! The reference's sea: rays against the displaced waves instead of triangles, and slopes that nothing has filtered. No
+//! tessellation could follow every wave to the horizon, and which of them hide each other is what the reference must know.
+
+use std::sync::Arc;
+
+use bytemuck::{Pod, Zeroable};
+use glam::{Mat3, Mat4, Vec3};
+
+use super::fields::{Content, OceanFields, RESOLUTIONS};
+use super::surface::SEA_INDEX;
+use crate::gpu::{
+    Buffer, Commands, Depth, Descriptor, Filter, Gpu, GraphicsDesc, GraphicsPipeline, Memory, Result, Sampler,
+    SpecValue, Topology, Wrap,
+};
+use crate::render::passes::filter::GBuffer;
+use crate::render::passes::geometry::VisibleSurface;
+use crate::render::surfaces::ocean::mesh::EARTH;
+use crate::render::surfaces::ocean::waves::Cascade;
+
+/// Standard deviations that bound the height of the waves: one sample in 10⁸ is beyond.
+const HEIGHT_BOUND: f64 = 5.7;
+/// Samples per sample of the drawn sea, within what a transform can do: linear interpolation of waves of three samples
+/// would lose half of their slopes.
+const OVERSAMPLING: u32 = 2;
+/// Standard deviations of the slope that rays step by. Steeper places are met all the same, if they are no narrower than
+/// a step.
+const SLOPE_BOUND: f64 = 3.5;
+
+#[repr(C)]
+#[derive(Clone, Copy, Pod, Zeroable)]
+struct ViewGpu {
+    rays: [[f32; 4]; 3],
+    eye: [f32; 4],
+    centre: [f32; 4],
+}
+
+/// Per cascade: bound of the heights of all after it, and of the slopes of all up to it.
+fn limits(deviations: &[[f64; 2]]) -> Vec<[f32; 2]> {
+    let square = |part: &[[f64; 2]], c: usize| part.iter().map(|d| d[c] * d[c]).sum::<f64>().sqrt();
+    (1..=deviations.len())
+        .map(|i| {
+            let rest = HEIGHT_BOUND * square(&deviations[i..], 0);
+            [rest as f32, (SLOPE_BOUND * square(&deviations[..i], 1)) as f32]
+        })
+        .collect()
+}
+
+/// The passes of the reference.
+pub struct OceanMarch {
+    fields: OceanFields,
+    march: GraphicsPipeline,
+    exact: GraphicsPipeline,
+    limits: Buffer,
+    bound: f32,
+    view: Buffer,
+    repeat: Sampler,
+    nearest: Sampler,
+}
+
+impl OceanMarch {
+    /// The passes for these waves.
+    ///
+    /// # Errors
+    /// As [`OceanFields::new`].
+    pub fn new(gpu: &Arc<Gpu>, cascades: &[Cascade]) -> Result<Self> {
+        let deviations: Vec<_> = cascades.iter().map(Cascade::deviations).collect();
+        let factor = |c: &Cascade| if c.resolution * OVERSAMPLING <= *RESOLUTIONS.end() { OVERSAMPLING } else { 1 };
+        let finer: Vec<_> = cascades.iter().map(|c| c.oversampled(factor(c))).collect();
+        let march = GraphicsDesc {
+            vertex: "passes/fullscreen.vert",
+            fragment: Some("passes/ocean/march.frag"),
+            colors: &[VisibleSurface::FORMAT; 3],
+            depth: Some(Depth::default()),
+            spec: &[(0, SpecValue::U32(SEA_INDEX))],
+            ..Default::default()
+        };
+        let exact = GraphicsDesc {
+            vertex: "passes/ocean/filter.vert",
+            fragment: Some("passes/ocean/exact.frag"),
+            colors: &GBuffer::FORMATS,
+            topology: Topology::Points,
+            spec: &[(1, SpecValue::U32(SEA_INDEX))],
+            ..Default::default()
+        };
+        Ok(Self {
+            fields: OceanFields::new(gpu, &finer, Content::Derivatives)?,
+            march: GraphicsPipeline::new(gpu, "ocean march", &march)?,
+            exact: GraphicsPipeline::new(gpu, "ocean exact", &exact)?,
+            limits: Buffer::from_slice(gpu, "ocean limits", &limits(&deviations))?,
+            bound: (HEIGHT_BOUND * deviations.iter().map(|d| d[0] * d[0]).sum::<f64>().sqrt()) as f32,
+            view: Buffer::new(gpu, "ocean rays", size_of::<ViewGpu>() as u64, Memory::Upload)?,
+            repeat: Sampler::new(gpu, "ocean", Filter::Trilinear, Wrap::Repeat)?,
+            nearest: Sampler::new(gpu, "ocean pixels", Filter::Nearest, Wrap::Clamp)?,
+        })
+    }
+
+    /// Points the rays; `level`: height of the water at rest. The device must be idle.
+    ///
+    /// # Errors
+    /// A failed write.
+    pub fn update(&self, clip_from_world: Mat4, eye: Vec3, near: f32, level: f32) -> Result<()> {
+        // x, y and w of clip space are linear in the direction from the eye, and w is the length along the view axis.
+        let rows = clip_from_world.transpose();
+        let linear = Mat3::from_cols(rows.x_axis.truncate(), rows.y_axis.truncate(), rows.w_axis.truncate());
+        let rays = linear.transpose().inverse();
+        let view = ViewGpu {
+            rays: [rays.x_axis, rays.y_axis, rays.z_axis].map(|v| v.extend(0.0).to_array()),
+            eye: [eye.z - level, 0.5 / EARTH, near, self.bound],
+            centre: [eye.x, eye.y, 0.0, 0.0],
+        };
+        self.view.write(0, &[view])
+    }
+
+    /// The waves.
+    #[must_use]
+    pub fn fields(&self) -> &OceanFields {
+        &self.fields
+    }
+
+    /// Draws into the begun targets of the geometry pass.
+    pub fn draw_geometry(&self, cmd: &mut Commands) {
+        cmd.bind(
+            &self.march,
+            &[
+                (0, Descriptor::Uniform(&self.view)),
+                (1, Descriptor::Storage(&self.fields.cascades)),
+                (2, Descriptor::Storage(&self.limits)),
+                (3, Descriptor::Sampled(self.fields.displacement.whole(), &self.repeat)),
+            ],
+        );
+        cmd.draw(0..3, 0..1);
+    }
+
+    /// Draws into the begun G-buffer; `water`: the block of `passes/ocean/water.glsl`.
+    pub fn draw_filter(&self, cmd: &mut Commands, visible: &VisibleSurface, water: &Buffer) {
+        cmd.bind(
+            &self.exact,
+            &[
+                (0, Descriptor::Sampled(visible.texture.whole(), &self.nearest)),
+                (1, Descriptor::Sampled(visible.surface.whole(), &self.nearest)),
+                (2, Descriptor::Sampled(self.fields.displacement.whole(), &self.repeat)),
+                (3, Descriptor::Sampled(self.fields.slopes.whole(), &self.repeat)),
+                (4, Descriptor::Storage(&self.fields.cascades)),
+                (5, Descriptor::Uniform(water)),
+                (7, Descriptor::Storage(&visible.tiles.records)),
+            ],
+        );
+        visible.tiles.draw(cmd);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn limits_shrink_with_the_waves() {
+        let limits = limits(&[[3.0, 0.3], [4.0, 0.4]]);
+        let near = |a: f32, b: f64| (f64::from(a) - b).abs() < 1e-5;
+        assert!(near(limits[0][0], HEIGHT_BOUND * 4.0) && near(limits[0][1], SLOPE_BOUND * 0.3));
+        assert!(limits[1][0] == 0.0 && near(limits[1][1], SLOPE_BOUND * 0.5));
+    }
+}

@@ -1,0 +1,262 @@
+//! The drawn sea: its waves, its mesh moved by them, and the filter of what its pixels see. It writes the targets of the other
+//! objects' passes.
+
+use std::sync::Arc;
+
+use bytemuck::{Pod, Zeroable};
+use glam::{Mat4, Vec3};
+
+use super::fields::{Content, OceanFields};
+use super::filter::OceanFilter;
+use super::march::OceanMarch;
+use crate::gpu::{
+    Buffer, ColorTarget, Commands, Cull, Depth, DepthTarget, Descriptor, Filter, Gpu, GraphicsDesc, GraphicsPipeline,
+    Load, Memory, Result, Sampler, SpecValue, Timestamps, Topology as Primitive, Use, Wrap,
+};
+use crate::render::passes::filter::GBuffer;
+use crate::render::passes::geometry::{VisibleSurface, guard_band};
+use crate::render::settings::Technique;
+use crate::render::surfaces::ocean::mesh::{EARTH, Laid, Rings, SeaView};
+use crate::render::surfaces::ocean::shore::{Shore, ShoreGpu};
+use crate::render::surfaces::ocean::waves::Cascade;
+use crate::render::surfaces::tessellation::{GUARD_BAND, Lens, TessellationSettings};
+
+/// Index of the sea among the objects of a scene: the last that the G-buffer has bits for.
+pub const SEA_INDEX: u32 = 63;
+
+/// A sea: its waves and its water.
+#[derive(Clone, Debug)]
+pub struct Ocean {
+    /// Tiles of waves, longest first; equal resolutions.
+    pub cascades: Vec<Cascade>,
+    /// Standard deviation of the height, metres.
+    pub height: f32,
+    /// Slope covariance `xx, yy, xy` of the waves that no cascade carries.
+    pub tail: Vec3,
+    /// Horizontal movement of the waves: 1 is water's, 0 none.
+    pub choppiness: f32,
+    /// Height of the water at rest, metres.
+    pub level: f32,
+    /// Diffuse albedo of what comes up out of the water, linear.
+    pub color: Vec3,
+    /// Diffuse albedo of foam, linear.
+    pub foam: Vec3,
+    /// The sea foams where its horizontal stretch ([`OceanFields::joint`]) is below this: 1 is the sea at rest, 0 for no foam.
+    pub foam_threshold: f32,
+    /// A beach that the waves run up; none for the open sea.
+    pub shore: Option<Shore>,
+}
+
+#[repr(C)]
+#[derive(Clone, Copy, Pod, Zeroable)]
+struct VertexGpu {
+    position: [f32; 2],
+    spacing: f32,
+    unused: f32,
+}
+
+#[repr(C)]
+#[derive(Clone, Copy, Pod, Zeroable)]
+struct ViewGpu {
+    clip_from_world: [[f32; 4]; 4],
+    centre: [f32; 4],
+}
+
+/// The passes of the sea.
+pub struct OceanPass {
+    /// The sea.
+    pub ocean: Ocean,
+    fields: OceanFields,
+    /// Of the reference, from when it is first asked for.
+    march: Option<OceanMarch>,
+    rings: Rings,
+    laid: Laid,
+    pipeline: GraphicsPipeline,
+    filter: OceanFilter,
+    technique: Technique,
+    vertices: Buffer,
+    patches: Buffer,
+    patch_edges: Buffer,
+    edge_factors: Buffer,
+    visible: Buffer,
+    view: Buffer,
+    shore: Buffer,
+    deviations: Vec<f64>,
+    trilinear: Sampler,
+}
+
+impl OceanPass {
+    /// Uploads a sea.
+    ///
+    /// # Errors
+    /// As [`OceanFields::new`].
+    pub fn new(gpu: &Arc<Gpu>, ocean: Ocean) -> Result<Self> {
+        let rings = Rings::default();
+        let Rings { mesh, topology } = &rings;
+        let buffer =
+            |name: &str, count: usize, size: usize| Buffer::new(gpu, name, (count * size) as u64, Memory::Upload);
+        Ok(Self {
+            fields: OceanFields::new(gpu, &ocean.cascades, Content::Moments)?,
+            march: None,
+            pipeline: GraphicsPipeline::new(
+                gpu,
+                "ocean",
+                &GraphicsDesc {
+                    vertex: "passes/ocean/surface.vert",
+                    tessellation: Some(["passes/ocean/surface.tesc", "passes/ocean/surface.tese"]),
+                    fragment: Some("passes/ocean/surface.frag"),
+                    colors: &[VisibleSurface::FORMAT; 3],
+                    depth: Some(Depth::default()),
+                    cull: Cull::None,
+                    topology: Primitive::Patches(4),
+                    spec: &[
+                        (0, SpecValue::U32(SEA_INDEX)),
+                        (1, SpecValue::F32(GUARD_BAND)),
+                        (2, SpecValue::Bool(ocean.shore.is_some())),
+                    ],
+                    ..Default::default()
+                },
+            )?,
+            filter: OceanFilter::new(gpu)?,
+            technique: Technique::Leadr,
+            vertices: buffer("ocean vertices", mesh.positions.len(), size_of::<VertexGpu>())?,
+            patches: Buffer::from_slice(gpu, "ocean patches", &mesh.patches)?,
+            patch_edges: Buffer::from_slice(gpu, "ocean edges", &topology.patch_edges)?,
+            edge_factors: buffer("ocean factors", topology.edges.len(), 4)?,
+            visible: buffer("ocean visible patches", mesh.patches.len(), 4)?,
+            view: buffer("ocean view", 1, size_of::<ViewGpu>())?,
+            shore: buffer("shore", 1, size_of::<ShoreGpu>())?,
+            deviations: ocean.cascades.iter().map(|c| c.deviations()[0]).collect(),
+            trilinear: Sampler::new(gpu, "ocean", Filter::Trilinear, Wrap::Repeat)?,
+            rings,
+            laid: Laid::default(),
+            ocean,
+        })
+    }
+
+    /// Lays the rings around a viewer and chooses what is drawn, at `time` in seconds. The device must be idle.
+    ///
+    /// # Errors
+    /// A failed pipeline or write.
+    pub fn update(
+        &mut self,
+        gpu: &Arc<Gpu>,
+        technique: Technique,
+        time: f64,
+        clip_from_world: Mat4,
+        eye: Vec3,
+        lens: Lens,
+        tessellation: &TessellationSettings,
+    ) -> Result<()> {
+        self.technique = technique;
+        self.filter.update(gpu, technique, &self.ocean, eye.truncate())?;
+        if self.marches() {
+            let march = match &mut self.march {
+                Some(march) => march,
+                none => none.insert(OceanMarch::new(gpu, &self.ocean.cascades)?),
+            };
+            march.update(clip_from_world, eye, lens.near, self.ocean.level)?;
+        }
+        let (level, deviation) = (self.ocean.level, self.ocean.height);
+        self.laid = self.rings.lay(&SeaView { clip_from_world, lens, level, deviation }, tessellation);
+        let Laid { positions, spacing, list } = &self.laid;
+        let vertex = |(p, &spacing): (&Vec3, &f32)| VertexGpu { position: [p.x, p.y], spacing, unused: 0.0 };
+        let vertices: Vec<VertexGpu> = positions.iter().zip(spacing).map(vertex).collect();
+        self.vertices.write(0, &vertices)?;
+        self.edge_factors.write(0, &list.edge_factors)?;
+        if !list.visible.is_empty() {
+            self.visible.write(0, &list.visible)?;
+        }
+        let shrink = Mat4::from_scale(Vec3::new(1.0 / GUARD_BAND, 1.0 / GUARD_BAND, 1.0));
+        let view = ViewGpu {
+            clip_from_world: (shrink * clip_from_world).to_cols_array_2d(),
+            centre: [eye.x, eye.y, level, 0.5 / EARTH],
+        };
+        self.view.write(0, &[view])?;
+        let shore = self.ocean.shore.as_ref();
+        self.shore.write(0, &[shore.map_or_else(ShoreGpu::default, |s| ShoreGpu::new(s, time, &self.deviations))])
+    }
+
+    /// Records the waves at `time`, seconds, every pass `repeats` times and timed by itself: the waves moved to the present and
+    /// their rows transformed, the columns with displacement and moments, the mips.
+    pub fn record_waves(&self, cmd: &mut Commands, time: f64, repeats: u32, timestamps: &Timestamps) {
+        let choppiness = self.ocean.choppiness;
+        let fields = self.reference().map_or(&self.fields, OceanMarch::fields);
+        cmd.label_times("wave rows", repeats, |cmd| fields.record_rows(cmd, time));
+        cmd.timestamp(timestamps, "wave rows");
+        cmd.label_times("wave columns", repeats, |cmd| fields.record_columns(cmd, choppiness));
+        cmd.timestamp(timestamps, "wave columns");
+        cmd.label_times("wave mips", repeats, |cmd| fields.record_mips(cmd));
+        cmd.timestamp(timestamps, "wave mips");
+    }
+
+    /// The passes of the reference, where it is drawn.
+    fn reference(&self) -> Option<&OceanMarch> {
+        self.march.as_ref().filter(|_| self.marches())
+    }
+
+    /// Whether rays are marched, which know of no beach.
+    fn marches(&self) -> bool {
+        self.technique == Technique::Reference && self.ocean.shore.is_none()
+    }
+
+    /// Draws the sea over what the geometry pass left, and leaves the targets readable.
+    pub fn record_geometry(&self, cmd: &mut Commands, target: &VisibleSurface) {
+        for image in target.colors() {
+            cmd.transition(image, Use::ColorTarget);
+        }
+        cmd.transition(&target.depth, Use::DepthTarget);
+        let colors = target.colors().map(|image| ColorTarget { view: image.whole(), load: Load::Keep });
+        cmd.begin_rendering(&colors, Some(DepthTarget { view: target.depth.whole(), clear: None }));
+        match self.reference() {
+            Some(march) => march.draw_geometry(cmd),
+            None => self.draw_rings(cmd, target),
+        }
+        cmd.end_rendering();
+        for image in target.colors() {
+            cmd.transition(image, Use::Sampled);
+        }
+        cmd.transition(&target.depth, Use::Sampled);
+    }
+
+    fn draw_rings(&self, cmd: &mut Commands, target: &VisibleSurface) {
+        guard_band(cmd, &target.depth);
+        cmd.bind(
+            &self.pipeline,
+            &[
+                (0, Descriptor::Uniform(&self.view)),
+                (1, Descriptor::Storage(&self.vertices)),
+                (2, Descriptor::Storage(&self.patches)),
+                (3, Descriptor::Storage(&self.patch_edges)),
+                (4, Descriptor::Storage(&self.edge_factors)),
+                (5, Descriptor::Storage(&self.visible)),
+                (6, Descriptor::Storage(&self.fields.cascades)),
+                (7, Descriptor::Sampled(self.fields.displacement.whole(), &self.trilinear)),
+                (8, Descriptor::Uniform(&self.shore)),
+            ],
+        );
+        for &(first, count) in &self.laid.list.draws {
+            cmd.draw(first * 4..(first + count) * 4, 0..1);
+        }
+    }
+
+    /// Filters the waves under the sea's pixels into a G-buffer that holds the other objects already.
+    pub fn record_filter(&self, cmd: &mut Commands, visible: &VisibleSurface, target: &GBuffer) {
+        self.filter.record(cmd, target, |cmd, water| match self.reference() {
+            Some(march) => march.draw_filter(cmd, visible, water),
+            None => self.filter.draw(cmd, self.technique, &self.fields, &self.shore, visible),
+        });
+    }
+
+    /// Upper bound on the triangles that are drawn.
+    #[must_use]
+    pub fn triangles(&self) -> u64 {
+        self.laid.list.triangles
+    }
+
+    /// Patches that are drawn.
+    #[must_use]
+    pub fn patches(&self) -> u32 {
+        self.laid.list.visible.len() as u32
+    }
+}

@@ -1,0 +1,244 @@
+//! The reference with shadows of the relief: what supersampled displacement looks like when it hides its own lights.
+//!
+//! Every sample draws maps of the lights' visibility ([`relief_shadow`](super::relief_shadow)) from geometry with a vertex per texel,
+//! and lights the facets it sees by them: the sun, the point lights, and one light drawn from the environment
+//! ([`environment_lights`](super::environment_lights)), whose mean over the samples is the environment with true visibility.
+//!
+//! What is blocked is black; light is reflected once. Environments in base materials smoother than
+//! [`MIRROR_ALPHA`] are mirrored as if the relief hid the viewer's rays only: drawn lights would almost never meet such a lobe,
+//! and a depth map knows no other directions.
+
+use std::sync::Arc;
+
+use bytemuck::{Pod, Zeroable};
+use glam::{Vec2, Vec3};
+
+use super::environment_lights::{EnvironmentLights, light_point};
+use super::filter::GBuffer;
+use super::geometry::VisibleSurface;
+use super::relief_shadow::{Caster, ReliefShadows, map_size, relief_view};
+use super::shade::ShadePass;
+use super::shadow::ShadowView;
+use crate::gpu::{
+    Buffer, ColorTarget, Commands, Descriptor, Filter, Gpu, GraphicsDesc, GraphicsPipeline, Image, Load, Memory,
+    Result, Sampler, SpecValue, Use, Wrap,
+};
+use crate::render::light::environment::Environment;
+use crate::render::scene::{FrameState, MAX_POINT_LIGHTS};
+use crate::render::settings::{RenderSettings, Technique, Terms};
+use crate::render::surfaces::object::GpuObject;
+use crate::render::surfaces::patch_mesh::PosedVertices;
+use crate::render::surfaces::tessellation::TessellationSettings;
+
+/// Beckmann roughness of the base material from which on its specular environment has shadows.
+pub const MIRROR_ALPHA: f32 = 0.15;
+
+const MAX_LIGHTS: usize = MAX_POINT_LIGHTS + 2;
+
+/// A light as the shader reads it (`Light` in `passes/shade/reference.frag`).
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+pub struct ReliefLightGpu {
+    /// World to the map's texture coordinates and depth.
+    pub texture_from_world: [[f32; 4]; 4],
+    /// Its inverse.
+    pub world_from_texture: [[f32; 4]; 4],
+    /// Towards it, or its position; w 1 for a point light.
+    pub place: [f32; 4],
+    /// Irradiance or intensity; w 1 for one drawn from the environment.
+    pub power: [f32; 4],
+    /// Layer, world size of a texel, unused, 1 with a map.
+    pub map: [f32; 4],
+}
+
+/// The light block (`Lighting`).
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+pub struct ReliefLightingGpu {
+    /// Rays through the image; near plane in the last w.
+    pub rays: [[f32; 4]; 3],
+    /// Viewer.
+    pub camera_position: [f32; 4],
+    /// Width and height of the image, face size of the environment, 1 when heights move the surface.
+    pub viewport: [f32; 4],
+    /// Number of lights.
+    pub counts: [i32; 4],
+    /// The lights.
+    pub lights: [ReliefLightGpu; MAX_LIGHTS],
+}
+
+/// The reference's shading, and the maps it looks up.
+pub struct ReferencePass {
+    pipeline: GraphicsPipeline,
+    nearest: Sampler,
+    trilinear: Sampler,
+    block: Buffer,
+    shadows: ReliefShadows,
+    environment: Option<EnvironmentLights>,
+    lights: usize,
+    terms: Terms,
+}
+
+impl ReferencePass {
+    /// The pass, for some of the light.
+    ///
+    /// # Errors
+    /// Memory that is short, or a failed pipeline.
+    pub fn new(gpu: &Arc<Gpu>, terms: Terms) -> Result<Self> {
+        let desc = GraphicsDesc {
+            vertex: "passes/fullscreen.vert",
+            fragment: Some("passes/shade/reference.frag"),
+            colors: &[ShadePass::FORMAT],
+            spec: &[
+                (0, SpecValue::I32(Technique::Reference.code())),
+                (5, SpecValue::I32(terms.bits())),
+                (16, SpecValue::F32(MIRROR_ALPHA)),
+            ],
+            ..Default::default()
+        };
+        Ok(Self {
+            pipeline: GraphicsPipeline::new(gpu, "reference", &desc)?,
+            nearest: Sampler::new(gpu, "nearest", Filter::Nearest, Wrap::Clamp)?,
+            trilinear: Sampler::new(gpu, "environment", Filter::Trilinear, Wrap::Clamp)?,
+            block: Buffer::new(gpu, "reference lighting", size_of::<ReliefLightingGpu>() as u64, Memory::Upload)?,
+            shadows: ReliefShadows::new(gpu)?,
+            environment: None,
+            lights: 0,
+            terms,
+        })
+    }
+
+    /// The light that counts.
+    #[must_use]
+    pub fn terms(&self) -> Terms {
+        self.terms
+    }
+
+    /// Reads the environment, once per frame. The device must be idle, and the cube must show the frame's sky.
+    ///
+    /// # Errors
+    /// A lost device, or memory that is short.
+    pub fn read_environment(&mut self, environment: &Environment) -> Result<()> {
+        self.environment = EnvironmentLights::read(environment)?;
+        Ok(())
+    }
+
+    /// Draws the lights of sample `index` and points their maps. `casters`: what throws shadows, the same objects in the
+    /// same order in every call. The device must be idle.
+    ///
+    /// # Errors
+    /// Memory that is short.
+    pub fn prepare(
+        &mut self,
+        state: &FrameState,
+        settings: &RenderSettings,
+        casters: &[(&GpuObject, &PosedVertices)],
+        bounds: Option<(Vec3, f32)>,
+        face_size: u32,
+        index: u32,
+        max_vertices_per_draw: u32,
+    ) -> Result<()> {
+        let offset = settings.sample_offset(index);
+        let [x, y, z] = state.camera.rays(settings.size, offset);
+        let mut block = ReliefLightingGpu {
+            rays: [x.extend(0.0), y.extend(0.0), z.extend(state.camera.near)].map(|v| v.to_array()),
+            camera_position: state.camera.position.extend(1.0).to_array(),
+            viewport: [
+                settings.size.0 as f32,
+                settings.size.1 as f32,
+                face_size as f32,
+                f32::from(u8::from(settings.displacement)),
+            ],
+            ..Default::default()
+        };
+        let lights = self.lights_of_sample(state, settings, index);
+        let size = bounds.map_or(0, |(_, radius)| {
+            let texel = casters.iter().map(|(object, posed)| object.texel_length(posed)).fold(f32::INFINITY, f32::min);
+            map_size(radius, texel)
+        });
+        // Maps move on their own, not with the pixel.
+        let [u, v] = light_point(index, !settings.seed);
+        let shift = Vec2::new(u as f32, v as f32) - 0.5;
+        let mut views: Vec<ShadowView> = Vec::new();
+        for (light, slot) in lights.iter().zip(&mut block.lights) {
+            let (place, point) = match light.caster {
+                Caster::Directional(direction) => (direction, 0.0),
+                Caster::Point(position) => (position, 1.0),
+            };
+            slot.place = place.extend(point).to_array();
+            slot.power = light.power.extend(f32::from(u8::from(light.drawn))).to_array();
+            if let Some((centre, radius)) = bounds {
+                let view = relief_view(light.caster, centre, radius, size, shift);
+                slot.texture_from_world = view.texture_from_world.to_cols_array_2d();
+                slot.world_from_texture = view.texture_from_world.inverse().to_cols_array_2d();
+                slot.map = [views.len() as f32, view.texel, 0.0, 1.0];
+                views.push(view);
+            }
+        }
+        block.counts[0] = lights.len() as i32;
+        self.lights = views.len();
+        let tessellation = TessellationSettings { max_vertices_per_draw, ..settings.tessellation };
+        let (scale, lens) = (settings.geometry_scale(state.height_scale), state.camera.lens(settings.size.1));
+        self.shadows.prepare(casters, &views, size.max(1), scale, lens, &tessellation)?;
+        self.block.write(0, &[block])
+    }
+
+    fn lights_of_sample(&self, state: &FrameState, settings: &RenderSettings, index: u32) -> Vec<SampleLight> {
+        let mut lights = Vec::new();
+        if let Some(sun) = state.sun {
+            let direction = sun.direction.normalize_or(Vec3::Z);
+            lights.push(SampleLight { caster: Caster::Directional(direction), power: sun.irradiance, drawn: false });
+        }
+        if let Some(environment) = &self.environment {
+            let light = environment.draw(light_point(index, settings.seed));
+            let caster = Caster::Directional(light.direction);
+            lights.push(SampleLight { caster, power: light.irradiance, drawn: true });
+        }
+        let points = state.point_lights.iter().take(MAX_POINT_LIGHTS);
+        lights.extend(points.map(|l| SampleLight {
+            caster: Caster::Point(l.position),
+            power: l.intensity,
+            drawn: false,
+        }));
+        lights
+    }
+
+    /// Draws the maps of a prepared sample.
+    pub fn record_maps(&self, cmd: &mut Commands, casters: &[&GpuObject], height_scale: f32) {
+        self.shadows.record(cmd, casters, self.lights, height_scale);
+    }
+
+    /// Shades every pixel of the G-buffer into `target`.
+    pub fn record(
+        &self,
+        cmd: &mut Commands,
+        visible: &VisibleSurface,
+        gbuffer: &GBuffer,
+        environment: &Environment,
+        target: &Image,
+    ) {
+        let Some(maps) = self.shadows.array() else { return };
+        cmd.image_barrier(target, Use::Undefined, Use::ColorTarget);
+        cmd.begin_rendering(&[ColorTarget { view: target.whole(), load: Load::Discard }], None);
+        cmd.bind(
+            &self.pipeline,
+            &[
+                (0, Descriptor::Sampled(gbuffer.slopes.whole(), &self.nearest)),
+                (1, Descriptor::Sampled(gbuffer.material.whole(), &self.nearest)),
+                (2, Descriptor::Sampled(gbuffer.surface.whole(), &self.nearest)),
+                (3, Descriptor::Sampled(visible.depth.whole(), &self.nearest)),
+                (5, Descriptor::Uniform(&self.block)),
+                (6, Descriptor::Sampled(environment.cube(), &self.trilinear)),
+                (7, Descriptor::Sampled(maps, &self.nearest)),
+            ],
+        );
+        cmd.draw(0..3, 0..1);
+        cmd.end_rendering();
+    }
+}
+
+struct SampleLight {
+    caster: Caster,
+    power: Vec3,
+    drawn: bool,
+}

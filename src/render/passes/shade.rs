@@ -1,0 +1,218 @@
+//! Shading pass: one invocation per pixel of the G-buffer, and less where a tile of the screen shows the sky alone.
+
+use std::sync::Arc;
+
+use ash::vk;
+use bytemuck::{Pod, Zeroable};
+
+use super::filter::GBuffer;
+use super::geometry::VisibleSurface;
+use super::shadow::ShadowView;
+use crate::gpu::{
+    Buffer, ColorTarget, Commands, Descriptor, Filter, Gpu, GraphicsDesc, GraphicsPipeline, Image, ImageView, Load,
+    Result, Sampler, SpecValue, Topology, Use, Wrap,
+};
+use crate::render::scene::{FrameState, MAX_POINT_LIGHTS};
+use crate::render::settings::{DiffuseLights, Quadrature, ShadingSettings};
+use glam::{Mat4, Vec2, Vec3};
+
+/// The light block (`Lighting` in `passes/shade/shade.frag`).
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub struct LightingGpu {
+    /// Ray through the image, see [`Camera::rays`](crate::render::camera::Camera::rays); w of the last: the near plane.
+    pub rays: [[f32; 4]; 3],
+    /// World to shadow texture space.
+    pub shadow_from_world: [[f32; 4]; 4],
+    /// Viewer.
+    pub camera_position: [f32; 4],
+    /// Toward the sun.
+    pub sun_direction: [f32; 4],
+    /// On a plane facing the sun.
+    pub sun_irradiance: [f32; 4],
+    /// Positions of the point lights.
+    pub point_position: [[f32; 4]; MAX_POINT_LIGHTS],
+    /// Their intensities.
+    pub point_intensity: [[f32; 4]; MAX_POINT_LIGHTS],
+    /// Width and height of the image, and its pixels along one of the picture.
+    pub viewport: [f32; 4],
+    /// Face size of the cube, its scale, world size of a shadow texel, tangent of the lowest elevation at which it is seen
+    /// behind all surfaces.
+    pub environment: [f32; 4],
+}
+
+impl LightingGpu {
+    /// The block for an image of `size` with `grid` pixels along one of the picture.
+    #[must_use]
+    pub fn new(
+        state: &FrameState,
+        size: (u32, u32),
+        grid: u32,
+        jitter: Vec2,
+        cube_size: u32,
+        shadow: Option<&ShadowView>,
+    ) -> Self {
+        let four = |v: Vec3, w: f32| v.extend(w).to_array();
+        let (sun_direction, sun_irradiance) = state.sun.map_or(([0.0, 0.0, 1.0, 0.0], [0.0; 4]), |sun| {
+            (four(sun.direction.normalize_or(Vec3::Z), 0.0), four(sun.irradiance, 0.0))
+        });
+        let [x, y, z] = state.camera.rays(size, jitter);
+        let mut block = Self {
+            rays: [four(x, 0.0), four(y, 0.0), four(z, state.camera.near)],
+            shadow_from_world: shadow.map_or(Mat4::IDENTITY, |s| s.texture_from_world).to_cols_array_2d(),
+            camera_position: four(state.camera.position, 1.0),
+            sun_direction,
+            sun_irradiance,
+            point_position: [[0.0; 4]; MAX_POINT_LIGHTS],
+            point_intensity: [[0.0; 4]; MAX_POINT_LIGHTS],
+            viewport: [size.0 as f32, size.1 as f32, grid as f32, 0.0],
+            environment: [cube_size as f32, 1.0, shadow.map_or(0.0, |s| s.texel), -1e9],
+        };
+        for (i, light) in state.point_lights.iter().take(MAX_POINT_LIGHTS).enumerate() {
+            block.point_position[i] = four(light.position, 1.0);
+            block.point_intensity[i] = four(light.intensity, 0.0);
+        }
+        block
+    }
+
+    /// Behind a sea, whose horizon sinks below eye level with the viewer's height, the lowest sky goes on down to it.
+    #[must_use]
+    pub fn with_sea_horizon(mut self) -> Self {
+        // The middle of the first texels above the horizon.
+        self.environment[3] = 1.0 / self.environment[0];
+        self
+    }
+}
+
+/// Which lights there are. Pipelines are made for it: lights that are not there cost nothing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct LightSet {
+    /// A sun.
+    pub sun: bool,
+    /// Its shadow map.
+    pub shadows: bool,
+    /// Point lights.
+    pub points: u32,
+}
+
+impl LightSet {
+    /// The lights of a frame, with the sun's shadow map or without.
+    #[must_use]
+    pub fn new(state: &FrameState, shadows: bool) -> Self {
+        let points = state.point_lights.len().min(MAX_POINT_LIGHTS) as u32;
+        Self { sun: state.sun.is_some(), shadows, points }
+    }
+}
+
+/// What the shading pass has to do with edge samples (`EDGES_` in `passes/shade/settings.glsl`).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Edges {
+    /// There are none.
+    None = 0,
+    /// It shades them, but for what [`EdgePass`](super::edges::EdgePass) marked.
+    Shaded = 1,
+    /// It shades pixels whose edge samples were joined.
+    Joined = 2,
+}
+
+/// What the shading pass reads.
+#[derive(Clone, Copy)]
+pub struct ShadeInputs<'a> {
+    /// For its depth, and what is marked in it.
+    pub visible: &'a VisibleSurface,
+    /// What the filter pass found.
+    pub gbuffer: &'a GBuffer,
+    /// The [`LightingGpu`] block.
+    pub lighting: &'a Buffer,
+    /// The environment cube, with mips.
+    pub cube: &'a ImageView,
+    /// Its nine SH coefficients of radiance, `vec4` each.
+    pub radiance_sh: &'a Buffer,
+    /// The shadow map.
+    pub shadow_map: &'a Image,
+    /// [`JoinedEdges::shares`](super::edges::JoinedEdges), where edge samples were joined; else any float image that is sampled.
+    pub shares: &'a Image,
+}
+
+/// The pipelines of the shading pass.
+pub struct ShadePass {
+    surfaces: GraphicsPipeline,
+    /// Of tiles without any surface, which most of the shading is not for. None for edge samples: few are shaded.
+    sky: Option<GraphicsPipeline>,
+    nearest: Sampler,
+    trilinear: Sampler,
+}
+
+impl ShadePass {
+    /// The format of the target.
+    pub const FORMAT: vk::Format = vk::Format::R32G32B32A32_SFLOAT;
+
+    /// The pass for one set of settings and lights.
+    ///
+    /// # Errors
+    /// A failed pipeline.
+    pub fn new(gpu: &Arc<Gpu>, settings: ShadingSettings, lights: LightSet, edges: Edges) -> Result<Self> {
+        let samples = match settings.quadrature {
+            Quadrature::Grid(n) | Quadrature::VisibleSlopes(n) => n,
+        };
+        let spec = [
+            (0, SpecValue::I32(settings.technique.code())),
+            (1, SpecValue::Bool(matches!(settings.quadrature, Quadrature::VisibleSlopes(_)))),
+            (2, SpecValue::I32(samples as i32)),
+            (3, SpecValue::I32(settings.visibility.code())),
+            (4, SpecValue::Bool(settings.diffuse_lights == DiffuseLights::Sh)),
+            (5, SpecValue::I32(settings.terms.bits())),
+            (6, SpecValue::I32(i32::from(!lights.sun))),
+            (7, SpecValue::Bool(lights.shadows)),
+            (8, SpecValue::I32(lights.points as i32)),
+            (9, SpecValue::I32(edges as i32)),
+            (10, SpecValue::Bool(settings.pixel_kernel)),
+        ];
+        let pipeline = |name: &str, fragment, spec: &[_]| {
+            let desc = GraphicsDesc {
+                vertex: "passes/shade/shade.vert",
+                fragment: Some(fragment),
+                colors: &[Self::FORMAT],
+                topology: Topology::Points,
+                spec,
+                ..Default::default()
+            };
+            GraphicsPipeline::new(gpu, name, &desc)
+        };
+        let sky = || pipeline("shade sky", "passes/shade/sky.frag", &[(11, SpecValue::Bool(true))]);
+        Ok(Self {
+            surfaces: pipeline("shade", "passes/shade/shade.frag", &spec)?,
+            sky: (edges != Edges::Shaded).then(sky).transpose()?,
+            nearest: Sampler::new(gpu, "nearest", Filter::Nearest, Wrap::Clamp)?,
+            trilinear: Sampler::new(gpu, "environment", Filter::Trilinear, Wrap::Clamp)?,
+        })
+    }
+
+    /// Shades every pixel of the G-buffer, or those of a scissor, into `target`.
+    pub fn record(&self, cmd: &mut Commands, inputs: ShadeInputs<'_>, target: &Image, scissor: Option<[u32; 4]>) {
+        let ShadeInputs { visible, gbuffer, .. } = inputs;
+        cmd.image_barrier(target, Use::Undefined, Use::ColorTarget);
+        cmd.begin_rendering(&[ColorTarget { view: target.whole(), load: Load::Discard }], None);
+        if let Some(area) = scissor {
+            cmd.scissor(area);
+        }
+        let bindings = [
+            (0, Descriptor::Sampled(gbuffer.slopes.whole(), &self.nearest)),
+            (1, Descriptor::Sampled(gbuffer.material.whole(), &self.nearest)),
+            (2, Descriptor::Sampled(gbuffer.surface.whole(), &self.nearest)),
+            (3, Descriptor::Sampled(visible.depth.whole(), &self.nearest)),
+            (4, Descriptor::Sampled(inputs.shares.whole(), &self.nearest)),
+            (5, Descriptor::Uniform(inputs.lighting)),
+            (6, Descriptor::Sampled(inputs.cube, &self.trilinear)),
+            (7, Descriptor::Storage(inputs.radiance_sh)),
+            (8, Descriptor::Sampled(inputs.shadow_map.whole(), &self.nearest)),
+            (9, Descriptor::Sampled(visible.surface.whole(), &self.nearest)),
+            (10, Descriptor::Storage(&visible.tiles.records)),
+        ];
+        for pipeline in std::iter::once(&self.surfaces).chain(&self.sky) {
+            cmd.bind(pipeline, &bindings);
+            visible.tiles.draw(cmd);
+        }
+        cmd.end_rendering();
+    }
+}

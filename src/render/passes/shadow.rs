@@ -1,0 +1,117 @@
+//! Shadow pass: the depth of the displaced scene seen from the sun.
+
+use std::sync::Arc;
+
+use ash::vk;
+use glam::{Mat4, Vec3};
+
+use super::geometry::{draw_object, guard_band};
+use crate::gpu::{
+    Commands, Cull, Depth, DepthTarget, Gpu, GraphicsDesc, GraphicsPipeline, Image, ImageDesc, Result, Topology, Use,
+};
+use crate::render::surfaces::object::{GpuObject, ViewBuffers};
+
+/// Where the shadow map looks from.
+#[derive(Clone, Copy, Debug)]
+pub struct ShadowView {
+    /// World to clip space: parallel, depth 1 nearest the sun.
+    pub clip_from_world: Mat4,
+    /// World to texture coordinates (xy) and depth (z).
+    pub texture_from_world: Mat4,
+    /// World size of a texel.
+    pub texel: f32,
+    /// A point on the sun's side, for culling.
+    pub eye: Vec3,
+}
+
+impl ShadowView {
+    /// A view toward which points `sun`, around a sphere, in a map of `size` texels. The sphere's centre is snapped to
+    /// the texel grid, so that shadows of a moving caster do not crawl.
+    #[must_use]
+    pub fn around(sun: Vec3, centre: Vec3, radius: f32, size: u32) -> Self {
+        let (x, y) = sun.any_orthonormal_pair();
+        let texel = 2.0 * radius / size as f32;
+        let off_grid = |v: f32| (v / texel).round() * texel - v;
+        let snapped = centre + x * off_grid(centre.dot(x)) + y * off_grid(centre.dot(y));
+        Self::parallel(sun, snapped, radius, size)
+    }
+
+    /// The same without snapping.
+    #[must_use]
+    pub fn parallel(sun: Vec3, centre: Vec3, radius: f32, size: u32) -> Self {
+        let (x, y) = sun.any_orthonormal_pair();
+        let texel = 2.0 * radius / size as f32;
+        let (cx, cy, cz) = (centre.dot(x), centre.dot(y), centre.dot(sun));
+        // Depth runs from 0 (far from the sun) to 1.
+        let row = |axis: Vec3, scale: f32, offset: f32| (axis * scale).extend(offset);
+        let clip_from_world = Mat4::from_cols(
+            row(x, 1.0 / radius, -cx / radius),
+            row(y, 1.0 / radius, -cy / radius),
+            row(sun, 0.5 / radius, 0.5 - 0.5 * cz / radius),
+            glam::Vec4::W,
+        )
+        .transpose();
+        let to_texture = Mat4::from_translation(Vec3::new(0.5, 0.5, 0.0)) * Mat4::from_scale(Vec3::new(0.5, 0.5, 1.0));
+        Self { clip_from_world, texture_from_world: to_texture * clip_from_world, texel, eye: centre + sun * radius }
+    }
+}
+
+/// The shadow map and its pipeline.
+pub struct ShadowPass {
+    pipeline: GraphicsPipeline,
+    /// Depth from the sun, larger is nearer.
+    pub map: Image,
+}
+
+impl ShadowPass {
+    /// A shadow map of `size²` texels.
+    ///
+    /// # Errors
+    /// Memory or a failed pipeline.
+    pub fn new(gpu: &Arc<Gpu>, size: u32) -> Result<Self> {
+        let pipeline = GraphicsPipeline::new(
+            gpu,
+            "shadow",
+            &GraphicsDesc {
+                vertex: "passes/geometry/geometry.vert",
+                tessellation: Some(["passes/geometry/geometry.tesc", "passes/geometry/geometry.tese"]),
+                depth: Some(Depth { bias: Some([-2.0, -2.0]), ..Depth::default() }),
+                cull: Cull::None,
+                topology: Topology::Patches(4),
+                ..Default::default()
+            },
+        )?;
+        let map = Image::new(gpu, "shadow map", ImageDesc::new(vk::Format::D32_SFLOAT, size, size).depth_target())?;
+        Ok(Self { pipeline, map })
+    }
+
+    /// Draws the casters and leaves the map readable.
+    pub fn record(&self, cmd: &mut Commands, casters: &[(&GpuObject, &ViewBuffers)], height_scale: f32) {
+        cmd.image_barrier(&self.map, Use::Undefined, Use::DepthTarget);
+        cmd.begin_rendering(&[], Some(DepthTarget { view: self.map.whole(), clear: Some(0.0) }));
+        guard_band(cmd, &self.map);
+        for (object, view) in casters {
+            draw_object(cmd, &self.pipeline, object, view, height_scale, false);
+        }
+        cmd.end_rendering();
+        cmd.transition(&self.map, Use::Sampled);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_sphere_fills_the_map_and_the_sunward_side_is_nearest() {
+        let sun = Vec3::new(0.3, -0.5, 0.8).normalize();
+        let centre = Vec3::new(3.0, 1.0, 2.0);
+        let view = ShadowView::around(sun, centre, 5.0, 1000);
+        let at = |p: Vec3| view.texture_from_world.project_point3(p);
+        assert!((at(centre) - Vec3::splat(0.5)).length() < 2e-3);
+        assert!((at(centre + sun * 5.0).z - 1.0).abs() < 1e-5);
+        assert!(at(centre - sun * 5.0).z.abs() < 1e-5);
+        let side = sun.any_orthonormal_vector();
+        assert!((at(centre + side * 4.9) - at(centre)).truncate().length() < 0.5);
+    }
+}

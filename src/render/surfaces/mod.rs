@@ -1,0 +1,13 @@
+//! What is drawn: patches and their maps on the device, and how finely they are tessellated.
+
+pub mod atlas;
+pub mod color_map;
+pub mod displacement;
+pub mod moments;
+pub mod object;
+pub mod ocean;
+pub mod patch;
+pub mod patch_mesh;
+pub mod skinning;
+pub mod tessellation;
+pub mod topology;

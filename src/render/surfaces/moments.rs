@@ -1,0 +1,257 @@
+//! The moments pass: heights on the GPU become LEADR maps (LEADR section 3) with all their mips, in three images:
+//!
+//! * slopes, RGBA: `E[hs], E[ht], E[hs²], E[ht²]`
+//! * joint, R: `E[hs·ht]`
+//! * heights, R: the mean
+//!
+//! No one needs the last two together: the filter pass reads the moments, the geometry the heights.
+//!
+//! Slopes are per unit texture coordinate, the whole image being `[0, 1]²`, in the heights' unit. [`crate::maps::moments`]
+//! is the same on the CPU in 64 bits.
+
+use std::sync::Arc;
+
+use super::patch_mesh::TileLayout;
+use crate::gpu::vk::Format;
+use crate::gpu::{
+    self, Commands, ComputePipeline, Descriptor, Filter, Gpu, GpuError, Image, ImageDesc, ImageView, Result, Sampler,
+    SpecValue, Use,
+};
+use crate::maps::{HeightMap, Wrap};
+
+/// What lies beyond the edges of the height map.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Edges {
+    /// As the sampler that will read the map.
+    Wrap(Wrap),
+    /// Tiles that know nothing of each other: differences at the edge of a tile are one-sided, and the mips end where
+    /// a tile is one texel.
+    Atlas(TileLayout),
+}
+
+/// How the moments are stored.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum MomentFormat {
+    /// RGBA32F and R32F.
+    #[default]
+    Float32,
+    /// RGBA16F and R16F: half the memory. Heights keep 11 bits, moments beyond ±65504 are clamped, and a small
+    /// variance under a large mean slope is lost (`E[x²] − E[x]²` cancels): see the measured error in
+    /// `tests/render/moments.rs`.
+    Float16,
+}
+
+impl MomentFormat {
+    /// Of the slopes, and of the two maps of one number.
+    fn formats(self) -> [Format; 2] {
+        match self {
+            Self::Float32 => [Format::R32G32B32A32_SFLOAT, Format::R32_SFLOAT],
+            Self::Float16 => [Format::R16G16B16A16_SFLOAT, Format::R16_SFLOAT],
+        }
+    }
+
+    fn limit(self) -> f32 {
+        match self {
+            Self::Float32 => f32::MAX,
+            Self::Float16 => 65504.0,
+        }
+    }
+
+    fn shaders(self) -> [&'static str; 2] {
+        match self {
+            Self::Float32 => ["passes/surfaces/moments.comp", "passes/surfaces/moments_mips.comp"],
+            Self::Float16 => ["passes/surfaces/moments_half.comp", "passes/surfaces/moments_mips_half.comp"],
+        }
+    }
+}
+
+/// Heights to be uploaded, row-major, row 0 on top.
+#[derive(Clone, Copy, Debug)]
+pub struct HeightSource<'a> {
+    /// Texels across.
+    pub width: u32,
+    /// Texels down.
+    pub height: u32,
+    /// `width · height` finite heights.
+    pub texels: &'a [f32],
+}
+
+impl<'a> From<&'a HeightMap> for HeightSource<'a> {
+    fn from(map: &'a HeightMap) -> Self {
+        Self { width: map.width, height: map.height, texels: &map.texels }
+    }
+}
+
+#[repr(C)]
+#[derive(Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
+struct Push {
+    tile: u32,
+    limit: f32,
+}
+
+/// The pass: pipelines for one kind of edge and one format, shared by any number of maps.
+pub struct MomentsPass {
+    level0: ComputePipeline,
+    mips: ComputePipeline,
+    sampler: Sampler,
+    edges: Edges,
+    format: MomentFormat,
+}
+
+impl MomentsPass {
+    /// Creates the pipelines.
+    ///
+    /// # Errors
+    /// A failed Vulkan call.
+    pub fn new(gpu: &Arc<Gpu>, edges: Edges, format: MomentFormat) -> Result<Self> {
+        let kind = match edges {
+            Edges::Wrap(Wrap::Repeat) => 0,
+            Edges::Wrap(Wrap::Clamp) => 1,
+            Edges::Atlas(_) => 2,
+        };
+        let [level0, mips] = format.shaders();
+        Ok(Self {
+            level0: ComputePipeline::new(gpu, level0, &[(0, SpecValue::U32(kind))])?,
+            mips: ComputePipeline::new(gpu, mips, &[])?,
+            sampler: Sampler::new(gpu, "heights", Filter::Nearest, gpu::Wrap::Clamp)?,
+            edges,
+            format,
+        })
+    }
+}
+
+/// LEADR maps on the GPU.
+pub struct LeadrMapGpu {
+    pass: Arc<MomentsPass>,
+    slopes: Image,
+    joint: Image,
+    heights: Image,
+    /// The images of every level, for the dispatches.
+    levels: Vec<[ImageView; 3]>,
+}
+
+impl LeadrMapGpu {
+    /// Uploads heights and computes their maps with all mips; waits until it is done. Beside the maps it needs
+    /// memory for the heights once, freed on return.
+    ///
+    /// # Errors
+    /// [`GpuError::Usage`] when the texels do not fill the size or an atlas has another one; [`GpuError::Allocation`]
+    /// when memory is short; a failed submission.
+    pub fn new(gpu: &Arc<Gpu>, source: HeightSource<'_>, edges: Edges, format: MomentFormat) -> Result<Self> {
+        Self::with_pass(gpu, &Arc::new(MomentsPass::new(gpu, edges, format)?), source)
+    }
+
+    /// As [`new`](Self::new), with the pipelines of `pass`.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub fn with_pass(gpu: &Arc<Gpu>, pass: &Arc<MomentsPass>, source: HeightSource<'_>) -> Result<Self> {
+        let HeightSource { width, height, texels } = source;
+        if u64::from(width) * u64::from(height) != texels.len() as u64 {
+            let fault = format!("{} heights do not fill {width}x{height} texels", texels.len());
+            return Err(GpuError::Usage { name: "height map".to_owned(), fault });
+        }
+        let map = Self::empty(gpu, pass, width, height)?;
+        let heights = Image::new(gpu, "heights", ImageDesc::new(Format::R32_SFLOAT, width, height))?;
+        heights.write(0, 0, texels)?;
+        gpu.submit("moments", |cmd| map.record(cmd, heights.whole()))?;
+        Ok(map)
+    }
+
+    /// Maps of this size with undefined content, to be filled by [`record`](Self::record).
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub fn empty(gpu: &Arc<Gpu>, pass: &Arc<MomentsPass>, width: u32, height: u32) -> Result<Self> {
+        let [slopes, single] = pass.format.formats();
+        let mut desc = ImageDesc::new(slopes, width, height).storage().full_mips();
+        if let Edges::Atlas(tiles) = pass.edges {
+            if tiles.size() != (width, height) || !tiles.tile.is_power_of_two() {
+                let (w, h) = tiles.size();
+                let fault = format!("{width}x{height} texels are not the atlas's {w}x{h} of tiles of {}", tiles.tile);
+                return Err(GpuError::Usage { name: "height atlas".to_owned(), fault });
+            }
+            desc = desc.mips(tiles.tile.ilog2() + 1);
+        }
+        let slopes = Image::new(gpu, "LEADR slopes", desc)?;
+        let joint = Image::new(gpu, "LEADR joint", ImageDesc { format: single, ..desc })?;
+        let heights = Image::new(gpu, "LEADR heights", ImageDesc { format: single, ..desc })?;
+        let levels = (0..desc.mips)
+            .map(|mip| Ok([slopes.mip_layer(mip, 0)?, joint.mip_layer(mip, 0)?, heights.mip_layer(mip, 0)?]))
+            .collect::<Result<Vec<_>>>()?;
+        Ok(Self { pass: pass.clone(), slopes, joint, heights, levels })
+    }
+
+    /// Computes all levels from `heights` (R32F, of the maps' size, in [`Use::Sampled`]), as often as they change;
+    /// leaves the images in [`Use::Sampled`].
+    pub fn record(&self, cmd: &mut Commands, heights: &ImageView) {
+        let MomentsPass { level0, mips, sampler, edges, format } = &*self.pass;
+        if heights.extent() != self.levels[0][0].extent() {
+            let fault = format!("{:?} heights do not fill {:?} texels", heights.extent(), self.levels[0][0].extent());
+            return cmd.fail(GpuError::Usage { name: "LEADR maps".to_owned(), fault });
+        }
+        for image in [&self.slopes, &self.joint, &self.heights] {
+            // their earlier content is not needed, but its readers must be done
+            cmd.image_barrier(image, Use::Undefined, Use::ComputeReadWrite);
+        }
+        let tile = if let Edges::Atlas(tiles) = edges { tiles.tile } else { 0 };
+        for (i, [slopes, joint, means]) in self.levels.iter().enumerate() {
+            let [width, height] = slopes.extent();
+            if i == 0 {
+                cmd.bind(
+                    level0,
+                    &[
+                        (0, Descriptor::Sampled(heights, sampler)),
+                        (1, Descriptor::StorageImage(slopes)),
+                        (2, Descriptor::StorageImage(joint)),
+                        (3, Descriptor::StorageImage(means)),
+                    ],
+                );
+                cmd.push_constants(&Push { tile, limit: format.limit() });
+                cmd.dispatch_invocations(level0, [width, height, 1]);
+            } else {
+                let [fine_slopes, fine_joint, fine_means] = &self.levels[i - 1];
+                cmd.memory_barrier(Use::ComputeWrite, Use::ComputeRead);
+                cmd.bind(
+                    mips,
+                    &[
+                        (0, Descriptor::StorageImage(fine_slopes)),
+                        (1, Descriptor::StorageImage(fine_joint)),
+                        (2, Descriptor::StorageImage(fine_means)),
+                        (3, Descriptor::StorageImage(slopes)),
+                        (4, Descriptor::StorageImage(joint)),
+                        (5, Descriptor::StorageImage(means)),
+                    ],
+                );
+                cmd.dispatch_invocations(mips, [width, height, 1]);
+            }
+        }
+        for image in [&self.slopes, &self.joint, &self.heights] {
+            cmd.transition(image, Use::Sampled);
+        }
+    }
+
+    /// `E[hs], E[ht], E[hs²], E[ht²]` with mips, ready to be sampled.
+    #[must_use]
+    pub fn slopes(&self) -> &Image {
+        &self.slopes
+    }
+
+    /// `E[hs·ht]` with mips, ready to be sampled.
+    #[must_use]
+    pub fn joint(&self) -> &Image {
+        &self.joint
+    }
+
+    /// Mean heights with mips, ready to be sampled.
+    #[must_use]
+    pub fn heights(&self) -> &Image {
+        &self.heights
+    }
+
+    /// Mip levels of the images.
+    #[must_use]
+    pub fn levels(&self) -> u32 {
+        self.levels.len() as u32
+    }
+}

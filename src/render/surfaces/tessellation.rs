@@ -1,0 +1,373 @@
+//! How finely each patch is drawn this frame, which patches are drawn, and in how many draws.
+//!
+//! Factors belong to edges and come from what the two ends of the edge know, so the two patches of an edge always
+//! agree; turning the camera in place changes nothing.
+
+use super::patch_mesh::PatchMesh;
+use super::topology::Topology;
+use glam::{Mat4, Vec3, Vec4};
+
+/// Largest tessellation factor (fractional odd spacing reaches 63 of Vulkan's 64).
+pub const MAX_FACTOR: f32 = 63.0;
+
+/// How a camera turns world lengths into pixels.
+#[derive(Clone, Copy, Debug)]
+pub struct Lens {
+    /// Position of the viewer.
+    pub eye: Vec3,
+    /// Pixel size of a unit length at unit distance: `height / (2 tan(fov_y / 2))`.
+    pub focal_pixels: f32,
+    /// Distance of the near plane.
+    pub near: f32,
+}
+
+impl Lens {
+    /// Pixels that `length` about `centre` covers across the line of sight.
+    pub(crate) fn pixels(&self, centre: Vec3, length: f32) -> f32 {
+        let distance = (centre.distance(self.eye) - 0.5 * length).max(self.near);
+        length * self.focal_pixels / distance
+    }
+
+    /// Unit direction from a point to the viewer.
+    pub(crate) fn toward_viewer(&self, point: Vec3) -> Vec3 {
+        (self.eye - point).normalize_or_zero()
+    }
+}
+
+/// Knobs of the tessellation.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TessellationSettings {
+    /// Pixels of screen per triangle; the default 4 puts vertices some 2.8 pixels apart.
+    pub pixels_per_triangle: f32,
+    /// Bound on the factors, `1..=`[`MAX_FACTOR`].
+    pub max_factor: f32,
+    /// Whether every texel of the height map gets a vertex (within `max_factor` and `vertices_per_pixel`), even if several
+    /// share a pixel: for reference pictures and edge samples.
+    pub to_texels: bool,
+    /// Most vertices along a pixel's length that `to_texels` asks for. The default, 16, is more than any number of samples
+    /// can tell apart.
+    pub vertices_per_pixel: f32,
+    /// Whether patches that cannot be seen are dropped.
+    pub cull: bool,
+    /// Largest number of tessellated vertices one draw may make. Some software drivers go wrong, silently, above
+    /// 65,536 per draw.
+    pub max_vertices_per_draw: u32,
+}
+
+impl Default for TessellationSettings {
+    fn default() -> Self {
+        Self {
+            pixels_per_triangle: 4.0,
+            max_factor: MAX_FACTOR,
+            to_texels: false,
+            vertices_per_pixel: 16.0,
+            cull: true,
+            max_vertices_per_draw: u32::MAX,
+        }
+    }
+}
+
+/// The mesh as posed this frame.
+#[derive(Clone, Copy, Debug)]
+pub struct PosedMesh<'a> {
+    /// The mesh whose patches are drawn.
+    pub mesh: &'a PatchMesh,
+    /// Its edges.
+    pub topology: &'a Topology,
+    /// World positions.
+    pub positions: &'a [Vec3],
+    /// World normals, unit.
+    pub normals: &'a [Vec3],
+    /// Texels of the height map along each edge; empty where nothing is displaced.
+    pub edge_texels: &'a [f32],
+    /// Height range along each edge before scaling; empty where nothing is displaced.
+    pub edge_relief: &'a [f32],
+    /// Height range per patch before scaling; empty where nothing is displaced.
+    pub height_range: &'a [[f32; 2]],
+    /// The height scale.
+    pub height_scale: f32,
+}
+
+/// The geometry pass draws into a viewport this many times larger than the image, which is cut out by the scissor:
+/// triangles across the border of the image are then not clipped (see [`DrawList::new`]).
+pub const GUARD_BAND: f32 = 3.0;
+
+/// What to draw.
+#[derive(Clone, Debug, Default)]
+pub struct DrawList {
+    /// Tessellation factor of each edge.
+    pub edge_factors: Vec<f32>,
+    /// Level of the boundary heights at each vertex (0: finest).
+    pub vertex_lods: Vec<f32>,
+    /// Patches to draw, those that need no clipping first.
+    pub visible: Vec<u32>,
+    /// Draws as `(first, count)` ranges of `visible`.
+    pub draws: Vec<(u32, u32)>,
+    /// Upper bound on the triangles drawn.
+    pub triangles: u64,
+}
+
+impl DrawList {
+    /// Chooses factors, culls and splits draws.
+    #[must_use]
+    pub fn new(posed: PosedMesh<'_>, clip_from_world: Mat4, lens: Lens, settings: &TessellationSettings) -> Self {
+        let PosedMesh { topology, positions, normals, .. } = posed;
+        // Two triangles fill a cell of 2A pixels, so its side is sqrt(2A).
+        let spacing = (2.0 * settings.pixels_per_triangle).sqrt();
+        let max_factor = settings.max_factor.clamp(1.0, MAX_FACTOR);
+        let edge_factors: Vec<f32> = topology
+            .edges
+            .iter()
+            .enumerate()
+            .map(|(edge, &[a, b])| {
+                let (a, b) = (a as usize, b as usize);
+                let relief = posed.edge_relief.get(edge).copied().unwrap_or(0.0) * posed.height_scale.abs();
+                let pixels = edge_pixels(&lens, [positions[a], positions[b]], [normals[a], normals[b]], relief);
+                let texels = if settings.to_texels { posed.edge_texels.get(edge).copied().unwrap_or(1.0) } else { 1.0 };
+                let length = lens.pixels((positions[a] + positions[b]) * 0.5, positions[a].distance(positions[b]));
+                (pixels / spacing).max(texels.min(settings.vertices_per_pixel * length)).clamp(1.0, max_factor)
+            })
+            .collect();
+        let mut vertex_lods = vec![(0.0f32, 0u32); positions.len()];
+        for (&edge, &factor) in topology.edges.iter().zip(&edge_factors) {
+            for vertex in edge {
+                let (sum, count) = &mut vertex_lods[vertex as usize];
+                *sum += (64.0 / factor).log2();
+                *count += 1;
+            }
+        }
+        let vertex_lods = vertex_lods.into_iter().map(|(sum, count)| sum / count.max(1) as f32).collect();
+        Self { vertex_lods, ..Self::with_factors(posed, edge_factors, clip_from_world, lens, settings) }
+    }
+
+    /// Culls and splits draws, with the factors of every edge given and no levels of vertices.
+    #[must_use]
+    pub fn with_factors(
+        posed: PosedMesh<'_>,
+        edge_factors: Vec<f32>,
+        clip_from_world: Mat4,
+        lens: Lens,
+        settings: &TessellationSettings,
+    ) -> Self {
+        let PosedMesh { mesh, topology, positions, normals, .. } = posed;
+        let (view, band) = (frustum_planes(clip_from_world, 1.0), frustum_planes(clip_from_world, GUARD_BAND));
+        // Patches that need clipping come last, in draws of their own: software drivers send every triangle of a draw
+        // in which anything is clipped down a path that is some twenty times slower.
+        let (mut inside, mut crossing) = (Vec::new(), Vec::new());
+        for (index, patch) in mesh.patches.iter().enumerate() {
+            let corners = patch.map(|v| (positions[v as usize], normals[v as usize]));
+            let range = posed.height_range.get(index).map_or([0.0; 2], |r| r.map(|h| h * posed.height_scale));
+            let outside = place_in_view(&view, &corners, range) == Inside::Outside;
+            if settings.cull && (outside || faces_away(&lens, &corners, range)) {
+                continue;
+            }
+            if place_in_view(&band, &corners, range) == Inside::Wholly {
+                inside.push(index as u32)
+            } else {
+                crossing.push(index as u32)
+            }
+        }
+        let mut list = Self { edge_factors, ..Self::default() };
+        for group in [inside, crossing] {
+            list.add_draws(&group, topology, settings.max_vertices_per_draw);
+        }
+        list
+    }
+
+    /// Appends `patches` in draws that stay under the vertex limit.
+    fn add_draws(&mut self, patches: &[u32], topology: &Topology, max_vertices: u32) {
+        let (mut first, mut vertices) = (self.visible.len() as u32, 0u32);
+        for &patch in patches {
+            let edges = &topology.patch_edges[patch as usize];
+            let factor = edges.iter().map(|&e| self.edge_factors[(e >> 1) as usize]).fold(1.0, f32::max);
+            let segments = odd_ceil(factor);
+            let patch_vertices = (segments + 1) * (segments + 1);
+            let next = self.visible.len() as u32;
+            if next > first && vertices.saturating_add(patch_vertices) >= max_vertices {
+                self.draws.push((first, next - first));
+                (first, vertices) = (next, 0);
+            }
+            vertices = vertices.saturating_add(patch_vertices);
+            self.visible.push(patch);
+            self.triangles += u64::from(2 * segments * segments);
+        }
+        let count = self.visible.len() as u32 - first;
+        if count > 0 {
+            self.draws.push((first, count));
+        }
+    }
+}
+
+/// Slope of bumps that still shows when an edge is seen end-on.
+const BUMP_SLOPE: f32 = 0.3;
+/// Pixels of relief from which on an edge is divided as finely as its length on the screen asks for.
+const FULL_RELIEF: f32 = 2.0;
+
+/// Length on the screen that an edge is divided by: foreshortened, but not below what its bumps show from the side;
+/// less when neither bumps nor curvature stand out by pixels, for then there is little to draw.
+fn edge_pixels(lens: &Lens, positions: [Vec3; 2], normals: [Vec3; 2], relief: f32) -> f32 {
+    let centre = (positions[0] + positions[1]) * 0.5;
+    let along = positions[1] - positions[0];
+    let length = along.length();
+    let sine = along.cross(lens.toward_viewer(centre)).length() / length.max(1e-20);
+    let bulge = length * normals[0].distance(normals[1]) * 0.25;
+    let scale = lens.pixels(centre, length) / length.max(1e-20);
+    let prominence = ((relief + bulge) * scale / FULL_RELIEF).clamp(0.0, 1.0).sqrt();
+    length * scale * sine.hypot(BUMP_SLOPE) * prominence
+}
+
+/// The number of segments fractional odd spacing makes of a factor.
+fn odd_ceil(factor: f32) -> u32 {
+    let n = factor.ceil() as u32;
+    n | 1
+}
+
+/// Inward planes of the sides, `band` times as far out as the image's border, and of the near plane (reversed depth, so
+/// `z ≤ w` is near; the far plane is at infinity).
+fn frustum_planes(clip_from_world: Mat4, band: f32) -> [Vec4; 5] {
+    let rows = clip_from_world.transpose();
+    let (x, y, z, w) = (rows.x_axis, rows.y_axis, rows.z_axis, rows.w_axis);
+    let (x, y) = (x / band, y / band);
+    [w + x, w - x, w + y, w - y, w - z].map(|plane| plane / plane.truncate().length().max(1e-20))
+}
+
+type Corners = [(Vec3, Vec3); 4];
+
+/// Where a patch lies with respect to the view.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Inside {
+    Wholly,
+    Partly,
+    Outside,
+}
+
+fn place_in_view(planes: &[Vec4; 5], corners: &Corners, range: [f32; 2]) -> Inside {
+    let centre = corners.iter().map(|c| c.0).sum::<Vec3>() * 0.25;
+    let radius = corners.iter().map(|c| c.0.distance(centre)).fold(0.0, f32::max);
+    // A quarter for the bulge of the curved patch over its corners.
+    let radius = radius * 1.25 + range[0].abs().max(range[1].abs());
+    let least = planes.iter().map(|plane| plane.dot(centre.extend(1.0))).fold(f32::INFINITY, f32::min);
+    if least >= radius {
+        Inside::Wholly
+    } else if least >= -radius {
+        Inside::Partly
+    } else {
+        Inside::Outside
+    }
+}
+
+/// Whether the patch lies so far behind the horizon that not even its highest bump can look over it.
+fn faces_away(lens: &Lens, corners: &Corners, range: [f32; 2]) -> bool {
+    let edge = corners[0].0.distance(corners[2].0).max(corners[1].0.distance(corners[3].0)).max(1e-12);
+    let spread = (0..4).map(|i| corners[i].1.distance(corners[(i + 1) & 3].1)).fold(0.25f32, f32::max);
+    // Over a sphere of radius R a bump of height h shows up to acos(R / (R + h)) behind the horizon.
+    let radius = edge / spread;
+    let cosine = radius / (radius + (range[1] - range[0]).max(0.0));
+    let margin = (1.0 - cosine * cosine).sqrt() + 0.1 + 0.5 * spread;
+    corners.iter().all(|&(position, normal)| normal.dot(lens.toward_viewer(position)) < -margin)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn grid(n: u32) -> PatchMesh {
+        let mut mesh = PatchMesh::default();
+        for j in 0..=n {
+            for i in 0..=n {
+                mesh.positions.push(Vec3::new(i as f32 - n as f32 / 2.0, j as f32 - n as f32 / 2.0, 0.0));
+                mesh.normals.push(Vec3::Z);
+            }
+        }
+        for j in 0..n {
+            for i in 0..n {
+                let v = j * (n + 1) + i;
+                mesh.patches.push([v, v + 1, v + n + 2, v + n + 1]);
+            }
+        }
+        mesh
+    }
+
+    fn list(mesh: &PatchMesh, eye: Vec3, target: Vec3, settings: &TessellationSettings) -> DrawList {
+        let topology = Topology::new(&mesh.patches);
+        let clip = glam::camera::rh::proj::vulkan::perspective_infinite_reverse(0.8, 1.0, 0.01)
+            * glam::camera::rh::view::look_at_mat4(eye, target, Vec3::Y);
+        let posed = PosedMesh {
+            mesh,
+            topology: &topology,
+            positions: &mesh.positions,
+            normals: &mesh.normals,
+            edge_texels: &[40.0],
+            edge_relief: &vec![1.0; topology.edges.len()],
+            height_range: &[],
+            height_scale: 1.0,
+        };
+        DrawList::new(posed, clip, Lens { eye, focal_pixels: 1000.0, near: 0.01 }, settings)
+    }
+
+    #[test]
+    fn spacing_follows_the_target() {
+        let mesh = grid(1);
+        let list = list(&mesh, Vec3::Z * 100.0, Vec3::ZERO, &TessellationSettings::default());
+        // One unit at distance 100 is 10 pixels; 4 pixels per triangle are sqrt(8) pixels between vertices. Bumps of
+        // 10 pixels lengthen what is seen from straight above by sqrt(1 + 0.09).
+        for factor in &list.edge_factors {
+            assert!((factor - 10.0 * 1.09f32.sqrt() / 8f32.sqrt()).abs() < 0.06, "{factor}");
+        }
+    }
+
+    #[test]
+    fn flat_edges_are_not_divided_and_edges_seen_end_on_less() {
+        let lens = Lens { eye: Vec3::X * 100.0, focal_pixels: 1000.0, near: 0.01 };
+        let edge = |direction: Vec3, relief: f32| edge_pixels(&lens, [-direction, direction], [Vec3::Z; 2], relief);
+        assert_eq!(edge(Vec3::Y, 0.0), 0.0);
+        assert!(edge(Vec3::X, 1.0) < 0.35 * edge(Vec3::Y, 1.0));
+        assert!(edge(Vec3::Y, 0.05) < edge(Vec3::Y, 0.1));
+    }
+
+    #[test]
+    fn every_texel_can_have_its_vertex() {
+        let settings = TessellationSettings { to_texels: true, ..Default::default() };
+        let list = list(&grid(1), Vec3::Z * 100.0, Vec3::ZERO, &settings);
+        assert_eq!(list.edge_factors[0], 40.0);
+    }
+
+    #[test]
+    fn pixels_bound_the_vertices_of_texels() {
+        // One unit from 99.5 away, its nearest end, is 10.05 pixels.
+        let few = |vertices_per_pixel| {
+            let settings = TessellationSettings { to_texels: true, vertices_per_pixel, ..Default::default() };
+            list(&grid(1), Vec3::Z * 100.0, Vec3::ZERO, &settings).edge_factors[0]
+        };
+        assert!((few(2.0) - 20.1).abs() < 0.2, "{}", few(2.0));
+        assert_eq!(few(f32::INFINITY), 40.0);
+    }
+
+    #[test]
+    fn hidden_patches_are_dropped() {
+        let mesh = grid(8);
+        let settings = TessellationSettings::default();
+        assert_eq!(list(&mesh, Vec3::Z * 30.0, Vec3::ZERO, &settings).visible.len(), 64);
+        assert_eq!(list(&mesh, Vec3::Z * 30.0, Vec3::Z * 60.0, &settings).visible.len(), 0, "behind the camera");
+        assert_eq!(list(&mesh, Vec3::Z * -30.0, Vec3::ZERO, &settings).visible.len(), 0, "from below");
+        let near = list(&mesh, Vec3::Z * 1.5, Vec3::ZERO, &settings).visible.len();
+        assert!((4..64).contains(&near), "{near}");
+        let all = TessellationSettings { cull: false, ..settings };
+        assert_eq!(list(&mesh, Vec3::Z * -30.0, Vec3::ZERO, &all).visible.len(), 64);
+    }
+
+    #[test]
+    fn draws_stay_under_the_vertex_limit_and_cover_everything() {
+        let mesh = grid(16);
+        let settings = TessellationSettings { max_vertices_per_draw: 65_536, ..Default::default() };
+        let list = list(&mesh, Vec3::Z * 12.0, Vec3::ZERO, &settings);
+        assert!(list.draws.len() > 1);
+        let mut next = 0;
+        for &(first, count) in &list.draws {
+            assert_eq!(first, next);
+            assert!(count > 0);
+            next += count;
+        }
+        assert_eq!(next as usize, list.visible.len());
+    }
+}

@@ -1,0 +1,220 @@
+//! `leadr bench` from outside, and that what it times is what is drawn.
+
+use std::process::{Command, Output};
+
+use leadr::render::frame::{Layer, Renderer};
+use leadr::render::light::environment::Environment;
+use leadr::render::light::sky::Sky;
+use leadr::render::settings::RenderSettings;
+use leadr::render::surfaces::tessellation::TessellationSettings;
+use leadr::scenes::full_screen::full_screen_stage;
+use leadr::scenes::stage::Lights;
+use serde_json::Value;
+
+fn run(arguments: &[&str]) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_leadr"));
+    command.args(arguments).env_remove("LEADR_LOG").env("LEADR_CACHE", env!("CARGO_TARGET_TMPDIR"));
+    command.output().expect("the program starts")
+}
+
+fn json(arguments: &[&str]) -> Value {
+    let output = run(arguments);
+    assert_eq!(output.status.code(), Some(0), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
+    serde_json::from_slice(&output.stdout).expect("one JSON object")
+}
+
+/// Checks what every report has, and that every row has its passes.
+fn check(report: &Value) {
+    for key in ["device", "driver", "commit"] {
+        assert!(report[key].as_str().is_some_and(|text| !text.is_empty()), "{key}: {report}");
+    }
+    let rows = report["rows"].as_array().unwrap();
+    assert!(!rows.is_empty());
+    for row in rows {
+        for key in ["table", "row", "technique", "pass", "rule", "visibility"] {
+            assert!(row[key].as_str().is_some_and(|text| !text.is_empty()), "{key}: {row}");
+        }
+        assert!(row["samples"].as_u64().is_some_and(|n| n >= 1), "{row}");
+        assert!(row["repeats"].as_u64().is_some_and(|n| n >= 1), "{row}");
+        let [median, p95] = ["median_ms", "p95_ms"].map(|key| row[key].as_f64().unwrap());
+        assert!(median >= 0.0 && median <= p95, "{row}");
+        let of = |pass: &str| {
+            let same = |r: &&Value| r["table"] == row["table"] && r["row"] == row["row"] && r["pass"] == pass;
+            let found: Vec<_> = rows.iter().filter(same).collect();
+            assert_eq!(found.len(), 1, "{pass} of {row}");
+            found[0]["median_ms"].as_f64().unwrap()
+        };
+        assert!(of("shade") > 0.0 && of("filter") > 0.0 && of("geometry") > 0.0, "{row}");
+        assert!(of("filter+shade") > of("shade") && of("total") > of("filter+shade"), "{row}");
+    }
+    for ratio in report["ratios"].as_array().unwrap() {
+        let [low, median, high] = ["low", "median", "high"].map(|key| ratio[key].as_f64().unwrap());
+        assert!(0.0 < low && low <= median && median <= high, "{ratio}");
+    }
+}
+
+#[test]
+fn a_scene_is_measured_near_and_far() {
+    let Some(_) = crate::common::gpu::test_gpu() else { return };
+    let flags = ["bench", "--scene", "plane", "--technique", "leadr", "--size", "24x16", "--frames", "2"];
+    let report = json(&[&flags[..], &["--validation", "--json"]].concat());
+    check(&report);
+    let rows = report["rows"].as_array().unwrap();
+    assert!(rows.iter().all(|row| row["technique"] == "leadr" && row["measurements"] == 2), "{report}");
+    assert!(rows.iter().all(|row| row["size"] == serde_json::json!([24, 16])), "{report}");
+    let far: Vec<f64> = rows
+        .iter()
+        .filter(|row| row["table"] == "plane from afar" && row["pass"] == "total")
+        .map(|row| row["distance"].as_f64().unwrap())
+        .collect();
+    assert!(far.len() >= 4 && far.windows(2).all(|pair| pair[0] < pair[1]), "{far:?}");
+    assert_eq!(report["goals"], serde_json::json!([]), "nothing of the goals was measured");
+}
+
+#[test]
+fn the_passes_of_the_sea_are_timed_one_by_one() {
+    let Some(_) = crate::common::gpu::test_gpu() else { return };
+    let flags = ["bench", "--scene", "ocean", "--technique", "lean", "--size", "16x12", "--fft", "64", "--frames", "1"];
+    let report = json(&[&flags[..], &["--validation", "--json"]].concat());
+    check(&report);
+    let rows = report["rows"].as_array().unwrap();
+    let passes = ["wave rows", "wave columns", "wave mips", "sea geometry", "sea filter", "shade"];
+    for (table, name) in ["fft 64", "fft 128", "fft 256", "fft 512"]
+        .map(|name| ("ocean, transforms", name))
+        .into_iter()
+        .chain(["8x6", "16x12", "32x24"].map(|name| ("ocean, pictures", name)))
+    {
+        let time = |pass: &str| {
+            let row = rows.iter().find(|r| r["table"] == table && r["row"] == name && r["pass"] == pass);
+            row.unwrap_or_else(|| panic!("{pass} of {name}"))["median_ms"].as_f64().unwrap()
+        };
+        assert!(passes.iter().all(|pass| time(pass) > 0.0), "{name}: {report}");
+        assert!(time("total") >= passes.iter().map(|pass| time(pass)).sum::<f64>() * 0.999);
+    }
+    let ratio = |of: &str| {
+        let found = report["ratios"].as_array().unwrap().iter().find(|r| {
+            r["table"] == "ocean, transforms" && r["of"] == of && r["pass"] == "wave rows+wave columns+wave mips"
+        });
+        found.unwrap_or_else(|| panic!("ratio of {of}"))["median"].as_f64().unwrap()
+    };
+    assert!(ratio("fft 64") < 1.0 && ratio("fft 512") > 1.0, "transforms of more samples take longer");
+}
+
+#[test]
+fn frames_of_the_sea_leave_nothing_in_memory() {
+    let Some(_) = crate::common::gpu::test_gpu() else { return };
+    let soak = |frames: &str, more: &[&str]| {
+        let flags = ["bench", "--scene", "ocean", "--soak", frames, "--size", "32x24", "--fft", "64", "--json"];
+        let report = json(&[&flags[..], more].concat());
+        let samples = report["samples"].as_array().unwrap();
+        assert_eq!(samples.len(), 10);
+        for key in ["allocated", "allocations"] {
+            assert!(samples[0][key].as_u64().unwrap() > 0);
+            assert!(samples.iter().all(|s| s[key] == samples[0][key]), "{key}: {report}");
+        }
+        report
+    };
+    // Techniques take turns: by the first sample each has had its own, and made what it needs.
+    soak("100", &["--validation"]);
+    // The validation layer itself keeps some 16 KiB of every frame, so what stays resident is told without it.
+    let report = soak("300", &[]);
+    if let Some(growth) = report["resident_growth"].as_i64() {
+        println!("resident memory grew by {growth} bytes over {} frames", report["frames"]);
+        assert!(growth < 1 << 20, "{report}");
+    }
+}
+
+#[test]
+fn the_papers_tables_have_their_rows_ratios_lines_and_goals() {
+    let Some(_) = crate::common::gpu::test_gpu() else { return };
+    let report = json(&["bench", "--paper", "--size", "8x8", "--frames", "1", "--json"]);
+    check(&report);
+    let total = |table: &str, row: &str| {
+        let rows = report["rows"].as_array().unwrap();
+        rows.iter().any(|r| r["table"] == table && r["row"] == row && r["pass"] == "filter+shade")
+    };
+    for row in ["constant", "blinn-phong", "normal-mip", "toksvig", "clean", "lean", "leadr", "leadr-ggx"] {
+        assert!(total("specular, one light", row), "{row}");
+    }
+    for row in ["one sample", "leadr 3x3", "leadr 5x5", "leadr 7x7", "leadr 32x32"] {
+        assert!(total("specular environment", row) && total("diffuse environment", row), "{row}");
+    }
+    for probes in [5, 9, 16] {
+        assert!(total("specular environment", &format!("leadr visible {probes}")), "{probes}");
+    }
+    assert_eq!(report["lines"].as_array().unwrap().len(), 2);
+    let goals = report["goals"].as_array().unwrap();
+    assert_eq!(goals.len(), 4, "{goals:?}");
+    assert!(goals.iter().all(|goal| goal["met"].is_boolean() && goal["median"].as_f64().is_some_and(|m| m > 0.0)));
+}
+
+#[test]
+fn the_table_to_read_names_device_commit_and_rows() {
+    let Some(_) = crate::common::gpu::test_gpu() else { return };
+    let output = run(&["bench", "--scene", "plane", "--technique", "normal-mip", "--size", "8x8", "--frames", "1"]);
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    let text = String::from_utf8(output.stdout).unwrap();
+    for word in ["commit", "plane, 8x8", "plane from afar", "normal-mip at 8x", "filter+shade"] {
+        assert!(text.contains(word), "{word}: {text}");
+    }
+    assert!(output.stderr.is_empty(), "no talk where there is no terminal");
+}
+
+#[test]
+fn wrong_usage_ends_with_2_and_names_the_flag() {
+    let cases: [(&[&str], &str); 10] = [
+        (&["--frames", "0"], "--frames"),
+        (&["--size", "0x5"], "--size"),
+        (&["--technique", "phong"], "phong"),
+        (&["--scene", "cube"], "cube"),
+        (&["--height-map", "a.png"], "--scene"),
+        (&["--scene", "trex", "--height-map", "a.png"], "--height-map"),
+        (&["--scene", "trex", "--fft", "64"], "--fft"),
+        (&["--scene", "ocean", "--fft", "100"], "--fft"),
+        (&["--scene", "sphere", "--soak", "9"], "--soak"),
+        (&["--soak", "9"], "--scene"),
+    ];
+    for (flags, named) in cases {
+        let output = run(&[&["bench"], flags].concat());
+        let stderr = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(2), "{flags:?}: {stderr}");
+        assert!(
+            stderr.lines().count() == 1 && stderr.contains(named) && output.stdout.is_empty(),
+            "{flags:?}: {stderr}"
+        );
+    }
+    let missing = run(&["bench", "--scene", "plane", "--height-map", "missing.png"]);
+    assert_eq!(missing.status.code(), Some(1));
+    assert!(String::from_utf8(missing.stderr).unwrap().contains("missing.png"));
+}
+
+#[test]
+fn a_measured_frame_is_the_frame_that_is_drawn() {
+    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let size = (32, 24);
+    let mut stage = full_screen_stage(size);
+    let sky = Sky::default();
+    let environment = Environment::from_sky(&gpu, 16, &sky).unwrap();
+    let mut renderer = Renderer::new(&gpu, std::mem::take(&mut stage.objects), environment).unwrap();
+    let state = stage.state(0.0, &stage.views.mid, &Lights { sky: Some(sky), ..Default::default() });
+    let settings = RenderSettings {
+        size,
+        tessellation: TessellationSettings { max_factor: 1.0, cull: false, ..Default::default() },
+        displacement: false,
+        shadows: false,
+        ..Default::default()
+    };
+    let times = renderer.measure(&state, &settings, 0, 3).unwrap();
+    let measured: Vec<[f32; 4]> = renderer.image().unwrap().read(0, 0).unwrap();
+    let drawn = renderer.render(&state, &settings).unwrap();
+    assert_eq!(measured, drawn.color);
+    let passes = |times: &[leadr::render::frame::PassTime]| times.iter().map(|t| t.pass.clone()).collect::<Vec<_>>();
+    assert_eq!(passes(&times), passes(&drawn.times), "every pass is timed");
+    assert!(times.iter().all(|t| t.milliseconds >= 0.0));
+    // The quad fills the picture, a texel to a pixel, and its slopes are those of the map.
+    assert!(drawn.color.iter().all(|c| c[3] == 1.0));
+    assert!(renderer.layer(Layer::Lod).unwrap().iter().all(|lod| lod[0] == 0.0));
+    let slopes = renderer.layer(Layer::MeanSlope).unwrap();
+    let variance = slopes.iter().map(|s| f64::from(s[0] * s[0] + s[1] * s[1])).sum::<f64>() / slopes.len() as f64;
+    assert!((0.1..1.0).contains(&variance), "{variance}");
+}

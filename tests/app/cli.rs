@@ -1,0 +1,275 @@
+//! The `leadr` program from outside: exit codes, one line on stderr, results on stdout.
+
+use std::path::Path;
+use std::process::{Command, Output};
+
+use leadr::maps::save::{save_exr_rgb, save_png};
+use leadr::maps::tonemap::Tonemap;
+use leadr::maps::{RgbImage, load_color};
+
+fn leadr(arguments: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_leadr"));
+    command.args(arguments).env_remove("LEADR_LOG").env("RUST_BACKTRACE", "1");
+    command.env("LEADR_CACHE", env!("CARGO_TARGET_TMPDIR"));
+    command
+}
+
+fn run(arguments: &[&str]) -> Output {
+    leadr(arguments).output().expect("the program starts")
+}
+
+/// Checks for one `leadr: error:` line, nothing on stdout, no panic; returns the line.
+fn one_line_error(output: &Output, code: i32, what: &str) -> String {
+    let stderr = String::from_utf8(output.stderr.clone()).expect("UTF-8");
+    assert_eq!(output.status.code(), Some(code), "{what}: {stderr}");
+    assert!(output.stdout.is_empty(), "{what}: stdout is for results");
+    assert_eq!(stderr.lines().count(), 1, "{what}: {stderr}");
+    assert!(stderr.starts_with("leadr: error: ") && !stderr.contains("panicked"), "{what}: {stderr}");
+    stderr
+}
+
+fn path(path: &Path) -> &str {
+    path.to_str().expect("UTF-8")
+}
+
+#[test]
+fn help_and_version_are_results() {
+    for arguments in [&["--help"][..], &["--version"], &["help", "capture"], &["capture", "--help"]] {
+        let output = run(arguments);
+        assert_eq!(output.status.code(), Some(0), "{arguments:?}");
+        assert!(!output.stdout.is_empty() && output.stderr.is_empty(), "{arguments:?}");
+    }
+    let help = String::from_utf8(run(&["capture", "--help"]).stdout).unwrap();
+    assert!(help.contains("Examples:"), "{help}");
+}
+
+#[test]
+fn wrong_usage_ends_with_2_and_names_the_flag() {
+    let cases: [(&[&str], &str); 25] = [
+        (&[], "command"),
+        (&["dance"], "dance"),
+        (&["capture", "--dance"], "--dance"),
+        (&["capture", "--scene", "cube"], "cube"),
+        (&["capture", "--size", "0x0"], "--size"),
+        (&["capture", "--size", "100000x100000"], "--size"),
+        (&["capture", "--size", "64"], "--size"),
+        (&["capture", "--samples", "0"], "--samples"),
+        (&["capture", "--sun", "nan,0"], "--sun"),
+        (&["capture", "--time", "inf"], "--time"),
+        (&["capture", "--frames", "5..5", "-o", "{frame}.png"], "--frames"),
+        (&["capture", "--frames", "0..5", "--shard", "6/5"], "--shard"),
+        (&["capture", "--frames", "0..5", "-o", "a.png"], "{frame}"),
+        (&["capture", "--shard", "1/2"], "--frames"),
+        (&["capture", "-o", "a.jpg"], "a.jpg"),
+        (&["capture", "-o", "a.png", "--layers", "depth"], "--layers"),
+        (&["capture", "--layers", "colour"], "colour"),
+        (&["capture", "--environment", "a.png"], "--environment"),
+        (&["capture", "--camera", "a.png"], "--camera"),
+        (&["capture", "--height-map", "a.png"], "--height-map"),
+        (&["compare", "a.png"], "TEST"),
+        (&["compare", "a.png", "b.exr"], "kind"),
+        (&["compare", "a.jpg", "b.jpg"], "a.jpg"),
+        (&["compare", "a.png", "b.png", "--max-flip=-1"], "--max-flip"),
+        (&["compare", "a.png", "b.png", "--error-image", "e.exr"], "e.exr"),
+    ];
+    for (arguments, named) in cases {
+        let line = one_line_error(&run(arguments), 2, &format!("{arguments:?}"));
+        assert!(line.contains(named), "{arguments:?}: {line}");
+    }
+}
+
+/// A grey ramp, with a bright square if `marked`.
+fn picture(marked: bool) -> RgbImage {
+    let texel = |i: u32| {
+        let (x, y) = (i % 32, i / 32);
+        let square = marked && (8..16).contains(&x) && (8..16).contains(&y);
+        [if square { 0.9 } else { x as f32 / 64.0 }; 3]
+    };
+    RgbImage::new(32, 32, (0..32 * 32).map(texel).collect()).unwrap()
+}
+
+#[test]
+fn compare_measures_and_its_thresholds_set_the_exit_code() {
+    let folder = tempfile::tempdir().unwrap();
+    for kind in ["png", "exr"] {
+        let file = |name: &str, marked| {
+            let file = folder.path().join(format!("{name}.{kind}"));
+            match kind {
+                "png" => save_png(&file, &picture(marked), 1.0, Tonemap::Clamp).unwrap(),
+                _ => save_exr_rgb(&file, &picture(marked)).unwrap(),
+            }
+            file
+        };
+        let (plain, marked) = (file("plain", false), file("marked", true));
+        let measure = |test: &Path, flags: &[&str]| {
+            let output = run(&[&["compare", path(&plain), path(test), "--json"], flags].concat());
+            let json: serde_json::Value = serde_json::from_slice(&output.stdout).expect("one JSON object");
+            (output, json)
+        };
+        let (same, json) = measure(&plain, &["--max-flip", "0", "--max-rrmse", "0"]);
+        assert_eq!(same.status.code(), Some(0), "{kind}: {json}");
+        assert_eq!((json["flip"].as_f64(), json["rrmse"].as_f64()), (Some(0.0), Some(0.0)));
+        assert_eq!(json["max_abs"].as_f64(), Some(0.0));
+
+        let error_image = folder.path().join("made").join(format!("{kind}.png"));
+        let (other, json) = measure(&marked, &["--error-image", path(&error_image)]);
+        assert_eq!(other.status.code(), Some(0), "no threshold, no failure");
+        assert!(json["flip"].as_f64().unwrap() > 0.01 && json["max_abs"].as_f64().unwrap() > 0.5, "{json}");
+        assert!(error_image.is_file());
+        for flags in [["--max-flip", "0.001"], ["--max-rrmse", "0.001"]] {
+            let (over, _) = measure(&marked, &flags);
+            let stderr = String::from_utf8(over.stderr).unwrap();
+            assert_eq!(over.status.code(), Some(1), "{flags:?}");
+            assert!(stderr.starts_with("leadr: error: ") && stderr.contains("over 0.001"), "{stderr}");
+        }
+    }
+}
+
+#[test]
+fn compare_names_the_picture_that_is_wrong() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = |name: &str| folder.path().join(name);
+    save_png(file("good.png"), &picture(false), 1.0, Tonemap::Clamp).unwrap();
+    let small = RgbImage::new(1, 1, vec![[0.5; 3]]).unwrap();
+    save_png(file("small.png"), &small, 1.0, Tonemap::Clamp).unwrap();
+    std::fs::write(file("text.png"), "no picture").unwrap();
+    for wrong in ["small.png", "text.png", "missing.png"] {
+        let output = run(&["compare", path(&file("good.png")), path(&file(wrong))]);
+        let line = one_line_error(&output, 1, wrong);
+        assert!(line.contains(wrong), "{line}");
+    }
+    let alone = run(&["compare", path(&file("small.png")), path(&file("small.png")), "--max-flip", "0"]);
+    assert_eq!(alone.status.code(), Some(0), "one pixel is enough");
+}
+
+#[test]
+fn a_missing_or_wrong_camera_file_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let missing = folder.path().join("missing.json");
+    let wrong = folder.path().join("wrong.json");
+    std::fs::write(&wrong, b"\x89PNG\r\n\x1a\n").unwrap();
+    let huge = folder.path().join("huge.json");
+    std::fs::write(&huge, vec![b' '; 1 << 20]).unwrap();
+    for file in [&missing, &wrong, &huge, &folder.path().join("folder.json")] {
+        if file.ends_with("folder.json") {
+            std::fs::create_dir(file).unwrap();
+        }
+        let line = one_line_error(&run(&["capture", "--camera", path(file)]), 1, path(file));
+        assert!(line.contains(file.file_name().unwrap().to_str().unwrap()), "{line}");
+    }
+}
+
+#[test]
+fn a_missing_or_wrong_input_is_named_before_a_device_is_asked_for() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = |name: &str, bytes: &[u8]| {
+        let file = folder.path().join(name);
+        std::fs::write(&file, bytes).unwrap();
+        file
+    };
+    let empty = file("empty.hdr", b"");
+    let text = file("text.exr", b"no picture at all");
+    let png_as_hdr = file("png.hdr", b"\x89PNG\r\n\x1a\n");
+    let truncated = file("truncated.hdr", b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 4 +X 4\n\x02\x02");
+    let huge = file("huge.hdr", b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 2000000000 +X 2000000000\n");
+    let missing = folder.path().join("missing.hdr");
+    for environment in [&empty, &text, &png_as_hdr, &truncated, &huge, &missing] {
+        let output = without_driver(&["capture", "--environment", path(environment)]);
+        let line = one_line_error(&output, 1, path(environment));
+        assert!(line.contains(path(environment)), "{line}");
+    }
+    let png = file("cut.png", b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR");
+    for heights in [&png, &text, &folder.path().join("missing.png")] {
+        let output = without_driver(&["capture", "--scene", "plane", "--height-map", path(heights)]);
+        let line = one_line_error(&output, 1, path(heights));
+        assert!(line.contains(path(heights)), "{line}");
+    }
+}
+
+/// Runs `leadr` where the loader finds no Vulkan driver.
+fn without_driver(arguments: &[&str]) -> Output {
+    let nothing = "/nonexistent/driver.json";
+    leadr(arguments).env("VK_DRIVER_FILES", nothing).env("VK_ICD_FILENAMES", nothing).output().unwrap()
+}
+
+#[test]
+fn a_demo_checks_flags_then_files_then_the_display() {
+    let demo = |flags: &[&str]| {
+        let mut command = leadr(&[&["demo"], flags].concat());
+        command.env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY").env_remove("WAYLAND_SOCKET");
+        command.output().unwrap()
+    };
+    if cfg!(not(feature = "window")) {
+        assert!(one_line_error(&demo(&[]), 2, "no window").contains("demo"));
+        return;
+    }
+    for (flags, named) in [(["--frames", "0"], "--frames"), (["--height-map", "a.png"], "--height-map")] {
+        assert!(one_line_error(&demo(&flags), 2, named).contains(named));
+    }
+    assert!(one_line_error(&demo(&["--environment", "missing.hdr"]), 1, "a file").contains("missing.hdr"));
+    if cfg!(target_os = "linux") {
+        assert!(one_line_error(&demo(&[]), 1, "no display").contains("leadr capture"));
+    }
+}
+
+#[test]
+fn no_vulkan_driver_is_one_sentence_that_says_what_to_install() {
+    let line = one_line_error(&without_driver(&["capture"]), 1, "no driver");
+    assert!(line.contains("Vulkan") && line.contains("install"), "{line}");
+}
+
+#[test]
+fn an_unknown_device_is_named_with_the_choice() {
+    let Some(_) = crate::common::gpu::test_gpu() else { return };
+    let line = one_line_error(&run(&["capture", "--device", "abacus"]), 1, "--device abacus");
+    assert!(line.contains("abacus") && line.contains("0: "), "{line}");
+}
+
+#[test]
+fn capture_renders_the_same_bytes_twice_and_says_how() {
+    let Some(_) = crate::common::gpu::test_gpu() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let flags = ["capture", "--scene", "sphere", "--size", "48x32", "--samples", "2", "--validation", "--json"];
+    for (name, extra) in [("a.png", &[][..]), ("b.exr", &["--layers", "depth,normal,mean-slope,covariance,lod,albedo"])]
+    {
+        let render = |file: &Path| {
+            let output = run(&[&flags[..], extra, &["-o", path(file)]].concat());
+            assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+            (std::fs::read(file).unwrap(), serde_json::from_slice::<serde_json::Value>(&output.stdout).unwrap())
+        };
+        let (first, report) = render(&folder.path().join(name));
+        let (second, _) = render(&folder.path().join(format!("again-{name}")));
+        assert_eq!(first, second, "{name}");
+        assert!(report["device"].as_str().is_some_and(|device| !device.is_empty()), "{report}");
+        assert!(report["frames"][0]["passes"].as_array().is_some_and(|passes| passes.len() > 3), "{report}");
+    }
+    // There is something to see: the sphere stands out from what is behind it.
+    let image = load_color(folder.path().join("a.png")).unwrap();
+    let difference: f32 = (0..3).map(|c| (image.at(24, 16)[c] - image.at(1, 1)[c]).abs()).sum();
+    assert!(difference > 0.1, "{:?} {:?}", image.at(24, 16), image.at(1, 1));
+}
+
+#[test]
+fn the_trex_baked_and_from_the_cache_is_the_same_picture() {
+    let Some(_) = crate::common::gpu::test_gpu() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let cache = folder.path().join("cache");
+    let render = |name: &str, time: &str| {
+        let file = folder.path().join(name);
+        let flags =
+            ["capture", "--atlas-tile", "8", "--size", "96x96", "--samples", "1", "--validation", "--time", time];
+        let output = leadr(&[&flags[..], &["-o", path(&file)]].concat()).env("LEADR_CACHE", &cache).output().unwrap();
+        assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+        std::fs::read(file).unwrap()
+    };
+    let baked = render("baked.png", "0.3");
+    assert_eq!(std::fs::read_dir(&cache).unwrap().count(), 1, "the animal is kept");
+    assert_eq!(render("cached.png", "0.3"), baked);
+    assert_ne!(render("later.png", "0.6"), baked, "it walks");
+    // Animal, ground and sky: the middle is neither what is above nor what is below it.
+    let image = load_color(folder.path().join("baked.png")).unwrap();
+    let apart = |a: [f32; 3], b: [f32; 3]| (0..3).map(|c| (a[c] - b[c]).abs()).sum::<f32>();
+    let [sky, animal, ground] = [image.at(48, 4), image.at(48, 46), image.at(48, 90)];
+    let nearest = apart(sky, animal).min(apart(animal, ground)).min(apart(sky, ground));
+    assert!(nearest > 0.05, "{sky:?} {animal:?} {ground:?}");
+}

@@ -1,0 +1,8 @@
+//! The `leadr` command as scripts see it.
+
+#[path = "../common/mod.rs"]
+mod common;
+
+mod bench;
+mod cli;
+mod report;

@@ -1,0 +1,105 @@
+//! `leadr report` from outside: a section end to end on the device, and what goes wrong.
+
+use std::path::Path;
+use std::process::{Command, Output};
+
+use leadr::maps::load_color_srgb8;
+use serde_json::Value;
+
+fn report(arguments: &[&str]) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_leadr"));
+    command.arg("report").args(arguments).env_remove("LEADR_LOG").env("LEADR_CACHE", env!("CARGO_TARGET_TMPDIR"));
+    command.output().expect("the program starts")
+}
+
+fn text(path: &Path) -> &str {
+    path.to_str().expect("UTF-8")
+}
+
+fn data(folder: &Path) -> Value {
+    serde_json::from_slice(&std::fs::read(folder.join("report.json")).unwrap()).unwrap()
+}
+
+#[test]
+fn a_section_is_measured_and_written_as_page_data_and_pictures() {
+    let Some(_) = crate::common::gpu::test_gpu() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path().join("made");
+    let output = report(&["--quick", "--only", "table10", "--validation", "--json", "-o", text(&folder)]);
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(0), "{stderr}");
+    assert!(stderr.contains("[1/1]"), "progress is told: {stderr}");
+    let summary: Value = serde_json::from_slice(&output.stdout).expect("one JSON object");
+    assert_eq!(summary["command"], "report");
+    assert!(summary["device"].as_str().is_some_and(|device| !device.is_empty()), "{summary}");
+    assert!(summary["sections"][0]["findings"].as_array().is_some_and(|f| !f.is_empty()), "{summary}");
+
+    // The error of the paper's grid falls with its size, and no picture is the truth itself.
+    let data = data(&folder);
+    let entries = data["sections"]["table10"]["data"].as_array().unwrap();
+    let rrmse = |look: &str| {
+        let of = entries.iter().filter(|e| e["look"] == look).map(|e| e["rrmse"].as_f64().unwrap());
+        of.map(|e| e * e).sum::<f64>().sqrt()
+    };
+    let errors = ["leadr 1×1", "leadr 3×3", "leadr 5×5", "leadr 32×32"].map(rrmse);
+    assert!(errors.windows(2).all(|pair| pair[0] > pair[1]), "{errors:?}");
+    assert!(errors[3] > 0.0 && rrmse("leadr visible 9") < errors[1], "{errors:?}");
+
+    // Every picture that the page shows is there, whole, and of its stated size; nothing is fetched from elsewhere.
+    let page = std::fs::read_to_string(folder.join("index.html")).unwrap();
+    assert!(!page.contains("http"), "the page stands alone");
+    let mut pictures = 0;
+    for tag in page.split("<img ").skip(1) {
+        let attribute = |name: &str| tag.split(&format!("{name}=\"")).nth(1).unwrap().split('"').next().unwrap();
+        let image = load_color_srgb8(folder.join(attribute("src"))).unwrap();
+        assert_eq!(image.width.to_string(), attribute("width"));
+        assert!(image.texels.iter().any(|t| *t != image.texels[0]), "{} is empty", attribute("src"));
+        pictures += 1;
+    }
+    assert_eq!(pictures, std::fs::read_dir(folder.join("pictures")).unwrap().count());
+    assert!(pictures > 10);
+}
+
+/// On the processor alone, though a device is opened: seconds of it.
+#[test]
+fn several_sections_stand_in_the_order_of_the_page() {
+    let Some(_) = crate::common::gpu::test_gpu() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let output = report(&["--quick", "--only", "model,quadrature", "-q", "-o", text(folder.path())]);
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    assert!(output.stdout.is_empty() && output.stderr.is_empty(), "quiet is quiet");
+    let page = std::fs::read_to_string(folder.path().join("index.html")).unwrap();
+    let at = |name: &str| page.find(&format!("<section id=\"{name}\">")).expect(name);
+    assert!(at("quadrature") < at("model"));
+    // Direction-correlated shadows are nearer to ray casts than Smith's where the light comes from the viewer.
+    let data = data(folder.path());
+    let model = data["sections"]["model"]["data"].as_array().unwrap();
+    let front = model.iter().find(|m| m["light"] == "diffuse, light from the viewer" && m["sigma"] == 1.0).unwrap();
+    let error = |form: &str| front[form].as_f64().unwrap();
+    assert!(error("correlated") < 0.25 * error("smith") && error("noise") < 0.02, "{front}");
+}
+
+#[test]
+fn wrong_calls_say_what_is_wrong_and_leave_nothing() {
+    let line = |output: &Output, code: i32| {
+        let stderr = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(code), "{stderr}");
+        assert!(output.stdout.is_empty() && stderr.lines().last().unwrap().starts_with("leadr: error: "), "{stderr}");
+        stderr
+    };
+    assert!(line(&report(&["--only", "everything"]), 2).contains("everything"));
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("file");
+    std::fs::write(&file, b"in the way").unwrap();
+    assert!(line(&report(&["-o", text(&file)]), 1).contains(text(&file)));
+    assert_eq!(std::fs::read(&file).unwrap(), b"in the way");
+    let Some(_) = crate::common::gpu::test_gpu() else { return };
+    // The worst of nothing: the section that fails is named, and the report of before stays.
+    let made = folder.path().join("report");
+    std::fs::create_dir(&made).unwrap();
+    std::fs::write(made.join("index.html"), b"of before").unwrap();
+    let fault = line(&report(&["--only", "misses", "-o", text(&made)]), 1);
+    assert!(fault.contains("section misses") && fault.contains("--only"), "{fault}");
+    assert_eq!(std::fs::read(made.join("index.html")).unwrap(), b"of before");
+    assert_eq!(std::fs::read_dir(&made).unwrap().count(), 1, "nothing is half-written");
+}

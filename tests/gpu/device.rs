@@ -1,0 +1,488 @@
+//! The Vulkan floor: what it computes, draws and transfers, that validation listens, and what its errors say.
+
+use std::process::Command;
+
+use crate::common::gpu::{run_probe, run_probe_with, test_gpu};
+use leadr::gpu::{
+    Buffer, ColorTarget, CommandRecorder, ComputePipeline, Cull, Depth, DepthTarget, Descriptor, Filter, Gpu,
+    GpuOptions, GraphicsDesc, GraphicsPipeline, Image, ImageDesc, Load, Memory, PolygonMode, Sampler, SpecValue,
+    Timestamps, Topology, Use, Wrap, reflect, shaders, vk,
+};
+
+const FLOATS: vk::Format = vk::Format::R32G32B32A32_SFLOAT;
+
+#[test]
+fn a_probe_sees_every_item_once() {
+    let Some(gpu) = test_gpu() else { return };
+    // More than one chunk, and not a whole number of work groups.
+    let inputs: Vec<[f32; 1]> = (0..300_001).map(|i| [i as f32]).collect();
+    let outputs = run_probe(&gpu, "probes/selftest/selftest.comp", &inputs, 1);
+    assert_eq!(outputs.len(), inputs.len());
+    assert!(outputs.iter().enumerate().all(|(i, y)| *y == 2.0 * i as f32));
+}
+
+#[test]
+fn device_buffers_keep_what_is_written_in_pieces() {
+    let Some(gpu) = test_gpu() else { return };
+    // More than one staging chunk.
+    let data: Vec<u32> = (0..10_000_000u32).map(|i| i.wrapping_mul(2_654_435_761)).collect();
+    let buffer = Buffer::from_slice(&gpu, "large", &data).unwrap();
+    assert!(buffer.read_all::<u32>().unwrap() == data);
+    buffer.write(40, &[1u32, 2, 3]).unwrap();
+    assert_eq!(buffer.read::<u32>(36, 5).unwrap(), [data[9], 1, 2, 3, data[13]]);
+    let error = buffer.write(buffer.size() - 4, &[0u64]).unwrap_err().to_string();
+    assert!(error.contains("large") && error.contains("more than"), "{error}");
+}
+
+#[repr(C)]
+#[derive(Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
+struct Item {
+    position: [f32; 3],
+    weight: f32,
+    frame: [[f32; 4]; 4],
+    extent: [f32; 2],
+    padding: [f32; 2],
+}
+
+#[test]
+fn specialization_includes_and_shared_structs() {
+    let Some(gpu) = test_gpu() else { return };
+    let shader = "probes/selftest/selftest_spec.comp";
+    let spirv = shaders::spirv(shader).unwrap();
+    let offsets = reflect::struct_offsets(spirv, "Item").unwrap();
+    let expected = [
+        ("position", std::mem::offset_of!(Item, position)),
+        ("weight", std::mem::offset_of!(Item, weight)),
+        ("frame", std::mem::offset_of!(Item, frame)),
+        ("extent", std::mem::offset_of!(Item, extent)),
+    ];
+    assert_eq!(offsets, expected.map(|(name, offset)| (name.to_owned(), offset as u32)));
+    assert_eq!(reflect::struct_stride(spirv, "Item").unwrap(), Some(size_of::<Item>() as u32));
+    assert_eq!(reflect::struct_offsets(spirv, "P").unwrap(), [("count".to_owned(), 0)]);
+    assert!(reflect::struct_offsets(spirv, "Absent").is_err());
+
+    let item = |weight| Item {
+        position: [0.0; 3],
+        weight,
+        frame: [[0.0; 4], [0.0; 4], [0.0; 4], [0.0, 0.0, 0.0, 4.0]],
+        extent: [0.0, 0.5],
+        padding: [0.0; 2],
+    };
+    let items = Buffer::new(&gpu, "items", 16 + 2 * size_of::<Item>() as u64, Memory::Upload).unwrap();
+    items.write(0, &[1u32]).unwrap();
+    items.write(16, &[item(100.0), item(2.0)]).unwrap();
+    // std140: a vec4, then floats 16 bytes apart.
+    let settings =
+        Buffer::from_slice(&gpu, "settings", &[[3.0f32, 0.0, 0.0, 0.0], [0.0; 4], [0.0; 4], [10.0; 4]]).unwrap();
+    let further = [(2, Descriptor::Storage(&items)), (3, Descriptor::Uniform(&settings))];
+    let inputs = [[1.0], [2.0], [3.0]];
+    let plain = run_probe_with(&gpu, shader, &inputs, 1, &[], &further);
+    assert_eq!(plain, [39.5, 40.5, 41.5]);
+    let spec = [
+        (0, SpecValue::F32(0.5)),
+        (1, SpecValue::I32(-3)),
+        (2, SpecValue::Bool(true)),
+        (3, SpecValue::U32(2)),
+        (99, SpecValue::U32(7)),
+    ];
+    let special = run_probe_with(&gpu, shader, &inputs, 1, &spec, &further);
+    assert_eq!(special[..2], [41.0, 40.5]);
+    assert!(special[2].is_nan(), "LIMIT keeps the third invocation from writing");
+}
+
+/// A colour that tells mip, layer and place apart.
+fn texels(size: u32, mip: u32, layer: u32) -> Vec<[f32; 4]> {
+    (0..size * size).map(|i| [mip as f32, layer as f32, i as f32, 1.0]).collect()
+}
+
+#[test]
+fn images_keep_every_mip_of_every_layer() {
+    let Some(gpu) = test_gpu() else { return };
+    let image = Image::new(&gpu, "array", ImageDesc::new(FLOATS, 16, 16).full_mips().layers(3)).unwrap();
+    assert_eq!(image.desc().mips, 5);
+    for (mip, layer) in (0..5).flat_map(|mip| (0..3).map(move |layer| (mip, layer))) {
+        image.write(mip, layer, &texels(16 >> mip, mip, layer)).unwrap();
+    }
+    for (mip, layer) in (0..5).flat_map(|mip| (0..3).map(move |layer| (mip, layer))) {
+        assert_eq!(image.read::<[f32; 4]>(mip, layer).unwrap(), texels(16 >> mip, mip, layer));
+    }
+    for (error, words) in [
+        (image.write(5, 0, &texels(1, 0, 0)).unwrap_err(), "mip 5"),
+        (image.write(0, 3, &texels(16, 0, 0)).unwrap_err(), "layer 3"),
+        (image.write(1, 0, &texels(16, 0, 0)).unwrap_err(), "8x8"),
+        (Image::new(&gpu, "odd", ImageDesc::new(FLOATS, 4, 5).cube()).map(drop).unwrap_err(), "square"),
+        (Image::new(&gpu, "none", ImageDesc::new(FLOATS, 0, 5)).map(drop).unwrap_err(), "0x5"),
+        (Image::new(&gpu, "wide", ImageDesc::new(FLOATS, 1 << 24, 1)).map(drop).unwrap_err(), "16777216x1"),
+    ] {
+        assert!(error.to_string().contains(words), "{error}");
+    }
+}
+
+#[test]
+fn large_images_pass_through_in_chunks() {
+    let Some(gpu) = test_gpu() else { return };
+    let (width, height) = (1024, 2100);
+    let image = Image::new(&gpu, "atlas", ImageDesc::new(FLOATS, width, height)).unwrap();
+    let data: Vec<[f32; 4]> = (0..width * height).map(|i| [i as f32, 0.5, -1.0, 0.0]).collect();
+    image.write(0, 0, &data).unwrap();
+    assert!(image.read::<[f32; 4]>(0, 0).unwrap() == data);
+}
+
+#[test]
+fn cubes_have_their_faces_where_vulkan_puts_them() {
+    let Some(gpu) = test_gpu() else { return };
+    let cube = Image::new(&gpu, "cube", ImageDesc::new(FLOATS, 8, 8).cube().mips(2)).unwrap();
+    for face in 0..6 {
+        cube.write(0, face, &vec![[face as f32, 0.0, 0.0, 1.0]; 64]).unwrap();
+        cube.write(1, face, &vec![[face as f32 + 10.0, 0.0, 0.0, 1.0]; 16]).unwrap();
+    }
+    let sampler = Sampler::new(&gpu, "trilinear", Filter::Trilinear, Wrap::Clamp).unwrap();
+    let axes =
+        [[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, 1.0], [0.0, 0.0, -1.0]];
+    for (lod, added) in [(0.0, 0.0), (1.0, 10.0), (0.5, 5.0)] {
+        let inputs = axes.map(|[x, y, z]| [x, y, z, lod]);
+        let further = [(2, Descriptor::Sampled(cube.whole(), &sampler))];
+        let outputs = run_probe_with(&gpu, "probes/selftest/selftest_cube.comp", &inputs, 4, &[], &further);
+        let faces: Vec<f32> = outputs.chunks(4).map(|color| color[0] - added).collect();
+        assert_eq!(faces, [0.0, 1.0, 2.0, 3.0, 4.0, 5.0], "lod {lod}");
+    }
+}
+
+#[test]
+fn a_compute_mip_chain_with_barriers_by_mip() {
+    let Some(gpu) = test_gpu() else { return };
+    let desc = ImageDesc::new(FLOATS, 8, 8).full_mips().layers(2).storage();
+    let image = Image::new(&gpu, "chain", desc).unwrap();
+    for layer in 0..2 {
+        let data: Vec<[f32; 4]> = (0..64).map(|i| [i as f32, layer as f32, 0.0, 1.0]).collect();
+        image.write(0, layer, &data).unwrap();
+    }
+    let half = ComputePipeline::new(&gpu, "probes/selftest/selftest_half.comp", &[]).unwrap();
+    assert_eq!(half.local_size(), [8, 8, 1]);
+    let views: Vec<_> = (0..4).map(|mip| image.mip_array(mip).unwrap()).collect();
+    gpu.submit("mips", |cmd| {
+        cmd.transition(&image, Use::ComputeReadWrite);
+        for mip in 1..4u32 {
+            let [from, to] = [&views[mip as usize - 1], &views[mip as usize]];
+            cmd.bind(&half, &[(0, Descriptor::StorageImage(from)), (1, Descriptor::StorageImage(to))]);
+            let [width, height] = to.extent();
+            cmd.dispatch_invocations(&half, [width, height, 2]);
+            cmd.mip_barrier(&image, mip..mip + 1, 0..2, Use::ComputeWrite, Use::ComputeRead);
+        }
+        cmd.transition(&image, Use::Sampled);
+    })
+    .unwrap();
+    for layer in 0..2 {
+        assert_eq!(image.read::<[f32; 4]>(3, layer).unwrap(), [[31.5, layer as f32, 0.0, 1.0]]);
+    }
+}
+
+const CORNERS: [[f32; 2]; 4] = [[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]];
+
+#[repr(C)]
+#[derive(Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
+struct Push {
+    color: [f32; 4],
+    depth: f32,
+    padding: [f32; 3],
+}
+
+fn push(red: f32, depth: f32) -> Push {
+    Push { color: [red, 0.0, 0.0, 1.0], depth, padding: [0.0; 3] }
+}
+
+struct Target {
+    color: Image,
+    depth: Image,
+}
+
+impl Target {
+    fn new(gpu: &std::sync::Arc<Gpu>, size: u32) -> Self {
+        let color = Image::new(gpu, "color", ImageDesc::new(FLOATS, size, size).color_target()).unwrap();
+        let desc = ImageDesc::new(vk::Format::D32_SFLOAT, size, size).depth_target();
+        Self { color, depth: Image::new(gpu, "depth", desc).unwrap() }
+    }
+
+    fn begin(&self, cmd: &mut leadr::gpu::Commands) {
+        cmd.transition(&self.color, Use::ColorTarget);
+        cmd.transition(&self.depth, Use::DepthTarget);
+        cmd.begin_rendering(
+            &[ColorTarget { view: self.color.whole(), load: Load::Clear([-1.0; 4]) }],
+            Some(DepthTarget { view: self.depth.whole(), clear: Some(0.0) }),
+        );
+    }
+}
+
+#[test]
+fn a_tessellated_quad_fills_its_pixels_and_depth() {
+    let Some(gpu) = test_gpu() else { return };
+    let corners = Buffer::from_slice(&gpu, "corners", &CORNERS).unwrap();
+    let target = Target::new(&gpu, 64);
+    let desc = GraphicsDesc {
+        vertex: "probes/selftest/selftest.vert",
+        tessellation: Some(["probes/selftest/selftest.tesc", "probes/selftest/selftest.tese"]),
+        fragment: Some("probes/selftest/selftest_uv.frag"),
+        colors: &[FLOATS],
+        depth: Some(Depth::default()),
+        topology: Topology::Patches(4),
+        spec: &[(0, SpecValue::F32(7.0))],
+        ..Default::default()
+    };
+    let draw = |pipeline: &GraphicsPipeline| {
+        gpu.submit("quad", |cmd| {
+            target.begin(cmd);
+            cmd.bind(pipeline, &[(0, Descriptor::Storage(&corners))]);
+            cmd.push_constants(&push(0.0, 0.25));
+            cmd.draw(0..4, 0..1);
+            cmd.end_rendering();
+        })
+        .unwrap();
+        target.color.read::<[f32; 4]>(0, 0).unwrap()
+    };
+    let pixels = draw(&GraphicsPipeline::new(&gpu, "quad", &desc).unwrap());
+    let depths = target.depth.read::<f32>(0, 0).unwrap();
+    for (i, (pixel, depth)) in pixels.iter().zip(&depths).enumerate() {
+        let [x, y] = [i % 64, i / 64];
+        if (16..48).contains(&x) && (16..48).contains(&y) {
+            let expected = [x, y].map(|at| (at as f32 + 0.5 - 16.0) / 32.0);
+            assert!(
+                (pixel[0] - expected[0]).abs() < 1e-4 && (pixel[1] - expected[1]).abs() < 1e-4,
+                "{x} {y} {pixel:?}"
+            );
+            assert_eq!((pixel[2], *depth), (0.25, 0.25));
+        } else {
+            assert_eq!((*pixel, *depth), ([-1.0; 4], 0.0), "{x} {y}");
+        }
+    }
+    if gpu.can_draw_lines() {
+        let lines = GraphicsDesc { polygon: PolygonMode::Line, ..desc };
+        let pixels = draw(&GraphicsPipeline::new(&gpu, "lines", &lines).unwrap());
+        let drawn = pixels.iter().filter(|pixel| pixel[3] == 1.0).count();
+        assert!((100..1000).contains(&drawn), "{drawn} pixels of edges at level 7");
+    }
+}
+
+#[test]
+fn reversed_depth_culling_and_indices() {
+    let Some(gpu) = test_gpu() else { return };
+    // Two vertices in front, so that the vertex offset matters.
+    let corners = [[[9.0f32; 2]; 2].as_slice(), &CORNERS].concat();
+    let corners = Buffer::from_slice(&gpu, "corners", &corners).unwrap();
+    let indices = Buffer::from_slice(&gpu, "indices", &[7u32, 7, 7, 0, 1, 2, 0, 2, 3]).unwrap();
+    let target = Target::new(&gpu, 32);
+    let center = |cull, clockwise_front, order: [Push; 2]| {
+        let desc = GraphicsDesc {
+            vertex: "probes/selftest/selftest.vert",
+            fragment: Some("probes/selftest/selftest.frag"),
+            colors: &[FLOATS],
+            depth: Some(Depth::default()),
+            cull,
+            clockwise_front,
+            ..Default::default()
+        };
+        let pipeline = GraphicsPipeline::new(&gpu, "indexed", &desc).unwrap();
+        gpu.submit("indexed", |cmd| {
+            target.begin(cmd);
+            cmd.bind(&pipeline, &[(0, Descriptor::Storage(&corners))]);
+            cmd.bind_index_buffer(&indices, 0);
+            for constants in order {
+                cmd.push_constants(&constants);
+                cmd.draw_indexed(3..9, 2, 0..1);
+            }
+            cmd.end_rendering();
+        })
+        .unwrap();
+        target.color.read::<[f32; 4]>(0, 0).unwrap()[16 * 32 + 16][0]
+    };
+    let [near, far] = [push(1.0, 0.75), push(2.0, 0.5)];
+    assert_eq!(center(Cull::None, false, [near, far]), 1.0);
+    assert_eq!(center(Cull::None, false, [far, near]), 1.0);
+    // The corners run clockwise on the screen.
+    assert_eq!(center(Cull::Back, false, [far, near]), -1.0);
+    assert_eq!(center(Cull::Back, true, [far, near]), 1.0);
+    assert_eq!(center(Cull::Front, false, [far, near]), 1.0);
+}
+
+#[test]
+fn timestamps_rise_and_carry_their_names() {
+    let Some(gpu) = test_gpu() else { return };
+    let timestamps = Timestamps::new(&gpu, 3).unwrap();
+    let buffer = Buffer::new(&gpu, "filled", 64 << 20, Memory::Device).unwrap();
+    gpu.submit("timed", |cmd| {
+        cmd.reset_timestamps(&timestamps);
+        cmd.timestamp(&timestamps, "start");
+        cmd.fill_buffer(&buffer, 1);
+        cmd.full_barrier();
+        cmd.timestamp(&timestamps, "long");
+        cmd.timestamp(&timestamps, "nothing");
+    })
+    .unwrap();
+    let marks = timestamps.marks().unwrap();
+    assert!(marks.windows(2).all(|pair| pair[0].1 <= pair[1].1), "{marks:?}");
+    let intervals = timestamps.intervals().unwrap();
+    let names: Vec<&str> = intervals.iter().map(|(name, _)| name.as_str()).collect();
+    assert_eq!(names, ["long", "nothing"]);
+    assert!(intervals[0].1 > 0.01 && intervals[0].1 > intervals[1].1, "{intervals:?}");
+    let error = gpu
+        .submit("too many", |cmd| {
+            cmd.reset_timestamps(&timestamps);
+            (0..4).for_each(|_| cmd.timestamp(&timestamps, "mark"));
+        })
+        .unwrap_err();
+    assert!(error.to_string().contains("room for 3"), "{error}");
+}
+
+#[test]
+fn validation_hears_a_wrong_layout() {
+    let Some(gpu) = test_gpu() else { return };
+    let cube = Image::new(&gpu, "cube", ImageDesc::new(FLOATS, 8, 8).cube()).unwrap();
+    let sampler = Sampler::new(&gpu, "nearest", Filter::Nearest, Wrap::Clamp).unwrap();
+    // Never written and never brought to Use::Sampled.
+    let further = [(2, Descriptor::Sampled(cube.whole(), &sampler))];
+    run_probe_with(&gpu, "probes/selftest/selftest_cube.comp", &[[1.0, 0.0, 0.0, 0.0]], 4, &[], &further);
+    let messages = gpu.take_validation_messages();
+    assert!(messages.iter().any(|message| message.contains("layout")), "{messages:?}");
+}
+
+#[test]
+fn validation_hears_a_missing_barrier() {
+    let Some(gpu) = test_gpu() else { return };
+    let double = ComputePipeline::new(&gpu, "probes/selftest/selftest.comp", &[]).unwrap();
+    let [a, b, c] = ["a", "b", "c"].map(|name| Buffer::from_slice(&gpu, name, &[1.0f32; 64]).unwrap());
+    let run = |barrier: bool| {
+        gpu.submit("twice", |cmd| {
+            for (i, [from, to]) in [[&a, &b], [&b, &c]].into_iter().enumerate() {
+                if i == 1 && barrier {
+                    cmd.memory_barrier(Use::ComputeWrite, Use::ComputeRead);
+                }
+                cmd.bind(&double, &[(0, Descriptor::Storage(from)), (1, Descriptor::Storage(to))]);
+                cmd.push_constants(&64u32);
+                cmd.dispatch([1, 1, 1]);
+            }
+        })
+        .unwrap();
+    };
+    run(true);
+    gpu.assert_silent();
+    assert_eq!(c.read_all::<f32>().unwrap(), [4.0; 64]);
+    run(false);
+    let messages = gpu.take_validation_messages();
+    assert!(messages.iter().any(|message| message.contains("SYNC-HAZARD")), "{messages:?}");
+}
+
+#[test]
+fn the_guard_fails_a_test_that_validation_complains_about() {
+    let Some(gpu) = test_gpu() else { return };
+    let cube = Image::new(&gpu, "cube", ImageDesc::new(FLOATS, 8, 8).cube()).unwrap();
+    let sampler = Sampler::new(&gpu, "nearest", Filter::Nearest, Wrap::Clamp).unwrap();
+    let further = [(2, Descriptor::Sampled(cube.whole(), &sampler))];
+    run_probe_with(&gpu, "probes/selftest/selftest_cube.comp", &[[1.0, 0.0, 0.0, 0.0]], 4, &[], &further);
+    let failure = std::panic::catch_unwind(std::panic::AssertUnwindSafe(move || drop(gpu))).unwrap_err();
+    let text = failure.downcast_ref::<String>().unwrap();
+    assert!(text.contains("validation on"), "{text}");
+}
+
+#[test]
+fn a_recorder_runs_ahead_and_keeps_what_it_uses() {
+    let Some(gpu) = test_gpu() else { return };
+    let double = ComputePipeline::new(&gpu, "probes/selftest/selftest.comp", &[]).unwrap();
+    let buffers: Vec<Buffer> =
+        (0..5).map(|i| Buffer::from_slice(&gpu, &format!("b{i}"), &[1.0f32; 64]).unwrap()).collect();
+    let mut ring: Vec<CommandRecorder> =
+        (0..2).map(|i| CommandRecorder::new(&gpu, &format!("frame {i}")).unwrap()).collect();
+    for frame in 0..4 {
+        let recorder = &mut ring[frame % 2];
+        recorder
+            .record("frame", |cmd| {
+                cmd.full_barrier();
+                // Dropped at once by this side, still in use by the device.
+                let lost = Buffer::new(&gpu, "lost", 256, Memory::Device).unwrap();
+                cmd.fill_buffer(&lost, 0);
+                cmd.bind(
+                    &double,
+                    &[(0, Descriptor::Storage(&buffers[frame])), (1, Descriptor::Storage(&buffers[frame + 1]))],
+                );
+                cmd.push_constants(&64u32);
+                cmd.dispatch([1, 1, 1]);
+            })
+            .unwrap();
+        recorder.submit(&[], &[]).unwrap();
+    }
+    assert_eq!(buffers[4].read_all::<f32>().unwrap(), [16.0; 64]);
+}
+
+#[test]
+fn misuse_is_an_error_with_the_name_in_it() {
+    let Some(gpu) = test_gpu() else { return };
+    let double = ComputePipeline::new(&gpu, "probes/selftest/selftest.comp", &[]).unwrap();
+    let buffer = Buffer::new(&gpu, "b", 64, Memory::Device).unwrap();
+    let both = [(0, Descriptor::Storage(&buffer)), (1, Descriptor::Storage(&buffer))];
+    type Misuse<'a> = Box<dyn Fn(&mut leadr::gpu::Commands) + 'a>;
+    let cases: [(&str, Misuse<'_>); 6] = [
+        ("binding 1", Box::new(|cmd| cmd.bind(&double, &both[..1]))),
+        ("UNIFORM", Box::new(|cmd| cmd.bind(&double, &[both[0], (1, Descriptor::Uniform(&buffer))]))),
+        ("no COMPUTE pipeline", Box::new(|cmd| cmd.dispatch([1, 1, 1]))),
+        (
+            "4 bytes",
+            Box::new(|cmd| {
+                cmd.bind(&double, &both);
+                cmd.push_constants(&[0u32; 8]);
+            }),
+        ),
+        ("do not fit", Box::new(|cmd| cmd.copy_buffer(&buffer, 32, &buffer, 0, 64))),
+        ("no attachment", Box::new(|cmd| cmd.begin_rendering(&[], None))),
+    ];
+    for (words, record) in cases {
+        let error = gpu.submit("misuse", |cmd| record(cmd)).unwrap_err().to_string();
+        assert!(error.contains(words), "{error}");
+    }
+    let error = ComputePipeline::new(&gpu, "probes/absent.comp", &[]).map(drop).unwrap_err().to_string();
+    assert!(error.contains("absent.comp") && error.contains("shaders-glsl"), "{error}");
+    let error = ComputePipeline::new(&gpu, "probes/selftest/selftest.frag", &[]).map(drop).unwrap_err().to_string();
+    assert!(error.contains("FRAGMENT"), "{error}");
+}
+
+#[test]
+fn an_unknown_device_names_those_there_are() {
+    let Some(gpu) = test_gpu() else { return };
+    for wanted in ["no such device", "99", ""] {
+        let options = GpuOptions { device: Some(wanted.to_owned()), ..Default::default() };
+        let error = Gpu::new(&options).map(drop).unwrap_err().to_string();
+        assert!(error.contains(gpu.device_name()) && error.contains("0: "), "{error}");
+    }
+    let part = gpu.device_name()[..4].to_uppercase();
+    let found = Gpu::new(&GpuOptions { device: Some(part), ..Default::default() }).unwrap();
+    assert_eq!(found.device_name()[..4], gpu.device_name()[..4]);
+}
+
+#[test]
+fn without_a_driver_the_error_says_what_to_install() {
+    let child = Command::new(std::env::current_exe().unwrap())
+        .args(["--exact", "child_without_a_driver", "--ignored", "--nocapture"])
+        .env("VK_DRIVER_FILES", "nonexistent.json")
+        .env("VK_ICD_FILENAMES", "nonexistent.json")
+        .output()
+        .unwrap();
+    let text = String::from_utf8_lossy(&child.stdout);
+    assert!(child.status.success(), "{text}{}", String::from_utf8_lossy(&child.stderr));
+    assert!(text.contains("install") && text.contains("mesa-vulkan-drivers"), "{text}");
+}
+
+/// The bake's atlas, to be run by hand: half a gigabyte through a 2 GiB heap.
+#[test]
+#[ignore = "needs 1.5 GiB of memory"]
+fn the_largest_atlas_passes_through() {
+    let Some(gpu) = test_gpu() else { return };
+    let image = Image::new(&gpu, "atlas", ImageDesc::new(FLOATS, 4096, 5696).full_mips().storage()).unwrap();
+    let data: Vec<[f32; 4]> = (0..4096 * 5696).map(|i| [i as f32, 0.5, -1.0, 0.0]).collect();
+    image.write(0, 0, &data).unwrap();
+    assert!(image.read::<[f32; 4]>(0, 0).unwrap() == data);
+}
+
+/// Run by without_a_driver_the_error_says_what_to_install, in a process of its own: the loader reads its variables once.
+#[test]
+#[ignore = "a part of without_a_driver_the_error_says_what_to_install"]
+fn child_without_a_driver() {
+    let error = Gpu::new(&GpuOptions::default()).map(drop).unwrap_err();
+    println!("{error}");
+}

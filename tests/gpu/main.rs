@@ -1,0 +1,8 @@
+//! The Vulkan floor, and every GLSL function of the library against its Rust twin.
+
+#[path = "../common/mod.rs"]
+mod common;
+
+mod device;
+mod parity;
+mod sampling;

@@ -1,0 +1,9 @@
+mod antialias;
+mod brdf;
+mod comparator;
+mod extremes;
+mod functions;
+mod shadowing;
+mod slopes;
+mod techniques;
+mod visible;

@@ -1,0 +1,94 @@
+//! The shader functions of the older techniques and of the GGX form, on the device against the f64 reference.
+
+use super::comparator::{Numbers, Tolerance, join, list, parity, v2, v3};
+use glam::DVec3;
+use leadr::reflectance::integrals::ggx_filtering::displaced_ggx;
+use leadr::reflectance::integrals::ggx_lobes::{GGX_LOBES, displaced_ggx_area, displaced_ggx_light, ggx_lobe};
+use leadr::reflectance::masking::correlated::Visibility;
+use leadr::reflectance::materials::classic::{
+    blinn_phong_exponent, blinn_phong_ndf, blinn_phong_variance, lobe_lod, normal_variance, toksvig_exponent,
+    toksvig_variance,
+};
+use leadr::reflectance::slopes::grid::slope_cholesky;
+use leadr::reflectance::slopes::statistics::clamp_covariance;
+use leadr::reflectance::visible::fresnel::visible_fresnel;
+
+#[test]
+fn classic_parity() {
+    parity::<7>(
+        "materials/classic",
+        Tolerance { relative: 3e-4, floor: |k| if k == 6 { 1.0 } else { 1e-6 }, unit: 0.0 },
+        |r| {
+            let head = [r.log(1e-4, 1.0), r.range(-0.2, 1.0)];
+            join(&[&head, &r.mean_slope().to_array(), &r.covariance().to_array()])
+        },
+        |x| {
+            let exponent = blinn_phong_exponent(x[0]);
+            let variance = normal_variance(v2(x, 2), v3(x, 4));
+            let filtered = toksvig_variance(variance);
+            list![[
+                exponent,
+                blinn_phong_variance(exponent),
+                blinn_phong_ndf(x[1], exponent),
+                variance,
+                filtered,
+                toksvig_exponent(exponent, filtered),
+                lobe_lod(variance, 256.0),
+            ]]
+        },
+    );
+}
+
+#[test]
+fn visible_fresnel_parity() {
+    parity::<8>(
+        "visible/fresnel",
+        // Seen along the thin axis of a nearly one-dimensional surface, wo.S.wo cancels: 1.4e-4 at worst.
+        Tolerance { relative: 2e-4, floor: |_| 1.0, unit: 0.0 },
+        |r| join(&[&r.direction().to_array(), &r.mean_slope().to_array(), &r.covariance().to_array()]),
+        |x| list![visible_fresnel(v3(x, 0), v2(x, 3), clamp_covariance(v3(x, 5)), DVec3::new(0.0, 0.04, 0.5))],
+    );
+}
+
+#[test]
+fn ggx_lobes_parity() {
+    parity::<12>(
+        "integrals/ggx_lobes",
+        Tolerance {
+            relative: 5e-5,
+            floor: |k| {
+                if k == 2 {
+                    1.0
+                } else if k < 18 {
+                    1e-6
+                } else {
+                    1e-3
+                }
+            },
+            unit: 1e-3,
+        },
+        |r| {
+            let (wo, wi) = (r.direction(), r.direction());
+            let tail = [r.log(0.02, 1.0)];
+            join(&[&wo.to_array(), &wi.to_array(), &r.mean_slope().to_array(), &r.covariance().to_array(), &tail])
+        },
+        |x| {
+            let (wo, wi, m) = (v3(x, 0), v3(x, 3), v2(x, 6));
+            let d = displaced_ggx(DVec3::new(x[11] * x[11], x[11] * x[11], 0.0), v3(x, 8));
+            let cholesky = slope_cholesky(0.5 * d.roughness);
+            let o = displaced_ggx_area(wo, m, &d, cholesky);
+            let mut all = vec![o.spread, o.visible];
+            for k in 0..GGX_LOBES {
+                let lobe = ggx_lobe(&d, k);
+                all.push(lobe.weight);
+                all.extend(lobe.s.to_array());
+            }
+            for visibility in [Visibility::Masking, Visibility::Smith, Visibility::Correlated] {
+                let f0 = DVec3::new(0.04, 0.5, 1.0);
+                let light = displaced_ggx_light(visibility, &o, wo, wi, m, &d, cholesky, f0);
+                all.extend([light.x, light.y]);
+            }
+            all
+        },
+    );
+}

@@ -1,0 +1,123 @@
+//! The visible-slope rules on the device against their f64 twins.
+
+use super::comparator::{Numbers, Random, Tolerance, join, list, parity, v2, v3};
+use super::extremes::finite;
+use glam::{DVec2, DVec3};
+use leadr::reflectance::facets::fresnel::fresnel_schlick;
+use leadr::reflectance::facets::normal_distribution::normal_ramp;
+use leadr::reflectance::facets::projected_area::{meso_area, slope_spread};
+use leadr::reflectance::slopes::statistics::clamp_covariance;
+use leadr::reflectance::visible::diffuse::{clamped_product, leadr_diffuse_light_visible, visible_diffuse_moments};
+use leadr::reflectance::visible::slopes::{VISIBLE_TAIL, visible_slopes};
+use leadr::reflectance::visible::specular::{VisibleProbe, probe_rule, solid_angle_lod, visible_probe, visible_probes};
+
+/// A viewer and slopes; with `tilted`, also mesosurfaces turned so far away that the rules tilt them back, where rounding
+/// of a vanishing spread is all that is left; so not with a singular covariance as well.
+fn surface(r: &mut Random, tilted: bool) -> (DVec3, DVec2, DVec3) {
+    loop {
+        let (wo, m, s) = (r.direction(), r.mean_slope(), r.covariance());
+        let regular = s.z * s.z < 0.98 * s.x * s.y;
+        if tilted && regular || meso_area(wo, m) > 2e-3 - 0.95 * VISIBLE_TAIL * slope_spread(wo, clamp_covariance(s)) {
+            return (wo, m, s);
+        }
+    }
+}
+
+fn slopes_parity(tilted: bool, relative: f64) {
+    parity::<8>(
+        "visible/slopes",
+        // The third moment is a difference of terms of magnitude 10.
+        Tolerance {
+            relative,
+            floor: |k| [1e-3, 1e-2, 0.1, 1.0][[3, 7, 12].iter().filter(|&&t| k >= t).count()],
+            unit: 0.0,
+        },
+        |r| {
+            let (wo, m, s) = surface(r, tilted);
+            join(&[&wo.to_array(), &m.to_array(), &s.to_array()])
+        },
+        |x| {
+            let s = v3(x, 5);
+            let v = visible_slopes(v3(x, 0), v2(x, 3), s);
+            let cov = v.cov / (s.x + s.y).max(1e-8);
+            let ramp = normal_ramp(x[3]).ramp;
+            list![[v.a, v.b, v.area], v.axis, v.mean, cov, [v.facet, v.variance, v.third, ramp]]
+        },
+    );
+}
+
+#[test]
+fn visible_slopes_parity() {
+    slopes_parity(false, 2e-4);
+    slopes_parity(true, 1e-3);
+}
+
+fn diffuse_parity(tilted: bool, relative: f64) {
+    parity::<12>(
+        "visible/diffuse",
+        Tolerance { relative, floor: |k| if k == 11 { 0.1 } else { 1e-2 }, unit: 0.0 },
+        |r| {
+            let ((wo, m, s), wi) = (surface(r, tilted), r.direction());
+            join(&[&wo.to_array(), &wi.to_array(), &m.to_array(), &s.to_array(), &[r.pick([2.0, 3.0])]])
+        },
+        |x| {
+            let (wo, wi, m, s, terms) = (v3(x, 0), v3(x, 3), v2(x, 6), v3(x, 8), x[11].round() as u32);
+            let v = visible_diffuse_moments(wo, m, s, terms);
+            let product = clamped_product(m.x, s.x.abs(), m.y, s.y.abs(), wi.x * s.x * s.y);
+            let light = |shadowing| leadr_diffuse_light_visible(wo, wi, m, s, shadowing, terms);
+            list![v.mean, v.diag, v.off, [light(false), light(true), product]]
+        },
+    );
+}
+
+#[test]
+fn visible_diffuse_parity() {
+    diffuse_parity(false, 5e-5);
+    diffuse_parity(true, 2e-3);
+}
+
+fn specular_parity(tilted: bool, relative: f64) {
+    parity::<9>(
+        "visible/specular",
+        Tolerance { relative, floor: |k| if k == 8 { 1.0 } else { 0.1 }, unit: 0.0 },
+        |r| {
+            let (wo, m, s) = surface(r, tilted);
+            join(&[&wo.to_array(), &m.to_array(), &s.to_array(), &[r.pick([5.0, 9.0, 16.0])]])
+        },
+        |x| {
+            let (wo, m, s) = (v3(x, 0), v2(x, 3), v3(x, 5));
+            let probes = visible_probes(wo, m, s);
+            let all: Vec<_> = probe_rule(x[8].round() as u32)
+                .nodes(probes.wide)
+                .map(|node| visible_probe(&probes, wo, &node))
+                .collect();
+            let last = all[all.len() - 1];
+            let mean = |f: &dyn Fn(&VisibleProbe) -> DVec3| all.iter().map(|p| p.weight * f(p)).sum::<DVec3>();
+            list![
+                [mean(&|_| DVec3::ONE).x],
+                mean(&|p| p.wi),
+                mean(&|p| fresnel_schlick(DVec3::new(0.04, 0.5, 1.0), p.cosine)),
+                [mean(&|p| DVec3::splat(p.cosine)).x, mean(&|p| DVec3::splat(solid_angle_lod(p.solid_angle, 256.0))).x],
+                (last.slope - m) / (s.x + s.y).max(1e-8).sqrt(),
+                last.wi,
+                [probes.area]
+            ]
+        },
+    );
+}
+
+#[test]
+fn visible_specular_parity() {
+    specular_parity(false, 1.3e-3);
+    specular_parity(true, 5e-3);
+}
+
+/// Arguments no scene should produce: everything is finite all the same.
+#[test]
+fn finite_at_the_extremes() {
+    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let r = &mut Random(7);
+    finite::<8, 0>(&gpu, r, "visible/slopes", 14, 1, |_| []);
+    finite::<12, 1>(&gpu, r, "visible/diffuse", 12, 2, |r| [r.pick([2.0, 3.0]) as f32]);
+    finite::<9, 1>(&gpu, r, "visible/specular", 15, 1, |r| [r.pick([5.0, 9.0, 16.0]) as f32]);
+}

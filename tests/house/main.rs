@@ -1,0 +1,3 @@
+//! The shape of the house, read from its sources.
+
+mod layers;

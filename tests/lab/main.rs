@@ -1,0 +1,8 @@
+//! What the laboratory measures: rules of quadrature, ray casts, shadowing.
+
+#[path = "../common/mod.rs"]
+mod common;
+
+mod quadrature;
+mod ray_cast;
+mod shadowing;

@@ -1,0 +1,4 @@
+//! Files in and out, and what bad ones get.
+
+mod bad_input;
+mod images;

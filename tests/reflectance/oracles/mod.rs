@@ -1,0 +1,4 @@
+mod brdf;
+mod shading;
+mod slopes;
+mod visible;

@@ -1,0 +1,105 @@
+//! The visible-slope rules against integrals made elsewhere (`LEADR_SHARED/oracles/leadr_integrals.json`), beside the
+//! paper's grids. Skipped, with a line that says so, where the data is absent.
+
+use crate::common::comparison::{number, oracle, vector};
+use glam::{DVec2, DVec3};
+use leadr::reflectance::frame::Frame;
+use leadr::reflectance::integrals::diffuse::{leadr_diffuse_environment, leadr_diffuse_light_sh};
+use leadr::reflectance::integrals::sh::Sh9;
+use leadr::reflectance::masking::smith::shadowing_given_masking;
+use leadr::reflectance::visible::diffuse::{leadr_diffuse_light_visible, visible_diffuse_moments};
+use leadr::reflectance::visible::specular::{VisibleProbe, leadr_specular_environment_visible, probe_rule};
+use serde_json::Value;
+use std::f64::consts::PI;
+
+/// Root mean square and largest error.
+#[derive(Default)]
+struct Errors {
+    square: f64,
+    worst: f64,
+    n: f64,
+}
+
+impl Errors {
+    fn add(&mut self, error: f64) {
+        self.square += error * error;
+        self.worst = self.worst.max(error.abs());
+        self.n += 1.0;
+    }
+
+    fn check(&self, what: &str, rms: f64, worst: f64) {
+        let got = (self.square / self.n).sqrt();
+        println!("{what}: rms {got:.2e}, worst {:.2e} of {}", self.worst, self.n);
+        assert!(self.n > 40.0 && got < rms && self.worst < worst, "{what} beyond {rms:.1e}, {worst:.1e}");
+        assert!(got > 0.5 * rms, "{what}: far inside {rms:.1e}");
+    }
+}
+
+/// The configurations, without those whose mesosurface is so far turned away that the rules tilt it.
+fn configurations(data: &Value) -> Vec<(DVec3, DVec2, DVec3, &Value)> {
+    let all = data["configs"].as_array().expect("a list of configurations");
+    all.iter()
+        .map(|c| {
+            let (sx, sy) = (number(&c["sigma_x"]), number(&c["sigma_y"]));
+            let s = DVec3::new(sx * sx, sy * sy, number(&c["c_xy"]));
+            (vector(&c["o"]), DVec2::new(number(&c["mean_x"]), number(&c["mean_y"])), s, c)
+        })
+        .collect()
+}
+
+#[test]
+fn diffuse() {
+    let Some(data) = oracle("leadr_integrals.json") else { return };
+    let sh: Vec<f64> = data["doc"]["sh_smooth"].as_array().expect("nine coefficients").iter().map(number).collect();
+    let sh: Sh9 = std::array::from_fn(|i| DVec3::splat(sh[i]));
+    let frame = Frame { x: DVec3::X, y: DVec3::Y, z: DVec3::Z };
+    for (terms, environment, light) in [(2, (6e-4, 2.6e-3), (1.7e-3, 7.5e-3)), (3, (5e-5, 1.5e-4), (1.8e-4, 7.5e-4))] {
+        let (mut env, mut sun, mut by_sh) = (Errors::default(), Errors::default(), Errors::default());
+        for (wo, m, s, c) in configurations(&data) {
+            let wi = vector(&c["light"]);
+            let v = visible_diffuse_moments(wo, m, s, terms);
+            env.add(leadr_diffuse_environment(&v, &frame, &sh).x - number(&c["diffuse_sh"]["smooth_mask"]));
+            for (key, shadowing) in [("mask", false), ("shadow", true)] {
+                let i = leadr_diffuse_light_visible(wo, wi, m, s, shadowing, terms);
+                sun.add(PI * (i - number(&c["diffuse_directional"][key])));
+                let i = leadr_diffuse_light_sh(&v, wo, wi, m, s, shadowing);
+                let want = number(&c["diffuse_sh"][&format!("dirlight_{key}")]);
+                // Not below 0, as the oracle may be.
+                by_sh.add(PI * (i - want.max(0.0)));
+            }
+        }
+        env.check(&format!("environment, {terms} terms"), environment.0, environment.1);
+        sun.check(&format!("light, {terms} terms"), light.0, light.1);
+        by_sh.check(&format!("light by harmonics, {terms} terms"), light.0, light.1);
+    }
+}
+
+fn smooth(d: DVec3) -> f64 {
+    1.0 + 0.4 * d.x - 0.25 * d.y + 0.3 * d.z + 0.2 * d.y * d.z + 0.15 * (d.x * d.x - d.y * d.y)
+}
+
+/// The probes' directions and weights, with the part that an environment's own filter would add left out of a smooth one
+/// only in second order.
+#[test]
+fn specular() {
+    let Some(data) = oracle("leadr_integrals.json") else { return };
+    for (n, bound) in [(5, (1.5e-2, 0.04)), (9, (1e-2, 0.04)), (16, (9e-3, 0.026))] {
+        let rule = probe_rule(n);
+        let mut errors = Errors::default();
+        for (wo, m, s, c) in configurations(&data) {
+            // The level's kernel, of variance Ω/4, on a polynomial of degree 2: band l shrinks by l (l + 1)/2 of it.
+            let radiance = |p: &VisibleProbe| {
+                let v = 0.25 * p.solid_angle;
+                let (one, two) = ((-v).exp(), (-3.0 * v).exp());
+                let first = 0.4 * p.wi.x - 0.25 * p.wi.y + 0.3 * p.wi.z;
+                DVec3::splat(1.0 + one * first + two * (smooth(p.wi) - 1.0 - first))
+            };
+            let i = leadr_specular_environment_visible(wo, m, s, DVec3::ONE, rule, radiance).0.x;
+            errors.add(i - number(&c["specular_env"]["smooth"]["mask"]));
+            let shadowed = |p: &VisibleProbe| DVec3::splat(shadowing_given_masking(wo, p.wi, m, s, true));
+            let i = leadr_specular_environment_visible(wo, m, s, DVec3::ONE, rule, shadowed).0;
+            assert!((0.0..=1.0 + 1e-7).contains(&i.x), "shadowing only takes light away");
+        }
+        errors.check(&format!("specular, smooth environment, {n} probes"), bound.0, bound.1);
+    }
+}

@@ -1,0 +1,238 @@
+//! The environment cube against its sources: the analytic sky's 64-bit twin, panoramas of known light, its own mips.
+
+use std::f64::consts::PI;
+
+use crate::common::cube::read_level;
+use glam::DVec3;
+use leadr::gpu::Descriptor;
+use leadr::maps::RgbImage;
+use leadr::render::light::environment::{Environment, FACE_SIZE};
+use leadr::render::light::sky::Sky;
+
+/// Power over the whole sphere, and its mean direction.
+fn power(texels: &[(DVec3, f64, DVec3)]) -> (DVec3, DVec3) {
+    let sum = texels.iter().fold(DVec3::ZERO, |sum, (_, w, l)| sum + *w * *l);
+    let centre = texels.iter().fold(DVec3::ZERO, |sum, (d, w, l)| sum + *w * l.y * *d);
+    (sum, centre.normalize_or_zero())
+}
+
+/// A panorama of a function of direction, at the texel centres.
+fn panorama(width: u32, f: impl Fn(DVec3) -> DVec3) -> RgbImage {
+    let texels = crate::common::cube::panorama_directions(width)
+        .into_iter()
+        .map(|d| f(d).to_array().map(|v| v as f32))
+        .collect();
+    RgbImage::new(width, width / 2, texels).unwrap()
+}
+
+fn relative(a: DVec3, b: DVec3) -> f64 {
+    ((a - b).abs() / (a.abs() + b.abs()).max(DVec3::splat(1e-6)) * 2.0).max_element()
+}
+
+#[test]
+fn sky_matches_its_twin_in_64_bits() {
+    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let suns = [(85.0f32, 0.3f32, 2.2f32), (35.0, 2.5, 1.0), (5.0, -2.0, 6.0), (-2.0, 1.0, 2.2), (90.0, 0.0, 3.0)];
+    let mut environment = Environment::from_sky(&gpu, 64, &Sky::default()).unwrap();
+    for (elevation, azimuth, turbidity) in suns {
+        let sky = Sky { turbidity, ..Sky::with_sun(elevation.to_radians(), azimuth) };
+        assert!(gpu.submit("sky", |cmd| environment.update_sky(cmd, &sky)).unwrap());
+        let tables = sky.tables();
+        let mut worst = (0.0, DVec3::ZERO);
+        // relative to the pixel and, where it is dark, to a thousandth of the sky's mean
+        let texels = read_level(&environment, 0);
+        let floor = power(&texels).0 / (4.0 * PI) * 1e-3;
+        for (d, _, l) in &texels {
+            let twin = tables.radiance(*d);
+            let error = ((*l - twin).abs() / (twin + floor)).max_element();
+            if error > worst.0 {
+                worst = (error, *d);
+            }
+        }
+        println!(
+            "sun at {elevation}°, turbidity {turbidity}: {} directions, worst {:.2e} at {:.3}",
+            texels.len(),
+            worst.0,
+            worst.1
+        );
+        assert!(worst.0 < 2e-4, "{worst:?}");
+        // the comparison can fail: a tenth of a degree in the sun's place shows
+        let moved = Sky { turbidity, ..Sky::with_sun((elevation + 0.1).to_radians(), azimuth + 0.01) }.tables();
+        let moved_by = texels.iter().map(|(d, _, l)| relative(*l, moved.radiance(*d))).fold(0.0, f64::max);
+        assert!(moved_by > 2.0 * worst.0, "{moved_by}");
+    }
+}
+
+#[test]
+fn an_unchanged_sky_costs_nothing() {
+    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let sky = Sky::with_sun(0.5, 1.0);
+    let mut environment = Environment::from_sky(&gpu, 16, &sky).unwrap();
+    let other = Sky::with_sun(0.51, 1.0);
+    let recorded =
+        gpu.submit("sky", |cmd| [sky, other, other, sky].map(|sky| environment.update_sky(cmd, &sky))).unwrap();
+    assert_eq!(recorded, [false, true, false, true]);
+}
+
+#[test]
+fn every_level_has_the_same_mean() {
+    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let environment = Environment::from_sky(&gpu, FACE_SIZE, &Sky::with_sun(0.4, 0.7)).unwrap();
+    assert_eq!(environment.levels(), FACE_SIZE.ilog2() + 1);
+    let (first, _) = power(&read_level(&environment, 0));
+    let mut worst = 0.0f64;
+    for mip in 1..environment.levels() {
+        let error = relative(power(&read_level(&environment, mip)).0, first);
+        println!("level {mip}: {error:.2e}");
+        worst = worst.max(error);
+    }
+    println!("means of {} levels agree to {worst:.2e}", environment.levels());
+    assert!(worst < 1e-5);
+    // unweighted means would not: the weights are what is tested
+    let plain = |mip| {
+        let texels = read_level(&environment, mip);
+        texels.iter().fold(DVec3::ZERO, |sum, t| sum + t.2) / texels.len() as f64
+    };
+    assert!(relative(plain(0), first / (4.0 * PI)) > 1e-3);
+}
+
+#[test]
+fn panorama_arrives_in_the_documented_directions() {
+    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let f = |d: DVec3| DVec3::new(1.5 + d.x, 1.5 + d.y, 1.5 + d.z) * (1.0 + 0.3 * (3.0 * d.x).sin());
+    let environment = Environment::from_equirect(&gpu, 64, &panorama(512, f)).unwrap();
+    let worst = read_level(&environment, 0).iter().map(|(d, _, l)| relative(*l, f(*d))).fold(0.0, f64::max);
+    println!("panorama to cube texels: worst {worst:.2e}");
+    assert!(worst < 2e-3);
+
+    // and a shader that samples the cube finds the same, on edges and corners too
+    let mut inputs = Vec::new();
+    for i in 0..4000u32 {
+        let z = 1.0 - (2.0 * f64::from(i) + 1.0) / 4000.0;
+        let phi = f64::from(i) * PI * (3.0 - 5.0f64.sqrt());
+        let r = (1.0 - z * z).sqrt();
+        inputs.push([(r * phi.cos()) as f32, (r * phi.sin()) as f32, z as f32, 0.0]);
+    }
+    for i in 0..8u32 {
+        inputs.push([[1.0, -1.0][i as usize & 1], [1.0, -1.0][i as usize >> 1 & 1], [1.0, -1.0][i as usize >> 2], 0.0]);
+        inputs.push([[1.0, -1.0][i as usize & 1], [1.0, -1.0][i as usize >> 1 & 1], i as f32 / 4.0 - 1.0, 0.0]);
+    }
+    let cube = [(2, Descriptor::Sampled(environment.cube(), environment.sampler()))];
+    let sampled = crate::common::gpu::run_probe_with(&gpu, "probes/passes/cube_sample.comp", &inputs, 3, &[], &cube);
+    let mut worst = 0.0f64;
+    for (input, c) in inputs.iter().zip(sampled.chunks(3)) {
+        let d = DVec3::new(input[0].into(), input[1].into(), input[2].into()).normalize();
+        worst = worst.max(relative(DVec3::new(c[0].into(), c[1].into(), c[2].into()), f(d)));
+    }
+    println!("cube sampled in {} directions: worst {worst:.2e}", inputs.len());
+    assert!(worst < 5e-3);
+    // a mirrored image would be far off
+    assert!(relative(f(DVec3::new(0.0, 0.8, 0.6)), f(DVec3::new(0.0, -0.8, 0.6))) > 0.1);
+}
+
+#[test]
+fn a_sun_of_one_pixel_keeps_its_power_and_place() {
+    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    // the pole's own row is 8 % too wide (the sampler knows no other side of the pole), so it is told apart
+    let mut worst = [(0.0f64, 0.0f64); 2];
+    for (width, column, row) in [
+        (1024u32, 300u32, 200u32),
+        (1024, 0, 255),
+        (1024, 511, 40),
+        (1024, 700, 3),
+        (1024, 129, 0),
+        (4096, 1717, 933),
+        (256, 3, 70),
+    ] {
+        let mut image = panorama(width, |_| DVec3::ZERO);
+        let at = (row * width + column) as usize;
+        image.texels[at] = [1e5, 2e5, 5e4];
+        let (top, bottom) = (f64::from(row), f64::from(row + 1));
+        let cos = |r: f64| (PI * r / f64::from(image.height)).cos();
+        let exact = 2e5 * (cos(top) - cos(bottom)) * 2.0 * PI / f64::from(width);
+        let (theta, phi) = (
+            PI * (top + 0.5) / f64::from(image.height),
+            2.0 * PI * (0.5 - (f64::from(column) + 0.5) / f64::from(width)),
+        );
+        let place = DVec3::new(theta.sin() * phi.cos(), theta.sin() * phi.sin(), theta.cos());
+        let environment = Environment::from_equirect(&gpu, FACE_SIZE, &image).unwrap();
+        let (sum, centre) = power(&read_level(&environment, 0));
+        let off = centre.angle_between(place).to_degrees();
+        println!("{width} wide, pixel {column},{row}: power off by {:.2e}, place by {off:.3}°", sum.y / exact - 1.0);
+        let worst = &mut worst[usize::from(row == 0)];
+        *worst = (worst.0.max((sum.y / exact - 1.0).abs()), worst.1.max(off));
+    }
+    assert!(worst[0].0 < 0.015 && worst[0].1 < 0.1 && worst[1].0 < 0.11, "{worst:?}");
+}
+
+#[test]
+fn faces_must_be_a_power_of_two() {
+    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let error = Environment::from_sky(&gpu, 100, &Sky::default()).err().unwrap().to_string();
+    assert!(error.contains("power of two"), "{error}");
+}
+
+/// Not a test of numbers: writes unwrapped, tone-mapped environments to `target/light` for a person to look at.
+#[test]
+#[ignore = "writes pictures"]
+fn pictures() {
+    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let folder = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join("light");
+    std::fs::create_dir_all(&folder).unwrap();
+    let (w, h) = (768u32, 384u32);
+    let view = |environment: &Environment, lod: f32, exposure: f32, name: &str| {
+        let directions = panorama(w, |d| d);
+        let inputs: Vec<[f32; 4]> = directions.texels.iter().map(|d| [d[0], d[1], d[2], lod]).collect();
+        let cube = [(2, Descriptor::Sampled(environment.cube(), environment.sampler()))];
+        let sampled =
+            crate::common::gpu::run_probe_with(&gpu, "probes/passes/cube_sample.comp", &inputs, 3, &[], &cube);
+        let image = RgbImage::new(w, h, sampled.chunks(3).map(|c| [c[0], c[1], c[2]]).collect()).unwrap();
+        let shown = leadr::maps::tonemap::display_image(&image, exposure, leadr::maps::tonemap::Tonemap::Filmic);
+        image::save_buffer(folder.join(name), shown.texels.as_flattened(), w, h, image::ColorType::Rgb8).unwrap();
+        println!("{}", folder.join(name).display());
+    };
+    for elevation in [3.0f32, 20.0, 60.0] {
+        let sky = Sky::with_sun(elevation.to_radians(), -0.8);
+        let clock = std::time::Instant::now();
+        let mut environment = Environment::from_sky(&gpu, FACE_SIZE, &sky).unwrap();
+        println!("first sky {:?}", clock.elapsed());
+        let other = Sky::with_sun(elevation.to_radians() + 1e-4, -0.8);
+        let clock = std::time::Instant::now();
+        gpu.submit("sky", |cmd| environment.update_sky(cmd, &other)).unwrap();
+        println!("next sky {:?}", clock.elapsed());
+        view(&environment, 0.0, 1.5, &format!("sky-{elevation}.png"));
+    }
+    if let Some(shared) = std::env::var_os("LEADR_SHARED") {
+        for name in ["spruit_sunrise_1k", "studio_pmndrs_1k"] {
+            let file = std::path::Path::new(&shared).join(format!("data/env/{name}.hdr"));
+            let image = leadr::maps::load_environment(file).unwrap();
+            let clock = std::time::Instant::now();
+            let environment = Environment::from_equirect(&gpu, FACE_SIZE, &image).unwrap();
+            println!("panorama {:?}", clock.elapsed());
+            view(&environment, 0.0, 1.0, &format!("{name}.png"));
+            view(&environment, 4.0, 1.0, &format!("{name}-lod4.png"));
+        }
+    }
+}
+
+/// Not a test of numbers: what a frame pays, without validation.
+#[test]
+#[ignore = "measures time"]
+fn timings() {
+    let gpu = leadr::gpu::Gpu::new(&leadr::gpu::GpuOptions::default()).unwrap();
+    let mut environment = Environment::from_sky(&gpu, FACE_SIZE, &Sky::default()).unwrap();
+    let irradiance = leadr::render::light::irradiance::IrradiancePass::new(&gpu).unwrap();
+    let timestamps = leadr::gpu::Timestamps::new(&gpu, 4).unwrap();
+    for frame in 1..8 {
+        gpu.submit("frame", |cmd| {
+            cmd.reset_timestamps(&timestamps);
+            cmd.timestamp(&timestamps, "begin");
+            environment.update_sky(cmd, &Sky::with_sun(0.1 * frame as f32, 0.0));
+            cmd.timestamp(&timestamps, "sky and mips");
+            irradiance.record(cmd, &environment, 1.0, &[], [0.0; 3]);
+            cmd.timestamp(&timestamps, "irradiance");
+        })
+        .unwrap();
+        println!("{:.2?}", timestamps.intervals().unwrap());
+    }
+}

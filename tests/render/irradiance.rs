@@ -1,0 +1,149 @@
+//! The irradiance pass against a projection in 64 bits of the cube it read, and against closed forms.
+
+use std::f64::consts::PI;
+
+use glam::DVec3;
+use leadr::gpu::Gpu;
+use leadr::maps::RgbImage;
+use leadr::reflectance::integrals::sh::{Sh9, sh_add_light, sh_basis, sh_irradiance};
+use leadr::render::light::environment::{Environment, FACE_SIZE};
+use leadr::render::light::irradiance::{IrradiancePass, MAX_LIGHTS, ShLight};
+use leadr::render::light::sky::Sky;
+use std::sync::Arc;
+
+/// The projection of a level in 64 bits: solid angles exact, basis at the texel centres.
+fn project(environment: &Environment, mip: u32) -> Sh9 {
+    let mut c = [DVec3::ZERO; 9];
+    for (d, solid_angle, radiance) in crate::common::cube::read_level(environment, mip) {
+        sh_add_light(&mut c, d, solid_angle * radiance);
+    }
+    c
+}
+
+fn run(gpu: &Arc<Gpu>, environment: &Environment, scale: f32, lights: &[ShLight], origin: [f32; 3]) -> Vec<[f32; 4]> {
+    let pass = IrradiancePass::new(gpu).unwrap();
+    gpu.submit("irradiance", |cmd| pass.record(cmd, environment, scale, lights, origin)).unwrap();
+    pass.coefficients().read_all().unwrap()
+}
+
+fn sh(c: &[[f32; 4]]) -> Sh9 {
+    std::array::from_fn(|k| DVec3::new(c[k][0].into(), c[k][1].into(), c[k][2].into()))
+}
+
+/// Largest difference relative to L00, which bounds all others for radiance that is not negative.
+fn error(a: &Sh9, b: &Sh9) -> f64 {
+    let scale = b[0].max(DVec3::splat(1e-12));
+    a.iter().zip(b).map(|(a, b)| ((*a - *b) / scale).abs().max_element()).fold(0.0, f64::max)
+}
+
+fn panorama(width: u32, f: impl Fn(DVec3) -> DVec3) -> RgbImage {
+    let texels = crate::common::cube::panorama_directions(width)
+        .into_iter()
+        .map(|d| f(d).to_array().map(|v| v as f32))
+        .collect();
+    RgbImage::new(width, width / 2, texels).unwrap()
+}
+
+#[test]
+fn projection_matches_64_bits() {
+    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let pass = IrradiancePass::new(&gpu).unwrap();
+    for (elevation, face_size) in [(5.0f32, FACE_SIZE), (40.0, FACE_SIZE), (70.0, 64), (30.0, 8)] {
+        let environment = Environment::from_sky(&gpu, face_size, &Sky::with_sun(elevation.to_radians(), 2.0)).unwrap();
+        let gpu_result = sh(&run(&gpu, &environment, 1.0, &[], [0.0; 3]));
+        let level = pass.level(&environment);
+        let same_level = error(&gpu_result, &project(&environment, level));
+        let finest = error(&gpu_result, &project(&environment, 0));
+        println!(
+            "sun {elevation}°, {face_size}²: level {level} {same_level:.2e}, against the finest level {finest:.2e}"
+        );
+        assert!(same_level < 3e-6, "{same_level}");
+        assert!(finest < 2e-3, "{finest}");
+        // another sky is told apart
+        let other = Environment::from_sky(&gpu, face_size, &Sky::with_sun(elevation.to_radians(), 2.01)).unwrap();
+        assert!(error(&gpu_result, &project(&other, level)) > 1e-4);
+    }
+}
+
+#[test]
+fn the_same_bytes_every_run() {
+    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let environment = Environment::from_sky(&gpu, FACE_SIZE, &Sky::default()).unwrap();
+    let first = run(&gpu, &environment, 0.7, &[], [0.0; 3]);
+    for _ in 0..3 {
+        assert_eq!(first, run(&gpu, &environment, 0.7, &[], [0.0; 3]));
+    }
+    // two frames in one submission, where only the passes' own barriers stand between them
+    let pass = IrradiancePass::new(&gpu).unwrap();
+    let mut moving = Environment::from_sky(&gpu, FACE_SIZE, &Sky::default()).unwrap();
+    gpu.submit("frames", |cmd| {
+        for sky in [Sky::with_sun(0.2, 0.0), Sky::default()] {
+            moving.update_sky(cmd, &sky);
+            pass.record(cmd, &moving, 0.7, &[], [0.0; 3]);
+        }
+    })
+    .unwrap();
+    assert_eq!(first, pass.coefficients().read_all::<[f32; 4]>().unwrap());
+}
+
+#[test]
+fn a_constant_environment_has_only_its_mean() {
+    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let color = DVec3::new(0.5, 1.0, 1000.0);
+    let environment = Environment::from_equirect(&gpu, FACE_SIZE, &panorama(64, |_| color)).unwrap();
+    let mut exact = [DVec3::ZERO; 9];
+    exact[0] = 2.0 * PI.sqrt() * color * 3.0;
+    let got = error(&sh(&run(&gpu, &environment, 3.0, &[], [0.0; 3])), &exact);
+    println!("constant: {got:.2e}");
+    // the midpoint rule on 64² faces sees the cube's symmetry only, hence order 2 cancels
+    assert!(got < 3e-6);
+}
+
+#[test]
+fn cosine_lobes_have_their_closed_form() {
+    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    for n in [DVec3::X, DVec3::Y, DVec3::Z, -DVec3::Z, DVec3::new(0.48, -0.6, 0.64)] {
+        let color = DVec3::new(1.0, 2.0, 0.25);
+        let lobe = panorama(1024, |d| d.dot(n).max(0.0) * color);
+        let environment = Environment::from_equirect(&gpu, FACE_SIZE, &lobe).unwrap();
+        // Ramamoorthi & Hanrahan 2001: A_0 = π, A_1 = 2π/3, A_2 = π/4 times the basis at the lobe's axis
+        let basis = sh_basis(n);
+        let exact: Sh9 = std::array::from_fn(|k| {
+            basis[k] * color * [PI, 2.0 * PI / 3.0, PI / 4.0][usize::from(k > 0) + usize::from(k > 3)]
+        });
+        let got = error(&sh(&run(&gpu, &environment, 1.0, &[], [0.0; 3])), &exact);
+        println!("cosine about {n}: {got:.2e}");
+        assert!(got < 3e-4, "{n}: {got}");
+    }
+}
+
+#[test]
+fn lights_are_added_as_the_paper_says() {
+    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let black = Environment::from_equirect(&gpu, 8, &panorama(8, |_| DVec3::ZERO)).unwrap();
+    let direction = DVec3::new(0.48, -0.6, 0.64);
+    let irradiance = DVec3::new(3.0, 2.5, 2.0);
+    let (position, origin, intensity) = ([1.0f32, 5.0, 2.0], [0.0f32, 3.0, 2.5], [10.0f32, 20.0, 30.0]);
+    let to_light = DVec3::new(1.0, 2.0, -0.5);
+    let mut exact = [DVec3::ZERO; 9];
+    sh_add_light(&mut exact, direction, irradiance);
+    let point = DVec3::new(10.0, 20.0, 30.0) / to_light.length_squared();
+    sh_add_light(&mut exact, to_light.normalize(), point);
+    let lights = [
+        ShLight::Directional { direction: (direction * 2.0).as_vec3().into(), irradiance: irradiance.as_vec3().into() },
+        ShLight::Point { position, intensity },
+    ];
+    let got = sh(&run(&gpu, &black, 1.0, &lights, origin));
+    let off = error(&got, &exact);
+    println!("directional and point light: {off:.2e}");
+    assert!(off < 1e-6);
+    // the irradiance on a plane that faces the first light is near its own: order 2 gives 17/16 of it
+    let alone = sh(&run(&gpu, &black, 1.0, &lights[..1], origin));
+    let facing = sh_irradiance(&alone, direction) / irradiance;
+    assert!((facing - DVec3::splat(17.0 / 16.0)).abs().max_element() < 1e-6, "{facing}");
+    // and too many are refused, not dropped
+    let pass = IrradiancePass::new(&gpu).unwrap();
+    let many = [lights[0]; MAX_LIGHTS + 1];
+    let error = gpu.submit("irradiance", |cmd| pass.record(cmd, &black, 1.0, &many, origin)).unwrap_err();
+    assert!(error.to_string().contains("more than 3"), "{error}");
+}

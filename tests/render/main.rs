@@ -1,0 +1,22 @@
+//! What the renderer draws, scene by scene and pass by pass.
+
+#[path = "../common/mod.rs"]
+mod common;
+
+mod antialiasing;
+mod deform;
+mod edges;
+mod environment;
+mod figures;
+mod filtering;
+mod irradiance;
+mod moments;
+mod moving_sun;
+mod ocean;
+mod pictures;
+mod reference;
+mod seams;
+mod shading;
+mod shore;
+mod spheres;
+mod trex;

@@ -1,0 +1,224 @@
+//! The moments pass against the CPU's LEADR maps, and atlases of tiles against maps of the single tile.
+
+use std::f64::consts::TAU;
+use std::sync::Arc;
+
+use half::f16;
+use leadr::gpu::{Gpu, Image, ImageDesc, vk};
+use leadr::maps::{HeightMap, LeadrMap, Wrap};
+use leadr::render::surfaces::moments::{Edges, HeightSource, LeadrMapGpu, MomentFormat, MomentsPass};
+use leadr::render::surfaces::patch_mesh::TileLayout;
+
+/// Bumps of several sizes, without symmetry.
+fn bumpy(width: u32, height: u32) -> HeightMap {
+    let mut texels = Vec::new();
+    for j in 0..height {
+        for i in 0..width {
+            let (s, t) = ((f64::from(i) + 0.5) / f64::from(width), (f64::from(j) + 0.5) / f64::from(height));
+            let h =
+                0.2 * (TAU * (3.0 * s + t)).sin() + 0.1 * (9.0 * s * t + 2.0 * t).cos() + 0.05 * (TAU * 7.0 * t).sin();
+            texels.push((h + 0.3 * t * t) as f32);
+        }
+    }
+    HeightMap::new(width, height, texels).unwrap()
+}
+
+/// A level as six numbers a texel, in the order of `maps::moments::Moments`.
+fn read(map: &LeadrMapGpu, mip: u32) -> Vec<[f32; 6]> {
+    let half = map.slopes().desc().format == vk::Format::R16G16B16A16_SFLOAT;
+    let float = |bits| f16::from_bits(bits).to_f32();
+    let slopes: Vec<[f32; 4]> = if half {
+        map.slopes().read(mip, 0).unwrap().iter().map(|t: &[u16; 4]| t.map(float)).collect()
+    } else {
+        map.slopes().read(mip, 0).unwrap()
+    };
+    let single = |image: &Image| -> Vec<f32> {
+        if half { image.read(mip, 0).unwrap().into_iter().map(float).collect() } else { image.read(mip, 0).unwrap() }
+    };
+    let (joint, heights) = (single(map.joint()), single(map.heights()));
+    slopes.iter().zip(joint.iter().zip(&heights)).map(|(a, (&b, &h))| [a[0], a[1], a[2], a[3], b, h]).collect()
+}
+
+/// Largest difference of each of the six numbers on any level, relative to the largest of its kind in the map.
+fn difference(gpu: &LeadrMapGpu, cpu: &LeadrMap) -> [f64; 6] {
+    assert_eq!(gpu.levels() as usize, cpu.levels.len());
+    let mut scale = [1e-12f64; 6];
+    let mut worst = [0.0f64; 6];
+    for (mip, level) in cpu.levels.iter().enumerate() {
+        let texels = read(gpu, mip as u32);
+        assert_eq!(texels.len(), level.texels.len());
+        for (a, b) in texels.iter().zip(&level.texels) {
+            let b: [f32; 6] = bytemuck::cast(*b);
+            for k in 0..6 {
+                scale[k] = scale[k].max(f64::from(b[k].abs()));
+                worst[k] = worst[k].max((f64::from(a[k]) - f64::from(b[k])).abs());
+            }
+        }
+    }
+    std::array::from_fn(|k| worst[k] / scale[k])
+}
+
+#[test]
+fn maps_match_the_cpu_at_any_size_and_edge() {
+    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    for (width, height) in [(64, 64), (37, 23), (1, 19), (100, 3), (1, 1), (7, 128), (255, 257)] {
+        let map = bumpy(width, height);
+        for wrap in [Wrap::Repeat, Wrap::Clamp] {
+            let made = LeadrMapGpu::new(&gpu, (&map).into(), Edges::Wrap(wrap), MomentFormat::Float32).unwrap();
+            let worst = difference(&made, &LeadrMap::new(&map, wrap)).into_iter().fold(0.0, f64::max);
+            println!("{width}x{height} {wrap:?}: {worst:.2e}");
+            assert!(worst < 3e-6);
+            // the other edge rule is told apart, where there is an edge
+            let other = if wrap == Wrap::Clamp { Wrap::Repeat } else { Wrap::Clamp };
+            let apart = difference(&made, &LeadrMap::new(&map, other)).into_iter().fold(0.0, f64::max);
+            assert!(apart > 1e-3 || (width.max(height) == 1), "{apart}");
+        }
+    }
+}
+
+#[test]
+fn sixteen_bits_have_a_known_error() {
+    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let map = bumpy(128, 96);
+    let made = LeadrMapGpu::new(&gpu, (&map).into(), Edges::Wrap(Wrap::Repeat), MomentFormat::Float16).unwrap();
+    let errors = difference(&made, &LeadrMap::new(&map, Wrap::Repeat));
+    println!("16 bits, relative to the largest of each kind: {errors:.6?}");
+    // up to a unit in the last place (9.8e-4) where it is written, since drivers may truncate, and more from level to level
+    assert!(errors.iter().all(|e| *e > 1e-6 && *e < 3e-3));
+
+    // what cannot be held is clamped: a cliff of slope 1000 has a square beyond 65504
+    let cliff = HeightMap::new(4, 1, vec![0.0, 0.0, 500.0, 500.0]).unwrap();
+    let made = LeadrMapGpu::new(&gpu, (&cliff).into(), Edges::Wrap(Wrap::Repeat), MomentFormat::Float16).unwrap();
+    let texels = read(&made, 0);
+    assert_eq!((texels[1][0], texels[1][2]), (1000.0, 65504.0));
+}
+
+/// What one tile must hold on a level, in 64 bits: one-sided differences at its edge, slopes per unit of the atlas.
+fn tile_reference(tile: &[f64], edge: usize, atlas: [f64; 2]) -> Vec<Vec<[f64; 6]>> {
+    let at = |x: usize, y: usize| tile[y * edge + x];
+    let pair = |i: usize| (i.saturating_sub(1), (i + 1).min(edge - 1));
+    let mut level = Vec::new();
+    for y in 0..edge {
+        for x in 0..edge {
+            let ((l, r), (u, d)) = (pair(x), pair(y));
+            let sx = (at(r, y) - at(l, y)) / (r - l) as f64 * atlas[0];
+            let sy = (at(x, d) - at(x, u)) / (d - u) as f64 * atlas[1];
+            level.push([sx, sy, sx * sx, sy * sy, sx * sy, at(x, y)]);
+        }
+    }
+    let mut levels = vec![level];
+    let mut size = edge;
+    while size > 1 {
+        let fine = &levels[levels.len() - 1];
+        size /= 2;
+        let mean = |i: usize| {
+            let at = 4 * size * (i / size) + 2 * (i % size);
+            std::array::from_fn(|k| {
+                (fine[at][k] + fine[at + 1][k] + fine[at + 2 * size][k] + fine[at + 2 * size + 1][k]) / 4.0
+            })
+        };
+        let coarse = (0..size * size).map(mean).collect();
+        levels.push(coarse);
+    }
+    levels
+}
+
+#[test]
+fn tiles_of_an_atlas_know_nothing_of_each_other() {
+    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let layout = TileLayout { tile: 8, gutter: 2, columns: 4, rows: 3 };
+    let (width, height) = layout.size();
+    let edge = layout.tile as usize;
+    // every tile at its own height, so that a difference across tiles would be large
+    let bumps = bumpy(width, height);
+    let texels: Vec<f32> = (0..width * height)
+        .map(|i| bumps.texels[i as usize] + 10.0 * ((i % width / layout.tile) + 7 * (i / width / layout.tile)) as f32)
+        .collect();
+    let heights = HeightSource { width, height, texels: &texels };
+    let made = LeadrMapGpu::new(&gpu, heights, Edges::Atlas(layout), MomentFormat::Float32).unwrap();
+    assert_eq!(made.levels(), 4);
+    let mut worst = 0.0f64;
+    for tile in 0..layout.columns * layout.rows {
+        let (x0, y0) = layout.origin(tile);
+        let inside: Vec<f64> = (0..edge * edge)
+            .map(|i| texels[(y0 as usize + i / edge) * width as usize + x0 as usize + i % edge].into())
+            .collect();
+        let reference = tile_reference(&inside, edge, [width.into(), height.into()]);
+        for (mip, level) in reference.iter().enumerate() {
+            let all = read(&made, mip as u32);
+            let size = edge >> mip;
+            let stride = width as usize >> mip;
+            for (i, expected) in level.iter().enumerate() {
+                let at = ((y0 as usize >> mip) + i / size) * stride + (x0 as usize >> mip) + i % size;
+                for k in 0..6 {
+                    let scale = [10.0, 10.0, 100.0, 100.0, 100.0, 100.0][k];
+                    worst = worst.max((f64::from(all[at][k]) - expected[k]).abs() / scale);
+                }
+            }
+        }
+    }
+    println!("atlas: {worst:.2e}");
+    assert!(worst < 1e-4, "{worst}"); // heights up to 170 leave 1e-5 of a texel's difference, times 32 texels
+    // with central differences through the seams the same check fails
+    let through = LeadrMapGpu::new(&gpu, heights, Edges::Wrap(Wrap::Clamp), MomentFormat::Float32).unwrap();
+    let (a, b) = (read(&made, 0), read(&through, 0));
+    assert!((a[7][0] - b[7][0]).abs() > 50.0);
+}
+
+#[test]
+fn heights_can_change_every_frame() {
+    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let pass = Arc::new(MomentsPass::new(&gpu, Edges::Wrap(Wrap::Repeat), MomentFormat::Float32).unwrap());
+    let map = LeadrMapGpu::empty(&gpu, &pass, 32, 32).unwrap();
+    let heights = Image::new(&gpu, "heights", ImageDesc::new(vk::Format::R32_SFLOAT, 32, 32)).unwrap();
+    for scale in [1.0f32, -3.0] {
+        let mut frame = bumpy(32, 32);
+        frame.texels.iter_mut().for_each(|h| *h *= scale);
+        heights.write(0, 0, &frame.texels).unwrap();
+        // twice in one submission: only the pass's own barriers stand between
+        gpu.submit("moments", |cmd| (0..2).for_each(|_| map.record(cmd, heights.whole()))).unwrap();
+        let worst = difference(&map, &LeadrMap::new(&frame, Wrap::Repeat)).into_iter().fold(0.0, f64::max);
+        assert!(worst < 3e-6, "{worst}");
+    }
+}
+
+#[test]
+fn wrong_sizes_are_sentences() {
+    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let fails = |width, height, count: usize, edges| {
+        let texels = vec![0.0; count];
+        let heights = HeightSource { width, height, texels: &texels };
+        LeadrMapGpu::new(&gpu, heights, edges, MomentFormat::Float32).err().expect("refused").to_string()
+    };
+    assert!(fails(4, 4, 15, Edges::Wrap(Wrap::Repeat)).contains("15 heights do not fill 4x4"));
+    assert!(fails(0, 4, 0, Edges::Wrap(Wrap::Repeat)).contains("0x4"));
+    let layout = TileLayout { tile: 8, gutter: 2, columns: 4, rows: 3 };
+    assert!(fails(32, 16, 512, Edges::Atlas(layout)).contains("are not the atlas's 32x24"));
+}
+
+/// The T-rex's atlas: 4096 x 5696 texels, 839 MB with mips and heights, on a heap of 2 GiB.
+#[test]
+#[ignore = "takes a gigabyte and some seconds"]
+fn a_creature_sized_atlas_fits() {
+    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let layout = TileLayout { tile: 32, gutter: 2, columns: 128, rows: 178 };
+    let (width, height) = layout.size();
+    let texels: Vec<f32> = (0..width * height).map(|i| (i as f32 * 0.37).sin()).collect();
+    let clock = std::time::Instant::now();
+    let heights = HeightSource { width, height, texels: &texels };
+    let made = LeadrMapGpu::new(&gpu, heights, Edges::Atlas(layout), MomentFormat::Float32).unwrap();
+    println!("{width}x{height}: {} levels in {:?}", made.levels(), clock.elapsed());
+    let last = read(&made, made.levels() - 1);
+    assert_eq!(last.len(), (layout.columns * layout.rows) as usize);
+    assert!(last.iter().all(|t| t[2] > 0.0 && t[3] > 0.0 && t[5].abs() < 1.0));
+    timing(&gpu, &made, layout);
+}
+
+fn timing(gpu: &Arc<Gpu>, map: &LeadrMapGpu, layout: TileLayout) {
+    let (width, height) = layout.size();
+    let heights = Image::new(gpu, "heights", ImageDesc::new(vk::Format::R32_SFLOAT, width, height)).unwrap();
+    heights.write(0, 0, &vec![0.5f32; (width * height) as usize]).unwrap();
+    let clock = std::time::Instant::now();
+    gpu.submit("moments", |cmd| map.record(cmd, heights.whole())).unwrap();
+    println!("moments and mips alone: {:?}", clock.elapsed());
+}

@@ -1,0 +1,226 @@
+//! The mesh of the sea: its horizon against geometry, no holes, no popping, triangles where waves show.
+
+use std::sync::Arc;
+
+use glam::{Vec2, Vec3};
+use leadr::gpu::Gpu;
+use leadr::render::camera::Camera;
+use leadr::render::frame::Renderer;
+use leadr::render::light::environment::Environment;
+use leadr::render::light::sky::Sky;
+use leadr::render::passes::ocean::surface::Ocean;
+use leadr::render::scene::FrameState;
+use leadr::render::settings::RenderSettings;
+use leadr::render::surfaces::ocean::mesh::EARTH;
+use leadr::render::surfaces::tessellation::TessellationSettings;
+use leadr::scenes::ocean::sea::ocean;
+use leadr::scenes::ocean::spectrum::Sea;
+use leadr::scenes::stage::{Lights, Stage, Views};
+
+fn sea() -> Ocean {
+    ocean(&Sea::default(), 64, 1)
+}
+
+fn renderer(gpu: &Arc<Gpu>, ocean: Ocean) -> Renderer {
+    let environment = Environment::from_sky(gpu, 16, &Sky::default()).unwrap();
+    let mut renderer = Renderer::new(gpu, Vec::new(), environment).unwrap();
+    renderer.set_ocean(Some(ocean)).unwrap();
+    renderer
+}
+
+/// A camera at `position`, turned by `yaw`, looking `down` below the horizontal; radians, field of view in degrees.
+fn camera(position: Vec3, yaw: f32, down: f32, fov: f32) -> Camera {
+    let (sin, cos) = down.sin_cos();
+    let direction = Vec3::new(cos * yaw.cos(), cos * yaw.sin(), -sin);
+    Camera::looking_at(position, position + direction * position.z, fov)
+}
+
+fn state(camera: &Camera) -> FrameState {
+    let stage = Stage::still(Vec::new(), Views { near: *camera, mid: *camera, far: *camera });
+    stage.state(5.0, camera, &Lights { sky: Some(Sky::default()), ..Lights::default() })
+}
+
+/// Tangent of the angle by which the horizon of calm water lies below the horizontal.
+fn dip(height: f32) -> f32 {
+    (2.0 * height / EARTH).sqrt()
+}
+
+/// How far the ray through a point of the picture (pixels) points below the horizon, as a tangent.
+fn below(camera: &Camera, size: (u32, u32), at: Vec2) -> f32 {
+    let [x, y, z] = camera.rays(size, Vec2::ZERO);
+    let ndc = at / Vec2::new(size.0 as f32, size.1 as f32) * 2.0 - 1.0;
+    let ray = z + x * ndc.x + y * ndc.y;
+    -dip(camera.position.z) - ray.z / ray.truncate().length().max(1e-9)
+}
+
+/// Row, in pixels from the top, at which a column crosses the horizon.
+fn horizon_row(camera: &Camera, size: (u32, u32), column: u32) -> f32 {
+    let (mut low, mut high) = (0.0, size.1 as f32);
+    for _ in 0..40 {
+        let middle = 0.5 * (low + high);
+        let above = below(camera, size, Vec2::new(column as f32 + 0.5, middle)) < 0.0;
+        if above { low = middle } else { high = middle }
+    }
+    0.5 * (low + high)
+}
+
+#[test]
+fn the_horizon_is_the_curve_of_the_earth() {
+    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let size = (192, 96);
+    let settings = RenderSettings { size, samples: 64, ..RenderSettings::default() };
+    let mut calm = sea();
+    calm.height = 0.0;
+    calm.cascades.iter_mut().for_each(|c| c.waves.iter_mut().for_each(|w| (w[0], w[1]) = (0.0, 0.0)));
+    for (waves, ocean) in [("calm", calm), ("windy", sea())] {
+        let mut renderer = renderer(&gpu, ocean);
+        for height in [2.5, 100.0, 1000.0, 5000.0] {
+            for (yaw, down) in [(0.3f32, dip(height)), (2.0, 0.12)] {
+                let camera = camera(Vec3::new(40.0, 9.0, height), yaw, down, 45.0);
+                let picture = renderer.render(&state(&camera), &settings).unwrap().color;
+                let errors: Vec<f32> = (0..size.0)
+                    .map(|column| {
+                        let air = |row: u32| 1.0 - picture[(row * size.0 + column) as usize][3];
+                        (0..size.1).map(air).sum::<f32>() - horizon_row(&camera, size, column)
+                    })
+                    .collect();
+                let worst = errors.iter().fold(0.0f32, |a, e| a.max(e.abs()));
+                let step = errors.windows(2).map(|e| (e[1] - e[0]).abs()).fold(0.0, f32::max);
+                let mean = errors.iter().sum::<f32>() / errors.len() as f32;
+                println!("{waves}, {height} m, down {down:.3}: mean {mean:.3}, worst {worst:.3}, step {step:.3} px");
+                // Of 64 samples a pixel one more or less is 0.016; the straight sides of triangles may miss the curve by 0.05.
+                assert!(worst < 0.1 && step < 0.06, "{waves}, {height} m: worst {worst}, step {step}");
+            }
+        }
+    }
+}
+
+#[test]
+fn below_the_horizon_there_is_water_everywhere() {
+    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let mut renderer = renderer(&gpu, sea());
+    let size = (160, 100);
+    let settings = RenderSettings { size, samples: 4, ..RenderSettings::default() };
+    let (mut holes, mut water, mut sky, mut flying) = (0u32, 0u32, 0u32, 0u32);
+    for (i, height) in [2.5f32, 4.0, 20.0, 150.0, 1000.0, 6000.0].into_iter().enumerate() {
+        for (j, (down, fov)) in [(0.0f32, 60.0f32), (0.25, 40.0), (0.7, 100.0), (1.57, 140.0)].into_iter().enumerate() {
+            let eye = Vec3::new(37.0 * i as f32, -53.0 * j as f32, height);
+            let camera = camera(eye, 0.9 * (i * 4 + j) as f32, down, fov);
+            let picture = renderer.render(&state(&camera), &settings).unwrap().color;
+            // Two pixels around the horizon belong to it.
+            let pixel = 2.0 * (fov.to_radians() * 0.5).tan() / size.1 as f32;
+            for y in 0..size.1 {
+                for x in 0..size.0 {
+                    let alpha = picture[(y * size.0 + x) as usize][3];
+                    let below = below(&camera, size, Vec2::new(x as f32 + 0.5, y as f32 + 0.5));
+                    if below > 2.0 * pixel {
+                        water += 1;
+                        holes += u32::from(alpha < 1.0);
+                    } else if below < -2.0 * pixel {
+                        sky += 1;
+                        flying += u32::from(alpha > 0.0);
+                    }
+                }
+            }
+            println!("{height} m, down {down}: {holes} of {water}, {flying} of {sky}");
+        }
+    }
+    assert!(water > 200_000 && sky > 20_000, "{water} {sky}");
+    assert_eq!((holes, flying), (0, 0));
+}
+
+const MOVED: (u32, u32) = (96, 64);
+/// Edge of the blocks of pixels whose means are watched, pixels.
+const BLOCK: usize = 16;
+
+/// A picture after tone mapping, one value per pixel.
+fn look(renderer: &mut Renderer, camera: &Camera, tessellation: TessellationSettings) -> Vec<f32> {
+    let settings = RenderSettings { size: MOVED, samples: 4, tessellation, ..RenderSettings::default() };
+    let picture = renderer.render(&state(camera), &settings).unwrap().color;
+    picture.iter().map(|c| (c[0] + c[1] + c[2]) / (3.0 + c[0] + c[1] + c[2])).collect()
+}
+
+fn mean_change(a: &[f32], b: &[f32]) -> f32 {
+    a.iter().zip(b).map(|(a, b)| (a - b).abs()).sum::<f32>() / a.len() as f32
+}
+
+/// The mean change of every block of pixels.
+fn block_changes(a: &[f32], b: &[f32]) -> Vec<f32> {
+    let width = MOVED.0 as usize;
+    let blocks = width / BLOCK;
+    let mut sums = vec![0.0; blocks * (MOVED.1 as usize / BLOCK)];
+    for (i, (a, b)) in a.iter().zip(b).enumerate() {
+        sums[i / width / BLOCK * blocks + i % width / BLOCK] += (a - b).abs() / (BLOCK * BLOCK) as f32;
+    }
+    sums
+}
+
+#[test]
+fn nothing_pops_while_the_camera_moves() {
+    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let mut renderer = renderer(&gpu, sea());
+    let usual = TessellationSettings::default();
+    // Time stands still and the camera creeps: the picture changes by little and evenly, unless the mesh jumps. In the last
+    // row it does, and must be found out.
+    for (height, down, way, popping) in [
+        (2.5f32, 0.1f32, Vec3::X * 0.01, false),
+        (2.5, 0.1, Vec3::Z * 0.01, false),
+        (100.0, 0.25, Vec3::X * 0.4, false),
+        (100.0, 0.25, Vec3::Z * 0.4, false),
+        (1000.0, 0.3, Vec3::Z * 4.0, false),
+        (2.5, 0.1, Vec3::X * 0.01, true),
+    ] {
+        let frames: Vec<_> = (0..41)
+            .map(|i| {
+                let start = camera(Vec3::new(0.0, 0.0, height), 0.9, down, 45.0);
+                let by = way * i as f32;
+                let moved = Camera { position: start.position + by, target: start.target + by, ..start };
+                let pixels_per_triangle = if popping && i > 20 { 16.0 } else { usual.pixels_per_triangle };
+                look(&mut renderer, &moved, TessellationSettings { pixels_per_triangle, ..usual })
+            })
+            .collect();
+        let median = |mut v: Vec<f32>| {
+            v.sort_by(f32::total_cmp);
+            v[v.len() / 2]
+        };
+        let changes: Vec<f32> = frames.windows(2).map(|f| mean_change(&f[0], &f[1])).collect();
+        let whole = changes.iter().fold(0.0f32, |a, c| a.max(*c)) / median(changes.clone());
+        let blocks: Vec<Vec<f32>> = frames.windows(2).map(|f| block_changes(&f[0], &f[1])).collect();
+        // Blocks of sky do not change at all.
+        let peak = |block: usize| {
+            let series: Vec<f32> = blocks.iter().map(|b| b[block]).collect();
+            let floor = median(series.clone()).max(0.1 * median(changes.clone()));
+            series.into_iter().fold(0.0, f32::max) / floor
+        };
+        // When the horizon crosses a row of samples, a whole row of pixels changes at once; no mesh can help that.
+        let across = MOVED.0 as usize / BLOCK;
+        let horizon = horizon_row(&camera(Vec3::Z * height, 0.9, down, 45.0), MOVED, MOVED.0 / 2) as usize / BLOCK;
+        let block = (0..blocks[0].len()).filter(|b| b / across != horizon).map(peak).fold(0.0, f32::max);
+        println!(
+            "{height} m, steps of {way}{}: change {:.6}, largest over median {whole:.2}, of a block {block:.2}",
+            if popping { ", popping" } else { "" },
+            median(changes.clone())
+        );
+        if popping {
+            assert!(whole > 2.0, "a mesh that jumps is not found: {whole}");
+        } else {
+            assert!(whole < 1.25 && block < 2.2, "{height} m: {whole} {block}");
+        }
+    }
+}
+
+#[test]
+fn a_finer_mesh_would_show_little_more() {
+    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let mut renderer = renderer(&gpu, sea());
+    for (height, down, most) in [(2.5f32, 0.1f32, 2e-3f32), (100.0, 0.25, 1e-3), (1000.0, 0.3, 2e-4)] {
+        let camera = camera(Vec3::new(0.0, 0.0, height), 0.9, down, 45.0);
+        let usual = look(&mut renderer, &camera, TessellationSettings::default());
+        let dense = TessellationSettings { pixels_per_triangle: 0.5, to_texels: true, ..Default::default() };
+        let dense = look(&mut renderer, &camera, dense);
+        let error = mean_change(&usual, &dense);
+        let largest = usual.iter().zip(&dense).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+        println!("{height} m: mean difference to a mesh of two triangles a pixel {error:.6}, largest {largest:.4}");
+        assert!(error < most, "{height} m: {error}");
+    }
+}

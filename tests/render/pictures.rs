@@ -1,0 +1,301 @@
+//! The renderer's promises about geometry: no cracks, culling that changes nothing, frames that repeat.
+
+use glam::{Affine3A, Vec2, Vec3};
+use leadr::gpu::{reflect, shaders};
+use leadr::maps::procedural;
+use leadr::render::camera::Camera;
+use leadr::render::frame::{FrameOutput, Layer, Renderer};
+use leadr::render::light::environment::Environment;
+use leadr::render::light::sky::Sky;
+use leadr::render::passes::edges::EdgeRays;
+use leadr::render::passes::shade::LightingGpu;
+use leadr::render::scene::{FrameState, Object, Pose, Sun};
+use leadr::render::settings::RenderSettings;
+use leadr::render::surfaces::displacement::{Border, HeightField};
+use leadr::render::surfaces::object::{MAX_OBJECTS, ObjectGpu, PatchGpu, VertexGpu, ViewGpu};
+use leadr::render::surfaces::patch_mesh::PatchMesh;
+use leadr::render::surfaces::tessellation::TessellationSettings;
+use leadr::scenes::sphere::{cube_sphere, displaced_sphere};
+
+/// A rough, repeating height map.
+fn rough() -> HeightField {
+    let map = procedural::gaussian(128, 128, 7, 1.0, 4.0 / 128.0);
+    HeightField { width: 128, height: 128, texels: map.texels, border: Border::Wrap }
+}
+
+fn object(mesh: PatchMesh, heights: HeightField, height_scale: f32) -> Object {
+    Object {
+        name: "test".to_owned(),
+        mesh,
+        heights: Some(heights),
+        height_scale,
+        color_map: None,
+        specular_f0: 0.04,
+        casts_shadow: true,
+    }
+}
+
+fn renderer(gpu: &crate::common::gpu::TestGpu, object: Object) -> Renderer {
+    let environment = Environment::from_sky(gpu, 32, &Sky::default()).unwrap();
+    Renderer::new(gpu, vec![object], environment).unwrap()
+}
+
+fn state(camera: Camera) -> FrameState {
+    FrameState {
+        time: 0.0,
+        camera,
+        poses: vec![Pose::Rigid(Affine3A::IDENTITY)],
+        sky: Some(Sky::default()),
+        sun: None,
+        point_lights: Vec::new(),
+        height_scale: 1.0,
+    }
+}
+
+/// Pixels that show the inside, but for those of the outline: there the last front face and the first back face meet
+/// edge-on at one depth, and either may win.
+fn inside_pixels(output: &FrameOutput) -> usize {
+    let (width, height) = (output.size.0 as usize, output.size.1 as usize);
+    let at = |x: usize, y: usize| output.color[y * width + x];
+    let covered = |x: usize, y: usize| at(x.min(width - 1), y.min(height - 1))[3] > 0.0;
+    (0..width * height)
+        .map(|i| (i % width, i / width))
+        .filter(|&(x, y)| at(x, y)[..3] == [1.0, 0.0, 1.0])
+        .filter(|&(x, y)| {
+            covered(x.saturating_sub(1), y) && covered(x + 1, y) && covered(x, y.saturating_sub(1)) && covered(x, y + 1)
+        })
+        .count()
+}
+
+/// Inside faces seen at several distances, directions and fineness of the triangles.
+fn count_inside(renderer: &mut Renderer, max_slope_views: &[f32]) -> (usize, usize) {
+    let (mut inside, mut pixels) = (0, 0);
+    for (i, &distance) in max_slope_views.iter().enumerate() {
+        for (k, direction) in [Vec3::new(1.0, 0.4, 0.3), Vec3::new(-0.3, 0.7, 1.0)].into_iter().enumerate() {
+            for pixels_per_triangle in [1.0, 7.3, 150.0] {
+                let camera =
+                    Camera::looking_at(direction.normalize() * distance, Vec3::ZERO, 35.0 + i as f32 + k as f32);
+                let settings = RenderSettings {
+                    size: (200, 200),
+                    mark_inside: true,
+                    tessellation: TessellationSettings { pixels_per_triangle, ..Default::default() },
+                    ..Default::default()
+                };
+                let output = renderer.render(&state(camera), &settings).unwrap();
+                assert!(output.color.iter().flatten().all(|v| v.is_finite()));
+                inside += inside_pixels(&output);
+                pixels += output.color.iter().filter(|c| c[3] > 0.0).count();
+            }
+        }
+    }
+    (inside, pixels)
+}
+
+#[test]
+fn closed_meshes_show_no_crack_across_tiles() {
+    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let (mesh, heights) = displaced_sphere(&rough(), 1.0, 6, 16, [0.5; 4]);
+    // Steep, but so that no bump overhangs: a fold would show its own inside.
+    let mut renderer = renderer(&gpu, object(mesh, heights, 0.05));
+    let (inside, pixels) = count_inside(&mut renderer, &[1.5, 3.0, 9.0, 40.0]);
+    println!("{inside} inside pixels among {pixels}");
+    assert!(pixels > 100_000);
+    assert_eq!(inside, 0);
+}
+
+#[test]
+fn closed_meshes_show_no_crack_across_uv_seams() {
+    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    // Twelve seams: the charts of neighbouring faces give different heights along their common edge.
+    let mesh = cube_sphere(4, [0.5; 4]);
+    let mut renderer = renderer(&gpu, object(mesh, rough(), 0.04));
+    let (inside, pixels) = count_inside(&mut renderer, &[1.5, 3.0, 9.0]);
+    println!("{inside} inside pixels among {pixels}");
+    assert_eq!(inside, 0);
+}
+
+/// The same seams without shared edges: every patch has vertices of its own, so nothing joins their heights.
+#[test]
+fn the_crack_test_sees_cracks() {
+    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let mut mesh = cube_sphere(4, [0.5; 4]);
+    let (positions, normals) = (mesh.positions.clone(), mesh.normals.clone());
+    mesh.positions = mesh.patches.iter().flatten().map(|&v| positions[v as usize]).collect();
+    mesh.normals = mesh.patches.iter().flatten().map(|&v| normals[v as usize]).collect();
+    mesh.colors = vec![[0.5; 4]; mesh.positions.len()];
+    mesh.accessibility = vec![1.0; mesh.positions.len()];
+    mesh.patches = (0..mesh.patches.len() as u32).map(|i| [4 * i, 4 * i + 1, 4 * i + 2, 4 * i + 3]).collect();
+    let mut renderer = renderer(&gpu, object(mesh, rough(), 0.1));
+    let (inside, _) = count_inside(&mut renderer, &[1.5, 3.0]);
+    println!("{inside} inside pixels through torn seams");
+    assert!(inside > 50, "{inside}");
+}
+
+#[test]
+fn culling_changes_no_pixel() {
+    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let (mesh, heights) = displaced_sphere(&rough(), 1.0, 8, 16, [0.5; 4]);
+    let mut renderer = renderer(&gpu, object(mesh, heights, 0.05));
+    for (distance, target) in [(1.3, Vec3::new(0.0, 0.5, 0.4)), (4.0, Vec3::ZERO)] {
+        let camera = Camera::looking_at(Vec3::new(0.7, -0.5, 0.4).normalize() * distance, target, 40.0);
+        let mut draw = |cull: bool| {
+            let tessellation = TessellationSettings { cull, ..Default::default() };
+            let settings = RenderSettings { size: (256, 256), tessellation, ..Default::default() };
+            renderer.render(&state(camera), &settings).unwrap()
+        };
+        let (culled, all) = (draw(true), draw(false));
+        println!("{} of {} patches drawn", culled.patches, all.patches);
+        assert!(culled.patches * 10 < all.patches * 8);
+        assert_eq!(culled.color, all.color);
+    }
+}
+
+#[test]
+fn the_same_frame_gives_the_same_bits() {
+    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let (mesh, heights) = displaced_sphere(&rough(), 1.0, 4, 16, [0.5; 4]);
+    let camera = Camera::looking_at(Vec3::new(2.0, -2.0, 1.0), Vec3::ZERO, 40.0);
+    let settings = RenderSettings { size: (96, 64), samples: 3, ..Default::default() };
+    let mut first = renderer(&gpu, object(mesh.clone(), heights.clone(), 0.05));
+    let mut second = renderer(&gpu, object(mesh, heights, 0.05));
+    let a = first.render(&state(camera), &settings).unwrap();
+    // A frame in between must leave no trace.
+    let other = RenderSettings { size: (40, 40), ..settings };
+    second.render(&state(camera.at_distance(9.0)), &other).unwrap();
+    let b = second.render(&state(camera), &settings).unwrap();
+    assert_eq!(a.color, b.color);
+    let reseeded = first.render(&state(camera), &RenderSettings { seed: 1, ..settings }).unwrap();
+    assert_ne!(a.color, reseeded.color);
+}
+
+/// A light beside the camera casts no shadow that the camera sees, however coarse the camera's triangles are: bumps that
+/// it does not draw must not throw any.
+#[test]
+fn coarse_surfaces_do_not_shade_themselves() {
+    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let (mesh, heights) = displaced_sphere(&rough(), 1.0, 6, 32, [0.5; 4]);
+    let mut renderer = renderer(&gpu, object(mesh, heights, 0.5));
+    let direction = Vec3::new(1.0, 0.4, 0.3).normalize();
+    let mut light = |distance: f32, toward: Vec3, shadows: bool| -> f64 {
+        let camera = Camera::looking_at(direction * distance, Vec3::ZERO, 40.0);
+        let sun = Some(Sun { direction: toward, irradiance: Vec3::splat(20.0) });
+        let settings = RenderSettings { size: (96, 96), shadows, ..Default::default() };
+        let output = renderer.render(&FrameState { sun, ..state(camera) }, &settings).unwrap();
+        output.color.iter().filter(|c| c[3] > 0.0).map(|c| f64::from(c[1])).sum()
+    };
+    for distance in [3.0, 12.0, 30.0] {
+        let lost = 1.0 - light(distance, direction, true) / light(distance, direction, false);
+        println!("{distance} m: {lost:.4} of the light lost");
+        assert!((-1e-6..0.01).contains(&lost), "{distance} m: {lost}");
+    }
+    // The light of a low sun is lost in places, or the above would say nothing.
+    let low = (direction + 3.0 * direction.any_orthonormal_vector()).normalize();
+    let lost = 1.0 - light(1.6, low, true) / light(1.6, low, false);
+    println!("low sun: {lost:.4}");
+    assert!(lost > 0.002, "{lost}");
+}
+
+/// As many objects as a scene holds, small enough that tiles of the screen show several of them, and a size that is no
+/// multiple of the tiles'.
+#[test]
+fn every_pixel_of_a_full_scene_is_filtered() {
+    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let count = MAX_OBJECTS as u32;
+    // Vertex colours have 8 bits.
+    let gray = |k: u32| (4 * k + 4) as f32 / 255.0;
+    let sphere = |k| Object {
+        mesh: cube_sphere(2, [gray(k), 0.5, 0.5, 0.3]),
+        heights: None,
+        ..object(cube_sphere(1, [0.0; 4]), rough(), 1.0)
+    };
+    let environment = Environment::from_sky(&gpu, 32, &Sky::default()).unwrap();
+    let mut renderer = Renderer::new(&gpu, (0..count).map(sphere).collect(), environment).unwrap();
+    let place = |k: u32| Vec3::new((k % 8) as f32 - 3.5, 0.0, (k / 8) as f32 - 3.5) * 2.5;
+    let poses = (0..count).map(|k| Pose::Rigid(Affine3A::from_translation(place(k)))).collect();
+    let state = FrameState { poses, ..state(Camera::looking_at(Vec3::new(2.0, -60.0, 5.0), Vec3::ZERO, 22.0)) };
+    let settings = RenderSettings { size: (107, 93), ..Default::default() };
+    let picture = renderer.render(&state, &settings).unwrap();
+    let [depth, albedo, roughness] =
+        [Layer::Depth, Layer::Albedo, Layer::Roughness].map(|layer| renderer.layer(layer).unwrap());
+    let mut seen = vec![0u32; count as usize];
+    for ((depth, albedo), roughness) in depth.iter().zip(&albedo).zip(&roughness) {
+        if depth[0].is_finite() {
+            let k = (albedo[0] * 255.0 - 4.0) / 4.0;
+            assert!((k - k.round()).abs() < 0.1 && (roughness[0] - 0.3).abs() < 3e-3, "{albedo:?} {roughness:?}");
+            seen[k.round() as usize] += 1;
+        } else {
+            assert_eq!((*albedo, *roughness), ([0.0; 4], [0.0; 4]));
+        }
+    }
+    assert!(seen.iter().all(|&pixels| pixels > 15), "{seen:?}");
+    // Edge samples are filtered and shaded in their tiles alone: what is left out would be black or of other frames.
+    let edges = renderer.render(&state, &RenderSettings { edge_samples: 64, ..settings }).unwrap();
+    let samples = renderer.render(&state, &RenderSettings { samples: 64, ..settings }).unwrap();
+    let rms = |a: &FrameOutput| {
+        let square = |(a, b): (&[f32; 4], &[f32; 4])| (0..3).map(|c| f64::from(a[c] - b[c]).powi(2)).sum::<f64>();
+        (a.color.iter().zip(&samples.color).map(square).sum::<f64>() / a.color.len() as f64).sqrt()
+    };
+    let (with, without) = (rms(&edges), rms(&picture));
+    println!("against 64 samples: {with:.4} with 64 edge samples, {without:.4} without");
+    assert!(with < 0.18 * without, "{with} {without}");
+    gpu.assert_silent();
+}
+
+#[test]
+fn layers_describe_the_surface() {
+    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let flat = HeightField { width: 2, height: 2, texels: vec![0.0; 4], border: Border::Wrap };
+    let mut renderer = renderer(&gpu, object(cube_sphere(8, [0.25, 0.5, 0.75, 0.3]), flat, 1.0));
+    let camera = Camera::looking_at(Vec3::new(0.0, -4.0, 0.0), Vec3::ZERO, 40.0);
+    let size = (65, 65);
+    renderer.render(&state(camera), &RenderSettings { size, ..Default::default() }).unwrap();
+    let at = |layer: Layer, x: usize, y: usize| renderer.layer(layer).unwrap()[y * 65 + x];
+    let centre = |layer| at(layer, 32, 32);
+    assert!((centre(Layer::Depth)[0] - 3.0).abs() < 1e-3, "{:?}", centre(Layer::Depth));
+    assert!(at(Layer::Depth, 0, 0)[0].is_infinite());
+    let normal = centre(Layer::Normal);
+    assert!((Vec3::new(normal[0], normal[1], normal[2]) + Vec3::Y).length() < 1e-3, "{normal:?}");
+    let albedo = centre(Layer::Albedo);
+    // Vertex colours pass through eight bits.
+    assert!((albedo[0] - 0.25).abs() < 3e-3 && (albedo[2] - 0.75).abs() < 3e-3, "{albedo:?}");
+    // A smooth sphere: the mean slope makes up for the difference between patch and displacement normals only.
+    let slope = centre(Layer::MeanSlope);
+    assert!(Vec2::new(slope[0], slope[1]).length() < 0.01, "{slope:?}");
+    assert!(centre(Layer::Covariance)[0] < 1e-3);
+}
+
+/// Offsets of the shared structs as the compiled shaders have them.
+#[test]
+fn structs_lie_in_memory_as_the_shaders_expect() {
+    let offsets = |shader: &str, name: &str| {
+        let offsets = reflect::struct_offsets(shaders::spirv(shader).unwrap(), name).unwrap();
+        offsets.into_iter().map(|(_, offset)| offset as usize).collect::<Vec<_>>()
+    };
+    macro_rules! check {
+        ($shader:literal, $name:literal, $type:ty, [$($field:ident),* $(,)?]) => {
+            let rust = [$(std::mem::offset_of!($type, $field)),*];
+            assert_eq!(offsets($shader, $name), rust, concat!($name, " in ", $shader));
+        };
+    }
+    check!("passes/geometry/geometry.tese", "Vertex", VertexGpu, [position, normal, color]);
+    check!("passes/geometry/geometry.tese", "PatchData", PatchGpu, [vertices, edges, texcoord_01, texcoord_23, tile]);
+    check!("passes/geometry/geometry.tese", "View", ViewGpu, [clip_from_world, camera_position]);
+    check!("passes/geometry/geometry.frag", "Object", ObjectGpu, [height_scale, specular_f0, flags, index, relief]);
+    check!("passes/edges/edges.comp", "EdgeRays", EdgeRays, [x, y, pixel, edge, area]);
+    check!(
+        "passes/shade/shade.frag",
+        "Lighting",
+        LightingGpu,
+        [
+            rays,
+            shadow_from_world,
+            camera_position,
+            sun_direction,
+            sun_irradiance,
+            point_position,
+            point_intensity,
+            viewport,
+            environment
+        ]
+    );
+}

@@ -1,0 +1,404 @@
+//! The shading pass as a whole: energy, and every pixel against the reflectance library.
+
+use glam::{Affine3A, DVec2, DVec3, Vec3};
+use leadr::maps::{RgbImage, procedural};
+use leadr::reflectance::facets::{fresnel, projected_area};
+use leadr::reflectance::frame;
+use leadr::reflectance::integrals::{diffuse, sh_projection, specular};
+use leadr::reflectance::masking::correlated as correlated_masking;
+use leadr::reflectance::masking::correlated::{direction_area, lit_fraction};
+use leadr::reflectance::slopes::{grid as slope_grid, statistics as slope_statistics};
+use leadr::reflectance::visible::diffuse::{leadr_diffuse_light_visible, visible_diffuse_moments};
+use leadr::reflectance::visible::shadowed_environment::{bent_normal, shadowed_diffuse_environment};
+use leadr::reflectance::visible::shadowed_specular::shadowed_specular_environment;
+use leadr::reflectance::visible::specular as visible_specular;
+use leadr::render::camera::Camera;
+use leadr::render::frame::{Layer, Renderer};
+use leadr::render::light::environment::Environment;
+use leadr::render::scene::{FrameState, Object, PointLight, Pose, Sun};
+use leadr::render::settings::{
+    DiffuseLights, Quadrature, RenderSettings, ShadingSettings, Technique, Terms, Visibility,
+};
+use leadr::render::surfaces::displacement::{Border, HeightField};
+use leadr::scenes::sphere::displaced_sphere;
+
+const SIZE: u32 = 96;
+
+fn bumpy_sphere(color: [f32; 4], specular_f0: f32) -> Object {
+    let map = procedural::gaussian(128, 128, 11, 1.0, 4.0 / 128.0);
+    let field = HeightField { width: 128, height: 128, texels: map.texels, border: Border::Wrap };
+    let (mesh, heights) = displaced_sphere(&field, 1.0, 6, 32, color);
+    Object {
+        name: "bumpy sphere".to_owned(),
+        mesh,
+        heights: Some(heights),
+        height_scale: 0.5,
+        color_map: None,
+        specular_f0,
+        casts_shadow: false,
+    }
+}
+
+fn constant_environment(gpu: &crate::common::gpu::TestGpu, radiance: [f32; 3]) -> Environment {
+    let image = RgbImage::new(8, 4, vec![radiance; 32]).unwrap();
+    Environment::from_equirect(gpu, 16, &image).unwrap()
+}
+
+fn state(distance: f32, sun: Option<Sun>, point_lights: Vec<PointLight>) -> FrameState {
+    FrameState {
+        time: 0.0,
+        camera: Camera::looking_at(Vec3::new(0.5, -0.8, 0.3).normalize() * distance, Vec3::ZERO, 30.0),
+        poses: vec![Pose::Rigid(Affine3A::IDENTITY)],
+        sky: None,
+        sun,
+        point_lights,
+        height_scale: 1.0,
+    }
+}
+
+fn settings(shading: ShadingSettings) -> RenderSettings {
+    RenderSettings { size: (SIZE, SIZE), shading, shadows: false, ..Default::default() }
+}
+
+/// Without shadowing, a white surface in a white room cannot be seen: LEADR eq. 16 integrates to one.
+#[test]
+fn a_white_surface_vanishes_in_a_white_room() {
+    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let (grid, few) = (Quadrature::Grid(5), Quadrature::VisibleSlopes(5));
+    let cases = [
+        (Technique::Leadr, grid),
+        (Technique::Leadr, few),
+        (Technique::LeadrGgx, grid),
+        (Technique::LeadrGgx, few),
+        (Technique::NormalMip, few),
+        // One mean normal: what it reflects is looked up once, and the rest once more.
+        (Technique::Lean, grid),
+        (Technique::Toksvig, grid),
+    ];
+    for (f0, what) in [(0.0, "diffuse under grazing Fresnel"), (0.3, "both"), (1.0, "specular")] {
+        let object = bumpy_sphere([1.0, 1.0, 1.0, 0.3], f0);
+        let mut renderer = Renderer::new(&gpu, vec![object], constant_environment(&gpu, [1.0; 3])).unwrap();
+        for distance in [3.0, 12.0, 60.0] {
+            for (technique, quadrature) in cases {
+                let visibility = Visibility::Masking;
+                let shading = ShadingSettings { technique, quadrature, visibility, ..Default::default() };
+                let output = renderer.render(&state(distance, None, Vec::new()), &settings(shading)).unwrap();
+                let object = output.color.iter().filter(|c| c[3] > 0.0);
+                assert!(object.clone().count() > 10);
+                let worst = object.map(|c| (c[0] - 1.0).abs()).fold(0.0, f32::max);
+                println!("{shading}, {what} at distance {distance}: off by {worst:.1e} at most");
+                assert!(worst < 5e-4, "{shading}");
+            }
+        }
+    }
+}
+
+/// With shadowing some of that light is lost, and none is made.
+#[test]
+fn shadowing_only_takes_light_away() {
+    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let object = bumpy_sphere([1.0, 1.0, 1.0, 0.3], 1.0);
+    let mut renderer = Renderer::new(&gpu, vec![object], constant_environment(&gpu, [1.0; 3])).unwrap();
+    let output = renderer.render(&state(12.0, None, Vec::new()), &settings(ShadingSettings::default())).unwrap();
+    let radiances: Vec<f32> = output.color.iter().filter(|c| c[3] > 0.0).map(|c| c[0]).collect();
+    let (low, high) = radiances.iter().fold((f32::MAX, f32::MIN), |(l, h), &v| (l.min(v), h.max(v)));
+    println!("{low} .. {high}");
+    assert!(high <= 1.0001 && low < 0.99 && low > 0.3);
+}
+
+/// The tangent-frame quantities of a pixel.
+struct Pixel {
+    position: DVec3,
+    frame: frame::Frame,
+    wo: DVec3,
+    m: DVec2,
+    diffuse_s: DVec3,
+    specular_s: DVec3,
+    albedo: DVec3,
+}
+
+/// Every pixel that shows the object in the last frame of `renderer`, with its index.
+fn pixels(renderer: &mut Renderer, state: &FrameState, color: &[[f32; 4]]) -> Vec<(usize, Pixel)> {
+    let layers = [Layer::Depth, Layer::Normal, Layer::MeanSlope, Layer::Covariance, Layer::Albedo, Layer::Roughness];
+    let layers = layers.map(|layer| renderer.layer(layer).unwrap());
+    let [ray_x, ray_y, ray_z] = state.camera.rays((SIZE, SIZE), glam::Vec2::ZERO).map(|r| r.as_dvec3());
+    let shown = (0..color.len()).filter(|&i| color[i][3] > 0.0);
+    shown
+        .map(|i| {
+            let [depth, normal, slope, covariance, albedo, roughness] = layers.each_ref().map(|l| l[i].map(f64::from));
+            let (x, y) = ((i as u32 % SIZE) as f64 + 0.5, (i as u32 / SIZE) as f64 + 0.5);
+            let ndc = DVec2::new(x, y) / f64::from(SIZE) * 2.0 - 1.0;
+            let ray = ray_z + ray_x * ndc.x + ray_y * ndc.y;
+            let frame = frame::frame_about(DVec3::new(normal[0], normal[1], normal[2]));
+            let wo = frame::to_frame(&frame, -ray.normalize());
+            let m = DVec2::new(slope[0], slope[1]);
+            let tilt = projected_area::tilt_to_edge(wo, m);
+            let diffuse_s =
+                DVec3::new(covariance[0], covariance[1], covariance[2]) + (tilt * tilt).extend(tilt.x * tilt.y);
+            let pixel = Pixel {
+                position: state.camera.position.as_dvec3() + ray * depth[0],
+                wo,
+                frame,
+                m: m + tilt,
+                diffuse_s,
+                specular_s: slope_statistics::add_roughness(diffuse_s, roughness[0]),
+                albedo: DVec3::new(albedo[0], albedo[1], albedo[2]),
+            };
+            (i, pixel)
+        })
+        .collect()
+}
+
+fn kind(visibility: Visibility) -> correlated_masking::Visibility {
+    correlated_masking::Visibility::ALL[visibility.code() as usize]
+}
+
+impl Pixel {
+    /// What the mirrors show of a white room, and their mean Fresnel reflectance.
+    fn mirrors(&self, shading: ShadingSettings, f0: DVec3) -> [DVec3; 2] {
+        let (wo, s, visibility) = (self.wo, self.specular_s, kind(shading.visibility));
+        let cholesky = slope_grid::slope_cholesky(s);
+        match shading.quadrature {
+            Quadrature::Grid(n) => {
+                let lambda = slope_grid::grid_lambda(n);
+                let m = projected_area::face_viewer(wo, self.m, s, lambda);
+                let o = direction_area(wo, m, cholesky);
+                let (mut sum, mut fresnel, mut norm) = (DVec3::ZERO, DVec3::ZERO, 0.0);
+                for (j, k) in (0..n).flat_map(|j| (0..n).map(move |k| (j, k))) {
+                    let node = slope_grid::grid_node(j, k, n, lambda);
+                    let sample = specular::environment_sample(wo, node.truncate(), m, s);
+                    let f = fresnel::fresnel_schlick(f0, wo.dot(sample.wn)) * (node.z * sample.area);
+                    sum += f * lit_fraction(visibility, &o, &direction_area(sample.wi, m, cholesky));
+                    fresnel += f;
+                    norm += node.z * sample.area;
+                }
+                [sum / norm.max(1e-12), fresnel / norm.max(1e-12)]
+            }
+            Quadrature::VisibleSlopes(n) => {
+                let rule = visible_specular::probe_rule(n);
+                let (sum, fresnel) = shadowed_specular_environment(visibility, wo, self.m, s, f0, rule, |_| DVec3::ONE);
+                [sum, fresnel]
+            }
+        }
+    }
+
+    /// Moments of the visible normals.
+    fn normals(&self, shading: ShadingSettings) -> diffuse::NormalMoments {
+        match shading.quadrature {
+            Quadrature::Grid(n) => {
+                let lambda = slope_grid::grid_lambda(n);
+                let m = projected_area::face_viewer(self.wo, self.m, self.diffuse_s, lambda);
+                diffuse::visible_normal_moments(self.wo, m, self.diffuse_s, n, lambda)
+            }
+            Quadrature::VisibleSlopes(_) => visible_diffuse_moments(self.wo, self.m, self.diffuse_s, 2),
+        }
+    }
+
+    /// Diffuse radiance of a light per unit of irradiance and albedo.
+    fn diffuse_light(&self, shading: ShadingSettings, wi: DVec3) -> f64 {
+        let (wo, s) = (self.wo, self.diffuse_s);
+        let cholesky = slope_grid::slope_cholesky(s);
+        let areas = [wo, wi].map(|w| direction_area(w, self.m, cholesky));
+        let light = match (shading.diffuse_lights, shading.quadrature) {
+            (DiffuseLights::Sh, _) => diffuse::leadr_diffuse_light_sh(&self.normals(shading), wo, wi, self.m, s, false),
+            (_, Quadrature::Grid(n)) => {
+                let lambda = slope_grid::grid_lambda(n);
+                let m = projected_area::face_viewer(wo, self.m, s, lambda);
+                diffuse::leadr_diffuse_light(wo, wi, m, s, false, n, lambda)
+            }
+            (_, Quadrature::VisibleSlopes(_)) => leadr_diffuse_light_visible(wo, wi, self.m, s, false, 2),
+        };
+        light * lit_fraction(kind(shading.visibility), &areas[0], &areas[1])
+    }
+}
+
+/// Every way to integrate that the tests below go through.
+fn integrals() -> Vec<ShadingSettings> {
+    let with = |quadrature, visibility, diffuse_lights| ShadingSettings {
+        quadrature,
+        visibility,
+        diffuse_lights,
+        ..Default::default()
+    };
+    vec![
+        with(Quadrature::Grid(5), Visibility::Smith, DiffuseLights::Cosine),
+        with(Quadrature::Grid(3), Visibility::Masking, DiffuseLights::Cosine),
+        with(Quadrature::Grid(1), Visibility::Smith, DiffuseLights::Cosine),
+        with(Quadrature::Grid(5), Visibility::Correlated, DiffuseLights::Sh),
+        with(Quadrature::VisibleSlopes(9), Visibility::Correlated, DiffuseLights::Cosine),
+        with(Quadrature::VisibleSlopes(5), Visibility::Smith, DiffuseLights::Cosine),
+        with(Quadrature::VisibleSlopes(5), Visibility::Masking, DiffuseLights::Sh),
+    ]
+}
+
+/// Directional and point lights on every pixel of a G-buffer, against the 64-bit reference.
+#[test]
+fn lights_agree_with_the_reference_at_every_pixel() {
+    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let (albedo, alpha, f0) = ([0.5f32, 0.4, 0.3], 0.25, 0.06);
+    let object = bumpy_sphere([albedo[0], albedo[1], albedo[2], alpha], f0);
+    let mut renderer = Renderer::new(&gpu, vec![object], constant_environment(&gpu, [0.0; 3])).unwrap();
+    let sun = Sun { direction: Vec3::new(0.6, -0.1, 0.7).normalize(), irradiance: Vec3::new(3.0, 2.5, 2.0) };
+    let point = PointLight { position: Vec3::new(-1.5, -2.5, 0.5), intensity: Vec3::new(2.0, 4.0, 6.0) };
+    let (mut worst, mut count) = (0.0f64, 0);
+    for distance in [4.0, 14.0] {
+        for shading in integrals() {
+            let state = state(distance, Some(sun), vec![point]);
+            let output = renderer.render(&state, &settings(shading)).unwrap();
+            let mut worst_here = 0.0f64;
+            for (i, pixel) in pixels(&mut renderer, &state, &output.color) {
+                let f0 = DVec3::splat(f64::from(f0));
+                let albedo = pixel.albedo * (1.0 - pixel.mirrors(shading, f0)[1]);
+                let to_point = point.position.as_dvec3() - pixel.position;
+                let lights = [
+                    (sun.direction.as_dvec3(), sun.irradiance.as_dvec3()),
+                    (to_point.normalize(), point.intensity.as_dvec3() / to_point.length_squared()),
+                ];
+                let (wo, m, s) = (pixel.wo, pixel.m, pixel.specular_s);
+                let cholesky = slope_grid::slope_cholesky(s);
+                let mut expected = DVec3::ZERO;
+                for (direction, irradiance) in lights {
+                    let wi = frame::to_frame(&pixel.frame, direction);
+                    let areas = [wo, wi].map(|w| direction_area(w, m, cholesky));
+                    let visibility = kind(shading.visibility);
+                    let specular = specular::leadr_specular_light(visibility, &areas[0], &areas[1], wo, wi, m, s, f0);
+                    expected += irradiance * (albedo * pixel.diffuse_light(shading, wi) + specular);
+                }
+                let actual = DVec3::new(
+                    f64::from(output.color[i][0]),
+                    f64::from(output.color[i][1]),
+                    f64::from(output.color[i][2]),
+                );
+                let error = (actual - expected).length() / (expected.length() + 0.02);
+                worst_here = worst_here.max(error);
+                count += 1;
+            }
+            println!("{shading}, {:?}: worst relative error {worst_here:.2e}", shading.diffuse_lights);
+            worst = worst.max(worst_here);
+        }
+    }
+    assert!(count > 10_000);
+    assert!(worst < 2e-4, "{worst}");
+}
+
+/// Mirrors in a white room, with shadows: every pixel against the 64-bit reference.
+#[test]
+fn the_specular_environment_agrees_with_the_reference_at_every_pixel() {
+    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let f0 = 0.5;
+    let object = bumpy_sphere([0.0, 0.0, 0.0, 0.25], f0);
+    let mut renderer = Renderer::new(&gpu, vec![object], constant_environment(&gpu, [1.0; 3])).unwrap();
+    let state = state(6.0, None, Vec::new());
+    for shading in integrals() {
+        let output = renderer.render(&state, &settings(shading)).unwrap();
+        let mut worst = 0.0f64;
+        for (i, pixel) in pixels(&mut renderer, &state, &output.color) {
+            let [expected, _] = pixel.mirrors(shading, DVec3::splat(f64::from(f0)));
+            worst = worst.max((f64::from(output.color[i][0]) - expected.x).abs() / (expected.x + 0.02));
+        }
+        println!("{shading}: worst relative error {worst:.2e}");
+        assert!(worst > 0.0 && worst < 2e-4, "{shading}: {worst}");
+    }
+}
+
+/// Without reflectance at normal incidence there are no mirrors, at grazing angles neither.
+#[test]
+fn a_purely_diffuse_surface_mirrors_nothing() {
+    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    for f0 in [0.0, 0.04] {
+        let object = bumpy_sphere([1.0, 1.0, 1.0, 0.25], f0);
+        let mut renderer = Renderer::new(&gpu, vec![object], constant_environment(&gpu, [1.0; 3])).unwrap();
+        let sun = Sun { direction: Vec3::new(0.6, -0.1, 0.7).normalize(), irradiance: Vec3::splat(3.0) };
+        for technique in [Technique::Lean, Technique::Leadr, Technique::LeadrGgx] {
+            let terms = Terms::SPECULAR_LIGHTS | Terms::SPECULAR_ENVIRONMENT;
+            let shading = ShadingSettings { technique, terms, ..Default::default() };
+            let output = renderer.render(&state(6.0, Some(sun), Vec::new()), &settings(shading)).unwrap();
+            let most = output.color.iter().filter(|c| c[3] > 0.0).map(|c| c[0]).fold(0.0, f32::max);
+            assert_eq!(most > 0.0, f0 > 0.0, "{shading}: {most}");
+        }
+    }
+}
+
+/// A picture is the sum of its terms, but for the Fresnel term that the diffuse ones lose to the mirrors: with the
+/// environment's mirrors off it is a closed form.
+#[test]
+fn terms_sum_to_the_whole() {
+    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let object = bumpy_sphere([0.5, 0.5, 0.5, 0.25], 0.05);
+    let mut renderer = Renderer::new(&gpu, vec![object], constant_environment(&gpu, [1.0; 3])).unwrap();
+    let sun = Sun { direction: Vec3::new(0.6, -0.1, 0.7).normalize(), irradiance: Vec3::splat(3.0) };
+    let state = state(6.0, Some(sun), Vec::new());
+    for technique in Technique::ALL.into_iter().filter(|t| *t != Technique::Constant) {
+        let mut picture = |terms: Terms| {
+            let shading = ShadingSettings { technique, terms, ..Default::default() };
+            renderer.render(&state, &settings(shading)).unwrap().color
+        };
+        let whole = picture(Terms::ALL);
+        let parts = Terms::NAMES.map(|(term, _)| picture(term));
+        let black = picture(Terms::NONE);
+        let (mut worst, mut mean, mut most, mut count) = (0.0f32, 0.0, [0.0f32; 4], 0.0);
+        for i in (0..whole.len()).filter(|&i| whole[i][3] > 0.0) {
+            assert_eq!(black[i][0], 0.0);
+            let sum: f32 = parts.iter().map(|p| p[i][0]).sum();
+            let error = (sum - whole[i][0]).abs() / whole[i][0];
+            (worst, mean, count) = (worst.max(error), mean + error, count + 1.0);
+            for (most, part) in most.iter_mut().zip(&parts) {
+                *most = most.max(part[i][0]);
+            }
+        }
+        mean /= count;
+        let name = technique.name();
+        println!("{name}: the sum of the terms is off by {worst:.2e} at most, {mean:.1e} on average; most {most:?}");
+        // The mean Fresnel term by three facets against that by the probes.
+        let (worst_bound, mean_bound) = if technique.integrates() { (0.15, 0.025) } else { (1e-5, 1e-5) };
+        assert!(worst < worst_bound && mean < mean_bound, "{name}: {worst}, {mean}");
+        assert!(most.iter().all(|&m| m > 0.01), "{name}: a term is missing: {most:?}");
+    }
+}
+
+/// A panorama of order-2 radiance, which nine coefficients hold exactly: the diffuse part of every pixel (the difference
+/// between a white and a black surface) against the 64-bit reference.
+#[test]
+fn the_diffuse_environment_agrees_with_the_reference_at_every_pixel() {
+    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let radiance =
+        |d: DVec3| DVec3::new(1.0 + 0.5 * d.x, 1.2 + 0.4 * d.y * d.z, 0.8 + 0.3 * d.z + 0.3 * (d.x * d.x - d.y * d.y));
+    let (width, height) = (256u32, 128u32);
+    let texels = (0..width * height).map(|i| {
+        let (u, v) =
+            ((f64::from(i % width) + 0.5) / f64::from(width), (f64::from(i / width) + 0.5) / f64::from(height));
+        let (azimuth, polar) = (std::f64::consts::TAU * (0.5 - u), std::f64::consts::PI * v);
+        let d = DVec3::new(polar.sin() * azimuth.cos(), polar.sin() * azimuth.sin(), polar.cos());
+        radiance(d).as_vec3().to_array()
+    });
+    let image = RgbImage::new(width, height, texels.collect()).unwrap();
+    let coefficients = sh_projection::project_function(8, radiance);
+    let f0 = 0.04;
+    let mut renderers = [1.0, 0.0].map(|albedo| {
+        let environment = Environment::from_equirect(&gpu, 64, &image).unwrap();
+        let object = bumpy_sphere([albedo, albedo, albedo, 0.3], f0);
+        Renderer::new(&gpu, vec![object], environment).unwrap()
+    });
+    let state = state(5.0, None, Vec::new());
+    for shading in integrals() {
+        let [white, black] = renderers.each_mut().map(|r| r.render(&state, &settings(shading)).unwrap().color);
+        let (mut worst, mut count) = (0.0f64, 0);
+        for (i, pixel) in pixels(&mut renderers[0], &state, &white) {
+            let [_, fresnel] = pixel.mirrors(shading, DVec3::splat(f64::from(f0)));
+            let diffuse = if shading.visibility == Visibility::Correlated {
+                let cholesky = slope_grid::slope_cholesky(pixel.diffuse_s);
+                let bent = bent_normal(&direction_area(pixel.wo, pixel.m, cholesky), pixel.m, cholesky);
+                shadowed_diffuse_environment(&bent, &pixel.frame, &coefficients)
+            } else {
+                diffuse::leadr_diffuse_environment(&pixel.normals(shading), &pixel.frame, &coefficients)
+            };
+            let expected = (1.0 - fresnel) * diffuse;
+            let actual = DVec3::from_array(std::array::from_fn(|k| f64::from(white[i][k] - black[i][k])));
+            worst = worst.max((actual - expected).length() / (expected.length() + 0.02));
+            count += 1;
+        }
+        println!("{shading}: {count} pixels, worst relative error {worst:.2e}");
+        assert!(count > 1_000);
+        assert!(worst < 3e-4, "{shading}: {worst}");
+    }
+}

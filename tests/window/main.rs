@@ -1,0 +1,231 @@
+//! The window under a real X server (Xvfb), driven from outside as a user and a window manager would: keys, mouse,
+//! resizing, covering, minimising, closing. Validation is on throughout and must be silent.
+//!
+//! Without Xvfb the test fails, unless `LEADR_SKIP_WINDOW=1` says to skip it. `LEADR_KEEP_SCREENSHOT=FILE.png` keeps
+//! a picture to look at.
+
+#[cfg(target_os = "linux")]
+#[path = "../../examples/02_orbit.rs"]
+mod orbit;
+#[cfg(target_os = "linux")]
+mod server;
+
+#[cfg(not(target_os = "linux"))]
+fn main() {
+    println!("skipped: the test of the window needs Xvfb, which is there on Linux only");
+}
+
+#[cfg(target_os = "linux")]
+fn main() {
+    // Windows open on the main thread only: the test starts itself again as the program that it tests.
+    if std::env::var_os("LEADR_WINDOW_CHILD").is_some() {
+        if let Err(error) = orbit::main() {
+            eprintln!("{error}");
+            std::process::exit(1);
+        }
+        return;
+    }
+    let asked = |flag: &str| std::env::args().skip(1).any(|argument| argument == flag);
+    // cargo-nextest runs what is listed, and asks for the ignored tests apart.
+    if asked("--list") {
+        if !asked("--ignored") {
+            println!("window: test");
+        }
+        return;
+    }
+    // `cargo test NAME` runs the tests of that name everywhere.
+    let filter = std::env::args().skip(1).find(|argument| !argument.starts_with('-'));
+    if filter.is_some_and(|filter| !"window".contains(filter.as_str())) {
+        return;
+    }
+    linux::no_display_is_a_sentence();
+    let server = match server::Server::start() {
+        Ok(server) => server,
+        Err(reason) if std::env::var("LEADR_SKIP_WINDOW").is_ok_and(|value| value == "1") => {
+            return println!("skipped, since LEADR_SKIP_WINDOW=1: {reason}");
+        }
+        Err(reason) => panic!("the test of the window needs Xvfb (LEADR_SKIP_WINDOW=1 skips it): {reason}"),
+    };
+    linux::a_user_looks_around(&server);
+    linux::a_limited_run_ends(&server);
+    linux::the_demo_goes_along_with_the_walk(&server);
+    println!("window: all passed");
+}
+
+#[cfg(target_os = "linux")]
+mod linux {
+    use std::path::Path;
+    use std::process::Command;
+
+    use leadr::maps::{Rgb8Image, load_color_srgb8};
+
+    use super::server::{App, Server, until};
+
+    pub fn no_display_is_a_sentence() {
+        let output = App::command(&["--frames", "1"])
+            .env_remove("DISPLAY")
+            .env_remove("WAYLAND_DISPLAY")
+            .env_remove("WAYLAND_SOCKET")
+            .output()
+            .unwrap();
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(1), "{said}");
+        assert!(said.contains("no window can be opened") && said.contains("leadr capture"), "{said}");
+        assert!(!said.contains(".rs"), "{said}");
+    }
+
+    pub fn a_limited_run_ends(server: &Server) {
+        let app = App::start(server, &["--frames", "4", "--width", "64", "--height", "48", "--validation"]);
+        let (code, out, err) = app.end();
+        assert_eq!(code, Some(0), "{err}");
+        assert!(out.contains("\"frames\":4"), "{out}");
+    }
+
+    /// Five seconds on, the animal is metres away, and the window shows what a capture of that moment shows.
+    pub fn the_demo_goes_along_with_the_walk(server: &Server) {
+        let folder = tempfile::tempdir().unwrap();
+        let scene = ["--atlas-tile", "8", "--size", "160x120", "--samples", "2", "--validation"];
+        let capture = |time: &str| {
+            let file = folder.path().join(format!("{time}.png"));
+            let mut leadr = Command::new(env!("CARGO_BIN_EXE_leadr"));
+            leadr.arg("capture").args(scene).args(["--time", time, "-o"]).arg(&file);
+            if let Ok(device) = std::env::var("LEADR_DEVICE") {
+                leadr.args(["--device", &device]);
+            }
+            let output = leadr.env("LEADR_CACHE", env!("CARGO_TARGET_TMPDIR")).output().unwrap();
+            assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+            load_color_srgb8(&file).unwrap()
+        };
+        let [begin, later] = ["0", "5"].map(capture);
+
+        let mut app = App::demo(server, &[&scene[..], &["--json"]].concat());
+        app.find_window(server, "leadr");
+        let window = app.window();
+        server.focus(window);
+        let title = || server.title(window);
+        server.tap(b' ');
+        until(&app, "time to stop", || title().contains("(paused)"));
+        let shown = |key: u32, moment: &str| {
+            while !title().contains(&format!("· {moment} (paused)")) {
+                let before = title();
+                server.tap(key);
+                until(&app, moment, || title() != before);
+            }
+            app.settles();
+            Rgb8Image::new(160, 120, server.picture(window)).unwrap()
+        };
+        // X11's arrow keys, left and right.
+        let first = shown(0xff51, "0.00 s");
+        let second = shown(0xff53, "5.00 s");
+        let (same, moved) = (differs(&first, &begin).max(differs(&second, &later)), differs(&begin, &later));
+        println!("window and capture differ by {same:.3} codes, the moments by {moved:.3}");
+        assert!(same < 0.3 && moved > 5.0 * same, "{same} {moved}");
+        server.tap(b'q');
+        let (code, out, err) = app.end();
+        assert_eq!(code, Some(0), "{err}");
+        assert!(out.contains("\"command\": \"demo\""), "{out}");
+    }
+
+    /// A picture that is saved must be the one in the window, code by code.
+    fn screenshot(server: &Server, app: &App, folder: &Path, number: u32, size: (u32, u32)) -> Rgb8Image {
+        server.tap(b's');
+        let path = folder.join(format!("shot-{number}.png"));
+        until(app, "a screenshot", || path.exists());
+        let saved = load_color_srgb8(&path).unwrap();
+        assert_eq!((saved.width, saved.height), size);
+        let shown = server.picture(app.window());
+        assert_eq!(shown.len(), saved.texels.len());
+        let worst = shown.iter().zip(&saved.texels).flat_map(|(a, b)| [0, 1, 2].map(|c| a[c].abs_diff(b[c]))).max();
+        // Half a code lies between the CPU's rounding and the device's.
+        assert!(worst <= Some(1), "the window and its screenshot differ by {worst:?} codes");
+        saved
+    }
+
+    /// Mean difference of neighbours in a block of 32², in codes: a sphere full of bumps has some, the sky has none.
+    fn detail(image: &Rgb8Image, left: u32, top: u32) -> f64 {
+        let at = |x: u32, y: u32| i32::from(image.texels[(y * image.width + x) as usize][1]);
+        let block = (0..32).flat_map(|y| (0..32).map(move |x| (left + x, top + y)));
+        block.map(|(x, y)| f64::from((at(x + 1, y) - at(x, y)).abs())).sum::<f64>() / 1024.0
+    }
+
+    fn differs(a: &Rgb8Image, b: &Rgb8Image) -> f64 {
+        let pairs = a.texels.iter().zip(&b.texels);
+        pairs.map(|(a, b)| f64::from(a[1].abs_diff(b[1]))).sum::<f64>() / a.texels.len() as f64
+    }
+
+    pub fn a_user_looks_around(server: &Server) {
+        let folder = tempfile::tempdir().unwrap();
+        let shots = folder.path().join("shot");
+        let shots = shots.to_str().unwrap();
+        let arguments = ["--width", "320", "--height", "240", "--samples", "4", "--validation", "--screenshots", shots];
+        let mut app = App::start(server, &arguments);
+        app.find_window(server, "Orbit");
+        let window = app.window();
+        server.focus(window);
+        let title = || server.title(window);
+        until(&app, "a title with times", || title().contains("leadr") && title().contains("geometry"));
+
+        // Techniques and time.
+        server.tap(b'2');
+        until(&app, "mipmapped normals", || title().contains("normal-mip"));
+        server.tap(b'1');
+        until(&app, "LEADR", || title().contains("· leadr ·"));
+        let before = title();
+        until(&app, "time to run", || title() != before);
+        assert!(app.cpu_share() > 0.1, "a running animation works");
+        server.tap(b' ');
+        until(&app, "time to stop", || title().contains("(paused)"));
+        app.settles();
+
+        // The picture, after a change of size while nothing moves.
+        server.resize(window, 480, 300);
+        app.settles();
+        let first = screenshot(server, &app, folder.path(), 1, (480, 300));
+        let (middle, corner) = (detail(&first, 224, 134), detail(&first, 8, 8));
+        assert!(middle > 4.0 * corner + 1.0, "detail {middle} in the middle, {corner} in a corner");
+        if let Some(keep) = std::env::var_os("LEADR_KEEP_SCREENSHOT") {
+            std::fs::copy(folder.path().join("shot-1.png"), keep).unwrap();
+        }
+
+        // The mouse: a drag turns, the wheel moves closer.
+        server.drag(window, [240, 150], [330, 150]);
+        app.settles();
+        let turned = screenshot(server, &app, folder.path(), 2, (480, 300));
+        assert!(differs(&first, &turned) > 1.0, "a drag changes the picture by {}", differs(&first, &turned));
+        server.tap(b'r');
+        server.tap(b' ');
+        until(&app, "time to stop again", || title().contains("(paused)"));
+        server.wheel(window, 5);
+        app.settles();
+        let closer = screenshot(server, &app, folder.path(), 3, (480, 300));
+        // The sphere reaches where sky was.
+        let (before, after) = (detail(&first, 90, 134), detail(&closer, 90, 134));
+        assert!(after > before + 1.0, "detail at the rim {before}, {after} from closer");
+
+        // Nothing is drawn for a covered window, nor for a minimised one; both come back.
+        server.tap(b' ');
+        until(&app, "time to run again", || !title().contains("(paused)"));
+        let cover = server.cover();
+        app.settles();
+        let covered = title();
+        server.uncover(cover);
+        until(&app, "frames after being covered", || title() != covered);
+        assert!(app.cpu_share() > 0.1, "it draws again");
+        server.minimise(window);
+        app.settles();
+        let minimised = title();
+        server.restore(window);
+        until(&app, "frames after being minimised", || title() != minimised);
+
+        // Sizes while time runs, down to one pixel.
+        for (width, height) in [(200, 100), (1, 1), (97, 311), (320, 240)] {
+            server.resize(window, width, height);
+            let before = title();
+            until(&app, "frames of another size", || title() != before);
+        }
+        server.close(window);
+        let (code, out, err) = app.end();
+        assert_eq!(code, Some(0), "{err}");
+        assert!(out.contains("shot-3.png"), "{out}");
+    }
+}
