@@ -1,4 +1,4 @@
-//! How far masking, shadowing and shadowed environments are from ray casts: the table of docs/shadowing.md. No data is
+//! How far masking, shadowing and shadowed environments are from ray casts: the table of docs/measurements/shadowing.md. No data is
 //! needed.
 //!
 //! `cargo run --release --example 09_shadowing_errors [seed]`

@@ -1,6 +1,6 @@
 //! Fits the rings for wide lobes of `reflectance::visible_specular` again, with the two constants of
 //! `reflectance::shadowed_specular`, and prints them as they stand in the code, with their errors over the surfaces of the fit
-//! and over others. What the rings are in narrow lobes is held (docs/quadrature.md).
+//! and over others. What the rings are in narrow lobes is held (docs/measurements/quadrature.md).
 //!
 //! `cargo run --release --example 12_fit_probes [SEED [SURFACES]]`
 

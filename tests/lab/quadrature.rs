@@ -1,5 +1,5 @@
 //! The visible-slope rules against converged integrals, beside the paper's grids: the bounds are what was measured on
-//! these seeds, and a wrong rule breaks them. The full tables: `examples/07_quadrature.rs`, docs/quadrature.md.
+//! these seeds, and a wrong rule breaks them. The full tables: `examples/07_quadrature.rs`, docs/measurements/quadrature.md.
 
 use glam::{DVec2, DVec3};
 use leadr::lab::quadrature_study::Row;

@@ -90,7 +90,7 @@ fn one_leadr_sample_is_nearest_to_the_supersampled_reference() {
     let leadr_smooth = error(Technique::Leadr, 32);
     let naive = error(Technique::NormalMip, 1);
     let naive_smooth = error(Technique::NormalMip, 32);
-    // Measured: see docs/first-light.md.
+    // Measured: see docs/measurements/first-light.md.
     assert!(leadr.0 < 0.8 * naive.0, "FLIP at one sample");
     // With the outline's aliasing out of the way the filtering itself shows.
     assert!(leadr_smooth.0 < 0.5 * naive_smooth.0, "FLIP of the filtering");

@@ -5,7 +5,7 @@
 #include "../facets/ggx.glsl"
 
 // A GGX base of roughness matrix A under Gaussian displacement of mean slope m and covariance S. The exact density, and
-// how near these come: src/reflectance/ggx_filtering.rs and docs/ggx-filtering.md.
+// how near these come: src/reflectance/integrals/ggx_filtering.rs and docs/measurements/ggx-filtering.md.
 
 // One GGX lobe.
 vec3 filter_ggx(vec3 A, vec3 S) {

@@ -16,7 +16,7 @@
 //!   roughness. (With a weight of just `t` the far tail would be exact, since displacement does not change it.) Exact at
 //!   `t = 0` and `t = 1`. Its Smith terms are those of the mixture, so that the white furnace holds.
 //!
-//! How well each does, beside a single Beckmann lobe: `docs/ggx-filtering.md`.
+//! How well each does, beside a single Beckmann lobe: `docs/measurements/ggx-filtering.md`.
 
 use crate::reflectance::facets::beckmann::{beckmann_ndf, beckmann_p22};
 use crate::reflectance::facets::ggx::{ggx_ndf, ggx_p22, ggx_rough_area};
@@ -268,7 +268,7 @@ mod tests {
         errors
     }
 
-    /// The table of docs/ggx-filtering.md.
+    /// The table of docs/measurements/ggx-filtering.md.
     #[test]
     fn lobes_against_ground_truth() {
         let (mut worst, mut mean, mut n) = ([0.0f64; 3], [0.0; 3], 0.0);

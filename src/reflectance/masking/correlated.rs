@@ -18,7 +18,7 @@
 //! full:    f = t / (t + κ),   t = √(q² + r²) − r,   κ = 0.5 / (1 + 2 min Λ),   r = 0.3 (max Λ − min Λ) / (max Λ + min Λ)
 //! ```
 //!
-//! The form is derived, the constants are fits to ray casts (`docs/shadowing.md` says how they were held out):
+//! The form is derived, the constants are fits to ray casts (`docs/measurements/shadowing.md` says how they were held out):
 //! directions separate sooner the more hides (κ), and later where the elevations differ (r).
 //!
 //! Whatever the constants: symmetric in the two directions; between Smith's form and masking alone, so that a white

@@ -11,7 +11,7 @@
 //!    E_visible[slope] = m + Δ,   Δ = −S o.xy Φ(a/b) / A
 //!    ```
 //!
-//! From them, with fitted constants (`docs/shadowing.md`), the occlusion `a₀` and the bent normal along `(−(m + c Δ),
+//! From them, with fitted constants (`docs/measurements/shadowing.md`), the occlusion `a₀` and the bent normal along `(−(m + c Δ),
 //! 1)`:
 //!
 //! ```text

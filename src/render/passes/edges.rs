@@ -29,7 +29,7 @@ use crate::render::surfaces::tessellation::{Lens, TessellationSettings};
 /// Edge samples across a pixel in one drawing, at most.
 pub const MAX_GRID: u32 = 16;
 /// Vertices along a pixel when edge samples are drawn, at most, up to one per texel. More bring the outline nearer to that of the relief
-/// and its shading farther from it, since what is seen of single bumps is not what their statistics are (docs/report.md).
+/// and its shading farther from it, since what is seen of single bumps is not what their statistics are (docs/measurements/samples.md).
 const VERTICES_PER_PIXEL: f32 = 6.0;
 /// Vertices across an object then, where it is larger: its outline is a smaller part of it, and the vertices of whole
 /// pixels show its bumps.

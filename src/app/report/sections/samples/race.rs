@@ -19,7 +19,7 @@ use crate::render::passes::accumulate::Accumulation;
 use crate::render::scene::FrameState;
 use crate::render::settings::RenderSettings;
 
-/// Edge samples of the picture that is judged; more change its errors little (docs/report.md).
+/// Edge samples of the picture that is judged; more change its errors little (docs/measurements/samples.md).
 const EDGE_SAMPLES: u32 = 64;
 /// The goal: as near as a reference of so many samples,
 pub const WORTH: u32 = 64;
