@@ -48,7 +48,7 @@ pub struct SceneConfig {
     /// Seconds in which the sun goes round; none where it stands.
     pub day_length: Option<f32>,
     /// How the surface is filtered and shaded.
-    #[serde(flatten, serialize_with = "super::shading::named")]
+    #[serde(flatten)]
     pub shading: ShadingSettings,
     /// Whether heights move the surface.
     pub displacement: bool,

@@ -1,8 +1,7 @@
-//! How surfaces are shaded: flags, and how they are named in reports.
+//! Flags of how surfaces are shaded.
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, ValueEnum};
-use serde::{Serialize, Serializer};
 
 use super::error::AppError;
 use crate::render::settings::{DiffuseLights, Quadrature, ShadingSettings, Technique, Terms, Visibility};
@@ -105,43 +104,6 @@ impl ShadingArgs {
         settings.check().map_err(AppError::Usage)?;
         Ok(settings)
     }
-}
-
-/// Settings under the names of their flags.
-#[derive(Serialize)]
-struct Named {
-    technique: &'static str,
-    rule: &'static str,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    grid: Option<u32>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    probes: Option<u32>,
-    masking: &'static str,
-    terms: Vec<&'static str>,
-    diffuse_lights: &'static str,
-    pixel_kernel: bool,
-}
-
-/// Serializes settings under the names of their flags.
-///
-/// # Errors
-/// Those of the serializer.
-pub fn named<S: Serializer>(settings: &ShadingSettings, serializer: S) -> Result<S::Ok, S::Error> {
-    let (rule, grid, probes) = match settings.quadrature {
-        Quadrature::Grid(n) => ("grid", Some(n), None),
-        Quadrature::VisibleSlopes(n) => ("visible", None, Some(n)),
-    };
-    Named {
-        technique: settings.technique.name(),
-        rule,
-        grid,
-        probes,
-        masking: settings.visibility.name(),
-        terms: settings.terms.names().collect(),
-        diffuse_lights: settings.diffuse_lights.name(),
-        pixel_kernel: settings.pixel_kernel && settings.technique.has_pixel_kernel(),
-    }
-    .serialize(serializer)
 }
 
 /// A flag whose values are known by name, each with a line of help.

@@ -1,6 +1,7 @@
 //! What a picture is made with.
 
 use glam::Vec2;
+use serde::{Serialize, Serializer};
 
 use super::passes::accumulate::jitter;
 use super::surfaces::tessellation::TessellationSettings;
@@ -260,6 +261,42 @@ impl std::fmt::Display for ShadingSettings {
             write!(f, ", {}", self.visibility.name())?;
         }
         Ok(())
+    }
+}
+
+/// Settings under the names of their flags.
+#[derive(Serialize)]
+struct Named {
+    technique: &'static str,
+    rule: &'static str,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    grid: Option<u32>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    probes: Option<u32>,
+    masking: &'static str,
+    terms: Vec<&'static str>,
+    diffuse_lights: &'static str,
+    pixel_kernel: bool,
+}
+
+impl Serialize for ShadingSettings {
+    /// Under the names of the flags that choose them.
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let (rule, grid, probes) = match self.quadrature {
+            Quadrature::Grid(n) => ("grid", Some(n), None),
+            Quadrature::VisibleSlopes(n) => ("visible", None, Some(n)),
+        };
+        Named {
+            technique: self.technique.name(),
+            rule,
+            grid,
+            probes,
+            masking: self.visibility.name(),
+            terms: self.terms.names().collect(),
+            diffuse_lights: self.diffuse_lights.name(),
+            pixel_kernel: self.pixel_kernel && self.technique.has_pixel_kernel(),
+        }
+        .serialize(serializer)
     }
 }
 
