@@ -7,7 +7,7 @@
 use std::path::PathBuf;
 
 use clap::Parser;
-use glam::{Affine3A, Vec3};
+use glam::Affine3A;
 use leadr::app::camera_file::CameraPose;
 use leadr::app::orbit::Orbit;
 use leadr::app::window::{Display, WindowOptions, run};
@@ -16,7 +16,7 @@ use leadr::maps::procedural::rock;
 use leadr::render::frame::Renderer;
 use leadr::render::light::environment::{Environment, FACE_SIZE};
 use leadr::render::light::sky::Sky;
-use leadr::render::scene::{FrameState, Object, Pose, Sun};
+use leadr::render::scene::{FrameState, Object, Pose};
 use leadr::render::settings::RenderSettings;
 use leadr::render::surfaces::displacement::{Border, HeightField};
 use leadr::scenes::sphere::displaced_sphere;
@@ -58,15 +58,7 @@ pub fn main() -> Result<(), Box<dyn std::error::Error>> {
     let map = rock(256, 256, 7);
     let field = HeightField { width: map.width, height: map.height, texels: map.texels, border: Border::Wrap };
     let (mesh, heights) = displaced_sphere(&field, 1.0, 8, 64, [0.45, 0.35, 0.26, 0.25]);
-    let sphere = Object {
-        name: "sphere".to_owned(),
-        mesh,
-        heights: Some(heights),
-        height_scale: 0.12,
-        color_map: None,
-        specular_f0: 0.04,
-        casts_shadow: true,
-    };
+    let sphere = Object::new("sphere", mesh).with_heights(heights, 0.12);
 
     let sky = Sky::default();
     let environment = Environment::from_sky(&gpu, FACE_SIZE, &sky)?;
@@ -74,14 +66,9 @@ pub fn main() -> Result<(), Box<dyn std::error::Error>> {
 
     // A scene is a pure function of time: here, a sphere that turns once in twenty seconds.
     let start = CameraPose { position: [3.2, -3.2, 0.7], target: [0.0; 3], up: [0.0, 0.0, 1.0], fov_degrees: 35.0 };
-    let scene = |time: f64| FrameState {
-        time: 0.0,
-        camera: start.camera(),
-        poses: vec![Pose::Rigid(Affine3A::from_rotation_z((time * 0.314) as f32))],
-        sky: Some(sky),
-        sun: Some(Sun { direction: sky.sun_direction.normalize(), irradiance: Vec3::from_array(sky.sun_irradiance()) }),
-        point_lights: Vec::new(),
-        height_scale: 1.0,
+    let scene = |time: f64| {
+        let turned = Affine3A::from_rotation_z((time * 0.314) as f32);
+        FrameState::new(start.camera(), vec![Pose::Rigid(turned)]).under(&sky)
     };
 
     let size = (arguments.width, arguments.height);

@@ -5,7 +5,7 @@
 
 use std::error::Error;
 
-use glam::{Affine3A, Vec3};
+use glam::Vec3;
 use leadr::gpu::{Gpu, GpuOptions};
 use leadr::lab::ray_cast::{Spectrum, Tile};
 use leadr::render::camera::Camera;
@@ -13,7 +13,7 @@ use leadr::render::frame::Renderer;
 use leadr::render::light::environment::Environment;
 use leadr::render::light::sky::Sky;
 use leadr::render::passes::accumulate::Accumulation;
-use leadr::render::scene::{FrameState, Object, Pose, Sun};
+use leadr::render::scene::{FrameState, Object, Pose};
 use leadr::render::settings::{RenderSettings, ShadingSettings, Technique};
 use leadr::render::surfaces::displacement::{Border, HeightField};
 use leadr::render::surfaces::tessellation::TessellationSettings;
@@ -24,27 +24,13 @@ fn main() -> Result<(), Box<dyn Error>> {
     let gpu = Gpu::new(&GpuOptions::default())?;
     let tile = Tile::new(Spectrum::Gaussian, 64, 6.0, 1);
     let heights = HeightField { width: 64, height: 64, texels: tile.heights().to_vec(), border: Border::Wrap };
-    let object = Object {
-        name: "plane".to_owned(),
-        mesh: plane(1.5, 6, 1.0, [0.6, 0.6, 0.6, 0.4], even),
-        heights: Some(heights),
-        height_scale: 0.7 / 64.0,
-        color_map: None,
-        specular_f0: 0.04,
-        casts_shadow: true,
-    };
+    let mesh = plane(1.5, 6, 1.0, [0.6, 0.6, 0.6, 0.4], even);
+    let object = Object::new("plane", mesh).with_heights(heights, 0.7 / 64.0);
     let sky = Sky::default();
     let mut renderer = Renderer::new(&gpu, vec![object], Environment::from_sky(&gpu, 64, &sky)?)?;
     let view = Vec3::new(0.866, 0.0, 0.5) * 200.0;
-    let state = FrameState {
-        time: 0.0,
-        camera: Camera { near: 1.0, ..Camera::looking_at(view, Vec3::ZERO, 0.1432) },
-        poses: vec![Pose::Rigid(Affine3A::IDENTITY)],
-        sky: Some(sky),
-        sun: Some(Sun { direction: sky.sun_direction.normalize(), irradiance: Vec3::from_array(sky.sun_irradiance()) }),
-        point_lights: Vec::new(),
-        height_scale: 1.0,
-    };
+    let camera = Camera { near: 1.0, ..Camera::looking_at(view, Vec3::ZERO, 0.1432) };
+    let state = FrameState::new(camera, vec![Pose::REST]).under(&sky);
     for relief_shadows in [false, true] {
         println!("{}", if relief_shadows { "with shadows of the relief" } else { "without" });
         let mut parts = [Accumulation::default(), Accumulation::default()];

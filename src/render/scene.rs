@@ -28,7 +28,7 @@ pub struct Object {
     pub mesh: PatchMesh,
     /// Heights along the patch normals; none for a smooth surface.
     pub heights: Option<HeightField>,
-    /// Height scale `η` at load; a frame may override it.
+    /// Metres of displacement per unit of `heights` (`η`); each frame multiplies it by its own factor.
     pub height_scale: f32,
     /// Albedo and roughness; without it the vertex colours are used.
     pub color_map: Option<ColorMap>,
@@ -36,6 +36,46 @@ pub struct Object {
     pub specular_f0: f32,
     /// Whether it throws a shadow.
     pub casts_shadow: bool,
+}
+
+impl Object {
+    /// A smooth surface in the colours of its vertices that reflects like common dielectrics and throws a shadow.
+    #[must_use]
+    pub fn new(name: impl Into<String>, mesh: PatchMesh) -> Self {
+        Self {
+            name: name.into(),
+            mesh,
+            heights: None,
+            height_scale: 1.0,
+            color_map: None,
+            specular_f0: 0.04,
+            casts_shadow: true,
+        }
+    }
+
+    /// Displaced along the patch normals by `scale` times the heights.
+    #[must_use]
+    pub fn with_heights(self, heights: HeightField, scale: f32) -> Self {
+        Self { heights: Some(heights), height_scale: scale, ..self }
+    }
+
+    /// Coloured by a map, which multiplies the colours of the vertices.
+    #[must_use]
+    pub fn with_color_map(self, map: ColorMap) -> Self {
+        Self { color_map: Some(map), ..self }
+    }
+
+    /// With another reflectance at normal incidence.
+    #[must_use]
+    pub fn with_specular_f0(self, specular_f0: f32) -> Self {
+        Self { specular_f0, ..self }
+    }
+
+    /// Without a shadow on other surfaces.
+    #[must_use]
+    pub fn without_shadow(self) -> Self {
+        Self { casts_shadow: false, ..self }
+    }
 }
 
 /// Where an object is in one frame.
@@ -97,6 +137,19 @@ pub struct FrameState {
 }
 
 impl FrameState {
+    /// What `camera` sees of objects in their `poses` at time 0, as high as they were made; lit by the renderer's
+    /// environment alone.
+    #[must_use]
+    pub fn new(camera: Camera, poses: Vec<Pose>) -> Self {
+        Self { time: 0.0, camera, poses, sky: None, sun: None, point_lights: Vec::new(), height_scale: 1.0 }
+    }
+
+    /// Under a sky and its sun.
+    #[must_use]
+    pub fn under(self, sky: &Sky) -> Self {
+        Self { sky: Some(*sky), sun: Some(Sun::of(sky)), ..self }
+    }
+
     /// Factor on the radiance of a picture that is looked at: what the sky's sun asks for, 1 under another light.
     #[must_use]
     pub fn exposure(&self) -> f32 {
@@ -105,6 +158,9 @@ impl FrameState {
 }
 
 impl Pose {
+    /// Where the mesh was made.
+    pub const REST: Self = Self::Rigid(Affine3A::IDENTITY);
+
     /// Poses a mesh. Joints beyond the pose's own are ignored.
     #[must_use]
     pub fn apply(&self, mesh: &PatchMesh) -> PosedVertices {

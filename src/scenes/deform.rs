@@ -105,14 +105,8 @@ fn cylinder(n: u32, color: [f32; 4]) -> PatchMesh {
 pub fn stage(deformation: Deformation) -> Stage {
     let (color, specular_f0) = deformation.material();
     let map = bumps();
-    let object = |name: &str, mesh: PatchMesh, heights: HeightField| Object {
-        name: name.to_owned(),
-        mesh,
-        heights: Some(heights),
-        height_scale: 1.0,
-        color_map: None,
-        specular_f0,
-        casts_shadow: true,
+    let object = |name: &str, mesh: PatchMesh, heights: HeightField| {
+        Object::new(name, mesh).with_heights(heights, 1.0).with_specular_f0(specular_f0)
     };
     let tiled = |name: &str, mut mesh: PatchMesh| {
         let (layout, texels) =

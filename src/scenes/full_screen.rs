@@ -36,15 +36,8 @@ pub fn full_screen_stage(size: (u32, u32)) -> Stage {
     };
     // Bumps six texels wide. The map's slopes are per unit texture coordinate, which spans 2 m of the height.
     let map = procedural::gaussian(width, height, 1, 2.0 * SLOPE, 6.0 / height as f32);
-    let object = Object {
-        name: "full screen".to_owned(),
-        mesh,
-        heights: Some(HeightField { width, height, texels: map.texels, border: Border::Wrap }),
-        height_scale: 1.0,
-        color_map: None,
-        specular_f0: 0.04,
-        casts_shadow: false,
-    };
+    let heights = HeightField { width, height, texels: map.texels, border: Border::Wrap };
+    let object = Object::new("full screen", mesh).with_heights(heights, 1.0).without_shadow();
     let distance = 1.0 / (FOV.to_radians() * 0.5).tan();
     let camera = Camera { up: Vec3::Y, ..Camera::looking_at(Vec3::Z * distance, Vec3::ZERO, FOV) };
     Stage::still(vec![object], Views { near: camera, mid: camera, far: camera })

@@ -47,15 +47,11 @@ pub fn ground() -> Object {
         let tint = 0.82 + 0.18 * fade * patches(Vec2::new(p.x, p.y));
         *color = [tint, tint * (0.97 + 0.03 * tint), tint * 0.96, 1.0];
     }
-    Object {
-        name: "ground".to_owned(),
-        mesh,
-        heights: Some(HeightField { width: TEXELS, height: TEXELS, texels, border: Border::Wrap }),
-        height_scale: 1.0,
-        color_map: Some(ColorMap { width: TEXELS, height: TEXELS, texels: colors }),
-        specular_f0: 0.03,
-        casts_shadow: false,
-    }
+    Object::new("ground", mesh)
+        .with_heights(HeightField { width: TEXELS, height: TEXELS, texels, border: Border::Wrap }, 1.0)
+        .with_color_map(ColorMap { width: TEXELS, height: TEXELS, texels: colors })
+        .with_specular_f0(0.03)
+        .without_shadow()
 }
 
 /// Takes what is wider than some `radius` texels out of a repeating map: seen from afar, the repeats of broad swells

@@ -176,15 +176,9 @@ pub fn stage(tile: u32) -> Stage {
     let (width, height) = layout.size();
     let heights = texels.iter().map(|t| t.0).collect();
     let colors = texels.iter().map(|t| t.1).collect();
-    let pillow = Object {
-        name: "pillow".to_owned(),
-        mesh,
-        heights: Some(HeightField { width, height, texels: heights, border: Border::Tiles(layout) }),
-        height_scale: 1.0,
-        color_map: Some(ColorMap { width, height, texels: colors }),
-        specular_f0: 0.04,
-        casts_shadow: true,
-    };
+    let pillow = Object::new("pillow", mesh)
+        .with_heights(HeightField { width, height, texels: heights, border: Border::Tiles(layout) }, 1.0)
+        .with_color_map(ColorMap { width, height, texels: colors });
     let from = |direction: Vec3, distance: f32, target: Vec3| {
         Camera::looking_at(target + direction.normalize() * distance, target, 30.0)
     };

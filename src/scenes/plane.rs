@@ -7,15 +7,7 @@ use glam::{Vec2, Vec3};
 /// A smooth floor to rest things on, which throws no shadow.
 #[must_use]
 pub fn floor(mesh: PatchMesh) -> Object {
-    Object {
-        name: "floor".to_owned(),
-        mesh,
-        heights: None,
-        height_scale: 1.0,
-        color_map: None,
-        specular_f0: 0.04,
-        casts_shadow: false,
-    }
+    Object::new("floor", mesh).without_shadow()
 }
 
 /// A square plane of half width `half`, with `n × n` patches spaced by `spacing(t)`, `t ∈ [-1, 1] → [-1, 1]`, so

@@ -179,15 +179,7 @@ fn object(
     mesh: crate::render::surfaces::patch_mesh::PatchMesh,
     heights: HeightField,
 ) -> Object {
-    Object {
-        name: name.to_owned(),
-        mesh,
-        heights: Some(heights),
-        height_scale: relief.height_scale,
-        color_map: None,
-        specular_f0: 0.04,
-        casts_shadow: true,
-    }
+    Object::new(name, mesh).with_heights(heights, relief.height_scale)
 }
 
 /// A unit sphere in the relief; the map shows once in 1.2 m.

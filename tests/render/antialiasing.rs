@@ -89,17 +89,13 @@ fn motion(renderer: &mut Renderer, technique: Technique, samples: u32, diameter:
         .map(|i| {
             let shift = (right + 0.37 * Vec3::Z) * (pixel * i as f32 / 8.0);
             let state = FrameState {
-                time: 0.0,
-                camera,
-                poses: vec![Pose::Rigid(Affine3A::from_translation(shift))],
-                sky: None,
                 sun: Some(Sun { direction: Vec3::new(0.7, -0.3, 0.8).normalize(), irradiance: Vec3::ONE }),
                 // As bright as the sun: more highlights, so that none decides by luck.
                 point_lights: [(0.2, -0.9, 0.1), (-0.5, -0.6, 0.6), (0.9, -0.1, 0.2), (0.5, -0.8, -0.4)]
                     .map(|(x, y, z)| Vec3::new(x, y, z).normalize() * 1e3)
                     .map(|position| PointLight { position, intensity: Vec3::splat(1e6) })
                     .to_vec(),
-                height_scale: 1.0,
+                ..FrameState::new(camera, vec![Pose::Rigid(Affine3A::from_translation(shift))])
             };
             renderer.render(&state, &settings).unwrap().color.iter().map(|c| c[0]).collect()
         })
@@ -130,15 +126,7 @@ fn small_glossy_parts_do_not_sparkle() {
         ("tooth of 4 by 12 pixels", ellipsoid(Vec3::new(0.33, 0.33, 1.0), 0.08), 12.0),
         ("ring of 20 pixels, 4 thick", torus(0.2, 0.08), 20.0),
     ] {
-        let object = Object {
-            name: name.to_owned(),
-            mesh,
-            heights: None,
-            height_scale: 1.0,
-            color_map: None,
-            specular_f0: 1.0,
-            casts_shadow: false,
-        };
+        let object = Object::new(name, mesh).with_specular_f0(1.0).without_shadow();
         let black = RgbImage::new(8, 4, vec![[0.0; 3]; 32]).unwrap();
         let environment = Environment::from_equirect(&gpu, 16, &black).unwrap();
         let mut renderer = Renderer::new(&gpu, vec![object], environment).unwrap();

@@ -5,7 +5,7 @@ use leadr::render::camera::Camera;
 use leadr::render::frame::{FrameOutput, Layer, Renderer};
 use leadr::render::light::environment::Environment;
 use leadr::render::light::sky::Sky;
-use leadr::render::scene::{FrameState, Object, Pose, Sun};
+use leadr::render::scene::{FrameState, Object, Pose};
 use leadr::render::settings::{RenderSettings, ShadingSettings, Technique};
 use leadr::scenes::sphere::cube_sphere;
 use leadr::scenes::stage::{Lights, Relief, sphere_stage};
@@ -15,37 +15,20 @@ const SIZE: u32 = 64;
 /// .0082 and .0105 (LEAN), .0129 and .0143 (mipmapped normals). A sample that knows its own patch alone is off by .029.
 const OF_MANY_PATCHES: [[f64; 2]; 3] = [[0.0095, 0.013], [0.0095, 0.012], [0.0145, 0.016]];
 
-fn sphere(name: &str, color: [f32; 4]) -> Object {
-    Object {
-        name: name.to_owned(),
-        mesh: cube_sphere(8, color),
-        heights: None,
-        height_scale: 1.0,
-        color_map: None,
-        specular_f0: 0.04,
-        casts_shadow: true,
-    }
-}
-
 /// A small sphere in front of a large one.
 fn scene(gpu: &crate::common::gpu::TestGpu) -> (Renderer, FrameState) {
     let sky = Sky::default();
-    let objects = vec![sphere("front", [0.8, 0.2, 0.1, 0.4]), sphere("back", [0.1, 0.3, 0.8, 0.3])];
+    let objects = [("front", [0.8, 0.2, 0.1, 0.4]), ("back", [0.1, 0.3, 0.8, 0.3])]
+        .map(|(name, color)| Object::new(name, cube_sphere(8, color)))
+        .to_vec();
     let renderer = Renderer::new(gpu, objects, Environment::from_sky(gpu, 32, &sky).unwrap()).unwrap();
     let toward = Vec3::new(-0.3, -1.0, 0.4).normalize();
     let pose = |place: Vec3, radius: f32| {
         Pose::Rigid(Affine3A::from_translation(place) * Affine3A::from_scale(Vec3::splat(radius)))
     };
-    let state = FrameState {
-        time: 0.0,
-        camera: Camera::looking_at(toward * 12.0, Vec3::ZERO, 18.0),
-        poses: vec![pose(toward * 2.0 + Vec3::X * 0.3, 0.5), pose(Vec3::ZERO, 1.4)],
-        sky: Some(sky),
-        sun: Some(Sun { direction: sky.sun_direction.normalize(), irradiance: Vec3::from_array(sky.sun_irradiance()) }),
-        point_lights: Vec::new(),
-        height_scale: 1.0,
-    };
-    (renderer, state)
+    let camera = Camera::looking_at(toward * 12.0, Vec3::ZERO, 18.0);
+    let poses = vec![pose(toward * 2.0 + Vec3::X * 0.3, 0.5), pose(Vec3::ZERO, 1.4)];
+    (renderer, FrameState::new(camera, poses).under(&sky))
 }
 
 fn settings(samples: u32, edge_samples: u32) -> RenderSettings {

@@ -1,6 +1,6 @@
 //! What the project is for: a surface keeps its look at every distance.
 
-use glam::{Affine3A, Vec3};
+use glam::Vec3;
 use leadr::lab::metrics::compare::compare;
 use leadr::maps::tonemap::Tonemap;
 use leadr::maps::{RgbImage, procedural};
@@ -8,7 +8,7 @@ use leadr::render::camera::Camera;
 use leadr::render::frame::{FrameOutput, Renderer};
 use leadr::render::light::environment::Environment;
 use leadr::render::light::sky::Sky;
-use leadr::render::scene::{FrameState, Object, Pose, Sun};
+use leadr::render::scene::{FrameState, Object, Pose};
 use leadr::render::settings::{RenderSettings, ShadingSettings, Technique, Visibility};
 use leadr::render::surfaces::displacement::{Border, HeightField};
 use leadr::render::surfaces::tessellation::TessellationSettings;
@@ -19,30 +19,14 @@ fn bumpy_sphere(gpu: &crate::common::gpu::TestGpu) -> Renderer {
     let map = procedural::gaussian(256, 256, 3, 1.0, 5.0 / 256.0);
     let field = HeightField { width: 256, height: 256, texels: map.texels, border: Border::Wrap };
     let (mesh, heights) = displaced_sphere(&field, 1.0, 8, 32, [0.4, 0.4, 0.4, 0.15]);
-    let object = Object {
-        name: "bumpy sphere".to_owned(),
-        mesh,
-        heights: Some(heights),
-        height_scale: 0.3,
-        color_map: None,
-        specular_f0: 0.3,
-        casts_shadow: false,
-    };
+    let object = Object::new("bumpy sphere", mesh).with_heights(heights, 0.3).with_specular_f0(0.3).without_shadow();
     let environment = Environment::from_sky(gpu, 64, &Sky::default()).unwrap();
     Renderer::new(gpu, vec![object], environment).unwrap()
 }
 
 fn state(distance: f32) -> FrameState {
-    let sky = Sky::default();
-    FrameState {
-        time: 0.0,
-        camera: Camera::looking_at(Vec3::new(0.6, -0.7, 0.3).normalize() * distance, Vec3::ZERO, 20.0),
-        poses: vec![Pose::Rigid(Affine3A::IDENTITY)],
-        sky: Some(sky),
-        sun: Some(Sun { direction: sky.sun_direction.normalize(), irradiance: Vec3::from_array(sky.sun_irradiance()) }),
-        point_lights: Vec::new(),
-        height_scale: 1.0,
-    }
+    let camera = Camera::looking_at(Vec3::new(0.6, -0.7, 0.3).normalize() * distance, Vec3::ZERO, 20.0);
+    FrameState::new(camera, vec![Pose::REST]).under(&Sky::default())
 }
 
 fn settings(size: u32, technique: Technique, samples: u32) -> RenderSettings {

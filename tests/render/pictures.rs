@@ -24,15 +24,7 @@ fn rough() -> HeightField {
 }
 
 fn object(mesh: PatchMesh, heights: HeightField, height_scale: f32) -> Object {
-    Object {
-        name: "test".to_owned(),
-        mesh,
-        heights: Some(heights),
-        height_scale,
-        color_map: None,
-        specular_f0: 0.04,
-        casts_shadow: true,
-    }
+    Object::new("test", mesh).with_heights(heights, height_scale)
 }
 
 fn renderer(gpu: &crate::common::gpu::TestGpu, object: Object) -> Renderer {
@@ -41,15 +33,7 @@ fn renderer(gpu: &crate::common::gpu::TestGpu, object: Object) -> Renderer {
 }
 
 fn state(camera: Camera) -> FrameState {
-    FrameState {
-        time: 0.0,
-        camera,
-        poses: vec![Pose::Rigid(Affine3A::IDENTITY)],
-        sky: Some(Sky::default()),
-        sun: None,
-        point_lights: Vec::new(),
-        height_scale: 1.0,
-    }
+    FrameState { sky: Some(Sky::default()), ..FrameState::new(camera, vec![Pose::REST]) }
 }
 
 /// Pixels that show the inside, but for those of the outline: there the last front face and the first back face meet
@@ -203,11 +187,7 @@ fn every_pixel_of_a_full_scene_is_filtered() {
     let count = MAX_OBJECTS as u32;
     // Vertex colours have 8 bits.
     let gray = |k: u32| (4 * k + 4) as f32 / 255.0;
-    let sphere = |k| Object {
-        mesh: cube_sphere(2, [gray(k), 0.5, 0.5, 0.3]),
-        heights: None,
-        ..object(cube_sphere(1, [0.0; 4]), rough(), 1.0)
-    };
+    let sphere = |k| Object::new("test", cube_sphere(2, [gray(k), 0.5, 0.5, 0.3]));
     let environment = Environment::from_sky(&gpu, 32, &Sky::default()).unwrap();
     let mut renderer = Renderer::new(&gpu, (0..count).map(sphere).collect(), environment).unwrap();
     let place = |k: u32| Vec3::new((k % 8) as f32 - 3.5, 0.0, (k / 8) as f32 - 3.5) * 2.5;

@@ -1,6 +1,6 @@
 //! The reference: it agrees with ray casts, converges, repeats and can be resumed.
 
-use glam::{Affine3A, DVec2, Vec3};
+use glam::{DVec2, Vec3};
 use leadr::gpu::{reflect, shaders};
 use leadr::lab::ray_cast::{Patch, Spectrum, Tile};
 use leadr::maps::RgbImage;
@@ -31,15 +31,9 @@ fn reference(size: (u32, u32), samples: u32, relief_shadows: bool) -> RenderSett
 fn plane_of(tile: &Tile, sigma: f32, casts: bool) -> Object {
     let cells = tile.size();
     let heights = HeightField { width: cells, height: cells, texels: tile.heights().to_vec(), border: Border::Wrap };
-    Object {
-        name: "plane".to_owned(),
-        mesh: plane(1.5, 3 * cells / 32, 1.0, [1.0; 4], even),
-        heights: Some(heights),
-        height_scale: sigma / cells as f32,
-        color_map: None,
-        specular_f0: 0.0,
-        casts_shadow: casts,
-    }
+    let mesh = plane(1.5, 3 * cells / 32, 1.0, [1.0; 4], even);
+    let object = Object::new("plane", mesh).with_heights(heights, sigma / cells as f32).with_specular_f0(0.0);
+    Object { casts_shadow: casts, ..object }
 }
 
 /// From 60° and so far away that rays are parallel: a picture twice as wide as high shows exactly one repeat.
@@ -47,15 +41,9 @@ const VIEW: Vec3 = Vec3::new(0.866_025_4, 0.0, 0.5);
 
 fn state(sun: Option<Vec3>) -> FrameState {
     let fov = 2.0 * (0.25f32 / 200.0).atan().to_degrees();
-    FrameState {
-        time: 0.0,
-        camera: Camera { near: 1.0, ..Camera::looking_at(VIEW * 200.0, Vec3::ZERO, fov) },
-        poses: vec![Pose::Rigid(Affine3A::IDENTITY)],
-        sky: None,
-        sun: sun.map(|direction| Sun { direction, irradiance: Vec3::ONE }),
-        point_lights: Vec::new(),
-        height_scale: 1.0,
-    }
+    let camera = Camera { near: 1.0, ..Camera::looking_at(VIEW * 200.0, Vec3::ZERO, fov) };
+    let sun = sun.map(|direction| Sun { direction, irradiance: Vec3::ONE });
+    FrameState { sun, ..FrameState::new(camera, vec![Pose::REST]) }
 }
 
 fn renderer(gpu: &crate::common::gpu::TestGpu, object: Object, radiance: f32) -> Renderer {

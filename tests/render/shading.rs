@@ -1,6 +1,6 @@
 //! The shading pass as a whole: energy, and every pixel against the reflectance library.
 
-use glam::{Affine3A, DVec2, DVec3, Vec3};
+use glam::{DVec2, DVec3, Vec3};
 use leadr::maps::{RgbImage, procedural};
 use leadr::reflectance::facets::{fresnel, projected_area};
 use leadr::reflectance::frame;
@@ -28,15 +28,7 @@ fn bumpy_sphere(color: [f32; 4], specular_f0: f32) -> Object {
     let map = procedural::gaussian(128, 128, 11, 1.0, 4.0 / 128.0);
     let field = HeightField { width: 128, height: 128, texels: map.texels, border: Border::Wrap };
     let (mesh, heights) = displaced_sphere(&field, 1.0, 6, 32, color);
-    Object {
-        name: "bumpy sphere".to_owned(),
-        mesh,
-        heights: Some(heights),
-        height_scale: 0.5,
-        color_map: None,
-        specular_f0,
-        casts_shadow: false,
-    }
+    Object::new("bumpy sphere", mesh).with_heights(heights, 0.5).with_specular_f0(specular_f0).without_shadow()
 }
 
 fn constant_environment(gpu: &crate::common::gpu::TestGpu, radiance: [f32; 3]) -> Environment {
@@ -45,15 +37,8 @@ fn constant_environment(gpu: &crate::common::gpu::TestGpu, radiance: [f32; 3]) -
 }
 
 fn state(distance: f32, sun: Option<Sun>, point_lights: Vec<PointLight>) -> FrameState {
-    FrameState {
-        time: 0.0,
-        camera: Camera::looking_at(Vec3::new(0.5, -0.8, 0.3).normalize() * distance, Vec3::ZERO, 30.0),
-        poses: vec![Pose::Rigid(Affine3A::IDENTITY)],
-        sky: None,
-        sun,
-        point_lights,
-        height_scale: 1.0,
-    }
+    let camera = Camera::looking_at(Vec3::new(0.5, -0.8, 0.3).normalize() * distance, Vec3::ZERO, 30.0);
+    FrameState { sun, point_lights, ..FrameState::new(camera, vec![Pose::REST]) }
 }
 
 fn settings(shading: ShadingSettings) -> RenderSettings {

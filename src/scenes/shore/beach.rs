@@ -107,13 +107,9 @@ fn mesh(
 
 fn object(name: &str, mesh: PatchMesh, sand: Sand) -> Object {
     let Sand { width, height, heights, colors } = sand;
-    Object {
-        name: name.to_owned(),
-        mesh,
-        heights: Some(HeightField { width, height, texels: heights, border: Border::Wrap }),
-        height_scale: 1.0,
-        color_map: Some(ColorMap { width, height, texels: colors }),
-        specular_f0: 0.025,
-        casts_shadow: false,
-    }
+    Object::new(name, mesh)
+        .with_heights(HeightField { width, height, texels: heights, border: Border::Wrap }, 1.0)
+        .with_color_map(ColorMap { width, height, texels: colors })
+        .with_specular_f0(0.025)
+        .without_shadow()
 }

@@ -52,20 +52,11 @@ fn body_object(body: &Body, tile: u32) -> Object {
     });
     let (width, height) = layout.size();
     shade_contacts(body, &mut mesh);
-    Object {
-        name: "snake".to_owned(),
-        mesh,
-        heights: Some(HeightField {
-            width,
-            height,
-            texels: texels.iter().map(|t| t.0).collect(),
-            border: Border::Tiles(layout),
-        }),
-        height_scale: 1.0,
-        color_map: Some(ColorMap { width, height, texels: texels.iter().map(|t| t.1).collect() }),
-        specular_f0: 0.045,
-        casts_shadow: true,
-    }
+    let (heights, colors) = texels.into_iter().unzip();
+    Object::new("snake", mesh)
+        .with_heights(HeightField { width, height, texels: heights, border: Border::Tiles(layout) }, 1.0)
+        .with_color_map(ColorMap { width, height, texels: colors })
+        .with_specular_f0(0.045)
 }
 
 /// Ambient accessibility: what the ground and the body's other turns hide of the surroundings.
@@ -110,15 +101,7 @@ fn eyes(body: &Body) -> Object {
         mesh.colors.extend(&ball.colors);
         mesh.accessibility.extend(&ball.accessibility);
     }
-    Object {
-        name: "eyes".to_owned(),
-        mesh,
-        heights: None,
-        height_scale: 1.0,
-        color_map: None,
-        specular_f0: 0.05,
-        casts_shadow: false,
-    }
+    Object::new("eyes", mesh).with_specular_f0(0.05).without_shadow()
 }
 
 /// Four lamps around the coil: warm ones in front, cool ones behind.

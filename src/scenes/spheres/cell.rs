@@ -47,15 +47,7 @@ impl Surface {
     pub fn object(&self, name: &str, steep: f32, facets: Facets) -> Object {
         let mut mesh = self.mesh.clone();
         mesh.colors = vec![[1.0, 1.0, 1.0, MIRROR_ROUGHNESS]; mesh.positions.len()];
-        Object {
-            name: name.to_owned(),
-            mesh,
-            heights: Some(self.heights.clone()),
-            height_scale: steep,
-            color_map: None,
-            specular_f0: facets.specular_f0(),
-            casts_shadow: true,
-        }
+        Object::new(name, mesh).with_heights(self.heights.clone(), steep).with_specular_f0(facets.specular_f0())
     }
 
     /// The stage of one cell. A frame state's `height_scale` multiplies `steep`, so that one upload serves all rows whose

@@ -20,25 +20,12 @@ pub fn animal(tile: u32, progress: &(dyn Fn(f32) + Sync)) -> Result<[Object; 2],
     let mut body = trex.body;
     // The atlas has the colours; the vertices must not tint them.
     body.colors = vec![[1.0; 4]; body.positions.len()];
-    let body = Object {
-        name: "trex body".to_owned(),
-        mesh: body,
-        heights: Some(HeightField { width, height, texels: trex.heights, border: Border::Tiles(trex.layout) }),
-        height_scale: 1.0,
-        color_map: Some(ColorMap { width, height, texels: trex.colors }),
+    let body = Object::new("trex body", body)
+        .with_heights(HeightField { width, height, texels: trex.heights, border: Border::Tiles(trex.layout) }, 1.0)
+        .with_color_map(ColorMap { width, height, texels: trex.colors })
         // Keratin, slightly above the usual 0.04.
-        specular_f0: 0.045,
-        casts_shadow: true,
-    };
-    let props = Object {
-        name: "trex teeth, claws and eyes".to_owned(),
-        mesh: trex.props,
-        heights: None,
-        height_scale: 1.0,
-        color_map: None,
-        specular_f0: 0.05,
-        casts_shadow: true,
-    };
+        .with_specular_f0(0.045);
+    let props = Object::new("trex teeth, claws and eyes", trex.props).with_specular_f0(0.05);
     Ok([body, props])
 }
 
