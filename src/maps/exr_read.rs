@@ -50,7 +50,8 @@ thread_local! {
     static QUIET: Cell<bool> = const { Cell::new(false) };
 }
 
-/// While one lives, a panic of this thread prints nothing; other threads and times keep the hook that was there.
+/// While a value of this type lives, a panic of this thread prints nothing; other threads, and this one afterwards, keep the
+/// hook that was there.
 struct Quiet;
 
 impl Quiet {
@@ -111,7 +112,7 @@ fn decode_unguarded(bytes: &[u8], choose: Choose, wanted: &str) -> Result<Planes
             return Err(MapFault::damaged("two of its blocks claim the same texels"));
         }
         covered += block.index.pixel_size.area();
-        // Only once a block has really filled its place is the size believed.
+        // The size is believed only once a block has really filled its place.
         while planes.len() < picked.len() {
             planes.push(limits::zeroed::<f32>(texel_count)?);
         }
@@ -150,7 +151,7 @@ fn pick_part(meta: &MetaData, choose: Choose, wanted: &str) -> Result<(usize, Ve
     Err(MapFault::Unsupported { what, remedy: "rename or re-export its channels".into() })
 }
 
-/// Little-endian `i32` at `*at`, which moves on.
+/// Reads the little-endian `i32` at `*at` and advances `at` past it.
 fn read_i32(bytes: &[u8], at: &mut usize) -> Result<i32, MapFault> {
     let end = at.checked_add(4).filter(|&end| end <= bytes.len());
     let end = end.ok_or_else(|| MapFault::damaged("a block lies outside the file (truncated?)"))?;
@@ -231,7 +232,7 @@ fn fill<T>(
     Ok(())
 }
 
-/// The crate's reason as one of our sentences.
+/// The crate's error, worded as one of our sentences.
 fn fault(error: exr::error::Error) -> MapFault {
     match error {
         exr::error::Error::NotSupported(reason) => MapFault::Unsupported {

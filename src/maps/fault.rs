@@ -40,12 +40,12 @@ pub enum MapFault {
         /// What contradicts.
         what: String,
     },
-    /// A legal file that this reader does not support.
+    /// A valid file that this reader does not support.
     #[error("cannot be used: {what}; {remedy}")]
     Unsupported {
         /// What is not supported.
         what: String,
-        /// What would be.
+        /// What would be supported instead.
         remedy: String,
     },
     /// Over a documented limit of [`crate::maps::limits`], or a claim that the file is too short to fill.
@@ -62,7 +62,7 @@ pub enum MapFault {
         /// Height in texels.
         height: u64,
     },
-    /// A texel that no later sum would survive.
+    /// A texel whose value (NaN, infinite or out of range) would spoil every later sum.
     #[error("holds {value} in channel {channel} at x = {x}, y = {y} (from the top left); {remedy}")]
     BadTexel {
         /// Channel name: `height`, `R`, `G` or `B`.

@@ -1,9 +1,9 @@
 //! Radiance `.hdr` (RGBE and XYZE), read strictly: flat, old run-length and new run-length scanlines, all eight
 //! axis orders. Memory grows with the bytes that are really there, never with the header.
 //!
-//! Decisions: texel = mantissa * 2^(e - 136), as in most readers (Radiance itself adds half a step). `EXPOSURE=` lines
+//! Conventions: texel = mantissa * 2^(e - 136), as in most readers (Radiance itself adds half a step). `EXPOSURE=` lines
 //! are divided out, as the format says. `PRIMARIES=`, `GAMMA=` and `COLORCORR=` are ignored (Photoshop writes
-//! meaningless ones). XYZE is taken to Rec.709 with a D65 white, what falls outside its gamut is clamped to 0.
+//! meaningless ones). XYZE is converted to Rec.709 with a D65 white; what falls outside its gamut is clamped to 0.
 
 use super::{MapFault, RgbImage, limits};
 

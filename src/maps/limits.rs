@@ -14,9 +14,9 @@ pub const MAX_SIDE: u64 = 1 << 16;
 pub const MAX_DECODED_BYTES: u64 = 2 << 30;
 /// Largest file that is read, in bytes.
 pub const MAX_FILE_BYTES: u64 = 1 << 30;
-/// Decoded bytes that any file may claim, however short it is.
+/// Decoded bytes that a file of any length may claim.
 const FREE_DECODED_BYTES: u64 = 64 << 20;
-/// Decoded bytes believed per byte of file beyond that. Deflate, the strongest common coder, reaches 1032.
+/// Further decoded bytes that are believed per byte of the file. Deflate, the strongest common coder, reaches 1032.
 const MAX_EXPANSION: u64 = 1100;
 /// Largest height accepted: its slope over 16384 texels can still be squared in 32 bits.
 pub const MAX_HEIGHT: f32 = 1e12;
@@ -52,7 +52,7 @@ pub(crate) fn check_size(width: u64, height: u64, bytes_per_texel: u64, file_byt
     Ok(())
 }
 
-/// A zeroed buffer, or a sentence instead of an abort when memory is short.
+/// A zeroed buffer, or an error instead of an abort when memory is short.
 pub(crate) fn zeroed<T: bytemuck::Zeroable + Copy>(len: usize) -> Result<Vec<T>, MapFault> {
     let mut buffer = Vec::new();
     buffer.try_reserve_exact(len).map_err(|_| MapFault::TooLarge {

@@ -1,4 +1,4 @@
-//! The four loaders. The format is told by the first bytes, not by the file's name.
+//! The four loaders. The format is recognised by the first bytes, not by the file's name.
 
 use std::path::Path;
 
@@ -8,7 +8,7 @@ use super::{HeightMap, MapError, MapFault, Rgb8Image, RgbImage, exr_read, hdr, l
 
 /// Loads a height map from PNG (8 or 16-bit, normalised to 0..1) or EXR (as stored, may be negative).
 ///
-/// Of a PNG the first channel (grey, or red) is the height and alpha is ignored. Of an EXR it is the only channel, or
+/// In a PNG the first channel (grey, or red) is the height and alpha is ignored. In an EXR it is the only channel, or
 /// else the first of `height`, `displacement`, `disp`, `Y`, `Z`, `R`, whatever its case, with or without a layer
 /// prefix. Fails on anything unreadable, over [`limits`], or not finite.
 pub fn load_height_map(path: impl AsRef<Path>) -> Result<HeightMap, MapError> {
@@ -17,7 +17,7 @@ pub fn load_height_map(path: impl AsRef<Path>) -> Result<HeightMap, MapError> {
 
 /// Loads an equirectangular environment (linear radiance) from Radiance HDR or EXR.
 ///
-/// Of an EXR the channels are `R`, `G`, `B`, or those of the first layer that has all three, or a lone `Y` as grey.
+/// In an EXR the channels are `R`, `G`, `B`, or those of the first layer that has all three, or a lone `Y` as grey.
 /// Fails on anything unreadable, over [`limits`], not finite or negative (channel and place are named); negative values
 /// within [`limits::NEGATIVE_NOISE`] are what lossy compression leaves of black, and become 0.
 pub fn load_environment(path: impl AsRef<Path>) -> Result<RgbImage, MapError> {

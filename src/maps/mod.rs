@@ -1,5 +1,5 @@
 //! Floor 2: textures on the CPU. Load and validate untrusted files, derive slope moments and mips, make procedural
-//! height maps, compare and save images. Knows nothing of Vulkan.
+//! height maps, tonemap and save images. Knows nothing of Vulkan.
 //!
 //! Everywhere: row 0 is the top row, texels are row-major, `s` runs right over the width and `t` runs down over the
 //! height (both 0 to 1), colours are linear Rec.709 unless the type says sRGB.

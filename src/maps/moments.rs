@@ -9,7 +9,7 @@
 //! centres the sampler interpolates the moments, so the mean slope varies smoothly and the variance is that of mixing
 //! the neighbours' slopes. The bilinear height field itself has other slopes: one-sided differences, constant between
 //! centres. Their mean over a texel is the same central difference; their variance inside a texel, at most
-//! `((h[i+1] - 2h[i] + h[i-1]) * n / 2)^2` an axis, is left out. For a sine of `n / p` periods the central
+//! `((h[i+1] - 2h[i] + h[i-1]) * n / 2)^2` per axis, is left out. For a sine of `n / p` periods the central
 //! difference sees `E[x^2]` times `sinc(2 pi / p)^2` (p = 8 texels: 0.81, p = 32: 0.987; tested). Maps with
 //! detail at the texel limit should be magnified or blurred before baking.
 
@@ -23,7 +23,7 @@ pub enum Wrap {
     /// The map repeats.
     #[default]
     Repeat,
-    /// The edge texel goes on. Slopes at the edge are then halved, as the sampler sees them.
+    /// The edge texel is repeated. Slopes at the edge are then halved, as the sampler sees them.
     Clamp,
 }
 

@@ -1,5 +1,5 @@
-//! PNG through the `image` crate, with the size checked before anything is unpacked. Palettes and 1, 2, 4-bit greys
-//! arrive expanded to 8 bits; interlacing and 16 bits are handled; of an animation the first frame is read.
+//! PNG through the `image` crate, with the size checked before anything is unpacked. Palettes and greys of 1, 2 or 4 bits
+//! arrive expanded to 8 bits; interlacing and 16 bits are handled; only the first frame of an animation is read.
 
 use std::io::Cursor;
 
@@ -22,7 +22,7 @@ pub(crate) enum Samples {
     U16(Vec<u16>),
 }
 
-/// Whether the bytes start like a PNG. Only the name is asked for, so that a PNG whose signature was hurt in transfer
+/// Whether the bytes start like a PNG. Only the letters `PNG` are checked, so that a PNG whose signature was damaged in transfer
 /// is called damaged rather than unknown.
 pub(crate) fn is_png(bytes: &[u8]) -> bool {
     bytes.len() >= 4 && &bytes[1..4] == b"PNG"
@@ -65,7 +65,7 @@ pub(crate) fn decode(bytes: &[u8]) -> Result<Png, MapFault> {
     Ok(Png { width, height, channels, samples })
 }
 
-/// The decoder's reason as one of our sentences.
+/// The decoder's error, worded as one of our sentences.
 fn fault(error: ImageError) -> MapFault {
     match error {
         ImageError::Unsupported(reason) => {

@@ -1,4 +1,4 @@
-//! Files out: PNG and EXR with deterministic bytes, written beside their target and renamed into place, so that a
+//! Saving files: PNG and EXR with deterministic bytes, written beside their target and renamed into place, so that a
 //! killed or failed run leaves either the old file or the new one.
 
 use std::fs::{self, File};
@@ -31,7 +31,7 @@ pub fn write_atomic(path: impl AsRef<Path>, bytes: &[u8]) -> Result<(), MapError
         fs::rename(&beside, path).map_err(io("cannot be replaced"))
     })();
     result.map_err(|fault: MapFault| {
-        // Nothing to do about a second failure; the first is the one to tell.
+        // A second failure changes nothing; the first is the one to report.
         let _ = fs::remove_file(&beside);
         fault.in_file(path)
     })

@@ -75,7 +75,7 @@ impl HeightMap {
 
 impl RgbImage {
     /// An image of any linear colours. Fails when a side is 0 or the length is not `width * height`; texels are not
-    /// looked at (a render may hold NaN; see [`RgbImage::check_radiance`]).
+    /// checked (a render may hold NaN; see [`RgbImage::check_radiance`]).
     pub fn new(width: u32, height: u32, texels: Vec<[f32; 3]>) -> Result<Self, MapFault> {
         check_len(width, height, texels.len())?;
         Ok(Self { width, height, texels })
