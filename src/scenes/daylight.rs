@@ -17,7 +17,7 @@ pub fn at_hour(hour: f64) -> Vec3 {
     after(noon, hour - 12.0)
 }
 
-/// Where a sun that is in `direction` will be after so many hours: round the pole of the sky.
+/// Direction of the sun so many hours after it was in `direction`: a turn about the pole of the sky.
 #[must_use]
 pub fn after(direction: Vec3, hours: f64) -> Vec3 {
     let (sl, cl) = LATITUDE.sin_cos();
@@ -25,7 +25,7 @@ pub fn after(direction: Vec3, hours: f64) -> Vec3 {
     Quat::from_axis_angle(Vec3::new(0.0, cl, sl), turn as f32) * direction
 }
 
-/// Lets so many hours pass in the sky of a frame and nowhere else. A frame lit by a picture stays as it is.
+/// Advances the sky of a frame by so many hours, and nothing else. A frame lit by a picture is left unchanged.
 pub fn pass(state: &mut FrameState, hours: f64) {
     let Some(sky) = state.sky.as_mut().filter(|_| hours != 0.0) else { return };
     sky.sun_direction = after(sky.sun_direction, hours);

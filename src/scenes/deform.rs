@@ -14,15 +14,15 @@ use crate::render::scene::{Object, Pose};
 use crate::render::surfaces::displacement::{Border, HeightField};
 use crate::render::surfaces::patch_mesh::PatchMesh;
 
-/// What happens to the surfaces.
+/// How the surfaces deform.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Deformation {
-    /// Longer sideways and thinner upwards by the same factor, up to [`STRETCH`]: slopes flatten along one direction and
+    /// Wider sideways and flatter upwards by the same factor, up to [`STRETCH`]: slopes flatten along one direction and
     /// steepen along the other.
     Stretch,
     /// Leaning over by up to [`SHEAR`] of their height.
     Shear,
-    /// Bumps lower and lower, down to a smooth surface.
+    /// Bumps flatten until the surface is smooth.
     HeightScale,
 }
 
@@ -71,7 +71,7 @@ impl Deformation {
 
 /// Half the side of the quad, radius of the sphere, half the height of the cylinder: metres.
 const HALF: f32 = 1.0;
-/// Metres that show the map once.
+/// Metres of surface that one repeat of the map covers.
 const REPEAT: f32 = 2.0;
 const TEXELS: u32 = 512;
 
@@ -119,7 +119,7 @@ pub fn stage(deformation: Deformation) -> Stage {
 
     let motion = move |time: f64| {
         let map = deformation.map(progress(time));
-        // What stands stays on its feet, and what is stretched stays apart from its neighbours.
+        // Objects keep standing on the floor, and stretched ones stay apart from their neighbours.
         let room = 1.25 * (map * Vec3::X).length().max(1.0) * HALF + 0.1 + 0.5 * (map * Vec3::Z).x.abs();
         let upright = Mat3::from_rotation_x(80f32.to_radians());
         let place = |x: f32, linear: Mat3| {

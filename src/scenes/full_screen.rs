@@ -1,5 +1,5 @@
-//! A square that fills the picture, one texel of its map to a pixel: nothing is filtered and every pixel does the same
-//! work, so what is measured is the fragment shader (the configuration of the LEADR paper's tables, section 7).
+//! A square that fills the picture, one texel of its map per pixel: nothing is filtered and every pixel does the same
+//! work, so only the fragment shader is measured (the configuration of the LEADR paper's tables, section 7).
 
 use glam::{Vec2, Vec3};
 

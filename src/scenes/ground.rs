@@ -8,7 +8,7 @@ use crate::maps::tonemap::srgb_from_linear;
 use crate::render::scene::{ColorMap, Object};
 use crate::render::surfaces::displacement::{Border, HeightField};
 
-/// Metres of ground that show the soil map once.
+/// Metres of ground that one repeat of the soil map covers.
 const REPEAT: f32 = 5.0;
 /// Metres from the lowest crack to the highest pebble.
 const RELIEF: f32 = 0.10;
@@ -17,7 +17,7 @@ const HALF: f32 = 6000.0;
 /// Texels of the soil map along one repeat.
 const TEXELS: u32 = 1024;
 
-/// Metres after which the whole ground, its tint too, repeats along x and y.
+/// Metres after which the whole ground, tint included, repeats along x and y.
 pub const PERIOD: f32 = 40.0;
 
 /// The ground at z = 0, its heights centred on zero.
@@ -33,7 +33,7 @@ pub fn ground() -> Object {
         .texels
         .iter()
         .map(|h| {
-            // Dust on what stands out, damp dark earth in the cracks.
+            // Dust on the high places, damp dark earth in the cracks.
             let t = ((h - low) / range).clamp(0.0, 1.0);
             let mix = |dark: f32, light: f32| dark + (light - dark) * t * (2.0 - t);
             let code = |v: f32| (srgb_from_linear(v) * 255.0 + 0.5) as u8;
@@ -42,7 +42,7 @@ pub fn ground() -> Object {
         .collect();
     let mut mesh = plane(HALF, 80, REPEAT, [1.0; 4], toward_horizon);
     for (color, p) in mesh.colors.iter_mut().zip(&mesh.positions) {
-        // Far out the patches of the mesh are larger than those of the tint, which would alias into a grid.
+        // Far away the patches of the mesh are larger than those of the tint, which would alias into a grid.
         let fade = 1.0 / (1.0 + (p.length() / 45.0).powi(4));
         let tint = 0.82 + 0.18 * fade * patches(Vec2::new(p.x, p.y));
         *color = [tint, tint * (0.97 + 0.03 * tint), tint * 0.96, 1.0];
@@ -54,7 +54,7 @@ pub fn ground() -> Object {
         .without_shadow()
 }
 
-/// Takes what is wider than some `radius` texels out of a repeating map: seen from afar, the repeats of broad swells
+/// Removes features wider than about `radius` texels from a repeating map: seen from afar, the repeats of broad swells
 /// would show as a chequerboard.
 fn flatten(texels: &mut [f32], width: usize, radius: usize) {
     let mut swell = texels.to_vec();

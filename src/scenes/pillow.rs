@@ -51,7 +51,7 @@ fn mesh() -> PatchMesh {
                 let e = 1e-3;
                 let ds = shape(s + e, t, side) - shape(s - e, t, side);
                 let dt = shape(s, t + e, side) - shape(s, t - e, side);
-                // Over the rim the surface goes on below, so the derivatives there are those of a smooth surface. They
+                // Beyond the rim the surface continues on the other side, so the derivatives there are those of a smooth surface. They
                 // vanish at the corners, which point outwards.
                 let corner = (i == 0 || i == n) && (j == 0 || j == n);
                 let normal = if corner { Vec3::new(s, t, 0.0) } else { ds.cross(dt) * side };
@@ -89,7 +89,7 @@ fn smoothstep(low: f32, high: f32, x: f32) -> f32 {
     t * t * (3.0 - 2.0 * t)
 }
 
-/// What the cloth is like at one place.
+/// The cloth at one place.
 #[derive(Clone, Copy, Debug)]
 struct Cloth {
     /// Metres above the smooth cushion.
@@ -110,7 +110,7 @@ fn weave(p: Vec2) -> (f32, bool) {
 }
 
 fn cloth(parameter: Vec2) -> Cloth {
-    // Beyond the rim the other face goes on.
+    // Beyond the rim the other face continues.
     let parameter = parameter.clamp(Vec2::NEG_ONE - 0.1, Vec2::ONE + 0.1);
     let p = parameter * CLOTH;
     let inside = (1.0 - parameter.abs()) * CLOTH;
@@ -128,7 +128,7 @@ fn cloth(parameter: Vec2) -> Cloth {
     color *= if warp { 1.1 } else { 0.9 } * (0.55 + 0.45 * thread) * (0.65 + 0.35 * lift);
     let mut roughness = 0.55;
 
-    // Stitches lie in the seams.
+    // The seams hold stitches.
     let seam = |x: f32| (x - x.round()) * DIAMOND * std::f32::consts::FRAC_1_SQRT_2;
     for (across, along) in [(seam(u), v), (seam(v), u)] {
         let dash = (along * DIAMOND / 0.0095).fract().abs();
@@ -210,7 +210,7 @@ fn floor() -> Object {
         .positions
         .iter()
         .map(|p| {
-            // About what a disc close above the floor hides.
+            // Roughly what a disc just above the floor hides of the surroundings.
             let outside = ((p.x.powi(4) + p.y.powi(4)).powf(0.25) - 0.7 * HALF).max(0.0);
             1.0 - 0.8 * (-(outside / 0.1).powi(2)).exp() - 0.12 * (-(outside / 0.3)).exp()
         })

@@ -4,7 +4,7 @@ use crate::render::scene::Object;
 use crate::render::surfaces::patch_mesh::PatchMesh;
 use glam::{Vec2, Vec3};
 
-/// A smooth floor to rest things on, which throws no shadow.
+/// A smooth floor for things to stand on; it casts no shadow.
 #[must_use]
 pub fn floor(mesh: PatchMesh) -> Object {
     Object::new("floor", mesh).without_shadow()

@@ -116,7 +116,7 @@ pub fn triplanar(position: Vec3, normal: Vec3, repeat: f32, mean: f32, sample: i
     mean + sum / squares.max(1e-20).sqrt()
 }
 
-/// A unit sphere displaced by a repeating map: `repeat` metres of surface show it once. Heights are in units of
+/// A unit sphere displaced by a repeating map: one repeat of it covers `repeat` metres of surface. Heights are in units of
 /// the map's own values and centred on its mean.
 #[must_use]
 pub fn displaced_sphere(

@@ -32,7 +32,7 @@ pub struct Sweep {
 }
 
 impl Sweep {
-    /// Metres at `step` of `steps`; the first where there is but one.
+    /// Metres at `step` of `steps`; the first if there is only one.
     #[must_use]
     pub fn distance(&self, step: u32, steps: u32) -> f32 {
         let share = f64::from(step) / f64::from(steps.max(2) - 1);
@@ -58,7 +58,7 @@ impl Views {
 /// Light on a stage besides its environment image.
 #[derive(Clone, Debug, Default)]
 pub struct Lights {
-    /// The analytic sky with its sun, when the environment is not an image.
+    /// The analytic sky with its sun, unless the environment is an image.
     pub sky: Option<Sky>,
     /// A directional light instead of the sky's sun.
     pub sun: Option<Sun>,
@@ -142,7 +142,7 @@ impl Stage {
 /// Material and relief of the plane and sphere scenes.
 #[derive(Clone, Debug)]
 pub struct Relief {
-    /// Heights, one repeat; none for rock made by the program.
+    /// One repeat of the heights; `None` for a generated rock.
     pub map: Option<HeightMap>,
     /// Metres of height per unit of the map, before the frame's own factor.
     pub height_scale: f32,
@@ -161,7 +161,7 @@ impl Default for Relief {
 impl Relief {
     fn field(&mut self) -> HeightField {
         let map = self.map.take().unwrap_or_else(|| {
-            // The program's own rock is steeper than most scans.
+            // The generated rock is steeper than most scans.
             self.height_scale *= 0.6;
             procedural::rock(1024, 1024, 1)
         });
@@ -182,7 +182,7 @@ fn object(
     Object::new(name, mesh).with_heights(heights, relief.height_scale)
 }
 
-/// A unit sphere in the relief; the map shows once in 1.2 m.
+/// A unit sphere with the relief; the map repeats every 1.2 m.
 #[must_use]
 pub fn sphere_stage(mut relief: Relief) -> Stage {
     let field = relief.field();
@@ -193,7 +193,7 @@ pub fn sphere_stage(mut relief: Relief) -> Stage {
     Stage::still(vec![object("sphere", &relief, mesh, heights)], views)
 }
 
-/// A plane of 8 m in the relief; the map shows once in 2 m.
+/// A plane of 8 m with the relief; the map repeats every 2 m.
 #[must_use]
 pub fn plane_stage(mut relief: Relief) -> Stage {
     let heights = relief.field();

@@ -1,5 +1,5 @@
 //! A photographer's studio as an environment: soft boxes with sharp edges, a strip light, a broad gradient of walls and
-//! floor, and small bulbs. What a rough mirror must blur and a smooth one must not.
+//! floor, and small bulbs: features that a rough mirror must blur and a smooth one must not.
 
 use std::f32::consts::{PI, TAU};
 
@@ -41,7 +41,7 @@ const LAMPS: [Lamp; 7] = [
     lamp(-72.0, -22.0, [0.05, 0.05], 0.05, [16.0, 13.0, 8.0]),
 ];
 
-/// Brings the irradiance on a plane facing up to about π: white cloth there is then as bright as a sheet of paper.
+/// Scale that makes the irradiance on a plane facing up about π: white cloth there is then as bright as a sheet of paper.
 const EXPOSURE: f32 = 0.62;
 
 /// Radiance toward a unit direction, z up.

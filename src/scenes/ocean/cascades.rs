@@ -9,22 +9,22 @@ use std::f64::consts::TAU;
 pub struct Cascades {
     /// The tiles, the longest waves first.
     pub cascades: Vec<Cascade>,
-    /// Shortest wave number that no cascade carries, rad/m: the rest of the spectrum is roughness.
+    /// Smallest wave number that no cascade carries, rad/m: the rest of the spectrum is roughness.
     pub cut: f64,
 }
 
 /// Ratio of the sizes of neighbouring tiles; irrational, so that no two repeat together.
 const RATIO: f64 = 6.853;
-/// Waves across a tile at the long end of its band: the fewer, the more a tile shows its repeat.
+/// Waves across a tile at the long end of its band: the fewer there are, the more visibly a tile repeats.
 const LEAST_WAVES: f64 = 7.0;
 /// Most tiles, and the shortest edge worth having, metres.
 const MOST: usize = 6;
 const SHORTEST_TILE: f64 = 1.2;
-/// The golden angle: no two tiles are turned alike.
+/// The golden angle, so that no two tiles have the same orientation.
 const TURN: f64 = 2.399_963_229_728_653;
 
-/// Divides `sea` into tiles of `resolution²` samples. The longest band is carried by two tiles of unlike size and angle, half
-/// its energy each: seen from far, nothing repeats.
+/// Divides `sea` into tiles of `resolution²` samples. The longest band is carried by two tiles of different size and angle, half
+/// its energy each, so that nothing repeats visibly from afar.
 #[must_use]
 pub fn divide(sea: &Sea, resolution: u32, seed: u64) -> Cascades {
     let longest = (12.0 * TAU / sea.peak_wave_number()).max(60.0);

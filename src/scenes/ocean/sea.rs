@@ -1,4 +1,4 @@
-//! A sea as the renderer takes it.
+//! A sea in the form the renderer takes.
 
 use super::cascades::divide;
 use super::spectrum::Sea;
@@ -9,19 +9,20 @@ use crate::render::surfaces::ocean::waves::foam_weight;
 use crate::scenes::stage::{Stage, Views};
 use glam::Vec3;
 
-/// Samples along the edge of a tile, unless something else is asked for.
+/// Default number of samples along the edge of a tile.
 pub const RESOLUTION: u32 = 256;
 
 /// Linear albedo that a [`Sky`](crate::render::light::sky::Sky) should have below its horizon over a sea, where mirrored rays that
-/// meet other waves end: what water seen at a few degrees shows of the low sky, and what comes up out of it (an estimate).
+/// meet other waves end: what water seen at a few degrees reflects of the low sky, plus the light scattered up from within it
+/// (an estimate).
 pub const BELOW_THE_HORIZON: [f32; 3] = [0.07, 0.09, 0.11];
 
-/// The waves of `sea` on tiles of `resolution²` samples; what is finer is roughness.
+/// The waves of `sea` on tiles of `resolution²` samples; finer waves count as roughness.
 #[must_use]
 pub fn ocean(sea: &Sea, resolution: u32, seed: u64) -> Ocean {
     let divided = divide(sea, resolution, seed);
     let tail = sea.moments(divided.cut, f64::INFINITY);
-    // What is stretched has the variance of the slopes, and is normal.
+    // The horizontal stretch has the variance of the slopes, and is normally distributed.
     let stretch: f64 =
         divided.cascades.iter().map(|c| (foam_weight(c.size) * c.deviations()[1]).powi(2)).sum::<f64>().sqrt();
     let foam_threshold = (1.0 + stretch * normal_quantile(whitecaps(sea.wind_speed))).max(0.05) as f32;
@@ -39,7 +40,7 @@ pub fn ocean(sea: &Sea, resolution: u32, seed: u64) -> Ocean {
     }
 }
 
-/// Part of the sea that whitecaps cover at a wind speed, m/s (Monahan and O'Muircheartaigh 1980): 0.5 % at 8 m/s.
+/// Fraction of the sea that whitecaps cover at a wind speed, m/s (Monahan and O'Muircheartaigh 1980): 0.5 % at 8 m/s.
 fn whitecaps(wind_speed: f64) -> f64 {
     (3.84e-6 * wind_speed.powf(3.41)).clamp(1e-9, 0.5)
 }

@@ -4,8 +4,8 @@
 //!   Kitaigorodskii et al. 1975).
 //! * The shorter waves, which hold the slopes, follow the unified spectrum of Elfouhaily et al. 1997: its equilibrium range
 //!   (`ω⁻⁴`, Toba 1973, Donelan et al. 1985) from where JONSWAP's `ω⁻⁵` falls below it, with its roll-off, and its curvature
-//!   spectrum of the gravity–capillary range. JONSWAP's own tail was fitted near the peak; carried on, it leaves out a quarter
-//!   of the slopes that Cox and Munk (1954) saw at 7 m/s.
+//!   spectrum of the gravity–capillary range. JONSWAP's own tail was fitted near the peak; extended to short waves, it
+//!   misses a quarter of the slopes that Cox and Munk (1954) saw at 7 m/s.
 //! * Directions spread as `cos^2s(θ/2)` (Longuet-Higgins et al. 1963), `s` such that the second harmonic is Elfouhaily's:
 //!   unlike his `1 + Δ cos 2θ`, no wave runs against the wind by symmetry.
 //!
@@ -169,7 +169,7 @@ impl Sea {
     }
 }
 
-/// What of Elfouhaily's spectrum depends on the wind alone.
+/// The parts of Elfouhaily's spectrum that depend on the wind alone.
 struct Tail {
     peak: f64,
     /// Inverse wave age.

@@ -52,7 +52,7 @@ fn spaced(from: f64, to: f64, count: u32) -> Vec<f64> {
     (0..=count).map(|i| from + (to - from) * f64::from(i) / f64::from(count)).collect()
 }
 
-/// Places from −[`FAR`] to [`FAR`], symmetric: even steps up to each `(reach, step)`, then ever longer ones.
+/// Places from −[`FAR`] to [`FAR`], symmetric: even steps up to each `(reach, step)`, then increasingly longer ones.
 fn mirrored(even: &[(f64, f64)]) -> Vec<f64> {
     let (mut half, mut step) = (vec![0.0], 1.0);
     for &(reach, length) in even {

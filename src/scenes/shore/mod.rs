@@ -1,4 +1,4 @@
-//! The walking T-rex on a beach with the animated sea behind it: one light on both, both filtered.
+//! The walking T-rex on a beach with the animated sea behind it, both filtered and in the same light.
 //!
 //! The coast runs along y, the sea lies toward −x (west, so that the sun sets in it), and the animal walks toward +y.
 
@@ -21,7 +21,7 @@ use crate::render::passes::ocean::surface::Ocean;
 use crate::render::scene::Pose;
 use crate::render::surfaces::ocean::shore::{Bend, Shore};
 
-/// Metres along the coast after which the sand repeats, its bends too.
+/// Metres along the coast after which the sand, bends included, repeats.
 pub const PERIOD: f64 = 40.0;
 /// Samples along the edge of a tile of waves.
 const RESOLUTION: u32 = 256;
@@ -74,7 +74,7 @@ pub fn shore_stage(tile: u32, progress: &(dyn Fn(f32) + Sync)) -> Result<Stage, 
         let stand = Vec3::new(PATH as f32, 0.0, level(f64::from(gone)));
         let world = Mat4::from_translation(stand) * Mat4::from_rotation_z(FRAC_PI_2);
         let joints: Vec<Mat4> = walk::pose(time).skinning_matrices().into_iter().map(|joint| world * joint).collect();
-        // The sand goes with the animal, in steps after which it looks the same.
+        // The sand follows the animal in steps of its own repeat, which do not show.
         let steps = (gone / PERIOD as f32).round();
         let sand = Pose::Rigid(Affine3A::from_translation(Vec3::Y * (steps * PERIOD as f32)));
         vec![Pose::Skinned(joints.clone()), Pose::Skinned(joints), sand.clone(), sand]

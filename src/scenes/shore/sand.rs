@@ -127,7 +127,7 @@ pub fn strip() -> Sand {
 pub fn dry() -> Sand {
     let period = DRY_REPEAT as i32;
     map(DRY_TEXELS, DRY_TEXELS, |u, v| {
-        // Far enough from the water for what depends on it; the ripples need a whole number of waves across.
+        // Far enough from the water that nothing here depends on it; the ripples need a whole number of waves across.
         let (s, y) = (u * DRY_REPEAT, v * DRY_REPEAT);
         let ripples = dry_relief(s * 9.92 / 10.0, y, period);
         (ripples, color(s - 100.0, y, ripples, 0.0, period))

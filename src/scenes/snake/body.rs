@@ -144,7 +144,7 @@ impl Body {
         for k in 0..=ALONG {
             let x = place(k).clamp(0.0, 1.0);
             let forward = (at((x + 0.003).min(1.0)) - at((x - 0.003).max(0.0))).normalize();
-            // Carried along without turning about the line, and drawn to the vertical so that the belly stays below.
+            // Carried along without twisting about the line, and pulled toward the vertical so that the belly stays below.
             up = (up + Vec3::Z * 0.35).reject_from(forward).normalize();
             let half = section(x);
             if let Some(last) = rings.last() {
@@ -204,7 +204,7 @@ impl Body {
             let p = patch.map(|v| mesh.positions[v as usize]);
             for i in 0..4 {
                 let (next, previous) = (p[(i + 1) & 3] - p[i], p[(i + 3) & 3] - p[i]);
-                // Angles as weights: slivers at the tip count little.
+                // Weighted by angle, so that slivers at the tip count little.
                 let normal = next.cross(previous).normalize_or_zero();
                 let angle = next.angle_between(previous);
                 mesh.normals[patch[i] as usize] += normal * if angle.is_finite() { angle } else { 0.0 };

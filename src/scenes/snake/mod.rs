@@ -59,7 +59,7 @@ fn body_object(body: &Body, tile: u32) -> Object {
         .with_specular_f0(0.045)
 }
 
-/// Ambient accessibility: what the ground and the body's other turns hide of the surroundings.
+/// Ambient accessibility: the share of the surroundings that the ground and the body's other turns leave visible.
 fn shade_contacts(body: &Body, mesh: &mut PatchMesh) {
     mesh.accessibility = mesh
         .positions
@@ -69,7 +69,7 @@ fn shade_contacts(body: &Body, mesh: &mut PatchMesh) {
             let ground = 0.5 + 0.5 * n.z;
             let near_ground = (-p.z.max(0.0) / 0.12).exp();
             let mut open = 1.0 - near_ground * (1.0 - ground);
-            // Cylinders as rows of spheres, those of other turns only: seen under solid angles, by the cosine.
+            // The body's other turns as rows of spheres, each by its solid angle times the cosine.
             for ring in body.rings.iter().step_by(2) {
                 let d = ring.centre - p;
                 let (r, square) = (ring.half.y, d.length_squared());

@@ -92,7 +92,7 @@ pub fn skin(angle: f32, girths: f32, x: f32) -> Skin {
     let (plate, plate_id) = belly_at(p.y * LENGTH / 1.7);
     let d = to_snout(x);
     let head = smoothstep(0.42, 0.25, d);
-    // Toward the two ends, which close to a point, everything becomes plain.
+    // Toward the two ends, which close to a point, the pattern fades out.
     let end = smoothstep(0.03, 0.0, d).max(smoothstep(0.006, 0.0, x));
     let mut height = scale.height * (1.0 - belly) + plate * belly;
     // Scales of the head are flat.

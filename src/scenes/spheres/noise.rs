@@ -8,15 +8,15 @@
 //!
 //! * round, of the straight distance between points: the same everywhere, the poles included;
 //! * stretched, `f(Δθ / R_θ) f(sin θ_i Δφ / R_φ)` about a point at `θ_i`: it bends with the parallels, so the frame turns
-//!   with it. Where the parallels are as short as the kernel it must fail — no frame field on a sphere is without a
-//!   pole — and there it is blended into a round kernel of the same mean square slope ([`SphereNoise::cap`]).
+//!   with it. Where the parallels are as short as the kernel it must fail, since every frame field on a sphere has a
+//!   pole; there it is blended into a round kernel of the same mean square slope ([`SphereNoise::cap`]).
 
 use glam::{DVec2, Vec3};
 use std::f64::consts::{PI, TAU};
 
 use crate::maps::noise::{hash, unit};
 
-/// `∫ f²`, `∫ f′²` over `[-1, 1]` of the kernel `f(x) = (1 − x²)⁶`: Gaussian to the eye, and zero outside.
+/// `∫ f²`, `∫ f′²` over `[-1, 1]` of the kernel `f(x) = (1 − x²)⁶`: Gaussian by eye, and zero outside.
 const KERNEL_SQUARE: f64 = 0.496_338_702_353;
 const KERNEL_SLOPE_SQUARE: f64 = 3.384_127_516_043;
 /// `∫ (∂f/∂x)²` over the disc of the round kernel `f(r)`: `6π / 11`.

@@ -1,4 +1,4 @@
-//! A Gaussian rough sphere of a common material: what LEADR's model is of, once its bumps are smaller than a pixel.
+//! A Gaussian rough sphere of a common material: exactly what LEADR's model describes, once bumps are smaller than a pixel.
 //!
 //! Its heights are a Gaussian field, so its slopes are normally distributed in every footprint that holds enough bumps, and
 //! they are the same everywhere. The base material is a matt dielectric, and the slopes are those of plaster or rough
@@ -50,7 +50,7 @@ impl RoughSphere {
     }
 
     /// Bumps that a pixel of the disc shows on average, in a picture of `height` pixels by the `mid` view. In the middle of the disc
-    /// half as many, and the more the nearer the limb.
+    /// there are half as many, and more toward the limb.
     #[must_use]
     pub fn bumps_per_pixel(&self, height: u32) -> f64 {
         let (distance, focal) = (f64::from(DISTANCE), f64::from(self.stage.views.mid.lens(height).focal_pixels));
@@ -99,7 +99,7 @@ mod tests {
                 single += squares / f64::from(n);
             }
         }
-        // Less what the heights near the rim have in common with those outside: a mean distance of 1.65 lengths.
+        // Minus what heights near the rim share with those outside: a mean distance of 1.65 lengths.
         let rim = 1.0 - 2.0 / PI * 1.65 * length / f64::from(radius);
         let expected = rim * bump_area(length) / (PI * f64::from(radius).powi(2));
         let measured = square / single;

@@ -69,7 +69,7 @@ fn kernel_length(aspect: f64, frequency: Frequency, detail: Detail) -> f64 {
 }
 
 impl Surface {
-    /// Bakes slopes in the ratio of `sigma = (σ_θ, σ_φ)`; surfaces of one ratio differ in their scale alone. The slopes
+    /// Bakes slopes in the ratio of `sigma = (σ_θ, σ_φ)`; surfaces of one ratio differ only in their scale. The slopes
     /// are those that central differences between texels see, on the average over the sphere: 0.47 / w² of their variance
     /// is lost where the kernel is `w` texels, and made up for here.
     #[must_use]

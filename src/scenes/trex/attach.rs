@@ -1,4 +1,4 @@
-//! Props that sit where the skin bends: they go with the skin around them instead of with one joint.
+//! Props that sit where the skin bends: they follow the skin around them instead of one joint.
 
 use glam::Vec3;
 

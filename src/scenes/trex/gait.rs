@@ -1,7 +1,7 @@
 //! Where the pelvis, the feet and the other joints want to be during the walk, as functions of the phase.
 //!
 //! Phase `t` in `[0, 1)`: 0 is the touchdown of the left foot; the right leg is half a cycle later. Angles in
-//! radians, lengths in metres, positive pitch turns the nose (or the far end of a leg: backwards) down.
+//! radians, lengths in metres; positive pitch turns the nose down (and the far end of a leg backwards).
 
 use std::f64::consts::{PI, TAU};
 use std::sync::LazyLock;
@@ -53,7 +53,7 @@ pub fn pelvis(t: f64) -> (DVec3, Turn) {
     (offset, turn)
 }
 
-/// Where a foot is: metatarsal joint in the travelling frame, tilt of the metatarsus, pitch of the foot and of
+/// Place of a foot: metatarsal joint in the travelling frame, tilt of the metatarsus, pitch of the foot and of
 /// its toes against the ground.
 #[derive(Clone, Copy, Debug)]
 pub struct Foot {

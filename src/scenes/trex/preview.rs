@@ -109,7 +109,7 @@ impl Canvas {
     }
 }
 
-/// The views worth a look.
+/// The most useful views.
 pub fn views() -> Vec<(&'static str, View)> {
     let v = |center: [f32; 3], width, azimuth, elevation, size| View {
         center: Vec3::from(center),

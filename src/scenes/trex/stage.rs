@@ -18,7 +18,7 @@ pub fn animal(tile: u32, progress: &(dyn Fn(f32) + Sync)) -> Result<[Object; 2],
     let trex = Trex::load(tile, progress)?;
     let (width, height) = trex.layout.size();
     let mut body = trex.body;
-    // The atlas has the colours; the vertices must not tint them.
+    // Colours come from the atlas; vertex colours must not tint them.
     body.colors = vec![[1.0; 4]; body.positions.len()];
     let body = Object::new("trex body", body)
         .with_heights(HeightField { width, height, texels: trex.heights, border: Border::Tiles(trex.layout) }, 1.0)
@@ -43,7 +43,7 @@ pub fn trex_stage(tile: u32, progress: &(dyn Fn(f32) + Sync)) -> Result<Stage, T
     };
     let motion = |time: f64| {
         let joints = walk::pose(time).skinning_matrices();
-        // The ground goes with the animal, in steps after which it looks the same.
+        // The ground follows the animal in steps of its own repeat, which do not show.
         let steps = (walked(time) / GROUND_PERIOD).round();
         let below = Affine3A::from_translation(Vec3::X * steps * GROUND_PERIOD);
         vec![Pose::Skinned(joints.clone()), Pose::Skinned(joints), Pose::Rigid(below)]

@@ -34,7 +34,7 @@ pub fn pose(time_seconds: f64) -> Pose {
     pose_at(cycles.rem_euclid(1.0), cycles * STRIDE)
 }
 
-/// The same without travelling: the ground would move backwards.
+/// The pose without travelling, as on a treadmill.
 #[must_use]
 pub fn pose_in_place(time_seconds: f64) -> Pose {
     pose_at((time_seconds / PERIOD).rem_euclid(1.0), 0.0)
