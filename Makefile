@@ -1,11 +1,11 @@
-# `make demo` and `make test` install what is missing, build and run. See README.md.
+# `make demo` and `make test` install what is missing, build, and run. See README.md.
 
 .PHONY: help demo test setup lint doc clean
 
 help:
-	@echo 'make demo    show the walking T-rex: a window, or without a display pictures in out/'
+	@echo 'make demo    show the walking T-rex in a window, or as pictures in out/ without a display'
 	@echo 'make test    run every test'
-	@echo 'make lint    formatting, clippy and documentation, warnings refused'
+	@echo 'make lint    check formatting, clippy and documentation; warnings are errors'
 	@echo 'make setup   only install what the others need'
 
 setup:

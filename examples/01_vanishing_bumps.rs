@@ -1,4 +1,4 @@
-//! What a LEADR map keeps of a height map at each mip level. No GPU.
+//! What a LEADR map preserves of a height map at each mip level: bumps vanish, slope variance replaces them. No GPU.
 //!
 //! ```sh
 //! cargo run --example 01_vanishing_bumps -- bricks.png     # or without a file: a wavy surface
@@ -27,7 +27,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         }
         let count = level.texels.len() as f64;
         let [mean, variance] = [mean / count, variance / count];
-        // What the means lose from level to level, the variances gain: the last column stays.
+        // What the means lose from level to level, the variances gain: the last column stays constant.
         println!(
             "{number:5} {:>10}   {:14.4}   {:19.4}   {:8.4}",
             format!("{}x{}", level.width, level.height),

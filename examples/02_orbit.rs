@@ -1,4 +1,4 @@
-//! A displaced sphere in a window: drag to turn it, `space` stops it, `1` to `3` change the technique, `q` ends.
+//! A displaced sphere in a window: drag to turn it, `space` pauses, the digits change the technique, `q` quits.
 //!
 //! ```sh
 //! cargo run --release --example 02_orbit

@@ -20,7 +20,7 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 
 const WIDTH: u32 = 1200;
 const HEIGHT: u32 = 620;
-/// Of the plot: its centre, and the radius of its outer circle, in pixels.
+/// Centre of the plot, and radius of its outer circle, in pixels.
 const CENTRE: DVec2 = DVec2::new(600.0, 560.0);
 const RADIUS: f64 = 520.0;
 
@@ -38,7 +38,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let wo = direction(-view.to_radians());
     let sigma = 0.25;
     let s = DVec3::new(sigma * sigma, sigma * sigma, 0.0);
-    // GGX counts α, which is √2 σ of the Gaussian it touches.
+    // GGX takes α, which is √2 times the σ of the Gaussian with the same peak density.
     let central = |m: f64| Beckmann::new(DVec2::new(m, 0.0), s);
     let ggx = Ggx::new(DVec2::ZERO, 2.0 * s);
     let lobes: [(&str, [u8; 3], Box<dyn Brdf>); 6] = [

@@ -1,7 +1,7 @@
-//! The albedo of rough gold by importance sampling, beside its quadrature. No GPU.
+//! The albedo of rough gold by importance sampling, compared with quadrature. No GPU.
 //!
-//! Sampling by the cosine is for comparison. It converges more slowly, and not to the same: the facets of a rough surface
-//! also reflect what comes from below the macrosurface's horizon, where the cosine draws nothing.
+//! Cosine sampling is there for comparison. It converges more slowly, and to a smaller value: the facets of a rough surface
+//! also reflect light from below the macrosurface's horizon, where cosine sampling draws nothing.
 //!
 //! ```sh
 //! cargo run --example 05_sample_a_brdf
@@ -57,7 +57,7 @@ fn main() {
     }
 }
 
-/// Additive recurrence on the plastic number: low discrepancy in two dimensions, in any number.
+/// Additive recurrence on the plastic number: a two-dimensional low-discrepancy sequence of any length.
 fn low_discrepancy(i: u32) -> DVec2 {
     (DVec2::splat(0.5) + f64::from(i) * DVec2::new(0.754_877_666_246_692_7, 0.569_840_290_998_053_3)).fract()
 }

@@ -3,7 +3,7 @@
 //!
 //! `cargo run --release --example 06_against_reference [sphere|trex [SAMPLES [HEIGHT_MAP [ENVIRONMENT]]]]`
 //!
-//! The T-rex stands without its ground here, with a coarse atlas, so that the reference can be afforded.
+//! The T-rex stands without its ground here, with a coarse atlas, so that the reference is affordable.
 
 use std::error::Error;
 

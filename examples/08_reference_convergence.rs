@@ -1,5 +1,5 @@
-//! How the error of the reference falls with its samples: relief under a sun and a sky, with shadows of the relief and
-//! without. Two seeds give independent pictures; the rms of half their difference times √2 is the error of one.
+//! How the error of the reference falls with the number of samples: relief under a sun and a sky, with and without the
+//! relief's own shadows. Two seeds give independent pictures; the rms of half their difference times √2 is the error of one.
 //!
 //! `cargo run --release --example 08_reference_convergence [SAMPLES]`
 

@@ -1,4 +1,4 @@
-//! How far masking, shadowing and shadowed environments are from ray casts: the table of docs/measurements/shadowing.md. No data is
+//! Errors of the shadowing models and of shadowed environments against ray casts: the tables of docs/measurements/shadowing.md. No data is
 //! needed.
 //!
 //! `cargo run --release --example 09_shadowing_errors [seed]`

@@ -1,6 +1,6 @@
-//! Fits the rings for wide lobes of `reflectance::visible_specular` again, with the two constants of
-//! `reflectance::shadowed_specular`, and prints them as they stand in the code, with their errors over the surfaces of the fit
-//! and over others. What the rings are in narrow lobes is held (docs/measurements/quadrature.md).
+//! Fits the rings for wide lobes of `reflectance::visible::specular` again, with the two constants of
+//! `reflectance::visible::shadowed_specular`, and prints them in the form the code has them, with their errors over the
+//! surfaces of the fit and over others. The rings for narrow lobes stay fixed (docs/measurements/quadrature.md).
 //!
 //! `cargo run --release --example 12_fit_probes [SEED [SURFACES]]`
 
@@ -8,8 +8,8 @@ use leadr::lab::quadrature_study::fit_probes::{ProbeTraining, WideProbes, fit_pr
 use leadr::reflectance::visible::shadowed_specular::{LIFT, PART};
 use leadr::reflectance::visible::specular::{WideRing, probe_rule};
 
-/// Errors over the surfaces of the fit and over others: radiance without shadows, with them, what is lit of a white room,
-/// Fresnel term.
+/// Errors over the surfaces of the fit and over others: radiance without shadows, with shadows, the lit part of a white room,
+/// the Fresnel term.
 fn print_errors(name: &str, sets: [&ProbeTraining; 2], wide: &WideProbes) {
     let [here, there] = sets.map(|set| set.error(probe_rule(16).nodes, wide));
     println!("{name}: {here:.3?}, other surfaces {there:.3?}");

@@ -1,5 +1,5 @@
-//! What jerks when the camera creeps away: pixels inside a surface over steps of 0.05 %, for the rules of LEADR's
-//! integrals and with edge samples.
+//! Which pixels jerk when the camera creeps away: pixels inside a surface over steps of 0.05 % of the distance, for the rules
+//! of LEADR's integrals and with edge samples.
 //!
 //! `cargo run --release --example 13_slow_zoom [plane|sphere [METRES]]`
 
@@ -64,13 +64,13 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// Of the luminance of pixels, relative to its mean.
+/// Changes of the pixels' luminance, relative to its mean.
 struct Jerks {
     /// Largest change from one frame to the next.
     step: f64,
     /// Largest second difference.
     second: f64,
-    /// What 99.9 % of the second differences are below.
+    /// Bound that 99.9 % of the second differences stay below.
     most: f64,
     /// Root mean square of the second differences.
     rms: f64,
