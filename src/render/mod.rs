@@ -4,6 +4,7 @@ pub mod camera;
 pub mod frame;
 pub mod light;
 pub mod passes;
+pub mod sampling;
 pub mod scene;
 pub mod settings;
 pub mod surfaces;

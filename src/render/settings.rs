@@ -3,7 +3,7 @@
 use glam::Vec2;
 use serde::{Serialize, Serializer};
 
-use super::passes::accumulate::jitter;
+use super::sampling::jitter;
 use super::surfaces::tessellation::TessellationSettings;
 
 /// How a surface is filtered and shaded.

@@ -7,9 +7,9 @@ use super::sphere::displaced_sphere;
 use crate::maps::{HeightMap, procedural};
 use crate::render::camera::Camera;
 use crate::render::light::sky::Sky;
-use crate::render::passes::ocean::surface::Ocean;
 use crate::render::scene::{FrameState, MAX_POINT_LIGHTS, Object, PointLight, Pose, Sun};
 use crate::render::surfaces::displacement::{Border, HeightField};
+use crate::render::surfaces::ocean::Ocean;
 
 /// Standard views of a scene.
 #[derive(Clone, Copy, Debug, PartialEq)]

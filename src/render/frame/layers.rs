@@ -4,7 +4,7 @@ use glam::Vec4;
 
 use super::Renderer;
 use crate::gpu::Result;
-use crate::render::passes::filter::FilteredPixel;
+use crate::render::passes::targets::FilteredPixel;
 
 /// What else of the G-buffer can be read back: the last sample's.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

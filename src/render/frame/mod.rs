@@ -18,7 +18,7 @@ use super::passes::accumulate::AccumulatePass;
 use super::passes::edges::{EdgePass, JoinPass};
 use super::passes::filter::FilterPass;
 use super::passes::geometry::GeometryPass;
-use super::passes::ocean::surface::{Ocean, OceanPass};
+use super::passes::ocean::surface::OceanPass;
 use super::passes::reference::ReferencePass;
 use super::passes::shade::{LightSet, LightingGpu, ShadePass};
 use super::passes::shadow::{ShadowPass, ShadowView};
@@ -26,6 +26,7 @@ use super::passes::tiles::TilePass;
 use super::scene::{FrameState, Object};
 use super::settings::{RenderSettings, ShadingSettings};
 use super::surfaces::object::{GpuObject, MAX_OBJECTS, ViewBuffers};
+use super::surfaces::ocean::Ocean;
 use crate::gpu::{Buffer, Gpu, GpuError, Image, Memory, Result, Timestamps};
 
 pub use self::layers::Layer;

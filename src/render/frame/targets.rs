@@ -3,10 +3,7 @@
 use std::sync::Arc;
 
 use crate::gpu::{Gpu, Image, ImageDesc, Result};
-use crate::render::passes::edges::JoinedEdges;
-use crate::render::passes::filter::GBuffer;
-use crate::render::passes::geometry::VisibleSurface;
-use crate::render::passes::shade::ShadePass;
+use crate::render::passes::targets::{GBuffer, JoinedEdges, RADIANCE_FORMAT, VisibleSurface};
 
 /// What a sample of every pixel sees, and its radiance.
 pub struct SampleTargets {
@@ -17,7 +14,7 @@ pub struct SampleTargets {
 
 impl SampleTargets {
     fn new(gpu: &Arc<Gpu>, size: (u32, u32)) -> Result<Self> {
-        let radiance = ImageDesc::new(ShadePass::FORMAT, size.0, size.1).color_target();
+        let radiance = ImageDesc::new(RADIANCE_FORMAT, size.0, size.1).color_target();
         Ok(Self {
             visible: VisibleSurface::new(gpu, size)?,
             gbuffer: GBuffer::new(gpu, size)?,
@@ -54,7 +51,7 @@ impl EdgeTargets {
 
 impl Targets {
     pub fn new(gpu: &Arc<Gpu>, size: (u32, u32), grid: Option<u32>) -> Result<Self> {
-        let mean = ImageDesc::new(ShadePass::FORMAT, size.0, size.1).storage();
+        let mean = ImageDesc::new(RADIANCE_FORMAT, size.0, size.1).storage();
         Ok(Self {
             size,
             pixel: SampleTargets::new(gpu, size)?,

@@ -16,11 +16,10 @@ use std::sync::Arc;
 use bytemuck::{Pod, Zeroable};
 use glam::{IVec2, Vec2, Vec3};
 
-use super::filter::GBuffer;
-use super::geometry::VisibleSurface;
-use super::shade::{LightSet, ShadePass};
+use super::shade::LightSet;
+use super::targets::{GBuffer, JoinedEdges, VisibleSurface};
 use crate::gpu::{
-    Buffer, Commands, ComputePipeline, Descriptor, Filter, Gpu, Image, ImageDesc, Result, Sampler, SpecValue, Use, Wrap,
+    Buffer, Commands, ComputePipeline, Descriptor, Filter, Gpu, Image, Result, Sampler, SpecValue, Use, Wrap,
 };
 use crate::render::camera::Camera;
 use crate::render::settings::Technique;
@@ -168,25 +167,6 @@ impl EdgePass {
         let along = |first: i32, last: i32| grid * (last - first).max(1).unsigned_abs();
         cmd.dispatch_invocations(&self.pipeline, [along(left, right), along(top, bottom), 1]);
         cmd.transition(&edge.surface, Use::Sampled);
-    }
-}
-
-/// What the edge samples of each pixel add up to.
-pub struct JoinedEdges {
-    /// Sum of the radiance and coverage of those that see other surfaces than the pixel; RGBA32F.
-    pub others: Image,
-    /// Number of those that see the pixel's; area, number and sunlit part of those that were joined; RGBA32F.
-    pub shares: Image,
-}
-
-impl JoinedEdges {
-    /// For a picture of `size` pixels.
-    ///
-    /// # Errors
-    /// Memory that is short.
-    pub fn new(gpu: &Arc<Gpu>, size: (u32, u32)) -> Result<Self> {
-        let image = |name| Image::new(gpu, name, ImageDesc::new(ShadePass::FORMAT, size.0, size.1).storage());
-        Ok(Self { others: image("other surfaces")?, shares: image("shares of edge samples")? })
     }
 }
 

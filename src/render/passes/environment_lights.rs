@@ -144,7 +144,7 @@ fn face_direction(face: usize, st: Vec2) -> Vec3 {
 /// The point of the unit square by which sample `index` draws its light: the first two dimensions of Sobol's sequence, their
 /// digits turned by the seed. The first `2ⁿ` points are one to each of the `2ⁿ` equal boxes of any shape.
 ///
-/// It has nothing in common with the offsets inside the pixel ([`jitter`](super::accumulate::jitter)), so a pixel's samples
+/// It has nothing in common with the offsets inside the pixel ([`jitter`](crate::render::sampling::jitter)), so a pixel's samples
 /// fill all four dimensions.
 #[must_use]
 pub fn light_point(index: u32, seed: u64) -> [f64; 2] {
@@ -216,7 +216,7 @@ mod tests {
         // Four dimensions: each of 16 boxes (halves of every axis) gets its share.
         let mut boxes = [0; 16];
         for i in 0..1024 {
-            let (p, q) = (crate::render::passes::accumulate::jitter(i, 1024, 5), light_point(i, 5));
+            let (p, q) = (crate::render::sampling::jitter(i, 1024, 5), light_point(i, 5));
             let bits = [p.x > 0.0, p.y > 0.0, q[0] > 0.5, q[1] > 0.5];
             boxes[bits.iter().fold(0, |a, &b| 2 * a + usize::from(b))] += 1;
         }

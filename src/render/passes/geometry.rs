@@ -2,58 +2,13 @@
 
 use std::sync::Arc;
 
-use ash::vk;
-
-use super::tiles::Tiles;
+use super::targets::VisibleSurface;
 use crate::gpu::{
-    ColorTarget, Commands, Cull, Depth, DepthTarget, Descriptor, Gpu, GraphicsDesc, GraphicsPipeline, Image, ImageDesc,
-    Load, Result, Topology, Use,
+    ColorTarget, Commands, Cull, Depth, DepthTarget, Descriptor, Gpu, GraphicsDesc, GraphicsPipeline, Image, Load,
+    Result, Topology, Use,
 };
 use crate::render::surfaces::object::{GpuObject, ViewBuffers};
 use crate::render::surfaces::tessellation::GUARD_BAND;
-
-/// What the geometry stages leave behind for each pixel, 52 bytes: enough to filter its maps.
-pub struct VisibleSurface {
-    /// Texture coordinate and derivatives; RGBA32UI.
-    pub texture: Image,
-    /// Displacement direction and tangents; RGBA32UI.
-    pub tangent: Image,
-    /// Object and patch (0 where nothing is), macro curvature, accessibility, colour; RGBA32UI.
-    pub surface: Image,
-    /// Reversed depth, 0 where nothing is; D32F.
-    pub depth: Image,
-    /// What its tiles show, when [`TilePass`](super::tiles::TilePass) has looked.
-    pub tiles: Tiles,
-}
-
-impl VisibleSurface {
-    /// Format of the colour targets.
-    pub const FORMAT: vk::Format = vk::Format::R32G32B32A32_UINT;
-
-    /// Targets of `size` pixels.
-    ///
-    /// # Errors
-    /// Memory that is short.
-    pub fn new(gpu: &Arc<Gpu>, size: (u32, u32)) -> Result<Self> {
-        let color = |name: &str| Image::new(gpu, name, ImageDesc::new(Self::FORMAT, size.0, size.1).color_target());
-        // The edge pass marks in it.
-        let surface = ImageDesc::new(Self::FORMAT, size.0, size.1).color_target().storage();
-        let depth = ImageDesc::new(vk::Format::D32_SFLOAT, size.0, size.1).depth_target();
-        Ok(Self {
-            texture: color("visible texture")?,
-            tangent: color("visible tangent")?,
-            surface: Image::new(gpu, "visible surface", surface)?,
-            depth: Image::new(gpu, "depth", depth)?,
-            tiles: Tiles::new(gpu, size)?,
-        })
-    }
-
-    /// The colour targets in the order of their attachments.
-    #[must_use]
-    pub fn colors(&self) -> [&Image; 3] {
-        [&self.texture, &self.tangent, &self.surface]
-    }
-}
 
 /// Pipeline of the geometry pass.
 pub struct GeometryPass {

@@ -11,4 +11,5 @@ pub mod reference;
 pub mod relief_shadow;
 pub mod shade;
 pub mod shadow;
+pub mod targets;
 pub mod tiles;

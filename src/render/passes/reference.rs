@@ -14,11 +14,9 @@ use bytemuck::{Pod, Zeroable};
 use glam::{Vec2, Vec3};
 
 use super::environment_lights::{EnvironmentLights, light_point};
-use super::filter::GBuffer;
-use super::geometry::VisibleSurface;
 use super::relief_shadow::{Caster, ReliefShadows, map_size, relief_view};
-use super::shade::ShadePass;
 use super::shadow::ShadowView;
+use super::targets::{GBuffer, RADIANCE_FORMAT, VisibleSurface};
 use crate::gpu::{
     Buffer, ColorTarget, Commands, Descriptor, Filter, Gpu, GraphicsDesc, GraphicsPipeline, Image, Load, Memory,
     Result, Sampler, SpecValue, Use, Wrap,
@@ -88,7 +86,7 @@ impl ReferencePass {
         let desc = GraphicsDesc {
             vertex: "passes/fullscreen.vert",
             fragment: Some("passes/shade/reference.frag"),
-            colors: &[ShadePass::FORMAT],
+            colors: &[RADIANCE_FORMAT],
             spec: &[
                 (0, SpecValue::I32(Technique::Reference.code())),
                 (5, SpecValue::I32(terms.bits())),

@@ -2,12 +2,10 @@
 
 use std::sync::Arc;
 
-use ash::vk;
 use bytemuck::{Pod, Zeroable};
 
-use super::filter::GBuffer;
-use super::geometry::VisibleSurface;
 use super::shadow::ShadowView;
+use super::targets::{GBuffer, RADIANCE_FORMAT, VisibleSurface};
 use crate::gpu::{
     Buffer, ColorTarget, Commands, Descriptor, Filter, Gpu, GraphicsDesc, GraphicsPipeline, Image, ImageView, Load,
     Result, Sampler, SpecValue, Topology, Use, Wrap,
@@ -144,9 +142,6 @@ pub struct ShadePass {
 }
 
 impl ShadePass {
-    /// The format of the target.
-    pub const FORMAT: vk::Format = vk::Format::R32G32B32A32_SFLOAT;
-
     /// The pass for one set of settings and lights.
     ///
     /// # Errors
@@ -172,7 +167,7 @@ impl ShadePass {
             let desc = GraphicsDesc {
                 vertex: "passes/shade/shade.vert",
                 fragment: Some(fragment),
-                colors: &[Self::FORMAT],
+                colors: &[RADIANCE_FORMAT],
                 topology: Topology::Points,
                 spec,
                 ..Default::default()

@@ -1,40 +1,9 @@
-//! Tiles of the screen: a record of what each shows, so that passes over the pixels of one object, or over those that need
-//! shading, draw the tiles that hold them and no others.
+//! Tile pass: records what each tile of the screen shows.
 
 use std::sync::Arc;
 
-use super::geometry::VisibleSurface;
-use crate::gpu::{Buffer, Commands, ComputePipeline, Descriptor, Filter, Gpu, Memory, Result, Sampler, Use, Wrap};
-
-/// Side of a tile in pixels (`TILE_SIZE` of `passes/tiles.glsl`).
-const SIZE: u32 = 16;
-
-/// The tiles of an image.
-pub struct Tiles {
-    /// `uvec4` each, row by row: a bit for each object from 1 to 63 (xy), flags (z).
-    pub records: Buffer,
-    columns: u32,
-    rows: u32,
-}
-
-impl Tiles {
-    /// Those of an image of `size` pixels.
-    ///
-    /// # Errors
-    /// Memory that is short.
-    pub fn new(gpu: &Arc<Gpu>, size: (u32, u32)) -> Result<Self> {
-        let (columns, rows) = (size.0.div_ceil(SIZE), size.1.div_ceil(SIZE));
-        let bytes = u64::from(columns) * u64::from(rows) * 16;
-        Ok(Self { records: Buffer::new(gpu, "tiles", bytes.max(16), Memory::Device)?, columns, rows })
-    }
-
-    /// Draws them as points, with a bound pipeline whose vertex shader chooses among them by their records, where the scissor is.
-    pub fn draw(&self, cmd: &mut Commands) {
-        // Those at the right and at the bottom reach over the image.
-        cmd.viewport([0.0, 0.0, (self.columns * SIZE) as f32, (self.rows * SIZE) as f32]);
-        cmd.draw(0..self.columns * self.rows, 0..1);
-    }
-}
+use super::targets::VisibleSurface;
+use crate::gpu::{Commands, ComputePipeline, Descriptor, Filter, Gpu, Result, Sampler, Use, Wrap};
 
 /// The pass that writes the records.
 pub struct TilePass {
@@ -65,7 +34,8 @@ impl TilePass {
                 (1, Descriptor::Storage(&tiles.records)),
             ],
         );
-        cmd.dispatch([tiles.columns, tiles.rows, 1]);
+        let [columns, rows] = tiles.extent();
+        cmd.dispatch([columns, rows, 1]);
         cmd.memory_barrier(Use::ComputeWrite, Use::GraphicsRead);
     }
 }

@@ -4,7 +4,7 @@ use super::cascades::divide;
 use super::spectrum::Sea;
 use crate::reflectance::facets::normal_distribution::normal_quantile;
 use crate::render::camera::Camera;
-use crate::render::passes::ocean::surface::Ocean;
+use crate::render::surfaces::ocean::Ocean;
 use crate::render::surfaces::ocean::waves::foam_weight;
 use crate::scenes::stage::{Stage, Views};
 use glam::Vec3;

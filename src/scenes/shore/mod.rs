@@ -17,8 +17,8 @@ use super::trex::TrexError;
 use super::trex::stage::{animal, walked};
 use super::trex::walk;
 use crate::render::camera::Camera;
-use crate::render::passes::ocean::surface::Ocean;
 use crate::render::scene::Pose;
+use crate::render::surfaces::ocean::Ocean;
 use crate::render::surfaces::ocean::shore::{Bend, Shore};
 
 /// Metres along the coast after which the sand, bends included, repeats.

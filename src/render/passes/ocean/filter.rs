@@ -8,15 +8,14 @@ use bytemuck::{Pod, Zeroable};
 use glam::Vec2;
 
 use super::fields::OceanFields;
-use super::surface::{Ocean, SEA_INDEX};
 use crate::gpu::{
     Buffer, ColorTarget, Commands, Descriptor, Filter, Gpu, GraphicsDesc, GraphicsPipeline, Load, Memory, Result,
     Sampler, SpecValue, Topology, Use, Wrap,
 };
-use crate::render::passes::filter::GBuffer;
-use crate::render::passes::geometry::VisibleSurface;
+use crate::render::passes::targets::{GBuffer, VisibleSurface};
 use crate::render::settings::Technique;
 use crate::render::surfaces::ocean::mesh::EARTH;
+use crate::render::surfaces::ocean::{Ocean, SEA_INDEX};
 
 /// Beckmann roughness of the water itself, below all waves.
 const WATER_ROUGHNESS: f32 = 0.01;

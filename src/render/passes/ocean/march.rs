@@ -7,13 +7,12 @@ use bytemuck::{Pod, Zeroable};
 use glam::{Mat3, Mat4, Vec3};
 
 use super::fields::{Content, OceanFields, RESOLUTIONS};
-use super::surface::SEA_INDEX;
 use crate::gpu::{
     Buffer, Commands, Depth, Descriptor, Filter, Gpu, GraphicsDesc, GraphicsPipeline, Memory, Result, Sampler,
     SpecValue, Topology, Wrap,
 };
-use crate::render::passes::filter::GBuffer;
-use crate::render::passes::geometry::VisibleSurface;
+use crate::render::passes::targets::{GBuffer, VisibleSurface};
+use crate::render::surfaces::ocean::SEA_INDEX;
 use crate::render::surfaces::ocean::mesh::EARTH;
 use crate::render::surfaces::ocean::waves::Cascade;
 

@@ -13,39 +13,13 @@ use crate::gpu::{
     Buffer, ColorTarget, Commands, Cull, Depth, DepthTarget, Descriptor, Filter, Gpu, GraphicsDesc, GraphicsPipeline,
     Load, Memory, Result, Sampler, SpecValue, Timestamps, Topology as Primitive, Use, Wrap,
 };
-use crate::render::passes::filter::GBuffer;
-use crate::render::passes::geometry::{VisibleSurface, guard_band};
+use crate::render::passes::geometry::guard_band;
+use crate::render::passes::targets::{GBuffer, VisibleSurface};
 use crate::render::settings::Technique;
 use crate::render::surfaces::ocean::mesh::{EARTH, Laid, Rings, SeaView};
-use crate::render::surfaces::ocean::shore::{Shore, ShoreGpu};
-use crate::render::surfaces::ocean::waves::Cascade;
+use crate::render::surfaces::ocean::shore::ShoreGpu;
+use crate::render::surfaces::ocean::{Ocean, SEA_INDEX};
 use crate::render::surfaces::tessellation::{GUARD_BAND, Lens, TessellationSettings};
-
-/// Index of the sea among the objects of a scene: the last that the G-buffer has bits for.
-pub const SEA_INDEX: u32 = 63;
-
-/// A sea: its waves and its water.
-#[derive(Clone, Debug)]
-pub struct Ocean {
-    /// Tiles of waves, longest first; equal resolutions.
-    pub cascades: Vec<Cascade>,
-    /// Standard deviation of the height, metres.
-    pub height: f32,
-    /// Slope covariance `xx, yy, xy` of the waves that no cascade carries.
-    pub tail: Vec3,
-    /// Horizontal movement of the waves: 1 is water's, 0 none.
-    pub choppiness: f32,
-    /// Height of the water at rest, metres.
-    pub level: f32,
-    /// Diffuse albedo of what comes up out of the water, linear.
-    pub color: Vec3,
-    /// Diffuse albedo of foam, linear.
-    pub foam: Vec3,
-    /// The sea foams where its horizontal stretch ([`OceanFields::joint`]) is below this: 1 is the sea at rest, 0 for no foam.
-    pub foam_threshold: f32,
-    /// A beach that the waves run up; none for the open sea.
-    pub shore: Option<Shore>,
-}
 
 #[repr(C)]
 #[derive(Clone, Copy, Pod, Zeroable)]

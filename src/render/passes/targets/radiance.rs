@@ -1,0 +1,29 @@
+//! Radiance of samples, and what edge samples add up to.
+
+use std::sync::Arc;
+
+use ash::vk;
+
+use crate::gpu::{Gpu, Image, ImageDesc, Result};
+
+/// Format of the images that hold radiance and coverage.
+pub const RADIANCE_FORMAT: vk::Format = vk::Format::R32G32B32A32_SFLOAT;
+
+/// What the edge samples of each pixel add up to.
+pub struct JoinedEdges {
+    /// Sum of the radiance and coverage of those that see other surfaces than the pixel; RGBA32F.
+    pub others: Image,
+    /// Number of those that see the pixel's; area, number and sunlit part of those that were joined; RGBA32F.
+    pub shares: Image,
+}
+
+impl JoinedEdges {
+    /// For a picture of `size` pixels.
+    ///
+    /// # Errors
+    /// Memory that is short.
+    pub fn new(gpu: &Arc<Gpu>, size: (u32, u32)) -> Result<Self> {
+        let image = |name| Image::new(gpu, name, ImageDesc::new(RADIANCE_FORMAT, size.0, size.1).storage());
+        Ok(Self { others: image("other surfaces")?, shares: image("shares of edge samples")? })
+    }
+}

@@ -1,0 +1,42 @@
+//! Tiles of the screen: a record of what each shows, so that passes over the pixels of one object, or over those that need
+//! shading, draw the tiles that hold them and no others.
+
+use std::sync::Arc;
+
+use crate::gpu::{Buffer, Commands, Gpu, Memory, Result};
+
+/// Side of a tile in pixels (`TILE_SIZE` of `passes/tiles.glsl`).
+const SIZE: u32 = 16;
+
+/// The tiles of an image.
+pub struct Tiles {
+    /// `uvec4` each, row by row: a bit for each object from 1 to 63 (xy), flags (z).
+    pub records: Buffer,
+    columns: u32,
+    rows: u32,
+}
+
+impl Tiles {
+    /// Those of an image of `size` pixels.
+    ///
+    /// # Errors
+    /// Memory that is short.
+    pub fn new(gpu: &Arc<Gpu>, size: (u32, u32)) -> Result<Self> {
+        let (columns, rows) = (size.0.div_ceil(SIZE), size.1.div_ceil(SIZE));
+        let bytes = u64::from(columns) * u64::from(rows) * 16;
+        Ok(Self { records: Buffer::new(gpu, "tiles", bytes.max(16), Memory::Device)?, columns, rows })
+    }
+
+    /// Tiles across and down.
+    #[must_use]
+    pub fn extent(&self) -> [u32; 2] {
+        [self.columns, self.rows]
+    }
+
+    /// Draws them as points, with a bound pipeline whose vertex shader chooses among them by their records, where the scissor is.
+    pub fn draw(&self, cmd: &mut Commands) {
+        // Those at the right and at the bottom reach over the image.
+        cmd.viewport([0.0, 0.0, (self.columns * SIZE) as f32, (self.rows * SIZE) as f32]);
+        cmd.draw(0..self.columns * self.rows, 0..1);
+    }
+}
