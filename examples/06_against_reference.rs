@@ -11,10 +11,11 @@ use leadr::gpu::{Gpu, GpuOptions};
 use leadr::lab::metrics::compare::compare;
 use leadr::maps::tonemap::Tonemap;
 use leadr::maps::{RgbImage, load_environment, load_height_map};
+use leadr::reflectance::masking::shadowing::Shadowing;
 use leadr::render::frame::Renderer;
 use leadr::render::light::environment::{Environment, FACE_SIZE};
 use leadr::render::light::sky::Sky;
-use leadr::render::settings::{RenderSettings, ShadingSettings, Technique, Visibility};
+use leadr::render::settings::{RenderSettings, ShadingSettings, Technique};
 use leadr::render::surfaces::tessellation::TessellationSettings;
 use leadr::scenes::stage::{Lights, Relief, sphere_stage};
 use leadr::scenes::trex::stage::trex_stage;
@@ -45,12 +46,12 @@ fn main() -> Result<(), Box<dyn Error>> {
 
     let mut render = |technique: Technique,
                       samples: u32,
-                      visibility: Visibility|
+                      shadowing: Shadowing|
      -> Result<(RgbImage, f64), Box<dyn Error>> {
         let settings = RenderSettings {
             size: (128, 128),
             samples,
-            shading: ShadingSettings { technique, visibility, ..Default::default() },
+            shading: ShadingSettings { technique, shadowing, ..Default::default() },
             tessellation: TessellationSettings { to_texels: technique == Technique::Reference, ..Default::default() },
             ..Default::default()
         };
@@ -59,17 +60,17 @@ fn main() -> Result<(), Box<dyn Error>> {
         let texels = output.color.iter().map(|c| [c[0], c[1], c[2]]).collect();
         Ok((RgbImage::new(128, 128, texels)?, time))
     };
-    let (reference, time) = render(Technique::Reference, samples, Visibility::Smith)?;
+    let (reference, time) = render(Technique::Reference, samples, Shadowing::Smith)?;
     println!("{scene} on {}: reference with {samples} samples, {time:.0} ms", gpu.device_name());
-    println!("{:<11} {:>7} {:>10} {:>8} {:>9} {:>9}", "technique", "samples", "visibility", "FLIP", "rel. RMSE", "ms");
-    for visibility in [Visibility::Smith, Visibility::Masking] {
+    println!("{:<11} {:>7} {:>10} {:>8} {:>9} {:>9}", "technique", "samples", "shadowing", "FLIP", "rel. RMSE", "ms");
+    for shadowing in [Shadowing::Smith, Shadowing::None] {
         for technique in [Technique::Leadr, Technique::NormalMip] {
             for samples in [1, 64] {
-                let (image, time) = render(technique, samples, visibility)?;
+                let (image, time) = render(technique, samples, shadowing)?;
                 let error = compare(&reference, &image, exposure, Tonemap::Filmic)?;
-                let visibility = visibility.name();
+                let shadowing = shadowing.name();
                 println!(
-                    "{:<11} {samples:>7} {visibility:>10} {:>8.4} {:>9.4} {time:>9.0}",
+                    "{:<11} {samples:>7} {shadowing:>10} {:>8.4} {:>9.4} {time:>9.0}",
                     technique.name(),
                     error.flip,
                     error.rrmse

@@ -82,7 +82,7 @@ const DEMO_KEYS: &str = "In the window:
   1 2 3                        LEADR, mipmapped normals, reference
   4 5 6 7 8 9                  LEAN, CLEAN, Toksvig, Blinn-Phong, LEADR-GGX, constant
   g                            the paper's grid, or the visible-slope rules
-  v                            visibility: masking, Smith, correlated
+  v                            shadowing model: masking alone, Smith, correlated
   [ ]                          the sun half an hour back or on
   t                            the sun stands, a day in two minutes, in twenty seconds
   r                            the view and time of the beginning

@@ -199,7 +199,8 @@ fn default_output(a: &CaptureArgs, timeline: &Timeline) -> PathBuf {
 pub(super) mod tests {
     use super::*;
     use crate::app::cli::{Cli, Command};
-    use crate::render::settings::{Quadrature, Technique, Terms, Visibility};
+    use crate::reflectance::masking::shadowing::Shadowing;
+    use crate::render::settings::{Quadrature, Technique, Terms};
     use clap::Parser;
 
     /// Resolves `leadr capture …`.
@@ -275,7 +276,7 @@ pub(super) mod tests {
         assert_eq!((scene.height_map.as_deref(), scene.height_scale), (Some("h.png".as_ref()), 0.5));
         assert_eq!((scene.sun.azimuth, scene.sun.elevation), (-30.0, 60.0));
         let shading = scene.shading;
-        assert_eq!((shading.quadrature, shading.visibility), (Quadrature::Grid(7), Visibility::Masking));
+        assert_eq!((shading.quadrature, shading.shadowing), (Quadrature::Grid(7), Shadowing::None));
         assert_eq!((shading.terms, scene.displacement), (Terms::DIFFUSE_LIGHTS, false));
         assert_eq!((scene.view, scene.distance), (View::Near, Some(7.0)));
         assert_eq!((scene.size, scene.samples, scene.seed), (Size { width: 64, height: 32 }, 9, 4));

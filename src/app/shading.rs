@@ -4,7 +4,8 @@ use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, ValueEnum};
 
 use super::error::AppError;
-use crate::render::settings::{DiffuseLights, Quadrature, ShadingSettings, Technique, Terms, Visibility};
+use crate::reflectance::masking::shadowing::Shadowing;
+use crate::render::settings::{DiffuseLights, Quadrature, ShadingSettings, Technique, Terms};
 
 /// Where the integrals over visible slopes are sampled.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -30,9 +31,9 @@ pub struct ShadingArgs {
     /// Look the environment up N times per pixel: 5, 9 or 16 [default: 16]
     #[arg(long, value_name = "N", conflicts_with = "grid", value_parser = probes)]
     pub probes: Option<u32>,
-    /// Microfacet visibility [default: correlated]
-    #[arg(long, value_name = "KIND", value_parser = visibilities())]
-    pub masking: Option<Visibility>,
+    /// Which facets that the viewer sees are left dark because others hide the light from them [default: correlated]
+    #[arg(long, value_name = "KIND", value_parser = shadowing_models())]
+    pub masking: Option<Shadowing>,
     /// Which light counts: all, or some of specular-lights, diffuse-lights, specular-environment, diffuse-environment
     #[arg(long, value_name = "all|NAME,...", value_parser = terms, default_value = "all")]
     pub terms: Terms,
@@ -96,7 +97,7 @@ impl ShadingArgs {
         let settings = ShadingSettings {
             technique: self.technique,
             quadrature,
-            visibility: self.masking.unwrap_or(default.visibility),
+            shadowing: self.masking.unwrap_or(default.shadowing),
             terms: self.terms,
             diffuse_lights: self.diffuse_lights.unwrap_or(default.diffuse_lights),
             pixel_kernel: self.pixel_kernel.unwrap_or(default.pixel_kernel),
@@ -131,12 +132,8 @@ pub(super) fn techniques() -> impl TypedValueParser<Value = Technique> {
     })
 }
 
-fn visibilities() -> impl TypedValueParser<Value = Visibility> {
-    choice(&Visibility::ALL, Visibility::name, |visibility| match visibility {
-        Visibility::Masking => "Masking of the viewer alone, as in the LEADR paper",
-        Visibility::Smith => "Masking and shadowing, correlated by height",
-        Visibility::Correlated => "Masking and shadowing, correlated by height and direction",
-    })
+fn shadowing_models() -> impl TypedValueParser<Value = Shadowing> {
+    choice(&Shadowing::MAIN, Shadowing::name, Shadowing::help)
 }
 
 fn diffuse_lights() -> impl TypedValueParser<Value = DiffuseLights> {

@@ -10,7 +10,8 @@ use crate::reflectance::frame::{frame_about, from_frame, to_frame};
 use crate::reflectance::integrals::reference::diffuse_directional;
 use crate::reflectance::integrals::sh::{Sh9, sh_basis, sh_irradiance};
 use crate::reflectance::integrals::shadowed_reference::Surface;
-use crate::reflectance::masking::correlated::{Visibility, lit_fraction};
+use crate::reflectance::masking::correlated::lit_fraction;
+use crate::reflectance::masking::shadowing::Shadowing;
 use crate::reflectance::slopes::grid::slope_cholesky;
 use crate::reflectance::visible::shadowed_environment::bent_normal;
 use crate::reflectance::visible::shadowed_specular::shadowed_specular_environment;
@@ -192,7 +193,7 @@ fn models(surface: &Surface, pixel: &SpherePixel) -> Vec<f64> {
         let wi = to_frame(&pixel.frame, towards);
         let cosine = diffuse_directional(wo, wi, m, s, false, PANELS);
         let (o, i) = (surface.area(wo), surface.area(wi));
-        for v in [Visibility::Masking, Visibility::Smith, Visibility::CorrelatedSimple, Visibility::Correlated] {
+        for v in [Shadowing::None, Shadowing::Smith, Shadowing::CorrelatedSimple, Shadowing::Correlated] {
             out.push(cosine * lit_fraction(v, &o, &i));
         }
     }
@@ -211,7 +212,7 @@ fn models(surface: &Surface, pixel: &SpherePixel) -> Vec<f64> {
         for n in PROBES {
             // A level whose texels have the probe's solid angle Ω, looked up bilinearly, is a kernel of variance Ω/4.
             let lookup = |p: &VisibleProbe| DVec3::splat(at(p.wi, 0.25 * p.solid_angle));
-            let (v, rule) = (Visibility::Correlated, probe_rule(n));
+            let (v, rule) = (Shadowing::Correlated, probe_rule(n));
             let (value, _) = shadowed_specular_environment(v, wo, m, s, DVec3::ONE, rule, lookup);
             out.push(value.x);
         }

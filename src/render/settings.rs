@@ -5,6 +5,7 @@ use serde::{Serialize, Serializer};
 
 use super::sampling::jitter;
 use super::surfaces::tessellation::TessellationSettings;
+use crate::reflectance::masking::shadowing::Shadowing;
 
 /// How a surface is filtered and shaded.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -49,7 +50,7 @@ impl Technique {
         self as i32
     }
 
-    /// Whether it integrates over the visible slopes, so that [`Quadrature`], [`Visibility`] and [`DiffuseLights`] matter.
+    /// Whether it integrates over the visible slopes, so that [`Quadrature`], [`Shadowing`] and [`DiffuseLights`] matter.
     #[must_use]
     pub fn integrates(self) -> bool {
         matches!(self, Self::NormalMip | Self::Leadr | Self::LeadrGgx | Self::Reference)
@@ -103,38 +104,6 @@ impl Quadrature {
                 Some(format!("{n} probes are not one of {:?}", Self::PROBES))
             }
             _ => None,
-        }
-    }
-}
-
-/// Which facets that the viewer sees are lit.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Visibility {
-    /// All: masking only, as Algorithms 1 and 2 of the LEADR paper have it.
-    Masking,
-    /// Smith's height-correlated shadowing (LEADR eq. 13).
-    Smith,
-    /// Shadowing that knows how close light and viewer are.
-    Correlated,
-}
-
-impl Visibility {
-    /// Every form.
-    pub const ALL: [Self; 3] = [Self::Masking, Self::Smith, Self::Correlated];
-
-    /// `LEADR_VISIBILITY_` value of the shaders.
-    #[must_use]
-    pub fn code(self) -> i32 {
-        self as i32
-    }
-
-    /// The name on the command line.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Masking => "masking",
-            Self::Smith => "smith",
-            Self::Correlated => "correlated",
         }
     }
 }
@@ -227,8 +196,8 @@ pub struct ShadingSettings {
     pub technique: Technique,
     /// Where the integrals are sampled.
     pub quadrature: Quadrature,
-    /// Masking and shadowing.
-    pub visibility: Visibility,
+    /// Which of the visible facets are lit.
+    pub shadowing: Shadowing,
     /// Which light counts.
     pub terms: Terms,
     /// Diffuse light of sun and point lights.
@@ -258,7 +227,7 @@ impl std::fmt::Display for ShadingSettings {
                 Quadrature::Grid(n) => write!(f, " · {n}×{n}")?,
                 Quadrature::VisibleSlopes(n) => write!(f, " · {n} probes")?,
             }
-            write!(f, ", {}", self.visibility.name())?;
+            write!(f, ", {}", self.shadowing.name())?;
         }
         Ok(())
     }
@@ -291,7 +260,7 @@ impl Serialize for ShadingSettings {
             rule,
             grid,
             probes,
-            masking: self.visibility.name(),
+            masking: self.shadowing.name(),
             terms: self.terms.names().collect(),
             diffuse_lights: self.diffuse_lights.name(),
             pixel_kernel: self.pixel_kernel && self.technique.has_pixel_kernel(),
@@ -305,7 +274,7 @@ impl Default for ShadingSettings {
         Self {
             technique: Technique::Leadr,
             quadrature: Quadrature::VisibleSlopes(16),
-            visibility: Visibility::Correlated,
+            shadowing: Shadowing::Correlated,
             terms: Terms::ALL,
             diffuse_lights: DiffuseLights::Cosine,
             pixel_kernel: true,

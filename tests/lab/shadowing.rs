@@ -18,7 +18,8 @@ use leadr::reflectance::frame::{Frame, to_frame};
 use leadr::reflectance::integrals::reference::visible_mean;
 use leadr::reflectance::integrals::sh::{Sh9, sh_basis};
 use leadr::reflectance::integrals::shadowed_reference::Surface;
-use leadr::reflectance::masking::correlated::{Visibility, direction_area, lit_fraction, visibility_factor};
+use leadr::reflectance::masking::correlated::{direction_area, lit_fraction, masking_shadowing_factor};
+use leadr::reflectance::masking::shadowing::Shadowing;
 use leadr::reflectance::masking::variants::{Masking, attenuation};
 use leadr::reflectance::materials::microfacet::{Microfacet, half_vector, microfacet_eval};
 use leadr::reflectance::quadrature::gauss_legendre;
@@ -31,7 +32,7 @@ use leadr::reflectance::visible::specular::probe_rule;
 use rayon::prelude::*;
 use serde_json::Value;
 
-const CORRELATED: [Visibility; 2] = [Visibility::Correlated, Visibility::CorrelatedSimple];
+const CORRELATED: [Shadowing; 2] = [Shadowing::Correlated, Shadowing::CorrelatedSimple];
 
 /// SplitMix64.
 struct Random(u64);
@@ -64,13 +65,14 @@ fn symmetric_and_between_smith_and_masking_alone() {
     for _ in 0..100_000 {
         let (surface, wo, wi) = (r.surface(), r.direction(), r.direction());
         let (o, i) = (surface.area(wo), surface.area(wi));
-        let smith = lit_fraction(Visibility::Smith, &o, &i);
+        let smith = lit_fraction(Shadowing::Smith, &o, &i);
         for v in CORRELATED {
             let lit = lit_fraction(v, &o, &i);
             assert!((0.0..=1.0).contains(&lit) && lit >= smith * (1.0 - 1e-12), "{v:?}: {lit}, Smith {smith}");
             brighter += usize::from(lit > smith * 1.01);
             if o.meso > 1e-6 && i.meso > 1e-6 {
-                let (there, back) = (visibility_factor(v, &o, &i) * o.meso, visibility_factor(v, &i, &o) * i.meso);
+                let (there, back) =
+                    (masking_shadowing_factor(v, &o, &i) * o.meso, masking_shadowing_factor(v, &i, &o) * i.meso);
                 assert!((there - back).abs() < 1e-12 * there.max(1e-6), "{there} there, {back} back");
             }
         }
@@ -93,7 +95,7 @@ fn equal_azimuths_are_exact() {
         }
         let lambda = (o.visible / o.meso).max(i.visible / i.meso);
         for v in CORRELATED {
-            let g = visibility_factor(v, &o, &i) * o.meso;
+            let g = masking_shadowing_factor(v, &o, &i) * o.meso;
             assert!((g * lambda - 1.0).abs() < 1e-6, "{v:?}: G {g} instead of 1/{lambda}");
         }
         tried += 1;
@@ -164,7 +166,7 @@ fn white_furnace_of_the_variants() {
     let surface = Surface { m: DVec2::new(0.2, -0.3), s: DVec3::new(0.49, 0.16, 0.14) };
     let (wo, wi) = (direction(50.0, 0.3), direction(70.0, 0.9));
     let g = attenuation(Masking::SmithDirectionCorrelated, &slopes, wo, wi, half_vector(wo, wi));
-    let want = visibility_factor(Visibility::Correlated, &surface.area(wo), &surface.area(wi));
+    let want = masking_shadowing_factor(Shadowing::Correlated, &surface.area(wo), &surface.area(wi));
     assert!((g / want - 1.0).abs() < 1e-6, "{g} instead of {want}");
     let brdf = Microfacet { distribution: slopes, masking: Masking::SmithDirectionCorrelated, fresnel: Fresnel::Ideal };
     assert!(leadr::reflectance::materials::brdf::Brdf::eval_cos(&brdf, wo, wi).x > 0.0 && slopes.meso_area(wo) > 0.0);
@@ -209,8 +211,8 @@ fn probes_keep_what_they_should() {
         let one = |v, n| shadowed_specular_environment(v, wo, m, s, DVec3::ONE, probe_rule(n), |_| DVec3::ONE).0.x;
         let want = surface.specular_environment(wo, 8, |_| 1.0).z;
         for (square, n) in square.iter_mut().zip([5, 9, 16]) {
-            assert!((one(Visibility::Masking, n) - 1.0).abs() < 1e-7);
-            let lit = one(Visibility::Correlated, n);
+            assert!((one(Shadowing::None, n) - 1.0).abs() < 1e-7);
+            let lit = one(Shadowing::Correlated, n);
             assert!((0.0..=1.0 + 1e-7).contains(&lit));
             *square += (lit - want).powi(2);
         }
@@ -312,10 +314,10 @@ fn patch_errors(row: &Value) -> Vec<(String, &'static str, f64, f64)> {
         ("diffuse_dir_side45", side, ["side smith", "side full", "side simple"]),
         ("diffuse_dir_opp60", opposite, ["opposite smith", "opposite full", "opposite simple"]),
     ] {
-        for (visibility, quantity) in
-            [Visibility::Smith, Visibility::Correlated, Visibility::CorrelatedSimple].into_iter().zip(names)
+        for (shadowing, quantity) in
+            [Shadowing::Smith, Shadowing::Correlated, Shadowing::CorrelatedSimple].into_iter().zip(names)
         {
-            let got = mean(&|s| s.diffuse_light(visibility, wo, wi, 8));
+            let got = mean(&|s| s.diffuse_light(shadowing, wo, wi, 8));
             out.push((name.clone(), quantity, got, truth(light)));
         }
     }
@@ -408,7 +410,7 @@ fn spheres_of_another_ray_caster() {
                 let wo = pixel.wo;
                 let light = |l: DVec3| {
                     let wi = to_frame(&pixel.frame, l);
-                    [Visibility::Smith, Visibility::Correlated].map(|v| surface.diffuse_light(v, wo, wi, 6))
+                    [Shadowing::Smith, Shadowing::Correlated].map(|v| surface.diffuse_light(v, wo, wi, 6))
                 };
                 let to_world = |d: DVec3| leadr::reflectance::frame::from_frame(&pixel.frame, d);
                 let masked = visible_mean(wo, DVec2::ZERO, s, 6, |x| {

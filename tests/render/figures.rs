@@ -4,10 +4,11 @@ use std::sync::Arc;
 
 use glam::Vec3;
 use leadr::gpu::Gpu;
+use leadr::reflectance::masking::shadowing::Shadowing;
 use leadr::render::frame::{FrameOutput, Layer, Renderer};
 use leadr::render::light::environment::Environment;
 use leadr::render::scene::FrameState;
-use leadr::render::settings::{RenderSettings, ShadingSettings, Technique, Visibility};
+use leadr::render::settings::{RenderSettings, ShadingSettings, Technique};
 use leadr::render::surfaces::tessellation::TessellationSettings;
 use leadr::scenes::stage::{Lights, Stage};
 use leadr::scenes::studio::studio;
@@ -116,7 +117,7 @@ fn one_sample_from_afar_is_close_to_many_of_the_reference() {
             size: (96, 64),
             samples,
             // The bumps of the reference do not shadow each other.
-            shading: ShadingSettings { technique, visibility: Visibility::Masking, ..Default::default() },
+            shading: ShadingSettings { technique, shadowing: Shadowing::None, ..Default::default() },
             tessellation: TessellationSettings { to_texels: technique == Technique::Reference, ..Default::default() },
             ..Default::default()
         };

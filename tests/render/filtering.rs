@@ -4,12 +4,13 @@ use glam::Vec3;
 use leadr::lab::metrics::compare::compare;
 use leadr::maps::tonemap::Tonemap;
 use leadr::maps::{RgbImage, procedural};
+use leadr::reflectance::masking::shadowing::Shadowing;
 use leadr::render::camera::Camera;
 use leadr::render::frame::{FrameOutput, Renderer};
 use leadr::render::light::environment::Environment;
 use leadr::render::light::sky::Sky;
 use leadr::render::scene::{FrameState, Object, Pose};
-use leadr::render::settings::{RenderSettings, ShadingSettings, Technique, Visibility};
+use leadr::render::settings::{RenderSettings, ShadingSettings, Technique};
 use leadr::render::surfaces::displacement::{Border, HeightField};
 use leadr::render::surfaces::tessellation::TessellationSettings;
 use leadr::scenes::sphere::displaced_sphere;
@@ -34,7 +35,7 @@ fn settings(size: u32, technique: Technique, samples: u32) -> RenderSettings {
         size: (size, size),
         samples,
         // Masking alone: the reference has no shadows between its bumps either.
-        shading: ShadingSettings { technique, visibility: Visibility::Masking, ..Default::default() },
+        shading: ShadingSettings { technique, shadowing: Shadowing::None, ..Default::default() },
         tessellation: TessellationSettings { to_texels: technique == Technique::Reference, ..Default::default() },
         shadows: false,
         ..Default::default()

@@ -5,8 +5,8 @@ use leadr::maps::{RgbImage, procedural};
 use leadr::reflectance::facets::{fresnel, projected_area};
 use leadr::reflectance::frame;
 use leadr::reflectance::integrals::{diffuse, sh_projection, specular};
-use leadr::reflectance::masking::correlated as correlated_masking;
 use leadr::reflectance::masking::correlated::{direction_area, lit_fraction};
+use leadr::reflectance::masking::shadowing::Shadowing;
 use leadr::reflectance::slopes::{grid as slope_grid, statistics as slope_statistics};
 use leadr::reflectance::visible::diffuse::{leadr_diffuse_light_visible, visible_diffuse_moments};
 use leadr::reflectance::visible::shadowed_environment::{bent_normal, shadowed_diffuse_environment};
@@ -16,9 +16,7 @@ use leadr::render::camera::Camera;
 use leadr::render::frame::{Layer, Renderer};
 use leadr::render::light::environment::Environment;
 use leadr::render::scene::{FrameState, Object, PointLight, Pose, Sun};
-use leadr::render::settings::{
-    DiffuseLights, Quadrature, RenderSettings, ShadingSettings, Technique, Terms, Visibility,
-};
+use leadr::render::settings::{DiffuseLights, Quadrature, RenderSettings, ShadingSettings, Technique, Terms};
 use leadr::render::surfaces::displacement::{Border, HeightField};
 use leadr::scenes::sphere::displaced_sphere;
 
@@ -65,8 +63,8 @@ fn a_white_surface_vanishes_in_a_white_room() {
         let mut renderer = Renderer::new(&gpu, vec![object], constant_environment(&gpu, [1.0; 3])).unwrap();
         for distance in [3.0, 12.0, 60.0] {
             for (technique, quadrature) in cases {
-                let visibility = Visibility::Masking;
-                let shading = ShadingSettings { technique, quadrature, visibility, ..Default::default() };
+                let shadowing = Shadowing::None;
+                let shading = ShadingSettings { technique, quadrature, shadowing, ..Default::default() };
                 let output = renderer.render(&state(distance, None, Vec::new()), &settings(shading)).unwrap();
                 let object = output.color.iter().filter(|c| c[3] > 0.0);
                 assert!(object.clone().count() > 10);
@@ -134,14 +132,10 @@ fn pixels(renderer: &mut Renderer, state: &FrameState, color: &[[f32; 4]]) -> Ve
         .collect()
 }
 
-fn kind(visibility: Visibility) -> correlated_masking::Visibility {
-    correlated_masking::Visibility::ALL[visibility.code() as usize]
-}
-
 impl Pixel {
     /// What the mirrors show of a white room, and their mean Fresnel reflectance.
     fn mirrors(&self, shading: ShadingSettings, f0: DVec3) -> [DVec3; 2] {
-        let (wo, s, visibility) = (self.wo, self.specular_s, kind(shading.visibility));
+        let (wo, s, shadowing) = (self.wo, self.specular_s, shading.shadowing);
         let cholesky = slope_grid::slope_cholesky(s);
         match shading.quadrature {
             Quadrature::Grid(n) => {
@@ -153,7 +147,7 @@ impl Pixel {
                     let node = slope_grid::grid_node(j, k, n, lambda);
                     let sample = specular::environment_sample(wo, node.truncate(), m, s);
                     let f = fresnel::fresnel_schlick(f0, wo.dot(sample.wn)) * (node.z * sample.area);
-                    sum += f * lit_fraction(visibility, &o, &direction_area(sample.wi, m, cholesky));
+                    sum += f * lit_fraction(shadowing, &o, &direction_area(sample.wi, m, cholesky));
                     fresnel += f;
                     norm += node.z * sample.area;
                 }
@@ -161,7 +155,7 @@ impl Pixel {
             }
             Quadrature::VisibleSlopes(n) => {
                 let rule = visible_specular::probe_rule(n);
-                let (sum, fresnel) = shadowed_specular_environment(visibility, wo, self.m, s, f0, rule, |_| DVec3::ONE);
+                let (sum, fresnel) = shadowed_specular_environment(shadowing, wo, self.m, s, f0, rule, |_| DVec3::ONE);
                 [sum, fresnel]
             }
         }
@@ -193,26 +187,26 @@ impl Pixel {
             }
             (_, Quadrature::VisibleSlopes(_)) => leadr_diffuse_light_visible(wo, wi, self.m, s, false, 2),
         };
-        light * lit_fraction(kind(shading.visibility), &areas[0], &areas[1])
+        light * lit_fraction(shading.shadowing, &areas[0], &areas[1])
     }
 }
 
 /// Every way to integrate that the tests below go through.
 fn integrals() -> Vec<ShadingSettings> {
-    let with = |quadrature, visibility, diffuse_lights| ShadingSettings {
+    let with = |quadrature, shadowing, diffuse_lights| ShadingSettings {
         quadrature,
-        visibility,
+        shadowing,
         diffuse_lights,
         ..Default::default()
     };
     vec![
-        with(Quadrature::Grid(5), Visibility::Smith, DiffuseLights::Cosine),
-        with(Quadrature::Grid(3), Visibility::Masking, DiffuseLights::Cosine),
-        with(Quadrature::Grid(1), Visibility::Smith, DiffuseLights::Cosine),
-        with(Quadrature::Grid(5), Visibility::Correlated, DiffuseLights::Sh),
-        with(Quadrature::VisibleSlopes(9), Visibility::Correlated, DiffuseLights::Cosine),
-        with(Quadrature::VisibleSlopes(5), Visibility::Smith, DiffuseLights::Cosine),
-        with(Quadrature::VisibleSlopes(5), Visibility::Masking, DiffuseLights::Sh),
+        with(Quadrature::Grid(5), Shadowing::Smith, DiffuseLights::Cosine),
+        with(Quadrature::Grid(3), Shadowing::None, DiffuseLights::Cosine),
+        with(Quadrature::Grid(1), Shadowing::Smith, DiffuseLights::Cosine),
+        with(Quadrature::Grid(5), Shadowing::Correlated, DiffuseLights::Sh),
+        with(Quadrature::VisibleSlopes(9), Shadowing::Correlated, DiffuseLights::Cosine),
+        with(Quadrature::VisibleSlopes(5), Shadowing::Smith, DiffuseLights::Cosine),
+        with(Quadrature::VisibleSlopes(5), Shadowing::None, DiffuseLights::Sh),
     ]
 }
 
@@ -245,8 +239,8 @@ fn lights_agree_with_the_reference_at_every_pixel() {
                 for (direction, irradiance) in lights {
                     let wi = frame::to_frame(&pixel.frame, direction);
                     let areas = [wo, wi].map(|w| direction_area(w, m, cholesky));
-                    let visibility = kind(shading.visibility);
-                    let specular = specular::leadr_specular_light(visibility, &areas[0], &areas[1], wo, wi, m, s, f0);
+                    let shadowing = shading.shadowing;
+                    let specular = specular::leadr_specular_light(shadowing, &areas[0], &areas[1], wo, wi, m, s, f0);
                     expected += irradiance * (albedo * pixel.diffuse_light(shading, wi) + specular);
                 }
                 let actual = DVec3::new(
@@ -370,7 +364,7 @@ fn the_diffuse_environment_agrees_with_the_reference_at_every_pixel() {
         let (mut worst, mut count) = (0.0f64, 0);
         for (i, pixel) in pixels(&mut renderers[0], &state, &white) {
             let [_, fresnel] = pixel.mirrors(shading, DVec3::splat(f64::from(f0)));
-            let diffuse = if shading.visibility == Visibility::Correlated {
+            let diffuse = if shading.shadowing == Shadowing::Correlated {
                 let cholesky = slope_grid::slope_cholesky(pixel.diffuse_s);
                 let bent = bent_normal(&direction_area(pixel.wo, pixel.m, cholesky), pixel.m, cholesky);
                 shadowed_diffuse_environment(&bent, &pixel.frame, &coefficients)

@@ -19,12 +19,12 @@ vec3 leadr_specular_directional(vec3 wo, vec3 wi, vec2 m, vec3 S, vec3 f0, bool 
     return fresnel_schlick(f0, dot(wi, wh)) * (0.25 * o.under * beckmann_ndf_over(wh, m, S, o.over));
 }
 
-// The same with any visibility, from the areas that o and i see: o once per pixel, shared by all lights.
-vec3 leadr_specular_light(int visibility, DirectionArea o, DirectionArea i, vec3 wo, vec3 wi, vec2 m, vec3 S, vec3 f0) {
+// The same with any shadowing model, from the areas that o and i see: o once per pixel, shared by all lights.
+vec3 leadr_specular_light(int shadowing, DirectionArea o, DirectionArea i, vec3 wo, vec3 wi, vec2 m, vec3 S, vec3 f0) {
     vec3 h = wo + wi;
     vec3 wh = h * inversesqrt(max(dot(h, h), 1e-20));
     float d = beckmann_ndf_over(wh, m, S, max(o.visible, LEADR_MIN_AREA));
-    return fresnel_schlick(f0, dot(wi, wh)) * (0.25 * d * lit_fraction(visibility, o, i));
+    return fresnel_schlick(f0, dot(wi, wh)) * (0.25 * d * lit_fraction(shadowing, o, i));
 }
 
 // Environment, LEADR eq. 22 / Algorithm 1. Once per pixel:

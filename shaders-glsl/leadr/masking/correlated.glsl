@@ -6,17 +6,17 @@
 // Masking and shadowing that know how the directions of viewer and light are correlated:
 //     G = 1 / (1 + max(Lambda_o, Lambda_i) + f min(Lambda_o, Lambda_i))
 // with f = 0 for equal azimuths (in the space where the surface is isotropic) and 1, Smith's form, for separate ones.
-// src/reflectance/correlated_masking.rs derives it. Once per pixel:
+// src/reflectance/masking/correlated.rs derives it. Once per pixel:
 //     vec3 cholesky = slope_cholesky(S);
 //     DirectionArea o = direction_area(wo, m, cholesky);
 // and for each light:
-//     float lit = lit_fraction(visibility, o, direction_area(wi, m, cholesky));
+//     float lit = lit_fraction(shadowing, o, direction_area(wi, m, cholesky));
 
-// What counts as lit among the facets that the viewer sees.
-const int LEADR_VISIBILITY_MASKING = 0;           // everything
-const int LEADR_VISIBILITY_SMITH = 1;             // LEADR eq. 13
-const int LEADR_VISIBILITY_CORRELATED = 2;        // direction-correlated, full
-const int LEADR_VISIBILITY_CORRELATED_SIMPLE = 3; // and simple
+// Shadowing models: which of the facets that the viewer sees are lit.
+const int LEADR_SHADOWING_NONE = 0;              // all: masking alone
+const int LEADR_SHADOWING_SMITH = 1;             // LEADR eq. 13
+const int LEADR_SHADOWING_CORRELATED = 2;        // direction-correlated
+const int LEADR_SHADOWING_CORRELATED_SIMPLE = 3; // its simple form
 
 // What a surface shows of itself in one direction.
 struct DirectionArea {
@@ -38,10 +38,10 @@ DirectionArea direction_area(vec3 w, vec2 m, vec3 cholesky) {
     return DirectionArea(whitened, spread, meso, max(meso, 0.0) + rough_area(meso, spread));
 }
 
-// The same for a visibility: only one that knows directions needs the whitened one, and what the others need is cheaper
-// to have from the covariance S itself.
-DirectionArea area_for(int visibility, vec3 w, vec2 m, vec3 S, vec3 cholesky) {
-    if (visibility >= LEADR_VISIBILITY_CORRELATED) return direction_area(w, m, cholesky);
+// The same, for one shadowing model: only the direction-correlated ones need the whitened direction, and the others get
+// what they need more cheaply from the covariance S itself.
+DirectionArea area_for(int shadowing, vec3 w, vec2 m, vec3 S, vec3 cholesky) {
+    if (shadowing >= LEADR_SHADOWING_CORRELATED) return direction_area(w, m, cholesky);
     float spread = slope_spread(w, S);
     float meso = meso_area(w, m);
     return DirectionArea(vec2(0.0), spread, meso, max(meso, 0.0) + rough_area(meso, spread));
@@ -62,8 +62,8 @@ float decorrelation(vec2 po, vec2 pi, float both, float more, float less, bool s
 
 // G A_o / a_o, 0..1: the part of what the viewer sees that the light reaches. The weight of a light, or of a sample of an
 // environment, in a sum that is already normalised for masking.
-float lit_fraction(int visibility, DirectionArea o, DirectionArea i) {
-    if (visibility == LEADR_VISIBILITY_MASKING) return 1.0;
+float lit_fraction(int shadowing, DirectionArea o, DirectionArea i) {
+    if (shadowing == LEADR_SHADOWING_NONE) return 1.0;
     float ao = max(o.meso, 0.0);
     float ai = max(i.meso, 0.0);
     float seen = ai * max(o.visible, LEADR_MIN_AREA);
@@ -72,14 +72,14 @@ float lit_fraction(int visibility, DirectionArea o, DirectionArea i) {
     float more = max(hidden_o, hidden_i);
     float less = min(hidden_o, hidden_i);
     float f = 1.0;
-    if (visibility != LEADR_VISIBILITY_SMITH)
-        f = decorrelation(o.whitened, i.whitened, ao * ai, more, less, visibility == LEADR_VISIBILITY_CORRELATED_SIMPLE);
+    if (shadowing != LEADR_SHADOWING_SMITH)
+        f = decorrelation(o.whitened, i.whitened, ao * ai, more, less, shadowing == LEADR_SHADOWING_CORRELATED_SIMPLE);
     return seen / max(seen + max(hidden_i - hidden_o, 0.0) + f * less, 1e-30);
 }
 
 // G / a_o, within 0..1e6: the factor of F D / 4 in f_r cos(theta_i).
-float visibility_factor(int visibility, DirectionArea o, DirectionArea i) {
-    return lit_fraction(visibility, o, i) / max(o.visible, LEADR_MIN_AREA);
+float masking_shadowing_factor(int shadowing, DirectionArea o, DirectionArea i) {
+    return lit_fraction(shadowing, o, i) / max(o.visible, LEADR_MIN_AREA);
 }
 
 #endif

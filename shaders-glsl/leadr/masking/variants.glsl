@@ -6,7 +6,7 @@
 #include "../slopes/grid.glsl"
 
 // Geometric attenuation of any slope distribution as the factor G / a_o of f_r cos(theta_i) = F D (G / a_o) / 4
-// (thesis Table 2.IV, eq. 2.13 and 3.3; LEADR eq. 13-17). src/reflectance/masking_variants.rs derives each.
+// (thesis Table 2.IV, eq. 2.13 and 3.3; LEADR eq. 13-17). src/reflectance/masking/variants.rs derives each.
 
 const int LEADR_SMITH_CORRELATED = 0;    // LEADR's: a_i / (a_i A_o + a_o (A_i - a_i))
 const int LEADR_SMITH_SEPARABLE = 1;     // a_i / (A_o A_i)
@@ -15,7 +15,7 @@ const int LEADR_SMITH_THESIS = 3;        // by the macrosurface's cosines, for c
 const int LEADR_VGROOVE = 4;             // min(f, 2 a_o, 2 a_i) / (f a_o), f = (wo.wh) / wh.z
 const int LEADR_VGROOVE_UNSHADOWED = 5;  // min(f, 2 a_o) / (f a_o)
 const int LEADR_NORMAL_MAP = 6;          // 1 / f
-const int LEADR_SMITH_DIRECTION_CORRELATED = 7;        // between the first and 1 / A_o: correlated_masking.glsl
+const int LEADR_SMITH_DIRECTION_CORRELATED = 7;        // between the first and 1 / A_o: correlated.glsl
 const int LEADR_SMITH_DIRECTION_CORRELATED_SIMPLE = 8;
 
 // f = (wo.wh) / wh.z: projected area, per unit of macrosurface, of the facet that mirrors wo into wi. The cosine is taken
@@ -53,7 +53,7 @@ float masking_factor(int masking, vec3 wo, vec3 wi, vec3 wh, vec2 m, float area_
         vec2 po = whitened_direction(wo, cholesky);
         vec2 pi = whitened_direction(wi, cholesky);
         bool simple = masking == LEADR_SMITH_DIRECTION_CORRELATED_SIMPLE;
-        return visibility_factor(simple ? LEADR_VISIBILITY_CORRELATED_SIMPLE : LEADR_VISIBILITY_CORRELATED,
+        return masking_shadowing_factor(simple ? LEADR_SHADOWING_CORRELATED_SIMPLE : LEADR_SHADOWING_CORRELATED,
                                  DirectionArea(po, length(po), ao, area_o), DirectionArea(pi, length(pi), ai, area_i));
     }
     return 1.0 / area_o;

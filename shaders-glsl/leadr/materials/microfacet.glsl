@@ -6,7 +6,7 @@
 #include "../masking/variants.glsl"
 
 // f_r cos(theta_i) of ideal mirrors, D (G / a_o) / 4 (thesis eq. 2.1); times a Fresnel term at dot(wo, half_vector(wo, wi))
-// for others. `masking` is one of the constants of masking_variants.glsl. 0 where the half vector is not above the horizon.
+// for others. `masking` is one of the constants of masking/variants.glsl. 0 where the half vector is not above the horizon.
 
 // Half vector of two unit directions; zero for opposite ones.
 vec3 half_vector(vec3 wo, vec3 wi) {

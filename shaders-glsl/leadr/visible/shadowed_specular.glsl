@@ -9,7 +9,7 @@
 //     VisibleProbes probes = visible_probes(wo, m, S);
 //     DirectionArea o = direction_area(wo, probes.m, probes.cholesky);
 // and for each probe, before it is looked up,
-//     LitProbe l = lit_probe(visibility, o, p.wi, p.solid_angle, probes.m, probes.cholesky);
+//     LitProbe l = lit_probe(shadowing, o, p.wi, p.solid_angle, probes.m, probes.cholesky);
 
 // Variance of the part that a node stands for, in units of its probe's; and how much more than such a part what is looked
 // up moves away from the horizon.
@@ -23,8 +23,8 @@ struct LitProbe {
 
 // The light of a solid angle about wi: its height above the mesosurface is a normal variable of the deviation of a disc,
 // averaged before it is cut at the horizon.
-LitProbe lit_probe(int visibility, DirectionArea o, vec3 wi, float solid_angle, vec2 m, vec3 cholesky) {
-    if (visibility == LEADR_VISIBILITY_MASKING) return LitProbe(1.0, wi);
+LitProbe lit_probe(int shadowing, DirectionArea o, vec3 wi, float solid_angle, vec2 m, vec3 cholesky) {
+    if (shadowing == LEADR_SHADOWING_NONE) return LitProbe(1.0, wi);
     DirectionArea i = direction_area(wi, m, cholesky);
     float squared = 1.0 + dot(m, m);
     float deviation = sqrt(clamp((LEADR_PART * 0.0795774715) * solid_angle * squared, 1e-12, 1.0));
@@ -33,7 +33,7 @@ LitProbe lit_probe(int visibility, DirectionArea o, vec3 wi, float solid_angle, 
     i.visible += above - max(i.meso, 0.0);
     i.meso = above;
     float lift = LEADR_LIFT * deviation * n.cdf / n.ramp / squared;
-    return LitProbe(lit_fraction(visibility, o, i), normalize(wi + lift * vec3(-m, 1.0)));
+    return LitProbe(lit_fraction(shadowing, o, i), normalize(wi + lift * vec3(-m, 1.0)));
 }
 
 #endif

@@ -28,7 +28,7 @@ Mirrors grid_mirrors(Surface surface, vec3 wo, vec3 S) {
     float lambda = grid_lambda(SAMPLES);
     vec2 m = face_viewer(wo, surface.mean_slope, S, lambda);
     vec3 cholesky = slope_cholesky(S);
-    DirectionArea o = area_for(VISIBILITY, wo, m, S, cholesky);
+    DirectionArea o = area_for(SHADOWING, wo, m, S, cholesky);
     float base = env_lod_base(S, grid_spacing(SAMPLES, lambda), lighting.environment.x, LEADR_LOD_MATCHED);
     vec3 reflected = vec3(0.0), fresnel = vec3(0.0);
     float norm = 0.0;
@@ -38,7 +38,7 @@ Mirrors grid_mirrors(Surface surface, vec3 wo, vec3 S) {
             EnvironmentSample e = environment_sample_at(wo, slope_at(node.xy, m, cholesky));
             float weight = node.z * e.area;
             vec3 f = weight * fresnel_schlick(surface.f0, dot(wo, e.wn));
-            float lit = lit_fraction(VISIBILITY, o, area_for(VISIBILITY, e.wi, m, S, cholesky));
+            float lit = lit_fraction(SHADOWING, o, area_for(SHADOWING, e.wi, m, S, cholesky));
             reflected += f * lit * environment_radiance(surface, e.wi, env_lod_at(base, wo, e.wn));
             fresnel += f;
             norm += weight;
@@ -56,7 +56,7 @@ Mirrors probe_mirrors(Surface surface, vec3 wo, vec3 S) {
     [[unroll]] for (int i = 0; i < SAMPLES; ++i) {
         VisibleProbe p = visible_probe(probes, wo, probe_node(SAMPLES, i, probes.wide));
         vec3 f = p.weight * fresnel_schlick(surface.f0, p.cosine);
-        LitProbe l = lit_probe(VISIBILITY, o, p.wi, p.solid_angle, probes.m, probes.cholesky);
+        LitProbe l = lit_probe(SHADOWING, o, p.wi, p.solid_angle, probes.m, probes.cholesky);
         float lod = solid_angle_lod(p.solid_angle, lighting.environment.x);
         reflected += f * l.lit * environment_radiance(surface, l.wi, lod);
         fresnel += f;
@@ -98,7 +98,7 @@ vec3 ggx_fresnel(Surface surface, vec3 wo, DisplacedGgx d) {
 
 // Diffuse radiance of the environment per unit of albedo.
 vec3 diffuse_environment(Surface surface, NormalMoments normals) {
-    if (VISIBILITY == LEADR_VISIBILITY_CORRELATED) {
+    if (SHADOWING == LEADR_SHADOWING_CORRELATED) {
         BentNormal bent = bent_normal(surface.wo, surface.mean_slope, surface.slope_covariance);
         return shadowed_diffuse_environment(bent, surface.frame, environment_sh());
     }
@@ -140,11 +140,11 @@ vec3 leadr_radiance(Surface surface, float environment_scale) {
     }
 
     vec3 diffuse_cholesky = slope_cholesky(diffuse_s);
-    DirectionArea diffuse_o = area_for(VISIBILITY, wo, m, diffuse_s, diffuse_cholesky);
+    DirectionArea diffuse_o = area_for(SHADOWING, wo, m, diffuse_s, diffuse_cholesky);
     float lambda = grid_lambda(SAMPLES);
     vec2 faced = face_viewer(wo, m, diffuse_s, lambda);
     NormalMoments normals;
-    if ((DIFFUSE_ENVIRONMENT && VISIBILITY != LEADR_VISIBILITY_CORRELATED) || (DIFFUSE_LIGHTS && LIGHTS_BY_SH)) {
+    if ((DIFFUSE_ENVIRONMENT && SHADOWING != LEADR_SHADOWING_CORRELATED) || (DIFFUSE_LIGHTS && LIGHTS_BY_SH)) {
         normals = VISIBLE_SLOPES ? visible_diffuse_moments(wo, m, diffuse_s, DIFFUSE_TERMS)
                                  : visible_normal_moments(wo, faced, diffuse_s, SAMPLES, lambda);
     }
@@ -154,23 +154,23 @@ vec3 leadr_radiance(Surface surface, float environment_scale) {
     if (LIGHTS) {
         vec3 cholesky = slope_cholesky(GGX ? 0.5 * ggx.roughness : specular_s);
         DirectionArea o = GGX ? displaced_ggx_area(wo, m, ggx, cholesky)
-                              : area_for(VISIBILITY, wo, m, specular_s, cholesky);
+                              : area_for(SHADOWING, wo, m, specular_s, cholesky);
         [[unroll]] for (int i = FIRST_LIGHT; i <= POINT_LIGHTS; ++i) {
             Light light = light_at(i, surface);
             vec3 scattered = vec3(0.0);
             if (DIFFUSE_LIGHTS) {
-                DirectionArea i = area_for(VISIBILITY, light.wi, m, diffuse_s, diffuse_cholesky);
-                float lit = lit_fraction(VISIBILITY, diffuse_o, i);
+                DirectionArea i = area_for(SHADOWING, light.wi, m, diffuse_s, diffuse_cholesky);
+                float lit = lit_fraction(SHADOWING, diffuse_o, i);
                 scattered += albedo * (lit * diffuse_light(surface, wo, normals, faced, lambda, light.wi));
             }
             if (SPECULAR_LIGHTS) {
                 if (GGX) {
-                    scattered += displaced_ggx_light(VISIBILITY, o, wo, light.wi, m, ggx, cholesky, f0);
-                } else if (VISIBILITY == LEADR_VISIBILITY_MASKING) {
+                    scattered += displaced_ggx_light(SHADOWING, o, wo, light.wi, m, ggx, cholesky, f0);
+                } else if (SHADOWING == LEADR_SHADOWING_NONE) {
                     scattered += leadr_specular_directional(wo, light.wi, m, specular_s, f0, false);
                 } else {
-                    DirectionArea i = area_for(VISIBILITY, light.wi, m, specular_s, cholesky);
-                    scattered += leadr_specular_light(VISIBILITY, o, i, wo, light.wi, m, specular_s, f0);
+                    DirectionArea i = area_for(SHADOWING, light.wi, m, specular_s, cholesky);
+                    scattered += leadr_specular_light(SHADOWING, o, i, wo, light.wi, m, specular_s, f0);
                 }
             }
             radiance += light.irradiance * scattered;

@@ -6,7 +6,7 @@
 
 layout(constant_id = 1) const bool VISIBLE_SLOPES = false; // the visible-slope rules, or the paper's grid
 layout(constant_id = 2) const int SAMPLES = 5;             // environment probes; N of the N x N grid
-layout(constant_id = 3) const int VISIBILITY = LEADR_VISIBILITY_SMITH;
+layout(constant_id = 3) const int SHADOWING = LEADR_SHADOWING_SMITH;
 layout(constant_id = 4) const bool LIGHTS_BY_SH = false;   // diffuse lights through order-2 SH as in Algorithm 2
 layout(constant_id = 5) const int TERMS = 15;              // bits: which light counts
 // Lights go from FIRST_LIGHT to POINT_LIGHTS; number 0 is the sun.

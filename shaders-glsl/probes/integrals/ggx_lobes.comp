@@ -22,7 +22,7 @@ void main() {
         put(lobe.weight);
         put(lobe.S);
     }
-    for (int visibility = 0; visibility < 3; ++visibility) {
-        put(displaced_ggx_light(visibility, o, wo, wi, m, d, cholesky, vec3(0.04, 0.5, 1.0)).xy);
+    for (int shadowing = LEADR_SHADOWING_NONE; shadowing <= LEADR_SHADOWING_CORRELATED; ++shadowing) {
+        put(displaced_ggx_light(shadowing, o, wo, wi, m, d, cholesky, vec3(0.04, 0.5, 1.0)).xy);
     }
 }

@@ -15,7 +15,7 @@ void main() {
     put(leadr_specular_directional(wo, wi, m, S, f0, true));
     put(leadr_specular_directional(wo, wi, m, S, f0, false));
     vec3 cholesky = slope_cholesky(S);
-    put(leadr_specular_light(LEADR_VISIBILITY_CORRELATED, direction_area(wo, m, cholesky), direction_area(wi, m, cholesky), wo, wi, m, S, f0));
+    put(leadr_specular_light(LEADR_SHADOWING_CORRELATED, direction_area(wo, m, cholesky), direction_area(wi, m, cholesky), wo, wi, m, S, f0));
     EnvironmentSample e = environment_sample(wo, p, m, S);
     put(e.wi);
     put(e.wn);

@@ -18,8 +18,8 @@ void main() {
     put(o.spread);
     put(o.meso);
     put(o.visible);
-    for (int visibility = LEADR_VISIBILITY_MASKING; visibility <= LEADR_VISIBILITY_CORRELATED_SIMPLE; ++visibility)
-        put(lit_fraction(visibility, o, i));
-    put(visibility_factor(LEADR_VISIBILITY_CORRELATED, o, i));
-    put(visibility_factor(LEADR_VISIBILITY_CORRELATED_SIMPLE, o, i));
+    for (int shadowing = LEADR_SHADOWING_NONE; shadowing <= LEADR_SHADOWING_CORRELATED_SIMPLE; ++shadowing)
+        put(lit_fraction(shadowing, o, i));
+    put(masking_shadowing_factor(LEADR_SHADOWING_CORRELATED, o, i));
+    put(masking_shadowing_factor(LEADR_SHADOWING_CORRELATED_SIMPLE, o, i));
 }

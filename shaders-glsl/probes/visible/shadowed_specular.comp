@@ -12,10 +12,10 @@ void main() {
     at = gl_GlobalInvocationID.x * 9;
     vec3 cholesky = slope_cholesky(S);
     DirectionArea o = direction_area(wo, m, cholesky);
-    for (int visibility = LEADR_VISIBILITY_SMITH; visibility <= LEADR_VISIBILITY_CORRELATED_SIMPLE; ++visibility) {
-        put(lit_probe(visibility, o, wi, solid_angle, m, cholesky).lit);
+    for (int shadowing = LEADR_SHADOWING_SMITH; shadowing <= LEADR_SHADOWING_CORRELATED_SIMPLE; ++shadowing) {
+        put(lit_probe(shadowing, o, wi, solid_angle, m, cholesky).lit);
     }
-    put(lit_probe(LEADR_VISIBILITY_SMITH, o, wi, solid_angle, m, cholesky).wi);
+    put(lit_probe(LEADR_SHADOWING_SMITH, o, wi, solid_angle, m, cholesky).wi);
     VisibleProbes probes = visible_probes(wo, m, S);
     o = direction_area(wo, probes.m, probes.cholesky);
     for (int n = 0; n < 3; ++n) {
@@ -23,7 +23,7 @@ void main() {
         float lit = 0.0;
         for (int k = 0; k < size; ++k) {
             VisibleProbe p = visible_probe(probes, wo, probe_node(size, k, probes.wide));
-            lit += p.weight * lit_probe(LEADR_VISIBILITY_CORRELATED, o, p.wi, p.solid_angle, probes.m, probes.cholesky).lit;
+            lit += p.weight * lit_probe(LEADR_SHADOWING_CORRELATED, o, p.wi, p.solid_angle, probes.m, probes.cholesky).lit;
         }
         put(lit);
     }

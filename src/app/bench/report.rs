@@ -144,7 +144,7 @@ fn rows(measured: &Measured) -> Vec<RowReport> {
             technique: row.settings.shading.technique.name(),
             rule: row.rule(),
             samples: row.samples(),
-            visibility: row.settings.shading.visibility.name(),
+            visibility: row.settings.shading.shadowing.name(),
             distance: row.distance,
             size: [row.settings.size.0, row.settings.size.1],
             pass: (*pass).to_owned(),

@@ -8,8 +8,9 @@ use super::rounds::{PIXELS, TOTAL};
 use crate::app::config::SceneConfig;
 use crate::app::renderer_source::render_settings;
 use crate::app::values::Size;
+use crate::reflectance::masking::shadowing::Shadowing;
 use crate::render::scene::FrameState;
-use crate::render::settings::{Quadrature, RenderSettings, ShadingSettings, Technique, Terms, Visibility};
+use crate::render::settings::{Quadrature, RenderSettings, ShadingSettings, Technique, Terms};
 use crate::render::surfaces::tessellation::TessellationSettings;
 
 /// One thing that is drawn again and again.
@@ -139,7 +140,7 @@ fn paper(technique: Technique, quadrature: Quadrature, terms: Terms) -> ShadingS
         technique,
         quadrature,
         terms,
-        visibility: Visibility::Masking,
+        shadowing: Shadowing::None,
         pixel_kernel: false,
         ..Default::default()
     }
@@ -209,9 +210,9 @@ pub fn quad(state: &FrameState, size: Size) -> Vec<Row> {
         (VISIBILITY_DIFFUSE, Terms::DIFFUSE_ENVIRONMENT),
     ];
     for (table, terms) in tables {
-        for visibility in Visibility::ALL {
-            let shading = ShadingSettings { visibility, ..leadr(Quadrature::VisibleSlopes(5), terms) };
-            rows.push(row(table, visibility.name().to_owned(), "masking", shading));
+        for shadowing in Shadowing::MAIN {
+            let shading = ShadingSettings { shadowing, ..leadr(Quadrature::VisibleSlopes(5), terms) };
+            rows.push(row(table, shadowing.name().to_owned(), "masking", shading));
         }
     }
     for row in &mut rows {

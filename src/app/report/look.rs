@@ -1,11 +1,12 @@
 //! What is held against the truth: techniques and rules by the names the page gives them.
 
-use crate::render::settings::{Quadrature, RenderSettings, ShadingSettings, Technique, Terms, Visibility};
+use crate::reflectance::masking::shadowing::Shadowing;
+use crate::render::settings::{Quadrature, RenderSettings, ShadingSettings, Technique, Terms};
 
 /// The program's default, but shadowed as the rasterised truth is: lights alone (Smith), for the truth lets an environment
-/// through the bumps. How well other forms of visibility do is measured against ray casts, which do not.
+/// through the bumps. How well the other shadowing models do is measured against ray casts, which do not.
 fn shading() -> ShadingSettings {
-    ShadingSettings { visibility: Visibility::Smith, ..ShadingSettings::default() }
+    ShadingSettings { shadowing: Shadowing::Smith, ..ShadingSettings::default() }
 }
 
 /// A way to shade.
@@ -63,11 +64,11 @@ impl Look {
         looks
     }
 
-    /// The same look of some terms of the light, seen with `visibility`.
+    /// The same look with some terms of the light and one shadowing model.
     #[must_use]
-    pub fn with(mut self, terms: Terms, visibility: Visibility) -> Self {
+    pub fn with(mut self, terms: Terms, shadowing: Shadowing) -> Self {
         self.shading.terms = terms;
-        self.shading.visibility = visibility;
+        self.shading.shadowing = shadowing;
         self
     }
 

@@ -10,7 +10,7 @@
 //! | `,`, `.` | stops a frame before or after |
 //! | `1` to `9` | technique: see [`TECHNIQUES`] |
 //! | `g` | the paper's grid, or the visible-slope rules |
-//! | `v` | microfacet visibility: masking, Smith, correlated |
+//! | `v` | next shadowing model: masking alone, Smith, correlated |
 //! | `[`, `]` | the sun half an hour back or on |
 //! | `t` | the sun stands, a day in two minutes, in twenty seconds |
 //! | `r` | the view and time of the beginning |
@@ -349,7 +349,7 @@ fn action(key: &Key) -> Option<Action> {
             "s" => Action::Screenshot,
             "q" => Action::Quit,
             "g" => Action::Rule,
-            "v" => Action::Visibility,
+            "v" => Action::Shadowing,
             digit => {
                 let index = digit.parse::<usize>().ok()?.checked_sub(1)?;
                 Action::Technique(*TECHNIQUES.get(index)?)

@@ -2,7 +2,7 @@
 
 use crate::app::orbit::Orbit;
 use crate::render::camera::Camera;
-use crate::render::settings::{Quadrature, ShadingSettings, Technique, Visibility};
+use crate::render::settings::{Quadrature, ShadingSettings, Technique};
 
 /// Real time beyond this, seconds, does not pass in the scene: on a slow device the animation slows down but stays one.
 const LONGEST_STEP: f64 = 0.1;
@@ -35,8 +35,8 @@ pub enum Action {
     Technique(Technique),
     /// The paper's grid instead of the visible-slope rules, or the other way round.
     Rule,
-    /// The next form of microfacet visibility.
-    Visibility,
+    /// The next shadowing model.
+    Shadowing,
     /// A picture into a file.
     Screenshot,
     /// The end.
@@ -127,14 +127,7 @@ impl Viewer {
             }
             Action::Technique(technique) => self.shading.technique = technique,
             Action::Rule => std::mem::swap(&mut self.shading.quadrature, &mut self.other_rule),
-            Action::Visibility => {
-                let [masking, smith, correlated] = Visibility::ALL;
-                self.shading.visibility = match self.shading.visibility {
-                    Visibility::Masking => smith,
-                    Visibility::Smith => correlated,
-                    Visibility::Correlated => masking,
-                };
-            }
+            Action::Shadowing => self.shading.shadowing = self.shading.shadowing.next(),
             Action::Screenshot | Action::Quit => return,
         }
         self.changed = true;
@@ -194,6 +187,7 @@ impl Viewer {
 mod tests {
     use super::*;
     use crate::app::camera_file::CameraPose;
+    use crate::reflectance::masking::shadowing::Shadowing;
 
     fn viewer() -> Viewer {
         let pose =
@@ -245,13 +239,13 @@ mod tests {
         viewer.act(Action::Rule);
         assert_ne!(viewer.shading.quadrature, start.quadrature);
         viewer.act(Action::Rule);
-        let seen: Vec<Visibility> = (0..3)
+        let seen: Vec<Shadowing> = (0..3)
             .map(|_| {
-                viewer.act(Action::Visibility);
-                viewer.shading.visibility
+                viewer.act(Action::Shadowing);
+                viewer.shading.shadowing
             })
             .collect();
-        assert!(Visibility::ALL.iter().all(|v| seen.contains(v)) && viewer.shading == start);
+        assert!(Shadowing::MAIN.iter().all(|v| seen.contains(v)) && viewer.shading == start);
     }
 
     #[test]

@@ -15,7 +15,8 @@ use super::specular::{Lobes, SIZE, Sharpness, grid_radiance};
 use super::surfaces::{Random, Surface, rough_surfaces, surfaces};
 use crate::reflectance::integrals::reference::{visible_extents, visible_mean_panels};
 use crate::reflectance::integrals::specular::LOD_MATCHED;
-use crate::reflectance::masking::correlated::{Visibility, direction_area, lit_fraction};
+use crate::reflectance::masking::correlated::{direction_area, lit_fraction};
+use crate::reflectance::masking::shadowing::Shadowing;
 use crate::reflectance::slopes::grid::{normal_of_slope, slope_cholesky};
 use crate::reflectance::visible::shadowed_specular::{LitProbe, lit_probe_of};
 use crate::reflectance::visible::specular::{
@@ -55,7 +56,7 @@ fn converged(surface: &Surface, lobes: &Lobes, finest: f64) -> [f64; 4] {
         visible_mean_panels(wo, m, s, panels, |slope| {
             let wn = normal_of_slope(slope);
             let wi = 2.0 * wn.dot(wo) * wn - wo;
-            f(wn, wi, lit_fraction(Visibility::Correlated, &o, &direction_area(wi, m, cholesky)))
+            f(wn, wi, lit_fraction(Shadowing::Correlated, &o, &direction_area(wi, m, cholesky)))
         })
     };
     let light = mean(panels, &|_, wi, lit| {
@@ -114,7 +115,7 @@ impl ProbeTraining {
                     let p = visible_probe(&probes, wo, &node);
                     let LitProbe { lit, wi } = lit_probe_of(
                         wide.shadows,
-                        Visibility::Correlated,
+                        Shadowing::Correlated,
                         &o,
                         p.wi,
                         p.solid_angle,

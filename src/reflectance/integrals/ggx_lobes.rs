@@ -8,7 +8,8 @@
 use super::ggx_filtering::{DisplacedGgx, displaced_ggx_ndf, displaced_ggx_visible_area};
 use crate::reflectance::facets::fresnel::fresnel_schlick;
 use crate::reflectance::facets::projected_area::meso_area;
-use crate::reflectance::masking::correlated::{DirectionArea, Visibility, visibility_factor, whitened_direction};
+use crate::reflectance::masking::correlated::{DirectionArea, masking_shadowing_factor, whitened_direction};
+use crate::reflectance::masking::shadowing::Shadowing;
 use glam::{DVec2, DVec3};
 
 /// One Gaussian surface of a mixture.
@@ -51,7 +52,7 @@ pub fn displaced_ggx_area(w: DVec3, m: DVec2, d: &DisplacedGgx, cholesky: DVec3)
 /// [`displaced_ggx_area`] of `wo`.
 #[must_use]
 pub fn displaced_ggx_light(
-    visibility: Visibility,
+    shadowing: Shadowing,
     o: &DirectionArea,
     wo: DVec3,
     wi: DVec3,
@@ -62,7 +63,7 @@ pub fn displaced_ggx_light(
 ) -> DVec3 {
     let h = wo + wi;
     let wh = h / h.length_squared().max(1e-20).sqrt();
-    let lit = visibility_factor(visibility, o, &displaced_ggx_area(wi, m, d, cholesky));
+    let lit = masking_shadowing_factor(shadowing, o, &displaced_ggx_area(wi, m, d, cholesky));
     fresnel_schlick(f0, wi.dot(wh)) * (0.25 * displaced_ggx_ndf(wh, m, d) * lit)
 }
 

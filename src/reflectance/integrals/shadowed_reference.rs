@@ -1,9 +1,10 @@
-//! Converged integrals over visible slopes under any [`Visibility`]: what rules and rays are compared with.
+//! Converged integrals over visible slopes under any [`Shadowing`]: what rules and rays are compared with.
 
 use super::reference::{diffuse_directional, visible_mean};
 use super::sh::{Sh9, sh_irradiance};
 use super::specular::environment_sample_at;
-use crate::reflectance::masking::correlated::{DirectionArea, Visibility, direction_area, lit_fraction};
+use crate::reflectance::masking::correlated::{DirectionArea, direction_area, lit_fraction};
+use crate::reflectance::masking::shadowing::Shadowing;
 use crate::reflectance::slopes::grid::{normal_of_slope, slope_cholesky};
 use glam::{DVec2, DVec3};
 use std::f64::consts::PI;
@@ -27,9 +28,9 @@ impl Surface {
     /// LEADR eq. 21 for one light of unit irradiance on a plane facing it, albedo 1: the clamped cosine's mean over
     /// what is visible, times what is lit. `panels` as in [`diffuse_directional`].
     #[must_use]
-    pub fn diffuse_light(&self, visibility: Visibility, wo: DVec3, wi: DVec3, panels: usize) -> f64 {
+    pub fn diffuse_light(&self, shadowing: Shadowing, wo: DVec3, wi: DVec3, panels: usize) -> f64 {
         diffuse_directional(wo, wi, self.m, self.s, false, panels)
-            * lit_fraction(visibility, &self.area(wo), &self.area(wi))
+            * lit_fraction(shadowing, &self.area(wo), &self.area(wi))
     }
 
     /// LEADR eq. 21 under an environment without shadows (Algorithm 2), albedo 1. `c`: coefficients in the tangent
@@ -39,15 +40,15 @@ impl Surface {
         visible_mean(wo, self.m, self.s, panels, |x| sh_irradiance(c, normal_of_slope(x))) / PI
     }
 
-    /// LEADR eq. 19 of ideal mirrors: masking, [`Visibility::Smith`] and [`Visibility::Correlated`] at once.
+    /// LEADR eq. 19 of ideal mirrors: masking, [`Shadowing::Smith`] and [`Shadowing::Correlated`] at once.
     #[must_use]
     pub fn specular_environment(&self, wo: DVec3, panels: usize, radiance: impl Fn(DVec3) -> f64) -> DVec3 {
         let (o, cholesky) = (self.area(wo), slope_cholesky(self.s));
         visible_mean(wo, self.m, self.s, panels, |x| {
             let wi = environment_sample_at(wo, x).wi;
             let i = direction_area(wi, self.m, cholesky);
-            let lit = |visibility| lit_fraction(visibility, &o, &i);
-            radiance(wi) * DVec3::new(1.0, lit(Visibility::Smith), lit(Visibility::Correlated))
+            let lit = |shadowing| lit_fraction(shadowing, &o, &i);
+            radiance(wi) * DVec3::new(1.0, lit(Shadowing::Smith), lit(Shadowing::Correlated))
         })
     }
 }

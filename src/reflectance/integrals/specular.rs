@@ -3,7 +3,8 @@
 use crate::reflectance::facets::beckmann::beckmann_ndf;
 use crate::reflectance::facets::fresnel::fresnel_schlick;
 use crate::reflectance::facets::projected_area::face_viewer;
-use crate::reflectance::masking::correlated::{DirectionArea, Visibility, visibility_factor};
+use crate::reflectance::masking::correlated::{DirectionArea, masking_shadowing_factor};
+use crate::reflectance::masking::shadowing::Shadowing;
 use crate::reflectance::masking::smith::{masking_shadowing, shadowing_given_masking};
 use crate::reflectance::slopes::grid::{facet_area, grid_node, normal_of_slope, slope_sample};
 use glam::{DVec2, DVec3, Vec3Swizzles as _};
@@ -18,11 +19,11 @@ pub fn leadr_specular_directional(wo: DVec3, wi: DVec3, m: DVec2, s: DVec3, f0: 
     fresnel_schlick(f0, wi.dot(wh)) * (0.25 * d * masking_shadowing(wo, wi, m, s, shadowing))
 }
 
-/// The same with any [`Visibility`], from the areas that `o` and `i` see
+/// The same with any [`Shadowing`] model, from the areas that `o` and `i` see
 /// ([`crate::reflectance::masking::correlated::direction_area`]): `o` once per pixel, shared by all lights.
 #[must_use]
 pub fn leadr_specular_light(
-    visibility: Visibility,
+    shadowing: Shadowing,
     o: &DirectionArea,
     i: &DirectionArea,
     wo: DVec3,
@@ -34,7 +35,7 @@ pub fn leadr_specular_light(
     let h = wo + wi;
     let wh = h / h.length_squared().max(1e-20).sqrt();
     let d = beckmann_ndf(wh, m, s);
-    fresnel_schlick(f0, wi.dot(wh)) * (0.25 * d * visibility_factor(visibility, o, i))
+    fresnel_schlick(f0, wi.dot(wh)) * (0.25 * d * masking_shadowing_factor(shadowing, o, i))
 }
 
 /// One node of the environment sum.

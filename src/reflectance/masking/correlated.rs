@@ -24,28 +24,10 @@
 //! Whatever the constants: symmetric in the two directions; between Smith's form and masking alone, so that a white
 //! furnace gives at most 1; no poles, as everything is divided by `a_o a_i` only where nothing is 0.
 
+use super::shadowing::Shadowing;
 use crate::reflectance::facets::projected_area::{meso_area, rough_area};
 use crate::reflectance::limits::MIN_AREA;
 use glam::{DVec2, DVec3};
-
-/// What counts as lit among the facets that the viewer sees. The numbers are those of the GLSL library.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-#[repr(u32)]
-pub enum Visibility {
-    /// Everything (Algorithms 1 and 2 of LEADR): masking alone.
-    Masking = 0,
-    /// What Smith's height-correlated form leaves (LEADR eq. 13).
-    Smith = 1,
-    /// What the direction-correlated form leaves, full.
-    Correlated = 2,
-    /// The same by the simple form.
-    CorrelatedSimple = 3,
-}
-
-impl Visibility {
-    /// All, in the order of their numbers.
-    pub const ALL: [Self; 4] = [Self::Masking, Self::Smith, Self::Correlated, Self::CorrelatedSimple];
-}
 
 /// What a surface shows of itself in one direction: once per pixel for the viewer, once per light.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -93,18 +75,18 @@ pub fn decorrelation(po: DVec2, pi: DVec2, both: f64, more: f64, less: f64, simp
     (t + 1e-9) / (t + half_width + 1e-9)
 }
 
-/// `G / a_o`, within 0..1e6: the factor of `F D / 4` in `f_r cos θ_i`, and `1 / A_o` for [`Visibility::Masking`]. With
+/// `G / a_o`, within 0..1e6: the factor of `F D / 4` in `f_r cos θ_i`, and `1 / A_o` for [`Shadowing::None`]. With
 /// shadows, 0 for a light on or below the mesosurface.
 #[must_use]
-pub fn visibility_factor(visibility: Visibility, o: &DirectionArea, i: &DirectionArea) -> f64 {
-    lit_fraction(visibility, o, i) / o.visible.max(MIN_AREA)
+pub fn masking_shadowing_factor(shadowing: Shadowing, o: &DirectionArea, i: &DirectionArea) -> f64 {
+    lit_fraction(shadowing, o, i) / o.visible.max(MIN_AREA)
 }
 
 /// `G A_o / a_o = G / G₁(o)`, 0..1: the part of what the viewer sees that the light reaches. The weight of a light, or of a sample of an
 /// environment, in a sum that is already normalised for masking.
 #[must_use]
-pub fn lit_fraction(visibility: Visibility, o: &DirectionArea, i: &DirectionArea) -> f64 {
-    if visibility == Visibility::Masking {
+pub fn lit_fraction(shadowing: Shadowing, o: &DirectionArea, i: &DirectionArea) -> f64 {
+    if shadowing == Shadowing::None {
         return 1.0;
     }
     // Everything times a_o a_i: U, U Λ_o, U Λ_i.
@@ -113,9 +95,9 @@ pub fn lit_fraction(visibility: Visibility, o: &DirectionArea, i: &DirectionArea
     let both = ao * ai;
     let (hidden_o, hidden_i) = ((o.visible - ao).max(0.0) * ai, (i.visible - ai).max(0.0) * ao);
     let (more, less) = (hidden_o.max(hidden_i), hidden_o.min(hidden_i));
-    let f = match visibility {
-        Visibility::Correlated => decorrelation(o.whitened, i.whitened, both, more, less, false),
-        Visibility::CorrelatedSimple => decorrelation(o.whitened, i.whitened, both, more, less, true),
+    let f = match shadowing {
+        Shadowing::Correlated => decorrelation(o.whitened, i.whitened, both, more, less, false),
+        Shadowing::CorrelatedSimple => decorrelation(o.whitened, i.whitened, both, more, less, true),
         _ => 1.0,
     };
     seen / (seen + (hidden_i - hidden_o).max(0.0) + f * less).max(1e-30)

@@ -1,5 +1,6 @@
 //! Masking hides facets from the viewer, shadowing hides them from the light.
 
 pub mod correlated;
+pub mod shadowing;
 pub mod smith;
 pub mod variants;

@@ -25,7 +25,8 @@
 //! "Reciprocal in the mesosurface": `a_o f_r cos θ_i` is symmetric in `wo` and `wi`, which for a central distribution is
 //! Helmholtz' law.
 
-use super::correlated::{DirectionArea, Visibility, visibility_factor, whitened_direction};
+use super::correlated::{DirectionArea, masking_shadowing_factor, whitened_direction};
+use super::shadowing::Shadowing;
 use crate::reflectance::facets::slope_distribution::SlopeDistribution;
 use crate::reflectance::limits::MIN_AREA;
 use crate::reflectance::slopes::grid::slope_cholesky;
@@ -143,8 +144,8 @@ pub fn masking_factor(
                 DirectionArea { whitened, spread: whitened.length(), meso, visible }
             };
             let simple = masking == Masking::SmithDirectionCorrelatedSimple;
-            let visibility = if simple { Visibility::CorrelatedSimple } else { Visibility::Correlated };
-            visibility_factor(visibility, &side(wo, ao, area_o), &side(wi, ai, area_i))
+            let shadowing = if simple { Shadowing::CorrelatedSimple } else { Shadowing::Correlated };
+            masking_shadowing_factor(shadowing, &side(wo, ao, area_o), &side(wi, ai, area_i))
         }
     }
 }

@@ -17,7 +17,8 @@
 use super::specular::{ProbeRule, VisibleProbe, visible_probe, visible_probes};
 use crate::reflectance::facets::fresnel::fresnel_schlick;
 use crate::reflectance::facets::normal_distribution::normal_ramp;
-use crate::reflectance::masking::correlated::{DirectionArea, Visibility, direction_area, lit_fraction};
+use crate::reflectance::masking::correlated::{DirectionArea, direction_area, lit_fraction};
+use crate::reflectance::masking::shadowing::Shadowing;
 use glam::{DVec2, DVec3};
 use std::f64::consts::PI;
 
@@ -39,28 +40,28 @@ pub struct LitProbe {
 /// ([`direction_area`]); `m`, `cholesky`: mean slope and Cholesky factor that these are of.
 #[must_use]
 pub fn lit_probe(
-    visibility: Visibility,
+    shadowing: Shadowing,
     o: &DirectionArea,
     wi: DVec3,
     solid_angle: f64,
     m: DVec2,
     cholesky: DVec3,
 ) -> LitProbe {
-    lit_probe_of([PART, LIFT], visibility, o, wi, solid_angle, m, cholesky)
+    lit_probe_of([PART, LIFT], shadowing, o, wi, solid_angle, m, cholesky)
 }
 
 /// [`lit_probe`] with `w` and `l` given, for those who fit them.
 #[must_use]
 pub(crate) fn lit_probe_of(
     [part, lift]: [f64; 2],
-    visibility: Visibility,
+    shadowing: Shadowing,
     o: &DirectionArea,
     wi: DVec3,
     solid_angle: f64,
     m: DVec2,
     cholesky: DVec3,
 ) -> LitProbe {
-    if visibility == Visibility::Masking {
+    if shadowing == Shadowing::None {
         return LitProbe { lit: 1.0, wi };
     }
     let i = direction_area(wi, m, cholesky);
@@ -70,14 +71,14 @@ pub(crate) fn lit_probe_of(
     let above = deviation * n.ramp;
     let wide = DirectionArea { meso: above, visible: i.visible - i.meso.max(0.0) + above, ..i };
     let lift = lift * deviation * n.cdf / n.ramp / squared;
-    LitProbe { lit: lit_fraction(visibility, o, &wide), wi: (wi + DVec3::new(-m.x, -m.y, 1.0) * lift).normalize() }
+    LitProbe { lit: lit_fraction(shadowing, o, &wide), wi: (wi + DVec3::new(-m.x, -m.y, 1.0) * lift).normalize() }
 }
 
 /// Radiance towards `wo` under an environment, with shadows, and the mean Fresnel reflectance of the visible facets, by
 /// the probes of `rule`. `f0`: linear RGB reflectance at normal incidence. `radiance` is asked for each probe.
 #[must_use]
 pub fn shadowed_specular_environment(
-    visibility: Visibility,
+    shadowing: Shadowing,
     wo: DVec3,
     m: DVec2,
     s: DVec3,
@@ -90,7 +91,7 @@ pub fn shadowed_specular_environment(
     rule.nodes(probes.wide).fold((DVec3::ZERO, DVec3::ZERO), |(sum, fresnel), node| {
         let probe = visible_probe(&probes, wo, &node);
         let f = probe.weight * fresnel_schlick(f0, probe.cosine);
-        let LitProbe { lit, wi } = lit_probe(visibility, &o, probe.wi, probe.solid_angle, probes.m, probes.cholesky);
+        let LitProbe { lit, wi } = lit_probe(shadowing, &o, probe.wi, probe.solid_angle, probes.m, probes.cholesky);
         (sum + f * lit * radiance(&VisibleProbe { wi, ..probe }), fresnel + f)
     })
 }

@@ -154,7 +154,7 @@ impl ShadePass {
             (0, SpecValue::I32(settings.technique.code())),
             (1, SpecValue::Bool(matches!(settings.quadrature, Quadrature::VisibleSlopes(_)))),
             (2, SpecValue::I32(samples as i32)),
-            (3, SpecValue::I32(settings.visibility.code())),
+            (3, SpecValue::I32(settings.shadowing.code())),
             (4, SpecValue::Bool(settings.diffuse_lights == DiffuseLights::Sh)),
             (5, SpecValue::I32(settings.terms.bits())),
             (6, SpecValue::I32(i32::from(!lights.sun))),

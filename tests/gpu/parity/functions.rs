@@ -23,7 +23,8 @@ use leadr::reflectance::integrals::specular::{
     env_lod, environment_sample, leadr_specular_directional, leadr_specular_light,
 };
 use leadr::reflectance::limits;
-use leadr::reflectance::masking::correlated::{Visibility, direction_area};
+use leadr::reflectance::masking::correlated::direction_area;
+use leadr::reflectance::masking::shadowing::Shadowing;
 use leadr::reflectance::masking::smith::{masking, masking_shadowing, shadowing_given_masking, smith_lambda};
 use leadr::reflectance::slopes::grid::{
     facet_area, grid_lambda, grid_node, grid_spacing, normal_of_slope, slope_cholesky, slope_sample,
@@ -251,7 +252,7 @@ fn specular_parity() {
             let lod = env_lod(wo, e.wn, s, 0.9, 256.0, specular::LOD_MATCHED);
             let cholesky = slope_cholesky(s);
             let (o, i) = (direction_area(wo, m, cholesky), direction_area(wi, m, cholesky));
-            let correlated = leadr_specular_light(Visibility::Correlated, &o, &i, wo, wi, m, s, f0);
+            let correlated = leadr_specular_light(Shadowing::Correlated, &o, &i, wo, wi, m, s, f0);
             list![shadowed, masked, correlated, e.wi, e.wn, [e.area, lod]]
         },
     );

@@ -6,7 +6,8 @@ use super::extremes::finite;
 use glam::{DVec2, DVec3};
 use leadr::reflectance::frame::frame_about;
 use leadr::reflectance::integrals::sh::sh_add_light;
-use leadr::reflectance::masking::correlated::{Visibility, direction_area, lit_fraction, visibility_factor};
+use leadr::reflectance::masking::correlated::{direction_area, lit_fraction, masking_shadowing_factor};
+use leadr::reflectance::masking::shadowing::Shadowing;
 use leadr::reflectance::slopes::grid::slope_cholesky;
 use leadr::reflectance::visible::shadowed_environment::{
     bent_normal, shadowed_diffuse_environment, visible_slope_shift,
@@ -50,8 +51,9 @@ fn correlated_masking_parity() {
             let (wo, wi, m, s) = (v3(x, 0), v3(x, 3), v2(x, 6), v3(x, 8));
             let cholesky = slope_cholesky(s);
             let (o, i) = (direction_area(wo, m, cholesky), direction_area(wi, m, cholesky));
-            let lit = Visibility::ALL.map(|v| lit_fraction(v, &o, &i));
-            let factors = [Visibility::Correlated, Visibility::CorrelatedSimple].map(|v| visibility_factor(v, &o, &i));
+            let lit = Shadowing::ALL.map(|v| lit_fraction(v, &o, &i));
+            let factors =
+                [Shadowing::Correlated, Shadowing::CorrelatedSimple].map(|v| masking_shadowing_factor(v, &o, &i));
             list![o.whitened, [o.spread, o.meso, o.visible], lit, factors]
         },
     );
@@ -92,10 +94,10 @@ fn shadowed_specular_parity() {
             let (wo, wi, m, s) = (v3(x, 0), v3(x, 3), v2(x, 6), v3(x, 8));
             let cholesky = slope_cholesky(s);
             let o = direction_area(wo, m, cholesky);
-            let lit = [Visibility::Smith, Visibility::Correlated, Visibility::CorrelatedSimple]
+            let lit = [Shadowing::Smith, Shadowing::Correlated, Shadowing::CorrelatedSimple]
                 .map(|v| lit_probe(v, &o, wi, x[11], m, cholesky));
             let white = [5, 9, 16].map(|n| {
-                let (v, rule) = (Visibility::Correlated, probe_rule(n));
+                let (v, rule) = (Shadowing::Correlated, probe_rule(n));
                 shadowed_specular_environment(v, wo, m, s, DVec3::ONE, rule, |_| DVec3::ONE).0.x
             });
             list![lit.map(|l| l.lit), lit[0].wi, white]

@@ -4,7 +4,7 @@ use super::comparator::{Numbers, Tolerance, join, list, parity, v2, v3};
 use glam::DVec3;
 use leadr::reflectance::integrals::ggx_filtering::displaced_ggx;
 use leadr::reflectance::integrals::ggx_lobes::{GGX_LOBES, displaced_ggx_area, displaced_ggx_light, ggx_lobe};
-use leadr::reflectance::masking::correlated::Visibility;
+use leadr::reflectance::masking::shadowing::Shadowing;
 use leadr::reflectance::materials::classic::{
     blinn_phong_exponent, blinn_phong_ndf, blinn_phong_variance, lobe_lod, normal_variance, toksvig_exponent,
     toksvig_variance,
@@ -83,9 +83,9 @@ fn ggx_lobes_parity() {
                 all.push(lobe.weight);
                 all.extend(lobe.s.to_array());
             }
-            for visibility in [Visibility::Masking, Visibility::Smith, Visibility::Correlated] {
+            for shadowing in [Shadowing::None, Shadowing::Smith, Shadowing::Correlated] {
                 let f0 = DVec3::new(0.04, 0.5, 1.0);
-                let light = displaced_ggx_light(visibility, &o, wo, wi, m, &d, cholesky, f0);
+                let light = displaced_ggx_light(shadowing, &o, wo, wi, m, &d, cholesky, f0);
                 all.extend([light.x, light.y]);
             }
             all

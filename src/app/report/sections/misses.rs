@@ -10,7 +10,7 @@ const INTRO: &str = "The worst pictures of LEADR in the sections above, by relat
     the cause: errors that a finer grid of samples takes away are the quadrature's; errors that are gone against normal-map \
     truth are bumps hiding each other or standing out, which no statistics of slopes knows; errors in the brightest pixels are highlights; errors \
     on the outline are aliasing and bumps that the coarse geometry no longer has; what is left as an even bias is the \
-    model's visibility or its Gaussian slopes.";
+    model's masking and shadowing or its Gaussian slopes.";
 
 /// Pictures shown.
 const SHOWN: usize = 12;
@@ -85,7 +85,9 @@ fn explain(case: &Case, all: &[Case]) -> Vec<String> {
     let even = (case.interior.bias / case.interior.rrmse).abs();
     if even > 0.7 {
         let how = if case.interior.bias > 0.0 { "too bright" } else { "too dark" };
-        why.push(format!("It is {how} nearly everywhere: the model's visibility or slope distribution."));
+        why.push(format!(
+            "It is {how} nearly everywhere: the model's masking and shadowing or its slope distribution."
+        ));
     }
     if case.anatomy.highlights > 0.5 {
         let share = percent(case.anatomy.highlights, false);

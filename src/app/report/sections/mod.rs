@@ -58,7 +58,7 @@ pub enum SectionName {
     Table10,
     /// Rules for visible slopes against converged integrals.
     Quadrature,
-    /// Forms of visibility against ray casts.
+    /// Shadowing models against ray casts.
     Model,
     /// Every technique from near to far.
     Techniques,
@@ -124,7 +124,7 @@ impl SectionName {
             Self::Spheres => "The sphere grid",
             Self::Table10 => "How many slope samples it takes",
             Self::Quadrature => "Fewer, better-placed samples",
-            Self::Model => "Beyond the model: visibility against ray casts",
+            Self::Model => "Beyond the model: masking and shadowing against ray casts",
             Self::Techniques => "Techniques side by side",
             Self::Shadows => "Shadows that the relief throws on itself",
             Self::Shapes => "Surfaces that deform",

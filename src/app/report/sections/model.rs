@@ -1,4 +1,4 @@
-//! What the model itself misses: visibility against ray-cast surfaces.
+//! What the model itself misses: masking and shadowing against ray-cast surfaces.
 
 use std::f64::consts::{FRAC_PI_4, PI, TAU};
 
@@ -12,13 +12,14 @@ use crate::app::report::plot::{Plot, Scale};
 use crate::app::report::studio::Studio;
 use crate::lab::ray_cast::{Patch, Spectrum, Tile};
 use crate::reflectance::integrals::reference::{diffuse_directional, visible_mean};
-use crate::reflectance::masking::correlated::{DirectionArea, Visibility, direction_area, lit_fraction};
+use crate::reflectance::masking::correlated::{DirectionArea, direction_area, lit_fraction};
+use crate::reflectance::masking::shadowing::Shadowing;
 use crate::reflectance::quadrature::composite_gauss;
 use crate::reflectance::slopes::grid::{normal_of_slope, slope_cholesky};
 use crate::reflectance::visible::shadowed_environment::bent_normal;
 
 const INTRO: &str = "Rays cast at random surfaces with Gaussian slopes, shadows included, against converged integrals of the model \
-    with its forms of visibility: masking alone (the paper's Algorithms 1 and 2), Smith's height-correlated shadowing (LEADR \
+    with its shadowing models: masking alone (the paper's Algorithms 1 and 2), Smith's height-correlated shadowing (LEADR \
     eq. 13), and the direction-correlated form. The views are those of a sphere's pixels; a number is the root mean square \
     error over them relative to the root mean square of the truth. White diffuse facets or perfect mirrors; light is reflected once. \
     The truth is a few random surfaces and noisy itself: the last column says how much.";
@@ -108,12 +109,12 @@ pub fn run(studio: &mut Studio) -> Result<Section, AppError> {
     Section::new(INTRO, findings, &html, &measured)
 }
 
-/// The model's answers for one view, by visibility, and by the bent normal where that applies.
+/// The model's answers for one view, by shadowing model, and by the bent normal where that applies.
 fn model(light: Light, theta: f64, s: DVec3) -> ([f64; 3], Option<f64>) {
     let (wo, m) = (polar(theta, 0.0), DVec2::ZERO);
     let cholesky = slope_cholesky(s);
     let o = direction_area(wo, m, cholesky);
-    let forms = [Visibility::Masking, Visibility::Smith, Visibility::Correlated];
+    let forms = [Shadowing::None, Shadowing::Smith, Shadowing::Correlated];
     let lit = |wi: DVec3| forms.map(|form| lit(form, &o, wi, m, cholesky));
     match light {
         Light::Front | Light::Side | Light::Opposite => {
@@ -149,7 +150,7 @@ fn model(light: Light, theta: f64, s: DVec3) -> ([f64; 3], Option<f64>) {
     }
 }
 
-fn lit(form: Visibility, o: &DirectionArea, wi: DVec3, m: DVec2, cholesky: DVec3) -> f64 {
+fn lit(form: Shadowing, o: &DirectionArea, wi: DVec3, m: DVec2, cholesky: DVec3) -> f64 {
     lit_fraction(form, o, &direction_area(wi, m, cholesky))
 }
 

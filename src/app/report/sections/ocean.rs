@@ -14,8 +14,9 @@ use crate::app::report::verdict::{Errors, Shot, judge};
 use crate::lab::metrics::Mask;
 use crate::lab::metrics::flicker::{change, excess, magnitude};
 use crate::maps::RgbImage;
+use crate::reflectance::masking::shadowing::Shadowing;
 use crate::render::camera::Camera;
-use crate::render::settings::{Technique, Terms, Visibility};
+use crate::render::settings::{Technique, Terms};
 use crate::scenes::ocean::sea;
 use crate::scenes::ocean::spectrum::Sea;
 
@@ -77,7 +78,7 @@ fn toward_the_sun(height: f32, distance: f32, fov: f32) -> Camera {
 }
 
 fn looks() -> Vec<Look> {
-    let correlated = Look::of(Technique::Leadr).with(Terms::ALL, Visibility::Correlated);
+    let correlated = Look::of(Technique::Leadr).with(Terms::ALL, Shadowing::Correlated);
     vec![
         Look::grid(5),
         Look { name: "leadr, correlated".to_owned(), ..correlated },

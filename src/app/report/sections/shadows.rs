@@ -1,4 +1,4 @@
-//! The relief's own shadows in pictures: the truth with and without them, and which visibility of LEADR comes nearest.
+//! The relief's own shadows in pictures: the truth with and without them, and which of LEADR's shadowing models comes nearest.
 
 use super::Section;
 use crate::app::error::AppError;
@@ -9,12 +9,13 @@ use crate::app::report::studio::{Studio, fault};
 use crate::app::report::subject::{Subject, framed_from};
 use crate::app::report::truth::Truth;
 use crate::app::report::verdict::{Shot, judge};
-use crate::render::settings::{Terms, Visibility};
+use crate::reflectance::masking::shadowing::Shadowing;
+use crate::render::settings::Terms;
 
 const INTRO: &str = "In the other pictures the sun's coarse shadow map alone throws shadows, in the truth as in LEADR: the sky reaches \
     every facet through the bumps in front of it. Here the truth is shadowed by the relief itself, from the sun and from the \
-    sky (drawn lights with depth maps as fine as the bumps; leadr capture --relief-shadows), and LEADR's forms of \
-    visibility at one sample per pixel are held against it: masking knows no shadows, smith those of heights alone, correlated \
+    sky (drawn lights with depth maps as fine as the bumps; leadr capture --relief-shadows), and LEADR's shadowing \
+    models at one sample per pixel are held against it: masking knows no shadows, smith those of heights alone, correlated \
     that light from behind the viewer throws none that he could see. The first row is the truth of the other sections, as a technique.";
 
 const HEAD: [&str; 8] = ["", "picture", "FLIP errors", "rRMSE", "rRMSE inside", "bias inside", "FLIP", "FLIP inside"];
@@ -35,10 +36,10 @@ pub fn run(studio: &mut Studio) -> Result<Section, AppError> {
         let open =
             studio.shoot_truth(&mut subject.renderer, &state, &Truth::Displacement.settings(size, samples, 3))?;
         let mut rows: Vec<(String, Shot)> = vec![("truth without the relief's shadows".to_owned(), open)];
-        for visibility in Visibility::ALL {
-            let look = Look::best().with(Terms::ALL, visibility);
+        for shadowing in Shadowing::MAIN {
+            let look = Look::best().with(Terms::ALL, shadowing);
             let shot = studio.shoot(&mut subject.renderer, &state, &look.settings(size, 1))?;
-            rows.push((format!("leadr, {}", visibility.name()), shot));
+            rows.push((format!("leadr, {}", shadowing.name()), shot));
         }
         let mut table = Table::new(
             format!("{place}; truth of {samples} samples per pixel, its noise {} inside", number(truth.noise)),
@@ -78,6 +79,6 @@ pub fn run(studio: &mut Studio) -> Result<Section, AppError> {
     }
     let section = Section::new(INTRO, findings, &html, &cases)?;
     // Masking and smith are here to be compared; the worst of all pictures are looked for among what one would use.
-    studio.cases.extend(cases.into_iter().filter(|case| case.look.ends_with(Visibility::Correlated.name())));
+    studio.cases.extend(cases.into_iter().filter(|case| case.look.ends_with(Shadowing::Correlated.name())));
     Ok(section)
 }

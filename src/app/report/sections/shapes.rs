@@ -9,7 +9,8 @@ use crate::app::report::studio::{Studio, fault};
 use crate::app::report::subject::Subject;
 use crate::app::report::truth::Truth;
 use crate::app::report::verdict::judge;
-use crate::render::settings::{Terms, Visibility};
+use crate::reflectance::masking::shadowing::Shadowing;
+use crate::render::settings::Terms;
 use crate::scenes::deform::{self, Deformation, PERIOD};
 use crate::scenes::stage::Lights;
 use crate::scenes::studio::studio as panorama;
@@ -98,7 +99,7 @@ fn photograph(
 ) -> Result<(Vec<Cell>, Case), AppError> {
     let state = subject.seen_by(&subject.stage.views.mid);
     let truth = studio.shoot_truth(&mut subject.renderer, &state, &Truth::Displacement.settings(size, samples, 1))?;
-    let look = Look::best().with(Terms::ALL, Visibility::Masking);
+    let look = Look::best().with(Terms::ALL, Shadowing::None);
     let shot = studio.shoot(&mut subject.renderer, &state, &look.settings(size, 1))?;
     let verdict = judge(&truth, &shot, 1.0).map_err(fault)?;
     let file = |kind: &str| format!("shapes-{name}-{kind}");

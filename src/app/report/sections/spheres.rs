@@ -13,7 +13,8 @@ use crate::app::report::studio::{Studio, fault};
 use crate::app::report::subject::Subject;
 use crate::app::report::truth::Truth;
 use crate::app::report::verdict::{Errors, Shot, Verdict, judge};
-use crate::render::settings::{Quadrature, RenderSettings, Terms, Visibility};
+use crate::reflectance::masking::shadowing::Shadowing;
+use crate::render::settings::{Quadrature, RenderSettings, Terms};
 use crate::scenes::spheres::cell::{Lighting, TURN};
 use crate::scenes::spheres::surface::{Detail, Frequency, Surface};
 use crate::scenes::spheres::{ANISOTROPIC, ISOTROPIC};
@@ -185,7 +186,7 @@ fn cell(
     let looks: Vec<(Look, Shot)> = looks(studio.quick)
         .into_iter()
         .map(|look| {
-            let look = look.with(light.terms, Visibility::Masking);
+            let look = look.with(light.terms, Shadowing::None);
             let settings = RenderSettings { shadows: false, ..look.settings((size, size), 1) };
             Ok((look, shoot(settings)?))
         })

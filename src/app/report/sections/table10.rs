@@ -11,7 +11,8 @@ use crate::app::report::plot::{Plot, Scale};
 use crate::app::report::studio::{Studio, fault};
 use crate::app::report::subject::Subject;
 use crate::app::report::verdict::{Shot, judge};
-use crate::render::settings::{Quadrature, RenderSettings, Terms, Visibility};
+use crate::reflectance::masking::shadowing::Shadowing;
+use crate::render::settings::{Quadrature, RenderSettings, Terms};
 use crate::scenes::spheres::cell::Lighting;
 use crate::scenes::spheres::surface::{Detail, Frequency, Surface};
 
@@ -71,7 +72,7 @@ fn roughness(studio: &mut Studio, sigma: [f32; 2], looks: &[(Look, u32)]) -> Res
     let mut subject = Subject::in_panorama(studio, stage, &light.panorama(), light.lights())?;
     let state = subject.seen_by(&subject.stage.views.mid);
     let mut shoot = |look: &Look| -> Result<Shot, AppError> {
-        let look = look.clone().with(Terms::SPECULAR_ENVIRONMENT, Visibility::Masking);
+        let look = look.clone().with(Terms::SPECULAR_ENVIRONMENT, Shadowing::None);
         let settings = RenderSettings { shadows: false, ..look.settings((size, size), 1) };
         studio.shoot(&mut subject.renderer, &state, &settings)
     };
