@@ -6,7 +6,7 @@ use std::path::{Component, Path, PathBuf};
 
 const ROOT: &str = "shaders-glsl";
 
-fn main() {
+pub fn main() {
     println!("cargo:rerun-if-changed=build.rs");
     println!("cargo:rerun-if-changed={ROOT}");
     println!("cargo:rustc-env=LEADR_COMMIT={}", commit());

@@ -45,10 +45,68 @@
 //! Conventions everywhere: metres, z up; linear Rec. 709 radiance; `wi` to the light, `wo` to the viewer, `wh` their
 //! half vector, `wn` a micronormal, in the macro tangent frame unless the name says `world_`.
 
-pub mod app;
-pub mod gpu;
-pub mod lab;
 pub mod maps;
 pub mod reflectance;
+
+// The floors below are for this crate alone; its tests and examples see them through the feature `internals`.
+#[cfg(all(feature = "cli", feature = "internals"))]
+#[doc(hidden)]
+pub mod app;
+#[cfg(all(feature = "cli", not(feature = "internals")))]
+#[allow(dead_code, unused_imports, reason = "tests and examples use what the crate itself does not")]
+mod app;
+#[cfg(all(feature = "gpu", feature = "internals"))]
+#[doc(hidden)]
+pub mod gpu;
+#[cfg(all(feature = "gpu", not(feature = "internals")))]
+#[allow(dead_code, unused_imports, reason = "tests and examples use what the crate itself does not")]
+mod gpu;
+#[cfg(all(feature = "cli", feature = "internals"))]
+#[doc(hidden)]
+pub mod lab;
+#[cfg(all(feature = "cli", not(feature = "internals")))]
+#[allow(dead_code, unused_imports, reason = "tests and examples use what the crate itself does not")]
+mod lab;
+#[cfg(all(feature = "gpu", feature = "internals"))]
+#[doc(hidden)]
 pub mod render;
+#[cfg(all(feature = "gpu", not(feature = "internals")))]
+#[allow(dead_code, unused_imports, reason = "tests and examples use what the crate itself does not")]
+mod render;
+#[cfg(all(feature = "gpu", feature = "internals"))]
+#[doc(hidden)]
 pub mod scenes;
+#[cfg(all(feature = "gpu", not(feature = "internals")))]
+#[allow(dead_code, unused_imports, reason = "tests and examples use what the crate itself does not")]
+mod scenes;
+
+/// Vectors and matrices of the renderer.
+#[cfg(feature = "gpu")]
+pub use glam;
+
+#[cfg(feature = "gpu")]
+pub use self::{
+    gpu::{Gpu, GpuError, GpuOptions},
+    maps::{save::save_png, tonemap::Tonemap},
+    reflectance::masking::shadowing::Shadowing,
+    render::{
+        camera::Camera,
+        frame::{FrameOutput, Layer, PassTime, Renderer},
+        light::{environment::Environment, sky::Sky},
+        passes::accumulate::Accumulation,
+        scene::{ColorMap, FrameState, Object, PointLight, Pose, Sun},
+        settings::{DiffuseLights, Quadrature, RenderSettings, ShadingSettings, Technique, Terms},
+        surfaces::{
+            displacement::{Border, HeightField},
+            patch_mesh::{PatchMesh, SkinWeights},
+            tessellation::TessellationSettings,
+        },
+    },
+    scenes::stage::{Lights, Relief, Stage, Views},
+};
+
+/// The `leadr` command, for programs that contain it.
+#[cfg(feature = "cli")]
+pub mod command {
+    pub use crate::app::run;
+}

@@ -1,7 +1,7 @@
-//! The `leadr` command: everything it does is in [`leadr::app`].
+//! The `leadr` command.
 
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    leadr::app::run(std::env::args_os())
+    leadr::command::run(std::env::args_os())
 }

@@ -4,7 +4,9 @@
 
 pub mod chi_square;
 pub mod comparison;
+#[cfg(feature = "gpu")]
 pub mod cube;
+#[cfg(feature = "gpu")]
 pub mod gpu;
 pub mod npz;
 pub mod slopes;
