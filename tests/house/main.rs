@@ -1,3 +1,4 @@
 //! The shape of the house, read from its sources.
 
+mod front_door;
 mod layers;
