@@ -1,9 +1,10 @@
-//! Numbers made elsewhere (`LEADR_SHARED/oracles`), and the comparison with them.
+//! Numbers that other programs computed (`tests/data`), and the comparison with them.
 
 #![allow(dead_code, reason = "each test binary uses its own part")]
 
+use std::collections::BTreeMap;
 use std::fmt::Write as _;
-use std::path::PathBuf;
+use std::path::Path;
 
 use glam::DVec3;
 use serde_json::Value;
@@ -11,58 +12,71 @@ use serde_json::Value;
 /// Collects comparisons; the worst one per name is printed, the ones beyond tolerance fail.
 #[derive(Default)]
 pub struct Comparison {
-    worst: std::collections::BTreeMap<&'static str, (f64, String)>,
+    worst: BTreeMap<String, Worst>,
     pub failures: String,
+}
+
+/// The largest error under one name.
+struct Worst {
+    error: f64,
+    id: String,
     count: usize,
 }
 
 impl Comparison {
     /// `|got − want| ≤ tolerance · max(|want|, floor)`.
-    pub fn check(&mut self, name: &'static str, id: &str, got: f64, want: f64, tolerance: f64, floor: f64) {
-        self.count += 1;
+    pub fn check(&mut self, name: &str, id: &str, got: f64, want: f64, tolerance: f64, floor: f64) {
         let error = (got - want).abs() / want.abs().max(floor);
-        let worst = self.worst.entry(name).or_insert((-1.0, String::new()));
-        if error > worst.0 || error.is_nan() {
-            *worst = (error, id.to_owned());
-        }
+        self.note(name, Worst { error, id: id.to_owned(), count: 1 });
         if error > tolerance || error.is_nan() {
             writeln!(self.failures, "{name} of {id}: {got:.9e} instead of {want:.9e} ({error:.1e})").unwrap();
         }
     }
 
+    fn note(&mut self, name: &str, new: Worst) {
+        let Some(old) = self.worst.get_mut(name) else {
+            self.worst.insert(name.to_owned(), new);
+            return;
+        };
+        let count = old.count + new.count;
+        if new.error > old.error || new.error.is_nan() {
+            *old = new;
+        }
+        old.count = count;
+    }
+
     pub fn merge(mut self, other: Self) -> Self {
-        for (name, value) in other.worst {
-            let worst = self.worst.entry(name).or_insert((-1.0, String::new()));
-            if value.0 > worst.0 {
-                *worst = value;
-            }
+        for (name, worst) in other.worst {
+            self.note(&name, worst);
         }
         self.failures += &other.failures;
-        self.count += other.count;
         self
     }
 
+    /// Fails if a comparison was beyond its tolerance, or if fewer than `at_least` were made.
     pub fn finish(self, at_least: usize) {
-        for (name, (error, id)) in &self.worst {
-            println!("{name}: worst error {error:.1e} ({id})");
+        for (name, Worst { error, id, count }) in &self.worst {
+            println!("{name:<32} {count:>4} values, worst error {error:.1e} ({id})");
         }
-        assert!(self.count >= at_least, "only {} comparisons", self.count);
+        let count: usize = self.worst.values().map(|w| w.count).sum();
+        assert!(count >= at_least, "only {count} comparisons");
         assert!(self.failures.is_empty(), "{}", self.failures);
     }
 }
 
-pub fn oracle(file: &str) -> Option<Value> {
-    let Some(root) = std::env::var_os("LEADR_SHARED") else {
-        println!("skipped: LEADR_SHARED is not set, so oracles/{file} cannot be found");
-        return None;
-    };
-    let path = PathBuf::from(root).join("oracles").join(file);
+/// The content of `tests/data/<file>`; `tests/data/README.md` says what it holds.
+pub fn oracle(file: &str) -> Value {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data").join(file);
     let text = std::fs::read_to_string(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
-    Some(serde_json::from_str(&text).unwrap_or_else(|e| panic!("{}: {e}", path.display())))
+    serde_json::from_str(&text).unwrap_or_else(|e| panic!("{}: {e}", path.display()))
+}
+
+pub fn rows(value: &Value) -> &[Value] {
+    value.as_array().unwrap_or_else(|| panic!("{value} is not a list"))
 }
 
 pub fn number(value: &Value) -> f64 {
-    value.as_f64().unwrap_or_else(|| panic!("{value} is no number"))
+    value.as_f64().unwrap_or_else(|| panic!("{value} is not a number"))
 }
 
 pub fn vector(value: &Value) -> DVec3 {

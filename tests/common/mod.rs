@@ -8,6 +8,7 @@ pub mod comparison;
 pub mod cube;
 #[cfg(feature = "gpu")]
 pub mod gpu;
-pub mod npz;
+pub mod shared;
 pub mod slopes;
+pub mod sphere_oracle;
 pub mod standard;

@@ -1,9 +1,9 @@
-//! The ray casts against numbers made elsewhere, closed forms, and themselves at another resolution.
+//! The ray casts against numbers of another ray caster (`tests/data`), closed forms, and themselves at another resolution.
 
 use std::collections::BTreeMap;
 
-use crate::common::comparison::{number, oracle};
-use crate::common::npz::npz;
+use crate::common::comparison::{number, oracle, rows};
+use crate::common::sphere_oracle::{RADIUS, SIZE, SphereOracle};
 use glam::{DVec2, DVec3};
 use leadr::lab::ray_cast::{Estimate, Patch, Random, Spectrum, SphereTruth, Tile};
 use leadr::reflectance::facets::projected_area::{meso_area, visible_area};
@@ -28,12 +28,12 @@ fn smooth(d: DVec3) -> f64 {
 
 #[test]
 fn patches_agree_with_another_ray_caster() {
-    let Some(data) = oracle("patch_ground_truth.json") else { return };
+    let data = oracle("patches.json");
     let mut all: BTreeMap<(&str, &str, bool), Vec<f64>> = BTreeMap::new();
     for (kind, spectrum) in [("gauss", Spectrum::Gaussian), ("ring", Spectrum::Ring)] {
         let tile = Tile::new(spectrum, 1024, 8.0, 1);
-        for c in data[kind].as_array().unwrap() {
-            let stats = c["stats"].as_array().unwrap();
+        for c in rows(&data[kind]) {
+            let stats = rows(&c["stats"]);
             let mean = |f: &dyn Fn(&Value) -> f64| stats.iter().map(f).sum::<f64>() / stats.len() as f64;
             let variance = |name: &str| mean(&|v| number(&v[name]).powi(2));
             let s = DVec3::new(variance("sigma_x"), variance("sigma_y"), mean(&|v| number(&v["c_xy"])));
@@ -59,7 +59,7 @@ fn patches_agree_with_another_ray_caster() {
             for (name, estimate) in got {
                 let estimate = estimate.expect("all of these face the viewer");
                 for (k, key) in ["mask", "shadow"].into_iter().enumerate() {
-                    let want = number(&c["measured"][name][key][0]);
+                    let want = number(&c["measured"][name][key]);
                     let error = if want == 0.0 { estimate.mean[k].abs() } else { estimate.mean[k] / want - 1.0 };
                     all.entry((name, key, steep)).or_default().push(100.0 * error);
                 }
@@ -96,14 +96,10 @@ fn patches_agree_with_another_ray_caster() {
 
 #[test]
 fn spheres_agree_with_another_ray_caster() {
-    for case in ["iso0.5", "aniso0.4_0.05"] {
-        let Some(data) = oracle("sphere_ground_truth.json") else { return };
-        let Some(images) = npz(&format!("sphere_{case}.npz")) else { return };
-        let stats = &data["cases"][case]["stats"];
-        let s =
-            DVec3::new(number(&stats["sigma_x"]).powi(2), number(&stats["sigma_y"]).powi(2), number(&stats["c_xy"]));
+    for case in ["isotropic", "anisotropic"] {
+        let sphere = SphereOracle::load(case);
         let tile = Tile::new(Spectrum::Gaussian, 1024, 8.0, 5);
-        let patch = Patch::new(&tile, DVec2::ZERO, s);
+        let patch = Patch::new(&tile, DVec2::ZERO, sphere.covariance);
         let side = DVec3::new(0.6, 0.5, 0.62).normalize();
         let smooth =
             |d: DVec3| 1.0 + 0.3 * d.x + 0.5 * d.y + 0.2 * d.z + 0.2 * d.y * d.z + 0.15 * (d.x * d.x - d.y * d.y);
@@ -111,7 +107,7 @@ fn spheres_agree_with_another_ray_caster() {
         let lobes = |d: DVec3| {
             0.3 * smooth(d) + 2.0 * (20.0 * (d.dot(d1) - 1.0)).exp() + 1.5 * (60.0 * (d.dot(d2) - 1.0)).exp()
         };
-        let truth = SphereTruth::cast(&patch, 128, 0.97, 6, 1, |pixel, facet, random| {
+        let truth = SphereTruth::cast(&patch, SIZE, RADIUS, 6, 1, |pixel, facet, random| {
             let light = |l: DVec3| {
                 let wi = to_frame(&pixel.frame, l);
                 let value = facet.normal.dot(wi).max(0.0) / std::f64::consts::PI;
@@ -130,18 +126,13 @@ fn spheres_agree_with_another_ray_caster() {
             .flat_map(|name| ["mask", "shadow"].map(|kind| format!("{name}_{kind}")))
             .enumerate()
         {
-            let (want, noise) = (&images[&format!("gt_{name}")], &images[&format!("gtse_{name}")]);
-            let e = truth.compare(k, |x, y, _| f64::from(want[(y * 128 + x) as usize]));
-            let (mut sum, mut square, mut count) = (0.0, 0.0, 0.0);
-            for (w, n) in want.iter().zip(noise).filter(|(w, _)| w.is_finite()) {
-                sum += f64::from(*w);
-                square += f64::from(*n).powi(2);
-                count += 1.0;
-            }
-            let theirs = (square / count).sqrt() / (sum / count);
+            let want = sphere.picture(&name);
+            let e = truth.compare(k, |x, y, _| want.radiance[(y * SIZE + x) as usize]);
+            let (mean, count) = want.mean();
+            let theirs = want.noise / mean;
             // What their noise leaves of the mean square, and its standard error.
             let rest = e.rmse.powi(2).copysign(e.rmse) - theirs.powi(2);
-            let error = 2.0 * (e.noise.powi(2) + theirs.powi(2)) / f64::sqrt(count);
+            let error = 2.0 * (e.noise.powi(2) + theirs.powi(2)) / (count as f64).sqrt();
             println!(
                 "{case} {name}: rms² less noise {:+.2e} (± {error:.1e}); bias {:+.2} %, rim {:+.2} %; noise {:.2} %, theirs {:.2} %",
                 rest,

@@ -1,13 +1,12 @@
 //! Direction-correlated shadowing and shadowed environments: what must hold whatever the constants, and the models'
-//! errors against ray casts, our own and others' (`LEADR_SHARED/oracles`; skipped, with a line that says so, where they
-//! are absent).
+//! errors against ray casts, our own and those of another ray caster (`tests/data`).
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::f64::consts::PI;
 
-use crate::common::comparison::{number, oracle};
-use crate::common::npz::npz;
+use crate::common::comparison::{number, oracle, rows};
 use crate::common::slopes::{Slopes, direction, integrate_directions};
+use crate::common::sphere_oracle::{RADIUS, SIZE, SphereOracle};
 use glam::{DVec2, DVec3};
 use leadr::lab::ray_cast::SpherePixel;
 use leadr::lab::shadowing_errors::{ShadowingLight, ShadowingModel, ShadowingSettings, shadowing_errors};
@@ -295,7 +294,7 @@ fn patch_errors(row: &Value) -> Vec<(String, &'static str, f64, f64)> {
     let wo = direction(number(&row["theta_o"]), number(&row["phi_o"]).to_radians());
     let side = direction(45.0, (number(&row["phi_o"]) + 90.0).to_radians());
     let opposite = direction(60.0, (number(&row["phi_o"]) + 180.0).to_radians());
-    let stats = row["stats"].as_array().unwrap();
+    let stats = rows(&row["stats"]);
     let surfaces: Vec<Surface> = stats
         .iter()
         .map(|s| {
@@ -307,7 +306,7 @@ fn patch_errors(row: &Value) -> Vec<(String, &'static str, f64, f64)> {
         })
         .collect();
     let mean = |f: &dyn Fn(&Surface) -> f64| surfaces.iter().map(f).sum::<f64>() / surfaces.len() as f64;
-    let truth = |key: &str| number(&row["measured"][key]["shadow"][0]);
+    let truth = |key: &str| number(&row["measured"][key]["shadow"]);
     let mut out = Vec::new();
     for (light, wi, names) in [
         ("diffuse_dir_front", wo, ["front smith", "front full", "front simple"]),
@@ -345,8 +344,8 @@ fn patch_errors(row: &Value) -> Vec<(String, &'static str, f64, f64)> {
 
 #[test]
 fn patches_of_another_ray_caster() {
-    let Some(data) = oracle("patch_ground_truth.json") else { return };
-    let rows: Vec<&Value> = ["gauss", "ring"].iter().flat_map(|k| data[*k].as_array().unwrap()).collect();
+    let data = oracle("patches.json");
+    let rows: Vec<&Value> = ["gauss", "ring"].iter().flat_map(|k| rows(&data[*k])).collect();
     let all: Vec<_> = rows.par_iter().map(|row| patch_errors(row)).collect();
     let mut errors = Errors::default();
     // Where light and viewer are on opposite sides of a tilted surface next to nothing is lit: no relative error.
@@ -393,20 +392,17 @@ fn spheres_of_another_ray_caster() {
         0.3 * world(d) + 2.0 * lobe(20.0, DVec3::new(0.5, 0.6, 0.6)) + 1.5 * lobe(60.0, DVec3::new(-0.7, 0.1, 0.3))
     };
     let sh = order_two(world);
-    for (case, bounds) in [("iso0.5", [1.2, 1.0, 0.6, 2.6]), ("aniso0.4_0.05", [0.6, 1.7, 0.8, 1.0])] {
-        let Some(data) = oracle("sphere_ground_truth.json") else { return };
-        let Some(images) = npz(&format!("sphere_{case}.npz")) else { return };
-        let stats = &data["cases"][case]["stats"];
-        let s =
-            DVec3::new(number(&stats["sigma_x"]).powi(2), number(&stats["sigma_y"]).powi(2), number(&stats["c_xy"]));
+    for (case, bounds) in [("isotropic", [1.2, 1.0, 0.6, 2.6]), ("anisotropic", [0.6, 1.7, 0.8, 1.0])] {
+        let sphere = SphereOracle::load(case);
+        let s = sphere.covariance;
         let surface = Surface { m: DVec2::ZERO, s };
         let side = DVec3::new(0.6, 0.5, 0.62).normalize();
-        // Every other pixel of every other row.
-        let values: Vec<(usize, [[f64; 2]; 4])> = (0..128 * 128u32)
+        let shown = &sphere.picture("diff_front_shadow").radiance;
+        let values: Vec<(usize, [[f64; 2]; 4])> = (0..SIZE * SIZE)
             .into_par_iter()
-            .filter(|i| i % 2 == 0 && (i / 128) % 2 == 0)
+            .filter(|i| shown[*i as usize].is_finite())
             .filter_map(|i| {
-                let pixel = SpherePixel::new(i % 128, i / 128, 128, 0.97)?;
+                let pixel = SpherePixel::new(i % SIZE, i / SIZE, SIZE, RADIUS)?;
                 let wo = pixel.wo;
                 let light = |l: DVec3| {
                     let wi = to_frame(&pixel.frame, l);
@@ -422,20 +418,16 @@ fn spheres_of_another_ray_caster() {
             })
             .collect();
         for (k, name) in ["diff_front", "diff_side", "diff_env", "spec_env"].into_iter().enumerate() {
-            let (truth, noise) = (&images[&format!("gt_{name}_shadow")], &images[&format!("gtse_{name}_shadow")]);
-            let seen: Vec<_> = values.iter().filter(|(i, _)| truth[*i].is_finite()).collect();
-            assert!(seen.len() > 2800, "{} pixels", seen.len());
-            let mean = seen.iter().map(|(i, _)| f64::from(truth[*i])).sum::<f64>() / seen.len() as f64;
+            let truth = sphere.picture(&format!("{name}_shadow"));
+            assert!(values.len() > 2800, "{} pixels", values.len());
+            let (mean, _) = truth.mean();
             let rmse = [0, 1].map(|model| {
-                let square: f64 = seen
-                    .iter()
-                    .map(|(i, v)| (v[k][model] - f64::from(truth[*i])).powi(2) - f64::from(noise[*i]).powi(2))
-                    .sum();
-                100.0 * (square.max(0.0) / seen.len() as f64).sqrt() / mean
+                let square: f64 = values.iter().map(|(i, v)| (v[k][model] - truth.radiance[*i]).powi(2)).sum();
+                100.0 * (square / values.len() as f64 - truth.noise.powi(2)).max(0.0).sqrt() / mean
             });
             println!("{case} {name}: the paper's {:.2} %, ours {:.2} % (bound {})", rmse[0], rmse[1], bounds[k]);
             assert!(rmse[1] < bounds[k], "{case} {name}: {:.2} %", rmse[1]);
-            if case == "iso0.5" && k != 3 {
+            if case == "isotropic" && k != 3 {
                 assert!(rmse[0] > 1.5 * rmse[1], "the paper's term is expected to be worse: {rmse:?}");
             }
         }

@@ -1,14 +1,15 @@
 //! Untrusted images: every damaged file gets an answer, in bounded time and memory, in one line.
 //!
-//! This binary counts allocations, so the tests take a lock and run one at a time.
+//! This binary counts allocations: a test that measures them runs alone, even where all tests share one process.
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::{Mutex, MutexGuard};
+use std::sync::{RwLock, RwLockReadGuard, RwLockWriteGuard};
 use std::time::{Duration, Instant};
 
+use crate::common::shared::shared_data;
 use leadr::maps::save::{encode_exr, encode_png_grey16, encode_png_srgb8};
 use leadr::maps::{
     HeightMap, MapFault, Rgb8Image, decode_color, decode_environment, decode_height_map, load_color, load_environment,
@@ -50,10 +51,16 @@ unsafe impl GlobalAlloc for Counting {
 #[global_allocator]
 static ALLOCATOR: Counting = Counting;
 
-static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
+static MEASURING: RwLock<()> = RwLock::new(());
 
-fn alone() -> MutexGuard<'static, ()> {
-    ONE_AT_A_TIME.lock().unwrap_or_else(|poisoned| poisoned.into_inner())
+/// For tests that measure: no other test runs meanwhile.
+fn alone() -> RwLockWriteGuard<'static, ()> {
+    MEASURING.write().unwrap_or_else(|poisoned| poisoned.into_inner())
+}
+
+/// For all other tests of this binary.
+pub fn unmeasured() -> RwLockReadGuard<'static, ()> {
+    MEASURING.read().unwrap_or_else(|poisoned| poisoned.into_inner())
 }
 
 /// Runs `work` and returns its result with the peak of bytes allocated meanwhile and the time taken.
@@ -105,37 +112,36 @@ impl Tally {
     }
 }
 
-/// Files under data/bad-input/`folder`, or none with a note.
-fn bad_files(folder: &str) -> Vec<PathBuf> {
-    let root = std::env::var_os("LEADR_SHARED").map(PathBuf::from);
-    let Some(entries) = root.and_then(|r| fs::read_dir(r.join("data/bad-input").join(folder)).ok()) else {
-        println!("skipped: LEADR_SHARED does not lead to data/bad-input/{folder}");
-        return Vec::new();
-    };
-    let mut found: Vec<PathBuf> = entries.map(|e| e.unwrap().path()).collect();
+/// The third-party files of `data/bad-input/<folder>`.
+fn bad_files(folder: &str) -> Option<Vec<PathBuf>> {
+    let folder = shared_data(&format!("bad-input/{folder}"))?;
+    let mut found: Vec<PathBuf> = fs::read_dir(folder).unwrap().map(|e| e.unwrap().path()).collect();
     found.sort();
-    found
+    Some(found)
 }
 
 #[test]
 fn corrupt_pngs_are_refused() {
     let _alone = alone();
+    let Some(files) = bad_files("png-corrupt") else { return };
     let (mut heights, mut colors) = (Tally::default(), Tally::default());
-    for path in bad_files("png-corrupt").iter().filter(|p| p.extension().is_some_and(|e| e == "png")) {
+    for path in files.iter().filter(|p| p.extension().is_some_and(|e| e == "png")) {
         heights.run(path, |p| load_height_map(p));
         colors.run(path, |p| load_color(p));
     }
     heights.print("png-corrupt as heights");
     colors.print("png-corrupt as colours");
     heights.messages.iter().for_each(|m| println!("  {}", m.rsplit('/').next().unwrap()));
+    assert!(heights.refused > 0, "no file was read");
     assert_eq!((heights.accepted, colors.accepted), (0, 0));
 }
 
 #[test]
 fn damaged_exrs_are_answered() {
     let _alone = alone();
+    let Some(files) = bad_files("exr-damaged") else { return };
     let (mut heights, mut environments) = (Tally::default(), Tally::default());
-    for path in bad_files("exr-damaged") {
+    for path in files {
         heights.run(&path, |p| load_height_map(p));
         environments.run(&path, |p| load_environment(p));
     }
@@ -149,8 +155,9 @@ fn damaged_exrs_are_answered() {
 #[test]
 fn handmade_hdrs_match_their_notes() {
     let _alone = alone();
+    let Some(files) = bad_files("handmade") else { return };
     let mut tally = Tally::default();
-    for path in bad_files("handmade").iter().filter(|p| p.extension().is_some_and(|e| e == "hdr")) {
+    for path in files.iter().filter(|p| p.extension().is_some_and(|e| e == "hdr")) {
         let name = path.file_stem().unwrap().to_string_lossy().into_owned();
         let accepted = tally.accepted;
         tally.run(path, |p| load_environment(p));

@@ -3,22 +3,14 @@
 use std::fs;
 use std::path::PathBuf;
 
+use crate::bad_input::unmeasured;
+use crate::common::shared::shared_data;
 use leadr::maps::save::{encode_exr, encode_png_grey16, encode_png_srgb8};
 use leadr::maps::tonemap::Tonemap;
 use leadr::maps::{
     HeightMap, LeadrMap, MapFault, Rgb8Image, RgbImage, Wrap, decode_color, decode_color_srgb8, decode_environment,
     decode_height_map, decode_picture, load_color_srgb8, load_environment, load_height_map, save,
 };
-
-/// The shared data folder, or `None` with a note.
-fn shared(folder: &str) -> Option<PathBuf> {
-    let root = std::env::var_os("LEADR_SHARED").map(PathBuf::from);
-    let found = root.map(|r| r.join("data").join(folder)).filter(|p| p.is_dir());
-    if found.is_none() {
-        println!("skipped: LEADR_SHARED does not lead to data/{folder}");
-    }
-    found
-}
 
 fn files(folder: PathBuf, end: &str) -> Vec<PathBuf> {
     let mut found = Vec::new();
@@ -41,7 +33,8 @@ fn gradient(width: u32, height: u32) -> HeightMap {
 
 #[test]
 fn real_height_maps_load() {
-    let Some(folder) = shared("displacement") else { return };
+    let _unmeasured = unmeasured();
+    let Some(folder) = shared_data("displacement") else { return };
     let maps = files(folder, "Displacement.png");
     assert!(!maps.is_empty());
     for path in maps {
@@ -70,7 +63,8 @@ fn real_height_maps_load() {
 
 #[test]
 fn real_colors_load() {
-    let Some(folder) = shared("displacement") else { return };
+    let _unmeasured = unmeasured();
+    let Some(folder) = shared_data("displacement") else { return };
     for path in files(folder, "Color.png") {
         let image = load_color_srgb8(&path).unwrap();
         let mean = image.to_linear().mean();
@@ -81,7 +75,8 @@ fn real_colors_load() {
 
 #[test]
 fn real_environments_load() {
-    let Some(folder) = shared("env") else { return };
+    let _unmeasured = unmeasured();
+    let Some(folder) = shared_data("env") else { return };
     for path in files(folder, ".hdr") {
         let image = load_environment(&path).unwrap();
         let max = image.texels.iter().map(|t| 0.2126 * t[0] + 0.7152 * t[1] + 0.0722 * t[2]).fold(0.0, f32::max);
@@ -102,6 +97,7 @@ fn real_environments_load() {
 
 #[test]
 fn heights_round_trip() {
+    let _unmeasured = unmeasured();
     let map = gradient(13, 7);
     let png = encode_png_grey16(&map, 0.0, 1.0).unwrap();
     let back = decode_height_map(&png).unwrap();
@@ -115,6 +111,7 @@ fn heights_round_trip() {
 
 #[test]
 fn exr_height_channel_follows_the_rule() {
+    let _unmeasured = unmeasured();
     let (a, b, c) = ([1.0f32], [2.0f32], [3.0f32]);
     let pick = |channels: &[(&str, &[f32])]| decode_height_map(&encode_exr(1, 1, channels).unwrap());
     assert_eq!(pick(&[("anything", &a)]).unwrap().texels, [1.0]);
@@ -127,6 +124,7 @@ fn exr_height_channel_follows_the_rule() {
 
 #[test]
 fn environments_round_trip_through_exr_with_layers() {
+    let _unmeasured = unmeasured();
     let texels: Vec<[f32; 3]> = (0..40 * 20).map(|i| [i as f32 * 0.01, 1e4 / (1 + i) as f32, 0.0]).collect();
     let image = RgbImage::new(40, 20, texels).unwrap();
     let folder = tempfile::tempdir().unwrap();
@@ -148,6 +146,7 @@ fn environments_round_trip_through_exr_with_layers() {
 
 #[test]
 fn colors_round_trip() {
+    let _unmeasured = unmeasured();
     let texels: Vec<[u8; 3]> = (0..=255u8).map(|v| [v, 255 - v, v / 2]).collect();
     let image = Rgb8Image::new(16, 16, texels).unwrap();
     let bytes = encode_png_srgb8(&image).unwrap();
@@ -161,6 +160,7 @@ fn colors_round_trip() {
 /// A 16-bit colour PNG keeps more than 8 bits when linear.
 #[test]
 fn wide_color_keeps_its_precision() {
+    let _unmeasured = unmeasured();
     let map = HeightMap::new(2, 1, vec![0.5, 0.5 + 3.0 / 65535.0]).unwrap();
     let image = decode_color(&encode_png_grey16(&map, 0.0, 1.0).unwrap()).unwrap();
     assert!(image.texels[0][0] < image.texels[1][0] && image.texels[0][0] == image.texels[0][2]);
@@ -179,6 +179,7 @@ fn red(v: u8) -> [u8; 4] {
 
 #[test]
 fn hdr_axes_turn_upright() {
+    let _unmeasured = unmeasured();
     // The same 3 x 2 picture, reds 11 12 13 / 21 22 23, in all eight scan orders.
     let cases: [(&str, [u8; 6]); 8] = [
         ("-Y 2 +X 3", [11, 12, 13, 21, 22, 23]),
@@ -201,6 +202,7 @@ fn hdr_axes_turn_upright() {
 
 #[test]
 fn hdr_exposure_runs_and_formats() {
+    let _unmeasured = unmeasured();
     // 136 makes the mantissa the value; EXPOSURE lines multiply and are divided out.
     let image = decode_environment(&hdr("EXPOSURE=2\nEXPOSURE=4.0\n\n-Y 1 +X 1\n", &red(16))).unwrap();
     assert_eq!(image.texels, [[2.0, 9.0 / 8.0, 9.0 / 8.0]]);
@@ -226,6 +228,7 @@ fn hdr_exposure_runs_and_formats() {
 
 #[test]
 fn bad_texels_are_named_with_their_place() {
+    let _unmeasured = unmeasured();
     let mut plane = vec![1.0f32; 12];
     plane[7] = f32::NAN;
     let message = decode_height_map(&encode_exr(4, 3, &[("Y", &plane)]).unwrap()).unwrap_err().to_string();
@@ -245,6 +248,7 @@ fn bad_texels_are_named_with_their_place() {
 
 #[test]
 fn pictures_of_every_format_load() {
+    let _unmeasured = unmeasured();
     let image = Rgb8Image::new(2, 1, vec![[255, 0, 10], [1, 2, 3]]).unwrap();
     let picture = decode_picture(&encode_png_srgb8(&image).unwrap()).unwrap();
     assert!(picture.display_referred && picture.image == image.to_linear());
@@ -259,6 +263,7 @@ fn pictures_of_every_format_load() {
 
 #[test]
 fn saving_is_all_or_nothing() {
+    let _unmeasured = unmeasured();
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("image.png");
     let image = RgbImage::new(2, 2, vec![[0.5; 3]; 4]).unwrap();
@@ -282,6 +287,7 @@ fn saving_is_all_or_nothing() {
 /// Tiles with mip levels, of which the largest is read; and files of several parts, of which the first fitting one is.
 #[test]
 fn exr_levels_and_parts_are_sorted_out() {
+    let _unmeasured = unmeasured();
     use exr::prelude::*;
     let plane = |w: usize, h: usize, start: f32| FlatSamples::F32((0..w * h).map(|i| start + i as f32).collect());
     let encoding = Encoding {

@@ -202,9 +202,9 @@ fn pictures() {
         println!("next sky {:?}", clock.elapsed());
         view(&environment, 0.0, 1.5, &format!("sky-{elevation}.png"));
     }
-    if let Some(shared) = std::env::var_os("LEADR_SHARED") {
+    if let Some(folder) = crate::common::shared::shared_data("env") {
         for name in ["spruit_sunrise_1k", "studio_pmndrs_1k"] {
-            let file = std::path::Path::new(&shared).join(format!("data/env/{name}.hdr"));
+            let file = folder.join(format!("{name}.hdr"));
             let image = leadr::maps::load_environment(file).unwrap();
             let clock = std::time::Instant::now();
             let environment = Environment::from_equirect(&gpu, FACE_SIZE, &image).unwrap();

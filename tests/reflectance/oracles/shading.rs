@@ -1,7 +1,7 @@
-//! The f64 reference against numbers made elsewhere (`LEADR_SHARED/oracles`): an independent dense quadrature of LEADR's
-//! equations and the values of an existing BRDF library. Skipped, with a line that says so, where the data is absent.
+//! The 64-bit reference against numbers of other programs (`tests/data`): an independent dense quadrature of LEADR's
+//! equations, and the values of an existing BRDF library.
 
-use crate::common::comparison::{Comparison, number, oracle, vector};
+use crate::common::comparison::{Comparison, number, oracle, rows, vector};
 use glam::{DVec2, DVec3, Vec3Swizzles as _};
 use leadr::reflectance::facets::beckmann::{beckmann_ndf, beckmann_p22};
 use leadr::reflectance::facets::projected_area::{meso_area, visible_area};
@@ -42,10 +42,10 @@ fn sum_over_area(wo: DVec3, m: DVec2, s: DVec3, n: u32, lambda: f64) -> f64 {
 
 #[test]
 fn converged_integrals() {
-    let Some(data) = oracle("leadr_integrals.json") else { return };
-    let sh: Vec<f64> = data["doc"]["sh_smooth"].as_array().unwrap().iter().map(number).collect();
+    let data = oracle("leadr_integrals.json");
+    let sh: Vec<f64> = rows(&data["sh_smooth"]).iter().map(number).collect();
     let sh: Sh9 = std::array::from_fn(|i| DVec3::splat(sh[i]));
-    let all = data["configs"].as_array().unwrap().par_iter().map(|c| {
+    let all = rows(&data["configs"]).par_iter().map(|c| {
         let mut out = Comparison::default();
         let id = format!("configuration {}", c["id"]);
         let (m, s) = statistics(c);
@@ -125,9 +125,9 @@ fn converged_integrals() {
 
 #[test]
 fn grids_of_the_paper() {
-    let Some(data) = oracle("leadr_integrals.json") else { return };
+    let data = oracle("leadr_integrals.json");
     let mut out = Comparison::default();
-    for c in data["configs"].as_array().unwrap() {
+    for c in rows(&data["configs"]) {
         let (m, s) = statistics(c);
         let (wo, light, lobe) = (vector(&c["o"]), vector(&c["light"]), vector(&c["lobe_dir"]));
         // The oracle does not tilt mesosurfaces; where ours does, there is nothing to compare.
@@ -162,9 +162,9 @@ fn grids_of_the_paper() {
 
 #[test]
 fn library_values() {
-    let Some(data) = oracle("dj_brdf_values.json") else { return };
+    let data = oracle("brdf_values.json");
     let mut out = Comparison::default();
-    for c in data["values"].as_array().unwrap() {
+    for c in rows(&data["values"]) {
         if c["family"] != "beckmann" {
             continue;
         }
@@ -207,15 +207,20 @@ fn library_values() {
     out.finish(55 * 16);
 }
 
-/// The comparison must notice one percent, a NaN and a sign.
+/// The comparison must notice errors beyond its tolerance, a NaN and a sign.
 #[test]
 fn the_comparison_fails_when_it_should() {
-    for (got, want) in [(1.01, 1.0), (f64::NAN, 1.0), (-1.0, 1.0), (0.0, 1e-5)] {
+    let passes = |got, want, tolerance, floor| {
         let mut out = Comparison::default();
-        out.check("a", "b", got, want, 1e-4, 1e-6);
-        assert!(!out.failures.is_empty(), "{got} passed for {want}");
+        out.check("a", "b", got, want, tolerance, floor);
+        out.failures.is_empty()
+    };
+    for (got, want) in [(1.01, 1.0), (f64::NAN, 1.0), (-1.0, 1.0), (0.0, 1e-5)] {
+        assert!(!passes(got, want, 1e-4, 1e-6), "{got} passed for {want}");
     }
-    let mut out = Comparison::default();
-    out.check("a", "b", 1.000_01, 1.0, 1e-4, 1e-6);
-    assert!(out.failures.is_empty());
+    assert!(passes(1.000_01, 1.0, 1e-4, 1e-6));
+    for (got, want) in [(1.000_01, 1.0), (f64::NAN, 1.0), (-1.0, 1.0), (0.0, 1e-30), (1e-30, 0.0)] {
+        assert!(!passes(got, want, 1e-6, 1e-100), "{got} passed for {want}");
+    }
+    assert!(passes(1.000_000_1, 1.0, 1e-6, 1e-100));
 }

@@ -1,7 +1,7 @@
 //! Beckmann and GGX against an existing BRDF library and an independent evaluation of the same equations
-//! (`LEADR_SHARED/oracles/dj_brdf_values.json`), isotropic to noncentral. Skipped where the data is absent.
+//! (`tests/data/brdf_values.json`), isotropic to noncentral.
 
-use crate::common::comparison::{Comparison, number, oracle, vector};
+use crate::common::comparison::{Comparison, number, oracle, rows, vector};
 use glam::{DVec2, DVec3, Vec3Swizzles as _};
 use leadr::reflectance::facets::beckmann::Beckmann;
 use leadr::reflectance::facets::ellipse::{Bivariate, ellipse_from_bivariate};
@@ -30,9 +30,9 @@ fn id(c: &Value) -> String {
 
 #[test]
 fn evaluations() {
-    let Some(data) = oracle("dj_brdf_values.json") else { return };
+    let data = oracle("brdf_values.json");
     let mut out = Comparison::default();
-    for c in data["values"].as_array().unwrap() {
+    for c in rows(&data["values"]) {
         let (d, id) = (distribution(c), id(c));
         let (wo, wi) = (vector(&c["o"]), vector(&c["i"]));
         let wh = (wo + wi).normalize();
@@ -71,9 +71,9 @@ fn distribution_roughness(c: &Value) -> DVec3 {
 /// The library's ellipses have the angle's other sign, and swap the axes of an uncorrelated tall ellipse.
 #[test]
 fn ellipses() {
-    let Some(data) = oracle("dj_brdf_values.json") else { return };
+    let data = oracle("brdf_values.json");
     let mut out = Comparison::default();
-    for c in data["values"].as_array().unwrap() {
+    for c in rows(&data["values"]) {
         let e = ellipse_from_bivariate(&parameters(c).1);
         out.check("major radius", &id(c), e.radii.x, number(&c["dj"]["a1"]), 1e-7, 1e-100);
         out.check("minor radius", &id(c), e.radii.y, number(&c["dj"]["a2"]), 1e-7, 1e-100);
@@ -89,9 +89,9 @@ fn ellipses() {
 /// they were drawn for (the library's fit is good to 4e-4).
 #[test]
 fn samples() {
-    let Some(data) = oracle("dj_brdf_values.json") else { return };
+    let data = oracle("brdf_values.json");
     let mut out = Comparison::default();
-    for c in data["values"].as_array().unwrap() {
+    for c in rows(&data["values"]) {
         let (d, id, wo) = (distribution(c), id(c), vector(&c["o"]));
         let u = DVec2::new(number(&c["u1"]), number(&c["u2"])) * 0.99998 + DVec2::splat(0.00001);
         let theirs = vector(&c["dj"]["sample_i"]);

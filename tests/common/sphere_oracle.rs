@@ -1,0 +1,62 @@
+//! Pictures of displaced spheres that another ray caster made (`tests/data/sphere_*.json`).
+
+#![allow(dead_code, reason = "each test binary uses its own part")]
+
+use std::collections::BTreeMap;
+
+use glam::DVec3;
+
+use super::comparison::{number, oracle, rows};
+
+/// Pixels per row and rows of the pictures.
+pub const SIZE: u32 = 128;
+/// Radius of the sphere, of half the picture.
+pub const RADIUS: f64 = 0.97;
+
+/// A sphere under several lights.
+pub struct SphereOracle {
+    /// Slope covariance `(σ_x², σ_y², c_xy)` of its surface.
+    pub covariance: DVec3,
+    pictures: BTreeMap<String, Picture>,
+}
+
+/// One picture: every other pixel of every other row.
+pub struct Picture {
+    /// Radiances by `y · SIZE + x`; NaN outside the sphere and for pixels that the file leaves out.
+    pub radiance: Vec<f64>,
+    /// Root mean square of the pixels' standard errors.
+    pub noise: f64,
+}
+
+impl SphereOracle {
+    /// The sphere of `tests/data/sphere_<name>.json`.
+    pub fn load(name: &str) -> Self {
+        let data = oracle(&format!("sphere_{name}.json"));
+        let (x, y) = (number(&data["sigma_x"]), number(&data["sigma_y"]));
+        let pixels = rows(&data["pixels"]);
+        let pictures = rows(&data["pictures"]).iter().zip(rows(&data["noise"])).enumerate();
+        let pictures = pictures.map(|(k, (picture, noise))| {
+            let mut radiance = vec![f64::NAN; (SIZE * SIZE) as usize];
+            for pixel in pixels {
+                let at = number(&pixel[1]) * f64::from(SIZE) + number(&pixel[0]);
+                radiance[at as usize] = number(&pixel[2 + k]);
+            }
+            let name = picture.as_str().unwrap_or_else(|| panic!("{picture} is not a name"));
+            (name.to_owned(), Picture { radiance, noise: number(noise) })
+        });
+        Self { covariance: DVec3::new(x * x, y * y, number(&data["c_xy"])), pictures: pictures.collect() }
+    }
+
+    /// `<light>_<mask|shadow>`.
+    pub fn picture(&self, name: &str) -> &Picture {
+        &self.pictures[name]
+    }
+}
+
+impl Picture {
+    /// Mean of all pixels that the file has, and their number.
+    pub fn mean(&self) -> (f64, usize) {
+        let seen: Vec<f64> = self.radiance.iter().copied().filter(|r| r.is_finite()).collect();
+        (seen.iter().sum::<f64>() / seen.len() as f64, seen.len())
+    }
+}
