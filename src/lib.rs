@@ -5,23 +5,21 @@
 //! linearly, so mip mapping turns vanished bumps into roughness: mean slope and slope covariance
 //! at a pixel's scale feed an anisotropic, off-centre Beckmann microfacet BRDF with a view-dependent projected area.
 //!
-//! # The floors
+//! # What is here
 //!
-//! Modules only use the floors below them; `tests/house/layers.rs` fails on an upward arrow.
+//! | feature | gives |
+//! |---|---|
+//! | none | [`reflectance`]: the mathematics; [`maps`]: textures on the CPU. No Vulkan, no shader compiler |
+//! | `gpu` | the renderer below: a `Renderer` draws a `FrameState` of `Object`s under an `Environment`; `Stage`s are ready-made scenes |
+//! | `cli` | the laboratory and the `leadr` command (`command::run`) |
+//! | `window` (default) | its window |
 //!
-//! | floor | module | holds |
-//! |---|---|---|
-//! | 1 | [`reflectance`] | pure mathematics: slope statistics, microfacet terms, BRDFs, quadrature. No files, no GPU |
-//! | 2 | [`maps`] | textures on the CPU: load, validate, derive, mip, compare, save |
-//! | 2 | [`gpu`] | Vulkan, and nothing else. Knows no BRDF |
-//! | 3 | [`render`] | the passes, and the frame that orders them |
-//! | 4 | [`scenes`] | pure functions of time that produce what the renderer draws: T-rex, plane, sphere |
-//! | 5 | [`lab`] | what proves and measures: picture metrics, ray casts, quadrature studies |
-//! | 6 | [`app`] | the `leadr` command: demo in a window, capture into files, compare |
+//! Each feature contains the ones above it. `examples/00_first_picture.rs` renders a picture; `ARCHITECTURE.md` tells how the
+//! crate is built inside.
 //!
-//! # A first example
+//! # What a map keeps
 //!
-//! Corrugated iron, and what is left of it from far away: no height, no mean slope, but all of its roughness.
+//! Seen from far away, corrugated iron has no height and no mean slope left, but all of its roughness:
 //!
 //! ```
 //! use std::f32::consts::TAU;
@@ -45,6 +43,11 @@
 //! Conventions everywhere: metres, z up; linear Rec. 709 radiance; `wi` to the light, `wo` to the viewer, `wh` their
 //! half vector, `wn` a micronormal, in the macro tangent frame unless the name says `world_`.
 
+#![cfg_attr(
+    not(feature = "internals"),
+    allow(dead_code, unused_imports, reason = "tests and examples use what the crate itself does not")
+)]
+
 pub mod maps;
 pub mod reflectance;
 
@@ -53,31 +56,26 @@ pub mod reflectance;
 #[doc(hidden)]
 pub mod app;
 #[cfg(all(feature = "cli", not(feature = "internals")))]
-#[allow(dead_code, unused_imports, reason = "tests and examples use what the crate itself does not")]
 mod app;
 #[cfg(all(feature = "gpu", feature = "internals"))]
 #[doc(hidden)]
 pub mod gpu;
 #[cfg(all(feature = "gpu", not(feature = "internals")))]
-#[allow(dead_code, unused_imports, reason = "tests and examples use what the crate itself does not")]
 mod gpu;
 #[cfg(all(feature = "cli", feature = "internals"))]
 #[doc(hidden)]
 pub mod lab;
 #[cfg(all(feature = "cli", not(feature = "internals")))]
-#[allow(dead_code, unused_imports, reason = "tests and examples use what the crate itself does not")]
 mod lab;
 #[cfg(all(feature = "gpu", feature = "internals"))]
 #[doc(hidden)]
 pub mod render;
 #[cfg(all(feature = "gpu", not(feature = "internals")))]
-#[allow(dead_code, unused_imports, reason = "tests and examples use what the crate itself does not")]
 mod render;
 #[cfg(all(feature = "gpu", feature = "internals"))]
 #[doc(hidden)]
 pub mod scenes;
 #[cfg(all(feature = "gpu", not(feature = "internals")))]
-#[allow(dead_code, unused_imports, reason = "tests and examples use what the crate itself does not")]
 mod scenes;
 
 /// Vectors and matrices of the renderer.
@@ -94,7 +92,7 @@ pub use self::{
         frame::{FrameOutput, Layer, PassTime, Renderer},
         light::{environment::Environment, sky::Sky},
         passes::accumulate::Accumulation,
-        scene::{ColorMap, FrameState, Object, PointLight, Pose, Sun},
+        scene::{ColorMap, FrameState, MAX_POINT_LIGHTS, Object, PointLight, Pose, Sun},
         settings::{DiffuseLights, Quadrature, RenderSettings, ShadingSettings, Technique, Terms},
         surfaces::{
             displacement::{Border, HeightField},

@@ -211,7 +211,7 @@ impl Gpu {
         &self.facts.limits
     }
 
-    /// Whether polygons can be drawn as lines ([`PolygonMode::Line`](super::PolygonMode::Line)).
+    /// Whether polygons can be drawn as lines (`PolygonMode::Line`).
     pub fn can_draw_lines(&self) -> bool {
         self.facts.fill_mode_non_solid
     }

@@ -293,7 +293,7 @@ pub struct RenderSettings {
     pub seed: u64,
     /// Edge samples per sample, 1 (none) to [`MAX_EDGE_SAMPLES`](Self::MAX_EDGE_SAMPLES): places in the pixel where the geometry
     /// is looked at again. Those that see another surface than the pixel's sample are shaded too, so outlines are as smooth
-    /// as of that many samples, and the inside of a surface stays the same ([`super::passes::edges`]). Multiples of 16 are drawn the
+    /// as of that many samples, and the inside of a surface stays the same (`render::passes::edges`). Multiples of 16 are drawn the
     /// fastest. [`Technique::Reference`] has none: its samples do the same.
     pub edge_samples: u32,
     /// Shading.
@@ -306,7 +306,7 @@ pub struct RenderSettings {
     /// same: with [`Technique::Reference`] the truth of normal mapping (LEADR Figure 8).
     pub displacement: bool,
     /// With [`Technique::Reference`]: the relief throws shadows on itself, from every light and from the environment
-    /// ([`super::passes::reference`]), instead of the sun's coarse ones only. Slow.
+    /// (`render::passes::reference`), instead of the sun's coarse ones only. Slow.
     pub relief_shadows: bool,
     /// Paints the inside of surfaces in a marker colour: a closed surface shows none.
     pub mark_inside: bool,

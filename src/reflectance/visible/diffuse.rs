@@ -13,7 +13,7 @@
 //! is exact for every viewer, nothing depends on the choice of axes, and the result is smooth in every argument.
 //!
 //! The exponents scale with the mean of `|N|²` and, with the weights, follow its relative spread on a line: fitted to the
-//! radiance of random surfaces ([`fit_terms`](crate::lab::quadrature_study::fit::fit_terms)). One light, with its clamped
+//! radiance of random surfaces (`lab::quadrature_study::fit`). One light, with its clamped
 //! cosine instead of harmonics, replaces the one clamp by two: [`clamped_product`].
 
 use super::slopes::{VISIBLE_TAIL, tilted_area};
@@ -37,7 +37,7 @@ pub struct Term {
     pub second: [f64; 2],
 }
 
-/// Two terms, by [`fit_terms`](crate::lab::quadrature_study::fit::fit_terms).
+/// Two terms, by `lab::quadrature_study::fit`.
 const TWO: [Term; 2] = [
     Term { exponent: [0.22494464, -0.0331644], first: [1.06858219, -0.00712735], second: [1.0, -0.48494877] },
     Term { exponent: [2.04868504, 0.81002255], first: [1.1378407, 0.80030971], second: [4.51732387, 0.43471584] },

@@ -163,7 +163,7 @@ impl Renderer {
     }
 
     /// The environment's nine spherical harmonics coefficients as the last frame was lit by them, see
-    /// [`IrradiancePass`]: rgb and 0 each.
+    /// `IrradiancePass`: rgb and 0 each.
     ///
     /// # Errors
     /// A lost device, or memory that is short.

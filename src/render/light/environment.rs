@@ -25,7 +25,7 @@ enum Source {
     Image,
 }
 
-/// A cube map of radiance with all mips, always in [`Use::Sampled`] between recordings.
+/// A cube map of radiance with all mips, always in `Use::Sampled` between recordings.
 pub struct Environment {
     cube: Image,
     levels: Vec<ImageView>,
@@ -46,8 +46,8 @@ impl Environment {
         Ok(environment)
     }
 
-    /// An equirectangular panorama in the convention of [`super::equirect`]; its texels must be finite (loaders see to
-    /// that). A sun in it stays in it, however bright.
+    /// An equirectangular panorama: its top row is +z, its centre +x, its columns run clockwise seen from above. Its texels
+    /// must be finite, as the loaders of `maps` give them. A sun in it stays in it, however bright.
     ///
     /// # Errors
     /// As [`from_sky`](Self::from_sky).

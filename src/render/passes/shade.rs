@@ -128,7 +128,7 @@ pub struct ShadeInputs<'a> {
     pub radiance_sh: &'a Buffer,
     /// The shadow map.
     pub shadow_map: &'a Image,
-    /// [`JoinedEdges::shares`](super::edges::JoinedEdges), where edge samples were joined; else any float image that is sampled.
+    /// [`JoinedEdges::shares`](super::targets::JoinedEdges) where edge samples were joined; otherwise any sampled float image.
     pub shares: &'a Image,
 }
 

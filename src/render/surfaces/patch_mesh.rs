@@ -11,7 +11,7 @@ pub struct SkinWeights {
     pub weights: [f32; 4],
 }
 
-/// A mesh of quad patches (see [`super::patch`] for the corner order and the limit surface).
+/// A mesh of quad patches (see `render::surfaces::patch` for the corner order and the limit surface).
 #[derive(Clone, Debug, Default)]
 pub struct PatchMesh {
     /// Rest positions, metres.

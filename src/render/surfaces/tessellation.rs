@@ -39,7 +39,7 @@ impl Lens {
 pub struct TessellationSettings {
     /// Pixels of screen per triangle; the default 4 puts vertices some 2.8 pixels apart.
     pub pixels_per_triangle: f32,
-    /// Bound on the factors, `1..=`[`MAX_FACTOR`].
+    /// Bound on the factors, 1 to 63.
     pub max_factor: f32,
     /// Whether every texel of the height map gets a vertex (within `max_factor` and `vertices_per_pixel`), even if several
     /// share a pixel: for reference pictures and edge samples.
