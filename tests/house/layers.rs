@@ -3,7 +3,8 @@
 //! Both checks read the sources as text, and each is shown to refuse what it should.
 
 use std::fs;
-use std::path::{Path, PathBuf};
+
+use crate::source::{code_only, files_under, identifier, root, words};
 
 /// The top-level modules and the floor each stands on. `maps` and `gpu` share one and may not use each other.
 const FLOORS: [(&str, u32); 7] =
@@ -11,42 +12,6 @@ const FLOORS: [(&str, u32); 7] =
 
 fn floor(module: &str) -> Option<u32> {
     FLOORS.iter().find(|(name, _)| *name == module).map(|&(_, floor)| floor)
-}
-
-/// Blanks comments and the contents of string literals (and of `'"'`), keeping line breaks.
-fn code_only(source: &str) -> String {
-    let mut code = String::with_capacity(source.len());
-    let mut rest = source;
-    let keep_lines = |text: &str, code: &mut String| code.extend(text.chars().filter(|&c| c == '\n'));
-    while let Some(c) = rest.chars().next() {
-        let skipped = if rest.starts_with("//") {
-            rest.find('\n').unwrap_or(rest.len())
-        } else if rest.starts_with("/*") {
-            rest.find("*/").map_or(rest.len(), |end| end + 2)
-        } else if rest.starts_with("'\"'") {
-            3
-        } else if c == '"' {
-            let mut escaped = false;
-            let end = rest[1..].find(|c| {
-                let closes = c == '"' && !escaped;
-                escaped = c == '\\' && !escaped;
-                closes
-            });
-            end.map_or(rest.len(), |end| end + 2)
-        } else {
-            code.push(c);
-            rest = &rest[c.len_utf8()..];
-            continue;
-        };
-        keep_lines(&rest[..skipped], &mut code);
-        code.push(' ');
-        rest = &rest[skipped..];
-    }
-    code
-}
-
-fn identifier(text: &str) -> &str {
-    &text[..text.find(|c: char| !c.is_alphanumeric() && c != '_').unwrap_or(text.len())]
 }
 
 /// What follows a `::` of the crate root: one name, the names of a `{…}` group, or `*`.
@@ -114,14 +79,6 @@ fn preceded_by_path(before: &str) -> bool {
     before.trim_end().ends_with("::")
 }
 
-fn words(code: &str) -> impl Iterator<Item = (usize, &str)> {
-    code.char_indices().filter_map(move |(i, c)| {
-        let starts = (c.is_alphabetic() || c == '_')
-            && !code[..i].chars().next_back().is_some_and(|p| p.is_alphanumeric() || p == '_' || p == '$');
-        starts.then(|| (i, identifier(&code[i..])))
-    })
-}
-
 /// Every arrow from a file of `module` that does not point down, as sentences.
 fn upward_arrows(module: &str, path: &str, source: &str, depth: usize) -> Vec<String> {
     let own = floor(module).unwrap_or_else(|| panic!("{path}: `{module}` stands on no floor; add it to FLOORS"));
@@ -134,25 +91,6 @@ fn upward_arrows(module: &str, path: &str, source: &str, depth: usize) -> Vec<St
             None => Some(format!("{path}:{line}: `{module}` uses `{name}` of the crate root, which is on no floor")),
         })
         .collect()
-}
-
-fn files_under(folder: &Path, extensions: &[&str]) -> Vec<PathBuf> {
-    let mut files = Vec::new();
-    let Ok(entries) = fs::read_dir(folder) else { return files };
-    for entry in entries {
-        let path = entry.expect("a readable folder").path();
-        if path.is_dir() {
-            files.extend(files_under(&path, extensions));
-        } else if path.extension().is_some_and(|e| extensions.iter().any(|wanted| e == *wanted)) {
-            files.push(path);
-        }
-    }
-    files.sort();
-    files
-}
-
-fn root() -> &'static Path {
-    Path::new(env!("CARGO_MANIFEST_DIR"))
 }
 
 #[test]

@@ -1,4 +1,8 @@
 //! The shape of the house, read from its sources.
 
+mod circles;
 mod front_door;
+mod graph;
 mod layers;
+mod source;
+mod style;
