@@ -139,7 +139,7 @@ pub fn shadowing_errors(surface: Surface, settings: &ShadowingSettings) -> Vec<S
         let about = frame_about(facet.normal);
         let mut diffuse = 0.0;
         for _ in 0..4 {
-            let (u, v) = (random.uniform(), random.uniform());
+            let (u, v) = (random.unit(), random.unit());
             let (sin, cos) = (2.0 * PI * v).sin_cos();
             let wi = from_frame(&about, DVec3::new(u.sqrt() * cos, u.sqrt() * sin, (1.0 - u).sqrt()));
             if patch.is_lit(facet, wi) {

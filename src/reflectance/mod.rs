@@ -71,5 +71,6 @@ pub mod limits;
 pub mod masking;
 pub mod materials;
 pub mod quadrature;
+pub mod random;
 pub mod slopes;
 pub mod visible;

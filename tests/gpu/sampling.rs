@@ -9,6 +9,7 @@ use leadr::reflectance::facets::beckmann::Beckmann;
 use leadr::reflectance::facets::ggx::Ggx;
 use leadr::reflectance::facets::slope_distribution::SlopeDistribution;
 use leadr::reflectance::quadrature::gauss_legendre;
+use leadr::reflectance::random::{STEP, mix, unit_of_bits};
 use rayon::prelude::*;
 
 /// Bins per axis.
@@ -46,15 +47,10 @@ fn histogram(seen: &Seen<'_>, normals: impl Iterator<Item = DVec3>) -> Vec<f64> 
     bins
 }
 
-/// A plain pseudo-random pair (PCG's output mixing of a counter): no lattice that could flatter the samplers.
+/// A plain pseudo-random pair: no lattice that could flatter the samplers.
 fn random_pair(i: u64) -> DVec2 {
-    let mix = |mut z: u64| {
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
-    };
-    let step = 0x9e37_79b9_7f4a_7c15u64;
-    DVec2::new(mix((2 * i + 1).wrapping_mul(step)), mix((2 * i + 2).wrapping_mul(step)))
+    let unit = |counter: u64| unit_of_bits(mix(counter.wrapping_mul(STEP)));
+    DVec2::new(unit(2 * i + 1), unit(2 * i + 2))
 }
 
 fn p_of(seen: &Seen<'_>, normals: impl Iterator<Item = DVec3>, density: impl Fn(DVec3) -> f64) -> f64 {

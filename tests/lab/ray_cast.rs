@@ -5,10 +5,11 @@ use std::collections::BTreeMap;
 use crate::common::comparison::{number, oracle, rows};
 use crate::common::sphere_oracle::{RADIUS, SIZE, SphereOracle};
 use glam::{DVec2, DVec3};
-use leadr::lab::ray_cast::{Estimate, Patch, Random, Spectrum, SphereTruth, Tile};
+use leadr::lab::ray_cast::{Estimate, Patch, Spectrum, SphereTruth, Tile};
 use leadr::reflectance::facets::projected_area::{meso_area, visible_area};
 use leadr::reflectance::frame::{frame_about, from_frame, to_frame};
 use leadr::reflectance::integrals::specular::leadr_specular_directional;
+use leadr::reflectance::random::Random;
 use serde_json::Value;
 
 fn direction(theta: f64, phi: f64) -> DVec3 {
@@ -17,7 +18,7 @@ fn direction(theta: f64, phi: f64) -> DVec3 {
 }
 
 fn cosine_about(normal: DVec3, random: &mut Random) -> DVec3 {
-    let (u, v) = (random.uniform(), random.uniform());
+    let (u, v) = (random.unit(), random.unit());
     let (sin, cos) = (std::f64::consts::TAU * v).sin_cos();
     from_frame(&frame_about(normal), DVec3::new(u.sqrt() * cos, u.sqrt() * sin, (1.0 - u).sqrt()))
 }

@@ -22,6 +22,7 @@ use leadr::reflectance::masking::shadowing::Shadowing;
 use leadr::reflectance::masking::variants::{Masking, attenuation};
 use leadr::reflectance::materials::microfacet::{Microfacet, half_vector, microfacet_eval};
 use leadr::reflectance::quadrature::gauss_legendre;
+use leadr::reflectance::random::Random;
 use leadr::reflectance::slopes::grid::{normal_of_slope, slope_cholesky};
 use leadr::reflectance::visible::shadowed_environment::{
     bent_normal, shadowed_diffuse_environment, visible_slope_shift,
@@ -33,18 +34,13 @@ use serde_json::Value;
 
 const CORRELATED: [Shadowing; 2] = [Shadowing::Correlated, Shadowing::CorrelatedSimple];
 
-/// SplitMix64.
-struct Random(u64);
+/// Random arguments.
+trait Arguments {
+    fn surface(&mut self) -> Surface;
+    fn direction(&mut self) -> DVec3;
+}
 
-impl Random {
-    fn range(&mut self, low: f64, high: f64) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        low + (high - low) * ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
-    }
-
+impl Arguments for Random {
     /// A noncentral, correlated surface.
     fn surface(&mut self) -> Surface {
         let (x, y) = (self.range(-3.0, 0.7).exp(), self.range(-3.0, 0.7).exp());

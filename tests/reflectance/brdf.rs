@@ -13,27 +13,15 @@ use leadr::reflectance::materials::brdf::Brdf;
 use leadr::reflectance::materials::lambert::Lambert;
 use leadr::reflectance::materials::microfacet::{Microfacet, half_vector};
 use leadr::reflectance::quadrature::composite_gauss;
+use leadr::reflectance::random::Random;
 use rayon::prelude::*;
 
 fn mirror(masking: Masking, distribution: Slopes) -> Microfacet<Slopes> {
     Microfacet { distribution, masking, fresnel: Fresnel::Ideal }
 }
 
-/// SplitMix64.
-struct Random(u64);
-
-impl Random {
-    fn unit(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
-    }
-
-    fn pair(&mut self) -> DVec2 {
-        DVec2::new(self.unit(), self.unit())
-    }
+fn pair(r: &mut Random) -> DVec2 {
+    DVec2::new(r.unit(), r.unit())
 }
 
 const ROUGHNESS: [(f64, f64, f64); 6] =
@@ -292,7 +280,7 @@ fn samples_carry_what_they_say() {
             let n = 20_000;
             let (mut sum, mut squares) = (DVec3::ZERO, DVec3::ZERO);
             for _ in 0..n {
-                let Some(s) = brdf.sample(wo, r.pair()) else { continue };
+                let Some(s) = brdf.sample(wo, pair(&mut r)) else { continue };
                 assert!((s.wi.length() - 1.0).abs() < 1e-12 && s.pdf > 0.0 && s.throughput.is_finite(), "{name}");
                 // The pdf's jump on a V-groove may be met from either side of rounding.
                 let pdf_error = (s.pdf / brdf.pdf(wo, s.wi) - 1.0).abs();
@@ -388,7 +376,7 @@ fn histogram(wo: DVec3, brdf: &dyn Brdf, n: u32) -> Vec<u32> {
     let mut counts = vec![0; RINGS * SECTORS + 1];
     let mut r = Random(2013);
     for _ in 0..n {
-        let cell = match brdf.sample(wo, r.pair()) {
+        let cell = match brdf.sample(wo, pair(&mut r)) {
             None => RINGS * SECTORS,
             Some(s) => {
                 let (theta, phi) = polar_about(wo, s.wi);

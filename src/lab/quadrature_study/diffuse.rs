@@ -1,10 +1,11 @@
 //! Diffuse facets under order-2 harmonics: the moments of the visible normals.
 
 use super::Row;
-use super::surfaces::{Random, Surface, surfaces};
+use super::surfaces::{Surface, surfaces};
 use crate::reflectance::facets::projected_area::face_viewer;
 use crate::reflectance::integrals::diffuse::{NormalMoments, visible_normal_moments};
 use crate::reflectance::integrals::reference::visible_mean;
+use crate::reflectance::random::Random;
 use crate::reflectance::slopes::grid::{grid_lambda, normal_of_slope};
 use crate::reflectance::visible::diffuse::visible_diffuse_moments;
 use glam::DVec3;
@@ -39,7 +40,7 @@ impl Environment {
         let sum: f64 = weights.iter().sum();
         let mut e = Self { constant: ambient, linear: DVec3::ZERO, diag: DVec3::ZERO, off: DVec3::ZERO };
         for weight in weights {
-            let (d, k) = (r.direction(), r.log(1.0, 1000.0));
+            let (d, k) = (r.on_sphere(), r.log(1.0, 1000.0));
             let first = 1.0 / k.tanh() - 1.0 / k;
             let second = 1.0 - 3.0 * first / k;
             let q = weight * (1.0 - ambient) / sum;

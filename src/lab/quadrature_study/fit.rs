@@ -5,8 +5,9 @@
 
 use super::diffuse::{Environment, converged_moments};
 use super::least_squares::least_squares;
-use super::surfaces::{Random, Surface, surfaces, wild_surfaces};
+use super::surfaces::{Surface, surfaces, wild_surfaces};
 use crate::reflectance::integrals::diffuse::NormalMoments;
+use crate::reflectance::random::Random;
 use crate::reflectance::visible::diffuse::{Term, moments_by_terms};
 use rayon::prelude::*;
 

@@ -12,11 +12,12 @@
 use super::CLASSES;
 use super::least_squares::least_squares;
 use super::specular::{Lobes, SIZE, Sharpness, grid_radiance};
-use super::surfaces::{Random, Surface, rough_surfaces, surfaces};
+use super::surfaces::{Surface, rough_surfaces, surfaces};
 use crate::reflectance::integrals::reference::{visible_extents, visible_mean_panels};
 use crate::reflectance::integrals::specular::LOD_MATCHED;
 use crate::reflectance::masking::correlated::{direction_area, lit_fraction};
 use crate::reflectance::masking::shadowing::Shadowing;
+use crate::reflectance::random::Random;
 use crate::reflectance::slopes::grid::{normal_of_slope, slope_cholesky};
 use crate::reflectance::visible::shadowed_specular::{LitProbe, lit_probe_of};
 use crate::reflectance::visible::specular::{

@@ -1,10 +1,11 @@
 //! Diffuse facets under one light, clamped cosine and all.
 
 use super::Row;
-use super::surfaces::{Random, Surface, spherical, surfaces};
+use super::surfaces::{Surface, spherical, surfaces};
 use crate::reflectance::facets::projected_area::face_viewer;
 use crate::reflectance::integrals::diffuse::{leadr_diffuse_light, leadr_diffuse_light_sh};
 use crate::reflectance::integrals::reference::diffuse_directional;
+use crate::reflectance::random::Random;
 use crate::reflectance::slopes::grid::grid_lambda;
 use crate::reflectance::visible::diffuse::{leadr_diffuse_light_visible, visible_diffuse_moments};
 use glam::DVec3;

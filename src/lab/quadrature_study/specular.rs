@@ -1,10 +1,11 @@
 //! Mirror facets under an environment of lobes.
 
 use super::Row;
-use super::surfaces::{Random, Surface, surfaces};
+use super::surfaces::{Surface, surfaces};
 use crate::reflectance::facets::projected_area::face_viewer;
 use crate::reflectance::integrals::reference::{visible_extents, visible_mean_panels};
 use crate::reflectance::integrals::specular::{LOD_MATCHED, LOD_SUPPLEMENT_5, env_lod, leadr_specular_environment};
+use crate::reflectance::random::Random;
 use crate::reflectance::slopes::grid::{grid_lambda, grid_spacing, normal_of_slope};
 use crate::reflectance::visible::specular::{
     ProbeRule, VisibleProbe, leadr_specular_environment_visible, probe_rule, solid_angle_lod,
@@ -82,7 +83,7 @@ impl Lobes {
         let weights: [f64; 6] = std::array::from_fn(|_| r.exponential());
         let sum: f64 = weights.iter().sum();
         let lobes =
-            weights.iter().map(|w| Lobe::new(r.direction(), r.log(low, high), w * (1.0 - ambient) / sum)).collect();
+            weights.iter().map(|w| Lobe::new(r.on_sphere(), r.log(low, high), w * (1.0 - ambient) / sum)).collect();
         Self { ambient, lobes }
     }
 

@@ -1,45 +1,9 @@
 //! Random surfaces and viewers.
 
 use crate::reflectance::facets::projected_area::{meso_area, slope_spread};
+use crate::reflectance::random::Random;
 use glam::{DVec2, DVec3};
 use std::f64::consts::TAU;
-
-/// SplitMix64: the same study on every run.
-#[derive(Clone, Debug)]
-pub struct Random(pub u64);
-
-impl Random {
-    /// Uniform in `[0, 1)`.
-    pub fn unit(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
-    }
-
-    /// Uniform in `[low, high)`.
-    pub fn range(&mut self, low: f64, high: f64) -> f64 {
-        low + (high - low) * self.unit()
-    }
-
-    /// Of uniform logarithm in `[low, high)`.
-    pub fn log(&mut self, low: f64, high: f64) -> f64 {
-        self.range(low.ln(), high.ln()).exp()
-    }
-
-    /// Exponentially distributed, mean 1.
-    pub fn exponential(&mut self) -> f64 {
-        -(1.0 - self.unit()).ln()
-    }
-
-    /// Uniform on the sphere.
-    pub fn direction(&mut self) -> DVec3 {
-        let (z, phi) = (self.range(-1.0, 1.0), self.range(0.0, TAU));
-        let r = (1.0 - z * z).max(0.0).sqrt();
-        DVec3::new(r * phi.cos(), r * phi.sin(), z)
-    }
-}
 
 /// A viewer and Gaussian slopes, tangent frame.
 #[derive(Clone, Copy, Debug, PartialEq)]

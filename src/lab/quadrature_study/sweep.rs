@@ -3,8 +3,9 @@
 use super::diffuse::{Environment, grid_moments};
 use super::light::grid_cosine;
 use super::specular::{Lobes, Sharpness, grid_radiance, probe_radiance};
-use super::surfaces::{Random, Surface, spherical, surfaces};
+use super::surfaces::{Surface, spherical, surfaces};
 use crate::reflectance::integrals::specular::LOD_MATCHED;
+use crate::reflectance::random::Random;
 use crate::reflectance::visible::diffuse::{leadr_diffuse_light_visible, visible_diffuse_moments};
 use crate::reflectance::visible::specular::probe_rule;
 use glam::DVec3;

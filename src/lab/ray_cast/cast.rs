@@ -136,8 +136,8 @@ fn meet(tile: &Tile, origin: DVec3, direction: DVec3, [x, y]: [i32; 2], t0: f64,
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::lab::ray_cast::random::Random;
     use crate::lab::ray_cast::tile::Spectrum;
+    use crate::reflectance::random::Random;
 
     fn direction(theta: f64, phi: f64) -> DVec3 {
         DVec3::new(theta.sin() * phi.cos(), theta.sin() * phi.sin(), theta.cos())
@@ -167,8 +167,8 @@ mod tests {
         let tile = Tile::new(Spectrum::Gaussian, 64, 4.0, 9);
         let (mut blocked, mut disagree) = (0, 0);
         for i in 0..2000 {
-            let mut random = Random::new(2, i);
-            let mut u = || random.uniform();
+            let mut random = Random::stream(2, i);
+            let mut u = || random.unit();
             let cell = [(u() * 64.0) as i32, (u() * 64.0) as i32];
             let from = Place::over(&tile, cell, DVec2::new(u(), u()));
             let w = direction(0.2 + 1.3 * u(), 7.0 * u());
@@ -189,8 +189,8 @@ mod tests {
     fn what_is_seen_sees_back() {
         let tile = Tile::new(Spectrum::Ring, 128, 6.0, 4);
         for i in 0..4000 {
-            let mut random = Random::new(3, i);
-            let mut u = || random.uniform();
+            let mut random = Random::stream(3, i);
+            let mut u = || random.unit();
             let w = direction(1.5 * u(), 7.0 * u());
             let place = first_hit(&tile, DVec2::new(128.0 * u(), 128.0 * u()), w).unwrap();
             let slope = tile.slopes(place.cell[0], place.cell[1])[usize::from(place.upper)];

@@ -18,11 +18,9 @@
 
 mod cast;
 mod patch;
-mod random;
 mod sphere;
 mod tile;
 
 pub use patch::{Estimate, Facet, Patch, Visibility};
-pub use random::Random;
 pub use sphere::{SphereError, SpherePixel, SphereTruth};
 pub use tile::{Spectrum, Tile};

@@ -8,11 +8,11 @@ use rayon::prelude::*;
 use std::f64::consts::{FRAC_1_PI, TAU};
 
 use super::cast::{Place, escapes, first_hit};
-use super::random::Random;
 use super::tile::Tile;
 use crate::reflectance::facets::beckmann::beckmann_p22;
 use crate::reflectance::facets::projected_area::meso_area;
 use crate::reflectance::frame::{frame_about, from_frame};
+use crate::reflectance::random::Random;
 use crate::reflectance::slopes::grid::normal_of_slope;
 
 /// A displaced patch without end: the facets of a [`Tile`] with slopes of exactly this mean and covariance.
@@ -131,8 +131,8 @@ impl<'a> Patch<'a> {
             .map(|y| {
                 let mut sum = [0.0; K];
                 for x in 0..n {
-                    let mut random = Random::new(seed, u64::from(y) << 32 | u64::from(x));
-                    let jitter = DVec2::new(random.uniform(), random.uniform());
+                    let mut random = Random::stream(seed, u64::from(y) << 32 | u64::from(x));
+                    let jitter = DVec2::new(random.unit(), random.unit());
                     let over = (DVec2::new(f64::from(x), f64::from(y)) + jitter) * cell;
                     let place = first_hit(self.tile, over, direction).expect("an upward direction");
                     let values = f(&self.facet(place), &mut random);
@@ -176,8 +176,8 @@ impl<'a> Patch<'a> {
             .map(|y| {
                 let mut sums = [0.0; 2];
                 for x in 0..n {
-                    let mut random = Random::new(seed, u64::from(y) << 32 | u64::from(x));
-                    let jitter = DVec2::new(random.uniform(), random.uniform());
+                    let mut random = Random::stream(seed, u64::from(y) << 32 | u64::from(x));
+                    let jitter = DVec2::new(random.unit(), random.unit());
                     let over = (DVec2::new(f64::from(x), f64::from(y)) + jitter) * cell;
                     let corner = over.floor();
                     let place = Place::over(self.tile, corner.as_ivec2().to_array(), over - corner);
@@ -281,11 +281,11 @@ impl<'a> Patch<'a> {
         let counts = (0..rays)
             .into_par_iter()
             .map(|i| {
-                let mut random = Random::new(seed, u64::from(i));
+                let mut random = Random::stream(seed, u64::from(i));
                 // In order through all of them, so that few rays spread as evenly as many.
                 let at = (u64::from(i) * found.len() as u64 / u64::from(rays)) as usize;
                 let (cell, upper) = found[at];
-                let (a, b) = (random.uniform(), random.uniform());
+                let (a, b) = (random.unit(), random.unit());
                 let offset = if upper { DVec2::new(a.min(b), a.max(b)) } else { DVec2::new(a.max(b), a.min(b)) };
                 let facet = self.facet(Place::over(self.tile, cell, offset));
                 let (seen, lit) = (self.is_lit(&facet, wo), self.is_lit(&facet, wi));
@@ -316,7 +316,7 @@ impl<'a> Patch<'a> {
 
 /// A direction about z with density `cos θ / π`.
 fn cosine_direction(random: &mut Random) -> DVec3 {
-    let (u, v) = (random.uniform(), random.uniform());
+    let (u, v) = (random.unit(), random.unit());
     let (sin, cos) = (TAU * v).sin_cos();
     let r = u.sqrt();
     DVec3::new(r * cos, r * sin, (1.0 - u).sqrt())

@@ -4,8 +4,8 @@ use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 use super::patch::{Facet, Patch};
-use super::random::Random;
 use crate::reflectance::frame::{Frame, to_frame};
+use crate::reflectance::random::Random;
 
 /// One pixel of the sphere: an orthographic viewer at `+z` looks at a unit sphere, x to the right, y up.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -5,7 +5,7 @@ use std::f64::consts::{PI, TAU};
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
-use super::random::Random;
+use crate::reflectance::random::Random;
 
 /// The energy of a random surface by wave number `k`, with `L` the correlation length.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -58,7 +58,7 @@ impl Tile {
             for (x, value) in row.iter_mut().enumerate() {
                 let amplitude = spectrum.energy(wave(x).hypot(wave(y)), correlation).sqrt();
                 if amplitude > 0.0 && x + y > 0 {
-                    *value = DVec2::from(Random::new(seed, (y * n + x) as u64).normals()) * amplitude;
+                    *value = DVec2::from(Random::stream(seed, (y * n + x) as u64).normals()) * amplitude;
                 }
             }
         });
@@ -215,7 +215,7 @@ mod tests {
 
     #[test]
     fn the_transform_is_the_sum_it_stands_for() {
-        let input: Vec<DVec2> = (0..16).map(|i| DVec2::from(Random::new(1, i).normals())).collect();
+        let input: Vec<DVec2> = (0..16).map(|i| DVec2::from(Random::stream(1, i).normals())).collect();
         let mut fast = input.clone();
         fourier(&mut fast);
         for (k, got) in fast.iter().enumerate() {

@@ -108,6 +108,7 @@ pub fn moments_covariance(a: SlopeMoments) -> DVec3 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::reflectance::random::Random;
 
     /// A height field of a few waves and its exact slope; not Gaussian, not isotropic, not centred.
     struct Waves([[f64; 4]; 4]);
@@ -132,16 +133,10 @@ mod tests {
         }
     }
 
-    /// Uniform points of `[0, 1]²` (SplitMix64).
+    /// Uniform points of `[0, 1]²`.
     fn points(seed: u64, n: usize) -> impl Iterator<Item = DVec2> {
-        let mut state = seed;
-        let mut unit = move || {
-            state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
-            let z = (state ^ (state >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-            let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-            ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
-        };
-        (0..n).map(move |_| DVec2::new(unit(), unit()))
+        let mut random = Random(seed);
+        (0..n).map(move |_| DVec2::new(random.unit(), random.unit()))
     }
 
     fn mean(samples: impl Iterator<Item = DVec2>) -> SlopeMoments {

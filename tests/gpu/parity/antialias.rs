@@ -1,12 +1,13 @@
 //! The device's slope moments, packings, geometric antialiasing and GGX filtering against the f64 reference. How arguments
 //! are compared: see `parity/comparator.rs`.
 
-use super::comparator::{Numbers, Random, Tolerance, join, list, parity, v2, v3};
+use super::comparator::{Arguments as _, Numbers, Tolerance, join, list, parity, v2, v3};
 use glam::{DMat2, DVec2, DVec3, DVec4};
 use leadr::reflectance::integrals::ggx_filtering::{
     base_share, displaced_ggx, displaced_ggx_masking_shadowing, displaced_ggx_ndf, displaced_ggx_p22,
     displaced_ggx_visible_area, filter_ggx,
 };
+use leadr::reflectance::random::Random;
 use leadr::reflectance::slopes::geometric_antialiasing::{
     axis_aligned_kernel, clamp_determinant, filter_covariance, filter_roughness, ggx_ndf_clamped, half_vector_kernel,
     isotropic_kernel, tilt_kernel,

@@ -1,7 +1,7 @@
 //! The device's BRDF functions against the f64 reference: masking variants, conductors, half/difference, and the whole
 //! microfacet BRDF. How arguments are compared: see `parity/comparator.rs`.
 
-use super::comparator::{Numbers, Random, Tolerance, join, list, parity, v2, v3};
+use super::comparator::{Arguments as _, Numbers, Tolerance, join, list, parity, v2, v3};
 use super::extremes::finite;
 use glam::{DVec2, DVec3};
 use leadr::reflectance::facets::fresnel::fresnel_conductor;
@@ -11,6 +11,7 @@ use leadr::reflectance::materials::half_difference::{
     HalfDifference, directions_to_half_difference, half_difference_to_directions,
 };
 use leadr::reflectance::materials::microfacet::{half_vector, microfacet_eval_beckmann, microfacet_eval_ggx};
+use leadr::reflectance::random::Random;
 
 /// Any two directions, also equal and opposite ones; half of the lights near the mirror direction of a facet in the lobe.
 fn pair(r: &mut Random, m: DVec2, s: DVec3) -> (DVec3, DVec3) {

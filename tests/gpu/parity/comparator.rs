@@ -1,6 +1,7 @@
 //! Random arguments, and the comparison of what a probe gives for them with the f64 reference.
 
 use glam::{DVec2, DVec3};
+use leadr::reflectance::random::Random;
 
 /// Arguments per probe.
 pub const TUPLES: usize = 100_000;
@@ -26,32 +27,25 @@ pub fn join<const N: usize>(parts: &[&[f64]]) -> [f64; N] {
     parts.concat().try_into().unwrap_or_else(|v: Vec<f64>| panic!("{} values instead of {N}", v.len()))
 }
 
-/// SplitMix64: the same arguments on every run.
-pub struct Random(pub u64);
+/// Random arguments, unusual ones among them.
+pub trait Arguments {
+    fn pick<const N: usize>(&mut self, values: [f64; N]) -> f64;
 
-impl Random {
-    pub fn unit(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
-    }
+    /// Anywhere on the sphere, near the horizon, near the pole, or on an axis.
+    fn direction(&mut self) -> DVec3;
 
-    pub fn range(&mut self, low: f64, high: f64) -> f64 {
-        low + (high - low) * self.unit()
-    }
+    fn mean_slope(&mut self) -> DVec2;
 
-    pub fn log(&mut self, low: f64, high: f64) -> f64 {
-        (self.range(low.ln(), high.ln())).exp()
-    }
+    /// Usual roughness; a quarter degenerate: zero, rank one, tiny against wide, out of bounds.
+    fn covariance(&mut self) -> DVec3;
+}
 
-    pub fn pick<const N: usize>(&mut self, values: [f64; N]) -> f64 {
+impl Arguments for Random {
+    fn pick<const N: usize>(&mut self, values: [f64; N]) -> f64 {
         values[(self.unit() * N as f64) as usize]
     }
 
-    /// Anywhere on the sphere, near the horizon, near the pole, or on an axis.
-    pub fn direction(&mut self) -> DVec3 {
+    fn direction(&mut self) -> DVec3 {
         let phi = self.range(0.0, std::f64::consts::TAU);
         let z = match (self.unit() * 10.0) as u32 {
             0 => return DVec3::Z,
@@ -65,7 +59,7 @@ impl Random {
         DVec3::new(r * phi.cos(), r * phi.sin(), z).normalize()
     }
 
-    pub fn mean_slope(&mut self) -> DVec2 {
+    fn mean_slope(&mut self) -> DVec2 {
         match (self.unit() * 4.0) as u32 {
             0 => DVec2::ZERO,
             1 => DVec2::new(self.range(-8.0, 8.0), self.range(-8.0, 8.0)),
@@ -73,8 +67,7 @@ impl Random {
         }
     }
 
-    /// Usual roughness; a quarter degenerate: zero, rank one, tiny against wide, out of bounds.
-    pub fn covariance(&mut self) -> DVec3 {
+    fn covariance(&mut self) -> DVec3 {
         let (x, y) = (self.log(0.02, 2.0), self.log(0.02, 2.0));
         let r = self.range(-0.95, 0.95);
         match (self.unit() * 20.0) as u32 {

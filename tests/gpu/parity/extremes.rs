@@ -2,7 +2,8 @@
 
 use glam::DVec3;
 
-use super::comparator::{Random, TUPLES};
+use super::comparator::{Arguments as _, TUPLES};
+use leadr::reflectance::random::Random;
 
 fn number(r: &mut Random) -> f32 {
     r.pick([0.0, 1e-30, -1e-30, 1e-12, 1.0, -1.0, 0.5, 1e3, -1e3, 1e6, -1e6]) as f32

@@ -4,7 +4,7 @@
 //! A 32-bit evaluation cannot be better than its rounded arguments allow, so the tolerance has two parts: a relative one,
 //! from measurement, and a multiple of what the reference itself moves by when each argument moves by an ulp or so.
 
-use super::comparator::{Numbers, Random, Tolerance, join, list, parity, v2, v3};
+use super::comparator::{Arguments as _, Numbers, Tolerance, join, list, parity, v2, v3};
 use super::extremes::finite;
 use glam::{DMat3, DVec2, DVec3};
 use leadr::reflectance::facets::beckmann::{beckmann_ndf, beckmann_p22};
@@ -26,6 +26,7 @@ use leadr::reflectance::limits;
 use leadr::reflectance::masking::correlated::direction_area;
 use leadr::reflectance::masking::shadowing::Shadowing;
 use leadr::reflectance::masking::smith::{masking, masking_shadowing, shadowing_given_masking, smith_lambda};
+use leadr::reflectance::random::Random;
 use leadr::reflectance::slopes::grid::{
     facet_area, grid_lambda, grid_node, grid_spacing, normal_of_slope, slope_cholesky, slope_sample,
 };

@@ -1,13 +1,14 @@
 //! The device's direction-correlated masking and shadowed environments against the f64 reference. How arguments are
 //! compared: see `parity/comparator.rs`.
 
-use super::comparator::{Numbers, Random, Tolerance, join, list, parity, v2, v3};
+use super::comparator::{Arguments as _, Numbers, Tolerance, join, list, parity, v2, v3};
 use super::extremes::finite;
 use glam::{DVec2, DVec3};
 use leadr::reflectance::frame::frame_about;
 use leadr::reflectance::integrals::sh::sh_add_light;
 use leadr::reflectance::masking::correlated::{direction_area, lit_fraction, masking_shadowing_factor};
 use leadr::reflectance::masking::shadowing::Shadowing;
+use leadr::reflectance::random::Random;
 use leadr::reflectance::slopes::grid::slope_cholesky;
 use leadr::reflectance::visible::shadowed_environment::{
     bent_normal, shadowed_diffuse_environment, visible_slope_shift,

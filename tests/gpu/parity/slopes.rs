@@ -1,6 +1,6 @@
 //! The slope distributions and the samplers of visible normals on the device against the f64 reference.
 
-use super::comparator::{Numbers, Random, TUPLES, Tolerance, join, list, parity, v2, v3};
+use super::comparator::{Arguments as _, Numbers, TUPLES, Tolerance, join, list, parity, v2, v3};
 use super::extremes::finite;
 use glam::{DVec2, DVec3};
 use leadr::reflectance::facets::beckmann::beckmann_vndf;
@@ -14,6 +14,7 @@ use leadr::reflectance::facets::ggx::{
 };
 use leadr::reflectance::facets::ggx_sampling::ggx_sample_visible;
 use leadr::reflectance::facets::normal_distribution::{normal_cdf, normal_pdf, normal_quantile, normal_tail_mean};
+use leadr::reflectance::random::Random;
 use leadr::reflectance::slopes::grid::{normal_of_slope, slope_sample};
 
 /// Half within the lobe, half anywhere.

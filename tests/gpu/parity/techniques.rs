@@ -1,6 +1,6 @@
 //! The shader functions of the older techniques and of the GGX form, on the device against the f64 reference.
 
-use super::comparator::{Numbers, Tolerance, join, list, parity, v2, v3};
+use super::comparator::{Arguments as _, Numbers, Tolerance, join, list, parity, v2, v3};
 use glam::DVec3;
 use leadr::reflectance::integrals::ggx_filtering::displaced_ggx;
 use leadr::reflectance::integrals::ggx_lobes::{GGX_LOBES, displaced_ggx_area, displaced_ggx_light, ggx_lobe};

@@ -1,11 +1,12 @@
 //! The visible-slope rules on the device against their f64 twins.
 
-use super::comparator::{Numbers, Random, Tolerance, join, list, parity, v2, v3};
+use super::comparator::{Arguments as _, Numbers, Tolerance, join, list, parity, v2, v3};
 use super::extremes::finite;
 use glam::{DVec2, DVec3};
 use leadr::reflectance::facets::fresnel::fresnel_schlick;
 use leadr::reflectance::facets::normal_distribution::normal_ramp;
 use leadr::reflectance::facets::projected_area::{meso_area, slope_spread};
+use leadr::reflectance::random::Random;
 use leadr::reflectance::slopes::statistics::clamp_covariance;
 use leadr::reflectance::visible::diffuse::{clamped_product, leadr_diffuse_light_visible, visible_diffuse_moments};
 use leadr::reflectance::visible::slopes::{VISIBLE_TAIL, visible_slopes};

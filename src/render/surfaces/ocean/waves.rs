@@ -1,5 +1,6 @@
 //! The waves of one band as the device moves them: a tile of complex amplitudes.
 
+use crate::reflectance::random::{STEP, mix, unit_of_bits};
 use glam::DVec2;
 use rayon::prelude::*;
 use std::f64::consts::TAU;
@@ -105,12 +106,9 @@ fn wave_vector(i: u32, j: u32, resolution: u32, size: f64, rotation: f64) -> DVe
     DVec2::from_angle(rotation).rotate(local)
 }
 
-/// A number in `[0, 1)` from a seed and an index (SplitMix64's finaliser).
+/// A number in `[0, 1)` from a seed and an index.
 fn unit(seed: u64, index: u32) -> f64 {
-    let mut z = seed.wrapping_add(1).wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ (u64::from(index) << 20);
-    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
+    unit_of_bits(mix(seed.wrapping_add(1).wrapping_mul(STEP) ^ (u64::from(index) << 20)))
 }
 
 #[cfg(test)]
