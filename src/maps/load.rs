@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::png_read::{Png, Samples};
-use super::tonemap::linear_from_srgb;
+use super::srgb::linear_from_srgb;
 use super::{HeightMap, MapError, MapFault, Rgb8Image, RgbImage, exr_read, hdr, limits, png_read};
 
 /// Loads a height map from PNG (8 or 16-bit, normalised to 0..1) or EXR (as stored, may be negative).

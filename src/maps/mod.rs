@@ -16,6 +16,7 @@ mod png_read;
 
 pub mod procedural;
 pub mod save;
+pub mod srgb;
 pub mod tonemap;
 mod types;
 

@@ -2,6 +2,7 @@
 
 use super::MapFault;
 use super::limits::{MAX_HEIGHT, MAX_RADIANCE};
+use super::srgb::linear_of_srgb8;
 
 /// Heights over texture space, row 0 on top. From a PNG the texels lie in 0 to 1; from an EXR they are as stored and
 /// may be negative. Always finite and at least 1 x 1.
@@ -129,7 +130,7 @@ impl Rgb8Image {
 
     /// The same colours, linear, 0 to 1.
     pub fn to_linear(&self) -> RgbImage {
-        let table: Vec<f32> = (0..256).map(|code| super::tonemap::linear_from_srgb(code as f32 / 255.0)).collect();
+        let table = linear_of_srgb8();
         let texels = self.texels.iter().map(|t| t.map(|code| table[code as usize])).collect();
         RgbImage { width: self.width, height: self.height, texels }
     }

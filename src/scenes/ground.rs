@@ -4,7 +4,7 @@ use glam::Vec2;
 
 use super::plane::{plane, toward_horizon};
 use crate::maps::procedural;
-use crate::maps::tonemap::srgb_from_linear;
+use crate::maps::srgb::srgb8_from_linear;
 use crate::render::scene::{ColorMap, Object};
 use crate::render::surfaces::displacement::{Border, HeightField};
 
@@ -36,8 +36,8 @@ pub fn ground() -> Object {
             // Dust on the high places, damp dark earth in the cracks.
             let t = ((h - low) / range).clamp(0.0, 1.0);
             let mix = |dark: f32, light: f32| dark + (light - dark) * t * (2.0 - t);
-            let code = |v: f32| (srgb_from_linear(v) * 255.0 + 0.5) as u8;
-            [code(mix(0.10, 0.40)), code(mix(0.075, 0.31)), code(mix(0.05, 0.22)), 200]
+            let [r, g, b] = [mix(0.10, 0.40), mix(0.075, 0.31), mix(0.05, 0.22)].map(srgb8_from_linear);
+            [r, g, b, 200]
         })
         .collect();
     let mut mesh = plane(HALF, 80, REPEAT, [1.0; 4], toward_horizon);

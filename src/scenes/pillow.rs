@@ -8,7 +8,7 @@ use glam::{Affine3A, Vec2, Vec3};
 use super::plane::{self, plane};
 use super::sphere::bake_patches;
 use super::stage::{Stage, Views};
-use crate::maps::tonemap::srgb_from_linear;
+use crate::maps::srgb::srgb8_from_linear;
 use crate::render::camera::Camera;
 use crate::render::scene::{ColorMap, Object, Pose};
 use crate::render::surfaces::displacement::{Border, HeightField};
@@ -199,8 +199,8 @@ pub fn stage(tile: u32) -> Stage {
 
 fn cloth_bytes(patch: usize, uv: Vec2) -> (f32, [u8; 4]) {
     let cloth = cloth(parameters(patch, uv));
-    let code = |v: f32| (srgb_from_linear(v) * 255.0 + 0.5) as u8;
-    (cloth.height, [code(cloth.color.x), code(cloth.color.y), code(cloth.color.z), (cloth.roughness * 255.0) as u8])
+    let [r, g, b] = cloth.color.to_array().map(srgb8_from_linear);
+    (cloth.height, [r, g, b, (cloth.roughness * 255.0) as u8])
 }
 
 /// A pale floor, dark where the cushion covers it.

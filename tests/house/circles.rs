@@ -43,10 +43,6 @@ const STILL_CIRCULAR: &[&str] = &[
     "gpu/sampler.rs",
     "gpu/submit.rs",
     "gpu/timestamps.rs",
-    "maps/tonemap.rs",
-    "maps/types.rs",
-    "scenes/shore/beach.rs",
-    "scenes/shore/mod.rs",
 ];
 
 #[test]

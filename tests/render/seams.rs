@@ -1,6 +1,7 @@
 //! Nothing jumps where patches meet, where levels of detail change, or where a tap begins.
 
 use glam::{DVec3, Vec3};
+use leadr::maps::srgb::srgb8_from_linear;
 use leadr::reflectance::frame::{frame_about, from_frame};
 use leadr::render::camera::Camera;
 use leadr::render::frame::{Layer, Renderer};
@@ -27,8 +28,8 @@ fn landscape(gpu: &crate::common::gpu::TestGpu) -> Renderer {
     let mut mesh = cube_sphere(6, [1.0, 1.0, 1.0, 0.2]);
     let (layout, texels) = bake_tiles(&mut mesh, 16, |p, _| p.dot(GRADIENT));
     let (_, colors) = bake_tiles(&mut mesh, 16, |p, _| {
-        let code = |v: f32| leadr::maps::tonemap::srgb_from_linear(0.5 + 0.4 * v).mul_add(255.0, 0.5) as u8;
-        [code(p.x), code(p.y), code(p.z), 255]
+        let [r, g, b] = (0.5 + 0.4 * p).to_array().map(srgb8_from_linear);
+        [r, g, b, 255]
     });
     let (width, height) = layout.size();
     let object = Object::new("landscape", mesh)

@@ -1,6 +1,6 @@
 //! The T-rex through the renderer: closed at every distance and in every pose, and the same animal far away.
 
-use std::sync::OnceLock;
+use std::path::Path;
 
 use glam::Vec3;
 use leadr::render::camera::Camera;
@@ -10,18 +10,15 @@ use leadr::render::light::sky::Sky;
 use leadr::render::settings::{RenderSettings, ShadingSettings, Technique};
 use leadr::render::surfaces::tessellation::TessellationSettings;
 use leadr::scenes::stage::{Lights, Stage};
-use leadr::scenes::trex::stage::trex_stage;
+use leadr::scenes::trex::Trex;
+use leadr::scenes::trex::stage::walking;
 
 /// Texels of a tile: coarse, so that baking takes seconds; kept with the build for the next run.
 const TILE: u32 = 16;
 
 fn stage() -> Stage {
-    static CACHE: OnceLock<()> = OnceLock::new();
-    CACHE.get_or_init(|| {
-        // SAFETY: once, before any other thread of this test reads the environment.
-        unsafe { std::env::set_var("LEADR_CACHE", concat!(env!("CARGO_TARGET_TMPDIR"), "/trex")) };
-    });
-    trex_stage(TILE, &|_| {}).unwrap()
+    let cache = Path::new(env!("CARGO_TARGET_TMPDIR")).join("trex");
+    walking(Trex::load_from(Some(&cache), TILE, &|_| {}).unwrap())
 }
 
 /// The stage's first `count` objects on the device (body, props, ground).

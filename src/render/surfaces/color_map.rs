@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use super::displacement::Border;
 use crate::gpu::{Gpu, Image, ImageDesc, Result};
-use crate::maps::tonemap::{linear_from_srgb, srgb_from_linear};
+use crate::maps::srgb::{linear_of_srgb8, srgb8_from_linear};
 use crate::render::scene::ColorMap;
 
 /// Uploads a colour map with its mips. In an atlas of tiles they end where a tile is one texel.
@@ -34,7 +34,7 @@ pub fn upload(gpu: &Arc<Gpu>, name: &str, map: ColorMap, border: Border) -> Resu
 
 /// The next mip: means of 2 × 2 texels in linear light (an odd last row or column is dropped).
 fn halve(texels: &[[u8; 4]], width: u32, height: u32) -> Vec<[u8; 4]> {
-    let linear: Vec<f32> = (0..256).map(|v| linear_from_srgb(v as f32 / 255.0)).collect();
+    let linear = linear_of_srgb8();
     let (w, h) = ((width / 2).max(1), (height / 2).max(1));
     (0..h)
         .into_par_iter()
@@ -52,7 +52,7 @@ fn halve(texels: &[[u8; 4]], width: u32, height: u32) -> Vec<[u8; 4]> {
                         ((sum + 2) / 4) as u8
                     } else {
                         let mean = four.iter().map(|t| linear[usize::from(t[channel])]).sum::<f32>() * 0.25;
-                        (srgb_from_linear(mean) * 255.0 + 0.5) as u8
+                        srgb8_from_linear(mean)
                     }
                 })
             })

@@ -2,8 +2,7 @@
 
 use glam::{DVec2, Vec2, Vec3};
 
-use super::PERIOD;
-use super::sand::{DRY_REPEAT, STRIP, STRIP_REPEAT, Sand, dry, strip};
+use super::sand::{DRY_REPEAT, PERIOD, STRIP, STRIP_REPEAT, Sand, dry, strip};
 use crate::render::scene::{ColorMap, Object};
 use crate::render::surfaces::displacement::{Border, HeightField};
 use crate::render::surfaces::ocean::shore::Shore;

@@ -10,19 +10,18 @@ use std::f64::consts::TAU;
 
 use glam::{Affine3A, DVec2, Mat4, Vec3};
 
+use self::sand::PERIOD;
 use super::ocean::sea::ocean;
 use super::ocean::spectrum::Sea;
 use super::stage::{Stage, Views};
-use super::trex::TrexError;
 use super::trex::stage::{animal, walked};
 use super::trex::walk;
+use super::trex::{Trex, TrexError};
 use crate::render::camera::Camera;
 use crate::render::scene::Pose;
 use crate::render::surfaces::ocean::Ocean;
 use crate::render::surfaces::ocean::shore::{Bend, Shore};
 
-/// Metres along the coast after which the sand, bends included, repeats.
-pub const PERIOD: f64 = 40.0;
 /// Samples along the edge of a tile of waves.
 const RESOLUTION: u32 = 256;
 /// x of the animal's path: on the dry sand beside the wet.
@@ -51,14 +50,13 @@ pub fn sea() -> Ocean {
     Ocean { shore: Some(shore()), foam: Vec3::splat(0.7), ..ocean(&sea, RESOLUTION, 1) }
 }
 
-/// The stage, with atlas tiles of `tile` texels for the animal; see [`Trex::load`](super::trex::Trex::load) for
-/// `progress`.
+/// The stage, with atlas tiles of `tile` texels for the animal; see [`Trex::load`] for `progress`.
 ///
 /// # Errors
-/// As [`Trex::load`](super::trex::Trex::load).
+/// As [`Trex::load`].
 pub fn shore_stage(tile: u32, progress: &(dyn Fn(f32) + Sync)) -> Result<Stage, TrexError> {
     let shore = shore();
-    let mut objects = animal(tile, progress)?.to_vec();
+    let mut objects = animal(Trex::load(tile, progress)?).to_vec();
     objects.extend([beach::beach(&shore), beach::dunes(&shore)]);
     // Where the animal stands at the beginning; it faces +y, and the sea is on its left.
     let level = move |y: f64| shore.ground(shore.offshore(DVec2::new(PATH, y))) as f32;

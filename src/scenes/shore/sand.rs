@@ -6,7 +6,7 @@
 use rayon::prelude::*;
 
 use crate::maps::noise::{features, fractal, gradient, unit};
-use crate::maps::tonemap::srgb_from_linear;
+use crate::maps::srgb::srgb8_from_linear;
 
 /// Linear albedo of wet sand, and of the sea floor.
 pub const WET: [f32; 3] = [0.185, 0.148, 0.104];
@@ -18,6 +18,8 @@ pub const STRIP: [f32; 2] = [-28.0, 12.0];
 pub const STRIP_REPEAT: f32 = 20.0;
 /// Edge of the square of dry sand, metres.
 pub const DRY_REPEAT: f32 = 10.0;
+/// Metres along the coast after which the sand, bends included, repeats.
+pub const PERIOD: f64 = 40.0;
 /// Texels across and along the strip, and along an edge of the dry sand: 2 cm apart.
 const STRIP_TEXELS: [u32; 2] = [2048, 1024];
 const DRY_TEXELS: u32 = 512;
@@ -94,7 +96,7 @@ fn color(s: f32, y: f32, relief: f32, wet: f32, period: i32) -> [u8; 4] {
     let channel = |i: usize| {
         let sand = DRY[i] * dry * (1.0 - wet) + WET[i] * wet;
         let value = sand + ([0.045, 0.038, 0.022][i] - sand) * 0.6 * weed;
-        (srgb_from_linear(value) * 255.0 + 0.5) as u8
+        srgb8_from_linear(value)
     };
     let roughness = 0.6 + (0.12 - 0.6) * wet - 0.12 * damp * (1.0 - wet) + 0.3 * weed;
     [channel(0), channel(1), channel(2), (roughness.clamp(0.05, 1.0) * 255.0 + 0.5) as u8]
@@ -156,7 +158,7 @@ mod tests {
         let strip = strip();
         let column = |s: f32| ((s - STRIP[0]) / (STRIP[1] - STRIP[0]) * strip.width as f32) as u32;
         let texels = |s: f32| (0..strip.height).map(move |row| (row * strip.width + column(s)) as usize);
-        let bed = WET.map(|v| (srgb_from_linear(v) * 255.0 + 0.5) as u8);
+        let bed = WET.map(srgb8_from_linear);
         assert!(texels(0.0).all(|i| strip.colors[i][..3] == bed));
         let rough = |s: f32| texels(s).map(|i| (strip.heights[i + 1] - strip.heights[i]).powi(2)).sum::<f32>();
         assert!(rough(1.0) < 0.05 * rough(-10.0), "{} {}", rough(1.0), rough(-10.0));

@@ -11,7 +11,7 @@ use self::body::{ALONG, AROUND, Body};
 use super::ground::ground;
 use super::sphere::{bake_patches, cube_sphere};
 use super::stage::{Stage, Views};
-use crate::maps::tonemap::srgb_from_linear;
+use crate::maps::srgb::srgb8_from_linear;
 use crate::render::camera::Camera;
 use crate::render::scene::{ColorMap, Object, PointLight};
 use crate::render::surfaces::displacement::{Border, HeightField};
@@ -46,8 +46,8 @@ fn body_object(body: &Body, tile: u32) -> Object {
         let x = at_ring(&body.distance, place.y) / body.length();
         let skin = scales::skin(place.x, at_ring(&body.girths, place.y), x);
         let fade = if patch < tube { (place.y.min(ALONG as f32 - place.y) / 1.5).clamp(0.0, 1.0) } else { 0.0 };
-        let code = |v: f32| (srgb_from_linear(v) * 255.0 + 0.5) as u8;
-        let color = [code(skin.color.x), code(skin.color.y), code(skin.color.z), (skin.roughness * 255.0) as u8];
+        let [r, g, b] = skin.color.to_array().map(srgb8_from_linear);
+        let color = [r, g, b, (skin.roughness * 255.0) as u8];
         (skin.height * at_ring(&widths, place.y).max(0.0) * fade, color)
     });
     let (width, height) = layout.size();

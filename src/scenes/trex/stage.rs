@@ -9,13 +9,9 @@ use crate::render::surfaces::displacement::{Border, HeightField};
 use crate::scenes::ground::{PERIOD as GROUND_PERIOD, ground};
 use crate::scenes::stage::{Stage, Views};
 
-/// Body and props of the animal, both skinned by [`walk::pose`], with atlas tiles of `tile` texels; see [`Trex::load`] for
-/// `progress`.
-///
-/// # Errors
-/// As [`Trex::load`].
-pub fn animal(tile: u32, progress: &(dyn Fn(f32) + Sync)) -> Result<[Object; 2], TrexError> {
-    let trex = Trex::load(tile, progress)?;
+/// Body and props of the animal, both skinned by [`walk::pose`].
+#[must_use]
+pub fn animal(trex: Trex) -> [Object; 2] {
     let (width, height) = trex.layout.size();
     let mut body = trex.body;
     // Colours come from the atlas; vertex colours must not tint them.
@@ -26,7 +22,7 @@ pub fn animal(tile: u32, progress: &(dyn Fn(f32) + Sync)) -> Result<[Object; 2],
         // Keratin, slightly above the usual 0.04.
         .with_specular_f0(0.045);
     let props = Object::new("trex teeth, claws and eyes", trex.props).with_specular_f0(0.05);
-    Ok([body, props])
+    [body, props]
 }
 
 /// The stage, with atlas tiles of `tile` texels; see [`Trex::load`] for `progress`.
@@ -34,7 +30,13 @@ pub fn animal(tile: u32, progress: &(dyn Fn(f32) + Sync)) -> Result<[Object; 2],
 /// # Errors
 /// As [`Trex::load`].
 pub fn trex_stage(tile: u32, progress: &(dyn Fn(f32) + Sync)) -> Result<Stage, TrexError> {
-    let [body, props] = animal(tile, progress)?;
+    Trex::load(tile, progress).map(walking)
+}
+
+/// The stage on which `trex` walks.
+#[must_use]
+pub fn walking(trex: Trex) -> Stage {
+    let [body, props] = animal(trex);
     let middle = Vec3::new(-0.2, 0.0, 2.0);
     let views = Views {
         near: Camera::looking_at(Vec3::new(6.3, -3.0, 3.6), Vec3::new(3.9, 0.0, 3.55), 32.0),
@@ -48,7 +50,7 @@ pub fn trex_stage(tile: u32, progress: &(dyn Fn(f32) + Sync)) -> Result<Stage, T
         let below = Affine3A::from_translation(Vec3::X * steps * GROUND_PERIOD);
         vec![Pose::Skinned(joints.clone()), Pose::Skinned(joints), Pose::Rigid(below)]
     };
-    Ok(Stage::moving(vec![body, props, ground()], views, motion, |time| Vec3::X * walked(time)))
+    Stage::moving(vec![body, props, ground()], views, motion, |time| Vec3::X * walked(time))
 }
 
 /// Metres walked after `time` seconds.

@@ -26,7 +26,7 @@ use super::patch_mesh::{PatchMesh, TileLayout};
 use super::topology::Topology;
 use crate::gpu::vk::Format;
 use crate::gpu::{Buffer, Gpu, GpuError, Image, ImageDesc, Result};
-use crate::maps::tonemap::linear_from_srgb;
+use crate::maps::srgb::linear_of_srgb8;
 
 /// No patch beyond a side.
 const NO_NEIGHBOR: u32 = u32::MAX;
@@ -127,7 +127,7 @@ impl AtlasGpu {
         let coarse_color = match color {
             Some(color) => {
                 let texels: Vec<[u8; 4]> = color.read(SOURCE_LEVEL, 0)?;
-                let linear: Vec<f32> = (0..256).map(|v| linear_from_srgb(v as f32 / 255.0)).collect();
+                let linear = linear_of_srgb8();
                 let texels: Vec<[f32; 4]> = texels
                     .iter()
                     .map(|&[r, g, b, a]| {
