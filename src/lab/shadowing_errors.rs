@@ -1,4 +1,4 @@
-//! How far the models of masking and shadowing are from ray casts: rows of relative errors over a sphere.
+//! Errors of the shadowing models against ray casts: rows of relative errors over a sphere.
 
 use std::f64::consts::PI;
 
@@ -71,7 +71,7 @@ pub struct ShadowingSettings {
     pub tile: u32,
     /// Kind of the relief.
     pub spectrum: Spectrum,
-    /// Of relief and rays.
+    /// Seed of relief and rays.
     pub seed: u64,
 }
 
@@ -104,7 +104,7 @@ fn lights(d: DVec3, variance: f64) -> f64 {
 
 /// Coefficients of a radiance of order 2.
 fn harmonics() -> Sh9 {
-    // The polynomial's terms are basis functions up to a factor, read off where only they differ from 0.
+    // The polynomial's terms are basis functions up to a factor, read off where all others are 0.
     let mut c = [DVec3::ZERO; 9];
     let unit = |k: usize, d: DVec3| sh_basis(d)[k];
     c[0] = DVec3::splat(1.0 / unit(0, DVec3::Z));
@@ -123,7 +123,7 @@ const PROBES: [u32; 3] = [5, 9, 16];
 const PANELS: usize = 8;
 
 /// Every model under every light on a sphere whose relief has the slopes of `surface`, in the frame of each pixel
-/// ([`SpherePixel`]): relative root mean square errors, the truth's noise taken out. A few seconds with the default
+/// ([`SpherePixel`]): relative root mean square errors, the truth's noise subtracted. A few seconds with the default
 /// settings.
 #[must_use]
 pub fn shadowing_errors(surface: Surface, settings: &ShadowingSettings) -> Vec<ShadowingRow> {

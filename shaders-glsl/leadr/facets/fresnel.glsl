@@ -37,7 +37,7 @@ vec3 fresnel_ratio(vec3 difference, vec3 sum, vec3 b) {
 }
 
 // Unpolarised reflectance of a smooth conductor of complex index eta + i k per channel, both >= 0 and held below 1e4.
-// The amplitude formulas as quotients of sums of squares: nothing cancels (src/reflectance/fresnel.rs).
+// The amplitude formulas as quotients of sums of squares: nothing cancels (src/reflectance/facets/fresnel.rs).
 vec3 fresnel_conductor(float cosine, vec3 eta, vec3 k) {
     float c = min(abs(cosine), 1.0);
     float s2 = (1.0 - c) * (1.0 + c);

@@ -6,7 +6,7 @@
 #include "ggx_filtering.glsl"
 
 // A displaced GGX surface under lights and, as a mixture of a few Gaussian surfaces, under environments: GGX is an
-// integral of Gaussians (src/reflectance/ggx_lobes.rs).
+// integral of Gaussians (src/reflectance/integrals/ggx_lobes.rs).
 
 struct GaussianLobe {
     float weight; // share of the slopes; all of them sum to one

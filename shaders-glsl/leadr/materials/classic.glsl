@@ -6,7 +6,7 @@
 #include "../slopes/grid.glsl"
 
 // Blinn-Phong lobes with mipmapped normals, after Toksvig (2005), and what LEAN and CLEAN mapping need of an environment
-// lookup; src/reflectance/classic.rs has the derivations.
+// lookup; src/reflectance/materials/classic.rs has the derivations.
 
 // Exponent of the lobe of a Beckmann roughness: that of the same curvature at its peak (Walter et al. 2007); 0 to 1e6.
 float blinn_phong_exponent(float alpha) {

@@ -4,7 +4,7 @@
 #include "packing.glsl"
 
 // The turn of the surface under a pixel as roughness, in slope space (Tokuyoshi & Kaplanyan 2019 and its supplement).
-// Kernels are covariances (s_xx, s_yy, s_xy). src/reflectance/geometric_antialiasing.rs relates the forms; the kernel of
+// Kernels are covariances (s_xx, s_yy, s_xy). src/reflectance/slopes/geometric_antialiasing.rs relates the forms; the kernel of
 // the normal alone is add_macro_curvature.
 
 const float LEADR_PIXEL_VARIANCE = 0.25; // of the pixel filter, squared pixels

@@ -3,7 +3,7 @@
 
 #include "statistics.glsl"
 
-// The algebra of slope moments (LEADR 4.1-4.2; thesis 3.3 and 5.1). src/reflectance/slope_moments.rs explains each.
+// The algebra of slope moments (LEADR 4.1-4.2; thesis 3.3 and 5.1). src/reflectance/slopes/moments.rs explains each.
 // Steep means cancel against small variances: for one surface per pixel prefer mean and covariance.
 
 struct SlopeMoments {

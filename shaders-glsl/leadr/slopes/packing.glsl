@@ -3,7 +3,7 @@
 
 #include "moments.glsl"
 
-// What a texel stores of its slope moments: LEADR, LEAN and three forms of CLEAN. src/reflectance/slope_packing.rs says
+// What a texel stores of its slope moments: LEADR, LEAN and three forms of CLEAN. src/reflectance/slopes/packing.rs says
 // which form of CLEAN to take and proves the conservative one.
 
 // Variances of S along its principal axes, the larger first.

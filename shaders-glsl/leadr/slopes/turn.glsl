@@ -4,7 +4,7 @@
 #include "statistics.glsl"
 
 // Slope statistics of a surface seen from another frame than its own, to first order about its mean normal, and their
-// sum over surfaces. src/reflectance/slope_turn.rs derives both.
+// sum over surfaces. src/reflectance/slopes/turn.rs derives both.
 
 // A part of a surface over a common plane.
 struct SlopePart {

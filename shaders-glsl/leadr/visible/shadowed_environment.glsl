@@ -6,7 +6,7 @@
 #include "../integrals/sh.glsl"
 #include "../slopes/grid.glsl"
 
-// Diffuse environments with the shadows that the surface throws on itself, one irradiance lookup; src/reflectance/shadowed_environment.rs derives it.
+// Diffuse environments with the shadows that the surface throws on itself, one irradiance lookup; src/reflectance/visible/shadowed_environment.rs derives it.
 
 // What the viewer sees of the mesosurface.
 struct VisibleTilt {

@@ -5,7 +5,7 @@
 #include "specular.glsl"
 
 // Specular environments with the shadows that the surface throws on itself, for rules with few probes
-// (src/reflectance/shadowed_specular.rs). Once per pixel
+// (src/reflectance/visible/shadowed_specular.rs). Once per pixel
 //     VisibleProbes probes = visible_probes(wo, m, S);
 //     DirectionArea o = direction_area(wo, probes.m, probes.cholesky);
 // and for each probe, before it is looked up,

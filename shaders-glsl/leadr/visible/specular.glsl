@@ -8,7 +8,7 @@
 // Specular reflection of an environment by a few probes among the visible slopes: nodes on rings in the plane of two standard
 // normals, carried to the surface by the covariance of its slopes and, along the view azimuth, by the moments of those
 // that are seen. Each probe covers the solid angle that its node stands for; weights sum to one, so there is no division, and
-// a constant environment gives its own value. src/reflectance/visible_specular.rs derives it. Once per pixel
+// a constant environment gives its own value. src/reflectance/visible/specular.rs derives it. Once per pixel
 //     VisibleProbes probes = visible_probes(wo, m, S);
 // and for i in 0..n-1, n = 5, 9 or 16
 //     VisibleProbe p = visible_probe(probes, wo, probe_node(n, i, probes.wide));

@@ -25,9 +25,9 @@ pub struct Comparison {
 
 /// Compares two linear pictures of the same size.
 ///
-/// FLIP (Andersson et al. 2020, the LDR metric, 67 pixels per degree: a 0.7 m wide 4K screen at 0.7 m) looks at both
+/// FLIP (Andersson et al. 2020, the LDR metric, 67 pixels per degree: a 0.7 m wide 4K screen at 0.7 m) compares both
 /// after the same `exposure` and `tonemap`; for pictures that came from PNG use exposure 1 and [`Tonemap::Clamp`],
-/// which give back the file's codes. The norms look at the linear values. Fails when the sizes differ, or when either
+/// which give back the file's codes. The norms compare the linear values. Fails when the sizes differ, or when either
 /// holds NaN or infinity (a NaN would pass every threshold).
 pub fn compare(reference: &RgbImage, test: &RgbImage, exposure: f32, tonemap: Tonemap) -> Result<Comparison, MapFault> {
     check_sizes(reference, test)?;
@@ -101,8 +101,8 @@ fn for_each_channel(
 }
 
 impl Comparison {
-    /// Mean FLIP error over the pixels of `mask`, 0 when there is none. FLIP itself has looked at the whole pictures,
-    /// so what lies within its few pixels of blur around the mask still matters. Panics unless the sizes agree.
+    /// Mean FLIP error over the pixels of `mask`, 0 when there is none. FLIP itself compares the whole pictures,
+    /// so pixels within its blur, a few pixels around the mask, still matter. Panics unless the sizes agree.
     #[must_use]
     pub fn flip_over(&self, mask: &Mask) -> f64 {
         assert_eq!((self.width, self.height), (mask.width, mask.height), "a mask of another size");
@@ -187,7 +187,7 @@ mod tests {
         assert!(nudged.flip < 1e-3 && (nudged.rrmse / 1e-5 - 1.0).abs() < 0.05, "{} {}", nudged.flip, nudged.rrmse);
     }
 
-    /// Two thirds of the picture are left out, and with them the fault that lies there.
+    /// Two thirds of the picture are masked out, and the fault that lies there with them.
     #[test]
     fn masks_leave_faults_out() {
         let coverage: Vec<f32> = (0..SIZE * SIZE).map(|i| if i % SIZE < SIZE / 3 { 1.0 } else { 0.0 }).collect();

@@ -1,10 +1,10 @@
-//! What flickers in a sequence: the change of pixels from one picture to the next that the truth does not have.
+//! Flicker of a sequence: changes of pixels from one picture to the next that the truth does not have.
 //!
-//! A camera that moves away shrinks what it sees, so that neighbouring pictures are no copies of each other even of a
-//! perfect renderer. Two things take that out. The earlier picture is brought into the frame of the later one first
-//! ([`shrunk`]: exact for what lies in the plane of the camera's target, near it for the rest), and what is left is
-//! held against the same difference of a reference ([`excess`]): the filter of the resampling, the parallax and the light
-//! that really changes are in both and cancel, popping and aliasing are not.
+//! A camera that moves away shrinks what it sees, so even a perfect renderer's neighbouring pictures differ. Two steps
+//! remove that difference. First the earlier picture is brought into the frame of the later one ([`shrunk`]: exact in the
+//! plane of the camera's target, nearly so elsewhere). Then the remaining change is compared with that of a reference
+//! ([`excess`]): the blur of the resampling, the parallax and real changes of light are in both and cancel; popping and
+//! aliasing do not.
 
 use super::Mask;
 use crate::maps::{MapFault, RgbImage};
@@ -21,7 +21,7 @@ pub struct Magnitude {
 }
 
 /// `image` seen from `ratio` (1 or more) times as far: about the middle of the picture, each pixel of the result is the
-/// mean over the `ratio × ratio` pixels that it covers in `image` (areas weigh; the border's colours go on beyond it).
+/// mean over the `ratio × ratio` pixels that it covers in `image` (weighted by area; the border's colours continue beyond it).
 ///
 /// Fails when `ratio` is below 1 or not finite.
 pub fn shrunk(image: &RgbImage, ratio: f64) -> Result<RgbImage, MapFault> {
@@ -164,7 +164,7 @@ mod tests {
         assert!((shrunk(&near, 1.3).unwrap().at(0, 0)[0] - 0.05).abs() < 1e-6, "the border goes on");
     }
 
-    /// A pop of 20 % in 16 of 2304 pixels stands out of a zoom, and its height and its share of the mean are found.
+    /// A pop of 20 % in 16 of 2304 pixels stands out from a zoom; its height and its share of the mean are found.
     #[test]
     fn popping_is_seen_against_the_reference() {
         let (near, far, popped) = (disc(1.0, 8, false), disc(1.05, 8, false), disc(1.05, 8, true));

@@ -98,7 +98,7 @@ mod tests {
         assert_eq!((mask.eroded(2).count(), mask.eroded(9).count()), (0, 0));
         assert_eq!(mask.without(&inner).count(), 14);
         assert_eq!(mask.and(&inner), inner);
-        // The border of the picture is no edge of what is seen.
+        // The border of the picture does not count as a silhouette.
         assert_eq!(Mask::all(4, 4).eroded(2).count(), 16);
         coverage[3 * 9 + 3] = f32::NAN;
         assert_eq!(Mask::covered(9, 8, &coverage, 0.5).unwrap().count(), 19);

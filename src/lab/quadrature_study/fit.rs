@@ -42,7 +42,7 @@ impl Training {
             .zip(&self.truth)
             .flat_map_iter(|(surface, truth)| {
                 let v = moments_by_terms(surface.wo, surface.m, surface.s, terms);
-                // Smoother surfaces are the more frequent ones and must not be left to chance.
+                // Smoother surfaces are more frequent in pictures, so their errors weigh more.
                 let weight = 1.0 / (0.1 + surface.roughness()).sqrt();
                 self.environments.iter().map(move |e| weight * (e.radiance(&v) - e.radiance(truth)))
             })
@@ -57,7 +57,7 @@ impl Training {
     }
 }
 
-/// Terms on a geometric ladder of exponents that give a smooth surface exactly: where a fit may start.
+/// Terms on a geometric ladder of exponents that are exact for a smooth surface: a start for a fit.
 #[must_use]
 pub fn plain_terms(n: usize) -> Vec<Term> {
     // ∫ t^(−1/2) exp(−t x) dt and ∫ exp(−t x) dt give the two inverses of |N|, x = |N|².
@@ -75,7 +75,7 @@ fn exact_when_smooth(mut terms: Vec<Term>) -> Vec<Term> {
     terms
 }
 
-/// What is free: all but the last weight of `1/|N|` (above) and the first of `1/|N|²` (its unit is free).
+/// The free parameters: all but the last weight of `1/|N|` (above) and the first of `1/|N|²` (its unit is free).
 fn unknowns(terms: &[Term]) -> Vec<f64> {
     let last = terms.len() - 1;
     let mut p = Vec::new();

@@ -1,11 +1,11 @@
 //! Where the rings for wide lobes of [`visible_specular`](crate::reflectance::visible::specular) and the two constants of
-//! [`shadowed_specular`](crate::reflectance::visible::shadowed_specular) come from: least squares of what random rough surfaces reflect of
-//! random lobes, without shadows and with them.
+//! [`shadowed_specular`](crate::reflectance::visible::shadowed_specular) come from: a least-squares fit to the reflection of random lobes in
+//! random rough surfaces, with and without shadows.
 //!
-//! Of each ring the radius, weight and cover in wide lobes are free; what they are in narrow ones is held, and so are the
-//! azimuths. Every surface gives four errors: of the radiance without shadows, of the radiance with them, of what is lit
-//! in a white room, and of the mean Fresnel term. The first three count in units of what the paper's 5×5 grid errs among surfaces as
-//! rough under lobes as sharp, so that the roughest surfaces do not decide alone; sharp lobes by half, the white room threefold.
+//! Radius, weight and cover of each ring in wide lobes are free; those for narrow lobes and the azimuths are fixed. Every
+//! surface gives four errors: of the radiance without shadows, of the radiance with them, of the lit part of a white room,
+//! and of the mean Fresnel term. The first three are measured in units of the 5×5 grid's error over surfaces as rough under
+//! lobes as sharp, so that the roughest surfaces do not decide alone; sharp lobes weigh half, the white room threefold.
 //!
 //! `cargo run --release --example 12_fit_probes` runs it.
 
@@ -26,7 +26,7 @@ use crate::reflectance::visible::specular::{
 use glam::DVec3;
 use rayon::prelude::*;
 
-/// What a fit finds.
+/// Result of a fit.
 #[derive(Clone, Debug, PartialEq)]
 pub struct WideProbes {
     /// The rings in wide lobes.
@@ -154,7 +154,7 @@ fn unknowns(probes: &WideProbes) -> Vec<f64> {
     rings.chain(probes.shadows).map(f64::ln).collect()
 }
 
-/// What these unknowns stand for, with rings of as many nodes as `like` has.
+/// The rings and constants that these unknowns stand for, with rings of as many nodes as `like` has.
 fn of_unknowns(p: &[f64], like: &WideProbes) -> WideProbes {
     let mut p = p.iter().map(|p| p.exp());
     let mut next = || p.next().expect("as many unknowns as there are");

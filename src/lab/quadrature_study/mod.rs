@@ -1,9 +1,9 @@
-//! What the rules of this library cost in accuracy: every rule for integrals over visible slopes against converged
+//! How accurate the rules of this library are: every rule for integrals over visible slopes against converged
 //! integrals, over random surfaces, viewers and environments. The tables of `docs/measurements/quadrature.md`.
 //!
 //! [`diffuse`]: order-2 irradiance. [`light`]: one light's clamped cosine. [`specular`]: an environment of lobes, smooth or
 //! sharp, prefiltered as a mip chain would. [`fit`], [`fit_probes`]: the constants of these rules. [`sweep`]: how far the result moves per
-//! step of slow sweeps.
+//! step of a slow sweep.
 
 pub mod diffuse;
 pub mod fit;

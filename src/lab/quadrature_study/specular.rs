@@ -37,7 +37,7 @@ impl Sharpness {
     }
 }
 
-/// A von Mises–Fisher lobe and what is left of it in every mip level.
+/// A von Mises–Fisher lobe, and its blurred form in every mip level.
 #[derive(Clone, Debug)]
 struct Lobe {
     direction: DVec3,
@@ -69,7 +69,7 @@ fn concentration(a: f64) -> f64 {
 }
 
 impl Lobes {
-    /// Of one lobe, without anything around it.
+    /// One lobe with nothing around it.
     #[must_use]
     pub fn single(direction: DVec3, k: f64) -> Self {
         Self { ambient: 0.0, lobes: vec![Lobe::new(direction, k, 1.0)] }

@@ -1,8 +1,8 @@
-//! Rays against a [`Tile`]: first hits from above, and whether a ray that starts on the surface gets away.
+//! Rays against a [`Tile`]: first hits from above, and whether a ray that starts on the surface escapes.
 //!
 //! Between the crossings with the lines of the lattice (and its diagonals) both the ray and the surface under it are
-//! straight, so a ray is below the surface somewhere on a stretch exactly when it is at one of its ends: no tolerance
-//! in length, no gap between triangles, and nothing to offset a start by. [`BELOW`] only absorbs rounding.
+//! straight, so a ray is below the surface somewhere on such a stretch exactly when it is below at one of the ends: no
+//! tolerance in length, no gap between triangles, and no offset at the start. [`BELOW`] only absorbs rounding.
 
 use glam::{DVec2, DVec3};
 
@@ -51,7 +51,7 @@ pub(super) fn first_hit(tile: &Tile, over: DVec2, direction: DVec3) -> Option<Pl
     walk(tile, origin, -direction, cell, tile.top())
 }
 
-/// Whether a ray from a place on the surface gets away in `direction`, which must leave the surface there.
+/// Whether a ray from a place on the surface escapes in `direction`, which must leave the surface there.
 pub(super) fn escapes(tile: &Tile, from: &Place, direction: DVec3) -> bool {
     if direction.z <= 0.0 {
         return false;

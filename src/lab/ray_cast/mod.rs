@@ -1,18 +1,18 @@
-//! Ground truth without a renderer: rays against displaced patches whose slopes have a prescribed mean and covariance.
+//! Ground truth without a renderer: rays cast against displaced patches whose slopes have a prescribed mean and covariance.
 //!
 //! A [`Tile`] is a periodic Gaussian height field made by Fourier synthesis from a [`Spectrum`], of flat triangles. A
 //! [`Patch`] stretches, shears and tilts it so that its slopes have exactly the wanted moments, and answers what a viewer sees:
 //! areas, slopes, the radiance of diffuse facets and of mirrors under lights and environments, with shadows and without.
-//! [`SphereTruth`] makes pictures of spheres of it. Light is reflected once; what is blocked is black.
+//! [`SphereTruth`] makes pictures of spheres with such relief. Light is reflected once; what is blocked is black.
 //!
 //! Directions are those of [`reflectance`](crate::reflectance): in the frame of the macrosurface, away from it, slopes
 //! `(−n.x/n.z, −n.y/n.z)`.
 //!
 //! # What limits it
 //!
-//! Rays have no offset and no gap, so there is no leak at grazing angles beyond rounding. What is left: one tile
-//! is one surface (its own [`facing_area`](Patch::facing_area) strays from the closed form; use several seeds), slopes of a
-//! finite number of correlation lengths are Gaussian only to about their number to the power −1/2, and triangles flatten
+//! Rays need no offset and meet no gap, so nothing leaks at grazing angles beyond rounding. Errors that remain: one tile
+//! is one surface (its own [`facing_area`](Patch::facing_area) strays from the closed form; use several seeds), over a
+//! finite number `n` of correlation lengths slopes are Gaussian only to about `n^−1/2`, and triangles flatten
 //! what is between lattice points (moments are met after that, so only the order of 1/`correlation`² of shape is
 //! lost; `tests/lab/ray_cast.rs` measures it).
 

@@ -15,7 +15,7 @@ use crate::reflectance::frame::{frame_about, from_frame};
 use crate::reflectance::random::Random;
 use crate::reflectance::slopes::grid::normal_of_slope;
 
-/// A displaced patch without end: the facets of a [`Tile`] with slopes of exactly this mean and covariance.
+/// An endless displaced patch: the facets of a [`Tile`] with slopes of exactly this mean and covariance.
 #[derive(Clone, Copy, Debug)]
 pub struct Patch<'a> {
     tile: &'a Tile,
@@ -40,8 +40,8 @@ pub struct Facet {
 pub struct Estimate<const K: usize> {
     /// Over all rays.
     pub mean: [f64; K],
-    /// Over two halves of the rays that share none: their difference tells the noise of the rays (not how far this one
-    /// tile is from all others; for that, use tiles of other seeds).
+    /// Over two halves of the rays that share none: their difference estimates the noise of the rays (not how far this one
+    /// tile differs from others; for that, use tiles of other seeds).
     pub halves: [[f64; K]; 2],
 }
 
@@ -84,7 +84,7 @@ impl<'a> Patch<'a> {
         Self { tile, mean: m, covariance: s, factor: cholesky(s) * cholesky(tile.covariance()).inverse() }
     }
 
-    /// A direction as the lattice has it. Its height is the projected area of the mesosurface.
+    /// A direction in the frame of the lattice. Its height is the projected area of the mesosurface.
     fn lattice(&self, w: DVec3) -> DVec3 {
         (self.factor.transpose() * w.xy()).extend(meso_area(w, self.mean))
     }

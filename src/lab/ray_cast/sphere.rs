@@ -48,7 +48,7 @@ pub struct SphereTruth<const K: usize> {
 /// How a picture differs from the truth. All relative to the mean of the truth over the same pixels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SphereError {
-    /// Root mean square, what the truth's own noise adds taken out; negative where the noise was overestimated (then
+    /// Root mean square with the truth's own noise subtracted; negative where the noise was overestimated (then
     /// minus the root of what the mean square lacks): the difference is too small to be seen.
     pub rmse: f64,
     /// The same with the noise.
