@@ -10,7 +10,7 @@ use leadr::maps::{load_environment, load_height_map};
 use leadr::render::frame::{FrameOutput, Renderer};
 use leadr::render::light::environment::{Environment, FACE_SIZE};
 use leadr::render::light::sky::Sky;
-use leadr::render::settings::{RenderSettings, ShadingSettings, Technique};
+use leadr::render::settings::{RenderSettings, Technique};
 use leadr::scenes::stage::{Lights, Relief, sphere_stage};
 
 const STEPS: i32 = 40;
@@ -39,7 +39,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         for i in 0..STEPS {
             let distance = 5.0 * 10f32.powf(i as f32 / (STEPS - 1) as f32);
             let camera = stage.views.mid.at_distance(distance);
-            let shading = ShadingSettings { technique, ..Default::default() };
+            let shading = technique.into();
             let settings =
                 RenderSettings { size: (256, 256), samples: 4, shading, shadows: false, ..Default::default() };
             luminances.push(mean_luminance(&renderer.render(&stage.state(0.0, &camera, &lights), &settings)?));

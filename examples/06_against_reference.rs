@@ -15,7 +15,7 @@ use leadr::reflectance::masking::shadowing::Shadowing;
 use leadr::render::frame::Renderer;
 use leadr::render::light::environment::{Environment, FACE_SIZE};
 use leadr::render::light::sky::Sky;
-use leadr::render::settings::{RenderSettings, ShadingSettings, Technique};
+use leadr::render::settings::{RenderSettings, ShadingOptions, Technique};
 use leadr::render::surfaces::tessellation::TessellationSettings;
 use leadr::scenes::stage::{Lights, Relief, sphere_stage};
 use leadr::scenes::trex::stage::trex_stage;
@@ -51,7 +51,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         let settings = RenderSettings {
             size: (128, 128),
             samples,
-            shading: ShadingSettings { technique, shadowing, ..Default::default() },
+            shading: technique.with(ShadingOptions { shadowing, ..Default::default() }),
             tessellation: TessellationSettings { to_texels: technique == Technique::Reference, ..Default::default() },
             ..Default::default()
         };

@@ -14,7 +14,7 @@ use leadr::render::light::environment::Environment;
 use leadr::render::light::sky::Sky;
 use leadr::render::passes::accumulate::Accumulation;
 use leadr::render::scene::{FrameState, Object, Pose};
-use leadr::render::settings::{RenderSettings, ShadingSettings, Technique};
+use leadr::render::settings::{RenderSettings, ShadingOptions, Technique};
 use leadr::render::surfaces::displacement::{Border, HeightField};
 use leadr::render::surfaces::tessellation::TessellationSettings;
 use leadr::scenes::plane::{even, plane};
@@ -42,10 +42,9 @@ fn main() -> Result<(), Box<dyn Error>> {
                     size: (32, 16),
                     samples: most,
                     seed,
-                    shading: ShadingSettings { technique: Technique::Reference, ..Default::default() },
+                    shading: Technique::Reference.with(ShadingOptions { relief_shadows, ..Default::default() }),
                     tessellation: TessellationSettings { to_texels: true, ..Default::default() },
                     shadows: false,
-                    relief_shadows,
                     ..Default::default()
                 };
                 part.add(&renderer.render_range(&state, &settings, done..end)?.color, end - done);

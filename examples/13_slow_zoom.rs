@@ -10,7 +10,7 @@ use leadr::lab::metrics::Mask;
 use leadr::render::frame::Renderer;
 use leadr::render::light::environment::{Environment, FACE_SIZE};
 use leadr::render::light::sky::Sky;
-use leadr::render::settings::{Quadrature, RenderSettings, ShadingSettings};
+use leadr::render::settings::{Probes, Quadrature, RenderSettings, ShadingOptions, Technique};
 use leadr::scenes::stage::{Lights, Relief, Stage, plane_stage, sphere_stage};
 use leadr::scenes::studio::studio;
 
@@ -41,15 +41,14 @@ fn main() -> Result<(), Box<dyn Error>> {
         for (rule, quadrature, edge_samples) in [
             ("5x5", Quadrature::Grid(5), 1),
             ("32x32", Quadrature::Grid(32), 1),
-            ("9 probes", Quadrature::VisibleSlopes(9), 1),
-            ("16 probes", Quadrature::VisibleSlopes(16), 1),
-            ("16, 16 edge samples", Quadrature::VisibleSlopes(16), 16),
+            ("9 probes", Quadrature::VisibleSlopes(Probes::Nine), 1),
+            ("16 probes", Quadrature::VisibleSlopes(Probes::Sixteen), 1),
+            ("16, 16 edge samples", Quadrature::VisibleSlopes(Probes::Sixteen), 16),
         ] {
             let settings = RenderSettings {
                 size: (SIZE, SIZE),
-                edge_samples,
                 displacement: false,
-                shading: ShadingSettings { quadrature, ..Default::default() },
+                shading: Technique::Leadr.with(ShadingOptions { quadrature, edge_samples, ..Default::default() }),
                 ..Default::default()
             };
             let frames = (0..=STEPS).map(|k| {

@@ -93,7 +93,7 @@ pub use self::{
         light::{environment::Environment, sky::Sky},
         passes::accumulate::Accumulation,
         scene::{ColorMap, FrameState, MAX_POINT_LIGHTS, Object, PointLight, Pose, Sun},
-        settings::{DiffuseLights, Quadrature, RenderSettings, ShadingSettings, Technique, Terms},
+        settings::{DiffuseLights, Probes, Quadrature, RenderSettings, Shading, ShadingOptions, Technique, Terms},
         surfaces::{
             displacement::{Border, HeightField},
             patch_mesh::{PatchMesh, SkinWeights},

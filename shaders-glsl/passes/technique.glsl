@@ -1,26 +1,30 @@
-// Techniques, as src/render/settings.rs counts them.
+// What a technique needs of the passes: constants that src/render/settings/technique.rs sets. Which technique it is no shader
+// knows.
 #ifndef LEADR_TECHNIQUE
 #define LEADR_TECHNIQUE
 
-const int TECHNIQUE_CONSTANT = 0;
-const int TECHNIQUE_BLINN_PHONG = 1;
-const int TECHNIQUE_NORMAL_MIP = 2;
-const int TECHNIQUE_TOKSVIG = 3;
-const int TECHNIQUE_CLEAN = 4;
-const int TECHNIQUE_LEAN = 5;
-const int TECHNIQUE_LEADR = 6;
-const int TECHNIQUE_LEADR_GGX = 7;
-const int TECHNIQUE_REFERENCE = 8;
+// Functions that shade pixels.
+const int FAMILY_UNLIT = 0;       // the albedo
+const int FAMILY_BLINN_PHONG = 1; // a Blinn-Phong lobe about the mean normal
+const int FAMILY_TOKSVIG = 2;     // the same, as rough as the mean normal is short
+const int FAMILY_LEAN = 3;        // a Beckmann lobe of the slopes, without projected areas
+const int FAMILY_LEADR = 4;       // integrals over the visible slopes
 
-layout(constant_id = 0) const int TECHNIQUE = TECHNIQUE_LEADR;
+layout(constant_id = 0) const int FAMILY = FAMILY_LEADR;
 
-// Finest level of the maps: supersampling does the filtering.
-const bool FINEST_LEVEL = TECHNIQUE == TECHNIQUE_REFERENCE;
-// Looks at mean slopes at all.
-const bool USES_SLOPES = TECHNIQUE != TECHNIQUE_CONSTANT;
-// Looks at the covariance of slopes.
-const bool USES_COVARIANCE = TECHNIQUE > TECHNIQUE_NORMAL_MIP;
-// Adds what the macrosurface itself turns under the pixel.
-const bool USES_CURVATURE = (1 << TECHNIQUE & (1 << TECHNIQUE_LEADR | 1 << TECHNIQUE_LEADR_GGX)) != 0;
+layout(constant_id = 20) const bool USES_SLOPES = true;
+layout(constant_id = 21) const bool USES_COVARIANCE = true;
+layout(constant_id = 22) const bool ISOTROPIC_COVARIANCE = false; // one variance for all directions
+layout(constant_id = 23) const bool FINEST_LEVEL = false;         // of the maps: samples per pixel do the filtering
+layout(constant_id = 24) const bool GGX_BASE = false;             // the base material is GGX, not Beckmann
+layout(constant_id = 25) const bool USES_CURVATURE = true;        // the turn of the macrosurface under a pixel counts as roughness
+layout(constant_id = 26) const bool TILTS_TO_EDGE = true;         // mean slopes that face away from the viewer tilt until they are seen edge-on
+
+// The covariance that the technique shades with, from all of what was measured under a pixel (S) and the part of it that is
+// in no map, which is roughness to every technique.
+vec3 technique_covariance(vec3 S, vec3 in_no_map) {
+    vec3 kept = USES_COVARIANCE ? S : in_no_map;
+    return ISOTROPIC_COVARIANCE ? vec3(vec2(0.5 * (kept.x + kept.y)), 0.0) : kept;
+}
 
 #endif

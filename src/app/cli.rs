@@ -55,7 +55,7 @@ pub struct DeviceArgs {
 pub enum Command {
     /// Look around the scene in a window
     #[cfg(feature = "window")]
-    #[command(after_help = DEMO_KEYS)]
+    #[command(after_help = demo_keys())]
     Demo(Box<DemoArgs>),
     /// Render a picture or a sequence without a window
     #[command(after_help = CAPTURE_EXAMPLES)]
@@ -79,15 +79,22 @@ const DEMO_KEYS: &str = "In the window:
   space                        stop time, let it run
   left, right                  half a second back or on
   , .                          a frame back or on
-  1 2 3                        LEADR, mipmapped normals, reference
-  4 5 6 7 8 9                  LEAN, CLEAN, Toksvig, Blinn-Phong, LEADR-GGX, constant
-  g                            the paper's grid, or the visible-slope rules
+TECHNIQUES  g                            the paper's grid, or the visible-slope rules
   v                            shadowing model: masking alone, Smith, correlated
   [ ]                          the sun half an hour back or on
   t                            the sun stands, a day in two minutes, in twenty seconds
   r                            the view and time of the beginning
   s, F12                       save a screenshot into out/
   q, Esc                       end";
+
+/// [`DEMO_KEYS`] with those of the techniques, in the order of the keys.
+#[cfg(feature = "window")]
+fn demo_keys() -> String {
+    let mut techniques = Technique::ALL;
+    techniques.sort_unstable_by_key(|technique| technique.key());
+    let lines = techniques.map(|technique| format!("  {:<28} {}\n", technique.key(), technique.name()));
+    DEMO_KEYS.replace("TECHNIQUES", &lines.concat())
+}
 
 const CAPTURE_EXAMPLES: &str = "Examples:
   leadr capture                                       the T-rex, into out/

@@ -11,7 +11,7 @@ use super::error::AppError;
 use super::frames::{FRAME, FileKind, OutputPattern, Timeline};
 use super::values::{CameraChoice, EnvironmentChoice, Layer, SceneKind, Size, Sun};
 use super::waves::Waves;
-use crate::render::settings::{ShadingSettings, Technique};
+use crate::render::settings::Shading;
 
 /// From where the scene is seen, with a camera file read.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -49,11 +49,9 @@ pub struct SceneConfig {
     pub day_length: Option<f32>,
     /// How the surface is filtered and shaded.
     #[serde(flatten)]
-    pub shading: ShadingSettings,
+    pub shading: Shading,
     /// Whether heights move the surface.
     pub displacement: bool,
-    /// Whether the reference's bumps shadow each other.
-    pub relief_shadows: bool,
     /// Screen pixels per triangle.
     pub triangle_pixels: f32,
     /// From where.
@@ -64,8 +62,6 @@ pub struct SceneConfig {
     pub size: Size,
     /// Samples per pixel.
     pub samples: u32,
-    /// Places per sample where outlines are looked for; 1 without.
-    pub edge_samples: u32,
     /// Seed of the sample positions.
     pub seed: u64,
     /// Stops over what the sun asks for, for PNG and window.
@@ -98,15 +94,7 @@ impl SceneConfig {
             let fault = "--time-of-day and --day-length are for --environment sky; a picture has its own light";
             return Err(AppError::Usage(fault.into()));
         }
-        let shading = a.shading.resolve()?;
-        if a.relief_shadows && shading.technique != Technique::Reference {
-            let fault = "--relief-shadows is for --technique reference; --masking says what the others do";
-            return Err(AppError::Usage(fault.into()));
-        }
-        if a.edge_samples > 1 && shading.technique == Technique::Reference {
-            let fault = "--edge-samples is for techniques that filter; --technique reference takes --samples";
-            return Err(AppError::Usage(fault.into()));
-        }
+        let shading = a.shading.resolve(a.edge_samples, a.relief_shadows)?;
         let view = match &a.camera {
             CameraChoice::Near => View::Near,
             CameraChoice::Mid => View::Mid,
@@ -124,13 +112,11 @@ impl SceneConfig {
             day_length: a.day_length,
             shading,
             displacement: !a.no_displacement,
-            relief_shadows: a.relief_shadows,
             triangle_pixels: a.triangle_pixels,
             view,
             distance: a.distance,
             size: a.size,
             samples: a.samples,
-            edge_samples: a.edge_samples,
             seed: a.seed,
             exposure: a.exposure,
             atlas_tile: a.atlas_tile,
@@ -272,15 +258,16 @@ pub(super) mod tests {
         ])
         .unwrap();
         let scene = &config.scene;
-        assert_eq!((scene.kind, scene.shading.technique), (SceneKind::Plane, Technique::NormalMip));
+        assert_eq!((scene.kind, scene.shading.technique()), (SceneKind::Plane, Technique::NormalMip));
         assert_eq!((scene.height_map.as_deref(), scene.height_scale), (Some("h.png".as_ref()), 0.5));
         assert_eq!((scene.sun.azimuth, scene.sun.elevation), (-30.0, 60.0));
         let shading = scene.shading;
-        assert_eq!((shading.quadrature, shading.shadowing), (Quadrature::Grid(7), Shadowing::None));
-        assert_eq!((shading.terms, scene.displacement), (Terms::DIFFUSE_LIGHTS, false));
+        let integral = shading.integral().unwrap();
+        assert_eq!((integral.quadrature, integral.shadowing), (Quadrature::Grid(7), Shadowing::None));
+        assert_eq!((shading.terms(), scene.displacement), (Terms::DIFFUSE_LIGHTS, false));
         assert_eq!((scene.view, scene.distance), (View::Near, Some(7.0)));
         assert_eq!((scene.size, scene.samples, scene.seed), (Size { width: 64, height: 32 }, 9, 4));
-        assert_eq!(scene.edge_samples, 8);
+        assert_eq!(shading.edge_samples(), Some(8));
         assert_eq!((scene.exposure, scene.atlas_tile, scene.roughness), (-1.5, 32, Some(0.2)));
         assert_eq!((scene.device.as_deref(), scene.validation), (Some("llvmpipe"), true));
         assert_eq!(config.layers, [Layer::Depth, Layer::Lod]);

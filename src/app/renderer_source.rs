@@ -9,7 +9,7 @@ use super::stage::{self, Animation, Inputs, Set};
 use super::values::Layer;
 use crate::gpu::{Gpu, GpuOptions};
 use crate::render::frame::{Layer as GBufferLayer, Renderer};
-use crate::render::settings::{RenderSettings, Technique};
+use crate::render::settings::RenderSettings;
 use crate::render::surfaces::tessellation::TessellationSettings;
 
 /// Draws an [`Animation`] with a [`Renderer`] that holds its objects.
@@ -51,13 +51,11 @@ pub fn render_settings(config: &SceneConfig) -> RenderSettings {
         size: (config.size.width, config.size.height),
         samples: config.samples,
         seed: config.seed,
-        edge_samples: config.edge_samples,
         shading: config.shading,
         displacement: config.displacement,
-        relief_shadows: config.relief_shadows,
         tessellation: TessellationSettings {
             pixels_per_triangle: config.triangle_pixels,
-            to_texels: config.shading.technique == Technique::Reference,
+            to_texels: config.shading.technique().is_reference(),
             ..Default::default()
         },
         ..Default::default()

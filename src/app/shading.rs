@@ -5,9 +5,9 @@ use clap::{Args, ValueEnum};
 
 use super::error::AppError;
 use crate::reflectance::masking::shadowing::Shadowing;
-use crate::render::settings::{DiffuseLights, Quadrature, ShadingSettings, Technique, Terms};
+use crate::render::settings::{DiffuseLights, Probes, Quadrature, Shading, ShadingOptions, Technique, Terms};
 
-/// Where the integrals over visible slopes are sampled.
+/// How the integrals over visible slopes are sampled.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Rule {
     /// The paper's N by N grid, see --grid.
@@ -22,7 +22,7 @@ pub struct ShadingArgs {
     /// How the surface is filtered and shaded
     #[arg(long, value_name = "NAME", value_parser = techniques(), default_value = "leadr")]
     pub technique: Technique,
-    /// Where light is sampled [default: grid with --grid, else visible]
+    /// How the integrals over slopes are sampled [default: grid with --grid, else visible]
     #[arg(long, value_enum)]
     pub rule: Option<Rule>,
     /// Light each pixel through N by N slope samples, 1 to 128 [default of --rule grid: 5]
@@ -30,8 +30,8 @@ pub struct ShadingArgs {
     pub grid: Option<u32>,
     /// Look the environment up N times per pixel: 5, 9 or 16 [default: 16]
     #[arg(long, value_name = "N", conflicts_with = "grid", value_parser = probes)]
-    pub probes: Option<u32>,
-    /// Which facets that the viewer sees are left dark because others hide the light from them [default: correlated]
+    pub probes: Option<Probes>,
+    /// Which visible facets are left dark because others hide the light from them [default: correlated]
     #[arg(long, value_name = "KIND", value_parser = shadowing_models())]
     pub masking: Option<Shadowing>,
     /// Which light counts: all, or some of specular-lights, diffuse-lights, specular-environment, diffuse-environment
@@ -40,36 +40,58 @@ pub struct ShadingArgs {
     /// Diffuse light of the sun and of point lights [default: cosine]
     #[arg(long, value_name = "KIND", value_parser = diffuse_lights())]
     pub diffuse_lights: Option<DiffuseLights>,
-    /// Count the turn of the smooth surface under a pixel as roughness, which the paper does not [default: on]
+    /// Count the curvature of the smooth surface under a pixel as roughness, which the paper does not [default: on]
     #[arg(long, value_name = "on|off", value_parser = on_off)]
     pub pixel_kernel: Option<bool>,
 }
 
 /// Probes of the rules when only `--rule visible` is given.
-const DEFAULT_PROBES: u32 = 16;
+const DEFAULT_PROBES: Probes = Probes::Sixteen;
 /// Side of the grid when only `--rule grid` is given: the paper's.
 const DEFAULT_GRID: u32 = 5;
 
 impl ShadingArgs {
-    /// The settings these flags mean.
+    /// The shading that these flags mean, with two that stand elsewhere: `--edge-samples` (1: none) and `--relief-shadows`.
     ///
     /// # Errors
     /// [`AppError::Usage`] if they contradict each other.
-    pub fn resolve(&self) -> Result<ShadingSettings, AppError> {
+    pub fn resolve(&self, edge_samples: u32, relief_shadows: bool) -> Result<Shading, AppError> {
+        let quadrature = self.quadrature()?;
+        self.refuse_foreign_flags(edge_samples, relief_shadows)?;
+        let default = ShadingOptions::default();
+        let shading = self.technique.with(ShadingOptions {
+            terms: self.terms,
+            quadrature,
+            shadowing: self.masking.unwrap_or(default.shadowing),
+            diffuse_lights: self.diffuse_lights.unwrap_or(default.diffuse_lights),
+            pixel_kernel: self.pixel_kernel.unwrap_or(default.pixel_kernel),
+            edge_samples,
+            relief_shadows,
+        });
+        shading.check().map_err(AppError::Usage)?;
+        Ok(shading)
+    }
+
+    fn quadrature(&self) -> Result<Quadrature, AppError> {
         let usage = |fault: &str| Err(AppError::Usage(fault.to_owned()));
-        let quadrature = match (self.rule, self.grid, self.probes) {
+        Ok(match (self.rule, self.grid, self.probes) {
             (Some(Rule::Visible), Some(_), _) => {
                 return usage("--grid is for --rule grid; --rule visible takes --probes");
             }
             (Some(Rule::Grid), _, Some(_)) => {
                 return usage("--probes is for --rule visible; --rule grid takes --grid");
             }
-            (_, _, Some(n)) => Quadrature::VisibleSlopes(n),
+            (_, _, Some(probes)) => Quadrature::VisibleSlopes(probes),
             (_, Some(n), _) => Quadrature::Grid(n),
             (Some(Rule::Visible), ..) => Quadrature::VisibleSlopes(DEFAULT_PROBES),
             (Some(Rule::Grid), ..) => Quadrature::Grid(DEFAULT_GRID),
-            (None, ..) => ShadingSettings::default().quadrature,
-        };
+            (None, ..) => ShadingOptions::default().quadrature,
+        })
+    }
+
+    /// Refuses flags of settings that the technique does not have.
+    fn refuse_foreign_flags(&self, edge_samples: u32, relief_shadows: bool) -> Result<(), AppError> {
+        let technique = self.technique;
         let integral = [
             ("--rule", self.rule.is_some()),
             ("--grid", self.grid.is_some()),
@@ -77,34 +99,31 @@ impl ShadingArgs {
             ("--masking", self.masking.is_some()),
             ("--diffuse-lights", self.diffuse_lights.is_some()),
         ];
-        if let Some((flag, _)) = integral.iter().find(|(_, given)| *given)
-            && !self.technique.integrates()
+        let name = technique.name();
+        let fault = if let Some((flag, _)) = integral.iter().find(|(_, given)| *given)
+            && !technique.integrates()
         {
-            let integrating = Technique::ALL.into_iter().filter(|t| t.integrates()).map(Technique::name);
-            let (name, integrating) = (self.technique.name(), integrating.collect::<Vec<_>>().join(", "));
-            return usage(&format!("{flag} is for techniques that integrate over slopes ({integrating}), not {name}"));
-        }
-        if self.pixel_kernel.is_some() && !self.technique.has_pixel_kernel() {
-            let name = self.technique.name();
-            return usage(&format!(
-                "--pixel-kernel is for leadr and leadr-ggx, the techniques that have one, not {name}"
-            ));
-        }
-        if self.technique == Technique::Constant && self.terms != Terms::ALL {
-            return usage("--terms chooses light, and --technique constant has none");
-        }
-        let default = ShadingSettings::default();
-        let settings = ShadingSettings {
-            technique: self.technique,
-            quadrature,
-            shadowing: self.masking.unwrap_or(default.shadowing),
-            terms: self.terms,
-            diffuse_lights: self.diffuse_lights.unwrap_or(default.diffuse_lights),
-            pixel_kernel: self.pixel_kernel.unwrap_or(default.pixel_kernel),
+            let techniques = names_where(Technique::integrates);
+            format!("{flag} is for techniques that integrate over slopes ({techniques}), not {name}")
+        } else if self.pixel_kernel.is_some() && !technique.has_pixel_kernel() {
+            let techniques = names_where(Technique::has_pixel_kernel);
+            format!("--pixel-kernel is for techniques that have one ({techniques}), not {name}")
+        } else if self.terms != Terms::ALL && !technique.is_lit() {
+            format!("--terms chooses light, and --technique {name} has none")
+        } else if relief_shadows && !technique.is_reference() {
+            "--relief-shadows is for --technique reference; --masking says what the others do".to_owned()
+        } else if edge_samples > 1 && technique.is_reference() {
+            format!("--edge-samples is for techniques that filter; --technique {name} takes --samples")
+        } else {
+            return Ok(());
         };
-        settings.check().map_err(AppError::Usage)?;
-        Ok(settings)
+        Err(AppError::Usage(fault))
     }
+}
+
+/// Names of the techniques that are so, as a list.
+fn names_where(so: fn(Technique) -> bool) -> String {
+    Technique::ALL.into_iter().filter(|&technique| so(technique)).map(Technique::name).collect::<Vec<_>>().join(", ")
 }
 
 /// A flag whose values are known by name, each with a line of help.
@@ -119,17 +138,7 @@ fn choice<T: Copy + Send + Sync + 'static>(
 }
 
 pub(super) fn techniques() -> impl TypedValueParser<Value = Technique> {
-    choice(&Technique::ALL, Technique::name, |technique| match technique {
-        Technique::Constant => "Albedo without light",
-        Technique::BlinnPhong => "Mipmapped normals, Blinn-Phong",
-        Technique::NormalMip => "Mipmapped normals, LEADR's BRDF: what goes wrong without slope statistics",
-        Technique::Toksvig => "Mipmapped normals, roughness from their length",
-        Technique::Clean => "One slope variance (CLEAN mapping)",
-        Technique::Lean => "Slope covariance without projected areas (LEAN mapping)",
-        Technique::Leadr => "Slope covariance and projected areas (LEADR mapping)",
-        Technique::LeadrGgx => "LEADR mapping of a GGX base",
-        Technique::Reference => "The finest maps at every distance, as many samples as it takes",
-    })
+    choice(&Technique::ALL, Technique::name, Technique::help)
 }
 
 fn shadowing_models() -> impl TypedValueParser<Value = Shadowing> {
@@ -137,10 +146,7 @@ fn shadowing_models() -> impl TypedValueParser<Value = Shadowing> {
 }
 
 fn diffuse_lights() -> impl TypedValueParser<Value = DiffuseLights> {
-    choice(&DiffuseLights::ALL, DiffuseLights::name, |kind| match kind {
-        DiffuseLights::Cosine => "The clamped cosine at every slope sample",
-        DiffuseLights::Sh => "Order-2 spherical harmonics, as in the LEADR paper; up to 9 % off",
-    })
+    choice(&DiffuseLights::ALL, DiffuseLights::name, DiffuseLights::help)
 }
 
 fn on_off(text: &str) -> Result<bool, &'static str> {
@@ -151,9 +157,9 @@ fn on_off(text: &str) -> Result<bool, &'static str> {
     }
 }
 
-fn probes(text: &str) -> Result<u32, String> {
-    let known = Quadrature::PROBES;
-    text.parse().ok().filter(|n| known.contains(n)).ok_or(format!("probes are one of {known:?}"))
+fn probes(text: &str) -> Result<Probes, String> {
+    let known = Probes::ALL.map(Probes::count);
+    text.parse().ok().and_then(Probes::of).ok_or_else(|| format!("probes are one of {known:?}"))
 }
 
 fn terms(text: &str) -> Result<Terms, String> {
@@ -178,17 +184,19 @@ mod tests {
         shading: ShadingArgs,
     }
 
-    fn resolve(flags: &[&str]) -> Result<ShadingSettings, String> {
+    fn resolve(flags: &[&str]) -> Result<Shading, String> {
         let flags = Flags::try_parse_from([&["leadr"], flags].concat()).map_err(|e| e.to_string())?;
-        flags.shading.resolve().map_err(|e| e.to_string())
+        flags.shading.resolve(1, false).map_err(|e| e.to_string())
     }
 
     #[test]
     fn flags_become_settings() {
-        assert_eq!(resolve(&[]).unwrap(), ShadingSettings::default());
-        assert_eq!(resolve(&["--grid", "7"]).unwrap().quadrature, Quadrature::Grid(7));
-        assert!(!resolve(&["--pixel-kernel", "off"]).unwrap().pixel_kernel);
-        let terms = resolve(&["--terms", "specular-lights,diffuse-environment"]).unwrap().terms;
+        let options = |flags: &[&str]| resolve(flags).unwrap().options();
+        assert_eq!(resolve(&[]).unwrap(), Shading::default());
+        assert_eq!(options(&["--grid", "7"]).quadrature, Quadrature::Grid(7));
+        assert_eq!(options(&["--probes", "9"]).quadrature, Quadrature::VisibleSlopes(Probes::Nine));
+        assert!(!options(&["--pixel-kernel", "off"]).pixel_kernel);
+        let terms = resolve(&["--terms", "specular-lights,diffuse-environment"]).unwrap().terms();
         assert_eq!(terms, Terms::SPECULAR_LIGHTS | Terms::DIFFUSE_ENVIRONMENT);
         assert_eq!(terms.names().collect::<Vec<_>>(), ["specular-lights", "diffuse-environment"]);
     }

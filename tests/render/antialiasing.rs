@@ -12,7 +12,7 @@ use leadr::render::camera::Camera;
 use leadr::render::frame::Renderer;
 use leadr::render::light::environment::Environment;
 use leadr::render::scene::{FrameState, Object, PointLight, Pose, Sun};
-use leadr::render::settings::{RenderSettings, ShadingSettings, Technique};
+use leadr::render::settings::{RenderSettings, ShadingOptions, Technique};
 use leadr::render::surfaces::patch_mesh::PatchMesh;
 use leadr::scenes::sphere::cube_sphere;
 
@@ -82,7 +82,7 @@ fn motion(renderer: &mut Renderer, technique: Technique, samples: u32, diameter:
     let settings = RenderSettings {
         size: (SIZE, SIZE),
         samples,
-        shading: ShadingSettings { technique, shadowing: Shadowing::None, ..Default::default() },
+        shading: technique.with(ShadingOptions { shadowing: Shadowing::None, ..Default::default() }),
         shadows: false,
         ..Default::default()
     };

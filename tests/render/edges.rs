@@ -6,7 +6,7 @@ use leadr::render::frame::{FrameOutput, Layer, Renderer};
 use leadr::render::light::environment::Environment;
 use leadr::render::light::sky::Sky;
 use leadr::render::scene::{FrameState, Object, Pose};
-use leadr::render::settings::{RenderSettings, ShadingSettings, Technique};
+use leadr::render::settings::{RenderSettings, ShadingOptions, Technique};
 use leadr::scenes::sphere::cube_sphere;
 use leadr::scenes::stage::{Lights, Relief, sphere_stage};
 
@@ -32,7 +32,12 @@ fn scene(gpu: &crate::common::gpu::TestGpu) -> (Renderer, FrameState) {
 }
 
 fn settings(samples: u32, edge_samples: u32) -> RenderSettings {
-    RenderSettings { size: (SIZE, SIZE), samples, edge_samples, ..Default::default() }
+    settings_of(Technique::Leadr, samples, edge_samples)
+}
+
+fn settings_of(technique: Technique, samples: u32, edge_samples: u32) -> RenderSettings {
+    let shading = technique.with(ShadingOptions { edge_samples, ..Default::default() });
+    RenderSettings { size: (SIZE, SIZE), samples, shading, ..Default::default() }
 }
 
 /// Root mean square difference over the pixels for which `over` holds, of the channels from `first` on.
@@ -46,11 +51,7 @@ fn rms(a: &FrameOutput, b: &FrameOutput, first: usize, over: impl Fn(usize) -> b
 fn outlines_converge_to_the_reference_and_the_inside_is_shaded_once() {
     let Some(gpu) = crate::common::gpu::test_gpu() else { return };
     let (mut renderer, state) = scene(&gpu);
-    let reference = RenderSettings {
-        shading: ShadingSettings { technique: Technique::Reference, ..Default::default() },
-        ..settings(512, 1)
-    };
-    let truth = renderer.render(&state, &reference).unwrap();
+    let truth = renderer.render(&state, &settings_of(Technique::Reference, 512, 1)).unwrap();
     let supersampled = renderer.render(&state, &settings(256, 1)).unwrap();
     let partly = |i: usize| (0.001..0.999).contains(&truth.color[i][3]);
     let once = renderer.render(&state, &settings(1, 1)).unwrap();
@@ -105,9 +106,7 @@ fn a_pixel_of_many_patches_is_shaded_as_all_of_them() {
     let (mut renderer, state) = rock(&gpu, 20.0);
     let techniques = [Technique::Leadr, Technique::Lean, Technique::NormalMip];
     for (technique, bounds) in techniques.into_iter().zip(OF_MANY_PATCHES) {
-        let shading = ShadingSettings { technique, ..Default::default() };
-        let mut shoot =
-            |samples, edges| renderer.render(&state, &RenderSettings { shading, ..settings(samples, edges) }).unwrap();
+        let mut shoot = |samples, edges| renderer.render(&state, &settings_of(technique, samples, edges)).unwrap();
         let (many, once, joined) = (shoot(128, 1), shoot(1, 1), shoot(1, 16));
         let inside = |i: usize| {
             let at = |x: usize, y: usize| many.color[y * SIZE as usize + x][3];
@@ -149,13 +148,12 @@ fn frames_with_edge_samples_repeat() {
     let (mut other, _) = scene(&gpu);
     for seed in [0, 3] {
         for technique in [Technique::Leadr, Technique::Lean, Technique::NormalMip, Technique::Constant] {
-            let shading = ShadingSettings { technique, ..Default::default() };
-            let settings = RenderSettings { seed, shading, ..settings(2, 4) };
+            let settings = RenderSettings { seed, ..settings_of(technique, 2, 4) };
             let frame = renderer.render(&state, &settings).unwrap();
             assert_eq!(frame.color, other.render(&state, &settings).unwrap().color);
             assert!(frame.color.iter().flatten().all(|v| v.is_finite() && *v >= 0.0));
             // After a frame without, whose targets are others.
-            renderer.render(&state, &RenderSettings { edge_samples: 1, ..settings }).unwrap();
+            renderer.render(&state, &RenderSettings { seed, ..settings_of(technique, 2, 1) }).unwrap();
             assert_eq!(frame.color, renderer.render(&state, &settings).unwrap().color);
         }
     }
@@ -173,11 +171,9 @@ fn frames_with_edge_samples_repeat() {
 fn the_reference_has_no_edge_samples() {
     let Some(gpu) = crate::common::gpu::test_gpu() else { return };
     let (mut renderer, state) = scene(&gpu);
-    let shading = ShadingSettings { technique: Technique::Reference, ..Default::default() };
-    let mut reference =
-        |edges| renderer.render(&state, &RenderSettings { shading, ..settings(2, edges) }).unwrap().color;
+    let mut reference = |edges| renderer.render(&state, &settings_of(Technique::Reference, 2, edges)).unwrap().color;
     assert_eq!(reference(4), reference(1));
-    for fault in [0, RenderSettings::MAX_EDGE_SAMPLES + 1] {
+    for fault in [0, ShadingOptions::MAX_EDGE_SAMPLES + 1] {
         assert!(renderer.render(&state, &settings(1, fault)).is_err());
     }
 }

@@ -8,7 +8,7 @@ use leadr::reflectance::masking::shadowing::Shadowing;
 use leadr::render::frame::{FrameOutput, Layer, Renderer};
 use leadr::render::light::environment::Environment;
 use leadr::render::scene::FrameState;
-use leadr::render::settings::{RenderSettings, ShadingSettings, Technique};
+use leadr::render::settings::{RenderSettings, ShadingOptions, Technique};
 use leadr::render::surfaces::tessellation::TessellationSettings;
 use leadr::scenes::stage::{Lights, Stage};
 use leadr::scenes::studio::studio;
@@ -117,7 +117,7 @@ fn one_sample_from_afar_is_close_to_many_of_the_reference() {
             size: (96, 64),
             samples,
             // The bumps of the reference do not shadow each other.
-            shading: ShadingSettings { technique, shadowing: Shadowing::None, ..Default::default() },
+            shading: technique.with(ShadingOptions { shadowing: Shadowing::None, ..Default::default() }),
             tessellation: TessellationSettings { to_texels: technique == Technique::Reference, ..Default::default() },
             ..Default::default()
         };

@@ -10,7 +10,7 @@ use leadr::render::frame::{FrameOutput, Renderer};
 use leadr::render::light::environment::Environment;
 use leadr::render::light::sky::Sky;
 use leadr::render::scene::{FrameState, Object, Pose};
-use leadr::render::settings::{RenderSettings, ShadingSettings, Technique};
+use leadr::render::settings::{RenderSettings, ShadingOptions, Technique};
 use leadr::render::surfaces::displacement::{Border, HeightField};
 use leadr::render::surfaces::tessellation::TessellationSettings;
 use leadr::scenes::sphere::displaced_sphere;
@@ -35,7 +35,7 @@ fn settings(size: u32, technique: Technique, samples: u32) -> RenderSettings {
         size: (size, size),
         samples,
         // Masking alone: the reference has no shadows between its bumps either.
-        shading: ShadingSettings { technique, shadowing: Shadowing::None, ..Default::default() },
+        shading: technique.with(ShadingOptions { shadowing: Shadowing::None, ..Default::default() }),
         tessellation: TessellationSettings { to_texels: technique == Technique::Reference, ..Default::default() },
         shadows: false,
         ..Default::default()

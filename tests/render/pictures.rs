@@ -10,7 +10,7 @@ use leadr::render::light::sky::Sky;
 use leadr::render::passes::edges::EdgeRays;
 use leadr::render::passes::shade::LightingGpu;
 use leadr::render::scene::{FrameState, Object, Pose, Sun};
-use leadr::render::settings::RenderSettings;
+use leadr::render::settings::{RenderSettings, ShadingOptions, Technique};
 use leadr::render::surfaces::displacement::{Border, HeightField};
 use leadr::render::surfaces::object::{MAX_OBJECTS, ObjectGpu, PatchGpu, VertexGpu, ViewGpu};
 use leadr::render::surfaces::patch_mesh::PatchMesh;
@@ -209,7 +209,8 @@ fn every_pixel_of_a_full_scene_is_filtered() {
     }
     assert!(seen.iter().all(|&pixels| pixels > 15), "{seen:?}");
     // Edge samples are filtered and shaded in their tiles alone: what is left out would be black or of other frames.
-    let edges = renderer.render(&state, &RenderSettings { edge_samples: 64, ..settings }).unwrap();
+    let shading = Technique::Leadr.with(ShadingOptions { edge_samples: 64, ..Default::default() });
+    let edges = renderer.render(&state, &RenderSettings { shading, ..settings }).unwrap();
     let samples = renderer.render(&state, &RenderSettings { samples: 64, ..settings }).unwrap();
     let rms = |a: &FrameOutput| {
         let square = |(a, b): (&[f32; 4], &[f32; 4])| (0..3).map(|c| f64::from(a[c] - b[c]).powi(2)).sum::<f64>();

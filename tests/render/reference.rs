@@ -10,7 +10,7 @@ use leadr::render::light::environment::Environment;
 use leadr::render::passes::accumulate::Accumulation;
 use leadr::render::passes::reference::{ReliefLightGpu, ReliefLightingGpu};
 use leadr::render::scene::{FrameState, Object, PointLight, Pose, Sun};
-use leadr::render::settings::{RenderSettings, ShadingSettings, Technique, Terms};
+use leadr::render::settings::{RenderSettings, ShadingOptions, Technique, Terms};
 use leadr::render::surfaces::displacement::{Border, HeightField};
 use leadr::render::surfaces::tessellation::TessellationSettings;
 use leadr::scenes::plane::{even, plane};
@@ -19,10 +19,9 @@ fn reference(size: (u32, u32), samples: u32, relief_shadows: bool) -> RenderSett
     RenderSettings {
         size,
         samples,
-        shading: ShadingSettings { technique: Technique::Reference, ..Default::default() },
+        shading: Technique::Reference.with(ShadingOptions { relief_shadows, ..Default::default() }),
         tessellation: TessellationSettings { to_texels: true, ..Default::default() },
         shadows: false,
-        relief_shadows,
         ..Default::default()
     }
 }
@@ -111,7 +110,7 @@ fn terms_add_up() {
     let mut renderer = renderer(&gpu, object, 1.0);
     let mut shoot = |terms| {
         let mut settings = reference((32, 16), 8, true);
-        settings.shading.terms = terms;
+        settings.shading = settings.shading.adjusted(|options| ShadingOptions { terms, ..options });
         renderer.render(&state(Some(Vec3::new(0.0, 0.6, 0.8))), &settings).unwrap().color
     };
     let all = shoot(Terms::ALL);

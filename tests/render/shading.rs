@@ -16,7 +16,9 @@ use leadr::render::camera::Camera;
 use leadr::render::frame::{Layer, Renderer};
 use leadr::render::light::environment::Environment;
 use leadr::render::scene::{FrameState, Object, PointLight, Pose, Sun};
-use leadr::render::settings::{DiffuseLights, Quadrature, RenderSettings, ShadingSettings, Technique, Terms};
+use leadr::render::settings::{
+    DiffuseLights, Integral, Probes, Quadrature, RenderSettings, Shading, ShadingOptions, Technique, Terms,
+};
 use leadr::render::surfaces::displacement::{Border, HeightField};
 use leadr::scenes::sphere::displaced_sphere;
 
@@ -39,7 +41,7 @@ fn state(distance: f32, sun: Option<Sun>, point_lights: Vec<PointLight>) -> Fram
     FrameState { sun, point_lights, ..FrameState::new(camera, vec![Pose::REST]) }
 }
 
-fn settings(shading: ShadingSettings) -> RenderSettings {
+fn settings(shading: Shading) -> RenderSettings {
     RenderSettings { size: (SIZE, SIZE), shading, shadows: false, ..Default::default() }
 }
 
@@ -47,7 +49,7 @@ fn settings(shading: ShadingSettings) -> RenderSettings {
 #[test]
 fn a_white_surface_vanishes_in_a_white_room() {
     let Some(gpu) = crate::common::gpu::test_gpu() else { return };
-    let (grid, few) = (Quadrature::Grid(5), Quadrature::VisibleSlopes(5));
+    let (grid, few) = (Quadrature::Grid(5), Quadrature::VisibleSlopes(Probes::Five));
     let cases = [
         (Technique::Leadr, grid),
         (Technique::Leadr, few),
@@ -64,7 +66,7 @@ fn a_white_surface_vanishes_in_a_white_room() {
         for distance in [3.0, 12.0, 60.0] {
             for (technique, quadrature) in cases {
                 let shadowing = Shadowing::None;
-                let shading = ShadingSettings { technique, quadrature, shadowing, ..Default::default() };
+                let shading = technique.with(ShadingOptions { quadrature, shadowing, ..Default::default() });
                 let output = renderer.render(&state(distance, None, Vec::new()), &settings(shading)).unwrap();
                 let object = output.color.iter().filter(|c| c[3] > 0.0);
                 assert!(object.clone().count() > 10);
@@ -82,7 +84,7 @@ fn shadowing_only_takes_light_away() {
     let Some(gpu) = crate::common::gpu::test_gpu() else { return };
     let object = bumpy_sphere([1.0, 1.0, 1.0, 0.3], 1.0);
     let mut renderer = Renderer::new(&gpu, vec![object], constant_environment(&gpu, [1.0; 3])).unwrap();
-    let output = renderer.render(&state(12.0, None, Vec::new()), &settings(ShadingSettings::default())).unwrap();
+    let output = renderer.render(&state(12.0, None, Vec::new()), &settings(Shading::default())).unwrap();
     let radiances: Vec<f32> = output.color.iter().filter(|c| c[3] > 0.0).map(|c| c[0]).collect();
     let (low, high) = radiances.iter().fold((f32::MAX, f32::MIN), |(l, h), &v| (l.min(v), h.max(v)));
     println!("{low} .. {high}");
@@ -134,10 +136,10 @@ fn pixels(renderer: &mut Renderer, state: &FrameState, color: &[[f32; 4]]) -> Ve
 
 impl Pixel {
     /// What the mirrors show of a white room, and their mean Fresnel reflectance.
-    fn mirrors(&self, shading: ShadingSettings, f0: DVec3) -> [DVec3; 2] {
-        let (wo, s, shadowing) = (self.wo, self.specular_s, shading.shadowing);
+    fn mirrors(&self, integral: Integral, f0: DVec3) -> [DVec3; 2] {
+        let (wo, s, shadowing) = (self.wo, self.specular_s, integral.shadowing);
         let cholesky = slope_grid::slope_cholesky(s);
-        match shading.quadrature {
+        match integral.quadrature {
             Quadrature::Grid(n) => {
                 let lambda = slope_grid::grid_lambda(n);
                 let m = projected_area::face_viewer(wo, self.m, s, lambda);
@@ -153,8 +155,8 @@ impl Pixel {
                 }
                 [sum / norm.max(1e-12), fresnel / norm.max(1e-12)]
             }
-            Quadrature::VisibleSlopes(n) => {
-                let rule = visible_specular::probe_rule(n);
+            Quadrature::VisibleSlopes(probes) => {
+                let rule = visible_specular::probe_rule(probes.count());
                 let (sum, fresnel) = shadowed_specular_environment(shadowing, wo, self.m, s, f0, rule, |_| DVec3::ONE);
                 [sum, fresnel]
             }
@@ -162,8 +164,8 @@ impl Pixel {
     }
 
     /// Moments of the visible normals.
-    fn normals(&self, shading: ShadingSettings) -> diffuse::NormalMoments {
-        match shading.quadrature {
+    fn normals(&self, integral: Integral) -> diffuse::NormalMoments {
+        match integral.quadrature {
             Quadrature::Grid(n) => {
                 let lambda = slope_grid::grid_lambda(n);
                 let m = projected_area::face_viewer(self.wo, self.m, self.diffuse_s, lambda);
@@ -174,12 +176,14 @@ impl Pixel {
     }
 
     /// Diffuse radiance of a light per unit of irradiance and albedo.
-    fn diffuse_light(&self, shading: ShadingSettings, wi: DVec3) -> f64 {
+    fn diffuse_light(&self, integral: Integral, wi: DVec3) -> f64 {
         let (wo, s) = (self.wo, self.diffuse_s);
         let cholesky = slope_grid::slope_cholesky(s);
         let areas = [wo, wi].map(|w| direction_area(w, self.m, cholesky));
-        let light = match (shading.diffuse_lights, shading.quadrature) {
-            (DiffuseLights::Sh, _) => diffuse::leadr_diffuse_light_sh(&self.normals(shading), wo, wi, self.m, s, false),
+        let light = match (integral.diffuse_lights, integral.quadrature) {
+            (DiffuseLights::Sh, _) => {
+                diffuse::leadr_diffuse_light_sh(&self.normals(integral), wo, wi, self.m, s, false)
+            }
             (_, Quadrature::Grid(n)) => {
                 let lambda = slope_grid::grid_lambda(n);
                 let m = projected_area::face_viewer(wo, self.m, s, lambda);
@@ -187,26 +191,25 @@ impl Pixel {
             }
             (_, Quadrature::VisibleSlopes(_)) => leadr_diffuse_light_visible(wo, wi, self.m, s, false, 2),
         };
-        light * lit_fraction(shading.shadowing, &areas[0], &areas[1])
+        light * lit_fraction(integral.shadowing, &areas[0], &areas[1])
     }
 }
 
 /// Every way to integrate that the tests below go through.
-fn integrals() -> Vec<ShadingSettings> {
-    let with = |quadrature, shadowing, diffuse_lights| ShadingSettings {
-        quadrature,
-        shadowing,
-        diffuse_lights,
-        ..Default::default()
+fn integrals() -> Vec<(Shading, Integral)> {
+    let with = |quadrature, shadowing, diffuse_lights| {
+        let options = ShadingOptions { quadrature, shadowing, diffuse_lights, ..Default::default() };
+        let shading = Technique::Leadr.with(options);
+        (shading, shading.integral().expect("LEADR integrates"))
     };
     vec![
         with(Quadrature::Grid(5), Shadowing::Smith, DiffuseLights::Cosine),
         with(Quadrature::Grid(3), Shadowing::None, DiffuseLights::Cosine),
         with(Quadrature::Grid(1), Shadowing::Smith, DiffuseLights::Cosine),
         with(Quadrature::Grid(5), Shadowing::Correlated, DiffuseLights::Sh),
-        with(Quadrature::VisibleSlopes(9), Shadowing::Correlated, DiffuseLights::Cosine),
-        with(Quadrature::VisibleSlopes(5), Shadowing::Smith, DiffuseLights::Cosine),
-        with(Quadrature::VisibleSlopes(5), Shadowing::None, DiffuseLights::Sh),
+        with(Quadrature::VisibleSlopes(Probes::Nine), Shadowing::Correlated, DiffuseLights::Cosine),
+        with(Quadrature::VisibleSlopes(Probes::Five), Shadowing::Smith, DiffuseLights::Cosine),
+        with(Quadrature::VisibleSlopes(Probes::Five), Shadowing::None, DiffuseLights::Sh),
     ]
 }
 
@@ -221,13 +224,13 @@ fn lights_agree_with_the_reference_at_every_pixel() {
     let point = PointLight { position: Vec3::new(-1.5, -2.5, 0.5), intensity: Vec3::new(2.0, 4.0, 6.0) };
     let (mut worst, mut count) = (0.0f64, 0);
     for distance in [4.0, 14.0] {
-        for shading in integrals() {
+        for (shading, integral) in integrals() {
             let state = state(distance, Some(sun), vec![point]);
             let output = renderer.render(&state, &settings(shading)).unwrap();
             let mut worst_here = 0.0f64;
             for (i, pixel) in pixels(&mut renderer, &state, &output.color) {
                 let f0 = DVec3::splat(f64::from(f0));
-                let albedo = pixel.albedo * (1.0 - pixel.mirrors(shading, f0)[1]);
+                let albedo = pixel.albedo * (1.0 - pixel.mirrors(integral, f0)[1]);
                 let to_point = point.position.as_dvec3() - pixel.position;
                 let lights = [
                     (sun.direction.as_dvec3(), sun.irradiance.as_dvec3()),
@@ -239,9 +242,9 @@ fn lights_agree_with_the_reference_at_every_pixel() {
                 for (direction, irradiance) in lights {
                     let wi = frame::to_frame(&pixel.frame, direction);
                     let areas = [wo, wi].map(|w| direction_area(w, m, cholesky));
-                    let shadowing = shading.shadowing;
+                    let shadowing = integral.shadowing;
                     let specular = specular::leadr_specular_light(shadowing, &areas[0], &areas[1], wo, wi, m, s, f0);
-                    expected += irradiance * (albedo * pixel.diffuse_light(shading, wi) + specular);
+                    expected += irradiance * (albedo * pixel.diffuse_light(integral, wi) + specular);
                 }
                 let actual = DVec3::new(
                     f64::from(output.color[i][0]),
@@ -252,7 +255,7 @@ fn lights_agree_with_the_reference_at_every_pixel() {
                 worst_here = worst_here.max(error);
                 count += 1;
             }
-            println!("{shading}, {:?}: worst relative error {worst_here:.2e}", shading.diffuse_lights);
+            println!("{shading}, {:?}: worst relative error {worst_here:.2e}", integral.diffuse_lights);
             worst = worst.max(worst_here);
         }
     }
@@ -268,11 +271,11 @@ fn the_specular_environment_agrees_with_the_reference_at_every_pixel() {
     let object = bumpy_sphere([0.0, 0.0, 0.0, 0.25], f0);
     let mut renderer = Renderer::new(&gpu, vec![object], constant_environment(&gpu, [1.0; 3])).unwrap();
     let state = state(6.0, None, Vec::new());
-    for shading in integrals() {
+    for (shading, integral) in integrals() {
         let output = renderer.render(&state, &settings(shading)).unwrap();
         let mut worst = 0.0f64;
         for (i, pixel) in pixels(&mut renderer, &state, &output.color) {
-            let [expected, _] = pixel.mirrors(shading, DVec3::splat(f64::from(f0)));
+            let [expected, _] = pixel.mirrors(integral, DVec3::splat(f64::from(f0)));
             worst = worst.max((f64::from(output.color[i][0]) - expected.x).abs() / (expected.x + 0.02));
         }
         println!("{shading}: worst relative error {worst:.2e}");
@@ -290,7 +293,7 @@ fn a_purely_diffuse_surface_mirrors_nothing() {
         let sun = Sun { direction: Vec3::new(0.6, -0.1, 0.7).normalize(), irradiance: Vec3::splat(3.0) };
         for technique in [Technique::Lean, Technique::Leadr, Technique::LeadrGgx] {
             let terms = Terms::SPECULAR_LIGHTS | Terms::SPECULAR_ENVIRONMENT;
-            let shading = ShadingSettings { technique, terms, ..Default::default() };
+            let shading = technique.with(ShadingOptions { terms, ..Default::default() });
             let output = renderer.render(&state(6.0, Some(sun), Vec::new()), &settings(shading)).unwrap();
             let most = output.color.iter().filter(|c| c[3] > 0.0).map(|c| c[0]).fold(0.0, f32::max);
             assert_eq!(most > 0.0, f0 > 0.0, "{shading}: {most}");
@@ -309,7 +312,7 @@ fn terms_sum_to_the_whole() {
     let state = state(6.0, Some(sun), Vec::new());
     for technique in Technique::ALL.into_iter().filter(|t| *t != Technique::Constant) {
         let mut picture = |terms: Terms| {
-            let shading = ShadingSettings { technique, terms, ..Default::default() };
+            let shading = technique.with(ShadingOptions { terms, ..Default::default() });
             renderer.render(&state, &settings(shading)).unwrap().color
         };
         let whole = picture(Terms::ALL);
@@ -359,17 +362,17 @@ fn the_diffuse_environment_agrees_with_the_reference_at_every_pixel() {
         Renderer::new(&gpu, vec![object], environment).unwrap()
     });
     let state = state(5.0, None, Vec::new());
-    for shading in integrals() {
+    for (shading, integral) in integrals() {
         let [white, black] = renderers.each_mut().map(|r| r.render(&state, &settings(shading)).unwrap().color);
         let (mut worst, mut count) = (0.0f64, 0);
         for (i, pixel) in pixels(&mut renderers[0], &state, &white) {
-            let [_, fresnel] = pixel.mirrors(shading, DVec3::splat(f64::from(f0)));
-            let diffuse = if shading.shadowing == Shadowing::Correlated {
+            let [_, fresnel] = pixel.mirrors(integral, DVec3::splat(f64::from(f0)));
+            let diffuse = if integral.shadowing == Shadowing::Correlated {
                 let cholesky = slope_grid::slope_cholesky(pixel.diffuse_s);
                 let bent = bent_normal(&direction_area(pixel.wo, pixel.m, cholesky), pixel.m, cholesky);
                 shadowed_diffuse_environment(&bent, &pixel.frame, &coefficients)
             } else {
-                diffuse::leadr_diffuse_environment(&pixel.normals(shading), &pixel.frame, &coefficients)
+                diffuse::leadr_diffuse_environment(&pixel.normals(integral), &pixel.frame, &coefficients)
             };
             let expected = (1.0 - fresnel) * diffuse;
             let actual = DVec3::from_array(std::array::from_fn(|k| f64::from(white[i][k] - black[i][k])));

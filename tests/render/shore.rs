@@ -9,7 +9,7 @@ use leadr::render::frame::{Layer, Renderer};
 use leadr::render::light::environment::Environment;
 use leadr::render::light::sky::Sky;
 use leadr::render::scene::FrameState;
-use leadr::render::settings::{RenderSettings, ShadingSettings, Technique};
+use leadr::render::settings::{RenderSettings, Technique};
 use leadr::render::surfaces::ocean::shore::ShoreGpu;
 use leadr::scenes::shore::{beach, sea, shore};
 use leadr::scenes::stage::{Lights, Stage, Views};
@@ -147,7 +147,7 @@ fn every_technique_draws_it_at_every_height_of_the_sun() {
     let mut last = Vec::new();
     for (i, technique) in Technique::ALL.into_iter().enumerate() {
         let elevation = [38.0f64, 5.0, 0.0, -2.0, -10.0, -40.0][i % 6].to_radians() as f32;
-        let shading = ShadingSettings { technique, ..ShadingSettings::default() };
+        let shading = technique.into();
         let settings = RenderSettings { size, shading, ..RenderSettings::default() };
         let state = state(i as f64 * 0.8, &Sky::with_sun(elevation, (TAU * 0.4) as f32));
         let output = renderer.render(&state, &settings).unwrap();

@@ -7,7 +7,7 @@ use leadr::render::camera::Camera;
 use leadr::render::frame::{FrameOutput, Layer, Renderer};
 use leadr::render::light::environment::Environment;
 use leadr::render::light::sky::Sky;
-use leadr::render::settings::{RenderSettings, ShadingSettings, Technique};
+use leadr::render::settings::{RenderSettings, Technique};
 use leadr::render::surfaces::tessellation::TessellationSettings;
 use leadr::scenes::stage::{Lights, Stage};
 use leadr::scenes::trex::Trex;
@@ -123,13 +123,13 @@ fn the_animal_keeps_its_brightness_with_distance() {
     let mut stage = stage();
     let mid = stage.views.mid;
     let mut renderer = renderer(&gpu, &mut stage, 2);
-    let mut sweep = |technique| {
+    let mut sweep = |technique: Technique| {
         let luminances: Vec<f64> = (0..40)
             .map(|i| {
                 let camera: Camera = mid.at_distance(18.0 * 1.045f32.powi(i));
                 let mut state = stage.state(0.3, &camera, &lights());
                 state.poses.truncate(2);
-                let shading = ShadingSettings { technique, ..Default::default() };
+                let shading = technique.into();
                 let settings =
                     RenderSettings { size: (320, 320), samples: 2, shading, shadows: false, ..Default::default() };
                 let output = renderer.render(&state, &settings).unwrap();

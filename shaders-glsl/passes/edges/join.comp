@@ -89,12 +89,7 @@ void main() {
         }
     }
     if (joined > share.z) {
-        if (!USES_COVARIANCE) {
-            whole.covariance = vec3(0.0);
-        } else if (TECHNIQUE == TECHNIQUE_CLEAN) {
-            whole.covariance = vec3(vec2(0.5 * (whole.covariance.x + whole.covariance.y)), 0.0);
-        }
-        vec3 covariance = clamp_covariance(whole.covariance);
+        vec3 covariance = clamp_covariance(technique_covariance(whole.covariance, vec3(0.0)));
         materials = (material_of(own_material) * (own_weight + share.z) + materials) / (own_weight + joined);
         imageStore(slopes, pixel, pack_slopes(own.x, whole.mean, covariance));
         imageStore(material, pixel, pack_material(materials, covariance));

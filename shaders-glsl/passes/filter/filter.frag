@@ -12,7 +12,6 @@
 #include "atlas.glsl"
 
 layout(constant_id = 1) const int MAX_TAPS = 8; // taps along the long axis of the pixel's footprint
-layout(constant_id = 2) const bool PIXEL_KERNEL = true; // the turn of the macrosurface under the pixel counts as roughness
 layout(constant_id = 3) const bool ATLAS = false; // the maps are one tile per patch
 
 layout(binding = 0) uniform usampler2D visible_texture; // what the geometry stage wrote
@@ -205,16 +204,10 @@ void main() {
     Frame frame = frame_about(normal);
     SlopeMap map = slope_map(tangent_s, tangent_t, frame.x, frame.y, frame.z);
     vec2 mean_slope = map_mean_slope(map, mean_gradient);
-    vec3 covariance = vec3(0.0);
-    if (USES_COVARIANCE) {
-        // At the finest level this is the spread between neighbouring texels, which bilinear interpolation of the
-        // mean leaves out: with it the variance is the same at every magnification.
-        covariance = map_covariance(map, gradient_covariance);
-    }
-    if (TECHNIQUE == TECHNIQUE_CLEAN) {
-        covariance = vec3(vec2(0.5 * (covariance.x + covariance.y)), 0.0);
-    }
-    if (USES_CURVATURE && PIXEL_KERNEL) {
+    // At the finest level this is the spread between neighbouring texels, which bilinear interpolation of the mean leaves
+    // out: with it the variance is the same at every magnification.
+    vec3 covariance = technique_covariance(map_covariance(map, gradient_covariance), vec3(0.0));
+    if (USES_CURVATURE) {
         covariance += tilt_kernel(curvature, mean_slope);
     }
 

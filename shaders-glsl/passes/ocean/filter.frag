@@ -40,7 +40,7 @@ void main() {
 
     // The water's own curve is a slope away from the centre.
     vec2 mean = -away * water.centre.z;
-    vec3 covariance = water.tail.xyz;
+    vec3 tail = water.tail.xyz; // of the waves below the finest cascade
     float area = 1.0, area_variance = 0.0, finest = 0.0;
     float xx = dot(dx, dx), yy = dot(dy, dy);
     vec2 along = xx > yy ? dx : dy;
@@ -51,8 +51,11 @@ void main() {
     if (HAS_BEACH) {
         beach = shore_water(shore, at, FINEST_LEVEL ? 0.0 : major);
         mean += beach.slope;
-        covariance *= clamp(beach.depth / 0.15, 0.02, 1.0);
-        covariance.x += USES_COVARIANCE && !FINEST_LEVEL ? beach.variance : 0.0;
+        tail *= clamp(beach.depth / 0.15, 0.02, 1.0);
+    }
+    vec3 covariance = tail;
+    if (HAS_BEACH && !FINEST_LEVEL) {
+        covariance.x += beach.variance;
     }
     for (int i = 0; i < count; ++i) {
         Cascade c = cascades[i];
@@ -76,7 +79,7 @@ void main() {
         float inverse = 1.0 / max(b.y, 1e-6); // per area of the moved sea
         vec2 m = a.xy * inverse;
         mean += calm * m;
-        if (USES_COVARIANCE && !FINEST_LEVEL) {
+        if (!FINEST_LEVEL) {
             covariance += calm * calm * covariance_from_moments(m, vec3(a.zw, b.x) * inverse);
         }
         float weight = 1.0 / float(taps);
@@ -84,6 +87,8 @@ void main() {
         area_variance += calm * calm * max(b.w * weight - b.z * b.z * weight * weight, 0.0);
         finest = max(finest, lod);
     }
+
+    covariance = technique_covariance(covariance, tail);
 
     // The part of the pixel whose surface is stretched less than the threshold.
     float spread = sqrt(area_variance) + 1e-3;

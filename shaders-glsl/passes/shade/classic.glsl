@@ -7,10 +7,9 @@
 #include "leadr/materials/classic.glsl"
 #include "leadr/integrals/sh.glsl"
 
-// Density of the lobe's normals: of Blinn-Phong about the mean normal, of LEAN and CLEAN in the tangent frame.
+// Density of the lobe's normals: Blinn-Phong's about the mean normal, LEAN's in the tangent frame.
 float classic_ndf(vec3 wh, vec3 n, float exponent, vec2 m, vec3 S) {
-    return TECHNIQUE == TECHNIQUE_LEAN || TECHNIQUE == TECHNIQUE_CLEAN ? beckmann_ndf(wh, m, S)
-                                                                       : blinn_phong_ndf(dot(wh, n), exponent);
+    return FAMILY == FAMILY_LEAN ? beckmann_ndf(wh, m, S) : blinn_phong_ndf(dot(wh, n), exponent);
 }
 
 vec3 classic_radiance(Surface surface, float environment_scale) {
@@ -20,7 +19,7 @@ vec3 classic_radiance(Surface surface, float environment_scale) {
     vec3 n = normal_of_slope(m);
     vec3 S = add_roughness(surface.slope_covariance, surface.alpha);
     float exponent = blinn_phong_exponent(surface.alpha);
-    if (TECHNIQUE == TECHNIQUE_TOKSVIG) {
+    if (FAMILY == FAMILY_TOKSVIG) {
         exponent = toksvig_exponent(exponent, toksvig_variance(normal_variance(m, surface.slope_covariance)));
     }
     vec3 fresnel = fresnel_schlick(f0, dot(wo, n));
@@ -29,8 +28,7 @@ vec3 classic_radiance(Surface surface, float environment_scale) {
     vec3 radiance = vec3(0.0);
 
     if (SPECULAR_ENVIRONMENT) {
-        bool slopes = TECHNIQUE == TECHNIQUE_LEAN || TECHNIQUE == TECHNIQUE_CLEAN;
-        float variance = slopes ? normal_variance(m, S) : blinn_phong_variance(exponent);
+        float variance = FAMILY == FAMILY_LEAN ? normal_variance(m, S) : blinn_phong_variance(exponent);
         vec3 wi = 2.0 * dot(wo, n) * n - wo;
         radiance += ambient * fresnel * environment_radiance(surface, wi, lobe_lod(variance, lighting.environment.x));
     }

@@ -13,7 +13,6 @@
 #include "leadr/visible/fresnel.glsl"
 #include "leadr/visible/specular.glsl"
 
-const bool GGX = TECHNIQUE == TECHNIQUE_LEADR_GGX;
 const int DIFFUSE_TERMS = 2; // of the closed form: see visible_diffuse.glsl
 
 // Means over the visible mirrors.
@@ -122,7 +121,7 @@ vec3 leadr_radiance(Surface surface, float environment_scale) {
     vec3 diffuse_s = surface.slope_covariance;
     vec3 specular_s = add_roughness(diffuse_s, surface.alpha);
     DisplacedGgx ggx;
-    if (GGX) {
+    if (GGX_BASE) {
         ggx = displaced_ggx(vec3(vec2(surface.alpha * surface.alpha), 0.0), diffuse_s);
     }
     float ambient = surface.accessibility * environment_scale;
@@ -131,11 +130,11 @@ vec3 leadr_radiance(Surface surface, float environment_scale) {
     // What the visible mirrors do not reflect enters the surface and is what the diffuse term may return.
     vec3 albedo = surface.albedo;
     if (SPECULAR_ENVIRONMENT) {
-        Mirrors mirrors = GGX ? ggx_mirrors(surface, wo, ggx) : gaussian_mirrors(surface, wo, specular_s);
+        Mirrors mirrors = GGX_BASE ? ggx_mirrors(surface, wo, ggx) : gaussian_mirrors(surface, wo, specular_s);
         radiance += ambient * mirrors.reflected;
         albedo *= 1.0 - mirrors.fresnel;
     } else if (DIFFUSE) {
-        vec3 fresnel = GGX ? ggx_fresnel(surface, wo, ggx) : visible_fresnel(wo, m, specular_s, f0);
+        vec3 fresnel = GGX_BASE ? ggx_fresnel(surface, wo, ggx) : visible_fresnel(wo, m, specular_s, f0);
         albedo *= 1.0 - fresnel;
     }
 
@@ -152,8 +151,8 @@ vec3 leadr_radiance(Surface surface, float environment_scale) {
         radiance += albedo * ambient * diffuse_environment(surface, normals);
     }
     if (LIGHTS) {
-        vec3 cholesky = slope_cholesky(GGX ? 0.5 * ggx.roughness : specular_s);
-        DirectionArea o = GGX ? displaced_ggx_area(wo, m, ggx, cholesky)
+        vec3 cholesky = slope_cholesky(GGX_BASE ? 0.5 * ggx.roughness : specular_s);
+        DirectionArea o = GGX_BASE ? displaced_ggx_area(wo, m, ggx, cholesky)
                               : area_for(SHADOWING, wo, m, specular_s, cholesky);
         [[unroll]] for (int i = FIRST_LIGHT; i <= POINT_LIGHTS; ++i) {
             Light light = light_at(i, surface);
@@ -164,7 +163,7 @@ vec3 leadr_radiance(Surface surface, float environment_scale) {
                 scattered += albedo * (lit * diffuse_light(surface, wo, normals, faced, lambda, light.wi));
             }
             if (SPECULAR_LIGHTS) {
-                if (GGX) {
+                if (GGX_BASE) {
                     scattered += displaced_ggx_light(SHADOWING, o, wo, light.wi, m, ggx, cholesky, f0);
                 } else if (SHADOWING == LEADR_SHADOWING_NONE) {
                     scattered += leadr_specular_directional(wo, light.wi, m, specular_s, f0, false);

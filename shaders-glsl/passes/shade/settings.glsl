@@ -1,4 +1,4 @@
-// What a shading pipeline is specialized for (src/render/shade.rs).
+// What a shading pipeline is specialized for (src/render/passes/shade.rs).
 #ifndef LEADR_SHADE_SETTINGS
 #define LEADR_SHADE_SETTINGS
 #include "../technique.glsl"
@@ -14,7 +14,6 @@ layout(constant_id = 6) const int FIRST_LIGHT = 0;
 layout(constant_id = 7) const bool SUN_SHADOWS = true;     // of the macrosurface, by the shadow map
 layout(constant_id = 8) const int POINT_LIGHTS = 0;        // at most MAX_POINT_LIGHTS
 layout(constant_id = 9) const int EDGES = 0;               // how the EDGES_ samples come in
-layout(constant_id = 10) const bool PIXEL_KERNEL = true;   // surfaces that are turned away within the pixel widen toward the viewer
 
 const int EDGES_ARE_SHADED = 1; // these are edge samples: what sees the pixel's own surface is left out
 const int EDGES_ARE_JOINED = 2; // these are pixels whose edge samples were joined before

@@ -39,12 +39,12 @@ void main() {
     vec3 radiance;
     if (surface.inside) {
         radiance = vec3(1.0, 0.0, 1.0);
-    } else if (TECHNIQUE == TECHNIQUE_CONSTANT) {
+    } else if (FAMILY == FAMILY_UNLIT) {
         radiance = surface.albedo;
-    } else if (TECHNIQUE == TECHNIQUE_BLINN_PHONG || (TECHNIQUE >= TECHNIQUE_TOKSVIG && TECHNIQUE <= TECHNIQUE_LEAN)) {
+    } else if (FAMILY != FAMILY_LEADR) {
         radiance = classic_radiance(surface, environment_scale);
     } else {
-        if (PIXEL_KERNEL) {
+        if (TILTS_TO_EDGE) {
             vec2 tilt = tilt_to_edge(surface.wo, surface.mean_slope);
             surface.mean_slope += tilt;
             surface.slope_covariance += vec3(tilt * tilt, tilt.x * tilt.y);

@@ -10,7 +10,7 @@ use crate::app::renderer_source::render_settings;
 use crate::app::values::Size;
 use crate::reflectance::masking::shadowing::Shadowing;
 use crate::render::scene::FrameState;
-use crate::render::settings::{Quadrature, RenderSettings, ShadingSettings, Technique, Terms};
+use crate::render::settings::{Probes, Quadrature, RenderSettings, Shading, ShadingOptions, Technique, Terms};
 use crate::render::surfaces::tessellation::TessellationSettings;
 
 /// One thing that is drawn again and again.
@@ -40,22 +40,27 @@ pub struct Row {
 const SUN_STEP: f64 = 1.0 / 60.0;
 
 impl Row {
+    /// Where it integrates over slopes; techniques that look at one slope are a grid of one.
+    fn quadrature(&self) -> Quadrature {
+        self.settings.shading.integral().map_or(Quadrature::Grid(1), |integral| integral.quadrature)
+    }
+
     /// Slope samples, or probes, of a pixel; 1 for techniques that look at one slope.
     #[must_use]
     pub fn samples(&self) -> u32 {
-        match self.settings.shading.quadrature {
-            Quadrature::Grid(n) => n * n,
-            Quadrature::VisibleSlopes(n) => n,
-        }
+        self.quadrature().samples()
     }
 
     /// Where they lie.
     #[must_use]
     pub fn rule(&self) -> &'static str {
-        match self.settings.shading.quadrature {
-            Quadrature::Grid(_) => "grid",
-            Quadrature::VisibleSlopes(_) => "visible",
-        }
+        self.quadrature().name()
+    }
+
+    /// The shadowing model; none for techniques that look at one slope.
+    #[must_use]
+    pub fn shadowing(&self) -> &'static str {
+        self.settings.shading.integral().map_or(Shadowing::None, |integral| integral.shadowing).name()
     }
 }
 
@@ -135,15 +140,9 @@ pub fn in_a_goal(row: &Row) -> bool {
 }
 
 /// The paper's settings: masking alone, as its algorithms are printed, and no pixel kernel.
-fn paper(technique: Technique, quadrature: Quadrature, terms: Terms) -> ShadingSettings {
-    ShadingSettings {
-        technique,
-        quadrature,
-        terms,
-        shadowing: Shadowing::None,
-        pixel_kernel: false,
-        ..Default::default()
-    }
+fn paper(technique: Technique, quadrature: Quadrature, terms: Terms) -> Shading {
+    let (shadowing, pixel_kernel) = (Shadowing::None, false);
+    technique.with(ShadingOptions { quadrature, terms, shadowing, pixel_kernel, ..Default::default() })
 }
 
 /// The tables of the full-screen quad that `state` shows.
@@ -186,13 +185,18 @@ pub fn quad(state: &FrameState, size: Size) -> Vec<Row> {
             rows.push(row(table, format!("leadr {n}x{n}"), ONE_SAMPLE, leadr(Quadrature::Grid(n), terms)));
         }
         if table == SPECULAR {
-            for n in Quadrature::PROBES {
-                let rule = Quadrature::VisibleSlopes(n);
-                rows.push(row(table, format!("leadr visible {n}"), ONE_SAMPLE, leadr(rule, terms)));
+            for probes in Probes::ALL {
+                let (name, rule) = (format!("leadr visible {}", probes.count()), Quadrature::VisibleSlopes(probes));
+                rows.push(row(table, name, ONE_SAMPLE, leadr(rule, terms)));
             }
         } else {
             // The diffuse rule has its own few samples whatever the probes of the environment.
-            rows.push(row(table, "leadr visible".to_owned(), ONE_SAMPLE, leadr(Quadrature::VisibleSlopes(5), terms)));
+            rows.push(row(
+                table,
+                "leadr visible".to_owned(),
+                ONE_SAMPLE,
+                leadr(Quadrature::VisibleSlopes(Probes::Five), terms),
+            ));
         }
         for n in 1..=16 {
             rows.push(row(figure, format!("leadr {n}x{n}"), "leadr 1x1", leadr(Quadrature::Grid(n), terms)));
@@ -202,7 +206,12 @@ pub fn quad(state: &FrameState, size: Size) -> Vec<Row> {
     let one = paper(Technique::BlinnPhong, Quadrature::Grid(1), terms);
     rows.push(row(DIFFUSE_LIGHT, ONE_SAMPLE.to_owned(), ONE_SAMPLE, one));
     rows.push(row(DIFFUSE_LIGHT, "leadr 5x5".to_owned(), ONE_SAMPLE, leadr(Quadrature::Grid(5), terms)));
-    rows.push(row(DIFFUSE_LIGHT, "leadr visible".to_owned(), ONE_SAMPLE, leadr(Quadrature::VisibleSlopes(5), terms)));
+    rows.push(row(
+        DIFFUSE_LIGHT,
+        "leadr visible".to_owned(),
+        ONE_SAMPLE,
+        leadr(Quadrature::VisibleSlopes(Probes::Five), terms),
+    ));
 
     let tables = [
         (VISIBILITY_LIGHT, Terms::SPECULAR_LIGHTS | Terms::DIFFUSE_LIGHTS),
@@ -211,7 +220,8 @@ pub fn quad(state: &FrameState, size: Size) -> Vec<Row> {
     ];
     for (table, terms) in tables {
         for shadowing in Shadowing::MAIN {
-            let shading = ShadingSettings { shadowing, ..leadr(Quadrature::VisibleSlopes(5), terms) };
+            let shading = leadr(Quadrature::VisibleSlopes(Probes::Five), terms);
+            let shading = shading.adjusted(|options| ShadingOptions { shadowing, ..options });
             rows.push(row(table, shadowing.name().to_owned(), "masking", shading));
         }
     }
@@ -251,10 +261,10 @@ const AFAR: f32 = 8.0;
 pub fn scene(config: &SceneConfig, state: &FrameState, only: Option<Technique>) -> Vec<Row> {
     let name = config.kind.to_possible_value().map_or(String::new(), |value| value.get_name().to_owned());
     let base = only.unwrap_or(Technique::Leadr);
-    let row = |table: String, name: String, base: String, technique, state: FrameState| {
-        let shading = ShadingSettings { technique, ..config.shading };
+    let row = |table: String, name: String, base: String, technique: Technique, state: FrameState| {
+        let shading = technique.with(config.shading.options());
         // Jittered, so that every round of a reference draws another of its samples.
-        let samples = if technique == Technique::Reference { 64 } else { 1 };
+        let samples = if technique.is_reference() { 64 } else { 1 };
         Row {
             table,
             name,
@@ -292,7 +302,7 @@ pub fn scene(config: &SceneConfig, state: &FrameState, only: Option<Technique>) 
 pub fn variant(variant: Variant, state: FrameState, only: Option<Technique>) -> Row {
     let Variant { table, name, base, compared, config } = variant;
     let technique = only.unwrap_or(Technique::Leadr);
-    let shading = ShadingSettings { technique, ..config.shading };
+    let shading = technique.with(config.shading.options());
     Row {
         table: table.to_owned(),
         name,

@@ -15,7 +15,7 @@ use crate::app::renderer_source::render_settings;
 use crate::app::stage::{self, Inputs, Set};
 use crate::gpu::Gpu;
 use crate::render::camera::Camera;
-use crate::render::settings::{RenderSettings, ShadingSettings, Technique};
+use crate::render::settings::{RenderSettings, Technique};
 use crate::scenes::daylight;
 
 /// Memory after so many frames.
@@ -83,7 +83,7 @@ pub fn soak(
         state.camera = sailing(&state.camera, frame, frames);
         daylight::pass(&mut state, 24.0 * f64::from(frame) / f64::from(frames));
         let technique = only.unwrap_or(Technique::ALL[frame as usize % Technique::ALL.len()]);
-        let shading = ShadingSettings { technique, ..settings.shading };
+        let shading = technique.with(settings.shading.options());
         renderer.render(&state, &RenderSettings { shading, ..settings })?;
         if (frame + 1) % interval == 0 {
             let memory = gpu.memory_use();

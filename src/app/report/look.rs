@@ -1,12 +1,12 @@
 //! What is held against the truth: techniques and rules by the names the page gives them.
 
 use crate::reflectance::masking::shadowing::Shadowing;
-use crate::render::settings::{Quadrature, RenderSettings, ShadingSettings, Technique, Terms};
+use crate::render::settings::{Probes, Quadrature, RenderSettings, Shading, ShadingOptions, Technique, Terms};
 
 /// The program's default, but shadowed as the rasterised truth is: lights alone (Smith), for the truth lets an environment
 /// through the bumps. How well the other shadowing models do is measured against ray casts, which do not.
-fn shading() -> ShadingSettings {
-    ShadingSettings { shadowing: Shadowing::Smith, ..ShadingSettings::default() }
+fn options() -> ShadingOptions {
+    ShadingOptions { shadowing: Shadowing::Smith, ..Default::default() }
 }
 
 /// A way to shade.
@@ -15,14 +15,14 @@ pub struct Look {
     /// Name on the page and in the data.
     pub name: String,
     /// How.
-    pub shading: ShadingSettings,
+    pub shading: Shading,
 }
 
 impl Look {
     /// A technique with the default rule.
     #[must_use]
     pub fn of(technique: Technique) -> Self {
-        Self { name: technique.name().to_owned(), shading: ShadingSettings { technique, ..ShadingSettings::default() } }
+        Self { name: technique.name().to_owned(), shading: technique.into() }
     }
 
     /// LEADR with the paper's grid of `n × n` samples.
@@ -33,25 +33,30 @@ impl Look {
 
     /// LEADR with the visible-slope rules and `probes` environment probes.
     #[must_use]
-    pub fn visible(probes: u32) -> Self {
-        Self::leadr(format!("leadr visible {probes}"), Quadrature::VisibleSlopes(probes))
+    pub fn visible(probes: Probes) -> Self {
+        Self::leadr(format!("leadr visible {}", probes.count()), Quadrature::VisibleSlopes(probes))
     }
 
     fn leadr(name: String, quadrature: Quadrature) -> Self {
-        let technique = Technique::Leadr;
-        Self { name, shading: ShadingSettings { technique, quadrature, ..shading() } }
+        Self { name, shading: Technique::Leadr.with(ShadingOptions { quadrature, ..options() }) }
+    }
+
+    /// Whether it integrates on the paper's grid.
+    #[must_use]
+    pub fn is_grid(&self) -> bool {
+        self.shading.integral().is_some_and(|integral| matches!(integral.quadrature, Quadrature::Grid(_)))
     }
 
     /// LEADR with the rules that the program uses by default.
     #[must_use]
     pub fn best() -> Self {
-        Self { name: "leadr, default rules".to_owned(), shading: shading() }
+        Self { name: "leadr, default rules".to_owned(), shading: Technique::Leadr.with(options()) }
     }
 
     /// LEADR as the program draws it by default, for truths with all shadows.
     #[must_use]
     pub fn default_of_the_program() -> Self {
-        Self { name: "leadr, as by default".to_owned(), shading: ShadingSettings::default() }
+        Self { name: "leadr, as by default".to_owned(), shading: Shading::default() }
     }
 
     /// Every technique but the reference; LEADR with the paper's grid and with the rules.
@@ -60,15 +65,14 @@ impl Look {
         let others = |t: &Technique| !matches!(t, Technique::Leadr | Technique::Reference);
         let mut looks: Vec<Self> = Technique::ALL.into_iter().filter(others).map(Self::of).collect();
         looks.push(Self::grid(5));
-        looks.push(Self::visible(9));
+        looks.push(Self::visible(Probes::Nine));
         looks
     }
 
     /// The same look with some terms of the light and one shadowing model.
     #[must_use]
     pub fn with(mut self, terms: Terms, shadowing: Shadowing) -> Self {
-        self.shading.terms = terms;
-        self.shading.shadowing = shadowing;
+        self.shading = self.shading.adjusted(|options| ShadingOptions { terms, shadowing, ..options });
         self
     }
 

@@ -1,6 +1,6 @@
 //! The two truths of the LEADR paper's Figure 8, and the first with all its shadows.
 
-use crate::render::settings::{RenderSettings, ShadingSettings, Technique};
+use crate::render::settings::{RenderSettings, ShadingOptions, Technique};
 use crate::render::surfaces::tessellation::TessellationSettings;
 
 /// What a picture is held against.
@@ -42,11 +42,11 @@ impl Truth {
             size,
             samples,
             seed,
-            shading: ShadingSettings { technique: Technique::Reference, ..Default::default() },
+            shading: Technique::Reference
+                .with(ShadingOptions { relief_shadows: self == Self::Shadowed, ..Default::default() }),
             // A smooth surface needs no vertex for every texel.
             tessellation: TessellationSettings { to_texels: self != Self::NormalMap, ..Default::default() },
             displacement: self != Self::NormalMap,
-            relief_shadows: self == Self::Shadowed,
             ..Default::default()
         }
     }

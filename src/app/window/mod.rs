@@ -8,7 +8,7 @@
 //! | space | stops time or lets it run |
 //! | ←, → | half a second back or on |
 //! | `,`, `.` | stops a frame before or after |
-//! | `1` to `9` | technique: see [`TECHNIQUES`] |
+//! | `1` to `9` | technique: see [`Technique::key`] |
 //! | `g` | the paper's grid, or the visible-slope rules |
 //! | `v` | next shadowing model: masking alone, Smith, correlated |
 //! | `[`, `]` | the sun half an hour back or on |
@@ -45,17 +45,18 @@ mod display;
 mod painter;
 pub mod viewer;
 
-/// Techniques by their keys, `1` first.
-pub const TECHNIQUES: [Technique; 9] = [
-    Technique::Leadr,
-    Technique::NormalMip,
-    Technique::Reference,
-    Technique::Lean,
-    Technique::Clean,
-    Technique::Toksvig,
-    Technique::BlinnPhong,
-    Technique::LeadrGgx,
-    Technique::Constant,
+/// What characters do; those of the techniques are in their table.
+const CHARACTERS: [(char, Action); 10] = [
+    (',', Action::Frame(-1)),
+    ('.', Action::Frame(1)),
+    ('[', Action::Sun(-1)),
+    (']', Action::Sun(1)),
+    ('t', Action::SunPace),
+    ('r', Action::Reset),
+    ('s', Action::Screenshot),
+    ('q', Action::Quit),
+    ('g', Action::Rule),
+    ('v', Action::Shadowing),
 ];
 
 /// How often the title follows the numbers.
@@ -186,7 +187,7 @@ impl<S: FnMut(f64) -> FrameState> App<S> {
         if let Some(last) = open.last_frame.replace(now) {
             self.viewer.advance((now - last).as_secs_f64());
         }
-        self.settings.shading = self.viewer.shading;
+        self.settings.shading = self.viewer.shading();
         let changed = self.viewer.take_changed();
         let state = changed.then(|| {
             let mut state = (self.scene)(self.viewer.time);
@@ -339,22 +340,16 @@ fn action(key: &Key) -> Option<Action> {
         Key::Named(NamedKey::ArrowRight) => Action::Scrub(1),
         Key::Named(NamedKey::F12) => Action::Screenshot,
         Key::Named(NamedKey::Escape) => Action::Quit,
-        Key::Character(text) => match text.to_lowercase().as_str() {
-            "," => Action::Frame(-1),
-            "." => Action::Frame(1),
-            "[" => Action::Sun(-1),
-            "]" => Action::Sun(1),
-            "t" => Action::SunPace,
-            "r" => Action::Reset,
-            "s" => Action::Screenshot,
-            "q" => Action::Quit,
-            "g" => Action::Rule,
-            "v" => Action::Shadowing,
-            digit => {
-                let index = digit.parse::<usize>().ok()?.checked_sub(1)?;
-                Action::Technique(*TECHNIQUES.get(index)?)
-            }
-        },
+        Key::Character(text) => {
+            let mut characters = text.chars().flat_map(char::to_lowercase);
+            let (key, None) = (characters.next()?, characters.next()) else { return None };
+            let technique = || Technique::ALL.into_iter().find(|t| t.key() == key).map(Action::Technique);
+            return CHARACTERS
+                .iter()
+                .find(|(character, _)| *character == key)
+                .map(|(_, does)| *does)
+                .or_else(technique);
+        }
         _ => return None,
     })
 }
@@ -362,7 +357,7 @@ fn action(key: &Key) -> Option<Action> {
 /// Technique, time, frames per second, milliseconds per pass.
 fn title(name: &str, viewer: &Viewer, fps: f64, times: &[(String, f64)]) -> String {
     let paused = if viewer.paused { " (paused)" } else { "" };
-    let mut title = format!("{name} · {} · {:.2} s{paused} · {fps:.1} fps", viewer.shading, viewer.time);
+    let mut title = format!("{name} · {} · {:.2} s{paused} · {fps:.1} fps", viewer.shading(), viewer.time);
     for (pass, milliseconds) in times.iter().filter(|(_, milliseconds)| *milliseconds >= 0.05) {
         title.push_str(&format!(" · {pass} {milliseconds:.1} ms"));
     }
@@ -372,15 +367,20 @@ fn title(name: &str, viewer: &Viewer, fps: f64, times: &[(String, f64)]) -> Stri
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::render::settings::ShadingSettings;
+    use crate::render::settings::Shading;
+
+    fn typed(text: &str) -> Option<Action> {
+        action(&Key::Character(text.into()))
+    }
 
     #[test]
-    fn every_technique_has_a_key() {
+    fn every_technique_has_a_key_of_its_own() {
         for technique in Technique::ALL {
-            let key = TECHNIQUES.iter().position(|t| *t == technique).expect("a key") + 1;
-            assert_eq!(action(&Key::Character(key.to_string().into())), Some(Action::Technique(technique)));
+            assert_eq!(typed(&technique.key().to_string()), Some(Action::Technique(technique)));
+            assert!(CHARACTERS.iter().all(|(character, _)| *character != technique.key()), "{technique:?}");
         }
-        assert_eq!(action(&Key::Character("0".into())), None);
+        assert_eq!((typed("0"), typed("10"), typed("")), (None, None, None));
+        assert_eq!(typed("Q"), Some(Action::Quit));
     }
 
     #[test]
@@ -391,12 +391,12 @@ mod tests {
             up: [0.0, 0.0, 1.0],
             fov_degrees: 40.0,
         };
-        let mut viewer = Viewer::new(Orbit::new(&pose), 1.5, ShadingSettings::default());
+        let mut viewer = Viewer::new(Orbit::new(&pose), 1.5, Shading::default());
         viewer.act(Action::Pause);
-        viewer.act(action(&Key::Character("4".into())).expect("a key"));
+        viewer.act(typed("4").expect("a key"));
         let times = [("geometry".to_owned(), 3.12), ("sky".to_owned(), 0.001)];
         let said = title("Sphere", &viewer, 29.97, &times);
         assert_eq!(said, "Sphere · lean · 1.50 s (paused) · 30.0 fps · geometry 3.1 ms");
-        assert_eq!(action(&Key::Character("x".into())), None);
+        assert_eq!(typed("x"), None);
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::app::orbit::Orbit;
 use crate::render::camera::Camera;
-use crate::render::settings::{Quadrature, ShadingSettings, Technique};
+use crate::render::settings::{Probes, Quadrature, Shading, ShadingOptions, Technique};
 
 /// Real time beyond this, seconds, does not pass in the scene: on a slow device the animation slows down but stays one.
 const LONGEST_STEP: f64 = 0.1;
@@ -64,8 +64,8 @@ pub struct Viewer {
     /// Hours by which the sun has been moved.
     pub sun_hours: f64,
     sun_pace: usize,
-    /// How surfaces are shaded.
-    pub shading: ShadingSettings,
+    technique: Technique,
+    options: ShadingOptions,
     other_rule: Quadrature,
     start: (Orbit, f64),
     drag: Option<Drag>,
@@ -76,10 +76,11 @@ pub struct Viewer {
 impl Viewer {
     /// A viewer at the beginning; time runs.
     #[must_use]
-    pub fn new(orbit: Orbit, time: f64, shading: ShadingSettings) -> Self {
+    pub fn new(orbit: Orbit, time: f64, shading: Shading) -> Self {
         let (start, drag, pointer) = ((orbit, time), None, None);
-        let other_rule = match shading.quadrature {
-            Quadrature::Grid(_) => Quadrature::VisibleSlopes(16),
+        let options = shading.options();
+        let other_rule = match options.quadrature {
+            Quadrature::Grid(_) => Quadrature::VisibleSlopes(Probes::Sixteen),
             Quadrature::VisibleSlopes(_) => Quadrature::Grid(5),
         };
         Self {
@@ -88,13 +89,20 @@ impl Viewer {
             paused: false,
             sun_hours: 0.0,
             sun_pace: 0,
-            shading,
+            technique: shading.technique(),
+            options,
             other_rule,
             start,
             drag,
             pointer,
             changed: true,
         }
+    }
+
+    /// How surfaces are shaded: options that the technique does not have wait for one that has them.
+    #[must_use]
+    pub fn shading(&self) -> Shading {
+        self.technique.with(self.options)
     }
 
     /// Lets so many seconds pass, unless time stands still; the sun has a time of its own.
@@ -125,9 +133,9 @@ impl Viewer {
                 (self.sun_hours, self.sun_pace) = (0.0, 0);
                 self.paused = false;
             }
-            Action::Technique(technique) => self.shading.technique = technique,
-            Action::Rule => std::mem::swap(&mut self.shading.quadrature, &mut self.other_rule),
-            Action::Shadowing => self.shading.shadowing = self.shading.shadowing.next(),
+            Action::Technique(technique) => self.technique = technique,
+            Action::Rule => std::mem::swap(&mut self.options.quadrature, &mut self.other_rule),
+            Action::Shadowing => self.options.shadowing = self.options.shadowing.next(),
             Action::Screenshot | Action::Quit => return,
         }
         self.changed = true;
@@ -192,7 +200,7 @@ mod tests {
     fn viewer() -> Viewer {
         let pose =
             CameraPose { position: [6.0, -8.0, 5.0], target: [0.0, 0.0, 2.0], up: [0.0, 0.0, 1.0], fov_degrees: 40.0 };
-        Viewer::new(Orbit::new(&pose), 1.0, ShadingSettings::default())
+        Viewer::new(Orbit::new(&pose), 1.0, Shading::default())
     }
 
     #[test]
@@ -235,17 +243,28 @@ mod tests {
     #[test]
     fn the_shading_switches_and_comes_back() {
         let mut viewer = viewer();
-        let start = viewer.shading;
+        let start = viewer.shading();
         viewer.act(Action::Rule);
-        assert_ne!(viewer.shading.quadrature, start.quadrature);
+        assert_ne!(viewer.shading(), start);
         viewer.act(Action::Rule);
         let seen: Vec<Shadowing> = (0..3)
             .map(|_| {
                 viewer.act(Action::Shadowing);
-                viewer.shading.shadowing
+                viewer.shading().options().shadowing
             })
             .collect();
-        assert!(Shadowing::MAIN.iter().all(|v| seen.contains(v)) && viewer.shading == start);
+        assert!(Shadowing::MAIN.iter().all(|v| seen.contains(v)) && viewer.shading() == start);
+    }
+
+    #[test]
+    fn options_outlast_a_technique_without_them() {
+        let mut viewer = viewer();
+        viewer.act(Action::Rule);
+        let start = viewer.shading();
+        viewer.act(Action::Technique(Technique::Lean));
+        assert_eq!(viewer.shading(), Technique::Lean.into());
+        viewer.act(Action::Technique(Technique::Leadr));
+        assert_eq!(viewer.shading(), start);
     }
 
     #[test]

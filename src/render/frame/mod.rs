@@ -24,7 +24,7 @@ use super::passes::shade::{LightSet, LightingGpu, ShadePass};
 use super::passes::shadow::{ShadowPass, ShadowView};
 use super::passes::tiles::TilePass;
 use super::scene::{FrameState, Object};
-use super::settings::{RenderSettings, ShadingSettings};
+use super::settings::{RenderSettings, Shading};
 use super::surfaces::object::{GpuObject, MAX_OBJECTS, ViewBuffers};
 use super::surfaces::ocean::Ocean;
 use crate::gpu::{Buffer, Gpu, GpuError, Image, Memory, Result, Timestamps};
@@ -92,7 +92,7 @@ pub struct Renderer {
     accumulate: AccumulatePass,
     geometry: GeometryPass,
     ocean: Option<OceanPass>,
-    pipelines: HashMap<(ShadingSettings, LightSet), PixelPasses>,
+    pipelines: HashMap<(Shading, LightSet), PixelPasses>,
     edges: EdgePass,
     tiles: TilePass,
     reference: Option<ReferencePass>,

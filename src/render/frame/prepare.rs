@@ -36,7 +36,7 @@ impl Renderer {
         if let Some(limit) = self.gpu.loop_iterations_per_invocation() {
             // One walk over the grid for the visible normals, one for the environment, one per light.
             let walks = 2 + u32::from(state.sun.is_some()) + state.point_lights.len() as u32;
-            if let Quadrature::Grid(grid) = settings.shading.quadrature
+            if let Some(Quadrature::Grid(grid)) = settings.shading.integral().map(|integral| integral.quadrature)
                 && grid * grid * walks >= limit
             {
                 let fault =
@@ -49,7 +49,7 @@ impl Renderer {
             self.drawn.iter().zip(&state.poses).map(|(d, pose)| pose.apply(&d.object.object.mesh)).collect();
         self.shadow_view = None;
         if settings.shadows_of_relief() {
-            self.prepare_reference(state, settings.shading.terms)?;
+            self.prepare_reference(state, settings.shading.terms())?;
             self.prepare_pipelines(state, settings)?;
             return Ok(posed);
         }
@@ -111,8 +111,8 @@ impl Renderer {
             )?;
         }
         if let Some(ocean) = &mut self.ocean {
-            let technique = settings.shading.technique;
-            ocean.update(&self.gpu, technique, state.time, clip_from_world, camera.position, lens, &tessellation)?;
+            let needs = settings.shading.needs();
+            ocean.update(&self.gpu, needs, state.time, clip_from_world, camera.position, lens, &tessellation)?;
         }
         if settings.shadows_of_relief() {
             let cube_size = self.environment.face_size();
@@ -141,11 +141,11 @@ impl Renderer {
 
     /// Makes the pipelines of these settings and of the lights there are.
     fn prepare_pipelines(&mut self, state: &FrameState, settings: &RenderSettings) -> Result<()> {
-        let (shading, lights) = (settings.shading, LightSet::new(state, self.shadow_view.is_some()));
+        let (shading, lights) = (settings.shading.plain(), LightSet::new(state, self.shadow_view.is_some()));
         let passes = match self.pipelines.entry((shading, lights)) {
             Entry::Occupied(entry) => entry.into_mut(),
             Entry::Vacant(entry) => entry.insert(PixelPasses {
-                filter: FilterPass::new(&self.gpu, &shading)?,
+                filter: FilterPass::new(&self.gpu, shading.needs())?,
                 shade: ShadePass::new(&self.gpu, shading, lights, Edges::None)?,
                 edges: None,
             }),
@@ -153,7 +153,7 @@ impl Renderer {
         if settings.edges().is_some() && passes.edges.is_none() {
             passes.edges = Some(EdgePasses {
                 shade: ShadePass::new(&self.gpu, shading, lights, Edges::Shaded)?,
-                join: JoinPass::new(&self.gpu, shading.technique, lights)?,
+                join: JoinPass::new(&self.gpu, shading.needs(), lights)?,
                 shade_joined: ShadePass::new(&self.gpu, shading, lights, Edges::Joined)?,
             });
         }

@@ -50,7 +50,7 @@ impl SubFrame {
             pixel,
             state.camera.rays(size, offset),
             state.camera.near,
-            (before, settings.edge_samples),
+            (before, settings.edges().unwrap_or(1)),
             self.area,
         )
     }
@@ -124,7 +124,7 @@ impl Renderer {
     /// The targets and the passes of a prepared frame.
     fn pixel_passes(&self, state: &FrameState, settings: &RenderSettings) -> (&Targets, &PixelPasses) {
         let lights = LightSet::new(state, self.shadow_view.is_some());
-        let passes = self.pipelines.get(&(settings.shading, lights)).expect("prepared");
+        let passes = self.pipelines.get(&(settings.shading.plain(), lights)).expect("prepared");
         (self.targets.as_ref().expect("prepared"), passes)
     }
 

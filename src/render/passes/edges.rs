@@ -22,7 +22,7 @@ use crate::gpu::{
     Buffer, Commands, ComputePipeline, Descriptor, Filter, Gpu, Image, Result, Sampler, SpecValue, Use, Wrap,
 };
 use crate::render::camera::Camera;
-use crate::render::settings::Technique;
+use crate::render::settings::Needs;
 use crate::render::surfaces::tessellation::{Lens, TessellationSettings};
 
 /// Edge samples across a pixel in one drawing, at most.
@@ -177,12 +177,12 @@ pub struct JoinPass {
 }
 
 impl JoinPass {
-    /// The pass for a technique, which tells what slope statistics are, and for lights.
+    /// The pass for what a technique needs of slope statistics, and for lights.
     ///
     /// # Errors
     /// A failed pipeline.
-    pub fn new(gpu: &Arc<Gpu>, technique: Technique, lights: LightSet) -> Result<Self> {
-        let spec = [(0, SpecValue::I32(technique.code())), (7, SpecValue::Bool(lights.sun && lights.shadows))];
+    pub fn new(gpu: &Arc<Gpu>, needs: Needs, lights: LightSet) -> Result<Self> {
+        let spec = [needs.spec(), vec![(7, SpecValue::Bool(lights.sun && lights.shadows))]].concat();
         Ok(Self {
             pipeline: ComputePipeline::new(gpu, "passes/edges/join.comp", &spec)?,
             nearest: Sampler::new(gpu, "join", Filter::Nearest, Wrap::Clamp)?,

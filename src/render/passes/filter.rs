@@ -9,7 +9,7 @@ use crate::gpu::{
     ColorTarget, Commands, Descriptor, Filter, Gpu, GraphicsDesc, GraphicsPipeline, Load, Result, Sampler, SpecValue,
     Topology, Use, Wrap,
 };
-use crate::render::settings::ShadingSettings;
+use crate::render::settings::Needs;
 use crate::render::surfaces::object::{FLAGS_GRID_SHIFT, FilteredObjectGpu, GpuObject};
 
 /// Pipelines of the filter pass.
@@ -23,12 +23,13 @@ pub struct FilterPass {
 }
 
 impl FilterPass {
-    /// The pass for some settings, of which it needs the technique and whether the pixel kernel is wanted.
+    /// The pass for what a technique needs.
     ///
     /// # Errors
     /// A failed pipeline.
-    pub fn new(gpu: &Arc<Gpu>, settings: &ShadingSettings) -> Result<Self> {
+    pub fn new(gpu: &Arc<Gpu>, needs: Needs) -> Result<Self> {
         let pipeline = |name, atlas| {
+            let spec = [needs.spec(), vec![(3, SpecValue::Bool(atlas))]].concat();
             GraphicsPipeline::new(
                 gpu,
                 name,
@@ -37,11 +38,7 @@ impl FilterPass {
                     fragment: Some("passes/filter/filter.frag"),
                     colors: &GBuffer::FORMATS,
                     topology: Topology::Points,
-                    spec: &[
-                        (0, SpecValue::I32(settings.technique.code())),
-                        (2, SpecValue::Bool(settings.pixel_kernel)),
-                        (3, SpecValue::Bool(atlas)),
-                    ],
+                    spec: &spec,
                     ..Default::default()
                 },
             )

@@ -23,7 +23,7 @@ use crate::gpu::{
 };
 use crate::render::light::environment::Environment;
 use crate::render::scene::{FrameState, MAX_POINT_LIGHTS};
-use crate::render::settings::{RenderSettings, Technique, Terms};
+use crate::render::settings::{RenderSettings, Terms};
 use crate::render::surfaces::object::GpuObject;
 use crate::render::surfaces::patch_mesh::PosedVertices;
 use crate::render::surfaces::tessellation::TessellationSettings;
@@ -87,11 +87,7 @@ impl ReferencePass {
             vertex: "passes/fullscreen.vert",
             fragment: Some("passes/shade/reference.frag"),
             colors: &[RADIANCE_FORMAT],
-            spec: &[
-                (0, SpecValue::I32(Technique::Reference.code())),
-                (5, SpecValue::I32(terms.bits())),
-                (16, SpecValue::F32(MIRROR_ALPHA)),
-            ],
+            spec: &[(5, SpecValue::I32(terms.bits())), (16, SpecValue::F32(MIRROR_ALPHA))],
             ..Default::default()
         };
         Ok(Self {

@@ -11,7 +11,7 @@ use crate::gpu::{
     Result, Sampler, SpecValue, Topology, Use, Wrap,
 };
 use crate::render::scene::{FrameState, MAX_POINT_LIGHTS};
-use crate::render::settings::{DiffuseLights, Quadrature, ShadingSettings};
+use crate::render::settings::Shading;
 use glam::{Mat4, Vec2, Vec3};
 
 /// The light block (`Lighting` in `passes/shade/shade.frag`).
@@ -142,27 +142,18 @@ pub struct ShadePass {
 }
 
 impl ShadePass {
-    /// The pass for one set of settings and lights.
+    /// The pass for a technique with its settings, and for lights.
     ///
     /// # Errors
     /// A failed pipeline.
-    pub fn new(gpu: &Arc<Gpu>, settings: ShadingSettings, lights: LightSet, edges: Edges) -> Result<Self> {
-        let samples = match settings.quadrature {
-            Quadrature::Grid(n) | Quadrature::VisibleSlopes(n) => n,
-        };
-        let spec = [
-            (0, SpecValue::I32(settings.technique.code())),
-            (1, SpecValue::Bool(matches!(settings.quadrature, Quadrature::VisibleSlopes(_)))),
-            (2, SpecValue::I32(samples as i32)),
-            (3, SpecValue::I32(settings.shadowing.code())),
-            (4, SpecValue::Bool(settings.diffuse_lights == DiffuseLights::Sh)),
-            (5, SpecValue::I32(settings.terms.bits())),
+    pub fn new(gpu: &Arc<Gpu>, shading: Shading, lights: LightSet, edges: Edges) -> Result<Self> {
+        let lit = [
             (6, SpecValue::I32(i32::from(!lights.sun))),
             (7, SpecValue::Bool(lights.shadows)),
             (8, SpecValue::I32(lights.points as i32)),
             (9, SpecValue::I32(edges as i32)),
-            (10, SpecValue::Bool(settings.pixel_kernel)),
         ];
+        let spec = [&shading.spec()[..], &lit].concat();
         let pipeline = |name: &str, fragment, spec: &[_]| {
             let desc = GraphicsDesc {
                 vertex: "passes/shade/shade.vert",

@@ -9,7 +9,7 @@ use leadr::render::frame::{Layer, Renderer};
 use leadr::render::light::environment::Environment;
 use leadr::render::light::sky::Sky;
 use leadr::render::scene::FrameState;
-use leadr::render::settings::{RenderSettings, ShadingSettings, Technique};
+use leadr::render::settings::{RenderSettings, Technique};
 use leadr::render::surfaces::ocean::Ocean;
 use leadr::render::surfaces::ocean::mesh::EARTH;
 use leadr::render::surfaces::ocean::waves::{Cascade, PERIOD};
@@ -145,7 +145,7 @@ fn cast(tiles: &[Tile], bound: f64, eye: DVec3, direction: DVec3, step: f64) -> 
 }
 
 fn reference(size: (u32, u32), samples: u32) -> RenderSettings {
-    let shading = ShadingSettings { technique: Technique::Reference, ..ShadingSettings::default() };
+    let shading = Technique::Reference.into();
     RenderSettings { size, samples, shading, ..RenderSettings::default() }
 }
 

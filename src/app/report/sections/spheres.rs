@@ -14,7 +14,7 @@ use crate::app::report::subject::Subject;
 use crate::app::report::truth::Truth;
 use crate::app::report::verdict::{Errors, Shot, Verdict, judge};
 use crate::reflectance::masking::shadowing::Shadowing;
-use crate::render::settings::{Quadrature, RenderSettings, Terms};
+use crate::render::settings::{Probes, RenderSettings, ShadingOptions, Terms};
 use crate::scenes::spheres::cell::{Lighting, TURN};
 use crate::scenes::spheres::surface::{Detail, Frequency, Surface};
 use crate::scenes::spheres::{ANISOTROPIC, ISOTROPIC};
@@ -93,7 +93,7 @@ fn groups(quick: bool) -> Vec<(f32, Vec<Vec2>)> {
 
 /// What is held against the truth; a quick run leaves out the largest grid, which takes most of the time.
 fn looks(quick: bool) -> Vec<Look> {
-    let mut looks = vec![Look::grid(5), Look::grid(32), Look::grid(128), Look::visible(9)];
+    let mut looks = vec![Look::grid(5), Look::grid(32), Look::grid(128), Look::visible(Probes::Nine)];
     if quick {
         looks.remove(2);
     }
@@ -178,7 +178,7 @@ fn cell(
         // The smooth geometry of normal-map truth is cheap, and its aliasing is worse.
         let samples = if truth == Truth::NormalMap { 4 * samples } else { samples };
         let mut settings = truth.settings((size, size), samples, 1);
-        settings.shading.terms = light.terms;
+        settings.shading = settings.shading.adjusted(|options| ShadingOptions { terms: light.terms, ..options });
         settings.shadows = false;
         let shot = shoot(settings)?;
         truths.push((truth, samples, shot));
@@ -258,7 +258,7 @@ fn findings(light: &Light, looks: &[Look], entries: &[Entry]) -> Vec<String> {
     let mut findings =
         vec![format!("{}: root mean square of rRMSE inside over all rows: {}.", light.title, listed.join(", "))];
     // The largest grid is the model without its quadrature.
-    let converged = looks.iter().rev().find(|l| matches!(l.shading.quadrature, Quadrature::Grid(_)));
+    let converged = looks.iter().rev().find(|l| l.is_grid());
     let rows = converged.map_or(Vec::new(), |look| of(&look.name));
     let error = |e: &&Entry| e.displacement_inside.rrmse;
     if let Some(worst) = rows.into_iter().max_by(|a, b| error(a).total_cmp(&error(b))) {

@@ -12,7 +12,7 @@ use crate::app::report::studio::{Studio, fault};
 use crate::app::report::subject::Subject;
 use crate::app::report::verdict::{Shot, judge};
 use crate::reflectance::masking::shadowing::Shadowing;
-use crate::render::settings::{Quadrature, RenderSettings, Terms};
+use crate::render::settings::{Probes, RenderSettings, Terms};
 use crate::scenes::spheres::cell::Lighting;
 use crate::scenes::spheres::surface::{Detail, Frequency, Surface};
 
@@ -44,7 +44,7 @@ pub fn run(studio: &mut Studio) -> Result<Section, AppError> {
     let looks: Vec<(Look, u32)> = grids
         .iter()
         .map(|&n| (Look::grid(n), n * n))
-        .chain(Quadrature::PROBES.iter().map(|&n| (Look::visible(n), n)))
+        .chain(Probes::ALL.iter().map(|&probes| (Look::visible(probes), probes.count())))
         .collect();
     let (mut html, mut entries) = (Html::new(), Vec::new());
     for &sigma in sigmas {
@@ -85,7 +85,7 @@ fn roughness(studio: &mut Studio, sigma: [f32; 2], looks: &[(Look, u32)]) -> Res
     let (mut entries, mut lines) = (Vec::new(), [Vec::new(), Vec::new()]);
     for ((look, fetches), shot) in looks.iter().zip(&shots) {
         let errors = judge(&best, shot, EXPOSURE).map_err(fault)?.interior;
-        let is_grid = matches!(look.shading.quadrature, Quadrature::Grid(_));
+        let is_grid = look.is_grid();
         lines[usize::from(!is_grid)].push((f64::from(*fetches), errors.rrmse));
         let caption = vec![look.name.replace("leadr ", ""), format!("rRMSE {}", number(errors.rrmse))];
         let file = format!("table10-{key}-{}", look.file());

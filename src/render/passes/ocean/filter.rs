@@ -13,7 +13,7 @@ use crate::gpu::{
     Sampler, SpecValue, Topology, Use, Wrap,
 };
 use crate::render::passes::targets::{GBuffer, VisibleSurface};
-use crate::render::settings::Technique;
+use crate::render::settings::Needs;
 use crate::render::surfaces::ocean::mesh::EARTH;
 use crate::render::surfaces::ocean::{Ocean, SEA_INDEX};
 
@@ -31,9 +31,9 @@ struct WaterGpu {
     foam: [f32; 4],
 }
 
-/// Pipelines of the filter, one per technique that was asked for, and what they know of the water.
+/// Pipelines of the filter, one per set of needs that was asked for, and what they know of the water.
 pub struct OceanFilter {
-    pipelines: HashMap<Technique, GraphicsPipeline>,
+    pipelines: HashMap<Needs, GraphicsPipeline>,
     water: Buffer,
     trilinear: Sampler,
     nearest: Sampler,
@@ -53,13 +53,14 @@ impl OceanFilter {
         })
     }
 
-    /// Makes the technique's pipeline, unless it is there, and writes what the water is like below a viewer at `centre`. The
+    /// Makes the pipeline for what a technique needs, unless it is there, and writes what the water is like below a viewer at `centre`. The
     /// device must be idle.
     ///
     /// # Errors
     /// A failed pipeline or write.
-    pub fn update(&mut self, gpu: &Arc<Gpu>, technique: Technique, ocean: &Ocean, centre: Vec2) -> Result<()> {
-        if let Entry::Vacant(place) = self.pipelines.entry(technique) {
+    pub fn update(&mut self, gpu: &Arc<Gpu>, needs: Needs, ocean: &Ocean, centre: Vec2) -> Result<()> {
+        if let Entry::Vacant(place) = self.pipelines.entry(needs) {
+            let own = vec![(1, SpecValue::U32(SEA_INDEX)), (3, SpecValue::Bool(ocean.shore.is_some()))];
             place.insert(GraphicsPipeline::new(
                 gpu,
                 "ocean filter",
@@ -68,11 +69,7 @@ impl OceanFilter {
                     topology: Topology::Points,
                     fragment: Some("passes/ocean/filter.frag"),
                     colors: &GBuffer::FORMATS,
-                    spec: &[
-                        (0, SpecValue::I32(technique.code())),
-                        (1, SpecValue::U32(SEA_INDEX)),
-                        (3, SpecValue::Bool(ocean.shore.is_some())),
-                    ],
+                    spec: &[needs.spec(), own].concat(),
                     ..Default::default()
                 },
             )?);
@@ -102,16 +99,16 @@ impl OceanFilter {
         }
     }
 
-    /// Filters the waves under the sea's pixels into the begun G-buffer, with a technique of the last updates.
+    /// Filters the waves under the sea's pixels into the begun G-buffer, with needs of one of the last updates.
     pub fn draw(
         &self,
         cmd: &mut Commands,
-        technique: Technique,
+        needs: Needs,
         fields: &OceanFields,
         shore: &Buffer,
         visible: &VisibleSurface,
     ) {
-        let Some(pipeline) = self.pipelines.get(&technique) else { return };
+        let Some(pipeline) = self.pipelines.get(&needs) else { return };
         cmd.bind(
             pipeline,
             &[

@@ -15,7 +15,7 @@ use crate::gpu::{
 };
 use crate::render::passes::geometry::guard_band;
 use crate::render::passes::targets::{GBuffer, VisibleSurface};
-use crate::render::settings::Technique;
+use crate::render::settings::{Needs, Shading};
 use crate::render::surfaces::ocean::mesh::{EARTH, Laid, Rings, SeaView};
 use crate::render::surfaces::ocean::shore::ShoreGpu;
 use crate::render::surfaces::ocean::{Ocean, SEA_INDEX};
@@ -47,7 +47,7 @@ pub struct OceanPass {
     laid: Laid,
     pipeline: GraphicsPipeline,
     filter: OceanFilter,
-    technique: Technique,
+    needs: Needs,
     vertices: Buffer,
     patches: Buffer,
     patch_edges: Buffer,
@@ -92,7 +92,7 @@ impl OceanPass {
                 },
             )?,
             filter: OceanFilter::new(gpu)?,
-            technique: Technique::Leadr,
+            needs: Shading::default().needs(),
             vertices: buffer("ocean vertices", mesh.positions.len(), size_of::<VertexGpu>())?,
             patches: Buffer::from_slice(gpu, "ocean patches", &mesh.patches)?,
             patch_edges: Buffer::from_slice(gpu, "ocean edges", &topology.patch_edges)?,
@@ -115,15 +115,15 @@ impl OceanPass {
     pub fn update(
         &mut self,
         gpu: &Arc<Gpu>,
-        technique: Technique,
+        needs: Needs,
         time: f64,
         clip_from_world: Mat4,
         eye: Vec3,
         lens: Lens,
         tessellation: &TessellationSettings,
     ) -> Result<()> {
-        self.technique = technique;
-        self.filter.update(gpu, technique, &self.ocean, eye.truncate())?;
+        self.needs = needs;
+        self.filter.update(gpu, needs, &self.ocean, eye.truncate())?;
         if self.marches() {
             let march = match &mut self.march {
                 Some(march) => march,
@@ -171,7 +171,7 @@ impl OceanPass {
 
     /// Whether rays are marched, which know of no beach.
     fn marches(&self) -> bool {
-        self.technique == Technique::Reference && self.ocean.shore.is_none()
+        self.needs.is_finest() && self.ocean.shore.is_none()
     }
 
     /// Draws the sea over what the geometry pass left, and leaves the targets readable.
@@ -218,7 +218,7 @@ impl OceanPass {
     pub fn record_filter(&self, cmd: &mut Commands, visible: &VisibleSurface, target: &GBuffer) {
         self.filter.record(cmd, target, |cmd, water| match self.reference() {
             Some(march) => march.draw_filter(cmd, visible, water),
-            None => self.filter.draw(cmd, self.technique, &self.fields, &self.shore, visible),
+            None => self.filter.draw(cmd, self.needs, &self.fields, &self.shore, visible),
         });
     }
 

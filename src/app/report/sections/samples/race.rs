@@ -17,7 +17,7 @@ use crate::maps::RgbImage;
 use crate::render::camera::Camera;
 use crate::render::passes::accumulate::Accumulation;
 use crate::render::scene::FrameState;
-use crate::render::settings::RenderSettings;
+use crate::render::settings::{RenderSettings, ShadingOptions};
 
 /// Edge samples of the picture that is judged; more change its errors little (docs/measurements/samples.md).
 const EDGE_SAMPLES: u32 = 64;
@@ -205,8 +205,7 @@ pub fn race(studio: &Studio, contest: Contest) -> Result<(Race, Pictures), AppEr
     let Contest { title, goal, mut subject, camera, size, bumps_per_pixel, converged, counts, .. } = contest;
     let state = subject.seen_by(&camera);
     let brute = |samples, seed| {
-        let mut settings =
-            RenderSettings { relief_shadows: true, ..Truth::Displacement.settings((size, size), samples, seed) };
+        let mut settings = Truth::Shadowed.settings((size, size), samples, seed);
         settings.tessellation.vertices_per_pixel = contest.vertices_per_pixel;
         settings
     };
@@ -214,7 +213,8 @@ pub fn race(studio: &Studio, contest: Contest) -> Result<(Race, Pictures), AppEr
     let truth = Converged::of(&half(3)?, &half(4)?)?;
     let look = Look::default_of_the_program();
     let mut shade = |samples, edge_samples| -> Result<_, AppError> {
-        let settings = RenderSettings { edge_samples, ..look.settings((size, size), samples) };
+        let shading = look.shading.adjusted(|options| ShadingOptions { edge_samples, ..options });
+        let settings = RenderSettings { shading, ..look.settings((size, size), samples) };
         // The first run builds pipelines.
         studio.shoot(&mut subject.renderer, &state, &RenderSettings { samples: 1, ..settings })?;
         let shot = studio.shoot(&mut subject.renderer, &state, &settings)?;

@@ -1,0 +1,84 @@
+//! What a picture is made with.
+
+mod shading;
+mod technique;
+mod terms;
+
+use glam::Vec2;
+
+pub use self::shading::{DiffuseLights, Filtering, Integral, Probes, Quadrature, Reflection, Shading, ShadingOptions};
+pub use self::technique::{Needs, Technique};
+pub use self::terms::Terms;
+use super::sampling::jitter;
+use super::surfaces::tessellation::TessellationSettings;
+
+/// Everything about a picture that is not the scene.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RenderSettings {
+    /// Pixels across and down.
+    pub size: (u32, u32),
+    /// Samples per pixel, each a whole frame with its own offset inside the pixel; at least 1.
+    pub samples: u32,
+    /// Seed of the offsets. One sample lies in the pixel's centre whatever the seed.
+    pub seed: u64,
+    /// The technique and its settings.
+    pub shading: Shading,
+    /// Tessellation.
+    pub tessellation: TessellationSettings,
+    /// Whether the sun throws shadows.
+    pub shadows: bool,
+    /// Whether heights move the surface. Without, the geometry stays smooth and the slopes of the maps shade it all the
+    /// same: with [`Technique::Reference`] the truth of normal mapping (LEADR Figure 8).
+    pub displacement: bool,
+    /// Paints the inside of surfaces in a marker colour: a closed surface shows none.
+    pub mark_inside: bool,
+}
+
+impl RenderSettings {
+    /// Whether a picture can be made like this.
+    ///
+    /// # Errors
+    /// A sentence about what is wrong.
+    pub fn check(&self) -> Result<(), String> {
+        self.shading.check()
+    }
+
+    /// Edge samples per sample, where there are more than the sample itself.
+    #[must_use]
+    pub fn edges(&self) -> Option<u32> {
+        self.shading.edge_samples()
+    }
+
+    /// Whether the relief throws shadows on itself.
+    #[must_use]
+    pub fn shadows_of_relief(&self) -> bool {
+        self.shading.relief_shadows()
+    }
+
+    /// Offset of sample `index` from the middle of its pixel, pixels.
+    #[must_use]
+    pub fn sample_offset(&self, index: u32) -> Vec2 {
+        jitter(index, self.samples.max(1), self.seed)
+    }
+
+    /// What the heights of the geometry are multiplied by where those of the maps are by `height_scale`.
+    #[must_use]
+    pub fn geometry_scale(&self, height_scale: f32) -> f32 {
+        if self.displacement { height_scale } else { 0.0 }
+    }
+}
+
+impl Default for RenderSettings {
+    fn default() -> Self {
+        Self {
+            size: (1024, 1024),
+            samples: 1,
+            seed: 0,
+            shading: Shading::default(),
+            tessellation: TessellationSettings::default(),
+            shadows: true,
+            displacement: true,
+            mark_inside: false,
+        }
+    }
+}

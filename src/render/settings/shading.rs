@@ -1,0 +1,481 @@
+//! How surfaces are shaded: a technique with the settings that it has, and no others.
+
+use std::fmt;
+
+use serde::{Serialize, Serializer};
+
+use super::technique::{Needs, Technique};
+use super::terms::Terms;
+use crate::gpu::SpecValue;
+use crate::reflectance::masking::shadowing::Shadowing;
+
+/// Where the integrals over visible slopes are sampled.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Quadrature {
+    /// The paper's `N × N` grid of slopes, 1 to [`MAX_GRID`](Self::MAX_GRID).
+    Grid(u32),
+    /// The visible-slope rules, with so many environment probes.
+    VisibleSlopes(Probes),
+}
+
+impl Quadrature {
+    /// Most slopes along a side of the grid.
+    pub const MAX_GRID: u32 = 128;
+
+    /// Slopes, or probes, that one pixel looks the environment up for.
+    #[must_use]
+    pub const fn samples(self) -> u32 {
+        match self {
+            Self::Grid(n) => n * n,
+            Self::VisibleSlopes(probes) => probes.count(),
+        }
+    }
+
+    /// The name of the rule on the command line.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Grid(_) => "grid",
+            Self::VisibleSlopes(_) => "visible",
+        }
+    }
+}
+
+/// How many probes look the environment up: there are rules for these numbers alone.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Probes {
+    /// 5.
+    Five,
+    /// 9.
+    Nine,
+    /// 16.
+    Sixteen,
+}
+
+impl Probes {
+    /// Every number, the smallest first.
+    pub const ALL: [Self; 3] = [Self::Five, Self::Nine, Self::Sixteen];
+
+    /// The number.
+    #[must_use]
+    pub const fn count(self) -> u32 {
+        match self {
+            Self::Five => 5,
+            Self::Nine => 9,
+            Self::Sixteen => 16,
+        }
+    }
+
+    /// The rule of `count` probes, if there is one.
+    #[must_use]
+    pub fn of(count: u32) -> Option<Self> {
+        Self::ALL.into_iter().find(|probes| probes.count() == count)
+    }
+}
+
+/// How sun and point lights reach a diffuse surface.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum DiffuseLights {
+    /// By the clamped cosine of each slope.
+    Cosine,
+    /// By order-2 harmonics (Algorithm 2 of the LEADR paper): up to 9 % off.
+    Sh,
+}
+
+impl DiffuseLights {
+    /// Every form.
+    pub const ALL: [Self; 2] = [Self::Cosine, Self::Sh];
+
+    /// The name on the command line.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Cosine => "cosine",
+            Self::Sh => "sh",
+        }
+    }
+
+    /// What it does, in a line.
+    #[must_use]
+    pub const fn help(self) -> &'static str {
+        match self {
+            Self::Cosine => "The clamped cosine of each slope",
+            Self::Sh => "Order-2 spherical harmonics, as in the LEADR paper; up to 9 % off",
+        }
+    }
+}
+
+/// What is asked of whichever technique is drawn: each takes the settings that it has ([`Technique::with`]).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct ShadingOptions {
+    /// Which light counts. For techniques with light.
+    pub terms: Terms,
+    /// Where the integrals are sampled. For techniques that integrate, as the next two.
+    pub quadrature: Quadrature,
+    /// Which of the visible facets are lit.
+    pub shadowing: Shadowing,
+    /// Diffuse light of sun and point lights.
+    pub diffuse_lights: DiffuseLights,
+    /// Whether the turn of the macrosurface under a pixel counts as roughness (Tokuyoshi & Kaplanyan 2019; on meshes alone),
+    /// and slopes that face away from their pixel widen toward it (`tilt_to_edge`). The LEADR paper does neither. For the
+    /// LEADR techniques; others that integrate always widen slopes.
+    pub pixel_kernel: bool,
+    /// Edge samples per sample, 1 (none) to [`MAX_EDGE_SAMPLES`](Self::MAX_EDGE_SAMPLES): places in the pixel where the geometry
+    /// is looked at again. Those that see another surface than the pixel's sample are shaded too, so silhouettes are as smooth
+    /// as with that many samples, and the inside of a surface stays the same (`render::passes::edges`). Multiples
+    /// of 16 are drawn the fastest. For all techniques but the reference, whose samples do the same.
+    pub edge_samples: u32,
+    /// Whether the relief throws shadows on itself, from every light and from the environment
+    /// (`render::passes::reference`), instead of the sun's coarse ones only. Slow. For the reference.
+    pub relief_shadows: bool,
+}
+
+impl ShadingOptions {
+    /// Most edge samples.
+    pub const MAX_EDGE_SAMPLES: u32 = 256;
+}
+
+impl Default for ShadingOptions {
+    fn default() -> Self {
+        Self {
+            terms: Terms::ALL,
+            quadrature: Quadrature::VisibleSlopes(Probes::Sixteen),
+            shadowing: Shadowing::Correlated,
+            diffuse_lights: DiffuseLights::Cosine,
+            pixel_kernel: true,
+            edge_samples: 1,
+            relief_shadows: false,
+        }
+    }
+}
+
+/// The settings of a technique that integrates over visible slopes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Integral {
+    /// Where it is sampled.
+    pub quadrature: Quadrature,
+    /// Which of the visible facets are lit.
+    pub shadowing: Shadowing,
+    /// Diffuse light of sun and point lights.
+    pub diffuse_lights: DiffuseLights,
+    /// [`ShadingOptions::pixel_kernel`], where the technique has it.
+    pub pixel_kernel: Option<bool>,
+}
+
+/// How a technique reflects light.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Reflection {
+    /// Not at all: the albedo is shown.
+    Unlit,
+    /// By a lobe about the mean normal.
+    Lobe(Terms),
+    /// By integrals over the visible slopes.
+    Integral(Terms, Integral),
+}
+
+/// How what is smaller than a pixel is filtered.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Filtering {
+    /// Beforehand, in the maps; silhouettes by edge samples.
+    Prefiltered {
+        /// [`ShadingOptions::edge_samples`].
+        edge_samples: u32,
+    },
+    /// By the samples per pixel alone: the reference.
+    Supersampled {
+        /// [`ShadingOptions::relief_shadows`].
+        relief_shadows: bool,
+    },
+}
+
+/// A technique with the settings that it has, and no others. [`Technique::with`] makes it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Shading {
+    technique: Technique,
+    reflection: Reflection,
+    filtering: Filtering,
+}
+
+impl Technique {
+    /// The technique with those of the `options` that it has.
+    #[must_use]
+    pub fn with(self, options: ShadingOptions) -> Shading {
+        let ShadingOptions { terms, quadrature, shadowing, diffuse_lights, .. } = options;
+        let pixel_kernel = self.has_pixel_kernel().then_some(options.pixel_kernel);
+        let reflection = if !self.is_lit() {
+            Reflection::Unlit
+        } else if self.integrates() {
+            Reflection::Integral(terms, Integral { quadrature, shadowing, diffuse_lights, pixel_kernel })
+        } else {
+            Reflection::Lobe(terms)
+        };
+        let filtering = if self.is_reference() {
+            Filtering::Supersampled { relief_shadows: options.relief_shadows }
+        } else {
+            Filtering::Prefiltered { edge_samples: options.edge_samples }
+        };
+        Shading { technique: self, reflection, filtering }
+    }
+}
+
+impl From<Technique> for Shading {
+    fn from(technique: Technique) -> Self {
+        technique.with(ShadingOptions::default())
+    }
+}
+
+impl Default for Shading {
+    fn default() -> Self {
+        Technique::Leadr.into()
+    }
+}
+
+impl Shading {
+    /// The technique.
+    #[must_use]
+    pub fn technique(&self) -> Technique {
+        self.technique
+    }
+
+    /// How light is reflected.
+    #[must_use]
+    pub fn reflection(&self) -> Reflection {
+        self.reflection
+    }
+
+    /// Which light counts: none where there is no light.
+    #[must_use]
+    pub fn terms(&self) -> Terms {
+        match self.reflection {
+            Reflection::Unlit => Terms::NONE,
+            Reflection::Lobe(terms) | Reflection::Integral(terms, _) => terms,
+        }
+    }
+
+    /// The integrals over visible slopes, of a technique that has them.
+    #[must_use]
+    pub fn integral(&self) -> Option<Integral> {
+        match self.reflection {
+            Reflection::Integral(_, integral) => Some(integral),
+            Reflection::Unlit | Reflection::Lobe(_) => None,
+        }
+    }
+
+    /// Edge samples per sample, where there are more than the sample itself.
+    #[must_use]
+    pub fn edge_samples(&self) -> Option<u32> {
+        match self.filtering {
+            Filtering::Prefiltered { edge_samples } => (edge_samples > 1).then_some(edge_samples),
+            Filtering::Supersampled { .. } => None,
+        }
+    }
+
+    /// Whether the relief throws shadows on itself.
+    #[must_use]
+    pub fn relief_shadows(&self) -> bool {
+        self.filtering == Filtering::Supersampled { relief_shadows: true }
+    }
+
+    /// What the technique needs of the passes.
+    #[must_use]
+    pub fn needs(&self) -> Needs {
+        let kernel = self.integral().and_then(|integral| integral.pixel_kernel);
+        self.technique.needs(kernel.unwrap_or(false))
+    }
+
+    /// The specialization constants of the shading pass that depend on it.
+    #[must_use]
+    pub fn spec(&self) -> Vec<(u32, SpecValue)> {
+        let mut spec = self.needs().spec();
+        spec.push((5, SpecValue::I32(self.terms().bits())));
+        if let Some(Integral { quadrature, shadowing, diffuse_lights, .. }) = self.integral() {
+            let (visible, samples) = match quadrature {
+                Quadrature::Grid(side) => (false, side),
+                Quadrature::VisibleSlopes(probes) => (true, probes.count()),
+            };
+            spec.extend([
+                (1, SpecValue::Bool(visible)),
+                (2, SpecValue::I32(samples as i32)),
+                (3, SpecValue::I32(shadowing.code())),
+                (4, SpecValue::Bool(diffuse_lights == DiffuseLights::Sh)),
+            ]);
+        }
+        spec
+    }
+
+    /// The same shading, one edge sample and no shadows of the relief: what the pipelines that shade pixels are kept by.
+    #[must_use]
+    pub fn plain(self) -> Self {
+        self.adjusted(|options| ShadingOptions { edge_samples: 1, relief_shadows: false, ..options })
+    }
+
+    /// The options it was made with; where the technique has no such setting, the default.
+    #[must_use]
+    pub fn options(&self) -> ShadingOptions {
+        let mut options = ShadingOptions::default();
+        if let Reflection::Lobe(terms) | Reflection::Integral(terms, _) = self.reflection {
+            options.terms = terms;
+        }
+        if let Some(Integral { quadrature, shadowing, diffuse_lights, pixel_kernel }) = self.integral() {
+            let pixel_kernel = pixel_kernel.unwrap_or(options.pixel_kernel);
+            options = ShadingOptions { quadrature, shadowing, diffuse_lights, pixel_kernel, ..options };
+        }
+        match self.filtering {
+            Filtering::Prefiltered { edge_samples } => ShadingOptions { edge_samples, ..options },
+            Filtering::Supersampled { relief_shadows } => ShadingOptions { relief_shadows, ..options },
+        }
+    }
+
+    /// The same technique with other options.
+    #[must_use]
+    pub fn adjusted(self, change: impl FnOnce(ShadingOptions) -> ShadingOptions) -> Self {
+        self.technique.with(change(self.options()))
+    }
+
+    /// Whether a picture can be made like this.
+    ///
+    /// # Errors
+    /// A sentence about what is wrong.
+    pub fn check(&self) -> Result<(), String> {
+        if let Some(Integral { quadrature: Quadrature::Grid(n), .. }) = self.integral()
+            && !(1..=Quadrature::MAX_GRID).contains(&n)
+        {
+            return Err(format!("a grid of {n} is not 1 to {}", Quadrature::MAX_GRID));
+        }
+        let most = ShadingOptions::MAX_EDGE_SAMPLES;
+        match self.filtering {
+            Filtering::Prefiltered { edge_samples: n } if !(1..=most).contains(&n) => {
+                Err(format!("{n} edge samples are not 1 to {most}"))
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
+impl fmt::Display for Shading {
+    /// The technique, and how it integrates if it does.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}", self.technique.name())?;
+        let Some(integral) = self.integral() else { return Ok(()) };
+        match integral.quadrature {
+            Quadrature::Grid(n) => write!(f, " · {n}×{n}")?,
+            Quadrature::VisibleSlopes(probes) => write!(f, " · {} probes", probes.count())?,
+        }
+        write!(f, ", {}", integral.shadowing.name())
+    }
+}
+
+/// Settings under the names of their flags. Scripts find every key with every technique; where it has no such setting, the
+/// value is the default.
+#[derive(Serialize)]
+struct Named {
+    technique: &'static str,
+    rule: &'static str,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    grid: Option<u32>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    probes: Option<u32>,
+    masking: &'static str,
+    terms: Vec<&'static str>,
+    diffuse_lights: &'static str,
+    pixel_kernel: bool,
+    relief_shadows: bool,
+    edge_samples: u32,
+}
+
+impl Serialize for Shading {
+    /// Under the names of the flags that choose them.
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let options = self.options();
+        let (grid, probes) = match options.quadrature {
+            Quadrature::Grid(n) => (Some(n), None),
+            Quadrature::VisibleSlopes(probes) => (None, Some(probes.count())),
+        };
+        Named {
+            technique: self.technique.name(),
+            rule: options.quadrature.name(),
+            grid,
+            probes,
+            masking: options.shadowing.name(),
+            terms: options.terms.names().collect(),
+            diffuse_lights: options.diffuse_lights.name(),
+            pixel_kernel: options.pixel_kernel && self.technique.has_pixel_kernel(),
+            relief_shadows: options.relief_shadows,
+            edge_samples: options.edge_samples,
+        }
+        .serialize(serializer)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// None of these is a default.
+    const OPTIONS: ShadingOptions = ShadingOptions {
+        terms: Terms::DIFFUSE_LIGHTS,
+        quadrature: Quadrature::Grid(7),
+        shadowing: Shadowing::Smith,
+        diffuse_lights: DiffuseLights::Sh,
+        pixel_kernel: false,
+        edge_samples: 16,
+        relief_shadows: true,
+    };
+
+    #[test]
+    fn techniques_take_the_options_that_they_have_and_no_others() {
+        for technique in Technique::ALL {
+            let shading = technique.with(OPTIONS);
+            assert_eq!(shading.integral().is_some(), technique.integrates());
+            let kernel = shading.integral().and_then(|integral| integral.pixel_kernel);
+            assert_eq!(kernel, technique.has_pixel_kernel().then_some(false));
+            assert_eq!(shading.relief_shadows(), technique.is_reference());
+            assert_eq!(shading.edge_samples(), (!technique.is_reference()).then_some(16));
+            assert_eq!(shading.terms() == Terms::NONE, !technique.is_lit());
+        }
+        assert_eq!(
+            Technique::Lean.with(OPTIONS),
+            Technique::Lean.with(ShadingOptions { terms: OPTIONS.terms, edge_samples: 16, ..Default::default() })
+        );
+    }
+
+    #[test]
+    fn options_come_back() {
+        assert_eq!(Technique::Leadr.with(OPTIONS).options(), ShadingOptions { relief_shadows: false, ..OPTIONS });
+        for technique in Technique::ALL {
+            let shading = technique.with(OPTIONS);
+            assert_eq!(technique.with(shading.options()), shading);
+            assert_eq!(shading.plain().options().edge_samples, 1);
+        }
+    }
+
+    #[test]
+    fn grids_and_edge_samples_have_a_range() {
+        for (options, word) in [
+            (ShadingOptions { quadrature: Quadrature::Grid(0), ..Default::default() }, "128"),
+            (ShadingOptions { quadrature: Quadrature::Grid(129), ..Default::default() }, "128"),
+            (ShadingOptions { edge_samples: 0, ..Default::default() }, "256"),
+            (ShadingOptions { edge_samples: 257, ..Default::default() }, "256"),
+        ] {
+            let fault = Technique::Leadr.with(options).check().expect_err(word);
+            assert!(fault.contains(word), "{fault}");
+        }
+        assert_eq!(
+            Technique::Lean.with(ShadingOptions { quadrature: Quadrature::Grid(0), ..Default::default() }).check(),
+            Ok(())
+        );
+    }
+
+    #[test]
+    fn every_technique_writes_the_same_keys() {
+        let keys = |technique: Technique| -> Vec<String> {
+            let json = serde_json::to_value(Shading::from(technique)).unwrap();
+            json.as_object().unwrap().keys().cloned().collect()
+        };
+        for technique in Technique::ALL {
+            assert_eq!(keys(technique), keys(Technique::Leadr));
+        }
+        let json = serde_json::to_value(Technique::Leadr.with(OPTIONS)).unwrap();
+        assert_eq!((&json["rule"], &json["grid"], &json["masking"]), (&"grid".into(), &7.into(), &"smith".into()));
+    }
+}

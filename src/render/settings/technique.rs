@@ -1,0 +1,302 @@
+//! The table of techniques: the one place where a technique is declared.
+//!
+//! A new technique is a row here; where no [`Family`] shades it yet, a `FAMILY_` constant and a function in
+//! `shaders-glsl/passes/shade`. Command line, help, JSON, window keys, report and bench read the table, and shaders are
+//! told what a technique needs ([`Needs`]), never which one it is.
+
+use crate::gpu::SpecValue;
+
+/// What the table says of a technique.
+struct Row {
+    /// On the command line and in JSON.
+    name: &'static str,
+    /// A line for `--help`.
+    help: &'static str,
+    /// In the window.
+    key: char,
+    family: Family,
+    slopes: Slopes,
+    /// Whether the base material is GGX, not Beckmann.
+    ggx: bool,
+    /// Whether it has the setting `pixel_kernel`.
+    pixel_kernel: bool,
+}
+
+/// The function that shades a technique's pixels: a `FAMILY_` constant of `passes/technique.glsl`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Family {
+    /// The albedo, without light.
+    Unlit,
+    /// A Blinn-Phong lobe about the mean normal.
+    BlinnPhong,
+    /// The same, as rough as the mean normal is short.
+    Toksvig,
+    /// A Beckmann lobe of the slopes, without projected areas.
+    Lean,
+    /// Integrals over the visible slopes.
+    Leadr,
+}
+
+/// What of the slopes under a pixel a technique is given.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Slopes {
+    /// Nothing: surfaces are smooth.
+    None,
+    /// Their mean.
+    Mean,
+    /// Their mean and covariance.
+    Covariance,
+    /// Their mean and one variance for all directions.
+    Isotropic,
+    /// Those of the finest level of the maps, at every distance: filtering is left to the samples per pixel.
+    Finest,
+}
+
+macro_rules! techniques {
+    ($($(#[$doc:meta])* $technique:ident = $row:expr;)*) => {
+        /// How surfaces are filtered and shaded.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+        pub enum Technique {
+            $($(#[$doc])* $technique,)*
+        }
+
+        impl Technique {
+            /// Every technique, the simplest first.
+            pub const ALL: [Self; Self::COUNT] = [$(Self::$technique),*];
+            const COUNT: usize = [$(Self::$technique),*].len();
+
+            const fn row(self) -> Row {
+                match self {
+                    $(Self::$technique => $row,)*
+                }
+            }
+        }
+    };
+}
+
+techniques! {
+    /// Albedo alone, without light: what geometry and filtering of the colour cost.
+    Constant = Row {
+        name: "constant",
+        help: "Albedo without light",
+        key: '9',
+        family: Family::Unlit,
+        slopes: Slopes::None,
+        ggx: false,
+        pixel_kernel: false,
+    };
+    /// Mipmapped normals under a normalised Blinn-Phong lobe.
+    BlinnPhong = Row {
+        name: "blinn-phong",
+        help: "Mipmapped normals, Blinn-Phong",
+        key: '7',
+        family: Family::BlinnPhong,
+        slopes: Slopes::Mean,
+        ggx: false,
+        pixel_kernel: false,
+    };
+    /// Mipmapped normals with LEADR's BRDF: the mean slope alone.
+    NormalMip = Row {
+        name: "normal-mip",
+        help: "Mipmapped normals, LEADR's BRDF: what goes wrong without slope statistics",
+        key: '2',
+        family: Family::Leadr,
+        slopes: Slopes::Mean,
+        ggx: false,
+        pixel_kernel: false,
+    };
+    /// Mipmapped normals whose length gives the roughness (Toksvig 2005).
+    Toksvig = Row {
+        name: "toksvig",
+        help: "Mipmapped normals, roughness from their length",
+        key: '6',
+        family: Family::Toksvig,
+        slopes: Slopes::Covariance,
+        ggx: false,
+        pixel_kernel: false,
+    };
+    /// One slope variance for all directions (CLEAN mapping, Baker 2011).
+    Clean = Row {
+        name: "clean",
+        help: "One slope variance for all directions (CLEAN mapping)",
+        key: '5',
+        family: Family::Lean,
+        slopes: Slopes::Isotropic,
+        ggx: false,
+        pixel_kernel: false,
+    };
+    /// Slope covariance under a Beckmann lobe, without projected areas (LEAN mapping, Olano & Baker 2010).
+    Lean = Row {
+        name: "lean",
+        help: "Slope covariance without projected areas (LEAN mapping)",
+        key: '4',
+        family: Family::Lean,
+        slopes: Slopes::Covariance,
+        ggx: false,
+        pixel_kernel: false,
+    };
+    /// LEADR mapping: mean slope and slope covariance of the pixel.
+    Leadr = Row {
+        name: "leadr",
+        help: "Slope covariance and projected areas (LEADR mapping)",
+        key: '1',
+        family: Family::Leadr,
+        slopes: Slopes::Covariance,
+        ggx: false,
+        pixel_kernel: true,
+    };
+    /// LEADR mapping of a GGX base: two lobes.
+    LeadrGgx = Row {
+        name: "leadr-ggx",
+        help: "LEADR mapping of a GGX base",
+        key: '8',
+        family: Family::Leadr,
+        slopes: Slopes::Covariance,
+        ggx: true,
+        pixel_kernel: true,
+    };
+    /// The finest level of the maps and no statistics: correct with enough samples per pixel.
+    Reference = Row {
+        name: "reference",
+        help: "The finest maps at every distance: correct with enough samples per pixel",
+        key: '3',
+        family: Family::Leadr,
+        slopes: Slopes::Finest,
+        ggx: false,
+        pixel_kernel: false,
+    };
+}
+
+impl Technique {
+    /// The name on the command line and in JSON.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        self.row().name
+    }
+
+    /// What it does, in a line.
+    #[must_use]
+    pub const fn help(self) -> &'static str {
+        self.row().help
+    }
+
+    /// Its key in the window.
+    #[must_use]
+    pub const fn key(self) -> char {
+        self.row().key
+    }
+
+    /// The technique of this name.
+    #[must_use]
+    pub fn named(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|technique| technique.name() == name)
+    }
+
+    /// Whether light reaches its surfaces at all.
+    #[must_use]
+    pub fn is_lit(self) -> bool {
+        self.row().family != Family::Unlit
+    }
+
+    /// Whether it integrates over the visible slopes ([`Integral`](super::Integral)).
+    #[must_use]
+    pub fn integrates(self) -> bool {
+        self.row().family == Family::Leadr
+    }
+
+    /// Whether it has the setting [`pixel_kernel`](super::ShadingOptions::pixel_kernel).
+    #[must_use]
+    pub const fn has_pixel_kernel(self) -> bool {
+        self.row().pixel_kernel
+    }
+
+    /// Whether it takes the finest level of the maps and leaves filtering to the samples per pixel.
+    #[must_use]
+    pub fn is_reference(self) -> bool {
+        self.row().slopes == Slopes::Finest
+    }
+
+    /// What it needs of the passes, with its pixel kernel or without.
+    pub(super) fn needs(self, pixel_kernel: bool) -> Needs {
+        let Row { family, slopes, ggx, pixel_kernel: has_kernel, .. } = self.row();
+        Needs {
+            family,
+            slopes,
+            ggx,
+            kernel: has_kernel && pixel_kernel,
+            tilt: family == Family::Leadr && (pixel_kernel || !has_kernel),
+        }
+    }
+}
+
+/// What a technique needs of the passes from filter to shading. Pipelines that depend on nothing else can be kept by it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Needs {
+    family: Family,
+    slopes: Slopes,
+    ggx: bool,
+    kernel: bool,
+    tilt: bool,
+}
+
+impl Needs {
+    /// The specialization constants of `passes/technique.glsl`.
+    #[must_use]
+    pub fn spec(self) -> Vec<(u32, SpecValue)> {
+        let covariance = matches!(self.slopes, Slopes::Covariance | Slopes::Isotropic | Slopes::Finest);
+        vec![
+            (0, SpecValue::I32(self.family as i32)),
+            (20, SpecValue::Bool(self.slopes != Slopes::None)),
+            (21, SpecValue::Bool(covariance)),
+            (22, SpecValue::Bool(self.slopes == Slopes::Isotropic)),
+            (23, SpecValue::Bool(self.is_finest())),
+            (24, SpecValue::Bool(self.ggx)),
+            (25, SpecValue::Bool(self.kernel)),
+            (26, SpecValue::Bool(self.tilt)),
+        ]
+    }
+
+    /// Whether it takes the finest level of the maps.
+    #[must_use]
+    pub fn is_finest(self) -> bool {
+        self.slopes == Slopes::Finest
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_and_keys_are_distinct() {
+        for (i, a) in Technique::ALL.iter().enumerate() {
+            assert_eq!(Technique::named(a.name()), Some(*a));
+            for b in &Technique::ALL[..i] {
+                assert!(a.name() != b.name() && a.key() != b.key(), "{a:?} and {b:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn shaders_know_the_same_families() {
+        let glsl = include_str!("../../../shaders-glsl/passes/technique.glsl");
+        for (family, name) in [
+            (Family::Unlit, "UNLIT"),
+            (Family::BlinnPhong, "BLINN_PHONG"),
+            (Family::Toksvig, "TOKSVIG"),
+            (Family::Lean, "LEAN"),
+            (Family::Leadr, "LEADR"),
+        ] {
+            let line = format!("const int FAMILY_{name} = {};", family as i32);
+            assert!(glsl.contains(&line), "{line}");
+        }
+    }
+
+    #[test]
+    fn only_techniques_with_a_pixel_kernel_are_changed_by_the_setting() {
+        for technique in Technique::ALL {
+            let differs = technique.needs(true) != technique.needs(false);
+            assert_eq!(differs, technique.has_pixel_kernel(), "{technique:?}");
+        }
+    }
+}
