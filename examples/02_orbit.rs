@@ -18,7 +18,7 @@ use leadr::render::light::environment::{Environment, FACE_SIZE};
 use leadr::render::light::sky::Sky;
 use leadr::render::scene::{FrameState, Object, Pose};
 use leadr::render::settings::RenderSettings;
-use leadr::render::surfaces::displacement::{Border, HeightField};
+use leadr::render::surfaces::displacement::HeightField;
 use leadr::scenes::sphere::displaced_sphere;
 
 /// A displaced sphere in a window.
@@ -55,9 +55,8 @@ pub fn main() -> Result<(), Box<dyn std::error::Error>> {
     let display = Display::open()?;
     let gpu = Gpu::new(&display.gpu_options(arguments.device, arguments.validation)?)?;
 
-    let map = rock(256, 256, 7);
-    let field = HeightField { width: map.width, height: map.height, texels: map.texels, border: Border::Wrap };
-    let (mesh, heights) = displaced_sphere(&field, 1.0, 8, 64, [0.45, 0.35, 0.26, 0.25]);
+    let rock = HeightField::repeating(rock(256, 256, 7));
+    let (mesh, heights) = displaced_sphere(&rock, 1.0, 8, 64, [0.45, 0.35, 0.26, 0.25]);
     let sphere = Object::new("sphere", mesh).with_heights(heights, 0.12);
 
     let sky = Sky::default();

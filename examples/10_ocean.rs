@@ -31,7 +31,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         let eye = Vec3::new(0.0, 0.0, height);
         let camera = Camera::looking_at(eye, eye + Vec3::new(pitch.cos(), 0.0, pitch.sin()) * 5.0, 45.0);
         let stage = Stage::still(Vec::new(), Views { near: camera, mid: camera, far: camera });
-        let state = stage.state(3.0, &camera, &Lights { sky: Some(sky), ..Lights::default() });
+        let state = stage.state(3.0, &camera, &Lights::under(&sky));
         let size = (640, 400);
         let settings = RenderSettings { size, ..RenderSettings::default() };
         let output = renderer.render(&state, &settings)?;

@@ -79,7 +79,7 @@ const TEXELS: u32 = 512;
 fn bumps() -> HeightField {
     let mut map = procedural::gaussian(TEXELS, TEXELS, 11, 0.45, 1.0 / 64.0);
     map.texels.iter_mut().for_each(|h| *h *= REPEAT);
-    HeightField { width: TEXELS, height: TEXELS, texels: map.texels, border: Border::Wrap }
+    HeightField::repeating(map)
 }
 
 /// A cylinder of radius 0.7 with rounded rims around the z axis.

@@ -7,7 +7,7 @@ use super::stage::{Stage, Views};
 use crate::maps::procedural;
 use crate::render::camera::Camera;
 use crate::render::scene::Object;
-use crate::render::surfaces::displacement::{Border, HeightField};
+use crate::render::surfaces::displacement::HeightField;
 use crate::render::surfaces::patch_mesh::PatchMesh;
 
 /// Vertical field of view, degrees: the view is up to 22° off the normal at the rims of a square picture.
@@ -36,8 +36,7 @@ pub fn full_screen_stage(size: (u32, u32)) -> Stage {
     };
     // Bumps six texels wide. The map's slopes are per unit texture coordinate, which spans 2 m of the height.
     let map = procedural::gaussian(width, height, 1, 2.0 * SLOPE, 6.0 / height as f32);
-    let heights = HeightField { width, height, texels: map.texels, border: Border::Wrap };
-    let object = Object::new("full screen", mesh).with_heights(heights, 1.0).without_shadow();
+    let object = Object::new("full screen", mesh).with_heights(HeightField::repeating(map), 1.0).without_shadow();
     let distance = 1.0 / (FOV.to_radians() * 0.5).tan();
     let camera = Camera { up: Vec3::Y, ..Camera::looking_at(Vec3::Z * distance, Vec3::ZERO, FOV) };
     Stage::still(vec![object], Views { near: camera, mid: camera, far: camera })

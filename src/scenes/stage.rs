@@ -1,6 +1,6 @@
 //! A scene ready to be rendered: objects made once, and where everything is at any time.
 
-use glam::{Affine3A, Vec3};
+use glam::Vec3;
 
 use super::plane::{even, plane};
 use super::sphere::displaced_sphere;
@@ -8,7 +8,7 @@ use crate::maps::{HeightMap, procedural};
 use crate::render::camera::Camera;
 use crate::render::light::sky::Sky;
 use crate::render::scene::{FrameState, MAX_POINT_LIGHTS, Object, PointLight, Pose, Sun};
-use crate::render::surfaces::displacement::{Border, HeightField};
+use crate::render::surfaces::displacement::HeightField;
 use crate::render::surfaces::ocean::Ocean;
 
 /// Standard views of a scene.
@@ -66,6 +66,14 @@ pub struct Lights {
     pub points: Vec<PointLight>,
 }
 
+impl Lights {
+    /// A sky with its sun.
+    #[must_use]
+    pub fn under(sky: &Sky) -> Self {
+        Self { sky: Some(*sky), ..Self::default() }
+    }
+}
+
 type Motion = Box<dyn Fn(f64) -> Vec<Pose> + Send>;
 type Anchor = Box<dyn Fn(f64) -> Vec3 + Send>;
 type Scale = Box<dyn Fn(f64) -> f32 + Send>;
@@ -102,7 +110,7 @@ impl Stage {
     #[must_use]
     pub fn still(objects: Vec<Object>, views: Views) -> Self {
         let count = objects.len();
-        Self::moving(objects, views, move |_| vec![Pose::Rigid(Affine3A::IDENTITY); count], |_| Vec3::ZERO)
+        Self::moving(objects, views, move |_| vec![Pose::REST; count], |_| Vec3::ZERO)
     }
 
     /// The same stage whose displacement is scaled by `relief` of the time in seconds.
@@ -165,7 +173,7 @@ impl Relief {
             self.height_scale *= 0.6;
             procedural::rock(1024, 1024, 1)
         });
-        HeightField { width: map.width, height: map.height, texels: map.texels, border: Border::Wrap }
+        HeightField::repeating(map)
     }
 
     fn color(&self) -> [f32; 4] {
@@ -226,7 +234,7 @@ mod tests {
             far: Camera::looking_at(Vec3::X * 9.0, Vec3::ZERO, 30.0),
         };
         let stage = Stage::moving(Vec::new(), views, |_| Vec::new(), |time| Vec3::Y * time as f32);
-        let state = stage.state(3.0, &views.mid, &Lights { sky: Some(Sky::default()), ..Default::default() });
+        let state = stage.state(3.0, &views.mid, &Lights::under(&Sky::default()));
         assert_eq!(state.camera.position, Vec3::new(2.0, 3.0, 0.0));
         assert_eq!(state.camera.target, Vec3::Y * 3.0);
         assert!(state.sun.unwrap().irradiance.min_element() > 0.0);

@@ -1,9 +1,9 @@
 //! `leadr bench` from outside, and that what it times is what is drawn.
 
+use crate::common::render::stage_under_sky;
 use std::process::{Command, Output};
 
-use leadr::render::frame::{Layer, Renderer};
-use leadr::render::light::environment::Environment;
+use leadr::render::frame::Layer;
 use leadr::render::light::sky::Sky;
 use leadr::render::settings::RenderSettings;
 use leadr::render::surfaces::tessellation::TessellationSettings;
@@ -193,10 +193,8 @@ fn a_measured_frame_is_the_frame_that_is_drawn() {
     let Some(gpu) = crate::common::gpu::test_gpu() else { return };
     let size = (32, 24);
     let mut stage = full_screen_stage(size);
-    let sky = Sky::default();
-    let environment = Environment::from_sky(&gpu, 16, &sky).unwrap();
-    let mut renderer = Renderer::new(&gpu, std::mem::take(&mut stage.objects), environment).unwrap();
-    let state = stage.state(0.0, &stage.views.mid, &Lights { sky: Some(sky), ..Default::default() });
+    let mut renderer = stage_under_sky(&gpu, &mut stage, 16);
+    let state = stage.state(0.0, &stage.views.mid, &Lights::under(&Sky::default()));
     let settings = RenderSettings {
         size,
         tessellation: TessellationSettings { max_factor: 1.0, cull: false, ..Default::default() },

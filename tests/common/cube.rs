@@ -5,6 +5,7 @@
 use std::f64::consts::PI;
 
 use glam::DVec3;
+use leadr::maps::RgbImage;
 use leadr::render::light::environment::Environment;
 
 /// Direction through the centre of a texel, from the table "cube map face selection" of the Vulkan specification.
@@ -47,7 +48,7 @@ pub fn read_level(environment: &Environment, mip: u32) -> Vec<(DVec3, f64, DVec3
 }
 
 /// Directions of the texel centres of a panorama twice as wide as high, row-major (convention of `render::equirect`).
-pub fn panorama_directions(width: u32) -> Vec<DVec3> {
+fn panorama_directions(width: u32) -> Vec<DVec3> {
     let height = width / 2;
     let mut directions = Vec::new();
     for j in 0..height {
@@ -58,4 +59,10 @@ pub fn panorama_directions(width: u32) -> Vec<DVec3> {
         }
     }
     directions
+}
+
+/// The panorama of a function of direction, taken at the texel centres.
+pub fn panorama(width: u32, f: impl Fn(DVec3) -> DVec3) -> RgbImage {
+    let texels = panorama_directions(width).into_iter().map(|d| f(d).to_array().map(|v| v as f32)).collect();
+    RgbImage::new(width, width / 2, texels).unwrap()
 }

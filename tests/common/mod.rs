@@ -8,6 +8,8 @@ pub mod comparison;
 pub mod cube;
 #[cfg(feature = "gpu")]
 pub mod gpu;
+#[cfg(feature = "gpu")]
+pub mod render;
 pub mod shared;
 pub mod slopes;
 pub mod sphere_oracle;

@@ -5,12 +5,11 @@
 //! is wider: highlights are softer than the reference's, and 10 to 19 % brighter in sum. With the square's variance, 1/12,
 //! the sphere of 6 pixels is 4 % too dark instead and nearer to the reference, but throbs by 55 % instead of 5 %.
 
+use crate::common::render::in_room;
 use glam::{Affine3A, Vec2, Vec3};
-use leadr::maps::RgbImage;
 use leadr::reflectance::masking::shadowing::Shadowing;
 use leadr::render::camera::Camera;
 use leadr::render::frame::Renderer;
-use leadr::render::light::environment::Environment;
 use leadr::render::scene::{FrameState, Object, PointLight, Pose, Sun};
 use leadr::render::settings::{RenderSettings, ShadingOptions, Technique};
 use leadr::render::surfaces::patch_mesh::PatchMesh;
@@ -128,9 +127,7 @@ fn small_glossy_parts_do_not_sparkle() {
         ("ring of 20 pixels, 4 thick", torus(0.2, 0.08), 20.0),
     ] {
         let object = Object::new(name, mesh).with_specular_f0(1.0).without_shadow();
-        let black = RgbImage::new(8, 4, vec![[0.0; 3]; 32]).unwrap();
-        let environment = Environment::from_equirect(&gpu, 16, &black).unwrap();
-        let mut renderer = Renderer::new(&gpu, vec![object], environment).unwrap();
+        let mut renderer = in_room(&gpu, vec![object], [0.0; 3]);
         // Without bumps, the techniques differ in the turn of the macrosurface alone.
         let reference = motion(&mut renderer, Technique::Reference, 64, diameter);
         let with = motion(&mut renderer, Technique::Leadr, 1, diameter);

@@ -1,10 +1,9 @@
 //! Surfaces that deform under LEADR maps that do not (LEADR eq. 12).
 
+use crate::common::render::stage_under_sky;
 use glam::{DVec2, DVec3};
 use leadr::reflectance::frame::{frame_about, to_frame};
-use leadr::render::frame::{Layer, Renderer};
-use leadr::render::light::environment::Environment;
-use leadr::render::light::sky::Sky;
+use leadr::render::frame::Layer;
 use leadr::render::settings::RenderSettings;
 use leadr::scenes::deform::{Deformation, PERIOD, SHEAR, STRETCH, stage};
 use leadr::scenes::stage::Lights;
@@ -12,8 +11,7 @@ use leadr::scenes::stage::Lights;
 /// Mean slope covariance of the quad, seen from afar, along world x and up the quad: xx, yy, xy.
 fn quad_covariance(gpu: &crate::common::gpu::TestGpu, deformation: Deformation, time: f64) -> [f64; 3] {
     let mut stage = stage(deformation);
-    let environment = Environment::from_sky(gpu, 32, &Sky::default()).unwrap();
-    let mut renderer = Renderer::new(gpu, std::mem::take(&mut stage.objects), environment).unwrap();
+    let mut renderer = stage_under_sky(gpu, &mut stage, 32);
     let settings = RenderSettings { size: (640, 240), ..Default::default() };
     let camera = stage.views.far.at_distance(120.0);
     renderer.render(&stage.state(time, &camera, &Lights::default()), &settings).unwrap();

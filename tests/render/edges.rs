@@ -1,9 +1,9 @@
 //! Edge samples: outlines as smooth as of many samples, surfaces shaded once.
 
+use crate::common::render::{stage_under_sky, under_sky};
 use glam::{Affine3A, Vec3};
 use leadr::render::camera::Camera;
 use leadr::render::frame::{FrameOutput, Layer, Renderer};
-use leadr::render::light::environment::Environment;
 use leadr::render::light::sky::Sky;
 use leadr::render::scene::{FrameState, Object, Pose};
 use leadr::render::settings::{RenderSettings, ShadingOptions, Technique};
@@ -17,18 +17,17 @@ const OF_MANY_PATCHES: [[f64; 2]; 3] = [[0.0095, 0.013], [0.0095, 0.012], [0.014
 
 /// A small sphere in front of a large one.
 fn scene(gpu: &crate::common::gpu::TestGpu) -> (Renderer, FrameState) {
-    let sky = Sky::default();
     let objects = [("front", [0.8, 0.2, 0.1, 0.4]), ("back", [0.1, 0.3, 0.8, 0.3])]
         .map(|(name, color)| Object::new(name, cube_sphere(8, color)))
         .to_vec();
-    let renderer = Renderer::new(gpu, objects, Environment::from_sky(gpu, 32, &sky).unwrap()).unwrap();
+    let renderer = under_sky(gpu, objects, 32);
     let toward = Vec3::new(-0.3, -1.0, 0.4).normalize();
     let pose = |place: Vec3, radius: f32| {
         Pose::Rigid(Affine3A::from_translation(place) * Affine3A::from_scale(Vec3::splat(radius)))
     };
     let camera = Camera::looking_at(toward * 12.0, Vec3::ZERO, 18.0);
     let poses = vec![pose(toward * 2.0 + Vec3::X * 0.3, 0.5), pose(Vec3::ZERO, 1.4)];
-    (renderer, FrameState::new(camera, poses).under(&sky))
+    (renderer, FrameState::new(camera, poses).under(&Sky::default()))
 }
 
 fn settings(samples: u32, edge_samples: u32) -> RenderSettings {
@@ -89,12 +88,9 @@ fn outlines_converge_to_the_reference_and_the_inside_is_shaded_once() {
 
 /// A rough sphere, `distance` metres away.
 fn rock(gpu: &crate::common::gpu::TestGpu, distance: f32) -> (Renderer, FrameState) {
-    let sky = Sky::default();
     let mut stage = sphere_stage(Relief { tile: 16, ..Relief::default() });
-    let environment = Environment::from_sky(gpu, 32, &sky).unwrap();
-    let renderer = Renderer::new(gpu, std::mem::take(&mut stage.objects), environment).unwrap();
-    let lights = Lights { sky: Some(sky), ..Lights::default() };
-    let state = stage.state(0.0, &stage.views.mid.at_distance(distance), &lights);
+    let renderer = stage_under_sky(gpu, &mut stage, 32);
+    let state = stage.state(0.0, &stage.views.mid.at_distance(distance), &Lights::under(&Sky::default()));
     (renderer, state)
 }
 

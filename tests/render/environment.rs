@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use crate::common::cube::read_level;
+use crate::common::cube::{panorama, read_level};
 use glam::DVec3;
 use leadr::gpu::Descriptor;
 use leadr::maps::RgbImage;
@@ -14,15 +14,6 @@ fn power(texels: &[(DVec3, f64, DVec3)]) -> (DVec3, DVec3) {
     let sum = texels.iter().fold(DVec3::ZERO, |sum, (_, w, l)| sum + *w * *l);
     let centre = texels.iter().fold(DVec3::ZERO, |sum, (d, w, l)| sum + *w * l.y * *d);
     (sum, centre.normalize_or_zero())
-}
-
-/// A panorama of a function of direction, at the texel centres.
-fn panorama(width: u32, f: impl Fn(DVec3) -> DVec3) -> RgbImage {
-    let texels = crate::common::cube::panorama_directions(width)
-        .into_iter()
-        .map(|d| f(d).to_array().map(|v| v as f32))
-        .collect();
-    RgbImage::new(width, width / 2, texels).unwrap()
 }
 
 fn relative(a: DVec3, b: DVec3) -> f64 {

@@ -1,28 +1,24 @@
 //! What the project is for: a surface keeps its look at every distance.
 
+use crate::common::render::{bumps, under_sky};
 use glam::Vec3;
 use leadr::lab::metrics::compare::compare;
+use leadr::maps::RgbImage;
 use leadr::maps::tonemap::Tonemap;
-use leadr::maps::{RgbImage, procedural};
 use leadr::reflectance::masking::shadowing::Shadowing;
 use leadr::render::camera::Camera;
 use leadr::render::frame::{FrameOutput, Renderer};
-use leadr::render::light::environment::Environment;
 use leadr::render::light::sky::Sky;
 use leadr::render::scene::{FrameState, Object, Pose};
 use leadr::render::settings::{RenderSettings, ShadingOptions, Technique};
-use leadr::render::surfaces::displacement::{Border, HeightField};
 use leadr::render::surfaces::tessellation::TessellationSettings;
 use leadr::scenes::sphere::displaced_sphere;
 
 /// A glossy sphere with Gaussian bumps of slope σ ≈ 0.3, far finer than the pixels of the distances below.
 fn bumpy_sphere(gpu: &crate::common::gpu::TestGpu) -> Renderer {
-    let map = procedural::gaussian(256, 256, 3, 1.0, 5.0 / 256.0);
-    let field = HeightField { width: 256, height: 256, texels: map.texels, border: Border::Wrap };
-    let (mesh, heights) = displaced_sphere(&field, 1.0, 8, 32, [0.4, 0.4, 0.4, 0.15]);
+    let (mesh, heights) = displaced_sphere(&bumps(256, 5.0, 3), 1.0, 8, 32, [0.4, 0.4, 0.4, 0.15]);
     let object = Object::new("bumpy sphere", mesh).with_heights(heights, 0.3).with_specular_f0(0.3).without_shadow();
-    let environment = Environment::from_sky(gpu, 64, &Sky::default()).unwrap();
-    Renderer::new(gpu, vec![object], environment).unwrap()
+    under_sky(gpu, vec![object], 64)
 }
 
 fn state(distance: f32) -> FrameState {

@@ -2,9 +2,9 @@
 
 use std::f64::consts::PI;
 
+use crate::common::cube::panorama;
 use glam::DVec3;
 use leadr::gpu::Gpu;
-use leadr::maps::RgbImage;
 use leadr::reflectance::integrals::sh::{Sh9, sh_add_light, sh_basis, sh_irradiance};
 use leadr::render::light::environment::{Environment, FACE_SIZE};
 use leadr::render::light::irradiance::{IrradiancePass, MAX_LIGHTS, ShLight};
@@ -34,14 +34,6 @@ fn sh(c: &[[f32; 4]]) -> Sh9 {
 fn error(a: &Sh9, b: &Sh9) -> f64 {
     let scale = b[0].max(DVec3::splat(1e-12));
     a.iter().zip(b).map(|(a, b)| ((*a - *b) / scale).abs().max_element()).fold(0.0, f64::max)
-}
-
-fn panorama(width: u32, f: impl Fn(DVec3) -> DVec3) -> RgbImage {
-    let texels = crate::common::cube::panorama_directions(width)
-        .into_iter()
-        .map(|d| f(d).to_array().map(|v| v as f32))
-        .collect();
-    RgbImage::new(width, width / 2, texels).unwrap()
 }
 
 #[test]

@@ -1,5 +1,6 @@
 //! A sun that moves every frame: the device's sky, its mips and its spherical harmonics against the 64-bit sky.
 
+use crate::common::render::luminance;
 use glam::{DVec3, Vec3};
 use leadr::reflectance::integrals::sh::{Sh9, sh_add_light};
 use leadr::render::camera::Camera;
@@ -41,7 +42,7 @@ fn scene(gpu: &crate::common::gpu::TestGpu) -> (Renderer, impl Fn(f64) -> FrameS
     let sky = Sky { sun_direction: daylight::at_hour(4.0), ..Sky::default() };
     let environment = Environment::from_sky(gpu, FACE as u32, &sky).unwrap();
     let renderer = Renderer::new(gpu, std::mem::take(&mut stage.objects), environment).unwrap();
-    let lights = Lights { sky: Some(sky), ..Lights::default() };
+    let lights = Lights::under(&sky);
     let state = move |hours: f64| {
         let mut state = stage.state(0.0, &camera, &lights);
         daylight::pass(&mut state, hours);
@@ -101,8 +102,7 @@ fn exposed_pictures_of_a_day_are_neither_black_nor_white() {
     for hour in 0..24 {
         let state = state(f64::from(hour));
         let output = renderer.render(&state, &settings).unwrap();
-        let luminance = |c: &[f32; 4]| f64::from(0.2126 * c[0] + 0.7152 * c[1] + 0.0722 * c[2]);
-        let mean = output.color.iter().map(luminance).sum::<f64>() / output.color.len() as f64;
+        let mean = output.color.iter().map(|c| f64::from(luminance(c))).sum::<f64>() / output.color.len() as f64;
         seen.push((state.sky.unwrap().sun_direction.z.asin().to_degrees(), mean * f64::from(state.exposure())));
     }
     println!("{seen:.3?}");

@@ -1,11 +1,10 @@
 //! The renderer's promises about geometry: no cracks, culling that changes nothing, frames that repeat.
 
+use crate::common::render::{bumps, under_sky};
 use glam::{Affine3A, Vec2, Vec3};
 use leadr::gpu::{reflect, shaders};
-use leadr::maps::procedural;
 use leadr::render::camera::Camera;
 use leadr::render::frame::{FrameOutput, Layer, Renderer};
-use leadr::render::light::environment::Environment;
 use leadr::render::light::sky::Sky;
 use leadr::render::passes::edges::EdgeRays;
 use leadr::render::passes::shade::LightingGpu;
@@ -19,8 +18,7 @@ use leadr::scenes::sphere::{cube_sphere, displaced_sphere};
 
 /// A rough, repeating height map.
 fn rough() -> HeightField {
-    let map = procedural::gaussian(128, 128, 7, 1.0, 4.0 / 128.0);
-    HeightField { width: 128, height: 128, texels: map.texels, border: Border::Wrap }
+    bumps(128, 4.0, 7)
 }
 
 fn object(mesh: PatchMesh, heights: HeightField, height_scale: f32) -> Object {
@@ -28,8 +26,7 @@ fn object(mesh: PatchMesh, heights: HeightField, height_scale: f32) -> Object {
 }
 
 fn renderer(gpu: &crate::common::gpu::TestGpu, object: Object) -> Renderer {
-    let environment = Environment::from_sky(gpu, 32, &Sky::default()).unwrap();
-    Renderer::new(gpu, vec![object], environment).unwrap()
+    under_sky(gpu, vec![object], 32)
 }
 
 fn state(camera: Camera) -> FrameState {
@@ -188,8 +185,7 @@ fn every_pixel_of_a_full_scene_is_filtered() {
     // Vertex colours have 8 bits.
     let gray = |k: u32| (4 * k + 4) as f32 / 255.0;
     let sphere = |k| Object::new("test", cube_sphere(2, [gray(k), 0.5, 0.5, 0.3]));
-    let environment = Environment::from_sky(&gpu, 32, &Sky::default()).unwrap();
-    let mut renderer = Renderer::new(&gpu, (0..count).map(sphere).collect(), environment).unwrap();
+    let mut renderer = under_sky(&gpu, (0..count).map(sphere).collect(), 32);
     let place = |k: u32| Vec3::new((k % 8) as f32 - 3.5, 0.0, (k / 8) as f32 - 3.5) * 2.5;
     let poses = (0..count).map(|k| Pose::Rigid(Affine3A::from_translation(place(k)))).collect();
     let state = FrameState { poses, ..state(Camera::looking_at(Vec3::new(2.0, -60.0, 5.0), Vec3::ZERO, 22.0)) };

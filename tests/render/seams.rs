@@ -1,12 +1,11 @@
 //! Nothing jumps where patches meet, where levels of detail change, or where a tap begins.
 
+use crate::common::render::{stage_under_sky, under_sky};
 use glam::{DVec3, Vec3};
 use leadr::maps::srgb::srgb8_from_linear;
 use leadr::reflectance::frame::{frame_about, from_frame};
 use leadr::render::camera::Camera;
 use leadr::render::frame::{Layer, Renderer};
-use leadr::render::light::environment::Environment;
-use leadr::render::light::sky::Sky;
 use leadr::render::scene::{ColorMap, FrameState, Object, Pose};
 use leadr::render::settings::RenderSettings;
 use leadr::render::surfaces::displacement::{Border, HeightField};
@@ -36,8 +35,7 @@ fn landscape(gpu: &crate::common::gpu::TestGpu) -> Renderer {
         .with_heights(HeightField { width, height, texels, border: Border::Tiles(layout) }, 1.0)
         .with_color_map(ColorMap { width, height, texels: colors })
         .without_shadow();
-    let environment = Environment::from_sky(gpu, 16, &Sky::default()).unwrap();
-    Renderer::new(gpu, vec![object], environment).unwrap()
+    under_sky(gpu, vec![object], 16)
 }
 
 /// Of the heights in space.
@@ -110,8 +108,7 @@ fn jerks(frames: &[Vec<[f32; 4]>], inside: impl Fn(usize) -> bool) -> [f64; 2] {
 fn small_patches_do_not_jump() {
     let Some(gpu) = crate::common::gpu::test_gpu() else { return };
     let mut stage = sphere_stage(Relief { tile: 16, ..Relief::default() });
-    let environment = Environment::from_sky(&gpu, 16, &Sky::default()).unwrap();
-    let mut renderer = Renderer::new(&gpu, std::mem::take(&mut stage.objects), environment).unwrap();
+    let mut renderer = stage_under_sky(&gpu, &mut stage, 16);
     let frames: Vec<_> = (0..30)
         .map(|k| {
             let camera = stage.views.mid.at_distance(10.0 * 1.0005f32.powi(k));
@@ -136,8 +133,7 @@ fn small_patches_do_not_jump() {
 fn taps_begin_without_a_jump() {
     let Some(gpu) = crate::common::gpu::test_gpu() else { return };
     let mut stage = plane_stage(Relief::default());
-    let environment = Environment::from_sky(&gpu, 16, &Sky::default()).unwrap();
-    let mut renderer = Renderer::new(&gpu, std::mem::take(&mut stage.objects), environment).unwrap();
+    let mut renderer = stage_under_sky(&gpu, &mut stage, 16);
     let target = stage.views.mid.target;
     let frames: Vec<_> = (0..60)
         .map(|k| {

@@ -1,7 +1,8 @@
 //! The shading pass as a whole: energy, and every pixel against the reflectance library.
 
+use crate::common::cube::panorama;
+use crate::common::render::{bumps, in_room};
 use glam::{DVec2, DVec3, Vec3};
-use leadr::maps::{RgbImage, procedural};
 use leadr::reflectance::facets::{fresnel, projected_area};
 use leadr::reflectance::frame;
 use leadr::reflectance::integrals::{diffuse, sh_projection, specular};
@@ -19,21 +20,13 @@ use leadr::render::scene::{FrameState, Object, PointLight, Pose, Sun};
 use leadr::render::settings::{
     DiffuseLights, Integral, Probes, Quadrature, RenderSettings, Shading, ShadingOptions, Technique, Terms,
 };
-use leadr::render::surfaces::displacement::{Border, HeightField};
 use leadr::scenes::sphere::displaced_sphere;
 
 const SIZE: u32 = 96;
 
 fn bumpy_sphere(color: [f32; 4], specular_f0: f32) -> Object {
-    let map = procedural::gaussian(128, 128, 11, 1.0, 4.0 / 128.0);
-    let field = HeightField { width: 128, height: 128, texels: map.texels, border: Border::Wrap };
-    let (mesh, heights) = displaced_sphere(&field, 1.0, 6, 32, color);
+    let (mesh, heights) = displaced_sphere(&bumps(128, 4.0, 11), 1.0, 6, 32, color);
     Object::new("bumpy sphere", mesh).with_heights(heights, 0.5).with_specular_f0(specular_f0).without_shadow()
-}
-
-fn constant_environment(gpu: &crate::common::gpu::TestGpu, radiance: [f32; 3]) -> Environment {
-    let image = RgbImage::new(8, 4, vec![radiance; 32]).unwrap();
-    Environment::from_equirect(gpu, 16, &image).unwrap()
 }
 
 fn state(distance: f32, sun: Option<Sun>, point_lights: Vec<PointLight>) -> FrameState {
@@ -62,7 +55,7 @@ fn a_white_surface_vanishes_in_a_white_room() {
     ];
     for (f0, what) in [(0.0, "diffuse under grazing Fresnel"), (0.3, "both"), (1.0, "specular")] {
         let object = bumpy_sphere([1.0, 1.0, 1.0, 0.3], f0);
-        let mut renderer = Renderer::new(&gpu, vec![object], constant_environment(&gpu, [1.0; 3])).unwrap();
+        let mut renderer = in_room(&gpu, vec![object], [1.0; 3]);
         for distance in [3.0, 12.0, 60.0] {
             for (technique, quadrature) in cases {
                 let shadowing = Shadowing::None;
@@ -83,7 +76,7 @@ fn a_white_surface_vanishes_in_a_white_room() {
 fn shadowing_only_takes_light_away() {
     let Some(gpu) = crate::common::gpu::test_gpu() else { return };
     let object = bumpy_sphere([1.0, 1.0, 1.0, 0.3], 1.0);
-    let mut renderer = Renderer::new(&gpu, vec![object], constant_environment(&gpu, [1.0; 3])).unwrap();
+    let mut renderer = in_room(&gpu, vec![object], [1.0; 3]);
     let output = renderer.render(&state(12.0, None, Vec::new()), &settings(Shading::default())).unwrap();
     let radiances: Vec<f32> = output.color.iter().filter(|c| c[3] > 0.0).map(|c| c[0]).collect();
     let (low, high) = radiances.iter().fold((f32::MAX, f32::MIN), |(l, h), &v| (l.min(v), h.max(v)));
@@ -219,7 +212,7 @@ fn lights_agree_with_the_reference_at_every_pixel() {
     let Some(gpu) = crate::common::gpu::test_gpu() else { return };
     let (albedo, alpha, f0) = ([0.5f32, 0.4, 0.3], 0.25, 0.06);
     let object = bumpy_sphere([albedo[0], albedo[1], albedo[2], alpha], f0);
-    let mut renderer = Renderer::new(&gpu, vec![object], constant_environment(&gpu, [0.0; 3])).unwrap();
+    let mut renderer = in_room(&gpu, vec![object], [0.0; 3]);
     let sun = Sun { direction: Vec3::new(0.6, -0.1, 0.7).normalize(), irradiance: Vec3::new(3.0, 2.5, 2.0) };
     let point = PointLight { position: Vec3::new(-1.5, -2.5, 0.5), intensity: Vec3::new(2.0, 4.0, 6.0) };
     let (mut worst, mut count) = (0.0f64, 0);
@@ -269,7 +262,7 @@ fn the_specular_environment_agrees_with_the_reference_at_every_pixel() {
     let Some(gpu) = crate::common::gpu::test_gpu() else { return };
     let f0 = 0.5;
     let object = bumpy_sphere([0.0, 0.0, 0.0, 0.25], f0);
-    let mut renderer = Renderer::new(&gpu, vec![object], constant_environment(&gpu, [1.0; 3])).unwrap();
+    let mut renderer = in_room(&gpu, vec![object], [1.0; 3]);
     let state = state(6.0, None, Vec::new());
     for (shading, integral) in integrals() {
         let output = renderer.render(&state, &settings(shading)).unwrap();
@@ -289,7 +282,7 @@ fn a_purely_diffuse_surface_mirrors_nothing() {
     let Some(gpu) = crate::common::gpu::test_gpu() else { return };
     for f0 in [0.0, 0.04] {
         let object = bumpy_sphere([1.0, 1.0, 1.0, 0.25], f0);
-        let mut renderer = Renderer::new(&gpu, vec![object], constant_environment(&gpu, [1.0; 3])).unwrap();
+        let mut renderer = in_room(&gpu, vec![object], [1.0; 3]);
         let sun = Sun { direction: Vec3::new(0.6, -0.1, 0.7).normalize(), irradiance: Vec3::splat(3.0) };
         for technique in [Technique::Lean, Technique::Leadr, Technique::LeadrGgx] {
             let terms = Terms::SPECULAR_LIGHTS | Terms::SPECULAR_ENVIRONMENT;
@@ -307,7 +300,7 @@ fn a_purely_diffuse_surface_mirrors_nothing() {
 fn terms_sum_to_the_whole() {
     let Some(gpu) = crate::common::gpu::test_gpu() else { return };
     let object = bumpy_sphere([0.5, 0.5, 0.5, 0.25], 0.05);
-    let mut renderer = Renderer::new(&gpu, vec![object], constant_environment(&gpu, [1.0; 3])).unwrap();
+    let mut renderer = in_room(&gpu, vec![object], [1.0; 3]);
     let sun = Sun { direction: Vec3::new(0.6, -0.1, 0.7).normalize(), irradiance: Vec3::splat(3.0) };
     let state = state(6.0, Some(sun), Vec::new());
     for technique in Technique::ALL.into_iter().filter(|t| *t != Technique::Constant) {
@@ -345,15 +338,7 @@ fn the_diffuse_environment_agrees_with_the_reference_at_every_pixel() {
     let Some(gpu) = crate::common::gpu::test_gpu() else { return };
     let radiance =
         |d: DVec3| DVec3::new(1.0 + 0.5 * d.x, 1.2 + 0.4 * d.y * d.z, 0.8 + 0.3 * d.z + 0.3 * (d.x * d.x - d.y * d.y));
-    let (width, height) = (256u32, 128u32);
-    let texels = (0..width * height).map(|i| {
-        let (u, v) =
-            ((f64::from(i % width) + 0.5) / f64::from(width), (f64::from(i / width) + 0.5) / f64::from(height));
-        let (azimuth, polar) = (std::f64::consts::TAU * (0.5 - u), std::f64::consts::PI * v);
-        let d = DVec3::new(polar.sin() * azimuth.cos(), polar.sin() * azimuth.sin(), polar.cos());
-        radiance(d).as_vec3().to_array()
-    });
-    let image = RgbImage::new(width, height, texels.collect()).unwrap();
+    let image = panorama(256, radiance);
     let coefficients = sh_projection::project_function(8, radiance);
     let f0 = 0.04;
     let mut renderers = [1.0, 0.0].map(|albedo| {

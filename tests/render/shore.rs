@@ -2,17 +2,16 @@
 
 use std::f64::consts::TAU;
 
+use crate::common::render::under_sky;
 use glam::{DVec2, Vec2, Vec3};
 use leadr::gpu::{Buffer, Descriptor, Memory};
 use leadr::render::camera::Camera;
 use leadr::render::frame::{Layer, Renderer};
-use leadr::render::light::environment::Environment;
 use leadr::render::light::sky::Sky;
-use leadr::render::scene::FrameState;
+use leadr::render::scene::{FrameState, Pose};
 use leadr::render::settings::{RenderSettings, Technique};
 use leadr::render::surfaces::ocean::shore::ShoreGpu;
 use leadr::scenes::shore::{beach, sea, shore};
-use leadr::scenes::stage::{Lights, Stage, Views};
 
 /// What the probe gives for points (metres) seen over `reach` metres at a time.
 fn probe(gpu: &crate::common::gpu::TestGpu, points: &[[f32; 3]], time: f64) -> Vec<[f32; 7]> {
@@ -94,14 +93,10 @@ fn the_swell_slopes_as_its_height_says_and_foam_covers_no_more_than_all() {
 /// The beach and the sea without the animal, seen by `camera` at `time`.
 fn scene(gpu: &crate::common::gpu::TestGpu, camera: Camera) -> (Renderer, impl Fn(f64, &Sky) -> FrameState) {
     let shore = shore();
-    let mut stage = Stage::still(
-        vec![beach::beach(&shore), beach::dunes(&shore)],
-        Views { near: camera, mid: camera, far: camera },
-    );
-    let environment = Environment::from_sky(gpu, 32, &Sky::default()).unwrap();
-    let mut renderer = Renderer::new(gpu, std::mem::take(&mut stage.objects), environment).unwrap();
+    let mut renderer = under_sky(gpu, vec![beach::beach(&shore), beach::dunes(&shore)], 32);
     renderer.set_ocean(Some(sea())).unwrap();
-    (renderer, move |time, sky| stage.state(time, &camera, &Lights { sky: Some(*sky), ..Lights::default() }))
+    let state = move |time, sky: &Sky| FrameState { time, ..FrameState::new(camera, vec![Pose::REST; 2]).under(sky) };
+    (renderer, state)
 }
 
 #[test]

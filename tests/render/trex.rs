@@ -1,11 +1,10 @@
 //! The T-rex through the renderer: closed at every distance and in every pose, and the same animal far away.
 
+use crate::common::render::{luminance, under_sky};
 use std::path::Path;
 
-use glam::Vec3;
 use leadr::render::camera::Camera;
 use leadr::render::frame::{FrameOutput, Layer, Renderer};
-use leadr::render::light::environment::Environment;
 use leadr::render::light::sky::Sky;
 use leadr::render::settings::{RenderSettings, Technique};
 use leadr::render::surfaces::tessellation::TessellationSettings;
@@ -23,14 +22,13 @@ fn stage() -> Stage {
 
 /// The stage's first `count` objects on the device (body, props, ground).
 fn renderer(gpu: &crate::common::gpu::TestGpu, stage: &mut Stage, count: usize) -> Renderer {
-    let environment = Environment::from_sky(gpu, 64, &Sky::default()).unwrap();
     let mut objects = std::mem::take(&mut stage.objects);
     objects.truncate(count);
-    Renderer::new(gpu, objects, environment).unwrap()
+    under_sky(gpu, objects, 64)
 }
 
 fn lights() -> Lights {
-    Lights { sky: Some(Sky::default()), ..Default::default() }
+    Lights::under(&Sky::default())
 }
 
 /// Pixels that show the inside and are covered on all sides (see `tests/render/pictures.rs` for the outline), as `(cracks,
@@ -96,9 +94,8 @@ fn no_pixel_is_black_or_sparkles() {
     for camera in [views.near, views.mid, views.far] {
         let settings = RenderSettings { size: (256, 256), ..Default::default() };
         let output = renderer.render(&stage.state(0.3, &camera, &lights()), &settings).unwrap();
-        let luminance = |c: &[f32; 4]| 0.2126 * c[0] + 0.7152 * c[1] + 0.0722 * c[2];
         let (low, high) =
-            output.color.iter().map(luminance).fold((f32::MAX, f32::MIN), |(l, h), v| (l.min(v), h.max(v)));
+            output.color.iter().map(|c| luminance(c)).fold((f32::MAX, f32::MIN), |(l, h), v| (l.min(v), h.max(v)));
         println!("luminance {low:.4} to {high:.3}");
         assert!(low > 5e-4, "black: {low}");
         assert!(high < 30.0, "sparkle: {high}");
@@ -136,9 +133,8 @@ fn the_animal_keeps_its_brightness_with_distance() {
                 let (mut sum, mut weight) = (0.0, 0.0);
                 for c in &output.color {
                     // A sample is the animal's where it covers; the sky behind has coverage 0.
-                    let radiance = Vec3::new(c[0], c[1], c[2]);
                     if c[3] > 0.99 {
-                        sum += f64::from(radiance.dot(Vec3::new(0.2126, 0.7152, 0.0722)));
+                        sum += f64::from(luminance(c));
                         weight += 1.0;
                     }
                 }

@@ -72,7 +72,7 @@ pub fn bench(arguments: &BenchArgs, output: &Output) -> Result<BenchReport, AppE
         let sky = Sky::default();
         let environment = Environment::from_sky(&gpu, FACE_SIZE, &sky)?;
         let renderer = Renderer::new(&gpu, std::mem::take(&mut stage.objects), environment)?;
-        let state = stage.state(0.0, &stage.views.mid, &Lights { sky: Some(sky), ..Lights::default() });
+        let state = stage.state(0.0, &stage.views.mid, &Lights::under(&sky));
         let mut rows = rows::quad(&state, size);
         if arguments.goals {
             rows.retain(rows::in_a_goal);

@@ -53,7 +53,7 @@ impl Subject {
         let objects = stage.objects.len();
         let mut renderer = Renderer::new(&studio.gpu, std::mem::take(&mut stage.objects), environment)?;
         renderer.set_ocean(stage.ocean.take())?;
-        Ok(Self { renderer, stage, lights: Lights { sky: Some(sky), ..Lights::default() }, time, objects })
+        Ok(Self { renderer, stage, lights: Lights::under(&sky), time, objects })
     }
 
     /// Rock on a unit sphere under the sky, with atlas tiles of `tile` texels.

@@ -7,6 +7,7 @@
 
 use super::patch_mesh::{PatchMesh, TileLayout};
 use super::topology::Topology;
+use crate::maps::HeightMap;
 use glam::Vec2;
 use rayon::prelude::*;
 
@@ -40,6 +41,12 @@ pub enum Border {
 }
 
 impl HeightField {
+    /// A map that repeats.
+    #[must_use]
+    pub fn repeating(map: HeightMap) -> Self {
+        Self { width: map.width, height: map.height, texels: map.texels, border: Border::Wrap }
+    }
+
     fn texel(&self, x: i64, y: i64) -> f32 {
         let index = |i: i64, n: u32| match self.border {
             Border::Wrap => i.rem_euclid(i64::from(n)) as usize,

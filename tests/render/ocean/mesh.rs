@@ -1,12 +1,9 @@
 //! The mesh of the sea: its horizon against geometry, no holes, no popping, triangles where waves show.
 
-use std::sync::Arc;
-
+use crate::common::render::seascape;
 use glam::{Vec2, Vec3};
-use leadr::gpu::Gpu;
 use leadr::render::camera::Camera;
 use leadr::render::frame::Renderer;
-use leadr::render::light::environment::Environment;
 use leadr::render::light::sky::Sky;
 use leadr::render::scene::FrameState;
 use leadr::render::settings::RenderSettings;
@@ -15,17 +12,9 @@ use leadr::render::surfaces::ocean::mesh::EARTH;
 use leadr::render::surfaces::tessellation::TessellationSettings;
 use leadr::scenes::ocean::sea::ocean;
 use leadr::scenes::ocean::spectrum::Sea;
-use leadr::scenes::stage::{Lights, Stage, Views};
 
 fn sea() -> Ocean {
     ocean(&Sea::default(), 64, 1)
-}
-
-fn renderer(gpu: &Arc<Gpu>, ocean: Ocean) -> Renderer {
-    let environment = Environment::from_sky(gpu, 16, &Sky::default()).unwrap();
-    let mut renderer = Renderer::new(gpu, Vec::new(), environment).unwrap();
-    renderer.set_ocean(Some(ocean)).unwrap();
-    renderer
 }
 
 /// A camera at `position`, turned by `yaw`, looking `down` below the horizontal; radians, field of view in degrees.
@@ -36,8 +25,7 @@ fn camera(position: Vec3, yaw: f32, down: f32, fov: f32) -> Camera {
 }
 
 fn state(camera: &Camera) -> FrameState {
-    let stage = Stage::still(Vec::new(), Views { near: *camera, mid: *camera, far: *camera });
-    stage.state(5.0, camera, &Lights { sky: Some(Sky::default()), ..Lights::default() })
+    FrameState { time: 5.0, ..FrameState::new(*camera, Vec::new()).under(&Sky::default()) }
 }
 
 /// Tangent of the angle by which the horizon of calm water lies below the horizontal.
@@ -73,7 +61,7 @@ fn the_horizon_is_the_curve_of_the_earth() {
     calm.height = 0.0;
     calm.cascades.iter_mut().for_each(|c| c.waves.iter_mut().for_each(|w| (w[0], w[1]) = (0.0, 0.0)));
     for (waves, ocean) in [("calm", calm), ("windy", sea())] {
-        let mut renderer = renderer(&gpu, ocean);
+        let mut renderer = seascape(&gpu, ocean);
         for height in [2.5, 100.0, 1000.0, 5000.0] {
             for (yaw, down) in [(0.3f32, dip(height)), (2.0, 0.12)] {
                 let camera = camera(Vec3::new(40.0, 9.0, height), yaw, down, 45.0);
@@ -98,7 +86,7 @@ fn the_horizon_is_the_curve_of_the_earth() {
 #[test]
 fn below_the_horizon_there_is_water_everywhere() {
     let Some(gpu) = crate::common::gpu::test_gpu() else { return };
-    let mut renderer = renderer(&gpu, sea());
+    let mut renderer = seascape(&gpu, sea());
     let size = (160, 100);
     let settings = RenderSettings { size, samples: 4, ..RenderSettings::default() };
     let (mut holes, mut water, mut sky, mut flying) = (0u32, 0u32, 0u32, 0u32);
@@ -158,7 +146,7 @@ fn block_changes(a: &[f32], b: &[f32]) -> Vec<f32> {
 #[test]
 fn nothing_pops_while_the_camera_moves() {
     let Some(gpu) = crate::common::gpu::test_gpu() else { return };
-    let mut renderer = renderer(&gpu, sea());
+    let mut renderer = seascape(&gpu, sea());
     let usual = TessellationSettings::default();
     // Time stands still and the camera creeps: the picture changes by little and evenly, unless the mesh jumps. In the last
     // row it does, and must be found out.
@@ -212,7 +200,7 @@ fn nothing_pops_while_the_camera_moves() {
 #[test]
 fn a_finer_mesh_would_show_little_more() {
     let Some(gpu) = crate::common::gpu::test_gpu() else { return };
-    let mut renderer = renderer(&gpu, sea());
+    let mut renderer = seascape(&gpu, sea());
     for (height, down, most) in [(2.5f32, 0.1f32, 2e-3f32), (100.0, 0.25, 1e-3), (1000.0, 0.3, 2e-4)] {
         let camera = camera(Vec3::new(0.0, 0.0, height), 0.9, down, 45.0);
         let usual = look(&mut renderer, &camera, TessellationSettings::default());

@@ -3,10 +3,11 @@
 
 use std::f64::consts::TAU;
 
+use super::waves::inverse;
+use crate::common::render::seascape;
 use glam::{DVec2, DVec3, Vec2, Vec3};
 use leadr::render::camera::Camera;
 use leadr::render::frame::{Layer, Renderer};
-use leadr::render::light::environment::Environment;
 use leadr::render::light::sky::Sky;
 use leadr::render::scene::FrameState;
 use leadr::render::settings::{RenderSettings, Technique};
@@ -15,9 +16,7 @@ use leadr::render::surfaces::ocean::mesh::EARTH;
 use leadr::render::surfaces::ocean::waves::{Cascade, PERIOD};
 use leadr::scenes::ocean::sea::ocean;
 use leadr::scenes::ocean::spectrum::Sea;
-use leadr::scenes::stage::{Lights, Stage, Views};
 use rayon::prelude::*;
-use rustfft::FftPlanner;
 use rustfft::num_complex::Complex64;
 
 const TIME: f64 = 5.0;
@@ -63,17 +62,8 @@ impl Tile {
                     };
                 }
             }
-            let fft = FftPlanner::new().plan_fft_inverse(n);
-            for _ in 0..2 {
-                field.chunks_mut(n).for_each(|row| fft.process(row));
-                for j in 0..n {
-                    for i in 0..j {
-                        field.swap(j * n + i, i * n + j);
-                    }
-                }
-            }
-            for (texel, value) in texels.iter_mut().zip(&field) {
-                texel[channel] = value.re;
+            for (texel, value) in texels.iter_mut().zip(inverse(&mut field, n)) {
+                texel[channel] = value;
             }
         }
         Self { n, size: cascade.size, turn: DVec2::from_angle(cascade.rotation), texels }
@@ -150,15 +140,7 @@ fn reference(size: (u32, u32), samples: u32) -> RenderSettings {
 }
 
 fn frame(camera: Camera) -> FrameState {
-    let stage = Stage::still(Vec::new(), Views { near: camera, mid: camera, far: camera });
-    stage.state(TIME, &camera, &Lights { sky: Some(Sky::default()), ..Lights::default() })
-}
-
-fn seascape(gpu: &std::sync::Arc<leadr::gpu::Gpu>, sea: Ocean) -> Renderer {
-    let mut renderer =
-        Renderer::new(gpu, Vec::new(), Environment::from_sky(gpu, 16, &Sky::default()).unwrap()).unwrap();
-    renderer.set_ocean(Some(sea)).unwrap();
-    renderer
+    FrameState { time: TIME, ..FrameState::new(camera, Vec::new()).under(&Sky::default()) }
 }
 
 #[test]

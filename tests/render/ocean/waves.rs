@@ -1,10 +1,10 @@
 //! The sea on the device against Fourier transforms in 64 bits, and its statistics against the spectrum's integrals.
 
+use crate::common::render::seascape;
 use glam::{DVec2, Vec3};
 use leadr::gpu::Image;
 use leadr::render::camera::Camera;
-use leadr::render::frame::{Layer, Renderer};
-use leadr::render::light::environment::Environment;
+use leadr::render::frame::Layer;
 use leadr::render::light::sky::Sky;
 use leadr::render::passes::ocean::fields::{Content, OceanFields};
 use leadr::render::scene::FrameState;
@@ -14,7 +14,6 @@ use leadr::render::surfaces::ocean::waves::{Cascade, PERIOD, foam_weight};
 use leadr::scenes::ocean::cascades::divide;
 use leadr::scenes::ocean::sea::ocean;
 use leadr::scenes::ocean::spectrum::Sea;
-use leadr::scenes::stage::{Lights, Stage, Views};
 use rustfft::FftPlanner;
 use rustfft::num_complex::Complex64;
 use std::f64::consts::TAU;
@@ -27,7 +26,8 @@ struct Truth {
     jacobian: [Vec<f64>; 3],
 }
 
-fn inverse(field: &mut [Complex64], n: usize) -> Vec<f64> {
+/// Real parts of a two-dimensional inverse transform of `n` × `n` values, not divided by their number.
+pub fn inverse(field: &mut [Complex64], n: usize) -> Vec<f64> {
     let fft = FftPlanner::new().plan_fft_inverse(n);
     for _ in 0..2 {
         field.chunks_mut(n).for_each(|row| fft.process(row));
@@ -249,17 +249,14 @@ fn the_moment_sum_over_cascades_is_that_of_the_whole_choppy_sea() {
 fn view(height: f32, down: f32) -> FrameState {
     let eye = Vec3::Z * height;
     let camera = Camera::looking_at(eye, eye + Vec3::new(down.cos(), 0.0, -down.sin()) * height, 40.0);
-    let stage = Stage::still(Vec::new(), Views { near: camera, mid: camera, far: camera });
-    stage.state(5.0, &camera, &Lights { sky: Some(Sky::default()), ..Lights::default() })
+    FrameState { time: 5.0, ..FrameState::new(camera, Vec::new()).under(&Sky::default()) }
 }
 
 #[test]
 fn far_pixels_hold_the_slopes_of_the_spectrum_and_the_surface_has_no_holes() {
     let Some(gpu) = crate::common::gpu::test_gpu() else { return };
     let sea = Sea { wind_speed: 9.0, wind_direction: 0.4, ..Sea::default() };
-    let mut renderer =
-        Renderer::new(&gpu, Vec::new(), Environment::from_sky(&gpu, 16, &Sky::default()).unwrap()).unwrap();
-    renderer.set_ocean(Some(Ocean { choppiness: 0.0, ..ocean(&sea, 128, 2) })).unwrap();
+    let mut renderer = seascape(&gpu, Ocean { choppiness: 0.0, ..ocean(&sea, 128, 2) });
     let size = (96, 64);
     let settings = RenderSettings { size, ..RenderSettings::default() };
     let all = sea.moments(0.0, f64::INFINITY).slopes;

@@ -1,0 +1,50 @@
+//! Renderers of small scenes.
+
+#![allow(dead_code, reason = "each test binary uses its own part")]
+
+use std::sync::Arc;
+
+use leadr::gpu::Gpu;
+use leadr::maps::{RgbImage, procedural};
+use leadr::render::frame::Renderer;
+use leadr::render::light::environment::Environment;
+use leadr::render::light::sky::Sky;
+use leadr::render::scene::Object;
+use leadr::render::surfaces::displacement::HeightField;
+use leadr::render::surfaces::ocean::Ocean;
+use leadr::scenes::stage::Stage;
+
+/// Objects under the default sky, whose cube has faces of `face` texels.
+pub fn under_sky(gpu: &Arc<Gpu>, objects: Vec<Object>, face: u32) -> Renderer {
+    Renderer::new(gpu, objects, Environment::from_sky(gpu, face, &Sky::default()).unwrap()).unwrap()
+}
+
+/// Objects surrounded by one radiance.
+pub fn in_room(gpu: &Arc<Gpu>, objects: Vec<Object>, radiance: [f32; 3]) -> Renderer {
+    let image = RgbImage::new(8, 4, vec![radiance; 32]).unwrap();
+    Renderer::new(gpu, objects, Environment::from_equirect(gpu, 16, &image).unwrap()).unwrap()
+}
+
+/// A stage's objects, which are taken out of it, and its sea under the default sky.
+pub fn stage_under_sky(gpu: &Arc<Gpu>, stage: &mut Stage, face: u32) -> Renderer {
+    let mut renderer = under_sky(gpu, std::mem::take(&mut stage.objects), face);
+    renderer.set_ocean(stage.ocean.take()).unwrap();
+    renderer
+}
+
+/// The sea alone under the default sky.
+pub fn seascape(gpu: &Arc<Gpu>, sea: Ocean) -> Renderer {
+    let mut renderer = under_sky(gpu, Vec::new(), 16);
+    renderer.set_ocean(Some(sea)).unwrap();
+    renderer
+}
+
+/// Repeating Gaussian bumps of slope deviation 1 and a width of `bump` texels, on `size`² texels.
+pub fn bumps(size: u32, bump: f32, seed: u32) -> HeightField {
+    HeightField::repeating(procedural::gaussian(size, size, seed, 1.0, bump / size as f32))
+}
+
+/// Photometric luminance of linear Rec. 709 colour.
+pub fn luminance(color: &[f32]) -> f32 {
+    0.2126 * color[0] + 0.7152 * color[1] + 0.0722 * color[2]
+}
