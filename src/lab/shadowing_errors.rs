@@ -14,7 +14,7 @@ use crate::reflectance::masking::correlated::lit_fraction;
 use crate::reflectance::masking::shadowing::Shadowing;
 use crate::reflectance::slopes::grid::slope_cholesky;
 use crate::reflectance::visible::shadowed_environment::bent_normal;
-use crate::reflectance::visible::shadowed_specular::shadowed_specular_environment;
+use crate::reflectance::visible::shadowed_specular::visible_specular_environment;
 use crate::reflectance::visible::specular::{VisibleProbe, probe_rule};
 
 /// What lights the sphere; the viewer is at `+z`, x to the right, y up.
@@ -213,8 +213,8 @@ fn models(surface: &Surface, pixel: &SpherePixel) -> Vec<f64> {
             // A level whose texels have the probe's solid angle Ω, looked up bilinearly, is a kernel of variance Ω/4.
             let lookup = |p: &VisibleProbe| DVec3::splat(at(p.wi, 0.25 * p.solid_angle));
             let (v, rule) = (Shadowing::Correlated, probe_rule(n));
-            let (value, _) = shadowed_specular_environment(v, wo, m, s, DVec3::ONE, rule, lookup);
-            out.push(value.x);
+            let value = visible_specular_environment(v, wo, m, s, DVec3::ONE, rule, lookup);
+            out.push(value.reflected.x);
         }
     }
     out

@@ -9,9 +9,11 @@ use leadr::lab::quadrature_study::specular::{Sharpness, SpecularSet, probe_radia
 use leadr::lab::quadrature_study::surfaces::{Surface, surfaces};
 use leadr::lab::quadrature_study::sweep::{Path, SweepRow, sweep_rows};
 use leadr::reflectance::integrals::reference::visible_mean;
+use leadr::reflectance::masking::shadowing::Shadowing;
 use leadr::reflectance::slopes::grid::normal_of_slope;
 use leadr::reflectance::visible::diffuse::{leadr_diffuse_light_visible, visible_diffuse_moments};
-use leadr::reflectance::visible::specular::{leadr_specular_environment_visible, probe_rule};
+use leadr::reflectance::visible::shadowed_specular::visible_specular_environment;
+use leadr::reflectance::visible::specular::probe_rule;
 use std::f64::consts::PI;
 
 fn print(rows: &[Row]) {
@@ -120,13 +122,14 @@ fn fresnel_of_the_visible_facets() {
         ((square / all.len() as f64).sqrt(), worst)
     };
     for (n, bound) in [(5, 4e-3), (9, 2e-3), (16, 1.9e-3)] {
-        let along =
-            |s: &Surface, f0| leadr_specular_environment_visible(s.wo, s.m, s.s, f0, probe_rule(n), |_| DVec3::ONE);
-        let (radiance, fresnel) = along(&all[0], DVec3::ONE);
-        assert!((radiance - DVec3::ONE).length() < 1e-7 && (fresnel - DVec3::ONE).length() < 1e-7);
+        let along = |s: &Surface, f0| {
+            visible_specular_environment(Shadowing::None, s.wo, s.m, s.s, f0, probe_rule(n), |_| DVec3::ONE)
+        };
+        let white = along(&all[0], DVec3::ONE);
+        assert!((white.reflected - DVec3::ONE).length() < 1e-7 && (white.fresnel - DVec3::ONE).length() < 1e-7);
         // Schlick's weight alone, freed of the reflectance at normal incidence.
         let f0 = 0.04;
-        let (rms, worst) = error(&|s| (along(s, DVec3::splat(f0)).1.x - f0) / (1.0 - f0));
+        let (rms, worst) = error(&|s| (along(s, DVec3::splat(f0)).fresnel.x - f0) / (1.0 - f0));
         println!("mean Fresnel term by {n} probes: rms {rms:.1e}, worst {worst:.1e}");
         assert!(rms < bound && worst < 0.02);
     }
@@ -173,7 +176,7 @@ fn flat_and_overhead_surfaces() {
     let s = DVec3::new(0.25, 0.16, 0.1);
     let seen = |tilt: f64, phi: f64| {
         let wo = DVec3::new(tilt * phi.cos(), tilt * phi.sin(), 1.0).normalize();
-        leadr_specular_environment_visible(wo, m, s, DVec3::ONE, probe_rule(9), |p| p.wi).0
+        visible_specular_environment(Shadowing::None, wo, m, s, DVec3::ONE, probe_rule(9), |p| p.wi).reflected
     };
     for phi in 0..8 {
         assert!((seen(1e-6, f64::from(phi)) - seen(0.0, 0.0)).length() < 1e-5);

@@ -27,7 +27,7 @@ use leadr::reflectance::slopes::grid::{normal_of_slope, slope_cholesky};
 use leadr::reflectance::visible::shadowed_environment::{
     bent_normal, shadowed_diffuse_environment, visible_slope_shift,
 };
-use leadr::reflectance::visible::shadowed_specular::shadowed_specular_environment;
+use leadr::reflectance::visible::shadowed_specular::visible_specular_environment;
 use leadr::reflectance::visible::specular::probe_rule;
 use rayon::prelude::*;
 use serde_json::Value;
@@ -203,7 +203,8 @@ fn probes_keep_what_they_should() {
         if meso_area(wo, m) < 0.1 {
             continue;
         }
-        let one = |v, n| shadowed_specular_environment(v, wo, m, s, DVec3::ONE, probe_rule(n), |_| DVec3::ONE).0.x;
+        let one =
+            |v, n| visible_specular_environment(v, wo, m, s, DVec3::ONE, probe_rule(n), |_| DVec3::ONE).reflected.x;
         let want = surface.specular_environment(wo, 8, |_| 1.0).z;
         for (square, n) in square.iter_mut().zip([5, 9, 16]) {
             assert!((one(Shadowing::None, n) - 1.0).abs() < 1e-7);

@@ -3,15 +3,16 @@
 use crate::common::cube::panorama;
 use crate::common::render::{bumps, in_room};
 use glam::{DVec2, DVec3, Vec3};
-use leadr::reflectance::facets::{fresnel, projected_area};
+use leadr::reflectance::facets::projected_area;
 use leadr::reflectance::frame;
-use leadr::reflectance::integrals::{diffuse, sh_projection, specular};
+use leadr::reflectance::integrals::specular::{EnvironmentSample, leadr_specular_environment, leadr_specular_light};
+use leadr::reflectance::integrals::{diffuse, sh_projection};
 use leadr::reflectance::masking::correlated::{direction_area, lit_fraction};
 use leadr::reflectance::masking::shadowing::Shadowing;
 use leadr::reflectance::slopes::{grid as slope_grid, statistics as slope_statistics};
 use leadr::reflectance::visible::diffuse::{leadr_diffuse_light_visible, visible_diffuse_moments};
 use leadr::reflectance::visible::shadowed_environment::{bent_normal, shadowed_diffuse_environment};
-use leadr::reflectance::visible::shadowed_specular::shadowed_specular_environment;
+use leadr::reflectance::visible::shadowed_specular::visible_specular_environment;
 use leadr::reflectance::visible::specular as visible_specular;
 use leadr::render::camera::Camera;
 use leadr::render::frame::{Layer, Renderer};
@@ -131,27 +132,17 @@ impl Pixel {
     /// What the mirrors show of a white room, and their mean Fresnel reflectance.
     fn mirrors(&self, integral: Integral, f0: DVec3) -> [DVec3; 2] {
         let (wo, s, shadowing) = (self.wo, self.specular_s, integral.shadowing);
-        let cholesky = slope_grid::slope_cholesky(s);
         match integral.quadrature {
             Quadrature::Grid(n) => {
                 let lambda = slope_grid::grid_lambda(n);
-                let m = projected_area::face_viewer(wo, self.m, s, lambda);
-                let o = direction_area(wo, m, cholesky);
-                let (mut sum, mut fresnel, mut norm) = (DVec3::ZERO, DVec3::ZERO, 0.0);
-                for (j, k) in (0..n).flat_map(|j| (0..n).map(move |k| (j, k))) {
-                    let node = slope_grid::grid_node(j, k, n, lambda);
-                    let sample = specular::environment_sample(wo, node.truncate(), m, s);
-                    let f = fresnel::fresnel_schlick(f0, wo.dot(sample.wn)) * (node.z * sample.area);
-                    sum += f * lit_fraction(shadowing, &o, &direction_area(sample.wi, m, cholesky));
-                    fresnel += f;
-                    norm += node.z * sample.area;
-                }
-                [sum / norm.max(1e-12), fresnel / norm.max(1e-12)]
+                let white = |_: &EnvironmentSample| DVec3::ONE;
+                let mirrors = leadr_specular_environment(shadowing, wo, self.m, s, f0, n, lambda, white);
+                [mirrors.reflected, mirrors.fresnel]
             }
             Quadrature::VisibleSlopes(probes) => {
                 let rule = visible_specular::probe_rule(probes.count());
-                let (sum, fresnel) = shadowed_specular_environment(shadowing, wo, self.m, s, f0, rule, |_| DVec3::ONE);
-                [sum, fresnel]
+                let mirrors = visible_specular_environment(shadowing, wo, self.m, s, f0, rule, |_| DVec3::ONE);
+                [mirrors.reflected, mirrors.fresnel]
             }
         }
     }
@@ -236,7 +227,7 @@ fn lights_agree_with_the_reference_at_every_pixel() {
                     let wi = frame::to_frame(&pixel.frame, direction);
                     let areas = [wo, wi].map(|w| direction_area(w, m, cholesky));
                     let shadowing = integral.shadowing;
-                    let specular = specular::leadr_specular_light(shadowing, &areas[0], &areas[1], wo, wi, m, s, f0);
+                    let specular = leadr_specular_light(shadowing, &areas[0], &areas[1], wo, wi, m, s, f0);
                     expected += irradiance * (albedo * pixel.diffuse_light(integral, wi) + specular);
                 }
                 let actual = DVec3::new(

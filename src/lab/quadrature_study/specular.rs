@@ -5,11 +5,11 @@ use super::surfaces::{Surface, surfaces};
 use crate::reflectance::facets::projected_area::face_viewer;
 use crate::reflectance::integrals::reference::{visible_extents, visible_mean_panels};
 use crate::reflectance::integrals::specular::{LOD_MATCHED, LOD_SUPPLEMENT_5, env_lod, leadr_specular_environment};
+use crate::reflectance::masking::shadowing::Shadowing;
 use crate::reflectance::random::Random;
 use crate::reflectance::slopes::grid::{grid_lambda, grid_spacing, normal_of_slope};
-use crate::reflectance::visible::specular::{
-    ProbeRule, VisibleProbe, leadr_specular_environment_visible, probe_rule, solid_angle_lod,
-};
+use crate::reflectance::visible::shadowed_specular::visible_specular_environment;
+use crate::reflectance::visible::specular::{ProbeRule, VisibleProbe, probe_rule, solid_angle_lod};
 use glam::DVec3;
 use rayon::prelude::*;
 use std::f64::consts::PI;
@@ -202,9 +202,10 @@ pub fn grid_radiance(surface: &Surface, lobes: &Lobes, n: u32, constant: f64) ->
     let lambda = grid_lambda(n);
     let m = face_viewer(wo, m, s, lambda);
     let spacing = grid_spacing(n, lambda);
-    leadr_specular_environment(wo, m, s, DVec3::ONE, false, n, lambda, |e| {
+    leadr_specular_environment(Shadowing::None, wo, m, s, DVec3::ONE, n, lambda, |e| {
         DVec3::splat(lobes.lookup(e.wi, env_lod(wo, e.wn, s, spacing, SIZE, constant)))
     })
+    .reflected
     .x
 }
 
@@ -213,5 +214,5 @@ pub fn grid_radiance(surface: &Surface, lobes: &Lobes, n: u32, constant: f64) ->
 pub fn probe_radiance(surface: &Surface, lobes: &Lobes, rule: ProbeRule<'_>) -> f64 {
     let Surface { wo, m, s } = *surface;
     let radiance = |p: &VisibleProbe| DVec3::splat(lobes.lookup(p.wi, solid_angle_lod(p.solid_angle, SIZE)));
-    leadr_specular_environment_visible(wo, m, s, DVec3::ONE, rule, radiance).0.x
+    visible_specular_environment(Shadowing::None, wo, m, s, DVec3::ONE, rule, radiance).reflected.x
 }

@@ -3,10 +3,12 @@
 use crate::reflectance::facets::beckmann::beckmann_ndf;
 use crate::reflectance::facets::fresnel::fresnel_schlick;
 use crate::reflectance::facets::projected_area::face_viewer;
-use crate::reflectance::masking::correlated::{DirectionArea, masking_shadowing_factor};
+use crate::reflectance::masking::correlated::{DirectionArea, direction_area, lit_fraction, masking_shadowing_factor};
 use crate::reflectance::masking::shadowing::Shadowing;
-use crate::reflectance::masking::smith::{masking_shadowing, shadowing_given_masking};
-use crate::reflectance::slopes::grid::{facet_area, grid_node, normal_of_slope, slope_sample};
+use crate::reflectance::masking::smith::masking_shadowing;
+use crate::reflectance::slopes::grid::{
+    facet_area, grid_node, normal_of_slope, slope_at, slope_cholesky, slope_sample,
+};
 use glam::{DVec2, DVec3, Vec3Swizzles as _};
 
 /// Radiance towards `wo` under one light from `wi`, per unit of its irradiance on a plane that faces it (LEADR eq. 17).
@@ -93,33 +95,82 @@ pub fn env_lod(wo: DVec3, wn: DVec3, s: DVec3, spacing: f64, size: f64, constant
     env_lod_at(env_lod_base(s, spacing, size, constant), wo, wn)
 }
 
-/// Radiance towards `wo` under an environment: LEADR eq. 22 / Algorithm 1 on an `n`×`n` grid of half extent `lambda`.
+/// One sample of a sum over the mirrors that a viewer sees.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MirrorSample<T> {
+    /// Its share of what is seen; the shares need not sum to one.
+    pub weight: f64,
+    /// `wo·wn`, for the Fresnel term.
+    pub cosine: f64,
+    /// The part that the light reaches, 0..1.
+    pub lit: f64,
+    /// What the environment is asked for.
+    pub lookup: T,
+}
+
+/// Sums over the mirrors that a viewer sees.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Mirrors {
+    /// Radiance that they reflect, Fresnel term and shadowing included.
+    pub reflected: DVec3,
+    /// Their Fresnel reflectance.
+    pub fresnel: DVec3,
+    /// Their weight.
+    pub weight: f64,
+}
+
+impl Mirrors {
+    /// Sums over `samples` under an environment of the given `radiance`. `f0`: linear RGB reflectance at normal incidence.
+    pub fn sum<T>(
+        f0: DVec3,
+        samples: impl IntoIterator<Item = MirrorSample<T>>,
+        radiance: impl Fn(&T) -> DVec3,
+    ) -> Self {
+        samples.into_iter().fold(Self::default(), |sum, sample| {
+            let f = sample.weight * fresnel_schlick(f0, sample.cosine);
+            Self {
+                reflected: sum.reflected + f * sample.lit * radiance(&sample.lookup),
+                fresnel: sum.fresnel + f,
+                weight: sum.weight + sample.weight,
+            }
+        })
+    }
+
+    /// The means: the same per unit of weight.
+    #[must_use]
+    pub fn mean(self) -> Self {
+        let scale = 1.0 / self.weight.max(1e-12);
+        Self { reflected: self.reflected * scale, fresnel: self.fresnel * scale, weight: 1.0 }
+    }
+}
+
+/// Radiance towards `wo` under an environment, and the mean Fresnel reflectance of the visible facets: LEADR eq. 22 /
+/// Algorithm 1 on an `n`×`n` grid of half extent `lambda`.
 ///
 /// Divided by the sum of visible areas, which is the masking term (supplement, eq. 10): with `f0 = 1` and without
 /// shadowing a constant environment returns its own value exactly. `radiance` gets each sample in the tangent frame.
 #[must_use]
 pub fn leadr_specular_environment(
+    shadowing: Shadowing,
     wo: DVec3,
     m: DVec2,
     s: DVec3,
     f0: DVec3,
-    shadowing: bool,
     n: u32,
     lambda: f64,
     radiance: impl Fn(&EnvironmentSample) -> DVec3,
-) -> DVec3 {
+) -> Mirrors {
     let m = face_viewer(wo, m, s, lambda);
-    let (mut sum, mut norm) = (DVec3::ZERO, 0.0);
-    for j in 0..n {
-        for k in 0..n {
-            let node = grid_node(j, k, n, lambda);
-            let e = environment_sample(wo, node.xy(), m, s);
-            let shadow = shadowing_given_masking(wo, e.wi, m, s, shadowing);
-            sum += node.z * e.area * shadow * fresnel_schlick(f0, wo.dot(e.wn)) * radiance(&e);
-            norm += node.z * e.area;
-        }
-    }
-    sum / norm.max(1e-12)
+    let cholesky = slope_cholesky(s);
+    let o = direction_area(wo, m, cholesky);
+    let places = (0..n).flat_map(|j| (0..n).map(move |k| (j, k)));
+    let samples = places.map(|(j, k)| {
+        let node = grid_node(j, k, n, lambda);
+        let e = environment_sample_at(wo, slope_at(node.xy(), m, cholesky));
+        let lit = lit_fraction(shadowing, &o, &direction_area(e.wi, m, cholesky));
+        MirrorSample { weight: node.z * e.area, cosine: wo.dot(e.wn), lit, lookup: e }
+    });
+    Mirrors::sum(f0, samples, radiance).mean()
 }
 
 #[cfg(test)]
@@ -147,8 +198,9 @@ mod tests {
             for s in [DVec3::ZERO, DVec3::new(0.5, 0.1, 0.2)] {
                 for n in [1, 3, 5, 8] {
                     let lambda = crate::reflectance::slopes::grid::grid_lambda(n);
-                    let i = leadr_specular_environment(wo, m, s, DVec3::ONE, false, n, lambda, |_| DVec3::ONE);
-                    assert!((i - DVec3::ONE).length() < 1e-12, "{i} at {wo} {m} {s} {n}");
+                    let i =
+                        leadr_specular_environment(Shadowing::None, wo, m, s, DVec3::ONE, n, lambda, |_| DVec3::ONE);
+                    assert!((i.reflected - DVec3::ONE).length() < 1e-12, "{i:?} at {wo} {m} {s} {n}");
                 }
             }
         }

@@ -15,8 +15,8 @@
 //! with the nodes.
 
 use super::specular::{ProbeRule, VisibleProbe, visible_probe, visible_probes};
-use crate::reflectance::facets::fresnel::fresnel_schlick;
 use crate::reflectance::facets::normal_distribution::normal_ramp;
+use crate::reflectance::integrals::specular::{MirrorSample, Mirrors};
 use crate::reflectance::masking::correlated::{DirectionArea, direction_area, lit_fraction};
 use crate::reflectance::masking::shadowing::Shadowing;
 use glam::{DVec2, DVec3};
@@ -74,10 +74,10 @@ pub(crate) fn lit_probe_of(
     LitProbe { lit: lit_fraction(shadowing, o, &wide), wi: (wi + DVec3::new(-m.x, -m.y, 1.0) * lift).normalize() }
 }
 
-/// Radiance towards `wo` under an environment, with shadows, and the mean Fresnel reflectance of the visible facets, by
-/// the probes of `rule`. `f0`: linear RGB reflectance at normal incidence. `radiance` is asked for each probe.
+/// Radiance towards `wo` under an environment, and the mean Fresnel reflectance of the visible facets, by the probes of
+/// `rule`. `f0`: linear RGB reflectance at normal incidence. `radiance` is asked for each probe.
 #[must_use]
-pub fn shadowed_specular_environment(
+pub fn visible_specular_environment(
     shadowing: Shadowing,
     wo: DVec3,
     m: DVec2,
@@ -85,13 +85,14 @@ pub fn shadowed_specular_environment(
     f0: DVec3,
     rule: ProbeRule<'_>,
     radiance: impl Fn(&VisibleProbe) -> DVec3,
-) -> (DVec3, DVec3) {
+) -> Mirrors {
     let probes = visible_probes(wo, m, s);
     let o = direction_area(wo, probes.m, probes.cholesky);
-    rule.nodes(probes.wide).fold((DVec3::ZERO, DVec3::ZERO), |(sum, fresnel), node| {
+    let samples = rule.nodes(probes.wide).map(|node| {
         let probe = visible_probe(&probes, wo, &node);
-        let f = probe.weight * fresnel_schlick(f0, probe.cosine);
         let LitProbe { lit, wi } = lit_probe(shadowing, &o, probe.wi, probe.solid_angle, probes.m, probes.cholesky);
-        (sum + f * lit * radiance(&VisibleProbe { wi, ..probe }), fresnel + f)
-    })
+        MirrorSample { weight: probe.weight, cosine: probe.cosine, lit, lookup: VisibleProbe { wi, ..probe } }
+    });
+    // The weights of a rule sum to one.
+    Mirrors::sum(f0, samples, radiance)
 }

@@ -29,7 +29,6 @@
 //! ([`WideRing`]; `quadrature_study::fit_probes` finds them).
 
 use super::slopes::visible_slopes;
-use crate::reflectance::facets::fresnel::fresnel_schlick;
 use crate::reflectance::slopes::grid::{normal_of_slope, slope_cholesky};
 use glam::{DVec2, DVec3, Vec3Swizzles as _};
 use std::f64::consts::PI;
@@ -270,25 +269,6 @@ pub fn visible_probe(probes: &VisibleProbes, wo: DVec3, node: &ProbeNode) -> Vis
 #[must_use]
 pub fn solid_angle_lod(solid_angle: f64, size: f64) -> f64 {
     0.5 * (solid_angle.max(1e-12) * (6.0 / (4.0 * PI))).log2() + size.log2()
-}
-
-/// Radiance towards `wo` under an environment, masking only (LEADR eq. 19), and the mean Fresnel reflectance of the visible
-/// facets, by the probes of `rule`. `radiance` is asked for each probe; `f0`: linear RGB reflectance at normal incidence.
-#[must_use]
-pub fn leadr_specular_environment_visible(
-    wo: DVec3,
-    m: DVec2,
-    s: DVec3,
-    f0: DVec3,
-    rule: ProbeRule<'_>,
-    radiance: impl Fn(&VisibleProbe) -> DVec3,
-) -> (DVec3, DVec3) {
-    let probes = visible_probes(wo, m, s);
-    rule.nodes(probes.wide).fold((DVec3::ZERO, DVec3::ZERO), |(sum, fresnel), node| {
-        let probe = visible_probe(&probes, wo, &node);
-        let f = probe.weight * fresnel_schlick(f0, probe.cosine);
-        (sum + f * radiance(&probe), fresnel + f)
-    })
 }
 
 #[cfg(test)]

@@ -13,7 +13,7 @@ use leadr::reflectance::slopes::grid::slope_cholesky;
 use leadr::reflectance::visible::shadowed_environment::{
     bent_normal, shadowed_diffuse_environment, visible_slope_shift,
 };
-use leadr::reflectance::visible::shadowed_specular::{lit_probe, shadowed_specular_environment};
+use leadr::reflectance::visible::shadowed_specular::{lit_probe, visible_specular_environment};
 use leadr::reflectance::visible::specular::probe_rule;
 
 /// Two directions: any, equal, or of one azimuth and of opposite ones where the surface is isotropic (ρ = ±1).
@@ -99,7 +99,7 @@ fn shadowed_specular_parity() {
                 .map(|v| lit_probe(v, &o, wi, x[11], m, cholesky));
             let white = [5, 9, 16].map(|n| {
                 let (v, rule) = (Shadowing::Correlated, probe_rule(n));
-                shadowed_specular_environment(v, wo, m, s, DVec3::ONE, rule, |_| DVec3::ONE).0.x
+                visible_specular_environment(v, wo, m, s, DVec3::ONE, rule, |_| DVec3::ONE).reflected.x
             });
             list![lit.map(|l| l.lit), lit[0].wi, white]
         },

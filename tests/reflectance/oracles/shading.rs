@@ -8,7 +8,10 @@ use leadr::reflectance::facets::projected_area::{meso_area, visible_area};
 use leadr::reflectance::integrals::diffuse::{leadr_diffuse_light, leadr_diffuse_light_sh, visible_normal_moments};
 use leadr::reflectance::integrals::reference::{diffuse_directional, specular_environment, visible_mean};
 use leadr::reflectance::integrals::sh::{Sh9, sh_add_light, sh_irradiance};
-use leadr::reflectance::integrals::specular::{leadr_specular_directional, leadr_specular_environment};
+use leadr::reflectance::integrals::specular::{
+    EnvironmentSample, leadr_specular_directional, leadr_specular_environment,
+};
+use leadr::reflectance::masking::shadowing::Shadowing;
 use leadr::reflectance::masking::smith::{masking, masking_shadowing, smith_lambda};
 use leadr::reflectance::slopes::grid::{facet_area, grid_node, normal_of_slope, slope_sample};
 use rayon::prelude::*;
@@ -138,7 +141,8 @@ fn grids_of_the_paper() {
             let grid = &c["paper_grids"][n.to_string()];
             let id = format!("configuration {} N = {n}", c["id"]);
             let specular = |f: &dyn Fn(DVec3) -> f64| {
-                leadr_specular_environment(wo, m, s, DVec3::ONE, false, n, lambda, |e| DVec3::splat(f(e.wi))).x
+                let lookup = |e: &EnvironmentSample| DVec3::splat(f(e.wi));
+                leadr_specular_environment(Shadowing::None, wo, m, s, DVec3::ONE, n, lambda, lookup).reflected.x
             };
             out.check("grid smooth", &id, specular(&smooth), number(&grid["s_smooth_pt"]), 1e-9, 1e-9);
             let lobe10 = specular(&|d: DVec3| (10.0 * (d.dot(lobe) - 1.0)).exp());

@@ -5,9 +5,10 @@ use glam::{DVec2, DVec3};
 use leadr::reflectance::frame::Frame;
 use leadr::reflectance::integrals::diffuse::{leadr_diffuse_environment, leadr_diffuse_light_sh};
 use leadr::reflectance::integrals::sh::Sh9;
-use leadr::reflectance::masking::smith::shadowing_given_masking;
+use leadr::reflectance::masking::shadowing::Shadowing;
 use leadr::reflectance::visible::diffuse::{leadr_diffuse_light_visible, visible_diffuse_moments};
-use leadr::reflectance::visible::specular::{VisibleProbe, leadr_specular_environment_visible, probe_rule};
+use leadr::reflectance::visible::shadowed_specular::visible_specular_environment;
+use leadr::reflectance::visible::specular::{VisibleProbe, probe_rule};
 use serde_json::Value;
 use std::f64::consts::PI;
 
@@ -93,10 +94,10 @@ fn specular() {
                 let first = 0.4 * p.wi.x - 0.25 * p.wi.y + 0.3 * p.wi.z;
                 DVec3::splat(1.0 + one * first + two * (smooth(p.wi) - 1.0 - first))
             };
-            let i = leadr_specular_environment_visible(wo, m, s, DVec3::ONE, rule, radiance).0.x;
+            let i = visible_specular_environment(Shadowing::None, wo, m, s, DVec3::ONE, rule, radiance).reflected.x;
             errors.add(i - number(&c["specular_env"]["smooth"]["mask"]));
-            let shadowed = |p: &VisibleProbe| DVec3::splat(shadowing_given_masking(wo, p.wi, m, s, true));
-            let i = leadr_specular_environment_visible(wo, m, s, DVec3::ONE, rule, shadowed).0;
+            let i =
+                visible_specular_environment(Shadowing::Smith, wo, m, s, DVec3::ONE, rule, |_| DVec3::ONE).reflected;
             assert!((0.0..=1.0 + 1e-7).contains(&i.x), "shadowing only takes light away");
         }
         errors.check(&format!("specular, smooth environment, {n} probes"), bound.0, bound.1);
