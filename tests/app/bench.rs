@@ -1,4 +1,4 @@
-//! `leadr bench` from outside, and that what it times is what is drawn.
+//! `leadr bench` run as a program, and proof that the frame it times is the frame that is drawn.
 
 use crate::common::render::stage_under_sky;
 use std::process::{Command, Output};
@@ -23,7 +23,7 @@ fn json(arguments: &[&str]) -> Value {
     serde_json::from_slice(&output.stdout).expect("one JSON object")
 }
 
-/// Checks what every report has, and that every row has its passes.
+/// Checks the fields that every report has and the passes that every row has.
 fn check(report: &Value) {
     for key in ["device", "driver", "commit"] {
         assert!(report[key].as_str().is_some_and(|text| !text.is_empty()), "{key}: {report}");
@@ -114,9 +114,9 @@ fn frames_of_the_sea_leave_nothing_in_memory() {
         }
         report
     };
-    // Techniques take turns: by the first sample each has had its own, and made what it needs.
+    // Techniques alternate, so by the first sample each has rendered once and allocated what it needs.
     soak("100", &["--validation"]);
-    // The validation layer itself keeps some 16 KiB of every frame, so what stays resident is told without it.
+    // The validation layer itself keeps about 16 KiB of every frame, so resident memory is checked without it.
     let report = soak("300", &[]);
     if let Some(growth) = report["resident_growth"].as_i64() {
         println!("resident memory grew by {growth} bytes over {} frames", report["frames"]);
@@ -157,7 +157,7 @@ fn the_table_to_read_names_device_commit_and_rows() {
     for word in ["commit", "plane, 8x8", "plane from afar", "normal-mip at 8x", "filter+shade"] {
         assert!(text.contains(word), "{word}: {text}");
     }
-    assert!(output.stderr.is_empty(), "no talk where there is no terminal");
+    assert!(output.stderr.is_empty(), "something was logged although stderr is not a terminal");
 }
 
 #[test]
@@ -209,7 +209,7 @@ fn a_measured_frame_is_the_frame_that_is_drawn() {
     let passes = |times: &[leadr::render::frame::PassTime]| times.iter().map(|t| t.pass.clone()).collect::<Vec<_>>();
     assert_eq!(passes(&times), passes(&drawn.times), "every pass is timed");
     assert!(times.iter().all(|t| t.milliseconds >= 0.0));
-    // The quad fills the picture, a texel to a pixel, and its slopes are those of the map.
+    // The quad fills the picture with one texel per pixel, so its slopes are those of the map.
     assert!(drawn.color.iter().all(|c| c[3] == 1.0));
     assert!(renderer.layer(Layer::Lod).unwrap().iter().all(|lod| lod[0] == 0.0));
     let slopes = renderer.layer(Layer::MeanSlope).unwrap();

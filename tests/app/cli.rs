@@ -22,7 +22,7 @@ fn run(arguments: &[&str]) -> Output {
 fn one_line_error(output: &Output, code: i32, what: &str) -> String {
     let stderr = String::from_utf8(output.stderr.clone()).expect("UTF-8");
     assert_eq!(output.status.code(), Some(code), "{what}: {stderr}");
-    assert!(output.stdout.is_empty(), "{what}: stdout is for results");
+    assert!(output.stdout.is_empty(), "{what}: stdout must hold results only");
     assert_eq!(stderr.lines().count(), 1, "{what}: {stderr}");
     assert!(stderr.starts_with("leadr: error: ") && !stderr.contains("panicked"), "{what}: {stderr}");
     stderr
@@ -78,7 +78,7 @@ fn wrong_usage_ends_with_2_and_names_the_flag() {
     }
 }
 
-/// A grey ramp, with a bright square if `marked`.
+/// A grey ramp, with a bright square in it if `marked`.
 fn picture(marked: bool) -> RgbImage {
     let texel = |i: u32| {
         let (x, y) = (i % 32, i / 32);
@@ -113,7 +113,7 @@ fn compare_measures_and_its_thresholds_set_the_exit_code() {
 
         let error_image = folder.path().join("made").join(format!("{kind}.png"));
         let (other, json) = measure(&marked, &["--error-image", path(&error_image)]);
-        assert_eq!(other.status.code(), Some(0), "no threshold, no failure");
+        assert_eq!(other.status.code(), Some(0), "without a threshold, comparing must not fail");
         assert!(json["flip"].as_f64().unwrap() > 0.01 && json["max_abs"].as_f64().unwrap() > 0.5, "{json}");
         assert!(error_image.is_file());
         for flags in [["--max-flip", "0.001"], ["--max-rrmse", "0.001"]] {
@@ -243,7 +243,7 @@ fn capture_renders_the_same_bytes_twice_and_says_how() {
         assert!(report["device"].as_str().is_some_and(|device| !device.is_empty()), "{report}");
         assert!(report["frames"][0]["passes"].as_array().is_some_and(|passes| passes.len() > 3), "{report}");
     }
-    // There is something to see: the sphere stands out from what is behind it.
+    // Something is visible: the sphere differs from its background.
     let image = load_color(folder.path().join("a.png")).unwrap();
     let difference: f32 = (0..3).map(|c| (image.at(24, 16)[c] - image.at(1, 1)[c]).abs()).sum();
     assert!(difference > 0.1, "{:?} {:?}", image.at(24, 16), image.at(1, 1));
@@ -263,10 +263,10 @@ fn the_trex_baked_and_from_the_cache_is_the_same_picture() {
         std::fs::read(file).unwrap()
     };
     let baked = render("baked.png", "0.3");
-    assert_eq!(std::fs::read_dir(&cache).unwrap().count(), 1, "the animal is kept");
+    assert_eq!(std::fs::read_dir(&cache).unwrap().count(), 1, "the baked animal is missing from the cache");
     assert_eq!(render("cached.png", "0.3"), baked);
     assert_ne!(render("later.png", "0.6"), baked, "it walks");
-    // Animal, ground and sky: the middle is neither what is above nor what is below it.
+    // The animal in the middle differs from the sky above it and the ground below it.
     let image = load_color(folder.path().join("baked.png")).unwrap();
     let apart = |a: [f32; 3], b: [f32; 3]| (0..3).map(|c| (a[c] - b[c]).abs()).sum::<f32>();
     let [sky, animal, ground] = [image.at(48, 4), image.at(48, 46), image.at(48, 90)];

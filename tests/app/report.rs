@@ -28,13 +28,13 @@ fn a_section_is_measured_and_written_as_page_data_and_pictures() {
     let output = report(&["--quick", "--only", "table10", "--validation", "--json", "-o", text(&folder)]);
     let stderr = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(0), "{stderr}");
-    assert!(stderr.contains("[1/1]"), "progress is told: {stderr}");
+    assert!(stderr.contains("[1/1]"), "no progress on stderr: {stderr}");
     let summary: Value = serde_json::from_slice(&output.stdout).expect("one JSON object");
     assert_eq!(summary["command"], "report");
     assert!(summary["device"].as_str().is_some_and(|device| !device.is_empty()), "{summary}");
     assert!(summary["sections"][0]["findings"].as_array().is_some_and(|f| !f.is_empty()), "{summary}");
 
-    // The error of the paper's grid falls with its size, and no picture is the truth itself.
+    // The error of the paper's grid falls with its size, and no picture equals the reference exactly.
     let data = data(&folder);
     let entries = data["sections"]["table10"]["data"].as_array().unwrap();
     let rrmse = |look: &str| {
@@ -45,9 +45,9 @@ fn a_section_is_measured_and_written_as_page_data_and_pictures() {
     assert!(errors.windows(2).all(|pair| pair[0] > pair[1]), "{errors:?}");
     assert!(errors[3] > 0.0 && rrmse("leadr visible 9") < errors[1], "{errors:?}");
 
-    // Every picture that the page shows is there, whole, and of its stated size; nothing is fetched from elsewhere.
+    // Every picture on the page exists, is complete and has its stated size; nothing is fetched from elsewhere.
     let page = std::fs::read_to_string(folder.join("index.html")).unwrap();
-    assert!(!page.contains("http"), "the page stands alone");
+    assert!(!page.contains("http"), "the page refers to something outside");
     let mut pictures = 0;
     for tag in page.split("<img ").skip(1) {
         let attribute = |name: &str| tag.split(&format!("{name}=\"")).nth(1).unwrap().split('"').next().unwrap();
@@ -60,14 +60,14 @@ fn a_section_is_measured_and_written_as_page_data_and_pictures() {
     assert!(pictures > 10);
 }
 
-/// On the processor alone, though a device is opened: seconds of it.
+/// Computed on the CPU, although a device is opened; takes seconds.
 #[test]
 fn several_sections_stand_in_the_order_of_the_page() {
     let Some(_) = crate::common::gpu::test_gpu() else { return };
     let folder = tempfile::tempdir().unwrap();
     let output = report(&["--quick", "--only", "model,quadrature", "-q", "-o", text(folder.path())]);
     assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
-    assert!(output.stdout.is_empty() && output.stderr.is_empty(), "quiet is quiet");
+    assert!(output.stdout.is_empty() && output.stderr.is_empty(), "--quiet printed something");
     let page = std::fs::read_to_string(folder.path().join("index.html")).unwrap();
     let at = |name: &str| page.find(&format!("<section id=\"{name}\">")).expect(name);
     assert!(at("quadrature") < at("model"));
@@ -94,12 +94,12 @@ fn wrong_calls_say_what_is_wrong_and_leave_nothing() {
     assert!(line(&report(&["-o", text(&file)]), 1).contains(text(&file)));
     assert_eq!(std::fs::read(&file).unwrap(), b"in the way");
     let Some(_) = crate::common::gpu::test_gpu() else { return };
-    // The worst of nothing: the section that fails is named, and the report of before stays.
+    // There is nothing to find the worst of: the error names the failed section, and the earlier report stays.
     let made = folder.path().join("report");
     std::fs::create_dir(&made).unwrap();
     std::fs::write(made.join("index.html"), b"of before").unwrap();
     let fault = line(&report(&["--only", "misses", "-o", text(&made)]), 1);
     assert!(fault.contains("section misses") && fault.contains("--only"), "{fault}");
     assert_eq!(std::fs::read(made.join("index.html")).unwrap(), b"of before");
-    assert_eq!(std::fs::read_dir(&made).unwrap().count(), 1, "nothing is half-written");
+    assert_eq!(std::fs::read_dir(&made).unwrap().count(), 1, "the earlier report was overwritten");
 }

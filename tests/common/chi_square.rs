@@ -1,4 +1,4 @@
-//! Pearson's test of a histogram against what its bins should hold.
+//! Pearson's test of a histogram against expected counts.
 
 /// `ln Γ(x)` for `x > 0` (Stirling's series after shifting the argument).
 fn ln_gamma(mut x: f64) -> f64 {
@@ -45,8 +45,8 @@ fn upper_gamma(a: f64, x: f64) -> f64 {
     front * h
 }
 
-/// Probability of a fit at least this bad, were the samples drawn from `expected` (counts). Bins that expect less than
-/// five are pooled; what falls where nothing is expected at all counts against it in full.
+/// Probability of a fit at least this bad if the samples follow the `expected` counts. Bins with expected counts below
+/// five are pooled; samples where none are expected count against the fit in full.
 pub fn p_value(observed: &[f64], expected: &[f64]) -> f64 {
     let (mut statistic, mut bins, mut pool) = (0.0, 0, (0.0, 0.0));
     for (&o, &e) in observed.iter().zip(expected) {

@@ -1,4 +1,4 @@
-//! Cube maps read back: directions and solid angles of texels in 64 bits, written apart from the shaders.
+//! Cube maps read back: directions and solid angles of texels in 64 bits, derived independently of the shaders.
 
 #![allow(dead_code, reason = "each test binary uses its own part")]
 

@@ -1,4 +1,4 @@
-//! What the GPU tests share: a device under validation, and the runner of probes.
+//! A device under validation for tests, and the runner of probes.
 //!
 //! # A test with a device
 //!
@@ -56,7 +56,7 @@ impl Deref for TestGpu {
 }
 
 impl TestGpu {
-    /// Fails if validation had anything to say so far.
+    /// Fails if there were validation messages so far.
     pub fn assert_silent(&self) {
         let messages = self.0.validation_messages();
         assert!(messages.is_empty(), "validation on {}:\n{}", self.0.device_name(), messages.join("\n"));
@@ -127,7 +127,7 @@ pub fn run_probe_with<const N: usize>(
             let mut descriptors = vec![(0, Descriptor::Storage(&input)), (1, Descriptor::Storage(&output))];
             descriptors.extend_from_slice(further);
             gpu.submit(shader, |cmd| {
-                // What the probe leaves out is seen as NaN, not as luck.
+                // Values that the probe does not write must show, as NaN.
                 cmd.fill_buffer(&output, f32::NAN.to_bits());
                 cmd.full_barrier();
                 cmd.bind(&pipeline, &descriptors);

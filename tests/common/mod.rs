@@ -1,4 +1,4 @@
-//! What tests of several floors share.
+//! Parts that several test binaries share.
 
 #![allow(dead_code, reason = "each test binary uses its own part")]
 

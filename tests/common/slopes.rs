@@ -95,8 +95,8 @@ pub fn direction(degrees: f64, azimuth: f64) -> DVec3 {
     DVec3::new(sin * azimuth.cos(), sin * azimuth.sin(), cos)
 }
 
-/// `∫ f(wi) dwi` over the sphere for an `f` with the lobe of the distribution: over the slopes of the half vectors that the
-/// viewer sees, whitened, in polar coordinates `m + C k tan ψ (cos φ, sin φ)` cut where facets turn away.
+/// `∫ f(wi) dwi` over the sphere, for an `f` that has the lobe of the distribution. Integrates over the whitened slopes of the
+/// half vectors that the viewer sees, in polar coordinates `m + C k tan ψ (cos φ, sin φ)` that end where facets turn away.
 pub fn integrate_directions(slopes: &Slopes, wo: DVec3, panels: usize, f: impl Fn(DVec3) -> DVec3) -> DVec3 {
     let m = slopes.mean_slope();
     let towards = slopes.root.transpose() * wo.xy();
@@ -132,7 +132,7 @@ pub fn integrate_directions(slopes: &Slopes, wo: DVec3, panels: usize, f: impl F
     sum
 }
 
-/// The square of all directions in polar coordinates about `wo`, by half angle: `(theta_h, phi)` in `[0, π/2) × [0, 2π)`,
+/// Polar coordinates of `wi` about `wo`, by the half angle: `(theta_h, phi)` in `[0, π/2) × [0, 2π)`,
 /// where `dwi = 4 cos θ_h sin θ_h dθ_h dφ`.
 pub fn polar_about(wo: DVec3, wi: DVec3) -> (f64, f64) {
     let frame = leadr::reflectance::frame::frame_about(wo);

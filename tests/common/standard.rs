@@ -1,5 +1,6 @@
 //! Slopes in the coordinates of the unit surface, turned to the viewer's azimuth, for integrals and histograms of visible
-//! normals: there every distribution of a family looks alike, however narrow or sheared. Written apart from the library.
+//! normals. In these coordinates all distributions of a family look alike, however narrow or sheared. Independent of the
+//! library's own change of coordinates.
 
 #![allow(dead_code, reason = "each test binary uses its own part")]
 
@@ -12,11 +13,11 @@ use leadr::reflectance::facets::slope_distribution::SlopeDistribution;
 pub struct Seen<'a> {
     pub distribution: &'a (dyn SlopeDistribution + Sync),
     pub wo: DVec3,
-    /// Slope of unit coordinates, less the mean.
+    /// From unit coordinates to slopes, relative to the mean slope.
     factor: DMat2,
     /// Whether the unit surface is GGX.
     ggx: bool,
-    /// Border of what is visible along the first coordinate.
+    /// The visible slopes end here along the first coordinate.
     pub nu: f64,
 }
 
@@ -40,7 +41,7 @@ impl<'a> Seen<'a> {
         Self { distribution, wo, factor: factor * DMat2::from_cols(e, DVec2::new(-e.y, e.x)), ggx, nu }
     }
 
-    /// Normal at unit coordinates, and the solid angle per area of them.
+    /// Normal at unit coordinates, and solid angle per unit of their area.
     pub fn normal(&self, p: DVec2) -> (DVec3, f64) {
         let slope = self.distribution.mean_slope() + self.factor * p;
         let n = DVec3::new(-slope.x, -slope.y, 1.0).normalize();
@@ -52,7 +53,7 @@ impl<'a> Seen<'a> {
         self.factor.inverse() * (DVec2::new(-n.x, -n.y) / n.z - self.distribution.mean_slope())
     }
 
-    /// The square `[0, 1]²` onto what is visible, and the area per area. Fine where density lies, at every `ν`.
+    /// Maps the square `[0, 1]²` to the visible coordinates; with the Jacobian. Dense where the density is large, at every `ν`.
     pub fn place_in_square(&self, q: DVec2) -> (DVec2, f64) {
         if self.ggx {
             // x = tan t, y = √(1 + x²) tan p: everything is a polynomial in sines and cosines.
@@ -93,7 +94,7 @@ pub fn direction(theta: f64, phi: f64) -> DVec3 {
     DVec3::new(st * cp, st * sp, ct)
 }
 
-/// Matrices from isotropic to a correlation of nearly one, mean slopes up to three times the roughness and beyond.
+/// From isotropic to a correlation of nearly one, with mean slopes up to several times the roughness.
 pub fn surfaces() -> Vec<(DVec2, DVec3)> {
     let mut all = Vec::new();
     for (x, y, r) in [

@@ -1,4 +1,4 @@
-//! The Vulkan floor: what it computes, draws and transfers, that validation listens, and what its errors say.
+//! The Vulkan floor: computing, drawing and transfers work, validation is active, and errors say what to do.
 
 use std::process::Command;
 
@@ -90,7 +90,7 @@ fn specialization_includes_and_shared_structs() {
     assert!(special[2].is_nan(), "LIMIT keeps the third invocation from writing");
 }
 
-/// A colour that tells mip, layer and place apart.
+/// A colour that differs by mip, layer and place.
 fn texels(size: u32, mip: u32, layer: u32) -> Vec<[f32; 4]> {
     (0..size * size).map(|i| [mip as f32, layer as f32, i as f32, 1.0]).collect()
 }
@@ -265,7 +265,7 @@ fn a_tessellated_quad_fills_its_pixels_and_depth() {
 #[test]
 fn reversed_depth_culling_and_indices() {
     let Some(gpu) = test_gpu() else { return };
-    // Two vertices in front, so that the vertex offset matters.
+    // Two more vertices first, so that the vertex offset matters.
     let corners = [[[9.0f32; 2]; 2].as_slice(), &CORNERS].concat();
     let corners = Buffer::from_slice(&gpu, "corners", &corners).unwrap();
     let indices = Buffer::from_slice(&gpu, "indices", &[7u32, 7, 7, 0, 1, 2, 0, 2, 3]).unwrap();
@@ -297,7 +297,7 @@ fn reversed_depth_culling_and_indices() {
     let [near, far] = [push(1.0, 0.75), push(2.0, 0.5)];
     assert_eq!(center(Cull::None, false, [near, far]), 1.0);
     assert_eq!(center(Cull::None, false, [far, near]), 1.0);
-    // The corners run clockwise on the screen.
+    // Clockwise on the screen.
     assert_eq!(center(Cull::Back, false, [far, near]), -1.0);
     assert_eq!(center(Cull::Back, true, [far, near]), 1.0);
     assert_eq!(center(Cull::Front, false, [far, near]), 1.0);
@@ -395,7 +395,7 @@ fn a_recorder_runs_ahead_and_keeps_what_it_uses() {
         recorder
             .record("frame", |cmd| {
                 cmd.full_barrier();
-                // Dropped at once by this side, still in use by the device.
+                // Dropped by the CPU while the device still uses it.
                 let lost = Buffer::new(&gpu, "lost", 256, Memory::Device).unwrap();
                 cmd.fill_buffer(&lost, 0);
                 cmd.bind(
@@ -468,7 +468,7 @@ fn without_a_driver_the_error_says_what_to_install() {
     assert!(text.contains("install") && text.contains("mesa-vulkan-drivers"), "{text}");
 }
 
-/// The bake's atlas, to be run by hand: half a gigabyte through a 2 GiB heap.
+/// An atlas as large as the baked one: half a gigabyte through a 2 GiB heap. To be run by hand.
 #[test]
 #[ignore = "needs 1.5 GiB of memory"]
 fn the_largest_atlas_passes_through() {
@@ -479,7 +479,7 @@ fn the_largest_atlas_passes_through() {
     assert!(image.read::<[f32; 4]>(0, 0).unwrap() == data);
 }
 
-/// Run by without_a_driver_the_error_says_what_to_install, in a process of its own: the loader reads its variables once.
+/// Run by `without_a_driver_the_error_says_what_to_install` in another process, because the loader reads its variables once.
 #[test]
 #[ignore = "a part of without_a_driver_the_error_says_what_to_install"]
 fn child_without_a_driver() {

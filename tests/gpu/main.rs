@@ -1,4 +1,4 @@
-//! The Vulkan floor, and every GLSL function of the library against its Rust twin.
+//! The Vulkan floor, and every GLSL function of the library against its Rust counterpart.
 
 #[path = "../common/mod.rs"]
 mod common;

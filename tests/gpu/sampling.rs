@@ -16,11 +16,10 @@ use rayon::prelude::*;
 const BINS: usize = 16;
 /// Samples per test.
 const SAMPLES: usize = 40_000;
-/// Chance that any of the tests of one function fails although all is right.
+/// Probability that any test of one function fails although the sampler is right.
 const SIGNIFICANCE: f64 = 0.01;
 
-/// Integrals of the density of visible normals over the bins. `density` stands apart from what is sampled, so that a
-/// wrong one can be tried.
+/// Integrals of the density of visible normals over the bins. `density` is a parameter so that wrong densities can be tried.
 fn expected(seen: &Seen<'_>, density: impl Fn(DVec3) -> f64) -> Vec<f64> {
     let rule = gauss_legendre(10);
     let half = 0.5 / BINS as f64;
@@ -47,7 +46,7 @@ fn histogram(seen: &Seen<'_>, normals: impl Iterator<Item = DVec3>) -> Vec<f64> 
     bins
 }
 
-/// A plain pseudo-random pair: no lattice that could flatter the samplers.
+/// A pseudo-random pair, because a lattice would make the samplers look better than they are.
 fn random_pair(i: u64) -> DVec2 {
     let unit = |counter: u64| unit_of_bits(mix(counter.wrapping_mul(STEP)));
     DVec2::new(unit(2 * i + 1), unit(2 * i + 2))
@@ -71,7 +70,7 @@ fn cases() -> Vec<(DVec2, DVec3, DVec3)> {
         .into_iter()
         .enumerate()
         .flat_map(|(i, (m, s))| {
-            // Two viewers for each surface, in turn.
+            // Two viewers for each surface.
             [0, 2].map(|k| (m, s, direction(angles[(i + k) % angles.len()], 25.0 + 77.0 * i as f64)))
         })
         .collect()
@@ -82,7 +81,7 @@ fn check(name: &str, p: &[(f64, String)]) {
     let below_a_tenth = p.iter().filter(|(p, _)| *p < 0.1).count();
     println!("{name}: {} tests, lowest p {lowest:.1e} at {at}; {below_a_tenth} below 0.1", p.len());
     assert!(*lowest > SIGNIFICANCE / p.len() as f64, "{name} at {at}: p = {lowest:e}");
-    // Were the p-values all near one, the test would be too kind; uniform ones put a tenth below 0.1.
+    // p-values must be uniform: a tenth of them lies below 0.1. If all were near one, the test would be too lenient.
     assert!(below_a_tenth > p.len() / 40 && below_a_tenth < p.len() / 4, "{name}: {below_a_tenth} of {}", p.len());
 }
 
@@ -94,7 +93,7 @@ fn beckmann_sampler_follows_its_density() {
         .filter_map(|(i, (m, s, wo))| {
             let d = Beckmann::new(m, s);
             let seen = Seen::beckmann(&d, wo);
-            // Nothing is visible beyond.
+            // Further on nothing is visible.
             (seen.nu > -10.0).then(|| {
                 let p = p_of(&seen, samples(&d, wo, i as u64), |n| d.vndf(wo, n));
                 (p, format!("ν {:.2}, {d:?}, wo {wo}", seen.nu))
@@ -158,7 +157,7 @@ fn device_samplers_follow_their_densities() {
     }
 }
 
-/// The test must reject a density a little off, and samples of something else.
+/// The test must reject a density that is slightly wrong, and samples of another distribution.
 #[test]
 fn wrong_densities_and_samplers_are_rejected() {
     let (m, s, wo) = (DVec2::new(0.3, -0.2), DVec3::new(0.3, 0.2, 0.1), direction(70.0, 30.0));
@@ -174,7 +173,7 @@ fn wrong_densities_and_samplers_are_rejected() {
         assert!(rejected(p_of(&Seen::beckmann(&b, wo), samples(&b, wo, 1), |n| wb.vndf(wo, n))), "Beckmann, {name}");
         assert!(rejected(p_of(&Seen::ggx(&g, wo), samples(&g, wo, 2), |n| wg.vndf(wo, n))), "GGX, {name}");
     }
-    // One family for the other; all normals in place of the visible ones (what is seen from straight above).
+    // The other family; all normals instead of the visible ones (those seen from straight above).
     assert!(rejected(p_of(&Seen::ggx(&g, wo), samples(&b, wo, 3), |n| g.vndf(wo, n))));
     for d in [&b as &dyn SlopeDistribution, &g] {
         let seen = if std::ptr::addr_eq(d, &b) { Seen::beckmann(&b, wo) } else { Seen::ggx(&g, wo) };

@@ -1,4 +1,4 @@
-//! The shape of the house: dependencies only point down the floors, and the GLSL include library stays pure.
+//! Dependencies only point down the floors, and the GLSL include library stays pure.
 //!
 //! Both checks read the sources as text, and each is shown to refuse what it should.
 

@@ -1,4 +1,4 @@
-//! What the laboratory measures: rules of quadrature, ray casts, shadowing.
+//! The laboratory: quadrature rules, ray casts, shadowing.
 
 #[path = "../common/mod.rs"]
 mod common;

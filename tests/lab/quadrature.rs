@@ -1,5 +1,5 @@
-//! The visible-slope rules against converged integrals, beside the paper's grids: the bounds are what was measured on
-//! these seeds, and a wrong rule breaks them. The full tables: `examples/07_quadrature.rs`, docs/measurements/quadrature.md.
+//! The visible-slope rules against converged integrals, beside the paper's grids. Bounds are close to the values measured on
+//! these seeds, so a wrong rule breaks them. `examples/07_quadrature.rs` and docs/measurements/quadrature.md have full tables.
 
 use glam::{DVec2, DVec3};
 use leadr::lab::quadrature_study::Row;
@@ -31,7 +31,7 @@ fn check(rows: &[Row], bounds: &[(&str, f64, f64)]) {
     for &(rule, rms, max) in bounds {
         let row = find(rows, rule);
         assert!(row.rms <= rms && row.max <= max, "{} is beyond rms {rms}, max {max}", row.line());
-        // A bound that says nothing is none.
+        // A bound far above the measured error would prove nothing.
         assert!(row.rms > 0.8 * rms, "{} is far inside rms {rms}", row.line());
     }
 }
@@ -47,12 +47,12 @@ fn diffuse_moments() {
     let paper = find(&rows, "paper 5x5").rms;
     assert!(find(&rows, "visible 2 terms").rms < paper / 6.0);
     assert!(find(&rows, "visible 3 terms").rms < paper / 40.0);
-    // The correlation's sign lost: a wrong rule is seen.
+    // With the wrong sign of the correlation, the errors must show.
     let wrong = set.row("wrong", 2, |s| visible_diffuse_moments(s.wo, s.m, DVec3::new(s.s.x, s.s.y, -s.s.z), 2));
     assert!(wrong.rms > 10.0 * find(&rows, "visible 2 terms").rms, "{}", wrong.line());
 }
 
-/// The integrals that everything is measured against do not change when refined.
+/// The converged integrals do not change when refined.
 #[test]
 fn references_are_converged() {
     let mut worst = 0.0f64;
@@ -87,7 +87,7 @@ fn specular(sharpness: Sharpness, bounds: &[(&str, f64, f64)]) {
     let printed = find(&rows, "paper 5x5, supplement's LOD").rms;
     assert!(find(&rows, "rings of 5").rms < 0.8 * printed);
     assert!(find(&rows, "rings of 16").rms < 0.5 * find(&rows, "paper 5x5").rms);
-    // The correlation's sign lost: a wrong rule is seen.
+    // With the wrong sign of the correlation, the errors must show.
     let wrong = set.row("wrong", 16, |s, lobes| {
         probe_radiance(&Surface { s: DVec3::new(s.s.x, s.s.y, -s.s.z), ..*s }, lobes, probe_rule(16))
     });
@@ -107,7 +107,7 @@ fn sharp_environments() {
     specular(Sharpness::Sharp, &[("rings of 5", 0.23, 1.6), ("rings of 9", 0.2, 2.0), ("rings of 16", 0.116, 0.76)]);
 }
 
-/// What the specular term does not reflect is left for the diffuse one: the mean Fresnel term of the visible facets.
+/// The mean Fresnel term of the visible facets, which is what the specular term takes from the diffuse one.
 #[test]
 fn fresnel_of_the_visible_facets() {
     let all = surfaces(400, 21);
@@ -127,7 +127,7 @@ fn fresnel_of_the_visible_facets() {
         };
         let white = along(&all[0], DVec3::ONE);
         assert!((white.reflected - DVec3::ONE).length() < 1e-7 && (white.fresnel - DVec3::ONE).length() < 1e-7);
-        // Schlick's weight alone, freed of the reflectance at normal incidence.
+        // Schlick's weight alone, without the reflectance at normal incidence.
         let f0 = 0.04;
         let (rms, worst) = error(&|s| (along(s, DVec3::splat(f0)).fresnel.x - f0) / (1.0 - f0));
         println!("mean Fresnel term by {n} probes: rms {rms:.1e}, worst {worst:.1e}");
@@ -165,14 +165,15 @@ fn nothing_pops() {
     }
 }
 
-/// Exactly regular where formulas with azimuths and eigenvectors are not: overhead, and where the footprint is a circle.
+/// The rules are smooth where formulas with azimuths or eigenvectors are singular: seen from straight above, and where the
+/// footprint is a circle.
 #[test]
 fn flat_and_overhead_surfaces() {
     let m = DVec2::new(0.3, -0.2);
     let flat = visible_diffuse_moments(DVec3::new(0.6, 0.0, 0.8), m, DVec3::ZERO, 2);
     assert!((flat.mean - normal_of_slope(m)).length() < 1e-8, "a flat surface has one normal: {}", flat.mean);
     assert!((flat.diag - flat.mean * flat.mean).length() < 1e-8);
-    // The rules stay where they are as the view crosses the vertical.
+    // The nodes do not move when the view crosses the vertical.
     let s = DVec3::new(0.25, 0.16, 0.1);
     let seen = |tilt: f64, phi: f64| {
         let wo = DVec3::new(tilt * phi.cos(), tilt * phi.sin(), 1.0).normalize();

@@ -1,4 +1,4 @@
-//! The ray casts against numbers of another ray caster (`tests/data`), closed forms, and themselves at another resolution.
+//! The ray casts against another ray caster (`tests/data`), closed forms, and themselves at another resolution.
 
 use std::collections::BTreeMap;
 
@@ -55,10 +55,10 @@ fn patches_agree_with_another_ray_caster() {
                 ("spec_env_const", patch.specular_environment(wo, n, 6, |_| 1.0)),
                 ("spec_env_lobe10", patch.specular_environment(wo, n, 7, lobe)),
             ];
-            // Steepness makes both casts noisy, and the other's shadow rays leak.
+            // On steep surfaces both casts are noisy, and the other's shadow rays leak.
             let steep = s.x.max(s.y) > 2.0;
             for (name, estimate) in got {
-                let estimate = estimate.expect("all of these face the viewer");
+                let estimate = estimate.expect("a surface that faces the viewer");
                 for (k, key) in ["mask", "shadow"].into_iter().enumerate() {
                     let want = number(&c["measured"][name][key]);
                     let error = if want == 0.0 { estimate.mean[k].abs() } else { estimate.mean[k] / want - 1.0 };
@@ -72,7 +72,7 @@ fn patches_agree_with_another_ray_caster() {
         let n = errors.len() as f64;
         let rms = (errors.iter().map(|e| e * e).sum::<f64>() / n).sqrt();
         let (mean, largest) = (errors.iter().sum::<f64>() / n, errors.iter().fold(0.0f64, |a, e| a.max(e.abs())));
-        // Percent, about half as much again as measured.
+        // Percent; about 1.5 times the measured values.
         let bound = match (name, key, steep) {
             ("diffuse_env_const" | "spec_env_const", "mask", _) => 1e-9,
             ("diffuse_dir_front", _, false) => 0.3,
@@ -131,7 +131,7 @@ fn spheres_agree_with_another_ray_caster() {
             let e = truth.compare(k, |x, y, _| want.radiance[(y * SIZE + x) as usize]);
             let (mean, count) = want.mean();
             let theirs = want.noise / mean;
-            // What their noise leaves of the mean square, and its standard error.
+            // The mean square error without the other's noise, and its standard error.
             let rest = e.rmse.powi(2).copysign(e.rmse) - theirs.powi(2);
             let error = 2.0 * (e.noise.powi(2) + theirs.powi(2)) / (count as f64).sqrt();
             println!(
@@ -142,7 +142,7 @@ fn spheres_agree_with_another_ray_caster() {
                 100.0 * e.noise,
                 100.0 * theirs,
             );
-            // Their shadow rays leak a little.
+            // The other's shadow rays leak a little.
             let (rms, bias) = if name.ends_with("mask") { (0.005, 0.004) } else { (0.015, 0.012) };
             assert!(rest < rms * rms + 3.0 * error, "{case} {name}: {rest:.1e} is more than {rms}²");
             assert!(e.bias.abs() < bias, "{case} {name}: bias {:+.2} %", 100.0 * e.bias);
@@ -150,8 +150,8 @@ fn spheres_agree_with_another_ray_caster() {
     }
 }
 
-/// An endless surface shows the viewer `a` of the `A` that faces him, however he looks: exact, and no leak is allowed at
-/// any angle.
+/// Of the area `A` that faces the viewer, an endless surface shows exactly its mean area `a`: rays must not leak at any
+/// angle.
 #[test]
 fn an_endless_surface_hides_the_rest_of_its_area() {
     let tile = Tile::new(Spectrum::Gaussian, 512, 8.0, 2);
@@ -184,13 +184,13 @@ fn slopes_from_above_are_those_prescribed() {
     let (mean, covariance) = patch.visible_slopes(DVec3::Z, 512, 1).unwrap();
     assert!((mean - m).length() < 0.002, "{mean}");
     assert!((covariance - s).abs().max_element() < 0.003, "{covariance}");
-    // From the side more of what faces the viewer: slopes that fall towards him, and what correlates with them.
+    // Seen from the side, slopes that face the viewer dominate, and so do slopes that correlate with them.
     let (mean, _) = patch.visible_slopes(direction(60.0, 0.0), 256, 1).unwrap();
     assert!(mean.x < m.x - 0.1 && mean.y > m.y + 0.02, "{mean}");
     assert!(patch.visible_slopes(direction(80.0, 0.0), 16, 1).is_none(), "turned away");
 }
 
-/// Summed over all slopes, what is seen of each is what is seen: ties the casts by slope to the projected area.
+/// The visible areas of all slopes add up to the visible area: ties casts per slope to the projected area.
 #[test]
 fn visibility_by_slope_sums_to_the_projection() {
     let tile = Tile::new(Spectrum::Gaussian, 512, 8.0, 4);
@@ -217,7 +217,7 @@ fn visibility_by_slope_sums_to_the_projection() {
     assert!((both / seen / rays - 1.0).abs() < 0.03);
 }
 
-/// Mirrors under a light that nothing hides: LEADR eq. 17 without masking is exact.
+/// Mirrors without any masking or shadowing: LEADR eq. 17 without its masking term is exact.
 #[test]
 fn mirrors_from_above_are_the_slope_density() {
     let tile = Tile::new(Spectrum::Gaussian, 512, 8.0, 6);
@@ -229,7 +229,7 @@ fn mirrors_from_above_are_the_slope_density() {
     assert!((masked / want - 1.0).abs() < 1e-4 && (shadowed / want - 1.0).abs() < 0.01, "{masked} {shadowed} {want}");
 }
 
-/// Flat triangles on eight cells per correlation length are close to what twice as many make of the same statistics.
+/// Eight cells per correlation length suffice: twice as many with the same statistics change little.
 #[test]
 fn the_lattice_resolves_the_relief() {
     let truth = |cells: f64, size: u32| {
@@ -255,7 +255,7 @@ fn the_lattice_resolves_the_relief() {
     }
 }
 
-/// A picture that is wrong is called wrong, by as much as it is, through more noise than that.
+/// The error of a wrong picture is measured correctly even where the noise is larger.
 #[test]
 fn sphere_errors_are_those_made() {
     let tile = Tile::new(Spectrum::Gaussian, 256, 8.0, 1);
@@ -265,8 +265,8 @@ fn sphere_errors_are_those_made() {
     let right = truth.compare(0, |x, y, _| better.at(0, x, y).unwrap());
     let bright = truth.compare(0, |x, y, _| 1.03 * better.at(0, x, y).unwrap());
     println!("{right:?}\n{bright:?}");
-    assert!(right.noise > 0.03 && right.rmse_with_noise > 0.03, "this should be noisy");
-    // 1,600 pixels leave a mean square of 2 · 0.068² / √1600 undecided: a root of 0.015.
+    assert!(right.noise > 0.03 && right.rmse_with_noise > 0.03, "the pictures should be noisy");
+    // With 1,600 pixels the mean square is uncertain by 2 · 0.068² / √1600, which is a root of 0.015.
     assert!(right.rmse.abs() < 0.03 && right.bias.abs() < 0.005);
     assert!((bright.bias - right.bias - 0.03).abs() < 0.001);
     let added = bright.rmse * bright.rmse - right.rmse * right.rmse;

@@ -1,4 +1,4 @@
-//! Direction-correlated shadowing and shadowed environments: what must hold whatever the constants, and the models'
+//! Direction-correlated shadowing and shadowed environments: properties that hold for any constants, and the models'
 //! errors against ray casts, our own and those of another ray caster (`tests/data`).
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -41,7 +41,7 @@ trait Arguments {
 }
 
 impl Arguments for Random {
-    /// A noncentral, correlated surface.
+    /// A surface with a mean slope and correlated slopes.
     fn surface(&mut self) -> Surface {
         let (x, y) = (self.range(-3.0, 0.7).exp(), self.range(-3.0, 0.7).exp());
         let r = self.range(-0.95, 0.95);
@@ -75,7 +75,7 @@ fn symmetric_and_between_smith_and_masking_alone() {
     assert!(brighter > 10_000, "only {brighter} differ from Smith's form");
 }
 
-/// On a line the lower of two rays decides: `1 / (1 + max Λ)` whenever the whitened azimuths agree.
+/// Where the whitened azimuths agree, the lower of the two rays decides: `1 / (1 + max Λ)`.
 #[test]
 fn equal_azimuths_are_exact() {
     let mut r = Random(2);
@@ -98,7 +98,7 @@ fn equal_azimuths_are_exact() {
     assert!(tried > 10_000);
 }
 
-/// The largest step of a sweep vanishes as the sweep is refined about it.
+/// The terms are continuous: the largest step of a sweep vanishes when the sweep is refined around it.
 #[test]
 fn continuous_in_azimuth_and_elevation() {
     let mut r = Random(3);
@@ -130,7 +130,7 @@ fn continuous_in_azimuth_and_elevation() {
     assert!(largest < 1e-4);
 }
 
-/// As a variant of any microfacet BRDF: no energy is made, for either distribution; and it is the function of the
+/// As a masking variant of microfacet BRDFs it creates no energy for either distribution, and equals the function of the
 /// areas.
 #[test]
 fn white_furnace_of_the_variants() {
@@ -192,7 +192,7 @@ fn smooth_surfaces_have_no_shadows() {
     }
 }
 
-/// What few probes keep of a constant environment is nearly the converged integral's; and no shadows, no change.
+/// Few probes lose nearly as much of a constant environment to shadows as the converged integral; without shadows, nothing.
 #[test]
 fn probes_keep_what_they_should() {
     let mut r = Random(6);
@@ -219,15 +219,14 @@ fn probes_keep_what_they_should() {
     assert!(count > 30.0 && rms[0] < 0.065 && rms[1] < 0.031 && rms[2] < 0.0105);
 }
 
-/// Our own ray casts, no data needed. Bounds as measured, with the half of them for other seeds; and the paper's terms
-/// beside, which must show the errors they have: shadows that know nothing of directions 17 %, environments without
-/// shadows 51 %.
+/// The library's own ray casts. Bounds are 1.5 times the measured values, to allow for other seeds. The paper's terms must show
+/// their known errors: 17 % for shadows that ignore the angle between the directions, 51 % for environments without shadows.
 #[test]
 fn spheres_of_our_own_ray_caster() {
     let surface = Surface { m: DVec2::ZERO, s: DVec3::new(1.0, 1.0, 0.0) };
     let rows = shadowing_errors(surface, &ShadowingSettings::default());
     let error = |light, model| {
-        let row = rows.iter().find(|r| r.light == light && r.model == model).expect("in the table");
+        let row = rows.iter().find(|r| r.light == light && r.model == model).expect("an entry of the table");
         println!("{light:?} {model:?}: {:.2} %", 100.0 * row.error.rmse);
         100.0 * row.error.rmse
     };
@@ -247,7 +246,7 @@ fn smooth(d: DVec3) -> f64 {
     1.0 + 0.4 * d.x - 0.25 * d.y + 0.3 * d.z + 0.2 * d.y * d.z + 0.15 * (d.x * d.x - d.y * d.y)
 }
 
-/// Coefficients of a radiance of order 2, by a product rule that is exact for it.
+/// Coefficients of a radiance of order 2, by a product rule that is exact for such functions.
 fn order_two(radiance: impl Fn(DVec3) -> f64) -> Sh9 {
     let mut c = [DVec3::ZERO; 9];
     for (z, w) in gauss_legendre(8) {
@@ -285,7 +284,7 @@ impl Errors {
     }
 }
 
-/// One line of the file: a surface from one direction.
+/// Errors of one entry of the file: a surface seen from one direction.
 fn patch_errors(row: &Value) -> Vec<(String, &'static str, f64, f64)> {
     let name = format!("{} {} {} m {}", row["kind"].as_str().unwrap(), row["sigma_x"], row["sigma_y"], row["mean_x"]);
     let wo = direction(number(&row["theta_o"]), number(&row["phi_o"]).to_radians());
@@ -345,7 +344,7 @@ fn patches_of_another_ray_caster() {
     let rows: Vec<&Value> = ["gauss", "ring"].iter().flat_map(|k| rows(&data[*k])).collect();
     let all: Vec<_> = rows.par_iter().map(|row| patch_errors(row)).collect();
     let mut errors = Errors::default();
-    // Where light and viewer are on opposite sides of a tilted surface next to nothing is lit: no relative error.
+    // Where light and viewer are on opposite sides of a tilted surface, almost nothing is lit and relative errors mean nothing.
     for (surface, quantity, got, want) in all.into_iter().flatten().filter(|e| e.3 > 1e-3) {
         errors.add(&surface, quantity, got, want);
     }
@@ -358,7 +357,7 @@ fn patches_of_another_ray_caster() {
             print!("  {quantity} {:.2}", errors.rms(surface, quantity));
         }
         println!();
-        // Percent; of each relative to its own value, at four angles to 80°. σ = 2 apart.
+        // Percent of each value, over four angles up to 80°; σ = 2 has its own bounds.
         let steep = surface.contains("2.0");
         for (quantity, bound) in [
             ("front full", 1.6),
@@ -375,7 +374,7 @@ fn patches_of_another_ray_caster() {
             assert!(got < bound, "{surface}, {quantity}: {got:.2} % is not below {bound} %");
         }
     }
-    // What is compared shows the errors that the paper's terms have.
+    // The comparison must show the known errors of the paper's terms.
     let unit = "gauss 1.0 1.0 m 0";
     assert!(errors.rms(unit, "front smith") > 15.0 && errors.rms(unit, "constant masking") > 45.0);
     assert!(errors.rms(unit, "mirror masking") > 100.0 && errors.rms(unit, "mirror smith") > 3.0);

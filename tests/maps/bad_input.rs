@@ -1,4 +1,4 @@
-//! Untrusted images: every damaged file gets an answer, in bounded time and memory, in one line.
+//! Untrusted images: every damaged file is answered in bounded time and memory, with a one-line error.
 //!
 //! This binary counts allocations: a test that measures them runs alone, even where all tests share one process.
 
@@ -72,7 +72,7 @@ fn measured<T>(work: impl FnOnce() -> T) -> (T, usize, Duration) {
     (result, PEAK.load(Ordering::Relaxed).saturating_sub(before), start.elapsed())
 }
 
-/// What a set of files cost.
+/// Results and costs of a set of files.
 #[derive(Default)]
 struct Tally {
     accepted: usize,
@@ -82,7 +82,7 @@ struct Tally {
     messages: Vec<String>,
 }
 
-/// More than any of these files may cost: far below what their headers claim (up to 2^62 bytes).
+/// Limits for any of these files: far below the sizes that their headers claim (up to 2^62 bytes).
 const MEMORY_LIMIT: usize = 160 << 20;
 const TIME_LIMIT: Duration = Duration::from_secs(10);
 
@@ -161,7 +161,7 @@ fn handmade_hdrs_match_their_notes() {
         let name = path.file_stem().unwrap().to_string_lossy().into_owned();
         let accepted = tally.accepted;
         tally.run(path, |p| load_environment(p));
-        // Two are legal by their notes; a header with CRLF line ends is unambiguous, so it is read as well.
+        // The notes call two of them legal; a header with CRLF line ends is unambiguous, so it is read too.
         let legal = ["hdr_flipped_axes_valid", "hdr_xyze_valid", "hdr_crlf_header"].contains(&name.as_str());
         assert_eq!(tally.accepted > accepted, legal, "{name}");
         if name == "hdr_flipped_axes_valid" {
@@ -242,7 +242,7 @@ fn exr_variants() -> Vec<(&'static str, Vec<u8>, Decode)> {
     variants.into()
 }
 
-/// Flips bytes all over valid files: an answer of either kind, never a crash.
+/// Valid files with altered bytes are accepted or refused, but never crash.
 #[test]
 fn altered_files_are_answered() {
     let _alone = alone();
@@ -257,7 +257,7 @@ fn altered_files_are_answered() {
         let (mut accepted, mut refused, mut caught, mut most) = (0, 0, 0, 0);
         for round in 0..400 {
             let mut altered = bytes.clone();
-            // Mostly the header, where the sizes are.
+            // Half of the changes hit the header, where the sizes are.
             let reach = if round % 2 == 0 { altered.len().min(400) } else { altered.len() };
             for _ in 0..1 + round % 4 {
                 let at = random() as usize % reach;
@@ -350,11 +350,11 @@ fn what_is_not_an_image_file_says_so() {
     let text = folder.path().join("notes.hdr");
     fs::write(&text, "just text").unwrap();
     assert!(matches!(load_environment(&text).unwrap_err().fault, MapFault::Unrecognised { .. }));
-    // The name may lie as long as the bytes are good.
+    // A wrong extension does not matter: the content decides.
     let misnamed = folder.path().join("heights.hdr");
     fs::write(&misnamed, encode_exr(1, 1, &[("Y", &[0.5])]).unwrap()).unwrap();
     assert_eq!(load_height_map(&misnamed).unwrap().texels, [0.5]);
-    // A device would never end.
+    // Reading a device would never end.
     #[cfg(unix)]
     assert!(matches!(load_height_map("/dev/zero").unwrap_err().fault, MapFault::NotAFile));
 }

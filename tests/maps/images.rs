@@ -1,4 +1,4 @@
-//! Loading and saving maps: real files, round trips, orientation, and writing all or nothing.
+//! Loading and saving maps: real files, round trips, orientation, and files that are written whole or not at all.
 
 use std::fs;
 use std::path::PathBuf;
@@ -55,7 +55,7 @@ fn real_height_maps_load() {
         assert!(low >= 0.0 && high <= 1.0 && high - low > 0.05 && xx > 0.0 && yy > 0.0);
         // A tiled map has no mean slope.
         assert!(m.mean_slope.iter().all(|s| s.abs() < 1e-3), "{m:?}");
-        // 16 bits arrived as 16 bits.
+        // All 16 bits are kept.
         let levels: std::collections::HashSet<u32> = map.texels.iter().map(|h| h.to_bits()).collect();
         assert!(levels.len() > 256, "{} distinct heights", levels.len());
     }
@@ -83,7 +83,7 @@ fn real_environments_load() {
         let name = path.file_name().unwrap().to_string_lossy().into_owned();
         println!("{name}: {}x{} mean {:.4?} max luminance {max:.1}", image.width, image.height, image.mean());
         assert_eq!((image.width, image.height), (1024, 512));
-        // The maxima that the data's own notes give.
+        // The maxima stated by the notes that come with the files.
         let noted = match name.as_str() {
             "night_pmndrs_1k.hdr" => 73.0,
             "spiaggia_di_mondello_1k.hdr" => 7.1e4,
@@ -136,7 +136,7 @@ fn environments_round_trip_through_exr_with_layers() {
     let (r, g, b, depth) = (plane(0), plane(1), plane(2), vec![f32::INFINITY; 800]);
     let layers: [(&str, &[f32]); 4] = [("depth", &depth), ("color.R", &r), ("color.G", &g), ("color.B", &b)];
     let bytes = encode_exr(40, 20, &layers).unwrap();
-    // The infinite depth is another layer and does not concern the colour.
+    // The infinite depth is another layer and must not affect the colour.
     assert_eq!(decode_environment(&bytes).unwrap(), image);
     assert_eq!(bytes, encode_exr(40, 20, &layers).unwrap(), "bytes differ between two runs");
     assert!(encode_exr(40, 20, &[("R", &r), ("R", &g)]).unwrap_err().to_string().contains("twice"));
@@ -240,7 +240,7 @@ fn bad_texels_are_named_with_their_place() {
         let message = decode_environment(&exr).unwrap_err().to_string();
         assert!(message.contains("channel B at x = 3, y = 1"), "{message}");
     }
-    // What a lossy codec leaves of black is black.
+    // Small negative values that a lossy codec makes of black become black.
     plane[7] = -0.001;
     let exr = encode_exr(4, 3, &[("R", &fine), ("G", &fine), ("B", &plane)]).unwrap();
     assert_eq!(decode_environment(&exr).unwrap().at(3, 1), [1.0, 1.0, 0.0]);
@@ -252,7 +252,7 @@ fn pictures_of_every_format_load() {
     let image = Rgb8Image::new(2, 1, vec![[255, 0, 10], [1, 2, 3]]).unwrap();
     let picture = decode_picture(&encode_png_srgb8(&image).unwrap()).unwrap();
     assert!(picture.display_referred && picture.image == image.to_linear());
-    // A render may hold NaN; comparing it is what refuses.
+    // A picture may contain NaN; only comparing it is refused.
     let plane = [f32::NAN, -2.0];
     let exr = encode_exr(2, 1, &[("R", &plane), ("G", &plane), ("B", &plane)]).unwrap();
     let picture = decode_picture(&exr).unwrap();
@@ -284,7 +284,7 @@ fn saving_is_all_or_nothing() {
     assert!(save::save_exr_rgb(&missing, &image).is_err());
 }
 
-/// Tiles with mip levels, of which the largest is read; and files of several parts, of which the first fitting one is.
+/// Of tiled files with mip levels the largest level is read, of files with several parts the first that fits.
 #[test]
 fn exr_levels_and_parts_are_sorted_out() {
     let _unmeasured = unmeasured();

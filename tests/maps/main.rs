@@ -1,4 +1,4 @@
-//! Files in and out, and what damaged files cost.
+//! Loading and saving files, and the cost of damaged ones.
 
 #[path = "../common/mod.rs"]
 mod common;

@@ -1,5 +1,5 @@
-//! The BRDFs as a renderer meets them, through the interface alone: energy, reciprocity, and samples that follow their
-//! stated density. Bounds are two-sided where there is a value to hit; the errors are printed.
+//! The BRDFs through their public interface: energy, reciprocity, and samples that follow their stated density. Bounds are
+//! two-sided where an exact value is known; errors are printed.
 
 use std::f64::consts::PI;
 
@@ -31,7 +31,7 @@ const MEANS: [DVec2; 4] = [DVec2::ZERO, DVec2::new(0.5, -0.3), DVec2::new(-1.5, 
 
 const DEGREES: [f64; 7] = [0.0, 30.0, 60.0, 75.0, 85.0, 88.0, 89.0];
 
-/// Every distribution, roughness, mean and view, where the surface shows at least 1e-4 of itself.
+/// Every distribution, roughness, mean and view for which at least 1e-4 of the surface is visible.
 fn configurations() -> Vec<(Slopes, DVec3)> {
     let mut all = Vec::new();
     for new in Slopes::all() {
@@ -46,7 +46,7 @@ fn configurations() -> Vec<(Slopes, DVec3)> {
     all
 }
 
-/// `f` of every configuration: lowest and highest, with where.
+/// Lowest and highest `f` of all configurations, and where they occur.
 fn extremes(all: &[(Slopes, DVec3)], f: impl Fn(&Slopes, DVec3) -> f64 + Sync) -> [(f64, String); 2] {
     let values: Vec<(f64, String)> =
         all.par_iter().map(|(slopes, wo)| (f(slopes, *wo), format!("{:?} seen from {wo}", slopes.kind))).collect();
@@ -63,7 +63,7 @@ fn white_furnace() {
     println!("{} configurations, {away} with the mesosurface facing away", all.len());
     assert!(away > 10);
     for masking in [Masking::SmithUnshadowed, Masking::VGrooveUnshadowed] {
-        // V-grooves show nothing once their mesosurface faces away.
+        // V-grooves are invisible once their mesosurface faces away.
         let all: Vec<_> = match masking {
             Masking::SmithUnshadowed => all.clone(),
             _ => all.iter().copied().filter(|(slopes, wo)| slopes.meso_area(*wo) > 1e-3).collect(),
@@ -75,7 +75,7 @@ fn white_furnace() {
         println!("{masking:?}: energy 1 {:+.1e} ({})\n    to 1 {:+.1e} ({})", low.0, low.1, high.0, high.1);
         assert!(low.0 > -1e-5 && high.0 < 1e-5, "{masking:?}");
     }
-    // A normal map weighs facets by the macrosurface: what faces the viewer of it, all of it from above.
+    // A normal map has no masking: the energy is the share of the macrosurface that faces the viewer, 1 from above.
     let [low, high] = extremes(&all, |slopes, wo| {
         let brdf = mirror(Masking::NormalMap, *slopes);
         integrate_directions(slopes, wo, 16, |wi| brdf.eval_cos(wo, wi)).x
@@ -105,7 +105,7 @@ fn shadowing_only_removes_energy() {
         let a = integrate_directions(&slopes, wo, 24, |wi| brdf.eval_cos(wo, wi)).x;
         assert!((a - 1.0).abs() < 2e-3, "{a}");
     }
-    // The thesis' noncentral form creates energy (or loses most of it): why it is not the default.
+    // The thesis's noncentral form creates energy or loses most of it, which is why it is not the default.
     let [low, high] = extremes(&all, |slopes, wo| {
         let brdf = mirror(Masking::SmithThesis, *slopes);
         integrate_directions(slopes, wo, 16, |wi| brdf.eval_cos(wo, wi)).x
@@ -129,7 +129,7 @@ fn densities_integrate_to_one() {
     }
 }
 
-/// Helmholtz: central distributions by the macrosurface, sheared ones by the mesosurface that really is there.
+/// Helmholtz reciprocity: central distributions about the macrosurface, sheared ones about their mesosurface.
 #[test]
 fn reciprocity() {
     let mut r = Random(11);
@@ -161,7 +161,7 @@ fn reciprocity() {
         }
         let (_, _, there, back) = both(Masking::SmithThesis);
         worst = worst.max(differ(there, back));
-        // The test must see what is not reciprocal.
+        // The test must notice BRDFs that are not reciprocal.
         for masking in [Masking::NormalMap, Masking::SmithUnshadowed] {
             let (there, back, ..) = both(masking);
             broken = broken.max(differ(there * ao, back * ai));
@@ -202,11 +202,11 @@ fn variants_are_their_definitions() {
         let (go, gi) = (smith_g1(&slopes, wo), smith_g1(&slopes, wi));
         above_one = above_one.max(go);
         if go > 0.0 && gi > 0.0 {
-            // The thesis' form is eq. 2.13 as printed, and nothing where that is negative.
+            // The thesis's form is eq. 2.13 as printed, or 0 where that is negative.
             let printed = go * gi / (go + gi - go * gi);
             beyond_pole += u32::from(printed < 0.0);
             let got = geometric_attenuation(Masking::SmithThesis, &slopes, wo, wi, wh);
-            // Within a thousandth of the pole rounding decides.
+            // Within a thousandth of the pole, rounding decides.
             if (1.0 / go + 1.0 / gi - 1.0).abs() > 1e-3 {
                 same(got, printed.max(0.0));
             }
@@ -226,7 +226,7 @@ fn variants_are_their_definitions() {
     assert!(worst < 1e-9 && above_one > 3.0 && beyond_pole > 100);
 }
 
-/// Where `G` and `a_o` vanish together, their quotient goes on: no jump as the mesosurface turns edge-on.
+/// Where `G` and `a_o` both vanish, their quotient is continuous: no jump when the mesosurface turns edge-on.
 #[test]
 fn the_edge_on_mesosurface_is_a_limit() {
     for new in Slopes::all() {
@@ -239,7 +239,7 @@ fn the_edge_on_mesosurface_is_a_limit() {
             let (before, on, after) = (at(45.0 - 1e-7, masking), at(45.0, masking), at(45.0 + 1e-7, masking));
             assert!(before > 0.0 && (before / on - 1.0).abs() < 1e-5 && (after / on - 1.0).abs() < 1e-5, "{masking:?}");
         }
-        // And on the light's side the shadowed forms go to zero.
+        // On the light's side, the shadowed forms go to zero.
         let lit = |degrees: f64, masking: Masking| {
             mirror(masking, slopes).eval_cos(direction(30.0, 3.0), direction(degrees, 0.0)).x
         };
@@ -270,7 +270,7 @@ fn materials() -> Vec<(String, Box<dyn Brdf + Sync>, bool)> {
     all
 }
 
-/// `throughput = f_r cos θ / pdf`, `pdf` the one stated, and the mean of the throughputs the integral.
+/// `throughput = f_r cos θ / pdf` with the stated `pdf`, and the mean throughput equals the integral.
 #[test]
 fn samples_carry_what_they_say() {
     let (mut worst, mut worst_pdf, mut largest, mut worst_sigma) = (0.0f64, 0.0f64, 0.0f64, 0.0f64);
@@ -282,7 +282,7 @@ fn samples_carry_what_they_say() {
             for _ in 0..n {
                 let Some(s) = brdf.sample(wo, pair(&mut r)) else { continue };
                 assert!((s.wi.length() - 1.0).abs() < 1e-12 && s.pdf > 0.0 && s.throughput.is_finite(), "{name}");
-                // The pdf's jump on a V-groove may be met from either side of rounding.
+                // Near the jump of a V-groove's pdf, rounding may choose either side.
                 let pdf_error = (s.pdf / brdf.pdf(wo, s.wi) - 1.0).abs();
                 let error = (brdf.eval_cos(wo, s.wi) / s.pdf - s.throughput).abs().max_element();
                 worst_pdf = worst_pdf.max(pdf_error);
@@ -306,7 +306,7 @@ fn samples_carry_what_they_say() {
     assert!(worst < 1e-7 && worst_pdf < 1e-7 && largest <= 2.0 + 1e-9);
 }
 
-/// `∫ f dwi` in polar coordinates about `wo`, which no change of variables to slopes enters.
+/// `∫ f dwi` in polar coordinates about `wo`, without a change of variables to slopes.
 fn integrate_polar(wo: DVec3, panels: usize, f: impl Fn(DVec3) -> DVec3) -> DVec3 {
     let frame = frame_about(wo);
     let mut sum = DVec3::ZERO;
@@ -327,7 +327,7 @@ fn about(frame: &Frame, theta: f64, phi: f64) -> DVec3 {
 const RINGS: usize = 16;
 const SECTORS: usize = 16;
 
-/// Probability of each cell of the polar grid about `wo`, and last of no sample at all.
+/// Probability of each cell of the polar grid about `wo`, and at the end that of no sample.
 fn expected(wo: DVec3, pdf: impl Fn(DVec3) -> f64 + Sync) -> Vec<f64> {
     let frame = frame_about(wo);
     let (ring, sector) = (0.5 * PI / RINGS as f64, 2.0 * PI / SECTORS as f64);
@@ -335,7 +335,7 @@ fn expected(wo: DVec3, pdf: impl Fn(DVec3) -> f64 + Sync) -> Vec<f64> {
         .into_par_iter()
         .map(|cell| {
             let (t0, p0) = (ring * (cell / SECTORS) as f64, sector * (cell % SECTORS) as f64);
-            // Fine, for the edges: GGX does not vanish where half vectors reach the horizon.
+            // A fine grid, because GGX does not vanish where half vectors reach the horizon.
             let inner = composite_gauss(p0, p0 + sector, 8, 4);
             let mut sum = 0.0;
             for (theta, wt) in composite_gauss(t0, t0 + ring, 8, 4) {
@@ -350,7 +350,7 @@ fn expected(wo: DVec3, pdf: impl Fn(DVec3) -> f64 + Sync) -> Vec<f64> {
     cells
 }
 
-/// Standard normal deviate of Pearson's statistic (Wilson and Hilferty), cells of fewer than 8 expected pooled.
+/// Pearson's statistic as a standard normal deviate (Wilson and Hilferty); cells that expect fewer than 8 are pooled.
 fn chi_square(counts: &[u32], expected: &[f64], n: u32) -> f64 {
     let (mut statistic, mut cells, mut pooled) = (0.0, 0, (0.0, 0.0));
     for (&count, &p) in counts.iter().zip(expected) {
@@ -406,7 +406,7 @@ fn samples_follow_their_density() {
     let worst = results.iter().max_by(|a, b| a.0.total_cmp(&b.0)).unwrap();
     println!("{} chi-square tests of {n} samples: worst deviate {:+.2} ({})", results.len(), worst.0, worst.1);
     assert!(worst.0 < 4.0);
-    // Too good would be wrong as well: the statistic of a fair sampler scatters.
+    // Too good a fit would be wrong as well: the statistic of a fair sampler scatters.
     assert!(results.iter().any(|r| r.0 > 0.0) && results.iter().any(|r| r.0 < 0.0));
 }
 
@@ -428,7 +428,7 @@ fn chi_square_fails_when_it_should() {
     }
 }
 
-/// Arguments no scene should produce.
+/// Results are finite even for arguments that no scene should produce.
 #[test]
 fn finite_for_every_input() {
     let axes = [0.0, 1.0, -1.0, 1e-7, -1e-4, 1e-20];

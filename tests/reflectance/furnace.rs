@@ -1,5 +1,5 @@
 //! White furnace: LEADR eq. 16 without shadowing and Fresnel integrates to one over all light directions, for every view
-//! and every slope distribution; with shadowing to less. Two-sided bounds; the integration is over the sphere of `wi`,
+//! and every slope distribution; with shadowing it integrates to less. Two-sided bounds; the integration is over the sphere of `wi`,
 //! independent of the change of variables to slopes that the renderer uses.
 
 use std::f64::consts::PI;
@@ -37,8 +37,8 @@ fn configurations() -> Vec<(DVec3, DVec2, DVec3)> {
                     let (sin, cos) = degrees.to_radians().sin_cos();
                     let wo = DVec3::new(sin * azimuth.cos(), sin * azimuth.sin(), cos);
                     let s = DVec3::new(sx * sx, sy * sy, r * sx * sy);
-                    // What shows less than MIN_AREA is divided by MIN_AREA, so its energy ends below one; the renderer
-                    // tilts such mesosurfaces towards the viewer first, and so does this test.
+                    // Visible areas below MIN_AREA are divided by MIN_AREA, so the integral would be below one; the
+                    // renderer tilts such mesosurfaces towards the viewer first, and so does this test.
                     let seen = visible_area(wo, m, s) > 1e-5;
                     all.push((wo, if seen { m } else { face_viewer(wo, m, s, 1.8) }, s));
                 }
@@ -84,7 +84,7 @@ fn shadowing_only_removes_energy() {
     assert!((a - 1.0).abs() < 2e-3, "{a}");
 }
 
-/// The furnace must notice the mistakes it is there for: a forgotten Λ, and σ taken for α.
+/// The furnace must notice the mistakes it is meant to find: a forgotten Λ, and σ used as α.
 #[test]
 fn a_wrong_masking_term_fails() {
     let (wo, m, s) = (DVec3::new(0.995, 0.0, 0.1).normalize(), DVec2::new(0.1, 0.0), DVec3::new(0.25, 0.25, 0.0));

@@ -1,4 +1,4 @@
-//! The mathematics against closed forms, quadrature and values computed elsewhere. Needs no device.
+//! The mathematics against closed forms, quadrature and values of other programs. Needs no device.
 
 #[path = "../common/mod.rs"]
 mod common;

@@ -1,9 +1,9 @@
-//! Small curved glossy parts do not sparkle: the sun's highlight on a sphere, a ring and a tooth of a few pixels, moved by
-//! fractions of a pixel, with and without the turn of the macrosurface in the slope covariance (IGSA; LEADR 4.2).
+//! Small curved glossy parts do not sparkle: the sun's highlight on a sphere, a ring and a tooth of a few pixels that move by
+//! fractions of a pixel, with and without the macrosurface's curvature in the slope covariance (IGSA; LEADR 4.2).
 //!
-//! The 64-sample reference filters by the pixel's square, the kernel by a Gaussian of standard deviation half a pixel, which
-//! is wider: highlights are softer than the reference's, and 10 to 19 % brighter in sum. With the square's variance, 1/12,
-//! the sphere of 6 pixels is 4 % too dark instead and nearer to the reference, but throbs by 55 % instead of 5 %.
+//! The 64-sample reference filters with a box of one pixel, the kernel with a Gaussian of standard deviation half a pixel, which
+//! is wider: highlights are softer than the reference's and 10 to 19 % brighter in total. With the variance of the box, 1/12,
+//! the sphere of 6 pixels is nearer to the reference (4 % too dark), but its brightness varies by 55 % instead of 5 %.
 
 use crate::common::render::in_room;
 use glam::{Affine3A, Vec2, Vec3};
@@ -19,7 +19,7 @@ const SIZE: u32 = 24;
 /// Positions along two pixels, an eighth of a pixel apart.
 const POSITIONS: u32 = 16;
 
-/// Black but for its reflections, of Beckmann roughness `alpha`.
+/// Black except for its reflections, with Beckmann roughness `alpha`.
 fn color(alpha: f32) -> [f32; 4] {
     [0.0, 0.0, 0.0, alpha]
 }
@@ -59,11 +59,11 @@ fn torus(tube: f32, alpha: f32) -> PatchMesh {
     mesh
 }
 
-/// What happens from one position to the next.
+/// How pictures change from one position to the next.
 struct Motion {
     /// Largest change of a pixel.
     flicker: f32,
-    /// Largest less smallest brightness of the whole picture, over its mean.
+    /// Difference of the largest and the smallest total brightness, relative to its mean.
     throb: f32,
     /// Mean of all pixels and positions.
     mean: f32,
@@ -90,7 +90,7 @@ fn motion(renderer: &mut Renderer, technique: Technique, samples: u32, diameter:
             let shift = (right + 0.37 * Vec3::Z) * (pixel * i as f32 / 8.0);
             let state = FrameState {
                 sun: Some(Sun { direction: Vec3::new(0.7, -0.3, 0.8).normalize(), irradiance: Vec3::ONE }),
-                // As bright as the sun: more highlights, so that none decides by luck.
+                // As bright as the sun: with more highlights, the result does not depend on where a single one lies.
                 point_lights: [(0.2, -0.9, 0.1), (-0.5, -0.6, 0.6), (0.9, -0.1, 0.2), (0.5, -0.8, -0.4)]
                     .map(|(x, y, z)| Vec3::new(x, y, z).normalize() * 1e3)
                     .map(|position| PointLight { position, intensity: Vec3::splat(1e6) })
@@ -128,7 +128,7 @@ fn small_glossy_parts_do_not_sparkle() {
     ] {
         let object = Object::new(name, mesh).with_specular_f0(1.0).without_shadow();
         let mut renderer = in_room(&gpu, vec![object], [0.0; 3]);
-        // Without bumps, the techniques differ in the turn of the macrosurface alone.
+        // Without bumps, the techniques differ only in how they treat the macrosurface's curvature.
         let reference = motion(&mut renderer, Technique::Reference, 64, diameter);
         let with = motion(&mut renderer, Technique::Leadr, 1, diameter);
         let without = motion(&mut renderer, Technique::NormalMip, 1, diameter);
@@ -145,12 +145,12 @@ fn small_glossy_parts_do_not_sparkle() {
             100.0 * (with.mean / reference.mean - 1.0),
             100.0 * (without.mean / reference.mean - 1.0),
         );
-        // Measured on llvmpipe: flicker 44, 14, 6.5 times less; throbbing some 80, 18, 15 times; error 5.6, 4.5, 4.0 times.
-        assert!(with.flicker < without.flicker / 5.0, "{name} flickers");
-        assert!(with.throb < without.throb / 8.0 && with.throb < 0.2, "{name} throbs");
-        assert!(e < f / 3.0, "{name} is off");
-        // Steady because it is right, not because the highlight is gone.
-        assert!((with.mean / reference.mean - 1.0).abs() < 0.25, "{name} lost or made light");
-        assert!(with.flicker > 0.1 * reference.flicker, "{name} has no highlight");
+        // Measured on llvmpipe: flicker is 44, 14, 6.5 times less; brightness varies 80, 18, 15 times less; errors are 5.6, 4.5, 4.0 times less.
+        assert!(with.flicker < without.flicker / 5.0, "the {name} flickers");
+        assert!(with.throb < without.throb / 8.0 && with.throb < 0.2, "the brightness of the {name} varies");
+        assert!(e < f / 3.0, "the {name} differs from the reference");
+        // The picture must be steady because it is right, not because the highlight is gone.
+        assert!((with.mean / reference.mean - 1.0).abs() < 0.25, "the {name} is too dark or too bright");
+        assert!(with.flicker > 0.1 * reference.flicker, "the {name} has no highlight");
     }
 }

@@ -1,4 +1,4 @@
-//! Surfaces that deform under LEADR maps that do not (LEADR eq. 12).
+//! Surfaces that deform while their LEADR maps stay the same (LEADR eq. 12).
 
 use crate::common::render::stage_under_sky;
 use glam::{DVec2, DVec3};
@@ -8,7 +8,7 @@ use leadr::render::settings::RenderSettings;
 use leadr::scenes::deform::{Deformation, PERIOD, SHEAR, STRETCH, stage};
 use leadr::scenes::stage::Lights;
 
-/// Mean slope covariance of the quad, seen from afar, along world x and up the quad: xx, yy, xy.
+/// Mean slope covariance (xx, yy, xy) of the quad seen from afar, along world x and the quad's upward direction.
 fn quad_covariance(gpu: &crate::common::gpu::TestGpu, deformation: Deformation, time: f64) -> [f64; 3] {
     let mut stage = stage(deformation);
     let mut renderer = stage_under_sky(gpu, &mut stage, 32);
@@ -41,7 +41,7 @@ fn slopes_follow_the_deformation() {
     println!("at rest {rest:?}");
     assert!(rest[0] > 0.1 && (rest[1] / rest[0] - 1.0).abs() < 0.15 && (rest[2] / rest[0]).abs() < 0.1, "{rest:?}");
 
-    // The upright quad leans back by 10 degrees: up the quad, lengths follow the map of its own direction.
+    // The quad leans back by 10 degrees, so its upward direction is stretched by less than the vertical.
     let up = DVec3::new(0.0, 80f64.to_radians().cos(), 80f64.to_radians().sin());
     let full = quad_covariance(&gpu, Deformation::Stretch, PERIOD / 2.0);
     let (wider, lower) = (f64::from(STRETCH), (up * DVec3::new(1.0, 1.0, 1.0 / f64::from(STRETCH))).length());
@@ -49,7 +49,7 @@ fn slopes_follow_the_deformation() {
     println!("stretched: {full:?}, ratios to the slopes over the new lengths {ratio:?}");
     assert!(ratio.iter().all(|r| (r - 1.0).abs() < 0.06), "{ratio:?}");
 
-    // h(x − k y, y): the slope up the quad takes −k times that along x with it.
+    // h(x − k y, y): the slope along the quad's upward direction gains −k times that along x.
     let full = quad_covariance(&gpu, Deformation::Shear, PERIOD / 2.0);
     let k = f64::from(SHEAR) * up.z;
     let expected = [rest[0], rest[1] - 2.0 * k * rest[2] + k * k * rest[0], rest[2] - k * rest[0]];

@@ -1,4 +1,4 @@
-//! Edge samples: outlines as smooth as of many samples, surfaces shaded once.
+//! Edge samples: silhouettes as smooth as with many samples, surfaces shaded once.
 
 use crate::common::render::{stage_under_sky, under_sky};
 use glam::{Affine3A, Vec3};
@@ -11,8 +11,8 @@ use leadr::scenes::sphere::cube_sphere;
 use leadr::scenes::stage::{Lights, Relief, sphere_stage};
 
 const SIZE: u32 = 64;
-/// Bounds on the errors of one sample, alone and with joined edge samples, against very many; measured .0083 and .0116 (LEADR),
-/// .0082 and .0105 (LEAN), .0129 and .0143 (mipmapped normals). A sample that knows its own patch alone is off by .029.
+/// Bounds on the errors of one sample, without and with edge samples, against many samples; measured .0083 and .0116 (LEADR),
+/// .0082 and .0105 (LEAN), .0129 and .0143 (mipmapped normals). A sample of a single patch is off by .029.
 const OF_MANY_PATCHES: [[f64; 2]; 3] = [[0.0095, 0.013], [0.0095, 0.012], [0.0145, 0.016]];
 
 /// A small sphere in front of a large one.
@@ -55,7 +55,7 @@ fn outlines_converge_to_the_reference_and_the_inside_is_shaded_once() {
     let partly = |i: usize| (0.001..0.999).contains(&truth.color[i][3]);
     let once = renderer.render(&state, &settings(1, 1)).unwrap();
     let depth: Vec<f32> = renderer.layer(Layer::Depth).unwrap().iter().map(|d| d[0]).collect();
-    // Pixels that see more than one surface: where one sample is far from many.
+    // Pixels that see more than one surface: those where one sample differs much from many.
     let edge = |i: usize| (0..3).any(|c| (once.color[i][c] - supersampled.color[i][c]).abs() > 0.05);
     let edges = (0..once.color.len()).filter(|&i| edge(i)).count();
     let mut before = (rms(&once, &truth, 3, partly), rms(&once, &supersampled, 0, edge));
@@ -69,7 +69,7 @@ fn outlines_converge_to_the_reference_and_the_inside_is_shaded_once() {
         assert!(errors.0 < 0.6 * before.0 && errors.1 < 0.7 * before.1, "{errors:?} after {before:?}");
         before = errors;
         let mut inside = 0;
-        // The inside of both spheres and the sky, bit for bit: whatever is two pixels away from a step in depth.
+        // All pixels at least two pixels away from a step in depth must keep their exact values.
         for y in 2..SIZE as i32 - 2 {
             for x in 2..SIZE as i32 - 2 {
                 let at = |x: i32, y: i32| (y * SIZE as i32 + x) as usize;
@@ -94,8 +94,8 @@ fn rock(gpu: &crate::common::gpu::TestGpu, distance: f32) -> (Renderer, FrameSta
     (renderer, state)
 }
 
-/// A rough sphere so far away that a pixel covers several patches: one shaded sample is as near to very many as many are, by
-/// the coarse levels of its maps as by the edge samples' parts of it.
+/// On a rough sphere so far away that a pixel covers several patches, one shaded sample is close to many, both by the coarse
+/// levels of its maps and by resolving edge samples.
 #[test]
 fn a_pixel_of_many_patches_is_shaded_as_all_of_them() {
     let Some(gpu) = crate::common::gpu::test_gpu() else { return };
@@ -118,7 +118,7 @@ fn a_pixel_of_many_patches_is_shaded_as_all_of_them() {
     }
 }
 
-/// Bumps of several pixels, drawn more finely for edge samples than for the shadow map: none lies in its own mean's shadow.
+/// Bumps several pixels wide, tessellated more finely for edge samples than for the shadow map, do not shadow themselves.
 #[test]
 fn fine_bumps_do_not_shade_themselves() {
     let Some(gpu) = crate::common::gpu::test_gpu() else { return };
@@ -133,7 +133,7 @@ fn fine_bumps_do_not_shade_themselves() {
     let worst = inside.iter().map(|&i| many[i][1] - joined[i][1]).fold(0.0, f32::max);
     println!("darker by {worst:.3} at most over {} pixels", inside.len());
     assert!(inside.len() > 4000);
-    // Measured 0.089; 0.2 where edge samples looked at the shadow map a quarter of a pixel wide.
+    // Measured 0.089; 0.2 if edge samples filter the shadow map over a quarter of a pixel only.
     assert!(worst < 0.12, "{worst}");
 }
 
@@ -148,7 +148,7 @@ fn frames_with_edge_samples_repeat() {
             let frame = renderer.render(&state, &settings).unwrap();
             assert_eq!(frame.color, other.render(&state, &settings).unwrap().color);
             assert!(frame.color.iter().flatten().all(|v| v.is_finite() && *v >= 0.0));
-            // After a frame without, whose targets are others.
+            // After a frame without edge samples, which has other targets.
             renderer.render(&state, &RenderSettings { seed, ..settings_of(technique, 2, 1) }).unwrap();
             assert_eq!(frame.color, renderer.render(&state, &settings).unwrap().color);
         }
@@ -158,7 +158,7 @@ fn frames_with_edge_samples_repeat() {
         renderer.render(&state, &by_seed(0)).unwrap().color,
         renderer.render(&state, &by_seed(1)).unwrap().color
     );
-    // Measured frames have all edge samples, and a pass to mark them.
+    // Measured frames draw all edge samples, in one pass more that marks them.
     let times = renderer.measure(&state, &settings(1, 4), 0, 1).unwrap();
     assert_eq!(times.iter().filter(|t| t.pass == "edges").count(), 1);
 }

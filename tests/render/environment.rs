@@ -1,4 +1,4 @@
-//! The environment cube against its sources: the analytic sky's 64-bit twin, panoramas of known light, its own mips.
+//! The environment cube against its sources: the 64-bit analytic sky, panoramas of known radiance, and its own mips.
 
 use std::f64::consts::PI;
 
@@ -9,7 +9,7 @@ use leadr::maps::RgbImage;
 use leadr::render::light::environment::{Environment, FACE_SIZE};
 use leadr::render::light::sky::Sky;
 
-/// Power over the whole sphere, and its mean direction.
+/// Radiance integrated over the sphere, and its mean direction.
 fn power(texels: &[(DVec3, f64, DVec3)]) -> (DVec3, DVec3) {
     let sum = texels.iter().fold(DVec3::ZERO, |sum, (_, w, l)| sum + *w * *l);
     let centre = texels.iter().fold(DVec3::ZERO, |sum, (d, w, l)| sum + *w * l.y * *d);
@@ -47,7 +47,7 @@ fn sky_matches_its_twin_in_64_bits() {
             worst.1
         );
         assert!(worst.0 < 2e-4, "{worst:?}");
-        // the comparison can fail: a tenth of a degree in the sun's place shows
+        // the comparison can fail: moving the sun by a tenth of a degree shows
         let moved = Sky { turbidity, ..Sky::with_sun((elevation + 0.1).to_radians(), azimuth + 0.01) }.tables();
         let moved_by = texels.iter().map(|(d, _, l)| relative(*l, moved.radiance(*d))).fold(0.0, f64::max);
         assert!(moved_by > 2.0 * worst.0, "{moved_by}");
@@ -79,7 +79,7 @@ fn every_level_has_the_same_mean() {
     }
     println!("means of {} levels agree to {worst:.2e}", environment.levels());
     assert!(worst < 1e-5);
-    // unweighted means would not: the weights are what is tested
+    // unweighted means differ, so the weights are tested
     let plain = |mip| {
         let texels = read_level(&environment, mip);
         texels.iter().fold(DVec3::ZERO, |sum, t| sum + t.2) / texels.len() as f64
@@ -96,7 +96,7 @@ fn panorama_arrives_in_the_documented_directions() {
     println!("panorama to cube texels: worst {worst:.2e}");
     assert!(worst < 2e-3);
 
-    // and a shader that samples the cube finds the same, on edges and corners too
+    // a shader that samples the cube finds the same, also on edges and corners
     let mut inputs = Vec::new();
     for i in 0..4000u32 {
         let z = 1.0 - (2.0 * f64::from(i) + 1.0) / 4000.0;
@@ -117,14 +117,14 @@ fn panorama_arrives_in_the_documented_directions() {
     }
     println!("cube sampled in {} directions: worst {worst:.2e}", inputs.len());
     assert!(worst < 5e-3);
-    // a mirrored image would be far off
+    // a mirrored image would differ much
     assert!(relative(f(DVec3::new(0.0, 0.8, 0.6)), f(DVec3::new(0.0, -0.8, 0.6))) > 0.1);
 }
 
 #[test]
 fn a_sun_of_one_pixel_keeps_its_power_and_place() {
     let Some(gpu) = crate::common::gpu::test_gpu() else { return };
-    // the pole's own row is 8 % too wide (the sampler knows no other side of the pole), so it is told apart
+    // the row at the pole is 8 % too wide (the sampler does not filter across the pole), so it has its own bounds
     let mut worst = [(0.0f64, 0.0f64); 2];
     for (width, column, row) in [
         (1024u32, 300u32, 200u32),
@@ -163,7 +163,7 @@ fn faces_must_be_a_power_of_two() {
     assert!(error.contains("power of two"), "{error}");
 }
 
-/// Not a test of numbers: writes unwrapped, tone-mapped environments to `target/light` for a person to look at.
+/// Writes unwrapped, tone-mapped environments to `target/tmp/light`, to look at.
 #[test]
 #[ignore = "writes pictures"]
 fn pictures() {
@@ -206,7 +206,7 @@ fn pictures() {
     }
 }
 
-/// Not a test of numbers: what a frame pays, without validation.
+/// Prints what the sky costs per frame, without validation.
 #[test]
 #[ignore = "measures time"]
 fn timings() {

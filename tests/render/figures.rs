@@ -1,4 +1,4 @@
-//! The pillow and the snake: closed at every fineness, and filtered as their reference looks from afar.
+//! The pillow and the snake: without cracks at every tessellation, and from afar filtered like their reference.
 
 use std::sync::Arc;
 
@@ -30,9 +30,8 @@ fn state(stage: &Stage, direction: Vec3, distance: f32) -> FrameState {
     state
 }
 
-/// Pixels that show the inside deeper than an outline can. On an outline the last front face and the first back face
-/// meet edge-on, and either may win; such a pixel is hardly farther away than a neighbour. Through a crack the far wall
-/// shows.
+/// Pixels that show the inside through a crack. On a silhouette the last front face and the first back face meet edge-on, and
+/// either may win; such a pixel is hardly farther away than its neighbours, whereas a crack shows the far wall.
 fn inside_pixels(output: &FrameOutput, depth: &[[f32; 4]], outline: f32) -> usize {
     let (width, height) = (output.size.0 as usize, output.size.1 as usize);
     let inside = |i: usize| output.color[i][..3] == [1.0, 0.0, 1.0];
@@ -62,10 +61,10 @@ fn count_inside(gpu: &Arc<Gpu>, mut stage: Stage, distance: f32, thick: f32) -> 
             let state = state(&stage, direction, distance);
             let output = renderer.render(&state, &settings).unwrap();
             assert!(output.color.iter().flatten().all(|v| v.is_finite()));
-            // Over the last pixel before its outline a cylinder of radius r recedes by sqrt(2 r pixel).
+            // Over the last pixel before its silhouette a cylinder of radius r recedes by sqrt(2 r pixel).
             let pixel = 2.0 * distance * (0.5 * state.camera.fov_y).tan() / 120.0;
             let outline = 1.5 * (thick * pixel).sqrt();
-            assert!(outline < 0.8 * thick, "too far away to tell");
+            assert!(outline < 0.8 * thick, "too far away to tell cracks from silhouettes");
             inside += inside_pixels(&output, &renderer.layer(Layer::Depth).unwrap(), outline);
             pixels += output.color.iter().filter(|c| c[3] > 0.0).count();
         }
@@ -73,7 +72,7 @@ fn count_inside(gpu: &Arc<Gpu>, mut stage: Stage, distance: f32, thick: f32) -> 
     (inside, pixels)
 }
 
-/// Gives every patch vertices of its own, so that nothing joins their heights.
+/// Gives every patch its own vertices, so that nothing closes the gaps between their heights.
 fn torn(mut stage: Stage) -> Stage {
     let mesh = &mut stage.objects[0].mesh;
     let vertices: Vec<usize> = mesh.patches.iter().flatten().map(|&v| v as usize).collect();
@@ -116,7 +115,7 @@ fn one_sample_from_afar_is_close_to_many_of_the_reference() {
         let settings = RenderSettings {
             size: (96, 64),
             samples,
-            // The bumps of the reference do not shadow each other.
+            // In the reference the bumps do not shadow each other.
             shading: technique.with(ShadingOptions { shadowing: Shadowing::None, ..Default::default() }),
             tessellation: TessellationSettings { to_texels: technique == Technique::Reference, ..Default::default() },
             ..Default::default()

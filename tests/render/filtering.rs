@@ -1,4 +1,4 @@
-//! What the project is for: a surface keeps its look at every distance.
+//! The purpose of the project: a surface keeps its look at every distance.
 
 use crate::common::render::{bumps, under_sky};
 use glam::Vec3;
@@ -30,7 +30,7 @@ fn settings(size: u32, technique: Technique, samples: u32) -> RenderSettings {
     RenderSettings {
         size: (size, size),
         samples,
-        // Masking alone: the reference has no shadows between its bumps either.
+        // Masking only, because the bumps of the reference do not shadow each other either.
         shading: technique.with(ShadingOptions { shadowing: Shadowing::None, ..Default::default() }),
         tessellation: TessellationSettings { to_texels: technique == Technique::Reference, ..Default::default() },
         shadows: false,
@@ -72,10 +72,10 @@ fn one_leadr_sample_is_nearest_to_the_supersampled_reference() {
     let naive = error(Technique::NormalMip, 1);
     let naive_smooth = error(Technique::NormalMip, 32);
     // Measured: see docs/measurements/first-light.md.
-    assert!(leadr.0 < 0.8 * naive.0, "FLIP at one sample");
-    // With the outline's aliasing out of the way the filtering itself shows.
-    assert!(leadr_smooth.0 < 0.5 * naive_smooth.0, "FLIP of the filtering");
-    assert!(leadr_smooth.1 < 0.5 * naive_smooth.1, "relative RMSE of the filtering");
+    assert!(leadr.0 < 0.8 * naive.0, "FLIP at one sample is too large");
+    // Many samples remove the silhouette's aliasing; what remains is the error of filtering.
+    assert!(leadr_smooth.0 < 0.5 * naive_smooth.0, "FLIP at many samples is too large");
+    assert!(leadr_smooth.1 < 0.5 * naive_smooth.1, "relative RMSE at many samples is too large");
 }
 
 #[test]
@@ -102,5 +102,5 @@ fn brightness_changes_smoothly_with_distance() {
     assert!(leadr.0 < 0.02, "largest step {}", leadr.0);
     assert!(leadr.1 < 0.05, "near to far {}", leadr.1);
     let naive = sweep(Technique::NormalMip);
-    assert!(naive.1 > 2.0 * leadr.1, "normal mipmapping must be seen to lose brightness: {}", naive.1);
+    assert!(naive.1 > 2.0 * leadr.1, "normal mipmapping should lose brightness: {}", naive.1);
 }

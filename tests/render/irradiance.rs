@@ -1,4 +1,4 @@
-//! The irradiance pass against a projection in 64 bits of the cube it read, and against closed forms.
+//! The irradiance pass against a 64-bit projection of the cube that it reads, and against closed forms.
 
 use std::f64::consts::PI;
 
@@ -30,7 +30,7 @@ fn sh(c: &[[f32; 4]]) -> Sh9 {
     std::array::from_fn(|k| DVec3::new(c[k][0].into(), c[k][1].into(), c[k][2].into()))
 }
 
-/// Largest difference relative to L00, which bounds all others for radiance that is not negative.
+/// Largest difference relative to L00, which bounds all other coefficients of nonnegative radiance.
 fn error(a: &Sh9, b: &Sh9) -> f64 {
     let scale = b[0].max(DVec3::splat(1e-12));
     a.iter().zip(b).map(|(a, b)| ((*a - *b) / scale).abs().max_element()).fold(0.0, f64::max)
@@ -51,7 +51,7 @@ fn projection_matches_64_bits() {
         );
         assert!(same_level < 3e-6, "{same_level}");
         assert!(finest < 2e-3, "{finest}");
-        // another sky is told apart
+        // another sky must differ
         let other = Environment::from_sky(&gpu, face_size, &Sky::with_sun(elevation.to_radians(), 2.01)).unwrap();
         assert!(error(&gpu_result, &project(&other, level)) > 1e-4);
     }
@@ -65,7 +65,7 @@ fn the_same_bytes_every_run() {
     for _ in 0..3 {
         assert_eq!(first, run(&gpu, &environment, 0.7, &[], [0.0; 3]));
     }
-    // two frames in one submission, where only the passes' own barriers stand between them
+    // two frames in one submission, separated only by the passes' own barriers
     let pass = IrradiancePass::new(&gpu).unwrap();
     let mut moving = Environment::from_sky(&gpu, FACE_SIZE, &Sky::default()).unwrap();
     gpu.submit("frames", |cmd| {
@@ -87,7 +87,7 @@ fn a_constant_environment_has_only_its_mean() {
     exact[0] = 2.0 * PI.sqrt() * color * 3.0;
     let got = error(&sh(&run(&gpu, &environment, 3.0, &[], [0.0; 3])), &exact);
     println!("constant: {got:.2e}");
-    // the midpoint rule on 64² faces sees the cube's symmetry only, hence order 2 cancels
+    // the midpoint rule on 64² faces has the cube's symmetry, so order 2 cancels
     assert!(got < 3e-6);
 }
 
@@ -129,11 +129,11 @@ fn lights_are_added_as_the_paper_says() {
     let off = error(&got, &exact);
     println!("directional and point light: {off:.2e}");
     assert!(off < 1e-6);
-    // the irradiance on a plane that faces the first light is near its own: order 2 gives 17/16 of it
+    // order 2 gives 17/16 of the first light's irradiance on a plane that faces it
     let alone = sh(&run(&gpu, &black, 1.0, &lights[..1], origin));
     let facing = sh_irradiance(&alone, direction) / irradiance;
     assert!((facing - DVec3::splat(17.0 / 16.0)).abs().max_element() < 1e-6, "{facing}");
-    // and too many are refused, not dropped
+    // too many lights are refused, not dropped
     let pass = IrradiancePass::new(&gpu).unwrap();
     let many = [lights[0]; MAX_LIGHTS + 1];
     let error = gpu.submit("irradiance", |cmd| pass.record(cmd, &black, 1.0, &many, origin)).unwrap_err();

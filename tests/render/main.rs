@@ -1,4 +1,4 @@
-//! What the renderer draws, scene by scene and pass by pass.
+//! The renderer's pictures, scene by scene and pass by pass.
 
 #[path = "../common/mod.rs"]
 mod common;

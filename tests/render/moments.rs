@@ -1,4 +1,4 @@
-//! The moments pass against the CPU's LEADR maps, and atlases of tiles against maps of the single tile.
+//! The moments pass against the CPU's LEADR maps, and atlases against maps of their single tiles.
 
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -23,7 +23,7 @@ fn bumpy(width: u32, height: u32) -> HeightMap {
     HeightMap::new(width, height, texels).unwrap()
 }
 
-/// A level as six numbers a texel, in the order of `maps::moments::Moments`.
+/// A level as six numbers per texel, in the order of `maps::moments::Moments`.
 fn read(map: &LeadrMapGpu, mip: u32) -> Vec<[f32; 6]> {
     let half = map.slopes().desc().format == vk::Format::R16G16B16A16_SFLOAT;
     let float = |bits| f16::from_bits(bits).to_f32();
@@ -68,7 +68,7 @@ fn maps_match_the_cpu_at_any_size_and_edge() {
             let worst = difference(&made, &LeadrMap::new(&map, wrap)).into_iter().fold(0.0, f64::max);
             println!("{width}x{height} {wrap:?}: {worst:.2e}");
             assert!(worst < 3e-6);
-            // the other edge rule is told apart, where there is an edge
+            // the other border rule must give other values, except on levels without a border
             let other = if wrap == Wrap::Clamp { Wrap::Repeat } else { Wrap::Clamp };
             let apart = difference(&made, &LeadrMap::new(&map, other)).into_iter().fold(0.0, f64::max);
             assert!(apart > 1e-3 || (width.max(height) == 1), "{apart}");
@@ -86,14 +86,14 @@ fn sixteen_bits_have_a_known_error() {
     // up to a unit in the last place (9.8e-4) where it is written, since drivers may truncate, and more from level to level
     assert!(errors.iter().all(|e| *e > 1e-6 && *e < 3e-3));
 
-    // what cannot be held is clamped: a cliff of slope 1000 has a square beyond 65504
+    // values that half floats cannot hold are clamped: a cliff of slope 1000 has a square beyond 65504
     let cliff = HeightMap::new(4, 1, vec![0.0, 0.0, 500.0, 500.0]).unwrap();
     let made = LeadrMapGpu::new(&gpu, (&cliff).into(), Edges::Wrap(Wrap::Repeat), MomentFormat::Float16).unwrap();
     let texels = read(&made, 0);
     assert_eq!((texels[1][0], texels[1][2]), (1000.0, 65504.0));
 }
 
-/// What one tile must hold on a level, in 64 bits: one-sided differences at its edge, slopes per unit of the atlas.
+/// Expected content of one tile on a level, in 64 bits: one-sided differences at its edges, slopes per unit of the atlas.
 fn tile_reference(tile: &[f64], edge: usize, atlas: [f64; 2]) -> Vec<Vec<[f64; 6]>> {
     let at = |x: usize, y: usize| tile[y * edge + x];
     let pair = |i: usize| (i.saturating_sub(1), (i + 1).min(edge - 1));
@@ -159,7 +159,7 @@ fn tiles_of_an_atlas_know_nothing_of_each_other() {
     }
     println!("atlas: {worst:.2e}");
     assert!(worst < 1e-4, "{worst}"); // heights up to 170 leave 1e-5 of a texel's difference, times 32 texels
-    // with central differences through the seams the same check fails
+    // central differences across tiles must fail the same check
     let through = LeadrMapGpu::new(&gpu, heights, Edges::Wrap(Wrap::Clamp), MomentFormat::Float32).unwrap();
     let (a, b) = (read(&made, 0), read(&through, 0));
     assert!((a[7][0] - b[7][0]).abs() > 50.0);
@@ -175,7 +175,7 @@ fn heights_can_change_every_frame() {
         let mut frame = bumpy(32, 32);
         frame.texels.iter_mut().for_each(|h| *h *= scale);
         heights.write(0, 0, &frame.texels).unwrap();
-        // twice in one submission: only the pass's own barriers stand between
+        // twice in one submission: only the pass's own barriers separate the two
         gpu.submit("moments", |cmd| (0..2).for_each(|_| map.record(cmd, heights.whole()))).unwrap();
         let worst = difference(&map, &LeadrMap::new(&frame, Wrap::Repeat)).into_iter().fold(0.0, f64::max);
         assert!(worst < 3e-6, "{worst}");

@@ -12,7 +12,7 @@ use leadr::render::settings::RenderSettings;
 use leadr::scenes::daylight;
 use leadr::scenes::stage::{Lights, Relief, plane_stage};
 
-/// Edge of a face: what the irradiance pass projects.
+/// Edge of a face, at the size that the irradiance pass projects.
 const FACE: usize = 64;
 
 /// The projection of the 64-bit sky on the texel centres of the cube.
@@ -71,7 +71,7 @@ fn after_any_number_of_frames_the_device_holds_the_sky_of_the_last() {
         let off = error(&got, &project(&sky));
         println!("frame {frame}, sun at {:.1} degrees: {off:.1e}", sky.sun_direction.z.asin().to_degrees());
         worst = worst.max(off);
-        // A sun a minute further on is told apart.
+        // The sun of a minute later must differ.
         let mut later = state.clone();
         daylight::pass(&mut later, 1.0 / 60.0);
         assert!(sky.sun_direction.z < -0.1 || error(&got, &project(&later.sky.unwrap())) > 3.0 * off);

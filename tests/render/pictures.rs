@@ -1,4 +1,4 @@
-//! The renderer's promises about geometry: no cracks, culling that changes nothing, frames that repeat.
+//! What the renderer guarantees about geometry: no cracks, culling that changes no pixel, reproducible frames.
 
 use crate::common::render::{bumps, under_sky};
 use glam::{Affine3A, Vec2, Vec3};
@@ -33,7 +33,7 @@ fn state(camera: Camera) -> FrameState {
     FrameState { sky: Some(Sky::default()), ..FrameState::new(camera, vec![Pose::REST]) }
 }
 
-/// Pixels that show the inside, but for those of the outline: there the last front face and the first back face meet
+/// Pixels that show the inside, without those of the silhouette: there the last front face and the first back face meet
 /// edge-on at one depth, and either may win.
 fn inside_pixels(output: &FrameOutput) -> usize {
     let (width, height) = (output.size.0 as usize, output.size.1 as usize);
@@ -48,7 +48,7 @@ fn inside_pixels(output: &FrameOutput) -> usize {
         .count()
 }
 
-/// Inside faces seen at several distances, directions and fineness of the triangles.
+/// Pixels that show the inside and pixels covered at all, at several distances, directions and tessellations.
 fn count_inside(renderer: &mut Renderer, max_slope_views: &[f32]) -> (usize, usize) {
     let (mut inside, mut pixels) = (0, 0);
     for (i, &distance) in max_slope_views.iter().enumerate() {
@@ -76,7 +76,7 @@ fn count_inside(renderer: &mut Renderer, max_slope_views: &[f32]) -> (usize, usi
 fn closed_meshes_show_no_crack_across_tiles() {
     let Some(gpu) = crate::common::gpu::test_gpu() else { return };
     let (mesh, heights) = displaced_sphere(&rough(), 1.0, 6, 16, [0.5; 4]);
-    // Steep, but so that no bump overhangs: a fold would show its own inside.
+    // Steep but without overhangs, because a fold would show its own inside.
     let mut renderer = renderer(&gpu, object(mesh, heights, 0.05));
     let (inside, pixels) = count_inside(&mut renderer, &[1.5, 3.0, 9.0, 40.0]);
     println!("{inside} inside pixels among {pixels}");
@@ -87,7 +87,7 @@ fn closed_meshes_show_no_crack_across_tiles() {
 #[test]
 fn closed_meshes_show_no_crack_across_uv_seams() {
     let Some(gpu) = crate::common::gpu::test_gpu() else { return };
-    // Twelve seams: the charts of neighbouring faces give different heights along their common edge.
+    // On twelve seams, the charts of neighbouring faces give different heights along their common edge.
     let mesh = cube_sphere(4, [0.5; 4]);
     let mut renderer = renderer(&gpu, object(mesh, rough(), 0.04));
     let (inside, pixels) = count_inside(&mut renderer, &[1.5, 3.0, 9.0]);
@@ -140,7 +140,7 @@ fn the_same_frame_gives_the_same_bits() {
     let mut first = renderer(&gpu, object(mesh.clone(), heights.clone(), 0.05));
     let mut second = renderer(&gpu, object(mesh, heights, 0.05));
     let a = first.render(&state(camera), &settings).unwrap();
-    // A frame in between must leave no trace.
+    // A frame in between must not change the next.
     let other = RenderSettings { size: (40, 40), ..settings };
     second.render(&state(camera.at_distance(9.0)), &other).unwrap();
     let b = second.render(&state(camera), &settings).unwrap();
@@ -149,8 +149,8 @@ fn the_same_frame_gives_the_same_bits() {
     assert_ne!(a.color, reseeded.color);
 }
 
-/// A light beside the camera casts no shadow that the camera sees, however coarse the camera's triangles are: bumps that
-/// it does not draw must not throw any.
+/// The camera sees no shadows of a light beside it, however coarse its triangles are: bumps that it does not draw must not
+/// throw shadows.
 #[test]
 fn coarse_surfaces_do_not_shade_themselves() {
     let Some(gpu) = crate::common::gpu::test_gpu() else { return };
@@ -169,15 +169,15 @@ fn coarse_surfaces_do_not_shade_themselves() {
         println!("{distance} m: {lost:.4} of the light lost");
         assert!((-1e-6..0.01).contains(&lost), "{distance} m: {lost}");
     }
-    // The light of a low sun is lost in places, or the above would say nothing.
+    // A low sun must throw shadows, otherwise the check above proves nothing.
     let low = (direction + 3.0 * direction.any_orthonormal_vector()).normalize();
     let lost = 1.0 - light(1.6, low, true) / light(1.6, low, false);
     println!("low sun: {lost:.4}");
     assert!(lost > 0.002, "{lost}");
 }
 
-/// As many objects as a scene holds, small enough that tiles of the screen show several of them, and a size that is no
-/// multiple of the tiles'.
+/// As many objects as a scene may have, so small that screen tiles show several of them, in a picture whose size is not a
+/// multiple of the tile size.
 #[test]
 fn every_pixel_of_a_full_scene_is_filtered() {
     let Some(gpu) = crate::common::gpu::test_gpu() else { return };
@@ -204,7 +204,7 @@ fn every_pixel_of_a_full_scene_is_filtered() {
         }
     }
     assert!(seen.iter().all(|&pixels| pixels > 15), "{seen:?}");
-    // Edge samples are filtered and shaded in their tiles alone: what is left out would be black or of other frames.
+    // Edge samples are filtered and shaded per tile; a sample left out would be black or come from another frame.
     let shading = Technique::Leadr.with(ShadingOptions { edge_samples: 64, ..Default::default() });
     let edges = renderer.render(&state, &RenderSettings { shading, ..settings }).unwrap();
     let samples = renderer.render(&state, &RenderSettings { samples: 64, ..settings }).unwrap();
@@ -233,9 +233,9 @@ fn layers_describe_the_surface() {
     let normal = centre(Layer::Normal);
     assert!((Vec3::new(normal[0], normal[1], normal[2]) + Vec3::Y).length() < 1e-3, "{normal:?}");
     let albedo = centre(Layer::Albedo);
-    // Vertex colours pass through eight bits.
+    // Vertex colours are stored in eight bits.
     assert!((albedo[0] - 0.25).abs() < 3e-3 && (albedo[2] - 0.75).abs() < 3e-3, "{albedo:?}");
-    // A smooth sphere: the mean slope makes up for the difference between patch and displacement normals only.
+    // On a smooth sphere the mean slope only accounts for the difference between patch and displacement normals.
     let slope = centre(Layer::MeanSlope);
     assert!(Vec2::new(slope[0], slope[1]).length() < 0.01, "{slope:?}");
     assert!(centre(Layer::Covariance)[0] < 1e-3);

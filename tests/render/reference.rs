@@ -1,4 +1,4 @@
-//! The reference: it agrees with ray casts, converges, repeats and can be resumed.
+//! The reference technique: it agrees with ray casts, converges, is reproducible and can be resumed.
 
 use glam::{DVec2, Vec3};
 use leadr::gpu::{reflect, shaders};
@@ -26,7 +26,7 @@ fn reference(size: (u32, u32), samples: u32, relief_shadows: bool) -> RenderSett
     }
 }
 
-/// Three by three repeats of a tile, a metre each, slopes of deviation `sigma`, white and diffuse. `casts`: shadows.
+/// Three by three repeats of a tile, one metre each, white and diffuse, with slopes of standard deviation `sigma`.
 fn plane_of(tile: &Tile, sigma: f32, casts: bool) -> Object {
     let cells = tile.size();
     let heights = HeightField { width: cells, height: cells, texels: tile.heights().to_vec(), border: Border::Wrap };
@@ -51,11 +51,11 @@ fn renderer(gpu: &crate::common::gpu::TestGpu, object: Object, radiance: f32) ->
 }
 
 fn mean(color: &[[f32; 4]]) -> f64 {
-    assert!(color.iter().all(|c| c[3] == 1.0), "the plane fills the picture");
+    assert!(color.iter().all(|c| c[3] == 1.0), "the plane does not fill the picture");
     color.iter().map(|c| f64::from(c[1])).sum::<f64>() / color.len() as f64
 }
 
-/// The same surface, ray cast and rasterised: lights, with the shadows of the relief and without.
+/// The same surface ray cast and rasterised, under three lights, with and without shadows of the relief.
 #[test]
 fn lights_agree_with_ray_casts() {
     let Some(gpu) = crate::common::gpu::test_gpu() else { return };
@@ -72,7 +72,7 @@ fn lights_agree_with_ray_casts() {
             let output = renderer.render(&state(Some(light)), &reference((64, 32), 4, true)).unwrap();
             let error = 100.0 * (mean(&output.color) / want - 1.0);
             println!("{name} light {shadows} shadows: {:.4} instead of {want:.4}: {error:+.2} %", mean(&output.color));
-            // The opposite light leaves few facets lit, and so more noise in 8,192 rays.
+            // The opposite light hits few facets, so 8,192 rays are noisier.
             let bound = if name == "opposite" { 5.0 } else { 1.5 };
             assert!(error.abs() < bound, "{name} light {shadows} shadows: {error:+.2} %");
         }
@@ -80,7 +80,7 @@ fn lights_agree_with_ray_casts() {
     }
 }
 
-/// The same under a sky of light drawn direction by direction.
+/// The same under a uniform sky that is sampled direction by direction.
 #[test]
 fn the_sky_agrees_with_ray_casts() {
     let Some(gpu) = crate::common::gpu::test_gpu() else { return };
@@ -99,7 +99,7 @@ fn the_sky_agrees_with_ray_casts() {
     assert!(want[1] < 0.8);
 }
 
-/// Parts of the light, with shadows of the relief: together they are all of it.
+/// With shadows of the relief, the terms add up to the whole picture.
 #[test]
 fn terms_add_up() {
     let Some(gpu) = crate::common::gpu::test_gpu() else { return };
@@ -124,7 +124,7 @@ fn terms_add_up() {
     }
 }
 
-/// A point light as far away as a sun, through its own kind of map.
+/// A point light far away, which has another kind of shadow map, throws the shadows of a sun.
 #[test]
 fn far_point_lights_throw_the_shadows_of_a_sun() {
     let Some(gpu) = crate::common::gpu::test_gpu() else { return };
@@ -167,7 +167,7 @@ fn samples_repeat_and_parts_make_the_whole() {
     }
 }
 
-/// More samples, less error: at least as the root of their number.
+/// Errors fall at least with the square root of the number of samples.
 #[test]
 fn errors_fall_with_samples() {
     let Some(gpu) = crate::common::gpu::test_gpu() else { return };
@@ -185,11 +185,11 @@ fn errors_fall_with_samples() {
     });
     println!("relative errors with 2, 8 and 32 samples: {errors:.4?}");
     assert!(errors[0] > 0.02, "the picture should be noisy: {errors:?}");
-    // The noise of the truth, with 128, is in all of them.
+    // The noise of the 128-sample picture is in all of them.
     assert!(errors[1] < errors[0] / 2.0 && errors[2] < errors[0] / 4.0, "{errors:?}");
 }
 
-/// Mapped normals on smooth geometry (LEADR Figure 8): nothing hides anything, whatever the shadows.
+/// With mapped normals on smooth geometry (LEADR Figure 8) nothing throws a shadow, whatever the settings.
 #[test]
 fn smooth_geometry_throws_no_shadows() {
     let Some(gpu) = crate::common::gpu::test_gpu() else { return };
@@ -202,8 +202,8 @@ fn smooth_geometry_throws_no_shadows() {
     });
     println!("mapped {open:?}, with shadows {shadowed:?}");
     assert!((shadowed[0] / open[0] - 1.0).abs() < 1e-3, "a flat plane shadows itself");
-    assert!((open[0] / open[1] - 1.0).abs() > 0.1, "masking is missing from mapped normals");
-    assert!(shadowed[1] < 0.97 * open[1], "displaced, it does");
+    assert!((open[0] / open[1] - 1.0).abs() > 0.1, "mapped normals should lack masking");
+    assert!(shadowed[1] < 0.97 * open[1], "the displaced surface throws no shadows");
 }
 
 #[test]

@@ -22,7 +22,7 @@ fn seen_from(position: Vec3, target: Vec3, degrees: f32) -> FrameState {
     FrameState::new(Camera::looking_at(position, target, degrees), vec![Pose::REST])
 }
 
-/// A unit sphere of 6·6² patches with heights and colours that are functions of the place, whatever the patch.
+/// A unit sphere of 6·6² patches whose heights and colours are functions of the place in space, not of the patch.
 fn landscape(gpu: &crate::common::gpu::TestGpu) -> Renderer {
     let mut mesh = cube_sphere(6, [1.0, 1.0, 1.0, 0.2]);
     let (layout, texels) = bake_tiles(&mut mesh, 16, |p, _| p.dot(GRADIENT));
@@ -38,11 +38,11 @@ fn landscape(gpu: &crate::common::gpu::TestGpu) -> Renderer {
     under_sky(gpu, vec![object], 16)
 }
 
-/// Of the heights in space.
+/// Gradient of the heights in space.
 const GRADIENT: Vec3 = Vec3::new(0.12, -0.2, 0.16);
 
-/// At every distance, from less than a texel of the atlas in a pixel to several patches, and in every pixel, patches' borders and the
-/// cube's corners among them, the filtered normal and colour are those of the place.
+/// Whether a pixel covers less than a texel of the atlas or several patches, its filtered normal and colour are those of the
+/// place in space; also on the borders of patches and at the corners of the cube.
 #[test]
 fn patches_are_filtered_as_one_surface() {
     let Some(gpu) = crate::common::gpu::test_gpu() else { return };
@@ -58,7 +58,7 @@ fn patches_are_filtered_as_one_surface() {
         let [normals, slopes, albedos, lods] = layers.map(|layer| renderer.layer(layer).unwrap());
         let (mut worst, mut count) = ([0.0f32; 2], 0);
         for i in 0..(SIZE * SIZE) as usize {
-            // The unit sphere's normal is the place on it.
+            // On a unit sphere, the normal equals the place.
             let p = Vec3::from_slice(&normals[i][..3]);
             if albedos[i] == [0.0; 4] || p.dot(toward) < 0.5 {
                 continue;
@@ -80,13 +80,13 @@ fn patches_are_filtered_as_one_surface() {
     assert!(coarsest > 12.0f32.log2() + 0.5, "the far view looks past the tiles: {coarsest}");
 }
 
-/// Radians, and albedo; measured .0158 and .0052, .0178 and .0059, .0167 and .0166. Without turned gradients normals are off
-/// by .15, without steps from tile to tile colours by .026.
+/// Largest errors of normals (radians) and of albedo; measured .0158 and .0052, .0178 and .0059, .0167 and .0166. Normals are off
+/// by .15 if gradients are not turned into the neighbouring patch's frame, colours by .026 if taps stop at a tile's border.
 const NEAR: [f32; 2] = [0.018, 0.006];
 const MIDDLE: [f32; 2] = [0.02, 0.007];
 const FAR: [f32; 2] = [0.019, 0.018];
 
-/// Root mean square of the second differences of a layer over frames, and the largest, beside the layer's own deviation.
+/// Root mean square and maximum of a layer's second differences over frames, relative to the layer's standard deviation.
 fn jerks(frames: &[Vec<[f32; 4]>], inside: impl Fn(usize) -> bool) -> [f64; 2] {
     let (mut squares, mut largest, mut count) = (0.0, 0.0f64, 0.0);
     let (mut sum, mut all) = (0.0, 0.0);
@@ -103,7 +103,7 @@ fn jerks(frames: &[Vec<[f32; 4]>], inside: impl Fn(usize) -> bool) -> [f64; 2] {
     [f64::sqrt(squares / count) / deviation, largest / deviation]
 }
 
-/// A rough sphere whose patches are as small as pixels, from which the camera creeps away.
+/// The camera moves slowly away from a rough sphere whose patches are as small as pixels.
 #[test]
 fn small_patches_do_not_jump() {
     let Some(gpu) = crate::common::gpu::test_gpu() else { return };
@@ -123,12 +123,12 @@ fn small_patches_do_not_jump() {
     };
     let [rms, largest] = jerks(&frames, middle);
     println!("second differences of mean slopes: rms {rms:.4}, largest {largest:.3} deviations");
-    // Measured .0164 and .76; .032 and .95 with derivatives taken from triangles, .15 and 3.7 with patches that keep
-    // their corners to themselves.
+    // Measured .0164 and .76; with derivatives taken from triangles .032 and .95; with patches that share no
+    // corners .15 and 3.7.
     assert!(rms < 0.018 && largest < 0.85, "{rms} {largest}");
 }
 
-/// A plane that tilts away: at 60° two taps become three.
+/// A plane tilts away from the camera: at 60° its pixels change from two taps to three.
 #[test]
 fn taps_begin_without_a_jump() {
     let Some(gpu) = crate::common::gpu::test_gpu() else { return };
@@ -145,6 +145,6 @@ fn taps_begin_without_a_jump() {
         .collect();
     let [rms, largest] = jerks(&frames, |_| true);
     println!("second differences of mean slopes: rms {rms:.4}, largest {largest:.3} deviations");
-    // Measured .0099 and .22; .0107 and .32 with taps of equal distances, whose footprint widens with their number.
+    // Measured .0099 and .22; with taps at equal distances, which widen the footprint as their number grows, .0107 and .32.
     assert!(rms < 0.0104 && largest < 0.26, "{rms} {largest}");
 }

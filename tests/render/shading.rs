@@ -39,7 +39,7 @@ fn settings(shading: Shading) -> RenderSettings {
     RenderSettings { size: (SIZE, SIZE), shading, shadows: false, ..Default::default() }
 }
 
-/// Without shadowing, a white surface in a white room cannot be seen: LEADR eq. 16 integrates to one.
+/// Without shadowing, a white surface in a white room is invisible, because LEADR eq. 16 integrates to one.
 #[test]
 fn a_white_surface_vanishes_in_a_white_room() {
     let Some(gpu) = crate::common::gpu::test_gpu() else { return };
@@ -50,7 +50,7 @@ fn a_white_surface_vanishes_in_a_white_room() {
         (Technique::LeadrGgx, grid),
         (Technique::LeadrGgx, few),
         (Technique::NormalMip, few),
-        // One mean normal: what it reflects is looked up once, and the rest once more.
+        // With one mean normal: one lookup for the reflection and one for the diffuse part.
         (Technique::Lean, grid),
         (Technique::Toksvig, grid),
     ];
@@ -72,7 +72,7 @@ fn a_white_surface_vanishes_in_a_white_room() {
     }
 }
 
-/// With shadowing some of that light is lost, and none is made.
+/// With shadowing some of that light is lost, and none is created.
 #[test]
 fn shadowing_only_takes_light_away() {
     let Some(gpu) = crate::common::gpu::test_gpu() else { return };
@@ -129,7 +129,7 @@ fn pixels(renderer: &mut Renderer, state: &FrameState, color: &[[f32; 4]]) -> Ve
 }
 
 impl Pixel {
-    /// What the mirrors show of a white room, and their mean Fresnel reflectance.
+    /// Reflected radiance in a white room, and mean Fresnel reflectance.
     fn mirrors(&self, integral: Integral, f0: DVec3) -> [DVec3; 2] {
         let (wo, s, shadowing) = (self.wo, self.specular_s, integral.shadowing);
         match integral.quadrature {
@@ -179,7 +179,7 @@ impl Pixel {
     }
 }
 
-/// Every way to integrate that the tests below go through.
+/// The integration methods that the tests below cover.
 fn integrals() -> Vec<(Shading, Integral)> {
     let with = |quadrature, shadowing, diffuse_lights| {
         let options = ShadingOptions { quadrature, shadowing, diffuse_lights, ..Default::default() };
@@ -247,7 +247,7 @@ fn lights_agree_with_the_reference_at_every_pixel() {
     assert!(worst < 2e-4, "{worst}");
 }
 
-/// Mirrors in a white room, with shadows: every pixel against the 64-bit reference.
+/// Reflections of a white room, with shadowing: every pixel against the 64-bit reference.
 #[test]
 fn the_specular_environment_agrees_with_the_reference_at_every_pixel() {
     let Some(gpu) = crate::common::gpu::test_gpu() else { return };
@@ -267,7 +267,7 @@ fn the_specular_environment_agrees_with_the_reference_at_every_pixel() {
     }
 }
 
-/// Without reflectance at normal incidence there are no mirrors, at grazing angles neither.
+/// Without reflectance at normal incidence nothing is reflected, even at grazing angles.
 #[test]
 fn a_purely_diffuse_surface_mirrors_nothing() {
     let Some(gpu) = crate::common::gpu::test_gpu() else { return };
@@ -285,8 +285,8 @@ fn a_purely_diffuse_surface_mirrors_nothing() {
     }
 }
 
-/// A picture is the sum of its terms, but for the Fresnel term that the diffuse ones lose to the mirrors: with the
-/// environment's mirrors off it is a closed form.
+/// A picture is the sum of its terms, except for the Fresnel term that the diffuse parts lose to the specular ones: without
+/// the specular environment it is a closed form.
 #[test]
 fn terms_sum_to_the_whole() {
     let Some(gpu) = crate::common::gpu::test_gpu() else { return };
@@ -315,15 +315,15 @@ fn terms_sum_to_the_whole() {
         mean /= count;
         let name = technique.name();
         println!("{name}: the sum of the terms is off by {worst:.2e} at most, {mean:.1e} on average; most {most:?}");
-        // The mean Fresnel term by three facets against that by the probes.
+        // The closed form takes the mean Fresnel term of three facets, the whole picture that of the probes.
         let (worst_bound, mean_bound) = if technique.integrates() { (0.15, 0.025) } else { (1e-5, 1e-5) };
         assert!(worst < worst_bound && mean < mean_bound, "{name}: {worst}, {mean}");
         assert!(most.iter().all(|&m| m > 0.01), "{name}: a term is missing: {most:?}");
     }
 }
 
-/// A panorama of order-2 radiance, which nine coefficients hold exactly: the diffuse part of every pixel (the difference
-/// between a white and a black surface) against the 64-bit reference.
+/// In a panorama of order-2 radiance, which nine coefficients represent exactly, the diffuse part of every pixel (the
+/// difference between a white and a black surface) against the 64-bit reference.
 #[test]
 fn the_diffuse_environment_agrees_with_the_reference_at_every_pixel() {
     let Some(gpu) = crate::common::gpu::test_gpu() else { return };

@@ -1,4 +1,4 @@
-//! The sea on its beach: the shaders' beach against the 64-bit one, where water and sand show, and the whole scene.
+//! The sea at its beach: the shaders' beach against the 64-bit one, where water and sand show, and the whole scene.
 
 use std::f64::consts::TAU;
 
@@ -13,7 +13,7 @@ use leadr::render::settings::{RenderSettings, Technique};
 use leadr::render::surfaces::ocean::shore::ShoreGpu;
 use leadr::scenes::shore::{beach, sea, shore};
 
-/// What the probe gives for points (metres) seen over `reach` metres at a time.
+/// Results of the probe at points `[x, y, reach]`, in metres.
 fn probe(gpu: &crate::common::gpu::TestGpu, points: &[[f32; 3]], time: f64) -> Vec<[f32; 7]> {
     let block = ShoreGpu::new(&shore(), time, &[0.1, 0.1, 0.05, 0.01]);
     let buffer = Buffer::new(gpu, "shore", size_of::<ShoreGpu>() as u64, Memory::Upload).unwrap();
@@ -29,7 +29,7 @@ fn probe(gpu: &crate::common::gpu::TestGpu, points: &[[f32; 3]], time: f64) -> V
     values.chunks(7).map(|v| v.try_into().unwrap()).collect()
 }
 
-/// Points within `x` and `y`, evenly at random.
+/// Uniform random points within the ranges `x` and `y`.
 fn points(count: u32, x: [f32; 2], y: [f32; 2]) -> Vec<Vec2> {
     let share = |i: u32, ratio: f64| (f64::from(i) * ratio).fract() as f32;
     let mix = |[a, b]: [f32; 2], t: f32| a + (b - a) * t;
@@ -46,7 +46,7 @@ fn the_shaders_beach_is_the_one_the_sand_is_made_by() {
     let (mut offshore, mut ground) = (0.0f64, 0.0f64);
     for (p, got) in places.iter().zip(probe(&gpu, &inputs, 3.0)) {
         let at = shore.offshore(DVec2::new(p.x.into(), p.y.into()));
-        // The phase of a bend has 24 bits, so far along the coast its place has fewer.
+        // The phase of a bend has 24 bits, so far along the coast its position is less precise.
         let far = 1.0 + f64::from(p.y.abs()) / 100.0;
         offshore = offshore.max((f64::from(got[0]) - at).abs() / at.abs().max(far));
         let level = shore.ground(f64::from(got[0]));
@@ -54,7 +54,7 @@ fn the_shaders_beach_is_the_one_the_sand_is_made_by() {
     }
     println!("offshore {offshore:.1e}, ground {ground:.1e}");
     assert!(offshore < 1e-5 && ground < 1e-5, "{offshore:.1e} {ground:.1e}");
-    // and another beach is told apart
+    // another beach must differ
     let wide = leadr::render::surfaces::ocean::shore::Shore { reach: 3.1, ..shore };
     assert!((wide.ground(20.0) / shore.ground(20.0) - 1.0).abs() > 1e-3);
 }
@@ -80,7 +80,7 @@ fn the_swell_slopes_as_its_height_says_and_foam_covers_no_more_than_all() {
             foam += f64::from(h[5]) / here.len() as f64;
             highest = highest.max(h[2]);
         }
-        // What the height itself changes by from wave to wave is left out of the slope.
+        // The shaders' slope ignores that the height of waves changes from wave to wave.
         println!(
             "{time} s: slopes off by {:.3} of their size, foam on {foam:.3}, to {highest:.2} m",
             (error / size).sqrt()
@@ -102,7 +102,7 @@ fn scene(gpu: &crate::common::gpu::TestGpu, camera: Camera) -> (Renderer, impl F
 #[test]
 fn water_stays_on_its_side_and_above_its_floor() {
     let Some(gpu) = crate::common::gpu::test_gpu() else { return };
-    // Straight down on sixteen metres of beach.
+    // Looking straight down on sixteen metres of beach.
     let height = 60.0;
     let mut camera = Camera::looking_at(Vec3::new(-2.0, 5.0, height), Vec3::new(-2.0, 5.0, 0.0), 20.0);
     camera.up = Vec3::Y;

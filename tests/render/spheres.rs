@@ -16,7 +16,7 @@ fn filtered(gpu: &crate::common::gpu::TestGpu, surface: &Surface, sigma: Vec2, s
     let mut renderer = Renderer::new(gpu, std::mem::take(&mut stage.objects), environment).unwrap();
     let settings = RenderSettings { size: (size, size), ..Default::default() };
     let (mut sum, mut means, mut lods, mut count) = ([0.0; 3], [0.0; 2], 0.0, 0.0);
-    // Each quarter of the sphere in turn: more bumps than one view has.
+    // Four sides of the sphere, for more bumps than one view has.
     for quarter in [0.0, 0.25, 0.5, 0.75] {
         renderer.render(&stage.state(TURN * quarter, &stage.views.mid, &lighting.lights()), &settings).unwrap();
         let layer = |layer: Layer| renderer.layer(layer).unwrap();
@@ -24,7 +24,7 @@ fn filtered(gpu: &crate::common::gpu::TestGpu, surface: &Surface, sigma: Vec2, s
         let (mean, covariance, lod) = (layer(Layer::MeanSlope), layer(Layer::Covariance), layer(Layer::Lod));
         for i in (0..depth.len()).filter(|&i| depth[i][0].is_finite()) {
             let n = DVec3::new(normal[i][0].into(), normal[i][1].into(), normal[i][2].into());
-            // The middle of the disc: toward the rim a pixel sees more and more curvature.
+            // Only the middle of the disc: toward the rim a pixel covers more and more curvature.
             if n.y > -0.8 {
                 continue;
             }
@@ -61,7 +61,7 @@ fn the_covariance_of_a_pixel_is_the_prescribed_one() {
         println!(
             "{sigma}: covariance {share:.3?} of the prescribed, with the means {whole:.3?}, correlation {correlation:.3}, LOD {lod:.2}"
         );
-        // What a pixel's mean still has of the bumps, its covariance lacks.
+        // Bumps that still show in the mean slopes of pixels are missing from their covariances.
         assert!(share[0] > least[0] && share[1] > least[1], "{share:?}");
         assert!(whole.iter().all(|w| (w - 1.0).abs() < 0.04), "{whole:?}");
         assert!(correlation.abs() < 0.05, "{correlation}");

@@ -1,4 +1,4 @@
-//! The T-rex through the renderer: closed at every distance and in every pose, and the same animal far away.
+//! The T-rex through the renderer: without cracks at every distance and in every pose, and equally bright from afar.
 
 use crate::common::render::{luminance, under_sky};
 use std::path::Path;
@@ -12,7 +12,7 @@ use leadr::scenes::stage::{Lights, Stage};
 use leadr::scenes::trex::Trex;
 use leadr::scenes::trex::stage::walking;
 
-/// Texels of a tile: coarse, so that baking takes seconds; kept with the build for the next run.
+/// Texels along a tile: few, so that baking takes seconds. The result is kept in the build folder for the next run.
 const TILE: u32 = 16;
 
 fn stage() -> Stage {
@@ -31,9 +31,9 @@ fn lights() -> Lights {
     Lights::under(&Sky::default())
 }
 
-/// Pixels that show the inside and are covered on all sides (see `tests/render/pictures.rs` for the outline), as `(cracks,
-/// folds)`: through a crack one sees the far wall, well behind the neighbouring pixels; a fold of skin that turns over by
-/// a few millimetres lies right beside them.
+/// Pixels that show the inside and are covered on all sides (see `tests/render/pictures.rs` for silhouettes), as `(cracks,
+/// folds)`: a crack shows the far wall, well behind the neighbouring pixels; a fold of skin that turns over by a few
+/// millimetres is as near as they are.
 fn inside_pixels(output: &FrameOutput, depth: &[[f32; 4]]) -> (usize, usize) {
     let (width, height) = (output.size.0 as usize, output.size.1 as usize);
     let (mut cracks, mut folds) = (0, 0);
@@ -81,7 +81,7 @@ fn the_body_is_closed_in_every_pose_at_every_factor() {
     println!("{cracks} pixels through cracks and {folds} of folds among {covered}");
     assert!(covered > 100_000);
     assert_eq!(cracks, 0);
-    // Where joints bend the skin, and with triangles of sixty pixels: measured 23 of 326,000.
+    // They occur where joints bend the skin, with triangles of sixty pixels: measured 23 of 326,000.
     assert!(folds * 5_000 < covered, "{folds}");
 }
 
@@ -97,12 +97,12 @@ fn no_pixel_is_black_or_sparkles() {
         let (low, high) =
             output.color.iter().map(|c| luminance(c)).fold((f32::MAX, f32::MIN), |(l, h), v| (l.min(v), h.max(v)));
         println!("luminance {low:.4} to {high:.3}");
-        assert!(low > 5e-4, "black: {low}");
-        assert!(high < 30.0, "sparkle: {high}");
+        assert!(low > 5e-4, "a pixel is black: {low}");
+        assert!(high < 30.0, "a pixel sparkles: {high}");
     }
 }
 
-/// A triangle of the ground, seen exactly edge-on in this sample, was rasterised at the near plane without a normal.
+/// In this sample a triangle of the ground is seen exactly edge-on and must not produce NaN.
 #[test]
 fn the_horizon_is_finite() {
     let Some(gpu) = crate::common::gpu::test_gpu() else { return };
@@ -132,7 +132,7 @@ fn the_animal_keeps_its_brightness_with_distance() {
                 let output = renderer.render(&state, &settings).unwrap();
                 let (mut sum, mut weight) = (0.0, 0.0);
                 for c in &output.color {
-                    // A sample is the animal's where it covers; the sky behind has coverage 0.
+                    // Only pixels that the animal covers; the sky has coverage 0.
                     if c[3] > 0.99 {
                         sum += f64::from(luminance(c));
                         weight += 1.0;

@@ -17,7 +17,7 @@ fn main() {
 
 #[cfg(target_os = "linux")]
 fn main() {
-    // Windows open on the main thread only: the test starts itself again as the program that it tests.
+    // Windows open on the main thread only, so the test starts itself again as the program under test.
     if std::env::var_os("LEADR_WINDOW_CHILD").is_some() {
         if let Err(error) = orbit::main() {
             eprintln!("{error}");
@@ -26,14 +26,14 @@ fn main() {
         return;
     }
     let asked = |flag: &str| std::env::args().skip(1).any(|argument| argument == flag);
-    // cargo-nextest runs what is listed, and asks for the ignored tests apart.
+    // cargo-nextest runs the tests that are listed, and asks for the ignored ones separately.
     if asked("--list") {
         if !asked("--ignored") {
             println!("window: test");
         }
         return;
     }
-    // `cargo test NAME` runs the tests of that name everywhere.
+    // `cargo test NAME` passes its filter to every test binary.
     let filter = std::env::args().skip(1).find(|argument| !argument.starts_with('-'));
     if filter.is_some_and(|filter| !"window".contains(filter.as_str())) {
         return;
@@ -81,7 +81,7 @@ mod linux {
         assert!(out.contains("\"frames\":4"), "{out}");
     }
 
-    /// Five seconds on, the animal is metres away, and the window shows what a capture of that moment shows.
+    /// Five seconds later the animal is metres away, and the window shows the same as a capture of that moment.
     pub fn the_demo_goes_along_with_the_walk(server: &Server) {
         let folder = tempfile::tempdir().unwrap();
         let scene = ["--atlas-tile", "8", "--size", "160x120", "--samples", "2", "--validation"];
@@ -126,7 +126,7 @@ mod linux {
         assert!(out.contains("\"command\": \"demo\""), "{out}");
     }
 
-    /// A picture that is saved must be the one in the window, code by code.
+    /// A saved screenshot must equal the content of the window in every sRGB code.
     fn screenshot(server: &Server, app: &App, folder: &Path, number: u32, size: (u32, u32)) -> Rgb8Image {
         server.tap(b's');
         let path = folder.join(format!("shot-{number}.png"));
@@ -136,12 +136,12 @@ mod linux {
         let shown = server.picture(app.window());
         assert_eq!(shown.len(), saved.texels.len());
         let worst = shown.iter().zip(&saved.texels).flat_map(|(a, b)| [0, 1, 2].map(|c| a[c].abs_diff(b[c]))).max();
-        // Half a code lies between the CPU's rounding and the device's.
+        // The CPU and the device may round half a code differently.
         assert!(worst <= Some(1), "the window and its screenshot differ by {worst:?} codes");
         saved
     }
 
-    /// Mean difference of neighbours in a block of 32², in codes: a sphere full of bumps has some, the sky has none.
+    /// Mean difference of neighbouring pixels in a block of 32², in codes: large on the bumpy sphere, zero in the sky.
     fn detail(image: &Rgb8Image, left: u32, top: u32) -> f64 {
         let at = |x: u32, y: u32| i32::from(image.texels[(y * image.width + x) as usize][1]);
         let block = (0..32).flat_map(|y| (0..32).map(move |x| (left + x, top + y)));
@@ -165,7 +165,7 @@ mod linux {
         let title = || server.title(window);
         until(&app, "a title with times", || title().contains("leadr") && title().contains("geometry"));
 
-        // Techniques and time.
+        // Keys that change the technique and stop the time.
         server.tap(b'2');
         until(&app, "mipmapped normals", || title().contains("normal-mip"));
         server.tap(b'1');
@@ -177,7 +177,7 @@ mod linux {
         until(&app, "time to stop", || title().contains("(paused)"));
         app.settles();
 
-        // The picture, after a change of size while nothing moves.
+        // Resizing the window while nothing moves.
         server.resize(window, 480, 300);
         app.settles();
         let first = screenshot(server, &app, folder.path(), 1, (480, 300));
@@ -187,7 +187,7 @@ mod linux {
             std::fs::copy(folder.path().join("shot-1.png"), keep).unwrap();
         }
 
-        // The mouse: a drag turns, the wheel moves closer.
+        // A drag turns the camera, the wheel moves it closer.
         server.drag(window, [240, 150], [330, 150]);
         app.settles();
         let turned = screenshot(server, &app, folder.path(), 2, (480, 300));
@@ -198,11 +198,11 @@ mod linux {
         server.wheel(window, 5);
         app.settles();
         let closer = screenshot(server, &app, folder.path(), 3, (480, 300));
-        // The sphere reaches where sky was.
+        // The sphere now covers what was sky.
         let (before, after) = (detail(&first, 90, 134), detail(&closer, 90, 134));
         assert!(after > before + 1.0, "detail at the rim {before}, {after} from closer");
 
-        // Nothing is drawn for a covered window, nor for a minimised one; both come back.
+        // Covered and minimised windows draw nothing, and draw again when they are back.
         server.tap(b' ');
         until(&app, "time to run again", || !title().contains("(paused)"));
         let cover = server.cover();
@@ -217,7 +217,7 @@ mod linux {
         server.restore(window);
         until(&app, "frames after being minimised", || title() != minimised);
 
-        // Sizes while time runs, down to one pixel.
+        // Resizing while the animation runs, down to one pixel.
         for (width, height) in [(200, 100), (1, 1), (97, 311), (320, 240)] {
             server.resize(window, width, height);
             let before = title();

@@ -1,4 +1,4 @@
-//! An X server of its own, the hands of a user, and the program under test.
+//! A private X server, simulated keyboard and mouse, and the program under test.
 
 use std::cell::Cell;
 use std::fs::File;
@@ -15,15 +15,15 @@ use x11rb::protocol::xtest::ConnectionExt as _;
 use x11rb::rust_connection::RustConnection;
 use x11rb::wrapper::ConnectionExt as _;
 
-/// Nothing takes longer than this on a busy machine.
+/// Even a busy machine does everything within this time.
 const PATIENCE: Duration = Duration::from_secs(60);
 
-/// Waits, without burning time, until something has happened.
+/// Sleeps until a condition holds.
 pub fn until(app: &App, what: &str, mut happened: impl FnMut() -> bool) {
     let start = Instant::now();
     while !happened() {
         assert!(app.is_running(), "the program ended before {what}");
-        assert!(start.elapsed() < PATIENCE, "waited {PATIENCE:?} in vain for {what}");
+        assert!(start.elapsed() < PATIENCE, "waited {PATIENCE:?} for {what}");
         std::thread::sleep(Duration::from_millis(40));
     }
 }
@@ -87,7 +87,7 @@ impl Server {
         self.point(window, [5, 5]);
     }
 
-    /// Presses and releases a key in the basic plane of the keyboard: a character's, or one of X11's other symbols.
+    /// Presses and releases an unshifted key: that of a character, or another X11 keysym.
     pub fn tap(&self, symbol: impl Into<u32>) {
         let symbol = symbol.into();
         let setup = self.connection.setup();
@@ -107,7 +107,7 @@ impl Server {
     fn point(&self, window: Window, at: [i16; 2]) {
         let origin = self.connection.translate_coordinates(window, self.root, 0, 0).unwrap().reply().unwrap();
         self.fake(xproto::MOTION_NOTIFY_EVENT, 0, [origin.dst_x + at[0], origin.dst_y + at[1]]);
-        // Programs see a jump of the pointer as one motion; let them see it before what follows.
+        // The program sees a jump of the pointer as one motion event; it must arrive before the next event.
         std::thread::sleep(Duration::from_millis(200));
     }
 
@@ -131,7 +131,7 @@ impl Server {
         self.connection.configure_window(window, &size).unwrap().check().unwrap();
     }
 
-    /// What the window shows, in sRGB codes.
+    /// The content of the window, in sRGB codes.
     pub fn picture(&self, window: Window) -> Vec<[u8; 3]> {
         let size = self.connection.get_geometry(window).unwrap().reply().unwrap();
         let image = self.connection.get_image(ImageFormat::Z_PIXMAP, window, 0, 0, size.width, size.height, !0);
@@ -155,7 +155,7 @@ impl Server {
         self.connection.destroy_window(cover).unwrap().check().unwrap();
     }
 
-    /// What a window manager does to minimise.
+    /// Minimises the window as a window manager does.
     pub fn minimise(&self, window: Window) {
         let (state, hidden) = (self.atom("_NET_WM_STATE"), self.atom("_NET_WM_STATE_HIDDEN"));
         let set = self.connection.change_property32(PropMode::REPLACE, window, state, AtomEnum::ATOM, &[hidden]);
@@ -169,14 +169,14 @@ impl Server {
         self.connection.map_window(window).unwrap().check().unwrap();
     }
 
-    /// What a window manager does when its close button is pressed.
+    /// Closes the window as a window manager's close button does.
     pub fn close(&self, window: Window) {
         let (protocols, delete) = (self.atom("WM_PROTOCOLS"), self.atom("WM_DELETE_WINDOW"));
         let event = ClientMessageEvent::new(32, window, protocols, [delete, x11rb::CURRENT_TIME, 0, 0, 0]);
         self.connection.send_event(false, window, EventMask::NO_EVENT, event).unwrap().check().unwrap();
     }
 
-    /// The top-level window with a title like this.
+    /// The top-level window whose title contains this text.
     fn find(&self, title: &str) -> Option<Window> {
         let windows = self.connection.query_tree(self.root).unwrap().reply().unwrap().children;
         windows.into_iter().find(|&window| self.title(window).starts_with(title))
@@ -188,7 +188,7 @@ pub struct App {
     process: Cell<Option<Child>>,
     id: u32,
     window: Window,
-    /// Files, which unlike pipes are never full.
+    /// Written to files, because pipes can fill up and block.
     said: [File; 2],
 }
 
@@ -208,7 +208,7 @@ impl App {
         command
     }
 
-    /// `leadr demo` on the T-rex of the cache that the tests share.
+    /// Starts `leadr demo` with the T-rex from the cache that all tests share.
     pub fn demo(server: &Server, arguments: &[&str]) -> Self {
         let mut command = Command::new(env!("CARGO_BIN_EXE_leadr"));
         command.arg("demo").args(arguments).env("LEADR_CACHE", env!("CARGO_TARGET_TMPDIR"));
@@ -253,7 +253,7 @@ impl App {
         running
     }
 
-    /// The processor time that the program takes, in processors, over half a second.
+    /// CPU use of the program over half a second, in cores.
     pub fn cpu_share(&self) -> f64 {
         let seconds = || {
             let stat = std::fs::read_to_string(format!("/proc/{}/stat", self.id)).unwrap();
@@ -267,7 +267,7 @@ impl App {
         (seconds() - before) / start.elapsed().as_secs_f64()
     }
 
-    /// Waits until the program rests: it draws nothing and does not spin.
+    /// Waits until the program is idle: it draws nothing and uses no CPU time.
     pub fn settles(&self) {
         let mut still = 0;
         until(self, "the program to rest", || {
@@ -276,7 +276,7 @@ impl App {
         });
     }
 
-    /// Waits for the end: exit code, stdout, stderr.
+    /// Waits until the program ends; gives exit code, stdout and stderr.
     pub fn end(self) -> (Option<i32>, String, String) {
         let mut process = self.process.take().expect("running");
         let start = Instant::now();
@@ -288,7 +288,7 @@ impl App {
         (code, self.said(0), self.said(1))
     }
 
-    /// What was written to stdout (0) or stderr (1).
+    /// Everything written to stdout (0) or stderr (1) so far.
     fn said(&self, stream: usize) -> String {
         let mut file = &self.said[stream];
         let mut bytes = Vec::new();

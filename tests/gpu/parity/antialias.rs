@@ -28,7 +28,7 @@ impl Numbers for SlopeMoments {
     }
 }
 
-/// A number of either sign, now and then zero.
+/// A number of either sign, sometimes zero.
 fn number(r: &mut Random) -> f64 {
     if r.unit() < 0.05 { 0.0 } else { r.range(-2.0, 2.0) }
 }
@@ -39,7 +39,7 @@ fn slope_moments_parity() {
         "slopes/moments",
         Tolerance { relative: 2e-6, floor: |_| 1.0, unit: 0.0 },
         |r| {
-            // Up to 1.6: squares of steeper means leave less of the sums than they round away.
+            // Up to 1.6: with steeper means, the covariance is lost in the rounding of the squares.
             let (m, s, n) = (r.mean_slope() * 0.2, r.covariance(), r.direction() * r.log(0.01, 100.0));
             let rest: [f64; 9] = std::array::from_fn(|i| if i == 7 { r.unit() } else { number(r) });
             join(&[&m.to_array(), &s.to_array(), &n.to_array(), &rest])
@@ -70,7 +70,7 @@ fn slope_moments_parity() {
 fn slope_packing_parity() {
     parity::<8>(
         "slopes/packing",
-        // Unpacking LEAN takes the bias away again: absolute in units of the limit.
+        // Unpacking LEAN subtracts the bias, so errors are absolute, in units of the limit.
         Tolerance { relative: 2e-6, floor: |k| if (19..24).contains(&k) { 4.0 } else { 0.1 }, unit: 0.0 },
         |r| {
             let (m, s) = (r.mean_slope() * 0.2, r.covariance());

@@ -13,7 +13,7 @@ use leadr::reflectance::materials::half_difference::{
 use leadr::reflectance::materials::microfacet::{half_vector, microfacet_eval_beckmann, microfacet_eval_ggx};
 use leadr::reflectance::random::Random;
 
-/// Any two directions, also equal and opposite ones; half of the lights near the mirror direction of a facet in the lobe.
+/// Two directions, sometimes equal or opposite; half of the lights near the mirror direction of a facet in the lobe.
 fn pair(r: &mut Random, m: DVec2, s: DVec3) -> (DVec3, DVec3) {
     let wo = r.direction();
     let wi = match (r.unit() * 20.0) as u32 {
@@ -32,7 +32,7 @@ fn fresnel_conductor_parity() {
         Tolerance { relative: 5e-6, floor: |_| 1e-3, unit: 0.0 },
         |r| {
             let mut x = [0.0; 7];
-            // Metals, dielectrics, and what is neither.
+            // Metals, dielectrics, and values in between.
             x[..6].fill_with(|| match (r.unit() * 12.0) as u32 {
                 0 => 0.0,
                 1 => 1.0,
@@ -104,7 +104,7 @@ fn microfacet_parity() {
     );
 }
 
-/// Arguments no scene should produce: everything is finite all the same.
+/// Results are finite even for arguments that no scene should produce.
 #[test]
 fn finite_at_the_extremes() {
     let Some(gpu) = crate::common::gpu::test_gpu() else { return };

@@ -1,4 +1,4 @@
-//! Random arguments, and the comparison of what a probe gives for them with the f64 reference.
+//! Random arguments, and the comparison of a probe's results for them with the f64 reference.
 
 use glam::{DVec2, DVec3};
 use leadr::reflectance::random::Random;
@@ -6,10 +6,10 @@ use leadr::reflectance::random::Random;
 /// Arguments per probe.
 pub const TUPLES: usize = 100_000;
 
-/// How many of them the comparison is tried on with a reference that is one percent off.
+/// On so many of them the comparison is tried with a reference that is one percent off.
 const PERTURBED: usize = 10_000;
 
-/// One in so many counts towards the share of well-conditioned values.
+/// One argument in so many is examined for the share of well-conditioned values.
 const SAMPLED: usize = 16;
 
 /// Two arguments from `at` on as a vector.
@@ -22,7 +22,7 @@ pub fn v3(x: &[f64], at: usize) -> DVec3 {
     DVec3::new(x[at], x[at + 1], x[at + 2])
 }
 
-/// The arguments of one tuple, one part after the other.
+/// The arguments of one tuple, concatenated from parts.
 pub fn join<const N: usize>(parts: &[&[f64]]) -> [f64; N] {
     parts.concat().try_into().unwrap_or_else(|v: Vec<f64>| panic!("{} values instead of {N}", v.len()))
 }
@@ -31,12 +31,12 @@ pub fn join<const N: usize>(parts: &[&[f64]]) -> [f64; N] {
 pub trait Arguments {
     fn pick<const N: usize>(&mut self, values: [f64; N]) -> f64;
 
-    /// Anywhere on the sphere, near the horizon, near the pole, or on an axis.
+    /// A direction anywhere on the sphere, near the horizon, near the pole, or on an axis.
     fn direction(&mut self) -> DVec3;
 
     fn mean_slope(&mut self) -> DVec2;
 
-    /// Usual roughness; a quarter degenerate: zero, rank one, tiny against wide, out of bounds.
+    /// A covariance of usual roughness; a quarter are degenerate: zero, rank one, extremely anisotropic, out of bounds.
     fn covariance(&mut self) -> DVec3;
 }
 
@@ -87,7 +87,7 @@ pub struct Tolerance {
     pub relative: f64,
     /// Magnitude below which errors count as absolute, by the index of the output: the size of the terms it sums.
     pub floor: fn(usize) -> f64,
-    /// Arguments below this magnitude are nudged as if they had it.
+    /// Arguments below this magnitude are shifted as if they had it.
     pub unit: f64,
 }
 
@@ -101,7 +101,7 @@ struct Outcome {
     first: String,
 }
 
-/// How far the reference moves per argument that moves by this much, times [`SPREADS`], is forgiven.
+/// Relative shift of an argument; the resulting change of the reference, times [`SPREADS`], is tolerated.
 const NUDGE: f64 = 1.2e-7;
 const SPREADS: f64 = 2.0;
 
@@ -123,7 +123,7 @@ fn compare<const N: usize>(
         let exact = input.map(f64::from);
         let want = reference(&exact);
         let outputs = want.len();
-        // How far each output moves: worked out only where something depends on it.
+        // The change of each output is computed only where it matters.
         let spreads = std::cell::OnceCell::new();
         let spread = |k: usize| spreads.get_or_init(|| spreads_of(&exact, &want, tolerance, reference))[k];
         for (k, &want) in want.iter().enumerate() {
@@ -138,7 +138,7 @@ fn compare<const N: usize>(
                         &format!("\n  output {k} of {input:?}: {got:e} instead of {want:e} (spread {:.1e})", spread(k));
                 }
             }
-            // Well conditioned: the rounding of the arguments alone explains less than the tolerance.
+            // Well conditioned: rounding the arguments changes the value by less than the tolerance.
             if i % SAMPLED == 0 {
                 outcome.sampled += 1;
                 outcome.well_conditioned += usize::from(SPREADS * spread(k) <= allowed);
@@ -152,7 +152,7 @@ fn compare<const N: usize>(
     outcome
 }
 
-/// How far every output moves, in all, when each argument in turn moves by a rounding.
+/// Total change of every output when each argument in turn is shifted by a rounding error.
 fn spreads_of<const N: usize>(
     exact: &[f64; N],
     want: &[f64],
@@ -172,7 +172,7 @@ fn spreads_of<const N: usize>(
     spread
 }
 
-/// Runs a probe on [`TUPLES`] arguments and holds what it gives against `reference`. The comparison must fail when the
+/// Runs a probe on [`TUPLES`] arguments and compares its results with `reference`. The comparison must fail when the
 /// reference is one percent off.
 pub fn parity<const N: usize>(
     name: &str,
@@ -200,13 +200,13 @@ pub fn parity<const N: usize>(
         tolerance.relative,
         outcome.first
     );
-    // A comparison that forgives everything would forgive this too: one percent more on every reference value.
+    // A comparison that is too tolerant would also accept one percent more on every reference value.
     let off = |input: &[f64; N]| reference(input).iter().map(|v| v * 1.01).collect();
     let perturbed = compare(&inputs[..PERTURBED], &got, &tolerance, &off);
     assert!(perturbed.failures > PERTURBED / 2, "{name}: one percent off fails only {} times", perturbed.failures);
 }
 
-/// What a list is made of.
+/// Parts of a list.
 pub trait Numbers {
     fn numbers(self) -> Vec<f64>;
 }

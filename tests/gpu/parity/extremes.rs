@@ -1,4 +1,4 @@
-//! Arguments no scene should produce, for which a probe must stay finite all the same.
+//! Arguments that no scene should produce, for which results must be finite nevertheless.
 
 use glam::DVec3;
 
@@ -14,7 +14,7 @@ fn direction(r: &mut Random) -> [f32; 3] {
     v.try_normalize().unwrap_or(DVec3::NEG_Z).to_array().map(|v| v as f32)
 }
 
-/// Runs a probe on unit directions along and close to the axes, then extreme numbers, then what `tail` gives.
+/// Runs a probe on unit directions along and close to the axes, followed by extreme numbers and the values of `tail`.
 pub fn finite<const N: usize, const TAIL: usize>(
     gpu: &crate::common::gpu::TestGpu,
     r: &mut Random,

@@ -1,8 +1,8 @@
-//! The GLSL library on the device against the f64 reference, at 100,000 arguments per function, grazing and
-//! degenerate ones included. Prints the worst errors; the driver is named when one fails.
+//! The GLSL library on the device against the f64 reference, at 100,000 arguments per function, including grazing and
+//! degenerate ones. Prints the worst errors, and the driver's name on failure.
 //!
-//! A 32-bit evaluation cannot be better than its rounded arguments allow, so the tolerance has two parts: a relative one,
-//! from measurement, and a multiple of what the reference itself moves by when each argument moves by an ulp or so.
+//! A 32-bit evaluation cannot be better than its rounded arguments allow, so the tolerance has two parts: a measured relative
+//! error, and a multiple of how much the reference changes when each argument changes by about one ulp.
 
 use super::comparator::{Arguments as _, Numbers, Tolerance, join, list, parity, v2, v3};
 use super::extremes::finite;
@@ -43,7 +43,7 @@ fn normal_distribution_parity() {
         Tolerance { relative: 1e-5, floor: |_| 1e-36, unit: 0.0 },
         |r| [r.range(-14.0, 14.0)],
         |x| {
-            // The device holds its argument at 13, where the density is 1e-37.
+            // The device clamps its argument to 13, where the density is 1e-37.
             let t = x[0].clamp(-13.0, 13.0);
             list![[
                 normal_pdf(t),
@@ -222,7 +222,7 @@ fn slope_grid_parity() {
         },
         |x| {
             let (wo, m, s, lambda) = (v3(x, 0), v2(x, 3), v3(x, 5), x[11]);
-            // Rounded, as the arguments are nudged.
+            // Rounded, because the comparison shifts arguments slightly.
             let [n, j, k] = [x[8], x[9], x[10]].map(|v| v.round() as u32);
             let node = grid_node(j, k, n, lambda);
             let slope = slope_sample(DVec2::new(node.x, node.y), m, s);
@@ -312,7 +312,7 @@ fn diffuse_parity() {
     );
 }
 
-/// Arguments no scene should produce: everything is finite all the same.
+/// Results are finite even for arguments that no scene should produce.
 #[test]
 fn finite_at_the_extremes() {
     let Some(gpu) = crate::common::gpu::test_gpu() else { return };

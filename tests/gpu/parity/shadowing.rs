@@ -16,14 +16,14 @@ use leadr::reflectance::visible::shadowed_environment::{
 use leadr::reflectance::visible::shadowed_specular::{lit_probe, visible_specular_environment};
 use leadr::reflectance::visible::specular::probe_rule;
 
-/// Two directions: any, equal, or of one azimuth and of opposite ones where the surface is isotropic (ρ = ±1).
+/// Two directions: any, equal, or with the same or opposite azimuths (ρ = ±1 on an isotropic surface).
 fn pair(r: &mut Random, s: DVec3) -> (DVec3, DVec3) {
     let wo = r.direction();
     let wi = match (r.unit() * 12.0) as u32 {
         0 => wo,
         1 => -wo,
         k @ 2..6 => {
-            // Exactly the same or the opposite azimuth, or one that is off by little.
+            // Exactly the same or the opposite azimuth, or slightly off.
             let side = if k % 2 == 0 { 1.0 } else { -1.0 };
             let off = if k < 4 { 0.0 } else { r.log(1e-6, 0.3) };
             let c = slope_cholesky(s);
@@ -106,7 +106,7 @@ fn shadowed_specular_parity() {
     );
 }
 
-/// Arguments no scene should produce: everything is finite all the same.
+/// Results are finite even for arguments that no scene should produce.
 #[test]
 fn finite_at_the_extremes() {
     let Some(gpu) = crate::common::gpu::test_gpu() else { return };

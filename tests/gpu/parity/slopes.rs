@@ -17,7 +17,7 @@ use leadr::reflectance::facets::normal_distribution::{normal_cdf, normal_pdf, no
 use leadr::reflectance::random::Random;
 use leadr::reflectance::slopes::grid::{normal_of_slope, slope_sample};
 
-/// Half within the lobe, half anywhere.
+/// Half of the normals lie in the lobe, half anywhere.
 fn normal(r: &mut Random, m: DVec2, s: DVec3) -> DVec3 {
     if r.unit() < 0.5 {
         r.direction()
@@ -26,7 +26,7 @@ fn normal(r: &mut Random, m: DVec2, s: DVec3) -> DVec3 {
     }
 }
 
-/// In the unit interval; a quarter near its ends.
+/// A number in the unit interval; a quarter of them near its ends.
 fn number(r: &mut Random) -> f64 {
     match (r.unit() * 8.0) as u32 {
         0 => r.log(4e-8, 0.1),
@@ -116,7 +116,7 @@ fn beckmann_sampling_parity() {
     );
 }
 
-/// What matters of a quantile is the probability it stands for: that of the device's, in f64, against `u`.
+/// A quantile is judged by its probability: that of the device's quantile, in f64, against `u`.
 #[test]
 fn device_quantiles_have_their_probabilities() {
     let Some(gpu) = crate::common::gpu::test_gpu() else { return };
@@ -130,7 +130,7 @@ fn device_quantiles_have_their_probabilities() {
         let part =
             if x <= 0.0 { normal_tail_mean(-x) + (nu - x) * normal_cdf(x) } else { nu * normal_cdf(x) + normal_pdf(x) };
         let p = part / (nu.max(0.0) + normal_tail_mean(nu.abs()));
-        // Relative to the smaller of the two tails where that is not below the rounding of u.
+        // Relative to the smaller tail, unless that is below the rounding of u.
         let error = (p - u).abs() / u.min(1.0 - u).max(1e-2);
         if error > visible.0 {
             visible = (error, i);
@@ -174,7 +174,7 @@ fn ellipse_parity() {
     );
 }
 
-/// Arguments no scene should produce: everything is finite all the same.
+/// Results are finite even for arguments that no scene should produce.
 #[test]
 fn finite_at_the_extremes() {
     let Some(gpu) = crate::common::gpu::test_gpu() else { return };

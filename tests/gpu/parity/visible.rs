@@ -1,4 +1,4 @@
-//! The visible-slope rules on the device against their f64 twins.
+//! The visible-slope rules on the device against their f64 counterparts.
 
 use super::comparator::{Arguments as _, Numbers, Tolerance, join, list, parity, v2, v3};
 use super::extremes::finite;
@@ -12,8 +12,8 @@ use leadr::reflectance::visible::diffuse::{clamped_product, leadr_diffuse_light_
 use leadr::reflectance::visible::slopes::{VISIBLE_TAIL, visible_slopes};
 use leadr::reflectance::visible::specular::{VisibleProbe, probe_rule, solid_angle_lod, visible_probe, visible_probes};
 
-/// A viewer and slopes; with `tilted`, also mesosurfaces turned so far away that the rules tilt them back, where rounding
-/// of a vanishing spread is all that is left; so not with a singular covariance as well.
+/// A viewer and slopes. With `tilted`, also mesosurfaces that face away so far that the rules tilt them back; these have no
+/// singular covariances, for which only rounding errors would remain.
 fn surface(r: &mut Random, tilted: bool) -> (DVec3, DVec2, DVec3) {
     loop {
         let (wo, m, s) = (r.direction(), r.mean_slope(), r.covariance());
@@ -113,7 +113,7 @@ fn visible_specular_parity() {
     specular_parity(true, 5e-3);
 }
 
-/// Arguments no scene should produce: everything is finite all the same.
+/// Results are finite even for arguments that no scene should produce.
 #[test]
 fn finite_at_the_extremes() {
     let Some(gpu) = crate::common::gpu::test_gpu() else { return };

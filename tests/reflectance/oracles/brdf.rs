@@ -18,7 +18,7 @@ use serde_json::Value;
 /// The library's erf is good to 1.5e-7.
 const TOLERANCE: f64 = 1e-6;
 
-/// `slopes` as the tuple has it, `central` without its mean.
+/// `slopes` is the distribution of the tuple, `central` the same without its mean slope.
 fn compare<D: SlopeDistribution + Copy>(out: &mut Comparison, c: &Value, slopes: D, central: D) {
     let id = format!("tuple {} ({} {})", c["id"], c["family"].as_str().unwrap(), c["category"].as_str().unwrap());
     let (wo, wi) = (vector(&c["o"]), vector(&c["i"]));
@@ -56,7 +56,7 @@ fn compare<D: SlopeDistribution + Copy>(out: &mut Comparison, c: &Value, slopes:
             check("eval cos", brdf(Masking::SmithCorrelated).eval_cos(wo, wi).x, "evalp");
             check("eval", brdf(Masking::SmithCorrelated).eval(wo, wi).x, "eval");
         }
-        // Given for central surfaces; they depend on directions alone.
+        // The file gives these for central surfaces; they depend on the directions only.
         let g = |masking: Masking| geometric_attenuation(masking, &central, wo, wi, wh);
         check("V-groove G", g(Masking::VGroove), "gaf_vgroove");
         check("normal map G", g(Masking::NormalMap), "gaf_nmap");

@@ -29,8 +29,8 @@ fn smooth(d: DVec3) -> f64 {
     1.0 + 0.4 * d.x - 0.25 * d.y + 0.3 * d.z + 0.2 * d.y * d.z + 0.15 * (d.x * d.x - d.y * d.y)
 }
 
-/// Sum of the grid's weights over the exact visible area: the oracle's shadowed grids do not divide by the sum (the
-/// paper's Algorithm 3), its masking-only ones do (the supplement's).
+/// Sum of the grid's weights over the exact visible area. The oracle's shadowed grids do not divide by the sum (as in the
+/// paper's Algorithm 3); its masking-only grids do (as in the supplement).
 fn sum_over_area(wo: DVec3, m: DVec2, s: DVec3, n: u32, lambda: f64) -> f64 {
     let (mut sum, mut weights) = (0.0, 0.0);
     for j in 0..n {
@@ -57,7 +57,7 @@ fn converged_integrals() {
         out.check("visible area", &id, visible_area(wo, m, s), number(&c["sigma_o_projected_area"]), 1e-10, 1e-300);
         for (key, w) in [("Lambda_o", wo), ("Lambda_i", light)] {
             match c[key].as_f64() {
-                // Below 1e-12 the oracle's own difference of two functions cancels.
+                // Below 1e-12 the oracle loses its digits to cancellation.
                 Some(lambda) => out.check("Λ", &id, smith_lambda(w, m, s), lambda, 1e-9, 1e-6),
                 None => assert!(meso_area(w, m) <= 0.0, "{id}"),
             }
@@ -69,10 +69,10 @@ fn converged_integrals() {
             ("lobe10", Box::new(|d| (10.0 * (d.dot(lobe) - 1.0)).exp())),
             ("lobe100", Box::new(|d| (100.0 * (d.dot(lobe) - 1.0)).exp())),
         ];
-        // Panels of 8×8 nodes: wide slopes carry narrow lobes and the shadow's edge through the domain.
+        // Panels of 8×8 nodes: with wide slopes, narrow lobes and the edge of the shadow lie anywhere in the domain.
         let panels = if s.x.max(s.y) > 0.8 { 200 } else { 64 };
         for (key, shadowing) in [("shadow", true), ("mask", false)] {
-            // Three environments per walk over the slopes.
+            // One pass over the slopes integrates three environments.
             for group in environments.chunks(3) {
                 let radiance =
                     |d: DVec3| DVec3::from_array(std::array::from_fn(|i| group.get(i).map_or(0.0, |g| (g.1)(d))));
@@ -109,7 +109,7 @@ fn converged_integrals() {
             let e = visible_mean(wo, m, s, 24, |slope| sh_irradiance(&one, normal_of_slope(slope))).x;
             let factor = masking_shadowing(wo, light, m, s, shadowing) * visible_area(wo, m, s);
             let want = number(&c["diffuse_sh"][&format!("dirlight_{key}")]);
-            // The oracle's constants are the paper's six digits.
+            // The oracle uses the paper's six-digit constants.
             out.check("diffuse SH light", &format!("{id} {key}"), e * factor / std::f64::consts::PI, want, 1e-5, 3e-2);
         }
         let e = visible_mean(wo, m, s, 24, |slope| sh_irradiance(&sh, normal_of_slope(slope))).x;
@@ -133,7 +133,7 @@ fn grids_of_the_paper() {
     for c in rows(&data["configs"]) {
         let (m, s) = statistics(c);
         let (wo, light, lobe) = (vector(&c["o"]), vector(&c["light"]), vector(&c["lobe_dir"]));
-        // The oracle does not tilt mesosurfaces; where ours does, there is nothing to compare.
+        // The oracle does not tilt mesosurfaces; where the library does, there is nothing to compare.
         if meso_area(wo, m) < 1e-3 {
             continue;
         }
@@ -156,7 +156,7 @@ fn grids_of_the_paper() {
             out.check("grid diffuse light, shadowing", &id, i, number(&grid["d_dir_shadow"]), 1e-9, 1e-9);
             let v = visible_normal_moments(wo, m, s, n, lambda);
             let i = leadr_diffuse_light_sh(&v, wo, light, m, s, false);
-            // Ours is held above 0.
+            // The library clamps at 0.
             let want = number(&grid["d_shdir_mask"]).max(0.0);
             out.check("grid diffuse SH light", &id, i, want, 1e-5, 3e-2);
         }
@@ -181,7 +181,7 @@ fn library_values() {
         let d = beckmann_ndf(wh, m, s);
         let (area_o, area_i) = (visible_area(wo, m, s), visible_area(wi, m, s));
         let g1 = |w: DVec3, area: f64| if meso_area(w, m) > 0.0 { w.z / area } else { 0.0 };
-        // Its erf is good to 1.5e-7; the densities are exact.
+        // The BRDF library's erf is good to 1.5e-7; its densities are exact.
         for source in ["dj", "ref"] {
             let v = &c[source];
             let mut check = |name, got: f64, key: &str| out.check(name, &id, got, number(&v[key]), 1e-6, 1e-100);

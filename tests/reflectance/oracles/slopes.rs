@@ -49,7 +49,7 @@ fn evaluations() {
             check("G1 i", g1(wi), "g1_i");
             check("vndf", d.vndf(wo, wh), "vndf");
             check("masked BRDF", d.ndf(wh) / (4.0 * d.visible_area(wo)), "evalp_noshadow");
-            // The library leaves the density at 0 where the light is hidden altogether.
+            // The library leaves the density at 0 where the light is hidden completely.
             if number(&v["pdf"]) != 0.0 {
                 check("pdf", d.vndf(wo, wh) / (4.0 * wi.dot(wh)), "pdf");
             }
@@ -68,7 +68,7 @@ fn distribution_roughness(c: &Value) -> DVec3 {
     Ggx::from_bivariate(m, &b).roughness()
 }
 
-/// The library's ellipses have the angle's other sign, and swap the axes of an uncorrelated tall ellipse.
+/// The library's ellipses have the opposite sign of the angle, and swap the axes where ρ = 0 and α_y > α_x.
 #[test]
 fn ellipses() {
     let data = oracle("brdf_values.json");
@@ -84,9 +84,9 @@ fn ellipses() {
     out.finish(220);
 }
 
-/// Reflected directions for the same random pair. The library holds its pair within 1e-5..1 − 1e-5 and solves for
-/// Beckmann's to 1e-5 of probability. GGX's are another map of the square: there its samples must have the probability
-/// they were drawn for (the library's fit is good to 4e-4).
+/// Reflected directions for the same random pair. The library clamps its pair to 1e-5..1 − 1e-5 and solves for Beckmann's
+/// samples to 1e-5 of probability. For GGX it maps the square differently, so only the probability of its samples is
+/// compared (its fit is good to 4e-4).
 #[test]
 fn samples() {
     let data = oracle("brdf_values.json");
@@ -102,7 +102,7 @@ fn samples() {
             out.check("Beckmann sample", &id, (ours - theirs).length(), 0.0, 1e-3, 1.0);
         } else {
             let (m, b) = parameters(c);
-            // Unit slopes of theirs, along the viewer's azimuth: F(x) = (a (1 + x/r) + b/r) / 2 over A, r = √(1 + x²).
+            // The library's sample as a unit slope along the viewer's azimuth: F(x) = (a (1 + x/r) + b/r) / 2 over A, r = √(1 + x²).
             let factor = glam::DMat2::from_cols(
                 DVec2::new(b.alpha.x, b.rho * b.alpha.y),
                 DVec2::new(0.0, b.alpha.y * b.independence),

@@ -35,7 +35,7 @@ impl Errors {
     }
 }
 
-/// The configurations, without those whose mesosurface is so far turned away that the rules tilt it.
+/// Viewer, mean slope and covariance of each configuration, and its entry.
 fn configurations(data: &Value) -> Vec<(DVec3, DVec2, DVec3, &Value)> {
     rows(&data["configs"])
         .iter()
@@ -64,7 +64,7 @@ fn diffuse() {
                 sun.add(PI * (i - number(&c["diffuse_directional"][key])));
                 let i = leadr_diffuse_light_sh(&v, wo, wi, m, s, shadowing);
                 let want = number(&c["diffuse_sh"][&format!("dirlight_{key}")]);
-                // Not below 0, as the oracle may be.
+                // The library clamps at 0, the oracle does not.
                 by_sh.add(PI * (i - want.max(0.0)));
             }
         }
@@ -78,8 +78,7 @@ fn smooth(d: DVec3) -> f64 {
     1.0 + 0.4 * d.x - 0.25 * d.y + 0.3 * d.z + 0.2 * d.y * d.z + 0.15 * (d.x * d.x - d.y * d.y)
 }
 
-/// The probes' directions and weights, with the part that an environment's own filter would add left out of a smooth one
-/// only in second order.
+/// Directions and weights of the probes, in a smooth environment whose filtering by a probe's level is known in closed form.
 #[test]
 fn specular() {
     let data = oracle("leadr_integrals.json");
@@ -87,7 +86,7 @@ fn specular() {
         let rule = probe_rule(n);
         let mut errors = Errors::default();
         for (wo, m, s, c) in configurations(&data) {
-            // The level's kernel, of variance Ω/4, on a polynomial of degree 2: band l shrinks by l (l + 1)/2 of it.
+            // The kernel of the level has variance v = Ω/4: it scales band l of the polynomial by exp(−v l (l + 1)/2).
             let radiance = |p: &VisibleProbe| {
                 let v = 0.25 * p.solid_angle;
                 let (one, two) = ((-v).exp(), (-3.0 * v).exp());
@@ -98,7 +97,7 @@ fn specular() {
             errors.add(i - number(&c["specular_env"]["smooth"]["mask"]));
             let i =
                 visible_specular_environment(Shadowing::Smith, wo, m, s, DVec3::ONE, rule, |_| DVec3::ONE).reflected;
-            assert!((0.0..=1.0 + 1e-7).contains(&i.x), "shadowing only takes light away");
+            assert!((0.0..=1.0 + 1e-7).contains(&i.x), "shadowing must only remove light");
         }
         errors.check(&format!("specular, smooth environment, {n} probes"), bound.0, bound.1);
     }

@@ -1,4 +1,4 @@
-//! The mesh of the sea: its horizon against geometry, no holes, no popping, triangles where waves show.
+//! The mesh of the sea: its horizon is where geometry says, without holes or popping, with triangles where waves show.
 
 use crate::common::render::seascape;
 use glam::{Vec2, Vec3};
@@ -76,7 +76,7 @@ fn the_horizon_is_the_curve_of_the_earth() {
                 let step = errors.windows(2).map(|e| (e[1] - e[0]).abs()).fold(0.0, f32::max);
                 let mean = errors.iter().sum::<f32>() / errors.len() as f32;
                 println!("{waves}, {height} m, down {down:.3}: mean {mean:.3}, worst {worst:.3}, step {step:.3} px");
-                // Of 64 samples a pixel one more or less is 0.016; the straight sides of triangles may miss the curve by 0.05.
+                // One of 64 samples per pixel is 0.016; straight triangle edges may miss the curve by 0.05.
                 assert!(worst < 0.1 && step < 0.06, "{waves}, {height} m: worst {worst}, step {step}");
             }
         }
@@ -95,7 +95,7 @@ fn below_the_horizon_there_is_water_everywhere() {
             let eye = Vec3::new(37.0 * i as f32, -53.0 * j as f32, height);
             let camera = camera(eye, 0.9 * (i * 4 + j) as f32, down, fov);
             let picture = renderer.render(&state(&camera), &settings).unwrap().color;
-            // Two pixels around the horizon belong to it.
+            // Two pixels around the horizon may show either.
             let pixel = 2.0 * (fov.to_radians() * 0.5).tan() / size.1 as f32;
             for y in 0..size.1 {
                 for x in 0..size.0 {
@@ -118,7 +118,7 @@ fn below_the_horizon_there_is_water_everywhere() {
 }
 
 const MOVED: (u32, u32) = (96, 64);
-/// Edge of the blocks of pixels whose means are watched, pixels.
+/// Edge of the blocks of pixels whose means are compared, in pixels.
 const BLOCK: usize = 16;
 
 /// A picture after tone mapping, one value per pixel.
@@ -148,8 +148,8 @@ fn nothing_pops_while_the_camera_moves() {
     let Some(gpu) = crate::common::gpu::test_gpu() else { return };
     let mut renderer = seascape(&gpu, sea());
     let usual = TessellationSettings::default();
-    // Time stands still and the camera creeps: the picture changes by little and evenly, unless the mesh jumps. In the last
-    // row it does, and must be found out.
+    // Time stands still and the camera moves slowly, so the picture changes little and evenly unless the mesh jumps. In the
+    // last case it does jump, and the test must notice.
     for (height, down, way, popping) in [
         (2.5f32, 0.1f32, Vec3::X * 0.01, false),
         (2.5, 0.1, Vec3::Z * 0.01, false),
@@ -180,7 +180,7 @@ fn nothing_pops_while_the_camera_moves() {
             let floor = median(series.clone()).max(0.1 * median(changes.clone()));
             series.into_iter().fold(0.0, f32::max) / floor
         };
-        // When the horizon crosses a row of samples, a whole row of pixels changes at once; no mesh can help that.
+        // When the horizon crosses a row of samples, a whole row of pixels changes at once, whatever the mesh.
         let across = MOVED.0 as usize / BLOCK;
         let horizon = horizon_row(&camera(Vec3::Z * height, 0.9, down, 45.0), MOVED, MOVED.0 / 2) as usize / BLOCK;
         let block = (0..blocks[0].len()).filter(|b| b / across != horizon).map(peak).fold(0.0, f32::max);
@@ -190,7 +190,7 @@ fn nothing_pops_while_the_camera_moves() {
             median(changes.clone())
         );
         if popping {
-            assert!(whole > 2.0, "a mesh that jumps is not found: {whole}");
+            assert!(whole > 2.0, "the jumping mesh was not noticed: {whole}");
         } else {
             assert!(whole < 1.25 && block < 2.2, "{height} m: {whole} {block}");
         }

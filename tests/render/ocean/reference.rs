@@ -1,5 +1,5 @@
-//! The reference of the sea against another ray march, in 64 bits on the CPU: the same waves from oversampled Fourier
-//! transforms, small even steps.
+//! The reference of the sea against an independent ray march in 64 bits on the CPU, with small even steps through waves from
+//! oversampled Fourier transforms.
 
 use std::f64::consts::TAU;
 
@@ -20,8 +20,8 @@ use rayon::prelude::*;
 use rustfft::num_complex::Complex64;
 
 const TIME: f64 = 5.0;
-/// Samples of the transforms per sample of the cascade, as many as the reference has: more would move the waves of few
-/// samples by what linear interpolation does to them.
+/// Samples of the transforms per sample of the cascade: as many as the reference has, so that linear interpolation does the
+/// same to the shortest waves.
 const OVER: usize = 2;
 /// `h, Dx, Dy, ∂h/∂x, ∂h/∂y, ∂Dx/∂x, ∂Dy/∂y, ∂Dx/∂y`.
 type Fields = [f64; 8];
@@ -37,7 +37,7 @@ impl Tile {
     fn new(cascade: &Cascade, choppiness: f64) -> Self {
         let (m, n) = (cascade.resolution as usize, cascade.resolution as usize * OVER);
         let at = |i: usize, j: usize| cascade.waves[(j % m) * m + i % m].map(f64::from);
-        // A short wave's place in the longer transform: negative frequencies stay at the end.
+        // Negative frequencies stay at the end of the longer transform.
         let place = |i: usize| if i < m / 2 { i } else { i + n - m };
         let mut texels = vec![[0.0; 8]; n * n];
         for channel in 0..8 {
@@ -86,14 +86,14 @@ impl Tile {
     }
 }
 
-/// All tiles together at a place at rest.
+/// Sum of all tiles at a place of the undisplaced sea.
 fn fields(tiles: &[Tile], point: DVec2, channels: std::ops::Range<usize>) -> Fields {
     let mut sum = [0.0; 8];
     tiles.iter().for_each(|tile| tile.add(point, channels.clone(), &mut sum));
     sum
 }
 
-/// Height of the moved sea above a place.
+/// Height of the displaced sea above a place.
 fn height(tiles: &[Tile], place: DVec2, shift: &mut DVec2) -> f64 {
     for _ in 0..60 {
         let f = fields(tiles, place - *shift, 0..3);
@@ -227,8 +227,12 @@ fn samples_from_above_have_the_slopes_of_the_spectrum_and_repeat() {
         // 6144 samples: 2 % of noise.
         assert!((found[i] - exact[i]).abs() < 0.05 * exact[0], "{i}: {found:?} {exact:?}");
     }
-    assert_eq!(first.color, renderer.render(&frame(camera), &settings).unwrap().color, "the same call, other bytes");
-    // More samples of a pixel come closer to each other: halves of different seeds.
+    assert_eq!(
+        first.color,
+        renderer.render(&frame(camera), &settings).unwrap().color,
+        "the same call gave other bytes"
+    );
+    // Pictures of different seeds approach each other as samples are added.
     let apart = |renderer: &mut Renderer, samples: u32| {
         let [a, b] = [1, 2].map(|seed| {
             renderer.render(&frame(camera), &RenderSettings { seed, ..reference((24, 16), samples) }).unwrap().color

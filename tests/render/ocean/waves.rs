@@ -75,7 +75,7 @@ fn read(image: &Image, mip: u32, layer: u32) -> Vec<[f64; 4]> {
     texels.into_iter().map(|t| t.map(f64::from)).collect()
 }
 
-/// The twelve channels of the finest maps from the truth.
+/// Expected values of the twelve channels of the finest maps.
 fn channels(truth: &Truth, index: usize, choppiness: f64, size: f64) -> [[f64; 4]; 3] {
     let [xx, yy, xy] = [0, 1, 2].map(|c| choppiness * truth.jacobian[c][index]);
     let (jxx, jyy) = (1.0 + xx, 1.0 + yy);
@@ -139,7 +139,7 @@ fn the_variances_are_the_spectrums_and_the_mips_keep_the_means() {
     let sea = Sea { wind_speed: 9.0, wind_direction: 0.4, ..Sea::default() };
     let divided = divide(&sea, 128, 3);
     let fields = OceanFields::new(&gpu, &divided.cascades, Content::Moments).unwrap();
-    // Without choppiness the moments of the slopes are the spectrum's; the mean over several times evens the beats out.
+    // Without choppiness the moments of the slopes are the spectrum's; the mean over several times averages interference.
     let times = [3.0, 77.0, 301.0];
     let (mut height, mut slopes) = (0.0, [0.0; 3]);
     for time in times {
@@ -209,7 +209,7 @@ impl Moments {
 
 #[test]
 fn the_moment_sum_over_cascades_is_that_of_the_whole_choppy_sea() {
-    // Cascades are independent and alike everywhere: a random sample of each is a random sample of the sea.
+    // Cascades are independent and homogeneous, so a random sample of each is a random sample of the sea.
     for wind_speed in [5.0, 9.0, 14.0] {
         let sea = Sea { wind_speed, wind_direction: 0.3, ..Sea::default() };
         let cascades = divide(&sea, 64, 5).cascades;
@@ -274,13 +274,13 @@ fn far_pixels_hold_the_slopes_of_the_spectrum_and_the_surface_has_no_holes() {
             }
         }
         println!("{height} m: {sum:.5?} of {all:.5?}");
-        // From 20 m a picture holds a few of the long waves only.
+        // From 20 m a picture shows only a few of the long waves.
         let tolerance = if height < 100.0 { 0.25 } else { 0.015 };
         for i in 0..3 {
             assert!((sum[i] - all[i]).abs() < tolerance * all[0], "{height} m: {sum:?} {all:?}");
         }
     }
-    // Toward the horizon: below it there is water everywhere.
+    // Looking at the horizon: everything below it is water.
     let output = renderer.render(&view(2.5, 0.0), &settings).unwrap();
     let row = |y: u32| &output.color[(y * size.0) as usize..((y + 1) * size.0) as usize];
     assert!((40..64).all(|y| row(y).iter().all(|c| c[3] == 1.0)), "holes in the sea");
