@@ -217,7 +217,7 @@ fn visibility_by_slope_sums_to_the_projection() {
     assert!((both / seen / rays - 1.0).abs() < 0.03);
 }
 
-/// Mirrors without any masking or shadowing: LEADR eq. 17 without its masking term is exact.
+/// Mirrors seen from above under a high light, where almost nothing is hidden: LEADR eq. 17 with masking only is exact.
 #[test]
 fn mirrors_from_above_are_the_slope_density() {
     let tile = Tile::new(Spectrum::Gaussian, 512, 8.0, 6);
