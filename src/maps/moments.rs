@@ -13,6 +13,7 @@
 //! difference sees `E[x^2]` times `sinc(2 pi / p)^2` (p = 8 texels: 0.81, p = 32: 0.987; tested). Maps with
 //! detail at the texel limit should be magnified or blurred before baking.
 
+use crate::reflectance::limits::{at_least, within};
 use bytemuck::{Pod, Zeroable};
 
 use super::HeightMap;
@@ -56,10 +57,10 @@ impl Moments {
     /// by rounding).
     pub fn slope_covariance(&self) -> [f64; 3] {
         let [mx, my] = self.mean_slope.map(f64::from);
-        let xx = (f64::from(self.second[0]) - mx * mx).max(0.0);
-        let yy = (f64::from(self.second[1]) - my * my).max(0.0);
+        let xx = at_least(f64::from(self.second[0]) - mx * mx, 0.0);
+        let yy = at_least(f64::from(self.second[1]) - my * my, 0.0);
         let limit = (xx * yy).sqrt();
-        [xx, yy, (f64::from(self.cross) - mx * my).clamp(-limit, limit)]
+        [xx, yy, within(f64::from(self.cross) - mx * my, limit)]
     }
 
     /// The moments after multiplying the heights by `scale`.

@@ -17,3 +17,15 @@ pub const MIN_AREA: f64 = 1e-6;
 
 /// Half vectors lower than this z are treated as this high: `z⁻⁴` stays below 1e16.
 pub const MIN_NORMAL_Z: f64 = 1e-4;
+
+/// `x`, but at least `low`. Unlike [`f64::max`] it keeps a NaN, so that a wrong input shows in the result.
+#[must_use]
+pub(crate) fn at_least(x: f64, low: f64) -> f64 {
+    if x < low { low } else { x }
+}
+
+/// `x` held within `±bound`, NaN where either is. [`f64::clamp`] panics on a NaN bound.
+#[must_use]
+pub(crate) fn within(x: f64, bound: f64) -> f64 {
+    if bound.is_nan() { bound } else { x.clamp(-bound, bound) }
+}

@@ -6,4 +6,5 @@ mod common;
 mod brdf;
 mod distributions;
 mod furnace;
+mod not_a_number;
 mod oracles;

@@ -7,7 +7,7 @@ use super::ellipse::{
 };
 use super::projected_area::visible_area;
 use super::slope_distribution::{SlopeDistribution, visible_density};
-use crate::reflectance::limits::{MAX_SLOPE, MIN_NORMAL_Z, MIN_VARIANCE};
+use crate::reflectance::limits::{MAX_SLOPE, MIN_NORMAL_Z, MIN_VARIANCE, at_least};
 use crate::reflectance::slopes::statistics::{clamp_covariance, covariance_from_moments, slope_correlation};
 use glam::{DVec2, DVec3};
 use std::f64::consts::PI;
@@ -55,7 +55,8 @@ impl Beckmann {
     /// [`MAX_CORRELATION`](crate::reflectance::limits::MAX_CORRELATION).
     #[must_use]
     pub fn new(mean: DVec2, covariance: DVec3) -> Self {
-        let floor = DVec3::new(covariance.x.max(MIN_VARIANCE), covariance.y.max(MIN_VARIANCE), covariance.z);
+        let floor =
+            DVec3::new(at_least(covariance.x, MIN_VARIANCE), at_least(covariance.y, MIN_VARIANCE), covariance.z);
         Self { mean, covariance: clamp_covariance(floor) }
     }
 

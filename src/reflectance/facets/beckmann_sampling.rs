@@ -10,7 +10,7 @@
 
 use super::normal_distribution::{MIN_PROBABILITY, mills_ratio, normal_quantile, tail_mean_ratio};
 use super::projected_area::meso_area;
-use crate::reflectance::limits::MIN_VARIANCE;
+use crate::reflectance::limits::{MIN_VARIANCE, at_least};
 use crate::reflectance::slopes::grid::{normal_of_slope, slope_at, slope_cholesky};
 use glam::{DVec2, DVec3};
 use std::f64::consts::PI;
@@ -104,7 +104,7 @@ fn turn_back(t: DVec2, x: f64, across: f64) -> DVec2 {
 /// statistics. A viewer exactly behind the displacement direction sees nothing; some finite normal is given.
 #[must_use]
 pub fn beckmann_sample_visible(wo: DVec3, u: DVec2, m: DVec2, s: DVec3) -> DVec3 {
-    let c = slope_cholesky(DVec3::new(s.x.max(MIN_VARIANCE), s.y.max(MIN_VARIANCE), s.z));
+    let c = slope_cholesky(DVec3::new(at_least(s.x, MIN_VARIANCE), at_least(s.y, MIN_VARIANCE), s.z));
     let t = DVec2::new(c.x * wo.x + c.y * wo.y, c.z * wo.y);
     let nu = (meso_area(wo, m) / t.length().max(1e-18)).clamp(-1e15, 1e15);
     let slope = slope_at(turn_back(t, visible_slope_quantile(u.x, nu), normal_quantile(u.y)), m, c);

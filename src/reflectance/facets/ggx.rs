@@ -11,7 +11,7 @@ use super::ellipse::{Bivariate, Ellipse, roughness_from_bivariate, roughness_fro
 use super::ggx_sampling::ggx_sample_visible;
 use super::projected_area::{meso_area, slope_spread};
 use super::slope_distribution::{SlopeDistribution, visible_density};
-use crate::reflectance::limits::{MAX_SLOPE, MIN_AREA, MIN_VARIANCE};
+use crate::reflectance::limits::{MAX_SLOPE, MIN_AREA, MIN_VARIANCE, at_least};
 use crate::reflectance::slopes::statistics::{clamp_covariance, slope_correlation};
 use glam::{DVec2, DVec3, Vec3Swizzles as _};
 use std::f64::consts::PI;
@@ -108,7 +108,7 @@ impl Ggx {
     /// [`MAX_CORRELATION`](crate::reflectance::limits::MAX_CORRELATION).
     #[must_use]
     pub fn new(mean: DVec2, roughness: DVec3) -> Self {
-        let floor = DVec3::new(roughness.x.max(MIN_VARIANCE), roughness.y.max(MIN_VARIANCE), roughness.z);
+        let floor = DVec3::new(at_least(roughness.x, MIN_VARIANCE), at_least(roughness.y, MIN_VARIANCE), roughness.z);
         Self { mean, roughness: clamp_covariance(floor) }
     }
 

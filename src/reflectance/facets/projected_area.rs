@@ -5,6 +5,7 @@
 //! `A` stays positive where the mesosurface faces away.
 
 use super::normal_distribution::normal_tail_mean;
+use crate::reflectance::limits::{at_least, within};
 use glam::{DVec2, DVec3, Vec3Swizzles as _};
 
 /// `a(w)`: projected area of the mesosurface per unit of macrosurface; negative when it faces away (LEADR eq. 14).
@@ -16,7 +17,7 @@ pub fn meso_area(w: DVec3, m: DVec2) -> f64 {
 /// `b(w)`: standard deviation of the slope seen along `w`, times sin θ (LEADR eq. 15).
 #[must_use]
 pub fn slope_spread(w: DVec3, s: DVec3) -> f64 {
-    (w.x * w.x * s.x + w.y * w.y * s.y + 2.0 * w.x * w.y * s.z).max(0.0).sqrt()
+    at_least(w.x * w.x * s.x + w.y * w.y * s.y + 2.0 * w.x * w.y * s.z, 0.0).sqrt()
 }
 
 /// `A − max(a, 0) = b h(|a|/b)`: the area that only the roughness makes visible; `a Λ` for `a > 0`.
@@ -41,7 +42,7 @@ pub fn visible_area(w: DVec3, m: DVec2, s: DVec3) -> f64 {
 #[must_use]
 pub fn face_viewer(wo: DVec3, m: DVec2, s: DVec3, lambda: f64) -> DVec2 {
     let across = DVec2::new(s.x * wo.x + s.z * wo.y, s.z * wo.x + s.y * wo.y);
-    let b2 = across.dot(wo.xy()).max(0.0);
+    let b2 = at_least(across.dot(wo.xy()), 0.0);
     let lack = 1e-3 - 0.5 * lambda * b2.sqrt() - meso_area(wo, m);
     if lack <= 0.0 {
         return m;
@@ -49,7 +50,8 @@ pub fn face_viewer(wo: DVec3, m: DVec2, s: DVec3, lambda: f64) -> DVec2 {
     // A smooth surface (S → 0) tilts along wo.xy itself.
     let along = across + 1e-6 * wo.xy();
     let gain = b2 + 1e-6 * wo.xy().length_squared();
-    (m - along * (lack / gain.max(1e-12))).clamp(DVec2::splat(-1e6), DVec2::splat(1e6))
+    let tilted = m - along * (lack / at_least(gain, 1e-12));
+    DVec2::new(within(tilted.x, 1e6), within(tilted.y, 1e6))
 }
 
 /// The tilt of slope that brings a mesosurface which is turned away back to edge-on, along `wo.xy`; zero for one that faces

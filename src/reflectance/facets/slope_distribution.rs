@@ -1,6 +1,6 @@
 //! What microfacet theory asks of a distribution of slopes (thesis 2.2–2.3 and 3.1).
 
-use crate::reflectance::limits::MIN_NORMAL_Z;
+use crate::reflectance::limits::{MIN_NORMAL_Z, at_least};
 use glam::{DVec2, DVec3};
 
 /// A distribution of slopes with everything microfacet theory asks of it. Directions in the tangent frame, z up.
@@ -46,6 +46,6 @@ pub trait SlopeDistribution {
 /// [`MIN_AREA`](crate::reflectance::limits::MIN_AREA) of the BRDF would end the normalisation where only the far tail is visible.)
 #[must_use]
 pub fn visible_density(wo: DVec3, wn: DVec3, d: f64, area: f64) -> f64 {
-    let ratio = wo.dot(wn).max(0.0) / area.max(1e-26);
+    let ratio = wo.dot(wn).max(0.0) / at_least(area, 1e-26);
     ratio * d.min(1e37 / ratio.max(1.0))
 }

@@ -26,7 +26,7 @@
 
 use super::shadowing::Shadowing;
 use crate::reflectance::facets::projected_area::{meso_area, rough_area};
-use crate::reflectance::limits::MIN_AREA;
+use crate::reflectance::limits::{MIN_AREA, at_least};
 use glam::{DVec2, DVec3};
 
 /// What a surface shows of itself in one direction: once per pixel for the viewer, once per light.
@@ -79,7 +79,7 @@ pub fn decorrelation(po: DVec2, pi: DVec2, both: f64, more: f64, less: f64, simp
 /// shadows, 0 for a light on or below the mesosurface.
 #[must_use]
 pub fn masking_shadowing_factor(shadowing: Shadowing, o: &DirectionArea, i: &DirectionArea) -> f64 {
-    lit_fraction(shadowing, o, i) / o.visible.max(MIN_AREA)
+    lit_fraction(shadowing, o, i) / at_least(o.visible, MIN_AREA)
 }
 
 /// `G A_o / a_o = G / G₁(o)`, 0..1: the part of what the viewer sees that the light reaches. The weight of a light, or of a sample of an
@@ -91,14 +91,14 @@ pub fn lit_fraction(shadowing: Shadowing, o: &DirectionArea, i: &DirectionArea) 
     }
     // Everything times a_o a_i: U, U Λ_o, U Λ_i.
     let (ao, ai) = (o.meso.max(0.0), i.meso.max(0.0));
-    let seen = ai * o.visible.max(MIN_AREA);
+    let seen = ai * at_least(o.visible, MIN_AREA);
     let both = ao * ai;
-    let (hidden_o, hidden_i) = ((o.visible - ao).max(0.0) * ai, (i.visible - ai).max(0.0) * ao);
+    let (hidden_o, hidden_i) = (at_least(o.visible - ao, 0.0) * ai, at_least(i.visible - ai, 0.0) * ao);
     let (more, less) = (hidden_o.max(hidden_i), hidden_o.min(hidden_i));
     let f = match shadowing {
         Shadowing::Correlated => decorrelation(o.whitened, i.whitened, both, more, less, false),
         Shadowing::CorrelatedSimple => decorrelation(o.whitened, i.whitened, both, more, less, true),
         _ => 1.0,
     };
-    seen / (seen + (hidden_i - hidden_o).max(0.0) + f * less).max(1e-30)
+    seen / at_least(seen + at_least(hidden_i - hidden_o, 0.0) + f * less, 1e-30)
 }

@@ -5,7 +5,7 @@
 //! thesis' noncentral form (2.13 with 3.3) is not, and differs by up to 19 times.
 
 use crate::reflectance::facets::projected_area::{meso_area, rough_area, slope_spread, visible_area};
-use crate::reflectance::limits::MIN_AREA;
+use crate::reflectance::limits::{MIN_AREA, at_least};
 use glam::{DVec2, DVec3};
 
 /// `Λ(w)` of LEADR 4.3, exact instead of the printed rational fit. Where the paper has `+∞` (`a ≤ 0`), a large finite
@@ -19,7 +19,7 @@ pub fn smith_lambda(w: DVec3, m: DVec2, s: DVec3) -> f64 {
 /// `1 / A(wo) = (wm·wg / wm·wo) / (1 + Λo)`: masking alone, with the projected area of eq. 16.
 #[must_use]
 pub fn masking(wo: DVec3, m: DVec2, s: DVec3) -> f64 {
-    1.0 / visible_area(wo, m, s).max(MIN_AREA)
+    1.0 / at_least(visible_area(wo, m, s), MIN_AREA)
 }
 
 /// `1 / (a_o (1 + Λo + Λi))`: height-correlated masking and shadowing with the projected area of eq. 16. 0 when the
@@ -31,8 +31,8 @@ pub fn masking_shadowing(wo: DVec3, wi: DVec3, m: DVec2, s: DVec3, shadowing: bo
     }
     let ao = meso_area(wo, m).max(0.0);
     let ai = meso_area(wi, m).max(0.0);
-    let visible = visible_area(wo, m, s).max(MIN_AREA);
-    ai / (ai * visible + ao * rough_area(ai, slope_spread(wi, s))).max(1e-30)
+    let visible = at_least(visible_area(wo, m, s), MIN_AREA);
+    ai / at_least(ai * visible + ao * rough_area(ai, slope_spread(wi, s)), 1e-30)
 }
 
 /// [`shadowing_given_masking`] with what depends on the viewer alone computed outside a loop: `ao = meso_area(wo, m)`,
@@ -40,8 +40,8 @@ pub fn masking_shadowing(wo: DVec3, wi: DVec3, m: DVec2, s: DVec3, shadowing: bo
 #[must_use]
 pub fn shadowing_from_areas(ao: f64, area_o: f64, wi: DVec3, m: DVec2, s: DVec3) -> f64 {
     let ai = meso_area(wi, m).max(0.0);
-    let lit = ai * area_o.max(MIN_AREA);
-    lit / (lit + ao.max(0.0) * rough_area(ai, slope_spread(wi, s))).max(1e-30)
+    let lit = ai * at_least(area_o, MIN_AREA);
+    lit / at_least(lit + ao.max(0.0) * rough_area(ai, slope_spread(wi, s)), 1e-30)
 }
 
 /// `(1 + Λo) / (1 + Λo + Λi)`, 0..1: the part of what the viewer sees that the light reaches. The weight of a sample

@@ -13,7 +13,7 @@
 
 use super::packing::principal_variances;
 use super::statistics::clamp_covariance;
-use crate::reflectance::limits::MIN_NORMAL_Z;
+use crate::reflectance::limits::{MIN_NORMAL_Z, at_least, within};
 use glam::{DVec2, DVec3};
 use std::f64::consts::PI;
 
@@ -31,14 +31,13 @@ pub const KERNEL_BOUND: f64 = 0.18;
 /// supplement times eq. 4's inverse, without their division by `sin θ`.
 #[must_use]
 pub fn half_vector_kernel(wh: DVec3, dx: DVec3, dy: DVec3) -> DVec3 {
-    let bound = DVec3::splat(1e3);
     let across = |d: DVec3| {
-        let d = d.clamp(-bound, bound);
+        let d = d.map(|x| within(x, 1e3));
         d - wh * wh.dot(d)
     };
     let (dx, dy) = (across(dx), across(dy));
     let angle = PIXEL_VARIANCE * (dx.length_squared() + dy.length_squared());
-    let scale = PIXEL_VARIANCE * (KERNEL_BOUND / angle.max(1e-12)).min(1.0);
+    let scale = PIXEL_VARIANCE * (KERNEL_BOUND / at_least(angle, 1e-12)).min(1.0);
     let z = wh.z.max(MIN_NORMAL_Z);
     let slope = -wh.truncate() / z;
     let (u, v) = ((slope * dx.z + dx.truncate()) / z, (slope * dy.z + dy.truncate()) / z);
@@ -77,8 +76,8 @@ pub fn isotropic_kernel(kernel: DVec3) -> DVec3 {
 /// integrates to one, and serves every distribution.
 #[must_use]
 pub fn clamp_determinant(a: DVec3, tau: f64) -> DVec3 {
-    let c = (a.x * a.y - tau).max(0.0).sqrt();
-    DVec3::new(a.x, a.y, a.z.clamp(-c, c))
+    let c = at_least(a.x * a.y - tau, 0.0).sqrt();
+    DVec3::new(a.x, a.y, within(a.z, c))
 }
 
 /// Determinant of a covariance or roughness matrix, at least 0.

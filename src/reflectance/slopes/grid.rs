@@ -1,7 +1,7 @@
 //! The N×N grid of slopes over P22 (LEADR 5.1).
 
 use super::statistics::slope_correlation;
-use crate::reflectance::limits::MAX_SLOPE;
+use crate::reflectance::limits::{MAX_SLOPE, at_least};
 use glam::{DVec2, DVec3, Vec3Swizzles as _};
 
 /// Half extent of the grid in standard deviations: 0 for `n = 1` (the mean alone), then `0.3 (n + 1)` up to 3; 1.8 at
@@ -60,7 +60,7 @@ pub fn normal_of_slope(slope: DVec2) -> DVec3 {
 /// `⟨wn, wo⟩ / (wn·wg)`: projected area of the facet of this slope per unit of macrosurface; 0 when it faces away.
 #[must_use]
 pub fn facet_area(wo: DVec3, slope: DVec2) -> f64 {
-    (wo.z - wo.xy().dot(slope)).max(0.0)
+    at_least(wo.z - wo.xy().dot(slope), 0.0)
 }
 
 #[cfg(test)]

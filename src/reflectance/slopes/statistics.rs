@@ -1,14 +1,14 @@
 //! Mean and covariance of the slopes under a pixel, from filtered moments (LEADR 4.1–4.2).
 
-use crate::reflectance::limits::{MAX_CORRELATION, MAX_SLOPE};
+use crate::reflectance::limits::{MAX_CORRELATION, MAX_SLOPE, within};
 use glam::{DMat2, DVec2, DVec3};
 
-/// The nearest usable covariance: variances in `[0, MAX_SLOPE²]`, `|s_xy| ≤ MAX_CORRELATION √(s_xx s_yy)`.
+/// The nearest usable covariance: variances in `[0, MAX_SLOPE²]`, `|s_xy| ≤ MAX_CORRELATION √(s_xx s_yy)`. NaN stays NaN.
 #[must_use]
 pub fn clamp_covariance(s: DVec3) -> DVec3 {
     let (x, y) = (s.x.clamp(0.0, MAX_SLOPE * MAX_SLOPE), s.y.clamp(0.0, MAX_SLOPE * MAX_SLOPE));
     let c = MAX_CORRELATION * (x * y).sqrt();
-    DVec3::new(x, y, s.z.clamp(-c, c))
+    DVec3::new(x, y, within(s.z, c))
 }
 
 /// Correlation coefficient, `|r| ≤ MAX_CORRELATION`, from the standard deviations and the covariance `s_xy`.

@@ -20,6 +20,7 @@ use super::slopes::{VISIBLE_TAIL, tilted_area};
 use crate::reflectance::facets::normal_distribution::normal_ramp;
 use crate::reflectance::facets::projected_area::{face_viewer, meso_area, rough_area, slope_spread};
 use crate::reflectance::integrals::diffuse::NormalMoments;
+use crate::reflectance::limits::at_least;
 use crate::reflectance::masking::smith::shadowing_given_masking;
 use crate::reflectance::slopes::statistics::clamp_covariance;
 use glam::{DVec2, DVec3, Vec3Swizzles as _};
@@ -113,12 +114,12 @@ pub fn moments_by_terms(wo: DVec3, m: DVec2, s: DVec3, terms: &[Term]) -> Normal
         let t = t / spread.x;
         let g = damped_gaussian(m, s, t);
         let across = DVec2::new(g.s.x * wo.x + g.s.z * wo.y, g.s.z * wo.x + g.s.y * wo.y);
-        let b = across.dot(wo.xy()).max(0.0).sqrt();
+        let b = at_least(across.dot(wo.xy()), 0.0).sqrt();
         let per_b = 1.0 / b.max(1e-18);
         let a = ao + 2.0 * t * across.dot(m); // meso_area(wo, g.m) without cancellation
         let n = normal_ramp(a * per_b);
         let axis = across * per_b;
-        let area = if b > 1e-18 { b * n.ramp } else { a.max(0.0) };
+        let area = if b <= 1e-18 { a.max(0.0) } else { b * n.ramp };
         // Over the clamped facet areas: E[1] = area, E[slope] = m area − across Φ, and so on (Stein's lemma).
         let slope = g.m * area - across * n.cdf;
         let (c, d) = (g.weight * c, g.weight * d);
@@ -147,8 +148,8 @@ pub fn clamped_product(ax: f64, bx: f64, ay: f64, by: f64, k: f64) -> f64 {
     let (px, py) = (1.0 / bx.max(1e-18), 1.0 / by.max(1e-18));
     let (x, y) = (ax * px, ay * py);
     let (nx, ny) = (normal_ramp(x), normal_ramp(y));
-    let area_x = if bx > 1e-18 { bx * nx.ramp } else { ax.max(0.0) };
-    let area_y = if by > 1e-18 { by * ny.ramp } else { ay.max(0.0) };
+    let area_x = if bx <= 1e-18 { ax.max(0.0) } else { bx * nx.ramp };
+    let area_y = if by <= 1e-18 { ay.max(0.0) } else { by * ny.ramp };
     let r = (k * px * py).clamp(-1.0, 1.0);
     // Beyond 13 deviations the density is 0 in 32 bits.
     let (x, y) = (x.clamp(-13.0, 13.0), y.clamp(-13.0, 13.0));
@@ -161,7 +162,7 @@ pub fn clamped_product(ax: f64, bx: f64, ay: f64, by: f64, k: f64) -> f64 {
             weight * per.sqrt() * (-0.5 * (x * x + y * y - 2.0 * x * y * t) * per).exp()
         })
         .sum();
-    (area_x * area_y + k * (nx.cdf * ny.cdf + r * density)).max(0.0)
+    at_least(area_x * area_y + k * (nx.cdf * ny.cdf + r * density), 0.0)
 }
 
 /// Radiance under one light from `wi` of unit irradiance on a plane facing it, its clamped cosine integrated over the
@@ -179,7 +180,7 @@ pub fn leadr_diffuse_light_visible(wo: DVec3, wi: DVec3, m: DVec2, s: DVec3, sha
             let t = t / spread.x;
             let g = damped_gaussian(m, s, t);
             let across = DVec2::new(g.s.x * wo.x + g.s.z * wo.y, g.s.z * wo.x + g.s.y * wo.y);
-            let bo = across.dot(wo.xy()).max(0.0).sqrt();
+            let bo = at_least(across.dot(wo.xy()), 0.0).sqrt();
             let (a, ai) = (ao + 2.0 * t * across.dot(m), meso_area(wi, g.m));
             g.weight * c * clamped_product(a, bo, ai, slope_spread(wi, g.s), across.dot(wi.xy()))
         })

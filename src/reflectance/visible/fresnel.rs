@@ -14,6 +14,7 @@
 use super::slopes::tilted_area;
 use crate::reflectance::facets::fresnel::grazing_reflectance;
 use crate::reflectance::facets::normal_distribution::clamped_lean;
+use crate::reflectance::limits::at_least;
 use glam::{DVec2, DVec3, Vec3Swizzles as _};
 
 /// Mean of Schlick's term ([`crate::reflectance::facets::fresnel::fresnel_schlick`]) over the visible facets. `f0`: linear RGB reflectance at normal incidence;
@@ -21,7 +22,7 @@ use glam::{DVec2, DVec3, Vec3Swizzles as _};
 #[must_use]
 pub fn visible_fresnel(wo: DVec3, m: DVec2, s: DVec3, f0: DVec3) -> DVec3 {
     let across = DVec2::new(s.x * wo.x + s.z * wo.y, s.z * wo.x + s.y * wo.y);
-    let b2 = across.dot(wo.xy()).max(0.0);
+    let b2 = at_least(across.dot(wo.xy()), 0.0);
     let per_b = 1.0 / b2.max(1e-24).sqrt();
     let b = b2 * per_b;
     let a = tilted_area(wo, m, b);
@@ -37,7 +38,7 @@ pub fn visible_fresnel(wo: DVec3, m: DVec2, s: DVec3, f0: DVec3) -> DVec3 {
     let second = (b * e / n + facet * (1.5 * e * e / (n * n) - 0.5 * l / n)) * per;
     let k = (1.0 - facet * per - variance * second).clamp(0.0, 1.0);
     let v = variance * first * first;
-    let mean = (k.powi(5) + 10.0 * k.powi(3) * v + 15.0 * k * v * v).min(1.0);
+    let mean = (k.powi(5) + 10.0 * k.powi(3) * v + 15.0 * k * v * v).clamp(0.0, 1.0);
     f0 + (grazing_reflectance(f0) - f0) * mean
 }
 

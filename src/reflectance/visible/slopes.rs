@@ -12,6 +12,7 @@
 
 use crate::reflectance::facets::normal_distribution::normal_ramp;
 use crate::reflectance::facets::projected_area::{face_viewer, meso_area};
+use crate::reflectance::limits::at_least;
 use crate::reflectance::slopes::statistics::clamp_covariance;
 use glam::{DVec2, DVec3, Vec3Swizzles as _};
 
@@ -59,7 +60,7 @@ pub fn tilted_area(wo: DVec3, m: DVec2, b: f64) -> f64 {
 pub fn visible_slopes(wo: DVec3, m: DVec2, s: DVec3) -> VisibleSlopes {
     let s = clamp_covariance(s);
     let across = DVec2::new(s.x * wo.x + s.z * wo.y, s.z * wo.x + s.y * wo.y);
-    let b = across.dot(wo.xy()).max(0.0).sqrt();
+    let b = at_least(across.dot(wo.xy()), 0.0).sqrt();
     let a = tilted_area(wo, m, b);
     let m = face_viewer(wo, m, s, 2.0 * VISIBLE_TAIL);
     let per_b = 1.0 / b.max(1e-18);
@@ -75,7 +76,7 @@ pub fn visible_slopes(wo: DVec3, m: DVec2, s: DVec3) -> VisibleSlopes {
         s,
         a,
         b,
-        area: if b > 1e-18 { b * n.ramp } else { a.max(0.0) },
+        area: if b <= 1e-18 { a.max(0.0) } else { b * n.ramp },
         axis,
         shift,
         mean: m - axis * shift,
