@@ -8,9 +8,8 @@ use std::path::PathBuf;
 
 use clap::Parser;
 use glam::Affine3A;
-use leadr::app::camera_file::CameraPose;
-use leadr::app::orbit::Orbit;
-use leadr::app::window::{Display, WindowOptions, run};
+use leadr::app::demo::orbit::Orbit;
+use leadr::app::demo::window::{Display, WindowOptions, run};
 use leadr::gpu::Gpu;
 use leadr::maps::procedural::rock;
 use leadr::render::frame::Renderer;
@@ -20,6 +19,7 @@ use leadr::render::scene::{FrameState, Object, Pose};
 use leadr::render::settings::RenderSettings;
 use leadr::render::surfaces::displacement::HeightField;
 use leadr::scenes::sphere::displaced_sphere;
+use leadr::scenes::view::CameraPose;
 
 /// A displaced sphere in a window.
 #[derive(Parser)]

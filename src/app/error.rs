@@ -2,6 +2,11 @@
 
 use thiserror::Error;
 
+use crate::gpu::GpuError;
+use crate::lab::error::LabError;
+use crate::maps::MapError;
+use crate::scenes::error::SceneError;
+
 /// A failed command. Each message is one sentence: what, why, and what would be right.
 #[derive(Debug, Error)]
 pub enum AppError {
@@ -29,14 +34,26 @@ impl AppError {
     }
 }
 
-impl From<crate::maps::MapError> for AppError {
-    fn from(error: crate::maps::MapError) -> Self {
+impl From<MapError> for AppError {
+    fn from(error: MapError) -> Self {
         Self::Failed(error.to_string())
     }
 }
 
-impl From<crate::gpu::GpuError> for AppError {
-    fn from(error: crate::gpu::GpuError) -> Self {
+impl From<GpuError> for AppError {
+    fn from(error: GpuError) -> Self {
+        Self::Failed(error.to_string())
+    }
+}
+
+impl From<SceneError> for AppError {
+    fn from(error: SceneError) -> Self {
+        Self::Failed(error.to_string())
+    }
+}
+
+impl From<LabError> for AppError {
+    fn from(error: LabError) -> Self {
         Self::Failed(error.to_string())
     }
 }

@@ -1,29 +1,19 @@
-//! Floor 6 · the `leadr` command: raw arguments ([`cli`]) → resolved configuration ([`config`]) → one file per command.
+//! Floor 6 · the `leadr` command. Each command has a folder with its arguments, which resolve to a configuration that lower floors
+//! understand; flags that several commands share are in [`flags`].
 //!
-//! stdout carries the result, stderr the talk. Exit codes: 0 done, 1 failed or over a threshold, 2 wrong usage.
+//! stdout carries the result, stderr the log. Exit codes: 0 done, 1 failed or over a threshold, 2 wrong usage.
 
 pub mod bench;
-pub mod camera_file;
 pub mod capture;
-pub mod cli;
+mod cli;
 pub mod compare;
-pub mod config;
 #[cfg(feature = "window")]
 pub mod demo;
 pub mod error;
-pub mod frame_source;
-pub mod frames;
-pub mod orbit;
+mod files;
+pub mod flags;
 pub mod output;
-pub mod renderer_source;
 pub mod report;
-pub mod save;
-pub mod shading;
-pub mod stage;
-pub mod values;
-pub mod waves;
-#[cfg(feature = "window")]
-pub mod window;
 
 use std::ffi::OsString;
 use std::process::ExitCode;
@@ -57,30 +47,12 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
 fn dispatch(cli: Cli) -> Result<(), AppError> {
     let output = Output::new(cli.output.json, cli.output.quiet);
     match cli.command {
-        Command::Capture(arguments) => {
-            let config = config::CaptureConfig::resolve(&arguments)?;
-            let mut source = renderer_source::open(&config, &output)?;
-            let report = capture::capture(&config, source.as_mut(), &output)?;
-            output.result(&report)
-        }
+        Command::Capture(arguments) => capture::run(&arguments, &output),
         #[cfg(feature = "window")]
-        Command::Demo(arguments) => {
-            let report = demo::demo(&arguments, &output)?;
-            output.result(&report)
-        }
-        Command::Bench(arguments) => {
-            if let Some(frames) = arguments.soak {
-                let report = bench::soak(&arguments, frames, &output)?;
-                return output.result(&report);
-            }
-            let report = bench::bench(&arguments, &output)?;
-            output.result(&report)
-        }
-        Command::Compare(arguments) => compare::compare(&arguments, &output),
-        Command::Report(arguments) => {
-            let summary = report::report(&arguments, &output)?;
-            output.result(&summary)
-        }
+        Command::Demo(arguments) => demo::run(&arguments, &output),
+        Command::Bench(arguments) => bench::run(&arguments, &output),
+        Command::Compare(arguments) => compare::run(&arguments, &output),
+        Command::Report(arguments) => report::run(&arguments, &output),
     }
 }
 

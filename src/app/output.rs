@@ -8,6 +8,7 @@ use serde::Serialize;
 use tracing_subscriber::EnvFilter;
 
 use super::error::AppError;
+use crate::lab::progress::{Bar, Progress};
 
 /// Where a command reports to.
 #[derive(Clone, Copy, Debug)]
@@ -42,24 +43,53 @@ impl Output {
             _ => Ok(()),
         }
     }
+}
 
-    /// Says on stderr what long work is at, unless quiet.
-    pub fn say(&self, line: &str) {
+impl Progress for Output {
+    /// On stderr, unless quiet.
+    fn say(&self, line: &str) {
         if !self.quiet {
-            // Nobody to talk to is no failure.
+            // A closed stderr is no failure.
             let _ = writeln!(io::stderr(), "{line}");
         }
     }
 
-    /// A progress bar over `steps` steps; it draws only for work of several steps, on a terminal, unless quiet.
-    #[must_use]
-    pub fn progress(&self, steps: usize) -> ProgressBar {
+    /// Drawn only for work of several steps, on a terminal, unless quiet.
+    fn bar(&self, steps: usize) -> Box<dyn Bar> {
         if self.quiet || steps < 2 || !io::stderr().is_terminal() {
-            return ProgressBar::hidden();
+            return Box::new(TerminalBar(ProgressBar::hidden()));
         }
         let style = ProgressStyle::with_template("{bar:32} {pos}/{len} {wide_msg} {eta} left");
-        ProgressBar::with_draw_target(Some(steps as u64), ProgressDrawTarget::stderr())
-            .with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
+        let bar = ProgressBar::with_draw_target(Some(steps as u64), ProgressDrawTarget::stderr())
+            .with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
+        Box::new(TerminalBar(bar))
+    }
+}
+
+struct TerminalBar(ProgressBar);
+
+impl Bar for TerminalBar {
+    fn message(&self, text: &str) {
+        self.0.set_message(text.to_owned());
+    }
+
+    fn step(&self) {
+        self.0.inc(1);
+    }
+
+    fn at(&self, step: usize) {
+        self.0.set_position(step as u64);
+    }
+
+    fn restart(&self, steps: usize) {
+        self.0.set_length(steps as u64);
+        self.0.set_position(0);
+    }
+}
+
+impl Drop for TerminalBar {
+    fn drop(&mut self) {
+        self.0.finish_and_clear();
     }
 }
 

@@ -1,12 +1,17 @@
 //! Floor 4 · scenes: pure functions of time that produce render inputs.
 
+pub mod config;
 pub mod daylight;
 pub mod deform;
+pub mod error;
 pub mod full_screen;
 pub mod ground;
+pub mod light;
 pub mod ocean;
 pub mod pillow;
 pub mod plane;
+pub mod registry;
+pub mod set;
 pub mod shore;
 pub mod snake;
 pub mod sphere;
@@ -14,3 +19,4 @@ pub mod spheres;
 pub mod stage;
 pub mod studio;
 pub mod trex;
+pub mod view;

@@ -88,6 +88,8 @@ pub struct Stage {
     pub points: Vec<PointLight>,
     /// The sea, to be handed to the renderer as the objects are.
     pub ocean: Option<Ocean>,
+    /// Linear albedo of what lies below the horizon of a sky around it.
+    pub below_horizon: [f32; 3],
     motion: Motion,
     anchor: Anchor,
     relief: Scale,
@@ -103,7 +105,8 @@ impl Stage {
         anchor: impl Fn(f64) -> Vec3 + Send + 'static,
     ) -> Self {
         let (motion, anchor, relief) = (Box::new(motion), Box::new(anchor), Box::new(|_| 1.0));
-        Self { objects, views, points: Vec::new(), ocean: None, motion, anchor, relief }
+        let below_horizon = Sky::default().ground_albedo;
+        Self { objects, views, points: Vec::new(), ocean: None, below_horizon, motion, anchor, relief }
     }
 
     /// A stage where nothing moves.
@@ -129,6 +132,18 @@ impl Stage {
     #[must_use]
     pub fn with_points(self, points: Vec<PointLight>) -> Self {
         Self { points, ..self }
+    }
+
+    /// Gives every displaced object the Beckmann roughness `alpha`, in `(0, 1]`, instead of its own. Smooth objects (eyes,
+    /// teeth, the floor under the spheres) keep theirs.
+    pub fn set_roughness(&mut self, alpha: f32) {
+        for object in self.objects.iter_mut().filter(|object| object.heights.is_some()) {
+            object.mesh.colors.iter_mut().for_each(|color| color[3] = alpha);
+            // The map multiplies the colours of the vertices.
+            for texel in object.color_map.iter_mut().flat_map(|map| &mut map.texels) {
+                texel[3] = u8::MAX;
+            }
+        }
     }
 
     /// The state at `time` seen by `camera`, which is placed relative to the anchor and so follows what moves.

@@ -3,3 +3,4 @@
 pub mod cascades;
 pub mod sea;
 pub mod spectrum;
+pub mod waves;

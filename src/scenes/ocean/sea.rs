@@ -54,5 +54,7 @@ pub fn stage(sea: &Sea, resolution: u32) -> Stage {
         Camera::looking_at(eye, eye + Vec3::new(cos, sin, -down).normalize() * height, 45.0)
     };
     let views = Views { near: from(2.5, 0.1), mid: from(100.0, 0.25), far: from(1000.0, 0.35) };
-    Stage::still(Vec::new(), views).with_ocean(ocean(sea, resolution, 1))
+    let mut stage = Stage::still(Vec::new(), views).with_ocean(ocean(sea, resolution, 1));
+    stage.below_horizon = BELOW_THE_HORIZON;
+    stage
 }

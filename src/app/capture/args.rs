@@ -1,0 +1,240 @@
+//! Arguments of `leadr capture`, and what they ask for.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use serde::Serialize;
+
+use super::frames::{FRAME, FileKind, OutputPattern, Timeline};
+use crate::app::error::AppError;
+use crate::app::flags::device::DeviceArgs;
+use crate::app::flags::scene::SceneArgs;
+use crate::app::flags::values::{CameraChoice, FrameRange, Layer, Shard, not_negative, positive, sweep};
+use crate::scenes::config::SceneConfig;
+use crate::scenes::stage::Sweep;
+
+/// Shown below the help.
+pub const EXAMPLES: &str = "Examples:
+  leadr capture                                       the T-rex, into out/
+  leadr capture --camera far --samples 16 -o far.png
+  leadr capture --frames 0..48 --fps 24 -o 'out/walk-{frame}.png' --resume
+  leadr capture --frames 0..48 --shard 2/8 -o 'out/walk-{frame}.png'
+  leadr capture --frames 0..60 --sweep 5..200 -o 'out/away-{frame}.png'
+  leadr capture --scene shore --time-of-day 6.2
+  leadr capture --scene ocean --frames 0..240 --day-length 10 -o 'out/day-{frame}.png'
+  leadr capture --scene plane --height-map bricks.png --height-scale 0.05 --distance 20
+  leadr capture --layers depth,normal,covariance -o trex.exr";
+
+/// Arguments of `leadr capture`.
+#[derive(Clone, Debug, Args)]
+pub struct CaptureArgs {
+    /// The scene.
+    #[command(flatten)]
+    pub scene: SceneArgs,
+    /// The device.
+    #[command(flatten)]
+    pub device: DeviceArgs,
+    /// Moment of the animation, seconds
+    #[arg(long, value_name = "SECONDS", default_value = "0", conflicts_with = "frames", value_parser = not_negative)]
+    pub time: f32,
+    /// Render frames A to B-1; frame F shows the time F / fps
+    #[arg(long, value_name = "A..B")]
+    pub frames: Option<FrameRange>,
+    /// Frames per second
+    #[arg(long, value_name = "F", default_value = "30", requires = "frames", value_parser = positive)]
+    pub fps: f32,
+    /// Instead of time, change the distance of the camera from its target, metres, by the same factor per frame
+    #[arg(long, value_name = "NEAR..FAR", requires = "frames", conflicts_with_all = ["distance", "fps"], value_parser = sweep)]
+    pub sweep: Option<Sweep>,
+    /// Render only every N-th frame, starting with the I-th
+    #[arg(long, value_name = "I/N", requires = "frames")]
+    pub shard: Option<Shard>,
+    /// Keep the files of an earlier run that are complete and of the right size
+    #[arg(long)]
+    pub resume: bool,
+    /// Further layers to write (EXR only)
+    #[arg(long, value_name = "NAME,...", value_enum, value_delimiter = ',')]
+    pub layers: Vec<Layer>,
+    /// File to write: .png or .exr, with {frame} in its name for a sequence [default: out/SCENE-TECHNIQUE-CAMERA...]
+    #[arg(long, short, value_name = "FILE")]
+    pub output: Option<PathBuf>,
+}
+
+/// Everything that `leadr capture` needs to know; units as in [`CaptureArgs`].
+#[derive(Clone, Debug, Serialize)]
+pub struct CaptureConfig {
+    /// What is drawn and how.
+    #[serde(flatten)]
+    pub scene: SceneConfig,
+    /// On which device.
+    #[serde(flatten)]
+    pub device: DeviceArgs,
+    /// Which moments.
+    pub timeline: Timeline,
+    /// What is written beside the colour, each once, in a fixed order.
+    pub layers: Vec<Layer>,
+    /// Where to.
+    pub output: OutputPattern,
+    /// Keep complete frames that are already there.
+    pub resume: bool,
+}
+
+impl CaptureArgs {
+    /// Checks the arguments against each other and reads the camera file, if one is named.
+    ///
+    /// # Errors
+    /// [`AppError::Usage`] if flags contradict each other, [`AppError::Failed`] if a file is wrong.
+    pub fn resolve(&self) -> Result<CaptureConfig, AppError> {
+        let a = self.clone();
+        let timeline = match a.frames {
+            Some(frames) => Timeline::Sequence { frames, fps: f64::from(a.fps), shard: a.shard, sweep: a.sweep },
+            None => Timeline::Still { time: f64::from(a.time) },
+        };
+        let path = a.output.clone().unwrap_or_else(|| default_output(&a, &timeline));
+        let output = OutputPattern::new(&path, &timeline)?;
+        if output.kind == FileKind::Png && !a.layers.is_empty() {
+            return Err(AppError::Usage(format!("--layers needs an .exr output, not '{}'", path.display())));
+        }
+        let mut layers = a.layers;
+        layers.sort_unstable();
+        layers.dedup();
+        let scene = a.scene.resolve()?;
+        Ok(CaptureConfig { scene, device: a.device, timeline, layers, output, resume: a.resume })
+    }
+}
+
+fn default_output(a: &CaptureArgs, timeline: &Timeline) -> PathBuf {
+    let camera = match &a.scene.camera {
+        CameraChoice::Near => "near",
+        CameraChoice::Mid => "mid",
+        CameraChoice::Far => "far",
+        CameraChoice::File(_) => "camera",
+    };
+    let frame = if matches!(timeline, Timeline::Sequence { .. }) { format!("-{FRAME}") } else { String::new() };
+    let kind = if a.layers.is_empty() { "png" } else { "exr" };
+    let (scene, technique) = (a.scene.scene.name, a.scene.shading.technique.name());
+    PathBuf::from("out").join(format!("{scene}-{technique}-{camera}{frame}.{kind}"))
+}
+
+#[cfg(test)]
+pub mod tests {
+    use super::*;
+    use crate::app::flags::values::Layer;
+    use crate::reflectance::masking::shadowing::Shadowing;
+    use crate::render::settings::{Quadrature, Technique, Terms};
+    use crate::scenes::view::{Size, View};
+    use clap::Parser;
+
+    #[derive(Parser)]
+    struct Capture {
+        #[command(flatten)]
+        arguments: CaptureArgs,
+    }
+
+    /// Resolves `leadr capture …`.
+    pub fn resolve(flags: &[&str]) -> Result<CaptureConfig, AppError> {
+        let capture = Capture::try_parse_from([&["capture"], flags].concat());
+        capture.map_err(|e| AppError::Usage(e.to_string()))?.arguments.resolve()
+    }
+
+    #[test]
+    fn defaults_name_a_file_in_out() {
+        let file = |flags: &[&str]| resolve(flags).unwrap().output.path(3);
+        assert_eq!(file(&[]), PathBuf::from("out/trex-leadr-mid.png"));
+        assert_eq!(file(&["--frames", "0..9", "--camera", "far"]), PathBuf::from("out/trex-leadr-far-0003.png"));
+        assert_eq!(file(&["--layers", "depth"]), PathBuf::from("out/trex-leadr-mid.exr"));
+    }
+
+    #[test]
+    fn flags_reach_the_configuration() {
+        let config = resolve(&[
+            "--scene",
+            "plane",
+            "--height-map",
+            "h.png",
+            "--height-scale",
+            "0.5",
+            "--sun",
+            "-30,60",
+            "--technique",
+            "normal-mip",
+            "--grid",
+            "7",
+            "--masking",
+            "masking",
+            "--terms",
+            "diffuse-lights",
+            "--no-displacement",
+            "--camera",
+            "near",
+            "--distance",
+            "7",
+            "--size",
+            "64x32",
+            "--samples",
+            "9",
+            "--edge-samples",
+            "8",
+            "--seed",
+            "4",
+            "--exposure",
+            "-1.5",
+            "--atlas-tile",
+            "32",
+            "--roughness",
+            "0.2",
+            "--layers",
+            "lod,depth,lod",
+            "-o",
+            "a.exr",
+            "--device",
+            "llvmpipe",
+            "--validation",
+            "--time",
+            "0.25",
+        ])
+        .unwrap();
+        let scene = &config.scene;
+        assert_eq!((scene.scene.name, scene.shading.technique()), ("plane", Technique::NormalMip));
+        assert_eq!((scene.height_map.as_deref(), scene.height_scale), (Some("h.png".as_ref()), 0.5));
+        assert_eq!((scene.sun.azimuth, scene.sun.elevation), (-30.0, 60.0));
+        let shading = scene.shading;
+        let integral = shading.integral().unwrap();
+        assert_eq!((integral.quadrature, integral.shadowing), (Quadrature::Grid(7), Shadowing::None));
+        assert_eq!((shading.terms(), scene.displacement), (Terms::DIFFUSE_LIGHTS, false));
+        assert_eq!((scene.view, scene.distance), (View::Near, Some(7.0)));
+        assert_eq!((scene.size, scene.samples, scene.seed), (Size { width: 64, height: 32 }, 9, 4));
+        assert_eq!(shading.edge_samples(), Some(8));
+        assert_eq!((scene.exposure, scene.atlas_tile, scene.roughness), (-1.5, 32, Some(0.2)));
+        assert_eq!((config.device.device.as_deref(), config.device.validation), (Some("llvmpipe"), true));
+        assert_eq!(config.layers, [Layer::Depth, Layer::Lod]);
+        assert_eq!(config.timeline, Timeline::Still { time: 0.25 });
+    }
+
+    #[test]
+    fn contradictions_are_wrong_usage() {
+        let cases: [&[&str]; 18] = [
+            &["--time-of-day", "6", "--sun", "0,10"],
+            &["--time-of-day", "25"],
+            &["--day-length", "60", "--environment", "studio"],
+            &["--relief-shadows"],
+            &["--edge-samples", "0"],
+            &["--edge-samples", "4", "--technique", "reference"],
+            &["--sweep", "1..2"],
+            &["--frames", "0..4", "--sweep", "1..2", "--distance", "3"],
+            &["--frames", "0..4", "--sweep", "1..2", "--fps", "3"],
+            &["--layers", "depth", "-o", "a.png"],
+            &["--frames", "0..4", "-o", "a.png"],
+            &["-o", "a-{frame}.png"],
+            &["--frames", "0..4", "--time", "1"],
+            &["--shard", "1/2"],
+            &["--fps", "24"],
+            &["--height-map", "h.png"],
+            &["--grid", "0"],
+            &["--samples", "0"],
+        ];
+        for flags in cases {
+            assert_eq!(resolve(flags).expect_err(&flags.join(" ")).exit_code(), 2, "{flags:?}");
+        }
+    }
+}

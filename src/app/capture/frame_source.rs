@@ -1,0 +1,46 @@
+//! Where a capture's pictures come from: the renderer, or in tests something that needs no device.
+
+use serde::Serialize;
+
+use super::frames::Moment;
+use crate::app::error::AppError;
+use crate::app::flags::device::DeviceInfo;
+use crate::app::flags::values::Layer;
+
+/// How long one pass took.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct PassTime {
+    /// The pass.
+    pub pass: String,
+    /// Milliseconds on the device.
+    pub ms: f64,
+}
+
+/// One picture in rows from the top left.
+#[derive(Clone, Debug, Default)]
+pub struct Frame {
+    /// Pixels across.
+    pub width: u32,
+    /// Pixels down.
+    pub height: u32,
+    /// Linear Rec. 709 radiance and coverage, `width · height` long.
+    pub color: Vec<[f32; 4]>,
+    /// The layers that were asked for; each plane is `width · height` long, in the order of [`Layer::channels`].
+    pub layers: Vec<(Layer, Vec<Vec<f32>>)>,
+    /// Factor on the radiance of a picture that is looked at.
+    pub exposure: f32,
+    /// Device time per pass, in order.
+    pub passes: Vec<PassTime>,
+}
+
+/// Renders moments of one configured capture. The same moment gives the same bits.
+pub trait FrameSource {
+    /// What renders.
+    fn device(&self) -> DeviceInfo;
+
+    /// Renders one moment.
+    ///
+    /// # Errors
+    /// If the device fails.
+    fn render(&mut self, moment: Moment) -> Result<Frame, AppError>;
+}

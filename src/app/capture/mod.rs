@@ -1,0 +1,298 @@
+//! `leadr capture`: renders the moments that were asked for and writes each beside its place, then renames it.
+
+pub mod args;
+pub mod frame_source;
+pub mod frames;
+pub mod renderer_source;
+pub mod save;
+
+use std::fmt;
+use std::path::PathBuf;
+use std::time::Instant;
+
+use serde::Serialize;
+
+use self::args::{CaptureArgs, CaptureConfig};
+use self::frame_source::{Frame, FrameSource, PassTime};
+use self::frames::Moment;
+use crate::app::error::AppError;
+use crate::app::flags::device::DeviceInfo;
+use crate::app::output::Output;
+use crate::lab::progress::Progress;
+
+/// What a capture made.
+#[derive(Debug, Serialize)]
+pub struct CaptureReport<'a> {
+    command: &'static str,
+    #[serde(flatten)]
+    device: DeviceInfo,
+    settings: &'a CaptureConfig,
+    frames: Vec<FrameReport>,
+    /// Wall-clock seconds, files included.
+    seconds: f64,
+}
+
+/// One file of a capture.
+#[derive(Debug, Serialize)]
+pub struct FrameReport {
+    #[serde(flatten)]
+    moment: Moment,
+    file: PathBuf,
+    /// The file was there already (`--resume`).
+    kept: bool,
+    passes: Vec<PassTime>,
+}
+
+impl fmt::Display for CaptureReport<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for frame in &self.frames {
+            writeln!(f, "{}{}", frame.file.display(), if frame.kept { " (kept)" } else { "" })?;
+        }
+        write!(f, "{} frame(s) in {:.1} s on {}", self.frames.len(), self.seconds, self.device.device)
+    }
+}
+
+/// Renders what the arguments ask for and prints the report.
+///
+/// # Errors
+/// Flags that contradict each other, wrong input files, no device, a frame that fails.
+pub fn run(arguments: &CaptureArgs, output: &Output) -> Result<(), AppError> {
+    let config = arguments.resolve()?;
+    let mut source = renderer_source::open(&config, output)?;
+    output.result(&capture(&config, source.as_mut(), output)?)
+}
+
+/// Renders and writes every moment of `config` with `source`.
+///
+/// # Errors
+/// If rendering or writing fails, naming the frame; frames written before stay.
+pub fn capture<'a>(
+    config: &'a CaptureConfig,
+    source: &mut dyn FrameSource,
+    output: &Output,
+) -> Result<CaptureReport<'a>, AppError> {
+    let start = Instant::now();
+    let moments = config.timeline.moments();
+    let bar = output.bar(moments.len());
+    let mut frames = Vec::with_capacity(moments.len());
+    for moment in moments {
+        let file = config.output.path(moment.frame);
+        bar.message(&file.display().to_string());
+        let kept = config.resume && save::is_complete(&file, config.output.kind, config.scene.size);
+        let passes = if kept {
+            Vec::new()
+        } else {
+            let frame = render_frame(config, source, moment)?;
+            save::save(&file, config.output.kind, &frame, config.scene.exposure)?;
+            frame.passes
+        };
+        frames.push(FrameReport { moment, file, kept, passes });
+        bar.step();
+    }
+    drop(bar);
+    let seconds = start.elapsed().as_secs_f64();
+    Ok(CaptureReport { command: "capture", device: source.device(), settings: config, frames, seconds })
+}
+
+/// Renders one moment and checks that what came back is what was asked for.
+fn render_frame(config: &CaptureConfig, source: &mut dyn FrameSource, moment: Moment) -> Result<Frame, AppError> {
+    let fault = |what: String| AppError::Failed(format!("frame {}: {what}", moment.frame));
+    let frame = source.render(moment).map_err(|e| fault(e.to_string()))?;
+    let (width, height) = (config.scene.size.width, config.scene.size.height);
+    let pixels = width as usize * height as usize;
+    if (frame.width, frame.height) != (width, height) || frame.color.len() != pixels {
+        return Err(fault(format!("the renderer returned {}x{} pixels", frame.width, frame.height)));
+    }
+    for &layer in &config.layers {
+        let planes = frame.layers.iter().find(|(name, _)| *name == layer).map(|(_, planes)| planes);
+        let right = planes.is_some_and(|p| p.len() == layer.channels().len() && p.iter().all(|c| c.len() == pixels));
+        if !right {
+            return Err(fault(format!("the renderer returned no {} layer", layer.channels()[0])));
+        }
+    }
+    if let Some(at) = frame.color.iter().position(|c| !c.iter().all(|v| v.is_finite())) {
+        let (x, y) = (at % width as usize, at / width as usize);
+        return Err(fault(format!("the radiance at pixel ({x}, {y}) is not finite: {:?}", frame.color[at])));
+    }
+    Ok(frame)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::args::tests::resolve;
+    use super::*;
+    use crate::app::flags::values::Layer;
+    use crate::scenes::config::SceneConfig;
+    use crate::scenes::view::Size;
+    use std::path::Path;
+
+    /// Draws a gradient that depends on the time, counts its calls, and fails at a chosen frame.
+    #[derive(Default)]
+    struct Double {
+        size: (u32, u32),
+        layers: Vec<Layer>,
+        calls: u32,
+        fail_at: Option<u32>,
+        poison: bool,
+    }
+
+    impl Double {
+        fn new(config: &CaptureConfig) -> Self {
+            let Size { width, height } = config.scene.size;
+            Self { size: (width, height), layers: config.layers.clone(), ..Self::default() }
+        }
+    }
+
+    impl FrameSource for Double {
+        fn device(&self) -> DeviceInfo {
+            DeviceInfo { device: "double".into(), driver: "none".into() }
+        }
+
+        fn render(&mut self, moment: Moment) -> Result<Frame, AppError> {
+            self.calls += 1;
+            if self.fail_at == Some(moment.frame) {
+                return Err(AppError::Failed("the device was lost".into()));
+            }
+            let (width, height) = self.size;
+            let pixels = (width * height) as usize;
+            let value = |i: usize| (i as f32 + moment.time as f32) / (pixels as f32 + 1.0);
+            let mut color: Vec<_> = (0..pixels).map(|i| [value(i), 0.5, 0.0, 1.0]).collect();
+            if self.poison {
+                color[pixels - 1][0] = f32::NAN;
+            }
+            let planes = |layer: Layer| layer.channels().iter().map(|_| (0..pixels).map(value).collect()).collect();
+            let layers = self.layers.iter().map(|&layer| (layer, planes(layer))).collect();
+            let passes = vec![PassTime { pass: "geometry".into(), ms: 1.5 }];
+            Ok(Frame { width, height, color, layers, exposure: 1.0, passes })
+        }
+    }
+
+    fn configure(folder: &Path, name: &str, flags: &[&str]) -> CaptureConfig {
+        let path = folder.join(name);
+        resolve(&[&["--size", "5x3", "-o", path.to_str().unwrap()], flags].concat()).unwrap()
+    }
+
+    fn sized(config: &CaptureConfig, width: u32, height: u32) -> SceneConfig {
+        SceneConfig { size: Size { width, height }, ..config.scene.clone() }
+    }
+
+    fn files(folder: &Path) -> Vec<String> {
+        let entries = std::fs::read_dir(folder).unwrap();
+        let mut names: Vec<_> = entries.map(|e| e.unwrap().file_name().into_string().unwrap()).collect();
+        names.sort();
+        names
+    }
+
+    fn run(config: &CaptureConfig, double: &mut Double) -> Result<serde_json::Value, AppError> {
+        capture(config, double, &Output::new(true, true)).map(|report| serde_json::to_value(&report).unwrap())
+    }
+
+    #[test]
+    fn the_same_call_gives_the_same_bytes_and_another_moment_does_not() {
+        let folder = tempfile::tempdir().unwrap();
+        for kind in ["png", "exr"] {
+            let mut bytes = Vec::new();
+            for time in ["1", "1", "3"] {
+                let config = configure(folder.path(), &format!("a.{kind}"), &["--time", time]);
+                run(&config, &mut Double::new(&config)).unwrap();
+                bytes.push(std::fs::read(config.output.path(0)).unwrap());
+            }
+            assert_eq!(bytes[0], bytes[1]);
+            assert_ne!(bytes[1], bytes[2]);
+        }
+        assert_eq!(files(folder.path()), ["a.exr", "a.png"]);
+    }
+
+    #[test]
+    fn shards_write_the_frames_of_the_whole_range() {
+        let (whole, parts) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+        let flags = ["--frames", "3..8"];
+        let config = configure(whole.path(), "{frame}.png", &flags);
+        run(&config, &mut Double::new(&config)).unwrap();
+        for shard in ["1/2", "2/2"] {
+            let config = configure(parts.path(), "{frame}.png", &[&flags[..], &["--shard", shard]].concat());
+            run(&config, &mut Double::new(&config)).unwrap();
+        }
+        assert_eq!(files(whole.path()), ["0003.png", "0004.png", "0005.png", "0006.png", "0007.png"]);
+        assert_eq!(files(whole.path()), files(parts.path()));
+        for name in files(whole.path()) {
+            let read = |folder: &Path| std::fs::read(folder.join(&name)).unwrap();
+            assert_eq!(read(whole.path()), read(parts.path()), "{name}");
+        }
+    }
+
+    #[test]
+    fn a_failed_range_resumes_where_it_stopped_and_renders_damaged_frames_again() {
+        let folder = tempfile::tempdir().unwrap();
+        for kind in ["png", "exr"] {
+            let config = configure(folder.path(), &format!("{{frame}}.{kind}"), &["--frames", "0..5", "--resume"]);
+            let mut double = Double { fail_at: Some(3), ..Double::new(&config) };
+            let fault = run(&config, &mut double).unwrap_err().to_string();
+            assert!(fault.contains("frame 3") && fault.contains("lost"), "{fault}");
+            let intact = std::fs::read(config.output.path(1)).unwrap();
+            std::fs::write(config.output.path(1), &intact[..intact.len() - 20]).unwrap();
+
+            let mut double = Double::new(&config);
+            let report = run(&config, &mut double).unwrap();
+            assert_eq!(double.calls, 3, "frames 1 (damaged), 3 and 4");
+            let kept: Vec<_> = (0..5).map(|i| report["frames"][i]["kept"].as_bool().unwrap()).collect();
+            assert_eq!(kept, [true, false, true, false, false]);
+            assert_eq!(std::fs::read(config.output.path(1)).unwrap(), intact);
+
+            let other_size = CaptureConfig { scene: sized(&config, 4, 3), ..config };
+            let mut double = Double::new(&other_size);
+            run(&other_size, &mut double).unwrap();
+            assert_eq!(double.calls, 5, "frames of another size are not kept");
+        }
+    }
+
+    #[test]
+    fn a_failed_write_leaves_the_old_file_and_no_other() {
+        let folder = tempfile::tempdir().unwrap();
+        let blocked = folder.path().join("folder.png");
+        std::fs::create_dir(&blocked).unwrap();
+        let config = configure(folder.path(), "folder.png", &[]);
+        let fault = run(&config, &mut Double::new(&config)).unwrap_err().to_string();
+        assert!(fault.contains("folder.png"), "{fault}");
+        assert_eq!(files(folder.path()), ["folder.png"]);
+    }
+
+    #[test]
+    fn folders_are_made_and_one_pixel_is_enough() {
+        let folder = tempfile::tempdir().unwrap();
+        let config = configure(folder.path(), "a/b/c.exr", &[]);
+        let config = CaptureConfig { scene: sized(&config, 1, 1), ..config };
+        run(&config, &mut Double::new(&config)).unwrap();
+        assert!(config.output.path(0).is_file());
+    }
+
+    #[test]
+    fn radiance_that_is_not_finite_is_refused_with_its_place() {
+        let folder = tempfile::tempdir().unwrap();
+        let config = configure(folder.path(), "a.png", &[]);
+        let mut double = Double { poison: true, ..Double::new(&config) };
+        let fault = run(&config, &mut double).unwrap_err().to_string();
+        assert!(fault.contains("(4, 2)"), "{fault}");
+        assert!(files(folder.path()).is_empty());
+    }
+
+    #[test]
+    fn a_missing_layer_is_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let config = configure(folder.path(), "a.exr", &["--layers", "depth,normal"]);
+        let mut double = Double { layers: vec![Layer::Depth], ..Double::new(&config) };
+        assert!(run(&config, &mut double).unwrap_err().to_string().contains("normal"));
+        run(&config, &mut Double::new(&config)).unwrap();
+    }
+
+    #[test]
+    fn the_report_says_what_was_made_on_what() {
+        let folder = tempfile::tempdir().unwrap();
+        let config = configure(folder.path(), "a.png", &["--time", "0.5"]);
+        let report = run(&config, &mut Double::new(&config)).unwrap();
+        assert_eq!((&report["command"], &report["device"]), (&"capture".into(), &"double".into()));
+        assert_eq!(report["settings"]["technique"], "leadr");
+        assert_eq!(report["frames"][0]["time"], 0.5);
+        assert_eq!(report["frames"][0]["passes"][0]["pass"], "geometry");
+    }
+}

@@ -1,0 +1,64 @@
+//! A frame as a file, and whether a file is a whole frame.
+
+use std::path::Path;
+
+use exr::prelude as ex;
+
+use super::frame_source::Frame;
+use super::frames::FileKind;
+use crate::app::error::AppError;
+use crate::app::files::make_folder_of;
+use crate::maps::tonemap::Tonemap;
+use crate::maps::{self, RgbImage};
+use crate::scenes::view::Size;
+
+/// No frame has more channels than this; an EXR with more is not one of ours.
+const MAX_CHANNELS: usize = 32;
+
+/// Writes `frame` to `path` all or nothing, making the folders above it: tonemapped sRGB to a PNG, linear radiance and
+/// layers to an EXR. `exposure`, in stops over the frame's own, applies to PNG alone.
+///
+/// # Errors
+/// If the frame cannot be encoded or the file not written; then `path` is what it was.
+pub fn save(path: &Path, kind: FileKind, frame: &Frame, exposure: f32) -> Result<(), AppError> {
+    make_folder_of(path)?;
+    match kind {
+        FileKind::Png => {
+            let texels = frame.color.iter().map(|c| [c[0], c[1], c[2]]).collect();
+            let image = RgbImage::new(frame.width, frame.height, texels).map_err(|fault| fault.in_file(path))?;
+            maps::save::save_png(path, &image, frame.exposure * exposure.exp2(), Tonemap::default())?;
+        }
+        FileKind::Exr => {
+            let color: [Vec<f32>; 4] = std::array::from_fn(|i| frame.color.iter().map(|c| c[i]).collect());
+            let mut channels: Vec<(&str, &[f32])> =
+                ["R", "G", "B", "A"].into_iter().zip(color.iter().map(Vec::as_slice)).collect();
+            for (layer, planes) in &frame.layers {
+                channels.extend(layer.channels().iter().copied().zip(planes.iter().map(Vec::as_slice)));
+            }
+            maps::save::save_exr(path, frame.width, frame.height, &channels)?;
+        }
+    }
+    Ok(())
+}
+
+/// Whether `path` is a whole picture of this kind and size: it decodes to its end.
+#[must_use]
+pub fn is_complete(path: &Path, kind: FileKind, size: Size) -> bool {
+    match kind {
+        FileKind::Png => {
+            maps::load_color_srgb8(path).is_ok_and(|image| (image.width, image.height) == (size.width, size.height))
+        }
+        FileKind::Exr => exr_is_complete(path, size).is_some(),
+    }
+}
+
+fn exr_is_complete(path: &Path, size: Size) -> Option<()> {
+    use ex::{ReadChannels, ReadLayers};
+    // The header is checked before a decoder takes memory for it.
+    let meta = exr::meta::MetaData::read_from_file(path, false).ok()?;
+    let [header] = meta.headers.as_slice() else { return None };
+    let fits = header.layer_size == ex::Vec2(size.width as usize, size.height as usize);
+    (fits && header.channels.list.len() <= MAX_CHANNELS).then_some(())?;
+    let image = ex::read().no_deep_data().largest_resolution_level().all_channels().all_layers().all_attributes();
+    image.from_file(path).is_ok().then_some(())
+}

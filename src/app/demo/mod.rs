@@ -1,0 +1,84 @@
+//! `leadr demo`: the scene in a window, with a camera that circles what it follows.
+
+pub mod args;
+pub mod orbit;
+pub mod window;
+
+use std::fmt;
+
+use serde::Serialize;
+
+use self::args::DemoArgs;
+use self::orbit::Orbit;
+use self::window::{Display, WindowOptions, WindowReport};
+use crate::app::error::AppError;
+use crate::app::flags::device::{DeviceArgs, DeviceInfo};
+use crate::app::output::Output;
+use crate::gpu::Gpu;
+use crate::lab::progress::Progress;
+use crate::scenes::config::SceneConfig;
+use crate::scenes::set::{Inputs, Set, set};
+use crate::scenes::view::CameraPose;
+
+/// What a demo was asked for.
+#[derive(Debug, Serialize)]
+struct DemoConfig {
+    #[serde(flatten)]
+    scene: SceneConfig,
+    #[serde(flatten)]
+    device: DeviceArgs,
+}
+
+/// What a demo showed.
+#[derive(Debug, Serialize)]
+pub struct DemoReport {
+    command: &'static str,
+    #[serde(flatten)]
+    device: DeviceInfo,
+    settings: DemoConfig,
+    #[serde(flatten)]
+    window: WindowReport,
+}
+
+impl fmt::Display for DemoReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for file in &self.window.screenshots {
+            writeln!(f, "{}", file.display())?;
+        }
+        write!(f, "{} frame(s) on {}", self.window.frames, self.device.device)
+    }
+}
+
+/// Shows a scene until its window is closed, or for as many frames as `arguments` say, and prints what was shown.
+///
+/// # Errors
+/// Flags or files that are wrong, no display, no device that can draw on it, a lost device; with `--validation`, any
+/// validation message.
+pub fn run(arguments: &DemoArgs, output: &Output) -> Result<(), AppError> {
+    output.result(&demo(arguments, output)?)
+}
+
+fn demo(arguments: &DemoArgs, output: &Output) -> Result<DemoReport, AppError> {
+    let config = arguments.scene.resolve()?;
+    // Files first: their faults are found in no time and need neither display nor device.
+    let inputs = Inputs::load(&config)?;
+    // The device must be able to draw on the display, so the display comes before it.
+    let display = Display::open()?;
+    let device = arguments.device.clone();
+    let gpu = Gpu::new(&display.gpu_options(device.device.clone(), device.validation)?)?;
+    let Set { renderer, animation, camera } = set(&config, inputs, &gpu, &output.share(config.scene.making))?;
+    let options = WindowOptions {
+        title: "leadr".to_owned(),
+        time: f64::from(arguments.time),
+        exposure: config.exposure.exp2(),
+        frames: arguments.frames,
+        ..Default::default()
+    };
+    let orbit = Orbit::new(&CameraPose::of(&camera));
+    let window = window::run(display, renderer, animation, orbit, config.render_settings(), options)?;
+    if let Some(first) = gpu.take_validation_messages().first() {
+        return Err(AppError::Failed(format!("Vulkan validation: {first}")));
+    }
+    let settings = DemoConfig { scene: config, device };
+    Ok(DemoReport { command: "demo", device: DeviceInfo::of(&gpu), settings, window })
+}

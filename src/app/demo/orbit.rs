@@ -1,0 +1,156 @@
+//! A camera that circles its target: how the mouse moves the view in the window.
+
+use glam::Vec3;
+
+use crate::scenes::view::CameraPose;
+
+/// Steepest view, degrees: straight up or down there is no heading.
+const MAX_ELEVATION: f32 = 89.0;
+/// Degrees per dragged pixel.
+const DEGREES_PER_PIXEL: f32 = 0.3;
+/// Factor on the distance per zoom step (one wheel notch).
+const ZOOM_STEP: f32 = 0.9;
+/// Closest and farthest eye, metres from the target.
+const DISTANCES: (f32, f32) = (0.2, 2000.0);
+
+/// The state of the orbit camera; z is up.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Orbit {
+    target: Vec3,
+    /// Degrees counter-clockwise from +x, of the eye as seen from the target.
+    azimuth: f32,
+    /// Degrees of the eye above the target.
+    elevation: f32,
+    distance: f32,
+    fov_degrees: f32,
+}
+
+impl Orbit {
+    /// Starts where `pose` is; its `up` becomes z.
+    #[must_use]
+    pub fn new(pose: &CameraPose) -> Self {
+        let target = Vec3::from_array(pose.target);
+        let offset = Vec3::from_array(pose.position) - target;
+        let distance = offset.length().clamp(DISTANCES.0, DISTANCES.1);
+        let elevation = offset.z.atan2(offset.truncate().length()).to_degrees();
+        Self {
+            target,
+            azimuth: offset.y.atan2(offset.x).to_degrees(),
+            elevation: elevation.clamp(-MAX_ELEVATION, MAX_ELEVATION),
+            distance,
+            fov_degrees: pose.fov_degrees,
+        }
+    }
+
+    /// The point it circles, metres.
+    #[must_use]
+    pub fn target(&self) -> Vec3 {
+        self.target
+    }
+
+    /// Turns as if the scene were dragged by so many pixels, right and down.
+    pub fn turn(&mut self, right: f32, down: f32) {
+        self.azimuth = (self.azimuth - right * DEGREES_PER_PIXEL).rem_euclid(360.0);
+        self.elevation = (self.elevation + down * DEGREES_PER_PIXEL).clamp(-MAX_ELEVATION, MAX_ELEVATION);
+    }
+
+    /// Moves closer by `steps` wheel notches, or away if negative.
+    pub fn zoom(&mut self, steps: f32) {
+        self.distance = (self.distance * ZOOM_STEP.powf(steps)).clamp(DISTANCES.0, DISTANCES.1);
+    }
+
+    /// Shifts the target so that it follows a drag by so many pixels, right and down, in a window `height` high.
+    pub fn pan(&mut self, right: f32, down: f32, height: f32) {
+        let eye = self.offset() / self.distance;
+        let side = Vec3::Z.cross(eye).normalize_or_zero();
+        let up = eye.cross(side);
+        let metres = 2.0 * self.distance * (self.fov_degrees.to_radians() / 2.0).tan() / height.max(1.0);
+        self.target += (up * down - side * right) * metres;
+    }
+
+    fn offset(&self) -> Vec3 {
+        let (azimuth, elevation) = (self.azimuth.to_radians(), self.elevation.to_radians());
+        Vec3::new(azimuth.cos() * elevation.cos(), azimuth.sin() * elevation.cos(), elevation.sin()) * self.distance
+    }
+
+    /// The camera now.
+    #[must_use]
+    pub fn pose(&self) -> CameraPose {
+        CameraPose {
+            position: (self.target + self.offset()).to_array(),
+            target: self.target.to_array(),
+            up: [0.0, 0.0, 1.0],
+            fov_degrees: self.fov_degrees,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn start() -> (CameraPose, Orbit) {
+        let pose =
+            CameraPose { position: [6.0, -8.0, 5.0], target: [0.0, 0.0, 2.0], up: [0.0, 0.0, 1.0], fov_degrees: 40.0 };
+        (pose, Orbit::new(&pose))
+    }
+
+    fn near(a: [f32; 3], b: [f32; 3]) -> bool {
+        (Vec3::from_array(a) - Vec3::from_array(b)).length() < 1e-4
+    }
+
+    #[test]
+    fn it_starts_at_the_pose_given() {
+        let (pose, orbit) = start();
+        assert!(near(orbit.pose().position, pose.position) && orbit.pose().target == pose.target);
+    }
+
+    #[test]
+    fn turning_keeps_the_distance_and_never_passes_the_poles() {
+        let (_, mut orbit) = start();
+        let before = orbit.distance;
+        orbit.turn(250.0, 1e6);
+        let pose = orbit.pose();
+        let offset = Vec3::from_array(pose.position) - Vec3::from_array(pose.target);
+        assert!((offset.length() - before).abs() < 1e-3 && offset.truncate().length() > 0.1);
+        orbit.turn(0.0, -2e6);
+        assert!(orbit.pose().position[2] < 0.0 && orbit.elevation >= -MAX_ELEVATION);
+    }
+
+    #[test]
+    fn dragging_right_moves_the_scene_right() {
+        // Seen from −y, a point in front of the target moves to +x when the eye moves to −x.
+        let mut orbit = Orbit::new(&CameraPose {
+            position: [0.0, -10.0, 0.0],
+            target: [0.0; 3],
+            up: [0.0, 0.0, 1.0],
+            fov_degrees: 40.0,
+        });
+        orbit.turn(10.0, 0.0);
+        assert!(orbit.pose().position[0] < 0.0);
+    }
+
+    #[test]
+    fn zoom_reverses_and_is_bounded() {
+        let (_, mut orbit) = start();
+        let before = orbit.distance;
+        orbit.zoom(3.0);
+        assert!(orbit.distance < before);
+        orbit.zoom(-3.0);
+        assert!((orbit.distance - before).abs() < 1e-3);
+        orbit.zoom(1e9);
+        assert_eq!(orbit.distance, DISTANCES.0);
+        orbit.zoom(-1e9);
+        assert_eq!(orbit.distance, DISTANCES.1);
+    }
+
+    #[test]
+    fn a_pan_over_the_whole_window_moves_by_what_it_shows() {
+        let (_, mut orbit) = start();
+        let (before, distance) = (orbit.target, orbit.distance);
+        orbit.pan(0.0, 100.0, 100.0);
+        let shown = 2.0 * distance * 20f32.to_radians().tan();
+        assert!(((orbit.target - before).length() - shown).abs() < 1e-3);
+        assert!(orbit.target.z > before.z, "the scene follows the mouse down");
+    }
+}

@@ -1,0 +1,8 @@
+//! Flags that several commands share, and the values they take.
+
+pub mod camera_file;
+pub mod device;
+pub mod scene;
+pub mod shading;
+pub mod values;
+pub mod waves;

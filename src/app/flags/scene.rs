@@ -1,0 +1,197 @@
+//! Flags of every command that draws a scene, and the configuration they ask for.
+
+use std::path::PathBuf;
+
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
+use clap::{Args, Parser};
+
+use super::camera_file;
+use super::shading::ShadingArgs;
+use super::values::{CameraChoice, atlas_tile, finite, hour, not_negative, positive, roughness};
+use super::waves::WaveArgs;
+use crate::app::error::AppError;
+use crate::scenes::config::SceneConfig;
+use crate::scenes::light::{EnvironmentChoice, SunDirection};
+use crate::scenes::registry::{Choice, SCENES, Scene};
+use crate::scenes::view::{Size, View};
+
+/// Flags of every command that draws a scene.
+#[derive(Clone, Debug, Args)]
+pub struct SceneArgs {
+    /// Scene to draw
+    #[arg(long, value_name = "NAME", value_parser = scenes(), default_value = SCENES[0].name)]
+    pub scene: &'static Scene,
+    /// Height map of the plane or the sphere
+    #[arg(long, value_name = "FILE", help = for_scenes("Height map, PNG or EXR", Choice::HeightMap))]
+    pub height_map: Option<PathBuf>,
+    /// The waves of the ocean.
+    #[command(flatten)]
+    pub waves: WaveArgs,
+    /// Factor on the displacement; 0 is flat
+    #[arg(long, value_name = "X", default_value = "1", value_parser = not_negative)]
+    pub height_scale: f32,
+    /// Light from all around: the analytic sky, a studio, or an equirectangular picture
+    #[arg(long, value_name = "sky|studio|FILE.hdr|FILE.exr", default_value = "sky")]
+    pub environment: EnvironmentChoice,
+    /// Direction to the sun, degrees: counter-clockwise from +x, and above the horizon
+    #[arg(long, value_name = "AZIMUTH,ELEVATION", default_value = "-50,38", allow_hyphen_values = true)]
+    pub sun: SunDirection,
+    /// Hour at which the scene begins, instead of --sun: the sun rises in the east (+x) at 5:30 and sets at 18:30
+    #[arg(long, value_name = "HOURS", conflicts_with = "sun", value_parser = hour)]
+    pub time_of_day: Option<f32>,
+    /// Seconds in which the sun goes once round the sky [default: it stands still]
+    #[arg(long, value_name = "SECONDS", value_parser = positive)]
+    pub day_length: Option<f32>,
+    /// How it is shaded.
+    #[command(flatten)]
+    pub shading: ShadingArgs,
+    /// Keep the geometry smooth; the slopes of the height map still shade it
+    #[arg(long)]
+    pub no_displacement: bool,
+    /// With --technique reference: bumps shadow each other, from every light and the environment; slow, needs many samples
+    #[arg(long)]
+    pub relief_shadows: bool,
+    /// Screen pixels per triangle of the displaced surface
+    #[arg(long, value_name = "PIXELS", default_value = "4", value_parser = positive)]
+    pub triangle_pixels: f32,
+    /// A view of the scene, or a JSON file {position, target, up, fov_degrees}
+    #[arg(long, value_name = "near|mid|far|FILE.json", default_value = "mid")]
+    pub camera: CameraChoice,
+    /// Move the camera along its line of sight to this distance from its target, metres
+    #[arg(long, value_name = "METRES", value_parser = positive)]
+    pub distance: Option<f32>,
+    /// Size of the picture, pixels
+    #[arg(long, value_name = "WxH", default_value = "1280x720")]
+    pub size: Size,
+    /// Samples per pixel (in a window: once nothing moves)
+    #[arg(long, value_name = "N", default_value = "4", value_parser = clap::value_parser!(u32).range(1..=65_536))]
+    pub samples: u32,
+    /// Look at the geometry N times per sample, for smooth silhouettes; each surface in a pixel is still shaded once.
+    /// Fastest: 16, 64, 256
+    #[arg(long, value_name = "N", default_value = "1", value_parser = clap::value_parser!(u32).range(1..=256))]
+    pub edge_samples: u32,
+    /// Seed of the sample positions
+    #[arg(long, value_name = "N", default_value = "0")]
+    pub seed: u64,
+    /// Exposure of a PNG or a window, stops above what suits the height of the sun (an EXR keeps linear radiance)
+    #[arg(long, value_name = "EV", default_value = "0", allow_negative_numbers = true, value_parser = finite)]
+    pub exposure: f32,
+    /// Texels along the tile of one patch in the displacement atlas
+    #[arg(long, value_name = "N", default_value = "64", value_parser = atlas_tile,
+        help = for_scenes("Texels along the tile of one patch in the displacement atlas: 8, 16, 32, 64 or 128", Choice::AtlasTile))]
+    pub atlas_tile: u32,
+    /// Beckmann roughness of the displaced surfaces instead of the scene's own
+    #[arg(long, value_name = "A", value_parser = roughness,
+        help = for_scenes("Beckmann roughness of displaced surfaces, above 0, up to 1, instead of the scene's own", Choice::Roughness))]
+    pub roughness: Option<f32>,
+}
+
+/// A line of help with the scenes it is about.
+fn for_scenes(help: &str, choice: Choice) -> String {
+    format!("{help} ({})", choice.scenes().collect::<Vec<_>>().join(", "))
+}
+
+/// The scenes by name.
+pub fn scenes() -> impl TypedValueParser<Value = &'static Scene> {
+    PossibleValuesParser::new(SCENES.iter().map(|scene| PossibleValue::new(scene.name).help(scene.help)))
+        .try_map(|name| Scene::find(&name).ok_or("no such scene"))
+}
+
+impl SceneArgs {
+    /// The flags when none is given.
+    ///
+    /// # Errors
+    /// None that a user can cause.
+    pub fn unset() -> Result<Self, AppError> {
+        #[derive(Parser)]
+        struct Flags {
+            #[command(flatten)]
+            scene: SceneArgs,
+        }
+        let flags = Flags::try_parse_from(["leadr"]).map_err(|e| AppError::Failed(e.to_string()))?;
+        Ok(flags.scene)
+    }
+
+    /// Checks the flags against each other and reads the camera file, if one is named.
+    ///
+    /// # Errors
+    /// [`AppError::Usage`] if flags contradict each other, [`AppError::Failed`] if a file is wrong.
+    pub fn resolve(&self) -> Result<SceneConfig, AppError> {
+        let a = self.clone();
+        let waves = a.waves.resolve(a.scene)?;
+        let shading = a.shading.resolve(a.edge_samples, a.relief_shadows)?;
+        a.check().map_err(AppError::Usage)?;
+        let view = match &a.camera {
+            CameraChoice::Near => View::Near,
+            CameraChoice::Mid => View::Mid,
+            CameraChoice::Far => View::Far,
+            CameraChoice::File(file) => View::Pose(camera_file::read(file)?),
+        };
+        Ok(SceneConfig {
+            scene: a.scene,
+            height_map: a.height_map,
+            waves,
+            height_scale: a.height_scale,
+            environment: a.environment,
+            sun: a.sun,
+            time_of_day: a.time_of_day,
+            day_length: a.day_length,
+            shading,
+            displacement: !a.no_displacement,
+            triangle_pixels: a.triangle_pixels,
+            view,
+            distance: a.distance,
+            size: a.size,
+            samples: a.samples,
+            seed: a.seed,
+            exposure: a.exposure,
+            atlas_tile: a.atlas_tile,
+            roughness: a.roughness,
+        })
+    }
+
+    /// What makes no sense together.
+    fn check(&self) -> Result<(), String> {
+        let scene = self.scene;
+        let with = |choice: Choice| choice.scenes().collect::<Vec<_>>().join(", ");
+        if self.height_map.is_some() && !scene.offers(Choice::HeightMap) {
+            let with = with(Choice::HeightMap);
+            return Err(format!("--height-map is for the scenes {with}; {} has surfaces of its own", scene.name));
+        }
+        if self.roughness.is_some() && !scene.offers(Choice::Roughness) {
+            let with = with(Choice::Roughness);
+            return Err(format!(
+                "--roughness is for scenes with displaced surfaces ({with}); the roughness of {} follows from its waves",
+                scene.name
+            ));
+        }
+        if self.time_of_day.or(self.day_length).is_some() && self.environment != EnvironmentChoice::Sky {
+            return Err("--time-of-day and --day-length are for --environment sky; a picture has its own light".into());
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn without_flags_the_configuration_is_the_default_one() {
+        assert_eq!(SceneArgs::unset().unwrap().resolve().unwrap(), SceneConfig::default());
+    }
+
+    #[test]
+    fn roughness_is_taken_by_every_scene_that_offers_it_and_refused_by_the_sea() {
+        for scene in &SCENES {
+            let flags = SceneArgs { scene, roughness: Some(0.3), ..SceneArgs::unset().unwrap() };
+            match flags.resolve() {
+                Ok(config) => assert!(config.roughness == Some(0.3) && scene.offers(Choice::Roughness), "{scene:?}"),
+                Err(error) => {
+                    let said = error.to_string();
+                    assert!(scene.name == "ocean" && said.contains("--roughness") && said.contains("shore"), "{said}");
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,316 @@
+//! Values of command-line flags and how they are written.
+
+use std::path::PathBuf;
+use std::str::FromStr;
+
+use clap::ValueEnum;
+use serde::Serialize;
+
+use crate::app::files::extension;
+use crate::scenes::light::{EnvironmentChoice, SunDirection};
+use crate::scenes::stage::Sweep;
+use crate::scenes::view::Size;
+
+/// A quantity written to EXR beside the colour.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, ValueEnum, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Layer {
+    /// Distance along the view axis, metres.
+    Depth,
+    /// World-space displacement direction, the z axis of the tangent frame.
+    Normal,
+    /// Mean slope in the macro tangent frame.
+    MeanSlope,
+    /// Slope covariance: xx, yy, xy.
+    Covariance,
+    /// Level of detail of the displacement map.
+    Lod,
+    /// Linear albedo.
+    Albedo,
+}
+
+impl Layer {
+    /// Channel names in an EXR file, in the order of a layer's planes.
+    #[must_use]
+    pub fn channels(self) -> &'static [&'static str] {
+        match self {
+            Self::Depth => &["depth.Z"],
+            Self::Normal => &["normal.X", "normal.Y", "normal.Z"],
+            Self::MeanSlope => &["mean_slope.X", "mean_slope.Y"],
+            Self::Covariance => &["covariance.XX", "covariance.YY", "covariance.XY"],
+            Self::Lod => &["lod.L"],
+            Self::Albedo => &["albedo.R", "albedo.G", "albedo.B"],
+        }
+    }
+}
+
+impl FromStr for EnvironmentChoice {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        if text == "sky" {
+            return Ok(Self::Sky);
+        }
+        if text == "studio" {
+            return Ok(Self::Studio);
+        }
+        let path = PathBuf::from(text);
+        match extension(&path).as_deref() {
+            Some("hdr" | "exr") => Ok(Self::File(path)),
+            _ => Err("an environment is 'sky', 'studio' or a .hdr or .exr file".to_owned()),
+        }
+    }
+}
+
+/// From where the scene is seen.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum CameraChoice {
+    /// The scene's close view.
+    Near,
+    /// The scene fills the picture.
+    Mid,
+    /// The scene is small.
+    Far,
+    /// A JSON file, see [`super::camera_file`].
+    File(PathBuf),
+}
+
+impl FromStr for CameraChoice {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text {
+            "near" => return Ok(Self::Near),
+            "mid" => return Ok(Self::Mid),
+            "far" => return Ok(Self::Far),
+            _ => {}
+        }
+        let path = PathBuf::from(text);
+        match extension(&path).as_deref() {
+            Some("json") => Ok(Self::File(path)),
+            _ => Err("a camera is 'near', 'mid', 'far' or a .json file".to_owned()),
+        }
+    }
+}
+
+impl FromStr for Size {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let (width, height) = text.split_once('x').ok_or("a size is WIDTHxHEIGHT in pixels, such as 1280x720")?;
+        let side = |text: &str| {
+            let side = text.parse().map_err(|_| format!("'{text}' is not a number of pixels"))?;
+            if (1..=Self::MAX_SIDE).contains(&side) {
+                Ok(side)
+            } else {
+                Err(format!("a side is 1 to {} pixels", Self::MAX_SIDE))
+            }
+        };
+        let size = Self { width: side(width)?, height: side(height)? };
+        if u64::from(size.width) * u64::from(size.height) > Self::MAX_PIXELS {
+            return Err(format!("a picture has at most {} pixels", Self::MAX_PIXELS));
+        }
+        Ok(size)
+    }
+}
+
+impl FromStr for SunDirection {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let (azimuth, elevation) = text.split_once(',').ok_or("the sun is AZIMUTH,ELEVATION in degrees")?;
+        let sun = Self { azimuth: finite(azimuth)?, elevation: finite(elevation)? };
+        if !(-90.0..=90.0).contains(&sun.elevation) {
+            return Err("the sun's elevation is -90 to 90 degrees".to_owned());
+        }
+        if sun.azimuth.abs() > 360.0 {
+            return Err("the sun's azimuth is -360 to 360 degrees".to_owned());
+        }
+        Ok(sun)
+    }
+}
+
+/// A finite number.
+///
+/// # Errors
+/// If `text` is no number, infinite or NaN.
+pub fn finite(text: &str) -> Result<f32, String> {
+    match text.trim().parse::<f32>() {
+        Ok(value) if value.is_finite() => Ok(value),
+        _ => Err(format!("'{text}' is not a finite number")),
+    }
+}
+
+/// A finite number above zero.
+///
+/// # Errors
+/// If `text` is no such number.
+pub fn positive(text: &str) -> Result<f32, String> {
+    finite(text).and_then(|v| if v > 0.0 { Ok(v) } else { Err("must be above 0".to_owned()) })
+}
+
+/// A finite number of zero or more.
+///
+/// # Errors
+/// If `text` is no such number.
+pub fn not_negative(text: &str) -> Result<f32, String> {
+    finite(text).and_then(|v| if v >= 0.0 { Ok(v) } else { Err("must not be negative".to_owned()) })
+}
+
+/// Hour of a day.
+///
+/// # Errors
+/// If `text` is no number from 0 to 24.
+pub fn hour(text: &str) -> Result<f32, String> {
+    finite(text).and_then(|v| if (0.0..=24.0).contains(&v) { Ok(v) } else { Err("an hour is 0 to 24".to_owned()) })
+}
+
+/// Edge of an atlas tile in texels.
+///
+/// # Errors
+/// If `text` is not a power of two from 8 to 128.
+pub fn atlas_tile(text: &str) -> Result<u32, String> {
+    match text.parse::<u32>() {
+        Ok(tile) if tile.is_power_of_two() && (8..=128).contains(&tile) => Ok(tile),
+        _ => Err("a tile is 8, 16, 32, 64 or 128 texels".to_owned()),
+    }
+}
+
+/// Samples along the edge of a tile of waves.
+///
+/// # Errors
+/// If `text` is not 64, 128, 256 or 512.
+pub fn fft(text: &str) -> Result<u32, String> {
+    match text.parse::<u32>() {
+        Ok(samples) if samples.is_power_of_two() && (64..=512).contains(&samples) => Ok(samples),
+        _ => Err("a tile of waves has 64, 128, 256 or 512 samples".to_owned()),
+    }
+}
+
+/// Beckmann roughness.
+///
+/// # Errors
+/// If `text` is no number above 0, up to 1.
+pub fn roughness(text: &str) -> Result<f32, String> {
+    positive(text).and_then(|v| if v <= 1.0 { Ok(v) } else { Err("roughness is above 0, up to 1".to_owned()) })
+}
+
+/// A number from `low` to `high`.
+///
+/// # Errors
+/// If `text` is no such number.
+pub fn within(text: &str, low: f64, high: f64) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if (low..=high).contains(&value) => Ok(value),
+        _ => Err(format!("a number from {low} to {high}")),
+    }
+}
+
+/// Frames `start..end`, the end not included, written `A..B`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub struct FrameRange {
+    /// First frame.
+    pub start: u32,
+    /// One past the last frame; above `start`.
+    pub end: u32,
+}
+
+impl FromStr for FrameRange {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let form = "a frame range is A..B with A below B, such as 0..48 for frames 0 to 47";
+        let (start, end) = text.split_once("..").ok_or(form)?;
+        match (start.parse(), end.parse()) {
+            (Ok(start), Ok(end)) if start < end && end <= 1_000_000 => Ok(Self { start, end }),
+            (Ok(_), Ok(end)) if end > 1_000_000 => Err("a frame number is at most 1000000".to_owned()),
+            _ => Err(form.to_owned()),
+        }
+    }
+}
+
+/// Distances to the target from the first frame to the last, metres, written `NEAR..FAR`.
+///
+/// # Errors
+/// If `text` is not two numbers above 0.
+pub fn sweep(text: &str) -> Result<Sweep, String> {
+    let (near, far) = text.split_once("..").ok_or("a sweep is NEAR..FAR in metres, such as 5..100")?;
+    Ok(Sweep { near: positive(near)?, far: positive(far)? })
+}
+
+/// Every `count`-th frame, starting with the `index`-th; written `I/N`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub struct Shard {
+    /// This shard, 1 to `count`.
+    pub index: u32,
+    /// Number of shards.
+    pub count: u32,
+}
+
+impl FromStr for Shard {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let form = "a shard is I/N with I from 1 to N, such as 2/8";
+        let (index, count) = text.split_once('/').ok_or(form)?;
+        match (index.parse(), count.parse()) {
+            (Ok(index), Ok(count)) if 1 <= index && index <= count => Ok(Self { index, count }),
+            _ => Err(form.to_owned()),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn refused<T: FromStr>(texts: &[&str]) {
+        for text in texts {
+            assert!(text.parse::<T>().is_err(), "'{text}' must be refused");
+        }
+    }
+
+    #[test]
+    fn sizes() {
+        assert_eq!("1x1".parse(), Ok(Size { width: 1, height: 1 }));
+        assert_eq!("1280x720".parse(), Ok(Size { width: 1280, height: 720 }));
+        refused::<Size>(&["0x0", "0x5", "5x0", "5", "x", "-1x5", "5x5x5", "16385x1", "16384x16384", "99999999999x1"]);
+    }
+
+    #[test]
+    fn suns() {
+        assert_eq!("-30,45".parse(), Ok(SunDirection { azimuth: -30.0, elevation: 45.0 }));
+        refused::<SunDirection>(&["", "1", "nan,1", "1,inf", "0,91", "400,1", "1,2,3"]);
+    }
+
+    #[test]
+    fn frame_ranges_and_shards() {
+        assert_eq!("3..7".parse(), Ok(FrameRange { start: 3, end: 7 }));
+        refused::<FrameRange>(&["", "3", "7..3", "3..3", "..", "a..b", "-1..3", "0..4000000000"]);
+        assert_eq!("2/8".parse(), Ok(Shard { index: 2, count: 8 }));
+        assert_eq!(sweep("5..0.5"), Ok(Sweep { near: 5.0, far: 0.5 }));
+        assert!(["", "5", "0..4", "1..-2", "nan..2", "1..inf", "..", "a..b"].iter().all(|t| sweep(t).is_err()));
+        refused::<Shard>(&["", "2", "0/8", "9/8", "1/0", "a/b", "1/2/3"]);
+    }
+
+    #[test]
+    fn files_are_known_by_their_extension() {
+        assert_eq!("a.HDR".parse(), Ok(EnvironmentChoice::File("a.HDR".into())));
+        assert_eq!("sky".parse(), Ok(EnvironmentChoice::Sky));
+        refused::<EnvironmentChoice>(&["a.png", "Sky", ""]);
+        assert_eq!("a.json".parse(), Ok(CameraChoice::File("a.json".into())));
+        refused::<CameraChoice>(&["close", "a.txt", ""]);
+    }
+
+    #[test]
+    fn numbers() {
+        assert_eq!(atlas_tile("64"), Ok(64));
+        assert!(["0", "4", "65", "256", "x"].iter().all(|t| atlas_tile(t).is_err()));
+        assert!(["0", "-1", "1.5", "nan"].iter().all(|t| roughness(t).is_err()));
+        assert!(hour("24").is_ok() && hour("24.1").is_err() && hour("-1").is_err());
+        assert!(within("nan", 0.0, 1.0).is_err() && within("41", 1.0, 40.0).is_err());
+        assert!(within("40", 1.0, 40.0).is_ok());
+        assert!(positive("0").is_err() && not_negative("0").is_ok() && not_negative("-1").is_err());
+    }
+}

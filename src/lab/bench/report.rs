@@ -1,0 +1,297 @@
+//! What a bench says: JSON, or tables to read.
+
+use std::fmt;
+
+use serde::Serialize;
+
+use super::goals::{Bound, Verdict};
+use super::ocean::WAVES;
+use super::rounds::{PIXELS, TOTAL};
+use super::rows::{FIGURE_11, GOALS, Measured};
+use super::stats::{Ratio, least_squares, median};
+use crate::gpu::Gpu;
+use crate::lab::program::COMMIT;
+
+/// Everything that was measured.
+#[derive(Debug, Serialize)]
+pub struct BenchReport {
+    command: &'static str,
+    device: String,
+    driver: String,
+    /// Of the program.
+    commit: &'static str,
+    /// How the program was compiled; nothing on the device depends on it.
+    profile: &'static str,
+    /// Rounds.
+    frames: u32,
+    rows: Vec<RowReport>,
+    ratios: Vec<RatioReport>,
+    /// Time against samples, a straight line each (LEADR Figure 11).
+    lines: Vec<LineReport>,
+    goals: Vec<Verdict>,
+    /// Wall-clock seconds, everything included.
+    seconds: f64,
+}
+
+/// The pass in which techniques differ most, compared beside the others.
+const SHADE: &str = "shade";
+
+/// One pass of one row.
+#[derive(Clone, Debug, Serialize)]
+pub struct RowReport {
+    table: String,
+    /// Names the row in its table.
+    row: String,
+    /// The row it is compared with.
+    base: Option<String>,
+    /// The pass, or sum of passes, that is compared.
+    compared: &'static str,
+    technique: &'static str,
+    /// Where a pixel's slope samples lie.
+    rule: &'static str,
+    /// Slope samples (or probes) of a pixel, of each environment term.
+    samples: u32,
+    visibility: &'static str,
+    /// Metres to the camera's target, where scenes are seen from several.
+    distance: Option<f32>,
+    size: [u32; 2],
+    pass: String,
+    median_ms: f64,
+    p95_ms: f64,
+    /// Of the fastest frame.
+    min_ms: f64,
+    /// Times the pass was drawn in each timed region.
+    repeats: u32,
+    /// Rounds in which the row was measured.
+    measurements: usize,
+    /// What the paper's authors measured on their GPU (NVIDIA GTX 480).
+    paper_ms: Option<f64>,
+}
+
+/// A row against the row of its table that it is compared with.
+#[derive(Clone, Debug, Serialize)]
+pub struct RatioReport {
+    table: String,
+    of: String,
+    to: String,
+    pass: &'static str,
+    /// Median of the ratios within rounds.
+    median: f64,
+    /// Their lower quartile.
+    low: f64,
+    /// Their upper quartile.
+    high: f64,
+    /// Ratio of the fastest frames.
+    fastest: f64,
+    /// Rounds in which both were measured.
+    pairs: usize,
+    /// The same ratio of the paper's times.
+    paper: Option<f64>,
+}
+
+/// A least-squares line through medians of `filter+shade` against the number of samples.
+#[derive(Clone, Debug, Serialize)]
+pub struct LineReport {
+    table: String,
+    /// Milliseconds at no sample.
+    intercept_ms: f64,
+    /// Milliseconds per sample.
+    per_sample_ms: f64,
+    r_squared: f64,
+    /// Largest relative distance of a point from the line.
+    worst: f64,
+}
+
+impl BenchReport {
+    /// Sums up what was measured on `gpu` in so many rounds and seconds.
+    #[must_use]
+    pub fn new(gpu: &Gpu, measured: Vec<Measured>, frames: u32, seconds: f64) -> Self {
+        let find = |table: &str, row: &str| measured.iter().find(|m| m.row.table == table && m.row.name == row);
+        Self {
+            command: "bench",
+            device: gpu.device_name().to_owned(),
+            driver: gpu.driver_info().to_owned(),
+            commit: COMMIT,
+            profile: if cfg!(debug_assertions) { "dev" } else { "release" },
+            frames,
+            rows: measured.iter().flat_map(rows).collect(),
+            ratios: measured
+                .iter()
+                .filter_map(|m| Some((m, find(&m.row.table, m.row.base.as_deref()?)?)))
+                .filter(|(m, base)| m.row.name != base.row.name)
+                .flat_map(|(m, base)| [m.row.compared, SHADE].into_iter().filter_map(|pass| ratio(m, base, pass)))
+                .collect(),
+            lines: FIGURE_11.iter().filter_map(|table| line(table, &measured)).collect(),
+            goals: GOALS.iter().filter_map(|goal| goal.judge(|t, r| find(t, r).map(|m| &m.series))).collect(),
+            seconds,
+        }
+    }
+}
+
+fn rows(measured: &Measured) -> Vec<RowReport> {
+    let Measured { row, series } = measured;
+    let mut passes = series.passes();
+    if !passes.contains(&row.compared) {
+        passes.push(row.compared);
+    }
+    let report = |pass: &&str| {
+        let (median_ms, p95_ms) = series.median_p95(pass);
+        RowReport {
+            table: row.table.clone(),
+            row: row.name.clone(),
+            base: row.base.clone(),
+            compared: row.compared,
+            technique: row.settings.shading.technique().name(),
+            rule: row.rule(),
+            samples: row.samples(),
+            visibility: row.shadowing(),
+            distance: row.distance,
+            size: [row.settings.size.0, row.settings.size.1],
+            pass: (*pass).to_owned(),
+            median_ms,
+            p95_ms,
+            min_ms: series.fastest(pass),
+            repeats: if *pass == "sky" { 1 } else { series.repeats },
+            measurements: series.measurements(),
+            paper_ms: row.paper_ms.filter(|_| *pass == TOTAL),
+        }
+    };
+    passes.iter().map(report).collect()
+}
+
+fn ratio(measured: &Measured, base: &Measured, pass: &'static str) -> Option<RatioReport> {
+    let Ratio { median, low, high, fastest, pairs } = measured.series.ratio(pass, &base.series, pass)?;
+    let paper = measured.row.paper_ms.zip(base.row.paper_ms).map(|(of, to)| of / to);
+    let (table, of, to) = (measured.row.table.clone(), measured.row.name.clone(), base.row.name.clone());
+    Some(RatioReport { table, of, to, pass, median, low, high, fastest, pairs, paper })
+}
+
+fn line(table: &str, measured: &[Measured]) -> Option<LineReport> {
+    let rows = measured.iter().filter(|m| m.row.table == table);
+    let points: Vec<(f64, f64)> = rows
+        .map(|m| {
+            let times: Vec<f64> = m.series.of(PIXELS).into_iter().flatten().collect();
+            (f64::from(m.row.samples()), median(&times))
+        })
+        .collect();
+    let line = least_squares(&points)?;
+    Some(LineReport {
+        table: table.to_owned(),
+        intercept_ms: line.intercept,
+        per_sample_ms: line.slope,
+        r_squared: line.r_squared,
+        worst: line.worst,
+    })
+}
+
+/// A pass or sum of passes over its column.
+fn title(pass: &str) -> &str {
+    if pass == WAVES { "waves" } else { pass }
+}
+
+/// Milliseconds in some four digits.
+fn ms(value: f64) -> String {
+    let digits = if value >= 1000.0 {
+        0
+    } else if value >= 100.0 {
+        1
+    } else if value >= 10.0 {
+        2
+    } else {
+        3
+    };
+    format!("{value:.digits$}")
+}
+
+impl fmt::Display for BenchReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "{} ({}), commit {}", self.device, self.driver, self.commit)?;
+        writeln!(
+            f,
+            "median ms on the device, {} rounds; ratios: median [quartiles] within rounds, and of the fastest frames",
+            self.frames
+        )?;
+        let mut tables: Vec<&str> = Vec::new();
+        for row in &self.rows {
+            if !tables.contains(&row.table.as_str()) {
+                tables.push(&row.table);
+            }
+        }
+        for table in tables {
+            self.table(f, table)?;
+        }
+        if !self.goals.is_empty() {
+            writeln!(f, "\ngoals")?;
+        }
+        for goal in &self.goals {
+            let bound = match goal.bound {
+                Bound::AtMost(most) => format!("at most {most:.2}"),
+                Bound::AtLeast(least) => format!("at least {least:.0}"),
+            };
+            let met = match (goal.met, goal.clear) {
+                (true, true) => "met",
+                (true, false) => "met, within the noise",
+                (false, true) => "MISSED",
+                (false, false) => "MISSED, within the noise",
+            };
+            let (median, low, high) = (goal.median, goal.low, goal.high);
+            let fastest = goal.fastest;
+            writeln!(f, "  {:52} {median:8.3} [{low:.3}, {high:.3}], fastest {fastest:.3}; {bound}: {met}", goal.goal)?;
+        }
+        write!(f, "{:.0} s", self.seconds)
+    }
+}
+
+impl BenchReport {
+    fn table(&self, f: &mut fmt::Formatter<'_>, table: &str) -> fmt::Result {
+        let rows: Vec<&RowReport> = self.rows.iter().filter(|r| r.table == table).collect();
+        // On the quad only what the pixels cost is of interest; JSON has the rest.
+        let own = |pass: &str| ["geometry", "filter", "shade", PIXELS].contains(&pass);
+        let compared = rows[0].compared;
+        let mut passes: Vec<&str> = Vec::new();
+        for row in rows.iter().filter(|row| compared != PIXELS || own(&row.pass)) {
+            if !passes.contains(&row.pass.as_str()) {
+                passes.push(&row.pass);
+            }
+        }
+        let [width, height] = rows[0].size;
+        match rows.iter().all(|row| row.size == rows[0].size) {
+            true => writeln!(f, "\n{table}, {width}x{height}")?,
+            false => writeln!(f, "\n{table}")?,
+        }
+        write!(f, "  {:24} {:>7}", "", "samples")?;
+        for pass in &passes {
+            write!(f, " {:>12}", title(pass))?;
+        }
+        writeln!(f, " {:>9}  {} against {}", "p95", title(compared), rows[0].base.as_deref().unwrap_or("nothing"))?;
+        let mut names: Vec<&str> = rows.iter().map(|r| r.row.as_str()).collect();
+        names.dedup();
+        for name in names {
+            let cells: Vec<&&RowReport> = rows.iter().filter(|r| r.row == name).collect();
+            write!(f, "  {name:24} {:>7}", cells[0].samples)?;
+            for pass in &passes {
+                let cell = cells.iter().find(|c| c.pass == *pass).map_or(String::new(), |c| ms(c.median_ms));
+                write!(f, " {cell:>12}")?;
+            }
+            let ratio = |pass: &str| self.ratios.iter().find(|r| r.table == table && r.of == name && r.pass == pass);
+            let p95 = cells.iter().find(|c| c.pass == compared).map_or(String::new(), |c| ms(c.p95_ms));
+            write!(f, " {p95:>9}")?;
+            if let Some(r) = ratio(compared) {
+                write!(f, "  {:7.3} [{:.3}, {:.3}], fastest {:.3}", r.median, r.low, r.high, r.fastest)?;
+                if let Some(shade) = ratio(SHADE) {
+                    write!(f, "; shade alone {:.3}, fastest {:.3}", shade.median, shade.fastest)?;
+                }
+                if let Some(paper) = r.paper {
+                    write!(f, "; paper {paper:.3}")?;
+                }
+            }
+            writeln!(f)?;
+        }
+        for line in self.lines.iter().filter(|l| l.table == table) {
+            let LineReport { intercept_ms, per_sample_ms, r_squared, worst, .. } = line;
+            let (a, b) = (ms(*intercept_ms), ms(*per_sample_ms));
+            writeln!(f, "  {a} ms + {b} ms a sample; R² {r_squared:.5}, farthest point {:.1} % off", 100.0 * worst)?;
+        }
+        Ok(())
+    }
+}

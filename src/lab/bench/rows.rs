@@ -1,0 +1,384 @@
+//! What is measured: the rows of every table, and the goals over them.
+
+use super::goals::{Bound, Goal, Place};
+use super::ocean::Variant;
+use super::rounds::{PIXELS, Series, TOTAL};
+use crate::reflectance::masking::shadowing::Shadowing;
+use crate::render::scene::FrameState;
+use crate::render::settings::{Probes, Quadrature, RenderSettings, Shading, ShadingOptions, Technique, Terms};
+use crate::render::surfaces::tessellation::TessellationSettings;
+use crate::scenes::config::SceneConfig;
+use crate::scenes::view::Size;
+
+/// One thing that is drawn again and again.
+#[derive(Clone, Debug)]
+pub struct Row {
+    /// The table it stands in.
+    pub table: String,
+    /// Its name there.
+    pub name: String,
+    /// Metres to the camera's target, where that differs between rows.
+    pub distance: Option<f32>,
+    /// The row of the table that this one is compared with.
+    pub base: Option<String>,
+    /// The time that is compared: of the pixels, or of all passes.
+    pub compared: &'static str,
+    /// The paper's time on its GPU, milliseconds.
+    pub paper_ms: Option<f64>,
+    /// The scene.
+    pub state: FrameState,
+    /// How it is drawn.
+    pub settings: RenderSettings,
+    /// Hours that the sun moves from round to round: then the sky, its mips and its irradiance are made anew in each.
+    pub sun_hours: f64,
+}
+
+/// A row with its times.
+pub struct Measured {
+    /// What was measured.
+    pub row: Row,
+    /// The times.
+    pub series: Series,
+}
+
+/// A minute's worth of the sun's way.
+const SUN_STEP: f64 = 1.0 / 60.0;
+
+impl Row {
+    /// Where it integrates over slopes; techniques that look at one slope are a grid of one.
+    fn quadrature(&self) -> Quadrature {
+        self.settings.shading.integral().map_or(Quadrature::Grid(1), |integral| integral.quadrature)
+    }
+
+    /// Slope samples, or probes, of a pixel; 1 for techniques that look at one slope.
+    #[must_use]
+    pub fn samples(&self) -> u32 {
+        self.quadrature().samples()
+    }
+
+    /// Where they lie.
+    #[must_use]
+    pub fn rule(&self) -> &'static str {
+        self.quadrature().name()
+    }
+
+    /// The shadowing model; none for techniques that look at one slope.
+    #[must_use]
+    pub fn shadowing(&self) -> &'static str {
+        self.settings.shading.integral().map_or(Shadowing::None, |integral| integral.shadowing).name()
+    }
+}
+
+const LIGHT: &str = "specular, one light";
+const SPECULAR: &str = "specular environment";
+const DIFFUSE: &str = "diffuse environment";
+const DIFFUSE_LIGHT: &str = "diffuse, one light";
+const FIGURE_11_SPECULAR: &str = "figure 11, specular environment";
+const FIGURE_11_DIFFUSE: &str = "figure 11, diffuse environment";
+const VISIBILITY_LIGHT: &str = "visibility, one light";
+const VISIBILITY_SPECULAR: &str = "visibility, specular environment";
+const VISIBILITY_DIFFUSE: &str = "visibility, diffuse environment";
+
+/// The row that environment rows are compared with.
+const ONE_SAMPLE: &str = "one sample";
+
+/// Tables of time against the number of samples.
+pub const FIGURE_11: [&str; 2] = [FIGURE_11_SPECULAR, FIGURE_11_DIFFUSE];
+
+const fn pixels(table: &'static str, row: &'static str) -> Place {
+    Place { table, row, pass: PIXELS, times: 1 }
+}
+
+/// 64 samples of a reference picture: what prepares a frame is left out, in the reference's favour.
+const fn reference(table: &'static str, row: &'static str) -> Place {
+    Place { table, row, pass: "geometry+filter+shade+accumulate", times: 64 }
+}
+
+const fn total(table: &'static str, row: &'static str) -> Place {
+    Place { table, row, pass: TOTAL, times: 1 }
+}
+
+/// The goals that times can meet. Each stands beside a bound on errors that `leadr report` measures.
+pub const GOALS: [Goal; 6] = [
+    Goal {
+        name: "specular, one light: LEADR / LEAN",
+        of: pixels(LIGHT, "leadr"),
+        to: pixels(LIGHT, "lean"),
+        bound: Bound::AtMost(1.0),
+    },
+    Goal {
+        name: "diffuse environment: visible slopes / one sample",
+        of: pixels(DIFFUSE, "leadr visible"),
+        to: pixels(DIFFUSE, ONE_SAMPLE),
+        bound: Bound::AtMost(2.0),
+    },
+    Goal {
+        name: "specular environment: 16 visible slopes / one sample",
+        of: pixels(SPECULAR, "leadr visible 16"),
+        to: pixels(SPECULAR, ONE_SAMPLE),
+        bound: Bound::AtMost(3.0),
+    },
+    Goal {
+        name: "diffuse environment with shadows / one sample",
+        of: pixels(VISIBILITY_DIFFUSE, "correlated"),
+        to: pixels(DIFFUSE, ONE_SAMPLE),
+        bound: Bound::AtMost(1.2),
+    },
+    Goal {
+        name: "sphere: 64 samples of the reference / LEADR",
+        of: reference("sphere", "reference"),
+        to: total("sphere", "leadr"),
+        bound: Bound::AtLeast(50.0),
+    },
+    Goal {
+        name: "far trex: 64 samples of the reference / LEADR",
+        of: reference("trex from afar", "reference at 8x"),
+        to: total("trex from afar", "leadr at 8x"),
+        bound: Bound::AtLeast(50.0),
+    },
+];
+
+/// Whether a goal looks at this row.
+#[must_use]
+pub fn in_a_goal(row: &Row) -> bool {
+    GOALS.iter().flat_map(|goal| [goal.of, goal.to]).any(|place| place.table == row.table && place.row == row.name)
+}
+
+/// The paper's settings: masking alone, as its algorithms are printed, and no pixel kernel.
+fn paper(technique: Technique, quadrature: Quadrature, terms: Terms) -> Shading {
+    let (shadowing, pixel_kernel) = (Shadowing::None, false);
+    technique.with(ShadingOptions { quadrature, terms, shadowing, pixel_kernel, ..Default::default() })
+}
+
+/// The tables of the full-screen quad that `state` shows.
+#[must_use]
+pub fn quad(state: &FrameState, size: Size) -> Vec<Row> {
+    let row = |table: &str, name: String, base: &str, shading| Row {
+        table: table.to_owned(),
+        name,
+        distance: None,
+        base: Some(base.to_owned()),
+        compared: PIXELS,
+        paper_ms: None,
+        state: state.clone(),
+        settings: RenderSettings {
+            size: (size.width, size.height),
+            shading,
+            tessellation: TessellationSettings { max_factor: 1.0, cull: false, ..Default::default() },
+            shadows: false,
+            displacement: false,
+            ..Default::default()
+        },
+        sun_hours: 0.0,
+    };
+    let leadr = |quadrature, terms| paper(Technique::Leadr, quadrature, terms);
+    let mut rows = Vec::new();
+
+    for technique in Technique::ALL.into_iter().filter(|t| *t != Technique::Reference) {
+        let shading = paper(technique, Quadrature::Grid(1), Terms::SPECULAR_LIGHTS);
+        rows.push(row(LIGHT, technique.name().to_owned(), "lean", shading));
+    }
+    let tables = [
+        (SPECULAR, FIGURE_11_SPECULAR, Terms::SPECULAR_ENVIRONMENT),
+        (DIFFUSE, FIGURE_11_DIFFUSE, Terms::DIFFUSE_ENVIRONMENT),
+    ];
+    for (table, figure, terms) in tables {
+        // One fetch along the reflection about the mean normal, one irradiance of the mean normal.
+        let one = paper(Technique::BlinnPhong, Quadrature::Grid(1), terms);
+        rows.push(row(table, ONE_SAMPLE.to_owned(), ONE_SAMPLE, one));
+        for n in [1, 3, 5, 7, 32] {
+            rows.push(row(table, format!("leadr {n}x{n}"), ONE_SAMPLE, leadr(Quadrature::Grid(n), terms)));
+        }
+        if table == SPECULAR {
+            for probes in Probes::ALL {
+                let (name, rule) = (format!("leadr visible {}", probes.count()), Quadrature::VisibleSlopes(probes));
+                rows.push(row(table, name, ONE_SAMPLE, leadr(rule, terms)));
+            }
+        } else {
+            // The diffuse rule has its own few samples whatever the probes of the environment.
+            rows.push(row(
+                table,
+                "leadr visible".to_owned(),
+                ONE_SAMPLE,
+                leadr(Quadrature::VisibleSlopes(Probes::Five), terms),
+            ));
+        }
+        for n in 1..=16 {
+            rows.push(row(figure, format!("leadr {n}x{n}"), "leadr 1x1", leadr(Quadrature::Grid(n), terms)));
+        }
+    }
+    let terms = Terms::DIFFUSE_LIGHTS;
+    let one = paper(Technique::BlinnPhong, Quadrature::Grid(1), terms);
+    rows.push(row(DIFFUSE_LIGHT, ONE_SAMPLE.to_owned(), ONE_SAMPLE, one));
+    rows.push(row(DIFFUSE_LIGHT, "leadr 5x5".to_owned(), ONE_SAMPLE, leadr(Quadrature::Grid(5), terms)));
+    rows.push(row(
+        DIFFUSE_LIGHT,
+        "leadr visible".to_owned(),
+        ONE_SAMPLE,
+        leadr(Quadrature::VisibleSlopes(Probes::Five), terms),
+    ));
+
+    let tables = [
+        (VISIBILITY_LIGHT, Terms::SPECULAR_LIGHTS | Terms::DIFFUSE_LIGHTS),
+        (VISIBILITY_SPECULAR, Terms::SPECULAR_ENVIRONMENT),
+        (VISIBILITY_DIFFUSE, Terms::DIFFUSE_ENVIRONMENT),
+    ];
+    for (table, terms) in tables {
+        for shadowing in Shadowing::MAIN {
+            let shading = leadr(Quadrature::VisibleSlopes(Probes::Five), terms);
+            let shading = shading.adjusted(|options| ShadingOptions { shadowing, ..options });
+            rows.push(row(table, shadowing.name().to_owned(), "masking", shading));
+        }
+    }
+    for row in &mut rows {
+        row.paper_ms = paper_ms(&row.table, &row.name);
+    }
+    rows
+}
+
+/// What the paper's tables say of a row, milliseconds on an NVIDIA GTX 480 (LEADR section 7).
+fn paper_ms(table: &str, row: &str) -> Option<f64> {
+    Some(match (table, row) {
+        (LIGHT, "constant") => 0.055,
+        (LIGHT, "blinn-phong") => 0.146,
+        (LIGHT, "lean") => 0.266,
+        (LIGHT, "leadr") => 0.267,
+        (SPECULAR, ONE_SAMPLE) => 0.402,
+        (SPECULAR, "leadr 3x3") => 0.433,
+        (SPECULAR, "leadr 5x5") => 1.704,
+        (SPECULAR, "leadr 7x7") => 4.284,
+        (DIFFUSE, ONE_SAMPLE) => 0.148,
+        (DIFFUSE, "leadr 3x3") => 1.067,
+        (DIFFUSE, "leadr 5x5") => 2.750,
+        (DIFFUSE, "leadr 7x7") => 5.027,
+        _ => return None,
+    })
+}
+
+/// The camera's distances in a zoom, as multiples of the scene's middle view.
+const ZOOM: [f32; 6] = [0.5, 1.0, 2.0, 4.0, 8.0, 16.0];
+/// Where the reference is measured too.
+const AFAR: f32 = 8.0;
+
+/// Rows of the scene that `state` shows from its middle view: `only` one technique or all of them, then LEADR (or
+/// that one) at several distances.
+#[must_use]
+pub fn scene(config: &SceneConfig, state: &FrameState, only: Option<Technique>) -> Vec<Row> {
+    let name = config.scene.name.to_owned();
+    let base = only.unwrap_or(Technique::Leadr);
+    let row = |table: String, name: String, base: String, technique: Technique, state: FrameState| {
+        let shading = technique.with(config.shading.options());
+        // Jittered, so that every round of a reference draws another of its samples.
+        let samples = if technique.is_reference() { 64 } else { 1 };
+        Row {
+            table,
+            name,
+            distance: Some(state.camera.position.distance(state.camera.target)),
+            base: Some(base),
+            compared: TOTAL,
+            paper_ms: None,
+            state,
+            settings: SceneConfig { shading, samples, ..config.clone() }.render_settings(),
+            sun_hours: 0.0,
+        }
+    };
+    let mut rows = Vec::new();
+    for technique in Technique::ALL.into_iter().filter(|t| only.is_none_or(|only| only == *t)) {
+        rows.push(row(name.clone(), technique.name().to_owned(), base.name().to_owned(), technique, state.clone()));
+    }
+    let moving = format!("{}, moving sun", base.name());
+    let moving = row(name.clone(), moving, base.name().to_owned(), base, state.clone());
+    rows.push(Row { sun_hours: SUN_STEP, ..moving });
+    let middle = state.camera.position.distance(state.camera.target);
+    for factor in ZOOM {
+        let techniques = [Some(base), (factor == AFAR && only.is_none()).then_some(Technique::Reference)];
+        for technique in techniques.into_iter().flatten() {
+            let state = FrameState { camera: state.camera.at_distance(middle * factor), ..state.clone() };
+            let label = |factor| format!("{} at {factor}x", base.name());
+            let row_name = format!("{} at {factor}x", technique.name());
+            rows.push(row(format!("{name} from afar"), row_name, label(1.0), technique, state));
+        }
+    }
+    rows
+}
+
+/// The row of one of the sea's own tables.
+#[must_use]
+pub fn variant(variant: Variant, state: FrameState, only: Option<Technique>) -> Row {
+    let Variant { table, name, base, compared, config } = variant;
+    let technique = only.unwrap_or(Technique::Leadr);
+    let shading = technique.with(config.shading.options());
+    Row {
+        table: table.to_owned(),
+        name,
+        distance: Some(state.camera.position.distance(state.camera.target)),
+        base: Some(base),
+        compared,
+        paper_ms: None,
+        sun_hours: 0.0,
+        state,
+        settings: SceneConfig { shading, samples: 1, ..config }.render_settings(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scenes::full_screen::full_screen_stage;
+    use crate::scenes::registry::Scene;
+    use crate::scenes::stage::Lights;
+
+    fn all_rows() -> Vec<Row> {
+        let stage = full_screen_stage((8, 8));
+        let state = stage.state(0.0, &stage.views.mid, &Lights::default());
+        let mut rows = quad(&state, Size { width: 8, height: 8 });
+        for name in ["sphere", "trex"] {
+            let config = SceneConfig { scene: Scene::find(name).unwrap(), ..SceneConfig::default() };
+            rows.extend(scene(&config, &state, None));
+        }
+        rows
+    }
+
+    #[test]
+    fn every_row_has_a_place_of_its_own_and_its_base_is_there() {
+        let rows = all_rows();
+        for row in &rows {
+            let same = rows.iter().filter(|r| r.table == row.table && r.name == row.name).count();
+            assert_eq!(same, 1, "{}: {}", row.table, row.name);
+            let base = row.base.as_ref().unwrap();
+            assert!(rows.iter().any(|r| r.table == row.table && r.name == *base), "{}: {base}", row.table);
+            row.settings.shading.check().unwrap();
+        }
+    }
+
+    #[test]
+    fn every_goal_is_about_rows_that_are_measured() {
+        let rows = all_rows();
+        for goal in GOALS {
+            for place in [goal.of, goal.to] {
+                assert!(rows.iter().any(|r| r.table == place.table && r.name == place.row), "{}: {place:?}", goal.name);
+            }
+        }
+    }
+
+    #[test]
+    fn goals_of_the_quad_need_seven_rows() {
+        let rows: Vec<Row> = all_rows().into_iter().filter(in_a_goal).collect();
+        let quad = rows.iter().filter(|r| r.compared == PIXELS);
+        let places: Vec<_> = quad.map(|r| (r.table.as_str(), r.name.as_str())).collect();
+        let expected = [(LIGHT, "lean"), (LIGHT, "leadr"), (SPECULAR, ONE_SAMPLE), (SPECULAR, "leadr visible 16")];
+        let diffuse = [(DIFFUSE, ONE_SAMPLE), (DIFFUSE, "leadr visible"), (VISIBILITY_DIFFUSE, "correlated")];
+        assert_eq!(places, [&expected[..], &diffuse[..]].concat());
+    }
+
+    #[test]
+    fn the_papers_rows_are_there() {
+        let rows = all_rows();
+        assert_eq!(rows.iter().filter(|r| r.paper_ms.is_some()).count(), 12);
+        let samples =
+            |table: &str| -> Vec<u32> { rows.iter().filter(|r| r.table == table).map(Row::samples).collect() };
+        for table in FIGURE_11 {
+            assert_eq!(samples(table), (1..=16).map(|n| n * n).collect::<Vec<_>>());
+        }
+    }
+}

@@ -1,0 +1,162 @@
+//! Runs the bench: puts what is measured on the device, and measures it.
+
+use std::sync::Arc;
+use std::time::Instant;
+
+use super::ocean::{self, Variant};
+use super::report::BenchReport;
+use super::rounds::{self, Subject, Tick};
+use super::rows::{self, Measured, Row};
+use crate::gpu::Gpu;
+use crate::lab::error::LabError;
+use crate::lab::progress::Progress;
+use crate::render::frame::{PassTime, Renderer};
+use crate::render::light::environment::{Environment, FACE_SIZE};
+use crate::render::light::sky::Sky;
+use crate::render::settings::Technique;
+use crate::scenes::config::SceneConfig;
+use crate::scenes::daylight;
+use crate::scenes::full_screen::full_screen_stage;
+use crate::scenes::registry::Choice;
+use crate::scenes::set::{Inputs, set};
+use crate::scenes::stage::Lights;
+use crate::scenes::view::Size;
+
+/// What is measured.
+#[derive(Clone, Debug)]
+pub struct BenchConfig {
+    /// The paper's tables, if they are wanted.
+    pub quad: Option<Quad>,
+    /// Scenes, near and far. The open sea has tables of its own besides.
+    pub scenes: Vec<SceneConfig>,
+    /// Only this technique in scenes.
+    pub technique: Option<Technique>,
+    /// Rounds: frames of every row, except rows that take over a second.
+    pub rounds: u32,
+}
+
+/// The paper's tables: a full-screen quad over a LEADR map of its size.
+#[derive(Clone, Copy, Debug)]
+pub struct Quad {
+    /// Size of the quad and of its map.
+    pub size: Size,
+    /// Only the rows that goals compare.
+    pub goals_only: bool,
+}
+
+/// Measures. `open` opens the device, once the input files are known to be right.
+///
+/// # Errors
+/// If an input file or the device is not what it should be, or the device fails.
+pub fn bench(
+    config: &BenchConfig,
+    open: impl FnOnce() -> Result<Arc<Gpu>, LabError>,
+    progress: &dyn Progress,
+) -> Result<BenchReport, LabError> {
+    let start = Instant::now();
+    // Files first: their faults are found in no time and need no device.
+    let inputs = config.scenes.iter().map(Inputs::load).collect::<Result<Vec<_>, _>>()?;
+    let gpu = open()?;
+    let rounds = config.rounds as usize;
+    let mut measured = Vec::new();
+    if let Some(quad) = &config.quad {
+        measure(vec![full_screen(quad, &gpu)?], rounds, progress, &mut measured)?;
+    }
+    for (scene, inputs) in config.scenes.iter().zip(inputs) {
+        let set = set(scene, inputs, &gpu, &progress.share(scene.scene.making))?;
+        let rows = rows::scene(scene, &(set.animation)(0.0), config.technique);
+        measure(vec![(set.renderer, rows)], rounds, progress, &mut measured)?;
+        if scene.scene.offers(Choice::Waves) {
+            measure(seas(scene, &gpu, config.technique, progress)?, rounds, progress, &mut measured)?;
+        }
+    }
+    if let Some(message) = gpu.validation_messages().first() {
+        return Err(LabError(format!("Vulkan validation: {message}")));
+    }
+    Ok(BenchReport::new(&gpu, measured, config.rounds, start.elapsed().as_secs_f64()))
+}
+
+/// The renderer of the paper's tables with their rows.
+fn full_screen(quad: &Quad, gpu: &Arc<Gpu>) -> Result<(Renderer, Vec<Row>), LabError> {
+    let mut stage = full_screen_stage((quad.size.width, quad.size.height));
+    let sky = Sky::default();
+    let environment = Environment::from_sky(gpu, FACE_SIZE, &sky)?;
+    let renderer = Renderer::new(gpu, std::mem::take(&mut stage.objects), environment)?;
+    let state = stage.state(0.0, &stage.views.mid, &Lights::under(&sky));
+    let mut rows = rows::quad(&state, quad.size);
+    if quad.goals_only {
+        rows.retain(rows::in_a_goal);
+    }
+    Ok((renderer, rows))
+}
+
+/// Renderers of the sea's own tables, each with its row: maps and targets of every size stay alive.
+fn seas(
+    config: &SceneConfig,
+    gpu: &Arc<Gpu>,
+    technique: Option<Technique>,
+    progress: &dyn Progress,
+) -> Result<Vec<(Renderer, Vec<Row>)>, LabError> {
+    let sea = |variant: Variant| -> Result<_, LabError> {
+        let set = set(&variant.config, Inputs::load(&variant.config)?, gpu, &progress.share(config.scene.making))?;
+        let row = rows::variant(variant, (set.animation)(0.0), technique);
+        Ok((set.renderer, vec![row]))
+    };
+    ocean::variants(config).into_iter().map(sea).collect()
+}
+
+/// Renderers and the rows they draw, each with the index of its renderer.
+struct Bench {
+    renderers: Vec<Renderer>,
+    rows: Vec<(usize, Row)>,
+}
+
+impl Subject for Bench {
+    fn frame(&mut self, row: usize, round: usize, repeats: u32) -> Result<Vec<PassTime>, LabError> {
+        let (renderer, row) = &self.rows[row];
+        // Every round of a row of many samples draws another of them.
+        let index = round as u32 % row.settings.samples.max(1);
+        let mut state = row.state.clone();
+        daylight::pass(&mut state, row.sun_hours * (round + 1) as f64);
+        let times = self.renderers[*renderer].measure(&state, &row.settings, index, repeats)?;
+        if row.sun_hours != 0.0
+            && let Some(sky) = &row.state.sky
+        {
+            // The next row is not to pay for the sun's way back.
+            self.renderers[*renderer].show_sky(sky)?;
+        }
+        Ok(times)
+    }
+}
+
+/// Measures all rows of some renderers, alternating between them, and appends them to `measured`.
+fn measure(
+    subjects: Vec<(Renderer, Vec<Row>)>,
+    rounds: usize,
+    progress: &dyn Progress,
+    measured: &mut Vec<Measured>,
+) -> Result<(), LabError> {
+    let mut bench = Bench { renderers: Vec::new(), rows: Vec::new() };
+    for (index, (renderer, rows)) in subjects.into_iter().enumerate() {
+        renderer.gpu().wait_idle()?;
+        bench.renderers.push(renderer);
+        bench.rows.extend(rows.into_iter().map(|row| (index, row)));
+    }
+    let names: Vec<String> = bench.rows.iter().map(|(_, row)| format!("{}: {}", row.table, row.name)).collect();
+    let bar = progress.bar(names.len());
+    let mut tick = |tick: Tick| match tick {
+        Tick::Warm(row) => {
+            bar.message(&format!("warming up, {}", names[row]));
+            bar.step();
+        }
+        Tick::Begin(frames) => bar.restart(frames),
+        Tick::Frame(row) => {
+            bar.message(&names[row]);
+            bar.step();
+        }
+    };
+    let count = bench.rows.len();
+    let series = rounds::measure(&mut bench, count, rounds, &mut tick)?;
+    measured.extend(bench.rows.into_iter().zip(series).map(|((_, row), series)| Measured { row, series }));
+    Ok(())
+}

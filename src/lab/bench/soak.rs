@@ -1,0 +1,162 @@
+//! Many frames of the sea, with what they leave behind in memory.
+
+use std::fmt;
+use std::sync::Arc;
+use std::time::Instant;
+
+use glam::{Quat, Vec3};
+use serde::Serialize;
+
+use crate::gpu::Gpu;
+use crate::lab::error::LabError;
+use crate::lab::program::COMMIT;
+use crate::lab::progress::Progress;
+use crate::render::camera::Camera;
+use crate::render::settings::{RenderSettings, Technique};
+use crate::scenes::config::SceneConfig;
+use crate::scenes::daylight;
+use crate::scenes::set::{Inputs, Set, set};
+
+/// Memory after so many frames.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct MemorySample {
+    /// Frames drawn so far.
+    pub frame: u32,
+    /// Resident memory of the process, bytes, where the system tells.
+    pub resident: Option<u64>,
+    /// Bytes in buffers and images.
+    pub allocated: u64,
+    /// Bytes taken from the driver for them.
+    pub reserved: u64,
+    /// Buffers and images.
+    pub allocations: usize,
+}
+
+/// What became of memory over many frames.
+#[derive(Clone, Debug, Serialize)]
+pub struct SoakReport {
+    command: &'static str,
+    device: String,
+    driver: String,
+    commit: &'static str,
+    /// Frames drawn and read back.
+    frames: u32,
+    size: [u32; 2],
+    fft: u32,
+    /// Ten, evenly.
+    samples: Vec<MemorySample>,
+    /// Bytes in buffers and images: last sample over the second.
+    allocated_growth: i64,
+    /// Resident bytes: last sample over the second.
+    resident_growth: Option<i64>,
+    /// Wall-clock seconds.
+    seconds: f64,
+}
+
+/// Samples of memory.
+const SAMPLES: u32 = 10;
+/// Seconds from frame to frame.
+const STEP: f64 = 1.0 / 30.0;
+
+/// Draws and reads back `frames` frames of the sea of `config`, while time runs, the sun goes round once and the camera sails, climbs
+/// from 2.5 m to a kilometre and turns, by one technique after the other unless `only` one.
+///
+/// # Errors
+/// If the device fails, validation has something to say, or buffers and images pile up.
+pub fn soak(
+    config: &SceneConfig,
+    gpu: &Arc<Gpu>,
+    frames: u32,
+    only: Option<Technique>,
+    progress: &dyn Progress,
+) -> Result<SoakReport, LabError> {
+    let start = Instant::now();
+    let inputs = Inputs::load(config)?;
+    let Set { mut renderer, animation, .. } = set(config, inputs, gpu, &progress.share(config.scene.making))?;
+    let settings = config.render_settings();
+    let interval = (frames / SAMPLES).max(1);
+    let bar = progress.bar(frames as usize);
+    let mut samples = Vec::new();
+    for frame in 0..frames {
+        let mut state = animation(f64::from(frame) * STEP);
+        state.camera = sailing(&state.camera, frame, frames);
+        daylight::pass(&mut state, 24.0 * f64::from(frame) / f64::from(frames));
+        let technique = only.unwrap_or(Technique::ALL[frame as usize % Technique::ALL.len()]);
+        let shading = technique.with(settings.shading.options());
+        renderer.render(&state, &RenderSettings { shading, ..settings })?;
+        if (frame + 1) % interval == 0 {
+            let memory = gpu.memory_use();
+            samples.push(MemorySample {
+                frame: frame + 1,
+                resident: resident(),
+                allocated: memory.allocated,
+                reserved: memory.reserved,
+                allocations: memory.allocations,
+            });
+        }
+        bar.step();
+    }
+    drop(bar);
+    if let Some(message) = gpu.validation_messages().first() {
+        return Err(LabError(format!("Vulkan validation: {message}")));
+    }
+    // By the second sample all pipelines are there.
+    let ends = samples.get(1).zip(samples.last());
+    let allocated_growth = ends.map_or(0, |(a, b)| b.allocated as i64 - a.allocated as i64);
+    let resident_growth = ends.and_then(|(a, b)| Some(b.resident? as i64 - a.resident? as i64));
+    if allocated_growth > 0 {
+        return Err(LabError(format!("buffers and images grew by {allocated_growth} bytes: {samples:?}")));
+    }
+    Ok(SoakReport {
+        command: "bench",
+        device: gpu.device_name().to_owned(),
+        driver: gpu.driver_info().to_owned(),
+        commit: COMMIT,
+        frames,
+        size: [config.size.width, config.size.height],
+        fft: config.waves.fft,
+        samples,
+        allocated_growth,
+        resident_growth,
+        seconds: start.elapsed().as_secs_f64(),
+    })
+}
+
+/// The camera of a frame: it climbs and descends four times, turns round seven times, and sails 2 km.
+fn sailing(camera: &Camera, frame: u32, frames: u32) -> Camera {
+    let share = frame as f32 / frames.max(1) as f32;
+    let turns = |n: f32| std::f32::consts::TAU * n * share;
+    let height = 2.5 * 400f32.powf(0.5 - 0.5 * turns(4.0).cos());
+    let direction = Quat::from_rotation_z(turns(7.0)) * (camera.target - camera.position).normalize_or(Vec3::X);
+    let position = Vec3::new(2000.0 * share, 0.0, height);
+    Camera::looking_at(position, position + direction * height, camera.fov_y.to_degrees())
+}
+
+/// Resident memory of this process, bytes: Linux says so.
+fn resident() -> Option<u64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:"))?;
+    line.split_whitespace().next()?.parse::<u64>().ok().map(|kib| kib * 1024)
+}
+
+impl fmt::Display for SoakReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mib = |bytes: f64| format!("{:.2}", bytes / f64::from(1 << 20));
+        writeln!(f, "{} ({}), commit {}", self.device, self.driver, self.commit)?;
+        let [width, height] = self.size;
+        writeln!(f, "{} frames of the sea, {width}x{height}, fft {}; MiB", self.frames, self.fft)?;
+        writeln!(
+            f,
+            "  {:>8} {:>12} {:>12} {:>12} {:>12}",
+            "frame", "resident", "allocated", "reserved", "allocations"
+        )?;
+        for s in &self.samples {
+            let resident = s.resident.map_or("unknown".to_owned(), |bytes| mib(bytes as f64));
+            let (allocated, reserved) = (mib(s.allocated as f64), mib(s.reserved as f64));
+            writeln!(f, "  {:>8} {resident:>12} {allocated:>12} {reserved:>12} {:>12}", s.frame, s.allocations)?;
+        }
+        let growth = self.resident_growth.map_or("unknown".to_owned(), |bytes| mib(bytes as f64));
+        writeln!(f, "growth: resident {growth}, buffers and images {}", mib(self.allocated_growth as f64))?;
+        write!(f, "{:.0} s", self.seconds)
+    }
+}

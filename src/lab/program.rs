@@ -1,0 +1,4 @@
+//! The build that measures.
+
+/// The commit this program was built from; `-dirty` and `-dev` mark what may differ from it.
+pub const COMMIT: &str = env!("LEADR_COMMIT");

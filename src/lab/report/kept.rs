@@ -1,0 +1,163 @@
+//! Sections kept beside the page as soon as they are made, so that a long run which ends early can go on where it was.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::time::UNIX_EPOCH;
+
+use serde::{Deserialize, Serialize};
+
+use super::case::Case;
+use super::facts::Facts;
+use super::section::Section;
+use super::sections::SectionEntry;
+use super::studio::PICTURES;
+use crate::lab::error::LabError;
+use crate::maps::save::write_atomic;
+
+/// Folder of the kept sections, below that of the report.
+const FOLDER: &str = "kept";
+
+/// A section with all that came of it.
+#[derive(Debug)]
+pub struct Made {
+    /// Which.
+    pub entry: &'static SectionEntry,
+    /// What it says.
+    pub section: Section,
+    /// How long it took.
+    pub seconds: f64,
+    /// What it held against the truth.
+    pub cases: Vec<Case>,
+    /// Its pictures, as paths from the page and PNG bytes.
+    pub pictures: BTreeMap<String, Vec<u8>>,
+}
+
+/// What sections must have in common to stand on one page: the very program, the device, the form.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Origin {
+    program: String,
+    device: String,
+    driver: String,
+    quick: bool,
+}
+
+impl Origin {
+    /// Of this run. A program is told from its later builds by its size and time too: not every build changes the commit.
+    #[must_use]
+    pub fn of(facts: &Facts) -> Self {
+        let stamp = || {
+            let data = std::env::current_exe().ok()?.metadata().ok()?;
+            let time = data.modified().ok()?.duration_since(UNIX_EPOCH).ok()?;
+            Some(format!("{} bytes of {}", data.len(), time.as_secs()))
+        };
+        Self {
+            program: format!("{} {}, {}", facts.version, facts.commit, stamp().unwrap_or_default()),
+            device: facts.device.clone(),
+            driver: facts.driver.clone(),
+            quick: facts.quick,
+        }
+    }
+}
+
+/// A kept section as its file has it.
+#[derive(Serialize, Deserialize)]
+struct File {
+    origin: Origin,
+    section: Section,
+    seconds: f64,
+    cases: Vec<Case>,
+    pictures: Vec<String>,
+}
+
+fn place(folder: &Path, entry: &SectionEntry) -> PathBuf {
+    folder.join(FOLDER).join(entry.key).with_extension("json")
+}
+
+/// Keeps a section: its pictures first, then the file that names them.
+///
+/// # Errors
+/// If a file cannot be written.
+pub fn keep(folder: &Path, origin: &Origin, made: &Made) -> Result<(), LabError> {
+    let pictures = folder.join(FOLDER).join(PICTURES);
+    std::fs::create_dir_all(&pictures).map_err(|e| LabError::io("make the folder", &pictures, e))?;
+    for (file, bytes) in &made.pictures {
+        write_atomic(folder.join(FOLDER).join(file), bytes)?;
+    }
+    let file = File {
+        origin: origin.clone(),
+        section: made.section.clone(),
+        seconds: made.seconds,
+        cases: made.cases.clone(),
+        pictures: made.pictures.keys().cloned().collect(),
+    };
+    let json = serde_json::to_vec(&file).map_err(|e| LabError::json(&e))?;
+    write_atomic(place(folder, made.entry), &json)?;
+    Ok(())
+}
+
+/// A section that an earlier run of the same origin kept whole.
+#[must_use]
+pub fn find(folder: &Path, origin: &Origin, entry: &'static SectionEntry) -> Option<Made> {
+    let file: File = serde_json::from_slice(&std::fs::read(place(folder, entry)).ok()?).ok()?;
+    let pictures = file.pictures.into_iter().map(|picture| {
+        let bytes = std::fs::read(folder.join(FOLDER).join(&picture)).ok()?;
+        Some((picture, bytes))
+    });
+    (file.origin == *origin).then_some(())?;
+    Some(Made {
+        entry,
+        section: file.section,
+        seconds: file.seconds,
+        cases: file.cases,
+        pictures: pictures.collect::<Option<_>>()?,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::lab::report::html::Html;
+    use crate::lab::report::verdict::{Anatomy, Errors};
+
+    #[test]
+    fn what_is_kept_is_found_again_whole_and_by_its_origin_alone() {
+        let folder = tempfile::tempdir().unwrap();
+        let folder = folder.path();
+        let origin =
+            Origin { program: "1 abc".to_owned(), device: "d".to_owned(), driver: "e".to_owned(), quick: true };
+        let errors = Errors { flip: f64::NAN, rrmse: 0.3125, bias: -0.125 };
+        let case = Case {
+            section: "zoom".to_owned(),
+            subject: "σ".to_owned(),
+            look: "leadr".to_owned(),
+            truth: "displacement".to_owned(),
+            object: errors,
+            interior: errors,
+            anatomy: Anatomy { outline: 0.5, highlights: 0.25 },
+            normal_map: None,
+            noise: f64::NAN,
+            figures: Vec::new(),
+        };
+        let mut html = Html::new();
+        html.paragraph("a < b");
+        let section = Section { html, data: serde_json::json!({ "a": [1, 2.5] }), findings: vec!["f".to_owned()] };
+        let pictures = BTreeMap::from([("pictures/a.png".to_owned(), vec![1, 2, 3])]);
+        let [zoom, spheres] = ["zoom", "spheres"].map(|key| SectionEntry::find(key).unwrap());
+        let made = Made { entry: zoom, section, seconds: 2.5, cases: vec![case], pictures };
+        assert!(find(folder, &origin, zoom).is_none(), "nothing is there yet");
+        keep(folder, &origin, &made).unwrap();
+        let found = find(folder, &origin, zoom).unwrap();
+        assert_eq!(format!("{found:?}"), format!("{made:?}"), "NaN included");
+        assert!(find(folder, &origin, spheres).is_none());
+        for other in [
+            Origin { program: "2".to_owned(), ..origin.clone() },
+            Origin { device: "x".to_owned(), ..origin.clone() },
+            Origin { driver: "x".to_owned(), ..origin.clone() },
+            Origin { quick: false, ..origin.clone() },
+        ] {
+            assert!(find(folder, &other, zoom).is_none(), "{other:?}");
+        }
+        std::fs::remove_file(folder.join("kept/pictures/a.png")).unwrap();
+        assert!(find(folder, &origin, zoom).is_none(), "a picture is missing");
+    }
+}

@@ -1,0 +1,32 @@
+//! What one section of the report has to say.
+
+use serde::{Deserialize, Serialize};
+
+use super::html::Html;
+use crate::lab::error::LabError;
+
+/// What a section has to say.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Section {
+    /// For people.
+    pub html: Html,
+    /// For programs.
+    pub data: serde_json::Value,
+    /// Conclusions, each computed from the data.
+    pub findings: Vec<String>,
+}
+
+impl Section {
+    /// A section that opens with `intro`, goes on with its findings, and then shows what they were made from.
+    ///
+    /// # Errors
+    /// If the data cannot be written as JSON.
+    pub fn new(intro: &str, findings: Vec<String>, shown: &Html, data: impl Serialize) -> Result<Self, LabError> {
+        let mut html = Html::new();
+        html.paragraph(intro);
+        html.findings(&findings);
+        html.append(shown);
+        let data = serde_json::to_value(data).map_err(|e| LabError::json(&e))?;
+        Ok(Self { html, data, findings })
+    }
+}

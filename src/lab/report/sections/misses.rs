@@ -1,0 +1,148 @@
+//! Where LEADR is not close to truth: the worst pictures of the other sections, found and taken apart by numbers.
+
+use crate::lab::error::LabError;
+use crate::lab::report::case::Case;
+use crate::lab::report::html::{Cell, Html, Table, number, percent};
+use crate::lab::report::section::Section;
+use crate::lab::report::studio::Studio;
+
+const INTRO: &str = "The worst pictures of LEADR in the sections above, by relative RMSE inside the outline, with what the numbers say about \
+    the cause: errors that a finer grid of samples takes away are the quadrature's; errors that are gone against normal-map \
+    truth are bumps hiding each other or standing out, which no statistics of slopes knows; errors in the brightest pixels are highlights; errors \
+    on the outline are aliasing and bumps that the coarse geometry no longer has; what is left as an even bias is the \
+    model's masking and shadowing or its Gaussian slopes.";
+
+/// Pictures shown.
+const SHOWN: usize = 12;
+
+pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
+    let mut cases: Vec<Case> =
+        studio.cases.iter().filter(|c| c.look.starts_with("leadr") && c.interior.rrmse.is_finite()).cloned().collect();
+    if cases.is_empty() {
+        let fault = "it judges the pictures of other sections: name some of them beside misses in --only";
+        return Err(LabError(fault.to_owned()));
+    }
+    cases.sort_by(|a, b| b.interior.rrmse.total_cmp(&a.interior.rrmse));
+    let mut html = Html::new();
+    let mut table = Table::new(
+        format!("The {} worst of {} pictures", SHOWN.min(cases.len()), cases.len()),
+        ["what", "truth, picture, errors", "", "", "rRMSE inside", "bias inside", "FLIP", "why"],
+    );
+    let mut findings = Vec::new();
+    for (rank, case) in cases.iter().take(SHOWN).enumerate() {
+        let why = explain(case, &cases);
+        let mut cells = vec![Cell::from(format!("{}: {}", case.subject, case.look))];
+        cells.extend(case.figures.iter().cloned().map(Cell::Figure));
+        cells.resize(4, Cell::from(""));
+        cells.extend([case.interior.rrmse, case.interior.bias, case.object.flip].map(Cell::from));
+        cells.push(Cell::from(why.join(" ")));
+        table.row(cells);
+        if rank < 5 {
+            let error = number(case.interior.rrmse);
+            findings.push(format!("{}, {}: rRMSE inside {error}. {}", case.subject, case.look, why.join(" ")));
+        }
+    }
+    html.table(&table);
+    let mut close = cases.iter().filter(|c| c.interior.rrmse < 0.05).count() as f64;
+    close /= cases.len() as f64;
+    findings.push(format!(
+        "{} of {} pictures of LEADR are within 5 % inside the outline.",
+        percent(close, false),
+        cases.len()
+    ));
+    Section::new(INTRO, findings, &html, &cases)
+}
+
+/// What the numbers say about the cause, most telling first.
+fn explain(case: &Case, all: &[Case]) -> Vec<String> {
+    let mut why = Vec::new();
+    let same =
+        |look: &str| all.iter().find(|c| c.subject == case.subject && c.section == case.section && c.look == look);
+    let largest = ["leadr 128×128", "leadr 32×32"].into_iter().find_map(same);
+    if let Some(converged) = largest.filter(|c| c.look != case.look) {
+        let left = converged.interior.rrmse / case.interior.rrmse;
+        let share = match left {
+            l if l < 0.5 => "mostly",
+            l if l < 0.9 => "partly",
+            _ => "not",
+        };
+        let samples = converged.look.replace("leadr ", "");
+        why.push(format!("{samples} samples leave {} of it: {share} the quadrature.", percent(left, false)));
+    }
+    if let Some(normal_map) = case.normal_map {
+        let left = normal_map.rrmse / case.interior.rrmse;
+        if left < 0.6 {
+            why.push(format!(
+                "Against normal-map truth {} of it is left: bumps that hide each other or stand out.",
+                percent(left, false)
+            ));
+        }
+    }
+    if case.noise > 0.5 * case.interior.rrmse {
+        why.push(format!("The truth itself is uncertain by {}.", percent(case.noise, false)));
+    }
+    // An error that is the same everywhere has an rRMSE as large as its bias.
+    let even = (case.interior.bias / case.interior.rrmse).abs();
+    if even > 0.7 {
+        let how = if case.interior.bias > 0.0 { "too bright" } else { "too dark" };
+        why.push(format!(
+            "It is {how} nearly everywhere: the model's masking and shadowing or its slope distribution."
+        ));
+    }
+    if case.anatomy.highlights > 0.5 {
+        let share = percent(case.anatomy.highlights, false);
+        why.push(format!("{share} of the squared error lies in the brightest twentieth: highlights or sparkles."));
+    }
+    if case.anatomy.outline > 0.5 {
+        why.push(format!(
+            "On top, {} of the whole object's squared error is the outline's.",
+            percent(case.anatomy.outline, false)
+        ));
+    }
+    if why.is_empty() {
+        why.push(
+            "Spread over the surface, without a common sign: detail that is filtered or displaced otherwise."
+                .to_owned(),
+        );
+    }
+    why
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::lab::report::verdict::{Anatomy, Errors};
+
+    fn case(look: &str, rrmse: f64, bias: f64) -> Case {
+        let errors = Errors { flip: 0.1, rrmse, bias };
+        Case {
+            section: "spheres".to_owned(),
+            subject: "σ 1".to_owned(),
+            look: look.to_owned(),
+            truth: "displacement".to_owned(),
+            object: errors,
+            interior: errors,
+            anatomy: Anatomy { outline: 0.1, highlights: 0.1 },
+            normal_map: None,
+            noise: 0.0,
+            figures: Vec::new(),
+        }
+    }
+
+    #[test]
+    fn causes_are_told_by_their_numbers() {
+        let grid = case("leadr 5×5", 0.2, 0.0);
+        let all = [grid.clone(), case("leadr 128×128", 0.05, 0.0)];
+        assert!(explain(&grid, &all)[0].contains("mostly the quadrature"));
+        let all = [grid.clone(), case("leadr 128×128", 0.199, 0.0)];
+        assert!(explain(&grid, &all)[0].contains("not the quadrature"));
+        assert!(explain(&case("leadr", 0.2, -0.19), &[])[0].contains("too dark"));
+        let sparkling = Case { anatomy: Anatomy { outline: 0.6, highlights: 0.9 }, ..case("leadr", 0.2, 0.0) };
+        let why = explain(&sparkling, &[]);
+        assert!(why[0].contains("highlights") && why[1].contains("outline"), "{why:?}");
+        let shape = Case { normal_map: Some(Errors { flip: 0.0, rrmse: 0.01, bias: 0.0 }), ..case("leadr", 0.2, 0.0) };
+        assert!(explain(&shape, &[])[0].contains("hide each other"));
+        assert!(explain(&case("leadr", 0.2, 0.01), &[])[0].contains("Spread"));
+        assert!(explain(&Case { noise: 0.15, ..case("leadr", 0.2, 0.01) }, &[])[0].contains("uncertain"));
+    }
+}

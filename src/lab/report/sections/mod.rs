@@ -1,0 +1,144 @@
+//! The sections of the report, one file each: what it measures, and what it makes of it.
+
+mod bench;
+mod convergence;
+mod misses;
+mod model;
+mod ocean;
+mod quadrature;
+mod samples;
+mod shadows;
+mod shapes;
+mod spheres;
+mod table10;
+mod techniques;
+mod zoom;
+
+use super::section::Section;
+use super::studio::Studio;
+use crate::lab::error::LabError;
+
+/// A section: one row of [`SECTIONS`].
+#[derive(Clone, Copy, Debug)]
+pub struct SectionEntry {
+    /// Its name on the command line and in the data.
+    pub key: &'static str,
+    /// What it measures, for the command's help.
+    pub help: &'static str,
+    /// Heading on the page.
+    pub title: &'static str,
+    /// Whether it judges the pictures of the other sections, and so must be made again whenever one of them is.
+    pub judges_others: bool,
+    run: fn(&mut Studio) -> Result<Section, LabError>,
+}
+
+/// Every section, in the order of the page.
+pub static SECTIONS: [SectionEntry; 13] = [
+    SectionEntry {
+        key: "convergence",
+        help: "How the reference converges",
+        title: "The reference converges",
+        judges_others: false,
+        run: convergence::run,
+    },
+    SectionEntry {
+        key: "spheres",
+        help: "The sphere grid of the supplement's tables",
+        title: "The sphere grid",
+        judges_others: false,
+        run: spheres::run,
+    },
+    SectionEntry {
+        key: "table10",
+        help: "How many slope samples are needed",
+        title: "How many slope samples it takes",
+        judges_others: false,
+        run: table10::run,
+    },
+    SectionEntry {
+        key: "quadrature",
+        help: "The visible-slope rules against converged integrals",
+        title: "Fewer, better-placed samples",
+        judges_others: false,
+        run: quadrature::run,
+    },
+    SectionEntry {
+        key: "model",
+        help: "Shadowing models against ray casts",
+        title: "Beyond the model: visibility against ray casts",
+        judges_others: false,
+        run: model::run,
+    },
+    SectionEntry {
+        key: "techniques",
+        help: "Every technique from near to far",
+        title: "Techniques side by side",
+        judges_others: false,
+        run: techniques::run,
+    },
+    SectionEntry {
+        key: "shadows",
+        help: "Shadows that the bumps cast on each other",
+        title: "Shadows that the relief throws on itself",
+        judges_others: false,
+        run: shadows::run,
+    },
+    SectionEntry {
+        key: "shapes",
+        help: "Surfaces that deform under maps that do not",
+        title: "Surfaces that deform",
+        judges_others: false,
+        run: shapes::run,
+    },
+    SectionEntry {
+        key: "zoom",
+        help: "What flickers when the camera moves away",
+        title: "Moving away: what flickers",
+        judges_others: false,
+        run: zoom::run,
+    },
+    SectionEntry {
+        key: "ocean",
+        help: "The sea against ray-marched truth, near and far",
+        title: "The sea",
+        judges_others: false,
+        run: ocean::run,
+    },
+    SectionEntry {
+        key: "samples",
+        help: "One sample of LEADR against many of the reference",
+        title: "One sample of LEADR against many of the reference",
+        judges_others: false,
+        run: samples::run,
+    },
+    SectionEntry {
+        key: "bench",
+        help: "The bench's tables and goals",
+        title: "What it costs",
+        judges_others: false,
+        run: bench::run,
+    },
+    SectionEntry {
+        key: "misses",
+        help: "The worst pictures of the other sections",
+        title: "Where LEADR is not close to truth",
+        judges_others: true,
+        run: misses::run,
+    },
+];
+
+impl SectionEntry {
+    /// The section of this key.
+    #[must_use]
+    pub fn find(key: &str) -> Option<&'static Self> {
+        SECTIONS.iter().find(|section| section.key == key)
+    }
+
+    /// Makes the section.
+    ///
+    /// # Errors
+    /// If the device fails or a measurement is not finite.
+    pub fn run(&self, studio: &mut Studio) -> Result<Section, LabError> {
+        (self.run)(studio)
+    }
+}

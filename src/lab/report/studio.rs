@@ -1,0 +1,152 @@
+//! Where sections work: the device, the settings of a run, the pictures made so far, and the cases that may be worst.
+
+use std::collections::BTreeMap;
+use std::ops::Range;
+use std::sync::Arc;
+
+use super::case::Case;
+use super::html::Figure;
+use super::verdict::{Shot, Verdict};
+use crate::gpu::Gpu;
+use crate::lab::error::LabError;
+use crate::lab::progress::Progress;
+use crate::maps::save::encode_png_srgb8;
+use crate::maps::tonemap::{Tonemap, display_image};
+use crate::maps::{MapFault, Rgb8Image, RgbImage};
+use crate::render::frame::Renderer;
+use crate::render::scene::FrameState;
+use crate::render::settings::RenderSettings;
+
+/// Folder of the pictures beside the page.
+pub const PICTURES: &str = "pictures";
+
+/// What the sections of one run share.
+pub struct Studio<'a> {
+    /// The device.
+    pub gpu: Arc<Gpu>,
+    /// Small pictures and few samples.
+    pub quick: bool,
+    /// Where progress is told.
+    pub progress: &'a dyn Progress,
+    /// What was held against the truth so far.
+    pub cases: Vec<Case>,
+    pictures: BTreeMap<String, Vec<u8>>,
+}
+
+impl<'a> Studio<'a> {
+    /// An empty studio.
+    #[must_use]
+    pub fn new(gpu: Arc<Gpu>, quick: bool, progress: &'a dyn Progress) -> Self {
+        Self { gpu, quick, progress, cases: Vec::new(), pictures: BTreeMap::new() }
+    }
+
+    /// One of two values: of a quick run, or of a full one.
+    #[must_use]
+    pub fn pick<T>(&self, quick: T, full: T) -> T {
+        if self.quick { quick } else { full }
+    }
+
+    /// Renders a picture.
+    ///
+    /// # Errors
+    /// If the device fails, or a pixel is not finite (its place is named).
+    pub fn shoot(
+        &self,
+        renderer: &mut Renderer,
+        state: &FrameState,
+        settings: &RenderSettings,
+    ) -> Result<Shot, LabError> {
+        self.shoot_range(renderer, state, settings, 0..settings.samples.max(1))
+    }
+
+    /// The mean of some of a picture's samples.
+    ///
+    /// # Errors
+    /// As [`shoot`](Self::shoot).
+    pub fn shoot_range(
+        &self,
+        renderer: &mut Renderer,
+        state: &FrameState,
+        settings: &RenderSettings,
+        range: Range<u32>,
+    ) -> Result<Shot, LabError> {
+        let samples = range.len() as u32;
+        let output = renderer.render_range(state, settings, range)?;
+        let (width, height) = output.size;
+        let texels = output.color.iter().map(|c| [c[0], c[1], c[2]]).collect();
+        let image = RgbImage::new(width, height, texels).map_err(fault)?;
+        image.check_finite().map_err(fault)?;
+        Ok(Shot {
+            image,
+            coverage: output.color.iter().map(|c| c[3]).collect(),
+            milliseconds: output.times.iter().map(|t| t.milliseconds).sum(),
+            samples,
+            noise: 0.0,
+        })
+    }
+
+    /// Renders a truth in two halves of different seeds, which tell how noisy their mean is.
+    ///
+    /// # Errors
+    /// As [`shoot`](Self::shoot).
+    pub fn shoot_truth(
+        &self,
+        renderer: &mut Renderer,
+        state: &FrameState,
+        settings: &RenderSettings,
+    ) -> Result<Shot, LabError> {
+        let half = |seed: u64| RenderSettings { samples: settings.samples.div_ceil(2), seed, ..*settings };
+        let first = self.shoot(renderer, state, &half(2 * settings.seed + 1))?;
+        let second = self.shoot(renderer, state, &half(2 * settings.seed + 2))?;
+        Shot::mean_of(&first, &second).map_err(fault)
+    }
+
+    /// Keeps a picture under `name` (letters, digits and dashes), seen with `exposure` (a factor) through the filmic
+    /// curve.
+    ///
+    /// # Errors
+    /// If it cannot be encoded.
+    pub fn picture(
+        &mut self,
+        name: &str,
+        image: &RgbImage,
+        exposure: f32,
+        alt: &str,
+        caption: Vec<String>,
+    ) -> Result<Figure, LabError> {
+        self.codes(name, &display_image(image, exposure, Tonemap::Filmic), alt, caption)
+    }
+
+    /// Keeps the picture of a verdict's FLIP errors: black is none, pale yellow is 1.
+    ///
+    /// # Errors
+    /// If it cannot be encoded.
+    pub fn error_picture(
+        &mut self,
+        name: &str,
+        verdict: &Verdict,
+        alt: &str,
+        caption: Vec<String>,
+    ) -> Result<Figure, LabError> {
+        self.codes(name, &verdict.error_image, alt, caption)
+    }
+
+    fn codes(&mut self, name: &str, codes: &Rgb8Image, alt: &str, caption: Vec<String>) -> Result<Figure, LabError> {
+        let file = format!("{PICTURES}/{name}.png");
+        let bytes = encode_png_srgb8(codes).map_err(fault)?;
+        if self.pictures.insert(file.clone(), bytes).is_some() {
+            return Err(LabError(format!("two pictures of the report are called {file}")));
+        }
+        Ok(Figure { file, alt: alt.to_owned(), caption, width: codes.width, height: codes.height, scale: 1 })
+    }
+
+    /// The files made since this was last asked, as paths from the page and PNG bytes.
+    pub fn take_pictures(&mut self) -> BTreeMap<String, Vec<u8>> {
+        std::mem::take(&mut self.pictures)
+    }
+}
+
+/// A fault of a picture that has no file.
+pub fn fault(fault: MapFault) -> LabError {
+    LabError(fault.to_string())
+}

@@ -1,0 +1,103 @@
+//! What is drawn and how: a scene, its light, the view, and the settings of the picture.
+
+use std::path::PathBuf;
+
+use serde::Serialize;
+
+use super::light::{EnvironmentChoice, SunDirection};
+use super::ocean::waves::Waves;
+use super::registry::{SCENES, Scene};
+use super::view::{Size, View};
+use crate::render::settings::{RenderSettings, Shading};
+use crate::render::surfaces::tessellation::TessellationSettings;
+
+/// A picture of a scene. Written as JSON, its fields have the names of the command's flags.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct SceneConfig {
+    /// Which scene.
+    pub scene: &'static Scene,
+    /// Height map of the plane or sphere.
+    pub height_map: Option<PathBuf>,
+    /// The waves of the ocean.
+    pub waves: Waves,
+    /// Factor on the displacement, 0 or more.
+    pub height_scale: f32,
+    /// Light from all around.
+    pub environment: EnvironmentChoice,
+    /// Direction to the sun at the beginning.
+    pub sun: SunDirection,
+    /// Hour of the day at the beginning, instead of `sun`.
+    pub time_of_day: Option<f32>,
+    /// Seconds in which the sun goes once round the sky; `None` if it stands still.
+    pub day_length: Option<f32>,
+    /// How the surface is filtered and shaded.
+    #[serde(flatten)]
+    pub shading: Shading,
+    /// Whether heights move the surface.
+    pub displacement: bool,
+    /// Screen pixels per triangle.
+    pub triangle_pixels: f32,
+    /// From where.
+    pub view: View,
+    /// Distance to the camera's target, metres, instead of the view's own.
+    pub distance: Option<f32>,
+    /// Size of the picture.
+    pub size: Size,
+    /// Samples per pixel.
+    pub samples: u32,
+    /// Seed of the sample positions.
+    pub seed: u64,
+    /// Exposure of a PNG or a window, stops over what the height of the sun asks for.
+    pub exposure: f32,
+    /// Texels along an atlas tile: a power of two, 8 to 128.
+    pub atlas_tile: u32,
+    /// Beckmann roughness of the displaced surfaces instead of the scene's own.
+    pub roughness: Option<f32>,
+}
+
+impl Default for SceneConfig {
+    /// The first scene as the command draws it without flags.
+    fn default() -> Self {
+        Self {
+            scene: &SCENES[0],
+            height_map: None,
+            waves: Waves::default(),
+            height_scale: 1.0,
+            environment: EnvironmentChoice::Sky,
+            sun: SunDirection { azimuth: -50.0, elevation: 38.0 },
+            time_of_day: None,
+            day_length: None,
+            shading: Shading::default(),
+            displacement: true,
+            triangle_pixels: 4.0,
+            view: View::Mid,
+            distance: None,
+            size: Size { width: 1280, height: 720 },
+            samples: 4,
+            seed: 0,
+            exposure: 0.0,
+            atlas_tile: 64,
+            roughness: None,
+        }
+    }
+}
+
+impl SceneConfig {
+    /// The part that the renderer takes.
+    #[must_use]
+    pub fn render_settings(&self) -> RenderSettings {
+        RenderSettings {
+            size: (self.size.width, self.size.height),
+            samples: self.samples,
+            seed: self.seed,
+            shading: self.shading,
+            displacement: self.displacement,
+            tessellation: TessellationSettings {
+                pixels_per_triangle: self.triangle_pixels,
+                to_texels: self.shading.technique().is_reference(),
+                ..Default::default()
+            },
+            ..Default::default()
+        }
+    }
+}

@@ -1,0 +1,19 @@
+//! Why a scene cannot be made.
+
+use super::trex::TrexError;
+use crate::gpu::GpuError;
+use crate::maps::MapError;
+
+/// A scene that cannot be made or put on the device. Each message is one sentence.
+#[derive(Debug, thiserror::Error)]
+pub enum SceneError {
+    /// The T-rex could not be modelled.
+    #[error(transparent)]
+    Trex(#[from] TrexError),
+    /// An input file is missing, damaged, too large or of another kind.
+    #[error(transparent)]
+    Map(#[from] MapError),
+    /// The device failed.
+    #[error(transparent)]
+    Gpu(#[from] GpuError),
+}

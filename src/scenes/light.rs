@@ -1,0 +1,48 @@
+//! The light that a scene is seen in.
+
+use std::path::PathBuf;
+
+use glam::Vec3;
+use serde::Serialize;
+
+/// Where light comes from besides the sun.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum EnvironmentChoice {
+    /// The analytic sky with its sun.
+    Sky,
+    /// A generated photographer's studio, without a sun.
+    Studio,
+    /// An equirectangular picture, `.hdr` or `.exr`.
+    File(PathBuf),
+}
+
+/// Direction to the sun.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct SunDirection {
+    /// Degrees counter-clockwise from +x, seen from above.
+    pub azimuth: f32,
+    /// Degrees above the horizon, −90 to 90.
+    pub elevation: f32,
+}
+
+impl SunDirection {
+    /// Unit vector toward the sun; z up.
+    #[must_use]
+    pub fn vector(self) -> Vec3 {
+        let (azimuth, elevation) = (self.azimuth.to_radians(), self.elevation.to_radians());
+        Vec3::new(azimuth.cos() * elevation.cos(), azimuth.sin() * elevation.cos(), elevation.sin())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn azimuths_turn_from_x_to_y() {
+        let west = SunDirection { azimuth: 180.0, elevation: 30.0 }.vector();
+        assert!((west - Vec3::new(-0.75f32.sqrt(), 0.0, 0.5)).length() < 1e-6, "{west}");
+        assert!(SunDirection { azimuth: 90.0, elevation: 0.0 }.vector().distance(Vec3::Y) < 1e-6);
+    }
+}

@@ -1,0 +1,245 @@
+//! The scenes, each declared once: its name, a line of help, what can be chosen about it, and how it is made.
+//!
+//! The command line, its help, the reports and the bench read this table. A new scene is a file of its own and a row here.
+
+use std::fmt;
+
+use serde::{Serialize, Serializer};
+
+use super::deform::{self, Deformation};
+use super::error::SceneError;
+use super::ocean::sea;
+use super::ocean::waves::Waves;
+use super::shore::shore_stage;
+use super::stage::{Relief, Stage, plane_stage, sphere_stage};
+use super::trex::stage::trex_stage;
+use super::{pillow, snake, spheres};
+use crate::maps::HeightMap;
+
+/// Something about a scene that its user can choose.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Choice {
+    /// A height map instead of the generated one.
+    HeightMap,
+    /// The roughness of its displaced surfaces.
+    Roughness,
+    /// The size of the tiles of its displacement atlas.
+    AtlasTile,
+    /// The waves of the open sea.
+    Waves,
+}
+
+/// What a scene is made from.
+#[derive(Clone, Debug)]
+pub struct SceneOptions {
+    /// One repeat of the heights, for scenes with [`Choice::HeightMap`]; `None` for generated ones.
+    pub height_map: Option<HeightMap>,
+    /// Texels along an atlas tile, for scenes with [`Choice::AtlasTile`]: a power of two, 8 to 128.
+    pub atlas_tile: u32,
+    /// The sea of scenes with [`Choice::Waves`].
+    pub waves: Waves,
+}
+
+/// Receives the share of a scene that is made, 0 to 1, from any thread.
+pub type Progress<'a> = &'a (dyn Fn(f32) + Sync);
+
+/// A scene: one row of [`SCENES`].
+pub struct Scene {
+    /// Its name on the command line and in reports.
+    pub name: &'static str,
+    /// What it shows, for the command's help.
+    pub help: &'static str,
+    /// What can be chosen about it.
+    pub choices: &'static [Choice],
+    /// Whether it shows the sea.
+    pub has_sea: bool,
+    /// What takes long about making it, to be said beside the progress.
+    pub making: Option<&'static str>,
+    make: fn(SceneOptions, Progress<'_>) -> Result<Stage, SceneError>,
+}
+
+/// Every scene, in the order of the help; the first is the default.
+pub static SCENES: [Scene; 11] = [
+    Scene {
+        name: "trex",
+        help: "A displaced T-rex walks over dry ground",
+        choices: &[Choice::AtlasTile, Choice::Roughness],
+        has_sea: false,
+        making: MAKING_THE_TREX,
+        make: |options, progress| Ok(trex_stage(options.atlas_tile, progress)?),
+    },
+    Scene {
+        name: "plane",
+        help: "A square plane with a height map",
+        choices: &[Choice::HeightMap, Choice::Roughness],
+        has_sea: false,
+        making: None,
+        make: |options, _| Ok(plane_stage(relief(options))),
+    },
+    Scene {
+        name: "sphere",
+        help: "A sphere with a height map",
+        choices: &[Choice::HeightMap, Choice::AtlasTile, Choice::Roughness],
+        has_sea: false,
+        making: None,
+        make: |options, _| Ok(sphere_stage(relief(options))),
+    },
+    Scene {
+        name: "spheres",
+        help: "Sixteen spheres of known roughness",
+        choices: &[Choice::Roughness],
+        has_sea: false,
+        making: None,
+        make: |_, _| Ok(spheres::grid::stage()),
+    },
+    Scene {
+        name: "stretch",
+        help: "A quad, a sphere and a cylinder that are stretched and squeezed",
+        choices: &[Choice::Roughness],
+        has_sea: false,
+        making: None,
+        make: |_, _| Ok(deform::stage(Deformation::Stretch)),
+    },
+    Scene {
+        name: "shear",
+        help: "A quad, a sphere and a cylinder that are sheared",
+        choices: &[Choice::Roughness],
+        has_sea: false,
+        making: None,
+        make: |_, _| Ok(deform::stage(Deformation::Shear)),
+    },
+    Scene {
+        name: "height-scale",
+        help: "A quad, a sphere and a cylinder whose bumps sink until they are smooth",
+        choices: &[Choice::Roughness],
+        has_sea: false,
+        making: None,
+        make: |_, _| Ok(deform::stage(Deformation::HeightScale)),
+    },
+    Scene {
+        name: "pillow",
+        help: "A quilted cushion",
+        choices: &[Choice::AtlasTile, Choice::Roughness],
+        has_sea: false,
+        making: None,
+        make: |options, _| Ok(pillow::stage(options.atlas_tile)),
+    },
+    Scene {
+        name: "snake",
+        help: "A coiled snake among four lamps",
+        choices: &[Choice::AtlasTile, Choice::Roughness],
+        has_sea: false,
+        making: None,
+        make: |options, _| Ok(snake::stage(options.atlas_tile)),
+    },
+    Scene {
+        name: "ocean",
+        help: "The open sea under a wind of 8 m/s",
+        choices: &[Choice::Waves],
+        has_sea: true,
+        making: None,
+        make: |options, _| Ok(open_sea(&options.waves)),
+    },
+    Scene {
+        name: "shore",
+        help: "The T-rex on a beach with the sea behind it",
+        choices: &[Choice::AtlasTile, Choice::Roughness],
+        has_sea: true,
+        making: MAKING_THE_TREX,
+        make: |options, progress| Ok(shore_stage(options.atlas_tile, progress)?),
+    },
+];
+
+const MAKING_THE_TREX: Option<&str> = Some("making the T-rex (once; then it is cached)");
+
+fn relief(options: SceneOptions) -> Relief {
+    Relief { map: options.height_map, tile: options.atlas_tile, ..Relief::default() }
+}
+
+fn open_sea(waves: &Waves) -> Stage {
+    let mut stage = sea::stage(&waves.sea(), waves.fft);
+    if let Some(ocean) = &mut stage.ocean {
+        ocean.choppiness = waves.choppiness as f32;
+    }
+    stage
+}
+
+impl Scene {
+    /// The scene of this name.
+    #[must_use]
+    pub fn find(name: &str) -> Option<&'static Self> {
+        SCENES.iter().find(|scene| scene.name == name)
+    }
+
+    /// Whether something about it can be chosen.
+    #[must_use]
+    pub fn offers(&self, choice: Choice) -> bool {
+        self.choices.contains(&choice)
+    }
+
+    /// Makes its stage.
+    ///
+    /// # Errors
+    /// If it cannot be made from these options.
+    pub fn stage(&self, options: SceneOptions, progress: Progress<'_>) -> Result<Stage, SceneError> {
+        (self.make)(options, progress)
+    }
+}
+
+impl Choice {
+    /// Names of the scenes that offer it, in the order of [`SCENES`].
+    pub fn scenes(self) -> impl Iterator<Item = &'static str> {
+        SCENES.iter().filter(move |scene| scene.offers(self)).map(|scene| scene.name)
+    }
+}
+
+impl PartialEq for Scene {
+    fn eq(&self, other: &Self) -> bool {
+        self.name == other.name
+    }
+}
+
+impl fmt::Debug for Scene {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name)
+    }
+}
+
+impl Serialize for Scene {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(self.name)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_unique_and_found() {
+        for scene in &SCENES {
+            assert_eq!(Scene::find(scene.name), Some(scene));
+            assert_eq!(SCENES.iter().filter(|s| s.name == scene.name).count(), 1);
+        }
+        assert_eq!(Scene::find("cube"), None);
+    }
+
+    #[test]
+    fn roughness_is_offered_where_a_surface_is_displaced() {
+        // The animal's scenes are left out: baking it takes minutes.
+        for scene in SCENES.iter().filter(|scene| scene.making.is_none()) {
+            let options =
+                SceneOptions { height_map: None, atlas_tile: 8, waves: Waves { fft: 64, ..Waves::default() } };
+            let mut stage = scene.stage(options, &|_| ()).unwrap();
+            let displaced = stage.objects.iter().any(|object| object.heights.is_some());
+            assert_eq!(scene.offers(Choice::Roughness), displaced, "{scene:?}");
+            assert_eq!(scene.has_sea, stage.ocean.is_some(), "{scene:?}");
+            stage.set_roughness(0.5);
+            for object in stage.objects.iter().filter(|object| object.heights.is_some()) {
+                assert!(object.mesh.colors.iter().all(|color| color[3] == 0.5), "{scene:?}: {}", object.name);
+                let map = object.color_map.iter().flat_map(|map| &map.texels);
+                assert!(map.into_iter().all(|texel| texel[3] == 255), "{scene:?}: {}", object.name);
+            }
+        }
+    }
+}

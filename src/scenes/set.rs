@@ -1,0 +1,105 @@
+//! Puts the scene of a configuration on a device: its objects, its light and its view.
+
+use std::sync::Arc;
+
+use super::config::SceneConfig;
+use super::daylight;
+use super::error::SceneError;
+use super::light::EnvironmentChoice;
+use super::registry::{Progress, SceneOptions};
+use super::stage::{Lights, Views};
+use super::studio::studio;
+use super::view::{Size, View};
+use crate::gpu::Gpu;
+use crate::maps::{self, HeightMap, RgbImage};
+use crate::render::camera::Camera;
+use crate::render::frame::Renderer;
+use crate::render::light::environment::{Environment, FACE_SIZE};
+use crate::render::light::sky::Sky;
+use crate::render::scene::FrameState;
+
+/// The files a scene is made from, loaded and checked.
+#[derive(Debug)]
+pub struct Inputs {
+    /// Heights of the plane or sphere.
+    pub height_map: Option<HeightMap>,
+    /// Equirectangular radiance; `None` for the analytic sky.
+    pub environment: Option<RgbImage>,
+}
+
+impl Inputs {
+    /// Loads what `config` names.
+    ///
+    /// # Errors
+    /// If a file is missing, damaged, too large or of another kind.
+    pub fn load(config: &SceneConfig) -> Result<Self, SceneError> {
+        let height_map = config.height_map.as_ref().map(maps::load_height_map).transpose()?;
+        let environment = match &config.environment {
+            EnvironmentChoice::Sky => None,
+            EnvironmentChoice::Studio => Some(studio()),
+            EnvironmentChoice::File(path) => Some(maps::load_environment(path)?),
+        };
+        Ok(Self { height_map, environment })
+    }
+}
+
+/// The scene at a time in seconds.
+pub type Animation = Box<dyn Fn(f64) -> FrameState>;
+
+/// A scene on the device.
+pub struct Set {
+    /// Holds the objects.
+    pub renderer: Renderer,
+    /// The scene at any time, seen by `camera`, which follows what moves.
+    pub animation: Animation,
+    /// Where the scene is seen from, relative to what it follows.
+    pub camera: Camera,
+}
+
+/// Uploads the scene that `config` names.
+///
+/// # Errors
+/// If the scene cannot be made or the device fails.
+pub fn set(config: &SceneConfig, inputs: Inputs, gpu: &Arc<Gpu>, progress: Progress<'_>) -> Result<Set, SceneError> {
+    let options = SceneOptions { height_map: inputs.height_map, atlas_tile: config.atlas_tile, waves: config.waves };
+    let mut stage = config.scene.stage(options, progress)?;
+    if let Some(roughness) = config.roughness {
+        stage.set_roughness(roughness);
+    }
+    let start = config.time_of_day.map_or(config.sun.vector(), |hour| daylight::at_hour(f64::from(hour)));
+    let sky = Sky { sun_direction: start, ground_albedo: stage.below_horizon, ..Sky::default() };
+    // A picture of an environment has its own sun in it.
+    let (environment, sky) = match &inputs.environment {
+        Some(image) => (Environment::from_equirect(gpu, FACE_SIZE, image)?, None),
+        None => (Environment::from_sky(gpu, FACE_SIZE, &sky)?, Some(sky)),
+    };
+    let camera = camera(config, stage.views);
+    let mut renderer = Renderer::new(gpu, std::mem::take(&mut stage.objects), environment)?;
+    renderer.set_ocean(stage.ocean.take())?;
+    let lights = Lights { sky, ..Default::default() };
+    let height_scale = config.height_scale;
+    let hours_per_second = config.day_length.map_or(0.0, |seconds| 24.0 / f64::from(seconds));
+    let animation: Animation = Box::new(move |time| {
+        let mut state = stage.state(time, &camera, &lights);
+        state.height_scale *= height_scale;
+        daylight::pass(&mut state, time * hours_per_second);
+        state
+    });
+    Ok(Set { renderer, animation, camera })
+}
+
+/// Middle views are composed for pictures of 4 to 3 and wider; in narrower ones the camera steps back until the same width fits.
+fn fitted(camera: Camera, size: Size) -> Camera {
+    let narrower = (4.0 / 3.0) * size.height as f32 / size.width as f32;
+    camera.at_distance(camera.position.distance(camera.target) * narrower.clamp(1.0, 4.0))
+}
+
+fn camera(config: &SceneConfig, views: Views) -> Camera {
+    let camera = match config.view {
+        View::Near => views.near,
+        View::Mid => fitted(views.mid, config.size),
+        View::Far => views.far,
+        View::Pose(pose) => pose.camera(),
+    };
+    config.distance.map_or(camera, |metres| camera.at_distance(metres))
+}
