@@ -4,6 +4,20 @@
 //! Each file that a shader needs has a twin of the same name under `shaders-glsl/leadr` (what ships, `f32`) and is held
 //! against it by a probe under `shaders-glsl/probes`. Same function names, same argument order.
 //!
+//! Start with [`shading`], which has one call for a light and one for an environment, and with [`prelude`]:
+//!
+//! ```
+//! use leadr::reflectance::prelude::*;
+//!
+//! // The filtered moments of a height map's slopes: E[x], E[y] and E[xx], E[yy], E[xy].
+//! let covariance = covariance_from_moments(DVec2::new(0.1, 0.0), DVec3::new(0.11, 0.04, 0.0));
+//! // The same surface as a BRDF of ideal mirrors, seen from straight above and lit at 45 degrees.
+//! let distribution = Beckmann::new(DVec2::new(0.1, 0.0), covariance);
+//! let brdf = Microfacet { distribution, masking: Masking::SmithCorrelated, fresnel: Fresnel::Ideal };
+//! let value = brdf.eval(DVec3::Z, DVec3::new(0.5f64.sqrt(), 0.0, 0.5f64.sqrt()));
+//! assert!((covariance.x - 0.1).abs() < 1e-12 && value.x > 0.0);
+//! ```
+//!
 //! # Conventions
 //!
 //! Directions are unit vectors pointing away from the surface, in the macro tangent frame with z the displacement
@@ -70,7 +84,12 @@ pub mod integrals;
 pub mod limits;
 pub mod masking;
 pub mod materials;
+pub mod prelude;
 pub mod quadrature;
 pub mod random;
+pub mod shading;
 pub mod slopes;
 pub mod visible;
+
+/// The vectors and matrices of every function here, so that a program needs no `glam` of the same version.
+pub use glam::{DMat2, DMat3, DVec2, DVec3, DVec4};

@@ -1,0 +1,38 @@
+#ifndef LEADR_SHADING_GLSL
+#define LEADR_SHADING_GLSL
+
+#include "integrals/specular.glsl"
+#include "visible/diffuse.glsl"
+#include "visible/fresnel.glsl"
+
+// The recommended shading of a light, diffuse and specular reflection together (src/reflectance/shading.rs). An environment
+// needs its lookups between the calls: visible/shadowed_specular.glsl for mirrors, visible/shadowed_environment.glsl for
+// diffuse facets, and albedo times one minus the mean Fresnel term of the mirrors.
+
+// What a displaced surface is under one pixel, tangent frame.
+struct LeadrSurface {
+    vec2 mean_slope;
+    vec3 slope_covariance; // of the relief alone: (xx, yy, xy)
+    float roughness;       // Beckmann alpha of the base material
+    vec3 albedo;           // of what enters the surface
+    vec3 f0;               // reflectance at normal incidence
+};
+
+// Radiance towards wo under one light from wi, per unit of its irradiance on a plane that faces it. Unit directions, tangent
+// frame.
+vec3 leadr_light(LeadrSurface surface, vec3 wo, vec3 wi) {
+    vec2 m = surface.mean_slope;
+    vec3 relief = clamp_covariance(surface.slope_covariance);
+    vec3 mirrors = add_roughness(relief, surface.roughness);
+    vec3 cholesky = slope_cholesky(relief);
+    DirectionArea o = direction_area(wo, m, cholesky);
+    DirectionArea i = direction_area(wi, m, cholesky);
+    float diffuse = lit_fraction(LEADR_SHADOWING_CORRELATED, o, i) * leadr_diffuse_light_visible(wo, wi, m, relief, false, 2);
+    cholesky = slope_cholesky(mirrors);
+    o = direction_area(wo, m, cholesky);
+    i = direction_area(wi, m, cholesky);
+    vec3 specular = leadr_specular_light(LEADR_SHADOWING_CORRELATED, o, i, wo, wi, m, mirrors, surface.f0);
+    return surface.albedo * (1.0 - visible_fresnel(wo, m, mirrors, surface.f0)) * diffuse + specular;
+}
+
+#endif
