@@ -1,11 +1,12 @@
 //! Compiles the shaders where the feature `gpu` asks for them; the mathematics needs none.
 
 #[cfg(feature = "gpu")]
-#[path = "../build.rs"]
+mod reflect;
+#[cfg(feature = "gpu")]
 mod shaders;
 
 fn main() {
     println!("cargo:rerun-if-changed=build");
     #[cfg(feature = "gpu")]
-    shaders::main();
+    shaders::run();
 }

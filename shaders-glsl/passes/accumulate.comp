@@ -6,10 +6,10 @@ layout(local_size_x = 8, local_size_y = 8) in;
 
 layout(constant_id = 0) const bool EDGES = false; // the sample has edge samples (join.comp)
 
-layout(binding = 0) uniform sampler2D sample_image; // what the pixels' own surfaces were shaded as
-layout(binding = 1, rgba32f) uniform image2D mean_image;
-layout(binding = 2) uniform sampler2D others; // sum of the edge samples that see other surfaces
-layout(binding = 3) uniform sampler2D shares; // x: number of those that see the pixel's own
+uniform sampler2D sample_image; // what the pixels' own surfaces were shaded as
+layout(rgba32f) uniform image2D mean_image;
+uniform sampler2D others; // sum of the edge samples that see other surfaces
+uniform sampler2D shares; // x: number of those that see the pixel's own
 layout(push_constant) uniform Weights {
     float weight;       // 1 / (samples so far)
     float edge_samples; // of a pixel

@@ -5,7 +5,7 @@
 layout(constant_id = 0) const bool FILMIC = true;       // else clamped to 0..1
 layout(constant_id = 1) const bool ENCODE_SRGB = true;  // false when the target encodes
 
-layout(set = 0, binding = 0) uniform sampler2D image;
+uniform sampler2D image;
 
 layout(push_constant) uniform Constants {
     float exposure; // factor

@@ -6,8 +6,8 @@
 #include "visible.glsl"
 layout(local_size_x = 8, local_size_y = 8) in;
 
-layout(binding = 0) uniform usampler2D visible_surface;
-layout(binding = 1, std430) writeonly buffer Tiles { uvec4 tiles[]; };
+uniform usampler2D visible_surface;
+layout(std430) writeonly buffer Tiles { uvec4 tiles[]; };
 
 shared uint low, high, flags;
 

@@ -1,7 +1,7 @@
 // What every probe of the LEADR library declares: invocation i reads x[i * IN ..] and writes y[i * OUT ..].
 layout(local_size_x = 64) in;
-layout(std430, binding = 0) readonly buffer In { float x[]; };
-layout(std430, binding = 1) writeonly buffer Out { float y[]; };
+layout(std430) readonly buffer In { float x[]; };
+layout(std430) writeonly buffer Out { float y[]; };
 layout(push_constant) uniform P { uint count; };
 
 uint at;

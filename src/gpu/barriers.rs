@@ -9,7 +9,7 @@ use super::{Commands, Image, Use};
 impl Commands {
     /// Brings the whole image from the use it is in to the next. Between two equal uses that only read, nothing happens.
     pub fn transition(&mut self, image: &Image, to: Use) {
-        let from = image.last_use();
+        let from = self.use_of(image);
         let reads = [Use::CopySource, Use::Sampled, Use::ComputeRead, Use::GraphicsRead, Use::Present];
         if from == to && reads.contains(&to) {
             return;
@@ -21,11 +21,11 @@ impl Commands {
     pub fn image_barrier(&mut self, image: &Image, from: Use, to: Use) {
         let desc = *image.desc();
         self.mip_barrier(image, 0..desc.mips, 0..desc.layers, from, to);
-        image.set_last_use(to);
+        self.set_use(image, to);
     }
 
-    /// Brings some mips and layers from one use to the next. The image's remembered use does not change: the caller
-    /// brings all parts back to one use and says so with [`Image::assume`].
+    /// Brings some mips and layers from one use to the next. The use that the image is remembered in does not change: the
+    /// caller brings all parts back to it.
     pub fn mip_barrier(&mut self, image: &Image, mips: Range<u32>, layers: Range<u32>, from: Use, to: Use) {
         self.keep(&image.inner);
         let barrier = vk::ImageMemoryBarrier2::default()
@@ -64,12 +64,13 @@ impl Commands {
     }
 
     fn barrier(&mut self, dependency: &vk::DependencyInfo<'_>) {
+        // SAFETY: the command buffer is being recorded and keeps the barrier's image alive.
         unsafe { self.gpu().raw().cmd_pipeline_barrier2(self.raw(), dependency) };
     }
 }
 
 /// Some mips and layers of an image.
-pub(crate) fn subresources(image: &Image, mips: Range<u32>, layers: Range<u32>) -> vk::ImageSubresourceRange {
+fn subresources(image: &Image, mips: Range<u32>, layers: Range<u32>) -> vk::ImageSubresourceRange {
     vk::ImageSubresourceRange::default()
         .aspect_mask(image.aspect())
         .base_mip_level(mips.start)

@@ -24,7 +24,7 @@ pub enum Memory {
     Readback,
 }
 
-/// A buffer usable for everything: storage, uniform, index, indirect, copies. Clones share the one buffer.
+/// A buffer for storage blocks, uniform blocks and copies. Clones share the one buffer.
 #[derive(Clone)]
 pub struct Buffer {
     pub(crate) inner: Arc<BufferInner>,
@@ -60,14 +60,13 @@ impl Buffer {
         let size = size.max(4);
         let usage = vk::BufferUsageFlags::STORAGE_BUFFER
             | vk::BufferUsageFlags::UNIFORM_BUFFER
-            | vk::BufferUsageFlags::INDEX_BUFFER
-            | vk::BufferUsageFlags::INDIRECT_BUFFER
             | vk::BufferUsageFlags::TRANSFER_SRC
             | vk::BufferUsageFlags::TRANSFER_DST;
         let info = vk::BufferCreateInfo::default().size(size).usage(usage);
-        // SAFETY: the device is alive; a raw buffer is destroyed below if it gets no memory.
+        // SAFETY: the device is alive; `inner` below destroys the buffer if it gets no memory.
         let raw = unsafe { gpu.raw().create_buffer(&info, None) }.doing(format!("creating buffer {name}"))?;
         gpu.name(raw, name);
+        // SAFETY: the buffer was made above, on this device.
         let requirements = unsafe { gpu.raw().get_buffer_memory_requirements(raw) };
         let location = match memory {
             Memory::Device => MemoryLocation::GpuOnly,

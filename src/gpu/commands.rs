@@ -1,27 +1,26 @@
-//! Recording: descriptors, dispatches, draws and timestamps. Barriers and copies have files of their own.
+//! Recording: resources, dispatches, draws and timestamps. Barriers and copies have files of their own.
 
 use std::any::Any;
 use std::ffi::CString;
 use std::ops::Range;
 use std::sync::Arc;
 
+use super::image::ImageInner;
+use super::pipeline_layout::{PipelineCore, Slot};
+use super::shaders::ResourceKind;
+use super::timestamps::TimestampsInner;
+use super::{
+    Buffer, ComputePipeline, Gpu, GpuError, Image, ImageView, Pipeline, Result, Sampler, SharedStruct, Timestamps, Use,
+};
 use ash::vk;
-use bytemuck::NoUninit;
 
-use super::pipeline_layout::PipelineCore;
-use super::{Buffer, ComputePipeline, Gpu, GpuError, ImageView, Pipeline, Result, Sampler, Timestamps, Use};
-
-/// What a binding number stands for.
+/// What a shader's resource stands for.
 #[derive(Clone, Copy)]
 pub enum Descriptor<'a> {
     /// A whole uniform buffer.
     Uniform(&'a Buffer),
-    /// Bytes of a uniform buffer: offset and size. The offset obeys `minUniformBufferOffsetAlignment`.
-    UniformRange(&'a Buffer, u64, u64),
     /// A whole storage buffer.
     Storage(&'a Buffer),
-    /// Bytes of a storage buffer: offset and size. The offset obeys `minStorageBufferOffsetAlignment`.
-    StorageRange(&'a Buffer, u64, u64),
     /// A texture, in [`Use::Sampled`].
     Sampled(&'a ImageView, &'a Sampler),
     /// A storage image, in one of the compute uses.
@@ -29,12 +28,12 @@ pub enum Descriptor<'a> {
 }
 
 impl Descriptor<'_> {
-    fn kind(&self) -> vk::DescriptorType {
+    fn kind(&self) -> ResourceKind {
         match self {
-            Self::Uniform(_) | Self::UniformRange(..) => vk::DescriptorType::UNIFORM_BUFFER,
-            Self::Storage(_) | Self::StorageRange(..) => vk::DescriptorType::STORAGE_BUFFER,
-            Self::Sampled(..) => vk::DescriptorType::COMBINED_IMAGE_SAMPLER,
-            Self::StorageImage(_) => vk::DescriptorType::STORAGE_IMAGE,
+            Self::Uniform(_) => ResourceKind::Uniform,
+            Self::Storage(_) => ResourceKind::Storage,
+            Self::Sampled(..) => ResourceKind::Sampled,
+            Self::StorageImage(_) => ResourceKind::StorageImage,
         }
     }
 }
@@ -77,17 +76,67 @@ pub struct Commands {
     raw: vk::CommandBuffer,
     pipeline: Option<Arc<PipelineCore>>,
     keep: Vec<Arc<dyn Any + Send + Sync>>,
+    effects: Effects,
+    rendering: bool,
     error: Option<GpuError>,
+}
+
+/// What the device's side of things will be once the commands are submitted, and not before.
+#[derive(Default)]
+pub(crate) struct Effects {
+    /// The use each image is in after the commands.
+    uses: Vec<(Arc<ImageInner>, Use)>,
+    /// The names of the marks.
+    marks: Vec<(Arc<TimestampsInner>, Vec<String>)>,
+}
+
+impl Effects {
+    /// The commands were submitted.
+    pub(crate) fn commit(&mut self) {
+        for (image, last) in self.uses.drain(..) {
+            image.set_last_use(last);
+        }
+        for (timestamps, names) in self.marks.drain(..) {
+            timestamps.set_names(names);
+        }
+    }
+}
+
+/// What recorded commands need until they are done, and what they change.
+pub(crate) struct Recorded {
+    pub(crate) keep: Vec<Arc<dyn Any + Send + Sync>>,
+    pub(crate) effects: Effects,
 }
 
 impl Commands {
     pub(crate) fn new(gpu: &Arc<Gpu>, raw: vk::CommandBuffer) -> Self {
-        Self { gpu: gpu.clone(), raw, pipeline: None, keep: Vec::new(), error: None }
+        Self {
+            gpu: gpu.clone(),
+            raw,
+            pipeline: None,
+            keep: Vec::new(),
+            effects: Effects::default(),
+            rendering: false,
+            error: None,
+        }
     }
 
-    /// What the commands use, or the first misuse.
-    pub(crate) fn finish(self) -> Result<Vec<Arc<dyn Any + Send + Sync>>> {
-        self.error.map_or(Ok(self.keep), Err)
+    /// What the commands use and change, or the first misuse.
+    pub(crate) fn finish(self) -> Result<Recorded> {
+        self.error.map_or(Ok(Recorded { keep: self.keep, effects: self.effects }), Err)
+    }
+
+    /// The use that the whole image is in after the commands recorded so far.
+    pub(crate) fn use_of(&self, image: &Image) -> Use {
+        let recorded = self.effects.uses.iter().find(|(known, _)| Arc::ptr_eq(known, &image.inner));
+        recorded.map_or_else(|| image.last_use(), |(_, last)| *last)
+    }
+
+    pub(crate) fn set_use(&mut self, image: &Image, last: Use) {
+        match self.effects.uses.iter_mut().find(|(known, _)| Arc::ptr_eq(known, &image.inner)) {
+            Some((_, recorded)) => *recorded = last,
+            None => self.effects.uses.push((image.inner.clone(), last)),
+        }
     }
 
     /// The raw command buffer.
@@ -115,11 +164,12 @@ impl Commands {
         let text = CString::new(name).unwrap_or_default();
         if let Some(debug) = self.gpu.debug() {
             let info = vk::DebugUtilsLabelEXT::default().label_name(&text);
-            // SAFETY: the command buffer is being recorded; so throughout this file.
+            // SAFETY: the command buffer is being recorded, and the text outlives the call.
             unsafe { debug.cmd_begin_debug_utils_label(self.raw, &info) };
         }
         let result = record(self);
         if let Some(debug) = self.gpu.debug() {
+            // SAFETY: the command buffer is being recorded, with the region that was begun above.
             unsafe { debug.cmd_end_debug_utils_label(self.raw) };
         }
         result
@@ -131,95 +181,86 @@ impl Commands {
         self.label(name, |cmd| (0..times).for_each(|_| record(cmd)));
     }
 
-    /// Binds a pipeline and all its descriptors, by binding number. Numbers that its shaders do not use are ignored.
-    pub fn bind(&mut self, pipeline: &impl Pipeline, descriptors: &[(u32, Descriptor<'_>)]) {
+    /// Binds a pipeline and all its resources, by their names in its shaders: of a block, its instance name or, without
+    /// one, its own. Names that the shaders declare but do not use have no effect.
+    ///
+    /// A name that is missing, not declared in any stage, or given twice fails the submission.
+    pub fn bind(&mut self, pipeline: &impl Pipeline, resources: &[(&str, Descriptor<'_>)]) {
         let core = pipeline.core();
-        let given = |binding: u32| descriptors.iter().any(|(number, _)| *number == binding);
-        if let Some(missing) = core.bindings.iter().find(|b| !given(b.binding)) {
-            let fault = format!("binding {} ({:?}) was not given", missing.binding, missing.kind);
-            return self.fail(GpuError::usage(&core.name, fault));
-        }
+        // SAFETY: the command buffer is being recorded; `keep` and `self.pipeline` hold the pipeline.
         unsafe { self.gpu.raw().cmd_bind_pipeline(self.raw, core.bind_point, core.raw) };
         self.keep(core);
         self.pipeline = Some(core.clone());
-        self.descriptors(descriptors);
+        if let Err(error) = check_names(core, resources) {
+            return self.fail(error);
+        }
+        self.push_descriptors(core, resources);
     }
 
-    /// Replaces some descriptors of the bound pipeline.
-    pub fn descriptors(&mut self, descriptors: &[(u32, Descriptor<'_>)]) {
-        let Some(core) = self.pipeline.clone() else {
-            return self.fail(GpuError::usage("descriptors", "no pipeline is bound"));
-        };
-        let mut writes = Vec::with_capacity(descriptors.len());
-        let mut buffers = Vec::with_capacity(descriptors.len());
-        let mut images = Vec::with_capacity(descriptors.len());
-        for (number, descriptor) in descriptors {
-            let Some(binding) = core.bindings.iter().find(|b| b.binding == *number) else { continue };
-            if binding.kind != descriptor.kind() {
-                let fault = format!("binding {number} is {:?}, not {:?}", binding.kind, descriptor.kind());
-                return self.fail(GpuError::usage(&core.name, fault));
+    /// Writes the descriptor of every slot of the pipeline.
+    fn push_descriptors(&mut self, core: &PipelineCore, resources: &[(&str, Descriptor<'_>)]) {
+        let mut infos = Vec::with_capacity(core.slots.len());
+        for slot in &core.slots {
+            let Some((_, descriptor)) = resources.iter().find(|(name, _)| *name == slot.name) else { continue };
+            if let Err(error) = check_kind(core, slot, descriptor) {
+                return self.fail(error);
             }
-            let mut buffer = vk::DescriptorBufferInfo::default();
-            let mut image = vk::DescriptorImageInfo::default();
-            match descriptor {
-                Descriptor::Uniform(b) | Descriptor::Storage(b) => {
-                    buffer = buffer.buffer(b.raw()).range(vk::WHOLE_SIZE);
-                    self.keep(&b.inner);
-                }
-                Descriptor::UniformRange(b, offset, size) | Descriptor::StorageRange(b, offset, size) => {
-                    buffer = buffer.buffer(b.raw()).offset(*offset).range(*size);
-                    self.keep(&b.inner);
-                }
-                Descriptor::Sampled(view, sampler) => {
-                    image = image.image_view(view.raw()).sampler(sampler.raw()).image_layout(Use::Sampled.layout());
-                    self.keep(&view.inner);
-                    self.keep(&sampler.inner);
-                }
-                Descriptor::StorageImage(view) => {
-                    image = image.image_view(view.raw()).image_layout(vk::ImageLayout::GENERAL);
-                    self.keep(&view.inner);
-                }
-            }
-            buffers.push([buffer]);
-            images.push([image]);
-            writes.push((*number, binding.kind));
+            infos.push(self.info(descriptor));
         }
-        let writes: Vec<_> = writes
-            .iter()
-            .zip(buffers.iter().zip(&images))
-            .map(|((number, kind), (buffer, image))| {
-                let write = vk::WriteDescriptorSet::default().dst_binding(*number).descriptor_type(*kind);
-                match *kind {
-                    vk::DescriptorType::UNIFORM_BUFFER | vk::DescriptorType::STORAGE_BUFFER => {
-                        write.buffer_info(buffer)
-                    }
-                    _ => write.image_info(image),
+        let writes: Vec<_> = (0u32..)
+            .zip(core.slots.iter().zip(&infos))
+            .map(|(number, (slot, info))| {
+                let write =
+                    vk::WriteDescriptorSet::default().dst_binding(number).descriptor_type(slot.kind.descriptor_type());
+                match info {
+                    Info::Buffer(info) => write.buffer_info(std::slice::from_ref(info)),
+                    Info::Image(info) => write.image_info(std::slice::from_ref(info)),
                 }
             })
             .collect();
         if writes.is_empty() {
             return;
         }
-        unsafe {
-            let push = self.gpu.push_descriptor();
-            push.cmd_push_descriptor_set(self.raw, core.bind_point, core.layout, 0, &writes);
+        let push = self.gpu.push_descriptor();
+        // SAFETY: the command buffer is being recorded, the writes fit the layout, and `info` kept what they refer to.
+        unsafe { push.cmd_push_descriptor_set(self.raw, core.bind_point, core.layout, 0, &writes) };
+    }
+
+    /// Vulkan's form of a descriptor, which is kept alive.
+    fn info(&mut self, descriptor: &Descriptor<'_>) -> Info {
+        match descriptor {
+            Descriptor::Uniform(buffer) | Descriptor::Storage(buffer) => {
+                self.keep(&buffer.inner);
+                Info::Buffer(vk::DescriptorBufferInfo::default().buffer(buffer.raw()).range(vk::WHOLE_SIZE))
+            }
+            Descriptor::Sampled(view, sampler) => {
+                self.keep(&view.inner);
+                self.keep(&sampler.inner);
+                let info = vk::DescriptorImageInfo::default().image_view(view.raw()).sampler(sampler.raw());
+                Info::Image(info.image_layout(Use::Sampled.layout()))
+            }
+            Descriptor::StorageImage(view) => {
+                self.keep(&view.inner);
+                let info = vk::DescriptorImageInfo::default().image_view(view.raw());
+                Info::Image(info.image_layout(vk::ImageLayout::GENERAL))
+            }
         }
     }
 
-    /// Sets the push constants of the bound pipeline. Padding at the end of `value` is left out.
-    pub fn push_constants<T: NoUninit>(&mut self, value: &T) {
+    /// Sets the push constants of the bound pipeline, from the type that it was made with.
+    pub fn push_constants<T: SharedStruct>(&mut self, value: &T) {
         let Some(core) = self.pipeline.clone() else {
             return self.fail(GpuError::usage("push constants", "no pipeline is bound"));
         };
-        let bytes = bytemuck::bytes_of(value);
-        let wanted = core.push_bytes as usize;
-        if bytes.len() < wanted || bytes.len() >= wanted + 16 {
-            let fault = format!("push constants have {wanted} bytes, but {} were given", bytes.len());
+        let Some(push) = core.push.as_ref().filter(|push| push.rust == T::LAYOUT.rust) else {
+            let wanted = core.push.as_ref().map_or("none", |push| push.rust);
+            let fault = format!("its push constants are {wanted}, but {} was given", T::LAYOUT.rust);
             return self.fail(GpuError::usage(&core.name, fault));
-        }
-        if wanted > 0 {
-            let device = self.gpu.raw();
-            unsafe { device.cmd_push_constants(self.raw, core.layout, core.push_stages, 0, &bytes[..wanted]) };
+        };
+        if push.bytes > 0 {
+            let (device, bytes) = (self.gpu.raw(), &bytemuck::bytes_of(value)[..push.bytes]);
+            // SAFETY: the command buffer is being recorded, and the layout has a range of these bytes and stages.
+            unsafe { device.cmd_push_constants(self.raw, core.layout, push.stages, 0, bytes) };
         }
     }
 
@@ -230,6 +271,7 @@ impl Commands {
             return self.fail(GpuError::usage("dispatch", format!("{groups:?} work groups exceed {most:?}")));
         }
         if self.needs_bound(vk::PipelineBindPoint::COMPUTE) {
+            // SAFETY: the command buffer is being recorded, a compute pipeline is bound, and the counts are within limits.
             unsafe { self.gpu.raw().cmd_dispatch(self.raw, groups[0], groups[1], groups[2]) };
         }
     }
@@ -284,22 +326,25 @@ impl Commands {
         if let Some(depth_info) = &depth_info {
             info = info.depth_attachment(depth_info);
         }
+        // SAFETY: the command buffer is being recorded and keeps the attachments alive, which have one size.
         unsafe { self.gpu.raw().cmd_begin_rendering(self.raw, &info) };
+        self.rendering = true;
         self.viewport([0.0, 0.0, width as f32, height as f32]);
         self.scissor([0, 0, width, height]);
     }
 
     /// Ends drawing into the attachments.
     pub fn end_rendering(&mut self) {
-        if self.error.is_some() {
-            return;
+        if std::mem::take(&mut self.rendering) {
+            // SAFETY: the command buffer is being recorded, and rendering was begun.
+            unsafe { self.gpu.raw().cmd_end_rendering(self.raw) };
         }
-        unsafe { self.gpu.raw().cmd_end_rendering(self.raw) };
     }
 
     /// Sets the viewport: x, y, width, height in pixels, depth 0 to 1. A negative height turns y upwards.
     pub fn viewport(&mut self, [x, y, width, height]: [f32; 4]) {
         let viewport = vk::Viewport { x, y, width, height, min_depth: 0.0, max_depth: 1.0 };
+        // SAFETY: the command buffer is being recorded.
         unsafe { self.gpu.raw().cmd_set_viewport(self.raw, 0, &[viewport]) };
     }
 
@@ -307,47 +352,38 @@ impl Commands {
     pub fn scissor(&mut self, [x, y, width, height]: [u32; 4]) {
         let offset = vk::Offset2D { x: x.cast_signed(), y: y.cast_signed() };
         let scissor = vk::Rect2D { offset, extent: vk::Extent2D { width, height } };
+        // SAFETY: the command buffer is being recorded.
         unsafe { self.gpu.raw().cmd_set_scissor(self.raw, 0, &[scissor]) };
-    }
-
-    /// Binds 32-bit indices that start at a byte offset.
-    pub fn bind_index_buffer(&mut self, buffer: &Buffer, offset: u64) {
-        self.keep(&buffer.inner);
-        unsafe { self.gpu.raw().cmd_bind_index_buffer(self.raw, buffer.raw(), offset, vk::IndexType::UINT32) };
     }
 
     /// Draws vertices (`gl_VertexIndex` runs over the range) of instances.
     pub fn draw(&mut self, vertices: Range<u32>, instances: Range<u32>) {
         if self.needs_bound(vk::PipelineBindPoint::GRAPHICS) {
             let (count, instance_count) = (vertices.len() as u32, instances.len() as u32);
+            // SAFETY: the command buffer is being recorded, and a graphics pipeline is bound.
             unsafe {
                 self.gpu.raw().cmd_draw(self.raw, count, instance_count, vertices.start, instances.start);
             }
         }
     }
 
-    /// Draws the vertices that a range of the index buffer names, `vertex_offset` added to each index.
-    pub fn draw_indexed(&mut self, indices: Range<u32>, vertex_offset: i32, instances: Range<u32>) {
-        if self.needs_bound(vk::PipelineBindPoint::GRAPHICS) {
-            let (count, instance_count) = (indices.len() as u32, instances.len() as u32);
-            let device = self.gpu.raw();
-            unsafe {
-                device.cmd_draw_indexed(self.raw, count, instance_count, indices.start, vertex_offset, instances.start);
-            }
-        }
-    }
-
-    /// Forgets the marks of earlier recordings; before the first [`timestamp`](Self::timestamp), outside rendering.
+    /// Begins a new series of marks; before the first [`timestamp`](Self::timestamp), outside rendering.
     pub fn reset_timestamps(&mut self, timestamps: &Timestamps) {
         self.keep(&timestamps.inner);
-        timestamps.reset(self.raw);
+        self.effects.marks.retain(|(known, _)| !Arc::ptr_eq(known, &timestamps.inner));
+        self.effects.marks.push((timestamps.inner.clone(), Vec::new()));
+        timestamps.inner.reset(self.raw);
     }
 
     /// Marks the moment when all earlier commands are done. Outside rendering: within, drivers do not separate draws.
     pub fn timestamp(&mut self, timestamps: &Timestamps, name: &str) {
-        self.keep(&timestamps.inner);
-        if let Err(error) = timestamps.mark(self.raw, name) {
-            self.fail(error);
+        let known = self.effects.marks.iter_mut().find(|(known, _)| Arc::ptr_eq(known, &timestamps.inner));
+        let Some((inner, names)) = known else {
+            return self.fail(GpuError::usage(name, "the timestamps were not reset in this recording"));
+        };
+        match inner.mark(self.raw, names.len()) {
+            Ok(()) => names.push(name.to_owned()),
+            Err(error) => self.fail(error),
         }
     }
 
@@ -358,4 +394,42 @@ impl Commands {
         }
         bound
     }
+}
+
+/// A descriptor in Vulkan's form.
+enum Info {
+    Buffer(vk::DescriptorBufferInfo),
+    Image(vk::DescriptorImageInfo),
+}
+
+/// Every slot is given, and nothing that the shaders do not declare.
+fn check_names(core: &PipelineCore, resources: &[(&str, Descriptor<'_>)]) -> Result<()> {
+    let given = |name: &str| resources.iter().filter(|(given, _)| *given == name).count();
+    if let Some(missing) = core.slots.iter().find(|slot| given(slot.name) == 0) {
+        let fault = format!("{} ({}) was not given", missing.name, missing.kind.words());
+        return Err(GpuError::usage(&core.name, fault));
+    }
+    if resources.len() == core.slots.len() {
+        return Ok(());
+    }
+    for (name, _) in resources {
+        let declared = core.slots.iter().map(|slot| slot.name).chain(core.unused.iter().copied());
+        if !declared.into_iter().any(|known| known == *name) {
+            let fault =
+                format!("no resource {name} is declared by its shaders; they declare {}", core.resource_names());
+            return Err(GpuError::usage(&core.name, fault));
+        }
+        if given(name) > 1 {
+            return Err(GpuError::usage(&core.name, format!("{name} was given twice")));
+        }
+    }
+    Ok(())
+}
+
+fn check_kind(core: &PipelineCore, slot: &Slot, descriptor: &Descriptor<'_>) -> Result<()> {
+    if slot.kind == descriptor.kind() {
+        return Ok(());
+    }
+    let fault = format!("{} is {}, not {}", slot.name, slot.kind.words(), descriptor.kind().words());
+    Err(GpuError::usage(&core.name, fault))
 }

@@ -1,10 +1,9 @@
-//! Copies, fills, clears and blits.
+//! Copies and fills.
 
 use std::ops::Range;
 
 use ash::vk;
 
-use super::barriers::subresources;
 use super::{Buffer, Commands, GpuError, Image, Use};
 
 impl Commands {
@@ -21,6 +20,7 @@ impl Commands {
         self.keep(&source.inner);
         self.keep(&target.inner);
         let region = vk::BufferCopy { src_offset: source_offset, dst_offset: target_offset, size };
+        // SAFETY: the command buffer is being recorded and keeps both buffers alive; the region lies within them.
         unsafe { self.gpu().raw().cmd_copy_buffer(self.raw(), source.raw(), target.raw(), &[region]) };
     }
 
@@ -28,6 +28,7 @@ impl Commands {
     pub fn fill_buffer(&mut self, buffer: &Buffer, pattern: u32) {
         self.keep(&buffer.inner);
         let size = buffer.size() / 4 * 4;
+        // SAFETY: the command buffer is being recorded and keeps the buffer alive; the size is its own in whole words.
         unsafe { self.gpu().raw().cmd_fill_buffer(self.raw(), buffer.raw(), 0, size, pattern) };
     }
 
@@ -44,6 +45,7 @@ impl Commands {
         if let Some(region) = self.region(source, offset, target, mip, layer, rows) {
             let layout = Use::CopyTarget.layout();
             let device = self.gpu().raw();
+            // SAFETY: the command buffer is being recorded; `region` keeps both alive and lies within them.
             unsafe { device.cmd_copy_buffer_to_image(self.raw(), source.raw(), target.raw(), layout, &[region]) };
         }
     }
@@ -61,6 +63,7 @@ impl Commands {
         if let Some(region) = self.region(target, offset, source, mip, layer, rows) {
             let layout = Use::CopySource.layout();
             let device = self.gpu().raw();
+            // SAFETY: the command buffer is being recorded; `region` keeps both alive and lies within them.
             unsafe { device.cmd_copy_image_to_buffer(self.raw(), source.raw(), layout, target.raw(), &[region]) };
         }
     }
@@ -103,38 +106,5 @@ impl Commands {
                 .image_offset(vk::Offset3D { x: 0, y: rows.start.cast_signed(), z: 0 })
                 .image_extent(vk::Extent3D { width, height: rows.len() as u32, depth: 1 }),
         )
-    }
-
-    /// Copies mip 0 of layer 0 to an image of another size or format with filtering; from [`Use::CopySource`] to
-    /// [`Use::CopyTarget`].
-    pub fn blit(&mut self, source: &Image, target: &Image) {
-        self.keep(&source.inner);
-        self.keep(&target.inner);
-        let layers = |image: &Image| {
-            vk::ImageSubresourceLayers::default().aspect_mask(image.aspect()).base_array_layer(0).layer_count(1)
-        };
-        let corners = |image: &Image| {
-            let [width, height] = image.mip_extent(0).map(u32::cast_signed);
-            [vk::Offset3D::default(), vk::Offset3D { x: width, y: height, z: 1 }]
-        };
-        let region = vk::ImageBlit::default()
-            .src_subresource(layers(source))
-            .src_offsets(corners(source))
-            .dst_subresource(layers(target))
-            .dst_offsets(corners(target));
-        let (from, to) = (Use::CopySource.layout(), Use::CopyTarget.layout());
-        let filter = vk::Filter::LINEAR;
-        let device = self.gpu().raw();
-        unsafe { device.cmd_blit_image(self.raw(), source.raw(), from, target.raw(), to, &[region], filter) };
-    }
-
-    /// Clears all mips and layers of a colour image, in [`Use::CopyTarget`].
-    pub fn clear_image(&mut self, image: &Image, color: [f32; 4]) {
-        self.keep(&image.inner);
-        let color = vk::ClearColorValue { float32: color };
-        let desc = image.desc();
-        let range = subresources(image, 0..desc.mips, 0..desc.layers);
-        let layout = Use::CopyTarget.layout();
-        unsafe { self.gpu().raw().cmd_clear_color_image(self.raw(), image.raw(), layout, &color, &[range]) };
     }
 }

@@ -47,8 +47,6 @@ struct Facts {
     kind: vk::PhysicalDeviceType,
     driver_id: vk::DriverId,
     limits: vk::PhysicalDeviceLimits,
-    fill_mode_non_solid: bool,
-    max_anisotropy: f32,
 }
 
 /// What has been created so far, destroyed in order when a later step fails.
@@ -104,8 +102,7 @@ impl Gpu {
             extensions.push(ash::khr::swapchain::NAME);
         }
         let chosen = select::choose(&instance, options.device.as_deref(), &extensions)?;
-        let features = select::features(&instance, chosen.physical);
-        let device = create_device(&instance, &chosen, &features, &extensions)?;
+        let device = create_device(&instance, &chosen, &extensions)?;
         unfinished.device = Some(device.clone());
 
         // SAFETY: the family and index were requested at device creation.
@@ -125,7 +122,7 @@ impl Gpu {
             .doing("creating the pipeline cache")?;
 
         let debug = has_debug_utils.then(|| ash::ext::debug_utils::Device::new(&instance, &device));
-        let facts = facts(&instance, &chosen, &features);
+        let facts = facts(&instance, &chosen);
         tracing::info!("{} ({})", facts.name, facts.driver);
         unfinished.instance = None;
         unfinished.device = None;
@@ -209,16 +206,6 @@ impl Gpu {
     /// Vulkan's limits of the device.
     pub fn limits(&self) -> &vk::PhysicalDeviceLimits {
         &self.facts.limits
-    }
-
-    /// Whether polygons can be drawn as lines (`PolygonMode::Line`).
-    pub fn can_draw_lines(&self) -> bool {
-        self.facts.fill_mode_non_solid
-    }
-
-    /// The greatest anisotropy of a sampler; 1 where there is none.
-    pub fn max_anisotropy(&self) -> f32 {
-        self.facts.max_anisotropy
     }
 
     /// Whether images of this format can have the usage (optimal tiling).
@@ -367,19 +354,11 @@ fn create_instance(
     }
 }
 
-fn create_device(
-    instance: &ash::Instance,
-    chosen: &select::Candidate,
-    features: &select::Features,
-    extensions: &[&CStr],
-) -> Result<ash::Device> {
+fn create_device(instance: &ash::Instance, chosen: &select::Candidate, extensions: &[&CStr]) -> Result<ash::Device> {
     let names: Vec<_> = extensions.iter().map(|name| name.as_ptr()).collect();
     let queues =
         [vk::DeviceQueueCreateInfo::default().queue_family_index(chosen.queue_family).queue_priorities(&[1.0])];
-    let mut v11 = vk::PhysicalDeviceVulkan11Features::default().shader_draw_parameters(features.draw_parameters);
-    let mut v12 = vk::PhysicalDeviceVulkan12Features::default()
-        .timeline_semaphore(true)
-        .scalar_block_layout(features.scalar_block_layout);
+    let features = select::features();
     let mut v13 = vk::PhysicalDeviceVulkan13Features::default()
         .dynamic_rendering(true)
         .synchronization2(true)
@@ -389,15 +368,13 @@ fn create_device(
     let info = vk::DeviceCreateInfo::default()
         .queue_create_infos(&queues)
         .enabled_extension_names(&names)
-        .enabled_features(&features.v10)
-        .push_next(&mut v11)
-        .push_next(&mut v12)
+        .enabled_features(&features)
         .push_next(&mut v13);
     // SAFETY: the features and extensions were found on this device; all pointers outlive the call.
     unsafe { instance.create_device(chosen.physical, &info, None) }.doing(format!("opening {}", chosen.name))
 }
 
-fn facts(instance: &ash::Instance, chosen: &select::Candidate, features: &select::Features) -> Facts {
+fn facts(instance: &ash::Instance, chosen: &select::Candidate) -> Facts {
     let mut driver = vk::PhysicalDeviceDriverProperties::default();
     let mut all = vk::PhysicalDeviceProperties2::default().push_next(&mut driver);
     // SAFETY: the device is Vulkan 1.3 and knows the chain.
@@ -412,7 +389,5 @@ fn facts(instance: &ash::Instance, chosen: &select::Candidate, features: &select
         kind: chosen.kind,
         driver_id: driver.driver_id,
         limits,
-        fill_mode_non_solid: features.v10.fill_mode_non_solid == vk::TRUE,
-        max_anisotropy: if features.v10.sampler_anisotropy == vk::TRUE { limits.max_sampler_anisotropy } else { 1.0 },
     }
 }

@@ -89,8 +89,14 @@ pub(crate) struct ImageInner {
     owned: bool,
     name: String,
     desc: ImageDesc,
-    /// The use of all mips and layers after the commands recorded so far.
+    /// The use of all mips and layers after the commands submitted so far.
     last_use: AtomicU8,
+}
+
+impl ImageInner {
+    pub(crate) fn set_last_use(&self, last: Use) {
+        self.last_use.store(last as u8, Ordering::Relaxed);
+    }
 }
 
 impl Drop for ImageInner {
@@ -174,6 +180,7 @@ impl Image {
             desc,
             last_use: AtomicU8::new(Use::Undefined as u8),
         };
+        // SAFETY: the image was made above, on this device.
         let requirements = unsafe { gpu.raw().get_image_memory_requirements(raw) };
         let allocation = allocate(gpu, name, requirements, MemoryLocation::GpuOnly, false)?;
         // SAFETY: the memory was made for this image and is not bound yet.
@@ -183,11 +190,16 @@ impl Image {
         Self::with_view(inner)
     }
 
-    /// An image that someone else owns and outlives this, such as a swapchain's.
+    /// An image that someone else owns, such as a swapchain's.
+    ///
+    /// # Safety
+    /// `raw` is an image of this device as `desc` says, and stays alive until this, its views and the commands that use
+    /// them are gone.
     ///
     /// # Errors
     /// A failed Vulkan call.
-    pub fn borrowed(gpu: &Arc<Gpu>, name: &str, raw: vk::Image, desc: ImageDesc) -> Result<Self> {
+    #[cfg(feature = "window")]
+    pub(crate) unsafe fn borrowed(gpu: &Arc<Gpu>, name: &str, raw: vk::Image, desc: ImageDesc) -> Result<Self> {
         gpu.name(raw, name);
         Self::with_view(ImageInner {
             gpu: gpu.clone(),
@@ -274,13 +286,9 @@ impl Image {
         self.inner.raw
     }
 
-    /// The use the whole image is in after the commands recorded so far. Barriers of single mips leave it alone.
-    pub fn last_use(&self) -> Use {
+    /// The use the whole image is in after the commands submitted so far. Barriers of single mips leave it alone.
+    pub(crate) fn last_use(&self) -> Use {
         Use::from_u8(self.inner.last_use.load(Ordering::Relaxed))
-    }
-
-    pub(crate) fn set_last_use(&self, last: Use) {
-        self.inner.last_use.store(last as u8, Ordering::Relaxed);
     }
 
     pub(crate) fn gpu(&self) -> &Arc<Gpu> {

@@ -3,16 +3,21 @@
 //! # The API at a glance
 //!
 //! ```no_run
-//! use leadr::gpu::{Buffer, ComputePipeline, Descriptor, Gpu, GpuOptions, Memory, Use};
+//! use leadr::gpu::{Buffer, ComputePipeline, Descriptor, Gpu, GpuOptions, Memory, SharedStruct, Use};
+//!
+//! leadr::shared_struct! {
+//!     /// Push constants of the shader: `uniform P { uint count; };`.
+//!     struct Count for "P" { count: u32 }
+//! }
 //!
 //! # fn main() -> leadr::gpu::Result<()> {
 //! let gpu = Gpu::new(&GpuOptions { validation: true, ..Default::default() })?; // Arc<Gpu>
-//! let double = ComputePipeline::new(&gpu, "probes/selftest/selftest.comp", &[])?;
+//! let double = ComputePipeline::new(&gpu, "probes/selftest/selftest.comp", &[], &[Count::LAYOUT])?;
 //! let input = Buffer::from_slice(&gpu, "input", &[1.0f32, 2.0, 3.0])?;
 //! let output = Buffer::new(&gpu, "output", 12, Memory::Device)?;
 //! gpu.submit("double", |cmd| {
-//!     cmd.bind(&double, &[(0, Descriptor::Storage(&input)), (1, Descriptor::Storage(&output))]);
-//!     cmd.push_constants(&3u32);
+//!     cmd.bind(&double, &[("In", Descriptor::Storage(&input)), ("Out", Descriptor::Storage(&output))]);
+//!     cmd.push_constants(&Count { count: 3 });
 //!     cmd.dispatch_invocations(&double, [3, 1, 1]);
 //! })?; // waits
 //! let values: Vec<f32> = output.read_all()?;
@@ -20,32 +25,36 @@
 //! # }
 //! ```
 //!
-//! - **Shaders** are entry points `shaders-glsl/{passes,probes}/**/*.{vert,tesc,tese,frag,comp}`, compiled by `build.rs`
-//!   and named by their path: `"passes/shade.frag"`. `#include "leadr/x.glsl"` works everywhere. All descriptors are in
-//!   set 0, none are arrays; layouts come from the shaders.
+//! - **Shaders** are entry points `shaders-glsl/{passes,probes}/**/*.{vert,tesc,tese,frag,comp}`, compiled by the build script
+//!   and named by their path: `"passes/shade/shade.frag"`. `#include "leadr/x.glsl"` works everywhere.
+//! - **Names** cross the border, never numbers. GLSL declares resources without `binding`; `bind` gives each by its name, a
+//!   block by its instance name or else its own. Specialization constants are set by name as well, with their type.
+//!   Names that the shaders do not declare are errors, and so are missing ones; those that a shader declares but
+//!   does not use may be given. Resources are no arrays.
+//! - **`shared_struct!`** declares the Rust twin of every struct that buffers and push constants are
+//!   made of. A pipeline is told their [`SharedStruct::LAYOUT`]s, and is made only if members' names, offsets and
+//!   sizes agree and no struct is left out. Buffers of plain numbers and vectors need no twin.
 //! - **[`Buffer`]**: `new(gpu, name, bytes, Memory::{Device, Upload, Readback})`, `from_slice(gpu, name, &data)`,
 //!   `write(offset, &data)`, `read(offset, count)`, `read_all()`.
 //! - **[`Image`]**: `new(gpu, name, ImageDesc::new(format, w, h).full_mips().layers(n).cube().storage().color_target()
 //!   .depth_target())`, `write(mip, layer, &texels)`, `read(mip, layer)`; views `whole()`, `mip_layer(mip, layer)`,
 //!   `mip_array(mip)`, `array()`.
-//! - **[`Sampler`]**: `new(gpu, name, Filter::{Nearest, Bilinear, Trilinear, Anisotropic}, Wrap::{Repeat, Clamp})`.
-//! - **[`ComputePipeline`]**`::new(gpu, shader, spec)`, **[`GraphicsPipeline`]**`::new(gpu, name, &GraphicsDesc {..})`;
-//!   `spec` is `&[(constant_id, SpecValue::F32(1.0))]`.
-//! - **[`Commands`]** inside [`Gpu::submit`] (waits) or [`CommandRecorder`] (frames in flight): `bind`, `descriptors`,
-//!   `push_constants`, `dispatch`, `dispatch_invocations`, `begin_rendering`, `end_rendering`, `viewport`, `scissor`,
-//!   `bind_index_buffer`, `draw`, `draw_indexed`, `copy_*`, `fill_buffer`, `clear_image`, `blit`, `label`.
+//! - **[`Sampler`]**: `new(gpu, name, Filter::{Nearest, Bilinear, Trilinear}, AddressMode::{Repeat, ClampToEdge})`.
+//! - **[`ComputePipeline`]**`::new(gpu, shader, spec, structs)`, **[`GraphicsPipeline`]**`::new(gpu, name,
+//!   &GraphicsDesc { spec, structs, .. })`; `spec` is `&[("SAMPLES", SpecValue::I32(5))]`.
+//! - **[`Commands`]** inside [`Gpu::submit`] (waits) or [`CommandRecorder`] (frames in flight): `bind`, `push_constants`,
+//!   `dispatch`, `dispatch_invocations`, `begin_rendering`, `end_rendering`, `viewport`, `scissor`, `draw`, `copy_*`,
+//!   `fill_buffer`, `label`.
 //! - **Barriers**: `cmd.transition(&image, Use::Sampled)` from whatever use the image is in; `cmd.mip_barrier` for parts;
 //!   `cmd.memory_barrier(Use::ComputeWrite, Use::GraphicsRead)` for buffers. Between calls of [`Gpu::submit`] no barrier
 //!   is needed.
 //! - **[`Timestamps`]**: `cmd.reset_timestamps(&t)`, `cmd.timestamp(&t, "shade")` after each pass, `t.intervals()`.
 //! - **`Swapchain`** (feature `window`): `new(gpu, window)`, `acquire(size)`, `present(recorder, frame)`, with a device
 //!   opened with `window_extensions(display)`.
-//! - **[`reflect`]**: `struct_offsets(spirv, "Block")` and `struct_stride` for the one truth of shared structs.
 //!
-//! Misuse while recording does not panic: the submission returns the first as an error. Whatever is recorded lives until
-//! the commands are done.
+//! Misuse while recording does not panic: the submission returns the first as an error, and no image or timestamp
+//! remembers anything of what was recorded. All that is recorded lives until the commands are done.
 
-pub mod reflect;
 pub mod shaders;
 
 mod barriers;
@@ -60,6 +69,7 @@ mod pipeline;
 mod pipeline_layout;
 mod sampler;
 mod select;
+mod shared_struct;
 mod submit;
 mod timestamps;
 mod transfer;
@@ -75,11 +85,11 @@ pub use device::{Gpu, GpuOptions};
 pub use error::{GpuError, Result};
 pub use image::{Image, ImageDesc, ImageView};
 pub use memory::MemoryUse;
-pub use pipeline::{
-    Blend, ComputePipeline, Cull, Depth, GraphicsDesc, GraphicsPipeline, Pipeline, PolygonMode, Topology,
-};
+pub use pipeline::{ComputePipeline, Depth, GraphicsDesc, GraphicsPipeline, Pipeline, Topology};
 pub use pipeline_layout::{PipelineCore, Spec, SpecValue};
-pub use sampler::{Filter, Sampler, Wrap};
+pub use sampler::{AddressMode, Filter, Sampler};
+pub(crate) use shared_struct::shared_struct;
+pub use shared_struct::{SharedStruct, StructLayout};
 pub use submit::CommandRecorder;
 pub use timestamps::Timestamps;
 pub use usage::Use;

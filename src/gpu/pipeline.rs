@@ -5,9 +5,9 @@ use std::sync::Arc;
 use ash::vk;
 
 use super::error::Doing;
-use super::pipeline_layout::{Constants, PipelineCore, Spec, Stage, layout};
-use super::reflect::Interface;
-use super::{Gpu, GpuError, Result};
+use super::pipeline_layout::{PipelineCore, Spec, Stage, check_constants, shader};
+use super::shaders::Shader;
+use super::{Gpu, GpuError, Result, StructLayout};
 
 /// What can be bound: a compute or a graphics pipeline.
 pub trait Pipeline {
@@ -30,21 +30,24 @@ impl Pipeline for ComputePipeline {
 }
 
 impl ComputePipeline {
-    /// A pipeline of the compute entry point `shader`, such as `"passes/prefilter.comp"`.
+    /// A pipeline of the compute entry point `name`, such as `"passes/sky.comp"`, with specialization constants and the
+    /// layouts of all structs that its buffers and push constants are made of.
     ///
     /// # Errors
-    /// [`GpuError::NoShader`], [`GpuError::Shader`], or a failed Vulkan call.
-    pub fn new(gpu: &Arc<Gpu>, shader: &str, spec: Spec<'_>) -> Result<Self> {
-        let stage = Stage::load(gpu, shader, vk::ShaderStageFlags::COMPUTE)?;
-        let mut core = layout(gpu, shader, vk::PipelineBindPoint::COMPUTE, &[&stage.interface])?;
-        let constants = Constants::new(spec);
-        let special = constants.info();
+    /// [`GpuError::NoShader`]; [`GpuError::Shader`] for a constant or struct that the shader does not declare, or not so,
+    /// and for structs that are not among `structs`; or a failed Vulkan call.
+    pub fn new(gpu: &Arc<Gpu>, name: &str, spec: Spec<'_>, structs: &[StructLayout]) -> Result<Self> {
+        let shader = shader(name, vk::ShaderStageFlags::COMPUTE)?;
+        check_constants(name, &[shader], spec)?;
+        let mut core = PipelineCore::new(gpu, name, vk::PipelineBindPoint::COMPUTE, &[shader], structs)?;
+        let stage = Stage::new(gpu, &core, shader, spec)?;
+        let special = stage.specialization();
         let info = vk::ComputePipelineCreateInfo::default().stage(stage.info(&special)).layout(core.layout);
         // SAFETY: everything the description points to outlives the call.
         let made = unsafe { gpu.raw().create_compute_pipelines(gpu.pipeline_cache(), &[info], None) };
-        core.raw = made.map_err(|(_, result)| result).doing(format!("creating pipeline {shader}"))?[0];
-        gpu.name(core.raw, shader);
-        Ok(Self { core: Arc::new(core), local_size: stage.interface.local_size })
+        core.raw = made.map_err(|(_, result)| result).doing(format!("creating pipeline {name}"))?[0];
+        gpu.name(core.raw, name);
+        Ok(Self { core: Arc::new(core), local_size: shader.local_size })
     }
 
     /// The work group size in the shader (specialization constants at their defaults).
@@ -53,52 +56,15 @@ impl ComputePipeline {
     }
 }
 
-/// Which sides of triangles are thrown away.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Cull {
-    /// None.
-    None,
-    /// Those that face away: clockwise on the screen (y down) unless [`GraphicsDesc::clockwise_front`].
-    Back,
-    /// Those that face the viewer.
-    Front,
-}
-
-/// How polygons are drawn.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum PolygonMode {
-    /// Filled.
-    Fill,
-    /// Their edges only; needs [`Gpu::can_draw_lines`].
-    Line,
-}
-
 /// What vertices form.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Topology {
     /// Every three a triangle.
     Triangles,
-    /// Every one a triangle with the two before.
-    TriangleStrip,
-    /// Every two a line.
-    Lines,
     /// Every one a point.
     Points,
     /// Every this many a patch for the tessellation stages.
     Patches(u32),
-}
-
-/// What happens to the colour that is there.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Blend {
-    /// It is replaced.
-    Replace,
-    /// `source.rgb * source.a + there * (1 - source.a)`.
-    Alpha,
-    /// `source.rgb + there * (1 - source.a)`.
-    PremultipliedAlpha,
-    /// `source + there`.
-    Add,
 }
 
 /// The depth attachment's part in a pipeline.
@@ -121,7 +87,8 @@ impl Default for Depth {
     }
 }
 
-/// What a graphics pipeline is made of. There are no vertex attributes: vertex shaders pull from storage buffers.
+/// What a graphics pipeline is made of. Vertex shaders read their vertices from storage buffers; triangles are filled
+/// from both sides, and their colours replace those that are there.
 #[derive(Clone, Copy, Debug)]
 pub struct GraphicsDesc<'a> {
     /// Vertex entry point, such as `"passes/gbuffer.vert"`.
@@ -132,37 +99,31 @@ pub struct GraphicsDesc<'a> {
     pub fragment: Option<&'a str>,
     /// Formats of the colour attachments in order.
     pub colors: &'a [vk::Format],
-    /// Blending of all colour attachments.
-    pub blend: Blend,
     /// Depth attachment, if any.
     pub depth: Option<Depth>,
-    /// Triangles thrown away.
-    pub cull: Cull,
-    /// Whether triangles that run clockwise on the screen (y down) face the viewer.
+    /// Which triangles `gl_FrontFacing` is true for: those that run clockwise on the screen (y down), or the others.
     pub clockwise_front: bool,
-    /// Filled or lines.
-    pub polygon: PolygonMode,
     /// What vertices form.
     pub topology: Topology,
     /// Specialization constants of all stages.
     pub spec: Spec<'a>,
+    /// Layouts of all structs that the stages' buffers and push constants are made of.
+    pub structs: &'a [StructLayout],
 }
 
 impl Default for GraphicsDesc<'_> {
-    /// Filled triangles, no attachments, no culling, counter-clockwise front.
+    /// Triangles, counter-clockwise front, and no attachments.
     fn default() -> Self {
         Self {
             vertex: "",
             tessellation: None,
             fragment: None,
             colors: &[],
-            blend: Blend::Replace,
             depth: None,
-            cull: Cull::None,
             clockwise_front: false,
-            polygon: PolygonMode::Fill,
             topology: Topology::Triangles,
             spec: &[],
+            structs: &[],
         }
     }
 }
@@ -183,25 +144,25 @@ impl GraphicsPipeline {
     /// A pipeline named `name` in captures and messages.
     ///
     /// # Errors
-    /// [`GpuError::NoShader`], [`GpuError::Shader`], [`GpuError::Usage`] when the description contradicts itself or the
-    /// device cannot do it, or a failed Vulkan call.
+    /// [`GpuError::NoShader`]; [`GpuError::Shader`] for a constant or struct that no stage declares, or not so, for structs
+    /// that are not described, and for stages that contradict each other; [`GpuError::Usage`] when patches come without
+    /// tessellation stages; or a failed Vulkan call.
     pub fn new(gpu: &Arc<Gpu>, name: &str, desc: &GraphicsDesc<'_>) -> Result<Self> {
-        if desc.polygon == PolygonMode::Line && !gpu.can_draw_lines() {
-            return Err(GpuError::usage(name, format!("{} cannot draw polygons as lines", gpu.device_name())));
-        }
         if desc.tessellation.is_some() != matches!(desc.topology, Topology::Patches(_)) {
             return Err(GpuError::usage(name, "tessellation stages and patches must come together"));
         }
-        let mut stages = vec![Stage::load(gpu, desc.vertex, vk::ShaderStageFlags::VERTEX)?];
+        let mut shaders: Vec<&Shader> = vec![shader(desc.vertex, vk::ShaderStageFlags::VERTEX)?];
         if let Some([control, evaluation]) = desc.tessellation {
-            stages.push(Stage::load(gpu, control, vk::ShaderStageFlags::TESSELLATION_CONTROL)?);
-            stages.push(Stage::load(gpu, evaluation, vk::ShaderStageFlags::TESSELLATION_EVALUATION)?);
+            shaders.push(shader(control, vk::ShaderStageFlags::TESSELLATION_CONTROL)?);
+            shaders.push(shader(evaluation, vk::ShaderStageFlags::TESSELLATION_EVALUATION)?);
         }
         if let Some(fragment) = desc.fragment {
-            stages.push(Stage::load(gpu, fragment, vk::ShaderStageFlags::FRAGMENT)?);
+            shaders.push(shader(fragment, vk::ShaderStageFlags::FRAGMENT)?);
         }
-        let interfaces: Vec<&Interface> = stages.iter().map(|stage| &stage.interface).collect();
-        let mut core = layout(gpu, name, vk::PipelineBindPoint::GRAPHICS, &interfaces)?;
+        check_constants(name, &shaders, desc.spec)?;
+        let mut core = PipelineCore::new(gpu, name, vk::PipelineBindPoint::GRAPHICS, &shaders, desc.structs)?;
+        let stages: Vec<Stage<'_>> =
+            shaders.iter().map(|shader| Stage::new(gpu, &core, shader, desc.spec)).collect::<Result<_>>()?;
         core.raw = create_graphics(gpu, name, desc, &stages, core.layout)?;
         gpu.name(core.raw, name);
         Ok(Self { core: Arc::new(core) })
@@ -215,14 +176,11 @@ fn create_graphics(
     stages: &[Stage],
     layout: vk::PipelineLayout,
 ) -> Result<vk::Pipeline> {
-    let constants = Constants::new(desc.spec);
-    let special = constants.info();
-    let stages: Vec<_> = stages.iter().map(|stage| stage.info(&special)).collect();
+    let special: Vec<_> = stages.iter().map(Stage::specialization).collect();
+    let stages: Vec<_> = stages.iter().zip(&special).map(|(stage, special)| stage.info(special)).collect();
     let vertex_input = vk::PipelineVertexInputStateCreateInfo::default();
     let (topology, patch_points) = match desc.topology {
         Topology::Triangles => (vk::PrimitiveTopology::TRIANGLE_LIST, 0),
-        Topology::TriangleStrip => (vk::PrimitiveTopology::TRIANGLE_STRIP, 0),
-        Topology::Lines => (vk::PrimitiveTopology::LINE_LIST, 0),
         Topology::Points => (vk::PrimitiveTopology::POINT_LIST, 0),
         Topology::Patches(points) => (vk::PrimitiveTopology::PATCH_LIST, points),
     };
@@ -231,19 +189,9 @@ fn create_graphics(
     let viewport = vk::PipelineViewportStateCreateInfo::default().viewport_count(1).scissor_count(1);
     let bias = desc.depth.and_then(|depth| depth.bias);
     let rasterization = vk::PipelineRasterizationStateCreateInfo::default()
-        .polygon_mode(match desc.polygon {
-            PolygonMode::Fill => vk::PolygonMode::FILL,
-            PolygonMode::Line => vk::PolygonMode::LINE,
-        })
-        .cull_mode(match desc.cull {
-            Cull::None => vk::CullModeFlags::NONE,
-            Cull::Back => vk::CullModeFlags::BACK,
-            Cull::Front => vk::CullModeFlags::FRONT,
-        })
-        .front_face(match desc.clockwise_front {
-            true => vk::FrontFace::CLOCKWISE,
-            false => vk::FrontFace::COUNTER_CLOCKWISE,
-        })
+        .polygon_mode(vk::PolygonMode::FILL)
+        .cull_mode(vk::CullModeFlags::NONE)
+        .front_face(if desc.clockwise_front { vk::FrontFace::CLOCKWISE } else { vk::FrontFace::COUNTER_CLOCKWISE })
         .depth_bias_enable(bias.is_some())
         .depth_bias_constant_factor(bias.map_or(0.0, |[constant, _]| constant))
         .depth_bias_slope_factor(bias.map_or(0.0, |[_, slope]| slope))
@@ -254,7 +202,8 @@ fn create_graphics(
     if let Some(wanted) = desc.depth {
         depth = depth.depth_test_enable(true).depth_compare_op(wanted.compare).depth_write_enable(wanted.write);
     }
-    let blends = vec![blend(desc.blend); desc.colors.len()];
+    let replace = vk::PipelineColorBlendAttachmentState::default().color_write_mask(vk::ColorComponentFlags::RGBA);
+    let blends = vec![replace; desc.colors.len()];
     let color = vk::PipelineColorBlendStateCreateInfo::default().attachments(&blends);
     let dynamic = vk::PipelineDynamicStateCreateInfo::default()
         .dynamic_states(&[vk::DynamicState::VIEWPORT, vk::DynamicState::SCISSOR]);
@@ -279,22 +228,4 @@ fn create_graphics(
     // SAFETY: everything the description points to outlives the call.
     let made = unsafe { gpu.raw().create_graphics_pipelines(gpu.pipeline_cache(), &[info], None) };
     Ok(made.map_err(|(_, result)| result).doing(format!("creating pipeline {name}"))?[0])
-}
-
-fn blend(kind: Blend) -> vk::PipelineColorBlendAttachmentState {
-    use vk::BlendFactor as F;
-    let (source, there) = match kind {
-        Blend::Replace => (F::ONE, F::ZERO),
-        Blend::Alpha => (F::SRC_ALPHA, F::ONE_MINUS_SRC_ALPHA),
-        Blend::PremultipliedAlpha => (F::ONE, F::ONE_MINUS_SRC_ALPHA),
-        Blend::Add => (F::ONE, F::ONE),
-    };
-    let source_alpha = if kind == Blend::Alpha { F::ONE } else { source };
-    vk::PipelineColorBlendAttachmentState::default()
-        .blend_enable(kind != Blend::Replace)
-        .src_color_blend_factor(source)
-        .dst_color_blend_factor(there)
-        .src_alpha_blend_factor(source_alpha)
-        .dst_alpha_blend_factor(there)
-        .color_write_mask(vk::ColorComponentFlags::RGBA)
 }

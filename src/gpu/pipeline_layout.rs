@@ -1,5 +1,5 @@
-//! What pipelines share. Layouts come from the shaders: set 0 holds push descriptors, the push constant range is the
-//! largest of the stages'.
+//! What pipelines share. Their layout comes from the shaders: set 0 holds push descriptors, each resource's number
+//! follows from its name, and the push constant range is the largest of the stages'.
 
 use std::ffi::CStr;
 use std::sync::Arc;
@@ -7,8 +7,8 @@ use std::sync::Arc;
 use ash::vk;
 
 use super::error::Doing;
-use super::reflect::{self, Binding, Interface};
-use super::{Gpu, GpuError, Result, shaders};
+use super::shaders::{ConstantKind, ResourceKind, Shader};
+use super::{Gpu, GpuError, Result, StructLayout, shared_struct};
 
 /// The value of a specialization constant.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -32,10 +32,19 @@ impl SpecValue {
             Self::F32(value) => value.to_bits(),
         }
     }
+
+    fn kind(self) -> ConstantKind {
+        match self {
+            Self::Bool(_) => ConstantKind::Bool,
+            Self::U32(_) => ConstantKind::U32,
+            Self::I32(_) => ConstantKind::I32,
+            Self::F32(_) => ConstantKind::F32,
+        }
+    }
 }
 
-/// Specialization constants: `constant_id` and value. Identifiers that a shader does not have are ignored.
-pub type Spec<'a> = &'a [(u32, SpecValue)];
+/// Specialization constants by their GLSL names. Those not named keep the shader's defaults.
+pub type Spec<'a> = &'a [(&'a str, SpecValue)];
 
 /// What compute and graphics pipelines share.
 #[doc(hidden)]
@@ -46,9 +55,28 @@ pub struct PipelineCore {
     pub(crate) raw: vk::Pipeline,
     pub(crate) layout: vk::PipelineLayout,
     set_layout: vk::DescriptorSetLayout,
-    pub(crate) bindings: Vec<Binding>,
-    pub(crate) push_stages: vk::ShaderStageFlags,
-    pub(crate) push_bytes: u32,
+    /// What must be bound; the index is the binding number.
+    pub(crate) slots: Vec<Slot>,
+    /// What shaders declare but do not use: it may be bound, to no effect.
+    pub(crate) unused: Vec<&'static str>,
+    pub(crate) push: Option<PushConstants>,
+}
+
+/// A resource of a pipeline.
+#[derive(Debug)]
+pub(crate) struct Slot {
+    pub(crate) name: &'static str,
+    pub(crate) kind: ResourceKind,
+    stages: vk::ShaderStageFlags,
+}
+
+/// The push constants of a pipeline.
+pub(crate) struct PushConstants {
+    /// [`StructLayout::rust`] of their type.
+    pub(crate) rust: &'static str,
+    /// The stages that use them, none where all were optimised away.
+    pub(crate) stages: vk::ShaderStageFlags,
+    pub(crate) bytes: usize,
 }
 
 impl Drop for PipelineCore {
@@ -63,11 +91,97 @@ impl Drop for PipelineCore {
     }
 }
 
-/// A shader module that lives while its pipeline is made.
+impl PipelineCore {
+    /// The layouts that serve all stages, in a core that has no pipeline yet.
+    ///
+    /// # Errors
+    /// [`GpuError::Shader`] when the stages contradict each other or the twins of their structs, [`GpuError::Usage`] for
+    /// more push constants than the device has room for, or a failed Vulkan call.
+    pub(crate) fn new(
+        gpu: &Arc<Gpu>,
+        name: &str,
+        bind_point: vk::PipelineBindPoint,
+        shaders: &[&Shader],
+        structs: &[StructLayout],
+    ) -> Result<Self> {
+        shared_struct::check(name, shaders, structs)?;
+        let (slots, unused) = resources(name, shaders)?;
+        let mut core = Self {
+            gpu: gpu.clone(),
+            name: name.to_owned(),
+            bind_point,
+            raw: vk::Pipeline::null(),
+            layout: vk::PipelineLayout::null(),
+            set_layout: vk::DescriptorSetLayout::null(),
+            slots,
+            unused,
+            push: push_constants(name, shaders, structs)?,
+        };
+        core.create_set_layout()?;
+        core.create_layout()?;
+        Ok(core)
+    }
+
+    fn create_set_layout(&mut self) -> Result<()> {
+        let bindings: Vec<_> = (0u32..)
+            .zip(&self.slots)
+            .map(|(number, slot)| {
+                vk::DescriptorSetLayoutBinding::default()
+                    .binding(number)
+                    .descriptor_type(slot.kind.descriptor_type())
+                    .descriptor_count(1)
+                    .stage_flags(slot.stages)
+            })
+            .collect();
+        let info = vk::DescriptorSetLayoutCreateInfo::default()
+            .flags(vk::DescriptorSetLayoutCreateFlags::PUSH_DESCRIPTOR_KHR)
+            .bindings(&bindings);
+        // SAFETY: the device is alive, and `bindings` outlives the call; dropping `self` destroys the layout.
+        self.set_layout = unsafe { self.gpu.raw().create_descriptor_set_layout(&info, None) }
+            .doing(format!("creating the descriptor layout of {}", self.name))?;
+        self.gpu.name(self.set_layout, &self.name);
+        Ok(())
+    }
+
+    fn create_layout(&mut self) -> Result<()> {
+        let sets = [self.set_layout];
+        let mut info = vk::PipelineLayoutCreateInfo::default().set_layouts(&sets);
+        let mut ranges = Vec::new();
+        if let Some(push) = self.push.as_ref().filter(|push| push.bytes > 0) {
+            let (bytes, most) = (push.bytes as u32, self.gpu.limits().max_push_constants_size);
+            if bytes > most {
+                let fault = format!("{bytes} bytes of push constants exceed the device's {most}");
+                return Err(GpuError::usage(&self.name, fault));
+            }
+            ranges.push(vk::PushConstantRange::default().stage_flags(push.stages).size(bytes));
+            info = info.push_constant_ranges(&ranges);
+        }
+        // SAFETY: the device and the set layout are alive, and all that `info` points to outlives the call.
+        self.layout = unsafe { self.gpu.raw().create_pipeline_layout(&info, None) }
+            .doing(format!("creating the pipeline layout of {}", self.name))?;
+        self.gpu.name(self.layout, &self.name);
+        Ok(())
+    }
+
+    /// The number of a resource.
+    fn binding(&self, name: &str) -> Option<u32> {
+        self.slots.iter().position(|slot| slot.name == name).map(|index| index as u32)
+    }
+
+    /// What may be bound, for messages.
+    pub(crate) fn resource_names(&self) -> String {
+        let names: Vec<&str> = self.slots.iter().map(|slot| slot.name).chain(self.unused.iter().copied()).collect();
+        if names.is_empty() { "none".to_owned() } else { names.join(", ") }
+    }
+}
+
+/// A stage of a pipeline while that is made.
 pub(crate) struct Stage<'a> {
     gpu: &'a Gpu,
     module: vk::ShaderModule,
-    pub(crate) interface: Interface,
+    stage: vk::ShaderStageFlags,
+    entries: Vec<vk::SpecializationMapEntry>,
+    values: Vec<u8>,
 }
 
 impl Drop for Stage<'_> {
@@ -78,127 +192,116 @@ impl Drop for Stage<'_> {
 }
 
 impl<'a> Stage<'a> {
-    pub(crate) fn load(gpu: &'a Gpu, name: &str, stage: vk::ShaderStageFlags) -> Result<Self> {
-        let spirv = shaders::spirv(name)?;
-        let interface = reflect::interface(name, spirv)?;
-        if interface.stage != stage {
-            let fault = format!("it is a {:?} shader where a {stage:?} shader is needed", interface.stage);
-            return Err(GpuError::Shader { name: name.to_owned(), fault });
+    /// Makes the module, its resources numbered as in `core`.
+    pub(crate) fn new(gpu: &'a Gpu, core: &PipelineCore, shader: &Shader, spec: Spec<'_>) -> Result<Self> {
+        let words = shader.spirv(|name| core.binding(name));
+        let info = vk::ShaderModuleCreateInfo::default().code(&words);
+        // SAFETY: shaderc compiled the words for Vulkan 1.3; only numbers of bindings were changed.
+        let module =
+            unsafe { gpu.raw().create_shader_module(&info, None) }.doing(format!("creating shader {}", shader.name))?;
+        gpu.name(module, shader.name);
+        let mut stage = Self { gpu, module, stage: shader.stage, entries: Vec::new(), values: Vec::new() };
+        for constant in shader.constants {
+            if let Some((_, value)) = spec.iter().find(|(name, _)| *name == constant.name) {
+                let offset = stage.values.len() as u32;
+                let entry = vk::SpecializationMapEntry::default().constant_id(constant.id).offset(offset).size(4);
+                stage.entries.push(entry);
+                stage.values.extend(value.bits().to_ne_bytes());
+            }
         }
-        let info = vk::ShaderModuleCreateInfo::default().code(spirv);
-        // SAFETY: the words were compiled by shaderc for Vulkan 1.3.
-        let module = unsafe { gpu.raw().create_shader_module(&info, None) }.doing(format!("creating shader {name}"))?;
-        gpu.name(module, name);
-        Ok(Self { gpu, module, interface })
+        Ok(stage)
     }
 
-    pub(crate) fn info<'b>(&'b self, special: &'b vk::SpecializationInfo<'b>) -> vk::PipelineShaderStageCreateInfo<'b> {
+    pub(crate) fn specialization(&self) -> vk::SpecializationInfo<'_> {
+        vk::SpecializationInfo::default().map_entries(&self.entries).data(&self.values)
+    }
+
+    pub(crate) fn info<'b>(&self, special: &'b vk::SpecializationInfo<'b>) -> vk::PipelineShaderStageCreateInfo<'b> {
         const MAIN: &CStr = c"main";
         vk::PipelineShaderStageCreateInfo::default()
-            .stage(self.interface.stage)
+            .stage(self.stage)
             .module(self.module)
             .name(MAIN)
             .specialization_info(special)
     }
 }
 
-/// Specialization constants in Vulkan's form: all are four bytes wide.
-pub(crate) struct Constants {
-    entries: Vec<vk::SpecializationMapEntry>,
-    data: Vec<u8>,
+/// The shader of this name.
+///
+/// # Errors
+/// [`GpuError::NoShader`], or [`GpuError::Shader`] when it belongs to another stage.
+pub(crate) fn shader(name: &str, stage: vk::ShaderStageFlags) -> Result<&'static Shader> {
+    let shader = Shader::find(name)?;
+    if shader.stage == stage {
+        return Ok(shader);
+    }
+    let fault = format!("it is a {:?} shader where a {stage:?} shader is needed", shader.stage);
+    Err(GpuError::Shader { name: name.to_owned(), fault })
 }
 
-impl Constants {
-    pub(crate) fn new(spec: Spec<'_>) -> Self {
-        let entry = |(i, (id, _)): (usize, &(u32, SpecValue))| {
-            vk::SpecializationMapEntry::default().constant_id(*id).offset(4 * i as u32).size(4)
-        };
-        Self {
-            entries: spec.iter().enumerate().map(entry).collect(),
-            data: spec.iter().flat_map(|(_, value)| value.bits().to_ne_bytes()).collect(),
+/// Checks that every constant is declared by a shader, and with that type.
+///
+/// # Errors
+/// [`GpuError::Shader`] that names the pipeline and the constant.
+pub(crate) fn check_constants(pipeline: &str, shaders: &[&Shader], spec: Spec<'_>) -> Result<()> {
+    let fault = |fault: String| Err(GpuError::Shader { name: pipeline.to_owned(), fault });
+    for (i, (name, value)) in spec.iter().enumerate() {
+        if spec[..i].iter().any(|(earlier, _)| earlier == name) {
+            return fault(format!("constant {name} is given twice"));
+        }
+        let mut declared = shaders.iter().flat_map(|shader| shader.constants).filter(|c| c.name == *name).peekable();
+        if declared.peek().is_none() {
+            let all = shaders.iter().flat_map(|shader| shader.constants).map(|c| c.name);
+            let mut names: Vec<&str> = all.collect();
+            names.sort_unstable();
+            names.dedup();
+            let names = if names.is_empty() { "none".to_owned() } else { names.join(", ") };
+            return fault(format!("no constant {name} is declared by its shaders; they declare {names}"));
+        }
+        if let Some(other) = declared.find(|constant| constant.kind != value.kind()) {
+            return fault(format!("constant {name} is {:?}, not {:?}", other.kind, value.kind()));
         }
     }
-
-    pub(crate) fn info(&self) -> vk::SpecializationInfo<'_> {
-        vk::SpecializationInfo::default().map_entries(&self.entries).data(&self.data)
-    }
+    Ok(())
 }
 
-/// The layouts that serve all stages, in a core that has no pipeline yet.
-pub(crate) fn layout(
-    gpu: &Arc<Gpu>,
-    name: &str,
-    bind_point: vk::PipelineBindPoint,
-    interfaces: &[&Interface],
-) -> Result<PipelineCore> {
-    let bindings = merge(name, interfaces)?;
-    let push_bytes = interfaces.iter().map(|i| i.push_constant_bytes).max().unwrap_or(0).next_multiple_of(4);
-    if push_bytes > gpu.limits().max_push_constants_size {
-        let most = gpu.limits().max_push_constants_size;
-        return Err(GpuError::usage(name, format!("{push_bytes} bytes of push constants exceed the device's {most}")));
-    }
-    let push_stages = interfaces
-        .iter()
-        .filter(|i| i.push_constant_bytes > 0)
-        .fold(vk::ShaderStageFlags::empty(), |stages, i| stages | i.stage);
-    let mut core = PipelineCore {
-        gpu: gpu.clone(),
-        name: name.to_owned(),
-        bind_point,
-        raw: vk::Pipeline::null(),
-        layout: vk::PipelineLayout::null(),
-        set_layout: vk::DescriptorSetLayout::null(),
-        bindings,
-        push_stages,
-        push_bytes,
-    };
-    let slots: Vec<_> = core
-        .bindings
-        .iter()
-        .map(|b| {
-            vk::DescriptorSetLayoutBinding::default()
-                .binding(b.binding)
-                .descriptor_type(b.kind)
-                .descriptor_count(b.count)
-                .stage_flags(b.stages)
-        })
-        .collect();
-    let info = vk::DescriptorSetLayoutCreateInfo::default()
-        .flags(vk::DescriptorSetLayoutCreateFlags::PUSH_DESCRIPTOR_KHR)
-        .bindings(&slots);
-    // SAFETY: the device is alive; `core` destroys whatever was created.
-    core.set_layout = unsafe { gpu.raw().create_descriptor_set_layout(&info, None) }
-        .doing(format!("creating the descriptor layout of {name}"))?;
-    gpu.name(core.set_layout, name);
-    let sets = [core.set_layout];
-    let ranges = [vk::PushConstantRange::default().stage_flags(push_stages).size(push_bytes)];
-    let mut info = vk::PipelineLayoutCreateInfo::default().set_layouts(&sets);
-    if push_bytes > 0 {
-        info = info.push_constant_ranges(&ranges);
-    }
-    core.layout = unsafe { gpu.raw().create_pipeline_layout(&info, None) }
-        .doing(format!("creating the pipeline layout of {name}"))?;
-    gpu.name(core.layout, name);
-    Ok(core)
-}
-
-/// The union of the stages' bindings.
-fn merge(name: &str, interfaces: &[&Interface]) -> Result<Vec<Binding>> {
-    let mut merged: Vec<Binding> = Vec::new();
-    for binding in interfaces.iter().flat_map(|interface| &interface.bindings) {
-        if binding.count != 1 {
-            let fault = format!("binding {} is an array; use an array texture", binding.binding);
-            return Err(GpuError::Shader { name: name.to_owned(), fault });
-        }
-        match merged.iter_mut().find(|known| known.binding == binding.binding) {
-            Some(known) if known.kind == binding.kind => known.stages |= binding.stages,
-            Some(known) => {
-                let fault = format!("binding {} is {:?} and {:?}", binding.binding, known.kind, binding.kind);
-                return Err(GpuError::Shader { name: name.to_owned(), fault });
+/// The union of the stages' resources: those in use, and the names of the others.
+fn resources(pipeline: &str, shaders: &[&Shader]) -> Result<(Vec<Slot>, Vec<&'static str>)> {
+    let mut all: Vec<Slot> = Vec::new();
+    for shader in shaders {
+        for resource in shader.resources {
+            let used = if resource.binding_word.is_some() { shader.stage } else { vk::ShaderStageFlags::empty() };
+            match all.iter_mut().find(|known| known.name == resource.name) {
+                Some(known) if known.kind == resource.kind => known.stages |= used,
+                Some(known) => {
+                    let (name, one, other) = (resource.name, known.kind.words(), resource.kind.words());
+                    let fault = format!("{name} is {one} in one stage and {other} in {}", shader.name);
+                    return Err(GpuError::Shader { name: pipeline.to_owned(), fault });
+                }
+                None => all.push(Slot { name: resource.name, kind: resource.kind, stages: used }),
             }
-            None => merged.push(*binding),
         }
     }
-    merged.sort_by_key(|binding| binding.binding);
-    Ok(merged)
+    let (slots, unused): (Vec<Slot>, Vec<Slot>) = all.into_iter().partition(|slot| !slot.stages.is_empty());
+    Ok((slots, unused.into_iter().map(|slot| slot.name).collect()))
+}
+
+/// The push constants of all stages, which have one block.
+fn push_constants(pipeline: &str, shaders: &[&Shader], structs: &[StructLayout]) -> Result<Option<PushConstants>> {
+    let mut found: Option<(&str, PushConstants)> = None;
+    for shader in shaders {
+        let Some(push) = &shader.push else { continue };
+        let Some(twin) = structs.iter().find(|twin| twin.glsl == push.block) else { continue };
+        let empty = PushConstants { rust: twin.rust, stages: vk::ShaderStageFlags::empty(), bytes: 0 };
+        let (block, constants) = found.get_or_insert((push.block, empty));
+        if *block != push.block {
+            let fault = format!("one stage has push constants {block}, {} has {}", shader.name, push.block);
+            return Err(GpuError::Shader { name: pipeline.to_owned(), fault });
+        }
+        if push.bytes > 0 {
+            constants.stages |= shader.stage;
+            constants.bytes = constants.bytes.max((push.bytes as usize).next_multiple_of(4));
+        }
+    }
+    Ok(found.map(|(_, constants)| constants))
 }

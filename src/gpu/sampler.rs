@@ -7,17 +7,17 @@ use ash::vk;
 use super::error::Doing;
 use super::{Gpu, Result};
 
-/// What lies outside [0, 1].
+/// What a sampler finds outside [0, 1].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Wrap {
-    /// The texture repeats.
+pub enum AddressMode {
+    /// The texture again.
     Repeat,
-    /// The edge texel goes on for ever.
-    Clamp,
+    /// The nearest texel of the edge.
+    ClampToEdge,
 }
 
 /// How texels and mip levels are mixed.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Filter {
     /// The nearest texel of the nearest level.
     Nearest,
@@ -25,8 +25,6 @@ pub enum Filter {
     Bilinear,
     /// Bilinear, and linear between levels.
     Trilinear,
-    /// Trilinear with up to this many samples along the footprint; drivers differ, so never in reference images.
-    Anisotropic(f32),
 }
 
 /// A sampler. Clones share the one sampler.
@@ -48,33 +46,28 @@ impl Drop for SamplerInner {
 }
 
 impl Sampler {
-    /// A sampler with the same wrapping on all axes. Cube maps are seamless whatever the wrapping.
+    /// A sampler with the same address mode on all axes. Cube maps are seamless whatever the mode.
     ///
     /// # Errors
     /// A failed Vulkan call.
-    pub fn new(gpu: &Arc<Gpu>, name: &str, filter: Filter, wrap: Wrap) -> Result<Self> {
-        let wrap = match wrap {
-            Wrap::Repeat => vk::SamplerAddressMode::REPEAT,
-            Wrap::Clamp => vk::SamplerAddressMode::CLAMP_TO_EDGE,
+    pub fn new(gpu: &Arc<Gpu>, name: &str, filter: Filter, mode: AddressMode) -> Result<Self> {
+        let mode = match mode {
+            AddressMode::Repeat => vk::SamplerAddressMode::REPEAT,
+            AddressMode::ClampToEdge => vk::SamplerAddressMode::CLAMP_TO_EDGE,
         };
         let texels = if filter == Filter::Nearest { vk::Filter::NEAREST } else { vk::Filter::LINEAR };
         let levels = match filter {
             Filter::Nearest | Filter::Bilinear => vk::SamplerMipmapMode::NEAREST,
-            Filter::Trilinear | Filter::Anisotropic(_) => vk::SamplerMipmapMode::LINEAR,
+            Filter::Trilinear => vk::SamplerMipmapMode::LINEAR,
         };
-        let mut info = vk::SamplerCreateInfo::default()
+        let info = vk::SamplerCreateInfo::default()
             .mag_filter(texels)
             .min_filter(texels)
             .mipmap_mode(levels)
-            .address_mode_u(wrap)
-            .address_mode_v(wrap)
-            .address_mode_w(wrap)
+            .address_mode_u(mode)
+            .address_mode_v(mode)
+            .address_mode_w(mode)
             .max_lod(vk::LOD_CLAMP_NONE);
-        if let Filter::Anisotropic(samples) = filter
-            && gpu.max_anisotropy() > 1.0
-        {
-            info = info.anisotropy_enable(true).max_anisotropy(samples.clamp(1.0, gpu.max_anisotropy()));
-        }
         // SAFETY: the device is alive.
         let raw = unsafe { gpu.raw().create_sampler(&info, None) }.doing(format!("creating sampler {name}"))?;
         gpu.name(raw, name);

@@ -18,14 +18,6 @@ pub(crate) struct Candidate {
     pub(crate) queue_family: u32,
 }
 
-/// The features that are switched on: all required ones, and the optional ones that the device has.
-#[derive(Clone, Copy, Default)]
-pub(crate) struct Features {
-    pub(crate) v10: vk::PhysicalDeviceFeatures,
-    pub(crate) scalar_block_layout: bool,
-    pub(crate) draw_parameters: bool,
-}
-
 /// The device that `wanted` names (an index, or part of a name in any case), or the best usable one.
 pub(crate) fn choose(instance: &ash::Instance, wanted: Option<&str>, extensions: &[&CStr]) -> Result<Candidate> {
     // SAFETY: the instance is alive.
@@ -111,9 +103,8 @@ fn inspect(instance: &ash::Instance, physical: vk::PhysicalDevice, extensions: &
 }
 
 fn missing_features(instance: &ash::Instance, physical: vk::PhysicalDevice) -> Vec<String> {
-    let mut v12 = vk::PhysicalDeviceVulkan12Features::default();
     let mut v13 = vk::PhysicalDeviceVulkan13Features::default();
-    let mut all = vk::PhysicalDeviceFeatures2::default().push_next(&mut v12).push_next(&mut v13);
+    let mut all = vk::PhysicalDeviceFeatures2::default().push_next(&mut v13);
     // SAFETY: the device is Vulkan 1.3, so it knows the whole chain.
     unsafe { instance.get_physical_device_features2(physical, &mut all) };
     let v10 = all.features;
@@ -121,7 +112,6 @@ fn missing_features(instance: &ash::Instance, physical: vk::PhysicalDevice) -> V
         (v10.tessellation_shader, "tessellationShader"),
         (v10.large_points, "largePoints"),
         (v10.shader_storage_image_extended_formats, "shaderStorageImageExtendedFormats"),
-        (v12.timeline_semaphore, "timelineSemaphore"),
         (v13.dynamic_rendering, "dynamicRendering"),
         (v13.synchronization2, "synchronization2"),
         (v13.maintenance4, "maintenance4"),
@@ -134,33 +124,10 @@ fn missing_features(instance: &ash::Instance, physical: vk::PhysicalDevice) -> V
     .collect()
 }
 
-/// What to switch on at device creation. The required 1.2 and 1.3 features are added by the caller.
-pub(crate) fn features(instance: &ash::Instance, physical: vk::PhysicalDevice) -> Features {
-    let mut v11 = vk::PhysicalDeviceVulkan11Features::default();
-    let mut v12 = vk::PhysicalDeviceVulkan12Features::default();
-    let mut all = vk::PhysicalDeviceFeatures2::default().push_next(&mut v11).push_next(&mut v12);
-    // SAFETY: only devices that passed `choose` come here, so it is Vulkan 1.3.
-    unsafe { instance.get_physical_device_features2(physical, &mut all) };
-    let has = all.features;
-    Features {
-        v10: vk::PhysicalDeviceFeatures {
-            tessellation_shader: vk::TRUE,
-            // glslang asks for this capability when a fragment shader reads gl_PrimitiveID.
-            geometry_shader: has.geometry_shader,
-            fill_mode_non_solid: has.fill_mode_non_solid,
-            sampler_anisotropy: has.sampler_anisotropy,
-            independent_blend: has.independent_blend,
-            fragment_stores_and_atomics: has.fragment_stores_and_atomics,
-            vertex_pipeline_stores_and_atomics: has.vertex_pipeline_stores_and_atomics,
-            shader_storage_image_extended_formats: has.shader_storage_image_extended_formats,
-            shader_image_gather_extended: has.shader_image_gather_extended,
-            image_cube_array: has.image_cube_array,
-            large_points: has.large_points,
-            depth_clamp: has.depth_clamp,
-            depth_bias_clamp: has.depth_bias_clamp,
-            ..Default::default()
-        },
-        scalar_block_layout: v12.scalar_block_layout == vk::TRUE,
-        draw_parameters: v11.shader_draw_parameters == vk::TRUE,
-    }
+/// The Vulkan 1.0 features to switch on, all of them required. Those of 1.3 are added where the device is made.
+pub(crate) fn features() -> vk::PhysicalDeviceFeatures {
+    vk::PhysicalDeviceFeatures::default()
+        .tessellation_shader(true)
+        .large_points(true)
+        .shader_storage_image_extended_formats(true)
 }

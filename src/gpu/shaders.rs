@@ -1,4 +1,7 @@
-//! The SPIR-V that `build.rs` compiled from `shaders-glsl/passes` and `shaders-glsl/probes`, by name.
+//! The shaders that the build compiled from `shaders-glsl/passes` and `shaders-glsl/probes`, by name, with what each
+//! declares.
+
+use ash::vk;
 
 use super::{GpuError, Result};
 
@@ -6,20 +9,130 @@ use super::{GpuError, Result};
 #[repr(C, align(4))]
 struct Aligned<const N: usize>([u8; N]);
 
+/// A compiled entry point.
+pub(crate) struct Shader {
+    /// Its path below `shaders-glsl/`.
+    pub(crate) name: &'static str,
+    pub(crate) stage: vk::ShaderStageFlags,
+    code: &'static [u8],
+    /// Work group size of a compute shader, specialization constants at their defaults; otherwise 1.
+    pub(crate) local_size: [u32; 3],
+    pub(crate) resources: &'static [Resource],
+    pub(crate) constants: &'static [Constant],
+    pub(crate) push: Option<Push>,
+    /// Every struct that its buffers and push constants are made of.
+    pub(crate) structs: &'static [Struct],
+}
+
+/// A resource that a shader declares.
+pub(crate) struct Resource {
+    /// Of the variable; of the block, where the block has no instance name.
+    pub(crate) name: &'static str,
+    pub(crate) kind: ResourceKind,
+    /// Which word of the SPIR-V holds the binding number; `None` where the resource is not used and was optimised away.
+    pub(crate) binding_word: Option<usize>,
+}
+
+/// Kind of a resource.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum ResourceKind {
+    Uniform,
+    Storage,
+    Sampled,
+    StorageImage,
+}
+
+impl ResourceKind {
+    pub(crate) fn descriptor_type(self) -> vk::DescriptorType {
+        match self {
+            Self::Uniform => vk::DescriptorType::UNIFORM_BUFFER,
+            Self::Storage => vk::DescriptorType::STORAGE_BUFFER,
+            Self::Sampled => vk::DescriptorType::COMBINED_IMAGE_SAMPLER,
+            Self::StorageImage => vk::DescriptorType::STORAGE_IMAGE,
+        }
+    }
+
+    /// What it is called in messages.
+    pub(crate) fn words(self) -> &'static str {
+        match self {
+            Self::Uniform => "a uniform buffer",
+            Self::Storage => "a storage buffer",
+            Self::Sampled => "a texture",
+            Self::StorageImage => "a storage image",
+        }
+    }
+}
+
+/// A specialization constant that a shader declares.
+pub(crate) struct Constant {
+    pub(crate) name: &'static str,
+    pub(crate) id: u32,
+    pub(crate) kind: ConstantKind,
+}
+
+/// Type of a specialization constant.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum ConstantKind {
+    Bool,
+    U32,
+    I32,
+    F32,
+}
+
+/// The push constant block that a shader declares.
+pub(crate) struct Push {
+    pub(crate) block: &'static str,
+    /// 0 where it is not used and was optimised away.
+    pub(crate) bytes: u32,
+}
+
+/// A struct with a memory layout in a shader.
+pub(crate) struct Struct {
+    pub(crate) name: &'static str,
+    /// All members but an array without end.
+    pub(crate) members: &'static [Member],
+    /// Bytes to the next struct of an array, or to the array without end that follows.
+    pub(crate) pitch: Option<u32>,
+}
+
+/// A member of a struct, in bytes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Member {
+    /// Its name.
+    pub name: &'static str,
+    /// From the start of the struct.
+    pub offset: usize,
+    /// Padding between elements of arrays included.
+    pub size: usize,
+}
+
 include!(concat!(env!("OUT_DIR"), "/shaders.rs"));
 
-/// The SPIR-V words of an entry point, named by its path below `shaders-glsl/`, such as `"passes/shade.frag"`.
-///
-/// # Errors
-/// [`GpuError::NoShader`] when no such entry point was compiled into this build.
-pub fn spirv(name: &str) -> Result<&'static [u32]> {
-    match TABLE.binary_search_by(|(known, _)| (*known).cmp(name)) {
-        Ok(index) => Ok(bytemuck::cast_slice(TABLE[index].1)),
-        Err(_) => Err(GpuError::NoShader { name: name.to_owned() }),
+impl Shader {
+    /// The entry point of this name, such as `"passes/shade.frag"`.
+    ///
+    /// # Errors
+    /// [`GpuError::NoShader`] when no such entry point was compiled into this build.
+    pub(crate) fn find(name: &str) -> Result<&'static Self> {
+        match TABLE.binary_search_by(|shader| shader.name.cmp(name)) {
+            Ok(index) => Ok(&TABLE[index]),
+            Err(_) => Err(GpuError::NoShader { name: name.to_owned() }),
+        }
+    }
+
+    /// Its SPIR-V, with the resources bound to the numbers that `number` gives to their names.
+    pub(crate) fn spirv(&self, number: impl Fn(&str) -> Option<u32>) -> Vec<u32> {
+        let mut words = bytemuck::cast_slice(self.code).to_vec();
+        for resource in self.resources {
+            if let (Some(word), Some(number)) = (resource.binding_word, number(resource.name)) {
+                words[word] = number;
+            }
+        }
+        words
     }
 }
 
 /// The names of all entry points of this build, sorted.
 pub fn names() -> impl Iterator<Item = &'static str> {
-    TABLE.iter().map(|(name, _)| *name)
+    TABLE.iter().map(|shader| shader.name)
 }

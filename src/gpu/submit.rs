@@ -5,20 +5,33 @@ use std::sync::Arc;
 
 use ash::vk;
 
+use super::commands::Recorded;
 use super::error::Doing;
-use super::{Commands, Gpu, Result};
+use super::{Commands, Gpu, GpuError, Result};
 
 /// One command buffer that is recorded again and again. A window keeps one per frame in flight.
 ///
-/// `record` waits until the previous submission is done, so at most one is under way.
+/// `record` waits until the previous submission is done, so at most one is under way. Each recording is submitted once
+/// at most; what images and timestamps remember changes with the submission, never by recording alone.
 pub struct CommandRecorder {
     gpu: Arc<Gpu>,
     pool: vk::CommandPool,
     buffer: vk::CommandBuffer,
     fence: vk::Fence,
-    pending: bool,
+    state: State,
     name: String,
+    /// Alive until the commands are done.
     keep: Vec<Arc<dyn Any + Send + Sync>>,
+}
+
+/// What the command buffer holds.
+enum State {
+    /// Nothing that could be submitted.
+    Idle,
+    /// Commands to be submitted.
+    Recorded(Recorded),
+    /// Commands that were submitted.
+    Pending,
 }
 
 impl CommandRecorder {
@@ -32,7 +45,7 @@ impl CommandRecorder {
             pool: vk::CommandPool::null(),
             buffer: vk::CommandBuffer::null(),
             fence: vk::Fence::null(),
-            pending: false,
+            state: State::Idle,
             name: name.to_owned(),
             keep: Vec::new(),
         };
@@ -41,10 +54,12 @@ impl CommandRecorder {
         // SAFETY: the device is alive; dropping the recorder destroys what was created.
         recorder.pool = unsafe { device.create_command_pool(&info, None) }.doing("creating a command pool")?;
         gpu.name(recorder.pool, name);
+        // SAFETY: as above.
         recorder.fence =
             unsafe { device.create_fence(&vk::FenceCreateInfo::default(), None) }.doing("creating a fence")?;
         gpu.name(recorder.fence, name);
         let info = vk::CommandBufferAllocateInfo::default().command_pool(recorder.pool).command_buffer_count(1);
+        // SAFETY: the pool was made above, on this device.
         recorder.buffer = unsafe { device.allocate_command_buffers(&info) }.doing("creating a command buffer")?[0];
         gpu.name(recorder.buffer, name);
         Ok(recorder)
@@ -58,7 +73,8 @@ impl CommandRecorder {
         self.wait()?;
         let device = self.gpu.raw();
         let info = vk::CommandBufferBeginInfo::default().flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
-        // SAFETY: the previous submission is done, so the pool may be reset.
+        self.state = State::Idle;
+        // SAFETY: the previous submission is done, so the pool may be reset and its buffer be recorded.
         unsafe {
             device
                 .reset_command_pool(self.pool, vk::CommandPoolResetFlags::empty())
@@ -67,9 +83,10 @@ impl CommandRecorder {
         }
         let mut commands = Commands::new(&self.gpu, self.buffer);
         let result = commands.label(label, record);
-        self.keep = commands.finish()?;
+        let recorded = commands.finish()?;
         // SAFETY: recording began above.
         unsafe { device.end_command_buffer(self.buffer) }.doing(format!("recording {label}"))?;
+        self.state = State::Recorded(recorded);
         Ok(result)
     }
 
@@ -77,12 +94,21 @@ impl CommandRecorder {
     /// and signal those of `signals` when the given stages are done.
     ///
     /// # Errors
-    /// A failed submission, such as a lost device.
+    /// [`GpuError::Usage`] when nothing was recorded since the last submission; a failed submission, such as a lost
+    /// device, after which nothing is left to submit.
     pub fn submit(
         &mut self,
         waits: &[(vk::Semaphore, vk::PipelineStageFlags2)],
         signals: &[(vk::Semaphore, vk::PipelineStageFlags2)],
     ) -> Result<()> {
+        let mut recorded = match std::mem::replace(&mut self.state, State::Idle) {
+            State::Recorded(recorded) => recorded,
+            other => {
+                self.state = other;
+                let fault = "nothing was recorded since the last submission: record first";
+                return Err(GpuError::usage(&self.name, fault));
+            }
+        };
         let info = |(semaphore, stages): &(vk::Semaphore, vk::PipelineStageFlags2)| {
             vk::SemaphoreSubmitInfo::default().semaphore(*semaphore).stage_mask(*stages)
         };
@@ -94,20 +120,23 @@ impl CommandRecorder {
             .command_buffer_infos(&buffers)
             .signal_semaphore_infos(&signals);
         let queue = self.gpu.queue();
-        // SAFETY: the buffer was recorded, the fence is unsignalled, the queue is held.
+        // SAFETY: the state says that the buffer was recorded and not submitted since; so the fence is unsignalled and in no
+        // other submission. The queue is held.
         unsafe { self.gpu.raw().queue_submit2(*queue, &[submission], self.fence) }
             .doing(format!("submitting {}", self.name))?;
-        self.pending = true;
+        recorded.effects.commit();
+        self.keep = recorded.keep;
+        self.state = State::Pending;
         Ok(())
     }
 
-    /// Waits until the submission is done and lets go of what it used.
+    /// Waits until the submission, if there is one, is done and lets go of what it used.
     ///
     /// # Errors
     /// A lost device.
     pub fn wait(&mut self) -> Result<()> {
-        if self.pending {
-            // SAFETY: the fence belongs to a submission under way.
+        if matches!(self.state, State::Pending) {
+            // SAFETY: the fence belongs to a submission under way; once that is done, nothing uses it.
             unsafe {
                 self.gpu
                     .raw()
@@ -115,9 +144,9 @@ impl CommandRecorder {
                     .doing(format!("waiting for {}", self.name))?;
                 self.gpu.raw().reset_fences(&[self.fence]).doing("resetting a fence")?;
             }
-            self.pending = false;
+            self.state = State::Idle;
+            self.keep.clear();
         }
-        self.keep.clear();
         Ok(())
     }
 }

@@ -19,6 +19,7 @@ pub(crate) struct TimestampsInner {
     capacity: u32,
     /// The bits of a tick that count.
     mask: u64,
+    /// Of the marks that were submitted last.
     names: Mutex<Vec<String>>,
 }
 
@@ -26,6 +27,31 @@ impl Drop for TimestampsInner {
     fn drop(&mut self) {
         // SAFETY: commands that write the queries hold an Arc of them until they are done.
         unsafe { self.gpu.raw().destroy_query_pool(self.raw, None) };
+    }
+}
+
+impl TimestampsInner {
+    /// Records that all queries may be written again.
+    pub(crate) fn reset(&self, commands: vk::CommandBuffer) {
+        // SAFETY: the command buffer is being recorded and keeps the queries alive.
+        unsafe { self.gpu.raw().cmd_reset_query_pool(commands, self.raw, 0, self.capacity) };
+    }
+
+    /// Records the mark of this index.
+    pub(crate) fn mark(&self, commands: vk::CommandBuffer, index: usize) -> Result<()> {
+        if index >= self.capacity as usize {
+            let fault = format!("there is room for {} marks only", self.capacity);
+            return Err(GpuError::usage("timestamps", fault));
+        }
+        let stage = vk::PipelineStageFlags2::ALL_COMMANDS;
+        // SAFETY: the command buffer is being recorded and keeps the queries alive, of which this is one.
+        unsafe { self.gpu.raw().cmd_write_timestamp2(commands, stage, self.raw, index as u32) };
+        Ok(())
+    }
+
+    /// The commands that write marks of these names were submitted.
+    pub(crate) fn set_names(&self, names: Vec<String>) {
+        *self.names.lock().unwrap_or_else(PoisonError::into_inner) = names;
     }
 }
 
@@ -52,28 +78,8 @@ impl Timestamps {
         Ok(Self { inner: Arc::new(TimestampsInner { gpu: gpu.clone(), raw, capacity, mask, names }) })
     }
 
-    pub(crate) fn reset(&self, commands: vk::CommandBuffer) {
-        self.inner.names.lock().unwrap_or_else(PoisonError::into_inner).clear();
-        // SAFETY: the command buffer is being recorded.
-        unsafe { self.inner.gpu.raw().cmd_reset_query_pool(commands, self.inner.raw, 0, self.inner.capacity) };
-    }
-
-    pub(crate) fn mark(&self, commands: vk::CommandBuffer, name: &str) -> Result<()> {
-        let mut names = self.inner.names.lock().unwrap_or_else(PoisonError::into_inner);
-        let index = names.len() as u32;
-        if index >= self.inner.capacity {
-            let fault = format!("there is room for {} marks only", self.inner.capacity);
-            return Err(GpuError::usage(name, fault));
-        }
-        names.push(name.to_owned());
-        let stage = vk::PipelineStageFlags2::ALL_COMMANDS;
-        // SAFETY: the command buffer is being recorded and the query exists.
-        unsafe { self.inner.gpu.raw().cmd_write_timestamp2(commands, stage, self.inner.raw, index) };
-        Ok(())
-    }
-
-    /// The marks in order: name and milliseconds since the first. Waits for the commands that write them, which must
-    /// have been submitted.
+    /// The marks of the last submission that had any, in order: name and milliseconds since the first. Waits for the
+    /// commands that write them.
     ///
     /// # Errors
     /// A lost device.
@@ -84,7 +90,7 @@ impl Timestamps {
         }
         let mut ticks = vec![0u64; names.len()];
         let flags = vk::QueryResultFlags::TYPE_64 | vk::QueryResultFlags::WAIT;
-        // SAFETY: `ticks` has room for all marks.
+        // SAFETY: `ticks` has room for all marks, and the queries that they name are among the pool's.
         unsafe { self.inner.gpu.raw().get_query_pool_results(self.inner.raw, 0, &mut ticks, flags) }
             .doing("reading timestamps")?;
         let period = f64::from(self.inner.gpu.limits().timestamp_period);

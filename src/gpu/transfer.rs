@@ -74,11 +74,6 @@ impl Image {
         Ok(values)
     }
 
-    /// Says which use the whole image is in, after [`mip_barrier`](super::Commands::mip_barrier)s brought it there.
-    pub fn assume(&self, last: Use) {
-        self.set_last_use(last);
-    }
-
     /// Bytes of a row of the mip, and how many rows make a chunk.
     fn chunks(&self, mip: u32, layer: u32) -> Result<(u64, u32)> {
         self.check_mip_layer(mip, layer)?;

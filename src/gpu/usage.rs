@@ -10,9 +10,9 @@ use ash::vk;
 pub enum Use {
     /// Nothing yet, or content that may be thrown away. Waits for all earlier work.
     Undefined,
-    /// Source of a copy or blit.
+    /// Source of a copy.
     CopySource,
-    /// Target of a copy, blit, clear or fill.
+    /// Target of a copy or fill.
     CopyTarget,
     /// Sampled texture in any shader; the layout of every `Descriptor::Sampled`.
     Sampled,
@@ -24,11 +24,7 @@ pub enum Use {
     ComputeReadWrite,
     /// Storage or uniform buffer (or storage image) read by any graphics stage.
     GraphicsRead,
-    /// Index buffer.
-    Index,
-    /// Parameters of an indirect draw or dispatch.
-    Indirect,
-    /// Colour attachment, loaded, blended and stored.
+    /// Colour attachment, loaded and stored.
     ColorTarget,
     /// Depth attachment, tested and written.
     DepthTarget,
@@ -48,8 +44,6 @@ impl Use {
             Self::Sampled => S::PRE_RASTERIZATION_SHADERS | S::FRAGMENT_SHADER | S::COMPUTE_SHADER,
             Self::ComputeRead | Self::ComputeWrite | Self::ComputeReadWrite => S::COMPUTE_SHADER,
             Self::GraphicsRead => S::PRE_RASTERIZATION_SHADERS | S::FRAGMENT_SHADER,
-            Self::Index => S::INDEX_INPUT,
-            Self::Indirect => S::DRAW_INDIRECT,
             Self::ColorTarget => S::COLOR_ATTACHMENT_OUTPUT,
             Self::DepthTarget => S::EARLY_FRAGMENT_TESTS | S::LATE_FRAGMENT_TESTS,
             Self::HostRead => S::HOST,
@@ -72,8 +66,6 @@ impl Use {
             Self::ComputeWrite => A::SHADER_STORAGE_WRITE,
             Self::ComputeReadWrite => A::SHADER_STORAGE_READ | A::SHADER_STORAGE_WRITE,
             Self::GraphicsRead => A::SHADER_STORAGE_READ | A::UNIFORM_READ,
-            Self::Index => A::INDEX_READ,
-            Self::Indirect => A::INDIRECT_COMMAND_READ,
             Self::ColorTarget => A::COLOR_ATTACHMENT_READ | A::COLOR_ATTACHMENT_WRITE,
             Self::DepthTarget => A::DEPTH_STENCIL_ATTACHMENT_READ | A::DEPTH_STENCIL_ATTACHMENT_WRITE,
             Self::HostRead => A::HOST_READ,
@@ -91,19 +83,15 @@ impl Use {
             Self::ColorTarget => L::COLOR_ATTACHMENT_OPTIMAL,
             Self::DepthTarget => L::DEPTH_ATTACHMENT_OPTIMAL,
             Self::Present => L::PRESENT_SRC_KHR,
-            Self::ComputeRead
-            | Self::ComputeWrite
-            | Self::ComputeReadWrite
-            | Self::GraphicsRead
-            | Self::Index
-            | Self::Indirect
-            | Self::HostRead => L::GENERAL,
+            Self::ComputeRead | Self::ComputeWrite | Self::ComputeReadWrite | Self::GraphicsRead | Self::HostRead => {
+                L::GENERAL
+            }
         }
     }
 
     /// The inverse of `as u8`, for the use an image remembers.
     pub(crate) fn from_u8(value: u8) -> Self {
-        const ALL: [Use; 14] = [
+        const ALL: [Use; 12] = [
             Use::Undefined,
             Use::CopySource,
             Use::CopyTarget,
@@ -112,8 +100,6 @@ impl Use {
             Use::ComputeWrite,
             Use::ComputeReadWrite,
             Use::GraphicsRead,
-            Use::Index,
-            Use::Indirect,
             Use::ColorTarget,
             Use::DepthTarget,
             Use::HostRead,
@@ -129,9 +115,9 @@ mod tests {
 
     #[test]
     fn an_image_remembers_every_use() {
-        for value in 0..14 {
+        for value in 0..12 {
             assert_eq!(Use::from_u8(value) as u8, value);
         }
-        assert_eq!(Use::Present as u8, 13);
+        assert_eq!(Use::Present as u8, 11);
     }
 }

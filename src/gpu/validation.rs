@@ -24,6 +24,8 @@ pub(crate) fn messenger_info(messages: &Messages) -> vk::DebugUtilsMessengerCrea
         .user_data(std::ptr::from_ref(messages).cast_mut().cast())
 }
 
+/// # Safety
+/// Called by Vulkan alone, with valid data or null, and with the `Messages` of [`messenger_info`].
 unsafe extern "system" fn collect(
     severity: vk::DebugUtilsMessageSeverityFlagsEXT,
     _kind: vk::DebugUtilsMessageTypeFlagsEXT,

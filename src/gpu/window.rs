@@ -78,7 +78,7 @@ impl Swapchain {
             .doing("creating the window's surface")?;
         let functions = ash::khr::surface::Instance::new(entry, instance);
         let surface = Surface { functions, raw, _window: window, gpu: gpu.clone() };
-        // SAFETY: the surface and the device are alive; so for all of this file.
+        // SAFETY: the surface and the device are alive.
         let supported =
             unsafe { surface.functions.get_physical_device_surface_support(physical, gpu.queue_family(), raw) }
                 .doing("asking whether the device can present")?;
@@ -86,6 +86,7 @@ impl Swapchain {
             let fault = format!("{} cannot draw on this display: choose another device", gpu.device_name());
             return Err(GpuError::usage("window", fault));
         }
+        // SAFETY: as above.
         let formats = unsafe { surface.functions.get_physical_device_surface_formats(physical, raw) }
             .doing("listing the surface's formats")?;
         let format =
@@ -172,6 +173,7 @@ impl Swapchain {
         let gpu = self.surface.gpu.clone();
         let (_, _, physical) = gpu.raw_instance();
         let surface = &self.surface;
+        // SAFETY: the surface and the device are alive.
         let capabilities = unsafe { surface.functions.get_physical_device_surface_capabilities(physical, surface.raw) }
             .doing("asking for the surface's size")?;
         let Some([width, height]) = extent(&capabilities, size) else { return Ok(false) };
@@ -193,16 +195,20 @@ impl Swapchain {
             .present_mode(vk::PresentModeKHR::FIFO)
             .clipped(true)
             .old_swapchain(self.raw);
+        // SAFETY: the surface is alive and can do what is asked; the old swapchain is its own, or null.
         let new = unsafe { self.functions.create_swapchain(&info, None) }.doing("creating the swapchain")?;
         // The old one is retired even if a later step fails. Nothing tells when a present is done with its semaphore
         // but the idle queue.
         gpu.wait_idle()?;
         self.retire();
         self.raw = new;
+        // SAFETY: the swapchain was made above.
         let raw_images = unsafe { self.functions.get_swapchain_images(new) }.doing("listing the swapchain's images")?;
         let desc = ImageDesc { usage, ..ImageDesc::new(self.format.format, width, height) };
         for (i, raw) in raw_images.into_iter().enumerate() {
-            self.images.push(Image::borrowed(&gpu, &format!("window image {i}"), raw, desc)?);
+            // SAFETY: the image is the new swapchain's. `retire` lets go of the images, with the device idle, before it destroys
+            // the swapchain, and frames that were handed out refer to images that are shown no more.
+            self.images.push(unsafe { Image::borrowed(&gpu, &format!("window image {i}"), raw, desc) }?);
             let semaphore = self.semaphore(&format!("presentable {i}"))?;
             self.presentable.push(semaphore);
         }
@@ -213,6 +219,7 @@ impl Swapchain {
 
     fn semaphore(&self, name: &str) -> Result<vk::Semaphore> {
         let gpu = &self.surface.gpu;
+        // SAFETY: the device is alive; `retire` or dropping the swapchain destroys the semaphore.
         let semaphore = unsafe { gpu.raw().create_semaphore(&vk::SemaphoreCreateInfo::default(), None) }
             .doing("creating a semaphore")?;
         gpu.name(semaphore, name);

@@ -22,8 +22,8 @@
 //! #version 460
 //! #include "leadr/facets/beckmann.glsl"
 //! layout(local_size_x = 64) in;
-//! layout(std430, binding = 0) readonly buffer In { float x[]; };
-//! layout(std430, binding = 1) writeonly buffer Out { float y[]; };
+//! layout(std430) readonly buffer In { float x[]; };
+//! layout(std430) writeonly buffer Out { float y[]; };
 //! layout(push_constant) uniform P { uint count; };
 //!
 //! void main() {
@@ -34,7 +34,7 @@
 //! ```
 //!
 //! `run_probe(&gpu, "probes/<name>.comp", &inputs, OUT)` takes one `[f32; IN]` per invocation and gives `OUT` floats
-//! for each, in order. Both bindings and the push constant must be used, all three exactly as above. Loops of one
+//! for each, in order. Both buffers and the push constant must be used, all three exactly as above. Loops of one
 //! invocation must stay below 65,535 iterations in all (lavapipe cuts them short, silently).
 
 #![allow(dead_code, reason = "each test binary uses its own part")]
@@ -42,7 +42,15 @@
 use std::ops::Deref;
 use std::sync::Arc;
 
-use leadr::gpu::{Buffer, ComputePipeline, Descriptor, Gpu, GpuOptions, Memory, SpecValue};
+use leadr::gpu::{Buffer, ComputePipeline, Descriptor, Gpu, GpuOptions, Memory, SharedStruct, SpecValue, StructLayout};
+
+leadr::shared_struct! {
+    /// Push constants of every probe.
+    pub struct Count for "P" {
+        /// Invocations that have an item.
+        pub count: u32,
+    }
+}
 
 /// A device under validation; dropping it asserts that there were no messages.
 pub struct TestGpu(Arc<Gpu>);
@@ -98,10 +106,10 @@ pub fn run_probe<const N: usize>(
     inputs: &[[f32; N]],
     outputs_per_item: usize,
 ) -> Vec<f32> {
-    run_probe_with(gpu, shader, inputs, outputs_per_item, &[], &[])
+    run_probe_with(gpu, shader, inputs, outputs_per_item, &[], &[], &[])
 }
 
-/// [`run_probe`] with specialization constants and further descriptors from binding 2 on.
+/// [`run_probe`] with specialization constants, further resources and the layouts of the structs they are made of.
 ///
 /// # Panics
 /// When the probe cannot run, with the reason.
@@ -110,13 +118,15 @@ pub fn run_probe_with<const N: usize>(
     shader: &str,
     inputs: &[[f32; N]],
     outputs_per_item: usize,
-    spec: &[(u32, SpecValue)],
-    further: &[(u32, Descriptor<'_>)],
+    spec: &[(&str, SpecValue)],
+    further: &[(&str, Descriptor<'_>)],
+    structs: &[StructLayout],
 ) -> Vec<f32> {
     // Below every device's 65,535 work groups of 64, and below the 128 MiB of any storage buffer.
     const ITEMS: usize = 1 << 18;
     let fail = |error| -> ! { panic!("probe {shader} on {}: {error}", gpu.device_name()) };
-    let pipeline = ComputePipeline::new(gpu, shader, spec).unwrap_or_else(|e| fail(e));
+    let pipeline =
+        ComputePipeline::new(gpu, shader, spec, &[&[Count::LAYOUT], structs].concat()).unwrap_or_else(|e| fail(e));
     assert_eq!(pipeline.local_size(), [64, 1, 1], "probe {shader} must have local_size_x = 64");
     let mut results = Vec::with_capacity(inputs.len() * outputs_per_item);
     for chunk in inputs.chunks(ITEMS) {
@@ -124,14 +134,14 @@ pub fn run_probe_with<const N: usize>(
             let input = Buffer::from_slice(gpu, "probe input", chunk.as_flattened())?;
             let bytes = chunk.len() * outputs_per_item * size_of::<f32>();
             let output = Buffer::new(gpu, "probe output", bytes as u64, Memory::Readback)?;
-            let mut descriptors = vec![(0, Descriptor::Storage(&input)), (1, Descriptor::Storage(&output))];
+            let mut descriptors = vec![("In", Descriptor::Storage(&input)), ("Out", Descriptor::Storage(&output))];
             descriptors.extend_from_slice(further);
             gpu.submit(shader, |cmd| {
                 // Values that the probe does not write must show, as NaN.
                 cmd.fill_buffer(&output, f32::NAN.to_bits());
                 cmd.full_barrier();
                 cmd.bind(&pipeline, &descriptors);
-                cmd.push_constants(&(chunk.len() as u32));
+                cmd.push_constants(&Count { count: chunk.len() as u32 });
                 cmd.dispatch_invocations(&pipeline, [chunk.len() as u32, 1, 1]);
             })?;
             output.read::<f32>(0, chunk.len() * outputs_per_item)

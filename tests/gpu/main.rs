@@ -4,5 +4,7 @@
 mod common;
 
 mod device;
+mod names;
 mod parity;
+mod recording;
 mod sampling;

@@ -108,8 +108,9 @@ fn panorama_arrives_in_the_documented_directions() {
         inputs.push([[1.0, -1.0][i as usize & 1], [1.0, -1.0][i as usize >> 1 & 1], [1.0, -1.0][i as usize >> 2], 0.0]);
         inputs.push([[1.0, -1.0][i as usize & 1], [1.0, -1.0][i as usize >> 1 & 1], i as f32 / 4.0 - 1.0, 0.0]);
     }
-    let cube = [(2, Descriptor::Sampled(environment.cube(), environment.sampler()))];
-    let sampled = crate::common::gpu::run_probe_with(&gpu, "probes/passes/cube_sample.comp", &inputs, 3, &[], &cube);
+    let cube = [("cube", Descriptor::Sampled(environment.cube(), environment.sampler()))];
+    let sampled =
+        crate::common::gpu::run_probe_with(&gpu, "probes/passes/cube_sample.comp", &inputs, 3, &[], &cube, &[]);
     let mut worst = 0.0f64;
     for (input, c) in inputs.iter().zip(sampled.chunks(3)) {
         let d = DVec3::new(input[0].into(), input[1].into(), input[2].into()).normalize();
@@ -174,9 +175,9 @@ fn pictures() {
     let view = |environment: &Environment, lod: f32, exposure: f32, name: &str| {
         let directions = panorama(w, |d| d);
         let inputs: Vec<[f32; 4]> = directions.texels.iter().map(|d| [d[0], d[1], d[2], lod]).collect();
-        let cube = [(2, Descriptor::Sampled(environment.cube(), environment.sampler()))];
+        let cube = [("cube", Descriptor::Sampled(environment.cube(), environment.sampler()))];
         let sampled =
-            crate::common::gpu::run_probe_with(&gpu, "probes/passes/cube_sample.comp", &inputs, 3, &[], &cube);
+            crate::common::gpu::run_probe_with(&gpu, "probes/passes/cube_sample.comp", &inputs, 3, &[], &cube, &[]);
         let image = RgbImage::new(w, h, sampled.chunks(3).map(|c| [c[0], c[1], c[2]]).collect()).unwrap();
         let shown = leadr::maps::tonemap::display_image(&image, exposure, leadr::maps::tonemap::Tonemap::Filmic);
         image::save_buffer(folder.join(name), shown.texels.as_flattened(), w, h, image::ColorType::Rgb8).unwrap();

@@ -2,16 +2,13 @@
 
 use crate::common::render::{bumps, under_sky};
 use glam::{Affine3A, Vec2, Vec3};
-use leadr::gpu::{reflect, shaders};
 use leadr::render::camera::Camera;
 use leadr::render::frame::{FrameOutput, Layer, Renderer};
 use leadr::render::light::sky::Sky;
-use leadr::render::passes::edges::EdgeRays;
-use leadr::render::passes::shade::LightingGpu;
 use leadr::render::scene::{FrameState, Object, Pose, Sun};
 use leadr::render::settings::{RenderSettings, ShadingOptions, Technique};
 use leadr::render::surfaces::displacement::{Border, HeightField};
-use leadr::render::surfaces::object::{MAX_OBJECTS, ObjectGpu, PatchGpu, VertexGpu, ViewGpu};
+use leadr::render::surfaces::object::MAX_OBJECTS;
 use leadr::render::surfaces::patch_mesh::PatchMesh;
 use leadr::render::surfaces::tessellation::TessellationSettings;
 use leadr::scenes::sphere::{cube_sphere, displaced_sphere};
@@ -239,40 +236,4 @@ fn layers_describe_the_surface() {
     let slope = centre(Layer::MeanSlope);
     assert!(Vec2::new(slope[0], slope[1]).length() < 0.01, "{slope:?}");
     assert!(centre(Layer::Covariance)[0] < 1e-3);
-}
-
-/// Offsets of the shared structs as the compiled shaders have them.
-#[test]
-fn structs_lie_in_memory_as_the_shaders_expect() {
-    let offsets = |shader: &str, name: &str| {
-        let offsets = reflect::struct_offsets(shaders::spirv(shader).unwrap(), name).unwrap();
-        offsets.into_iter().map(|(_, offset)| offset as usize).collect::<Vec<_>>()
-    };
-    macro_rules! check {
-        ($shader:literal, $name:literal, $type:ty, [$($field:ident),* $(,)?]) => {
-            let rust = [$(std::mem::offset_of!($type, $field)),*];
-            assert_eq!(offsets($shader, $name), rust, concat!($name, " in ", $shader));
-        };
-    }
-    check!("passes/geometry/geometry.tese", "Vertex", VertexGpu, [position, normal, color]);
-    check!("passes/geometry/geometry.tese", "PatchData", PatchGpu, [vertices, edges, texcoord_01, texcoord_23, tile]);
-    check!("passes/geometry/geometry.tese", "View", ViewGpu, [clip_from_world, camera_position]);
-    check!("passes/geometry/geometry.frag", "Object", ObjectGpu, [height_scale, specular_f0, flags, index, relief]);
-    check!("passes/edges/edges.comp", "EdgeRays", EdgeRays, [x, y, pixel, edge, area]);
-    check!(
-        "passes/shade/shade.frag",
-        "Lighting",
-        LightingGpu,
-        [
-            rays,
-            shadow_from_world,
-            camera_position,
-            sun_direction,
-            sun_irradiance,
-            point_position,
-            point_intensity,
-            viewport,
-            environment
-        ]
-    );
 }

@@ -1,14 +1,12 @@
 //! The reference technique: it agrees with ray casts, converges, is reproducible and can be resumed.
 
 use glam::{DVec2, Vec3};
-use leadr::gpu::{reflect, shaders};
 use leadr::lab::ray_cast::{Patch, Spectrum, Tile};
 use leadr::maps::RgbImage;
 use leadr::render::camera::Camera;
 use leadr::render::frame::Renderer;
 use leadr::render::light::environment::Environment;
 use leadr::render::passes::accumulate::Accumulation;
-use leadr::render::passes::reference::{ReliefLightGpu, ReliefLightingGpu};
 use leadr::render::scene::{FrameState, Object, PointLight, Pose, Sun};
 use leadr::render::settings::{RenderSettings, ShadingOptions, Technique, Terms};
 use leadr::render::surfaces::displacement::{Border, HeightField};
@@ -204,19 +202,4 @@ fn smooth_geometry_throws_no_shadows() {
     assert!((shadowed[0] / open[0] - 1.0).abs() < 1e-3, "a flat plane shadows itself");
     assert!((open[0] / open[1] - 1.0).abs() > 0.1, "mapped normals should lack masking");
     assert!(shadowed[1] < 0.97 * open[1], "the displaced surface throws no shadows");
-}
-
-#[test]
-fn structs_lie_in_memory_as_the_shader_expects() {
-    let offsets = |name: &str| -> Vec<usize> {
-        let offsets = reflect::struct_offsets(shaders::spirv("passes/shade/reference.frag").unwrap(), name).unwrap();
-        offsets.into_iter().map(|(_, offset)| offset as usize).collect()
-    };
-    macro_rules! offsets_of {
-        ($type:ty, $($field:ident),*) => { vec![$(std::mem::offset_of!($type, $field)),*] };
-    }
-    let light = offsets_of!(ReliefLightGpu, texture_from_world, world_from_texture, place, power, map);
-    assert_eq!(offsets("Light"), light);
-    let block = offsets_of!(ReliefLightingGpu, rays, camera_position, viewport, counts, lights);
-    assert_eq!(offsets("Lighting"), block);
 }

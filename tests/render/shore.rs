@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use crate::common::render::under_sky;
 use glam::{DVec2, Vec2, Vec3};
-use leadr::gpu::{Buffer, Descriptor, Memory};
+use leadr::gpu::{Buffer, Descriptor, Memory, SharedStruct};
 use leadr::render::camera::Camera;
 use leadr::render::frame::{Layer, Renderer};
 use leadr::render::light::sky::Sky;
@@ -24,7 +24,8 @@ fn probe(gpu: &crate::common::gpu::TestGpu, points: &[[f32; 3]], time: f64) -> V
         points,
         7,
         &[],
-        &[(2, Descriptor::Uniform(&buffer))],
+        &[("Beach", Descriptor::Uniform(&buffer))],
+        &[ShoreGpu::LAYOUT],
     );
     values.chunks(7).map(|v| v.try_into().unwrap()).collect()
 }

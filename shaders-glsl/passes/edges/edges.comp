@@ -9,13 +9,13 @@
 #include "leadr/frame.glsl"
 layout(local_size_x = 8, local_size_y = 8) in;
 
-layout(binding = 0) uniform usampler2D pixel_surface; // what the pixel's own sample sees: geometry.frag
-layout(binding = 1) uniform usampler2D pixel_tangent;
-layout(binding = 2) uniform sampler2D pixel_depth;
-layout(binding = 3, rgba32ui) uniform uimage2D edge_surface; // what the edge sample sees
-layout(binding = 4) uniform usampler2D edge_tangent;
-layout(binding = 5) uniform sampler2D edge_depth;
-layout(binding = 6) uniform usampler2D pixel_filtered;
+uniform usampler2D pixel_surface; // what the pixel's own sample sees: geometry.frag
+uniform usampler2D pixel_tangent;
+uniform sampler2D pixel_depth;
+layout(rgba32ui) uniform uimage2D edge_surface; // what the edge sample sees
+uniform usampler2D edge_tangent;
+uniform sampler2D edge_depth;
+uniform usampler2D pixel_filtered;
 
 const float SAME_NORMAL = 0.9; // cosine of the largest turn of the displacement direction on one surface
 

@@ -13,17 +13,17 @@
 #include "../shade/sun.glsl"
 layout(local_size_x = 8, local_size_y = 8) in;
 
-layout(binding = 0) uniform usampler2D edge_surface;
-layout(binding = 1) uniform sampler2D edge_radiance;
-layout(binding = 2) uniform usampler2D edge_slopes;    // the G-buffer of the edge samples
-layout(binding = 3) uniform usampler2D edge_material;
-layout(binding = 4) uniform usampler2D edge_joined;    // area, relief
-layout(binding = 6, rgba32f) uniform image2D others;   // sum of the radiance and coverage of other surfaces
-layout(binding = 7, rgba32f) uniform image2D shares;   // samples on the pixel's surface; area, number and sunlit part of those joined
-layout(binding = 12) uniform usampler2D pixel_surface; // the G-buffer of the pixels
-layout(binding = 9, rgba32ui) uniform uimage2D slopes; // the G-buffer of the pixels
-layout(binding = 10, rgba32ui) uniform uimage2D material;
-layout(binding = 11) uniform sampler2D edge_depth;
+uniform usampler2D edge_surface;
+uniform sampler2D edge_radiance;
+uniform usampler2D edge_slopes;    // the G-buffer of the edge samples
+uniform usampler2D edge_material;
+uniform usampler2D edge_joined;    // area, relief
+layout(rgba32f) uniform image2D others;   // sum of the radiance and coverage of other surfaces
+layout(rgba32f) uniform image2D shares;   // samples on the pixel's surface; area, number and sunlit part of those joined
+uniform usampler2D pixel_surface; // the G-buffer of the pixels
+layout(rgba32ui) uniform uimage2D slopes; // the G-buffer of the pixels
+layout(rgba32ui) uniform uimage2D material;
+uniform sampler2D edge_depth;
 
 layout(constant_id = 7) const bool SUN_SHADOWS = true;
 

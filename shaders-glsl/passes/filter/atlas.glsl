@@ -14,16 +14,16 @@ struct PatchLink {
     vec4 turns[8];   // per side, at its two corners: from the neighbour's gradients to this patch's
 };
 
-layout(binding = 6, std430) readonly buffer Atlas {
+layout(std430) readonly buffer Atlas {
     uint tile_size;      // texels
     uint tile_gutter;
     uint tile_columns;
     uint finest_coarse;  // binary logarithm of the intervals along a patch in the first coarse level
     PatchLink links[];
 };
-layout(binding = 8) uniform sampler2D coarse_a;
-layout(binding = 9) uniform sampler2D coarse_b;
-layout(binding = 10) uniform sampler2D coarse_color;
+uniform sampler2D coarse_a;
+uniform sampler2D coarse_b;
+uniform sampler2D coarse_color;
 
 // Where a tap falls.
 struct Place {

@@ -14,13 +14,13 @@
 layout(constant_id = 1) const int MAX_TAPS = 8; // taps along the long axis of the pixel's footprint
 layout(constant_id = 3) const bool ATLAS = false; // the maps are one tile per patch
 
-layout(binding = 0) uniform usampler2D visible_texture; // what the geometry stage wrote
-layout(binding = 1) uniform usampler2D visible_tangent;
-layout(binding = 2) uniform usampler2D visible_surface;
-layout(binding = 3) uniform sampler2D moments_a; // E[hs], E[ht], E[hs^2], E[ht^2], per unit texture coordinate
-layout(binding = 4) uniform sampler2D moments_b; // E[hs ht]
-layout(binding = 5) uniform sampler2D color_map; // rgb albedo, a roughness
-layout(binding = 11) uniform sampler2D visible_depth;
+uniform usampler2D visible_texture; // what the geometry stage wrote
+uniform usampler2D visible_tangent;
+uniform usampler2D visible_surface;
+uniform sampler2D moments_a; // E[hs], E[ht], E[hs^2], E[ht^2], per unit texture coordinate
+uniform sampler2D moments_b; // E[hs ht]
+uniform sampler2D color_map; // rgb albedo, a roughness
+uniform sampler2D visible_depth;
 
 layout(location = 0) out uvec4 out_slopes;
 layout(location = 1) out uvec4 out_material;

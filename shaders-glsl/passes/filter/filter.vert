@@ -1,11 +1,12 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 // The tiles in which an object is seen.
+#define LEADR_OBJECT_RAYS
 #include "../geometry/object.glsl"
 #include "../tiles.glsl"
 
-layout(binding = 2) uniform usampler2D visible_surface;
-layout(binding = 7, std430) readonly buffer TileRecords { uvec4 tile_records[]; };
+uniform usampler2D visible_surface;
+layout(std430) readonly buffer TileRecords { uvec4 tile_records[]; };
 
 void main() {
     bool seen = tile_shows(tile_records[gl_VertexIndex], object.index);

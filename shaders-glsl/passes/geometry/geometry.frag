@@ -7,11 +7,11 @@
 #include "leadr/frame.glsl"
 #include "leadr/slopes/statistics.glsl"
 
-layout(binding = 0, std140) uniform View {
+layout(std140) uniform View {
     mat4 clip_from_world;
     vec4 camera_position; // w: pixels of this image along one of the picture
 } view;
-layout(binding = 7) uniform sampler2D height_map;
+uniform sampler2D height_map;
 
 layout(location = 0) in vec3 in_normal;
 layout(location = 1) in vec3 in_tangent_s;

@@ -6,7 +6,7 @@
 const int EDGE_LEVELS = 7;
 const int EDGE_STRIDE = 134; // 65 + 33 + 17 + 9 + 5 + 3 + 2
 
-layout(binding = 0, std140) uniform View {
+layout(std140) uniform View {
     mat4 clip_from_world;
     vec4 camera_position; // xyz; w: pixels of this image along one of the picture
 } view;
@@ -25,13 +25,13 @@ struct PatchData {
     vec4 tile;        // texture-space bounds the taps must stay in: min.xy, max.xy
 };
 
-layout(binding = 1, std430) readonly buffer Vertices { Vertex vertices[]; };
-layout(binding = 2, std430) readonly buffer Patches { PatchData patches[]; };
-layout(binding = 3, std430) readonly buffer EdgeFactors { float edge_factors[]; };
-layout(binding = 4, std430) readonly buffer EdgeHeights { float edge_heights[]; };
-layout(binding = 5, std430) readonly buffer VertexHeights { float vertex_heights[]; };
-layout(binding = 6, std430) readonly buffer VisiblePatches { uint visible_patches[]; };
-layout(binding = 7) uniform sampler2D height_map;
+layout(std430) readonly buffer Vertices { Vertex vertices[]; };
+layout(std430) readonly buffer Patches { PatchData patches[]; };
+layout(std430) readonly buffer EdgeFactors { float edge_factors[]; };
+layout(std430) readonly buffer EdgeHeights { float edge_heights[]; };
+layout(std430) readonly buffer VertexHeights { float vertex_heights[]; };
+layout(std430) readonly buffer VisiblePatches { uint visible_patches[]; };
+uniform sampler2D height_map;
 #include "object.glsl"
 
 // Inner Bezier point beside `a` on the boundary from `a` to `b`. Precise: both patches of an edge get the same bits.

@@ -5,8 +5,8 @@
 #include "cube.glsl"
 layout(local_size_x = 8, local_size_y = 8) in;
 
-layout(set = 0, binding = 0, rgba32f) uniform readonly image2DArray fine;
-layout(set = 0, binding = 1, rgba32f) uniform writeonly image2DArray coarse;
+layout(rgba32f) uniform readonly image2DArray fine;
+layout(rgba32f) uniform writeonly image2DArray coarse;
 
 void main()
 {

@@ -5,8 +5,8 @@
 #include "cube.glsl"
 layout(local_size_x = 8, local_size_y = 8) in;
 
-layout(set = 0, binding = 0) uniform sampler2D equirect; // linear, repeats; v is kept half a texel from the poles
-layout(set = 0, binding = 1, rgba32f) uniform writeonly image2DArray cube;
+uniform sampler2D equirect; // linear, repeats; v is kept half a texel from the poles
+layout(rgba32f) uniform writeonly image2DArray cube;
 layout(push_constant) uniform Push {
     uint samples; // per axis and texel, at least four to a source texel, so that a one-pixel sun keeps its energy
 };

@@ -10,8 +10,8 @@ struct Light {
     vec4 place; // xyz: unit direction towards the light (w = 0) or world position, metres (w = 1)
     vec4 power; // rgb: irradiance across the beam (w = 0) or radiant intensity (w = 1)
 };
-layout(set = 0, binding = 0, std430) readonly buffer Partials { vec4 partials[]; };
-layout(set = 0, binding = 1, std430) writeonly buffer Coefficients { vec4 coefficients[9]; };
+layout(std430) readonly buffer Partials { vec4 partials[]; };
+layout(std430) writeonly buffer Coefficients { vec4 coefficients[9]; };
 layout(push_constant) uniform Push {
     Light lights[3];
     vec3 origin; // where point lights are received, world

@@ -6,8 +6,8 @@
 #include "leadr/integrals/sh.glsl"
 layout(local_size_x = 64) in;
 
-layout(set = 0, binding = 0) uniform sampler2DArray cube; // one mip level
-layout(set = 0, binding = 1, std430) writeonly buffer Partials { vec4 partials[]; }; // [coefficient][face, row]
+uniform sampler2DArray cube; // one mip level
+layout(std430) writeonly buffer Partials { vec4 partials[]; }; // [coefficient][face, row]
 
 void main()
 {

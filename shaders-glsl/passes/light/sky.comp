@@ -5,8 +5,8 @@
 #include "sky.glsl"
 layout(local_size_x = 8, local_size_y = 8) in;
 
-layout(set = 0, binding = 0, std430) readonly buffer Tables { SkyTables tables; };
-layout(set = 0, binding = 1, rgba32f) uniform writeonly image2DArray cube;
+layout(std430) readonly buffer Tables { SkyTables tables; };
+layout(rgba32f) uniform writeonly image2DArray cube;
 layout(push_constant) uniform Push {
     vec4 sun;      // unit direction; w: aerosol extinction per km
     vec4 albedo;   // of the ground

@@ -5,7 +5,7 @@
 #include "sky.glsl"
 layout(local_size_x = 64) in;
 
-layout(set = 0, binding = 0, std430) buffer Tables { SkyTables tables; };
+layout(std430) buffer Tables { SkyTables tables; };
 layout(push_constant) uniform Push {
     vec4 sun;      // unit direction; w: aerosol extinction per km
     vec4 albedo;   // of the ground

@@ -5,12 +5,12 @@
 #include "fft.glsl"
 layout(local_size_x = 64) in;
 
-layout(set = 0, binding = 1, std430) readonly buffer Lines { vec4 lines[]; }; // [cascade][y][2][x]
-layout(set = 0, binding = 2, rgba32f) uniform writeonly image2DArray displacement; // Dx, Dy, height, det J
-layout(set = 0, binding = 3, rgba32f) uniform writeonly image2DArray slopes;       // w sx, w sy, w sx^2, w sy^2
-layout(set = 0, binding = 4, rgba32f) uniform writeonly image2DArray joint;        // w sx sy, w, stretch, stretch^2
+layout(std430) readonly buffer Lines { vec4 lines[]; }; // [cascade][y][2][x]
+layout(rgba32f) uniform writeonly image2DArray displacement; // Dx, Dy, height, det J
+layout(rgba32f) uniform writeonly image2DArray slopes;       // w sx, w sy, w sx^2, w sy^2
+layout(rgba32f) uniform writeonly image2DArray joint;        // w sx sy, w, stretch, stretch^2
 
-layout(set = 0, binding = 5, std430) readonly buffer Cascades { Cascade cascades[]; };
+layout(std430) readonly buffer Cascades { Cascade cascades[]; };
 
 layout(push_constant) uniform Push { float choppiness; };
 

@@ -10,11 +10,11 @@
 
 layout(constant_id = 1) const uint SEA = 63;
 
-layout(binding = 0) uniform usampler2D visible_texture;
-layout(binding = 1) uniform usampler2D visible_surface;
-layout(binding = 2) uniform sampler2DArray displacement; // Dx, Dy, height, dDx/dy
-layout(binding = 3) uniform sampler2DArray slopes;       // gradient, dDx/dx, dDy/dy
-layout(binding = 4, std430) readonly buffer Cascades { Cascade cascades[]; };
+uniform usampler2D visible_texture;
+uniform usampler2D visible_surface;
+uniform sampler2DArray displacement; // Dx, Dy, height, dDx/dy
+uniform sampler2DArray slopes;       // gradient, dDx/dx, dDy/dy
+layout(std430) readonly buffer Cascades { Cascade cascades[]; };
 
 layout(location = 0) out uvec4 out_slopes;
 layout(location = 1) out uvec4 out_material;

@@ -10,7 +10,7 @@ const uint THREADS = 64;
 
 shared vec4 line[N * LINES];
 
-layout(set = 0, binding = 0, std430) readonly buffer Twiddles { vec2 twiddles[]; }; // e^{2 pi i j / N}
+layout(std430) readonly buffer Twiddles { vec2 twiddles[]; }; // e^{2 pi i j / N}
 
 vec4 turn(vec4 v, vec2 w) {
     return vec4(v.x * w.x - v.y * w.y, v.x * w.y + v.y * w.x, v.z * w.x - v.w * w.y, v.z * w.y + v.w * w.x);

@@ -16,12 +16,12 @@ layout(constant_id = 1) const uint SEA = 63;
 layout(constant_id = 2) const int MAX_TAPS = 8;
 layout(constant_id = 3) const bool HAS_BEACH = false;
 
-layout(binding = 0) uniform usampler2D visible_texture;
-layout(binding = 1) uniform usampler2D visible_surface;
-layout(binding = 2) uniform sampler2DArray slopes; // w sx, w sy, w sx^2, w sy^2
-layout(binding = 3) uniform sampler2DArray joint;  // w sx sy, w, stretch, stretch^2
-layout(binding = 4, std430) readonly buffer Cascades { Cascade cascades[]; };
-layout(binding = 6, std140) uniform Beach { Shore shore; };
+uniform usampler2D visible_texture;
+uniform usampler2D visible_surface;
+uniform sampler2DArray slopes; // w sx, w sy, w sx^2, w sy^2
+uniform sampler2DArray joint;  // w sx sy, w, stretch, stretch^2
+layout(std430) readonly buffer Cascades { Cascade cascades[]; };
+layout(std140) uniform Beach { Shore shore; };
 
 layout(location = 0) out uvec4 out_slopes;
 layout(location = 1) out uvec4 out_material;

@@ -5,8 +5,8 @@
 
 layout(constant_id = 1) const uint SEA = 63;
 
-layout(binding = 1) uniform usampler2D visible_surface;
-layout(binding = 7, std430) readonly buffer TileRecords { uvec4 tile_records[]; };
+uniform usampler2D visible_surface;
+layout(std430) readonly buffer TileRecords { uvec4 tile_records[]; };
 
 void main() {
     bool seen = tile_shows(tile_records[gl_VertexIndex], SEA);

@@ -6,15 +6,15 @@
 
 layout(constant_id = 0) const uint SEA = 63;
 
-layout(binding = 0, std140) uniform View {
+layout(std140) uniform View {
     vec4 rays[3]; // world direction through ndc (x, y): rays[2] + x rays[0] + y rays[1], of length 1 along the view axis
     vec4 eye;     // height above the water at rest; 1 / (2 radius of the earth); near plane; bound of the heights
     vec4 centre;  // world xy of the eye
 } view;
-layout(binding = 1, std430) readonly buffer Cascades { Cascade cascades[]; };
-layout(binding = 2, std430) readonly buffer Limits { vec2 limits[]; }; // per cascade: bound of the heights of those after it,
+layout(std430) readonly buffer Cascades { Cascade cascades[]; };
+layout(std430) readonly buffer Limits { vec2 limits[]; }; // per cascade: bound of the heights of those after it,
                                                                         // and of the slopes of those up to it
-layout(binding = 3) uniform sampler2DArray displacement;               // Dx, Dy, height
+uniform sampler2DArray displacement;               // Dx, Dy, height
 
 layout(location = 0) in vec2 in_texcoord;
 

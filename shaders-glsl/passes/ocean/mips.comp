@@ -2,12 +2,12 @@
 // The next coarser level of the three maps of every cascade: means of 2 x 2 texels.
 layout(local_size_x = 8, local_size_y = 8) in;
 
-layout(set = 0, binding = 0, rgba32f) uniform readonly image2DArray fine_displacement;
-layout(set = 0, binding = 1, rgba32f) uniform readonly image2DArray fine_slopes;
-layout(set = 0, binding = 2, rgba32f) uniform readonly image2DArray fine_joint;
-layout(set = 0, binding = 3, rgba32f) uniform writeonly image2DArray displacement;
-layout(set = 0, binding = 4, rgba32f) uniform writeonly image2DArray slopes;
-layout(set = 0, binding = 5, rgba32f) uniform writeonly image2DArray joint;
+layout(rgba32f) uniform readonly image2DArray fine_displacement;
+layout(rgba32f) uniform readonly image2DArray fine_slopes;
+layout(rgba32f) uniform readonly image2DArray fine_joint;
+layout(rgba32f) uniform writeonly image2DArray displacement;
+layout(rgba32f) uniform writeonly image2DArray slopes;
+layout(rgba32f) uniform writeonly image2DArray joint;
 
 void main() {
     ivec3 texel = ivec3(gl_GlobalInvocationID);

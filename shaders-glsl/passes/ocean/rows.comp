@@ -5,9 +5,9 @@
 #include "cascade.glsl"
 layout(local_size_x = 64) in;
 
-layout(set = 0, binding = 1, std430) readonly buffer Waves { vec4 waves[]; };      // [cascade][y][x]: amplitude, cycles
-layout(set = 0, binding = 2, std430) readonly buffer Cascades { Cascade cascades[]; };
-layout(set = 0, binding = 3, std430) writeonly buffer Lines { vec4 lines[]; };     // [cascade][y][2][x]
+layout(std430) readonly buffer Waves { vec4 waves[]; };      // [cascade][y][x]: amplitude, cycles
+layout(std430) readonly buffer Cascades { Cascade cascades[]; };
+layout(std430) writeonly buffer Lines { vec4 lines[]; };     // [cascade][y][2][x]
 
 // Part of the period, 0 to 1, in two: 11 bits, whose product with a number of cycles is exact, and the rest.
 layout(push_constant) uniform Push { vec2 moment; };

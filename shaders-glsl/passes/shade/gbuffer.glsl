@@ -4,10 +4,10 @@
 #include "../gbuffer.glsl"
 #include "leadr/frame.glsl"
 
-layout(binding = 0) uniform usampler2D gbuffer_slopes;
-layout(binding = 1) uniform usampler2D gbuffer_material;
-layout(binding = 2) uniform usampler2D gbuffer_surface;
-layout(binding = 3) uniform sampler2D gbuffer_depth; // reversed, 0 where nothing was drawn
+uniform usampler2D gbuffer_slopes;
+uniform usampler2D gbuffer_material;
+uniform usampler2D gbuffer_surface;
+uniform sampler2D gbuffer_depth; // reversed, 0 where nothing was drawn
 
 struct Surface {
     vec3 position;       // world

@@ -6,8 +6,8 @@
 #include "settings.glsl"
 #include "sun.glsl"
 
-layout(binding = 6) uniform samplerCube environment_cube;
-layout(binding = 7, std430) readonly buffer Irradiance { vec4 radiance_sh[9]; };
+uniform samplerCube environment_cube;
+layout(std430) readonly buffer Irradiance { vec4 radiance_sh[9]; };
 
 struct Light {
     vec3 wi;         // tangent frame, toward the light

@@ -24,7 +24,7 @@ struct Light {
     vec4 map;   // layer; world size of a texel, for a point light at distance 1; unused; 1 if it has a map
 };
 
-layout(binding = 5, std140) uniform Lighting {
+layout(std140) uniform Lighting {
     vec4 rays[3];         // see read_gbuffer
     vec4 camera_position; // xyz
     vec4 viewport;        // width, height, face size of the environment's cube, 1 when heights move the surface
@@ -32,8 +32,8 @@ layout(binding = 5, std140) uniform Lighting {
     Light lights[MAX_LIGHTS];
 } lighting;
 
-layout(binding = 6) uniform samplerCube environment_cube;
-layout(binding = 7) uniform sampler2DArray depth_maps;
+uniform samplerCube environment_cube;
+uniform sampler2DArray depth_maps;
 
 layout(location = 0) in vec2 in_texcoord;
 layout(location = 0) out vec4 out_radiance;

@@ -7,8 +7,8 @@
 #include "../edges/edges.glsl"
 #include "../visible.glsl"
 
-layout(binding = 9) uniform usampler2D visible_surface;
-layout(binding = 4) uniform sampler2D shares; // see join.comp
+uniform usampler2D visible_surface;
+uniform sampler2D shares; // see join.comp
 
 layout(location = 0) out vec4 out_radiance;
 

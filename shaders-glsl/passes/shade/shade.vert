@@ -7,8 +7,8 @@
 
 layout(constant_id = 11) const bool SKY = false; // tiles that show nothing but the sky
 
-layout(binding = 9) uniform usampler2D visible_surface;
-layout(binding = 10, std430) readonly buffer TileRecords { uvec4 tile_records[]; };
+uniform usampler2D visible_surface;
+layout(std430) readonly buffer TileRecords { uvec4 tile_records[]; };
 
 void main() {
     uvec4 tile = tile_records[gl_VertexIndex];

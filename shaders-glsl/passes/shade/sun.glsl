@@ -4,7 +4,7 @@
 
 const int MAX_POINT_LIGHTS = 4;
 
-layout(binding = 5, std140) uniform Lighting {
+layout(std140) uniform Lighting {
     vec4 rays[3];                 // see read_gbuffer
     mat4 shadow_from_world;       // to [0,1] texture coordinates and depth
     vec4 camera_position;         // xyz
@@ -16,7 +16,7 @@ layout(binding = 5, std140) uniform Lighting {
     vec4 environment;             // x: face size of the cube, y: scale, z: shadow texel in world units, w: tangent of the lowest elevation seen behind all
 } lighting;
 
-layout(binding = 8) uniform sampler2D shadow_map;
+uniform sampler2D shadow_map;
 
 // Width of a pixel of this image at a point, in world units.
 float pixel_width(vec3 position) {

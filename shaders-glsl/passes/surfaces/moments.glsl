@@ -6,10 +6,10 @@ layout(local_size_x = 8, local_size_y = 8) in;
 // 0: repeat, 1: clamp (the sampler's edge texel repeats), 2: atlas (one-sided at the edge of a tile, never across it)
 layout(constant_id = 0) const uint EDGES = 0;
 
-layout(set = 0, binding = 0) uniform sampler2D heights;
-layout(set = 0, binding = 1, SLOPES_FORMAT) uniform writeonly image2D slopes; // E[hs], E[ht], E[hs²], E[ht²]
-layout(set = 0, binding = 2, SINGLE_FORMAT) uniform writeonly image2D joint;  // E[hs·ht]
-layout(set = 0, binding = 3, SINGLE_FORMAT) uniform writeonly image2D mean_height;
+uniform sampler2D heights;
+layout(SLOPES_FORMAT) uniform writeonly image2D slopes; // E[hs], E[ht], E[hs²], E[ht²]
+layout(SINGLE_FORMAT) uniform writeonly image2D joint;  // E[hs·ht]
+layout(SINGLE_FORMAT) uniform writeonly image2D mean_height;
 layout(push_constant) uniform Push {
     uint tile;    // texels, a power of two; atlas only
     float limit;  // largest magnitude that the format holds

@@ -3,12 +3,12 @@
 // The including file says in which formats: SLOPES_FORMAT and SINGLE_FORMAT (storage images need them in the text).
 layout(local_size_x = 8, local_size_y = 8) in;
 
-layout(set = 0, binding = 0, SLOPES_FORMAT) uniform readonly image2D fine_slopes;
-layout(set = 0, binding = 1, SINGLE_FORMAT) uniform readonly image2D fine_joint;
-layout(set = 0, binding = 2, SINGLE_FORMAT) uniform readonly image2D fine_height;
-layout(set = 0, binding = 3, SLOPES_FORMAT) uniform writeonly image2D slopes;
-layout(set = 0, binding = 4, SINGLE_FORMAT) uniform writeonly image2D joint;
-layout(set = 0, binding = 5, SINGLE_FORMAT) uniform writeonly image2D mean_height;
+layout(SLOPES_FORMAT) uniform readonly image2D fine_slopes;
+layout(SINGLE_FORMAT) uniform readonly image2D fine_joint;
+layout(SINGLE_FORMAT) uniform readonly image2D fine_height;
+layout(SLOPES_FORMAT) uniform writeonly image2D slopes;
+layout(SINGLE_FORMAT) uniform writeonly image2D joint;
+layout(SINGLE_FORMAT) uniform writeonly image2D mean_height;
 
 vec3 taps(int i, int n)
 {

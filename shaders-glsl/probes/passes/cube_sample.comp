@@ -1,9 +1,9 @@
 // Samples a cube map in a direction at a level: x, y, z, lod -> r, g, b.
 #version 460
 layout(local_size_x = 64) in;
-layout(std430, binding = 0) readonly buffer In { float x[]; };
-layout(std430, binding = 1) writeonly buffer Out { float y[]; };
-layout(binding = 2) uniform samplerCube cube;
+layout(std430) readonly buffer In { float x[]; };
+layout(std430) writeonly buffer Out { float y[]; };
+uniform samplerCube cube;
 layout(push_constant) uniform P { uint count; };
 
 void main()

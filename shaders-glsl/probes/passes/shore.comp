@@ -3,9 +3,9 @@
 #extension GL_GOOGLE_include_directive : require
 #include "../../passes/ocean/shore.glsl"
 layout(local_size_x = 64) in;
-layout(std430, binding = 0) readonly buffer In { float x[]; };
-layout(std430, binding = 1) writeonly buffer Out { float y[]; };
-layout(binding = 2, std140) uniform Beach { Shore shore; };
+layout(std430) readonly buffer In { float x[]; };
+layout(std430) writeonly buffer Out { float y[]; };
+layout(std140) uniform Beach { Shore shore; };
 layout(push_constant) uniform P { uint count; };
 
 void main()

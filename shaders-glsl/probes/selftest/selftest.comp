@@ -1,8 +1,8 @@
 #version 460
 // The probe convention's own test: y = 2 x.
 layout(local_size_x = 64) in;
-layout(std430, binding = 0) readonly buffer In { float x[]; };
-layout(std430, binding = 1) writeonly buffer Out { float y[]; };
+layout(std430) readonly buffer In { float x[]; };
+layout(std430) writeonly buffer Out { float y[]; };
 layout(push_constant) uniform P { uint count; };
 
 void main() {

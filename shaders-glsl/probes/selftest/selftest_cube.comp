@@ -1,9 +1,9 @@
 #version 460
 // Samples a cube map: x holds a direction and a level of detail per item, y gets the colour.
 layout(local_size_x = 64) in;
-layout(std430, binding = 0) readonly buffer In { vec4 x[]; };
-layout(std430, binding = 1) writeonly buffer Out { vec4 y[]; };
-layout(binding = 2) uniform samplerCube cube;
+layout(std430) readonly buffer In { vec4 x[]; };
+layout(std430) writeonly buffer Out { vec4 y[]; };
+uniform samplerCube cube;
 layout(push_constant) uniform P { uint count; };
 
 void main() {

@@ -1,8 +1,8 @@
 #version 460
 // One step of a mip chain: the mean of 2x2 texels, on all layers.
 layout(local_size_x = 8, local_size_y = 8) in;
-layout(binding = 0, rgba32f) readonly uniform image2DArray source;
-layout(binding = 1, rgba32f) writeonly uniform image2DArray target;
+layout(rgba32f) readonly uniform image2DArray source;
+layout(rgba32f) writeonly uniform image2DArray target;
 
 void main() {
     ivec3 at = ivec3(gl_GlobalInvocationID);

@@ -15,10 +15,10 @@ struct Item {
     mat4 frame;
     vec2 extent;
 };
-layout(std430, binding = 0) readonly buffer In { float x[]; };
-layout(std430, binding = 1) writeonly buffer Out { float y[]; };
-layout(std430, binding = 2) readonly buffer Items { uint items_used; Item items[]; };
-layout(std140, binding = 3) uniform Settings { vec4 offset; float gain[3]; };
+layout(std430) readonly buffer In { float x[]; };
+layout(std430) writeonly buffer Out { float y[]; };
+layout(std430) readonly buffer Items { uint items_used; Item items[]; };
+layout(std140) uniform Settings { vec4 offset; float gain[3]; };
 layout(push_constant) uniform P { uint count; };
 
 void main() {

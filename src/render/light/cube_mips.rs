@@ -15,7 +15,7 @@ impl CubeMips {
     /// # Errors
     /// A failed Vulkan call.
     pub fn new(gpu: &Arc<Gpu>) -> Result<Self> {
-        Ok(Self { pipeline: ComputePipeline::new(gpu, "passes/light/cube_mips.comp", &[])? })
+        Ok(Self { pipeline: ComputePipeline::new(gpu, "passes/light/cube_mips.comp", &[], &[])? })
     }
 
     /// Fills `levels[1..]` from `levels[0]`, just written by a compute pass. They are array views of the single mips
@@ -26,7 +26,7 @@ impl CubeMips {
             cmd.memory_barrier(Use::ComputeWrite, Use::ComputeRead);
             cmd.bind(
                 &self.pipeline,
-                &[(0, Descriptor::StorageImage(&pair[0])), (1, Descriptor::StorageImage(&pair[1]))],
+                &[("fine", Descriptor::StorageImage(&pair[0])), ("coarse", Descriptor::StorageImage(&pair[1]))],
             );
             cmd.dispatch_invocations(&self.pipeline, [width, height, 6]);
         }

@@ -13,7 +13,7 @@ use super::equirect::EquirectPass;
 use super::sky::Sky;
 use super::sky_pass::SkyPass;
 use crate::gpu::vk::Format;
-use crate::gpu::{Commands, Filter, Gpu, GpuError, Image, ImageDesc, ImageView, Result, Sampler, Use, Wrap};
+use crate::gpu::{AddressMode, Commands, Filter, Gpu, GpuError, Image, ImageDesc, ImageView, Result, Sampler, Use};
 use crate::maps::RgbImage;
 
 /// Default edge of a face in texels: 0.35° a texel, as a 1024-texel panorama.
@@ -72,7 +72,7 @@ impl Environment {
         let desc = ImageDesc::new(Format::R32G32B32A32_SFLOAT, face_size, face_size).cube().full_mips().storage();
         let cube = Image::new(gpu, "environment", desc)?;
         let levels = (0..desc.mips).map(|mip| cube.mip_array(mip)).collect::<Result<Vec<_>>>()?;
-        let sampler = Sampler::new(gpu, "environment", Filter::Trilinear, Wrap::Clamp)?;
+        let sampler = Sampler::new(gpu, "environment", Filter::Trilinear, AddressMode::ClampToEdge)?;
         Ok(Self { cube, levels, mips: CubeMips::new(gpu)?, sampler, source })
     }
 

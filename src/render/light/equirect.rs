@@ -10,7 +10,10 @@
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-use crate::gpu::{Commands, ComputePipeline, Descriptor, Filter, Gpu, ImageView, Result, Sampler, Wrap};
+use crate::gpu::{
+    AddressMode, Commands, ComputePipeline, Descriptor, Filter, Gpu, ImageView, Result, Sampler, SharedStruct,
+    shared_struct,
+};
 use crate::maps::RgbImage;
 
 /// Widest equirectangular image worth sampling for cube faces this wide; the sampler's footprint stays bounded.
@@ -95,6 +98,13 @@ impl RunningSums {
     }
 }
 
+shared_struct! {
+    struct Push for "Push" {
+        /// Along each axis of a texel.
+        samples: u32,
+    }
+}
+
 /// The pass.
 pub struct EquirectPass {
     pipeline: ComputePipeline,
@@ -108,8 +118,8 @@ impl EquirectPass {
     /// A failed Vulkan call.
     pub fn new(gpu: &Arc<Gpu>) -> Result<Self> {
         Ok(Self {
-            pipeline: ComputePipeline::new(gpu, "passes/light/equirect.comp", &[])?,
-            sampler: Sampler::new(gpu, "equirect", Filter::Bilinear, Wrap::Repeat)?,
+            pipeline: ComputePipeline::new(gpu, "passes/light/equirect.comp", &[], &[Push::LAYOUT])?,
+            sampler: Sampler::new(gpu, "equirect", Filter::Bilinear, AddressMode::Repeat)?,
         })
     }
 
@@ -122,9 +132,9 @@ impl EquirectPass {
         let samples = ((4.0 * across).ceil() as u32).clamp(2, 16);
         cmd.bind(
             &self.pipeline,
-            &[(0, Descriptor::Sampled(equirect, &self.sampler)), (1, Descriptor::StorageImage(faces))],
+            &[("equirect", Descriptor::Sampled(equirect, &self.sampler)), ("cube", Descriptor::StorageImage(faces))],
         );
-        cmd.push_constants(&samples);
+        cmd.push_constants(&Push { samples });
         cmd.dispatch_invocations(&self.pipeline, [size, size, 6]);
     }
 }

@@ -11,7 +11,8 @@ use std::sync::Arc;
 
 use super::environment::Environment;
 use crate::gpu::{
-    Buffer, Commands, ComputePipeline, Descriptor, Filter, Gpu, GpuError, Memory, Result, Sampler, Use, Wrap,
+    AddressMode, Buffer, Commands, ComputePipeline, Descriptor, Filter, Gpu, GpuError, Memory, Result, Sampler,
+    SharedStruct, Use, shared_struct,
 };
 
 /// Faces of at most this many texels are projected. Order-2 harmonics see nothing finer: the levels' means agree, and a
@@ -40,21 +41,22 @@ pub enum ShLight {
     },
 }
 
-#[repr(C)]
-#[derive(Clone, Copy, Default, bytemuck::Pod, bytemuck::Zeroable)]
-struct PushLight {
-    place: [f32; 4],
-    power: [f32; 4],
+shared_struct! {
+    #[derive(Default)]
+    struct PushLight for "Light" {
+        place: [f32; 4],
+        power: [f32; 4],
+    }
 }
 
-#[repr(C)]
-#[derive(Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
-struct Push {
-    lights: [PushLight; MAX_LIGHTS],
-    origin: [f32; 3],
-    scale: f32,
-    rows: u32,
-    light_count: u32,
+shared_struct! {
+    struct Push for "Push" {
+        lights: [PushLight; MAX_LIGHTS],
+        origin: [f32; 3],
+        scale: f32,
+        rows: u32,
+        light_count: u32,
+    }
 }
 
 impl From<&ShLight> for PushLight {
@@ -85,9 +87,9 @@ impl IrradiancePass {
     /// [`GpuError::Allocation`] or a failed Vulkan call.
     pub fn new(gpu: &Arc<Gpu>) -> Result<Self> {
         Ok(Self {
-            rows: ComputePipeline::new(gpu, "passes/light/irradiance_rows.comp", &[])?,
-            sum: ComputePipeline::new(gpu, "passes/light/irradiance.comp", &[])?,
-            sampler: Sampler::new(gpu, "irradiance", Filter::Nearest, Wrap::Clamp)?,
+            rows: ComputePipeline::new(gpu, "passes/light/irradiance_rows.comp", &[], &[])?,
+            sum: ComputePipeline::new(gpu, "passes/light/irradiance.comp", &[], &[PushLight::LAYOUT, Push::LAYOUT])?,
+            sampler: Sampler::new(gpu, "irradiance", Filter::Nearest, AddressMode::ClampToEdge)?,
             partials: Buffer::new(gpu, "irradiance partials", 9 * 16 * 6 * u64::from(FACE_SIZE), Memory::Device)?,
             coefficients: Buffer::new(gpu, "irradiance", 9 * 16, Memory::Device)?,
         })
@@ -114,11 +116,17 @@ impl IrradiancePass {
         cmd.memory_barrier(Use::Undefined, Use::ComputeWrite);
         cmd.bind(
             &self.rows,
-            &[(0, Descriptor::Sampled(level, &self.sampler)), (1, Descriptor::Storage(&self.partials))],
+            &[("cube", Descriptor::Sampled(level, &self.sampler)), ("Partials", Descriptor::Storage(&self.partials))],
         );
         cmd.dispatch_invocations(&self.rows, [rows, 1, 1]);
         cmd.memory_barrier(Use::ComputeWrite, Use::ComputeRead);
-        cmd.bind(&self.sum, &[(0, Descriptor::Storage(&self.partials)), (1, Descriptor::Storage(&self.coefficients))]);
+        cmd.bind(
+            &self.sum,
+            &[
+                ("Partials", Descriptor::Storage(&self.partials)),
+                ("Coefficients", Descriptor::Storage(&self.coefficients)),
+            ],
+        );
         let mut push = Push { lights: Default::default(), origin, scale, rows, light_count: lights.len() as u32 };
         push.lights.iter_mut().zip(lights).for_each(|(slot, light)| *slot = light.into());
         cmd.push_constants(&push);
@@ -137,31 +145,5 @@ impl IrradiancePass {
     #[must_use]
     pub fn coefficients(&self) -> &Buffer {
         &self.coefficients
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use std::mem::offset_of;
-
-    use super::*;
-    use crate::gpu::{reflect, shaders};
-
-    #[test]
-    fn push_constants_lie_as_in_the_shader() {
-        let spirv = shaders::spirv("passes/light/irradiance.comp").unwrap();
-        let offsets = |name| -> Vec<u32> {
-            reflect::struct_offsets(spirv, name).unwrap().into_iter().map(|(_, offset)| offset).collect()
-        };
-        let push = [
-            offset_of!(Push, lights),
-            offset_of!(Push, origin),
-            offset_of!(Push, scale),
-            offset_of!(Push, rows),
-            offset_of!(Push, light_count),
-        ];
-        assert_eq!(offsets("Push"), push.map(|offset| offset as u32));
-        assert_eq!(offsets("Light"), [offset_of!(PushLight, place) as u32, offset_of!(PushLight, power) as u32]);
-        assert_eq!(reflect::struct_stride(spirv, "Light").unwrap(), Some(size_of::<PushLight>() as u32));
     }
 }

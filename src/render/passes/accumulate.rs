@@ -3,7 +3,19 @@
 use std::sync::Arc;
 
 use super::targets::JoinedEdges;
-use crate::gpu::{Commands, ComputePipeline, Descriptor, Filter, Gpu, Image, Result, Sampler, SpecValue, Use, Wrap};
+use crate::gpu::{
+    AddressMode, Commands, ComputePipeline, Descriptor, Filter, Gpu, Image, Result, Sampler, SharedStruct, SpecValue,
+    Use, shared_struct,
+};
+
+shared_struct! {
+    struct Weights for "Weights" {
+        /// Of the sample in the mean.
+        weight: f32,
+        /// Of each pixel.
+        edge_samples: f32,
+    }
+}
 
 /// The accumulation pipeline.
 pub struct AccumulatePass {
@@ -18,12 +30,13 @@ impl AccumulatePass {
     /// # Errors
     /// A failed pipeline.
     pub fn new(gpu: &Arc<Gpu>) -> Result<Self> {
+        let pipeline = |edges| {
+            let spec = [("EDGES", SpecValue::Bool(edges))];
+            ComputePipeline::new(gpu, "passes/accumulate.comp", &spec, &[Weights::LAYOUT])
+        };
         Ok(Self {
-            pipelines: [
-                ComputePipeline::new(gpu, "passes/accumulate.comp", &[(0, SpecValue::Bool(false))])?,
-                ComputePipeline::new(gpu, "passes/accumulate.comp", &[(0, SpecValue::Bool(true))])?,
-            ],
-            nearest: Sampler::new(gpu, "accumulate", Filter::Nearest, Wrap::Clamp)?,
+            pipelines: [pipeline(false)?, pipeline(true)?],
+            nearest: Sampler::new(gpu, "accumulate", Filter::Nearest, AddressMode::ClampToEdge)?,
         })
     }
 
@@ -47,13 +60,16 @@ impl AccumulatePass {
         cmd.bind(
             pipeline,
             &[
-                (0, Descriptor::Sampled(sample.whole(), &self.nearest)),
-                (1, Descriptor::StorageImage(mean.whole())),
-                (2, Descriptor::Sampled(others.whole(), &self.nearest)),
-                (3, Descriptor::Sampled(shares.whole(), &self.nearest)),
+                ("sample_image", Descriptor::Sampled(sample.whole(), &self.nearest)),
+                ("mean_image", Descriptor::StorageImage(mean.whole())),
+                ("others", Descriptor::Sampled(others.whole(), &self.nearest)),
+                ("shares", Descriptor::Sampled(shares.whole(), &self.nearest)),
             ],
         );
-        cmd.push_constants(&[1.0 / (before + 1) as f32, edges.map_or(0, |(_, count)| count) as f32]);
+        cmd.push_constants(&Weights {
+            weight: 1.0 / (before + 1) as f32,
+            edge_samples: edges.map_or(0, |(_, count)| count) as f32,
+        });
         let [width, height] = mean.mip_extent(0);
         cmd.dispatch_invocations(pipeline, [width, height, 1]);
     }

@@ -13,13 +13,13 @@
 
 use std::sync::Arc;
 
-use bytemuck::{Pod, Zeroable};
 use glam::{IVec2, Vec2, Vec3};
 
-use super::shade::LightSet;
+use super::shade::{LightSet, LightingGpu};
 use super::targets::{GBuffer, JoinedEdges, VisibleSurface};
 use crate::gpu::{
-    Buffer, Commands, ComputePipeline, Descriptor, Filter, Gpu, Image, Result, Sampler, SpecValue, Use, Wrap,
+    AddressMode, Buffer, Commands, ComputePipeline, Descriptor, Filter, Gpu, Image, Result, Sampler, SharedStruct,
+    SpecValue, Use, shared_struct,
 };
 use crate::render::camera::Camera;
 use crate::render::settings::Needs;
@@ -91,20 +91,20 @@ pub fn edge_tessellation(
     TessellationSettings { to_texels: true, vertices_per_pixel, ..usual }
 }
 
-/// Rays through a pixel's own sample and an edge sample (`EdgeRays` in `passes/edges/edges.glsl`).
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-pub struct EdgeRays {
-    /// See [`Camera::rays`](crate::render::camera::Camera::rays); w: edge samples of each pixel.
-    pub x: [f32; 4],
-    /// As `x`; w unused.
-    pub y: [f32; 4],
-    /// The last ray of the pixel's own sample; w: near plane.
-    pub pixel: [f32; 4],
-    /// Of the edge sample; w: edge samples of each pixel in the drawings before.
-    pub edge: [f32; 4],
-    /// See [`area_of`].
-    pub area: [i32; 4],
+shared_struct! {
+    /// Rays through a pixel's own sample and an edge sample (`EdgeRays` in `passes/edges/edges.glsl`).
+    pub struct EdgeRays for "EdgeRays" {
+        /// See [`Camera::rays`](crate::render::camera::Camera::rays); w: edge samples of each pixel.
+        pub x: [f32; 4],
+        /// As `x`; w unused.
+        pub y: [f32; 4],
+        /// The last ray of the pixel's own sample; w: near plane.
+        pub pixel: [f32; 4],
+        /// Of the edge sample; w: edge samples of each pixel in the drawings before.
+        pub edge: [f32; 4],
+        /// See [`area_of`].
+        pub area: [i32; 4],
+    }
 }
 
 impl EdgeRays {
@@ -135,8 +135,8 @@ impl EdgePass {
     /// A failed pipeline.
     pub fn new(gpu: &Arc<Gpu>) -> Result<Self> {
         Ok(Self {
-            pipeline: ComputePipeline::new(gpu, "passes/edges/edges.comp", &[])?,
-            nearest: Sampler::new(gpu, "edges", Filter::Nearest, Wrap::Clamp)?,
+            pipeline: ComputePipeline::new(gpu, "passes/edges/edges.comp", &[], &[EdgeRays::LAYOUT])?,
+            nearest: Sampler::new(gpu, "edges", Filter::Nearest, AddressMode::ClampToEdge)?,
         })
     }
 
@@ -152,13 +152,13 @@ impl EdgePass {
         cmd.bind(
             &self.pipeline,
             &[
-                (0, Descriptor::Sampled(pixel.surface.whole(), &self.nearest)),
-                (1, Descriptor::Sampled(pixel.tangent.whole(), &self.nearest)),
-                (2, Descriptor::Sampled(pixel.depth.whole(), &self.nearest)),
-                (3, Descriptor::StorageImage(edge.surface.whole())),
-                (4, Descriptor::Sampled(edge.tangent.whole(), &self.nearest)),
-                (5, Descriptor::Sampled(edge.depth.whole(), &self.nearest)),
-                (6, Descriptor::Sampled(filtered.surface.whole(), &self.nearest)),
+                ("pixel_surface", Descriptor::Sampled(pixel.surface.whole(), &self.nearest)),
+                ("pixel_tangent", Descriptor::Sampled(pixel.tangent.whole(), &self.nearest)),
+                ("pixel_depth", Descriptor::Sampled(pixel.depth.whole(), &self.nearest)),
+                ("edge_surface", Descriptor::StorageImage(edge.surface.whole())),
+                ("edge_tangent", Descriptor::Sampled(edge.tangent.whole(), &self.nearest)),
+                ("edge_depth", Descriptor::Sampled(edge.depth.whole(), &self.nearest)),
+                ("pixel_filtered", Descriptor::Sampled(filtered.surface.whole(), &self.nearest)),
             ],
         );
         cmd.push_constants(rays);
@@ -182,10 +182,16 @@ impl JoinPass {
     /// # Errors
     /// A failed pipeline.
     pub fn new(gpu: &Arc<Gpu>, needs: Needs, lights: LightSet) -> Result<Self> {
-        let spec = [needs.spec(), vec![(7, SpecValue::Bool(lights.sun && lights.shadows))]].concat();
+        let own = vec![("SUN_SHADOWS", SpecValue::Bool(lights.sun && lights.shadows))];
+        let spec = [needs.spec(), own].concat();
         Ok(Self {
-            pipeline: ComputePipeline::new(gpu, "passes/edges/join.comp", &spec)?,
-            nearest: Sampler::new(gpu, "join", Filter::Nearest, Wrap::Clamp)?,
+            pipeline: ComputePipeline::new(
+                gpu,
+                "passes/edges/join.comp",
+                &spec,
+                &[EdgeRays::LAYOUT, LightingGpu::LAYOUT],
+            )?,
+            nearest: Sampler::new(gpu, "join", Filter::Nearest, AddressMode::ClampToEdge)?,
         })
     }
 
@@ -215,19 +221,19 @@ impl JoinPass {
         cmd.bind(
             &self.pipeline,
             &[
-                (0, Descriptor::Sampled(edge.surface.whole(), &self.nearest)),
-                (1, Descriptor::Sampled(radiance.whole(), &self.nearest)),
-                (2, Descriptor::Sampled(filtered.slopes.whole(), &self.nearest)),
-                (3, Descriptor::Sampled(filtered.material.whole(), &self.nearest)),
-                (4, Descriptor::Sampled(filtered.surface.whole(), &self.nearest)),
-                (5, Descriptor::Uniform(lighting)),
-                (6, Descriptor::StorageImage(joined.others.whole())),
-                (7, Descriptor::StorageImage(joined.shares.whole())),
-                (8, Descriptor::Sampled(shadow_map.whole(), &self.nearest)),
-                (9, Descriptor::StorageImage(pixel.slopes.whole())),
-                (10, Descriptor::StorageImage(pixel.material.whole())),
-                (11, Descriptor::Sampled(edge.depth.whole(), &self.nearest)),
-                (12, Descriptor::Sampled(pixel.surface.whole(), &self.nearest)),
+                ("edge_surface", Descriptor::Sampled(edge.surface.whole(), &self.nearest)),
+                ("edge_radiance", Descriptor::Sampled(radiance.whole(), &self.nearest)),
+                ("edge_slopes", Descriptor::Sampled(filtered.slopes.whole(), &self.nearest)),
+                ("edge_material", Descriptor::Sampled(filtered.material.whole(), &self.nearest)),
+                ("edge_joined", Descriptor::Sampled(filtered.surface.whole(), &self.nearest)),
+                ("lighting", Descriptor::Uniform(lighting)),
+                ("others", Descriptor::StorageImage(joined.others.whole())),
+                ("shares", Descriptor::StorageImage(joined.shares.whole())),
+                ("shadow_map", Descriptor::Sampled(shadow_map.whole(), &self.nearest)),
+                ("slopes", Descriptor::StorageImage(pixel.slopes.whole())),
+                ("material", Descriptor::StorageImage(pixel.material.whole())),
+                ("edge_depth", Descriptor::Sampled(edge.depth.whole(), &self.nearest)),
+                ("pixel_surface", Descriptor::Sampled(pixel.surface.whole(), &self.nearest)),
             ],
         );
         cmd.push_constants(rays);

@@ -6,10 +6,11 @@ use glam::Vec3;
 
 use super::targets::{GBuffer, VisibleSurface};
 use crate::gpu::{
-    ColorTarget, Commands, Descriptor, Filter, Gpu, GraphicsDesc, GraphicsPipeline, Load, Result, Sampler, SpecValue,
-    Topology, Use, Wrap,
+    AddressMode, ColorTarget, Commands, Descriptor, Filter, Gpu, GraphicsDesc, GraphicsPipeline, Load, Result, Sampler,
+    SharedStruct, SpecValue, Topology, Use,
 };
 use crate::render::settings::Needs;
+use crate::render::surfaces::atlas::{AtlasHeadGpu, PatchLinkGpu};
 use crate::render::surfaces::object::{FLAGS_GRID_SHIFT, FilteredObjectGpu, GpuObject};
 
 /// Pipelines of the filter pass.
@@ -29,7 +30,7 @@ impl FilterPass {
     /// A failed pipeline.
     pub fn new(gpu: &Arc<Gpu>, needs: Needs) -> Result<Self> {
         let pipeline = |name, atlas| {
-            let spec = [needs.spec(), vec![(3, SpecValue::Bool(atlas))]].concat();
+            let spec = [needs.spec(), vec![("ATLAS", SpecValue::Bool(atlas))]].concat();
             GraphicsPipeline::new(
                 gpu,
                 name,
@@ -39,6 +40,7 @@ impl FilterPass {
                     colors: &GBuffer::FORMATS,
                     topology: Topology::Points,
                     spec: &spec,
+                    structs: &[FilteredObjectGpu::LAYOUT, AtlasHeadGpu::LAYOUT, PatchLinkGpu::LAYOUT],
                     ..Default::default()
                 },
             )
@@ -47,8 +49,8 @@ impl FilterPass {
         Ok(Self {
             continuous,
             atlas,
-            nearest: Sampler::new(gpu, "filter", Filter::Nearest, Wrap::Clamp)?,
-            linear: Sampler::new(gpu, "coarse levels", Filter::Bilinear, Wrap::Clamp)?,
+            nearest: Sampler::new(gpu, "filter", Filter::Nearest, AddressMode::ClampToEdge)?,
+            linear: Sampler::new(gpu, "coarse levels", Filter::Bilinear, AddressMode::ClampToEdge)?,
         })
     }
 
@@ -80,18 +82,18 @@ impl FilterPass {
             cmd.bind(
                 if object.atlas.tiled { &self.atlas } else { &self.continuous },
                 &[
-                    (0, Descriptor::Sampled(visible.texture.whole(), &self.nearest)),
-                    (1, Descriptor::Sampled(visible.tangent.whole(), &self.nearest)),
-                    (2, Descriptor::Sampled(visible.surface.whole(), &self.nearest)),
-                    (3, Descriptor::Sampled(object.maps.slopes().whole(), &object.sampler)),
-                    (4, Descriptor::Sampled(object.maps.joint().whole(), &object.sampler)),
-                    (5, Descriptor::Sampled(object.color.whole(), &object.sampler)),
-                    (6, Descriptor::Storage(&object.atlas.links)),
-                    (7, Descriptor::Storage(&visible.tiles.records)),
-                    (8, Descriptor::Sampled(object.atlas.slopes.whole(), &self.linear)),
-                    (9, Descriptor::Sampled(object.atlas.joint.whole(), &self.linear)),
-                    (10, Descriptor::Sampled(object.atlas.color.whole(), &self.linear)),
-                    (11, Descriptor::Sampled(visible.depth.whole(), &self.nearest)),
+                    ("visible_texture", Descriptor::Sampled(visible.texture.whole(), &self.nearest)),
+                    ("visible_tangent", Descriptor::Sampled(visible.tangent.whole(), &self.nearest)),
+                    ("visible_surface", Descriptor::Sampled(visible.surface.whole(), &self.nearest)),
+                    ("moments_a", Descriptor::Sampled(object.maps.slopes().whole(), &object.sampler)),
+                    ("moments_b", Descriptor::Sampled(object.maps.joint().whole(), &object.sampler)),
+                    ("color_map", Descriptor::Sampled(object.color.whole(), &object.sampler)),
+                    ("Atlas", Descriptor::Storage(&object.atlas.links)),
+                    ("TileRecords", Descriptor::Storage(&visible.tiles.records)),
+                    ("coarse_a", Descriptor::Sampled(object.atlas.slopes.whole(), &self.linear)),
+                    ("coarse_b", Descriptor::Sampled(object.atlas.joint.whole(), &self.linear)),
+                    ("coarse_color", Descriptor::Sampled(object.atlas.color.whole(), &self.linear)),
+                    ("visible_depth", Descriptor::Sampled(visible.depth.whole(), &self.nearest)),
                 ],
             );
             let mut constants = object.constants(height_scale, false);

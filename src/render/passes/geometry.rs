@@ -4,10 +4,10 @@ use std::sync::Arc;
 
 use super::targets::VisibleSurface;
 use crate::gpu::{
-    ColorTarget, Commands, Cull, Depth, DepthTarget, Descriptor, Gpu, GraphicsDesc, GraphicsPipeline, Image, Load,
-    Result, Topology, Use,
+    ColorTarget, Commands, Depth, DepthTarget, Descriptor, Gpu, GraphicsDesc, GraphicsPipeline, Image, Load, Result,
+    Topology, Use,
 };
-use crate::render::surfaces::object::{GpuObject, ViewBuffers};
+use crate::render::surfaces::object::{GEOMETRY_STRUCTS, GpuObject, ViewBuffers};
 use crate::render::surfaces::tessellation::GUARD_BAND;
 
 /// Pipeline of the geometry pass.
@@ -30,9 +30,9 @@ impl GeometryPass {
                 fragment: Some("passes/geometry/geometry.frag"),
                 colors: &[VisibleSurface::FORMAT; 3],
                 depth: Some(Depth::default()),
-                cull: Cull::None,
                 clockwise_front: true,
                 topology: Topology::Patches(4),
+                structs: &GEOMETRY_STRUCTS,
                 ..Default::default()
             },
         )?;
@@ -90,14 +90,14 @@ pub(crate) fn draw_object(
     cmd.bind(
         pipeline,
         &[
-            (0, Descriptor::Uniform(&view.view)),
-            (1, Descriptor::Storage(&view.vertices)),
-            (2, Descriptor::Storage(&object.patches)),
-            (3, Descriptor::Storage(&view.edge_factors)),
-            (4, Descriptor::Storage(&object.edge_heights)),
-            (5, Descriptor::Storage(&object.vertex_heights)),
-            (6, Descriptor::Storage(&view.visible)),
-            (7, Descriptor::Sampled(object.maps.heights().whole(), &object.sampler)),
+            ("view", Descriptor::Uniform(&view.view)),
+            ("Vertices", Descriptor::Storage(&view.vertices)),
+            ("Patches", Descriptor::Storage(&object.patches)),
+            ("EdgeFactors", Descriptor::Storage(&view.edge_factors)),
+            ("EdgeHeights", Descriptor::Storage(&object.edge_heights)),
+            ("VertexHeights", Descriptor::Storage(&object.vertex_heights)),
+            ("VisiblePatches", Descriptor::Storage(&view.visible)),
+            ("height_map", Descriptor::Sampled(object.maps.heights().whole(), &object.sampler)),
         ],
     );
     cmd.push_constants(&object.constants(height_scale, mark_inside));

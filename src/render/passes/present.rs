@@ -6,10 +6,17 @@ use std::sync::Arc;
 use ash::vk;
 
 use crate::gpu::{
-    ColorTarget, Commands, Descriptor, Filter, Gpu, GraphicsDesc, GraphicsPipeline, Image, Load, Result, Sampler,
-    SpecValue, Use, Wrap,
+    AddressMode, ColorTarget, Commands, Descriptor, Filter, Gpu, GraphicsDesc, GraphicsPipeline, Image, Load, Result,
+    Sampler, SharedStruct, SpecValue, Use, shared_struct,
 };
 use crate::maps::tonemap::Tonemap;
+
+shared_struct! {
+    struct Constants for "Constants" {
+        /// A factor.
+        exposure: f32,
+    }
+}
 
 /// The pipeline of the present pass.
 pub struct PresentPass {
@@ -32,11 +39,15 @@ impl PresentPass {
                 vertex: "passes/fullscreen.vert",
                 fragment: Some("passes/present.frag"),
                 colors: &[format],
-                spec: &[(0, SpecValue::Bool(tonemap == Tonemap::Filmic)), (1, SpecValue::Bool(!target_encodes))],
+                spec: &[
+                    ("FILMIC", SpecValue::Bool(tonemap == Tonemap::Filmic)),
+                    ("ENCODE_SRGB", SpecValue::Bool(!target_encodes)),
+                ],
+                structs: &[Constants::LAYOUT],
                 ..Default::default()
             },
         )?;
-        Ok(Self { pipeline, sampler: Sampler::new(gpu, "present", Filter::Nearest, Wrap::Clamp)? })
+        Ok(Self { pipeline, sampler: Sampler::new(gpu, "present", Filter::Nearest, AddressMode::ClampToEdge)? })
     }
 
     /// Shows linear radiance times `exposure` (a factor) in all of `target`, which ends in [`Use::ColorTarget`]. Images
@@ -45,8 +56,8 @@ impl PresentPass {
         cmd.transition(image, Use::Sampled);
         cmd.image_barrier(target, Use::Undefined, Use::ColorTarget);
         cmd.begin_rendering(&[ColorTarget { view: target.whole(), load: Load::Discard }], None);
-        cmd.bind(&self.pipeline, &[(0, Descriptor::Sampled(image.whole(), &self.sampler))]);
-        cmd.push_constants(&exposure);
+        cmd.bind(&self.pipeline, &[("image", Descriptor::Sampled(image.whole(), &self.sampler))]);
+        cmd.push_constants(&Constants { exposure });
         cmd.draw(0..3, 0..1);
         cmd.end_rendering();
     }

@@ -10,7 +10,6 @@
 
 use std::sync::Arc;
 
-use bytemuck::{Pod, Zeroable};
 use glam::{Vec2, Vec3};
 
 use super::environment_lights::{EnvironmentLights, light_point};
@@ -18,8 +17,8 @@ use super::relief_shadow::{Caster, ReliefShadows, map_size, relief_view};
 use super::shadow::ShadowView;
 use super::targets::{GBuffer, RADIANCE_FORMAT, VisibleSurface};
 use crate::gpu::{
-    Buffer, ColorTarget, Commands, Descriptor, Filter, Gpu, GraphicsDesc, GraphicsPipeline, Image, Load, Memory,
-    Result, Sampler, SpecValue, Use, Wrap,
+    AddressMode, Buffer, ColorTarget, Commands, Descriptor, Filter, Gpu, GraphicsDesc, GraphicsPipeline, Image, Load,
+    Memory, Result, Sampler, SharedStruct, SpecValue, Use, shared_struct,
 };
 use crate::render::light::environment::Environment;
 use crate::render::scene::{FrameState, MAX_POINT_LIGHTS};
@@ -33,36 +32,38 @@ pub const MIRROR_ALPHA: f32 = 0.15;
 
 const MAX_LIGHTS: usize = MAX_POINT_LIGHTS + 2;
 
-/// A light as the shader reads it (`Light` in `passes/shade/reference.frag`).
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
-pub struct ReliefLightGpu {
-    /// World to the map's texture coordinates and depth.
-    pub texture_from_world: [[f32; 4]; 4],
-    /// Its inverse.
-    pub world_from_texture: [[f32; 4]; 4],
-    /// Towards it, or its position; w 1 for a point light.
-    pub place: [f32; 4],
-    /// Irradiance or intensity; w 1 for one drawn from the environment.
-    pub power: [f32; 4],
-    /// Layer, world size of a texel, unused, 1 with a map.
-    pub map: [f32; 4],
+shared_struct! {
+    /// A light as the shader reads it (`Light` in `passes/shade/reference.frag`).
+    #[derive(Default)]
+    pub struct ReliefLightGpu for "Light" {
+        /// World to the map's texture coordinates and depth.
+        pub texture_from_world: [[f32; 4]; 4],
+        /// Its inverse.
+        pub world_from_texture: [[f32; 4]; 4],
+        /// Towards it, or its position; w 1 for a point light.
+        pub place: [f32; 4],
+        /// Irradiance or intensity; w 1 for one drawn from the environment.
+        pub power: [f32; 4],
+        /// Layer, world size of a texel, unused, 1 with a map.
+        pub map: [f32; 4],
+    }
 }
 
-/// The light block (`Lighting`).
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
-pub struct ReliefLightingGpu {
-    /// Rays through the image; near plane in the last w.
-    pub rays: [[f32; 4]; 3],
-    /// Viewer.
-    pub camera_position: [f32; 4],
-    /// Width and height of the image, face size of the environment, 1 when heights move the surface.
-    pub viewport: [f32; 4],
-    /// Number of lights.
-    pub counts: [i32; 4],
-    /// The lights.
-    pub lights: [ReliefLightGpu; MAX_LIGHTS],
+shared_struct! {
+    /// The light block (`Lighting`).
+    #[derive(Default)]
+    pub struct ReliefLightingGpu for "Lighting" {
+        /// Rays through the image; near plane in the last w.
+        pub rays: [[f32; 4]; 3],
+        /// Viewer.
+        pub camera_position: [f32; 4],
+        /// Width and height of the image, face size of the environment, 1 when heights move the surface.
+        pub viewport: [f32; 4],
+        /// Number of lights.
+        pub counts: [i32; 4],
+        /// The lights.
+        pub lights: [ReliefLightGpu; MAX_LIGHTS],
+    }
 }
 
 /// The reference's shading, and the maps it looks up.
@@ -87,13 +88,14 @@ impl ReferencePass {
             vertex: "passes/fullscreen.vert",
             fragment: Some("passes/shade/reference.frag"),
             colors: &[RADIANCE_FORMAT],
-            spec: &[(5, SpecValue::I32(terms.bits())), (16, SpecValue::F32(MIRROR_ALPHA))],
+            spec: &[("TERMS", SpecValue::I32(terms.bits())), ("MIRROR_ALPHA", SpecValue::F32(MIRROR_ALPHA))],
+            structs: &[ReliefLightGpu::LAYOUT, ReliefLightingGpu::LAYOUT],
             ..Default::default()
         };
         Ok(Self {
             pipeline: GraphicsPipeline::new(gpu, "reference", &desc)?,
-            nearest: Sampler::new(gpu, "nearest", Filter::Nearest, Wrap::Clamp)?,
-            trilinear: Sampler::new(gpu, "environment", Filter::Trilinear, Wrap::Clamp)?,
+            nearest: Sampler::new(gpu, "nearest", Filter::Nearest, AddressMode::ClampToEdge)?,
+            trilinear: Sampler::new(gpu, "environment", Filter::Trilinear, AddressMode::ClampToEdge)?,
             block: Buffer::new(gpu, "reference lighting", size_of::<ReliefLightingGpu>() as u64, Memory::Upload)?,
             shadows: ReliefShadows::new(gpu)?,
             environment: None,
@@ -217,13 +219,13 @@ impl ReferencePass {
         cmd.bind(
             &self.pipeline,
             &[
-                (0, Descriptor::Sampled(gbuffer.slopes.whole(), &self.nearest)),
-                (1, Descriptor::Sampled(gbuffer.material.whole(), &self.nearest)),
-                (2, Descriptor::Sampled(gbuffer.surface.whole(), &self.nearest)),
-                (3, Descriptor::Sampled(visible.depth.whole(), &self.nearest)),
-                (5, Descriptor::Uniform(&self.block)),
-                (6, Descriptor::Sampled(environment.cube(), &self.trilinear)),
-                (7, Descriptor::Sampled(maps, &self.nearest)),
+                ("gbuffer_slopes", Descriptor::Sampled(gbuffer.slopes.whole(), &self.nearest)),
+                ("gbuffer_material", Descriptor::Sampled(gbuffer.material.whole(), &self.nearest)),
+                ("gbuffer_surface", Descriptor::Sampled(gbuffer.surface.whole(), &self.nearest)),
+                ("gbuffer_depth", Descriptor::Sampled(visible.depth.whole(), &self.nearest)),
+                ("lighting", Descriptor::Uniform(&self.block)),
+                ("environment_cube", Descriptor::Sampled(environment.cube(), &self.trilinear)),
+                ("depth_maps", Descriptor::Sampled(maps, &self.nearest)),
             ],
         );
         cmd.draw(0..3, 0..1);

@@ -9,10 +9,10 @@ use glam::{Mat4, Vec2, Vec3};
 use super::geometry::{draw_object, guard_band};
 use super::shadow::ShadowView;
 use crate::gpu::{
-    Commands, Cull, Depth, DepthTarget, Gpu, GraphicsDesc, GraphicsPipeline, Image, ImageDesc, ImageView, Result,
-    Topology, Use,
+    Commands, Depth, DepthTarget, Gpu, GraphicsDesc, GraphicsPipeline, Image, ImageDesc, ImageView, Result, Topology,
+    Use,
 };
-use crate::render::surfaces::object::{GpuObject, ViewBuffers};
+use crate::render::surfaces::object::{GEOMETRY_STRUCTS, GpuObject, ViewBuffers};
 use crate::render::surfaces::patch_mesh::PosedVertices;
 use crate::render::surfaces::tessellation::{Lens, TessellationSettings};
 
@@ -100,8 +100,8 @@ impl ReliefShadows {
             vertex: "passes/geometry/geometry.vert",
             tessellation: Some(["passes/geometry/geometry.tesc", "passes/geometry/geometry.tese"]),
             depth: Some(Depth::default()),
-            cull: Cull::None,
             topology: Topology::Patches(4),
+            structs: &GEOMETRY_STRUCTS,
             ..Default::default()
         };
         Ok(Self { gpu: gpu.clone(), pipeline: GraphicsPipeline::new(gpu, "relief shadow", &desc)?, maps: None })

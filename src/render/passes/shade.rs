@@ -2,41 +2,39 @@
 
 use std::sync::Arc;
 
-use bytemuck::{Pod, Zeroable};
-
 use super::shadow::ShadowView;
 use super::targets::{GBuffer, RADIANCE_FORMAT, VisibleSurface};
 use crate::gpu::{
-    Buffer, ColorTarget, Commands, Descriptor, Filter, Gpu, GraphicsDesc, GraphicsPipeline, Image, ImageView, Load,
-    Result, Sampler, SpecValue, Topology, Use, Wrap,
+    AddressMode, Buffer, ColorTarget, Commands, Descriptor, Filter, Gpu, GraphicsDesc, GraphicsPipeline, Image,
+    ImageView, Load, Result, Sampler, SharedStruct, SpecValue, Topology, Use, shared_struct,
 };
 use crate::render::scene::{FrameState, MAX_POINT_LIGHTS};
 use crate::render::settings::Shading;
 use glam::{Mat4, Vec2, Vec3};
 
-/// The light block (`Lighting` in `passes/shade/shade.frag`).
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-pub struct LightingGpu {
-    /// Ray through the image, see [`Camera::rays`](crate::render::camera::Camera::rays); w of the last: the near plane.
-    pub rays: [[f32; 4]; 3],
-    /// World to shadow texture space.
-    pub shadow_from_world: [[f32; 4]; 4],
-    /// Viewer.
-    pub camera_position: [f32; 4],
-    /// Toward the sun.
-    pub sun_direction: [f32; 4],
-    /// On a plane facing the sun.
-    pub sun_irradiance: [f32; 4],
-    /// Positions of the point lights.
-    pub point_position: [[f32; 4]; MAX_POINT_LIGHTS],
-    /// Their intensities.
-    pub point_intensity: [[f32; 4]; MAX_POINT_LIGHTS],
-    /// Width and height of the image, and its pixels along one of the picture.
-    pub viewport: [f32; 4],
-    /// Face size of the cube, its scale, world size of a shadow texel, tangent of the lowest elevation at which it is seen
-    /// behind all surfaces.
-    pub environment: [f32; 4],
+shared_struct! {
+    /// The light block (`Lighting` in `passes/shade/shade.frag`).
+    pub struct LightingGpu for "Lighting" {
+        /// Ray through the image, see [`Camera::rays`](crate::render::camera::Camera::rays); w of the last: the near plane.
+        pub rays: [[f32; 4]; 3],
+        /// World to shadow texture space.
+        pub shadow_from_world: [[f32; 4]; 4],
+        /// Viewer.
+        pub camera_position: [f32; 4],
+        /// Toward the sun.
+        pub sun_direction: [f32; 4],
+        /// On a plane facing the sun.
+        pub sun_irradiance: [f32; 4],
+        /// Positions of the point lights.
+        pub point_position: [[f32; 4]; MAX_POINT_LIGHTS],
+        /// Their intensities.
+        pub point_intensity: [[f32; 4]; MAX_POINT_LIGHTS],
+        /// Width and height of the image, and its pixels along one of the picture.
+        pub viewport: [f32; 4],
+        /// Face size of the cube, its scale, world size of a shadow texel, tangent of the lowest elevation at which it is seen
+        /// behind all surfaces.
+        pub environment: [f32; 4],
+    }
 }
 
 impl LightingGpu {
@@ -148,10 +146,10 @@ impl ShadePass {
     /// A failed pipeline.
     pub fn new(gpu: &Arc<Gpu>, shading: Shading, lights: LightSet, edges: Edges) -> Result<Self> {
         let lit = [
-            (6, SpecValue::I32(i32::from(!lights.sun))),
-            (7, SpecValue::Bool(lights.shadows)),
-            (8, SpecValue::I32(lights.points as i32)),
-            (9, SpecValue::I32(edges as i32)),
+            ("FIRST_LIGHT", SpecValue::I32(i32::from(!lights.sun))),
+            ("SUN_SHADOWS", SpecValue::Bool(lights.shadows)),
+            ("POINT_LIGHTS", SpecValue::I32(lights.points as i32)),
+            ("EDGES", SpecValue::I32(edges as i32)),
         ];
         let spec = [&shading.spec()[..], &lit].concat();
         let pipeline = |name: &str, fragment, spec: &[_]| {
@@ -161,16 +159,17 @@ impl ShadePass {
                 colors: &[RADIANCE_FORMAT],
                 topology: Topology::Points,
                 spec,
+                structs: &[LightingGpu::LAYOUT],
                 ..Default::default()
             };
             GraphicsPipeline::new(gpu, name, &desc)
         };
-        let sky = || pipeline("shade sky", "passes/shade/sky.frag", &[(11, SpecValue::Bool(true))]);
+        let sky = || pipeline("shade sky", "passes/shade/sky.frag", &[("SKY", SpecValue::Bool(true))]);
         Ok(Self {
             surfaces: pipeline("shade", "passes/shade/shade.frag", &spec)?,
             sky: (edges != Edges::Shaded).then(sky).transpose()?,
-            nearest: Sampler::new(gpu, "nearest", Filter::Nearest, Wrap::Clamp)?,
-            trilinear: Sampler::new(gpu, "environment", Filter::Trilinear, Wrap::Clamp)?,
+            nearest: Sampler::new(gpu, "nearest", Filter::Nearest, AddressMode::ClampToEdge)?,
+            trilinear: Sampler::new(gpu, "environment", Filter::Trilinear, AddressMode::ClampToEdge)?,
         })
     }
 
@@ -182,21 +181,25 @@ impl ShadePass {
         if let Some(area) = scissor {
             cmd.scissor(area);
         }
-        let bindings = [
-            (0, Descriptor::Sampled(gbuffer.slopes.whole(), &self.nearest)),
-            (1, Descriptor::Sampled(gbuffer.material.whole(), &self.nearest)),
-            (2, Descriptor::Sampled(gbuffer.surface.whole(), &self.nearest)),
-            (3, Descriptor::Sampled(visible.depth.whole(), &self.nearest)),
-            (4, Descriptor::Sampled(inputs.shares.whole(), &self.nearest)),
-            (5, Descriptor::Uniform(inputs.lighting)),
-            (6, Descriptor::Sampled(inputs.cube, &self.trilinear)),
-            (7, Descriptor::Storage(inputs.radiance_sh)),
-            (8, Descriptor::Sampled(inputs.shadow_map.whole(), &self.nearest)),
-            (9, Descriptor::Sampled(visible.surface.whole(), &self.nearest)),
-            (10, Descriptor::Storage(&visible.tiles.records)),
+        let everywhere = [
+            ("visible_surface", Descriptor::Sampled(visible.surface.whole(), &self.nearest)),
+            ("TileRecords", Descriptor::Storage(&visible.tiles.records)),
+            ("lighting", Descriptor::Uniform(inputs.lighting)),
+            ("environment_cube", Descriptor::Sampled(inputs.cube, &self.trilinear)),
         ];
-        for pipeline in std::iter::once(&self.surfaces).chain(&self.sky) {
-            cmd.bind(pipeline, &bindings);
+        let on_surfaces = [
+            ("gbuffer_slopes", Descriptor::Sampled(gbuffer.slopes.whole(), &self.nearest)),
+            ("gbuffer_material", Descriptor::Sampled(gbuffer.material.whole(), &self.nearest)),
+            ("gbuffer_surface", Descriptor::Sampled(gbuffer.surface.whole(), &self.nearest)),
+            ("gbuffer_depth", Descriptor::Sampled(visible.depth.whole(), &self.nearest)),
+            ("shares", Descriptor::Sampled(inputs.shares.whole(), &self.nearest)),
+            ("Irradiance", Descriptor::Storage(inputs.radiance_sh)),
+            ("shadow_map", Descriptor::Sampled(inputs.shadow_map.whole(), &self.nearest)),
+        ];
+        cmd.bind(&self.surfaces, &[&everywhere[..], &on_surfaces].concat());
+        visible.tiles.draw(cmd);
+        if let Some(sky) = &self.sky {
+            cmd.bind(sky, &everywhere);
             visible.tiles.draw(cmd);
         }
         cmd.end_rendering();

@@ -7,9 +7,9 @@ use glam::{Mat4, Vec3};
 
 use super::geometry::{draw_object, guard_band};
 use crate::gpu::{
-    Commands, Cull, Depth, DepthTarget, Gpu, GraphicsDesc, GraphicsPipeline, Image, ImageDesc, Result, Topology, Use,
+    Commands, Depth, DepthTarget, Gpu, GraphicsDesc, GraphicsPipeline, Image, ImageDesc, Result, Topology, Use,
 };
-use crate::render::surfaces::object::{GpuObject, ViewBuffers};
+use crate::render::surfaces::object::{GEOMETRY_STRUCTS, GpuObject, ViewBuffers};
 
 /// Where the shadow map looks from.
 #[derive(Clone, Copy, Debug)]
@@ -76,8 +76,8 @@ impl ShadowPass {
                 vertex: "passes/geometry/geometry.vert",
                 tessellation: Some(["passes/geometry/geometry.tesc", "passes/geometry/geometry.tese"]),
                 depth: Some(Depth { bias: Some([-2.0, -2.0]), ..Depth::default() }),
-                cull: Cull::None,
                 topology: Topology::Patches(4),
+                structs: &GEOMETRY_STRUCTS,
                 ..Default::default()
             },
         )?;

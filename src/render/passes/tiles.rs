@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::targets::VisibleSurface;
-use crate::gpu::{Commands, ComputePipeline, Descriptor, Filter, Gpu, Result, Sampler, Use, Wrap};
+use crate::gpu::{AddressMode, Commands, ComputePipeline, Descriptor, Filter, Gpu, Result, Sampler, Use};
 
 /// The pass that writes the records.
 pub struct TilePass {
@@ -18,8 +18,8 @@ impl TilePass {
     /// A failed pipeline.
     pub fn new(gpu: &Arc<Gpu>) -> Result<Self> {
         Ok(Self {
-            pipeline: ComputePipeline::new(gpu, "passes/tiles.comp", &[])?,
-            nearest: Sampler::new(gpu, "tiles", Filter::Nearest, Wrap::Clamp)?,
+            pipeline: ComputePipeline::new(gpu, "passes/tiles.comp", &[], &[])?,
+            nearest: Sampler::new(gpu, "tiles", Filter::Nearest, AddressMode::ClampToEdge)?,
         })
     }
 
@@ -30,8 +30,8 @@ impl TilePass {
         cmd.bind(
             &self.pipeline,
             &[
-                (0, Descriptor::Sampled(visible.surface.whole(), &self.nearest)),
-                (1, Descriptor::Storage(&tiles.records)),
+                ("visible_surface", Descriptor::Sampled(visible.surface.whole(), &self.nearest)),
+                ("Tiles", Descriptor::Storage(&tiles.records)),
             ],
         );
         let [columns, rows] = tiles.extent();

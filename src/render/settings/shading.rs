@@ -285,19 +285,19 @@ impl Shading {
 
     /// The specialization constants of the shading pass that depend on it.
     #[must_use]
-    pub fn spec(&self) -> Vec<(u32, SpecValue)> {
+    pub fn spec(&self) -> Vec<(&'static str, SpecValue)> {
         let mut spec = self.needs().spec();
-        spec.push((5, SpecValue::I32(self.terms().bits())));
+        spec.push(("TERMS", SpecValue::I32(self.terms().bits())));
         if let Some(Integral { quadrature, shadowing, diffuse_lights, .. }) = self.integral() {
             let (visible, samples) = match quadrature {
                 Quadrature::Grid(side) => (false, side),
                 Quadrature::VisibleSlopes(probes) => (true, probes.count()),
             };
             spec.extend([
-                (1, SpecValue::Bool(visible)),
-                (2, SpecValue::I32(samples as i32)),
-                (3, SpecValue::I32(shadowing.code())),
-                (4, SpecValue::Bool(diffuse_lights == DiffuseLights::Sh)),
+                ("VISIBLE_SLOPES", SpecValue::Bool(visible)),
+                ("SAMPLES", SpecValue::I32(samples as i32)),
+                ("SHADOWING", SpecValue::I32(shadowing.code())),
+                ("LIGHTS_BY_SH", SpecValue::Bool(diffuse_lights == DiffuseLights::Sh)),
             ]);
         }
         spec

@@ -242,17 +242,17 @@ pub struct Needs {
 impl Needs {
     /// The specialization constants of `passes/technique.glsl`.
     #[must_use]
-    pub fn spec(self) -> Vec<(u32, SpecValue)> {
+    pub fn spec(self) -> Vec<(&'static str, SpecValue)> {
         let covariance = matches!(self.slopes, Slopes::Covariance | Slopes::Isotropic | Slopes::Finest);
         vec![
-            (0, SpecValue::I32(self.family as i32)),
-            (20, SpecValue::Bool(self.slopes != Slopes::None)),
-            (21, SpecValue::Bool(covariance)),
-            (22, SpecValue::Bool(self.slopes == Slopes::Isotropic)),
-            (23, SpecValue::Bool(self.is_finest())),
-            (24, SpecValue::Bool(self.ggx)),
-            (25, SpecValue::Bool(self.kernel)),
-            (26, SpecValue::Bool(self.tilt)),
+            ("FAMILY", SpecValue::I32(self.family as i32)),
+            ("USES_SLOPES", SpecValue::Bool(self.slopes != Slopes::None)),
+            ("USES_COVARIANCE", SpecValue::Bool(covariance)),
+            ("ISOTROPIC_COVARIANCE", SpecValue::Bool(self.slopes == Slopes::Isotropic)),
+            ("FINEST_LEVEL", SpecValue::Bool(self.is_finest())),
+            ("GGX_BASE", SpecValue::Bool(self.ggx)),
+            ("USES_CURVATURE", SpecValue::Bool(self.kernel)),
+            ("TILTS_TO_EDGE", SpecValue::Bool(self.tilt)),
         ]
     }
 

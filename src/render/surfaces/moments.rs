@@ -14,8 +14,8 @@ use std::sync::Arc;
 use super::patch_mesh::TileLayout;
 use crate::gpu::vk::Format;
 use crate::gpu::{
-    self, Commands, ComputePipeline, Descriptor, Filter, Gpu, GpuError, Image, ImageDesc, ImageView, Result, Sampler,
-    SpecValue, Use,
+    AddressMode, Commands, ComputePipeline, Descriptor, Filter, Gpu, GpuError, Image, ImageDesc, ImageView, Result,
+    Sampler, SharedStruct, SpecValue, Use, shared_struct,
 };
 use crate::maps::{HeightMap, Wrap};
 
@@ -82,11 +82,13 @@ impl<'a> From<&'a HeightMap> for HeightSource<'a> {
     }
 }
 
-#[repr(C)]
-#[derive(Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
-struct Push {
-    tile: u32,
-    limit: f32,
+shared_struct! {
+    struct Push for "Push" {
+        /// Texels along a tile of an atlas.
+        tile: u32,
+        /// Largest magnitude of the format.
+        limit: f32,
+    }
 }
 
 /// The pass: pipelines for one kind of edge and one format, shared by any number of maps.
@@ -111,9 +113,9 @@ impl MomentsPass {
         };
         let [level0, mips] = format.shaders();
         Ok(Self {
-            level0: ComputePipeline::new(gpu, level0, &[(0, SpecValue::U32(kind))])?,
-            mips: ComputePipeline::new(gpu, mips, &[])?,
-            sampler: Sampler::new(gpu, "heights", Filter::Nearest, gpu::Wrap::Clamp)?,
+            level0: ComputePipeline::new(gpu, level0, &[("EDGES", SpecValue::U32(kind))], &[Push::LAYOUT])?,
+            mips: ComputePipeline::new(gpu, mips, &[], &[])?,
+            sampler: Sampler::new(gpu, "heights", Filter::Nearest, AddressMode::ClampToEdge)?,
             edges,
             format,
         })
@@ -201,10 +203,10 @@ impl LeadrMapGpu {
                 cmd.bind(
                     level0,
                     &[
-                        (0, Descriptor::Sampled(heights, sampler)),
-                        (1, Descriptor::StorageImage(slopes)),
-                        (2, Descriptor::StorageImage(joint)),
-                        (3, Descriptor::StorageImage(means)),
+                        ("heights", Descriptor::Sampled(heights, sampler)),
+                        ("slopes", Descriptor::StorageImage(slopes)),
+                        ("joint", Descriptor::StorageImage(joint)),
+                        ("mean_height", Descriptor::StorageImage(means)),
                     ],
                 );
                 cmd.push_constants(&Push { tile, limit: format.limit() });
@@ -215,12 +217,12 @@ impl LeadrMapGpu {
                 cmd.bind(
                     mips,
                     &[
-                        (0, Descriptor::StorageImage(fine_slopes)),
-                        (1, Descriptor::StorageImage(fine_joint)),
-                        (2, Descriptor::StorageImage(fine_means)),
-                        (3, Descriptor::StorageImage(slopes)),
-                        (4, Descriptor::StorageImage(joint)),
-                        (5, Descriptor::StorageImage(means)),
+                        ("fine_slopes", Descriptor::StorageImage(fine_slopes)),
+                        ("fine_joint", Descriptor::StorageImage(fine_joint)),
+                        ("fine_height", Descriptor::StorageImage(fine_means)),
+                        ("slopes", Descriptor::StorageImage(slopes)),
+                        ("joint", Descriptor::StorageImage(joint)),
+                        ("mean_height", Descriptor::StorageImage(means)),
                     ],
                 );
                 cmd.dispatch_invocations(mips, [width, height, 1]);

@@ -3,7 +3,6 @@
 use std::sync::Arc;
 
 use ash::vk;
-use bytemuck::{Pod, Zeroable};
 use glam::{Mat4, Vec4};
 
 use super::atlas::AtlasGpu;
@@ -12,85 +11,99 @@ use super::moments::{Edges, HeightSource, LeadrMapGpu, MomentFormat};
 use super::patch_mesh::PosedVertices;
 use super::tessellation::{DrawList, GUARD_BAND, Lens, PosedMesh, TessellationSettings};
 use super::topology::Topology;
-use crate::gpu::{Buffer, Filter, Gpu, Image, ImageDesc, Memory, Result, Sampler, Wrap};
+use crate::gpu::{
+    AddressMode, Buffer, Filter, Gpu, Image, ImageDesc, Memory, Result, Sampler, SharedStruct, StructLayout,
+    shared_struct,
+};
 use crate::render::scene::Object;
 
-/// One vertex as the shaders read it (`Vertex` in `passes/geometry/interface.glsl`).
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-pub struct VertexGpu {
-    /// World position; w: ambient accessibility.
-    pub position: [f32; 4],
-    /// World displacement direction; w: LOD of the boundary heights.
-    pub normal: [f32; 4],
-    /// Linear albedo; a: Beckmann roughness.
-    pub color: [f32; 4],
+shared_struct! {
+    /// One vertex as the shaders read it (`Vertex` in `passes/geometry/interface.glsl`).
+    pub struct VertexGpu for "Vertex" {
+        /// World position; w: ambient accessibility.
+        pub position: [f32; 4],
+        /// World displacement direction; w: LOD of the boundary heights.
+        pub normal: [f32; 4],
+        /// Linear albedo; a: Beckmann roughness.
+        pub color: [f32; 4],
+    }
 }
 
-/// One patch as the shaders read it (`PatchData`).
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-pub struct PatchGpu {
-    /// Corner vertices.
-    pub vertices: [u32; 4],
-    /// `edge << 1 | backwards`, sides v=0, u=1, v=1, u=0.
-    pub edges: [u32; 4],
-    /// Texture coordinates of corners 0 and 1.
-    pub texcoord_01: [f32; 4],
-    /// Texture coordinates of corners 3 and 2.
-    pub texcoord_23: [f32; 4],
-    /// Bounds of the taps in texture space.
-    pub tile: [f32; 4],
+shared_struct! {
+    /// One patch as the shaders read it (`PatchData`).
+    pub struct PatchGpu for "PatchData" {
+        /// Corner vertices.
+        pub vertices: [u32; 4],
+        /// `edge << 1 | backwards`, sides v=0, u=1, v=1, u=0.
+        pub edges: [u32; 4],
+        /// Texture coordinates of corners 0 and 1.
+        pub texcoord_01: [f32; 4],
+        /// Texture coordinates of corners 3 and 2.
+        pub texcoord_23: [f32; 4],
+        /// Bounds of the taps in texture space.
+        pub tile: [f32; 4],
+    }
 }
 
 /// Most objects in a scene: the G-buffer has six bits for them, the sea and nothing.
 pub const MAX_OBJECTS: usize = 62;
 
-/// The view block (`View`).
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-pub struct ViewGpu {
-    /// World to the clip space of a viewport [`GUARD_BAND`] times the image.
-    pub clip_from_world: [[f32; 4]; 4],
-    /// Position of the viewer; w: pixels of this image along one of the picture.
-    pub camera_position: [f32; 4],
+shared_struct! {
+    /// The view block (`View`).
+    pub struct ViewGpu for "View" {
+        /// World to the clip space of a viewport [`GUARD_BAND`] times the image.
+        pub clip_from_world: [[f32; 4]; 4],
+        /// Position of the viewer; w: pixels of this image along one of the picture.
+        pub camera_position: [f32; 4],
+    }
 }
 
-/// Push constants of the geometry stages (`Object`).
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-pub struct ObjectGpu {
-    /// Height scale `η`.
-    pub height_scale: f32,
-    /// Specular reflectance at normal incidence.
-    pub specular_f0: f32,
-    /// `FLAG_` bits.
-    pub flags: u32,
-    /// Index of the object in the scene, from 1.
-    pub index: u32,
-    /// From the deepest pit to the highest bump, metres.
-    pub relief: f32,
+shared_struct! {
+    /// Push constants of the geometry stages (`Object`).
+    pub struct ObjectGpu for "Object" {
+        /// Height scale `η`.
+        pub height_scale: f32,
+        /// Specular reflectance at normal incidence.
+        pub specular_f0: f32,
+        /// `FLAG_` bits.
+        pub flags: u32,
+        /// Index of the object in the scene, from 1.
+        pub index: u32,
+        /// From the deepest pit to the highest bump, metres.
+        pub relief: f32,
+    }
 }
 
-/// Push constants of the filter pass: the object's, and the rays of the image.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-pub struct FilteredObjectGpu {
-    /// The object's own.
-    pub object: ObjectGpu,
-    padding: [u32; 3],
-    /// `x`, `y` and the middle of [`Camera::rays`](crate::render::camera::Camera::rays); the last w: near plane.
-    rays: [[f32; 4]; 3],
+shared_struct! {
+    /// Push constants of the filter pass: the object's ([`ObjectGpu`]), and the rays of the image, which are those of
+    /// [`Camera::rays`](crate::render::camera::Camera::rays).
+    pub struct FilteredObjectGpu for "Object" {
+        height_scale: f32,
+        specular_f0: f32,
+        flags: u32,
+        index: u32,
+        relief: f32,
+        padding: [u32; 3],
+        ray_x: [f32; 4],
+        ray_y: [f32; 4],
+        /// w: near plane.
+        ray_middle: [f32; 4],
+    }
 }
 
 impl FilteredObjectGpu {
     /// Of an object in an image with these rays.
     #[must_use]
     pub fn new(object: ObjectGpu, [x, y, middle]: [glam::Vec3; 3], near: f32) -> Self {
-        let rays = [x.extend(0.0), y.extend(0.0), middle.extend(near)].map(|v| v.to_array());
-        Self { object, padding: [0; 3], rays }
+        let ObjectGpu { height_scale, specular_f0, flags, index, relief } = object;
+        let [ray_x, ray_y, ray_middle] = [x.extend(0.0), y.extend(0.0), middle.extend(near)].map(|v| v.to_array());
+        Self { height_scale, specular_f0, flags, index, relief, padding: [0; 3], ray_x, ray_y, ray_middle }
     }
 }
+
+/// What the stages of the geometry pass share.
+pub const GEOMETRY_STRUCTS: [StructLayout; 4] =
+    [ViewGpu::LAYOUT, VertexGpu::LAYOUT, PatchGpu::LAYOUT, ObjectGpu::LAYOUT];
 
 /// The object has LEADR maps.
 pub const FLAG_DISPLACED: u32 = 1;
@@ -204,7 +217,7 @@ impl GpuObject {
         let (low, high) =
             boundary.patch_range.iter().fold((0.0f32, 0.0f32), |(low, high), r| (low.min(r[0]), high.max(r[1])));
         let relief = high - low;
-        let wrap = if border == Border::Wrap { Wrap::Repeat } else { Wrap::Clamp };
+        let mode = if border == Border::Wrap { AddressMode::Repeat } else { AddressMode::ClampToEdge };
         Ok(Self {
             patches: Buffer::from_slice(gpu, &format!("{name} patches"), &patches)?,
             atlas,
@@ -214,7 +227,7 @@ impl GpuObject {
             height_range: boundary.patch_range,
             edge_texels: boundary.edge_texels,
             edge_relief: boundary.edge_relief,
-            sampler: Sampler::new(gpu, &format!("{name} sampler"), Filter::Trilinear, wrap)?,
+            sampler: Sampler::new(gpu, &format!("{name} sampler"), Filter::Trilinear, mode)?,
             topology,
             object,
             maps,

@@ -2,29 +2,42 @@
 
 use std::sync::Arc;
 
-use bytemuck::{Pod, Zeroable};
 use std::f64::consts::TAU;
 
 use crate::gpu::vk::Format;
 use crate::gpu::{
     Buffer, Commands, ComputePipeline, Descriptor, Gpu, GpuError, Image, ImageDesc, ImageView, Memory, Result,
-    SpecValue, Use,
+    SharedStruct, SpecValue, Use, shared_struct,
 };
 use crate::render::surfaces::ocean::waves::{Cascade, PERIOD};
 
 /// Smallest and largest resolution of a cascade: what two lines of a transform leave of shared memory.
 pub const RESOLUTIONS: std::ops::RangeInclusive<u32> = 16..=1024;
 
-/// A cascade as the shaders read it (`passes/ocean/cascade.glsl`).
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-pub struct CascadeGpu {
-    /// Cosine and sine of the tile's angle.
-    pub turn: [f32; 2],
-    /// `2π / size`.
-    pub wave_step: f32,
-    /// Edge of the tile, metres.
-    pub size: f32,
+shared_struct! {
+    /// A cascade as the shaders read it (`passes/ocean/cascade.glsl`).
+    pub struct CascadeGpu for "Cascade" {
+        /// Cosine and sine of the tile's angle.
+        pub turn: [f32; 2],
+        /// `2π / size`.
+        pub wave_step: f32,
+        /// Edge of the tile, metres.
+        pub size: f32,
+    }
+}
+
+shared_struct! {
+    struct Moment for "Push" {
+        /// Part of the period that has passed: a multiple of 1/2048, and what is left.
+        moment: [f32; 2],
+    }
+}
+
+shared_struct! {
+    struct Choppiness for "Push" {
+        /// Factor of the horizontal movement.
+        choppiness: f32,
+    }
 }
 
 /// What the maps hold.
@@ -81,7 +94,11 @@ impl OceanFields {
             return fault("cascades differ in resolution".to_owned());
         }
         let count = cascades.len() as u32;
-        let spec = [(0, SpecValue::U32(resolution)), (1, SpecValue::U32(resolution.ilog2())), (2, SpecValue::U32(2))];
+        let spec = [
+            ("N", SpecValue::U32(resolution)),
+            ("LOG_N", SpecValue::U32(resolution.ilog2())),
+            ("LINES", SpecValue::U32(2)),
+        ];
         let twiddles: Vec<[f32; 2]> = (0..resolution)
             .map(|j| {
                 let (sin, cos) = (TAU * f64::from(j) / f64::from(resolution)).sin_cos();
@@ -106,13 +123,14 @@ impl OceanFields {
             .map(|mip| Ok([displacement.mip_array(mip)?, slopes.mip_array(mip)?, joint.mip_array(mip)?]))
             .collect::<Result<Vec<_>>>()?;
         Ok(Self {
-            rows: ComputePipeline::new(gpu, "passes/ocean/rows.comp", &spec)?,
+            rows: ComputePipeline::new(gpu, "passes/ocean/rows.comp", &spec, &[Moment::LAYOUT, CascadeGpu::LAYOUT])?,
             columns: ComputePipeline::new(
                 gpu,
                 "passes/ocean/columns.comp",
-                &[spec[0], spec[1], spec[2], (3, SpecValue::Bool(content == Content::Derivatives))],
+                &[spec[0], spec[1], spec[2], ("DERIVATIVES", SpecValue::Bool(content == Content::Derivatives))],
+                &[Choppiness::LAYOUT, CascadeGpu::LAYOUT],
             )?,
-            mips: ComputePipeline::new(gpu, "passes/ocean/mips.comp", &[])?,
+            mips: ComputePipeline::new(gpu, "passes/ocean/mips.comp", &[], &[])?,
             twiddles: Buffer::from_slice(gpu, "twiddles", &twiddles)?,
             waves: Buffer::from_slice(gpu, "waves", &waves)?,
             cascades: Buffer::from_slice(gpu, "cascades", &blocks)?,
@@ -140,15 +158,15 @@ impl OceanFields {
         cmd.bind(
             &self.rows,
             &[
-                (0, Descriptor::Storage(&self.twiddles)),
-                (1, Descriptor::Storage(&self.waves)),
-                (2, Descriptor::Storage(&self.cascades)),
-                (3, Descriptor::Storage(&self.lines)),
+                ("Twiddles", Descriptor::Storage(&self.twiddles)),
+                ("Waves", Descriptor::Storage(&self.waves)),
+                ("Cascades", Descriptor::Storage(&self.cascades)),
+                ("Lines", Descriptor::Storage(&self.lines)),
             ],
         );
         let moment = time.rem_euclid(PERIOD) / PERIOD;
         let coarse = (moment * 2048.0).floor() / 2048.0;
-        cmd.push_constants(&[coarse as f32, (moment - coarse) as f32]);
+        cmd.push_constants(&Moment { moment: [coarse as f32, (moment - coarse) as f32] });
         cmd.dispatch([self.resolution, self.count, 1]);
         cmd.memory_barrier(Use::ComputeWrite, Use::ComputeRead);
     }
@@ -163,15 +181,15 @@ impl OceanFields {
         cmd.bind(
             &self.columns,
             &[
-                (0, Descriptor::Storage(&self.twiddles)),
-                (1, Descriptor::Storage(&self.lines)),
-                (2, Descriptor::StorageImage(displacement)),
-                (3, Descriptor::StorageImage(slopes)),
-                (4, Descriptor::StorageImage(joint)),
-                (5, Descriptor::Storage(&self.cascades)),
+                ("Twiddles", Descriptor::Storage(&self.twiddles)),
+                ("Lines", Descriptor::Storage(&self.lines)),
+                ("displacement", Descriptor::StorageImage(displacement)),
+                ("slopes", Descriptor::StorageImage(slopes)),
+                ("joint", Descriptor::StorageImage(joint)),
+                ("Cascades", Descriptor::Storage(&self.cascades)),
             ],
         );
-        cmd.push_constants(&choppiness);
+        cmd.push_constants(&Choppiness { choppiness });
         cmd.dispatch([self.resolution, self.count, 1]);
     }
 
@@ -182,9 +200,10 @@ impl OceanFields {
         }
         for pair in self.levels.windows(2) {
             let [width, height] = pair[1][0].extent();
-            let views = pair.iter().flatten().enumerate();
-            let descriptors: Vec<_> = views.map(|(i, view)| (i as u32, Descriptor::StorageImage(view))).collect();
-            cmd.bind(&self.mips, &descriptors);
+            let names =
+                ["fine_displacement", "fine_slopes", "fine_joint", "displacement", "slopes", "joint"].into_iter();
+            let images: Vec<_> = names.zip(pair.iter().flatten().map(Descriptor::StorageImage)).collect();
+            cmd.bind(&self.mips, &images);
             cmd.dispatch_invocations(&self.mips, [width, height, self.count]);
             cmd.memory_barrier(Use::ComputeWrite, Use::ComputeRead);
         }

@@ -4,17 +4,17 @@ use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 use std::sync::Arc;
 
-use bytemuck::{Pod, Zeroable};
 use glam::Vec2;
 
-use super::fields::OceanFields;
+use super::fields::{CascadeGpu, OceanFields};
 use crate::gpu::{
-    Buffer, ColorTarget, Commands, Descriptor, Filter, Gpu, GraphicsDesc, GraphicsPipeline, Load, Memory, Result,
-    Sampler, SpecValue, Topology, Use, Wrap,
+    AddressMode, Buffer, ColorTarget, Commands, Descriptor, Filter, Gpu, GraphicsDesc, GraphicsPipeline, Load, Memory,
+    Result, Sampler, SharedStruct, SpecValue, Topology, Use, shared_struct,
 };
 use crate::render::passes::targets::{GBuffer, VisibleSurface};
 use crate::render::settings::Needs;
 use crate::render::surfaces::ocean::mesh::EARTH;
+use crate::render::surfaces::ocean::shore::ShoreGpu;
 use crate::render::surfaces::ocean::{Ocean, SEA_INDEX};
 
 /// Beckmann roughness of the water itself, below all waves.
@@ -22,13 +22,14 @@ const WATER_ROUGHNESS: f32 = 0.01;
 /// Reflectance of water at normal incidence.
 const WATER_F0: f32 = 0.02;
 
-#[repr(C)]
-#[derive(Clone, Copy, Pod, Zeroable)]
-struct WaterGpu {
-    centre: [f32; 4],
-    tail: [f32; 4],
-    color: [f32; 4],
-    foam: [f32; 4],
+shared_struct! {
+    /// What the filter knows of the water.
+    pub struct WaterGpu for "Water" {
+        centre: [f32; 4],
+        tail: [f32; 4],
+        color: [f32; 4],
+        foam: [f32; 4],
+    }
 }
 
 /// Pipelines of the filter, one per set of needs that was asked for, and what they know of the water.
@@ -48,8 +49,8 @@ impl OceanFilter {
         Ok(Self {
             pipelines: HashMap::new(),
             water: Buffer::new(gpu, "water", size_of::<WaterGpu>() as u64, Memory::Upload)?,
-            trilinear: Sampler::new(gpu, "ocean moments", Filter::Trilinear, Wrap::Repeat)?,
-            nearest: Sampler::new(gpu, "ocean pixels", Filter::Nearest, Wrap::Clamp)?,
+            trilinear: Sampler::new(gpu, "ocean moments", Filter::Trilinear, AddressMode::Repeat)?,
+            nearest: Sampler::new(gpu, "ocean pixels", Filter::Nearest, AddressMode::ClampToEdge)?,
         })
     }
 
@@ -60,7 +61,7 @@ impl OceanFilter {
     /// A failed pipeline or write.
     pub fn update(&mut self, gpu: &Arc<Gpu>, needs: Needs, ocean: &Ocean, centre: Vec2) -> Result<()> {
         if let Entry::Vacant(place) = self.pipelines.entry(needs) {
-            let own = vec![(1, SpecValue::U32(SEA_INDEX)), (3, SpecValue::Bool(ocean.shore.is_some()))];
+            let own = vec![("SEA", SpecValue::U32(SEA_INDEX)), ("HAS_BEACH", SpecValue::Bool(ocean.shore.is_some()))];
             place.insert(GraphicsPipeline::new(
                 gpu,
                 "ocean filter",
@@ -70,6 +71,7 @@ impl OceanFilter {
                     fragment: Some("passes/ocean/filter.frag"),
                     colors: &GBuffer::FORMATS,
                     spec: &[needs.spec(), own].concat(),
+                    structs: &[WaterGpu::LAYOUT, ShoreGpu::LAYOUT, CascadeGpu::LAYOUT],
                     ..Default::default()
                 },
             )?);
@@ -112,14 +114,14 @@ impl OceanFilter {
         cmd.bind(
             pipeline,
             &[
-                (0, Descriptor::Sampled(visible.texture.whole(), &self.nearest)),
-                (1, Descriptor::Sampled(visible.surface.whole(), &self.nearest)),
-                (2, Descriptor::Sampled(fields.slopes.whole(), &self.trilinear)),
-                (3, Descriptor::Sampled(fields.joint.whole(), &self.trilinear)),
-                (4, Descriptor::Storage(&fields.cascades)),
-                (5, Descriptor::Uniform(&self.water)),
-                (6, Descriptor::Uniform(shore)),
-                (7, Descriptor::Storage(&visible.tiles.records)),
+                ("visible_texture", Descriptor::Sampled(visible.texture.whole(), &self.nearest)),
+                ("visible_surface", Descriptor::Sampled(visible.surface.whole(), &self.nearest)),
+                ("slopes", Descriptor::Sampled(fields.slopes.whole(), &self.trilinear)),
+                ("joint", Descriptor::Sampled(fields.joint.whole(), &self.trilinear)),
+                ("Cascades", Descriptor::Storage(&fields.cascades)),
+                ("water", Descriptor::Uniform(&self.water)),
+                ("Beach", Descriptor::Uniform(shore)),
+                ("TileRecords", Descriptor::Storage(&visible.tiles.records)),
             ],
         );
         visible.tiles.draw(cmd);

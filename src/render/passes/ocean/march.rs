@@ -3,13 +3,13 @@
 
 use std::sync::Arc;
 
-use bytemuck::{Pod, Zeroable};
 use glam::{Mat3, Mat4, Vec3};
 
-use super::fields::{Content, OceanFields, RESOLUTIONS};
+use super::fields::{CascadeGpu, Content, OceanFields, RESOLUTIONS};
+use super::filter::WaterGpu;
 use crate::gpu::{
-    Buffer, Commands, Depth, Descriptor, Filter, Gpu, GraphicsDesc, GraphicsPipeline, Memory, Result, Sampler,
-    SpecValue, Topology, Wrap,
+    AddressMode, Buffer, Commands, Depth, Descriptor, Filter, Gpu, GraphicsDesc, GraphicsPipeline, Memory, Result,
+    Sampler, SharedStruct, SpecValue, Topology, shared_struct,
 };
 use crate::render::passes::targets::{GBuffer, VisibleSurface};
 use crate::render::surfaces::ocean::SEA_INDEX;
@@ -25,12 +25,12 @@ const OVERSAMPLING: u32 = 2;
 /// a step.
 const SLOPE_BOUND: f64 = 3.5;
 
-#[repr(C)]
-#[derive(Clone, Copy, Pod, Zeroable)]
-struct ViewGpu {
-    rays: [[f32; 4]; 3],
-    eye: [f32; 4],
-    centre: [f32; 4],
+shared_struct! {
+    struct ViewGpu for "View" {
+        rays: [[f32; 4]; 3],
+        eye: [f32; 4],
+        centre: [f32; 4],
+    }
 }
 
 /// Per cascade: bound of the heights of all after it, and of the slopes of all up to it.
@@ -70,7 +70,8 @@ impl OceanMarch {
             fragment: Some("passes/ocean/march.frag"),
             colors: &[VisibleSurface::FORMAT; 3],
             depth: Some(Depth::default()),
-            spec: &[(0, SpecValue::U32(SEA_INDEX))],
+            spec: &[("SEA", SpecValue::U32(SEA_INDEX))],
+            structs: &[ViewGpu::LAYOUT, CascadeGpu::LAYOUT],
             ..Default::default()
         };
         let exact = GraphicsDesc {
@@ -78,7 +79,8 @@ impl OceanMarch {
             fragment: Some("passes/ocean/exact.frag"),
             colors: &GBuffer::FORMATS,
             topology: Topology::Points,
-            spec: &[(1, SpecValue::U32(SEA_INDEX))],
+            spec: &[("SEA", SpecValue::U32(SEA_INDEX))],
+            structs: &[WaterGpu::LAYOUT, CascadeGpu::LAYOUT],
             ..Default::default()
         };
         Ok(Self {
@@ -88,8 +90,8 @@ impl OceanMarch {
             limits: Buffer::from_slice(gpu, "ocean limits", &limits(&deviations))?,
             bound: (HEIGHT_BOUND * deviations.iter().map(|d| d[0] * d[0]).sum::<f64>().sqrt()) as f32,
             view: Buffer::new(gpu, "ocean rays", size_of::<ViewGpu>() as u64, Memory::Upload)?,
-            repeat: Sampler::new(gpu, "ocean", Filter::Trilinear, Wrap::Repeat)?,
-            nearest: Sampler::new(gpu, "ocean pixels", Filter::Nearest, Wrap::Clamp)?,
+            repeat: Sampler::new(gpu, "ocean", Filter::Trilinear, AddressMode::Repeat)?,
+            nearest: Sampler::new(gpu, "ocean pixels", Filter::Nearest, AddressMode::ClampToEdge)?,
         })
     }
 
@@ -121,10 +123,10 @@ impl OceanMarch {
         cmd.bind(
             &self.march,
             &[
-                (0, Descriptor::Uniform(&self.view)),
-                (1, Descriptor::Storage(&self.fields.cascades)),
-                (2, Descriptor::Storage(&self.limits)),
-                (3, Descriptor::Sampled(self.fields.displacement.whole(), &self.repeat)),
+                ("view", Descriptor::Uniform(&self.view)),
+                ("Cascades", Descriptor::Storage(&self.fields.cascades)),
+                ("Limits", Descriptor::Storage(&self.limits)),
+                ("displacement", Descriptor::Sampled(self.fields.displacement.whole(), &self.repeat)),
             ],
         );
         cmd.draw(0..3, 0..1);
@@ -135,13 +137,13 @@ impl OceanMarch {
         cmd.bind(
             &self.exact,
             &[
-                (0, Descriptor::Sampled(visible.texture.whole(), &self.nearest)),
-                (1, Descriptor::Sampled(visible.surface.whole(), &self.nearest)),
-                (2, Descriptor::Sampled(self.fields.displacement.whole(), &self.repeat)),
-                (3, Descriptor::Sampled(self.fields.slopes.whole(), &self.repeat)),
-                (4, Descriptor::Storage(&self.fields.cascades)),
-                (5, Descriptor::Uniform(water)),
-                (7, Descriptor::Storage(&visible.tiles.records)),
+                ("visible_texture", Descriptor::Sampled(visible.texture.whole(), &self.nearest)),
+                ("visible_surface", Descriptor::Sampled(visible.surface.whole(), &self.nearest)),
+                ("displacement", Descriptor::Sampled(self.fields.displacement.whole(), &self.repeat)),
+                ("slopes", Descriptor::Sampled(self.fields.slopes.whole(), &self.repeat)),
+                ("Cascades", Descriptor::Storage(&self.fields.cascades)),
+                ("water", Descriptor::Uniform(water)),
+                ("TileRecords", Descriptor::Storage(&visible.tiles.records)),
             ],
         );
         visible.tiles.draw(cmd);

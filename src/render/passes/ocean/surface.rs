@@ -3,15 +3,15 @@
 
 use std::sync::Arc;
 
-use bytemuck::{Pod, Zeroable};
 use glam::{Mat4, Vec3};
 
-use super::fields::{Content, OceanFields};
+use super::fields::{CascadeGpu, Content, OceanFields};
 use super::filter::OceanFilter;
 use super::march::OceanMarch;
 use crate::gpu::{
-    Buffer, ColorTarget, Commands, Cull, Depth, DepthTarget, Descriptor, Filter, Gpu, GraphicsDesc, GraphicsPipeline,
-    Load, Memory, Result, Sampler, SpecValue, Timestamps, Topology as Primitive, Use, Wrap,
+    AddressMode, Buffer, ColorTarget, Commands, Depth, DepthTarget, Descriptor, Filter, Gpu, GraphicsDesc,
+    GraphicsPipeline, Load, Memory, Result, Sampler, SharedStruct, SpecValue, Timestamps, Topology as Primitive, Use,
+    shared_struct,
 };
 use crate::render::passes::geometry::guard_band;
 use crate::render::passes::targets::{GBuffer, VisibleSurface};
@@ -21,19 +21,19 @@ use crate::render::surfaces::ocean::shore::ShoreGpu;
 use crate::render::surfaces::ocean::{Ocean, SEA_INDEX};
 use crate::render::surfaces::tessellation::{GUARD_BAND, Lens, TessellationSettings};
 
-#[repr(C)]
-#[derive(Clone, Copy, Pod, Zeroable)]
-struct VertexGpu {
-    position: [f32; 2],
-    spacing: f32,
-    unused: f32,
+shared_struct! {
+    struct VertexGpu for "Vertex" {
+        position: [f32; 2],
+        spacing: f32,
+        unused: f32,
+    }
 }
 
-#[repr(C)]
-#[derive(Clone, Copy, Pod, Zeroable)]
-struct ViewGpu {
-    clip_from_world: [[f32; 4]; 4],
-    centre: [f32; 4],
+shared_struct! {
+    struct ViewGpu for "View" {
+        clip_from_world: [[f32; 4]; 4],
+        centre: [f32; 4],
+    }
 }
 
 /// The passes of the sea.
@@ -81,13 +81,13 @@ impl OceanPass {
                     fragment: Some("passes/ocean/surface.frag"),
                     colors: &[VisibleSurface::FORMAT; 3],
                     depth: Some(Depth::default()),
-                    cull: Cull::None,
                     topology: Primitive::Patches(4),
                     spec: &[
-                        (0, SpecValue::U32(SEA_INDEX)),
-                        (1, SpecValue::F32(GUARD_BAND)),
-                        (2, SpecValue::Bool(ocean.shore.is_some())),
+                        ("SEA", SpecValue::U32(SEA_INDEX)),
+                        ("GUARD_BAND", SpecValue::F32(GUARD_BAND)),
+                        ("HAS_BEACH", SpecValue::Bool(ocean.shore.is_some())),
                     ],
+                    structs: &[ViewGpu::LAYOUT, VertexGpu::LAYOUT, CascadeGpu::LAYOUT, ShoreGpu::LAYOUT],
                     ..Default::default()
                 },
             )?,
@@ -101,7 +101,7 @@ impl OceanPass {
             view: buffer("ocean view", 1, size_of::<ViewGpu>())?,
             shore: buffer("shore", 1, size_of::<ShoreGpu>())?,
             deviations: ocean.cascades.iter().map(|c| c.deviations()[0]).collect(),
-            trilinear: Sampler::new(gpu, "ocean", Filter::Trilinear, Wrap::Repeat)?,
+            trilinear: Sampler::new(gpu, "ocean", Filter::Trilinear, AddressMode::Repeat)?,
             rings,
             laid: Laid::default(),
             ocean,
@@ -198,15 +198,15 @@ impl OceanPass {
         cmd.bind(
             &self.pipeline,
             &[
-                (0, Descriptor::Uniform(&self.view)),
-                (1, Descriptor::Storage(&self.vertices)),
-                (2, Descriptor::Storage(&self.patches)),
-                (3, Descriptor::Storage(&self.patch_edges)),
-                (4, Descriptor::Storage(&self.edge_factors)),
-                (5, Descriptor::Storage(&self.visible)),
-                (6, Descriptor::Storage(&self.fields.cascades)),
-                (7, Descriptor::Sampled(self.fields.displacement.whole(), &self.trilinear)),
-                (8, Descriptor::Uniform(&self.shore)),
+                ("view", Descriptor::Uniform(&self.view)),
+                ("Vertices", Descriptor::Storage(&self.vertices)),
+                ("Patches", Descriptor::Storage(&self.patches)),
+                ("Edges", Descriptor::Storage(&self.patch_edges)),
+                ("EdgeFactors", Descriptor::Storage(&self.edge_factors)),
+                ("VisiblePatches", Descriptor::Storage(&self.visible)),
+                ("Cascades", Descriptor::Storage(&self.fields.cascades)),
+                ("displacement", Descriptor::Sampled(self.fields.displacement.whole(), &self.trilinear)),
+                ("Beach", Descriptor::Uniform(&self.shore)),
             ],
         );
         for &(first, count) in &self.laid.list.draws {

@@ -15,7 +15,6 @@ pub mod levels;
 
 use std::sync::Arc;
 
-use bytemuck::{Pod, Zeroable};
 use half::f16;
 use rayon::prelude::*;
 
@@ -25,39 +24,39 @@ use super::moments::LeadrMapGpu;
 use super::patch_mesh::{PatchMesh, TileLayout};
 use super::topology::Topology;
 use crate::gpu::vk::Format;
-use crate::gpu::{Buffer, Gpu, GpuError, Image, ImageDesc, Result};
+use crate::gpu::{Buffer, Gpu, GpuError, Image, ImageDesc, Result, shared_struct};
 use crate::maps::srgb::linear_of_srgb8;
 
 /// No patch beyond a side.
 const NO_NEIGHBOR: u32 = u32::MAX;
 
-/// The head of the links' buffer.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
-struct LayoutGpu {
-    /// [`TileLayout::tile`].
-    tile: u32,
-    gutter: u32,
-    columns: u32,
-    /// [`CoarseShape::finest`].
-    finest: u32,
+shared_struct! {
+    /// The head of the links' buffer.
+    pub struct AtlasHeadGpu for "Atlas" {
+        /// [`TileLayout::tile`].
+        tile_size: u32,
+        tile_gutter: u32,
+        tile_columns: u32,
+        /// [`CoarseShape::finest`].
+        finest_coarse: u32,
+    }
 }
 
-/// What lies beyond the sides of a patch (`PatchLink`), in the order of [`Topology::patch_edges`].
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-struct PatchLink {
-    /// `patch << 2 | side`, or [`NO_NEIGHBOR`].
-    neighbors: [u32; 4],
-    /// Per side, at its first and its second corner: columns of the matrix from the neighbour's gradients to the patch's.
-    turns: [[[f32; 4]; 2]; 4],
+shared_struct! {
+    /// What lies beyond the sides of a patch, in the order of [`Topology::patch_edges`].
+    pub struct PatchLinkGpu for "PatchLink" {
+        /// `patch << 2 | side`, or [`NO_NEIGHBOR`].
+        neighbors: [u32; 4],
+        /// Per side, at its first and its second corner: columns of the matrix from the neighbour's gradients to the patch's.
+        turns: [[[f32; 4]; 2]; 4],
+    }
 }
 
 /// Links and coarse levels on the device; placeholders for objects without an atlas.
 pub struct AtlasGpu {
     /// Whether there is an atlas.
     pub tiled: bool,
-    /// `LayoutGpu`, then a `PatchLink` for every patch.
+    /// `AtlasHeadGpu`, then a `PatchLinkGpu` for every patch.
     pub links: Buffer,
     /// Coarse levels of the moments that [`LeadrMapGpu::slopes`] has.
     pub slopes: Image,
@@ -143,10 +142,10 @@ impl AtlasGpu {
             None => Self::none(gpu, name)?.color,
         };
 
-        let links: Vec<PatchLink> = (0..mesh.patches.len())
+        let links: Vec<PatchLinkGpu> = (0..mesh.patches.len())
             .into_par_iter()
             .map(|patch| {
-                let mut link = PatchLink { neighbors: [NO_NEIGHBOR; 4], turns: [[[1.0, 0.0, 0.0, 1.0]; 2]; 4] };
+                let mut link = PatchLinkGpu { neighbors: [NO_NEIGHBOR; 4], turns: [[[1.0, 0.0, 0.0, 1.0]; 2]; 4] };
                 for (side, neighbor) in star.neighbors[patch].iter().enumerate() {
                     let &Some((other, beside)) = neighbor else { continue };
                     link.neighbors[side] = other << 2 | u32::from(beside);
@@ -160,8 +159,12 @@ impl AtlasGpu {
                 link
             })
             .collect();
-        let head =
-            LayoutGpu { tile: layout.tile, gutter: layout.gutter, columns: layout.columns, finest: shape.finest };
+        let head = AtlasHeadGpu {
+            tile_size: layout.tile,
+            tile_gutter: layout.gutter,
+            tile_columns: layout.columns,
+            finest_coarse: shape.finest,
+        };
         let mut bytes = bytemuck::bytes_of(&head).to_vec();
         bytes.extend_from_slice(bytemuck::cast_slice(&links));
         Ok(Self {

@@ -1,7 +1,7 @@
 //! A beach for the sea to run up: a coast along y with the land toward +x. The shaders' part is
 //! `passes/ocean/shore.glsl`; what both compute, [`Shore::offshore`] and [`Shore::ground`], the parity tests compare.
 
-use bytemuck::{Pod, Zeroable};
+use crate::gpu::shared_struct;
 use glam::{DVec2, Vec3};
 
 use super::waves::PERIOD;
@@ -69,26 +69,27 @@ impl Shore {
     }
 }
 
-/// The block of the shaders (`Shore` in `passes/ocean/shore.glsl`); zero where there is no shore.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
-pub struct ShoreGpu {
-    /// Slope, berm, reach, deepening.
-    pub profile: [f32; 4],
-    /// Amplitudes of the bends.
-    pub line_amplitude: [f32; 4],
-    /// Their wave numbers.
-    pub line_step: [f32; 4],
-    /// Their phases.
-    pub line_phase: [f32; 4],
-    /// Turns of the swell, whole turns before them, its period, the run-up.
-    pub swell: [f32; 4],
-    /// Wet sand; unused.
-    pub bed: [f32; 4],
-    /// Extinction.
-    pub extinction: [f32; 4],
-    /// Depth at which the waves of each cascade keep 63 % of their height.
-    pub calm: [[f32; 4]; 2],
+shared_struct! {
+    /// The block of the shaders (`Shore` in `passes/ocean/shore.glsl`); zero where there is no shore.
+    #[derive(Default)]
+    pub struct ShoreGpu for "Shore" {
+        /// Slope, berm, reach, deepening.
+        pub profile: [f32; 4],
+        /// Amplitudes of the bends.
+        pub line_amplitude: [f32; 4],
+        /// Their wave numbers.
+        pub line_step: [f32; 4],
+        /// Their phases.
+        pub line_phase: [f32; 4],
+        /// Turns of the swell, whole turns before them, its period, the run-up.
+        pub swell: [f32; 4],
+        /// Wet sand; unused.
+        pub bed: [f32; 4],
+        /// Extinction.
+        pub extinction: [f32; 4],
+        /// Depth at which the waves of each cascade keep 63 % of their height.
+        pub calm: [[f32; 4]; 2],
+    }
 }
 
 /// Depth over the standard deviation of a cascade's height at which its waves keep 63 % of their height: so the highest
