@@ -3,16 +3,14 @@
 
 pub mod atlas;
 pub mod attach;
+#[cfg(test)]
+mod baked_tests;
 pub mod cache;
 pub mod cage;
 pub mod dual;
 pub mod gait;
-#[cfg(test)]
-mod look;
 pub mod noise;
 pub mod parts;
-#[cfg(test)]
-mod preview;
 pub mod primitive;
 pub mod props;
 pub mod relax;
