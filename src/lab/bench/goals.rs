@@ -1,4 +1,4 @@
-//! What the rows are held against.
+//! Goals: bounds on ratios of measured times.
 
 use serde::Serialize;
 
@@ -16,7 +16,7 @@ pub enum Bound {
 }
 
 impl Bound {
-    /// Whether a ratio keeps the bound, which belongs to it.
+    /// Whether a ratio keeps the bound; the bound itself is allowed.
     #[must_use]
     pub fn holds(self, ratio: f64) -> bool {
         match self {
@@ -35,14 +35,14 @@ pub struct Place {
     pub row: &'static str,
     /// The pass.
     pub pass: &'static str,
-    /// How often this time counts.
+    /// Factor on this time.
     pub times: u32,
 }
 
 /// A ratio of two times and where it should lie.
 #[derive(Clone, Copy, Debug)]
 pub struct Goal {
-    /// In words.
+    /// Name, in words.
     pub name: &'static str,
     /// Dividend.
     pub of: Place,
@@ -52,7 +52,7 @@ pub struct Goal {
     pub bound: Bound,
 }
 
-/// What became of a goal.
+/// The verdict on a goal.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Verdict {
     /// The goal in words.
@@ -69,7 +69,7 @@ pub struct Verdict {
     pub fastest: f64,
     /// Whether the median keeps the bound.
     pub met: bool,
-    /// Whether the quartiles agree with it. If not, more frames or a quieter machine may turn the verdict.
+    /// Whether both quartiles agree with the median. If not, more frames or a quieter machine may change the verdict.
     pub clear: bool,
 }
 

@@ -1,14 +1,14 @@
-//! The sea's own tables: what its passes take with the size of the transforms, and with the size of the picture.
+//! The sea's own tables: the time of its passes by the size of the transforms and of the picture.
 
 use super::rounds::TOTAL;
 use crate::scenes::config::SceneConfig;
 use crate::scenes::ocean::waves::Waves;
 use crate::scenes::view::Size;
 
-/// The passes that make the waves' maps: they know nothing of the picture.
+/// The passes that make the waves' maps; they do not depend on the picture.
 pub const WAVES: &str = "wave rows+wave columns+wave mips";
 
-/// A sea that stands in a table.
+/// A row of one of the sea's tables.
 #[derive(Clone, Debug)]
 pub struct Variant {
     /// The table.
@@ -23,10 +23,10 @@ pub struct Variant {
     pub config: SceneConfig,
 }
 
-/// Samples along the tiles' edges that are measured.
+/// Sizes of transforms that are measured: samples along a tile's edge.
 const TRANSFORMS: [u32; 4] = [64, 128, 256, 512];
 
-/// The sea of `config` with every size of transform, and in pictures of half, once and twice its size along each side.
+/// The sea of `config` with every size of transform, then in pictures with half, once and twice its sides.
 #[must_use]
 pub fn variants(config: &SceneConfig) -> Vec<Variant> {
     let name = |fft: u32| format!("fft {fft}");

@@ -1,4 +1,4 @@
-//! What a bench says: JSON, or tables to read.
+//! The result of a bench, as JSON or as tables to read.
 
 use std::fmt;
 
@@ -18,15 +18,15 @@ pub struct BenchReport {
     command: &'static str,
     device: String,
     driver: String,
-    /// Of the program.
+    /// Commit of the program.
     commit: &'static str,
-    /// How the program was compiled; nothing on the device depends on it.
+    /// How the program was compiled; the times of the device do not depend on it.
     profile: &'static str,
-    /// Rounds.
+    /// Number of rounds.
     frames: u32,
     rows: Vec<RowReport>,
     ratios: Vec<RatioReport>,
-    /// Time against samples, a straight line each (LEADR Figure 11).
+    /// Time against samples: one straight line per table (LEADR Figure 11).
     lines: Vec<LineReport>,
     goals: Vec<Verdict>,
     /// Wall-clock seconds, everything included.
@@ -40,25 +40,25 @@ const SHADE: &str = "shade";
 #[derive(Clone, Debug, Serialize)]
 pub struct RowReport {
     table: String,
-    /// Names the row in its table.
+    /// Name of the row in its table.
     row: String,
     /// The row it is compared with.
     base: Option<String>,
     /// The pass, or sum of passes, that is compared.
     compared: &'static str,
     technique: &'static str,
-    /// Where a pixel's slope samples lie.
+    /// How the integrals over slopes are sampled.
     rule: &'static str,
-    /// Slope samples (or probes) of a pixel, of each environment term.
+    /// Slope samples (or probes) per pixel and environment term.
     samples: u32,
     visibility: &'static str,
-    /// Metres to the camera's target, where scenes are seen from several.
+    /// Metres to the camera's target, for scenes that are seen from several distances.
     distance: Option<f32>,
     size: [u32; 2],
     pass: String,
     median_ms: f64,
     p95_ms: f64,
-    /// Of the fastest frame.
+    /// Time of the fastest frame.
     min_ms: f64,
     /// Times the pass was drawn in each timed region.
     repeats: u32,
@@ -93,7 +93,7 @@ pub struct RatioReport {
 #[derive(Clone, Debug, Serialize)]
 pub struct LineReport {
     table: String,
-    /// Milliseconds at no sample.
+    /// Milliseconds without any sample.
     intercept_ms: f64,
     /// Milliseconds per sample.
     per_sample_ms: f64,
@@ -103,7 +103,7 @@ pub struct LineReport {
 }
 
 impl BenchReport {
-    /// Sums up what was measured on `gpu` in so many rounds and seconds.
+    /// Summarises what was measured on `gpu` in this many rounds and seconds.
     #[must_use]
     pub fn new(gpu: &Gpu, measured: Vec<Measured>, frames: u32, seconds: f64) -> Self {
         let find = |table: &str, row: &str| measured.iter().find(|m| m.row.table == table && m.row.name == row);
@@ -184,12 +184,12 @@ fn line(table: &str, measured: &[Measured]) -> Option<LineReport> {
     })
 }
 
-/// A pass or sum of passes over its column.
+/// Heading of the column of a pass or sum of passes.
 fn title(pass: &str) -> &str {
     if pass == WAVES { "waves" } else { pass }
 }
 
-/// Milliseconds in some four digits.
+/// Milliseconds with about four digits.
 fn ms(value: f64) -> String {
     let digits = if value >= 1000.0 {
         0
@@ -208,7 +208,7 @@ impl fmt::Display for BenchReport {
         writeln!(f, "{} ({}), commit {}", self.device, self.driver, self.commit)?;
         writeln!(
             f,
-            "median ms on the device, {} rounds; ratios: median [quartiles] within rounds, and of the fastest frames",
+            "medians in ms on the device, {} rounds; ratios: median [quartiles] over rounds, then of the fastest frames",
             self.frames
         )?;
         let mut tables: Vec<&str> = Vec::new();
@@ -245,7 +245,7 @@ impl fmt::Display for BenchReport {
 impl BenchReport {
     fn table(&self, f: &mut fmt::Formatter<'_>, table: &str) -> fmt::Result {
         let rows: Vec<&RowReport> = self.rows.iter().filter(|r| r.table == table).collect();
-        // On the quad only what the pixels cost is of interest; JSON has the rest.
+        // For the quad only the cost of the pixels matters; JSON has the rest.
         let own = |pass: &str| ["geometry", "filter", "shade", PIXELS].contains(&pass);
         let compared = rows[0].compared;
         let mut passes: Vec<&str> = Vec::new();

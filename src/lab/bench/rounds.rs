@@ -1,5 +1,5 @@
-//! Rows measured turn and turn about: every round draws one frame of each, so that what slows the machine down for a
-//! while slows all of them, and ratios are taken within rounds.
+//! Rows measured alternately: every round draws one frame of each row, and ratios are taken within rounds. Whatever slows the
+//! machine down for a while then slows all rows alike.
 
 use super::stats::{Ratio, median, paired_ratio, quantile};
 use crate::lab::error::LabError;
@@ -14,16 +14,16 @@ pub trait Subject {
     fn frame(&mut self, row: usize, round: usize, repeats: u32) -> Result<Vec<PassTime>, LabError>;
 }
 
-/// A timed region should take at least this long, milliseconds: the clocks of GPUs tick in up to a microsecond.
+/// A timed region should take at least this long, milliseconds: clocks of GPUs tick as slowly as once in a microsecond.
 const MEASURABLE: f64 = 0.5;
 /// Most repetitions of a pass.
 const MAX_REPEATS: u32 = 256;
-/// A row whose frame takes longer than this, milliseconds, sits rounds out.
+/// A row whose frame takes longer than this, milliseconds, skips some rounds.
 const PATIENCE: f64 = 1000.0;
-/// Rounds that no row sits out, whatever it takes.
+/// Every row takes part in at least this many rounds.
 const FEWEST: usize = 5;
 
-/// What the pixels cost: the maps' filtering and the shading.
+/// The passes that work per pixel: filtering of the maps, and shading.
 pub const PIXELS: &str = "filter+shade";
 /// All passes of a frame.
 pub const TOTAL: &str = "total";
@@ -33,7 +33,7 @@ pub const TOTAL: &str = "total";
 pub struct Series {
     /// Repetitions of each pass in its timed region.
     pub repeats: u32,
-    /// Per round, the time of each pass; none where the row sat out.
+    /// Per round, the time of each pass; `None` where the row skipped the round.
     pub rounds: Vec<Option<Vec<PassTime>>>,
 }
 
@@ -88,10 +88,9 @@ impl Series {
     }
 }
 
-/// Draws two frames of every row for warmth (the first compiles, the second says what to expect), then measures
-/// `rounds` rounds. Rounds go through the rows forwards and backwards by turns, so that a steady drift favours none.
-/// `tick` is called after every frame but the warm-ups, with the number of the row; before it, once, with how many
-/// frames there will be.
+/// Measures `rounds` rounds after a warm-up of two frames per row: the first compiles pipelines, the second tells how long a frame
+/// takes. Rounds go through the rows forwards and backwards alternately, so that a steady drift favours none. `tick` hears of every
+/// row that is warm, of the number of frames to come, and of every measured frame.
 ///
 /// # Errors
 /// The first failed frame's.
@@ -109,7 +108,7 @@ pub fn measure(
         warm.push((total, repeats(&times)));
         tick(Tick::Warm(row));
     }
-    // A pass that is repeated finds warm caches: rows are repeated alike, or they could not be compared.
+    // Repeated passes find warm caches: rows can only be compared if they are repeated alike.
     let most = warm.iter().map(|w| w.1).max().unwrap_or(1);
     let mut series = Vec::with_capacity(rows);
     let mut turns = Vec::with_capacity(rows);
@@ -137,15 +136,15 @@ pub fn measure(
 pub enum Tick {
     /// The row of this number is warm.
     Warm(usize),
-    /// All rows are warm; so many frames will be measured.
+    /// All rows are warm; this many frames will be measured.
     Begin(usize),
     /// A frame of the row of this number was measured.
     Frame(usize),
 }
 
-/// Repetitions that make the pixels' passes measurable.
+/// Repetitions that make the passes per pixel long enough to measure.
 fn repeats(times: &[PassTime]) -> u32 {
-    // The sea's pixels have a filter of their own, and there may be no others.
+    // The sea has a filter pass of its own, and may be all there is.
     let all = |pass: &str| times.iter().filter(|t| t.pass.ends_with(pass)).map(|t| t.milliseconds).reduce(|a, b| a + b);
     let shortest = PIXELS.split('+').filter_map(all).fold(f64::INFINITY, f64::min);
     if shortest.is_finite() {
@@ -155,13 +154,13 @@ fn repeats(times: &[PassTime]) -> u32 {
     }
 }
 
-/// In how many of `rounds` rounds a row of so many milliseconds takes part.
+/// In how many of `rounds` rounds a row that takes this long takes part.
 fn turns_of(milliseconds: f64, rounds: usize) -> usize {
     let turns = (rounds as f64 * PATIENCE / milliseconds.max(PATIENCE)).round() as usize;
     turns.clamp(FEWEST.min(rounds), rounds)
 }
 
-/// Whether a row of `turns` turns takes part in a round: in turns that lie evenly, the first round always.
+/// Whether a row that takes part in `turns` rounds takes part in this one: they are spread evenly, and the first is always one.
 fn takes_part(round: usize, turns: usize, rounds: usize) -> bool {
     round == 0 || round * turns / rounds != (round - 1) * turns / rounds
 }
@@ -212,7 +211,7 @@ mod tests {
         let (_, series) = run(&[10.0, 15.0], 40, |call| 1.0 + call as f64 / 9.0);
         let ratio = series[1].ratio(PIXELS, &series[0], PIXELS).unwrap();
         assert!((ratio.median - 1.5).abs() < 0.02, "{ratio:?}");
-        assert!(ratio.low < 1.5 && ratio.high > 1.5, "turns alternate, so the drift falls on both sides: {ratio:?}");
+        assert!(ratio.low < 1.5 && ratio.high > 1.5, "rounds alternate, so the drift falls on both sides: {ratio:?}");
         // One row after the other would have said something else.
         let mut calls = 0;
         let mut one_after_the_other = |cost: f64| {
@@ -229,7 +228,7 @@ mod tests {
     }
 
     #[test]
-    fn slow_rows_sit_rounds_out_evenly() {
+    fn slow_rows_skip_rounds_evenly() {
         let (machine, series) = run(&[10.0, 4000.0, 90_000.0], 24, |_| 1.0);
         let counts: Vec<usize> = series.iter().map(Series::measurements).collect();
         assert_eq!(counts, [24, 6, FEWEST]);
@@ -250,7 +249,7 @@ mod tests {
         assert_eq!(
             series.iter().map(|s| s.repeats).collect::<Vec<_>>(),
             [MAX_REPEATS, 2, 1],
-            "as far as patience goes"
+            "no longer than a frame may take"
         );
         let repeated = [PassTime { pass: "shadow".to_owned(), milliseconds: 1e-3 }];
         assert_eq!(repeats(&repeated), 1, "there are no pixels to repeat");

@@ -10,10 +10,10 @@ use crate::render::surfaces::tessellation::TessellationSettings;
 use crate::scenes::config::SceneConfig;
 use crate::scenes::view::Size;
 
-/// One thing that is drawn again and again.
+/// One row: something that is drawn again and again.
 #[derive(Clone, Debug)]
 pub struct Row {
-    /// The table it stands in.
+    /// The table it belongs to.
     pub table: String,
     /// Its name there.
     pub name: String,
@@ -21,7 +21,7 @@ pub struct Row {
     pub distance: Option<f32>,
     /// The row of the table that this one is compared with.
     pub base: Option<String>,
-    /// The time that is compared: of the pixels, or of all passes.
+    /// The time that is compared: that of the passes per pixel, or of all passes.
     pub compared: &'static str,
     /// The paper's time on its GPU, milliseconds.
     pub paper_ms: Option<f64>,
@@ -29,7 +29,7 @@ pub struct Row {
     pub state: FrameState,
     /// How it is drawn.
     pub settings: RenderSettings,
-    /// Hours that the sun moves from round to round: then the sky, its mips and its irradiance are made anew in each.
+    /// Hours that the sun moves between rounds; if it moves, every round makes the sky, its mips and its irradiance anew.
     pub sun_hours: f64,
 }
 
@@ -41,7 +41,7 @@ pub struct Measured {
     pub series: Series,
 }
 
-/// A minute's worth of the sun's way.
+/// The sun moves by one minute, in hours.
 const SUN_STEP: f64 = 1.0 / 60.0;
 
 impl Row {
@@ -56,7 +56,7 @@ impl Row {
         self.quadrature().samples()
     }
 
-    /// Where they lie.
+    /// The rule that places them.
     #[must_use]
     pub fn rule(&self) -> &'static str {
         self.quadrature().name()
@@ -89,7 +89,7 @@ const fn pixels(table: &'static str, row: &'static str) -> Place {
     Place { table, row, pass: PIXELS, times: 1 }
 }
 
-/// 64 samples of a reference picture: what prepares a frame is left out, in the reference's favour.
+/// 64 samples of a reference picture. The passes that prepare a frame are left out, in the reference's favour.
 const fn reference(table: &'static str, row: &'static str) -> Place {
     Place { table, row, pass: "geometry+filter+shade+accumulate", times: 64 }
 }
@@ -98,7 +98,7 @@ const fn total(table: &'static str, row: &'static str) -> Place {
     Place { table, row, pass: TOTAL, times: 1 }
 }
 
-/// The goals that times can meet. Each stands beside a bound on errors that `leadr report` measures.
+/// The goals about times. Each goes with a bound on errors, which `leadr report` measures.
 pub const GOALS: [Goal; 6] = [
     Goal {
         name: "specular, one light: LEADR / LEAN",
@@ -138,13 +138,13 @@ pub const GOALS: [Goal; 6] = [
     },
 ];
 
-/// Whether a goal looks at this row.
+/// Whether a goal compares this row.
 #[must_use]
 pub fn in_a_goal(row: &Row) -> bool {
     GOALS.iter().flat_map(|goal| [goal.of, goal.to]).any(|place| place.table == row.table && place.row == row.name)
 }
 
-/// The paper's settings: masking alone, as its algorithms are printed, and no pixel kernel.
+/// The paper's settings: masking alone, like its printed algorithms, and no pixel kernel.
 fn paper(technique: Technique, quadrature: Quadrature, terms: Terms) -> Shading {
     let (shadowing, pixel_kernel) = (Shadowing::None, false);
     technique.with(ShadingOptions { quadrature, terms, shadowing, pixel_kernel, ..Default::default() })
@@ -236,7 +236,7 @@ pub fn quad(state: &FrameState, size: Size) -> Vec<Row> {
     rows
 }
 
-/// What the paper's tables say of a row, milliseconds on an NVIDIA GTX 480 (LEADR section 7).
+/// The paper's time of a row, milliseconds on an NVIDIA GTX 480 (LEADR section 7).
 fn paper_ms(table: &str, row: &str) -> Option<f64> {
     Some(match (table, row) {
         (LIGHT, "constant") => 0.055,
@@ -257,7 +257,7 @@ fn paper_ms(table: &str, row: &str) -> Option<f64> {
 
 /// The camera's distances in a zoom, as multiples of the scene's middle view.
 const ZOOM: [f32; 6] = [0.5, 1.0, 2.0, 4.0, 8.0, 16.0];
-/// Where the reference is measured too.
+/// The multiple at which the reference is measured too.
 const AFAR: f32 = 8.0;
 
 /// Rows of the scene that `state` shows from its middle view: `only` one technique or all of them, then LEADR (or

@@ -1,4 +1,4 @@
-//! Runs the bench: puts what is measured on the device, and measures it.
+//! Runs the bench: puts the scenes on the device and measures their rows.
 
 use std::sync::Arc;
 use std::time::Instant;
@@ -22,7 +22,7 @@ use crate::scenes::set::{Inputs, set};
 use crate::scenes::stage::Lights;
 use crate::scenes::view::Size;
 
-/// What is measured.
+/// What to measure.
 #[derive(Clone, Debug)]
 pub struct BenchConfig {
     /// The paper's tables, if they are wanted.
@@ -44,7 +44,7 @@ pub struct Quad {
     pub goals_only: bool,
 }
 
-/// Measures. `open` opens the device, once the input files are known to be right.
+/// Runs the bench. `open` opens the device, after the input files have been checked.
 ///
 /// # Errors
 /// If an input file or the device is not what it should be, or the device fails.
@@ -54,7 +54,7 @@ pub fn bench(
     progress: &dyn Progress,
 ) -> Result<BenchReport, LabError> {
     let start = Instant::now();
-    // Files first: their faults are found in no time and need no device.
+    // Files first: their errors are found at once, without a device.
     let inputs = config.scenes.iter().map(Inputs::load).collect::<Result<Vec<_>, _>>()?;
     let gpu = open()?;
     let rounds = config.rounds as usize;
@@ -114,7 +114,7 @@ struct Bench {
 impl Subject for Bench {
     fn frame(&mut self, row: usize, round: usize, repeats: u32) -> Result<Vec<PassTime>, LabError> {
         let (renderer, row) = &self.rows[row];
-        // Every round of a row of many samples draws another of them.
+        // A row with many samples draws another of them in every round.
         let index = round as u32 % row.settings.samples.max(1);
         let mut state = row.state.clone();
         daylight::pass(&mut state, row.sun_hours * (round + 1) as f64);
@@ -122,7 +122,7 @@ impl Subject for Bench {
         if row.sun_hours != 0.0
             && let Some(sky) = &row.state.sky
         {
-            // The next row is not to pay for the sun's way back.
+            // Moving the sun back must not count as the next row's time.
             self.renderers[*renderer].show_sky(sky)?;
         }
         Ok(times)

@@ -1,4 +1,4 @@
-//! Many frames of the sea, with what they leave behind in memory.
+//! Many frames of the sea, and what they leave in memory.
 
 use std::fmt;
 use std::sync::Arc;
@@ -17,12 +17,12 @@ use crate::scenes::config::SceneConfig;
 use crate::scenes::daylight;
 use crate::scenes::set::{Inputs, Set, set};
 
-/// Memory after so many frames.
+/// Memory after some number of frames.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct MemorySample {
     /// Frames drawn so far.
     pub frame: u32,
-    /// Resident memory of the process, bytes, where the system tells.
+    /// Resident memory of the process, bytes, if the system reports it.
     pub resident: Option<u64>,
     /// Bytes in buffers and images.
     pub allocated: u64,
@@ -32,7 +32,7 @@ pub struct MemorySample {
     pub allocations: usize,
 }
 
-/// What became of memory over many frames.
+/// How memory changed over many frames.
 #[derive(Clone, Debug, Serialize)]
 pub struct SoakReport {
     command: &'static str,
@@ -43,26 +43,26 @@ pub struct SoakReport {
     frames: u32,
     size: [u32; 2],
     fft: u32,
-    /// Ten, evenly.
+    /// Memory at ten moments, evenly spaced.
     samples: Vec<MemorySample>,
-    /// Bytes in buffers and images: last sample over the second.
+    /// Growth of buffers and images from the second sample to the last, bytes.
     allocated_growth: i64,
-    /// Resident bytes: last sample over the second.
+    /// Growth of resident memory from the second sample to the last, bytes.
     resident_growth: Option<i64>,
     /// Wall-clock seconds.
     seconds: f64,
 }
 
-/// Samples of memory.
+/// How often memory is sampled.
 const SAMPLES: u32 = 10;
 /// Seconds from frame to frame.
 const STEP: f64 = 1.0 / 30.0;
 
-/// Draws and reads back `frames` frames of the sea of `config`, while time runs, the sun goes round once and the camera sails, climbs
-/// from 2.5 m to a kilometre and turns, by one technique after the other unless `only` one.
+/// Draws `frames` frames of the sea of `config` and reads them back. Time runs, the sun goes round once, and the camera sails, turns
+/// and climbs from 2.5 m to a kilometre. Techniques alternate, unless there is `only` one.
 ///
 /// # Errors
-/// If the device fails, validation has something to say, or buffers and images pile up.
+/// If the device fails, validation complains, or buffers and images pile up.
 pub fn soak(
     config: &SceneConfig,
     gpu: &Arc<Gpu>,
@@ -100,7 +100,7 @@ pub fn soak(
     if let Some(message) = gpu.validation_messages().first() {
         return Err(LabError(format!("Vulkan validation: {message}")));
     }
-    // By the second sample all pipelines are there.
+    // By the second sample all pipelines have been made.
     let ends = samples.get(1).zip(samples.last());
     let allocated_growth = ends.map_or(0, |(a, b)| b.allocated as i64 - a.allocated as i64);
     let resident_growth = ends.and_then(|(a, b)| Some(b.resident? as i64 - a.resident? as i64));
@@ -132,7 +132,7 @@ fn sailing(camera: &Camera, frame: u32, frames: u32) -> Camera {
     Camera::looking_at(position, position + direction * height, camera.fov_y.to_degrees())
 }
 
-/// Resident memory of this process, bytes: Linux says so.
+/// Resident memory of this process, bytes; only Linux reports it.
 fn resident() -> Option<u64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:"))?;

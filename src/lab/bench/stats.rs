@@ -1,4 +1,4 @@
-//! Medians, percentiles, ratios of pairs and straight lines, for times that a busy machine disturbs.
+//! Medians, percentiles, ratios of pairs and straight lines, for times measured on a busy machine.
 
 /// The `p`-quantile, `p` in `[0, 1]`, between the two nearest values in proportion; 0 for no values.
 #[must_use]
@@ -17,7 +17,7 @@ pub fn median(values: &[f64]) -> f64 {
     quantile(values, 0.5)
 }
 
-/// A ratio of two rows that were measured turn and turn about.
+/// A ratio of two rows that were measured alternately.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ratio {
     /// Median of the ratios within each round.
@@ -26,7 +26,7 @@ pub struct Ratio {
     pub low: f64,
     /// Their upper quartile.
     pub high: f64,
-    /// Ratio of the two fastest frames of any rounds: nothing disturbed them, if anything was ever left alone.
+    /// Ratio of the fastest frames of both, from any rounds: the frames least disturbed by other programs.
     pub fastest: f64,
     /// Rounds in which both were measured.
     pub pairs: usize,
@@ -45,7 +45,7 @@ pub fn paired_ratio(of: &[Option<f64>], to: &[Option<f64>]) -> Option<Ratio> {
     (!ratios.is_empty()).then_some(ratio)
 }
 
-/// The line through points that leaves the least squares.
+/// A least-squares line through points.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Line {
     /// Value at 0.
@@ -93,7 +93,7 @@ mod tests {
 
     #[test]
     fn pairs_cancel_what_slows_a_round() {
-        // The machine slows down eightfold, in the middle of it all, and one frame is interrupted.
+        // The machine slows down eightfold in the middle, and one frame is interrupted.
         let load = [1.0, 1.0, 2.0, 8.0, 8.0, 8.0, 3.0];
         let of: Vec<_> = load.iter().map(|l| Some(1.5 * l)).collect();
         let mut to: Vec<_> = load.iter().map(|l| Some(*l)).collect();
@@ -102,7 +102,7 @@ mod tests {
         assert_eq!((ratio.median, ratio.high, ratio.pairs), (1.5, 1.5, 7));
         let uneven = paired_ratio(&[Some(8.0), Some(2.0)], &[Some(1.0), Some(5.0)]).unwrap();
         assert_eq!((uneven.fastest, uneven.median), (2.0, 4.2));
-        // Medians of the rows alone see the same ratio only because the rounds are the same; give them different ones.
+        // Medians of the rows alone are right only if both rows were measured in the same rounds; here they were not.
         let alone = median(&[1.5, 1.5, 3.0]) / median(&[8.0, 8.0, 3.0]);
         assert!(alone < 0.5);
     }
@@ -112,7 +112,7 @@ mod tests {
         let ratio = paired_ratio(&[Some(2.0), None, Some(9.0)], &[Some(1.0), Some(1.0), None]).unwrap();
         assert_eq!((ratio.median, ratio.pairs), (2.0, 1));
         assert_eq!(paired_ratio(&[None], &[Some(1.0)]), None);
-        assert_eq!(paired_ratio(&[Some(1.0)], &[Some(0.0)]), None, "a time of nothing is no yardstick");
+        assert_eq!(paired_ratio(&[Some(1.0)], &[Some(0.0)]), None, "nothing can be compared with a time of 0");
     }
 
     #[test]

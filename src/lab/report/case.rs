@@ -1,4 +1,4 @@
-//! A picture held against the truth, kept so that the worst of them can be looked for at the end.
+//! A picture compared with the truth, kept so that the last section can look for the worst of them.
 
 use serde::{Deserialize, Serialize};
 
@@ -15,17 +15,17 @@ pub struct Case {
     pub subject: String,
     /// Technique and rule.
     pub look: String,
-    /// What it was held against.
+    /// What it was compared with.
     pub truth: String,
-    /// Over the object.
+    /// Errors over the object.
     pub object: Errors,
-    /// Over its inside.
+    /// Errors over its inside.
     pub interior: Errors,
     /// Where the error lies.
     pub anatomy: Anatomy,
-    /// Inside, against normal-map truth, where that was measured.
+    /// Errors inside, against normal-map truth, where that was measured.
     pub normal_map: Option<Errors>,
-    /// Noise of the truth inside, as a share.
+    /// Relative noise of the truth inside.
     #[serde(deserialize_with = "or_nan")]
     pub noise: f64,
     /// The picture, the truth, and the errors, if they are on the page.

@@ -18,11 +18,11 @@ pub struct Facts {
     pub version: &'static str,
     /// Commit it was built from; `-dirty` and `-dev` mark what may differ from it.
     pub commit: &'static str,
-    /// When it began, UTC.
+    /// When the run began, UTC.
     pub date: String,
-    /// How to make it again.
+    /// The call that repeats it.
     pub call: String,
-    /// Small pictures and few samples, or what the papers show.
+    /// Whether pictures are small and samples few, instead of what the papers show.
     pub quick: bool,
 }
 

@@ -1,4 +1,4 @@
-//! Sections kept beside the page as soon as they are made, so that a long run which ends early can go on where it was.
+//! Sections kept beside the page as soon as they are made, so that an interrupted run can resume.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -17,22 +17,22 @@ use crate::maps::save::write_atomic;
 /// Folder of the kept sections, below that of the report.
 const FOLDER: &str = "kept";
 
-/// A section with all that came of it.
+/// A section with everything it produced.
 #[derive(Debug)]
 pub struct Made {
-    /// Which.
+    /// Which section.
     pub entry: &'static SectionEntry,
     /// What it says.
     pub section: Section,
     /// How long it took.
     pub seconds: f64,
-    /// What it held against the truth.
+    /// The pictures it compared with the truth.
     pub cases: Vec<Case>,
     /// Its pictures, as paths from the page and PNG bytes.
     pub pictures: BTreeMap<String, Vec<u8>>,
 }
 
-/// What sections must have in common to stand on one page: the very program, the device, the form.
+/// What sections on one page must have in common: the build, the device, and whether the run was quick.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Origin {
     program: String,
@@ -42,7 +42,7 @@ pub struct Origin {
 }
 
 impl Origin {
-    /// Of this run. A program is told from its later builds by its size and time too: not every build changes the commit.
+    /// The origin of this run. Size and time tell builds apart, because not every build changes the commit.
     #[must_use]
     pub fn of(facts: &Facts) -> Self {
         let stamp = || {
@@ -59,7 +59,7 @@ impl Origin {
     }
 }
 
-/// A kept section as its file has it.
+/// The file of a kept section.
 #[derive(Serialize, Deserialize)]
 struct File {
     origin: Origin,

@@ -1,10 +1,10 @@
-//! What is held against the truth: techniques and rules by the names the page gives them.
+//! What is compared with the truth: techniques and rules under the names that the page gives them.
 
 use crate::reflectance::masking::shadowing::Shadowing;
 use crate::render::settings::{Probes, Quadrature, RenderSettings, Shading, ShadingOptions, Technique, Terms};
 
-/// The program's default, but shadowed as the rasterised truth is: lights alone (Smith), for the truth lets an environment
-/// through the bumps. How well the other shadowing models do is measured against ray casts, which do not.
+/// The program's default, but shadowed like the rasterised truth: lights alone (Smith), because that truth lets the environment
+/// through the bumps. The other shadowing models are compared with ray casts, which do not.
 fn options() -> ShadingOptions {
     ShadingOptions { shadowing: Shadowing::Smith, ..Default::default() }
 }
@@ -14,7 +14,7 @@ fn options() -> ShadingOptions {
 pub struct Look {
     /// Name on the page and in the data.
     pub name: String,
-    /// How.
+    /// Its settings.
     pub shading: Shading,
 }
 

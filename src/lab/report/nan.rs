@@ -1,8 +1,8 @@
-//! NaN in JSON.
+//! NaN in JSON, which has none.
 
 use serde::{Deserialize, Deserializer};
 
-/// A number that JSON, which has no NaN, may hold as null.
+/// A number; null is NaN.
 ///
 /// # Errors
 /// If it is something else.

@@ -22,14 +22,14 @@ use crate::lab::error::LabError;
 use crate::lab::progress::Progress;
 use crate::maps::save::write_atomic;
 
-/// What a report is to hold.
+/// What to report.
 #[derive(Clone, Debug)]
 pub struct ReportConfig {
     /// Small pictures and few samples.
     pub quick: bool,
     /// Only these sections; all if empty.
     pub only: Vec<&'static SectionEntry>,
-    /// Whether sections that an earlier run of this program on this device left in the folder are taken over.
+    /// Whether to keep sections that an earlier run of this build on this device left in the folder.
     pub resume: bool,
     /// Folder of the report.
     pub folder: PathBuf,
@@ -77,7 +77,7 @@ pub fn report(
     progress: &dyn Progress,
 ) -> Result<ReportSummary, LabError> {
     let folder = &config.folder;
-    // Found out now, not after half an hour.
+    // A folder that cannot be made is reported now, not after half an hour.
     std::fs::create_dir_all(folder).map_err(|e| LabError::io("make the folder", folder, e))?;
     let gpu = open()?;
     let facts = Facts::gather(&gpu, config.quick);
@@ -162,7 +162,7 @@ fn write(folder: &Path, facts: &Facts, made: &[Made]) -> Result<(), LabError> {
     let mut head = facts.rows();
     let seconds: f64 = made.iter().map(|made| made.seconds).sum();
     head.push(("took".to_owned(), format!("{:.1} minutes", seconds / 60.0)));
-    let whole = page("LEADR mapping: what was measured", &head, &sections);
+    let whole = page("LEADR mapping: measurements", &head, &sections);
     write_atomic(folder.join("index.html"), whole.as_bytes())?;
     Ok(())
 }

@@ -1,11 +1,11 @@
-//! What one section of the report has to say.
+//! The content of one section of the report.
 
 use serde::{Deserialize, Serialize};
 
 use super::html::Html;
 use crate::lab::error::LabError;
 
-/// What a section has to say.
+/// The content of a section.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Section {
     /// For people.
@@ -17,7 +17,7 @@ pub struct Section {
 }
 
 impl Section {
-    /// A section that opens with `intro`, goes on with its findings, and then shows what they were made from.
+    /// A section with an introduction, its findings, and then the tables and plots behind them.
     ///
     /// # Errors
     /// If the data cannot be written as JSON.

@@ -1,4 +1,4 @@
-//! Where sections work: the device, the settings of a run, the pictures made so far, and the cases that may be worst.
+//! What the sections of a run share: the device, the settings, the pictures made so far, and the cases to judge at the end.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -26,9 +26,9 @@ pub struct Studio<'a> {
     pub gpu: Arc<Gpu>,
     /// Small pictures and few samples.
     pub quick: bool,
-    /// Where progress is told.
+    /// Receives progress.
     pub progress: &'a dyn Progress,
-    /// What was held against the truth so far.
+    /// The pictures compared with the truth so far.
     pub cases: Vec<Case>,
     pictures: BTreeMap<String, Vec<u8>>,
 }
@@ -40,7 +40,7 @@ impl<'a> Studio<'a> {
         Self { gpu, quick, progress, cases: Vec::new(), pictures: BTreeMap::new() }
     }
 
-    /// One of two values: of a quick run, or of a full one.
+    /// `quick` in a quick run, else `full`.
     #[must_use]
     pub fn pick<T>(&self, quick: T, full: T) -> T {
         if self.quick { quick } else { full }
@@ -59,7 +59,7 @@ impl<'a> Studio<'a> {
         self.shoot_range(renderer, state, settings, 0..settings.samples.max(1))
     }
 
-    /// The mean of some of a picture's samples.
+    /// Renders some of a picture's samples: their mean.
     ///
     /// # Errors
     /// As [`shoot`](Self::shoot).
@@ -85,7 +85,7 @@ impl<'a> Studio<'a> {
         })
     }
 
-    /// Renders a truth in two halves of different seeds, which tell how noisy their mean is.
+    /// Renders a truth in two halves with different seeds; their difference tells how noisy the mean is.
     ///
     /// # Errors
     /// As [`shoot`](Self::shoot).
@@ -140,13 +140,13 @@ impl<'a> Studio<'a> {
         Ok(Figure { file, alt: alt.to_owned(), caption, width: codes.width, height: codes.height, scale: 1 })
     }
 
-    /// The files made since this was last asked, as paths from the page and PNG bytes.
+    /// Takes the pictures made since the last call, as paths from the page and PNG bytes.
     pub fn take_pictures(&mut self) -> BTreeMap<String, Vec<u8>> {
         std::mem::take(&mut self.pictures)
     }
 }
 
-/// A fault of a picture that has no file.
+/// The error of a picture that has no file.
 pub fn fault(fault: MapFault) -> LabError {
     LabError(fault.to_string())
 }

@@ -1,4 +1,4 @@
-//! What sections photograph: a stage on the device with its light.
+//! What sections render: a stage on the device with its light.
 
 use super::studio::Studio;
 use crate::lab::error::LabError;
@@ -71,7 +71,7 @@ impl Subject {
         Self::under_the_sky(studio, stage, 0.4)
     }
 
-    /// Moves on to another moment of the stage's motion, seconds.
+    /// Chooses the moment of the stage's motion, seconds.
     pub fn set_time(&mut self, time: f64) {
         self.time = time;
     }
@@ -85,8 +85,8 @@ impl Subject {
     }
 }
 
-/// `camera` moved to `factor` times its distance from its target, with the field of view narrowed so that a picture that
-/// has `factor` times fewer pixels each way shows the same.
+/// `camera` moved to `factor` times its distance from its target, with a narrower field of view: a picture with `factor` times
+/// fewer pixels each way then shows the same.
 #[must_use]
 pub fn framed_from(camera: &Camera, factor: f32) -> Camera {
     let distance = camera.position.distance(camera.target);

@@ -1,14 +1,14 @@
-//! The two truths of the LEADR paper's Figure 8, and the first with all its shadows.
+//! The two truths of the LEADR paper's Figure 8, and a third with all shadows of the bumps.
 
 use crate::render::settings::{RenderSettings, ShadingOptions, Technique};
 use crate::render::surfaces::tessellation::TessellationSettings;
 
-/// What a picture is held against.
+/// What a picture is compared with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Truth {
     /// The displaced surface itself, supersampled.
     Displacement,
-    /// The same, and its relief throws shadows on itself, from every light and from the environment.
+    /// The same, where bumps cast shadows on each other, from every light and from the environment.
     Shadowed,
     /// The smooth surface with the slopes of the displaced one, supersampled.
     NormalMap,
@@ -30,7 +30,7 @@ impl Truth {
     pub fn title(self) -> &'static str {
         match self {
             Self::Displacement => "displacement-map truth",
-            Self::Shadowed => "displacement-map truth with the relief's shadows",
+            Self::Shadowed => "displacement-map truth with all shadows of the bumps",
             Self::NormalMap => "normal-map truth",
         }
     }

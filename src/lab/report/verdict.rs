@@ -8,8 +8,8 @@ use crate::lab::metrics::compare::{bias_over, compare, rrmse_over};
 use crate::maps::tonemap::Tonemap;
 use crate::maps::{MapFault, Rgb8Image, RgbImage};
 
-/// Pixels of the outline that the inside leaves out.
-pub const OUTLINE: u32 = 2;
+/// Width of the silhouette that the inside leaves out, pixels.
+pub const SILHOUETTE: u32 = 2;
 
 /// A rendered picture with what covers it.
 #[derive(Clone, Debug)]
@@ -22,8 +22,7 @@ pub struct Shot {
     pub milliseconds: f64,
     /// Samples per pixel.
     pub samples: u32,
-    /// How uncertain a truth is: the part of its halves' relative RMSE against each other, inside, that their mean has; 0
-    /// for what is no truth.
+    /// Noise of a truth: relative RMSE inside, from the difference of its two halves; 0 for other pictures.
     pub noise: f64,
 }
 
@@ -54,7 +53,7 @@ impl Shot {
         })
     }
 
-    /// The mean of two independent shots of one thing, which tell how noisy it is.
+    /// The mean of two independent shots of the same thing, with its noise.
     ///
     /// # Errors
     /// Sizes that differ.
@@ -65,7 +64,7 @@ impl Shot {
         Ok(mean)
     }
 
-    /// This shot and further samples of it together.
+    /// This shot with further samples added.
     ///
     /// # Errors
     /// Sizes that differ.
@@ -95,13 +94,13 @@ impl Shot {
         Mask::covered(self.image.width, self.image.height, &self.coverage, 1e-4)
     }
 
-    /// The pixels that objects fill, [`OUTLINE`] pixels away from every one that they do not.
+    /// The pixels that objects fill, at least [`SILHOUETTE`] pixels away from all others.
     ///
     /// # Errors
     /// Never for a picture that was rendered.
     pub fn interior(&self) -> Result<Mask, MapFault> {
         let filled = Mask::covered(self.image.width, self.image.height, &self.coverage, 0.999)?;
-        Ok(filled.eroded(OUTLINE))
+        Ok(filled.eroded(SILHOUETTE))
     }
 
     /// Mean luminance (Rec. 709) over the pixels of a mask; 0 when it is empty.
@@ -130,18 +129,18 @@ pub struct Errors {
 /// Where a squared error lies.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Anatomy {
-    /// Share of the object's squared error that lies outside its inside: on the outline.
+    /// Share of the object's squared error that lies on its silhouette.
     pub outline: f64,
-    /// Share of the inside's squared error in the brightest twentieth of the reference's inside.
+    /// Share of the squared error inside that lies in the brightest twentieth of the reference's inside.
     pub highlights: f64,
 }
 
 /// How far a test is from a reference.
 #[derive(Clone, Debug)]
 pub struct Verdict {
-    /// Over the pixels that the reference's object touches; the background is excluded.
+    /// Errors over the pixels that the reference's object touches, without the background.
     pub object: Errors,
-    /// Over the inside, the outline excluded.
+    /// Errors over the inside, without the silhouette.
     pub interior: Errors,
     /// Where the error lies.
     pub anatomy: Anatomy,
@@ -151,14 +150,14 @@ pub struct Verdict {
     pub error_image: Rgb8Image,
 }
 
-/// Holds `test` against `reference`, looked at with `exposure` (a factor) through the filmic curve.
+/// Compares `test` with `reference`; FLIP sees both with `exposure` (a factor) through the filmic curve.
 ///
 /// # Errors
 /// Sizes that differ, or a NaN or infinity, with its place.
 pub fn judge(reference: &Shot, test: &Shot, exposure: f32) -> Result<Verdict, MapFault> {
     let compared = compare(&reference.image, &test.image, exposure, Tonemap::Filmic)?;
     let errors = |mask: &Mask| -> Result<Errors, MapFault> {
-        // Of no pixels nothing is known, least of all that they are right.
+        // No pixels, no error: zero would claim that they are right.
         if mask.count() == 0 {
             return Ok(Errors { flip: f64::NAN, rrmse: f64::NAN, bias: f64::NAN });
         }
@@ -242,7 +241,7 @@ mod tests {
         let edge = judge(&truth, &disc(1.0, 0.5), 1.0).unwrap();
         assert!(edge.object.rrmse > 5.0 * edge.interior.rrmse, "{:?} {:?}", edge.object, edge.interior);
         assert!(edge.anatomy.outline > 0.9 && dim.anatomy.outline < 0.2, "{:?} {:?}", edge.anatomy, dim.anatomy);
-        // The error of half the light is spread evenly; a broken highlight is not.
+        // Half the light is missing evenly; a broken highlight is not.
         assert!(dim.anatomy.highlights < 0.1, "{:?}", dim.anatomy);
         let mut lit = truth.clone();
         (790..795).for_each(|i| lit.image.texels[i] = [9.0; 3]);

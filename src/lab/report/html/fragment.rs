@@ -13,7 +13,7 @@ use super::text::{escape, number};
 pub struct Html(String);
 
 impl Html {
-    /// Nothing yet.
+    /// An empty fragment.
     #[must_use]
     pub fn new() -> Self {
         Self::default()
@@ -35,7 +35,7 @@ impl Html {
         let _ = writeln!(self.0, "<p>{}</p>", escape(text));
     }
 
-    /// What was found: conclusions that the data made.
+    /// A list of conclusions drawn from the data.
     pub fn findings(&mut self, lines: &[String]) {
         if lines.is_empty() {
             return;
@@ -97,7 +97,7 @@ impl Html {
         let _ = writeln!(self.0, "<figure class=\"plot\">{}</figure>", plot.svg());
     }
 
-    /// Folds `inside` away under a line that opens it.
+    /// Hides `inside` under a line that opens it.
     pub fn details(&mut self, summary: &str, inside: &Self) {
         let _ = writeln!(self.0, "<details><summary>{}</summary>\n{}</details>", escape(summary), inside.0);
     }

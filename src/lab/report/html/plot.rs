@@ -1,4 +1,4 @@
-//! Line plots as SVG, to stand inside the page and take its colours.
+//! Line plots as SVG, in the colours of the page.
 
 use std::fmt::Write;
 
@@ -18,7 +18,7 @@ const COLOURS: usize = 10;
 pub enum Scale {
     /// Equal steps are equal lengths.
     Linear,
-    /// Equal ratios are equal lengths; what is not positive is left out.
+    /// Equal ratios are equal lengths; values that are not positive are left out.
     Log,
 }
 
@@ -29,7 +29,7 @@ pub struct Series {
     pub name: String,
     /// Points in the order of drawing.
     pub points: Vec<(f64, f64)>,
-    /// A thin dashed line without points: what should be, not what was measured.
+    /// Whether it is a thin dashed line without points, for what is expected, not measured.
     pub guide: bool,
 }
 
@@ -63,7 +63,7 @@ impl Axis {
         }
         match scale {
             Scale::Linear => {
-                // A little of zero is worth more than a tight frame.
+                // Showing zero is worth more than a tight frame.
                 if low > 0.0 && low < 0.4 * high {
                     low = 0.0;
                 }
@@ -150,7 +150,7 @@ impl Plot {
         self.series.push(Series { name: name.to_owned(), points, guide: false });
     }
 
-    /// Adds a line to hold the others against.
+    /// Adds a line to compare the others with.
     pub fn guide(&mut self, name: &str, points: Vec<(f64, f64)>) {
         self.series.push(Series { name: name.to_owned(), points, guide: true });
     }

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 pub struct Figure {
     /// Path of the file from the page.
     pub file: String,
-    /// What it shows, for who cannot see it.
+    /// What it shows, for readers who cannot see it.
     pub alt: String,
     /// Lines under it.
     pub caption: Vec<String>,
@@ -27,14 +27,14 @@ impl Figure {
     }
 }
 
-/// What stands in a table.
+/// The content of a table's cell.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Cell {
     /// Words.
     Text(String),
     /// A number, as [`number`] writes it.
     Number(f64),
-    /// The number of its row or column that is to stand out.
+    /// The best number of its row or column, highlighted.
     Best(f64),
     /// A picture.
     Figure(Figure),
@@ -81,7 +81,7 @@ impl Table {
         self.rows.push(cells.into_iter().collect());
     }
 
-    /// Lets the smallest number of every column, or with `down` false of every row, stand out.
+    /// Highlights the smallest number of every column, or with `down` false of every row.
     pub fn mark_smallest(&mut self, down: bool) {
         let columns = self.rows.iter().map(Vec::len).max().unwrap_or(0);
         let lines: Vec<Vec<(usize, usize)>> = if down {

@@ -9,9 +9,9 @@ use crate::lab::report::section::Section;
 use crate::lab::report::studio::Studio;
 use crate::scenes::view::Size;
 
-const INTRO: &str = "Times of the passes on the device, as leadr bench --paper measures them: medians over frames that are drawn \
-    turn and turn about. Ratios are taken within each turn. The quad has 512 x 512 pixels (in a quick \
-    report 256 x 256); the paper's own times are from an NVIDIA GTX 480 at 1024 x 1024.";
+const INTRO: &str = "Times of the passes, measured on the device as leadr bench --paper does. Every round draws one frame of each \
+    row; the table gives medians over rounds, and ratios are taken within each round. The quad has 512 x 512 pixels \
+    (in a quick report 256 x 256); the paper's own times are from an NVIDIA GTX 480 at 1024 x 1024.";
 
 pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
     let size = studio.pick(256, 512);
@@ -93,10 +93,10 @@ fn ratios(data: &Value) -> Table {
 fn lines(data: &Value) -> Table {
     let columns = [
         ("table", "table"),
-        ("intercept_ms", "ms at no sample"),
+        ("intercept_ms", "ms without samples"),
         ("per_sample_ms", "ms per sample"),
         ("r_squared", "R²"),
-        ("worst", "worst distance from the line"),
+        ("worst", "largest distance from the line"),
     ];
     fields(data, "lines", "Time against samples, Figure 11: straight lines through the medians", &columns)
 }
@@ -107,7 +107,7 @@ fn passes(data: &Value) -> Table {
         ("row", "row"),
         ("pass", "pass"),
         ("median_ms", "median, ms"),
-        ("p95_ms", "95 % below, ms"),
+        ("p95_ms", "95th percentile, ms"),
         ("paper_ms", "paper, ms"),
     ];
     fields(data, "rows", "Every row and pass", &columns)

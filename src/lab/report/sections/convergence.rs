@@ -1,4 +1,4 @@
-//! The reference against a longer run of itself: its error must fall as that of independent samples or faster.
+//! The reference against a longer run of itself: its error must fall at least as fast as that of independent samples.
 
 use serde::Serialize;
 
@@ -11,11 +11,12 @@ use crate::lab::report::subject::Subject;
 use crate::lab::report::truth::Truth;
 use crate::lab::report::verdict::{Shot, judge};
 
-const INTRO: &str = "The reference tessellates the surface down to the texels of its displacement map, shades every sample \
-    with the base material and the surface's own normal, and moves the samples inside the pixel. This section looks \
-    at a run on its way and holds it against one of as many samples in all, of other seeds, whose own noise (from its two \
-    halves) is stated and taken off: squares of independent errors add. Errors are over the pixels that the sphere touches; \
-    displacement-map truth displaces the geometry, normal-map truth leaves it smooth and keeps the slopes.";
+const INTRO: &str = "The reference tessellates the surface down to the texels of its displacement map, shades every sample with the \
+    base material and the surface's own normal, and places each sample elsewhere in the pixel. This section follows \
+    one run and compares it with another of as many samples in all and other seeds. The noise of that other run, \
+    found from its two halves, is stated and subtracted: squares of independent errors add. Errors are over the \
+    pixels that the sphere touches. Displacement-map truth displaces the geometry; normal-map truth leaves it smooth \
+    and keeps the slopes.";
 
 /// The measured errors of one truth.
 #[derive(Debug, Default, Serialize)]
@@ -24,7 +25,7 @@ struct Curve {
     samples: Vec<u32>,
     /// Against the truth.
     rrmse: Vec<f64>,
-    /// What is left of it when the noise of the truth is taken off.
+    /// The same with the noise of the truth subtracted.
     own: Vec<f64>,
     flip: Vec<f64>,
     /// Relative RMSE of the truth itself, from its halves.
@@ -48,7 +49,7 @@ pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
     let counts: Vec<u32> = (0..=most.ilog2()).map(|k| 1 << k).collect();
     let (mut html, mut curves, mut figures) = (Html::new(), Vec::new(), Vec::new());
     let mut plot = Plot::new(
-        "Error against samples per pixel, the truth's own noise taken off",
+        "Error against samples per pixel, with the truth's own noise subtracted",
         ("samples per pixel", Scale::Log),
         ("relative RMSE", Scale::Log),
     );
@@ -58,7 +59,7 @@ pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
         let (a, b) = (half(1)?, half(2)?);
         let best = Shot::mean_of(&a, &b).map_err(fault)?;
         let noise = 0.5 * judge(&a, &b, 1.0).map_err(fault)?.object.rrmse;
-        // One run of another seed, looked at on its way.
+        // One run with another seed, compared as it goes on.
         let settings = truth.settings((size, size), most, 3);
         let mut curve = Curve { truth: truth.name(), samples: counts.clone(), noise, ..Curve::default() };
         let mut run = Shot { samples: 0, ..best.clone() };
@@ -85,7 +86,9 @@ pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
     html.figures(&figures);
     html.plot(&plot);
     let mut table = Table::new(
-        format!("Error against {most} samples of other seeds, {size} x {size} pixels; own: their noise taken off"),
+        format!(
+            "Error against {most} samples of other seeds, {size} x {size} pixels; own: with their noise subtracted"
+        ),
         std::iter::once("samples".to_owned()).chain(
             curves.iter().flat_map(|c| ["rRMSE", "rRMSE, own", "FLIP"].map(|kind| format!("{}: {kind}", c.truth))),
         ),
@@ -107,7 +110,7 @@ fn finding(curve: &Curve) -> String {
         "more slowly than independent samples"
     };
     format!(
-        "{}: the error falls from {} at one sample to {} at {} (against a truth of as many, whose own error is {}), with the power {} of the number of samples: {judgement}.",
+        "{}: the error falls from {} at one sample to {} at {} samples (against a truth of as many, whose own error is {}), with power {} of the number of samples: {judgement}.",
         curve.truth,
         number(curve.own[0]),
         number(curve.own[last]),
@@ -117,7 +120,7 @@ fn finding(curve: &Curve) -> String {
     )
 }
 
-/// The power of `x` by which `y` goes, by least squares over the logarithms.
+/// The exponent of the power law from `x` to `y`, by least squares over the logarithms.
 fn order(points: &[(f64, f64)]) -> f64 {
     let logs: Vec<(f64, f64)> = points.iter().filter(|p| p.1 > 0.0).map(|p| (p.0.ln(), p.1.ln())).collect();
     let n = logs.len() as f64;

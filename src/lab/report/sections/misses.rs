@@ -1,4 +1,4 @@
-//! Where LEADR is not close to truth: the worst pictures of the other sections, found and taken apart by numbers.
+//! Where LEADR is not close to the truth: the worst pictures of the other sections, and what causes their errors.
 
 use crate::lab::error::LabError;
 use crate::lab::report::case::Case;
@@ -6,11 +6,12 @@ use crate::lab::report::html::{Cell, Html, Table, number, percent};
 use crate::lab::report::section::Section;
 use crate::lab::report::studio::Studio;
 
-const INTRO: &str = "The worst pictures of LEADR in the sections above, by relative RMSE inside the outline, with what the numbers say about \
-    the cause: errors that a finer grid of samples takes away are the quadrature's; errors that are gone against normal-map \
-    truth are bumps hiding each other or standing out, which no statistics of slopes knows; errors in the brightest pixels are highlights; errors \
-    on the outline are aliasing and bumps that the coarse geometry no longer has; what is left as an even bias is the \
-    model's masking and shadowing or its Gaussian slopes.";
+const INTRO: &str = "The worst pictures of LEADR in the sections above, by relative RMSE inside the silhouette, and what the numbers \
+    say about the cause. Errors that disappear with a finer grid of samples come from the quadrature. Errors that \
+    disappear against normal-map truth come from bumps that hide each other or stand out, which slope statistics \
+    cannot describe. Errors in the brightest pixels are highlights. Errors on the silhouette are aliasing and bumps \
+    that the coarse geometry has lost. An even bias that remains comes from the model's masking and shadowing or \
+    from its Gaussian slopes.";
 
 /// Pictures shown.
 const SHOWN: usize = 12;
@@ -19,7 +20,7 @@ pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
     let mut cases: Vec<Case> =
         studio.cases.iter().filter(|c| c.look.starts_with("leadr") && c.interior.rrmse.is_finite()).cloned().collect();
     if cases.is_empty() {
-        let fault = "it judges the pictures of other sections: name some of them beside misses in --only";
+        let fault = "it judges the pictures of other sections, so name some of them beside misses in --only";
         return Err(LabError(fault.to_owned()));
     }
     cases.sort_by(|a, b| b.interior.rrmse.total_cmp(&a.interior.rrmse));
@@ -46,7 +47,7 @@ pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
     let mut close = cases.iter().filter(|c| c.interior.rrmse < 0.05).count() as f64;
     close /= cases.len() as f64;
     findings.push(format!(
-        "{} of {} pictures of LEADR are within 5 % inside the outline.",
+        "{} of {} pictures of LEADR are within 5 % inside the silhouette.",
         percent(close, false),
         cases.len()
     ));
@@ -67,13 +68,13 @@ fn explain(case: &Case, all: &[Case]) -> Vec<String> {
             _ => "not",
         };
         let samples = converged.look.replace("leadr ", "");
-        why.push(format!("{samples} samples leave {} of it: {share} the quadrature.", percent(left, false)));
+        why.push(format!("{} of it remains with {samples} samples: {share} the quadrature.", percent(left, false)));
     }
     if let Some(normal_map) = case.normal_map {
         let left = normal_map.rrmse / case.interior.rrmse;
         if left < 0.6 {
             why.push(format!(
-                "Against normal-map truth {} of it is left: bumps that hide each other or stand out.",
+                "{} of it remains against normal-map truth: the rest comes from bumps that hide each other or stand out.",
                 percent(left, false)
             ));
         }
@@ -86,7 +87,7 @@ fn explain(case: &Case, all: &[Case]) -> Vec<String> {
     if even > 0.7 {
         let how = if case.interior.bias > 0.0 { "too bright" } else { "too dark" };
         why.push(format!(
-            "It is {how} nearly everywhere: the model's masking and shadowing or its slope distribution."
+            "It is {how} nearly everywhere: the model's masking and shadowing, or its slope distribution."
         ));
     }
     if case.anatomy.highlights > 0.5 {
@@ -95,13 +96,13 @@ fn explain(case: &Case, all: &[Case]) -> Vec<String> {
     }
     if case.anatomy.outline > 0.5 {
         why.push(format!(
-            "On top, {} of the whole object's squared error is the outline's.",
+            "In addition, {} of the whole object's squared error lies on the silhouette.",
             percent(case.anatomy.outline, false)
         ));
     }
     if why.is_empty() {
         why.push(
-            "Spread over the surface, without a common sign: detail that is filtered or displaced otherwise."
+            "The error is spread over the surface and has no common sign: detail is filtered or displaced differently."
                 .to_owned(),
         );
     }
@@ -139,7 +140,7 @@ mod tests {
         assert!(explain(&case("leadr", 0.2, -0.19), &[])[0].contains("too dark"));
         let sparkling = Case { anatomy: Anatomy { outline: 0.6, highlights: 0.9 }, ..case("leadr", 0.2, 0.0) };
         let why = explain(&sparkling, &[]);
-        assert!(why[0].contains("highlights") && why[1].contains("outline"), "{why:?}");
+        assert!(why[0].contains("highlights") && why[1].contains("silhouette"), "{why:?}");
         let shape = Case { normal_map: Some(Errors { flip: 0.0, rrmse: 0.01, bias: 0.0 }), ..case("leadr", 0.2, 0.0) };
         assert!(explain(&shape, &[])[0].contains("hide each other"));
         assert!(explain(&case("leadr", 0.2, 0.01), &[])[0].contains("Spread"));

@@ -1,4 +1,4 @@
-//! What the model itself misses: masking and shadowing against ray-cast surfaces.
+//! Errors of the model itself: masking and shadowing compared with ray-cast surfaces.
 
 use std::f64::consts::{FRAC_PI_4, PI, TAU};
 
@@ -19,12 +19,13 @@ use crate::reflectance::slopes::grid::{normal_of_slope, slope_cholesky};
 use crate::reflectance::visible::shadowed_environment::bent_normal;
 
 const INTRO: &str = "Rays cast at random surfaces with Gaussian slopes, shadows included, against converged integrals of the model \
-    with its shadowing models: masking alone (the paper's Algorithms 1 and 2), Smith's height-correlated shadowing (LEADR \
-    eq. 13), and the direction-correlated form. The views are those of a sphere's pixels; a number is the root mean square \
-    error over them relative to the root mean square of the truth. White diffuse facets or perfect mirrors; light is reflected once. \
-    The truth is a few random surfaces and noisy itself: the last column says how much.";
+    with each shadowing model: none (masking alone, the paper's Algorithms 1 and 2), Smith's height-correlated \
+    shadowing (LEADR eq. 13), and the direction-correlated one. The views are those of a sphere's pixels; each \
+    number is the root mean square error over them, relative to the root mean square of the truth. Facets are white \
+    and diffuse, or perfect mirrors; light is reflected once. The truth comes from a few random surfaces and is \
+    noisy itself: the last column says how much.";
 
-/// The light a patch is seen in.
+/// The light that falls on a patch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Light {
     Front,
@@ -58,7 +59,7 @@ impl Light {
         }
     }
 
-    /// What issue and papers ask of the model at σ = 1, as a share.
+    /// The largest relative error that the goals and the papers allow at σ = 1.
     fn goal(self) -> Option<f64> {
         match self {
             Self::Front => Some(0.02),
@@ -81,9 +82,9 @@ struct Measured {
     masking: f64,
     smith: f64,
     correlated: f64,
-    /// One irradiance lookup along a bent normal instead of any integral.
+    /// Error of one irradiance lookup along a bent normal instead of an integral.
     bent_normal: Option<f64>,
-    /// Noise of the truth, as a share.
+    /// Relative noise of the truth.
     noise: f64,
 }
 
@@ -109,7 +110,7 @@ pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
     Section::new(INTRO, findings, &html, &measured)
 }
 
-/// The model's answers for one view, by shadowing model, and by the bent normal where that applies.
+/// The model's radiance for one view by each shadowing model, and by the bent normal where that applies.
 fn model(light: Light, theta: f64, s: DVec3) -> ([f64; 3], Option<f64>) {
     let (wo, m) = (polar(theta, 0.0), DVec2::ZERO);
     let cholesky = slope_cholesky(s);
@@ -123,7 +124,7 @@ fn model(light: Light, theta: f64, s: DVec3) -> ([f64; 3], Option<f64>) {
             (lit(wi).map(|share| unshadowed * share), None)
         }
         Light::DiffuseEnvironment => {
-            // A directional light from everywhere; below the mesosurface only masking alone sees any.
+            // A directional light may be anywhere; below the mesosurface only masking alone lets it through.
             let mut sums = [0.0; 3];
             for (z, weight) in composite_gauss(0.0, 1.0, 1, 16) {
                 const AROUND: u32 = 32;
@@ -136,7 +137,7 @@ fn model(light: Light, theta: f64, s: DVec3) -> ([f64; 3], Option<f64>) {
                     }
                 }
             }
-            // Without shadows a white environment shows white facets as itself.
+            // Without shadows, white facets in a white environment look like it.
             sums[0] = 1.0;
             (sums, Some(bent_normal(&o, m, cholesky).open))
         }
@@ -191,7 +192,7 @@ fn measure(light: Light, sigma: f64, views: u32, rays: u32, tiles: &[Tile]) -> M
     }
 }
 
-/// What rays find with shadows: radiance, of one random surface.
+/// The radiance that rays find on one random surface, with shadows.
 fn cast(light: Light, theta: f64, patch: &Patch<'_>, rays: u32, seed: u64) -> Option<f64> {
     let wo = polar(theta, 0.0);
     let estimate = match light {
@@ -251,9 +252,9 @@ fn finding(light: Light, measured: &[Measured]) -> Option<String> {
         format!("; the goal of {} is {verdict}", percent(goal, false))
     });
     let bent =
-        m.bent_normal.map_or(String::new(), |b| format!(", by one lookup along a bent normal {}", percent(b, false)));
+        m.bent_normal.map_or(String::new(), |b| format!(", {} with one lookup along a bent normal", percent(b, false)));
     Some(format!(
-        "{} at σ = 1: masking alone is off by {}, Smith by {}, direction-correlated by {}{bent}{goal} (noise of the truth {}).",
+        "{} at σ = 1: the error is {} with masking alone, {} with Smith, {} direction-correlated{bent}{goal} (noise of the truth {}).",
         light.title(),
         percent(m.masking, false),
         percent(m.smith, false),

@@ -1,4 +1,4 @@
-//! The sea: LEADR Figure 10 against ray-marched truth, and what flickers when one moves away or the waves move.
+//! The sea: LEADR Figure 10 compared with ray-marched truth, and what flickers while the camera or the waves move.
 
 use glam::Vec3;
 use serde::Serialize;
@@ -20,13 +20,14 @@ use crate::render::settings::{Technique, Terms};
 use crate::scenes::ocean::sea;
 use crate::scenes::ocean::spectrum::Sea;
 
-const INTRO: &str = "The open sea of the scene, under a wind of 8 m/s, seen toward the sun. The truth casts rays at the displaced \
-    waves, choppy movement included, and shades what they meet by its own slope; only waves shorter than the finest map's are \
-    roughness in it, as they are in every technique. It hides facets from the viewer, but lets light through the waves, and \
-    reflects it once. LEADR is therefore shown with Smith's shadowing (of the sun alone) and, as the program draws by default, \
-    with correlated shadowing of sun and sky. Errors are over the sea's inside: the horizon is left out. Changes are shares \
-    of the sea's mean radiance, per pixel and from one picture to the next; excess is what a technique changes beyond the truth, \
-    pixel by pixel, and the change of the truth includes its own noise, which is listed.";
+const INTRO: &str = "The open sea of the ocean scene, under a wind of 8 m/s, seen toward the sun. The truth casts rays at the \
+    displaced waves, horizontal movement included, and shades each hit by its own slope; only waves shorter than \
+    those of the finest map become roughness, as in every technique. The truth hides facets from the viewer, but \
+    lets light through the waves and reflects it once. LEADR is therefore shown with Smith's shadowing (of the sun \
+    alone) and, as by default, with correlated shadowing of sun and sky. Errors are over the inside of the sea: the \
+    horizon is left out. Changes are per pixel, from one picture to the next, as shares of the sea's mean radiance. \
+    Excess is what a technique changes beyond the truth, pixel by pixel; the change of the truth includes its own \
+    noise, which is listed.";
 
 /// Frames per second of the animation.
 const FPS: f64 = 24.0;
@@ -38,17 +39,17 @@ struct Picture {
     view: &'static str,
     look: String,
     errors: Errors,
-    /// Of the truth.
+    /// Noise of the truth.
     noise: f64,
 }
 
-/// What one look did over a sequence.
+/// Changes of one look over a sequence.
 #[derive(Debug, Default, Serialize)]
 struct Track {
     look: String,
     /// Per step: mean and largest change of a pixel.
     change: Vec<[f64; 2]>,
-    /// Per step: the same of the change that the truth does not have.
+    /// Per step: mean and largest of the change that the truth does not have.
     excess: Vec<[f64; 2]>,
 }
 
@@ -71,7 +72,7 @@ struct Data {
     every_frame: Vec<(String, [f64; 2])>,
 }
 
-/// Toward the default sun, from `height`, at a point of the sea `distance` away; degrees across.
+/// Looks toward the default sun, from `height`, at a point of the sea `distance` away; the field of view in degrees.
 fn toward_the_sun(height: f32, distance: f32, fov: f32) -> Camera {
     let (sin, cos) = (-0.7f32).sin_cos();
     Camera::looking_at(Vec3::Z * height, Vec3::new(cos, sin, 0.0) * distance, fov)
@@ -168,7 +169,7 @@ fn figures(
     Ok(pictures)
 }
 
-/// Changes from picture to picture within each run of moments and cameras; `ratio` of the distances of neighbours.
+/// Changes from picture to picture within each run of moments and cameras; `ratio` is that of neighbouring distances.
 fn sequence(
     studio: &Studio,
     subject: &mut Subject,
@@ -188,7 +189,7 @@ fn sequence(
         for &(time, camera) in run {
             subject.set_time(time);
             let state = subject.seen_by(&camera);
-            // The same offsets in every picture: what changes then is the sea.
+            // Every picture has the same sample positions, so that only the sea changes.
             let mut settings = [1, 2].map(|seed| Truth::Displacement.settings(size, samples / 2, seed)).to_vec();
             settings.extend(looks.iter().map(|look| look.settings(size, 1)));
             let shots = settings.iter().map(|s| studio.shoot(&mut subject.renderer, &state, s));

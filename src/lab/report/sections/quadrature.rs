@@ -1,4 +1,4 @@
-//! The rules for integrals over visible slopes against converged integrals, and how smoothly they follow slow sweeps.
+//! The rules for integrals over visible slopes compared with converged integrals, and how smoothly they follow slow changes.
 
 use serde::Serialize;
 
@@ -13,10 +13,11 @@ use crate::lab::report::html::{Plot, Scale};
 use crate::lab::report::section::Section;
 use crate::lab::report::studio::Studio;
 
-const INTRO: &str = "Every rule on random surfaces, viewers and environments against the converged integral of the same \
-    model (64-bit, on the processor): what the number of slope samples costs in accuracy, and nothing else. Errors of diffuse \
-    light are in units of the environment's mean radiance or of the light's irradiance over π, those of mirrors relative to the true radiance \
-    or to 1 if that is larger. Classes are by the larger slope deviation σ. What the rules cost in time is in the bench's section.";
+const INTRO: &str = "Every rule on random surfaces, viewers and environments against the converged integral of the same model (in 64 \
+    bits, on the processor): only the accuracy that a number of slope samples buys. Errors of diffuse light are in \
+    units of the environment's mean radiance or of the light's irradiance over π; errors of mirrors are relative to \
+    the true radiance, or to 1 if that is larger. Classes are by the larger slope deviation σ. The bench's section \
+    shows what the rules cost in time.";
 
 /// One table.
 #[derive(Debug, Serialize)]
@@ -132,7 +133,7 @@ fn table(study: &Study) -> Table {
     table
 }
 
-/// The rules against the paper's 5 × 5 grid.
+/// The rules compared with the paper's 5 × 5 grid.
 fn finding(study: &Study) -> Option<String> {
     let paper = study.rows.iter().find(|row| row.rule.starts_with("paper 5x5"))?;
     let best = study.rows.iter().filter(|row| !is_grid(row)).min_by(|a, b| a.rms.total_cmp(&b.rms))?;
@@ -157,7 +158,7 @@ fn finding(study: &Study) -> Option<String> {
 
 fn sweep_table(sweeps: &[Sweep]) -> Table {
     let mut table = Table::new(
-        "Slow sweeps: largest change between neighbouring steps, and largest change of that change, which is what pops",
+        "Slow sweeps: largest change between neighbouring steps, and largest change of that change, which shows as popping",
         ["integral", "rule", "path", "largest step", "largest bend"],
     );
     for sweep in sweeps {
@@ -167,10 +168,10 @@ fn sweep_table(sweeps: &[Sweep]) -> Table {
     table
 }
 
-/// The rules that are drawn by default.
+/// The default rules.
 const DEFAULTS: [&str; 2] = ["visible 2 terms", "rings of 16"];
 
-/// Per integral, the largest bend of all sweeps with the default rule against that of the paper's grid.
+/// Per integral: the largest bend of all sweeps with the default rule, compared with the paper's grid.
 fn sweep_findings(sweeps: &[Sweep]) -> Vec<String> {
     let mut integrals: Vec<&'static str> = sweeps.iter().map(|sweep| sweep.integral).collect();
     integrals.sort_unstable();
@@ -182,7 +183,7 @@ fn sweep_findings(sweeps: &[Sweep]) -> Vec<String> {
         };
         let (rule, grid) = (largest(&|rule| DEFAULTS.contains(&rule))?, largest(&|rule| rule == "paper 5x5")?);
         Some(format!(
-            "No popping, {integral}: along slow sweeps the change itself changes by {} at most with {} (in {}), by {} with the paper's 5×5 (in {}); goal, below it: {}.",
+            "No popping, {integral}: along slow sweeps the change between steps changes by at most {} with {} (in {}) and by {} with the paper's 5×5 (in {}); goal, less than the grid: {}.",
             number(rule.bend),
             rule.rule,
             rule.path,
@@ -209,7 +210,7 @@ mod tests {
             sweep("visible 2 terms", "azimuth", 0.02),
         ];
         let [met] = &sweep_findings(&sweeps)[..] else { panic!("one integral") };
-        assert!(met.contains("0.100 at most with visible 2 terms (in elevation)") && met.ends_with("met."), "{met}");
+        assert!(met.contains("at most 0.100 with visible 2 terms (in elevation)") && met.ends_with("met."), "{met}");
         sweeps.push(sweep("visible 2 terms", "roughness", 0.5));
         assert!(sweep_findings(&sweeps)[0].ends_with("missed."), "{}", sweep_findings(&sweeps)[0]);
         assert!(sweep_findings(&sweeps[1..2]).is_empty(), "nothing to compare with");

@@ -1,4 +1,4 @@
-//! The relief's own shadows in pictures: the truth with and without them, and which of LEADR's shadowing models comes nearest.
+//! Shadows that bumps cast on each other: the truth with and without them, and which of LEADR's shadowing models is nearest.
 
 use crate::lab::error::LabError;
 use crate::lab::report::case::Case;
@@ -12,18 +12,19 @@ use crate::lab::report::verdict::{Shot, judge};
 use crate::reflectance::masking::shadowing::Shadowing;
 use crate::render::settings::Terms;
 
-const INTRO: &str = "In the other pictures the sun's coarse shadow map alone throws shadows, in the truth as in LEADR: the sky reaches \
-    every facet through the bumps in front of it. Here the truth is shadowed by the relief itself, from the sun and from the \
-    sky (drawn lights with depth maps as fine as the bumps; leadr capture --relief-shadows), and LEADR's shadowing \
-    models at one sample per pixel are held against it: masking knows no shadows, smith those of heights alone, correlated \
-    that light from behind the viewer throws none that he could see. The first row is the truth of the other sections, as a technique.";
+const INTRO: &str = "In the other sections only the sun's coarse shadow map casts shadows, in the truth as in LEADR: light of the sky \
+    reaches every facet through the bumps in front of it. Here the bumps themselves cast shadows in the truth, from \
+    the sun and from the sky (sampled lights with depth maps as fine as the bumps; leadr capture --relief-shadows), \
+    and LEADR's shadowing models are compared with it at one sample per pixel. The model called masking has no \
+    shadows; smith has shadows that depend on heights alone; correlated also knows that light from behind the viewer \
+    casts none that the viewer could see. The first row is the truth of the other sections, judged like a technique.";
 
 const HEAD: [&str; 8] = ["", "picture", "FLIP errors", "rRMSE", "rRMSE inside", "bias inside", "FLIP", "FLIP inside"];
 
 pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
     let near = studio.pick(64, 192);
     let samples = studio.pick(16, 64);
-    // Tiles half as fine as elsewhere: every sample draws the relief from each of its lights.
+    // Tiles half as fine as elsewhere: every sample draws the bumps once for each of its lights.
     let mut subject = Subject::rock(studio, 16)?;
     let (mut html, mut cases, mut findings) = (Html::new(), Vec::new(), Vec::new());
     for factor in [1u32, 4] {
@@ -35,7 +36,7 @@ pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
         let truth = studio.shoot_truth(&mut subject.renderer, &state, &Truth::Shadowed.settings(size, samples, 1))?;
         let open =
             studio.shoot_truth(&mut subject.renderer, &state, &Truth::Displacement.settings(size, samples, 3))?;
-        let mut rows: Vec<(String, Shot)> = vec![("truth without the relief's shadows".to_owned(), open)];
+        let mut rows: Vec<(String, Shot)> = vec![("truth without shadows of the bumps".to_owned(), open)];
         for shadowing in Shadowing::MAIN {
             let look = Look::best().with(Terms::ALL, shadowing);
             let shot = studio.shoot(&mut subject.renderer, &state, &look.settings(size, 1))?;
@@ -78,7 +79,7 @@ pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
         html.table(&table);
     }
     let section = Section::new(INTRO, findings, &html, &cases)?;
-    // Masking and smith are here to be compared; the worst of all pictures are looked for among what one would use.
+    // Masking and smith are here for comparison; the worst pictures are sought among the settings one would use.
     studio.cases.extend(cases.into_iter().filter(|case| case.look.ends_with(Shadowing::Correlated.name())));
     Ok(section)
 }

@@ -1,4 +1,4 @@
-//! Surfaces that deform under maps that do not, and shapes that displacement alone makes: LEADR's Figures 5 and 9.
+//! Surfaces that deform while their maps do not, and shapes made by displacement: LEADR's Figures 5 and 9.
 
 use crate::lab::error::LabError;
 use crate::lab::report::case::Case;
@@ -17,9 +17,9 @@ use crate::scenes::studio::studio as panorama;
 use crate::scenes::{pillow, snake};
 
 const INTRO: &str = "The LEADR paper's Figure 5: a quad, a sphere and a cylinder are stretched, sheared or flattened while their maps \
-    stay as they were baked; the moments follow the deformation (eq. 12). Then its Figure 9: a pillow in an environment, and a \
-    snake in an environment and four point lights. One sample of LEADR per pixel against displacement-map truth; neither \
-    has shadows, for there is no sun.";
+    stay as they were baked; the moments follow the deformation (eq. 12). Then its Figure 9: a pillow in an \
+    environment, and a snake in an environment with four point lights. LEADR at one sample per pixel is compared \
+    with displacement-map truth. There are no shadows, because there is no sun.";
 
 const DEFORMATIONS: [(Deformation, &str, &str); 3] = [
     (Deformation::Stretch, "stretch", "Stretching"),
@@ -39,7 +39,7 @@ const HEAD: [&str; 9] = [
     "noise of the truth",
 ];
 
-/// A case and what it belongs to.
+/// A case and its group.
 struct Measured {
     group: &'static str,
     case: Case,
@@ -56,7 +56,7 @@ pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
         let mut subject = Subject::in_panorama(studio, stage, &panorama, Lights::default())?;
         let mut table = Table::new(format!("{title}; truth of {samples} samples per pixel"), HEAD);
         for &moment in moments {
-            // Half a period leads from the surface as it was made to the fully deformed one.
+            // The surface is fully deformed after half a period.
             subject.set_time(moment * 0.5 * PERIOD);
             let far = format!("{:.0} %", moment * 100.0);
             let name = format!("{key}-{:.0}", moment * 100.0);
@@ -88,7 +88,7 @@ pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
     Ok(section)
 }
 
-/// The picture against the truth: the cells of a table's row but for the first, and the case.
+/// Compares the picture with the truth: the cells of a row after the first, and the case.
 fn photograph(
     studio: &mut Studio,
     subject: &mut Subject,
@@ -118,7 +118,7 @@ fn photograph(
     Ok((cells, case))
 }
 
-/// The error of a group, and whether deforming makes it worse.
+/// The error of a group, and whether the deformation makes it worse.
 fn finding(group: &str, measured: &[Measured]) -> Option<String> {
     let of: Vec<&Case> = measured.iter().filter(|m| m.group == group).map(|m| &m.case).collect();
     let (first, last) = (of.first()?, of.last()?);
@@ -128,9 +128,9 @@ fn finding(group: &str, measured: &[Measured]) -> Option<String> {
         return Some(format!("{}: rRMSE inside is {error}, bias {bias}; the truth's noise is {noise}.", last.subject));
     }
     let verdict = match last.interior.rrmse / first.interior.rrmse {
-        r if r > 1.25 => "deforming makes it worse",
-        r if r < 0.8 => "deforming makes it better",
-        _ => "deforming changes little",
+        r if r > 1.25 => "the deformation makes it worse",
+        r if r < 0.8 => "the deformation makes it better",
+        _ => "the deformation changes little",
     };
     let before = number(first.interior.rrmse);
     Some(format!("{group}: rRMSE inside is {before} before and {error} fully deformed (noise {noise}): {verdict}."))

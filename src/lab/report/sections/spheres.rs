@@ -20,18 +20,19 @@ use crate::scenes::spheres::surface::{Detail, Frequency, Surface};
 use crate::scenes::spheres::{ANISOTROPIC, ISOTROPIC};
 
 const INTRO: &str = "Spheres whose heights are Gaussian noise of known slopes, with bumps smaller than a pixel, in the light of the \
-    supplement's tables: white diffuse facets under one light from the camera, under the studio's irradiance, and mirror facets \
-    in the studio. Columns are the two truths and LEADR at one sample per pixel: with the paper's grids of samples per pixel and with \
-    the visible-slope rules. All of them mask and none of them shadows: what light from the camera falls on is what the camera \
-    sees, and the rasterised truth lets the environment through the bumps. Under each picture: FLIP and relative RMSE against \
-    normal-map truth (n) and displacement-map truth (d) over the pixels that the sphere touches - the background is excluded \
-    - and, in brackets, inside its outline. A single surface has only a few bumps in each pixel, so every picture is the \
-    mean over turns of the sphere about its poles, which leave its statistics as they are: what remains is the model's error \
-    and not one surface's chance. The truth's noise is that of the halves of these turns against each other.";
+    supplement's tables: white diffuse facets under one light from the camera, under the studio's irradiance, and \
+    mirror facets in the studio. Columns are the two truths, then LEADR at one sample per pixel with the paper's \
+    grids of slope samples and with the visible-slope rules. Masking is on and shadowing off everywhere: light from \
+    the camera reaches whatever the camera sees, and the rasterised truth lets the environment through the bumps. \
+    Under each picture: FLIP and relative RMSE against normal-map truth (n) and displacement-map truth (d), over the \
+    pixels that the sphere touches (without the background) and, in brackets, inside its silhouette. A single \
+    surface has only a few bumps in each pixel. Every picture is therefore the mean over rotations of the sphere \
+    about its poles, which do not change its statistics: what remains is the error of the model, not of one random \
+    surface. The noise of the truth is the difference between two halves of these rotations.";
 
 const EXPOSURE: f32 = 0.8;
 
-/// One table pair of the supplement.
+/// A pair of the supplement's tables.
 struct Light {
     lighting: Lighting,
     terms: Terms,
@@ -71,7 +72,7 @@ struct Entry {
     normal_map_inside: Errors,
     displacement: Errors,
     displacement_inside: Errors,
-    /// Noise of displacement truth inside, as a share.
+    /// Relative noise of displacement-map truth inside.
     noise: f64,
 }
 
@@ -91,7 +92,7 @@ fn groups(quick: bool) -> Vec<(f32, Vec<Vec2>)> {
     groups
 }
 
-/// What is held against the truth; a quick run leaves out the largest grid, which takes most of the time.
+/// What is compared with the truth; a quick run leaves out the largest grid, which takes most of the time.
 fn looks(quick: bool) -> Vec<Look> {
     let mut looks = vec![Look::grid(5), Look::grid(32), Look::grid(128), Look::visible(Probes::Nine)];
     if quick {
@@ -158,7 +159,7 @@ fn cell(
     let size = studio.pick(64, 128);
     let (turns, samples) = studio.pick((6u32, 2), (16, 4));
     let camera = subject.stage.views.mid;
-    // The mean over turns, and of its halves, how noisy it is.
+    // The mean over rotations; its two halves tell how noisy it is.
     let mut shoot = |settings: RenderSettings| -> Result<Shot, LabError> {
         let mut halves = [Vec::new(), Vec::new()];
         for turn in 0..turns {
@@ -175,7 +176,7 @@ fn cell(
     let mut truths: Vec<(Truth, u32, Shot)> = Vec::new();
     let mut cells = Vec::new();
     for truth in [Truth::NormalMap, Truth::Displacement] {
-        // The smooth geometry of normal-map truth is cheap, and its aliasing is worse.
+        // Normal-map truth is cheap, because its geometry is smooth, and aliases more.
         let samples = if truth == Truth::NormalMap { 4 * samples } else { samples };
         let mut settings = truth.settings((size, size), samples, 1);
         settings.shading = settings.shading.adjusted(|options| ShadingOptions { terms: light.terms, ..options });
@@ -257,13 +258,13 @@ fn findings(light: &Light, looks: &[Look], entries: &[Entry]) -> Vec<String> {
     let listed: Vec<String> = names.iter().map(|name| format!("{name} {}", number(rms(name)))).collect();
     let mut findings =
         vec![format!("{}: root mean square of rRMSE inside over all rows: {}.", light.title, listed.join(", "))];
-    // The largest grid is the model without its quadrature.
+    // With the largest grid only the model's error remains.
     let converged = looks.iter().rev().find(|l| l.is_grid());
     let rows = converged.map_or(Vec::new(), |look| of(&look.name));
     let error = |e: &&Entry| e.displacement_inside.rrmse;
     if let Some(worst) = rows.into_iter().max_by(|a, b| error(a).total_cmp(&error(b))) {
         findings.push(format!(
-            "{}: with all the samples of {} the model is off by {} at σ = {}, its worst row (bias {}, noise of the truth {}); against normal-map truth by {}.",
+            "{}: with the samples of {} the model's error is {} at σ = {}, its worst row (bias {}, noise of the truth {}); against normal-map truth by {}.",
             light.title,
             worst.look,
             number(worst.displacement_inside.rrmse),

@@ -1,4 +1,4 @@
-//! How many slope samples it takes: table 10 of the LEADR supplement.
+//! How many slope samples are needed: table 10 of the LEADR supplement.
 
 use glam::Vec2;
 use serde::Serialize;
@@ -16,9 +16,9 @@ use crate::render::settings::{Probes, RenderSettings, Terms};
 use crate::scenes::spheres::cell::Lighting;
 use crate::scenes::spheres::surface::{Detail, Frequency, Surface};
 
-const INTRO: &str = "Mirror facets in the studio at several roughnesses: the paper's grids of growing size and the few \
-    probes of the visible-slope rules, all against the 128×128 grid on the same surface. The error is the quadrature's alone: \
-    relative RMSE inside the outline.";
+const INTRO: &str = "Mirror facets in the studio at several roughnesses: the paper's grids of growing size and the few probes of the \
+    visible-slope rules, all compared with the 128×128 grid on the same surface. The error is that of the quadrature \
+    alone: relative RMSE inside the silhouette.";
 
 /// Exposure at which the pictures are looked at.
 const EXPOSURE: f32 = 0.8;
@@ -28,7 +28,7 @@ const EXPOSURE: f32 = 0.8;
 struct Entry {
     sigma: [f32; 2],
     look: String,
-    /// Fetches from the environment per pixel.
+    /// Lookups in the environment per pixel.
     fetches: u32,
     rrmse: f64,
     flip: f64,
@@ -94,8 +94,8 @@ fn roughness(studio: &mut Studio, sigma: [f32; 2], looks: &[(Look, u32)]) -> Res
         entries.push(Entry { sigma, look: look.name.clone(), fetches: *fetches, rrmse, flip });
     }
     let mut plot = Plot::new(
-        &format!("{}: error against fetches", name_of(sigma)),
-        ("fetches from the environment per pixel", Scale::Log),
+        &format!("{}: error against lookups", name_of(sigma)),
+        ("lookups in the environment per pixel", Scale::Log),
         ("relative RMSE inside", Scale::Log),
     );
     let [grid, line] = lines;
@@ -108,7 +108,7 @@ fn roughness(studio: &mut Studio, sigma: [f32; 2], looks: &[(Look, u32)]) -> Res
 }
 
 fn table(sigmas: &[[f32; 2]], looks: &[(Look, u32)], entries: &[Entry]) -> Table {
-    let head = ["rule".to_owned(), "fetches".to_owned()].into_iter().chain(sigmas.iter().map(|&s| name_of(s)));
+    let head = ["rule".to_owned(), "lookups".to_owned()].into_iter().chain(sigmas.iter().map(|&s| name_of(s)));
     let mut table = Table::new("Relative RMSE inside against 128×128", head);
     for (look, fetches) in looks {
         let numbers = sigmas.iter().map(|&sigma| {
@@ -121,7 +121,7 @@ fn table(sigmas: &[[f32; 2]], looks: &[(Look, u32)], entries: &[Entry]) -> Table
     table
 }
 
-/// The root mean square over roughnesses of few probes against the paper's 5×5.
+/// The error of few probes, root mean square over roughnesses, compared with that of the paper's 5×5 grid.
 fn findings(entries: &[Entry]) -> Vec<String> {
     let rms = |look: &str| {
         let of: Vec<f64> = entries.iter().filter(|e| e.look == look).map(|e| e.rrmse).collect();

@@ -11,11 +11,11 @@ use crate::lab::report::subject::{Subject, framed_from};
 use crate::lab::report::truth::Truth;
 use crate::lab::report::verdict::judge;
 
-const INTRO: &str = "Every technique at one sample per pixel on the rough sphere under the sky and its sun, from near to far. \
-    A pixel always covers the same angle, so the pictures shrink as the camera moves away. The truth is displacement-map \
-    truth, shadowed by the sun alone, and so is LEADR. Errors are over the pixels that the sphere touches, or over its \
-    inside, where aliasing of the outline has no part; the bias tells whether a technique is too bright or too dark. Pictures \
-    of far views are enlarged.";
+const INTRO: &str = "Every technique at one sample per pixel on the rough sphere under the sky and its sun, from near to far. A pixel \
+    always covers the same angle, so the pictures shrink as the camera moves away. The truth is displacement-map \
+    truth, shadowed by the sun alone, and so is LEADR. Errors are over the pixels that the sphere touches, or over \
+    its inside, where aliasing of the silhouette plays no part; the bias tells whether a technique is too bright or \
+    too dark. Pictures of far views are enlarged.";
 
 pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
     let near = studio.pick(96, 256);
@@ -83,7 +83,7 @@ pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
     Ok(section)
 }
 
-/// Who is nearest to the truth from far away, and how the others compare.
+/// Which technique is nearest to the truth from far away, and how the others compare.
 fn findings(looks: &[Look], lines: &[Vec<(f64, f64)>]) -> Vec<String> {
     let mut far: Vec<(&str, f64)> =
         looks.iter().zip(lines).filter_map(|(look, line)| Some((look.name.as_str(), line.last()?.1))).collect();

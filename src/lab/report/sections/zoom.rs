@@ -1,4 +1,4 @@
-//! A camera that moves away: what flickers.
+//! What flickers while the camera moves away.
 
 use serde::Serialize;
 
@@ -15,11 +15,12 @@ use crate::lab::report::truth::Truth;
 use crate::lab::report::verdict::Shot;
 use crate::maps::RgbImage;
 
-const INTRO: &str = "The camera moves away from the rough sphere in small, equal ratios of distance, at one sample per pixel. \
-    The change of a pixel from one step to the next is taken after the earlier picture has been brought into the frame of \
-    the later one (the mean over the area that each later pixel covers in it). What remains even of a perfect renderer - \
-    the filter of that resampling, parallax, light that really changes - is the reference's own change; flicker is what a \
-    technique changes beyond it, pixel by pixel. The row of the reference's noise tells how sure this measurement is. All numbers are relative to the sphere's mean radiance and over its inside.";
+const INTRO: &str = "The camera moves away from the rough sphere in small steps, each by the same factor, at one sample per pixel. \
+    Before two pictures are compared, the earlier one is resampled into the frame of the later one (the mean over \
+    the area that each later pixel covers in it). A perfect renderer would still show some change: the filter of \
+    that resampling, parallax, light that really changes. That is the reference's own change; flicker is what a \
+    technique changes beyond it, pixel by pixel. The row with the reference's noise tells how certain this \
+    measurement is. All numbers are over the inside of the sphere and relative to its mean radiance.";
 
 /// What one technique did over the sweep.
 #[derive(Debug, Serialize)]
@@ -29,7 +30,7 @@ struct Track {
     mean: Vec<f64>,
     /// Largest flicker of a pixel of every step.
     max: Vec<f64>,
-    /// Mean change per pixel of every step, the reference's own included.
+    /// Mean change per pixel of every step, including the reference's own.
     own_mean: Vec<f64>,
     /// Largest change of a pixel of every step.
     own_max: Vec<f64>,
@@ -62,7 +63,7 @@ pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
         settings.extend(looks.iter().map(|look| look.settings((size, size), 1)));
         let shots = settings.iter().map(|s| studio.shoot(&mut subject.renderer, &state, s));
         let mut shots: Vec<Shot> = shots.collect::<Result<_, _>>()?;
-        // The reference is the mean of both seeds; one of them against it is as far off as the mean itself is.
+        // The reference is the mean of both seeds; each of them differs from it by as much as it errs itself.
         shots[0] = Shot::mean_of(&shots[0], &shots[1]).map_err(fault)?;
         rows.push(shots);
         bar.step();
@@ -168,7 +169,7 @@ fn findings(sweep: &Sweep) -> Vec<String> {
             number(noise),
             sweep.reference_samples,
             if noise < 0.3 * calm.1 {
-                "the order of the techniques is sure"
+                "the order of the techniques is certain"
             } else {
                 "differences smaller than that mean nothing"
             }

@@ -1,4 +1,4 @@
-//! One sample of LEADR against references of many samples: how near to the truth, how much faster.
+//! One sample of LEADR compared with references of many samples: how near to the truth, how much faster.
 
 mod race;
 mod worth;
@@ -16,15 +16,16 @@ use crate::render::surfaces::tessellation::TessellationSettings;
 use crate::scenes::spheres::rough::RoughSphere;
 use crate::scenes::spheres::surface::Detail;
 
-const INTRO: &str = "How near to a converged reference is LEADR with one shaded sample per pixel, and how many samples of a \
-    brute-force reference is it worth: at how many has the reference the same error? The truth has all shadows of the relief, of the sun \
-    and of the sky, and LEADR is what the program draws by default. The goal's subjects are a sphere whose relief is what the \
-    model is of, Gaussian and finer than the pixels, and the T-rex from afar; a rock with a few large bumps in each pixel is \
-    harder. Edge samples look at the geometry only: they smooth outlines, and tell the one shaded sample what the pixel holds. Errors are \
-    relative RMSE, from which the truth's own noise is taken off (squares of independent errors add; from FLIP it cannot be), and \
-    mean FLIP over the pixels that the object touches; \"inside\" leaves out its outline. Common is the part of the error inside \
-    that neighbouring pixels share: samples of the reference draw one direction of the sky for the whole picture. Times \
-    are of the device, of all passes; those of LEADR of the second of two runs.";
+const INTRO: &str = "How near is LEADR with one shaded sample per pixel to a converged reference, and how many samples does a \
+    brute-force reference need for the same error? The truth has all shadows of the bumps, from the sun and from the \
+    sky; LEADR is drawn with its default settings. The goal is about a sphere whose bumps are what the model \
+    assumes, Gaussian and finer than the pixels, and about the T-rex from afar. A rock with a few large bumps in \
+    each pixel is harder. Edge samples look at the geometry only: they smooth silhouettes and tell the one shaded \
+    sample what the pixel holds. Errors are relative RMSE with the truth's own noise subtracted (squares of \
+    independent errors add), and mean FLIP (from which noise cannot be subtracted), over the pixels that the object \
+    touches; \"inside\" leaves out its silhouette. \"Common\" is the part of the error inside that neighbouring \
+    pixels share: each sample of the reference uses one direction of the sky for the whole picture. Times are those \
+    of all passes on the device; for LEADR those of the second of two runs.";
 
 #[derive(Debug, Serialize)]
 struct Data {
@@ -44,7 +45,7 @@ pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
         html.table(&table(&race));
         Ok(race)
     };
-    // The goal's bumps; larger ones are as many times fewer as their tiles have texels.
+    // The finest bumps are the goal's; larger ones are fewer by the ratio of texels.
     let tiles = studio.pick(&[16, 32][..], &[16, 32, 64]);
     let (&finest, coarser) = tiles.split_last().expect("tiles");
     let sphere = gaussian_sphere(studio, finest)?;
@@ -69,9 +70,9 @@ pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
     Section::new(INTRO, findings, &html, Data { subjects: vec![sphere, trex, rock], bumps })
 }
 
-/// The Gaussian sphere with atlas tiles of `tile` texels, as small as its bumps then are.
+/// The Gaussian sphere with atlas tiles of `tile` texels, which set the size of its bumps.
 fn gaussian_sphere(studio: &Studio, tile: u32) -> Result<Contest, LabError> {
-    // Tens of bumps in a pixel are affordable in a small picture only: all of them have their vertices and shadows.
+    // Tens of bumps per pixel are affordable only in a small picture: each has vertices and shadows.
     let size = studio.pick(16, 24);
     let sphere = RoughSphere::new(Detail { patches: 8, tile });
     let bumps = sphere.bumps_per_pixel(size);
@@ -84,7 +85,7 @@ fn gaussian_sphere(studio: &Studio, tile: u32) -> Result<Contest, LabError> {
         subject,
         size,
         bumps_per_pixel: Some(bumps),
-        // A vertex for every texel: the bumps throw shadows, so what the geometry dropped would not average out.
+        // A vertex for every texel: bumps cast shadows, so bumps that the geometry lost would not average out.
         vertices_per_pixel: f32::INFINITY,
         converged: studio.pick(64, 128),
         counts: counts(studio),
@@ -114,10 +115,10 @@ fn counts(studio: &Studio) -> &'static [u32] {
 fn plot(race: &Race) -> Plot {
     let mut plot = Plot::new(
         &format!("{}: error against time", race.subject),
-        ("milliseconds of the device", Scale::Log),
+        ("milliseconds on the device", Scale::Log),
         ("relative RMSE", Scale::Log),
     );
-    // What is below the truth's noise has no place on a logarithmic scale.
+    // Errors below the truth's noise cannot be shown on a logarithmic scale.
     let line = |rows: &[&Row], pick: fn(&Row) -> f64| {
         rows.iter().map(|r| (r.milliseconds, pick(r))).filter(|p| p.1 > 0.0).collect::<Vec<_>>()
     };
@@ -132,7 +133,7 @@ fn plot(race: &Race) -> Plot {
 fn table(race: &Race) -> Table {
     let mut table = Table::new(
         format!(
-            "{} x {} pixels, against {} samples of other seeds, whose noise ({}, inside {}) is taken off the rRMSE",
+            "{} x {} pixels, against {} samples of other seeds, whose noise ({}, inside {}) is subtracted from the rRMSE",
             race.size,
             race.size,
             race.converged_samples,
@@ -170,7 +171,7 @@ fn table(race: &Race) -> Table {
     table
 }
 
-/// The worth of one sample by how many bumps a pixel holds.
+/// The worth of one sample by the number of bumps in a pixel.
 fn bumps_table(races: &[&Race]) -> Table {
     let errors = ["LEADR: rRMSE", "inside", "reference of 64: rRMSE", "inside"].map(str::to_owned);
     let head = ["".to_owned(), "truth's noise inside".to_owned()].into_iter().chain(errors);
@@ -192,7 +193,7 @@ fn bumps_table(races: &[&Race]) -> Table {
     table
 }
 
-/// Whether the goal is met, by its subjects and by those that are harder.
+/// Whether the goal is met by its subjects, and by those that are harder.
 fn verdict(races: &[&Race]) -> Vec<String> {
     let names = |goal: bool, met: bool| -> Vec<&str> {
         races.iter().filter(|r| r.goal == goal && r.met == met).map(|r| r.subject.as_str()).collect()
@@ -202,7 +203,7 @@ fn verdict(races: &[&Race]) -> Vec<String> {
         let parts = parts.iter().filter(|p| !p.1.is_empty()).map(|(verb, who)| format!("{verb} {}", who.join(" and ")));
         parts.collect::<Vec<_>>().join(", ")
     };
-    [(true, "its subjects"), (false, "what is harder than the goal")]
+    [(true, "its subjects"), (false, "subjects harder than the goal's")]
         .into_iter()
         .filter(|&(goal, _)| races.iter().any(|r| r.goal == goal))
         .map(|(goal, which)| {
@@ -218,13 +219,13 @@ fn findings_of(race: &Race) -> Vec<String> {
     let leadr = &race.leadr;
     let worth: Vec<String> = race.worth.iter().map(|(name, worth)| format!("{worth} by {name}")).collect();
     let mut findings = vec![format!(
-        "{}: one shaded sample of LEADR is worth so many samples of the reference: {}.",
+        "{}: samples of the reference that one shaded sample of LEADR is worth: {}.",
         race.subject,
         worth.join(", ")
     )];
     if let [without, many] = &race.others[..] {
         findings.push(format!(
-            "{}: its rRMSE is {}; {} without edge samples, {} with {} shaded samples and no edge samples.",
+            "{}: rRMSE of LEADR is {}; {} without edge samples, {} with {} shaded samples and no edge samples.",
             race.subject,
             number(leadr.own.object),
             number(without.own.object),
@@ -238,10 +239,10 @@ fn findings_of(race: &Race) -> Vec<String> {
             race.subject,
             number(faster)
         ));
-        // A picture of outlines only has no inside.
+        // A picture that is all silhouette has no inside.
         if judge.own.interior > 0.0 {
             findings.push(format!(
-                "{}: of the squared error inside of {WORTH} samples {} are common to neighbouring pixels; against the rest alone LEADR would be worth {} by rRMSE inside.",
+                "{}: of the squared error inside of {WORTH} samples, {} are common to neighbouring pixels; compared with the rest alone, LEADR would be worth {} by rRMSE inside.",
                 race.subject,
                 percent((judge.common / judge.own.interior).powi(2), false),
                 race.worth_apart,
@@ -297,7 +298,7 @@ mod tests {
         let lines = verdict(&races.iter().collect::<Vec<_>>());
         assert_eq!(lines.len(), 2);
         assert!(lines[0].ends_with("its subjects: met by ball, missed by beast."), "{}", lines[0]);
-        assert!(lines[1].ends_with("harder than the goal: missed by stone."), "{}", lines[1]);
+        assert!(lines[1].ends_with("harder than the goal's: missed by stone."), "{}", lines[1]);
         assert_eq!(verdict(&[&races[0]]).len(), 1);
     }
 

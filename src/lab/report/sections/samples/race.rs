@@ -1,4 +1,4 @@
-//! One subject: LEADR with one shaded sample, and references of more and more.
+//! One subject: LEADR with one shaded sample, and references with more and more samples.
 
 use serde::Serialize;
 
@@ -19,16 +19,16 @@ use crate::render::passes::accumulate::Accumulation;
 use crate::render::scene::FrameState;
 use crate::render::settings::{RenderSettings, ShadingOptions};
 
-/// Edge samples of the picture that is judged; more change its errors little (docs/measurements/samples.md).
+/// Edge samples of the judged picture; more of them change its errors little (docs/measurements/samples.md).
 const EDGE_SAMPLES: u32 = 64;
-/// The goal: as near as a reference of so many samples,
+/// The goal: as near to the truth as a reference of this many samples,
 pub const WORTH: u32 = 64;
-/// in so many times less time than it takes.
+/// and this many times faster.
 pub const FASTER: f64 = 50.0;
 
-/// What is photographed, and how.
+/// What is rendered, and how.
 pub struct Contest {
-    /// What it is called.
+    /// Its name on the page.
     pub title: String,
     /// Part of the names of its pictures.
     pub key: &'static str,
@@ -42,7 +42,7 @@ pub struct Contest {
     pub size: u32,
     /// Bumps in a pixel on average, where they are known.
     pub bumps_per_pixel: Option<f64>,
-    /// Most vertices of a reference along a pixel: enough for the bumps.
+    /// Most vertices per pixel of a reference along each axis: enough for the bumps.
     pub vertices_per_pixel: f32,
     /// Samples of the truth.
     pub converged: u32,
@@ -70,13 +70,13 @@ pub struct Row {
     pub edge_samples: u32,
     /// Device time of all passes.
     pub milliseconds: f64,
-    /// Against the truth as it is.
+    /// Errors over the object.
     pub object: Errors,
-    /// The same of its inside.
+    /// Errors over its inside.
     pub interior: Errors,
-    /// Relative RMSE without the truth's own noise.
+    /// Relative RMSE with the truth's own noise subtracted.
     pub own: Pair,
-    /// The part of that of the inside which neighbouring pixels have in common, by their correlation.
+    /// The part of the error inside that neighbouring pixels have in common, by their correlation.
     pub common: f64,
 }
 
@@ -99,7 +99,7 @@ pub const MEASURES: [Measure; 4] = [
 /// Those of [`MEASURES`] that the goal is about: of the whole object.
 const JUDGED: [usize; 2] = [0, 2];
 
-/// What became of a contest.
+/// The result of a contest.
 #[derive(Debug, Serialize)]
 pub struct Race {
     pub subject: String,
@@ -117,11 +117,11 @@ pub struct Race {
     pub references: Vec<Row>,
     /// Per measure.
     pub worth: Vec<(&'static str, Worth)>,
-    /// By rRMSE inside, of a reference whose errors had nothing in common between neighbours: a harder judge.
+    /// Worth by rRMSE inside compared with a reference whose neighbouring errors were independent: a harder test.
     pub worth_apart: Worth,
     /// Time of a reference of [`WORTH`] samples over that of LEADR.
     pub faster: Option<f64>,
-    /// As near as [`WORTH`] samples by the measures that are judged, and [`FASTER`].
+    /// Whether it is as near as [`WORTH`] samples by the judged measures, and [`FASTER`] times as fast.
     pub met: bool,
 }
 
@@ -140,7 +140,7 @@ pub struct Pictures {
 }
 
 impl Pictures {
-    /// Keeps them for the page, and the case for the worst of all sections.
+    /// Keeps them for the page, and the case for the section that looks for the worst.
     pub fn keep(self, studio: &mut Studio, key: &str, race: &Race) -> Result<[Figure; 3], LabError> {
         let title = race.subject.as_str();
         let caption = |text: &str| vec![title.to_owned(), text.to_owned()];
@@ -160,7 +160,7 @@ impl Pictures {
     }
 }
 
-/// The converged picture that others are held against, with the noise of the mean of its halves.
+/// The converged picture that others are compared with, and its noise.
 struct Converged {
     shot: Shot,
     inside: Mask,
@@ -200,7 +200,7 @@ impl Converged {
     }
 }
 
-/// Holds a contest.
+/// Runs a contest.
 pub fn race(studio: &Studio, contest: Contest) -> Result<(Race, Pictures), LabError> {
     let Contest { title, goal, mut subject, camera, size, bumps_per_pixel, converged, counts, .. } = contest;
     let state = subject.seen_by(&camera);
@@ -245,12 +245,12 @@ pub fn race(studio: &Studio, contest: Contest) -> Result<(Race, Pictures), LabEr
     Ok((race, Pictures { truth: truth.shot.image, leadr: shot.image, verdict }))
 }
 
-/// Whether the goal is met: every judged measure, and the time.
+/// Whether the goal is met, by every judged measure and in time.
 fn meets(worth: &[(&str, Worth)], faster: Option<f64>) -> bool {
     JUDGED.iter().all(|&i| worth[i].1.reaches(f64::from(WORTH))) && faster.is_some_and(|f| f >= FASTER)
 }
 
-/// Pictures of more and more samples of one sequence; each has those of the ones before it.
+/// Pictures with more and more samples of one sequence; each contains the samples of those before it.
 fn growing(
     subject: &mut Subject,
     state: &FrameState,

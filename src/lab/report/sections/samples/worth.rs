@@ -10,19 +10,19 @@ use crate::maps::RgbImage;
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(tag = "bound", content = "samples", rename_all = "snake_case")]
 pub enum Worth {
-    /// So many, between measured numbers by powers.
+    /// This many, by a power law between measured numbers.
     Equal(f64),
-    /// Even so few are nearer.
+    /// Even this few are nearer to the truth.
     Below(f64),
-    /// Even so many are farther away.
+    /// Even this many are farther from the truth.
     Above(f64),
     /// There are no such pixels.
     Unknown,
 }
 
 impl Worth {
-    /// The number of samples at which a reference's error is `error`, between the measured ones by powers. `references`:
-    /// samples and errors.
+    /// The number of samples at which a reference has the error `error`, by a power law between the measured ones. `references`
+    /// are samples and errors.
     pub fn of(references: &[(f64, f64)], error: f64) -> Self {
         let (Some(first), Some(last)) = (references.first(), references.last()) else { return Self::Unknown };
         if error.is_nan() {
@@ -34,7 +34,7 @@ impl Worth {
         let Some(pair) = references.windows(2).find(|pair| pair[0].1 > error && pair[1].1 <= error) else {
             return Self::Above(last.0);
         };
-        // What is lost in the truth's noise has no number.
+        // An error lost in the truth's noise has no number.
         if pair[1].1 <= 0.0 {
             return Self::Above(pair[0].0);
         }
@@ -62,7 +62,7 @@ impl std::fmt::Display for Worth {
     }
 }
 
-/// What is left of an error against a truth when the truth's own noise is taken off: squares of independent errors add.
+/// An error against a truth with the truth's own noise subtracted: squares of independent errors add.
 pub fn own(error: f64, noise: f64) -> f64 {
     if error.is_nan() { error } else { (error * error - noise * noise).max(0.0).sqrt() }
 }
@@ -102,7 +102,7 @@ mod tests {
         assert!((equal(0.5f64.powf(1.5)) - 8.0).abs() < 1e-9);
         assert_eq!((Worth::of(&halves, 2.0), Worth::of(&halves, 0.01)), (Worth::Below(1.0), Worth::Above(256.0)));
         assert_eq!((Worth::of(&[], 1.0), Worth::of(&halves, f64::NAN)), (Worth::Unknown, Worth::Unknown));
-        // Nobody knows how small errors below the truth's noise are.
+        // Errors below the truth's noise cannot be told apart.
         let drowned = [(1.0, 0.2), (32.0, 0.1), (64.0, 0.0)];
         assert_eq!((Worth::of(&drowned, 0.05), Worth::of(&drowned, 0.0)), (Worth::Above(32.0), Worth::Above(32.0)));
         assert_eq!(Worth::of(&drowned[..2], 0.0), Worth::Above(32.0));
