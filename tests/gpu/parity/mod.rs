@@ -3,6 +3,7 @@ mod brdf;
 mod comparator;
 mod extremes;
 mod functions;
+mod shading;
 mod shadowing;
 mod slopes;
 mod techniques;
