@@ -1,18 +1,18 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 
-// Adds one jittered sample of the image to the running mean.
+// Adds one jittered sample of the picture to the running mean.
 layout(local_size_x = 8, local_size_y = 8) in;
 
 layout(constant_id = 0) const bool EDGES = false; // the sample has edge samples (join.comp)
 
-uniform sampler2D sample_image; // what the pixels' own surfaces were shaded as
+uniform sampler2D sample_image; // radiance of the pixels' own surfaces
 layout(rgba32f) uniform image2D mean_image;
 uniform sampler2D others; // sum of the edge samples that see other surfaces
-uniform sampler2D shares; // x: number of those that see the pixel's own
+uniform sampler2D shares; // x: number of edge samples that see the pixel's own surface
 layout(push_constant) uniform Weights {
-    float weight;       // 1 / (samples so far)
-    float edge_samples; // of a pixel
+    float weight;       // 1 / number of samples so far, this one included
+    float edge_samples; // per pixel
 } push;
 
 void main() {
@@ -22,7 +22,7 @@ void main() {
     }
     vec4 value = texelFetch(sample_image, pixel, 0);
     if (EDGES) {
-        // A share of one keeps the value to the bit.
+        // A share of exactly one leaves the value unchanged to the bit.
         value *= texelFetch(shares, pixel, 0).x / push.edge_samples;
         value += texelFetch(others, pixel, 0) / push.edge_samples;
     }

@@ -1,5 +1,5 @@
-// The G-buffer's texels (GBuffer in src/render/filter.rs): 40 bytes. Mean and covariance of the slopes lie in what every
-// technique fetches anyway.
+// The texels of the G-buffer (GBuffer in Rust): 40 bytes a pixel. Mean and covariance of the slopes are packed into texels that
+// every technique fetches anyway.
 #ifndef LEADR_GBUFFER
 #define LEADR_GBUFFER
 
@@ -30,7 +30,7 @@ uint pack_reflection(float f0, float accessibility, bool inside) {
     return packHalf2x16(vec2(inside ? -1.0 : f0, accessibility));
 }
 
-// Of a pixel: the level of detail of its maps, and how much its joined edge samples count, from 0 to 1.
+// For a pixel: the level of detail of its maps, and the weight of its joined edge samples, 0 to 1.
 uvec2 pack_surface(uint reflection, float lod, float joined) {
     return uvec2(reflection, packHalf2x16(vec2(lod, joined)));
 }
@@ -39,12 +39,12 @@ float joined_part_of(uvec2 surface) {
     return unpackHalf2x16(surface.y).y;
 }
 
-// Of an edge sample: the relief of its object, metres.
+// For an edge sample: the relief of its object, metres.
 uvec2 pack_edge(uint reflection, float relief) {
     return uvec2(reflection, floatBitsToUint(relief));
 }
 
-// Of an edge sample that will be joined: area of the macrosurface in it, square metres, and relief.
+// For an edge sample that will be joined: the area of macrosurface within it, square metres, and the relief of its object.
 uvec2 pack_joined_edge(float area, float relief) {
     return floatBitsToUint(vec2(area, relief));
 }

@@ -1,6 +1,6 @@
 #version 460
 
-// Linear radiance to display codes: maps/tonemap.rs on the device.
+// Linear radiance to display codes: src/maps/tonemap.rs on the device.
 
 layout(constant_id = 0) const bool FILMIC = true;       // else clamped to 0..1
 layout(constant_id = 1) const bool ENCODE_SRGB = true;  // false when the target encodes
@@ -30,7 +30,7 @@ void main() {
     if (ENCODE_SRGB) {
         display = srgb_from_linear(display);
     }
-    // A wrong texel is to be seen, not hidden as black. The bits are tested: compilers may assume away a NaN.
+    // An invalid texel should be seen, not hidden as black. Its bits are tested because compilers may assume that NaN cannot occur.
     uvec3 magnitude = floatBitsToUint(radiance) & 0x7fffffffu;
     if (any(greaterThan(magnitude, uvec3(0x7f800000u)))) {
         display = vec3(1.0, 0.0, 1.0);

@@ -1,9 +1,9 @@
-// What a technique needs of the passes: constants that src/render/settings/technique.rs sets. Which technique it is no shader
-// knows.
+// What a technique needs from the passes: constants set by src/render/settings/technique.rs. No shader knows which technique it
+// draws.
 #ifndef LEADR_TECHNIQUE
 #define LEADR_TECHNIQUE
 
-// Functions that shade pixels.
+// The functions that shade pixels.
 const int FAMILY_UNLIT = 0;       // the albedo
 const int FAMILY_BLINN_PHONG = 1; // a Blinn-Phong lobe about the mean normal
 const int FAMILY_TOKSVIG = 2;     // the same, as rough as the mean normal is short
@@ -20,8 +20,8 @@ layout(constant_id = 24) const bool GGX_BASE = false;             // the base ma
 layout(constant_id = 25) const bool USES_CURVATURE = true;        // the turn of the macrosurface under a pixel counts as roughness
 layout(constant_id = 26) const bool TILTS_TO_EDGE = true;         // mean slopes that face away from the viewer tilt until they are seen edge-on
 
-// The covariance that the technique shades with, from all of what was measured under a pixel (S) and the part of it that is
-// in no map, which is roughness to every technique.
+// The covariance that the technique shades with. S: everything measured under a pixel; in_no_map: the part of it that comes from
+// no map, which every technique treats as roughness.
 vec3 technique_covariance(vec3 S, vec3 in_no_map) {
     vec3 kept = USES_COVARIANCE ? S : in_no_map;
     return ISOTROPIC_COVARIANCE ? vec3(vec2(0.5 * (kept.x + kept.y)), 0.0) : kept;

@@ -1,6 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// Finds out what each tile of the screen shows.
+// Records what each tile of the screen shows.
 #include "edges/edges.glsl"
 #include "tiles.glsl"
 #include "visible.glsl"

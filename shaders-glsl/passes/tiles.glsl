@@ -1,12 +1,12 @@
-// Tiles of the screen, and what is seen in each: passes that concern some pixels draw the tiles that hold them
-// (src/render/tiles.rs).
+// The screen in tiles, and what each shows: a pass that concerns only some pixels draws only the tiles that contain them
+// (src/render/passes/targets/tiles.rs).
 #ifndef LEADR_TILES
 #define LEADR_TILES
 
 const int TILE_SIZE = 16; // pixels
 
-// Record of a tile: a bit for each object in it, by number, and whether any sample in it is shaded for itself (edges.comp
-// marks those that are not).
+// Record of a tile: one bit per object that it shows, and whether it contains a sample that must be shaded (edges.comp marks
+// the samples that need not be).
 const uint TILE_IS_SHADED = 1u; // z
 
 bool tile_shows(uvec4 record, uint object) {
@@ -17,8 +17,8 @@ int tile_columns(ivec2 size) {
     return (size.x + TILE_SIZE - 1) / TILE_SIZE;
 }
 
-// Place of the point of TILE_SIZE pixels that covers a tile, in a viewport of whole tiles. Two triangles would shade the pixels along
-// their diagonal twice over. Those that are not drawn are out of sight.
+// Position of the point, TILE_SIZE pixels wide, that covers a tile; the viewport is a whole number of tiles. Two triangles would
+// shade the pixels along their diagonal twice. Tiles that are not drawn get a position off the screen.
 vec4 tile_point(int tile, ivec2 size, bool drawn) {
     int columns = tile_columns(size), rows = (size.y + TILE_SIZE - 1) / TILE_SIZE;
     vec2 middle = (vec2(tile % columns, tile / columns) + 0.5) / vec2(columns, rows);

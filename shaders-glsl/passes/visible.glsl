@@ -1,4 +1,4 @@
-// The word in which the geometry stages say what a pixel sees (VisibleSurface in src/render/geometry.rs): the patch in its
+// The word that tells what a pixel sees (VisibleSurface in src/render/passes/targets/visible_surface.rs): the patch in its
 // low 24 bits, the object above.
 #ifndef LEADR_VISIBLE
 #define LEADR_VISIBLE

@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// Marks where an edge sample sees the surface that its pixel is shaded by, so that nothing shades it again; and where the
-// pixel's footprint is not small beside a patch, so that its part of it is filtered and joined (join.comp).
+// Marks the edge samples that see the same surface as their pixel, so that they are not shaded again. Where the pixel's
+// footprint is not small compared with a patch, such a sample is filtered and joined instead (join.comp).
 #define LEADR_EDGE_RAYS
 #include "edges.glsl"
 #include "../gbuffer.glsl"
@@ -17,7 +17,7 @@ uniform usampler2D edge_tangent;
 uniform sampler2D edge_depth;
 uniform usampler2D pixel_filtered;
 
-const float SAME_NORMAL = 0.9; // cosine of the largest turn of the displacement direction on one surface
+const float SAME_NORMAL = 0.9; // cosine of the largest angle between displacement directions that still count as one surface
 
 void main() {
     ivec2 size = imageSize(edge_surface), pixels = textureSize(pixel_surface, 0);
@@ -38,8 +38,8 @@ void main() {
                    - pixel_distance * (rays.pixel.xyz + ray_across(pixel, pixels));
         vec3 a = octahedral_decode(unpackSnorm2x16(texelFetch(pixel_tangent, pixel, 0).x));
         vec3 b = octahedral_decode(unpackSnorm2x16(texelFetch(edge_tangent, edge, 0).x));
-        // Two points of one sphere are apart across their mean normal, however grazing the view. What stands out of it by less
-        // than a pixel is too small to be told apart.
+        // Two points of one smooth surface differ across their mean normal, not along it, however grazing the view. A
+        // difference along it of less than a pixel is too small to count.
         float width = 2.0 * length(rays.y.xyz) / float(pixels.y) * pixel_distance;
         same = dot(a, b) > SAME_NORMAL && abs(dot(apart, normalize(a + b))) < width;
     }

@@ -1,8 +1,8 @@
-// Edge samples: how one says that it sees the surface its pixel is shaded by, and their rays (src/render/edges.rs).
+// Edge samples: the mark of those that see their pixel's own surface, and their rays (src/render/passes/edges.rs).
 #ifndef LEADR_EDGES
 #define LEADR_EDGES
 
-const uint SURFACE_OF_THE_PIXEL = 1u; // and needs no filtering of its own: no object has the number 0
+const uint SURFACE_OF_THE_PIXEL = 1u; // and need not be filtered: no object has the number 0
 
 #ifdef LEADR_EDGE_RAYS
 // Rays as in read_gbuffer; x and y are the same for both samples.
@@ -10,8 +10,8 @@ layout(push_constant, std430) uniform EdgeRays {
     vec4 x;     // w: edge samples of each pixel
     vec4 y;
     vec4 pixel; // w: near plane
-    vec4 edge;  // w: edge samples that were joined before, in each pixel
-    ivec4 area; // of the pixels that objects can be in: first, and beyond the last
+    vec4 edge;  // w: edge samples of each pixel that are joined already
+    ivec4 area; // pixels that objects can cover: the first, and one past the last
 } rays;
 
 vec3 ray_across(ivec2 pixel, ivec2 size) {

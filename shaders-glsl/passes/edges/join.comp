@@ -1,8 +1,8 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// Joins the edge samples of each pixel: the radiance of those that see other surfaces, and, where the pixel's footprint is
-// not small beside a patch, the slope statistics and materials of those that see its surface, which take the place of the
-// pixel's, and the sun's visibility from them.
+// Joins the edge samples of each pixel. Samples that see other surfaces add their radiance. Samples that see the pixel's own
+// surface add slope statistics, material and visibility of the sun, which replace the pixel's own where its footprint is not
+// small compared with a patch.
 #define LEADR_EDGE_RAYS
 #include "edges.glsl"
 #include "../gbuffer.glsl"
@@ -27,7 +27,8 @@ uniform sampler2D edge_depth;
 
 layout(constant_id = 7) const bool SUN_SHADOWS = true;
 
-// A surface seen edge-on fills a sample with ever more of itself, most of which its bumps hide: this cosine bounds how much.
+// The more edge-on a surface is seen, the larger its area within a sample, most of it hidden by bumps. This least cosine bounds
+// that area.
 const float LEAST_COSINE = 0.1;
 
 void main() {
@@ -38,7 +39,7 @@ void main() {
     bool first = rays.edge.w == 0.0;
     vec4 sum = first ? vec4(0.0) : imageLoad(others, pixel);
     vec4 share = first ? vec4(0.0) : imageLoad(shares, pixel);
-    // The pixel's own sample counts as so many of them: none, but where joining begins.
+    // How many edge samples the pixel's own sample counts as: zero, except where joining begins.
     float part = joined_part_of(texelFetch(pixel_surface, pixel, 0).xy);
     float own_weight = rays.x.w * (1.0 / max(part, 1e-4) - 1.0);
     if (first) {
@@ -55,7 +56,7 @@ void main() {
     Frame to = frame_about(octahedral_decode(unpackSnorm2x16(own.x)));
     SlopePart whole = SlopePart(mean_slope_of(own), covariance_of(own, own_material), share.y);
     vec4 materials = vec4(0.0);
-    // Solid angle of an edge sample.
+    // Solid angle that an edge sample covers.
     float cell = 4.0 * length(cross(rays.x.xyz, rays.y.xyz)) / (float(edges.x) * float(edges.y) * dot(rays.pixel.xyz, rays.pixel.xyz));
     float joined = share.z, sunlit = share.w;
     for (int i = 0; i < grid * grid; ++i) {
@@ -69,7 +70,7 @@ void main() {
             Frame from = frame_about(octahedral_decode(unpackSnorm2x16(seen.x)));
             mat3 turn = mat3(to_frame(to, from.x), to_frame(to, from.y), to_frame(to, from.z));
             SlopePart part = turn_slopes(turn, mean, covariance_of(seen, seen_material));
-            // Bumps that face the viewer fill more samples than others; what counts is how much of the surface is in them.
+            // Bumps that face the viewer fill more samples than others, so samples are weighted by the area of surface they contain.
             vec3 to_sample = (rays.edge.xyz + ray_across(at, edges)) * (rays.pixel.w / texelFetch(edge_depth, at, 0).x);
             part.area *= clamp(area_relief.x / (cell * dot(to_sample, to_sample)), 1e-3, 1.0 / LEAST_COSINE);
             whole = join_slopes(whole, part);

@@ -1,5 +1,5 @@
-// An atlas of one tile per patch, seen as one surface: taps walk from patch to patch, and where a tile's mips end the coarse
-// levels go on, whose samples neighbouring patches share (src/render/atlas.rs).
+// An atlas with one tile per patch, filtered as one surface: taps walk from patch to patch, and where the mips of a tile end,
+// coarser levels follow whose samples neighbouring patches share (src/render/surfaces/atlas).
 #ifndef LEADR_FILTER_ATLAS
 #define LEADR_FILTER_ATLAS
 
@@ -25,7 +25,7 @@ uniform sampler2D coarse_a;
 uniform sampler2D coarse_b;
 uniform sampler2D coarse_color;
 
-// Where a tap falls.
+// Where a tap lands.
 struct Place {
     uint index;    // of the patch
     vec2 at;       // [0, 1]^2
@@ -45,7 +45,7 @@ vec2 place_in_patch(uint index, vec2 texel) {
     return (texel - tile_start(index)) / tile_inner();
 }
 
-// Follows `at`, which may lie beyond the patch, over up to two borders.
+// Follows a place `at` that lies outside its patch across up to two borders.
 Place place_beyond(uint index, vec2 at) {
     Place place = Place(index, at, mat2(1.0));
     for (int border = 0; border < 2; ++border) {
@@ -64,7 +64,7 @@ Place place_beyond(uint index, vec2 at) {
         vec4 turn = mix(links[place.index].turns[2u * side], links[place.index].turns[2u * side + 1u], clamp(along, 0.0, 1.0));
         place.gradient = place.gradient * mat2(turn.xy, turn.zw);
         place.index = link >> 2;
-        // The neighbour runs along the edge the other way.
+        // The neighbour traverses the shared edge in the other direction.
         uint beside = link & 3u;
         vec2 inward = vec2(1.0 - along, over);
         inward = beside < 2u ? inward : vec2(along, 1.0 - over);
@@ -74,8 +74,7 @@ Place place_beyond(uint index, vec2 at) {
     return place;
 }
 
-// How the levels under a level of detail are mixed: the tile's mips, two coarse levels, and where those lie in
-// the images of coarse levels.
+// How a level of detail mixes the tile's mips and two coarse levels, and where those two lie in the images of coarse levels.
 struct Levels {
     float mip;
     float fine; // weight of the tile
@@ -94,7 +93,7 @@ Levels levels_at(float lod) {
     return levels;
 }
 
-// A place in a coarse level, texels of its image.
+// A place in a coarse level, in texels of its image.
 vec2 coarse_texel(Place place, uint level) {
     uint intervals = 1u << (finest_coarse - min(level, finest_coarse));
     // Rows of the levels before: 2^k + 1 each, then two.

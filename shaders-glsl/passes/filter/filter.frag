@@ -26,10 +26,10 @@ layout(location = 0) out uvec4 out_slopes;
 layout(location = 1) out uvec4 out_material;
 layout(location = 2) out uvec2 out_surface;
 
-// What a pixel covers of the macrosurface: derivatives of texture coordinates by x and y of the image. They are those of the
-// tangent plane, which changes smoothly where derivatives taken from triangles jump from each to the next.
-// ts, tt: tangents by texture coordinate; turn: of the macro normal over the pixel, which bounds how far it reaches where the surface
-// is seen edge-on.
+// The footprint of a pixel on the macrosurface: derivatives of the texture coordinate by x and y of the image. They are taken on
+// the tangent plane, which changes smoothly; derivatives of triangles would jump from one triangle to the next.
+// ts, tt: tangents by texture coordinate; turn: how far the macro normal turns across the pixel, which bounds the footprint where
+// the surface is seen edge-on.
 void pixel_derivatives(vec3 ts, vec3 tt, float turn, ivec2 pixel, out vec2 dx, out vec2 dy) {
     vec2 size = vec2(textureSize(visible_surface, 0));
     vec2 ndc = (vec2(pixel) + 0.5) / size * 2.0 - 1.0;
@@ -53,8 +53,8 @@ struct Footprint {
     float lod;
 };
 
-// Moments are linear, so the elliptical footprint of a pixel is a few isotropic taps along its long axis. The taps'
-// distance keeps the second moment of the footprint, so nothing jumps when another tap begins.
+// Moments are linear, so a few isotropic taps along the long axis stand for the elliptical footprint of a pixel. Their spacing
+// keeps the second moment of the footprint, so nothing jumps when the number of taps changes.
 // dx, dy: derivatives in texels of the map; reach: longest distance of a tap, texels.
 Footprint pixel_footprint(vec2 dx, vec2 dy, float reach) {
     float xx = dot(dx, dx), yy = dot(dy, dy);
@@ -71,7 +71,7 @@ Footprint pixel_footprint(vec2 dx, vec2 dy, float reach) {
     float step_squared = footprint.taps == 1 ? 0.0 : max(major_squared - width_squared, 0.0) / intervals_squared;
     float longest = 2.0 * reach / max(taps - 1.0, 1.0);
     if (step_squared > longest * longest) {
-        // What the taps cannot reach, their width covers.
+        // Where the taps cannot reach, wider taps cover the rest.
         step_squared = longest * longest;
         width_squared = major_squared - step_squared * intervals_squared;
     }
@@ -145,8 +145,8 @@ vec4 filter_color(Footprint footprint, vec2 texcoord) {
     return sum / float(footprint.taps);
 }
 
-// How much edge samples on the pixel's surface count, where they are joined: nothing for footprints of up to an eighth of a
-// patch, of which the patches' maps say all there is to know, and everything from a quarter on.
+// How much joined edge samples count against the pixel's own footprint: 0 up to an eighth of a patch, where the maps of the
+// patch hold everything there is to know, and 1 from a quarter of a patch on.
 float joined_part(float lod) {
     return clamp(lod - log2(tile_inner()) + 3.0, 0.0, 1.0);
 }
@@ -165,13 +165,13 @@ void main() {
     vec2 texcoord = uintBitsToFloat(place.xy);
     vec2 curvature_z_access = unpackHalf2x16(surface.z);
     vec3 curvature = vec3(unpackHalf2x16(surface.y), curvature_z_access.x);
-    // An edge sample on the surface of its pixel stands for its part of it alone: they are joined (join.comp).
+    // An edge sample on its pixel's own surface covers only its share of the pixel: all of them are joined (join.comp).
     bool joined = (surface.x & OF_THE_PIXEL) != 0u;
     uint grid = object.flags >> FLAGS_GRID_SHIFT;
     float part = joined ? 1.0 / float(max(grid, 1u)) : 1.0;
     vec2 size = vec2(textureSize(moments_a, 0));
-    // Edge samples see the bumps of a finer geometry, so theirs are the triangles' derivatives: what counts is how much of
-    // the surface is in each (join.comp).
+    // Edge samples are drawn with finer geometry and take the derivatives of its triangles: the area of surface that each
+    // contains is what counts (join.comp).
     vec2 dx = unpackHalf2x16(place.z) * part, dy = unpackHalf2x16(place.w) * part;
     if (grid == 0u) {
         pixel_derivatives(tangent_s, tangent_t, sqrt(curvature.x + curvature.y), pixel, dx, dy);
@@ -204,8 +204,8 @@ void main() {
     Frame frame = frame_about(normal);
     SlopeMap map = slope_map(tangent_s, tangent_t, frame.x, frame.y, frame.z);
     vec2 mean_slope = map_mean_slope(map, mean_gradient);
-    // At the finest level this is the spread between neighbouring texels, which bilinear interpolation of the mean leaves
-    // out: with it the variance is the same at every magnification.
+    // At the finest level this is the spread between neighbouring texels, which bilinear interpolation of the mean loses. With
+    // it the variance is the same at every magnification.
     vec3 covariance = technique_covariance(map_covariance(map, gradient_covariance), vec3(0.0));
     if (USES_CURVATURE) {
         covariance += tilt_kernel(curvature, mean_slope);
@@ -214,7 +214,7 @@ void main() {
     out_slopes = pack_slopes(tangent.x, mean_slope, covariance);
     out_material = pack_material(color, covariance);
     if (joined) {
-        // What of the macrosurface the sample holds, on the plane across its displacement direction.
+        // The area of macrosurface within the sample, projected along its displacement direction.
         float area = abs(determinant(mat2(dx, dy)) * dot(cross(tangent_s, tangent_t), normal)) / (size.x * size.y);
         out_surface = pack_joined_edge(area, object.relief);
     } else {

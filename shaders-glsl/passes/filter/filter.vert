@@ -1,6 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// The tiles in which an object is seen.
+// Draws the tiles that show an object.
 #define LEADR_OBJECT_RAYS
 #include "../geometry/object.glsl"
 #include "../tiles.glsl"

@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// What a pixel sees, before any filtering. Small triangles shade several times their pixels, so this stage fetches
-// nothing: the filter pass does that, once per pixel.
+// What a pixel sees, before any filtering. Small triangles run this stage several times per pixel, so it reads no texture:
+// the filter pass does that, once per pixel.
 #include "object.glsl"
 #include "../visible.glsl"
 #include "leadr/frame.glsl"
@@ -28,7 +28,7 @@ layout(location = 2) out uvec4 out_surface; // object and patch, macro curvature
 void main() {
     vec3 normal = normalize(in_normal);
     Frame frame = frame_about(normal);
-    // The turn of the macro normal over one pixel, as differences of slopes.
+    // How far the macro normal turns across one pixel, as a difference of slopes.
     float across = view.camera_position.w;
     vec3 curvature = add_macro_curvature(vec3(0.0), -across * to_frame(frame, dFdx(normal)).xy,
                                          -across * to_frame(frame, dFdy(normal)).xy);
@@ -38,7 +38,7 @@ void main() {
     vec3 ts = clamp(in_tangent_s, -6e4, 6e4), tt = clamp(in_tangent_t, -6e4, 6e4);
     out_tangent = uvec4(packSnorm2x16(octahedral_encode(normal)), packHalf2x16(ts.xy),
                         packHalf2x16(vec2(ts.z, tt.x)), packHalf2x16(tt.yz));
-    // Triangles seen exactly edge-on can be rasterised with planes of no meaning: there is nothing at or before the near plane.
+    // A triangle seen exactly edge-on can be rasterised with a meaningless depth: nothing lies at or before the near plane.
     bool broken = !(gl_FragCoord.z < 1.0);
     bool inside = (object.flags & FLAG_MARK_INSIDE) != 0u && !gl_FrontFacing;
     uint seen = object.index << 24 | (in_patch & PATCH_BITS) | (inside ? INSIDE : 0u);

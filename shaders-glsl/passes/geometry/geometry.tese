@@ -73,7 +73,7 @@ void main() {
     vec3 c1 = cubic(p3, in_toward_previous[3], in_toward_next[2], p2, u);
     vec3 d0 = cubic(p0, in_toward_previous[0], in_toward_next[3], p3, v);
     vec3 d1 = cubic(p1, in_toward_next[1], in_toward_previous[2], p2, v);
-    // The Coons patch of its boundary: the same bicubic surface as src/render/patch.rs.
+    // The Coons patch of its boundary: the same bicubic surface as src/render/surfaces/patch.rs.
     vec3 position = mix(c0, c1, v) + mix(d0, d1, u) - mix(mix(p0, p1, u), mix(p3, p2, u), v);
     vec3 du = mix(cubic_derivative(p0, in_toward_next[0], in_toward_previous[1], p1, u),
                   cubic_derivative(p3, in_toward_previous[3], in_toward_next[2], p2, u), v)
@@ -97,7 +97,7 @@ void main() {
 
     float height = 0.0;
     // On the boundary everything is computed from the edge's own data, in the edge's own direction (from its lower
-    // vertex), so that both patches produce the same bits and no crack can open, whatever the texture coordinates do.
+    // vertex), so that both patches compute the same bits and no crack can open, whatever their texture coordinates are.
     bool on_boundary = u == 0.0 || u == 1.0 || v == 0.0 || v == 1.0;
     if (on_boundary) {
         int side = v == 0.0 ? 0 : (u == 1.0 ? 1 : (v == 1.0 ? 2 : 3));
@@ -123,7 +123,7 @@ void main() {
                    : (t == 1.0 ? vertex_height(data.vertices[to]) : edge_height(edge, t));
         }
     } else if (displaced) {
-        // The height filtered to the spacing of the vertices: what the geometry drops, the shading keeps.
+        // The height filtered to the spacing of the vertices: bumps too fine for the geometry are left to the shading.
         vec2 factor = vec2(gl_TessLevelInner[0], gl_TessLevelInner[1]);
         vec2 texels = vec2(textureSize(height_map, 0)) * vec2(length(texcoord_du), length(texcoord_dv));
         float lod = max(log2(max(texels.x / factor.x, texels.y / factor.y)), 0.0);

@@ -1,8 +1,8 @@
-// What the four stages of the geometry pass share: buffers, and the point-normal patch of src/render/patch.rs.
+// What the four stages of the geometry pass share: buffers, and the point-normal patch of src/render/surfaces/patch.rs.
 #ifndef LEADR_GEOMETRY_INTERFACE
 #define LEADR_GEOMETRY_INTERFACE
 
-// Heights along an edge come in EDGE_LEVELS resolutions: 64, 32, … 1 segments (src/render/displacement.rs).
+// Heights along an edge come in EDGE_LEVELS resolutions: 64, 32, … 1 segments (src/render/surfaces/displacement.rs).
 const int EDGE_LEVELS = 7;
 const int EDGE_STRIDE = 134; // 65 + 33 + 17 + 9 + 5 + 3 + 2
 

@@ -1,12 +1,12 @@
-// Push constants of the passes that work object by object.
+// Push constants of the passes that draw one object at a time.
 #ifndef LEADR_GEOMETRY_OBJECT
 #define LEADR_GEOMETRY_OBJECT
 
 layout(push_constant, std430) uniform Object {
     float height_scale; // eta of LEADR section 4.2
     float specular_f0;
-    uint flags;         // the FLAG_ bits below; above them, edge samples across a pixel where those are drawn
-    uint index;         // of the object in the scene, from 1
+    uint flags;         // the FLAG_ bits below; above them, when edge samples are drawn, their number across a pixel
+    uint index;         // number of the object in the scene, from 1
     float relief;       // from the deepest pit to the highest bump, metres
 #ifdef LEADR_OBJECT_RAYS
     vec4 ray_x;         // of the image, as Camera::rays gives them

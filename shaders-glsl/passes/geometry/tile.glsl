@@ -1,4 +1,4 @@
-// Keeping filter taps inside an atlas tile.
+// Keeps filter taps inside a tile of an atlas.
 #ifndef LEADR_GEOMETRY_TILE
 #define LEADR_GEOMETRY_TILE
 

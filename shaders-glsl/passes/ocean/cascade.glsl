@@ -1,4 +1,4 @@
-// What a cascade is (render/ocean/waves.rs).
+// What a cascade is (src/render/surfaces/ocean/waves.rs).
 #ifndef LEADR_OCEAN_CASCADE
 #define LEADR_OCEAN_CASCADE
 
@@ -18,8 +18,8 @@ vec2 cascade_vector(Cascade c, vec2 v) {
     return cascade_texcoord(c, v);
 }
 
-// What a cascade's horizontal divergence counts for where the sea foams (render/ocean/waves.rs): ripples take no air in, but
-// tear the foam of longer waves.
+// The weight of a cascade's horizontal divergence in the foam (src/render/surfaces/ocean/waves.rs): ripples trap no air, but
+// tear apart the foam of longer waves.
 float foam_weight(Cascade c) {
     return c.size >= 10.0 ? 1.0 : 0.35;
 }

@@ -14,11 +14,11 @@ layout(std430) readonly buffer Cascades { Cascade cascades[]; };
 
 layout(push_constant) uniform Push { float choppiness; };
 
-// For the reference: what is linear in the waves instead of moments. displacement: Dx, Dy, height, dDx/dy;
+// For the reference, quantities that are linear in the waves take the place of moments. displacement: Dx, Dy, height, dDx/dy;
 // slopes: gradient, dDx/dx, dDy/dy; joint is not written.
 layout(constant_id = 3) const bool DERIVATIVES = false;
 
-// Where the surface folds over itself its slope has no meaning: below this share of its area it is held.
+// Where the surface folds over itself its slope is meaningless: its area is kept at or above this share.
 const float LEAST_AREA = 0.1;
 
 void main() {
@@ -46,7 +46,7 @@ void main() {
         float area = jxx * jyy - jxy * jxy;
         vec2 flux = vec2(jyy * gradient.x - jxy * gradient.y, jxx * gradient.y - jxy * gradient.x);
         float held = max(area, LEAST_AREA);
-        // Means over the sea's own area, so each sample weighs as much as it covers: w s = adj(J) grad h.
+        // Means are over the moved surface, so each sample is weighted by the area it covers: w s = adj(J) grad h.
         imageStore(displacement, texel, vec4(moved, height, area));
         imageStore(slopes, texel, vec4(flux, flux * flux / held));
         float stretch = 1.0 + foam_weight(cascades[cascade]) * (jxx + jyy - 2.0);

@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// The filter of the reference, which filters nothing: the slope of the surface where the pixel's ray met it, from the sums
-// of all cascades' gradients and Jacobians, not from sums of their slopes.
+// The unfiltered slope that the reference uses: that of the surface where the pixel's ray hit it, computed from the summed
+// gradients and Jacobians of all cascades rather than from a sum of their slopes.
 #include "cascade.glsl"
 #include "water.glsl"
 #include "../gbuffer.glsl"

@@ -38,14 +38,14 @@ void main() {
     int count = textureSize(slopes, 0).z;
     float samples = float(textureSize(slopes, 0).x), last = log2(samples);
 
-    // The water's own curve is a slope away from the centre.
+    // The curvature of the earth is a slope away from the centre.
     vec2 mean = -away * water.centre.z;
     vec3 tail = water.tail.xyz; // of the waves below the finest cascade
     float area = 1.0, area_variance = 0.0, finest = 0.0;
     float xx = dot(dx, dx), yy = dot(dy, dy);
     vec2 along = xx > yy ? dx : dy;
     float major = sqrt(max(xx, yy)), minor = abs(dx.x * dy.y - dx.y * dy.x) / max(major, 1e-20);
-    // Over a beach: the swell adds its slope, thin water has no ripples, and each cascade fades with the depth.
+    // Over a beach the swell adds its slope, shallow water has no ripples, and each cascade fades with the depth.
     ShoreWater beach;
     beach.depth = 0.0;
     if (HAS_BEACH) {
@@ -90,14 +90,14 @@ void main() {
 
     covariance = technique_covariance(covariance, tail);
 
-    // The part of the pixel whose surface is stretched less than the threshold.
+    // The fraction of the pixel whose surface is stretched by less than the threshold.
     float spread = sqrt(area_variance) + 1e-3;
     float covered = normal_cdf((water.foam.w - area) / spread);
 
     vec3 color = water.color.rgb;
     float alpha = water.tail.w;
     if (HAS_BEACH) {
-        // Light that comes up has gone down to the sand and back.
+        // Light that comes up has travelled down to the sand and back.
         color = mix(color, shore.bed.rgb, exp(-2.0 * shore.extinction.rgb * max(beach.depth, 0.0)));
         alpha = mix(0.1, alpha, smoothstep(0.0, 0.04, beach.depth));
         covered = 1.0 - (1.0 - covered) * (1.0 - shore_foam(beach, FINEST_LEVEL ? 0.0 : major));

@@ -1,6 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// The tiles in which the sea is seen.
+// Draws the tiles that show the sea.
 #include "../tiles.glsl"
 
 layout(constant_id = 1) const uint SEA = 63;

@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// The reference's geometry: each pixel's ray against the waves of all cascades at their finest samples, choppy movement
-// included. Leaves the place at rest that it hits, as the rasterised sea does, and its depth.
+// The geometry of the reference: a ray per pixel against the waves of all cascades at full resolution, horizontal movement
+// included. Like the rasterised sea it writes the place at rest that was hit, and its depth.
 #include "cascade.glsl"
 
 layout(constant_id = 0) const uint SEA = 63;
@@ -22,7 +22,7 @@ layout(location = 0) out uvec4 out_texture;
 layout(location = 1) out uvec4 out_tangent;
 layout(location = 2) out uvec4 out_surface;
 
-const int MOST_STEPS = 6000; // some software drivers stop loops at 65,535 turns, inner ones counted
+const int MOST_STEPS = 6000; // some software drivers cut loops short at 65,535 iterations, inner loops included
 
 vec3 moved_at(vec2 rest, int i) {
     return textureLod(displacement, vec3(cascade_texcoord(cascades[i], view.centre.xy + rest), float(i)), 0.0).xyz;
@@ -36,7 +36,7 @@ vec3 moved(vec2 rest) {
     return sum;
 }
 
-// Height of the moved sea above a place: finds the place at rest that was moved there, from a guess of its movement on.
+// Height of the moved sea above a place. Searches for the place at rest that moves there, starting from a guess of the movement.
 float surface_height(vec2 place, int turns, inout vec2 shift) {
     float height = 0.0;
     for (int i = 0; i < turns; ++i) {
@@ -76,7 +76,7 @@ void main() {
             gap -= d.z;
             sum += d.xy;
             vec2 limit = limits[i];
-            // What the shorter waves can add is little against the gap: leap by the long ones.
+            // The shorter waves add little compared with the gap, so step by the long waves alone.
             if (gap > 2.0 * limit.x) {
                 advance = (gap - limit.x) / (abs(b + 2.0 * a * s) + limit.y);
                 if (i + 1 < count && advance > 4.0 * smallest) {
@@ -85,7 +85,7 @@ void main() {
             }
         }
         if (gap <= 0.0) {
-            // The movement was that of the last place: look again before it counts.
+            // The movement was that of the previous place: evaluate again before accepting the hit.
             sum = shift;
             gap = height - surface_height(place, 3, sum);
             if (gap <= 0.0) {
@@ -103,7 +103,7 @@ void main() {
     if (!hit) {
         discard;
     }
-    // Between the last place above and the first below, by halves and chords.
+    // Bisection and secant steps between the last place above the water and the first below.
     float low = before, high = s;
     float above = gap_before, below = gap;
     for (int n = 0; n < 6 && high > low; ++n) {

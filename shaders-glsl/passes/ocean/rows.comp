@@ -1,6 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// Moves the waves to the present and transforms the rows: one work group per row of a cascade.
+// Advances the waves to the present time and transforms the rows: one work group per row of a cascade.
 #include "fft.glsl"
 #include "cascade.glsl"
 layout(local_size_x = 64) in;
@@ -9,7 +9,7 @@ layout(std430) readonly buffer Waves { vec4 waves[]; };      // [cascade][y][x]:
 layout(std430) readonly buffer Cascades { Cascade cascades[]; };
 layout(std430) writeonly buffer Lines { vec4 lines[]; };     // [cascade][y][2][x]
 
-// Part of the period, 0 to 1, in two: 11 bits, whose product with a number of cycles is exact, and the rest.
+// Fraction of the period, 0 to 1, in two parts: 11 bits, whose product with a number of cycles is exact, and the remainder.
 layout(push_constant) uniform Push { vec2 moment; };
 
 float wave_phase(float cycles) {

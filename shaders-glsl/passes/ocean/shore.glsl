@@ -1,4 +1,4 @@
-// The sea against a beach that rises toward +x (src/render/ocean/shore.rs): where the sand is, how the waves die out over
+// The sea against a beach that rises toward +x (src/render/surfaces/ocean/shore.rs): where the sand is, how the waves die out over
 // it, the swell that breaks on it, the swash and the foam. Pure functions.
 #ifndef LEADR_OCEAN_SHORE
 #define LEADR_OCEAN_SHORE
@@ -16,7 +16,7 @@ struct Shore {
 
 const float SHORE_GRAVITY = 9.81;
 
-// Metres from the waterline, positive toward the sea. Along the coast -y counts.
+// Distance from the waterline, metres, positive toward the sea. The coordinate along the coast is -y.
 float shore_offshore(Shore shore, vec2 point) {
     point = -point;
     return point.x - dot(shore.line_amplitude, sin(shore.line_step * point.y + shore.line_phase));
@@ -31,38 +31,38 @@ float shore_ground(Shore shore, float offshore) {
     return shore.profile.y * (1.0 - exp(offshore * shore.profile.x / shore.profile.y));
 }
 
-// Part of its height that a wave of cascade i keeps over a depth.
+// Fraction of its height that a wave of cascade i keeps in water of a depth.
 float shore_calm(Shore shore, int i, float depth) {
     return 1.0 - exp(-max(depth, 0.0) / shore.calm[(i >> 2) & 1][i & 3]);
 }
 
-// Turns by which the swell is early at a place along the coast; its derivative.
+// By how many turns the swell is early at a place along the coast, and the derivative of that.
 vec2 shore_early(float y) {
     return vec2(0.13 * sin(0.17 * y + 0.7) + 0.07 * sin(0.37 * y + 2.0), 0.0221 * cos(0.17 * y + 0.7) + 0.0259 * cos(0.37 * y + 2.0));
 }
 
-// Height of one wave of the swell, the n-th, against the others.
+// Relative height of the n-th wave of the swell.
 float shore_set(float n, float y) {
     return 0.7 + 0.3 * sin(2.4 * n + 0.11 * y);
 }
 
-// Height of the water at the waterline above rest.
+// Height of the water at the waterline above its level at rest.
 float shore_swash(Shore shore, float y) {
     float turns = shore.swell.x + shore_early(y).x, n = floor(turns), u = turns - n;
-    // What runs up falls back as a thrown body does.
+    // Water that has run up falls back like a thrown body.
     return shore.swell.w * (0.25 + 0.75 * shore_set(n + shore.swell.y, y) * 4.0 * u * (1.0 - u));
 }
 
 struct ShoreWater {
-    float height;   // of swash and swell above rest
-    float depth;    // from there down to the sand
+    float height;   // of swash and swell above the level at rest
+    float depth;    // of the water there, down to the sand
     vec2 slope;     // of the height
     float variance; // of the slopes along x that are lost within `reach`
-    float foam;     // how much foam, 0 to 1
-    vec2 drift;     // place in the foam, which moves with the water
+    float foam;     // amount of foam, 0 to 1
+    vec2 drift;     // coordinate of the foam texture, which moves with the water
 };
 
-// The water over a place: means over `reach` metres.
+// The water above a place, averaged over `reach` metres.
 ShoreWater shore_water(Shore shore, vec2 point, float reach) {
     ShoreWater w;
     float s = shore_offshore(shore, point);
@@ -73,7 +73,7 @@ ShoreWater shore_water(Shore shore, vec2 point, float reach) {
     w.slope = vec2(s > 0.0 ? -w.height / 6.0 : 0.0, 0.0);
     w.drift = vec2(s + (w.height - 0.4 * shore.swell.w * fade) / shore.profile.x, point.y);
 
-    // Swell: crests are where the phase is a whole number; in shallow water all of it runs at the speed of the depth.
+    // Crests of the swell are where the phase is a whole number; in shallow water every wave travels at the speed that the depth sets.
     float still = max(-ground, 0.0), film = max(w.height - ground, 0.0);
     float scale = sqrt(SHORE_GRAVITY * shore.profile.w);
     vec2 early = shore_early(point.y);
@@ -109,7 +109,7 @@ vec2 shore_hash(ivec2 cell) {
     return vec2(v >> 8u) / 16777216.0;
 }
 
-// Distance to the nearest border between bubbles, one to a unit square.
+// Distance to the nearest border between bubbles, with one bubble per unit square.
 float shore_bubbles(vec2 p) {
     ivec2 cell = ivec2(floor(p));
     float first = 9.0, second = 9.0;
@@ -124,12 +124,12 @@ float shore_bubbles(vec2 p) {
     return second - first;
 }
 
-// Part of `reach` metres that foam covers: lace of bubbles, which closes where there is much of it.
+// Fraction of `reach` metres that foam covers: a lace of bubbles that closes where there is much foam.
 float shore_foam(ShoreWater w, float reach) {
     if (w.foam < 0.02) {
         return 0.0;
     }
-    // Torn into patches and drawn out along the coast.
+    // Torn into patches and stretched along the coast.
     float patches = 0.5 + 0.25 * sin(1.9 * w.drift.x + 1.3 * sin(0.8 * w.drift.y)) + 0.25 * sin(1.1 * w.drift.y - 0.9 * w.drift.x + 2.0 * sin(0.5 * w.drift.x));
     float wide = clamp(w.foam * (0.45 + 0.9 * patches), 0.0, 1.0), covered = 0.0;
     for (int octave = 0; octave < 3; ++octave) {

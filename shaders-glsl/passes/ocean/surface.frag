@@ -1,5 +1,5 @@
 #version 460
-// What a pixel of the sea sees: a place on the water at rest, and how far the pixel reaches there. The filter fetches.
+// What a pixel of the sea sees: a place on the water at rest, and how far the pixel reaches there. The filter pass reads the maps.
 layout(location = 0) in vec2 in_rest;
 
 layout(location = 0) out uvec4 out_texture; // place at rest, relative to the centre; its derivatives by x and y, metres

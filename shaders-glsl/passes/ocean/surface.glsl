@@ -1,4 +1,4 @@
-// What the stages that draw the sea share (render/ocean/surface.rs).
+// Shared by the stages that draw the sea (src/render/passes/ocean/surface.rs).
 #ifndef LEADR_OCEAN_SURFACE
 #define LEADR_OCEAN_SURFACE
 #include "cascade.glsl"
@@ -23,9 +23,10 @@ layout(std430) readonly buffer VisiblePatches { uint visible_patches[]; };
 layout(std430) readonly buffer Cascades { Cascade cascades[]; };
 uniform sampler2DArray displacement;
 layout(std140) uniform Beach { Shore shore; };
-layout(constant_id = 2) const bool HAS_BEACH = false; // a constant: lavapipe compiles anew where a uniform decides
+layout(constant_id = 2) const bool HAS_BEACH = false; // a constant, because a branch on a uniform costs on CPU drivers
 
-// Where the waves carry a place at rest (xy; z: spacing of the vertices there). What a vertex does depends on its place alone.
+// Where the waves move a place at rest (xy; z: spacing of the vertices there). It depends on nothing but the place, so shared
+// vertices move alike.
 vec3 carried(vec3 rest) {
     int count = textureSize(displacement, 0).z;
     float samples = float(textureSize(displacement, 0).x);
@@ -38,7 +39,7 @@ vec3 carried(vec3 rest) {
     }
     for (int i = 0; i < count; ++i) {
         Cascade c = cascades[i];
-        // Two vertices to a sample of the level: what is finer cannot be drawn, and the moments have it.
+        // Two vertices per sample of the level: finer waves cannot be drawn, and the moments account for them.
         float lod = log2(max(rest.z * samples / c.size, 1.0));
         float calm = HAS_BEACH ? shore_calm(shore, i, depth) : 1.0;
         moved += calm * textureLod(displacement, vec3(cascade_texcoord(c, rest.xy), float(i)), lod).xyz;

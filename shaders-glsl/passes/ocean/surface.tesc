@@ -1,6 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// How finely a patch is divided; patches that the waves carry out of the picture are dropped.
+// Decides how finely a patch is divided, and drops patches that the waves carry out of the picture.
 #include "surface.glsl"
 
 layout(vertices = 4) out;
@@ -11,7 +11,7 @@ layout(location = 1) in flat uint in_patch[];
 layout(location = 0) out vec3 out_rest[];
 layout(location = 1) patch out uint out_patch;
 
-layout(constant_id = 1) const float GUARD_BAND = 3.0; // the viewport over the picture
+layout(constant_id = 1) const float GUARD_BAND = 3.0; // size of the viewport relative to the picture
 
 // Whether a ball lies outside the picture or nearer than the near plane.
 bool outside(vec3 centre, float radius) {
@@ -26,8 +26,8 @@ bool outside(vec3 centre, float radius) {
     return false;
 }
 
-// A ball around the corners where the waves carry them. Between corners waves no steeper than 1 carry a point by no more than
-// half the diagonal besides.
+// A ball around the corners as the waves move them. Between the corners, waves no steeper than 1 move a point by at most half the
+// diagonal more.
 bool unseen() {
     vec3 corners[4], centre = vec3(0.0);
     for (int i = 0; i < 4; ++i) {

@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// Moves the sea: the waves of every cascade, filtered to the spacing of the vertices. Places on an edge are
-// computed from its lower vertex on, so that both patches of an edge get the same bits.
+// Moves the sea by the waves of every cascade, filtered to the spacing of the vertices. Places on an edge are computed from its
+// lower vertex, so that both patches of an edge get the same bits.
 #include "surface.glsl"
 
 layout(quads, fractional_odd_spacing, cw) in;

@@ -1,6 +1,6 @@
-// What came before LEADR: one mean normal, and a lobe about it that knows nothing of projected areas. A light is
-// reflected by F D / 4 times the cosine, which is a microfacet BRDF whose masking is that of the mean normal (implicit),
-// and diffusely by the cosine; the environment is looked up once in mirror direction, as blurred as the lobe.
+// Techniques older than LEADR: one mean normal with a lobe about it, without projected areas. Specular light is F D / 4 times
+// the cosine, a microfacet BRDF with implicit masking; diffuse light is the cosine. The environment is looked up once, in mirror
+// direction, blurred as widely as the lobe.
 #ifndef LEADR_SHADE_CLASSIC
 #define LEADR_SHADE_CLASSIC
 #include "lighting.glsl"

@@ -1,4 +1,4 @@
-// Reading the G-buffer that the filter pass fills.
+// Reads the G-buffer that the filter pass fills.
 #ifndef LEADR_READ_GBUFFER
 #define LEADR_READ_GBUFFER
 #include "../gbuffer.glsl"
@@ -20,12 +20,12 @@ struct Surface {
     vec3 f0;             // reflectance at normal incidence
     float accessibility;
     bool inside;
-    float relief;        // of an edge sample's object, metres
-    float sunlit;        // the part of the joined edge samples that the sun reaches
-    float joined;        // how much it counts
+    float relief;        // of the object of an edge sample, metres
+    float sunlit;        // fraction of the joined edge samples that the sun reaches
+    float joined;        // weight of `sunlit`, 0 to 1
 };
 
-// ray: of the pixel, to where its depth along the view axis is 1 / depth near planes.
+// ray: through the pixel, scaled so that the surface lies at ray * near / depth.
 Surface read_gbuffer(ivec2 pixel, vec3 eye, vec3 ray, float near, float depth) {
     Surface s;
     s.position = eye + ray * (near / depth);

@@ -19,10 +19,10 @@ const int DIFFUSE_TERMS = 2; // of the closed form: see visible_diffuse.glsl
 struct Mirrors {
     vec3 reflected; // radiance, Fresnel and shadowing included
     vec3 fresnel;
-    float area;     // visible area, of any scale: weight among several sets of mirrors
+    float area;     // visible area in arbitrary units: the weight among several sets of mirrors
 };
 
-// Algorithm 1, with what does not change from sample to sample taken out of the loop.
+// Algorithm 1, with everything that is the same for all samples moved out of the loop.
 Mirrors grid_mirrors(Surface surface, vec3 wo, vec3 S) {
     float lambda = grid_lambda(SAMPLES);
     vec2 m = face_viewer(wo, surface.mean_slope, S, lambda);
@@ -67,7 +67,7 @@ Mirrors gaussian_mirrors(Surface surface, vec3 wo, vec3 S) {
     return VISIBLE_SLOPES ? probe_mirrors(surface, wo, S) : grid_mirrors(surface, wo, S);
 }
 
-// Mirrors of a GGX base as the Gaussian ones they are a mixture of, each in its visible area.
+// Mirrors of a GGX base: a mixture of Gaussian ones, each weighted by its visible area.
 Mirrors ggx_mirrors(Surface surface, vec3 wo, DisplacedGgx d) {
     Mirrors sum = Mirrors(vec3(0.0), vec3(0.0), 0.0);
     for (int k = 0; k < LEADR_GGX_LOBES; ++k) {
@@ -84,7 +84,7 @@ Mirrors ggx_mirrors(Surface surface, vec3 wo, DisplacedGgx d) {
     return Mirrors(sum.reflected * scale, sum.fresnel * scale, sum.area);
 }
 
-// Mean Fresnel reflectance alone, where no environment is looked up.
+// The mean Fresnel reflectance alone, for when no environment is looked up.
 vec3 ggx_fresnel(Surface surface, vec3 wo, DisplacedGgx d) {
     vec4 sum = vec4(0.0);
     for (int k = 0; k < LEADR_GGX_LOBES; ++k) {
@@ -104,7 +104,7 @@ vec3 diffuse_environment(Surface surface, NormalMoments normals) {
     return leadr_diffuse_environment(normals, surface.frame, environment_sh());
 }
 
-// Diffuse radiance of one light of unit irradiance per unit of albedo, shadows aside.
+// Diffuse radiance of a light of unit irradiance per unit of albedo, without shadows.
 float diffuse_light(Surface surface, vec3 wo, NormalMoments normals, vec2 faced, float lambda, vec3 wi) {
     vec3 S = surface.slope_covariance;
     if (LIGHTS_BY_SH) {
@@ -127,7 +127,7 @@ vec3 leadr_radiance(Surface surface, float environment_scale) {
     float ambient = surface.accessibility * environment_scale;
     vec3 radiance = vec3(0.0);
 
-    // What the visible mirrors do not reflect enters the surface and is what the diffuse term may return.
+    // Light that the visible mirrors do not reflect enters the surface; the diffuse term returns no more than that.
     vec3 albedo = surface.albedo;
     if (SPECULAR_ENVIRONMENT) {
         Mirrors mirrors = GGX_BASE ? ggx_mirrors(surface, wo, ggx) : gaussian_mirrors(surface, wo, specular_s);

@@ -1,4 +1,4 @@
-// Where light comes from: sun with its shadow, point lights, environment.
+// The lights: the sun with its shadow, point lights, the environment.
 #ifndef LEADR_SHADE_LIGHTING
 #define LEADR_SHADE_LIGHTING
 #include "gbuffer.glsl"
@@ -33,13 +33,13 @@ Light light_at(int i, Surface surface) {
     return Light(to_frame(surface.frame, d * inversesqrt(square)), lighting.point_intensity[i - 1].rgb / square);
 }
 
-// Ray through a place of the image, as read_gbuffer takes it.
+// Ray through a point of the image, as read_gbuffer expects it.
 vec3 pixel_ray(vec2 place) {
     vec2 ndc = (place / lighting.viewport.xy) * 2.0 - 1.0;
     return lighting.rays[2].xyz + ndc.x * lighting.rays[0].xyz + ndc.y * lighting.rays[1].xyz;
 }
 
-// What is seen along a ray that meets nothing.
+// Radiance along a ray that hits nothing.
 vec3 sky_radiance(vec3 ray) {
     ray.z = max(ray.z, lighting.environment.w * length(ray.xy));
     return textureLod(environment_cube, ray, 0.0).rgb * lighting.environment.y;

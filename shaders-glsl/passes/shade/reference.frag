@@ -7,14 +7,14 @@
 #include "leadr/visible/diffuse.glsl"
 #include "leadr/visible/fresnel.glsl"
 
-// Base materials smoother than this mirror the environment as if nothing shadowed it: drawn lights would miss them.
+// Base materials smoother than this reflect the environment without shadows: lights drawn at random would miss their narrow lobe.
 layout(constant_id = 16) const float MIRROR_ALPHA = 0.15;
-layout(constant_id = 5) const int TERMS = 15; // bits: which light counts
+layout(constant_id = 5) const int TERMS = 15; // a bit per term of light transport
 
 const int GRID = 5;          // samples of a mirror's slopes
 const int DIFFUSE_TERMS = 2; // see leadr/visible/diffuse.glsl
 const int MAX_LIGHTS = 6;
-const float BIAS = 1.0; // steps towards the light before looking, in texels of its map
+const float BIAS = 1.0; // offset towards the light before the comparison, in texels of its map
 
 struct Light {
     mat4 texture_from_world; // of its map: [0,1] texture coordinates and reversed depth
@@ -38,8 +38,8 @@ uniform sampler2DArray depth_maps;
 layout(location = 0) in vec2 in_texcoord;
 layout(location = 0) out vec4 out_radiance;
 
-// Whether the light reaches a facet. The map holds depths at the centres of its texels, so the facet's plane is asked for
-// its depth there too, not where the pixel met it: a facet shadows itself at no angle.
+// Whether the light reaches a facet. The map holds depths at the centres of its texels, so the facet's plane is evaluated there
+// too, not where the pixel met it: then a facet never shadows itself, at any angle.
 bool reaches(Light light, vec3 position, vec3 normal, vec3 towards) {
     if (light.map.w < 0.5) {
         return true;
@@ -56,12 +56,12 @@ bool reaches(Light light, vec3 position, vec3 normal, vec3 towards) {
     ivec2 at = ivec2(s.xy * size);
     vec2 offset = (vec2(at) + 0.5) / size - s.xy;
     vec4 plane = vec4(normal, -dot(normal, lifted)) * light.world_from_texture;
-    float limit = abs(further.z / further.w - s.z); // planes seen edge-on have any depth
+    float limit = abs(further.z / further.w - s.z); // a plane seen edge-on can have any depth
     float slope = abs(plane.z) > 1e-20 ? -dot(plane.xy, offset) / plane.z : 0.0;
     return texelFetch(depth_maps, ivec3(at, int(light.map.x)), 0).x <= s.z + clamp(slope, -limit, limit);
 }
 
-// What mirrors of slope covariance S show of the environment.
+// The environment in mirrors of slope covariance S.
 vec3 mirrored(Surface surface, vec3 S) {
     float lambda = grid_lambda(GRID);
     vec2 m = face_viewer(surface.wo, surface.mean_slope, S, lambda);
@@ -105,7 +105,7 @@ void main() {
     bool mirror = surface.alpha < MIRROR_ALPHA;
     vec3 radiance = mirror && (TERMS & 4) != 0 ? mirrored(surface, specular_s) : vec3(0.0);
     vec3 albedo = surface.albedo * (1.0 - visible_fresnel(wo, m, specular_s, surface.f0));
-    // The plane that the depth maps have here: the facet, or smooth geometry under mapped normals.
+    // The plane that was drawn into the depth maps: the facet, or the smooth geometry where only normals are mapped.
     vec3 normal = lighting.viewport.w > 0.5 ? from_frame(surface.frame, normal_of_slope(m)) : surface.frame.z;
     for (int i = 0; i < lighting.counts.x; ++i) {
         Light light = lighting.lights[i];

@@ -1,22 +1,22 @@
-// What a shading pipeline is specialized for (src/render/passes/shade.rs).
+// Specialisation constants of the shading pipelines (src/render/passes/shade.rs).
 #ifndef LEADR_SHADE_SETTINGS
 #define LEADR_SHADE_SETTINGS
 #include "../technique.glsl"
 #include "leadr/masking/correlated.glsl"
 
-layout(constant_id = 1) const bool VISIBLE_SLOPES = false; // the visible-slope rules, or the paper's grid
-layout(constant_id = 2) const int SAMPLES = 5;             // environment probes; N of the N x N grid
+layout(constant_id = 1) const bool VISIBLE_SLOPES = false; // the visible-slope rules instead of the paper's grid
+layout(constant_id = 2) const int SAMPLES = 5;             // number of environment probes, or N of the N x N grid
 layout(constant_id = 3) const int SHADOWING = LEADR_SHADOWING_SMITH;
 layout(constant_id = 4) const bool LIGHTS_BY_SH = false;   // diffuse lights through order-2 SH as in Algorithm 2
-layout(constant_id = 5) const int TERMS = 15;              // bits: which light counts
+layout(constant_id = 5) const int TERMS = 15;              // a bit per term of light transport
 // Lights go from FIRST_LIGHT to POINT_LIGHTS; number 0 is the sun.
 layout(constant_id = 6) const int FIRST_LIGHT = 0;
-layout(constant_id = 7) const bool SUN_SHADOWS = true;     // of the macrosurface, by the shadow map
+layout(constant_id = 7) const bool SUN_SHADOWS = true;     // cast by the macrosurface, from the shadow map
 layout(constant_id = 8) const int POINT_LIGHTS = 0;        // at most MAX_POINT_LIGHTS
-layout(constant_id = 9) const int EDGES = 0;               // how the EDGES_ samples come in
+layout(constant_id = 9) const int EDGES = 0;               // one of the EDGES_ constants below
 
-const int EDGES_ARE_SHADED = 1; // these are edge samples: what sees the pixel's own surface is left out
-const int EDGES_ARE_JOINED = 2; // these are pixels whose edge samples were joined before
+const int EDGES_ARE_SHADED = 1; // edge samples are shaded, except those that see their pixel's own surface
+const int EDGES_ARE_JOINED = 2; // pixels are shaded whose edge samples are joined already
 
 const bool SPECULAR_LIGHTS = (TERMS & 1) != 0;
 const bool DIFFUSE_LIGHTS = (TERMS & 2) != 0;

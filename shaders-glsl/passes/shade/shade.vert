@@ -1,11 +1,11 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// The tiles that need shading: of edge samples those in which one is shaded for itself, of pixels those with objects or those
-// without.
+// Draws the tiles that need shading: for edge samples, those with a sample that must be shaded; for pixels, those with objects or
+// those without.
 #include "settings.glsl"
 #include "../tiles.glsl"
 
-layout(constant_id = 11) const bool SKY = false; // tiles that show nothing but the sky
+layout(constant_id = 11) const bool SKY = false; // the tiles that show only sky
 
 uniform usampler2D visible_surface;
 layout(std430) readonly buffer TileRecords { uvec4 tile_records[]; };

@@ -1,6 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// Shades pixels that see nothing but the sky.
+// Shades pixels that show only sky.
 #include "lighting.glsl"
 
 layout(location = 0) out vec4 out_radiance;

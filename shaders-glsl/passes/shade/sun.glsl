@@ -1,4 +1,4 @@
-// The light block, and how much of the sun reaches a point.
+// The block of lights, and the fraction of the sun that reaches a point.
 #ifndef LEADR_SHADE_SUN
 #define LEADR_SHADE_SUN
 
@@ -23,15 +23,15 @@ float pixel_width(vec3 position) {
     return distance(position, lighting.camera_position.xyz) * 2.0 * length(lighting.rays[0].xyz) / lighting.viewport.x;
 }
 
-// How wide an edge sample looks at the shadow map, in pixels of the picture: its own width would do, but its geometry has
-// finer bumps than that of the map, by up to half its relief (metres), which must not shade each other.
+// Width over which an edge sample averages the shadow map, in pixels of the picture. Its own width would be enough, but its geometry
+// has finer bumps than that of the map, by up to half its relief (metres), and those must not shadow each other.
 float edge_shadow_width(vec3 position, float relief) {
     return clamp(0.5 * relief / max(pixel_width(position) * lighting.viewport.z, 1e-9), 0.25, 1.0);
 }
 
-// Fraction of the sun seen by the macro surface: 4 x 4 comparisons, bilinearly weighted, over a width of so many pixels of
-// this image where that is wider than a texel of the map. What is smaller throws its shadows by its slope statistics; so
-// the point is lifted out of its reach.
+// Fraction of the sun that the macrosurface sees: 4 x 4 comparisons, bilinearly weighted, over a width of so many pixels of
+// this image, or a texel of the map if that is wider. Smaller bumps cast their shadows through the slope statistics, so the point is
+// lifted clear of them.
 float sun_visibility(vec3 position, vec3 normal, float width) {
     float texel = lighting.environment.z;
     float stride = max(1.0, 0.5 * pixel_width(position) * width / texel);
@@ -41,7 +41,7 @@ float sun_visibility(vec3 position, vec3 normal, float width) {
     if (any(lessThan(s.xy, vec2(0.0))) || any(greaterThan(s, vec3(1.0)))) {
         return 1.0;
     }
-    // Long shadows of a low sun fall beyond the map's depth, where nothing is left to throw any.
+    // The long shadows of a low sun reach beyond the depth of the map, where nothing is left to cast any.
     s.z = max(s.z, 0.0);
     ivec2 size = textureSize(shadow_map, 0);
     vec2 place = s.xy * vec2(size) / stride - 0.5;

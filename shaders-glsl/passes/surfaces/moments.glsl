@@ -1,6 +1,6 @@
 // Heights -> level 0 of the LEADR maps (LEADR 3.2): first and second moments of the slopes per unit texture
 // coordinate (the whole image is [0, 1]²), by central differences.
-// The including file says in which formats: SLOPES_FORMAT and SINGLE_FORMAT (storage images need them in the text).
+// The including file defines the formats SLOPES_FORMAT and SINGLE_FORMAT (storage images need them in the text).
 layout(local_size_x = 8, local_size_y = 8) in;
 
 // 0: repeat, 1: clamp (the sampler's edge texel repeats), 2: atlas (one-sided at the edge of a tile, never across it)

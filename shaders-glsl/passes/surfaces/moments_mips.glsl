@@ -1,6 +1,6 @@
 // One mip level of the LEADR maps from the next finer one: a box filter with exact area weights. Along an axis of
 // odd size n = 2m + 1 each texel covers 2 + 1/m finer ones: three taps, weights (m − i, m, i + 1) / n.
-// The including file says in which formats: SLOPES_FORMAT and SINGLE_FORMAT (storage images need them in the text).
+// The including file defines the formats SLOPES_FORMAT and SINGLE_FORMAT (storage images need them in the text).
 layout(local_size_x = 8, local_size_y = 8) in;
 
 layout(SLOPES_FORMAT) uniform readonly image2D fine_slopes;
