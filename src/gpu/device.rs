@@ -9,7 +9,7 @@ use gpu_allocator::vulkan::{Allocator, AllocatorCreateDesc};
 use gpu_allocator::{AllocationSizes, AllocatorDebugSettings};
 
 use super::error::Doing;
-use super::{Commands, GpuError, Result, select, submit, validation};
+use super::{GpuError, Result, select, validation};
 
 /// How to open the device.
 #[derive(Clone, Debug, Default)]
@@ -141,24 +141,6 @@ impl Gpu {
             entry,
             facts,
         }))
-    }
-
-    /// Records commands, submits them and waits until they are done. `label` names them in captures and messages.
-    /// The commands see all that earlier submissions wrote, and later ones see all that these write.
-    ///
-    /// # Errors
-    /// The first misuse that recording met, or a failed Vulkan call; nothing is submitted after a misuse.
-    pub fn submit<R>(self: &Arc<Self>, label: &str, record: impl FnOnce(&mut Commands) -> R) -> Result<R> {
-        let mut recorder = submit::CommandRecorder::new(self, label)?;
-        let result = recorder.record(label, |cmd| {
-            cmd.full_barrier();
-            let result = record(cmd);
-            cmd.full_barrier();
-            result
-        })?;
-        recorder.submit(&[], &[])?;
-        recorder.wait()?;
-        Ok(result)
     }
 
     /// Waits until the device has nothing left to do.

@@ -9,6 +9,26 @@ use super::commands::Recorded;
 use super::error::Doing;
 use super::{Commands, Gpu, GpuError, Result};
 
+impl Gpu {
+    /// Records commands, submits them and waits until they are done. `label` names them in captures and messages.
+    /// The commands see all that earlier submissions wrote, and later ones see all that these write.
+    ///
+    /// # Errors
+    /// The first misuse that recording met, or a failed Vulkan call; nothing is submitted after a misuse.
+    pub fn submit<R>(self: &Arc<Self>, label: &str, record: impl FnOnce(&mut Commands) -> R) -> Result<R> {
+        let mut recorder = CommandRecorder::new(self, label)?;
+        let result = recorder.record(label, |cmd| {
+            cmd.full_barrier();
+            let result = record(cmd);
+            cmd.full_barrier();
+            result
+        })?;
+        recorder.submit(&[], &[])?;
+        recorder.wait()?;
+        Ok(result)
+    }
+}
+
 /// One command buffer that is recorded again and again. A window keeps one per frame in flight.
 ///
 /// `record` waits until the previous submission is done, so at most one is under way. Each recording is submitted once

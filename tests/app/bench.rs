@@ -13,7 +13,7 @@ use serde_json::Value;
 
 fn run(arguments: &[&str]) -> Output {
     let mut command = Command::new(env!("CARGO_BIN_EXE_leadr"));
-    command.args(arguments).env_remove("LEADR_LOG").env("LEADR_CACHE", env!("CARGO_TARGET_TMPDIR"));
+    command.args(arguments).env_remove("LEADR_LOG").env("LEADR_CACHE", concat!(env!("CARGO_TARGET_TMPDIR"), "/trex"));
     command.output().expect("the program starts")
 }
 

@@ -10,7 +10,7 @@ use leadr::maps::{RgbImage, load_color};
 fn leadr(arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_leadr"));
     command.args(arguments).env_remove("LEADR_LOG").env("RUST_BACKTRACE", "1");
-    command.env("LEADR_CACHE", env!("CARGO_TARGET_TMPDIR"));
+    command.env("LEADR_CACHE", concat!(env!("CARGO_TARGET_TMPDIR"), "/trex"));
     command
 }
 

@@ -8,7 +8,11 @@ use serde_json::Value;
 
 fn report(arguments: &[&str]) -> Output {
     let mut command = Command::new(env!("CARGO_BIN_EXE_leadr"));
-    command.arg("report").args(arguments).env_remove("LEADR_LOG").env("LEADR_CACHE", env!("CARGO_TARGET_TMPDIR"));
+    command
+        .arg("report")
+        .args(arguments)
+        .env_remove("LEADR_LOG")
+        .env("LEADR_CACHE", concat!(env!("CARGO_TARGET_TMPDIR"), "/trex"));
     command.output().expect("the program starts")
 }
 

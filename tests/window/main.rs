@@ -92,7 +92,7 @@ mod linux {
             if let Ok(device) = std::env::var("LEADR_DEVICE") {
                 leadr.args(["--device", &device]);
             }
-            let output = leadr.env("LEADR_CACHE", env!("CARGO_TARGET_TMPDIR")).output().unwrap();
+            let output = leadr.env("LEADR_CACHE", concat!(env!("CARGO_TARGET_TMPDIR"), "/trex")).output().unwrap();
             assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
             load_color_srgb8(&file).unwrap()
         };

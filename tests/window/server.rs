@@ -211,7 +211,7 @@ impl App {
     /// Starts `leadr demo` with the T-rex from the cache that all tests share.
     pub fn demo(server: &Server, arguments: &[&str]) -> Self {
         let mut command = Command::new(env!("CARGO_BIN_EXE_leadr"));
-        command.arg("demo").args(arguments).env("LEADR_CACHE", env!("CARGO_TARGET_TMPDIR"));
+        command.arg("demo").args(arguments).env("LEADR_CACHE", concat!(env!("CARGO_TARGET_TMPDIR"), "/trex"));
         Self::spawn(server, command)
     }
 
