@@ -14,7 +14,7 @@ use super::{bench, capture, compare, report};
 #[derive(Debug, Parser)]
 #[command(name = "leadr", version, propagate_version = true, arg_required_else_help = true)]
 #[command(after_help = "Exit codes: 0 done, 1 failed or over a threshold, 2 wrong usage.
-Set LEADR_LOG (error, warn, info, debug, trace) for more on stderr.")]
+Set LEADR_LOG (error, warn, info, debug, trace) for a longer log on stderr.")]
 pub struct Cli {
     /// What to do.
     #[command(subcommand)]
@@ -30,7 +30,7 @@ pub struct OutputArgs {
     /// Print the result as one JSON object on stdout
     #[arg(long, global = true, display_order = 900)]
     pub json: bool,
-    /// No progress and no result text; errors (and --json) remain
+    /// Print neither progress nor the result as text; errors and --json remain
     #[arg(long, short, global = true, display_order = 901)]
     pub quiet: bool,
 }
@@ -38,7 +38,7 @@ pub struct OutputArgs {
 /// The commands.
 #[derive(Debug, Subcommand)]
 pub enum Command {
-    /// Look around the scene in a window
+    /// Explore a scene in a window
     #[cfg(feature = "window")]
     #[command(after_help = super::demo::args::keys())]
     Demo(Box<DemoArgs>),
@@ -48,7 +48,7 @@ pub enum Command {
     /// Time every pass on the device: the paper's tables, scenes near and far, with ratios
     #[command(after_help = bench::args::EXAMPLES)]
     Bench(Box<BenchArgs>),
-    /// Measure how far two pictures are apart: FLIP, relative RMSE, largest difference
+    /// Measure the difference of two pictures: FLIP, relative RMSE, largest difference
     #[command(after_help = compare::args::EXAMPLES)]
     Compare(CompareArgs),
     /// Repeat the papers' measurements and write them as one page of tables, pictures and plots

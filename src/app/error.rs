@@ -1,4 +1,4 @@
-//! What a command can end with besides success.
+//! How a command can fail.
 
 use thiserror::Error;
 
@@ -7,7 +7,7 @@ use crate::lab::error::LabError;
 use crate::maps::MapError;
 use crate::scenes::error::SceneError;
 
-/// A failed command. Each message is one sentence: what, why, and what would be right.
+/// A failed command. Each message is one sentence: what failed, why, and how to put it right.
 #[derive(Debug, Error)]
 pub enum AppError {
     /// The command line asks for something that makes no sense; exit code 2.

@@ -57,7 +57,7 @@ fn dispatch(cli: Cli) -> Result<(), AppError> {
 }
 
 fn fail(error: &AppError) -> ExitCode {
-    // Messages from libraries may span lines; a script reads one.
+    // Messages from libraries may span lines; scripts expect one.
     let sentence = error.to_string().split_whitespace().collect::<Vec<_>>().join(" ");
     eprintln!("leadr: error: {sentence}");
     ExitCode::from(error.exit_code())

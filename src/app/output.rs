@@ -10,7 +10,7 @@ use tracing_subscriber::EnvFilter;
 use super::error::AppError;
 use crate::lab::progress::{Bar, Progress};
 
-/// Where a command reports to.
+/// Where a command prints.
 #[derive(Clone, Copy, Debug)]
 pub struct Output {
     json: bool,
@@ -93,8 +93,8 @@ impl Drop for TerminalBar {
     }
 }
 
-/// Sends `tracing` events to stderr: warnings (of the window library, errors), or errors alone if `quiet`, unless `LEADR_LOG` asks for something else
-/// (`debug`, `leadr::gpu=trace`, …).
+/// Sends the log to stderr: warnings (from the window library only errors), or errors alone if `quiet`, unless `LEADR_LOG` asks for
+/// something else (`debug`, `leadr::gpu=trace`, …).
 pub fn start_log(quiet: bool) {
     let default = if quiet { "error" } else { "warn,winit=error" };
     let filter = EnvFilter::try_from_env("LEADR_LOG").unwrap_or_else(|_| EnvFilter::new(default));

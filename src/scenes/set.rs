@@ -31,7 +31,7 @@ impl Inputs {
     /// Loads what `config` names.
     ///
     /// # Errors
-    /// If a file is missing, damaged, too large or of another kind.
+    /// If a file is missing, damaged, too large or of the wrong kind.
     pub fn load(config: &SceneConfig) -> Result<Self, SceneError> {
         let height_map = config.height_map.as_ref().map(maps::load_height_map).transpose()?;
         let environment = match &config.environment {
@@ -68,7 +68,7 @@ pub fn set(config: &SceneConfig, inputs: Inputs, gpu: &Arc<Gpu>, progress: Progr
     }
     let start = config.time_of_day.map_or(config.sun.vector(), |hour| daylight::at_hour(f64::from(hour)));
     let sky = Sky { sun_direction: start, ground_albedo: stage.below_horizon, ..Sky::default() };
-    // A picture of an environment has its own sun in it.
+    // A picture of an environment already contains its sun.
     let (environment, sky) = match &inputs.environment {
         Some(image) => (Environment::from_equirect(gpu, FACE_SIZE, image)?, None),
         None => (Environment::from_sky(gpu, FACE_SIZE, &sky)?, Some(sky)),
@@ -88,7 +88,8 @@ pub fn set(config: &SceneConfig, inputs: Inputs, gpu: &Arc<Gpu>, progress: Progr
     Ok(Set { renderer, animation, camera })
 }
 
-/// Middle views are composed for pictures of 4 to 3 and wider; in narrower ones the camera steps back until the same width fits.
+/// Middle views are composed for pictures with an aspect of 4:3 and wider; for narrower ones the camera steps back until the same
+/// width fits.
 fn fitted(camera: Camera, size: Size) -> Camera {
     let narrower = (4.0 / 3.0) * size.height as f32 / size.width as f32;
     camera.at_distance(camera.position.distance(camera.target) * narrower.clamp(1.0, 4.0))

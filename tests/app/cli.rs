@@ -45,7 +45,7 @@ fn help_and_version_are_results() {
 
 #[test]
 fn wrong_usage_ends_with_2_and_names_the_flag() {
-    let cases: [(&[&str], &str); 25] = [
+    let cases: [(&[&str], &str); 26] = [
         (&[], "command"),
         (&["dance"], "dance"),
         (&["capture", "--dance"], "--dance"),
@@ -66,6 +66,7 @@ fn wrong_usage_ends_with_2_and_names_the_flag() {
         (&["capture", "--environment", "a.png"], "--environment"),
         (&["capture", "--camera", "a.png"], "--camera"),
         (&["capture", "--height-map", "a.png"], "--height-map"),
+        (&["capture", "--scene", "ocean", "--roughness", "0.2"], "--roughness"),
         (&["compare", "a.png"], "TEST"),
         (&["compare", "a.png", "b.exr"], "kind"),
         (&["compare", "a.jpg", "b.jpg"], "a.jpg"),
@@ -247,6 +248,24 @@ fn capture_renders_the_same_bytes_twice_and_says_how() {
     let image = load_color(folder.path().join("a.png")).unwrap();
     let difference: f32 = (0..3).map(|c| (image.at(24, 16)[c] - image.at(1, 1)[c]).abs()).sum();
     assert!(difference > 0.1, "{:?} {:?}", image.at(24, 16), image.at(1, 1));
+}
+
+#[test]
+fn roughness_replaces_that_of_displaced_surfaces() {
+    let Some(_) = crate::common::gpu::test_gpu() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let render = |name: &str, flags: &[&str]| {
+        let file = folder.path().join(name);
+        let scene = ["capture", "--scene", "pillow", "--camera", "near", "--atlas-tile", "8", "--size", "24x16"];
+        let output = run(&[&scene[..], flags, &["--samples", "1", "-o", path(&file)]].concat());
+        assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+        let texels = load_color(file).unwrap().texels;
+        texels.iter().map(|t| t.iter().sum::<f32>()).fold(0.0, f32::max)
+    };
+    // A smooth cloth has highlights, a rough one does not; its own roughness lies between.
+    let [smooth, own, rough] =
+        [&["--roughness", "0.1"][..], &[], &["--roughness", "1"]].map(|flags| render("pillow.png", flags));
+    assert!(smooth > own && own > rough, "{smooth} {own} {rough}");
 }
 
 #[test]

@@ -82,7 +82,7 @@ impl BenchArgs {
     /// # Errors
     /// [`AppError::Usage`] if flags contradict each other.
     pub fn resolve(&self) -> Result<BenchConfig, AppError> {
-        // Alone, along with the scenes, or not at all.
+        // The tables come alone, along with the scenes, or not at all.
         let quad = self.paper || (self.scene.is_none() && self.technique.is_none());
         let scenes: Vec<&Scene> = match self.scene {
             Some(scene) => vec![scene],
@@ -97,7 +97,7 @@ impl BenchArgs {
         })
     }
 
-    /// The picture of a scene: as `leadr capture` draws it without flags, with what the bench's flags say.
+    /// The picture of a scene: `leadr capture`'s defaults, changed by the bench's flags.
     fn scene_config(&self, scene: &'static Scene) -> Result<SceneConfig, AppError> {
         let scene = SceneArgs {
             scene,

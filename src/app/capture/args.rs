@@ -66,16 +66,16 @@ pub struct CaptureConfig {
     /// What is drawn and how.
     #[serde(flatten)]
     pub scene: SceneConfig,
-    /// On which device.
+    /// The device.
     #[serde(flatten)]
     pub device: DeviceArgs,
-    /// Which moments.
+    /// The moments to draw.
     pub timeline: Timeline,
-    /// What is written beside the colour, each once, in a fixed order.
+    /// Layers to write beside the colour, each once, in a fixed order.
     pub layers: Vec<Layer>,
-    /// Where to.
+    /// The files to write.
     pub output: OutputPattern,
-    /// Keep complete frames that are already there.
+    /// Whether to keep complete files of an earlier run.
     pub resume: bool,
 }
 

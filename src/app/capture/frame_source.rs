@@ -27,15 +27,15 @@ pub struct Frame {
     pub color: Vec<[f32; 4]>,
     /// The layers that were asked for; each plane is `width · height` long, in the order of [`Layer::channels`].
     pub layers: Vec<(Layer, Vec<Vec<f32>>)>,
-    /// Factor on the radiance of a picture that is looked at.
+    /// Factor on the radiance for display.
     pub exposure: f32,
     /// Device time per pass, in order.
     pub passes: Vec<PassTime>,
 }
 
-/// Renders moments of one configured capture. The same moment gives the same bits.
+/// Renders the moments of one capture. The same moment always gives the same bits.
 pub trait FrameSource {
-    /// What renders.
+    /// The device that renders.
     fn device(&self) -> DeviceInfo;
 
     /// Renders one moment.

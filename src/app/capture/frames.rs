@@ -21,7 +21,7 @@ pub struct Moment {
     pub distance: Option<f32>,
 }
 
-/// The moments a capture was asked for.
+/// The moments of a capture.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Timeline {
@@ -67,7 +67,7 @@ impl Timeline {
     }
 }
 
-/// What a picture is written as.
+/// The format of a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum FileKind {
@@ -81,11 +81,11 @@ pub enum FileKind {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct OutputPattern {
     pattern: PathBuf,
-    /// By the path's extension.
+    /// Format, from the path's extension.
     pub kind: FileKind,
 }
 
-/// Stands for the frame number in a path.
+/// Placeholder of the frame number in a path.
 pub const FRAME: &str = "{frame}";
 
 impl OutputPattern {

@@ -1,4 +1,4 @@
-//! `leadr capture`: renders the moments that were asked for and writes each beside its place, then renames it.
+//! `leadr capture`: renders moments of a scene and writes each to a file, under another name until it is whole.
 
 pub mod args;
 pub mod frame_source;
@@ -38,7 +38,7 @@ pub struct FrameReport {
     #[serde(flatten)]
     moment: Moment,
     file: PathBuf,
-    /// The file was there already (`--resume`).
+    /// Whether the file is from an earlier run (`--resume`).
     kept: bool,
     passes: Vec<PassTime>,
 }
@@ -94,7 +94,7 @@ pub fn capture<'a>(
     Ok(CaptureReport { command: "capture", device: source.device(), settings: config, frames, seconds })
 }
 
-/// Renders one moment and checks that what came back is what was asked for.
+/// Renders one moment and checks the size, the layers and the values of the frame.
 fn render_frame(config: &CaptureConfig, source: &mut dyn FrameSource, moment: Moment) -> Result<Frame, AppError> {
     let fault = |what: String| AppError::Failed(format!("frame {}: {what}", moment.frame));
     let frame = source.render(moment).map_err(|e| fault(e.to_string()))?;

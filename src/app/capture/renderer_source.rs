@@ -36,7 +36,7 @@ impl RendererSource {
 /// # Errors
 /// If an input file or the device is not what it should be.
 pub fn open(config: &CaptureConfig, output: &Output) -> Result<Box<dyn FrameSource>, AppError> {
-    // Files first: their faults are found in no time and need no device.
+    // Files first: their errors are found at once, without a device.
     let scene = &config.scene;
     let inputs = Inputs::load(scene)?;
     let gpu = config.device.open()?;

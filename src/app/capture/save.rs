@@ -12,14 +12,14 @@ use crate::maps::tonemap::Tonemap;
 use crate::maps::{self, RgbImage};
 use crate::scenes::view::Size;
 
-/// No frame has more channels than this; an EXR with more is not one of ours.
+/// No frame has more channels than this: an EXR with more is from another program.
 const MAX_CHANNELS: usize = 32;
 
-/// Writes `frame` to `path` all or nothing, making the folders above it: tonemapped sRGB to a PNG, linear radiance and
-/// layers to an EXR. `exposure`, in stops over the frame's own, applies to PNG alone.
+/// Writes `frame` to `path`, whole or not at all, and makes the folders above it: a PNG gets tonemapped sRGB, an EXR linear radiance
+/// and layers. `exposure`, in stops on top of the frame's own, applies to PNG alone.
 ///
 /// # Errors
-/// If the frame cannot be encoded or the file not written; then `path` is what it was.
+/// If the frame cannot be encoded or the file not written; `path` then stays as it was.
 pub fn save(path: &Path, kind: FileKind, frame: &Frame, exposure: f32) -> Result<(), AppError> {
     make_folder_of(path)?;
     match kind {
@@ -54,7 +54,7 @@ pub fn is_complete(path: &Path, kind: FileKind, size: Size) -> bool {
 
 fn exr_is_complete(path: &Path, size: Size) -> Option<()> {
     use ex::{ReadChannels, ReadLayers};
-    // The header is checked before a decoder takes memory for it.
+    // The header is checked before the decoder allocates memory for the pixels.
     let meta = exr::meta::MetaData::read_from_file(path, false).ok()?;
     let [header] = meta.headers.as_slice() else { return None };
     let fits = header.layer_size == ex::Vec2(size.width as usize, size.height as usize);

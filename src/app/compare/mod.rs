@@ -1,4 +1,4 @@
-//! `leadr compare`: how far two pictures are apart, with thresholds for scripts.
+//! `leadr compare`: the difference of two pictures, with thresholds for scripts.
 
 pub mod args;
 
@@ -15,7 +15,7 @@ use crate::lab::metrics::compare::{Comparison, compare};
 use crate::maps::tonemap::Tonemap;
 use crate::maps::{self, RgbImage};
 
-/// The measured distance of two pictures.
+/// The measured difference of two pictures.
 #[derive(Debug, Serialize)]
 pub struct CompareReport {
     command: &'static str,
@@ -67,15 +67,17 @@ impl Kind {
     }
 }
 
-/// Compares two pictures, prints the result, writes the error image, and holds the result against the thresholds.
+/// Compares two pictures, prints the result, writes the error image, and checks the result against the thresholds.
 ///
 /// # Errors
-/// [`AppError::Usage`] if the files are of two kinds; [`AppError::Failed`] if one is damaged, their sizes differ, the
+/// [`AppError::Usage`] if the files are of different kinds; [`AppError::Failed`] if one is damaged, their sizes differ, the
 /// error image cannot be written, or a measure is over its threshold.
 pub fn run(arguments: &CompareArgs, output: &Output) -> Result<(), AppError> {
     let kind = Kind::of(&arguments.reference)?;
     if Kind::of(&arguments.test)? != kind {
-        return Err(AppError::Usage("a PNG holds display codes and an EXR radiance: compare two of a kind".into()));
+        return Err(AppError::Usage(
+            "the pictures are of different kinds: a PNG holds display codes, an EXR radiance".into(),
+        ));
     }
     if let Some(path) = &arguments.error_image
         && extension(path).as_deref() != Some("png")
@@ -83,7 +85,7 @@ pub fn run(arguments: &CompareArgs, output: &Output) -> Result<(), AppError> {
         return Err(AppError::Usage(format!("the error image '{}' must end in .png", path.display())));
     }
     let (reference, test) = (kind.load(&arguments.reference)?, kind.load(&arguments.test)?);
-    // A PNG is looked at as it is, an EXR as `capture` would have shown it.
+    // FLIP sees a PNG as it is, and an EXR as `capture` would have displayed it.
     let (exposure, tonemap) = match kind {
         Kind::Png => (1.0, Tonemap::Clamp),
         Kind::Exr => (arguments.exposure.exp2(), Tonemap::default()),
@@ -94,8 +96,8 @@ pub fn run(arguments: &CompareArgs, output: &Output) -> Result<(), AppError> {
         maps::save::save_png_srgb8(path, &measured.error_image())?;
     }
     output.result(&report(arguments, &measured))?;
-    hold_against("FLIP", measured.flip, arguments.max_flip)?;
-    hold_against("rRMSE", measured.rrmse, arguments.max_rrmse)
+    check_threshold("FLIP", measured.flip, arguments.max_flip)?;
+    check_threshold("rRMSE", measured.rrmse, arguments.max_rrmse)
 }
 
 fn report(arguments: &CompareArgs, measured: &Comparison) -> CompareReport {
@@ -111,9 +113,9 @@ fn report(arguments: &CompareArgs, measured: &Comparison) -> CompareReport {
     }
 }
 
-fn hold_against(name: &str, value: f64, threshold: Option<f32>) -> Result<(), AppError> {
+fn check_threshold(name: &str, value: f64, threshold: Option<f32>) -> Result<(), AppError> {
     match threshold.map(f64::from) {
-        // NaN is over every threshold.
+        // NaN is above every threshold.
         Some(most) if value.is_nan() || value > most => {
             Err(AppError::Failed(format!("{name} is {value:.6}, over {most}")))
         }

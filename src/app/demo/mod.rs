@@ -1,4 +1,4 @@
-//! `leadr demo`: the scene in a window, with a camera that circles what it follows.
+//! `leadr demo`: a scene in a window, with a camera that orbits its target.
 
 pub mod args;
 pub mod orbit;
@@ -20,7 +20,7 @@ use crate::scenes::config::SceneConfig;
 use crate::scenes::set::{Inputs, Set, set};
 use crate::scenes::view::CameraPose;
 
-/// What a demo was asked for.
+/// What to show.
 #[derive(Debug, Serialize)]
 struct DemoConfig {
     #[serde(flatten)]
@@ -29,7 +29,7 @@ struct DemoConfig {
     device: DeviceArgs,
 }
 
-/// What a demo showed.
+/// What was shown.
 #[derive(Debug, Serialize)]
 pub struct DemoReport {
     command: &'static str,
@@ -60,9 +60,9 @@ pub fn run(arguments: &DemoArgs, output: &Output) -> Result<(), AppError> {
 
 fn demo(arguments: &DemoArgs, output: &Output) -> Result<DemoReport, AppError> {
     let config = arguments.scene.resolve()?;
-    // Files first: their faults are found in no time and need neither display nor device.
+    // Files first: their errors are found at once, without display or device.
     let inputs = Inputs::load(&config)?;
-    // The device must be able to draw on the display, so the display comes before it.
+    // The device must be able to draw on the display, so the display is opened first.
     let display = Display::open()?;
     let device = arguments.device.clone();
     let gpu = Gpu::new(&display.gpu_options(device.device.clone(), device.validation)?)?;

@@ -48,7 +48,7 @@ impl Orbit {
         self.target
     }
 
-    /// Turns as if the scene were dragged by so many pixels, right and down.
+    /// Turns as if the scene were dragged by these pixels, right and down.
     pub fn turn(&mut self, right: f32, down: f32) {
         self.azimuth = (self.azimuth - right * DEGREES_PER_PIXEL).rem_euclid(360.0);
         self.elevation = (self.elevation + down * DEGREES_PER_PIXEL).clamp(-MAX_ELEVATION, MAX_ELEVATION);
@@ -59,7 +59,7 @@ impl Orbit {
         self.distance = (self.distance * ZOOM_STEP.powf(steps)).clamp(DISTANCES.0, DISTANCES.1);
     }
 
-    /// Shifts the target so that it follows a drag by so many pixels, right and down, in a window `height` high.
+    /// Shifts the target so that it follows a drag by these pixels, right and down, in a window `height` pixels high.
     pub fn pan(&mut self, right: f32, down: f32, height: f32) {
         let eye = self.offset() / self.distance;
         let side = Vec3::Z.cross(eye).normalize_or_zero();

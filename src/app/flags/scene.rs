@@ -150,7 +150,7 @@ impl SceneArgs {
         })
     }
 
-    /// What makes no sense together.
+    /// Refuses combinations that make no sense.
     fn check(&self) -> Result<(), String> {
         let scene = self.scene;
         let with = |choice: Choice| choice.scenes().collect::<Vec<_>>().join(", ");

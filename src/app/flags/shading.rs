@@ -1,4 +1,4 @@
-//! Flags of how surfaces are shaded.
+//! Flags of filtering and shading.
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, ValueEnum};
@@ -25,19 +25,19 @@ pub struct ShadingArgs {
     /// How the integrals over slopes are sampled [default: grid with --grid, else visible]
     #[arg(long, value_enum)]
     pub rule: Option<Rule>,
-    /// Light each pixel through N by N slope samples, 1 to 128 [default of --rule grid: 5]
+    /// Slope samples per pixel: N by N, 1 to 128 [default of --rule grid: 5]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=128))]
     pub grid: Option<u32>,
     /// Look the environment up N times per pixel: 5, 9 or 16 [default: 16]
     #[arg(long, value_name = "N", conflicts_with = "grid", value_parser = probes)]
     pub probes: Option<Probes>,
-    /// Which visible facets are left dark because others hide the light from them [default: correlated]
+    /// Shadowing model: which visible facets stay dark because others hide them from the light [default: correlated]
     #[arg(long, value_name = "KIND", value_parser = shadowing_models())]
     pub masking: Option<Shadowing>,
-    /// Which light counts: all, or some of specular-lights, diffuse-lights, specular-environment, diffuse-environment
+    /// Light to include: all, or some of specular-lights, diffuse-lights, specular-environment, diffuse-environment
     #[arg(long, value_name = "all|NAME,...", value_parser = terms, default_value = "all")]
     pub terms: Terms,
-    /// Diffuse light of the sun and of point lights [default: cosine]
+    /// How diffuse facets reflect the sun and point lights [default: cosine]
     #[arg(long, value_name = "KIND", value_parser = diffuse_lights())]
     pub diffuse_lights: Option<DiffuseLights>,
     /// Count the curvature of the smooth surface under a pixel as roughness, which the paper does not [default: on]
@@ -51,7 +51,7 @@ const DEFAULT_PROBES: Probes = Probes::Sixteen;
 const DEFAULT_GRID: u32 = 5;
 
 impl ShadingArgs {
-    /// The shading that these flags mean, with two that stand elsewhere: `--edge-samples` (1: none) and `--relief-shadows`.
+    /// The shading that these flags ask for, together with the scene's flags `--edge-samples` (1: none) and `--relief-shadows`.
     ///
     /// # Errors
     /// [`AppError::Usage`] if they contradict each other.
@@ -107,11 +107,11 @@ impl ShadingArgs {
             format!("{flag} is for techniques that integrate over slopes ({techniques}), not {name}")
         } else if self.pixel_kernel.is_some() && !technique.has_pixel_kernel() {
             let techniques = names_where(Technique::has_pixel_kernel);
-            format!("--pixel-kernel is for techniques that have one ({techniques}), not {name}")
+            format!("--pixel-kernel is for techniques with a pixel kernel ({techniques}), not {name}")
         } else if self.terms != Terms::ALL && !technique.is_lit() {
             format!("--terms chooses light, and --technique {name} has none")
         } else if relief_shadows && !technique.is_reference() {
-            "--relief-shadows is for --technique reference; --masking says what the others do".to_owned()
+            "--relief-shadows is for --technique reference; --masking chooses the shadowing of the others".to_owned()
         } else if edge_samples > 1 && technique.is_reference() {
             format!("--edge-samples is for techniques that filter; --technique {name} takes --samples")
         } else {
@@ -121,7 +121,7 @@ impl ShadingArgs {
     }
 }
 
-/// Names of the techniques that are so, as a list.
+/// Names of the techniques for which `so` holds, as a list.
 fn names_where(so: fn(Technique) -> bool) -> String {
     Technique::ALL.into_iter().filter(|&technique| so(technique)).map(Technique::name).collect::<Vec<_>>().join(", ")
 }
@@ -169,7 +169,7 @@ fn terms(text: &str) -> Result<Terms, String> {
     text.split(',').try_fold(Terms::NONE, |terms, name| {
         let term = Terms::NAMES.iter().find(|(_, known)| *known == name.trim()).map(|(term, _)| *term);
         let known = Terms::ALL.names().collect::<Vec<_>>().join(", ");
-        Ok(terms | term.ok_or(format!("'{name}' is no term; there are all, or some of {known}"))?)
+        Ok(terms | term.ok_or(format!("'{name}' is not a term: use all, or some of {known}"))?)
     })
 }
 

@@ -1,4 +1,4 @@
-//! Values of command-line flags and how they are written.
+//! Values of command-line flags, and how they are written.
 
 use std::path::PathBuf;
 use std::str::FromStr;
@@ -62,7 +62,7 @@ impl FromStr for EnvironmentChoice {
     }
 }
 
-/// From where the scene is seen.
+/// The camera, before a file is read.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum CameraChoice {

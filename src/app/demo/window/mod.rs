@@ -5,17 +5,17 @@
 //! | left drag | turns the camera around its target |
 //! | right drag, or shift and left drag | pans |
 //! | wheel | moves closer or away |
-//! | space | stops time or lets it run |
-//! | ←, → | half a second back or on |
-//! | `,`, `.` | stops a frame before or after |
+//! | space | stops time, lets it run |
+//! | ←, → | half a second back or forward |
+//! | `,`, `.` | one frame back or forward, time stops |
 //! | `1` to `9` | technique: see [`Technique::key`] |
 //! | `g` | the paper's grid, or the visible-slope rules |
 //! | `v` | next shadowing model: masking alone, Smith, correlated |
-//! | `[`, `]` | the sun half an hour back or on |
-//! | `t` | the sun stands, a day in two minutes, in twenty seconds |
-//! | `r` | the view and time of the beginning |
+//! | `[`, `]` | the sun half an hour back or forward |
+//! | `t` | the sun stands still, goes round in two minutes, in twenty seconds |
+//! | `r` | back to the first view and time |
 //! | `s`, F12 | saves a screenshot |
-//! | `q`, Esc | ends |
+//! | `q`, Esc | quits |
 
 use std::path::PathBuf;
 use std::sync::Arc;
