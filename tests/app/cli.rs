@@ -6,6 +6,7 @@ use std::process::{Command, Output};
 use leadr::maps::save::{save_exr_rgb, save_png};
 use leadr::maps::tonemap::Tonemap;
 use leadr::maps::{RgbImage, load_color};
+use leadr::scenes::registry::SCENES;
 
 fn leadr(arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_leadr"));
@@ -76,6 +77,17 @@ fn wrong_usage_ends_with_2_and_names_the_flag() {
     for (arguments, named) in cases {
         let line = one_line_error(&run(arguments), 2, &format!("{arguments:?}"));
         assert!(line.contains(named), "{arguments:?}: {line}");
+    }
+}
+
+#[test]
+fn every_scene_is_in_the_help_and_in_the_guide() {
+    let help = String::from_utf8(run(&["capture", "--help"]).stdout).unwrap();
+    let guide = include_str!("../../docs/guide/scenes.md");
+    for scene in &SCENES {
+        let name = scene.name;
+        assert!(help.contains(&format!("- {name}: ")), "{name}: {help}");
+        assert!(guide.contains(&format!("`{name}`")), "docs/guide/scenes.md says nothing of {name}");
     }
 }
 
