@@ -21,9 +21,9 @@ fn main() -> Result<(), Box<dyn Error>> {
     let folder = PathBuf::from(std::env::args().nth(1).unwrap_or_else(|| "out".to_owned()));
     let gpu = Gpu::new(&GpuOptions { validation: true, ..GpuOptions::default() })?;
     let sky = Sky { sun_direction: Vec3::new(0.85, 0.2, 0.32).normalize(), ..Sky::default() };
-    let mut renderer = Renderer::new(&gpu, Vec::new(), Environment::from_sky(&gpu, FACE_SIZE, &sky)?)?;
+    let environment = Environment::from_sky(&gpu, FACE_SIZE, &sky)?;
     let start = std::time::Instant::now();
-    renderer.set_ocean(Some(ocean(&Sea::default(), RESOLUTION, 1)))?;
+    let mut renderer = Renderer::new(&gpu, ocean(&Sea::default(), RESOLUTION, 1), environment)?;
     println!("sea made in {:.2} s", start.elapsed().as_secs_f64());
     for (name, height, pitch) in
         [("near", 2.5f32, -0.12f32), ("100m", 100.0, -0.25), ("1km", 1000.0, -0.35), ("below", 30.0, -1.2)]

@@ -89,10 +89,10 @@ pub use self::{
     reflectance::masking::shadowing::Shadowing,
     render::{
         camera::Camera,
-        frame::{FrameOutput, Layer, PassTime, Renderer},
+        frame::{FrameOutput, Layer, PassTime, PausedFrame, PreparedFrame, Renderer},
         light::{environment::Environment, sky::Sky},
         passes::accumulate::Accumulation,
-        scene::{ColorMap, FrameState, MAX_POINT_LIGHTS, Object, PointLight, Pose, Sun},
+        scene::{ColorMap, FrameState, MAX_POINT_LIGHTS, Object, PointLight, Pose, Scene, Sun},
         settings::{DiffuseLights, Probes, Quadrature, RenderSettings, Shading, ShadingOptions, Technique, Terms},
         surfaces::{
             displacement::{Border, HeightField},

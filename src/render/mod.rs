@@ -8,3 +8,4 @@ pub mod sampling;
 pub mod scene;
 pub mod settings;
 pub mod surfaces;
+pub mod view;

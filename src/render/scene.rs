@@ -4,6 +4,7 @@ use super::camera::Camera;
 use super::light::exposure;
 use super::light::sky::Sky;
 use super::surfaces::displacement::HeightField;
+use super::surfaces::ocean::Ocean;
 use super::surfaces::patch_mesh::{PatchMesh, PosedVertices};
 use super::surfaces::skinning;
 use glam::{Affine3A, Mat4, Vec3};
@@ -75,6 +76,29 @@ impl Object {
     #[must_use]
     pub fn without_shadow(self) -> Self {
         Self { casts_shadow: false, ..self }
+    }
+}
+
+/// What there is to draw: the surfaces, which stay the same from frame to frame but for their poses and waves.
+#[derive(Clone, Debug, Default)]
+pub struct Scene {
+    /// Meshes.
+    pub objects: Vec<Object>,
+    /// A sea among them.
+    pub ocean: Option<Ocean>,
+}
+
+impl From<Vec<Object>> for Scene {
+    /// Objects away from any sea.
+    fn from(objects: Vec<Object>) -> Self {
+        Self { objects, ocean: None }
+    }
+}
+
+impl From<Ocean> for Scene {
+    /// The open sea.
+    fn from(ocean: Ocean) -> Self {
+        Self { objects: Vec::new(), ocean: Some(ocean) }
     }
 }
 

@@ -74,8 +74,7 @@ pub fn set(config: &SceneConfig, inputs: Inputs, gpu: &Arc<Gpu>, progress: Progr
         None => (Environment::from_sky(gpu, FACE_SIZE, &sky)?, Some(sky)),
     };
     let camera = camera(config, stage.views);
-    let mut renderer = Renderer::new(gpu, std::mem::take(&mut stage.objects), environment)?;
-    renderer.set_ocean(stage.ocean.take())?;
+    let renderer = Renderer::new(gpu, stage.take_scene(), environment)?;
     let lights = Lights { sky, ..Default::default() };
     let height_scale = config.height_scale;
     let hours_per_second = config.day_length.map_or(0.0, |seconds| 24.0 / f64::from(seconds));

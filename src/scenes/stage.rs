@@ -7,7 +7,7 @@ use super::sphere::displaced_sphere;
 use crate::maps::{HeightMap, procedural};
 use crate::render::camera::Camera;
 use crate::render::light::sky::Sky;
-use crate::render::scene::{FrameState, MAX_POINT_LIGHTS, Object, PointLight, Pose, Sun};
+use crate::render::scene::{FrameState, MAX_POINT_LIGHTS, Object, PointLight, Pose, Scene, Sun};
 use crate::render::surfaces::displacement::HeightField;
 use crate::render::surfaces::ocean::Ocean;
 
@@ -144,6 +144,12 @@ impl Stage {
                 texel[3] = u8::MAX;
             }
         }
+    }
+
+    /// Takes what a renderer keeps: the objects and the sea.
+    #[must_use]
+    pub fn take_scene(&mut self) -> Scene {
+        Scene { objects: std::mem::take(&mut self.objects), ocean: self.ocean.take() }
     }
 
     /// The state at `time` seen by `camera`, which is placed relative to the anchor and so follows what moves.

@@ -9,14 +9,14 @@ use leadr::maps::{RgbImage, procedural};
 use leadr::render::frame::Renderer;
 use leadr::render::light::environment::Environment;
 use leadr::render::light::sky::Sky;
-use leadr::render::scene::Object;
+use leadr::render::scene::{Object, Scene};
 use leadr::render::surfaces::displacement::HeightField;
 use leadr::render::surfaces::ocean::Ocean;
 use leadr::scenes::stage::Stage;
 
-/// Objects under the default sky, whose cube has faces of `face` texels.
-pub fn under_sky(gpu: &Arc<Gpu>, objects: Vec<Object>, face: u32) -> Renderer {
-    Renderer::new(gpu, objects, Environment::from_sky(gpu, face, &Sky::default()).unwrap()).unwrap()
+/// A scene under the default sky, whose cube has faces of `face` texels.
+pub fn under_sky(gpu: &Arc<Gpu>, scene: impl Into<Scene>, face: u32) -> Renderer {
+    Renderer::new(gpu, scene, Environment::from_sky(gpu, face, &Sky::default()).unwrap()).unwrap()
 }
 
 /// Objects surrounded by one radiance.
@@ -27,16 +27,12 @@ pub fn in_room(gpu: &Arc<Gpu>, objects: Vec<Object>, radiance: [f32; 3]) -> Rend
 
 /// A stage's objects, which are taken out of it, and its sea under the default sky.
 pub fn stage_under_sky(gpu: &Arc<Gpu>, stage: &mut Stage, face: u32) -> Renderer {
-    let mut renderer = under_sky(gpu, std::mem::take(&mut stage.objects), face);
-    renderer.set_ocean(stage.ocean.take()).unwrap();
-    renderer
+    under_sky(gpu, stage.take_scene(), face)
 }
 
 /// The sea alone under the default sky.
 pub fn seascape(gpu: &Arc<Gpu>, sea: Ocean) -> Renderer {
-    let mut renderer = under_sky(gpu, Vec::new(), 16);
-    renderer.set_ocean(Some(sea)).unwrap();
-    renderer
+    under_sky(gpu, sea, 16)
 }
 
 /// Repeating Gaussian bumps of slope deviation 1 and a width of `bump` texels, on `size`² texels.

@@ -221,7 +221,7 @@ fn timings() {
             cmd.timestamp(&timestamps, "begin");
             environment.update_sky(cmd, &Sky::with_sun(0.1 * frame as f32, 0.0));
             cmd.timestamp(&timestamps, "sky and mips");
-            irradiance.record(cmd, &environment, 1.0, &[], [0.0; 3]);
+            irradiance.record(cmd, &environment);
             cmd.timestamp(&timestamps, "irradiance");
         })
         .unwrap();

@@ -182,7 +182,7 @@ fn every_pixel_of_a_full_scene_is_filtered() {
     // Vertex colours have 8 bits.
     let gray = |k: u32| (4 * k + 4) as f32 / 255.0;
     let sphere = |k| Object::new("test", cube_sphere(2, [gray(k), 0.5, 0.5, 0.3]));
-    let mut renderer = under_sky(&gpu, (0..count).map(sphere).collect(), 32);
+    let mut renderer = under_sky(&gpu, (0..count).map(sphere).collect::<Vec<_>>(), 32);
     let place = |k: u32| Vec3::new((k % 8) as f32 - 3.5, 0.0, (k / 8) as f32 - 3.5) * 2.5;
     let poses = (0..count).map(|k| Pose::Rigid(Affine3A::from_translation(place(k)))).collect();
     let state = FrameState { poses, ..state(Camera::looking_at(Vec3::new(2.0, -60.0, 5.0), Vec3::ZERO, 22.0)) };

@@ -8,7 +8,7 @@ use leadr::gpu::{Buffer, Descriptor, Memory, SharedStruct};
 use leadr::render::camera::Camera;
 use leadr::render::frame::{Layer, Renderer};
 use leadr::render::light::sky::Sky;
-use leadr::render::scene::{FrameState, Pose};
+use leadr::render::scene::{FrameState, Pose, Scene};
 use leadr::render::settings::{RenderSettings, Technique};
 use leadr::render::surfaces::ocean::shore::ShoreGpu;
 use leadr::scenes::shore::{beach, sea, shore};
@@ -94,8 +94,8 @@ fn the_swell_slopes_as_its_height_says_and_foam_covers_no_more_than_all() {
 /// The beach and the sea without the animal, seen by `camera` at `time`.
 fn scene(gpu: &crate::common::gpu::TestGpu, camera: Camera) -> (Renderer, impl Fn(f64, &Sky) -> FrameState) {
     let shore = shore();
-    let mut renderer = under_sky(gpu, vec![beach::beach(&shore), beach::dunes(&shore)], 32);
-    renderer.set_ocean(Some(sea())).unwrap();
+    let objects = vec![beach::beach(&shore), beach::dunes(&shore)];
+    let renderer = under_sky(gpu, Scene { objects, ocean: Some(sea()) }, 32);
     let state = move |time, sky: &Sky| FrameState { time, ..FrameState::new(camera, vec![Pose::REST; 2]).under(sky) };
     (renderer, state)
 }

@@ -47,8 +47,7 @@ impl Subject {
         let sky = Sky { ground_albedo: stage.below_horizon, ..Sky::default() };
         let environment = Environment::from_sky(&studio.gpu, FACE_SIZE, &sky)?;
         let objects = stage.objects.len();
-        let mut renderer = Renderer::new(&studio.gpu, std::mem::take(&mut stage.objects), environment)?;
-        renderer.set_ocean(stage.ocean.take())?;
+        let renderer = Renderer::new(&studio.gpu, stage.take_scene(), environment)?;
         Ok(Self { renderer, stage, lights: Lights::under(&sky), time, objects })
     }
 

@@ -2,7 +2,7 @@
 
 use glam::Vec4;
 
-use super::Renderer;
+use super::renderer::Renderer;
 use crate::gpu::Result;
 use crate::render::passes::targets::FilteredPixel;
 
@@ -26,16 +26,16 @@ pub enum Layer {
 }
 
 impl Renderer {
-    /// Reads a layer of the last sample's G-buffer; unused channels are zero.
+    /// Reads a layer of the last sample's G-buffer; unused channels are zero. Empty before the first sample.
     ///
     /// # Errors
     /// A lost device, or memory that is short.
     pub fn layer(&self, layer: Layer) -> Result<Vec<[f32; 4]>> {
-        let Some(targets) = &self.targets else { return Ok(Vec::new()) };
+        let (Some(targets), Some(near)) = (&self.targets, self.near) else { return Ok(Vec::new()) };
         let channels: fn(&FilteredPixel) -> Vec4 = match layer {
             Layer::Depth => {
-                let depth: Vec<f32> = targets.pixel.visible.depth.read(0, 0)?;
-                let distance = |z: f32| if z > 0.0 { self.near / z } else { f32::INFINITY };
+                let depth: Vec<f32> = targets.pixels.visible.depth.read(0, 0)?;
+                let distance = |z: f32| if z > 0.0 { near / z } else { f32::INFINITY };
                 return Ok(depth.iter().map(|&z| [distance(z), 0.0, 0.0, 0.0]).collect());
             }
             Layer::Normal => |pixel| pixel.normal.as_vec3().extend(0.0),
@@ -45,6 +45,6 @@ impl Renderer {
             Layer::Albedo => |pixel| pixel.albedo.extend(0.0),
             Layer::Roughness => |pixel| Vec4::X * pixel.roughness,
         };
-        Ok(targets.pixel.gbuffer.read()?.iter().map(|pixel| channels(pixel).to_array()).collect())
+        Ok(targets.pixels.gbuffer.read()?.iter().map(|pixel| channels(pixel).to_array()).collect())
     }
 }

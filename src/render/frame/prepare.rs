@@ -1,192 +1,132 @@
-//! What is made and written before a sample is drawn: targets, pipelines, poses, views.
+//! What is made and written before the first sample of a frame: poses, targets, the sun's view, pipelines.
 
-use std::collections::hash_map::Entry;
-
-use glam::Vec3;
-
-use super::record::SubFrame;
-use super::targets::Targets;
-use super::{EdgePasses, PixelPasses, Renderer, SHADOW_SIZE};
+use super::edge_samples::{EdgeSamples, area_of};
+use super::prepared::{FramePlan, Light, PreparedFrame};
+use super::renderer::{Renderer, SHADOW_SIZE};
+use super::surfaces::PreparedSurface;
+use super::targets::{EdgeTargets, Targets};
 use crate::gpu::{GpuError, Result};
-use crate::render::passes::edges::{JoinPass, MAX_GRID, edge_grid, edge_tessellation};
-use crate::render::passes::filter::FilterPass;
-use crate::render::passes::reference::ReferencePass;
-use crate::render::passes::shade::{Edges, LightSet, LightingGpu, ShadePass};
+use crate::render::passes::edges::{JoinKind, edge_grid};
+use crate::render::passes::reference::ReliefLights;
+use crate::render::passes::shade::{Edges, LightSet, ShadeKind};
 use crate::render::passes::shadow::ShadowView;
 use crate::render::scene::FrameState;
-use crate::render::settings::{Quadrature, RenderSettings, Terms};
-use crate::render::surfaces::patch_mesh::PosedVertices;
+use crate::render::settings::{Quadrature, RenderSettings};
+use crate::render::surfaces::object_view::PosedObject;
+use crate::render::surfaces::sphere::Sphere;
 use crate::render::surfaces::tessellation::TessellationSettings;
 
 impl Renderer {
-    /// Makes targets and pipelines for these settings, poses the scene, and prepares the sun's view. The device must be
+    /// Poses the scene and makes what a frame is drawn with. Pictures that were not read back are lost. The device must be
     /// idle.
     ///
     /// # Errors
-    /// As [`render`](Self::render).
-    pub fn prepare(&mut self, state: &FrameState, settings: &RenderSettings) -> Result<Vec<PosedVertices>> {
+    /// [`GpuError::Usage`] for settings that make no picture or that the device cannot draw; memory that is short, a lost
+    /// device, a failed pipeline.
+    pub fn prepare(&mut self, state: &FrameState, settings: &RenderSettings) -> Result<PreparedFrame<'_>> {
         settings.check().map_err(|fault| GpuError::Usage { name: "settings".to_owned(), fault })?;
-        // The sea's geometry stage knows no grid.
-        let finest = if self.ocean.is_some() { 1 } else { MAX_GRID };
-        let grid = settings.edges().map(|samples| edge_grid(samples, settings.size, finest));
-        if self.targets.as_ref().is_none_or(|targets| !targets.suit(settings.size, grid)) {
-            self.targets = None;
-            self.targets = Some(Targets::new(&self.gpu, settings.size, grid)?);
-        }
-        if let Some(limit) = self.gpu.loop_iterations_per_invocation() {
-            // One walk over the grid for the visible normals, one for the environment, one per light.
-            let walks = 2 + u32::from(state.sun.is_some()) + state.point_lights.len() as u32;
-            if let Some(Quadrature::Grid(grid)) = settings.shading.integral().map(|integral| integral.quadrature)
-                && grid * grid * walks >= limit
-            {
+        self.check_loops(state, settings)?;
+        self.prepared += 1;
+        let max_vertices_per_draw = self.gpu.tessellated_vertices_per_draw().unwrap_or(u32::MAX);
+        let tessellation = TessellationSettings { max_vertices_per_draw, ..settings.tessellation };
+        let settings = RenderSettings { tessellation, ..*settings };
+        let mut surfaces = self.surfaces.iter_mut().map(|s| s.prepare(state, &settings)).collect::<Result<Vec<_>>>()?;
+        let targets = self.targets_for(&surfaces, &settings)?;
+        let light = self.prepare_light(state, &settings, &mut surfaces)?;
+        let edges = match (settings.edges(), targets.edges.clone()) {
+            (Some(samples), Some(targets)) => {
+                Some(self.prepare_edges(state, &settings, &light, &surfaces, samples, targets)?)
+            }
+            _ => None,
+        };
+        let (state, number) = (state.clone(), self.prepared);
+        let plan = FramePlan { state, settings, surfaces, targets, light, edges, drawn: 0, number };
+        Ok(PreparedFrame { renderer: self, plan })
+    }
+
+    /// Whether the device can run the loops of a slope grid.
+    fn check_loops(&self, state: &FrameState, settings: &RenderSettings) -> Result<()> {
+        let Some(limit) = self.gpu.loop_iterations_per_invocation() else { return Ok(()) };
+        // One walk over the grid for the visible normals, one for the environment, one per light.
+        let walks = 2 + u32::from(state.sun.is_some()) + state.point_lights.len() as u32;
+        match settings.shading.integral().map(|integral| integral.quadrature) {
+            Some(Quadrature::Grid(grid)) if grid * grid * walks >= limit => {
                 let fault =
                     format!("{grid} x {grid} samples with {walks} walks exceed this driver's {limit} iterations");
-                return Err(GpuError::Usage { name: "slope grid".to_owned(), fault });
+                Err(GpuError::Usage { name: "slope grid".to_owned(), fault })
             }
+            _ => Ok(()),
         }
-        let height_scale = settings.geometry_scale(state.height_scale);
-        let posed: Vec<PosedVertices> =
-            self.drawn.iter().zip(&state.poses).map(|(d, pose)| pose.apply(&d.object.object.mesh)).collect();
-        self.shadow_view = None;
+    }
+
+    /// The targets of the last frame if they suit, or new ones.
+    fn targets_for(&mut self, surfaces: &[Box<dyn PreparedSurface>], settings: &RenderSettings) -> Result<Targets> {
+        let finest = surfaces.iter().map(|surface| surface.finest_grid()).min().unwrap_or(1);
+        let grid = settings.edges().map(|samples| edge_grid(samples, settings.size, finest));
+        // Unsuitable ones are let go of first: there may be no room for both.
+        let kept = self.targets.take().filter(|targets| targets.suit(settings.size, grid));
+        if kept.is_none() {
+            self.near = None;
+        }
+        let targets = kept.map_or_else(|| Targets::new(&self.gpu, settings.size, grid), Ok)?;
+        Ok(self.targets.insert(targets).clone())
+    }
+
+    /// Points the sun's shadow map at the casters, or makes the lights of the reference.
+    fn prepare_light(
+        &mut self,
+        state: &FrameState,
+        settings: &RenderSettings,
+        surfaces: &mut [Box<dyn PreparedSurface>],
+    ) -> Result<Light> {
         if settings.shadows_of_relief() {
-            self.prepare_reference(state, settings.shading.terms())?;
-            self.prepare_pipelines(state, settings)?;
-            return Ok(posed);
+            if let Some(sky) = &state.sky {
+                self.show_sky(sky)?;
+            }
+            let pass = self.pipelines.reference(&self.gpu, settings.shading.terms())?;
+            let lights = ReliefLights::new(&self.gpu, state, &self.environment, &casters(surfaces))?;
+            return Ok(Light::Relief { pass, lights });
         }
-        if let Some(sun) = state.sun.filter(|_| settings.shadows)
-            && let Some((centre, radius)) = self.casters_sphere(&posed, height_scale)
-        {
-            self.shadow_view = Some(ShadowView::around(sun.direction.normalize(), centre, radius, SHADOW_SIZE));
-        }
-        self.prepare_pipelines(state, settings)?;
-        if let Some(view) = self.shadow_view {
-            // Casters are divided as the camera's surface is: a finer one would stand out of it and shade it.
+        let spheres: Vec<Sphere> = casters(surfaces).into_iter().map(PosedObject::bounds).collect();
+        let sun = state.sun.filter(|_| settings.shadows).zip(Sphere::enclosing(&spheres));
+        let sun = sun.map(|(sun, sphere)| ShadowView::around(sun.direction.normalize(), sphere, SHADOW_SIZE));
+        if let Some(view) = &sun {
             let lens = state.camera.lens(settings.size.1);
-            let casters = TessellationSettings {
-                cull: false,
-                max_vertices_per_draw: self.vertices_per_draw(),
-                ..settings.tessellation
-            };
-            for (drawn, posed) in self.drawn.iter_mut().zip(&posed) {
-                if let Some(buffers) = &mut drawn.sun {
-                    let (clip, eye) = (view.clip_from_world, view.eye);
-                    buffers.update(&drawn.object, posed, height_scale, clip, eye, lens, &casters, 1)?;
-                }
+            for surface in surfaces {
+                surface.cast(view, lens)?;
             }
         }
-        Ok(posed)
+        let lights = LightSet::new(state, sun.is_some());
+        let edges = if settings.edges().is_some() { Edges::Joined } else { Edges::None };
+        let kind = ShadeKind { shading: settings.shading.plain(), lights, edges };
+        Ok(Light::Mapped { sun, shade: self.pipelines.shade(&self.gpu, kind)? })
     }
 
-    /// Points the camera's buffers at a sub-frame of a prepared frame. The device must be idle.
-    pub(super) fn prepare_camera(
+    /// Finds where edge samples are needed and makes what draws them into `targets`.
+    fn prepare_edges(
         &mut self,
         state: &FrameState,
         settings: &RenderSettings,
-        posed: &[PosedVertices],
-        sub: &SubFrame,
-    ) -> Result<()> {
-        let (size, offset) = sub.image(settings);
-        let camera = &state.camera;
-        let clip_from_world = camera.clip_from_world(size, offset);
-        self.near = camera.near;
-        let lens = camera.lens(settings.size.1);
-        let tessellation =
-            TessellationSettings { max_vertices_per_draw: self.vertices_per_draw(), ..settings.tessellation };
-        let scale = settings.geometry_scale(state.height_scale);
-        for (drawn, posed) in self.drawn.iter_mut().zip(posed) {
-            // Outlines are of bumps, which the geometry of whole pixels leaves out where they are small.
-            let tessellation = match sub.edges() {
-                true => edge_tessellation(tessellation, drawn.object.bounds(posed, scale), &lens),
-                false => tessellation,
-            };
-            drawn.camera.update(
-                &drawn.object,
-                posed,
-                scale,
-                clip_from_world,
-                camera.position,
-                lens,
-                &tessellation,
-                sub.grid,
-            )?;
-        }
-        if let Some(ocean) = &mut self.ocean {
-            let needs = settings.shading.needs();
-            ocean.update(&self.gpu, needs, state.time, clip_from_world, camera.position, lens, &tessellation)?;
-        }
-        if settings.shadows_of_relief() {
-            let cube_size = self.environment.face_size();
-            let bounds = self.casters_sphere(posed, settings.geometry_scale(state.height_scale));
-            let most = self.vertices_per_draw();
-            let casters: Vec<_> = self.drawn.iter().zip(posed).filter(|(d, _)| d.sun.is_some()).collect();
-            let casters: Vec<_> = casters.into_iter().map(|(d, posed)| (&d.object, posed)).collect();
-            let reference = self.reference.as_mut().expect("prepared");
-            return reference.prepare(state, settings, &casters, bounds, cube_size, sub.index, most);
-        }
-        self.prepare_lighting(state, settings, sub)
-    }
-
-    /// Writes the light and the rays of a sub-frame. The device must be idle.
-    pub(super) fn prepare_lighting(
-        &mut self,
-        state: &FrameState,
-        settings: &RenderSettings,
-        sub: &SubFrame,
-    ) -> Result<()> {
-        let (size, offset) = sub.image(settings);
-        let cube_size = self.environment.face_size();
-        let block = LightingGpu::new(state, size, sub.grid, offset, cube_size, self.shadow_view.as_ref());
-        self.lighting.write(0, &[if self.ocean.is_some() { block.with_sea_horizon() } else { block }])
-    }
-
-    /// Makes the pipelines of these settings and of the lights there are.
-    fn prepare_pipelines(&mut self, state: &FrameState, settings: &RenderSettings) -> Result<()> {
-        let (shading, lights) = (settings.shading.plain(), LightSet::new(state, self.shadow_view.is_some()));
-        let passes = match self.pipelines.entry((shading, lights)) {
-            Entry::Occupied(entry) => entry.into_mut(),
-            Entry::Vacant(entry) => entry.insert(PixelPasses {
-                filter: FilterPass::new(&self.gpu, shading.needs())?,
-                shade: ShadePass::new(&self.gpu, shading, lights, Edges::None)?,
-                edges: None,
-            }),
-        };
-        if settings.edges().is_some() && passes.edges.is_none() {
-            passes.edges = Some(EdgePasses {
-                shade: ShadePass::new(&self.gpu, shading, lights, Edges::Shaded)?,
-                join: JoinPass::new(&self.gpu, shading.needs(), lights)?,
-                shade_joined: ShadePass::new(&self.gpu, shading, lights, Edges::Joined)?,
-            });
-        }
-        Ok(())
-    }
-
-    /// Makes what the shadows of the reference need: its pass, and an environment that can be drawn from.
-    fn prepare_reference(&mut self, state: &FrameState, terms: Terms) -> Result<()> {
-        if let Some(sky) = &state.sky {
-            self.show_sky(sky)?;
-        }
-        let kept = self.reference.take().filter(|pass| pass.terms() == terms);
-        let pass = self.reference.insert(kept.map_or_else(|| ReferencePass::new(&self.gpu, terms), Ok)?);
-        pass.read_environment(&self.environment)
-    }
-
-    /// A sphere around everything that throws shadows.
-    fn casters_sphere(&self, posed: &[PosedVertices], height_scale: f32) -> Option<(Vec3, f32)> {
-        let casters = self.drawn.iter().zip(posed).filter(|(d, _)| d.sun.is_some());
-        let spheres: Vec<(Vec3, f32)> = casters.map(|(d, posed)| d.object.bounds(posed, height_scale)).collect();
-        enclosing_sphere(&spheres)
-    }
-
-    fn vertices_per_draw(&self) -> u32 {
-        self.gpu.tessellated_vertices_per_draw().unwrap_or(u32::MAX)
+        light: &Light,
+        surfaces: &[Box<dyn PreparedSurface>],
+        samples: u32,
+        targets: EdgeTargets,
+    ) -> Result<EdgeSamples> {
+        let lights = LightSet::new(state, light.sun().is_some());
+        let kind = ShadeKind { shading: settings.shading.plain(), lights, edges: Edges::Shaded };
+        let join = JoinKind { needs: settings.shading.needs(), shadow_map: lights.sun && lights.shadows };
+        let extents = surfaces.iter().map(|surface| surface.extent()).collect();
+        Ok(EdgeSamples {
+            samples,
+            area: area_of(extents, &state.camera, settings.size),
+            targets,
+            shade: self.pipelines.shade(&self.gpu, kind)?,
+            join: self.pipelines.join(&self.gpu, join)?,
+        })
     }
 }
 
-/// A sphere around spheres: about the middle of their box.
-fn enclosing_sphere(spheres: &[(Vec3, f32)]) -> Option<(Vec3, f32)> {
-    let (low, high) =
-        spheres.iter().map(|&(c, r)| (c - r, c + r)).reduce(|(low, high), (l, h)| (low.min(l), high.max(h)))?;
-    let centre = (low + high) * 0.5;
-    let radius = spheres.iter().map(|&(c, r)| c.distance(centre) + r).fold(0.0, f32::max);
-    Some((centre, radius.max(1e-6)))
+/// What throws shadows.
+pub(super) fn casters(surfaces: &[Box<dyn PreparedSurface>]) -> Vec<&PosedObject> {
+    surfaces.iter().flat_map(|surface| surface.casters()).map(|caster| caster.posed).collect()
 }

@@ -1,264 +1,178 @@
 //! The passes of a sample in their order.
 
-use glam::Vec2;
+use super::edge_samples::{EdgeImage, EdgeSamples};
+use super::prepare::casters;
+use super::prepared::{FramePlan, Light, PreparedFrame};
+use super::renderer::Renderer;
+use super::timing::{PassTime, Passes, add_times};
+use crate::gpu::{Commands, Result};
+use crate::render::passes::accumulate::EdgeSum;
+use crate::render::passes::edges::JoinLight;
+use crate::render::passes::shade::{LightingGpu, ShadeInputs};
+use crate::render::passes::targets::{Begin, JoinedEdges, SampleTargets};
+use crate::render::view::{Samples, View};
 
-use super::targets::{SampleTargets, Targets};
-use super::{EdgePasses, PassTime, PixelPasses, Renderer, add_times};
-use crate::gpu::{Commands, Image, Result};
-use crate::render::passes::edges::{EdgeRays, area_of};
-use crate::render::passes::shade::{LightSet, ShadeInputs};
-use crate::render::sampling::edge_jitter;
-use crate::render::scene::FrameState;
-use crate::render::settings::RenderSettings;
-use crate::render::surfaces::patch_mesh::PosedVertices;
-
-/// One drawing of the geometry.
-#[derive(Clone, Copy)]
-pub(super) struct SubFrame {
-    /// The sample among those of the frame.
-    pub index: u32,
-    /// Samples in the mean before it.
-    drawn: u32,
-    /// Which grid of its edge samples this is, and of how many; none for what the pixel's surface is shaded by.
-    edges: Option<(u32, u32)>,
-    /// Pixels of this drawing along one of the picture.
-    pub grid: u32,
-    /// Pixels of the picture that edge samples are drawn in ([`area_of`]).
-    area: [i32; 4],
-}
-
-impl SubFrame {
-    /// Whether these are edge samples.
-    pub fn edges(&self) -> bool {
-        self.edges.is_some()
-    }
-
-    /// Pixels across and down, and the offset inside each.
-    pub fn image(&self, settings: &RenderSettings) -> ((u32, u32), Vec2) {
-        let offset = settings.sample_offset(self.index);
-        let (width, height) = settings.size;
-        let offset = self.edges.map_or(offset, |(index, count)| edge_jitter(offset, index, count));
-        ((self.grid * width, self.grid * height), offset)
-    }
-
-    /// Edge samples of each pixel before these, and their rays beside those of the pixels' own samples.
-    fn edge_rays(&self, state: &FrameState, settings: &RenderSettings) -> EdgeRays {
-        let (size, offset) = self.image(settings);
-        let pixel = state.camera.rays(settings.size, settings.sample_offset(self.index));
-        let before = self.edges.map_or(0, |(k, _)| k * self.grid * self.grid);
-        EdgeRays::new(
-            pixel,
-            state.camera.rays(size, offset),
-            state.camera.near,
-            (before, settings.edges().unwrap_or(1)),
-            self.area,
-        )
-    }
-
-    /// Where edge samples are filtered and shaded.
-    fn scissor(&self) -> Option<[u32; 4]> {
-        let [left, top, right, bottom] = self.area.map(i32::unsigned_abs);
-        self.edges.map(|_| [left, top, right - left, bottom - top].map(|v| v * self.grid))
-    }
-}
-
-impl Renderer {
-    /// Draws sample `index` of a prepared frame, all its edge samples included, into the mean that holds the `drawn` samples
-    /// before it (at 0 it is begun). Waits for the device, and returns the time of each pass on it.
+impl PreparedFrame<'_> {
+    /// Draws sample `index` of `settings.samples`, with all its edge samples, into the mean of the samples drawn before it. Waits
+    /// for the device, and returns the time of each pass on it.
     ///
     /// # Errors
-    /// As [`render`](Self::render).
-    pub fn draw_sample(
-        &mut self,
-        state: &FrameState,
-        settings: &RenderSettings,
-        posed: &[PosedVertices],
-        index: u32,
-        drawn: u32,
-    ) -> Result<Vec<PassTime>> {
-        let mut times = Vec::new();
-        let gpu = self.gpu.clone();
-        let grid = self.targets.as_ref().and_then(|targets| targets.edges.as_ref()).map_or(1, |edges| edges.grid);
-        let pixel = SubFrame { index, drawn, edges: None, grid: 1, area: [0; 4] };
-        let count = settings.edges().map_or(0, |samples| samples / (grid * grid));
-        let area = if self.ocean.is_some() {
-            [0, 0, settings.size.0 as i32, settings.size.1 as i32]
-        } else {
-            let height_scale = settings.geometry_scale(state.height_scale);
-            let spheres: Vec<_> =
-                self.drawn.iter().zip(posed).map(|(d, posed)| d.object.bounds(posed, height_scale)).collect();
-            area_of(&spheres, &state.camera, settings.size)
-        };
-        let edges = (0..count).map(|k| SubFrame { edges: Some((k, count)), grid, area, ..pixel });
-        let mut submit = |renderer: &mut Self, record: &dyn Fn(&mut Self, &mut Commands)| -> Result<()> {
-            let timestamps = renderer.timestamps.clone();
-            gpu.submit("frame", |cmd| {
-                cmd.reset_timestamps(&timestamps);
-                cmd.timestamp(&timestamps, "begin");
-                record(renderer, cmd);
-            })?;
-            let intervals = timestamps.intervals()?.into_iter();
-            add_times(&mut times, intervals.map(|(pass, milliseconds)| PassTime { pass, milliseconds }).collect());
-            Ok(())
-        };
-        for sub in std::iter::once(pixel).chain(edges) {
-            self.prepare_camera(state, settings, posed, &sub)?;
-            submit(self, &|renderer, cmd| {
-                renderer.record_lights(cmd, state, settings, &sub);
-                renderer.record_surfaces(cmd, state, settings, &sub);
-                if sub.edges.is_some() {
-                    renderer.record_edges(cmd, state, settings, &sub);
-                } else if count == 0 {
-                    renderer.record_shading(cmd, state, settings, &sub);
-                }
-            })?;
+    /// Memory that is short, or a lost device.
+    pub fn draw_sample(&mut self, index: u32) -> Result<Vec<PassTime>> {
+        self.draw_sample_repeating(index, 1)
+    }
+
+    /// The passes follow the paper's overview (LEADR Figure 3): light; geometry, tessellated and displaced, which tells what
+    /// each pixel sees; slope statistics under each pixel; shading. Edge samples go through the same passes between the
+    /// statistics and the shading of the pixels, whose statistics they add to.
+    pub(super) fn draw_sample_repeating(&mut self, index: u32, repeats: u32) -> Result<Vec<PassTime>> {
+        let timer = self.renderer.timer.repeating(repeats);
+        let pixels = self.plan.pixels(index);
+        let edges = self.plan.edges.clone();
+
+        self.look(&pixels, index)?;
+        let mut times = timer.submit(|passes| {
+            self.record_light(passes);
+            self.record_geometry(passes, &self.plan.targets.pixels);
+            self.record_filter(passes, &self.plan.targets.pixels, &pixels, None);
+            if edges.is_none() {
+                self.record_shading(passes);
+            }
+        })?;
+        if let Some(edges) = edges {
+            for image in edges.images(&pixels) {
+                self.look(&image.view, index)?;
+                add_times(&mut times, timer.submit(|passes| self.record_edges(passes, &edges, &image))?);
+            }
+            // Only now are the statistics of the pixels complete.
+            self.write_lighting(&pixels)?;
+            add_times(&mut times, timer.submit(|passes| self.record_shading(passes))?);
         }
-        if count > 0 {
-            // Only now is known what the pixels' own surfaces are.
-            self.prepare_lighting(state, settings, &pixel)?;
-            submit(self, &|renderer, cmd| renderer.record_shading(cmd, state, settings, &pixel))?;
-        }
+        self.plan.drawn += 1;
+        self.renderer.near = Some(pixels.camera.near);
         Ok(times)
     }
 
-    /// The targets and the passes of a prepared frame.
-    fn pixel_passes(&self, state: &FrameState, settings: &RenderSettings) -> (&Targets, &PixelPasses) {
-        let lights = LightSet::new(state, self.shadow_view.is_some());
-        let passes = self.pipelines.get(&(settings.shading.plain(), lights)).expect("prepared");
-        (self.targets.as_ref().expect("prepared"), passes)
+    /// Chooses what is drawn in a view, and writes its light. The device must be idle.
+    fn look(&mut self, view: &View, index: u32) -> Result<()> {
+        for surface in &mut self.plan.surfaces {
+            surface.look(view)?;
+        }
+        self.write_lighting(view)?;
+        let FramePlan { state, settings, surfaces, light, .. } = &mut self.plan;
+        match light {
+            Light::Relief { lights, .. } => lights.point(state, settings, view, &casters(surfaces), index),
+            Light::Mapped { .. } => Ok(()),
+        }
     }
 
-    /// Records what comes before any view: waves, sky, irradiance and shadows of the frame, or the shadows of one sample of
-    /// the reference.
-    fn record_lights(&mut self, cmd: &mut Commands, state: &FrameState, settings: &RenderSettings, sub: &SubFrame) {
-        let (timestamps, repeats) = (&self.timestamps, self.repeats);
-        let height_scale = settings.geometry_scale(state.height_scale);
-        let relief = self.reference.as_ref().filter(|_| settings.shadows_of_relief());
-        let first = sub.drawn == 0 && sub.edges.is_none();
-        if let Some(ocean) = self.ocean.as_ref().filter(|_| first) {
-            ocean.record_waves(cmd, state.time, repeats, timestamps);
+    /// Writes the light and the rays of a view. The device must be idle.
+    fn write_lighting(&self, view: &View) -> Result<()> {
+        let FramePlan { state, light, surfaces, .. } = &self.plan;
+        let block = LightingGpu::new(state, view, self.renderer.environment.face_size(), light.sun());
+        let sinks = surfaces.iter().any(|surface| surface.lowers_horizon());
+        self.renderer.lighting.write(0, &[if sinks { block.with_sea_horizon() } else { block }])
+    }
+
+    /// What no view changes: waves, sky, irradiance and shadows, once per frame. The relief's shadows are those of one sample.
+    fn record_light(&mut self, passes: &mut Passes<'_>) {
+        let FramePlan { state, surfaces, light, drawn, .. } = &self.plan;
+        let Renderer { environment, irradiance, shadow, .. } = &mut *self.renderer;
+        let first = *drawn == 0;
+        for surface in surfaces.iter().filter(|_| first) {
+            surface.record_motion(passes);
         }
-        if let Some(relief) = relief {
-            let casters: Vec<_> = self.drawn.iter().filter(|d| d.sun.is_some()).map(|d| &d.object).collect();
-            cmd.label("shadow", |cmd| relief.record_maps(cmd, &casters, height_scale));
-            cmd.timestamp(timestamps, "shadow");
-        } else if first {
-            if let Some(sky) = &state.sky {
-                let moved = cmd.label("sky", |cmd| self.environment.begin_sky(cmd, sky));
-                cmd.timestamp(timestamps, "sky");
-                if moved {
-                    cmd.label("cube mips", |cmd| self.environment.make_mips(cmd));
+        match light {
+            Light::Relief { pass, lights } => {
+                let casters = casters(surfaces);
+                passes.run("shadow", |cmd| pass.record_maps(cmd, lights, &casters));
+            }
+            Light::Mapped { .. } if first => {
+                if let Some(sky) = &state.sky {
+                    let mut moved = false;
+                    passes.run_once("sky", |cmd| moved = environment.begin_sky(cmd, sky));
+                    passes.run_once("cube mips", |cmd| moved.then(|| environment.make_mips(cmd)).unwrap_or_default());
                 }
-                cmd.timestamp(timestamps, "cube mips");
+                passes.run("irradiance", |cmd| irradiance.record(cmd, environment));
+                passes.run("shadow", |cmd| shadow.record(cmd, surfaces.iter().flat_map(|s| s.casters())));
             }
-            cmd.label_times("irradiance", repeats, |cmd| {
-                self.irradiance.record(cmd, &self.environment, 1.0, &[], [0.0; 3])
-            });
-            cmd.timestamp(timestamps, "irradiance");
-            let casters: Vec<_> =
-                self.drawn.iter().filter_map(|d| d.sun.as_ref().map(|sun| (&d.object, sun))).collect();
-            let casters = if self.shadow_view.is_some() { casters } else { Vec::new() };
-            cmd.label_times("shadow", repeats, |cmd| self.shadow.record(cmd, &casters, height_scale));
-            cmd.timestamp(timestamps, "shadow");
+            Light::Mapped { .. } => {}
         }
     }
 
-    /// Records what a prepared sub-frame sees, filtered: LEADR's Figure 3 down to the shading.
-    fn record_surfaces(&self, cmd: &mut Commands, state: &FrameState, settings: &RenderSettings, sub: &SubFrame) {
-        let (timestamps, repeats) = (&self.timestamps, self.repeats);
-        let (targets, passes) = self.pixel_passes(state, settings);
-        let target = match &targets.edges {
-            Some(edges) if sub.edges.is_some() => &edges.samples,
-            _ => &targets.pixel,
-        };
-        let height_scale = settings.geometry_scale(state.height_scale);
-        let objects: Vec<_> = self.drawn.iter().map(|d| (&d.object, &d.camera)).collect();
-        cmd.label_times("geometry", repeats, |cmd| {
-            self.geometry.record(cmd, &target.visible, &objects, height_scale, settings.mark_inside)
-        });
-        cmd.timestamp(timestamps, "geometry");
-        if let Some(ocean) = &self.ocean {
-            cmd.label_times("sea geometry", repeats, |cmd| ocean.record_geometry(cmd, &target.visible));
-            cmd.timestamp(timestamps, "sea geometry");
-        }
-        if sub.edges.is_some() {
-            let rays = sub.edge_rays(state, settings);
-            cmd.label_times("edges", repeats, |cmd| {
-                let pixel = (&targets.pixel.visible, &targets.pixel.gbuffer);
-                self.edges.record(cmd, pixel, &target.visible, &rays);
-            });
-            cmd.timestamp(timestamps, "edges");
-        }
-        let grid = if sub.edges() { sub.grid } else { 0 };
-        let (size, offset) = sub.image(settings);
-        cmd.label_times("filter", repeats, |cmd| {
-            self.tiles.record(cmd, &target.visible);
-            let objects = objects.iter().filter(|(_, view)| !view.draws.is_empty()).map(|(object, _)| *object);
-            passes.filter.record(
-                cmd,
-                &target.visible,
-                &target.gbuffer,
-                objects,
-                state.height_scale,
-                (state.camera.rays(size, offset), state.camera.near),
-                grid,
-                sub.scissor(),
-            );
-        });
-        cmd.timestamp(timestamps, "filter");
-        if let Some(ocean) = &self.ocean {
-            cmd.label_times("sea filter", repeats, |cmd| ocean.record_filter(cmd, &target.visible, &target.gbuffer));
-            cmd.timestamp(timestamps, "sea filter");
+    /// Geometry: tessellated, displaced, and rasterised; each pixel learns what it sees.
+    fn record_geometry(&self, passes: &mut Passes<'_>, target: &SampleTargets) {
+        let mut begin = Begin::Clear;
+        for surface in &self.plan.surfaces {
+            let draw = |cmd: &mut Commands| surface.draw_geometry(cmd, &target.visible);
+            passes.run(surface.names().geometry, |cmd| target.visible.draw(cmd, begin, draw));
+            begin = Begin::Continue;
         }
     }
 
-    /// Records the shading of edge samples that see other surfaces than their pixels, and joins them all.
-    fn record_edges(&self, cmd: &mut Commands, state: &FrameState, settings: &RenderSettings, sub: &SubFrame) {
-        let (targets, passes) = self.pixel_passes(state, settings);
-        let (Some(edges), Some(EdgePasses { shade, join, .. })) = (&targets.edges, &passes.edges) else { return };
-        let SampleTargets { visible, gbuffer, radiance } = &edges.samples;
-        let inputs = self.shade_inputs(&edges.samples, None);
-        cmd.label_times("shade", self.repeats, |cmd| shade.record(cmd, inputs, radiance, sub.scissor()));
-        cmd.timestamp(&self.timestamps, "shade");
-        let rays = sub.edge_rays(state, settings);
-        cmd.label_times("edges", self.repeats, |cmd| {
-            let lights = (&self.lighting, &self.shadow.map);
-            join.record(cmd, (visible, gbuffer, radiance), &targets.pixel.gbuffer, &edges.joined, lights, &rays);
-        });
-        cmd.timestamp(&self.timestamps, "edges");
+    /// Statistics: what each surface's maps say about the part of it under a pixel.
+    fn record_filter(&self, passes: &mut Passes<'_>, target: &SampleTargets, view: &View, scissor: Option<[u32; 4]>) {
+        let SampleTargets { visible, gbuffer, .. } = target;
+        // Pictures of the statistics are taken of the pixels' own.
+        let mut begin = if view.samples == Samples::Pixels { Begin::Clear } else { Begin::Discard };
+        passes.run("filter", |cmd| self.renderer.tiles.record(cmd, visible));
+        for surface in &self.plan.surfaces {
+            let draw = |cmd: &mut Commands| surface.draw_filter(cmd, visible, view);
+            passes.run(surface.names().filter, |cmd| gbuffer.draw(cmd, begin, scissor, draw));
+            begin = Begin::Continue;
+        }
     }
 
-    /// Records the shading of the pixels, and takes the sample into the mean.
-    fn record_shading(&self, cmd: &mut Commands, state: &FrameState, settings: &RenderSettings, sub: &SubFrame) {
-        let (targets, passes) = self.pixel_passes(state, settings);
-        let SampleTargets { visible, gbuffer, radiance } = &targets.pixel;
-        let relief = self.reference.as_ref().filter(|_| settings.shadows_of_relief());
-        cmd.label_times("shade", self.repeats, |cmd| match relief {
-            Some(pass) => pass.record(cmd, visible, gbuffer, &self.environment, radiance),
-            None => {
-                let edges = targets.edges.as_ref().zip(passes.edges.as_ref());
-                let shade = edges.map_or(&passes.shade, |(_, passes)| &passes.shade_joined);
-                let shares = edges.map(|(targets, _)| &targets.joined.shares);
-                shade.record(cmd, self.shade_inputs(&targets.pixel, shares), radiance, None);
+    /// An image of edge samples: those that see other surfaces than their pixels are shaded, the others add to the pixels'
+    /// statistics.
+    fn record_edges(&self, passes: &mut Passes<'_>, edges: &EdgeSamples, image: &EdgeImage) {
+        let (renderer, targets) = (&*self.renderer, &edges.targets);
+        let (pixels, samples, scissor) = (&self.plan.targets.pixels, &targets.samples, Some(image.scissor));
+        self.record_geometry(passes, samples);
+        passes.run("edges", |cmd| renderer.edges.record(cmd, pixels, &samples.visible, &image.rays));
+        self.record_filter(passes, samples, &image.view, scissor);
+        let inputs = self.shade_inputs(None);
+        passes.run("shade", |cmd| edges.shade.record(cmd, samples, inputs, scissor));
+        let light = JoinLight { lighting: &renderer.lighting, shadow_map: &renderer.shadow.map };
+        let joined = &targets.joined;
+        passes.run("edges", |cmd| edges.join.record(cmd, samples, &pixels.gbuffer, joined, light, &image.rays));
+    }
+
+    /// Shading of the pixels, and the mean of the samples.
+    fn record_shading(&self, passes: &mut Passes<'_>) {
+        let FramePlan { targets, light, edges, drawn, .. } = &self.plan;
+        let Renderer { environment, accumulate, .. } = &*self.renderer;
+        let edges = edges.as_ref().map(|edges| EdgeSum { joined: &edges.targets.joined, samples: edges.samples });
+        passes.run("shade", |cmd| match light {
+            Light::Relief { pass, lights } => pass.record(cmd, &targets.pixels, lights, environment),
+            Light::Mapped { shade, .. } => {
+                shade.record(cmd, &targets.pixels, self.shade_inputs(edges.map(|edges| edges.joined)), None);
             }
         });
-        cmd.timestamp(&self.timestamps, "shade");
-        let edges = targets.edges.as_ref().zip(settings.edges()).map(|(edges, samples)| (&edges.joined, samples));
-        cmd.label_times("accumulate", self.repeats, |cmd| {
-            self.accumulate.record(cmd, radiance, edges, &targets.mean, sub.drawn);
-        });
-        cmd.timestamp(&self.timestamps, "accumulate");
+        let radiance = &targets.pixels.radiance;
+        passes.run("accumulate", |cmd| accumulate.record(cmd, radiance, edges, &targets.mean, *drawn));
     }
 
-    fn shade_inputs<'a>(&'a self, target: &'a SampleTargets, shares: Option<&'a Image>) -> ShadeInputs<'a> {
+    fn shade_inputs<'a>(&'a self, joined: Option<&'a JoinedEdges>) -> ShadeInputs<'a> {
+        let Renderer { lighting, environment, irradiance, shadow, .. } = &*self.renderer;
         ShadeInputs {
-            visible: &target.visible,
-            gbuffer: &target.gbuffer,
-            lighting: &self.lighting,
-            cube: self.environment.cube(),
-            radiance_sh: self.irradiance.coefficients(),
-            shadow_map: &self.shadow.map,
-            shares: shares.unwrap_or(&target.visible.depth),
+            lighting,
+            cube: environment.cube(),
+            radiance_sh: irradiance.coefficients(),
+            shadow_map: &shadow.map,
+            joined,
+        }
+    }
+}
+
+impl FramePlan {
+    /// The view of the pixels' own samples in sample `index`.
+    fn pixels(&self, index: u32) -> View {
+        View {
+            camera: self.state.camera,
+            picture: self.settings.size,
+            samples: Samples::Pixels,
+            offset: self.settings.sample_offset(index),
         }
     }
 }

@@ -3,39 +3,26 @@
 use std::sync::Arc;
 
 use crate::gpu::{Gpu, Image, ImageDesc, Result};
-use crate::render::passes::targets::{GBuffer, JoinedEdges, RADIANCE_FORMAT, VisibleSurface};
+use crate::render::passes::targets::{JoinedEdges, RADIANCE_FORMAT, SampleTargets};
 
-/// What a sample of every pixel sees, and its radiance.
-pub struct SampleTargets {
-    pub visible: VisibleSurface,
-    pub gbuffer: GBuffer,
-    pub radiance: Image,
-}
-
-impl SampleTargets {
-    fn new(gpu: &Arc<Gpu>, size: (u32, u32)) -> Result<Self> {
-        let radiance = ImageDesc::new(RADIANCE_FORMAT, size.0, size.1).color_target();
-        Ok(Self {
-            visible: VisibleSurface::new(gpu, size)?,
-            gbuffer: GBuffer::new(gpu, size)?,
-            radiance: Image::new(gpu, "sample", radiance)?,
-        })
-    }
-}
-
-/// Edge samples and what they add up to.
+/// Edge samples and what they add up to. Clones share the images.
+#[derive(Clone)]
 pub struct EdgeTargets {
+    /// An image of edge samples.
     pub samples: SampleTargets,
+    /// What the edge samples of each pixel add up to.
     pub joined: JoinedEdges,
-    /// Edge samples across a pixel in one drawing.
+    /// Edge samples along a side of a pixel in one image.
     pub grid: u32,
 }
 
-/// Image targets of one size.
+/// The images of a frame. Clones share them.
+#[derive(Clone)]
 pub struct Targets {
+    /// Pixels across and down.
     pub size: (u32, u32),
-    /// The sample that a pixel's surface is shaded by.
-    pub pixel: SampleTargets,
+    /// The samples that the pixels' own surfaces are shaded by.
+    pub pixels: SampleTargets,
     /// Where there are edge samples.
     pub edges: Option<EdgeTargets>,
     /// The mean of the samples.
@@ -50,11 +37,12 @@ impl EdgeTargets {
 }
 
 impl Targets {
+    /// For a picture of `size` pixels, with such a grid of edge samples or without any.
     pub fn new(gpu: &Arc<Gpu>, size: (u32, u32), grid: Option<u32>) -> Result<Self> {
         let mean = ImageDesc::new(RADIANCE_FORMAT, size.0, size.1).storage();
         Ok(Self {
             size,
-            pixel: SampleTargets::new(gpu, size)?,
+            pixels: SampleTargets::new(gpu, size)?,
             edges: grid.map(|grid| EdgeTargets::new(gpu, size, grid)).transpose()?,
             mean: Image::new(gpu, "mean", mean)?,
         })

@@ -17,6 +17,15 @@ shared_struct! {
     }
 }
 
+/// The edge samples of a sample.
+#[derive(Clone, Copy)]
+pub struct EdgeSum<'a> {
+    /// What they add up to.
+    pub joined: &'a JoinedEdges,
+    /// Their number in each pixel.
+    pub samples: u32,
+}
+
 /// The accumulation pipeline.
 pub struct AccumulatePass {
     /// Without and with edge samples.
@@ -40,15 +49,8 @@ impl AccumulatePass {
         })
     }
 
-    /// Mixes a `sample`, with so many joined edge samples if it has any, into the `mean` of the `before` before it.
-    pub fn record(
-        &self,
-        cmd: &mut Commands,
-        sample: &Image,
-        edges: Option<(&JoinedEdges, u32)>,
-        mean: &Image,
-        before: u32,
-    ) {
+    /// Mixes the radiance of a `sample`, with its joined edge samples if it has any, into the `mean` of the samples `before` it.
+    pub fn record(&self, cmd: &mut Commands, sample: &Image, edges: Option<EdgeSum<'_>>, mean: &Image, before: u32) {
         cmd.transition(sample, Use::Sampled);
         if before == 0 {
             cmd.image_barrier(mean, Use::Undefined, Use::ComputeReadWrite);
@@ -56,7 +58,7 @@ impl AccumulatePass {
             cmd.transition(mean, Use::ComputeReadWrite);
         }
         let pipeline = &self.pipelines[usize::from(edges.is_some())];
-        let (others, shares) = edges.map_or((sample, sample), |(joined, _)| (&joined.others, &joined.shares));
+        let (others, shares) = edges.map_or((sample, sample), |edges| (&edges.joined.others, &edges.joined.shares));
         cmd.bind(
             pipeline,
             &[
@@ -68,7 +70,7 @@ impl AccumulatePass {
         );
         cmd.push_constants(&Weights {
             weight: 1.0 / (before + 1) as f32,
-            edge_samples: edges.map_or(0, |(_, count)| count) as f32,
+            edge_samples: edges.map_or(0, |edges| edges.samples) as f32,
         });
         let [width, height] = mean.mip_extent(0);
         cmd.dispatch_invocations(pipeline, [width, height, 1]);

@@ -2,18 +2,18 @@
 
 use std::sync::Arc;
 
-use glam::Vec3;
-
 use super::targets::{GBuffer, VisibleSurface};
 use crate::gpu::{
-    AddressMode, ColorTarget, Commands, Descriptor, Filter, Gpu, GraphicsDesc, GraphicsPipeline, Load, Result, Sampler,
-    SharedStruct, SpecValue, Topology, Use,
+    AddressMode, Commands, Descriptor, Filter, Gpu, GraphicsDesc, GraphicsPipeline, Result, Sampler, SharedStruct,
+    SpecValue, Topology,
 };
 use crate::render::settings::Needs;
 use crate::render::surfaces::atlas::{AtlasHeadGpu, PatchLinkGpu};
-use crate::render::surfaces::object::{FLAGS_GRID_SHIFT, FilteredObjectGpu, GpuObject};
+use crate::render::surfaces::object::{FilteredObjectGpu, GpuObject};
+use crate::render::view::View;
 
 /// Pipelines of the filter pass.
+#[derive(Clone)]
 pub struct FilterPass {
     /// For maps that go on where a pixel's footprint does.
     continuous: GraphicsPipeline,
@@ -54,30 +54,16 @@ impl FilterPass {
         })
     }
 
-    /// Fills the G-buffer where an object is visible (elsewhere it stays undefined: depth tells), in the tiles of each object, and
-    /// leaves it readable. `rays` and near plane are those of the image; `grid`: edge samples along a pixel, 0 of the pixels
-    /// themselves; `scissor`: where in it.
-    pub fn record<'a>(
+    /// Filters the maps of objects under the pixels of a view that see them, tile by tile, into the begun G-buffer.
+    /// `height_scale` multiplies that of every object.
+    pub fn draw<'a>(
         &self,
         cmd: &mut Commands,
         visible: &VisibleSurface,
-        target: &GBuffer,
+        view: &View,
         objects: impl Iterator<Item = &'a GpuObject>,
         height_scale: f32,
-        (rays, near): ([Vec3; 3], f32),
-        grid: u32,
-        scissor: Option<[u32; 4]>,
     ) {
-        for image in target.colors() {
-            cmd.image_barrier(image, Use::Undefined, Use::ColorTarget);
-        }
-        // Pictures are taken of the pixels' own.
-        let load = if grid > 0 { Load::Discard } else { Load::ClearUint([0; 4]) };
-        let colors = target.colors().map(|image| ColorTarget { view: image.whole(), load });
-        cmd.begin_rendering(&colors, None);
-        if let Some(area) = scissor {
-            cmd.scissor(area);
-        }
         for object in objects {
             cmd.bind(
                 if object.atlas.tiled { &self.atlas } else { &self.continuous },
@@ -96,14 +82,8 @@ impl FilterPass {
                     ("visible_depth", Descriptor::Sampled(visible.depth.whole(), &self.nearest)),
                 ],
             );
-            let mut constants = object.constants(height_scale, false);
-            constants.flags |= grid << FLAGS_GRID_SHIFT;
-            cmd.push_constants(&FilteredObjectGpu::new(constants, rays, near));
+            cmd.push_constants(&FilteredObjectGpu::new(object.constants(height_scale, false), view));
             visible.tiles.draw(cmd);
-        }
-        cmd.end_rendering();
-        for image in target.colors() {
-            cmd.transition(image, Use::Sampled);
         }
     }
 }

@@ -3,14 +3,12 @@
 use std::sync::Arc;
 
 use super::targets::VisibleSurface;
-use crate::gpu::{
-    ColorTarget, Commands, Depth, DepthTarget, Descriptor, Gpu, GraphicsDesc, GraphicsPipeline, Image, Load, Result,
-    Topology, Use,
-};
-use crate::render::surfaces::object::{GEOMETRY_STRUCTS, GpuObject, ViewBuffers};
+use crate::gpu::{Commands, Depth, Descriptor, Gpu, GraphicsDesc, GraphicsPipeline, Image, Result, Topology};
+use crate::render::surfaces::object_view::{DrawnObject, GEOMETRY_STRUCTS, PosedObject};
 use crate::render::surfaces::tessellation::GUARD_BAND;
 
 /// Pipeline of the geometry pass.
+#[derive(Clone)]
 pub struct GeometryPass {
     pipeline: GraphicsPipeline,
 }
@@ -39,30 +37,18 @@ impl GeometryPass {
         Ok(Self { pipeline })
     }
 
-    /// Clears the targets, draws the objects, and leaves the targets readable.
-    pub fn record(
+    /// Draws objects into the begun targets; `mark_inside`: back faces in a marker colour.
+    pub fn draw<'a>(
         &self,
         cmd: &mut Commands,
         target: &VisibleSurface,
-        objects: &[(&GpuObject, &ViewBuffers)],
-        height_scale: f32,
+        objects: impl Iterator<Item = DrawnObject<'a>>,
         mark_inside: bool,
     ) {
-        for image in target.colors() {
-            cmd.image_barrier(image, Use::Undefined, Use::ColorTarget);
-        }
-        cmd.image_barrier(&target.depth, Use::Undefined, Use::DepthTarget);
-        let colors = target.colors().map(|image| ColorTarget { view: image.whole(), load: Load::ClearUint([0; 4]) });
-        cmd.begin_rendering(&colors, Some(DepthTarget { view: target.depth.whole(), clear: Some(0.0) }));
         guard_band(cmd, &target.depth);
-        for (object, view) in objects {
-            draw_object(cmd, &self.pipeline, object, view, height_scale, mark_inside);
+        for object in objects {
+            draw_object(cmd, &self.pipeline, object, mark_inside);
         }
-        cmd.end_rendering();
-        for image in target.colors() {
-            cmd.transition(image, Use::Sampled);
-        }
-        cmd.transition(&target.depth, Use::Sampled);
     }
 }
 
@@ -75,15 +61,9 @@ pub(crate) fn guard_band(cmd: &mut Commands, target: &Image) {
     cmd.scissor([0, 0, width, height]);
 }
 
-/// Binds and draws one object; shared with the shadow pass.
-pub(crate) fn draw_object(
-    cmd: &mut Commands,
-    pipeline: &GraphicsPipeline,
-    object: &GpuObject,
-    view: &ViewBuffers,
-    height_scale: f32,
-    mark_inside: bool,
-) {
+/// Binds and draws one object; shared with the shadow passes.
+pub(crate) fn draw_object(cmd: &mut Commands, pipeline: &GraphicsPipeline, drawn: DrawnObject<'_>, mark_inside: bool) {
+    let DrawnObject { posed: PosedObject { object, height_scale, .. }, view } = drawn;
     if view.draws.is_empty() {
         return;
     }
@@ -100,7 +80,7 @@ pub(crate) fn draw_object(
             ("height_map", Descriptor::Sampled(object.maps.heights().whole(), &object.sampler)),
         ],
     );
-    cmd.push_constants(&object.constants(height_scale, mark_inside));
+    cmd.push_constants(&object.constants(*height_scale, mark_inside));
     for &(first, count) in &view.draws {
         cmd.draw(first * 4..(first + count) * 4, 0..1);
     }

@@ -13,19 +13,19 @@ use std::sync::Arc;
 use glam::{Vec2, Vec3};
 
 use super::environment_lights::{EnvironmentLights, light_point};
-use super::relief_shadow::{Caster, ReliefShadows, map_size, relief_view};
+use super::relief_shadow::{Caster, ReliefMaps, ReliefShadowPass, map_size, relief_view};
 use super::shadow::ShadowView;
-use super::targets::{GBuffer, RADIANCE_FORMAT, VisibleSurface};
+use super::targets::{RADIANCE_FORMAT, SampleTargets};
 use crate::gpu::{
-    AddressMode, Buffer, ColorTarget, Commands, Descriptor, Filter, Gpu, GraphicsDesc, GraphicsPipeline, Image, Load,
-    Memory, Result, Sampler, SharedStruct, SpecValue, Use, shared_struct,
+    AddressMode, Buffer, ColorTarget, Commands, Descriptor, Filter, Gpu, GraphicsDesc, GraphicsPipeline, Load, Memory,
+    Result, Sampler, SharedStruct, SpecValue, Use, shared_struct,
 };
 use crate::render::light::environment::Environment;
 use crate::render::scene::{FrameState, MAX_POINT_LIGHTS};
 use crate::render::settings::{RenderSettings, Terms};
-use crate::render::surfaces::object::GpuObject;
-use crate::render::surfaces::patch_mesh::PosedVertices;
-use crate::render::surfaces::tessellation::TessellationSettings;
+use crate::render::surfaces::object_view::PosedObject;
+use crate::render::surfaces::sphere::Sphere;
+use crate::render::view::View;
 
 /// Beckmann roughness of the base material from which on its specular environment has shadows.
 pub const MIRROR_ALPHA: f32 = 0.15;
@@ -66,16 +66,13 @@ shared_struct! {
     }
 }
 
-/// The reference's shading, and the maps it looks up.
+/// The pipelines of the reference: its shading, and the shadow maps it looks up.
+#[derive(Clone)]
 pub struct ReferencePass {
     pipeline: GraphicsPipeline,
+    shadows: ReliefShadowPass,
     nearest: Sampler,
     trilinear: Sampler,
-    block: Buffer,
-    shadows: ReliefShadows,
-    environment: Option<EnvironmentLights>,
-    lights: usize,
-    terms: Terms,
 }
 
 impl ReferencePass {
@@ -94,64 +91,102 @@ impl ReferencePass {
         };
         Ok(Self {
             pipeline: GraphicsPipeline::new(gpu, "reference", &desc)?,
+            shadows: ReliefShadowPass::new(gpu)?,
             nearest: Sampler::new(gpu, "nearest", Filter::Nearest, AddressMode::ClampToEdge)?,
             trilinear: Sampler::new(gpu, "environment", Filter::Trilinear, AddressMode::ClampToEdge)?,
-            block: Buffer::new(gpu, "reference lighting", size_of::<ReliefLightingGpu>() as u64, Memory::Upload)?,
-            shadows: ReliefShadows::new(gpu)?,
-            environment: None,
-            lights: 0,
-            terms,
         })
     }
 
-    /// The light that counts.
-    #[must_use]
-    pub fn terms(&self) -> Terms {
-        self.terms
+    /// Draws the shadow maps of a sample that the lights were pointed for.
+    pub fn record_maps(&self, cmd: &mut Commands, lights: &ReliefLights, casters: &[&PosedObject]) {
+        self.shadows.record(cmd, &lights.maps, casters);
     }
 
-    /// Reads the environment, once per frame. The device must be idle, and the cube must show the frame's sky.
+    /// Shades every pixel of the sample's G-buffer.
+    pub fn record(&self, cmd: &mut Commands, sample: &SampleTargets, lights: &ReliefLights, environment: &Environment) {
+        let SampleTargets { visible, gbuffer, radiance } = sample;
+        cmd.image_barrier(radiance, Use::Undefined, Use::ColorTarget);
+        cmd.begin_rendering(&[ColorTarget { view: radiance.whole(), load: Load::Discard }], None);
+        cmd.bind(
+            &self.pipeline,
+            &[
+                ("gbuffer_slopes", Descriptor::Sampled(gbuffer.slopes.whole(), &self.nearest)),
+                ("gbuffer_material", Descriptor::Sampled(gbuffer.material.whole(), &self.nearest)),
+                ("gbuffer_surface", Descriptor::Sampled(gbuffer.surface.whole(), &self.nearest)),
+                ("gbuffer_depth", Descriptor::Sampled(visible.depth.whole(), &self.nearest)),
+                ("lighting", Descriptor::Uniform(&lights.block)),
+                ("environment_cube", Descriptor::Sampled(environment.cube(), &self.trilinear)),
+                ("depth_maps", Descriptor::Sampled(lights.maps.array(), &self.nearest)),
+            ],
+        );
+        cmd.draw(0..3, 0..1);
+        cmd.end_rendering();
+    }
+}
+
+/// The lights of a frame with the maps of what is hidden from them.
+pub struct ReliefLights {
+    block: Buffer,
+    maps: ReliefMaps,
+    environment: Option<EnvironmentLights>,
+    face_size: u32,
+    /// Around the casters, if there are any.
+    bounds: Option<Sphere>,
+    /// Texels along a map.
+    size: u32,
+}
+
+impl ReliefLights {
+    /// The lights of a frame on its casters. The device must be idle, and the environment must show the frame's sky.
     ///
     /// # Errors
     /// A lost device, or memory that is short.
-    pub fn read_environment(&mut self, environment: &Environment) -> Result<()> {
-        self.environment = EnvironmentLights::read(environment)?;
-        Ok(())
+    pub fn new(
+        gpu: &Arc<Gpu>,
+        state: &FrameState,
+        environment: &Environment,
+        casters: &[&PosedObject],
+    ) -> Result<Self> {
+        let bounds = Sphere::enclosing(&casters.iter().map(|posed| posed.bounds()).collect::<Vec<_>>());
+        let size = bounds.map_or(1, |bounds| {
+            let texel = casters.iter().map(|posed| posed.texel_length()).fold(f32::INFINITY, f32::min);
+            map_size(bounds.radius, texel)
+        });
+        let (face_size, environment) = (environment.face_size(), EnvironmentLights::read(environment)?);
+        let points = state.point_lights.len().min(MAX_POINT_LIGHTS);
+        let lights = usize::from(state.sun.is_some()) + usize::from(environment.is_some()) + points;
+        Ok(Self {
+            block: Buffer::new(gpu, "reference lighting", size_of::<ReliefLightingGpu>() as u64, Memory::Upload)?,
+            maps: ReliefMaps::new(gpu, casters, size, if bounds.is_some() { lights } else { 0 })?,
+            environment,
+            face_size,
+            bounds,
+            size,
+        })
     }
 
-    /// Draws the lights of sample `index` and points their maps. `casters`: what throws shadows, the same objects in the
-    /// same order in every call. The device must be idle.
+    /// Draws the lights of sample `index` and points their maps. `view`: the sample's; `casters`: those the lights were
+    /// made for. The device must be idle.
     ///
     /// # Errors
-    /// Memory that is short.
-    pub fn prepare(
+    /// A failed write.
+    pub fn point(
         &mut self,
         state: &FrameState,
         settings: &RenderSettings,
-        casters: &[(&GpuObject, &PosedVertices)],
-        bounds: Option<(Vec3, f32)>,
-        face_size: u32,
+        view: &View,
+        casters: &[&PosedObject],
         index: u32,
-        max_vertices_per_draw: u32,
     ) -> Result<()> {
-        let offset = settings.sample_offset(index);
-        let [x, y, z] = state.camera.rays(settings.size, offset);
+        let [x, y, z] = view.rays();
+        let (width, height) = view.size();
         let mut block = ReliefLightingGpu {
-            rays: [x.extend(0.0), y.extend(0.0), z.extend(state.camera.near)].map(|v| v.to_array()),
-            camera_position: state.camera.position.extend(1.0).to_array(),
-            viewport: [
-                settings.size.0 as f32,
-                settings.size.1 as f32,
-                face_size as f32,
-                f32::from(u8::from(settings.displacement)),
-            ],
+            rays: [x.extend(0.0), y.extend(0.0), z.extend(view.camera.near)].map(|v| v.to_array()),
+            camera_position: view.camera.position.extend(1.0).to_array(),
+            viewport: [width as f32, height as f32, self.face_size as f32, f32::from(u8::from(settings.displacement))],
             ..Default::default()
         };
         let lights = self.lights_of_sample(state, settings, index);
-        let size = bounds.map_or(0, |(_, radius)| {
-            let texel = casters.iter().map(|(object, posed)| object.texel_length(posed)).fold(f32::INFINITY, f32::min);
-            map_size(radius, texel)
-        });
         // Maps move on their own, not with the pixel.
         let [u, v] = light_point(index, !settings.seed);
         let shift = Vec2::new(u as f32, v as f32) - 0.5;
@@ -163,8 +198,8 @@ impl ReferencePass {
             };
             slot.place = place.extend(point).to_array();
             slot.power = light.power.extend(f32::from(u8::from(light.drawn))).to_array();
-            if let Some((centre, radius)) = bounds {
-                let view = relief_view(light.caster, centre, radius, size, shift);
+            if let Some(bounds) = self.bounds {
+                let view = relief_view(light.caster, bounds, self.size, shift);
                 slot.texture_from_world = view.texture_from_world.to_cols_array_2d();
                 slot.world_from_texture = view.texture_from_world.inverse().to_cols_array_2d();
                 slot.map = [views.len() as f32, view.texel, 0.0, 1.0];
@@ -172,10 +207,7 @@ impl ReferencePass {
             }
         }
         block.counts[0] = lights.len() as i32;
-        self.lights = views.len();
-        let tessellation = TessellationSettings { max_vertices_per_draw, ..settings.tessellation };
-        let (scale, lens) = (settings.geometry_scale(state.height_scale), state.camera.lens(settings.size.1));
-        self.shadows.prepare(casters, &views, size.max(1), scale, lens, &tessellation)?;
+        self.maps.point(casters, &views, view.lens(), &settings.tessellation)?;
         self.block.write(0, &[block])
     }
 
@@ -197,39 +229,6 @@ impl ReferencePass {
             drawn: false,
         }));
         lights
-    }
-
-    /// Draws the maps of a prepared sample.
-    pub fn record_maps(&self, cmd: &mut Commands, casters: &[&GpuObject], height_scale: f32) {
-        self.shadows.record(cmd, casters, self.lights, height_scale);
-    }
-
-    /// Shades every pixel of the G-buffer into `target`.
-    pub fn record(
-        &self,
-        cmd: &mut Commands,
-        visible: &VisibleSurface,
-        gbuffer: &GBuffer,
-        environment: &Environment,
-        target: &Image,
-    ) {
-        let Some(maps) = self.shadows.array() else { return };
-        cmd.image_barrier(target, Use::Undefined, Use::ColorTarget);
-        cmd.begin_rendering(&[ColorTarget { view: target.whole(), load: Load::Discard }], None);
-        cmd.bind(
-            &self.pipeline,
-            &[
-                ("gbuffer_slopes", Descriptor::Sampled(gbuffer.slopes.whole(), &self.nearest)),
-                ("gbuffer_material", Descriptor::Sampled(gbuffer.material.whole(), &self.nearest)),
-                ("gbuffer_surface", Descriptor::Sampled(gbuffer.surface.whole(), &self.nearest)),
-                ("gbuffer_depth", Descriptor::Sampled(visible.depth.whole(), &self.nearest)),
-                ("lighting", Descriptor::Uniform(&self.block)),
-                ("environment_cube", Descriptor::Sampled(environment.cube(), &self.trilinear)),
-                ("depth_maps", Descriptor::Sampled(maps, &self.nearest)),
-            ],
-        );
-        cmd.draw(0..3, 0..1);
-        cmd.end_rendering();
     }
 }
 

@@ -12,8 +12,8 @@ use crate::gpu::{
     Commands, Depth, DepthTarget, Gpu, GraphicsDesc, GraphicsPipeline, Image, ImageDesc, ImageView, Result, Topology,
     Use,
 };
-use crate::render::surfaces::object::{GEOMETRY_STRUCTS, GpuObject, ViewBuffers};
-use crate::render::surfaces::patch_mesh::PosedVertices;
+use crate::render::surfaces::object_view::{DrawnObject, GEOMETRY_STRUCTS, PosedObject, ViewBuffers};
+use crate::render::surfaces::sphere::Sphere;
 use crate::render::surfaces::tessellation::{Lens, TessellationSettings};
 
 /// Texels of a map for each texel of the relief, along a side.
@@ -35,14 +35,16 @@ pub enum Caster {
 /// The view of a map of `size` texels that sees a sphere, moved by `offset` texels. [`ShadowView::texel`] of a point light's
 /// is the size at distance 1. A point light inside the sphere sees a wide cone about its centre.
 #[must_use]
-pub fn relief_view(caster: Caster, centre: Vec3, radius: f32, size: u32, offset: Vec2) -> ShadowView {
+pub fn relief_view(caster: Caster, sphere: Sphere, size: u32, offset: Vec2) -> ShadowView {
+    let Sphere { centre, radius } = sphere;
     match caster {
         Caster::Directional(toward) => {
             let (x, y) = toward.any_orthonormal_pair();
             let texel = 2.0 * radius / size as f32;
             // One texel of room for the offset.
             let wider = radius + texel;
-            ShadowView::parallel(toward, centre + (x * offset.x + y * offset.y) * texel, wider, size)
+            let moved = centre + (x * offset.x + y * offset.y) * texel;
+            ShadowView::parallel(toward, Sphere { centre: moved, radius: wider }, size)
         }
         Caster::Point(eye) => {
             let distance = eye.distance(centre);
@@ -75,23 +77,14 @@ pub fn map_size(radius: f32, texel: f32) -> u32 {
     wanted.clamp(MAP_SIZES[0], MAP_SIZES[1]).next_multiple_of(64)
 }
 
-/// The maps and the pipeline that draws them.
-pub struct ReliefShadows {
-    gpu: Arc<Gpu>,
+/// The pipeline that draws the maps.
+#[derive(Clone)]
+pub struct ReliefShadowPass {
     pipeline: GraphicsPipeline,
-    maps: Option<Maps>,
 }
 
-struct Maps {
-    image: Image,
-    array: ImageView,
-    layers: Vec<ImageView>,
-    /// By light, then by object.
-    buffers: Vec<Vec<ViewBuffers>>,
-}
-
-impl ReliefShadows {
-    /// Without maps yet.
+impl ReliefShadowPass {
+    /// The pass.
     ///
     /// # Errors
     /// A failed pipeline.
@@ -104,70 +97,78 @@ impl ReliefShadows {
             structs: &GEOMETRY_STRUCTS,
             ..Default::default()
         };
-        Ok(Self { gpu: gpu.clone(), pipeline: GraphicsPipeline::new(gpu, "relief shadow", &desc)?, maps: None })
+        Ok(Self { pipeline: GraphicsPipeline::new(gpu, "relief shadow", &desc)? })
     }
 
-    /// Makes room for `lights` maps of `size`² texels and points them at the casters. The device must be idle.
-    ///
-    /// # Errors
-    /// Memory that is short.
-    pub fn prepare(
-        &mut self,
-        casters: &[(&GpuObject, &PosedVertices)],
-        views: &[ShadowView],
-        size: u32,
-        height_scale: f32,
-        lens: Lens,
-        tessellation: &TessellationSettings,
-    ) -> Result<()> {
-        let fits =
-            |m: &Maps| m.image.desc().width == size && m.layers.len() >= views.len() && m.buffers.len() >= views.len();
-        if !self.maps.as_ref().is_some_and(fits) {
-            self.maps = None;
-            let layers = views.len().max(1) as u32;
-            let desc = ImageDesc::new(vk::Format::D32_SFLOAT, size, size).depth_target().layers(layers);
-            let image = Image::new(&self.gpu, "relief maps", desc)?;
-            let buffers = || {
-                casters.iter().map(|(object, _)| ViewBuffers::new(&self.gpu, object, "relief")).collect::<Result<_>>()
-            };
-            self.maps = Some(Maps {
-                array: image.array()?,
-                layers: (0..layers).map(|layer| image.mip_layer(0, layer)).collect::<Result<_>>()?,
-                buffers: (0..layers).map(|_| buffers()).collect::<Result<_>>()?,
-                image,
-            });
-        }
-        let maps = self.maps.as_mut().expect("made above");
-        // Divided as for the camera: any other surface would stand out of what the camera sees.
-        let settings = TessellationSettings { cull: false, ..*tessellation };
-        for (view, buffers) in views.iter().zip(&mut maps.buffers) {
-            for (buffers, (object, posed)) in buffers.iter_mut().zip(casters) {
-                let clip = view.clip_from_world;
-                buffers.update(object, posed, height_scale, clip, view.eye, lens, &settings, 1)?;
-            }
-        }
-        Ok(())
-    }
-
-    /// Draws the first `lights` maps and leaves them readable.
-    pub fn record(&self, cmd: &mut Commands, casters: &[&GpuObject], lights: usize, height_scale: f32) {
-        let Some(maps) = &self.maps else { return };
+    /// Draws the maps of the lights they were last pointed from, and leaves them readable. `casters` are those the maps
+    /// were made for.
+    pub fn record(&self, cmd: &mut Commands, maps: &ReliefMaps, casters: &[&PosedObject]) {
         cmd.image_barrier(&maps.image, Use::Undefined, Use::DepthTarget);
-        for (layer, buffers) in maps.layers.iter().zip(&maps.buffers).take(lights) {
+        for (layer, buffers) in maps.layers.iter().zip(&maps.buffers) {
             cmd.begin_rendering(&[], Some(DepthTarget { view: layer, clear: Some(0.0) }));
             guard_band(cmd, &maps.image);
-            for (object, view) in casters.iter().zip(buffers) {
-                draw_object(cmd, &self.pipeline, object, view, height_scale, false);
+            for (posed, view) in casters.iter().zip(buffers) {
+                draw_object(cmd, &self.pipeline, DrawnObject { posed, view }, false);
             }
             cmd.end_rendering();
         }
         cmd.transition(&maps.image, Use::Sampled);
     }
+}
 
-    /// The maps by light, once prepared.
+/// The maps of a frame's lights.
+pub struct ReliefMaps {
+    image: Image,
+    array: ImageView,
+    layers: Vec<ImageView>,
+    /// By light, then by object.
+    buffers: Vec<Vec<ViewBuffers>>,
+}
+
+impl ReliefMaps {
+    /// Maps of `size`² texels for so many lights of these casters.
+    ///
+    /// # Errors
+    /// Memory that is short.
+    pub fn new(gpu: &Arc<Gpu>, casters: &[&PosedObject], size: u32, lights: usize) -> Result<Self> {
+        let layers = lights.max(1) as u32;
+        let desc = ImageDesc::new(vk::Format::D32_SFLOAT, size, size).depth_target().layers(layers);
+        let image = Image::new(gpu, "relief maps", desc)?;
+        let buffers =
+            |_| casters.iter().map(|posed| ViewBuffers::new(gpu, &posed.object, "relief")).collect::<Result<_>>();
+        Ok(Self {
+            array: image.array()?,
+            layers: (0..layers).map(|layer| image.mip_layer(0, layer)).collect::<Result<_>>()?,
+            buffers: (0..lights).map(buffers).collect::<Result<_>>()?,
+            image,
+        })
+    }
+
+    /// Points the maps at the casters they were made for, a view for each light. The device must be idle.
+    ///
+    /// # Errors
+    /// A failed write.
+    pub fn point(
+        &mut self,
+        casters: &[&PosedObject],
+        views: &[ShadowView],
+        lens: Lens,
+        tessellation: &TessellationSettings,
+    ) -> Result<()> {
+        // Divided as for the camera: any other surface would stand out of what the camera sees.
+        let settings = TessellationSettings { cull: false, ..*tessellation };
+        for (view, buffers) in views.iter().zip(&mut self.buffers) {
+            for (buffers, posed) in buffers.iter_mut().zip(casters) {
+                buffers.update(posed, &view.viewpoint(lens), &settings)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// The maps by light.
     #[must_use]
-    pub fn array(&self) -> Option<&ImageView> {
-        self.maps.as_ref().map(|maps| &maps.array)
+    pub fn array(&self) -> &ImageView {
+        &self.array
     }
 }
 
@@ -183,7 +184,7 @@ mod tests {
             Caster::Point(Vec3::new(7.0, 1.0, 6.0)),
             Caster::Point(centre + Vec3::X * 20.0),
         ] {
-            let view = |offset| relief_view(caster, centre, radius, size, offset);
+            let view = |offset| relief_view(caster, Sphere { centre, radius }, size, offset);
             let still = view(Vec2::ZERO);
             for axis in [Vec3::X, Vec3::NEG_X, Vec3::Y, Vec3::NEG_Y, Vec3::Z, Vec3::NEG_Z] {
                 let s = still.texture_from_world.project_point3(centre + axis * radius * 0.999);

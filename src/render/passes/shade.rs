@@ -3,14 +3,15 @@
 use std::sync::Arc;
 
 use super::shadow::ShadowView;
-use super::targets::{GBuffer, RADIANCE_FORMAT, VisibleSurface};
+use super::targets::{JoinedEdges, RADIANCE_FORMAT, SampleTargets};
 use crate::gpu::{
     AddressMode, Buffer, ColorTarget, Commands, Descriptor, Filter, Gpu, GraphicsDesc, GraphicsPipeline, Image,
     ImageView, Load, Result, Sampler, SharedStruct, SpecValue, Topology, Use, shared_struct,
 };
 use crate::render::scene::{FrameState, MAX_POINT_LIGHTS};
 use crate::render::settings::Shading;
-use glam::{Mat4, Vec2, Vec3};
+use crate::render::view::View;
+use glam::{Mat4, Vec3};
 
 shared_struct! {
     /// The light block (`Lighting` in `passes/shade/shade.frag`).
@@ -38,30 +39,23 @@ shared_struct! {
 }
 
 impl LightingGpu {
-    /// The block for an image of `size` with `grid` pixels along one of the picture.
+    /// The block for an image of the scene under an environment of `cube_size` texels along a face.
     #[must_use]
-    pub fn new(
-        state: &FrameState,
-        size: (u32, u32),
-        grid: u32,
-        jitter: Vec2,
-        cube_size: u32,
-        shadow: Option<&ShadowView>,
-    ) -> Self {
+    pub fn new(state: &FrameState, view: &View, cube_size: u32, shadow: Option<&ShadowView>) -> Self {
         let four = |v: Vec3, w: f32| v.extend(w).to_array();
         let (sun_direction, sun_irradiance) = state.sun.map_or(([0.0, 0.0, 1.0, 0.0], [0.0; 4]), |sun| {
             (four(sun.direction.normalize_or(Vec3::Z), 0.0), four(sun.irradiance, 0.0))
         });
-        let [x, y, z] = state.camera.rays(size, jitter);
+        let ([x, y, z], size) = (view.rays(), view.size());
         let mut block = Self {
-            rays: [four(x, 0.0), four(y, 0.0), four(z, state.camera.near)],
+            rays: [four(x, 0.0), four(y, 0.0), four(z, view.camera.near)],
             shadow_from_world: shadow.map_or(Mat4::IDENTITY, |s| s.texture_from_world).to_cols_array_2d(),
-            camera_position: four(state.camera.position, 1.0),
+            camera_position: four(view.camera.position, 1.0),
             sun_direction,
             sun_irradiance,
             point_position: [[0.0; 4]; MAX_POINT_LIGHTS],
             point_intensity: [[0.0; 4]; MAX_POINT_LIGHTS],
-            viewport: [size.0 as f32, size.1 as f32, grid as f32, 0.0],
+            viewport: [size.0 as f32, size.1 as f32, view.grid() as f32, 0.0],
             environment: [cube_size as f32, 1.0, shadow.map_or(0.0, |s| s.texel), -1e9],
         };
         for (i, light) in state.point_lights.iter().take(MAX_POINT_LIGHTS).enumerate() {
@@ -101,11 +95,11 @@ impl LightSet {
 }
 
 /// What the shading pass has to do with edge samples (`EDGES_` in `passes/shade/settings.glsl`).
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Edges {
-    /// There are none.
+    /// The frame has none.
     None = 0,
-    /// It shades them, but for what [`EdgePass`](super::edges::EdgePass) marked.
+    /// It shades edge samples, except those that [`EdgePass`](super::edges::EdgePass) marked.
     Shaded = 1,
     /// It shades pixels whose edge samples were joined.
     Joined = 2,
@@ -114,10 +108,6 @@ pub enum Edges {
 /// What the shading pass reads.
 #[derive(Clone, Copy)]
 pub struct ShadeInputs<'a> {
-    /// For its depth, and what is marked in it.
-    pub visible: &'a VisibleSurface,
-    /// What the filter pass found.
-    pub gbuffer: &'a GBuffer,
     /// The [`LightingGpu`] block.
     pub lighting: &'a Buffer,
     /// The environment cube, with mips.
@@ -126,25 +116,38 @@ pub struct ShadeInputs<'a> {
     pub radiance_sh: &'a Buffer,
     /// The shadow map.
     pub shadow_map: &'a Image,
-    /// [`JoinedEdges::shares`](super::targets::JoinedEdges) where edge samples were joined; otherwise any sampled float image.
-    pub shares: &'a Image,
+    /// What the edge samples of each pixel add up to, where they were joined.
+    pub joined: Option<&'a JoinedEdges>,
+}
+
+/// What the pipelines of the shading pass depend on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct ShadeKind {
+    /// How surfaces are shaded; [plain](Shading::plain), since nothing else matters.
+    pub shading: Shading,
+    /// By which lights.
+    pub lights: LightSet,
+    /// With or without edge samples.
+    pub edges: Edges,
 }
 
 /// The pipelines of the shading pass.
+#[derive(Clone)]
 pub struct ShadePass {
     surfaces: GraphicsPipeline,
-    /// Of tiles without any surface, which most of the shading is not for. None for edge samples: few are shaded.
+    /// For tiles that see no surface, which need little of the shading; none for edge samples, few of which are shaded.
     sky: Option<GraphicsPipeline>,
     nearest: Sampler,
     trilinear: Sampler,
 }
 
 impl ShadePass {
-    /// The pass for a technique with its settings, and for lights.
+    /// The pass of one kind.
     ///
     /// # Errors
     /// A failed pipeline.
-    pub fn new(gpu: &Arc<Gpu>, shading: Shading, lights: LightSet, edges: Edges) -> Result<Self> {
+    pub fn new(gpu: &Arc<Gpu>, kind: ShadeKind) -> Result<Self> {
+        let ShadeKind { shading, lights, edges } = kind;
         let lit = [
             ("FIRST_LIGHT", SpecValue::I32(i32::from(!lights.sun))),
             ("SUN_SHADOWS", SpecValue::Bool(lights.shadows)),
@@ -173,14 +176,22 @@ impl ShadePass {
         })
     }
 
-    /// Shades every pixel of the G-buffer, or those of a scissor, into `target`.
-    pub fn record(&self, cmd: &mut Commands, inputs: ShadeInputs<'_>, target: &Image, scissor: Option<[u32; 4]>) {
-        let ShadeInputs { visible, gbuffer, .. } = inputs;
-        cmd.image_barrier(target, Use::Undefined, Use::ColorTarget);
-        cmd.begin_rendering(&[ColorTarget { view: target.whole(), load: Load::Discard }], None);
+    /// Shades every pixel of a filtered sample, or those of a scissor.
+    pub fn record(
+        &self,
+        cmd: &mut Commands,
+        sample: &SampleTargets,
+        inputs: ShadeInputs<'_>,
+        scissor: Option<[u32; 4]>,
+    ) {
+        let SampleTargets { visible, gbuffer, radiance } = sample;
+        cmd.image_barrier(radiance, Use::Undefined, Use::ColorTarget);
+        cmd.begin_rendering(&[ColorTarget { view: radiance.whole(), load: Load::Discard }], None);
         if let Some(area) = scissor {
             cmd.scissor(area);
         }
+        // Pipelines without joined edge samples need some float image in their place.
+        let shares = inputs.joined.map_or(&visible.depth, |joined| &joined.shares);
         let everywhere = [
             ("visible_surface", Descriptor::Sampled(visible.surface.whole(), &self.nearest)),
             ("TileRecords", Descriptor::Storage(&visible.tiles.records)),
@@ -192,7 +203,7 @@ impl ShadePass {
             ("gbuffer_material", Descriptor::Sampled(gbuffer.material.whole(), &self.nearest)),
             ("gbuffer_surface", Descriptor::Sampled(gbuffer.surface.whole(), &self.nearest)),
             ("gbuffer_depth", Descriptor::Sampled(visible.depth.whole(), &self.nearest)),
-            ("shares", Descriptor::Sampled(inputs.shares.whole(), &self.nearest)),
+            ("shares", Descriptor::Sampled(shares.whole(), &self.nearest)),
             ("Irradiance", Descriptor::Storage(inputs.radiance_sh)),
             ("shadow_map", Descriptor::Sampled(inputs.shadow_map.whole(), &self.nearest)),
         ];

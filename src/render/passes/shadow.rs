@@ -9,7 +9,9 @@ use super::geometry::{draw_object, guard_band};
 use crate::gpu::{
     Commands, Depth, DepthTarget, Gpu, GraphicsDesc, GraphicsPipeline, Image, ImageDesc, Result, Topology, Use,
 };
-use crate::render::surfaces::object::{GEOMETRY_STRUCTS, GpuObject, ViewBuffers};
+use crate::render::surfaces::object_view::{DrawnObject, GEOMETRY_STRUCTS, Viewpoint};
+use crate::render::surfaces::sphere::Sphere;
+use crate::render::surfaces::tessellation::Lens;
 
 /// Where the shadow map looks from.
 #[derive(Clone, Copy, Debug)]
@@ -25,20 +27,22 @@ pub struct ShadowView {
 }
 
 impl ShadowView {
-    /// A view toward which points `sun`, around a sphere, in a map of `size` texels. The sphere's centre is snapped to
+    /// A view from the sun, whose unit direction is `sun`, of a sphere in a map of `size` texels. The sphere's centre is snapped to
     /// the texel grid, so that shadows of a moving caster do not crawl.
     #[must_use]
-    pub fn around(sun: Vec3, centre: Vec3, radius: f32, size: u32) -> Self {
+    pub fn around(sun: Vec3, sphere: Sphere, size: u32) -> Self {
+        let Sphere { centre, radius } = sphere;
         let (x, y) = sun.any_orthonormal_pair();
         let texel = 2.0 * radius / size as f32;
         let off_grid = |v: f32| (v / texel).round() * texel - v;
         let snapped = centre + x * off_grid(centre.dot(x)) + y * off_grid(centre.dot(y));
-        Self::parallel(sun, snapped, radius, size)
+        Self::parallel(sun, Sphere { centre: snapped, radius }, size)
     }
 
     /// The same without snapping.
     #[must_use]
-    pub fn parallel(sun: Vec3, centre: Vec3, radius: f32, size: u32) -> Self {
+    pub fn parallel(sun: Vec3, sphere: Sphere, size: u32) -> Self {
+        let Sphere { centre, radius } = sphere;
         let (x, y) = sun.any_orthonormal_pair();
         let texel = 2.0 * radius / size as f32;
         let (cx, cy, cz) = (centre.dot(x), centre.dot(y), centre.dot(sun));
@@ -53,6 +57,12 @@ impl ShadowView {
         .transpose();
         let to_texture = Mat4::from_translation(Vec3::new(0.5, 0.5, 0.0)) * Mat4::from_scale(Vec3::new(0.5, 0.5, 1.0));
         Self { clip_from_world, texture_from_world: to_texture * clip_from_world, texel, eye: centre + sun * radius }
+    }
+
+    /// From where casters are drawn that are divided for the camera's `lens`.
+    #[must_use]
+    pub fn viewpoint(&self, lens: Lens) -> Viewpoint {
+        Viewpoint { clip_from_world: self.clip_from_world, eye: self.eye, lens, grid: 1 }
     }
 }
 
@@ -86,12 +96,12 @@ impl ShadowPass {
     }
 
     /// Draws the casters and leaves the map readable.
-    pub fn record(&self, cmd: &mut Commands, casters: &[(&GpuObject, &ViewBuffers)], height_scale: f32) {
+    pub fn record<'a>(&self, cmd: &mut Commands, casters: impl Iterator<Item = DrawnObject<'a>>) {
         cmd.image_barrier(&self.map, Use::Undefined, Use::DepthTarget);
         cmd.begin_rendering(&[], Some(DepthTarget { view: self.map.whole(), clear: Some(0.0) }));
         guard_band(cmd, &self.map);
-        for (object, view) in casters {
-            draw_object(cmd, &self.pipeline, object, view, height_scale, false);
+        for caster in casters {
+            draw_object(cmd, &self.pipeline, caster, false);
         }
         cmd.end_rendering();
         cmd.transition(&self.map, Use::Sampled);
@@ -106,7 +116,7 @@ mod tests {
     fn the_sphere_fills_the_map_and_the_sunward_side_is_nearest() {
         let sun = Vec3::new(0.3, -0.5, 0.8).normalize();
         let centre = Vec3::new(3.0, 1.0, 2.0);
-        let view = ShadowView::around(sun, centre, 5.0, 1000);
+        let view = ShadowView::around(sun, Sphere { centre, radius: 5.0 }, 1000);
         let at = |p: Vec3| view.texture_from_world.project_point3(p);
         assert!((at(centre) - Vec3::splat(0.5)).length() < 2e-3);
         assert!((at(centre + sun * 5.0).z - 1.0).abs() < 1e-5);

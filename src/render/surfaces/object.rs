@@ -1,33 +1,16 @@
-//! An [`Object`] on the device, and its buffers for one view of it.
+//! An [`Object`] on the device.
 
 use std::sync::Arc;
 
 use ash::vk;
-use glam::{Mat4, Vec4};
 
 use super::atlas::AtlasGpu;
 use super::displacement::{Border, BoundaryHeights, EDGE_LEVELS, HeightField};
 use super::moments::{Edges, HeightSource, LeadrMapGpu, MomentFormat};
-use super::patch_mesh::PosedVertices;
-use super::tessellation::{DrawList, GUARD_BAND, Lens, PosedMesh, TessellationSettings};
 use super::topology::Topology;
-use crate::gpu::{
-    AddressMode, Buffer, Filter, Gpu, Image, ImageDesc, Memory, Result, Sampler, SharedStruct, StructLayout,
-    shared_struct,
-};
+use crate::gpu::{AddressMode, Buffer, Filter, Gpu, Image, ImageDesc, Result, Sampler, shared_struct};
 use crate::render::scene::Object;
-
-shared_struct! {
-    /// One vertex as the shaders read it (`Vertex` in `passes/geometry/interface.glsl`).
-    pub struct VertexGpu for "Vertex" {
-        /// World position; w: ambient accessibility.
-        pub position: [f32; 4],
-        /// World displacement direction; w: LOD of the boundary heights.
-        pub normal: [f32; 4],
-        /// Linear albedo; a: Beckmann roughness.
-        pub color: [f32; 4],
-    }
-}
+use crate::render::view::{Samples, View};
 
 shared_struct! {
     /// One patch as the shaders read it (`PatchData`).
@@ -47,16 +30,6 @@ shared_struct! {
 
 /// Most objects in a scene: the G-buffer has six bits for them, the sea and nothing.
 pub const MAX_OBJECTS: usize = 62;
-
-shared_struct! {
-    /// The view block (`View`).
-    pub struct ViewGpu for "View" {
-        /// World to the clip space of a viewport [`GUARD_BAND`] times the image.
-        pub clip_from_world: [[f32; 4]; 4],
-        /// Position of the viewer; w: pixels of this image along one of the picture.
-        pub camera_position: [f32; 4],
-    }
-}
 
 shared_struct! {
     /// Push constants of the geometry stages (`Object`).
@@ -92,18 +65,19 @@ shared_struct! {
 }
 
 impl FilteredObjectGpu {
-    /// Of an object in an image with these rays.
+    /// Of an object in an image of the scene.
     #[must_use]
-    pub fn new(object: ObjectGpu, [x, y, middle]: [glam::Vec3; 3], near: f32) -> Self {
-        let ObjectGpu { height_scale, specular_f0, flags, index, relief } = object;
-        let [ray_x, ray_y, ray_middle] = [x.extend(0.0), y.extend(0.0), middle.extend(near)].map(|v| v.to_array());
+    pub fn new(object: ObjectGpu, view: &View) -> Self {
+        let ObjectGpu { height_scale, specular_f0, mut flags, index, relief } = object;
+        if let Samples::Edges { grid } = view.samples {
+            flags |= grid << FLAGS_GRID_SHIFT;
+        }
+        let [x, y, middle] = view.rays();
+        let [ray_x, ray_y, ray_middle] =
+            [x.extend(0.0), y.extend(0.0), middle.extend(view.camera.near)].map(|v| v.to_array());
         Self { height_scale, specular_f0, flags, index, relief, padding: [0; 3], ray_x, ray_y, ray_middle }
     }
 }
-
-/// What the stages of the geometry pass share.
-pub const GEOMETRY_STRUCTS: [StructLayout; 4] =
-    [ViewGpu::LAYOUT, VertexGpu::LAYOUT, PatchGpu::LAYOUT, ObjectGpu::LAYOUT];
 
 /// The object has LEADR maps.
 pub const FLAG_DISPLACED: u32 = 1;
@@ -111,8 +85,8 @@ pub const FLAG_DISPLACED: u32 = 1;
 pub const FLAG_COLOR_MAP: u32 = 2;
 /// Back faces are painted in the marker colour.
 pub const FLAG_MARK_INSIDE: u32 = 4;
-/// Above the flags, in the filter pass: edge samples across a pixel.
-pub const FLAGS_GRID_SHIFT: u32 = 8;
+/// Above the flags, in the filter pass: edge samples along a side of a pixel, 0 for the sample of the pixel itself.
+const FLAGS_GRID_SHIFT: u32 = 8;
 
 /// What of an object stays the same from frame to frame.
 pub struct GpuObject {
@@ -120,11 +94,11 @@ pub struct GpuObject {
     pub object: Object,
     /// Edges of its mesh.
     pub topology: Topology,
-    height_range: Vec<[f32; 2]>,
+    pub(super) height_range: Vec<[f32; 2]>,
     /// Of all heights, before scaling.
     relief: f32,
-    edge_texels: Vec<f32>,
-    edge_relief: Vec<f32>,
+    pub(super) edge_texels: Vec<f32>,
+    pub(super) edge_relief: Vec<f32>,
     /// `PatchData` of every patch.
     pub patches: Buffer,
     /// What the filter pass knows of the surface beyond a patch's tile.
@@ -248,26 +222,6 @@ impl GpuObject {
             relief: self.relief * (height_scale * self.object.height_scale).abs(),
         }
     }
-
-    /// World length of a texel of the heights, on average; infinite without any.
-    #[must_use]
-    pub fn texel_length(&self, posed: &PosedVertices) -> f32 {
-        let lengths =
-            self.topology.edges.iter().map(|e| posed.positions[e[0] as usize].distance(posed.positions[e[1] as usize]));
-        let texels: f32 = self.edge_texels.iter().sum();
-        if texels > 0.0 { lengths.sum::<f32>() / texels } else { f32::INFINITY }
-    }
-
-    /// The bounding sphere of the posed object, bumps included.
-    #[must_use]
-    pub fn bounds(&self, posed: &PosedVertices, height_scale: f32) -> (glam::Vec3, f32) {
-        let (low, high) = posed
-            .positions
-            .iter()
-            .fold((glam::Vec3::INFINITY, glam::Vec3::NEG_INFINITY), |(low, high), &p| (low.min(p), high.max(p)));
-        let bump = self.height_range.iter().flatten().fold(0.0f32, |a, h| a.max(h.abs()));
-        ((low + high) * 0.5, low.distance(high) * 0.5 + bump * (height_scale * self.object.height_scale).abs())
-    }
 }
 
 /// The LEADR maps of a height field; without one, those of a single zero height that nothing will sample.
@@ -281,95 +235,4 @@ fn leadr_maps(gpu: &Arc<Gpu>, field: Option<&HeightField>) -> Result<LeadrMapGpu
     };
     let source = HeightSource { width: field.width, height: field.height, texels: &field.texels };
     LeadrMapGpu::new(gpu, source, edges, MomentFormat::Float32)
-}
-
-/// The buffers of one object in one view (the camera, or the sun's shadow map).
-pub struct ViewBuffers {
-    /// `Vertex` of every vertex.
-    pub vertices: Buffer,
-    /// Tessellation factor of every edge.
-    pub edge_factors: Buffer,
-    /// Patches to draw.
-    pub visible: Buffer,
-    /// The [`ViewGpu`] block.
-    pub view: Buffer,
-    /// Draws over `visible`.
-    pub draws: Vec<(u32, u32)>,
-    /// Bound on the triangles of these draws.
-    pub triangles: u64,
-    /// Visible patches.
-    pub patches: u32,
-}
-
-impl ViewBuffers {
-    /// Buffers large enough for every patch of the object.
-    ///
-    /// # Errors
-    /// Memory that is short.
-    pub fn new(gpu: &Arc<Gpu>, object: &GpuObject, view: &str) -> Result<Self> {
-        let name = &object.object.name;
-        let buffer = |what: &str, count: usize, size: usize| {
-            Buffer::new(gpu, &format!("{name} {view} {what}"), (count.max(1) * size) as u64, Memory::Upload)
-        };
-        let mesh = &object.object.mesh;
-        Ok(Self {
-            vertices: buffer("vertices", mesh.positions.len(), size_of::<VertexGpu>())?,
-            edge_factors: buffer("edge factors", object.topology.edges.len(), 4)?,
-            visible: buffer("visible patches", mesh.patches.len(), 4)?,
-            view: buffer("view", 1, size_of::<ViewGpu>())?,
-            draws: Vec::new(),
-            triangles: 0,
-            patches: 0,
-        })
-    }
-
-    /// Chooses factors, culls, and writes the buffers, for an image with `grid` pixels along one of the lens. The device must
-    /// not be reading them.
-    ///
-    /// # Errors
-    /// None in practice; a failed write.
-    pub fn update(
-        &mut self,
-        object: &GpuObject,
-        posed: &PosedVertices,
-        height_scale: f32,
-        clip_from_world: Mat4,
-        eye: glam::Vec3,
-        lens: Lens,
-        settings: &TessellationSettings,
-        grid: u32,
-    ) -> Result<()> {
-        let mesh = &object.object.mesh;
-        let posed_mesh = PosedMesh {
-            mesh,
-            topology: &object.topology,
-            positions: &posed.positions,
-            normals: &posed.normals,
-            edge_texels: &object.edge_texels,
-            edge_relief: &object.edge_relief,
-            height_range: &object.height_range,
-            height_scale: height_scale * object.object.height_scale,
-        };
-        let list = DrawList::new(posed_mesh, clip_from_world, lens, settings);
-        let vertices: Vec<VertexGpu> = (0..mesh.positions.len())
-            .map(|i| VertexGpu {
-                position: posed.positions[i].extend(mesh.accessibility.get(i).copied().unwrap_or(1.0)).to_array(),
-                normal: posed.normals[i].extend(list.vertex_lods[i]).to_array(),
-                color: mesh.colors.get(i).copied().unwrap_or([0.5, 0.5, 0.5, 0.5]),
-            })
-            .collect();
-        self.vertices.write(0, &vertices)?;
-        self.edge_factors.write(0, &list.edge_factors)?;
-        self.visible.write(0, &list.visible)?;
-        let shrink = Mat4::from_scale(glam::Vec3::new(1.0 / GUARD_BAND, 1.0 / GUARD_BAND, 1.0));
-        let view = ViewGpu {
-            clip_from_world: (shrink * clip_from_world).to_cols_array_2d(),
-            camera_position: Vec4::from((eye, grid as f32)).to_array(),
-        };
-        self.view.write(0, &[view])?;
-        self.draws = list.draws;
-        self.triangles = list.triangles;
-        self.patches = list.visible.len() as u32;
-        Ok(())
-    }
 }

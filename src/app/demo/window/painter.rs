@@ -8,11 +8,10 @@ use crate::app::error::AppError;
 use crate::gpu::{CommandRecorder, Swapchain, Timestamps, Use};
 use crate::maps::RgbImage;
 use crate::maps::tonemap::Tonemap;
-use crate::render::frame::{PassTime, Renderer};
+use crate::render::frame::{PassTime, PausedFrame, Renderer};
 use crate::render::passes::present::PresentPass;
 use crate::render::scene::FrameState;
 use crate::render::settings::RenderSettings;
-use crate::render::surfaces::patch_mesh::PosedVertices;
 
 /// Draws into one window. One frame is in flight: the renderer's mapped buffers belong to the device until it is done.
 pub struct Painter {
@@ -29,11 +28,8 @@ pub struct Painter {
 }
 
 struct Shown {
-    state: FrameState,
-    posed: Vec<PosedVertices>,
+    frame: PausedFrame,
     settings: RenderSettings,
-    /// Samples in the renderer's image.
-    samples: u32,
 }
 
 impl Painter {
@@ -76,7 +72,9 @@ impl Painter {
     /// Whether [`draw`](Self::draw) has samples to add.
     #[must_use]
     pub fn is_complete(&self, samples: u32) -> bool {
-        self.shown.as_ref().is_some_and(|shown| shown.settings.samples == samples.max(1) && shown.samples >= samples)
+        self.shown
+            .as_ref()
+            .is_some_and(|shown| shown.settings.samples == samples.max(1) && shown.frame.samples() >= samples)
     }
 
     /// Draws a frame in a window of `size` pixels: the scene's `state` when it moves; without one, a further sample
@@ -100,21 +98,20 @@ impl Painter {
         let [width, height] = frame.image.mip_extent(0);
         let still = RenderSettings { size: (width, height), samples: settings.samples.max(1), ..*settings };
         let moving = RenderSettings { samples: 1, ..still };
-        let sample = match (state, self.shown.take()) {
-            (Some(state), _) => Some(self.begin(state, moving)?),
-            (None, Some(shown)) if shown.settings != still => Some(self.begin(shown.state, still)?),
-            (None, Some(shown)) => {
-                let next = shown.samples;
-                self.shown = Some(shown);
-                (next < still.samples).then_some(next)
+        let (paused, settings) = match (state, self.shown.take()) {
+            (Some(state), _) => (self.renderer.prepare(&state, &moving)?.pause(), moving),
+            (None, Some(shown)) if shown.settings != still => {
+                let state = shown.frame.into_state();
+                (self.renderer.prepare(&state, &still)?.pause(), still)
             }
-            (None, None) => None,
+            (None, Some(shown)) => (shown.frame, still),
+            (None, None) => return Err(AppError::Failed("the window has no scene".into())),
         };
-        let Some(shown) = &mut self.shown else { return Err(AppError::Failed("the window has no scene".into())) };
-        if let Some(index) = sample {
-            self.times = self.renderer.draw_sample(&shown.state, &shown.settings, &shown.posed, index, index)?;
-            shown.samples = index + 1;
+        let mut prepared = self.renderer.resume(paused)?;
+        if prepared.samples() < settings.samples {
+            self.times = prepared.draw_sample(prepared.samples())?;
         }
+        self.shown = Some(Shown { frame: prepared.pause(), settings });
         let (renderer, pass, timestamps) = (&self.renderer, &self.pass, &self.timestamps);
         self.recorder.record("window frame", |cmd| {
             cmd.full_barrier();
@@ -128,13 +125,6 @@ impl Painter {
         })?;
         self.swapchain.present(&mut self.recorder, frame)?;
         Ok(true)
-    }
-
-    /// Poses a state for its first sample, which it returns.
-    fn begin(&mut self, state: FrameState, settings: RenderSettings) -> Result<u32, AppError> {
-        let posed = self.renderer.prepare(&state, &settings)?;
-        self.shown = Some(Shown { state, posed, settings, samples: 0 });
-        Ok(0)
     }
 
     /// The picture in the window, linear.

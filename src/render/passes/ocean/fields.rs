@@ -54,6 +54,7 @@ pub enum Content {
 ///
 /// `J` is the Jacobian of the horizontal movement, `s` the slope of the moved surface, `w = det J` its area per area of sea at
 /// rest: moments are per area of the moved sea, `E[s] = Σ w s / Σ w`.
+#[derive(Clone)]
 pub struct OceanFields {
     rows: ComputePipeline,
     columns: ComputePipeline,

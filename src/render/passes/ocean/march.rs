@@ -3,7 +3,7 @@
 
 use std::sync::Arc;
 
-use glam::{Mat3, Mat4, Vec3};
+use glam::Mat3;
 
 use super::fields::{CascadeGpu, Content, OceanFields, RESOLUTIONS};
 use super::filter::WaterGpu;
@@ -12,6 +12,7 @@ use crate::gpu::{
     Sampler, SharedStruct, SpecValue, Topology, shared_struct,
 };
 use crate::render::passes::targets::{GBuffer, VisibleSurface};
+use crate::render::surfaces::object_view::Viewpoint;
 use crate::render::surfaces::ocean::SEA_INDEX;
 use crate::render::surfaces::ocean::mesh::EARTH;
 use crate::render::surfaces::ocean::waves::Cascade;
@@ -44,7 +45,8 @@ fn limits(deviations: &[[f64; 2]]) -> Vec<[f32; 2]> {
         .collect()
 }
 
-/// The passes of the reference.
+/// The passes of the reference, and the waves they look at. Clones share them.
+#[derive(Clone)]
 pub struct OceanMarch {
     fields: OceanFields,
     march: GraphicsPipeline,
@@ -99,14 +101,15 @@ impl OceanMarch {
     ///
     /// # Errors
     /// A failed write.
-    pub fn update(&self, clip_from_world: Mat4, eye: Vec3, near: f32, level: f32) -> Result<()> {
+    pub fn update(&self, from: &Viewpoint, level: f32) -> Result<()> {
+        let Viewpoint { clip_from_world, eye, lens, .. } = *from;
         // x, y and w of clip space are linear in the direction from the eye, and w is the length along the view axis.
         let rows = clip_from_world.transpose();
         let linear = Mat3::from_cols(rows.x_axis.truncate(), rows.y_axis.truncate(), rows.w_axis.truncate());
         let rays = linear.transpose().inverse();
         let view = ViewGpu {
             rays: [rays.x_axis, rays.y_axis, rays.z_axis].map(|v| v.extend(0.0).to_array()),
-            eye: [eye.z - level, 0.5 / EARTH, near, self.bound],
+            eye: [eye.z - level, 0.5 / EARTH, lens.near, self.bound],
             centre: [eye.x, eye.y, 0.0, 0.0],
         };
         self.view.write(0, &[view])

@@ -6,10 +6,12 @@ use ash::vk;
 use glam::{DVec2, DVec3, Vec2, Vec3};
 use half::f16;
 
-use crate::gpu::{Gpu, Image, ImageDesc, Result};
+use super::begin::Begin;
+use crate::gpu::{Commands, Gpu, Image, ImageDesc, Result, Use};
 use crate::reflectance::frame::octahedral_decode;
 
 /// The LEADR G-buffer: everything a pixel needs to be shaded, 40 bytes (`passes/gbuffer.glsl`) and the depth of [`VisibleSurface`](super::VisibleSurface).
+#[derive(Clone)]
 pub struct GBuffer {
     /// Octahedral displacement direction, mean slope in its frame, covariance `sxy`; RGBA32UI.
     pub slopes: Image,
@@ -60,6 +62,21 @@ impl GBuffer {
     #[must_use]
     pub fn colors(&self) -> [&Image; 3] {
         [&self.slopes, &self.material, &self.surface]
+    }
+
+    /// Has the pixels of a kind of surface filtered into it, where the scissor is (x, y, width, height), and leaves it readable:
+    /// the first kind begins the image, the others go on with it.
+    pub fn draw(&self, cmd: &mut Commands, begin: Begin, scissor: Option<[u32; 4]>, draw: impl FnOnce(&mut Commands)) {
+        let colors = self.colors().map(|image| begin.color(cmd, image));
+        cmd.begin_rendering(&colors, None);
+        if let Some(area) = scissor {
+            cmd.scissor(area);
+        }
+        draw(cmd);
+        cmd.end_rendering();
+        for image in self.colors() {
+            cmd.transition(image, Use::Sampled);
+        }
     }
 
     /// Reads it back, row by row.

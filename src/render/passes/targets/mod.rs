@@ -1,11 +1,15 @@
 //! The images that passes hand to each other.
 
+mod begin;
 mod gbuffer;
 mod radiance;
+mod sample;
 mod tiles;
 mod visible_surface;
 
+pub use begin::Begin;
 pub use gbuffer::{FilteredPixel, GBuffer};
 pub use radiance::{JoinedEdges, RADIANCE_FORMAT};
+pub use sample::SampleTargets;
 pub use tiles::Tiles;
 pub use visible_surface::VisibleSurface;

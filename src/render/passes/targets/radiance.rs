@@ -10,6 +10,7 @@ use crate::gpu::{Gpu, Image, ImageDesc, Result};
 pub const RADIANCE_FORMAT: vk::Format = vk::Format::R32G32B32A32_SFLOAT;
 
 /// What the edge samples of each pixel add up to.
+#[derive(Clone)]
 pub struct JoinedEdges {
     /// Sum of the radiance and coverage of those that see other surfaces than the pixel; RGBA32F.
     pub others: Image,

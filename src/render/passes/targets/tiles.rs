@@ -9,6 +9,7 @@ use crate::gpu::{Buffer, Commands, Gpu, Memory, Result};
 const SIZE: u32 = 16;
 
 /// The tiles of an image.
+#[derive(Clone)]
 pub struct Tiles {
     /// `uvec4` each, row by row: a bit for each object from 1 to 63 (xy), flags (z).
     pub records: Buffer,

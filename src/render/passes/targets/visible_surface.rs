@@ -4,10 +4,12 @@ use std::sync::Arc;
 
 use ash::vk;
 
+use super::begin::Begin;
 use super::tiles::Tiles;
-use crate::gpu::{Gpu, Image, ImageDesc, Result};
+use crate::gpu::{Commands, Gpu, Image, ImageDesc, Result, Use};
 
 /// What the geometry stages leave behind for each pixel, 52 bytes: enough to filter its maps.
+#[derive(Clone)]
 pub struct VisibleSurface {
     /// Texture coordinate and derivatives; RGBA32UI.
     pub texture: Image,
@@ -47,5 +49,18 @@ impl VisibleSurface {
     #[must_use]
     pub fn colors(&self) -> [&Image; 3] {
         [&self.texture, &self.tangent, &self.surface]
+    }
+
+    /// Has a kind of surface drawn into it and leaves it readable: the first kind begins the image, the others go on with it.
+    pub fn draw(&self, cmd: &mut Commands, begin: Begin, draw: impl FnOnce(&mut Commands)) {
+        let colors = self.colors().map(|image| begin.color(cmd, image));
+        let depth = begin.depth(cmd, &self.depth);
+        cmd.begin_rendering(&colors, Some(depth));
+        draw(cmd);
+        cmd.end_rendering();
+        for image in self.colors() {
+            cmd.transition(image, Use::Sampled);
+        }
+        cmd.transition(&self.depth, Use::Sampled);
     }
 }

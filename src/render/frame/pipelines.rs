@@ -1,0 +1,35 @@
+//! The pipelines that shade pixels, each made when a frame first asks for it.
+
+use std::sync::Arc;
+
+use super::cache::Cache;
+use crate::gpu::{Gpu, Result};
+use crate::render::passes::edges::{JoinKind, JoinPass};
+use crate::render::passes::reference::ReferencePass;
+use crate::render::passes::shade::{ShadeKind, ShadePass};
+use crate::render::settings::Terms;
+
+/// The pipelines that were asked for so far.
+#[derive(Default)]
+pub struct Pipelines {
+    shade: Cache<ShadeKind, ShadePass>,
+    join: Cache<JoinKind, JoinPass>,
+    reference: Cache<Terms, ReferencePass>,
+}
+
+impl Pipelines {
+    /// The shading of pixels or of edge samples.
+    pub fn shade(&mut self, gpu: &Arc<Gpu>, kind: ShadeKind) -> Result<ShadePass> {
+        self.shade.get(kind, || ShadePass::new(gpu, kind))
+    }
+
+    /// The joining of edge samples.
+    pub fn join(&mut self, gpu: &Arc<Gpu>, kind: JoinKind) -> Result<JoinPass> {
+        self.join.get(kind, || JoinPass::new(gpu, kind))
+    }
+
+    /// The reference with shadows of the relief.
+    pub fn reference(&mut self, gpu: &Arc<Gpu>, terms: Terms) -> Result<ReferencePass> {
+        self.reference.get(terms, || ReferencePass::new(gpu, terms))
+    }
+}

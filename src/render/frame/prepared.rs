@@ -1,0 +1,108 @@
+//! A frame that can be drawn.
+
+use super::edge_samples::EdgeSamples;
+use super::renderer::Renderer;
+use super::surfaces::PreparedSurface;
+use super::targets::Targets;
+use crate::gpu::{GpuError, Result};
+use crate::render::passes::reference::{ReferencePass, ReliefLights};
+use crate::render::passes::shade::ShadePass;
+use crate::render::passes::shadow::ShadowView;
+use crate::render::scene::FrameState;
+use crate::render::settings::RenderSettings;
+
+/// A frame whose scene is posed and whose targets and pipelines are made: the only thing that can be drawn. Made by
+/// [`Renderer::prepare`].
+pub struct PreparedFrame<'r> {
+    pub(super) renderer: &'r mut Renderer,
+    pub(super) plan: FramePlan,
+}
+
+/// A frame between two of its samples, while nothing borrows the renderer: a window keeps one whose samples it spreads over
+/// many refreshes. [`Renderer::resume`] goes on with it.
+pub struct PausedFrame(FramePlan);
+
+/// What is known of a frame before its first sample.
+pub(super) struct FramePlan {
+    pub state: FrameState,
+    pub settings: RenderSettings,
+    /// The surfaces in the order in which they are drawn; there is at least one.
+    pub surfaces: Vec<Box<dyn PreparedSurface>>,
+    pub targets: Targets,
+    pub light: Light,
+    pub edges: Option<EdgeSamples>,
+    /// Samples in the mean.
+    pub drawn: u32,
+    /// The renderer's count of prepared frames.
+    pub number: u64,
+}
+
+/// How the surfaces of a frame are lit.
+pub(super) enum Light {
+    /// By sun, point lights and environment; the sun's shadow map knows large casters.
+    Mapped {
+        /// Where the sun looks from, if it throws shadows.
+        sun: Option<ShadowView>,
+        shade: ShadePass,
+    },
+    /// As the reference, by lights that the relief hides.
+    Relief { pass: ReferencePass, lights: ReliefLights },
+}
+
+impl Light {
+    /// The view of the sun's shadow map.
+    pub fn sun(&self) -> Option<&ShadowView> {
+        match self {
+            Self::Mapped { sun, .. } => sun.as_ref(),
+            Self::Relief { .. } => None,
+        }
+    }
+}
+
+impl PreparedFrame<'_> {
+    /// The settings it is drawn with.
+    #[must_use]
+    pub fn settings(&self) -> &RenderSettings {
+        &self.plan.settings
+    }
+
+    /// Samples in its mean so far.
+    #[must_use]
+    pub fn samples(&self) -> u32 {
+        self.plan.drawn
+    }
+
+    /// Gives the renderer back for now.
+    #[must_use]
+    pub fn pause(self) -> PausedFrame {
+        PausedFrame(self.plan)
+    }
+}
+
+impl PausedFrame {
+    /// The state that it shows, to be prepared with other settings. Lets go of everything else.
+    #[must_use]
+    pub fn into_state(self) -> FrameState {
+        self.0.state
+    }
+
+    /// Samples in its mean so far.
+    #[must_use]
+    pub fn samples(&self) -> u32 {
+        self.0.drawn
+    }
+}
+
+impl Renderer {
+    /// Goes on with a paused frame.
+    ///
+    /// # Errors
+    /// [`GpuError::Usage`] if this renderer prepared another frame since, which overwrote what this one needs.
+    pub fn resume(&mut self, paused: PausedFrame) -> Result<PreparedFrame<'_>> {
+        if paused.0.number != self.prepared {
+            let fault = "the renderer has prepared another frame since it was paused: prepare it again".to_owned();
+            return Err(GpuError::Usage { name: "frame".to_owned(), fault });
+        }
+        Ok(PreparedFrame { renderer: self, plan: paused.0 })
+    }
+}

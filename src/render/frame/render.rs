@@ -1,0 +1,86 @@
+//! Whole frames: rendered and read back, or measured.
+
+use std::ops::Range;
+
+use super::renderer::Renderer;
+use super::timing::{PassTime, add_times};
+use crate::gpu::{GpuError, Result};
+use crate::render::scene::FrameState;
+use crate::render::settings::RenderSettings;
+
+/// A finished frame.
+#[derive(Clone, Debug)]
+pub struct FrameOutput {
+    /// Pixels across and down.
+    pub size: (u32, u32),
+    /// Linear radiance, and coverage in alpha; row by row from the top.
+    pub color: Vec<[f32; 4]>,
+    /// Time per pass.
+    pub times: Vec<PassTime>,
+    /// Upper bound on the triangles of one sample, all views together.
+    pub triangles: u64,
+    /// Patches drawn for the camera.
+    pub patches: u32,
+}
+
+impl Renderer {
+    /// Renders a frame and reads it back.
+    ///
+    /// # Errors
+    /// As [`prepare`](Self::prepare).
+    pub fn render(&mut self, state: &FrameState, settings: &RenderSettings) -> Result<FrameOutput> {
+        self.render_range(state, settings, 0..settings.samples.max(1))
+    }
+
+    /// Renders some of the samples of a frame and gives their mean, so that a long frame can be made in parts and be put
+    /// together by an [`Accumulation`](crate::render::passes::accumulate::Accumulation). Samples are the same in whatever part
+    /// they are.
+    ///
+    /// # Errors
+    /// [`GpuError::Usage`] for a range without samples or beyond `settings.samples`; as [`prepare`](Self::prepare).
+    pub fn render_range(
+        &mut self,
+        state: &FrameState,
+        settings: &RenderSettings,
+        range: Range<u32>,
+    ) -> Result<FrameOutput> {
+        if range.is_empty() || range.end > settings.samples.max(1) {
+            let fault = format!("samples {range:?} are not among the {} of the frame", settings.samples);
+            return Err(GpuError::Usage { name: "samples".to_owned(), fault });
+        }
+        let mut frame = self.prepare(state, settings)?;
+        let mut times = Vec::new();
+        for index in range {
+            add_times(&mut times, frame.draw_sample(index)?);
+        }
+        let surfaces = &frame.plan.surfaces;
+        Ok(FrameOutput {
+            size: settings.size,
+            color: frame.plan.targets.mean.read(0, 0)?,
+            times,
+            triangles: surfaces.iter().map(|surface| surface.triangles()).sum(),
+            patches: surfaces.iter().map(|surface| surface.patches()).sum(),
+        })
+    }
+
+    /// Draws one frame of one sample, the `index`-th of `settings.samples`, with all its passes and edge samples, and
+    /// returns the time of each pass on the device. Nothing is read back.
+    ///
+    /// Buffers are written and missing pipelines are made before the first timestamp, and the device is idle when it
+    /// begins and when this returns; still, drivers compile at a pipeline's first use, so the first frame of new
+    /// settings is a warm-up. Each pass is drawn `repeats` times (at least once) between its timestamps and its time
+    /// divided by that number: a fast device needs it, since its clock ticks in fractions of a microsecond. The passes
+    /// order themselves by their own barriers, so repetitions don't overlap.
+    ///
+    /// # Errors
+    /// As [`prepare`](Self::prepare).
+    pub fn measure(
+        &mut self,
+        state: &FrameState,
+        settings: &RenderSettings,
+        index: u32,
+        repeats: u32,
+    ) -> Result<Vec<PassTime>> {
+        self.prepare(state, settings)?.draw_sample_repeating(index, repeats)
+    }
+}

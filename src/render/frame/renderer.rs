@@ -1,0 +1,107 @@
+//! The renderer: a scene on a device, and the passes that draw it.
+
+use std::sync::Arc;
+
+use super::pipelines::Pipelines;
+use super::surfaces::Surface;
+use super::surfaces::meshes::Meshes;
+use super::surfaces::sea::Sea;
+use super::targets::Targets;
+use super::timing::PassTimer;
+use crate::gpu::{Buffer, Gpu, Image, Memory, Result};
+use crate::render::light::environment::Environment;
+use crate::render::light::irradiance::IrradiancePass;
+use crate::render::light::sky::Sky;
+use crate::render::passes::accumulate::AccumulatePass;
+use crate::render::passes::edges::EdgePass;
+use crate::render::passes::shade::LightingGpu;
+use crate::render::passes::shadow::ShadowPass;
+use crate::render::passes::tiles::TilePass;
+use crate::render::scene::Scene;
+
+/// Texels across the shadow map.
+pub const SHADOW_SIZE: u32 = 2048;
+
+/// Renders a scene on a device.
+pub struct Renderer {
+    pub(super) gpu: Arc<Gpu>,
+    /// The kinds of surfaces, in the order in which they are drawn.
+    pub(super) surfaces: Vec<Box<dyn Surface>>,
+    pub(super) environment: Environment,
+    pub(super) irradiance: IrradiancePass,
+    pub(super) shadow: ShadowPass,
+    pub(super) tiles: TilePass,
+    pub(super) edges: EdgePass,
+    pub(super) accumulate: AccumulatePass,
+    pub(super) pipelines: Pipelines,
+    /// The [`LightingGpu`] block.
+    pub(super) lighting: Buffer,
+    pub(super) timer: PassTimer,
+    /// Targets that frames of the same size share.
+    pub(super) targets: Option<Targets>,
+    /// Near plane of the camera of the last sample in the targets.
+    pub(super) near: Option<f32>,
+    /// Frames prepared so far.
+    pub(super) prepared: u64,
+}
+
+impl Renderer {
+    /// Uploads a scene: objects, a sea, or both.
+    ///
+    /// # Errors
+    /// More objects than [`MAX_OBJECTS`](crate::render::surfaces::object::MAX_OBJECTS), unusable waves, memory that is short, or
+    /// a Vulkan call that failed.
+    pub fn new(gpu: &Arc<Gpu>, scene: impl Into<Scene>, environment: Environment) -> Result<Self> {
+        let Scene { objects, ocean } = scene.into();
+        let mut surfaces: Vec<Box<dyn Surface>> = vec![Box::new(Meshes::new(gpu, objects)?)];
+        if let Some(ocean) = ocean {
+            surfaces.push(Box::new(Sea::new(gpu, ocean)?));
+        }
+        Ok(Self {
+            surfaces,
+            environment,
+            irradiance: IrradiancePass::new(gpu)?,
+            shadow: ShadowPass::new(gpu, SHADOW_SIZE)?,
+            tiles: TilePass::new(gpu)?,
+            edges: EdgePass::new(gpu)?,
+            accumulate: AccumulatePass::new(gpu)?,
+            pipelines: Pipelines::default(),
+            lighting: Buffer::new(gpu, "lighting", size_of::<LightingGpu>() as u64, Memory::Upload)?,
+            timer: PassTimer::new(gpu)?,
+            targets: None,
+            near: None,
+            prepared: 0,
+            gpu: gpu.clone(),
+        })
+    }
+
+    /// The device.
+    #[must_use]
+    pub fn gpu(&self) -> &Arc<Gpu> {
+        &self.gpu
+    }
+
+    /// The environment's nine spherical harmonics coefficients as the last frame was lit by them, see
+    /// `IrradiancePass`: rgb and 0 each.
+    ///
+    /// # Errors
+    /// A lost device, or memory that is short.
+    pub fn radiance_sh(&self) -> Result<Vec<[f32; 4]>> {
+        self.irradiance.coefficients().read_all()
+    }
+
+    /// Brings the environment to a sky before the frame that shows it, so that the frame need not.
+    ///
+    /// # Errors
+    /// A failed submission.
+    pub fn show_sky(&mut self, sky: &Sky) -> Result<()> {
+        let environment = &mut self.environment;
+        self.gpu.submit("sky", |cmd| environment.update_sky(cmd, sky)).map(|_| ())
+    }
+
+    /// The image that holds the mean of the last frame's samples, for a window to show.
+    #[must_use]
+    pub fn image(&self) -> Option<&Image> {
+        self.targets.as_ref().map(|targets| &targets.mean)
+    }
+}

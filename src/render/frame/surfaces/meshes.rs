@@ -1,0 +1,156 @@
+//! The meshes of a scene.
+
+use std::sync::Arc;
+
+use super::{Extent, PassNames, PreparedSurface, Surface};
+use crate::gpu::{Commands, Gpu, GpuError, Result};
+use crate::render::frame::cache::Cache;
+use crate::render::passes::edges::edge_tessellation;
+use crate::render::passes::filter::FilterPass;
+use crate::render::passes::geometry::GeometryPass;
+use crate::render::passes::shadow::ShadowView;
+use crate::render::passes::targets::VisibleSurface;
+use crate::render::scene::{FrameState, Object, Pose};
+use crate::render::settings::{Needs, RenderSettings};
+use crate::render::surfaces::object::{GpuObject, MAX_OBJECTS};
+use crate::render::surfaces::object_view::{DrawnObject, PosedObject, ViewBuffers, Viewpoint};
+use crate::render::surfaces::tessellation::{Lens, TessellationSettings};
+use crate::render::view::{Samples, View};
+
+/// The meshes on the device, and what draws them.
+pub struct Meshes {
+    gpu: Arc<Gpu>,
+    meshes: Vec<Mesh>,
+    geometry: GeometryPass,
+    filters: Cache<Needs, FilterPass>,
+}
+
+struct Mesh {
+    object: Arc<GpuObject>,
+    camera: ViewBuffers,
+    /// Where it casts a shadow.
+    sun: Option<ViewBuffers>,
+}
+
+impl Meshes {
+    /// Uploads objects.
+    ///
+    /// # Errors
+    /// [`GpuError::Usage`] for more than [`MAX_OBJECTS`]; memory that is short; a failed pipeline.
+    pub fn new(gpu: &Arc<Gpu>, objects: Vec<Object>) -> Result<Self> {
+        if objects.len() > MAX_OBJECTS {
+            let fault = format!("{} objects are more than {MAX_OBJECTS}", objects.len());
+            return Err(GpuError::Usage { name: "scene".to_owned(), fault });
+        }
+        let mesh = |(index, object)| {
+            let object = GpuObject::new(gpu, object, index)?;
+            let camera = ViewBuffers::new(gpu, &object, "camera")?;
+            let sun = object.object.casts_shadow.then(|| ViewBuffers::new(gpu, &object, "sun")).transpose()?;
+            Ok(Mesh { object: Arc::new(object), camera, sun })
+        };
+        Ok(Self {
+            meshes: objects.into_iter().enumerate().map(mesh).collect::<Result<_>>()?,
+            geometry: GeometryPass::new(gpu)?,
+            filters: Cache::default(),
+            gpu: gpu.clone(),
+        })
+    }
+}
+
+impl Surface for Meshes {
+    fn prepare(&mut self, state: &FrameState, settings: &RenderSettings) -> Result<Box<dyn PreparedSurface>> {
+        let needs = settings.shading.needs();
+        let pose = |(mesh, pose): (&Mesh, &Pose)| PreparedMesh {
+            posed: PosedObject {
+                vertices: pose.apply(&mesh.object.object.mesh),
+                object: mesh.object.clone(),
+                height_scale: settings.geometry_scale(state.height_scale),
+            },
+            camera: mesh.camera.clone(),
+            sun: mesh.sun.clone(),
+        };
+        Ok(Box::new(PreparedMeshes {
+            meshes: self.meshes.iter().zip(&state.poses).map(pose).collect(),
+            geometry: self.geometry.clone(),
+            filter: self.filters.get(needs, || FilterPass::new(&self.gpu, needs))?,
+            tessellation: settings.tessellation,
+            height_scale: state.height_scale,
+            mark_inside: settings.mark_inside,
+        }))
+    }
+}
+
+/// The meshes in their poses.
+struct PreparedMeshes {
+    meshes: Vec<PreparedMesh>,
+    geometry: GeometryPass,
+    filter: FilterPass,
+    tessellation: TessellationSettings,
+    /// What multiplies the height scale of every object's maps.
+    height_scale: f32,
+    mark_inside: bool,
+}
+
+struct PreparedMesh {
+    posed: PosedObject,
+    camera: ViewBuffers,
+    sun: Option<ViewBuffers>,
+}
+
+impl PreparedSurface for PreparedMeshes {
+    fn names(&self) -> PassNames {
+        PassNames { geometry: "geometry", filter: "filter" }
+    }
+
+    fn extent(&self) -> Extent {
+        Extent::Spheres(self.meshes.iter().map(|mesh| mesh.posed.bounds()).collect())
+    }
+
+    fn cast(&mut self, sun: &ShadowView, lens: Lens) -> Result<()> {
+        // Casters are divided as the camera's surface is: a finer one would stand out of it and shade it.
+        let settings = TessellationSettings { cull: false, ..self.tessellation };
+        for mesh in &mut self.meshes {
+            if let Some(buffers) = &mut mesh.sun {
+                buffers.update(&mesh.posed, &sun.viewpoint(lens), &settings)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn casters(&self) -> Vec<DrawnObject<'_>> {
+        let casters = self.meshes.iter().filter_map(|mesh| mesh.sun.as_ref().map(|view| (&mesh.posed, view)));
+        casters.map(|(posed, view)| DrawnObject { posed, view }).collect()
+    }
+
+    fn look(&mut self, view: &View) -> Result<()> {
+        let from = Viewpoint::from(view);
+        for PreparedMesh { posed, camera, .. } in &mut self.meshes {
+            let tessellation = match view.samples {
+                Samples::Pixels => self.tessellation,
+                // Outlines are of bumps, which the geometry of whole pixels leaves out where they are small.
+                Samples::Edges { .. } => edge_tessellation(self.tessellation, posed.bounds(), &from.lens),
+            };
+            camera.update(posed, &from, &tessellation)?;
+        }
+        Ok(())
+    }
+
+    fn draw_geometry(&self, cmd: &mut Commands, target: &VisibleSurface) {
+        let drawn = self.meshes.iter().map(|mesh| DrawnObject { posed: &mesh.posed, view: &mesh.camera });
+        self.geometry.draw(cmd, target, drawn, self.mark_inside);
+    }
+
+    fn draw_filter(&self, cmd: &mut Commands, visible: &VisibleSurface, view: &View) {
+        let seen = self.meshes.iter().filter(|mesh| !mesh.camera.draws.is_empty());
+        let objects = seen.map(|mesh| mesh.posed.object.as_ref());
+        self.filter.draw(cmd, visible, view, objects, self.height_scale);
+    }
+
+    fn triangles(&self) -> u64 {
+        self.meshes.iter().map(|m| m.camera.triangles + m.sun.as_ref().map_or(0, |sun| sun.triangles)).sum()
+    }
+
+    fn patches(&self) -> u32 {
+        self.meshes.iter().map(|mesh| mesh.camera.patches).sum()
+    }
+}

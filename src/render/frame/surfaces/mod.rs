@@ -1,0 +1,84 @@
+//! The kinds of surfaces that a frame is made of: meshes, and the sea.
+
+pub(super) mod meshes;
+pub(super) mod sea;
+
+use crate::gpu::{Commands, Result};
+use crate::render::frame::timing::Passes;
+use crate::render::passes::edges::MAX_GRID;
+use crate::render::passes::shadow::ShadowView;
+use crate::render::passes::targets::VisibleSurface;
+use crate::render::scene::FrameState;
+use crate::render::settings::RenderSettings;
+use crate::render::surfaces::object_view::DrawnObject;
+use crate::render::surfaces::sphere::Sphere;
+use crate::render::surfaces::tessellation::Lens;
+use crate::render::view::View;
+
+/// A kind of surface on the device, as it is whatever the frame.
+pub(super) trait Surface {
+    /// Poses it for a frame and makes the pipelines that draw it. The device must be idle.
+    fn prepare(&mut self, state: &FrameState, settings: &RenderSettings) -> Result<Box<dyn PreparedSurface>>;
+}
+
+/// A kind of surface in the pose of a frame.
+pub(super) trait PreparedSurface {
+    /// Names of its passes.
+    fn names(&self) -> PassNames;
+
+    /// Where it can be seen.
+    fn extent(&self) -> Extent;
+
+    /// The finest grid of edge samples that it can be drawn with, 1 to [`MAX_GRID`] along a side of a pixel.
+    fn finest_grid(&self) -> u32 {
+        MAX_GRID
+    }
+
+    /// Whether its horizon lies below eye level, so that the sky has to go on below it.
+    fn lowers_horizon(&self) -> bool {
+        false
+    }
+
+    /// Chooses what is drawn for the sun's shadow map, divided as for the camera's lens. The device must be idle.
+    fn cast(&mut self, _sun: &ShadowView, _lens: Lens) -> Result<()> {
+        Ok(())
+    }
+
+    /// What of it throws shadows, as last chosen for the sun.
+    fn casters(&self) -> Vec<DrawnObject<'_>> {
+        Vec::new()
+    }
+
+    /// Chooses what is drawn of it in a view, and how finely. The device must be idle.
+    fn look(&mut self, view: &View) -> Result<()>;
+
+    /// Moves what moves by itself on the device, before anything looks at it.
+    fn record_motion(&self, _passes: &mut Passes<'_>) {}
+
+    /// Draws its geometry into the begun targets.
+    fn draw_geometry(&self, cmd: &mut Commands, target: &VisibleSurface);
+
+    /// Filters its maps under the pixels that see it into the begun G-buffer.
+    fn draw_filter(&self, cmd: &mut Commands, visible: &VisibleSurface, view: &View);
+
+    /// Upper bound on the triangles of one sample, all views together.
+    fn triangles(&self) -> u64;
+
+    /// Patches drawn for the camera.
+    fn patches(&self) -> u32;
+}
+
+/// Names of a surface's passes.
+#[derive(Clone, Copy)]
+pub(super) struct PassNames {
+    pub geometry: &'static str,
+    pub filter: &'static str,
+}
+
+/// Where a surface can be seen.
+pub(super) enum Extent {
+    /// From the feet to the horizon.
+    Everywhere,
+    /// Inside these spheres.
+    Spheres(Vec<Sphere>),
+}

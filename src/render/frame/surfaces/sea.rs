@@ -1,0 +1,180 @@
+//! The sea of a scene.
+
+use std::sync::Arc;
+
+use super::{Extent, PassNames, PreparedSurface, Surface};
+use crate::gpu::{Buffer, Commands, Gpu, Memory, Result};
+use crate::render::frame::cache::Cache;
+use crate::render::frame::timing::Passes;
+use crate::render::passes::ocean::fields::{Content, OceanFields};
+use crate::render::passes::ocean::filter::{OceanFilterPass, SeaInputs, WaterGpu};
+use crate::render::passes::ocean::march::OceanMarch;
+use crate::render::passes::ocean::surface::OceanSurfacePass;
+use crate::render::passes::targets::VisibleSurface;
+use crate::render::scene::FrameState;
+use crate::render::settings::{Needs, RenderSettings};
+use crate::render::surfaces::object_view::Viewpoint;
+use crate::render::surfaces::ocean::Ocean;
+use crate::render::surfaces::ocean::mesh::{Laid, Rings, SeaView};
+use crate::render::surfaces::ocean::shore::ShoreGpu;
+use crate::render::surfaces::tessellation::TessellationSettings;
+use crate::render::view::View;
+
+/// A sea on the device, and what draws it.
+pub struct Sea {
+    gpu: Arc<Gpu>,
+    water: Water,
+    fields: OceanFields,
+    surface: OceanSurfacePass,
+    filters: Cache<Needs, OceanFilterPass>,
+    /// What the reference marches through.
+    march: Cache<(), OceanMarch>,
+}
+
+/// What does not depend on how the sea is drawn. Clones share it.
+#[derive(Clone)]
+struct Water {
+    ocean: Arc<Ocean>,
+    rings: Arc<Rings>,
+    /// Standard deviation of the height of each cascade, metres.
+    deviations: Arc<[f64]>,
+    /// The [`WaterGpu`] block.
+    block: Buffer,
+    /// The [`ShoreGpu`] block.
+    shore: Buffer,
+}
+
+impl Sea {
+    /// Uploads a sea.
+    ///
+    /// # Errors
+    /// Unusable waves, memory that is short, a failed pipeline.
+    pub fn new(gpu: &Arc<Gpu>, ocean: Ocean) -> Result<Self> {
+        let rings = Rings::default();
+        let buffer = |name: &str, size: usize| Buffer::new(gpu, name, size as u64, Memory::Upload);
+        Ok(Self {
+            gpu: gpu.clone(),
+            fields: OceanFields::new(gpu, &ocean.cascades, Content::Moments)?,
+            surface: OceanSurfacePass::new(gpu, &rings, ocean.shore.is_some())?,
+            filters: Cache::default(),
+            march: Cache::default(),
+            water: Water {
+                deviations: ocean.cascades.iter().map(|c| c.deviations()[0]).collect(),
+                block: buffer("water", size_of::<WaterGpu>())?,
+                shore: buffer("shore", size_of::<ShoreGpu>())?,
+                ocean: Arc::new(ocean),
+                rings: Arc::new(rings),
+            },
+        })
+    }
+}
+
+impl Surface for Sea {
+    fn prepare(&mut self, state: &FrameState, settings: &RenderSettings) -> Result<Box<dyn PreparedSurface>> {
+        let (gpu, needs) = (&self.gpu, settings.shading.needs());
+        let Ocean { shore, cascades, .. } = &*self.water.ocean;
+        // Marched rays know of no beach.
+        let drawing = if needs.is_finest() && shore.is_none() {
+            Drawing::March(self.march.get((), || OceanMarch::new(gpu, cascades))?)
+        } else {
+            let filter = self.filters.get(needs, || OceanFilterPass::new(gpu, needs, shore.is_some()))?;
+            Drawing::Rings { fields: self.fields.clone(), surface: self.surface.clone(), filter }
+        };
+        Ok(Box::new(PreparedSea {
+            water: self.water.clone(),
+            drawing,
+            time: state.time,
+            laid: Laid::default(),
+            tessellation: settings.tessellation,
+        }))
+    }
+}
+
+/// The sea at one moment.
+struct PreparedSea {
+    water: Water,
+    drawing: Drawing,
+    /// Seconds.
+    time: f64,
+    /// The rings around the last viewer.
+    laid: Laid,
+    tessellation: TessellationSettings,
+}
+
+/// How the sea is drawn.
+enum Drawing {
+    /// As rings of patches, and filtered by its slope moments.
+    Rings { fields: OceanFields, surface: OceanSurfacePass, filter: OceanFilterPass },
+    /// By marching rays through waves that nothing filters: the reference.
+    March(OceanMarch),
+}
+
+impl PreparedSurface for PreparedSea {
+    fn names(&self) -> PassNames {
+        PassNames { geometry: "sea geometry", filter: "sea filter" }
+    }
+
+    fn extent(&self) -> Extent {
+        Extent::Everywhere
+    }
+
+    fn finest_grid(&self) -> u32 {
+        // Its geometry stages know no grid.
+        1
+    }
+
+    fn lowers_horizon(&self) -> bool {
+        true
+    }
+
+    fn look(&mut self, view: &View) -> Result<()> {
+        let Water { ocean, rings, deviations, block, shore } = &self.water;
+        let from = Viewpoint::from(view);
+        let Viewpoint { clip_from_world, lens, eye, .. } = from;
+        let sea_view = SeaView { clip_from_world, lens, level: ocean.level, deviation: ocean.height };
+        self.laid = rings.lay(&sea_view, &self.tessellation);
+        match &self.drawing {
+            Drawing::Rings { surface, .. } => surface.update(&self.laid, &from, ocean.level)?,
+            Drawing::March(march) => march.update(&from, ocean.level)?,
+        }
+        block.write(0, &[WaterGpu::new(ocean, eye.truncate())])?;
+        let shore_block = ocean.shore.as_ref().map(|shore| ShoreGpu::new(shore, self.time, deviations));
+        shore.write(0, &[shore_block.unwrap_or_default()])
+    }
+
+    fn record_motion(&self, passes: &mut Passes<'_>) {
+        let (time, choppiness) = (self.time, self.water.ocean.choppiness);
+        let fields = match &self.drawing {
+            Drawing::Rings { fields, .. } => fields,
+            Drawing::March(march) => march.fields(),
+        };
+        passes.run("wave rows", |cmd| fields.record_rows(cmd, time));
+        passes.run("wave columns", |cmd| fields.record_columns(cmd, choppiness));
+        passes.run("wave mips", |cmd| fields.record_mips(cmd));
+    }
+
+    fn draw_geometry(&self, cmd: &mut Commands, target: &VisibleSurface) {
+        match &self.drawing {
+            Drawing::Rings { fields, surface, .. } => {
+                surface.draw(cmd, target, &self.laid, fields, &self.water.shore);
+            }
+            Drawing::March(march) => march.draw_geometry(cmd),
+        }
+    }
+
+    fn draw_filter(&self, cmd: &mut Commands, visible: &VisibleSurface, _view: &View) {
+        let Water { block: water, shore, .. } = &self.water;
+        match &self.drawing {
+            Drawing::Rings { fields, filter, .. } => filter.draw(cmd, visible, SeaInputs { fields, water, shore }),
+            Drawing::March(march) => march.draw_filter(cmd, visible, water),
+        }
+    }
+
+    fn triangles(&self) -> u64 {
+        self.laid.list.triangles
+    }
+
+    fn patches(&self) -> u32 {
+        self.laid.list.visible.len() as u32
+    }
+}

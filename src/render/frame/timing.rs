@@ -1,0 +1,110 @@
+//! How passes are run: each under its label, with a timestamp after it, once or as often as a measurement asks for.
+
+use std::sync::Arc;
+
+use crate::gpu::{Commands, Gpu, Result, Timestamps};
+
+/// Most passes of one submission.
+const MAX_PASSES: u32 = 32;
+
+/// The time a pass took on the device, summed over the samples of a frame.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PassTime {
+    /// Name of the pass.
+    pub pass: String,
+    /// Milliseconds of running it once.
+    pub milliseconds: f64,
+}
+
+/// Adds the times of further passes to those of passes of the same names.
+pub(super) fn add_times(times: &mut Vec<PassTime>, more: Vec<PassTime>) {
+    for PassTime { pass, milliseconds } in more {
+        match times.iter_mut().find(|time| time.pass == pass) {
+            Some(time) => time.milliseconds += milliseconds,
+            None => times.push(PassTime { pass, milliseconds }),
+        }
+    }
+}
+
+/// Submits passes and reads how long they took.
+#[derive(Clone)]
+pub(super) struct PassTimer {
+    gpu: Arc<Gpu>,
+    timestamps: Timestamps,
+    /// How often a pass is recorded that can be repeated.
+    repeats: u32,
+}
+
+impl PassTimer {
+    /// A timer of passes that run once each.
+    pub fn new(gpu: &Arc<Gpu>) -> Result<Self> {
+        Ok(Self { gpu: gpu.clone(), timestamps: Timestamps::new(gpu, MAX_PASSES)?, repeats: 1 })
+    }
+
+    /// The same timer for passes that are repeated, at least once, so that a fast device's clock can measure them.
+    pub fn repeating(&self, repeats: u32) -> Self {
+        Self { repeats: repeats.max(1), ..self.clone() }
+    }
+
+    /// Submits what `record` runs, waits for it, and returns the time of each pass for running it once. Times of passes of
+    /// the same name are added.
+    pub fn submit(&self, record: impl FnOnce(&mut Passes<'_>)) -> Result<Vec<PassTime>> {
+        let counts = self.gpu.submit("frame", |cmd| {
+            cmd.reset_timestamps(&self.timestamps);
+            cmd.timestamp(&self.timestamps, "begin");
+            let mut passes = Passes { cmd, timer: self, counts: Vec::new() };
+            record(&mut passes);
+            passes.counts
+        })?;
+        let mut times = Vec::new();
+        let once = |((pass, milliseconds), count): ((String, f64), u32)| {
+            vec![PassTime { pass, milliseconds: milliseconds / f64::from(count) }]
+        };
+        for time in self.timestamps.intervals()?.into_iter().zip(counts).map(once) {
+            add_times(&mut times, time);
+        }
+        Ok(times)
+    }
+}
+
+/// Passes being recorded.
+pub(super) struct Passes<'a> {
+    cmd: &'a mut Commands,
+    timer: &'a PassTimer,
+    /// How often each pass was recorded.
+    counts: Vec<u32>,
+}
+
+impl Passes<'_> {
+    /// Runs a pass that leaves the same behind however often it is repeated, and that orders its repetitions by its own
+    /// barriers.
+    pub fn run(&mut self, name: &str, record: impl Fn(&mut Commands)) {
+        let repeats = self.timer.repeats;
+        self.cmd.label(name, |cmd| (0..repeats).for_each(|_| record(cmd)));
+        self.finish(name, repeats);
+    }
+
+    /// Runs a pass that cannot be repeated, such as one that does nothing the second time.
+    pub fn run_once(&mut self, name: &str, record: impl FnOnce(&mut Commands)) {
+        self.cmd.label(name, record);
+        self.finish(name, 1);
+    }
+
+    fn finish(&mut self, name: &str, count: u32) {
+        self.cmd.timestamp(&self.timer.timestamps, name);
+        self.counts.push(count);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn times_of_one_name_are_added_and_keep_their_order() {
+        let time = |pass: &str, milliseconds| PassTime { pass: pass.to_owned(), milliseconds };
+        let mut times = vec![time("geometry", 1.0), time("shade", 2.0)];
+        add_times(&mut times, vec![time("shade", 0.5), time("accumulate", 0.25)]);
+        assert_eq!(times, [time("geometry", 1.0), time("shade", 2.5), time("accumulate", 0.25)]);
+    }
+}

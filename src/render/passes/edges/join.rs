@@ -1,0 +1,107 @@
+//! The edge samples of each pixel, joined.
+
+use std::sync::Arc;
+
+use super::rays::EdgeRays;
+use crate::gpu::{
+    AddressMode, Buffer, Commands, ComputePipeline, Descriptor, Filter, Gpu, Image, Result, Sampler, SharedStruct,
+    SpecValue, Use,
+};
+use crate::render::passes::shade::LightingGpu;
+use crate::render::passes::targets::{GBuffer, JoinedEdges, SampleTargets};
+use crate::render::settings::Needs;
+
+/// What tells sunlit edge samples from those in shadow.
+#[derive(Clone, Copy)]
+pub struct JoinLight<'a> {
+    /// The [`LightingGpu`] block of the edge samples.
+    pub lighting: &'a Buffer,
+    /// The sun's shadow map.
+    pub shadow_map: &'a Image,
+}
+
+/// What the pipeline of the joining pass depends on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct JoinKind {
+    /// What the technique needs of slope statistics.
+    pub needs: Needs,
+    /// Whether the sun has a shadow map.
+    pub shadow_map: bool,
+}
+
+/// The pass that joins the edge samples of each pixel.
+#[derive(Clone)]
+pub struct JoinPass {
+    pipeline: ComputePipeline,
+    nearest: Sampler,
+}
+
+impl JoinPass {
+    /// The pass of one kind.
+    ///
+    /// # Errors
+    /// A failed pipeline.
+    pub fn new(gpu: &Arc<Gpu>, kind: JoinKind) -> Result<Self> {
+        let spec = [kind.needs.spec(), vec![("SUN_SHADOWS", SpecValue::Bool(kind.shadow_map))]].concat();
+        Ok(Self {
+            pipeline: ComputePipeline::new(
+                gpu,
+                "passes/edges/join.comp",
+                &spec,
+                &[EdgeRays::LAYOUT, LightingGpu::LAYOUT],
+            )?,
+            nearest: Sampler::new(gpu, "join", Filter::Nearest, AddressMode::ClampToEdge)?,
+        })
+    }
+
+    /// Adds an image of shaded edge samples to what was `joined` before, and to the G-buffer of the pixels, which stays
+    /// readable.
+    pub fn record(
+        &self,
+        cmd: &mut Commands,
+        edges: &SampleTargets,
+        pixel: &GBuffer,
+        joined: &JoinedEdges,
+        light: JoinLight<'_>,
+        rays: &EdgeRays,
+    ) {
+        let SampleTargets { visible: edge, gbuffer: filtered, radiance } = edges;
+        let JoinLight { lighting, shadow_map } = light;
+        cmd.transition(radiance, Use::Sampled);
+        for image in [&joined.others, &joined.shares] {
+            if rays.edge[3] == 0.0 {
+                cmd.image_barrier(image, Use::Undefined, Use::ComputeReadWrite);
+            } else {
+                cmd.transition(image, Use::ComputeReadWrite);
+            }
+        }
+        let written = [&pixel.slopes, &pixel.material];
+        for image in written {
+            cmd.transition(image, Use::ComputeReadWrite);
+        }
+        cmd.bind(
+            &self.pipeline,
+            &[
+                ("edge_surface", Descriptor::Sampled(edge.surface.whole(), &self.nearest)),
+                ("edge_radiance", Descriptor::Sampled(radiance.whole(), &self.nearest)),
+                ("edge_slopes", Descriptor::Sampled(filtered.slopes.whole(), &self.nearest)),
+                ("edge_material", Descriptor::Sampled(filtered.material.whole(), &self.nearest)),
+                ("edge_joined", Descriptor::Sampled(filtered.surface.whole(), &self.nearest)),
+                ("lighting", Descriptor::Uniform(lighting)),
+                ("others", Descriptor::StorageImage(joined.others.whole())),
+                ("shares", Descriptor::StorageImage(joined.shares.whole())),
+                ("shadow_map", Descriptor::Sampled(shadow_map.whole(), &self.nearest)),
+                ("slopes", Descriptor::StorageImage(pixel.slopes.whole())),
+                ("material", Descriptor::StorageImage(pixel.material.whole())),
+                ("edge_depth", Descriptor::Sampled(edge.depth.whole(), &self.nearest)),
+                ("pixel_surface", Descriptor::Sampled(pixel.surface.whole(), &self.nearest)),
+            ],
+        );
+        cmd.push_constants(rays);
+        let [width, height] = joined.others.mip_extent(0);
+        cmd.dispatch_invocations(&self.pipeline, [width, height, 1]);
+        for image in written.into_iter().chain([&joined.others, &joined.shares]) {
+            cmd.transition(image, Use::Sampled);
+        }
+    }
+}

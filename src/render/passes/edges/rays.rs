@@ -1,0 +1,38 @@
+//! What the passes over edge samples know of their places.
+
+use super::layout::PixelArea;
+use crate::gpu::shared_struct;
+use crate::render::view::View;
+
+shared_struct! {
+    /// Rays through a pixel's own sample and an edge sample (`EdgeRays` in `passes/edges/edges.glsl`).
+    pub struct EdgeRays for "EdgeRays" {
+        /// See [`Camera::rays`](crate::render::camera::Camera::rays); w: edge samples of each pixel.
+        pub x: [f32; 4],
+        /// As `x`; w unused.
+        pub y: [f32; 4],
+        /// The last ray of the pixel's own sample; w: near plane.
+        pub pixel: [f32; 4],
+        /// That of the edge sample; w: edge samples of each pixel in the images before.
+        pub edge: [f32; 4],
+        /// The [`PixelArea`] they are drawn in: left, top, right, bottom.
+        pub area: [i32; 4],
+    }
+}
+
+impl EdgeRays {
+    /// Of an image of edge samples, the next after `before` of each pixel's `samples`, beside the view of the pixels' own samples.
+    #[must_use]
+    pub fn new(pixel: &View, edge: &View, before: u32, samples: u32, area: PixelArea) -> Self {
+        // The two differ in the last ray alone.
+        let ([x, y, through_pixel], [_, _, through_edge]) = (pixel.rays(), edge.rays());
+        let PixelArea { left, top, right, bottom } = area;
+        Self {
+            x: x.extend(samples as f32).to_array(),
+            y: y.extend(0.0).to_array(),
+            pixel: through_pixel.extend(pixel.camera.near).to_array(),
+            edge: through_edge.extend(before as f32).to_array(),
+            area: [left, top, right, bottom].map(u32::cast_signed),
+        }
+    }
+}

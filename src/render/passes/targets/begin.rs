@@ -1,0 +1,40 @@
+//! How drawing into an image of several surfaces begins.
+
+use crate::gpu::{ColorTarget, Commands, DepthTarget, Image, Load, Use};
+
+/// What targets hold when a kind of surface is drawn into them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Begin {
+    /// Zeros: it is the first.
+    Clear,
+    /// Anything: it is the first, and what it leaves out is never read.
+    Discard,
+    /// What other kinds of surfaces left.
+    Continue,
+}
+
+impl Begin {
+    /// Makes an integer image a colour target.
+    pub(super) fn color<'a>(self, cmd: &mut Commands, image: &'a Image) -> ColorTarget<'a> {
+        let load = match self {
+            Self::Clear => Load::ClearUint([0; 4]),
+            Self::Discard => Load::Discard,
+            Self::Continue => Load::Keep,
+        };
+        self.transition(cmd, image, Use::ColorTarget);
+        ColorTarget { view: image.whole(), load }
+    }
+
+    /// Makes an image a depth target, which is begun far away.
+    pub(super) fn depth<'a>(self, cmd: &mut Commands, image: &'a Image) -> DepthTarget<'a> {
+        self.transition(cmd, image, Use::DepthTarget);
+        DepthTarget { view: image.whole(), clear: (self != Self::Continue).then_some(0.0) }
+    }
+
+    fn transition(self, cmd: &mut Commands, image: &Image, to: Use) {
+        match self {
+            Self::Clear | Self::Discard => cmd.image_barrier(image, Use::Undefined, to),
+            Self::Continue => cmd.transition(image, to),
+        }
+    }
+}

@@ -1,0 +1,185 @@
+//! A posed object, and its buffers for one view of it.
+
+use std::sync::Arc;
+
+use glam::{Mat4, Vec3};
+
+use super::object::{GpuObject, ObjectGpu, PatchGpu};
+use super::patch_mesh::PosedVertices;
+use super::sphere::Sphere;
+use super::tessellation::{DrawList, GUARD_BAND, Lens, PosedMesh, TessellationSettings};
+use crate::gpu::{Buffer, Gpu, Memory, Result, SharedStruct, StructLayout, shared_struct};
+use crate::render::view::View;
+
+shared_struct! {
+    /// One vertex as the shaders read it (`Vertex` in `passes/geometry/interface.glsl`).
+    pub struct VertexGpu for "Vertex" {
+        /// World position; w: ambient accessibility.
+        pub position: [f32; 4],
+        /// World displacement direction; w: LOD of the boundary heights.
+        pub normal: [f32; 4],
+        /// Linear albedo; a: Beckmann roughness.
+        pub color: [f32; 4],
+    }
+}
+
+shared_struct! {
+    /// The view block (`View`).
+    pub struct ViewGpu for "View" {
+        /// World to the clip space of a viewport [`GUARD_BAND`] times the image.
+        pub clip_from_world: [[f32; 4]; 4],
+        /// Position of the viewer; w: samples of this image along a side of a pixel of the picture.
+        pub camera_position: [f32; 4],
+    }
+}
+
+/// What the stages of the geometry pass share.
+pub const GEOMETRY_STRUCTS: [StructLayout; 4] =
+    [ViewGpu::LAYOUT, VertexGpu::LAYOUT, PatchGpu::LAYOUT, ObjectGpu::LAYOUT];
+
+/// An object in the pose of a frame.
+pub struct PosedObject {
+    /// The object on the device.
+    pub object: Arc<GpuObject>,
+    /// Its vertices in the world.
+    pub vertices: PosedVertices,
+    /// What multiplies the object's own height scale where it is displaced: 0 leaves the geometry smooth.
+    pub height_scale: f32,
+}
+
+impl PosedObject {
+    /// World length of a texel of the heights, on average; infinite without any.
+    #[must_use]
+    pub fn texel_length(&self) -> f32 {
+        let positions = &self.vertices.positions;
+        let lengths =
+            self.object.topology.edges.iter().map(|e| positions[e[0] as usize].distance(positions[e[1] as usize]));
+        let texels: f32 = self.object.edge_texels.iter().sum();
+        if texels > 0.0 { lengths.sum::<f32>() / texels } else { f32::INFINITY }
+    }
+
+    /// A bounding sphere, bumps included.
+    #[must_use]
+    pub fn bounds(&self) -> Sphere {
+        let (low, high) = self
+            .vertices
+            .positions
+            .iter()
+            .fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), &p| (low.min(p), high.max(p)));
+        let bump = self.object.height_range.iter().flatten().fold(0.0f32, |a, h| a.max(h.abs()));
+        let scale = (self.height_scale * self.object.object.height_scale).abs();
+        Sphere { centre: (low + high) * 0.5, radius: low.distance(high) * 0.5 + bump * scale }
+    }
+}
+
+/// From where a surface is drawn.
+#[derive(Clone, Copy, Debug)]
+pub struct Viewpoint {
+    /// World to clip space.
+    pub clip_from_world: Mat4,
+    /// Position of the viewer, or a point on the light's side.
+    pub eye: Vec3,
+    /// The camera's lens, also where a light's map is drawn: casters must be divided like what the camera sees.
+    pub lens: Lens,
+    /// Samples along a side of a pixel that the lens measures in.
+    pub grid: u32,
+}
+
+impl From<&View> for Viewpoint {
+    fn from(view: &View) -> Self {
+        let (clip_from_world, eye) = (view.clip_from_world(), view.camera.position);
+        Self { clip_from_world, eye, lens: view.lens(), grid: view.grid() }
+    }
+}
+
+/// What a geometry pipeline draws of an object.
+#[derive(Clone, Copy)]
+pub struct DrawnObject<'a> {
+    /// The object.
+    pub posed: &'a PosedObject,
+    /// Its buffers, prepared for the view.
+    pub view: &'a ViewBuffers,
+}
+
+/// The buffers of one object in one view (the camera, or the sun's shadow map). Clones share the buffers, but each has its own
+/// list of draws.
+#[derive(Clone)]
+pub struct ViewBuffers {
+    /// `Vertex` of every vertex.
+    pub vertices: Buffer,
+    /// Tessellation factor of every edge.
+    pub edge_factors: Buffer,
+    /// Patches to draw.
+    pub visible: Buffer,
+    /// The [`ViewGpu`] block.
+    pub view: Buffer,
+    /// Draws over `visible`.
+    pub draws: Vec<(u32, u32)>,
+    /// Bound on the triangles of these draws.
+    pub triangles: u64,
+    /// Visible patches.
+    pub patches: u32,
+}
+
+impl ViewBuffers {
+    /// Buffers large enough for every patch of the object.
+    ///
+    /// # Errors
+    /// Memory that is short.
+    pub fn new(gpu: &Arc<Gpu>, object: &GpuObject, view: &str) -> Result<Self> {
+        let name = &object.object.name;
+        let buffer = |what: &str, count: usize, size: usize| {
+            Buffer::new(gpu, &format!("{name} {view} {what}"), (count.max(1) * size) as u64, Memory::Upload)
+        };
+        let mesh = &object.object.mesh;
+        Ok(Self {
+            vertices: buffer("vertices", mesh.positions.len(), size_of::<VertexGpu>())?,
+            edge_factors: buffer("edge factors", object.topology.edges.len(), 4)?,
+            visible: buffer("visible patches", mesh.patches.len(), 4)?,
+            view: buffer("view", 1, size_of::<ViewGpu>())?,
+            draws: Vec::new(),
+            triangles: 0,
+            patches: 0,
+        })
+    }
+
+    /// Chooses factors, culls, and writes the buffers. The device must not be reading them.
+    ///
+    /// # Errors
+    /// None in practice; a failed write.
+    pub fn update(&mut self, posed: &PosedObject, from: &Viewpoint, settings: &TessellationSettings) -> Result<()> {
+        let PosedObject { object, vertices, height_scale } = posed;
+        let mesh = &object.object.mesh;
+        let posed_mesh = PosedMesh {
+            mesh,
+            topology: &object.topology,
+            positions: &vertices.positions,
+            normals: &vertices.normals,
+            edge_texels: &object.edge_texels,
+            edge_relief: &object.edge_relief,
+            height_range: &object.height_range,
+            height_scale: height_scale * object.object.height_scale,
+        };
+        let list = DrawList::new(posed_mesh, from.clip_from_world, from.lens, settings);
+        let vertices: Vec<VertexGpu> = (0..mesh.positions.len())
+            .map(|i| VertexGpu {
+                position: vertices.positions[i].extend(mesh.accessibility.get(i).copied().unwrap_or(1.0)).to_array(),
+                normal: vertices.normals[i].extend(list.vertex_lods[i]).to_array(),
+                color: mesh.colors.get(i).copied().unwrap_or([0.5, 0.5, 0.5, 0.5]),
+            })
+            .collect();
+        self.vertices.write(0, &vertices)?;
+        self.edge_factors.write(0, &list.edge_factors)?;
+        self.visible.write(0, &list.visible)?;
+        let shrink = Mat4::from_scale(Vec3::new(1.0 / GUARD_BAND, 1.0 / GUARD_BAND, 1.0));
+        let view = ViewGpu {
+            clip_from_world: (shrink * from.clip_from_world).to_cols_array_2d(),
+            camera_position: from.eye.extend(from.grid as f32).to_array(),
+        };
+        self.view.write(0, &[view])?;
+        self.draws = list.draws;
+        self.triangles = list.triangles;
+        self.patches = list.visible.len() as u32;
+        Ok(())
+    }
+}

@@ -1,0 +1,81 @@
+//! One image of a scene: which samples of the picture it consists of.
+
+use glam::{Mat4, Vec2, Vec3};
+
+use super::camera::Camera;
+use super::surfaces::tessellation::Lens;
+
+/// What the samples of an image are to the pixels of the picture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Samples {
+    /// One sample per pixel, by which the pixel's surface is shaded.
+    Pixels,
+    /// A grid of edge samples in every pixel, this many along a side.
+    Edges {
+        /// Edge samples along a side of a pixel.
+        grid: u32,
+    },
+}
+
+/// One image of a scene.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct View {
+    /// The viewer.
+    pub camera: Camera,
+    /// Pixels of the picture, across and down.
+    pub picture: (u32, u32),
+    /// What the samples are to these pixels.
+    pub samples: Samples,
+    /// Where each sample lies from the middle of its cell of the grid, in cells, `[-½, ½)²`.
+    pub offset: Vec2,
+}
+
+impl View {
+    /// Samples along a side of a pixel.
+    #[must_use]
+    pub fn grid(&self) -> u32 {
+        match self.samples {
+            Samples::Pixels => 1,
+            Samples::Edges { grid } => grid,
+        }
+    }
+
+    /// Samples across and down the image.
+    #[must_use]
+    pub fn size(&self) -> (u32, u32) {
+        let (width, height) = self.picture;
+        (self.grid() * width, self.grid() * height)
+    }
+
+    /// See [`Camera::clip_from_world`].
+    #[must_use]
+    pub fn clip_from_world(&self) -> Mat4 {
+        self.camera.clip_from_world(self.size(), self.offset)
+    }
+
+    /// Rays through the image, see [`Camera::rays`].
+    #[must_use]
+    pub fn rays(&self) -> [Vec3; 3] {
+        self.camera.rays(self.size(), self.offset)
+    }
+
+    /// How lengths measure in pixels of the picture, however many samples each has.
+    #[must_use]
+    pub fn lens(&self) -> Lens {
+        self.camera.lens(self.picture.1)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_grid_refines_the_image_and_keeps_the_lens() {
+        let camera = Camera::looking_at(Vec3::new(-5.0, 1.0, 2.0), Vec3::ZERO, 60.0);
+        let pixels = View { camera, picture: (20, 10), samples: Samples::Pixels, offset: Vec2::ZERO };
+        let edges = View { samples: Samples::Edges { grid: 4 }, ..pixels };
+        assert_eq!((pixels.size(), edges.size()), ((20, 10), (80, 40)));
+        assert_eq!(pixels.lens().focal_pixels, edges.lens().focal_pixels);
+    }
+}
