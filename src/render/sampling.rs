@@ -22,12 +22,12 @@ pub fn jitter(index: u32, samples: u32, seed: u64) -> Vec2 {
     Vec2::new(at(step[0], shift()), at(step[1], shift()))
 }
 
-/// Offset of edge sample `index` of the `count` in one cell, cells `[-½, ½)²`, for a pixel's sample at `offset`: a lattice with as
-/// many columns as rows as points, moved by the offset around the cell's borders.
+/// Offset of edge sample `index` of the `count` in one cell of a pixel's grid, in cells, `[-½, ½)²`. The samples form a lattice with one
+/// point in each of `count` columns and rows. It is moved by the `offset` of the pixel's own sample and wraps around in the cell.
 #[must_use]
 pub fn edge_jitter(offset: Vec2, index: u32, count: u32) -> Vec2 {
     let count = count.max(1);
-    // Rows are taken in steps without common divisor, near the golden section of them.
+    // Steps from row to row are near the golden section and share no divisor with `count`, so every row is taken once.
     let golden = (f64::from(count) * 0.618).round() as u32;
     let step = (golden.max(1)..).find(|&step| greatest_common_divisor(step, count) == 1).unwrap_or(1);
     let at = |place: u32, offset: f32| {
@@ -70,7 +70,7 @@ mod tests {
             for offset in [Vec2::ZERO, jitter(3, 8, 5), Vec2::splat(-0.5)] {
                 let points: Vec<Vec2> = (0..count).map(|i| edge_jitter(offset, i, count)).collect();
                 assert!(points.iter().all(|p| p.abs().max_element() <= 0.5));
-                // Every row and every column has one.
+                // Every row and every column has one point.
                 for axis in [0, 1] {
                     let mut places: Vec<f32> = points.iter().map(|p| p[axis]).collect();
                     places.sort_by(f32::total_cmp);

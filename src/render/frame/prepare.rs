@@ -17,8 +17,8 @@ use crate::render::surfaces::sphere::Sphere;
 use crate::render::surfaces::tessellation::TessellationSettings;
 
 impl Renderer {
-    /// Poses the scene and makes what a frame is drawn with. Pictures that were not read back are lost. The device must be
-    /// idle.
+    /// Poses the scene and makes everything a frame is drawn with. It may draw into the images of the last frame. The device must
+    /// be idle.
     ///
     /// # Errors
     /// [`GpuError::Usage`] for settings that make no picture or that the device cannot draw; memory that is short, a lost
@@ -63,7 +63,7 @@ impl Renderer {
     fn targets_for(&mut self, surfaces: &[Box<dyn PreparedSurface>], settings: &RenderSettings) -> Result<Targets> {
         let finest = surfaces.iter().map(|surface| surface.finest_grid()).min().unwrap_or(1);
         let grid = settings.edges().map(|samples| edge_grid(samples, settings.size, finest));
-        // Unsuitable ones are let go of first: there may be no room for both.
+        // Unsuitable targets are dropped first: there may be no room for both.
         let kept = self.targets.take().filter(|targets| targets.suit(settings.size, grid));
         if kept.is_none() {
             self.near = None;

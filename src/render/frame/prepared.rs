@@ -11,7 +11,7 @@ use crate::render::passes::shadow::ShadowView;
 use crate::render::scene::FrameState;
 use crate::render::settings::RenderSettings;
 
-/// A frame whose scene is posed and whose targets and pipelines are made: the only thing that can be drawn. Made by
+/// A frame that is ready to be drawn, and the only thing that can be: its scene is posed, its targets and pipelines are made. Comes from
 /// [`Renderer::prepare`].
 pub struct PreparedFrame<'r> {
     pub(super) renderer: &'r mut Renderer,
@@ -39,7 +39,7 @@ pub(super) struct FramePlan {
 
 /// How the surfaces of a frame are lit.
 pub(super) enum Light {
-    /// By sun, point lights and environment; the sun's shadow map knows large casters.
+    /// By sun, point lights and environment; the shadow map shows the sun's coarse shadows.
     Mapped {
         /// Where the sun looks from, if it throws shadows.
         sun: Option<ShadowView>,
@@ -60,12 +60,6 @@ impl Light {
 }
 
 impl PreparedFrame<'_> {
-    /// The settings it is drawn with.
-    #[must_use]
-    pub fn settings(&self) -> &RenderSettings {
-        &self.plan.settings
-    }
-
     /// Samples in its mean so far.
     #[must_use]
     pub fn samples(&self) -> u32 {

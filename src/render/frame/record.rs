@@ -74,7 +74,8 @@ impl PreparedFrame<'_> {
         self.renderer.lighting.write(0, &[if sinks { block.with_sea_horizon() } else { block }])
     }
 
-    /// What no view changes: waves, sky, irradiance and shadows, once per frame. The relief's shadows are those of one sample.
+    /// Light, which is the same in every view: waves, sky, irradiance and shadows, once per frame. Shadows of the relief are new for
+    /// every sample.
     fn record_light(&mut self, passes: &mut Passes<'_>) {
         let FramePlan { state, surfaces, light, drawn, .. } = &self.plan;
         let Renderer { environment, irradiance, shadow, .. } = &mut *self.renderer;
@@ -91,7 +92,11 @@ impl PreparedFrame<'_> {
                 if let Some(sky) = &state.sky {
                     let mut moved = false;
                     passes.run_once("sky", |cmd| moved = environment.begin_sky(cmd, sky));
-                    passes.run_once("cube mips", |cmd| moved.then(|| environment.make_mips(cmd)).unwrap_or_default());
+                    passes.run_once("cube mips", |cmd| {
+                        if moved {
+                            environment.make_mips(cmd);
+                        }
+                    });
                 }
                 passes.run("irradiance", |cmd| irradiance.record(cmd, environment));
                 passes.run("shadow", |cmd| shadow.record(cmd, surfaces.iter().flat_map(|s| s.casters())));
@@ -113,7 +118,7 @@ impl PreparedFrame<'_> {
     /// Statistics: what each surface's maps say about the part of it under a pixel.
     fn record_filter(&self, passes: &mut Passes<'_>, target: &SampleTargets, view: &View, scissor: Option<[u32; 4]>) {
         let SampleTargets { visible, gbuffer, .. } = target;
-        // Pictures of the statistics are taken of the pixels' own.
+        // Only the pixels' own statistics are read back.
         let mut begin = if view.samples == Samples::Pixels { Begin::Clear } else { Begin::Discard };
         passes.run("filter", |cmd| self.renderer.tiles.record(cmd, visible));
         for surface in &self.plan.surfaces {

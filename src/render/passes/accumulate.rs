@@ -10,14 +10,14 @@ use crate::gpu::{
 
 shared_struct! {
     struct Weights for "Weights" {
-        /// Of the sample in the mean.
+        /// Of the sample when it is mixed into the mean.
         weight: f32,
-        /// Of each pixel.
+        /// Their number in each pixel.
         edge_samples: f32,
     }
 }
 
-/// The edge samples of a sample.
+/// The edge samples that belong to a sample.
 #[derive(Clone, Copy)]
 pub struct EdgeSum<'a> {
     /// What they add up to.
@@ -28,7 +28,7 @@ pub struct EdgeSum<'a> {
 
 /// The accumulation pipeline.
 pub struct AccumulatePass {
-    /// Without and with edge samples.
+    /// First without, then with edge samples.
     pipelines: [ComputePipeline; 2],
     nearest: Sampler,
 }
@@ -77,7 +77,7 @@ impl AccumulatePass {
     }
 }
 
-/// The mean of a frame's samples put together from parts of it, in 64 bits.
+/// The mean of a frame's samples, put together in 64 bits from the means of parts of them.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Accumulation {
     sums: Vec<[f64; 4]>,
@@ -102,13 +102,13 @@ impl Accumulation {
         self.samples += u64::from(samples);
     }
 
-    /// Samples so far.
+    /// Number of samples so far.
     #[must_use]
     pub fn samples(&self) -> u64 {
         self.samples
     }
 
-    /// Their mean.
+    /// The mean of all samples so far.
     #[must_use]
     pub fn mean(&self) -> Vec<[f32; 4]> {
         let scale = 1.0 / self.samples.max(1) as f64;
@@ -134,7 +134,7 @@ mod tests {
                 sum += f64::from(value);
             }
             let error = f64::from(mean) * f64::from(count) / sum - 1.0;
-            // Rounding walks at random: measured 2.7e-6 at 65,536.
+            // Rounding errors add up like a random walk: measured 2.7e-6 at 65,536.
             assert!(error.abs() < 4e-6, "{count} samples: {error:.1e}");
         }
     }

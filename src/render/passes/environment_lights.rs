@@ -1,6 +1,6 @@
 //! One direction of the environment at a time: what a sample of the reference is lit by.
 //!
-//! A map of visibility can be made for one light, not for a sky; but a sky is the mean of lights drawn from it. Directions
+//! A shadow map serves one light, not a whole sky; but a sky is the mean of lights drawn from it. Directions
 //! are drawn in proportion to the luminance of the cube's texels, so that every draw brings the same luminous flux.
 
 use glam::{Vec2, Vec3};
@@ -10,7 +10,7 @@ use crate::render::light::environment::Environment;
 
 /// Faces of at most this many texels are drawn from: 1.4° a texel.
 const FACE_SIZE: u32 = 64;
-/// Part of the draws that is spread over the sphere evenly, whatever the luminance: a colour of no luminance still counts.
+/// Share of the draws that is spread evenly over the sphere, so that colours without luminance count too.
 const EVEN: f64 = 0.05;
 /// Bands of equal area that the sphere is divided into, so that points spread over a square spread over the sphere.
 const BANDS: usize = 48;
@@ -91,8 +91,8 @@ impl EnvironmentLights {
         Some(Self { size, texels, order, cumulative, ends })
     }
 
-    /// The light at a point of the unit square: the band by the first coordinate, the texel in it by the second, and the
-    /// place in the texel by what both leave over.
+    /// The light at a point of the unit square: the first coordinate chooses the band, the second the texel in it, and the
+    /// remainders of both the place in the texel.
     #[must_use]
     pub fn draw(&self, u: [f64; 2]) -> DrawnLight {
         let before = |i: usize| if i == 0 { 0.0 } else { self.cumulative[i - 1] };
@@ -142,9 +142,9 @@ fn face_direction(face: usize, st: Vec2) -> Vec3 {
 }
 
 /// The point of the unit square by which sample `index` draws its light: the first two dimensions of Sobol's sequence, their
-/// digits turned by the seed. The first `2ⁿ` points are one to each of the `2ⁿ` equal boxes of any shape.
+/// digits scrambled by the seed. Of the first `2ⁿ` points, one lies in each of `2ⁿ` equal boxes of any shape.
 ///
-/// It has nothing in common with the offsets inside the pixel ([`jitter`](crate::render::sampling::jitter)), so a pixel's samples
+/// It is independent of the offsets inside the pixel ([`jitter`](crate::render::sampling::jitter)), so a pixel's samples
 /// fill all four dimensions.
 #[must_use]
 pub fn light_point(index: u32, seed: u64) -> [f64; 2] {

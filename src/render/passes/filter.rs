@@ -15,7 +15,7 @@ use crate::render::view::View;
 /// Pipelines of the filter pass.
 #[derive(Clone)]
 pub struct FilterPass {
-    /// For maps that go on where a pixel's footprint does.
+    /// For maps that continue wherever a footprint reaches.
     continuous: GraphicsPipeline,
     /// For atlases of one tile per patch.
     atlas: GraphicsPipeline,
@@ -54,8 +54,8 @@ impl FilterPass {
         })
     }
 
-    /// Filters the maps of objects under the pixels of a view that see them, tile by tile, into the begun G-buffer.
-    /// `height_scale` multiplies that of every object.
+    /// Filters the maps of `objects` into the begun G-buffer, at the pixels of a view that see them. `height_scale` multiplies that of
+    /// every object.
     pub fn draw<'a>(
         &self,
         cmd: &mut Commands,

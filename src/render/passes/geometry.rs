@@ -14,7 +14,7 @@ pub struct GeometryPass {
 }
 
 impl GeometryPass {
-    /// The pass. Nothing is culled by facing: a closed surface hides its own inside.
+    /// The pass. Both sides are drawn: a closed surface hides its own inside.
     ///
     /// # Errors
     /// A failed pipeline.
@@ -52,7 +52,7 @@ impl GeometryPass {
     }
 }
 
-/// Sets the viewport of [`GUARD_BAND`] around a target and cuts the target out of it.
+/// Sets a viewport of [`GUARD_BAND`] times the target, and a scissor of the target alone.
 pub(crate) fn guard_band(cmd: &mut Commands, target: &Image) {
     let [width, height] = target.mip_extent(0);
     let (w, h) = (width as f32, height as f32);

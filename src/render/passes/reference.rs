@@ -76,7 +76,7 @@ pub struct ReferencePass {
 }
 
 impl ReferencePass {
-    /// The pass, for some of the light.
+    /// The pass for some terms of the light.
     ///
     /// # Errors
     /// Memory that is short, or a failed pipeline.
@@ -97,7 +97,7 @@ impl ReferencePass {
         })
     }
 
-    /// Draws the shadow maps of a sample that the lights were pointed for.
+    /// Draws the shadow maps of the sample that `lights` were last pointed for.
     pub fn record_maps(&self, cmd: &mut Commands, lights: &ReliefLights, casters: &[&PosedObject]) {
         self.shadows.record(cmd, &lights.maps, casters);
     }
@@ -124,7 +124,7 @@ impl ReferencePass {
     }
 }
 
-/// The lights of a frame with the maps of what is hidden from them.
+/// The lights of a frame, with the maps of what the relief hides from them.
 pub struct ReliefLights {
     block: Buffer,
     maps: ReliefMaps,
@@ -165,8 +165,8 @@ impl ReliefLights {
         })
     }
 
-    /// Draws the lights of sample `index` and points their maps. `view`: the sample's; `casters`: those the lights were
-    /// made for. The device must be idle.
+    /// Chooses the lights of sample `index`, seen in `view`, and points their maps at the `casters` that the lights were made for. The
+    /// device must be idle.
     ///
     /// # Errors
     /// A failed write.
@@ -187,7 +187,7 @@ impl ReliefLights {
             ..Default::default()
         };
         let lights = self.lights_of_sample(state, settings, index);
-        // Maps move on their own, not with the pixel.
+        // Maps move independently of the sample's place in the pixel.
         let [u, v] = light_point(index, !settings.seed);
         let shift = Vec2::new(u as f32, v as f32) - 0.5;
         let mut views: Vec<ShadowView> = Vec::new();

@@ -1,5 +1,5 @@
-//! Shadows as fine as the relief, for the reference: one depth map per light, of geometry with a vertex for every texel of
-//! the displacement, moved by a part of a texel from sample to sample so that what a map's texels hide averages out.
+//! Shadows as fine as the relief, for the reference. Each light has a depth map of geometry with a vertex for every texel of
+//! the displacement. The map moves by a part of a texel from sample to sample, so that errors of its resolution average out.
 
 use std::sync::Arc;
 
@@ -20,10 +20,10 @@ use crate::render::surfaces::tessellation::{Lens, TessellationSettings};
 const TEXELS_PER_RELIEF_TEXEL: f32 = 3.0;
 /// Bounds on the size of a map.
 const MAP_SIZES: [u32; 2] = [256, 4096];
-/// Half the opening of a point light's map when its light is among the casters, radians: what lies outside is lit.
+/// Widest half angle of a point light's map, radians, reached when the light is among the casters. What lies outside is lit.
 const WIDEST: f32 = 1.3;
 
-/// What a relief map looks from.
+/// The light that a relief map looks from.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Caster {
     /// Far away in this unit direction.
@@ -71,7 +71,7 @@ pub fn relief_view(caster: Caster, sphere: Sphere, size: u32, offset: Vec2) -> S
 /// Texels along a map that resolves relief texels of `texel` metres on casters within `radius`; an infinite texel means smooth casters.
 #[must_use]
 pub fn map_size(radius: f32, texel: f32) -> u32 {
-    // Smooth casters have outlines only.
+    // Smooth casters have nothing but silhouettes.
     let texel = if texel.is_finite() { texel } else { radius / 512.0 };
     let wanted = (TEXELS_PER_RELIEF_TEXEL * 2.0 * radius / texel.max(1e-9)).min(1e6) as u32;
     wanted.clamp(MAP_SIZES[0], MAP_SIZES[1]).next_multiple_of(64)
@@ -100,8 +100,7 @@ impl ReliefShadowPass {
         Ok(Self { pipeline: GraphicsPipeline::new(gpu, "relief shadow", &desc)? })
     }
 
-    /// Draws the maps of the lights they were last pointed from, and leaves them readable. `casters` are those the maps
-    /// were made for.
+    /// Draws the maps as they were last pointed, and leaves them readable. `casters` are those the maps were made for.
     pub fn record(&self, cmd: &mut Commands, maps: &ReliefMaps, casters: &[&PosedObject]) {
         cmd.image_barrier(&maps.image, Use::Undefined, Use::DepthTarget);
         for (layer, buffers) in maps.layers.iter().zip(&maps.buffers) {
@@ -155,7 +154,7 @@ impl ReliefMaps {
         lens: Lens,
         tessellation: &TessellationSettings,
     ) -> Result<()> {
-        // Divided as for the camera: any other surface would stand out of what the camera sees.
+        // Divided as for the camera: a surface divided otherwise would stand out of the one the camera sees.
         let settings = TessellationSettings { cull: false, ..*tessellation };
         for (view, buffers) in views.iter().zip(&mut self.buffers) {
             for (buffers, posed) in buffers.iter_mut().zip(casters) {

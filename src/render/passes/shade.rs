@@ -1,4 +1,4 @@
-//! Shading pass: one invocation per pixel of the G-buffer, and less where a tile of the screen shows the sky alone.
+//! Shading pass: one invocation per pixel of the G-buffer; tiles of the screen that show only sky have a cheaper shader.
 
 use std::sync::Arc;
 
@@ -30,10 +30,10 @@ shared_struct! {
         pub point_position: [[f32; 4]; MAX_POINT_LIGHTS],
         /// Their intensities.
         pub point_intensity: [[f32; 4]; MAX_POINT_LIGHTS],
-        /// Width and height of the image, and its pixels along one of the picture.
+        /// Width and height of the image, and its samples along a side of a pixel.
         pub viewport: [f32; 4],
-        /// Face size of the cube, its scale, world size of a shadow texel, tangent of the lowest elevation at which it is seen
-        /// behind all surfaces.
+        /// Face size of the cube, its scale, world size of a shadow texel, tangent of the lowest elevation at which the cube is
+        /// looked up behind all surfaces.
         pub environment: [f32; 4],
     }
 }
@@ -65,16 +65,16 @@ impl LightingGpu {
         block
     }
 
-    /// Behind a sea, whose horizon sinks below eye level with the viewer's height, the lowest sky goes on down to it.
+    /// Continues the lowest sky below eye level, down to the horizon of a sea, which sinks as the viewer rises.
     #[must_use]
     pub fn with_sea_horizon(mut self) -> Self {
-        // The middle of the first texels above the horizon.
+        // The middle of the lowest texels above eye level.
         self.environment[3] = 1.0 / self.environment[0];
         self
     }
 }
 
-/// Which lights there are. Pipelines are made for it: lights that are not there cost nothing.
+/// Which lights a frame has. Pipelines are made for each set, so that absent lights cost nothing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct LightSet {
     /// A sun.

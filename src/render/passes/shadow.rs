@@ -59,7 +59,7 @@ impl ShadowView {
         Self { clip_from_world, texture_from_world: to_texture * clip_from_world, texel, eye: centre + sun * radius }
     }
 
-    /// From where casters are drawn that are divided for the camera's `lens`.
+    /// The viewpoint of casters that are divided for the camera's `lens`.
     #[must_use]
     pub fn viewpoint(&self, lens: Lens) -> Viewpoint {
         Viewpoint { clip_from_world: self.clip_from_world, eye: self.eye, lens, grid: 1 }

@@ -127,7 +127,7 @@ impl PreparedSurface for PreparedMeshes {
         for PreparedMesh { posed, camera, .. } in &mut self.meshes {
             let tessellation = match view.samples {
                 Samples::Pixels => self.tessellation,
-                // Outlines are of bumps, which the geometry of whole pixels leaves out where they are small.
+                // Silhouettes consist of bumps, and the geometry of whole pixels leaves out small ones.
                 Samples::Edges { .. } => edge_tessellation(self.tessellation, posed.bounds(), &from.lens),
             };
             camera.update(posed, &from, &tessellation)?;

@@ -1,4 +1,4 @@
-//! The edge samples of each pixel, joined.
+//! Joining the edge samples of each pixel.
 
 use std::sync::Arc;
 
@@ -54,8 +54,8 @@ impl JoinPass {
         })
     }
 
-    /// Adds an image of shaded edge samples to what was `joined` before, and to the G-buffer of the pixels, which stays
-    /// readable.
+    /// Adds an image of shaded edge samples to the `joined` ones of earlier images and to the G-buffer of the pixels, all of
+    /// which stay readable.
     pub fn record(
         &self,
         cmd: &mut Commands,

@@ -8,11 +8,12 @@ use crate::render::surfaces::tessellation::{Lens, TessellationSettings};
 
 /// Most edge samples along a side of a pixel in one image.
 pub const MAX_GRID: u32 = 16;
-/// Vertices along a pixel when edge samples are drawn, at most, up to one per texel. More bring the outline nearer to that of the relief
-/// and its shading farther from it, since what is seen of single bumps is not what their statistics are (docs/measurements/samples.md).
+/// Most vertices along a side of a pixel when edge samples are drawn, up to one per texel. More bring the silhouette nearer to
+/// that of the relief but the shading farther away, since the visible part of a single bump has other statistics than the
+/// whole bump (docs/measurements/samples.md).
 const VERTICES_PER_PIXEL: f32 = 6.0;
-/// Most vertices across an object then: the outline of a larger one is a smaller part of it, and the vertices of whole
-/// pixels show its bumps.
+/// Most vertices across an object then. Larger objects do without: their silhouette is a smaller part of them, and the geometry
+/// of whole pixels already shows its bumps.
 const VERTICES_ACROSS: f32 = 360.0;
 /// Most edge samples in one image: they take 108 bytes each.
 const MAX_DRAWN: u64 = 1 << 22;
@@ -26,7 +27,7 @@ pub fn edge_grid(samples: u32, size: (u32, u32), finest: u32) -> u32 {
     [16, 8, 4, 2].into_iter().filter(|&grid| grid <= finest).find(fits).unwrap_or(1)
 }
 
-/// Pixels of a picture: from the first to before the last.
+/// A rectangle of a picture, in pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PixelArea {
     /// First column.
@@ -71,7 +72,7 @@ impl PixelArea {
             }
         }
         let most = Vec2::new(size.0 as f32, size.1 as f32);
-        // A sample lies up to half a pixel from its centre.
+        // A sample lies up to half a pixel from the middle of its pixel.
         let pixel = |ndc: Vec2, margin: f32| ((ndc * 0.5 + 0.5) * most + margin).clamp(Vec2::ZERO, most);
         let (first, last) = (pixel(low, -1.0).floor().as_uvec2(), pixel(high, 1.0).ceil().as_uvec2());
         let last = last.max(first);
@@ -124,7 +125,7 @@ mod tests {
                 let pixel = ((ndc * 0.5 + 0.5) * Vec2::new(200.0, 120.0)).clamp(Vec2::ZERO, Vec2::new(200.0, 120.0));
                 (low, high) = (low.min(pixel), high.max(pixel));
             }
-            // A sample lies up to half a pixel away, and bounds are of whole pixels; a near sphere is seen wider than its middle.
+            // Samples lie up to half a pixel away and bounds are whole pixels; perspective widens a near sphere.
             assert!(left <= low.x && top <= low.y && right >= high.x && bottom >= high.y, "{low} {high}");
             let room = Vec2::new(low.x - left, low.y - top).max(Vec2::new(right - high.x, bottom - high.y));
             assert!(

@@ -1,4 +1,4 @@
-//! What the passes over edge samples know of their places.
+//! Where the edge samples of an image lie, as their passes know it.
 
 use super::layout::PixelArea;
 use crate::gpu::shared_struct;
@@ -13,7 +13,7 @@ shared_struct! {
         pub y: [f32; 4],
         /// The last ray of the pixel's own sample; w: near plane.
         pub pixel: [f32; 4],
-        /// That of the edge sample; w: edge samples of each pixel in the images before.
+        /// The last ray of the edge sample; w: edge samples of each pixel in earlier images.
         pub edge: [f32; 4],
         /// The [`PixelArea`] they are drawn in: left, top, right, bottom.
         pub area: [i32; 4],
@@ -21,10 +21,11 @@ shared_struct! {
 }
 
 impl EdgeRays {
-    /// Of an image of edge samples, the next after `before` of each pixel's `samples`, beside the view of the pixels' own samples.
+    /// The rays of an image of edge samples, `edge`, beside those of the pixels' own samples, `pixel`. Each pixel has `samples` edge
+    /// samples in all, `before` of them in earlier images.
     #[must_use]
     pub fn new(pixel: &View, edge: &View, before: u32, samples: u32, area: PixelArea) -> Self {
-        // The two differ in the last ray alone.
+        // Only the last rays differ.
         let ([x, y, through_pixel], [_, _, through_edge]) = (pixel.rays(), edge.rays());
         let PixelArea { left, top, right, bottom } = area;
         Self {

@@ -11,7 +11,7 @@ use crate::gpu::{
 };
 use crate::render::surfaces::ocean::waves::{Cascade, PERIOD};
 
-/// Smallest and largest resolution of a cascade: what two lines of a transform leave of shared memory.
+/// Smallest and largest resolution of a cascade; two lines of a transform have to fit into shared memory.
 pub const RESOLUTIONS: std::ops::RangeInclusive<u32> = 16..=1024;
 
 shared_struct! {
@@ -43,7 +43,7 @@ shared_struct! {
 /// What the maps hold.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Content {
-    /// Means that can be filtered, with mips: see [`OceanFields`].
+    /// Means that filter linearly, with mips: see [`OceanFields`].
     Moments,
     /// Fields that are linear in the waves, which add up exactly from cascade to cascade, without mips. `displacement`:
     /// `Dx, Dy, height, ∂Dx/∂y`; `slopes`: `∂h/∂x, ∂h/∂y, ∂Dx/∂x, ∂Dy/∂y`; `joint` is empty.
@@ -154,7 +154,7 @@ impl OceanFields {
 
     /// Moves the waves to `time` (seconds; repeats after [`PERIOD`]) and transforms the rows.
     pub fn record_rows(&self, cmd: &mut Commands, time: f64) {
-        // the columns of an earlier frame may still be reading
+        // The columns of an earlier frame may still be reading.
         cmd.memory_barrier(Use::Undefined, Use::ComputeWrite);
         cmd.bind(
             &self.rows,

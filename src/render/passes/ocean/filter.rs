@@ -1,4 +1,4 @@
-//! The filter of the sea's pixels: slope moments of the waves that each sees, written into the other objects' G-buffer.
+//! The filter of the sea's pixels: writes the slope moments of the waves that each sees into the G-buffer.
 
 use std::sync::Arc;
 
@@ -15,7 +15,7 @@ use crate::render::surfaces::ocean::mesh::EARTH;
 use crate::render::surfaces::ocean::shore::ShoreGpu;
 use crate::render::surfaces::ocean::{Ocean, SEA_INDEX};
 
-/// Beckmann roughness of the water itself, below all waves.
+/// Beckmann roughness of the water itself, beneath all waves.
 const WATER_ROUGHNESS: f32 = 0.01;
 /// Reflectance of water at normal incidence.
 const WATER_F0: f32 = 0.02;

@@ -1,5 +1,5 @@
-//! The reference's sea: rays against the displaced waves instead of triangles, and slopes that nothing has filtered. No
-//! tessellation could follow every wave to the horizon, and which of them hide each other is what the reference must know.
+//! The sea of the reference: rays are marched through the displaced waves, and slopes are not filtered. No tessellation could
+//! follow every wave to the horizon, and the reference must know which waves hide each other.
 
 use std::sync::Arc;
 
@@ -17,13 +17,13 @@ use crate::render::surfaces::ocean::SEA_INDEX;
 use crate::render::surfaces::ocean::mesh::EARTH;
 use crate::render::surfaces::ocean::waves::Cascade;
 
-/// Standard deviations that bound the height of the waves: one sample in 10⁸ is beyond.
+/// Standard deviations that bound the height of the waves: one sample in 10⁸ lies beyond.
 const HEIGHT_BOUND: f64 = 5.7;
-/// Samples per sample of the drawn sea, within what a transform can do: linear interpolation of waves of three samples
-/// would lose half of their slopes.
+/// Samples per sample of the drawn sea along a side, as far as a transform can be that large. Interpolated linearly, waves of
+/// three samples would lose half of their slope.
 const OVERSAMPLING: u32 = 2;
-/// Standard deviations of the slope that rays step by. Steeper places are met all the same, if they are no narrower than
-/// a step.
+/// Standard deviations of the slope that rays assume when they choose a step. They still meet steeper waves that are not
+/// narrower than a step.
 const SLOPE_BOUND: f64 = 3.5;
 
 shared_struct! {
@@ -34,7 +34,7 @@ shared_struct! {
     }
 }
 
-/// Per cascade: bound of the heights of all after it, and of the slopes of all up to it.
+/// Per cascade: a bound on the heights of all later ones, and on the slopes of all up to it.
 fn limits(deviations: &[[f64; 2]]) -> Vec<[f32; 2]> {
     let square = |part: &[[f64; 2]], c: usize| part.iter().map(|d| d[c] * d[c]).sum::<f64>().sqrt();
     (1..=deviations.len())

@@ -1,15 +1,15 @@
-//! How drawing into an image of several surfaces begins.
+//! How a kind of surface begins to draw into targets that several kinds share.
 
 use crate::gpu::{ColorTarget, Commands, DepthTarget, Image, Load, Use};
 
 /// What targets hold when a kind of surface is drawn into them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Begin {
-    /// Zeros: it is the first.
+    /// Zeros, for the first kind.
     Clear,
-    /// Anything: it is the first, and what it leaves out is never read.
+    /// Anything, for the first kind where nothing reads the pixels it leaves out.
     Discard,
-    /// What other kinds of surfaces left.
+    /// What earlier kinds drew.
     Continue,
 }
 
@@ -25,7 +25,7 @@ impl Begin {
         ColorTarget { view: image.whole(), load }
     }
 
-    /// Makes an image a depth target, which is begun far away.
+    /// Makes an image a depth target; the first kind finds it infinitely far.
     pub(super) fn depth<'a>(self, cmd: &mut Commands, image: &'a Image) -> DepthTarget<'a> {
         self.transition(cmd, image, Use::DepthTarget);
         DepthTarget { view: image.whole(), clear: (self != Self::Continue).then_some(0.0) }

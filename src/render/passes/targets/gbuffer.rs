@@ -17,11 +17,11 @@ pub struct GBuffer {
     pub slopes: Image,
     /// Linear albedo, Beckmann roughness, variances `sxx` and `syy`; RGBA32UI.
     pub material: Image,
-    /// Specular f0 and accessibility; level of detail, or what edge samples are joined by; RG32UI.
+    /// Specular f0 and accessibility; level of detail, or for edge samples how they are joined; RG32UI.
     pub surface: Image,
 }
 
-/// One pixel of the [`GBuffer`], as far as pictures show it.
+/// The part of a pixel of the [`GBuffer`] that pictures show.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FilteredPixel {
     /// World displacement direction, unit.
@@ -50,7 +50,7 @@ impl GBuffer {
     pub fn new(gpu: &Arc<Gpu>, size: (u32, u32)) -> Result<Self> {
         let color = |format| ImageDesc::new(format, size.0, size.1).color_target();
         let [slopes, material, surface] = Self::FORMATS.map(color);
-        // Edge samples are joined in the first two.
+        // The join pass writes to the first two.
         Ok(Self {
             slopes: Image::new(gpu, "g-buffer slopes", slopes.storage())?,
             material: Image::new(gpu, "g-buffer material", material.storage())?,
@@ -64,8 +64,8 @@ impl GBuffer {
         [&self.slopes, &self.material, &self.surface]
     }
 
-    /// Has the pixels of a kind of surface filtered into it, where the scissor is (x, y, width, height), and leaves it readable:
-    /// the first kind begins the image, the others go on with it.
+    /// Runs `draw`, which filters the pixels of one kind of surface into it, within the scissor (x, y, width, height), and leaves it
+    /// readable.
     pub fn draw(&self, cmd: &mut Commands, begin: Begin, scissor: Option<[u32; 4]>, draw: impl FnOnce(&mut Commands)) {
         let colors = self.colors().map(|image| begin.color(cmd, image));
         cmd.begin_rendering(&colors, None);

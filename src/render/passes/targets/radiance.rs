@@ -14,7 +14,7 @@ pub const RADIANCE_FORMAT: vk::Format = vk::Format::R32G32B32A32_SFLOAT;
 pub struct JoinedEdges {
     /// Sum of the radiance and coverage of those that see other surfaces than the pixel; RGBA32F.
     pub others: Image,
-    /// Number of those that see the pixel's; area, number and sunlit part of those that were joined; RGBA32F.
+    /// Number of those that see the pixel's surface; area, number and sunlit share of those that were joined; RGBA32F.
     pub shares: Image,
 }
 

@@ -12,7 +12,7 @@ use crate::gpu::{Gpu, Image, ImageDesc, Result};
 pub struct SampleTargets {
     /// What the geometry stages leave behind.
     pub visible: VisibleSurface,
-    /// Filtered.
+    /// What the filter passes leave behind.
     pub gbuffer: GBuffer,
     /// Radiance and coverage.
     pub radiance: Image,

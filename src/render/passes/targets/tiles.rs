@@ -1,5 +1,5 @@
-//! Tiles of the screen: a record of what each shows, so that passes over the pixels of one object, or over those that need
-//! shading, draw the tiles that hold them and no others.
+//! Tiles of the screen. Each has a record of what it shows, so that a pass over the pixels of one object, or over those that need
+//! shading, draws only the tiles that contain any.
 
 use std::sync::Arc;
 
@@ -18,7 +18,7 @@ pub struct Tiles {
 }
 
 impl Tiles {
-    /// Those of an image of `size` pixels.
+    /// The tiles of an image of `size` pixels.
     ///
     /// # Errors
     /// Memory that is short.
@@ -34,9 +34,9 @@ impl Tiles {
         [self.columns, self.rows]
     }
 
-    /// Draws them as points, with a bound pipeline whose vertex shader chooses among them by their records, where the scissor is.
+    /// Draws the tiles as points within the scissor. The bound pipeline's vertex shader chooses among them by their records.
     pub fn draw(&self, cmd: &mut Commands) {
-        // Those at the right and at the bottom reach over the image.
+        // Tiles at the right and at the bottom reach beyond the image.
         cmd.viewport([0.0, 0.0, (self.columns * SIZE) as f32, (self.rows * SIZE) as f32]);
         cmd.draw(0..self.columns * self.rows, 0..1);
     }

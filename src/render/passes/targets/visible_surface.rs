@@ -8,7 +8,7 @@ use super::begin::Begin;
 use super::tiles::Tiles;
 use crate::gpu::{Commands, Gpu, Image, ImageDesc, Result, Use};
 
-/// What the geometry stages leave behind for each pixel, 52 bytes: enough to filter its maps.
+/// What the geometry stages leave behind for each pixel: 52 bytes, enough to filter its maps.
 #[derive(Clone)]
 pub struct VisibleSurface {
     /// Texture coordinate and derivatives; RGBA32UI.
@@ -19,7 +19,7 @@ pub struct VisibleSurface {
     pub surface: Image,
     /// Reversed depth, 0 where nothing is; D32F.
     pub depth: Image,
-    /// What its tiles show, when [`TilePass`](crate::render::passes::tiles::TilePass) has looked.
+    /// What its tiles show, once [`TilePass`](crate::render::passes::tiles::TilePass) has run.
     pub tiles: Tiles,
 }
 
@@ -33,7 +33,7 @@ impl VisibleSurface {
     /// Memory that is short.
     pub fn new(gpu: &Arc<Gpu>, size: (u32, u32)) -> Result<Self> {
         let color = |name: &str| Image::new(gpu, name, ImageDesc::new(Self::FORMAT, size.0, size.1).color_target());
-        // The edge pass marks in it.
+        // The edge pass writes its marks here.
         let surface = ImageDesc::new(Self::FORMAT, size.0, size.1).color_target().storage();
         let depth = ImageDesc::new(vk::Format::D32_SFLOAT, size.0, size.1).depth_target();
         Ok(Self {
@@ -51,7 +51,7 @@ impl VisibleSurface {
         [&self.texture, &self.tangent, &self.surface]
     }
 
-    /// Has a kind of surface drawn into it and leaves it readable: the first kind begins the image, the others go on with it.
+    /// Runs `draw`, which draws one kind of surface into it, and leaves it readable.
     pub fn draw(&self, cmd: &mut Commands, begin: Begin, draw: impl FnOnce(&mut Commands)) {
         let colors = self.colors().map(|image| begin.color(cmd, image));
         let depth = begin.depth(cmd, &self.depth);
