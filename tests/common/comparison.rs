@@ -82,3 +82,8 @@ pub fn number(value: &Value) -> f64 {
 pub fn vector(value: &Value) -> DVec3 {
     DVec3::new(number(&value[0]), number(&value[1]), number(&value[2]))
 }
+
+/// The environment `smooth` of the files, a radiance of order 2.
+pub fn smooth(d: DVec3) -> f64 {
+    1.0 + 0.4 * d.x - 0.25 * d.y + 0.3 * d.z + 0.2 * d.y * d.z + 0.15 * (d.x * d.x - d.y * d.y)
+}

@@ -2,7 +2,6 @@
 
 #![allow(dead_code, reason = "each test binary uses its own part")]
 
-pub mod chi_square;
 pub mod comparison;
 #[cfg(feature = "gpu")]
 pub mod cube;

@@ -60,3 +60,19 @@ impl Picture {
         (seen.iter().sum::<f64>() / seen.len() as f64, seen.len())
     }
 }
+
+/// The side light of the pictures.
+pub fn side_light() -> DVec3 {
+    DVec3::new(0.6, 0.5, 0.62).normalize()
+}
+
+/// The diffuse environment of the pictures, a radiance of order 2.
+pub fn gradient(d: DVec3) -> f64 {
+    1.0 + 0.3 * d.x + 0.5 * d.y + 0.2 * d.z + 0.2 * d.y * d.z + 0.15 * (d.x * d.x - d.y * d.y)
+}
+
+/// The environment that the mirrors of the pictures reflect.
+pub fn lobes(d: DVec3) -> f64 {
+    let lobe = |k: f64, towards: DVec3| (k * (d.dot(towards.normalize()) - 1.0)).exp();
+    0.3 * gradient(d) + 2.0 * lobe(20.0, DVec3::new(0.5, 0.6, 0.6)) + 1.5 * lobe(60.0, DVec3::new(-0.7, 0.1, 0.3))
+}

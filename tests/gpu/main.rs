@@ -3,6 +3,7 @@
 #[path = "../common/mod.rs"]
 mod common;
 
+mod chi_square;
 mod device;
 mod names;
 mod parity;

@@ -2,7 +2,7 @@
 //! visible slopes, whose expected counts are the density of visible normals integrated over each bin. The significance is
 //! 1 % in all, divided by the number of tests.
 
-use crate::common::chi_square::p_value;
+use crate::chi_square::p_value;
 use crate::common::standard::{Seen, direction, surfaces};
 use glam::{DVec2, DVec3};
 use leadr::reflectance::facets::beckmann::Beckmann;

@@ -2,8 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use crate::common::comparison::{number, oracle, rows};
-use crate::common::sphere_oracle::{RADIUS, SIZE, SphereOracle};
+use crate::common::comparison::{number, oracle, rows, smooth};
+use crate::common::sphere_oracle::{RADIUS, SIZE, SphereOracle, gradient, lobes, side_light};
+use crate::common::standard::direction;
 use glam::{DVec2, DVec3};
 use leadr::lab::ray_cast::{Estimate, Patch, Spectrum, SphereTruth, Tile};
 use leadr::reflectance::facets::projected_area::{meso_area, visible_area};
@@ -12,19 +13,10 @@ use leadr::reflectance::integrals::specular::leadr_specular_directional;
 use leadr::reflectance::random::Random;
 use serde_json::Value;
 
-fn direction(theta: f64, phi: f64) -> DVec3 {
-    let (theta, phi) = (theta.to_radians(), phi.to_radians());
-    DVec3::new(theta.sin() * phi.cos(), theta.sin() * phi.sin(), theta.cos())
-}
-
 fn cosine_about(normal: DVec3, random: &mut Random) -> DVec3 {
     let (u, v) = (random.unit(), random.unit());
     let (sin, cos) = (std::f64::consts::TAU * v).sin_cos();
     from_frame(&frame_about(normal), DVec3::new(u.sqrt() * cos, u.sqrt() * sin, (1.0 - u).sqrt()))
-}
-
-fn smooth(d: DVec3) -> f64 {
-    1.0 + 0.4 * d.x - 0.25 * d.y + 0.3 * d.z + 0.2 * d.y * d.z + 0.15 * (d.x * d.x - d.y * d.y)
 }
 
 #[test]
@@ -101,22 +93,15 @@ fn spheres_agree_with_another_ray_caster() {
         let sphere = SphereOracle::load(case);
         let tile = Tile::new(Spectrum::Gaussian, 1024, 8.0, 5);
         let patch = Patch::new(&tile, DVec2::ZERO, sphere.covariance);
-        let side = DVec3::new(0.6, 0.5, 0.62).normalize();
-        let smooth =
-            |d: DVec3| 1.0 + 0.3 * d.x + 0.5 * d.y + 0.2 * d.z + 0.2 * d.y * d.z + 0.15 * (d.x * d.x - d.y * d.y);
-        let (d1, d2) = (DVec3::new(0.5, 0.6, 0.6).normalize(), DVec3::new(-0.7, 0.1, 0.3).normalize());
-        let lobes = |d: DVec3| {
-            0.3 * smooth(d) + 2.0 * (20.0 * (d.dot(d1) - 1.0)).exp() + 1.5 * (60.0 * (d.dot(d2) - 1.0)).exp()
-        };
         let truth = SphereTruth::cast(&patch, SIZE, RADIUS, 6, 1, |pixel, facet, random| {
             let light = |l: DVec3| {
                 let wi = to_frame(&pixel.frame, l);
                 let value = facet.normal.dot(wi).max(0.0) / std::f64::consts::PI;
                 [value, if patch.is_lit(facet, wi) { value } else { 0.0 }]
             };
-            let (front, side) = (light(DVec3::Z), light(side));
+            let (front, side) = (light(DVec3::Z), light(side_light()));
             let wi = cosine_about(facet.normal, random);
-            let diffuse = smooth(from_frame(&pixel.frame, wi));
+            let diffuse = gradient(from_frame(&pixel.frame, wi));
             let wr = 2.0 * facet.normal.dot(pixel.wo) * facet.normal - pixel.wo;
             let mirror = lobes(from_frame(&pixel.frame, wr));
             let shadowed = |value: f64, wi: DVec3| if patch.is_lit(facet, wi) { value } else { 0.0 };

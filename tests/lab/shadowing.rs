@@ -4,9 +4,9 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::f64::consts::PI;
 
-use crate::common::comparison::{number, oracle, rows};
+use crate::common::comparison::{number, oracle, rows, smooth};
 use crate::common::slopes::{Slopes, direction, integrate_directions};
-use crate::common::sphere_oracle::{RADIUS, SIZE, SphereOracle};
+use crate::common::sphere_oracle::{RADIUS, SIZE, SphereOracle, gradient, lobes, side_light};
 use glam::{DVec2, DVec3};
 use leadr::lab::ray_cast::SpherePixel;
 use leadr::lab::shadowing_errors::{ShadowingLight, ShadowingModel, ShadowingSettings, shadowing_errors};
@@ -242,10 +242,6 @@ fn spheres_of_our_own_ray_caster() {
     assert!(error(SpecularEnvironment, Smith) > 5.0 && error(SpecularEnvironment, Masking) > 60.0);
 }
 
-fn smooth(d: DVec3) -> f64 {
-    1.0 + 0.4 * d.x - 0.25 * d.y + 0.3 * d.z + 0.2 * d.y * d.z + 0.15 * (d.x * d.x - d.y * d.y)
-}
-
 /// Coefficients of a radiance of order 2, by a product rule that is exact for such functions.
 fn order_two(radiance: impl Fn(DVec3) -> f64) -> Sh9 {
     let mut c = [DVec3::ZERO; 9];
@@ -382,17 +378,11 @@ fn patches_of_another_ray_caster() {
 
 #[test]
 fn spheres_of_another_ray_caster() {
-    let world = |d: DVec3| 1.0 + 0.3 * d.x + 0.5 * d.y + 0.2 * d.z + 0.2 * d.y * d.z + 0.15 * (d.x * d.x - d.y * d.y);
-    let lobes = |d: DVec3| {
-        let lobe = |k: f64, towards: DVec3| (k * (d.dot(towards.normalize()) - 1.0)).exp();
-        0.3 * world(d) + 2.0 * lobe(20.0, DVec3::new(0.5, 0.6, 0.6)) + 1.5 * lobe(60.0, DVec3::new(-0.7, 0.1, 0.3))
-    };
-    let sh = order_two(world);
+    let sh = order_two(gradient);
     for (case, bounds) in [("isotropic", [1.2, 1.0, 0.6, 2.6]), ("anisotropic", [0.6, 1.7, 0.8, 1.0])] {
         let sphere = SphereOracle::load(case);
         let s = sphere.covariance;
         let surface = Surface { m: DVec2::ZERO, s };
-        let side = DVec3::new(0.6, 0.5, 0.62).normalize();
         let shown = &sphere.picture("diff_front_shadow").radiance;
         let values: Vec<(usize, [[f64; 2]; 4])> = (0..SIZE * SIZE)
             .into_par_iter()
@@ -410,7 +400,7 @@ fn spheres_of_another_ray_caster() {
                 });
                 let mirror = surface.specular_environment(wo, 8, |d| lobes(to_world(d)));
                 let diffuse = [masked.x, bent(&surface, wo, &sh, &pixel.frame)];
-                Some((i as usize, [light(DVec3::Z), light(side), diffuse, [mirror.y, mirror.z]]))
+                Some((i as usize, [light(DVec3::Z), light(side_light()), diffuse, [mirror.y, mirror.z]]))
             })
             .collect();
         for (k, name) in ["diff_front", "diff_side", "diff_env", "spec_env"].into_iter().enumerate() {

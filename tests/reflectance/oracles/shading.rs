@@ -1,7 +1,7 @@
 //! The 64-bit reference against numbers of other programs (`tests/data`): an independent dense quadrature of LEADR's
 //! equations, and the values of an existing BRDF library.
 
-use crate::common::comparison::{Comparison, number, oracle, rows, vector};
+use crate::common::comparison::{Comparison, number, oracle, rows, smooth, vector};
 use glam::{DVec2, DVec3, Vec3Swizzles as _};
 use leadr::reflectance::facets::beckmann::{beckmann_ndf, beckmann_p22};
 use leadr::reflectance::facets::projected_area::{meso_area, visible_area};
@@ -24,10 +24,6 @@ fn statistics(c: &Value) -> (DVec2, DVec3) {
 
 /// Radiance by direction in the tangent frame.
 type Environment<'a> = Box<dyn Fn(DVec3) -> f64 + 'a>;
-
-fn smooth(d: DVec3) -> f64 {
-    1.0 + 0.4 * d.x - 0.25 * d.y + 0.3 * d.z + 0.2 * d.y * d.z + 0.15 * (d.x * d.x - d.y * d.y)
-}
 
 /// Sum of the grid's weights over the exact visible area. The oracle's shadowed grids do not divide by the sum (as in the
 /// paper's Algorithm 3); its masking-only grids do (as in the supplement).

@@ -1,6 +1,6 @@
 //! The visible-slope rules against an independent dense quadrature (`tests/data/leadr_integrals.json`).
 
-use crate::common::comparison::{number, oracle, rows, vector};
+use crate::common::comparison::{number, oracle, rows, smooth, vector};
 use glam::{DVec2, DVec3};
 use leadr::reflectance::frame::Frame;
 use leadr::reflectance::integrals::diffuse::{leadr_diffuse_environment, leadr_diffuse_light_sh};
@@ -72,10 +72,6 @@ fn diffuse() {
         sun.check(&format!("light, {terms} terms"), light.0, light.1);
         by_sh.check(&format!("light by harmonics, {terms} terms"), light.0, light.1);
     }
-}
-
-fn smooth(d: DVec3) -> f64 {
-    1.0 + 0.4 * d.x - 0.25 * d.y + 0.3 * d.z + 0.2 * d.y * d.z + 0.15 * (d.x * d.x - d.y * d.y)
 }
 
 /// Directions and weights of the probes, in a smooth environment whose filtering by a probe's level is known in closed form.
