@@ -9,7 +9,9 @@ use super::frames::{FRAME, FileKind, OutputPattern, Timeline};
 use crate::app::error::AppError;
 use crate::app::flags::device::DeviceArgs;
 use crate::app::flags::scene::SceneArgs;
-use crate::app::flags::values::{CameraChoice, FrameRange, Layer, Shard, not_negative, positive, sweep};
+use crate::app::flags::shading::choice;
+use crate::app::flags::values::{CameraChoice, FrameRange, Shard, not_negative, positive, sweep};
+use crate::render::frame::Layer;
 use crate::scenes::config::SceneConfig;
 use crate::scenes::stage::Sweep;
 
@@ -53,7 +55,7 @@ pub struct CaptureArgs {
     #[arg(long)]
     pub resume: bool,
     /// Further layers to write (EXR only)
-    #[arg(long, value_name = "NAME,...", value_enum, value_delimiter = ',')]
+    #[arg(long, value_name = "NAME,...", value_parser = choice(&Layer::ALL, Layer::name, Layer::help), value_delimiter = ',')]
     pub layers: Vec<Layer>,
     /// File to write: .png or .exr, with {frame} in its name for a sequence [default: out/SCENE-TECHNIQUE-CAMERA...]
     #[arg(long, short, value_name = "FILE")]
@@ -119,7 +121,6 @@ fn default_output(a: &CaptureArgs, timeline: &Timeline) -> PathBuf {
 #[cfg(test)]
 pub mod tests {
     use super::*;
-    use crate::app::flags::values::Layer;
     use crate::reflectance::masking::shadowing::Shadowing;
     use crate::render::settings::{Quadrature, Technique, Terms};
     use crate::scenes::view::{Size, View};

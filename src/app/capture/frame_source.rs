@@ -5,7 +5,7 @@ use serde::Serialize;
 use super::frames::Moment;
 use crate::app::error::AppError;
 use crate::app::flags::device::DeviceInfo;
-use crate::app::flags::values::Layer;
+use crate::render::frame::Layer;
 
 /// How long one pass took.
 #[derive(Clone, Debug, PartialEq, Serialize)]

@@ -121,7 +121,7 @@ fn render_frame(config: &CaptureConfig, source: &mut dyn FrameSource, moment: Mo
 mod tests {
     use super::args::tests::resolve;
     use super::*;
-    use crate::app::flags::values::Layer;
+    use crate::render::frame::Layer;
     use crate::scenes::config::SceneConfig;
     use crate::scenes::view::Size;
     use std::path::Path;

@@ -5,10 +5,10 @@ use super::frame_source::{Frame, FrameSource, PassTime};
 use super::frames::Moment;
 use crate::app::error::AppError;
 use crate::app::flags::device::DeviceInfo;
-use crate::app::flags::values::Layer;
 use crate::app::output::Output;
 use crate::lab::progress::Progress;
-use crate::render::frame::{Layer as GBufferLayer, Renderer};
+use crate::render::frame::Layer;
+use crate::render::frame::Renderer;
 use crate::render::settings::RenderSettings;
 use crate::scenes::set::{Animation, Inputs, Set, set};
 
@@ -57,7 +57,7 @@ impl FrameSource for RendererSource {
         let output = self.renderer.render(&state, &self.settings)?;
         let mut layers = Vec::with_capacity(self.layers.len());
         for &layer in &self.layers {
-            let texels = self.renderer.layer(gbuffer_layer(layer))?;
+            let texels = self.renderer.layer(layer)?;
             let plane = |i: usize| texels.iter().map(|texel| texel[i]).collect();
             layers.push((layer, (0..layer.channels().len()).map(plane).collect()));
         }
@@ -69,16 +69,5 @@ impl FrameSource for RendererSource {
         let (width, height) = output.size;
         let passes = output.times.into_iter().map(|time| PassTime { pass: time.pass, ms: time.milliseconds }).collect();
         Ok(Frame { width, height, color: output.color, layers, exposure: state.exposure(), passes })
-    }
-}
-
-fn gbuffer_layer(layer: Layer) -> GBufferLayer {
-    match layer {
-        Layer::Depth => GBufferLayer::Depth,
-        Layer::Normal => GBufferLayer::Normal,
-        Layer::MeanSlope => GBufferLayer::MeanSlope,
-        Layer::Covariance => GBufferLayer::Covariance,
-        Layer::Lod => GBufferLayer::Lod,
-        Layer::Albedo => GBufferLayer::Albedo,
     }
 }

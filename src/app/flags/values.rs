@@ -3,46 +3,12 @@
 use std::path::PathBuf;
 use std::str::FromStr;
 
-use clap::ValueEnum;
 use serde::Serialize;
 
 use crate::app::files::extension;
 use crate::scenes::light::{EnvironmentChoice, SunDirection};
 use crate::scenes::stage::Sweep;
 use crate::scenes::view::Size;
-
-/// A quantity written to EXR beside the colour.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, ValueEnum, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Layer {
-    /// Distance along the view axis, metres.
-    Depth,
-    /// World-space displacement direction, the z axis of the tangent frame.
-    Normal,
-    /// Mean slope in the macro tangent frame.
-    MeanSlope,
-    /// Slope covariance: xx, yy, xy.
-    Covariance,
-    /// Level of detail of the displacement map.
-    Lod,
-    /// Linear albedo.
-    Albedo,
-}
-
-impl Layer {
-    /// Channel names in an EXR file, in the order of a layer's planes.
-    #[must_use]
-    pub fn channels(self) -> &'static [&'static str] {
-        match self {
-            Self::Depth => &["depth.Z"],
-            Self::Normal => &["normal.X", "normal.Y", "normal.Z"],
-            Self::MeanSlope => &["mean_slope.X", "mean_slope.Y"],
-            Self::Covariance => &["covariance.XX", "covariance.YY", "covariance.XY"],
-            Self::Lod => &["lod.L"],
-            Self::Albedo => &["albedo.R", "albedo.G", "albedo.B"],
-        }
-    }
-}
 
 impl FromStr for EnvironmentChoice {
     type Err = String;

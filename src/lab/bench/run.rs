@@ -81,7 +81,7 @@ fn full_screen(quad: &Quad, gpu: &Arc<Gpu>) -> Result<(Renderer, Vec<Row>), LabE
     let mut stage = full_screen_stage((quad.size.width, quad.size.height));
     let sky = Sky::default();
     let environment = Environment::from_sky(gpu, FACE_SIZE, &sky)?;
-    let renderer = Renderer::new(gpu, std::mem::take(&mut stage.objects), environment)?;
+    let renderer = Renderer::new(gpu, stage.take_scene(), environment)?;
     let state = stage.state(0.0, &stage.views.mid, &Lights::under(&sky));
     let mut rows = rows::quad(&state, quad.size);
     if quad.goals_only {

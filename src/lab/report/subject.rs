@@ -35,7 +35,7 @@ impl Subject {
     ) -> Result<Self, LabError> {
         let environment = Environment::from_equirect(&studio.gpu, FACE_SIZE, panorama)?;
         let objects = stage.objects.len();
-        let renderer = Renderer::new(&studio.gpu, std::mem::take(&mut stage.objects), environment)?;
+        let renderer = Renderer::new(&studio.gpu, stage.take_scene(), environment)?;
         Ok(Self { renderer, stage, lights, time: 0.0, objects })
     }
 

@@ -1,19 +1,20 @@
-//! What of the G-buffer can be read back.
+//! Layers of the G-buffer that can be read back.
 
 use glam::Vec4;
+use serde::{Serialize, Serializer};
 
 use super::renderer::Renderer;
 use crate::gpu::Result;
 use crate::render::passes::targets::FilteredPixel;
 
-/// What else of the G-buffer can be read back: the last sample's.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// A quantity of the last sample's G-buffer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Layer {
     /// Distance along the view axis, metres; infinity where nothing is.
     Depth,
-    /// World displacement direction.
+    /// World displacement direction, the z axis of the tangent frame.
     Normal,
-    /// Mean slope in the frame about it.
+    /// Mean slope in that frame.
     MeanSlope,
     /// Slope covariance `sxx, syy, sxy`.
     Covariance,
@@ -23,6 +24,58 @@ pub enum Layer {
     Albedo,
     /// Beckmann roughness of the base material.
     Roughness,
+}
+
+/// What is known of a layer.
+struct Row {
+    name: &'static str,
+    help: &'static str,
+    channels: &'static [&'static str],
+}
+
+impl Layer {
+    /// Every layer.
+    pub const ALL: [Self; 7] =
+        [Self::Depth, Self::Normal, Self::MeanSlope, Self::Covariance, Self::Lod, Self::Albedo, Self::Roughness];
+
+    fn row(self) -> Row {
+        let row = |name, help, channels| Row { name, help, channels };
+        match self {
+            Self::Depth => row("depth", "Distance along the view axis, metres", &["depth.Z"]),
+            Self::Normal => row("normal", "World-space displacement direction", &["normal.X", "normal.Y", "normal.Z"]),
+            Self::MeanSlope => row("mean-slope", "Mean slope in the tangent frame", &["mean_slope.X", "mean_slope.Y"]),
+            Self::Covariance => {
+                row("covariance", "Slope covariance: xx, yy, xy", &["covariance.XX", "covariance.YY", "covariance.XY"])
+            }
+            Self::Lod => row("lod", "Level of detail of the displacement map", &["lod.L"]),
+            Self::Albedo => row("albedo", "Linear albedo", &["albedo.R", "albedo.G", "albedo.B"]),
+            Self::Roughness => row("roughness", "Beckmann roughness of the base material", &["roughness.A"]),
+        }
+    }
+
+    /// The name on the command line.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        self.row().name
+    }
+
+    /// A line of help.
+    #[must_use]
+    pub fn help(self) -> &'static str {
+        self.row().help
+    }
+
+    /// Names of its channels in an EXR file, in their order.
+    #[must_use]
+    pub fn channels(self) -> &'static [&'static str] {
+        self.row().channels
+    }
+}
+
+impl Serialize for Layer {
+    fn serialize<S: Serializer>(&self, serializer: S) -> std::result::Result<S::Ok, S::Error> {
+        serializer.serialize_str(self.name())
+    }
 }
 
 impl Renderer {
