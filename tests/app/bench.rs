@@ -1,8 +1,9 @@
 //! `leadr bench` run as a program, and proof that the frame it times is the frame that is drawn.
 
-use crate::common::render::stage_under_sky;
 use std::process::{Command, Output};
 
+use crate::common::gpu::test_gpu;
+use crate::common::render::stage_under_sky;
 use leadr::render::frame::Layer;
 use leadr::render::light::sky::Sky;
 use leadr::render::settings::RenderSettings;
@@ -55,7 +56,7 @@ fn check(report: &Value) {
 
 #[test]
 fn a_scene_is_measured_near_and_far() {
-    let Some(_) = crate::common::gpu::test_gpu() else { return };
+    let Some(_) = test_gpu() else { return };
     let flags = ["bench", "--scene", "plane", "--technique", "leadr", "--size", "24x16", "--frames", "2"];
     let report = json(&[&flags[..], &["--validation", "--json"]].concat());
     check(&report);
@@ -73,7 +74,7 @@ fn a_scene_is_measured_near_and_far() {
 
 #[test]
 fn the_passes_of_the_sea_are_timed_one_by_one() {
-    let Some(_) = crate::common::gpu::test_gpu() else { return };
+    let Some(_) = test_gpu() else { return };
     let flags = ["bench", "--scene", "ocean", "--technique", "lean", "--size", "16x12", "--fft", "64", "--frames", "1"];
     let report = json(&[&flags[..], &["--validation", "--json"]].concat());
     check(&report);
@@ -102,7 +103,7 @@ fn the_passes_of_the_sea_are_timed_one_by_one() {
 
 #[test]
 fn frames_of_the_sea_leave_nothing_in_memory() {
-    let Some(_) = crate::common::gpu::test_gpu() else { return };
+    let Some(_) = test_gpu() else { return };
     let soak = |frames: &str, more: &[&str]| {
         let flags = ["bench", "--scene", "ocean", "--soak", frames, "--size", "32x24", "--fft", "64", "--json"];
         let report = json(&[&flags[..], more].concat());
@@ -126,7 +127,7 @@ fn frames_of_the_sea_leave_nothing_in_memory() {
 
 #[test]
 fn the_papers_tables_have_their_rows_ratios_lines_and_goals() {
-    let Some(_) = crate::common::gpu::test_gpu() else { return };
+    let Some(_) = test_gpu() else { return };
     let report = json(&["bench", "--paper", "--size", "8x8", "--frames", "1", "--json"]);
     check(&report);
     let total = |table: &str, row: &str| {
@@ -150,7 +151,7 @@ fn the_papers_tables_have_their_rows_ratios_lines_and_goals() {
 
 #[test]
 fn the_table_to_read_names_device_commit_and_rows() {
-    let Some(_) = crate::common::gpu::test_gpu() else { return };
+    let Some(_) = test_gpu() else { return };
     let output = run(&["bench", "--scene", "plane", "--technique", "normal-mip", "--size", "8x8", "--frames", "1"]);
     assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
     let text = String::from_utf8(output.stdout).unwrap();
@@ -190,7 +191,7 @@ fn wrong_usage_ends_with_2_and_names_the_flag() {
 
 #[test]
 fn a_measured_frame_is_the_frame_that_is_drawn() {
-    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let Some(gpu) = test_gpu() else { return };
     let size = (32, 24);
     let mut stage = full_screen_stage(size);
     let mut renderer = stage_under_sky(&gpu, &mut stage, 16);

@@ -3,6 +3,7 @@
 use std::path::Path;
 use std::process::{Command, Output};
 
+use crate::common::gpu::test_gpu;
 use leadr::maps::save::{save_exr_rgb, save_png};
 use leadr::maps::tonemap::Tonemap;
 use leadr::maps::{RgbImage, load_color};
@@ -233,14 +234,14 @@ fn no_vulkan_driver_is_one_sentence_that_says_what_to_install() {
 
 #[test]
 fn an_unknown_device_is_named_with_the_choice() {
-    let Some(_) = crate::common::gpu::test_gpu() else { return };
+    let Some(_) = test_gpu() else { return };
     let line = one_line_error(&run(&["capture", "--device", "abacus"]), 1, "--device abacus");
     assert!(line.contains("abacus") && line.contains("0: "), "{line}");
 }
 
 #[test]
 fn capture_renders_the_same_bytes_twice_and_says_how() {
-    let Some(_) = crate::common::gpu::test_gpu() else { return };
+    let Some(_) = test_gpu() else { return };
     let folder = tempfile::tempdir().unwrap();
     let flags = ["capture", "--scene", "sphere", "--size", "48x32", "--samples", "2", "--validation", "--json"];
     for (name, extra) in [("a.png", &[][..]), ("b.exr", &["--layers", "depth,normal,mean-slope,covariance,lod,albedo"])]
@@ -264,7 +265,7 @@ fn capture_renders_the_same_bytes_twice_and_says_how() {
 
 #[test]
 fn roughness_replaces_that_of_displaced_surfaces() {
-    let Some(_) = crate::common::gpu::test_gpu() else { return };
+    let Some(_) = test_gpu() else { return };
     let folder = tempfile::tempdir().unwrap();
     let render = |name: &str, flags: &[&str]| {
         let file = folder.path().join(name);
@@ -282,7 +283,7 @@ fn roughness_replaces_that_of_displaced_surfaces() {
 
 #[test]
 fn the_trex_baked_and_from_the_cache_is_the_same_picture() {
-    let Some(_) = crate::common::gpu::test_gpu() else { return };
+    let Some(_) = test_gpu() else { return };
     let folder = tempfile::tempdir().unwrap();
     let cache = folder.path().join("cache");
     let render = |name: &str, time: &str| {

@@ -3,6 +3,7 @@
 use std::path::Path;
 use std::process::{Command, Output};
 
+use crate::common::gpu::test_gpu;
 use leadr::maps::load_color_srgb8;
 use serde_json::Value;
 
@@ -26,7 +27,7 @@ fn data(folder: &Path) -> Value {
 
 #[test]
 fn a_section_is_measured_and_written_as_page_data_and_pictures() {
-    let Some(_) = crate::common::gpu::test_gpu() else { return };
+    let Some(_) = test_gpu() else { return };
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path().join("made");
     let output = report(&["--quick", "--only", "table10", "--validation", "--json", "-o", text(&folder)]);
@@ -67,7 +68,7 @@ fn a_section_is_measured_and_written_as_page_data_and_pictures() {
 /// Computed on the CPU, although a device is opened; takes seconds.
 #[test]
 fn several_sections_stand_in_the_order_of_the_page() {
-    let Some(_) = crate::common::gpu::test_gpu() else { return };
+    let Some(_) = test_gpu() else { return };
     let folder = tempfile::tempdir().unwrap();
     let output = report(&["--quick", "--only", "model,quadrature", "-q", "-o", text(folder.path())]);
     assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
@@ -97,7 +98,7 @@ fn wrong_calls_say_what_is_wrong_and_leave_nothing() {
     std::fs::write(&file, b"in the way").unwrap();
     assert!(line(&report(&["-o", text(&file)]), 1).contains(text(&file)));
     assert_eq!(std::fs::read(&file).unwrap(), b"in the way");
-    let Some(_) = crate::common::gpu::test_gpu() else { return };
+    let Some(_) = test_gpu() else { return };
     // There is nothing to find the worst of: the error names the failed section, and the earlier report stays.
     let made = folder.path().join("report");
     std::fs::create_dir(&made).unwrap();

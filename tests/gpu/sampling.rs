@@ -3,6 +3,7 @@
 //! 1 % in all, divided by the number of tests.
 
 use crate::chi_square::p_value;
+use crate::common::gpu::{run_probe, test_gpu};
 use crate::common::standard::{Seen, direction, surfaces};
 use glam::{DVec2, DVec3};
 use leadr::reflectance::facets::beckmann::Beckmann;
@@ -122,7 +123,7 @@ fn ggx_sampler_follows_its_density() {
 /// The device's samplers, 32 bits, against the f64 density.
 #[test]
 fn device_samplers_follow_their_densities() {
-    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let Some(gpu) = test_gpu() else { return };
     let cases: Vec<_> = cases().into_iter().step_by(3).collect();
     let run = |ggx: bool| -> Vec<(f64, String)> {
         let one = |(i, &(m, s, wo)): (usize, &(DVec2, DVec3, DVec3))| {
@@ -138,10 +139,10 @@ fn device_samplers_follow_their_densities() {
                 if ggx { ("probes/facets/ggx_sampling.comp", 3) } else { ("probes/facets/beckmann_sampling.comp", 5) };
             let got = if ggx {
                 let inputs: Vec<[f32; 10]> = pairs.iter().map(|&u| std::array::from_fn(|k| arguments(u)[k])).collect();
-                crate::common::gpu::run_probe(&gpu, shader, &inputs, outputs)
+                run_probe(&gpu, shader, &inputs, outputs)
             } else {
                 let inputs: Vec<_> = pairs.iter().map(|&u| arguments(u)).collect();
-                crate::common::gpu::run_probe(&gpu, shader, &inputs, outputs)
+                run_probe(&gpu, shader, &inputs, outputs)
             };
             let normals = got.chunks(outputs).map(|n| DVec3::new(n[0].into(), n[1].into(), n[2].into()));
             Some((p_of(&seen, normals, |n| seen.distribution.vndf(wo, n)), format!("ν {:.2} {m} {s} {wo}", seen.nu)))

@@ -5,6 +5,7 @@
 //! is wider: highlights are softer than the reference's and 10 to 19 % brighter in total. With the variance of the box, 1/12,
 //! the sphere of 6 pixels is nearer to the reference (4 % too dark), but its brightness varies by 55 % instead of 5 %.
 
+use crate::common::gpu::test_gpu;
 use crate::common::render::in_room;
 use glam::{Affine3A, Vec2, Vec3};
 use leadr::reflectance::masking::shadowing::Shadowing;
@@ -120,7 +121,7 @@ fn error(motion: &Motion, reference: &Motion) -> f32 {
 
 #[test]
 fn small_glossy_parts_do_not_sparkle() {
-    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let Some(gpu) = test_gpu() else { return };
     for (name, mesh, diameter) in [
         ("sphere of 6 pixels", ellipsoid(Vec3::ONE, 0.05), 6.0),
         ("tooth of 4 by 12 pixels", ellipsoid(Vec3::new(0.33, 0.33, 1.0), 0.08), 12.0),

@@ -1,5 +1,6 @@
 //! Surfaces that deform while their LEADR maps stay the same (LEADR eq. 12).
 
+use crate::common::gpu::{TestGpu, test_gpu};
 use crate::common::render::stage_under_sky;
 use glam::{DVec2, DVec3};
 use leadr::reflectance::frame::{frame_about, to_frame};
@@ -9,7 +10,7 @@ use leadr::scenes::deform::{Deformation, PERIOD, SHEAR, STRETCH, stage};
 use leadr::scenes::stage::Lights;
 
 /// Mean slope covariance (xx, yy, xy) of the quad seen from afar, along world x and the quad's upward direction.
-fn quad_covariance(gpu: &crate::common::gpu::TestGpu, deformation: Deformation, time: f64) -> [f64; 3] {
+fn quad_covariance(gpu: &TestGpu, deformation: Deformation, time: f64) -> [f64; 3] {
     let mut stage = stage(deformation);
     let mut renderer = stage_under_sky(gpu, &mut stage, 32);
     let settings = RenderSettings { size: (640, 240), ..Default::default() };
@@ -36,7 +37,7 @@ fn quad_covariance(gpu: &crate::common::gpu::TestGpu, deformation: Deformation, 
 
 #[test]
 fn slopes_follow_the_deformation() {
-    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let Some(gpu) = test_gpu() else { return };
     let rest = quad_covariance(&gpu, Deformation::Stretch, 0.0);
     println!("at rest {rest:?}");
     assert!(rest[0] > 0.1 && (rest[1] / rest[0] - 1.0).abs() < 0.15 && (rest[2] / rest[0]).abs() < 0.1, "{rest:?}");

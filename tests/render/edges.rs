@@ -1,5 +1,6 @@
 //! Edge samples: silhouettes as smooth as with many samples, surfaces shaded once.
 
+use crate::common::gpu::{TestGpu, test_gpu};
 use crate::common::render::{stage_under_sky, under_sky};
 use glam::{Affine3A, Vec3};
 use leadr::render::camera::Camera;
@@ -16,7 +17,7 @@ const SIZE: u32 = 64;
 const OF_MANY_PATCHES: [[f64; 2]; 3] = [[0.0095, 0.013], [0.0095, 0.012], [0.0145, 0.016]];
 
 /// A small sphere in front of a large one.
-fn scene(gpu: &crate::common::gpu::TestGpu) -> (Renderer, FrameState) {
+fn scene(gpu: &TestGpu) -> (Renderer, FrameState) {
     let objects = [("front", [0.8, 0.2, 0.1, 0.4]), ("back", [0.1, 0.3, 0.8, 0.3])]
         .map(|(name, color)| Object::new(name, cube_sphere(8, color)))
         .to_vec();
@@ -48,7 +49,7 @@ fn rms(a: &FrameOutput, b: &FrameOutput, first: usize, over: impl Fn(usize) -> b
 
 #[test]
 fn outlines_converge_to_the_reference_and_the_inside_is_shaded_once() {
-    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let Some(gpu) = test_gpu() else { return };
     let (mut renderer, state) = scene(&gpu);
     let truth = renderer.render(&state, &settings_of(Technique::Reference, 512, 1)).unwrap();
     let supersampled = renderer.render(&state, &settings(256, 1)).unwrap();
@@ -87,7 +88,7 @@ fn outlines_converge_to_the_reference_and_the_inside_is_shaded_once() {
 }
 
 /// A rough sphere, `distance` metres away.
-fn rock(gpu: &crate::common::gpu::TestGpu, distance: f32) -> (Renderer, FrameState) {
+fn rock(gpu: &TestGpu, distance: f32) -> (Renderer, FrameState) {
     let mut stage = sphere_stage(Relief { tile: 16, ..Relief::default() });
     let renderer = stage_under_sky(gpu, &mut stage, 32);
     let state = stage.state(0.0, &stage.views.mid.at_distance(distance), &Lights::under(&Sky::default()));
@@ -98,7 +99,7 @@ fn rock(gpu: &crate::common::gpu::TestGpu, distance: f32) -> (Renderer, FrameSta
 /// levels of its maps and by resolving edge samples.
 #[test]
 fn a_pixel_of_many_patches_is_shaded_as_all_of_them() {
-    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let Some(gpu) = test_gpu() else { return };
     let (mut renderer, state) = rock(&gpu, 20.0);
     let techniques = [Technique::Leadr, Technique::Lean, Technique::NormalMip];
     for (technique, bounds) in techniques.into_iter().zip(OF_MANY_PATCHES) {
@@ -121,7 +122,7 @@ fn a_pixel_of_many_patches_is_shaded_as_all_of_them() {
 /// Bumps several pixels wide, tessellated more finely for edge samples than for the shadow map, do not shadow themselves.
 #[test]
 fn fine_bumps_do_not_shade_themselves() {
-    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let Some(gpu) = test_gpu() else { return };
     let (mut renderer, state) = rock(&gpu, 8.0);
     let mut shoot = |samples, edge_samples| {
         let settings = RenderSettings { size: (320, 180), ..settings(samples, edge_samples) };
@@ -139,7 +140,7 @@ fn fine_bumps_do_not_shade_themselves() {
 
 #[test]
 fn frames_with_edge_samples_repeat() {
-    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let Some(gpu) = test_gpu() else { return };
     let (mut renderer, state) = scene(&gpu);
     let (mut other, _) = scene(&gpu);
     for seed in [0, 3] {
@@ -165,7 +166,7 @@ fn frames_with_edge_samples_repeat() {
 
 #[test]
 fn the_reference_has_no_edge_samples() {
-    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let Some(gpu) = test_gpu() else { return };
     let (mut renderer, state) = scene(&gpu);
     let mut reference = |edges| renderer.render(&state, &settings_of(Technique::Reference, 2, edges)).unwrap().color;
     assert_eq!(reference(4), reference(1));

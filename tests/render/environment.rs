@@ -3,6 +3,7 @@
 use std::f64::consts::PI;
 
 use crate::common::cube::{panorama, read_level};
+use crate::common::gpu::{run_probe_with, test_gpu};
 use glam::DVec3;
 use leadr::gpu::Descriptor;
 use leadr::maps::RgbImage;
@@ -22,7 +23,7 @@ fn relative(a: DVec3, b: DVec3) -> f64 {
 
 #[test]
 fn sky_matches_its_twin_in_64_bits() {
-    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let Some(gpu) = test_gpu() else { return };
     let suns = [(85.0f32, 0.3f32, 2.2f32), (35.0, 2.5, 1.0), (5.0, -2.0, 6.0), (-2.0, 1.0, 2.2), (90.0, 0.0, 3.0)];
     let mut environment = Environment::from_sky(&gpu, 64, &Sky::default()).unwrap();
     for (elevation, azimuth, turbidity) in suns {
@@ -56,7 +57,7 @@ fn sky_matches_its_twin_in_64_bits() {
 
 #[test]
 fn an_unchanged_sky_costs_nothing() {
-    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let Some(gpu) = test_gpu() else { return };
     let sky = Sky::with_sun(0.5, 1.0);
     let mut environment = Environment::from_sky(&gpu, 16, &sky).unwrap();
     let other = Sky::with_sun(0.51, 1.0);
@@ -67,7 +68,7 @@ fn an_unchanged_sky_costs_nothing() {
 
 #[test]
 fn every_level_has_the_same_mean() {
-    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let Some(gpu) = test_gpu() else { return };
     let environment = Environment::from_sky(&gpu, FACE_SIZE, &Sky::with_sun(0.4, 0.7)).unwrap();
     assert_eq!(environment.levels(), FACE_SIZE.ilog2() + 1);
     let (first, _) = power(&read_level(&environment, 0));
@@ -89,7 +90,7 @@ fn every_level_has_the_same_mean() {
 
 #[test]
 fn panorama_arrives_in_the_documented_directions() {
-    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let Some(gpu) = test_gpu() else { return };
     let f = |d: DVec3| DVec3::new(1.5 + d.x, 1.5 + d.y, 1.5 + d.z) * (1.0 + 0.3 * (3.0 * d.x).sin());
     let environment = Environment::from_equirect(&gpu, 64, &panorama(512, f)).unwrap();
     let worst = read_level(&environment, 0).iter().map(|(d, _, l)| relative(*l, f(*d))).fold(0.0, f64::max);
@@ -109,8 +110,7 @@ fn panorama_arrives_in_the_documented_directions() {
         inputs.push([[1.0, -1.0][i as usize & 1], [1.0, -1.0][i as usize >> 1 & 1], i as f32 / 4.0 - 1.0, 0.0]);
     }
     let cube = [("cube", Descriptor::Sampled(environment.cube(), environment.sampler()))];
-    let sampled =
-        crate::common::gpu::run_probe_with(&gpu, "probes/passes/cube_sample.comp", &inputs, 3, &[], &cube, &[]);
+    let sampled = run_probe_with(&gpu, "probes/passes/cube_sample.comp", &inputs, 3, &[], &cube, &[]);
     let mut worst = 0.0f64;
     for (input, c) in inputs.iter().zip(sampled.chunks(3)) {
         let d = DVec3::new(input[0].into(), input[1].into(), input[2].into()).normalize();
@@ -124,7 +124,7 @@ fn panorama_arrives_in_the_documented_directions() {
 
 #[test]
 fn a_sun_of_one_pixel_keeps_its_power_and_place() {
-    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let Some(gpu) = test_gpu() else { return };
     // the row at the pole is 8 % too wide (the sampler does not filter across the pole), so it has its own bounds
     let mut worst = [(0.0f64, 0.0f64); 2];
     for (width, column, row) in [
@@ -159,7 +159,7 @@ fn a_sun_of_one_pixel_keeps_its_power_and_place() {
 
 #[test]
 fn faces_must_be_a_power_of_two() {
-    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let Some(gpu) = test_gpu() else { return };
     let error = Environment::from_sky(&gpu, 100, &Sky::default()).err().unwrap().to_string();
     assert!(error.contains("power of two"), "{error}");
 }
@@ -168,7 +168,7 @@ fn faces_must_be_a_power_of_two() {
 #[test]
 #[ignore = "writes pictures"]
 fn pictures() {
-    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let Some(gpu) = test_gpu() else { return };
     let folder = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join("light");
     std::fs::create_dir_all(&folder).unwrap();
     let (w, h) = (768u32, 384u32);
@@ -176,8 +176,7 @@ fn pictures() {
         let directions = panorama(w, |d| d);
         let inputs: Vec<[f32; 4]> = directions.texels.iter().map(|d| [d[0], d[1], d[2], lod]).collect();
         let cube = [("cube", Descriptor::Sampled(environment.cube(), environment.sampler()))];
-        let sampled =
-            crate::common::gpu::run_probe_with(&gpu, "probes/passes/cube_sample.comp", &inputs, 3, &[], &cube, &[]);
+        let sampled = run_probe_with(&gpu, "probes/passes/cube_sample.comp", &inputs, 3, &[], &cube, &[]);
         let image = RgbImage::new(w, h, sampled.chunks(3).map(|c| [c[0], c[1], c[2]]).collect()).unwrap();
         let shown = leadr::maps::tonemap::display_image(&image, exposure, leadr::maps::tonemap::Tonemap::Filmic);
         image::save_buffer(folder.join(name), shown.texels.as_flattened(), w, h, image::ColorType::Rgb8).unwrap();

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use crate::common::gpu::test_gpu;
 use glam::Vec3;
 use leadr::gpu::Gpu;
 use leadr::reflectance::masking::shadowing::Shadowing;
@@ -86,7 +87,7 @@ fn torn(mut stage: Stage) -> Stage {
 
 #[test]
 fn the_pillow_has_no_cracks() {
-    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let Some(gpu) = test_gpu() else { return };
     let (inside, pixels) = count_inside(&gpu, pillow::stage(16), 0.7, 0.15);
     println!("{inside} inside pixels among {pixels}");
     assert!(pixels > 10_000);
@@ -95,7 +96,7 @@ fn the_pillow_has_no_cracks() {
 
 #[test]
 fn the_snake_has_no_cracks_unless_it_is_torn() {
-    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let Some(gpu) = test_gpu() else { return };
     let (inside, pixels) = count_inside(&gpu, snake::stage(16), 1.8, 0.2);
     println!("{inside} inside pixels among {pixels}");
     assert!(pixels > 10_000);
@@ -107,7 +108,7 @@ fn the_snake_has_no_cracks_unless_it_is_torn() {
 
 #[test]
 fn one_sample_from_afar_is_close_to_many_of_the_reference() {
-    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let Some(gpu) = test_gpu() else { return };
     let mut stage = pillow::stage(32);
     let mut renderer = alone(&gpu, &mut stage);
     let state = state(&stage, Vec3::new(-0.5, -1.0, 0.78), 4.0);

@@ -1,5 +1,6 @@
 //! The purpose of the project: a surface keeps its look at every distance.
 
+use crate::common::gpu::{TestGpu, test_gpu};
 use crate::common::render::{bumps, under_sky};
 use glam::Vec3;
 use leadr::lab::metrics::compare::compare;
@@ -15,7 +16,7 @@ use leadr::render::surfaces::tessellation::TessellationSettings;
 use leadr::scenes::sphere::displaced_sphere;
 
 /// A glossy sphere with Gaussian bumps of slope σ ≈ 0.3, far finer than the pixels of the distances below.
-fn bumpy_sphere(gpu: &crate::common::gpu::TestGpu) -> Renderer {
+fn bumpy_sphere(gpu: &TestGpu) -> Renderer {
     let (mesh, heights) = displaced_sphere(&bumps(256, 5.0, 3), 1.0, 8, 32, [0.4, 0.4, 0.4, 0.15]);
     let object = Object::new("bumpy sphere", mesh).with_heights(heights, 0.3).with_specular_f0(0.3).without_shadow();
     under_sky(gpu, vec![object], 64)
@@ -56,7 +57,7 @@ fn mean_radiance(output: &FrameOutput) -> [f64; 3] {
 
 #[test]
 fn one_leadr_sample_is_nearest_to_the_supersampled_reference() {
-    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let Some(gpu) = test_gpu() else { return };
     let mut renderer = bumpy_sphere(&gpu);
     let distance = 24.0;
     let mut render =
@@ -80,7 +81,7 @@ fn one_leadr_sample_is_nearest_to_the_supersampled_reference() {
 
 #[test]
 fn brightness_changes_smoothly_with_distance() {
-    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let Some(gpu) = test_gpu() else { return };
     let mut renderer = bumpy_sphere(&gpu);
     let mut sweep = |technique: Technique| {
         let means: Vec<[f64; 3]> = (0..40)

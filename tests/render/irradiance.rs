@@ -3,6 +3,7 @@
 use std::f64::consts::PI;
 
 use crate::common::cube::panorama;
+use crate::common::gpu::test_gpu;
 use glam::DVec3;
 use leadr::gpu::Gpu;
 use leadr::reflectance::integrals::sh::{Sh9, sh_add_light, sh_basis};
@@ -38,7 +39,7 @@ fn error(a: &Sh9, b: &Sh9) -> f64 {
 
 #[test]
 fn projection_matches_64_bits() {
-    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let Some(gpu) = test_gpu() else { return };
     let pass = IrradiancePass::new(&gpu).unwrap();
     for (elevation, face_size) in [(5.0f32, FACE_SIZE), (40.0, FACE_SIZE), (70.0, 64), (30.0, 8)] {
         let environment = Environment::from_sky(&gpu, face_size, &Sky::with_sun(elevation.to_radians(), 2.0)).unwrap();
@@ -59,7 +60,7 @@ fn projection_matches_64_bits() {
 
 #[test]
 fn the_same_bytes_every_run() {
-    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let Some(gpu) = test_gpu() else { return };
     let environment = Environment::from_sky(&gpu, FACE_SIZE, &Sky::default()).unwrap();
     let first = run(&gpu, &environment);
     for _ in 0..3 {
@@ -80,7 +81,7 @@ fn the_same_bytes_every_run() {
 
 #[test]
 fn a_constant_environment_has_only_its_mean() {
-    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let Some(gpu) = test_gpu() else { return };
     let color = DVec3::new(0.5, 1.0, 1000.0);
     let environment = Environment::from_equirect(&gpu, FACE_SIZE, &panorama(64, |_| color)).unwrap();
     let mut exact = [DVec3::ZERO; 9];
@@ -93,7 +94,7 @@ fn a_constant_environment_has_only_its_mean() {
 
 #[test]
 fn cosine_lobes_have_their_closed_form() {
-    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let Some(gpu) = test_gpu() else { return };
     for n in [DVec3::X, DVec3::Y, DVec3::Z, -DVec3::Z, DVec3::new(0.48, -0.6, 0.64)] {
         let color = DVec3::new(1.0, 2.0, 0.25);
         let lobe = panorama(1024, |d| d.dot(n).max(0.0) * color);

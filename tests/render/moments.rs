@@ -3,6 +3,7 @@
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
+use crate::common::gpu::test_gpu;
 use half::f16;
 use leadr::gpu::{Gpu, Image, ImageDesc, vk};
 use leadr::maps::{HeightMap, LeadrMap, Wrap};
@@ -60,7 +61,7 @@ fn difference(gpu: &LeadrMapGpu, cpu: &LeadrMap) -> [f64; 6] {
 
 #[test]
 fn maps_match_the_cpu_at_any_size_and_edge() {
-    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let Some(gpu) = test_gpu() else { return };
     for (width, height) in [(64, 64), (37, 23), (1, 19), (100, 3), (1, 1), (7, 128), (255, 257)] {
         let map = bumpy(width, height);
         for wrap in [Wrap::Repeat, Wrap::Clamp] {
@@ -78,7 +79,7 @@ fn maps_match_the_cpu_at_any_size_and_edge() {
 
 #[test]
 fn sixteen_bits_have_a_known_error() {
-    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let Some(gpu) = test_gpu() else { return };
     let map = bumpy(128, 96);
     let made = LeadrMapGpu::new(&gpu, (&map).into(), Edges::Wrap(Wrap::Repeat), MomentFormat::Float16).unwrap();
     let errors = difference(&made, &LeadrMap::new(&map, Wrap::Repeat));
@@ -125,7 +126,7 @@ fn tile_reference(tile: &[f64], edge: usize, atlas: [f64; 2]) -> Vec<Vec<[f64; 6
 
 #[test]
 fn tiles_of_an_atlas_know_nothing_of_each_other() {
-    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let Some(gpu) = test_gpu() else { return };
     let layout = TileLayout { tile: 8, gutter: 2, columns: 4, rows: 3 };
     let (width, height) = layout.size();
     let edge = layout.tile as usize;
@@ -167,7 +168,7 @@ fn tiles_of_an_atlas_know_nothing_of_each_other() {
 
 #[test]
 fn heights_can_change_every_frame() {
-    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let Some(gpu) = test_gpu() else { return };
     let pass = Arc::new(MomentsPass::new(&gpu, Edges::Wrap(Wrap::Repeat), MomentFormat::Float32).unwrap());
     let map = LeadrMapGpu::empty(&gpu, &pass, 32, 32).unwrap();
     let heights = Image::new(&gpu, "heights", ImageDesc::new(vk::Format::R32_SFLOAT, 32, 32)).unwrap();
@@ -184,7 +185,7 @@ fn heights_can_change_every_frame() {
 
 #[test]
 fn wrong_sizes_are_sentences() {
-    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let Some(gpu) = test_gpu() else { return };
     let fails = |width, height, count: usize, edges| {
         let texels = vec![0.0; count];
         let heights = HeightSource { width, height, texels: &texels };
@@ -200,7 +201,7 @@ fn wrong_sizes_are_sentences() {
 #[test]
 #[ignore = "takes a gigabyte and some seconds"]
 fn a_creature_sized_atlas_fits() {
-    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let Some(gpu) = test_gpu() else { return };
     let layout = TileLayout { tile: 32, gutter: 2, columns: 128, rows: 178 };
     let (width, height) = layout.size();
     let texels: Vec<f32> = (0..width * height).map(|i| (i as f32 * 0.37).sin()).collect();

@@ -1,5 +1,6 @@
 //! A sun that moves every frame: the device's sky, its mips and its spherical harmonics against the 64-bit sky.
 
+use crate::common::gpu::{TestGpu, test_gpu};
 use crate::common::render::luminance;
 use glam::{DVec3, Vec3};
 use leadr::reflectance::integrals::sh::{Sh9, sh_add_light};
@@ -36,7 +37,7 @@ fn error(got: &[[f32; 4]], exact: &Sh9) -> f64 {
     (0..9).map(at).fold(0.0, f64::max) / scale
 }
 
-fn scene(gpu: &crate::common::gpu::TestGpu) -> (Renderer, impl Fn(f64) -> FrameState) {
+fn scene(gpu: &TestGpu) -> (Renderer, impl Fn(f64) -> FrameState) {
     let mut stage = plane_stage(Relief::default());
     let camera = Camera::looking_at(Vec3::new(6.0, -8.0, 5.0), Vec3::ZERO, 35.0);
     let sky = Sky { sun_direction: daylight::at_hour(4.0), ..Sky::default() };
@@ -53,7 +54,7 @@ fn scene(gpu: &crate::common::gpu::TestGpu) -> (Renderer, impl Fn(f64) -> FrameS
 
 #[test]
 fn after_any_number_of_frames_the_device_holds_the_sky_of_the_last() {
-    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let Some(gpu) = test_gpu() else { return };
     let (mut renderer, state) = scene(&gpu);
     let settings = RenderSettings { size: (16, 12), samples: 2, ..RenderSettings::default() };
     let mut worst = 0.0f64;
@@ -82,7 +83,7 @@ fn after_any_number_of_frames_the_device_holds_the_sky_of_the_last() {
 
 #[test]
 fn a_frame_is_the_same_whichever_frames_came_before() {
-    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let Some(gpu) = test_gpu() else { return };
     let (mut renderer, state) = scene(&gpu);
     let settings = RenderSettings { size: (32, 24), ..RenderSettings::default() };
     let in_order: Vec<_> =
@@ -95,7 +96,7 @@ fn a_frame_is_the_same_whichever_frames_came_before() {
 
 #[test]
 fn exposed_pictures_of_a_day_are_neither_black_nor_white() {
-    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let Some(gpu) = test_gpu() else { return };
     let (mut renderer, state) = scene(&gpu);
     let settings = RenderSettings { size: (32, 24), ..RenderSettings::default() };
     let mut seen: Vec<(f32, f64)> = Vec::new();

@@ -1,5 +1,6 @@
 //! What the renderer guarantees about geometry: no cracks, culling that changes no pixel, reproducible frames.
 
+use crate::common::gpu::{TestGpu, test_gpu};
 use crate::common::render::{bumps, under_sky};
 use glam::{Affine3A, Vec2, Vec3};
 use leadr::render::camera::Camera;
@@ -22,7 +23,7 @@ fn object(mesh: PatchMesh, heights: HeightField, height_scale: f32) -> Object {
     Object::new("test", mesh).with_heights(heights, height_scale)
 }
 
-fn renderer(gpu: &crate::common::gpu::TestGpu, object: Object) -> Renderer {
+fn renderer(gpu: &TestGpu, object: Object) -> Renderer {
     under_sky(gpu, vec![object], 32)
 }
 
@@ -71,7 +72,7 @@ fn count_inside(renderer: &mut Renderer, max_slope_views: &[f32]) -> (usize, usi
 
 #[test]
 fn closed_meshes_show_no_crack_across_tiles() {
-    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let Some(gpu) = test_gpu() else { return };
     let (mesh, heights) = displaced_sphere(&rough(), 1.0, 6, 16, [0.5; 4]);
     // Steep but without overhangs, because a fold would show its own inside.
     let mut renderer = renderer(&gpu, object(mesh, heights, 0.05));
@@ -83,7 +84,7 @@ fn closed_meshes_show_no_crack_across_tiles() {
 
 #[test]
 fn closed_meshes_show_no_crack_across_uv_seams() {
-    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let Some(gpu) = test_gpu() else { return };
     // On twelve seams, the charts of neighbouring faces give different heights along their common edge.
     let mesh = cube_sphere(4, [0.5; 4]);
     let mut renderer = renderer(&gpu, object(mesh, rough(), 0.04));
@@ -95,7 +96,7 @@ fn closed_meshes_show_no_crack_across_uv_seams() {
 /// The same seams without shared edges: every patch has vertices of its own, so nothing joins their heights.
 #[test]
 fn the_crack_test_sees_cracks() {
-    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let Some(gpu) = test_gpu() else { return };
     let mut mesh = cube_sphere(4, [0.5; 4]);
     let (positions, normals) = (mesh.positions.clone(), mesh.normals.clone());
     mesh.positions = mesh.patches.iter().flatten().map(|&v| positions[v as usize]).collect();
@@ -111,7 +112,7 @@ fn the_crack_test_sees_cracks() {
 
 #[test]
 fn culling_changes_no_pixel() {
-    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let Some(gpu) = test_gpu() else { return };
     let (mesh, heights) = displaced_sphere(&rough(), 1.0, 8, 16, [0.5; 4]);
     let mut renderer = renderer(&gpu, object(mesh, heights, 0.05));
     for (distance, target) in [(1.3, Vec3::new(0.0, 0.5, 0.4)), (4.0, Vec3::ZERO)] {
@@ -130,7 +131,7 @@ fn culling_changes_no_pixel() {
 
 #[test]
 fn the_same_frame_gives_the_same_bits() {
-    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let Some(gpu) = test_gpu() else { return };
     let (mesh, heights) = displaced_sphere(&rough(), 1.0, 4, 16, [0.5; 4]);
     let camera = Camera::looking_at(Vec3::new(2.0, -2.0, 1.0), Vec3::ZERO, 40.0);
     let settings = RenderSettings { size: (96, 64), samples: 3, ..Default::default() };
@@ -150,7 +151,7 @@ fn the_same_frame_gives_the_same_bits() {
 /// throw shadows.
 #[test]
 fn coarse_surfaces_do_not_shade_themselves() {
-    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let Some(gpu) = test_gpu() else { return };
     let (mesh, heights) = displaced_sphere(&rough(), 1.0, 6, 32, [0.5; 4]);
     let mut renderer = renderer(&gpu, object(mesh, heights, 0.5));
     let direction = Vec3::new(1.0, 0.4, 0.3).normalize();
@@ -177,7 +178,7 @@ fn coarse_surfaces_do_not_shade_themselves() {
 /// multiple of the tile size.
 #[test]
 fn every_pixel_of_a_full_scene_is_filtered() {
-    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let Some(gpu) = test_gpu() else { return };
     let count = MAX_OBJECTS as u32;
     // Vertex colours have 8 bits.
     let gray = |k: u32| (4 * k + 4) as f32 / 255.0;
@@ -217,7 +218,7 @@ fn every_pixel_of_a_full_scene_is_filtered() {
 
 #[test]
 fn layers_describe_the_surface() {
-    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let Some(gpu) = test_gpu() else { return };
     let flat = HeightField { width: 2, height: 2, texels: vec![0.0; 4], border: Border::Wrap };
     let mut renderer = renderer(&gpu, object(cube_sphere(8, [0.25, 0.5, 0.75, 0.3]), flat, 1.0));
     let camera = Camera::looking_at(Vec3::new(0.0, -4.0, 0.0), Vec3::ZERO, 40.0);

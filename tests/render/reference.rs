@@ -1,5 +1,6 @@
 //! The reference technique: it agrees with ray casts, converges, is reproducible and can be resumed.
 
+use crate::common::gpu::{TestGpu, test_gpu};
 use glam::{DVec2, Vec3};
 use leadr::lab::ray_cast::{Patch, Spectrum, Tile};
 use leadr::maps::RgbImage;
@@ -43,7 +44,7 @@ fn state(sun: Option<Vec3>) -> FrameState {
     FrameState { sun, ..FrameState::new(camera, vec![Pose::REST]) }
 }
 
-fn renderer(gpu: &crate::common::gpu::TestGpu, object: Object, radiance: f32) -> Renderer {
+fn renderer(gpu: &TestGpu, object: Object, radiance: f32) -> Renderer {
     let sky = RgbImage { width: 2, height: 1, texels: vec![[radiance; 3]; 2] };
     Renderer::new(gpu, vec![object], Environment::from_equirect(gpu, 16, &sky).unwrap()).unwrap()
 }
@@ -56,7 +57,7 @@ fn mean(color: &[[f32; 4]]) -> f64 {
 /// The same surface ray cast and rasterised, under three lights, with and without shadows of the relief.
 #[test]
 fn lights_agree_with_ray_casts() {
-    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let Some(gpu) = test_gpu() else { return };
     let tile = Tile::new(Spectrum::Gaussian, 128, 8.0, 1);
     let sigma = 1.0;
     let patch = Patch::new(&tile, DVec2::ZERO, tile.covariance() * f64::from(sigma * sigma));
@@ -81,7 +82,7 @@ fn lights_agree_with_ray_casts() {
 /// The same under a uniform sky that is sampled direction by direction.
 #[test]
 fn the_sky_agrees_with_ray_casts() {
-    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let Some(gpu) = test_gpu() else { return };
     let tile = Tile::new(Spectrum::Gaussian, 64, 6.0, 1);
     let patch = Patch::new(&tile, DVec2::ZERO, tile.covariance());
     let want = patch.diffuse_environment(VIEW.as_dvec3(), 300, 4, 1, |_| 1.0).unwrap().mean;
@@ -100,7 +101,7 @@ fn the_sky_agrees_with_ray_casts() {
 /// With shadows of the relief, the terms add up to the whole picture.
 #[test]
 fn terms_add_up() {
-    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let Some(gpu) = test_gpu() else { return };
     let tile = Tile::new(Spectrum::Gaussian, 64, 6.0, 1);
     let mut object = plane_of(&tile, 0.7, true);
     object.specular_f0 = 0.3;
@@ -125,7 +126,7 @@ fn terms_add_up() {
 /// A point light far away, which has another kind of shadow map, throws the shadows of a sun.
 #[test]
 fn far_point_lights_throw_the_shadows_of_a_sun() {
-    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let Some(gpu) = test_gpu() else { return };
     let tile = Tile::new(Spectrum::Gaussian, 64, 6.0, 2);
     let mut renderer = renderer(&gpu, plane_of(&tile, 1.0, true), 0.0);
     let direction = Vec3::new(-0.7, 0.3, 0.5).normalize();
@@ -142,7 +143,7 @@ fn far_point_lights_throw_the_shadows_of_a_sun() {
 
 #[test]
 fn samples_repeat_and_parts_make_the_whole() {
-    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let Some(gpu) = test_gpu() else { return };
     let tile = Tile::new(Spectrum::Gaussian, 32, 4.0, 3);
     let state = state(Some(Vec3::new(0.3, 0.4, 0.5).normalize()));
     for relief in [false, true] {
@@ -168,7 +169,7 @@ fn samples_repeat_and_parts_make_the_whole() {
 /// Errors fall at least with the square root of the number of samples.
 #[test]
 fn errors_fall_with_samples() {
-    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let Some(gpu) = test_gpu() else { return };
     let tile = Tile::new(Spectrum::Gaussian, 64, 4.0, 5);
     let mut renderer = renderer(&gpu, plane_of(&tile, 0.7, false), 0.3);
     let state = state(Some(Vec3::new(0.2, 0.6, 0.5).normalize()));
@@ -190,7 +191,7 @@ fn errors_fall_with_samples() {
 /// With mapped normals on smooth geometry (LEADR Figure 8) nothing throws a shadow, whatever the settings.
 #[test]
 fn smooth_geometry_throws_no_shadows() {
-    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let Some(gpu) = test_gpu() else { return };
     let tile = Tile::new(Spectrum::Gaussian, 64, 6.0, 4);
     let state = state(Some(Vec3::new(-0.6, 0.2, 0.6).normalize()));
     let smooth = RenderSettings { displacement: false, ..reference((32, 16), 4, true) };

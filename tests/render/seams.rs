@@ -1,5 +1,6 @@
 //! Nothing jumps where patches meet, where levels of detail change, or where a tap begins.
 
+use crate::common::gpu::{TestGpu, test_gpu};
 use crate::common::render::{stage_under_sky, under_sky};
 use glam::{DVec3, Vec3};
 use leadr::maps::srgb::srgb8_from_linear;
@@ -23,7 +24,7 @@ fn seen_from(position: Vec3, target: Vec3, degrees: f32) -> FrameState {
 }
 
 /// A unit sphere of 6·6² patches whose heights and colours are functions of the place in space, not of the patch.
-fn landscape(gpu: &crate::common::gpu::TestGpu) -> Renderer {
+fn landscape(gpu: &TestGpu) -> Renderer {
     let mut mesh = cube_sphere(6, [1.0, 1.0, 1.0, 0.2]);
     let (layout, texels) = bake_tiles(&mut mesh, 16, |p, _| p.dot(GRADIENT));
     let (_, colors) = bake_tiles(&mut mesh, 16, |p, _| {
@@ -45,7 +46,7 @@ const GRADIENT: Vec3 = Vec3::new(0.12, -0.2, 0.16);
 /// place in space; also on the borders of patches and at the corners of the cube.
 #[test]
 fn patches_are_filtered_as_one_surface() {
-    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let Some(gpu) = test_gpu() else { return };
     let mut renderer = landscape(&gpu);
     let toward = Vec3::new(0.5, -0.6, 0.62).normalize();
     let mut coarsest = 0.0f32;
@@ -106,7 +107,7 @@ fn jerks(frames: &[Vec<[f32; 4]>], inside: impl Fn(usize) -> bool) -> [f64; 2] {
 /// The camera moves slowly away from a rough sphere whose patches are as small as pixels.
 #[test]
 fn small_patches_do_not_jump() {
-    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let Some(gpu) = test_gpu() else { return };
     let mut stage = sphere_stage(Relief { tile: 16, ..Relief::default() });
     let mut renderer = stage_under_sky(&gpu, &mut stage, 16);
     let frames: Vec<_> = (0..30)
@@ -131,7 +132,7 @@ fn small_patches_do_not_jump() {
 /// A plane tilts away from the camera: at 60° its pixels change from two taps to three.
 #[test]
 fn taps_begin_without_a_jump() {
-    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let Some(gpu) = test_gpu() else { return };
     let mut stage = plane_stage(Relief::default());
     let mut renderer = stage_under_sky(&gpu, &mut stage, 16);
     let target = stage.views.mid.target;

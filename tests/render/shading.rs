@@ -1,6 +1,7 @@
 //! The shading pass as a whole: energy, and every pixel against the reflectance library.
 
 use crate::common::cube::panorama;
+use crate::common::gpu::test_gpu;
 use crate::common::render::{bumps, in_room};
 use glam::{DVec2, DVec3, Vec3};
 use leadr::reflectance::facets::projected_area;
@@ -42,7 +43,7 @@ fn settings(shading: Shading) -> RenderSettings {
 /// Without shadowing, a white surface in a white room is invisible, because LEADR eq. 16 integrates to one.
 #[test]
 fn a_white_surface_vanishes_in_a_white_room() {
-    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let Some(gpu) = test_gpu() else { return };
     let (grid, few) = (Quadrature::Grid(5), Quadrature::VisibleSlopes(Probes::Five));
     let cases = [
         (Technique::Leadr, grid),
@@ -75,7 +76,7 @@ fn a_white_surface_vanishes_in_a_white_room() {
 /// With shadowing some of that light is lost, and none is created.
 #[test]
 fn shadowing_only_takes_light_away() {
-    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let Some(gpu) = test_gpu() else { return };
     let object = bumpy_sphere([1.0, 1.0, 1.0, 0.3], 1.0);
     let mut renderer = in_room(&gpu, vec![object], [1.0; 3]);
     let output = renderer.render(&state(12.0, None, Vec::new()), &settings(Shading::default())).unwrap();
@@ -200,7 +201,7 @@ fn integrals() -> Vec<(Shading, Integral)> {
 /// Directional and point lights on every pixel of a G-buffer, against the 64-bit reference.
 #[test]
 fn lights_agree_with_the_reference_at_every_pixel() {
-    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let Some(gpu) = test_gpu() else { return };
     let (albedo, alpha, f0) = ([0.5f32, 0.4, 0.3], 0.25, 0.06);
     let object = bumpy_sphere([albedo[0], albedo[1], albedo[2], alpha], f0);
     let mut renderer = in_room(&gpu, vec![object], [0.0; 3]);
@@ -250,7 +251,7 @@ fn lights_agree_with_the_reference_at_every_pixel() {
 /// Reflections of a white room, with shadowing: every pixel against the 64-bit reference.
 #[test]
 fn the_specular_environment_agrees_with_the_reference_at_every_pixel() {
-    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let Some(gpu) = test_gpu() else { return };
     let f0 = 0.5;
     let object = bumpy_sphere([0.0, 0.0, 0.0, 0.25], f0);
     let mut renderer = in_room(&gpu, vec![object], [1.0; 3]);
@@ -270,7 +271,7 @@ fn the_specular_environment_agrees_with_the_reference_at_every_pixel() {
 /// Without reflectance at normal incidence nothing is reflected, even at grazing angles.
 #[test]
 fn a_purely_diffuse_surface_mirrors_nothing() {
-    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let Some(gpu) = test_gpu() else { return };
     for f0 in [0.0, 0.04] {
         let object = bumpy_sphere([1.0, 1.0, 1.0, 0.25], f0);
         let mut renderer = in_room(&gpu, vec![object], [1.0; 3]);
@@ -289,7 +290,7 @@ fn a_purely_diffuse_surface_mirrors_nothing() {
 /// the specular environment it is a closed form.
 #[test]
 fn terms_sum_to_the_whole() {
-    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let Some(gpu) = test_gpu() else { return };
     let object = bumpy_sphere([0.5, 0.5, 0.5, 0.25], 0.05);
     let mut renderer = in_room(&gpu, vec![object], [1.0; 3]);
     let sun = Sun { direction: Vec3::new(0.6, -0.1, 0.7).normalize(), irradiance: Vec3::splat(3.0) };
@@ -326,7 +327,7 @@ fn terms_sum_to_the_whole() {
 /// difference between a white and a black surface) against the 64-bit reference.
 #[test]
 fn the_diffuse_environment_agrees_with_the_reference_at_every_pixel() {
-    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let Some(gpu) = test_gpu() else { return };
     let radiance =
         |d: DVec3| DVec3::new(1.0 + 0.5 * d.x, 1.2 + 0.4 * d.y * d.z, 0.8 + 0.3 * d.z + 0.3 * (d.x * d.x - d.y * d.y));
     let image = panorama(256, radiance);

@@ -2,6 +2,7 @@
 
 use std::f64::consts::TAU;
 
+use crate::common::gpu::{TestGpu, run_probe_with, test_gpu};
 use crate::common::render::under_sky;
 use glam::{DVec2, Vec2, Vec3};
 use leadr::gpu::{Buffer, Descriptor, Memory, SharedStruct};
@@ -14,11 +15,11 @@ use leadr::render::surfaces::ocean::shore::ShoreGpu;
 use leadr::scenes::shore::{beach, sea, shore};
 
 /// Results of the probe at points `[x, y, reach]`, in metres.
-fn probe(gpu: &crate::common::gpu::TestGpu, points: &[[f32; 3]], time: f64) -> Vec<[f32; 7]> {
+fn probe(gpu: &TestGpu, points: &[[f32; 3]], time: f64) -> Vec<[f32; 7]> {
     let block = ShoreGpu::new(&shore(), time, &[0.1, 0.1, 0.05, 0.01]);
     let buffer = Buffer::new(gpu, "shore", size_of::<ShoreGpu>() as u64, Memory::Upload).unwrap();
     buffer.write(0, &[block]).unwrap();
-    let values = crate::common::gpu::run_probe_with(
+    let values = run_probe_with(
         gpu,
         "probes/passes/shore.comp",
         points,
@@ -39,7 +40,7 @@ fn points(count: u32, x: [f32; 2], y: [f32; 2]) -> Vec<Vec2> {
 
 #[test]
 fn the_shaders_beach_is_the_one_the_sand_is_made_by() {
-    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let Some(gpu) = test_gpu() else { return };
     let shore = shore();
     let mut places = points(40_000, [-60.0, 40.0], [-300.0, 300.0]);
     places.extend(points(10_000, [-20e3, 20e3], [-20e3, 20e3]));
@@ -62,7 +63,7 @@ fn the_shaders_beach_is_the_one_the_sand_is_made_by() {
 
 #[test]
 fn the_swell_slopes_as_its_height_says_and_foam_covers_no_more_than_all() {
-    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let Some(gpu) = test_gpu() else { return };
     let places = points(30_000, [-60.0, 2.0], [-100.0, 100.0]);
     let step = 0.02;
     for time in [0.0, 2.7, 100.0] {
@@ -92,7 +93,7 @@ fn the_swell_slopes_as_its_height_says_and_foam_covers_no_more_than_all() {
 }
 
 /// The beach and the sea without the animal, seen by `camera` at `time`.
-fn scene(gpu: &crate::common::gpu::TestGpu, camera: Camera) -> (Renderer, impl Fn(f64, &Sky) -> FrameState) {
+fn scene(gpu: &TestGpu, camera: Camera) -> (Renderer, impl Fn(f64, &Sky) -> FrameState) {
     let shore = shore();
     let objects = vec![beach::beach(&shore), beach::dunes(&shore)];
     let renderer = under_sky(gpu, Scene { objects, ocean: Some(sea()) }, 32);
@@ -102,7 +103,7 @@ fn scene(gpu: &crate::common::gpu::TestGpu, camera: Camera) -> (Renderer, impl F
 
 #[test]
 fn water_stays_on_its_side_and_above_its_floor() {
-    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let Some(gpu) = test_gpu() else { return };
     // Looking straight down on sixteen metres of beach.
     let height = 60.0;
     let mut camera = Camera::looking_at(Vec3::new(-2.0, 5.0, height), Vec3::new(-2.0, 5.0, 0.0), 20.0);
@@ -136,7 +137,7 @@ fn water_stays_on_its_side_and_above_its_floor() {
 
 #[test]
 fn every_technique_draws_it_at_every_height_of_the_sun() {
-    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let Some(gpu) = test_gpu() else { return };
     let camera = Camera::looking_at(Vec3::new(16.0, -6.0, 2.5), Vec3::new(-4.0, 6.0, 0.5), 40.0);
     let (mut renderer, state) = scene(&gpu, camera);
     let size = (64, 40);

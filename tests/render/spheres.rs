@@ -1,5 +1,6 @@
 //! Spheres of known roughness, as the renderer filters them.
 
+use crate::common::gpu::{TestGpu, test_gpu};
 use glam::{DVec3, Vec2};
 use leadr::reflectance::frame::{frame_about, to_frame};
 use leadr::render::frame::{Layer, Renderer};
@@ -9,7 +10,7 @@ use leadr::scenes::spheres::cell::{Lighting, TURN};
 use leadr::scenes::spheres::surface::{Detail, Frequency, Surface};
 
 /// Mean over the disc of covariance and mean slope squared along (ω_θ, ω_φ) at the table's distance, with the LOD.
-fn filtered(gpu: &crate::common::gpu::TestGpu, surface: &Surface, sigma: Vec2, size: u32) -> ([f64; 3], [f64; 2], f64) {
+fn filtered(gpu: &TestGpu, surface: &Surface, sigma: Vec2, size: u32) -> ([f64; 3], [f64; 2], f64) {
     let lighting = Lighting::Environment;
     let mut stage = surface.stage(sigma.max_element(), lighting.facets());
     let environment = Environment::from_equirect(gpu, 32, &lighting.panorama()).unwrap();
@@ -50,7 +51,7 @@ fn filtered(gpu: &crate::common::gpu::TestGpu, surface: &Surface, sigma: Vec2, s
 
 #[test]
 fn the_covariance_of_a_pixel_is_the_prescribed_one() {
-    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let Some(gpu) = test_gpu() else { return };
     for (sigma, least) in [(Vec2::splat(0.5), [0.8, 0.8]), (Vec2::new(0.2, 0.8), [0.6, 0.8])] {
         let surface = Surface::bake(sigma, Frequency::High, Detail { patches: 12, tile: 64 });
         let (covariance, mean, lod) = filtered(&gpu, &surface, sigma, 48);

@@ -1,8 +1,9 @@
 //! The T-rex through the renderer: without cracks at every distance and in every pose, and equally bright from afar.
 
-use crate::common::render::{luminance, under_sky};
 use std::path::Path;
 
+use crate::common::gpu::{TestGpu, test_gpu};
+use crate::common::render::{luminance, under_sky};
 use leadr::render::camera::Camera;
 use leadr::render::frame::{FrameOutput, Layer, Renderer};
 use leadr::render::light::sky::Sky;
@@ -21,7 +22,7 @@ fn stage() -> Stage {
 }
 
 /// The stage's first `count` objects on the device (body, props, ground).
-fn renderer(gpu: &crate::common::gpu::TestGpu, stage: &mut Stage, count: usize) -> Renderer {
+fn renderer(gpu: &TestGpu, stage: &mut Stage, count: usize) -> Renderer {
     let mut objects = std::mem::take(&mut stage.objects);
     objects.truncate(count);
     under_sky(gpu, objects, 64)
@@ -50,7 +51,7 @@ fn inside_pixels(output: &FrameOutput, depth: &[[f32; 4]]) -> (usize, usize) {
 
 #[test]
 fn the_body_is_closed_in_every_pose_at_every_factor() {
-    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let Some(gpu) = test_gpu() else { return };
     let mut stage = stage();
     let views = stage.views;
     let mut renderer = renderer(&gpu, &mut stage, 1);
@@ -87,7 +88,7 @@ fn the_body_is_closed_in_every_pose_at_every_factor() {
 
 #[test]
 fn no_pixel_is_black_or_sparkles() {
-    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let Some(gpu) = test_gpu() else { return };
     let mut stage = stage();
     let views = stage.views;
     let mut renderer = renderer(&gpu, &mut stage, 3);
@@ -105,7 +106,7 @@ fn no_pixel_is_black_or_sparkles() {
 /// In this sample a triangle of the ground is seen exactly edge-on and must not produce NaN.
 #[test]
 fn the_horizon_is_finite() {
-    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let Some(gpu) = test_gpu() else { return };
     let mut stage = stage();
     let far = stage.views.far;
     let mut renderer = renderer(&gpu, &mut stage, 3);
@@ -116,7 +117,7 @@ fn the_horizon_is_finite() {
 
 #[test]
 fn the_animal_keeps_its_brightness_with_distance() {
-    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let Some(gpu) = test_gpu() else { return };
     let mut stage = stage();
     let mid = stage.views.mid;
     let mut renderer = renderer(&gpu, &mut stage, 2);

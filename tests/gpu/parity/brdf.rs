@@ -3,6 +3,7 @@
 
 use super::comparator::{Arguments as _, Numbers, Tolerance, join, list, parity, v2, v3};
 use super::extremes::finite;
+use crate::common::gpu::test_gpu;
 use glam::{DVec2, DVec3};
 use leadr::reflectance::facets::fresnel::fresnel_conductor;
 use leadr::reflectance::integrals::specular::environment_sample;
@@ -107,7 +108,7 @@ fn microfacet_parity() {
 /// Results are finite even for arguments that no scene should produce.
 #[test]
 fn finite_at_the_extremes() {
-    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let Some(gpu) = test_gpu() else { return };
     let r = &mut Random(7);
     finite::<11, 0>(&gpu, r, "materials/microfacet", 18, 2, |_| []);
     finite::<6, 0>(&gpu, r, "materials/half_difference", 18, 2, |_| []);

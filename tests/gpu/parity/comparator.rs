@@ -1,5 +1,6 @@
 //! Random arguments, and the comparison of a probe's results for them with the f64 reference.
 
+use crate::common::gpu::{run_probe, test_gpu};
 use glam::{DVec2, DVec3};
 use leadr::reflectance::random::Random;
 
@@ -180,11 +181,11 @@ pub fn parity<const N: usize>(
     mut tuple: impl FnMut(&mut Random) -> [f64; N],
     reference: impl Fn(&[f64; N]) -> Vec<f64>,
 ) {
-    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let Some(gpu) = test_gpu() else { return };
     let mut random = Random(0x1ead);
     let inputs: Vec<[f32; N]> = (0..TUPLES).map(|_| tuple(&mut random).map(|v| v as f32)).collect();
     let outputs = reference(&inputs[0].map(f64::from)).len();
-    let got = crate::common::gpu::run_probe(&gpu, &format!("probes/{name}.comp"), &inputs, outputs);
+    let got = run_probe(&gpu, &format!("probes/{name}.comp"), &inputs, outputs);
     let outcome = compare(&inputs, &got, &tolerance, &reference);
     println!(
         "{name}: {TUPLES} tuples, {:.1} % of values well conditioned, their worst relative error {:.1e} ({})",

@@ -1,5 +1,6 @@
 //! Arguments that no scene should produce, for which results must be finite nevertheless.
 
+use crate::common::gpu::{TestGpu, run_probe};
 use glam::DVec3;
 
 use super::comparator::{Arguments as _, TUPLES};
@@ -16,7 +17,7 @@ fn direction(r: &mut Random) -> [f32; 3] {
 
 /// Runs a probe on unit directions along and close to the axes, followed by extreme numbers and the values of `tail`.
 pub fn finite<const N: usize, const TAIL: usize>(
-    gpu: &crate::common::gpu::TestGpu,
+    gpu: &TestGpu,
     r: &mut Random,
     name: &str,
     outputs: usize,
@@ -31,7 +32,7 @@ pub fn finite<const N: usize, const TAIL: usize>(
             x.try_into().expect("as many as the probe reads")
         })
         .collect();
-    let got = crate::common::gpu::run_probe::<N>(gpu, &format!("probes/{name}.comp"), &items, outputs);
+    let got = run_probe::<N>(gpu, &format!("probes/{name}.comp"), &items, outputs);
     assert_eq!(got.len(), items.len() * outputs);
     let bad: Vec<_> = got.iter().enumerate().filter(|(_, v)| !v.is_finite()).map(|(i, _)| i).collect();
     assert!(

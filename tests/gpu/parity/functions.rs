@@ -6,6 +6,7 @@
 
 use super::comparator::{Arguments as _, Numbers, Tolerance, join, list, parity, v2, v3};
 use super::extremes::finite;
+use crate::common::gpu::test_gpu;
 use glam::{DMat3, DVec2, DVec3};
 use leadr::reflectance::facets::beckmann::{beckmann_ndf, beckmann_p22};
 use leadr::reflectance::facets::fresnel::{fresnel_dielectric, fresnel_schlick};
@@ -315,7 +316,7 @@ fn diffuse_parity() {
 /// Results are finite even for arguments that no scene should produce.
 #[test]
 fn finite_at_the_extremes() {
-    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let Some(gpu) = test_gpu() else { return };
     let r = &mut Random(7);
     finite::<11, 0>(&gpu, r, "masking/smith", 4, 2, |_| []);
     finite::<8, 0>(&gpu, r, "facets/projected_area", 7, 1, |_| []);

@@ -2,6 +2,7 @@
 
 use super::comparator::{Arguments as _, Numbers, Tolerance, join, list, parity, v2, v3};
 use super::extremes::finite;
+use crate::common::gpu::test_gpu;
 use glam::DVec3;
 use leadr::reflectance::random::Random;
 use leadr::reflectance::shading::{Surface, light};
@@ -31,6 +32,6 @@ fn light_parity() {
 /// Results are finite even for arguments that no scene should produce.
 #[test]
 fn finite_at_the_extremes() {
-    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let Some(gpu) = test_gpu() else { return };
     finite::<12, 1>(&gpu, &mut Random(7), "shading", 6, 2, |r| [r.log(1e-4, 1e2) as f32]);
 }

@@ -3,6 +3,7 @@
 
 use super::comparator::{Arguments as _, Numbers, Tolerance, join, list, parity, v2, v3};
 use super::extremes::finite;
+use crate::common::gpu::test_gpu;
 use glam::{DVec2, DVec3};
 use leadr::reflectance::frame::frame_about;
 use leadr::reflectance::integrals::sh::sh_add_light;
@@ -109,7 +110,7 @@ fn shadowed_specular_parity() {
 /// Results are finite even for arguments that no scene should produce.
 #[test]
 fn finite_at_the_extremes() {
-    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let Some(gpu) = test_gpu() else { return };
     let r = &mut Random(7);
     finite::<11, 0>(&gpu, r, "masking/correlated", 11, 2, |_| []);
     finite::<8, 0>(&gpu, r, "visible/shadowed_environment", 9, 1, |_| []);

@@ -2,6 +2,7 @@
 
 use super::comparator::{Arguments as _, Numbers, TUPLES, Tolerance, join, list, parity, v2, v3};
 use super::extremes::finite;
+use crate::common::gpu::{run_probe, test_gpu};
 use glam::{DVec2, DVec3};
 use leadr::reflectance::facets::beckmann::beckmann_vndf;
 use leadr::reflectance::facets::beckmann_sampling::{beckmann_sample_visible, visible_slope_quantile};
@@ -119,10 +120,10 @@ fn beckmann_sampling_parity() {
 /// A quantile is judged by its probability: that of the device's quantile, in f64, against `u`.
 #[test]
 fn device_quantiles_have_their_probabilities() {
-    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let Some(gpu) = test_gpu() else { return };
     let mut random = Random(0x51de);
     let inputs: Vec<[f32; 11]> = (0..TUPLES).map(|_| sampling_arguments(&mut random).map(|v| v as f32)).collect();
-    let got = crate::common::gpu::run_probe(&gpu, "probes/facets/beckmann_sampling.comp", &inputs, 5);
+    let got = run_probe(&gpu, "probes/facets/beckmann_sampling.comp", &inputs, 5);
     let (mut visible, mut plain) = ((0.0f64, 0), (0.0f64, 0));
     for (i, input) in inputs.iter().enumerate() {
         let (u, v, nu) = (f64::from(input[3]), f64::from(input[4]), f64::from(input[10]));
@@ -177,7 +178,7 @@ fn ellipse_parity() {
 /// Results are finite even for arguments that no scene should produce.
 #[test]
 fn finite_at_the_extremes() {
-    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let Some(gpu) = test_gpu() else { return };
     let r = || Random(11);
     finite::<14, 0>(&gpu, &mut r(), "facets/ggx", 7, 3, |_| []);
     finite::<11, 0>(&gpu, &mut r(), "facets/slope_distribution", 1, 2, |_| []);

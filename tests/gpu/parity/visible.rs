@@ -2,6 +2,7 @@
 
 use super::comparator::{Arguments as _, Numbers, Tolerance, join, list, parity, v2, v3};
 use super::extremes::finite;
+use crate::common::gpu::test_gpu;
 use glam::{DVec2, DVec3};
 use leadr::reflectance::facets::fresnel::fresnel_schlick;
 use leadr::reflectance::facets::normal_distribution::normal_ramp;
@@ -116,7 +117,7 @@ fn visible_specular_parity() {
 /// Results are finite even for arguments that no scene should produce.
 #[test]
 fn finite_at_the_extremes() {
-    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let Some(gpu) = test_gpu() else { return };
     let r = &mut Random(7);
     finite::<8, 0>(&gpu, r, "visible/slopes", 14, 1, |_| []);
     finite::<12, 1>(&gpu, r, "visible/diffuse", 12, 2, |r| [r.pick([2.0, 3.0]) as f32]);

@@ -1,5 +1,6 @@
 //! The mesh of the sea: its horizon is where geometry says, without holes or popping, with triangles where waves show.
 
+use crate::common::gpu::test_gpu;
 use crate::common::render::seascape;
 use glam::{Vec2, Vec3};
 use leadr::render::camera::Camera;
@@ -54,7 +55,7 @@ fn horizon_row(camera: &Camera, size: (u32, u32), column: u32) -> f32 {
 
 #[test]
 fn the_horizon_is_the_curve_of_the_earth() {
-    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let Some(gpu) = test_gpu() else { return };
     let size = (192, 96);
     let settings = RenderSettings { size, samples: 64, ..RenderSettings::default() };
     let mut calm = sea();
@@ -85,7 +86,7 @@ fn the_horizon_is_the_curve_of_the_earth() {
 
 #[test]
 fn below_the_horizon_there_is_water_everywhere() {
-    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let Some(gpu) = test_gpu() else { return };
     let mut renderer = seascape(&gpu, sea());
     let size = (160, 100);
     let settings = RenderSettings { size, samples: 4, ..RenderSettings::default() };
@@ -145,7 +146,7 @@ fn block_changes(a: &[f32], b: &[f32]) -> Vec<f32> {
 
 #[test]
 fn nothing_pops_while_the_camera_moves() {
-    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let Some(gpu) = test_gpu() else { return };
     let mut renderer = seascape(&gpu, sea());
     let usual = TessellationSettings::default();
     // Time stands still and the camera moves slowly, so the picture changes little and evenly unless the mesh jumps. In the
@@ -199,7 +200,7 @@ fn nothing_pops_while_the_camera_moves() {
 
 #[test]
 fn a_finer_mesh_would_show_little_more() {
-    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let Some(gpu) = test_gpu() else { return };
     let mut renderer = seascape(&gpu, sea());
     for (height, down, most) in [(2.5f32, 0.1f32, 2e-3f32), (100.0, 0.25, 1e-3), (1000.0, 0.3, 2e-4)] {
         let camera = camera(Vec3::new(0.0, 0.0, height), 0.9, down, 45.0);

@@ -4,6 +4,7 @@
 use std::f64::consts::TAU;
 
 use super::waves::inverse;
+use crate::common::gpu::test_gpu;
 use crate::common::render::seascape;
 use glam::{DVec2, DVec3, Vec2, Vec3};
 use leadr::render::camera::Camera;
@@ -145,7 +146,7 @@ fn frame(camera: Camera) -> FrameState {
 
 #[test]
 fn rays_meet_the_sea_where_an_independent_march_does() {
-    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let Some(gpu) = test_gpu() else { return };
     let sea = Sea { wind_speed: 7.0, wind_direction: 0.4, ..Sea::default() };
     let sea = ocean(&sea, 128, 2);
     let tiles: Vec<Tile> = sea.cascades.par_iter().map(|c| Tile::new(c, f64::from(sea.choppiness))).collect();
@@ -205,7 +206,7 @@ fn rays_meet_the_sea_where_an_independent_march_does() {
 
 #[test]
 fn samples_from_above_have_the_slopes_of_the_spectrum_and_repeat() {
-    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let Some(gpu) = test_gpu() else { return };
     let sea = Sea { wind_speed: 8.0, wind_direction: 0.4, ..Sea::default() };
     let flat = Ocean { choppiness: 0.0, ..ocean(&sea, 256, 2) };
     let exact: Vec<f64> = {

@@ -1,5 +1,6 @@
 //! The sea on the device against Fourier transforms in 64 bits, and its statistics against the spectrum's integrals.
 
+use crate::common::gpu::test_gpu;
 use crate::common::render::seascape;
 use glam::{DVec2, Vec3};
 use leadr::gpu::Image;
@@ -93,7 +94,7 @@ fn channels(truth: &Truth, index: usize, choppiness: f64, size: f64) -> [[f64; 4
 
 #[test]
 fn the_transforms_match_64_bit_ones() {
-    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let Some(gpu) = test_gpu() else { return };
     let sea = Sea { wind_speed: 11.0, wind_direction: 0.9, ..Sea::default() };
     for resolution in [16, 32, 64, 256] {
         let cascades = divide(&sea, resolution, 7).cascades;
@@ -135,7 +136,7 @@ fn a_wrong_transform_is_found() {
 
 #[test]
 fn the_variances_are_the_spectrums_and_the_mips_keep_the_means() {
-    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let Some(gpu) = test_gpu() else { return };
     let sea = Sea { wind_speed: 9.0, wind_direction: 0.4, ..Sea::default() };
     let divided = divide(&sea, 128, 3);
     let fields = OceanFields::new(&gpu, &divided.cascades, Content::Moments).unwrap();
@@ -168,7 +169,7 @@ fn the_variances_are_the_spectrums_and_the_mips_keep_the_means() {
 
 #[test]
 fn seas_that_cannot_be_made_say_why() {
-    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let Some(gpu) = test_gpu() else { return };
     let cascade = |resolution| Cascade::new(10.0, 0.0, resolution, [0.0, 1.0], 1.0, 0, |_, _| 0.0, f64::sqrt);
     for (cascades, word) in
         [(vec![], "at least one"), (vec![cascade(24)], "power of two"), (vec![cascade(16), cascade(32)], "differ")]
@@ -254,7 +255,7 @@ fn view(height: f32, down: f32) -> FrameState {
 
 #[test]
 fn far_pixels_hold_the_slopes_of_the_spectrum_and_the_surface_has_no_holes() {
-    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let Some(gpu) = test_gpu() else { return };
     let sea = Sea { wind_speed: 9.0, wind_direction: 0.4, ..Sea::default() };
     let mut renderer = seascape(&gpu, Ocean { choppiness: 0.0, ..ocean(&sea, 128, 2) });
     let size = (96, 64);
