@@ -150,7 +150,7 @@ fn the_papers_tables_have_their_rows_ratios_lines_and_goals() {
 }
 
 #[test]
-fn the_table_to_read_names_device_commit_and_rows() {
+fn the_printed_table_names_device_commit_and_rows() {
     let Some(_) = test_gpu() else { return };
     let output = run(&["bench", "--scene", "plane", "--technique", "normal-mip", "--size", "8x8", "--frames", "1"]);
     assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));

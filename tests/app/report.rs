@@ -102,9 +102,9 @@ fn wrong_calls_say_what_is_wrong_and_leave_nothing() {
     // There is nothing to find the worst of: the error names the failed section, and the earlier report stays.
     let made = folder.path().join("report");
     std::fs::create_dir(&made).unwrap();
-    std::fs::write(made.join("index.html"), b"of before").unwrap();
+    std::fs::write(made.join("index.html"), b"earlier report").unwrap();
     let fault = line(&report(&["--only", "misses", "-o", text(&made)]), 1);
     assert!(fault.contains("section misses") && fault.contains("--only"), "{fault}");
-    assert_eq!(std::fs::read(made.join("index.html")).unwrap(), b"of before");
+    assert_eq!(std::fs::read(made.join("index.html")).unwrap(), b"earlier report");
     assert_eq!(std::fs::read_dir(&made).unwrap().count(), 1, "the earlier report was overwritten");
 }

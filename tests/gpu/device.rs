@@ -320,7 +320,7 @@ fn timestamps_rise_and_carry_their_names() {
 }
 
 #[test]
-fn validation_hears_a_wrong_layout() {
+fn validation_reports_a_wrong_layout() {
     let Some(gpu) = test_gpu() else { return };
     let cube = Image::new(&gpu, "cube", ImageDesc::new(FLOATS, 8, 8).cube()).unwrap();
     let sampler = Sampler::new(&gpu, "nearest", Filter::Nearest, AddressMode::ClampToEdge).unwrap();
@@ -332,7 +332,7 @@ fn validation_hears_a_wrong_layout() {
 }
 
 #[test]
-fn validation_hears_a_missing_barrier() {
+fn validation_reports_a_missing_barrier() {
     let Some(gpu) = test_gpu() else { return };
     let double = ComputePipeline::new(&gpu, "probes/selftest/selftest.comp", &[], &[Count::LAYOUT]).unwrap();
     let [a, b, c] = ["a", "b", "c"].map(|name| Buffer::from_slice(&gpu, name, &[1.0f32; 64]).unwrap());

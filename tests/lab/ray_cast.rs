@@ -242,7 +242,7 @@ fn the_lattice_resolves_the_relief() {
 
 /// The error of a wrong picture is measured correctly even where the noise is larger.
 #[test]
-fn sphere_errors_are_those_made() {
+fn errors_of_spheres_are_measured_correctly() {
     let tile = Tile::new(Spectrum::Gaussian, 256, 8.0, 1);
     let patch = Patch::new(&tile, DVec2::ZERO, DVec3::new(0.25, 0.25, 0.0));
     let truth = SphereTruth::cast(&patch, 48, 0.95, 4, 1, |pixel, facet, _| [facet.normal.dot(pixel.wo)]);

@@ -222,7 +222,7 @@ fn probes_keep_what_they_should() {
 /// The library's own ray casts. Bounds are 1.5 times the measured values, to allow for other seeds. The paper's terms must show
 /// their known errors: 17 % for shadows that ignore the angle between the directions, 51 % for environments without shadows.
 #[test]
-fn spheres_of_our_own_ray_caster() {
+fn spheres_of_the_librarys_ray_caster() {
     let surface = Surface { m: DVec2::ZERO, s: DVec3::new(1.0, 1.0, 0.0) };
     let rows = shadowing_errors(surface, &ShadowingSettings::default());
     let error = |light, model| {

@@ -272,7 +272,7 @@ fn materials() -> Vec<(String, Box<dyn Brdf + Sync>, bool)> {
 
 /// `throughput = f_r cos θ / pdf` with the stated `pdf`, and the mean throughput equals the integral.
 #[test]
-fn samples_carry_what_they_say() {
+fn samples_have_the_density_they_state() {
     let (mut worst, mut worst_pdf, mut largest, mut worst_sigma) = (0.0f64, 0.0f64, 0.0f64, 0.0f64);
     for (name, brdf, _) in materials() {
         for wo in [direction(5.0, 0.0), direction(50.0, 2.0), direction(85.0, 4.0)] {

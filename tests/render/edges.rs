@@ -48,7 +48,7 @@ fn rms(a: &FrameOutput, b: &FrameOutput, first: usize, over: impl Fn(usize) -> b
 }
 
 #[test]
-fn outlines_converge_to_the_reference_and_the_inside_is_shaded_once() {
+fn silhouettes_converge_to_the_reference_and_surfaces_are_shaded_once() {
     let Some(gpu) = test_gpu() else { return };
     let (mut renderer, state) = scene(&gpu);
     let truth = renderer.render(&state, &settings_of(Technique::Reference, 512, 1)).unwrap();

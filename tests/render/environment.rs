@@ -22,7 +22,7 @@ fn relative(a: DVec3, b: DVec3) -> f64 {
 }
 
 #[test]
-fn sky_matches_its_twin_in_64_bits() {
+fn the_sky_matches_its_64_bit_evaluation() {
     let Some(gpu) = test_gpu() else { return };
     let suns = [(85.0f32, 0.3f32, 2.2f32), (35.0, 2.5, 1.0), (5.0, -2.0, 6.0), (-2.0, 1.0, 2.2), (90.0, 0.0, 3.0)];
     let mut environment = Environment::from_sky(&gpu, 64, &Sky::default()).unwrap();
@@ -35,8 +35,8 @@ fn sky_matches_its_twin_in_64_bits() {
         let texels = read_level(&environment, 0);
         let floor = power(&texels).0 / (4.0 * PI) * 1e-3;
         for (d, _, l) in &texels {
-            let twin = tables.radiance(*d);
-            let error = ((*l - twin).abs() / (twin + floor)).max_element();
+            let expected = tables.radiance(*d);
+            let error = ((*l - expected).abs() / (expected + floor)).max_element();
             if error > worst.0 {
                 worst = (error, *d);
             }

@@ -125,7 +125,7 @@ fn tile_reference(tile: &[f64], edge: usize, atlas: [f64; 2]) -> Vec<Vec<[f64; 6
 }
 
 #[test]
-fn tiles_of_an_atlas_know_nothing_of_each_other() {
+fn tiles_of_an_atlas_are_independent() {
     let Some(gpu) = test_gpu() else { return };
     let layout = TileLayout { tile: 8, gutter: 2, columns: 4, rows: 3 };
     let (width, height) = layout.size();
@@ -184,7 +184,7 @@ fn heights_can_change_every_frame() {
 }
 
 #[test]
-fn wrong_sizes_are_sentences() {
+fn wrong_sizes_are_explained() {
     let Some(gpu) = test_gpu() else { return };
     let fails = |width, height, count: usize, edges| {
         let texels = vec![0.0; count];

@@ -75,7 +75,7 @@ fn a_white_surface_vanishes_in_a_white_room() {
 
 /// With shadowing some of that light is lost, and none is created.
 #[test]
-fn shadowing_only_takes_light_away() {
+fn shadowing_only_removes_light() {
     let Some(gpu) = test_gpu() else { return };
     let object = bumpy_sphere([1.0, 1.0, 1.0, 0.3], 1.0);
     let mut renderer = in_room(&gpu, vec![object], [1.0; 3]);

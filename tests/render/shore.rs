@@ -39,7 +39,7 @@ fn points(count: u32, x: [f32; 2], y: [f32; 2]) -> Vec<Vec2> {
 }
 
 #[test]
-fn the_shaders_beach_is_the_one_the_sand_is_made_by() {
+fn the_shaders_and_the_sand_have_the_same_beach() {
     let Some(gpu) = test_gpu() else { return };
     let shore = shore();
     let mut places = points(40_000, [-60.0, 40.0], [-300.0, 300.0]);
@@ -62,7 +62,7 @@ fn the_shaders_beach_is_the_one_the_sand_is_made_by() {
 }
 
 #[test]
-fn the_swell_slopes_as_its_height_says_and_foam_covers_no_more_than_all() {
+fn slopes_of_the_swell_match_its_heights_and_foam_stays_below_one() {
     let Some(gpu) = test_gpu() else { return };
     let places = points(30_000, [-60.0, 2.0], [-100.0, 100.0]);
     let step = 0.02;

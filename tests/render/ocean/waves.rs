@@ -168,7 +168,7 @@ fn the_variances_are_the_spectrums_and_the_mips_keep_the_means() {
 }
 
 #[test]
-fn seas_that_cannot_be_made_say_why() {
+fn impossible_seas_are_explained() {
     let Some(gpu) = test_gpu() else { return };
     let cascade = |resolution| Cascade::new(10.0, 0.0, resolution, [0.0, 1.0], 1.0, 0, |_, _| 0.0, f64::sqrt);
     for (cascades, word) in
