@@ -13,7 +13,7 @@ use leadr::app::demo::window::{Display, WindowOptions, run};
 use leadr::gpu::Gpu;
 use leadr::maps::procedural::rock;
 use leadr::render::frame::Renderer;
-use leadr::render::light::environment::{Environment, FACE_SIZE};
+use leadr::render::light::environment::Environment;
 use leadr::render::light::sky::Sky;
 use leadr::render::scene::{FrameState, Object, Pose};
 use leadr::render::settings::RenderSettings;
@@ -60,7 +60,7 @@ pub fn main() -> Result<(), Box<dyn std::error::Error>> {
     let sphere = Object::new("sphere", mesh).with_heights(heights, 0.12);
 
     let sky = Sky::default();
-    let environment = Environment::from_sky(&gpu, FACE_SIZE, &sky)?;
+    let environment = Environment::from_sky(&gpu, Environment::FACE_SIZE, &sky)?;
     let renderer = Renderer::new(&gpu, vec![sphere], environment)?;
 
     // A scene is a pure function of time: here, a sphere that turns once in twenty seconds.

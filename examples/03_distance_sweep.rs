@@ -8,7 +8,7 @@ use std::error::Error;
 use leadr::gpu::{Gpu, GpuOptions};
 use leadr::maps::{load_environment, load_height_map};
 use leadr::render::frame::{FrameOutput, Renderer};
-use leadr::render::light::environment::{Environment, FACE_SIZE};
+use leadr::render::light::environment::Environment;
 use leadr::render::light::sky::Sky;
 use leadr::render::settings::{RenderSettings, Technique};
 use leadr::scenes::stage::{Lights, Relief, sphere_stage};
@@ -27,8 +27,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     let map = arguments.next().map(load_height_map).transpose()?;
     let gpu = Gpu::new(&GpuOptions::default())?;
     let (environment, sky) = match arguments.next() {
-        Some(file) => (Environment::from_equirect(&gpu, FACE_SIZE, &load_environment(file)?)?, None),
-        None => (Environment::from_sky(&gpu, FACE_SIZE, &Sky::default())?, Some(Sky::default())),
+        Some(file) => (Environment::from_equirect(&gpu, Environment::FACE_SIZE, &load_environment(file)?)?, None),
+        None => (Environment::from_sky(&gpu, Environment::FACE_SIZE, &Sky::default())?, Some(Sky::default())),
     };
     let mut stage = sphere_stage(Relief { map, tile: 32, ..Relief::default() });
     let mut renderer = Renderer::new(&gpu, std::mem::take(&mut stage.objects), environment)?;

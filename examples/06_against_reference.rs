@@ -13,7 +13,7 @@ use leadr::maps::tonemap::Tonemap;
 use leadr::maps::{RgbImage, load_environment, load_height_map};
 use leadr::reflectance::masking::shadowing::Shadowing;
 use leadr::render::frame::Renderer;
-use leadr::render::light::environment::{Environment, FACE_SIZE};
+use leadr::render::light::environment::Environment;
 use leadr::render::light::sky::Sky;
 use leadr::render::settings::{RenderSettings, ShadingOptions, Technique};
 use leadr::render::surfaces::tessellation::TessellationSettings;
@@ -33,8 +33,8 @@ fn main() -> Result<(), Box<dyn Error>> {
         }
     };
     let (environment, sky, exposure) = match arguments.get(3) {
-        Some(file) => (Environment::from_equirect(&gpu, FACE_SIZE, &load_environment(file)?)?, None, 0.35),
-        None => (Environment::from_sky(&gpu, FACE_SIZE, &Sky::default())?, Some(Sky::default()), 1.0),
+        Some(file) => (Environment::from_equirect(&gpu, Environment::FACE_SIZE, &load_environment(file)?)?, None, 0.35),
+        None => (Environment::from_sky(&gpu, Environment::FACE_SIZE, &Sky::default())?, Some(Sky::default()), 1.0),
     };
     let mut objects = std::mem::take(&mut stage.objects);
     objects.truncate(2);

@@ -5,12 +5,11 @@ use std::path::PathBuf;
 
 use glam::Vec3;
 use leadr::gpu::{Gpu, GpuOptions};
-use leadr::maps::RgbImage;
 use leadr::maps::save::save_png;
 use leadr::maps::tonemap::Tonemap;
 use leadr::render::camera::Camera;
 use leadr::render::frame::Renderer;
-use leadr::render::light::environment::{Environment, FACE_SIZE};
+use leadr::render::light::environment::Environment;
 use leadr::render::light::sky::Sky;
 use leadr::render::settings::RenderSettings;
 use leadr::scenes::ocean::sea::{RESOLUTION, ocean};
@@ -21,7 +20,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let folder = PathBuf::from(std::env::args().nth(1).unwrap_or_else(|| "out".to_owned()));
     let gpu = Gpu::new(&GpuOptions { validation: true, ..GpuOptions::default() })?;
     let sky = Sky { sun_direction: Vec3::new(0.85, 0.2, 0.32).normalize(), ..Sky::default() };
-    let environment = Environment::from_sky(&gpu, FACE_SIZE, &sky)?;
+    let environment = Environment::from_sky(&gpu, Environment::FACE_SIZE, &sky)?;
     let start = std::time::Instant::now();
     let mut renderer = Renderer::new(&gpu, ocean(&Sea::default(), RESOLUTION, 1), environment)?;
     println!("sea made in {:.2} s", start.elapsed().as_secs_f64());
@@ -37,8 +36,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         let output = renderer.render(&state, &settings)?;
         let times: Vec<String> = output.times.iter().map(|t| format!("{} {:.0}", t.pass, t.milliseconds)).collect();
         println!("{name}: {} triangles; {}", output.triangles, times.join(", "));
-        let image = RgbImage::new(size.0, size.1, output.color.iter().map(|c| [c[0], c[1], c[2]]).collect())?;
-        save_png(folder.join(format!("ocean-{name}.png")), &image, 1.0, Tonemap::Filmic)?;
+        save_png(folder.join(format!("ocean-{name}.png")), &output.image(), 1.0, Tonemap::Filmic)?;
     }
     println!("{:?}", gpu.validation_messages());
     Ok(())

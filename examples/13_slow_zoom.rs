@@ -8,7 +8,7 @@ use std::error::Error;
 use leadr::gpu::{Gpu, GpuOptions};
 use leadr::lab::metrics::Mask;
 use leadr::render::frame::Renderer;
-use leadr::render::light::environment::{Environment, FACE_SIZE};
+use leadr::render::light::environment::Environment;
 use leadr::render::light::sky::Sky;
 use leadr::render::settings::{Probes, Quadrature, RenderSettings, ShadingOptions, Technique};
 use leadr::scenes::stage::{Lights, Relief, Stage, plane_stage, sphere_stage};
@@ -31,8 +31,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     println!("one sample, smooth geometry, from {metres} m in {STEPS} steps of {STEP}; shares of the mean radiance");
     println!("{:<7} {:<22} {:>9} {:>9} {:>9} {:>9}", "light", "rule", "step", "second", "99.9 %", "rms");
     let surroundings = [
-        ("sky", Environment::from_sky(&gpu, FACE_SIZE, &sky)?, Some(sky)),
-        ("studio", Environment::from_equirect(&gpu, FACE_SIZE, &studio())?, None),
+        ("sky", Environment::from_sky(&gpu, Environment::FACE_SIZE, &sky)?, Some(sky)),
+        ("studio", Environment::from_equirect(&gpu, Environment::FACE_SIZE, &studio())?, None),
     ];
     for (light, environment, sky) in surroundings {
         let mut stage = stage(Relief::default());

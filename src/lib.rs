@@ -96,11 +96,17 @@ pub use self::{
         settings::{DiffuseLights, Probes, Quadrature, RenderSettings, Shading, ShadingOptions, Technique, Terms},
         surfaces::{
             displacement::{Border, HeightField},
+            ocean::Ocean,
             patch_mesh::{PatchMesh, SkinWeights},
             tessellation::TessellationSettings,
         },
     },
-    scenes::stage::{Lights, Relief, Stage, Views},
+    scenes::{
+        error::SceneError,
+        ocean::waves::Waves,
+        registry::{SCENES, Scene as NamedScene, SceneOptions},
+        stage::{Lights, Stage, Views},
+    },
 };
 
 /// The `leadr` command, for programs that contain it.

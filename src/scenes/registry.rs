@@ -40,6 +40,13 @@ pub struct SceneOptions {
     pub waves: Waves,
 }
 
+impl Default for SceneOptions {
+    /// Generated heights, fine tiles, the usual sea.
+    fn default() -> Self {
+        Self { height_map: None, atlas_tile: 64, waves: Waves::default() }
+    }
+}
+
 /// Receives the share of a scene that is made, 0 to 1, from any thread.
 pub type Progress<'a> = &'a (dyn Fn(f32) + Sync);
 

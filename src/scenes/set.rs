@@ -14,7 +14,7 @@ use crate::gpu::Gpu;
 use crate::maps::{self, HeightMap, RgbImage};
 use crate::render::camera::Camera;
 use crate::render::frame::Renderer;
-use crate::render::light::environment::{Environment, FACE_SIZE};
+use crate::render::light::environment::Environment;
 use crate::render::light::sky::Sky;
 use crate::render::scene::FrameState;
 
@@ -70,8 +70,8 @@ pub fn set(config: &SceneConfig, inputs: Inputs, gpu: &Arc<Gpu>, progress: Progr
     let sky = Sky { sun_direction: start, ground_albedo: stage.below_horizon, ..Sky::default() };
     // A picture of an environment already contains its sun.
     let (environment, sky) = match &inputs.environment {
-        Some(image) => (Environment::from_equirect(gpu, FACE_SIZE, image)?, None),
-        None => (Environment::from_sky(gpu, FACE_SIZE, &sky)?, Some(sky)),
+        Some(image) => (Environment::from_equirect(gpu, Environment::FACE_SIZE, image)?, None),
+        None => (Environment::from_sky(gpu, Environment::FACE_SIZE, &sky)?, Some(sky)),
     };
     let camera = camera(config, stage.views);
     let renderer = Renderer::new(gpu, stage.take_scene(), environment)?;

@@ -7,7 +7,7 @@ use crate::common::gpu::{run_probe_with, test_gpu};
 use glam::DVec3;
 use leadr::gpu::Descriptor;
 use leadr::maps::RgbImage;
-use leadr::render::light::environment::{Environment, FACE_SIZE};
+use leadr::render::light::environment::Environment;
 use leadr::render::light::sky::Sky;
 
 /// Radiance integrated over the sphere, and its mean direction.
@@ -69,8 +69,8 @@ fn an_unchanged_sky_costs_nothing() {
 #[test]
 fn every_level_has_the_same_mean() {
     let Some(gpu) = test_gpu() else { return };
-    let environment = Environment::from_sky(&gpu, FACE_SIZE, &Sky::with_sun(0.4, 0.7)).unwrap();
-    assert_eq!(environment.levels(), FACE_SIZE.ilog2() + 1);
+    let environment = Environment::from_sky(&gpu, Environment::FACE_SIZE, &Sky::with_sun(0.4, 0.7)).unwrap();
+    assert_eq!(environment.levels(), Environment::FACE_SIZE.ilog2() + 1);
     let (first, _) = power(&read_level(&environment, 0));
     let mut worst = 0.0f64;
     for mip in 1..environment.levels() {
@@ -147,7 +147,7 @@ fn a_sun_of_one_pixel_keeps_its_power_and_place() {
             2.0 * PI * (0.5 - (f64::from(column) + 0.5) / f64::from(width)),
         );
         let place = DVec3::new(theta.sin() * phi.cos(), theta.sin() * phi.sin(), theta.cos());
-        let environment = Environment::from_equirect(&gpu, FACE_SIZE, &image).unwrap();
+        let environment = Environment::from_equirect(&gpu, Environment::FACE_SIZE, &image).unwrap();
         let (sum, centre) = power(&read_level(&environment, 0));
         let off = centre.angle_between(place).to_degrees();
         println!("{width} wide, pixel {column},{row}: power off by {:.2e}, place by {off:.3}°", sum.y / exact - 1.0);
@@ -185,7 +185,7 @@ fn pictures() {
     for elevation in [3.0f32, 20.0, 60.0] {
         let sky = Sky::with_sun(elevation.to_radians(), -0.8);
         let clock = std::time::Instant::now();
-        let mut environment = Environment::from_sky(&gpu, FACE_SIZE, &sky).unwrap();
+        let mut environment = Environment::from_sky(&gpu, Environment::FACE_SIZE, &sky).unwrap();
         println!("first sky {:?}", clock.elapsed());
         let other = Sky::with_sun(elevation.to_radians() + 1e-4, -0.8);
         let clock = std::time::Instant::now();
@@ -198,7 +198,7 @@ fn pictures() {
             let file = folder.join(format!("{name}.hdr"));
             let image = leadr::maps::load_environment(file).unwrap();
             let clock = std::time::Instant::now();
-            let environment = Environment::from_equirect(&gpu, FACE_SIZE, &image).unwrap();
+            let environment = Environment::from_equirect(&gpu, Environment::FACE_SIZE, &image).unwrap();
             println!("panorama {:?}", clock.elapsed());
             view(&environment, 0.0, 1.0, &format!("{name}.png"));
             view(&environment, 4.0, 1.0, &format!("{name}-lod4.png"));
@@ -211,7 +211,7 @@ fn pictures() {
 #[ignore = "measures time"]
 fn timings() {
     let gpu = leadr::gpu::Gpu::new(&leadr::gpu::GpuOptions::default()).unwrap();
-    let mut environment = Environment::from_sky(&gpu, FACE_SIZE, &Sky::default()).unwrap();
+    let mut environment = Environment::from_sky(&gpu, Environment::FACE_SIZE, &Sky::default()).unwrap();
     let irradiance = leadr::render::light::irradiance::IrradiancePass::new(&gpu).unwrap();
     let timestamps = leadr::gpu::Timestamps::new(&gpu, 4).unwrap();
     for frame in 1..8 {

@@ -7,7 +7,7 @@ use crate::common::gpu::test_gpu;
 use glam::DVec3;
 use leadr::gpu::Gpu;
 use leadr::reflectance::integrals::sh::{Sh9, sh_add_light, sh_basis};
-use leadr::render::light::environment::{Environment, FACE_SIZE};
+use leadr::render::light::environment::Environment;
 use leadr::render::light::irradiance::IrradiancePass;
 use leadr::render::light::sky::Sky;
 use std::sync::Arc;
@@ -41,7 +41,9 @@ fn error(a: &Sh9, b: &Sh9) -> f64 {
 fn projection_matches_64_bits() {
     let Some(gpu) = test_gpu() else { return };
     let pass = IrradiancePass::new(&gpu).unwrap();
-    for (elevation, face_size) in [(5.0f32, FACE_SIZE), (40.0, FACE_SIZE), (70.0, 64), (30.0, 8)] {
+    for (elevation, face_size) in
+        [(5.0f32, Environment::FACE_SIZE), (40.0, Environment::FACE_SIZE), (70.0, 64), (30.0, 8)]
+    {
         let environment = Environment::from_sky(&gpu, face_size, &Sky::with_sun(elevation.to_radians(), 2.0)).unwrap();
         let gpu_result = sh(&run(&gpu, &environment));
         let level = pass.level(&environment);
@@ -61,14 +63,14 @@ fn projection_matches_64_bits() {
 #[test]
 fn the_same_bytes_every_run() {
     let Some(gpu) = test_gpu() else { return };
-    let environment = Environment::from_sky(&gpu, FACE_SIZE, &Sky::default()).unwrap();
+    let environment = Environment::from_sky(&gpu, Environment::FACE_SIZE, &Sky::default()).unwrap();
     let first = run(&gpu, &environment);
     for _ in 0..3 {
         assert_eq!(first, run(&gpu, &environment));
     }
     // two frames in one submission, separated only by the passes' own barriers
     let pass = IrradiancePass::new(&gpu).unwrap();
-    let mut moving = Environment::from_sky(&gpu, FACE_SIZE, &Sky::default()).unwrap();
+    let mut moving = Environment::from_sky(&gpu, Environment::FACE_SIZE, &Sky::default()).unwrap();
     gpu.submit("frames", |cmd| {
         for sky in [Sky::with_sun(0.2, 0.0), Sky::default()] {
             moving.update_sky(cmd, &sky);
@@ -83,7 +85,7 @@ fn the_same_bytes_every_run() {
 fn a_constant_environment_has_only_its_mean() {
     let Some(gpu) = test_gpu() else { return };
     let color = DVec3::new(0.5, 1.0, 1000.0);
-    let environment = Environment::from_equirect(&gpu, FACE_SIZE, &panorama(64, |_| color)).unwrap();
+    let environment = Environment::from_equirect(&gpu, Environment::FACE_SIZE, &panorama(64, |_| color)).unwrap();
     let mut exact = [DVec3::ZERO; 9];
     exact[0] = 2.0 * PI.sqrt() * color;
     let got = error(&sh(&run(&gpu, &environment)), &exact);
@@ -98,7 +100,7 @@ fn cosine_lobes_have_their_closed_form() {
     for n in [DVec3::X, DVec3::Y, DVec3::Z, -DVec3::Z, DVec3::new(0.48, -0.6, 0.64)] {
         let color = DVec3::new(1.0, 2.0, 0.25);
         let lobe = panorama(1024, |d| d.dot(n).max(0.0) * color);
-        let environment = Environment::from_equirect(&gpu, FACE_SIZE, &lobe).unwrap();
+        let environment = Environment::from_equirect(&gpu, Environment::FACE_SIZE, &lobe).unwrap();
         // Ramamoorthi & Hanrahan 2001: A_0 = π, A_1 = 2π/3, A_2 = π/4 times the basis at the lobe's axis
         let basis = sh_basis(n);
         let exact: Sh9 = std::array::from_fn(|k| {

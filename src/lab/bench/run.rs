@@ -11,7 +11,7 @@ use crate::gpu::Gpu;
 use crate::lab::error::LabError;
 use crate::lab::progress::Progress;
 use crate::render::frame::{PassTime, Renderer};
-use crate::render::light::environment::{Environment, FACE_SIZE};
+use crate::render::light::environment::Environment;
 use crate::render::light::sky::Sky;
 use crate::render::settings::Technique;
 use crate::scenes::config::SceneConfig;
@@ -80,7 +80,7 @@ pub fn bench(
 fn full_screen(quad: &Quad, gpu: &Arc<Gpu>) -> Result<(Renderer, Vec<Row>), LabError> {
     let mut stage = full_screen_stage((quad.size.width, quad.size.height));
     let sky = Sky::default();
-    let environment = Environment::from_sky(gpu, FACE_SIZE, &sky)?;
+    let environment = Environment::from_sky(gpu, Environment::FACE_SIZE, &sky)?;
     let renderer = Renderer::new(gpu, stage.take_scene(), environment)?;
     let state = stage.state(0.0, &stage.views.mid, &Lights::under(&sky));
     let mut rows = rows::quad(&state, quad.size);

@@ -5,7 +5,7 @@ use crate::lab::error::LabError;
 use crate::maps::RgbImage;
 use crate::render::camera::Camera;
 use crate::render::frame::Renderer;
-use crate::render::light::environment::{Environment, FACE_SIZE};
+use crate::render::light::environment::Environment;
 use crate::render::light::sky::Sky;
 use crate::render::scene::FrameState;
 use crate::scenes::stage::{Lights, Relief, Stage, sphere_stage};
@@ -33,7 +33,7 @@ impl Subject {
         panorama: &RgbImage,
         lights: Lights,
     ) -> Result<Self, LabError> {
-        let environment = Environment::from_equirect(&studio.gpu, FACE_SIZE, panorama)?;
+        let environment = Environment::from_equirect(&studio.gpu, Environment::FACE_SIZE, panorama)?;
         let objects = stage.objects.len();
         let renderer = Renderer::new(&studio.gpu, stage.take_scene(), environment)?;
         Ok(Self { renderer, stage, lights, time: 0.0, objects })
@@ -45,7 +45,7 @@ impl Subject {
     /// If the device fails.
     pub fn under_the_sky(studio: &Studio, mut stage: Stage, time: f64) -> Result<Self, LabError> {
         let sky = Sky { ground_albedo: stage.below_horizon, ..Sky::default() };
-        let environment = Environment::from_sky(&studio.gpu, FACE_SIZE, &sky)?;
+        let environment = Environment::from_sky(&studio.gpu, Environment::FACE_SIZE, &sky)?;
         let objects = stage.objects.len();
         let renderer = Renderer::new(&studio.gpu, stage.take_scene(), environment)?;
         Ok(Self { renderer, stage, lights: Lights::under(&sky), time, objects })

@@ -5,6 +5,7 @@ use std::ops::Range;
 use super::renderer::Renderer;
 use super::timing::{PassTime, add_times};
 use crate::gpu::{GpuError, Result};
+use crate::maps::RgbImage;
 use crate::render::scene::FrameState;
 use crate::render::settings::RenderSettings;
 
@@ -21,6 +22,15 @@ pub struct FrameOutput {
     pub triangles: u64,
     /// Patches drawn for the camera.
     pub patches: u32,
+}
+
+impl FrameOutput {
+    /// The radiance without the coverage.
+    #[must_use]
+    pub fn image(&self) -> RgbImage {
+        let texels = self.color.iter().map(|&[r, g, b, _]| [r, g, b]).collect();
+        RgbImage { width: self.size.0, height: self.size.1, texels }
+    }
 }
 
 impl Renderer {

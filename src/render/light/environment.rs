@@ -16,9 +16,6 @@ use crate::gpu::vk::Format;
 use crate::gpu::{AddressMode, Commands, Filter, Gpu, GpuError, Image, ImageDesc, ImageView, Result, Sampler, Use};
 use crate::maps::RgbImage;
 
-/// Default edge of a face in texels: 0.35° a texel, as a 1024-texel panorama.
-pub const FACE_SIZE: u32 = 256;
-
 /// What fills the cube.
 enum Source {
     Sky { pass: SkyPass, shown: Option<Sky> },
@@ -35,6 +32,9 @@ pub struct Environment {
 }
 
 impl Environment {
+    /// Default edge of a face in texels: 0.35° a texel, as a 1024-texel panorama.
+    pub const FACE_SIZE: u32 = 256;
+
     /// The analytic sky. The cube is filled before it returns.
     ///
     /// # Errors
