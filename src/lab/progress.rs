@@ -1,14 +1,14 @@
-//! How long work tells how far it is. The command draws it on a terminal.
+//! Progress of long work. The command shows it on a terminal.
 
-/// Receives news of long work.
+/// Receives the progress of long work.
 pub trait Progress {
     /// A line for the log.
     fn say(&self, line: &str);
 
-    /// A bar of so many steps, which disappears when it is dropped.
+    /// A bar with this many steps, which disappears when it is dropped.
     fn bar(&self, steps: usize) -> Box<dyn Bar>;
 
-    /// A bar for work that tells the share it has done, 0 to 1, with `what` beside it; without `what` there is no bar.
+    /// A bar for work that reports the share it has done, 0 to 1, with `what` beside it; without `what` there is no bar.
     fn share(&self, what: Option<&str>) -> Box<dyn Fn(f32) + Sync> {
         const STEPS: f32 = 1000.0;
         let Some(what) = what else { return Box::new(|_| ()) };
@@ -26,9 +26,9 @@ pub trait Bar: Send + Sync {
     /// One more step is done.
     fn step(&self);
 
-    /// So many steps are done.
+    /// This many steps are done.
     fn at(&self, step: usize);
 
-    /// Starts again with so many steps.
+    /// Starts again with this many steps.
     fn restart(&self, steps: usize);
 }

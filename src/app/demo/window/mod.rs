@@ -73,7 +73,7 @@ pub struct WindowOptions {
     pub exposure: f32,
     /// Screenshots go to this path, with `-1.png`, `-2.png`, … appended; existing files stay.
     pub screenshots: PathBuf,
-    /// Ends after so many frames; `None` leaves that to the user.
+    /// Closes after this many frames; `None` leaves that to the user.
     pub frames: Option<u64>,
 }
 

@@ -13,16 +13,16 @@ use crate::render::passes::present::PresentPass;
 use crate::render::scene::FrameState;
 use crate::render::settings::RenderSettings;
 
-/// Draws into one window. One frame is in flight: the renderer's mapped buffers belong to the device until it is done.
+/// Draws into one window. One frame is in flight; until it is done, the renderer's mapped buffers belong to the device.
 pub struct Painter {
     // Dropped first: it waits for the device.
     recorder: CommandRecorder,
     swapchain: Swapchain,
     pass: PresentPass,
     timestamps: Timestamps,
-    /// Of the passes of the last sample.
+    /// Times of the passes of the last sample.
     times: Vec<PassTime>,
-    /// What is drawn, and how far: the samples of a picture that stands still are spread over frames.
+    /// The picture being drawn, and its progress: the samples of a still picture are spread over frames.
     shown: Option<Shown>,
     renderer: Renderer,
 }
@@ -77,12 +77,11 @@ impl Painter {
             .is_some_and(|shown| shown.settings.samples == samples.max(1) && shown.frame.samples() >= samples)
     }
 
-    /// Draws a frame in a window of `size` pixels: the scene's `state` when it moves; without one, a further sample
-    /// of the last state until there are `settings.samples`, and then what there is. False when there was nothing to
-    /// draw on; then `state` is to be given again.
+    /// Draws a frame in a window of `size` pixels: a new `state` of the scene, or without one a further sample of the last state,
+    /// until there are `settings.samples`. False if there was nothing to draw on; then the caller must pass `state` again.
     ///
-    /// A moving picture has one sample in the middle of each pixel. The samples of a still one are those of
-    /// [`Renderer::render`], so that it ends as the same picture.
+    /// A moving picture has one sample in the middle of each pixel. A still one has the samples of [`Renderer::render`] and becomes
+    /// the same picture.
     ///
     /// # Errors
     /// A lost device, or memory that is short.

@@ -1,10 +1,10 @@
-//! What the user of the window has chosen: the view, the time, the technique. Knows no window and no device.
+//! What the user of the window has chosen: the view, the time, the technique. Independent of window and device.
 
 use crate::app::demo::orbit::Orbit;
 use crate::render::camera::Camera;
 use crate::render::settings::{Probes, Quadrature, Shading, ShadingOptions, Technique};
 
-/// Real time beyond this, seconds, does not pass in the scene: on a slow device the animation slows down but stays one.
+/// Longest step of the animation, seconds: on a slow device it slows down instead of jumping.
 const LONGEST_STEP: f64 = 0.1;
 /// What the arrow keys move the time by, seconds.
 const SCRUB: f64 = 0.5;
@@ -13,7 +13,7 @@ const FRAME: f64 = 1.0 / 30.0;
 
 /// What `[` and `]` move the sun by, hours.
 const SUN_STEP: f64 = 0.5;
-/// Hours that the sun moves in a second, in turn.
+/// Paces of the sun, hours per second, in the order in which a key chooses them.
 const SUN_PACES: [f64; 3] = [0.0, 24.0 / 120.0, 24.0 / 20.0];
 
 /// What a key asks for.
@@ -21,15 +21,15 @@ const SUN_PACES: [f64; 3] = [0.0, 24.0 / 120.0, 24.0 / 20.0];
 pub enum Action {
     /// Stops time or lets it run.
     Pause,
-    /// Moves the time back or on by half a second.
+    /// Moves the time back or forward by half a second.
     Scrub(i8),
-    /// Stops the time a thirtieth of a second before or after.
+    /// Stops the time and moves it back or forward by a thirtieth of a second.
     Frame(i8),
-    /// Moves the sun back or on by half an hour.
+    /// Moves the sun back or forward by half an hour.
     Sun(i8),
-    /// The next of the sun's paces: it stands, or moves beside what the scene says.
+    /// The next of the sun's paces, in addition to the scene's own.
     SunPace,
-    /// The view, the time and the sun of the beginning; time runs.
+    /// Back to the first view, time and sun; time runs.
     Reset,
     /// Another technique.
     Technique(Technique),
@@ -37,9 +37,9 @@ pub enum Action {
     Rule,
     /// The next shadowing model.
     Shadowing,
-    /// A picture into a file.
+    /// Save a screenshot.
     Screenshot,
-    /// The end.
+    /// Quit.
     Quit,
 }
 
@@ -99,13 +99,13 @@ impl Viewer {
         }
     }
 
-    /// How surfaces are shaded: options that the technique does not have wait for one that has them.
+    /// How surfaces are shaded. Options that this technique lacks are kept for the next one that has them.
     #[must_use]
     pub fn shading(&self) -> Shading {
         self.technique.with(self.options)
     }
 
-    /// Lets so many seconds pass, unless time stands still; the sun has a time of its own.
+    /// Advances the scene by `seconds`, unless time stands still; the sun moves at its own pace.
     pub fn advance(&mut self, seconds: f64) {
         if !self.paused {
             self.time += seconds.clamp(0.0, LONGEST_STEP);
@@ -141,8 +141,8 @@ impl Viewer {
         self.changed = true;
     }
 
-    /// The user's camera in a scene whose own camera is `own`: it goes along with what `own` follows, by as much as
-    /// the target of `own` is from that of the beginning.
+    /// The user's camera in a scene whose own camera is `own`: it follows what `own` follows, moved by as much as the target of
+    /// `own` has moved since the beginning.
     #[must_use]
     pub fn camera(&self, own: &Camera) -> Camera {
         let gone = own.target - self.start.0.target();
@@ -168,23 +168,23 @@ impl Viewer {
         self.pointer = Some(to);
     }
 
-    /// The wheel turned by so many notches, up is closer.
+    /// Zooms by notches of the wheel, up is closer.
     pub fn wheel(&mut self, notches: f32) {
         self.orbit.zoom(notches.clamp(-50.0, 50.0));
         self.changed = true;
     }
 
-    /// The picture must change for a reason of its own.
+    /// Marks the picture as changed.
     pub fn invalidate(&mut self) {
         self.changed = true;
     }
 
-    /// Whether the picture must change: something did since this was last asked.
+    /// Whether something has changed since the last call.
     pub fn take_changed(&mut self) -> bool {
         std::mem::take(&mut self.changed)
     }
 
-    /// What [`take_changed`](Self::take_changed) would say, or time runs.
+    /// Whether something has changed, or time runs.
     #[must_use]
     pub fn is_moving(&self) -> bool {
         self.changed || !self.paused || self.sun_pace > 0

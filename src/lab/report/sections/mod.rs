@@ -1,4 +1,4 @@
-//! The sections of the report, one file each: what it measures, and what it makes of it.
+//! The sections of the report: one file each, one row each.
 
 mod bench;
 mod convergence;
@@ -51,7 +51,7 @@ pub static SECTIONS: [SectionEntry; 13] = [
     SectionEntry {
         key: "table10",
         help: "How many slope samples are needed",
-        title: "How many slope samples it takes",
+        title: "How many slope samples are needed",
         judges_others: false,
         run: table10::run,
     },
@@ -65,7 +65,7 @@ pub static SECTIONS: [SectionEntry; 13] = [
     SectionEntry {
         key: "model",
         help: "Shadowing models against ray casts",
-        title: "Beyond the model: visibility against ray casts",
+        title: "Beyond the model: masking and shadowing against ray casts",
         judges_others: false,
         run: model::run,
     },
@@ -79,7 +79,7 @@ pub static SECTIONS: [SectionEntry; 13] = [
     SectionEntry {
         key: "shadows",
         help: "Shadows that the bumps cast on each other",
-        title: "Shadows that the relief throws on itself",
+        title: "Shadows that bumps cast on each other",
         judges_others: false,
         run: shadows::run,
     },
@@ -121,7 +121,7 @@ pub static SECTIONS: [SectionEntry; 13] = [
     SectionEntry {
         key: "misses",
         help: "The worst pictures of the other sections",
-        title: "Where LEADR is not close to truth",
+        title: "Where LEADR is far from the truth",
         judges_others: true,
         run: misses::run,
     },
