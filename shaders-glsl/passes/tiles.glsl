@@ -2,8 +2,7 @@
 // (src/render/passes/targets/tiles.rs).
 #ifndef LEADR_TILES
 #define LEADR_TILES
-
-const int TILE_SIZE = 16; // pixels
+#include "constants.glsl"
 
 // Record of a tile: one bit per object that it shows, and whether it contains a sample that must be shaded (edges.comp marks
 // the samples that need not be).

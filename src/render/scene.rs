@@ -139,7 +139,7 @@ pub struct PointLight {
 }
 
 /// Number of point lights a frame may have.
-pub const MAX_POINT_LIGHTS: usize = 4;
+pub const MAX_POINT_LIGHTS: usize = super::constants::MAX_POINT_LIGHTS as usize;
 
 /// The state of one frame.
 #[derive(Clone, Debug)]

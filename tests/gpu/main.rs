@@ -3,6 +3,7 @@
 #[path = "../common/mod.rs"]
 mod common;
 
+mod build_script;
 mod chi_square;
 mod device;
 mod names;

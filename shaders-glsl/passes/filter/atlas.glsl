@@ -3,11 +3,8 @@
 #ifndef LEADR_FILTER_ATLAS
 #define LEADR_FILTER_ATLAS
 
+#include "../constants.glsl"
 #include "leadr/slopes/statistics.glsl"
-
-const uint NO_NEIGHBOR = 0xffffffffu;
-const float SOURCE_LEVEL = 2.0; // of the tiles' mips: the last one in use
-const uint WIDE_LEVELS = 3u;    // of corners alone
 
 struct PatchLink {
     uvec4 neighbors; // beyond the sides v=0, u=1, v=1, u=0: patch << 2 | side
@@ -86,8 +83,8 @@ Levels levels_at(float lod) {
     float first_lod = log2(tile_inner()) - float(finest_coarse);
     float level = clamp(lod - first_lod, 0.0, float(finest_coarse + WIDE_LEVELS));
     Levels levels;
-    levels.mip = min(lod, SOURCE_LEVEL);
-    levels.fine = clamp((first_lod - lod) / max(first_lod - SOURCE_LEVEL, 1e-3), 0.0, 1.0);
+    levels.mip = min(lod, float(SOURCE_LEVEL));
+    levels.fine = clamp((first_lod - lod) / max(first_lod - float(SOURCE_LEVEL), 1e-3), 0.0, 1.0);
     levels.first = min(uint(level), finest_coarse + WIDE_LEVELS - 1u);
     levels.second = level - float(levels.first);
     return levels;

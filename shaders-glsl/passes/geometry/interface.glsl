@@ -2,9 +2,7 @@
 #ifndef LEADR_GEOMETRY_INTERFACE
 #define LEADR_GEOMETRY_INTERFACE
 
-// Heights along an edge come in EDGE_LEVELS resolutions: 64, 32, … 1 segments (src/render/surfaces/displacement.rs).
-const int EDGE_LEVELS = 7;
-const int EDGE_STRIDE = 134; // 65 + 33 + 17 + 9 + 5 + 3 + 2
+#include "../constants.glsl"
 
 layout(std140) uniform View {
     mat4 clip_from_world;

@@ -1,11 +1,12 @@
 // Push constants of the passes that draw one object at a time.
 #ifndef LEADR_GEOMETRY_OBJECT
 #define LEADR_GEOMETRY_OBJECT
+#include "../constants.glsl"
 
 layout(push_constant, std430) uniform Object {
     float height_scale; // eta of LEADR section 4.2
     float specular_f0;
-    uint flags;         // the FLAG_ bits below; above them, when edge samples are drawn, their number across a pixel
+    uint flags;         // FLAG_ bits; above them, when edge samples are drawn, their number across a pixel
     uint index;         // number of the object in the scene, from 1
     float relief;       // from the deepest pit to the highest bump, metres
 #ifdef LEADR_OBJECT_RAYS
@@ -14,10 +15,5 @@ layout(push_constant, std430) uniform Object {
     vec4 ray_middle;    // w: near plane
 #endif
 } object;
-
-const uint FLAG_DISPLACED = 1u;   // has LEADR maps
-const uint FLAG_COLOR_MAP = 2u;   // has a colour map, which the vertex colours tint
-const uint FLAG_MARK_INSIDE = 4u; // paint back faces with the marker (crack test)
-const uint FLAGS_GRID_SHIFT = 8u;
 
 #endif

@@ -1,28 +1,9 @@
 // The clear sky of src/render/light/sky.rs in 32 bits: same names, same order; the equations and their sources are there.
 #ifndef SKY_GLSL
 #define SKY_GLSL
+#include "atmosphere.glsl"
 
 const float PI = 3.14159265358979;
-const int ROWS = 64;
-const int COLUMNS = 16;
-const int ALTITUDES = 16;
-const float EARTH = 6360.0;
-const float ATMOSPHERE = 100.0;
-const float AIR_HEIGHT = 8.0;
-const float HAZE_HEIGHT = 1.2;
-const float OZONE_CENTRE = 25.0;
-const float OZONE_HALF_WIDTH = 15.0;
-const vec3 AIR = vec3(0.00779, 0.01356, 0.03075);
-const vec3 OZONE = vec3(0.00190, 0.00188, 0.00014);
-const vec3 HAZE = vec3(0.838, 1.0, 1.298);
-const float HAZE_ALBEDO = 0.92;
-const float HAZE_ASYMMETRY = 0.76;
-const float SUN_RADIUS = 0.00465;
-const float HORIZON = 0.02;
-const vec3 NIGHT = vec3(2.2e-5, 3.2e-5, 5.5e-5);
-const int SUN_STEPS = 24;
-const int VIEW_STEPS = 32;
-const int SPHERE_STEPS = 8;
 
 float altitude_along(float h, float mu, float t)
 {

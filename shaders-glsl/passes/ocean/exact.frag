@@ -2,13 +2,12 @@
 #extension GL_GOOGLE_include_directive : require
 // The unfiltered slope that the reference uses: that of the surface where the pixel's ray hit it, computed from the summed
 // gradients and Jacobians of all cascades rather than from a sum of their slopes.
+#include "../constants.glsl"
 #include "cascade.glsl"
 #include "water.glsl"
 #include "../gbuffer.glsl"
 #include "../visible.glsl"
 #include "leadr/frame.glsl"
-
-layout(constant_id = 1) const uint SEA = 63;
 
 uniform usampler2D visible_texture;
 uniform usampler2D visible_surface;
@@ -33,7 +32,7 @@ float[6] weights(float u) {
 
 void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
-    if (object_of(texelFetch(visible_surface, pixel, 0).x) != SEA) {
+    if (object_of(texelFetch(visible_surface, pixel, 0).x) != SEA_INDEX) {
         discard;
     }
     vec2 away = uintBitsToFloat(texelFetch(visible_texture, pixel, 0).xy), at = away + water.centre.xy;

@@ -2,6 +2,7 @@
 #extension GL_GOOGLE_include_directive : require
 // Filters the waves under each pixel of the sea: the slope moments of all cascades by the sum rule, the slopes of the waves
 // below the finest cascade, and the foam where the surface folds.
+#include "../constants.glsl"
 #include "../technique.glsl"
 #include "cascade.glsl"
 #include "shore.glsl"
@@ -12,7 +13,6 @@
 #include "leadr/facets/normal_distribution.glsl"
 #include "leadr/slopes/statistics.glsl"
 
-layout(constant_id = 1) const uint SEA = 63;
 layout(constant_id = 2) const int MAX_TAPS = 8;
 layout(constant_id = 3) const bool HAS_BEACH = false;
 
@@ -29,7 +29,7 @@ layout(location = 2) out uvec2 out_surface;
 
 void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
-    if (object_of(texelFetch(visible_surface, pixel, 0).x) != SEA) {
+    if (object_of(texelFetch(visible_surface, pixel, 0).x) != SEA_INDEX) {
         discard;
     }
     uvec4 place = texelFetch(visible_texture, pixel, 0);

@@ -3,13 +3,11 @@
 // Draws the tiles that show the sea.
 #include "../tiles.glsl"
 
-layout(constant_id = 1) const uint SEA = 63;
-
 uniform usampler2D visible_surface;
 layout(std430) readonly buffer TileRecords { uvec4 tile_records[]; };
 
 void main() {
-    bool seen = tile_shows(tile_records[gl_VertexIndex], SEA);
+    bool seen = tile_shows(tile_records[gl_VertexIndex], SEA_INDEX);
     gl_Position = tile_point(gl_VertexIndex, textureSize(visible_surface, 0), seen);
     gl_PointSize = float(TILE_SIZE);
 }

@@ -2,9 +2,8 @@
 #extension GL_GOOGLE_include_directive : require
 // The geometry of the reference: a ray per pixel against the waves of all cascades at full resolution, horizontal movement
 // included. Like the rasterised sea it writes the place at rest that was hit, and its depth.
+#include "../constants.glsl"
 #include "cascade.glsl"
-
-layout(constant_id = 0) const uint SEA = 63;
 
 layout(std140) uniform View {
     vec4 rays[3]; // world direction through ndc (x, y): rays[2] + x rays[0] + y rays[1], of length 1 along the view axis
@@ -125,6 +124,6 @@ void main() {
 
     out_texture = uvec4(floatBitsToUint(rest), 0u, 0u);
     out_tangent = uvec4(0u);
-    out_surface = uvec4(SEA << 24, 0u, 0u, 0u);
+    out_surface = uvec4(SEA_INDEX << 24, 0u, 0u, 0u);
     gl_FragDepth = min(view.eye.z * stretch / max(high, 1e-6), 1.0);
 }

@@ -1,6 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 // Decides how finely a patch is divided, and drops patches that the waves carry out of the picture.
+#include "../constants.glsl"
 #include "surface.glsl"
 
 layout(vertices = 4) out;
@@ -11,7 +12,6 @@ layout(location = 1) in flat uint in_patch[];
 layout(location = 0) out vec3 out_rest[];
 layout(location = 1) patch out uint out_patch;
 
-layout(constant_id = 1) const float GUARD_BAND = 3.0; // size of the viewport relative to the picture
 
 // Whether a ball lies outside the picture or nearer than the near plane.
 bool outside(vec3 centre, float radius) {

@@ -3,17 +3,15 @@
 // Shades a sample of the reference, shadows of the relief included: the base material on the facet that the pixel sees,
 // under lights whose visibility comes from maps as fine as the relief. The environment is one light drawn from it.
 #include "gbuffer.glsl"
+#include "../constants.glsl"
 #include "leadr/integrals/specular.glsl"
 #include "leadr/visible/diffuse.glsl"
 #include "leadr/visible/fresnel.glsl"
 
-// Base materials smoother than this reflect the environment without shadows: lights drawn at random would miss their narrow lobe.
-layout(constant_id = 16) const float MIRROR_ALPHA = 0.15;
 layout(constant_id = 5) const int TERMS = 15; // a bit per term of light transport
 
 const int GRID = 5;          // samples of a mirror's slopes
 const int DIFFUSE_TERMS = 2; // see leadr/visible/diffuse.glsl
-const int MAX_LIGHTS = 6;
 const float BIAS = 1.0; // offset towards the light before the comparison, in texels of its map
 
 struct Light {
@@ -29,7 +27,7 @@ layout(std140) uniform Lighting {
     vec4 camera_position; // xyz
     vec4 viewport;        // width, height, face size of the environment's cube, 1 when heights move the surface
     ivec4 counts;         // lights
-    Light lights[MAX_LIGHTS];
+    Light lights[MAX_RELIEF_LIGHTS];
 } lighting;
 
 uniform samplerCube environment_cube;
@@ -103,7 +101,7 @@ void main() {
     vec3 diffuse_s = surface.slope_covariance;
     vec3 specular_s = add_roughness(diffuse_s, surface.alpha);
     bool mirror = surface.alpha < MIRROR_ALPHA;
-    vec3 radiance = mirror && (TERMS & 4) != 0 ? mirrored(surface, specular_s) : vec3(0.0);
+    vec3 radiance = mirror && (TERMS & TERM_SPECULAR_ENVIRONMENT) != 0 ? mirrored(surface, specular_s) : vec3(0.0);
     vec3 albedo = surface.albedo * (1.0 - visible_fresnel(wo, m, specular_s, surface.f0));
     // The plane that was drawn into the depth maps: the facet, or the smooth geometry where only normals are mapped.
     vec3 normal = lighting.viewport.w > 0.5 ? from_frame(surface.frame, normal_of_slope(m)) : surface.frame.z;

@@ -1,6 +1,7 @@
 // Specialisation constants of the shading pipelines (src/render/passes/shade.rs).
 #ifndef LEADR_SHADE_SETTINGS
 #define LEADR_SHADE_SETTINGS
+#include "../constants.glsl"
 #include "../technique.glsl"
 #include "leadr/masking/correlated.glsl"
 
@@ -13,16 +14,13 @@ layout(constant_id = 5) const int TERMS = 15;              // a bit per term of 
 layout(constant_id = 6) const int FIRST_LIGHT = 0;
 layout(constant_id = 7) const bool SUN_SHADOWS = true;     // cast by the macrosurface, from the shadow map
 layout(constant_id = 8) const int POINT_LIGHTS = 0;        // at most MAX_POINT_LIGHTS
-layout(constant_id = 9) const int EDGES = 0;               // one of the EDGES_ constants below
+layout(constant_id = 9) const int EDGES = EDGES_ARE_ABSENT;
 
-const int EDGES_ARE_SHADED = 1; // edge samples are shaded, except those that see their pixel's own surface
-const int EDGES_ARE_JOINED = 2; // pixels are shaded whose edge samples are joined already
-
-const bool SPECULAR_LIGHTS = (TERMS & 1) != 0;
-const bool DIFFUSE_LIGHTS = (TERMS & 2) != 0;
-const bool SPECULAR_ENVIRONMENT = (TERMS & 4) != 0;
-const bool DIFFUSE_ENVIRONMENT = (TERMS & 8) != 0;
-const bool LIGHTS = (TERMS & 3) != 0;
-const bool DIFFUSE = (TERMS & 10) != 0;
+const bool SPECULAR_LIGHTS = (TERMS & TERM_SPECULAR_LIGHTS) != 0;
+const bool DIFFUSE_LIGHTS = (TERMS & TERM_DIFFUSE_LIGHTS) != 0;
+const bool SPECULAR_ENVIRONMENT = (TERMS & TERM_SPECULAR_ENVIRONMENT) != 0;
+const bool DIFFUSE_ENVIRONMENT = (TERMS & TERM_DIFFUSE_ENVIRONMENT) != 0;
+const bool LIGHTS = SPECULAR_LIGHTS || DIFFUSE_LIGHTS;
+const bool DIFFUSE = DIFFUSE_LIGHTS || DIFFUSE_ENVIRONMENT;
 
 #endif

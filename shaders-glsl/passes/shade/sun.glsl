@@ -1,8 +1,7 @@
 // The block of lights, and the fraction of the sun that reaches a point.
 #ifndef LEADR_SHADE_SUN
 #define LEADR_SHADE_SUN
-
-const int MAX_POINT_LIGHTS = 4;
+#include "../constants.glsl"
 
 layout(std140) uniform Lighting {
     vec4 rays[3];                 // see read_gbuffer

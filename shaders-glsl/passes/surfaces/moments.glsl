@@ -1,10 +1,10 @@
 // Heights -> level 0 of the LEADR maps (LEADR 3.2): first and second moments of the slopes per unit texture
 // coordinate (the whole image is [0, 1]²), by central differences.
 // The including file defines the formats SLOPES_FORMAT and SINGLE_FORMAT (storage images need them in the text).
+#include "../constants.glsl"
 layout(local_size_x = 8, local_size_y = 8) in;
 
-// 0: repeat, 1: clamp (the sampler's edge texel repeats), 2: atlas (one-sided at the edge of a tile, never across it)
-layout(constant_id = 0) const uint EDGES = 0;
+layout(constant_id = 0) const uint EDGES = MOMENTS_REPEAT; // what lies beyond the edges: one of the MOMENTS_ constants
 
 uniform sampler2D heights;
 layout(SLOPES_FORMAT) uniform writeonly image2D slopes; // E[hs], E[ht], E[hs²], E[ht²]
@@ -21,8 +21,8 @@ float height_at(ivec2 p) { return texelFetch(heights, p, 0).r; }
 ivec2 neighbours(int i, int n, out float distance)
 {
     distance = 2.0;
-    if (EDGES == 0u) return ivec2(i == 0 ? n - 1 : i - 1, i == n - 1 ? 0 : i + 1);
-    if (EDGES == 1u) return ivec2(max(i - 1, 0), min(i + 1, n - 1));
+    if (EDGES == MOMENTS_REPEAT) return ivec2(i == 0 ? n - 1 : i - 1, i == n - 1 ? 0 : i + 1);
+    if (EDGES == MOMENTS_CLAMP) return ivec2(max(i - 1, 0), min(i + 1, n - 1));
     int first = i & ~int(tile - 1u);
     ivec2 pair = ivec2(max(i - 1, first), min(i + 1, first + int(tile) - 1));
     distance = float(pair.y - pair.x);

@@ -7,33 +7,13 @@ use std::f64::consts::PI;
 
 use glam::DVec3;
 
-/// Earth's radius, km.
-const EARTH: f64 = 6360.0;
-/// Thickness of the atmosphere, km.
-pub(super) const ATMOSPHERE: f64 = 100.0;
-/// Scale heights of air and aerosol, km.
-pub(super) const AIR_HEIGHT: f64 = 8.0;
-pub(super) const HAZE_HEIGHT: f64 = 1.2;
-/// Ozone: a tent around this altitude with this half width, km.
-const OZONE_CENTRE: f64 = 25.0;
-pub(super) const OZONE_HALF_WIDTH: f64 = 15.0;
-/// Scattering and absorption per km at the ground (ozone: at its centre) at 630, 550 and 450 nm, which stand for the
-/// Rec.709 primaries: λ⁻⁴·⁰⁸ through 0.01356 at 550 nm for air, the Chappuis band for ozone. (The primaries' dominant
-/// wavelengths 612, 549, 465 make the zenith too white; 680, 550, 440, often used, make sunlight too orange.)
-pub(super) const AIR: DVec3 = DVec3::new(0.007_79, 0.013_56, 0.030_75);
-pub(super) const OZONE: DVec3 = DVec3::new(0.001_90, 0.001_88, 0.000_14);
-/// Aerosol extinction relative to 550 nm (Ångström exponent 1.3), its single-scattering albedo and asymmetry.
-const HAZE: DVec3 = DVec3::new(0.838, 1.0, 1.298);
-const HAZE_ALBEDO: f64 = 0.92;
-const HAZE_ASYMMETRY: f64 = 0.76;
+use super::constants::{
+    AIR, AIR_HEIGHT, ATMOSPHERE, EARTH, HAZE, HAZE_ALBEDO, HAZE_ASYMMETRY, HAZE_HEIGHT, OZONE, OZONE_CENTRE,
+    OZONE_HALF_WIDTH, SPHERE_STEPS, SUN_RADIUS, SUN_STEPS, VIEW_STEPS,
+};
+
 /// Vertical optical thickness of air at 550 nm, the unit of turbidity.
-pub(super) const AIR_THICKNESS: f64 = 0.013_56 * AIR_HEIGHT;
-/// Angular radius of the sun, radians: how fast it sets.
-const SUN_RADIUS: f64 = 0.004_65;
-/// Steps along a path to the sun and along a view ray, and directions per axis of the multiple scattering.
-const SUN_STEPS: usize = 24;
-const VIEW_STEPS: usize = 32;
-const SPHERE_STEPS: usize = 8;
+pub(super) const AIR_THICKNESS: f64 = AIR.y * AIR_HEIGHT;
 
 /// Altitude after `t` km from altitude `h` along a ray with zenith cosine `mu`, km; written without the difference of
 /// two radii, which in 32 bits would leave half a metre.
@@ -204,10 +184,10 @@ mod tests {
                 sum + 3.0 * s * s * length / n as f64 * densities(altitude_along(h, mu, length * s * s * s))
             })
         };
-        let up = depth(SUN_STEPS, 0.0, 1.0);
+        let up = depth(SUN_STEPS as usize, 0.0, 1.0);
         assert!((up.x / AIR_HEIGHT - 1.0).abs() < 1e-4 && (up.y / HAZE_HEIGHT - 1.0).abs() < 1e-4, "{up}");
         for (h, mu) in [(0.0, 0.0), (0.0, 0.1), (1.0, 0.02), (10.0, -0.02), (10.0, 0.5)] {
-            let (coarse, fine) = (depth(SUN_STEPS, h, mu), depth(50_000, h, mu));
+            let (coarse, fine) = (depth(SUN_STEPS as usize, h, mu), depth(50_000, h, mu));
             let air = ((coarse - fine) / fine).abs();
             assert!(air.x < 1e-4 && air.y < 1e-3 && air.z < 0.06, "h {h} mu {mu}: {air}");
         }

@@ -14,25 +14,19 @@ use glam::{DVec3, Vec3};
 use std::f64::consts::PI;
 
 use super::atmosphere::{
-    AIR_THICKNESS, ATMOSPHERE, HAZE_HEIGHT, distance_to_top, march, multiple_at, phase_of_air, phase_of_haze,
-    sun_transmittance,
+    AIR_THICKNESS, distance_to_top, march, multiple_at, phase_of_air, phase_of_haze, sun_transmittance,
 };
+use super::constants::{self, ATMOSPHERE, HAZE_HEIGHT, HORIZON, NIGHT};
 
-/// Rows of the view table: elevation `π/2·(row/(ROWS−1))²`.
-pub const ROWS: usize = 64;
-/// Columns of the view table: azimuth from the sun `π·column/(COLUMNS−1)`.
-pub const COLUMNS: usize = 16;
-/// Entries of the multiple scattering table: altitude `ATMOSPHERE·(i/(ALTITUDES−1))²`.
-pub const ALTITUDES: usize = 16;
+/// Rows of the view table.
+pub const ROWS: usize = constants::ROWS as usize;
+/// Columns of the view table.
+pub const COLUMNS: usize = constants::COLUMNS as usize;
+/// Entries of the multiple scattering table.
+pub const ALTITUDES: usize = constants::ALTITUDES as usize;
 
 /// Sunlight above the atmosphere: white (pictures are balanced for it), so that a mid-morning sun gives about 3.
 const SUNLIGHT: DVec3 = DVec3::splat(4.8);
-/// Radiance of the sky without a sun, over sunlight: airglow, stars and a little moon, far brighter than a real night, so
-/// that what is lit by it can be seen.
-const NIGHT: DVec3 = DVec3::new(2.2e-5, 3.2e-5, 5.5e-5);
-/// Width of the haze band in which the ground fades into the horizon, as a sine of elevation.
-const HORIZON: f64 = 0.02;
-
 /// A clear sky over flat ground.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sky {
@@ -209,7 +203,8 @@ const FRAC_PI_2_SQUARED_ROWS: f64 = PI / 2.0 / ((ROWS - 1) * (ROWS - 1)) as f64;
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::render::light::atmosphere::{AIR, AIR_HEIGHT, OZONE, OZONE_HALF_WIDTH, exp3};
+    use crate::render::light::atmosphere::exp3;
+    use crate::render::light::constants::{AIR, AIR_HEIGHT, OZONE, OZONE_HALF_WIDTH};
 
     fn luminance(c: DVec3) -> f64 {
         c.dot(DVec3::new(0.2126, 0.7152, 0.0722))

@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use super::targets::VisibleSurface;
 use crate::gpu::{Commands, Depth, Descriptor, Gpu, GraphicsDesc, GraphicsPipeline, Image, Result, Topology};
+use crate::render::constants::GUARD_BAND;
 use crate::render::surfaces::object_view::{DrawnObject, GEOMETRY_STRUCTS, PosedObject};
-use crate::render::surfaces::tessellation::GUARD_BAND;
 
 /// Pipeline of the geometry pass.
 #[derive(Clone)]

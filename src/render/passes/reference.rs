@@ -5,7 +5,7 @@
 //! ([`environment_lights`](super::environment_lights)), whose mean over the samples is the environment with true visibility.
 //!
 //! What is blocked is black; light is reflected once. Environments in base materials smoother than
-//! [`MIRROR_ALPHA`] are mirrored as if the relief hid the viewer's rays only: drawn lights would almost never meet such a lobe,
+//! [`MIRROR_ALPHA`](crate::render::constants::MIRROR_ALPHA) are mirrored as if the relief hid the viewer's rays only: drawn lights would almost never meet such a lobe,
 //! and a depth map knows no other directions.
 
 use std::sync::Arc;
@@ -20,6 +20,7 @@ use crate::gpu::{
     AddressMode, Buffer, ColorTarget, Commands, Descriptor, Filter, Gpu, GraphicsDesc, GraphicsPipeline, Load, Memory,
     Result, Sampler, SharedStruct, SpecValue, Use, shared_struct,
 };
+use crate::render::constants::MAX_RELIEF_LIGHTS;
 use crate::render::light::environment::Environment;
 use crate::render::scene::{FrameState, MAX_POINT_LIGHTS};
 use crate::render::settings::{RenderSettings, Terms};
@@ -27,10 +28,7 @@ use crate::render::surfaces::object_view::PosedObject;
 use crate::render::surfaces::sphere::Sphere;
 use crate::render::view::View;
 
-/// Beckmann roughness of the base material from which on its specular environment has shadows.
-pub const MIRROR_ALPHA: f32 = 0.15;
-
-const MAX_LIGHTS: usize = MAX_POINT_LIGHTS + 2;
+const MAX_LIGHTS: usize = MAX_RELIEF_LIGHTS as usize;
 
 shared_struct! {
     /// A light as the shader reads it (`Light` in `passes/shade/reference.frag`).
@@ -85,7 +83,7 @@ impl ReferencePass {
             vertex: "passes/fullscreen.vert",
             fragment: Some("passes/shade/reference.frag"),
             colors: &[RADIANCE_FORMAT],
-            spec: &[("TERMS", SpecValue::I32(terms.bits())), ("MIRROR_ALPHA", SpecValue::F32(MIRROR_ALPHA))],
+            spec: &[("TERMS", SpecValue::I32(terms.bits()))],
             structs: &[ReliefLightGpu::LAYOUT, ReliefLightingGpu::LAYOUT],
             ..Default::default()
         };

@@ -8,6 +8,7 @@ use crate::gpu::{
     AddressMode, Buffer, ColorTarget, Commands, Descriptor, Filter, Gpu, GraphicsDesc, GraphicsPipeline, Image,
     ImageView, Load, Result, Sampler, SharedStruct, SpecValue, Topology, Use, shared_struct,
 };
+use crate::render::constants::{EDGES_ARE_ABSENT, EDGES_ARE_JOINED, EDGES_ARE_SHADED};
 use crate::render::scene::{FrameState, MAX_POINT_LIGHTS};
 use crate::render::settings::Shading;
 use crate::render::view::View;
@@ -94,15 +95,15 @@ impl LightSet {
     }
 }
 
-/// What the shading pass has to do with edge samples (`EDGES_` in `passes/shade/settings.glsl`).
+/// What the shading pass has to do with edge samples.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Edges {
     /// The frame has none.
-    None = 0,
+    None = EDGES_ARE_ABSENT as isize,
     /// It shades edge samples, except those that [`EdgePass`](super::edges::EdgePass) marked.
-    Shaded = 1,
+    Shaded = EDGES_ARE_SHADED as isize,
     /// It shades pixels whose edge samples were joined.
-    Joined = 2,
+    Joined = EDGES_ARE_JOINED as isize,
 }
 
 /// What the shading pass reads.

@@ -1,20 +1,27 @@
 //! Which light a picture contains.
 
+use crate::render::constants;
+
 /// The light transport a picture contains: a set.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub struct Terms(u8);
+pub struct Terms(i32);
 
 impl Terms {
     /// Sun and point lights in mirrors.
-    pub const SPECULAR_LIGHTS: Self = Self(1);
+    pub const SPECULAR_LIGHTS: Self = Self(constants::TERM_SPECULAR_LIGHTS);
     /// Sun and point lights on the diffuse surface.
-    pub const DIFFUSE_LIGHTS: Self = Self(2);
+    pub const DIFFUSE_LIGHTS: Self = Self(constants::TERM_DIFFUSE_LIGHTS);
     /// The environment in mirrors.
-    pub const SPECULAR_ENVIRONMENT: Self = Self(4);
+    pub const SPECULAR_ENVIRONMENT: Self = Self(constants::TERM_SPECULAR_ENVIRONMENT);
     /// The environment on the diffuse surface.
-    pub const DIFFUSE_ENVIRONMENT: Self = Self(8);
+    pub const DIFFUSE_ENVIRONMENT: Self = Self(constants::TERM_DIFFUSE_ENVIRONMENT);
     /// Everything.
-    pub const ALL: Self = Self(15);
+    pub const ALL: Self = Self(
+        constants::TERM_SPECULAR_LIGHTS
+            | constants::TERM_DIFFUSE_LIGHTS
+            | constants::TERM_SPECULAR_ENVIRONMENT
+            | constants::TERM_DIFFUSE_ENVIRONMENT,
+    );
     /// Nothing: black.
     pub const NONE: Self = Self(0);
 
@@ -41,7 +48,7 @@ impl Terms {
     /// `TERM_` bits of the shading pass.
     #[must_use]
     pub fn bits(self) -> i32 {
-        i32::from(self.0)
+        self.0
     }
 
     /// Names of its members.

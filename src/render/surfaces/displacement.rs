@@ -8,13 +8,14 @@
 use super::patch_mesh::{PatchMesh, TileLayout};
 use super::topology::Topology;
 use crate::maps::HeightMap;
+use crate::render::constants;
 use glam::Vec2;
 use rayon::prelude::*;
 
 /// Resolutions of the heights along an edge: 64, 32, … 1 segments.
-pub const EDGE_LEVELS: usize = 7;
+pub const EDGE_LEVELS: usize = constants::EDGE_LEVELS as usize;
 /// Samples of one edge over all levels.
-pub const EDGE_STRIDE: usize = 134;
+pub const EDGE_STRIDE: usize = constants::EDGE_STRIDE as usize;
 
 /// A height map and what happens at its borders.
 #[derive(Clone, Debug)]

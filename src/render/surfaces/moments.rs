@@ -18,6 +18,7 @@ use crate::gpu::{
     Sampler, SharedStruct, SpecValue, Use, shared_struct,
 };
 use crate::maps::{HeightMap, Wrap};
+use crate::render::constants::{MOMENTS_ATLAS, MOMENTS_CLAMP, MOMENTS_REPEAT};
 
 /// What lies beyond the edges of the height map.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -107,9 +108,9 @@ impl MomentsPass {
     /// A failed Vulkan call.
     pub fn new(gpu: &Arc<Gpu>, edges: Edges, format: MomentFormat) -> Result<Self> {
         let kind = match edges {
-            Edges::Wrap(Wrap::Repeat) => 0,
-            Edges::Wrap(Wrap::Clamp) => 1,
-            Edges::Atlas(_) => 2,
+            Edges::Wrap(Wrap::Repeat) => MOMENTS_REPEAT,
+            Edges::Wrap(Wrap::Clamp) => MOMENTS_CLAMP,
+            Edges::Atlas(_) => MOMENTS_ATLAS,
         };
         let [level0, mips] = format.shaders();
         Ok(Self {

@@ -9,6 +9,7 @@ use super::displacement::{Border, BoundaryHeights, EDGE_LEVELS, HeightField};
 use super::moments::{Edges, HeightSource, LeadrMapGpu, MomentFormat};
 use super::topology::Topology;
 use crate::gpu::{AddressMode, Buffer, Filter, Gpu, Image, ImageDesc, Result, Sampler, shared_struct};
+use crate::render::constants::{FLAG_COLOR_MAP, FLAG_DISPLACED, FLAG_MARK_INSIDE, FLAGS_GRID_SHIFT, SEA_INDEX};
 use crate::render::scene::Object;
 use crate::render::view::{Samples, View};
 
@@ -29,7 +30,7 @@ shared_struct! {
 }
 
 /// Most objects in a scene: the G-buffer has six bits for them, the sea and nothing.
-pub const MAX_OBJECTS: usize = 62;
+pub const MAX_OBJECTS: usize = SEA_INDEX as usize - 1;
 
 shared_struct! {
     /// Push constants of the geometry stages (`Object`).
@@ -78,15 +79,6 @@ impl FilteredObjectGpu {
         Self { height_scale, specular_f0, flags, index, relief, padding: [0; 3], ray_x, ray_y, ray_middle }
     }
 }
-
-/// The object has LEADR maps.
-pub const FLAG_DISPLACED: u32 = 1;
-/// The object has a colour map.
-pub const FLAG_COLOR_MAP: u32 = 2;
-/// Back faces are painted in the marker colour.
-pub const FLAG_MARK_INSIDE: u32 = 4;
-/// Above the flags, in the filter pass: edge samples along a side of a pixel, 0 for the sample of the pixel itself.
-const FLAGS_GRID_SHIFT: u32 = 8;
 
 /// What of an object stays the same from frame to frame.
 pub struct GpuObject {

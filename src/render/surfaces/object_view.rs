@@ -7,8 +7,9 @@ use glam::{Mat4, Vec3};
 use super::object::{GpuObject, ObjectGpu, PatchGpu};
 use super::patch_mesh::PosedVertices;
 use super::sphere::Sphere;
-use super::tessellation::{DrawList, GUARD_BAND, Lens, PosedMesh, TessellationSettings};
+use super::tessellation::{DrawList, Lens, PosedMesh, TessellationSettings};
 use crate::gpu::{Buffer, Gpu, Memory, Result, SharedStruct, StructLayout, shared_struct};
+use crate::render::constants::GUARD_BAND;
 use crate::render::view::View;
 
 shared_struct! {

@@ -5,6 +5,7 @@
 
 use super::patch_mesh::PatchMesh;
 use super::topology::Topology;
+use crate::render::constants::GUARD_BAND;
 use glam::{Mat4, Vec3, Vec4};
 
 /// Largest tessellation factor (fractional odd spacing reaches 63 of Vulkan's 64).
@@ -87,10 +88,6 @@ pub struct PosedMesh<'a> {
     /// The height scale.
     pub height_scale: f32,
 }
-
-/// The geometry pass draws into a viewport this many times larger than the image, which is cut out by the scissor:
-/// triangles across the border of the image are then not clipped (see [`DrawList::new`]).
-pub const GUARD_BAND: f32 = 3.0;
 
 /// What to draw.
 #[derive(Clone, Debug, Default)]

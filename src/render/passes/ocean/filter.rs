@@ -11,9 +11,9 @@ use crate::gpu::{
 };
 use crate::render::passes::targets::{GBuffer, VisibleSurface};
 use crate::render::settings::Needs;
+use crate::render::surfaces::ocean::Ocean;
 use crate::render::surfaces::ocean::mesh::EARTH;
 use crate::render::surfaces::ocean::shore::ShoreGpu;
-use crate::render::surfaces::ocean::{Ocean, SEA_INDEX};
 
 /// Beckmann roughness of the water itself, beneath all waves.
 const WATER_ROUGHNESS: f32 = 0.01;
@@ -69,7 +69,7 @@ impl OceanFilterPass {
     /// # Errors
     /// A failed pipeline.
     pub fn new(gpu: &Arc<Gpu>, needs: Needs, shore: bool) -> Result<Self> {
-        let own = vec![("SEA", SpecValue::U32(SEA_INDEX)), ("HAS_BEACH", SpecValue::Bool(shore))];
+        let own = vec![("HAS_BEACH", SpecValue::Bool(shore))];
         Ok(Self {
             pipeline: GraphicsPipeline::new(
                 gpu,

@@ -9,11 +9,10 @@ use super::fields::{CascadeGpu, Content, OceanFields, RESOLUTIONS};
 use super::filter::WaterGpu;
 use crate::gpu::{
     AddressMode, Buffer, Commands, Depth, Descriptor, Filter, Gpu, GraphicsDesc, GraphicsPipeline, Memory, Result,
-    Sampler, SharedStruct, SpecValue, Topology, shared_struct,
+    Sampler, SharedStruct, Topology, shared_struct,
 };
 use crate::render::passes::targets::{GBuffer, VisibleSurface};
 use crate::render::surfaces::object_view::Viewpoint;
-use crate::render::surfaces::ocean::SEA_INDEX;
 use crate::render::surfaces::ocean::mesh::EARTH;
 use crate::render::surfaces::ocean::waves::Cascade;
 
@@ -72,7 +71,6 @@ impl OceanMarch {
             fragment: Some("passes/ocean/march.frag"),
             colors: &[VisibleSurface::FORMAT; 3],
             depth: Some(Depth::default()),
-            spec: &[("SEA", SpecValue::U32(SEA_INDEX))],
             structs: &[ViewGpu::LAYOUT, CascadeGpu::LAYOUT],
             ..Default::default()
         };
@@ -81,7 +79,6 @@ impl OceanMarch {
             fragment: Some("passes/ocean/exact.frag"),
             colors: &GBuffer::FORMATS,
             topology: Topology::Points,
-            spec: &[("SEA", SpecValue::U32(SEA_INDEX))],
             structs: &[WaterGpu::LAYOUT, CascadeGpu::LAYOUT],
             ..Default::default()
         };

@@ -9,13 +9,12 @@ use crate::gpu::{
     AddressMode, Buffer, Commands, Depth, Descriptor, Filter, Gpu, GraphicsDesc, GraphicsPipeline, Memory, Result,
     Sampler, SharedStruct, SpecValue, Topology as Primitive, shared_struct,
 };
+use crate::render::constants::GUARD_BAND;
 use crate::render::passes::geometry::guard_band;
 use crate::render::passes::targets::VisibleSurface;
 use crate::render::surfaces::object_view::Viewpoint;
-use crate::render::surfaces::ocean::SEA_INDEX;
 use crate::render::surfaces::ocean::mesh::{EARTH, Laid, Rings};
 use crate::render::surfaces::ocean::shore::ShoreGpu;
-use crate::render::surfaces::tessellation::GUARD_BAND;
 
 shared_struct! {
     struct VertexGpu for "Vertex" {
@@ -65,11 +64,7 @@ impl OceanSurfacePass {
                     colors: &[VisibleSurface::FORMAT; 3],
                     depth: Some(Depth::default()),
                     topology: Primitive::Patches(4),
-                    spec: &[
-                        ("SEA", SpecValue::U32(SEA_INDEX)),
-                        ("GUARD_BAND", SpecValue::F32(GUARD_BAND)),
-                        ("HAS_BEACH", SpecValue::Bool(shore)),
-                    ],
+                    spec: &[("HAS_BEACH", SpecValue::Bool(shore))],
                     structs: &[ViewGpu::LAYOUT, VertexGpu::LAYOUT, CascadeGpu::LAYOUT, ShoreGpu::LAYOUT],
                     ..Default::default()
                 },

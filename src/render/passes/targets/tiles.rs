@@ -4,9 +4,10 @@
 use std::sync::Arc;
 
 use crate::gpu::{Buffer, Commands, Gpu, Memory, Result};
+use crate::render::constants::TILE_SIZE;
 
-/// Side of a tile in pixels (`TILE_SIZE` of `passes/tiles.glsl`).
-const SIZE: u32 = 16;
+/// Side of a tile in pixels.
+const SIZE: u32 = TILE_SIZE as u32;
 
 /// The tiles of an image.
 #[derive(Clone)]

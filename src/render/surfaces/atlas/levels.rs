@@ -10,13 +10,8 @@ use glam::Vec2;
 use rayon::prelude::*;
 
 use super::frames::{AtlasFrames, Carried, Linear};
+use crate::render::constants::{SOURCE_LEVEL, WIDE_LEVELS};
 use crate::render::surfaces::patch_mesh::{PatchMesh, TileLayout};
-
-/// The mip of the tiles that the coarse levels are made of.
-pub const SOURCE_LEVEL: u32 = 2;
-/// Levels of corners that reach over more than one patch: squares of up to 8. Wider ones bring more of what is hidden than
-/// they calm: the far T-rex becomes worse.
-pub const WIDE_LEVELS: u32 = 3;
 
 /// The least that a patch counts for being hidden.
 const LEAST_ACCESSIBILITY: f32 = 0.01;

@@ -19,16 +19,14 @@ use half::f16;
 use rayon::prelude::*;
 
 use self::frames::{AtlasFrames, turn};
-use self::levels::{CoarseShape, SOURCE_LEVEL, Star, coarse_levels};
+use self::levels::{CoarseShape, Star, coarse_levels};
 use super::moments::LeadrMapGpu;
 use super::patch_mesh::{PatchMesh, TileLayout};
 use super::topology::Topology;
 use crate::gpu::vk::Format;
 use crate::gpu::{Buffer, Gpu, GpuError, Image, ImageDesc, Result, shared_struct};
 use crate::maps::srgb::linear_of_srgb8;
-
-/// No patch beyond a side.
-const NO_NEIGHBOR: u32 = u32::MAX;
+use crate::render::constants::{NO_NEIGHBOR, SOURCE_LEVEL};
 
 shared_struct! {
     /// The head of the links' buffer.

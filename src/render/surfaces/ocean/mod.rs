@@ -9,9 +9,6 @@ use glam::Vec3;
 use self::shore::Shore;
 use self::waves::Cascade;
 
-/// Index of the sea among the objects of a scene: the last that the G-buffer has bits for.
-pub const SEA_INDEX: u32 = 63;
-
 /// A sea: its waves and its water.
 #[derive(Clone, Debug)]
 pub struct Ocean {

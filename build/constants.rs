@@ -1,0 +1,91 @@
+//! Constants that shaders and Rust share: a GLSL file of plain constants becomes a Rust module.
+
+use std::fmt::Write as _;
+
+/// The files, the names of the Rust files made of them, and how Rust has their `float`.
+const FILES: [(&str, &str, Floats); 2] = [
+    ("shaders-glsl/passes/constants.glsl", "constants.rs", Floats::F32),
+    ("shaders-glsl/passes/light/atmosphere.glsl", "atmosphere.rs", Floats::F64),
+];
+
+/// Precision in Rust.
+#[derive(Clone, Copy)]
+pub enum Floats {
+    /// `f32`
+    F32,
+    /// `f64`
+    F64,
+}
+
+/// Writes the Rust modules into `out`.
+///
+/// # Errors
+/// A file that cannot be read or written, or a line that is no constant; with its name.
+pub fn write(out: &std::path::Path) -> Result<(), String> {
+    for (glsl, rust, floats) in FILES {
+        let text = std::fs::read_to_string(glsl).map_err(|e| format!("{glsl}: {e}"))?;
+        let module = rust_from_glsl(&text, floats).map_err(|e| format!("{glsl}: {e}"))?;
+        std::fs::write(out.join(rust), module).map_err(|e| format!("{rust}: {e}"))?;
+    }
+    Ok(())
+}
+
+/// Rust source for a GLSL file of nothing but comments, preprocessor lines and `const TYPE NAME = VALUE;`. The comments
+/// above a constant become its documentation.
+///
+/// # Errors
+/// The number and text of the first line that is something else.
+pub fn rust_from_glsl(glsl: &str, floats: Floats) -> Result<String, String> {
+    let mut rust = String::new();
+    let mut comments = Vec::new();
+    for (i, line) in glsl.lines().enumerate() {
+        let line = line.trim();
+        if let Some(comment) = line.strip_prefix("//") {
+            comments.push(comment.trim());
+        } else if line.is_empty() || line.starts_with('#') {
+            comments.clear();
+        } else {
+            let declaration = declaration(line, floats)
+                .ok_or_else(|| format!("line {}: not `const TYPE NAME = VALUE;`: {line}", i + 1))?;
+            for comment in comments.drain(..) {
+                writeln!(rust, "/// {comment}").expect("a String takes all");
+            }
+            writeln!(rust, "{declaration}").expect("a String takes all");
+        }
+    }
+    Ok(rust)
+}
+
+/// The Rust constant for a line of GLSL.
+fn declaration(line: &str, floats: Floats) -> Option<String> {
+    let (declared, value) = line.strip_prefix("const ")?.strip_suffix(';')?.split_once('=')?;
+    let (kind, name) = declared.trim().split_once(' ')?;
+    let (kind, value) = match (kind, floats) {
+        ("int", _) => ("i32", value.trim().to_owned()),
+        ("uint", _) => ("u32", without_suffixes(value.trim())),
+        ("bool", _) => ("bool", value.trim().to_owned()),
+        ("float", Floats::F32) => ("f32", value.trim().to_owned()),
+        ("float", Floats::F64) => ("f64", value.trim().to_owned()),
+        ("vec3", Floats::F64) => ("glam::DVec3", value.trim().replace("vec3(", "glam::DVec3::new(")),
+        ("vec3", Floats::F32) => ("glam::Vec3", value.trim().replace("vec3(", "glam::Vec3::new(")),
+        _ => return None,
+    };
+    Some(format!("pub const {}: {kind} = {value};", name.trim()))
+}
+
+/// The expression without the `u` of GLSL's unsigned numbers.
+fn without_suffixes(value: &str) -> String {
+    let mut result = String::with_capacity(value.len());
+    let mut in_number = false;
+    let mut before = ' ';
+    for c in value.chars() {
+        let part_of_word = c.is_ascii_alphanumeric() || c == '_';
+        in_number =
+            part_of_word && (in_number || (c.is_ascii_digit() && !before.is_ascii_alphanumeric() && before != '_'));
+        if !(in_number && c == 'u') {
+            result.push(c);
+        }
+        before = c;
+    }
+    result
+}

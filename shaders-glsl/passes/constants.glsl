@@ -1,0 +1,80 @@
+// Constants that the shaders share with Rust. Each stands here alone: the build turns this file into the module
+// crate::render::constants, so it holds nothing but comments and lines of the form `const TYPE NAME = VALUE;`.
+#ifndef LEADR_CONSTANTS
+#define LEADR_CONSTANTS
+
+// Flags of an object (`ObjectGpu::flags`)
+
+// It has LEADR maps.
+const uint FLAG_DISPLACED = 1u;
+// It has a colour map, which the vertex colours tint.
+const uint FLAG_COLOR_MAP = 2u;
+// Back faces are painted in the marker colour (crack test).
+const uint FLAG_MARK_INSIDE = 4u;
+// Above the flags, where edge samples are drawn: their number across a pixel.
+const uint FLAGS_GRID_SHIFT = 8u;
+
+// Index of the sea among the objects of a scene: the last for which a visible pixel has bits.
+const uint SEA_INDEX = 63u;
+
+// Geometry
+
+// Resolutions of the baked heights along an edge: 64, 32, ... 1 segments.
+const int EDGE_LEVELS = 7;
+// Samples of one edge over all levels: 65 + 33 + 17 + 9 + 5 + 3 + 2.
+const int EDGE_STRIDE = 134;
+// The geometry pass draws into a viewport this many times as large as the image, of which the scissor leaves the image.
+const float GUARD_BAND = 3.0;
+// Side of a screen tile in pixels.
+const int TILE_SIZE = 16;
+
+// What lies beyond the edges of a height map
+
+// Its other side.
+const uint MOMENTS_REPEAT = 0u;
+// Its edge texel again.
+const uint MOMENTS_CLAMP = 1u;
+// Tiles that know nothing of each other: differences at the edge of a tile are one-sided.
+const uint MOMENTS_ATLAS = 2u;
+
+// Atlases
+
+// Says that there is no patch beyond a side.
+const uint NO_NEIGHBOR = 0xffffffffu;
+// The last level of the tiles' mips that is used; from it the coarse levels are made.
+const uint SOURCE_LEVEL = 2u;
+// Coarse levels of patch corners alone, which reach over more than one patch: squares of up to 8. Wider ones bring in more
+// of what is hidden than they calm: the far T-rex becomes worse.
+const uint WIDE_LEVELS = 3u;
+
+// Shading
+
+// Most point lights of a frame.
+const int MAX_POINT_LIGHTS = 4;
+// Most lights of a sample of the reference: point lights, the sun, and one drawn from the environment.
+const int MAX_RELIEF_LIGHTS = MAX_POINT_LIGHTS + 2;
+// Beckmann roughness from which on a base material's specular environment has shadows of the relief. Smoother
+// materials mirror the environment as if nothing shadowed it: lights drawn from it would almost never meet their lobe.
+const float MIRROR_ALPHA = 0.15;
+
+// Terms of the light that a picture contains, as bits
+
+// Sun and point lights in mirrors.
+const int TERM_SPECULAR_LIGHTS = 1;
+// Sun and point lights on the diffuse surface.
+const int TERM_DIFFUSE_LIGHTS = 2;
+// The environment in mirrors.
+const int TERM_SPECULAR_ENVIRONMENT = 4;
+// The environment on the diffuse surface.
+const int TERM_DIFFUSE_ENVIRONMENT = 8;
+
+// What the shading pass has to do with edge samples
+
+// There are none.
+const int EDGES_ARE_ABSENT = 0;
+// It shades them, but for those that see their pixel's own surface.
+const int EDGES_ARE_SHADED = 1;
+// It shades pixels whose edge samples were joined before.
+const int EDGES_ARE_JOINED = 2;
+
+#endif
