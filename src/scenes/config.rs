@@ -37,7 +37,7 @@ pub struct SceneConfig {
     pub displacement: bool,
     /// Screen pixels per triangle.
     pub triangle_pixels: f32,
-    /// From where.
+    /// Where it is seen from.
     pub view: View,
     /// Distance to the camera's target, metres, instead of the view's own.
     pub distance: Option<f32>,
@@ -47,7 +47,7 @@ pub struct SceneConfig {
     pub samples: u32,
     /// Seed of the sample positions.
     pub seed: u64,
-    /// Exposure of a PNG or a window, stops over what the height of the sun asks for.
+    /// Exposure of a PNG or a window, stops above what suits the height of the sun.
     pub exposure: f32,
     /// Texels along an atlas tile: a power of two, 8 to 128.
     pub atlas_tile: u32,

@@ -1,4 +1,4 @@
-//! The scenes, each declared once: its name, a line of help, what can be chosen about it, and how it is made.
+//! The scenes, each declared once: its name, a line of help, what its user can choose, and how it is made.
 //!
 //! The command line, its help, the reports and the bench read this table. A new scene is a file of its own and a row here.
 
@@ -16,7 +16,7 @@ use super::trex::stage::trex_stage;
 use super::{pillow, snake, spheres};
 use crate::maps::HeightMap;
 
-/// Something about a scene that its user can choose.
+/// A property of a scene that its user can choose.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Choice {
     /// A height map instead of the generated one.
@@ -47,7 +47,7 @@ impl Default for SceneOptions {
     }
 }
 
-/// Receives the share of a scene that is made, 0 to 1, from any thread.
+/// Receives the finished share of a scene, 0 to 1, from any thread.
 pub type Progress<'a> = &'a (dyn Fn(f32) + Sync);
 
 /// A scene: one row of [`SCENES`].
@@ -56,11 +56,11 @@ pub struct Scene {
     pub name: &'static str,
     /// What it shows, for the command's help.
     pub help: &'static str,
-    /// What can be chosen about it.
+    /// What its user can choose.
     pub choices: &'static [Choice],
     /// Whether it shows the sea.
     pub has_sea: bool,
-    /// What takes long about making it, to be said beside the progress.
+    /// What takes long in making it, shown beside the progress.
     pub making: Option<&'static str>,
     make: fn(SceneOptions, Progress<'_>) -> Result<Stage, SceneError>,
 }
@@ -178,7 +178,7 @@ impl Scene {
         SCENES.iter().find(|scene| scene.name == name)
     }
 
-    /// Whether something about it can be chosen.
+    /// Whether it offers this choice.
     #[must_use]
     pub fn offers(&self, choice: Choice) -> bool {
         self.choices.contains(&choice)

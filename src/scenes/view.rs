@@ -29,7 +29,7 @@ impl fmt::Display for Size {
     }
 }
 
-/// From where the scene is seen.
+/// Where the scene is seen from.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum View {
@@ -68,7 +68,7 @@ fn default_fov() -> f32 {
 }
 
 impl CameraPose {
-    /// Coordinates beyond this lose millimetres in 32-bit floats.
+    /// Beyond this, 32-bit coordinates lose millimetres.
     pub const MAX_METRES: f32 = 100_000.0;
 
     /// Whether it describes a camera.

@@ -1,4 +1,4 @@
-//! The waves of the open sea, in the units in which people give them.
+//! The waves of the open sea, in the units of the command line.
 
 use serde::Serialize;
 
