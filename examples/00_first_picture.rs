@@ -1,13 +1,14 @@
-//! A picture of a scene by its name: `cargo run --release --example 00_first_picture [SCENE]`.
+//! A picture of a displaced sphere in the evening: `cargo run --release --example 00_first_picture`.
 
-use leadr::{Environment, Gpu, GpuOptions, Lights, NamedScene, RenderSettings, Renderer, SceneOptions, Sky, save_png};
+use leadr::glam::Vec3;
+use leadr::{Camera, Environment, Gpu, GpuOptions, Lights, NamedScene, RenderSettings, Renderer, Sky, save_png};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let name = std::env::args().nth(1).unwrap_or_else(|| "sphere".to_owned());
-    let scene = NamedScene::find(&name).ok_or("no scene of that name")?;
-    let mut stage = scene.stage(SceneOptions::default(), &|_| ())?;
-    let sky = Sky { ground_albedo: stage.below_horizon, ..Sky::default() };
-    let frame = stage.state(0.0, &stage.views.mid, &Lights::under(&sky));
+    let scene = NamedScene::find("sphere").ok_or("no scene of that name")?;
+    let mut stage = scene.stage(Default::default(), &|_| ())?;
+    let sky = Sky { ground_albedo: stage.below_horizon, ..Sky::with_sun(0.35, -1.92) };
+    let camera = Camera::looking_at(Vec3::new(2.9, -2.9, -0.35), Vec3::ZERO, 36.0);
+    let frame = stage.state(0.0, &camera, &Lights::under(&sky));
 
     let gpu = Gpu::new(&GpuOptions::default())?;
     let environment = Environment::from_sky(&gpu, Environment::FACE_SIZE, &sky)?;
@@ -15,6 +16,6 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 
     let settings = RenderSettings { size: (960, 640), samples: 16, ..Default::default() };
     let picture = renderer.render(&frame, &settings)?.image();
-    save_png(format!("{name}.png"), &picture, frame.exposure(), Default::default())?;
+    save_png("first_picture.png", &picture, frame.exposure(), Default::default())?;
     Ok(())
 }
