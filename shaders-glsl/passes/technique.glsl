@@ -3,14 +3,7 @@
 #ifndef LEADR_TECHNIQUE
 #define LEADR_TECHNIQUE
 
-// The functions that shade pixels.
-const int FAMILY_UNLIT = 0;       // the albedo
-const int FAMILY_BLINN_PHONG = 1; // a Blinn-Phong lobe about the mean normal
-const int FAMILY_TOKSVIG = 2;     // the same, as rough as the mean normal is short
-const int FAMILY_LEAN = 3;        // a Beckmann lobe of the slopes, without projected areas
-const int FAMILY_LEADR = 4;       // integrals over the visible slopes
-
-layout(constant_id = 0) const int FAMILY = FAMILY_LEADR;
+layout(constant_id = 0) const int FAMILY = 4; // which function shades pixels: a FAMILY_ constant of shade/families.glsl
 
 layout(constant_id = 20) const bool USES_SLOPES = true;
 layout(constant_id = 21) const bool USES_COVARIANCE = true;

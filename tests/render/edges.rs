@@ -35,7 +35,7 @@ fn settings(samples: u32, edge_samples: u32) -> RenderSettings {
     settings_of(Technique::Leadr, samples, edge_samples)
 }
 
-fn settings_of(technique: Technique, samples: u32, edge_samples: u32) -> RenderSettings {
+pub(crate) fn settings_of(technique: Technique, samples: u32, edge_samples: u32) -> RenderSettings {
     let shading = technique.with(ShadingOptions { edge_samples, ..Default::default() });
     RenderSettings { size: (SIZE, SIZE), samples, shading, ..Default::default() }
 }
@@ -88,7 +88,7 @@ fn silhouettes_converge_to_the_reference_and_surfaces_are_shaded_once() {
 }
 
 /// A rough sphere, `distance` metres away.
-fn rock(gpu: &TestGpu, distance: f32) -> (Renderer, FrameState) {
+pub(crate) fn rock(gpu: &TestGpu, distance: f32) -> (Renderer, FrameState) {
     let mut stage = sphere_stage(Relief { tile: 16, ..Relief::default() });
     let renderer = stage_under_sky(gpu, &mut stage, 32);
     let state = stage.state(0.0, &stage.views.mid.at_distance(distance), &Lights::under(&Sky::default()));

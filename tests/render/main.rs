@@ -19,4 +19,5 @@ mod seams;
 mod shading;
 mod shore;
 mod spheres;
+mod techniques;
 mod trex;

@@ -2,8 +2,7 @@
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
 // Shades each pixel of the G-buffer once.
-#include "classic.glsl"
-#include "leadr.glsl"
+#include "families.glsl"
 #include "../edges/edges.glsl"
 #include "../visible.glsl"
 
@@ -36,20 +35,9 @@ void main() {
             surface.joined = joined_part_of(texelFetch(gbuffer_surface, pixel, 0).xy);
         }
     }
-    vec3 radiance;
-    if (surface.inside) {
-        radiance = vec3(1.0, 0.0, 1.0);
-    } else if (FAMILY == FAMILY_UNLIT) {
-        radiance = surface.albedo;
-    } else if (FAMILY != FAMILY_LEADR) {
-        radiance = classic_radiance(surface, environment_scale);
-    } else {
-        if (TILTS_TO_EDGE) {
-            vec2 tilt = tilt_to_edge(surface.wo, surface.mean_slope);
-            surface.mean_slope += tilt;
-            surface.slope_covariance += vec3(tilt * tilt, tilt.x * tilt.y);
-        }
-        radiance = leadr_radiance(surface, environment_scale);
+    vec3 radiance = vec3(1.0, 0.0, 1.0); // the marker of the inside
+    if (!surface.inside) {
+        radiance = family_radiance(surface, environment_scale);
     }
     out_radiance = vec4(radiance, 1.0);
 }

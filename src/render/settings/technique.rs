@@ -1,7 +1,7 @@
 //! The table of techniques: the one place where a technique is declared.
 //!
-//! A new technique is a row here; where no [`Family`] shades it yet, a `FAMILY_` constant and a function in
-//! `shaders-glsl/passes/shade`. Command line, help, JSON, window keys, report and bench read the table, and shaders are
+//! A new technique is a row here; where no [`Family`] shades it yet, a constant and a function in
+//! `shaders-glsl/passes/shade/families.glsl`; and a line in `docs/guide/techniques.md`. Command line, help, JSON, window keys, report and bench read the table, and shaders are
 //! told what a technique needs ([`Needs`]), never which one it is.
 
 use crate::gpu::SpecValue;
@@ -22,7 +22,7 @@ struct Row {
     pixel_kernel: bool,
 }
 
-/// The function that shades a technique's pixels: a `FAMILY_` constant of `passes/technique.glsl`.
+/// The function that shades a technique's pixels: a `FAMILY_` constant of `passes/shade/families.glsl`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Family {
     /// The albedo, without light.
@@ -279,7 +279,7 @@ mod tests {
 
     #[test]
     fn shaders_know_the_same_families() {
-        let glsl = include_str!("../../../shaders-glsl/passes/technique.glsl");
+        let glsl = include_str!("../../../shaders-glsl/passes/shade/families.glsl");
         for (family, name) in [
             (Family::Unlit, "UNLIT"),
             (Family::BlinnPhong, "BLINN_PHONG"),

@@ -1,17 +1,26 @@
-// Techniques older than LEADR: one mean normal with a lobe about it, without projected areas. Specular light is F D / 4 times
-// the cosine, a microfacet BRDF with implicit masking; diffuse light is the cosine. The environment is looked up once, in mirror
-// direction, blurred as widely as the lobe.
-#ifndef LEADR_SHADE_CLASSIC
-#define LEADR_SHADE_CLASSIC
+// The functions that shade a pixel, one for each family of techniques.
+#ifndef LEADR_SHADE_FAMILIES
+#define LEADR_SHADE_FAMILIES
+#include "leadr.glsl"
 #include "lighting.glsl"
 #include "leadr/materials/classic.glsl"
 #include "leadr/integrals/sh.glsl"
+
+// Values of FAMILY.
+const int FAMILY_UNLIT = 0;       // the albedo
+const int FAMILY_BLINN_PHONG = 1; // a Blinn-Phong lobe about the mean normal
+const int FAMILY_TOKSVIG = 2;     // the same, as rough as the mean normal is short
+const int FAMILY_LEAN = 3;        // a Beckmann lobe of the slopes, without projected areas
+const int FAMILY_LEADR = 4;       // integrals over the visible slopes
 
 // Density of the lobe's normals: Blinn-Phong's about the mean normal, LEAN's in the tangent frame.
 float classic_ndf(vec3 wh, vec3 n, float exponent, vec2 m, vec3 S) {
     return FAMILY == FAMILY_LEAN ? beckmann_ndf(wh, m, S) : blinn_phong_ndf(dot(wh, n), exponent);
 }
 
+// Techniques older than LEADR: one mean normal with a lobe about it, without projected areas. Specular light is F D / 4 times
+// the cosine, a microfacet BRDF with implicit masking; diffuse light is the cosine. The environment is looked up once, in mirror
+// direction, blurred as widely as the lobe.
 vec3 classic_radiance(Surface surface, float environment_scale) {
     vec2 m = surface.mean_slope;
     vec3 wo = surface.wo;
@@ -51,6 +60,22 @@ vec3 classic_radiance(Surface surface, float environment_scale) {
         }
     }
     return radiance;
+}
+
+// Radiance toward the viewer, by the technique's family.
+vec3 family_radiance(Surface surface, float environment_scale) {
+    if (FAMILY == FAMILY_UNLIT) {
+        return surface.albedo;
+    }
+    if (FAMILY != FAMILY_LEADR) {
+        return classic_radiance(surface, environment_scale);
+    }
+    if (TILTS_TO_EDGE) {
+        vec2 tilt = tilt_to_edge(surface.wo, surface.mean_slope);
+        surface.mean_slope += tilt;
+        surface.slope_covariance += vec3(tilt * tilt, tilt.x * tilt.y);
+    }
+    return leadr_radiance(surface, environment_scale);
 }
 
 #endif
