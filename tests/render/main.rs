@@ -9,6 +9,7 @@ mod edges;
 mod environment;
 mod figures;
 mod filtering;
+mod frame;
 mod irradiance;
 mod moments;
 mod moving_sun;
