@@ -379,7 +379,7 @@ mod tests {
             assert_eq!(typed(&technique.key().to_string()), Some(Action::Technique(technique)));
             assert!(CHARACTERS.iter().all(|(character, _)| *character != technique.key()), "{technique:?}");
         }
-        assert_eq!((typed("0"), typed("10"), typed("")), (None, None, None));
+        assert_eq!((typed("10"), typed("")), (None, None));
         assert_eq!(typed("Q"), Some(Action::Quit));
     }
 
