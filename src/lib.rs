@@ -93,7 +93,9 @@ pub use self::{
         light::{environment::Environment, sky::Sky},
         passes::accumulate::Accumulation,
         scene::{ColorMap, FrameState, MAX_POINT_LIGHTS, Object, PointLight, Pose, Scene, Sun},
-        settings::{DiffuseLights, Probes, Quadrature, RenderSettings, Shading, ShadingOptions, Technique, Terms},
+        settings::{
+            DiffuseLights, Integral, Probes, Quadrature, RenderSettings, Shading, ShadingOptions, Technique, Terms,
+        },
         surfaces::{
             displacement::{Border, HeightField},
             ocean::Ocean,
@@ -104,7 +106,7 @@ pub use self::{
     scenes::{
         error::SceneError,
         ocean::waves::Waves,
-        registry::{SCENES, Scene as NamedScene, SceneOptions},
+        registry::{Choice, SCENES, Scene as NamedScene, SceneOptions},
         stage::{Lights, Stage, Views},
     },
 };

@@ -175,22 +175,26 @@ impl Gpu {
 
     /// How many tessellated vertices one draw may make, where the driver has such a limit: lavapipe draws wrong
     /// geometry, silently, beyond 65,536. A patch at level l makes at most (ceil_even(l) + 1)² vertices.
+    #[doc(hidden)]
     pub fn tessellated_vertices_per_draw(&self) -> Option<u32> {
         self.is_lavapipe().then_some(65_535)
     }
 
     /// How many loop iterations one shader invocation may do in all, where the driver has such a limit: lavapipe cuts
     /// loops short, silently, beyond 65,535.
+    #[doc(hidden)]
     pub fn loop_iterations_per_invocation(&self) -> Option<u32> {
         self.is_lavapipe().then_some(65_535)
     }
 
     /// Vulkan's limits of the device.
+    #[doc(hidden)]
     pub fn limits(&self) -> &vk::PhysicalDeviceLimits {
         &self.facts.limits
     }
 
     /// Whether images of this format can have the usage (optimal tiling).
+    #[doc(hidden)]
     pub fn supports_image(&self, format: vk::Format, usage: vk::ImageUsageFlags) -> bool {
         // SAFETY: the instance and physical device are alive.
         unsafe {
@@ -217,21 +221,25 @@ impl Gpu {
     }
 
     /// The raw device, for what this module does not wrap.
+    #[doc(hidden)]
     pub fn raw(&self) -> &ash::Device {
         &self.device
     }
 
     /// The raw loader, instance and physical device, for the window.
+    #[doc(hidden)]
     pub fn raw_instance(&self) -> (&ash::Entry, &ash::Instance, vk::PhysicalDevice) {
         (&self.entry, &self.instance, self.physical)
     }
 
     /// The family of the one queue.
+    #[doc(hidden)]
     pub fn queue_family(&self) -> u32 {
         self.queue_family
     }
 
     /// The one queue, held: Vulkan wants its use serialised.
+    #[doc(hidden)]
     pub fn queue(&self) -> MutexGuard<'_, vk::Queue> {
         self.queue.lock().unwrap_or_else(PoisonError::into_inner)
     }

@@ -1,5 +1,4 @@
-//! Pseudo-random numbers for tests, studies and whatever else must come out the same on every run: SplitMix64 (Steele, Lea
-//! and Flood 2014).
+//! Pseudo-random numbers that are the same on every run: SplitMix64 (Steele, Lea and Flood 2014).
 
 use glam::DVec3;
 use std::f64::consts::TAU;

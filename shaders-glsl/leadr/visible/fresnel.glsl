@@ -4,7 +4,7 @@
 #include "../facets/fresnel.glsl"
 #include "slopes.glsl"
 
-// Mean Fresnel reflectance of the facets that wo sees: what a diffuse surface under mirrors does not get. Schlick's fifth power
+// Mean Fresnel reflectance of the facets that wo sees: the share that never reaches the diffuse surface below. Schlick's fifth power
 // of a normal variable of the mean and the variance that the cosine has to second order about the mean visible facet,
 // along the slope that is seen; what lies across it only lengthens N. S: usable (clamp_covariance). src/reflectance/visible/fresnel.rs derives it.
 vec3 visible_fresnel(vec3 wo, vec2 m, vec3 S, vec3 f0) {

@@ -99,7 +99,7 @@ struct VisibleProbes {
     vec2 facet;    // projected area of the mesosurface, and what it loses per unit of t
     float area;    // visible area A(wo)
     float cover;   // solid angle per a exp((t^2 - x^2)/2) / |N|^4
-    float least;   // that every probe has besides
+    float least;   // least solid angle of a probe, added to every one
     float wide;    // how wide the lobe is
 };
 

@@ -45,7 +45,7 @@ pub fn microfacet_eval(masking: Masking, distribution: &impl SlopeDistribution, 
     microfacet_product(distribution.ndf(wh), attenuation(masking, distribution, wo, wi, wh))
 }
 
-/// [`microfacet_eval`] of Gaussian slopes of mean `m` and covariance `s`, as the device has it.
+/// [`microfacet_eval`] of Gaussian slopes of mean `m` and covariance `s`, as in the GLSL library.
 #[must_use]
 pub fn microfacet_eval_beckmann(masking: Masking, wo: DVec3, wi: DVec3, m: DVec2, s: DVec3) -> f64 {
     let wh = half_vector(wo, wi);
@@ -56,7 +56,7 @@ pub fn microfacet_eval_beckmann(masking: Masking, wo: DVec3, wi: DVec3, m: DVec2
     microfacet_product(beckmann_ndf(wh, m, s), factor)
 }
 
-/// [`microfacet_eval`] of GGX slopes of mean `m` and roughness matrix `a` (`α²` terms), as the device has it.
+/// [`microfacet_eval`] of GGX slopes of mean `m` and roughness matrix `a` (`α²` terms), as in the GLSL library.
 #[must_use]
 pub fn microfacet_eval_ggx(masking: Masking, wo: DVec3, wi: DVec3, m: DVec2, a: DVec3) -> f64 {
     let wh = half_vector(wo, wi);

@@ -1,4 +1,5 @@
-//! Mean Fresnel reflectance of the facets that a viewer sees: what a diffuse surface under mirrors does not get.
+//! Mean Fresnel reflectance of the facets that a viewer sees: the share of the light that never reaches the diffuse surface
+//! below the mirrors.
 //!
 //! Schlick's term `k⁵`, `k = 1 − wo·wn`, depends on a facet by `wo·wn = (wo.z − wo.xy·x) / |N|`, which varies almost only along the
 //! slope that is seen: there the visible slopes have an exact mean and variance ([`super::slopes`]), and to second

@@ -24,7 +24,7 @@ use std::f64::consts::PI;
 
 /// `w`: variance of the part that a node stands for, in units of its probe's.
 pub const PART: f64 = 1.231;
-/// `l`: how much more than such a part what is looked up moves away from the horizon.
+/// `l`: how far the lookup moves away from the horizon, in units of that part's own shift.
 pub const LIFT: f64 = 1.809;
 
 /// What is lit of a probe.
@@ -50,7 +50,7 @@ pub fn lit_probe(
     lit_probe_of([PART, LIFT], shadowing, o, wi, solid_angle, m, cholesky)
 }
 
-/// [`lit_probe`] with `w` and `l` given, for those who fit them.
+/// [`lit_probe`] with any `w` and `l`, for the study that fits them.
 #[must_use]
 pub(crate) fn lit_probe_of(
     [part, lift]: [f64; 2],

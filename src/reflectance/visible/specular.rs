@@ -23,10 +23,10 @@
 //! for, in fact somewhat less (fitted with the nodes), since probes overlap. Weights sum to one: a constant environment
 //! gives its own value, and the Fresnel term is each facet's own.
 //!
-//! Narrow lobes and wide ones want different nodes. Of a wide one the outer slopes reflect below the horizon, where little
-//! is seen and next to nothing is lit; what counts is in the middle. So the rings of the greatest rule change with the variance
-//! of the slopes ([`wide_lobe`]), smoothly: their radii, weights and covers, while the nodes keep their azimuths
-//! ([`WideRing`]; `quadrature_study::fit_probes` finds them).
+//! Narrow and wide lobes need different nodes. The outer slopes of a wide lobe reflect directions below the horizon, where
+//! little is visible and almost nothing is lit, so the middle matters most. The rings of the largest rule therefore change
+//! smoothly with the variance of the slopes ([`wide_lobe`]): their radii, weights and covers change, while the nodes keep
+//! their azimuths ([`WideRing`]; `lab::quadrature_study::fit_probes` finds the values).
 
 use super::slopes::visible_slopes;
 use crate::reflectance::slopes::grid::{normal_of_slope, slope_cholesky};
@@ -107,7 +107,7 @@ const fn ring(count: usize, radius: f64, weight: f64, cover: f64) -> WideRing {
     WideRing { count, radius, weight, cover }
 }
 
-/// Of the rings of [`SIXTEEN`].
+/// The rings of [`SIXTEEN`] in the limit of wide lobes.
 const WIDE_SIXTEEN: [WideRing; 3] = [
     ring(1, 1.0, 0.086_722_3, 0.042_8),
     ring(6, 0.882_6, 0.071_775_9, 0.056_6),
@@ -119,7 +119,7 @@ const WIDE_SIXTEEN: [WideRing; 3] = [
 pub struct ProbeRule<'a> {
     /// Up to slopes of the variance [`WIDE_FROM`], ring by ring.
     pub nodes: &'a [ProbeNode],
-    /// What becomes of these rings in wide lobes; none: nothing.
+    /// The same rings in the limit of wide lobes; empty for rules that do not change.
     pub wide: &'a [WideRing],
 }
 
@@ -186,7 +186,7 @@ pub struct VisibleProbes {
     pub area: f64,
     /// Solid angle per `a exp((t² − x²)/2) / |N|⁴`.
     pub cover: f64,
-    /// Solid angle that every probe has besides.
+    /// Least solid angle of a probe, added to every one.
     pub least: f64,
     /// How wide the lobe is ([`wide_lobe`]).
     pub wide: f64,

@@ -49,7 +49,7 @@ impl Renderer {
     /// Uploads a scene: objects, a sea, or both.
     ///
     /// # Errors
-    /// More objects than [`MAX_OBJECTS`](crate::render::surfaces::object::MAX_OBJECTS), unusable waves, memory that is short, or
+    /// More objects than `MAX_OBJECTS`, unusable waves, memory that is short, or
     /// a Vulkan call that failed.
     pub fn new(gpu: &Arc<Gpu>, scene: impl Into<Scene>, environment: Environment) -> Result<Self> {
         let Scene { objects, ocean } = scene.into();
@@ -86,6 +86,7 @@ impl Renderer {
     ///
     /// # Errors
     /// A lost device, or memory that is short.
+    #[doc(hidden)]
     pub fn radiance_sh(&self) -> Result<Vec<[f32; 4]>> {
         self.irradiance.coefficients().read_all()
     }
@@ -100,6 +101,7 @@ impl Renderer {
     }
 
     /// The image that holds the mean of the last frame's samples, for a window to show.
+    #[doc(hidden)]
     #[must_use]
     pub fn image(&self) -> Option<&Image> {
         self.targets.as_ref().map(|targets| &targets.mean)

@@ -79,6 +79,7 @@ impl Environment {
     /// Records the sky's pass and the mips if `sky` differs from what the cube shows, and nothing otherwise; call it
     /// every frame. Returns whether it recorded. The cube counts as showing `sky` from here on, so the commands must
     /// be submitted. An environment made from an image ignores it.
+    #[doc(hidden)]
     pub fn update_sky(&mut self, cmd: &mut Commands, sky: &Sky) -> bool {
         let moved = self.begin_sky(cmd, sky);
         if moved {
@@ -89,6 +90,7 @@ impl Environment {
 
     /// The first half of [`update_sky`](Self::update_sky), the finest level: where it returns true, record
     /// [`make_mips`](Self::make_mips) before the cube is read.
+    #[doc(hidden)]
     pub fn begin_sky(&mut self, cmd: &mut Commands, sky: &Sky) -> bool {
         match &mut self.source {
             Source::Sky { shown, .. } if *shown != Some(*sky) => *shown = Some(*sky),
@@ -101,6 +103,7 @@ impl Environment {
     }
 
     /// The second half: the mips from the finest level.
+    #[doc(hidden)]
     pub fn make_mips(&self, cmd: &mut Commands) {
         self.mips.record(cmd, &self.levels);
         cmd.transition(&self.cube, Use::Sampled);
@@ -114,36 +117,42 @@ impl Environment {
     }
 
     /// The cube map, for `samplerCube`.
+    #[doc(hidden)]
     #[must_use]
     pub fn cube(&self) -> &ImageView {
         self.cube.whole()
     }
 
     /// The image behind it.
+    #[doc(hidden)]
     #[must_use]
     pub fn image(&self) -> &Image {
         &self.cube
     }
 
     /// Trilinear, seamless.
+    #[doc(hidden)]
     #[must_use]
     pub fn sampler(&self) -> &Sampler {
         &self.sampler
     }
 
     /// One mip level as an array of six faces.
+    #[doc(hidden)]
     #[must_use]
     pub fn level(&self, mip: u32) -> &ImageView {
         &self.levels[(mip as usize).min(self.levels.len() - 1)]
     }
 
     /// Mip levels, down to 1².
+    #[doc(hidden)]
     #[must_use]
     pub fn levels(&self) -> u32 {
         self.levels.len() as u32
     }
 
     /// Edge of a face in texels.
+    #[doc(hidden)]
     #[must_use]
     pub fn face_size(&self) -> u32 {
         self.cube.desc().width

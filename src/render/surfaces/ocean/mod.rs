@@ -26,7 +26,7 @@ pub struct Ocean {
     pub color: Vec3,
     /// Diffuse albedo of foam, linear.
     pub foam: Vec3,
-    /// The sea foams where its horizontal stretch ([`OceanFields::joint`](crate::render::passes::ocean::fields::OceanFields::joint)) is below this: 1 is the sea at rest, 0 for no foam.
+    /// The sea foams where its horizontal stretch (`OceanFields::joint`) is below this: 1 is the sea at rest, 0 for no foam.
     pub foam_threshold: f32,
     /// A beach that the waves run up; none for the open sea.
     pub shore: Option<Shore>,
