@@ -24,7 +24,8 @@ fn resources_are_bound_by_name_and_refusals_list_the_names() {
     let double = ComputePipeline::new(&gpu, DOUBLE, &[], &[Count::LAYOUT]).unwrap();
     let buffer = Buffer::new(&gpu, "b", 64, Memory::Device).unwrap();
     let [input, output] = ["In", "Out"].map(|name| (name, Descriptor::Storage(&buffer)));
-    let cases: [(&[(&str, Descriptor<'_>)], &[&str]); 4] = [
+    type Resources<'a> = &'a [(&'a str, Descriptor<'a>)];
+    let cases: [(Resources<'_>, &[&str]); 4] = [
         (&[input], &["selftest.comp", "Out", "storage buffer", "not given"]),
         (&[input, ("Out", Descriptor::Uniform(&buffer))], &["Out is a storage buffer, not a uniform buffer"]),
         (&[input, output, ("Output", Descriptor::Storage(&buffer))], &["no resource Output", "they declare In, Out"]),
