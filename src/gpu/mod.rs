@@ -58,6 +58,7 @@
 pub mod shaders;
 
 mod barriers;
+mod bind;
 mod buffer;
 mod commands;
 mod copies;
@@ -79,8 +80,9 @@ mod validation;
 mod window;
 
 pub use ash::vk;
+pub use bind::Descriptor;
 pub use buffer::{Buffer, Memory};
-pub use commands::{ColorTarget, Commands, DepthTarget, Descriptor, Load};
+pub use commands::{ColorTarget, Commands, DepthTarget, Load};
 pub use device::{Gpu, GpuOptions};
 pub use error::{GpuError, Result};
 pub use image::{Image, ImageDesc, ImageView};
