@@ -18,5 +18,5 @@ mod timing;
 pub use layers::Layer;
 pub use prepared::{PausedFrame, PreparedFrame};
 pub use render::FrameOutput;
-pub use renderer::{Renderer, SHADOW_SIZE};
+pub use renderer::Renderer;
 pub use timing::PassTime;

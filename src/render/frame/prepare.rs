@@ -2,10 +2,11 @@
 
 use super::edge_samples::{EdgeSamples, area_of};
 use super::prepared::{FramePlan, Light, PreparedFrame};
-use super::renderer::{Renderer, SHADOW_SIZE};
+use super::renderer::Renderer;
 use super::surfaces::PreparedSurface;
 use super::targets::{EdgeTargets, Targets};
 use crate::gpu::{GpuError, Result};
+use crate::render::passes::SHADOW_SIZE;
 use crate::render::passes::edges::{JoinKind, edge_grid};
 use crate::render::passes::reference::ReliefLights;
 use crate::render::passes::shade::{Edges, LightSet, ShadeKind};

@@ -78,7 +78,7 @@ impl PreparedFrame<'_> {
     /// every sample.
     fn record_light(&mut self, passes: &mut Passes<'_>) {
         let FramePlan { state, surfaces, light, drawn, .. } = &self.plan;
-        let Renderer { environment, irradiance, shadow, .. } = &mut *self.renderer;
+        let Renderer { environment, irradiance, common, .. } = &mut *self.renderer;
         let first = *drawn == 0;
         for surface in surfaces.iter().filter(|_| first) {
             surface.record_motion(passes);
@@ -99,7 +99,7 @@ impl PreparedFrame<'_> {
                     });
                 }
                 passes.run("irradiance", |cmd| irradiance.record(cmd, environment));
-                passes.run("shadow", |cmd| shadow.record(cmd, surfaces.iter().flat_map(|s| s.casters())));
+                passes.run("shadow", |cmd| common.shadow.record(cmd, surfaces.iter().flat_map(|s| s.casters())));
             }
             Light::Mapped { .. } => {}
         }
@@ -120,7 +120,7 @@ impl PreparedFrame<'_> {
         let SampleTargets { visible, gbuffer, .. } = target;
         // Only the pixels' own statistics are read back.
         let mut begin = if view.samples == Samples::Pixels { Begin::Clear } else { Begin::Discard };
-        passes.run("filter", |cmd| self.renderer.tiles.record(cmd, visible));
+        passes.run("filter", |cmd| self.renderer.common.tiles.record(cmd, visible));
         for surface in &self.plan.surfaces {
             let draw = |cmd: &mut Commands| surface.draw_filter(cmd, visible, view);
             passes.run(surface.names().filter, |cmd| gbuffer.draw(cmd, begin, scissor, draw));
@@ -134,11 +134,11 @@ impl PreparedFrame<'_> {
         let (renderer, targets) = (&*self.renderer, &edges.targets);
         let (pixels, samples, scissor) = (&self.plan.targets.pixels, &targets.samples, Some(image.scissor));
         self.record_geometry(passes, samples);
-        passes.run("edges", |cmd| renderer.edges.record(cmd, pixels, &samples.visible, &image.rays));
+        passes.run("edges", |cmd| renderer.common.edges.record(cmd, pixels, &samples.visible, &image.rays));
         self.record_filter(passes, samples, &image.view, scissor);
         let inputs = self.shade_inputs(None);
         passes.run("shade", |cmd| edges.shade.record(cmd, samples, inputs, scissor));
-        let light = JoinLight { lighting: &renderer.lighting, shadow_map: &renderer.shadow.map };
+        let light = JoinLight { lighting: &renderer.lighting, shadow_map: &renderer.common.shadow.map };
         let joined = &targets.joined;
         passes.run("edges", |cmd| edges.join.record(cmd, samples, &pixels.gbuffer, joined, light, &image.rays));
     }
@@ -146,7 +146,7 @@ impl PreparedFrame<'_> {
     /// Shading of the pixels, and the mean of the samples.
     fn record_shading(&self, passes: &mut Passes<'_>) {
         let FramePlan { targets, light, edges, drawn, .. } = &self.plan;
-        let Renderer { environment, accumulate, .. } = &*self.renderer;
+        let Renderer { environment, common, .. } = &*self.renderer;
         let edges = edges.as_ref().map(|edges| EdgeSum { joined: &edges.targets.joined, samples: edges.samples });
         passes.run("shade", |cmd| match light {
             Light::Relief { pass, lights } => pass.record(cmd, &targets.pixels, lights, environment),
@@ -155,16 +155,16 @@ impl PreparedFrame<'_> {
             }
         });
         let radiance = &targets.pixels.radiance;
-        passes.run("accumulate", |cmd| accumulate.record(cmd, radiance, edges, &targets.mean, *drawn));
+        passes.run("accumulate", |cmd| common.accumulate.record(cmd, radiance, edges, &targets.mean, *drawn));
     }
 
     fn shade_inputs<'a>(&'a self, joined: Option<&'a JoinedEdges>) -> ShadeInputs<'a> {
-        let Renderer { lighting, environment, irradiance, shadow, .. } = &*self.renderer;
+        let Renderer { lighting, environment, irradiance, common, .. } = &*self.renderer;
         ShadeInputs {
             lighting,
             cube: environment.cube(),
             radiance_sh: irradiance.coefficients(),
-            shadow_map: &shadow.map,
+            shadow_map: &common.shadow.map,
             joined,
         }
     }

@@ -12,15 +12,9 @@ use crate::gpu::{Buffer, Gpu, Image, Memory, Result};
 use crate::render::light::environment::Environment;
 use crate::render::light::irradiance::IrradiancePass;
 use crate::render::light::sky::Sky;
-use crate::render::passes::accumulate::AccumulatePass;
-use crate::render::passes::edges::EdgePass;
+use crate::render::passes::CommonPasses;
 use crate::render::passes::shade::LightingGpu;
-use crate::render::passes::shadow::ShadowPass;
-use crate::render::passes::tiles::TilePass;
 use crate::render::scene::Scene;
-
-/// Texels across the shadow map.
-pub const SHADOW_SIZE: u32 = 2048;
 
 /// Renders a scene on a device.
 pub struct Renderer {
@@ -29,10 +23,7 @@ pub struct Renderer {
     pub(super) surfaces: Vec<Box<dyn Surface>>,
     pub(super) environment: Environment,
     pub(super) irradiance: IrradiancePass,
-    pub(super) shadow: ShadowPass,
-    pub(super) tiles: TilePass,
-    pub(super) edges: EdgePass,
-    pub(super) accumulate: AccumulatePass,
+    pub(super) common: CommonPasses,
     pub(super) pipelines: Pipelines,
     /// The [`LightingGpu`] block.
     pub(super) lighting: Buffer,
@@ -61,10 +52,7 @@ impl Renderer {
             surfaces,
             environment,
             irradiance: IrradiancePass::new(gpu)?,
-            shadow: ShadowPass::new(gpu, SHADOW_SIZE)?,
-            tiles: TilePass::new(gpu)?,
-            edges: EdgePass::new(gpu)?,
-            accumulate: AccumulatePass::new(gpu)?,
+            common: CommonPasses::new(gpu)?,
             pipelines: Pipelines::default(),
             lighting: Buffer::new(gpu, "lighting", size_of::<LightingGpu>() as u64, Memory::Upload)?,
             timer: PassTimer::new(gpu)?,

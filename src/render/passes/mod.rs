@@ -1,5 +1,9 @@
 //! The passes of a frame, one file each: `new` makes its pipelines, `record` draws it.
 
+use std::sync::Arc;
+
+use crate::gpu::{Gpu, Result};
+
 pub mod accumulate;
 pub mod edges;
 pub mod environment_lights;
@@ -13,3 +17,33 @@ pub mod shade;
 pub mod shadow;
 pub mod targets;
 pub mod tiles;
+
+/// Texels across the shadow map.
+pub const SHADOW_SIZE: u32 = 2048;
+
+/// The passes that every frame has, whatever its settings.
+pub struct CommonPasses {
+    /// The sun's shadow map.
+    pub shadow: shadow::ShadowPass,
+    /// What each tile of the screen shows.
+    pub tiles: tiles::TilePass,
+    /// Which edge samples see their pixel's own surface.
+    pub edges: edges::EdgePass,
+    /// The mean of the samples.
+    pub accumulate: accumulate::AccumulatePass,
+}
+
+impl CommonPasses {
+    /// Makes them.
+    ///
+    /// # Errors
+    /// A failed pipeline, or memory that is short.
+    pub fn new(gpu: &Arc<Gpu>) -> Result<Self> {
+        Ok(Self {
+            shadow: shadow::ShadowPass::new(gpu, SHADOW_SIZE)?,
+            tiles: tiles::TilePass::new(gpu)?,
+            edges: edges::EdgePass::new(gpu)?,
+            accumulate: accumulate::AccumulatePass::new(gpu)?,
+        })
+    }
+}
