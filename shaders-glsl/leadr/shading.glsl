@@ -5,16 +5,16 @@
 #include "visible/diffuse.glsl"
 #include "visible/fresnel.glsl"
 
-// The recommended shading of a light, diffuse and specular reflection together (src/reflectance/shading.rs). An environment
-// needs its lookups between the calls: visible/shadowed_specular.glsl for mirrors, visible/shadowed_environment.glsl for
-// diffuse facets, and albedo times one minus the mean Fresnel term of the mirrors.
+// The recommended shading under a light, diffuse and specular reflection together (src/reflectance/shading.rs). An
+// environment needs its lookups between the calls: use visible/shadowed_specular.glsl for the mirrors, and for the diffuse
+// facets visible/shadowed_environment.glsl times albedo times one minus the mean Fresnel term of the mirrors.
 
-// What a displaced surface is under one pixel, tangent frame.
+// A displaced surface under one pixel, in the tangent frame.
 struct LeadrSurface {
     vec2 mean_slope;
     vec3 slope_covariance; // of the relief alone: (xx, yy, xy)
     float roughness;       // Beckmann alpha of the base material
-    vec3 albedo;           // of what enters the surface
+    vec3 albedo;           // of the light that enters the surface
     vec3 f0;               // reflectance at normal incidence
 };
 

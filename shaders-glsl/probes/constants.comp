@@ -2,7 +2,7 @@
 #include "leadr/integrals/specular.glsl"
 #include "leadr_probe.glsl"
 
-// The constants themselves; x only keeps the convention.
+// Outputs the constants; x is only read to follow the probe convention.
 void main() {
     if (gl_GlobalInvocationID.x >= count) return;
     at = gl_GlobalInvocationID.x;

@@ -1,4 +1,4 @@
-// What every probe of the LEADR library declares: invocation i reads x[i * IN ..] and writes y[i * OUT ..].
+// Declarations shared by every probe of the LEADR library: invocation i reads x[i * IN ..] and writes y[i * OUT ..].
 layout(local_size_x = 64) in;
 layout(std430) readonly buffer In { float x[]; };
 layout(std430) writeonly buffer Out { float y[]; };

@@ -6,9 +6,9 @@ use glam::{Mat4, Vec2, Vec3};
 /// A pinhole camera. World is z-up, lengths in metres.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Camera {
-    /// Where it stands.
+    /// Position of the viewer.
     pub position: Vec3,
-    /// What it looks at.
+    /// The point it looks at.
     pub target: Vec3,
     /// Up; need not be perpendicular to the line of sight.
     pub up: Vec3,
@@ -46,9 +46,9 @@ impl Camera {
         Mat4::from_translation(shift.extend(0.0)) * projection * view
     }
 
-    /// The ray through a point of the image: `[x, y, z]` with world direction `z + ndc.x · x + ndc.y · y`, of length one
-    /// along the line of sight; a point of depth `d` lies `near / d` such lengths from the camera. Arguments as of
-    /// [`clip_from_world`](Self::clip_from_world).
+    /// The rays through the image: `[x, y, z]`, where a point at `ndc` has the world direction `z + ndc.x · x + ndc.y · y`,
+    /// whose length along the line of sight is one. A point of depth `d` lies `near / d` such lengths from the camera. The
+    /// arguments are those of [`clip_from_world`](Self::clip_from_world).
     #[must_use]
     pub fn rays(&self, size: (u32, u32), jitter: Vec2) -> [Vec3; 3] {
         let (forward, up) = self.axes();
@@ -57,18 +57,18 @@ impl Camera {
         let tangent = (self.fov_y * 0.5).tan();
         let x = right * (tangent * size.0 as f32 / size.1 as f32);
         let y = down * tangent;
-        // The image was moved by the jitter; the ray through a pixel moves the other way.
+        // The jitter moves the image; the ray through a pixel moves in the opposite direction.
         [x, y, forward + x * (2.0 * jitter.x / size.0 as f32) + y * (2.0 * jitter.y / size.1 as f32)]
     }
 
-    /// Line of sight, and an up direction that is not along it.
+    /// The line of sight, and an up direction that is not parallel to it.
     fn axes(&self) -> (Vec3, Vec3) {
         let forward = (self.target - self.position).normalize_or(Vec3::X);
         let level = forward.cross(self.up).length_squared() < 1e-8;
         (forward, if level { forward.any_orthogonal_vector() } else { self.up })
     }
 
-    /// How this camera measures lengths in an image `height` pixels high.
+    /// How this camera converts lengths to pixels in an image `height` pixels high.
     #[must_use]
     pub fn lens(&self, height: u32) -> Lens {
         let focal_pixels = height as f32 / (2.0 * (self.fov_y * 0.5).tan());

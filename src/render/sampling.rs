@@ -1,15 +1,15 @@
-//! Where in a pixel its samples lie.
+//! Where samples lie in a pixel.
 
 use glam::Vec2;
 
-/// Offset of sample `index` inside its pixel, `[-½, ½)²`: the R2 low-discrepancy sequence, shifted by the seed. One
-/// sample alone lies in the centre.
+/// Offset of sample `index` inside its pixel, `[-½, ½)²`: the R2 low-discrepancy sequence, shifted by the seed. A single
+/// sample lies in the centre.
 #[must_use]
 pub fn jitter(index: u32, samples: u32, seed: u64) -> Vec2 {
     if samples <= 1 {
         return Vec2::ZERO;
     }
-    // Reciprocals of the plastic number and of its square.
+    // The reciprocals of the plastic number and of its square.
     let step = [0.754_877_666_246_692_7f64, 0.569_840_290_998_053_2];
     let mut state = seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ 0x5851_f42d_4c95_7f2d;
     let mut shift = || {
@@ -22,12 +22,13 @@ pub fn jitter(index: u32, samples: u32, seed: u64) -> Vec2 {
     Vec2::new(at(step[0], shift()), at(step[1], shift()))
 }
 
-/// Offset of edge sample `index` of the `count` in one cell of a pixel's grid, in cells, `[-½, ½)²`. The samples form a lattice with one
-/// point in each of `count` columns and rows. It is moved by the `offset` of the pixel's own sample and wraps around in the cell.
+/// Offset of edge sample `index` of the `count` in one cell of a pixel's grid, in cells, `[-½, ½)²`. The samples form a
+/// lattice with one point in each of `count` columns and rows. The lattice is moved by the `offset` of the pixel's own
+/// sample and wraps around in the cell.
 #[must_use]
 pub fn edge_jitter(offset: Vec2, index: u32, count: u32) -> Vec2 {
     let count = count.max(1);
-    // Steps from row to row are near the golden section and share no divisor with `count`, so every row is taken once.
+    // The step from row to row is near the golden section and shares no divisor with `count`, so every row is used once.
     let golden = (f64::from(count) * 0.618).round() as u32;
     let step = (golden.max(1)..).find(|&step| greatest_common_divisor(step, count) == 1).unwrap_or(1);
     let at = |place: u32, offset: f32| {

@@ -1,4 +1,4 @@
-//! What a scene hands to the renderer: objects made once, and the state of one frame.
+//! The data that a scene hands to the renderer: objects, made once, and the state of each frame.
 
 use super::camera::Camera;
 use super::light::exposure;
@@ -23,24 +23,24 @@ pub struct ColorMap {
 /// One displaced (or smooth) surface.
 #[derive(Clone, Debug)]
 pub struct Object {
-    /// For messages and debug names.
+    /// Name for messages and debugging.
     pub name: String,
     /// Its patches.
     pub mesh: PatchMesh,
-    /// Heights along the patch normals; none for a smooth surface.
+    /// Heights along the patch normals; `None` for a smooth surface.
     pub heights: Option<HeightField>,
     /// Metres of displacement per unit of `heights` (`η`); each frame multiplies it by its own factor.
     pub height_scale: f32,
     /// Albedo and roughness; without it the vertex colours are used.
     pub color_map: Option<ColorMap>,
-    /// Reflectance at normal incidence; below 0.02 it fades at all angles, and with 0 nothing is reflected.
+    /// Reflectance at normal incidence. Below 0.02 reflection fades at all angles, and at 0 nothing is reflected.
     pub specular_f0: f32,
-    /// Whether it throws a shadow.
+    /// Whether it casts a shadow.
     pub casts_shadow: bool,
 }
 
 impl Object {
-    /// A smooth surface in the colours of its vertices that reflects like common dielectrics and throws a shadow.
+    /// A smooth surface in the colours of its vertices that reflects like common dielectrics and casts a shadow.
     #[must_use]
     pub fn new(name: impl Into<String>, mesh: PatchMesh) -> Self {
         Self {
@@ -54,49 +54,49 @@ impl Object {
         }
     }
 
-    /// Displaced along the patch normals by `scale` times the heights.
+    /// The same, displaced along the patch normals by `scale` times the heights.
     #[must_use]
     pub fn with_heights(self, heights: HeightField, scale: f32) -> Self {
         Self { heights: Some(heights), height_scale: scale, ..self }
     }
 
-    /// Coloured by a map, which multiplies the colours of the vertices.
+    /// The same, coloured by a map that is multiplied with the colours of the vertices.
     #[must_use]
     pub fn with_color_map(self, map: ColorMap) -> Self {
         Self { color_map: Some(map), ..self }
     }
 
-    /// With another reflectance at normal incidence.
+    /// The same with another reflectance at normal incidence.
     #[must_use]
     pub fn with_specular_f0(self, specular_f0: f32) -> Self {
         Self { specular_f0, ..self }
     }
 
-    /// Without a shadow on other surfaces.
+    /// The same without casting a shadow on other surfaces.
     #[must_use]
     pub fn without_shadow(self) -> Self {
         Self { casts_shadow: false, ..self }
     }
 }
 
-/// What there is to draw: the surfaces, which stay the same from frame to frame but for their poses and waves.
+/// The contents of a scene: surfaces that do not change from frame to frame except for their poses and waves.
 #[derive(Clone, Debug, Default)]
 pub struct Scene {
     /// Meshes.
     pub objects: Vec<Object>,
-    /// A sea among them.
+    /// The sea, if there is one.
     pub ocean: Option<Ocean>,
 }
 
 impl From<Vec<Object>> for Scene {
-    /// Objects away from any sea.
+    /// Objects without a sea.
     fn from(objects: Vec<Object>) -> Self {
         Self { objects, ocean: None }
     }
 }
 
 impl From<Ocean> for Scene {
-    /// The open sea.
+    /// The open sea without objects.
     fn from(ocean: Ocean) -> Self {
         Self { objects: Vec::new(), ocean: Some(ocean) }
     }
@@ -121,7 +121,7 @@ pub struct Sun {
 }
 
 impl Sun {
-    /// The sun of a sky, through its air.
+    /// The sun of a sky, attenuated by its air.
     #[must_use]
     pub fn of(sky: &Sky) -> Self {
         let direction = sky.sun_direction.normalize_or(Vec3::Z);
@@ -134,23 +134,23 @@ impl Sun {
 pub struct PointLight {
     /// World position.
     pub position: Vec3,
-    /// Radiant intensity, linear rgb: irradiance at distance 1.
+    /// Radiant intensity, linear rgb: the irradiance at distance 1.
     pub intensity: Vec3,
 }
 
-/// Number of point lights a frame may have.
+/// Largest number of point lights in a frame.
 pub const MAX_POINT_LIGHTS: usize = super::constants::MAX_POINT_LIGHTS as usize;
 
 /// The state of one frame.
 #[derive(Clone, Debug)]
 pub struct FrameState {
-    /// Moment of the waves, seconds.
+    /// Time of the waves, seconds.
     pub time: f64,
     /// The viewer.
     pub camera: Camera,
     /// One pose per object of the scene.
     pub poses: Vec<Pose>,
-    /// The sky, when the environment is one; the cube follows it.
+    /// The sky, when it is the environment; the cube map follows it.
     pub sky: Option<Sky>,
     /// Directional light, if any.
     pub sun: Option<Sun>,
@@ -161,20 +161,20 @@ pub struct FrameState {
 }
 
 impl FrameState {
-    /// What `camera` sees of objects in their `poses` at time 0, as high as they were made; lit by the renderer's
-    /// environment alone.
+    /// The view of `camera` on objects in their `poses` at time 0, with unscaled heights, lit by the renderer's environment
+    /// alone.
     #[must_use]
     pub fn new(camera: Camera, poses: Vec<Pose>) -> Self {
         Self { time: 0.0, camera, poses, sky: None, sun: None, point_lights: Vec::new(), height_scale: 1.0 }
     }
 
-    /// Under a sky and its sun.
+    /// The same frame under a sky and its sun.
     #[must_use]
     pub fn under(self, sky: &Sky) -> Self {
         Self { sky: Some(*sky), sun: Some(Sun::of(sky)), ..self }
     }
 
-    /// Factor on the radiance of a picture that is looked at: what the sky's sun asks for, 1 under another light.
+    /// Exposure factor for viewing the picture: chosen by the sky's sun; 1 under any other light.
     #[must_use]
     pub fn exposure(&self) -> f32 {
         self.sky.as_ref().map_or(1.0, exposure::exposure)
@@ -182,7 +182,7 @@ impl FrameState {
 }
 
 impl Pose {
-    /// Where the mesh was made.
+    /// The pose in which the mesh was made.
     pub const REST: Self = Self::Rigid(Affine3A::IDENTITY);
 
     /// Poses a mesh. Joints beyond the pose's own are ignored.

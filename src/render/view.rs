@@ -1,16 +1,16 @@
-//! One image of a scene: which samples of the picture it consists of.
+//! One image of a scene, and how its samples relate to the pixels of the picture.
 
 use glam::{Mat4, Vec2, Vec3};
 
 use super::camera::Camera;
 use super::surfaces::tessellation::Lens;
 
-/// What the samples of an image are to the pixels of the picture.
+/// How the samples of an image relate to the pixels of the picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Samples {
-    /// One sample per pixel, by which the pixel's surface is shaded.
+    /// One sample per pixel, which decides how the pixel's surface is shaded.
     Pixels,
-    /// A grid of edge samples in every pixel, this many along a side.
+    /// A grid of edge samples in every pixel, with this many along a side.
     Edges {
         /// Edge samples along a side of a pixel.
         grid: u32,
@@ -24,14 +24,14 @@ pub struct View {
     pub camera: Camera,
     /// Pixels of the picture, across and down.
     pub picture: (u32, u32),
-    /// What the samples are to these pixels.
+    /// How the samples relate to these pixels.
     pub samples: Samples,
-    /// Where each sample lies from the middle of its cell of the grid, in cells, `[-½, ½)²`.
+    /// Position of each sample relative to the middle of its cell of the grid, in cells, `[-½, ½)²`.
     pub offset: Vec2,
 }
 
 impl View {
-    /// Samples along a side of a pixel.
+    /// Number of samples along a side of a pixel.
     #[must_use]
     pub fn grid(&self) -> u32 {
         match self.samples {
@@ -40,7 +40,7 @@ impl View {
         }
     }
 
-    /// Samples across and down the image.
+    /// Number of samples across and down the image.
     #[must_use]
     pub fn size(&self) -> (u32, u32) {
         let (width, height) = self.picture;
@@ -59,7 +59,7 @@ impl View {
         self.camera.rays(self.size(), self.offset)
     }
 
-    /// How lengths measure in pixels of the picture, however many samples each has.
+    /// How lengths convert to pixels of the picture, however many samples each pixel has.
     #[must_use]
     pub fn lens(&self) -> Lens {
         self.camera.lens(self.picture.1)

@@ -5,8 +5,8 @@
 #include "slope_distribution.glsl"
 #include "../slopes/statistics.glsl"
 
-// Bivariate Gaussian density of covariance S at the place e / z, over `divisor`. z2 = z^2, 1e-8 to 1. What comes with z or the
-// divisor costs no division of its own. Variances are at least MIN_VARIANCE.
+// Bivariate Gaussian density of covariance S at the slope offset e / z, divided by `divisor`. z2 = z^2, 1e-8 to 1. Taking z
+// and the divisor in here saves divisions of their own. Variances are at least MIN_VARIANCE.
 float gaussian_over(vec2 e, float z2, vec3 S, float divisor) {
     vec2 v = clamp(S.xy, LEADR_MIN_VARIANCE, LEADR_MAX_SLOPE * LEADR_MAX_SLOPE);
     float p = sqrt(v.x * v.y);
@@ -24,8 +24,8 @@ float beckmann_p22(vec2 slope, vec2 m, vec3 S) {
     return gaussian_over(slope - m, 1.0, S, 1.0);
 }
 
-// D(wh) = P22(slope of wh) / wh.z^4, normals per macro area and solid angle (LEADR eq. 10), over `divisor`, which is at
-// least MIN_AREA (the quotient stays below 1e32); 0 for wh.z <= 0.
+// D(wh) = P22(slope of wh) / wh.z^4, normals per macro area and solid angle (LEADR eq. 10), divided by `divisor`, which
+// must be at least MIN_AREA (the quotient then stays below 1e32); 0 for wh.z <= 0.
 float beckmann_ndf_over(vec3 wh, vec2 m, vec3 S, float divisor) {
     if (wh.z <= 0.0) return 0.0;
     float z = max(wh.z, LEADR_MIN_NORMAL_Z);

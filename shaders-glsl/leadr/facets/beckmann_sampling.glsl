@@ -25,8 +25,8 @@ vec2 visible_part(float w, float p, float n) {
     return vec2(part, y * e);
 }
 
-// The visible slope x <= nu of the unit surface for which (nu Phi(x) + phi(x)) / (nu Phi(nu) + phi(nu)) = u: quantile of
-// the visible slopes along the viewer's azimuth; nu: projected area of the mesosurface in units of the spread.
+// The visible slope x <= nu of the unit surface at which (nu Phi(x) + phi(x)) / (nu Phi(nu) + phi(nu)) = u: a quantile of
+// the visible slopes along the viewer's azimuth. nu: projected area of the mesosurface in units of the spread.
 float visible_slope_quantile(float u, float nu) {
     u = clamp(u, 2.9802322e-8, 0.99999994);
     float p = clamp(nu, 0.0, 1e15);
@@ -55,10 +55,10 @@ float visible_slope_quantile(float u, float nu) {
         float rest = max(total - f.x, 0.0);
         float change = u < 0.5 ? -f.x * log(max(f.x, 1e-37) / (u * total))
                                : 2.0 * (rest - sqrt(rest) * sqrt((1.0 - u) * total));
-        // The bracket closes by the sign of the step itself: at the root its rounding is another than that of f.x.
+        // The sign of the step decides which end of the bracket moves: near the root f.x is rounded differently.
         if (change > 0.0) low = w; else high = w;
         float next = w + change / max(f.y, 1e-37);
-        // Outside, not a number included: bisect.
+        // Outside the bracket, or not a number: bisect.
         w = next >= low && next <= high ? next : 0.5 * (low + high);
     }
     return n + w;

@@ -6,13 +6,13 @@
 // Parameterisations of anisotropic roughness (thesis eq. 2.25-2.34). The roughness matrix is A = (a_xx, a_yy, a_xy); a
 // Beckmann surface has the slope covariance A / 2.
 
-// Radii (alpha_1 >= alpha_2 from conversions) and the angle of the first axis to the x slope, counter-clockwise.
+// Radii (conversions return alpha_1 >= alpha_2) and the angle from the x slope to the first axis, counter-clockwise.
 struct Ellipse {
     vec2 radii;
     float angle;
 };
 
-// Scales (alpha_x, alpha_y), correlation rho, and sqrt(1 - rho^2), which rho alone cannot hold for a thin ellipse.
+// Scales (alpha_x, alpha_y), correlation rho, and sqrt(1 - rho^2), which cannot be recovered from rho for a thin ellipse.
 struct Bivariate {
     vec2 alpha;
     float rho;
@@ -50,7 +50,8 @@ vec3 roughness_from_bivariate(Bivariate b) {
     return vec3(b.alpha * b.alpha, b.rho * b.alpha.x * b.alpha.y);
 }
 
-// A matrix that rounding made indefinite counts as fully correlated; minor radii below 4e-4 of the major are rounding.
+// A matrix that rounding has made indefinite counts as fully correlated. A minor radius below 4e-4 of the major is rounding
+// error.
 Bivariate bivariate_from_roughness(vec3 A) {
     vec2 alpha = sqrt(max(A.xy, 0.0));
     float product = alpha.x * alpha.y;

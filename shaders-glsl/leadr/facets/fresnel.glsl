@@ -1,15 +1,15 @@
 #ifndef LEADR_FRESNEL_GLSL
 #define LEADR_FRESNEL_GLSL
 
-// Schlick's share of the reflectance at grazing incidence.
+// Schlick's weight: how far the reflectance has risen toward its value at grazing incidence.
 float schlick_weight(float cosine) {
     float k = clamp(1.0 - cosine, 0.0, 1.0);
     float k2 = k * k;
     return k2 * k2 * k;
 }
 
-// 1 for every real surface. Nothing has f0 below 2 %: smaller values say that there is less of a surface to reflect
-// (Lagarde & de Rousiers 2014), and 0 that there is none, bare diffuse facets.
+// Reflectance at grazing incidence: 1 for every real surface. No material has f0 below 2 %, so smaller values mean that
+// only part of the surface reflects (Lagarde & de Rousiers 2014), and 0 means bare diffuse facets without any reflection.
 vec3 grazing_reflectance(vec3 f0) {
     return vec3(min(50.0 * max(f0.x, max(f0.y, f0.z)), 1.0));
 }
@@ -31,19 +31,20 @@ float fresnel_dielectric(float cosine, float eta) {
     return min(0.5 * s * s * (1.0 + p * p), 1.0);
 }
 
-// (difference^2 + b^2) / (sum^2 + b^2) per channel; 0/0 is its limit, 1.
+// (difference^2 + b^2) / (sum^2 + b^2) per channel; 0/0 gives the limit, 1.
 vec3 fresnel_ratio(vec3 difference, vec3 sum, vec3 b) {
     return (difference * difference + b * b + 1e-30) / (sum * sum + b * b + 1e-30);
 }
 
-// Unpolarised reflectance of a smooth conductor of complex index eta + i k per channel, both >= 0 and held below 1e4.
-// The amplitude formulas as quotients of sums of squares: nothing cancels (src/reflectance/facets/fresnel.rs).
+// Unpolarised reflectance of a smooth conductor with complex index eta + i k per channel; both are >= 0 and clamped below
+// 1e4. The amplitude formulas are written as quotients of sums of squares, so nothing cancels
+// (src/reflectance/facets/fresnel.rs).
 vec3 fresnel_conductor(float cosine, vec3 eta, vec3 k) {
     float c = min(abs(cosine), 1.0);
     float s2 = (1.0 - c) * (1.0 + c);
     eta = clamp(eta, 0.0, 1e4);
     k = clamp(k, 0.0, 1e4);
-    // a + i b = sqrt((eta + i k)^2 - s2), the larger part first.
+    // a + i b = sqrt((eta + i k)^2 - s2), computing the larger part first.
     vec3 re = (eta - k) * (eta + k) - s2;
     vec3 im = eta * k;
     vec3 larger = sqrt(0.5 * (sqrt(re * re + 4.0 * im * im) + abs(re)));

@@ -8,14 +8,15 @@
 // The noncentral GGX distribution with a full roughness matrix A = (a_xx, a_yy, a_xy) of alpha^2 terms (thesis Table
 // 2.II, eq. 3.2; IGSA supplement 1). m: mean slope. Derivations in src/reflectance/facets/ggx.rs.
 
-// (1 / sqrt(a_xx), 1 / sqrt(a_yy), r, 1 / sqrt(1 - r^2)), the roughness held at MIN_VARIANCE, the correlation below 1.
+// (1 / sqrt(a_xx), 1 / sqrt(a_yy), r, 1 / sqrt(1 - r^2)); the roughness is at least MIN_VARIANCE, the correlation r below
+// 1.
 vec4 ggx_whitening(vec3 A) {
     vec2 alpha = sqrt(clamp(A.xy, LEADR_MIN_VARIANCE, LEADR_MAX_SLOPE * LEADR_MAX_SLOPE));
     float r = slope_correlation(alpha, A.z);
     return vec4(1.0 / alpha, r, inversesqrt((1.0 - r) * (1.0 + r)));
 }
 
-// P22(slope), density of slopes. Elements of the diagonal count as at least MIN_VARIANCE.
+// P22(slope), density of slopes. Diagonal elements are raised to at least MIN_VARIANCE.
 float ggx_p22(vec2 slope, vec2 m, vec3 A) {
     vec4 k = ggx_whitening(A);
     vec2 u = (slope - m) * k.xy;
@@ -24,7 +25,8 @@ float ggx_p22(vec2 slope, vec2 m, vec3 A) {
     return g * g * (k.x * k.y * k.w) / LEADR_PI;
 }
 
-// D(wh) = P22(slope of wh) / wh.z^4 = 1 / (pi sqrt|A| (z^2 + d^2)^2), d the whitened -wh.xy - wh.z m; 0 for wh.z <= 0.
+// D(wh) = P22(slope of wh) / wh.z^4 = 1 / (pi sqrt|A| (z^2 + d^2)^2), where d is the whitened -wh.xy - wh.z m; 0 for wh.z
+// <= 0.
 float ggx_ndf(vec3 wh, vec2 m, vec3 A) {
     if (wh.z <= 0.0) return 0.0;
     vec4 k = ggx_whitening(A);
@@ -34,21 +36,21 @@ float ggx_ndf(vec3 wh, vec2 m, vec3 A) {
     return g * g * (k.x * k.y * k.w) / LEADR_PI;
 }
 
-// A(w) - max(a, 0) = b^2 / (2 (|a| + sqrt(a^2 + b^2))): the area that only the roughness makes visible.
+// A(w) - max(a, 0) = b^2 / (2 (|a| + sqrt(a^2 + b^2))): the area that is visible only because of the roughness.
 float ggx_rough_area(float a, float b) {
-    // The larger one outside the root: no square overflows or vanishes.
+    // Take the larger of the two out of the root, so that no square overflows or underflows.
     float top = max(max(abs(a), b), 1e-18);
     vec2 q = vec2(a, b) / top;
     return 0.5 * b * (b / max(abs(a) + top * length(q), 1e-18));
 }
 
-// A(w) = (a + sqrt(a^2 + b^2)) / 2, the visible projected area, for mesosurfaces facing the viewer and away alike.
+// A(w) = (a + sqrt(a^2 + b^2)) / 2, the visible projected area, whether the mesosurface faces the viewer or not.
 float ggx_visible_area(vec3 w, vec2 m, vec3 A) {
     float a = meso_area(w, m);
     return max(a, 0.0) + ggx_rough_area(a, slope_spread(w, A));
 }
 
-// Lambda(w) = (sqrt(1 + b^2/a^2) - 1) / 2; where it is +infinity (a <= 0) a large finite value.
+// Lambda(w) = (sqrt(1 + b^2/a^2) - 1) / 2; a large finite value where it is +infinity (a <= 0).
 float ggx_lambda(vec3 w, vec2 m, vec3 A) {
     float a = meso_area(w, m);
     return ggx_rough_area(a, slope_spread(w, A)) / max(a, LEADR_MIN_AREA);

@@ -22,7 +22,7 @@ vec3 ggx_sample_visible(vec3 wo, vec2 u, vec2 m, vec3 A) {
     float sine = b / len;
     float above = max(a > 0.0 ? 1.0 + cosine : sine * (b / (len - a)), 1e-12); // 1 + o.z
     float below = a > 0.0 ? sine * (b / (len + a)) : 1.0 - cosine;             // 1 - o.z
-    // i uniform in the cap i.z > -o.z, h = i + o, formed without its cancellation opposite the viewer.
+    // i is uniform in the cap i.z > -o.z; h = i + o is written so that it does not cancel opposite the viewer.
     float height = (1.0 - u.x) * above;
     float sine_i = sqrt(u.x * above * (height + below));
     float half_cos = sin(LEADR_PI * (0.5 - u.y));
@@ -30,7 +30,7 @@ vec3 ggx_sample_visible(vec3 wo, vec2 u, vec2 m, vec3 A) {
     float along = height * (below - u.x * above) / max(sine + sine_i, 1e-18) + 2.0 * sine_i * half_cos * half_cos;
     float across = 2.0 * sine_i * half_sin * half_cos;
     vec2 h = vec2(e.x * along - e.y * across, e.y * along + e.x * across);
-    // The slope m + C (-h / height), times -height.
+    // The slope m + C (-h / height), multiplied by -height.
     return normalize(vec3(vec2(c.x * h.x, c.y * h.x + c.z * h.y) - m * height, height));
 }
 

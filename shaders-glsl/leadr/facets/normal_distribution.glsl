@@ -1,9 +1,9 @@
 #ifndef LEADR_NORMAL_DISTRIBUTION_GLSL
 #define LEADR_NORMAL_DISTRIBUTION_GLSL
 
-// The standard normal distribution, one exponential and one division each.
-// The rational parts are minimax fits of this project (relative error 3e-7 to 7e-7 over 0..13, all coefficients
-// positive, so nothing cancels); beyond 13 the density underflows in 32 bits and the argument is held there.
+// The standard normal distribution; each function takes one exponential and one division. The rational parts are minimax
+// fits made for this project (relative error 3e-7 to 7e-7 over 0..13; all coefficients are positive, so nothing cancels).
+// Beyond 13 the density underflows in 32 bits, so the argument is clamped there.
 
 // phi(x), the density.
 float normal_pdf(float x) {
@@ -11,7 +11,7 @@ float normal_pdf(float x) {
     return 0.3989422804 * exp(-0.5 * t * t);
 }
 
-// Mills' ratio (1 - Phi(x)) / phi(x) for x >= 0. Keeps 1e-4 beyond 14.
+// Mills' ratio (1 - Phi(x)) / phi(x) for x >= 0. Accurate to 1e-4 beyond 14.
 float mills_ratio(float x) {
     float t = clamp(x, 0.0, 1e6);
     float p = 1.25331414 + t * (0.90476948 + t * (0.2980476 + t * 0.04231701));
@@ -19,7 +19,8 @@ float mills_ratio(float x) {
     return p / q;
 }
 
-// 1 - x (1 - Phi(x)) / phi(x) for x >= 0: normal_tail_mean over the density, which does not underflow. `held`: for 0..1e6.
+// 1 - x (1 - Phi(x)) / phi(x) for x >= 0: normal_tail_mean divided by the density, so it does not underflow. `held`: for
+// 0..1e6.
 float tail_mean_ratio_held(float t) {
     float p = 1.0 + t * (0.55532703 + t * (0.15290028 + t * 0.01936395));
     float q = 1.0 + t * (1.80865213 + t * (1.41958115 + t * (0.61708401 + t * (0.1527089 + t * 0.01936814))));
@@ -29,14 +30,15 @@ float tail_mean_ratio(float x) {
     return tail_mean_ratio_held(clamp(x, 0.0, 1e6));
 }
 
-// Mills' ratio and tail_mean_ratio as x / q and y / q of one q = y + t x, t within 0..13 (7e-7 relative each).
+// Mills' ratio and tail_mean_ratio as x / q and y / q with a common q = y + t x, t within 0..13 (relative error 7e-7 each).
 vec2 tail_quotients(float t) {
     float t2 = t * t;
     return vec2((1.25331473 + 1.24099266 * t) + t2 * ((0.574059982 + 0.143326482 * t) + t2 * 0.0173465204),
                 (1.0 + 0.534757579 * t) + t2 * (0.143585567 + 0.0173404136 * t));
 }
 
-// E[max(0, u - x)] = phi(x) - x (1 - Phi(x)) for u ~ N(0,1) and x >= 0: what the tail above x adds to a clamped mean.
+// E[max(0, u - x)] = phi(x) - x (1 - Phi(x)) for u ~ N(0,1) and x >= 0: the part of a clamped mean that comes from the tail
+// above x.
 float normal_tail_mean(float x) {
     float t = clamp(x, 0.0, 13.0);
     return 0.3989422804 * exp(-0.5 * t * t) * tail_mean_ratio_held(t);
@@ -49,7 +51,8 @@ float normal_cdf(float x) {
     return x < 0.0 ? tail : 1.0 - tail;
 }
 
-// Density, distribution and ramp E[max(0, x + u)] = x Phi(x) + phi(x) together, u ~ N(0,1): one exponential.
+// The density, the distribution and the ramp E[max(0, x + u)] = x Phi(x) + phi(x) together, u ~ N(0,1), with one
+// exponential.
 struct NormalRamp {
     float pdf;
     float cdf;
@@ -64,9 +67,10 @@ NormalRamp normal_ramp(float x) {
     return NormalRamp(pdf, x < 0.0 ? tail.x : 1.0 - tail.x, max(x, 0.0) + tail.y);
 }
 
-// What is seen of max(0, x + u), u ~ N(0,1): how far u leans towards the viewer, Phi(x) / (x Phi(x) + phi(x)), and how much
-// of all is the mean itself, max(x, 0) / (x Phi(x) + phi(x)). One exponential and one division. Below 0 numerator and
-// denominator are multiples of the density, which underflows and is left out. x counts as at least -13.
+// The visible part of max(0, x + u), u ~ N(0,1): how far u leans towards the viewer, Phi(x) / (x Phi(x) + phi(x)), and the
+// share that the mean alone contributes, max(x, 0) / (x Phi(x) + phi(x)). One exponential and one division. Below 0,
+// numerator and denominator are both multiples of the density, which underflows and is cancelled out. x is clamped to at
+// least -13.
 struct ClampedLine {
     float lean;
     float front; // 0..1
@@ -81,8 +85,8 @@ ClampedLine clamped_line(float x) {
     return ClampedLine(per * (x < 0.0 ? tail.x : q - pdf * tail.x), per * max(x, 0.0) * q);
 }
 
-// The quantile of u in (0, 1), held within [2^-25, 1 - 2^-24]: Giles' polynomials for the inverse error function (2010), which
-// end there.
+// The quantile of u in (0, 1), clamped to [2^-25, 1 - 2^-24], where Giles' polynomials for the inverse error function
+// (2010) end.
 float normal_quantile(float u) {
     u = clamp(u, 2.9802322e-8, 0.99999994);
     float w = -log(4.0 * u * (1.0 - u));

@@ -12,7 +12,7 @@ float meso_area(vec3 w, vec2 m) {
     return w.z - dot(w.xy, m);
 }
 
-// b(w): standard deviation of the slope seen along w, times sin(theta) (LEADR eq. 15).
+// b(w): standard deviation of the slope along w, times sin(theta) (LEADR eq. 15).
 float slope_spread_squared(vec3 w, vec3 S) {
     return w.x * w.x * S.x + w.y * w.y * S.y + 2.0 * w.x * w.y * S.z;
 }
@@ -20,7 +20,7 @@ float slope_spread(vec3 w, vec3 S) {
     return sqrt(max(slope_spread_squared(w, S), 0.0));
 }
 
-// A(w) - max(a, 0) = b h(|a|/b): the area that only the roughness makes visible. Equals a Lambda(w) for a > 0.
+// A(w) - max(a, 0) = b h(|a|/b): the area that is visible only because of the roughness. Equals a Lambda(w) for a > 0.
 float rough_area(float a, float b) {
     return b * normal_tail_mean(abs(a) / max(b, 1e-18));
 }
@@ -31,22 +31,22 @@ float visible_area(vec3 w, vec2 m, vec3 S) {
     return max(a, 0.0) + rough_area(a, slope_spread(w, S));
 }
 
-// The mean slope, tilted towards the viewer just as far as the slope grid of half extent `lambda` needs to have a
-// visible node: a >= 1e-3 - lambda b / 2. Leaves every mesosurface alone that faces the viewer. Takes the place of the
-// artificial micronormal of the supplement, 3.7: continuous, and it moves along the direction that costs least.
+// The mean slope, tilted towards the viewer just far enough for the slope grid of half extent `lambda` to have a visible
+// node: a >= 1e-3 - lambda b / 2. Mesosurfaces that face the viewer are unchanged. This replaces the artificial micronormal
+// of the supplement, 3.7; it is continuous and moves the slope in the direction that needs the smallest change.
 vec2 face_viewer(vec3 wo, vec2 m, vec3 S, float lambda) {
     vec2 across = vec2(S.x * wo.x + S.z * wo.y, S.z * wo.x + S.y * wo.y);
     float b2 = max(dot(wo.xy, across), 0.0);
     float lack = 1e-3 - 0.5 * lambda * sqrt(b2) - meso_area(wo, m);
-    // S wo.xy is the tilt of the visible slopes; a smooth surface (S -> 0) tilts along wo.xy itself.
+    // S wo.xy is the direction in which visible slopes tilt; a smooth surface (S -> 0) tilts along wo.xy itself.
     vec2 along = across + 1e-6 * wo.xy;
     float gain = b2 + 1e-6 * dot(wo.xy, wo.xy);
     vec2 tilted = m - along * (lack / max(gain, 1e-12));
     return lack > 0.0 ? clamp(tilted, -1e6, 1e6) : m;
 }
 
-// The tilt of slope that brings a mesosurface which is turned away back to edge-on; 0 for one that faces the viewer. A
-// pixel that shows such a surface sees other facets around it, turned toward the viewer by about as much:
+// The change of slope that turns a back-facing mesosurface edge-on; 0 for one that faces the viewer. A pixel that shows
+// such a surface also sees facets around it that are turned toward the viewer by about as much:
 //     vec2 d = tilt_to_edge(wo, m);  m += d;  S += vec3(d * d, d.x * d.y);
 vec2 tilt_to_edge(vec3 wo, vec2 m) {
     return wo.xy * (min(meso_area(wo, m), 0.0) / max(dot(wo.xy, wo.xy), 1e-4));

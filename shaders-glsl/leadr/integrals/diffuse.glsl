@@ -9,8 +9,8 @@
 // Diffuse radiance of the visible facets, per unit of albedo: LEADR eq. 23 / Algorithm 3 on an n x n grid, divided by
 // the sum of the visible areas (the masking term; supplement, eq. 10). Pass m through face_viewer first.
 
-// First and second moments of the visible normals, tangent frame. Order-2 irradiance is linear in them, so one walk over
-// the grid serves the environment and every light.
+// First and second moments of the visible normals in the tangent frame. Order-2 irradiance is linear in them, so one pass
+// over the grid serves the environment and every light.
 struct NormalMoments {
     vec3 mean; // E[n]
     vec3 diag; // E[n.x^2], E[n.y^2], E[n.z^2]
@@ -36,7 +36,7 @@ NormalMoments visible_normal_moments(vec3 wo, vec2 m, vec3 S, int n, float lambd
     return NormalMoments(sum.mean * scale, sum.diag * scale, sum.off * scale);
 }
 
-// Environment, masking only (as Algorithm 2 has it). c: radiance coefficients in the world; f: the tangent frame.
+// Environment, with masking only (as in Algorithm 2). c: radiance coefficients in the world; f: the tangent frame.
 vec3 leadr_diffuse_environment(NormalMoments v, Frame f, vec3 c[9]) {
     mat3 r = mat3(f.x, f.y, f.z);
     mat3 t = mat3(v.diag.x, v.off.z, v.off.y, v.off.z, v.diag.y, v.off.x, v.off.y, v.off.x, v.diag.z);
@@ -45,15 +45,15 @@ vec3 leadr_diffuse_environment(NormalMoments v, Frame f, vec3 c[9]) {
     return max(e, 0.0) / LEADR_PI;
 }
 
-// One light from wi (tangent frame) of unit irradiance on a plane facing it, by its order-2 harmonics (Algorithm 2),
-// weighted by its own masking and shadowing (eq. 20). Up to 9 % off, says the paper; not below 0.
+// One light from wi (tangent frame), of unit irradiance on a plane facing it, by its order-2 harmonics (Algorithm 2),
+// weighted by its masking and shadowing (eq. 20). Up to 9 % off according to the paper; clamped to at least 0.
 float leadr_diffuse_light_sh(NormalMoments v, vec3 wo, vec3 wi, vec2 m, vec3 S, bool shadowing) {
     float second = dot(wi * wi, v.diag) + 2.0 * dot(wi.yzx * wi.zxy, v.off);
     float e = 0.09375 * (v.diag.x + v.diag.y + v.diag.z) + 0.5 * dot(wi, v.mean) + 0.46875 * second;
     return shadowing_given_masking(wo, wi, m, S, shadowing) * max(e, 0.0) / LEADR_PI;
 }
 
-// The same light with its clamped cosine integrated over the grid instead: what to use for a sun.
+// The same light with its clamped cosine integrated over the grid instead: use this for a sun.
 float leadr_diffuse_light(vec3 wo, vec3 wi, vec2 m, vec3 S, bool shadowing, int n, float lambda) {
     float sum = 0.0;
     float norm = 0.0;

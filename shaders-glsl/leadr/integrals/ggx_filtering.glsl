@@ -4,15 +4,16 @@
 #include "../facets/beckmann.glsl"
 #include "../facets/ggx.glsl"
 
-// A GGX base of roughness matrix A under Gaussian displacement of mean slope m and covariance S. The exact density, and
-// how near these come: src/reflectance/integrals/ggx_filtering.rs and docs/measurements/ggx-filtering.md.
+// A GGX base of roughness matrix A under Gaussian displacement of mean slope m and covariance S. For the exact density, and
+// how close these approximations come, see src/reflectance/integrals/ggx_filtering.rs and
+// docs/measurements/ggx-filtering.md.
 
-// One GGX lobe.
+// Approximation by one GGX lobe.
 vec3 filter_ggx(vec3 A, vec3 S) {
     return A + 2.0 * S;
 }
 
-// Share of the base in the roughness: 0 for a displaced mirror, 1 for a flat base.
+// Share of the base in the total roughness: 0 for a displaced mirror, 1 for a flat base.
 float base_share(vec3 A, vec3 S) {
     float base = max(fma(A.x, A.y, -A.z * A.z), 1e-30);
     float bumps = max(fma(S.x, S.y, -S.z * S.z), 0.0);
@@ -20,13 +21,14 @@ float base_share(vec3 A, vec3 S) {
     return inversesqrt(1.0 + (2.0 * mixed + 4.0 * bumps) / base);
 }
 
-// `weight` of a GGX surface of matrix `roughness`, the rest a Beckmann surface of covariance roughness / 2.
+// A mixture: the share `weight` is a GGX surface of matrix `roughness`, the rest a Beckmann surface of covariance roughness
+// / 2.
 struct DisplacedGgx {
     float weight;
     vec3 roughness;
 };
 
-// The two lobes; the constants are a fit (0.5: both wider than A + 2S; 0.15: more GGX than the base's share).
+// The two lobes; the constants are a fit (0.5: both are wider than A + 2S; 0.15: more GGX than the base's share).
 DisplacedGgx displaced_ggx(vec3 A, vec3 S) {
     float t = base_share(A, S);
     float hump = sqrt(t) * (1.0 - t);
@@ -41,7 +43,7 @@ float displaced_ggx_ndf(vec3 wh, vec2 m, DisplacedGgx d) {
     return mix(beckmann_ndf(wh, m, 0.5 * d.roughness), ggx_ndf(wh, m, d.roughness), d.weight);
 }
 
-// A(w) - max(a, 0) of the mixture, at the mesosurface's projected area `meso`.
+// A(w) - max(a, 0) of the mixture; `meso`: the projected area of its mesosurface.
 float displaced_rough_area(vec3 w, float meso, DisplacedGgx d) {
     float spread = slope_spread(w, d.roughness);
     return mix(rough_area(meso, spread * 0.70710678), ggx_rough_area(meso, spread), d.weight);
@@ -54,7 +56,7 @@ float displaced_ggx_visible_area(vec3 w, vec2 m, DisplacedGgx d) {
 }
 
 // 1 / (a_o (1 + Lambda_o + Lambda_i)) of the mixture (LEADR eq. 13); 0 when the light is below the mesosurface. Without
-// shadowing: one over the visible area.
+// shadowing: 1 / visible area.
 float displaced_ggx_masking_shadowing(vec3 wo, vec3 wi, vec2 m, DisplacedGgx d, bool shadowing) {
     float visible = max(displaced_ggx_visible_area(wo, m, d), LEADR_MIN_AREA);
     if (!shadowing) return 1.0 / visible;

@@ -5,24 +5,24 @@
 #include "../facets/fresnel.glsl"
 #include "ggx_filtering.glsl"
 
-// A displaced GGX surface under lights and, as a mixture of a few Gaussian surfaces, under environments: GGX is an
-// integral of Gaussians (src/reflectance/integrals/ggx_lobes.rs).
+// A displaced GGX surface under lights and under environments. For environments it is a mixture of a few Gaussian surfaces,
+// since GGX is an integral of Gaussians (src/reflectance/integrals/ggx_lobes.rs).
 
 struct GaussianLobe {
-    float weight; // share of the slopes; all of them sum to one
+    float weight; // share of the slopes; the weights of all lobes sum to one
     vec3 S;       // covariance
 };
 
 const int LEADR_GGX_LOBES = 4;
 
-// The Beckmann lobe of d (k = 0), and three that stand for its GGX lobe.
+// The Beckmann lobe of d (k = 0), and the three lobes that represent its GGX lobe.
 GaussianLobe ggx_lobe(DisplacedGgx d, int k) {
     const vec2 lobes[4] = vec2[4](vec2(0.0, 1.0), vec2(0.3424, 2.069), vec2(0.4764, 0.5126), vec2(0.1812, 0.0825));
-    vec2 lobe = lobes[k]; // share of GGX, and how much narrower than Beckmann its variance is
+    vec2 lobe = lobes[k]; // share of GGX, and how much smaller than Beckmann's its variance is
     return GaussianLobe(k == 0 ? 1.0 - d.weight : d.weight * lobe.x, d.roughness * (0.5 / lobe.y));
 }
 
-// What the surface shows of itself along w. cholesky: of roughness / 2.
+// The visible area of the surface along w. cholesky: of roughness / 2.
 DirectionArea displaced_ggx_area(vec3 w, vec2 m, DisplacedGgx d, vec3 cholesky) {
     vec2 whitened = whitened_direction(w, cholesky);
     float meso = meso_area(w, m);

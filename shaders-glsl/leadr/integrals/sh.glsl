@@ -1,8 +1,9 @@
 #ifndef LEADR_SH_GLSL
 #define LEADR_SH_GLSL
 
-// Real spherical harmonics up to order 2 (Ramamoorthi & Hanrahan 2001), coefficients in the order
-// L00, L1-1, L10, L11, L2-2, L2-1, L20, L21, L22. Any one frame for directions and coefficients; here: the world.
+// Real spherical harmonics up to order 2 (Ramamoorthi & Hanrahan 2001), coefficients in the order L00, L1-1, L10, L11,
+// L2-2, L2-1, L20, L21, L22. Directions and coefficients may be in any frame as long as it is the same one; here it is the
+// world.
 
 float[9] sh_basis(vec3 d) {
     return float[9](0.28209479, 0.48860251 * d.y, 0.48860251 * d.z, 0.48860251 * d.x, 1.09254843 * d.x * d.y,
@@ -10,15 +11,16 @@ float[9] sh_basis(vec3 d) {
                     0.54627422 * (d.x * d.x - d.y * d.y));
 }
 
-// Adds a light from unit direction wi, of irradiance `irradiance` on a plane facing it (LEADR Algorithm 2; L00 there
-// is printed with itself on the right hand side, an erratum).
+// Adds a light from unit direction wi, of irradiance `irradiance` on a plane facing it (LEADR Algorithm 2, where by an
+// erratum L00 appears on both sides of its own equation).
 void sh_add_light(inout vec3 c[9], vec3 wi, vec3 irradiance) {
     float basis[9] = sh_basis(wi);
     for (int i = 0; i < 9; ++i) c[i] += basis[i] * irradiance;
 }
 
-// Irradiance from radiance coefficients c, averaged over normals of mean n and second moments diag = E[xx, yy, zz],
-// off = E[yz, xz, xy]: the cosine convolution A_l = pi, 2 pi/3, pi/4. Linear; the trace of diag is 1.
+// Irradiance from radiance coefficients c, averaged over normals with mean n and second moments diag = E[xx, yy, zz], off =
+// E[yz, xz, xy]. The cosine convolution is A_l = pi, 2 pi/3, pi/4. The result is linear in the moments; the trace of diag
+// is 1.
 vec3 sh_irradiance_moments(vec3 c[9], vec3 n, vec3 diag, vec3 off) {
     return 0.88622693 * c[0] + 1.02332671 * (c[3] * n.x + c[1] * n.y + c[2] * n.z)
          + 0.85808553 * (c[4] * off.z + c[7] * off.y + c[5] * off.x)
@@ -30,7 +32,7 @@ vec3 sh_irradiance(vec3 c[9], vec3 n) {
     return sh_irradiance_moments(c, n, n * n, n.yzx * n.zxy);
 }
 
-// The same for one light of unit irradiance, as a polynomial of the cosine: sh_irradiance after sh_add_light.
+// The same for one light of unit irradiance, as a polynomial of the cosine: equals sh_add_light followed by sh_irradiance.
 float sh_irradiance_light(float cosine) {
     return 0.09375 + cosine * (0.5 + 0.46875 * cosine);
 }

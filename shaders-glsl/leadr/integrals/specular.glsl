@@ -19,7 +19,8 @@ vec3 leadr_specular_directional(vec3 wo, vec3 wi, vec2 m, vec3 S, vec3 f0, bool 
     return fresnel_schlick(f0, dot(wi, wh)) * (0.25 * o.under * beckmann_ndf_over(wh, m, S, o.over));
 }
 
-// The same with any shadowing model, from the areas that o and i see: o once per pixel, shared by all lights.
+// The same with any shadowing model, from the areas seen along wo and wi: compute o once per pixel and share it between
+// lights.
 vec3 leadr_specular_light(int shadowing, DirectionArea o, DirectionArea i, vec3 wo, vec3 wi, vec2 m, vec3 S, vec3 f0) {
     vec3 h = wo + wi;
     vec3 wh = h * inversesqrt(max(dot(h, h), 1e-20));
@@ -40,7 +41,7 @@ vec3 leadr_specular_light(int shadowing, DirectionArea o, DirectionArea i, vec3 
 //            * textureLod(environment, from_frame(f, e.wi), env_lod_at(base, wo, e.wn)).rgb;
 //     norm += w;
 // The radiance is sum / max(norm, 1e-12). Dividing by norm is the masking term (supplement, eq. 10), so a constant
-// environment gives its own value exactly.
+// environment returns exactly its own value.
 
 struct EnvironmentSample {
     vec3 wi;    // reflected direction, unit, tangent frame (eq. 18)
@@ -58,15 +59,15 @@ EnvironmentSample environment_sample(vec3 wo, vec2 p, vec2 m, vec3 S) {
     return environment_sample_at(wo, slope_sample(p, m, S));
 }
 
-// Additive constants of env_lod, by where they come from.
+// Additive constants of env_lod, named by their source.
 const float LEADR_LOD_MATCHED = -0.5332;     // solid angle of the sample = mean solid angle of a cube texel
 const float LEADR_LOD_SUPPLEMENT = -1.48;    // supplement 3.5, its derivation
 const float LEADR_LOD_SUPPLEMENT_5 = 0.5;    // supplement 3.5, against banding with 5 x 5 nodes
 const float LEADR_LOD_SUPPLEMENT_32 = -0.5;  // the same with 32 x 32
 const float LEADR_LOD_ALGORITHM_1 = -1.8257; // supplement, simplified Algorithm 1: sqrt(alpha / 4 pi) textureSize
 
-// The part of env_lod that is the same for all samples of a pixel. size: texels per edge of the cube map; spacing: of the
-// samples in standard deviations; the larger deviation counts for both axes, as in the paper.
+// The part of env_lod that all samples of a pixel share. size: texels per edge of the cube map; spacing: distance of the
+// samples in standard deviations. As in the paper, the larger deviation is used for both axes.
 float env_lod_base(vec3 S, float spacing, float size, float constant) {
     return 0.5 * log2(max(max(S.x, S.y) * spacing * spacing, 1e-12)) + log2(size) + constant;
 }

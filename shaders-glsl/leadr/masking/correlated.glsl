@@ -3,22 +3,22 @@
 
 #include "../facets/projected_area.glsl"
 
-// Masking and shadowing that know how the directions of viewer and light are correlated:
+// Masking and shadowing that account for the correlation between the directions of viewer and light:
 //     G = 1 / (1 + max(Lambda_o, Lambda_i) + f min(Lambda_o, Lambda_i))
-// with f = 0 for equal azimuths (in the space where the surface is isotropic) and 1, Smith's form, for separate ones.
-// src/reflectance/masking/correlated.rs derives it. Once per pixel:
+// with f = 0 for equal azimuths (in the space where the surface is isotropic) rising to 1, Smith's form, for azimuths far
+// apart. src/reflectance/masking/correlated.rs derives it. Once per pixel:
 //     vec3 cholesky = slope_cholesky(S);
 //     DirectionArea o = direction_area(wo, m, cholesky);
 // and for each light:
 //     float lit = lit_fraction(shadowing, o, direction_area(wi, m, cholesky));
 
 // Shadowing models: which of the facets that the viewer sees are lit.
-const int LEADR_SHADOWING_NONE = 0;              // all: masking alone
+const int LEADR_SHADOWING_NONE = 0;              // all of them: masking alone
 const int LEADR_SHADOWING_SMITH = 1;             // LEADR eq. 13
 const int LEADR_SHADOWING_CORRELATED = 2;        // direction-correlated
-const int LEADR_SHADOWING_CORRELATED_SIMPLE = 3; // its simple form
+const int LEADR_SHADOWING_CORRELATED_SIMPLE = 3; // its simplified form
 
-// What a surface shows of itself in one direction.
+// How much of a surface is visible from one direction.
 struct DirectionArea {
     vec2 whitened; // p = C^T w.xy
     float spread;  // b = |p|
@@ -38,8 +38,8 @@ DirectionArea direction_area(vec3 w, vec2 m, vec3 cholesky) {
     return DirectionArea(whitened, spread, meso, max(meso, 0.0) + rough_area(meso, spread));
 }
 
-// The same, for one shadowing model: only the direction-correlated ones need the whitened direction, and the others get
-// what they need more cheaply from the covariance S itself.
+// The same for one shadowing model: only the direction-correlated ones need the whitened direction; the others compute
+// their areas more cheaply from the covariance S itself.
 DirectionArea area_for(int shadowing, vec3 w, vec2 m, vec3 S, vec3 cholesky) {
     if (shadowing >= LEADR_SHADOWING_CORRELATED) return direction_area(w, m, cholesky);
     float spread = slope_spread(w, S);
@@ -47,7 +47,7 @@ DirectionArea area_for(int shadowing, vec3 w, vec2 m, vec3 S, vec3 cholesky) {
     return DirectionArea(vec2(0.0), spread, meso, max(meso, 0.0) + rough_area(meso, spread));
 }
 
-// f, 0 for equal azimuths to 1. less, more: a_o a_i times the smaller and the larger Lambda; both: a_o a_i.
+// f, from 0 for equal azimuths to 1. less, more: a_o a_i times the smaller and the larger Lambda; both: a_o a_i.
 float decorrelation(vec2 po, vec2 pi, float both, float more, float less, bool simple) {
     float scale = inversesqrt(max(dot(po, po) * dot(pi, pi), 1e-36));
     float cosine = dot(po, pi) * scale;
@@ -60,8 +60,8 @@ float decorrelation(vec2 po, vec2 pi, float both, float more, float less, bool s
     return (t + 1e-9) / (t + half_width + 1e-9);
 }
 
-// G A_o / a_o, 0..1: the part of what the viewer sees that the light reaches. The weight of a light, or of a sample of an
-// environment, in a sum that is already normalised for masking.
+// G A_o / a_o, 0..1: the share of the visible area that is lit. It weights a light, or a sample of an environment, in a sum
+// that is already normalised for masking.
 float lit_fraction(int shadowing, DirectionArea o, DirectionArea i) {
     if (shadowing == LEADR_SHADOWING_NONE) return 1.0;
     float ao = max(o.meso, 0.0);

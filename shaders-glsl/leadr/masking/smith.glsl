@@ -5,26 +5,28 @@
 
 // Smith masking and shadowing of a noncentral Gaussian surface (LEADR eq. 13-15), without the poles of Lambda.
 
-// Lambda(w) of LEADR 4.3; where the paper has +infinity (a <= 0) a large finite value.
+// Lambda(w) of LEADR 4.3; a large finite value where the paper has +infinity (a <= 0).
 float smith_lambda(vec3 w, vec2 m, vec3 S) {
     float a = meso_area(w, m);
     return rough_area(a, slope_spread(w, S)) / max(a, LEADR_MIN_AREA);
 }
 
-// A visible area as a quotient of positive numbers (over at least MIN_AREA^2), at least MIN_AREA, for what is divided by it and by other things.
+// A visible area as a quotient of two positive numbers (the denominator is at least MIN_AREA^2). The area is at least
+// MIN_AREA. The quotient form lets callers that divide by the area and by other things combine the divisions.
 struct AreaQuotient {
     float over;
     float under;
 };
 
-// A = a/2 + sqrt(a^2/4 + b^2 K(t^2)), t = a/b, with K = h (h + |t|), h of rough_area: even in t, smooth in t^2, 1/(2 pi) at 0. K is
-// 1/P^8 with a polynomial P (a minimax fit of this project, 1.5e-6 relative to K as far as t = 4.7; beyond, all but a/2 is
-// less than 1e-6 b), so neither an exponential nor a division of its own. Below a = 0 the conjugate: nothing cancels.
+// A = a/2 + sqrt(a^2/4 + b^2 K(t^2)), t = a/b, with K = h (h + |t|), where h is that of rough_area: K is even in t, smooth
+// in t^2, and 1/(2 pi) at 0. K is 1/P^8 with a polynomial P (a minimax fit made for this project, relative error 1.5e-6 in
+// K up to t = 4.7; beyond, everything except a/2 is less than 1e-6 b), so it needs neither an exponential nor a division of
+// its own. Below a = 0 the conjugate form is used, so nothing cancels.
 AreaQuotient visible_area_quotient(vec3 w, vec2 m, vec3 S) {
     float a = meso_area(w, m);
     float b2 = max(slope_spread_squared(w, S), 1e-24);
     float s = min(a * a / b2, 22.09);
-    // By pairs: half as deep as nested.
+    // Evaluated in pairs, which halves the dependency chain of nested multiplication.
     float s2 = s * s;
     float p = (1.25826584 + 0.0897783514 * s) + s2 * ((0.00260910305 + 6.47612559e-5 * s)
             + s2 * ((8.69022102e-7 + 8.58237506e-9 * s) + s2 * 2.58387444e-10));
@@ -52,16 +54,16 @@ float masking_shadowing(vec3 wo, vec3 wi, vec2 m, vec3 S, bool shadowing) {
     return ai / max(ai * Ao + ao * rough_area(ai, slope_spread(wi, S)), 1e-30);
 }
 
-// shadowing_given_masking with what depends on the viewer alone computed outside the loop: ao = meso_area(wo, m),
-// Ao = visible_area(wo, m, S).
+// shadowing_given_masking with the viewer's part computed outside the loop: ao = meso_area(wo, m), Ao = visible_area(wo, m,
+// S).
 float shadowing_from_areas(float ao, float Ao, vec3 wi, vec2 m, vec3 S) {
     float ai = max(meso_area(wi, m), 0.0);
     float lit = ai * max(Ao, LEADR_MIN_AREA);
     return lit / max(lit + max(ao, 0.0) * rough_area(ai, slope_spread(wi, S)), 1e-30);
 }
 
-// (1 + Lambda_o) / (1 + Lambda_o + Lambda_i): the part of what the viewer sees that the light reaches, 0..1. The weight
-// of one sample (eq. 22) or one light (eq. 20) in a sum that is already normalised for masking. 1 without shadowing.
+// (1 + Lambda_o) / (1 + Lambda_o + Lambda_i): the share of the visible area that is lit, 0..1. It weights one sample (eq.
+// 22) or one light (eq. 20) in a sum that is already normalised for masking. 1 without shadowing.
 float shadowing_given_masking(vec3 wo, vec3 wi, vec2 m, vec3 S, bool shadowing) {
     return shadowing ? shadowing_from_areas(meso_area(wo, m), visible_area(wo, m, S), wi, m, S) : 1.0;
 }

@@ -3,14 +3,14 @@
 
 #include "packing.glsl"
 
-// The turn of the surface under a pixel as roughness, in slope space (Tokuyoshi & Kaplanyan 2019 and its supplement).
-// Kernels are covariances (s_xx, s_yy, s_xy). src/reflectance/slopes/geometric_antialiasing.rs relates the forms; the kernel of
-// the normal alone is add_macro_curvature.
+// The change of the surface's normal across a pixel, as roughness in slope space (Tokuyoshi & Kaplanyan 2019 and its
+// supplement). Kernels are covariances (s_xx, s_yy, s_xy). src/reflectance/slopes/geometric_antialiasing.rs relates the
+// forms; the kernel of the normal alone is add_macro_curvature.
 
-const float LEADR_PIXEL_VARIANCE = 0.25; // of the pixel filter, squared pixels
-const float LEADR_KERNEL_BOUND = 0.18;   // of the kernel's trace on the sphere, squared radians
+const float LEADR_PIXEL_VARIANCE = 0.25; // variance of the pixel filter, squared pixels
+const float LEADR_KERNEL_BOUND = 0.18;   // bound on the kernel's trace on the sphere, squared radians
 
-// Kernel at the half vector wh (tangent frame), dx and dy its differences to the neighbouring pixels.
+// Kernel at the half vector wh (tangent frame); dx and dy: its differences to the neighbouring pixels.
 vec3 half_vector_kernel(vec3 wh, vec3 dx, vec3 dy) {
     dx = clamp(dx, -1e3, 1e3);
     dy = clamp(dy, -1e3, 1e3);
@@ -25,7 +25,7 @@ vec3 half_vector_kernel(vec3 wh, vec3 dx, vec3 dy) {
     return clamp_covariance(scale * vec3(u * u + v * v, u.x * u.y + v.x * v.y));
 }
 
-// The kernel of the normal, carried to `slope`: (I + p p^T) K (I + p p^T), its second-order term at most a half.
+// The normal's kernel, moved to `slope`: (I + p p^T) K (I + p p^T), its second-order term limited to one half.
 vec3 tilt_kernel(vec3 kernel, vec2 slope) {
     vec3 p = vec3(slope * slope, slope.x * slope.y);
     kernel *= min(1.0, 0.25 / max(dot(p.xy, kernel.xy) + 2.0 * p.z * kernel.z, 1e-12));
@@ -36,7 +36,7 @@ vec3 tilt_kernel(vec3 kernel, vec2 slope) {
     return clamp_covariance(vec3(dot(u, ku), dot(v, kv), dot(u, kv)));
 }
 
-// Cheaper kernels that no direction of the full one exceeds.
+// Cheaper kernels that are at least as wide as the full one in every direction.
 vec3 axis_aligned_kernel(vec3 kernel) {
     return vec3(kernel.xy + abs(kernel.z), 0.0);
 }
@@ -44,13 +44,13 @@ vec3 isotropic_kernel(vec3 kernel) {
     return vec3(vec2(principal_variances(kernel).x), 0.0);
 }
 
-// The matrix with a determinant of at least tau, by its off-diagonal alone.
+// The matrix with its off-diagonal element reduced until the determinant is at least tau.
 vec3 clamp_determinant(vec3 A, float tau) {
     float c = sqrt(max(fma(A.x, A.y, -tau), 0.0));
     return vec3(A.xy, clamp(A.z, -c, c));
 }
 
-// Covariance of a Gaussian surface under the kernel, and roughness matrix of GGX under it (alpha^2 = 2 sigma^2).
+// Covariance of a Gaussian surface with the kernel added, and roughness matrix of GGX with it added (alpha^2 = 2 sigma^2).
 vec3 filter_covariance(vec3 S, vec3 kernel) {
     return clamp_determinant(S + kernel, max(fma(S.x, S.y, -S.z * S.z), 0.0));
 }
@@ -58,7 +58,8 @@ vec3 filter_roughness(vec3 A, vec3 kernel) {
     return clamp_determinant(A + 2.0 * kernel, max(fma(A.x, A.y, -A.z * A.z), 0.0));
 }
 
-// D(wh) of GGX with mean slope m and roughness matrix A, its determinant at least tau (supplement, 1); 0 for wh.z <= 0.
+// D(wh) of GGX with mean slope m and roughness matrix A whose determinant is raised to tau (supplement, 1); 0 for wh.z <=
+// 0.
 float ggx_ndf_clamped(vec3 wh, vec2 m, vec3 A, float tau) {
     if (wh.z <= 0.0) return 0.0;
     float det = max(fma(A.x, A.y, -A.z * A.z), max(tau, 1e-16));

@@ -5,24 +5,25 @@
 
 // The N x N grid of slopes over P22 (LEADR 5.1). N = 1 is the mean slope alone.
 
-// Half extent of the grid, in standard deviations: 0 for N = 1, then 0.3 (N + 1) up to 3 (1.8 at N = 5, the paper's).
+// Half extent of the grid in standard deviations: 0 for N = 1, then 0.3 (N + 1) up to 3 (1.8 at N = 5, as in the paper).
 float grid_lambda(int n) {
     return n <= 1 ? 0.0 : min(0.3 * float(n + 1), 3.0);
 }
 
-// Distance of neighbouring nodes, in standard deviations. For N = 1 the width of a box of the same variance, sqrt(12).
+// Distance between neighbouring nodes, in standard deviations. For N = 1: the width of a box of the same variance,
+// sqrt(12).
 float grid_spacing(int n, float lambda) {
     return n <= 1 ? 3.4641016 : 2.0 * lambda / float(n - 1);
 }
 
-// (p_j, p_k, weight) of node j, k in 0..N-1; the weights are not normalised: the estimators divide by their sum.
+// (p_j, p_k, weight) of node j, k in 0..N-1. The weights are not normalised: the estimators divide by their sum.
 vec3 grid_node(int j, int k, int n, float lambda) {
     if (n <= 1) return vec3(0.0, 0.0, 1.0);
     vec2 p = lambda * (2.0 * vec2(j, k) / float(n - 1) - 1.0);
     return vec3(p, exp(-0.5 * dot(p, p)));
 }
 
-// Lower Cholesky factor (c_xx, c_yx, c_yy) of the covariance: once per pixel.
+// Lower Cholesky factor (c_xx, c_yx, c_yy) of the covariance; compute it once per pixel.
 vec3 slope_cholesky(vec3 S) {
     vec2 sigma = sqrt(clamp(S.xy, 0.0, LEADR_MAX_SLOPE * LEADR_MAX_SLOPE));
     float r = slope_correlation(sigma, S.z);
@@ -34,7 +35,7 @@ vec2 slope_at(vec2 p, vec2 m, vec3 cholesky) {
     return m + vec2(cholesky.x * p.x, cholesky.y * p.x + cholesky.z * p.y);
 }
 
-// The same from the covariance.
+// The same, from the covariance.
 vec2 slope_sample(vec2 p, vec2 m, vec3 S) {
     return slope_at(p, m, slope_cholesky(S));
 }

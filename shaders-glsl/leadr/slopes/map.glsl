@@ -3,18 +3,18 @@
 
 #include "statistics.glsl"
 
-// From height derivatives per unit of texture coordinate to slopes in an orthonormal frame: LEADR eq. 12 for any
+// Converts height derivatives per unit of texture coordinate to slopes in an orthonormal frame: LEADR eq. 12 for any
 // parametrisation. A point of the surface is X + h N; write T = d(X)/ds + h d(N)/ds for the derivative of the offset
 // macrosurface. The normal (-slope, 1) is orthogonal to T + h_s N exactly when slope . T.xy = h_s + T.z (frame: z = N).
 
 struct SlopeMap {
     mat2 linear; // slope = linear * (h_s, h_t) + offset
-    vec2 offset; // slope of the offset macrosurface itself, which N need not be orthogonal to
+    vec2 offset; // slope of the offset macrosurface itself, which need not be orthogonal to N
 };
 
 // ts, tt: derivatives of the offset macrosurface by s and t; x, y, z: orthonormal frame, z the displacement direction.
-// Where the surface is edge-on to z the determinant is held at 1e-4 of the squared tangent lengths, its sign kept
-// (mirrored charts are negative): slopes there grow to a large finite value instead of infinity.
+// Where the surface is edge-on to z, the determinant is clamped to 1e-4 of the squared tangent lengths and keeps its sign
+// (mirrored charts are negative), so slopes grow to a large finite value instead of infinity.
 SlopeMap slope_map(vec3 ts, vec3 tt, vec3 x, vec3 y, vec3 z) {
     vec3 s = vec3(dot(ts, x), dot(ts, y), dot(ts, z));
     vec3 t = vec3(dot(tt, x), dot(tt, y), dot(tt, z));
@@ -27,13 +27,13 @@ SlopeMap slope_map(vec3 ts, vec3 tt, vec3 x, vec3 y, vec3 z) {
     return map;
 }
 
-// Mean slope in the frame, no longer than MAX_SLOPE. gradient: (E[h_s], E[h_t]).
+// Mean slope in the frame, its length clamped to MAX_SLOPE. gradient: (E[h_s], E[h_t]).
 vec2 map_mean_slope(SlopeMap map, vec2 gradient) {
     vec2 slope = clamp(map.linear * gradient + map.offset, -1e12, 1e12);
     return slope * min(1.0, LEADR_MAX_SLOPE * inversesqrt(max(dot(slope, slope), 1e-12)));
 }
 
-// Covariance in the frame: linear S linear^T (LEADR eq. 12), clamped to be usable.
+// Covariance in the frame: linear S linear^T (LEADR eq. 12), clamped to be usable (clamp_covariance).
 vec3 map_covariance(SlopeMap map, vec3 S) {
     return clamp_covariance(map_second_moments(map.linear, S));
 }

@@ -4,72 +4,72 @@
 #include "statistics.glsl"
 
 // The algebra of slope moments (LEADR 4.1-4.2; thesis 3.3 and 5.1). src/reflectance/slopes/moments.rs explains each.
-// Steep means cancel against small variances: for one surface per pixel prefer mean and covariance.
+// Subtracting the squares of steep means loses small variances: with one surface per pixel prefer mean and covariance.
 
 struct SlopeMoments {
     vec2 first;  // E[x], E[y]: the mean slope
     vec3 second; // E[x^2], E[y^2], E[xy]
 };
 
-// Of one slope sample.
+// Moments of one slope sample.
 SlopeMoments moments_of_slope(vec2 slope) {
     return SlopeMoments(slope, vec3(slope * slope, slope.x * slope.y));
 }
 
-// Slope of a normal of any length, no longer than MAX_SLOPE; below the horizon counts as level with it.
+// Slope of a normal of any length, clamped to MAX_SLOPE; a normal below the horizon counts as one on the horizon.
 vec2 slope_of_normal(vec3 n) {
     n *= inversesqrt(max(dot(n, n), 1e-30));
     vec2 slope = -n.xy / max(n.z, LEADR_MIN_NORMAL_Z);
     return slope * min(1.0, LEADR_MAX_SLOPE * inversesqrt(max(dot(slope, slope), 1e-12)));
 }
 
-// Of a sample of a normal map (thesis, listing 3.7).
+// Moments of one sample of a normal map (thesis, listing 3.7).
 SlopeMoments moments_of_normal(vec3 n) {
     return moments_of_slope(slope_of_normal(n));
 }
 
-// Central differences of the neighbours' heights at -s, +s, -t, +t; spacing: distance of two neighbouring texels.
+// Slope by central differences of the neighbours' heights at -s, +s, -t, +t; spacing: distance between neighbouring texels.
 vec2 slope_of_heights(vec4 heights, vec2 spacing) {
     return (heights.yw - heights.xz) / max(2.0 * spacing, 1e-12);
 }
 
-// Of the sum of two displacements whose slopes are independent (thesis 5.1, without the erratum of its listing).
+// Moments of the sum of two displacements whose slopes are independent (thesis 5.1, without the erratum of its listing).
 SlopeMoments add_moments(SlopeMoments a, SlopeMoments b) {
     vec3 mixed = vec3(2.0 * a.first * b.first, a.first.x * b.first.y + a.first.y * b.first.x);
     return SlopeMoments(a.first + b.first, a.second + b.second + mixed);
 }
 
-// Of heights multiplied by eta (LEADR 4.2, Height Scaling).
+// Moments of heights multiplied by eta (LEADR 4.2, Height Scaling).
 SlopeMoments scale_moments(SlopeMoments a, float eta) {
     return SlopeMoments(a.first * eta, a.second * (eta * eta));
 }
 
-// Of heights with a plane of slope `shear` added.
+// Moments of heights with a plane of slope `shear` added.
 SlopeMoments shear_moments(SlopeMoments a, vec2 shear) {
     return add_moments(a, moments_of_slope(shear));
 }
 
-// Of a Gaussian of mean slope m and covariance S (thesis eq. 3.5-3.9 with S = alpha^2 / 2).
+// Moments of a Gaussian of mean slope m and covariance S (thesis eq. 3.5-3.9 with S = alpha^2 / 2).
 SlopeMoments moments_of_distribution(vec2 m, vec3 S) {
     return shear_moments(SlopeMoments(vec2(0.0), S), m);
 }
 
-// Of a surface of which the part t is b and the rest a.
+// Moments of a surface of which the share t is b and the rest a.
 SlopeMoments mix_moments(SlopeMoments a, SlopeMoments b, float t) {
     return SlopeMoments(mix(a.first, b.first, t), mix(a.second, b.second, t));
 }
 
-// In the frame in which slopes are linear * (h_s, h_t) (LEADR eq. 12).
+// Moments in the frame in which slopes are linear * (h_s, h_t) (LEADR eq. 12).
 SlopeMoments map_moments(mat2 linear, SlopeMoments a) {
     return SlopeMoments(linear * a.first, map_second_moments(linear, a.second));
 }
 
-// With a base material of Beckmann roughness alpha on top, sigma^2 = alpha^2 / 2.
+// Moments with the Beckmann roughness alpha of a base material added, sigma^2 = alpha^2 / 2.
 SlopeMoments roughen_moments(SlopeMoments a, float alpha) {
     return SlopeMoments(a.first, a.second + vec3(vec2(0.5 * alpha * alpha), 0.0));
 }
 
-// Covariance of the slopes, clamped to be usable (LEADR eq. 9).
+// Covariance of the slopes, clamped to be usable (LEADR eq. 9; clamp_covariance).
 vec3 moments_covariance(SlopeMoments a) {
     return covariance_from_moments(a.first, a.second);
 }

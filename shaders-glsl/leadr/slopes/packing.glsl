@@ -3,8 +3,8 @@
 
 #include "moments.glsl"
 
-// What a texel stores of its slope moments: LEADR, LEAN and three forms of CLEAN. src/reflectance/slopes/packing.rs says
-// which form of CLEAN to take and proves the conservative one.
+// How a texel stores its slope moments: LEADR, LEAN and three forms of CLEAN. src/reflectance/slopes/packing.rs says which
+// form of CLEAN to choose and proves the conservative one.
 
 // Variances of S along its principal axes, the larger first.
 vec2 principal_variances(vec3 S) {
@@ -13,7 +13,7 @@ vec2 principal_variances(vec3 S) {
     return vec2(major, max(fma(S.x, S.y, -S.z * S.z), 0.0) / max(major, 1e-30));
 }
 
-// Larger principal variance of moments, its correlation not clamped.
+// Larger principal variance of the moments; their correlation is not clamped.
 float major_variance(SlopeMoments a) {
     vec2 v = max(vec2(fma(-a.first.x, a.first.x, a.second.x), fma(-a.first.y, a.first.y, a.second.y)), 0.0);
     return principal_variances(vec3(v, fma(-a.first.x, a.first.y, a.second.z))).x;
@@ -40,13 +40,14 @@ SlopeMoments unpack_lean(float p[5], float limit) {
     return SlopeMoments((vec2(p[0], p[1]) * 2.0 - 1.0) * limit, vec3(p[2], p[3], 2.0 * p[4] - 1.0) * (limit * limit));
 }
 
-// Largest error of a variance after pack_lean in fixed point of `levels` steps (255 for 8 bits).
+// Largest error of a variance after pack_lean in fixed point with `levels` steps (255 for 8 bits).
 float lean_error(float limit, float levels) {
     float q = 1.0 / levels;
     return (3.0 + q) * q * limit * limit;
 }
 
-// CLEAN: mean slope and one number. Baker's (thesis eq. 3.18), the thesis's larger radius, and the conservative form.
+// CLEAN: mean slope and one number, in three forms: Baker's (thesis eq. 3.18), the thesis's larger radius, and the
+// conservative one.
 vec3 pack_clean(SlopeMoments a) {
     return vec3(a.first, a.second.x + a.second.y);
 }
@@ -57,7 +58,7 @@ vec3 pack_clean_conservative(SlopeMoments a) {
     return vec3(a.first, dot(a.first, a.first) + major_variance(a));
 }
 
-// Isotropic covariance of the first two forms, and of the third.
+// Isotropic covariance from the first two forms, and from the third.
 vec3 clean_covariance(vec3 p) {
     return vec3(vec2(0.5 * max(fma(-p.x, p.x, fma(-p.y, p.y, p.z)), 0.0)), 0.0);
 }

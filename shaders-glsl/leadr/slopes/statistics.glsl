@@ -23,7 +23,7 @@ vec3 covariance_from_moments(vec2 first, vec3 second) {
                                  fma(-first.x, first.y, second.z)));
 }
 
-// linear S linear^T: second moments of slopes that are mapped by linear (LEADR eq. 12).
+// linear S linear^T: second moments of slopes transformed by linear (LEADR eq. 12).
 vec3 map_second_moments(mat2 linear, vec3 S) {
     vec2 u = vec2(linear[0].x, linear[1].x); // first row
     vec2 v = vec2(linear[0].y, linear[1].y);
@@ -42,9 +42,9 @@ vec3 add_roughness(vec3 S, float alpha) {
     return S + vec3(vec2(0.5 * alpha * alpha), 0.0);
 }
 
-// Adds the change of the macrosurface's own slope over the pixel, dx and dy its differences to the neighbouring pixels:
-// a Gaussian pixel filter of variance 0.25 in slope space (Tokuyoshi & Kaplanyan 2019). Their bound alpha^2 <= 0.18 per
-// isotropic kernel becomes a bound on the trace, so that creases and silhouettes do not turn matt.
+// Adds the change of the macrosurface's own slope across the pixel; dx and dy: its differences to the neighbouring pixels.
+// This is a Gaussian pixel filter of variance 0.25 in slope space (Tokuyoshi & Kaplanyan 2019). Their bound alpha^2 <= 0.18
+// per isotropic kernel becomes a bound on the trace, so that creases and silhouettes do not turn matt.
 vec3 add_macro_curvature(vec3 S, vec2 dx, vec2 dy) {
     dx = clamp(dx, -1e3, 1e3);
     dy = clamp(dy, -1e3, 1e3);

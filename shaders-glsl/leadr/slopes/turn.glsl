@@ -3,18 +3,18 @@
 
 #include "statistics.glsl"
 
-// Slope statistics of a surface seen from another frame than its own, to first order about its mean normal, and their
-// sum over surfaces. src/reflectance/slopes/turn.rs derives both.
+// Slope statistics of a surface expressed in another frame, to first order about its mean normal, and their sum over
+// several surfaces. src/reflectance/slopes/turn.rs derives both.
 
-// A part of a surface over a common plane.
+// One part of a surface over a common plane.
 struct SlopePart {
     vec2 mean;
     vec3 covariance;
-    float area; // on the plane
+    float area; // projected onto the plane
 };
 
-// Mean and covariance in the frame `turn` leads to (its columns are the old axes there), of a part whose own plane has
-// unit area. Normals that leave the new hemisphere are held above its horizon.
+// Mean and covariance in a new frame, of a part that has unit area on its own plane. `turn` leads to the new frame: its
+// columns are the old axes there. Normals that leave the new hemisphere are clamped above its horizon.
 SlopePart turn_slopes(mat3 turn, vec2 mean, vec3 S) {
     vec3 n = turn * vec3(-mean, 1.0);
     float z = max(n.z, 0.1 * length(n));
@@ -25,7 +25,7 @@ SlopePart turn_slopes(mat3 turn, vec2 mean, vec3 S) {
     return SlopePart(slope, map_second_moments(mat2(u, v), S), z);
 }
 
-// The union of two parts: moments add by area; written so that near means do not cancel.
+// The union of two parts: moments add in proportion to area. Written so that means close to each other do not cancel.
 SlopePart join_slopes(SlopePart a, SlopePart b) {
     float area = a.area + b.area;
     float t = area > 0.0 ? b.area / area : 0.0;

@@ -4,13 +4,13 @@
 #include "../integrals/diffuse.glsl"
 #include "slopes.glsl"
 
-// Diffuse reflection of the visible facets without a grid. With N = (-slope, 1) and n = N / |N|, what stands in the way of
-// closed forms is |N| alone. Its inverse is very nearly a sum of two or three exponentials of |N|^2, and an exponential of
-// |N|^2 times a Gaussian of slopes is another Gaussian of slopes, whose clamped moments are closed. The constants are a
-// least-squares fit (examples/11_fit_diffuse_terms.rs) over random surfaces; exact on flat ones.
-// terms: 2 (error 1.2e-3 rms of mean radiance) or 3 (2e-4); a constant, so that loops unroll.
+// Diffuse reflection of the visible facets without a grid. With N = (-slope, 1) and n = N / |N|, only the factor |N|
+// prevents closed forms. Its inverse is very nearly a sum of two or three exponentials of |N|^2, and an exponential of
+// |N|^2 times a Gaussian of slopes is another Gaussian of slopes, whose clamped moments have closed forms. The constants
+// are a least-squares fit (examples/11_fit_diffuse_terms.rs) over random surfaces; on flat ones the result is exact. terms:
+// 2 (error 1.2e-3 rms of mean radiance) or 3 (2e-4); pass a constant, so that loops unroll.
 
-// Rows: exponent, weight in 1/|N|, weight in 1/|N|^2 (of any scale), each a line in the relative spread of |N|^2.
+// Rows: exponent, weight in 1/|N|, weight in 1/|N|^2 (in any scale), each linear in the relative spread of |N|^2.
 vec4 visible_diffuse_exponent(int i, int terms) { // (exponent, its slope, weight of 1/|N|, its slope)
     const vec4 two[2] = vec4[2](vec4(0.22494464, -0.0331644, 1.06858219, -0.00712735),
                                 vec4(2.04868504, 0.81002255, 1.1378407, 0.80030971));
@@ -26,7 +26,7 @@ vec2 visible_diffuse_second(int i, int terms) { // (weight of 1/|N|^2, its slope
     return terms == 2 ? two[min(i, 1)] : three[i];
 }
 
-// Mean of |N|^2 and its standard deviation over its mean, for slopes of mean m and covariance S.
+// Mean of |N|^2, and its standard deviation divided by its mean, for slopes of mean m and covariance S.
 vec2 squared_normal_spread(vec2 m, vec3 S) {
     float mean = 1.0 + dot(m, m) + S.x + S.y;
     float variance = 4.0 * (S.x * m.x * m.x + S.y * m.y * m.y + 2.0 * S.z * m.x * m.y)
@@ -34,14 +34,14 @@ vec2 squared_normal_spread(vec2 m, vec3 S) {
     return vec2(mean, sqrt(max(variance, 0.0)) / mean);
 }
 
-// exp(-t |N|^2) P22(m, S): weight times a Gaussian of mean m and covariance S.
+// exp(-t |N|^2) P22(m, S), written as weight times a Gaussian of mean m and covariance S.
 struct SlopeGaussian {
     float weight;
     vec2 m;
     vec3 S;
 };
 
-// t >= 0. Exact.
+// For t >= 0; exact.
 SlopeGaussian damped_gaussian(vec2 m, vec3 S, float t) {
     float tt = 2.0 * t;
     float det = max(S.x * S.y - S.z * S.z, 0.0);
@@ -52,7 +52,7 @@ SlopeGaussian damped_gaussian(vec2 m, vec3 S, float t) {
     return SlopeGaussian(exp(-t * (1.0 + dot(m, mean))) * sqrt(per), mean, cov);
 }
 
-// E[max(0, x)] of a normal variable of mean a and standard deviation b: A(w) of its two areas.
+// E[max(0, x)] of a normal variable of mean a and standard deviation b. With a(w) and b(w) this is A(w).
 float clamped_mean(float a, float b) {
     return max(a, 0.0) + rough_area(a, b);
 }
@@ -76,7 +76,7 @@ NormalMoments visible_diffuse_moments(vec3 wo, vec2 m, vec3 S, int terms) {
         NormalRamp n = normal_ramp(a * per_b);
         vec2 axis = across * per_b;
         float area = b > 1e-18 ? b * n.ramp : max(a, 0.0);
-        // Over the clamped facet areas: E[1] = area, E[slope] = m area - across Phi, and so on.
+        // Integrals over the clamped facet areas: E[1] = area, E[slope] = m area - across Phi, and so on.
         vec2 slope = g.m * area - across * n.cdf;
         float c = g.weight * (e.z + e.w * spread.y);
         float d = g.weight * (second.x + second.y * spread.y);
@@ -86,15 +86,15 @@ NormalMoments visible_diffuse_moments(vec3 wo, vec2 m, vec3 S, int terms) {
         diag += d * vec3(g.m * twice + g.S.xy * area + axis * axis * bend, area);
         off += d * vec3(-slope.yx, g.m.x * slope.y - across.x * g.m.y * n.cdf + g.S.z * area + axis.x * axis.y * bend);
     }
-    // The first moments are per visible area; the second have trace one.
+    // The first moments are divided by the visible area; the second are scaled to trace one.
     float second_scale = 1.0 / max(diag.x + diag.y + diag.z, 1e-30);
     float area = max(clamped_mean(ao, slope_spread(wo, S)), 1e-30);
     return NormalMoments(first / (area * sqrt(spread.x)), diag * second_scale, off * second_scale);
 }
 
-// E[max(0, x) max(0, y)] of two normal variables of means ax, ay, standard deviations bx, by and covariance k, by
-// Plackett's identity: the second derivative by the correlation is the bivariate density at 0, integrated by a
-// Gauss-Jacobi rule.
+// E[max(0, x) max(0, y)] of two normal variables with means ax, ay, standard deviations bx, by and covariance k, by
+// Plackett's identity: the second derivative with respect to the correlation is the bivariate density at 0, which a
+// Gauss-Jacobi rule integrates.
 float clamped_product(float ax, float bx, float ay, float by, float k) {
     float px = 1.0 / max(bx, 1e-18), py = 1.0 / max(by, 1e-18);
     float x = ax * px, y = ay * py;
@@ -102,7 +102,7 @@ float clamped_product(float ax, float bx, float ay, float by, float k) {
     float area_x = bx > 1e-18 ? bx * nx.ramp : max(ax, 0.0);
     float area_y = by > 1e-18 ? by * ny.ramp : max(ay, 0.0);
     float r = clamp(k * px * py, -1.0, 1.0);
-    // Beyond 13 deviations the density is 0 in 32 bits.
+    // Beyond 13 standard deviations the density is 0 in 32 bits.
     x = clamp(x, -13.0, 13.0);
     y = clamp(y, -13.0, 13.0);
     const vec2 at = vec2(0.15505103, 0.64494897), weight = vec2(0.05061786, 0.02895961); // over 2 pi

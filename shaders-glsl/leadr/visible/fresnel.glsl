@@ -4,9 +4,10 @@
 #include "../facets/fresnel.glsl"
 #include "slopes.glsl"
 
-// Mean Fresnel reflectance of the facets that wo sees: the share that never reaches the diffuse surface below. Schlick's fifth power
-// of a normal variable of the mean and the variance that the cosine has to second order about the mean visible facet,
-// along the slope that is seen; what lies across it only lengthens N. S: usable (clamp_covariance). src/reflectance/visible/fresnel.rs derives it.
+// Mean Fresnel reflectance of the facets visible from wo: the share of light that never reaches the diffuse surface below.
+// The cosine is approximated by a normal variable, with mean and variance to second order about the mean visible facet
+// along the slope seen by the viewer, and Schlick's fifth power is averaged over it; the slope across only lengthens N. S:
+// usable (clamp_covariance). src/reflectance/visible/fresnel.rs derives it.
 vec3 visible_fresnel(vec3 wo, vec2 m, vec3 S, vec3 f0) {
     vec2 across = vec2(S.x * wo.x + S.z * wo.y, S.z * wo.x + S.y * wo.y);
     float b2 = max(dot(across, wo.xy), 0.0);
@@ -20,7 +21,7 @@ vec3 visible_fresnel(vec3 wo, vec2 m, vec3 S, vec3 f0) {
     vec2 slope = m - axis * lean;
     float stretch = dot(axis, axis);
     float per = inversesqrt(1.0 + dot(slope, slope) + max(S.x + S.y - stretch, 0.0));
-    // Along d deviations of the slope that is seen: cosine = (facet - b d) / |N|.
+    // At d standard deviations of the slope seen by the viewer: cosine = (facet - b d) / |N|.
     float cosine = (a + b * lean) * per;
     float loss = b * per;
     float turn = dot(slope, axis) * per * per;

@@ -6,12 +6,13 @@
 #include "../integrals/sh.glsl"
 #include "../slopes/grid.glsl"
 
-// Diffuse environments with the shadows that the surface throws on itself, one irradiance lookup; src/reflectance/visible/shadowed_environment.rs derives it.
+// Diffuse environments with the shadows that the surface casts on itself, from one irradiance lookup;
+// src/reflectance/visible/shadowed_environment.rs derives it.
 
-// What the viewer sees of the mesosurface.
+// How the visible part of the mesosurface is tilted.
 struct VisibleTilt {
-    vec2 shift;  // mean slope of what is seen, minus the mean slope; exact
-    float front; // a / A, 0..1; 0 for a mesosurface that is turned away
+    vec2 shift;  // mean of the visible slopes minus the mean slope; exact
+    float front; // a / A, 0..1; 0 for a mesosurface that faces away
 };
 
 // -S wo.xy Phi(t) / A with t = a / b, A = b (t Phi(t) + phi(t)).
@@ -23,9 +24,9 @@ VisibleTilt visible_tilt(vec3 wo, vec2 m, vec3 S) {
     return VisibleTilt(clamp(across * (-line.lean * per_b), -1e3, 1e3), line.front);
 }
 
-// What a shadowed diffuse surface shows of an environment.
+// The part of an environment that a shadowed diffuse surface receives.
 struct BentNormal {
-    vec3 normal; // unit, tangent frame: where to look the irradiance up
+    vec3 normal; // unit, tangent frame: the direction of the irradiance lookup
     float open;  // factor of that irradiance, 0..1
 };
 

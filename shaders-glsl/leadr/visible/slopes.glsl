@@ -4,18 +4,18 @@
 #include "../facets/projected_area.glsl"
 #include "../slopes/statistics.glsl"
 
-// The slopes that a viewer sees on a Gaussian surface, in closed form. Along u, the slope seen along wo in standard
-// deviations, their density is a clamped line times a normal density; across it they stay Gaussian.
+// The slopes that a viewer sees on a Gaussian surface, in closed form. Along u, the slope in the direction of wo in
+// standard deviations, their density is a clamped line times a normal density; across u they stay Gaussian.
 
-// How far behind its own silhouette a mesosurface may turn, in units of slope_spread: beyond, next to nothing of it is
-// visible (0.8 % of slope_spread) and it is tilted back (face_viewer).
+// How far a mesosurface may turn behind its own silhouette, in units of slope_spread. Beyond that almost none of it is
+// visible (0.8 % of slope_spread), and it is tilted back (face_viewer).
 const float LEADR_VISIBLE_TAIL = 2.0;
 
 struct VisibleSlopes {
-    vec2 m;         // mean slope, tilted back if need be
+    vec2 m;         // mean slope, tilted back where necessary
     vec3 S;         // covariance of the slopes, bounded
     float a;        // projected area of the mesosurface
-    float b;        // spread of the slope seen along wo
+    float b;        // spread of the slope along wo
     float area;     // visible area, > 0
     vec2 axis;      // change of slope per unit of u; u = wo.xy . (slope - m) / b
     float shift;    // minus the mean of u over the visible facets, >= 0
@@ -26,12 +26,12 @@ struct VisibleSlopes {
     float third;    // third central moment of u over the visible facets, <= 0
 };
 
-// Projected area of a mesosurface that has been tilted by at most LEADR_VISIBLE_TAIL; m: mean slope before that.
+// Projected area of a mesosurface after tilting it back to LEADR_VISIBLE_TAIL; m: mean slope before that.
 float tilted_area(vec3 wo, vec2 m, float b) {
     return max(meso_area(wo, m), 1e-3 - LEADR_VISIBLE_TAIL * b);
 }
 
-// S: slope covariance, anything. Exact moments of the density P22 max(0, a - b u) / A.
+// S: slope covariance, any value. Exact moments of the density P22 max(0, a - b u) / A.
 VisibleSlopes visible_slopes(vec3 wo, vec2 m, vec3 S) {
     VisibleSlopes v;
     v.S = clamp_covariance(S);
@@ -46,7 +46,7 @@ VisibleSlopes visible_slopes(vec3 wo, vec2 m, vec3 S) {
     v.area = v.b > 1e-18 ? v.b * n.ramp : max(v.a, 0.0);
     float per_ramp = 1.0 / n.ramp;
     v.shift = n.cdf * per_ramp;
-    float excess = n.pdf * per_ramp; // its second moment less one
+    float excess = n.pdf * per_ramp; // its second moment minus one
     v.variance = clamp(1.0 + excess - v.shift * v.shift, 0.02, 1.0);
     v.third = min(nu * excess - 3.0 * v.shift + v.shift * (3.0 + 3.0 * excess - 2.0 * v.shift * v.shift), 0.0);
     v.mean = v.m - v.axis * v.shift;

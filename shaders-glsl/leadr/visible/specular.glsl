@@ -5,10 +5,11 @@
 #include "../slopes/grid.glsl"
 #include "slopes.glsl"
 
-// Specular reflection of an environment by a few probes among the visible slopes: nodes on rings in the plane of two standard
-// normals, carried to the surface by the covariance of its slopes and, along the view azimuth, by the moments of those
-// that are seen. Each probe covers the solid angle that its node stands for; weights sum to one, so there is no division, and
-// a constant environment gives its own value. src/reflectance/visible/specular.rs derives it. Once per pixel
+// Specular reflection of an environment by a few probes among the visible slopes. The nodes lie on rings in the plane of
+// two standard normals; the covariance of the surface's slopes and, along the view azimuth, the moments of the visible
+// slopes map them to the surface. Each probe covers the solid angle that its node represents. Weights sum to one, so there
+// is no division, and a constant environment returns its own value. src/reflectance/visible/specular.rs derives it. Once
+// per pixel
 //     VisibleProbes probes = visible_probes(wo, m, S);
 // and for i in 0..n-1, n = 5, 9 or 16
 //     VisibleProbe p = visible_probe(probes, wo, probe_node(n, i, probes.wide));
@@ -17,7 +18,7 @@
 //     fresnel += f;                                             // the visible facets' mean
 // Shadows: shadowed_specular.glsl.
 
-// Place in standard deviations, weight, measure of what the probe covers.
+// Place in standard deviations, weight, measure of the area that the probe covers.
 const vec4 LEADR_PROBE_NODES[30] = vec4[](
     vec4(0.0000000, 0.0000000, 0.331413372, 0.1653),
     vec4(1.5346768, 0.6311698, 0.167146657, 0.3691),
@@ -51,14 +52,14 @@ const vec4 LEADR_PROBE_NODES[30] = vec4[](
     vec4(1.9390105, -0.3347858, 0.041047948, 0.1309)
 );
 
-// What becomes of the three rings of 16 nodes in the limit of wide lobes: radius in units of itself, weight, measure.
+// How the three rings of 16 nodes change in the limit of wide lobes: factor of the radius, weight, measure.
 const vec3 LEADR_WIDE_RINGS[3] = vec3[](
     vec3(1.0000, 0.0867223, 0.0428),
     vec3(0.8826, 0.0717759, 0.0566),
     vec3(0.9257, 0.0536247, 0.2443)
 );
 
-// Variance of slopes, of both axes together, up to which a lobe counts as narrow, and how much more makes it wide by half.
+// Slope variance, summed over both axes, up to which a lobe counts as narrow, and the excess that makes it half wide.
 const float LEADR_WIDE_FROM = 0.25;
 const float LEADR_WIDE_HALF = 0.25;
 
@@ -70,13 +71,13 @@ float wide_lobe(vec3 S) {
 
 struct ProbeNode {
     vec2 place;   // in units of `radius` standard deviations
-    float radius; // the same for a ring, as weight and cover are
+    float radius; // equal for all nodes of a ring, like weight and cover
     float weight;
-    float cover;  // measure of what its probe covers
+    float cover;  // measure of the area that its probe covers
 };
 
-// Node i of the rule of n probes, or of the next greater number that exists, for a lobe that is `wide`. Where i is known to
-// the compiler, places are constants, and the rest is computed once per ring.
+// Node i of the rule of n probes, or of the next larger rule that exists, for a lobe that is `wide`. Where the compiler
+// knows i, places are constants, and the rest is computed once per ring.
 ProbeNode probe_node(int n, int i, float wide) {
     vec4 node = LEADR_PROBE_NODES[i + (n <= 5 ? 0 : n <= 9 ? 5 : 14)];
     if (n <= 9) return ProbeNode(node.xy, 1.0, node.z, node.w);
@@ -86,20 +87,20 @@ ProbeNode probe_node(int n, int i, float wide) {
 }
 
 const float LEADR_NODE_VARIANCE = 0.95;
-// Of the variance along a footprint that is much longer than wide: added to the solid angle of its probes.
+// Share of the variance along a very elongated footprint that is added to the solid angle of its probes.
 const float LEADR_LONG_FOOTPRINT = 0.02;
 
-// What the probes of a pixel share.
+// Quantities that the probes of a pixel share.
 struct VisibleProbes {
     vec2 m;        // mean slope of all facets
     vec3 cholesky; // of their covariance
     vec2 axis;     // change of slope per standard deviation along the view azimuth
     vec2 azimuth;  // x = azimuth . C p
     vec3 along;    // mean, deviation and skewness of the visible slopes along it
-    vec2 facet;    // projected area of the mesosurface, and what it loses per unit of t
+    vec2 facet;    // projected area of the mesosurface, and how much of it is lost per unit of t
     float area;    // visible area A(wo)
     float cover;   // solid angle per a exp((t^2 - x^2)/2) / |N|^4
-    float least;   // least solid angle of a probe, added to every one
+    float least;   // smallest solid angle of a probe, added to every one
     float wide;    // how wide the lobe is
 };
 
@@ -121,7 +122,7 @@ VisibleProbes visible_probes(vec3 wo, vec2 m, vec3 S) {
     vec2 p = wo.xy + s * (v.facet * per);
     float q = v.facet * v.facet * per;
     vec3 metric = 4.0 * per * vec3(p * p + q * (1.0 - s * s * per), p.x * p.y - q * s.x * s.y * per);
-    // Of the footprint's variances l1 and l2 along its axes: (l1 - l2)^2 / (l1 + l2).
+    // With the footprint's variances l1 and l2 along its axes: (l1 - l2)^2 / (l1 + l2).
     float trace = v.cov.x * metric.x + v.cov.y * metric.y + 2.0 * v.cov.z * metric.z;
     float jacobian = 4.0 * v.facet * per * per;
     float det = max(v.cov.x * v.cov.y - v.cov.z * v.cov.z, 0.0) * jacobian * jacobian;
@@ -135,7 +136,7 @@ struct VisibleProbe {
     vec3 wi;           // reflected direction, unit, tangent frame
     float cosine;      // wo . wn, 0..1
     float weight;
-    float solid_angle; // to look up, in steradians
+    float solid_angle; // footprint of the lookup, in steradians
 };
 
 VisibleProbe visible_probe(VisibleProbes probes, vec3 wo, ProbeNode node) {
@@ -154,7 +155,7 @@ VisibleProbe visible_probe(VisibleProbes probes, vec3 wo, ProbeNode node) {
     return p;
 }
 
-// Level of detail whose texels are as large as this solid angle on average. size: texels per edge of the cube map.
+// Level of detail whose texels have this solid angle on average. size: texels per edge of the cube map.
 float solid_angle_lod(float solid_angle, float size) {
     return 0.5 * log2(max(solid_angle, 1e-12) * 0.477464829) + log2(size);
 }

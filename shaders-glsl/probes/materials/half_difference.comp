@@ -15,7 +15,7 @@ void main() {
     half_difference_to_directions(p, o, i);
     put(o);
     put(i);
-    // The arguments as half and difference.
+    // The arguments read as half and difference vectors.
     half_difference_to_directions(HalfDifference(wo, wi), o, i);
     put(o);
     put(i);

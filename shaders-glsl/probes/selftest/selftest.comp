@@ -1,5 +1,5 @@
 #version 460
-// The probe convention's own test: y = 2 x.
+// Tests the probe convention itself: y = 2 x.
 layout(local_size_x = 64) in;
 layout(std430) readonly buffer In { float x[]; };
 layout(std430) writeonly buffer Out { float y[]; };

@@ -1,5 +1,5 @@
 #version 460
-// Calls a texture what selftest.vert calls a buffer.
+// Declares a texture with the name that selftest.vert gives to a buffer.
 uniform sampler2D Corners;
 layout(location = 0) out vec4 target;
 

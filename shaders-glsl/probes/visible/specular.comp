@@ -28,7 +28,7 @@ void main() {
     put(fresnel);
     put(cosine);
     put(lod);
-    // The last one itself.
+    // The last probe itself.
     put((p.slope - m) * unit);
     put(p.wi);
     put(probes.area);

@@ -1,4 +1,4 @@
-//! The air: what it scatters and absorbs, and the integrals along rays through it. [`super::sky`] makes a sky of them;
+//! The air: what it scatters and absorbs, and the integrals along rays through it. [`super::sky`] builds the sky from them;
 //! `shaders-glsl/passes/light/sky.glsl` and `sky_tables.comp` are the same in 32 bits.
 //!
 //! Altitudes and lengths in km; `mu` is a cosine to the zenith, `nu` a cosine to the sun.
@@ -15,8 +15,8 @@ use super::constants::{
 /// Vertical optical thickness of air at 550 nm, the unit of turbidity.
 pub(super) const AIR_THICKNESS: f64 = AIR.y * AIR_HEIGHT;
 
-/// Altitude after `t` km from altitude `h` along a ray with zenith cosine `mu`, km; written without the difference of
-/// two radii, which in 32 bits would leave half a metre.
+/// Altitude after `t` km along a ray that starts at altitude `h` with zenith cosine `mu`, km. Written without the
+/// difference of two radii, which in 32 bits would be half a metre off.
 fn altitude_along(h: f64, mu: f64, t: f64) -> f64 {
     let r = EARTH + h;
     let excess = h * (2.0 * EARTH + h) + t * t + 2.0 * r * t * mu;
@@ -40,7 +40,7 @@ fn distance_to_ground(h: f64, mu: f64) -> f64 {
     if mu >= 0.0 || discriminant < 0.0 { -1.0 } else { gap / (discriminant.sqrt() - r * mu) }
 }
 
-/// Densities of air, aerosol and ozone at an altitude, relative to where their coefficients are given.
+/// Densities of air, aerosol and ozone at an altitude, relative to the altitude where their coefficients are given.
 fn densities(h: f64) -> DVec3 {
     let h = h.max(0.0);
     let ozone = (1.0 - (h - OZONE_CENTRE).abs() / OZONE_HALF_WIDTH).max(0.0);
@@ -65,7 +65,8 @@ fn share_within(x: DVec3) -> DVec3 {
     DVec3::new(one(x.x), one(x.y), one(x.z))
 }
 
-/// What share of the sun's light arrives at altitude `h` when its zenith cosine is `mu`: air, and the setting disk.
+/// The share of the sun's light that reaches altitude `h` when its zenith cosine is `mu`: attenuation by the air, and the
+/// setting disk.
 pub(super) fn sun_transmittance(h: f64, mu: f64, haze: f64) -> DVec3 {
     let ratio = EARTH / (EARTH + h);
     let horizon = -(1.0 - ratio * ratio).max(0.0).sqrt();
@@ -89,12 +90,13 @@ pub(super) fn sun_transmittance(h: f64, mu: f64, haze: f64) -> DVec3 {
 pub(super) struct Scattered {
     pub(super) air: DVec3,
     pub(super) haze: DVec3,
-    /// Light scattered more than once (view rays), or the share of isotropic light scattered (multiple scattering).
+    /// Light scattered more than once (view rays), or the share of isotropic light that is scattered (multiple scattering).
     pub(super) multiple: DVec3,
     pub(super) transmittance: DVec3,
 }
 
-/// Marches from altitude `h` over `length` km. `mu`: zenith cosine of the ray, `mu_sun`: of the sun, `nu`: between them.
+/// Marches from altitude `h` over `length` km. `mu`: zenith cosine of the ray; `mu_sun`: that of the sun; `nu`: cosine
+/// between them.
 pub(super) fn march(
     h: f64,
     mu: f64,
@@ -107,7 +109,7 @@ pub(super) fn march(
     let mut sum = Scattered { transmittance: DVec3::ONE, ..Scattered::default() };
     let r = EARTH + h;
     for i in 0..VIEW_STEPS {
-        // t = length·s², the step's ends at s = i/n: the mean density is taken at its middle
+        // t = length·s², a step ends at s = i/n: the mean density is taken at its middle
         let (s0, s1) = (i as f64 / VIEW_STEPS as f64, (i as f64 + 1.0) / VIEW_STEPS as f64);
         let (t0, t1) = (length * s0 * s0, length * s1 * s1);
         let (t, dt) = (0.5 * (t0 + t1), t1 - t0);
@@ -141,8 +143,8 @@ pub(super) fn phase_of_haze(nu: f64) -> f64 {
     3.0 / (8.0 * PI) * (1.0 - g2) * (1.0 + nu * nu) / ((2.0 + g2) * base * base.sqrt())
 }
 
-/// Isotropic radiance of all orders above the first at an altitude: second order over one minus the share of light
-/// that each further order keeps (Hillaire 2020, eq. 5–10).
+/// Isotropic radiance of all orders above the first at an altitude: the second order divided by one minus the share of
+/// light that each further order keeps (Hillaire 2020, eq. 5–10).
 pub(super) fn multiple_at(h: f64, mu_sun: f64, haze: f64, albedo: DVec3) -> DVec3 {
     let mut second = DVec3::ZERO;
     let mut kept = DVec3::ZERO;
@@ -176,7 +178,8 @@ mod tests {
 
     #[test]
     fn optical_depths_match_closed_forms_and_fine_integration() {
-        // straight up, an exponential atmosphere has its scale height as depth (and the ozone tent its half width)
+        // straight up, the optical depth of an exponential atmosphere is its scale height (and that of the ozone tent half
+        // its width)
         let depth = |n: usize, h: f64, mu: f64| {
             let length = distance_to_top(h, mu);
             (0..n).fold(DVec3::ZERO, |sum, i| {

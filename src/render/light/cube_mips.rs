@@ -1,4 +1,4 @@
-//! The cube mip pass: every level of a float cube map from its finest, by means weighted by solid angle.
+//! The cube mip pass: makes every level of a float cube map from its finest, by means weighted by solid angle.
 
 use std::sync::Arc;
 
@@ -18,8 +18,8 @@ impl CubeMips {
         Ok(Self { pipeline: ComputePipeline::new(gpu, "passes/light/cube_mips.comp", &[], &[])? })
     }
 
-    /// Fills `levels[1..]` from `levels[0]`, just written by a compute pass. They are array views of the single mips
-    /// of an RGBA32F cube whose size is a power of two, in [`Use::ComputeReadWrite`].
+    /// Fills `levels[1..]` from `levels[0]`, which a compute pass has just written. The levels are array views of the
+    /// single mips of an RGBA32F cube whose size is a power of two, in [`Use::ComputeReadWrite`].
     pub fn record(&self, cmd: &mut Commands, levels: &[ImageView]) {
         for pair in levels.windows(2) {
             let [width, height] = pair[1].extent();

@@ -1,9 +1,9 @@
 //! The environment: a cube map of radiance with all mips, from an equirectangular image or from the analytic sky.
 //!
-//! The texels are RGBA32F. Measured environments hold suns beyond 65504, which half floats would turn into infinity or
-//! cut, and 256² faces with mips take 8 MiB, so there is nothing to gain from 16 bits. Alpha is 1.
+//! The texels are RGBA32F: measured environments hold suns brighter than 65504, which half floats would clamp or turn into
+//! infinity, and 256² faces with mips take only 8 MiB, so 16 bits would gain nothing. Alpha is 1.
 //!
-//! Directions are world directions (z up), used as they are with a cube sampler; faces in Vulkan's order.
+//! Directions are world directions (z up), used directly with a cube sampler; faces are in Vulkan's order.
 
 use std::sync::Arc;
 
@@ -32,10 +32,10 @@ pub struct Environment {
 }
 
 impl Environment {
-    /// Default edge of a face in texels: 0.35° a texel, as a 1024-texel panorama.
+    /// Default edge of a face in texels: 0.35° per texel, as in a 1024-texel panorama.
     pub const FACE_SIZE: u32 = 256;
 
-    /// The analytic sky. The cube is filled before it returns.
+    /// The analytic sky; the cube is filled before this returns.
     ///
     /// # Errors
     /// [`GpuError::Usage`] unless `face_size` is a power of two; [`GpuError::Allocation`]; a failed submission.
@@ -46,8 +46,8 @@ impl Environment {
         Ok(environment)
     }
 
-    /// An equirectangular panorama: its top row is +z, its centre +x, its columns run clockwise seen from above. Its texels
-    /// must be finite, as the loaders of `maps` give them. A sun in it stays in it, however bright.
+    /// An equirectangular panorama: its top row is +z, its centre +x, and its columns run clockwise seen from above. Its
+    /// texels must be finite, as the loaders of `maps` guarantee. A sun in the image stays in the cube, however bright.
     ///
     /// # Errors
     /// As [`from_sky`](Self::from_sky).
@@ -76,9 +76,9 @@ impl Environment {
         Ok(Self { cube, levels, mips: CubeMips::new(gpu)?, sampler, source })
     }
 
-    /// Records the sky's pass and the mips if `sky` differs from what the cube shows, and nothing otherwise; call it
-    /// every frame. Returns whether it recorded. The cube counts as showing `sky` from here on, so the commands must
-    /// be submitted. An environment made from an image ignores it.
+    /// Records the sky pass and the mips if `sky` differs from what the cube shows, and nothing otherwise; call it every
+    /// frame. Returns whether it recorded. The cube counts as showing `sky` from here on, so the commands must be
+    /// submitted. An environment made from an image ignores the call.
     #[doc(hidden)]
     pub fn update_sky(&mut self, cmd: &mut Commands, sky: &Sky) -> bool {
         let moved = self.begin_sky(cmd, sky);
@@ -88,7 +88,7 @@ impl Environment {
         moved
     }
 
-    /// The first half of [`update_sky`](Self::update_sky), the finest level: where it returns true, record
+    /// The first half of [`update_sky`](Self::update_sky), the finest level. Where it returns true, record
     /// [`make_mips`](Self::make_mips) before the cube is read.
     #[doc(hidden)]
     pub fn begin_sky(&mut self, cmd: &mut Commands, sky: &Sky) -> bool {
@@ -102,14 +102,14 @@ impl Environment {
         true
     }
 
-    /// The second half: the mips from the finest level.
+    /// The second half: makes the mips from the finest level.
     #[doc(hidden)]
     pub fn make_mips(&self, cmd: &mut Commands) {
         self.mips.record(cmd, &self.levels);
         cmd.transition(&self.cube, Use::Sampled);
     }
 
-    /// Overwrites the finest level by `record`.
+    /// Overwrites the finest level with what `record` writes.
     fn begin(&self, cmd: &mut Commands, record: impl FnOnce(&mut Commands, &ImageView)) {
         // the old content is not needed, but its readers must be done
         cmd.image_barrier(&self.cube, Use::Undefined, Use::ComputeReadWrite);
@@ -130,7 +130,7 @@ impl Environment {
         &self.cube
     }
 
-    /// Trilinear, seamless.
+    /// The cube's sampler: trilinear and seamless.
     #[doc(hidden)]
     #[must_use]
     pub fn sampler(&self) -> &Sampler {
@@ -144,7 +144,7 @@ impl Environment {
         &self.levels[(mip as usize).min(self.levels.len() - 1)]
     }
 
-    /// Mip levels, down to 1².
+    /// Number of mip levels, down to 1².
     #[doc(hidden)]
     #[must_use]
     pub fn levels(&self) -> u32 {

@@ -1,11 +1,11 @@
-//! The equirect pass: an equirectangular image becomes the faces of a cube map.
+//! The equirect pass: turns an equirectangular image into the faces of a cube map.
 //!
 //! Convention, world z up: row 0 of the image lies at +z, its centre looks along +x, and columns run clockwise seen
 //! from above (to the right of a viewer): `u = ½ − atan2(y, x)/2π`, `v = θ/π`.
 //!
-//! A sun one pixel wide must keep its power. So the image is first brought, in 64 bits and weighted by solid angle, to
-//! a size that the cube can hold, with texels about square on the sphere even near the poles; then every cube texel
-//! averages at least four samples per image texel and axis, weighted by solid angle.
+//! A sun one pixel wide must keep its power. The image is therefore first resampled, in 64 bits and weighted by solid
+//! angle, to a size that the cube can hold, with texels about square on the sphere even near the poles. Then every cube
+//! texel averages at least four samples per image texel and axis, weighted by solid angle.
 
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -16,13 +16,13 @@ use crate::gpu::{
 };
 use crate::maps::RgbImage;
 
-/// Widest equirectangular image worth sampling for cube faces this wide; the sampler's footprint stays bounded.
+/// Widest equirectangular image worth sampling for cube faces of this size; it bounds the sampler's footprint.
 fn widest(face_size: u32) -> u32 {
     (8 * face_size).max(8)
 }
 
-/// The image as the pass reads it: at most eight cube faces wide, RGBA with alpha 1, rows near the poles smoothed to
-/// texels about square on the sphere. Every row keeps its power, whatever its texels (64-bit sums).
+/// The image as the pass reads it: at most eight cube faces wide, RGBA with alpha 1, rows near the poles smoothed to texels
+/// about square on the sphere. Every row keeps its power, whatever its texels hold (sums are 64-bit).
 #[must_use]
 pub fn prepare(image: &RgbImage, face_size: u32) -> (u32, u32, Vec<[f32; 4]>) {
     let (w, h) = (image.width.min(widest(face_size)), image.height.min(widest(face_size) / 2));
@@ -48,7 +48,7 @@ pub fn prepare(image: &RgbImage, face_size: u32) -> (u32, u32, Vec<[f32; 4]>) {
                 }
             }
         }
-        // columns: boxes as wide as a target texel, or as a texel is high where meridians converge
+        // columns: boxes as wide as a target texel or, where meridians converge, as wide as a texel is high
         let sin = (PI * (f64::from(j) + 0.5) / f64::from(h)).sin();
         let texel_width = f64::from(image.width) / f64::from(w);
         let box_width = (texel_width * (1.0 / sin).max(1.0)).min(f64::from(image.width));
@@ -62,7 +62,7 @@ pub fn prepare(image: &RgbImage, face_size: u32) -> (u32, u32, Vec<[f32; 4]>) {
     (w, h, texels)
 }
 
-/// Prefix sums of a row that goes round the sphere.
+/// Prefix sums of a row that wraps around the sphere.
 struct RunningSums {
     sums: Vec<[f64; 3]>,
 }
@@ -81,7 +81,7 @@ impl RunningSums {
         Self { sums }
     }
 
-    /// The integral from column 0 to `x`, any real number.
+    /// The integral from column 0 to `x`, which may be any real number.
     fn until(&self, x: f64) -> [f64; 3] {
         let n = self.sums.len() - 1;
         let turns = (x / n as f64).floor();
@@ -93,14 +93,14 @@ impl RunningSums {
 
     fn mean(&self, from: f64, to: f64) -> [f64; 3] {
         let (a, b) = (self.until(from), self.until(to));
-        // a difference of sums may leave a dust of minus zero beside a bright sun
+        // beside a bright sun a difference of sums may come out slightly negative
         std::array::from_fn(|c| ((b[c] - a[c]) / (to - from)).max(0.0))
     }
 }
 
 shared_struct! {
     struct Push for "Push" {
-        /// Along each axis of a texel.
+        /// Samples along each axis of a texel.
         samples: u32,
     }
 }
@@ -127,7 +127,7 @@ impl EquirectPass {
     /// [`prepare`], in [`Use::Sampled`](crate::gpu::Use)).
     pub fn record(&self, cmd: &mut Commands, equirect: &ImageView, faces: &ImageView) {
         let (source, size) = (equirect.extent()[0], faces.extent()[0]);
-        // image texels across a cube texel at the middle of a face, where a texel is largest
+        // image texels across a cube texel at the middle of a face, where cube texels are largest
         let across = 2.0 / f64::from(size) * f64::from(source) / (2.0 * PI);
         let samples = ((4.0 * across).ceil() as u32).clamp(2, 16);
         cmd.bind(

@@ -1,9 +1,9 @@
-//! How bright a picture of a scene under the sky should be: the exposure follows the height of the sun, as an eye does,
-//! but not all the way, so that dusk is dimmer than noon and night is dark.
+//! The exposure for a picture of a scene under the sky. It follows the height of the sun as an eye adapts, but not all the
+//! way, so that dusk is dimmer than noon and night is dark.
 
 use super::sky::Sky;
 
-/// Luminance of sun and sky on level ground under the default air at intensity 1, by degrees of the sun above the horizon.
+/// Luminance of sun and sky on level ground under the default air at intensity 1, by the sun's elevation in degrees.
 const LEVEL: [(f32, f32); 16] = [
     (-18.0, 4.755e-4),
     (-15.0, 4.755e-4),
@@ -23,17 +23,17 @@ const LEVEL: [(f32, f32); 16] = [
     (38.0, 2.559),
 ];
 
-/// Part of the difference in brightness, in stops, that the exposure makes up for.
+/// Share of the difference in brightness, in stops, that the exposure makes up for.
 const ADAPTATION: f32 = 0.68;
 
-/// Factor on the radiance of a picture under `sky`: 1 from a mid-morning sun up, some hundreds at night.
+/// Factor on the radiance of a picture under `sky`: 1 from a mid-morning sun upwards, some hundreds at night.
 #[must_use]
 pub fn exposure(sky: &Sky) -> f32 {
     let elevation = sky.sun_direction.normalize_or(glam::Vec3::Z).z.clamp(-1.0, 1.0).asin().to_degrees();
     (LEVEL[LEVEL.len() - 1].1 / level(elevation)).powf(ADAPTATION)
 }
 
-/// The table at an elevation in degrees, linear in the logarithm; its ends go on.
+/// The table at an elevation in degrees, linear in the logarithm and extrapolated at its ends.
 fn level(elevation: f32) -> f32 {
     let next = LEVEL.partition_point(|entry| entry.0 <= elevation);
     if next == 0 || next == LEVEL.len() {

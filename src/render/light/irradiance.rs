@@ -1,10 +1,11 @@
-//! The irradiance pass: the environment's nine order-2 spherical harmonics coefficients, every frame (LEADR section 5.3,
-//! Algorithm 2).
+//! The irradiance pass: computes the environment's nine order-2 spherical harmonics coefficients, every frame (LEADR
+//! section 5.3, Algorithm 2).
 //!
 //! The coefficients are of *radiance*, in world space, in the order L00, L1-1, L10, L11, L2-2, L2-1, L20, L21, L22 (one
-//! `vec4` each, w = 0): the cosine lobe's factors `A_l` are not applied, `sh_irradiance` of `leadr/integrals/sh.glsl` does that.
+//! `vec4` each, w = 0). The cosine lobe's factors `A_l` are not applied; `sh_irradiance` of `leadr/integrals/sh.glsl` does
+//! that.
 //!
-//! Sums are made in a fixed order: the same cube gives the same bytes on every run.
+//! Sums are taken in a fixed order: the same cube gives the same bytes on every run.
 
 use std::sync::Arc;
 
@@ -14,8 +15,8 @@ use crate::gpu::{
     Use, shared_struct,
 };
 
-/// Faces of at most this many texels are projected. Order-2 harmonics see nothing finer: the levels' means agree, and a
-/// sun is displaced by less than a texel, 1.4°.
+/// Faces of at most this many texels are projected. Order-2 harmonics cannot resolve anything finer: the levels have the
+/// same means, and a sun is displaced by less than a texel, 1.4°.
 const FACE_SIZE: u32 = 64;
 
 shared_struct! {

@@ -1,14 +1,14 @@
-//! An analytic clear sky with a movable sun: Rayleigh and aerosol scattering and ozone over a spherical Earth, single
-//! scattering integrated numerically, the higher orders as an isotropic series (Hillaire 2020, "A Scalable and
-//! Production Ready Sky and Atmosphere Rendering Technique"), a lambertian ground below a soft horizon.
+//! An analytic clear sky with a movable sun: Rayleigh and aerosol scattering and ozone over a spherical Earth. Single
+//! scattering is integrated numerically, and the higher orders are an isotropic series (Hillaire 2020, "A Scalable and
+//! Production Ready Sky and Atmosphere Rendering Technique"). Below a soft horizon lies lambertian ground.
 //!
-//! This file is the model in 64 bits and its documentation; `shaders-glsl/passes/light/sky.glsl` is the same in 32 bits with
-//! the same names, and `tests/render/environment.rs` holds one against the other. The sun's disk is not in the sky: it is
-//! the directional light [`Sky::sun_irradiance`], attenuated by the same air, in the same units.
+//! This file documents the model and computes it in 64 bits; `shaders-glsl/passes/light/sky.glsl` is the same in 32 bits
+//! with the same names, and `tests/render/environment.rs` compares the two. The sun's disk is not in the sky: it is the
+//! directional light [`Sky::sun_irradiance`], attenuated by the same air, in the same units.
 //!
-//! Three small tables stand between the integrals and the picture: the isotropic multiple scattering by altitude, the
-//! scattering integrals without their phase functions by view direction (smooth, so 64×16 entries are enough), and
-//! the light on the ground. The phase functions are applied per texel, so the glow around the sun is not filtered.
+//! Three small tables separate the integrals from the picture: the isotropic multiple scattering by altitude, the
+//! scattering integrals without their phase functions by view direction (smooth, so 64×16 entries are enough), and the
+//! light on the ground. The phase functions are applied per texel, so the glow around the sun is not blurred by the tables.
 
 use glam::{DVec3, Vec3};
 use std::f64::consts::PI;
@@ -25,18 +25,18 @@ pub const COLUMNS: usize = constants::COLUMNS as usize;
 /// Entries of the multiple scattering table.
 pub const ALTITUDES: usize = constants::ALTITUDES as usize;
 
-/// Sunlight above the atmosphere: white (pictures are balanced for it), so that a mid-morning sun gives about 3.
+/// Sunlight above the atmosphere: white (pictures are balanced for it), scaled so that a mid-morning sun gives about 3.
 const SUNLIGHT: DVec3 = DVec3::splat(4.8);
 /// A clear sky over flat ground.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sky {
-    /// Towards the sun, world, z up; need not be unit.
+    /// Direction towards the sun, world, z up; need not be unit.
     pub sun_direction: Vec3,
-    /// Optical thickness of haze and air together over that of air, 1 (pure air) to 10 (mist).
+    /// Optical thickness of haze and air together divided by that of air alone, 1 (pure air) to 10 (mist).
     pub turbidity: f32,
     /// Linear albedo of the ground, `[0, 1]`.
     pub ground_albedo: [f32; 3],
-    /// Scale of sun and sky; at 1 a mid-morning sun gives an irradiance of about 3.
+    /// Scale of sun and sky; at 1 the mid-morning sun gives an irradiance of about 3.
     pub intensity: f32,
 }
 
@@ -67,7 +67,7 @@ impl Sky {
         (self.sunlight() * sun_transmittance(0.0, self.sun().z, self.haze())).to_array().map(|x| x as f32)
     }
 
-    /// Integrates the tables: some 30 ms of one core. The GPU pass does the same every time the sun moves.
+    /// Integrates the tables, which takes some 30 ms on one core. The GPU pass does the same every time the sun moves.
     #[must_use]
     pub fn tables(&self) -> SkyTables {
         SkyTables::new(self)
@@ -78,7 +78,7 @@ impl Sky {
         self.sun_direction.as_dvec3().try_normalize().unwrap_or(DVec3::Z)
     }
 
-    /// Aerosol extinction at the ground at 550 nm, per km; turbidity is held within 1 and 20.
+    /// Aerosol extinction at the ground at 550 nm, per km; turbidity is clamped to 1 to 20.
     pub(crate) fn haze(&self) -> f64 {
         (f64::from(self.turbidity).clamp(1.0, 20.0) - 1.0) * AIR_THICKNESS / HAZE_HEIGHT
     }
@@ -88,13 +88,13 @@ impl Sky {
         SUNLIGHT * f64::from(self.intensity.max(0.0))
     }
 
-    /// The ground's albedo, within `[0, 1]`.
+    /// The ground's albedo, clamped to `[0, 1]`.
     pub(crate) fn albedo(&self) -> DVec3 {
         Vec3::from(self.ground_albedo).as_dvec3().clamp(DVec3::ZERO, DVec3::ONE)
     }
 }
 
-/// What the sky needs per sun position; all per unit of sunlight above the atmosphere.
+/// The tables for one sun position; all values are per unit of sunlight above the atmosphere.
 #[derive(Clone, Debug)]
 pub struct SkyTables {
     sky: Sky,
@@ -127,7 +127,7 @@ impl SkyTables {
                 tables.view.push([ray.air, ray.haze, ray.multiple]);
             }
         }
-        // the sky's irradiance on the ground: midpoints between the rows, trapezium in azimuth
+        // the sky's irradiance on the ground: midpoint rule between the rows, trapezium rule in azimuth
         let mut irradiance = DVec3::ZERO;
         for row in 0..ROWS - 1 {
             let span = FRAC_PI_2_SQUARED_ROWS * (2.0 * row as f64 + 1.0);
@@ -148,7 +148,7 @@ impl SkyTables {
     #[must_use]
     pub fn radiance(&self, direction: DVec3) -> DVec3 {
         let sun = self.sky.sun();
-        // below the horizon: the horizon above the same azimuth, into which the ground fades
+        // below the horizon: the horizon's radiance at the same azimuth fades into the ground
         let mut w = direction;
         w.z = w.z.max(0.0);
         let w = w.try_normalize().unwrap_or(DVec3::X);
@@ -231,8 +231,8 @@ mod tests {
 
     #[test]
     fn the_sky_neither_makes_nor_swallows_much_light() {
-        // what leaves the ground upwards, the air keeps no more than ozone and aerosol absorb: sun and sky together
-        // on level ground must stay below the sunlight that enters, and above a half of it
+        // the air absorbs only through ozone and aerosol, so sun and sky together on level ground must stay below the
+        // sunlight that enters, and above half of it
         for elevation in [20.0f32, 40.0, 80.0] {
             let sky = Sky { ground_albedo: [0.0; 3], ..Sky::with_sun(elevation.to_radians(), 0.0) };
             let sun = Vec3::from(sky.sun_irradiance()).as_dvec3() * sky.sun().z;

@@ -1,5 +1,5 @@
-//! The sky pass: [`Sky`] into the faces of a cube map. `shaders-glsl/passes/light/sky_tables.comp` integrates the tables of
-//! [`super::sky`] in three dispatches, `sky.comp` reads them per texel.
+//! The sky pass: draws a [`Sky`] into the faces of a cube map. `shaders-glsl/passes/light/sky_tables.comp` integrates the
+//! tables of [`super::sky`] in three dispatches; `sky.comp` looks them up for each texel.
 
 use std::sync::Arc;
 
@@ -19,7 +19,7 @@ shared_struct! {
 }
 
 shared_struct! {
-    /// What lies on the device alone.
+    /// The tables, which exist on the device only.
     struct SkyTablesGpu for "SkyTables" {
         multiple: [[f32; 4]; ALTITUDES],
         ground: [f32; 4],
@@ -64,7 +64,7 @@ impl SkyPass {
     /// Fills `faces`, mip 0 of an RGBA32F cube as an array, in [`Use::ComputeWrite`].
     pub fn record(&self, cmd: &mut Commands, sky: &Sky, faces: &ImageView) {
         let tables = ("Tables", Descriptor::Storage(&self.buffer));
-        // an earlier frame's sky may still be reading the tables
+        // an earlier frame's sky pass may still be reading the tables
         cmd.memory_barrier(Use::ComputeRead, Use::ComputeWrite);
         cmd.bind(&self.tables, &[tables]);
         for (stage, groups) in [ALTITUDES, ROWS * COLUMNS / 64, 1].into_iter().enumerate() {

@@ -10,9 +10,9 @@ use crate::gpu::{
 
 shared_struct! {
     struct Weights for "Weights" {
-        /// Of the sample when it is mixed into the mean.
+        /// Weight of the sample when it is mixed into the mean.
         weight: f32,
-        /// Their number in each pixel.
+        /// Number of edge samples in each pixel.
         edge_samples: f32,
     }
 }
@@ -20,15 +20,15 @@ shared_struct! {
 /// The edge samples that belong to a sample.
 #[derive(Clone, Copy)]
 pub struct EdgeSum<'a> {
-    /// What they add up to.
+    /// Their joined sums.
     pub joined: &'a JoinedEdges,
-    /// Their number in each pixel.
+    /// Number of edge samples in each pixel.
     pub samples: u32,
 }
 
 /// The accumulation pipeline.
 pub struct AccumulatePass {
-    /// First without, then with edge samples.
+    /// Without edge samples, then with them.
     pipelines: [ComputePipeline; 2],
     nearest: Sampler,
 }
@@ -49,7 +49,8 @@ impl AccumulatePass {
         })
     }
 
-    /// Mixes the radiance of a `sample`, with its joined edge samples if it has any, into the `mean` of the samples `before` it.
+    /// Mixes the radiance of a `sample`, with its joined edge samples if it has any, into the `mean` of the samples
+    /// `before` it.
     pub fn record(&self, cmd: &mut Commands, sample: &Image, edges: Option<EdgeSum<'_>>, mean: &Image, before: u32) {
         cmd.transition(sample, Use::Sampled);
         if before == 0 {
@@ -77,7 +78,7 @@ impl AccumulatePass {
     }
 }
 
-/// The mean of a frame's samples, put together in 64 bits from the means of parts of them.
+/// The mean of a frame's samples, accumulated in 64 bits from the means of groups of samples.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Accumulation {
     sums: Vec<[f64; 4]>,
@@ -121,20 +122,20 @@ mod tests {
     use super::*;
     use crate::render::sampling::jitter;
 
-    /// The running mean of `passes/accumulate.comp`, in 32 bits, against the sum in 64.
+    /// Compares the running mean of `passes/accumulate.comp`, in 32 bits, with the sum in 64 bits.
     #[test]
     fn thousands_of_samples_do_not_wear_out_32_bits() {
         for (scale, count) in [(1.0f32, 4096u32), (1e4, 65_536)] {
             let (mut mean, mut sum) = (0.0f32, 0.0f64);
             for i in 0..count {
-                // A sample in a hundred is a thousand times as bright as the others.
+                // One sample in a hundred is a thousand times as bright as the others.
                 let p = jitter(i, count, 3) + 0.5;
                 let value = scale * if p.x < 0.01 { 1000.0 * p.y } else { p.y };
                 mean += (value - mean) * (1.0 / (i + 1) as f32);
                 sum += f64::from(value);
             }
             let error = f64::from(mean) * f64::from(count) / sum - 1.0;
-            // Rounding errors add up like a random walk: measured 2.7e-6 at 65,536.
+            // Rounding errors accumulate like a random walk: measured 2.7e-6 at 65,536 samples.
             assert!(error.abs() < 4e-6, "{count} samples: {error:.1e}");
         }
     }

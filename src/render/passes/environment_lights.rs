@@ -1,27 +1,28 @@
-//! One direction of the environment at a time: what a sample of the reference is lit by.
+//! Lights drawn at random from the environment: each sample of the reference is lit from one direction of it.
 //!
-//! A shadow map serves one light, not a whole sky; but a sky is the mean of lights drawn from it. Directions
-//! are drawn in proportion to the luminance of the cube's texels, so that every draw brings the same luminous flux.
+//! A shadow map serves a single light, not a whole sky, but a sky is the mean of lights drawn from it. Directions are drawn
+//! in proportion to the luminance of the cube's texels, so that every draw carries the same luminous flux.
 
 use glam::{Vec2, Vec3};
 
 use crate::gpu::Result;
 use crate::render::light::environment::Environment;
 
-/// Faces of at most this many texels are drawn from: 1.4° a texel.
+/// Lights are drawn from faces of at most this many texels: 1.4° a texel.
 const FACE_SIZE: u32 = 64;
 /// Share of the draws that is spread evenly over the sphere, so that colours without luminance count too.
 const EVEN: f64 = 0.05;
-/// Bands of equal area that the sphere is divided into, so that points spread over a square spread over the sphere.
+/// Number of bands of equal area on the sphere, so that points spread evenly over a square are spread evenly over the
+/// sphere.
 const BANDS: usize = 48;
 
 /// A light drawn from an environment.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DrawnLight {
-    /// Towards it, world, unit.
+    /// Unit direction towards it, world.
     pub direction: Vec3,
-    /// Its irradiance on a plane that faces it, divided by the probability of the draw: the mean over the draws is the
-    /// environment's.
+    /// Its irradiance on a plane that faces it, divided by the probability of the draw, so that the mean over the draws is
+    /// the environment's irradiance.
     pub irradiance: Vec3,
 }
 
@@ -30,7 +31,7 @@ pub struct DrawnLight {
 pub struct EnvironmentLights {
     size: u32,
     texels: Vec<Vec3>,
-    /// Indices of the texels by height of their centres in [`BANDS`] bands, by azimuth in each.
+    /// Indices of the texels, ordered into [`BANDS`] bands by the height of their centres, and by azimuth in each band.
     order: Vec<u32>,
     /// Running sums of probability in that order.
     cumulative: Vec<f64>,
@@ -54,10 +55,10 @@ impl EnvironmentLights {
         Ok(Self::new(size, texels))
     }
 
-    /// From the faces +x, −x, +y, −y, +z, −z of `size`² texels each, linear Rec. 709 radiance. `None` if all are black.
+    /// Takes the faces +x, −x, +y, −y, +z, −z of `size`² texels each, linear Rec. 709 radiance. `None` if all are black.
     ///
     /// # Panics
-    /// On another number of texels than `6 size²`.
+    /// When the number of texels is not `6 size²`.
     #[must_use]
     pub fn new(size: u32, texels: Vec<Vec3>) -> Option<Self> {
         assert_eq!(texels.len(), 6 * (size * size) as usize, "texels of six faces");
@@ -92,7 +93,7 @@ impl EnvironmentLights {
     }
 
     /// The light at a point of the unit square: the first coordinate chooses the band, the second the texel in it, and the
-    /// remainders of both the place in the texel.
+    /// remainders of both choose the position within the texel.
     #[must_use]
     pub fn draw(&self, u: [f64; 2]) -> DrawnLight {
         let before = |i: usize| if i == 0 { 0.0 } else { self.cumulative[i - 1] };
@@ -110,7 +111,7 @@ impl EnvironmentLights {
         let (face, on_face) = (texel / (self.size * self.size), texel % (self.size * self.size));
         let place = Vec2::new((on_face % self.size) as f32, (on_face / self.size) as f32);
         let point = face_direction(face as usize, (place + within) * (2.0 / self.size as f32) - 1.0);
-        // Uniform on the face, so the solid angle belongs to the point, not to the texel.
+        // The position is uniform on the face, so the solid angle is that at the point, not that of the texel.
         let area = 4.0 / f64::from(self.size * self.size);
         let angle = area / f64::from(point.length()).powi(3);
         DrawnLight {
@@ -120,7 +121,7 @@ impl EnvironmentLights {
     }
 }
 
-/// Solid angle of a texel about its centre.
+/// Solid angle of a texel, approximated at its centre.
 fn solid_angle(size: u32, index: usize) -> f64 {
     let texel = index % (size * size) as usize;
     let at = |i: usize| (2.0 * i as f64 + 1.0) / f64::from(size) - 1.0;
@@ -128,7 +129,7 @@ fn solid_angle(size: u32, index: usize) -> f64 {
     4.0 / f64::from(size * size) / (1.0 + s * s + t * t).powf(1.5)
 }
 
-/// The point of a cube's face that Vulkan's cube map lookup puts at `st`, in [−1, 1]².
+/// The point of a cube's face, in [−1, 1]², that Vulkan's cube map lookup has at `st`.
 fn face_direction(face: usize, st: Vec2) -> Vec3 {
     let Vec2 { x: s, y: t } = st;
     match face {
@@ -141,8 +142,8 @@ fn face_direction(face: usize, st: Vec2) -> Vec3 {
     }
 }
 
-/// The point of the unit square by which sample `index` draws its light: the first two dimensions of Sobol's sequence, their
-/// digits scrambled by the seed. Of the first `2ⁿ` points, one lies in each of `2ⁿ` equal boxes of any shape.
+/// The point of the unit square with which sample `index` draws its light: the first two dimensions of Sobol's sequence,
+/// their digits scrambled by the seed. Among the first `2ⁿ` points, each of `2ⁿ` equal boxes of any shape contains one.
 ///
 /// It is independent of the offsets inside the pixel ([`jitter`](crate::render::sampling::jitter)), so a pixel's samples
 /// fill all four dimensions.
@@ -195,7 +196,7 @@ mod tests {
             irradiance += light.irradiance * light.direction.dot(normal).max(0.0) / n as f32;
             even += light.irradiance / n as f32;
         }
-        // ∫ (1 + d·x/2) max(0, d·n) = π + π n.x/3 (2/3 of ½), … ; the lobe of blue is behind.
+        // ∫ (1 + d·x/2) max(0, d·n) = π + π n.x/3 (2/3 of ½), … ; the blue lobe faces away.
         let pi = std::f32::consts::PI;
         let want = Vec3::new(pi * (1.0 + normal.x / 3.0), pi * (0.8 + 0.2 * normal.z), irradiance.z);
         assert!((irradiance / want - 1.0).abs().max_element() < 0.01, "{irradiance} {want}");
@@ -213,14 +214,14 @@ mod tests {
 
     #[test]
     fn draws_fill_the_square_beside_the_offsets_in_the_pixel() {
-        // Four dimensions: each of 16 boxes (halves of every axis) gets its share.
+        // Four dimensions: each of 16 boxes (halves of every axis) gets its share of points.
         let mut boxes = [0; 16];
         for i in 0..1024 {
             let (p, q) = (crate::render::sampling::jitter(i, 1024, 5), light_point(i, 5));
             let bits = [p.x > 0.0, p.y > 0.0, q[0] > 0.5, q[1] > 0.5];
             boxes[bits.iter().fold(0, |a, &b| 2 * a + usize::from(b))] += 1;
         }
-        // 64 each; random numbers would miss by 16 in one of them.
+        // 64 points each; random numbers would be off by 16 in one of them.
         assert!(boxes.iter().all(|&n| (53..=76).contains(&n)), "{boxes:?}");
     }
 }

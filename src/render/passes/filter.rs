@@ -1,4 +1,4 @@
-//! Filter pass: the slope statistics and the material under each pixel, fetched once per pixel.
+//! Filter pass: fetches the slope statistics and the material under each pixel, once per pixel.
 
 use std::sync::Arc;
 
@@ -15,7 +15,7 @@ use crate::render::view::View;
 /// Pipelines of the filter pass.
 #[derive(Clone)]
 pub struct FilterPass {
-    /// For maps that continue wherever a footprint reaches.
+    /// For maps that are continuous across the whole footprint.
     continuous: GraphicsPipeline,
     /// For atlases of one tile per patch.
     atlas: GraphicsPipeline,
@@ -24,7 +24,7 @@ pub struct FilterPass {
 }
 
 impl FilterPass {
-    /// The pass for what a technique needs.
+    /// The pass for the inputs that a technique needs.
     ///
     /// # Errors
     /// A failed pipeline.
@@ -54,8 +54,8 @@ impl FilterPass {
         })
     }
 
-    /// Filters the maps of `objects` into the begun G-buffer, at the pixels of a view that see them. `height_scale` multiplies that of
-    /// every object.
+    /// Filters the maps of `objects` into the begun G-buffer, at the pixels of a view that see them. `height_scale`
+    /// multiplies the height scale of every object.
     pub fn draw<'a>(
         &self,
         cmd: &mut Commands,

@@ -1,4 +1,4 @@
-//! Geometry pass: tessellates, displaces and rasterises; each pixel learns what it sees.
+//! Geometry pass: tessellates, displaces and rasterises; for each pixel it stores the visible surface.
 
 use std::sync::Arc;
 
@@ -14,7 +14,7 @@ pub struct GeometryPass {
 }
 
 impl GeometryPass {
-    /// The pass. Both sides are drawn: a closed surface hides its own inside.
+    /// The pass. It draws both sides of a surface: a closed surface hides its own inside.
     ///
     /// # Errors
     /// A failed pipeline.
@@ -37,7 +37,7 @@ impl GeometryPass {
         Ok(Self { pipeline })
     }
 
-    /// Draws objects into the begun targets; `mark_inside`: back faces in a marker colour.
+    /// Draws objects into the begun targets; `mark_inside` paints back faces in a marker colour.
     pub fn draw<'a>(
         &self,
         cmd: &mut Commands,
@@ -52,7 +52,7 @@ impl GeometryPass {
     }
 }
 
-/// Sets a viewport of [`GUARD_BAND`] times the target, and a scissor of the target alone.
+/// Sets a viewport of [`GUARD_BAND`] times the target's size, and a scissor of the target alone.
 pub(crate) fn guard_band(cmd: &mut Commands, target: &Image) {
     let [width, height] = target.mip_extent(0);
     let (w, h) = (width as f32, height as f32);

@@ -1,4 +1,4 @@
-//! The passes of a frame, one file each: `new` makes its pipelines, `record` draws it.
+//! The passes of a frame, one file each: `new` makes a pass's pipelines, `record` records its commands.
 
 use std::sync::Arc;
 
@@ -18,23 +18,23 @@ pub mod shadow;
 pub mod targets;
 pub mod tiles;
 
-/// Texels across the shadow map.
+/// Size of the shadow map in texels along a side.
 pub const SHADOW_SIZE: u32 = 2048;
 
 /// The passes that every frame has, whatever its settings.
 pub struct CommonPasses {
     /// The sun's shadow map.
     pub shadow: shadow::ShadowPass,
-    /// What each tile of the screen shows.
+    /// The content of each tile of the screen.
     pub tiles: tiles::TilePass,
-    /// Which edge samples see their pixel's own surface.
+    /// The edge samples that see their pixel's own surface.
     pub edges: edges::EdgePass,
     /// The mean of the samples.
     pub accumulate: accumulate::AccumulatePass,
 }
 
 impl CommonPasses {
-    /// Makes them.
+    /// Makes the passes.
     ///
     /// # Errors
     /// A failed pipeline, or memory that is short.

@@ -1,5 +1,5 @@
-//! Present pass: the renderer's linear image, exposed and tonemapped into a window's image with the curves of
-//! [`crate::maps::tonemap`], so that a window shows the codes that a PNG would hold.
+//! Present pass: exposes the renderer's linear image and tonemaps it into a window's image with the curves of
+//! [`crate::maps::tonemap`], so that a window shows the same codes that a PNG would hold.
 
 use std::sync::Arc;
 
@@ -25,8 +25,8 @@ pub struct PresentPass {
 }
 
 impl PresentPass {
-    /// The pass for targets of one format. Targets in an sRGB format encode by themselves; into all others the pass
-    /// writes sRGB codes.
+    /// The pass for targets of one format. Targets in an sRGB format encode by themselves; for all others the pass writes
+    /// sRGB codes.
     ///
     /// # Errors
     /// A failed pipeline.
@@ -50,8 +50,8 @@ impl PresentPass {
         Ok(Self { pipeline, sampler: Sampler::new(gpu, "present", Filter::Nearest, AddressMode::ClampToEdge)? })
     }
 
-    /// Shows linear radiance times `exposure` (a factor) in all of `target`, which ends in [`Use::ColorTarget`]. Images
-    /// of another size are stretched.
+    /// Shows linear radiance times `exposure` (a factor) over the whole `target`, which ends in [`Use::ColorTarget`]. An
+    /// image of another size is stretched.
     pub fn record(&self, cmd: &mut Commands, image: &Image, target: &Image, exposure: f32) {
         cmd.transition(image, Use::Sampled);
         cmd.image_barrier(target, Use::Undefined, Use::ColorTarget);
@@ -69,7 +69,7 @@ mod tests {
     use crate::gpu::{GpuError, GpuOptions, ImageDesc};
     use crate::maps::tonemap::display_srgb8;
 
-    /// A ramp over 18 stops, both signs, and what is not a number.
+    /// A ramp over 18 stops with both signs, and values that are not numbers.
     fn ramp() -> Vec<[f32; 4]> {
         let mut texels: Vec<[f32; 4]> = (0..1020)
             .map(|i| {
@@ -84,7 +84,7 @@ mod tests {
         texels
     }
 
-    /// Codes of the ramp in a target of one format, as the CPU's curve is off from them at most.
+    /// Largest difference, in codes, between the ramp in a target of one format and the CPU's curve.
     fn worst_difference(gpu: &Arc<Gpu>, format: vk::Format, shader: Tonemap, exposure: f32, cpu: Tonemap) -> u8 {
         let texels = ramp();
         let image = Image::new(gpu, "ramp", ImageDesc::new(vk::Format::R32G32B32A32_SFLOAT, 32, 32)).unwrap();
@@ -121,12 +121,12 @@ mod tests {
             for tonemap in [Tonemap::Filmic, Tonemap::Clamp] {
                 for exposure in [1.0, 2.5] {
                     let worst = worst_difference(&gpu, format, tonemap, exposure, tonemap);
-                    // Half a code lies between two ways of rounding the same curve.
+                    // Rounding the same curve in two ways differs by at most half a code.
                     assert!(worst <= 1, "{format:?} {tonemap:?} {exposure}: {worst} codes");
                 }
             }
         }
-        // Another curve would be noticed.
+        // A different curve is detected.
         let other = worst_difference(&gpu, vk::Format::R8G8B8A8_UNORM, Tonemap::Clamp, 1.0, Tonemap::Filmic);
         assert!(other > 20, "{other}");
         assert_eq!(gpu.validation_messages(), Vec::<String>::new());

@@ -1,12 +1,14 @@
-//! The reference with shadows of the relief: what supersampled displacement looks like when it hides its own lights.
+//! The reference with relief shadows: supersampled displacement that blocks its own lights.
 //!
-//! Every sample draws maps of the lights' visibility ([`relief_shadow`](super::relief_shadow)) from geometry with a vertex per texel,
-//! and lights the facets it sees by them: the sun, the point lights, and one light drawn from the environment
-//! ([`environment_lights`](super::environment_lights)), whose mean over the samples is the environment with true visibility.
+//! Every sample draws maps of the lights' visibility ([`relief_shadow`](super::relief_shadow)) from geometry with a vertex
+//! per texel, and lights the facets it sees with them: by the sun, the point lights, and one light drawn from the
+//! environment ([`environment_lights`](super::environment_lights)), whose mean over the samples is the environment with
+//! true visibility.
 //!
-//! What is blocked is black; light is reflected once. Environments in base materials smoother than
-//! [`MIRROR_ALPHA`](crate::render::constants::MIRROR_ALPHA) are mirrored as if the relief hid the viewer's rays only: drawn lights would almost never meet such a lobe,
-//! and a depth map knows no other directions.
+//! Blocked directions are black: light is reflected only once. In base materials smoother than
+//! [`MIRROR_ALPHA`](crate::render::constants::MIRROR_ALPHA), the environment is reflected as if the relief hid only the
+//! viewer's rays: lights drawn at random would almost never fall into such a narrow lobe, and a depth map knows no other
+//! directions.
 
 use std::sync::Arc;
 
@@ -34,15 +36,15 @@ shared_struct! {
     /// A light as the shader reads it (`Light` in `passes/shade/reference.frag`).
     #[derive(Default)]
     pub struct ReliefLightGpu for "Light" {
-        /// World to the map's texture coordinates and depth.
+        /// World to texture coordinates and depth in the map.
         pub texture_from_world: [[f32; 4]; 4],
         /// Its inverse.
         pub world_from_texture: [[f32; 4]; 4],
-        /// Towards it, or its position; w 1 for a point light.
+        /// Direction towards it, or its position; w 1 for a point light.
         pub place: [f32; 4],
-        /// Irradiance or intensity; w 1 for one drawn from the environment.
+        /// Irradiance or intensity; w 1 for a light drawn from the environment.
         pub power: [f32; 4],
-        /// Layer, world size of a texel, unused, 1 with a map.
+        /// Layer, world size of a texel, unused, 1 if it has a map.
         pub map: [f32; 4],
     }
 }
@@ -51,11 +53,11 @@ shared_struct! {
     /// The light block (`Lighting`).
     #[derive(Default)]
     pub struct ReliefLightingGpu for "Lighting" {
-        /// Rays through the image; near plane in the last w.
+        /// Rays through the image; the last w is the near plane.
         pub rays: [[f32; 4]; 3],
-        /// Viewer.
+        /// Position of the viewer.
         pub camera_position: [f32; 4],
-        /// Width and height of the image, face size of the environment, 1 when heights move the surface.
+        /// Width and height of the image, face size of the environment, 1 if heights move the surface.
         pub viewport: [f32; 4],
         /// Number of lights.
         pub counts: [i32; 4],
@@ -64,7 +66,7 @@ shared_struct! {
     }
 }
 
-/// The pipelines of the reference: its shading, and the shadow maps it looks up.
+/// The pipelines of the reference: its shading, and the shadow maps that it reads.
 #[derive(Clone)]
 pub struct ReferencePass {
     pipeline: GraphicsPipeline,
@@ -95,7 +97,7 @@ impl ReferencePass {
         })
     }
 
-    /// Draws the shadow maps of the sample that `lights` were last pointed for.
+    /// Draws the shadow maps of the sample for which `lights` were last pointed.
     pub fn record_maps(&self, cmd: &mut Commands, lights: &ReliefLights, casters: &[&PosedObject]) {
         self.shadows.record(cmd, &lights.maps, casters);
     }
@@ -122,15 +124,15 @@ impl ReferencePass {
     }
 }
 
-/// The lights of a frame, with the maps of what the relief hides from them.
+/// The lights of a frame, with maps of the parts that the relief hides from them.
 pub struct ReliefLights {
     block: Buffer,
     maps: ReliefMaps,
     environment: Option<EnvironmentLights>,
     face_size: u32,
-    /// Around the casters, if there are any.
+    /// Bounding sphere of the casters, if there are any.
     bounds: Option<Sphere>,
-    /// Texels along a map.
+    /// Size of a map in texels along a side.
     size: u32,
 }
 
@@ -163,8 +165,8 @@ impl ReliefLights {
         })
     }
 
-    /// Chooses the lights of sample `index`, seen in `view`, and points their maps at the `casters` that the lights were made for. The
-    /// device must be idle.
+    /// Chooses the lights of sample `index`, seen in `view`, and points their maps at the `casters` for which the lights
+    /// were made. The device must be idle.
     ///
     /// # Errors
     /// A failed write.
@@ -185,7 +187,7 @@ impl ReliefLights {
             ..Default::default()
         };
         let lights = self.lights_of_sample(state, settings, index);
-        // Maps move independently of the sample's place in the pixel.
+        // Maps are moved independently of the sample's position in the pixel.
         let [u, v] = light_point(index, !settings.seed);
         let shift = Vec2::new(u as f32, v as f32) - 0.5;
         let mut views: Vec<ShadowView> = Vec::new();

@@ -1,5 +1,6 @@
-//! Shadows as fine as the relief, for the reference. Each light has a depth map of geometry with a vertex for every texel of
-//! the displacement. The map moves by a part of a texel from sample to sample, so that errors of its resolution average out.
+//! Shadows as fine as the relief, for the reference. Each light has a depth map of geometry with a vertex for every texel
+//! of the displacement. The map moves by a part of a texel from sample to sample, so that its resolution errors average
+//! out.
 
 use std::sync::Arc;
 
@@ -18,12 +19,13 @@ use crate::render::surfaces::tessellation::{Lens, TessellationSettings};
 
 /// Texels of a map for each texel of the relief, along a side.
 const TEXELS_PER_RELIEF_TEXEL: f32 = 3.0;
-/// Bounds on the size of a map.
+/// Smallest and largest size of a map.
 const MAP_SIZES: [u32; 2] = [256, 4096];
-/// Widest half angle of a point light's map, radians, reached when the light is among the casters. What lies outside is lit.
+/// Widest half angle of a point light's map, radians, used when the light is among the casters. Points outside the map are
+/// lit.
 const WIDEST: f32 = 1.3;
 
-/// The light that a relief map looks from.
+/// The light from which a relief map is drawn.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Caster {
     /// Far away in this unit direction.
@@ -32,8 +34,9 @@ pub enum Caster {
     Point(Vec3),
 }
 
-/// The view of a map of `size` texels that sees a sphere, moved by `offset` texels. [`ShadowView::texel`] of a point light's
-/// is the size at distance 1. A point light inside the sphere sees a wide cone about its centre.
+/// The view for a map of `size` texels that covers a sphere, moved by `offset` texels. For a point light,
+/// [`ShadowView::texel`] is the size at distance 1. A point light inside the sphere sees a wide cone about the sphere's
+/// centre.
 #[must_use]
 pub fn relief_view(caster: Caster, sphere: Sphere, size: u32, offset: Vec2) -> ShadowView {
     let Sphere { centre, radius } = sphere;
@@ -41,7 +44,7 @@ pub fn relief_view(caster: Caster, sphere: Sphere, size: u32, offset: Vec2) -> S
         Caster::Directional(toward) => {
             let (x, y) = toward.any_orthonormal_pair();
             let texel = 2.0 * radius / size as f32;
-            // One texel of room for the offset.
+            // Leave one texel of room for the offset.
             let wider = radius + texel;
             let moved = centre + (x * offset.x + y * offset.y) * texel;
             ShadowView::parallel(toward, Sphere { centre: moved, radius: wider }, size)
@@ -68,10 +71,11 @@ pub fn relief_view(caster: Caster, sphere: Sphere, size: u32, offset: Vec2) -> S
     }
 }
 
-/// Texels along a map that resolves relief texels of `texel` metres on casters within `radius`; an infinite texel means smooth casters.
+/// Size of a map, in texels along a side, that resolves relief texels of `texel` metres on casters within `radius`; an
+/// infinite texel means smooth casters.
 #[must_use]
 pub fn map_size(radius: f32, texel: f32) -> u32 {
-    // Smooth casters have nothing but silhouettes.
+    // Smooth casters only have silhouettes to resolve.
     let texel = if texel.is_finite() { texel } else { radius / 512.0 };
     let wanted = (TEXELS_PER_RELIEF_TEXEL * 2.0 * radius / texel.max(1e-9)).min(1e6) as u32;
     wanted.clamp(MAP_SIZES[0], MAP_SIZES[1]).next_multiple_of(64)
@@ -100,7 +104,8 @@ impl ReliefShadowPass {
         Ok(Self { pipeline: GraphicsPipeline::new(gpu, "relief shadow", &desc)? })
     }
 
-    /// Draws the maps as they were last pointed, and leaves them readable. `casters` are those the maps were made for.
+    /// Draws the maps as they were last pointed, and leaves them readable. `casters` are those for which the maps were
+    /// made.
     pub fn record(&self, cmd: &mut Commands, maps: &ReliefMaps, casters: &[&PosedObject]) {
         cmd.image_barrier(&maps.image, Use::Undefined, Use::DepthTarget);
         for (layer, buffers) in maps.layers.iter().zip(&maps.buffers) {
@@ -120,12 +125,12 @@ pub struct ReliefMaps {
     image: Image,
     array: ImageView,
     layers: Vec<ImageView>,
-    /// By light, then by object.
+    /// For each light, the buffers of each object.
     buffers: Vec<Vec<ViewBuffers>>,
 }
 
 impl ReliefMaps {
-    /// Maps of `size`² texels for so many lights of these casters.
+    /// Maps of `size`² texels for this many lights of these casters.
     ///
     /// # Errors
     /// Memory that is short.
@@ -143,7 +148,7 @@ impl ReliefMaps {
         })
     }
 
-    /// Points the maps at the casters they were made for, a view for each light. The device must be idle.
+    /// Points the maps at the casters for which they were made, with a view for each light. The device must be idle.
     ///
     /// # Errors
     /// A failed write.
@@ -154,7 +159,8 @@ impl ReliefMaps {
         lens: Lens,
         tessellation: &TessellationSettings,
     ) -> Result<()> {
-        // Divided as for the camera: a surface divided otherwise would stand out of the one the camera sees.
+        // Tessellate as for the camera: with any other tessellation the casters would stick out of the surface that the
+        // camera sees.
         let settings = TessellationSettings { cull: false, ..*tessellation };
         for (view, buffers) in views.iter().zip(&mut self.buffers) {
             for (buffers, posed) in buffers.iter_mut().zip(casters) {
@@ -164,7 +170,7 @@ impl ReliefMaps {
         Ok(())
     }
 
-    /// The maps by light.
+    /// The maps, one layer for each light.
     #[must_use]
     pub fn array(&self) -> &ImageView {
         &self.array
@@ -198,7 +204,7 @@ mod tests {
             let at = |offset| view(offset).texture_from_world.project_point3(centre).truncate() * size as f32;
             let moved = at(Vec2::new(0.5, 0.25)) - at(Vec2::ZERO);
             assert!((moved.abs() - Vec2::new(0.5, 0.25)).abs().max_element() < 0.01, "{caster:?}: {moved}");
-            // A texel's size, measured.
+            // Measure the size of a texel.
             let distance = if let Caster::Point(p) = caster { p.distance(centre) } else { 1.0 };
             let side = toward.any_orthonormal_vector() * still.texel * distance;
             let step = still.texture_from_world.project_point3(centre + side)

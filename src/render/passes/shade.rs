@@ -1,4 +1,4 @@
-//! Shading pass: one invocation per pixel of the G-buffer; tiles of the screen that show only sky have a cheaper shader.
+//! Shading pass: one invocation per pixel of the G-buffer. Tiles of the screen that show only sky use a cheaper shader.
 
 use std::sync::Arc;
 
@@ -17,15 +17,16 @@ use glam::{Mat4, Vec3};
 shared_struct! {
     /// The light block (`Lighting` in `passes/shade/shade.frag`).
     pub struct LightingGpu for "Lighting" {
-        /// Ray through the image, see [`Camera::rays`](crate::render::camera::Camera::rays); w of the last: the near plane.
+        /// Rays through the image, see [`Camera::rays`](crate::render::camera::Camera::rays); w of the last: the near
+        /// plane.
         pub rays: [[f32; 4]; 3],
         /// World to shadow texture space.
         pub shadow_from_world: [[f32; 4]; 4],
-        /// Viewer.
+        /// Position of the viewer.
         pub camera_position: [f32; 4],
-        /// Toward the sun.
+        /// Direction toward the sun.
         pub sun_direction: [f32; 4],
-        /// On a plane facing the sun.
+        /// The sun's irradiance on a plane facing it.
         pub sun_irradiance: [f32; 4],
         /// Positions of the point lights.
         pub point_position: [[f32; 4]; MAX_POINT_LIGHTS],
@@ -33,8 +34,8 @@ shared_struct! {
         pub point_intensity: [[f32; 4]; MAX_POINT_LIGHTS],
         /// Width and height of the image, and its samples along a side of a pixel.
         pub viewport: [f32; 4],
-        /// Face size of the cube, its scale, world size of a shadow texel, tangent of the lowest elevation at which the cube is
-        /// looked up behind all surfaces.
+        /// Face size of the cube, its scale, world size of a shadow texel, tangent of the lowest elevation at which the
+        /// cube is looked up for the background.
         pub environment: [f32; 4],
     }
 }
@@ -66,16 +67,16 @@ impl LightingGpu {
         block
     }
 
-    /// Continues the lowest sky below eye level, down to the horizon of a sea, which sinks as the viewer rises.
+    /// Continues the sky's lowest texels below eye level, down to the horizon of a sea, which sinks as the viewer rises.
     #[must_use]
     pub fn with_sea_horizon(mut self) -> Self {
-        // The middle of the lowest texels above eye level.
+        // Elevation of the middle of the lowest texels above eye level.
         self.environment[3] = 1.0 / self.environment[0];
         self
     }
 }
 
-/// Which lights a frame has. Pipelines are made for each set, so that absent lights cost nothing.
+/// The lights of a frame. Pipelines are made for each set, so that absent lights cost nothing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct LightSet {
     /// A sun.
@@ -95,10 +96,10 @@ impl LightSet {
     }
 }
 
-/// What the shading pass has to do with edge samples.
+/// How the shading pass treats edge samples.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Edges {
-    /// The frame has none.
+    /// The frame has no edge samples.
     None = EDGES_ARE_ABSENT as isize,
     /// It shades edge samples, except those that [`EdgePass`](super::edges::EdgePass) marked.
     Shaded = EDGES_ARE_SHADED as isize,
@@ -106,7 +107,7 @@ pub enum Edges {
     Joined = EDGES_ARE_JOINED as isize,
 }
 
-/// What the shading pass reads.
+/// The inputs of the shading pass.
 #[derive(Clone, Copy)]
 pub struct ShadeInputs<'a> {
     /// The [`LightingGpu`] block.
@@ -117,16 +118,16 @@ pub struct ShadeInputs<'a> {
     pub radiance_sh: &'a Buffer,
     /// The shadow map.
     pub shadow_map: &'a Image,
-    /// What the edge samples of each pixel add up to, where they were joined.
+    /// The joined sums of each pixel's edge samples, if there are any.
     pub joined: Option<&'a JoinedEdges>,
 }
 
-/// What the pipelines of the shading pass depend on.
+/// The options that decide the pipelines of the shading pass.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct ShadeKind {
-    /// How surfaces are shaded; [plain](Shading::plain), since nothing else matters.
+    /// How surfaces are shaded; [plain](Shading::plain), since no other setting affects the pipelines.
     pub shading: Shading,
-    /// By which lights.
+    /// The lights of the frame.
     pub lights: LightSet,
     /// With or without edge samples.
     pub edges: Edges,
@@ -136,7 +137,7 @@ pub struct ShadeKind {
 #[derive(Clone)]
 pub struct ShadePass {
     surfaces: GraphicsPipeline,
-    /// For tiles that see no surface, which need little of the shading; none for edge samples, few of which are shaded.
+    /// For tiles without surfaces, which need little of the shading; `None` for edge samples, few of which are shaded.
     sky: Option<GraphicsPipeline>,
     nearest: Sampler,
     trilinear: Sampler,
@@ -177,7 +178,7 @@ impl ShadePass {
         })
     }
 
-    /// Shades every pixel of a filtered sample, or those of a scissor.
+    /// Shades every pixel of a filtered sample, or those within a scissor.
     pub fn record(
         &self,
         cmd: &mut Commands,
@@ -191,7 +192,7 @@ impl ShadePass {
         if let Some(area) = scissor {
             cmd.scissor(area);
         }
-        // Pipelines without joined edge samples need some float image in their place.
+        // Pipelines without joined edge samples still need some float image bound in their place.
         let shares = inputs.joined.map_or(&visible.depth, |joined| &joined.shares);
         let everywhere = [
             ("visible_surface", Descriptor::Sampled(visible.surface.whole(), &self.nearest)),

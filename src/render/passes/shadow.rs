@@ -13,10 +13,10 @@ use crate::render::surfaces::object_view::{DrawnObject, GEOMETRY_STRUCTS, Viewpo
 use crate::render::surfaces::sphere::Sphere;
 use crate::render::surfaces::tessellation::Lens;
 
-/// Where the shadow map looks from.
+/// The view from which the shadow map is drawn.
 #[derive(Clone, Copy, Debug)]
 pub struct ShadowView {
-    /// World to clip space: parallel, depth 1 nearest the sun.
+    /// World to clip space: parallel projection, depth 1 nearest the sun.
     pub clip_from_world: Mat4,
     /// World to texture coordinates (xy) and depth (z).
     pub texture_from_world: Mat4,
@@ -27,8 +27,8 @@ pub struct ShadowView {
 }
 
 impl ShadowView {
-    /// A view from the sun, whose unit direction is `sun`, of a sphere in a map of `size` texels. The sphere's centre is snapped to
-    /// the texel grid, so that shadows of a moving caster do not crawl.
+    /// A view from the sun, whose unit direction is `sun`, of a sphere in a map of `size` texels. The sphere's centre is
+    /// snapped to the texel grid, so that the cast shadows of a moving object do not crawl.
     #[must_use]
     pub fn around(sun: Vec3, sphere: Sphere, size: u32) -> Self {
         let Sphere { centre, radius } = sphere;
@@ -59,7 +59,7 @@ impl ShadowView {
         Self { clip_from_world, texture_from_world: to_texture * clip_from_world, texel, eye: centre + sun * radius }
     }
 
-    /// The viewpoint of casters that are divided for the camera's `lens`.
+    /// The viewpoint for casters that are tessellated for the camera's `lens`.
     #[must_use]
     pub fn viewpoint(&self, lens: Lens) -> Viewpoint {
         Viewpoint { clip_from_world: self.clip_from_world, eye: self.eye, lens, grid: 1 }

@@ -1,4 +1,4 @@
-//! Tile pass: records what each tile of the screen shows.
+//! Tile pass: records the content of each tile of the screen.
 
 use std::sync::Arc;
 
@@ -23,7 +23,7 @@ impl TilePass {
         })
     }
 
-    /// Records what the tiles of a finished geometry pass show.
+    /// Records the content of the tiles of a finished geometry pass.
     pub fn record(&self, cmd: &mut Commands, visible: &VisibleSurface) {
         let tiles = &visible.tiles;
         cmd.memory_barrier(Use::GraphicsRead, Use::ComputeWrite);

@@ -1,4 +1,4 @@
-//! What a picture is made with.
+//! The settings that a picture is made with.
 
 mod shading;
 mod technique;
@@ -17,25 +17,25 @@ use super::surfaces::tessellation::TessellationSettings;
 pub struct RenderSettings {
     /// Pixels across and down.
     pub size: (u32, u32),
-    /// Samples per pixel, each a whole frame with its own offset inside the pixel; at least 1.
+    /// Samples per pixel, at least 1; each is a whole frame with its own offset inside the pixel.
     pub samples: u32,
-    /// Seed of the offsets. One sample lies in the pixel's centre whatever the seed.
+    /// Seed of the offsets. A single sample lies in the pixel's centre whatever the seed.
     pub seed: u64,
     /// The technique and its settings.
     pub shading: Shading,
     /// Tessellation.
     pub tessellation: TessellationSettings,
-    /// Whether the sun throws shadows.
+    /// Whether the sun casts shadows.
     pub shadows: bool,
-    /// Whether heights move the surface. Without, the geometry stays smooth and the slopes of the maps shade it all the
-    /// same: with [`Technique::Reference`] the truth of normal mapping (LEADR Figure 8).
+    /// Whether heights move the surface. Without displacement the geometry stays smooth, but the slopes of the maps still
+    /// shade it: with [`Technique::Reference`] that is the ground truth of normal mapping (LEADR Figure 8).
     pub displacement: bool,
-    /// Paints the inside of surfaces in a marker colour: a closed surface shows none.
+    /// Paints the inside of surfaces in a marker colour; on a closed surface none is visible.
     pub mark_inside: bool,
 }
 
 impl RenderSettings {
-    /// Whether a picture can be made like this.
+    /// Checks whether a picture can be made with these settings.
     ///
     /// # Errors
     /// A sentence about what is wrong.
@@ -43,25 +43,25 @@ impl RenderSettings {
         self.shading.check()
     }
 
-    /// Edge samples per sample, where there are more than the sample itself.
+    /// Edge samples per sample; `None` where there is only the sample itself.
     #[must_use]
     pub fn edges(&self) -> Option<u32> {
         self.shading.edge_samples()
     }
 
-    /// Whether the relief throws shadows on itself.
+    /// Whether the relief casts shadows on itself.
     #[must_use]
     pub fn shadows_of_relief(&self) -> bool {
         self.shading.relief_shadows()
     }
 
-    /// Offset of sample `index` from the middle of its pixel, pixels.
+    /// Offset of sample `index` from the middle of its pixel, in pixels.
     #[must_use]
     pub fn sample_offset(&self, index: u32) -> Vec2 {
         jitter(index, self.samples.max(1), self.seed)
     }
 
-    /// What the heights of the geometry are multiplied by where those of the maps are by `height_scale`.
+    /// The factor on the heights of the geometry, where the factor on those of the maps is `height_scale`.
     #[must_use]
     pub fn geometry_scale(&self, height_scale: f32) -> f32 {
         if self.displacement { height_scale } else { 0.0 }

@@ -1,4 +1,4 @@
-//! How surfaces are shaded: a technique with the settings that it has, and no others.
+//! How surfaces are shaded: a technique together with exactly the settings that it has.
 
 use std::fmt;
 
@@ -12,9 +12,9 @@ use crate::reflectance::masking::shadowing::Shadowing;
 /// Where the integrals over visible slopes are sampled.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Quadrature {
-    /// The paper's `N × N` grid of slopes, 1 to [`MAX_GRID`](Self::MAX_GRID).
+    /// The paper's `N × N` grid of slopes, `N` from 1 to [`MAX_GRID`](Self::MAX_GRID).
     Grid(u32),
-    /// The visible-slope rules, with so many environment probes.
+    /// The visible-slope rules, with this many environment probes.
     VisibleSlopes(Probes),
 }
 
@@ -22,7 +22,7 @@ impl Quadrature {
     /// Most slopes along a side of the grid.
     pub const MAX_GRID: u32 = 128;
 
-    /// Slopes, or probes, that one pixel looks the environment up for.
+    /// Number of environment lookups per pixel: one for each slope or probe.
     #[must_use]
     pub const fn samples(self) -> u32 {
         match self {
@@ -41,7 +41,7 @@ impl Quadrature {
     }
 }
 
-/// How many probes look the environment up: there are rules for these numbers alone.
+/// Number of probes that look the environment up; rules exist for these numbers only.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Probes {
     /// 5.
@@ -73,12 +73,12 @@ impl Probes {
     }
 }
 
-/// How sun and point lights reach a diffuse surface.
+/// How the light of the sun and of point lights on a diffuse surface is integrated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum DiffuseLights {
-    /// By the clamped cosine of each slope.
+    /// With the clamped cosine of each slope.
     Cosine,
-    /// By order-2 harmonics (Algorithm 2 of the LEADR paper): up to 9 % off.
+    /// With order-2 harmonics (Algorithm 2 of the LEADR paper): up to 9 % off.
     Sh,
 }
 
@@ -95,7 +95,7 @@ impl DiffuseLights {
         }
     }
 
-    /// What it does, in a line.
+    /// A one-line description.
     #[must_use]
     pub const fn help(self) -> &'static str {
         match self {
@@ -105,33 +105,34 @@ impl DiffuseLights {
     }
 }
 
-/// What is asked of whichever technique is drawn: each takes the settings that it has ([`Technique::with`]).
+/// The options for whichever technique is drawn; each technique takes the settings that it has ([`Technique::with`]).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct ShadingOptions {
     /// Which light counts. For techniques with light.
     pub terms: Terms,
-    /// Where the integrals are sampled. For techniques that integrate, as the next two.
+    /// Where the integrals are sampled. For techniques that integrate, like the next two.
     pub quadrature: Quadrature,
     /// Which of the visible facets are lit.
     pub shadowing: Shadowing,
-    /// Diffuse light of sun and point lights.
+    /// How the diffuse light of sun and point lights is integrated.
     pub diffuse_lights: DiffuseLights,
-    /// Whether the turn of the macrosurface under a pixel counts as roughness (Tokuyoshi & Kaplanyan 2019; on meshes alone),
-    /// and slopes that face away from their pixel widen toward it (`tilt_to_edge`). The LEADR paper does neither. For the
-    /// LEADR techniques; others that integrate always widen slopes.
+    /// Whether the change of the macrosurface's normal across a pixel counts as roughness (Tokuyoshi & Kaplanyan 2019; on
+    /// meshes only), and slopes that face away from the pixel's viewer are widened toward it (`tilt_to_edge`). The LEADR
+    /// paper does neither. For the LEADR techniques; the other techniques that integrate always widen slopes.
     pub pixel_kernel: bool,
-    /// Edge samples per sample, 1 (none) to [`MAX_EDGE_SAMPLES`](Self::MAX_EDGE_SAMPLES): places in the pixel where the geometry
-    /// is looked at again. Those that see another surface than the pixel's sample are shaded too, so silhouettes are as smooth
-    /// as with that many samples, and the inside of a surface stays the same (`render::passes::edges`). Multiples
-    /// of 16 are drawn the fastest. For all techniques but the reference, whose samples do the same.
+    /// Edge samples per sample, 1 (none) to [`MAX_EDGE_SAMPLES`](Self::MAX_EDGE_SAMPLES): places in the pixel where the
+    /// geometry is sampled again. Those that see another surface than the pixel's own sample are shaded too, so silhouettes
+    /// are as smooth as with that many samples per pixel, while the inside of a surface stays the same
+    /// (`render::passes::edges`). Multiples of 16 are the fastest. For all techniques but the reference, whose samples per
+    /// pixel smooth silhouettes already.
     pub edge_samples: u32,
-    /// Whether the relief throws shadows on itself, from every light and from the environment
-    /// (`render::passes::reference`), instead of the sun's coarse ones only. Slow. For the reference.
+    /// Whether the relief casts shadows on itself, from every light and from the environment (`render::passes::reference`),
+    /// instead of the sun's coarse shadow map alone. Slow. For the reference.
     pub relief_shadows: bool,
 }
 
 impl ShadingOptions {
-    /// Most edge samples.
+    /// Largest number of edge samples.
     pub const MAX_EDGE_SAMPLES: u32 = 256;
 }
 
@@ -152,11 +153,11 @@ impl Default for ShadingOptions {
 /// The settings of a technique that integrates over visible slopes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Integral {
-    /// Where it is sampled.
+    /// Where the integrals are sampled.
     pub quadrature: Quadrature,
     /// Which of the visible facets are lit.
     pub shadowing: Shadowing,
-    /// Diffuse light of sun and point lights.
+    /// How the diffuse light of sun and point lights is integrated.
     pub diffuse_lights: DiffuseLights,
     /// [`ShadingOptions::pixel_kernel`], where the technique has it.
     pub pixel_kernel: Option<bool>,
@@ -165,7 +166,7 @@ pub struct Integral {
 /// How a technique reflects light.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Reflection {
-    /// Not at all: the albedo is shown.
+    /// Not at all: only the albedo is shown.
     Unlit,
     /// By a lobe about the mean normal.
     Lobe(Terms),
@@ -173,10 +174,10 @@ pub enum Reflection {
     Integral(Terms, Integral),
 }
 
-/// How what is smaller than a pixel is filtered.
+/// How detail smaller than a pixel is filtered.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Filtering {
-    /// Beforehand, in the maps; silhouettes by edge samples.
+    /// Beforehand, in the maps; silhouettes are smoothed by edge samples.
     Prefiltered {
         /// [`ShadingOptions::edge_samples`].
         edge_samples: u32,
@@ -188,7 +189,7 @@ pub enum Filtering {
     },
 }
 
-/// A technique with the settings that it has, and no others. [`Technique::with`] makes it.
+/// A technique together with exactly the settings that it has. [`Technique::with`] makes it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Shading {
     technique: Technique,
@@ -197,7 +198,7 @@ pub struct Shading {
 }
 
 impl Technique {
-    /// The technique with those of the `options` that it has.
+    /// The technique with those of the `options` that apply to it.
     #[must_use]
     pub fn with(self, options: ShadingOptions) -> Shading {
         let ShadingOptions { terms, quadrature, shadowing, diffuse_lights, .. } = options;
@@ -243,7 +244,7 @@ impl Shading {
         self.reflection
     }
 
-    /// Which light counts: none where there is no light.
+    /// Which light counts: none for techniques without light.
     #[must_use]
     pub fn terms(&self) -> Terms {
         match self.reflection {
@@ -252,7 +253,7 @@ impl Shading {
         }
     }
 
-    /// The integrals over visible slopes, of a technique that has them.
+    /// How the technique integrates over visible slopes; `None` if it does not.
     #[must_use]
     pub fn integral(&self) -> Option<Integral> {
         match self.reflection {
@@ -261,7 +262,7 @@ impl Shading {
         }
     }
 
-    /// Edge samples per sample, where there are more than the sample itself.
+    /// Edge samples per sample; `None` where there is only the sample itself.
     #[must_use]
     pub fn edge_samples(&self) -> Option<u32> {
         match self.filtering {
@@ -270,13 +271,13 @@ impl Shading {
         }
     }
 
-    /// Whether the relief throws shadows on itself.
+    /// Whether the relief casts shadows on itself.
     #[must_use]
     pub fn relief_shadows(&self) -> bool {
         self.filtering == Filtering::Supersampled { relief_shadows: true }
     }
 
-    /// What the technique needs of the passes.
+    /// The inputs that the technique needs from the passes.
     #[must_use]
     pub fn needs(&self) -> Needs {
         let kernel = self.integral().and_then(|integral| integral.pixel_kernel);
@@ -303,13 +304,14 @@ impl Shading {
         spec
     }
 
-    /// The same shading, one edge sample and no shadows of the relief: what the pipelines that shade pixels are kept by.
+    /// The same shading with one edge sample and no relief shadows: the key under which the pipelines that shade pixels are
+    /// cached.
     #[must_use]
     pub fn plain(self) -> Self {
         self.adjusted(|options| ShadingOptions { edge_samples: 1, relief_shadows: false, ..options })
     }
 
-    /// The options it was made with; where the technique has no such setting, the default.
+    /// The options that it was made with; settings that the technique does not have are at their defaults.
     #[must_use]
     pub fn options(&self) -> ShadingOptions {
         let mut options = ShadingOptions::default();
@@ -332,7 +334,7 @@ impl Shading {
         self.technique.with(change(self.options()))
     }
 
-    /// Whether a picture can be made like this.
+    /// Checks whether a picture can be made with this shading.
     ///
     /// # Errors
     /// A sentence about what is wrong.
@@ -353,7 +355,7 @@ impl Shading {
 }
 
 impl fmt::Display for Shading {
-    /// The technique, and how it integrates if it does.
+    /// The technique and, where it integrates, how.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}", self.technique.name())?;
         let Some(integral) = self.integral() else { return Ok(()) };
@@ -365,8 +367,8 @@ impl fmt::Display for Shading {
     }
 }
 
-/// Settings under the names of their flags. Scripts find every key with every technique; where it has no such setting, the
-/// value is the default.
+/// Settings under the names of their flags. Scripts find every key with every technique; a setting that the technique does
+/// not have is at its default.
 #[derive(Serialize)]
 struct Named {
     technique: &'static str,

@@ -1,18 +1,18 @@
 //! The table of techniques: the one place where a technique is declared.
 //!
-//! A new technique is a row here; where no [`Family`] shades it yet, a constant and a function in
-//! `shaders-glsl/passes/shade/families.glsl`; and a line in `docs/guide/techniques.md`. Command line, help, JSON, window keys, report and bench read the table, and shaders are
-//! told what a technique needs ([`Needs`]), never which one it is.
+//! A new technique needs a row here and a line in `docs/guide/techniques.md`. If no [`Family`] shades it yet, it also needs
+//! a constant and a function in `shaders-glsl/passes/shade/families.glsl`. The command line, help, JSON, window keys,
+//! report and bench read the table. Shaders are told what a technique needs ([`Needs`]), never which one it is.
 
 use crate::gpu::SpecValue;
 
-/// What the table says of a technique.
+/// The table's entry for one technique.
 struct Row {
-    /// On the command line and in JSON.
+    /// Its name on the command line and in JSON.
     name: &'static str,
-    /// A line for `--help`.
+    /// Its line in `--help`.
     help: &'static str,
-    /// In the window.
+    /// Its key in the window.
     key: char,
     family: Family,
     slopes: Slopes,
@@ -29,7 +29,7 @@ pub enum Family {
     Unlit,
     /// A Blinn-Phong lobe about the mean normal.
     BlinnPhong,
-    /// The same, as rough as the mean normal is short.
+    /// A Blinn-Phong lobe that is rougher the shorter the filtered normal is.
     Toksvig,
     /// A Beckmann lobe of the slopes, without projected areas.
     Lean,
@@ -37,7 +37,7 @@ pub enum Family {
     Leadr,
 }
 
-/// What of the slopes under a pixel a technique is given.
+/// Which slope statistics of a pixel a technique receives.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Slopes {
     /// Nothing: surfaces are smooth.
@@ -48,7 +48,7 @@ pub enum Slopes {
     Covariance,
     /// Their mean and one variance for all directions.
     Isotropic,
-    /// Those of the finest level of the maps, at every distance: filtering is left to the samples per pixel.
+    /// Those of the finest level of the maps at every distance; filtering is left to the samples per pixel.
     Finest,
 }
 
@@ -75,7 +75,7 @@ macro_rules! techniques {
 }
 
 techniques! {
-    /// Albedo alone, without light: what geometry and filtering of the colour cost.
+    /// Albedo alone, without light: shows the cost of geometry and of filtering the colour.
     Constant = Row {
         name: "constant",
         help: "Albedo without light",
@@ -95,7 +95,7 @@ techniques! {
         ggx: false,
         pixel_kernel: false,
     };
-    /// Mipmapped normals with LEADR's BRDF: the mean slope alone.
+    /// Mipmapped normals with LEADR's BRDF, using the mean slope alone.
     NormalMip = Row {
         name: "normal-mip",
         help: "Mipmapped normals, LEADR's BRDF: what goes wrong without slope statistics",
@@ -135,7 +135,7 @@ techniques! {
         ggx: false,
         pixel_kernel: false,
     };
-    /// LEADR mapping: mean slope and slope covariance of the pixel.
+    /// LEADR mapping: mean slope and slope covariance of each pixel.
     Leadr = Row {
         name: "leadr",
         help: "Slope covariance and projected areas (LEADR mapping)",
@@ -145,7 +145,7 @@ techniques! {
         ggx: false,
         pixel_kernel: true,
     };
-    /// LEADR mapping of a GGX base: two lobes.
+    /// LEADR mapping of a GGX base, with two lobes.
     LeadrGgx = Row {
         name: "leadr-ggx",
         help: "LEADR mapping of a GGX base",
@@ -155,7 +155,7 @@ techniques! {
         ggx: true,
         pixel_kernel: true,
     };
-    /// The finest level of the maps and no statistics: correct with enough samples per pixel.
+    /// The finest level of the maps without slope statistics: correct with enough samples per pixel.
     Reference = Row {
         name: "reference",
         help: "The finest maps at every distance: correct with enough samples per pixel",
@@ -174,7 +174,7 @@ impl Technique {
         self.row().name
     }
 
-    /// What it does, in a line.
+    /// A one-line description.
     #[must_use]
     pub const fn help(self) -> &'static str {
         self.row().help
@@ -216,7 +216,7 @@ impl Technique {
         self.row().slopes == Slopes::Finest
     }
 
-    /// What it needs of the passes, with its pixel kernel or without.
+    /// Its needs, with or without the pixel kernel.
     pub(super) fn needs(self, pixel_kernel: bool) -> Needs {
         let Row { family, slopes, ggx, pixel_kernel: has_kernel, .. } = self.row();
         Needs {
@@ -229,7 +229,8 @@ impl Technique {
     }
 }
 
-/// What a technique needs of the passes from filter to shading. Pipelines that depend on nothing else can be kept by it.
+/// The inputs that a technique needs from the passes between filtering and shading. Pipelines that depend on nothing else
+/// can be cached under this key.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Needs {
     family: Family,
@@ -256,7 +257,7 @@ impl Needs {
         ]
     }
 
-    /// Whether it takes the finest level of the maps.
+    /// Whether it reads the finest level of the maps at every distance.
     #[must_use]
     pub fn is_finest(self) -> bool {
         self.slopes == Slopes::Finest

@@ -10,7 +10,7 @@ use crate::gpu::{Gpu, Image, ImageDesc, Result};
 use crate::maps::srgb::{linear_of_srgb8, srgb8_from_linear};
 use crate::render::scene::ColorMap;
 
-/// Uploads a colour map with its mips. In an atlas of tiles they end where a tile is one texel.
+/// Uploads a colour map with its mips. In an atlas of tiles the mips end where a tile is one texel.
 ///
 /// # Errors
 /// Memory or a Vulkan call that failed.

@@ -1,9 +1,9 @@
 //! Heights where patches meet.
 //!
-//! Inside a patch the tessellation stage reads heights from the LEADR map. On an edge two patches must agree to
-//! the last bit although they reach it through different texture coordinates (a UV seam, two atlas tiles), so the
-//! heights along every edge, and at every vertex, are baked once: the mean over the patches that share it, at
-//! [`EDGE_LEVELS`] resolutions, each filtered to its own spacing.
+//! Inside a patch the tessellation stage reads heights from the LEADR map. On an edge, two patches must agree to the last
+//! bit although they reach it through different texture coordinates (a UV seam, two atlas tiles). The heights along every
+//! edge and at every vertex are therefore baked once: the mean over the patches that share it, at [`EDGE_LEVELS`]
+//! resolutions, each filtered to its own spacing.
 
 use super::patch_mesh::{PatchMesh, TileLayout};
 use super::topology::Topology;
@@ -17,7 +17,7 @@ pub const EDGE_LEVELS: usize = constants::EDGE_LEVELS as usize;
 /// Samples of one edge over all levels.
 pub const EDGE_STRIDE: usize = constants::EDGE_STRIDE as usize;
 
-/// A height map and what happens at its borders.
+/// A height map and its border rule.
 #[derive(Clone, Debug)]
 pub struct HeightField {
     /// Texels per row.
@@ -35,7 +35,7 @@ pub struct HeightField {
 pub enum Border {
     /// The map repeats.
     Wrap,
-    /// The last texel goes on.
+    /// The last texel continues.
     Clamp,
     /// One tile per patch; taps stay inside their own tile.
     Tiles(TileLayout),
@@ -66,7 +66,7 @@ impl HeightField {
         row(y0 as i64) * (1.0 - fy) + row(y0 as i64 + 1) * fy
     }
 
-    /// Catmull-Rom sample: passes through the texels with continuous slopes, for resampling a map more finely.
+    /// Catmull-Rom sample: passes through the texels with continuous slopes. For resampling a map at a finer resolution.
     #[must_use]
     pub fn bicubic(&self, texcoord: Vec2) -> f32 {
         let (x, y) = (texcoord.x * self.width as f32 - 0.5, texcoord.y * self.height as f32 - 0.5);
@@ -86,7 +86,7 @@ impl HeightField {
     }
 }
 
-/// Box-filtered mip chain of heights on the CPU, sampled like the device samples the LEADR map.
+/// Box-filtered mip chain of heights on the CPU, sampled as the device samples the LEADR map.
 struct HeightPyramid<'a> {
     field: &'a HeightField,
     levels: Vec<HeightField>,
@@ -114,7 +114,7 @@ impl<'a> HeightPyramid<'a> {
         if level == 0 { self.field.bilinear(texcoord) } else { self.levels[level - 1].bilinear(texcoord) }
     }
 
-    /// Trilinear sample; with tiles, taps stay in tile `patch` as `clamp_to_tile` of the shader keeps them.
+    /// Trilinear sample; with tiles, taps stay inside tile `patch`, as with `clamp_to_tile` of the shader.
     fn sample(&self, texcoord: Vec2, lod: f32, patch: usize) -> f32 {
         let mut lod = lod.clamp(0.0, self.levels.len() as f32);
         let mut texcoord = texcoord;
@@ -155,9 +155,9 @@ fn box_filter(source: &HeightField, w: u32, h: u32, x: u32, y: u32) -> f32 {
 /// Baked heights of edges and vertices, and the range of heights over each patch, before the height scale.
 #[derive(Clone, Debug)]
 pub struct BoundaryHeights {
-    /// [`EDGE_STRIDE`] samples per edge of the topology.
+    /// [`EDGE_STRIDE`] samples for each edge of the topology.
     pub edges: Vec<f32>,
-    /// [`EDGE_LEVELS`] samples per vertex.
+    /// [`EDGE_LEVELS`] samples for each vertex.
     pub vertices: Vec<f32>,
     /// Lowest and highest height over each patch (its tile, or the whole map where maps repeat).
     pub patch_range: Vec<[f32; 2]>,
@@ -173,7 +173,7 @@ impl BoundaryHeights {
     pub fn bake(mesh: &PatchMesh, topology: &Topology, field: &HeightField) -> Self {
         let pyramid = HeightPyramid::new(field);
         let size = Vec2::new(field.width as f32, field.height as f32);
-        // Which patch sides meet in each edge, and which patch corners in each vertex.
+        // The patch sides that meet in each edge, and the patch corners that meet in each vertex.
         let mut sides = vec![Vec::with_capacity(2); topology.edges.len()];
         let mut corners = vec![Vec::with_capacity(4); mesh.positions.len()];
         for (patch, edges) in topology.patch_edges.iter().enumerate() {
@@ -231,7 +231,7 @@ impl BoundaryHeights {
     }
 }
 
-/// LOD of the map whose texels are as long as the segments of an edge of `extent` texels at `level`.
+/// LOD of the map at which texels are as long as the segments of an edge of `extent` texels at `level`.
 fn level_lod(extent: Vec2, level: usize) -> f32 {
     (extent.length() / (64 >> level) as f32).max(1.0).log2()
 }
@@ -267,7 +267,7 @@ mod tests {
     use glam::Vec3;
 
     fn strip() -> PatchMesh {
-        // Two patches side by side; the second looks its heights up with u and v exchanged: a seam.
+        // Two patches side by side. The second looks its heights up with u and v exchanged, which makes a seam.
         PatchMesh {
             positions: vec![
                 Vec3::ZERO,

@@ -1,4 +1,4 @@
-//! What is drawn: patches and their maps on the device, and how finely they are tessellated.
+//! The surfaces that are drawn: patches and their maps on the device, and how finely they are tessellated.
 
 pub mod atlas;
 pub mod color_map;

@@ -1,13 +1,13 @@
-//! The moments pass: heights on the GPU become LEADR maps (LEADR section 3) with all their mips, in three images:
+//! The moments pass: turns heights on the GPU into LEADR maps (LEADR section 3) with all their mips, in three images:
 //!
 //! * slopes, RGBA: `E[hs], E[ht], E[hs²], E[ht²]`
 //! * joint, R: `E[hs·ht]`
 //! * heights, R: the mean
 //!
-//! No one needs the last two together: the filter pass reads the moments, the geometry the heights.
+//! No pass needs the last two together: the filter pass reads the moments, the geometry pass the heights.
 //!
-//! Slopes are per unit texture coordinate, the whole image being `[0, 1]²`, in the heights' unit. [`crate::maps::moments`]
-//! is the same on the CPU in 64 bits.
+//! Slopes are per unit of texture coordinate, the whole image being `[0, 1]²`, in the heights' unit.
+//! [`crate::maps::moments`] computes the same on the CPU in 64 bits.
 
 use std::sync::Arc;
 
@@ -23,10 +23,9 @@ use crate::render::constants::{MOMENTS_ATLAS, MOMENTS_CLAMP, MOMENTS_REPEAT};
 /// What lies beyond the edges of the height map.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Edges {
-    /// As the sampler that will read the map.
+    /// The same as for the sampler that will read the map.
     Wrap(Wrap),
-    /// Tiles that know nothing of each other: differences at the edge of a tile are one-sided, and the mips end where
-    /// a tile is one texel.
+    /// Separate tiles: differences at the edge of a tile are one-sided, and the mips end where a tile is one texel.
     Atlas(TileLayout),
 }
 
@@ -36,14 +35,13 @@ pub enum MomentFormat {
     /// RGBA32F and R32F.
     #[default]
     Float32,
-    /// RGBA16F and R16F: half the memory. Heights keep 11 bits, moments beyond ±65504 are clamped, and a small
-    /// variance under a large mean slope is lost (`E[x²] − E[x]²` cancels): see the measured error in
-    /// `tests/render/moments.rs`.
+    /// RGBA16F and R16F: half the memory. Heights keep 11 bits, moments beyond ±65504 are clamped, and a small variance
+    /// under a large mean slope is lost (`E[x²] − E[x]²` cancels); `tests/render/moments.rs` measures the error.
     Float16,
 }
 
 impl MomentFormat {
-    /// Of the slopes, and of the two maps of one number.
+    /// Formats of the slopes, and of the two maps with one channel.
     fn formats(self) -> [Format; 2] {
         match self {
             Self::Float32 => [Format::R32G32B32A32_SFLOAT, Format::R32_SFLOAT],
@@ -66,7 +64,7 @@ impl MomentFormat {
     }
 }
 
-/// Heights to be uploaded, row-major, row 0 on top.
+/// Heights to upload, row-major, row 0 on top.
 #[derive(Clone, Copy, Debug)]
 pub struct HeightSource<'a> {
     /// Texels across.
@@ -129,16 +127,16 @@ pub struct LeadrMapGpu {
     slopes: Image,
     joint: Image,
     heights: Image,
-    /// The images of every level, for the dispatches.
+    /// Views of every level of the images, for the dispatches.
     levels: Vec<[ImageView; 3]>,
 }
 
 impl LeadrMapGpu {
-    /// Uploads heights and computes their maps with all mips; waits until it is done. Beside the maps it needs
-    /// memory for the heights once, freed on return.
+    /// Uploads heights and computes their maps with all mips; waits until it is done. Besides the maps it needs memory for
+    /// one copy of the heights, which is freed on return.
     ///
     /// # Errors
-    /// [`GpuError::Usage`] when the texels do not fill the size or an atlas has another one; [`GpuError::Allocation`]
+    /// [`GpuError::Usage`] when the texels do not fill the size, or the size of the atlas differs; [`GpuError::Allocation`]
     /// when memory is short; a failed submission.
     pub fn new(gpu: &Arc<Gpu>, source: HeightSource<'_>, edges: Edges, format: MomentFormat) -> Result<Self> {
         Self::with_pass(gpu, &Arc::new(MomentsPass::new(gpu, edges, format)?), source)
@@ -161,7 +159,7 @@ impl LeadrMapGpu {
         Ok(map)
     }
 
-    /// Maps of this size with undefined content, to be filled by [`record`](Self::record).
+    /// Maps of this size with undefined content, for [`record`](Self::record) to fill.
     ///
     /// # Errors
     /// As [`new`](Self::new).
@@ -185,8 +183,8 @@ impl LeadrMapGpu {
         Ok(Self { pass: pass.clone(), slopes, joint, heights, levels })
     }
 
-    /// Computes all levels from `heights` (R32F, of the maps' size, in [`Use::Sampled`]), as often as they change;
-    /// leaves the images in [`Use::Sampled`].
+    /// Computes all levels from `heights` (R32F, of the maps' size, in [`Use::Sampled`]) and leaves the images in
+    /// [`Use::Sampled`]. It may be recorded again whenever the heights change.
     pub fn record(&self, cmd: &mut Commands, heights: &ImageView) {
         let MomentsPass { level0, mips, sampler, edges, format } = &*self.pass;
         if heights.extent() != self.levels[0][0].extent() {
@@ -194,7 +192,7 @@ impl LeadrMapGpu {
             return cmd.fail(GpuError::Usage { name: "LEADR maps".to_owned(), fault });
         }
         for image in [&self.slopes, &self.joint, &self.heights] {
-            // their earlier content is not needed, but its readers must be done
+            // the earlier content is not needed, but its readers must be done
             cmd.image_barrier(image, Use::Undefined, Use::ComputeReadWrite);
         }
         let tile = if let Edges::Atlas(tiles) = edges { tiles.tile } else { 0 };
@@ -252,7 +250,7 @@ impl LeadrMapGpu {
         &self.heights
     }
 
-    /// Mip levels of the images.
+    /// Number of mip levels of the images.
     #[must_use]
     pub fn levels(&self) -> u32 {
         self.levels.len() as u32

@@ -24,12 +24,12 @@ shared_struct! {
         pub texcoord_01: [f32; 4],
         /// Texture coordinates of corners 3 and 2.
         pub texcoord_23: [f32; 4],
-        /// Bounds of the taps in texture space.
+        /// Bounds of the texture taps in texture space.
         pub tile: [f32; 4],
     }
 }
 
-/// Most objects in a scene: the G-buffer has six bits for them, the sea and nothing.
+/// Largest number of objects in a scene: the G-buffer has six bits for them, the sea and the empty background.
 pub const MAX_OBJECTS: usize = SEA_INDEX as usize - 1;
 
 shared_struct! {
@@ -43,13 +43,13 @@ shared_struct! {
         pub flags: u32,
         /// Index of the object in the scene, from 1.
         pub index: u32,
-        /// From the deepest pit to the highest bump, metres.
+        /// Distance from the deepest pit to the highest bump, metres.
         pub relief: f32,
     }
 }
 
 shared_struct! {
-    /// Push constants of the filter pass: the object's ([`ObjectGpu`]), and the rays of the image, which are those of
+    /// Push constants of the filter pass: those of the object ([`ObjectGpu`]), and the rays of the image, as from
     /// [`Camera::rays`](crate::render::camera::Camera::rays).
     pub struct FilteredObjectGpu for "Object" {
         height_scale: f32,
@@ -66,7 +66,7 @@ shared_struct! {
 }
 
 impl FilteredObjectGpu {
-    /// Of an object in an image of the scene.
+    /// The block for an object in an image of the scene.
     #[must_use]
     pub fn new(object: ObjectGpu, view: &View) -> Self {
         let ObjectGpu { height_scale, specular_f0, mut flags, index, relief } = object;
@@ -80,20 +80,20 @@ impl FilteredObjectGpu {
     }
 }
 
-/// What of an object stays the same from frame to frame.
+/// The part of an object that stays the same from frame to frame.
 pub struct GpuObject {
     /// The object itself; its height texels are dropped once they are on the device.
     pub object: Object,
     /// Edges of its mesh.
     pub topology: Topology,
     pub(super) height_range: Vec<[f32; 2]>,
-    /// Of all heights, before scaling.
+    /// Range of all heights, before scaling.
     relief: f32,
     pub(super) edge_texels: Vec<f32>,
     pub(super) edge_relief: Vec<f32>,
     /// `PatchData` of every patch.
     pub patches: Buffer,
-    /// What the filter pass knows of the surface beyond a patch's tile.
+    /// Links and coarse levels that let the filter pass look beyond a patch's tile.
     pub atlas: AtlasGpu,
     /// Baked heights of the edges.
     pub edge_heights: Buffer,
@@ -203,7 +203,7 @@ impl GpuObject {
         })
     }
 
-    /// Push constants at a height scale that multiplies the object's own.
+    /// Push constants for a height scale that multiplies the object's own.
     #[must_use]
     pub fn constants(&self, height_scale: f32, mark_inside: bool) -> ObjectGpu {
         ObjectGpu {
@@ -216,7 +216,7 @@ impl GpuObject {
     }
 }
 
-/// The LEADR maps of a height field; without one, those of a single zero height that nothing will sample.
+/// The LEADR maps of a height field; without one, a placeholder with a single zero height that is never sampled.
 fn leadr_maps(gpu: &Arc<Gpu>, field: Option<&HeightField>) -> Result<LeadrMapGpu> {
     let none = HeightField { width: 1, height: 1, texels: vec![0.0], border: Border::Clamp };
     let field = field.unwrap_or(&none);

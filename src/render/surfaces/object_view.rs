@@ -1,4 +1,4 @@
-//! A posed object, and its buffers for one view of it.
+//! A posed object, and its buffers for one view.
 
 use std::sync::Arc;
 
@@ -27,14 +27,14 @@ shared_struct! {
 shared_struct! {
     /// The view block (`View`).
     pub struct ViewGpu for "View" {
-        /// World to the clip space of a viewport [`GUARD_BAND`] times the image.
+        /// World to the clip space of a viewport that is [`GUARD_BAND`] times the size of the image.
         pub clip_from_world: [[f32; 4]; 4],
-        /// Position of the viewer; w: samples of this image along a side of a pixel of the picture.
+        /// Position of the viewer; w: number of samples of this image along a side of a pixel of the picture.
         pub camera_position: [f32; 4],
     }
 }
 
-/// What the stages of the geometry pass share.
+/// The structs that the stages of the geometry pass share.
 pub const GEOMETRY_STRUCTS: [StructLayout; 4] =
     [ViewGpu::LAYOUT, VertexGpu::LAYOUT, PatchGpu::LAYOUT, ObjectGpu::LAYOUT];
 
@@ -44,12 +44,12 @@ pub struct PosedObject {
     pub object: Arc<GpuObject>,
     /// Its vertices in the world.
     pub vertices: PosedVertices,
-    /// What multiplies the object's own height scale where it is displaced: 0 leaves the geometry smooth.
+    /// Factor on the object's own height scale for the displacement; 0 leaves the geometry smooth.
     pub height_scale: f32,
 }
 
 impl PosedObject {
-    /// World length of a texel of the heights, on average; infinite without any.
+    /// Mean world length of a height texel; infinite for an object without heights.
     #[must_use]
     pub fn texel_length(&self) -> f32 {
         let positions = &self.vertices.positions;
@@ -59,7 +59,7 @@ impl PosedObject {
         if texels > 0.0 { lengths.sum::<f32>() / texels } else { f32::INFINITY }
     }
 
-    /// A bounding sphere, bumps included.
+    /// A bounding sphere that includes the bumps.
     #[must_use]
     pub fn bounds(&self) -> Sphere {
         let (low, high) = self
@@ -73,16 +73,16 @@ impl PosedObject {
     }
 }
 
-/// From where a surface is drawn.
+/// The place from which a surface is drawn.
 #[derive(Clone, Copy, Debug)]
 pub struct Viewpoint {
     /// World to clip space.
     pub clip_from_world: Mat4,
     /// Position of the viewer, or a point on the light's side.
     pub eye: Vec3,
-    /// The camera's lens, also where a light's map is drawn: casters must be divided like what the camera sees.
+    /// The camera's lens, also when a light's map is drawn: casters must be tessellated exactly as the camera sees them.
     pub lens: Lens,
-    /// Samples along a side of a pixel that the lens measures in.
+    /// Number of samples along a side of a pixel in which the lens measures.
     pub grid: u32,
 }
 
@@ -93,7 +93,7 @@ impl From<&View> for Viewpoint {
     }
 }
 
-/// What a geometry pipeline draws of an object.
+/// An object as a geometry pipeline draws it.
 #[derive(Clone, Copy)]
 pub struct DrawnObject<'a> {
     /// The object.
@@ -102,13 +102,13 @@ pub struct DrawnObject<'a> {
     pub view: &'a ViewBuffers,
 }
 
-/// The buffers of one object in one view (the camera, or the sun's shadow map). Clones share the buffers, but each has its own
-/// list of draws.
+/// The buffers of one object in one view (the camera's, or that of the sun's shadow map). Clones share the buffers, but
+/// each has its own list of draws.
 #[derive(Clone)]
 pub struct ViewBuffers {
     /// `Vertex` of every vertex.
     pub vertices: Buffer,
-    /// Tessellation factor of every edge.
+    /// Tessellation factor of each edge.
     pub edge_factors: Buffer,
     /// Patches to draw.
     pub visible: Buffer,
@@ -116,9 +116,9 @@ pub struct ViewBuffers {
     pub view: Buffer,
     /// Draws over `visible`.
     pub draws: Vec<(u32, u32)>,
-    /// Bound on the triangles of these draws.
+    /// Upper bound on the triangles of these draws.
     pub triangles: u64,
-    /// Visible patches.
+    /// Number of visible patches.
     pub patches: u32,
 }
 
@@ -144,10 +144,10 @@ impl ViewBuffers {
         })
     }
 
-    /// Chooses factors, culls, and writes the buffers. The device must not be reading them.
+    /// Chooses tessellation factors, culls, and writes the buffers. The device must not be reading them.
     ///
     /// # Errors
-    /// None in practice; a failed write.
+    /// A failed write, which does not happen in practice.
     pub fn update(&mut self, posed: &PosedObject, from: &Viewpoint, settings: &TessellationSettings) -> Result<()> {
         let PosedObject { object, vertices, height_scale } = posed;
         let mesh = &object.object.mesh;

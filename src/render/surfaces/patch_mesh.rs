@@ -1,4 +1,4 @@
-//! A quad mesh ready to be tessellated and displaced: what scenes produce and the geometry pass draws.
+//! A quad mesh ready to be tessellated and displaced: scenes produce it and the geometry pass draws it.
 
 use glam::{Vec2, Vec3};
 
@@ -7,7 +7,7 @@ use glam::{Vec2, Vec3};
 pub struct SkinWeights {
     /// Joint indices; unused slots have weight zero.
     pub joints: [u16; 4],
-    /// Weights, descending, summing to one.
+    /// Weights in descending order, summing to one.
     pub weights: [f32; 4],
 }
 
@@ -18,7 +18,7 @@ pub struct PatchMesh {
     pub positions: Vec<Vec3>,
     /// Unit rest normals, shared by all patches around a vertex.
     pub normals: Vec<Vec3>,
-    /// Linear albedo (rgb) and Beckmann roughness `α` (a) per vertex; they tint the colour map where there is one.
+    /// Linear albedo (rgb) and Beckmann roughness `α` (a) per vertex; multiplied with the colour map where there is one.
     pub colors: Vec<[f32; 4]>,
     /// Ambient accessibility in `[0, 1]` per vertex (1: unoccluded).
     pub accessibility: Vec<f32>,
@@ -26,7 +26,7 @@ pub struct PatchMesh {
     pub skin: Vec<SkinWeights>,
     /// Vertex indices of each patch.
     pub patches: Vec<[u32; 4]>,
-    /// Texture coordinates of each patch's corners (not shared, so every edge may be a seam).
+    /// Texture coordinates of each patch's corners (not shared between patches, so every edge may be a seam).
     pub texcoords: Vec<[Vec2; 4]>,
 }
 
@@ -39,23 +39,23 @@ pub struct PosedVertices {
     pub normals: Vec<Vec3>,
 }
 
-/// How per-patch tiles lie in an atlas: square tiles of `tile` texels, `columns` to a row, each holding the
-/// patch domain `[0,1]²` in its inner `tile − 2·gutter` texels. Texel centres of the inner part lie at
-/// `(i + ½) / (tile − 2·gutter)`; the gutter continues the surface beyond the patch.
+/// How per-patch tiles are arranged in an atlas: square tiles of `tile` texels, `columns` to a row. Each holds the patch
+/// domain `[0,1]²` in its inner `tile − 2·gutter` texels, whose centres lie at `(i + ½) / (tile − 2·gutter)`; the gutter
+/// continues the surface beyond the patch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TileLayout {
     /// Tile edge in texels, a power of two.
     pub tile: u32,
     /// Gutter in texels on each side.
     pub gutter: u32,
-    /// Tiles per row.
+    /// Number of tiles per row.
     pub columns: u32,
-    /// Rows of tiles.
+    /// Number of rows of tiles.
     pub rows: u32,
 }
 
 impl TileLayout {
-    /// A layout for `count` tiles, about square, with a gutter of two texels.
+    /// A roughly square layout for `count` tiles, with a gutter of two texels.
     #[must_use]
     pub fn new(count: u32, tile: u32) -> Self {
         assert!(tile.is_power_of_two() && tile >= 8);
@@ -69,7 +69,7 @@ impl TileLayout {
         (self.columns * self.tile, self.rows * self.tile)
     }
 
-    /// Texels of the patch domain inside a tile, per axis.
+    /// Number of texels of the patch domain inside a tile, per axis.
     #[must_use]
     pub fn inner(&self) -> u32 {
         self.tile - 2 * self.gutter

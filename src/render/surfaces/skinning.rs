@@ -1,15 +1,15 @@
-//! Normals of a skinned mesh that follow the skinned surface.
+//! Normals of a skinned mesh that follow its deformed surface.
 //!
-//! Blending the joints' rotations turns normals as if the weights were constant. Where they change quickly over a
-//! strongly bent joint the surface shears as well, and point-normal patches with the blended normals ripple.
+//! Blending the joints' rotations turns normals as if the weights were constant. Where weights change quickly over a
+//! strongly bent joint, the surface also shears, and point-normal patches with the blended normals ripple.
 
 use glam::{Mat4, Quat, Vec3};
 
 use super::patch_mesh::{PatchMesh, PosedVertices};
 
-/// Linear blend skinning (`joints`: world-from-rest), with the blended normals turned on by the same rotation as the
-/// mean normal of the faces around each vertex turns between the blend and the skinned mesh. Joints that are not there
-/// are ignored.
+/// Linear blend skinning (`joints`: world-from-rest). The blended normal at each vertex is then corrected by a rotation:
+/// the one between the mean face normal around the vertex after blending and that of the skinned mesh. Joints that do not
+/// exist are ignored.
 #[must_use]
 pub fn skin(mesh: &PatchMesh, joints: &[Mat4]) -> PosedVertices {
     let blends: Vec<Mat4> = mesh
@@ -53,7 +53,7 @@ mod tests {
     use super::*;
     use crate::render::surfaces::patch_mesh::SkinWeights;
 
-    /// A strip along x, four wide and twenty long, whose weights go from joint 0 to joint 1 along it.
+    /// A strip along x, four quads wide and twenty long, whose weights go from joint 0 to joint 1 along it.
     fn strip() -> PatchMesh {
         let mut mesh = PatchMesh::default();
         for i in 0..=20_u32 {
@@ -73,7 +73,7 @@ mod tests {
 
     #[test]
     fn a_sheared_strip_gets_the_normals_of_its_surface() {
-        // Joint 1 only rises: the strip becomes a ramp, but no joint rotates.
+        // Joint 1 only moves up: the strip becomes a ramp, but no joint rotates.
         let ramp = [Mat4::IDENTITY, Mat4::from_translation(Vec3::Z)];
         let expected = Vec3::new(-1.0, 0.0, 1.0).normalize();
         for n in skin(&strip(), &ramp).normals {

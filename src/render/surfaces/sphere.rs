@@ -12,7 +12,7 @@ pub struct Sphere {
 }
 
 impl Sphere {
-    /// A sphere around others, about the middle of their box; none around nothing.
+    /// A sphere around other spheres, centred on the middle of their bounding box; `None` without any.
     #[must_use]
     pub fn enclosing(spheres: &[Self]) -> Option<Self> {
         let (low, high) = spheres

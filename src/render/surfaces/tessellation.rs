@@ -1,17 +1,17 @@
-//! How finely each patch is drawn this frame, which patches are drawn, and in how many draws.
+//! How finely each patch is divided this frame, which patches are drawn, and in how many draws.
 //!
-//! Factors belong to edges and come from what the two ends of the edge know, so the two patches of an edge always
-//! agree; turning the camera in place changes nothing.
+//! Factors belong to edges and depend only on data at the two ends of the edge, so the two patches of an edge always agree;
+//! turning the camera in place changes no factor.
 
 use super::patch_mesh::PatchMesh;
 use super::topology::Topology;
 use crate::render::constants::GUARD_BAND;
 use glam::{Mat4, Vec3, Vec4};
 
-/// Largest tessellation factor (fractional odd spacing reaches 63 of Vulkan's 64).
+/// Largest tessellation factor (fractional odd spacing can use 63 of Vulkan's 64).
 pub const MAX_FACTOR: f32 = 63.0;
 
-/// How a camera turns world lengths into pixels.
+/// How a camera converts world lengths to pixels.
 #[derive(Clone, Copy, Debug)]
 pub struct Lens {
     /// Position of the viewer.
@@ -23,7 +23,7 @@ pub struct Lens {
 }
 
 impl Lens {
-    /// Pixels that `length` about `centre` covers across the line of sight.
+    /// Number of pixels that `length` about `centre` covers across the line of sight.
     pub(crate) fn pixels(&self, centre: Vec3, length: f32) -> f32 {
         let distance = (centre.distance(self.eye) - 0.5 * length).max(self.near);
         length * self.focal_pixels / distance
@@ -35,23 +35,23 @@ impl Lens {
     }
 }
 
-/// Knobs of the tessellation.
+/// Settings of the tessellation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TessellationSettings {
-    /// Pixels of screen per triangle; the default 4 puts vertices some 2.8 pixels apart.
+    /// Pixels of screen area per triangle; the default 4 puts vertices some 2.8 pixels apart.
     pub pixels_per_triangle: f32,
-    /// Bound on the factors, 1 to 63.
+    /// Upper bound on the factors, 1 to 63.
     pub max_factor: f32,
-    /// Whether every texel of the height map gets a vertex (within `max_factor` and `vertices_per_pixel`), even if several
-    /// share a pixel: for reference pictures and edge samples.
+    /// Whether every texel of the height map gets a vertex (within `max_factor` and `vertices_per_pixel`), even where
+    /// several share a pixel: for reference pictures and edge samples.
     pub to_texels: bool,
-    /// Most vertices along a pixel's length that `to_texels` asks for. The default, 16, is more than any number of samples
-    /// can tell apart.
+    /// Largest number of vertices along a pixel's side that `to_texels` may produce. The default, 16, is more than any
+    /// number of samples can resolve.
     pub vertices_per_pixel: f32,
     /// Whether patches that cannot be seen are dropped.
     pub cull: bool,
-    /// Largest number of tessellated vertices one draw may make. Some software drivers go wrong, silently, above
-    /// 65,536 per draw.
+    /// Largest number of tessellated vertices that one draw may produce. Some software drivers silently produce wrong
+    /// results above 65,536 per draw.
     pub max_vertices_per_draw: u32,
 }
 
@@ -68,7 +68,7 @@ impl Default for TessellationSettings {
     }
 }
 
-/// The mesh as posed this frame.
+/// The mesh in this frame's pose.
 #[derive(Clone, Copy, Debug)]
 pub struct PosedMesh<'a> {
     /// The mesh whose patches are drawn.
@@ -89,7 +89,7 @@ pub struct PosedMesh<'a> {
     pub height_scale: f32,
 }
 
-/// What to draw.
+/// The patches to draw, and their factors.
 #[derive(Clone, Debug, Default)]
 pub struct DrawList {
     /// Tessellation factor of each edge.
@@ -137,7 +137,7 @@ impl DrawList {
         Self { vertex_lods, ..Self::with_factors(posed, edge_factors, clip_from_world, lens, settings) }
     }
 
-    /// Culls and splits draws, with the factors of every edge given and no levels of vertices.
+    /// Culls and splits draws, given the factors of all edges; the vertices get no levels.
     #[must_use]
     pub fn with_factors(
         posed: PosedMesh<'_>,
@@ -148,8 +148,8 @@ impl DrawList {
     ) -> Self {
         let PosedMesh { mesh, topology, positions, normals, .. } = posed;
         let (view, band) = (frustum_planes(clip_from_world, 1.0), frustum_planes(clip_from_world, GUARD_BAND));
-        // Patches that need clipping come last, in draws of their own: software drivers send every triangle of a draw
-        // in which anything is clipped down a path that is some twenty times slower.
+        // Patches that need clipping come last, in draws of their own: when anything in a draw is clipped, software drivers
+        // send all of its triangles down a path that is some twenty times slower.
         let (mut inside, mut crossing) = (Vec::new(), Vec::new());
         for (index, patch) in mesh.patches.iter().enumerate() {
             let corners = patch.map(|v| (positions[v as usize], normals[v as usize]));
@@ -171,7 +171,7 @@ impl DrawList {
         list
     }
 
-    /// Appends `patches` in draws that stay under the vertex limit.
+    /// Appends `patches` in draws that stay below the vertex limit.
     fn add_draws(&mut self, patches: &[u32], topology: &Topology, max_vertices: u32) {
         let (mut first, mut vertices) = (self.visible.len() as u32, 0u32);
         for &patch in patches {
@@ -197,11 +197,11 @@ impl DrawList {
 
 /// Slope of bumps that still shows when an edge is seen end-on.
 const BUMP_SLOPE: f32 = 0.3;
-/// Pixels of relief from which on an edge is divided as finely as its length on the screen asks for.
+/// Relief in pixels from which on an edge is divided as finely as its length on the screen asks for.
 const FULL_RELIEF: f32 = 2.0;
 
-/// Length on the screen that an edge is divided by: foreshortened, but not below what its bumps show from the side;
-/// less when neither bumps nor curvature stand out by pixels, for then there is little to draw.
+/// The screen length by which an edge is divided: foreshortened, but at least what its bumps show from the side, and less
+/// where neither bumps nor curvature stand out by pixels, since there is little to draw.
 fn edge_pixels(lens: &Lens, positions: [Vec3; 2], normals: [Vec3; 2], relief: f32) -> f32 {
     let centre = (positions[0] + positions[1]) * 0.5;
     let along = positions[1] - positions[0];
@@ -213,14 +213,14 @@ fn edge_pixels(lens: &Lens, positions: [Vec3; 2], normals: [Vec3; 2], relief: f3
     length * scale * sine.hypot(BUMP_SLOPE) * prominence
 }
 
-/// The number of segments fractional odd spacing makes of a factor.
+/// The number of segments that fractional odd spacing makes from a factor.
 fn odd_ceil(factor: f32) -> u32 {
     let n = factor.ceil() as u32;
     n | 1
 }
 
-/// Inward planes of the sides, `band` times as far out as the image's border, and of the near plane (reversed depth, so
-/// `z ≤ w` is near; the far plane is at infinity).
+/// Inward planes of the near plane and of the sides, which are `band` times as far out as the image's border (depth is
+/// reversed, so `z ≤ w` is near; the far plane is at infinity).
 fn frustum_planes(clip_from_world: Mat4, band: f32) -> [Vec4; 5] {
     let rows = clip_from_world.transpose();
     let (x, y, z, w) = (rows.x_axis, rows.y_axis, rows.z_axis, rows.w_axis);
@@ -230,7 +230,7 @@ fn frustum_planes(clip_from_world: Mat4, band: f32) -> [Vec4; 5] {
 
 type Corners = [(Vec3, Vec3); 4];
 
-/// Where a patch lies with respect to the view.
+/// Where a patch lies relative to the view.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Inside {
     Wholly,
@@ -241,7 +241,7 @@ enum Inside {
 fn place_in_view(planes: &[Vec4; 5], corners: &Corners, range: [f32; 2]) -> Inside {
     let centre = corners.iter().map(|c| c.0).sum::<Vec3>() * 0.25;
     let radius = corners.iter().map(|c| c.0.distance(centre)).fold(0.0, f32::max);
-    // A quarter for the bulge of the curved patch over its corners.
+    // A quarter more, since the curved patch bulges beyond its corners.
     let radius = radius * 1.25 + range[0].abs().max(range[1].abs());
     let least = planes.iter().map(|plane| plane.dot(centre.extend(1.0))).fold(f32::INFINITY, f32::min);
     if least >= radius {
@@ -253,11 +253,11 @@ fn place_in_view(planes: &[Vec4; 5], corners: &Corners, range: [f32; 2]) -> Insi
     }
 }
 
-/// Whether the patch lies so far behind the horizon that not even its highest bump can look over it.
+/// Whether the patch lies so far behind the horizon that not even its highest bump can be seen.
 fn faces_away(lens: &Lens, corners: &Corners, range: [f32; 2]) -> bool {
     let edge = corners[0].0.distance(corners[2].0).max(corners[1].0.distance(corners[3].0)).max(1e-12);
     let spread = (0..4).map(|i| corners[i].1.distance(corners[(i + 1) & 3].1)).fold(0.25f32, f32::max);
-    // Over a sphere of radius R a bump of height h shows up to acos(R / (R + h)) behind the horizon.
+    // On a sphere of radius R, a bump of height h is visible up to acos(R / (R + h)) behind the horizon.
     let radius = edge / spread;
     let cosine = radius / (radius + (range[1] - range[0]).max(0.0));
     let margin = (1.0 - cosine * cosine).sqrt() + 0.1 + 0.5 * spread;
@@ -306,8 +306,8 @@ mod tests {
     fn spacing_follows_the_target() {
         let mesh = grid(1);
         let list = list(&mesh, Vec3::Z * 100.0, Vec3::ZERO, &TessellationSettings::default());
-        // One unit at distance 100 is 10 pixels; 4 pixels per triangle are sqrt(8) pixels between vertices. Bumps of
-        // 10 pixels lengthen what is seen from straight above by sqrt(1 + 0.09).
+        // One unit at distance 100 is 10 pixels; 4 pixels per triangle put vertices sqrt(8) pixels apart. Bumps of 10
+        // pixels lengthen what is seen from straight above by sqrt(1 + 0.09).
         for factor in &list.edge_factors {
             assert!((factor - 10.0 * 1.09f32.sqrt() / 8f32.sqrt()).abs() < 0.06, "{factor}");
         }

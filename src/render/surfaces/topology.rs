@@ -1,4 +1,4 @@
-//! Edges of a quad mesh and how patches run along them.
+//! Edges of a quad mesh and the direction in which patches run along them.
 
 use std::collections::HashMap;
 
@@ -7,7 +7,8 @@ use std::collections::HashMap;
 pub struct Topology {
     /// Vertex pairs, lower index first.
     pub edges: Vec<[u32; 2]>,
-    /// Per patch and side (v=0, u=1, v=1, u=0): `edge << 1 | 1` when the patch runs from the higher vertex.
+    /// For each patch and side (v=0, u=1, v=1, u=0): `edge << 1`, with the lowest bit set when the patch runs from the
+    /// higher vertex.
     pub patch_edges: Vec<[u32; 4]>,
 }
 
@@ -34,11 +35,11 @@ impl Topology {
         Self { edges, patch_edges }
     }
 
-    /// Patch and side beyond each side of each patch. None beyond edges that do not join exactly two patches, or join
-    /// them running the same way.
+    /// For each side of each patch, the patch and side beyond it. `None` for edges that do not join exactly two patches, or
+    /// join them running in the same direction.
     #[must_use]
     pub fn neighbors(&self) -> Vec<[Option<(u32, u8)>; 4]> {
-        // Per edge and direction: how many sides, and the last of them.
+        // For each edge and direction: the number of sides, and the last of them.
         let mut sides = vec![[(0u32, (0u32, 0u8)); 2]; self.edges.len()];
         for (patch, edges) in self.patch_edges.iter().enumerate() {
             for (side, &edge) in edges.iter().enumerate() {
@@ -53,7 +54,7 @@ impl Topology {
         self.patch_edges.iter().map(|edges| edges.map(beyond)).collect()
     }
 
-    /// Edges that do not join exactly two patches, or join them running the same way: none on a closed,
+    /// Number of edges that do not join exactly two patches, or join them running in the same direction: 0 on a closed,
     /// oriented surface.
     #[must_use]
     pub fn irregular_edges(&self) -> usize {

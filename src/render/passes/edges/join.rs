@@ -11,7 +11,7 @@ use crate::render::passes::shade::LightingGpu;
 use crate::render::passes::targets::{GBuffer, JoinedEdges, SampleTargets};
 use crate::render::settings::Needs;
 
-/// What tells sunlit edge samples from those in shadow.
+/// The inputs that tell sunlit edge samples from those in shadow.
 #[derive(Clone, Copy)]
 pub struct JoinLight<'a> {
     /// The [`LightingGpu`] block of the edge samples.
@@ -20,10 +20,10 @@ pub struct JoinLight<'a> {
     pub shadow_map: &'a Image,
 }
 
-/// What the pipeline of the joining pass depends on.
+/// The options that decide the pipeline of the joining pass.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct JoinKind {
-    /// What the technique needs of slope statistics.
+    /// The slope statistics that the technique needs.
     pub needs: Needs,
     /// Whether the sun has a shadow map.
     pub shadow_map: bool,
@@ -54,8 +54,8 @@ impl JoinPass {
         })
     }
 
-    /// Adds an image of shaded edge samples to the `joined` ones of earlier images and to the G-buffer of the pixels, all of
-    /// which stay readable.
+    /// Adds an image of shaded edge samples to the `joined` sums of earlier images and to the G-buffer of the pixels. All
+    /// of these stay readable.
     pub fn record(
         &self,
         cmd: &mut Commands,

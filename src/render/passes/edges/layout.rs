@@ -1,4 +1,4 @@
-//! Where edge samples lie: their grid, the pixels that need any, and how finely objects are divided for them.
+//! Layout of edge samples: their grid, the pixels that need them, and how finely objects are divided for them.
 
 use glam::Vec2;
 
@@ -6,20 +6,20 @@ use crate::render::camera::Camera;
 use crate::render::surfaces::sphere::Sphere;
 use crate::render::surfaces::tessellation::{Lens, TessellationSettings};
 
-/// Most edge samples along a side of a pixel in one image.
+/// Largest number of edge samples along a side of a pixel in one image.
 pub const MAX_GRID: u32 = 16;
-/// Most vertices along a side of a pixel when edge samples are drawn, up to one per texel. More bring the silhouette nearer to
-/// that of the relief but the shading farther away, since the visible part of a single bump has other statistics than the
-/// whole bump (docs/measurements/samples.md).
+/// Largest number of vertices along a side of a pixel when edge samples are drawn, up to one per texel. With more,
+/// silhouettes come closer to those of the relief but the shading moves away from it, since the visible part of a single
+/// bump has other statistics than the whole bump (docs/measurements/samples.md).
 const VERTICES_PER_PIXEL: f32 = 6.0;
-/// Most vertices across an object then. Larger objects do without: their silhouette is a smaller part of them, and the geometry
-/// of whole pixels already shows its bumps.
+/// Largest number of vertices across an object that is divided more finely. Larger objects are not: their silhouette is a
+/// smaller part of them, and the geometry of whole pixels already shows its bumps.
 const VERTICES_ACROSS: f32 = 360.0;
-/// Most edge samples in one image: they take 108 bytes each.
+/// Largest number of edge samples in one image; each takes 108 bytes.
 const MAX_DRAWN: u64 = 1 << 22;
 
-/// The largest grid, up to `finest`, by which several images make up `samples` edge samples in each pixel of a picture of `size`:
-/// 1, 2, 4, 8 or 16 samples along a side of a pixel.
+/// The largest grid, up to `finest`, with which whole images make up `samples` edge samples in each pixel of a picture of
+/// `size`: 1, 2, 4, 8 or 16 samples along a side of a pixel.
 #[must_use]
 pub fn edge_grid(samples: u32, size: (u32, u32), finest: u32) -> u32 {
     let pixels = u64::from(size.0) * u64::from(size.1);
@@ -34,9 +34,9 @@ pub struct PixelArea {
     pub left: u32,
     /// First row.
     pub top: u32,
-    /// Column after the last.
+    /// One past the last column.
     pub right: u32,
-    /// Row after the last.
+    /// One past the last row.
     pub bottom: u32,
 }
 
@@ -47,7 +47,7 @@ impl PixelArea {
         Self { left: 0, top: 0, right: size.0, bottom: size.1 }
     }
 
-    /// The pixels that can see anything in some spheres; all of them where a sphere reaches the camera.
+    /// The pixels that can see any part of some spheres; all pixels where a sphere reaches the camera.
     #[must_use]
     pub fn of_spheres(spheres: &[Sphere], camera: &Camera, size: (u32, u32)) -> Self {
         let [x, y, forward] = camera.rays(size, Vec2::ZERO);
@@ -64,7 +64,7 @@ impl PixelArea {
             for (axis, ray) in [x, y].into_iter().enumerate() {
                 // In units of half the picture, at depth 1.
                 let (place, radius_here) = (to.dot(ray) / ray.length_squared(), radius / ray.length());
-                // Nearer is farther out.
+                // The nearer the sphere, the farther out its image reaches.
                 let seen =
                     |edge: f32, outward: f32| edge / if edge * outward > 0.0 { depth - radius } else { depth + radius };
                 low[axis] = low[axis].min(seen(place - radius_here, -1.0));
@@ -79,13 +79,13 @@ impl PixelArea {
         Self { left: first.x, top: first.y, right: last.x, bottom: last.y }
     }
 
-    /// Columns and rows.
+    /// Number of columns and rows.
     #[must_use]
     pub fn size(&self) -> [u32; 2] {
         [self.right - self.left, self.bottom - self.top]
     }
 
-    /// The scissor of these pixels in an image with a grid of samples in each: x, y, width, height.
+    /// The scissor of these pixels, x, y, width, height, in an image with a grid of samples in each pixel.
     #[must_use]
     pub fn scissor(&self, grid: u32) -> [u32; 4] {
         let [width, height] = self.size();
@@ -93,7 +93,8 @@ impl PixelArea {
     }
 }
 
-/// How finely an object of this bounding sphere is divided when edge samples are drawn: large objects as `usual`, small ones more.
+/// How finely an object with this bounding sphere is divided when edge samples are drawn: large objects as `usual`, small
+/// ones more finely.
 #[must_use]
 pub fn edge_tessellation(usual: TessellationSettings, bounds: Sphere, lens: &Lens) -> TessellationSettings {
     let Sphere { centre, radius } = bounds;
@@ -125,7 +126,7 @@ mod tests {
                 let pixel = ((ndc * 0.5 + 0.5) * Vec2::new(200.0, 120.0)).clamp(Vec2::ZERO, Vec2::new(200.0, 120.0));
                 (low, high) = (low.min(pixel), high.max(pixel));
             }
-            // Samples lie up to half a pixel away and bounds are whole pixels; perspective widens a near sphere.
+            // Samples lie up to half a pixel away and bounds are whole pixels; perspective enlarges a near sphere.
             assert!(left <= low.x && top <= low.y && right >= high.x && bottom >= high.y, "{low} {high}");
             let room = Vec2::new(low.x - left, low.y - top).max(Vec2::new(right - high.x, bottom - high.y));
             assert!(
@@ -155,7 +156,7 @@ mod tests {
         // 2 metres are 20 pixels at 100 m, 200 at 10 m.
         assert_eq!(per_pixel(100.0), VERTICES_PER_PIXEL);
         assert!((per_pixel(10.0) - VERTICES_ACROSS / 200.0).abs() < 0.02, "{}", per_pixel(10.0));
-        // Default triangles have a vertex every 2.8 pixels: nothing is added where less is asked for.
+        // By default triangles have a vertex every 2.8 pixels, and settings that ask for less are not refined.
         assert!(per_pixel(1.0) < (2.0 * usual.pixels_per_triangle).sqrt().recip());
         assert!(per_pixel(-0.5) < 0.1, "around the camera");
         let far = edge_tessellation(usual, Sphere { centre: Vec3::X * 50.0, radius: 1.0 }, &lens);

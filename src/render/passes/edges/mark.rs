@@ -1,4 +1,4 @@
-//! Which edge samples see the surface that their pixel sees.
+//! Marks the edge samples that see the same surface as their pixel.
 
 use std::sync::Arc;
 
@@ -6,7 +6,7 @@ use super::rays::EdgeRays;
 use crate::gpu::{AddressMode, Commands, ComputePipeline, Descriptor, Filter, Gpu, Result, Sampler, SharedStruct, Use};
 use crate::render::passes::targets::{SampleTargets, VisibleSurface};
 
-/// The pass that marks what need not be shaded again.
+/// The pass that marks edge samples which need no shading of their own.
 #[derive(Clone)]
 pub struct EdgePass {
     pipeline: ComputePipeline,
@@ -25,7 +25,7 @@ impl EdgePass {
         })
     }
 
-    /// Marks where the samples of `edges` see the surface that their pixels see, and leaves them readable.
+    /// Marks the samples of `edges` that see the same surface as their pixels, and leaves them readable.
     pub fn record(&self, cmd: &mut Commands, pixels: &SampleTargets, edges: &VisibleSurface, rays: &EdgeRays) {
         let SampleTargets { visible: pixel, gbuffer: filtered, .. } = pixels;
         cmd.transition(&edges.surface, Use::ComputeReadWrite);

@@ -1,16 +1,17 @@
 //! Edge samples: silhouettes as smooth as with many samples per pixel, while most pixels are shaded once.
 //!
-//! The geometry is drawn again, with a grid of samples in every pixel and with finer triangles where an object is small. Several
-//! such images, each moved by a part of a grid cell, make up the wanted number. An edge sample that sees the same surface as the
-//! pixel's own sample (the same object, in one plane with it) takes the pixel's shading, which is that of the pixel's whole footprint
-//! anyway. An edge sample that sees another surface, across a silhouette, is filtered and shaded by itself, with the footprint
-//! of a whole pixel. So the inside of a surface is shaded once, bit for bit as without edge samples.
+//! The geometry is drawn again, with a grid of samples in every pixel, and with finer triangles where an object is small.
+//! Several such images, each moved by a part of a grid cell, make up the requested number of samples. An edge sample that
+//! sees the same surface as the pixel's own sample (the same object, in one plane with it) takes the pixel's shading, which
+//! covers the pixel's whole footprint anyway. An edge sample that sees another surface, across a silhouette, is filtered
+//! and shaded by itself, with the footprint of a whole pixel. The inside of a surface is thus shaded once, bit for bit as
+//! without edge samples.
 //!
-//! Maps tell what lies beside a point, but not which part of it is visible, nor how patches bend. Where a pixel's footprint covers a
-//! quarter of an atlas patch or more, the edge samples that see the pixel's surface are therefore filtered too, each with its
-//! part of the footprint, and their slope statistics are joined in the pixel's frame
-//! ([`slope_turn`](crate::reflectance::slopes::turn)) before the pixel is shaded. Footprints from an eighth of a patch on
-//! blend into this.
+//! The maps describe the surface around a point, but not which part of it is visible, nor how patches bend. Where a pixel's
+//! footprint covers a quarter of an atlas patch or more, the edge samples that see the pixel's surface are therefore
+//! filtered too, each with its part of the footprint, and their slope statistics are joined in the pixel's frame
+//! ([`slope_turn`](crate::reflectance::slopes::turn)) before the pixel is shaded. The transition begins at footprints of an
+//! eighth of a patch.
 
 mod join;
 mod layout;

@@ -1,4 +1,4 @@
-//! Waves of all cascades into maps, every frame: two passes of Fourier transforms, then mips.
+//! Turns the waves of all cascades into maps, every frame: two passes of Fourier transforms, then mips.
 
 use std::sync::Arc;
 
@@ -11,13 +11,13 @@ use crate::gpu::{
 };
 use crate::render::surfaces::ocean::waves::{Cascade, PERIOD};
 
-/// Smallest and largest resolution of a cascade; two lines of a transform have to fit into shared memory.
+/// Smallest and largest resolution of a cascade; two lines of a transform must fit into shared memory.
 pub const RESOLUTIONS: std::ops::RangeInclusive<u32> = 16..=1024;
 
 shared_struct! {
     /// A cascade as the shaders read it (`passes/ocean/cascade.glsl`).
     pub struct CascadeGpu for "Cascade" {
-        /// Cosine and sine of the tile's angle.
+        /// Cosine and sine of the tile's rotation.
         pub turn: [f32; 2],
         /// `2π / size`.
         pub wave_step: f32,
@@ -28,32 +28,32 @@ shared_struct! {
 
 shared_struct! {
     struct Moment for "Push" {
-        /// Part of the period that has passed: a multiple of 1/2048, and what is left.
+        /// Elapsed part of the period: a multiple of 1/2048, and the remainder.
         moment: [f32; 2],
     }
 }
 
 shared_struct! {
     struct Choppiness for "Push" {
-        /// Factor of the horizontal movement.
+        /// Scale of the horizontal movement.
         choppiness: f32,
     }
 }
 
-/// What the maps hold.
+/// Content of the maps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Content {
-    /// Means that filter linearly, with mips: see [`OceanFields`].
+    /// Moments that filter linearly, with mips: see [`OceanFields`].
     Moments,
-    /// Fields that are linear in the waves, which add up exactly from cascade to cascade, without mips. `displacement`:
-    /// `Dx, Dy, height, ∂Dx/∂y`; `slopes`: `∂h/∂x, ∂h/∂y, ∂Dx/∂x, ∂Dy/∂y`; `joint` is empty.
+    /// Fields that are linear in the waves, so that cascades add up exactly; without mips. `displacement`: `Dx, Dy, height,
+    /// ∂Dx/∂y`; `slopes`: `∂h/∂x, ∂h/∂y, ∂Dx/∂x, ∂Dy/∂y`; `joint` is empty.
     Derivatives,
 }
 
-/// The maps of the sea at one moment, one array layer per cascade, all with full mips.
+/// The maps of the sea at one moment; each has one array layer per cascade and full mips.
 ///
-/// `J` is the Jacobian of the horizontal movement, `s` the slope of the moved surface, `w = det J` its area per area of sea at
-/// rest: moments are per area of the moved sea, `E[s] = Σ w s / Σ w`.
+/// `J` is the Jacobian of the horizontal movement, `s` the slope of the moved surface, and `w = det J` the moved area per
+/// area of sea at rest. Moments are per area of the moved sea: `E[s] = Σ w s / Σ w`.
 #[derive(Clone)]
 pub struct OceanFields {
     rows: ComputePipeline,
@@ -68,8 +68,9 @@ pub struct OceanFields {
     pub displacement: Image,
     /// `w sx, w sy, w sx², w sy²`.
     pub slopes: Image,
-    /// `w sx sy, w, stretch, stretch²`, of which the foam is made: the stretch of the sea, `1 + ∂Dx/∂x + ∂Dy/∂y`, with
-    /// [`foam_weight`](crate::render::surfaces::ocean::waves::foam_weight). It is linear in the waves, so that it is normal and adds up.
+    /// `w sx sy, w, stretch, stretch²`. The foam is computed from the stretch of the sea, `1 + ∂Dx/∂x + ∂Dy/∂y`, weighted
+    /// by [`foam_weight`](crate::render::surfaces::ocean::waves::foam_weight). The stretch is linear in the waves, so it
+    /// has a normal distribution and adds up over cascades.
     pub joint: Image,
     levels: Vec<[ImageView; 3]>,
     resolution: u32,
@@ -77,11 +78,11 @@ pub struct OceanFields {
 }
 
 impl OceanFields {
-    /// Pipelines and maps for these cascades, whose resolutions must be the same.
+    /// Pipelines and maps for these cascades, which must have the same resolution.
     ///
     /// # Errors
-    /// [`GpuError::Usage`] for no cascades, unlike ones, or a resolution that is no power of two in [`RESOLUTIONS`]; memory
-    /// that is short; a failed pipeline.
+    /// [`GpuError::Usage`] when there are no cascades, their resolutions differ, or a resolution is no power of two in
+    /// [`RESOLUTIONS`]; memory that is short; a failed pipeline.
     pub fn new(gpu: &Arc<Gpu>, cascades: &[Cascade], content: Content) -> Result<Self> {
         let fault = |fault: String| Err(GpuError::Usage { name: "ocean".to_owned(), fault });
         let Some(resolution) = cascades.first().map(|c| c.resolution) else {
@@ -145,16 +146,16 @@ impl OceanFields {
         })
     }
 
-    /// Fills the maps for `time` and leaves them in [`Use::Sampled`]: the three passes one after the other.
+    /// Fills the maps for `time` and leaves them in [`Use::Sampled`]; records the three passes one after the other.
     pub fn record(&self, cmd: &mut Commands, time: f64, choppiness: f32) {
         self.record_rows(cmd, time);
         self.record_columns(cmd, choppiness);
         self.record_mips(cmd);
     }
 
-    /// Moves the waves to `time` (seconds; repeats after [`PERIOD`]) and transforms the rows.
+    /// Animates the waves to `time` (seconds; repeats after [`PERIOD`]) and transforms the rows.
     pub fn record_rows(&self, cmd: &mut Commands, time: f64) {
-        // The columns of an earlier frame may still be reading.
+        // The column pass of an earlier frame may still be reading.
         cmd.memory_barrier(Use::Undefined, Use::ComputeWrite);
         cmd.bind(
             &self.rows,
@@ -172,8 +173,8 @@ impl OceanFields {
         cmd.memory_barrier(Use::ComputeWrite, Use::ComputeRead);
     }
 
-    /// Transforms the columns and writes the finest level of the maps. `choppiness` scales the horizontal movement: 1 is that
-    /// of water, 0 leaves waves of height alone.
+    /// Transforms the columns and writes the finest level of the maps. `choppiness` scales the horizontal movement: 1 as in
+    /// water, 0 for waves that move vertically only.
     pub fn record_columns(&self, cmd: &mut Commands, choppiness: f32) {
         for image in self.maps() {
             cmd.image_barrier(image, Use::Undefined, Use::ComputeReadWrite);
@@ -194,7 +195,7 @@ impl OceanFields {
         cmd.dispatch([self.resolution, self.count, 1]);
     }
 
-    /// Makes the coarser levels from the finest, and leaves all in [`Use::Sampled`].
+    /// Makes the coarser levels from the finest, and leaves all levels in [`Use::Sampled`].
     pub fn record_mips(&self, cmd: &mut Commands) {
         for image in self.maps() {
             cmd.transition(image, Use::ComputeReadWrite);
@@ -217,7 +218,7 @@ impl OceanFields {
         [&self.displacement, &self.slopes, &self.joint]
     }
 
-    /// Samples along a tile's edge.
+    /// Number of samples along a tile's edge.
     #[must_use]
     pub fn resolution(&self) -> u32 {
         self.resolution

@@ -1,4 +1,4 @@
-//! The filter of the sea's pixels: writes the slope moments of the waves that each sees into the G-buffer.
+//! The filter for the sea's pixels: writes the slope moments of the waves under each pixel into the G-buffer.
 
 use std::sync::Arc;
 
@@ -15,7 +15,7 @@ use crate::render::surfaces::ocean::Ocean;
 use crate::render::surfaces::ocean::mesh::EARTH;
 use crate::render::surfaces::ocean::shore::ShoreGpu;
 
-/// Beckmann roughness of the water itself, beneath all waves.
+/// Beckmann roughness of the water surface itself, without any waves.
 const WATER_ROUGHNESS: f32 = 0.01;
 /// Reflectance of water at normal incidence.
 const WATER_F0: f32 = 0.02;
@@ -31,7 +31,7 @@ shared_struct! {
 }
 
 impl WaterGpu {
-    /// The water of a sea below a viewer who stands over `centre`.
+    /// The water of a sea for a viewer above `centre`.
     pub fn new(ocean: &Ocean, centre: Vec2) -> Self {
         let threshold = if ocean.foam_threshold > 0.0 { ocean.foam_threshold } else { -1e9 };
         Self {
@@ -43,7 +43,7 @@ impl WaterGpu {
     }
 }
 
-/// What the filter reads of the sea. The last two are the blocks of [`WaterGpu`] and
+/// The filter's inputs from the sea. The last two are the blocks of [`WaterGpu`] and
 /// [`ShoreGpu`](crate::render::surfaces::ocean::shore::ShoreGpu).
 #[derive(Clone, Copy)]
 pub struct SeaInputs<'a> {
@@ -55,7 +55,7 @@ pub struct SeaInputs<'a> {
     pub shore: &'a Buffer,
 }
 
-/// The pipeline of the filter for what a technique needs.
+/// The pipeline of the filter for the inputs that a technique needs.
 #[derive(Clone)]
 pub struct OceanFilterPass {
     pipeline: GraphicsPipeline,

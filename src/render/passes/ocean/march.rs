@@ -1,5 +1,5 @@
-//! The sea of the reference: rays are marched through the displaced waves, and slopes are not filtered. No tessellation could
-//! follow every wave to the horizon, and the reference must know which waves hide each other.
+//! The sea of the reference: rays are marched through the displaced waves, and slopes are not filtered. No tessellation
+//! could follow every wave to the horizon, and the reference must resolve which waves hide each other.
 
 use std::sync::Arc;
 
@@ -16,13 +16,13 @@ use crate::render::surfaces::object_view::Viewpoint;
 use crate::render::surfaces::ocean::mesh::EARTH;
 use crate::render::surfaces::ocean::waves::Cascade;
 
-/// Standard deviations that bound the height of the waves: one sample in 10⁸ lies beyond.
+/// Bound on the height of the waves in standard deviations: one sample in 10⁸ lies beyond it.
 const HEIGHT_BOUND: f64 = 5.7;
-/// Samples per sample of the drawn sea along a side, as far as a transform can be that large. Interpolated linearly, waves of
-/// three samples would lose half of their slope.
+/// Samples along a side for each sample of the drawn sea, limited by the largest transform. With linear interpolation,
+/// waves only three samples long would lose half of their slope.
 const OVERSAMPLING: u32 = 2;
-/// Standard deviations of the slope that rays assume when they choose a step. They still meet steeper waves that are not
-/// narrower than a step.
+/// Bound on the slope, in standard deviations, that rays assume when they choose a step. They still hit steeper waves as
+/// long as these are not narrower than a step.
 const SLOPE_BOUND: f64 = 3.5;
 
 shared_struct! {
@@ -33,7 +33,7 @@ shared_struct! {
     }
 }
 
-/// Per cascade: a bound on the heights of all later ones, and on the slopes of all up to it.
+/// For each cascade: a bound on the heights of all later cascades, and on the slopes of this one and all earlier ones.
 fn limits(deviations: &[[f64; 2]]) -> Vec<[f32; 2]> {
     let square = |part: &[[f64; 2]], c: usize| part.iter().map(|d| d[c] * d[c]).sum::<f64>().sqrt();
     (1..=deviations.len())
@@ -44,7 +44,7 @@ fn limits(deviations: &[[f64; 2]]) -> Vec<[f32; 2]> {
         .collect()
 }
 
-/// The passes of the reference, and the waves they look at. Clones share them.
+/// The passes of the reference, and the waves that they read. Clones share them.
 #[derive(Clone)]
 pub struct OceanMarch {
     fields: OceanFields,
@@ -94,7 +94,7 @@ impl OceanMarch {
         })
     }
 
-    /// Points the rays; `level`: height of the water at rest. The device must be idle.
+    /// Sets the rays for a viewpoint; `level`: height of the water at rest. The device must be idle.
     ///
     /// # Errors
     /// A failed write.

@@ -79,7 +79,7 @@ impl OceanSurfacePass {
         })
     }
 
-    /// Writes the rings as they are laid around a viewer over water at rest at the height `level`, metres. The device must be
+    /// Writes the rings as laid around a viewer, over water whose height at rest is `level`, metres. The device must be
     /// idle.
     ///
     /// # Errors

@@ -2,14 +2,14 @@
 
 use crate::gpu::{ColorTarget, Commands, DepthTarget, Image, Load, Use};
 
-/// What targets hold when a kind of surface is drawn into them.
+/// Content of the targets when a kind of surface begins to draw into them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Begin {
     /// Zeros, for the first kind.
     Clear,
-    /// Anything, for the first kind where nothing reads the pixels it leaves out.
+    /// Anything: for the first kind, where nothing reads the pixels it does not cover.
     Discard,
-    /// What earlier kinds drew.
+    /// The pixels of earlier kinds.
     Continue,
 }
 
@@ -25,7 +25,7 @@ impl Begin {
         ColorTarget { view: image.whole(), load }
     }
 
-    /// Makes an image a depth target; the first kind finds it infinitely far.
+    /// Makes an image a depth target; for the first kind everything is infinitely far away.
     pub(super) fn depth<'a>(self, cmd: &mut Commands, image: &'a Image) -> DepthTarget<'a> {
         self.transition(cmd, image, Use::DepthTarget);
         DepthTarget { view: image.whole(), clear: (self != Self::Continue).then_some(0.0) }

@@ -1,4 +1,4 @@
-//! What the filter passes leave behind for each pixel.
+//! The output of the filter passes for each pixel.
 
 use std::sync::Arc;
 
@@ -10,18 +10,19 @@ use super::begin::Begin;
 use crate::gpu::{Commands, Gpu, Image, ImageDesc, Result, Use};
 use crate::reflectance::frame::octahedral_decode;
 
-/// The LEADR G-buffer: everything a pixel needs to be shaded, 40 bytes (`passes/gbuffer.glsl`) and the depth of [`VisibleSurface`](super::VisibleSurface).
+/// The LEADR G-buffer: all data that shading a pixel needs, 40 bytes (`passes/gbuffer.glsl`) plus the depth of
+/// [`VisibleSurface`](super::VisibleSurface).
 #[derive(Clone)]
 pub struct GBuffer {
     /// Octahedral displacement direction, mean slope in its frame, covariance `sxy`; RGBA32UI.
     pub slopes: Image,
     /// Linear albedo, Beckmann roughness, variances `sxx` and `syy`; RGBA32UI.
     pub material: Image,
-    /// Specular f0 and accessibility; level of detail, or for edge samples how they are joined; RG32UI.
+    /// Specular f0 and accessibility; level of detail or, for edge samples, how they are joined; RG32UI.
     pub surface: Image,
 }
 
-/// The part of a pixel of the [`GBuffer`] that pictures show.
+/// The fields of a [`GBuffer`] pixel that debug pictures show.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FilteredPixel {
     /// World displacement direction, unit.
@@ -39,7 +40,7 @@ pub struct FilteredPixel {
 }
 
 impl GBuffer {
-    /// Formats of its images in the order of their attachments.
+    /// Formats of its images, in the order of their attachments.
     pub const FORMATS: [vk::Format; 3] =
         [vk::Format::R32G32B32A32_UINT, vk::Format::R32G32B32A32_UINT, vk::Format::R32G32_UINT];
 
@@ -58,14 +59,14 @@ impl GBuffer {
         })
     }
 
-    /// Its images in the order of their attachments.
+    /// Its images, in the order of their attachments.
     #[must_use]
     pub fn colors(&self) -> [&Image; 3] {
         [&self.slopes, &self.material, &self.surface]
     }
 
-    /// Runs `draw`, which filters the pixels of one kind of surface into it, within the scissor (x, y, width, height), and leaves it
-    /// readable.
+    /// Runs `draw`, which filters the pixels of one kind of surface into the G-buffer within the scissor (x, y, width,
+    /// height), and leaves the G-buffer readable.
     pub fn draw(&self, cmd: &mut Commands, begin: Begin, scissor: Option<[u32; 4]>, draw: impl FnOnce(&mut Commands)) {
         let colors = self.colors().map(|image| begin.color(cmd, image));
         cmd.begin_rendering(&colors, None);

@@ -1,4 +1,4 @@
-//! Radiance of samples, and what edge samples add up to.
+//! The radiance of samples, and the joined sums of edge samples.
 
 use std::sync::Arc;
 
@@ -9,17 +9,18 @@ use crate::gpu::{Gpu, Image, ImageDesc, Result};
 /// Format of the images that hold radiance and coverage.
 pub const RADIANCE_FORMAT: vk::Format = vk::Format::R32G32B32A32_SFLOAT;
 
-/// What the edge samples of each pixel add up to.
+/// The joined sums of each pixel's edge samples.
 #[derive(Clone)]
 pub struct JoinedEdges {
-    /// Sum of the radiance and coverage of those that see other surfaces than the pixel; RGBA32F.
+    /// Sum of the radiance and coverage of the edge samples that see other surfaces than the pixel; RGBA32F.
     pub others: Image,
-    /// Number of those that see the pixel's surface; area, number and sunlit share of those that were joined; RGBA32F.
+    /// Number of edge samples that see the pixel's surface; area, number and sunlit share of those that were joined;
+    /// RGBA32F.
     pub shares: Image,
 }
 
 impl JoinedEdges {
-    /// For a picture of `size` pixels.
+    /// Images for a picture of `size` pixels.
     ///
     /// # Errors
     /// Memory that is short.

@@ -1,4 +1,4 @@
-//! The targets of one sample of every pixel.
+//! The targets for one sample of every pixel.
 
 use std::sync::Arc;
 
@@ -7,12 +7,12 @@ use super::radiance::RADIANCE_FORMAT;
 use super::visible_surface::VisibleSurface;
 use crate::gpu::{Gpu, Image, ImageDesc, Result};
 
-/// What the samples of an image see, and their radiance. Clones share the images.
+/// The surfaces that the samples of an image see, and their radiance. Clones share the images.
 #[derive(Clone)]
 pub struct SampleTargets {
-    /// What the geometry stages leave behind.
+    /// The output of the geometry stages.
     pub visible: VisibleSurface,
-    /// What the filter passes leave behind.
+    /// The output of the filter passes.
     pub gbuffer: GBuffer,
     /// Radiance and coverage.
     pub radiance: Image,

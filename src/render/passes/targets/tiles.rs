@@ -1,5 +1,5 @@
-//! Tiles of the screen. Each has a record of what it shows, so that a pass over the pixels of one object, or over those that need
-//! shading, draws only the tiles that contain any.
+//! Tiles of the screen. Each has a record of its content, so that a pass over the pixels of one object, or over those that
+//! need shading, draws only the tiles that contain such pixels.
 
 use std::sync::Arc;
 
@@ -12,7 +12,7 @@ const SIZE: u32 = TILE_SIZE as u32;
 /// The tiles of an image.
 #[derive(Clone)]
 pub struct Tiles {
-    /// `uvec4` each, row by row: a bit for each object from 1 to 63 (xy), flags (z).
+    /// One `uvec4` per tile, row by row: a bit for each object from 1 to 63 (xy), flags (z).
     pub records: Buffer,
     columns: u32,
     rows: u32,
@@ -29,15 +29,16 @@ impl Tiles {
         Ok(Self { records: Buffer::new(gpu, "tiles", bytes.max(16), Memory::Device)?, columns, rows })
     }
 
-    /// Tiles across and down.
+    /// Number of tiles across and down.
     #[must_use]
     pub fn extent(&self) -> [u32; 2] {
         [self.columns, self.rows]
     }
 
-    /// Draws the tiles as points within the scissor. The bound pipeline's vertex shader chooses among them by their records.
+    /// Draws the tiles within the scissor as points. The bound pipeline's vertex shader chooses among them by their
+    /// records.
     pub fn draw(&self, cmd: &mut Commands) {
-        // Tiles at the right and at the bottom reach beyond the image.
+        // Tiles at the right and the bottom extend beyond the image.
         cmd.viewport([0.0, 0.0, (self.columns * SIZE) as f32, (self.rows * SIZE) as f32]);
         cmd.draw(0..self.columns * self.rows, 0..1);
     }

@@ -1,4 +1,4 @@
-//! What the geometry stages leave behind for each pixel.
+//! The output of the geometry stages for each pixel.
 
 use std::sync::Arc;
 
@@ -8,18 +8,18 @@ use super::begin::Begin;
 use super::tiles::Tiles;
 use crate::gpu::{Commands, Gpu, Image, ImageDesc, Result, Use};
 
-/// What the geometry stages leave behind for each pixel: 52 bytes, enough to filter its maps.
+/// The output of the geometry stages for each pixel: 52 bytes, all that filtering its maps needs.
 #[derive(Clone)]
 pub struct VisibleSurface {
     /// Texture coordinate and derivatives; RGBA32UI.
     pub texture: Image,
     /// Displacement direction and tangents; RGBA32UI.
     pub tangent: Image,
-    /// Object and patch (0 where nothing is), macro curvature, accessibility, colour; RGBA32UI.
+    /// Object and patch (0 where there is no surface), macro curvature, accessibility, colour; RGBA32UI.
     pub surface: Image,
-    /// Reversed depth, 0 where nothing is; D32F.
+    /// Reversed depth, 0 where there is no surface; D32F.
     pub depth: Image,
-    /// What its tiles show, once [`TilePass`](crate::render::passes::tiles::TilePass) has run.
+    /// The content of its tiles, once [`TilePass`](crate::render::passes::tiles::TilePass) has run.
     pub tiles: Tiles,
 }
 
@@ -45,13 +45,13 @@ impl VisibleSurface {
         })
     }
 
-    /// The colour targets in the order of their attachments.
+    /// The colour targets, in the order of their attachments.
     #[must_use]
     pub fn colors(&self) -> [&Image; 3] {
         [&self.texture, &self.tangent, &self.surface]
     }
 
-    /// Runs `draw`, which draws one kind of surface into it, and leaves it readable.
+    /// Runs `draw`, which draws one kind of surface into the targets, and leaves them readable.
     pub fn draw(&self, cmd: &mut Commands, begin: Begin, draw: impl FnOnce(&mut Commands)) {
         let colors = self.colors().map(|image| begin.color(cmd, image));
         let depth = begin.depth(cmd, &self.depth);

@@ -1,15 +1,16 @@
 //! Gradients of heights from patch to patch.
 //!
-//! A tile holds derivatives by its own texture coordinates. What they say about the surface is the gradient, a vector in its
-//! tangent plane; where patches meet, each can read it in its own coordinates. Both are of the surface at rest: a deformation
-//! moves tangents of all patches alike, so what leads from one patch's derivatives to another's stays.
+//! A tile holds derivatives by its own texture coordinates. They describe the gradient on the surface, a vector in its
+//! tangent plane. Where patches meet, each patch can express that vector in its own coordinates. All of this refers to the
+//! surface at rest: a deformation moves the tangents of all patches alike, so the conversion between two patches'
+//! derivatives stays valid.
 
 use glam::{Vec2, Vec3};
 
 use crate::render::surfaces::patch::Patch;
 use crate::render::surfaces::patch_mesh::{PatchMesh, TileLayout};
 
-/// Tangents by texture coordinates, and the basis dual to them.
+/// Tangents by texture coordinates, and their dual basis.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct TextureFrame {
     /// `∂X/∂s, ∂X/∂t`, metres per unit.
@@ -19,7 +20,7 @@ pub struct TextureFrame {
 }
 
 impl TextureFrame {
-    /// Of two tangents. Where they nearly coincide or vanish the duals are bounded.
+    /// The frame of two tangents. Where these nearly coincide or vanish, the duals are bounded.
     #[must_use]
     pub fn new(s: Vec3, t: Vec3) -> Self {
         let (ss, tt, st) = (s.length_squared(), t.length_squared(), s.dot(t));
@@ -29,7 +30,7 @@ impl TextureFrame {
     }
 }
 
-/// Columns of the matrix that leads from derivatives by the coordinates of `from` to those by the coordinates of `to`.
+/// Columns of the matrix that converts derivatives by the coordinates of `from` to those by the coordinates of `to`.
 #[must_use]
 pub fn turn(from: &TextureFrame, to: &TextureFrame) -> [f32; 4] {
     let [s, t] = from.duals;
@@ -45,7 +46,7 @@ pub struct AtlasFrames {
 }
 
 impl AtlasFrames {
-    /// Of all patches of a mesh.
+    /// The frames of all patches of a mesh.
     #[must_use]
     pub fn new(mesh: &PatchMesh, layout: TileLayout) -> Self {
         let (width, height) = layout.size();
@@ -58,13 +59,13 @@ impl AtlasFrames {
         Self { patches, corners, per_texture }
     }
 
-    /// At a corner of a patch.
+    /// The frame at a corner of a patch.
     #[must_use]
     pub fn corner(&self, patch: usize, corner: usize) -> TextureFrame {
         self.corners[patch][corner]
     }
 
-    /// At `uv` of a patch.
+    /// The frame at `uv` of a patch.
     #[must_use]
     pub fn at(&self, patch: usize, uv: Vec2) -> TextureFrame {
         frame(&self.patches[patch], self.per_texture, uv)
@@ -76,17 +77,17 @@ fn frame(patch: &Patch, per_texture: Vec2, uv: Vec2) -> TextureFrame {
     TextureFrame::new(point.du * per_texture.x, point.dv * per_texture.y)
 }
 
-/// What tiles hold and patches share: it is carried across borders through a form that knows no patch.
+/// Values that tiles hold and patches share. They are carried across borders in a form that belongs to no patch.
 pub trait Carried: Linear {
-    /// The form without a patch.
+    /// The form that belongs to no patch.
     type Common: Linear;
-    /// Out of a patch's coordinates.
+    /// Converts from a patch's coordinates.
     fn lift(&self, frame: &TextureFrame) -> Self::Common;
-    /// Into a patch's coordinates.
+    /// Converts to a patch's coordinates.
     fn land(common: &Self::Common, frame: &TextureFrame) -> Self;
 }
 
-/// Numbers of which means are taken.
+/// Values that can be averaged.
 pub trait Linear: Copy + Default + Send + Sync {
     /// Adds `other · weight`.
     fn add(&mut self, other: &Self, weight: f32);
@@ -103,8 +104,8 @@ where
     }
 }
 
-/// Moments of the derivatives of heights: `E[hs], E[ht], E[hs²], E[ht²], E[hs·ht]`. Without a patch: the mean gradient, and
-/// `xx, yy, zz, yz, zx, xy` of its second moments.
+/// Moments of the derivatives of heights: `E[hs], E[ht], E[hs²], E[ht²], E[hs·ht]`. The form that belongs to no patch: the
+/// mean gradient, and `xx, yy, zz, yz, zx, xy` of its second moments.
 impl Carried for [f32; 5] {
     type Common = [f32; 9];
 

@@ -1,10 +1,10 @@
-//! Levels of detail coarser than the tiles' own.
+//! Levels of detail coarser than those of the tiles.
 //!
-//! Level [`SOURCE_LEVEL`] of a tile has texels centred on the border of its patch. From it on, samples lie on a grid over the
-//! patch, its border included: `2ᵏ` intervals a side for `k = finest … 0`, each sample the mean of a square of one interval
-//! about it, on all the patches it touches. Then come levels of the four corners alone, means over ever larger
-//! neighbourhoods: the variance of their weights is that of squares of 2, 4, 8 … patches a side. So bilinear interpolation on
-//! two patches agrees where they meet, at every level.
+//! Level [`SOURCE_LEVEL`] of a tile has texels centred on the border of its patch. From that level on, samples lie on a
+//! grid over the patch, its border included, with `2ᵏ` intervals a side for `k = finest … 0`. Each sample is the mean over
+//! a square of one interval about it, on all the patches that the square touches. Then come levels that consist of the four
+//! corners alone, with means over ever larger neighbourhoods: their weights have the variance of squares of 2, 4, 8 …
+//! patches a side. Bilinear interpolation on two patches therefore agrees where they meet, at every level.
 
 use glam::Vec2;
 use rayon::prelude::*;
@@ -13,39 +13,39 @@ use super::frames::{AtlasFrames, Carried, Linear};
 use crate::render::constants::{SOURCE_LEVEL, WIDE_LEVELS};
 use crate::render::surfaces::patch_mesh::{PatchMesh, TileLayout};
 
-/// The least that a patch counts for being hidden.
+/// Smallest accessibility that a patch is weighted with, however hidden it is.
 const LEAST_ACCESSIBILITY: f32 = 0.01;
 
-/// Where the coarse levels of a patch lie in their image: one block per patch, arranged as the tiles are, levels
-/// one below the other.
+/// Where the coarse levels of a patch lie in their image: one block per patch, arranged like the tiles, with the levels one
+/// below the other.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct CoarseShape {
     /// The tiles.
     pub layout: TileLayout,
-    /// Binary logarithm of the intervals along a patch in the first coarse level.
+    /// Binary logarithm of the number of intervals along a patch in the first coarse level.
     pub finest: u32,
 }
 
 impl CoarseShape {
-    /// For tiles of this layout.
+    /// The shape for tiles of this layout.
     #[must_use]
     pub fn new(layout: TileLayout) -> Self {
         Self { layout, finest: (layout.tile / 8).max(1).ilog2() }
     }
 
-    /// Coarse levels.
+    /// Number of coarse levels.
     #[must_use]
     pub fn levels(&self) -> u32 {
         self.finest + 1 + WIDE_LEVELS
     }
 
-    /// Intervals along a patch at a coarse level.
+    /// Number of intervals along a patch at a coarse level.
     #[must_use]
     pub fn intervals(&self, level: u32) -> u32 {
         1 << self.finest.saturating_sub(level)
     }
 
-    /// Texels of a patch's block, across and down.
+    /// Size of a patch's block in texels, across and down.
     #[must_use]
     pub fn block(&self) -> [u32; 2] {
         [self.intervals(0) + 1, self.row(self.levels())]
@@ -57,7 +57,7 @@ impl CoarseShape {
         (0..level).map(|level| self.intervals(level) + 1).sum()
     }
 
-    /// Texels of the image.
+    /// Size of the image in texels.
     #[must_use]
     pub fn size(&self) -> [u32; 2] {
         let [w, h] = self.block();
@@ -65,13 +65,13 @@ impl CoarseShape {
     }
 }
 
-/// Who meets whom: corners about vertices and patches across edges; and how much each counts.
+/// How patches meet, about vertices and across edges, and the weight of each.
 pub struct Star {
-    /// Patch and corner, vertex after vertex.
+    /// Patches and their corners at each vertex.
     corners: Vec<Vec<(u32, u8)>>,
-    /// Weights of the patches in means over several.
+    /// Weights of the patches in means over several patches.
     weights: Vec<f32>,
-    /// Of the vertices: the sums of their patches'.
+    /// Weights of the vertices: the sums of their patches' weights.
     vertex_weights: Vec<f32>,
     /// Vertices of the patches.
     patches: Vec<[u32; 4]>,
@@ -80,10 +80,12 @@ pub struct Star {
 }
 
 impl Star {
-    /// Of a mesh with these neighbours ([`Topology::neighbors`](crate::render::surfaces::topology::Topology::neighbors)). A patch
-    /// counts by its area at rest and how far it can be seen: a mouth's inside must not darken the lips. Accessibility, the
-    /// part of the directions above it that are open, would be right on average over all viewers; but who sees the lips
-    /// sees less of the mouth than all do. Its fourth power is measured: it leaves the far T-rex the smallest error.
+    /// The neighbourhood of a mesh whose neighbours are these
+    /// ([`Topology::neighbors`](crate::render::surfaces::topology::Topology::neighbors)). A patch's weight is its area at
+    /// rest times a measure of how visible it is: the inside of a mouth must not darken the lips. Accessibility, the share
+    /// of the directions above a patch that are open, would be the right measure on average over all viewers; but a viewer
+    /// who sees the lips sees less of the mouth than the average viewer. The fourth power of accessibility is used because
+    /// measurements show that it gives the distant T-rex the smallest error.
     #[must_use]
     pub fn new(mesh: &PatchMesh, neighbors: Vec<[Option<(u32, u8)>; 4]>) -> Self {
         let weight = |patch: &[u32; 4]| {
@@ -108,7 +110,7 @@ impl Star {
         Self { corners, weights, vertex_weights, patches: mesh.patches.clone(), neighbors }
     }
 
-    /// Means about the vertices of what the patches have at their corners.
+    /// Means about each vertex of the values that patches have at their corners.
     fn about_vertices<T: Carried>(
         &self,
         frames: &AtlasFrames,
@@ -130,7 +132,7 @@ impl Star {
     }
 }
 
-/// All coarse levels as the texels of their image, from mip [`SOURCE_LEVEL`] of the atlas.
+/// All coarse levels as texels of their image, computed from mip [`SOURCE_LEVEL`] of the atlas.
 #[must_use]
 pub fn coarse_levels<T: Carried>(star: &Star, frames: &AtlasFrames, shape: CoarseShape, source: &[T]) -> Vec<T> {
     let [width, height] = shape.size();
@@ -195,8 +197,8 @@ pub fn coarse_levels<T: Carried>(star: &Star, frames: &AtlasFrames, shape: Coars
     image
 }
 
-/// From means over squares of `2ʷⁱᵈᵉ` patches to twice as wide ones. A mean over the patches' own means of their corners
-/// adds half a squared patch to the variance of the weights; between two such squares lies `4ʷⁱᵈᵉ / 4`.
+/// From means over squares of `2ʷⁱᵈᵉ` patches to means over squares twice as wide. Averaging the patches' own corner means
+/// adds half a squared patch to the variance of the weights; the variances of two such squares differ by `4ʷⁱᵈᵉ / 4`.
 fn widened<T: Carried>(
     star: &Star,
     frames: &AtlasFrames,
@@ -231,13 +233,13 @@ fn widened<T: Carried>(
     vertices
 }
 
-/// Means over the part of each sample's square that lies on its own patch, patch after patch.
+/// Means over the part of each sample's square that lies on the sample's own patch, patch after patch.
 fn own_means<T: Linear>(shape: CoarseShape, intervals: u32, source: &[T], patches: usize) -> Vec<T> {
     let TileLayout { tile, gutter, columns, .. } = shape.layout;
     let cells = tile >> SOURCE_LEVEL;
     let row_length = (columns * cells) as usize;
     let (inner, spacing) = (shape.layout.inner() as f32, shape.layout.inner() as f32 / intervals as f32);
-    // How much of each cell is in the square about each sample, along one axis.
+    // The part of each cell that lies in the square about each sample, along one axis.
     let weights: Vec<Vec<(usize, f32)>> = (0..=intervals)
         .map(|node| {
             let place = node as f32 * spacing;
@@ -275,7 +277,7 @@ fn corner_of(a: u32, b: u32, intervals: u32) -> Option<usize> {
     Some([[0, 1], [3, 2]][end(b)?][end(a)?])
 }
 
-/// The side that a sample on the border lies on, and how far along it.
+/// The side on which a border sample lies, and its position along that side.
 fn side_of(a: u32, b: u32, intervals: u32) -> Option<(usize, u32)> {
     (0..4).find_map(|side| {
         let along = [a, b, intervals - a, intervals - b][side];
@@ -283,7 +285,7 @@ fn side_of(a: u32, b: u32, intervals: u32) -> Option<(usize, u32)> {
     })
 }
 
-/// The sample on a side (v=0, u=1, v=1, u=0), so far along it.
+/// The sample at this position along a side (v=0, u=1, v=1, u=0).
 fn on_side(side: usize, along: u32, intervals: u32) -> (u32, u32) {
     let back = intervals - along;
     [(along, 0), (intervals, along), (back, intervals), (0, back)][side]
@@ -312,7 +314,7 @@ mod tests {
         Star::new(mesh, Topology::new(&mesh.patches).neighbors())
     }
 
-    /// What a place of a coarse level holds.
+    /// The value at a place of a coarse level.
     fn texel<T: Copy>(image: &[T], shape: CoarseShape, patch: usize, level: u32, [a, b]: [u32; 2]) -> T {
         let [width, _] = shape.size();
         let [block_width, block_height] = shape.block();
@@ -356,7 +358,7 @@ mod tests {
                             let (a, b) = on_side(side, along, intervals);
                             let uv = Vec2::new(a as f32, b as f32) / intervals as f32;
                             let value = texel(&image, shape, patch, level, [a, b]);
-                            // Slopes along the edge, which both patches measure by the same curve.
+                            // Slopes along the edge, which both patches measure along the same curve.
                             let axis = side & 1;
                             let scale = frames.at(patch, uv).tangents[axis].length();
                             let sign = if side < 2 { 1.0 } else { -1.0 };
@@ -367,7 +369,7 @@ mod tests {
                         assert!(close(slope, -back), "{patch} {side} {level} {along}: {slope} {back}");
                         assert!(close(square, square_there), "{patch} {side} {level} {along}: {square} {square_there}");
                         if along == 0 {
-                            // At a corner both lie in one plane.
+                            // At a corner, both gradients lie in one plane.
                             let here = here.lift(&frames.corner(patch, side));
                             let there = there.lift(&frames.corner(other, (beside + 1) & 3));
                             assert!(here.iter().zip(&there).all(|(&a, &b)| close(a, b)), "{here:?} {there:?}");
@@ -380,7 +382,7 @@ mod tests {
         assert_eq!(compared, 6 * 4 * (5 + 3 + 2 + 2 * WIDE_LEVELS as usize));
     }
 
-    /// A flat grid of `n × n` patches of a metre.
+    /// A flat grid of `n × n` patches, each one metre wide.
     fn grid(n: u32) -> PatchMesh {
         let at = |x: u32, y: u32| y * (n + 1) + x;
         PatchMesh {
@@ -403,7 +405,7 @@ mod tests {
         let mesh = grid(n);
         let layout = TileLayout::new(n * n, 8);
         let (star, frames, shape) = (star_of(&mesh), AtlasFrames::new(&mesh, layout), CoarseShape::new(layout));
-        // The patch in the middle alone.
+        // Only the patch in the middle.
         let middle = n * n / 2;
         let mut source = vec![[0.0f32; 4]; source_texels(layout)];
         let row = (layout.columns * layout.tile) >> SOURCE_LEVEL;
@@ -425,7 +427,7 @@ mod tests {
                 }
             }
             assert!((sum - 1.0).abs() < 1e-5, "{wide}: nothing is lost, {sum}");
-            // The four corners of the patch have a variance of a quarter, where the patch itself has a twelfth.
+            // The four corners of the patch have a variance of a quarter; the patch itself has a twelfth.
             let expected = 0.25 + (4.0f64.powi(wide as i32) - 1.0) / 12.0;
             assert!((square / sum - expected).abs() < 1e-3, "{wide}: {} {expected}", square / sum);
         }
@@ -444,7 +446,7 @@ mod tests {
         let source: Vec<[f32; 4]> =
             (0..source_texels(layout)).map(|k| if k % row / cells == 3 { [1.0; 4] } else { [0.0; 4] }).collect();
         let image = coarse_levels(&star_of(&mesh), &frames, shape, &source);
-        // The vertex in the middle, of patches of which one is dark with a fifth of the others' accessibility, two with 0.6.
+        // The vertex in the middle of four patches: one is dark and has a fifth of the others' accessibility, two have 0.6.
         let value = texel(&image, shape, 0, 0, [shape.intervals(0), shape.intervals(0)])[0];
         let [dark, beside, open] = [0.2f32, 0.6, 0.8].map(|a| a.powi(4));
         assert!((value - dark / (dark + 2.0 * beside + open)).abs() < 1e-5, "{value}");
@@ -454,7 +456,7 @@ mod tests {
     fn blocks_hold_their_levels() {
         for tile in [8, 16, 32, 64] {
             let shape = CoarseShape::new(TileLayout::new(7, tile));
-            // As passes/filter/atlas.glsl counts.
+            // Levels are numbered as in passes/filter/atlas.glsl.
             let finest = shape.finest;
             assert_eq!(shape.block(), [(1 << finest) + 1, (2 << finest) + finest + 2 * WIDE_LEVELS]);
             for level in 0..shape.levels() {

@@ -1,12 +1,12 @@
 //! Seamless filtering of an atlas with one tile per patch.
 //!
-//! The mips of a tile know its patch alone, so a pixel that sees several patches, or the border of one, would jump from one
-//! patch's statistics to the next one's. Two things let it see the whole surface:
+//! The mips of a tile cover its own patch only, so a pixel that sees several patches, or the border of one, would show a
+//! jump from one patch's statistics to the next. Two things let it see the whole surface:
 //!
-//! * [links](frames) tell the filter pass which patch goes on beyond each side of a patch, and how its gradients turn there, so
-//!   that taps walk from tile to tile;
-//! * [coarse levels](levels) continue the mips from an eighth of a patch to many patches, with samples on the patches' borders
-//!   and corners that all patches around them share.
+//! * [links](frames) tell the filter pass which patch continues beyond each side of a patch, and how gradients turn there,
+//!   so that texture taps can cross from tile to tile;
+//! * [coarse levels](levels) continue the mips from an eighth of a patch to many patches, with samples on the patches'
+//!   borders and corners that all patches around them share.
 //!
 //! `shaders-glsl/passes/filter/atlas.glsl` reads both.
 
@@ -41,11 +41,12 @@ shared_struct! {
 }
 
 shared_struct! {
-    /// What lies beyond the sides of a patch, in the order of [`Topology::patch_edges`].
+    /// The neighbours beyond the sides of a patch, in the order of [`Topology::patch_edges`].
     pub struct PatchLinkGpu for "PatchLink" {
         /// `patch << 2 | side`, or [`NO_NEIGHBOR`].
         neighbors: [u32; 4],
-        /// Per side, at its first and its second corner: columns of the matrix from the neighbour's gradients to the patch's.
+        /// Per side, at its first and its second corner: columns of the matrix that converts the neighbour's gradients to
+        /// the patch's.
         turns: [[[f32; 4]; 2]; 4],
     }
 }
@@ -56,16 +57,16 @@ pub struct AtlasGpu {
     pub tiled: bool,
     /// `AtlasHeadGpu`, then a `PatchLinkGpu` for every patch.
     pub links: Buffer,
-    /// Coarse levels of the moments that [`LeadrMapGpu::slopes`] has.
+    /// Coarse levels of the moments in [`LeadrMapGpu::slopes`].
     pub slopes: Image,
-    /// Of those that [`LeadrMapGpu::joint`] has.
+    /// Coarse levels of the moments in [`LeadrMapGpu::joint`].
     pub joint: Image,
-    /// Of the colour map, linear.
+    /// Coarse levels of the colour map, linear.
     pub color: Image,
 }
 
 impl AtlasGpu {
-    /// For an object whose maps are not an atlas: never read.
+    /// Placeholders for an object whose maps are not an atlas; they are never read.
     ///
     /// # Errors
     /// Memory that is short.
@@ -84,7 +85,8 @@ impl AtlasGpu {
         })
     }
 
-    /// Of `mesh`, whose patches have the tiles of `layout` in `maps` and in `color` (as large as the maps).
+    /// Links and levels of `mesh`, whose patches have the tiles of `layout` in `maps` and in `color` (which has the size of
+    /// the maps).
     ///
     /// # Errors
     /// [`GpuError::Usage`] where the sizes differ; a failed read, or memory that is short.
@@ -147,7 +149,7 @@ impl AtlasGpu {
                 for (side, neighbor) in star.neighbors[patch].iter().enumerate() {
                     let &Some((other, beside)) = neighbor else { continue };
                     link.neighbors[side] = other << 2 | u32::from(beside);
-                    // The neighbour runs along the edge the other way.
+                    // The neighbour runs along the edge in the opposite direction.
                     for end in 0..2 {
                         let here = frames.corner(patch, (side + end) & 3);
                         let there = frames.corner(other as usize, (usize::from(beside) + 1 - end) & 3);

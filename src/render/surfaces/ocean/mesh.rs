@@ -1,4 +1,5 @@
-//! The mesh of the sea: rings of patches around the viewer, from the feet to behind the horizon, and how finely each is drawn.
+//! The mesh of the sea: rings of patches around the viewer, from the feet to beyond the horizon, and how finely each patch
+//! is divided.
 
 use std::f32::consts::TAU;
 
@@ -8,25 +9,26 @@ use crate::render::surfaces::patch_mesh::PatchMesh;
 use crate::render::surfaces::tessellation::{DrawList, Lens, MAX_FACTOR, PosedMesh, TessellationSettings};
 use crate::render::surfaces::topology::Topology;
 
-/// Radius of the earth with the usual refraction of the air, metres.
+/// Radius of the earth, enlarged by the usual refraction of the air, metres.
 pub const EARTH: f32 = 6.371e6 * 7.0 / 6.0;
-/// Patches around the viewer.
+/// Number of patches in a ring.
 pub const SPOKES: u32 = 48;
-/// Rings of them.
+/// Number of rings.
 pub const RINGS: u32 = 96;
-/// Height of the highest crests over the water at rest, in standard deviations: where the rings end.
+/// Height of the highest crests above the water at rest, in standard deviations; it decides where the rings end.
 const CREST: f32 = 4.0;
-/// How far the waves carry a point, in standard deviations of the height: what culling allows for.
+/// How far waves may move a point, in standard deviations of the height; culling allows for this.
 const REACH: f32 = 6.0;
-/// Slope of waves that shows when a patch is seen from the side.
+/// Slope of waves that counts when a patch is seen from the side.
 const WAVE_SLOPE: f32 = 0.1;
-/// Waves of fewer pixels (two standard deviations) are left to the slope moments; from [`FULL_RELIEF`] on they are drawn in full.
+/// Waves smaller than this many pixels (two standard deviations) are left to the slope moments; from [`FULL_RELIEF`] on
+/// they are drawn in full.
 const LEAST_RELIEF: f32 = 0.25;
 const FULL_RELIEF: f32 = 1.0;
-/// Pixels by which the straight sides of triangles may miss the curve of the water.
+/// Pixels by which the straight sides of triangles may deviate from the curve of the water.
 const CURVE_ERROR: f32 = 0.05;
 
-/// From where the sea is drawn.
+/// The view from which the sea is drawn.
 #[derive(Clone, Copy, Debug)]
 pub struct SeaView {
     /// World to clip space.
@@ -39,7 +41,7 @@ pub struct SeaView {
     pub deviation: f32,
 }
 
-/// The patches and how they hang together, whatever the view.
+/// The patches and their connections, whatever the view.
 #[derive(Clone, Debug)]
 pub struct Rings {
     /// Directions in xy, number of the ring in z (0 is the centre).
@@ -53,9 +55,9 @@ pub struct Rings {
 pub struct Laid {
     /// The mesh's vertices on the water at rest, world metres.
     pub positions: Vec<Vec3>,
-    /// Largest distance of the drawn vertices along the edges of each of them, metres.
+    /// Largest distance between drawn vertices along the edges at each mesh vertex, metres.
     pub spacing: Vec<f32>,
-    /// What is drawn.
+    /// The patches and draws.
     pub list: DrawList,
 }
 
@@ -82,8 +84,8 @@ impl Default for Rings {
 }
 
 impl Rings {
-    /// Lays the rings around a viewer, evenly in the logarithm of the distance, and chooses what is drawn. Everything depends
-    /// smoothly on where the viewer stands, so nothing pops; turning in place changes only what is culled.
+    /// Lays the rings around a viewer, evenly spaced in the logarithm of the distance, and chooses what is drawn.
+    /// Everything depends smoothly on the viewer's position, so nothing pops; turning in place changes only what is culled.
     #[must_use]
     pub fn lay(&self, view: &SeaView, settings: &TessellationSettings) -> Laid {
         let SeaView { lens, level, deviation, .. } = *view;
@@ -129,20 +131,20 @@ impl Rings {
     }
 }
 
-/// Where the rings end: the highest crest behind the horizon that can be seen from `height`; metres.
+/// Distance at which the rings end, metres: that of the highest crest behind the horizon that is visible from `height`.
 fn farthest(height: f32, deviation: f32) -> f32 {
     (2.0 * EARTH * height).sqrt() + (2.0 * EARTH * CREST * deviation).sqrt()
 }
 
-/// How finely an edge is divided: as its length on the screen asks for where waves stand out by pixels, and so that its straight
-/// pieces follow the curve of the water.
+/// How finely an edge is divided: according to its length on the screen where waves stand out by pixels, and finely enough
+/// for its straight pieces to follow the curve of the water.
 fn edge_factor(lens: &Lens, [a, b]: [Vec3; 2], deviation: f32, settings: &TessellationSettings) -> f32 {
     let (centre, along) = ((a + b) * 0.5, b - a);
     let length = along.length();
     let scale = lens.pixels(centre, length) / length.max(1e-20);
     let sine = along.cross(lens.toward_viewer(centre)).length() / length.max(1e-20);
     let relief = 2.0 * deviation * scale;
-    // A reference draws all waves as finely as it draws anything.
+    // The reference draws all waves as finely as anything else.
     let (shown, slope) = match settings.to_texels {
         true => (1.0, 1.0),
         false => (((relief - LEAST_RELIEF) / (FULL_RELIEF - LEAST_RELIEF)).clamp(0.0, 1.0), WAVE_SLOPE),
@@ -170,14 +172,14 @@ mod tests {
             });
             assert!((p[2] - p[0]).perp_dot(p[3] - p[1]) > 0.0);
         }
-        // Open are the outermost ring, and the innermost, which is one point.
+        // Open edges: those of the outermost ring, and those of the innermost, which is a single point.
         assert_eq!(topology.irregular_edges(), 2 * SPOKES as usize);
     }
 
     const SIZE: (u32, u32) = (1280, 720);
     const DEVIATION: f32 = 0.45;
 
-    /// The rings under a camera at `height` metres that looks `down` (tangent) toward the horizon.
+    /// The rings under a camera at `height` metres that looks toward the horizon, `down` (a tangent) below it.
     fn laid(height: f32, down: f32, settings: &TessellationSettings) -> (Laid, Camera) {
         let eye = Vec3::new(300.0, -70.0, height);
         let camera = Camera::looking_at(eye, eye + Vec3::new(1.0, 0.2, -down).normalize() * height, 45.0);
@@ -206,7 +208,7 @@ mod tests {
             [(2.5, 0.1, 2.5, 2000), (100.0, 0.25, 0.5, 900), (1000.0, 0.35, 0.04, 900), (5000.0, 0.35, 0.01, 900)]
         {
             let (laid, camera) = laid(height, down, &TessellationSettings::default());
-            // Triangles nearer than 300 m, 3 km, 30 km, and beyond.
+            // Triangles nearer than 300 m, 3 km, 30 km, and farther.
             let mut bins = [0u64; 4];
             for &patch in &laid.list.visible {
                 let corner = laid.positions[rings.mesh.patches[patch as usize][0] as usize];

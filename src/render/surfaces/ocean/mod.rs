@@ -12,22 +12,23 @@ use self::waves::Cascade;
 /// A sea: its waves and its water.
 #[derive(Clone, Debug)]
 pub struct Ocean {
-    /// Tiles of waves, longest first; equal resolutions.
+    /// Tiles of waves, the longest waves first; all have the same resolution.
     pub cascades: Vec<Cascade>,
     /// Standard deviation of the height, metres.
     pub height: f32,
-    /// Slope covariance `xx, yy, xy` of the waves that no cascade carries.
+    /// Slope covariance `xx, yy, xy` of the waves that are in no cascade.
     pub tail: Vec3,
-    /// Horizontal movement of the waves: 1 is water's, 0 none.
+    /// Scale of the waves' horizontal movement: 1 as in water, 0 without.
     pub choppiness: f32,
     /// Height of the water at rest, metres.
     pub level: f32,
-    /// Diffuse albedo of what comes up out of the water, linear.
+    /// Diffuse albedo of the light that comes back out of the water, linear.
     pub color: Vec3,
     /// Diffuse albedo of foam, linear.
     pub foam: Vec3,
-    /// The sea foams where its horizontal stretch (`OceanFields::joint`) is below this: 1 is the sea at rest, 0 for no foam.
+    /// The sea foams where its horizontal stretch (`OceanFields::joint`) is below this threshold; the sea at rest has 1,
+    /// and a threshold of 0 means no foam.
     pub foam_threshold: f32,
-    /// A beach that the waves run up; none for the open sea.
+    /// A beach that the waves run up; `None` for the open sea.
     pub shore: Option<Shore>,
 }

@@ -1,5 +1,5 @@
-//! A beach for the sea to run up: a coast along y with the land toward +x. The shaders' part is
-//! `passes/ocean/shore.glsl`; what both compute, [`Shore::offshore`] and [`Shore::ground`], the parity tests compare.
+//! A beach for the sea to run up: a coast along y with the land toward +x. The shaders' part is `passes/ocean/shore.glsl`;
+//! parity tests compare the functions that both implement, [`Shore::offshore`] and [`Shore::ground`].
 
 use crate::gpu::shared_struct;
 use glam::{DVec2, Vec3};
@@ -20,18 +20,18 @@ pub struct Bend {
 /// A beach and the swell on it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Shore {
-    /// Slope of the sand where it meets the water at rest, above 0.
+    /// Slope of the sand at the waterline at rest, above 0.
     pub slope: f64,
-    /// Height of the flat sand behind the beach above the water, metres, above 0.
+    /// Height above the water of the flat sand behind the beach, metres, above 0.
     pub berm: f64,
     /// Metres over which the sea floor levels off: the depth is proportional to
     /// `(s + reach)^⅔ − reach^⅔` (Dean's equilibrium profile, moved so that its slope at the waterline is finite).
     pub reach: f64,
-    /// The waterline's bends about x = 0.
+    /// Bends of the waterline about x = 0.
     pub bends: [Bend; 4],
-    /// Waves of the swell in [`PERIOD`]; more than 0.
+    /// Number of swell waves in [`PERIOD`]; more than 0.
     pub swells: u32,
-    /// Height above rest to which the highest waves run up, metres.
+    /// Height above the water at rest that the highest waves run up to, metres.
     pub run_up: f64,
     /// Linear albedo of wet sand.
     pub bed: Vec3,
@@ -40,19 +40,19 @@ pub struct Shore {
 }
 
 impl Shore {
-    /// Metres from the waterline, positive toward the sea.
+    /// Distance from the waterline in metres, positive toward the sea.
     #[must_use]
     pub fn offshore(&self, point: DVec2) -> f64 {
         -point.x - self.waterline(-point.y)
     }
 
-    /// −x of the water's edge at rest at y = −`along`.
+    /// −x of the waterline at rest at y = −`along`.
     #[must_use]
     pub fn waterline(&self, along: f64) -> f64 {
         self.bends.iter().map(|b| b.amplitude * (b.step * along + b.phase).sin()).sum()
     }
 
-    /// Height of the sand above the water at rest, `offshore` metres from its edge.
+    /// Height of the sand above the water at rest, `offshore` metres from the waterline.
     #[must_use]
     pub fn ground(&self, offshore: f64) -> f64 {
         if offshore > 0.0 {
@@ -63,7 +63,7 @@ impl Shore {
         }
     }
 
-    /// The factor of the depth, such that the slope is continuous at the waterline.
+    /// The factor of the depth that makes the slope continuous at the waterline.
     fn deepening(&self) -> f64 {
         1.5 * self.slope * self.reach.cbrt()
     }
@@ -81,7 +81,7 @@ shared_struct! {
         pub line_step: [f32; 4],
         /// Their phases.
         pub line_phase: [f32; 4],
-        /// Turns of the swell, whole turns before them, its period, the run-up.
+        /// Phase of the swell in turns, its whole turns so far, its period, the run-up.
         pub swell: [f32; 4],
         /// Wet sand; unused.
         pub bed: [f32; 4],
@@ -92,12 +92,12 @@ shared_struct! {
     }
 }
 
-/// Depth over the standard deviation of a cascade's height at which its waves keep 63 % of their height: so the highest
-/// of them stay below the depth everywhere.
+/// Depth, divided by the standard deviation of a cascade's height, at which its waves keep 63 % of their height. With this
+/// value even the highest waves stay lower than the water is deep.
 const CALM: f64 = 6.0;
 
 impl ShoreGpu {
-    /// The block of a shore at `time` (seconds), for waves whose heights have these standard deviations.
+    /// The block of a shore at `time` (seconds), for cascades whose heights have these standard deviations.
     #[must_use]
     pub fn new(shore: &Shore, time: f64, deviations: &[f64]) -> Self {
         let four = |f: &dyn Fn(&Bend) -> f64| shore.bends.each_ref().map(|b| f(b) as f32);

@@ -1,12 +1,12 @@
-//! The waves of one band as the device moves them: a tile of complex amplitudes.
+//! The waves of one band in the form that the device animates: a tile of complex amplitudes.
 
 use crate::reflectance::random::{STEP, mix, unit_of_bits};
 use glam::DVec2;
 use rayon::prelude::*;
 use std::f64::consts::TAU;
 
-/// All frequencies are whole multiples of one cycle in this many seconds, so that the sea repeats after it and phases keep
-/// their precision for ever.
+/// All frequencies are whole multiples of one cycle in this many seconds, so the sea repeats after this time and phases
+/// never lose precision.
 pub const PERIOD: f64 = 1024.0;
 
 /// One band of waves on a periodic tile.
@@ -14,20 +14,20 @@ pub const PERIOD: f64 = 1024.0;
 pub struct Cascade {
     /// Edge of the tile, metres.
     pub size: f64,
-    /// Angle by which the tile is turned in the world, radians.
+    /// Angle by which the tile is rotated in the world, radians.
     pub rotation: f64,
     /// Samples along the tile's edge, a power of two.
     pub resolution: u32,
     /// Waves with `low ≤ |k| < high`, rad/m.
     pub band: [f64; 2],
-    /// Per wave vector `(i, j)` at `j · resolution + i` (negative ones in the upper half, as a Fourier transform has them):
-    /// the amplitude `a`, and the cycles per [`PERIOD`]. The height is `Σ ĥ e^{ik·x}`,
-    /// `ĥ(k) = a(k) e^{−iωt} + conj(a(−k)) e^{iωt}`: each wave runs along its own vector.
+    /// For each wave vector `(i, j)`, at `j · resolution + i` (negative ones in the upper half, as in a Fourier transform):
+    /// the amplitude `a`, and the cycles per [`PERIOD`]. The height is `Σ ĥ e^{ik·x}`, `ĥ(k) = a(k) e^{−iωt} + conj(a(−k))
+    /// e^{iωt}`: each wave runs along its own vector.
     pub waves: Vec<[f32; 4]>,
 }
 
 impl Cascade {
-    /// The waves of `band` on a tile, with random phases and, for every wave vector, the mean amplitude: the variances are
+    /// The waves of `band` on a tile, with random phases and the mean amplitude for every wave vector, so the variances are
     /// those of the spectrum at any time and seed. `density`: height variance per area of world wave vectors (m⁴);
     /// `frequency`: rad/s of a wave number; `share`: part of the variance that this cascade carries.
     #[must_use]
@@ -72,8 +72,8 @@ impl Cascade {
         [height.sqrt(), slope.sqrt()]
     }
 
-    /// The same waves on `factor²` times as many samples (`factor` a power of two): interpolating between those is closer to
-    /// the waves' sum.
+    /// The same waves on `factor²` times as many samples (`factor` a power of two); interpolation between these is closer
+    /// to the exact sum of the waves.
     #[must_use]
     pub fn oversampled(&self, factor: u32) -> Self {
         let (n, resolution) = (self.resolution, self.resolution * factor);
@@ -93,8 +93,8 @@ impl Cascade {
     }
 }
 
-/// What the horizontal divergence of a tile `size` metres wide counts for where the sea foams: ripples take no air in, but
-/// tear the foam of longer waves. `foam_weight` of `passes/ocean/cascade.glsl`.
+/// Weight of the horizontal divergence of a tile `size` metres wide in the foam: ripples do not trap air, but they break up
+/// the foam of longer waves. The same as `foam_weight` of `passes/ocean/cascade.glsl`.
 #[must_use]
 pub fn foam_weight(size: f64) -> f64 {
     if size >= 10.0 { 1.0 } else { 0.35 }
@@ -117,7 +117,7 @@ mod tests {
 
     #[test]
     fn the_variance_is_the_spectrums() {
-        // A white annulus: density times area.
+        // A spectrum that is constant on an annulus: the variance is density times area.
         let cascade = Cascade::new(100.0, 0.4, 64, [0.3, 1.5], 0.5, 3, |_, _| 2.0, f64::sqrt);
         let variance: f64 = cascade.waves.iter().map(|w| 2.0 * f64::from(w[0].mul_add(w[0], w[1] * w[1]))).sum();
         let area = TAU / 2.0 * (1.5f64.powi(2) - 0.3f64.powi(2));
