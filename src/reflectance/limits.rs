@@ -1,21 +1,22 @@
-//! The floors and limits that keep every function finite; one place, the same values on the device.
+//! The bounds that keep every function finite. They are defined here once; the shaders use the same values.
 
-/// Slope variance below which a distribution is treated as this wide (σ = 1e-4, a mirror at any display resolution):
-/// a density of at most 1.6e7, far from overflow in 32 bits.
+/// Smallest slope variance; narrower distributions are treated as this wide. σ = 1e-4 is a mirror at any display
+/// resolution, and its density is at most 1.6e7, far from overflow in 32 bits.
 pub const MIN_VARIANCE: f64 = 1e-8;
 
-/// Bound of the correlation of the two slopes: `1 − 2⁻¹³`, exact in 32 bits, so that `(1 − r)(1 + r)` is as well. Filtering
-/// and rounding reach 1 exactly; the narrow axis of the distribution is then 1.6 % of the wide one.
+/// Largest correlation of the two slopes: `1 − 2⁻¹³`, exact in 32 bits, so that `(1 − r)(1 + r)` is exact as well.
+/// Filtering and rounding can produce exactly 1. At this bound the narrow axis of the distribution is 1.6 % of the wide
+/// one.
 pub const MAX_CORRELATION: f64 = 0.999_877_929_687_5;
 
 /// Steepest mean slope (89.4°) and largest slope standard deviation. Only surfaces edge-on to their own displacement
 /// direction reach it.
 pub const MAX_SLOPE: f64 = 100.0;
 
-/// Smallest visible projected area, per unit of macrosurface, that is divided by.
+/// Smallest visible projected area, per unit of macrosurface, used as a divisor.
 pub const MIN_AREA: f64 = 1e-6;
 
-/// Half vectors lower than this z are treated as this high: `z⁻⁴` stays below 1e16.
+/// Smallest z of a half vector; lower ones are treated as this high, so that `z⁻⁴` stays below 1e16.
 pub const MIN_NORMAL_Z: f64 = 1e-4;
 
 /// `x`, but at least `low`. Unlike [`f64::max`] it keeps a NaN, so that a wrong input shows in the result.
@@ -24,7 +25,7 @@ pub(crate) fn at_least(x: f64, low: f64) -> f64 {
     if x < low { low } else { x }
 }
 
-/// `x` held within `±bound`, NaN where either is. [`f64::clamp`] panics on a NaN bound.
+/// `x` clamped to `±bound`; NaN if either is NaN. [`f64::clamp`] panics on a NaN bound.
 #[must_use]
 pub(crate) fn within(x: f64, bound: f64) -> f64 {
     if bound.is_nan() { bound } else { x.clamp(-bound, bound) }

@@ -1,8 +1,9 @@
-//! Floor 1 · pure mathematics of LEADR mapping and microfacet theory, in `f64`: the reference, and the documentation of
-//! every equation. "LEADR" is the paper of Dupuy et al. 2013, "thesis" Dupuy's of 2015.
+//! Floor 1 · the mathematics of LEADR mapping and microfacet theory, in `f64`. It is the reference for the shaders and
+//! documents every equation. "LEADR" means the paper by Dupuy et al. (2013), "thesis" Dupuy's thesis of 2015.
 //!
-//! Each file that a shader needs has a twin of the same name under `shaders-glsl/leadr` (what ships, `f32`) and is held
-//! against it by a probe under `shaders-glsl/probes`. Same function names, same argument order.
+//! Each file that a shader needs has a GLSL twin of the same name under `shaders-glsl/leadr` (which ships, in `f32`). A
+//! probe under `shaders-glsl/probes` compares the two. Functions have the same names and the same argument order in
+//! both.
 //!
 //! Start with [`shading`], which has one call for a light and one for an environment, and with [`prelude`]:
 //!
@@ -20,17 +21,19 @@
 //!
 //! # Conventions
 //!
-//! Directions are unit vectors pointing away from the surface, in the macro tangent frame with z the displacement
-//! direction: `wo` viewer, `wi` light, `wh` half vector, `wn` micronormal. A slope is `(-n.x / n.z, -n.y / n.z)`. `m` is the
-//! mean slope; `s` the slope covariance as `(s_xx, s_yy, s_xy)`; `a` a roughness matrix of `α²` terms in the same order,
-//! `α² = 2σ²` for Gaussian slopes. Every function is finite for every finite input, rough or smooth, facing or not; the
-//! floors that see to it are in [`limits`].
+//! Directions are unit vectors pointing away from the surface, in the macrosurface's tangent frame with z along the
+//! displacement direction: `wo` points to the viewer, `wi` to the light, `wh` is the half vector and `wn` the
+//! micronormal. A slope is `(-n.x / n.z, -n.y / n.z)`. `m` is the mean slope; `s` is the slope covariance as
+//! `(s_xx, s_yy, s_xy)`; `a` is a roughness matrix of `α²` terms in the same order, with `α² = 2σ²` for Gaussian
+//! slopes. Every function is finite for every finite input: rough or smooth, facing the viewer or turned away. The
+//! bounds that guarantee this are in [`limits`].
 //!
-//! # 1 · What a material is asked
+//! # 1 · What a material must provide
 //!
-//! A BRDF `f_r(wi, wo)` scatters `L_o = ∫ L_i f_r cos θ_i dwi`. [`materials::brdf::Brdf`] evaluates `f_r` and `f_r cos θ_i`, draws `wi`
-//! of a stated density, and gives the throughput `f_r cos θ_i / pdf`. The simplest is [`materials::lambert::Lambert`], `albedo / π`. The
-//! pair of directions can be given as half and difference ([`materials::half_difference`], thesis eq. 1.8):
+//! A BRDF `f_r(wi, wo)` scatters `L_o = ∫ L_i f_r cos θ_i dwi`. [`materials::brdf::Brdf`] evaluates `f_r` and
+//! `f_r cos θ_i`, samples `wi` with a known density, and gives the throughput `f_r cos θ_i / pdf`. The simplest BRDF is
+//! [`materials::lambert::Lambert`], `albedo / π`. The pair of directions can also be given as half and difference
+//! vectors ([`materials::half_difference`], thesis eq. 1.8):
 //!
 //! ```text
 //! wh = (wi + wo) / |wi + wo|,   wd = Rot_y(−θ_h) Rot_z(−φ_h) wi
@@ -38,45 +41,50 @@
 //!
 //! # 2 · The microfacet BRDF
 //!
-//! A rough surface is made of mirrors too small to see ([`materials::microfacet::Microfacet`], thesis eq. 2.1):
+//! A rough surface consists of mirrors too small to see ([`materials::microfacet::Microfacet`], thesis eq. 2.1):
 //!
 //! ```text
 //! f_r = F D G / (4 cos θ_i cos θ_o)                     any slope distribution × any masking × any Fresnel term
 //! ```
 //!
-//! * **D, the facets.** `D(wn) = P22(slope of wn) / wn.z⁴` from a density of slopes ([`facets::slope_distribution`]): Gaussian
-//!   ([`facets::beckmann`]) or bivariate Student ([`facets::ggx`]), of any mean (noncentral, LEADR eq. 8–10) and any covariance or roughness
-//!   matrix; [`facets::ellipse`] converts radii and angle, scales and correlation, and moments into each other.
-//! * **G, what hides what.** Everything follows from two projected areas per unit of macrosurface, of the mesosurface and of
-//!   all that is visible ([`facets::projected_area`], with [`facets::normal_distribution`]; thesis eq. 2.14, LEADR eq. 14–15):
+//! * **D, the facets.** `D(wn) = P22(slope of wn) / wn.z⁴`, from a density of slopes ([`facets::slope_distribution`]):
+//!   Gaussian ([`facets::beckmann`]) or bivariate Student ([`facets::ggx`]), with any mean (noncentral, LEADR eq. 8–10)
+//!   and any covariance or roughness matrix. [`facets::ellipse`] converts between radii and angle, scales and
+//!   correlation, and moments.
+//! * **G, masking and shadowing.** Both follow from two projected areas per unit of macrosurface: that of the
+//!   mesosurface and that of everything visible ([`facets::projected_area`], with [`facets::normal_distribution`];
+//!   thesis eq. 2.14, LEADR eq. 14–15):
 //!
 //!   ```text
 //!   a(w) = w.z − w.xy·m,   A(w) = ∫ max(0, w·(−x, −y, 1)) P22,   G₁ = cos θ / A,   1 + Λ = A / a
 //!   ```
 //!
-//!   Smith's masking and shadowing, the V-groove, the normal map, and the thesis' noncentral form are the factors `G / a_o` of
-//!   [`masking::variants`], with the limits where `a_o → 0` and without clamps of `G₁`. LEADR's own is [`masking::smith`].
-//! * **F, a facet.** Ideal, Schlick, dielectric, conductor, tabulated: [`facets::fresnel`].
-//! * **Sampling.** The viewer sees normals of density `max(0, wo·wn) D(wn) / A(wo)` (thesis eq. 2.15–2.17), sampled exactly for
-//!   every parameter by [`facets::beckmann_sampling`] and [`facets::ggx_sampling`]; then `pdf(wi) = D / (4 A(wo))`, and the throughput is `F`
-//!   times the part that the light reaches (eq. 2.23).
+//!   [`masking::variants`] writes Smith's masking and shadowing, the V-groove, the normal map, and the thesis'
+//!   noncentral form as factors `G / a_o`. It takes the limits where `a_o → 0` and never clamps `G₁`. LEADR's own form
+//!   is [`masking::smith`].
+//! * **F, the reflectance of a facet.** Ideal, Schlick, dielectric, conductor, or tabulated: [`facets::fresnel`].
+//! * **Sampling.** The normals visible to the viewer have the density `max(0, wo·wn) D(wn) / A(wo)` (thesis eq.
+//!   2.15–2.17). [`facets::beckmann_sampling`] and [`facets::ggx_sampling`] sample it exactly for all parameters. Then
+//!   `pdf(wi) = D / (4 A(wo))`, and the throughput is `F` times the lit fraction of the visible facets (eq. 2.23).
 //!
 //! # 3 · Slopes under a pixel
 //!
-//! `m` and `s` come from filtered moments of a height map, `s = E[x xᵀ] − E[x] E[x]ᵀ` ([`slopes::statistics`], LEADR eq. 9), and
-//! from texture space into the tangent frame by the deformed surface ([`slopes::map`], LEADR eq. 12). The algebra of the
-//! moments, layers, scales and shears, is [`slopes::moments`]; how a texel stores them (LEAN, LEADR, CLEAN), [`slopes::packing`].
-//! What the macrosurface itself turns under a pixel adds to them ([`slopes::geometric_antialiasing`]); parts of a surface with frames of
-//! their own are joined in one ([`slopes::turn`]).
+//! `m` and `s` come from filtered moments of a height map, `s = E[x xᵀ] − E[x] E[x]ᵀ` ([`slopes::statistics`], LEADR
+//! eq. 9). The deformed surface takes them from texture space into the tangent frame ([`slopes::map`], LEADR eq. 12).
+//! [`slopes::moments`] has the algebra of the moments: layers, scales and shears. [`slopes::packing`] says how a texel
+//! stores them (LEAN, LEADR, CLEAN). [`slopes::geometric_antialiasing`] adds the rotation of the macrosurface within a
+//! pixel, and [`slopes::turn`] joins parts of a surface that have different frames.
 //!
 //! # 4 · LEADR's integrals
 //!
-//! With the mirrors of a Gaussian surface, `I = ∫ F(wo·wn) L(wi) ⟨wo, wn⟩ / (wn·wg) P22 dslope / A(wo)` (eq. 16–19): one light or
-//! an environment sampled on a grid of slopes ([`integrals::specular`], [`slopes::grid`]). Diffuse facets see the light's cosine or the
-//! environment's order-2 harmonics instead (eq. 20–23; [`integrals::diffuse`], [`integrals::sh`], [`integrals::sh_projection`]). Better than the grid: closed forms
-//! of the visible slopes ([`visible::slopes`]), two terms for diffuse facets ([`visible::diffuse`]), a few probes for
-//! mirrors ([`visible::specular`]), all measured by the laboratory's quadrature studies. [`mod@integrals::reference`] has the
-//! converged integrals, by [`quadrature`]; [`frame`] the frames in between.
+//! For the mirrors of a Gaussian surface, `I = ∫ F(wo·wn) L(wi) ⟨wo, wn⟩ / (wn·wg) P22 dslope / A(wo)` (eq. 16–19), for
+//! one light or for an environment sampled on a grid of slopes ([`integrals::specular`], [`slopes::grid`]). For diffuse
+//! facets the light's cosine or the environment's order-2 harmonics replace the mirror reflection (eq. 20–23;
+//! [`integrals::diffuse`], [`integrals::sh`], [`integrals::sh_projection`]). Three methods are better than the grid:
+//! closed forms of the visible slopes ([`visible::slopes`]), two exponential terms for diffuse facets
+//! ([`visible::diffuse`]), and a few probes for mirrors ([`visible::specular`]). The laboratory's quadrature studies
+//! measure them all. [`mod@integrals::reference`] computes the converged integrals by [`quadrature`]; [`frame`]
+//! converts between frames.
 
 pub mod facets;
 pub mod frame;
@@ -91,5 +99,6 @@ pub mod shading;
 pub mod slopes;
 pub mod visible;
 
-/// The vectors and matrices of every function here, so that a program needs no `glam` of the same version.
+/// The vector and matrix types that the functions here use. A program that uses these needs no `glam` of the same
+/// version.
 pub use glam::{DMat2, DMat3, DVec2, DVec3, DVec4};

@@ -1,4 +1,4 @@
-//! What most programs need of the mathematics, vectors included: `use leadr::reflectance::prelude::*`.
+//! The part of the mathematics that most programs need, vectors included: `use leadr::reflectance::prelude::*`.
 
 pub use super::facets::beckmann::Beckmann;
 pub use super::facets::fresnel::Fresnel;

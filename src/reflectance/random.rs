@@ -1,14 +1,14 @@
-//! Pseudo-random numbers that are the same on every run: SplitMix64 (Steele, Lea and Flood 2014).
+//! Pseudo-random numbers that are the same in every run: SplitMix64 (Steele, Lea and Flood 2014).
 
 use glam::DVec3;
 use std::f64::consts::TAU;
 
-/// A stream of numbers that its seed determines.
+/// A stream of numbers determined by its seed.
 #[derive(Clone, Debug)]
 pub struct Random(pub u64);
 
 impl Random {
-    /// Stream `index` of `seed`; neighbouring indices give unrelated streams, so threads need not agree on an order.
+    /// Stream `index` of `seed`. Neighbouring indices give unrelated streams, so threads need not agree on an order.
     #[must_use]
     pub fn stream(seed: u64, index: u64) -> Self {
         let mixed = Self(seed ^ 0x5851_f42d_4c95_7f2d).bits();
@@ -31,7 +31,7 @@ impl Random {
         low + (high - low) * self.unit()
     }
 
-    /// Of uniform logarithm in `[low, high)`, both above 0.
+    /// In `[low, high)`, both above 0, with a uniformly distributed logarithm.
     pub fn log(&mut self, low: f64, high: f64) -> f64 {
         self.range(low.ln(), high.ln()).exp()
     }
@@ -56,10 +56,10 @@ impl Random {
     }
 }
 
-/// What the state of a stream advances by: 2⁶⁴ over the golden ratio.
+/// Increment of a stream's state: 2⁶⁴ divided by the golden ratio.
 pub const STEP: u64 = 0x9e37_79b9_7f4a_7c15;
 
-/// Makes bits that look random of a counter: what [`Random`] does to its state.
+/// Turns a counter into bits that look random, as [`Random`] does with its state.
 #[must_use]
 pub const fn mix(mut z: u64) -> u64 {
     z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -77,7 +77,7 @@ pub fn unit_of_bits(bits: u64) -> f64 {
 mod tests {
     use super::*;
 
-    /// The first outputs for the seed 1234567, as every implementation of SplitMix64 has them.
+    /// The first outputs for the seed 1234567, the same in every implementation of SplitMix64.
     #[test]
     fn is_splitmix64() {
         let mut random = Random(1_234_567);

@@ -1,10 +1,10 @@
 //! The recommended shading: one call for a light and one for an environment, diffuse and specular reflection together.
 //!
-//! Both take masking and shadowing as [`Shadowing::Correlated`] has them, the diffuse term of [`visible::diffuse`] with two
-//! terms, the specular environment by 16 probes ([`visible::shadowed_specular`]), and the diffuse environment by a bent normal
-//! ([`visible::shadowed_environment`]): what the renderer does by default. Other choices are made by calling those functions.
-//! `leadr/shading.glsl` has the light for a shader; an environment needs its lookups between the calls, as
-//! `leadr/visible/shadowed_specular.glsl` says.
+//! Both use the masking and shadowing of [`Shadowing::Correlated`] and the diffuse closed form of [`visible::diffuse`]
+//! with two terms. The specular environment uses 16 probes ([`visible::shadowed_specular`]), the diffuse environment a
+//! bent normal ([`visible::shadowed_environment`]). The renderer does the same by default. For other choices, call
+//! those functions directly. `leadr/shading.glsl` has the light for shaders. An environment needs texture lookups
+//! between the calls, as `leadr/visible/shadowed_specular.glsl` explains.
 //!
 //! ```
 //! use leadr::reflectance::prelude::*;
@@ -42,30 +42,30 @@ use super::visible::shadowed_specular::visible_specular_environment;
 use super::visible::specular::probe_rule;
 use glam::{DVec2, DVec3};
 
-/// Terms of the diffuse closed form: errors of 1.2e-3.
+/// Terms of the diffuse closed form; two give errors of 1.2e-3.
 const DIFFUSE_TERMS: u32 = 2;
 
 /// Probes of a specular environment.
 const PROBES: u32 = 16;
 
-/// What a displaced surface is under one pixel, in the tangent frame.
+/// A displaced surface under one pixel, in the tangent frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Surface {
     /// Mean slope.
     pub mean_slope: DVec2,
-    /// Covariance `(s_xx, s_yy, s_xy)` of the slopes of the relief, without the base material's roughness. Brought to what can
-    /// be evaluated by [`clamp_covariance`].
+    /// Covariance `(s_xx, s_yy, s_xy)` of the slopes of the relief, without the base material's roughness.
+    /// [`clamp_covariance`] brings it into the usable range.
     pub slope_covariance: DVec3,
     /// Beckmann roughness `α` of the base material's mirrors, ≥ 0.
     pub roughness: f64,
-    /// Share of the light that enters the surface and comes out again, linear RGB, 0..1.
+    /// Fraction of the light entering the surface that comes out again, linear RGB, 0..1.
     pub albedo: DVec3,
     /// Reflectance at normal incidence, linear RGB, 0..1.
     pub f0: DVec3,
 }
 
 impl Surface {
-    /// Covariance of the diffuse facets, and of the mirrors on them.
+    /// Covariances of the diffuse facets and of the mirrors on them.
     fn covariances(&self) -> [DVec3; 2] {
         let relief = clamp_covariance(self.slope_covariance);
         [relief, add_roughness(relief, self.roughness)]
@@ -75,9 +75,9 @@ impl Surface {
 /// Radiance towards `wo` under one light from `wi`, linear RGB per unit of the light's irradiance on a plane that faces it.
 /// `wo`, `wi`: unit, tangent frame, pointing away from the surface.
 ///
-/// What the mirrors reflect on average over the visible facets does not enter the surface, so the diffuse part is
-/// `albedo (1 − F)`. A picture that also has an environment may take that mean from [`environment`]'s probes, as the renderer
-/// does.
+/// The diffuse part is `albedo (1 − F)`, where `F` is the mean Fresnel reflectance of the visible facets: light that
+/// the mirrors reflect does not enter the surface. With an environment as well, that mean may be taken from the probes
+/// of [`environment`], as the renderer does.
 #[must_use]
 pub fn light(surface: &Surface, wo: DVec3, wi: DVec3) -> DVec3 {
     let (m, [relief, mirrors]) = (surface.mean_slope, surface.covariances());
@@ -90,11 +90,13 @@ pub fn light(surface: &Surface, wo: DVec3, wi: DVec3) -> DVec3 {
     surface.albedo * (DVec3::ONE - visible_fresnel(wo, m, mirrors, surface.f0)) * diffuse + specular
 }
 
-/// Radiance towards `wo` under an environment, linear RGB. `wo`: unit, tangent frame; `frame`: the tangent frame in the world.
+/// Radiance towards `wo` under an environment, linear RGB. `wo`: unit, tangent frame; `frame`: the tangent frame in
+/// the world.
 ///
-/// `radiance` gets a world direction and a solid angle in steradians, and gives the mean radiance of about that cone: a
-/// lookup in a prefiltered cube map, see [`solid_angle_lod`](super::visible::specular::solid_angle_lod). `harmonics` are the
-/// environment's coefficients of radiance in the world ([`sh_projection`](super::integrals::sh_projection) makes them).
+/// `radiance` receives a world direction and a solid angle in steradians, and returns the mean radiance over about that
+/// cone: a lookup in a prefiltered cube map, see [`solid_angle_lod`](super::visible::specular::solid_angle_lod).
+/// `harmonics` are the coefficients of the environment's radiance in the world
+/// ([`sh_projection`](super::integrals::sh_projection) computes them).
 ///
 /// ```
 /// use leadr::reflectance::frame::frame_about;
@@ -154,7 +156,7 @@ mod tests {
         f0: DVec3::new(0.04, 0.05, 0.06),
     };
 
-    /// Without slopes it is a Lambertian surface under a mirror.
+    /// Without slopes the surface is a Lambertian one under a mirror.
     #[test]
     fn a_flat_surface_is_lambertian() {
         let flat = Surface { mean_slope: DVec2::ZERO, slope_covariance: DVec3::ZERO, roughness: 0.0, ..RELIEF };
@@ -164,8 +166,8 @@ mod tests {
         assert!((light(&flat, wo, wi) / expected - DVec3::ONE).length() < 1e-3);
     }
 
-    /// Along the light nothing is in shadow: there the two parts are those of masking alone, the diffuse one within the error
-    /// of its two terms.
+    /// Looking along the light, nothing is in shadow. Both parts then equal those of masking alone, the diffuse part to
+    /// within the error of its two terms.
     #[test]
     fn along_the_light_nothing_is_shadowed() {
         let wo = at(0.7, 0.4);
@@ -175,7 +177,7 @@ mod tests {
         let diffuse = RELIEF.albedo * (DVec3::ONE - fresnel) * diffuse_directional(wo, wo, m, s, false, 8);
         let expected = diffuse + leadr_specular_directional(wo, wo, m, mirrors, RELIEF.f0, false);
         assert!((light(&RELIEF, wo, wo) / expected - DVec3::ONE).length() < 4e-3);
-        // Away from it, something is.
+        // Away from the light, something is in shadow.
         let matt = Surface { f0: DVec3::ZERO, ..RELIEF };
         let wi = at(1.2, 3.0);
         let unshadowed = matt.albedo * leadr_diffuse_light_visible(wo, wi, m, s, false, DIFFUSE_TERMS);
@@ -183,7 +185,7 @@ mod tests {
         assert!((0.5..0.95).contains(&share), "{share}");
     }
 
-    /// In a white room neither mirrors nor diffuse facets make light.
+    /// In a white room neither mirrors nor diffuse facets create energy.
     #[test]
     fn no_energy_is_made() {
         let room = project_function(16, |_| DVec3::ONE);

@@ -12,21 +12,21 @@ use crate::reflectance::slopes::statistics::{clamp_covariance, covariance_from_m
 use glam::{DVec2, DVec3};
 use std::f64::consts::PI;
 
-/// `P22(slope)`: density of slopes. Variances count as at least [`MIN_VARIANCE`].
+/// `P22(slope)`: density of slopes. Variances are held at [`MIN_VARIANCE`] or above.
 #[must_use]
 pub fn beckmann_p22(slope: DVec2, m: DVec2, s: DVec3) -> f64 {
     let deviation = |variance: f64| variance.clamp(MIN_VARIANCE, MAX_SLOPE * MAX_SLOPE).sqrt();
     let sigma = DVec2::new(deviation(s.x), deviation(s.y));
     let r = slope_correlation(sigma, s.z);
-    // Whitened: x, then y given x. Loses less than the adjugate when the correlation is strong.
+    // Whitened: x, then y given x. Loses less precision than the adjugate when the correlation is strong.
     let u = (slope - m) / sigma;
     let q = ((1.0 - r) * (1.0 + r)).sqrt();
     let v = (u.y - r * u.x) / q;
     (-0.5 * (u.x * u.x + v * v)).exp() / (2.0 * PI * sigma.x * sigma.y * q)
 }
 
-/// `D(wh) = P22(slope of wh) / wh.z⁴`: density of normals per unit of macrosurface and solid angle (LEADR eq. 10); 0 for
-/// `wh.z ≤ 0`.
+/// `D(wh) = P22(slope of wh) / wh.z⁴`: density of normals per unit of macrosurface and solid angle (LEADR eq. 10); 0
+/// for `wh.z ≤ 0`.
 #[must_use]
 pub fn beckmann_ndf(wh: DVec3, m: DVec2, s: DVec3) -> f64 {
     if wh.z <= 0.0 {
@@ -42,7 +42,7 @@ pub fn beckmann_vndf(wo: DVec3, wn: DVec3, m: DVec2, s: DVec3) -> f64 {
     visible_density(wo, wn, beckmann_ndf(wn, m, s), visible_area(wo, m, s))
 }
 
-/// A Beckmann surface: slopes are Gaussian, of any mean and covariance.
+/// A Beckmann surface: slopes are Gaussian, with any mean and covariance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Beckmann {
     mean: DVec2,
@@ -50,7 +50,7 @@ pub struct Beckmann {
 }
 
 impl Beckmann {
-    /// From the mean slope and the covariance `(s_xx, s_yy, s_xy)`, brought to what can be evaluated: variances of
+    /// From the mean slope and the covariance `(s_xx, s_yy, s_xy)`, clamped to the usable range: variances of
     /// [`MIN_VARIANCE`] to [`MAX_SLOPE`]², correlations within
     /// [`MAX_CORRELATION`](crate::reflectance::limits::MAX_CORRELATION).
     #[must_use]

@@ -1,12 +1,14 @@
 //! Exact sampling of the visible normals of a noncentral anisotropic Beckmann surface (thesis 2.2, eq. 2.35 and 3.4).
 //!
-//! The affine map `slope = m + C s`, `C Cᵀ = S`, carries the surface to the unit one, of slopes `s ~ N(0, 1)²`. There the
-//! facet of slope `s` shows `a − t·s` to the viewer, `t = Cᵀ wo.xy`: with `b = |t|` and `ν = a/b`, its coordinate `x`
-//! along `t` has the density `(ν − x)⁺ φ(x) / g(ν)` and the other one is an independent normal. The cumulative
-//! distribution is closed, `F(x) = ν Φ(x) + φ(x)` up to `F(ν) = g(ν)`, and is inverted here.
+//! The affine map `slope = m + C s`, `C Cᵀ = S`, relates the surface to the unit surface with slopes `s ~ N(0, 1)²`.
+//! There the facet of slope `s` has the projected area `a − t·s` towards the viewer, with `t = Cᵀ wo.xy`. Let `b = |t|`
+//! and `ν = a/b`. The coordinate `x` of a visible slope along `t` has the density `(ν − x)⁺ φ(x) / g(ν)`, and the other
+//! coordinate is an independent normal variable. The cumulative distribution has a closed form, `F(x) = ν Φ(x) + φ(x)`
+//! up to `F(ν) = g(ν)`, which is inverted here.
 //!
-//! That holds for every `ν`: a mesosurface facing the viewer (`ν > 0`), edge-on, or turned away, where only the tail
-//! below `ν` is visible. The literature's inversions parameterise by the viewer's angle and stop at the horizon.
+//! This holds for every `ν`: for a mesosurface that faces the viewer (`ν > 0`), is edge-on, or is turned away, where
+//! only the tail below `ν` is visible. The inversions in the literature parameterise by the viewer's angle and stop at
+//! the horizon.
 
 use super::normal_distribution::{MIN_PROBABILITY, mills_ratio, normal_quantile, tail_mean_ratio};
 use super::projected_area::meso_area;
@@ -15,23 +17,24 @@ use crate::reflectance::slopes::grid::{normal_of_slope, slope_at, slope_cholesky
 use glam::{DVec2, DVec3};
 use std::f64::consts::PI;
 
-/// Newton steps that are allowed; 3 to 6 are used. The device always makes 5.
+/// Limit on Newton steps; 3 to 6 are used. The device always makes 5.
 const STEPS: u32 = 60;
 
-/// The visible slope `x ≤ ν` of the unit surface for which `(ν Φ(x) + φ(x)) / (ν Φ(ν) + φ(ν)) = u`: quantile of the
-/// visible slopes along the viewer's azimuth, for `−∞ < ν ≤ ∞` the mesosurface's projected area in units of the spread.
+/// The visible slope `x ≤ ν` of the unit surface for which `(ν Φ(x) + φ(x)) / (ν Φ(ν) + φ(ν)) = u`: the quantile of the
+/// visible slopes along the viewer's azimuth. `−∞ < ν ≤ ∞` is the mesosurface's projected area in units of the spread.
 ///
-/// `u` is held within `[2⁻³², 1 − 2⁻³²]`. Newton's method in a bracket, from Wilson and Hilferty's estimate for the gamma
-/// distribution of the same mean and variance of `y = ν − x`; on the logarithm of `F` for the lower half (concave, so it
-/// converges from every start), on the root of `g − F` for the upper half (linear where `F` touches `g`). Everything is
-/// in units of `φ(min(ν, 0))` and sums terms of one sign, so that the tail at `ν = −10` is as exact as the rest.
+/// `u` is held within `[2⁻³², 1 − 2⁻³²]`. The solver is Newton's method in a bracket, started from Wilson and
+/// Hilferty's estimate for the gamma distribution with the mean and variance of `y = ν − x`. For the lower half it
+/// works on the logarithm of `F` (concave, so it converges from every start), for the upper half on the root of `g − F`
+/// (linear where `F` touches `g`). Everything is in units of `φ(min(ν, 0))` and sums terms of one sign, so that the
+/// tail at `ν = −10` is as exact as the rest.
 #[must_use]
 pub fn visible_slope_quantile(u: f64, nu: f64) -> f64 {
     let u = u.clamp(MIN_PROBABILITY, 1.0 - MIN_PROBABILITY);
     let (positive, negative) = (nu.clamp(0.0, 1e15), nu.clamp(-1e15, 0.0));
     let root_2pi = (2.0 * PI).sqrt();
     let z = normal_quantile(u);
-    // g, the mean of y, and a first w = x − min(ν, 0).
+    // g, the mean of y, and a starting value for w = x − min(ν, 0).
     let (total, start) = if nu > 0.0 {
         let e = (-0.5 * positive * positive).exp();
         let total = root_2pi * positive + e * tail_mean_ratio(positive);
@@ -44,7 +47,7 @@ pub fn visible_slope_quantile(u: f64, nu: f64) -> f64 {
         let t = -negative;
         let total = tail_mean_ratio(t);
         let mean = if t > 8.0 { 2.0 * t / (t * t + 3.0) } else { mills_ratio(t) / total - t };
-        // y ≥ √(2 (1 − u) g): the density of y is y times something below 1.
+        // y ≥ √(2 (1 − u) g): the density of y is y times a factor below 1.
         let least = (2.0 * (1.0 - u) * total).sqrt();
         (total, -gamma_quantile(z, mean, 2.0 - mean * (mean + t)).max(least))
     };
@@ -58,10 +61,10 @@ pub fn visible_slope_quantile(u: f64, nu: f64) -> f64 {
             let rest = (total - part).max(0.0);
             2.0 * (rest - rest.sqrt() * ((1.0 - u) * total).sqrt())
         };
-        // The bracket closes by the sign of the step itself: at the root its rounding is another than that of `part`.
+        // The bracket closes by the sign of the step itself: at the root its rounding differs from that of `part`.
         *(if change > 0.0 { &mut low } else { &mut high }) = w;
         let next = w + change / density;
-        // Outside, not a number included: bisect.
+        // Outside the bracket, or NaN: bisect.
         let next = if next >= low && next <= high { next } else { 0.5 * (low + high) };
         let done = (next - w).abs() <= 1e-15 * w.abs();
         w = next;
@@ -84,24 +87,24 @@ fn visible_part(w: f64, positive: f64, negative: f64) -> (f64, f64) {
     (part, y * e)
 }
 
-/// Upper-tail quantile at the normal deviate `z` of a gamma distribution, by Wilson and Hilferty's cube. Shapes below 2,
-/// which only rounding gives here, count as 2.
+/// Upper-tail quantile at the normal deviate `z` of a gamma distribution, by Wilson and Hilferty's cube. Shapes below
+/// 2, which occur here only through rounding, are treated as 2.
 fn gamma_quantile(z: f64, mean: f64, variance: f64) -> f64 {
     let shape = (mean * mean / variance.max(1e-30)).max(2.0);
     let cube = (1.0 - 1.0 / (9.0 * shape) - z / (3.0 * shape.sqrt())).max(0.02);
     mean * cube * cube * cube
 }
 
-/// Visible slope of the standard surface turned back from the azimuth of `t`, the coordinate `x` along it.
+/// Visible slope of the standard surface: rotates the coordinate `x` along the azimuth of `t` back to the axes.
 fn turn_back(t: DVec2, x: f64, across: f64) -> DVec2 {
     let e = t.try_normalize().unwrap_or(DVec2::X);
     DVec2::new(e.x * x - e.y * across, e.y * x + e.x * across)
 }
 
-/// A visible normal for `u` in `[0, 1)²`: `u.x` gives the slope along the viewer's azimuth, `u.y` across it.
+/// A visible normal for `u` in `[0, 1)²`: `u.x` gives the slope along the viewer's azimuth, `u.y` the slope across it.
 ///
-/// Distributed as `max(0, wo·wn) D(wn) / A(wo)` for the [`beckmann_ndf`](super::beckmann::beckmann_ndf) of the same
-/// statistics. A viewer exactly behind the displacement direction sees nothing; some finite normal is given.
+/// Distributed as `max(0, wo·wn) D(wn) / A(wo)` for the [`beckmann_ndf`](super::beckmann::beckmann_ndf) with the same
+/// statistics. A viewer exactly behind the displacement direction sees nothing; the result is then some finite normal.
 #[must_use]
 pub fn beckmann_sample_visible(wo: DVec3, u: DVec2, m: DVec2, s: DVec3) -> DVec3 {
     let c = slope_cholesky(DVec3::new(at_least(s.x, MIN_VARIANCE), at_least(s.y, MIN_VARIANCE), s.z));
@@ -116,7 +119,7 @@ mod tests {
     use super::*;
     use crate::reflectance::facets::normal_distribution::{normal_cdf, normal_pdf, normal_tail_mean};
 
-    /// `F(x) / g`, and from above, by the functions that do underflow, in the range where they do not.
+    /// `F(x) / g` from functions that can underflow, in the range where they do not.
     fn cdf(x: f64, nu: f64) -> f64 {
         let g = nu.max(0.0) + normal_tail_mean(nu.abs());
         let part =
@@ -159,7 +162,7 @@ mod tests {
 
     #[test]
     fn limits_of_the_quantile() {
-        // A smooth or distant surface: a plain normal. One turned far away: a gamma of shape 2.
+        // A smooth or distant surface: a plain normal variable. One turned far away: a gamma distribution of shape 2.
         for u in [0.001, 0.3, 0.5, 0.999] {
             assert!((visible_slope_quantile(u, 1e12) - normal_quantile(u)).abs() < 1e-11);
             let y = 1e4 * (-1e4 - visible_slope_quantile(u, -1e4));

@@ -1,12 +1,13 @@
-//! Parameterisations of anisotropic roughness and the lossless ways between them (thesis 2.3, eq. 2.25–2.34).
+//! Parameterisations of anisotropic roughness and lossless conversions between them (thesis 2.3, eq. 2.25–2.34).
 //!
-//! The roughness matrix `A = (a_xx, a_yy, a_xy)` is what distributions are evaluated from: slopes are `m + C s` with
-//! `C Cᵀ = A` and `s` of the standard distribution. It is written as an [`Ellipse`] (radii and angle) or as a
-//! [`Bivariate`] (scales and correlation). A Beckmann surface has the slope covariance `S = A / 2` (`α² = 2σ²`); a GGX
-//! surface has no finite covariance, and its matrix is the roughness itself.
+//! Distributions are evaluated from the roughness matrix `A = (a_xx, a_yy, a_xy)`: slopes are `m + C s` with `C Cᵀ = A`
+//! and `s` from the standard distribution. The matrix can be written as an [`Ellipse`] (radii and angle) or as a
+//! [`Bivariate`] (scales and correlation). A Beckmann surface has the slope covariance `S = A / 2` (`α² = 2σ²`). A GGX
+//! surface has no finite covariance; its matrix is the roughness itself.
 //!
-//! Sign. Printed eq. 2.31 disagrees with 2.25 and 2.34; here the major axis lies at the angle `φ` counter-clockwise in
-//! the plane of slopes, `A = R(φ) diag(α₁², α₂²) R(φ)ᵀ`, so a positive angle is a positive correlation (2.31).
+//! Sign convention: the printed eq. 2.31 contradicts eq. 2.25 and 2.34. Here the major axis lies at the angle `φ`
+//! counter-clockwise in the plane of slopes, `A = R(φ) diag(α₁², α₂²) R(φ)ᵀ`, so a positive angle is a positive
+//! correlation (2.31).
 
 use glam::{DVec2, DVec3};
 
@@ -15,7 +16,7 @@ use glam::{DVec2, DVec3};
 pub struct Ellipse {
     /// `(α₁, α₂)`, each at least 0; conversions to an ellipse give `α₁ ≥ α₂`.
     pub radii: DVec2,
-    /// Angle of the first axis to the x slope, radians; conversions give `(−π/2, π/2]`, and 0 for a circle.
+    /// Angle from the x slope to the first axis, radians; conversions give `(−π/2, π/2]`, and 0 for a circle.
     pub angle: f64,
 }
 
@@ -26,8 +27,8 @@ pub struct Bivariate {
     pub alpha: DVec2,
     /// `ρ`, −1..1.
     pub rho: f64,
-    /// `√(1 − ρ²)`, 0..1. Kept beside `ρ`, which by itself forgets the minor radius of a thin ellipse: near 1 it has no
-    /// digits left for it.
+    /// `√(1 − ρ²)`, 0..1. Stored beside `ρ`, because near 1 `ρ` has no digits left for the minor radius of a thin
+    /// ellipse.
     pub independence: f64,
 }
 
@@ -39,14 +40,14 @@ impl Bivariate {
     }
 }
 
-/// Thesis eq. 2.29–2.31. No difference of squares is taken: a minor radius of 1e-12 of the major survives.
+/// Thesis eq. 2.29–2.31, without differences of squares: a minor radius of 1e-12 of the major one survives.
 #[must_use]
 pub fn bivariate_from_ellipse(e: &Ellipse) -> Bivariate {
     let (sin, cos) = e.angle.sin_cos();
     let alpha = DVec2::new((e.radii.x * cos).hypot(e.radii.y * sin), (e.radii.x * sin).hypot(e.radii.y * cos));
     let product = alpha.x * alpha.y;
     if product < 1e-300 {
-        // One scale is zero: the slopes are independent, if trivially.
+        // One scale is zero: the slopes are trivially independent.
         return Bivariate { alpha, rho: 0.0, independence: 1.0 };
     }
     let difference = (e.radii.x - e.radii.y) * (e.radii.x + e.radii.y);
@@ -57,7 +58,7 @@ pub fn bivariate_from_ellipse(e: &Ellipse) -> Bivariate {
     }
 }
 
-/// Thesis eq. 2.32–2.34 with `α₂ = αx αy √(1 − ρ²) / α₁` in place of a difference.
+/// Thesis eq. 2.32–2.34, with `α₂ = αx αy √(1 − ρ²) / α₁` instead of a difference.
 #[must_use]
 pub fn ellipse_from_bivariate(b: &Bivariate) -> Ellipse {
     let product = b.alpha.x * b.alpha.y;
@@ -70,7 +71,7 @@ pub fn ellipse_from_bivariate(b: &Bivariate) -> Ellipse {
     }
 }
 
-/// `atan2`, 0 at the origin and π where `y = −0`.
+/// `atan2`, but 0 at the origin and π where `y = −0`.
 fn angle_of(y: f64, x: f64) -> f64 {
     if y == 0.0 { if x < 0.0 { std::f64::consts::PI } else { 0.0 } } else { y.atan2(x) }
 }
@@ -93,9 +94,9 @@ pub fn roughness_from_bivariate(b: &Bivariate) -> DVec3 {
     DVec3::new(b.alpha.x * b.alpha.x, b.alpha.y * b.alpha.y, b.rho * b.alpha.x * b.alpha.y)
 }
 
-/// Scales and correlation of `A`; a matrix that rounding made indefinite counts as fully correlated.
+/// Scales and correlation of `A`; a matrix that rounding has made indefinite is treated as fully correlated.
 ///
-/// The determinant of a matrix is a difference: minor radii below 1e-8 of the major are rounding.
+/// The determinant of a matrix is a difference: minor radii below 1e-8 of the major one are lost in rounding.
 #[must_use]
 pub fn bivariate_from_roughness(a: DVec3) -> Bivariate {
     let alpha = DVec2::new(a.x.max(0.0).sqrt(), a.y.max(0.0).sqrt());
@@ -117,20 +118,21 @@ pub fn ellipse_from_roughness(a: DVec3) -> Ellipse {
     ellipse_from_bivariate(&bivariate_from_roughness(a))
 }
 
-/// Slope covariance of a Beckmann surface of roughness matrix `A`: `S = A / 2` (`α² = 2σ²`).
+/// Slope covariance of a Beckmann surface with the roughness matrix `A`: `S = A / 2` (`α² = 2σ²`).
 #[must_use]
 pub fn covariance_from_roughness(a: DVec3) -> DVec3 {
     0.5 * a
 }
 
-/// Roughness matrix of a Beckmann surface of slope covariance `S`: `A = 2 S`.
+/// Roughness matrix of a Beckmann surface with the slope covariance `S`: `A = 2 S`.
 #[must_use]
 pub fn roughness_from_covariance(s: DVec3) -> DVec3 {
     2.0 * s
 }
 
-/// Moments `(E[x], E[y])` and `(E[xx], E[yy], E[xy])` of slopes of mean `m` and covariance `s` (LEADR eq. 9); inverse of
-/// [`covariance_from_moments`](crate::reflectance::slopes::statistics::covariance_from_moments), up to the rounding of `m²`.
+/// Moments `(E[x], E[y])` and `(E[xx], E[yy], E[xy])` of slopes with mean `m` and covariance `s` (LEADR eq. 9); the
+/// inverse of [`covariance_from_moments`](crate::reflectance::slopes::statistics::covariance_from_moments), up to the
+/// rounding of `m²`.
 #[must_use]
 pub fn moments_from_covariance(m: DVec2, s: DVec3) -> (DVec2, DVec3) {
     (m, DVec3::new(m.x.mul_add(m.x, s.x), m.y.mul_add(m.y, s.y), m.x.mul_add(m.y, s.z)))
@@ -167,10 +169,10 @@ mod tests {
             let back = ellipse_from_bivariate(&b);
             let relative = |a: f64, b: f64| if a == b { 0.0 } else { (a - b).abs() / b.abs() };
             worst[0] = worst[0].max(relative(back.radii.x, e.radii.x));
-            // A radius of exactly zero across an axis that is no exact multiple of the axes stays a rounding of zero.
+            // A minor radius of exactly zero comes back as a rounding error unless the ellipse is aligned with the axes.
             let minor = if e.radii.y > 0.0 { relative(back.radii.y, e.radii.y) } else { back.radii.y / e.radii.x };
             worst[1] = worst[1].max(minor);
-            // The angle of a circle means nothing.
+            // The angle of a circle has no meaning.
             let eccentric = 1.0 - e.radii.y / e.radii.x;
             let turn = (back.angle - e.angle).rem_euclid(2.0 * FRAC_PI_2);
             worst[2] = worst[2].max(turn.min(2.0 * FRAC_PI_2 - turn) * eccentric);
@@ -186,7 +188,7 @@ mod tests {
                 for rho in [0.0, 0.5, -0.95, 1.0 - 1e-9, -1.0 + 1e-15, 1.0, -1.0] {
                     let b = Bivariate::new(DVec2::new(x, y), if x * y == 0.0 { 0.0 } else { rho });
                     let back = bivariate_from_ellipse(&ellipse_from_bivariate(&b));
-                    // A scale below 1e-16 of the other is lost in the angle: absolute there.
+                    // A scale below 1e-16 of the other is lost in the angle: compare absolutely.
                     let floor = 1e-15 * x.max(y);
                     assert!((back.alpha - b.alpha).abs().max_element() <= 1e-14 * x.max(y) + floor, "{b:?} {back:?}");
                     let (a, a_back) = (roughness_from_bivariate(&b), roughness_from_bivariate(&back));
@@ -200,7 +202,7 @@ mod tests {
         }
     }
 
-    /// What `independence` is for: rebuilding it from `ρ` alone forgets a thin ellipse.
+    /// Why `independence` is stored: rebuilding it from `ρ` alone loses thin ellipses.
     #[test]
     fn the_correlation_alone_is_lossy() {
         let e = Ellipse { radii: DVec2::new(1.0, 1e-10), angle: 0.7 };
@@ -219,7 +221,7 @@ mod tests {
             assert!(close(back.radii.x, e.radii.x, 1e-14), "{e:?} {back:?}");
             assert!((back.radii.y - e.radii.y).abs() <= 2e-8 * e.radii.x, "{e:?} {back:?}");
         }
-        // Counter-clockwise: a positive angle correlates the slopes positively.
+        // Counter-clockwise: a positive angle gives a positive correlation of the slopes.
         let tilted = Ellipse { radii: DVec2::new(1.0, 0.2), angle: 0.5 };
         assert!(bivariate_from_ellipse(&tilted).rho > 0.5);
         let tall = Ellipse { radii: DVec2::new(1.0, 0.2), angle: FRAC_PI_2 };

@@ -1,5 +1,5 @@
-//! Fresnel reflectance of the facets (thesis Table 2.I; conductors beside it), by the cosine of the difference angle
-//! `cos θ_d = wo·wh = wi·wh`.
+//! Fresnel reflectance of the facets (thesis Table 2.I, extended by conductors), as a function of the cosine of the
+//! difference angle, `cos θ_d = wo·wh = wi·wh`.
 
 use glam::DVec3;
 use std::f64::consts::FRAC_PI_2;
@@ -10,21 +10,22 @@ pub fn fresnel_schlick(f0: DVec3, cosine: f64) -> DVec3 {
     f0 + (grazing_reflectance(f0) - f0) * schlick_weight(cosine)
 }
 
-/// Schlick's share of the reflectance at grazing incidence, `(1 − cos)⁵`.
+/// Weight of the grazing reflectance in Schlick's approximation, `(1 − cos)⁵`.
 #[must_use]
 pub fn schlick_weight(cosine: f64) -> f64 {
     (1.0 - cosine).clamp(0.0, 1.0).powi(5)
 }
 
-/// Reflectance at grazing incidence: 1 of every real surface. Nothing has `f0` below 2 %, so smaller values say that there
-/// is less of a surface to reflect (Lagarde & de Rousiers 2014), and 0 that there is none: bare diffuse facets.
+/// Reflectance at grazing incidence: 1 for every real surface. No material has an `f0` below 2 %, so smaller values
+/// mean that only part of the surface reflects (Lagarde & de Rousiers 2014); 0 means that nothing does: bare diffuse
+/// facets.
 #[must_use]
 pub fn grazing_reflectance(f0: DVec3) -> DVec3 {
     DVec3::splat((50.0 * f0.max_element()).min(1.0))
 }
 
 /// Unpolarised reflectance of a smooth dielectric (Walter et al. 2007, eq. 22). `eta`: refractive index on the far side
-/// over the near side, > 0; 1 at total reflection.
+/// divided by that on the near side, > 0. Gives 1 at total reflection.
 #[must_use]
 pub fn fresnel_dielectric(cosine: f64, eta: f64) -> f64 {
     let c = cosine.abs().min(1.0);
@@ -38,15 +39,15 @@ pub fn fresnel_dielectric(cosine: f64, eta: f64) -> f64 {
     (0.5 * s * s * (1.0 + p * p)).min(1.0)
 }
 
-/// Largest part of a refractive index that [`fresnel_conductor`] tells from a perfect mirror.
+/// Largest component of a refractive index; above it, [`fresnel_conductor`] does not differ from a perfect mirror.
 const MAX_INDEX: f64 = 1e4;
 
 /// Unpolarised reflectance of a smooth conductor in vacuum. `eta`, `k`: real part and extinction coefficient of the
 /// complex index `η + i k` per colour channel, both ≥ 0 and held below 1e4; `k = 0` is a dielectric.
 ///
-/// With `a + i b = √((η + i k)² − sin²θ)`, the amplitude formulas are quotients of sums of squares,
+/// With `a + i b = √((η + i k)² − sin²θ)`, the amplitude formulas become quotients of sums of squares,
 /// `R_s = ((a − c)² + b²) / ((a + c)² + b²)` and `R_p = R_s ((a c − s²)² + (b c)²) / ((a c + s²)² + (b c)²)` for
-/// `c = cos θ`, `s = sin θ`: nothing cancels, and `0/0` is its limit, 1.
+/// `c = cos θ`, `s = sin θ`. Nothing cancels, and `0/0` is replaced by its limit, 1.
 #[must_use]
 pub fn fresnel_conductor(cosine: f64, eta: DVec3, k: DVec3) -> DVec3 {
     let c = cosine.abs().min(1.0);
@@ -54,7 +55,8 @@ pub fn fresnel_conductor(cosine: f64, eta: DVec3, k: DVec3) -> DVec3 {
     let channel = |eta: f64, k: f64| {
         let (eta, k) = (eta.clamp(0.0, MAX_INDEX), k.clamp(0.0, MAX_INDEX));
         let (re, im) = ((eta - k) * (eta + k) - s2, eta * k);
-        // The larger part of the root first, the other from the product of both: no difference of equal numbers.
+        // The larger component of the root first, the other from the product of both: this avoids a difference of equal
+        // numbers.
         let larger = (0.5 * ((re * re + 4.0 * im * im).sqrt() + re.abs())).sqrt();
         let smaller = im / larger.max(1e-15);
         let (a, b) = if re >= 0.0 { (larger, smaller) } else { (smaller, larger) };
@@ -66,32 +68,32 @@ pub fn fresnel_conductor(cosine: f64, eta: DVec3, k: DVec3) -> DVec3 {
     DVec3::new(channel(eta.x, k.x), channel(eta.y, k.y), channel(eta.z, k.z))
 }
 
-/// Why a table of reflectances is refused.
+/// Why a table of reflectances is rejected.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum FresnelTableError {
     /// Fewer than two entries: there is nothing to interpolate.
     #[error("the Fresnel table has {0} entries; it needs at least 2, for 0° and 90°")]
     TooShort(usize),
-    /// An entry that is no reflectance.
+    /// An entry is not a valid reflectance.
     #[error("entry {index} of the Fresnel table is {value}; reflectances are finite and within 0..1")]
     NotAReflectance {
-        /// Position in the table.
+        /// Its position in the table.
         index: usize,
-        /// What stands there, linear RGB.
+        /// Its value, linear RGB.
         value: DVec3,
     },
 }
 
-/// Reflectances at difference angles in equal steps from 0° to 90° (thesis 4.2 extracts such a table from a measured
-/// material), linear in between.
+/// Reflectances at difference angles in equal steps from 0° to 90°, interpolated linearly (thesis 4.2 extracts such a
+/// table from a measured material).
 #[derive(Clone, Debug, PartialEq)]
 pub struct FresnelTable(Vec<DVec3>);
 
 impl FresnelTable {
-    /// The table of `values`, linear RGB, the first at 0° (normal incidence) and the last at 90°.
+    /// Creates the table from `values`, linear RGB, the first at 0° (normal incidence) and the last at 90°.
     ///
     /// # Errors
-    /// With fewer than two entries, or one that is not finite or outside 0..1.
+    /// With fewer than two entries, or with one that is not finite or is outside 0..1.
     pub fn new(values: Vec<DVec3>) -> Result<Self, FresnelTableError> {
         if values.len() < 2 {
             return Err(FresnelTableError::TooShort(values.len()));
@@ -103,11 +105,11 @@ impl FresnelTable {
         }
     }
 
-    /// Reflectance at the cosine of a difference angle, clamped to 0..1.
+    /// Reflectance at the cosine of a difference angle; the cosine is clamped to 0..1.
     #[must_use]
     pub fn at(&self, cosine: f64) -> DVec3 {
         let last = self.0.len() - 1;
-        // NaN counts as grazing.
+        // NaN is treated as grazing.
         let cosine = if cosine > 0.0 { cosine.min(1.0) } else { 0.0 };
         let at = cosine.acos() / FRAC_PI_2 * last as f64;
         let low = (at as usize).min(last - 1);
@@ -123,7 +125,7 @@ pub enum Fresnel {
     Ideal,
     /// [`fresnel_schlick`] with this reflectance at normal incidence, linear RGB, 0..1.
     Schlick(DVec3),
-    /// [`fresnel_dielectric`] with this index of the inside over the outside, > 0.
+    /// [`fresnel_dielectric`] with this index of the inside divided by that of the outside, > 0.
     Dielectric(f64),
     /// [`fresnel_conductor`].
     Conductor {
@@ -155,7 +157,7 @@ mod tests {
     use super::*;
     use glam::Vec3Swizzles as _;
 
-    /// Complex numbers, as few of them as the amplitude formulas need.
+    /// Complex numbers, with only the operations that the amplitude formulas need.
     mod complex {
         pub type C = (f64, f64);
         pub fn mul(a: C, b: C) -> C {

@@ -1,11 +1,11 @@
 //! The noncentral GGX distribution with a full roughness matrix (thesis Table 2.II and eq. 3.2; IGSA supplement 1).
 //!
-//! Slopes are `m + C s`, `C Cᵀ = A = (a_xx, a_yy, a_xy)`, `s` of the standard density `1 / (π (1 + s²)²)`: the bivariate
-//! t distribution with two degrees of freedom. `A` holds `α²` terms; the variance is infinite.
+//! Slopes are `m + C s` with `C Cᵀ = A = (a_xx, a_yy, a_xy)` and `s` of the standard density `1 / (π (1 + s²)²)`: the
+//! bivariate t distribution with two degrees of freedom. `A` holds `α²` terms; the variance is infinite.
 //!
-//! The standard surface is a hemisphere (`D = 1/π`), so its visible area is that of a hemisphere seen under `cos θ'`,
-//! `(1 + cos θ') / 2`, from above and below the horizon alike. With `a` the mesosurface's projected area and
-//! `b² = w.xyᵀ A w.xy` that is `A(w) = (a + √(a² + b²)) / 2` for every sign of `a`.
+//! The standard surface is a hemisphere (`D = 1/π`). Its visible area is that of a hemisphere seen under `cos θ'`,
+//! `(1 + cos θ') / 2`, both above and below the horizon. Let `a` be the mesosurface's projected area and
+//! `b² = w.xyᵀ A w.xy`; then `A(w) = (a + √(a² + b²)) / 2` for every sign of `a`.
 
 use super::ellipse::{Bivariate, Ellipse, roughness_from_bivariate, roughness_from_ellipse};
 use super::ggx_sampling::ggx_sample_visible;
@@ -24,7 +24,7 @@ fn scales(a: DVec3) -> (DVec2, f64, f64) {
     (alpha, r, ((1.0 - r) * (1.0 + r)).sqrt())
 }
 
-/// `P22(slope)`: density of slopes (thesis eq. 3.2). Elements of the diagonal count as at least [`MIN_VARIANCE`].
+/// `P22(slope)`: density of slopes (thesis eq. 3.2). Diagonal elements are held at [`MIN_VARIANCE`] or above.
 #[must_use]
 pub fn ggx_p22(slope: DVec2, m: DVec2, a: DVec3) -> f64 {
     let (alpha, r, q) = scales(a);
@@ -36,8 +36,8 @@ pub fn ggx_p22(slope: DVec2, m: DVec2, a: DVec3) -> f64 {
 
 /// `D(wh) = P22(slope of wh) / wh.z⁴`: density of normals per unit of macrosurface and solid angle; 0 for `wh.z ≤ 0`.
 ///
-/// Written without the division by `wh.z`: `1 / (π √|A| (z² + d²)²)`, `d` the whitened `-wh.xy − wh.z m`. It does not
-/// vanish towards the horizon.
+/// Written without the division by `wh.z`: `1 / (π √|A| (z² + d²)²)`, where `d` is the whitened `-wh.xy − wh.z m`. It
+/// does not vanish towards the horizon.
 #[must_use]
 pub fn ggx_ndf(wh: DVec3, m: DVec2, a: DVec3) -> f64 {
     if wh.z <= 0.0 {
@@ -50,20 +50,21 @@ pub fn ggx_ndf(wh: DVec3, m: DVec2, a: DVec3) -> f64 {
     g * g / (PI * alpha.x * alpha.y * q)
 }
 
-/// `A − max(a, 0) = b² / (2 (|a| + √(a² + b²)))`: the area that only the roughness makes visible; `a Λ` for `a > 0`.
+/// `A − max(a, 0) = b² / (2 (|a| + √(a² + b²)))`: the area that is visible only because of the roughness; `a Λ` for
+/// `a > 0`.
 #[must_use]
 pub fn ggx_rough_area(a: f64, b: f64) -> f64 {
     0.5 * b * (b / (a.abs() + a.hypot(b)).max(1e-18))
 }
 
-/// `A(w) = (a + √(a² + b²)) / 2`, the visible projected area per unit of macrosurface, without its cancellations.
+/// `A(w) = (a + √(a² + b²)) / 2`, the visible projected area per unit of macrosurface, computed without cancellation.
 #[must_use]
 pub fn ggx_visible_area(w: DVec3, m: DVec2, a: DVec3) -> f64 {
     let meso = meso_area(w, m);
     meso.max(0.0) + ggx_rough_area(meso, slope_spread(w, a))
 }
 
-/// `Λ(w) = (√(1 + b²/a²) − 1) / 2` (thesis Table 2.III). Where it is `+∞` (`a ≤ 0`), a large finite value.
+/// `Λ(w) = (√(1 + b²/a²) − 1) / 2` (thesis Table 2.III). A large finite value where it is `+∞` (`a ≤ 0`).
 #[must_use]
 pub fn ggx_lambda(w: DVec3, m: DVec2, a: DVec3) -> f64 {
     let meso = meso_area(w, m);
@@ -76,8 +77,8 @@ pub fn ggx_masking(wo: DVec3, m: DVec2, a: DVec3) -> f64 {
     1.0 / ggx_visible_area(wo, m, a).max(MIN_AREA)
 }
 
-/// `1 / (a_o (1 + Λo + Λi))`, LEADR eq. 13 with the `Λ` of GGX: height-correlated masking and shadowing. 0 when the light is
-/// below the mesosurface. Without `shadowing`: [`ggx_masking`].
+/// `1 / (a_o (1 + Λo + Λi))`, LEADR eq. 13 with the `Λ` of GGX: height-correlated masking and shadowing. 0 when the
+/// light is below the mesosurface. Without `shadowing`, the same as [`ggx_masking`].
 #[must_use]
 pub fn ggx_masking_shadowing(wo: DVec3, wi: DVec3, m: DVec2, a: DVec3, shadowing: bool) -> f64 {
     if !shadowing {
@@ -95,7 +96,7 @@ pub fn ggx_vndf(wo: DVec3, wn: DVec3, m: DVec2, a: DVec3) -> f64 {
     visible_density(wo, wn, ggx_ndf(wn, m, a), ggx_visible_area(wo, m, a))
 }
 
-/// A GGX surface of any mean slope and roughness matrix.
+/// A GGX surface with any mean slope and roughness matrix.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ggx {
     mean: DVec2,
@@ -103,8 +104,8 @@ pub struct Ggx {
 }
 
 impl Ggx {
-    /// From the mean slope and the roughness matrix `A = (a_xx, a_yy, a_xy)` of `α²` terms, brought to what can be
-    /// evaluated: diagonal of [`MIN_VARIANCE`] to [`MAX_SLOPE`]², correlations within
+    /// From the mean slope and the roughness matrix `A = (a_xx, a_yy, a_xy)` of `α²` terms, clamped to the usable
+    /// range: diagonal of [`MIN_VARIANCE`] to [`MAX_SLOPE`]², correlations within
     /// [`MAX_CORRELATION`](crate::reflectance::limits::MAX_CORRELATION).
     #[must_use]
     pub fn new(mean: DVec2, roughness: DVec3) -> Self {
@@ -112,7 +113,7 @@ impl Ggx {
         Self { mean, roughness: clamp_covariance(floor) }
     }
 
-    /// Isotropic, of roughness `α`.
+    /// Isotropic, with roughness `α`.
     #[must_use]
     pub fn isotropic(mean: DVec2, alpha: f64) -> Self {
         Self::new(mean, DVec3::new(alpha * alpha, alpha * alpha, 0.0))
@@ -173,7 +174,8 @@ mod tests {
         let c = crate::reflectance::slopes::grid::slope_cholesky(a);
         let along = DVec2::new(c.x * w.x + c.y * w.y, c.z * w.y);
         let (meso, b) = (meso_area(w, m), along.length());
-        // max(0, meso − b x), x of the marginal 1 / (2 (1 + x²)^1.5), by x = tan t: ½ ∫ max(0, meso cos t − b sin t) dt.
+        // max(0, meso − b x), where x has the marginal 1 / (2 (1 + x²)^1.5); with x = tan t: ½ ∫ max(0, meso cos t − b
+        // sin t) dt.
         let top = meso.atan2(b);
         composite_gauss(-0.5 * PI, top, 4, 16)
             .into_iter()

@@ -1,14 +1,15 @@
 //! Exact sampling of the visible normals of a noncentral anisotropic GGX surface, by spherical caps (Dupuy & Benyoub
 //! 2023), for viewers above and below the mesosurface.
 //!
-//! The affine map `slope = m + C s`, `C Cᵀ = A`, carries the surface to the standard one; a facet shows `a − t·s` to the
-//! viewer, `t = Cᵀ wo.xy`, which is what the standard surface shows to the direction `o = (t, a) / √(b² + a²)`.
+//! The affine map `slope = m + C s`, `C Cᵀ = A`, relates the surface to the standard one. A facet has the projected
+//! area `a − t·s` towards the viewer, with `t = Cᵀ wo.xy`. This is its area on the standard surface in the direction
+//! `o = (t, a) / √(b² + a²)`.
 //!
-//! Why caps work below the horizon as well. Normals of the standard surface are uniform over the upper hemisphere
-//! (`D = 1/π`), so visible ones have the density `(o·h) / (π A)`, `A = (1 + o.z) / 2`, on `h.z > 0, o·h > 0`. Reflection,
-//! `i = 2 (o·h) h − o`, has the Jacobian `4 (o·h)`: `i` is uniform, of density `1 / (2π (1 + o.z))`. And
-//! `i + o = 2 (o·h) h`, so `h.z > 0` is the same as `i.z > −o.z`, a spherical cap, whatever the sign of `o.z`. Hence: `i`
-//! uniform in that cap, `h = i + o` normalised.
+//! Why caps also work below the horizon: normals of the standard surface are uniform over the upper hemisphere
+//! (`D = 1/π`), so visible normals have the density `(o·h) / (π A)`, `A = (1 + o.z) / 2`, on `h.z > 0, o·h > 0`. The
+//! reflection `i = 2 (o·h) h − o` has the Jacobian `4 (o·h)`, so `i` is uniform with the density `1 / (2π (1 + o.z))`.
+//! Since `i + o = 2 (o·h) h`, the condition `h.z > 0` is the same as `i.z > −o.z`: a spherical cap, whatever the sign
+//! of `o.z`. Hence: draw `i` uniformly in that cap and normalise `h = i + o`.
 
 use super::projected_area::meso_area;
 use crate::reflectance::limits::{MIN_VARIANCE, at_least};
@@ -17,11 +18,12 @@ use glam::{DVec2, DVec3};
 use std::f64::consts::PI;
 
 /// A visible normal for `u` in `[0, 1)²`, distributed as `max(0, wo·wn) D(wn) / A(wo)` for the
-/// [`ggx_ndf`](super::ggx::ggx_ndf) of the same mean slope and roughness matrix.
+/// [`ggx_ndf`](super::ggx::ggx_ndf) with the same mean slope and roughness matrix.
 ///
-/// The azimuth of `i` is measured from the viewer's, `φ = 2π u.y`, and the sum `i + o` is formed without its cancellation
-/// opposite the viewer (`u.x → 1, u.y → ½`), from `sin²θ_o − sin²θ_i = (i.z − o.z)(i.z + o.z)` and `1 + cos φ = 2 cos²(φ/2)`.
-/// A viewer exactly behind the displacement direction sees nothing; some finite normal is given.
+/// The azimuth of `i` is measured from the viewer's, `φ = 2π u.y`. The sum `i + o` would cancel opposite the viewer
+/// (`u.x → 1, u.y → ½`); it is formed without cancellation from `sin²θ_o − sin²θ_i = (i.z − o.z)(i.z + o.z)` and
+/// `1 + cos φ = 2 cos²(φ/2)`. A viewer exactly behind the displacement direction sees nothing; the result is then some
+/// finite normal.
 #[must_use]
 pub fn ggx_sample_visible(wo: DVec3, u: DVec2, m: DVec2, a: DVec3) -> DVec3 {
     let u = DVec2::new(u.x.clamp(0.0, 1.0 - 1.0 / 16_777_216.0), u.y);
@@ -50,7 +52,7 @@ pub fn ggx_sample_visible(wo: DVec3, u: DVec2, m: DVec2, a: DVec3) -> DVec3 {
 mod tests {
     use super::*;
 
-    /// The plain sum `i + o`, where that does not cancel.
+    /// The plain sum `i + o`, valid where it does not cancel.
     #[test]
     fn the_half_vector_of_a_uniform_cap() {
         for (o, u) in [

@@ -1,5 +1,5 @@
-//! Facets: which slopes a rough surface has, how large it looks from a direction, what one facet reflects, and how to draw a
-//! facet that the viewer sees.
+//! Facets: which slopes a rough surface has, how large it looks from a direction, what one facet reflects, and how to
+//! sample a visible facet.
 
 pub mod beckmann;
 pub mod beckmann_sampling;

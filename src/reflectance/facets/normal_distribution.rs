@@ -8,15 +8,15 @@ pub fn normal_pdf(x: f64) -> f64 {
     (-0.5 * x * x).exp() / (2.0 * PI).sqrt()
 }
 
-/// `E[max(0, u − x)] = φ(x) − x (1 − Φ(x))` for `u ~ N(0, 1)`: what the tail above `x ≥ 0` adds to a clamped mean.
-/// Negative arguments count as 0.
+/// `E[max(0, u − x)] = φ(x) − x (1 − Φ(x))` for `u ~ N(0, 1)`: the contribution of the tail above `x ≥ 0` to a clamped
+/// mean. Negative arguments are treated as 0.
 #[must_use]
 pub fn normal_tail_mean(x: f64) -> f64 {
     let x = x.max(0.0);
     if x > 40.0 { 0.0 } else { normal_pdf(x) * tail_mean_ratio(x) }
 }
 
-/// `1 − x (1 − Φ(x)) / φ(x)` for `x ≥ 0`: [`normal_tail_mean`] over the density, which does not underflow.
+/// `1 − x (1 − Φ(x)) / φ(x)` for `x ≥ 0`: [`normal_tail_mean`] divided by the density; does not underflow.
 #[must_use]
 pub fn tail_mean_ratio(x: f64) -> f64 {
     if x < SERIES_END {
@@ -36,7 +36,7 @@ pub fn normal_cdf(x: f64) -> f64 {
     if x < 0.0 { tail } else { 1.0 - tail }
 }
 
-/// Density, distribution and ramp of the standard normal at one point.
+/// Density, cumulative distribution and ramp of the standard normal at one point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NormalRamp {
     /// `φ(x)`.
@@ -47,14 +47,15 @@ pub struct NormalRamp {
     pub ramp: f64,
 }
 
-/// [`normal_pdf`], [`normal_cdf`] and the ramp together: one exponential on the device.
+/// [`normal_pdf`], [`normal_cdf`] and the ramp together, which takes one exponential on the device.
 #[must_use]
 pub fn normal_ramp(x: f64) -> NormalRamp {
     NormalRamp { pdf: normal_pdf(x), cdf: normal_cdf(x), ramp: x.max(0.0) + normal_tail_mean(x.abs()) }
 }
 
-/// `Φ(x) / (x Φ(x) + φ(x))`: how far `u ~ N(0, 1)` leans towards the viewer where `max(0, x + u)` is what is seen of it. Tends to
-/// `1/x` and to `−x` at the two ends. Arguments below −13 count as that, where all of the visible area is 1e-40.
+/// `Φ(x) / (x Φ(x) + φ(x))`: the mean of `u ~ N(0, 1)` when each `u` is weighted by its visible area `max(0, x + u)`.
+/// Tends to `1/x` at the upper end and to `−x` at the lower end. Arguments below −13, where the whole visible area is
+/// 1e-40, are treated as −13.
 #[must_use]
 pub fn clamped_lean(x: f64) -> f64 {
     if x >= 0.0 {
@@ -64,10 +65,10 @@ pub fn clamped_lean(x: f64) -> f64 {
     mills_ratio(-x.max(-13.0)) / tail_mean_ratio(-x.max(-13.0))
 }
 
-/// `Φ⁻¹(u)`, the quantile of `u` in (0, 1), held within `[2⁻³², 1 − 2⁻³²]` (±6.2).
+/// `Φ⁻¹(u)`, the quantile of `u` in (0, 1); `u` is held within `[2⁻³², 1 − 2⁻³²]` (±6.2).
 ///
-/// Giles' polynomial for the inverse error function (2010; 2e-7 in single precision), then Halley's step twice: full
-/// precision.
+/// Giles' polynomial for the inverse error function (2010; 2e-7 in single precision), then two Halley steps to reach
+/// full precision.
 #[must_use]
 pub fn normal_quantile(u: f64) -> f64 {
     let u = u.clamp(MIN_PROBABILITY, 1.0 - MIN_PROBABILITY);
@@ -75,7 +76,7 @@ pub fn normal_quantile(u: f64) -> f64 {
     let (w, coefficients) = if w < 5.0 { (w - 2.5, &CENTRE) } else { (w.sqrt() - 3.0, &TAIL) };
     let mut x = SQRT_2 * (2.0 * u - 1.0) * coefficients.iter().fold(0.0, |p, c| p * w + c);
     for _ in 0..2 {
-        // On the side of the smaller tail, where nothing cancels.
+        // Work on the side of the smaller tail, where nothing cancels.
         let excess = if u < 0.5 { normal_cdf(x) - u } else { (1.0 - u) - normal_cdf(-x) };
         let step = excess / normal_pdf(x);
         x -= step / (1.0 + 0.5 * x * step);
@@ -83,7 +84,7 @@ pub fn normal_quantile(u: f64) -> f64 {
     x
 }
 
-/// Probabilities nearer to 0 or 1 count as this near: `2⁻³²`. (On the device 2⁻²⁵ and 1 − 2⁻²⁴.)
+/// Smallest distance of a probability from 0 or 1: `2⁻³²`. (On the device 2⁻²⁵ and 1 − 2⁻²⁴.)
 pub const MIN_PROBABILITY: f64 = 1.0 / 4_294_967_296.0;
 
 /// Giles' coefficients for `w = −ln(1 − x²) < 5`, in `w − 2.5`, highest power first.
@@ -99,7 +100,7 @@ const CENTRE: [f64; 9] = [
     1.501_409_41,
 ];
 
-/// The same beyond, in `√w − 3`.
+/// The coefficients for larger `w`, in `√w − 3`.
 const TAIL: [f64; 9] = [
     -0.000_200_214_257,
     0.000_100_950_558,
@@ -112,7 +113,7 @@ const TAIL: [f64; 9] = [
     2.832_976_82,
 ];
 
-/// Where the power series of Mills' ratio hands over to its continued fraction.
+/// Where Mills' ratio switches from its power series to its continued fraction.
 const SERIES_END: f64 = 2.0;
 
 /// Mills' ratio `(1 − Φ(x)) / φ(x)` for `x ≥ 0`.

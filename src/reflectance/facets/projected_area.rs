@@ -1,8 +1,8 @@
 //! Projected areas of a Gaussian rough surface (LEADR 4.3), in a form without cotangents and poles.
 //!
-//! For a direction `w`: `a(w)` is the projected area of the mesosurface, `b(w)` the spread of the slope seen along `w`,
-//! and `A(w) = a Φ(a/b) + b φ(a/b)` the area that is visible. Wherever the paper's `Λ` is defined, `A = a (1 + Λ)`; but
-//! `A` stays positive where the mesosurface faces away.
+//! For a direction `w`, `a(w)` is the projected area of the mesosurface, `b(w)` the spread of the slope seen along `w`,
+//! and `A(w) = a Φ(a/b) + b φ(a/b)` the visible area. Wherever the paper's `Λ` is defined, `A = a (1 + Λ)`; unlike `Λ`,
+//! `A` stays finite and positive where the mesosurface faces away.
 
 use super::normal_distribution::normal_tail_mean;
 use crate::reflectance::limits::{at_least, within};
@@ -20,7 +20,7 @@ pub fn slope_spread(w: DVec3, s: DVec3) -> f64 {
     at_least(w.x * w.x * s.x + w.y * w.y * s.y + 2.0 * w.x * w.y * s.z, 0.0).sqrt()
 }
 
-/// `A − max(a, 0) = b h(|a|/b)`: the area that only the roughness makes visible; `a Λ` for `a > 0`.
+/// `A − max(a, 0) = b h(|a|/b)`: the area that is visible only because of the roughness; `a Λ` for `a > 0`.
 #[must_use]
 pub fn rough_area(a: f64, b: f64) -> f64 {
     b * normal_tail_mean(a.abs() / b.max(1e-18))
@@ -33,12 +33,12 @@ pub fn visible_area(w: DVec3, m: DVec2, s: DVec3) -> f64 {
     a.max(0.0) + rough_area(a, slope_spread(w, s))
 }
 
-/// The mean slope, tilted towards the viewer just as far as the slope grid of half extent `lambda` (standard deviations)
-/// needs to have a visible node: `a ≥ 1e-3 − λ b / 2`.
+/// The mean slope, tilted towards the viewer just far enough for the slope grid of half extent `lambda` (standard
+/// deviations) to have a visible node: `a ≥ 1e-3 − λ b / 2`.
 ///
-/// Leaves every mesosurface alone that faces the viewer. Takes the place of the artificial micronormal of the supplement
-/// (3.7): continuous, and moving along `S wo`, the direction in which visible slopes lie. A viewer exactly behind the
-/// displacement direction (`wo = −z`) sees no facet of a height field, and nothing is tilted.
+/// Does not change a mesosurface that faces the viewer. Replaces the artificial micronormal of the supplement (3.7):
+/// the tilt is continuous and along `S wo`, the direction of the visible slopes. A viewer exactly behind the
+/// displacement direction (`wo = −z`) sees no facet of a height field; nothing is tilted then.
 #[must_use]
 pub fn face_viewer(wo: DVec3, m: DVec2, s: DVec3, lambda: f64) -> DVec2 {
     let across = DVec2::new(s.x * wo.x + s.z * wo.y, s.z * wo.x + s.y * wo.y);
@@ -54,13 +54,13 @@ pub fn face_viewer(wo: DVec3, m: DVec2, s: DVec3, lambda: f64) -> DVec2 {
     DVec2::new(within(tilted.x, 1e6), within(tilted.y, 1e6))
 }
 
-/// The tilt of slope that brings a mesosurface which is turned away back to edge-on, along `wo.xy`; zero for one that faces
-/// the viewer.
+/// The change of slope along `wo.xy` that brings a mesosurface that is turned away back to edge-on; zero for one that
+/// faces the viewer.
 ///
-/// A pixel that shows a surface turned away sees other facets of its neighbourhood, since these cannot be seen: the
-/// filtered mean is off by about as much as it is turned too far. The renderer moves the mean slope by this tilt `d` and
-/// adds `d dᵀ` to the covariance. With the mean alone such pixels are black specks along silhouettes and the far
-/// sides of bumps. Finite also for a viewer behind the displacement direction, where no tilt suffices.
+/// A surface that is turned away cannot be seen, so a pixel that shows one really shows other facets nearby: the
+/// filtered mean is wrong by about the angle it is turned too far. The renderer moves the mean slope by this tilt `d`
+/// and adds `d dᵀ` to the covariance. With the mean slope alone, such pixels are black specks along silhouettes and on
+/// the far sides of bumps. Also finite for a viewer behind the displacement direction, where no tilt is enough.
 #[must_use]
 pub fn tilt_to_edge(wo: DVec3, m: DVec2) -> DVec2 {
     wo.xy() * (meso_area(wo, m).min(0.0) / wo.xy().length_squared().max(1e-4))
@@ -72,7 +72,7 @@ mod tests {
 
     #[test]
     fn visible_area_is_the_mean_of_clamped_facets() {
-        // Midpoint sums over 10⁵ quantile-free nodes of the seen slope, facing and back-facing.
+        // Midpoint sums over 10⁵ nodes of the slope along the view, without quantiles, facing and back-facing.
         let s = DVec3::new(0.3, 0.1, -0.08);
         for (theta, m) in [(0.3, DVec2::new(0.2, -0.1)), (1.4, DVec2::new(0.9, 0.3)), (1.55, DVec2::new(-1.0, 0.0))] {
             let (sin, cos) = f64::sin_cos(theta);

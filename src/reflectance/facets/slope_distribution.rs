@@ -1,9 +1,10 @@
-//! What microfacet theory asks of a distribution of slopes (thesis 2.2–2.3 and 3.1).
+//! What microfacet theory needs from a distribution of slopes (thesis 2.2–2.3 and 3.1).
 
 use crate::reflectance::limits::{MIN_NORMAL_Z, at_least};
 use glam::{DVec2, DVec3};
 
-/// A distribution of slopes with everything microfacet theory asks of it. Directions in the tangent frame, z up.
+/// A distribution of slopes, with everything that microfacet theory needs from it. Directions are in the tangent frame,
+/// z up.
 ///
 /// Implemented by [`Beckmann`](super::beckmann::Beckmann) and [`Ggx`](super::ggx::Ggx), noncentral and anisotropic.
 pub trait SlopeDistribution {
@@ -22,7 +23,7 @@ pub trait SlopeDistribution {
     /// Mean slope.
     fn mean_slope(&self) -> DVec2;
 
-    /// Covariance of the slopes or any multiple of it, `(xx, yy, xy)`; a roughness matrix where there is no covariance.
+    /// Covariance of the slopes or any multiple of it, `(xx, yy, xy)`; the roughness matrix where no covariance exists.
     fn shape(&self) -> DVec3;
 
     /// Visible projected area `A(w) ≥ max(a(w), 0)`: the integral of `max(0, w·(−x, −y, 1)) P22`.
@@ -38,12 +39,13 @@ pub trait SlopeDistribution {
         visible_density(wo, wn, self.ndf(wn), self.visible_area(wo))
     }
 
-    /// A visible normal for `u` in `[0, 1)²`; exact.
+    /// A visible normal for `u` in `[0, 1)²`, sampled exactly.
     fn sample_visible(&self, wo: DVec3, u: DVec2) -> DVec3;
 }
 
-/// `max(0, wo·wn) d / area`, finite: at most 1e37, and for an `area` below 1e-26 as if it were that. (The floor
-/// [`MIN_AREA`](crate::reflectance::limits::MIN_AREA) of the BRDF would end the normalisation where only the far tail is visible.)
+/// `max(0, wo·wn) d / area`, finite: at most 1e37, with `area` held at 1e-26 or above. (The BRDF's bound
+/// [`MIN_AREA`](crate::reflectance::limits::MIN_AREA) would break the normalisation where only the far tail is
+/// visible.)
 #[must_use]
 pub fn visible_density(wo: DVec3, wn: DVec3, d: f64, area: f64) -> f64 {
     let ratio = wo.dot(wn).max(0.0) / at_least(area, 1e-26);

@@ -1,22 +1,25 @@
-//! A displaced GGX surface, filtered: a proposal for what the thesis (5.3) leaves open.
+//! Filtering of a displaced GGX surface: a proposal for a problem that the thesis (5.3) leaves open.
 //!
-//! Slopes of independent displacements add (thesis 5.1), so the filtered surface has the GGX slopes of its base, of roughness
-//! matrix `A`, convolved with the Gaussian of its LEADR map, of mean `m` and covariance `S`. The result is neither, and has no
-//! variance to match. But GGX is a mixture of Gaussians: with `e` exponentially distributed, slopes of covariance `A / 2e` are
-//! exactly GGX (the bivariate t distribution of two degrees of freedom). So the convolution is one as well,
+//! Slopes of independent displacements add (thesis 5.1). So the slopes of the filtered surface have the GGX density of
+//! the base, with roughness matrix `A`, convolved with the Gaussian of the LEADR map, with mean `m` and covariance `S`.
+//! The result is neither GGX nor Gaussian and has no finite variance to match. But GGX is a mixture of Gaussians: if
+//! `e` is exponentially distributed, slopes of covariance `A / 2e` are exactly GGX (the bivariate t distribution with
+//! two degrees of freedom). So the convolution is a mixture of Gaussians as well,
 //!
 //! `P(x) = ∫₀^∞ exp(−e) N(x; m, S + A / 2e) de`,
 //!
-//! and all that is linear in `P` follows from its Gaussian form by the same integral: [`convolved_p22`],
-//! [`convolved_visible_area`], the reference of this file. For shading there are two approximations:
+//! and every quantity that is linear in `P` follows from its Gaussian form by the same integral. [`convolved_p22`] and
+//! [`convolved_visible_area`] compute it; they are the reference of this file. For shading there are two
+//! approximations:
 //!
-//! * [`filter_ggx`], one GGX lobe of matrix `A + 2S`: as good as any single GGX lobe where the base is a good part of the
-//!   roughness, but without the round shoulders of a surface that displacement dominates, and of too strong a tail.
-//! * [`displaced_ggx`], a GGX and a Beckmann lobe of one shape, GGX weighing about as much as the base's share `t` of the
-//!   roughness. (With a weight of just `t` the far tail would be exact, since displacement does not change it.) Exact at
-//!   `t = 0` and `t = 1`. Its Smith terms are those of the mixture, so that the white furnace holds.
+//! * [`filter_ggx`] is one GGX lobe of matrix `A + 2S`. It is as good as any single GGX lobe where the base contributes
+//!   much of the roughness. Where displacement dominates, it lacks the round shoulders of the true lobe and its tail is
+//!   too strong.
+//! * [`displaced_ggx`] is a GGX lobe and a Beckmann lobe of the same shape. The weight of GGX is about the base's share
+//!   `t` of the roughness. (With a weight of exactly `t` the far tail would be exact, since displacement does not
+//!   change it.) Exact at `t = 0` and `t = 1`. Its Smith terms are those of the mixture, so the white furnace holds.
 //!
-//! How well each does, beside a single Beckmann lobe: `docs/measurements/ggx-filtering.md`.
+//! `docs/measurements/ggx-filtering.md` compares both with a single Beckmann lobe.
 
 use crate::reflectance::facets::beckmann::{beckmann_ndf, beckmann_p22};
 use crate::reflectance::facets::ggx::{ggx_ndf, ggx_p22, ggx_rough_area};
@@ -24,7 +27,7 @@ use crate::reflectance::facets::projected_area::{meso_area, rough_area, slope_sp
 use crate::reflectance::limits::MIN_AREA;
 use glam::{DVec2, DVec3};
 
-/// `(e, weight)` of `∫₀^∞ exp(−e) f(e) de`: the trapezoidal rule in `ln e`, 1e-6 of the mass cut off towards 0.
+/// `(e, weight)` of `∫₀^∞ exp(−e) f(e) de`: the trapezoidal rule in `ln e`, which cuts off 1e-6 of the mass towards 0.
 fn exponential_rule() -> impl Iterator<Item = (f64, f64)> {
     const STEP: f64 = 0.15;
     (0..=120).map(|i| {
@@ -44,14 +47,14 @@ pub fn convolved_p22(slope: DVec2, m: DVec2, a: DVec3, s: DVec3) -> f64 {
     exponential_rule().map(|(e, w)| w * beckmann_p22(slope, m, component(e, a, s))).sum()
 }
 
-/// Visible projected area of the same surface. Within 1e-3 at grazing angles, where the cut tail matters most.
+/// Visible projected area of the same surface. Within 1e-3 at grazing angles, where the cut-off tail matters most.
 #[must_use]
 pub fn convolved_visible_area(w: DVec3, m: DVec2, a: DVec3, s: DVec3) -> f64 {
     exponential_rule().map(|(e, weight)| weight * visible_area(w, m, component(e, a, s))).sum()
 }
 
-/// Roughness matrix of one GGX lobe for a GGX base of matrix `a` under displacement of covariance `s`: `A + 2S`. The mean
-/// slope stays the map's.
+/// Roughness matrix of the single GGX lobe for a GGX base of matrix `a` under displacement of covariance `s`: `A + 2S`.
+/// The mean slope stays that of the map.
 #[must_use]
 pub fn filter_ggx(a: DVec3, s: DVec3) -> DVec3 {
     a + 2.0 * s
@@ -59,8 +62,8 @@ pub fn filter_ggx(a: DVec3, s: DVec3) -> DVec3 {
 
 /// Share of the base in the roughness, `√(|A| / |A + 2S|)`: 0 for a displaced mirror, 1 for a flat base.
 ///
-/// As `1 / √(1 + 2 tr(adj(A) S) / |A| + 4 |S| / |A|)`, where little displacement is not lost in the difference of two
-/// determinants.
+/// Computed as `1 / √(1 + 2 tr(adj(A) S) / |A| + 4 |S| / |A|)`, because the difference of two determinants would lose
+/// small displacements.
 #[must_use]
 pub fn base_share(a: DVec3, s: DVec3) -> f64 {
     let det = |v: DVec3| (v.x * v.y - v.z * v.z).max(0.0);
@@ -68,22 +71,23 @@ pub fn base_share(a: DVec3, s: DVec3) -> f64 {
     1.0 / (1.0 + (2.0 * mixed + 4.0 * det(s)) / det(a).max(1e-30)).sqrt()
 }
 
-/// `weight` of a GGX surface of matrix `roughness`, the rest a Beckmann surface of covariance `roughness / 2`.
+/// A mixture: the fraction `weight` is a GGX surface of matrix `roughness`, the rest a Beckmann surface of covariance
+/// `roughness / 2`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DisplacedGgx {
-    /// Part of the GGX lobe, 0 to 1.
+    /// Weight of the GGX lobe, 0 to 1.
     pub weight: f64,
     /// Roughness matrix `(a_xx, a_yy, a_xy)` of both lobes.
     pub roughness: DVec3,
 }
 
-/// Fitted to the least worst `∫ |P − P̂|` over all shares, by the test `the_constants_are_the_best`.
+/// Fitted to minimise the largest `∫ |P − P̂|` over all shares; the test `the_constants_are_the_best` checks the fit.
 const WIDEN: f64 = 0.5;
-/// The same.
+/// Fitted in the same way.
 const FAVOUR: f64 = 0.15;
 
-/// The two lobes for a GGX base of matrix `a` under displacement of covariance `s`. Both are a little wider than `A + 2S`:
-/// what the convolution moves out of the peak.
+/// The two lobes for a GGX base of matrix `a` under displacement of covariance `s`. Both are a little wider than
+/// `A + 2S`, because the convolution moves some of the density out of the peak.
 #[must_use]
 pub fn displaced_ggx(a: DVec3, s: DVec3) -> DisplacedGgx {
     let t = base_share(a, s);
@@ -115,15 +119,16 @@ fn displaced_rough_area(w: DVec3, meso: f64, d: &DisplacedGgx) -> f64 {
     gaussian + d.weight * (ggx_rough_area(meso, spread) - gaussian)
 }
 
-/// Visible projected area of the mixture: linear in the distribution, so the mixture of both.
+/// Visible projected area of the mixture. It is linear in the distribution, so it is the weighted mean of both lobes'
+/// areas.
 #[must_use]
 pub fn displaced_ggx_visible_area(w: DVec3, m: DVec2, d: &DisplacedGgx) -> f64 {
     let meso = meso_area(w, m);
     meso.max(0.0) + displaced_rough_area(w, meso, d)
 }
 
-/// `1 / (a_o (1 + Λo + Λi))`, height-correlated masking and shadowing (LEADR eq. 13) of the mixture; 0 when the light is
-/// below the mesosurface. Without `shadowing`: one over the visible area.
+/// `1 / (a_o (1 + Λo + Λi))`, height-correlated masking and shadowing (LEADR eq. 13) of the mixture; 0 when the light
+/// is below the mesosurface. Without `shadowing`, one divided by the visible area.
 #[must_use]
 pub fn displaced_ggx_masking_shadowing(wo: DVec3, wi: DVec3, m: DVec2, d: &DisplacedGgx, shadowing: bool) -> f64 {
     let visible = displaced_ggx_visible_area(wo, m, d).max(MIN_AREA);
@@ -162,7 +167,7 @@ mod tests {
         exact.iter().map(|&(r, w, p)| w * (p - p22(DVec2::new(r, 0.0))).abs()).sum()
     }
 
-    /// The density is that of sampled sums of a base slope and a displacement slope, and so is the visible area.
+    /// Sampled sums of a base slope and a displacement slope have this density and this visible area.
     #[test]
     fn the_convolution_is_that_of_samples() {
         let (m, a, s) = (DVec2::new(0.2, -0.1), DVec3::new(0.04, 0.09, 0.02), DVec3::new(0.05, 0.02, -0.01));
@@ -200,7 +205,7 @@ mod tests {
         assert!((area - expected).abs() < 5.0 * ((square - area * area) / f64::from(n)).sqrt() + 1e-3 * expected);
     }
 
-    /// How far the best single lobe gets, and that no other pair of constants does better by more than a tenth.
+    /// How accurate the best single lobe is, and that no other pair of constants is better by more than a tenth.
     #[test]
     fn the_constants_are_the_best() {
         let profiles: Vec<_> = (1..32).map(|i| f64::from(i) / 32.0).map(|t| (t, profile(t))).collect();
@@ -243,8 +248,9 @@ mod tests {
         assert!(worst(WIDEN, FAVOUR) < 1.1 * best.0 && best.0 < 0.35 * worst(0.0, 0.0));
     }
 
-    /// `∫ |L̂ − L| dwi` of the lobe that `wo` sees (masking only, F = 1; the exact one integrates to one), over slopes: with
-    /// `dwi = 4 (wo·wh) dwh` it is `∫ |P̂/Â − P/A| max(0, wo·(−x, −y, 1))`. Of Beckmann, GGX and the two lobes.
+    /// `∫ |L̂ − L| dwi` of the lobe that `wo` sees (masking only, F = 1; the exact lobe integrates to one), computed
+    /// over slopes: with `dwi = 4 (wo·wh) dwh` it is `∫ |P̂/Â − P/A| max(0, wo·(−x, −y, 1))`. For Beckmann, GGX and the
+    /// two lobes.
     fn lobe_errors(wo: DVec3, m: DVec2, a: DVec3, s: DVec3) -> [f64; 3] {
         let (total, two) = (filter_ggx(a, s), displaced_ggx(a, s));
         let c = slope_cholesky(total);

@@ -1,9 +1,10 @@
 //! A displaced GGX surface ([`DisplacedGgx`]) under lights and environments.
 //!
-//! Lights are exact for the two lobes. For environments the GGX lobe is a mixture of Gaussian surfaces, which it is: with `e`
-//! exponentially distributed, slopes of covariance `A / 2e` are GGX. A Gaussian surface is what the grid and the rules of few probes
-//! are made for; each takes its part in proportion to its visible area, so that the whole still returns a constant environment
-//! as it is. Three values of `e` and their shares, fitted to the least `∫ |P − P̂|` of the density of slopes, leave 0.044 of 2.
+//! Lights are exact for the two lobes. For environments the GGX lobe is treated as a mixture of Gaussian surfaces,
+//! which it is exactly: if `e` is exponentially distributed, slopes of covariance `A / 2e` are GGX. The grid and the
+//! few-probe rules are made for Gaussian surfaces. Each surface contributes in proportion to its visible area, so a
+//! constant environment is still returned unchanged. Three values of `e` and their shares are fitted to minimise
+//! `∫ |P − P̂|` of the slope density; the remaining error is 0.044 out of at most 2.
 
 use super::ggx_filtering::{DisplacedGgx, displaced_ggx_ndf, displaced_ggx_visible_area};
 use crate::reflectance::facets::fresnel::fresnel_schlick;
@@ -12,22 +13,22 @@ use crate::reflectance::masking::correlated::{DirectionArea, masking_shadowing_f
 use crate::reflectance::masking::shadowing::Shadowing;
 use glam::{DVec2, DVec3};
 
-/// One Gaussian surface of a mixture.
+/// One Gaussian surface of the mixture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GaussianLobe {
-    /// Its share of the slopes; all of them sum to one.
+    /// Its share of the slopes; the shares sum to one.
     pub weight: f64,
     /// Covariance of its slopes.
     pub s: DVec3,
 }
 
-/// Number of [`ggx_lobe`]s.
+/// Number of Gaussian surfaces that [`ggx_lobe`] gives.
 pub const GGX_LOBES: usize = 4;
 
-/// `(share, e)` of the lobes that stand for GGX.
+/// `(share, e)` of the Gaussian surfaces that approximate GGX.
 const MIXTURE: [(f64, f64); 3] = [(0.3424, 2.069), (0.4764, 0.5126), (0.1812, 0.0825)];
 
-/// The Beckmann lobe of `d` (`k = 0`), and those that stand for its GGX lobe.
+/// The Beckmann lobe of `d` (`k = 0`), or one of the Gaussian surfaces that approximate its GGX lobe (`k > 0`).
 ///
 /// # Panics
 /// If `k` is not below [`GGX_LOBES`].
@@ -40,7 +41,7 @@ pub fn ggx_lobe(d: &DisplacedGgx, k: usize) -> GaussianLobe {
     GaussianLobe { weight: d.weight * share, s: d.roughness * (0.5 / e) }
 }
 
-/// What the surface shows of itself along `w`. `cholesky`: of `roughness / 2`.
+/// How the surface looks along `w`. `cholesky`: factor of `roughness / 2`.
 #[must_use]
 pub fn displaced_ggx_area(w: DVec3, m: DVec2, d: &DisplacedGgx, cholesky: DVec3) -> DirectionArea {
     let whitened = whitened_direction(w, cholesky);

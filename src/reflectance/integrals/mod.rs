@@ -1,4 +1,5 @@
-//! The integrals of the LEADR paper over the slopes under a pixel, for lights and environments, and their converged values.
+//! The integrals of the LEADR paper over the slopes under a pixel, for lights and environments, and converged
+//! references for them.
 
 pub mod diffuse;
 pub mod ggx_filtering;

@@ -1,7 +1,8 @@
-//! Converged integrals over visible slopes, the truth that the few-sample rules are measured against.
+//! Converged integrals over visible slopes, the reference for measuring the rules with few samples.
 //!
-//! The domain is whitened, `slope = m + C u` with `C Cᵀ = S`, and rotated so that the view azimuth is the first axis: the
-//! facet's area `a − b u₁` then depends on `u₁` alone and is clamped by cutting the domain, so the integrand is smooth.
+//! The domain is whitened, `slope = m + C u` with `C Cᵀ = S`, and rotated so that the view azimuth is the first axis.
+//! The facet's area `a − b u₁` then depends on `u₁` alone. The domain is cut where this area is 0, which replaces the
+//! clamp and keeps the integrand smooth.
 
 use crate::reflectance::facets::normal_distribution::normal_pdf;
 use crate::reflectance::facets::projected_area::{meso_area, slope_spread, visible_area};
@@ -12,9 +13,10 @@ use crate::reflectance::slopes::grid::normal_of_slope;
 use glam::{DMat2, DVec2, DVec3, Vec3Swizzles as _};
 use std::f64::consts::PI;
 
-/// Extent of the standard normal along the view azimuth, where a back-facing mesosurface shows only the far tail.
+/// Extent along the view azimuth, in standard deviations; wide, because a back-facing mesosurface shows only the far
+/// tail.
 const EXTENT: f64 = 8.6;
-/// Extent across it: the rest holds 1e-11.
+/// Extent across the view azimuth; the part outside holds 1e-11.
 const EXTENT_ACROSS: f64 = 6.8;
 /// Points per panel of the composite rules.
 const ORDER: usize = 8;
@@ -28,14 +30,14 @@ fn view_factor(wo: DVec3, s: DVec3) -> DMat2 {
     cholesky * DMat2::from_cols(e, DVec2::new(-e.y, e.x))
 }
 
-/// `∫ g(slope) ⟨wn,wo⟩/(wn·wg) P22 dslope / A(wo)`: the mean of `g` over what the viewer sees, with `panels`² panels of
+/// `∫ g(slope) ⟨wn,wo⟩/(wn·wg) P22 dslope / A(wo)`: the mean of `g` over the visible slopes, with `panels`² panels of
 /// 8×8 points. The covariance must be positive semidefinite. 0 if nothing is visible.
 #[must_use]
 pub fn visible_mean(wo: DVec3, m: DVec2, s: DVec3, panels: usize, g: impl Fn(DVec2) -> DVec3) -> DVec3 {
     visible_mean_panels(wo, m, s, [panels; 2], g)
 }
 
-/// [`visible_mean`] with its own number of panels along the view azimuth and across it.
+/// [`visible_mean`] with separate numbers of panels along the view azimuth and across it.
 #[must_use]
 pub fn visible_mean_panels(wo: DVec3, m: DVec2, s: DVec3, panels: [usize; 2], g: impl Fn(DVec2) -> DVec3) -> DVec3 {
     let (a, b) = (meso_area(wo, m), slope_spread(wo, s));
@@ -79,15 +81,15 @@ pub fn specular_environment(
     })
 }
 
-/// LEADR eq. 21 for one light of unit irradiance on a plane facing it, albedo 1, its clamped cosine exact: the half-plane
-/// of slopes that face the light is cut out of the domain as well. `panels` per axis between cuts.
+/// LEADR eq. 21 for one light of unit irradiance on a plane facing it, albedo 1, with its exact clamped cosine: the
+/// domain is also cut to the half-plane of slopes that face the light. `panels` per axis between cuts.
 #[must_use]
 pub fn diffuse_directional(wo: DVec3, wi: DVec3, m: DVec2, s: DVec3, shadowing: bool, panels: usize) -> f64 {
     let (a, b, ai) = (meso_area(wo, m), slope_spread(wo, s), meso_area(wi, m));
     let top = if b > 0.0 { (a / b).min(EXTENT) } else { EXTENT };
     let factor = view_factor(wo, s);
     let towards = factor.transpose() * wi.xy(); // wi·(−slope, 1) = ai − towards·u
-    // Where the border of the lit half-plane enters and leaves the inner range: kinks of the outer integrand.
+    // Where the border of the lit half-plane enters and leaves the inner range, the outer integrand has kinks.
     let mut cuts = vec![-EXTENT, top];
     if towards.x.abs() > 1e-300 {
         cuts.extend(

@@ -26,7 +26,7 @@ pub fn sh_basis(d: DVec3) -> [f64; 9] {
     ]
 }
 
-/// Adds a light from the unit direction `wi` of `irradiance` on a plane facing it (LEADR Algorithm 2; its printed
+/// Adds a light from the unit direction `wi` with `irradiance` on a plane facing it (LEADR Algorithm 2; its printed
 /// `L00 += L00 + …` is an erratum).
 pub fn sh_add_light(c: &mut Sh9, wi: DVec3, irradiance: DVec3) {
     for (c, b) in c.iter_mut().zip(sh_basis(wi)) {
@@ -34,7 +34,7 @@ pub fn sh_add_light(c: &mut Sh9, wi: DVec3, irradiance: DVec3) {
     }
 }
 
-/// Irradiance averaged over normals of mean `n` and second moments `diag = E[xx, yy, zz]`, `off = E[yz, xz, xy]`:
+/// Irradiance averaged over normals of mean `n` and second moments `diag = E[xx, yy, zz]`, `off = E[yz, xz, xy]`, by
 /// the cosine convolution `A_l = π, 2π/3, π/4`. Linear in the moments; the trace of `diag` is 1.
 #[must_use]
 pub fn sh_irradiance_moments(c: &Sh9, n: DVec3, diag: DVec3, off: DVec3) -> DVec3 {
@@ -50,13 +50,13 @@ pub fn sh_irradiance_moments(c: &Sh9, n: DVec3, diag: DVec3, off: DVec3) -> DVec
         + 0.5 * a2 * c[8] * (diag.x - diag.y)
 }
 
-/// Irradiance on a plane of unit normal `n`. May be slightly negative opposite a strong light: order 2 rings.
+/// Irradiance on a plane of unit normal `n`. May be slightly negative opposite a strong light, because order 2 rings.
 #[must_use]
 pub fn sh_irradiance(c: &Sh9, n: DVec3) -> DVec3 {
     sh_irradiance_moments(c, n, n * n, DVec3::new(n.y * n.z, n.x * n.z, n.x * n.y))
 }
 
-/// The same for one light of unit irradiance, as a polynomial of the cosine between normal and light.
+/// Irradiance from one light of unit irradiance, as a polynomial of the cosine between normal and light.
 #[must_use]
 pub fn sh_irradiance_light(cosine: f64) -> f64 {
     0.09375 + cosine * (0.5 + 0.46875 * cosine)

@@ -1,12 +1,12 @@
-//! Projection of radiance onto spherical harmonics: of any function on the sphere, and of a cube map.
+//! Projection of radiance onto spherical harmonics, from a function on the sphere or from a cube map.
 
 use super::sh::{Sh9, sh_basis};
 use crate::reflectance::quadrature::gauss_legendre;
 use glam::DVec3;
 use std::f64::consts::PI;
 
-/// Coefficients of `radiance`, a function of unit direction, by Gauss–Legendre in z (`rings` nodes) times `2 rings` equal
-/// steps of azimuth: exact for band-limited functions below degree `2 rings`.
+/// Coefficients of `radiance`, a function of unit direction. Uses Gauss–Legendre quadrature in z (`rings` nodes) times
+/// `2 rings` equal steps of azimuth, exact for band-limited functions below degree `2 rings`.
 #[must_use]
 pub fn project_function(rings: usize, radiance: impl Fn(DVec3) -> DVec3) -> Sh9 {
     let steps = 2 * rings;
@@ -25,8 +25,8 @@ pub fn project_function(rings: usize, radiance: impl Fn(DVec3) -> DVec3) -> Sh9 
     c
 }
 
-/// Direction (not normalised; on the unit cube) of face coordinates `sc`, `tc` in `[−1, 1]`, `tc` downwards, by Vulkan's
-/// table of cube map face selection: faces `+X, −X, +Y, −Y, +Z, −Z`.
+/// Direction (not normalised; on the cube of half extent 1) of the face coordinates `sc`, `tc` in `[−1, 1]`, `tc`
+/// downwards, by Vulkan's table of cube map face selection: faces `+X, −X, +Y, −Y, +Z, −Z`.
 ///
 /// # Panics
 /// If `face` is not below 6.
@@ -55,7 +55,7 @@ pub fn texel_solid_angle(size: u32, x: u32, y: u32) -> f64 {
 
 /// Coefficients of a cube map of `size` texels per edge; `texel(face, x, y)` is linear RGB radiance, row 0 at the top.
 ///
-/// Each texel counts with its exact solid angle and the basis at its centre.
+/// Each texel is weighted by its exact solid angle, with the basis evaluated at its centre.
 #[must_use]
 pub fn project_cube(size: u32, texel: impl Fn(usize, u32, u32) -> [f64; 3]) -> Sh9 {
     let mut c = [DVec3::ZERO; 9];
@@ -78,7 +78,7 @@ pub fn project_cube(size: u32, texel: impl Fn(usize, u32, u32) -> [f64; 3]) -> S
 mod tests {
     use super::*;
 
-    /// Exactly order 2, different in every coefficient.
+    /// A function of exactly order 2, different in every coefficient.
     fn radiance(d: DVec3) -> DVec3 {
         let coefficients = [1.0, 0.3, -0.2, 0.5, 0.11, -0.07, 0.19, 0.23, -0.13];
         let v: f64 = sh_basis(d).iter().zip(coefficients).map(|(b, c)| b * c).sum();

@@ -21,8 +21,8 @@ pub fn leadr_specular_directional(wo: DVec3, wi: DVec3, m: DVec2, s: DVec3, f0: 
     fresnel_schlick(f0, wi.dot(wh)) * (0.25 * d * masking_shadowing(wo, wi, m, s, shadowing))
 }
 
-/// The same with any [`Shadowing`] model, from the areas that `o` and `i` see
-/// ([`crate::reflectance::masking::correlated::direction_area`]): `o` once per pixel, shared by all lights.
+/// The same with any [`Shadowing`] model, from the surface's areas in the two directions
+/// ([`crate::reflectance::masking::correlated::direction_area`]); all lights share `o`, computed once per pixel.
 #[must_use]
 pub fn leadr_specular_light(
     shadowing: Shadowing,
@@ -64,26 +64,28 @@ pub fn environment_sample(wo: DVec3, p: DVec2, m: DVec2, s: DVec3) -> Environmen
     environment_sample_at(wo, slope_sample(p, m, s))
 }
 
-/// Constant of [`env_lod`]: solid angle of the sample = mean solid angle of a cube map texel, `½ log2(6 / 4π)`.
+/// Constant of [`env_lod`] that equates the solid angle of the sample with the mean solid angle of a cube map texel,
+/// `½ log2(6 / 4π)`.
 pub const LOD_MATCHED: f64 = -0.5332;
-/// Constant of [`env_lod`] as the supplement (3.5) derives it.
+/// Constant of [`env_lod`] as derived in the supplement (3.5).
 pub const LOD_SUPPLEMENT: f64 = -1.48;
 /// Constant of [`env_lod`] that the supplement recommends against banding with 5×5 nodes.
 pub const LOD_SUPPLEMENT_5: f64 = 0.5;
-/// The same with 32×32 nodes.
+/// Constant of [`env_lod`] that the supplement recommends with 32×32 nodes.
 pub const LOD_SUPPLEMENT_32: f64 = -0.5;
-/// Constant of [`env_lod`] implied by `√(α/4π) textureSize` of the supplement's simplified Algorithm 1.
+/// Constant of [`env_lod`] implied by `√(α/4π) textureSize` in the supplement's simplified Algorithm 1.
 pub const LOD_ALGORITHM_1: f64 = -1.8257;
 
 /// The part of [`env_lod`] that is the same for all samples of a pixel. `size`: texels per edge of the cube map;
-/// `spacing`: of the samples in standard deviations; the larger deviation counts for both axes, as in the paper.
+/// `spacing`: distance between samples in standard deviations. As in the paper, the larger deviation is used for both
+/// axes.
 #[must_use]
 pub fn env_lod_base(s: DVec3, spacing: f64, size: f64, constant: f64) -> f64 {
     0.5 * (s.x.max(s.y) * spacing * spacing).max(1e-12).log2() + size.log2() + constant
 }
 
 /// Level of detail of one sample: its solid angle is `J (spacing σ)²` with `J = 4 |wn·wo| wn.z³` (LEADR 5.2). May be
-/// negative; `J = 0` and `σ = 0` give finite values.
+/// negative; finite for `J = 0` and `σ = 0`.
 #[must_use]
 pub fn env_lod_at(base: f64, wo: DVec3, wn: DVec3) -> f64 {
     base + 0.5 * (4.0 * wn.dot(wo).abs() * wn.z.powi(3)).max(1e-12).log2()
@@ -98,20 +100,20 @@ pub fn env_lod(wo: DVec3, wn: DVec3, s: DVec3, spacing: f64, size: f64, constant
 /// One sample of a sum over the mirrors that a viewer sees.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MirrorSample<T> {
-    /// Its share of what is seen; the shares need not sum to one.
+    /// Its weight; the weights need not sum to one.
     pub weight: f64,
     /// `wo·wn`, for the Fresnel term.
     pub cosine: f64,
-    /// The part that the light reaches, 0..1.
+    /// The lit fraction, 0..1.
     pub lit: f64,
-    /// What the environment is asked for.
+    /// Argument passed to the environment.
     pub lookup: T,
 }
 
 /// Sums over the mirrors that a viewer sees.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Mirrors {
-    /// Radiance that they reflect, Fresnel term and shadowing included.
+    /// Radiance they reflect, including Fresnel term and shadowing.
     pub reflected: DVec3,
     /// Their Fresnel reflectance.
     pub fresnel: DVec3,
@@ -120,7 +122,8 @@ pub struct Mirrors {
 }
 
 impl Mirrors {
-    /// Sums over `samples` under an environment of the given `radiance`. `f0`: linear RGB reflectance at normal incidence.
+    /// Sums over `samples` under an environment with the given `radiance`. `f0`: linear RGB reflectance at normal
+    /// incidence.
     pub fn sum<T>(
         f0: DVec3,
         samples: impl IntoIterator<Item = MirrorSample<T>>,
@@ -136,7 +139,7 @@ impl Mirrors {
         })
     }
 
-    /// The means: the same per unit of weight.
+    /// The means: the sums divided by their weight.
     #[must_use]
     pub fn mean(self) -> Self {
         let scale = 1.0 / self.weight.max(1e-12);
@@ -148,7 +151,7 @@ impl Mirrors {
 /// Algorithm 1 on an `n`×`n` grid of half extent `lambda`.
 ///
 /// Divided by the sum of visible areas, which is the masking term (supplement, eq. 10): with `f0 = 1` and without
-/// shadowing a constant environment returns its own value exactly. `radiance` gets each sample in the tangent frame.
+/// shadowing, a constant environment is returned exactly. `radiance` receives each sample in the tangent frame.
 #[must_use]
 pub fn leadr_specular_environment(
     shadowing: Shadowing,
@@ -183,7 +186,7 @@ mod tests {
         assert!((LOD_MATCHED - 0.5 * (6.0 / (4.0 * PI)).log2()).abs() < 1e-4);
         assert!((LOD_SUPPLEMENT - (2.0 * PI.powf(-1.5)).log2()).abs() < 1e-2);
         assert!((LOD_ALGORITHM_1 - 0.5 * (1.0 / (4.0 * PI)).log2()).abs() < 1e-4);
-        // A sample as large as the sphere's sixth needs the level with one texel per face.
+        // A sample that covers a sixth of the sphere needs the level with one texel per face.
         let s = DVec3::new(4.0 * PI / 6.0 / 4.0, 0.0, 0.0);
         assert!((env_lod(DVec3::Z, DVec3::Z, s, 1.0, 256.0, LOD_MATCHED) - 8.0).abs() < 1e-3);
     }

@@ -1,38 +1,39 @@
-//! Masking and shadowing that know how the directions of viewer and light are correlated.
+//! Masking and shadowing that account for the correlation between the directions of viewer and light.
 //!
-//! Smith's height-correlated form `1 / (1 + Λ_o + Λ_i)` (LEADR eq. 13) lets the two directions hide independently of
-//! each other what lies at one height. Looking along the light that is wrong: what the viewer sees the light reaches,
-//! and on a line the lower of two rays of the same azimuth decides alone. Here
+//! Smith's height-correlated form `1 / (1 + Λ_o + Λ_i)` (LEADR eq. 13) assumes that, at a given height, the two
+//! directions are blocked independently of each other. Looking along the light this is wrong: the light reaches
+//! everything the viewer sees. More generally, of two rays with the same azimuth the lower one alone decides. Here
 //!
 //! ```text
 //! G = 1 / (1 + max(Λ_o, Λ_i) + f min(Λ_o, Λ_i)),   0 ≤ f ≤ 1
 //! ```
 //!
-//! with `f = 0` for equal azimuths, which is exact at any two elevations, and `f → 1` (Smith) as they separate. The
-//! azimuth is that of the space in which the surface is isotropic, `p = Cᵀ w.xy` with `C Cᵀ = S`: there the angle `φ`
-//! between the two directions has as its cosine the correlation of the slopes seen along them, `cos φ = oᵀ S i / (b_o
-//! b_i)`, `b = |p|`. With `q = tan(φ/2)`, which needs no angle,
+//! where `f = 0` for equal azimuths, which is exact at any two elevations, and `f → 1` (Smith) as they separate. The
+//! azimuth is taken in the space in which the surface is isotropic, `p = Cᵀ w.xy` with `C Cᵀ = S`. The cosine of the
+//! angle `φ` between the two directions there is the correlation of the slopes seen along them:
+//! `cos φ = oᵀ S i / (b_o b_i)`, `b = |p|`. In terms of `q = tan(φ/2)`, which needs no angle,
 //!
 //! ```text
 //! simple:  f = q / (q + 0.26)
 //! full:    f = t / (t + κ),   t = √(q² + r²) − r,   κ = 0.5 / (1 + 2 min Λ),   r = 0.3 (max Λ − min Λ) / (max Λ + min Λ)
 //! ```
 //!
-//! The form is derived, the constants are fits to ray casts (`docs/measurements/shadowing.md` says how they were held out):
-//! directions separate sooner the more hides (κ), and later where the elevations differ (r).
+//! The form is derived; the constants are fitted to ray casts (`docs/measurements/shadowing.md` describes the held-out
+//! data). The directions decorrelate sooner the more is hidden (κ), and later where the elevations differ (r).
 //!
-//! Whatever the constants: symmetric in the two directions; between Smith's form and masking alone, so that a white
-//! furnace gives at most 1; no poles, as everything is divided by `a_o a_i` only where nothing is 0.
+//! For all constants, `G` is symmetric in the two directions. It lies between Smith's form and masking alone, so a
+//! white furnace gives at most 1. It has no poles: it is written in products with `a_o a_i`, so nothing is divided by
+//! 0.
 
 use super::shadowing::Shadowing;
 use crate::reflectance::facets::projected_area::{meso_area, rough_area};
 use crate::reflectance::limits::{MIN_AREA, at_least};
 use glam::{DVec2, DVec3};
 
-/// What a surface shows of itself in one direction: once per pixel for the viewer, once per light.
+/// How a surface looks from one direction: computed once per pixel for the viewer, and once per light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DirectionArea {
-    /// `p = Cᵀ w.xy`, the direction's horizontal part where slopes are isotropic.
+    /// `p = Cᵀ w.xy`, the horizontal part of the direction in the space where slopes are isotropic.
     pub whitened: DVec2,
     /// `b = |p|`: standard deviation of the slope seen along the direction, times sin θ.
     pub spread: f64,
@@ -49,7 +50,7 @@ pub fn whitened_direction(w: DVec3, cholesky: DVec3) -> DVec2 {
     DVec2::new(cholesky.x * w.x + cholesky.y * w.y, cholesky.z * w.y)
 }
 
-/// The areas in the direction `w` of a Gaussian surface of mean slope `m`.
+/// The areas of a Gaussian surface of mean slope `m`, seen in the direction `w`.
 #[must_use]
 pub fn direction_area(w: DVec3, m: DVec2, cholesky: DVec3) -> DirectionArea {
     let whitened = whitened_direction(w, cholesky);
@@ -57,11 +58,11 @@ pub fn direction_area(w: DVec3, m: DVec2, cholesky: DVec3) -> DirectionArea {
     DirectionArea { whitened, spread, meso, visible: meso.max(0.0) + rough_area(meso, spread) }
 }
 
-/// `f` of the module's head, 0 for equal azimuths to 1. `less`, `more`: `a_o a_i` times the smaller and the larger `Λ`; `both`:
-/// `a_o a_i`. Only their ratios count. `simple` needs none of them.
+/// The module's `f`, from 0 for equal azimuths to 1. `less`, `more`: `a_o a_i` times the smaller and the larger `Λ`;
+/// `both`: `a_o a_i`. Only their ratios matter. `simple` needs none of them.
 #[must_use]
 pub fn decorrelation(po: DVec2, pi: DVec2, both: f64, more: f64, less: f64, simple: bool) -> f64 {
-    // sin φ and cos φ by the products of the whitened directions; q = tan(φ/2) = sine / along.
+    // sin φ and cos φ from products of the whitened directions; q = tan(φ/2) = sine / along.
     let scale = 1.0 / (po.length_squared() * pi.length_squared()).sqrt().max(1e-18);
     let cosine = po.dot(pi) * scale;
     let sine = (po.x * pi.y - po.y * pi.x).abs() * scale;
@@ -76,13 +77,13 @@ pub fn decorrelation(po: DVec2, pi: DVec2, both: f64, more: f64, less: f64, simp
 }
 
 /// `G / a_o`, within 0..1e6: the factor of `F D / 4` in `f_r cos θ_i`, and `1 / A_o` for [`Shadowing::None`]. With
-/// shadows, 0 for a light on or below the mesosurface.
+/// shadowing, 0 for a light on or below the mesosurface.
 #[must_use]
 pub fn masking_shadowing_factor(shadowing: Shadowing, o: &DirectionArea, i: &DirectionArea) -> f64 {
     lit_fraction(shadowing, o, i) / at_least(o.visible, MIN_AREA)
 }
 
-/// `G A_o / a_o = G / G₁(o)`, 0..1: the part of what the viewer sees that the light reaches. The weight of a light, or of a sample of an
+/// `G A_o / a_o = G / G₁(o)`, 0..1: the lit fraction of what the viewer sees. It weights a light, or a sample of an
 /// environment, in a sum that is already normalised for masking.
 #[must_use]
 pub fn lit_fraction(shadowing: Shadowing, o: &DirectionArea, i: &DirectionArea) -> f64 {

@@ -1,15 +1,15 @@
 //! The shadowing models.
 
-/// Which of the facets that the viewer sees are lit.
+/// Which of the facets visible to the viewer are lit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Shadowing {
     /// All of them: masking alone (Algorithms 1 and 2 of the LEADR paper).
     None,
-    /// Those that Smith's height-correlated form leaves (LEADR eq. 13).
+    /// Those left by Smith's height-correlated form (LEADR eq. 13).
     Smith,
-    /// Those that the direction-correlated form leaves ([`correlated`](super::correlated)).
+    /// Those left by the direction-correlated form ([`correlated`](super::correlated)).
     Correlated,
-    /// The same by its simple form, which is cheaper and less exact.
+    /// Those left by its simple form, which is cheaper and less accurate.
     CorrelatedSimple,
 }
 
@@ -17,7 +17,7 @@ impl Shadowing {
     /// Every model, in the order of [`code`](Self::code).
     pub const ALL: [Self; 4] = [Self::None, Self::Smith, Self::Correlated, Self::CorrelatedSimple];
 
-    /// Those that the renderer is compared and timed with: all but the simple form.
+    /// The models that are compared and timed in the renderer: all but the simple form.
     pub const MAIN: [Self; 3] = [Self::None, Self::Smith, Self::Correlated];
 
     /// Its `LEADR_SHADOWING_` number in `leadr/masking/correlated.glsl`.
@@ -26,7 +26,7 @@ impl Shadowing {
         self as i32
     }
 
-    /// Its name on the command line and in JSON. Without shadowing, what is left is masking.
+    /// The model's name on the command line and in JSON; "masking" for no shadowing, since masking remains.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -37,7 +37,7 @@ impl Shadowing {
         }
     }
 
-    /// What it does, in a line.
+    /// What the model does, in one line.
     #[must_use]
     pub const fn help(self) -> &'static str {
         match self {
@@ -48,7 +48,7 @@ impl Shadowing {
         }
     }
 
-    /// The next of [`MAIN`](Self::MAIN), the first after the last.
+    /// The next entry of [`MAIN`](Self::MAIN), wrapping around at the end.
     #[must_use]
     pub fn next(self) -> Self {
         let after = Self::MAIN.iter().position(|&model| model == self).map_or(0, |i| i + 1);

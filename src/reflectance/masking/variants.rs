@@ -1,14 +1,14 @@
-//! Geometric attenuation of any slope distribution (thesis Tables 2.III and 2.IV, eq. 2.13 and 3.3; LEADR eq. 13–17).
+//! Masking and shadowing of any slope distribution (thesis Tables 2.III and 2.IV, eq. 2.13 and 3.3; LEADR eq. 13–17).
 //!
-//! Every form is written as the factor `G / a_o` of
+//! Every form is written as the factor `G / a_o` in
 //!
 //! `f_r cos θ_i = F D (G / a_o) / 4`
 //!
-//! in projected areas: `a` of the mesosurface and `A` of what is visible, per unit of macrosurface
-//! ([`crate::reflectance::facets::projected_area`]). For a central distribution `a = cos θ` and this is thesis eq. 2.1. The quotient has a
-//! limit where the mesosurface turns edge-on to the viewer (`a_o → 0`), although `G` and `a_o` vanish: that limit is
-//! taken, and kept beyond. No `G₁` is clamped: on a sheared surface `cos θ / A`, the facets seen per unit of macrosurface,
-//! does exceed 1.
+//! using projected areas per unit of macrosurface: `a` of the mesosurface and `A` of everything visible
+//! ([`crate::reflectance::facets::projected_area`]). For a central distribution `a = cos θ`, and this is thesis eq.
+//! 2.1. Where the mesosurface turns edge-on to the viewer (`a_o → 0`), `G` and `a_o` vanish but their quotient has a
+//! limit. That limit is used there and beyond. `G₁` is never clamped: on a sheared surface `cos θ / A`, the visible
+//! facets per unit of macrosurface, does exceed 1.
 //!
 //! | form | `G / a_o` | shadows | reciprocal in |
 //! |---|---|---|---|
@@ -19,11 +19,13 @@
 //! | [`Masking::VGroove`] | `min(f, 2 a_o, 2 a_i) / (f a_o)`, `f = (wo·wh) / wh.z` | yes | the mesosurface |
 //! | [`Masking::VGrooveUnshadowed`] | `min(f, 2 a_o) / (f a_o)` | no | – |
 //! | [`Masking::NormalMap`] | `1 / f` | no | – |
-//! | [`Masking::SmithDirectionCorrelated`] | `a_i / (a_i A_o + max(0, h_i − h_o) + f min(h_o, h_i))`, `h_o = a_i (A_o − a_o)` | yes | the mesosurface |
+//! | [`Masking::SmithDirectionCorrelated`] | `a_i / (a_i A_o + max(0, h_i − h_o) + f min(h_o, h_i))` | yes | the mesosurface |
 //! | [`Masking::SmithDirectionCorrelatedSimple`] | the same with a simpler `f` | yes | the mesosurface |
 //!
-//! "Reciprocal in the mesosurface": `a_o f_r cos θ_i` is symmetric in `wo` and `wi`, which for a central distribution is
-//! Helmholtz' law.
+//! In the table, `h_o = a_i (A_o − a_o)`, and `h_i` is the same with the directions exchanged.
+//!
+//! "Reciprocal in the mesosurface" means that `a_o f_r cos θ_i` is symmetric in `wo` and `wi`. For a central
+//! distribution this is Helmholtz reciprocity.
 
 use super::correlated::{DirectionArea, masking_shadowing_factor, whitened_direction};
 use super::shadowing::Shadowing;
@@ -32,34 +34,36 @@ use crate::reflectance::limits::MIN_AREA;
 use crate::reflectance::slopes::grid::slope_cholesky;
 use glam::{DVec2, DVec3};
 
-/// Which facets hide which: the geometric attenuation of a microfacet BRDF. The numbers are those of the GLSL library.
+/// How facets hide each other: the masking and shadowing of a microfacet BRDF. The GLSL library uses the same numbers.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[repr(u32)]
 pub enum Masking {
     /// Smith, height-correlated: `G = 1 / (1 + Λ_o + Λ_i)` (LEADR eq. 13; thesis eq. 2.13 for a central distribution).
     #[default]
     SmithCorrelated = 0,
-    /// Smith with masking and shadowing independent: `G = G₁(o) G₁(i) = 1 / ((1 + Λ_o)(1 + Λ_i))`. Never above the
+    /// Smith with independent masking and shadowing: `G = G₁(o) G₁(i) = 1 / ((1 + Λ_o)(1 + Λ_i))`. Never above the
     /// height-correlated form.
     SmithSeparable = 1,
-    /// Smith masking alone, `G = G₁(o)`: all that is visible is lit (LEADR eq. 16 without shadowing). Its white furnace is 1.
+    /// Smith masking alone, `G = G₁(o)`: everything visible is lit (LEADR eq. 16 without shadowing). Its white furnace
+    /// is 1.
     SmithUnshadowed = 2,
-    /// The thesis' noncentral form: eq. 2.13 applied to the `G₁ = cos θ / A` of eq. 3.3, by the macrosurface's cosines.
+    /// The thesis' noncentral form: eq. 2.13 with the `G₁ = cos θ / A` of eq. 3.3, using the macrosurface's cosines.
     ///
-    /// The same as [`Masking::SmithCorrelated`] for a central distribution. For a sheared one it is not shear-invariant,
-    /// differs from LEADR's by up to 19 times (ray casting agrees with LEADR's), and has a pole where
-    /// `1/G₁(o) + 1/G₁(i) = 1`: beyond it the printed form is negative, and this is 0. For comparison only.
+    /// The same as [`Masking::SmithCorrelated`] for a central distribution. For a sheared one it is not
+    /// shear-invariant, differs from LEADR's form by up to 19 times (ray casting agrees with LEADR's), and has a pole
+    /// where `1/G₁(o) + 1/G₁(i) = 1`. Beyond the pole the printed form is negative; here it is 0. For comparison only.
     SmithThesis = 3,
-    /// Symmetric V-grooves, `G = min(1, 2 z_o z_h / wo·wh, 2 z_i z_h / wi·wh)` (Torrance and Sparrow; thesis Table 2.IV),
-    /// sheared by the mean slope: a facet's other side has the slope `2 m − slope`.
+    /// Symmetric V-grooves, `G = min(1, 2 z_o z_h / wo·wh, 2 z_i z_h / wi·wh)` (Torrance and Sparrow; thesis Table
+    /// 2.IV), sheared by the mean slope: the opposite side of a facet's groove has the slope `2 m − slope`.
     VGroove = 4,
-    /// V-grooves without the light's term. Its white furnace is 1.
+    /// V-grooves with masking but without shadowing. The white furnace is 1.
     VGrooveUnshadowed = 5,
-    /// A normal map: facets weigh as they lie on the macrosurface and nothing hides, `G = z_o z_h / wo·wh` (thesis Table
-    /// 2.IV). Not reciprocal, by itself: `a_o` drops out. Has a true pole at `wo·wh → 0`, held at [`MIN_AREA`].
+    /// A normal map: facets are weighted by their area on the macrosurface and hide nothing, `G = z_o z_h / wo·wh`
+    /// (thesis Table 2.IV). Not reciprocal by itself, because `a_o` drops out. Has a true pole at `wo·wh → 0`, held at
+    /// [`MIN_AREA`].
     NormalMap = 6,
-    /// Smith, correlated in height and direction: `G = 1 / (1 + max Λ + f min Λ)`, `f` from 0 for equal azimuths to 1.
-    /// Between [`Masking::SmithCorrelated`] and [`Masking::SmithUnshadowed`]; see [`super::correlated`].
+    /// Smith, correlated in height and direction: `G = 1 / (1 + max Λ + f min Λ)`, where `f` rises from 0 for equal
+    /// azimuths to 1. Between [`Masking::SmithCorrelated`] and [`Masking::SmithUnshadowed`]; see [`super::correlated`].
     SmithDirectionCorrelated = 7,
     /// The same with the simple `f`.
     SmithDirectionCorrelatedSimple = 8,
@@ -79,7 +83,7 @@ impl Masking {
         Self::SmithDirectionCorrelatedSimple,
     ];
 
-    /// The same form without shadowing: what the viewer sees, lit or not. Visible normals are sampled by it.
+    /// The same form without shadowing: everything visible, lit or not. Visible normals are sampled with it.
     #[must_use]
     pub fn unshadowed(self) -> Self {
         match self {
@@ -95,18 +99,19 @@ impl Masking {
     }
 }
 
-/// `f = (wo·wh) / wh.z = (wi·wh) / wh.z`: projected area, per unit of macrosurface, of the facet that mirrors `wo` into `wi`.
+/// `f = (wo·wh) / wh.z = (wi·wh) / wh.z`: projected area, per unit of macrosurface, of the facet that mirrors `wo` into
+/// `wi`.
 ///
-/// `wo·wh` is taken as `|wo + wi| / 2`: the product itself loses all its digits as `wi → −wo`.
+/// `wo·wh` is computed as `|wo + wi| / 2`, because the dot product loses all its digits as `wi → −wo`.
 #[must_use]
 pub fn half_facet_area(wo: DVec3, wi: DVec3, wh: DVec3) -> f64 {
     0.5 * (wo + wi).length() / wh.z.max(1e-12)
 }
 
-/// `G / a_o`, within 0..1e6: the factor of `F D / 4` in `f_r cos θ_i` (table above). `wh`: half vector; `m`: mean slope; `area_o`,
-/// `area_i`: visible projected areas `A(wo)`, `A(wi)` of the distribution, held above [`MIN_AREA`]; `s`: covariance of
-/// the slopes or a multiple of it (a roughness matrix): the direction-correlated forms take the correlation of `wo` and
-/// `wi` from it.
+/// `G / a_o`, within 0..1e6: the factor of `F D / 4` in `f_r cos θ_i` (table above). `wh`: half vector; `m`: mean
+/// slope; `area_o`, `area_i`: visible projected areas `A(wo)`, `A(wi)` of the distribution, held above [`MIN_AREA`];
+/// `s`: covariance of the slopes or a multiple of it (a roughness matrix), from which the direction-correlated forms
+/// take the correlation of `wo` and `wi`.
 ///
 /// With shadowing, 0 for a light on or below the mesosurface.
 #[must_use]
@@ -133,7 +138,7 @@ pub fn masking_factor(
             let denominator = wi.z * area_o + wo.z * area_i - wo.z * wi.z;
             if seen && denominator > 0.0 { wi.z / denominator.max(MIN_AREA * wi.z) } else { 0.0 }
         }
-        // min(f, 2 a_o, 2 a_i) / (f a_o) without the division by a_o that its limit 2/f at a_o = 0 does not need.
+        // min(f, 2 a_o, 2 a_i) / (f a_o), without dividing by a_o: the limit at a_o = 0 is 2/f.
         Masking::VGroove => ai / (ai * ao.max(0.5 * facet).max(MIN_AREA)).max(0.5 * facet * ao).max(1e-30),
         Masking::VGrooveUnshadowed => 1.0 / ao.max(0.5 * facet).max(MIN_AREA),
         Masking::NormalMap => 1.0 / facet.max(MIN_AREA),
@@ -157,8 +162,8 @@ pub fn attenuation(masking: Masking, distribution: &impl SlopeDistribution, wo: 
     masking_factor(masking, wo, wi, wh, distribution.mean_slope(), area_o, area_i, distribution.shape())
 }
 
-/// The thesis' `G` of `f_r = F D G / (4 cos θ_i cos θ_o)` (eq. 2.1): [`attenuation`] times `cos θ_o`. Up to 1 for a central
-/// distribution, unbounded for a sheared one. 0 for `wo` below the horizon.
+/// The thesis' `G` in `f_r = F D G / (4 cos θ_i cos θ_o)` (eq. 2.1): [`attenuation`] times `cos θ_o`. Up to 1 for a
+/// central distribution, unbounded for a sheared one. 0 for `wo` below the horizon.
 #[must_use]
 pub fn geometric_attenuation(
     masking: Masking,
@@ -170,8 +175,8 @@ pub fn geometric_attenuation(
     wo.z.max(0.0) * attenuation(masking, distribution, wo, wi, wh)
 }
 
-/// Smith's `G₁(w) = cos θ / A(w)` (thesis eq. 2.14 and 3.3); 0 below the horizon or behind the mesosurface. Exceeds 1 where
-/// a shear hides most of the macrosurface's projection: not clamped.
+/// Smith's `G₁(w) = cos θ / A(w)` (thesis eq. 2.14 and 3.3); 0 below the horizon or behind the mesosurface. Not
+/// clamped: exceeds 1 where a shear hides most of the macrosurface's projection.
 #[must_use]
 pub fn smith_g1(distribution: &impl SlopeDistribution, w: DVec3) -> f64 {
     if w.z <= 0.0 || distribution.meso_area(w) <= 0.0 {

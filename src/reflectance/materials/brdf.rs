@@ -1,4 +1,4 @@
-//! What a renderer asks of a material (thesis 1.2): evaluate, sample, and the density of the samples.
+//! What a renderer needs from a material (thesis 1.2): evaluation, sampling, and the density of the samples.
 
 use super::half_difference::{HalfDifference, half_difference_to_directions};
 use glam::{DVec2, DVec3};
@@ -9,22 +9,22 @@ use std::f64::consts::{FRAC_1_PI, FRAC_PI_4};
 pub struct BrdfSample {
     /// Unit direction towards the light.
     pub wi: DVec3,
-    /// Density of `wi`, per steradian, > 0: what [`Brdf::pdf`] gives.
+    /// Density of `wi`, per steradian, > 0: the value of [`Brdf::pdf`].
     pub pdf: f64,
-    /// `f_r cos θ_i / pdf`, linear RGB: what the radiance from `wi` is multiplied by. Finite where `pdf` is large.
+    /// `f_r cos θ_i / pdf`, linear RGB: the factor for the radiance from `wi`. Finite where `pdf` is large.
     pub throughput: DVec3,
 }
 
-/// A bidirectional reflectance distribution function. Unit directions in the tangent frame, z up.
+/// A bidirectional reflectance distribution function. Directions are unit vectors in the tangent frame, z up.
 pub trait Brdf {
     /// `f_r(wi, wo) cos θ_i`, linear RGB per steradian: the radiance towards `wo` under a light from `wi`, per unit of
     /// irradiance on a plane that faces the light. 0 where nothing is reflected; finite for every pair of directions.
     ///
-    /// A rough surface may be seen and lit from below its own horizon (its facets stand up): then this is positive while
-    /// [`Brdf::eval`] is 0.
+    /// A rough surface may be seen and lit from below its own horizon, because its facets stand up. Then this is
+    /// positive while [`Brdf::eval`] is 0.
     fn eval_cos(&self, wo: DVec3, wi: DVec3) -> DVec3;
 
-    /// `f_r(wi, wo)`, per steradian: [`Brdf::eval_cos`] over `wi.z`, and 0 for a light on or below the horizon.
+    /// `f_r(wi, wo)`, per steradian: [`Brdf::eval_cos`] divided by `wi.z`, and 0 for a light on or below the horizon.
     fn eval(&self, wo: DVec3, wi: DVec3) -> DVec3 {
         if wi.z <= 0.0 { DVec3::ZERO } else { self.eval_cos(wo, wi) / wi.z.max(1e-30) }
     }
@@ -41,15 +41,15 @@ pub trait Brdf {
         self.eval_cos(wo, wi)
     }
 
-    /// Density at `wi` of what [`Brdf::sample`] draws for `wo`, per steradian. By default the cosine over π.
+    /// Density with which [`Brdf::sample`] draws `wi` for `wo`, per steradian. By default the cosine over π.
     ///
-    /// Integrates to at most one: the rest is the probability that there is no sample.
+    /// Integrates to at most one; the rest is the probability that there is no sample.
     fn pdf(&self, wo: DVec3, wi: DVec3) -> f64 {
         if wo.z <= 0.0 { 0.0 } else { wi.z.max(0.0) * FRAC_1_PI }
     }
 
-    /// A light direction for `u` in `[0, 1)²`, importance sampling [`Brdf::eval_cos`]; `None` where the surface shows
-    /// nothing to `wo`, which counts as a sample of weight 0.
+    /// A light direction for `u` in `[0, 1)²`, importance sampled by [`Brdf::eval_cos`]; `None` where nothing of the
+    /// surface is visible to `wo`, which counts as a sample of weight 0.
     fn sample(&self, wo: DVec3, u: DVec2) -> Option<BrdfSample> {
         let wi = cosine_sample(u);
         let pdf = self.pdf(wo, wi);
@@ -57,7 +57,8 @@ pub trait Brdf {
     }
 }
 
-/// A direction of density `cos θ / π` for `u` in `[0, 1)²` (concentric map of Shirley and Chiu, lifted to the hemisphere).
+/// A direction with the density `cos θ / π` for `u` in `[0, 1)²` (concentric map of Shirley and Chiu, lifted to the
+/// hemisphere).
 #[must_use]
 pub fn cosine_sample(u: DVec2) -> DVec3 {
     let p = 2.0 * u - DVec2::ONE;

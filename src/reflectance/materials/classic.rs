@@ -1,24 +1,25 @@
-//! What came before LEADR: Blinn-Phong lobes about mipmapped normals, Toksvig's roughness from their length, and the one
-//! environment lookup of a lobe.
+//! Methods older than LEADR: Blinn-Phong lobes around mipmapped normals, Toksvig's roughness from the length of the
+//! normals, and a single environment lookup per lobe.
 //!
 //! # Blinn-Phong
 //!
-//! `D(wh) = (e + 2) / 2π cosᵉ` about the normal: normals per solid angle whose projected areas sum to one. Near its peak it
-//! is a Gaussian of slopes of variance `1 / (e + 2)` per axis; a Beckmann lobe has `α²/2`, so `e = 2/α² − 2` (Walter et al.
-//! 2007).
+//! `D(wh) = (e + 2) / 2π cosᵉ` around the normal: normals per solid angle, whose projected areas sum to one. Near its
+//! peak it is a Gaussian of slopes with variance `1 / (e + 2)` per axis. A Beckmann lobe has the variance `α²/2`, so
+//! `e = 2/α² − 2` (Walter et al. 2007).
 //!
 //! # Toksvig
 //!
-//! A filtered normal `n̄` is the shorter the more the normals under it differ. Toksvig (2005) takes `(1 − |n̄|) / |n̄|` for
-//! their variance `v` and widens the lobe to `e / (1 + e v)`. Our maps hold moments of slopes, not normals, since bumps
-//! scale and surfaces deform; so the length is derived. About the normal of the mean slope the normals vary by
-//! [`normal_variance`], to first order; and for Gaussian slopes of variance `v` per axis about the axis of the frame
+//! The more the normals under a pixel differ, the shorter the filtered normal `n̄` is. Toksvig (2005) takes
+//! `(1 − |n̄|) / |n̄|` as their variance `v` and widens the lobe to `e / (1 + e v)`. The maps here hold moments of
+//! slopes rather than normals, since bumps are rescaled and surfaces deform, so the length is derived from the moments.
+//! Around the normal of the mean slope the normals vary by [`normal_variance`], to first order. For Gaussian slopes
+//! with variance `v` per axis around the frame's axis,
 //!
 //! ```text
 //! |n̄| = E[1/√(1 + |x|²)] = ∫₀^∞ e^(−u) / √(1 + 2vu) du = t M(t),   t = 1/√v,  M: Mills' ratio
 //! ```
 //!
-//! exactly. [`toksvig_variance`] takes `1 − t M` without the cancellation, which is what the eight bits of a normal map suffer
+//! exactly. [`toksvig_variance`] computes `1 − t M` without the cancellation that the eight bits of a normal map suffer
 //! from.
 
 use crate::reflectance::facets::normal_distribution::tail_mean_ratio;
@@ -26,7 +27,7 @@ use crate::reflectance::limits::MIN_AREA;
 use glam::{DVec2, DVec3};
 use std::f64::consts::PI;
 
-/// Exponent of the Blinn-Phong lobe of a Beckmann roughness, 0 to 1e6.
+/// Exponent of the Blinn-Phong lobe equivalent to a Beckmann roughness, 0 to 1e6.
 #[must_use]
 pub fn blinn_phong_exponent(alpha: f64) -> f64 {
     (2.0 / (alpha * alpha).max(MIN_AREA) - 2.0).clamp(0.0, 1e6)
@@ -38,15 +39,15 @@ pub fn blinn_phong_variance(exponent: f64) -> f64 {
     1.0 / (exponent + 2.0)
 }
 
-/// Density of normals per solid angle at this cosine to the lobe's axis.
+/// Density of normals per solid angle where the cosine to the lobe's axis is `cosine`.
 #[must_use]
 pub fn blinn_phong_ndf(cosine: f64, exponent: f64) -> f64 {
     if cosine <= 0.0 { 0.0 } else { (exponent + 2.0) / (2.0 * PI) * cosine.powf(exponent) }
 }
 
-/// Variance of unit normals about the normal of the mean slope `m`, per axis of its tangent plane, to first order in the
-/// covariance `s` of slopes: half the trace of `S G`, `G = (I − m mᵀ/q)/q` with `q = 1 + |m|²` the metric of normals over
-/// slopes.
+/// Variance of unit normals around the normal of the mean slope `m`, per axis of its tangent plane, to first order in
+/// the covariance `s` of slopes: half the trace of `S G`, where `G = (I − m mᵀ/q)/q` with `q = 1 + |m|²` is the metric
+/// of normals over slopes.
 #[must_use]
 pub fn normal_variance(m: DVec2, s: DVec3) -> f64 {
     let per = 1.0 / (1.0 + m.length_squared());
@@ -54,7 +55,7 @@ pub fn normal_variance(m: DVec2, s: DVec3) -> f64 {
     (0.5 * per * (s.x + s.y - per * along)).max(0.0)
 }
 
-/// `(1 − |n̄|) / |n̄|` of normals of this variance.
+/// `(1 − |n̄|) / |n̄|` for normals of this variance.
 #[must_use]
 pub fn toksvig_variance(variance: f64) -> f64 {
     let lack = tail_mean_ratio(1.0 / variance.max(1e-12).sqrt());
@@ -67,9 +68,9 @@ pub fn toksvig_exponent(exponent: f64, variance: f64) -> f64 {
     exponent / (1.0 + exponent * variance)
 }
 
-/// Level of detail of the one environment lookup of a lobe with this variance of normals per axis, in a cube map of `size`
-/// texels per edge: directions of reflection turn twice as far as normals, and a box-filtered level of texels `h` looked up
-/// bilinearly has variance `h²/4`.
+/// Level of detail of a lobe's single environment lookup, for this variance of normals per axis and a cube map of
+/// `size` texels per edge. Reflected directions rotate twice as far as normals, and a bilinear lookup in a box-filtered
+/// level with texels of width `h` has the variance `h²/4`.
 #[must_use]
 pub fn lobe_lod(variance: f64, size: f64) -> f64 {
     0.5 * (4.0 * variance).max(1e-12).log2() + size.log2() + 0.467
@@ -124,7 +125,8 @@ mod tests {
         }
     }
 
-    /// Elsewhere it is an approximation; how good, in units of the variance itself.
+    /// Off the frame's axis the variance is an approximation; the test bounds its error relative to the variance
+    /// itself.
     #[test]
     fn tilted_and_anisotropic_normals_are_near() {
         let mut worst = 0.0f64;

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-/// The half vector `wh`, and the light direction as seen in the frame that takes `wh` to z, `wd`: both unit.
+/// The half vector `wh`, and the light direction `wd` in the frame that rotates `wh` to z; both are unit vectors.
 /// `wd.z = cos θ_d`, the cosine that the Fresnel term depends on.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HalfDifference {
@@ -18,15 +18,15 @@ fn angles(w: DVec3) -> (f64, f64, f64) {
     if sin < 1e-18 { (0.0, 1.0, 0.0) } else { (sin, w.x / sin, w.y / sin) }
 }
 
-/// Half and difference of the unit directions `wo` and `wi` (thesis eq. 1.8).
+/// Half and difference vectors of the unit directions `wo` and `wi` (thesis eq. 1.8).
 ///
-/// Opposite directions have no half vector: the highest one orthogonal to `wi` is taken, the limit in the plane of
-/// incidence, from which [`half_difference_to_directions`] finds the pair again.
+/// Opposite directions have no half vector. The highest direction orthogonal to `wi` is taken instead, the limit in the
+/// plane of incidence; from it [`half_difference_to_directions`] recovers the pair.
 #[must_use]
 pub fn directions_to_half_difference(wo: DVec3, wi: DVec3) -> HalfDifference {
     let sum = wi + wo;
     let length2 = sum.length_squared();
-    // sum = (|sum|² / 2) wi + what is orthogonal to wi; the first part is lost to rounding where sum is short.
+    // sum = (|sum|² / 2) wi + a part orthogonal to wi; rounding destroys the first part where sum is short.
     let across = sum - sum.dot(wi) * wi;
     let wh = if length2 > 1.0 {
         sum / length2.sqrt()
@@ -41,7 +41,7 @@ pub fn directions_to_half_difference(wo: DVec3, wi: DVec3) -> HalfDifference {
     HalfDifference { wh, wd: DVec3::new(wh.z * x - sin * wi.z, y, sin * x + wh.z * wi.z) }
 }
 
-/// `(wo, wi)` of half and difference, unit vectors (thesis eq. 1.8).
+/// `(wo, wi)` from half and difference, unit vectors (thesis eq. 1.8).
 #[must_use]
 pub fn half_difference_to_directions(p: &HalfDifference) -> (DVec3, DVec3) {
     let (sin, cos_phi, sin_phi) = angles(p.wh);
@@ -55,7 +55,7 @@ pub fn half_difference_to_directions(p: &HalfDifference) -> (DVec3, DVec3) {
 mod tests {
     use super::*;
 
-    /// All over the sphere, on the axes and next to them.
+    /// Directions all over the sphere, on the axes and next to them.
     fn directions() -> Vec<DVec3> {
         let axes = [DVec3::X, DVec3::NEG_X, DVec3::Y, DVec3::NEG_Y, DVec3::Z, DVec3::NEG_Z];
         let near = [1e-3, 1e-6, 1e-9, 1e-12, 1e-16, 1e-20];
@@ -75,7 +75,7 @@ mod tests {
 
     #[test]
     fn round_trip_of_every_pair_of_directions() {
-        // Opposite, nearly opposite, equal, on the poles and on the horizon: all pairs of all.
+        // All pairs: opposite, nearly opposite, equal, on the poles and on the horizon.
         let (mut worst, mut worst_unit) = (0.0f64, 0.0f64);
         let mut opposite = 0;
         for wo in directions() {
@@ -100,7 +100,7 @@ mod tests {
                 let (wo, wi) = half_difference_to_directions(&HalfDifference { wh, wd });
                 let back = directions_to_half_difference(wo, wi);
                 worst = worst.max((back.wh - wh).length());
-                // Next to the poles the azimuth of wh, and so wd, is only as good as its tiny x and y.
+                // Next to the poles the azimuth of wh, and therefore wd, is only as accurate as wh's tiny x and y.
                 if wh.z.abs() < 0.999 {
                     worst = worst.max((back.wd - wd).length());
                 }

@@ -1,4 +1,4 @@
-//! Materials as a renderer asks for them: evaluate, sample, density.
+//! Materials as a renderer uses them: evaluation, sampling, density.
 
 pub mod brdf;
 pub mod classic;

@@ -1,15 +1,16 @@
-//! Geometric specular antialiasing: the turn of the surface under a pixel as roughness, in slope space (Tokuyoshi & Kaplanyan
-//! 2019, "IGSA", and its supplement).
+//! Geometric specular antialiasing: adds the rotation of the surface within a pixel as roughness, in slope space
+//! (Tokuyoshi & Kaplanyan 2019, "IGSA", and its supplement).
 //!
-//! Within a pixel the half vector moves, in the tangent frame, by its screen derivatives. Under a Gaussian pixel filter of
-//! variance [`PIXEL_VARIANCE`] that is a Gaussian kernel on the sphere, of covariance `σ² (Δx Δxᵀ + Δy Δyᵀ)`; the slope-space
-//! Jacobian (supplement, eq. 7) carries it to slopes, where it adds to the covariance of a Gaussian surface ([`filter_covariance`])
-//! and, doubled, to the roughness matrix of GGX ([`filter_roughness`]; `α² = 2σ²`).
+//! Within a pixel the half vector moves in the tangent frame by its screen derivatives. Under a Gaussian pixel filter
+//! of variance [`PIXEL_VARIANCE`] this is a Gaussian kernel on the sphere with the covariance `σ² (Δx Δxᵀ + Δy Δyᵀ)`.
+//! The slope-space Jacobian (supplement, eq. 7) transforms it to slopes. There it adds to the covariance of a Gaussian
+//! surface ([`filter_covariance`]) and, doubled, to the roughness matrix of GGX ([`filter_roughness`]; `α² = 2σ²`).
 //!
-//! **With and without the light.** When light and viewer are far, the half vector stands still and the frame turns by the
-//! change `d` of its normal; the slope `p` of the half vector then moves by `(I + p pᵀ) d`. So the kernel of the normal alone
-//! (`slope_statistics::add_macro_curvature`) is the half vector's at the pole, and [`tilt_kernel`] takes it to any other slope:
-//! to that of the half vector when the light is known, to the mean slope (where the lobe peaks) in a pass that knows none.
+//! **With and without the light.** When light and viewer are far away, the half vector is constant and the frame
+//! rotates by the change `d` of its normal; the slope `p` of the half vector then moves by `(I + p pᵀ) d`. So the
+//! kernel of the normal alone (`slope_statistics::add_macro_curvature`) is the half vector's kernel at the pole, and
+//! [`tilt_kernel`] takes it to any other slope: to the half vector's slope when the light is known, or to the mean
+//! slope (where the lobe peaks) in a pass that knows no light.
 
 use super::packing::principal_variances;
 use super::statistics::clamp_covariance;
@@ -20,15 +21,15 @@ use std::f64::consts::PI;
 /// Variance of the pixel filter, in squared pixels: a standard deviation of half a pixel.
 pub const PIXEL_VARIANCE: f64 = 0.25;
 
-/// Bound of the kernel's trace, in squared radians: the paper's `α² ≤ 0.18` of an isotropic kernel, as variances.
+/// Bound of the kernel's trace, in squared radians: the paper's bound `α² ≤ 0.18` of an isotropic kernel, as variances.
 pub const KERNEL_BOUND: f64 = 0.18;
 
-/// Kernel in slope space at the half vector `wh` (unit, tangent frame), whose differences to the neighbouring pixels are
-/// `dx`, `dy`; as `(s_xx, s_yy, s_xy)`.
+/// Kernel in slope space, `(s_xx, s_yy, s_xy)`, at the half vector `wh` (unit, tangent frame) with the differences
+/// `dx`, `dy` to the neighbouring pixels.
 ///
-/// Bounded on the sphere, where the bound means an angle, and only then carried to slopes, which grow without limit towards
-/// the horizon. With `wh'` the part of a difference across `wh`, the slope moves by `(p wh'.z − wh'.xy) / wh.z`: eq. 7 of the
-/// supplement times eq. 4's inverse, without their division by `sin θ`.
+/// The kernel is bounded on the sphere, where the bound is an angle, and only then transformed to slopes, which grow
+/// without limit towards the horizon. With `wh'` the component of a difference orthogonal to `wh`, the slope moves by
+/// `(p wh'.z − wh'.xy) / wh.z`: eq. 7 of the supplement times the inverse of eq. 4, without their division by `sin θ`.
 #[must_use]
 pub fn half_vector_kernel(wh: DVec3, dx: DVec3, dy: DVec3) -> DVec3 {
     let across = |d: DVec3| {
@@ -44,10 +45,11 @@ pub fn half_vector_kernel(wh: DVec3, dx: DVec3, dy: DVec3) -> DVec3 {
     clamp_covariance(scale * DVec3::new(u.x * u.x + v.x * v.x, u.y * u.y + v.y * v.y, u.x * u.y + v.x * v.y))
 }
 
-/// The kernel of the normal, `(s_xx, s_yy, s_xy)` at slope 0, carried to `slope`: `(I + p pᵀ) K (I + p pᵀ)`.
+/// Transforms the kernel of the normal, `(s_xx, s_yy, s_xy)` at slope 0, to `slope`: `(I + p pᵀ) K (I + p pᵀ)`.
 ///
-/// The Jacobian is the first term of `tan(θ + ψ)`; the next is `tan θ` times `ψ` of it. Kernels for which that is more than
-/// a half are shortened, so that no spread of slopes exceeds half the slope itself and goes over the pole.
+/// The Jacobian is the first term of the series of `tan(θ + ψ)`; the next term is `ψ tan θ` times the first. Kernels
+/// for which this ratio exceeds a half are shortened, so that no spread of slopes exceeds half the slope itself and
+/// crosses the pole.
 #[must_use]
 pub fn tilt_kernel(kernel: DVec3, slope: DVec2) -> DVec3 {
     let (x, y, c) = (1.0 + slope.x * slope.x, 1.0 + slope.y * slope.y, slope.x * slope.y);
@@ -58,22 +60,24 @@ pub fn tilt_kernel(kernel: DVec3, slope: DVec2) -> DVec3 {
     clamp_covariance(DVec3::new(u.dot(by(u)), v.dot(by(v)), u.dot(by(v))))
 }
 
-/// The narrowest simple axis-aligned kernel that no direction of `kernel` exceeds: the off-diagonal added to both variances.
+/// A simple axis-aligned kernel at least as wide as `kernel` in every direction: adds the off-diagonal to both
+/// variances.
 #[must_use]
 pub fn axis_aligned_kernel(kernel: DVec3) -> DVec3 {
     DVec3::new(kernel.x + kernel.z.abs(), kernel.y + kernel.z.abs(), 0.0)
 }
 
-/// The narrowest isotropic kernel that no direction of `kernel` exceeds: its larger principal variance.
+/// The narrowest isotropic kernel at least as wide as `kernel` in every direction: its larger principal variance.
 #[must_use]
 pub fn isotropic_kernel(kernel: DVec3) -> DVec3 {
     let variance = principal_variances(kernel).x;
     DVec3::new(variance, variance, 0.0)
 }
 
-/// The matrix with a determinant of at least `tau`, by its off-diagonal alone: what rounding takes away from elongated sums,
-/// which exactly have `|A + K| ≥ |A|` (Minkowski). Unlike the supplement's clamp inside `D` it leaves a distribution that
-/// integrates to one, and serves every distribution.
+/// Raises the determinant of the matrix to at least `tau` by changing its off-diagonal alone. This restores what
+/// rounding loses in sums of elongated matrices, for which `|A + K| ≥ |A|` holds in exact arithmetic (Minkowski).
+/// Unlike the supplement's clamp inside `D`, the result belongs to a distribution that integrates to one, and it works
+/// for every distribution.
 #[must_use]
 pub fn clamp_determinant(a: DVec3, tau: f64) -> DVec3 {
     let c = at_least(a.x * a.y - tau, 0.0).sqrt();
@@ -85,20 +89,23 @@ fn determinant(a: DVec3) -> f64 {
     (a.x * a.y - a.z * a.z).max(0.0)
 }
 
-/// Covariance of a Gaussian surface (LEADR, Beckmann) under the kernel: `S + K`, its determinant no less than `S` has.
+/// Covariance of a Gaussian surface (LEADR, Beckmann) under the kernel: `S + K`, with a determinant no less than that
+/// of `S`.
 #[must_use]
 pub fn filter_covariance(s: DVec3, kernel: DVec3) -> DVec3 {
     clamp_determinant(s + kernel, determinant(s))
 }
 
-/// Roughness matrix of GGX under the kernel: `A + 2K`, its determinant no less than `A` has (IGSA: `τ = αx² αy²`).
+/// Roughness matrix of GGX under the kernel: `A + 2K`, with a determinant no less than that of `A` (IGSA:
+/// `τ = αx² αy²`).
 #[must_use]
 pub fn filter_roughness(a: DVec3, kernel: DVec3) -> DVec3 {
     clamp_determinant(a + 2.0 * kernel, determinant(a))
 }
 
-/// `D(wh)` of GGX with the determinant clamp of the supplement, section 1, and a mean slope: `1 / (π √|A| (d A⁻¹ dᵀ + z²)²)`,
-/// `d = wh.xy + wh.z m`, `|A|` at least `tau` > 0 there and in the inverse. 0 for `wh.z ≤ 0`.
+/// `D(wh)` of GGX with the determinant clamp of the supplement, section 1, and a mean slope:
+/// `1 / (π √|A| (d A⁻¹ dᵀ + z²)²)` with `d = wh.xy + wh.z m`. `|A|` is at least `tau` > 0, both there and in the
+/// inverse. 0 for `wh.z ≤ 0`.
 #[must_use]
 pub fn ggx_ndf_clamped(wh: DVec3, m: DVec2, a: DVec3, tau: f64) -> f64 {
     if wh.z <= 0.0 {
@@ -120,7 +127,7 @@ mod tests {
     use crate::reflectance::slopes::statistics::add_macro_curvature;
     use glam::{DMat2, DQuat};
 
-    /// Supplement, eq. 7: slopes by the angles along and across the half vector's meridian.
+    /// Supplement, eq. 7: derivatives of the slope by the angles along and across the half vector's meridian.
     fn spherical_jacobian(h: DVec3) -> DMat2 {
         let sin = (1.0 - h.z * h.z).sqrt();
         DMat2::from_cols(DVec2::new(h.x, h.y), DVec2::new(-h.y * h.z, h.x * h.z)) * (-1.0 / (h.z * h.z * sin))
@@ -142,8 +149,8 @@ mod tests {
         }
     }
 
-    /// The frame turns under a standing half vector: its kernel, from differences of tangent-frame coordinates, is the
-    /// normal's, tilted.
+    /// The frame rotates while the half vector is constant. The half vector's kernel, from differences of tangent-frame
+    /// coordinates, equals the tilted kernel of the normal.
     #[test]
     fn the_normals_kernel_tilts_into_the_half_vectors() {
         for wh in [DVec3::Z, DVec3::new(0.4, 0.2, 0.9).normalize(), DVec3::new(-0.8, 0.3, 0.5).normalize()] {
@@ -151,7 +158,7 @@ mod tests {
             let moved = |d: DVec2| DQuat::from_scaled_axis(DVec3::new(d.y, -d.x, 0.0)) * wh - wh;
             let (dx, dy) = (DVec2::new(1e-5, 3e-6), DVec2::new(-2e-6, 2e-5));
             let from_half_vector = half_vector_kernel(wh, moved(dx), moved(dy));
-            // Slopes of the normal point against it: the sign of both differences, without effect.
+            // The slopes of a normal have the opposite sign to its xy; the sign of both differences has no effect.
             let normal = add_macro_curvature(DVec3::ZERO, -dx, -dy);
             let tilted = tilt_kernel(normal, -wh.truncate() / wh.z);
             assert!((tilted - from_half_vector).length() < 1e-4 * tilted.length(), "{tilted} {from_half_vector}");
@@ -183,7 +190,7 @@ mod tests {
     fn determinant_never_shrinks() {
         for i in 0..2000 {
             let f = f64::from(i);
-            // A long thin kernel in 32 bits on a smooth base: where the determinant drowns in rounding.
+            // A long thin kernel on a smooth base, in 32 bits: here rounding destroys the determinant.
             let base = 1e-6;
             let k = f64::from((0.3 * (0.1 * f).cos()) as f32);
             let l = f64::from((0.3 * (0.1 * f).sin()) as f32);
@@ -214,7 +221,8 @@ mod tests {
         assert!((peak - 100.0 / PI).abs() < 1e-9);
     }
 
-    /// Mean over the pixel of the lobe of a Gaussian surface on a turning frame, against the lobe with a kernel.
+    /// Compares the lobe of a Gaussian surface on a rotating frame, averaged over the pixel, with the lobe widened by
+    /// the kernel.
     #[test]
     fn against_the_exact_mean_over_a_curved_pixel() {
         let forms = ["none", "normal", "normal at the mean slope", "half vector"];
@@ -238,7 +246,7 @@ mod tests {
                 for (v, wv) in composite_gauss(-reach, reach, 30, 4) {
                     let slope = m + DVec2::new(u, v);
                     let wh = normal_of_slope(slope);
-                    // Densities of slopes, on the measure of the untilted frame: D = P22 / z⁴ on the sphere.
+                    // Densities of slopes in the measure of the untilted frame: D = P22 / z⁴ on the sphere.
                     let exact: f64 = composite_gauss(-3.0, 3.0, 24, 4)
                         .into_iter()
                         .map(|(t, w)| {

@@ -4,22 +4,24 @@ use super::statistics::slope_correlation;
 use crate::reflectance::limits::{MAX_SLOPE, at_least};
 use glam::{DVec2, DVec3, Vec3Swizzles as _};
 
-/// Half extent of the grid in standard deviations: 0 for `n = 1` (the mean alone), then `0.3 (n + 1)` up to 3; 1.8 at
-/// `n = 5`, which is the paper's (supplement 3.4).
+/// Half extent of the grid in standard deviations: 0 for `n = 1` (the mean alone), then `0.3 (n + 1)` up to 3. At
+/// `n = 5` it is 1.8, the paper's value (supplement 3.4).
 #[must_use]
 pub fn grid_lambda(n: u32) -> f64 {
     if n <= 1 { 0.0 } else { (0.3 * f64::from(n + 1)).min(3.0) }
 }
 
-/// Distance of neighbouring nodes in standard deviations. For `n = 1` the width of a box of the same variance, √12.
+/// Distance between neighbouring nodes in standard deviations. For `n = 1` it is √12, the width of a box of the same
+/// variance.
 ///
-/// (LEADR 5.2 divides by N, its supplement by N − 1; the latter is the distance.)
+/// (LEADR 5.2 divides by N, its supplement by N − 1. The latter gives the distance.)
 #[must_use]
 pub fn grid_spacing(n: u32, lambda: f64) -> f64 {
     if n <= 1 { 12f64.sqrt() } else { 2.0 * lambda / f64::from(n - 1) }
 }
 
-/// `(p_j, p_k, weight)` of the node `j, k` in `0..n`. Weights are not normalised: the estimators divide by their sum.
+/// `(p_j, p_k, weight)` of the node `j, k` in `0..n`. The weights are not normalised: the estimators divide by their
+/// sum.
 #[must_use]
 pub fn grid_node(j: u32, k: u32, n: u32, lambda: f64) -> DVec3 {
     if n <= 1 {
@@ -45,7 +47,7 @@ pub fn slope_at(p: DVec2, m: DVec2, cholesky: DVec3) -> DVec2 {
     m + DVec2::new(cholesky.x * p.x, cholesky.y * p.x + cholesky.z * p.y)
 }
 
-/// The same from the covariance.
+/// [`slope_at`] from the covariance instead of its factor.
 #[must_use]
 pub fn slope_sample(p: DVec2, m: DVec2, s: DVec3) -> DVec2 {
     slope_at(p, m, slope_cholesky(s))

@@ -1,8 +1,9 @@
 //! From height derivatives per unit of texture coordinate to slopes in an orthonormal frame.
 //!
-//! LEADR eq. 12, for any parametrisation and deformation. A point of the surface is `X + h N`. With
-//! `T_s = ∂X/∂s + h ∂N/∂s` the derivative of the offset macrosurface, its tangent is `T_s + h_s N` (as `N·N_s = 0`, the
-//! height only moves along `N`), and the normal `(−slope, 1)` of the frame `z = N` is orthogonal to it exactly when
+//! LEADR eq. 12, for any parametrisation and deformation. A point of the surface is `X + h N`. Let
+//! `T_s = ∂X/∂s + h ∂N/∂s` be the derivative of the offset macrosurface. The tangent of the surface is then
+//! `T_s + h_s N` (since `N·N_s = 0`, the height moves the point only along `N`). In the frame `z = N`, the normal
+//! `(−slope, 1)` is orthogonal to this tangent exactly when
 //!
 //! `slope · T_s.xy = h_s + T_s.z`, and the same for `t`.
 //!
@@ -15,17 +16,18 @@ use glam::{DMat2, DVec2, DVec3};
 /// `slope = linear · (h_s, h_t) + offset`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SlopeMap {
-    /// Columns are the responses to `h_s` and `h_t`; one over the unit of length.
+    /// The columns are the responses to `h_s` and `h_t`, in units of one over length.
     pub linear: DMat2,
     /// Slope of the offset macrosurface itself.
     pub offset: DVec2,
 }
 
 /// The map for tangents `ts`, `tt` (derivatives of the offset macrosurface by `s` and `t`) and the orthonormal frame
-/// `x`, `y`, `z`, with `z` the displacement direction; all in one space.
+/// `x`, `y`, `z`, with `z` the displacement direction; all in the same space.
 ///
-/// Where the surface is edge-on to `z` the determinant is held at 1e-4 of the squared tangent lengths, its sign kept
-/// (mirrored charts are negative): slopes there grow to a large finite value instead of infinity. Zero tangents give zero.
+/// Where the surface is edge-on to `z`, the magnitude of the determinant is held at 1e-4 of the squared tangent lengths
+/// with its sign kept (it is negative on mirrored charts). Slopes there grow to a large finite value instead of
+/// infinity. Zero tangents give zero.
 #[must_use]
 pub fn slope_map(ts: DVec3, tt: DVec3, x: DVec3, y: DVec3, z: DVec3) -> SlopeMap {
     let s = DVec3::new(ts.dot(x), ts.dot(y), ts.dot(z));
@@ -45,7 +47,7 @@ pub fn map_mean_slope(map: &SlopeMap, gradient: DVec2) -> DVec2 {
     slope * (MAX_SLOPE / slope.length_squared().max(1e-12).sqrt()).min(1.0)
 }
 
-/// Covariance in the frame, `linear S linearᵀ` (LEADR eq. 12), clamped to be usable.
+/// Covariance in the frame, `linear S linearᵀ` (LEADR eq. 12), clamped to the usable range.
 #[must_use]
 pub fn map_covariance(map: &SlopeMap, s: DVec3) -> DVec3 {
     clamp_covariance(map_second_moments(map.linear, s))
@@ -58,7 +60,8 @@ mod tests {
 
     #[test]
     fn is_the_normal_of_a_displaced_curved_patch() {
-        // X on a skewed paraboloid, N not orthogonal to it, a height field on top; the normal by central differences.
+        // X on a skewed paraboloid, N not orthogonal to it, a height field on top; the normal comes from central
+        // differences.
         let x = |s: f64, t: f64| DVec3::new(2.0 * s + 0.3 * t, 0.5 * t - 0.2 * s, 0.4 * s * s - 0.3 * s * t);
         let n = |s: f64, t: f64| DVec3::new(-0.3 * s, 0.2 + 0.1 * t, 1.0).normalize();
         let h = |s: f64, t: f64| 0.1 * (3.0 * s).sin() + 0.07 * (2.0 * t + s).cos();

@@ -1,4 +1,5 @@
-//! The slopes under a pixel: their moments, how texels store them, and how they follow the surface they lie on.
+//! The slopes under a pixel: their moments, how texels store them, and how they change with the surface that carries
+//! them.
 
 pub mod geometric_antialiasing;
 pub mod grid;

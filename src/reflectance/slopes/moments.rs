@@ -1,11 +1,13 @@
-//! The algebra of slope moments: what a LEADR map stores, and how it follows the surface (LEADR 4.1–4.2; thesis 3.3, 5.1).
+//! The algebra of slope moments: what a LEADR map stores, and how it changes with the surface (LEADR 4.1–4.2; thesis
+//! 3.3, 5.1).
 //!
-//! Five numbers per texel, `E[x]`, `E[y]`, `E[x²]`, `E[y²]`, `E[xy]`: linear in the slope samples, so that any filter may
-//! average them. Operations that hold for every distribution of slopes, Gaussian or not, are exact here; only the reading
-//! of the moments as a Beckmann distribution is a model. Texture-space slopes are per unit texture coordinate.
+//! Five numbers per texel, `E[x]`, `E[y]`, `E[x²]`, `E[y²]`, `E[xy]`. They are averages over slope samples, so any
+//! filter may average them further. Operations that hold for every distribution of slopes, Gaussian or
+//! not, are exact here; only interpreting the moments as a Beckmann distribution is a model. Texture-space slopes are
+//! per unit texture coordinate.
 //!
-//! Moments of steep means and small variances cancel: in 32 bits shear or add *before* filtering rather than after, or
-//! work on mean and covariance ([`covariance_from_moments`]).
+//! Moments with steep means and small variances suffer from cancellation. In 32 bits, shear or add *before* filtering
+//! rather than after, or work on mean and covariance ([`covariance_from_moments`]).
 
 use super::statistics::{covariance_from_moments, map_second_moments};
 use crate::reflectance::limits::{MAX_SLOPE, MIN_NORMAL_Z};
@@ -20,14 +22,14 @@ pub struct SlopeMoments {
     pub second: DVec3,
 }
 
-/// Moments of one slope sample: its powers.
+/// Moments of one slope sample: its first and second powers.
 #[must_use]
 pub fn moments_of_slope(slope: DVec2) -> SlopeMoments {
     SlopeMoments { first: slope, second: DVec3::new(slope.x * slope.x, slope.y * slope.y, slope.x * slope.y) }
 }
 
-/// Slope of a normal of any length, `(-n.x / n.z, -n.y / n.z)`, shortened to [`MAX_SLOPE`]. Normals below the horizon count
-/// as level with it.
+/// Slope of a normal of any length, `(-n.x / n.z, -n.y / n.z)`, shortened to [`MAX_SLOPE`]. Normals below the horizon
+/// are treated as lying on it.
 #[must_use]
 pub fn slope_of_normal(n: DVec3) -> DVec2 {
     let n = n / n.length_squared().max(1e-30).sqrt();
@@ -35,27 +37,29 @@ pub fn slope_of_normal(n: DVec3) -> DVec2 {
     slope * (MAX_SLOPE / slope.length_squared().max(1e-12).sqrt()).min(1.0)
 }
 
-/// Moments of a sample of a normal map (thesis, listing 3.7; its base roughness is [`roughen_moments`]).
+/// Moments of one sample of a normal map (thesis, listing 3.7; [`roughen_moments`] adds its base roughness).
 #[must_use]
 pub fn moments_of_normal(n: DVec3) -> SlopeMoments {
     moments_of_slope(slope_of_normal(n))
 }
 
 /// Slope at a texel from its neighbours' `heights` (at −s, +s, −t, +t), by central differences (thesis 3.3; LEADR 5.1).
-/// `spacing`: distance of two neighbouring texels, > 0; one over the texel count for slopes per unit texture coordinate.
+/// `spacing`: distance between neighbouring texels, > 0; for slopes per unit texture coordinate, one over the texel
+/// count.
 #[must_use]
 pub fn slope_of_heights(heights: DVec4, spacing: DVec2) -> DVec2 {
     DVec2::new(heights.y - heights.x, heights.w - heights.z) / (2.0 * spacing).max(DVec2::splat(1e-12))
 }
 
-/// Moments of a Gaussian of mean slope `m` and covariance `s`: the inverse of [`covariance_from_moments`]; thesis eq. 3.5–3.9
-/// with `s = α²/2`.
+/// Moments of a Gaussian of mean slope `m` and covariance `s`: the inverse of [`covariance_from_moments`]; thesis eq.
+/// 3.5–3.9 with `s = α²/2`.
 #[must_use]
 pub fn moments_of_distribution(m: DVec2, s: DVec3) -> SlopeMoments {
     shear_moments(SlopeMoments { first: DVec2::ZERO, second: s }, m)
 }
 
-/// Moments of a surface of which the part `t` in `[0, 1]` is `b` and the rest `a`: what every texture filter does.
+/// Moments of a surface that is `b` over the fraction `t` in `[0, 1]` of its area and `a` elsewhere, as every texture
+/// filter computes.
 #[must_use]
 pub fn mix_moments(a: SlopeMoments, b: SlopeMoments, t: f64) -> SlopeMoments {
     SlopeMoments { first: a.first.lerp(b.first, t), second: a.second.lerp(b.second, t) }
@@ -64,8 +68,8 @@ pub fn mix_moments(a: SlopeMoments, b: SlopeMoments, t: f64) -> SlopeMoments {
 /// Moments of the sum of two displacements whose slopes are independent (thesis 5.1): `E[Z²] = E[X²] + E[Y²] + 2 E[X] E[Y]`,
 /// `E[Z_x Z_y] = E[X_x X_y] + E[Y_x Y_y] + E[X_x] E[Y_y] + E[X_y] E[Y_x]`.
 ///
-/// Both operands are read before anything is written: the thesis's listing 5.1 `+=` adds the second moments with means that
-/// it has already summed (erratum).
+/// Both operands are read before anything is written. The `+=` of the thesis's listing 5.1 adds the second moments
+/// using means that it has already summed (erratum).
 #[must_use]
 pub fn add_moments(a: SlopeMoments, b: SlopeMoments) -> SlopeMoments {
     let (p, q) = (a.first, b.first);
@@ -79,27 +83,29 @@ pub fn scale_moments(a: SlopeMoments, eta: f64) -> SlopeMoments {
     SlopeMoments { first: a.first * eta, second: a.second * (eta * eta) }
 }
 
-/// Moments after a plane of slope `shear` is added to the heights: `E[(X+c)(Y+d)] = E[XY] + d E[X] + c E[Y] + cd`. The cross
-/// term is the one that is easily forgotten. Leaves the covariance alone.
+/// Moments after a plane of slope `shear` is added to the heights: `E[(X+c)(Y+d)] = E[XY] + d E[X] + c E[Y] + cd`. The
+/// mixed terms are easy to forget. The covariance does not change.
 #[must_use]
 pub fn shear_moments(a: SlopeMoments, shear: DVec2) -> SlopeMoments {
     add_moments(a, moments_of_slope(shear))
 }
 
-/// Moments in another frame, in which slopes are `linear · (h_s, h_t)`: LEADR eq. 12, thesis 3.3 "Stretching and Shearing".
-/// `linear` is the transposed Jacobian of `(s, t)` by `(x, y)`; `slope_map::slope_map` makes it from tangents.
+/// Moments in another frame, in which slopes are `linear · (h_s, h_t)`: LEADR eq. 12, thesis 3.3 "Stretching and
+/// Shearing". `linear` is the transposed Jacobian of `(s, t)` by `(x, y)`; `slope_map::slope_map` computes it from
+/// tangents.
 #[must_use]
 pub fn map_moments(linear: DMat2, a: SlopeMoments) -> SlopeMoments {
     SlopeMoments { first: linear * a.first, second: map_second_moments(linear, a.second) }
 }
 
-/// Moments with a base material of Beckmann roughness `alpha` on top, `σ² = α²/2` per axis (LEADR 4.2; thesis, listing 3.7).
+/// Moments with a base material of Beckmann roughness `alpha` added: `σ² = α²/2` per axis (LEADR 4.2; thesis, listing
+/// 3.7).
 #[must_use]
 pub fn roughen_moments(a: SlopeMoments, alpha: f64) -> SlopeMoments {
     SlopeMoments { first: a.first, second: a.second + DVec3::new(0.5 * alpha * alpha, 0.5 * alpha * alpha, 0.0) }
 }
 
-/// Covariance of the slopes, clamped to be usable (LEADR eq. 9).
+/// Covariance of the slopes, clamped to the usable range (LEADR eq. 9).
 #[must_use]
 pub fn moments_covariance(a: SlopeMoments) -> DVec3 {
     covariance_from_moments(a.first, a.second)
@@ -120,7 +126,7 @@ mod tests {
 
     impl Waves {
         fn height(&self, p: DVec2) -> f64 {
-            // Squaring makes crests unlike troughs.
+            // Squaring makes crests differ from troughs.
             self.0.iter().map(|[kx, ky, phase, a]| a * (1.0 + (kx * p.x + ky * p.y + phase).sin()).powi(2)).sum()
         }
 
@@ -155,7 +161,8 @@ mod tests {
 
     const N: usize = 200_000;
 
-    /// What is true of every sample is true of their moments, to rounding: scale, shear, change of frame, mixture.
+    /// Scale, shear, change of frame and mixture give the same moments whether applied to the samples or to their
+    /// moments, to rounding.
     #[test]
     fn deterministic_operations_are_those_of_the_samples() {
         let all = || points(1, N).map(|p| COARSE.slope(p));
@@ -176,7 +183,7 @@ mod tests {
             println!("{what}: {error:.1e}");
             assert!(error < 1e-12, "{what}: {derived:?} instead of {sampled:?}");
         }
-        // Without the cross term the shear would be seen to be wrong.
+        // The test would notice if the shear's cross term were missing.
         let forgotten = SlopeMoments {
             first: moments.first + shear,
             second: moments.second + DVec3::new(shear.x * shear.x, shear.y * shear.y, shear.x * shear.y),
@@ -184,11 +191,11 @@ mod tests {
         assert!(distance(forgotten, shear_moments(moments, shear)) > 0.1);
     }
 
-    /// Two layers sampled at independent places: the sum's moments within five standard errors.
+    /// Two layers sampled at independent places: the moments of their sum agree within five standard errors.
     #[test]
     fn layers_add_as_sampled_surfaces_do() {
         let n = 4 * N;
-        // A tilt of its own, or the mixed terms would hardly matter.
+        // A tilt of its own; without it the mixed terms would hardly matter.
         let fine_slope = |p| FINE.slope(p) + DVec2::new(0.4, -0.3);
         let (coarse, fine) = (mean(points(2, n).map(|p| COARSE.slope(p))), mean(points(3, n).map(fine_slope)));
         let sum = || points(2, n).zip(points(3, n)).map(|(p, q)| COARSE.slope(p) + fine_slope(q));
@@ -198,7 +205,7 @@ mod tests {
         let error = distance(sampled, derived);
         println!("layers: off by {error:.1e}, five standard errors {:.1e}", 5.0 * standard_error);
         assert!(error < 5.0 * standard_error && standard_error < 1e-2 * derived.second.length());
-        // The order of the thesis's listing 5.1, means first, is an error of another size.
+        // The order of the thesis's listing 5.1, means first, causes a much larger error.
         let p = coarse.first + fine.first;
         let listing = coarse.second.x + fine.second.x + 2.0 * p.x * fine.first.x;
         println!("listing 5.1: {listing:.4} instead of {:.4}", derived.second.x);
@@ -225,7 +232,7 @@ mod tests {
         assert!(distance(layer, derived) < 1e-15);
     }
 
-    /// Heights, normals and slopes of one surface are the same input, in a frame that stretches and shears as well.
+    /// Heights, normals and slopes of one surface are equivalent inputs, even in a frame that stretches and shears.
     #[test]
     fn inputs_agree() {
         let jacobian = DMat2::from_cols_array(&[0.9, 0.3, -0.5, 1.4]); // (s, t) by (x, y)
@@ -239,7 +246,7 @@ mod tests {
             };
             let central = slope_of_heights(around(&|q| COARSE.height(q), p), DVec2::splat(d));
             assert!((central - slope).length() < 1e-6, "{central} instead of {slope}");
-            // The deformed surface, by its own heights.
+            // The deformed surface, from its own heights.
             let deformed =
                 slope_of_heights(around(&|q| COARSE.height(jacobian * q), jacobian.inverse() * p), DVec2::splat(d));
             let mapped = map_moments(jacobian.transpose(), moments_of_slope(slope));

@@ -1,40 +1,43 @@
-//! What a texel stores of its slope moments: LEADR (all of them), LEAN (in fixed point), CLEAN (one variance only).
+//! How a texel stores its slope moments: LEADR (all of them), LEAN (in fixed point), CLEAN (one variance only).
 //!
-//! CLEAN keeps two means and one number for the roughness, and must then choose a single slope variance:
+//! CLEAN keeps the two means and a single number for the roughness, so it must choose one slope variance:
 //!
-//! | form | stored third | variance read back | |
-//! |---|---|---|---|
-//! | [`pack_clean`] (Baker; thesis eq. 3.18) | `E[x² + y²]` | `(third − |m|²) / 2` | the mean of the two principal variances: too small along the major axis by up to one half |
-//! | [`pack_clean_major`] (thesis 3.3, a conjecture) | `|m|² + 2 λ` | `(third − |m|²) / 2` | the larger principal variance at the texel itself, but filtering between texels adds only half of how their means differ |
-//! | [`pack_clean_conservative`] (this project) | `|m|² + λ` | `third − |m|²` | the larger principal variance at the texel; never too small anywhere between |
+//! * [`pack_clean`] (Baker; thesis eq. 3.18) stores `E[x² + y²]` and reads back `(third − |m|²) / 2`. This is the mean
+//!   of the two principal variances: too small along the major axis by up to one half.
+//! * [`pack_clean_major`] (thesis 3.3, a conjecture) stores `|m|² + 2 λ` and reads back `(third − |m|²) / 2`. This is
+//!   the larger principal variance at the texel itself, but filtering between texels adds only half of how their means
+//!   differ.
+//! * [`pack_clean_conservative`] (this project) stores `|m|² + λ` and reads back `third − |m|²`. This is the larger
+//!   principal variance at the texel, and never too small anywhere between.
 //!
-//! with `λ` the larger eigenvalue of the texel's covariance. Why the last one holds: under weights `w` the covariance is
-//! `Σ w S_i + B`, `B` that of the texels' means. What is read back is `Σ w λ_i + tr B`, and no direction's variance exceeds
-//! `Σ w λ_i + λ(B)`. With half the trace, as in the second form, it may: two texels of different means are enough.
+//! Here `λ` is the larger eigenvalue of the texel's covariance. Why the last form holds: under weights `w` the
+//! covariance is `Σ w S_i + B`, where `B` is the covariance of the texels' means. The form reads back `Σ w λ_i + tr B`,
+//! and the variance in any direction is at most `Σ w λ_i + λ(B)`. The second form reads back only half the trace, which
+//! can be too small: two texels with different means are enough.
 
 use super::moments::SlopeMoments;
 use glam::{DVec2, DVec3};
 
-/// Variances of `s` along its principal axes: the larger and the smaller, ≥ 0 (half the squared radii of thesis 2.3's
-/// ellipse).
+/// Variances of `s` along its principal axes: the larger and the smaller, ≥ 0 (half the squared radii of the ellipse of
+/// thesis 2.3).
 #[must_use]
 pub fn principal_variances(s: DVec3) -> DVec2 {
     let (mean, half) = (0.5 * (s.x + s.y), 0.5 * (s.x - s.y));
     let major = mean + (half * half + s.z * s.z).sqrt();
-    // The smaller by the determinant: no difference of nearly equal numbers when it is small.
+    // The smaller from the determinant, which avoids the difference of nearly equal numbers when it is small.
     let minor = (s.x * s.y - s.z * s.z).max(0.0) / major.max(1e-30);
     DVec2::new(major, minor)
 }
 
-/// The larger principal variance of moments. Not of the clamped covariance: that one's correlation is held below 1, which
-/// makes the major axis of ridges 6e-5 too short.
+/// The larger principal variance of moments. Not of the clamped covariance: clamping holds its correlation below 1,
+/// which makes the major axis of ridges 6e-5 too short.
 fn major_variance(a: SlopeMoments) -> f64 {
     let m = a.first;
     let s = a.second - DVec3::new(m.x * m.x, m.y * m.y, m.x * m.y);
     principal_variances(DVec3::new(s.x.max(0.0), s.y.max(0.0), s.z)).x
 }
 
-/// `(E[x], E[y], E[x²], E[y²])` and `(E[xy], height)`: the two textures of a LEADR map, in floating point.
+/// The two textures of a LEADR map, in floating point: `(E[x], E[y], E[x²], E[y²])` and `(E[xy], height)`.
 #[must_use]
 pub fn pack_leadr(a: SlopeMoments, height: f64) -> ([f64; 4], [f64; 2]) {
     ([a.first.x, a.first.y, a.second.x, a.second.y], [a.second.z, height])
@@ -46,10 +49,10 @@ pub fn unpack_leadr(a: [f64; 4], b: [f64; 2]) -> (SlopeMoments, f64) {
     (SlopeMoments { first: DVec2::new(a[0], a[1]), second: DVec3::new(a[2], a[3], b[0]) }, b[1])
 }
 
-/// Moments as five fractions of `[0, 1]` for fixed-point textures (LEAN mapping): signed ones halved and biased, slopes in
-/// units of `limit` > 0, the steepest slope that can be stored.
+/// Moments as five fractions of `[0, 1]` for fixed-point textures (LEAN mapping). Signed moments are halved and biased;
+/// slopes are in units of `limit` > 0, the steepest slope that can be stored.
 ///
-/// Steeper slopes must be shortened before their moments are taken; a texel that breaks the rule is clamped.
+/// Steeper slopes must be shortened before their moments are taken; a texel that breaks this rule is clamped.
 #[must_use]
 pub fn pack_lean(a: SlopeMoments, limit: f64) -> [f64; 5] {
     let (first, second) = (a.first / limit, a.second / (limit * limit));
@@ -66,11 +69,11 @@ pub fn unpack_lean(p: [f64; 5], limit: f64) -> SlopeMoments {
     }
 }
 
-/// By how much a variance or covariance may be wrong after [`pack_lean`] in fixed point of `levels` steps (255 for 8 bits),
-/// rounded to nearest: no glossier surface than this survives. Add it to the variances not to alias.
+/// Largest error of a variance or covariance after [`pack_lean`] in fixed point of `levels` steps (255 for 8 bits),
+/// rounded to nearest. A glossier surface than this cannot be stored. Add the error to the variances to avoid aliasing.
 ///
-/// With `q = 1/levels` a mean is off by at most `q·limit`, a second moment by `½q·limit²` (the signed one `q·limit²`), and the
-/// product of two means, each at most `limit`, by `2q·limit² + q²·limit²`.
+/// With `q = 1/levels` a mean is off by at most `q·limit`, a second moment by `½q·limit²` (the signed one by
+/// `q·limit²`), and the product of two means, each at most `limit`, by `2q·limit² + q²·limit²`.
 #[must_use]
 pub fn lean_error(limit: f64, levels: f64) -> f64 {
     let q = 1.0 / levels;
@@ -83,8 +86,8 @@ pub fn pack_clean(a: SlopeMoments) -> DVec3 {
     a.first.extend(a.second.x + a.second.y)
 }
 
-/// The thesis's untested proposal: the third number chosen so that [`clean_covariance`] gives the larger principal variance.
-/// Made per mip level, from all five moments. Not conservative between texels: see the module.
+/// The thesis's untested proposal: the third number is chosen so that [`clean_covariance`] gives the larger principal
+/// variance. Computed per mip level from all five moments. Not conservative between texels: see the module.
 #[must_use]
 pub fn pack_clean_major(a: SlopeMoments) -> DVec3 {
     a.first.extend(a.first.length_squared() + 2.0 * major_variance(a))
@@ -97,14 +100,14 @@ pub fn clean_covariance(p: DVec3) -> DVec3 {
     DVec3::new(variance, variance, 0.0)
 }
 
-/// The conservative CLEAN map of this project: mean slope and `|m|² + λ`. Made per mip level, from all five moments; may be
-/// filtered linearly in any way after that.
+/// The conservative CLEAN map of this project: mean slope and `|m|² + λ`. Computed per mip level from all five moments;
+/// any linear filter may follow.
 #[must_use]
 pub fn pack_clean_conservative(a: SlopeMoments) -> DVec3 {
     a.first.extend(a.first.length_squared() + major_variance(a))
 }
 
-/// Covariance of [`pack_clean_conservative`], isotropic: at least the variance of what was packed, along every direction.
+/// Covariance of [`pack_clean_conservative`], isotropic: at least the variance of the packed slopes in every direction.
 #[must_use]
 pub fn clean_conservative_covariance(p: DVec3) -> DVec3 {
     let variance = (p.z - p.x * p.x - p.y * p.y).max(0.0);
@@ -129,7 +132,7 @@ mod tests {
         (0..SIZE * SIZE).map(|i| slope(at(i % SIZE), at(i / SIZE))).collect()
     }
 
-    /// Ridges, facets, bumps and steps: anisotropic, bimodal, turning, sparse.
+    /// Ridges, facets, bumps and steps: anisotropic, bimodal, rotating, sparse.
     fn surfaces() -> Vec<(&'static str, Vec<DVec2>)> {
         vec![
             ("ridges", sampled(|x, y| 0.02 * (TAU * (9.3 * x + 4.1 * y)).sin())),
@@ -178,7 +181,7 @@ mod tests {
         ]
     }
 
-    /// Covariance under the same footprint, from the samples themselves and about their mean: no moments involved.
+    /// Covariance over the same footprint, from the samples themselves and about their mean, without moments.
     fn exact(slopes: &[DVec2], level: u32, texels: &[(usize, f64); 4]) -> DVec3 {
         let block = 1 << level;
         let n = SIZE / block;
@@ -195,8 +198,8 @@ mod tests {
             .sum()
     }
 
-    /// Every form of CLEAN on every mip level, at and between texels. The conservative one never falls short along any
-    /// direction; the others are seen to.
+    /// Every form of CLEAN on every mip level, at texels and between them. The conservative form is never too small in
+    /// any direction; the others are shown to be.
     #[test]
     fn clean_against_sampled_surfaces() {
         type Form = (&'static str, fn(SlopeMoments) -> DVec3, fn(DVec3) -> DVec3);
@@ -206,7 +209,7 @@ mod tests {
             ("conservative", pack_clean_conservative, clean_conservative_covariance),
         ];
         println!("variance of the form over the largest variance of the samples, and how often it is less");
-        // Per form: shortfalls at texel centres and between.
+        // Per form: shortfalls at texel centres and between them.
         let mut short = [[0; 2]; 3];
         let mut total = [0; 2];
         let mut excess = [[0.0; 2]; 3];
@@ -224,7 +227,7 @@ mod tests {
                             let texels = fetch(side, p.x, p.y);
                             let form = unpack(texels.iter().map(|&(i, w)| w * packed[i]).sum());
                             let s = exact(&slopes, lod, &texels);
-                            // The largest variance of any direction.
+                            // The largest variance in any direction.
                             let worst = 0.5 * (s.x + s.y + (s.x - s.y).hypot(2.0 * s.z));
                             if worst < 1e-6 {
                                 continue; // flat: nothing to alias
@@ -262,7 +265,7 @@ mod tests {
         assert!(excess[2][1] / f64::from(total[1]) < 0.6, "safe by being far too wide is no use");
     }
 
-    /// Fixed point: every covariance within the stated bound, which is not idle (half of it is reached).
+    /// Fixed point: every covariance is within the stated bound, and the bound is tight (half of it is reached).
     #[test]
     fn lean_in_fixed_point() {
         for (bits, levels) in [(8, 255.0), (16, 65535.0)] {

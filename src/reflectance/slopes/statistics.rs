@@ -3,7 +3,8 @@
 use crate::reflectance::limits::{MAX_CORRELATION, MAX_SLOPE, within};
 use glam::{DMat2, DVec2, DVec3};
 
-/// The nearest usable covariance: variances in `[0, MAX_SLOPE²]`, `|s_xy| ≤ MAX_CORRELATION √(s_xx s_yy)`. NaN stays NaN.
+/// The nearest usable covariance: variances in `[0, MAX_SLOPE²]`, `|s_xy| ≤ MAX_CORRELATION √(s_xx s_yy)`. NaN stays
+/// NaN.
 #[must_use]
 pub fn clamp_covariance(s: DVec3) -> DVec3 {
     let (x, y) = (s.x.clamp(0.0, MAX_SLOPE * MAX_SLOPE), s.y.clamp(0.0, MAX_SLOPE * MAX_SLOPE));
@@ -19,8 +20,8 @@ pub fn slope_correlation(sigma: DVec2, sxy: f64) -> f64 {
 
 /// Covariance from the filtered moments `first = (E[x], E[y])` and `second = (E[xx], E[yy], E[xy])` (LEADR eq. 9).
 ///
-/// Rounding of large means against small variances can leave anything of the order of the rounding itself; the result is
-/// clamped to be positive semidefinite.
+/// Where means are large and variances small, the rounding error can exceed the result. The result is therefore clamped
+/// to be positive semidefinite.
 #[must_use]
 pub fn covariance_from_moments(first: DVec2, second: DVec3) -> DVec3 {
     clamp_covariance(DVec3::new(
@@ -30,7 +31,7 @@ pub fn covariance_from_moments(first: DVec2, second: DVec3) -> DVec3 {
     ))
 }
 
-/// `linear S linearᵀ`: second moments `(xx, yy, xy)` of slopes that are mapped by `linear` (LEADR eq. 12).
+/// `linear S linearᵀ`: second moments `(xx, yy, xy)` of slopes that `linear` transforms (LEADR eq. 12).
 #[must_use]
 pub fn map_second_moments(linear: DMat2, s: DVec3) -> DVec3 {
     let (u, v) = (linear.row(0), linear.row(1));
@@ -46,18 +47,19 @@ pub fn scale_height(s: DVec3, eta: f64) -> DVec3 {
 
 /// Adds the slopes of a base material of Beckmann roughness `alpha` (`α² = 2σ²`: this is where α becomes σ).
 ///
-/// Independent layers add their means and their covariances; in moments that is
+/// When layers are independent, their means and their covariances add. In terms of moments,
 /// `E[Z²] = E[X²] + E[Y²] + 2 E[X] E[Y]`.
 #[must_use]
 pub fn add_roughness(s: DVec3, alpha: f64) -> DVec3 {
     s + DVec3::new(0.5 * alpha * alpha, 0.5 * alpha * alpha, 0.0)
 }
 
-/// Adds the change of the macrosurface's own slope over the pixel; `dx`, `dy` its differences to the neighbouring pixels.
+/// Adds the change of the macrosurface's own slope over the pixel; `dx`, `dy` are its differences to the neighbouring
+/// pixels.
 ///
-/// A Gaussian pixel filter of variance 0.25 carried to slope space (Tokuyoshi & Kaplanyan 2019). Their bound
-/// `α² ≤ 0.18` of an isotropic kernel becomes `s_xx + s_yy ≤ 0.18` for this matrix, so that creases and silhouettes,
-/// where differences are meaningless, do not turn matt.
+/// This is a Gaussian pixel filter of variance 0.25 transformed to slope space (Tokuyoshi & Kaplanyan 2019). Their
+/// bound `α² ≤ 0.18` of an isotropic kernel becomes `s_xx + s_yy ≤ 0.18` for this matrix. It keeps creases and
+/// silhouettes, where differences are meaningless, from turning matt.
 #[must_use]
 pub fn add_macro_curvature(s: DVec3, dx: DVec2, dy: DVec2) -> DVec3 {
     let bound = DVec2::splat(1e3);

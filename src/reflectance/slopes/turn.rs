@@ -1,9 +1,10 @@
-//! Slope statistics of parts of a surface, brought into one frame and joined.
+//! Transforms slope statistics of parts of a surface into one frame and joins them.
 //!
-//! A normal `(−s, 1)` of one frame has the coordinates `n = R (−s, 1)` in another, and the slope `s' = −n.xy / n.z` there: a
-//! projective map, linear about the mean slope with the derivatives `∂s'/∂s_j = (R_j.xy + s' R_j.z) / n.z`, `R_j` the
-//! columns of `R`. A facet over a unit of area of the old plane covers `n.z` of the new one, since both are seen from the
-//! same facet. The union of surfaces over one plane has the area-weighted sum of their moments (LEADR 4.1).
+//! A normal `(−s, 1)` of one frame has the coordinates `n = R (−s, 1)` in another, and there the slope
+//! `s' = −n.xy / n.z`. This is a projective map; about the mean slope it is linear to first order, with the derivatives
+//! `∂s'/∂s_j = (R_j.xy + s' R_j.z) / n.z`, where `R_j` are the columns of `R`. A facet over a unit of area of the old
+//! plane covers an area `n.z` of the new one, since both are projections of the same facet. The union of surfaces over
+//! one plane has the area-weighted sum of their moments (LEADR 4.1).
 
 use super::statistics::map_second_moments;
 use glam::{DMat2, DMat3, DVec2, DVec3};
@@ -19,8 +20,9 @@ pub struct SlopePart {
     pub area: f64,
 }
 
-/// Mean and covariance, to first order about the mean normal, in the frame that `turn` leads to (its columns are the old
-/// frame's axes in the new one), of a part whose own plane has unit area. Normals less than a tenth above the new horizon are held there.
+/// Transforms the mean and covariance of a part whose own plane has unit area into the frame that `turn` leads to (its
+/// columns are the old frame's axes in the new one). Accurate to first order about the mean normal. Normals less than a
+/// tenth above the new horizon are held there.
 #[must_use]
 pub fn turn_slopes(turn: DMat3, mean: DVec2, covariance: DVec3) -> SlopePart {
     let n = turn * DVec3::new(-mean.x, -mean.y, 1.0);
@@ -51,7 +53,7 @@ mod tests {
         DMat3::from_quat(DQuat::from_axis_angle(axis.normalize(), angle))
     }
 
-    /// The four slopes that have a given mean and covariance, turned one by one, weighted by the area each covers.
+    /// Four slopes with a given mean and covariance, each rotated separately and weighted by the area it covers.
     fn turned_one_by_one(turn: DMat3, mean: DVec2, s: DVec3) -> SlopePart {
         let a = DVec2::new(s.x.sqrt(), s.z / s.x.sqrt());
         let b = DVec2::new(0.0, (s.y - a.y * a.y).sqrt());
@@ -74,7 +76,7 @@ mod tests {
         for (axis, angle) in [(DVec3::X, 0.3), (DVec3::new(1.0, -2.0, 0.7), 0.4), (DVec3::Z, 1.1)] {
             for mean in [DVec2::ZERO, DVec2::new(0.4, -0.3)] {
                 let shape = DVec3::new(1.0, 0.5, 0.3);
-                // The error of the first order falls with the spread: relative to it by the variance.
+                // The first-order error falls with the spread; relative to the spread it falls with the variance.
                 let mut before = f64::INFINITY;
                 for variance in [1e-2, 1e-4, 1e-6] {
                     let s = shape * variance;

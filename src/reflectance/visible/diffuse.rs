@@ -1,4 +1,4 @@
-//! Diffuse reflection of the visible facets without a grid of slopes.
+//! Diffuse reflection of the visible facets without a slope grid.
 //!
 //! With `N = (−slope, 1)` and the normal `n = N/|N|`, irradiance by order-2 harmonics needs the moments
 //!
@@ -6,15 +6,15 @@
 //! E[n] = E[⟨wo·N⟩ N / |N|] / A(wo),   E[n nᵀ] = E[⟨wo·N⟩ N Nᵀ / |N|²] / A(wo)
 //! ```
 //!
-//! over Gaussian slopes: polynomials of the slope, a clamp, and `|N|`. Only `|N|` stands in the way of a closed form. Its
-//! inverses are very nearly sums of two or three exponentials, `1/|N| ≈ Σ c_i exp(−t_i |N|²)`, and an exponential of `|N|²`
-//! times a Gaussian of slopes is another Gaussian of slopes ([`damped_gaussian`]), for which the clamped moments are those
-//! of [`visible_slopes`](super::slopes). So two evaluations of closed forms take the place of a grid: the clamp
+//! over Gaussian slopes. These contain polynomials of the slope, a clamp, and `|N|`; only `|N|` prevents a closed form.
+//! Its inverses are very nearly sums of two or three exponentials, `1/|N| ≈ Σ c_i exp(−t_i |N|²)`. An exponential of
+//! `|N|²` times a Gaussian of slopes is another Gaussian of slopes ([`damped_gaussian`]), whose clamped moments are
+//! those of [`visible_slopes`](super::slopes). So a closed form evaluated two or three times replaces a grid. The clamp
 //! is exact for every viewer, nothing depends on the choice of axes, and the result is smooth in every argument.
 //!
-//! The exponents scale with the mean of `|N|²` and, with the weights, follow its relative spread on a line: fitted to the
-//! radiance of random surfaces (`lab::quadrature_study::fit`). One light, with its clamped
-//! cosine instead of harmonics, replaces the one clamp by two: [`clamped_product`].
+//! The exponents scale with the mean of `|N|²`. Exponents and weights vary linearly with the relative spread of `|N|²`,
+//! and are fitted to the radiance of random surfaces (`lab::quadrature_study::fit`). For one light with its clamped
+//! cosine instead of harmonics, a product of two clamps replaces the single clamp: [`clamped_product`].
 
 use super::slopes::{VISIBLE_TAIL, tilted_area};
 use crate::reflectance::facets::normal_distribution::normal_ramp;
@@ -26,11 +26,11 @@ use crate::reflectance::slopes::statistics::clamp_covariance;
 use glam::{DVec2, DVec3, Vec3Swizzles as _};
 use std::f64::consts::PI;
 
-/// One exponential of the sums that stand for `1/|N|` and `1/|N|²`. Each constant is `[value, slope]`, to be taken at the
-/// relative spread of `|N|²` ([`squared_normal_spread`]).
+/// One exponential of the sums that approximate `1/|N|` and `1/|N|²`. Each constant is `[value, slope]`, a line
+/// evaluated at the relative spread of `|N|²` ([`squared_normal_spread`]).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Term {
-    /// Exponent, times the mean of `|N|²`.
+    /// Exponent, multiplied by the mean of `|N|²`.
     pub exponent: [f64; 2],
     /// Weight in `1/|N|`.
     pub first: [f64; 2],
@@ -38,7 +38,7 @@ pub struct Term {
     pub second: [f64; 2],
 }
 
-/// Two terms, by `lab::quadrature_study::fit`.
+/// Two terms, fitted by `lab::quadrature_study::fit`.
 const TWO: [Term; 2] = [
     Term { exponent: [0.22494464, -0.0331644], first: [1.06858219, -0.00712735], second: [1.0, -0.48494877] },
     Term { exponent: [2.04868504, 0.81002255], first: [1.1378407, 0.80030971], second: [4.51732387, 0.43471584] },
@@ -51,13 +51,13 @@ const THREE: [Term; 3] = [
     Term { exponent: [5.97573614, 3.11562463], first: [2.29040276, 0.48355783], second: [19.03758878, 4.88965078] },
 ];
 
-/// The fitted terms; `terms` 2 or 3.
+/// The fitted terms; `terms` is 2 or 3.
 #[must_use]
 pub fn visible_diffuse_terms(terms: u32) -> &'static [Term] {
     if terms == 2 { &TWO } else { &THREE }
 }
 
-/// Mean of `|N|²`, and its standard deviation over its mean, for slopes of mean `m` and covariance `s`.
+/// Mean of `|N|²`, and its standard deviation divided by its mean, for slopes of mean `m` and covariance `s`.
 #[must_use]
 pub fn squared_normal_spread(m: DVec2, s: DVec3) -> DVec2 {
     let mean = 1.0 + m.dot(m) + s.x + s.y;
@@ -66,7 +66,7 @@ pub fn squared_normal_spread(m: DVec2, s: DVec3) -> DVec2 {
     DVec2::new(mean, variance.max(0.0).sqrt() / mean)
 }
 
-/// A weight times a Gaussian of slopes.
+/// A Gaussian of slopes times a weight.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SlopeGaussian {
     /// Integral.
@@ -88,20 +88,21 @@ pub fn damped_gaussian(m: DVec2, s: DVec3, t: f64) -> SlopeGaussian {
     SlopeGaussian { weight: (-t * (1.0 + m.dot(mean))).exp() * per.sqrt(), m: mean, s: cov }
 }
 
-/// `E[max(0, x)]` of a normal variable of mean `a` and standard deviation `b`: `A(w)` of its two areas.
+/// `E[max(0, x)]` of a normal variable with mean `a` and standard deviation `b`: the visible area `A(w)` from the areas
+/// `a` and `b`.
 #[must_use]
 pub fn clamped_mean(a: f64, b: f64) -> f64 {
     a.max(0.0) + rough_area(a, b)
 }
 
-/// Moments of the normals seen from `wo`, in place of a grid's `visible_normal_moments`. `terms`: 2 (error of the radiance
-/// 1.2e-3 rms of the mean radiance) or 3 (2e-4).
+/// Moments of the normals visible from `wo`, replacing the grid of `visible_normal_moments`. `terms`: 2 (rms error of
+/// 1.2e-3 of the mean radiance) or 3 (2e-4).
 #[must_use]
 pub fn visible_diffuse_moments(wo: DVec3, m: DVec2, s: DVec3, terms: u32) -> NormalMoments {
     moments_by_terms(wo, m, s, visible_diffuse_terms(terms))
 }
 
-/// [`visible_diffuse_moments`] by any terms.
+/// [`visible_diffuse_moments`] with any terms.
 #[must_use]
 pub fn moments_by_terms(wo: DVec3, m: DVec2, s: DVec3, terms: &[Term]) -> NormalMoments {
     let s = clamp_covariance(s);
@@ -130,17 +131,19 @@ pub fn moments_by_terms(wo: DVec3, m: DVec2, s: DVec3, terms: &[Term]) -> Normal
         let xy = g.m.x * slope.y - across.x * g.m.y * n.cdf + g.s.z * area + axis.x * axis.y * bend;
         off += d * DVec3::new(-slope.y, -slope.x, xy);
     }
-    // The first moments are per visible area; the second have trace one.
+    // The first moments are per visible area; the second moments have trace one.
     let area = clamped_mean(ao, slope_spread(wo, s)).max(1e-30);
     let scale = 1.0 / diag.element_sum().max(1e-30);
     NormalMoments { mean: first / (area * spread.x.sqrt()), diag: diag * scale, off: off * scale }
 }
 
-/// `E[max(0, x) max(0, y)]` of two normal variables of means `ax`, `ay`, standard deviations `bx`, `by`, covariance `k`.
+/// `E[max(0, x) max(0, y)]` of two normal variables with means `ax`, `ay`, standard deviations `bx`, `by` and
+/// covariance `k`.
 ///
-/// Plackett's identity: by the correlation `r`, the first derivative is the probability that both are positive and the
-/// second their density at 0, so with `X`, `Y` the means of the clamped variables, all in standard deviations,
-/// `E = X Y + r Φ(x) Φ(y) + ∫₀ʳ (r − t) φ₂(x, y; t) dt`. The integral is by the two-point Gauss–Jacobi rule.
+/// Uses Plackett's identity: the first derivative by the correlation `r` is the probability that both variables are
+/// positive, and the second is their joint density at 0. With `X`, `Y` the means of the clamped variables, all in
+/// standard deviations, `E = X Y + r Φ(x) Φ(y) + ∫₀ʳ (r − t) φ₂(x, y; t) dt`. A two-point Gauss–Jacobi rule evaluates
+/// the integral.
 #[must_use]
 pub fn clamped_product(ax: f64, bx: f64, ay: f64, by: f64, k: f64) -> f64 {
     const AT: [f64; 2] = [0.155_051_03, 0.644_948_97];
@@ -165,8 +168,8 @@ pub fn clamped_product(ax: f64, bx: f64, ay: f64, by: f64, k: f64) -> f64 {
     at_least(area_x * area_y + k * (nx.cdf * ny.cdf + r * density), 0.0)
 }
 
-/// Radiance under one light from `wi` of unit irradiance on a plane facing it, its clamped cosine integrated over the
-/// visible facets (LEADR eq. 21 without harmonics), per unit of albedo. `terms`: 2 or 3.
+/// Radiance under one light from `wi` of unit irradiance on a plane facing it, with its clamped cosine integrated over
+/// the visible facets (LEADR eq. 21 without harmonics), per unit of albedo. `terms`: 2 or 3.
 #[must_use]
 pub fn leadr_diffuse_light_visible(wo: DVec3, wi: DVec3, m: DVec2, s: DVec3, shadowing: bool, terms: u32) -> f64 {
     let s = clamp_covariance(s);

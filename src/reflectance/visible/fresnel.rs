@@ -1,16 +1,17 @@
-//! Mean Fresnel reflectance of the facets that a viewer sees: the share of the light that never reaches the diffuse surface
-//! below the mirrors.
+//! Mean Fresnel reflectance of the visible facets: the share of the light that never reaches the diffuse surface below
+//! the mirrors.
 //!
-//! Schlick's term `k⁵`, `k = 1 − wo·wn`, depends on a facet by `wo·wn = (wo.z − wo.xy·x) / |N|`, which varies almost only along the
-//! slope that is seen: there the visible slopes have an exact mean and variance ([`super::slopes`]), and to second
-//! order about the mean facet the cosine has, `d` deviations along,
+//! Schlick's term is `k⁵` with `k = 1 − wo·wn`. It depends on the facet through `wo·wn = (wo.z − wo.xy·x) / |N|`, which
+//! varies almost only along the view azimuth. Along that axis the exact mean and variance of the visible slopes are
+//! known ([`super::slopes`]). To second order about the mean facet, `d` deviations along the axis, the cosine is
 //!
 //! ```text
-//! c(d) = (f − b d) / √(n + 2 e d + l d²),   c'/c etc. at 0:  −c' = (b + f e/n) / √n,   ½c'' = (b e/n + f (3/2 e²/n² − ½ l/n)) / √n
+//! c(d) = (f − b d) / √(n + 2 e d + l d²)
+//! c'/c etc. at 0:  −c' = (b + f e/n) / √n,   ½c'' = (b e/n + f (3/2 e²/n² − ½ l/n)) / √n
 //! ```
 //!
-//! The fifth power of a normal variable of mean `μ` and variance `v` is `μ⁵ + 10 μ³ v + 15 μ v²`. What lies across only lengthens
-//! `N`, on average by its variance.
+//! The fifth power of a normal variable with mean `μ` and variance `v` has the mean `μ⁵ + 10 μ³ v + 15 μ v²`. Slopes
+//! across the view azimuth only lengthen `N`; `|N|²` grows by their variance on average.
 
 use super::slopes::tilted_area;
 use crate::reflectance::facets::fresnel::grazing_reflectance;
@@ -18,8 +19,9 @@ use crate::reflectance::facets::normal_distribution::clamped_lean;
 use crate::reflectance::limits::at_least;
 use glam::{DVec2, DVec3, Vec3Swizzles as _};
 
-/// Mean of Schlick's term ([`crate::reflectance::facets::fresnel::fresnel_schlick`]) over the visible facets. `f0`: linear RGB reflectance at normal incidence;
-/// `s`: covariance of the slopes, usable ([`crate::reflectance::slopes::statistics::clamp_covariance`]).
+/// Mean of Schlick's term ([`crate::reflectance::facets::fresnel::fresnel_schlick`]) over the visible facets. `f0`:
+/// linear RGB reflectance at normal incidence; `s`: covariance of the slopes, already clamped
+/// ([`crate::reflectance::slopes::statistics::clamp_covariance`]).
 #[must_use]
 pub fn visible_fresnel(wo: DVec3, m: DVec2, s: DVec3, f0: DVec3) -> DVec3 {
     let across = DVec2::new(s.x * wo.x + s.z * wo.y, s.z * wo.x + s.y * wo.y);
@@ -62,7 +64,7 @@ mod tests {
                 for sigma in [0.02f64, 0.1, 0.3, 0.6, 1.0] {
                     for (m, ratio) in [(DVec2::ZERO, 1.0), (DVec2::new(0.3, -0.2), 1.0), (DVec2::ZERO, 0.1)] {
                         let s = DVec3::new(sigma * sigma, ratio * sigma * sigma, 0.0);
-                        // Mesosurfaces behind their silhouette show next to nothing, and that edge-on.
+                        // Mesosurfaces behind their silhouette show almost nothing, and that edge-on.
                         if meso_area(wo, m) < -slope_spread(wo, s) {
                             continue;
                         }

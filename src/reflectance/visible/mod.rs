@@ -1,4 +1,4 @@
-//! The same integrals from the slopes that the viewer sees: closed forms and a few probes instead of the paper's grid.
+//! The same integrals over the visible slopes, by closed forms and a few probes instead of the paper's grid.
 
 pub mod diffuse;
 pub mod fresnel;

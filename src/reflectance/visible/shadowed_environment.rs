@@ -1,18 +1,19 @@
-//! Diffuse environments with the shadows that the surface throws on itself: one irradiance lookup.
+//! Diffuse environments with the shadows that the surface casts on itself, by one irradiance lookup.
 //!
-//! Two exact facts carry it.
+//! Two exact facts are the basis:
 //!
-//! 1. Over the whole surface nothing is lost: what enters through the mesosurface falls on some facet. So the irradiance that all
-//!    facets together receive under any environment is that of the flat mesosurface, one clamped cosine; and shadowed diffuse
-//!    reflection is nearly an occlusion times one clamped cosine about a bent normal.
-//! 2. The mean slope of what the viewer sees has a closed form (Stein's lemma for the clamped facet areas):
+//! 1. Over the whole surface no light is lost: everything that enters through the mesosurface falls on some facet. So
+//!    under any environment the irradiance on all facets together is that of the flat mesosurface, one clamped cosine.
+//!    Shadowed diffuse reflection is therefore nearly an occlusion factor times one clamped cosine around a bent
+//!    normal.
+//! 2. The mean of the visible slopes has a closed form (Stein's lemma for the clamped facet areas):
 //!
 //!    ```text
 //!    E_visible[slope] = m + Δ,   Δ = −S o.xy Φ(a/b) / A
 //!    ```
 //!
-//! From them, with fitted constants (`docs/measurements/shadowing.md`), the occlusion `a₀` and the bent normal along `(−(m + c Δ),
-//! 1)`:
+//! The occlusion `a₀`, and the bent normal along `(−(m + c Δ), 1)`, follow from these facts with fitted constants
+//! (`docs/measurements/shadowing.md`):
 //!
 //! ```text
 //! q = 1 + |m|²,  τ = ½ tr S / q,  δ = √det S / q,  G₁ = a/A,  μ² = a²/q
@@ -21,7 +22,7 @@
 //! c  = 0.67 (1 + 0.6 (1 − μ²)) / (1 + 1.2 √τ)
 //! ```
 //!
-//! Blocked light is black: what shadowed facets get from each other is not part of it.
+//! Blocked light is black: light that shadowed facets receive from other facets is not included.
 
 use crate::reflectance::facets::normal_distribution::clamped_lean;
 use crate::reflectance::frame::{Frame, from_frame};
@@ -31,7 +32,8 @@ use crate::reflectance::slopes::grid::normal_of_slope;
 use glam::{DVec2, DVec3};
 use std::f64::consts::PI;
 
-/// `Δ`: mean slope of what the viewer sees, minus the mean slope. Exact. Held within ±1e3, beyond which only the surface behind is seen.
+/// `Δ`: mean visible slope minus the mean slope. Exact. Held within ±1e3; larger values occur only where the surface is
+/// seen from behind.
 #[must_use]
 pub fn visible_slope_shift(o: &DirectionArea, cholesky: DVec3) -> DVec2 {
     let tilt = clamped_lean((o.meso / o.spread.max(1e-12)).clamp(-1e6, 1e6));
@@ -40,17 +42,17 @@ pub fn visible_slope_shift(o: &DirectionArea, cholesky: DVec3) -> DVec2 {
         .clamp(DVec2::splat(-1e3), DVec2::splat(1e3))
 }
 
-/// What a shadowed diffuse surface shows of an environment.
+/// A shadowed diffuse surface's response to an environment.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BentNormal {
-    /// Unit normal for which to look the irradiance up; tangent frame.
+    /// Unit normal at which to look up the irradiance; tangent frame.
     pub normal: DVec3,
     /// `a₀`: factor of that irradiance, 0..1.
     pub open: f64,
 }
 
-/// Bent normal and occlusion of a surface of mean slope `m` and covariance `C Cᵀ` seen from `o` (its
-/// [`direction_area`](crate::reflectance::masking::correlated::direction_area)).
+/// Bent normal and occlusion of a surface of mean slope `m` and covariance `C Cᵀ`, where `o` is the viewer's
+/// [`direction_area`](crate::reflectance::masking::correlated::direction_area).
 #[must_use]
 pub fn bent_normal(o: &DirectionArea, m: DVec2, cholesky: DVec3) -> BentNormal {
     let iq = 1.0 / (1.0 + m.length_squared());
@@ -65,7 +67,7 @@ pub fn bent_normal(o: &DirectionArea, m: DVec2, cholesky: DVec3) -> BentNormal {
     BentNormal { normal: normal_of_slope(m + bend * shift), open: open.clamp(0.0, 1.0) }
 }
 
-/// Diffuse radiance under an environment, with shadows, per unit of albedo. `c`: radiance coefficients in the world;
+/// Diffuse radiance under an environment, with shadowing, per unit of albedo. `c`: radiance coefficients in the world;
 /// `f`: the tangent frame in the world. Not below 0.
 #[must_use]
 pub fn shadowed_diffuse_environment(v: &BentNormal, f: &Frame, c: &Sh9) -> DVec3 {

@@ -1,18 +1,18 @@
-//! Specular environments with the shadows that the surface throws on itself, for rules with few probes.
+//! Specular environments with the shadows that the surface casts on itself, for rules with few probes.
 //!
-//! A probe stands for all directions of its solid angle `Ω`, not for one. What is lit of them
-//! ([`lit_fraction`]) is governed by their height `a` above the mesosurface, and falls
-//! to nothing at its horizon: a corner that few probes miss or hit by chance. So `a` counts as a normal variable, of the
-//! deviation that a disc has, and is averaged over the probe before it is cut at 0:
+//! A probe represents all directions in its solid angle `Ω`, not one. The lit fraction of a direction
+//! ([`lit_fraction`]) depends on its height `a` above the mesosurface and falls to zero at the mesosurface's horizon.
+//! That leaves a kink which few probes hit or miss by chance. So `a` is treated as a normal variable with the standard
+//! deviation of a disc, and is averaged over the probe after clamping at 0:
 //!
 //! ```text
 //! δ² = w Ω (1 + |m|²) / 4π      E[a⁺] = δ (t Φ + φ),   E[a⁺ a] / E[a⁺] = a + l δ Φ / (t Φ + φ)   at t = a/δ
 //! ```
 //!
-//! The first is what decides on the light; the second is how high, near the horizon, the lit part of the probe lies in the
-//! mean, and there the environment is looked up. Both need one exponential. `w` ([`PART`]): a node stands for a little more or
-//! less than its probe covers; `l` ([`LIFT`]): the environment is looked up with a kernel that is wider than a disc. Both are fitted
-//! with the nodes.
+//! The first mean determines the lit fraction. The second is the mean height of the lit part of the probe, which lies
+//! higher than the probe's centre near the horizon; the environment is looked up there. Both need one exponential. `w`
+//! ([`PART`]) accounts for a node representing a little more or less than its probe covers; `l` ([`LIFT`]) accounts for
+//! the environment's lookup kernel being wider than a disc. Both are fitted together with the nodes.
 
 use super::specular::{ProbeRule, VisibleProbe, visible_probe, visible_probes};
 use crate::reflectance::facets::normal_distribution::normal_ramp;
@@ -22,22 +22,22 @@ use crate::reflectance::masking::shadowing::Shadowing;
 use glam::{DVec2, DVec3};
 use std::f64::consts::PI;
 
-/// `w`: variance of the part that a node stands for, in units of its probe's.
+/// `w`: variance of the part that a node represents, in units of its probe's variance.
 pub const PART: f64 = 1.231;
-/// `l`: how far the lookup moves away from the horizon, in units of that part's own shift.
+/// `l`: how far the lookup moves away from the horizon, in units of the lit part's own shift.
 pub const LIFT: f64 = 1.809;
 
-/// What is lit of a probe.
+/// The lit part of a probe.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LitProbe {
-    /// Its part, 0..1.
+    /// Its fraction, 0..1.
     pub lit: f64,
-    /// Where the environment is looked up for it, unit.
+    /// Direction in which the environment is looked up for it, unit.
     pub wi: DVec3,
 }
 
-/// What is lit of the light of a solid angle about `wi`. `o`: the viewer's areas
-/// ([`direction_area`]); `m`, `cholesky`: mean slope and Cholesky factor that these are of.
+/// The lit part of a probe of a given solid angle around `wi`. `o`: the viewer's areas ([`direction_area`]); `m`,
+/// `cholesky`: the mean slope and Cholesky factor used to compute them.
 #[must_use]
 pub fn lit_probe(
     shadowing: Shadowing,
@@ -74,8 +74,8 @@ pub(crate) fn lit_probe_of(
     LitProbe { lit: lit_fraction(shadowing, o, &wide), wi: (wi + DVec3::new(-m.x, -m.y, 1.0) * lift).normalize() }
 }
 
-/// Radiance towards `wo` under an environment, and the mean Fresnel reflectance of the visible facets, by the probes of
-/// `rule`. `f0`: linear RGB reflectance at normal incidence. `radiance` is asked for each probe.
+/// Radiance towards `wo` under an environment, and the mean Fresnel reflectance of the visible facets, from the probes
+/// of `rule`. `f0`: linear RGB reflectance at normal incidence. `radiance` is called for each probe.
 #[must_use]
 pub fn visible_specular_environment(
     shadowing: Shadowing,

@@ -1,14 +1,15 @@
-//! The slopes that a viewer sees on a Gaussian surface, in closed form.
+//! The visible slopes of a Gaussian surface, in closed form.
 //!
-//! With `u` the slope along the view azimuth in standard deviations, `u = wo.xy·(slope − m)/b`, a facet's projected area is
-//! `a − b u`. So the visible slopes have the density `max(0, a − b u) φ(u) / A` along `u`, and stay Gaussian across it. The
-//! moments of a clamped line times a normal density are closed; with `ν = a/b`, `Φ`, `φ` there and `H = ν Φ + φ`,
+//! Let `u` be the slope along the view azimuth in standard deviations, `u = wo.xy·(slope − m)/b`. A facet's projected
+//! area is then `a − b u`. So the visible slopes have the density `max(0, a − b u) φ(u) / A` along `u` and stay
+//! Gaussian across it. The moments of a clamped line times a normal density have closed forms. With `ν = a/b`, `Φ` and
+//! `φ` evaluated at `ν`, and `H = ν Φ + φ`,
 //!
 //! ```text
 //! E[u] = −Φ/H,   E[u²] = 1 + φ/H,   E[u³] = (ν φ − 3 Φ)/H
 //! ```
 //!
-//! Everything is written with `S wo.xy`, not with the azimuth, so nothing happens at normal incidence.
+//! Everything is written in terms of `S wo.xy` rather than the azimuth, so normal incidence is not a special case.
 
 use crate::reflectance::facets::normal_distribution::normal_ramp;
 use crate::reflectance::facets::projected_area::{face_viewer, meso_area};
@@ -16,16 +17,16 @@ use crate::reflectance::limits::at_least;
 use crate::reflectance::slopes::statistics::clamp_covariance;
 use glam::{DVec2, DVec3, Vec3Swizzles as _};
 
-/// How far behind its own silhouette a mesosurface may turn, in units of `slope_spread`: beyond, next to nothing of it is
-/// visible (0.8 % of `slope_spread`) and it is tilted back by `face_viewer`.
+/// How far a mesosurface may turn behind its own silhouette, in units of `slope_spread`. Beyond this almost nothing of
+/// it is visible (0.8 % of `slope_spread`), and `face_viewer` tilts it back.
 pub const VISIBLE_TAIL: f64 = 2.0;
 
 /// Gaussian slopes as one viewer sees them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct VisibleSlopes {
-    /// Mean slope, tilted back if need be.
+    /// Mean slope, tilted back if necessary.
     pub m: DVec2,
-    /// Covariance of the slopes `(s_xx, s_yy, s_xy)`, bounded.
+    /// Covariance of the slopes `(s_xx, s_yy, s_xy)`, clamped to the usable range.
     pub s: DVec3,
     /// `a(wo)`, projected area of the mesosurface.
     pub a: f64,
@@ -41,7 +42,7 @@ pub struct VisibleSlopes {
     pub mean: DVec2,
     /// Covariance of the visible slopes.
     pub cov: DVec3,
-    /// Projected area of the facet of the mean, > 0.
+    /// Projected area of the facet with the mean visible slope, > 0.
     pub facet: f64,
     /// Variance of `u` over the visible facets, 0..1.
     pub variance: f64,
@@ -49,13 +50,14 @@ pub struct VisibleSlopes {
     pub third: f64,
 }
 
-/// Projected area of a mesosurface that has been tilted by at most [`VISIBLE_TAIL`]; `m`: the mean slope before that.
+/// Projected area of a mesosurface after tilting it back to the limit [`VISIBLE_TAIL`]; `m`: the mean slope before
+/// that.
 #[must_use]
 pub fn tilted_area(wo: DVec3, m: DVec2, b: f64) -> f64 {
     meso_area(wo, m).max(1e-3 - VISIBLE_TAIL * b)
 }
 
-/// The visible slopes' exact moments. `wo`: unit; `m`, `s`: anything finite.
+/// The exact moments of the visible slopes. `wo`: unit; `m`, `s`: anything finite.
 #[must_use]
 pub fn visible_slopes(wo: DVec3, m: DVec2, s: DVec3) -> VisibleSlopes {
     let s = clamp_covariance(s);
@@ -68,7 +70,7 @@ pub fn visible_slopes(wo: DVec3, m: DVec2, s: DVec3) -> VisibleSlopes {
     let n = normal_ramp(nu);
     let axis = across * per_b;
     let shift = n.cdf / n.ramp; // minus the mean of u
-    let excess = n.pdf / n.ramp; // its second moment less one
+    let excess = n.pdf / n.ramp; // its second moment minus one
     let variance = (1.0 + excess - shift * shift).clamp(0.02, 1.0);
     let third = (nu * excess - 3.0 * shift + shift * (3.0 + 3.0 * excess - 2.0 * shift * shift)).min(0.0);
     VisibleSlopes {

@@ -1,32 +1,35 @@
 //! Specular reflection of an environment by a few probes among the visible slopes.
 //!
-//! A rule is a set of nodes in the plane of two standard normals, on two or three rings, good in all directions alike. The covariance
-//! of the slopes carries it to the surface; along the view azimuth `e` each node then moves from its normal coordinate `x`
-//! to where the slopes that are *seen* have it ([`visible_slopes`](super::slopes)): their mean, deviation and
-//! skewness in place of 0, 1 and 0,
+//! A rule is a set of nodes in the plane of two standard normal variables, on two or three rings, equally good in all
+//! directions. The covariance of the slopes maps the nodes to the surface. Then each node moves along the view azimuth
+//! `e` from its normal coordinate `x` to match the *visible* slopes ([`visible_slopes`](super::slopes)): their mean,
+//! deviation and skewness replace 0, 1 and 0,
 //!
 //! ```text
 //! q = p + e (t − x),   x = e·p,   t = μ + σ x + γ (x² − v)        slope = m + C q,   C Cᵀ = S
 //! ```
 //!
-//! `v`: variance of the rule's nodes. Everything is written with `(C p)·wo.xy` in place of `e`, so that nothing turns at
-//! normal incidence; and no axis of an ellipse is needed, so nothing flips where one is a circle.
+//! where `v` is the variance of the rule's nodes. Everything is written with `(C p)·wo.xy` in place of `e`, so nothing
+//! flips or rotates abruptly at normal incidence. No axis of an ellipse is needed either, so nothing flips where the
+//! ellipse is a circle.
 //!
-//! A node stands for a part of all slopes, and its probe for the solid angle that this part reflects into. From the
-//! density of the visible slopes, `facet P22 / A`, and the Jacobian of reflection, `4 facet / |N|⁴`, that is
+//! A node represents a part of all slopes, and its probe covers the solid angle that this part reflects into. From the
+//! density of the visible slopes, `facet P22 / A`, and the Jacobian of reflection, `4 facet / |N|⁴`, that solid angle
+//! is
 //!
 //! ```text
 //! Ω = 4 A · 2π √det S · a exp((t² − x²)/2) / |N|⁴
 //! ```
 //!
-//! with `a` a number of the node: its weight times `exp(|p|²/2)` if the probe should cover exactly what the node stands
-//! for, in fact somewhat less (fitted with the nodes), since probes overlap. Weights sum to one: a constant environment
-//! gives its own value, and the Fresnel term is each facet's own.
+//! where `a` is a constant of the node. It would be the node's weight times `exp(|p|²/2)` if the probe were to cover
+//! exactly the part that the node represents; it is somewhat less (fitted with the nodes), since probes overlap.
+//! Weights sum to one, so a constant environment is returned unchanged, and the Fresnel term is evaluated at each
+//! facet.
 //!
-//! Narrow and wide lobes need different nodes. The outer slopes of a wide lobe reflect directions below the horizon, where
-//! little is visible and almost nothing is lit, so the middle matters most. The rings of the largest rule therefore change
-//! smoothly with the variance of the slopes ([`wide_lobe`]): their radii, weights and covers change, while the nodes keep
-//! their azimuths ([`WideRing`]; `lab::quadrature_study::fit_probes` finds the values).
+//! Narrow and wide lobes need different nodes. The outer slopes of a wide lobe reflect directions below the horizon,
+//! where little is visible and almost nothing is lit, so the middle matters most. The rings of the largest rule
+//! therefore change smoothly with the variance of the slopes ([`wide_lobe`]): their radii, weights and covers change,
+//! while the nodes keep their azimuths ([`WideRing`]; `lab::quadrature_study::fit_probes` finds the values).
 
 use super::slopes::visible_slopes;
 use crate::reflectance::slopes::grid::{normal_of_slope, slope_cholesky};
@@ -36,11 +39,11 @@ use std::f64::consts::PI;
 /// A node of a rule.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ProbeNode {
-    /// Place, in standard deviations.
+    /// Position, in standard deviations.
     pub place: DVec2,
-    /// Weight; those of a rule sum to one.
+    /// Weight; the weights of a rule sum to one.
     pub weight: f64,
-    /// `a` of the module's head: measure of what its probe covers.
+    /// The module's `a`: determines the solid angle that the probe covers.
     pub cover: f64,
 }
 
@@ -90,16 +93,16 @@ const SIXTEEN: [ProbeNode; 16] = [
     node(1.939_010_5, -0.334_785_9, 0.041_047_948, 0.130_9),
 ];
 
-/// What a ring is in the limit of wide lobes.
+/// A ring in the limit of wide lobes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WideRing {
-    /// How many nodes it has.
+    /// Number of nodes.
     pub count: usize,
-    /// Its radius, in units of what it is for narrow lobes.
+    /// Radius, as a multiple of the radius for narrow lobes.
     pub radius: f64,
-    /// Weight of each node; those of all rings sum to one.
+    /// Weight of each node; the weights of all rings' nodes sum to one.
     pub weight: f64,
-    /// What each covers ([`ProbeNode::cover`]).
+    /// Cover of each node ([`ProbeNode::cover`]).
     pub cover: f64,
 }
 
@@ -117,14 +120,14 @@ const WIDE_SIXTEEN: [WideRing; 3] = [
 /// The nodes of a rule.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ProbeRule<'a> {
-    /// Up to slopes of the variance [`WIDE_FROM`], ring by ring.
+    /// The nodes for slopes of variance up to [`WIDE_FROM`], ring by ring.
     pub nodes: &'a [ProbeNode],
     /// The same rings in the limit of wide lobes; empty for rules that do not change.
     pub wide: &'a [WideRing],
 }
 
 impl<'a> ProbeRule<'a> {
-    /// The nodes for a lobe that is `wide` ([`wide_lobe`], 0..1).
+    /// The nodes for a lobe of the given width `wide` ([`wide_lobe`], 0..1).
     pub fn nodes(self, wide: f64) -> impl Iterator<Item = ProbeNode> + 'a {
         let mut rings = self.wide.iter().flat_map(|ring| std::iter::repeat_n(ring, ring.count));
         self.nodes.iter().map(move |&n| match rings.next() {
@@ -138,7 +141,7 @@ impl<'a> ProbeRule<'a> {
     }
 }
 
-/// The rule of 5, 9 or 16 probes; of the next greater number that exists for others.
+/// The rule of 5, 9 or 16 probes; any other number gives the next larger rule.
 #[must_use]
 pub fn probe_rule(n: u32) -> ProbeRule<'static> {
     match n {
@@ -148,26 +151,26 @@ pub fn probe_rule(n: u32) -> ProbeRule<'static> {
     }
 }
 
-/// `v`: variance of the nodes of any rule, nearly; the probes' own width is the rest.
+/// `v`: approximate variance of the nodes of any rule; the width of the probes makes up the rest.
 pub const NODE_VARIANCE: f64 = 0.95;
 
-/// Variance of slopes, the sum of both axes', up to which a lobe counts as narrow: a deviation of 0.35 per axis.
+/// Variance of slopes, summed over both axes, up to which a lobe is narrow: a deviation of 0.35 per axis.
 pub const WIDE_FROM: f64 = 0.25;
-/// How much more makes it wide by half (0.5 per axis).
+/// Additional variance at which the lobe is half wide (0.5 per axis).
 pub const WIDE_HALF: f64 = 0.25;
 
-/// How wide a lobe is, from 0 to 1; `s`: covariance of the slopes. Its derivative is continuous.
+/// Width of a lobe, from 0 to 1; `s`: covariance of the slopes. Its derivative is continuous.
 #[must_use]
 pub fn wide_lobe(s: DVec3) -> f64 {
     let x = (s.x + s.y - WIDE_FROM).max(0.0) / WIDE_HALF;
     x * x / (1.0 + x * x)
 }
 
-/// What a footprint that is much longer than wide adds to the solid angle of its probes, in units of the variance along
-/// it: where slopes vary in one direction alone, probes have a width all the same.
+/// Added solid angle of the probes of a footprint that is much longer than wide, in units of the variance along it.
+/// Probes keep a width even where slopes vary in one direction alone.
 pub const LONG_FOOTPRINT: f64 = 0.02;
 
-/// What the probes of a pixel share.
+/// The values that all probes of a pixel share.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct VisibleProbes {
     /// Mean slope, of all facets.
@@ -180,19 +183,19 @@ pub struct VisibleProbes {
     pub azimuth: DVec2,
     /// `μ`, `σ` and `γ` of the visible slopes along the view azimuth.
     pub along: DVec3,
-    /// Projected area of the mesosurface, and what it loses per unit of `t`.
+    /// Projected area of the mesosurface, and its decrease per unit of `t`.
     pub facet: DVec2,
     /// Visible area `A(wo)`.
     pub area: f64,
     /// Solid angle per `a exp((t² − x²)/2) / |N|⁴`.
     pub cover: f64,
-    /// Least solid angle of a probe, added to every one.
+    /// Smallest solid angle of a probe, added to all of them.
     pub least: f64,
-    /// How wide the lobe is ([`wide_lobe`]).
+    /// Width of the lobe ([`wide_lobe`]).
     pub wide: f64,
 }
 
-/// The probes of all that is visible from `wo`. `wo`: unit; `m`, `s`: mean slope and covariance, anything finite.
+/// The probes for everything visible from `wo`. `wo`: unit; `m`, `s`: mean slope and covariance, anything finite.
 #[must_use]
 pub fn visible_probes(wo: DVec3, m: DVec2, s: DVec3) -> VisibleProbes {
     let v = visible_slopes(wo, m, s);
@@ -210,7 +213,7 @@ pub fn visible_probes(wo: DVec3, m: DVec2, s: DVec3) -> VisibleProbes {
             p.y * p.y + q * (1.0 - s.y * s.y * per),
             p.x * p.y - q * s.x * s.y * per,
         );
-    // Of the footprint's variances λ₁ and λ₂ along its axes: (λ₁ − λ₂)² / (λ₁ + λ₂).
+    // With λ₁ and λ₂ the footprint's variances along its axes: (λ₁ − λ₂)² / (λ₁ + λ₂).
     let trace = v.cov.x * metric.x + v.cov.y * metric.y + 2.0 * v.cov.z * metric.z;
     let jacobian = 4.0 * v.facet * per * per;
     let det = (v.cov.x * v.cov.y - v.cov.z * v.cov.z).max(0.0) * jacobian * jacobian;
@@ -238,7 +241,7 @@ pub struct VisibleProbe {
     pub wi: DVec3,
     /// `wo·wn`, 0..1.
     pub cosine: f64,
-    /// Weight; those of a rule sum to one.
+    /// Weight; the weights of a rule sum to one.
     pub weight: f64,
     /// Solid angle to look up, in steradians.
     pub solid_angle: f64,
@@ -264,7 +267,7 @@ pub fn visible_probe(probes: &VisibleProbes, wo: DVec3, node: &ProbeNode) -> Vis
     }
 }
 
-/// Level of detail whose texels are as large as this solid angle on average. `size`: texels per edge of the environment's
+/// Level of detail at which the texels have this solid angle on average. `size`: texels per edge of the environment's
 /// cube map. May be negative.
 #[must_use]
 pub fn solid_angle_lod(solid_angle: f64, size: f64) -> f64 {
@@ -294,7 +297,7 @@ mod tests {
         }
     }
 
-    /// Lobes become wide gently.
+    /// Lobes widen gradually.
     #[test]
     fn wide_lobes_come_smoothly() {
         let at = |x: f64| wide_lobe(DVec3::new(0.5 * (WIDE_FROM + x), 0.5 * (WIDE_FROM + x), 0.0));
