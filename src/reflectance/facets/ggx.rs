@@ -174,8 +174,8 @@ mod tests {
         let c = crate::reflectance::slopes::grid::slope_cholesky(a);
         let along = DVec2::new(c.x * w.x + c.y * w.y, c.z * w.y);
         let (meso, b) = (meso_area(w, m), along.length());
-        // max(0, meso − b x), where x has the marginal 1 / (2 (1 + x²)^1.5); with x = tan t: ½ ∫ max(0, meso cos t − b
-        // sin t) dt.
+        // The mean of max(0, meso − b x), where x has the marginal 1 / (2 (1 + x²)^1.5). With x = tan t it is
+        // ½ ∫ max(0, meso cos t − b sin t) dt.
         let top = meso.atan2(b);
         composite_gauss(-0.5 * PI, top, 4, 16)
             .into_iter()

@@ -2,8 +2,8 @@
 //! 2023), for viewers above and below the mesosurface.
 //!
 //! The affine map `slope = m + C s`, `C Cᵀ = A`, relates the surface to the standard one. A facet has the projected
-//! area `a − t·s` towards the viewer, with `t = Cᵀ wo.xy`. This is its area on the standard surface in the direction
-//! `o = (t, a) / √(b² + a²)`.
+//! area `a − t·s` towards the viewer, with `t = Cᵀ wo.xy`. Up to a constant factor this is its area on the
+//! standard surface in the direction `o = (t, a) / √(b² + a²)`.
 //!
 //! Why caps also work below the horizon: normals of the standard surface are uniform over the upper hemisphere
 //! (`D = 1/π`), so visible normals have the density `(o·h) / (π A)`, `A = (1 + o.z) / 2`, on `h.z > 0, o·h > 0`. The

@@ -58,7 +58,7 @@ pub fn face_viewer(wo: DVec3, m: DVec2, s: DVec3, lambda: f64) -> DVec2 {
 /// faces the viewer.
 ///
 /// A surface that is turned away cannot be seen, so a pixel that shows one really shows other facets nearby: the
-/// filtered mean is wrong by about the angle it is turned too far. The renderer moves the mean slope by this tilt `d`
+/// filtered mean is wrong by about as much as it is turned too far. The renderer moves the mean slope by this tilt `d`
 /// and adds `d dᵀ` to the covariance. With the mean slope alone, such pixels are black specks along silhouettes and on
 /// the far sides of bumps. Also finite for a viewer behind the displacement direction, where no tilt is enough.
 #[must_use]

@@ -22,8 +22,8 @@
 //! data). The directions decorrelate sooner the more is hidden (κ), and later where the elevations differ (r).
 //!
 //! For all constants, `G` is symmetric in the two directions. It lies between Smith's form and masking alone, so a
-//! white furnace gives at most 1. It has no poles: it is written in products with `a_o a_i`, so nothing is divided by
-//! 0.
+//! white furnace gives at most 1. It has no poles: it is written in products with `a_o a_i`, which avoids dividing by
+//! areas that may be 0.
 
 use super::shadowing::Shadowing;
 use crate::reflectance::facets::projected_area::{meso_area, rough_area};

@@ -88,8 +88,8 @@ pub fn damped_gaussian(m: DVec2, s: DVec3, t: f64) -> SlopeGaussian {
     SlopeGaussian { weight: (-t * (1.0 + m.dot(mean))).exp() * per.sqrt(), m: mean, s: cov }
 }
 
-/// `E[max(0, x)]` of a normal variable with mean `a` and standard deviation `b`: the visible area `A(w)` from the areas
-/// `a` and `b`.
+/// `E[max(0, x)]` of a normal variable with mean `a` and standard deviation `b`: the visible area `A(w)` from `a(w)`
+/// and `b(w)`.
 #[must_use]
 pub fn clamped_mean(a: f64, b: f64) -> f64 {
     a.max(0.0) + rough_area(a, b)

@@ -7,8 +7,11 @@
 //!
 //! ```text
 //! c(d) = (f − b d) / √(n + 2 e d + l d²)
-//! c'/c etc. at 0:  −c' = (b + f e/n) / √n,   ½c'' = (b e/n + f (3/2 e²/n² − ½ l/n)) / √n
+//! at d = 0:  −c' = (b + f e/n) / √n,   ½c'' = (b e/n + f (3/2 e²/n² − ½ l/n)) / √n
 //! ```
+//!
+//! where `f` is the projected area of the mean facet, `b` the spread of the slope along the axis, `n` the `|N|²` of the
+//! mean facet, and `2 e d + l d²` the change of `|N|²` along the axis.
 //!
 //! The fifth power of a normal variable with mean `μ` and variance `v` has the mean `μ⁵ + 10 μ³ v + 15 μ v²`. Slopes
 //! across the view azimuth only lengthen `N`; `|N|²` grows by their variance on average.
