@@ -8,7 +8,7 @@
 //!
 //! **With and without the light.** When light and viewer are far away, the half vector is constant and the frame
 //! rotates by the change `d` of its normal; the slope `p` of the half vector then moves by `(I + p pᵀ) d`. So the
-//! kernel of the normal alone (`slope_statistics::add_macro_curvature`) is the half vector's kernel at the pole, and
+//! kernel of the normal alone (`slopes::statistics::add_macro_curvature`) is the half vector's kernel at the pole, and
 //! [`tilt_kernel`] takes it to any other slope: to the half vector's slope when the light is known, or to the mean
 //! slope (where the lobe peaks) in a pass that knows no light.
 

@@ -91,7 +91,7 @@ pub fn shear_moments(a: SlopeMoments, shear: DVec2) -> SlopeMoments {
 }
 
 /// Moments in another frame, in which slopes are `linear · (h_s, h_t)`: LEADR eq. 12, thesis 3.3 "Stretching and
-/// Shearing". `linear` is the transposed Jacobian of `(s, t)` by `(x, y)`; `slope_map::slope_map` computes it from
+/// Shearing". `linear` is the transposed Jacobian of `(s, t)` by `(x, y)`; `slopes::map::slope_map` computes it from
 /// tangents.
 #[must_use]
 pub fn map_moments(linear: DMat2, a: SlopeMoments) -> SlopeMoments {
