@@ -1,4 +1,4 @@
-//! The one place that emits barriers, from a use to the next.
+//! The only place that emits barriers; each goes from one use to the next.
 
 use std::ops::Range;
 
@@ -7,7 +7,7 @@ use ash::vk;
 use super::{Commands, Image, Use};
 
 impl Commands {
-    /// Brings the whole image from the use it is in to the next. Between two equal uses that only read, nothing happens.
+    /// Brings the whole image from its current use to the next. Between two equal uses that only read, it does nothing.
     pub fn transition(&mut self, image: &Image, to: Use) {
         let from = self.use_of(image);
         let reads = [Use::CopySource, Use::Sampled, Use::ComputeRead, Use::GraphicsRead, Use::Present];
@@ -17,15 +17,15 @@ impl Commands {
         self.image_barrier(image, from, to);
     }
 
-    /// Brings the whole image from one use to the next; [`Use::Undefined`] throws its content away.
+    /// Brings the whole image from one use to the next; [`Use::Undefined`] discards its content.
     pub fn image_barrier(&mut self, image: &Image, from: Use, to: Use) {
         let desc = *image.desc();
         self.mip_barrier(image, 0..desc.mips, 0..desc.layers, from, to);
         self.set_use(image, to);
     }
 
-    /// Brings some mips and layers from one use to the next. The use that the image is remembered in does not change: the
-    /// caller brings all parts back to it.
+    /// Brings some mips and layers from one use to the next. The remembered use of the image does not change: the caller
+    /// brings all parts back to it.
     pub fn mip_barrier(&mut self, image: &Image, mips: Range<u32>, layers: Range<u32>, from: Use, to: Use) {
         self.keep(&image.inner);
         let barrier = vk::ImageMemoryBarrier2::default()
@@ -42,7 +42,7 @@ impl Commands {
         self.barrier(&vk::DependencyInfo::default().image_memory_barriers(&[barrier]));
     }
 
-    /// Orders everything earlier before everything later, the CPU's reads after the submission included.
+    /// Orders everything earlier before everything later, including the CPU's reads after the submission.
     pub fn full_barrier(&mut self) {
         let all = vk::AccessFlags2::MEMORY_READ | vk::AccessFlags2::MEMORY_WRITE;
         let barrier = vk::MemoryBarrier2::default()

@@ -6,7 +6,7 @@ use super::pipeline_layout::{PipelineCore, Slot};
 use super::shaders::ResourceKind;
 use super::{Buffer, Commands, GpuError, ImageView, Pipeline, Result, Sampler, SharedStruct, Use};
 
-/// What a shader's resource stands for.
+/// What a shader's resource is bound to.
 #[derive(Clone, Copy)]
 pub enum Descriptor<'a> {
     /// A whole uniform buffer.
@@ -31,10 +31,10 @@ impl Descriptor<'_> {
 }
 
 impl Commands {
-    /// Binds a pipeline and all its resources, by their names in its shaders: of a block, its instance name or, without
-    /// one, its own. Names that the shaders declare but do not use have no effect.
+    /// Binds a pipeline and all its resources, by their names in its shaders. The name of a block is its instance name or,
+    /// if it has none, the block's own. Names that the shaders declare but do not use have no effect.
     ///
-    /// A name that is missing, not declared in any stage, or given twice fails the submission.
+    /// The submission fails if a name is missing, is not declared in any stage, or is given twice.
     pub fn bind(&mut self, pipeline: &impl Pipeline, resources: &[(&str, Descriptor<'_>)]) {
         let core = pipeline.core();
         // SAFETY: the command buffer is being recorded; `keep` and `self.pipeline` hold the pipeline.
@@ -76,7 +76,7 @@ impl Commands {
         unsafe { push.cmd_push_descriptor_set(self.raw(), core.bind_point, core.layout, 0, &writes) };
     }
 
-    /// Vulkan's form of a descriptor, which is kept alive.
+    /// Converts a descriptor to Vulkan's form and keeps its resources alive.
     fn info(&mut self, descriptor: &Descriptor<'_>) -> Info {
         match descriptor {
             Descriptor::Uniform(buffer) | Descriptor::Storage(buffer) => {
@@ -97,7 +97,7 @@ impl Commands {
         }
     }
 
-    /// Sets the push constants of the bound pipeline, from the type that it was made with.
+    /// Sets the push constants of the bound pipeline; the type must be the one that the pipeline was made with.
     pub fn push_constants<T: SharedStruct>(&mut self, value: &T) {
         let Some(core) = self.pipeline.clone() else {
             return self.fail(GpuError::usage("push constants", "no pipeline is bound"));
@@ -121,7 +121,7 @@ enum Info {
     Image(vk::DescriptorImageInfo),
 }
 
-/// Every slot is given, and nothing that the shaders do not declare.
+/// Checks that every slot is given, and that the shaders declare every name.
 fn check_names(core: &PipelineCore, resources: &[(&str, Descriptor<'_>)]) -> Result<()> {
     let given = |name: &str| resources.iter().filter(|(given, _)| *given == name).count();
     if let Some(missing) = core.slots.iter().find(|slot| given(slot.name) == 0) {

@@ -10,13 +10,13 @@ use gpu_allocator::vulkan::{Allocation, AllocationCreateDesc, AllocationScheme};
 use super::error::Doing;
 use super::{Gpu, GpuError, Result};
 
-/// Most bytes staged at once, so that large transfers fit a small heap.
+/// Largest number of bytes staged at once, so that large transfers fit a small heap.
 pub(crate) const STAGING_BYTES: u64 = 32 << 20;
 
 /// Where a buffer's memory lives.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Memory {
-    /// Fast for the GPU, out of the CPU's sight: reads and writes are staged and wait.
+    /// Fast for the GPU and not mapped: reads and writes go through staging and wait.
     Device,
     /// Mapped, written by the CPU every frame.
     Upload,
@@ -24,7 +24,7 @@ pub enum Memory {
     Readback,
 }
 
-/// A buffer for storage blocks, uniform blocks and copies. Clones share the one buffer.
+/// A buffer for storage blocks, uniform blocks and copies. Clones share the same buffer.
 #[derive(Clone)]
 pub struct Buffer {
     pub(crate) inner: Arc<BufferInner>,
@@ -33,7 +33,7 @@ pub struct Buffer {
 pub(crate) struct BufferInner {
     gpu: Arc<Gpu>,
     pub(crate) raw: vk::Buffer,
-    // `None` only while dropping. The lock keeps two CPU writers apart.
+    // `None` only while dropping. The lock keeps two CPU writers from overlapping.
     allocation: Mutex<Option<Allocation>>,
     name: String,
     size: u64,
@@ -52,7 +52,7 @@ impl Drop for BufferInner {
 }
 
 impl Buffer {
-    /// A buffer of `size` bytes (at least 4 are allocated), its content undefined.
+    /// A buffer of `size` bytes (at least 4 are allocated) with undefined content.
     ///
     /// # Errors
     /// [`GpuError::Allocation`] when memory is short.
@@ -109,8 +109,8 @@ impl Buffer {
         self.inner.raw
     }
 
-    /// Writes `data` from byte `offset` on. Mapped buffers are written at once (the caller sees to it that the GPU is
-    /// not reading them); device-local ones through staging, waiting until it is done.
+    /// Writes `data` starting at byte `offset`. Mapped buffers are written at once, and the caller makes sure that the GPU
+    /// is not reading them; device-local ones are written through staging, and the call waits until that is done.
     ///
     /// # Errors
     /// [`GpuError::Usage`] when the data exceeds the buffer, or a failed submission.
@@ -135,7 +135,8 @@ impl Buffer {
         Ok(())
     }
 
-    /// Reads `count` values from byte `offset` on; device-local buffers through staging, waiting until it is done.
+    /// Reads `count` values starting at byte `offset`. Device-local buffers are read through staging, and the call waits
+    /// until that is done.
     ///
     /// # Errors
     /// [`GpuError::Usage`] when the range exceeds the buffer, or a failed submission.
@@ -163,7 +164,7 @@ impl Buffer {
         Ok(values)
     }
 
-    /// Reads the whole buffer as values of `T` (a remainder smaller than one value is left out).
+    /// Reads the whole buffer as values of `T` (a remainder smaller than one value is ignored).
     ///
     /// # Errors
     /// As [`read`](Self::read).
@@ -190,7 +191,7 @@ impl Buffer {
     }
 }
 
-/// Memory for a resource, or an error that carries its name.
+/// Memory for a resource, or an error that names the resource.
 pub(crate) fn allocate(
     gpu: &Gpu,
     name: &str,

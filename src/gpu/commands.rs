@@ -1,4 +1,4 @@
-//! Recording: dispatches, draws and timestamps. Binding, barriers and copies have files of their own.
+//! Recording of dispatches, draws and timestamps. Binding, barriers and copies have files of their own.
 
 use std::any::Any;
 use std::ffi::CString;
@@ -18,7 +18,7 @@ pub enum Load {
     Clear([f32; 4]),
     /// These integers, for integer formats.
     ClearUint([u32; 4]),
-    /// What was there.
+    /// Its previous content.
     Keep,
     /// Anything: every pixel will be drawn.
     Discard,
@@ -29,7 +29,7 @@ pub enum Load {
 pub struct ColorTarget<'a> {
     /// The attachment.
     pub view: &'a ImageView,
-    /// What it holds at the beginning.
+    /// What the attachment holds at the beginning.
     pub load: Load,
 }
 
@@ -38,12 +38,12 @@ pub struct ColorTarget<'a> {
 pub struct DepthTarget<'a> {
     /// The attachment.
     pub view: &'a ImageView,
-    /// The depth everywhere at the beginning (0 is farthest when reversed); `None` keeps what was there.
+    /// The depth everywhere at the beginning (0 is farthest when reversed); `None` keeps the previous content.
     pub clear: Option<f32>,
 }
 
-/// Commands being recorded. Misuse is remembered and reported by the submission, so that recording reads straight.
-/// Everything that is recorded is kept alive until the commands are done.
+/// Commands being recorded. A misuse is remembered and reported by the submission, so that recording code needs no error
+/// handling. Everything that is recorded is kept alive until the commands are done.
 pub struct Commands {
     gpu: Arc<Gpu>,
     raw: vk::CommandBuffer,
@@ -54,7 +54,7 @@ pub struct Commands {
     error: Option<GpuError>,
 }
 
-/// What the device's side of things will be once the commands are submitted, and not before.
+/// State of the device's objects that takes effect once the commands are submitted, and not before.
 #[derive(Default)]
 pub(crate) struct Effects {
     /// The use each image is in after the commands.
@@ -64,7 +64,7 @@ pub(crate) struct Effects {
 }
 
 impl Effects {
-    /// The commands were submitted.
+    /// Applies the changes; called when the commands were submitted.
     pub(crate) fn commit(&mut self) {
         for (image, last) in self.uses.drain(..) {
             image.set_last_use(last);
@@ -75,7 +75,7 @@ impl Effects {
     }
 }
 
-/// What recorded commands need until they are done, and what they change.
+/// The objects that recorded commands need until they are done, and the state that they change.
 pub(crate) struct Recorded {
     pub(crate) keep: Vec<Arc<dyn Any + Send + Sync>>,
     pub(crate) effects: Effects,
@@ -94,7 +94,7 @@ impl Commands {
         }
     }
 
-    /// What the commands use and change, or the first misuse.
+    /// The recorded objects and changes, or the first misuse.
     pub(crate) fn finish(self) -> Result<Recorded> {
         self.error.map_or(Ok(Recorded { keep: self.keep, effects: self.effects }), Err)
     }
@@ -122,7 +122,7 @@ impl Commands {
         &self.gpu
     }
 
-    /// Makes the submission fail with this error unless an earlier one does.
+    /// Makes the submission fail with this error, unless an earlier error makes it fail first.
     pub fn fail(&mut self, error: GpuError) {
         self.error.get_or_insert(error);
     }
@@ -132,7 +132,7 @@ impl Commands {
         self.keep.push(object.clone());
     }
 
-    /// Records within a named region of captures and validation messages.
+    /// Records within a region that is named in captures and validation messages.
     pub fn label<R>(&mut self, name: &str, record: impl FnOnce(&mut Self) -> R) -> R {
         let text = CString::new(name).unwrap_or_default();
         if let Some(debug) = self.gpu.debug() {
@@ -148,13 +148,13 @@ impl Commands {
         result
     }
 
-    /// [`label`](Self::label) around the same commands recorded `times` times, one after the other. What they need to
-    /// wait for each other is theirs to record.
+    /// [`label`](Self::label) around the same commands, recorded `times` times, one after the other. `record` must include
+    /// any barriers that the repetitions need between them.
     pub fn label_times(&mut self, name: &str, times: u32, record: impl Fn(&mut Self)) {
         self.label(name, |cmd| (0..times).for_each(|_| record(cmd)));
     }
 
-    /// Runs the bound compute pipeline on this many work groups.
+    /// Runs the bound compute pipeline with this many work groups.
     pub fn dispatch(&mut self, groups: [u32; 3]) {
         let most = self.gpu.limits().max_compute_work_group_count;
         if (0..3).any(|axis| groups[axis] > most[axis]) {
@@ -166,13 +166,14 @@ impl Commands {
         }
     }
 
-    /// Runs the bound `pipeline` on at least this many invocations.
+    /// Runs the bound `pipeline` with at least this many invocations.
     pub fn dispatch_invocations(&mut self, pipeline: &ComputePipeline, invocations: [u32; 3]) {
         let local = pipeline.local_size();
         self.dispatch([0, 1, 2].map(|axis| invocations[axis].div_ceil(local[axis].max(1))));
     }
 
-    /// Begins drawing into attachments of one size, with viewport and scissor over all of it. Clip space y points down.
+    /// Begins drawing into attachments, which have one size; viewport and scissor cover all of it. Clip space y points
+    /// down.
     pub fn begin_rendering(&mut self, colors: &[ColorTarget<'_>], depth: Option<DepthTarget<'_>>) {
         let views = colors.iter().map(|c| c.view).chain(depth.iter().map(|d| d.view));
         let extents: Vec<[u32; 2]> = views.map(ImageView::extent).collect();
@@ -246,7 +247,7 @@ impl Commands {
         unsafe { self.gpu.raw().cmd_set_scissor(self.raw, 0, &[scissor]) };
     }
 
-    /// Draws vertices (`gl_VertexIndex` runs over the range) of instances.
+    /// Draws instances of vertices (`gl_VertexIndex` runs over the range).
     pub fn draw(&mut self, vertices: Range<u32>, instances: Range<u32>) {
         if self.needs_bound(vk::PipelineBindPoint::GRAPHICS) {
             let (count, instance_count) = (vertices.len() as u32, instances.len() as u32);
@@ -257,7 +258,7 @@ impl Commands {
         }
     }
 
-    /// Begins a new series of marks; before the first [`timestamp`](Self::timestamp), outside rendering.
+    /// Begins a new series of marks; call it before the first [`timestamp`](Self::timestamp), outside rendering.
     pub fn reset_timestamps(&mut self, timestamps: &Timestamps) {
         self.keep(&timestamps.inner);
         self.effects.marks.retain(|(known, _)| !Arc::ptr_eq(known, &timestamps.inner));
@@ -265,7 +266,8 @@ impl Commands {
         timestamps.inner.reset(self.raw);
     }
 
-    /// Marks the moment when all earlier commands are done. Outside rendering: within, drivers do not separate draws.
+    /// Marks the moment when all earlier commands are done. Use it outside rendering: within, drivers do not separate
+    /// draws.
     pub fn timestamp(&mut self, timestamps: &Timestamps, name: &str) {
         let known = self.effects.marks.iter_mut().find(|(known, _)| Arc::ptr_eq(known, &timestamps.inner));
         let Some((inner, names)) = known else {

@@ -24,7 +24,7 @@ impl Commands {
         unsafe { self.gpu().raw().cmd_copy_buffer(self.raw(), source.raw(), target.raw(), &[region]) };
     }
 
-    /// Fills a whole buffer with a 32-bit pattern (a last part of fewer than 4 bytes is left alone).
+    /// Fills a whole buffer with a 32-bit pattern (a remainder of fewer than 4 bytes is left unchanged).
     pub fn fill_buffer(&mut self, buffer: &Buffer, pattern: u32) {
         self.keep(&buffer.inner);
         let size = buffer.size() / 4 * 4;
@@ -32,7 +32,8 @@ impl Commands {
         unsafe { self.gpu().raw().cmd_fill_buffer(self.raw(), buffer.raw(), 0, size, pattern) };
     }
 
-    /// Copies tightly packed rows `rows` of a mip of a layer from a buffer; the image is in [`Use::CopyTarget`].
+    /// Copies tightly packed rows from a buffer to the rows `rows` of one mip of one layer; the image is in
+    /// [`Use::CopyTarget`].
     pub fn copy_buffer_to_image(
         &mut self,
         source: &Buffer,
@@ -50,7 +51,7 @@ impl Commands {
         }
     }
 
-    /// Copies rows `rows` of a mip of a layer into a buffer, tightly packed; the image is in [`Use::CopySource`].
+    /// Copies the rows `rows` of one mip of one layer into a buffer, tightly packed; the image is in [`Use::CopySource`].
     pub fn copy_image_to_buffer(
         &mut self,
         source: &Image,

@@ -1,4 +1,4 @@
-//! The instance, the device, its one queue and its allocator, and the order in which they die.
+//! The instance, the device, its single queue and its allocator, and the order in which they are destroyed.
 
 use std::ffi::{CStr, CString};
 use std::mem::ManuallyDrop;
@@ -14,15 +14,16 @@ use super::{GpuError, Result, select, validation};
 /// How to open the device.
 #[derive(Clone, Debug, Default)]
 pub struct GpuOptions {
-    /// An index into the list of devices, or a part of a device's name in any case; `None` prefers a discrete GPU.
+    /// An index into the list of devices, or part of a device's name in any case; `None` prefers a discrete GPU.
     pub device: Option<String>,
     /// Turns on the validation layer (core and synchronization checks); see [`Gpu::validation_messages`].
     pub validation: bool,
-    /// Instance extensions a window needs (`VK_KHR_surface` and its platform's); not empty turns on `VK_KHR_swapchain`.
+    /// Instance extensions that a window needs (`VK_KHR_surface` and its platform's); if any are given, `VK_KHR_swapchain`
+    /// is enabled.
     pub window_extensions: Vec<&'static CStr>,
 }
 
-/// An open Vulkan device. Every resource holds it, so it dies last.
+/// An open Vulkan device. Every resource holds a reference to it, so it is destroyed last.
 pub struct Gpu {
     // Torn down by `Drop` in the order: allocator, pipeline cache, device, messenger, instance.
     allocator: ManuallyDrop<Mutex<Allocator>>,
@@ -40,7 +41,7 @@ pub struct Gpu {
     facts: Facts,
 }
 
-/// What is asked of the device more than once.
+/// Properties of the device that are queried more than once.
 struct Facts {
     name: String,
     driver: String,
@@ -49,7 +50,7 @@ struct Facts {
     limits: vk::PhysicalDeviceLimits,
 }
 
-/// What has been created so far, destroyed in order when a later step fails.
+/// The objects created so far, destroyed in order when a later step fails.
 struct Unfinished {
     instance: Option<ash::Instance>,
     messenger: Option<(ash::ext::debug_utils::Instance, vk::DebugUtilsMessengerEXT)>,
@@ -143,7 +144,7 @@ impl Gpu {
         }))
     }
 
-    /// Waits until the device has nothing left to do.
+    /// Waits until the device has finished all its work.
     ///
     /// # Errors
     /// A lost device.
@@ -173,27 +174,27 @@ impl Gpu {
         self.facts.driver_id == vk::DriverId::MESA_LLVMPIPE
     }
 
-    /// How many tessellated vertices one draw may make, where the driver has such a limit: lavapipe draws wrong
-    /// geometry, silently, beyond 65,536. A patch at level l makes at most (ceil_even(l) + 1)² vertices.
+    /// Largest number of tessellated vertices that one draw may produce, where the driver has such a limit: beyond 65,536
+    /// lavapipe silently draws wrong geometry. A patch at level l makes at most (ceil_even(l) + 1)² vertices.
     #[doc(hidden)]
     pub fn tessellated_vertices_per_draw(&self) -> Option<u32> {
         self.is_lavapipe().then_some(65_535)
     }
 
-    /// How many loop iterations one shader invocation may do in all, where the driver has such a limit: lavapipe cuts
-    /// loops short, silently, beyond 65,535.
+    /// Largest number of loop iterations that one shader invocation may execute in all, where the driver has such a limit:
+    /// beyond 65,535 lavapipe silently cuts loops short.
     #[doc(hidden)]
     pub fn loop_iterations_per_invocation(&self) -> Option<u32> {
         self.is_lavapipe().then_some(65_535)
     }
 
-    /// Vulkan's limits of the device.
+    /// The device's Vulkan limits.
     #[doc(hidden)]
     pub fn limits(&self) -> &vk::PhysicalDeviceLimits {
         &self.facts.limits
     }
 
-    /// Whether images of this format can have the usage (optimal tiling).
+    /// Whether images of this format support the usage (optimal tiling).
     #[doc(hidden)]
     pub fn supports_image(&self, format: vk::Format, usage: vk::ImageUsageFlags) -> bool {
         // SAFETY: the instance and physical device are alive.
@@ -215,12 +216,12 @@ impl Gpu {
         self.messages.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
-    /// Takes the validation messages, leaving none (for tests that provoke some).
+    /// Removes and returns the validation messages (for tests that provoke some).
     pub fn take_validation_messages(&self) -> Vec<String> {
         std::mem::take(&mut self.messages.lock().unwrap_or_else(PoisonError::into_inner))
     }
 
-    /// The raw device, for what this module does not wrap.
+    /// The raw device, for calls that this module does not wrap.
     #[doc(hidden)]
     pub fn raw(&self) -> &ash::Device {
         &self.device
@@ -232,13 +233,13 @@ impl Gpu {
         (&self.entry, &self.instance, self.physical)
     }
 
-    /// The family of the one queue.
+    /// The queue family of the single queue.
     #[doc(hidden)]
     pub fn queue_family(&self) -> u32 {
         self.queue_family
     }
 
-    /// The one queue, held: Vulkan wants its use serialised.
+    /// The single queue, locked: Vulkan requires its use to be serialised.
     #[doc(hidden)]
     pub fn queue(&self) -> MutexGuard<'_, vk::Queue> {
         self.queue.lock().unwrap_or_else(PoisonError::into_inner)
@@ -260,11 +261,11 @@ impl Gpu {
         self.debug.as_ref()
     }
 
-    /// Gives an object its name in captures and validation messages.
+    /// Names an object for captures and validation messages.
     pub(crate) fn name<T: vk::Handle>(&self, object: T, name: &str) {
         if let (Some(debug), Ok(name)) = (&self.debug, CString::new(name)) {
             let info = vk::DebugUtilsObjectNameInfoEXT::default().object_handle(object).object_name(&name);
-            // SAFETY: the object belongs to this device. A name that could not be set harms nobody.
+            // SAFETY: the object belongs to this device. Failing to set a name does no harm.
             let _ = unsafe { debug.set_debug_utils_object_name(&info) };
         }
     }
@@ -272,8 +273,8 @@ impl Gpu {
 
 impl Drop for Gpu {
     fn drop(&mut self) {
-        // SAFETY: every resource holds an Arc of self, so none is left; the order is allocator (it frees device
-        // memory), pipeline cache, device, messenger (it hears the device's last complaints), instance.
+        // SAFETY: every resource holds an Arc of self, so none is left. The order is allocator (it frees device memory),
+        // pipeline cache, device, messenger (it receives the device's last messages), instance.
         unsafe {
             let _ = self.device.device_wait_idle();
             ManuallyDrop::drop(&mut self.allocator);
@@ -301,7 +302,7 @@ fn create_instance(
     options: &GpuOptions,
     messages: &validation::Messages,
 ) -> Result<(ash::Instance, bool)> {
-    // SAFETY: the loader is alive; so for all of this function.
+    // SAFETY: the loader is alive, here and in the rest of this function.
     let available = unsafe { entry.enumerate_instance_extension_properties(None) }
         .map_err(|e| GpuError::NoLoader(format!("listing its extensions failed: {e}")))?;
     let has = |name: &CStr| available.iter().any(|e| e.extension_name_as_c_str() == Ok(name));

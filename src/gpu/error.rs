@@ -1,11 +1,11 @@
-//! What can go wrong below the renderer, each as one sentence with its remedy.
+//! What can go wrong in the Vulkan layer, each error as one sentence with its remedy.
 
 use ash::vk;
 
 /// The result of everything in [`gpu`](super).
 pub type Result<T> = std::result::Result<T, GpuError>;
 
-/// A failure of the Vulkan floor. Its text is one sentence that names the fault and the remedy.
+/// A failure in the Vulkan layer. Its text is one sentence that names the fault and the remedy.
 #[derive(Debug, thiserror::Error)]
 pub enum GpuError {
     /// The Vulkan loader library could not be opened.
@@ -17,7 +17,7 @@ pub enum GpuError {
          and check that VK_DRIVER_FILES, if set, names an existing file"
     )]
     NoDriver,
-    /// Devices exist, none of them can run the renderer.
+    /// There are devices, but none of them can run the renderer.
     #[error("no Vulkan device can run the renderer: {0}; update the driver or install mesa-vulkan-drivers")]
     NoSuitableDevice(String),
     /// `--device` matched nothing.
@@ -25,7 +25,7 @@ pub enum GpuError {
     UnknownDevice {
         /// What was asked for.
         wanted: String,
-        /// The devices there are, `0: name, 1: name`.
+        /// The available devices, `0: name, 1: name`.
         available: String,
     },
     /// The chosen device lacks something required.
@@ -36,12 +36,12 @@ pub enum GpuError {
         /// What is missing, separated by commas.
         missing: String,
     },
-    /// Validation was asked for, but its layer is not installed.
+    /// Validation was requested, but its layer is not installed.
     #[error(
         "validation was requested but VK_LAYER_KHRONOS_validation is not installed: install vulkan-validationlayers"
     )]
     NoValidationLayer,
-    /// An instance extension that was asked for does not exist.
+    /// A requested instance extension does not exist.
     #[error("the Vulkan loader has no extension {0}: update libvulkan1 and the driver")]
     NoInstanceExtension(String),
     /// No entry point of this name was compiled into the build.
@@ -60,7 +60,7 @@ pub enum GpuError {
         /// What is wrong with it.
         fault: String,
     },
-    /// Memory for a resource could not be had.
+    /// Memory for a resource could not be allocated.
     #[error("cannot allocate {bytes} bytes for {name}: {source}")]
     Allocation {
         /// The resource's debug name.
@@ -70,10 +70,11 @@ pub enum GpuError {
         /// The allocator's reason.
         source: gpu_allocator::AllocationError,
     },
-    /// The allocator itself could not be made.
+    /// The allocator itself could not be created.
     #[error("cannot create the GPU memory allocator: {0}")]
     Allocator(gpu_allocator::AllocationError),
-    /// A resource was used against its description (a wrong size, a missing binding, a mip that is not there).
+    /// A resource was used in a way that contradicts its description (a wrong size, a missing binding, a mip that does not
+    /// exist).
     #[error("{name}: {fault}")]
     Usage {
         /// The resource's debug name.
@@ -86,7 +87,7 @@ pub enum GpuError {
     Vulkan {
         /// What was being done.
         what: String,
-        /// Vulkan's own answer.
+        /// Vulkan's result code.
         result: vk::Result,
     },
 }
@@ -98,7 +99,7 @@ impl GpuError {
     }
 }
 
-/// Adds "what was being done" to a Vulkan result.
+/// Adds the operation that failed to a Vulkan result.
 pub(crate) trait Doing<T> {
     /// Names the operation in the error.
     fn doing(self, what: impl Into<String>) -> Result<T>;

@@ -1,4 +1,4 @@
-//! Images: 2D, with mips, arrays and cubes; their views; what use they were last in.
+//! Images: 2D, with mips, arrays and cubes; their views; and the use that each was last in.
 
 use std::sync::atomic::{AtomicU8, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -11,7 +11,7 @@ use super::buffer::allocate;
 use super::error::Doing;
 use super::{Gpu, GpuError, Result, Use};
 
-/// What an image is to be. All images can be sampled and copied from and to.
+/// Description of an image. All images can be sampled, and copied from and to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ImageDesc {
     /// Texel format.
@@ -26,29 +26,29 @@ pub struct ImageDesc {
     pub layers: u32,
     /// Whether the six layers are the faces +x, -x, +y, -y, +z, -z of a cube.
     pub cube: bool,
-    /// What else it is used for: storage, colour or depth attachment.
+    /// Its other uses: storage, colour or depth attachment.
     pub usage: vk::ImageUsageFlags,
 }
 
 impl ImageDesc {
-    /// One 2D layer with one mip.
+    /// A single 2D layer with one mip.
     pub fn new(format: vk::Format, width: u32, height: u32) -> Self {
         let usage =
             vk::ImageUsageFlags::SAMPLED | vk::ImageUsageFlags::TRANSFER_SRC | vk::ImageUsageFlags::TRANSFER_DST;
         Self { format, width, height, mips: 1, layers: 1, cube: false, usage }
     }
 
-    /// With this many mips.
+    /// The same with this many mips.
     pub fn mips(self, mips: u32) -> Self {
         Self { mips, ..self }
     }
 
-    /// With all mips down to one texel.
+    /// The same with all mips down to one texel.
     pub fn full_mips(self) -> Self {
         Self { mips: u32::BITS - self.width.max(self.height).leading_zeros(), ..self }
     }
 
-    /// With this many array layers (and an array view, even for one).
+    /// The same with this many array layers (and an array view, even for one layer).
     pub fn layers(self, layers: u32) -> Self {
         Self { layers, ..self }
     }
@@ -58,23 +58,23 @@ impl ImageDesc {
         Self { layers: 6, cube: true, ..self }
     }
 
-    /// Also a storage image.
+    /// The same, also usable as a storage image.
     pub fn storage(self) -> Self {
         Self { usage: self.usage | vk::ImageUsageFlags::STORAGE, ..self }
     }
 
-    /// Also a colour attachment.
+    /// The same, also usable as a colour attachment.
     pub fn color_target(self) -> Self {
         Self { usage: self.usage | vk::ImageUsageFlags::COLOR_ATTACHMENT, ..self }
     }
 
-    /// Also a depth attachment.
+    /// The same, also usable as a depth attachment.
     pub fn depth_target(self) -> Self {
         Self { usage: self.usage | vk::ImageUsageFlags::DEPTH_STENCIL_ATTACHMENT, ..self }
     }
 }
 
-/// An image. Clones share the one image.
+/// An image. Clones share the same image.
 #[derive(Clone)]
 pub struct Image {
     pub(crate) inner: Arc<ImageInner>,
@@ -84,7 +84,7 @@ pub struct Image {
 pub(crate) struct ImageInner {
     pub(crate) gpu: Arc<Gpu>,
     pub(crate) raw: vk::Image,
-    /// `None` for images that someone else owns, such as a swapchain's.
+    /// `None` for images with another owner, such as a swapchain.
     allocation: Mutex<Option<Allocation>>,
     owned: bool,
     name: String,
@@ -112,7 +112,7 @@ impl Drop for ImageInner {
     }
 }
 
-/// A view of some mips and layers of an image, which it keeps alive. Clones share the one view.
+/// A view of some mips and layers of an image, which it keeps alive. Clones share the same view.
 #[derive(Clone)]
 pub struct ImageView {
     pub(crate) inner: Arc<ViewInner>,
@@ -190,11 +190,11 @@ impl Image {
         Self::with_view(inner)
     }
 
-    /// An image that someone else owns, such as a swapchain's.
+    /// An image with another owner, such as a swapchain.
     ///
     /// # Safety
-    /// `raw` is an image of this device as `desc` says, and stays alive until this, its views and the commands that use
-    /// them are gone.
+    /// `raw` is an image of this device that matches `desc`, and it stays alive until this object, its views and the
+    /// commands that use them are gone.
     ///
     /// # Errors
     /// A failed Vulkan call.
@@ -224,30 +224,30 @@ impl Image {
         Ok(Self { inner, whole })
     }
 
-    /// All mips and layers, as 2D, 2D array or cube.
+    /// A view of all mips and layers, as 2D, 2D array or cube.
     pub fn whole(&self) -> &ImageView {
         &self.whole
     }
 
-    /// One mip of one layer, as 2D: for attachments and `image2D`.
+    /// A view of one mip of one layer, as 2D: for attachments and `image2D`.
     ///
     /// # Errors
-    /// [`GpuError::Usage`] when there is no such mip or layer.
+    /// [`GpuError::Usage`] when the mip or layer does not exist.
     pub fn mip_layer(&self, mip: u32, layer: u32) -> Result<ImageView> {
         self.check_mip_layer(mip, layer)?;
         view(&self.inner, vk::ImageViewType::TYPE_2D, mip..mip + 1, layer..layer + 1)
     }
 
-    /// One mip of all layers, as a 2D array: for `image2DArray`, also of a cube's faces.
+    /// A view of one mip of all layers, as a 2D array: for `image2DArray`, also of a cube's faces.
     ///
     /// # Errors
-    /// [`GpuError::Usage`] when there is no such mip.
+    /// [`GpuError::Usage`] when the mip does not exist.
     pub fn mip_array(&self, mip: u32) -> Result<ImageView> {
         self.check_mip_layer(mip, 0)?;
         view(&self.inner, vk::ImageViewType::TYPE_2D_ARRAY, mip..mip + 1, 0..self.inner.desc.layers)
     }
 
-    /// All mips and layers as a 2D array, whatever the image: for `sampler2DArray` of a single layer or a cube.
+    /// A view of all mips and layers as a 2D array, whatever the image: for `sampler2DArray` of a single layer or a cube.
     ///
     /// # Errors
     /// A failed Vulkan call.
@@ -255,7 +255,7 @@ impl Image {
         view(&self.inner, vk::ImageViewType::TYPE_2D_ARRAY, 0..self.inner.desc.mips, 0..self.inner.desc.layers)
     }
 
-    /// What the image is.
+    /// The description of the image.
     pub fn desc(&self) -> &ImageDesc {
         &self.inner.desc
     }
@@ -266,7 +266,7 @@ impl Image {
         [size(self.inner.desc.width), size(self.inner.desc.height)]
     }
 
-    /// Bytes of a texel.
+    /// Size of a texel in bytes.
     ///
     /// # Errors
     /// [`GpuError::Usage`] for formats this renderer does not transfer.
@@ -286,7 +286,7 @@ impl Image {
         self.inner.raw
     }
 
-    /// The use the whole image is in after the commands submitted so far. Barriers of single mips leave it alone.
+    /// The use of the whole image after the commands submitted so far. Barriers of single mips do not change it.
     pub(crate) fn last_use(&self) -> Use {
         Use::from_u8(self.inner.last_use.load(Ordering::Relaxed))
     }

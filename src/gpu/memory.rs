@@ -1,4 +1,4 @@
-//! How much memory the device's resources take.
+//! How much memory the device's resources occupy.
 
 use super::Gpu;
 
@@ -7,14 +7,14 @@ use super::Gpu;
 pub struct MemoryUse {
     /// Held by buffers and images.
     pub allocated: u64,
-    /// Taken from the driver, what is free in its blocks included.
+    /// Reserved from the driver, including the free space in its blocks.
     pub reserved: u64,
     /// Number of buffers and images.
     pub allocations: usize,
 }
 
 impl Gpu {
-    /// What buffers and images hold now.
+    /// The memory that buffers and images hold now.
     #[must_use]
     pub fn memory_use(&self) -> MemoryUse {
         let report = self.allocator().generate_report();

@@ -25,15 +25,15 @@
 //! # }
 //! ```
 //!
-//! - **Shaders** are entry points `shaders-glsl/{passes,probes}/**/*.{vert,tesc,tese,frag,comp}`, compiled by the build script
-//!   and named by their path: `"passes/shade/shade.frag"`. `#include "leadr/x.glsl"` works everywhere.
-//! - **Names** cross the border, never numbers. GLSL declares resources without `binding`; `bind` gives each by its name, a
-//!   block by its instance name or else its own. Specialization constants are set by name as well, with their type.
-//!   Names that the shaders do not declare are errors, and so are missing ones; those that a shader declares but
-//!   does not use may be given. Resources are no arrays.
-//! - **`shared_struct!`** declares the Rust twin of every struct that buffers and push constants are
-//!   made of. A pipeline is told their [`SharedStruct::LAYOUT`]s, and is made only if members' names, offsets and
-//!   sizes agree and no struct is left out. Buffers of plain numbers and vectors need no twin.
+//! - **Shaders** are entry points `shaders-glsl/{passes,probes}/**/*.{vert,tesc,tese,frag,comp}`, compiled by the build
+//!   script and named by their path: `"passes/shade/shade.frag"`. `#include "leadr/x.glsl"` works everywhere.
+//! - **Resources are bound by name**, never by number. GLSL declares them without `binding`, and `bind` gives each by its
+//!   name; a block goes by its instance name or, without one, by its own. Specialization constants are set by name as well,
+//!   with their type. Names that the shaders do not declare, and missing names, are errors; names that a shader declares
+//!   but does not use may be given. Arrays of resources are not supported.
+//! - **`shared_struct!`** declares the Rust twin of every struct in buffers and push constants. A pipeline is given the
+//!   twins' [`SharedStruct::LAYOUT`]s, and it is created only if the members' names, offsets and sizes agree and no struct
+//!   is missing. Buffers of plain numbers and vectors need no twin.
 //! - **[`Buffer`]**: `new(gpu, name, bytes, Memory::{Device, Upload, Readback})`, `from_slice(gpu, name, &data)`,
 //!   `write(offset, &data)`, `read(offset, count)`, `read_all()`.
 //! - **[`Image`]**: `new(gpu, name, ImageDesc::new(format, w, h).full_mips().layers(n).cube().storage().color_target()
@@ -45,15 +45,15 @@
 //! - **[`Commands`]** inside [`Gpu::submit`] (waits) or [`CommandRecorder`] (frames in flight): `bind`, `push_constants`,
 //!   `dispatch`, `dispatch_invocations`, `begin_rendering`, `end_rendering`, `viewport`, `scissor`, `draw`, `copy_*`,
 //!   `fill_buffer`, `label`.
-//! - **Barriers**: `cmd.transition(&image, Use::Sampled)` from whatever use the image is in; `cmd.mip_barrier` for parts;
-//!   `cmd.memory_barrier(Use::ComputeWrite, Use::GraphicsRead)` for buffers. Between calls of [`Gpu::submit`] no barrier
-//!   is needed.
+//! - **Barriers**: `cmd.transition(&image, Use::Sampled)` from the image's current use; `cmd.mip_barrier` for parts of an
+//!   image; `cmd.memory_barrier(Use::ComputeWrite, Use::GraphicsRead)` for buffers. Between calls of [`Gpu::submit`] no
+//!   barrier is needed.
 //! - **[`Timestamps`]**: `cmd.reset_timestamps(&t)`, `cmd.timestamp(&t, "shade")` after each pass, `t.intervals()`.
 //! - **`Swapchain`** (feature `window`): `new(gpu, window)`, `acquire(size)`, `present(recorder, frame)`, with a device
 //!   opened with `window_extensions(display)`.
 //!
-//! Misuse while recording does not panic: the submission returns the first as an error, and no image or timestamp
-//! remembers anything of what was recorded. All that is recorded lives until the commands are done.
+//! Misuse while recording does not panic: the submission returns the first misuse as an error, and the state of images and
+//! timestamps stays as if nothing had been recorded. All recorded objects live until the commands are done.
 
 pub mod shaders;
 

@@ -11,12 +11,12 @@ use super::{Gpu, GpuError, Result, StructLayout};
 
 /// What can be bound: a compute or a graphics pipeline.
 pub trait Pipeline {
-    /// The common part.
+    /// The part that both kinds share.
     #[doc(hidden)]
     fn core(&self) -> &Arc<PipelineCore>;
 }
 
-/// A compute pipeline. Clones share the one pipeline.
+/// A compute pipeline. Clones share the same pipeline.
 #[derive(Clone)]
 pub struct ComputePipeline {
     core: Arc<PipelineCore>,
@@ -31,11 +31,11 @@ impl Pipeline for ComputePipeline {
 
 impl ComputePipeline {
     /// A pipeline of the compute entry point `name`, such as `"passes/sky.comp"`, with specialization constants and the
-    /// layouts of all structs that its buffers and push constants are made of.
+    /// layouts of all structs in its buffers and push constants.
     ///
     /// # Errors
-    /// [`GpuError::NoShader`]; [`GpuError::Shader`] for a constant or struct that the shader does not declare, or not so,
-    /// and for structs that are not among `structs`; or a failed Vulkan call.
+    /// [`GpuError::NoShader`]; [`GpuError::Shader`] for a constant or struct that the shader does not declare or declares
+    /// differently, and for structs of the shader that are missing from `structs`; or a failed Vulkan call.
     pub fn new(gpu: &Arc<Gpu>, name: &str, spec: Spec<'_>, structs: &[StructLayout]) -> Result<Self> {
         let shader = shader(name, vk::ShaderStageFlags::COMPUTE)?;
         check_constants(name, &[shader], spec)?;
@@ -56,18 +56,18 @@ impl ComputePipeline {
     }
 }
 
-/// What vertices form.
+/// What the vertices form.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Topology {
-    /// Every three a triangle.
+    /// Every three vertices form a triangle.
     Triangles,
-    /// Every one a point.
+    /// Every vertex is a point.
     Points,
-    /// Every this many a patch for the tessellation stages.
+    /// Every group of this many vertices is a patch for the tessellation stages.
     Patches(u32),
 }
 
-/// The depth attachment's part in a pipeline.
+/// How a pipeline uses the depth attachment.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Depth {
     /// Format of the attachment, normally `D32_SFLOAT`.
@@ -81,14 +81,14 @@ pub struct Depth {
 }
 
 impl Default for Depth {
-    /// Reversed depth in `D32_SFLOAT` (clear to 0), tested and written.
+    /// Reversed depth in `D32_SFLOAT` (clear it to 0), tested and written.
     fn default() -> Self {
         Self { format: vk::Format::D32_SFLOAT, compare: vk::CompareOp::GREATER_OR_EQUAL, write: true, bias: None }
     }
 }
 
-/// What a graphics pipeline is made of. Vertex shaders read their vertices from storage buffers; triangles are filled
-/// from both sides, and their colours replace those that are there.
+/// Description of a graphics pipeline. Vertex shaders read their vertices from storage buffers; both sides of triangles are
+/// drawn, without blending.
 #[derive(Clone, Copy, Debug)]
 pub struct GraphicsDesc<'a> {
     /// Vertex entry point, such as `"passes/gbuffer.vert"`.
@@ -101,13 +101,14 @@ pub struct GraphicsDesc<'a> {
     pub colors: &'a [vk::Format],
     /// Depth attachment, if any.
     pub depth: Option<Depth>,
-    /// Which triangles `gl_FrontFacing` is true for: those that run clockwise on the screen (y down), or the others.
+    /// Which triangles have `gl_FrontFacing`: those that run clockwise on the screen (y down) if true, otherwise the
+    /// others.
     pub clockwise_front: bool,
-    /// What vertices form.
+    /// What the vertices form.
     pub topology: Topology,
     /// Specialization constants of all stages.
     pub spec: Spec<'a>,
-    /// Layouts of all structs that the stages' buffers and push constants are made of.
+    /// Layouts of all structs in the stages' buffers and push constants.
     pub structs: &'a [StructLayout],
 }
 
@@ -128,7 +129,7 @@ impl Default for GraphicsDesc<'_> {
     }
 }
 
-/// A graphics pipeline for dynamic rendering; viewport and scissor are set while recording. Clones share the one pipeline.
+/// A graphics pipeline for dynamic rendering; viewport and scissor are set while recording. Clones share the same pipeline.
 #[derive(Clone)]
 pub struct GraphicsPipeline {
     core: Arc<PipelineCore>,
@@ -144,9 +145,9 @@ impl GraphicsPipeline {
     /// A pipeline named `name` in captures and messages.
     ///
     /// # Errors
-    /// [`GpuError::NoShader`]; [`GpuError::Shader`] for a constant or struct that no stage declares, or not so, for structs
-    /// that are not described, and for stages that contradict each other; [`GpuError::Usage`] when patches come without
-    /// tessellation stages; or a failed Vulkan call.
+    /// [`GpuError::NoShader`]; [`GpuError::Shader`] for a constant or struct that no stage declares or that a stage
+    /// declares differently, for structs without a description, and for stages that contradict each other;
+    /// [`GpuError::Usage`] for patches without tessellation stages; or a failed Vulkan call.
     pub fn new(gpu: &Arc<Gpu>, name: &str, desc: &GraphicsDesc<'_>) -> Result<Self> {
         if desc.tessellation.is_some() != matches!(desc.topology, Topology::Patches(_)) {
             return Err(GpuError::usage(name, "tessellation stages and patches must come together"));

@@ -1,5 +1,5 @@
-//! What pipelines share. Their layout comes from the shaders: set 0 holds push descriptors, each resource's number
-//! follows from its name, and the push constant range is the largest of the stages'.
+//! The parts that compute and graphics pipelines share. The layout follows from the shaders: set 0 holds push descriptors,
+//! each resource's binding number follows from its name, and the push constant range is the largest of the stages' ranges.
 
 use std::ffi::CStr;
 use std::sync::Arc;
@@ -43,10 +43,10 @@ impl SpecValue {
     }
 }
 
-/// Specialization constants by their GLSL names. Those not named keep the shader's defaults.
+/// Specialization constants by their GLSL names. Constants that are not listed keep the shader's defaults.
 pub type Spec<'a> = &'a [(&'a str, SpecValue)];
 
-/// What compute and graphics pipelines share.
+/// The part that compute and graphics pipelines share.
 #[doc(hidden)]
 pub struct PipelineCore {
     gpu: Arc<Gpu>,
@@ -55,9 +55,9 @@ pub struct PipelineCore {
     pub(crate) raw: vk::Pipeline,
     pub(crate) layout: vk::PipelineLayout,
     set_layout: vk::DescriptorSetLayout,
-    /// What must be bound; the index is the binding number.
+    /// The resources that must be bound; the index is the binding number.
     pub(crate) slots: Vec<Slot>,
-    /// What shaders declare but do not use: it may be bound, to no effect.
+    /// Resources that the shaders declare but do not use: binding them is allowed and has no effect.
     pub(crate) unused: Vec<&'static str>,
     pub(crate) push: Option<PushConstants>,
 }
@@ -74,7 +74,7 @@ pub(crate) struct Slot {
 pub(crate) struct PushConstants {
     /// [`StructLayout::rust`] of their type.
     pub(crate) rust: &'static str,
-    /// The stages that use them, none where all were optimised away.
+    /// The stages that use them; empty if all uses were optimised away.
     pub(crate) stages: vk::ShaderStageFlags,
     pub(crate) bytes: usize,
 }
@@ -92,11 +92,11 @@ impl Drop for PipelineCore {
 }
 
 impl PipelineCore {
-    /// The layouts that serve all stages, in a core that has no pipeline yet.
+    /// The layouts that serve all stages, in a core without a pipeline yet.
     ///
     /// # Errors
-    /// [`GpuError::Shader`] when the stages contradict each other or the twins of their structs, [`GpuError::Usage`] for
-    /// more push constants than the device has room for, or a failed Vulkan call.
+    /// [`GpuError::Shader`] when the stages contradict each other or the Rust twins of their structs, [`GpuError::Usage`]
+    /// for more push constants than the device supports, or a failed Vulkan call.
     pub(crate) fn new(
         gpu: &Arc<Gpu>,
         name: &str,
@@ -163,19 +163,19 @@ impl PipelineCore {
         Ok(())
     }
 
-    /// The number of a resource.
+    /// The binding number of a resource.
     fn binding(&self, name: &str) -> Option<u32> {
         self.slots.iter().position(|slot| slot.name == name).map(|index| index as u32)
     }
 
-    /// What may be bound, for messages.
+    /// The names that may be bound, for messages.
     pub(crate) fn resource_names(&self) -> String {
         let names: Vec<&str> = self.slots.iter().map(|slot| slot.name).chain(self.unused.iter().copied()).collect();
         if names.is_empty() { "none".to_owned() } else { names.join(", ") }
     }
 }
 
-/// A stage of a pipeline while that is made.
+/// A stage of a pipeline while the pipeline is being created.
 pub(crate) struct Stage<'a> {
     gpu: &'a Gpu,
     module: vk::ShaderModule,
@@ -192,11 +192,11 @@ impl Drop for Stage<'_> {
 }
 
 impl<'a> Stage<'a> {
-    /// Makes the module, its resources numbered as in `core`.
+    /// Creates the module, with its resources numbered as in `core`.
     pub(crate) fn new(gpu: &'a Gpu, core: &PipelineCore, shader: &Shader, spec: Spec<'_>) -> Result<Self> {
         let words = shader.spirv(|name| core.binding(name));
         let info = vk::ShaderModuleCreateInfo::default().code(&words);
-        // SAFETY: shaderc compiled the words for Vulkan 1.3; only numbers of bindings were changed.
+        // SAFETY: shaderc compiled the words for Vulkan 1.3; only binding numbers were changed.
         let module =
             unsafe { gpu.raw().create_shader_module(&info, None) }.doing(format!("creating shader {}", shader.name))?;
         gpu.name(module, shader.name);
@@ -226,7 +226,7 @@ impl<'a> Stage<'a> {
     }
 }
 
-/// The shader of this name.
+/// The shader with this name.
 ///
 /// # Errors
 /// [`GpuError::NoShader`], or [`GpuError::Shader`] when it belongs to another stage.
@@ -265,7 +265,7 @@ pub(crate) fn check_constants(pipeline: &str, shaders: &[&Shader], spec: Spec<'_
     Ok(())
 }
 
-/// The union of the stages' resources: those in use, and the names of the others.
+/// The union of the stages' resources: those in use, and the names of the unused ones.
 fn resources(pipeline: &str, shaders: &[&Shader]) -> Result<(Vec<Slot>, Vec<&'static str>)> {
     let mut all: Vec<Slot> = Vec::new();
     for shader in shaders {
@@ -286,7 +286,7 @@ fn resources(pipeline: &str, shaders: &[&Shader]) -> Result<(Vec<Slot>, Vec<&'st
     Ok((slots, unused.into_iter().map(|slot| slot.name).collect()))
 }
 
-/// The push constants of all stages, which have one block.
+/// The push constants of all stages, which share one block.
 fn push_constants(pipeline: &str, shaders: &[&Shader], structs: &[StructLayout]) -> Result<Option<PushConstants>> {
     let mut found: Option<(&str, PushConstants)> = None;
     for shader in shaders {

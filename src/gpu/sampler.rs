@@ -7,12 +7,12 @@ use ash::vk;
 use super::error::Doing;
 use super::{Gpu, Result};
 
-/// What a sampler finds outside [0, 1].
+/// What a sampler returns outside [0, 1].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum AddressMode {
-    /// The texture again.
+    /// The texture, repeated.
     Repeat,
-    /// The nearest texel of the edge.
+    /// The nearest texel at the edge.
     ClampToEdge,
 }
 
@@ -27,7 +27,7 @@ pub enum Filter {
     Trilinear,
 }
 
-/// A sampler. Clones share the one sampler.
+/// A sampler. Clones share the same sampler.
 #[derive(Clone)]
 pub struct Sampler {
     pub(crate) inner: Arc<SamplerInner>,

@@ -1,4 +1,4 @@
-//! Which physical device to run on, and what it must be able to do.
+//! Which physical device to use, and what it must support.
 
 use std::ffi::CStr;
 
@@ -7,14 +7,14 @@ use ash::vk;
 use super::error::Doing;
 use super::{GpuError, Result};
 
-/// A physical device with what the choice depends on.
+/// A physical device with the properties that the choice depends on.
 pub(crate) struct Candidate {
     pub(crate) physical: vk::PhysicalDevice,
     pub(crate) name: String,
     pub(crate) kind: vk::PhysicalDeviceType,
-    /// What the renderer needs and the device lacks; empty for a usable device.
+    /// Requirements of the renderer that the device lacks; empty for a usable device.
     pub(crate) missing: Vec<String>,
-    /// A family that can draw, compute and copy.
+    /// A queue family that can draw, compute and copy.
     pub(crate) queue_family: u32,
 }
 
@@ -124,7 +124,7 @@ fn missing_features(instance: &ash::Instance, physical: vk::PhysicalDevice) -> V
     .collect()
 }
 
-/// The Vulkan 1.0 features to switch on, all of them required. Those of 1.3 are added where the device is made.
+/// The Vulkan 1.0 features to enable, all of them required. Those of 1.3 are added where the device is created.
 pub(crate) fn features() -> vk::PhysicalDeviceFeatures {
     vk::PhysicalDeviceFeatures::default()
         .tessellation_shader(true)

@@ -1,35 +1,35 @@
-//! The shaders that the build compiled from `shaders-glsl/passes` and `shaders-glsl/probes`, by name, with what each
-//! declares.
+//! The shaders that the build compiled from `shaders-glsl/passes` and `shaders-glsl/probes`, by name, with their
+//! declarations.
 
 use ash::vk;
 
 use super::{GpuError, Result};
 
-/// SPIR-V is read as 32-bit words; embedded bytes alone would have no alignment.
+/// SPIR-V is read as 32-bit words; plain embedded bytes would have no alignment.
 #[repr(C, align(4))]
 struct Aligned<const N: usize>([u8; N]);
 
 /// A compiled entry point.
 pub(crate) struct Shader {
-    /// Its path below `shaders-glsl/`.
+    /// Its path inside `shaders-glsl/`.
     pub(crate) name: &'static str,
     pub(crate) stage: vk::ShaderStageFlags,
     code: &'static [u8],
-    /// Work group size of a compute shader, specialization constants at their defaults; otherwise 1.
+    /// Work group size of a compute shader, with specialization constants at their defaults; otherwise 1.
     pub(crate) local_size: [u32; 3],
     pub(crate) resources: &'static [Resource],
     pub(crate) constants: &'static [Constant],
     pub(crate) push: Option<Push>,
-    /// Every struct that its buffers and push constants are made of.
+    /// Every struct in its buffers and push constants.
     pub(crate) structs: &'static [Struct],
 }
 
 /// A resource that a shader declares.
 pub(crate) struct Resource {
-    /// Of the variable; of the block, where the block has no instance name.
+    /// The name of the variable; that of the block if it has no instance name.
     pub(crate) name: &'static str,
     pub(crate) kind: ResourceKind,
-    /// Which word of the SPIR-V holds the binding number; `None` where the resource is not used and was optimised away.
+    /// Which word of the SPIR-V holds the binding number; `None` where the resource is unused and was optimised away.
     pub(crate) binding_word: Option<usize>,
 }
 
@@ -52,7 +52,7 @@ impl ResourceKind {
         }
     }
 
-    /// What it is called in messages.
+    /// Its name in messages.
     pub(crate) fn words(self) -> &'static str {
         match self {
             Self::Uniform => "a uniform buffer",
@@ -82,16 +82,16 @@ pub(crate) enum ConstantKind {
 /// The push constant block that a shader declares.
 pub(crate) struct Push {
     pub(crate) block: &'static str,
-    /// 0 where it is not used and was optimised away.
+    /// 0 where it is unused and was optimised away.
     pub(crate) bytes: u32,
 }
 
 /// A struct with a memory layout in a shader.
 pub(crate) struct Struct {
     pub(crate) name: &'static str,
-    /// All members but an array without end.
+    /// All members except a runtime-sized array.
     pub(crate) members: &'static [Member],
-    /// Bytes to the next struct of an array, or to the array without end that follows.
+    /// Bytes to the next struct of an array, or to the runtime-sized array that follows.
     pub(crate) pitch: Option<u32>,
 }
 
@@ -102,14 +102,14 @@ pub struct Member {
     pub name: &'static str,
     /// From the start of the struct.
     pub offset: usize,
-    /// Padding between elements of arrays included.
+    /// Including the padding between elements of arrays.
     pub size: usize,
 }
 
 include!(concat!(env!("OUT_DIR"), "/shaders.rs"));
 
 impl Shader {
-    /// The entry point of this name, such as `"passes/shade.frag"`.
+    /// The entry point with this name, such as `"passes/shade.frag"`.
     ///
     /// # Errors
     /// [`GpuError::NoShader`] when no such entry point was compiled into this build.
@@ -120,7 +120,7 @@ impl Shader {
         }
     }
 
-    /// Its SPIR-V, with the resources bound to the numbers that `number` gives to their names.
+    /// Its SPIR-V, with each resource bound to the number that `number` returns for its name.
     pub(crate) fn spirv(&self, number: impl Fn(&str) -> Option<u32>) -> Vec<u32> {
         let mut words = bytemuck::cast_slice(self.code).to_vec();
         for resource in self.resources {

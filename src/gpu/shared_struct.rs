@@ -1,33 +1,33 @@
-//! Structs that Rust writes and shaders read. Both declare them; pipelines are only made when both agree.
+//! Structs that Rust writes and shaders read. Both sides declare them; pipelines are created only if both agree.
 
 use bytemuck::NoUninit;
 
 use super::shaders::{Member, Shader, Struct};
 use super::{GpuError, Result};
 
-/// A struct that buffers and push constants carry to shaders, declared by `shared_struct!`.
+/// A struct that buffers and push constants carry to shaders, declared with `shared_struct!`.
 pub trait SharedStruct: NoUninit {
-    /// How it lies in memory.
+    /// Its memory layout.
     const LAYOUT: StructLayout;
 }
 
-/// How a shared struct lies in memory, in Rust.
+/// The memory layout of a shared struct in Rust.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct StructLayout {
-    /// Name in GLSL: of the struct, or of the block.
+    /// Name of the struct or block in GLSL.
     pub glsl: &'static str,
     /// Path in Rust.
     pub rust: &'static str,
     /// Bytes, padding included.
     pub size: usize,
-    /// Members in order. Those whose names begin with `padding` have no part in GLSL.
+    /// Members in order. Those whose names begin with `padding` do not exist in GLSL.
     pub members: &'static [Member],
 }
 
 /// Declares a struct that shaders read, and implements [`SharedStruct`](crate::gpu::SharedStruct) for it.
 ///
-/// The name after `for` is that of the struct or block in GLSL, where the members have the same names, offsets and
-/// sizes. GLSL pads by its own rules (`std140`, `std430`); here each gap is a member whose name begins with `padding`.
+/// The name after `for` is that of the struct or block in GLSL, where the members have the same names, offsets and sizes.
+/// GLSL pads by its own rules (`std140`, `std430`); in Rust each gap is a member whose name begins with `padding`.
 ///
 /// ```
 /// leadr::shared_struct! {
@@ -74,7 +74,7 @@ macro_rules! shared_struct {
 
 pub(crate) use shared_struct;
 
-/// Checks that every struct of these shaders is among `twins`, and lies in memory as its twin does.
+/// Checks that every struct of these shaders is among `twins` and has the memory layout of its twin.
 ///
 /// # Errors
 /// [`GpuError::Shader`] that names the pipeline, the struct and the difference; also for a twin that no shader declares.
@@ -100,7 +100,7 @@ pub(crate) fn check(pipeline: &str, shaders: &[&Shader], twins: &[StructLayout])
     }
 }
 
-/// In what a struct of GLSL and its twin differ, if they do.
+/// The difference between a GLSL struct and its twin, if there is one.
 fn difference(glsl: &Struct, rust: &StructLayout) -> Option<String> {
     let ours: Vec<&Member> = rust.members.iter().filter(|member| !member.name.starts_with("padding")).collect();
     for (i, theirs) in glsl.members.iter().enumerate() {

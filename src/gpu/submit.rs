@@ -1,4 +1,4 @@
-//! Command buffers: recorded, submitted with or without semaphores, waited for, and used again.
+//! Command buffers: recording, submission with or without semaphores, waiting, and reuse.
 
 use std::any::Any;
 use std::sync::Arc;
@@ -11,10 +11,10 @@ use super::{Commands, Gpu, GpuError, Result};
 
 impl Gpu {
     /// Records commands, submits them and waits until they are done. `label` names them in captures and messages.
-    /// The commands see all that earlier submissions wrote, and later ones see all that these write.
+    /// The commands see all writes of earlier submissions, and later submissions see all writes of these commands.
     ///
     /// # Errors
-    /// The first misuse that recording met, or a failed Vulkan call; nothing is submitted after a misuse.
+    /// The first misuse during recording, or a failed Vulkan call; after a misuse nothing is submitted.
     pub fn submit<R>(self: &Arc<Self>, label: &str, record: impl FnOnce(&mut Commands) -> R) -> Result<R> {
         let mut recorder = CommandRecorder::new(self, label)?;
         let result = recorder.record(label, |cmd| {
@@ -29,10 +29,10 @@ impl Gpu {
     }
 }
 
-/// One command buffer that is recorded again and again. A window keeps one per frame in flight.
+/// A command buffer that is recorded again and again. A window keeps one per frame in flight.
 ///
-/// `record` waits until the previous submission is done, so at most one is under way. Each recording is submitted once
-/// at most; what images and timestamps remember changes with the submission, never by recording alone.
+/// `record` waits until the previous submission is done, so at most one is in progress. Each recording is submitted at most
+/// once; the remembered state of images and timestamps changes with the submission, not with recording alone.
 pub struct CommandRecorder {
     gpu: Arc<Gpu>,
     pool: vk::CommandPool,
@@ -40,17 +40,17 @@ pub struct CommandRecorder {
     fence: vk::Fence,
     state: State,
     name: String,
-    /// Alive until the commands are done.
+    /// Objects kept alive until the commands are done.
     keep: Vec<Arc<dyn Any + Send + Sync>>,
 }
 
-/// What the command buffer holds.
+/// State of the command buffer.
 enum State {
-    /// Nothing that could be submitted.
+    /// There is nothing to submit.
     Idle,
-    /// Commands to be submitted.
+    /// Commands ready to be submitted.
     Recorded(Recorded),
-    /// Commands that were submitted.
+    /// Commands that have been submitted.
     Pending,
 }
 
@@ -85,10 +85,10 @@ impl CommandRecorder {
         Ok(recorder)
     }
 
-    /// Waits for the previous submission and records anew.
+    /// Waits for the previous submission and starts a new recording.
     ///
     /// # Errors
-    /// The first misuse that recording met, or a failed Vulkan call.
+    /// The first misuse during recording, or a failed Vulkan call.
     pub fn record<R>(&mut self, label: &str, record: impl FnOnce(&mut Commands) -> R) -> Result<R> {
         self.wait()?;
         let device = self.gpu.raw();
@@ -110,8 +110,8 @@ impl CommandRecorder {
         Ok(result)
     }
 
-    /// Submits what was recorded, without waiting for it. The commands wait for each semaphore of `waits` at its stages
-    /// and signal those of `signals` when the given stages are done.
+    /// Submits the recorded commands without waiting for them. They wait for each semaphore of `waits` at its stages and
+    /// signal those of `signals` when the given stages are done.
     ///
     /// # Errors
     /// [`GpuError::Usage`] when nothing was recorded since the last submission; a failed submission, such as a lost
@@ -140,8 +140,8 @@ impl CommandRecorder {
             .command_buffer_infos(&buffers)
             .signal_semaphore_infos(&signals);
         let queue = self.gpu.queue();
-        // SAFETY: the state says that the buffer was recorded and not submitted since; so the fence is unsignalled and in no
-        // other submission. The queue is held.
+        // SAFETY: the state says that the buffer was recorded and not submitted since, so the fence is unsignalled and in
+        // no other submission. The queue is locked.
         unsafe { self.gpu.raw().queue_submit2(*queue, &[submission], self.fence) }
             .doing(format!("submitting {}", self.name))?;
         recorded.effects.commit();
@@ -150,13 +150,13 @@ impl CommandRecorder {
         Ok(())
     }
 
-    /// Waits until the submission, if there is one, is done and lets go of what it used.
+    /// Waits until the submission, if there is one, is done, and releases the objects that it used.
     ///
     /// # Errors
     /// A lost device.
     pub fn wait(&mut self) -> Result<()> {
         if matches!(self.state, State::Pending) {
-            // SAFETY: the fence belongs to a submission under way; once that is done, nothing uses it.
+            // SAFETY: the fence belongs to a submission in progress; once that is done, nothing uses the fence.
             unsafe {
                 self.gpu
                     .raw()
@@ -174,7 +174,7 @@ impl CommandRecorder {
 impl Drop for CommandRecorder {
     fn drop(&mut self) {
         let _ = self.wait();
-        // SAFETY: nothing is under way; null handles are ignored.
+        // SAFETY: no submission is in progress; null handles are ignored.
         unsafe {
             self.gpu.raw().destroy_fence(self.fence, None);
             self.gpu.raw().destroy_command_pool(self.pool, None);

@@ -1,4 +1,4 @@
-//! Time on the device between named marks.
+//! Measures time on the device between named marks.
 
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -7,7 +7,7 @@ use ash::vk;
 use super::error::Doing;
 use super::{Gpu, GpuError, Result};
 
-/// Room for some marks. Clones share it.
+/// Queries for a number of marks. Clones share them.
 #[derive(Clone)]
 pub struct Timestamps {
     pub(crate) inner: Arc<TimestampsInner>,
@@ -17,9 +17,9 @@ pub(crate) struct TimestampsInner {
     gpu: Arc<Gpu>,
     raw: vk::QueryPool,
     capacity: u32,
-    /// The bits of a tick that count.
+    /// The valid bits of a tick.
     mask: u64,
-    /// Of the marks that were submitted last.
+    /// Names of the marks that were submitted last.
     names: Mutex<Vec<String>>,
 }
 
@@ -31,13 +31,13 @@ impl Drop for TimestampsInner {
 }
 
 impl TimestampsInner {
-    /// Records that all queries may be written again.
+    /// Records a reset, after which all queries may be written again.
     pub(crate) fn reset(&self, commands: vk::CommandBuffer) {
         // SAFETY: the command buffer is being recorded and keeps the queries alive.
         unsafe { self.gpu.raw().cmd_reset_query_pool(commands, self.raw, 0, self.capacity) };
     }
 
-    /// Records the mark of this index.
+    /// Records the mark with this index.
     pub(crate) fn mark(&self, commands: vk::CommandBuffer, index: usize) -> Result<()> {
         if index >= self.capacity as usize {
             let fault = format!("there is room for {} marks only", self.capacity);
@@ -49,14 +49,14 @@ impl TimestampsInner {
         Ok(())
     }
 
-    /// The commands that write marks of these names were submitted.
+    /// Sets the names of the marks; called when the commands that write them were submitted.
     pub(crate) fn set_names(&self, names: Vec<String>) {
         *self.names.lock().unwrap_or_else(PoisonError::into_inner) = names;
     }
 }
 
 impl Timestamps {
-    /// Room for `capacity` marks per recording.
+    /// Space for `capacity` marks per recording.
     ///
     /// # Errors
     /// A failed Vulkan call, or [`GpuError::Usage`] where the device has no timestamps.
@@ -72,13 +72,13 @@ impl Timestamps {
         // SAFETY: the instance and the physical device are alive.
         let families = unsafe { instance.get_physical_device_queue_family_properties(physical) };
         let bits = families.get(gpu.queue_family() as usize).map_or(64, |family| family.timestamp_valid_bits);
-        // Clocks of 36 bits turn over within minutes.
+        // A 36-bit clock wraps around within minutes.
         let mask = 1u64.checked_shl(bits).map_or(u64::MAX, |beyond| beyond - 1);
         let (capacity, names) = (capacity.max(1), Mutex::default());
         Ok(Self { inner: Arc::new(TimestampsInner { gpu: gpu.clone(), raw, capacity, mask, names }) })
     }
 
-    /// The marks of the last submission that had any, in order: name and milliseconds since the first. Waits for the
+    /// The marks of the last submission that had any, in order: name, and milliseconds since the first mark. Waits for the
     /// commands that write them.
     ///
     /// # Errors
@@ -98,7 +98,7 @@ impl Timestamps {
         Ok(names.into_iter().zip(ticks.iter().map(|tick| since(*tick))).collect())
     }
 
-    /// The time from each mark to the next, in milliseconds, under the name of the later: a pass is timed by a mark
+    /// The time from each mark to the next, in milliseconds, under the name of the later mark: to time a pass, place a mark
     /// after it. The first mark only starts the clock.
     ///
     /// # Errors

@@ -1,4 +1,4 @@
-//! Image data between the CPU and the device, in chunks that fit a small heap.
+//! Transfers image data between the CPU and the device, in chunks that fit a small heap.
 
 use bytemuck::{AnyBitPattern, NoUninit};
 
@@ -6,12 +6,12 @@ use super::buffer::STAGING_BYTES;
 use super::{Buffer, GpuError, Image, Memory, Result, Use};
 
 impl Image {
-    /// Fills a mip of a layer with tightly packed texels, first row on top, and waits. The whole image is in
-    /// [`Use::Sampled`] afterwards; mips not written yet stay undefined.
+    /// Fills one mip of one layer with tightly packed texels, top row first, and waits. Afterwards the whole image is in
+    /// [`Use::Sampled`]; mips that have not been written stay undefined.
     ///
     /// # Errors
-    /// [`GpuError::Usage`] when `data` is not exactly the mip's size or there is no such mip, [`GpuError::Allocation`]
-    /// when memory for staging is short, or a failed submission.
+    /// [`GpuError::Usage`] when `data` does not have exactly the mip's size or the mip does not exist,
+    /// [`GpuError::Allocation`] when memory for staging is short, or a failed submission.
     pub fn write<T: NoUninit>(&self, mip: u32, layer: u32, data: &[T]) -> Result<()> {
         let bytes: &[u8] = bytemuck::cast_slice(data);
         let (row, rows_per_chunk) = self.chunks(mip, layer)?;
@@ -40,11 +40,11 @@ impl Image {
         Ok(())
     }
 
-    /// Reads a mip of a layer, tightly packed, first row on top, and waits. The whole image returns to the use it was
-    /// in, or to [`Use::CopySource`] if it had none.
+    /// Reads one mip of one layer, tightly packed, top row first, and waits. The whole image returns to the use it was in,
+    /// or to [`Use::CopySource`] if it had none.
     ///
     /// # Errors
-    /// [`GpuError::Usage`] when there is no such mip or the texels do not divide into `T`, [`GpuError::Allocation`] when
+    /// [`GpuError::Usage`] when the mip does not exist or the texels do not divide into `T`, [`GpuError::Allocation`] when
     /// memory for staging is short, or a failed submission.
     pub fn read<T: AnyBitPattern + NoUninit>(&self, mip: u32, layer: u32) -> Result<Vec<T>> {
         let (row, rows_per_chunk) = self.chunks(mip, layer)?;
@@ -74,7 +74,7 @@ impl Image {
         Ok(values)
     }
 
-    /// Bytes of a row of the mip, and how many rows make a chunk.
+    /// Bytes per row of the mip, and the number of rows in a chunk.
     fn chunks(&self, mip: u32, layer: u32) -> Result<(u64, u32)> {
         self.check_mip_layer(mip, layer)?;
         let row = self.texel_bytes()? * u64::from(self.mip_extent(mip)[0]);

@@ -4,11 +4,11 @@ use ash::vk;
 
 /// A use of an image or of memory. A barrier goes from one use to the next.
 ///
-/// For buffers and other memory the image layout is without meaning.
+/// For buffers and other memory the image layout has no meaning.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Use {
-    /// Nothing yet, or content that may be thrown away. Waits for all earlier work.
+    /// Not used yet, or with content that may be discarded. Waits for all earlier work.
     Undefined,
     /// Source of a copy.
     CopySource,
@@ -30,12 +30,12 @@ pub enum Use {
     DepthTarget,
     /// Read by the CPU after the submission.
     HostRead,
-    /// Shown by a swapchain.
+    /// Displayed by a swapchain.
     Present,
 }
 
 impl Use {
-    /// Pipeline stages that take part.
+    /// The pipeline stages involved.
     pub(crate) fn stages(self) -> vk::PipelineStageFlags2 {
         use vk::PipelineStageFlags2 as S;
         match self {
@@ -47,7 +47,7 @@ impl Use {
             Self::ColorTarget => S::COLOR_ATTACHMENT_OUTPUT,
             Self::DepthTarget => S::EARLY_FRAGMENT_TESTS | S::LATE_FRAGMENT_TESTS,
             Self::HostRead => S::HOST,
-            // The semaphore that present waits for does the ordering.
+            // Ordering comes from the semaphore that presentation waits for.
             Self::Present => S::COLOR_ATTACHMENT_OUTPUT,
         }
     }
@@ -56,7 +56,7 @@ impl Use {
     pub(crate) fn access(self) -> vk::AccessFlags2 {
         use vk::AccessFlags2 as A;
         match self {
-            // Whatever was written there before must be over.
+            // Earlier writes must be finished.
             Self::Undefined => A::MEMORY_WRITE,
             Self::Present => A::NONE,
             Self::CopySource => A::TRANSFER_READ,
@@ -72,7 +72,7 @@ impl Use {
         }
     }
 
-    /// Layout an image has in this use.
+    /// The image layout in this use.
     pub(crate) fn layout(self) -> vk::ImageLayout {
         use vk::ImageLayout as L;
         match self {
@@ -89,7 +89,7 @@ impl Use {
         }
     }
 
-    /// The inverse of `as u8`, for the use an image remembers.
+    /// The inverse of `as u8`, for an image's remembered use.
     pub(crate) fn from_u8(value: u8) -> Self {
         const ALL: [Use; 12] = [
             Use::Undefined,

@@ -1,21 +1,22 @@
-//! The validation layer's messages, collected so that tests can demand silence.
+//! Collects the validation layer's messages, so that tests can require that there are none.
 
 use std::ffi::{CStr, c_void};
 use std::sync::Mutex;
 
 use ash::vk;
 
-/// The layer that checks the use of Vulkan.
+/// The layer that checks correct use of Vulkan.
 pub(crate) const LAYER: &CStr = c"VK_LAYER_KHRONOS_validation";
 
-/// Core and synchronization checks. Not the GPU-assisted ones: they report false errors with push descriptors.
+/// Core and synchronization checks. GPU-assisted checks are left out because they report false errors with push
+/// descriptors.
 pub(crate) const ENABLED: [vk::ValidationFeatureEnableEXT; 1] =
     [vk::ValidationFeatureEnableEXT::SYNCHRONIZATION_VALIDATION];
 
-/// Where the messenger writes. Boxed by its owner, because Vulkan keeps its address.
+/// Where the messenger writes. The owner boxes it, because Vulkan keeps its address.
 pub(crate) type Messages = Mutex<Vec<String>>;
 
-/// Warnings and errors of the validation layer go to `messages`, which must outlive the messenger.
+/// Sends warnings and errors of the validation layer to `messages`, which must outlive the messenger.
 pub(crate) fn messenger_info(messages: &Messages) -> vk::DebugUtilsMessengerCreateInfoEXT<'static> {
     vk::DebugUtilsMessengerCreateInfoEXT::default()
         .message_severity(vk::DebugUtilsMessageSeverityFlagsEXT::WARNING | vk::DebugUtilsMessageSeverityFlagsEXT::ERROR)
@@ -25,7 +26,7 @@ pub(crate) fn messenger_info(messages: &Messages) -> vk::DebugUtilsMessengerCrea
 }
 
 /// # Safety
-/// Called by Vulkan alone, with valid data or null, and with the `Messages` of [`messenger_info`].
+/// To be called by Vulkan only, with valid data or null, and with the `Messages` of [`messenger_info`].
 unsafe extern "system" fn collect(
     severity: vk::DebugUtilsMessageSeverityFlagsEXT,
     _kind: vk::DebugUtilsMessageTypeFlagsEXT,
@@ -35,7 +36,7 @@ unsafe extern "system" fn collect(
     if data.is_null() || user.is_null() {
         return vk::FALSE;
     }
-    // SAFETY: Vulkan hands over valid callback data, and `user` is the `Messages` that outlives the messenger.
+    // SAFETY: Vulkan passes valid callback data, and `user` is the `Messages` that outlives the messenger.
     let (text, messages) = unsafe {
         let data = &*data;
         let text = data.message_as_c_str().map(CStr::to_string_lossy).unwrap_or_default();

@@ -1,8 +1,8 @@
-//! The swapchain of a window. Knows windows only by their raw handles.
+//! The swapchain of a window. It knows windows only by their raw handles.
 //!
-//! One frame is in flight: [`Swapchain::acquire`] is called when the previous frame's commands are done. The renderer
-//! rewrites mapped buffers that those commands read, so a second frame in flight would need a second set of them, and
-//! would gain only the short time in which the CPU chooses tessellation factors.
+//! One frame is in flight: call [`Swapchain::acquire`] when the previous frame's commands are done. The renderer rewrites
+//! mapped buffers that those commands read, so a second frame in flight would need a second set of buffers, and would save
+//! only the short time in which the CPU chooses tessellation factors.
 
 use std::any::Any;
 use std::ffi::CStr;
@@ -14,10 +14,10 @@ use raw_window_handle::{HasDisplayHandle, HasWindowHandle};
 use super::error::Doing;
 use super::{CommandRecorder, Gpu, GpuError, Image, ImageDesc, Result};
 
-/// The instance extensions that windows of a display need, for [`GpuOptions::window_extensions`](super::GpuOptions).
+/// The instance extensions that windows on a display need, for [`GpuOptions::window_extensions`](super::GpuOptions).
 ///
 /// # Errors
-/// [`GpuError::Usage`] for displays that Vulkan cannot draw on.
+/// [`GpuError::Usage`] for displays that Vulkan cannot present to.
 pub fn window_extensions(display: &impl HasDisplayHandle) -> Result<Vec<&'static CStr>> {
     let handle = display.display_handle().map_err(|e| GpuError::usage("display", e.to_string()))?;
     let pointers = ash_window::enumerate_required_extensions(handle.as_raw())
@@ -26,11 +26,11 @@ pub fn window_extensions(display: &impl HasDisplayHandle) -> Result<Vec<&'static
     Ok(pointers.iter().map(|&name| unsafe { CStr::from_ptr(name) }).collect())
 }
 
-/// The surface of a window, which it keeps open.
+/// The surface of a window; it keeps the window open.
 struct Surface {
     functions: ash::khr::surface::Instance,
     raw: vk::SurfaceKHR,
-    // Dropped last: the surface points to the window, and both to the instance.
+    // Dropped last: the surface refers to the window, and both refer to the instance.
     _window: Arc<dyn Any>,
     gpu: Arc<Gpu>,
 }
@@ -42,12 +42,12 @@ impl Drop for Surface {
     }
 }
 
-/// The images of a window, made anew when its size changes.
+/// The images of a window, recreated when its size changes.
 pub struct Swapchain {
     functions: ash::khr::swapchain::Device,
     raw: vk::SwapchainKHR,
     images: Vec<Image>,
-    /// One per image: an image's semaphore is free again when the image is acquired again.
+    /// One per image: the semaphore of an image is free when the image is acquired again.
     presentable: Vec<vk::Semaphore>,
     acquired: vk::Semaphore,
     format: vk::SurfaceFormatKHR,
@@ -106,22 +106,22 @@ impl Swapchain {
         Ok(swapchain)
     }
 
-    /// The format of the images: `B8G8R8A8` or `R8G8B8A8`, shown as sRGB. `UNORM` stores the codes as they are drawn,
-    /// `SRGB` encodes what is drawn.
+    /// The format of the images: `B8G8R8A8` or `R8G8B8A8`, displayed as sRGB. `UNORM` stores the codes as they are drawn;
+    /// `SRGB` encodes the drawn values.
     #[must_use]
     pub fn format(&self) -> vk::Format {
         self.format.format
     }
 
-    /// Waits for the next image of a window of `size` pixels. `None` when there is nothing to draw on, because the
-    /// window has no area or changed while this was asked: try again at the next event.
+    /// Waits for the next image of a window of `size` pixels. Returns `None` when there is nothing to draw on, because the
+    /// window has no area or changed during the call; try again at the next event.
     ///
     /// The commands of all earlier frames must be done.
     ///
     /// # Errors
     /// A lost device or surface, or memory that is short.
     pub fn acquire(&mut self, size: [u32; 2]) -> Result<Option<SwapchainFrame>> {
-        // A window that changes size faster than swapchains are made is left alone until its next event.
+        // If a window changes size faster than swapchains can be created, wait for its next event.
         for _ in 0..3 {
             if (self.stale || self.wanted != size) && !self.recreate(size)? {
                 return Ok(None);
@@ -132,12 +132,12 @@ impl Swapchain {
                 unsafe { self.functions.acquire_next_image(self.raw, timeout, self.acquired, vk::Fence::null()) };
             match result {
                 Ok((index, suboptimal)) => {
-                    // The image is acquired: it must be drawn and shown first.
+                    // The image is acquired, so it must be drawn and presented first.
                     self.stale = suboptimal;
                     return Ok(Some(SwapchainFrame { image: self.images[index as usize].clone(), index }));
                 }
                 Err(vk::Result::ERROR_OUT_OF_DATE_KHR) => self.stale = true,
-                // A compositor that shows nothing gives no images.
+                // A compositor that displays nothing provides no images.
                 Err(vk::Result::TIMEOUT | vk::Result::NOT_READY) => return Ok(None),
                 Err(result) => return Err(result).doing("acquiring an image of the window"),
             }
@@ -145,7 +145,8 @@ impl Swapchain {
         Ok(None)
     }
 
-    /// Submits what `recorder` recorded for this frame and shows the image when that is done. Does not wait.
+    /// Submits the commands that `recorder` recorded for this frame, and presents the image when they are done. Does not
+    /// wait.
     ///
     /// # Errors
     /// A lost device or surface.
@@ -168,7 +169,7 @@ impl Swapchain {
         Ok(())
     }
 
-    /// Makes the images anew; false when the window has no area.
+    /// Recreates the images; returns false when the window has no area.
     fn recreate(&mut self, size: [u32; 2]) -> Result<bool> {
         let gpu = self.surface.gpu.clone();
         let (_, _, physical) = gpu.raw_instance();
@@ -181,7 +182,7 @@ impl Swapchain {
         let most = if capabilities.max_image_count == 0 { u32::MAX } else { capabilities.max_image_count };
         let alpha = [vk::CompositeAlphaFlagsKHR::OPAQUE, vk::CompositeAlphaFlagsKHR::INHERIT];
         let alpha = alpha.into_iter().find(|&a| capabilities.supported_composite_alpha.contains(a));
-        // FIFO is always there, never tears, and keeps the GPU idle between refreshes.
+        // FIFO is always available, never tears, and lets the GPU idle between refreshes.
         let info = vk::SwapchainCreateInfoKHR::default()
             .surface(surface.raw)
             .min_image_count((capabilities.min_image_count + 1).min(most))
@@ -195,10 +196,10 @@ impl Swapchain {
             .present_mode(vk::PresentModeKHR::FIFO)
             .clipped(true)
             .old_swapchain(self.raw);
-        // SAFETY: the surface is alive and can do what is asked; the old swapchain is its own, or null.
+        // SAFETY: the surface is alive and supports what is requested; the old swapchain is its own, or null.
         let new = unsafe { self.functions.create_swapchain(&info, None) }.doing("creating the swapchain")?;
-        // The old one is retired even if a later step fails. Nothing tells when a present is done with its semaphore
-        // but the idle queue.
+        // The old swapchain is retired even if a later step fails. Only an idle queue guarantees that a present no longer
+        // uses its semaphore.
         gpu.wait_idle()?;
         self.retire();
         self.raw = new;
@@ -206,8 +207,8 @@ impl Swapchain {
         let raw_images = unsafe { self.functions.get_swapchain_images(new) }.doing("listing the swapchain's images")?;
         let desc = ImageDesc { usage, ..ImageDesc::new(self.format.format, width, height) };
         for (i, raw) in raw_images.into_iter().enumerate() {
-            // SAFETY: the image is the new swapchain's. `retire` lets go of the images, with the device idle, before it destroys
-            // the swapchain, and frames that were handed out refer to images that are shown no more.
+            // SAFETY: the image belongs to the new swapchain. `retire` releases the images, with the device idle, before it
+            // destroys the swapchain, and frames that were handed out refer to images that are no longer displayed.
             self.images.push(unsafe { Image::borrowed(&gpu, &format!("window image {i}"), raw, desc) }?);
             let semaphore = self.semaphore(&format!("presentable {i}"))?;
             self.presentable.push(semaphore);
@@ -226,7 +227,7 @@ impl Swapchain {
         Ok(semaphore)
     }
 
-    /// Lets go of the images; the device must be idle.
+    /// Releases the images; the device must be idle.
     fn retire(&mut self) {
         self.images.clear();
         // SAFETY: the device is idle; null handles are ignored.
@@ -249,7 +250,7 @@ impl Drop for Swapchain {
     }
 }
 
-/// 8-bit sRGB, encoded by the shader where that can be had: then the window shows the very codes of a PNG.
+/// 8-bit sRGB, encoded by the shader where available: the window then shows exactly the codes of a PNG.
 fn choose_format(formats: &[vk::SurfaceFormatKHR]) -> Option<vk::SurfaceFormatKHR> {
     use vk::Format as F;
     let wanted = [F::B8G8R8A8_UNORM, F::R8G8B8A8_UNORM, F::B8G8R8A8_SRGB, F::R8G8B8A8_SRGB];
@@ -259,7 +260,7 @@ fn choose_format(formats: &[vk::SurfaceFormatKHR]) -> Option<vk::SurfaceFormatKH
     })
 }
 
-/// The size of the images: the surface's own, or the window's where the surface follows the images.
+/// The size of the images: the surface's own, or the window's where the surface adapts to the images.
 fn extent(capabilities: &vk::SurfaceCapabilitiesKHR, size: [u32; 2]) -> Option<[u32; 2]> {
     let vk::Extent2D { width, height } = capabilities.current_extent;
     let (least, most) = (capabilities.min_image_extent, capabilities.max_image_extent);
