@@ -45,8 +45,8 @@ shared_struct! {
 pub enum Content {
     /// Moments that filter linearly, with mips: see [`OceanFields`].
     Moments,
-    /// Fields that are linear in the waves, so that cascades add up exactly; without mips. `displacement`: `Dx, Dy, height,
-    /// ∂Dx/∂y`; `slopes`: `∂h/∂x, ∂h/∂y, ∂Dx/∂x, ∂Dy/∂y`; `joint` is empty.
+    /// Fields that are linear in the waves, so that cascades add up exactly; without mips. `displacement`:
+    /// `Dx, Dy, height, ∂Dx/∂y`; `slopes`: `∂h/∂x, ∂h/∂y, ∂Dx/∂x, ∂Dy/∂y`; `joint` is empty.
     Derivatives,
 }
 

@@ -22,7 +22,7 @@ pub struct GBuffer {
     pub surface: Image,
 }
 
-/// The fields of a [`GBuffer`] pixel that debug pictures show.
+/// The fields of a [`GBuffer`] pixel that pictures of single layers show.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FilteredPixel {
     /// World displacement direction, unit.

@@ -21,8 +21,8 @@ pub struct Cascade {
     /// Waves with `low ≤ |k| < high`, rad/m.
     pub band: [f64; 2],
     /// For each wave vector `(i, j)`, at `j · resolution + i` (negative ones in the upper half, as in a Fourier transform):
-    /// the amplitude `a`, and the cycles per [`PERIOD`]. The height is `Σ ĥ e^{ik·x}`, `ĥ(k) = a(k) e^{−iωt} + conj(a(−k))
-    /// e^{iωt}`: each wave runs along its own vector.
+    /// the amplitude `a`, and the cycles per [`PERIOD`]. The height is `Σ ĥ e^{ik·x}` with
+    /// `ĥ(k) = a(k) e^{−iωt} + conj(a(−k)) e^{iωt}`, so each wave runs along its own vector.
     pub waves: Vec<[f32; 4]>,
 }
 
