@@ -197,7 +197,7 @@ impl DrawList {
 
 /// Slope of bumps that still shows when an edge is seen end-on.
 const BUMP_SLOPE: f32 = 0.3;
-/// Relief in pixels from which on an edge is divided as finely as its length on the screen asks for.
+/// Relief in pixels at and above which an edge is divided as finely as its length on the screen asks for.
 const FULL_RELIEF: f32 = 2.0;
 
 /// The screen length by which an edge is divided: foreshortened, but at least what its bumps show from the side, and less
