@@ -179,7 +179,7 @@ mod tests {
         assert!((light(&RELIEF, wo, wo) / expected - DVec3::ONE).length() < 4e-3);
         // Away from the light, something is in shadow.
         let matt = Surface { f0: DVec3::ZERO, ..RELIEF };
-        let wi = at(1.2, 3.0);
+        let wi = at(1.45, 3.0);
         let unshadowed = matt.albedo * leadr_diffuse_light_visible(wo, wi, m, s, false, DIFFUSE_TERMS);
         let share = light(&matt, wo, wi).x / unshadowed.x;
         assert!((0.5..0.95).contains(&share), "{share}");

@@ -143,7 +143,7 @@ mod tests {
         assert!(why[0].contains("highlights") && why[1].contains("silhouette"), "{why:?}");
         let shape = Case { normal_map: Some(Errors { flip: 0.0, rrmse: 0.01, bias: 0.0 }), ..case("leadr", 0.2, 0.0) };
         assert!(explain(&shape, &[])[0].contains("hide each other"));
-        assert!(explain(&case("leadr", 0.2, 0.01), &[])[0].contains("Spread"));
+        assert!(explain(&case("leadr", 0.2, 0.01), &[])[0].contains("spread over the surface"));
         assert!(explain(&Case { noise: 0.15, ..case("leadr", 0.2, 0.01) }, &[])[0].contains("uncertain"));
     }
 }
