@@ -5,6 +5,7 @@ use std::sync::Arc;
 use crate::gpu::{Gpu, Result};
 
 pub mod accumulate;
+pub mod clamp;
 pub mod edges;
 pub mod environment_lights;
 pub mod filter;
@@ -31,6 +32,8 @@ pub struct CommonPasses {
     pub edges: edges::EdgePass,
     /// The mean of the samples.
     pub accumulate: accumulate::AccumulatePass,
+    /// No negative means.
+    pub clamp: clamp::ClampPass,
 }
 
 impl CommonPasses {
@@ -44,6 +47,7 @@ impl CommonPasses {
             tiles: tiles::TilePass::new(gpu)?,
             edges: edges::EdgePass::new(gpu)?,
             accumulate: accumulate::AccumulatePass::new(gpu)?,
+            clamp: clamp::ClampPass::new(gpu)?,
         })
     }
 }
