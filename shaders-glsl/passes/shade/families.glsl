@@ -11,7 +11,6 @@ const int FAMILY_UNLIT = 0;       // the albedo
 const int FAMILY_BLINN_PHONG = 1; // a Blinn-Phong lobe about the mean normal
 const int FAMILY_TOKSVIG = 2;     // the same, as rough as the mean normal is short
 const int FAMILY_LEAN = 3;        // a Beckmann lobe of the slopes, without projected areas
-const int FAMILY_HEADLIGHT = 5;   // a lamp at the viewer
 const int FAMILY_LEADR = 4;       // integrals over the visible slopes
 
 // Density of the lobe's normals: Blinn-Phong's about the mean normal, LEAN's in the tangent frame.
@@ -67,9 +66,6 @@ vec3 classic_radiance(Surface surface, float environment_scale) {
 vec3 family_radiance(Surface surface, float environment_scale) {
     if (FAMILY == FAMILY_UNLIT) {
         return surface.albedo;
-    }
-    if (FAMILY == FAMILY_HEADLIGHT) {
-        return surface.albedo * max(dot(normal_of_slope(surface.mean_slope), surface.wo), 0.0);
     }
     if (FAMILY != FAMILY_LEADR) {
         return classic_radiance(surface, environment_scale);

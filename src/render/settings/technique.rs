@@ -35,8 +35,6 @@ pub enum Family {
     Lean,
     /// Integrals over the visible slopes.
     Leadr,
-    /// A lamp at the viewer.
-    Headlight,
 }
 
 /// Which slope statistics of a pixel a technique receives.
@@ -156,16 +154,6 @@ techniques! {
         slopes: Slopes::Covariance,
         ggx: true,
         pixel_kernel: true,
-    };
-    /// The albedo under a lamp at the viewer.
-    Headlight = Row {
-        name: "headlight",
-        help: "Albedo under a lamp at the viewer",
-        key: '0',
-        family: Family::Headlight,
-        slopes: Slopes::Mean,
-        ggx: false,
-        pixel_kernel: false,
     };
     /// The finest level of the maps without slope statistics: correct with enough samples per pixel.
     Reference = Row {
@@ -299,7 +287,6 @@ mod tests {
             (Family::Toksvig, "TOKSVIG"),
             (Family::Lean, "LEAN"),
             (Family::Leadr, "LEADR"),
-            (Family::Headlight, "HEADLIGHT"),
         ] {
             let line = format!("const int FAMILY_{name} = {};", family as i32);
             assert!(glsl.contains(&line), "{line}");
