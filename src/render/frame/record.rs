@@ -156,7 +156,6 @@ impl PreparedFrame<'_> {
         });
         let radiance = &targets.pixels.radiance;
         passes.run("accumulate", |cmd| common.accumulate.record(cmd, radiance, edges, &targets.mean, *drawn));
-        passes.run("clamp", |cmd| common.clamp.record(cmd, &targets.mean));
     }
 
     fn shade_inputs<'a>(&'a self, joined: Option<&'a JoinedEdges>) -> ShadeInputs<'a> {

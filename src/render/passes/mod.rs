@@ -5,7 +5,6 @@ use std::sync::Arc;
 use crate::gpu::{Gpu, Result};
 
 pub mod accumulate;
-pub mod clamp;
 pub mod edges;
 pub mod environment_lights;
 pub mod filter;
@@ -32,8 +31,6 @@ pub struct CommonPasses {
     pub edges: edges::EdgePass,
     /// The mean of the samples.
     pub accumulate: accumulate::AccumulatePass,
-    /// No negative means.
-    pub clamp: clamp::ClampPass,
 }
 
 impl CommonPasses {
@@ -47,7 +44,6 @@ impl CommonPasses {
             tiles: tiles::TilePass::new(gpu)?,
             edges: edges::EdgePass::new(gpu)?,
             accumulate: accumulate::AccumulatePass::new(gpu)?,
-            clamp: clamp::ClampPass::new(gpu)?,
         })
     }
 }
