@@ -35,8 +35,6 @@ pub struct SceneConfig {
     pub shading: Shading,
     /// Whether heights move the surface.
     pub displacement: bool,
-    /// Whether the sun casts shadows.
-    pub shadows: bool,
     /// Screen pixels per triangle.
     pub triangle_pixels: f32,
     /// Where it is seen from.
@@ -71,7 +69,6 @@ impl Default for SceneConfig {
             day_length: None,
             shading: Shading::default(),
             displacement: true,
-            shadows: true,
             triangle_pixels: 4.0,
             view: View::Mid,
             distance: None,
@@ -95,7 +92,6 @@ impl SceneConfig {
             seed: self.seed,
             shading: self.shading,
             displacement: self.displacement,
-            shadows: self.shadows,
             tessellation: TessellationSettings {
                 pixels_per_triangle: self.triangle_pixels,
                 to_texels: self.shading.technique().is_reference(),

@@ -48,9 +48,6 @@ pub struct SceneArgs {
     /// Keep the geometry smooth; the slopes of the height map still shade it
     #[arg(long)]
     pub no_displacement: bool,
-    /// Leave out the shadows that the sun casts
-    #[arg(long)]
-    pub no_shadows: bool,
     /// With --technique reference: bumps shadow each other, from every light and the environment; slow, needs many samples
     #[arg(long)]
     pub relief_shadows: bool,
@@ -141,7 +138,6 @@ impl SceneArgs {
             day_length: a.day_length,
             shading,
             displacement: !a.no_displacement,
-            shadows: !a.no_shadows,
             triangle_pixels: a.triangle_pixels,
             view,
             distance: a.distance,
