@@ -1,4 +1,4 @@
-//! A picture of a displaced sphere in the evening: `cargo run --release --example 00_first_picture`.
+//! A picture of a displaced sphere in the evening, `out/first_picture.png`: `cargo run --release --example 00_first_picture`.
 
 use leadr::glam::Vec3;
 use leadr::{Camera, Environment, Gpu, GpuOptions, Lights, NamedScene, RenderSettings, Renderer, Sky, save_png};
@@ -16,6 +16,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 
     let settings = RenderSettings { size: (960, 640), samples: 16, ..Default::default() };
     let picture = renderer.render(&frame, &settings)?.image();
-    save_png("first_picture.png", &picture, frame.exposure(), Default::default())?;
+    std::fs::create_dir_all("out")?;
+    save_png("out/first_picture.png", &picture, frame.exposure(), Default::default())?;
     Ok(())
 }
