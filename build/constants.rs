@@ -8,6 +8,12 @@ const FILES: [(&str, &str, Floats); 2] = [
     ("shaders-glsl/passes/light/atmosphere.glsl", "atmosphere.rs", Floats::F64),
 ];
 
+/// Numbers of an enum that stand in a GLSL file among other code: the file, how their names begin, and the Rust file.
+const ENUMS: [(&str, &str, &str); 2] = [
+    ("shaders-glsl/passes/shade/families.glsl", "FAMILY_", "families.rs"),
+    ("shaders-glsl/leadr/masking/correlated.glsl", "LEADR_SHADOWING_", "shadowing.rs"),
+];
+
 /// Precision in Rust.
 #[derive(Clone, Copy)]
 pub enum Floats {
@@ -27,7 +33,33 @@ pub fn write(out: &std::path::Path) -> Result<(), String> {
         let module = rust_from_glsl(&text, floats).map_err(|e| format!("{glsl}: {e}"))?;
         std::fs::write(out.join(rust), module).map_err(|e| format!("{rust}: {e}"))?;
     }
+    for (glsl, prefix, rust) in ENUMS {
+        println!("cargo:rerun-if-changed={glsl}");
+        let text = std::fs::read_to_string(glsl).map_err(|e| format!("{glsl}: {e}"))?;
+        let module = enum_from_glsl(&text, prefix).map_err(|e| format!("{glsl}: {e}"))?;
+        std::fs::write(out.join(rust), module).map_err(|e| format!("{rust}: {e}"))?;
+    }
     Ok(())
+}
+
+/// Rust source for the lines `const int PREFIX… = VALUE;` of a GLSL file, the prefix taken off.
+///
+/// # Errors
+/// That there is none, or that two have one value.
+pub fn enum_from_glsl(glsl: &str, prefix: &str) -> Result<String, String> {
+    let start = format!("const int {prefix}");
+    let mut rust = String::new();
+    let mut values = Vec::new();
+    for line in glsl.lines().filter_map(|line| line.strip_prefix(&start)) {
+        let (name, rest) = line.split_once('=').ok_or_else(|| format!("{prefix}{line}: no value"))?;
+        let value = rest.split(';').next().unwrap_or_default().trim();
+        if values.contains(&value) {
+            return Err(format!("two constants {prefix}… are {value}"));
+        }
+        values.push(value);
+        writeln!(rust, "pub const {}: isize = {value};", name.trim()).expect("a String takes all");
+    }
+    if values.is_empty() { Err(format!("no constant {prefix}…")) } else { Ok(rust) }
 }
 
 /// Rust source for a GLSL file of nothing but comments, preprocessor lines and `const TYPE NAME = VALUE;`. The comments

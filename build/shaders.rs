@@ -5,17 +5,16 @@
 use std::fmt::Write as _;
 use std::path::{Component, Path, PathBuf};
 
-use crate::constants;
 use crate::reflect::{self, Interface};
 
 const ROOT: &str = "shaders-glsl";
 
-/// Writes the table and the shared constants for this crate, or stops the build.
+/// Writes the table of shaders for this crate, or stops the build.
 pub fn run() {
     println!("cargo:rerun-if-changed={ROOT}");
     println!("cargo:rustc-env=LEADR_COMMIT={}", commit());
     let out = PathBuf::from(std::env::var_os("OUT_DIR").expect("cargo sets OUT_DIR"));
-    match constants::write(&out).and_then(|()| build(&out)) {
+    match build(&out) {
         Ok(()) => {}
         Err(report) => {
             eprintln!("{report}");

@@ -7,7 +7,7 @@ mod constants;
 #[path = "../../build/reflect.rs"]
 mod reflect;
 
-use constants::{Floats, rust_from_glsl};
+use constants::{Floats, enum_from_glsl, rust_from_glsl};
 use reflect::{Constant, interface};
 
 #[test]
@@ -24,6 +24,15 @@ fn plain_constants_become_rust_with_their_comments() {
         let error = rust_from_glsl(&format!("\n{wrong}"), Floats::F32).unwrap_err();
         assert!(error.starts_with("line 2") && error.contains(wrong), "{error}");
     }
+}
+
+#[test]
+fn numbers_of_an_enum_are_found_among_other_code() {
+    let glsl =
+        "const int KIND_A = 0; // first\nfloat f() { return 1.0; }\nconst int KIND_B_C = 1;\nconst int OTHER = 1;\n";
+    assert_eq!(enum_from_glsl(glsl, "KIND_").unwrap(), "pub const A: isize = 0;\npub const B_C: isize = 1;\n");
+    assert!(enum_from_glsl(glsl, "NONE_").is_err());
+    assert!(enum_from_glsl("const int KIND_A = 0;\nconst int KIND_B = 0;", "KIND_").is_err());
 }
 
 /// A module of signed constants with these names (a letter each) and numbers.
