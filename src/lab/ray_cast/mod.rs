@@ -21,6 +21,6 @@ mod patch;
 mod sphere;
 mod tile;
 
-pub use patch::{Estimate, Facet, Patch, Visibility};
+pub use patch::{Estimate, Facet, Patch, SeenAndLit};
 pub use sphere::{SphereError, SpherePixel, SphereTruth};
 pub use tile::{Spectrum, Tile};

@@ -59,7 +59,7 @@ impl<const K: usize> Estimate<K> {
 
 /// How often facets of one slope are seen and lit.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Visibility {
+pub struct SeenAndLit {
     /// Fraction that the viewer sees.
     pub seen: f64,
     /// Fraction that the light reaches.
@@ -256,7 +256,7 @@ impl<'a> Patch<'a> {
         wi: DVec3,
         rays: u32,
         seed: u64,
-    ) -> Option<Visibility> {
+    ) -> Option<SeenAndLit> {
         let size = self.tile.size() as i32;
         // On the lattice the slopes are whitened up to the tile's own, nearly unit, covariance.
         let centre = self.factor.inverse() * (slope - self.mean);
@@ -293,7 +293,7 @@ impl<'a> Patch<'a> {
             })
             .reduce(|| [0; 3], |a, b| std::array::from_fn(|k| a[k] + b[k]));
         let [seen, lit, both] = counts.map(|count| count as f64 / f64::from(rays));
-        Some(Visibility { seen, lit, both, facets: found.len() })
+        Some(SeenAndLit { seen, lit, both, facets: found.len() })
     }
 
     /// Radiance of perfect mirrors (`F = 1`) under a directional light of unit irradiance on a plane facing it: the density

@@ -2,7 +2,7 @@
 
 use glam::{DMat3, DMat4, DVec2, DVec3, Mat4, Vec3};
 
-use super::gait::{DUTY, Foot, PERIOD, STRIDE, Turn, body_turns, foot, pelvis};
+use super::gait::{Foot, PERIOD, STRIDE, Turn, body_turns, foot, pelvis};
 use super::skeleton::{JOINT_COUNT, JOINTS, joint_index};
 
 /// Speed over the ground, metres per second.
@@ -38,12 +38,6 @@ pub fn pose(time_seconds: f64) -> Pose {
 #[must_use]
 pub fn pose_in_place(time_seconds: f64) -> Pose {
     pose_at((time_seconds / PERIOD).rem_euclid(1.0), 0.0)
-}
-
-/// Whether a foot (0 left, 1 right) is on the ground at a time.
-#[must_use]
-pub fn is_on_ground(time_seconds: f64, side: usize) -> bool {
-    (time_seconds / PERIOD + 0.5 * side as f64).rem_euclid(1.0) < DUTY
 }
 
 fn rotation(turn: Turn) -> DMat3 {
@@ -134,7 +128,7 @@ fn solve_leg(local: &mut [DMat3], side: &str, sign: f64, foot: &Foot, root: DVec
 mod tests {
     use super::*;
     use crate::render::surfaces::patch_mesh::PatchMesh;
-    use crate::scenes::trex::gait::HEEL_OFF;
+    use crate::scenes::trex::gait::{DUTY, HEEL_OFF};
     use crate::scenes::trex::sdf::TrexSdf;
 
     #[test]

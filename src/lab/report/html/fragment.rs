@@ -57,7 +57,7 @@ impl Html {
         let _ = writeln!(self.0, "<div class=\"scroll\"><table class=\"{class}\">");
         let _ = writeln!(self.0, "<caption>{}</caption>\n<thead><tr>", escape(&table.caption));
         for (column, head) in table.head.iter().enumerate() {
-            let number = |row: &Vec<Cell>| matches!(row.get(column), Some(Cell::Number(_) | Cell::Best(_)));
+            let number = |row: &Vec<Cell>| matches!(row.get(column), Some(Cell::Number(_)));
             let class = if table.rows.iter().any(number) { " class=\"n\"" } else { "" };
             let _ = write!(self.0, "<th scope=\"col\"{class}>{}</th>", escape(head));
         }
@@ -77,7 +77,6 @@ impl Html {
         let (class, content) = match cell {
             Cell::Text(text) => ("", escape(text)),
             Cell::Number(value) => (" class=\"n\"", number(*value)),
-            Cell::Best(value) => (" class=\"n\"", format!("<strong>{}</strong>", number(*value))),
             Cell::Figure(figure) => ("", figure_markup(figure)),
         };
         let _ = write!(self.0, "{open}{class}>{content}{close}");
