@@ -45,7 +45,6 @@ pub struct Gpu {
 struct Facts {
     name: String,
     driver: String,
-    kind: vk::PhysicalDeviceType,
     driver_id: vk::DriverId,
     limits: vk::PhysicalDeviceLimits,
 }
@@ -162,11 +161,6 @@ impl Gpu {
     /// The driver's name and version, such as "llvmpipe Mesa 22.3.6 (LLVM 15.0.6)".
     pub fn driver_info(&self) -> &str {
         &self.facts.driver
-    }
-
-    /// Whether the device is the CPU.
-    pub fn is_cpu(&self) -> bool {
-        self.facts.kind == vk::PhysicalDeviceType::CPU
     }
 
     /// Whether the driver is Mesa's lavapipe.
@@ -374,11 +368,5 @@ fn facts(instance: &ash::Instance, chosen: &select::Candidate) -> Facts {
     let text = |s: std::result::Result<&CStr, _>| s.map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
     let name = text(driver.driver_name_as_c_str().map_err(drop));
     let info = text(driver.driver_info_as_c_str().map_err(drop));
-    Facts {
-        name: chosen.name.clone(),
-        driver: format!("{name} {info}"),
-        kind: chosen.kind,
-        driver_id: driver.driver_id,
-        limits,
-    }
+    Facts { name: chosen.name.clone(), driver: format!("{name} {info}"), driver_id: driver.driver_id, limits }
 }

@@ -80,7 +80,7 @@ impl Passes<'_> {
     /// barriers.
     pub fn run(&mut self, name: &str, record: impl Fn(&mut Commands)) {
         let repeats = self.timer.repeats;
-        self.cmd.label(name, |cmd| (0..repeats).for_each(|_| record(cmd)));
+        self.cmd.label_times(name, repeats, record);
         self.finish(name, repeats);
     }
 
