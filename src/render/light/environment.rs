@@ -10,6 +10,7 @@ use std::sync::Arc;
 use super::cube_mips::CubeMips;
 use super::equirect;
 use super::equirect::EquirectPass;
+use super::panorama::EnvironmentLight;
 use super::sky::Sky;
 use super::sky_pass::SkyPass;
 use crate::gpu::vk::Format;
@@ -29,6 +30,7 @@ pub struct Environment {
     mips: CubeMips,
     sampler: Sampler,
     source: Source,
+    lights: Vec<EnvironmentLight>,
 }
 
 impl Environment {
@@ -73,7 +75,7 @@ impl Environment {
         let cube = Image::new(gpu, "environment", desc)?;
         let levels = (0..desc.mips).map(|mip| cube.mip_array(mip)).collect::<Result<Vec<_>>>()?;
         let sampler = Sampler::new(gpu, "environment", Filter::Trilinear, AddressMode::ClampToEdge)?;
-        Ok(Self { cube, levels, mips: CubeMips::new(gpu)?, sampler, source })
+        Ok(Self { cube, levels, mips: CubeMips::new(gpu)?, sampler, source, lights: Vec::new() })
     }
 
     /// Records the sky pass and the mips if `sky` differs from what the cube shows, and nothing otherwise; call it every
@@ -114,6 +116,20 @@ impl Environment {
         // the old content is not needed, but its readers must be done
         cmd.image_barrier(&self.cube, Use::Undefined, Use::ComputeReadWrite);
         record(cmd, &self.levels[0]);
+    }
+
+    /// The directional lights that were taken out of its picture; the cube holds the rest. None under the analytic sky,
+    /// whose sun never is in the cube.
+    #[must_use]
+    pub fn lights(&self) -> &[EnvironmentLight] {
+        &self.lights
+    }
+
+    /// The cube map as it looks behind all surfaces, its lights included; only the finest level is meant to be read.
+    #[doc(hidden)]
+    #[must_use]
+    pub fn background(&self) -> &ImageView {
+        self.cube.whole()
     }
 
     /// The cube map, for `samplerCube`.

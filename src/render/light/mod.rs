@@ -7,5 +7,6 @@ pub mod environment;
 pub mod equirect;
 pub mod exposure;
 pub mod irradiance;
+pub mod panorama;
 pub mod sky;
 pub mod sky_pass;
