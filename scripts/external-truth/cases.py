@@ -1,0 +1,144 @@
+"""What is compared: spheres, flat planes and reliefs under panoramas."""
+import fnmatch
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+import panoramas
+import reliefs
+import truth
+
+ALPHAS = [0.05, 0.1, 0.3, 0.6]
+#                  angle to the normal, distance (m), field of view (degrees), size
+VIEWS = {
+    "near": (45, 0.6, 35, (96, 64)),
+    "mid": (45, 3.2, 35, (96, 64)),
+    "far": (45, 8.6, 25, (72, 48)),
+    "oblique": (75, 15.0, 6, (72, 48)),
+}
+# name: relief, scale, panorama
+PLANES = {
+    "rock": ("rock", 1.0, "spiaggia"),
+    "rock-sunless": ("rock", 1.0, "soft"),
+    "walkway": ("walkway", 0.3, "spruit"),
+    "leather": ("leather", 0.2, "soft"),
+    "studs": ("studs", 1.0, "pixel"),
+    "studs-sunless": ("studs", 1.0, "checks"),
+}
+AZIMUTH = -50  # of all cameras, degrees
+
+# Ways of drawing a case. One sample of the default is what the goals speak of.
+SPECULAR_WAYS = {
+    "1 sample": ["--samples", 1],
+    "4 samples": ["--samples", 4],
+    "9 probes": ["--samples", 1, "--probes", 9],
+    "5 probes": ["--samples", 1, "--probes", 5],
+    "grid 5x5": ["--samples", 1, "--grid", 5],
+}
+WAYS = {key: SPECULAR_WAYS[key] for key in ("1 sample", "4 samples")}
+# Only on demand.
+SLOW_WAYS = {
+    "reference": ["--technique", "reference", "--samples", 64],
+    "relief": ["--technique", "reference", "--relief-shadows", "--samples", 32],
+}
+
+
+def camera(angle, distance, fov, height=0.0):
+    polar, azimuth = math.radians(angle), math.radians(AZIMUTH)
+    away = np.array([math.sin(polar) * math.cos(azimuth), math.sin(polar) * math.sin(azimuth), math.cos(polar)])
+    position = [float(c) for c in np.array([0, 0, height]) + distance * away]
+    return dict(position=position, target=[0.0, 0.0, height], up=[0.0, 0.0, 1.0], fov_degrees=fov)
+
+
+@dataclass(frozen=True)
+class Case:
+    """One picture and how leadr is asked for it."""
+
+    name: str  # group/subject/.../terms
+    scene: str
+    panorama: str
+    camera: dict
+    size: tuple
+    alpha: float
+    terms: str  # all, specular, diffuse
+    spp: int  # samples per pixel of the truth at most
+    relief: str = "studs"
+    scale: float = 0.0
+
+    def heights(self):
+        """Metres."""
+        return reliefs.heights(self.relief) * reliefs.HEIGHT * self.scale
+
+    def panorama_file(self):
+        return panoramas.path(self.panorama)
+
+    def facts(self):
+        fields = ("scene", "panorama", "camera", "size", "alpha", "terms", "relief", "scale")
+        return {field: getattr(self, field) for field in fields}
+
+    def available(self):
+        return self.panorama_file() is not None and (self.scale == 0 or reliefs.heights(self.relief) is not None)
+
+    def ways(self):
+        return SPECULAR_WAYS if self.terms == "specular" else WAYS
+
+    def flags(self):
+        """What leadr is told besides the way. The environment's terms include lights that leadr takes out of it."""
+        terms = {"all": "all", "specular": "specular-environment", "diffuse": "diffuse-environment"}[self.terms]
+        flags = ["--scene", self.scene, "--height-map", reliefs.path(self.relief), "--height-scale", self.scale]
+        flags += ["--roughness", self.alpha, "--terms", terms, "--size", f"{self.size[0]}x{self.size[1]}"]
+        return flags + (["--atlas-tile", 8] if self.scene == "sphere" else [])
+
+    def mask(self):
+        """The pixels that are judged: all of a plane, a sphere without its outline."""
+        w, h = self.size
+        if self.scene == "sphere":
+            y, x = np.mgrid[0:h, 0:w] + 0.5
+            tangent = np.hypot(x - w / 2, y - h / 2) * 2 / h * math.tan(math.radians(self.camera["fov_degrees"]) / 2)
+            distance = np.linalg.norm(np.array(self.camera["position"]))
+            return tangent < 0.95 * math.tan(math.asin(1 / distance))
+        eye, target = np.array(self.camera["position"]), np.array(self.camera["target"])
+        forward = (target - eye) / np.linalg.norm(target - eye)
+        right = np.cross(forward, [0, 0, 1])
+        right /= np.linalg.norm(right)
+        down = np.cross(forward, right)
+        t = math.tan(math.radians(self.camera["fov_degrees"]) / 2)
+        y, x = np.mgrid[0 : h + 1, 0 : w + 1]
+        ray = forward + right * ((2 * x / w - 1) * t * w / h)[..., None] + down * ((2 * y / h - 1) * t)[..., None]
+        met = eye + ray * ((target[2] - eye[2]) / ray[..., 2])[..., None]
+        on = (ray[..., 2] < 0) & (np.abs(met[..., :2]).max(-1) < truth.HALF - 0.15)
+        return on[:-1, :-1] & on[1:, :-1] & on[:-1, 1:] & on[1:, 1:]
+
+
+def spheres():
+    seen = camera(60, 4.8, 30)
+    for panorama in panoramas.NAMES:
+        for alpha in ALPHAS:
+            yield Case(f"sphere/{panorama}/{alpha}/specular", "sphere", panorama, seen, (96, 96), alpha, "specular", 8192)
+        yield Case(f"sphere/{panorama}/0.3/diffuse", "sphere", panorama, seen, (96, 96), 0.3, "diffuse", 8192)
+
+
+def flats():
+    for panorama in ("spiaggia", "soft", "spruit", "pixel"):
+        for angle in (20, 45, 75):
+            for terms in ("specular", "diffuse"):
+                name = f"flat/{panorama}/{angle}/{terms}"
+                yield Case(name, "plane", panorama, camera(angle, 3.0, 20), (16, 12), 0.35, terms, 32768)
+
+
+def planes():
+    for name, (relief, scale, panorama) in PLANES.items():
+        h = reliefs.heights(relief)
+        height = 0.0 if h is None else float(h.mean() * reliefs.HEIGHT * scale)
+        for view, (angle, distance, fov, size) in VIEWS.items():
+            for terms in ("all", "specular", "diffuse"):
+                seen = camera(angle, distance, fov, height)
+                yield Case(f"plane/{name}/{view}/{terms}", "plane", panorama, seen, size, 0.35, terms, 4096, relief, scale)
+
+
+def chosen(patterns):
+    """The cases whose names match one of the patterns (`*` and `?`, or part of the name); all without patterns."""
+    every = [*spheres(), *flats(), *planes()]
+    match = lambda name: any(p in name or fnmatch.fnmatch(name, p) for p in patterns)
+    return [case for case in every if not patterns or match(case.name)]

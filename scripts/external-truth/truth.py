@@ -1,0 +1,208 @@
+"""The truth: Mitsuba's path tracer, light reflected once, on leadr's plane and sphere."""
+import hashlib
+import json
+import math
+import time
+
+import drjit as dr
+import mitsuba as mi
+import numpy as np
+
+import files
+import reliefs
+
+HALF = 4.0  # half the plane's side, metres
+F0 = 0.04
+# Linear, and 8-bit where colours of vertices reach leadr's shaders.
+ALBEDO = [round(c * 255) / 255 for c in (0.27, 0.23, 0.19)]
+CHUNK = 256  # samples per pixel of one of the pictures whose spread tells the noise
+NOISE = 0.01  # where samples end, if a case's own limit does not end them before
+
+
+def emitter(panorama):
+    """leadr has texel centres at (j + 1/2)/H and z up, Mitsuba rows at j/(H - 1) and y up. 2H + 1 rows hold the same piecewise
+    linear function exactly."""
+    radiance = files.load(panorama)
+    h = len(radiance)
+    at = np.clip(np.arange(2 * h + 1) / 2 - 0.5, 0, h - 1)
+    i = np.minimum(at.astype(int), h - 2)
+    f = (at - i)[:, None, None]
+    rows = (radiance[i] * (1 - f) + radiance[i + 1] * f).astype(np.float32)
+    turn = np.array([[0, 0, 1, 0], [1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 0, 1]], dtype=np.float64)
+    return dict(type="envmap", bitmap=mi.Bitmap(rows), to_world=mi.ScalarTransform4f(turn))
+
+
+def sensor(camera, size):
+    return dict(
+        type="perspective",
+        fov=camera["fov_degrees"],
+        fov_axis="y",
+        near_clip=1e-3,
+        far_clip=1e4,
+        to_world=mi.ScalarTransform4f().look_at(origin=camera["position"], target=camera["target"], up=camera["up"]),
+        film=dict(type="hdrfilm", width=size[0], height=size[1], rfilter=dict(type="box"), pixel_format="rgb", component_format="float32"),
+        sampler=dict(type="independent"),
+    )
+
+
+def smith_lambda(a):
+    """Smith's exact Lambda of Gaussian slopes; `a` is cot(theta) / alpha."""
+    a = dr.maximum(a, 1e-6)
+    return dr.select(a > 12, 0.0, 0.5 * (dr.erf(a) - 1 + dr.exp(-a * a) / (a * math.sqrt(math.pi))))
+
+
+def mean_fresnel(alpha, count=256):
+    """Mean Fresnel term of the mirrors that a viewer sees, at `count` even cosines."""
+    node, weight = np.polynomial.hermite_e.hermegauss(60)
+    sx, sy = np.meshgrid(node * alpha / math.sqrt(2), node * alpha / math.sqrt(2))
+    weight = np.outer(weight, weight)
+    means = []
+    for cosine in np.maximum(np.linspace(0, 1, count), 1e-3):
+        area = np.maximum(cosine - math.sqrt(1 - cosine * cosine) * sx, 0)
+        facing = np.minimum(area / np.sqrt(1 + sx**2 + sy**2), 1)
+        means.append((weight * area * (F0 + (1 - F0) * (1 - facing) ** 5)).sum() / (weight * area).sum())
+    return np.array(means, dtype=np.float32)
+
+
+class Coat(mi.BSDF):
+    """Lambert under Beckmann mirrors in the frame of the facet; Schlick's Fresnel term, height-correlated Smith. The diffuse
+    part gets what the visible mirrors leave on average. Mirrors are Mitsuba's own."""
+
+    def __init__(self, props):
+        super().__init__(props)
+        self.alpha = props.get("alpha", 0.35)
+        self.specular = props.get("specular", True)
+        self.diffuse = props.get("diffuse", True)
+        self.mirrors = mi.MicrofacetDistribution(mi.MicrofacetType.Beckmann, self.alpha, True)
+        self.reflected = mi.Float(mean_fresnel(self.alpha))
+        flags = mi.BSDFFlags.GlossyReflection | mi.BSDFFlags.DiffuseReflection | mi.BSDFFlags.FrontSide
+        self.m_components = [flags]
+        self.m_flags = flags
+
+    def mean_reflected(self, cosine):
+        at = dr.clip(cosine, 0, 1) * 255
+        i = dr.minimum(mi.UInt32(at), 254)
+        f = at - mi.Float(i)
+        return dr.gather(mi.Float, self.reflected, i) * (1 - f) + dr.gather(mi.Float, self.reflected, i + 1) * f
+
+    def hidden(self, w):
+        return smith_lambda(w.z / (self.alpha * dr.sqrt(dr.maximum(w.x * w.x + w.y * w.y, 1e-12))))
+
+    def value(self, wi, wo):
+        above = (wi.z > 0) & (wo.z > 0)
+        total = mi.Color3f(0)
+        if self.specular:
+            half = dr.normalize(wi + wo)
+            fresnel = F0 + (1 - F0) * dr.power(dr.clip(1 - dr.dot(wi, half), 0, 1), 5)
+            lit = 1 / (1 + self.hidden(wi) + self.hidden(wo))
+            total += mi.Color3f(fresnel * self.mirrors.eval(half) * lit / (4 * wi.z))
+        if self.diffuse:
+            total += mi.Color3f(*ALBEDO) * wo.z * dr.inv_pi * (1 - self.mean_reflected(wi.z))
+        return dr.select(above, total, 0)
+
+    def density(self, wi, wo):
+        p = mi.Float(0)
+        if self.specular:
+            half = dr.normalize(wi + wo)
+            p += self.mirrors.pdf(wi, half) / (4 * dr.maximum(dr.dot(wi, half), 1e-9))
+        if self.diffuse:
+            p += dr.maximum(wo.z, 0) * dr.inv_pi
+        p *= 0.5 if self.specular and self.diffuse else 1.0
+        return dr.select((wi.z > 0) & (wo.z > 0), p, 0)
+
+    def sample(self, context, si, sample1, sample2, active):
+        active &= si.wi.z > 0
+        wo = mi.warp.square_to_cosine_hemisphere(sample2)
+        if self.specular:
+            half, _ = self.mirrors.sample(si.wi, sample2)
+            mirrored = mi.reflect(si.wi, half)
+            wo = dr.select(sample1 < 0.5, mirrored, wo) if self.diffuse else mirrored
+        drawn = dr.zeros(mi.BSDFSample3f)
+        drawn.wo, drawn.eta, drawn.pdf = wo, 1.0, self.density(si.wi, wo)
+        drawn.sampled_type = mi.UInt32(+mi.BSDFFlags.GlossyReflection)
+        drawn.sampled_component = 0
+        active &= drawn.pdf > 0
+        return drawn, dr.select(active, self.value(si.wi, wo) / dr.maximum(drawn.pdf, 1e-20), 0)
+
+    def eval(self, context, si, wo, active):
+        return self.value(si.wi, wo) & active
+
+    def pdf(self, context, si, wo, active):
+        return dr.select(active, self.density(si.wi, wo), 0)
+
+    def eval_pdf(self, context, si, wo, active):
+        return self.eval(context, si, wo, active), self.pdf(context, si, wo, active)
+
+    def traverse(self, callback):
+        pass
+
+    def to_string(self):
+        return "Coat[]"
+
+
+mi.register_bsdf("coat", Coat)
+
+
+def plane(heights, bsdf):
+    """The plane's triangles: a vertex per texel of `heights` (metres), as many repeats as 8 m hold."""
+    n = len(heights)
+    texel = reliefs.REPEAT / n
+    side = round(2 * HALF / texel)
+    at = np.arange(side) - side // 2
+    z = heights[np.ix_(at % n, at % n)]
+    x, y = np.meshgrid((at + 0.5) * texel, (at + 0.5) * texel)
+    vertices = np.stack([x, y, z], -1).reshape(-1, 3).astype(np.float32)
+    cell = np.arange(side - 1)
+    a = (cell[:, None] * side + cell).ravel()
+    triangles = np.concatenate([np.stack([a, a + 1, a + side + 1], 1), np.stack([a, a + side + 1, a + side], 1)])
+    props = mi.Properties()
+    props["bsdf"] = bsdf
+    mesh = mi.Mesh("plane", len(vertices), len(triangles), props=props)
+    parameters = mi.traverse(mesh)
+    parameters["vertex_positions"] = mi.Float(vertices.ravel())
+    parameters["faces"] = mi.UInt32(triangles.astype(np.uint32).ravel())
+    parameters.update()
+    return mesh
+
+
+def shape(case):
+    terms = {"all": {}, "specular": dict(diffuse=False), "diffuse": dict(specular=False)}[case.terms]
+    coat = mi.load_dict(dict(type="coat", alpha=case.alpha, **terms))
+    if case.scene == "sphere":
+        return mi.load_dict(dict(type="sphere", bsdf=coat))
+    if case.scale == 0:
+        return mi.load_dict(dict(type="rectangle", to_world=mi.ScalarTransform4f().scale(HALF), bsdf=coat))
+    return plane(case.heights(), coat)
+
+
+def picture(case):
+    """The truth of a case and its noise: the standard error of its pixels, root mean square over those that are judged, over the
+    root mean square of the picture. Kept, under a name that changes with what it shows."""
+    about = dict(case.facts(), spp=case.spp)
+    key = hashlib.sha256(json.dumps(about, sort_keys=True).encode()).hexdigest()[:10]
+    path = files.OUT / "truth" / f"{case.name.replace('/', '-')}-{key}.exr"
+    meta = path.with_suffix(".json")
+    if meta.exists():
+        return files.load(path), json.loads(meta.read_text())["noise"]
+    start = time.time()
+    scene = mi.load_dict(
+        dict(
+            type="scene",
+            integrator=dict(type="path", max_depth=2, rr_depth=100),
+            sensor=sensor(case.camera, case.size),
+            light=emitter(case.panorama_file()),
+            shape=shape(case),
+        )
+    )
+    total, square, count, noise, mask = 0.0, 0.0, 0, np.inf, case.mask()
+    # At least eight pictures, so that their spread is worth something.
+    while count < 8 or (noise > NOISE and count * CHUNK < case.spp):
+        part = np.array(mi.render(scene, spp=CHUNK, seed=count)).astype(np.float64)
+        total, square, count = total + part, square + part * part, count + 1
+        mean = total / count
+        variance = np.maximum(square / count - mean**2, 0) / max(count - 1, 1)
+        noise = float(np.sqrt(variance[mask].mean() / (mean[mask] ** 2).mean()))
+    files.save(path, mean)
+    meta.write_text(json.dumps(dict(about, noise=noise, samples=count * CHUNK, seconds=time.time() - start)))
+    print(f"  truth {case.name}: {time.time() - start:.1f} s, noise {100 * noise:.2f} %", flush=True)
+    return mean, noise
