@@ -110,7 +110,7 @@ impl ShadingArgs {
             format!("--pixel-kernel is for techniques with a pixel kernel ({techniques}), not {name}")
         } else if self.terms != Terms::ALL && !technique.is_lit() {
             format!("--terms chooses light, and --technique {name} has none")
-        } else if relief_shadows && !technique.is_reference() {
+        } else if relief_shadows && !technique.has_relief_shadows() {
             "--relief-shadows is for --technique reference; --masking chooses the shadowing of the others".to_owned()
         } else if edge_samples > 1 && technique.is_reference() {
             format!("--edge-samples is for techniques that filter; --technique {name} takes --samples")

@@ -174,7 +174,7 @@ pub fn quad(state: &FrameState, size: Size) -> Vec<Row> {
     let leadr = |quadrature, terms| paper(Technique::Leadr, quadrature, terms);
     let mut rows = Vec::new();
 
-    for technique in Technique::ALL.into_iter().filter(|t| *t != Technique::Reference) {
+    for technique in Technique::ALL.into_iter().filter(|t| !t.is_reference()) {
         let shading = paper(technique, Quadrature::Grid(1), Terms::SPECULAR_LIGHTS);
         rows.push(row(LIGHT, technique.name().to_owned(), "lean", shading));
     }

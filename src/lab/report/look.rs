@@ -22,7 +22,7 @@ impl Look {
     /// A technique with the default rule.
     #[must_use]
     pub fn of(technique: Technique) -> Self {
-        Self { name: technique.name().to_owned(), shading: technique.into() }
+        Self { name: technique.name().to_owned(), shading: technique.with(options()) }
     }
 
     /// LEADR with the paper's grid of `n × n` samples.
@@ -59,10 +59,10 @@ impl Look {
         Self { name: "leadr, as by default".to_owned(), shading: Shading::default() }
     }
 
-    /// Every technique but the reference; LEADR with the paper's grid and with the rules.
+    /// Every technique but the references; LEADR with the paper's grid and with the rules.
     #[must_use]
     pub fn techniques() -> Vec<Self> {
-        let others = |t: &Technique| !matches!(t, Technique::Leadr | Technique::Reference);
+        let others = |t: &Technique| *t != Technique::Leadr && !t.is_reference();
         let mut looks: Vec<Self> = Technique::ALL.into_iter().filter(others).map(Self::of).collect();
         looks.push(Self::grid(5));
         looks.push(Self::visible(Probes::Nine));

@@ -35,14 +35,21 @@ impl Truth {
         }
     }
 
-    /// Settings of a picture of this truth.
+    /// Settings of a picture of this truth for surfaces with a Beckmann base.
     #[must_use]
     pub fn settings(self, size: (u32, u32), samples: u32, seed: u64) -> RenderSettings {
+        self.settings_for(Technique::Leadr, size, samples, seed)
+    }
+
+    /// Settings of a picture of this truth for what `technique` draws: with the same base material.
+    #[must_use]
+    pub fn settings_for(self, technique: Technique, size: (u32, u32), samples: u32, seed: u64) -> RenderSettings {
         RenderSettings {
             size,
             samples,
             seed,
-            shading: Technique::Reference
+            shading: technique
+                .reference()
                 .with(ShadingOptions { relief_shadows: self == Self::Shadowed, ..Default::default() }),
             // A smooth surface needs no vertex for every texel.
             tessellation: TessellationSettings { to_texels: self != Self::NormalMap, ..Default::default() },

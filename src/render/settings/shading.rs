@@ -127,7 +127,7 @@ pub struct ShadingOptions {
     /// pixel smooth silhouettes already.
     pub edge_samples: u32,
     /// Whether the relief casts shadows on itself, from every light and from the environment (`render::passes::reference`),
-    /// instead of the sun's coarse shadow map alone. Slow. For the reference.
+    /// instead of the sun's coarse shadow map alone. Slow. For the reference of a Beckmann base.
     pub relief_shadows: bool,
 }
 
@@ -211,7 +211,7 @@ impl Technique {
             Reflection::Lobe(terms)
         };
         let filtering = if self.is_reference() {
-            Filtering::Supersampled { relief_shadows: options.relief_shadows }
+            Filtering::Supersampled { relief_shadows: options.relief_shadows && self.has_relief_shadows() }
         } else {
             Filtering::Prefiltered { edge_samples: options.edge_samples }
         };
@@ -431,7 +431,7 @@ mod tests {
             assert_eq!(shading.integral().is_some(), technique.integrates());
             let kernel = shading.integral().and_then(|integral| integral.pixel_kernel);
             assert_eq!(kernel, technique.has_pixel_kernel().then_some(false));
-            assert_eq!(shading.relief_shadows(), technique.is_reference());
+            assert_eq!(shading.relief_shadows(), technique.has_relief_shadows());
             assert_eq!(shading.edge_samples(), (!technique.is_reference()).then_some(16));
             assert_eq!(shading.terms() == Terms::NONE, !technique.is_lit());
         }

@@ -170,6 +170,16 @@ techniques! {
         ggx: false,
         pixel_kernel: false,
     };
+    /// The reference of a GGX base: what [`LeadrGgx`](Self::LeadrGgx) is to be compared with.
+    ReferenceGgx = Row {
+        name: "reference-ggx",
+        help: "The reference of a GGX base: what leadr-ggx is compared with",
+        key: '0',
+        family: Family::Leadr,
+        slopes: Slopes::Finest,
+        ggx: true,
+        pixel_kernel: false,
+    };
 }
 
 impl Technique {
@@ -219,6 +229,24 @@ impl Technique {
     #[must_use]
     pub fn is_reference(self) -> bool {
         self.row().slopes == Slopes::Finest
+    }
+
+    /// Whether it has the setting [`relief_shadows`](super::ShadingOptions::relief_shadows).
+    #[must_use]
+    pub fn has_relief_shadows(self) -> bool {
+        self.is_reference() && !self.has_ggx_base()
+    }
+
+    /// Whether its base material is GGX, not Beckmann.
+    #[must_use]
+    pub fn has_ggx_base(self) -> bool {
+        self.row().ggx
+    }
+
+    /// The reference of its base material.
+    #[must_use]
+    pub fn reference(self) -> Self {
+        if self.has_ggx_base() { Self::ReferenceGgx } else { Self::Reference }
     }
 
     /// Its needs, with or without the pixel kernel.

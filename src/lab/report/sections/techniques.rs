@@ -9,11 +9,14 @@ use crate::lab::report::section::Section;
 use crate::lab::report::studio::{Studio, fault};
 use crate::lab::report::subject::{Subject, framed_from};
 use crate::lab::report::truth::Truth;
-use crate::lab::report::verdict::judge;
+use crate::lab::report::verdict::{Shot, judge};
+use crate::render::scene::FrameState;
+use crate::render::settings::Technique;
 
 const INTRO: &str = "Every technique at one sample per pixel on the rough sphere under the sky and its sun, from near to far. A pixel \
     always covers the same angle, so the pictures shrink as the camera moves away. The truth is displacement-map \
-    truth, shadowed by the sun alone, and so is LEADR. Errors are over the pixels that the sphere touches, or over \
+    truth, shadowed by the sun alone, and so is every technique that integrates over slopes; techniques with a GGX base are \
+    compared with the truth of that base. Errors are over the pixels that the sphere touches, or over \
     its inside, where aliasing of the silhouette plays no part; the bias tells whether a technique is too bright or \
     too dark. Pictures of far views are enlarged.";
 
@@ -31,21 +34,28 @@ pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
         let camera = framed_from(&subject.stage.views.mid, factor as f32);
         let distance = camera.position.distance(camera.target);
         let state = subject.seen_by(&camera);
-        let truth =
-            studio.shoot_truth(&mut subject.renderer, &state, &Truth::Displacement.settings(size, samples, 1))?;
+        let truths = Truths::shoot(studio, &mut subject, &state, size, samples)?;
         let place = format!("{} m, {} pixels across", number(f64::from(distance)), size.0);
         let mut table = Table::new(
-            format!("{place}; truth of {samples} samples per pixel, its noise {} inside", number(truth.noise)),
+            format!(
+                "{place}; truth of {samples} samples per pixel, its noise {} inside",
+                number(truths.beckmann.noise)
+            ),
             ["technique", "picture", "FLIP errors", "rRMSE", "rRMSE inside", "bias inside", "FLIP", "ms"],
         );
-        let caption = vec![format!("{samples} samples")];
-        let name = format!("techniques-{factor}-truth");
-        let shown = studio.picture(&name, &truth.image, 1.0, "displacement-map truth", caption)?.enlarged(factor);
-        table.row([Cell::from("truth"), Cell::Figure(shown.clone())]);
+        let mut show = |file: &str, name: &'static str, truth: &Shot| -> Result<Figure, LabError> {
+            let file = format!("techniques-{factor}-{file}");
+            let caption = vec![format!("{samples} samples")];
+            let shown = studio.picture(&file, &truth.image, 1.0, name, caption)?.enlarged(factor);
+            table.row([Cell::from(name), Cell::Figure(shown.clone())]);
+            Ok(shown)
+        };
+        let shown = show("truth", "truth", &truths.beckmann)?;
+        let shown_ggx = show("truth-ggx", "truth, GGX base", &truths.ggx)?;
         let mut numbers = Vec::new();
         for (look, line) in looks.iter().zip(&mut lines) {
             let shot = studio.shoot(&mut subject.renderer, &state, &look.settings(size, 1))?;
-            let verdict = judge(&truth, &shot, 1.0).map_err(fault)?;
+            let verdict = judge(truths.of(look), &shot, 1.0).map_err(fault)?;
             let name = |kind: &str| format!("techniques-{factor}-{}-{kind}", look.file());
             let picture = studio.picture(&name("picture"), &shot.image, 1.0, &look.name, Vec::new())?;
             let errors = studio.error_picture(&name("errors"), &verdict, "FLIP errors", Vec::new())?;
@@ -54,7 +64,8 @@ pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
             numbers.push((look.name.clone(), verdict.object, verdict.interior, shot.milliseconds, figures.clone()));
             let mut case =
                 Case::new("techniques", format!("rough sphere at {place}"), &look.name, "displacement", &verdict);
-            case.figures = [vec![shown.clone()], figures].concat();
+            let truth = if look.shading.technique().has_ggx_base() { &shown_ggx } else { &shown };
+            case.figures = [vec![truth.clone()], figures].concat();
             cases.push(case);
         }
         for (name, object, interior, milliseconds, figures) in numbers {
@@ -81,6 +92,32 @@ pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
     let section = Section::new(INTRO, findings, &shown, &cases)?;
     studio.cases.extend(cases);
     Ok(section)
+}
+
+/// The truth of each base material.
+struct Truths {
+    beckmann: Shot,
+    ggx: Shot,
+}
+
+impl Truths {
+    fn shoot(
+        studio: &Studio,
+        subject: &mut Subject,
+        state: &FrameState,
+        size: (u32, u32),
+        samples: u32,
+    ) -> Result<Self, LabError> {
+        let mut shoot = |technique: Technique| {
+            let settings = Truth::Displacement.settings_for(technique, size, samples, 1);
+            studio.shoot_truth(&mut subject.renderer, state, &settings)
+        };
+        Ok(Self { beckmann: shoot(Technique::Leadr)?, ggx: shoot(Technique::LeadrGgx)? })
+    }
+
+    fn of(&self, look: &Look) -> &Shot {
+        if look.shading.technique().has_ggx_base() { &self.ggx } else { &self.beckmann }
+    }
 }
 
 /// Which technique is nearest to the truth from far away, and how the others compare.

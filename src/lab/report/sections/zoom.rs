@@ -14,13 +14,14 @@ use crate::lab::report::subject::Subject;
 use crate::lab::report::truth::Truth;
 use crate::lab::report::verdict::Shot;
 use crate::maps::RgbImage;
+use crate::render::settings::Technique;
 
 const INTRO: &str = "The camera moves away from the rough sphere in small steps, each by the same factor, at one sample per pixel. \
     Before two pictures are compared, the earlier one is resampled into the frame of the later one (the mean over \
     the area that each later pixel covers in it). A perfect renderer would still show some change: the filter of \
     that resampling, parallax, light that really changes. That is the reference's own change; flicker is what a \
     technique changes beyond it, pixel by pixel. The row with the reference's noise tells how certain this \
-    measurement is. All numbers are over the inside of the sphere and relative to its mean radiance.";
+    measurement is. A technique with a GGX base is compared with the reference of that base. All numbers are over the inside of the sphere and relative to its mean radiance.";
 
 /// What one technique did over the sweep.
 #[derive(Debug, Serialize)]
@@ -54,13 +55,14 @@ pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
     let mut subject = Subject::rock(studio, studio.pick(16, 32))?;
     let looks = Look::techniques();
     let bar = studio.progress.bar(distances.len());
-    // One row per step: reference, the reference, one half of it, every look.
+    // One row per step: the reference, one half of it, every look, and the reference of a GGX base.
     let mut rows: Vec<Vec<Shot>> = Vec::new();
     for &distance in &distances {
         let state = subject.seen_by(&subject.stage.views.mid.at_distance(distance as f32));
         let mut settings: Vec<_> =
             [1, 2].map(|seed| Truth::Displacement.settings((size, size), samples, seed)).to_vec();
         settings.extend(looks.iter().map(|look| look.settings((size, size), 1)));
+        settings.push(Truth::Displacement.settings_for(Technique::LeadrGgx, (size, size), 2 * samples, 1));
         let shots = settings.iter().map(|s| studio.shoot(&mut subject.renderer, &state, s));
         let mut shots: Vec<Shot> = shots.collect::<Result<_, _>>()?;
         // The reference is the mean of both seeds; each of them differs from it by as much as it errs itself.
@@ -82,9 +84,12 @@ pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
             .zip(&pair[1])
             .map(|(before, after)| change(&before.image, &after.image, ratio).map_err(fault))
             .collect::<Result<_, _>>()?;
-        for (track, moved) in tracks.iter_mut().zip(&changes) {
+        let of_ggx = &changes[changes.len() - 1];
+        for (i, (track, moved)) in tracks.iter_mut().zip(&changes).enumerate() {
+            let ggx = i.checked_sub(2).is_some_and(|look| looks[look].shading.technique().has_ggx_base());
+            let reference = if ggx { of_ggx } else { &changes[0] };
             let (own, beyond) =
-                (magnitude(moved, &mask).map_err(fault)?, excess(moved, &changes[0], &mask).map_err(fault)?);
+                (magnitude(moved, &mask).map_err(fault)?, excess(moved, reference, &mask).map_err(fault)?);
             track.mean.push(beyond.mean / unit);
             track.max.push(beyond.max / unit);
             track.own_mean.push(own.mean / unit);
