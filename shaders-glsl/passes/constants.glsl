@@ -51,6 +51,10 @@ const uint WIDE_LEVELS = 3u;
 
 // Most point lights of a frame.
 const int MAX_POINT_LIGHTS = 4;
+// Most directional lights that are taken out of a panorama.
+const int MAX_ENVIRONMENT_LIGHTS = 4;
+// Most directional lights of a frame: its own sun, and those of the panorama.
+const int MAX_SUNS = MAX_ENVIRONMENT_LIGHTS + 1;
 // Most lights of a sample of the reference: point lights, the sun, and one drawn from the environment.
 const int MAX_RELIEF_LIGHTS = MAX_POINT_LIGHTS + 2;
 // Beckmann roughness from which on a base material's specular environment has shadows of the relief. Smoother

@@ -4,6 +4,7 @@ pub mod bench;
 pub mod error;
 pub mod metrics;
 pub mod program;
+pub mod panorama_study;
 pub mod progress;
 pub mod quadrature_study;
 pub mod ray_cast;

@@ -19,13 +19,14 @@ uniform usampler2D edge_slopes;    // the G-buffer of the edge samples
 uniform usampler2D edge_material;
 uniform usampler2D edge_joined;    // area, relief
 layout(rgba32f) uniform image2D others;   // sum of the radiance and coverage of other surfaces
-layout(rgba32f) uniform image2D shares;   // samples on the pixel's surface; area, number and sunlit part of those joined
+layout(rgba32f) uniform image2D shares;   // samples on the pixel's surface; area, number and part lit by the first sun of those joined
+layout(rgba32f) uniform image2D more_suns; // part lit by each of the others, if there are any
 uniform usampler2D pixel_surface; // the G-buffer of the pixels
 layout(rgba32ui) uniform uimage2D slopes; // the G-buffer of the pixels
 layout(rgba32ui) uniform uimage2D material;
 uniform sampler2D edge_depth;
 
-layout(constant_id = 7) const bool SUN_SHADOWS = true;
+layout(constant_id = 7) const int SHADOW_MAPS = 1; // suns with shadows
 
 // The more edge-on a surface is seen, the larger its area within a sample, most of it hidden by bumps. This least cosine bounds
 // that area.
@@ -39,6 +40,7 @@ void main() {
     bool first = rays.edge.w == 0.0;
     vec4 sum = first ? vec4(0.0) : imageLoad(others, pixel);
     vec4 share = first ? vec4(0.0) : imageLoad(shares, pixel);
+    vec4 more = first || SHADOW_MAPS < 2 ? vec4(0.0) : imageLoad(more_suns, pixel);
     // How many edge samples the pixel's own sample counts as: zero, except where joining begins.
     float part = joined_part_of(texelFetch(pixel_surface, pixel, 0).xy);
     float own_weight = rays.x.w * (1.0 / max(part, 1e-4) - 1.0);
@@ -50,6 +52,9 @@ void main() {
     if (any(lessThan(pixel, rays.area.xy)) || any(greaterThanEqual(pixel, rays.area.zw))) {
         imageStore(others, pixel, sum);
         imageStore(shares, pixel, share + vec4(float(grid * grid), 0.0, 0.0, 0.0));
+        if (SHADOW_MAPS > 1) {
+            imageStore(more_suns, pixel, more);
+        }
         return;
     }
     uvec4 own = imageLoad(slopes, pixel), own_material = imageLoad(material, pixel);
@@ -76,11 +81,14 @@ void main() {
             whole = join_slopes(whole, part);
             materials += material_of(seen_material);
             joined += 1.0;
-            if (SUN_SHADOWS) {
+            if (SHADOW_MAPS > 0) {
                 vec3 position = lighting.camera_position.xyz + to_sample;
                 vec3 mesonormal = from_frame(from, normalize(vec3(-mean, 1.0)));
                 float width = edge_shadow_width(position, area_relief.y);
-                sunlit += sun_visibility(position, mesonormal, float(grid) * width);
+                sunlit += sun_visibility(0, position, mesonormal, float(grid) * width);
+                for (int k = 1; k < min(SHADOW_MAPS, MAX_SUNS); ++k) {
+                    more[k - 1] += sun_visibility(k, position, mesonormal, float(grid) * width);
+                }
             }
         }
         if (of_the_pixel || word == SURFACE_OF_THE_PIXEL) {
@@ -95,6 +103,9 @@ void main() {
         imageStore(slopes, pixel, pack_slopes(own.x, whole.mean, covariance));
         imageStore(material, pixel, pack_material(materials, covariance));
         share.yzw = vec3(whole.area, joined, sunlit);
+    }
+    if (SHADOW_MAPS > 1) {
+        imageStore(more_suns, pixel, more);
     }
     imageStore(others, pixel, sum);
     imageStore(shares, pixel, share);

@@ -4,6 +4,7 @@
 #include "leadr.glsl"
 #include "lighting.glsl"
 #include "leadr/materials/classic.glsl"
+#include "leadr/integrals/light_size.glsl"
 #include "leadr/integrals/sh.glsl"
 
 // Values of FAMILY.
@@ -16,6 +17,15 @@ const int FAMILY_LEADR = 4;       // integrals over the visible slopes
 // Density of the lobe's normals: Blinn-Phong's about the mean normal, LEAN's in the tangent frame.
 float classic_ndf(vec3 wh, vec3 n, float exponent, vec2 m, vec3 S) {
     return FAMILY == FAMILY_LEAN ? beckmann_ndf(wh, m, S) : blinn_phong_ndf(dot(wh, n), exponent);
+}
+
+// The same for light `i`, which widens the lobe by its own size.
+float classic_light_ndf(int i, Light light, vec3 wo, vec3 wh, vec3 n, float exponent, vec2 m, vec3 S) {
+    if (of_panorama(i)) {
+        S = clamp_covariance(S + light_slope_covariance(wo, light.wi, light.variance));
+        exponent = max(1.0 / (blinn_phong_variance(exponent) + light_normal_variance(dot(wo, wh), light.variance)) - 2.0, 0.0);
+    }
+    return classic_ndf(wh, n, exponent, m, S);
 }
 
 // Techniques older than LEADR: one mean normal with a lobe about it, without projected areas. Specular light is F D / 4 times
@@ -44,17 +54,17 @@ vec3 classic_radiance(Surface surface, float environment_scale) {
     if (DIFFUSE_ENVIRONMENT) {
         radiance += albedo * (ambient / LEADR_PI) * max(sh_irradiance(environment_sh(), from_frame(surface.frame, n)), 0.0);
     }
-    if (LIGHTS) {
-        [[unroll]] for (int i = FIRST_LIGHT; i <= POINT_LIGHTS; ++i) {
+    if (any_on_diffuse() || any_in_mirrors()) {
+        [[unroll]] for (int i = 0; i < LIGHTS; ++i) {
             Light light = light_at(i, surface);
             vec3 scattered = vec3(0.0);
-            if (DIFFUSE_LIGHTS) {
+            if (on_diffuse(i)) {
                 scattered += albedo / LEADR_PI;
             }
-            if (SPECULAR_LIGHTS) {
+            if (in_mirrors(i)) {
                 vec3 h = wo + light.wi;
                 vec3 wh = h * inversesqrt(max(dot(h, h), 1e-20));
-                scattered += fresnel_schlick(f0, dot(wo, wh)) * (0.25 * classic_ndf(wh, n, exponent, m, S));
+                scattered += fresnel_schlick(f0, dot(wo, wh)) * (0.25 * classic_light_ndf(i, light, wo, wh, n, exponent, m, S));
             }
             radiance += light.irradiance * scattered * max(dot(n, light.wi), 0.0);
         }

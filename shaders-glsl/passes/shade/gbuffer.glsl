@@ -21,7 +21,8 @@ struct Surface {
     float accessibility;
     bool inside;
     float relief;        // of the object of an edge sample, metres
-    float sunlit;        // fraction of the joined edge samples that the sun reaches
+    float sunlit;        // fraction of the joined edge samples that the first sun reaches
+    vec4 more_sunlit;    // and the others
     float joined;        // weight of `sunlit`, 0 to 1
 };
 
@@ -44,6 +45,7 @@ Surface read_gbuffer(ivec2 pixel, vec3 eye, vec3 ray, float near, float depth) {
     s.inside = f0_access.x < 0.0;
     s.relief = uintBitsToFloat(surface.y);
     s.sunlit = 0.0;
+    s.more_sunlit = vec4(0.0);
     s.joined = 0.0;
     return s;
 }

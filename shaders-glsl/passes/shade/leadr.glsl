@@ -6,6 +6,7 @@
 #include "lighting.glsl"
 #include "leadr/integrals/diffuse.glsl"
 #include "leadr/integrals/ggx_lobes.glsl"
+#include "leadr/integrals/light_size.glsl"
 #include "leadr/visible/shadowed_environment.glsl"
 #include "leadr/visible/shadowed_specular.glsl"
 #include "leadr/integrals/specular.glsl"
@@ -114,6 +115,21 @@ float diffuse_light(Surface surface, vec3 wo, NormalMoments normals, vec2 faced,
                           : leadr_diffuse_light(wo, wi, faced, S, false, SAMPLES, lambda);
 }
 
+// Specular radiance of a light with a size, per unit of irradiance: its directions widen the lobe. o: area seen by the viewer.
+vec3 sized_light(Surface surface, DirectionArea o, Light light, vec3 S, DisplacedGgx ggx, vec3 cholesky) {
+    vec3 size = light_slope_covariance(surface.wo, light.wi, light.variance);
+    vec2 m = surface.mean_slope;
+    if (!GGX_BASE) {
+        DirectionArea i = area_for(SHADOWING, light.wi, m, S, cholesky);
+        return leadr_specular_light(SHADOWING, o, i, surface.wo, light.wi, m, clamp_covariance(S + size), surface.f0);
+    }
+    vec3 h = surface.wo + light.wi;
+    vec3 wh = h * inversesqrt(max(dot(h, h), 1e-20));
+    float lit = masking_shadowing_factor(SHADOWING, o, displaced_ggx_area(light.wi, m, ggx, cholesky));
+    DisplacedGgx wider = DisplacedGgx(ggx.weight, 2.0 * clamp_covariance(0.5 * ggx.roughness + size));
+    return fresnel_schlick(surface.f0, dot(light.wi, wh)) * (0.25 * displaced_ggx_ndf(wh, m, wider) * lit);
+}
+
 vec3 leadr_radiance(Surface surface, float environment_scale) {
     vec3 wo = surface.wo;
     vec3 f0 = surface.f0;
@@ -143,26 +159,30 @@ vec3 leadr_radiance(Surface surface, float environment_scale) {
     float lambda = grid_lambda(SAMPLES);
     vec2 faced = face_viewer(wo, m, diffuse_s, lambda);
     NormalMoments normals;
-    if ((DIFFUSE_ENVIRONMENT && SHADOWING != LEADR_SHADOWING_CORRELATED) || (DIFFUSE_LIGHTS && LIGHTS_BY_SH)) {
+    if ((DIFFUSE_ENVIRONMENT && SHADOWING != LEADR_SHADOWING_CORRELATED) || (any_on_diffuse() && LIGHTS_BY_SH)) {
         normals = VISIBLE_SLOPES ? visible_diffuse_moments(wo, m, diffuse_s, DIFFUSE_TERMS)
                                  : visible_normal_moments(wo, faced, diffuse_s, SAMPLES, lambda);
     }
     if (DIFFUSE_ENVIRONMENT) {
         radiance += albedo * ambient * diffuse_environment(surface, normals);
     }
-    if (LIGHTS) {
+    if (any_on_diffuse() || any_in_mirrors()) {
         vec3 cholesky = slope_cholesky(GGX_BASE ? 0.5 * ggx.roughness : specular_s);
         DirectionArea o = GGX_BASE ? displaced_ggx_area(wo, m, ggx, cholesky)
                               : area_for(SHADOWING, wo, m, specular_s, cholesky);
-        [[unroll]] for (int i = FIRST_LIGHT; i <= POINT_LIGHTS; ++i) {
-            Light light = light_at(i, surface);
+        [[unroll]] for (int number = 0; number < LIGHTS; ++number) {
+            Light light = light_at(number, surface);
             vec3 scattered = vec3(0.0);
-            if (DIFFUSE_LIGHTS) {
+            if (on_diffuse(number)) {
                 DirectionArea i = area_for(SHADOWING, light.wi, m, diffuse_s, diffuse_cholesky);
                 float lit = lit_fraction(SHADOWING, diffuse_o, i);
                 scattered += albedo * (lit * diffuse_light(surface, wo, normals, faced, lambda, light.wi));
             }
-            if (SPECULAR_LIGHTS) {
+            if (of_panorama(number)) {
+                if (SPECULAR_ENVIRONMENT) {
+                    scattered += sized_light(surface, o, light, specular_s, ggx, cholesky);
+                }
+            } else if (SPECULAR_LIGHTS) {
                 if (GGX_BASE) {
                     scattered += displaced_ggx_light(SHADOWING, o, wo, light.wi, m, ggx, cholesky, f0);
                 } else if (SHADOWING == LEADR_SHADOWING_NONE) {

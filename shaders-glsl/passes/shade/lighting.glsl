@@ -1,4 +1,4 @@
-// The lights: the sun with its shadow, point lights, the environment.
+// The lights: suns with their shadows, point lights, the environment.
 #ifndef LEADR_SHADE_LIGHTING
 #define LEADR_SHADE_LIGHTING
 #include "gbuffer.glsl"
@@ -6,31 +6,33 @@
 #include "settings.glsl"
 #include "sun.glsl"
 
-uniform samplerCube environment_cube;
+uniform samplerCube environment_cube; // without the panorama's suns
+uniform samplerCube background_cube;  // with them
 layout(std430) readonly buffer Irradiance { vec4 radiance_sh[9]; };
 
 struct Light {
     vec3 wi;         // tangent frame, toward the light
     vec3 irradiance; // on a plane facing it
+    float variance;  // of the directions that it comes from
 };
 
 Light light_at(int i, Surface surface) {
-    if (i == 0) {
-        vec3 irradiance = lighting.sun_irradiance.rgb;
+    if (i < SUNS) {
+        vec3 irradiance = lighting.sun_irradiance[i].rgb;
         if (SUN_SHADOWS) {
             vec3 mesonormal = from_frame(surface.frame, normal_of_slope(surface.mean_slope));
             float width = lighting.viewport.z;
             if (EDGES == EDGES_ARE_SHADED) {
                 width *= edge_shadow_width(surface.position, surface.relief);
             }
-            float sunlit = surface.joined < 1.0 ? sun_visibility(surface.position, mesonormal, width) : 0.0;
-            irradiance *= mix(sunlit, surface.sunlit, surface.joined);
+            float sunlit = surface.joined < 1.0 ? sun_visibility(i, surface.position, mesonormal, width) : 0.0;
+            irradiance *= mix(sunlit, i == 0 ? surface.sunlit : surface.more_sunlit[max(i - 1, 0)], surface.joined);
         }
-        return Light(to_frame(surface.frame, lighting.sun_direction.xyz), irradiance);
+        return Light(to_frame(surface.frame, lighting.sun_direction[i].xyz), irradiance, lighting.sun_direction[i].w);
     }
-    vec3 d = lighting.point_position[i - 1].xyz - surface.position;
+    vec3 d = lighting.point_position[i - SUNS].xyz - surface.position;
     float square = max(dot(d, d), 1e-8);
-    return Light(to_frame(surface.frame, d * inversesqrt(square)), lighting.point_intensity[i - 1].rgb / square);
+    return Light(to_frame(surface.frame, d * inversesqrt(square)), lighting.point_intensity[i - SUNS].rgb / square, 0.0);
 }
 
 // Ray through a point of the image, as read_gbuffer expects it.
@@ -42,7 +44,7 @@ vec3 pixel_ray(vec2 place) {
 // Radiance along a ray that hits nothing.
 vec3 sky_radiance(vec3 ray) {
     ray.z = max(ray.z, lighting.environment.w * length(ray.xy));
-    return textureLod(environment_cube, ray, 0.0).rgb * lighting.environment.y;
+    return textureLod(background_cube, ray, 0.0).rgb * lighting.environment.y;
 }
 
 // Radiance from the direction wi of the tangent frame.

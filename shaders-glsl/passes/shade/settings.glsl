@@ -10,9 +10,10 @@ layout(constant_id = 2) const int SAMPLES = 5;             // number of environm
 layout(constant_id = 3) const int SHADOWING = LEADR_SHADOWING_SMITH;
 layout(constant_id = 4) const bool LIGHTS_BY_SH = false;   // diffuse lights through order-2 SH as in Algorithm 2
 layout(constant_id = 5) const int TERMS = 15;              // a bit per term of light transport
-// Lights go from FIRST_LIGHT to POINT_LIGHTS; number 0 is the sun.
-layout(constant_id = 6) const int FIRST_LIGHT = 0;
-layout(constant_id = 7) const bool SUN_SHADOWS = true;     // cast by the macrosurface, from the shadow map
+// The lights in their order: the frame's own sun, those of its panorama, points.
+layout(constant_id = 6) const int OWN_SUNS = 1;            // 0 or 1
+layout(constant_id = 10) const int PANORAMA_SUNS = 0;      // at most MAX_ENVIRONMENT_LIGHTS
+layout(constant_id = 7) const bool SUN_SHADOWS = true;     // cast by the macrosurface, from the shadow maps
 layout(constant_id = 8) const int POINT_LIGHTS = 0;        // at most MAX_POINT_LIGHTS
 layout(constant_id = 9) const int EDGES = EDGES_ARE_ABSENT;
 
@@ -20,7 +21,14 @@ const bool SPECULAR_LIGHTS = (TERMS & TERM_SPECULAR_LIGHTS) != 0;
 const bool DIFFUSE_LIGHTS = (TERMS & TERM_DIFFUSE_LIGHTS) != 0;
 const bool SPECULAR_ENVIRONMENT = (TERMS & TERM_SPECULAR_ENVIRONMENT) != 0;
 const bool DIFFUSE_ENVIRONMENT = (TERMS & TERM_DIFFUSE_ENVIRONMENT) != 0;
-const bool LIGHTS = SPECULAR_LIGHTS || DIFFUSE_LIGHTS;
 const bool DIFFUSE = DIFFUSE_LIGHTS || DIFFUSE_ENVIRONMENT;
+const int SUNS = OWN_SUNS + PANORAMA_SUNS;
+const int LIGHTS = SUNS + POINT_LIGHTS;
+// Suns of the panorama are a part of the environment.
+bool of_panorama(int light) { return light >= OWN_SUNS && light < SUNS; }
+bool on_diffuse(int light) { return of_panorama(light) ? DIFFUSE_ENVIRONMENT : DIFFUSE_LIGHTS; }
+bool in_mirrors(int light) { return of_panorama(light) ? SPECULAR_ENVIRONMENT : SPECULAR_LIGHTS; }
+bool any_on_diffuse() { return (DIFFUSE_LIGHTS && LIGHTS > PANORAMA_SUNS) || (DIFFUSE_ENVIRONMENT && PANORAMA_SUNS > 0); }
+bool any_in_mirrors() { return (SPECULAR_LIGHTS && LIGHTS > PANORAMA_SUNS) || (SPECULAR_ENVIRONMENT && PANORAMA_SUNS > 0); }
 
 #endif

@@ -7,7 +7,8 @@
 #include "../visible.glsl"
 
 uniform usampler2D visible_surface;
-uniform sampler2D shares; // see join.comp
+uniform sampler2D shares;     // see join.comp
+uniform sampler2D more_suns;  // the same
 
 layout(location = 0) out vec4 out_radiance;
 
@@ -32,6 +33,9 @@ void main() {
         vec4 share = texelFetch(shares, pixel, 0);
         if (share.z > 0.0) {
             surface.sunlit = share.w / share.z;
+            if (SUNS > 1) {
+                surface.more_sunlit = texelFetch(more_suns, pixel, 0) / share.z;
+            }
             surface.joined = joined_part_of(texelFetch(gbuffer_surface, pixel, 0).xy);
         }
     }

@@ -4,6 +4,7 @@
 pub mod diffuse;
 pub mod ggx_filtering;
 pub mod ggx_lobes;
+pub mod light_size;
 pub mod reference;
 pub mod sh;
 pub mod sh_projection;

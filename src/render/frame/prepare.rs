@@ -1,15 +1,15 @@
-//! What is made and written before the first sample of a frame: poses, targets, the sun's view, pipelines.
+//! What is made and written before the first sample of a frame: poses, targets, the suns' views, pipelines.
 
 use super::edge_samples::{EdgeSamples, area_of};
 use super::prepared::{FramePlan, Light, PreparedFrame};
 use super::renderer::Renderer;
-use super::surfaces::PreparedSurface;
+use super::surfaces::{PreparedSurface, Surface};
 use super::targets::{EdgeTargets, Targets};
 use crate::gpu::{GpuError, Result};
 use crate::render::passes::SHADOW_SIZE;
 use crate::render::passes::edges::{JoinKind, edge_grid};
 use crate::render::passes::reference::ReliefLights;
-use crate::render::passes::shade::{Edges, LightSet, ShadeKind};
+use crate::render::passes::shade::{Edges, LightSet, ShadeKind, suns_of};
 use crate::render::passes::shadow::ShadowView;
 use crate::render::scene::FrameState;
 use crate::render::settings::{Quadrature, RenderSettings};
@@ -31,8 +31,10 @@ impl Renderer {
         let max_vertices_per_draw = self.gpu.tessellated_vertices_per_draw().unwrap_or(u32::MAX);
         let tessellation = TessellationSettings { max_vertices_per_draw, ..settings.tessellation };
         let settings = RenderSettings { tessellation, ..*settings };
-        let mut surfaces = self.surfaces.iter_mut().map(|s| s.prepare(state, &settings)).collect::<Result<Vec<_>>>()?;
-        let targets = self.targets_for(&surfaces, &settings)?;
+        let maps = LightSet::new(state, &self.environment, settings.shadows).shadow_maps();
+        let prepare = |surface: &mut Box<dyn Surface>| surface.prepare(state, &settings, maps);
+        let mut surfaces = self.surfaces.iter_mut().map(prepare).collect::<Result<Vec<_>>>()?;
+        let targets = self.targets_for(&surfaces, &settings, maps)?;
         let light = self.prepare_light(state, &settings, &mut surfaces)?;
         let edges = match (settings.edges(), targets.edges.clone()) {
             (Some(samples), Some(targets)) => {
@@ -49,7 +51,8 @@ impl Renderer {
     fn check_loops(&self, state: &FrameState, settings: &RenderSettings) -> Result<()> {
         let Some(limit) = self.gpu.loop_iterations_per_invocation() else { return Ok(()) };
         // One walk over the grid for the visible normals, one for the environment, one per light.
-        let walks = 2 + u32::from(state.sun.is_some()) + state.point_lights.len() as u32;
+        let suns = suns_of(state, &self.environment).count();
+        let walks = 2 + (suns + state.point_lights.len()) as u32;
         match settings.shading.integral().map(|integral| integral.quadrature) {
             Some(Quadrature::Grid(grid)) if grid * grid * walks >= limit => {
                 let fault =
@@ -61,19 +64,24 @@ impl Renderer {
     }
 
     /// The targets of the last frame if they suit, or new ones.
-    fn targets_for(&mut self, surfaces: &[Box<dyn PreparedSurface>], settings: &RenderSettings) -> Result<Targets> {
+    fn targets_for(
+        &mut self,
+        surfaces: &[Box<dyn PreparedSurface>],
+        settings: &RenderSettings,
+        shadow_maps: u32,
+    ) -> Result<Targets> {
         let finest = surfaces.iter().map(|surface| surface.finest_grid()).min().unwrap_or(1);
         let grid = settings.edges().map(|samples| edge_grid(samples, settings.size, finest));
         // Unsuitable targets are dropped first: there may be no room for both.
-        let kept = self.targets.take().filter(|targets| targets.suit(settings.size, grid));
+        let kept = self.targets.take().filter(|targets| targets.suit(settings.size, grid, shadow_maps));
         if kept.is_none() {
             self.near = None;
         }
-        let targets = kept.map_or_else(|| Targets::new(&self.gpu, settings.size, grid), Ok)?;
+        let targets = kept.map_or_else(|| Targets::new(&self.gpu, settings.size, grid, shadow_maps), Ok)?;
         Ok(self.targets.insert(targets).clone())
     }
 
-    /// Points the sun's shadow map at the casters, or makes the lights of the reference.
+    /// Points the suns' shadow maps at the casters, or makes the lights of the reference.
     fn prepare_light(
         &mut self,
         state: &FrameState,
@@ -89,18 +97,21 @@ impl Renderer {
             return Ok(Light::Relief { pass, lights });
         }
         let spheres: Vec<Sphere> = casters(surfaces).into_iter().map(PosedObject::bounds).collect();
-        let sun = state.sun.filter(|_| settings.shadows).zip(Sphere::enclosing(&spheres));
-        let sun = sun.map(|(sun, sphere)| ShadowView::around(sun.direction.normalize(), sphere, SHADOW_SIZE));
-        if let Some(view) = &sun {
-            let lens = state.camera.lens(settings.size.1);
-            for surface in surfaces {
-                surface.cast(view, lens)?;
-            }
+        let suns: Vec<ShadowView> = match Sphere::enclosing(&spheres).filter(|_| settings.shadows) {
+            Some(sphere) => suns_of(state, &self.environment)
+                .map(|sun| ShadowView::around(sun.direction, sphere, SHADOW_SIZE))
+                .collect(),
+            None => Vec::new(),
+        };
+        self.common.shadow.make_room(&self.gpu, suns.len() as u32)?;
+        let lens = state.camera.lens(settings.size.1);
+        for surface in surfaces.iter_mut().filter(|_| !suns.is_empty()) {
+            surface.cast(&suns, lens)?;
         }
-        let lights = LightSet::new(state, sun.is_some());
+        let lights = LightSet::new(state, &self.environment, !suns.is_empty());
         let edges = if settings.edges().is_some() { Edges::Joined } else { Edges::None };
         let kind = ShadeKind { shading: settings.shading.plain(), lights, edges };
-        Ok(Light::Mapped { sun, shade: self.pipelines.shade(&self.gpu, kind)? })
+        Ok(Light::Mapped { suns, shade: self.pipelines.shade(&self.gpu, kind)? })
     }
 
     /// Finds where edge samples are needed and makes what draws them into `targets`.
@@ -113,9 +124,9 @@ impl Renderer {
         samples: u32,
         targets: EdgeTargets,
     ) -> Result<EdgeSamples> {
-        let lights = LightSet::new(state, light.sun().is_some());
+        let lights = LightSet::new(state, &self.environment, !light.suns().is_empty());
         let kind = ShadeKind { shading: settings.shading.plain(), lights, edges: Edges::Shaded };
-        let join = JoinKind { needs: settings.shading.needs(), shadow_map: lights.sun && lights.shadows };
+        let join = JoinKind { needs: settings.shading.needs(), shadow_maps: lights.shadow_maps() };
         let extents = surfaces.iter().map(|surface| surface.extent()).collect();
         Ok(EdgeSamples {
             samples,
@@ -129,5 +140,5 @@ impl Renderer {
 
 /// What throws shadows.
 pub(super) fn casters(surfaces: &[Box<dyn PreparedSurface>]) -> Vec<&PosedObject> {
-    surfaces.iter().flat_map(|surface| surface.casters()).map(|caster| caster.posed).collect()
+    surfaces.iter().flat_map(|surface| surface.casters()).collect()
 }

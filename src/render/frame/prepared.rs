@@ -39,10 +39,10 @@ pub(super) struct FramePlan {
 
 /// How the surfaces of a frame are lit.
 pub(super) enum Light {
-    /// By sun, point lights and environment; the shadow map shows the sun's coarse shadows.
+    /// By suns, point lights and environment; shadow maps show the suns' coarse shadows.
     Mapped {
-        /// Where the sun looks from, if it throws shadows.
-        sun: Option<ShadowView>,
+        /// Where the suns look from, if they throw shadows.
+        suns: Vec<ShadowView>,
         shade: ShadePass,
     },
     /// As the reference, by lights that the relief hides.
@@ -50,11 +50,11 @@ pub(super) enum Light {
 }
 
 impl Light {
-    /// The view of the sun's shadow map.
-    pub fn sun(&self) -> Option<&ShadowView> {
+    /// The views of the suns' shadow maps.
+    pub fn suns(&self) -> &[ShadowView] {
         match self {
-            Self::Mapped { sun, .. } => sun.as_ref(),
-            Self::Relief { .. } => None,
+            Self::Mapped { suns, .. } => suns,
+            Self::Relief { .. } => &[],
         }
     }
 }

@@ -69,7 +69,7 @@ impl PreparedFrame<'_> {
     /// Writes the light and the rays of a view. The device must be idle.
     fn write_lighting(&self, view: &View) -> Result<()> {
         let FramePlan { state, light, surfaces, .. } = &self.plan;
-        let block = LightingGpu::new(state, view, self.renderer.environment.face_size(), light.sun());
+        let block = LightingGpu::new(state, view, &self.renderer.environment, light.suns());
         let sinks = surfaces.iter().any(|surface| surface.lowers_horizon());
         self.renderer.lighting.write(0, &[if sinks { block.with_sea_horizon() } else { block }])
     }
@@ -88,7 +88,7 @@ impl PreparedFrame<'_> {
                 let casters = casters(surfaces);
                 passes.run("shadow", |cmd| pass.record_maps(cmd, lights, &casters));
             }
-            Light::Mapped { .. } if first => {
+            Light::Mapped { suns, .. } if first => {
                 if let Some(sky) = &state.sky {
                     let mut moved = false;
                     passes.run_once("sky", |cmd| moved = environment.begin_sky(cmd, sky));
@@ -99,7 +99,8 @@ impl PreparedFrame<'_> {
                     });
                 }
                 passes.run("irradiance", |cmd| irradiance.record(cmd, environment));
-                passes.run("shadow", |cmd| common.shadow.record(cmd, surfaces.iter().flat_map(|s| s.casters())));
+                let casters = |sun| surfaces.iter().flat_map(move |surface| surface.casters_under(sun));
+                passes.run("shadow", |cmd| common.shadow.record(cmd, (0..suns.len()).map(casters)));
             }
             Light::Mapped { .. } => {}
         }
@@ -138,7 +139,7 @@ impl PreparedFrame<'_> {
         self.record_filter(passes, samples, &image.view, scissor);
         let inputs = self.shade_inputs(None);
         passes.run("shade", |cmd| edges.shade.record(cmd, samples, inputs, scissor));
-        let light = JoinLight { lighting: &renderer.lighting, shadow_map: &renderer.common.shadow.map };
+        let light = JoinLight { lighting: &renderer.lighting, shadow_maps: renderer.common.shadow.maps() };
         let joined = &targets.joined;
         passes.run("edges", |cmd| edges.join.record(cmd, samples, &pixels.gbuffer, joined, light, &image.rays));
     }
@@ -163,8 +164,9 @@ impl PreparedFrame<'_> {
         ShadeInputs {
             lighting,
             cube: environment.cube(),
+            background: environment.background(),
             radiance_sh: irradiance.coefficients(),
-            shadow_map: &common.shadow.map,
+            shadow_maps: common.shadow.maps(),
             joined,
         }
     }

@@ -30,26 +30,29 @@ pub struct Targets {
 }
 
 impl EdgeTargets {
-    fn new(gpu: &Arc<Gpu>, size: (u32, u32), grid: u32) -> Result<Self> {
+    fn new(gpu: &Arc<Gpu>, size: (u32, u32), grid: u32, shadow_maps: u32) -> Result<Self> {
         let samples = SampleTargets::new(gpu, (grid * size.0, grid * size.1))?;
-        Ok(Self { samples, joined: JoinedEdges::new(gpu, size)?, grid })
+        Ok(Self { samples, joined: JoinedEdges::new(gpu, size, shadow_maps)?, grid })
     }
 }
 
 impl Targets {
-    /// For a picture of `size` pixels, with such a grid of edge samples or without any.
-    pub fn new(gpu: &Arc<Gpu>, size: (u32, u32), grid: Option<u32>) -> Result<Self> {
+    /// For a picture of `size` pixels, with such a grid of edge samples or without any, and so many shadow maps.
+    pub fn new(gpu: &Arc<Gpu>, size: (u32, u32), grid: Option<u32>, shadow_maps: u32) -> Result<Self> {
         let mean = ImageDesc::new(RADIANCE_FORMAT, size.0, size.1).storage();
         Ok(Self {
             size,
             pixels: SampleTargets::new(gpu, size)?,
-            edges: grid.map(|grid| EdgeTargets::new(gpu, size, grid)).transpose()?,
+            edges: grid.map(|grid| EdgeTargets::new(gpu, size, grid, shadow_maps)).transpose()?,
             mean: Image::new(gpu, "mean", mean)?,
         })
     }
 
-    /// Whether they serve a frame of this size, with such a grid of edge samples or without any.
-    pub fn suit(&self, size: (u32, u32), grid: Option<u32>) -> bool {
-        self.size == size && self.edges.as_ref().map(|edges| edges.grid) == grid
+    /// Whether they serve a frame of this size, with such a grid of edge samples or without any, and so many shadow maps.
+    pub fn suit(&self, size: (u32, u32), grid: Option<u32>, shadow_maps: u32) -> bool {
+        let edges = self.edges.as_ref();
+        self.size == size
+            && edges.map(|edges| edges.grid) == grid
+            && edges.is_none_or(|edges| edges.joined.suit(size, shadow_maps))
     }
 }

@@ -10,7 +10,7 @@ use std::sync::Arc;
 use super::cube_mips::CubeMips;
 use super::equirect;
 use super::equirect::EquirectPass;
-use super::panorama::EnvironmentLight;
+use super::panorama::{EnvironmentLight, LightExtraction, split};
 use super::sky::Sky;
 use super::sky_pass::SkyPass;
 use crate::gpu::vk::Format;
@@ -31,6 +31,8 @@ pub struct Environment {
     sampler: Sampler,
     source: Source,
     lights: Vec<EnvironmentLight>,
+    /// The cube with its lights, where it has any: one level, for what is seen behind all surfaces.
+    background: Option<Image>,
 }
 
 impl Environment {
@@ -49,20 +51,47 @@ impl Environment {
     }
 
     /// An equirectangular panorama: its top row is +z, its centre +x, and its columns run clockwise seen from above. Its
-    /// texels must be finite, as the loaders of `maps` guarantee. A sun in the image stays in the cube, however bright.
+    /// texels must be finite, as the loaders of `maps` guarantee. Up to four small and bright places of it become directional
+    /// [`lights`](Self::lights), which throw shadows; the cube holds the rest.
     ///
     /// # Errors
     /// As [`from_sky`](Self::from_sky).
     pub fn from_equirect(gpu: &Arc<Gpu>, face_size: u32, image: &RgbImage) -> Result<Self> {
-        let environment = Self::new(gpu, face_size, Source::Image)?;
+        Self::from_panorama(gpu, face_size, image, LightExtraction::default())
+    }
+
+    /// The same, with a say in what becomes a light.
+    ///
+    /// # Errors
+    /// As [`from_sky`](Self::from_sky).
+    pub fn from_panorama(gpu: &Arc<Gpu>, face_size: u32, image: &RgbImage, lights: LightExtraction) -> Result<Self> {
+        let mut environment = Self::new(gpu, face_size, Source::Image)?;
         let pass = EquirectPass::new(gpu)?;
-        let (width, height, texels) = equirect::prepare(image, face_size);
-        let upload = Image::new(gpu, "equirect", ImageDesc::new(Format::R32G32B32A32_SFLOAT, width, height))?;
-        upload.write(0, 0, &texels)?;
+        let parts = split(image, lights);
+        let upload = |instead: &[(usize, [f32; 3])]| {
+            let (width, height, texels) = equirect::prepare(image, instead, face_size);
+            let upload = Image::new(gpu, "equirect", ImageDesc::new(Format::R32G32B32A32_SFLOAT, width, height))?;
+            upload.write(0, 0, &texels)?;
+            Ok::<_, GpuError>(upload)
+        };
+        let rest = upload(&parts.rest)?;
         gpu.submit("equirect", |cmd| {
-            environment.begin(cmd, |cmd, faces| pass.record(cmd, upload.whole(), faces));
+            environment.begin(cmd, |cmd, faces| pass.record(cmd, rest.whole(), faces));
             environment.make_mips(cmd);
         })?;
+        if !parts.lights.is_empty() {
+            let whole = upload(&[])?;
+            let desc = ImageDesc::new(Format::R32G32B32A32_SFLOAT, face_size, face_size).cube().storage();
+            let background = Image::new(gpu, "background", desc)?;
+            let faces = background.mip_array(0)?;
+            gpu.submit("background", |cmd| {
+                cmd.image_barrier(&background, Use::Undefined, Use::ComputeReadWrite);
+                pass.record(cmd, whole.whole(), &faces);
+                cmd.transition(&background, Use::Sampled);
+            })?;
+            environment.background = Some(background);
+        }
+        environment.lights = parts.lights;
         Ok(environment)
     }
 
@@ -75,7 +104,7 @@ impl Environment {
         let cube = Image::new(gpu, "environment", desc)?;
         let levels = (0..desc.mips).map(|mip| cube.mip_array(mip)).collect::<Result<Vec<_>>>()?;
         let sampler = Sampler::new(gpu, "environment", Filter::Trilinear, AddressMode::ClampToEdge)?;
-        Ok(Self { cube, levels, mips: CubeMips::new(gpu)?, sampler, source, lights: Vec::new() })
+        Ok(Self { cube, levels, mips: CubeMips::new(gpu)?, sampler, source, lights: Vec::new(), background: None })
     }
 
     /// Records the sky pass and the mips if `sky` differs from what the cube shows, and nothing otherwise; call it every
@@ -129,7 +158,7 @@ impl Environment {
     #[doc(hidden)]
     #[must_use]
     pub fn background(&self) -> &ImageView {
-        self.cube.whole()
+        self.background.as_ref().unwrap_or(&self.cube).whole()
     }
 
     /// The cube map, for `samplerCube`.

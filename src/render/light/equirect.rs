@@ -22,13 +22,15 @@ fn widest(face_size: u32) -> u32 {
 }
 
 /// The image as the pass reads it: at most eight cube faces wide, RGBA with alpha 1, rows near the poles smoothed to texels
-/// about square on the sphere. Every row keeps its power, whatever its texels hold (sums are 64-bit).
+/// about square on the sphere. Every row keeps its power, whatever its texels hold (sums are 64-bit). `instead`: texels that are not
+/// as in the image, by rising index.
 #[must_use]
-pub fn prepare(image: &RgbImage, face_size: u32) -> (u32, u32, Vec<[f32; 4]>) {
+pub fn prepare(image: &RgbImage, instead: &[(usize, [f32; 3])], face_size: u32) -> (u32, u32, Vec<[f32; 4]>) {
     let (w, h) = (image.width.min(widest(face_size)), image.height.min(widest(face_size) / 2));
     let source_width = image.width as usize;
     let mut texels = Vec::with_capacity(w as usize * h as usize);
     let mut wide = vec![[0.0f64; 3]; source_width];
+    let mut changed = Vec::new();
     for j in 0..h {
         // rows: mean by the solid angle of each band
         let scale = f64::from(image.height) / f64::from(h);
@@ -41,7 +43,17 @@ pub fn prepare(image: &RgbImage, face_size: u32) -> (u32, u32, Vec<[f32; 4]>) {
                 continue;
             }
             let weight = (cos(low) - cos(high)) / (cos(top) - cos(bottom));
-            let row = &image.texels[i as usize * source_width..][..source_width];
+            let (start, end) = (i as usize * source_width, (i as usize + 1) * source_width);
+            let mut row = &image.texels[start..end];
+            let changes = &instead[instead.partition_point(|t| t.0 < start)..instead.partition_point(|t| t.0 < end)];
+            if !changes.is_empty() {
+                changed.clear();
+                changed.extend_from_slice(row);
+                for &(index, texel) in changes {
+                    changed[index - start] = texel;
+                }
+                row = &changed;
+            }
             for (sum, texel) in wide.iter_mut().zip(row) {
                 for c in 0..3 {
                     sum[c] += weight * f64::from(texel[c]);

@@ -1,6 +1,7 @@
 //! What lights a scene: the sky, environments as cube maps, their spherical harmonics, and the exposure that suits them.
 
 mod atmosphere;
+mod bright_spots;
 mod constants;
 pub mod cube_mips;
 pub mod environment;

@@ -5,14 +5,18 @@ use std::sync::Arc;
 use super::shadow::ShadowView;
 use super::targets::{JoinedEdges, RADIANCE_FORMAT, SampleTargets};
 use crate::gpu::{
-    AddressMode, Buffer, ColorTarget, Commands, Descriptor, Filter, Gpu, GraphicsDesc, GraphicsPipeline, Image,
-    ImageView, Load, Result, Sampler, SharedStruct, SpecValue, Topology, Use, shared_struct,
+    AddressMode, Buffer, ColorTarget, Commands, Descriptor, Filter, Gpu, GraphicsDesc, GraphicsPipeline, ImageView,
+    Load, Result, Sampler, SharedStruct, SpecValue, Topology, Use, shared_struct,
 };
-use crate::render::constants::{EDGES_ARE_ABSENT, EDGES_ARE_JOINED, EDGES_ARE_SHADED};
+use crate::render::constants::{EDGES_ARE_ABSENT, EDGES_ARE_JOINED, EDGES_ARE_SHADED, MAX_SUNS};
+use crate::render::light::environment::Environment;
+use crate::render::light::panorama::{EnvironmentLight, MAX_ENVIRONMENT_LIGHTS};
 use crate::render::scene::{FrameState, MAX_POINT_LIGHTS};
 use crate::render::settings::Shading;
 use crate::render::view::View;
 use glam::{Mat4, Vec3};
+
+const SUNS: usize = MAX_SUNS as usize;
 
 shared_struct! {
     /// The light block (`Lighting` in `passes/shade/shade.frag`).
@@ -20,14 +24,14 @@ shared_struct! {
         /// Rays through the image, see [`Camera::rays`](crate::render::camera::Camera::rays); w of the last: the near
         /// plane.
         pub rays: [[f32; 4]; 3],
-        /// World to shadow texture space.
-        pub shadow_from_world: [[f32; 4]; 4],
+        /// World to shadow texture space, for each sun: the frame's own, then those of the panorama.
+        pub shadow_from_world: [[[f32; 4]; 4]; SUNS],
         /// Position of the viewer.
         pub camera_position: [f32; 4],
-        /// Direction toward the sun.
-        pub sun_direction: [f32; 4],
-        /// The sun's irradiance on a plane facing it.
-        pub sun_irradiance: [f32; 4],
+        /// Directions toward the suns, and the variance of the directions that their light comes from.
+        pub sun_direction: [[f32; 4]; SUNS],
+        /// Their irradiance on a plane facing them.
+        pub sun_irradiance: [[f32; 4]; SUNS],
         /// Positions of the point lights.
         pub point_position: [[f32; 4]; MAX_POINT_LIGHTS],
         /// Their intensities.
@@ -41,24 +45,32 @@ shared_struct! {
 }
 
 impl LightingGpu {
-    /// The block for an image of the scene under an environment of `cube_size` texels along a face.
+    /// The block for an image of the scene under an environment. `shadows`: the views of the suns, if they throw shadows.
     #[must_use]
-    pub fn new(state: &FrameState, view: &View, cube_size: u32, shadow: Option<&ShadowView>) -> Self {
+    pub fn new(state: &FrameState, view: &View, environment: &Environment, shadows: &[ShadowView]) -> Self {
         let four = |v: Vec3, w: f32| v.extend(w).to_array();
-        let (sun_direction, sun_irradiance) = state.sun.map_or(([0.0, 0.0, 1.0, 0.0], [0.0; 4]), |sun| {
-            (four(sun.direction.normalize_or(Vec3::Z), 0.0), four(sun.irradiance, 0.0))
-        });
+        let mut sun_direction = [[0.0, 0.0, 1.0, 0.0]; SUNS];
+        let mut sun_irradiance = [[0.0; 4]; SUNS];
+        for (i, light) in suns_of(state, environment).enumerate().take(SUNS) {
+            sun_direction[i] = four(light.direction, light.variance);
+            sun_irradiance[i] = four(light.irradiance, 0.0);
+        }
+        let mut shadow_from_world = [Mat4::IDENTITY.to_cols_array_2d(); SUNS];
+        for (matrix, view) in shadow_from_world.iter_mut().zip(shadows) {
+            *matrix = view.texture_from_world.to_cols_array_2d();
+        }
         let ([x, y, z], size) = (view.rays(), view.size());
         let mut block = Self {
             rays: [four(x, 0.0), four(y, 0.0), four(z, view.camera.near)],
-            shadow_from_world: shadow.map_or(Mat4::IDENTITY, |s| s.texture_from_world).to_cols_array_2d(),
+            shadow_from_world,
             camera_position: four(view.camera.position, 1.0),
             sun_direction,
             sun_irradiance,
             point_position: [[0.0; 4]; MAX_POINT_LIGHTS],
             point_intensity: [[0.0; 4]; MAX_POINT_LIGHTS],
             viewport: [size.0 as f32, size.1 as f32, view.grid() as f32, 0.0],
-            environment: [cube_size as f32, 1.0, shadow.map_or(0.0, |s| s.texel), -1e9],
+            // The maps of all suns show the same sphere.
+            environment: [environment.face_size() as f32, 1.0, shadows.first().map_or(0.0, |s| s.texel), -1e9],
         };
         for (i, light) in state.point_lights.iter().take(MAX_POINT_LIGHTS).enumerate() {
             block.point_position[i] = four(light.position, 1.0);
@@ -79,21 +91,43 @@ impl LightingGpu {
 /// The lights of a frame. Pipelines are made for each set, so that absent lights cost nothing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct LightSet {
-    /// A sun.
+    /// A sun of the frame's own.
     pub sun: bool,
-    /// Its shadow map.
+    /// Lights taken out of the panorama.
+    pub panorama: u32,
+    /// Shadow maps of all these.
     pub shadows: bool,
     /// Point lights.
     pub points: u32,
 }
 
 impl LightSet {
-    /// The lights of a frame, with the sun's shadow map or without.
+    /// The lights of a frame under an environment, with the suns' shadow maps or without.
     #[must_use]
-    pub fn new(state: &FrameState, shadows: bool) -> Self {
+    pub fn new(state: &FrameState, environment: &Environment, shadows: bool) -> Self {
         let points = state.point_lights.len().min(MAX_POINT_LIGHTS) as u32;
-        Self { sun: state.sun.is_some(), shadows, points }
+        let panorama = (environment.lights().len() as u32).min(MAX_ENVIRONMENT_LIGHTS);
+        Self { sun: state.sun.is_some(), panorama, shadows, points }
     }
+
+    /// Directional lights that throw shadows.
+    #[must_use]
+    pub fn shadow_maps(&self) -> u32 {
+        if self.shadows { u32::from(self.sun) + self.panorama } else { 0 }
+    }
+}
+
+/// The directional lights of a frame in the order of the shaders: its own sun, without a size, then those of the panorama.
+pub fn suns_of<'a>(
+    state: &FrameState,
+    environment: &'a Environment,
+) -> impl Iterator<Item = EnvironmentLight> + use<'a> {
+    let own = state.sun.map(|sun| EnvironmentLight {
+        direction: sun.direction.normalize_or(Vec3::Z),
+        irradiance: sun.irradiance,
+        variance: 0.0,
+    });
+    own.into_iter().chain(environment.lights().iter().copied().take(MAX_ENVIRONMENT_LIGHTS as usize))
 }
 
 /// How the shading pass treats edge samples.
@@ -114,10 +148,12 @@ pub struct ShadeInputs<'a> {
     pub lighting: &'a Buffer,
     /// The environment cube, with mips.
     pub cube: &'a ImageView,
+    /// The cube that is seen behind all surfaces.
+    pub background: &'a ImageView,
     /// Its nine SH coefficients of radiance, `vec4` each.
     pub radiance_sh: &'a Buffer,
-    /// The shadow map.
-    pub shadow_map: &'a Image,
+    /// The shadow maps, a layer per sun.
+    pub shadow_maps: &'a ImageView,
     /// The joined sums of each pixel's edge samples, if there are any.
     pub joined: Option<&'a JoinedEdges>,
 }
@@ -151,7 +187,8 @@ impl ShadePass {
     pub fn new(gpu: &Arc<Gpu>, kind: ShadeKind) -> Result<Self> {
         let ShadeKind { shading, lights, edges } = kind;
         let lit = [
-            ("FIRST_LIGHT", SpecValue::I32(i32::from(!lights.sun))),
+            ("OWN_SUNS", SpecValue::I32(i32::from(lights.sun))),
+            ("PANORAMA_SUNS", SpecValue::I32(lights.panorama as i32)),
             ("SUN_SHADOWS", SpecValue::Bool(lights.shadows)),
             ("POINT_LIGHTS", SpecValue::I32(lights.points as i32)),
             ("EDGES", SpecValue::I32(edges as i32)),
@@ -194,20 +231,23 @@ impl ShadePass {
         }
         // Pipelines without joined edge samples still need some float image bound in their place.
         let shares = inputs.joined.map_or(&visible.depth, |joined| &joined.shares);
+        let more_suns = inputs.joined.map_or(&visible.depth, |joined| &joined.more_suns);
         let everywhere = [
             ("visible_surface", Descriptor::Sampled(visible.surface.whole(), &self.nearest)),
             ("TileRecords", Descriptor::Storage(&visible.tiles.records)),
             ("lighting", Descriptor::Uniform(inputs.lighting)),
-            ("environment_cube", Descriptor::Sampled(inputs.cube, &self.trilinear)),
+            ("background_cube", Descriptor::Sampled(inputs.background, &self.trilinear)),
         ];
         let on_surfaces = [
             ("gbuffer_slopes", Descriptor::Sampled(gbuffer.slopes.whole(), &self.nearest)),
             ("gbuffer_material", Descriptor::Sampled(gbuffer.material.whole(), &self.nearest)),
             ("gbuffer_surface", Descriptor::Sampled(gbuffer.surface.whole(), &self.nearest)),
             ("gbuffer_depth", Descriptor::Sampled(visible.depth.whole(), &self.nearest)),
+            ("environment_cube", Descriptor::Sampled(inputs.cube, &self.trilinear)),
             ("shares", Descriptor::Sampled(shares.whole(), &self.nearest)),
+            ("more_suns", Descriptor::Sampled(more_suns.whole(), &self.nearest)),
             ("Irradiance", Descriptor::Storage(inputs.radiance_sh)),
-            ("shadow_map", Descriptor::Sampled(inputs.shadow_map.whole(), &self.nearest)),
+            ("shadow_maps", Descriptor::Sampled(inputs.shadow_maps, &self.nearest)),
         ];
         cmd.bind(&self.surfaces, &[&everywhere[..], &on_surfaces].concat());
         visible.tiles.draw(cmd);

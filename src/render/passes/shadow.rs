@@ -1,4 +1,4 @@
-//! Shadow pass: the depth of the displaced scene seen from the sun.
+//! Shadow pass: the depth of the displaced scene seen from each sun.
 
 use std::sync::Arc;
 
@@ -7,7 +7,7 @@ use glam::{Mat4, Vec3};
 
 use super::geometry::{draw_object, guard_band};
 use crate::gpu::{
-    Commands, Depth, DepthTarget, Gpu, GraphicsDesc, GraphicsPipeline, Image, ImageDesc, Result, Topology, Use,
+    Commands, Depth, DepthTarget, Gpu, GraphicsDesc, GraphicsPipeline, Image, ImageDesc, ImageView, Result, Topology, Use,
 };
 use crate::render::surfaces::object_view::{DrawnObject, GEOMETRY_STRUCTS, Viewpoint};
 use crate::render::surfaces::sphere::Sphere;
@@ -66,15 +66,30 @@ impl ShadowView {
     }
 }
 
-/// The shadow map and its pipeline.
+/// The shadow maps and their pipeline.
 pub struct ShadowPass {
     pipeline: GraphicsPipeline,
-    /// Depth from the sun, larger is nearer.
-    pub map: Image,
+    maps: ShadowMaps,
+}
+
+/// Depth from each sun, larger is nearer.
+struct ShadowMaps {
+    image: Image,
+    array: ImageView,
+    layers: Vec<ImageView>,
+}
+
+impl ShadowMaps {
+    fn new(gpu: &Arc<Gpu>, size: u32, count: u32) -> Result<Self> {
+        let desc = ImageDesc::new(vk::Format::D32_SFLOAT, size, size).depth_target().layers(count);
+        let image = Image::new(gpu, "shadow maps", desc)?;
+        let layers = (0..count).map(|layer| image.mip_layer(0, layer)).collect::<Result<_>>()?;
+        Ok(Self { array: image.array()?, layers, image })
+    }
 }
 
 impl ShadowPass {
-    /// A shadow map of `size²` texels.
+    /// A shadow map of `size²` texels, for one sun.
     ///
     /// # Errors
     /// Memory or a failed pipeline.
@@ -91,20 +106,40 @@ impl ShadowPass {
                 ..Default::default()
             },
         )?;
-        let map = Image::new(gpu, "shadow map", ImageDesc::new(vk::Format::D32_SFLOAT, size, size).depth_target())?;
-        Ok(Self { pipeline, map })
+        Ok(Self { pipeline, maps: ShadowMaps::new(gpu, size, 1)? })
     }
 
-    /// Draws the casters and leaves the map readable.
-    pub fn record<'a>(&self, cmd: &mut Commands, casters: impl Iterator<Item = DrawnObject<'a>>) {
-        cmd.image_barrier(&self.map, Use::Undefined, Use::DepthTarget);
-        cmd.begin_rendering(&[], Some(DepthTarget { view: self.map.whole(), clear: Some(0.0) }));
-        guard_band(cmd, &self.map);
-        for caster in casters {
-            draw_object(cmd, &self.pipeline, caster, false);
+    /// Makes room for so many suns. The device must be idle.
+    ///
+    /// # Errors
+    /// Memory that is short.
+    pub fn make_room(&mut self, gpu: &Arc<Gpu>, suns: u32) -> Result<()> {
+        let desc = self.maps.image.desc();
+        if suns > desc.layers {
+            self.maps = ShadowMaps::new(gpu, desc.width, suns)?;
         }
-        cmd.end_rendering();
-        cmd.transition(&self.map, Use::Sampled);
+        Ok(())
+    }
+
+    /// The maps as an array with a layer per sun.
+    #[must_use]
+    pub fn maps(&self) -> &ImageView {
+        &self.maps.array
+    }
+
+    /// Draws the casters of each sun and leaves the maps readable.
+    pub fn record<'a, C: Iterator<Item = DrawnObject<'a>>>(&self, cmd: &mut Commands, suns: impl Iterator<Item = C>) {
+        let ShadowMaps { image, layers, .. } = &self.maps;
+        cmd.image_barrier(image, Use::Undefined, Use::DepthTarget);
+        for (layer, casters) in layers.iter().zip(suns) {
+            cmd.begin_rendering(&[], Some(DepthTarget { view: layer, clear: Some(0.0) }));
+            guard_band(cmd, image);
+            for caster in casters {
+                draw_object(cmd, &self.pipeline, caster, false);
+            }
+            cmd.end_rendering();
+        }
+        cmd.transition(image, Use::Sampled);
     }
 }
 

@@ -28,8 +28,8 @@ pub struct Meshes {
 struct Mesh {
     object: Arc<GpuObject>,
     camera: ViewBuffers,
-    /// Where it casts a shadow.
-    sun: Option<ViewBuffers>,
+    /// One for each sun that had to be drawn from so far.
+    suns: Vec<ViewBuffers>,
 }
 
 impl Meshes {
@@ -45,8 +45,7 @@ impl Meshes {
         let mesh = |(index, object)| {
             let object = GpuObject::new(gpu, object, index)?;
             let camera = ViewBuffers::new(gpu, &object, "camera")?;
-            let sun = object.object.casts_shadow.then(|| ViewBuffers::new(gpu, &object, "sun")).transpose()?;
-            Ok(Mesh { object: Arc::new(object), camera, sun })
+            Ok(Mesh { object: Arc::new(object), camera, suns: Vec::new() })
         };
         Ok(Self {
             meshes: objects.into_iter().enumerate().map(mesh).collect::<Result<_>>()?,
@@ -58,7 +57,17 @@ impl Meshes {
 }
 
 impl Surface for Meshes {
-    fn prepare(&mut self, state: &FrameState, settings: &RenderSettings) -> Result<Box<dyn PreparedSurface>> {
+    fn prepare(
+        &mut self,
+        state: &FrameState,
+        settings: &RenderSettings,
+        suns: u32,
+    ) -> Result<Box<dyn PreparedSurface>> {
+        for mesh in self.meshes.iter_mut().filter(|mesh| mesh.object.object.casts_shadow) {
+            while mesh.suns.len() < suns as usize {
+                mesh.suns.push(ViewBuffers::new(&self.gpu, &mesh.object, "sun")?);
+            }
+        }
         let needs = settings.shading.needs();
         let pose = |(mesh, pose): (&Mesh, &Pose)| PreparedMesh {
             posed: PosedObject {
@@ -67,7 +76,7 @@ impl Surface for Meshes {
                 height_scale: settings.geometry_scale(state.height_scale),
             },
             camera: mesh.camera.clone(),
-            sun: mesh.sun.clone(),
+            suns: mesh.suns.iter().take(suns as usize).cloned().collect(),
         };
         Ok(Box::new(PreparedMeshes {
             meshes: self.meshes.iter().zip(&state.poses).map(pose).collect(),
@@ -94,7 +103,7 @@ struct PreparedMeshes {
 struct PreparedMesh {
     posed: PosedObject,
     camera: ViewBuffers,
-    sun: Option<ViewBuffers>,
+    suns: Vec<ViewBuffers>,
 }
 
 impl PreparedSurface for PreparedMeshes {
@@ -106,19 +115,23 @@ impl PreparedSurface for PreparedMeshes {
         Extent::Spheres(self.meshes.iter().map(|mesh| mesh.posed.bounds()).collect())
     }
 
-    fn cast(&mut self, sun: &ShadowView, lens: Lens) -> Result<()> {
+    fn cast(&mut self, suns: &[ShadowView], lens: Lens) -> Result<()> {
         // Casters are divided as the camera's surface is: a finer one would stand out of it and shade it.
         let settings = TessellationSettings { cull: false, ..self.tessellation };
         for mesh in &mut self.meshes {
-            if let Some(buffers) = &mut mesh.sun {
+            for (buffers, sun) in mesh.suns.iter_mut().zip(suns) {
                 buffers.update(&mesh.posed, &sun.viewpoint(lens), &settings)?;
             }
         }
         Ok(())
     }
 
-    fn casters(&self) -> Vec<DrawnObject<'_>> {
-        let casters = self.meshes.iter().filter_map(|mesh| mesh.sun.as_ref().map(|view| (&mesh.posed, view)));
+    fn casters(&self) -> Vec<&PosedObject> {
+        self.meshes.iter().map(|mesh| &mesh.posed).filter(|posed| posed.object.object.casts_shadow).collect()
+    }
+
+    fn casters_under(&self, sun: usize) -> Vec<DrawnObject<'_>> {
+        let casters = self.meshes.iter().filter_map(|mesh| mesh.suns.get(sun).map(|view| (&mesh.posed, view)));
         casters.map(|(posed, view)| DrawnObject { posed, view }).collect()
     }
 
@@ -147,7 +160,7 @@ impl PreparedSurface for PreparedMeshes {
     }
 
     fn triangles(&self) -> u64 {
-        self.meshes.iter().map(|m| m.camera.triangles + m.sun.as_ref().map_or(0, |sun| sun.triangles)).sum()
+        self.meshes.iter().map(|m| m.camera.triangles + m.suns.iter().map(|sun| sun.triangles).sum::<u64>()).sum()
     }
 
     fn patches(&self) -> u32 {

@@ -10,15 +10,17 @@ use crate::render::passes::shadow::ShadowView;
 use crate::render::passes::targets::VisibleSurface;
 use crate::render::scene::FrameState;
 use crate::render::settings::RenderSettings;
-use crate::render::surfaces::object_view::DrawnObject;
+use crate::render::surfaces::object_view::{DrawnObject, PosedObject};
 use crate::render::surfaces::sphere::Sphere;
 use crate::render::surfaces::tessellation::Lens;
 use crate::render::view::View;
 
 /// A kind of surface on the device, as it is whatever the frame.
 pub(super) trait Surface {
-    /// Poses it for a frame and makes the pipelines that draw it. The device must be idle.
-    fn prepare(&mut self, state: &FrameState, settings: &RenderSettings) -> Result<Box<dyn PreparedSurface>>;
+    /// Poses it for a frame and makes the pipelines that draw it, also into the shadow maps of so many suns. The device must be
+    /// idle.
+    fn prepare(&mut self, state: &FrameState, settings: &RenderSettings, suns: u32)
+    -> Result<Box<dyn PreparedSurface>>;
 }
 
 /// A kind of surface in the pose of a frame.
@@ -39,13 +41,18 @@ pub(super) trait PreparedSurface {
         false
     }
 
-    /// Chooses what is drawn for the sun's shadow map, divided as for the camera's lens. The device must be idle.
-    fn cast(&mut self, _sun: &ShadowView, _lens: Lens) -> Result<()> {
+    /// Chooses what is drawn into the suns' shadow maps, divided as for the camera's lens. The device must be idle.
+    fn cast(&mut self, _suns: &[ShadowView], _lens: Lens) -> Result<()> {
         Ok(())
     }
 
-    /// What of it throws shadows, as last chosen for the sun.
-    fn casters(&self) -> Vec<DrawnObject<'_>> {
+    /// What of it throws shadows.
+    fn casters(&self) -> Vec<&PosedObject> {
+        Vec::new()
+    }
+
+    /// The same, as last chosen for one of the suns.
+    fn casters_under(&self, _sun: usize) -> Vec<DrawnObject<'_>> {
         Vec::new()
     }
 

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::rays::EdgeRays;
 use crate::gpu::{
-    AddressMode, Buffer, Commands, ComputePipeline, Descriptor, Filter, Gpu, Image, Result, Sampler, SharedStruct,
+    AddressMode, Buffer, Commands, ComputePipeline, Descriptor, Filter, Gpu, ImageView, Result, Sampler, SharedStruct,
     SpecValue, Use,
 };
 use crate::render::passes::shade::LightingGpu;
@@ -16,8 +16,8 @@ use crate::render::settings::Needs;
 pub struct JoinLight<'a> {
     /// The [`LightingGpu`] block of the edge samples.
     pub lighting: &'a Buffer,
-    /// The sun's shadow map.
-    pub shadow_map: &'a Image,
+    /// The shadow maps, a layer per sun.
+    pub shadow_maps: &'a ImageView,
 }
 
 /// The options that decide the pipeline of the joining pass.
@@ -25,8 +25,8 @@ pub struct JoinLight<'a> {
 pub struct JoinKind {
     /// The slope statistics that the technique needs.
     pub needs: Needs,
-    /// Whether the sun has a shadow map.
-    pub shadow_map: bool,
+    /// Suns that throw shadows.
+    pub shadow_maps: u32,
 }
 
 /// The pass that joins the edge samples of each pixel.
@@ -42,7 +42,7 @@ impl JoinPass {
     /// # Errors
     /// A failed pipeline.
     pub fn new(gpu: &Arc<Gpu>, kind: JoinKind) -> Result<Self> {
-        let spec = [kind.needs.spec(), vec![("SUN_SHADOWS", SpecValue::Bool(kind.shadow_map))]].concat();
+        let spec = [kind.needs.spec(), vec![("SHADOW_MAPS", SpecValue::I32(kind.shadow_maps as i32))]].concat();
         Ok(Self {
             pipeline: ComputePipeline::new(
                 gpu,
@@ -66,9 +66,9 @@ impl JoinPass {
         rays: &EdgeRays,
     ) {
         let SampleTargets { visible: edge, gbuffer: filtered, radiance } = edges;
-        let JoinLight { lighting, shadow_map } = light;
+        let JoinLight { lighting, shadow_maps } = light;
         cmd.transition(radiance, Use::Sampled);
-        for image in [&joined.others, &joined.shares] {
+        for image in [&joined.others, &joined.shares, &joined.more_suns] {
             if rays.edge[3] == 0.0 {
                 cmd.image_barrier(image, Use::Undefined, Use::ComputeReadWrite);
             } else {
@@ -90,7 +90,8 @@ impl JoinPass {
                 ("lighting", Descriptor::Uniform(lighting)),
                 ("others", Descriptor::StorageImage(joined.others.whole())),
                 ("shares", Descriptor::StorageImage(joined.shares.whole())),
-                ("shadow_map", Descriptor::Sampled(shadow_map.whole(), &self.nearest)),
+                ("more_suns", Descriptor::StorageImage(joined.more_suns.whole())),
+                ("shadow_maps", Descriptor::Sampled(shadow_maps, &self.nearest)),
                 ("slopes", Descriptor::StorageImage(pixel.slopes.whole())),
                 ("material", Descriptor::StorageImage(pixel.material.whole())),
                 ("edge_depth", Descriptor::Sampled(edge.depth.whole(), &self.nearest)),
@@ -100,7 +101,7 @@ impl JoinPass {
         cmd.push_constants(rays);
         let [width, height] = joined.others.mip_extent(0);
         cmd.dispatch_invocations(&self.pipeline, [width, height, 1]);
-        for image in written.into_iter().chain([&joined.others, &joined.shares]) {
+        for image in written.into_iter().chain([&joined.others, &joined.shares, &joined.more_suns]) {
             cmd.transition(image, Use::Sampled);
         }
     }

@@ -1,0 +1,25 @@
+#ifndef LEADR_LIGHT_SIZE_GLSL
+#define LEADR_LIGHT_SIZE_GLSL
+
+// Highlights of a small light that is not a point. variance: of its directions, radians^2 along each of two axes across wi. Averaged
+// over the light, the density of facets at the half vector is that of wider lobes; src/reflectance/integrals/light_size.rs derives
+// by how much.
+
+// Least z of wo + wi: closer to the horizon slopes grow without bound.
+const float LEADR_LEAST_HALF_Z = 1e-3;
+
+// Covariance of the slopes at which facets mirror the light to wo; add it to that of the surface's slopes.
+vec3 light_slope_covariance(vec3 wo, vec3 wi, float variance) {
+    vec3 h = wo + wi;
+    float per = 1.0 / max(h.z, LEADR_LEAST_HALF_Z);
+    vec2 s = -h.xy * per;
+    vec2 q = wi.xy + s * wi.z;
+    return (variance * per * per) * vec3(1.0 + s * s - q * q, s.x * s.y - q.x * q.y);
+}
+
+// Variance of half vectors per axis, the mean of both. cosine: between wo and the half vector.
+float light_normal_variance(float cosine, float variance) {
+    return 0.125 * variance * (1.0 + 1.0 / max(cosine * cosine, 1e-3));
+}
+
+#endif

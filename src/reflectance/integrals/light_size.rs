@@ -1,0 +1,75 @@
+//! Highlights of a small light that is not a point.
+//!
+//! A facet mirrors the direction `wi` to `wo` if its slope is `s = −h.xy/h.z`, `h = wo + wi`. A light whose directions deviate from
+//! `wi` by `δ` across it, of variance `v` along each axis, is therefore mirrored by slopes that deviate by
+//!
+//! ```text
+//! ds = −(δ.xy + s δ.z) / h.z                   E[δ δᵀ] = v (1 − wi wiᵀ)
+//! E[ds dsᵀ] = v / h.z² (1 + s sᵀ − q qᵀ)       q = wi.xy + s wi.z
+//! ```
+//!
+//! Averaged over the light, a Gaussian density of slopes at `s` is one whose covariance is larger by that much. Everything else that
+//! depends on `wi` (Fresnel, shadowing) is taken at its middle.
+
+use glam::{DVec2, DVec3};
+
+/// Least z of `wo + wi`: closer to the horizon slopes grow without bound.
+const LEAST_HALF_Z: f64 = 1e-3;
+
+/// Covariance `(s_xx, s_yy, s_xy)` of the slopes at which facets mirror a light to `wo`; add it to that of the surface's slopes.
+/// `variance`: of the light's directions, radians² along each of two axes across `wi`.
+#[must_use]
+pub fn light_slope_covariance(wo: DVec3, wi: DVec3, variance: f64) -> DVec3 {
+    let h = wo + wi;
+    let per = 1.0 / h.z.max(LEAST_HALF_Z);
+    let s = -h.truncate() * per;
+    let q = wi.truncate() + s * wi.z;
+    let square = DVec2::ONE + s * s - q * q;
+    DVec3::new(square.x, square.y, s.x * s.y - q.x * q.y) * (variance * per * per)
+}
+
+/// Variance of half vectors per axis, the mean of both: along the plane of incidence they turn half as far as the light, and across
+/// it by `1/(2 cosine)`. `cosine`: between `wo` and the half vector.
+#[must_use]
+pub fn light_normal_variance(cosine: f64, variance: f64) -> f64 {
+    0.125 * variance * (1.0 + 1.0 / (cosine * cosine).max(1e-3))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn slope(wo: DVec3, wi: DVec3) -> DVec2 {
+        let h = wo + wi;
+        -h.truncate() / h.z
+    }
+
+    #[test]
+    fn the_covariance_is_that_of_the_slopes_over_a_small_light() {
+        for (wo, wi) in [
+            (DVec3::new(0.3, -0.2, 0.9), DVec3::new(-0.5, 0.1, 0.7)),
+            (DVec3::new(0.9, 0.1, 0.2), DVec3::new(-0.8, 0.4, 0.3)),
+            (DVec3::new(0.0, 0.0, 1.0), DVec3::new(0.0, 0.0, 1.0)),
+            (DVec3::new(0.7, 0.0, 0.5), DVec3::new(0.6, 0.6, -0.1)),
+        ] {
+            let (wo, wi) = (wo.normalize(), wi.normalize());
+            let (x, y) = wi.any_orthonormal_pair();
+            let deviation = 1e-4;
+            // Four points at √2 deviations along the axes have that variance along each of them.
+            let (mut sum, n) = (DVec3::ZERO, 64);
+            for k in 0..n {
+                let (sin, cos) = (std::f64::consts::TAU * f64::from(k) / f64::from(n)).sin_cos();
+                let d = slope(wo, wi + (x * cos + y * sin) * (deviation * 2f64.sqrt())) - slope(wo, wi);
+                sum += DVec3::new(d.x * d.x, d.y * d.y, d.x * d.y) / f64::from(n);
+            }
+            let got = light_slope_covariance(wo, wi, deviation * deviation);
+            assert!((got - sum).length() < 1e-3 * sum.length(), "{got} {sum}");
+        }
+    }
+
+    #[test]
+    fn half_vectors_turn_by_half_at_normal_incidence() {
+        assert!((light_normal_variance(1.0, 0.01) - 0.0025).abs() < 1e-15);
+        assert!((light_slope_covariance(DVec3::Z, DVec3::Z, 0.01) - DVec3::new(0.0025, 0.0025, 0.0)).length() < 1e-15);
+    }
+}
