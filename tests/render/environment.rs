@@ -8,6 +8,7 @@ use glam::DVec3;
 use leadr::gpu::Descriptor;
 use leadr::maps::RgbImage;
 use leadr::render::light::environment::Environment;
+use leadr::render::light::panorama::LightExtraction;
 use leadr::render::light::sky::Sky;
 
 /// Radiance integrated over the sphere, and its mean direction.
@@ -147,7 +148,8 @@ fn a_sun_of_one_pixel_keeps_its_power_and_place() {
             2.0 * PI * (0.5 - (f64::from(column) + 0.5) / f64::from(width)),
         );
         let place = DVec3::new(theta.sin() * phi.cos(), theta.sin() * phi.sin(), theta.cos());
-        let environment = Environment::from_equirect(&gpu, Environment::FACE_SIZE, &image).unwrap();
+        let no_lights = LightExtraction { count: 0, ..Default::default() };
+        let environment = Environment::from_panorama(&gpu, Environment::FACE_SIZE, &image, no_lights).unwrap();
         let (sum, centre) = power(&read_level(&environment, 0));
         let off = centre.angle_between(place).to_degrees();
         println!("{width} wide, pixel {column},{row}: power off by {:.2e}, place by {off:.3}°", sum.y / exact - 1.0);
