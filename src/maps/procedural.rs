@@ -54,8 +54,8 @@ pub fn bumps(width: u32, height: u32, periods: [i32; 2], amplitude: f32) -> Heig
 ///
 /// In expectation: mean 0, slopes Gaussian with `E[x^2] = E[y^2] = slope_sigma^2`, uncorrelated, height variance
 /// `2 (slope_sigma feature)^2`, height correlation `exp(-r^2 / (4 feature^2))`. One map's
-/// variances stray from that by about `2.5 feature` relative (one standard deviation), and central differences see
-/// `1 - 1 / (2 w^2)` of the slope variance when `feature` is `w` texels.
+/// variances stray from that by about `2.5 feature` relative (one standard deviation), and its triangles have
+/// `1 - 1 / (8 w^2)` of the slope variance when `feature` is `w` texels.
 pub fn gaussian(width: u32, height: u32, seed: u32, slope_sigma: f32, feature: f32) -> HeightMap {
     let feature = feature.min(0.125);
     let white: Vec<f32> =
@@ -269,7 +269,7 @@ mod tests {
         }
         println!("slope variance {slope_ratio:.4}, height variance {height_ratio:.4}, kurtosis {kurtosis:.3}");
         let texels = f64::from(feature) * 512.0;
-        let seen = 1.0 - 0.5 / (texels * texels);
+        let seen = 1.0 - 0.125 / (texels * texels);
         assert!((slope_ratio / seen - 1.0).abs() < 0.025 && (height_ratio - 1.0).abs() < 0.03);
         assert!((kurtosis - 3.0).abs() < 0.1);
     }

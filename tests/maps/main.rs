@@ -1,7 +1,8 @@
-//! Loading and saving files, and the cost of damaged ones.
+//! Loading and saving files, the cost of damaged ones, and the moments of height maps.
 
 #[path = "../common/mod.rs"]
 mod common;
 
 mod bad_input;
 mod images;
+mod slope_variance;

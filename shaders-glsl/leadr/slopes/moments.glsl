@@ -33,6 +33,16 @@ vec2 slope_of_heights(vec4 heights, vec2 spacing) {
     return (heights.yw - heights.xz) / max(2.0 * spacing, 1e-12);
 }
 
+// Moments of the triangles of a height field over the quarter of a cell at its first corner, averaged over the two ways to divide
+// the cell. heights: at that corner, beyond it along s, along t, and along both; spacing: distance of the texels, negative where s
+// or t runs backwards. Differences are bounded to 1e18.
+SlopeMoments moments_of_corner(vec4 heights, vec2 spacing) {
+    vec2 beside = clamp((heights.yz - heights.x) / spacing, -1e18, 1e18);
+    vec2 opposite = clamp((heights.w - heights.zy) / spacing, -1e18, 1e18);
+    float mixed = 0.5 * beside.x * beside.y + 0.25 * (beside.x * opposite.y + opposite.x * beside.y);
+    return SlopeMoments(mix(beside, opposite, 0.25), vec3(mix(beside * beside, opposite * opposite, 0.25), mixed));
+}
+
 // Moments of the sum of two displacements whose slopes are independent (thesis 5.1, without the erratum of its listing).
 SlopeMoments add_moments(SlopeMoments a, SlopeMoments b) {
     vec3 mixed = vec3(2.0 * a.first * b.first, a.first.x * b.first.y + a.first.y * b.first.x);

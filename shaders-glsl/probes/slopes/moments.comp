@@ -16,7 +16,7 @@ void main() {
     float eta = next();
     float t = next();
     float alpha = next();
-    at = gl_GlobalInvocationID.x * 47;
+    at = gl_GlobalInvocationID.x * 52;
     SlopeMoments a = moments_of_distribution(m, S);
     SlopeMoments b = moments_of_normal(n);
     put(a);
@@ -31,4 +31,5 @@ void main() {
     // Mean and variances large enough not to cancel: covariance_from_moments has its own probe.
     put(moments_covariance(SlopeMoments(0.1 * n.xy, S + 0.02)));
     put(moments_of_slope(shear).second.xy);
+    put(moments_of_corner(vec4(m, shear), vec2(-0.2, 0.1) + vec2(-1.0, 1.0) * column * column));
 }

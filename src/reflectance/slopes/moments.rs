@@ -44,11 +44,33 @@ pub fn moments_of_normal(n: DVec3) -> SlopeMoments {
 }
 
 /// Slope at a texel from its neighbours' `heights` (at −s, +s, −t, +t), by central differences (thesis 3.3; LEADR 5.1).
+/// It misses what lies between the texels: maps take [`moments_of_corner`].
 /// `spacing`: distance between neighbouring texels, > 0; for slopes per unit texture coordinate, one over the texel
 /// count.
 #[must_use]
 pub fn slope_of_heights(heights: DVec4, spacing: DVec2) -> DVec2 {
     DVec2::new(heights.y - heights.x, heights.w - heights.z) / (2.0 * spacing).max(DVec2::splat(1e-12))
+}
+
+/// Moments of the triangles of a height field over the quarter of a cell at its first corner.
+///
+/// `heights`: at that corner, beyond it along `s`, along `t`, and along both. `spacing`: distance of the texels, not 0;
+/// negative where `s` or `t` runs backwards, which makes the same function serve all four corners.
+///
+/// A cell between four texels is two triangles. Write `a, b` for the differences along `s` at the corner and opposite it,
+/// `c, d` for those along `t`. Divided through this corner, half of the quarter belongs to the triangle of slope `(a, d)`,
+/// half to that of `(b, c)`; divided the other way, all of it belongs to that of `(a, c)`. The mean of both ways is
+/// `E[x] = ¾a + ¼b`, `E[x²] = ¾a² + ¼b²`, `E[xy] = ½ac + ¼ad + ¼bc`. Over the four quarters of a cell, `E[x²]` is the mean
+/// square of its differences, whichever way it is divided. Differences are bounded to 1e18, whose squares 32 bits hold.
+#[must_use]
+pub fn moments_of_corner(heights: DVec4, spacing: DVec2) -> SlopeMoments {
+    let (x, y) = (spacing.x, spacing.y);
+    let bound = DVec2::splat(1e18);
+    let beside = DVec2::new((heights.y - heights.x) / x, (heights.z - heights.x) / y).clamp(-bound, bound);
+    let opposite = DVec2::new((heights.w - heights.z) / x, (heights.w - heights.y) / y).clamp(-bound, bound);
+    let squares = (beside * beside).lerp(opposite * opposite, 0.25);
+    let mixed = 0.5 * beside.x * beside.y + 0.25 * (beside.x * opposite.y + opposite.x * beside.y);
+    SlopeMoments { first: beside.lerp(opposite, 0.25), second: squares.extend(mixed) }
 }
 
 /// Moments of a Gaussian of mean slope `m` and covariance `s`: the inverse of [`covariance_from_moments`]; thesis eq.
@@ -251,6 +273,50 @@ mod tests {
                 slope_of_heights(around(&|q| COARSE.height(jacobian * q), jacobian.inverse() * p), DVec2::splat(d));
             let mapped = map_moments(jacobian.transpose(), moments_of_slope(slope));
             assert!((mapped.first - deformed).length() < 1e-6, "{} instead of {deformed}", mapped.first);
+        }
+    }
+
+    /// The four corners of a cell together are its triangles, found here from points on them.
+    #[test]
+    fn corners_of_a_cell_are_its_triangles() {
+        let mut random = Random(9);
+        for _ in 0..200 {
+            let h: [f64; 4] = std::array::from_fn(|_| random.unit()); // at (0,0), (1,0), (0,1), (1,1)
+            let spacing = DVec2::new(0.3, 0.7);
+            let corner = |i: usize| {
+                let (sx, sy) = (if i & 1 == 0 { 1.0 } else { -1.0 }, if i & 2 == 0 { 1.0 } else { -1.0 });
+                moments_of_corner(DVec4::new(h[i], h[i ^ 1], h[i ^ 2], h[i ^ 3]), spacing * DVec2::new(sx, sy))
+            };
+            let plane = |p: usize, q: usize, r: usize| {
+                let at = |i: usize| DVec3::new((i & 1) as f64 * spacing.x, (i >> 1) as f64 * spacing.y, h[i]);
+                let n = (at(q) - at(p)).cross(at(r) - at(p));
+                -n.truncate() / n.z
+            };
+            // Two points in each of 16 squares, on either side of the diagonal that would halve the square.
+            let mut quarters = [(); 4].map(|()| Vec::new());
+            for k in 0..16 {
+                let (column, row) = (f64::from(k % 4), f64::from(k / 4));
+                let quarter = usize::from(column > 1.0) + 2 * usize::from(row > 1.0);
+                for [u, v] in [[1.0, 2.0], [2.0, 1.0]] {
+                    let (x, y) = (column + u / 3.0, row + v / 3.0);
+                    quarters[quarter].push(if y < x { plane(0, 1, 3) } else { plane(0, 3, 2) });
+                    let y = row + 1.0 - v / 3.0;
+                    quarters[quarter].push(if x + y < 4.0 { plane(0, 1, 2) } else { plane(1, 3, 2) });
+                }
+            }
+            for (i, slopes) in quarters.into_iter().enumerate() {
+                let error = distance(mean(slopes.into_iter()), corner(i));
+                assert!(error < 1e-12, "corner {i}: {error}");
+            }
+            let all: [SlopeMoments; 4] = std::array::from_fn(corner);
+            let mean_of = |f: &dyn Fn(&SlopeMoments) -> f64| all.iter().map(f).sum::<f64>() / 4.0;
+            let squares = |i: usize, j: usize, d: f64| ((h[j] - h[i]) / d).powi(2);
+            let x = 0.5 * (squares(0, 1, spacing.x) + squares(2, 3, spacing.x));
+            let y = 0.5 * (squares(0, 2, spacing.y) + squares(1, 3, spacing.y));
+            assert!(
+                (mean_of(&|m| m.second.x) / x - 1.0).abs() < 1e-12
+                    && (mean_of(&|m| m.second.y) / y - 1.0).abs() < 1e-12
+            );
         }
     }
 

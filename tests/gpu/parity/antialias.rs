@@ -13,8 +13,9 @@ use leadr::reflectance::slopes::geometric_antialiasing::{
     isotropic_kernel, tilt_kernel,
 };
 use leadr::reflectance::slopes::moments::{
-    SlopeMoments, add_moments, map_moments, mix_moments, moments_covariance, moments_of_distribution,
-    moments_of_normal, moments_of_slope, roughen_moments, scale_moments, shear_moments, slope_of_heights,
+    SlopeMoments, add_moments, map_moments, mix_moments, moments_covariance, moments_of_corner,
+    moments_of_distribution, moments_of_normal, moments_of_slope, roughen_moments, scale_moments, shear_moments,
+    slope_of_heights,
 };
 use leadr::reflectance::slopes::packing::{
     clean_conservative_covariance, clean_covariance, lean_error, pack_clean, pack_clean_conservative, pack_clean_major,
@@ -61,6 +62,10 @@ fn slope_moments_parity() {
                 slope_of_heights(DVec4::new(m.x, m.y, shear.x, shear.y), column.abs() + 0.1),
                 moments_covariance(flat),
                 moments_of_slope(shear).second.truncate(),
+                moments_of_corner(
+                    DVec4::new(m.x, m.y, shear.x, shear.y),
+                    DVec2::new(-0.2, 0.1) + DVec2::new(-1.0, 1.0) * column * column
+                ),
             ]
         },
     );
