@@ -1,4 +1,5 @@
-//! A displaced sphere in a window: drag to turn it, `space` pauses, the digits change the technique, `q` quits.
+//! A displaced sphere in a window: drag to turn it, `space` pauses, the digits change the technique, `e` the environment, `q`
+//! quits.
 //!
 //! ```sh
 //! cargo run --release --example 02_orbit
@@ -9,15 +10,19 @@ use std::path::PathBuf;
 use clap::Parser;
 use glam::Affine3A;
 use leadr::app::demo::orbit::Orbit;
+use leadr::app::demo::window::surroundings::Surroundings;
 use leadr::app::demo::window::{Display, WindowOptions, run};
 use leadr::gpu::Gpu;
 use leadr::maps::procedural::rock;
 use leadr::render::frame::Renderer;
 use leadr::render::light::environment::Environment;
+use leadr::render::light::panorama::LightExtraction;
 use leadr::render::light::sky::Sky;
 use leadr::render::scene::{FrameState, Object, Pose};
 use leadr::render::settings::RenderSettings;
 use leadr::render::surfaces::displacement::HeightField;
+use leadr::scenes::light::EnvironmentChoice;
+use leadr::scenes::set::SkyOrPicture;
 use leadr::scenes::sphere::displaced_sphere;
 use leadr::scenes::view::CameraPose;
 
@@ -78,7 +83,9 @@ pub fn main() -> Result<(), Box<dyn std::error::Error>> {
         frames: arguments.frames,
         ..Default::default()
     };
-    let report = run(display, renderer, scene, Orbit::new(&start), settings, options)?;
+    let other = SkyOrPicture { sky, lights: LightExtraction::default() };
+    let surroundings = Surroundings::new(EnvironmentChoice::Sky, other);
+    let report = run(display, renderer, scene, Orbit::new(&start), settings, surroundings, options)?;
     println!("{}", serde_json::to_string(&report)?);
     match gpu.validation_messages().as_slice() {
         [] => Ok(()),

@@ -5,6 +5,9 @@ use std::path::PathBuf;
 use glam::Vec3;
 use serde::Serialize;
 
+use super::studio::studio;
+use crate::maps::{self, RgbImage};
+
 /// Where light comes from besides the sun.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
@@ -15,6 +18,20 @@ pub enum EnvironmentChoice {
     Studio,
     /// An equirectangular picture, `.hdr` or `.exr`.
     File(PathBuf),
+}
+
+impl EnvironmentChoice {
+    /// Its equirectangular radiance; `None` for the analytic sky.
+    ///
+    /// # Errors
+    /// A file that is missing, damaged, too large or of the wrong kind.
+    pub fn load(&self) -> Result<Option<RgbImage>, maps::MapError> {
+        Ok(match self {
+            Self::Sky => None,
+            Self::Studio => Some(studio()),
+            Self::File(path) => Some(maps::load_environment(path)?),
+        })
+    }
 }
 
 /// Direction to the sun.

@@ -5,16 +5,15 @@ use std::sync::Arc;
 use super::config::SceneConfig;
 use super::daylight;
 use super::error::SceneError;
-use super::light::EnvironmentChoice;
 use super::registry::{Progress, SceneOptions};
 use super::stage::{Lights, Views};
-use super::studio::studio;
 use super::view::{Size, View};
-use crate::gpu::Gpu;
+use crate::gpu::{Gpu, GpuError};
 use crate::maps::{self, HeightMap, RgbImage};
 use crate::render::camera::Camera;
 use crate::render::frame::Renderer;
 use crate::render::light::environment::Environment;
+use crate::render::light::panorama::LightExtraction;
 use crate::render::light::sky::Sky;
 use crate::render::scene::FrameState;
 
@@ -34,12 +33,7 @@ impl Inputs {
     /// If a file is missing, damaged, too large or of the wrong kind.
     pub fn load(config: &SceneConfig) -> Result<Self, SceneError> {
         let height_map = config.height_map.as_ref().map(maps::load_height_map).transpose()?;
-        let environment = match &config.environment {
-            EnvironmentChoice::Sky => None,
-            EnvironmentChoice::Studio => Some(studio()),
-            EnvironmentChoice::File(path) => Some(maps::load_environment(path)?),
-        };
-        Ok(Self { height_map, environment })
+        Ok(Self { height_map, environment: config.environment.load()? })
     }
 }
 
@@ -54,6 +48,30 @@ pub struct Set {
     pub animation: Animation,
     /// Where the scene is seen from, relative to what it follows.
     pub camera: Camera,
+    /// Makes other environments for it.
+    pub surroundings: SkyOrPicture,
+}
+
+/// Makes environments: the sky over a scene, or a picture whose brightest places become lights.
+#[derive(Clone, Debug)]
+pub struct SkyOrPicture {
+    /// The sky.
+    pub sky: Sky,
+    /// What becomes a light.
+    pub lights: LightExtraction,
+}
+
+impl SkyOrPicture {
+    /// The environment of an equirectangular `picture`, or without one of the sky.
+    ///
+    /// # Errors
+    /// Memory that is short, or a failed submission.
+    pub fn make(&self, gpu: &Arc<Gpu>, picture: Option<&RgbImage>) -> Result<Environment, GpuError> {
+        match picture {
+            Some(picture) => Environment::from_panorama(gpu, Environment::FACE_SIZE, picture, self.lights),
+            None => Environment::from_sky(gpu, Environment::FACE_SIZE, &self.sky),
+        }
+    }
 }
 
 /// Uploads the scene that `config` names.
@@ -68,11 +86,10 @@ pub fn set(config: &SceneConfig, inputs: Inputs, gpu: &Arc<Gpu>, progress: Progr
     }
     let start = config.time_of_day.map_or(config.sun.vector(), |hour| daylight::at_hour(f64::from(hour)));
     let sky = Sky { sun_direction: start, ground_albedo: stage.below_horizon, ..Sky::default() };
+    let surroundings = SkyOrPicture { sky, lights: LightExtraction::default() };
+    let environment = surroundings.make(gpu, inputs.environment.as_ref())?;
     // A picture of an environment already contains its sun.
-    let (environment, sky) = match &inputs.environment {
-        Some(image) => (Environment::from_equirect(gpu, Environment::FACE_SIZE, image)?, None),
-        None => (Environment::from_sky(gpu, Environment::FACE_SIZE, &sky)?, Some(sky)),
-    };
+    let sky = inputs.environment.is_none().then_some(sky);
     let camera = camera(config, stage.views);
     let renderer = Renderer::new(gpu, stage.take_scene(), environment)?;
     let lights = Lights { sky, ..Default::default() };
@@ -84,7 +101,7 @@ pub fn set(config: &SceneConfig, inputs: Inputs, gpu: &Arc<Gpu>, progress: Progr
         daylight::pass(&mut state, time * hours_per_second);
         state
     });
-    Ok(Set { renderer, animation, camera })
+    Ok(Set { renderer, animation, camera, surroundings })
 }
 
 /// Middle views are composed for pictures with an aspect of 4:3 and wider; for narrower ones the camera steps back until the same

@@ -81,14 +81,15 @@ mod linux {
         assert!(out.contains("\"frames\":4"), "{out}");
     }
 
-    /// Five seconds later the animal is metres away, and the window shows the same as a capture of that moment.
+    /// Five seconds later the animal is metres away, and the window shows the same as a capture of that moment, in
+    /// any environment.
     pub fn the_demo_goes_along_with_the_walk(server: &Server) {
         let folder = tempfile::tempdir().unwrap();
         let scene = ["--atlas-tile", "8", "--size", "160x120", "--samples", "2", "--validation"];
-        let capture = |time: &str| {
-            let file = folder.path().join(format!("{time}.png"));
+        let capture = |time: &str, environment: &str| {
+            let file = folder.path().join(format!("{time}-{environment}.png"));
             let mut leadr = Command::new(env!("CARGO_BIN_EXE_leadr"));
-            leadr.arg("capture").args(scene).args(["--time", time, "-o"]).arg(&file);
+            leadr.arg("capture").args(scene).args(["--time", time, "--environment", environment, "-o"]).arg(&file);
             if let Ok(device) = std::env::var("LEADR_DEVICE") {
                 leadr.args(["--device", &device]);
             }
@@ -96,7 +97,8 @@ mod linux {
             assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
             load_color_srgb8(&file).unwrap()
         };
-        let [begin, later] = ["0", "5"].map(capture);
+        let [begin, later] = ["0", "5"].map(|time| capture(time, "sky"));
+        let studio = capture("5", "studio");
 
         let mut app = App::demo(server, &[&scene[..], &["--json"]].concat());
         app.find_window(server, "leadr");
@@ -120,6 +122,15 @@ mod linux {
         let (same, moved) = (differs(&first, &begin).max(differs(&second, &later)), differs(&begin, &later));
         println!("window and capture differ by {same:.3} codes, the moments by {moved:.3}");
         assert!(same < 0.3 && moved > 5.0 * same, "{same} {moved}");
+        // Another environment, and the first one again.
+        let surrounded = |expected: &Rgb8Image, what: &str| {
+            server.tap(b'e');
+            let off = || differs(&Rgb8Image::new(160, 120, server.picture(window)).unwrap(), expected);
+            until(&app, what, || off() < 0.3);
+        };
+        assert!(differs(&studio, &later) > 5.0);
+        surrounded(&studio, "the studio");
+        surrounded(&later, "the sky");
         server.tap(b'q');
         let (code, out, err) = app.end();
         assert_eq!(code, Some(0), "{err}");

@@ -10,6 +10,7 @@ use serde::Serialize;
 
 use self::args::DemoArgs;
 use self::orbit::Orbit;
+use self::window::surroundings::Surroundings;
 use self::window::{Display, WindowOptions, WindowReport};
 use crate::app::error::AppError;
 use crate::app::flags::device::{DeviceArgs, DeviceInfo};
@@ -66,7 +67,8 @@ fn demo(arguments: &DemoArgs, output: &Output) -> Result<DemoReport, AppError> {
     let display = Display::open()?;
     let device = arguments.device.clone();
     let gpu = Gpu::new(&display.gpu_options(device.device.clone(), device.validation)?)?;
-    let Set { renderer, animation, camera } = set(&config, inputs, &gpu, &output.share(config.scene.making))?;
+    let Set { renderer, animation, camera, surroundings } =
+        set(&config, inputs, &gpu, &output.share(config.scene.making))?;
     let options = WindowOptions {
         title: "leadr".to_owned(),
         time: f64::from(arguments.time),
@@ -75,7 +77,8 @@ fn demo(arguments: &DemoArgs, output: &Output) -> Result<DemoReport, AppError> {
         ..Default::default()
     };
     let orbit = Orbit::new(&CameraPose::of(&camera));
-    let window = window::run(display, renderer, animation, orbit, config.render_settings(), options)?;
+    let surroundings = Surroundings::new(config.environment.clone(), surroundings);
+    let window = window::run(display, renderer, animation, orbit, config.render_settings(), surroundings, options)?;
     if let Some(first) = gpu.take_validation_messages().first() {
         return Err(AppError::Failed(format!("Vulkan validation: {first}")));
     }

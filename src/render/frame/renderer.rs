@@ -88,6 +88,11 @@ impl Renderer {
         self.gpu.submit("sky", |cmd| environment.update_sky(cmd, sky)).map(|_| ())
     }
 
+    /// Surrounds the scene with another environment from the next frame on.
+    pub fn set_environment(&mut self, environment: Environment) {
+        self.environment = environment;
+    }
+
     /// The image that holds the mean of the last frame's samples, for a window to show.
     #[doc(hidden)]
     #[must_use]

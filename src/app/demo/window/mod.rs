@@ -8,11 +8,13 @@
 //! | space | stops time, lets it run |
 //! | ←, → | half a second back or forward |
 //! | `,`, `.` | one frame back or forward, time stops |
-//! | `1` to `9` | technique: see [`Technique::key`] |
+//! | `0` to `9` | technique: see [`Technique::key`] |
 //! | `g` | the paper's grid, or the visible-slope rules |
 //! | `v` | next shadowing model: masking alone, Smith, correlated |
 //! | `[`, `]` | the sun half an hour back or forward |
 //! | `t` | the sun stands still, goes round in two minutes, in twenty seconds |
+//! | `e` | the next environment: the scene's own, the sky, the studio, pictures dropped on the window |
+//! | a `.hdr` or `.exr` dropped on the window | is the environment |
 //! | `r` | back to the first view and time |
 //! | `s`, F12 | saves a screenshot |
 //! | `q`, Esc | quits |
@@ -37,16 +39,19 @@ use crate::render::frame::Renderer;
 use crate::render::scene::FrameState;
 use crate::render::settings::{RenderSettings, Technique};
 use crate::scenes::daylight;
+use crate::scenes::light::EnvironmentChoice;
 pub use display::Display;
 use painter::Painter;
+use surroundings::Surroundings;
 use viewer::{Action, Drag, Viewer};
 
 mod display;
 mod painter;
+pub mod surroundings;
 pub mod viewer;
 
 /// What characters do; those of the techniques are in their table.
-const CHARACTERS: [(char, Action); 10] = [
+const CHARACTERS: [(char, Action); 11] = [
     (',', Action::Frame(-1)),
     ('.', Action::Frame(1)),
     ('[', Action::Sun(-1)),
@@ -57,6 +62,7 @@ const CHARACTERS: [(char, Action); 10] = [
     ('q', Action::Quit),
     ('g', Action::Rule),
     ('v', Action::Shadowing),
+    ('e', Action::Environment),
 ];
 
 /// How often the title follows the numbers.
@@ -95,7 +101,7 @@ pub struct WindowReport {
 
 /// Shows `scene` in a window until the user closes it. The scene gives its state at a time in seconds; the orbit
 /// camera, which starts as `camera`, replaces the state's own, but goes where that one's target goes: a scene that
-/// follows something is followed. `settings.samples` is what a picture that stands still
+/// follows something is followed. `surroundings` are what it can be shown in; the renderer shows the first. `settings.samples` is what a picture that stands still
 /// is refined to. The renderer's device must come from [`Display::gpu_options`].
 ///
 /// # Errors
@@ -106,12 +112,14 @@ pub fn run(
     scene: impl FnMut(f64) -> FrameState,
     camera: Orbit,
     settings: RenderSettings,
+    surroundings: Surroundings,
     options: WindowOptions,
 ) -> Result<WindowReport, AppError> {
     let viewer = Viewer::new(camera, options.time, settings.shading);
     let mut app = App {
         scene,
         settings,
+        surroundings,
         viewer,
         exposure: options.exposure,
         options,
@@ -130,6 +138,7 @@ pub fn run(
 struct App<S> {
     scene: S,
     settings: RenderSettings,
+    surroundings: Surroundings,
     viewer: Viewer,
     options: WindowOptions,
     /// Of the picture that is shown.
@@ -191,6 +200,7 @@ impl<S: FnMut(f64) -> FrameState> App<S> {
         let changed = self.viewer.take_changed();
         let state = changed.then(|| {
             let mut state = (self.scene)(self.viewer.time);
+            self.surroundings.light(&mut state);
             state.camera = self.viewer.camera(&state.camera);
             daylight::pass(&mut state, self.viewer.sun_hours);
             self.exposure = self.options.exposure * state.exposure();
@@ -237,7 +247,25 @@ impl<S: FnMut(f64) -> FrameState> App<S> {
                     tracing::error!("{error}");
                 }
             }
+            Action::Environment => {
+                let next = self.surroundings.next();
+                return self.surround(Ok(next));
+            }
             _ => self.viewer.act(action),
+        }
+        Ok(())
+    }
+
+    /// Shows the scene in another environment. One that cannot be read leaves things as they are.
+    fn surround(&mut self, choice: Result<EnvironmentChoice, AppError>) -> Result<(), AppError> {
+        let Some(open) = &mut self.open else { return Ok(()) };
+        match choice.and_then(|choice| self.surroundings.show(open.painter.gpu(), choice)) {
+            Ok(environment) => {
+                open.painter.surround(environment)?;
+                self.viewer.invalidate();
+                open.window.request_redraw();
+            }
+            Err(error) => tracing::error!("{error}"),
         }
         Ok(())
     }
@@ -274,6 +302,7 @@ impl<S: FnMut(f64) -> FrameState> App<S> {
                 open.window.request_redraw();
             }
             WindowEvent::KeyboardInput { event, is_synthetic: false, .. } => return self.key(events, &event),
+            WindowEvent::DroppedFile(path) => return self.surround(Surroundings::dropped(path)),
             WindowEvent::ModifiersChanged(modifiers) => self.modifiers = modifiers.state(),
             WindowEvent::MouseInput { state, button, .. } => {
                 let drag = match button {

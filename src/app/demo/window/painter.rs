@@ -5,10 +5,11 @@ use std::sync::Arc;
 use winit::window::Window;
 
 use crate::app::error::AppError;
-use crate::gpu::{CommandRecorder, Swapchain, Timestamps, Use};
+use crate::gpu::{CommandRecorder, Gpu, Swapchain, Timestamps, Use};
 use crate::maps::RgbImage;
 use crate::maps::tonemap::Tonemap;
 use crate::render::frame::{PassTime, PausedFrame, Renderer};
+use crate::render::light::environment::Environment;
 use crate::render::passes::present::PresentPass;
 use crate::render::scene::FrameState;
 use crate::render::settings::RenderSettings;
@@ -67,6 +68,23 @@ impl Painter {
         self.finish()?;
         let passes = self.times.iter().map(|time| (time.pass.clone(), time.milliseconds));
         Ok(passes.chain(self.timestamps.intervals()?).collect())
+    }
+
+    /// Surrounds the scene with another environment; the next frame needs a state of the scene.
+    ///
+    /// # Errors
+    /// A lost device.
+    pub fn surround(&mut self, environment: Environment) -> Result<(), AppError> {
+        self.finish()?;
+        self.shown = None;
+        self.renderer.set_environment(environment);
+        Ok(())
+    }
+
+    /// The device.
+    #[must_use]
+    pub fn gpu(&self) -> &Arc<Gpu> {
+        self.renderer.gpu()
     }
 
     /// Whether [`draw`](Self::draw) has samples to add.

@@ -37,6 +37,8 @@ pub enum Action {
     Rule,
     /// The next shadowing model.
     Shadowing,
+    /// The next environment.
+    Environment,
     /// Save a screenshot.
     Screenshot,
     /// Quit.
@@ -117,7 +119,8 @@ impl Viewer {
         }
     }
 
-    /// Does what a key asks for; [`Action::Screenshot`] and [`Action::Quit`] are left to the window.
+    /// Does what a key asks for; [`Action::Environment`], [`Action::Screenshot`] and [`Action::Quit`] are left
+    /// to the window.
     pub fn act(&mut self, action: Action) {
         match action {
             Action::Pause => self.paused = !self.paused,
@@ -136,7 +139,7 @@ impl Viewer {
             Action::Technique(technique) => self.technique = technique,
             Action::Rule => std::mem::swap(&mut self.options.quadrature, &mut self.other_rule),
             Action::Shadowing => self.options.shadowing = self.options.shadowing.next(),
-            Action::Screenshot | Action::Quit => return,
+            Action::Environment | Action::Screenshot | Action::Quit => return,
         }
         self.changed = true;
     }

@@ -1,0 +1,109 @@
+//! The environments that the window can show its scene in: the scene's own, the sky, the studio, and pictures dropped on it.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use crate::app::error::AppError;
+use crate::gpu::Gpu;
+use crate::render::light::environment::Environment;
+use crate::render::scene::FrameState;
+use crate::scenes::light::EnvironmentChoice;
+use crate::scenes::set::SkyOrPicture;
+
+/// The choices, and which of them is shown.
+#[derive(Clone, Debug)]
+pub struct Surroundings {
+    choices: Vec<EnvironmentChoice>,
+    shown: usize,
+    made_with: SkyOrPicture,
+}
+
+impl Surroundings {
+    /// `first` is what the renderer shows already; `made_with` makes the others.
+    #[must_use]
+    pub fn new(first: EnvironmentChoice, made_with: SkyOrPicture) -> Self {
+        let others = [EnvironmentChoice::Sky, EnvironmentChoice::Studio].into_iter().filter(|choice| *choice != first);
+        let others: Vec<_> = others.collect();
+        let choices = [vec![first], others].concat();
+        Self { choices, shown: 0, made_with }
+    }
+
+    /// Which environment comes after the one that is shown.
+    #[must_use]
+    pub fn next(&self) -> EnvironmentChoice {
+        self.choices[(self.shown + 1) % self.choices.len()].clone()
+    }
+
+    /// The choice that a dropped file is.
+    ///
+    /// # Errors
+    /// A file that is no environment.
+    pub fn dropped(path: PathBuf) -> Result<EnvironmentChoice, AppError> {
+        let extension = path.extension().map(|e| e.to_ascii_lowercase());
+        match extension.as_ref().and_then(|e| e.to_str()) {
+            Some("hdr" | "exr") => Ok(EnvironmentChoice::File(path)),
+            _ => Err(AppError::Usage(format!("{}: drop an equirectangular .hdr or .exr picture", path.display()))),
+        }
+    }
+
+    /// Makes `choice` and notes that it is shown from now on. After an error what was shown stays.
+    ///
+    /// # Errors
+    /// A file that cannot be read, or memory that is short.
+    pub fn show(&mut self, gpu: &Arc<Gpu>, choice: EnvironmentChoice) -> Result<Environment, AppError> {
+        let environment = self.made_with.make(gpu, choice.load()?.as_ref())?;
+        self.shown = self.choices.iter().position(|known| *known == choice).unwrap_or_else(|| {
+            self.choices.push(choice);
+            self.choices.len() - 1
+        });
+        Ok(environment)
+    }
+
+    /// Gives a state of the scene, as it is in its own environment, the sky of the one that is shown, or takes it away.
+    pub fn light(&self, state: &mut FrameState) {
+        match (&self.choices[self.shown], state.sky.is_some()) {
+            (EnvironmentChoice::Sky, false) => *state = state.clone().under(&self.made_with.sky),
+            (EnvironmentChoice::Studio | EnvironmentChoice::File(_), true) => (state.sky, state.sun) = (None, None),
+            _ => {}
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::render::camera::Camera;
+    use crate::render::light::panorama::LightExtraction;
+    use crate::render::light::sky::Sky;
+
+    fn surroundings(first: EnvironmentChoice) -> Surroundings {
+        Surroundings::new(first, SkyOrPicture { sky: Sky::default(), lights: LightExtraction::default() })
+    }
+
+    #[test]
+    fn the_sun_goes_with_its_sky() {
+        let camera = Camera::looking_at(glam::Vec3::X, glam::Vec3::ZERO, 40.0);
+        let mut chosen = surroundings(EnvironmentChoice::Sky);
+        assert_eq!(chosen.next(), EnvironmentChoice::Studio);
+        let mut state = FrameState::new(camera, Vec::new()).under(&Sky::default());
+        chosen.light(&mut state);
+        assert!(state.sky.is_some() && state.sun.is_some());
+        chosen.shown = 1;
+        chosen.light(&mut state);
+        assert!(state.sky.is_none() && state.sun.is_none());
+        let mut chosen = surroundings(EnvironmentChoice::File("panorama.hdr".into()));
+        assert_eq!(chosen.choices.len(), 3);
+        chosen.light(&mut state);
+        assert!(state.sky.is_none());
+        chosen.shown = 1;
+        chosen.light(&mut state);
+        assert!(state.sky.is_some() && state.sun.is_some());
+    }
+
+    #[test]
+    fn only_pictures_can_be_dropped() {
+        assert!(Surroundings::dropped("night.HDR".into()).is_ok());
+        let fault = Surroundings::dropped("notes.txt".into()).expect_err("no environment");
+        assert!(fault.to_string().contains("notes.txt"), "{fault}");
+    }
+}
