@@ -15,10 +15,15 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             let errors = irradiance_errors(&image, LightExtraction { count, ..LightExtraction::default() });
             let percent = [errors.rms, errors.worst, errors.level].map(|e| 100.0 * e);
             let [rms, worst, level] = percent;
-            println!("  at most {count} lights: irradiance off by {rms:.2} % rms, {worst:+.1} % at worst, {level:+.2} % level");
+            println!(
+                "  at most {count} lights: irradiance off by {rms:.2} % rms, {worst:+.1} % at worst, {level:+.2} % level"
+            );
             for light in &errors.lights {
                 let (d, e, r) = (light.direction, light.irradiance, light.radius_degrees());
-                println!("    direction {:.4} {:.4} {:.4}, irradiance {:.4} {:.4} {:.4}, radius {r:.3} degrees", d.x, d.y, d.z, e.x, e.y, e.z);
+                println!(
+                    "    direction {:.4} {:.4} {:.4}, irradiance {:.4} {:.4} {:.4}, radius {r:.3} degrees",
+                    d.x, d.y, d.z, e.x, e.y, e.z
+                );
             }
         }
     }

@@ -8,6 +8,7 @@ use super::light::{EnvironmentChoice, SunDirection};
 use super::ocean::waves::Waves;
 use super::registry::{SCENES, Scene};
 use super::view::{Size, View};
+use crate::render::light::panorama::LightExtraction;
 use crate::render::settings::{RenderSettings, Shading};
 use crate::render::surfaces::tessellation::TessellationSettings;
 
@@ -24,6 +25,9 @@ pub struct SceneConfig {
     pub height_scale: f32,
     /// Light from all around.
     pub environment: EnvironmentChoice,
+    /// What of a picture of the environment becomes lights.
+    #[serde(flatten)]
+    pub environment_lights: LightExtraction,
     /// Direction to the sun at the beginning.
     pub sun: SunDirection,
     /// Hour of the day at the beginning, instead of `sun`.
@@ -64,6 +68,7 @@ impl Default for SceneConfig {
             waves: Waves::default(),
             height_scale: 1.0,
             environment: EnvironmentChoice::Sky,
+            environment_lights: LightExtraction::default(),
             sun: SunDirection { azimuth: -50.0, elevation: 38.0 },
             time_of_day: None,
             day_length: None,

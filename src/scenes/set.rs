@@ -86,9 +86,9 @@ pub fn set(config: &SceneConfig, inputs: Inputs, gpu: &Arc<Gpu>, progress: Progr
     }
     let start = config.time_of_day.map_or(config.sun.vector(), |hour| daylight::at_hour(f64::from(hour)));
     let sky = Sky { sun_direction: start, ground_albedo: stage.below_horizon, ..Sky::default() };
-    let surroundings = SkyOrPicture { sky, lights: LightExtraction::default() };
+    let surroundings = SkyOrPicture { sky, lights: config.environment_lights };
     let environment = surroundings.make(gpu, inputs.environment.as_ref())?;
-    // A picture of an environment already contains its sun.
+    // A picture of an environment brings its own suns.
     let sky = inputs.environment.is_none().then_some(sky);
     let camera = camera(config, stage.views);
     let renderer = Renderer::new(gpu, stage.take_scene(), environment)?;

@@ -47,7 +47,7 @@ fn help_and_version_are_results() {
 
 #[test]
 fn wrong_usage_ends_with_2_and_names_the_flag() {
-    let cases: [(&[&str], &str); 26] = [
+    let cases: [(&[&str], &str); 30] = [
         (&[], "command"),
         (&["dance"], "dance"),
         (&["capture", "--dance"], "--dance"),
@@ -66,6 +66,13 @@ fn wrong_usage_ends_with_2_and_names_the_flag() {
         (&["capture", "-o", "a.png", "--layers", "depth"], "--layers"),
         (&["capture", "--layers", "colour"], "colour"),
         (&["capture", "--environment", "a.png"], "--environment"),
+        (&["capture", "--environment-lights", "5", "--environment", "studio"], "--environment-lights"),
+        (&["capture", "--environment-lights", "few", "--environment", "studio"], "--environment-lights"),
+        (&["capture", "--environment-lights", "2"], "--environment-lights"),
+        (
+            &["capture", "--environment-light-threshold", "0", "--environment", "studio"],
+            "--environment-light-threshold",
+        ),
         (&["capture", "--camera", "a.png"], "--camera"),
         (&["capture", "--height-map", "a.png"], "--height-map"),
         (&["capture", "--scene", "ocean", "--roughness", "0.2"], "--roughness"),
@@ -261,6 +268,42 @@ fn capture_renders_the_same_bytes_twice_and_says_how() {
     let image = load_color(folder.path().join("a.png")).unwrap();
     let difference: f32 = (0..3).map(|c| (image.at(24, 16)[c] - image.at(1, 1)[c]).abs()).sum();
     assert!(difference > 0.1, "{:?} {:?}", image.at(24, 16), image.at(1, 1));
+}
+
+#[test]
+fn the_report_names_the_lights_of_a_picture() {
+    let Some(_) = test_gpu() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let sky = folder.path().join("sky.exr");
+    // The middle of the image looks along +x.
+    let mut image = RgbImage::new(64, 32, vec![[1.0; 3]; 64 * 32]).unwrap();
+    for at in [15 * 64 + 31, 15 * 64 + 32, 16 * 64 + 31, 16 * 64 + 32] {
+        image.texels[at] = [2001.0, 1001.0, 501.0];
+    }
+    save_exr_rgb(&sky, &image).unwrap();
+    let capture = |extra: &[&str]| {
+        let file = folder.path().join("a.png");
+        let flags =
+            ["capture", "--scene", "plane", "--size", "8x8", "--samples", "1", "--json", "--environment", path(&sky)];
+        let output = run(&[&flags[..], extra, &["-o", path(&file)]].concat());
+        assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+        serde_json::from_slice::<serde_json::Value>(&output.stdout).unwrap()
+    };
+    let report = capture(&[]);
+    let lights = report["lights"].as_array().unwrap();
+    assert_eq!(lights.len(), 1, "{report}");
+    let number = |value: &serde_json::Value| value.as_f64().unwrap();
+    assert!((number(&lights[0]["direction"][0]) - 1.0).abs() < 1e-5, "{lights:?}");
+    let texel = 2.0 * std::f64::consts::PI / 64.0 * (std::f64::consts::PI / 32.0).sin();
+    for (channel, radiance) in [2000.0, 1000.0, 500.0].into_iter().enumerate() {
+        let irradiance = number(&lights[0]["irradiance"][channel]);
+        assert!((irradiance / (4.0 * texel * radiance) - 1.0).abs() < 0.02, "{lights:?}");
+    }
+    // A square of 11 degrees has the variance of a disk of 6.4.
+    assert!((number(&lights[0]["radius_degrees"]) - 6.4).abs() < 0.3, "{lights:?}");
+    assert_eq!(report["settings"]["environment_lights"], 4);
+    assert_eq!(report["settings"]["environment_light_threshold"], 8.0);
+    assert_eq!(capture(&["--environment-lights", "0"])["lights"], serde_json::json!([]));
 }
 
 #[test]

@@ -14,6 +14,7 @@ mod irradiance;
 mod moments;
 mod moving_sun;
 mod ocean;
+mod panorama;
 mod pictures;
 mod reference;
 mod seams;

@@ -5,13 +5,13 @@
 // over the light, the density of facets at the half vector is that of wider lobes; src/reflectance/integrals/light_size.rs derives
 // by how much.
 
-// Least z of wo + wi: closer to the horizon slopes grow without bound.
-const float LEADR_LEAST_HALF_Z = 1e-3;
+// Least z of wo + wi in deviations of the light: closer to the horizon slopes bend too much within it.
+const float LEADR_LEAST_HALF_Z = 16.0;
 
 // Covariance of the slopes at which facets mirror the light to wo; add it to that of the surface's slopes.
 vec3 light_slope_covariance(vec3 wo, vec3 wi, float variance) {
     vec3 h = wo + wi;
-    float per = 1.0 / max(h.z, LEADR_LEAST_HALF_Z);
+    float per = 1.0 / max(h.z, max(LEADR_LEAST_HALF_Z * sqrt(variance), 1e-3));
     vec2 s = -h.xy * per;
     vec2 q = wi.xy + s * wi.z;
     return (variance * per * per) * vec3(1.0 + s * s - q * q, s.x * s.y - q.x * q.y);

@@ -6,6 +6,7 @@ use super::frames::Moment;
 use crate::app::error::AppError;
 use crate::app::flags::device::DeviceInfo;
 use crate::render::frame::Layer;
+use crate::render::light::panorama::EnvironmentLight;
 
 /// How long one pass took.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -37,6 +38,11 @@ pub struct Frame {
 pub trait FrameSource {
     /// The device that renders.
     fn device(&self) -> DeviceInfo;
+
+    /// The lights that were taken out of its environment.
+    fn lights(&self) -> Vec<EnvironmentLight> {
+        Vec::new()
+    }
 
     /// Renders one moment.
     ///

@@ -19,6 +19,7 @@ use crate::app::error::AppError;
 use crate::app::flags::device::DeviceInfo;
 use crate::app::output::Output;
 use crate::lab::progress::Progress;
+use crate::render::light::panorama::EnvironmentLight;
 
 /// What a capture made.
 #[derive(Debug, Serialize)]
@@ -27,6 +28,8 @@ pub struct CaptureReport<'a> {
     #[serde(flatten)]
     device: DeviceInfo,
     settings: &'a CaptureConfig,
+    /// Taken out of the picture of the environment.
+    lights: Vec<EnvironmentLight>,
     frames: Vec<FrameReport>,
     /// Wall-clock seconds, files included.
     seconds: f64,
@@ -91,7 +94,8 @@ pub fn capture<'a>(
     }
     drop(bar);
     let seconds = start.elapsed().as_secs_f64();
-    Ok(CaptureReport { command: "capture", device: source.device(), settings: config, frames, seconds })
+    let (device, lights) = (source.device(), source.lights());
+    Ok(CaptureReport { command: "capture", device, settings: config, lights, frames, seconds })
 }
 
 /// Renders one moment and checks the size, the layers and the values of the frame.

@@ -9,6 +9,7 @@ use crate::app::output::Output;
 use crate::lab::progress::Progress;
 use crate::render::frame::Layer;
 use crate::render::frame::Renderer;
+use crate::render::light::panorama::EnvironmentLight;
 use crate::render::settings::RenderSettings;
 use crate::scenes::set::{Animation, Inputs, Set, set};
 
@@ -47,6 +48,10 @@ pub fn open(config: &CaptureConfig, output: &Output) -> Result<Box<dyn FrameSour
 impl FrameSource for RendererSource {
     fn device(&self) -> DeviceInfo {
         DeviceInfo::of(self.renderer.gpu())
+    }
+
+    fn lights(&self) -> Vec<EnvironmentLight> {
+        self.renderer.environment().lights().to_vec()
     }
 
     fn render(&mut self, moment: Moment) -> Result<Frame, AppError> {

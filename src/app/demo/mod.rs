@@ -17,6 +17,7 @@ use crate::app::flags::device::{DeviceArgs, DeviceInfo};
 use crate::app::output::Output;
 use crate::gpu::Gpu;
 use crate::lab::progress::Progress;
+use crate::render::light::panorama::EnvironmentLight;
 use crate::scenes::config::SceneConfig;
 use crate::scenes::set::{Inputs, Set, set};
 use crate::scenes::view::CameraPose;
@@ -37,6 +38,8 @@ pub struct DemoReport {
     #[serde(flatten)]
     device: DeviceInfo,
     settings: DemoConfig,
+    /// Taken out of the picture of the environment.
+    lights: Vec<EnvironmentLight>,
     #[serde(flatten)]
     window: WindowReport,
 }
@@ -69,6 +72,7 @@ fn demo(arguments: &DemoArgs, output: &Output) -> Result<DemoReport, AppError> {
     let gpu = Gpu::new(&display.gpu_options(device.device.clone(), device.validation)?)?;
     let Set { renderer, animation, camera, surroundings } =
         set(&config, inputs, &gpu, &output.share(config.scene.making))?;
+    let lights = renderer.environment().lights().to_vec();
     let options = WindowOptions {
         title: "leadr".to_owned(),
         time: f64::from(arguments.time),
@@ -83,5 +87,5 @@ fn demo(arguments: &DemoArgs, output: &Output) -> Result<DemoReport, AppError> {
         return Err(AppError::Failed(format!("Vulkan validation: {first}")));
     }
     let settings = DemoConfig { scene: config, device };
-    Ok(DemoReport { command: "demo", device: DeviceInfo::of(&gpu), settings, window })
+    Ok(DemoReport { command: "demo", device: DeviceInfo::of(&gpu), settings, lights, window })
 }

@@ -7,9 +7,10 @@ use clap::{Args, Parser};
 
 use super::camera_file;
 use super::shading::ShadingArgs;
-use super::values::{CameraChoice, atlas_tile, finite, hour, not_negative, positive, roughness};
+use super::values::{CameraChoice, atlas_tile, environment_lights, finite, hour, not_negative, positive, roughness};
 use super::waves::WaveArgs;
 use crate::app::error::AppError;
+use crate::render::light::panorama::LightExtraction;
 use crate::scenes::config::SceneConfig;
 use crate::scenes::light::{EnvironmentChoice, SunDirection};
 use crate::scenes::registry::{Choice, SCENES, Scene};
@@ -33,6 +34,13 @@ pub struct SceneArgs {
     /// Light from all around: the analytic sky, a studio, or an equirectangular picture
     #[arg(long, value_name = "sky|studio|FILE.hdr|FILE.exr", default_value = "sky")]
     pub environment: EnvironmentChoice,
+    /// Most lights, 0 to 4, that are taken out of a picture of an environment to throw shadows; at 0 all light stays in the
+    /// picture [default: 4]
+    #[arg(long, value_name = "N", value_parser = environment_lights)]
+    pub environment_lights: Option<u32>,
+    /// Radiance from which on a place of that picture can belong to a light, in multiples of the picture's mean [default: 8]
+    #[arg(long, value_name = "X", value_parser = positive)]
+    pub environment_light_threshold: Option<f32>,
     /// Direction to the sun, degrees: counter-clockwise from +x, and above the horizon
     #[arg(long, value_name = "AZIMUTH,ELEVATION", default_value = "-50,38", allow_hyphen_values = true)]
     pub sun: SunDirection,
@@ -121,6 +129,7 @@ impl SceneArgs {
         let waves = a.waves.resolve(a.scene)?;
         let shading = a.shading.resolve(a.edge_samples, a.relief_shadows)?;
         a.check().map_err(AppError::Usage)?;
+        let lights = LightExtraction::default();
         let view = match &a.camera {
             CameraChoice::Near => View::Near,
             CameraChoice::Mid => View::Mid,
@@ -133,6 +142,10 @@ impl SceneArgs {
             waves,
             height_scale: a.height_scale,
             environment: a.environment,
+            environment_lights: LightExtraction {
+                count: a.environment_lights.unwrap_or(lights.count),
+                threshold: a.environment_light_threshold.unwrap_or(lights.threshold),
+            },
             sun: a.sun,
             time_of_day: a.time_of_day,
             day_length: a.day_length,
@@ -167,6 +180,13 @@ impl SceneArgs {
         }
         if self.time_of_day.or(self.day_length).is_some() && self.environment != EnvironmentChoice::Sky {
             return Err("--time-of-day and --day-length are for --environment sky; a picture has its own light".into());
+        }
+        let about_lights = self.environment_lights.is_some() || self.environment_light_threshold.is_some();
+        if about_lights && self.environment == EnvironmentChoice::Sky {
+            return Err(
+                "--environment-lights and --environment-light-threshold are for pictures; the sky's sun is a light anyway"
+                    .into(),
+            );
         }
         Ok(())
     }

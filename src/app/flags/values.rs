@@ -6,6 +6,7 @@ use std::str::FromStr;
 use serde::Serialize;
 
 use crate::app::files::extension;
+use crate::render::light::panorama::MAX_ENVIRONMENT_LIGHTS;
 use crate::scenes::light::{EnvironmentChoice, SunDirection};
 use crate::scenes::stage::Sweep;
 use crate::scenes::view::Size;
@@ -130,6 +131,17 @@ pub fn not_negative(text: &str) -> Result<f32, String> {
 /// If `text` is no number from 0 to 24.
 pub fn hour(text: &str) -> Result<f32, String> {
     finite(text).and_then(|v| if (0.0..=24.0).contains(&v) { Ok(v) } else { Err("an hour is 0 to 24".to_owned()) })
+}
+
+/// Most lights of a panorama.
+///
+/// # Errors
+/// If `text` is not a whole number from 0 to 4.
+pub fn environment_lights(text: &str) -> Result<u32, String> {
+    match text.parse::<u32>() {
+        Ok(count) if count <= MAX_ENVIRONMENT_LIGHTS => Ok(count),
+        _ => Err(format!("a picture gives 0 to {MAX_ENVIRONMENT_LIGHTS} lights")),
+    }
 }
 
 /// Edge of an atlas tile in texels.

@@ -8,20 +8,23 @@
 //! E[ds dsᵀ] = v / h.z² (1 + s sᵀ − q qᵀ)       q = wi.xy + s wi.z
 //! ```
 //!
+//! This is the first order of slopes that grow without bound towards the horizon. Where `h.z` is less than 16 deviations of the light it
+//! is taken to be that much, or half vectors just above the horizon would be as frequent as any.
+//!
 //! Averaged over the light, a Gaussian density of slopes at `s` is one whose covariance is larger by that much. Everything else that
 //! depends on `wi` (Fresnel, shadowing) is taken at its middle.
 
 use glam::{DVec2, DVec3};
 
-/// Least z of `wo + wi`: closer to the horizon slopes grow without bound.
-const LEAST_HALF_Z: f64 = 1e-3;
+/// Least z of `wo + wi` in deviations of the light.
+const LEAST_HALF_Z: f64 = 16.0;
 
 /// Covariance `(s_xx, s_yy, s_xy)` of the slopes at which facets mirror a light to `wo`; add it to that of the surface's slopes.
 /// `variance`: of the light's directions, radians² along each of two axes across `wi`.
 #[must_use]
 pub fn light_slope_covariance(wo: DVec3, wi: DVec3, variance: f64) -> DVec3 {
     let h = wo + wi;
-    let per = 1.0 / h.z.max(LEAST_HALF_Z);
+    let per = 1.0 / h.z.max(LEAST_HALF_Z * variance.sqrt()).max(1e-3);
     let s = -h.truncate() * per;
     let q = wi.truncate() + s * wi.z;
     let square = DVec2::ONE + s * s - q * q;

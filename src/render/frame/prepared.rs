@@ -94,7 +94,7 @@ impl Renderer {
     /// [`GpuError::Usage`] if this renderer prepared another frame since, which overwrote what this one needs.
     pub fn resume(&mut self, paused: PausedFrame) -> Result<PreparedFrame<'_>> {
         if paused.0.number != self.prepared {
-            let fault = "the renderer has prepared another frame since it was paused: prepare it again".to_owned();
+            let fault = "the renderer has prepared another frame or got another environment since it was paused: prepare it again".to_owned();
             return Err(GpuError::Usage { name: "frame".to_owned(), fault });
         }
         Ok(PreparedFrame { renderer: self, plan: paused.0 })

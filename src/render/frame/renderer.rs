@@ -88,9 +88,17 @@ impl Renderer {
         self.gpu.submit("sky", |cmd| environment.update_sky(cmd, sky)).map(|_| ())
     }
 
-    /// Surrounds the scene with another environment from the next frame on.
-    pub fn set_environment(&mut self, environment: Environment) {
-        self.environment = environment;
+    /// The light from all around.
+    #[must_use]
+    pub fn environment(&self) -> &Environment {
+        &self.environment
+    }
+
+    /// Puts the scene under another environment and returns the old one, which may be put back. Frames prepared from now on show
+    /// it; one that is paused cannot be resumed.
+    pub fn set_environment(&mut self, environment: Environment) -> Environment {
+        self.prepared += 1;
+        std::mem::replace(&mut self.environment, environment)
     }
 
     /// The image that holds the mean of the last frame's samples, for a window to show.

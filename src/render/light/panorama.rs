@@ -8,6 +8,8 @@
 use std::f64::consts::PI;
 
 use glam::{DMat2, DVec2, DVec3, Vec3};
+use serde::ser::SerializeStruct;
+use serde::{Serialize, Serializer};
 
 use super::bright_spots::{Spots, WINDOW, smooth};
 use crate::maps::RgbImage;
@@ -34,12 +36,24 @@ impl EnvironmentLight {
     }
 }
 
-/// What may be taken out of a panorama.
-#[derive(Clone, Copy, Debug, PartialEq)]
+impl Serialize for EnvironmentLight {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut light = serializer.serialize_struct("EnvironmentLight", 3)?;
+        light.serialize_field("direction", &self.direction.to_array())?;
+        light.serialize_field("irradiance", &self.irradiance.to_array())?;
+        light.serialize_field("radius_degrees", &self.radius_degrees())?;
+        light.end()
+    }
+}
+
+/// What may be taken out of a panorama. Written as JSON, its fields have the names of the command's flags.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct LightExtraction {
     /// Most lights, 0 to [`MAX_ENVIRONMENT_LIGHTS`]; at 0 everything stays in the image.
+    #[serde(rename = "environment_lights")]
     pub count: u32,
     /// Radiance from which on a place can belong to a light, as a multiple (above 0) of the panorama's mean radiance.
+    #[serde(rename = "environment_light_threshold")]
     pub threshold: f32,
 }
 
@@ -128,7 +142,8 @@ fn candidate(spots: &Spots, middle: DVec3, even: f64) -> Candidate {
     }
     let per = 1.0 / flux.max(1e-300);
     let mean = first * per;
-    let (xx, yy, xy) = (second[0] * per - mean.x * mean.x, second[1] * per - mean.y * mean.y, second[2] * per - mean.x * mean.y);
+    let (xx, yy, xy) =
+        (second[0] * per - mean.x * mean.x, second[1] * per - mean.y * mean.y, second[2] * per - mean.x * mean.y);
     let half = 0.5 * (xx + yy);
     let apart = (half * half - DMat2::from_cols_array(&[xx, xy, xy, yy]).determinant()).max(0.0).sqrt();
     let falls = |x: f64, [from, to]: [f64; 2]| 1.0 - smooth((x - from) / (to - from));
@@ -290,6 +305,7 @@ impl Sphere {
     /// Mean luminance over the sphere.
     fn mean(&self, image: &RgbImage) -> f64 {
         let rows = image.texels.chunks_exact(image.width as usize).zip(&self.solid_angles);
-        rows.map(|(row, solid_angle)| solid_angle * row.iter().map(|&t| luminance(t)).sum::<f64>()).sum::<f64>() / (4.0 * PI)
+        rows.map(|(row, solid_angle)| solid_angle * row.iter().map(|&t| luminance(t)).sum::<f64>()).sum::<f64>()
+            / (4.0 * PI)
     }
 }

@@ -4,6 +4,7 @@ use super::comparator::{Arguments as _, Numbers, Tolerance, join, list, parity, 
 use glam::DVec3;
 use leadr::reflectance::integrals::ggx_filtering::displaced_ggx;
 use leadr::reflectance::integrals::ggx_lobes::{GGX_LOBES, displaced_ggx_area, displaced_ggx_light, ggx_lobe};
+use leadr::reflectance::integrals::light_size::{light_normal_variance, light_slope_covariance};
 use leadr::reflectance::masking::shadowing::Shadowing;
 use leadr::reflectance::materials::classic::{
     blinn_phong_exponent, blinn_phong_ndf, blinn_phong_variance, lobe_lod, normal_variance, toksvig_exponent,
@@ -35,6 +36,29 @@ fn classic_parity() {
                 toksvig_exponent(exponent, filtered),
                 lobe_lod(variance, 256.0),
             ]]
+        },
+    );
+}
+
+#[test]
+fn light_size_parity() {
+    parity::<7>(
+        "integrals/light_size",
+        // Near the horizon the squares of steep slopes cancel: covariances are compared with their trace.
+        Tolerance { relative: 1e-4, floor: |k| if k < 3 { 1.0 } else { 1e-9 }, unit: 0.0 },
+        |r| {
+            let mut above = || {
+                let d = r.direction();
+                DVec3::new(d.x, d.y, d.z.abs().max(0.05)).normalize().to_array()
+            };
+            let directions = [above(), above()].concat();
+            join(&[&directions, &[r.log(1e-6, 1e-2)]])
+        },
+        |x| {
+            let (wo, wi) = (v3(x, 0), v3(x, 3));
+            let s = light_slope_covariance(wo, wi, x[6]);
+            let trace = s.x + s.y;
+            list![s / trace, [trace, light_normal_variance(wo.dot(wi).abs(), x[6])]]
         },
     );
 }
