@@ -3,6 +3,7 @@
 #[path = "../common/mod.rs"]
 mod common;
 
+mod base_roughness;
 mod brdf;
 mod distributions;
 mod furnace;

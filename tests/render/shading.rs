@@ -4,13 +4,14 @@ use crate::common::cube::panorama;
 use crate::common::gpu::test_gpu;
 use crate::common::render::{bumps, in_room};
 use glam::{DVec2, DVec3, Vec3};
+use leadr::reflectance::facets::base_roughness::add_facet_roughness;
 use leadr::reflectance::facets::projected_area;
 use leadr::reflectance::frame;
 use leadr::reflectance::integrals::specular::{EnvironmentSample, leadr_specular_environment, leadr_specular_light};
 use leadr::reflectance::integrals::{diffuse, sh_projection};
 use leadr::reflectance::masking::correlated::{direction_area, lit_fraction};
 use leadr::reflectance::masking::shadowing::Shadowing;
-use leadr::reflectance::slopes::{grid as slope_grid, statistics as slope_statistics};
+use leadr::reflectance::slopes::grid as slope_grid;
 use leadr::reflectance::visible::diffuse::{leadr_diffuse_light_visible, visible_diffuse_moments};
 use leadr::reflectance::visible::shadowed_environment::{bent_normal, shadowed_diffuse_environment};
 use leadr::reflectance::visible::shadowed_specular::visible_specular_environment;
@@ -121,7 +122,7 @@ fn pixels(renderer: &mut Renderer, state: &FrameState, color: &[[f32; 4]]) -> Ve
                 frame,
                 m: m + tilt,
                 diffuse_s,
-                specular_s: slope_statistics::add_roughness(diffuse_s, roughness[0]),
+                specular_s: add_facet_roughness(diffuse_s, roughness[0], wo, m + tilt),
                 albedo: DVec3::new(albedo[0], albedo[1], albedo[2]),
             };
             (i, pixel)

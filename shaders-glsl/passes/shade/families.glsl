@@ -1,6 +1,7 @@
 // The functions that shade a pixel, one for each family of techniques.
 #ifndef LEADR_SHADE_FAMILIES
 #define LEADR_SHADE_FAMILIES
+#include "facet_frame.glsl"
 #include "leadr.glsl"
 #include "lighting.glsl"
 #include "leadr/materials/classic.glsl"
@@ -84,6 +85,9 @@ vec3 family_radiance(Surface surface, float environment_scale) {
         vec2 tilt = tilt_to_edge(surface.wo, surface.mean_slope);
         surface.mean_slope += tilt;
         surface.slope_covariance += vec3(tilt * tilt, tilt.x * tilt.y);
+    }
+    if (FACET_FRAME && FINEST_LEVEL) {
+        surface = in_facet_frame(surface);
     }
     return leadr_radiance(surface, environment_scale);
 }

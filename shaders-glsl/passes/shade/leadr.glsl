@@ -4,6 +4,7 @@
 #ifndef LEADR_SHADE_LEADR
 #define LEADR_SHADE_LEADR
 #include "lighting.glsl"
+#include "leadr/facets/base_roughness.glsl"
 #include "leadr/integrals/diffuse.glsl"
 #include "leadr/integrals/ggx_lobes.glsl"
 #include "leadr/integrals/light_size.glsl"
@@ -135,7 +136,8 @@ vec3 leadr_radiance(Surface surface, float environment_scale) {
     vec3 f0 = surface.f0;
     vec2 m = surface.mean_slope;
     vec3 diffuse_s = surface.slope_covariance;
-    vec3 specular_s = add_roughness(diffuse_s, surface.alpha);
+    vec3 specular_s = FACET_FRAME && !FINEST_LEVEL ? add_facet_roughness(diffuse_s, surface.alpha, wo, m)
+                                                   : add_roughness(diffuse_s, surface.alpha);
     DisplacedGgx ggx;
     if (GGX_BASE) {
         ggx = displaced_ggx(vec3(vec2(surface.alpha * surface.alpha), 0.0), diffuse_s);

@@ -2,13 +2,14 @@
 #extension GL_GOOGLE_include_directive : require
 // Shades a sample of the reference, shadows of the relief included: the base material on the facet that the pixel sees,
 // under lights whose visibility comes from maps as fine as the relief. The environment is one light drawn from it.
-#include "gbuffer.glsl"
+#include "facet_frame.glsl"
 #include "../constants.glsl"
 #include "leadr/integrals/specular.glsl"
 #include "leadr/visible/diffuse.glsl"
 #include "leadr/visible/fresnel.glsl"
 
 layout(constant_id = 5) const int TERMS = 15; // a bit per term of light transport
+layout(constant_id = 31) const bool FACET_FRAME = false; // in which the base is rough
 
 const int GRID = 5;          // samples of a mirror's slopes
 const int DIFFUSE_TERMS = 2; // see leadr/visible/diffuse.glsl
@@ -96,6 +97,10 @@ void main() {
         out_radiance = vec4(1.0, 0.0, 1.0, 1.0);
         return;
     }
+    vec3 macronormal = surface.frame.z;
+    if (FACET_FRAME) {
+        surface = in_facet_frame(surface);
+    }
     vec3 wo = surface.wo;
     vec2 m = surface.mean_slope;
     vec3 diffuse_s = surface.slope_covariance;
@@ -104,7 +109,7 @@ void main() {
     vec3 radiance = mirror && (TERMS & TERM_SPECULAR_ENVIRONMENT) != 0 ? mirrored(surface, specular_s) : vec3(0.0);
     vec3 albedo = surface.albedo * (1.0 - visible_fresnel(wo, m, specular_s, surface.f0));
     // The plane that was drawn into the depth maps: the facet, or the smooth geometry where only normals are mapped.
-    vec3 normal = lighting.viewport.w > 0.5 ? from_frame(surface.frame, normal_of_slope(m)) : surface.frame.z;
+    vec3 normal = lighting.viewport.w > 0.5 ? from_frame(surface.frame, normal_of_slope(m)) : macronormal;
     for (int i = 0; i < lighting.counts.x; ++i) {
         Light light = lighting.lights[i];
         vec3 towards = light.place.xyz, irradiance = light.power.rgb;

@@ -15,6 +15,7 @@ layout(constant_id = 6) const int OWN_SUNS = 1;            // 0 or 1
 layout(constant_id = 10) const int PANORAMA_SUNS = 0;      // at most MAX_ENVIRONMENT_LIGHTS
 layout(constant_id = 7) const bool SUN_SHADOWS = true;     // cast by the macrosurface, from the shadow maps
 layout(constant_id = 8) const int POINT_LIGHTS = 0;        // at most MAX_POINT_LIGHTS
+layout(constant_id = 31) const bool FACET_FRAME = false;  // in which the base is rough; else in that of the macrosurface
 layout(constant_id = 9) const int EDGES = EDGES_ARE_ABSENT;
 
 const bool SPECULAR_LIGHTS = (TERMS & TERM_SPECULAR_LIGHTS) != 0;

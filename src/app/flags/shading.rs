@@ -5,7 +5,9 @@ use clap::{Args, ValueEnum};
 
 use crate::app::error::AppError;
 use crate::reflectance::masking::shadowing::Shadowing;
-use crate::render::settings::{DiffuseLights, Probes, Quadrature, Shading, ShadingOptions, Technique, Terms};
+use crate::render::settings::{
+    BaseFrame, DiffuseLights, Probes, Quadrature, Shading, ShadingOptions, Technique, Terms,
+};
 
 /// How the integrals over visible slopes are sampled.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -40,6 +42,9 @@ pub struct ShadingArgs {
     /// How diffuse facets reflect the sun and point lights [default: cosine]
     #[arg(long, value_name = "KIND", value_parser = diffuse_lights())]
     pub diffuse_lights: Option<DiffuseLights>,
+    /// The frame in which the base material is rough [default: facet]
+    #[arg(long, value_name = "KIND", value_parser = base_frames())]
+    pub base_frame: Option<BaseFrame>,
     /// Count the curvature of the smooth surface under a pixel as roughness, which the paper does not [default: on]
     #[arg(long, value_name = "on|off", value_parser = on_off)]
     pub pixel_kernel: Option<bool>,
@@ -64,6 +69,7 @@ impl ShadingArgs {
             quadrature,
             shadowing: self.masking.unwrap_or(default.shadowing),
             diffuse_lights: self.diffuse_lights.unwrap_or(default.diffuse_lights),
+            base_frame: self.base_frame.unwrap_or(default.base_frame),
             pixel_kernel: self.pixel_kernel.unwrap_or(default.pixel_kernel),
             edge_samples,
             relief_shadows,
@@ -108,6 +114,9 @@ impl ShadingArgs {
         } else if self.pixel_kernel.is_some() && !technique.has_pixel_kernel() {
             let techniques = names_where(Technique::has_pixel_kernel);
             format!("--pixel-kernel is for techniques with a pixel kernel ({techniques}), not {name}")
+        } else if self.base_frame.is_some() && !technique.has_base_frame() {
+            let techniques = names_where(Technique::has_base_frame);
+            format!("--base-frame is for techniques that integrate over a Beckmann base ({techniques}), not {name}")
         } else if self.terms != Terms::ALL && !technique.is_lit() {
             format!("--terms chooses light, and --technique {name} has none")
         } else if relief_shadows && !technique.has_relief_shadows() {
@@ -147,6 +156,10 @@ fn shadowing_models() -> impl TypedValueParser<Value = Shadowing> {
 
 fn diffuse_lights() -> impl TypedValueParser<Value = DiffuseLights> {
     choice(&DiffuseLights::ALL, DiffuseLights::name, DiffuseLights::help)
+}
+
+fn base_frames() -> impl TypedValueParser<Value = BaseFrame> {
+    choice(&BaseFrame::ALL, BaseFrame::name, BaseFrame::help)
 }
 
 fn on_off(text: &str) -> Result<bool, &'static str> {

@@ -5,7 +5,9 @@ use super::ocean::Variant;
 use super::rounds::{PIXELS, Series, TOTAL};
 use crate::reflectance::masking::shadowing::Shadowing;
 use crate::render::scene::FrameState;
-use crate::render::settings::{Probes, Quadrature, RenderSettings, Shading, ShadingOptions, Technique, Terms};
+use crate::render::settings::{
+    BaseFrame, Probes, Quadrature, RenderSettings, Shading, ShadingOptions, Technique, Terms,
+};
 use crate::render::surfaces::tessellation::TessellationSettings;
 use crate::scenes::config::SceneConfig;
 use crate::scenes::view::Size;
@@ -144,10 +146,12 @@ pub fn in_a_goal(row: &Row) -> bool {
     GOALS.iter().flat_map(|goal| [goal.of, goal.to]).any(|place| place.table == row.table && place.row == row.name)
 }
 
-/// The paper's settings: masking alone, like its printed algorithms, and no pixel kernel.
+/// The paper's settings: masking alone, like its printed algorithms, the base rough in the macrosurface's frame, and no pixel
+/// kernel.
 fn paper(technique: Technique, quadrature: Quadrature, terms: Terms) -> Shading {
     let (shadowing, pixel_kernel) = (Shadowing::None, false);
-    technique.with(ShadingOptions { quadrature, terms, shadowing, pixel_kernel, ..Default::default() })
+    let base_frame = BaseFrame::Macro;
+    technique.with(ShadingOptions { quadrature, terms, shadowing, base_frame, pixel_kernel, ..Default::default() })
 }
 
 /// The tables of the full-screen quad that `state` shows.

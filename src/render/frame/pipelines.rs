@@ -14,7 +14,7 @@ use crate::render::settings::Terms;
 pub struct Pipelines {
     shade: Cache<ShadeKind, ShadePass>,
     join: Cache<JoinKind, JoinPass>,
-    reference: Cache<Terms, ReferencePass>,
+    reference: Cache<(Terms, bool), ReferencePass>,
 }
 
 impl Pipelines {
@@ -28,8 +28,8 @@ impl Pipelines {
         self.join.get(kind, || JoinPass::new(gpu, kind))
     }
 
-    /// The reference with shadows of the relief.
-    pub fn reference(&mut self, gpu: &Arc<Gpu>, terms: Terms) -> Result<ReferencePass> {
-        self.reference.get(terms, || ReferencePass::new(gpu, terms))
+    /// The reference with shadows of the relief; see [`ReferencePass::new`].
+    pub fn reference(&mut self, gpu: &Arc<Gpu>, terms: Terms, facet_frame: bool) -> Result<ReferencePass> {
+        self.reference.get((terms, facet_frame), || ReferencePass::new(gpu, terms, facet_frame))
     }
 }

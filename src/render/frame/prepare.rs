@@ -92,7 +92,7 @@ impl Renderer {
             if let Some(sky) = &state.sky {
                 self.show_sky(sky)?;
             }
-            let pass = self.pipelines.reference(&self.gpu, settings.shading.terms())?;
+            let pass = self.pipelines.reference(&self.gpu, settings.shading.terms(), settings.shading.facet_frame())?;
             let lights = ReliefLights::new(&self.gpu, state, &self.environment, &casters(surfaces))?;
             return Ok(Light::Relief { pass, lights });
         }

@@ -76,16 +76,16 @@ pub struct ReferencePass {
 }
 
 impl ReferencePass {
-    /// The pass for some terms of the light.
+    /// The pass for some terms of the light, with the base rough in the frame of the facets or in that of the macrosurface.
     ///
     /// # Errors
     /// Memory that is short, or a failed pipeline.
-    pub fn new(gpu: &Arc<Gpu>, terms: Terms) -> Result<Self> {
+    pub fn new(gpu: &Arc<Gpu>, terms: Terms, facet_frame: bool) -> Result<Self> {
         let desc = GraphicsDesc {
             vertex: "passes/fullscreen.vert",
             fragment: Some("passes/shade/reference.frag"),
             colors: &[RADIANCE_FORMAT],
-            spec: &[("TERMS", SpecValue::I32(terms.bits()))],
+            spec: &[("TERMS", SpecValue::I32(terms.bits())), ("FACET_FRAME", SpecValue::Bool(facet_frame))],
             structs: &[ReliefLightGpu::LAYOUT, ReliefLightingGpu::LAYOUT],
             ..Default::default()
         };

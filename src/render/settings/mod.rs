@@ -6,7 +6,9 @@ mod terms;
 
 use glam::Vec2;
 
-pub use self::shading::{DiffuseLights, Filtering, Integral, Probes, Quadrature, Reflection, Shading, ShadingOptions};
+pub use self::shading::{
+    BaseFrame, DiffuseLights, Filtering, Integral, Probes, Quadrature, Reflection, Shading, ShadingOptions,
+};
 pub use self::technique::{Needs, Technique};
 pub use self::terms::Terms;
 use super::sampling::jitter;

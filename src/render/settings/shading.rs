@@ -105,6 +105,39 @@ impl DiffuseLights {
     }
 }
 
+/// The frame in which the base material is rough.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum BaseFrame {
+    /// That of each facet, which a material has (`reflectance::facets::base_roughness`).
+    Facet,
+    /// That of the macrosurface, as in the LEADR paper: steep relief is up to 25 % too dark seen from above, and too bright
+    /// at grazing angles.
+    Macro,
+}
+
+impl BaseFrame {
+    /// Both.
+    pub const ALL: [Self; 2] = [Self::Facet, Self::Macro];
+
+    /// The name on the command line and in JSON.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Facet => "facet",
+            Self::Macro => "macro",
+        }
+    }
+
+    /// A one-line description.
+    #[must_use]
+    pub const fn help(self) -> &'static str {
+        match self {
+            Self::Facet => "Each facet's own, as a material has it",
+            Self::Macro => "The smooth surface's, as in the LEADR paper; darker on steep relief",
+        }
+    }
+}
+
 /// The options for whichever technique is drawn; each technique takes the settings that it has ([`Technique::with`]).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct ShadingOptions {
@@ -116,6 +149,8 @@ pub struct ShadingOptions {
     pub shadowing: Shadowing,
     /// How the diffuse light of sun and point lights is integrated.
     pub diffuse_lights: DiffuseLights,
+    /// The frame in which the base is rough. For techniques that integrate over a Beckmann base.
+    pub base_frame: BaseFrame,
     /// Whether the change of the macrosurface's normal across a pixel counts as roughness (Tokuyoshi & Kaplanyan 2019; on
     /// meshes only), and slopes that face away from the pixel's viewer are widened toward it (`tilt_to_edge`). The LEADR
     /// paper does neither. For the LEADR techniques; the other techniques that integrate always widen slopes.
@@ -143,6 +178,7 @@ impl Default for ShadingOptions {
             quadrature: Quadrature::VisibleSlopes(Probes::Sixteen),
             shadowing: Shadowing::Correlated,
             diffuse_lights: DiffuseLights::Cosine,
+            base_frame: BaseFrame::Facet,
             pixel_kernel: true,
             edge_samples: 1,
             relief_shadows: false,
@@ -159,6 +195,8 @@ pub struct Integral {
     pub shadowing: Shadowing,
     /// How the diffuse light of sun and point lights is integrated.
     pub diffuse_lights: DiffuseLights,
+    /// [`ShadingOptions::base_frame`], where the base is Beckmann's.
+    pub base_frame: Option<BaseFrame>,
     /// [`ShadingOptions::pixel_kernel`], where the technique has it.
     pub pixel_kernel: Option<bool>,
 }
@@ -203,10 +241,11 @@ impl Technique {
     pub fn with(self, options: ShadingOptions) -> Shading {
         let ShadingOptions { terms, quadrature, shadowing, diffuse_lights, .. } = options;
         let pixel_kernel = self.has_pixel_kernel().then_some(options.pixel_kernel);
+        let base_frame = self.has_base_frame().then_some(options.base_frame);
         let reflection = if !self.is_lit() {
             Reflection::Unlit
         } else if self.integrates() {
-            Reflection::Integral(terms, Integral { quadrature, shadowing, diffuse_lights, pixel_kernel })
+            Reflection::Integral(terms, Integral { quadrature, shadowing, diffuse_lights, base_frame, pixel_kernel })
         } else {
             Reflection::Lobe(terms)
         };
@@ -277,6 +316,12 @@ impl Shading {
         self.filtering == Filtering::Supersampled { relief_shadows: true }
     }
 
+    /// Whether the base is rough in the frame of the facets.
+    #[must_use]
+    pub fn facet_frame(&self) -> bool {
+        self.integral().is_some_and(|integral| integral.base_frame == Some(BaseFrame::Facet))
+    }
+
     /// The inputs that the technique needs from the passes.
     #[must_use]
     pub fn needs(&self) -> Needs {
@@ -299,6 +344,7 @@ impl Shading {
                 ("SAMPLES", SpecValue::I32(samples as i32)),
                 ("SHADOWING", SpecValue::I32(shadowing.code())),
                 ("LIGHTS_BY_SH", SpecValue::Bool(diffuse_lights == DiffuseLights::Sh)),
+                ("FACET_FRAME", SpecValue::Bool(self.facet_frame())),
             ]);
         }
         spec
@@ -318,9 +364,10 @@ impl Shading {
         if let Reflection::Lobe(terms) | Reflection::Integral(terms, _) = self.reflection {
             options.terms = terms;
         }
-        if let Some(Integral { quadrature, shadowing, diffuse_lights, pixel_kernel }) = self.integral() {
+        if let Some(Integral { quadrature, shadowing, diffuse_lights, base_frame, pixel_kernel }) = self.integral() {
             let pixel_kernel = pixel_kernel.unwrap_or(options.pixel_kernel);
-            options = ShadingOptions { quadrature, shadowing, diffuse_lights, pixel_kernel, ..options };
+            let base_frame = base_frame.unwrap_or(options.base_frame);
+            options = ShadingOptions { quadrature, shadowing, diffuse_lights, base_frame, pixel_kernel, ..options };
         }
         match self.filtering {
             Filtering::Prefiltered { edge_samples } => ShadingOptions { edge_samples, ..options },
@@ -380,6 +427,8 @@ struct Named {
     masking: &'static str,
     terms: Vec<&'static str>,
     diffuse_lights: &'static str,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    base_frame: Option<&'static str>,
     pixel_kernel: bool,
     relief_shadows: bool,
     edge_samples: u32,
@@ -401,6 +450,7 @@ impl Serialize for Shading {
             masking: options.shadowing.name(),
             terms: options.terms.names().collect(),
             diffuse_lights: options.diffuse_lights.name(),
+            base_frame: self.integral().and_then(|integral| integral.base_frame).map(BaseFrame::name),
             pixel_kernel: options.pixel_kernel && self.technique.has_pixel_kernel(),
             relief_shadows: options.relief_shadows,
             edge_samples: options.edge_samples,
@@ -419,6 +469,7 @@ mod tests {
         quadrature: Quadrature::Grid(7),
         shadowing: Shadowing::Smith,
         diffuse_lights: DiffuseLights::Sh,
+        base_frame: BaseFrame::Macro,
         pixel_kernel: false,
         edge_samples: 16,
         relief_shadows: true,
@@ -431,6 +482,8 @@ mod tests {
             assert_eq!(shading.integral().is_some(), technique.integrates());
             let kernel = shading.integral().and_then(|integral| integral.pixel_kernel);
             assert_eq!(kernel, technique.has_pixel_kernel().then_some(false));
+            let frame = shading.integral().and_then(|integral| integral.base_frame);
+            assert_eq!(frame, technique.has_base_frame().then_some(BaseFrame::Macro));
             assert_eq!(shading.relief_shadows(), technique.has_relief_shadows());
             assert_eq!(shading.edge_samples(), (!technique.is_reference()).then_some(16));
             assert_eq!(shading.terms() == Terms::NONE, !technique.is_lit());

@@ -219,6 +219,12 @@ impl Technique {
         self.row().family == Family::Leadr
     }
 
+    /// Whether it has the setting [`base_frame`](super::ShadingOptions::base_frame).
+    #[must_use]
+    pub fn has_base_frame(self) -> bool {
+        self.integrates() && !self.row().ggx
+    }
+
     /// Whether it has the setting [`pixel_kernel`](super::ShadingOptions::pixel_kernel).
     #[must_use]
     pub const fn has_pixel_kernel(self) -> bool {

@@ -8,6 +8,7 @@ use super::comparator::{Arguments as _, Numbers, Tolerance, join, list, parity, 
 use super::extremes::finite;
 use crate::common::gpu::test_gpu;
 use glam::{DMat3, DVec2, DVec3};
+use leadr::reflectance::facets::base_roughness::add_facet_roughness;
 use leadr::reflectance::facets::beckmann::{beckmann_ndf, beckmann_p22};
 use leadr::reflectance::facets::fresnel::{fresnel_dielectric, fresnel_schlick};
 use leadr::reflectance::facets::normal_distribution::{
@@ -68,6 +69,19 @@ fn projected_area_parity() {
             let areas = [meso_area(wo, m), slope_spread(wo, s), visible_area(wo, m, s)];
             list![areas, face_viewer(wo, m, s, 1.8), tilt_to_edge(wo, m)]
         },
+    );
+}
+
+#[test]
+fn base_roughness_parity() {
+    parity::<9>(
+        "facets/base_roughness",
+        Tolerance { relative: 5e-6, floor: |_| 1e-6, unit: 0.0 },
+        |r| {
+            let (wo, m, s) = (r.direction(), r.mean_slope(), r.covariance());
+            join(&[&wo.to_array(), &m.to_array(), &s.to_array(), &[r.unit()]])
+        },
+        |x| list![add_facet_roughness(v3(x, 5), x[8], v3(x, 0), v2(x, 3))],
     );
 }
 
