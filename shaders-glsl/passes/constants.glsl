@@ -11,6 +11,8 @@ const uint FLAG_DISPLACED = 1u;
 const uint FLAG_COLOR_MAP = 2u;
 // Back faces are painted in the marker colour (crack test).
 const uint FLAG_MARK_INSIDE = 4u;
+// It has horizon maps.
+const uint FLAG_HORIZON = 8u;
 // Above the flags, where edge samples are drawn: their number across a pixel.
 const uint FLAGS_GRID_SHIFT = 8u;
 

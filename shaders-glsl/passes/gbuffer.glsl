@@ -1,7 +1,9 @@
-// The texels of the G-buffer (GBuffer in Rust): 40 bytes a pixel. Mean and covariance of the slopes are packed into texels that
+// The texels of the G-buffer (GBuffer in Rust): 48 bytes a pixel. Mean and covariance of the slopes are packed into texels that
 // every technique fetches anyway.
 #ifndef LEADR_GBUFFER
 #define LEADR_GBUFFER
+
+#include "leadr/visible/horizon.glsl"
 
 // Displacement direction (octahedral, snorm), mean slope, covariance sxy.
 uvec4 pack_slopes(uint direction, vec2 mean_slope, vec3 covariance) {
@@ -47,6 +49,31 @@ uvec2 pack_edge(uint reflection, float relief) {
 // For an edge sample that will be joined: the area of macrosurface within it, square metres, and the relief of its object.
 uvec2 pack_joined_edge(float area, float relief) {
     return floatBitsToUint(vec2(area, relief));
+}
+
+// A deviation as 11 bits: half a float without sign and four bits of its fraction.
+uint pack_deviation(float deviation) {
+    return min((packHalf2x16(vec2(deviation, 0.0)) + 8u) >> 4, 0x7bfu);
+}
+
+float unpack_deviation(uint bits) {
+    return unpackHalf2x16((bits & 0x7ffu) << 4).x;
+}
+
+// The horizon of the relief: lean as halves; deviations of the spread with 11 bits and their correlation with 10. Zero where
+// nothing rises above the plane of the mean slope.
+uvec2 pack_horizon(Horizon h) {
+    vec2 deviations = min(sqrt(max(h.spread.xy, 0.0)), 6e4);
+    float correlation = clamp(h.spread.z / max(deviations.x * deviations.y, 1e-20), -1.0, 1.0);
+    uint signed_ten = uint(int(round(correlation * 511.0))) & 0x3ffu;
+    return uvec2(packHalf2x16(clamp(h.lean, -6e4, 6e4)),
+                 pack_deviation(deviations.x) | pack_deviation(deviations.y) << 11 | signed_ten << 22);
+}
+
+Horizon unpack_horizon(uvec2 packed) {
+    vec2 deviations = vec2(unpack_deviation(packed.y), unpack_deviation(packed.y >> 11));
+    float correlation = float(int(packed.y) >> 22) / 511.0;
+    return Horizon(unpackHalf2x16(packed.x), vec3(deviations * deviations, correlation * deviations.x * deviations.y));
 }
 
 #endif

@@ -12,6 +12,7 @@ layout(constant_id = 23) const bool FINEST_LEVEL = false;         // of the maps
 layout(constant_id = 24) const bool GGX_BASE = false;             // the base material is GGX, not Beckmann
 layout(constant_id = 25) const bool USES_CURVATURE = true;        // the turn of the macrosurface under a pixel counts as roughness
 layout(constant_id = 26) const bool TILTS_TO_EDGE = true;         // mean slopes that face away from the viewer tilt until they are seen edge-on
+layout(constant_id = 27) const bool USES_HORIZON = false;         // bumps hide the surroundings from each other
 
 // The covariance that the technique shades with. S: everything measured under a pixel; in_no_map: the part of it that comes from
 // no map, which every technique treats as roughness.

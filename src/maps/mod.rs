@@ -7,6 +7,7 @@
 mod exr_read;
 mod fault;
 mod hdr;
+pub(crate) mod horizon;
 pub mod limits;
 mod load;
 pub mod moments;

@@ -40,7 +40,7 @@ pub enum Wrap {
 
 impl Wrap {
     /// The texel that `index` (may be -1 or `len`) reads.
-    fn texel(self, index: i64, len: u32) -> usize {
+    pub(super) fn texel(self, index: i64, len: u32) -> usize {
         match self {
             Self::Repeat => index.rem_euclid(i64::from(len)) as usize,
             Self::Clamp => index.clamp(0, i64::from(len) - 1) as usize,

@@ -17,6 +17,7 @@ mod ocean;
 mod panorama;
 mod pictures;
 mod reference;
+mod relief;
 mod seams;
 mod shading;
 mod shore;

@@ -26,7 +26,7 @@ fn reference(size: (u32, u32), samples: u32, relief_shadows: bool) -> RenderSett
 }
 
 /// Three by three repeats of a tile, one metre each, white and diffuse, with slopes of standard deviation `sigma`.
-fn plane_of(tile: &Tile, sigma: f32, casts: bool) -> Object {
+pub fn plane_of(tile: &Tile, sigma: f32, casts: bool) -> Object {
     let cells = tile.size();
     let heights = HeightField { width: cells, height: cells, texels: tile.heights().to_vec(), border: Border::Wrap };
     let mesh = plane(1.5, 3 * cells / 32, 1.0, [1.0; 4], even);
@@ -35,21 +35,21 @@ fn plane_of(tile: &Tile, sigma: f32, casts: bool) -> Object {
 }
 
 /// From 60° and so far away that rays are parallel: a picture twice as wide as high shows exactly one repeat.
-const VIEW: Vec3 = Vec3::new(0.866_025_4, 0.0, 0.5);
+pub const VIEW: Vec3 = Vec3::new(0.866_025_4, 0.0, 0.5);
 
-fn state(sun: Option<Vec3>) -> FrameState {
+pub fn state(sun: Option<Vec3>) -> FrameState {
     let fov = 2.0 * (0.25f32 / 200.0).atan().to_degrees();
     let camera = Camera { near: 1.0, ..Camera::looking_at(VIEW * 200.0, Vec3::ZERO, fov) };
     let sun = sun.map(|direction| Sun { direction, irradiance: Vec3::ONE });
     FrameState { sun, ..FrameState::new(camera, vec![Pose::REST]) }
 }
 
-fn renderer(gpu: &TestGpu, object: Object, radiance: f32) -> Renderer {
+pub fn renderer(gpu: &TestGpu, object: Object, radiance: f32) -> Renderer {
     let sky = RgbImage { width: 2, height: 1, texels: vec![[radiance; 3]; 2] };
     Renderer::new(gpu, vec![object], Environment::from_equirect(gpu, 16, &sky).unwrap()).unwrap()
 }
 
-fn mean(color: &[[f32; 4]]) -> f64 {
+pub fn mean(color: &[[f32; 4]]) -> f64 {
     assert!(color.iter().all(|c| c[3] == 1.0), "the plane does not fill the picture");
     color.iter().map(|c| f64::from(c[1])).sum::<f64>() / color.len() as f64
 }

@@ -11,6 +11,14 @@ float[9] sh_basis(vec3 d) {
                     0.54627422 * (d.x * d.x - d.y * d.y));
 }
 
+// Radiance from direction d. Shorter vectors, the mean of several directions, have smaller terms of order 1 and 2.
+vec3 sh_radiance(vec3 c[9], vec3 d) {
+    vec3 q = d * d;
+    return 0.28209479 * c[0] + 0.48860251 * (c[1] * d.y + c[2] * d.z + c[3] * d.x)
+         + 1.09254843 * (c[4] * (d.x * d.y) + c[5] * (d.y * d.z) + c[7] * (d.x * d.z))
+         + c[6] * (0.31539157 * (2.0 * q.z - q.x - q.y)) + c[8] * (0.54627422 * (q.x - q.y));
+}
+
 // Adds a light from unit direction wi, of irradiance `irradiance` on a plane facing it (LEADR Algorithm 2, where by an
 // erratum L00 appears on both sides of its own equation).
 void sh_add_light(inout vec3 c[9], vec3 wi, vec3 irradiance) {

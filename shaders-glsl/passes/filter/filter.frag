@@ -21,10 +21,13 @@ uniform sampler2D moments_a; // E[hs], E[ht], E[hs^2], E[ht^2], per unit texture
 uniform sampler2D moments_b; // E[hs ht]
 uniform sampler2D color_map; // rgb albedo, a roughness
 uniform sampler2D visible_depth;
+uniform sampler2D horizon_a; // lean, deviations of the spread: leadr/visible/horizon.glsl
+uniform sampler2D horizon_b; // their correlation
 
 layout(location = 0) out uvec4 out_slopes;
 layout(location = 1) out uvec4 out_material;
 layout(location = 2) out uvec2 out_surface;
+layout(location = 3) out uvec2 out_horizon;
 
 // The footprint of a pixel on the macrosurface: derivatives of the texture coordinate by x and y of the image. They are taken on
 // the tangent plane, which changes smoothly; derivatives of triangles would jump from one triangle to the next.
@@ -51,6 +54,7 @@ struct Footprint {
     vec2 step; // between taps, texels
     int taps;
     float lod;
+    float widest; // level of detail whose texels are as wide as the footprint is long
 };
 
 // Moments are linear, so a few isotropic taps along the long axis stand for the elliptical footprint of a pixel. Their spacing
@@ -77,6 +81,7 @@ Footprint pixel_footprint(vec2 dx, vec2 dy, float reach) {
     }
     footprint.step = along * (sqrt(step_squared) / max(major, 1e-20));
     footprint.lod = max(0.5 * log2(width_squared), 0.0);
+    footprint.widest = max(0.5 * log2(major_squared), 0.0);
     return footprint;
 }
 
@@ -86,7 +91,7 @@ vec2 tap(Footprint footprint, int i) {
 
 Footprint footprint_over(vec2 dx, vec2 dy, float reach) {
     if (FINEST_LEVEL) {
-        return Footprint(vec2(0.0), 1, 0.0);
+        return Footprint(vec2(0.0), 1, 0.0, 0.0);
     }
     return pixel_footprint(dx, dy, reach);
 }
@@ -143,6 +148,26 @@ vec4 filter_color(Footprint footprint, vec2 texcoord) {
         sum += textureLod(color_map, texcoord + tap(footprint, i) / vec2(textureSize(color_map, 0)), footprint.lod);
     } while (++i < footprint.taps);
     return sum / float(footprint.taps);
+}
+
+// How far the level of the horizon is from that of the taps to the one as coarse as the footprint is long. Measured: a finer
+// level hides too much of what the slope statistics hide already, a coarser one too little where footprints are long.
+const float WIDER = 0.25;
+
+// The horizon of the bumps larger than the footprint: smaller ones are left to the slope statistics.
+Horizon filter_horizon(Footprint footprint, uint index, vec2 texcoord, mat2 linear, float scale) {
+    float lod = mix(footprint.lod, footprint.widest, WIDER), part = scale;
+    if (ATLAS) {
+        // Coarse levels have none.
+        part *= levels_at(lod).fine;
+        lod = min(lod, float(SOURCE_LEVEL));
+    }
+    // The horizons of large maps begin at a coarser level.
+    lod -= log2(float(textureSize(moments_a, 0).x) / float(textureSize(horizon_a, 0).x));
+    vec4 a = part * textureLod(horizon_a, texcoord, lod);
+    float correlation = textureLod(horizon_b, texcoord, lod).x;
+    vec3 spread = vec3(a.zw * a.zw, correlation * a.z * a.w);
+    return Horizon(linear * a.xy, map_second_moments(linear, spread));
 }
 
 // How much joined edge samples count against the pixel's own footprint: 0 up to an eighth of a patch, where the maps of the
@@ -211,6 +236,10 @@ void main() {
         covariance += tilt_kernel(curvature, mean_slope);
     }
 
+    out_horizon = uvec2(0u);
+    if (USES_HORIZON && displaced && (object.flags & FLAG_HORIZON) != 0u) {
+        out_horizon = pack_horizon(filter_horizon(footprint, surface.x & PATCH_BITS, texcoord, map.linear, abs(object.height_scale)));
+    }
     out_slopes = pack_slopes(tangent.x, mean_slope, covariance);
     out_material = pack_material(color, covariance);
     if (joined) {

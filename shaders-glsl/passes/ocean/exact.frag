@@ -18,6 +18,7 @@ layout(std430) readonly buffer Cascades { Cascade cascades[]; };
 layout(location = 0) out uvec4 out_slopes;
 layout(location = 1) out uvec4 out_material;
 layout(location = 2) out uvec2 out_surface;
+layout(location = 3) out uvec2 out_horizon; // waves hide no surroundings
 
 // Least area of a surface that folds: as in columns.comp.
 const float LEAST_AREA = 0.1;
@@ -61,4 +62,5 @@ void main() {
     out_slopes = pack_slopes(up, slope - away * water.centre.z, water.tail.xyz);
     out_material = pack_material(vec4(mix(water.color.rgb, water.foam.rgb, covered), mix(water.tail.w, 0.6, covered)), water.tail.xyz);
     out_surface = pack_surface(pack_reflection(water.color.w * (1.0 - covered), 1.0, false), 0.0, 0.0);
+    out_horizon = uvec2(0u);
 }

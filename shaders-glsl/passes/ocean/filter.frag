@@ -26,6 +26,7 @@ layout(std140) uniform Beach { Shore shore; };
 layout(location = 0) out uvec4 out_slopes;
 layout(location = 1) out uvec4 out_material;
 layout(location = 2) out uvec2 out_surface;
+layout(location = 3) out uvec2 out_horizon; // waves hide no surroundings
 
 void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
@@ -107,4 +108,5 @@ void main() {
     out_slopes = pack_slopes(up, mean, covariance);
     out_material = pack_material(vec4(mix(color, water.foam.rgb, covered), mix(alpha, 0.6, covered)), covariance);
     out_surface = pack_surface(pack_reflection(water.color.w * (1.0 - covered), 1.0, false), finest, 0.0);
+    out_horizon = uvec2(0u);
 }

@@ -24,6 +24,7 @@ struct Surface {
     float sunlit;        // fraction of the joined edge samples that the first sun reaches
     vec4 more_sunlit;    // and the others
     float joined;        // weight of `sunlit`, 0 to 1
+    Horizon horizon;     // of its relief
 };
 
 // ray: through the pixel, scaled so that the surface lies at ray * near / depth.
@@ -47,6 +48,7 @@ Surface read_gbuffer(ivec2 pixel, vec3 eye, vec3 ray, float near, float depth) {
     s.sunlit = 0.0;
     s.more_sunlit = vec4(0.0);
     s.joined = 0.0;
+    s.horizon = Horizon(vec2(0.0), vec3(0.0));
     return s;
 }
 

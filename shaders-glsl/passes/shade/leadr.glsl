@@ -15,6 +15,7 @@
 #include "leadr/visible/fresnel.glsl"
 #include "leadr/visible/specular.glsl"
 
+const float GRID_DEVIATION = 0.05; // of the light of one sample of the grid, as far as the relief's horizon is concerned
 const int DIFFUSE_TERMS = 2; // of the closed form: see visible_diffuse.glsl
 
 // Means over the visible mirrors.
@@ -39,7 +40,8 @@ Mirrors grid_mirrors(Surface surface, vec3 wo, vec3 S) {
             EnvironmentSample e = environment_sample_at(wo, slope_at(node.xy, m, cholesky));
             float weight = node.z * e.area;
             vec3 f = weight * fresnel_schlick(surface.f0, dot(wo, e.wn));
-            float lit = lit_fraction(SHADOWING, o, area_for(SHADOWING, e.wi, m, S, cholesky));
+            float lit = lit_fraction(SHADOWING, o, area_for(SHADOWING, e.wi, m, S, cholesky))
+                      * relief_visibility(surface, e.wi, GRID_DEVIATION);
             reflected += f * lit * environment_radiance(surface, e.wi, env_lod_at(base, wo, e.wn));
             fresnel += f;
             norm += weight;
@@ -59,7 +61,8 @@ Mirrors probe_mirrors(Surface surface, vec3 wo, vec3 S) {
         vec3 f = p.weight * fresnel_schlick(surface.f0, p.cosine);
         LitProbe l = lit_probe(SHADOWING, o, p.wi, p.solid_angle, probes.m, probes.cholesky);
         float lod = solid_angle_lod(p.solid_angle, lighting.environment.x);
-        reflected += f * l.lit * environment_radiance(surface, l.wi, lod);
+        reflected += f * (l.lit * relief_visibility(surface, p.wi, lobe_deviation(p.solid_angle)))
+                   * environment_radiance(surface, l.wi, lod);
         fresnel += f;
     }
     return Mirrors(reflected, fresnel, probes.area);
@@ -99,11 +102,18 @@ vec3 ggx_fresnel(Surface surface, vec3 wo, DisplacedGgx d) {
 
 // Diffuse radiance of the environment per unit of albedo.
 vec3 diffuse_environment(Surface surface, NormalMoments normals) {
-    if (SHADOWING == LEADR_SHADOWING_CORRELATED) {
-        BentNormal bent = bent_normal(surface.wo, surface.mean_slope, surface.slope_covariance);
-        return shadowed_diffuse_environment(bent, surface.frame, environment_sh());
+    vec3 c[9] = environment_sh();
+    vec3 hidden = vec3(0.0);
+    if (USES_HORIZON) {
+        vec2 m = surface.mean_slope;
+        hidden = hidden_diffuse_environment(horizon_hidden(m, surface.horizon), m, surface.frame, c);
     }
-    return leadr_diffuse_environment(normals, surface.frame, environment_sh());
+    if (SHADOWING == LEADR_SHADOWING_CORRELATED) {
+        // Bumps hide what facets do not hide from each other already.
+        BentNormal bent = bent_normal(surface.wo, surface.mean_slope, surface.slope_covariance);
+        return max(shadowed_diffuse_environment(bent, surface.frame, c) - bent.open * hidden, 0.0);
+    }
+    return max(leadr_diffuse_environment(normals, surface.frame, c) - hidden, 0.0);
 }
 
 // Diffuse radiance of a light of unit irradiance per unit of albedo, without shadows.

@@ -2,6 +2,7 @@
 #ifndef LEADR_SHADE_LIGHTING
 #define LEADR_SHADE_LIGHTING
 #include "gbuffer.glsl"
+#include "relief.glsl"
 #include "leadr/slopes/grid.glsl"
 #include "settings.glsl"
 #include "sun.glsl"
@@ -18,7 +19,9 @@ struct Light {
 
 Light light_at(int i, Surface surface) {
     if (i < SUNS) {
-        vec3 irradiance = lighting.sun_irradiance[i].rgb;
+        vec3 towards = to_frame(surface.frame, lighting.sun_direction[i].xyz);
+        float variance = lighting.sun_direction[i].w;
+        float seen = relief_visibility(surface, towards, sqrt(variance));
         if (SUN_SHADOWS) {
             vec3 mesonormal = from_frame(surface.frame, normal_of_slope(surface.mean_slope));
             float width = lighting.viewport.z;
@@ -26,13 +29,16 @@ Light light_at(int i, Surface surface) {
                 width *= edge_shadow_width(surface.position, surface.relief);
             }
             float sunlit = surface.joined < 1.0 ? sun_visibility(i, surface.position, mesonormal, width) : 0.0;
-            irradiance *= mix(sunlit, i == 0 ? surface.sunlit : surface.more_sunlit[max(i - 1, 0)], surface.joined);
+            // The shadow map and the horizon know the same bumps.
+            seen = min(seen, mix(sunlit, i == 0 ? surface.sunlit : surface.more_sunlit[max(i - 1, 0)], surface.joined));
         }
-        return Light(to_frame(surface.frame, lighting.sun_direction[i].xyz), irradiance, lighting.sun_direction[i].w);
+        return Light(towards, lighting.sun_irradiance[i].rgb * seen, variance);
     }
     vec3 d = lighting.point_position[i - SUNS].xyz - surface.position;
     float square = max(dot(d, d), 1e-8);
-    return Light(to_frame(surface.frame, d * inversesqrt(square)), lighting.point_intensity[i - SUNS].rgb / square, 0.0);
+    vec3 towards = to_frame(surface.frame, d * inversesqrt(square));
+    float seen = relief_visibility(surface, towards, 0.0);
+    return Light(towards, lighting.point_intensity[i - SUNS].rgb * (seen / square), 0.0);
 }
 
 // Ray through a point of the image, as read_gbuffer expects it.

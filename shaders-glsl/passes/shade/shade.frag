@@ -29,6 +29,7 @@ void main() {
         return;
     }
     Surface surface = read_gbuffer(pixel, lighting.camera_position.xyz, ray, lighting.rays[2].w, depth);
+    surface.horizon = read_horizon(pixel);
     if (EDGES == EDGES_ARE_JOINED) {
         vec4 share = texelFetch(shares, pixel, 0);
         if (share.z > 0.0) {

@@ -48,6 +48,9 @@ pub struct ShadingArgs {
     /// Count the curvature of the smooth surface under a pixel as roughness, which the paper does not [default: on]
     #[arg(long, value_name = "on|off", value_parser = on_off)]
     pub pixel_kernel: Option<bool>,
+    /// Let bumps larger than a pixel hide the environment and the lights from each other, which the paper does not [default: on]
+    #[arg(long, value_name = "on|off", value_parser = on_off)]
+    pub relief_occlusion: Option<bool>,
 }
 
 /// Probes of the rules when only `--rule visible` is given.
@@ -71,6 +74,7 @@ impl ShadingArgs {
             diffuse_lights: self.diffuse_lights.unwrap_or(default.diffuse_lights),
             base_frame: self.base_frame.unwrap_or(default.base_frame),
             pixel_kernel: self.pixel_kernel.unwrap_or(default.pixel_kernel),
+            relief_occlusion: self.relief_occlusion.unwrap_or(default.relief_occlusion),
             edge_samples,
             relief_shadows,
         });
@@ -104,6 +108,7 @@ impl ShadingArgs {
             ("--probes", self.probes.is_some()),
             ("--masking", self.masking.is_some()),
             ("--diffuse-lights", self.diffuse_lights.is_some()),
+            ("--relief-occlusion", self.relief_occlusion.is_some()),
         ];
         let name = technique.name();
         let fault = if let Some((flag, _)) = integral.iter().find(|(_, given)| *given)
@@ -209,6 +214,7 @@ mod tests {
         assert_eq!(options(&["--grid", "7"]).quadrature, Quadrature::Grid(7));
         assert_eq!(options(&["--probes", "9"]).quadrature, Quadrature::VisibleSlopes(Probes::Nine));
         assert!(!options(&["--pixel-kernel", "off"]).pixel_kernel);
+        assert!(!options(&["--relief-occlusion", "off"]).relief_occlusion);
         let terms = resolve(&["--terms", "specular-lights,diffuse-environment"]).unwrap().terms();
         assert_eq!(terms, Terms::SPECULAR_LIGHTS | Terms::DIFFUSE_ENVIRONMENT);
         assert_eq!(terms.names().collect::<Vec<_>>(), ["specular-lights", "diffuse-environment"]);
@@ -227,6 +233,7 @@ mod tests {
             (&["--technique", "lean", "--grid", "7"], "leadr-ggx"),
             (&["--technique", "toksvig", "--masking", "smith"], "--masking"),
             (&["--technique", "lean", "--pixel-kernel", "off"], "--pixel-kernel"),
+            (&["--technique", "lean", "--relief-occlusion", "on"], "--relief-occlusion"),
             (&["--pixel-kernel", "maybe"], "on or off"),
             (&["--technique", "constant", "--terms", "diffuse-lights"], "constant"),
         ] {

@@ -146,12 +146,20 @@ pub fn in_a_goal(row: &Row) -> bool {
     GOALS.iter().flat_map(|goal| [goal.of, goal.to]).any(|place| place.table == row.table && place.row == row.name)
 }
 
-/// The paper's settings: masking alone, like its printed algorithms, the base rough in the macrosurface's frame, and no pixel
-/// kernel.
+/// The paper's settings: masking alone, like its printed algorithms, the base rough in the macrosurface's frame, no pixel kernel
+/// and no occlusion by relief.
 fn paper(technique: Technique, quadrature: Quadrature, terms: Terms) -> Shading {
     let (shadowing, pixel_kernel) = (Shadowing::None, false);
-    let base_frame = BaseFrame::Macro;
-    technique.with(ShadingOptions { quadrature, terms, shadowing, base_frame, pixel_kernel, ..Default::default() })
+    let (base_frame, relief_occlusion) = (BaseFrame::Macro, false);
+    technique.with(ShadingOptions {
+        quadrature,
+        terms,
+        shadowing,
+        base_frame,
+        pixel_kernel,
+        relief_occlusion,
+        ..Default::default()
+    })
 }
 
 /// The tables of the full-screen quad that `state` shows.

@@ -26,6 +26,16 @@ pub fn sh_basis(d: DVec3) -> [f64; 9] {
     ]
 }
 
+/// Radiance from the direction `d`. Shorter vectors, the mean of several directions, have smaller terms of order 1 and
+/// 2.
+#[must_use]
+pub fn sh_radiance(c: &Sh9, d: DVec3) -> DVec3 {
+    let mut basis = sh_basis(d);
+    // The same polynomial where |d| = 1, and none of order 2 where d = 0.
+    basis[6] = (0.3125 / std::f64::consts::PI).sqrt() * (2.0 * d.z * d.z - d.x * d.x - d.y * d.y);
+    c.iter().zip(basis).map(|(&c, b)| c * b).sum()
+}
+
 /// Adds a light from the unit direction `wi` with `irradiance` on a plane facing it (LEADR Algorithm 2; its printed
 /// `L00 += L00 + …` is an erratum).
 pub fn sh_add_light(c: &mut Sh9, wi: DVec3, irradiance: DVec3) {

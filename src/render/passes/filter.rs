@@ -73,6 +73,8 @@ impl FilterPass {
                     ("visible_surface", Descriptor::Sampled(visible.surface.whole(), &self.nearest)),
                     ("moments_a", Descriptor::Sampled(object.maps.slopes().whole(), &object.sampler)),
                     ("moments_b", Descriptor::Sampled(object.maps.joint().whole(), &object.sampler)),
+                    ("horizon_a", Descriptor::Sampled(object.horizons.leans().whole(), &object.sampler)),
+                    ("horizon_b", Descriptor::Sampled(object.horizons.correlations().whole(), &object.sampler)),
                     ("color_map", Descriptor::Sampled(object.color.whole(), &object.sampler)),
                     ("Atlas", Descriptor::Storage(&object.atlas.links)),
                     ("TileRecords", Descriptor::Storage(&visible.tiles.records)),

@@ -242,6 +242,7 @@ impl ShadePass {
             ("gbuffer_slopes", Descriptor::Sampled(gbuffer.slopes.whole(), &self.nearest)),
             ("gbuffer_material", Descriptor::Sampled(gbuffer.material.whole(), &self.nearest)),
             ("gbuffer_surface", Descriptor::Sampled(gbuffer.surface.whole(), &self.nearest)),
+            ("gbuffer_horizon", Descriptor::Sampled(gbuffer.horizon.whole(), &self.nearest)),
             ("gbuffer_depth", Descriptor::Sampled(visible.depth.whole(), &self.nearest)),
             ("environment_cube", Descriptor::Sampled(inputs.cube, &self.trilinear)),
             ("shares", Descriptor::Sampled(shares.whole(), &self.nearest)),

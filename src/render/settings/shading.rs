@@ -155,6 +155,9 @@ pub struct ShadingOptions {
     /// meshes only), and slopes that face away from the pixel's viewer are widened toward it (`tilt_to_edge`). The LEADR
     /// paper does neither. For the LEADR techniques; the other techniques that integrate always widen slopes.
     pub pixel_kernel: bool,
+    /// Whether bumps that are larger than a pixel hide the environment and the lights from each other
+    /// ([`crate::reflectance::visible::horizon`]). The LEADR paper leaves it out. For techniques that integrate.
+    pub relief_occlusion: bool,
     /// Edge samples per sample, 1 (none) to [`MAX_EDGE_SAMPLES`](Self::MAX_EDGE_SAMPLES): places in the pixel where the
     /// geometry is sampled again. Those that see another surface than the pixel's own sample are shaded too, so silhouettes
     /// are as smooth as with that many samples per pixel, while the inside of a surface stays the same
@@ -180,6 +183,7 @@ impl Default for ShadingOptions {
             diffuse_lights: DiffuseLights::Cosine,
             base_frame: BaseFrame::Facet,
             pixel_kernel: true,
+            relief_occlusion: true,
             edge_samples: 1,
             relief_shadows: false,
         }
@@ -199,6 +203,8 @@ pub struct Integral {
     pub base_frame: Option<BaseFrame>,
     /// [`ShadingOptions::pixel_kernel`], where the technique has it.
     pub pixel_kernel: Option<bool>,
+    /// [`ShadingOptions::relief_occlusion`].
+    pub relief_occlusion: bool,
 }
 
 /// How a technique reflects light.
@@ -239,13 +245,15 @@ impl Technique {
     /// The technique with those of the `options` that apply to it.
     #[must_use]
     pub fn with(self, options: ShadingOptions) -> Shading {
-        let ShadingOptions { terms, quadrature, shadowing, diffuse_lights, .. } = options;
+        let ShadingOptions { terms, quadrature, shadowing, diffuse_lights, relief_occlusion, .. } = options;
         let pixel_kernel = self.has_pixel_kernel().then_some(options.pixel_kernel);
         let base_frame = self.has_base_frame().then_some(options.base_frame);
         let reflection = if !self.is_lit() {
             Reflection::Unlit
         } else if self.integrates() {
-            Reflection::Integral(terms, Integral { quadrature, shadowing, diffuse_lights, base_frame, pixel_kernel })
+            let integral =
+                Integral { quadrature, shadowing, diffuse_lights, base_frame, pixel_kernel, relief_occlusion };
+            Reflection::Integral(terms, integral)
         } else {
             Reflection::Lobe(terms)
         };
@@ -325,8 +333,10 @@ impl Shading {
     /// The inputs that the technique needs from the passes.
     #[must_use]
     pub fn needs(&self) -> Needs {
-        let kernel = self.integral().and_then(|integral| integral.pixel_kernel);
-        self.technique.needs(kernel.unwrap_or(false))
+        let integral = self.integral();
+        let kernel = integral.and_then(|integral| integral.pixel_kernel);
+        let occlusion = integral.is_some_and(|integral| integral.relief_occlusion);
+        self.technique.needs(kernel.unwrap_or(false), occlusion)
     }
 
     /// The specialization constants of the shading pass that depend on it.
@@ -364,10 +374,18 @@ impl Shading {
         if let Reflection::Lobe(terms) | Reflection::Integral(terms, _) = self.reflection {
             options.terms = terms;
         }
-        if let Some(Integral { quadrature, shadowing, diffuse_lights, base_frame, pixel_kernel }) = self.integral() {
-            let pixel_kernel = pixel_kernel.unwrap_or(options.pixel_kernel);
-            let base_frame = base_frame.unwrap_or(options.base_frame);
-            options = ShadingOptions { quadrature, shadowing, diffuse_lights, base_frame, pixel_kernel, ..options };
+        if let Some(integral) = self.integral() {
+            let Integral { quadrature, shadowing, diffuse_lights, base_frame, pixel_kernel, relief_occlusion } =
+                integral;
+            options = ShadingOptions {
+                quadrature,
+                shadowing,
+                diffuse_lights,
+                base_frame: base_frame.unwrap_or(options.base_frame),
+                pixel_kernel: pixel_kernel.unwrap_or(options.pixel_kernel),
+                relief_occlusion,
+                ..options
+            };
         }
         match self.filtering {
             Filtering::Prefiltered { edge_samples } => ShadingOptions { edge_samples, ..options },
@@ -430,6 +448,7 @@ struct Named {
     #[serde(skip_serializing_if = "Option::is_none")]
     base_frame: Option<&'static str>,
     pixel_kernel: bool,
+    relief_occlusion: bool,
     relief_shadows: bool,
     edge_samples: u32,
 }
@@ -452,6 +471,7 @@ impl Serialize for Shading {
             diffuse_lights: options.diffuse_lights.name(),
             base_frame: self.integral().and_then(|integral| integral.base_frame).map(BaseFrame::name),
             pixel_kernel: options.pixel_kernel && self.technique.has_pixel_kernel(),
+            relief_occlusion: self.integral().is_some_and(|integral| integral.relief_occlusion),
             relief_shadows: options.relief_shadows,
             edge_samples: options.edge_samples,
         }
@@ -471,6 +491,7 @@ mod tests {
         diffuse_lights: DiffuseLights::Sh,
         base_frame: BaseFrame::Macro,
         pixel_kernel: false,
+        relief_occlusion: false,
         edge_samples: 16,
         relief_shadows: true,
     };

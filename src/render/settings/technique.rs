@@ -255,8 +255,8 @@ impl Technique {
         if self.has_ggx_base() { Self::ReferenceGgx } else { Self::Reference }
     }
 
-    /// Its needs, with or without the pixel kernel.
-    pub(super) fn needs(self, pixel_kernel: bool) -> Needs {
+    /// Its needs, with or without the pixel kernel and the relief's occlusion, where it has them.
+    pub(super) fn needs(self, pixel_kernel: bool, relief_occlusion: bool) -> Needs {
         let Row { family, slopes, ggx, pixel_kernel: has_kernel, .. } = self.row();
         Needs {
             family,
@@ -264,6 +264,7 @@ impl Technique {
             ggx,
             kernel: has_kernel && pixel_kernel,
             tilt: family == Family::Leadr && (pixel_kernel || !has_kernel),
+            horizon: family == Family::Leadr && relief_occlusion,
         }
     }
 }
@@ -277,6 +278,7 @@ pub struct Needs {
     ggx: bool,
     kernel: bool,
     tilt: bool,
+    horizon: bool,
 }
 
 impl Needs {
@@ -293,6 +295,7 @@ impl Needs {
             ("GGX_BASE", SpecValue::Bool(self.ggx)),
             ("USES_CURVATURE", SpecValue::Bool(self.kernel)),
             ("TILTS_TO_EDGE", SpecValue::Bool(self.tilt)),
+            ("USES_HORIZON", SpecValue::Bool(self.horizon)),
         ]
     }
 
@@ -318,10 +321,12 @@ mod tests {
     }
 
     #[test]
-    fn only_techniques_with_a_pixel_kernel_are_changed_by_the_setting() {
+    fn settings_change_only_the_techniques_that_have_them() {
         for technique in Technique::ALL {
-            let differs = technique.needs(true) != technique.needs(false);
+            let differs = technique.needs(true, true) != technique.needs(false, true);
             assert_eq!(differs, technique.has_pixel_kernel(), "{technique:?}");
+            let differs = technique.needs(true, true) != technique.needs(true, false);
+            assert_eq!(differs, technique.integrates(), "{technique:?}");
         }
     }
 }

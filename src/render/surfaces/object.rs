@@ -6,10 +6,13 @@ use ash::vk;
 
 use super::atlas::AtlasGpu;
 use super::displacement::{Border, BoundaryHeights, EDGE_LEVELS, HeightField};
+use super::horizon::HorizonMaps;
 use super::moments::{Edges, HeightSource, LeadrMapGpu, MomentFormat};
 use super::topology::Topology;
 use crate::gpu::{AddressMode, Buffer, Filter, Gpu, Image, ImageDesc, Result, Sampler, shared_struct};
-use crate::render::constants::{FLAG_COLOR_MAP, FLAG_DISPLACED, FLAG_MARK_INSIDE, FLAGS_GRID_SHIFT, SEA_INDEX};
+use crate::render::constants::{
+    FLAG_COLOR_MAP, FLAG_DISPLACED, FLAG_HORIZON, FLAG_MARK_INSIDE, FLAGS_GRID_SHIFT, SEA_INDEX,
+};
 use crate::render::scene::Object;
 use crate::render::view::{Samples, View};
 
@@ -101,6 +104,8 @@ pub struct GpuObject {
     pub vertex_heights: Buffer,
     /// The LEADR maps; a 1×1 placeholder for smooth objects.
     pub maps: LeadrMapGpu,
+    /// What its relief hides from itself; placeholders for smooth objects.
+    pub horizons: HorizonMaps,
     /// The colour map; a 1×1 placeholder without one.
     pub color: Image,
     /// Sampler of the maps.
@@ -180,6 +185,12 @@ impl GpuObject {
             }
             Border::Wrap | Border::Clamp => AtlasGpu::none(gpu, &name)?,
         };
+        let horizons = if flags & FLAG_DISPLACED != 0 {
+            flags |= FLAG_HORIZON;
+            HorizonMaps::new(gpu, &name, &maps, border, &topology, object.height_scale)?
+        } else {
+            HorizonMaps::none(gpu, &name)?
+        };
         let (low, high) =
             boundary.patch_range.iter().fold((0.0f32, 0.0f32), |(low, high), r| (low.min(r[0]), high.max(r[1])));
         let relief = high - low;
@@ -197,6 +208,7 @@ impl GpuObject {
             topology,
             object,
             maps,
+            horizons,
             color,
             flags,
             index: index as u32 + 1,

@@ -7,9 +7,14 @@ use glam::{DVec2, DVec3};
 use leadr::reflectance::facets::fresnel::fresnel_schlick;
 use leadr::reflectance::facets::normal_distribution::normal_ramp;
 use leadr::reflectance::facets::projected_area::{meso_area, slope_spread};
+use leadr::reflectance::frame::frame_about;
+use leadr::reflectance::integrals::sh::sh_add_light;
 use leadr::reflectance::random::Random;
 use leadr::reflectance::slopes::statistics::clamp_covariance;
 use leadr::reflectance::visible::diffuse::{clamped_product, leadr_diffuse_light_visible, visible_diffuse_moments};
+use leadr::reflectance::visible::horizon::{
+    Horizon, hidden_diffuse_environment, horizon_excess, horizon_hidden, horizon_visibility,
+};
 use leadr::reflectance::visible::slopes::{VISIBLE_TAIL, visible_slopes};
 use leadr::reflectance::visible::specular::{VisibleProbe, probe_rule, solid_angle_lod, visible_probe, visible_probes};
 
@@ -122,4 +127,31 @@ fn finite_at_the_extremes() {
     finite::<8, 0>(&gpu, r, "visible/slopes", 14, 1, |_| []);
     finite::<12, 1>(&gpu, r, "visible/diffuse", 12, 2, |r| [r.pick([2.0, 3.0]) as f32]);
     finite::<9, 1>(&gpu, r, "visible/specular", 15, 1, |r| [r.pick([5.0, 9.0, 16.0]) as f32]);
+}
+
+#[test]
+fn horizon_parity() {
+    parity::<11>(
+        "visible/horizon",
+        Tolerance { relative: 1e-3, floor: |_| 0.1, unit: 0.0 },
+        |r| {
+            let (m, spread) = (r.mean_slope(), r.covariance());
+            let lean = r.mean_slope() * r.log(1e-3, 1.0);
+            let deviation = r.log(0.01, 1.0);
+            join(&[&r.direction().to_array(), &m.to_array(), &lean.to_array(), &spread.to_array(), &[deviation]])
+        },
+        |x| {
+            let (wi, m, h) = (v3(x, 0), v2(x, 3), Horizon { lean: v2(x, 5), spread: v3(x, 7) });
+            let excess = horizon_excess(wi.truncate(), &h);
+            let hidden = horizon_hidden(m, &h);
+            let mut c = [DVec3::ZERO; 9];
+            c[0] = DVec3::new(2.0, 1.5, 1.0);
+            sh_add_light(&mut c, DVec3::new(0.6, 0.0, 0.8), DVec3::new(1.0, 2.0, 3.0));
+            let radiance = hidden_diffuse_environment(&hidden, m, &frame_about(wi), &c);
+            let visibility = horizon_visibility(wi, m, &h, x[10]);
+            list![[excess, visibility], hidden.weight, [hidden.angle], radiance]
+        },
+    );
+    let Some(gpu) = test_gpu() else { return };
+    finite::<11, 0>(&gpu, &mut Random(11), "visible/horizon", 9, 1, |_| []);
 }

@@ -10,7 +10,7 @@ use super::begin::Begin;
 use crate::gpu::{Commands, Gpu, Image, ImageDesc, Result, Use};
 use crate::reflectance::frame::octahedral_decode;
 
-/// The LEADR G-buffer: all data that shading a pixel needs, 40 bytes (`passes/gbuffer.glsl`) plus the depth of
+/// The LEADR G-buffer: all data that shading a pixel needs, 48 bytes (`passes/gbuffer.glsl`) plus the depth of
 /// [`VisibleSurface`](super::VisibleSurface).
 #[derive(Clone)]
 pub struct GBuffer {
@@ -20,6 +20,8 @@ pub struct GBuffer {
     pub material: Image,
     /// Specular f0 and accessibility; level of detail or, for edge samples, how they are joined; RG32UI.
     pub surface: Image,
+    /// Horizon of the relief, packed; RG32UI.
+    pub horizon: Image,
 }
 
 /// The fields of a [`GBuffer`] pixel that pictures of single layers show.
@@ -41,8 +43,12 @@ pub struct FilteredPixel {
 
 impl GBuffer {
     /// Formats of its images, in the order of their attachments.
-    pub const FORMATS: [vk::Format; 3] =
-        [vk::Format::R32G32B32A32_UINT, vk::Format::R32G32B32A32_UINT, vk::Format::R32G32_UINT];
+    pub const FORMATS: [vk::Format; 4] = [
+        vk::Format::R32G32B32A32_UINT,
+        vk::Format::R32G32B32A32_UINT,
+        vk::Format::R32G32_UINT,
+        vk::Format::R32G32_UINT,
+    ];
 
     /// A G-buffer of `size` pixels.
     ///
@@ -50,19 +56,20 @@ impl GBuffer {
     /// Memory that is short.
     pub fn new(gpu: &Arc<Gpu>, size: (u32, u32)) -> Result<Self> {
         let color = |format| ImageDesc::new(format, size.0, size.1).color_target();
-        let [slopes, material, surface] = Self::FORMATS.map(color);
+        let [slopes, material, surface, horizon] = Self::FORMATS.map(color);
         // The join pass writes to the first two.
         Ok(Self {
             slopes: Image::new(gpu, "g-buffer slopes", slopes.storage())?,
             material: Image::new(gpu, "g-buffer material", material.storage())?,
             surface: Image::new(gpu, "g-buffer surface", surface)?,
+            horizon: Image::new(gpu, "g-buffer horizon", horizon)?,
         })
     }
 
     /// Its images, in the order of their attachments.
     #[must_use]
-    pub fn colors(&self) -> [&Image; 3] {
-        [&self.slopes, &self.material, &self.surface]
+    pub fn colors(&self) -> [&Image; 4] {
+        [&self.slopes, &self.material, &self.surface, &self.horizon]
     }
 
     /// Runs `draw`, which filters the pixels of one kind of surface into the G-buffer within the scissor (x, y, width,

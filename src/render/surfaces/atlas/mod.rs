@@ -12,6 +12,7 @@
 
 pub mod frames;
 pub mod levels;
+pub mod tiles;
 
 use std::sync::Arc;
 

@@ -1,0 +1,177 @@
+//! The horizon maps of an object: what its relief hides from itself, at every texel of every level of its heights
+//! ([`crate::reflectance::visible::horizon`]). Two images:
+//!
+//! * leans, RGBA: `lean` (xy) and the deviations of `spread` (zw), per unit of texture coordinate, in the heights' unit
+//! * correlations, R: the correlation of `spread`
+//!
+//! Each level is that of *its own* filtered heights: what is smaller than a texel of a level belongs to the slope
+//! moments. At the coarsest level nothing is left that could hide anything. The images of large maps begin at a coarser
+//! level than the maps.
+
+use std::sync::Arc;
+
+use rayon::prelude::*;
+
+use super::atlas::tiles::around_tile;
+use super::displacement::Border;
+use super::moments::LeadrMapGpu;
+use super::patch_mesh::TileLayout;
+use super::topology::Topology;
+use crate::gpu::vk::Format;
+use crate::gpu::{Gpu, GpuError, Image, ImageDesc, Result};
+use crate::maps::Wrap;
+use crate::maps::horizon::{Heights, HorizonTexel, Rays, Window, horizons};
+use crate::render::constants::SOURCE_LEVEL;
+
+/// Most texels of a horizon map. Larger maps have their first horizons at a coarser level, whose texels all pixels that
+/// are closer share.
+const MOST_TEXELS: u32 = 8 << 20;
+
+/// Pairs of opposite rays: on a map, and on the tiles of an atlas, which have many more texels.
+const AXES: usize = 8;
+const TILE_AXES: usize = 4;
+
+/// Longest ray on an atlas, in texels of a level and in those of level 0.
+const TILE_REACH: [u32; 2] = [12, 24];
+
+/// The horizon maps of an object.
+pub struct HorizonMaps {
+    leans: Image,
+    correlations: Image,
+}
+
+/// A level of the LEADR maps on the CPU.
+struct Level {
+    size: [u32; 2],
+    heights: Vec<f32>,
+    /// Mean slopes, heights per texel.
+    slopes: Vec<[f32; 2]>,
+}
+
+impl Level {
+    /// Reads a level back. `sign`: -1 for heights that point inwards.
+    fn read(maps: &LeadrMapGpu, level: u32, sign: f32) -> Result<Self> {
+        let size = maps.heights().mip_extent(level);
+        let [w, h] = size.map(|n| sign / n as f32);
+        let heights: Vec<f32> = maps.heights().read(level, 0)?;
+        let slopes: Vec<[f32; 4]> = maps.slopes().read(level, 0)?;
+        Ok(Self {
+            size,
+            heights: heights.iter().map(|v| v * sign).collect(),
+            slopes: slopes.iter().map(|m| [m[0] * w, m[1] * h]).collect(),
+        })
+    }
+
+    /// Its horizons where the map is one surface.
+    fn of_map(&self, wrap: Wrap) -> Vec<HorizonTexel> {
+        let [width, height] = self.size.map(|n| n as usize);
+        let heights = Heights { width, height, texels: &self.heights, wrap };
+        let rays = Rays { axes: AXES, reach: width.max(height) / 2 };
+        horizons(&heights, Window { x: 0, y: 0, width, height }, &self.slopes, rays)
+    }
+
+    /// Its horizons where every patch has a tile: rays go on in the tiles of the patches next to it.
+    fn of_tiles(&self, level: u32, layout: TileLayout, neighbors: &[[Option<(u32, u8)>; 4]]) -> Vec<HorizonTexel> {
+        let [width, height] = self.size.map(|n| n as usize);
+        let side = (layout.tile >> level) as usize;
+        let reach = TILE_REACH[0].min(TILE_REACH[1] >> level).min(layout.inner() >> level) as usize;
+        let margin = reach + 2;
+        let tiles: Vec<Vec<HorizonTexel>> = (0..neighbors.len())
+            .into_par_iter()
+            .map(|patch| {
+                let texels = around_tile(&self.heights, width, level, layout, neighbors, patch, margin);
+                let around = side + 2 * margin;
+                let heights = Heights { width: around, height: around, texels: &texels, wrap: Wrap::Clamp };
+                let start = self.start(level, layout, patch);
+                let rows = (0..side).flat_map(|y| &self.slopes[start + y * width..][..side]);
+                let slopes: Vec<[f32; 2]> = rows.copied().collect();
+                let window = Window { x: margin, y: margin, width: side, height: side };
+                horizons(&heights, window, &slopes, Rays { axes: TILE_AXES, reach })
+            })
+            .collect();
+        let mut texels = vec![HorizonTexel::default(); width * height];
+        for (patch, tile) in tiles.iter().enumerate() {
+            let start = self.start(level, layout, patch);
+            for (y, row) in tile.chunks_exact(side).enumerate() {
+                texels[start + y * width..][..side].copy_from_slice(row);
+            }
+        }
+        texels
+    }
+
+    /// Index of the first texel of a tile.
+    fn start(&self, level: u32, layout: TileLayout, patch: usize) -> usize {
+        let (x, y) = layout.origin(patch as u32);
+        ((y >> level) * self.size[0] + (x >> level)) as usize
+    }
+}
+
+impl HorizonMaps {
+    /// Placeholders for an object without relief; they are never read.
+    ///
+    /// # Errors
+    /// Memory that is short.
+    pub fn none(gpu: &Arc<Gpu>, name: &str) -> Result<Self> {
+        let image = |what: &str, format| {
+            let image = Image::new(gpu, &format!("{name} no {what}"), ImageDesc::new(format, 1, 1))?;
+            image.write(0, 0, &vec![0u8; image.texel_bytes()? as usize])?;
+            Ok::<_, GpuError>(image)
+        };
+        Ok(Self {
+            leans: image("horizon", Format::R16G16B16A16_SFLOAT)?,
+            correlations: image("horizon correlation", Format::R16_SFLOAT)?,
+        })
+    }
+
+    /// The horizons of the heights in `maps`, whose mesh has this topology. `height_scale` matters by its sign.
+    ///
+    /// # Errors
+    /// A failed read, or memory that is short.
+    pub fn new(
+        gpu: &Arc<Gpu>,
+        name: &str,
+        maps: &LeadrMapGpu,
+        border: Border,
+        topology: &Topology,
+        height_scale: f32,
+    ) -> Result<Self> {
+        let levels = match border {
+            Border::Wrap | Border::Clamp => maps.levels(),
+            // The filter pass uses no more of the tiles.
+            Border::Tiles(_) => maps.levels().min(SOURCE_LEVEL + 1),
+        };
+        let small = |&level: &u32| maps.heights().mip_extent(level).iter().product::<u32>() <= MOST_TEXELS;
+        let first = (0..levels).find(small).unwrap_or(levels - 1);
+        let [width, height] = maps.heights().mip_extent(first);
+        let desc = ImageDesc::new(Format::R16G16B16A16_SFLOAT, width, height).mips(levels - first);
+        let leans = Image::new(gpu, &format!("{name} horizon"), desc)?;
+        let single = ImageDesc { format: Format::R16_SFLOAT, ..desc };
+        let correlations = Image::new(gpu, &format!("{name} horizon correlation"), single)?;
+        let neighbors = topology.neighbors();
+        for level in first..levels {
+            let read = Level::read(maps, level, if height_scale < 0.0 { -1.0 } else { 1.0 })?;
+            let texels = match border {
+                Border::Wrap => read.of_map(Wrap::Repeat),
+                Border::Clamp => read.of_map(Wrap::Clamp),
+                Border::Tiles(layout) => read.of_tiles(level, layout, &neighbors),
+            };
+            let (lean, correlation): (Vec<[u16; 4]>, Vec<u16>) =
+                texels.iter().map(|texel| texel.halves(read.size)).unzip();
+            leans.write(level - first, 0, &lean)?;
+            correlations.write(level - first, 0, &correlation)?;
+        }
+        Ok(Self { leans, correlations })
+    }
+
+    /// `lean` and the deviations of `spread`, with mips.
+    #[must_use]
+    pub fn leans(&self) -> &Image {
+        &self.leans
+    }
+
+    /// The correlations of `spread`, with mips.
+    #[must_use]
+    pub fn correlations(&self) -> &Image {
+        &self.correlations
+    }
+}
