@@ -12,7 +12,7 @@ use crate::render::passes::reference::ReliefLights;
 use crate::render::passes::shade::{Edges, LightSet, ShadeKind, suns_of};
 use crate::render::passes::shadow::ShadowView;
 use crate::render::scene::FrameState;
-use crate::render::settings::{Quadrature, RenderSettings};
+use crate::render::settings::{Quadrature, RenderSettings, Shading, ShadingOptions};
 use crate::render::surfaces::object_view::PosedObject;
 use crate::render::surfaces::sphere::Sphere;
 use crate::render::surfaces::tessellation::TessellationSettings;
@@ -110,7 +110,7 @@ impl Renderer {
         }
         let lights = LightSet::new(state, &self.environment, !suns.is_empty());
         let edges = if settings.edges().is_some() { Edges::Joined } else { Edges::None };
-        let kind = ShadeKind { shading: settings.shading.plain(), lights, edges };
+        let kind = ShadeKind { shading: plain_shading(settings, surfaces), lights, edges };
         Ok(Light::Mapped { suns, shade: self.pipelines.shade(&self.gpu, kind)? })
     }
 
@@ -125,7 +125,7 @@ impl Renderer {
         targets: EdgeTargets,
     ) -> Result<EdgeSamples> {
         let lights = LightSet::new(state, &self.environment, !light.suns().is_empty());
-        let kind = ShadeKind { shading: settings.shading.plain(), lights, edges: Edges::Shaded };
+        let kind = ShadeKind { shading: plain_shading(settings, surfaces), lights, edges: Edges::Shaded };
         let join = JoinKind { needs: settings.shading.needs(), shadow_maps: lights.shadow_maps() };
         let extents = surfaces.iter().map(|surface| surface.extent()).collect();
         Ok(EdgeSamples {
@@ -136,6 +136,15 @@ impl Renderer {
             join: self.pipelines.join(&self.gpu, join)?,
         })
     }
+}
+
+/// How pixels are shaded; without the relief's occlusion, where there is no relief.
+fn plain_shading(settings: &RenderSettings, surfaces: &[Box<dyn PreparedSurface>]) -> Shading {
+    let relief = surfaces.iter().any(|surface| surface.has_relief());
+    settings.shading.plain().adjusted(|options| ShadingOptions {
+        relief_occlusion: options.relief_occlusion && relief,
+        ..options
+    })
 }
 
 /// What throws shadows.

@@ -185,7 +185,7 @@ impl GpuObject {
             }
             Border::Wrap | Border::Clamp => AtlasGpu::none(gpu, &name)?,
         };
-        let horizons = if flags & FLAG_DISPLACED != 0 {
+        let horizons = if flags & FLAG_DISPLACED != 0 && object.height_scale != 0.0 {
             flags |= FLAG_HORIZON;
             HorizonMaps::new(gpu, &name, &maps, border, &topology, object.height_scale)?
         } else {
@@ -213,6 +213,12 @@ impl GpuObject {
             flags,
             index: index as u32 + 1,
         })
+    }
+
+    /// Whether its bumps can hide the surroundings from each other.
+    #[must_use]
+    pub fn has_relief(&self) -> bool {
+        self.flags & FLAG_HORIZON != 0
     }
 
     /// Push constants for a height scale that multiplies the object's own.

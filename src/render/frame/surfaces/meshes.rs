@@ -115,6 +115,10 @@ impl PreparedSurface for PreparedMeshes {
         Extent::Spheres(self.meshes.iter().map(|mesh| mesh.posed.bounds()).collect())
     }
 
+    fn has_relief(&self) -> bool {
+        self.height_scale != 0.0 && self.meshes.iter().any(|mesh| mesh.posed.object.has_relief())
+    }
+
     fn cast(&mut self, suns: &[ShadowView], lens: Lens) -> Result<()> {
         // Casters are divided as the camera's surface is: a finer one would stand out of it and shade it.
         let settings = TessellationSettings { cull: false, ..self.tessellation };

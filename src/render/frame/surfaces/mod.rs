@@ -41,6 +41,11 @@ pub(super) trait PreparedSurface {
         false
     }
 
+    /// Whether its bumps hide the surroundings from each other.
+    fn has_relief(&self) -> bool {
+        false
+    }
+
     /// Chooses what is drawn into the suns' shadow maps, divided as for the camera's lens. The device must be idle.
     fn cast(&mut self, _suns: &[ShadowView], _lens: Lens) -> Result<()> {
         Ok(())
