@@ -21,6 +21,15 @@ pub(crate) struct Heights<'a> {
     pub(crate) height: usize,
     pub(crate) texels: &'a [f32],
     pub(crate) wrap: Wrap,
+    /// Where the rows of a map lie one behind the other in a single one: their distance.
+    stride: Option<usize>,
+}
+
+impl<'a> Heights<'a> {
+    /// Heights of `width` times `height` texels.
+    pub(crate) fn new(width: usize, height: usize, texels: &'a [f32], wrap: Wrap) -> Self {
+        Self { width, height, texels, wrap, stride: None }
+    }
 }
 
 /// The texels whose horizons are wanted.
@@ -75,6 +84,9 @@ pub(crate) struct Rays {
 /// The horizons of the texels in a window, row by row. `slopes`: mean slopes of these texels, heights per texel.
 pub(crate) fn horizons(heights: &Heights<'_>, window: Window, slopes: &[[f32; 2]], rays: Rays) -> Vec<HorizonTexel> {
     let Rays { axes, reach } = rays;
+    if let Some(texels) = horizons_inside(heights, window, slopes, rays) {
+        return texels;
+    }
     let steps = (0..).take_while(|&step| distance_of(step) <= reach.min(LONGEST) as f32).count();
     let smooth = smoothed(heights, smoothness_of(steps.saturating_sub(1)));
     let field = |step: usize| match smoothness_of(step) {
@@ -114,6 +126,30 @@ pub(crate) fn horizons(heights: &Heights<'_>, window: Window, slopes: &[[f32; 2]
         },
     );
     texels
+}
+
+/// The same where no ray leaves the map, for small windows: their rows, with what lies between them, are one long row of a
+/// map of a single row, on which an offset by a row is an offset by so many columns.
+fn horizons_inside(
+    heights: &Heights<'_>,
+    window: Window,
+    slopes: &[[f32; 2]],
+    rays: Rays,
+) -> Option<Vec<HorizonTexel>> {
+    let Window { x, y, width, height } = window;
+    let (margin, stride) = (rays.reach + 2, heights.width);
+    let inside = |start: usize, len: usize, all: usize| start >= margin && start + len + margin <= all;
+    if height < 2 || !inside(x, width, stride) || !inside(y, height, heights.height) || heights.stride.is_some() {
+        return None;
+    }
+    let line = Heights { width: heights.texels.len(), height: 1, stride: Some(stride), ..*heights };
+    let span = Window { x: y * stride + x, y: 0, width: (height - 1) * stride + width, height: 1 };
+    let mut spread = vec![[0.0; 2]; span.width];
+    for (row, slopes) in slopes.chunks_exact(width).enumerate() {
+        spread[row * stride..][..width].copy_from_slice(slopes);
+    }
+    let found = horizons(&line, span, &spread, rays);
+    Some((0..height).flat_map(|row| found[row * stride..][..width].iter().copied()).collect())
 }
 
 /// A row of texels while their horizons are looked for.
@@ -190,13 +226,16 @@ impl Sampled {
     fn fetch(&mut self, heights: &Heights<'_>, texels: &[f32], start: [usize; 2], offset: [f32; 2]) {
         let whole = offset.map(f32::floor);
         let [fx, fy] = [offset[0] - whole[0], offset[1] - whole[1]];
-        let [x, y] = [start[0] as i64 + whole[0] as i64, start[1] as i64 + whole[1] as i64];
+        let place = |row: i64| {
+            let [x, y] = [start[0] as i64 + whole[0] as i64, start[1] as i64 + whole[1] as i64 + row];
+            heights.stride.map_or([x, y], |stride| [x + y * stride as i64, 0])
+        };
         if fx == 0.0 && fy == 0.0 {
-            copy_row(heights, texels, x, y, &mut self.values);
+            copy_row(heights, texels, place(0), &mut self.values);
             return;
         }
         for (k, row) in self.rows.iter_mut().enumerate() {
-            copy_row(heights, texels, x, y + k as i64, row);
+            copy_row(heights, texels, place(k as i64), row);
         }
         let [a, b] = &self.rows;
         let weights = [(1.0 - fx) * (1.0 - fy), fx * (1.0 - fy), (1.0 - fx) * fy, fx * fy];
@@ -208,7 +247,7 @@ impl Sampled {
 }
 
 /// Copies texels of row `y` from column `x` on; both may lie beyond the edges.
-fn copy_row(heights: &Heights<'_>, texels: &[f32], x: i64, y: i64, into: &mut [f32]) {
+fn copy_row(heights: &Heights<'_>, texels: &[f32], [x, y]: [i64; 2], into: &mut [f32]) {
     let (w, n) = (heights.width as i64, into.len());
     let row = &texels[heights.wrap.texel(y, heights.height as u32) * heights.width..][..heights.width];
     if x >= 0 && x + n as i64 <= w {
@@ -228,6 +267,9 @@ fn copy_row(heights: &Heights<'_>, texels: &[f32], x: i64, y: i64, into: &mut [f
 
 /// The heights smoothed once, twice … : each time by the weights 1/4, 1/2, 1/4 at twice the distance, along both axes.
 fn smoothed(heights: &Heights<'_>, times: usize) -> Vec<Vec<f32>> {
+    let (width, rows) =
+        heights.stride.map_or((heights.width, heights.height), |stride| (stride, heights.width / stride));
+    let heights = &Heights::new(width, rows, heights.texels, heights.wrap);
     let mut levels: Vec<Vec<f32>> = Vec::with_capacity(times);
     for k in 0..times {
         let apart = 1i64 << k;
@@ -238,12 +280,12 @@ fn smoothed(heights: &Heights<'_>, times: usize) -> Vec<Vec<f32>> {
             let mut side = vec![0.0f32; heights.width];
             // Down the columns first, then along the row.
             for (apart, weight) in [(-apart, 0.25f32), (0, 0.5), (apart, 0.25)] {
-                copy_row(heights, source, 0, y as i64 + apart, &mut side);
+                copy_row(heights, source, [0, y as i64 + apart], &mut side);
                 row.iter_mut().zip(&side).for_each(|(sum, &v)| *sum += weight * v);
             }
-            let columns = Heights { width: heights.width, height: 1, texels: &row, wrap: heights.wrap };
+            let columns = Heights::new(heights.width, 1, &row, heights.wrap);
             for (apart, weight) in [(-apart, 0.25f32), (0, 0.5), (apart, 0.25)] {
-                copy_row(&columns, &row, apart, 0, &mut side);
+                copy_row(&columns, &row, [apart, 0], &mut side);
                 out.iter_mut().zip(&side).for_each(|(sum, &v)| *sum += weight * v);
             }
         });
@@ -266,7 +308,7 @@ mod tests {
 
     fn of(width: usize, wrap: Wrap, height: impl Fn(usize, usize) -> f32, reach: usize) -> Vec<HorizonTexel> {
         let texels: Vec<f32> = (0..width * width).map(|k| height(k % width, k / width)).collect();
-        let heights = Heights { width, height: width, texels: &texels, wrap };
+        let heights = Heights::new(width, width, &texels, wrap);
         let window = Window { x: 0, y: 0, width, height: width };
         horizons(&heights, window, &vec![[0.0; 2]; width * width], Rays { axes: 8, reach })
     }
@@ -303,7 +345,7 @@ mod tests {
         let height = |x: usize, y: usize| ((x * 7 + y * 13) % 11) as f32 + (y as f32 * 0.3).sin();
         let whole = of(32, Wrap::Repeat, height, 12);
         let texels: Vec<f32> = (0..96 * 96).map(|k| height(k % 96 % 32, k / 96 % 32)).collect();
-        let heights = Heights { width: 96, height: 96, texels: &texels, wrap: Wrap::Clamp };
+        let heights = Heights::new(96, 96, &texels, Wrap::Clamp);
         let window = Window { x: 32, y: 32, width: 32, height: 32 };
         for (a, b) in whole.iter().zip(horizons(&heights, window, &[[0.0; 2]; 32 * 32], Rays { axes: 8, reach: 12 })) {
             assert!((a.lean[0] - b.lean[0]).abs() < 1e-4 && (a.deviations[1] - b.deviations[1]).abs() < 1e-4);

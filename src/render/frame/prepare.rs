@@ -141,10 +141,10 @@ impl Renderer {
 /// How pixels are shaded; without the relief's occlusion, where there is no relief.
 fn plain_shading(settings: &RenderSettings, surfaces: &[Box<dyn PreparedSurface>]) -> Shading {
     let relief = surfaces.iter().any(|surface| surface.has_relief());
-    settings.shading.plain().adjusted(|options| ShadingOptions {
-        relief_occlusion: options.relief_occlusion && relief,
-        ..options
-    })
+    settings
+        .shading
+        .plain()
+        .adjusted(|options| ShadingOptions { relief_occlusion: options.relief_occlusion && relief, ..options })
 }
 
 /// What throws shadows.

@@ -65,7 +65,7 @@ impl Level {
     /// Its horizons where the map is one surface.
     fn of_map(&self, wrap: Wrap) -> Vec<HorizonTexel> {
         let [width, height] = self.size.map(|n| n as usize);
-        let heights = Heights { width, height, texels: &self.heights, wrap };
+        let heights = Heights::new(width, height, &self.heights, wrap);
         let rays = Rays { axes: AXES, reach: width.max(height) / 2 };
         horizons(&heights, Window { x: 0, y: 0, width, height }, &self.slopes, rays)
     }
@@ -81,7 +81,7 @@ impl Level {
             .map(|patch| {
                 let texels = around_tile(&self.heights, width, level, layout, neighbors, patch, margin);
                 let around = side + 2 * margin;
-                let heights = Heights { width: around, height: around, texels: &texels, wrap: Wrap::Clamp };
+                let heights = Heights::new(around, around, &texels, Wrap::Clamp);
                 let start = self.start(level, layout, patch);
                 let rows = (0..side).flat_map(|y| &self.slopes[start + y * width..][..side]);
                 let slopes: Vec<[f32; 2]> = rows.copied().collect();
