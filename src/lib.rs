@@ -90,7 +90,11 @@ pub use self::{
     render::{
         camera::Camera,
         frame::{FrameOutput, Layer, PassTime, PausedFrame, PreparedFrame, Renderer},
-        light::{environment::Environment, panorama::{EnvironmentLight, LightExtraction}, sky::Sky},
+        light::{
+            environment::Environment,
+            panorama::{EnvironmentLight, LightExtraction},
+            sky::Sky,
+        },
         passes::accumulate::Accumulation,
         scene::{ColorMap, FrameState, MAX_POINT_LIGHTS, Object, PointLight, Pose, Scene, Sun},
         settings::{

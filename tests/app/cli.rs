@@ -276,8 +276,8 @@ fn the_report_names_the_lights_of_a_picture() {
     let folder = tempfile::tempdir().unwrap();
     let sky = folder.path().join("sky.exr");
     // The middle of the image looks along +x.
-    let mut image = RgbImage::new(64, 32, vec![[1.0; 3]; 64 * 32]).unwrap();
-    for at in [15 * 64 + 31, 15 * 64 + 32, 16 * 64 + 31, 16 * 64 + 32] {
+    let mut image = RgbImage::new(128, 64, vec![[1.0; 3]; 128 * 64]).unwrap();
+    for at in [31 * 128 + 63, 31 * 128 + 64, 32 * 128 + 63, 32 * 128 + 64] {
         image.texels[at] = [2001.0, 1001.0, 501.0];
     }
     save_exr_rgb(&sky, &image).unwrap();
@@ -294,13 +294,13 @@ fn the_report_names_the_lights_of_a_picture() {
     assert_eq!(lights.len(), 1, "{report}");
     let number = |value: &serde_json::Value| value.as_f64().unwrap();
     assert!((number(&lights[0]["direction"][0]) - 1.0).abs() < 1e-5, "{lights:?}");
-    let texel = 2.0 * std::f64::consts::PI / 64.0 * (std::f64::consts::PI / 32.0).sin();
+    let texel = 2.0 * std::f64::consts::PI / 128.0 * (std::f64::consts::PI / 64.0).sin();
     for (channel, radiance) in [2000.0, 1000.0, 500.0].into_iter().enumerate() {
         let irradiance = number(&lights[0]["irradiance"][channel]);
         assert!((irradiance / (4.0 * texel * radiance) - 1.0).abs() < 0.02, "{lights:?}");
     }
-    // A square of 11 degrees has the variance of a disk of 6.4.
-    assert!((number(&lights[0]["radius_degrees"]) - 6.4).abs() < 0.3, "{lights:?}");
+    // A square of 5.6 degrees has the variance of a disk of 3.2.
+    assert!((number(&lights[0]["radius_degrees"]) - 3.25).abs() < 0.1, "{lights:?}");
     assert_eq!(report["settings"]["environment_lights"], 4);
     assert_eq!(report["settings"]["environment_light_threshold"], 8.0);
     assert_eq!(capture(&["--environment-lights", "0"])["lights"], serde_json::json!([]));

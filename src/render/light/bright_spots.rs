@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::panorama::{Sphere, luminance};
+use super::texels::{Texels, luminance};
 use crate::maps::RgbImage;
 
 /// Spots are blocks of texels, at most so many around the horizon.
@@ -89,7 +89,7 @@ pub struct Spots {
 
 impl Spots {
     /// What exceeds the threshold.
-    pub fn above(image: &RgbImage, sphere: &Sphere, threshold: f64) -> Self {
+    pub fn above(image: &RgbImage, sphere: &Texels, threshold: f64) -> Self {
         let (width, height) = (image.width as usize, image.height as usize);
         let block = width.div_ceil(BLOCKS).max(1);
         let mut spots = Vec::new();

@@ -11,3 +11,4 @@ pub mod irradiance;
 pub mod panorama;
 pub mod sky;
 pub mod sky_pass;
+mod texels;

@@ -12,6 +12,7 @@ use serde::ser::SerializeStruct;
 use serde::{Serialize, Serializer};
 
 use super::bright_spots::{Spots, WINDOW, smooth};
+use super::texels::{Texels, luminance, weighted};
 use crate::maps::RgbImage;
 
 /// Most lights that can be taken out of a panorama.
@@ -103,7 +104,7 @@ struct Candidate {
 #[must_use]
 pub fn split(image: &RgbImage, how: LightExtraction) -> Split {
     let count = how.count.min(MAX_ENVIRONMENT_LIGHTS) as usize;
-    let sphere = Sphere::new(image);
+    let sphere = Texels::new(image);
     let mean = sphere.mean(image);
     // Comparisons are written so that what is not a number fails them.
     if count == 0 || !(mean > 0.0 && mean.is_finite() && how.threshold > 0.0) {
@@ -156,7 +157,7 @@ fn candidate(spots: &Spots, middle: DVec3, even: f64) -> Candidate {
 }
 
 /// Takes the candidates out of every texel above the threshold, down to what is around them.
-fn take(image: &RgbImage, sphere: &Sphere, threshold: f64, candidates: &[Candidate]) -> Split {
+fn take(image: &RgbImage, sphere: &Texels, threshold: f64, candidates: &[Candidate]) -> Split {
     let bases: Vec<f64> = candidates.iter().map(|c| surroundings(image, sphere, threshold, c.middle)).collect();
     let mut sums = vec![Sum::default(); candidates.len()];
     let mut rest = Vec::new();
@@ -205,7 +206,7 @@ fn take(image: &RgbImage, sphere: &Sphere, threshold: f64, candidates: &[Candida
 }
 
 /// Mean radiance around a light, cut at the threshold.
-fn surroundings(image: &RgbImage, sphere: &Sphere, threshold: f64, middle: DVec3) -> f64 {
+fn surroundings(image: &RgbImage, sphere: &Texels, threshold: f64, middle: DVec3) -> f64 {
     let step = (image.width as usize).div_ceil(2048).max(1);
     let (mut sum, mut weights) = (0.0, 1e-300);
     for row in (0..image.height as usize).step_by(step).filter(|&row| sphere.row_meets(row, middle, WINDOW.far())) {
@@ -252,60 +253,5 @@ impl Sum {
             irradiance: self.irradiance.as_vec3(),
             variance: variance as f32,
         })
-    }
-}
-
-fn weighted([r, g, b]: [f64; 3]) -> f64 {
-    0.2126 * r + 0.7152 * g + 0.0722 * b
-}
-
-/// Luminance of a linear Rec. 709 colour.
-pub(super) fn luminance(texel: [f32; 3]) -> f64 {
-    weighted(texel.map(f64::from))
-}
-
-/// The texels of an equirectangular image on the sphere.
-pub(super) struct Sphere {
-    /// Solid angle of a texel, by row.
-    pub solid_angles: Vec<f64>,
-    /// Sine and cosine of the angle from +z, by row.
-    rows: Vec<(f64, f64)>,
-    /// Cosine and sine of the azimuth, by column.
-    columns: Vec<(f64, f64)>,
-}
-
-impl Sphere {
-    pub fn new(image: &RgbImage) -> Self {
-        let (width, height) = (image.width as usize, image.height as usize);
-        let edge = |row: usize| (PI * row as f64 / height as f64).cos();
-        Self {
-            solid_angles: (0..height).map(|j| 2.0 * PI / width as f64 * (edge(j) - edge(j + 1))).collect(),
-            rows: (0..height).map(|j| (PI * (j as f64 + 0.5) / height as f64).sin_cos()).collect(),
-            columns: (0..width)
-                .map(|i| {
-                    let (sin, cos) = (2.0 * PI * (0.5 - (i as f64 + 0.5) / width as f64)).sin_cos();
-                    (cos, sin)
-                })
-                .collect(),
-        }
-    }
-
-    /// Unit direction of the middle of a texel.
-    pub fn direction(&self, row: usize, column: usize) -> DVec3 {
-        let ((sin, cos), (x, y)) = (self.rows[row], self.columns[column]);
-        DVec3::new(sin * x, sin * y, cos)
-    }
-
-    /// Whether the middles of a row's texels can be within `reach` radians of a direction.
-    fn row_meets(&self, row: usize, direction: DVec3, reach: f64) -> bool {
-        let (sin, cos) = self.rows[row];
-        (sin * direction.truncate().length() + cos * direction.z).min(1.0).acos() <= reach
-    }
-
-    /// Mean luminance over the sphere.
-    fn mean(&self, image: &RgbImage) -> f64 {
-        let rows = image.texels.chunks_exact(image.width as usize).zip(&self.solid_angles);
-        rows.map(|(row, solid_angle)| solid_angle * row.iter().map(|&t| luminance(t)).sum::<f64>()).sum::<f64>()
-            / (4.0 * PI)
     }
 }
