@@ -238,10 +238,11 @@ impl Sampled {
             copy_row(heights, texels, place(k as i64), row);
         }
         let [a, b] = &self.rows;
-        let weights = [(1.0 - fx) * (1.0 - fy), fx * (1.0 - fy), (1.0 - fx) * fy, fx * fy];
         let pairs = a.iter().zip(&a[1..]).zip(b.iter().zip(&b[1..]));
         for (value, ((a0, a1), (b0, b1))) in self.values.iter_mut().zip(pairs) {
-            *value = a0 * weights[0] + a1 * weights[1] + b0 * weights[2] + b1 * weights[3];
+            // In this form constant heights stay the same to the last bit.
+            let (a, b) = (a0 + fx * (a1 - a0), b0 + fx * (b1 - b0));
+            *value = a + fy * (b - a);
         }
     }
 }

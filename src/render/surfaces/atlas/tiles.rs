@@ -43,8 +43,8 @@ fn place_beyond(neighbors: &[[Option<(u32, u8)>; 4]], mut patch: usize, mut at: 
     (patch, at.clamp(Vec2::ZERO, Vec2::ONE))
 }
 
-/// The texels of a tile at a level of the maps, `texels` with rows of `width`, and as many as `margin` around it, taken
-/// from the patches beyond.
+/// The texels of a tile at a level of the maps, `texels` with rows of `width`, and as many as `margin` around it; those
+/// beyond the patch's borders are taken from the patches there.
 #[must_use]
 pub fn around_tile(
     texels: &[f32],
@@ -64,11 +64,11 @@ pub fn around_tile(
     };
     let own = start(patch);
     let texel = |x: i64, y: i64| {
-        let inside = 0..side as i64;
-        if inside.contains(&x) && inside.contains(&y) {
+        let at = (Vec2::new(x as f32, y as f32) + 0.5) * cell - gutter;
+        // The gutter of a tile only continues it.
+        if at.min_element() >= 0.0 && at.max_element() <= inner {
             return texels[own + y as usize * width + x as usize];
         }
-        let at = (Vec2::new(x as f32, y as f32) + 0.5) * cell - gutter;
         let (other, at) = place_beyond(neighbors, patch, at / inner);
         let at = ((at * inner + gutter) / cell - 0.5).clamp(Vec2::ZERO, Vec2::splat(side as f32 - 1.0));
         let whole = at.floor().min(Vec2::splat(side as f32 - 2.0)).max(Vec2::ZERO);
@@ -79,4 +79,37 @@ pub fn around_tile(
     };
     let place = |k: usize| k as i64 - margin as i64;
     (0..around * around).map(|k| texel(place(k % around), place(k / around))).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Two patches side by side; heights are linear over both, the gutters of the first are wrong.
+    #[test]
+    fn heights_go_on_beyond_a_border() {
+        let layout = TileLayout::new(2, 16);
+        let (width, rows) = layout.size();
+        let (tile, inner) = (layout.tile, layout.inner() as f32);
+        let height = |across: f32, v: f32| 3.0 * across + v;
+        let texels: Vec<f32> = (0..width * rows)
+            .map(|k| {
+                let (x, y) = (k % width, k / width);
+                let (patch, uv) = ((x / tile) as f32, [x % tile, y].map(|k| (k as f32 - 1.5) / inner));
+                let outside = uv.iter().any(|&k| !(0.0..=1.0).contains(&k));
+                if outside && patch == 0.0 { 1e9 } else { height(patch + uv[0], uv[1]) }
+            })
+            .collect();
+        let neighbors = [[None, Some((1, 3)), None, None], [None, None, None, Some((0, 1))]];
+        let margin = 4;
+        let around = around_tile(&texels, width as usize, 0, layout, &neighbors, 0, margin);
+        let side = tile as usize + 2 * margin;
+        for y in margin + 2..side - margin - 2 {
+            for x in margin + 2..side {
+                let [u, v] = [x, y].map(|k| (k as f32 - margin as f32 - 1.5) / inner);
+                let (found, want) = (around[y * side + x], height(u, v));
+                assert!((found - want).abs() < 1e-4, "{found} at {u}, {v} instead of {want}");
+            }
+        }
+    }
 }
