@@ -1,44 +1,128 @@
 //! Where samples lie in a pixel.
+//!
+//! Every set is its own mirror image about the centre, so that the offsets of any count add up to exactly zero and no picture is
+//! shifted, and has one sample in each of `count` columns and rows.
+
+use std::cell::Cell;
 
 use glam::Vec2;
 
-/// Offset of sample `index` inside its pixel, `[-½, ½)²`: the R2 low-discrepancy sequence, shifted by the seed. A single
-/// sample lies in the centre.
+/// Offset of sample `index` of `samples` inside its pixel, `(-½, ½)²`. A single sample lies in the centre; other seeds are other
+/// sets.
 #[must_use]
 pub fn jitter(index: u32, samples: u32, seed: u64) -> Vec2 {
-    if samples <= 1 {
-        return Vec2::ZERO;
-    }
-    // The reciprocals of the plastic number and of its square.
-    let step = [0.754_877_666_246_692_7f64, 0.569_840_290_998_053_2];
-    let mut state = seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ 0x5851_f42d_4c95_7f2d;
-    let mut shift = || {
-        state ^= state >> 30;
-        state = state.wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        state ^= state >> 27;
-        (state >> 11) as f64 / (1u64 << 53) as f64
+    let count = samples.max(1);
+    let (index, mirrored) = (index % count, count - 1 - index % count);
+    let lattice = Lattice::known(count, seed);
+    // A place of its own within its column and row, and the mirror image for the sample opposite; seed 0 is the plain lattice.
+    let within = |axis: u64| {
+        let noise = |i: u32| (mix(seed ^ mix(u64::from(i) << 1 | axis)) >> 11) as f64 / (1u64 << 53) as f64;
+        if seed == 0 { 0.0 } else { 0.5 * (noise(index) - noise(mirrored)) / f64::from(count) }
     };
-    let at = |step: f64, shift: f64| (f64::from(index).mul_add(step, shift).fract() - 0.5) as f32;
-    Vec2::new(at(step[0], shift()), at(step[1], shift()))
+    let [x, y] = lattice.point(index);
+    let flip = |axis: u32| if mix(seed ^ 0x6d69_7272).wrapping_shr(axis) & 1 == 1 && seed != 0 { -1.0 } else { 1.0 };
+    Vec2::new((flip(0) * (x + within(0))) as f32, (flip(1) * (y + within(1))) as f32)
 }
 
-/// Offset of edge sample `index` of the `count` in one cell of a pixel's grid, in cells, `[-½, ½)²`. The samples form a
-/// lattice with one point in each of `count` columns and rows. The lattice is moved by the `offset` of the pixel's own
-/// sample and wraps around in the cell.
+/// Offset of edge sample `index` of the `count` in one cell of a pixel's grid, in cells, `[-½, ½]²`. The samples are moved by
+/// the `offset` of the pixel's own sample and wrap around in the cell, so that over all samples of a pixel they add up to zero too.
 #[must_use]
 pub fn edge_jitter(offset: Vec2, index: u32, count: u32) -> Vec2 {
     let count = count.max(1);
-    // The step from row to row is near the golden section and shares no divisor with `count`, so every row is used once.
-    let golden = (f64::from(count) * 0.618).round() as u32;
-    let step = (golden.max(1)..).find(|&step| greatest_common_divisor(step, count) == 1).unwrap_or(1);
-    let at = |place: u32, offset: f32| {
-        let place = (f64::from(place) + 0.5) / f64::from(count) + f64::from(offset);
-        (place.rem_euclid(1.0) - 0.5) as f32
+    let [x, y] = Lattice::known(count, 0).point(index % count);
+    let moved = |place: f64, offset: f32| {
+        let place = place + f64::from(offset);
+        let wrapped = place - place.round();
+        // The border belongs to both sides: to that of the offset, whose mirror image takes the other.
+        (if wrapped.abs() == 0.5 { 0.5f64.copysign(f64::from(offset)) } else { wrapped }) as f32
     };
-    Vec2::new(at(index, offset.x), at(index * step % count, offset.y))
+    Vec2::new(moved(x, offset.x), moved(y, offset.y))
 }
 
-fn greatest_common_divisor(a: u32, b: u32) -> u32 {
+/// The points `i (a, b) / (count + 1)` of a rank-1 lattice without `i = 0`: one in each of `count` columns and rows, and the set is
+/// symmetric about its middle since `-i` belongs to it.
+#[derive(Clone, Copy)]
+struct Lattice {
+    count: u32,
+    steps: [u64; 2],
+}
+
+thread_local! {
+    /// The lattice that was asked for last, since whole sets are.
+    static LAST: Cell<Option<(u64, Lattice)>> = const { Cell::new(None) };
+}
+
+/// The reciprocals of the plastic number and of its square, the steps of the R2 sequence, which spreads its points well whatever
+/// their number, also beside other sequences of its kind (the reference's lights).
+const STEPS: [f64; 2] = [0.754_877_666_246_692_7, 0.569_840_290_998_053_2];
+/// Counts up to which the best lattice is searched for.
+const SEARCHED: u32 = 256;
+
+impl Lattice {
+    fn known(count: u32, seed: u64) -> Self {
+        match LAST.get() {
+            Some((known, lattice)) if known == seed && lattice.count == count => lattice,
+            _ => {
+                let lattice = Self::new(count, seed);
+                LAST.set(Some((seed, lattice)));
+                lattice
+            }
+        }
+    }
+
+    fn new(count: u32, seed: u64) -> Self {
+        let modulus = u64::from(count) + 1;
+        let near = |step: f64| -> Vec<u64> {
+            let middle = (step * modulus as f64).round() as i64;
+            (middle - 16..=middle + 16)
+                .filter(|&s| s > 0 && (s as u64) < modulus && greatest_common_divisor(s as u64, modulus) == 1)
+                .map(|s| s as u64)
+                .collect()
+        };
+        let [across, down] = STEPS.map(near);
+        let pairs = || across.iter().flat_map(|&a| down.iter().map(move |&b| [a, b]));
+        // Of large sets only the first points are compared, the others being as far apart as in R2.
+        let score = |steps: [u64; 2]| shortest(steps, modulus, count.min(SEARCHED) / 2);
+        let scored: Vec<([u64; 2], f64)> = pairs().map(|steps| (steps, score(steps))).collect();
+        let best = scored.iter().map(|&(_, score)| score).fold(0.0, f64::max);
+        let good: Vec<[u64; 2]> = scored.iter().filter(|&&(_, score)| score >= 0.6 * best).map(|&(s, _)| s).collect();
+        let first = scored.iter().find(|&&(_, score)| score == best).map_or([1, 1], |&(steps, _)| steps);
+        let steps = match good.len() as u64 {
+            0 => [1, 1],
+            _ if seed == 0 => first,
+            many => good[(mix(seed) % many) as usize],
+        };
+        Self { count, steps }
+    }
+
+    /// In `(-½, ½)²`.
+    fn point(&self, index: u32) -> [f64; 2] {
+        let modulus = u64::from(self.count) + 1;
+        self.steps.map(|step| {
+            let place = (u64::from(index) + 1) * step % modulus;
+            (2.0 * place as f64 - modulus as f64) / f64::from(2 * self.count)
+        })
+    }
+}
+
+/// Least squared distance between points of a lattice that repeats, among neighbours by up to `reach` in index.
+fn shortest(steps: [u64; 2], modulus: u64, reach: u32) -> f64 {
+    let along = |i: u64, step: u64| {
+        let place = i * step % modulus;
+        place.min(modulus - place) as f64
+    };
+    let square = |i: u64| along(i, steps[0]).powi(2) + along(i, steps[1]).powi(2);
+    (1..=u64::from(reach.max(1))).map(square).fold(f64::INFINITY, f64::min)
+}
+
+fn mix(mut state: u64) -> u64 {
+    state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
+    state = (state ^ (state >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    state = (state ^ (state >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    state ^ (state >> 31)
+}
+
+fn greatest_common_divisor(a: u64, b: u64) -> u64 {
     if b == 0 { a } else { greatest_common_divisor(b, a % b) }
 }
 
@@ -47,21 +131,74 @@ mod tests {
     use super::*;
 
     #[test]
-    fn samples_cover_the_pixel_evenly() {
-        assert_eq!(jitter(0, 1, 7), Vec2::ZERO);
+    fn no_set_shifts_a_picture() {
         for seed in [0, 1, 99] {
-            let mut cells = [0; 16];
-            let mut mean = Vec2::ZERO;
-            for i in 0..256 {
-                let p = jitter(i, 256, seed);
-                assert!(p.abs().max_element() <= 0.5);
-                mean += p / 256.0;
-                cells[((p.y + 0.5) * 4.0) as usize * 4 + ((p.x + 0.5) * 4.0) as usize] += 1;
+            assert_eq!(jitter(0, 1, seed), Vec2::ZERO);
+            for count in (1..=130).chain([256, 999, 4096]) {
+                let points: Vec<Vec2> = (0..count).map(|i| jitter(i, count, seed)).collect();
+                assert!(points.iter().all(|p| p.abs().max_element() < 0.5));
+                // Each sample has its opposite, to the last bit: the sum is zero in whatever precision.
+                for i in 0..count as usize {
+                    assert_eq!(points[i], -points[count as usize - 1 - i], "{count} {seed}");
+                }
+                if count <= 130 {
+                    for axis in [0, 1] {
+                        let mut cells: Vec<u32> =
+                            points.iter().map(|p| ((p[axis] + 0.5) * count as f32) as u32).collect();
+                        cells.sort_unstable();
+                        assert!(cells.into_iter().eq(0..count), "{count} {seed}: a column or row for each");
+                    }
+                }
             }
-            assert!(mean.length() < 0.02, "{mean}");
-            assert!(cells.iter().all(|&n| (12..=20).contains(&n)), "{cells:?}");
         }
-        assert_ne!(jitter(0, 16, 0), jitter(0, 16, 1));
+    }
+
+    /// Root mean square error of the share of a half plane that samples find, over many edges through the pixel.
+    fn edge_error(points: &[Vec2]) -> f32 {
+        let (mut sum, mut n) = (0.0, 0.0);
+        for i in 0..96 {
+            let normal = Vec2::from_angle(std::f32::consts::TAU * i as f32 / 96.0);
+            for k in 0..16 {
+                let offset = 0.45 * ((k as f32 + 0.5) / 8.0 - 1.0);
+                let inside = |p: &Vec2| f32::from(u8::from(p.dot(normal) < offset));
+                let share = points.iter().map(inside).sum::<f32>() / points.len() as f32;
+                let fine = 128;
+                let mut truth = 0.0;
+                for j in 0..fine * fine {
+                    let p = Vec2::new((j % fine) as f32, (j / fine) as f32) + 0.5;
+                    truth += inside(&(p / fine as f32 - 0.5));
+                }
+                sum += (share - truth / (fine * fine) as f32).powi(2);
+                n += 1.0;
+            }
+        }
+        (sum / n as f32).sqrt()
+    }
+
+    #[test]
+    fn samples_find_edges_better_than_random_ones() {
+        for (count, bound) in [(4u32, 0.125), (16, 0.05), (64, 0.018)] {
+            for seed in [0, 7] {
+                let error = edge_error(&(0..count).map(|i| jitter(i, count, seed)).collect::<Vec<_>>());
+                println!("{count} samples, seed {seed}: {error:.4}; random ones {:.4}", 0.45 / (count as f32).sqrt());
+                assert!(error < bound, "{count} {seed}: {error}");
+            }
+        }
+    }
+
+    #[test]
+    fn seeds_are_other_sets() {
+        for count in [4u32, 64, 512] {
+            let sets: Vec<Vec<Vec2>> =
+                (0..6).map(|seed| (0..count).map(|i| jitter(i, count, seed)).collect()).collect();
+            for a in 0..6 {
+                for b in 0..a {
+                    // Points of one that the other has nearly too.
+                    let near = |p: &&Vec2| sets[b].iter().any(|q| p.distance(*q) < 0.02 / (count as f32).sqrt());
+                    assert!(sets[a].iter().filter(near).count() <= count as usize / 4, "{count}: {a} and {b}");
+                }
+            }
+        }
     }
 
     #[test]
@@ -78,8 +215,12 @@ mod tests {
                     assert!(places.windows(2).all(|w| ((w[1] - w[0]) * count as f32 - 1.0).abs() < 1e-3), "{places:?}");
                 }
             }
-            let mean: Vec2 = (0..count).map(|i| edge_jitter(Vec2::ZERO, i, count)).sum::<Vec2>() / count as f32;
-            assert!(mean.length() < 1e-5, "{count}: {mean}");
+            // Over all samples of a pixel there is no shift either.
+            for samples in [1, 2, 4, 7] {
+                let offsets = (0..samples).map(|i| jitter(i, samples, 0));
+                let mean: Vec2 = offsets.flat_map(|o| (0..count).map(move |i| edge_jitter(o, i, count))).sum();
+                assert!(mean.length() < 1e-4 * (samples * count) as f32, "{samples} {count}: {mean}");
+            }
         }
     }
 }

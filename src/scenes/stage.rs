@@ -10,6 +10,7 @@ use crate::render::light::sky::Sky;
 use crate::render::scene::{FrameState, MAX_POINT_LIGHTS, Object, PointLight, Pose, Scene, Sun};
 use crate::render::surfaces::displacement::HeightField;
 use crate::render::surfaces::ocean::Ocean;
+use crate::render::surfaces::tessellation::MAX_FACTOR;
 
 /// Standard views of a scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -222,11 +223,17 @@ pub fn sphere_stage(mut relief: Relief) -> Stage {
     Stage::still(vec![object("sphere", &relief, mesh, heights)], views)
 }
 
-/// A plane of 8 m with the relief; the map repeats every 2 m.
+/// Largest map of which the plane of the reference has a vertex for every texel.
+pub const LARGEST_PLANE_MAP: u32 = 4096;
+
+/// A plane of 8 m with the relief; the map repeats every 2 m, row 0 at `y = 0` and rows along `+y`. Its patches are as small as
+/// the map needs for a vertex at every texel, up to [`LARGEST_PLANE_MAP`] texels.
 #[must_use]
 pub fn plane_stage(mut relief: Relief) -> Stage {
     let heights = relief.field();
-    let mesh = plane(4.0, 32, 2.0, relief.color(), even);
+    let texels = heights.width.max(heights.height).min(LARGEST_PLANE_MAP);
+    let patches_per_repeat = texels.div_ceil(MAX_FACTOR as u32).max(8);
+    let mesh = plane(4.0, 4 * patches_per_repeat, 2.0, relief.color(), even);
     let from = |distance: f32| Camera::looking_at(Vec3::new(0.6, -0.8, 0.55).normalize() * distance, Vec3::ZERO, 35.0);
     let views = Views { near: from(2.0), mid: from(7.0), far: from(60.0) };
     Stage::still(vec![object("plane", &relief, mesh, heights)], views)
@@ -235,6 +242,19 @@ pub fn plane_stage(mut relief: Relief) -> Stage {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_reference_of_the_plane_has_a_vertex_for_every_texel() {
+        for (size, patches) in [(64, 32), (504, 32), (512, 36), (1024, 68), (4096, 264)] {
+            let map = HeightMap::new(size, 1, (0..size).map(|i| (i % 7) as f32).collect()).unwrap();
+            let stage = plane_stage(Relief { map: Some(map), ..Relief::default() });
+            let object = &stage.objects[0];
+            assert_eq!(object.mesh.patches.len(), patches * patches, "{size}");
+            let [first, second, ..] = object.mesh.texcoords[0];
+            let texels = (second - first).length() * size as f32;
+            assert!(texels <= MAX_FACTOR + 1e-3, "{size}: {texels} texels along a patch");
+        }
+    }
 
     #[test]
     fn sweeps_are_geometric() {

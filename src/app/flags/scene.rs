@@ -23,7 +23,7 @@ pub struct SceneArgs {
     #[arg(long, value_name = "NAME", value_parser = scenes(), default_value = SCENES[0].name)]
     pub scene: &'static Scene,
     /// Height map of the plane or the sphere
-    #[arg(long, value_name = "FILE", help = for_scenes("Height map, PNG or EXR", Choice::HeightMap))]
+    #[arg(long, value_name = "FILE", help = for_scenes("Height map, PNG or EXR; its first row lies at y = 0, rows run along +y", Choice::HeightMap))]
     pub height_map: Option<PathBuf>,
     /// The waves of the ocean.
     #[command(flatten)]

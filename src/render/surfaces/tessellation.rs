@@ -43,7 +43,7 @@ pub struct TessellationSettings {
     /// Upper bound on the factors, 1 to 63.
     pub max_factor: f32,
     /// Whether every texel of the height map gets a vertex (within `max_factor` and `vertices_per_pixel`), even where
-    /// several share a pixel: for reference pictures and edge samples.
+    /// several share a pixel: for reference pictures and edge samples. Patches without relief are divided as usual.
     pub to_texels: bool,
     /// Largest number of vertices along a pixel's side that `to_texels` may produce. The default, 16, is more than any
     /// number of samples can resolve.
@@ -120,7 +120,9 @@ impl DrawList {
                 let (a, b) = (a as usize, b as usize);
                 let relief = posed.edge_relief.get(edge).copied().unwrap_or(0.0) * posed.height_scale.abs();
                 let pixels = edge_pixels(&lens, [positions[a], positions[b]], [normals[a], normals[b]], relief);
-                let texels = if settings.to_texels { posed.edge_texels.get(edge).copied().unwrap_or(1.0) } else { 1.0 };
+                // Where nothing is displaced, texels have no vertices to move.
+                let dense = settings.to_texels && relief > 0.0;
+                let texels = if dense { posed.edge_texels.get(edge).copied().unwrap_or(1.0) } else { 1.0 };
                 let length = lens.pixels((positions[a] + positions[b]) * 0.5, positions[a].distance(positions[b]));
                 (pixels / spacing).max(texels.min(settings.vertices_per_pixel * length)).clamp(1.0, max_factor)
             })
@@ -327,6 +329,28 @@ mod tests {
         let settings = TessellationSettings { to_texels: true, ..Default::default() };
         let list = list(&grid(1), Vec3::Z * 100.0, Vec3::ZERO, &settings);
         assert_eq!(list.edge_factors[0], 40.0);
+    }
+
+    #[test]
+    fn flat_surfaces_have_no_vertices_for_their_texels() {
+        let mesh = grid(1);
+        let topology = Topology::new(&mesh.patches);
+        let factor = |height_scale| {
+            let posed = PosedMesh {
+                mesh: &mesh,
+                topology: &topology,
+                positions: &mesh.positions,
+                normals: &mesh.normals,
+                edge_texels: &[40.0; 4],
+                edge_relief: &[1.0; 4],
+                height_range: &[],
+                height_scale,
+            };
+            let lens = Lens { eye: Vec3::Z * 100.0, focal_pixels: 1000.0, near: 0.01 };
+            let settings = TessellationSettings { to_texels: true, ..Default::default() };
+            DrawList::new(posed, Mat4::IDENTITY, lens, &settings).edge_factors[0]
+        };
+        assert_eq!((factor(1.0), factor(-1.0), factor(0.0)), (40.0, 40.0, 1.0));
     }
 
     #[test]
