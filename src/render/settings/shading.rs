@@ -445,8 +445,7 @@ struct Named {
     masking: &'static str,
     terms: Vec<&'static str>,
     diffuse_lights: &'static str,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    base_frame: Option<&'static str>,
+    base_frame: &'static str,
     pixel_kernel: bool,
     relief_occlusion: bool,
     relief_shadows: bool,
@@ -469,7 +468,7 @@ impl Serialize for Shading {
             masking: options.shadowing.name(),
             terms: options.terms.names().collect(),
             diffuse_lights: options.diffuse_lights.name(),
-            base_frame: self.integral().and_then(|integral| integral.base_frame).map(BaseFrame::name),
+            base_frame: if self.technique.has_base_frame() { options.base_frame } else { BaseFrame::Macro }.name(),
             pixel_kernel: options.pixel_kernel && self.technique.has_pixel_kernel(),
             relief_occlusion: self.integral().is_some_and(|integral| integral.relief_occlusion),
             relief_shadows: options.relief_shadows,
