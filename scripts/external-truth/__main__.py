@@ -19,7 +19,7 @@ def arguments():
     add = parser.add_argument
     add("--out", type=Path, required=True, help="folder outside the repository for truths and pictures, which are kept there")
     add("--only", nargs="*", default=[], metavar="PATTERN", help="cases whose names match, such as sphere/spiaggia, 'plane/rock/*/diffuse', slopes")
-    add("--ways", default="", metavar="NAME,...", help="ways of drawing, by name; 'reference' and 'relief' are slow and only drawn if named")
+    add("--ways", default="", metavar="NAME,...", help="ways of drawing, by name, such as '1 sample,reference 64', or none")
     add("--list", action="store_true", help="name the cases and end")
     add("--sheet", metavar="NAME", help="write a contact sheet, sheet-NAME.png, of the chosen cases")
     add("--record", metavar="LABEL", help="keep the numbers in results/LABEL.json and write the tables: before or after")
@@ -39,18 +39,17 @@ def main():
     if asked.list:
         print("\n".join([case.name for case in chosen] + ["slopes"]))
         return
-    wanted = [way for way in asked.ways.split(",") if way]
-    unknown = set(wanted) - set(cases.SPECULAR_WAYS) - set(cases.SLOW_WAYS)
+    wanted = [way for way in asked.ways.split(",") if way and way != "none"]
+    unknown = set(wanted) - set(cases.EVERY_WAY)
     if unknown:
-        sys.exit(f"no way is called {', '.join(sorted(unknown))}; there are {', '.join([*cases.SPECULAR_WAYS, *cases.SLOW_WAYS])}")
+        sys.exit(f"no way is called {', '.join(sorted(unknown))}; there are {', '.join(cases.EVERY_WAY)}")
     missing = [case for case in chosen if not case.available()]
     if missing:
         print(f"{len(missing)} cases need the shared data: set LEADR_SHARED", file=sys.stderr)
     chosen = [case for case in chosen if case not in missing]
 
     def ways(case):
-        every = {**case.ways(), **cases.SLOW_WAYS}
-        return {way: every[way] for way in wanted if way in every} if wanted else case.ways()
+        return {way: cases.EVERY_WAY[way] for way in wanted} if asked.ways else case.ways()
 
     found = dict(program=asked.program or program.version(), cases={}, slopes={})
     for case in chosen:

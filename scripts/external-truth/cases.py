@@ -1,7 +1,7 @@
 """What is compared: spheres, flat planes and reliefs under panoramas."""
 import fnmatch
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -37,11 +37,12 @@ SPECULAR_WAYS = {
     "grid 5x5": ["--samples", 1, "--grid", 5],
 }
 WAYS = {key: SPECULAR_WAYS[key] for key in ("1 sample", "4 samples")}
-# Only on demand.
-SLOW_WAYS = {
-    "reference": ["--technique", "reference", "--samples", 64],
-    "relief": ["--technique", "reference", "--relief-shadows", "--samples", 32],
+# The references, by number of samples: drawn where they are asked for, and in the cases made for them.
+PLAIN_REFERENCE = {f"reference {n}": ["--technique", "reference", "--samples", n] for n in (16, 64)}
+RELIEF_REFERENCE = {
+    f"relief {n}": ["--technique", "reference", "--relief-shadows", "--samples", n] for n in (2, 8, 32, 128, 512)
 }
+EVERY_WAY = {**SPECULAR_WAYS, **PLAIN_REFERENCE, **RELIEF_REFERENCE}
 
 
 def camera(angle, distance, fov, height=0.0):
@@ -81,6 +82,9 @@ class Case:
         return self.panorama_file() is not None and (self.scale == 0 or reliefs.heights(self.relief) is not None)
 
     def ways(self):
+        if self.name.startswith("reference/"):
+            few = PLAIN_REFERENCE if self.scene == "sphere" else RELIEF_REFERENCE
+            return {way: flags for way, flags in few.items() if flags[-1] <= 64}
         return SPECULAR_WAYS if self.terms == "specular" else WAYS
 
     def flags(self):
@@ -137,8 +141,22 @@ def planes():
                 yield Case(f"plane/{name}/{view}/{terms}", "plane", panorama, seen, size, 0.35, terms, 4096, relief, scale)
 
 
+def references():
+    """Coarse relief, of which a reference can afford many samples, and spheres, which show whether it has a pattern."""
+    h = reliefs.heights("rock64")
+    height = 0.0 if h is None else float(h.mean() * reliefs.HEIGHT * 1.5)
+    seen = camera(45, 4.0, 30, height)
+    for panorama in ("spiaggia", "soft"):
+        for terms in ("specular", "diffuse"):
+            name = f"reference/rock/{panorama}/{terms}"
+            yield Case(name, "plane", panorama, seen, (72, 48), 0.35, terms, 8192, "rock64", 1.5)
+    for case in spheres():
+        if case.panorama in ("spiaggia", "tubes"):
+            yield replace(case, name=f"reference/{case.name}")
+
+
 def chosen(patterns):
     """The cases whose names match one of the patterns (`*` and `?`, or part of the name); all without patterns."""
-    every = [*spheres(), *flats(), *planes()]
+    every = [*spheres(), *flats(), *planes(), *references()]
     match = lambda name: any(p in name or fnmatch.fnmatch(name, p) for p in patterns)
     return [case for case in every if not patterns or match(case.name)]

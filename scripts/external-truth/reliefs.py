@@ -8,6 +8,7 @@ TEXELS = 256  # along a side
 REPEAT = 2.0  # metres along a side
 HEIGHT = 0.12  # metres from black to white at scale 1
 SHARED = {"rock": "Rock003", "walkway": "MetalWalkway006", "leather": "Leather027"}
+COARSE = {"rock64": ("rock", 64)}  # the same with fewer texels
 
 
 def studs():
@@ -24,14 +25,15 @@ def heights(name):
     """Heights from 0 to 1, row 0 first; `None` if they need shared data that is not there."""
     if name == "studs":
         return studs().astype(np.float32).astype(np.float64)
+    name, side = COARSE.get(name, (name, TEXELS))
     source = files.shared(f"displacement/{SHARED[name]}/{SHARED[name]}_1K-PNG_Displacement.png")
     if source is None:
         return None
     raw = files.codes(source)
     texels = raw.astype(np.float64) / np.iinfo(raw.dtype).max
     texels = texels[..., 0] if texels.ndim == 3 else texels
-    k = texels.shape[0] // TEXELS
-    return texels.reshape(TEXELS, k, TEXELS, k).mean((1, 3)).astype(np.float32).astype(np.float64)
+    k = texels.shape[0] // side
+    return texels.reshape(side, k, side, k).mean((1, 3)).astype(np.float32).astype(np.float64)
 
 
 def path(name):

@@ -32,11 +32,16 @@ def judge(case, ways):
     mask = case.mask()
     results = {}
     for way, flags in ways.items():
-        row = compare(reference, program.picture(case, way, flags), mask)
-        results[way] = {key: value if value is None else round(value, 5) for key, value in row.items()}
+        drawn = program.picture(case, way, flags)
+        row = compare(reference, drawn, mask)
+        if way.startswith("relief"):  # how much of the error is its own noise: two seeds differ by sqrt(2) of it
+            other = program.picture(case, way + " again", [*flags, "--seed", 7])
+            row["own_noise"] = compare(drawn, other, mask)["rrmse"] / np.sqrt(2)
+        results[way] = {key: value if value is None else round(float(value), 5) for key, value in row.items()}
         print(
             f"{case.name:36} {way:10} rRMSE {100 * row['rrmse']:6.2f} %  bias {100 * row['bias']:+6.2f} %"
-            f"  without bias {100 * row['shape']:6.2f} %  correlation {row['correlation'] or 1:.3f}  noise {100 * noise:.2f} %",
+            f"  without bias {100 * row['shape']:6.2f} %  correlation {row['correlation'] or 1:.3f}  noise {100 * noise:.2f} %"
+            + (f"  its own {100 * row['own_noise']:.2f} %" if "own_noise" in row else ""),
             flush=True,
         )
     return dict(noise=round(noise, 5), ways=results)

@@ -106,15 +106,15 @@ def slope_table(results):
 
 
 def reference_table(results):
-    """The references, where they were asked for."""
-    latest = results["after"]["cases"] or results["before"]["cases"]
+    """The references by number of samples."""
     rows = []
-    for name, row in latest.items():
-        for way in cases.SLOW_WAYS:
-            if way in row["ways"]:
-                found = row["ways"][way]
-                rows.append([name, way, percent(found["rrmse"]), percent(found["bias"], True), percent(row["noise"])])
-    return ["### The references\n", table(["case", "reference", "rRMSE", "bias", "noise"], rows)] if rows else []
+    for case in cases.references():
+        ways = [way for way in cases.EVERY_WAY if any(way in results[c]["cases"].get(case.name, {}).get("ways", {}) for c in COLUMNS)]
+        for way in ways:
+            row = [pair(results, case.name, way, key, key == "bias") for key in ("rrmse", "bias", "own_noise")] + [noise(results, case.name)]
+            rows.append([case.name.removeprefix("reference/"), way, *row])
+    text = "`relief N`: `--technique reference --relief-shadows` with N samples; `reference N`: without the shadows. *Own noise*: by the difference of two seeds, relative like rRMSE; it is what falls with the number of samples. %, before → after.\n"
+    return ["### The references\n", text, table(["case", "drawn as", "rRMSE", "bias", "own noise", "noise of the truth"], rows)]
 
 
 def write():

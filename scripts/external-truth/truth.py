@@ -180,7 +180,7 @@ def picture(case):
     root mean square of the picture. Kept, under a name that changes with what it shows."""
     about = dict(case.facts(), spp=case.spp)
     key = hashlib.sha256(json.dumps(about, sort_keys=True).encode()).hexdigest()[:10]
-    path = files.OUT / "truth" / f"{case.name.replace('/', '-')}-{key}.exr"
+    path = files.OUT / "truth" / f"{case.name.removeprefix('reference/').replace('/', '-')}-{key}.exr"
     meta = path.with_suffix(".json")
     if meta.exists():
         return files.load(path), json.loads(meta.read_text())["noise"]

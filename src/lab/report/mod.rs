@@ -6,6 +6,7 @@ mod html;
 mod kept;
 mod look;
 mod nan;
+mod outside;
 mod run;
 mod section;
 mod sections;

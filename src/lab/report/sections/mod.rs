@@ -5,6 +5,7 @@ mod convergence;
 mod misses;
 mod model;
 mod ocean;
+mod outside;
 mod quadrature;
 mod samples;
 mod shadows;
@@ -33,7 +34,7 @@ pub struct SectionEntry {
 }
 
 /// Every section, in the order of the page.
-pub static SECTIONS: [SectionEntry; 13] = [
+pub static SECTIONS: [SectionEntry; 14] = [
     SectionEntry {
         key: "convergence",
         help: "How the reference converges",
@@ -103,6 +104,13 @@ pub static SECTIONS: [SectionEntry; 13] = [
         title: "The sea",
         judges_others: false,
         run: ocean::run,
+    },
+    SectionEntry {
+        key: "outside",
+        help: "Spheres, planes and reliefs against another renderer's pictures",
+        title: "Against another renderer",
+        judges_others: false,
+        run: outside::run,
     },
     SectionEntry {
         key: "samples",
