@@ -57,11 +57,19 @@ const int MAX_POINT_LIGHTS = 4;
 const int MAX_ENVIRONMENT_LIGHTS = 4;
 // Most directional lights of a frame: its own sun, and those of the panorama.
 const int MAX_SUNS = MAX_ENVIRONMENT_LIGHTS + 1;
-// Most lights of a sample of the reference: point lights, the sun, and one drawn from the environment.
-const int MAX_RELIEF_LIGHTS = MAX_POINT_LIGHTS + 2;
-// Beckmann roughness from which on a base material's specular environment has shadows of the relief. Smoother
-// materials mirror the environment as if nothing shadowed it: lights drawn from it would almost never meet their lobe.
+// Directions that a sample of the reference with shadows of the relief draws from the environment.
+const int ENVIRONMENT_DRAWS = 4;
+// Most lights of such a sample: point lights, the sun, those of the panorama, those drawn from the environment.
+const int MAX_RELIEF_LIGHTS = MAX_POINT_LIGHTS + MAX_SUNS + ENVIRONMENT_DRAWS;
+// Beckmann roughness from which on a base material's specular environment has shadows of the relief where these come from depth maps.
+// Smoother materials mirror the environment as if nothing shadowed it: lights drawn from it would almost never meet their lobe.
 const float MIRROR_ALPHA = 0.15;
+// Lights of a sample of the reference: the sun or a point light,
+const int LIGHT_OF_SCENE = 0;
+// one that was taken out of the environment,
+const int LIGHT_OF_ENVIRONMENT = 1;
+// one drawn at random from the rest of it.
+const int LIGHT_DRAWN = 2;
 
 // Terms of the light that a picture contains, as bits
 

@@ -3,6 +3,7 @@
 // form, or by one lookup for environments with shadows.
 #ifndef LEADR_SHADE_LEADR
 #define LEADR_SHADE_LEADR
+#include "draws.glsl"
 #include "lighting.glsl"
 #include "leadr/facets/base_roughness.glsl"
 #include "leadr/integrals/diffuse.glsl"
@@ -68,7 +69,30 @@ Mirrors probe_mirrors(Surface surface, vec3 wo, vec3 S) {
     return Mirrors(reflected, fresnel, probes.area);
 }
 
+// As many mirrors, drawn from those that are visible: the mean over the samples of the reference converges to the integral.
+Mirrors drawn_mirrors(Surface surface, vec3 wo, vec3 S) {
+    vec2 m = surface.mean_slope;
+    DirectionArea o = direction_area(wo, m, slope_cholesky(S));
+    uint seed = draw_seed(uvec2(gl_FragCoord.xy), lighting.draws.y, 0u);
+    vec3 reflected = vec3(0.0), fresnel = vec3(0.0);
+    for (int i = 0; i < SAMPLES; ++i) {
+        vec2 u = drawn_point(lighting.draws.x * uint(SAMPLES) + uint(i), seed);
+        DrawnMirror d = drawn_mirror(wo, u, m, S, o.visible);
+        vec3 f = fresnel_schlick(surface.f0, d.cosine);
+        float solid_angle = drawn_solid_angle(d.density, SAMPLES);
+        float lit = lit_fraction(SHADOWING, o, area_for(SHADOWING, d.wi, m, S, slope_cholesky(S)))
+                  * relief_visibility(surface, d.wi, lobe_deviation(solid_angle));
+        float lod = solid_angle_lod(solid_angle, lighting.environment.x);
+        reflected += f * lit * environment_radiance(surface, d.wi, lod);
+        fresnel += f;
+    }
+    return Mirrors(reflected / float(SAMPLES), fresnel / float(SAMPLES), o.visible);
+}
+
 Mirrors gaussian_mirrors(Surface surface, vec3 wo, vec3 S) {
+    if (DRAWN_MIRRORS) {
+        return drawn_mirrors(surface, wo, S);
+    }
     return VISIBLE_SLOPES ? probe_mirrors(surface, wo, S) : grid_mirrors(surface, wo, S);
 }
 

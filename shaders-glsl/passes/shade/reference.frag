@@ -1,9 +1,12 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// Shades a sample of the reference, shadows of the relief included: the base material on the facet that the pixel sees,
-// under lights whose visibility comes from maps as fine as the relief. The environment is one light drawn from it.
+// Shades a sample of the reference, shadows of the relief included: the base material on the facet that the pixel sees, under the sun,
+// point lights and lights of the panorama, and under directions drawn from the environment, from the facet's mirrors and from its
+// hemisphere. Every direction is weighted by how often any of the three draws it (the balance heuristic of Veach).
 #include "facet_frame.glsl"
 #include "../constants.glsl"
+#include "draws.glsl"
+#include "visibility.glsl"
 #include "leadr/integrals/specular.glsl"
 #include "leadr/visible/diffuse.glsl"
 #include "leadr/visible/fresnel.glsl"
@@ -11,76 +14,117 @@
 layout(constant_id = 5) const int TERMS = 15; // a bit per term of light transport
 layout(constant_id = 31) const bool FACET_FRAME = false; // in which the base is rough
 
-const int GRID = 5;          // samples of a mirror's slopes
+const int MIRROR_DRAWS = 4;
+const int HEMISPHERE_DRAWS = 4;
 const int DIFFUSE_TERMS = 2; // see leadr/visible/diffuse.glsl
-const float BIAS = 1.0; // offset towards the light before the comparison, in texels of its map
 
-struct Light {
-    mat4 texture_from_world; // of its map: [0,1] texture coordinates and reversed depth
-    mat4 world_from_texture;
-    vec4 place; // xyz: towards it, or its position; w: 1 for a point light
-    vec4 power; // rgb: irradiance on a plane facing it, or intensity; w: 1 for one drawn from the environment
-    vec4 map;   // layer; world size of a texel, for a point light at distance 1; unused; 1 if it has a map
-};
-
-layout(std140) uniform Lighting {
-    vec4 rays[3];         // see read_gbuffer
-    vec4 camera_position; // xyz
-    vec4 viewport;        // width, height, face size of the environment's cube, 1 when heights move the surface
-    ivec4 counts;         // lights
-    Light lights[MAX_RELIEF_LIGHTS];
-} lighting;
-
-uniform samplerCube environment_cube;
-uniform sampler2DArray depth_maps;
+uniform samplerCube background_cube;
+// Radiance of the environment, and density of its draws relative to the area of a face of side 2: faces and rows of a cube as in
+// environment_lights.rs. Weights are right only if draws of every kind find the same light in a direction, so none is filtered.
+layout(std430) readonly buffer EnvironmentTexels { vec4 environment_texels[]; };
 
 layout(location = 0) in vec2 in_texcoord;
 layout(location = 0) out vec4 out_radiance;
 
-// Whether the light reaches a facet. The map holds depths at the centres of its texels, so the facet's plane is evaluated there
-// too, not where the pixel met it: then a facet never shadows itself, at any angle.
-bool reaches(Light light, vec3 position, vec3 normal, vec3 towards) {
-    if (light.map.w < 0.5) {
-        return true;
-    }
-    float texel = light.map.y * (light.place.w > 0.5 ? distance(light.place.xyz, position) : 1.0);
-    vec3 lifted = position + towards * (texel * BIAS);
-    vec4 s = light.texture_from_world * vec4(lifted, 1.0);
-    vec4 further = light.texture_from_world * vec4(position + towards * (8.0 * texel), 1.0);
-    s.xyz /= s.w;
-    if (s.w <= 0.0 || any(lessThan(s.xy, vec2(0.0))) || any(greaterThanEqual(s.xy, vec2(1.0)))) {
-        return true;
-    }
-    vec2 size = vec2(textureSize(depth_maps, 0).xy);
-    ivec2 at = ivec2(s.xy * size);
-    vec2 offset = (vec2(at) + 0.5) / size - s.xy;
-    vec4 plane = vec4(normal, -dot(normal, lifted)) * light.world_from_texture;
-    float limit = abs(further.z / further.w - s.z); // a plane seen edge-on can have any depth
-    float slope = abs(plane.z) > 1e-20 ? -dot(plane.xy, offset) / plane.z : 0.0;
-    return texelFetch(depth_maps, ivec3(at, int(light.map.x)), 0).x <= s.z + clamp(slope, -limit, limit);
+// What one kind of light may do.
+struct Transport {
+    bool specular;
+    bool diffuse;
+};
+
+Transport transport_of_lights() {
+    return Transport((TERMS & TERM_SPECULAR_LIGHTS) != 0, (TERMS & TERM_DIFFUSE_LIGHTS) != 0);
 }
 
-// The environment in mirrors of slope covariance S.
-vec3 mirrored(Surface surface, vec3 S) {
-    float lambda = grid_lambda(GRID);
-    vec2 m = face_viewer(surface.wo, surface.mean_slope, S, lambda);
-    vec3 cholesky = slope_cholesky(S);
-    float base = env_lod_base(S, grid_spacing(GRID, lambda), lighting.viewport.z, LEADR_LOD_MATCHED);
-    float ao = max(meso_area(surface.wo, m), 0.0), visible = visible_area(surface.wo, m, S), norm = 0.0;
+Transport transport_of_environment() {
+    return Transport((TERMS & TERM_SPECULAR_ENVIRONMENT) != 0, (TERMS & TERM_DIFFUSE_ENVIRONMENT) != 0);
+}
+
+// What the facet is made of and how it is seen, tangent frame.
+struct Facet {
+    vec3 wo;
+    vec2 m;
+    vec3 diffuse_s;
+    vec3 specular_s;
+    vec3 albedo; // without what mirrors reflect
+    vec3 f0;
+    float visible; // area of its mirrors
+    Frame frame;   // about its normal
+};
+
+// Radiance per unit of irradiance on a plane that faces wi.
+vec3 scattered(Facet facet, vec3 wi, Transport transport) {
     vec3 sum = vec3(0.0);
-    for (int j = 0; j < GRID; ++j) {
-        for (int k = 0; k < GRID; ++k) {
-            vec3 node = grid_node(j, k, GRID, lambda);
-            EnvironmentSample e = environment_sample_at(surface.wo, slope_at(node.xy, m, cholesky));
-            float weight = node.z * e.area;
-            float lit = shadowing_from_areas(ao, visible, e.wi, m, S);
-            float lod = env_lod_at(base, surface.wo, e.wn);
-            sum += (weight * lit) * fresnel_schlick(surface.f0, dot(surface.wo, e.wn))
-                 * textureLod(environment_cube, from_frame(surface.frame, e.wi), lod).rgb;
-            norm += weight;
-        }
+    if (transport.diffuse) {
+        sum += facet.albedo * leadr_diffuse_light_visible(facet.wo, wi, facet.m, facet.diffuse_s, false, DIFFUSE_TERMS);
     }
-    return sum / max(norm, 1e-12);
+    if (transport.specular) {
+        sum += leadr_specular_directional(facet.wo, wi, facet.m, facet.specular_s, facet.f0, true);
+    }
+    return sum;
+}
+
+// Radiance of the environment in a world direction; w: density by solid angle with which its draws have it.
+vec4 environment_at(vec3 d) {
+    vec3 a = abs(d);
+    int face;
+    vec3 p; // place on the face, and distance of the face's plane
+    if (a.x >= a.y && a.x >= a.z) {
+        face = d.x > 0.0 ? 0 : 1;
+        p = vec3(d.x > 0.0 ? -d.z : d.z, -d.y, a.x);
+    } else if (a.y >= a.z) {
+        face = d.y > 0.0 ? 2 : 3;
+        p = vec3(d.x, d.y > 0.0 ? d.z : -d.z, a.y);
+    } else {
+        face = d.z > 0.0 ? 4 : 5;
+        p = vec3(d.z > 0.0 ? d.x : -d.x, -d.y, a.z);
+    }
+    vec2 st = p.xy / p.z;
+    int size = lighting.counts.z;
+    ivec2 texel = clamp(ivec2((st * 0.5 + 0.5) * float(size)), ivec2(0), ivec2(size - 1));
+    float square = 1.0 + dot(st, st);
+    vec4 light = environment_texels[(face * size + texel.y) * size + texel.x];
+    return vec4(light.rgb, light.a * square * sqrt(square));
+}
+
+// Expected number of draws per solid angle in a direction, those of all kinds together; the environment's have this density. It is the
+// same whatever terms a picture contains, so that pictures of single terms add up.
+float draws_per_angle(Facet facet, vec3 wi, float density) {
+    float sum = float(lighting.counts.y) * density
+              + float(MIRROR_DRAWS) * mirror_density(facet.wo, wi, facet.m, facet.specular_s, facet.visible)
+              + float(HEMISPHERE_DRAWS) * max(dot(wi, facet.frame.z), 0.0) / LEADR_PI;
+    return max(sum, 1e-9);
+}
+
+// Light of the environment from one drawn direction.
+vec3 drawn_light(Facet facet, Surface surface, vec3 normal, vec3 wi, Transport transport) {
+    vec3 towards = from_frame(surface.frame, wi);
+    if (is_height_field() && !reaches_over_field(surface.position, normal, towards, 1e9)) {
+        return vec3(0.0);
+    }
+    vec4 light = environment_at(towards);
+    return scattered(facet, wi, transport) * light.rgb / draws_per_angle(facet, wi, light.a);
+}
+
+// The environment in directions drawn from the facet's mirrors and from its hemisphere.
+vec3 drawn_environment(Facet facet, Surface surface, vec3 normal) {
+    Transport transport = transport_of_environment();
+    if (!transport.specular && !transport.diffuse) {
+        return vec3(0.0);
+    }
+    uvec2 pixel = uvec2(gl_FragCoord.xy);
+    uint mirrors = draw_seed(pixel, lighting.seed.x, 0u), hemisphere = draw_seed(pixel, lighting.seed.x, 1u);
+    vec3 sum = vec3(0.0);
+    for (int i = 0; i < MIRROR_DRAWS; ++i) {
+        vec2 u = drawn_point(uint(lighting.counts.w * MIRROR_DRAWS + i), mirrors);
+        vec3 wi = drawn_mirror(facet.wo, u, facet.m, facet.specular_s, facet.visible).wi;
+        sum += drawn_light(facet, surface, normal, wi, transport);
+    }
+    for (int i = 0; i < HEMISPHERE_DRAWS; ++i) {
+        vec2 u = drawn_point(uint(lighting.counts.w * HEMISPHERE_DRAWS + i), hemisphere);
+        sum += drawn_light(facet, surface, normal, from_frame(facet.frame, drawn_cosine(u)), transport);
+    }
+    return sum;
 }
 
 void main() {
@@ -89,7 +133,7 @@ void main() {
     vec3 ray = lighting.rays[2].xyz + ndc.x * lighting.rays[0].xyz + ndc.y * lighting.rays[1].xyz;
     float depth = texelFetch(gbuffer_depth, pixel, 0).x;
     if (depth <= 0.0 || depth >= 1.0) { // see geometry.frag
-        out_radiance = vec4(textureLod(environment_cube, ray, 0.0).rgb, 0.0);
+        out_radiance = vec4(textureLod(background_cube, ray, 0.0).rgb, 0.0);
         return;
     }
     Surface surface = read_gbuffer(pixel, lighting.camera_position.xyz, ray, lighting.rays[2].w, depth);
@@ -97,42 +141,62 @@ void main() {
         out_radiance = vec4(1.0, 0.0, 1.0, 1.0);
         return;
     }
+    // What was drawn is known of a height field, triangle by triangle; for other casters the maps speak.
+    if (is_height_field() && lighting.viewport.w > 0.5) {
+        vec3 facing = to_frame(surface.frame, field_normal(surface.position));
+        surface.mean_slope = -facing.xy / max(facing.z, 1e-3);
+        surface.slope_covariance = vec3(0.0);
+    }
     vec3 macronormal = surface.frame.z;
     if (FACET_FRAME) {
         surface = in_facet_frame(surface);
     }
-    vec3 wo = surface.wo;
-    vec2 m = surface.mean_slope;
-    vec3 diffuse_s = surface.slope_covariance;
-    vec3 specular_s = add_roughness(diffuse_s, surface.alpha);
-    bool mirror = surface.alpha < MIRROR_ALPHA;
-    vec3 radiance = mirror && (TERMS & TERM_SPECULAR_ENVIRONMENT) != 0 ? mirrored(surface, specular_s) : vec3(0.0);
-    vec3 albedo = surface.albedo * (1.0 - visible_fresnel(wo, m, specular_s, surface.f0));
+    Facet facet;
+    facet.wo = surface.wo;
+    facet.m = surface.mean_slope;
+    facet.diffuse_s = surface.slope_covariance;
+    facet.specular_s = add_roughness(surface.slope_covariance, surface.alpha);
+    facet.f0 = surface.f0;
+    facet.albedo = surface.albedo * (1.0 - visible_fresnel(facet.wo, facet.m, facet.specular_s, facet.f0));
+    facet.visible = visible_area(facet.wo, facet.m, facet.specular_s);
+    facet.frame = frame_about(normal_of_slope(facet.m));
     // The plane that was drawn into the depth maps: the facet, or the smooth geometry where only normals are mapped.
-    vec3 normal = lighting.viewport.w > 0.5 ? from_frame(surface.frame, normal_of_slope(m)) : macronormal;
+    vec3 normal = lighting.viewport.w > 0.5 ? from_frame(surface.frame, facet.frame.z) : macronormal;
+    bool drawn = lighting.counts.y > 0;
+    vec3 radiance = drawn ? drawn_environment(facet, surface, normal) : vec3(0.0);
     for (int i = 0; i < lighting.counts.x; ++i) {
         Light light = lighting.lights[i];
         vec3 towards = light.place.xyz, irradiance = light.power.rgb;
+        float reach = 1e9;
         if (light.place.w > 0.5) {
             vec3 d = towards - surface.position;
             float square = max(dot(d, d), 1e-8);
-            towards = d * inversesqrt(square);
+            reach = sqrt(square);
+            towards = d / reach;
             irradiance /= square;
         }
-        if (!reaches(light, surface.position, normal, towards)) {
+        bool reached = is_height_field() ? reaches_over_field(surface.position, normal, towards, reach)
+                                         : reaches_by_map(light, surface.position, normal, towards);
+        vec3 wi = to_frame(surface.frame, towards);
+        int kind = int(light.power.w);
+        if (kind != LIGHT_DRAWN) {
+            Transport transport = kind == LIGHT_OF_SCENE ? transport_of_lights() : transport_of_environment();
+            radiance += reached ? irradiance * scattered(facet, wi, transport) : vec3(0.0);
             continue;
         }
-        vec3 wi = to_frame(surface.frame, towards);
-        bool drawn = light.power.w > 0.5;
-        int terms = drawn ? TERMS >> 2 : TERMS;
-        vec3 scattered = vec3(0.0);
-        if ((terms & 2) != 0) {
-            scattered += albedo * leadr_diffuse_light_visible(wo, wi, m, diffuse_s, false, DIFFUSE_TERMS);
+        Transport transport = transport_of_environment();
+        float weight = light.map.z / draws_per_angle(facet, wi, light.map.z);
+        if (is_height_field()) {
+            radiance += reached ? weight * irradiance * scattered(facet, wi, transport) : vec3(0.0);
+            continue;
         }
-        if ((terms & 1) != 0 && !(mirror && drawn)) {
-            scattered += leadr_specular_directional(wo, wi, m, specular_s, surface.f0, true);
+        // Maps know no other directions than those of their lights. The draws above are therefore taken as if nothing hid them, and what
+        // is hidden is subtracted as the draws of the environment alone find it: never in a narrow lobe, which they seldom meet.
+        radiance += weight * irradiance * scattered(facet, wi, transport);
+        transport.specular = transport.specular && surface.alpha >= MIRROR_ALPHA;
+        if (!reached) {
+            radiance -= irradiance / float(lighting.counts.y) * scattered(facet, wi, transport);
         }
-        radiance += irradiance * scattered;
     }
     out_radiance = vec4(radiance, 1.0);
 }

@@ -17,6 +17,7 @@ layout(constant_id = 7) const bool SUN_SHADOWS = true;     // cast by the macros
 layout(constant_id = 8) const int POINT_LIGHTS = 0;        // at most MAX_POINT_LIGHTS
 layout(constant_id = 31) const bool FACET_FRAME = false;  // in which the base is rough; else in that of the macrosurface
 layout(constant_id = 9) const int EDGES = EDGES_ARE_ABSENT;
+layout(constant_id = 12) const bool DRAWN_MIRRORS = false; // probes at random among the visible mirrors, anew for every sample
 
 const bool SPECULAR_LIGHTS = (TERMS & TERM_SPECULAR_LIGHTS) != 0;
 const bool DIFFUSE_LIGHTS = (TERMS & TERM_DIFFUSE_LIGHTS) != 0;

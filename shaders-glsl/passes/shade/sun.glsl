@@ -14,6 +14,7 @@ layout(std140) uniform Lighting {
     vec4 point_intensity[MAX_POINT_LIGHTS]; // rgb
     vec4 viewport;                // width, height, pixels along one of the picture
     vec4 environment;             // x: face size of the cube, y: scale, z: shadow texel in world units, w: tangent of the lowest elevation seen behind all
+    uvec4 draws;                  // sample, seed
 } lighting;
 
 uniform sampler2DArray shadow_maps; // a layer per sun

@@ -45,7 +45,7 @@ impl PreparedFrame<'_> {
                 add_times(&mut times, timer.submit(|passes| self.record_edges(passes, &edges, &image))?);
             }
             // Only now are the statistics of the pixels complete.
-            self.write_lighting(&pixels)?;
+            self.write_lighting(&pixels, index)?;
             add_times(&mut times, timer.submit(|passes| self.record_shading(passes))?);
         }
         self.plan.drawn += 1;
@@ -58,7 +58,7 @@ impl PreparedFrame<'_> {
         for surface in &mut self.plan.surfaces {
             surface.look(view)?;
         }
-        self.write_lighting(view)?;
+        self.write_lighting(view, index)?;
         let FramePlan { state, settings, surfaces, light, .. } = &mut self.plan;
         match light {
             Light::Relief { lights, .. } => lights.point(state, settings, view, &casters(surfaces), index),
@@ -67,9 +67,10 @@ impl PreparedFrame<'_> {
     }
 
     /// Writes the light and the rays of a view. The device must be idle.
-    fn write_lighting(&self, view: &View) -> Result<()> {
-        let FramePlan { state, light, surfaces, .. } = &self.plan;
-        let block = LightingGpu::new(state, view, &self.renderer.environment, light.suns());
+    fn write_lighting(&self, view: &View, index: u32) -> Result<()> {
+        let FramePlan { state, settings, light, surfaces, .. } = &self.plan;
+        let block =
+            LightingGpu::new(state, view, &self.renderer.environment, light.suns()).with_draws(index, settings.seed);
         let sinks = surfaces.iter().any(|surface| surface.lowers_horizon());
         self.renderer.lighting.write(0, &[if sinks { block.with_sea_horizon() } else { block }])
     }

@@ -1,15 +1,16 @@
-//! Lights drawn at random from the environment: each sample of the reference is lit from one direction of it.
+//! Lights drawn at random from the environment: each sample of the reference is lit from a few directions of it.
 //!
 //! A shadow map serves a single light, not a whole sky, but a sky is the mean of lights drawn from it. Directions are drawn
-//! in proportion to the luminance of the cube's texels, so that every draw carries the same luminous flux.
+//! in proportion to the luminance of the cube's texels and to the cosines at which the surfaces in view see them, so that every
+//! draw brings about the same light.
 
 use glam::{Vec2, Vec3};
 
 use crate::gpu::Result;
 use crate::render::light::environment::Environment;
 
-/// Lights are drawn from faces of at most this many texels: 1.4° a texel.
-const FACE_SIZE: u32 = 64;
+/// Lights are drawn from faces of at most this many texels: 0.35° a texel.
+const FACE_SIZE: u32 = 256;
 /// Share of the draws that is spread evenly over the sphere, so that colours without luminance count too.
 const EVEN: f64 = 0.05;
 /// Number of bands of equal area on the sphere, so that points spread evenly over a square are spread evenly over the
@@ -24,6 +25,8 @@ pub struct DrawnLight {
     /// Its irradiance on a plane that faces it, divided by the probability of the draw, so that the mean over the draws is
     /// the environment's irradiance.
     pub irradiance: Vec3,
+    /// Density of the draw by solid angle.
+    pub density: f32,
 }
 
 /// The texels of an environment, to draw lights from.
@@ -40,11 +43,12 @@ pub struct EnvironmentLights {
 }
 
 impl EnvironmentLights {
-    /// Reads an environment back from the device, which must be idle; `None` if it is black.
+    /// Reads an environment back from the device, which must be idle; `None` if it is black. `receiving` says how well a world
+    /// direction lights what is seen, in any unit, above 0.
     ///
     /// # Errors
     /// A lost device, or memory that is short.
-    pub fn read(environment: &Environment) -> Result<Option<Self>> {
+    pub fn read(environment: &Environment, receiving: impl Fn(Vec3) -> f64) -> Result<Option<Self>> {
         let mip = (environment.face_size() / FACE_SIZE).max(1).ilog2().min(environment.levels() - 1);
         let mut texels = Vec::new();
         for face in 0..6 {
@@ -52,28 +56,31 @@ impl EnvironmentLights {
             texels.extend(face.into_iter().map(|[r, g, b, _]| Vec3::new(r, g, b)));
         }
         let size = environment.face_size() >> mip;
-        Ok(Self::new(size, texels))
+        Ok(Self::new(size, texels, receiving))
     }
 
     /// Takes the faces +x, −x, +y, −y, +z, −z of `size`² texels each, linear Rec. 709 radiance. `None` if all are black.
+    /// `receiving` is as for [`read`](Self::read).
     ///
     /// # Panics
     /// When the number of texels is not `6 size²`.
     #[must_use]
-    pub fn new(size: u32, texels: Vec<Vec3>) -> Option<Self> {
+    pub fn new(size: u32, texels: Vec<Vec3>, receiving: impl Fn(Vec3) -> f64) -> Option<Self> {
         assert_eq!(texels.len(), 6 * (size * size) as usize, "texels of six faces");
-        let luminance = |c: Vec3| f64::from(c.max(Vec3::ZERO).dot(Vec3::new(0.2126, 0.7152, 0.0722)));
-        let angles: Vec<f64> = (0..texels.len()).map(|i| solid_angle(size, i)).collect();
-        let total: f64 = texels.iter().zip(&angles).map(|(&c, a)| luminance(c) * a).sum();
-        if total <= 0.0 || !total.is_finite() {
-            return None;
-        }
-        let whole: f64 = angles.iter().sum();
         let centre = |i: u32| {
             let (face, texel) = (i / (size * size), i % (size * size));
             let place = Vec2::new((texel % size) as f32, (texel / size) as f32) + 0.5;
             face_direction(face as usize, place * (2.0 / size as f32) - 1.0).normalize()
         };
+        let luminance = |c: Vec3| f64::from(c.max(Vec3::ZERO).dot(Vec3::new(0.2126, 0.7152, 0.0722)));
+        // Solid angles, as much as they are worth to what receives their light.
+        let angles: Vec<f64> =
+            (0..texels.len()).map(|i| solid_angle(size, i) * receiving(centre(i as u32)).max(0.0)).collect();
+        let total: f64 = texels.iter().zip(&angles).map(|(&c, a)| luminance(c) * a).sum();
+        if total <= 0.0 || !total.is_finite() {
+            return None;
+        }
+        let whole: f64 = angles.iter().sum();
         let band = |d: Vec3| (((d.z + 1.0) * 0.5 * BANDS as f32) as usize).min(BANDS - 1);
         let mut keyed: Vec<(usize, f32, u32)> =
             (0..texels.len() as u32).map(|i| (band(centre(i)), centre(i).y.atan2(centre(i).x), i)).collect();
@@ -117,7 +124,29 @@ impl EnvironmentLights {
         DrawnLight {
             direction: point.normalize(),
             irradiance: self.texels[texel as usize] * (angle / probability) as f32,
+            density: (probability / angle) as f32,
         }
+    }
+
+    /// Radiance and density of draws at the texels of a cube of [`size`](Self::size). Densities are relative to the area of a face of
+    /// side 2: by solid angle they are this times the cube of the distance at which the direction meets that face.
+    #[must_use]
+    pub fn table(&self) -> Vec<[f32; 4]> {
+        let area = 4.0 / f64::from(self.size * self.size);
+        let last = self.cumulative.last().copied().unwrap_or(1.0);
+        let mut table: Vec<[f32; 4]> = self.texels.iter().map(|radiance| radiance.extend(0.0).to_array()).collect();
+        let mut before = 0.0;
+        for (&texel, &sum) in self.order.iter().zip(&self.cumulative) {
+            table[texel as usize][3] = ((sum - before) / (last * area)) as f32;
+            before = sum;
+        }
+        table
+    }
+
+    /// Texels along a face.
+    #[must_use]
+    pub fn size(&self) -> u32 {
+        self.size
     }
 }
 
@@ -177,7 +206,7 @@ mod tests {
         let texel = |i: usize| {
             face_direction(i / n, Vec2::new(at(i % n % size as usize), at(i % n / size as usize))).normalize()
         };
-        EnvironmentLights::new(size, (0..6 * n).map(|i| radiance(texel(i))).collect()).unwrap()
+        EnvironmentLights::new(size, (0..6 * n).map(|i| radiance(texel(i))).collect(), |_| 1.0).unwrap()
     }
 
     #[test]
@@ -209,7 +238,51 @@ mod tests {
         let lights = sky(64, |d| if d.dot(sun) > 0.999 { Vec3::splat(1e4) } else { Vec3::new(0.0, 0.0, 1e-6) });
         let near = (0..1000).filter(|&i| lights.draw(light_point(i, 0)).direction.dot(sun) > 0.995).count();
         assert!((930..=970).contains(&near), "{near}");
-        assert!(EnvironmentLights::new(1, vec![Vec3::ZERO; 6]).is_none());
+        assert!(EnvironmentLights::new(1, vec![Vec3::ZERO; 6], |_| 1.0).is_none());
+    }
+
+    #[test]
+    fn what_receives_light_moves_draws_and_leaves_their_mean() {
+        let (size, normal) = (16u32, Vec3::new(0.6, 0.0, 0.8));
+        let n = (size * size) as usize;
+        let facing = |d: Vec3| 0.05 + f64::from(d.dot(normal).max(0.0));
+        let lights = EnvironmentLights::new(size, vec![Vec3::splat(2.0); 6 * n], facing).unwrap();
+        let (mut irradiance, mut behind, count) = (0.0, 0, 2048);
+        for index in 0..count {
+            let light = lights.draw(light_point(index, 1));
+            irradiance += f64::from(light.irradiance.x * light.direction.dot(normal).max(0.0)) / f64::from(count);
+            behind += usize::from(light.direction.dot(normal) < -0.1);
+        }
+        assert!((irradiance / (2.0 * std::f64::consts::PI) - 1.0).abs() < 0.01, "{irradiance}");
+        assert!(behind < 400, "{behind} of {count} draws light nothing; evenly drawn, 922 would");
+    }
+
+    #[test]
+    fn densities_are_those_of_the_draws_and_integrate_to_one() {
+        let lights = sky(16, |d| Vec3::new(0.1, 1.0 + d.x, 5.0 * d.z.max(0.0).powi(9)));
+        let (n, table) = (16 * 16, lights.table());
+        let sum: f64 = table.iter().map(|t| f64::from(t[3]) * 4.0 / f64::from(n)).sum();
+        assert!((sum - 1.0).abs() < 1e-6, "{sum}");
+        for index in 0..500 {
+            let light = lights.draw(light_point(index, 9));
+            let d = light.direction;
+            // The face is the one whose axis the direction is nearest to; find its texel by trying all.
+            let at = |i: usize| (2 * i + 1) as f32 / 16.0 - 1.0;
+            let nearest = (0..6 * n as usize).max_by(|&a, &b| {
+                let centre = |i: usize| {
+                    let point = face_direction(i / n as usize, Vec2::new(at(i % 16), at(i % n as usize / 16)));
+                    let scale = d.abs().max_element();
+                    // Distance on the face, infinite on the others.
+                    let on_face = (d / scale).dot(face_direction(i / n as usize, Vec2::ZERO)) > 0.9999;
+                    if on_face { -(d / scale - point).abs().max_element() } else { f32::NEG_INFINITY }
+                };
+                centre(a).total_cmp(&centre(b))
+            });
+            let [r, g, b, density] = table[nearest.unwrap()];
+            let want = density / d.abs().max_element().powi(3);
+            assert!((light.density / want - 1.0).abs() < 1e-3, "{light:?}: {want}");
+            assert!((light.irradiance * light.density - Vec3::new(r, g, b)).abs().max_element() < 1e-4 * (r + g + b));
+        }
     }
 
     #[test]

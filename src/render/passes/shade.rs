@@ -41,6 +41,8 @@ shared_struct! {
         /// Face size of the cube, its scale, world size of a shadow texel, tangent of the lowest elevation at which the
         /// cube is looked up for the background.
         pub environment: [f32; 4],
+        /// Index of the sample, and the seed of what is drawn at random in it.
+        pub draws: [u32; 4],
     }
 }
 
@@ -71,12 +73,20 @@ impl LightingGpu {
             viewport: [size.0 as f32, size.1 as f32, view.grid() as f32, 0.0],
             // The maps of all suns show the same sphere.
             environment: [environment.face_size() as f32, 1.0, shadows.first().map_or(0.0, |s| s.texel), -1e9],
+            draws: [0; 4],
         };
         for (i, light) in state.point_lights.iter().take(MAX_POINT_LIGHTS).enumerate() {
             block.point_position[i] = four(light.position, 1.0);
             block.point_intensity[i] = four(light.intensity, 0.0);
         }
         block
+    }
+
+    /// What the reference draws at random, it draws anew for every sample.
+    #[must_use]
+    pub fn with_draws(mut self, sample: u32, seed: u64) -> Self {
+        self.draws = [sample, (seed ^ seed >> 32) as u32, 0, 0];
+        self
     }
 
     /// Continues the sky's lowest texels below eye level, down to the horizon of a sea, which sinks as the viewer rises.

@@ -355,6 +355,8 @@ impl Shading {
                 ("SHADOWING", SpecValue::I32(shadowing.code())),
                 ("LIGHTS_BY_SH", SpecValue::Bool(diffuse_lights == DiffuseLights::Sh)),
                 ("FACET_FRAME", SpecValue::Bool(self.facet_frame())),
+                // Few fixed probes would show in the mean of many samples, however many.
+                ("DRAWN_MIRRORS", SpecValue::Bool(visible && self.technique.is_reference())),
             ]);
         }
         spec

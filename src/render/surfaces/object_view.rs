@@ -67,9 +67,14 @@ impl PosedObject {
             .positions
             .iter()
             .fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), &p| (low.min(p), high.max(p)));
+        Sphere { centre: (low + high) * 0.5, radius: low.distance(high) * 0.5 + self.highest_bump() }
+    }
+
+    /// The largest distance between the displaced and the smooth surface, metres.
+    #[must_use]
+    pub fn highest_bump(&self) -> f32 {
         let bump = self.object.height_range.iter().flatten().fold(0.0f32, |a, h| a.max(h.abs()));
-        let scale = (self.height_scale * self.object.object.height_scale).abs();
-        Sphere { centre: (low + high) * 0.5, radius: low.distance(high) * 0.5 + bump * scale }
+        bump * (self.height_scale * self.object.object.height_scale).abs()
     }
 }
 

@@ -1,0 +1,81 @@
+// What the references draw at random: points of a square, mirrors among the visible ones, directions on a hemisphere.
+#ifndef LEADR_SHADE_DRAWS
+#define LEADR_SHADE_DRAWS
+#include "leadr/facets/beckmann.glsl"
+#include "leadr/facets/beckmann_sampling.glsl"
+#include "leadr/facets/projected_area.glsl"
+#include "leadr/frame.glsl"
+#include "leadr/visible/specular.glsl"
+
+// Solid angle over which a drawn mirror looks the environment up, relative to its share of the lobe among one sample's draws.
+// Draws of all samples overlap, so a part is enough; the less it is, the less the lobe widens.
+const float DRAW_WIDTH = 0.125;
+
+uint mixed_bits(uint x) {
+    x ^= x >> 16;
+    x *= 0x7feb352du;
+    x ^= x >> 15;
+    x *= 0x846ca68bu;
+    return x ^ (x >> 16);
+}
+
+// Owen's scrambling of binary digits, the first digit the highest bit: each digit is turned depending on those before it. Laine
+// and Karras, "Stratified Sampling for Stochastic Transparency" (2011): products with even numbers only carry upwards.
+uint owen_scrambled(uint x, uint seed) {
+    x = bitfieldReverse(x) + seed;
+    x ^= x * 0x6c50b47cu;
+    x ^= x * 0xb82f1e52u;
+    x ^= x * 0xc7afe638u;
+    x ^= x * 0x8d22f6e6u;
+    return bitfieldReverse(x);
+}
+
+// Point `index` of a sequence in the unit square that each seed scrambles otherwise: the first two dimensions of Sobol's. Among the
+// first 2^n points, each of 2^n equal boxes of any shape contains one.
+vec2 drawn_point(uint index, uint seed) {
+    uint second = 0u, direction = 0x80000000u;
+    for (int bit = 0; bit < 32; ++bit) {
+        second ^= (index >> bit & 1u) != 0u ? direction : 0u;
+        direction ^= direction >> 1;
+    }
+    uvec2 digits = uvec2(owen_scrambled(bitfieldReverse(index), mixed_bits(seed)),
+                         owen_scrambled(second, mixed_bits(seed ^ 0x9e3779b9u)));
+    return (vec2(digits >> 8) + 0.5) / 16777216.0;
+}
+
+// The seed of a pixel for one kind of draws.
+uint draw_seed(uvec2 pixel, uint seed, uint kind) {
+    return mixed_bits(pixel.x + mixed_bits(pixel.y + mixed_bits(seed + mixed_bits(kind))));
+}
+
+struct DrawnMirror {
+    vec3 wi;       // direction that is mirrored towards wo, tangent frame
+    float cosine;  // of wo and the mirror's normal
+    float density; // of wi by solid angle
+};
+
+// Density of wi by solid angle among the mirrors that wo sees.
+float mirror_density(vec3 wo, vec3 wi, vec2 m, vec3 S, float visible) {
+    vec3 h = wo + wi;
+    return 0.25 * beckmann_ndf_over(h * inversesqrt(max(dot(h, h), 1e-20)), m, S, max(visible, LEADR_MIN_AREA));
+}
+
+DrawnMirror drawn_mirror(vec3 wo, vec2 u, vec2 m, vec3 S, float visible) {
+    vec3 wn = beckmann_sample_visible(wo, u, m, S);
+    float cosine = max(dot(wo, wn), 0.0);
+    float density = 0.25 * beckmann_ndf_over(wn, m, S, max(visible, LEADR_MIN_AREA));
+    return DrawnMirror(2.0 * cosine * wn - wo, cosine, density);
+}
+
+// Solid angle over which one of `count` draws of this density looks the environment up.
+float drawn_solid_angle(float density, int count) {
+    return DRAW_WIDTH / (float(count) * max(density, 1e-9));
+}
+
+// A direction with the density cosine / pi about the normal z.
+vec3 drawn_cosine(vec2 u) {
+    float r = sqrt(u.x), phi = 6.28318531 * u.y;
+    return vec3(r * cos(phi), r * sin(phi), sqrt(max(1.0 - u.x, 0.0)));
+}
+
+#endif

@@ -1,0 +1,102 @@
+// Which light reaches a facet past the relief: by depth maps of the lights, or by a march over the casters where they are a height
+// field.
+#ifndef LEADR_SHADE_VISIBILITY
+#define LEADR_SHADE_VISIBILITY
+#include "../constants.glsl"
+
+const float MAP_BIAS = 1.0;      // offset towards the light before the comparison, in texels of its map
+const float FIELD_BIAS = 0.25;   // offset along the normal before the march, in texels of the field
+const float FIELD_REACH = 0.5;   // of differences of heights, in texels of the field: about a sixth of one of the relief
+const int FIELD_STEPS = 1024;    // of a march; the relief is left long before
+const float FIELD_STRIDE = 2.0;  // longest step in texels: less than a texel of the relief
+const float FIELD_GROWTH = 0.01; // of the steps, in texels per step
+
+struct Light {
+    mat4 texture_from_world; // of its map: [0,1] texture coordinates and reversed depth
+    mat4 world_from_texture;
+    vec4 place; // xyz: towards it, or its position; w: 1 for a point light
+    vec4 power; // rgb: irradiance on a plane facing it, or intensity; w: LIGHT_ constant
+    vec4 map;   // layer; world size of a texel, for a point light at distance 1; density of the draw; 1 if it has a map
+};
+
+layout(std140) uniform Lighting {
+    mat4 field_from_world; // to [0,1] texture coordinates and reversed depth of the map of a height field
+    vec4 rays[3];          // see read_gbuffer
+    vec4 camera_position;  // xyz
+    vec4 viewport;         // width, height, face size of the environment's cube, 1 when heights move the surface
+    vec4 field;            // 1 if casters are a height field; texel size in metres; depth of the highest point; texels a side
+    ivec4 counts;          // lights; those drawn from the environment; face size of its texels; sample
+    uvec4 seed;            // x
+    Light lights[MAX_RELIEF_LIGHTS];
+} lighting;
+
+uniform sampler2DArray depth_maps;
+
+// Whether a light with a map reaches a facet. The map holds depths at the centres of its texels, so the facet's plane is evaluated
+// there too, not where the pixel met it: then a facet never shadows itself, at any angle.
+bool reaches_by_map(Light light, vec3 position, vec3 normal, vec3 towards) {
+    if (light.map.w < 0.5) {
+        return true;
+    }
+    float texel = light.map.y * (light.place.w > 0.5 ? distance(light.place.xyz, position) : 1.0);
+    vec3 lifted = position + towards * (texel * MAP_BIAS);
+    vec4 s = light.texture_from_world * vec4(lifted, 1.0);
+    vec4 further = light.texture_from_world * vec4(position + towards * (8.0 * texel), 1.0);
+    s.xyz /= s.w;
+    if (s.w <= 0.0 || any(lessThan(s.xy, vec2(0.0))) || any(greaterThanEqual(s.xy, vec2(1.0)))) {
+        return true;
+    }
+    vec2 size = vec2(textureSize(depth_maps, 0).xy);
+    ivec2 at = ivec2(s.xy * size);
+    vec2 offset = (vec2(at) + 0.5) / size - s.xy;
+    vec4 plane = vec4(normal, -dot(normal, lifted)) * light.world_from_texture;
+    float limit = abs(further.z / further.w - s.z); // a plane seen edge-on can have any depth
+    float slope = abs(plane.z) > 1e-20 ? -dot(plane.xy, offset) / plane.z : 0.0;
+    return texelFetch(depth_maps, ivec3(at, int(light.map.x)), 0).x <= s.z + clamp(slope, -limit, limit);
+}
+
+// Depth of the field, linear between the centres of its texels: exact inside a triangle.
+float field_depth(vec2 st) {
+    vec2 place = st * lighting.field.w - 0.5;
+    vec2 f = fract(place);
+    vec4 d = textureGather(depth_maps, vec3((floor(place) + 1.0) / lighting.field.w, 0.0), 0);
+    return mix(mix(d.w, d.z, f.x), mix(d.x, d.y, f.x), f.y);
+}
+
+// The normal of the triangle of the height field above or below a point, world.
+vec3 field_normal(vec3 position) {
+    mat3 to_map = mat3(lighting.field_from_world);
+    vec3 x = vec3(to_map[0].x, to_map[1].x, to_map[2].x), y = vec3(to_map[0].y, to_map[1].y, to_map[2].y);
+    vec3 z = vec3(to_map[0].z, to_map[1].z, to_map[2].z);
+    vec2 st = (lighting.field_from_world * vec4(position, 1.0)).xy;
+    float h = FIELD_REACH / lighting.field.w;
+    vec2 rise = vec2(field_depth(st + vec2(h, 0.0)) - field_depth(st - vec2(h, 0.0)),
+                     field_depth(st + vec2(0.0, h)) - field_depth(st - vec2(0.0, h))) / (2.0 * h);
+    return normalize(z - rise.x * x - rise.y * y);
+}
+
+// Whether nothing of the height field lies within `reach` metres in a direction.
+bool reaches_over_field(vec3 position, vec3 normal, vec3 towards, float reach) {
+    vec3 start = (lighting.field_from_world * vec4(position + normal * (FIELD_BIAS * lighting.field.y), 1.0)).xyz;
+    vec3 along = mat3(lighting.field_from_world) * towards; // per metre
+    float texel = 1.0 / max(max(abs(along.x), abs(along.y)) * lighting.field.w, 1e-9);
+    float t = 0.0;
+    for (int i = 0; i < FIELD_STEPS; ++i) {
+        t += texel * min(0.5 + FIELD_GROWTH * float(i), FIELD_STRIDE);
+        vec3 at = start + t * along;
+        bool gone = at.z > lighting.field.z || t > reach || any(lessThan(at.xy, vec2(0.0))) || any(greaterThan(at.xy, vec2(1.0)));
+        if (gone) {
+            return true;
+        }
+        if (field_depth(at.xy) > at.z) {
+            return false;
+        }
+    }
+    return true;
+}
+
+bool is_height_field() {
+    return lighting.field.x > 0.5;
+}
+
+#endif
