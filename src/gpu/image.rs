@@ -247,6 +247,18 @@ impl Image {
         view(&self.inner, vk::ImageViewType::TYPE_2D_ARRAY, mip..mip + 1, 0..self.inner.desc.layers)
     }
 
+    /// A view of one mip of a cube, for `samplerCube`.
+    ///
+    /// # Errors
+    /// [`GpuError::Usage`] when the mip does not exist, or the image is not a cube.
+    pub fn mip_cube(&self, mip: u32) -> Result<ImageView> {
+        self.check_mip_layer(mip, 0)?;
+        if !self.inner.desc.cube {
+            return Err(GpuError::usage(self.name(), "it is not a cube, so its mips are not either".to_owned()));
+        }
+        view(&self.inner, vk::ImageViewType::CUBE, mip..mip + 1, 0..self.inner.desc.layers)
+    }
+
     /// A view of all mips and layers as a 2D array, whatever the image: for `sampler2DArray` of a single layer or a cube.
     ///
     /// # Errors

@@ -210,8 +210,7 @@ fn models(surface: &Surface, pixel: &SpherePixel) -> Vec<f64> {
         let at = |d: DVec3, variance: f64| radiance(from_frame(&pixel.frame, d), variance);
         out.extend(surface.specular_environment(wo, PANELS, |d| at(d, 0.0)).to_array());
         for n in PROBES {
-            // A level whose texels have the probe's solid angle Ω, looked up bilinearly, is a kernel of variance Ω/4.
-            let lookup = |p: &VisibleProbe| DVec3::splat(at(p.wi, 0.25 * p.solid_angle));
+            let lookup = |p: &VisibleProbe| DVec3::splat(at(p.wi, p.variance));
             let (v, rule) = (Shadowing::Correlated, probe_rule(n));
             let value = visible_specular_environment(v, wo, m, s, DVec3::ONE, rule, lookup);
             out.push(value.reflected.x);

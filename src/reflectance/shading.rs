@@ -93,8 +93,8 @@ pub fn light(surface: &Surface, wo: DVec3, wi: DVec3) -> DVec3 {
 /// Radiance towards `wo` under an environment, linear RGB. `wo`: unit, tangent frame; `frame`: the tangent frame in
 /// the world.
 ///
-/// `radiance` receives a world direction and a solid angle in steradians, and returns the mean radiance over about that
-/// cone: a lookup in a prefiltered cube map, see [`solid_angle_lod`](super::visible::specular::solid_angle_lod).
+/// `radiance` receives a world direction and the variance of a kernel, per axis and in radians squared, and returns the
+/// mean radiance seen through it: a lookup in a prefiltered cube map, see [`kernel_lod`](super::visible::kernel::kernel_lod).
 /// `harmonics` are the coefficients of the environment's radiance in the world
 /// ([`sh_projection`](super::integrals::sh_projection) computes them).
 ///
@@ -127,7 +127,7 @@ pub fn environment(
     let (m, [relief, mirrors]) = (surface.mean_slope, surface.covariances());
     let rule = probe_rule(PROBES);
     let seen = visible_specular_environment(Shadowing::Correlated, wo, m, mirrors, surface.f0, rule, |probe| {
-        radiance(from_frame(frame, probe.wi), probe.solid_angle)
+        radiance(from_frame(frame, probe.wi), probe.variance)
     });
     let cholesky = slope_cholesky(relief);
     let bent = bent_normal(&direction_area(wo, m, cholesky), m, cholesky);

@@ -98,13 +98,13 @@ fn specular(sharpness: Sharpness, bounds: &[(&str, f64, f64)]) {
 fn smooth_environments() {
     specular(
         Sharpness::Smooth,
-        &[("rings of 5", 0.078, 0.55), ("rings of 9", 0.0445, 0.31), ("rings of 16", 0.0245, 0.175)],
+        &[("rings of 5", 0.062, 0.34), ("rings of 9", 0.055, 0.44), ("rings of 16", 0.0397, 0.33)],
     );
 }
 
 #[test]
 fn sharp_environments() {
-    specular(Sharpness::Sharp, &[("rings of 5", 0.23, 1.6), ("rings of 9", 0.2, 2.0), ("rings of 16", 0.116, 0.76)]);
+    specular(Sharpness::Sharp, &[("rings of 5", 0.232, 2.1), ("rings of 9", 0.222, 2.3), ("rings of 16", 0.141, 1.3)]);
 }
 
 /// The mean Fresnel term of the visible facets, which is what the specular term takes from the diffuse one.
@@ -121,7 +121,7 @@ fn fresnel_of_the_visible_facets() {
         }
         ((square / all.len() as f64).sqrt(), worst)
     };
-    for (n, bound) in [(5, 4e-3), (9, 2e-3), (16, 1.9e-3)] {
+    for (n, bound) in [(5, 3.9e-3), (9, 3e-3), (16, 2e-3)] {
         let along = |s: &Surface, f0| {
             visible_specular_environment(Shadowing::None, s.wo, s.m, s.s, f0, probe_rule(n), |_| DVec3::ONE)
         };
@@ -131,7 +131,7 @@ fn fresnel_of_the_visible_facets() {
         let f0 = 0.04;
         let (rms, worst) = error(&|s| (along(s, DVec3::splat(f0)).fresnel.x - f0) / (1.0 - f0));
         println!("mean Fresnel term by {n} probes: rms {rms:.1e}, worst {worst:.1e}");
-        assert!(rms < bound && worst < 0.02);
+        assert!(rms < bound && worst < 0.022);
     }
 }
 

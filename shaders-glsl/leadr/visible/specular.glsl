@@ -3,69 +3,82 @@
 
 #include "../facets/fresnel.glsl"
 #include "../slopes/grid.glsl"
+#include "kernel.glsl"
 #include "slopes.glsl"
 
-// Specular reflection of an environment by a few probes among the visible slopes. The nodes lie on rings in the plane of
-// two standard normals; the covariance of the surface's slopes and, along the view azimuth, the moments of the visible
-// slopes map them to the surface. Each probe covers the solid angle that its node represents. Weights sum to one, so there
-// is no division, and a constant environment returns its own value. src/reflectance/visible/specular.rs derives it. Once
-// per pixel
-//     VisibleProbes probes = visible_probes(wo, m, S);
+// Specular reflection of an environment by a few probes among the visible slopes. The lobe is taken apart into smaller, round
+// Gaussians, one per probe: nodes on rings in the plane of two standard normals carry a part of its covariance, and each
+// lookup is a kernel that has the rest (kernel.glsl says what cube that needs). Weights sum to one, so there is no division,
+// and a constant environment returns its own value. src/reflectance/visible/specular.rs derives it. Once per pixel
+//     VisibleProbes probes = visible_probes(wo, m, S, probe_kernel(n));
 // and for i in 0..n-1, n = 5, 9 or 16
 //     VisibleProbe p = visible_probe(probes, wo, probe_node(n, i, probes.wide));
 //     vec3 f = p.weight * fresnel_schlick(f0, p.cosine);
-//     reflected += f * textureLod(environment, from_frame(frame, p.wi), solid_angle_lod(p.solid_angle, size)).rgb;
+//     reflected += f * textureLod(environment, from_frame(frame, p.wi), kernel_lod(p.variance, size)).rgb;
 //     fresnel += f;                                             // the visible facets' mean
 // Shadows: shadowed_specular.glsl.
 
-// Place in standard deviations, weight, measure of the area that the probe covers.
-const vec4 LEADR_PROBE_NODES[30] = vec4[](
-    vec4(0.0000000, 0.0000000, 0.331413372, 0.1653),
-    vec4(1.5346768, 0.6311698, 0.167146657, 0.3691),
-    vec4(-0.6311698, 1.5346768, 0.167146657, 0.3691),
-    vec4(-1.5346768, -0.6311698, 0.167146657, 0.3691),
-    vec4(0.6311698, -1.5346768, 0.167146657, 0.3691),
-    vec4(0.7288765, -0.2973599, 0.141900000, 0.0624),
-    vec4(0.2973599, 0.7288765, 0.141900000, 0.0624),
-    vec4(-0.7288765, 0.2973599, 0.141900000, 0.0624),
-    vec4(-0.2973599, -0.7288765, 0.141900000, 0.0624),
-    vec4(1.1148321, -1.5320044, 0.086480000, 0.2531),
-    vec4(1.8015248, 0.5868529, 0.086480000, 0.2531),
-    vec4(-0.0014285, 1.8946995, 0.086480000, 0.2531),
-    vec4(-1.8024077, 0.5841357, 0.086480000, 0.2531),
-    vec4(-1.1125207, -1.5336837, 0.086480000, 0.2531),
-    vec4(0.0000000, 0.0000000, 0.140932952, 0.0481),
-    vec4(0.9914263, 0.1458707, 0.081605920, 0.0489),
-    vec4(0.3693854, 0.9315357, 0.081605920, 0.0489),
-    vec4(-0.6220409, 0.7856650, 0.081605920, 0.0489),
-    vec4(-0.9914263, -0.1458707, 0.081605920, 0.0489),
-    vec4(-0.3693854, -0.9315357, 0.081605920, 0.0489),
-    vec4(0.6220409, -0.7856650, 0.081605920, 0.0489),
-    vec4(1.7005644, 0.9899111, 0.041047948, 0.1309),
-    vec4(0.6664053, 1.8514176, 0.041047948, 0.1309),
-    vec4(-0.6795722, 1.8466253, 0.041047948, 0.1309),
-    vec4(-1.7075704, 0.9777764, 0.041047948, 0.1309),
-    vec4(-1.9365774, -0.3485849, 0.041047948, 0.1309),
-    vec4(-1.2594383, -1.5118394, 0.041047948, 0.1309),
-    vec4(0.0070060, -1.9676875, 0.041047948, 0.1309),
-    vec4(1.2701720, -1.5028327, 0.041047948, 0.1309),
-    vec4(1.9390105, -0.3347858, 0.041047948, 0.1309)
+// Azimuths of the nodes of 5, 9 and 16 probes, as unit vectors.
+const vec2 LEADR_PROBE_AZIMUTHS[30] = vec2[](
+    vec2(0.0000000, 0.0000000),
+    vec2(0.9248330, 0.3803734),
+    vec2(-0.3803734, 0.9248330),
+    vec2(-0.9248330, -0.3803734),
+    vec2(0.3803734, -0.9248330),
+    vec2(1.0000000, 0.0000000),
+    vec2(-0.5000000, 0.8660254),
+    vec2(-0.5000000, -0.8660254),
+    vec2(0.9365346, -0.3505753),
+    vec2(0.7718744, 0.6357751),
+    vec2(-0.1646602, 0.9863504),
+    vec2(-0.9365346, 0.3505753),
+    vec2(-0.7718744, -0.6357751),
+    vec2(0.1646602, -0.9863504),
+    vec2(0.0000000, 0.0000000),
+    vec2(0.9365346, -0.3505753),
+    vec2(0.7718744, 0.6357751),
+    vec2(-0.1646602, 0.9863504),
+    vec2(-0.9365346, 0.3505753),
+    vec2(-0.7718744, -0.6357751),
+    vec2(0.1646602, -0.9863504),
+    vec2(-0.9974516, -0.0713467),
+    vec2(-0.7182315, -0.6958042),
+    vec2(-0.1029429, -0.9946873),
+    vec2(0.5605138, -0.8281451),
+    vec2(0.9616999, -0.2741046),
+    vec2(0.9128959, 0.4081925),
+    vec2(0.4369378, 0.8994917),
+    vec2(-0.2434684, 0.9699088),
+    vec2(-0.8099530, 0.5864948)
 );
 
-// How the three rings of 16 nodes change in the limit of wide lobes: factor of the radius, weight, measure.
-const vec3 LEADR_WIDE_RINGS[3] = vec3[](
-    vec3(1.0000, 0.0867223, 0.0428),
-    vec3(0.8826, 0.0717759, 0.0566),
-    vec3(0.9257, 0.0536247, 0.2443)
+// Their rings: radius in standard deviations of the nodes, weight, variance of the kernel relative to others of the rule. First
+// for narrow lobes, then in the limit of wide ones.
+const vec3 LEADR_NARROW_RINGS[7] = vec3[](
+    vec3(0.0000, 0.229228000, 0.7055),
+    vec3(1.6108, 0.192693000, 1.0876),
+    vec3(0.5434, 0.110301110, 0.7833),
+    vec3(1.6861, 0.111516112, 1.1072),
+    vec3(0.0000, 0.101126798, 0.9533),
+    vec3(0.9437, 0.082907834, 0.8668),
+    vec3(1.9694, 0.044602911, 1.1769)
+);
+const vec3 LEADR_WIDE_RINGS[7] = vec3[](
+    vec3(0.0000, 0.225200000, 0.3706),
+    vec3(2.2226, 0.193700000, 0.2636),
+    vec3(0.9754, 0.113991140, 0.3249),
+    vec3(2.3047, 0.109671097, 0.4442),
+    vec3(0.0000, 0.128436147, 0.4576),
+    vec3(1.0036, 0.042258732, 0.2562),
+    vec3(2.2370, 0.068667940, 0.1729)
 );
 
-// Slope variance, summed over both axes, up to which a lobe counts as narrow, and the excess that makes it half wide.
-const float LEADR_WIDE_FROM = 0.25;
-const float LEADR_WIDE_HALF = 0.25;
+// Variance of round slopes, summed over both axes, at which a lobe is half wide.
+const float LEADR_WIDE_HALF = 1.4;
 
-// How wide a lobe is, 0 to 1. S: covariance of the slopes.
+// How wide a lobe is, 0 to 1. S: covariance of the slopes. Long lobes are as wide as they are across.
 float wide_lobe(vec3 S) {
-    float x = max(S.x + S.y - LEADR_WIDE_FROM, 0.0) * (1.0 / LEADR_WIDE_HALF);
+    float x = (4.0 / LEADR_WIDE_HALF) * max(S.x * S.y - S.z * S.z, 0.0) / max(S.x + S.y, 1e-15);
     return x * x / (1.0 + x * x);
 }
 
@@ -73,91 +86,131 @@ struct ProbeNode {
     vec2 place;   // in units of `radius` standard deviations
     float radius; // equal for all nodes of a ring, like weight and cover
     float weight;
-    float cover;  // measure of the area that its probe covers
+    float cover;  // variance of its kernel relative to others of the rule
 };
 
 // Node i of the rule of n probes, or of the next larger rule that exists, for a lobe that is `wide`. Where the compiler
 // knows i, places are constants, and the rest is computed once per ring.
 ProbeNode probe_node(int n, int i, float wide) {
-    vec4 node = LEADR_PROBE_NODES[i + (n <= 5 ? 0 : n <= 9 ? 5 : 14)];
-    if (n <= 9) return ProbeNode(node.xy, 1.0, node.z, node.w);
-    vec3 ring = LEADR_WIDE_RINGS[i < 1 ? 0 : i < 7 ? 1 : 2];
-    vec3 now = vec3(1.0, node.zw) + wide * (ring - vec3(1.0, node.zw));
-    return ProbeNode(node.xy, now.x, now.y, now.z);
+    int first = n <= 5 ? 0 : n <= 9 ? 5 : 14;
+    int ring = n <= 5 ? (i < 1 ? 0 : 1) : n <= 9 ? (i < 3 ? 2 : 3) : (i < 1 ? 4 : i < 7 ? 5 : 6);
+    vec3 now = LEADR_NARROW_RINGS[ring] + wide * (LEADR_WIDE_RINGS[ring] - LEADR_NARROW_RINGS[ring]);
+    return ProbeNode(LEADR_PROBE_AZIMUTHS[first + i], now.x, now.y, now.z);
 }
 
-const float LEADR_NODE_VARIANCE = 0.95;
-// Share of the variance along a very elongated footprint that is added to the solid angle of its probes.
-const float LEADR_LONG_FOOTPRINT = 0.02;
+// The kernels' share of the variance of a round lobe, if narrow and in the limit of wide ones, their share of a long one's along
+// it, and the factor that gives the nodes of wide lobes unit variance, for the rule of n probes.
+vec4 probe_kernel(int n) {
+    return n <= 5 ? vec4(0.6, 0.32, 0.073, 0.7229) : n <= 9 ? vec4(0.5, 0.398, 0.024, 0.7235) : vec4(0.4, 0.237, 0.01, 0.7729);
+}
 
 // Quantities that the probes of a pixel share.
 struct VisibleProbes {
     vec2 m;        // mean slope of all facets
     vec3 cholesky; // of their covariance
-    vec2 axis;     // change of slope per standard deviation along the view azimuth
-    vec2 azimuth;  // x = azimuth . C p
-    vec3 along;    // mean, deviation and skewness of the visible slopes along it
+    vec2 middle;   // slope of a node at the origin
+    vec3 spread;   // square root of the nodes' covariance
+    vec2 bend;     // additional slope per u^2
+    vec2 azimuth;  // u = azimuth . d, the slope along the view azimuth
+    vec3 along;    // t = along.x + u + along.y u^2; half the inverse variance of the visible u
+    vec3 whole;    // the square root that places the nodes over the whole lobe, for their Fresnel terms
+    vec2 mean;     // `middle` for these places
+    float shift;   // `along.x` for these places
     vec2 facet;    // projected area of the mesosurface, and how much of it is lost per unit of t
     float area;    // visible area A(wo)
-    float cover;   // solid angle per a exp((t^2 - x^2)/2) / |N|^4
-    float least;   // smallest solid angle of a probe, added to every one
+    float kernel;  // variance of a lookup per a exp((t^2 - y^2)/2) / |N|^4
     float wide;    // how wide the lobe is
 };
 
-VisibleProbes visible_probes(vec3 wo, vec2 m, vec3 S) {
+// The symmetric square root of a covariance (xx, yy, xy). Unlike a Cholesky factor, that of a thin one does not turn abruptly as
+// it passes an axis.
+vec3 root_of(vec3 S) {
+    float det = sqrt(max(S.x * S.y - S.z * S.z, 0.0));
+    float per = inversesqrt(max(S.x + S.y + 2.0 * det, 1e-18));
+    return vec3(max(S.xy, 0.0) + det, S.z) * per;
+}
+
+VisibleProbes visible_probes(vec3 wo, vec2 m, vec3 S, vec4 kernel) {
     VisibleSlopes v = visible_slopes(wo, m, S);
-    VisibleProbes probes;
-    probes.m = v.m;
-    probes.cholesky = slope_cholesky(v.S);
-    float per_b = 1.0 / max(v.b, 1e-18);
-    probes.axis = v.axis;
-    probes.azimuth = wo.xy * per_b;
-    probes.along = vec3(-v.shift, sqrt(v.variance), v.third / (6.0 * v.variance));
-    probes.facet = vec2(v.a, v.b);
-    probes.area = v.area;
-    probes.cover = 25.1327412 * v.area * probes.cholesky.x * probes.cholesky.z;
     // Metric of reflected directions at the mean: |dwi|^2 = 4/|N|^2 ((p.ds)^2 + facet^2/|N|^2 (|ds|^2 - (s.ds)^2/|N|^2)).
     vec2 s = v.mean;
     float per = 1.0 / (1.0 + dot(s, s));
     vec2 p = wo.xy + s * (v.facet * per);
     float q = v.facet * v.facet * per;
     vec3 metric = 4.0 * per * vec3(p * p + q * (1.0 - s * s * per), p.x * p.y - q * s.x * s.y * per);
-    // With the footprint's variances l1 and l2 along its axes: (l1 - l2)^2 / (l1 + l2).
-    float trace = v.cov.x * metric.x + v.cov.y * metric.y + 2.0 * v.cov.z * metric.z;
     float jacobian = 4.0 * v.facet * per * per;
+    vec3 inverse_metric = vec3(metric.yx, -metric.z) / max(jacobian * jacobian, 1e-20);
+    // The lobe's variances along its axes: their sum, their difference, the smaller one.
+    float sum = max(v.cov.x * metric.x + v.cov.y * metric.y + 2.0 * v.cov.z * metric.z, 1e-15);
     float det = max(v.cov.x * v.cov.y - v.cov.z * v.cov.z, 0.0) * jacobian * jacobian;
-    probes.wide = wide_lobe(v.S);
-    probes.least = LEADR_LONG_FOOTPRINT * max(trace - 4.0 * det / max(trace, 1e-20), 0.0);
+    float round_lobe = min(4.0 * (det / sum) / sum, 1.0);
+    float difference = sum * sqrt(1.0 - round_lobe);
+    float minor = det / (0.5 * (sum + difference));
+    float round4 = round_lobe * round_lobe * round_lobe * round_lobe;
+    float wide = wide_lobe(v.S);
+    // 2 det/sum is the minor variance of round lobes, without its kink there.
+    float share = kernel.x + wide * (kernel.y - kernel.x);
+    float most = (minor - share * 0.5 * sum * round_lobe) * (round4 * round4);
+    float elongated = kernel.z * sum * (1.0 - round_lobe);
+    float variance = minor - most + elongated;
+    // What nodes keep across the lobe: its variance less the kernel's, rounded off at 0.
+    float rest = most - elongated;
+    float soft = 0.1 * elongated;
+    float root = sqrt(rest * rest + soft * soft);
+    float of_lobe = 1.0 - 0.5 * (root - rest) / max(difference, 1e-3 * sum);
+    vec3 spread = of_lobe * v.cov + (0.5 * (rest + root) + 1e-3 * sum * (1.0 - round_lobe) - of_lobe * minor) * inverse_metric;
+
+    float skew = v.third / (6.0 * v.variance * v.variance);
+    VisibleProbes probes;
+    probes.azimuth = wo.xy * (1.0 / max(v.b, 1e-18));
+    vec2 a = probes.azimuth;
+    // Rounding of a vanishing covariance must not look like a large one.
+    float mean_square = clamp(a.x * (spread.x * a.x + 2.0 * spread.z * a.y) + spread.y * a.y * a.y, -1.0, 1.0);
+    probes.bend = skew * v.axis;
+    probes.m = v.m;
+    probes.cholesky = slope_cholesky(v.S);
+    probes.middle = v.mean - probes.bend * mean_square;
+    probes.spread = root_of(spread);
+    probes.whole = root_of(v.cov) * (1.0 + wide * (kernel.w - 1.0));
+    probes.mean = v.mean - probes.bend * v.variance;
+    probes.shift = -v.shift - skew * v.variance;
+    probes.along = vec3(-v.shift - skew * mean_square, skew, 0.5 / v.variance);
+    probes.facet = vec2(v.a, v.b);
+    probes.area = v.area;
+    probes.kernel = variance * v.area / (v.facet * sqrt(v.variance) * per * per);
+    probes.wide = wide;
     return probes;
 }
 
 struct VisibleProbe {
     vec2 slope;
-    vec3 wi;           // reflected direction, unit, tangent frame
-    float cosine;      // wo . wn, 0..1
+    vec3 wi;        // reflected direction, unit, tangent frame
+    float cosine;   // wo . wn for the Fresnel term, 0..1
     float weight;
-    float solid_angle; // footprint of the lookup, in steradians
+    float variance; // of the lookup, per axis, in radians squared, below 2
 };
 
 VisibleProbe visible_probe(VisibleProbes probes, vec3 wo, ProbeNode node) {
-    vec3 c = node.radius * probes.cholesky;
-    vec2 d = vec2(c.x * node.place.x, c.y * node.place.x + c.z * node.place.y);
-    float x = dot(d, probes.azimuth);
-    float t = probes.along.x + x * probes.along.y + (x * x - LEADR_NODE_VARIANCE) * probes.along.z;
+    vec2 place = node.radius * node.place;
+    vec2 d = probes.spread.xz * place.x + probes.spread.zy * place.y;
+    float u = clamp(dot(d, probes.azimuth), -6.0, 6.0);
+    float u2 = u * u;
+    float t = probes.along.x + u + probes.along.y * u2;
     VisibleProbe p;
-    p.slope = probes.m + d + probes.axis * (t - x);
+    p.slope = probes.middle + d + probes.bend * u2;
     float z2 = 1.0 / (1.0 + dot(p.slope, p.slope));
-    float z = sqrt(z2);
-    p.cosine = max(probes.facet.x - t * probes.facet.y, 0.0) * z;
-    p.wi = (2.0 * p.cosine * z) * vec3(-p.slope, 1.0) - wo;
+    p.wi = (2.0 * max(probes.facet.x - t * probes.facet.y, 0.0) * z2) * vec3(-p.slope, 1.0) - wo;
+    // The Fresnel term is convex, and a kernel does not filter it.
+    vec2 whole = probes.whole.xz * place.x + probes.whole.zy * place.y;
+    float v = clamp(dot(whole, probes.azimuth), -6.0, 6.0);
+    vec2 slope = probes.mean + whole + probes.bend * (v * v);
+    float facet = max(probes.facet.x - (probes.shift + v + probes.along.y * v * v) * probes.facet.y, 0.0);
+    p.cosine = facet * inversesqrt(1.0 + dot(slope, slope));
     p.weight = node.weight;
-    p.solid_angle = probes.cover * (node.cover * exp(min(0.5 * (t * t - x * x), 40.0)) * z2 * z2) + probes.least;
+    float stretch = exp(min(0.5 * t * t - probes.along.z * u2, 40.0)) * z2 * z2;
+    float variance = min(probes.kernel * node.cover * stretch, 1e6);
+    p.variance = variance / (1.0 + 0.5 * variance);
     return p;
-}
-
-// Level of detail whose texels have this solid angle on average. size: texels per edge of the cube map.
-float solid_angle_lod(float solid_angle, float size) {
-    return 0.5 * log2(max(solid_angle, 1e-12) * 0.477464829) + log2(size);
 }
 
 #endif

@@ -54,16 +54,15 @@ Mirrors grid_mirrors(Surface surface, vec3 wo, vec3 S) {
 
 // A few probes among the visible slopes; their weights sum to one.
 Mirrors probe_mirrors(Surface surface, vec3 wo, vec3 S) {
-    VisibleProbes probes = visible_probes(wo, surface.mean_slope, S);
+    VisibleProbes probes = visible_probes(wo, surface.mean_slope, S, probe_kernel(SAMPLES));
     DirectionArea o = direction_area(wo, probes.m, probes.cholesky);
     vec3 reflected = vec3(0.0), fresnel = vec3(0.0);
     [[unroll]] for (int i = 0; i < SAMPLES; ++i) {
         VisibleProbe p = visible_probe(probes, wo, probe_node(SAMPLES, i, probes.wide));
         vec3 f = p.weight * fresnel_schlick(surface.f0, p.cosine);
-        LitProbe l = lit_probe(SHADOWING, o, p.wi, p.solid_angle, probes.m, probes.cholesky);
-        float lod = solid_angle_lod(p.solid_angle, lighting.environment.x);
-        reflected += f * (l.lit * relief_visibility(surface, p.wi, lobe_deviation(p.solid_angle)))
-                   * environment_radiance(surface, l.wi, lod);
+        LitProbe l = lit_probe(SHADOWING, o, p.wi, p.variance, probes.m, probes.cholesky);
+        float variance = l.narrowing * p.variance;
+        reflected += f * (l.lit * relief_visibility(surface, p.wi, sqrt(p.variance))) * lobe_radiance(surface, l.wi, variance);
         fresnel += f;
     }
     return Mirrors(reflected, fresnel, probes.area);

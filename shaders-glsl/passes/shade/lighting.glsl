@@ -4,11 +4,13 @@
 #include "gbuffer.glsl"
 #include "relief.glsl"
 #include "leadr/slopes/grid.glsl"
+#include "leadr/visible/kernel.glsl"
 #include "settings.glsl"
 #include "sun.glsl"
 
-uniform samplerCube environment_cube; // without the panorama's suns
-uniform samplerCube background_cube;  // with them
+uniform samplerCube environment_cube;  // without the panorama's suns, box mips
+uniform samplerCube environment_lobes; // the same, levels of a smooth kernel
+uniform samplerCube background_cube;   // with the suns
 layout(std430) readonly buffer Irradiance { vec4 radiance_sh[9]; };
 
 struct Light {
@@ -56,6 +58,11 @@ vec3 sky_radiance(vec3 ray) {
 // Radiance from the direction wi of the tangent frame.
 vec3 environment_radiance(Surface surface, vec3 wi, float lod) {
     return textureLod(environment_cube, from_frame(surface.frame, wi), lod).rgb;
+}
+
+// The same seen through a smooth kernel of this variance.
+vec3 lobe_radiance(Surface surface, vec3 wi, float variance) {
+    return textureLod(environment_lobes, from_frame(surface.frame, wi), kernel_lod(variance, lighting.environment.x)).rgb;
 }
 
 // Radiance coefficients of the environment, world space.

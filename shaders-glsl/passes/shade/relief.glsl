@@ -15,9 +15,4 @@ float relief_visibility(Surface surface, vec3 wi, float deviation) {
     return USES_HORIZON ? horizon_visibility(wi, surface.mean_slope, surface.horizon, deviation) : 1.0;
 }
 
-// Deviation of a lobe of this solid angle, radians.
-float lobe_deviation(float solid_angle) {
-    return sqrt(0.0795774715 * solid_angle);
-}
-
 #endif

@@ -10,7 +10,7 @@ void main() {
     vec3 S = next3();
     int n = int(next() + 0.5);
     at = gl_GlobalInvocationID.x * 15;
-    VisibleProbes probes = visible_probes(wo, m, S);
+    VisibleProbes probes = visible_probes(wo, m, S, probe_kernel(n));
     float unit = inversesqrt(max(S.x + S.y, 1e-8));
     float weights = 0.0, lod = 0.0, cosine = 0.0;
     vec3 mirror = vec3(0.0), fresnel = vec3(0.0);
@@ -20,7 +20,7 @@ void main() {
         weights += p.weight;
         mirror += p.weight * p.wi;
         fresnel += p.weight * fresnel_schlick(vec3(0.04, 0.5, 1.0), p.cosine);
-        lod += p.weight * solid_angle_lod(p.solid_angle, 256.0);
+        lod += p.weight * kernel_lod(p.variance, 256.0);
         cosine += p.weight * p.cosine;
     }
     put(weights);

@@ -8,16 +8,18 @@ use crate::reflectance::integrals::specular::{LOD_MATCHED, LOD_SUPPLEMENT_5, env
 use crate::reflectance::masking::shadowing::Shadowing;
 use crate::reflectance::random::Random;
 use crate::reflectance::slopes::grid::{grid_lambda, grid_spacing, normal_of_slope};
+use crate::reflectance::visible::kernel::{kernel_lod, lookup_variance};
 use crate::reflectance::visible::shadowed_specular::visible_specular_environment;
-use crate::reflectance::visible::specular::{ProbeRule, VisibleProbe, probe_rule, solid_angle_lod};
+use crate::reflectance::visible::specular::{ProbeRule, VisibleProbe, probe_rule};
 use glam::DVec3;
 use rayon::prelude::*;
 use std::f64::consts::PI;
 
 /// Texels per edge of the prefiltered environment.
 pub const SIZE: f64 = 128.0;
-/// Its last level.
+/// Number of its box-filtered levels, and of those blurred for probes.
 const LEVELS: usize = 8;
+const KERNELS: usize = 6;
 
 /// How narrow the lobes of an environment are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -43,6 +45,8 @@ struct Lobe {
     direction: DVec3,
     /// Concentration and peak: of the lobe itself, then level by level.
     levels: [(f64, f64); LEVELS + 1],
+    /// The same for the levels that probes look up.
+    kernels: [(f64, f64); KERNELS],
 }
 
 /// Lobes over a constant, mean radiance 1, with the levels of a box-filtered mip chain looked up trilinearly: level `l`
@@ -75,6 +79,12 @@ impl Lobes {
         Self { ambient: 0.0, lobes: vec![Lobe::new(direction, k, 1.0)] }
     }
 
+    /// Concentration of a kernel of this variance.
+    #[must_use]
+    pub fn of_variance(variance: f64) -> f64 {
+        if variance < 0.05 { 1.0 / variance + 0.5 } else { concentration((-variance).exp()) }
+    }
+
     /// Six lobes.
     #[must_use]
     pub fn random(r: &mut Random, sharpness: Sharpness) -> Self {
@@ -87,12 +97,25 @@ impl Lobes {
         Self { ambient, lobes }
     }
 
-    fn level(&self, d: DVec3, level: usize) -> f64 {
+    fn sum(&self, d: DVec3, of: impl Fn(&Lobe) -> (f64, f64)) -> f64 {
         let lobe = |l: &Lobe| {
-            let (k, peak) = l.levels[level];
+            let (k, peak) = of(l);
             peak * (k * (l.direction.dot(d) - 1.0)).exp()
         };
         self.ambient + self.lobes.iter().map(lobe).sum::<f64>()
+    }
+
+    fn level(&self, d: DVec3, level: usize) -> f64 {
+        self.sum(d, |l| l.levels[level])
+    }
+
+    /// Lookup through a kernel of this variance, as probes make it.
+    #[must_use]
+    pub fn seen(&self, d: DVec3, variance: f64) -> f64 {
+        let lod = kernel_lod(variance, SIZE).min((KERNELS - 1) as f64);
+        let level = (lod as usize).min(KERNELS - 2);
+        let f = lod - level as f64;
+        (1.0 - f) * self.sum(d, |l| l.kernels[level]) + f * self.sum(d, |l| l.kernels[level + 1])
     }
 
     /// Radiance itself.
@@ -121,7 +144,9 @@ impl Lobe {
             let texel = (4.0 * PI / 6.0).sqrt() / SIZE * f64::powi(2.0, i as i32 - 1);
             peak(concentration(mean_cosine(k) * (-0.25 * texel * texel).exp()))
         });
-        Self { direction, levels }
+        let blurred = |variance: f64| peak(concentration(mean_cosine(k) * (-variance).exp()));
+        let kernels = std::array::from_fn(|i| blurred(lookup_variance(i as f64, SIZE)));
+        Self { direction, levels, kernels }
     }
 }
 
@@ -213,6 +238,6 @@ pub fn grid_radiance(surface: &Surface, lobes: &Lobes, n: u32, constant: f64) ->
 #[must_use]
 pub fn probe_radiance(surface: &Surface, lobes: &Lobes, rule: ProbeRule<'_>) -> f64 {
     let Surface { wo, m, s } = *surface;
-    let radiance = |p: &VisibleProbe| DVec3::splat(lobes.lookup(p.wi, solid_angle_lod(p.solid_angle, SIZE)));
+    let radiance = |p: &VisibleProbe| DVec3::splat(lobes.seen(p.wi, p.variance));
     visible_specular_environment(Shadowing::None, wo, m, s, DVec3::ONE, rule, radiance).reflected.x
 }

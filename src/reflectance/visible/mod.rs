@@ -3,6 +3,7 @@
 pub mod diffuse;
 pub mod fresnel;
 pub mod horizon;
+pub mod kernel;
 pub mod shadowed_environment;
 pub mod shadowed_specular;
 pub mod slopes;

@@ -1,142 +1,152 @@
 //! Specular reflection of an environment by a few probes among the visible slopes.
 //!
-//! A rule is a set of nodes in the plane of two standard normal variables, on two or three rings, equally good in all
-//! directions. The covariance of the slopes maps the nodes to the surface. Then each node moves along the view azimuth
-//! `e` from its normal coordinate `x` to match the *visible* slopes ([`visible_slopes`](super::slopes)): their mean,
-//! deviation and skewness replace 0, 1 and 0,
+//! The visible slopes have a mean `μ` and a covariance `S` ([`visible_slopes`](super::slopes)). Near the mean, reflected
+//! directions move with the slope by a linear map `J`, `|dwi|² = dsᵀ M ds` with `M = JᵀJ`. So the environment is seen
+//! through a Gaussian lobe of the covariance `Σ = J S Jᵀ`. It is taken apart into smaller, round Gaussians, one per
+//! probe: nodes carry `Σ − v`, and every lookup is a kernel of variance `v` ([`kernel`](super::kernel)). Whatever `v`
+//! is, the second moments are those of the lobe, and where kernels overlap enough, the sum shows no pattern.
+//!
+//! **How wide a kernel.** With `λ₁ ≥ λ₂` the eigenvalues of `Σ`,
 //!
 //! ```text
-//! q = p + e (t − x),   x = e·p,   t = μ + σ x + γ (x² − v)        slope = m + C q,   C Cᵀ = S
+//! v = λ₂ (1 − (1 − κ) r⁸) + g (λ₁ − λ₂)²/(λ₁ + λ₂),   r = 4 λ₁λ₂/(λ₁ + λ₂)²
 //! ```
 //!
-//! where `v` is the variance of the rule's nodes. Everything is written with `(C p)·wo.xy` in place of `e`, so nothing
-//! flips or rotates abruptly at normal incidence. No axis of an ellipse is needed either, so nothing flips where the
-//! ellipse is a circle.
+//! Round lobes (`r = 1`) have the share `κ` in the kernel. In elongated ones the kernel is soon as wide as the lobe, and
+//! nodes spread along it alone; `g` keeps the nodes of very long ones from showing. What is left for the nodes,
+//! `λ₁ − v` along the lobe and `λ₂ − v`, smoothly kept from falling below 0, across it, is the covariance
+//! `a S + b M⁻¹` in slopes, whose square root `C` places them: no axis of an ellipse is needed, and nothing flips
+//! where it is a circle.
 //!
-//! A node represents a part of all slopes, and its probe covers the solid angle that this part reflects into. From the
-//! density of the visible slopes, `facet P22 / A`, and the Jacobian of reflection, `4 facet / |N|⁴`, that solid angle
-//! is
+//! **Nodes** are points of a plane on two or three rings, of unit variance, equally good in all directions:
+//! `slope = μ + d + e γ (u² − E[u²])`, `d = C p`. Here `u` is the slope along the view azimuth in standard deviations of
+//! all slopes, `e` the slope per unit of it, and `γ` gives the nodes the skewness of the visible slopes. Everything is
+//! written with `d·wo.xy` in place of the azimuth, so nothing flips or rotates abruptly at normal incidence.
+//!
+//! **Away from the mean** the lobe is denser or thinner, and each kernel shrinks or grows with it. With the density of
+//! the visible slopes, `facet P22 / A`, and the Jacobian of reflection, `4 facet / |N|⁴`, the variance of a probe is
 //!
 //! ```text
-//! Ω = 4 A · 2π √det S · a exp((t² − x²)/2) / |N|⁴
+//! v a A exp((t² − y²)/2) / |N|⁴ · |N₀|⁴/(facet₀ σ)      y = u/σ,  t = slope along the azimuth
 //! ```
 //!
-//! where `a` is a constant of the node. It would be the node's weight times `exp(|p|²/2)` if the probe were to cover
-//! exactly the part that the node represents; it is somewhat less (fitted with the nodes), since probes overlap.
-//! Weights sum to one, so a constant environment is returned unchanged, and the Fresnel term is evaluated at each
-//! facet.
+//! where `σ` is the deviation of the visible slopes along the azimuth, 0 marks the mean, and `a`, a constant of the node,
+//! is 1 on average. Facets turn the reflected direction by at most half a turn, so `v/(1 + v/2)` is looked up.
+//!
+//! Weights sum to one, so a constant environment is returned unchanged, and the Fresnel term, which no kernel
+//! filters, is evaluated at each node as if nodes carried the whole lobe.
 //!
 //! Narrow and wide lobes need different nodes. The outer slopes of a wide lobe reflect directions below the horizon,
-//! where little is visible and almost nothing is lit, so the middle matters most. The rings of the largest rule
-//! therefore change smoothly with the variance of the slopes ([`wide_lobe`]): their radii, weights and covers change,
-//! while the nodes keep their azimuths ([`WideRing`]; `lab::quadrature_study::fit_probes` finds the values).
+//! where little is visible and almost nothing is lit, so the middle matters most. The rings therefore
+//! change smoothly with the variance of the slopes ([`wide_lobe`]): their radii, weights and covers change,
+//! while the nodes keep their azimuths ([`ProbeRing`]; `lab::quadrature_study::fit_probes` finds the values).
 
 use super::slopes::visible_slopes;
+use crate::reflectance::limits::within;
 use crate::reflectance::slopes::grid::{normal_of_slope, slope_cholesky};
 use glam::{DVec2, DVec3, Vec3Swizzles as _};
-use std::f64::consts::PI;
+use std::f64::consts::TAU;
 
 /// A node of a rule.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ProbeNode {
-    /// Position, in standard deviations.
+    /// Position, in standard deviations of the nodes.
     pub place: DVec2,
     /// Weight; the weights of a rule sum to one.
     pub weight: f64,
-    /// The module's `a`: determines the solid angle that the probe covers.
+    /// The module's `a`: the kernel's variance relative to others of the rule.
     pub cover: f64,
 }
 
-const fn node(x: f64, y: f64, weight: f64, cover: f64) -> ProbeNode {
-    ProbeNode { place: DVec2::new(x, y), weight, cover }
-}
-
-/// Rings: one in the middle, 4 at 1.659.
-const FIVE: [ProbeNode; 5] = [
-    node(0.000_000_0, 0.000_000_0, 0.331_413_372, 0.165_3),
-    node(1.534_676_8, 0.631_169_8, 0.167_146_657, 0.369_1),
-    node(-0.631_169_8, 1.534_676_8, 0.167_146_657, 0.369_1),
-    node(-1.534_676_8, -0.631_169_8, 0.167_146_657, 0.369_1),
-    node(0.631_169_8, -1.534_676_8, 0.167_146_657, 0.369_1),
-];
-
-/// Rings: 4 at 0.787, 5 at 1.895.
-const NINE: [ProbeNode; 9] = [
-    node(0.728_876_5, -0.297_359_9, 0.141_900_000, 0.062_4),
-    node(0.297_359_9, 0.728_876_5, 0.141_900_000, 0.062_4),
-    node(-0.728_876_5, 0.297_359_9, 0.141_900_000, 0.062_4),
-    node(-0.297_359_9, -0.728_876_5, 0.141_900_000, 0.062_4),
-    node(1.114_832_1, -1.532_004_4, 0.086_480_000, 0.253_1),
-    node(1.801_524_8, 0.586_853_0, 0.086_480_000, 0.253_1),
-    node(-0.001_428_6, 1.894_699_5, 0.086_480_000, 0.253_1),
-    node(-1.802_407_7, 0.584_135_7, 0.086_480_000, 0.253_1),
-    node(-1.112_520_7, -1.533_683_8, 0.086_480_000, 0.253_1),
-];
-
-/// Rings: one in the middle, 6 at 1.002, 9 at 1.968.
-const SIXTEEN: [ProbeNode; 16] = [
-    node(0.000_000_0, 0.000_000_0, 0.140_932_953, 0.048_1),
-    node(0.991_426_3, 0.145_870_7, 0.081_605_920, 0.048_9),
-    node(0.369_385_4, 0.931_535_7, 0.081_605_920, 0.048_9),
-    node(-0.622_040_9, 0.785_665_0, 0.081_605_920, 0.048_9),
-    node(-0.991_426_3, -0.145_870_7, 0.081_605_920, 0.048_9),
-    node(-0.369_385_4, -0.931_535_7, 0.081_605_920, 0.048_9),
-    node(0.622_040_9, -0.785_665_0, 0.081_605_920, 0.048_9),
-    node(1.700_564_4, 0.989_911_1, 0.041_047_948, 0.130_9),
-    node(0.666_405_4, 1.851_417_6, 0.041_047_948, 0.130_9),
-    node(-0.679_572_2, 1.846_625_3, 0.041_047_948, 0.130_9),
-    node(-1.707_570_3, 0.977_776_5, 0.041_047_948, 0.130_9),
-    node(-1.936_577_4, -0.348_584_8, 0.041_047_948, 0.130_9),
-    node(-1.259_438_3, -1.511_839_4, 0.041_047_948, 0.130_9),
-    node(0.007_005_9, -1.967_687_5, 0.041_047_948, 0.130_9),
-    node(1.270_172_0, -1.502_832_8, 0.041_047_948, 0.130_9),
-    node(1.939_010_5, -0.334_785_9, 0.041_047_948, 0.130_9),
-];
-
-/// A ring in the limit of wide lobes.
+/// The nodes of a ring, for lobes of one width.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct WideRing {
-    /// Number of nodes.
-    pub count: usize,
-    /// Radius, as a multiple of the radius for narrow lobes.
+pub struct RingShape {
+    /// Distance from the origin, in standard deviations of the nodes.
     pub radius: f64,
-    /// Weight of each node; the weights of all rings' nodes sum to one.
+    /// Weight of each node.
     pub weight: f64,
     /// Cover of each node ([`ProbeNode::cover`]).
     pub cover: f64,
 }
 
-const fn ring(count: usize, radius: f64, weight: f64, cover: f64) -> WideRing {
-    WideRing { count, radius, weight, cover }
+/// Nodes at the same distance from the origin, evenly spaced.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ProbeRing {
+    /// Number of nodes.
+    pub count: usize,
+    /// Azimuth of the first one, in radians.
+    pub phase: f64,
+    /// Narrow lobes: `Σ weight = 1`, `Σ weight radius² = 2` and `Σ weight cover = 1` over the nodes of a rule.
+    pub narrow: RingShape,
+    /// The limit of wide lobes: `Σ weight = 1`.
+    pub wide: RingShape,
 }
 
-/// The rings of [`SIXTEEN`] in the limit of wide lobes.
-const WIDE_SIXTEEN: [WideRing; 3] = [
-    ring(1, 1.0, 0.086_722_3, 0.042_8),
-    ring(6, 0.882_6, 0.071_775_9, 0.056_6),
-    ring(9, 0.925_7, 0.053_624_7, 0.244_3),
-];
+/// Count and phase; radius, weight and cover for narrow lobes and for wide ones.
+const fn ring(count: usize, phase: f64, narrow: [f64; 3], wide: [f64; 3]) -> ProbeRing {
+    const fn shape([radius, weight, cover]: [f64; 3]) -> RingShape {
+        RingShape { radius, weight, cover }
+    }
+    ProbeRing { count, phase, narrow: shape(narrow), wide: shape(wide) }
+}
 
-/// The nodes of a rule.
+/// How a rule divides the variance of a lobe between its kernels and its nodes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ProbeKernel {
+    /// `κ`: the kernels' share of a round lobe, for narrow lobes and in the limit of wide ones.
+    pub share: [f64; 2],
+    /// `g`: their share of a long lobe's variance along it.
+    pub along: f64,
+    /// Factor that gives the nodes of wide lobes unit variance.
+    pub whole: f64,
+}
+
+/// A rule.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ProbeRule<'a> {
-    /// The nodes for slopes of variance up to [`WIDE_FROM`], ring by ring.
-    pub nodes: &'a [ProbeNode],
-    /// The same rings in the limit of wide lobes; empty for rules that do not change.
-    pub wide: &'a [WideRing],
+    /// Its kernels.
+    pub kernel: ProbeKernel,
+    /// Its nodes.
+    pub rings: &'a [ProbeRing],
 }
+
+const FIVE: ProbeRule<'_> = ProbeRule {
+    kernel: ProbeKernel { share: [0.6, 0.32], along: 0.073, whole: 0.7229 },
+    rings: &[
+        ring(1, 0.000, [0.000_0, 0.229_228_000, 0.705_5], [0.000_0, 0.225_200_000, 0.370_6]),
+        ring(4, 0.390, [1.610_8, 0.192_693_000, 1.087_6], [2.222_6, 0.193_700_000, 0.263_6]),
+    ],
+};
+
+const NINE: ProbeRule<'_> = ProbeRule {
+    kernel: ProbeKernel { share: [0.5, 0.398], along: 0.024, whole: 0.7235 },
+    rings: &[
+        ring(3, 0.000, [0.543_4, 0.110_301_110, 0.783_3], [0.975_4, 0.113_991_140, 0.324_9]),
+        ring(6, 5.925, [1.686_1, 0.111_516_112, 1.107_2], [2.304_7, 0.109_671_097, 0.444_2]),
+    ],
+};
+
+const SIXTEEN: ProbeRule<'_> = ProbeRule {
+    kernel: ProbeKernel { share: [0.4, 0.237], along: 0.01, whole: 0.7729 },
+    rings: &[
+        ring(1, 0.000, [0.000_0, 0.101_126_798, 0.953_3], [0.000_0, 0.128_436_147, 0.457_6]),
+        ring(6, 5.925, [0.943_7, 0.082_907_834, 0.866_8], [1.003_6, 0.042_258_732, 0.256_2]),
+        ring(9, 3.213, [1.969_4, 0.044_602_911, 1.176_9], [2.237_0, 0.068_667_940, 0.172_9]),
+    ],
+};
 
 impl<'a> ProbeRule<'a> {
     /// The nodes for a lobe of the given width `wide` ([`wide_lobe`], 0..1).
     pub fn nodes(self, wide: f64) -> impl Iterator<Item = ProbeNode> + 'a {
-        let mut rings = self.wide.iter().flat_map(|ring| std::iter::repeat_n(ring, ring.count));
-        self.nodes.iter().map(move |&n| match rings.next() {
-            Some(ring) => ProbeNode {
-                place: n.place * (1.0 + wide * (ring.radius - 1.0)),
-                weight: n.weight + wide * (ring.weight - n.weight),
-                cover: n.cover + wide * (ring.cover - n.cover),
-            },
-            None => n,
+        self.rings.iter().flat_map(move |ring| {
+            let ProbeRing { narrow, wide: other, count, phase } = *ring;
+            let mix = |a: f64, b: f64| a + wide * (b - a);
+            let radius = mix(narrow.radius, other.radius);
+            let (weight, cover) = (mix(narrow.weight, other.weight), mix(narrow.cover, other.cover));
+            (0..count).map(move |i| {
+                let place = radius * DVec2::from_angle(phase + TAU * i as f64 / count as f64);
+                ProbeNode { place, weight, cover }
+            })
         })
     }
 }
@@ -145,30 +155,21 @@ impl<'a> ProbeRule<'a> {
 #[must_use]
 pub fn probe_rule(n: u32) -> ProbeRule<'static> {
     match n {
-        0..=5 => ProbeRule { nodes: &FIVE, wide: &[] },
-        6..=9 => ProbeRule { nodes: &NINE, wide: &[] },
-        _ => ProbeRule { nodes: &SIXTEEN, wide: &WIDE_SIXTEEN },
+        0..=5 => FIVE,
+        6..=9 => NINE,
+        _ => SIXTEEN,
     }
 }
 
-/// `v`: approximate variance of the nodes of any rule; the width of the probes makes up the rest.
-pub const NODE_VARIANCE: f64 = 0.95;
+/// Variance of round slopes, summed over both axes, at which a lobe is half wide: a deviation of 0.84 per axis.
+pub const WIDE_HALF: f64 = 1.4;
 
-/// Variance of slopes, summed over both axes, up to which a lobe is narrow: a deviation of 0.35 per axis.
-pub const WIDE_FROM: f64 = 0.25;
-/// Additional variance at which the lobe is half wide (0.5 per axis).
-pub const WIDE_HALF: f64 = 0.25;
-
-/// Width of a lobe, from 0 to 1; `s`: covariance of the slopes. Its derivative is continuous.
+/// Width of a lobe, from 0 to 1; `s`: covariance of the slopes. Long lobes are as wide as they are across.
 #[must_use]
 pub fn wide_lobe(s: DVec3) -> f64 {
-    let x = (s.x + s.y - WIDE_FROM).max(0.0) / WIDE_HALF;
+    let x = 4.0 / WIDE_HALF * (s.x * s.y - s.z * s.z).max(0.0) / (s.x + s.y).max(1e-15);
     x * x / (1.0 + x * x)
 }
-
-/// Added solid angle of the probes of a footprint that is much longer than wide, in units of the variance along it.
-/// Probes keep a width even where slopes vary in one direction alone.
-pub const LONG_FOOTPRINT: f64 = 0.02;
 
 /// The values that all probes of a pixel share.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -177,30 +178,45 @@ pub struct VisibleProbes {
     pub m: DVec2,
     /// Lower Cholesky factor `(c_xx, c_yx, c_yy)` of their covariance.
     pub cholesky: DVec3,
-    /// Change of slope per standard deviation along the view azimuth.
-    pub axis: DVec2,
-    /// `x = azimuth · C p`.
+    /// Slope of a node at the origin.
+    pub middle: DVec2,
+    /// Square root of the nodes' covariance `(xx, yy, xy)`.
+    pub spread: DVec3,
+    /// Additional slope per `u²`.
+    pub bend: DVec2,
+    /// `u = azimuth · d`.
     pub azimuth: DVec2,
-    /// `μ`, `σ` and `γ` of the visible slopes along the view azimuth.
+    /// `t = along.x + u + along.y u²`, and half the inverse of the variance of the visible `u`.
     pub along: DVec3,
+    /// Square root of the covariance that places the nodes over the whole lobe, for their Fresnel terms.
+    pub whole: DVec3,
+    /// `middle` for these places.
+    pub mean: DVec2,
+    /// `along.x` for these places.
+    pub shift: f64,
     /// Projected area of the mesosurface, and its decrease per unit of `t`.
     pub facet: DVec2,
     /// Visible area `A(wo)`.
     pub area: f64,
-    /// Solid angle per `a exp((t² − x²)/2) / |N|⁴`.
-    pub cover: f64,
-    /// Smallest solid angle of a probe, added to all of them.
-    pub least: f64,
+    /// Variance of a lookup per `a exp((t² − y²)/2) / |N|⁴`.
+    pub kernel: f64,
     /// Width of the lobe ([`wide_lobe`]).
     pub wide: f64,
 }
 
+/// The symmetric square root of a covariance `(xx, yy, xy)`. Unlike a Cholesky factor, that of a thin one does not turn
+/// abruptly as it passes an axis.
+#[must_use]
+pub fn root_of(s: DVec3) -> DVec3 {
+    let det = (s.x * s.y - s.z * s.z).max(0.0).sqrt();
+    let per = 1.0 / (s.x + s.y + 2.0 * det).max(1e-18).sqrt();
+    DVec3::new(s.x.max(0.0) + det, s.y.max(0.0) + det, s.z) * per
+}
+
 /// The probes for everything visible from `wo`. `wo`: unit; `m`, `s`: mean slope and covariance, anything finite.
 #[must_use]
-pub fn visible_probes(wo: DVec3, m: DVec2, s: DVec3) -> VisibleProbes {
+pub fn visible_probes(wo: DVec3, m: DVec2, s: DVec3, kernel: ProbeKernel) -> VisibleProbes {
     let v = visible_slopes(wo, m, s);
-    let cholesky = slope_cholesky(v.s);
-    let per_b = 1.0 / v.b.max(1e-18);
     // |dwi|² = 4/|N|² ((p·ds)² + facet²/|N|² (|ds|² − (s·ds)²/|N|²)) at the mean.
     let s = v.mean;
     let per = 1.0 / (1.0 + s.dot(s));
@@ -213,22 +229,52 @@ pub fn visible_probes(wo: DVec3, m: DVec2, s: DVec3) -> VisibleProbes {
             p.y * p.y + q * (1.0 - s.y * s.y * per),
             p.x * p.y - q * s.x * s.y * per,
         );
-    // With λ₁ and λ₂ the footprint's variances along its axes: (λ₁ − λ₂)² / (λ₁ + λ₂).
-    let trace = v.cov.x * metric.x + v.cov.y * metric.y + 2.0 * v.cov.z * metric.z;
     let jacobian = 4.0 * v.facet * per * per;
+    let inverse = DVec3::new(metric.y, metric.x, -metric.z) / (jacobian * jacobian).max(1e-20);
+    // The lobe's variances along its axes, their sum and difference.
+    let sum = (v.cov.x * metric.x + v.cov.y * metric.y + 2.0 * v.cov.z * metric.z).max(1e-15);
     let det = (v.cov.x * v.cov.y - v.cov.z * v.cov.z).max(0.0) * jacobian * jacobian;
-    let long = (trace - 4.0 * det / trace.max(1e-20)).max(0.0);
+    let round = (4.0 * (det / sum) / sum).min(1.0);
+    let difference = sum * (1.0 - round).sqrt();
+    let major = 0.5 * (sum + difference);
+    let minor = det / major;
+    let round8 = (round * round * round * round).powi(2);
+    let wide = wide_lobe(v.s);
+    let mix = |[narrow, other]: [f64; 2]| narrow + wide * (other - narrow);
+    // 2 det/sum is the minor variance of round lobes, without its kink there.
+    let most = (minor - mix(kernel.share) * 0.5 * sum * round) * round8;
+    let long = kernel.along * sum * (1.0 - round);
+    let variance = minor - most + long;
+    // What nodes keep across the lobe: its variance less the kernel's, rounded off at 0.
+    let rest = most - long;
+    let soft = 0.1 * long;
+    let root = (rest * rest + soft * soft).sqrt();
+    let across = 0.5 * (rest + root) + 1e-3 * sum * (1.0 - round);
+    let of_lobe = 1.0 - 0.5 * (root - rest) / difference.max(1e-3 * sum);
+    let spread = of_lobe * v.cov + (across - of_lobe * minor) * inverse;
+
+    let skew = v.third / (6.0 * v.variance * v.variance);
+    let azimuth = wo.xy() / v.b.max(1e-18);
+    let mean_square =
+        azimuth.x * (spread.x * azimuth.x + 2.0 * spread.z * azimuth.y) + spread.y * azimuth.y * azimuth.y;
+    // Rounding of a vanishing covariance must not look like a large one.
+    let mean_square = within(mean_square, 1.0);
+    let bend = skew * v.axis;
     VisibleProbes {
         m: v.m,
-        cholesky,
-        axis: v.axis,
-        azimuth: wo.xy() * per_b,
-        along: DVec3::new(-v.shift, v.variance.sqrt(), v.third / (6.0 * v.variance)),
+        cholesky: slope_cholesky(v.s),
+        middle: v.mean - bend * mean_square,
+        spread: root_of(spread),
+        bend,
+        azimuth,
+        along: DVec3::new(-v.shift - skew * mean_square, skew, 0.5 / v.variance),
+        whole: root_of(v.cov) * mix([1.0, kernel.whole]),
+        mean: v.mean - bend * v.variance,
+        shift: -v.shift - skew * v.variance,
         facet: DVec2::new(v.a, v.b),
         area: v.area,
-        cover: 8.0 * PI * v.area * cholesky.x * cholesky.z,
-        least: LONG_FOOTPRINT * long,
-        wide: wide_lobe(v.s),
+        kernel: variance * v.area / (v.facet * v.variance.sqrt() * per * per),
+        wide,
     }
 }
 
@@ -239,39 +285,40 @@ pub struct VisibleProbe {
     pub slope: DVec2,
     /// Reflected direction, unit.
     pub wi: DVec3,
-    /// `wo·wn`, 0..1.
+    /// `wo·wn` for the Fresnel term, 0..1.
     pub cosine: f64,
     /// Weight; the weights of a rule sum to one.
     pub weight: f64,
-    /// Solid angle to look up, in steradians.
-    pub solid_angle: f64,
+    /// Variance of the lookup, per axis and in radians squared, below 2 ([`kernel`](super::kernel)).
+    pub variance: f64,
 }
 
 /// The probe of a node.
 #[must_use]
 pub fn visible_probe(probes: &VisibleProbes, wo: DVec3, node: &ProbeNode) -> VisibleProbe {
-    let (p, c) = (node.place, probes.cholesky);
-    let d = DVec2::new(c.x * p.x, c.y * p.x + c.z * p.y);
-    let x = d.dot(probes.azimuth);
-    let t = probes.along.x + x * probes.along.y + (x * x - NODE_VARIANCE) * probes.along.z;
-    let slope = probes.m + d + probes.axis * (t - x);
+    let p = node.place;
+    let by = |c: DVec3| DVec2::new(c.x * p.x + c.z * p.y, c.z * p.x + c.y * p.y);
+    let d = by(probes.spread);
+    let u = within(d.dot(probes.azimuth), 6.0);
+    let t = probes.along.x + u + probes.along.y * u * u;
+    let slope = probes.middle + d + probes.bend * (u * u);
     let wn = normal_of_slope(slope);
-    let cosine = (probes.facet.x - t * probes.facet.y).max(0.0) * wn.z;
-    let covered = node.cover * (0.5 * (t * t - x * x)).min(40.0).exp() * wn.z.powi(4);
+    let facet = |t: f64| (probes.facet.x - t * probes.facet.y).max(0.0);
+    let toward = facet(t) * wn.z;
+    let stretch = (0.5 * t * t - probes.along.z * u * u).min(40.0).exp() * wn.z.powi(4);
+    let variance = (probes.kernel * node.cover * stretch).min(1e6);
+    // The Fresnel term is convex, and a kernel does not filter it.
+    let whole = by(probes.whole);
+    let u = within(whole.dot(probes.azimuth), 6.0);
+    let facet = facet(probes.shift + u + probes.along.y * u * u);
+    let cosine = facet / (1.0 + (probes.mean + whole + probes.bend * (u * u)).length_squared()).sqrt();
     VisibleProbe {
         slope,
-        wi: 2.0 * cosine * wn - wo,
+        wi: 2.0 * toward * wn - wo,
         cosine,
         weight: node.weight,
-        solid_angle: probes.cover * covered + probes.least,
+        variance: variance / (1.0 + 0.5 * variance),
     }
-}
-
-/// Level of detail at which the texels have this solid angle on average. `size`: texels per edge of the environment's
-/// cube map. May be negative.
-#[must_use]
-pub fn solid_angle_lod(solid_angle: f64, size: f64) -> f64 {
-    0.5 * (solid_angle.max(1e-12) * (6.0 / (4.0 * PI))).log2() + size.log2()
 }
 
 #[cfg(test)]
@@ -290,7 +337,7 @@ mod tests {
                 let (xx, yy, xy) = (sum(&|p| p.x * p.x), sum(&|p| p.y * p.y), sum(&|p| p.x * p.y));
                 println!("{n} {wide}: {xx}");
                 assert!(
-                    (xx - yy).abs() < 1e-5 && (xx - NODE_VARIANCE).abs() < 0.04 && xy.abs() < 1e-5,
+                    (xx - yy).abs() < 1e-5 && (wide > 0.0 || (xx - 1.0).abs() < 1e-4) && xy.abs() < 1e-5,
                     "{xx} {yy} {xy}"
                 );
             }
@@ -300,9 +347,9 @@ mod tests {
     /// Lobes widen gradually.
     #[test]
     fn wide_lobes_come_smoothly() {
-        let at = |x: f64| wide_lobe(DVec3::new(0.5 * (WIDE_FROM + x), 0.5 * (WIDE_FROM + x), 0.0));
-        assert_eq!((at(-0.1), at(0.0), at(WIDE_HALF)), (0.0, 0.0, 0.5));
-        assert!(at(1e-4) < 1e-6 && at(1e6) > 0.999);
-        assert_eq!(WIDE_SIXTEEN.map(|r| r.count), [1, 6, 9]);
+        let at = |x: f64| wide_lobe(DVec3::new(0.5 * x, 0.5 * x, 0.0));
+        assert_eq!((at(0.0), at(WIDE_HALF)), (0.0, 0.5));
+        assert!(at(1e-3) < 1e-5 && at(1e6) > 0.999);
+        assert!(wide_lobe(DVec3::new(4.0, 0.01, 0.0)) < 0.01, "long lobes are narrow");
     }
 }

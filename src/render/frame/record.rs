@@ -166,6 +166,7 @@ impl PreparedFrame<'_> {
             lighting,
             cube: environment.cube(),
             background: environment.background(),
+            lobes: environment.lobes().cube(),
             radiance_sh: irradiance.coefficients(),
             shadow_maps: common.shadow.maps(),
             joined,

@@ -7,6 +7,7 @@
 
 use std::sync::Arc;
 
+use super::cube_lobes::CubeLobes;
 use super::cube_mips::CubeMips;
 use super::equirect;
 use super::equirect::EquirectPass;
@@ -28,6 +29,7 @@ pub struct Environment {
     cube: Image,
     levels: Vec<ImageView>,
     mips: CubeMips,
+    lobes: CubeLobes,
     sampler: Sampler,
     source: Source,
     lights: Vec<EnvironmentLight>,
@@ -104,7 +106,8 @@ impl Environment {
         let cube = Image::new(gpu, "environment", desc)?;
         let levels = (0..desc.mips).map(|mip| cube.mip_array(mip)).collect::<Result<Vec<_>>>()?;
         let sampler = Sampler::new(gpu, "environment", Filter::Trilinear, AddressMode::ClampToEdge)?;
-        Ok(Self { cube, levels, mips: CubeMips::new(gpu)?, sampler, source, lights: Vec::new(), background: None })
+        let (mips, lobes) = (CubeMips::new(gpu)?, CubeLobes::new(gpu, face_size)?);
+        Ok(Self { cube, levels, mips, lobes, sampler, source, lights: Vec::new(), background: None })
     }
 
     /// Records the sky pass and the mips if `sky` differs from what the cube shows, and nothing otherwise; call it every
@@ -133,11 +136,12 @@ impl Environment {
         true
     }
 
-    /// The second half: makes the mips from the finest level.
+    /// The second half: makes the mips and the blurred levels from the finest level.
     #[doc(hidden)]
     pub fn make_mips(&self, cmd: &mut Commands) {
         self.mips.record(cmd, &self.levels);
         cmd.transition(&self.cube, Use::Sampled);
+        self.lobes.record(cmd, self.cube.whole());
     }
 
     /// Overwrites the finest level with what `record` writes.
@@ -166,6 +170,13 @@ impl Environment {
     #[must_use]
     pub fn cube(&self) -> &ImageView {
         self.cube.whole()
+    }
+
+    /// The same environment with levels blurred for few lookups ([`kernel`](crate::reflectance::visible::kernel)).
+    #[doc(hidden)]
+    #[must_use]
+    pub fn lobes(&self) -> &CubeLobes {
+        &self.lobes
     }
 
     /// The image behind it.

@@ -3,6 +3,7 @@
 mod atmosphere;
 mod bright_spots;
 mod constants;
+pub mod cube_lobes;
 pub mod cube_mips;
 pub mod environment;
 pub mod equirect;

@@ -160,6 +160,8 @@ pub struct ShadeInputs<'a> {
     pub cube: &'a ImageView,
     /// The cube that is seen behind all surfaces.
     pub background: &'a ImageView,
+    /// The environment, with levels blurred for few lookups.
+    pub lobes: &'a ImageView,
     /// Its nine SH coefficients of radiance, `vec4` each.
     pub radiance_sh: &'a Buffer,
     /// The shadow maps, a layer per sun.
@@ -255,6 +257,7 @@ impl ShadePass {
             ("gbuffer_horizon", Descriptor::Sampled(gbuffer.horizon.whole(), &self.nearest)),
             ("gbuffer_depth", Descriptor::Sampled(visible.depth.whole(), &self.nearest)),
             ("environment_cube", Descriptor::Sampled(inputs.cube, &self.trilinear)),
+            ("environment_lobes", Descriptor::Sampled(inputs.lobes, &self.trilinear)),
             ("shares", Descriptor::Sampled(shares.whole(), &self.nearest)),
             ("more_suns", Descriptor::Sampled(more_suns.whole(), &self.nearest)),
             ("Irradiance", Descriptor::Storage(inputs.radiance_sh)),

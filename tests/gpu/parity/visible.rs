@@ -15,8 +15,9 @@ use leadr::reflectance::visible::diffuse::{clamped_product, leadr_diffuse_light_
 use leadr::reflectance::visible::horizon::{
     Horizon, hidden_diffuse_environment, horizon_excess, horizon_hidden, horizon_visibility,
 };
+use leadr::reflectance::visible::kernel::kernel_lod;
 use leadr::reflectance::visible::slopes::{VISIBLE_TAIL, visible_slopes};
-use leadr::reflectance::visible::specular::{VisibleProbe, probe_rule, solid_angle_lod, visible_probe, visible_probes};
+use leadr::reflectance::visible::specular::{VisibleProbe, probe_rule, visible_probe, visible_probes};
 
 /// A viewer and slopes. With `tilted`, also mesosurfaces that face away so far that the rules tilt them back; these have no
 /// singular covariances, for which only rounding errors would remain.
@@ -93,18 +94,16 @@ fn specular_parity(tilted: bool, relative: f64) {
         },
         |x| {
             let (wo, m, s) = (v3(x, 0), v2(x, 3), v3(x, 5));
-            let probes = visible_probes(wo, m, s);
-            let all: Vec<_> = probe_rule(x[8].round() as u32)
-                .nodes(probes.wide)
-                .map(|node| visible_probe(&probes, wo, &node))
-                .collect();
+            let rule = probe_rule(x[8].round() as u32);
+            let probes = visible_probes(wo, m, s, rule.kernel);
+            let all: Vec<_> = rule.nodes(probes.wide).map(|node| visible_probe(&probes, wo, &node)).collect();
             let last = all[all.len() - 1];
             let mean = |f: &dyn Fn(&VisibleProbe) -> DVec3| all.iter().map(|p| p.weight * f(p)).sum::<DVec3>();
             list![
                 [mean(&|_| DVec3::ONE).x],
                 mean(&|p| p.wi),
                 mean(&|p| fresnel_schlick(DVec3::new(0.04, 0.5, 1.0), p.cosine)),
-                [mean(&|p| DVec3::splat(p.cosine)).x, mean(&|p| DVec3::splat(solid_angle_lod(p.solid_angle, 256.0))).x],
+                [mean(&|p| DVec3::splat(p.cosine)).x, mean(&|p| DVec3::splat(kernel_lod(p.variance, 256.0))).x],
                 (last.slope - m) / (s.x + s.y).max(1e-8).sqrt(),
                 last.wi,
                 [probes.area]

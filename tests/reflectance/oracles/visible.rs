@@ -82,9 +82,9 @@ fn specular() {
         let rule = probe_rule(n);
         let mut errors = Errors::default();
         for (wo, m, s, c) in configurations(&data) {
-            // The kernel of the level has variance v = Ω/4: it scales band l of the polynomial by exp(−v l (l + 1)/2).
+            // The kernel scales band l of the polynomial by exp(−v l (l + 1)/2).
             let radiance = |p: &VisibleProbe| {
-                let v = 0.25 * p.solid_angle;
+                let v = p.variance;
                 let (one, two) = ((-v).exp(), (-3.0 * v).exp());
                 let first = 0.4 * p.wi.x - 0.25 * p.wi.y + 0.3 * p.wi.z;
                 DVec3::splat(1.0 + one * first + two * (smooth(p.wi) - 1.0 - first))

@@ -1,0 +1,23 @@
+#ifndef LEADR_VISIBLE_KERNEL_GLSL
+#define LEADR_VISIBLE_KERNEL_GLSL
+
+// The environment as probes look it up: a cube map whose levels are blurred by a smooth, round kernel, as wide everywhere on
+// the sphere, with a deviation of LEADR_KERNEL_TEXELS texels of the level (src/reflectance/visible/kernel.rs). Level 0 is the
+// environment itself. Variances are per axis, in radians squared.
+
+const float LEADR_KERNEL_TEXELS = 1.2;
+// Variance of a bilinear lookup of a blurred level and of the finest, in squared texels of it.
+const float LEADR_KERNEL_LOOKUP = LEADR_KERNEL_TEXELS * LEADR_KERNEL_TEXELS + 1.0 / 6.0;
+const float LEADR_FINEST_LOOKUP = 0.25;
+
+// Level of detail whose trilinear lookup has this variance. size: texels per edge of the finest faces.
+float kernel_lod(float variance, float size) {
+    float x = 0.25 * variance * size * size;
+    float y = min(x * (1.0 / LEADR_KERNEL_LOOKUP), 1e12);
+    float level = floor(0.5 * log2(max(y, 4.0)));
+    float coarse = level + (y * exp2(-2.0 * level) - 1.0) * (1.0 / 3.0);
+    float fine = max(x - LEADR_FINEST_LOOKUP, 0.0) * (1.0 / (4.0 * LEADR_KERNEL_LOOKUP - LEADR_FINEST_LOOKUP));
+    return y < 4.0 ? fine : coarse;
+}
+
+#endif

@@ -1,0 +1,83 @@
+//! The environment as probes look it up: a cube map whose levels are blurred by a round, smooth kernel.
+//!
+//! Mirrors of a rough surface show the environment blurred by their lobe. A few lookups of box-filtered mips show a few
+//! boxes instead: a small lamp becomes a picture of the rule. Here level `L ≥ 1` is the environment blurred by a kernel
+//! close to a Gaussian, as wide everywhere on the sphere, of a deviation of [`KERNEL_TEXELS`] texels of that level,
+//! measured in the middle of a face; level 0 is the environment itself. Neighbouring lookups then add up to a smooth
+//! lobe.
+//!
+//! Widths are *variances*, per axis and in radians squared: a kernel of variance `v` scales the band `l` of spherical
+//! harmonics by `exp(−v l (l + 1) / 2)`. Variances add up when kernels follow one another. A texel in the middle of a
+//! face of `size` texels is `h = 2/size` wide, and bilinear lookups add `h²/6` on average, so a lookup of level `L` has
+//!
+//! ```text
+//! V₀ = h²/4,   V_L = k 4^L h²,   k = KERNEL_TEXELS² + 1/6
+//! ```
+//!
+//! (the first: the texel's square and the lookup's triangle). A fraction of a level mixes two kernels. [`kernel_lod`]
+//! chooses the fraction such that the mixture has the variance that is wanted.
+
+/// Deviation of the kernel of every level but the finest, in texels of that level.
+pub const KERNEL_TEXELS: f64 = 1.2;
+/// `k`: variance of a lookup of a blurred level, in squared texels of it.
+pub const KERNEL_LOOKUP: f64 = KERNEL_TEXELS * KERNEL_TEXELS + 1.0 / 6.0;
+/// Variance of a lookup of the finest level, in squared texels.
+const FINEST_LOOKUP: f64 = 0.25;
+/// The coarsest level has faces of this many texels: its kernel has a deviation of 35°.
+pub const COARSEST_FACE: u32 = 4;
+
+/// Number of levels of a cube with faces of `size` texels, at least one.
+#[must_use]
+pub fn kernel_levels(size: u32) -> u32 {
+    (size / COARSEST_FACE).max(1).ilog2() + 1
+}
+
+/// Variance of what level `level ≥ 1` of a cube with faces of `size` texels stores, without the lookup.
+#[must_use]
+pub fn kernel_variance(level: u32, size: u32) -> f64 {
+    let texel = KERNEL_TEXELS * 2.0 / f64::from(size) * f64::from(level).exp2();
+    texel * texel
+}
+
+/// Variance of a bilinear lookup of a level, or of one between levels with the fraction of the way as the weight.
+#[must_use]
+pub fn lookup_variance(lod: f64, size: f64) -> f64 {
+    let of = |level: f64| if level < 0.5 { FINEST_LOOKUP } else { KERNEL_LOOKUP * (2.0 * level).exp2() };
+    let level = lod.floor();
+    (of(level) + (lod - level) * (of(level + 1.0) - of(level))) * 4.0 / (size * size)
+}
+
+/// Level of detail whose trilinear lookup has this variance, per axis and in radians squared. `size`: texels per edge of
+/// the finest faces. At least 0; above the last level a sampler stays at that.
+#[must_use]
+pub fn kernel_lod(variance: f64, size: f64) -> f64 {
+    let x = 0.25 * variance * size * size;
+    let y = (x / KERNEL_LOOKUP).min(1e12);
+    if y < 4.0 {
+        return (x - FINEST_LOOKUP).max(0.0) / (4.0 * KERNEL_LOOKUP - FINEST_LOOKUP);
+    }
+    let level = (0.5 * y.log2()).floor();
+    level + (y * (-2.0 * level).exp2() - 1.0) / 3.0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_level_of_detail_has_the_variance_it_was_made_for() {
+        for i in 0..400 {
+            let variance = 1e-5 * 1.027f64.powi(i);
+            let lod = kernel_lod(variance, 256.0);
+            let back = lookup_variance(lod, 256.0);
+            assert!(lod >= 0.0 && (back / variance - 1.0).abs() < 1e-9 || lod == 0.0, "{variance}: {lod}, {back}");
+        }
+        assert!(kernel_lod(0.0, 256.0) == 0.0 && kernel_lod(f64::MAX, 256.0).is_finite());
+    }
+
+    #[test]
+    fn levels_end_where_faces_are_too_small() {
+        assert_eq!([1, 4, 8, 256].map(kernel_levels), [1, 1, 2, 7]);
+        assert!((kernel_variance(6, 256).sqrt() - 0.6).abs() < 1e-12);
+    }
+}
