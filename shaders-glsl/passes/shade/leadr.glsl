@@ -78,11 +78,10 @@ Mirrors drawn_mirrors(Surface surface, vec3 wo, vec3 S) {
         vec2 u = drawn_point(lighting.draws.x * uint(SAMPLES) + uint(i), seed);
         DrawnMirror d = drawn_mirror(wo, u, m, S, o.visible);
         vec3 f = fresnel_schlick(surface.f0, d.cosine);
-        float solid_angle = drawn_solid_angle(d.density, SAMPLES);
+        float variance = drawn_solid_angle(d.density, SAMPLES) / (4.0 * LEADR_PI); // per axis, of an even disc
         float lit = lit_fraction(SHADOWING, o, area_for(SHADOWING, d.wi, m, S, slope_cholesky(S)))
-                  * relief_visibility(surface, d.wi, lobe_deviation(solid_angle));
-        float lod = solid_angle_lod(solid_angle, lighting.environment.x);
-        reflected += f * lit * environment_radiance(surface, d.wi, lod);
+                  * relief_visibility(surface, d.wi, sqrt(variance));
+        reflected += f * lit * lobe_radiance(surface, d.wi, variance);
         fresnel += f;
     }
     return Mirrors(reflected / float(SAMPLES), fresnel / float(SAMPLES), o.visible);
