@@ -92,8 +92,15 @@ impl Level {
         let mut texels = vec![HorizonTexel::default(); width * height];
         for (patch, tile) in tiles.iter().enumerate() {
             let start = self.start(level, layout, patch);
-            for (y, row) in tile.chunks_exact(side).enumerate() {
-                texels[start + y * width..][..side].copy_from_slice(row);
+            let gutter = (layout.gutter >> level) as usize;
+            let inside = |k: usize| k.clamp(gutter, side - 1 - gutter);
+            for y in 0..side {
+                let row = &mut texels[start + y * width..][..side];
+                row.copy_from_slice(&tile[y * side..][..side]);
+                // What lies diagonally beyond a corner depends on how many patches meet there, so corners go on as they are.
+                for x in (0..gutter).chain(side - gutter..side).filter(|_| inside(y) != y) {
+                    row[x] = tile[inside(y) * side + inside(x)];
+                }
             }
         }
         texels
