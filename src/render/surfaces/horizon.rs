@@ -12,10 +12,10 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use super::atlas::tiles::around_tile;
+use super::atlas::tiles::Tiles;
 use super::displacement::Border;
 use super::moments::LeadrMapGpu;
-use super::patch_mesh::TileLayout;
+use super::patch_mesh::{PatchMesh, TileLayout};
 use super::topology::Topology;
 use crate::gpu::vk::Format;
 use crate::gpu::{Gpu, GpuError, Image, ImageDesc, Result};
@@ -71,15 +71,16 @@ impl Level {
     }
 
     /// Its horizons where every patch has a tile: rays go on in the tiles of the patches next to it.
-    fn of_tiles(&self, level: u32, layout: TileLayout, neighbors: &[[Option<(u32, u8)>; 4]]) -> Vec<HorizonTexel> {
+    fn of_tiles(&self, level: u32, atlas: &Tiles) -> Vec<HorizonTexel> {
+        let layout = atlas.layout();
         let [width, height] = self.size.map(|n| n as usize);
         let side = (layout.tile >> level) as usize;
         let reach = TILE_REACH[0].min(TILE_REACH[1] >> level).min(layout.inner() >> level) as usize;
         let margin = reach + 2;
-        let tiles: Vec<Vec<HorizonTexel>> = (0..neighbors.len())
+        let tiles: Vec<Vec<HorizonTexel>> = (0..atlas.len())
             .into_par_iter()
             .map(|patch| {
-                let texels = around_tile(&self.heights, width, level, layout, neighbors, patch, margin);
+                let texels = atlas.around(&self.heights, width, level, patch, margin);
                 let around = side + 2 * margin;
                 let heights = Heights::new(around, around, &texels, Wrap::Clamp);
                 let start = self.start(level, layout, patch);
@@ -130,7 +131,7 @@ impl HorizonMaps {
         })
     }
 
-    /// The horizons of the heights in `maps`, whose mesh has this topology. `height_scale` matters by its sign.
+    /// The horizons of the heights in `maps`, on this mesh with these edges. `height_scale` matters by its sign.
     ///
     /// # Errors
     /// A failed read, or memory that is short.
@@ -139,7 +140,7 @@ impl HorizonMaps {
         name: &str,
         maps: &LeadrMapGpu,
         border: Border,
-        topology: &Topology,
+        (mesh, topology): (&PatchMesh, &Topology),
         height_scale: f32,
     ) -> Result<Self> {
         let levels = match border {
@@ -154,13 +155,12 @@ impl HorizonMaps {
         let leans = Image::new(gpu, &format!("{name} horizon"), desc)?;
         let single = ImageDesc { format: Format::R16_SFLOAT, ..desc };
         let correlations = Image::new(gpu, &format!("{name} horizon correlation"), single)?;
-        let neighbors = topology.neighbors();
         for level in first..levels {
             let read = Level::read(maps, level, if height_scale < 0.0 { -1.0 } else { 1.0 })?;
             let texels = match border {
                 Border::Wrap => read.of_map(Wrap::Repeat),
                 Border::Clamp => read.of_map(Wrap::Clamp),
-                Border::Tiles(layout) => read.of_tiles(level, layout, &neighbors),
+                Border::Tiles(layout) => read.of_tiles(level, &Tiles::new(mesh, topology, layout)),
             };
             let (lean, correlation): (Vec<[u16; 4]>, Vec<u16>) =
                 texels.iter().map(|texel| texel.halves(read.size)).unzip();

@@ -187,7 +187,7 @@ impl GpuObject {
         };
         let horizons = if flags & FLAG_DISPLACED != 0 && object.height_scale != 0.0 {
             flags |= FLAG_HORIZON;
-            HorizonMaps::new(gpu, &name, &maps, border, &topology, object.height_scale)?
+            HorizonMaps::new(gpu, &name, &maps, border, (&object.mesh, &topology), object.height_scale)?
         } else {
             HorizonMaps::none(gpu, &name)?
         };
