@@ -54,6 +54,8 @@ def main():
     found = dict(program=asked.program or program.version(), cases={}, slopes={})
     for case in chosen:
         found["cases"][case.name] = score.judge(case, ways(case))
+        if asked.record:  # at once, so that a run may end early
+            tables.keep(asked.record, found)
     if not asked.only or "slopes" in asked.only:
         import reliefs
 

@@ -156,7 +156,7 @@ def references():
 
 
 def chosen(patterns):
-    """The cases whose names match one of the patterns (`*` and `?`, or part of the name); all without patterns."""
+    """The cases whose names match one of the patterns (`*` and `?`, or the beginning of the name); all without patterns."""
     every = [*spheres(), *flats(), *planes(), *references()]
-    match = lambda name: any(p in name or fnmatch.fnmatch(name, p) for p in patterns)
+    match = lambda name: any(name.startswith(p) or fnmatch.fnmatch(name, p) for p in patterns)
     return [case for case in every if not patterns or match(case.name)]
