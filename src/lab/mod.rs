@@ -3,8 +3,8 @@
 pub mod bench;
 pub mod error;
 pub mod metrics;
-pub mod program;
 pub mod panorama_study;
+pub mod program;
 pub mod progress;
 pub mod quadrature_study;
 pub mod ray_cast;

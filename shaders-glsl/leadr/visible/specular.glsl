@@ -21,10 +21,10 @@
 // Azimuths of the nodes of 5, 9 and 16 probes, as unit vectors.
 const vec2 LEADR_PROBE_AZIMUTHS[30] = vec2[](
     vec2(0.0000000, 0.0000000),
-    vec2(0.9248330, 0.3803734),
-    vec2(-0.3803734, 0.9248330),
-    vec2(-0.9248330, -0.3803734),
-    vec2(0.3803734, -0.9248330),
+    vec2(0.9249091, 0.3801884),
+    vec2(-0.3801884, 0.9249091),
+    vec2(-0.9249091, -0.3801884),
+    vec2(0.3801884, -0.9249091),
     vec2(1.0000000, 0.0000000),
     vec2(-0.5000000, 0.8660254),
     vec2(-0.5000000, -0.8660254),
@@ -141,11 +141,13 @@ VisibleProbes visible_probes(vec3 wo, vec2 m, vec3 S, vec4 kernel) {
     float jacobian = 4.0 * v.facet * per * per;
     vec3 inverse_metric = vec3(metric.yx, -metric.z) / max(jacobian * jacobian, 1e-20);
     // The lobe's variances along its axes: their sum, their difference, the smaller one.
-    float sum = max(v.cov.x * metric.x + v.cov.y * metric.y + 2.0 * v.cov.z * metric.z, 1e-15);
+    const float least = 1e-15;
+    float sum = max(v.cov.x * metric.x + v.cov.y * metric.y + 2.0 * v.cov.z * metric.z, 0.0);
+    float per_sum = 1.0 / max(sum, least);
     float det = max(v.cov.x * v.cov.y - v.cov.z * v.cov.z, 0.0) * jacobian * jacobian;
-    float round_lobe = min(4.0 * (det / sum) / sum, 1.0);
+    float round_lobe = min(4.0 * (det * per_sum) * per_sum, 1.0);
     float difference = sum * sqrt(1.0 - round_lobe);
-    float minor = det / (0.5 * (sum + difference));
+    float minor = det / max(0.5 * (sum + difference), least);
     float round4 = round_lobe * round_lobe * round_lobe * round_lobe;
     float wide = wide_lobe(v.S);
     // 2 det/sum is the minor variance of round lobes, without its kink there.
@@ -157,7 +159,7 @@ VisibleProbes visible_probes(vec3 wo, vec2 m, vec3 S, vec4 kernel) {
     float rest = most - elongated;
     float soft = 0.1 * elongated;
     float root = sqrt(rest * rest + soft * soft);
-    float of_lobe = 1.0 - 0.5 * (root - rest) / max(difference, 1e-3 * sum);
+    float of_lobe = 1.0 - 0.5 * (root - rest) / max(difference, max(1e-3 * sum, least));
     vec3 spread = of_lobe * v.cov + (0.5 * (rest + root) + 1e-3 * sum * (1.0 - round_lobe) - of_lobe * minor) * inverse_metric;
 
     float skew = v.third / (6.0 * v.variance * v.variance);

@@ -232,12 +232,14 @@ pub fn visible_probes(wo: DVec3, m: DVec2, s: DVec3, kernel: ProbeKernel) -> Vis
     let jacobian = 4.0 * v.facet * per * per;
     let inverse = DVec3::new(metric.y, metric.x, -metric.z) / (jacobian * jacobian).max(1e-20);
     // The lobe's variances along its axes, their sum and difference.
-    let sum = (v.cov.x * metric.x + v.cov.y * metric.y + 2.0 * v.cov.z * metric.z).max(1e-15);
+    const LEAST: f64 = 1e-15;
+    let sum = (v.cov.x * metric.x + v.cov.y * metric.y + 2.0 * v.cov.z * metric.z).max(0.0);
+    let per_sum = 1.0 / sum.max(LEAST);
     let det = (v.cov.x * v.cov.y - v.cov.z * v.cov.z).max(0.0) * jacobian * jacobian;
-    let round = (4.0 * (det / sum) / sum).min(1.0);
+    let round = (4.0 * (det * per_sum) * per_sum).min(1.0);
     let difference = sum * (1.0 - round).sqrt();
     let major = 0.5 * (sum + difference);
-    let minor = det / major;
+    let minor = det / major.max(LEAST);
     let round8 = (round * round * round * round).powi(2);
     let wide = wide_lobe(v.s);
     let mix = |[narrow, other]: [f64; 2]| narrow + wide * (other - narrow);
@@ -250,7 +252,7 @@ pub fn visible_probes(wo: DVec3, m: DVec2, s: DVec3, kernel: ProbeKernel) -> Vis
     let soft = 0.1 * long;
     let root = (rest * rest + soft * soft).sqrt();
     let across = 0.5 * (rest + root) + 1e-3 * sum * (1.0 - round);
-    let of_lobe = 1.0 - 0.5 * (root - rest) / difference.max(1e-3 * sum);
+    let of_lobe = 1.0 - 0.5 * (root - rest) / difference.max(1e-3 * sum).max(LEAST);
     let spread = of_lobe * v.cov + (across - of_lobe * minor) * inverse;
 
     let skew = v.third / (6.0 * v.variance * v.variance);

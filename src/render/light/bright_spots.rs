@@ -136,8 +136,7 @@ impl Spots {
             let starts: Vec<(DVec3, f64)> =
                 sums.into_iter().filter(|s| s.1 > 0.0).map(|(sum, flux)| (sum.normalize_or(DVec3::Z), flux)).collect();
             let density = |at: DVec3| starts.iter().map(|&(d, flux)| flux * WINDOW.density(at, d)).sum::<f64>();
-            let Some((start, _)) =
-                starts.iter().map(|&(at, _)| (at, density(at))).max_by(|a, b| a.1.total_cmp(&b.1))
+            let Some((start, _)) = starts.iter().map(|&(at, _)| (at, density(at))).max_by(|a, b| a.1.total_cmp(&b.1))
             else {
                 break;
             };

@@ -7,7 +7,8 @@ use glam::{Mat4, Vec3};
 
 use super::geometry::{draw_object, guard_band};
 use crate::gpu::{
-    Commands, Depth, DepthTarget, Gpu, GraphicsDesc, GraphicsPipeline, Image, ImageDesc, ImageView, Result, Topology, Use,
+    Commands, Depth, DepthTarget, Gpu, GraphicsDesc, GraphicsPipeline, Image, ImageDesc, ImageView, Result, Topology,
+    Use,
 };
 use crate::render::surfaces::object_view::{DrawnObject, GEOMETRY_STRUCTS, Viewpoint};
 use crate::render::surfaces::sphere::Sphere;

@@ -5,6 +5,7 @@ use super::comparator::{Arguments as _, Numbers, Tolerance, join, list, parity, 
 use super::extremes::finite;
 use crate::common::gpu::test_gpu;
 use glam::{DVec2, DVec3};
+use leadr::reflectance::facets::projected_area::meso_area;
 use leadr::reflectance::frame::frame_about;
 use leadr::reflectance::integrals::sh::sh_add_light;
 use leadr::reflectance::masking::correlated::{direction_area, lit_fraction, masking_shadowing_factor};
@@ -86,11 +87,18 @@ fn shadowed_environment_parity() {
 fn shadowed_specular_parity() {
     parity::<12>(
         "visible/shadowed_specular",
-        Tolerance { relative: 1e-3, floor: |_| 0.1, unit: 0.0 },
+        // Seen from straight above, the azimuth is that of rounding errors.
+        Tolerance { relative: 1e-3, floor: |_| 0.1, unit: 0.3 },
         |r| {
-            let (m, s) = (r.mean_slope(), r.covariance());
-            let (wo, wi) = pair(r, s);
-            join(&[&wo.to_array(), &wi.to_array(), &m.to_array(), &s.to_array(), &[r.log(1e-6, 4.0)]])
+            // Seen from behind its own horizon, a mesosurface is lit or not by the sign of a height that rounding decides.
+            let (wo, wi, m, s) = loop {
+                let (m, s) = (r.mean_slope(), r.covariance());
+                let (wo, wi) = pair(r, s);
+                if meso_area(wo, m) > 0.01 {
+                    break (wo, wi, m, s);
+                }
+            };
+            join(&[&wo.to_array(), &wi.to_array(), &m.to_array(), &s.to_array(), &[r.log(1e-6, 2.0)]])
         },
         |x| {
             let (wo, wi, m, s) = (v3(x, 0), v3(x, 3), v2(x, 6), v3(x, 8));

@@ -70,7 +70,12 @@ impl Sea {
 }
 
 impl Surface for Sea {
-    fn prepare(&mut self, state: &FrameState, settings: &RenderSettings, _suns: u32) -> Result<Box<dyn PreparedSurface>> {
+    fn prepare(
+        &mut self,
+        state: &FrameState,
+        settings: &RenderSettings,
+        _suns: u32,
+    ) -> Result<Box<dyn PreparedSurface>> {
         let (gpu, needs) = (&self.gpu, settings.shading.needs());
         let Ocean { shore, cascades, .. } = &*self.water.ocean;
         // Marched rays know of no beach.

@@ -27,9 +27,8 @@ impl JoinedEdges {
     /// # Errors
     /// Memory that is short.
     pub fn new(gpu: &Arc<Gpu>, size: (u32, u32), shadow_maps: u32) -> Result<Self> {
-        let image = |name, size: (u32, u32)| {
-            Image::new(gpu, name, ImageDesc::new(RADIANCE_FORMAT, size.0, size.1).storage())
-        };
+        let image =
+            |name, size: (u32, u32)| Image::new(gpu, name, ImageDesc::new(RADIANCE_FORMAT, size.0, size.1).storage());
         Ok(Self {
             others: image("other surfaces", size)?,
             shares: image("shares of edge samples", size)?,
