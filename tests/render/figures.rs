@@ -106,30 +106,44 @@ fn the_snake_has_no_cracks_unless_it_is_torn() {
     assert!(inside > 20, "{inside}");
 }
 
+/// From afar, every pixel of one sample is near the converged reference, and far nearer than with mipmapped normals.
 #[test]
 fn one_sample_from_afar_is_close_to_many_of_the_reference() {
     let Some(gpu) = test_gpu() else { return };
     let mut stage = pillow::stage(32);
     let mut renderer = alone(&gpu, &mut stage);
     let state = state(&stage, Vec3::new(-0.5, -1.0, 0.78), 4.0);
-    let mut mean = |technique: Technique, samples: u32| {
+    let mut render = |technique: Technique, samples: u32, seed: u64| {
         let settings = RenderSettings {
             size: (96, 64),
             samples,
+            seed,
             // In the reference the bumps do not shadow each other.
             shading: technique.with(ShadingOptions { shadowing: Shadowing::None, ..Default::default() }),
-            tessellation: TessellationSettings { to_texels: technique == Technique::Reference, ..Default::default() },
+            tessellation: TessellationSettings { to_texels: technique.is_reference(), ..Default::default() },
             ..Default::default()
         };
-        let output = renderer.render(&state, &settings).unwrap();
-        let covered: Vec<_> = output.color.iter().filter(|c| c[3] > 0.99).copied().collect();
-        assert!(covered.len() > 100, "{}", covered.len());
-        let sum = covered.iter().fold(Vec3::ZERO, |sum, c| sum + Vec3::new(c[0], c[1], c[2]));
-        sum / covered.len() as f32
+        renderer.render(&state, &settings).unwrap().color
     };
-    let (reference, leadr, normals) =
-        (mean(Technique::Reference, 16), mean(Technique::Leadr, 1), mean(Technique::NormalMip, 1));
-    let error = |v: Vec3| (v - reference).length() / reference.length();
-    println!("reference {reference}, LEADR {leadr} ({:.3}), normals {normals} ({:.3})", error(leadr), error(normals));
-    assert!(error(leadr) < 0.1, "{}", error(leadr));
+    let halves = [1, 2].map(|seed| render(Technique::Reference, 64, seed));
+    let reference: Vec<[f32; 4]> =
+        halves[0].iter().zip(&halves[1]).map(|(a, b)| std::array::from_fn(|c| 0.5 * (a[c] + b[c]))).collect();
+    let inside: Vec<usize> = (0..reference.len()).filter(|&i| reference[i][3] > 0.999).collect();
+    assert!(inside.len() > 100, "{}", inside.len());
+    // Relative mean square error over the pixels that the pillow fills.
+    let error = |a: &[[f32; 4]], b: &[[f32; 4]]| {
+        let square = |a: f32| f64::from(a) * f64::from(a);
+        let (off, all) = inside.iter().fold((0.0, 0.0), |(off, all), &i| {
+            let (a, b, r) = (a[i], b[i], reference[i]);
+            (off + (0..3).map(|c| square(a[c] - b[c])).sum::<f64>(), all + (0..3).map(|c| square(r[c])).sum::<f64>())
+        });
+        off / all
+    };
+    // The mean of two independent halves has a quarter of the square of their difference.
+    let noise = 0.25 * error(&halves[0], &halves[1]);
+    let [leadr, normals] =
+        [Technique::Leadr, Technique::NormalMip].map(|t| (error(&render(t, 1, 0), &reference) - noise).max(0.0).sqrt());
+    println!("rRMSE: LEADR {leadr:.4}, mipmapped normals {normals:.4}, noise of the reference {:.4}", noise.sqrt());
+    assert!(leadr < 0.08, "{leadr}");
+    assert!(normals > 2.0 * leadr, "mipmapped normals should be told from LEADR: {normals}");
 }

@@ -1,8 +1,8 @@
 //! The purpose of the project: a surface keeps its look at every distance.
 
 use crate::common::gpu::{TestGpu, test_gpu};
-use crate::common::render::{bumps, under_sky};
-use glam::Vec3;
+use crate::common::render::{bumps, luminance, under_sky};
+use glam::{Vec2, Vec3};
 use leadr::lab::metrics::compare::compare;
 use leadr::maps::RgbImage;
 use leadr::maps::tonemap::Tonemap;
@@ -104,4 +104,48 @@ fn brightness_changes_smoothly_with_distance() {
     assert!(leadr.1 < 0.05, "near to far {}", leadr.1);
     let naive = sweep(Technique::NormalMip);
     assert!(naive.1 > 2.0 * leadr.1, "normal mipmapping should lose brightness: {}", naive.1);
+}
+
+/// How far `picture` is moved against `truth`, pixels: least squares on the differences between neighbours.
+fn shift(truth: &FrameOutput, picture: &FrameOutput) -> Vec2 {
+    let (width, height) = (truth.size.0 as usize, truth.size.1 as usize);
+    let at = |output: &FrameOutput, x: usize, y: usize| luminance(&output.color[y * width + x]);
+    let (mut matrix, mut right) = ([0.0f32; 3], Vec2::ZERO);
+    for y in 1..height - 1 {
+        for x in 1..width - 1 {
+            let slope =
+                0.5 * Vec2::new(at(truth, x + 1, y) - at(truth, x - 1, y), at(truth, x, y + 1) - at(truth, x, y - 1));
+            let difference = at(picture, x, y) - at(truth, x, y);
+            matrix = [matrix[0] + slope.x * slope.x, matrix[1] + slope.y * slope.y, matrix[2] + slope.x * slope.y];
+            right -= slope * difference;
+        }
+    }
+    let determinant = matrix[0] * matrix[1] - matrix[2] * matrix[2];
+    Vec2::new(matrix[1] * right.x - matrix[2] * right.y, matrix[0] * right.y - matrix[2] * right.x) / determinant
+}
+
+#[test]
+fn no_number_of_samples_shifts_a_picture() {
+    let Some(gpu) = test_gpu() else { return };
+    let mut renderer = bumpy_sphere(&gpu);
+    let mut render = |samples, pixels: Vec2| {
+        let mut state = state(6.0);
+        // Moves the picture by `pixels` of 64.
+        let (forward, up) = ((state.camera.target - state.camera.position).normalize(), state.camera.up);
+        let right = forward.cross(up).normalize();
+        let size = 2.0 * 6.0 * (0.5 * state.camera.fov_y).tan() / 64.0;
+        let by = (right.cross(forward) * pixels.y - right * pixels.x) * size;
+        state.camera.position += by;
+        state.camera.target += by;
+        renderer.render(&state, &settings(64, Technique::Leadr, samples)).unwrap()
+    };
+    let truth = render(128, Vec2::ZERO);
+    for samples in [1, 2, 3, 4, 5, 16] {
+        let shift = shift(&truth, &render(samples, Vec2::ZERO));
+        println!("{samples} samples: {shift}");
+        assert!(shift.length() < 0.01, "{samples} samples: {shift}");
+    }
+    // A tenth of a pixel is seen.
+    let moved = shift(&truth, &render(16, Vec2::new(0.1, 0.0)));
+    assert!((moved - Vec2::new(0.1, 0.0)).length() < 0.03, "{moved}");
 }

@@ -61,8 +61,10 @@ fn a_white_surface_vanishes_in_a_white_room() {
         let mut renderer = in_room(&gpu, vec![object], [1.0; 3]);
         for distance in [3.0, 12.0, 60.0] {
             for (technique, quadrature) in cases {
-                let shadowing = Shadowing::None;
-                let shading = technique.with(ShadingOptions { quadrature, shadowing, ..Default::default() });
+                // Neither facets nor resolved bumps hide the room from each other.
+                let options =
+                    ShadingOptions { shadowing: Shadowing::None, relief_occlusion: false, ..Default::default() };
+                let shading = technique.with(ShadingOptions { quadrature, ..options });
                 let output = renderer.render(&state(distance, None, Vec::new()), &settings(shading)).unwrap();
                 let object = output.color.iter().filter(|c| c[3] > 0.0);
                 assert!(object.clone().count() > 10);
@@ -184,7 +186,9 @@ impl Pixel {
 /// The integration methods that the tests below cover.
 fn integrals() -> Vec<(Shading, Integral)> {
     let with = |quadrature, shadowing, diffuse_lights| {
-        let options = ShadingOptions { quadrature, shadowing, diffuse_lights, ..Default::default() };
+        // tests/render/relief.rs judges the occlusion of resolved bumps.
+        let options =
+            ShadingOptions { quadrature, shadowing, diffuse_lights, relief_occlusion: false, ..Default::default() };
         let shading = Technique::Leadr.with(options);
         (shading, shading.integral().expect("LEADR integrates"))
     };
