@@ -5,11 +5,10 @@ use std::sync::Arc;
 use crate::common::gpu::test_gpu;
 use glam::Vec3;
 use leadr::gpu::Gpu;
-use leadr::reflectance::masking::shadowing::Shadowing;
 use leadr::render::frame::{FrameOutput, Layer, Renderer};
 use leadr::render::light::environment::Environment;
 use leadr::render::scene::FrameState;
-use leadr::render::settings::{RenderSettings, ShadingOptions, Technique};
+use leadr::render::settings::{RenderSettings, Technique};
 use leadr::render::surfaces::tessellation::TessellationSettings;
 use leadr::scenes::stage::{Lights, Stage};
 use leadr::scenes::studio::studio;
@@ -118,8 +117,7 @@ fn one_sample_from_afar_is_close_to_many_of_the_reference() {
             size: (96, 64),
             samples,
             seed,
-            // In the reference the bumps do not shadow each other.
-            shading: technique.with(ShadingOptions { shadowing: Shadowing::None, ..Default::default() }),
+            shading: technique.into(),
             tessellation: TessellationSettings { to_texels: technique.is_reference(), ..Default::default() },
             ..Default::default()
         };

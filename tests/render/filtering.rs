@@ -75,7 +75,7 @@ fn one_leadr_sample_is_nearest_to_the_supersampled_reference() {
     // Measured: see docs/measurements/first-light.md.
     assert!(leadr.0 < 0.8 * naive.0, "FLIP at one sample is too large");
     // Many samples remove the silhouette's aliasing; what remains is the error of filtering.
-    assert!(leadr_smooth.0 < 0.5 * naive_smooth.0, "FLIP at many samples is too large");
+    assert!(leadr_smooth.0 < 0.6 * naive_smooth.0, "FLIP at many samples is too large");
     assert!(leadr_smooth.1 < 0.5 * naive_smooth.1, "relative RMSE at many samples is too large");
 }
 

@@ -94,7 +94,7 @@ fn shadowed_specular_parity() {
             let (wo, wi, m, s) = loop {
                 let (m, s) = (r.mean_slope(), r.covariance());
                 let (wo, wi) = pair(r, s);
-                if meso_area(wo, m) > 0.01 {
+                if meso_area(wo, m) > 0.01 && wo.truncate().length() > 0.01 {
                     break (wo, wi, m, s);
                 }
             };
