@@ -64,7 +64,7 @@ impl HorizonTexel {
 
 /// Distance of a sample in texels.
 fn distance_of(step: usize) -> f32 {
-    if step == 0 { 1.5 } else { (1usize << step.div_ceil(2)) as f32 * if step % 2 == 0 { 1.5 } else { 1.0 } }
+    if step == 0 { 1.5 } else { (1usize << step.div_ceil(2)) as f32 * if step.is_multiple_of(2) { 1.5 } else { 1.0 } }
 }
 
 /// Number of smoothings of the heights that a sample reads.

@@ -49,7 +49,7 @@ fn level_of(texels: &[Means], side: usize, level: u32) -> Vec<Means> {
     let coarse = side >> level;
     let mut means = vec![[0.0; 5]; coarse * coarse];
     for (i, texel) in texels.iter().enumerate() {
-        let at = (i / side >> level) * coarse + (i % side >> level);
+        let at = ((i / side) >> level) * coarse + ((i % side) >> level);
         means[at].iter_mut().zip(texel).for_each(|(sum, m)| *sum += m / f64::from(1u32 << (2 * level)));
     }
     means

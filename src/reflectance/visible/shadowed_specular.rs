@@ -13,7 +13,7 @@
 //! and their difference, `bias = (lit₊ − lit₋)/(lit₊ + lit₋)`, tells where the lit part lies: the environment is looked up
 //! in the direction tilted by `bias sin δ`, and the kernel's variance shrinks by half the share `bias²` that the tilt has of
 //! the variance along it. `v` is the kernel's variance where lobes are narrow. Kernels of wide lobes overlap so much that a
-//! node stands for less than its kernel ([`WIDE_PART`](super::specular::WIDE_PART)).
+//! node stands for less than its kernel.
 
 use super::specular::{ProbeRule, VisibleProbe, visible_probe, visible_probes};
 use crate::reflectance::integrals::specular::{MirrorSample, Mirrors};

@@ -94,7 +94,7 @@ impl Renderer {
             }
             let pass = self.pipelines.reference(&self.gpu, settings.shading.terms(), settings.shading.facet_frame())?;
             let lights = ReliefLights::new(&self.gpu, state, &self.environment, &casters(surfaces))?;
-            return Ok(Light::Relief { pass, lights });
+            return Ok(Light::Relief { pass, lights: Box::new(lights) });
         }
         let spheres: Vec<Sphere> = casters(surfaces).into_iter().map(PosedObject::bounds).collect();
         let suns: Vec<ShadowView> = match Sphere::enclosing(&spheres).filter(|_| settings.shadows) {

@@ -46,7 +46,7 @@ pub(super) enum Light {
         shade: ShadePass,
     },
     /// As the reference, by lights that the relief hides.
-    Relief { pass: ReferencePass, lights: ReliefLights },
+    Relief { pass: ReferencePass, lights: Box<ReliefLights> },
 }
 
 impl Light {

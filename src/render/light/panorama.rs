@@ -60,7 +60,7 @@ impl Serialize for EnvironmentLight {
 /// What may be taken out of a panorama. Written as JSON, its fields have the names of the command's flags.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct LightExtraction {
-    /// Most lights, 0 to [`MAX_ENVIRONMENT_LIGHTS`]; at 0 everything stays in the image.
+    /// Most lights, 0 to 4; at 0 everything stays in the image.
     #[serde(rename = "environment_lights")]
     pub count: u32,
     /// Radiance from which on a place can belong to a light, as a multiple (above 0) of the panorama's mean radiance.

@@ -77,7 +77,7 @@ impl Level {
         let side = (layout.tile >> level) as usize;
         let reach = TILE_REACH[0].min(TILE_REACH[1] >> level).min(layout.inner() >> level) as usize;
         let margin = reach + 2;
-        let tiles: Vec<Vec<HorizonTexel>> = (0..atlas.len())
+        let tiles: Vec<Vec<HorizonTexel>> = (0..atlas.patches())
             .into_par_iter()
             .map(|patch| {
                 let texels = atlas.around(&self.heights, width, level, patch, margin);

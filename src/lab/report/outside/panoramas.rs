@@ -64,7 +64,7 @@ fn dusk([_, _, z]: [f64; 3]) -> [f64; 3] {
 fn tubes(x: u32, y: u32, d: [f64; 3]) -> [f64; 3] {
     let along = x.wrapping_sub(200);
     if (120..220).contains(&y) && along < 192 && along % 24 < 2 {
-        return if along / 24 % 2 == 0 { [160.0, 200.0, 240.0] } else { [240.0, 200.0, 160.0] };
+        return if (along / 24).is_multiple_of(2) { [160.0, 200.0, 240.0] } else { [240.0, 200.0, 160.0] };
     }
     dusk(d).map(|c| 0.2 * c)
 }

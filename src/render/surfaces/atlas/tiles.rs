@@ -28,7 +28,7 @@ impl Tiles {
 
     /// Number of patches.
     #[must_use]
-    pub fn len(&self) -> usize {
+    pub fn patches(&self) -> usize {
         self.neighbors.len()
     }
 
