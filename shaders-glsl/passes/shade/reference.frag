@@ -14,8 +14,8 @@
 layout(constant_id = 5) const int TERMS = 15; // a bit per term of light transport
 layout(constant_id = 31) const bool FACET_FRAME = false; // in which the base is rough
 
-const int MIRROR_DRAWS = 4;
-const int HEMISPHERE_DRAWS = 4;
+const int MIRROR_DRAWS = 8;
+const int HEMISPHERE_DRAWS = 16;
 const int DIFFUSE_TERMS = 2; // see leadr/visible/diffuse.glsl
 
 uniform samplerCube background_cube;
