@@ -9,7 +9,7 @@
 //     VisibleProbes probes = visible_probes(wo, m, S, probe_kernel(n));
 //     DirectionArea o = direction_area(wo, probes.m, probes.cholesky);
 // and for each probe, before it is looked up,
-//     LitProbe l = lit_probe(shadowing, o, p.wi, p.variance, probes.m, probes.cholesky);
+//     LitProbe l = lit_probe(shadowing, o, wo, f0, p.wi, p.variance, probes.m, probes.cholesky);
 
 struct LitProbe {
     float lit;       // the lit share of the probe, 0..1
@@ -18,8 +18,8 @@ struct LitProbe {
 };
 
 // Light of this variance about wi: the mean of the lit fractions one deviation above it and below it, as seen from
-// the mesosurface. The lookup moves and narrows to the lit part.
-LitProbe lit_probe(int shadowing, DirectionArea o, vec3 wi, float variance, vec2 m, vec3 cholesky) {
+// the mesosurface, weighted by Schlick's term of f0. The lookup moves and narrows to the lit part.
+LitProbe lit_probe(int shadowing, DirectionArea o, vec3 wo, float f0, vec3 wi, float variance, vec2 m, vec3 cholesky) {
     if (shadowing == LEADR_SHADOWING_NONE) return LitProbe(1.0, wi, 1.0);
     vec3 up = vec3(-m, 1.0) * inversesqrt(1.0 + dot(m, m));
     float height = dot(up, wi);
@@ -30,10 +30,15 @@ LitProbe lit_probe(int shadowing, DirectionArea o, vec3 wi, float variance, vec2
     vec2 heights = height * cosine2 + vec2(side * sine, -side * sine);
     vec2 sides = per_side * sqrt(max(1.0 - heights * heights, 0.0));
     vec3 flat_wi = wi - up * height;
-    float high = lit_fraction(shadowing, o, direction_area(up * heights.x + flat_wi * sides.x, m, cholesky));
-    float low = lit_fraction(shadowing, o, direction_area(up * heights.y + flat_wi * sides.y, m, cholesky));
-    float lit = 0.5 * (high + low);
-    float bias = 0.5 * (high - low) / max(lit, 1e-6);
+    vec3 above = up * heights.x + flat_wi * sides.x;
+    vec3 below = up * heights.y + flat_wi * sides.y;
+    // What grazes is both brighter and more often hidden.
+    vec2 k = 1.0 - sqrt(clamp(0.5 + 0.5 * vec2(dot(wo, above), dot(wo, below)), 0.0, 1.0));
+    vec2 fresnel = f0 + (1.0 - f0) * (k * k) * (k * k) * k;
+    float high = fresnel.x * lit_fraction(shadowing, o, direction_area(above, m, cholesky));
+    float low = fresnel.y * lit_fraction(shadowing, o, direction_area(below, m, cholesky));
+    float lit = (high + low) / max(fresnel.x + fresnel.y, 1e-6);
+    float bias = (high - low) / max(high + low, 1e-6);
     vec3 towards = wi * sqrt(cosine2) + (up - wi * height) * (per_side * bias * sine);
     return LitProbe(lit, normalize(towards), 1.0 - 0.5 * bias * bias);
 }

@@ -60,7 +60,7 @@ Mirrors probe_mirrors(Surface surface, vec3 wo, vec3 S) {
     [[unroll]] for (int i = 0; i < SAMPLES; ++i) {
         VisibleProbe p = visible_probe(probes, wo, probe_node(SAMPLES, i, probes.wide));
         vec3 f = p.weight * fresnel_schlick(surface.f0, p.cosine);
-        LitProbe l = lit_probe(SHADOWING, o, p.wi, p.variance, probes.m, probes.cholesky);
+        LitProbe l = lit_probe(SHADOWING, o, wo, dot(surface.f0, vec3(1.0 / 3.0)), p.wi, p.variance, probes.m, probes.cholesky);
         float variance = l.narrowing * p.variance;
         reflected += f * (l.lit * relief_visibility(surface, p.wi, sqrt(p.variance))) * lobe_radiance(surface, l.wi, variance);
         fresnel += f;

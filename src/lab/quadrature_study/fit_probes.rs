@@ -164,7 +164,7 @@ impl ProbeTraining {
                 for node in rule.nodes(probes.wide) {
                     let p = visible_probe(&probes, wo, &node);
                     let of = Shadowing::Correlated;
-                    let l = lit_probe(of, &o, p.wi, p.variance, probes.m, probes.cholesky);
+                    let l = lit_probe(of, &o, wo, 1.0, p.wi, p.variance, probes.m, probes.cholesky);
                     let seen = l.narrowing * p.variance;
                     let (plain, lit) = (p.weight, p.weight * l.lit);
                     for (sum, (d, _)) in points.iter_mut().zip(&item.points) {

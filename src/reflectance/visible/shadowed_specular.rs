@@ -9,8 +9,8 @@
 //! x± = x cos² δ ± sin θ sin δ
 //! ```
 //!
-//! (the second `cos δ` is what the width to the sides costs). The mean of the lit fractions there is the probe's,
-//! and their difference, `bias = (lit₊ − lit₋)/(lit₊ + lit₋)`, tells where the lit part lies: the environment is looked up
+//! (the second `cos δ` is what the width to the sides costs). The mean of the lit fractions there, weighted by
+//! Schlick's term (what grazes is both brighter and more often hidden), is the probe's, and their difference, `bias = (lit₊ − lit₋)/(lit₊ + lit₋)`, tells where the lit part lies: the environment is looked up
 //! in the direction tilted by `bias sin δ`, and the kernel's variance shrinks by half the share `bias²` that the tilt has of
 //! the variance along it. `v` is the kernel's variance where lobes are narrow. Kernels of wide lobes overlap so much that a
 //! node stands for less than its kernel.
@@ -32,12 +32,14 @@ pub struct LitProbe {
     pub narrowing: f64,
 }
 
-/// The lit part of a probe around `wi` that stands for light of this variance. `o`: the viewer's areas ([`direction_area`]); `m`,
+/// The lit part of a probe around `wi` that stands for light of this variance; its two directions weigh by Schlick's term of `f0`. `o`: the viewer's areas ([`direction_area`]); `m`,
 /// `cholesky`: the mean slope and Cholesky factor used to compute them.
 #[must_use]
 pub fn lit_probe(
     shadowing: Shadowing,
     o: &DirectionArea,
+    wo: DVec3,
+    f0: f64,
     wi: DVec3,
     variance: f64,
     m: DVec2,
@@ -55,11 +57,13 @@ pub fn lit_probe(
     let lit_at = |sign: f64| {
         let h = height * cosine2 + sign * side * sine;
         let w = up * h + (wi - up * height) * (per_side * (1.0 - h * h).max(0.0).sqrt());
-        lit_fraction(shadowing, o, &direction_area(w, m, cholesky))
+        let cosine = (0.5 + 0.5 * wo.dot(w)).clamp(0.0, 1.0).sqrt();
+        let fresnel = f0 + (1.0 - f0) * (1.0 - cosine).powi(5);
+        (fresnel, fresnel * lit_fraction(shadowing, o, &direction_area(w, m, cholesky)))
     };
-    let [high, low] = [1.0, -1.0].map(lit_at);
-    let lit = 0.5 * (high + low);
-    let bias = 0.5 * (high - low) / lit.max(1e-6);
+    let [(f_high, high), (f_low, low)] = [1.0, -1.0].map(lit_at);
+    let lit = (high + low) / (f_high + f_low).max(1e-6);
+    let bias = (high - low) / (high + low).max(1e-6);
     LitProbe {
         lit,
         wi: (wi * cosine2.sqrt() + (up - wi * height) * (per_side * bias * sine)).normalize(),
@@ -84,7 +88,7 @@ pub fn visible_specular_environment(
     let samples = rule.nodes(probes.wide).map(|node| {
         let probe = visible_probe(&probes, wo, &node);
         let LitProbe { lit, wi, narrowing } =
-            lit_probe(shadowing, &o, probe.wi, probe.variance, probes.m, probes.cholesky);
+            lit_probe(shadowing, &o, wo, f0.element_sum() / 3.0, probe.wi, probe.variance, probes.m, probes.cholesky);
         let lookup = VisibleProbe { wi, variance: narrowing * probe.variance, ..probe };
         MirrorSample { weight: probe.weight, cosine: probe.cosine, lit, lookup }
     });

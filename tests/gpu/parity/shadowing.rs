@@ -105,7 +105,7 @@ fn shadowed_specular_parity() {
             let cholesky = slope_cholesky(s);
             let o = direction_area(wo, m, cholesky);
             let lit = [Shadowing::Smith, Shadowing::Correlated, Shadowing::CorrelatedSimple]
-                .map(|v| lit_probe(v, &o, wi, x[11], m, cholesky));
+                .map(|v| lit_probe(v, &o, wo, 0.04, wi, x[11], m, cholesky));
             let white = [5, 9, 16].map(|n| {
                 let (v, rule) = (Shadowing::Correlated, probe_rule(n));
                 visible_specular_environment(v, wo, m, s, DVec3::ONE, rule, |_| DVec3::ONE).reflected.x
