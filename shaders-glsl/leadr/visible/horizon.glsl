@@ -60,11 +60,15 @@ Hidden horizon_hidden(vec2 m, Horizon h) {
     return Hidden(hidden.weight * each, hidden.angle * each);
 }
 
-// Diffuse radiance that an environment would add from the hidden directions, per unit of albedo. c: radiance coefficients in
-// the world; f: the tangent frame in the world.
-vec3 hidden_diffuse_environment(Hidden hidden, vec2 m, Frame f, vec3 c[9]) {
+// What is left of the diffuse radiance `whole` of an environment, per unit of albedo, without the hidden directions, where it has
+// the radiance of their mean direction; `open` is the share of the facets that see any of it. At least half of what an even
+// environment would leave: order 2 swings, and a pit that sees some sky is never black. c: radiance coefficients in the world; f: the
+// tangent frame in the world.
+vec3 diffuse_past_horizon(vec3 whole, float open, Hidden hidden, vec2 m, Frame f, vec3 c[9]) {
     vec3 mean = hidden.weight / max(hidden.angle, 1e-6); // of the hidden directions, inside the unit sphere
-    return max(dot(hidden.weight, normal_of_slope(m)), 0.0) * max(sh_radiance(c, from_frame(f, mean)), 0.0);
+    float share = clamp(dot(hidden.weight, normal_of_slope(m)), 0.0, 1.0);
+    vec3 lost = open * share * max(sh_radiance(c, from_frame(f, mean)), 0.0);
+    return max(whole - lost, 0.5 * (1.0 - share) * max(whole, 0.0));
 }
 
 #endif

@@ -125,17 +125,20 @@ vec3 ggx_fresnel(Surface surface, vec3 wo, DisplacedGgx d) {
 // Diffuse radiance of the environment per unit of albedo.
 vec3 diffuse_environment(Surface surface, NormalMoments normals) {
     vec3 c[9] = environment_sh();
-    vec3 hidden = vec3(0.0);
-    if (USES_HORIZON) {
-        vec2 m = surface.mean_slope;
-        hidden = hidden_diffuse_environment(horizon_hidden(m, surface.horizon), m, surface.frame, c);
-    }
+    vec3 whole;
+    float open = 1.0; // bumps hide what facets do not hide from each other already
     if (SHADOWING == LEADR_SHADOWING_CORRELATED) {
-        // Bumps hide what facets do not hide from each other already.
         BentNormal bent = bent_normal(surface.wo, surface.mean_slope, surface.slope_covariance);
-        return max(shadowed_diffuse_environment(bent, surface.frame, c) - bent.open * hidden, 0.0);
+        whole = shadowed_diffuse_environment(bent, surface.frame, c);
+        open = bent.open;
+    } else {
+        whole = leadr_diffuse_environment(normals, surface.frame, c);
     }
-    return max(leadr_diffuse_environment(normals, surface.frame, c) - hidden, 0.0);
+    if (!USES_HORIZON) {
+        return max(whole, 0.0);
+    }
+    vec2 m = surface.mean_slope;
+    return diffuse_past_horizon(whole, open, horizon_hidden(m, surface.horizon), m, surface.frame, c);
 }
 
 // Diffuse radiance of a light of unit irradiance per unit of albedo, without shadows.

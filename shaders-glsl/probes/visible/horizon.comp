@@ -23,5 +23,5 @@ void main() {
     }
     c[0] = vec3(2.0, 1.5, 1.0);
     sh_add_light(c, vec3(0.6, 0.0, 0.8), vec3(1.0, 2.0, 3.0));
-    put(hidden_diffuse_environment(hidden, m, frame_about(wi), c));
+    put(diffuse_past_horizon(vec3(2.0, 0.5, 0.1), 0.8, hidden, m, frame_about(wi), c));
 }

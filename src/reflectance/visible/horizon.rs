@@ -101,14 +101,17 @@ pub fn horizon_hidden(m: DVec2, h: &Horizon) -> Hidden {
     Hidden { weight: hidden.weight * each, angle: hidden.angle * each }
 }
 
-/// Diffuse radiance that an environment would add from the hidden directions, per unit of albedo, if its radiance there
-/// were that of their mean direction. `c`: radiance coefficients in the world; `f`: the tangent frame in the world. Not
-/// below 0.
+/// What is left of the diffuse radiance `whole` of an environment, per unit of albedo, without the hidden directions, if
+/// its radiance there were that of their mean direction. `open`: share of the facets that see any of them, 0..1; `c`:
+/// radiance coefficients in the world; `f`: the tangent frame in the world. At least half of what an even environment
+/// would leave: order 2 swings, and a pit that sees some sky is never black.
 #[must_use]
-pub fn hidden_diffuse_environment(hidden: &Hidden, m: DVec2, f: &Frame, c: &Sh9) -> DVec3 {
+pub fn diffuse_past_horizon(whole: DVec3, open: f64, hidden: &Hidden, m: DVec2, f: &Frame, c: &Sh9) -> DVec3 {
     // The mean of directions lies inside the unit sphere.
     let mean = hidden.weight / hidden.angle.max(1e-6);
-    hidden.weight.dot(normal_of_slope(m)).max(0.0) * sh_radiance(c, from_frame(f, mean)).max(DVec3::ZERO)
+    let share = hidden.weight.dot(normal_of_slope(m)).clamp(0.0, 1.0);
+    let lost = open * share * sh_radiance(c, from_frame(f, mean)).max(DVec3::ZERO);
+    (whole - lost).max(0.5 * (1.0 - share) * whole.max(DVec3::ZERO))
 }
 
 #[cfg(test)]
@@ -165,12 +168,14 @@ mod tests {
             let hidden = horizon_hidden(m, &h);
             assert!((hidden.weight - sum).length() < 0.02, "{m}: {hidden:?} for {sum}");
             assert!((hidden.angle - angle).abs() < 0.02, "{m}: {hidden:?} for {angle}");
-            // A white environment of radiance 1.
+            // Of a white environment of radiance 1 the rest is left; of a dark one with a bright horizon no less than half of that.
             let mut c = [DVec3::ZERO; 9];
             c[0] = DVec3::splat((4.0 * PI).sqrt());
             let frame = crate::reflectance::frame::frame_about(DVec3::Z);
-            let lost = hidden_diffuse_environment(&hidden, m, &frame, &c).x;
-            assert!((lost - hidden.weight.dot(normal_of_slope(m))).abs() < 1e-9);
+            let left = 1.0 - hidden.weight.dot(normal_of_slope(m));
+            let past = |whole: f64| diffuse_past_horizon(DVec3::splat(whole), 1.0, &hidden, m, &frame, &c).x;
+            assert!((past(1.0) - left).abs() < 1e-9);
+            assert!((past(0.1) - 0.05 * left).abs() < 1e-9);
         }
     }
 }

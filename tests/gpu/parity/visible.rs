@@ -13,7 +13,7 @@ use leadr::reflectance::random::Random;
 use leadr::reflectance::slopes::statistics::clamp_covariance;
 use leadr::reflectance::visible::diffuse::{clamped_product, leadr_diffuse_light_visible, visible_diffuse_moments};
 use leadr::reflectance::visible::horizon::{
-    Horizon, hidden_diffuse_environment, horizon_excess, horizon_hidden, horizon_visibility,
+    Horizon, diffuse_past_horizon, horizon_excess, horizon_hidden, horizon_visibility,
 };
 use leadr::reflectance::visible::kernel::kernel_lod;
 use leadr::reflectance::visible::slopes::{VISIBLE_TAIL, visible_slopes};
@@ -146,7 +146,7 @@ fn horizon_parity() {
             let mut c = [DVec3::ZERO; 9];
             c[0] = DVec3::new(2.0, 1.5, 1.0);
             sh_add_light(&mut c, DVec3::new(0.6, 0.0, 0.8), DVec3::new(1.0, 2.0, 3.0));
-            let radiance = hidden_diffuse_environment(&hidden, m, &frame_about(wi), &c);
+            let radiance = diffuse_past_horizon(DVec3::new(2.0, 0.5, 0.1), 0.8, &hidden, m, &frame_about(wi), &c);
             let visibility = horizon_visibility(wi, m, &h, x[10]);
             list![[excess, visibility], hidden.weight, [hidden.angle], radiance]
         },
