@@ -14,7 +14,7 @@ pub fn floor(mesh: PatchMesh) -> Object {
 /// that a large ground can have small patches in the middle. One repeat of the map covers `repeat` metres.
 #[must_use]
 pub fn plane(half: f32, n: u32, repeat: f32, color: [f32; 4], spacing: impl Fn(f32) -> f32) -> PatchMesh {
-    let mut mesh = PatchMesh::default();
+    let mut mesh = PatchMesh { flat_repeat: Some(repeat), ..PatchMesh::default() };
     let at = |i: u32| half * spacing(2.0 * i as f32 / n as f32 - 1.0);
     for j in 0..=n {
         for i in 0..=n {

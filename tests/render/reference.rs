@@ -5,7 +5,7 @@ use glam::{DVec2, Vec3};
 use leadr::lab::ray_cast::{Patch, Spectrum, Tile};
 use leadr::maps::RgbImage;
 use leadr::render::camera::Camera;
-use leadr::render::frame::Renderer;
+use leadr::render::frame::{Layer, Renderer};
 use leadr::render::light::environment::Environment;
 use leadr::render::passes::accumulate::Accumulation;
 use leadr::render::scene::{FrameState, Object, PointLight, Pose, Sun};
@@ -204,4 +204,37 @@ fn smooth_geometry_throws_no_shadows() {
     assert!((shadowed[0] / open[0] - 1.0).abs() < 1e-3, "a flat plane shadows itself");
     assert!((open[0] / open[1] - 1.0).abs() > 0.1, "mapped normals should lack masking");
     assert!(shadowed[1] < 0.97 * open[1], "the displaced surface throws no shadows");
+}
+
+/// Seen straight down, a pixel for each texel, the plane is as high at every pixel as the map says: a vertex stands at its centre. The
+/// map has 100 texels a repeat, so borders of patches lie anywhere between texels.
+#[test]
+fn the_plane_has_a_vertex_at_the_centre_of_every_texel() {
+    let Some(gpu) = test_gpu() else { return };
+    let (cells, scale) = (100u32, 0.01);
+    let texels: Vec<f32> = (0..cells * cells).map(|i| (i * 37 % 101) as f32 / 101.0).collect();
+    let heights = HeightField { width: cells, height: cells, texels: texels.clone(), border: Border::Wrap };
+    let mesh = plane(1.5, 9, 1.0, [1.0; 4], even);
+    let mut renderer = renderer(&gpu, Object::new("plane", mesh).with_heights(heights, scale), 0.5);
+    let distance = 100.0;
+    let camera = Camera {
+        near: 1.0,
+        up: Vec3::Y,
+        ..Camera::looking_at(
+            Vec3::new(0.5, 0.5, distance),
+            Vec3::new(0.5, 0.5, 0.0),
+            2.0 * (0.5f32 / distance).atan().to_degrees(),
+        )
+    };
+    let settings = reference((cells, cells), 1, false);
+    renderer.render(&FrameState::new(camera, vec![Pose::REST]), &settings).unwrap();
+    let depth = renderer.layer(Layer::Depth).unwrap();
+    let mut worst = 0.0f32;
+    for (i, depth) in depth.iter().enumerate() {
+        let (x, y) = (i as u32 % cells, cells - 1 - i as u32 / cells);
+        let expected = distance - scale * texels[(y * cells + x) as usize];
+        worst = worst.max((depth[0] - expected).abs() / scale);
+    }
+    println!("heights differ by up to {worst:.4} of the relief");
+    assert!(worst < 0.02, "{worst}");
 }

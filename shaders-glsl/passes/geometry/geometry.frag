@@ -3,14 +3,11 @@
 // What a pixel sees, before any filtering. Small triangles run this stage several times per pixel, so it reads no texture:
 // the filter pass does that, once per pixel.
 #include "object.glsl"
+#include "view.glsl"
 #include "../visible.glsl"
 #include "leadr/frame.glsl"
 #include "leadr/slopes/statistics.glsl"
 
-layout(std140) uniform View {
-    mat4 clip_from_world;
-    vec4 camera_position; // w: pixels of this image along one of the picture
-} view;
 uniform sampler2D height_map;
 
 layout(location = 0) in vec3 in_normal;

@@ -96,10 +96,19 @@ void main() {
     vec2 texcoord_du = mix(t1 - t0, t2 - t3, v), texcoord_dv = mix(t3 - t0, t2 - t1, u);
 
     float height = 0.0;
+    bool at_texels = displaced && view.texel_grid.x > 0.0;
     // On the boundary everything is computed from the edge's own data, in the edge's own direction (from its lower
     // vertex), so that both patches compute the same bits and no crack can open, whatever their texture coordinates are.
     bool on_boundary = u == 0.0 || u == 1.0 || v == 0.0 || v == 1.0;
-    if (on_boundary) {
+    if (at_texels) {
+        // Everything follows from the number of the texel, so patches agree. Vertices half-way between texels, which fractional
+        // spacing makes, all go to the same side.
+        vec2 size = vec2(textureSize(height_map, 0));
+        texcoord = (floor(texcoord * size + 0.49) + 0.5) / size;
+        position = vec3(texcoord * view.texel_grid.x, 0.0);
+        normal = vec3(0.0, 0.0, 1.0);
+        height = textureLod(height_map, texcoord, 0.0).x;
+    } else if (on_boundary) {
         int side = v == 0.0 ? 0 : (u == 1.0 ? 1 : (v == 1.0 ? 2 : 3));
         float t = side == 0 ? u : (side == 1 ? v : (side == 2 ? 1.0 - u : 1.0 - v));
         int from = side, to = (side + 1) & 3;

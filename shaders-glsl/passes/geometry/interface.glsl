@@ -4,11 +4,6 @@
 
 #include "../constants.glsl"
 
-layout(std140) uniform View {
-    mat4 clip_from_world;
-    vec4 camera_position; // xyz; w: pixels of this image along one of the picture
-} view;
-
 struct Vertex {
     vec4 position; // xyz metres; w: ambient accessibility
     vec4 normal;   // xyz unit displacement direction; w: LOD of the heights at this vertex
@@ -31,6 +26,7 @@ layout(std430) readonly buffer VertexHeights { float vertex_heights[]; };
 layout(std430) readonly buffer VisiblePatches { uint visible_patches[]; };
 uniform sampler2D height_map;
 #include "object.glsl"
+#include "view.glsl"
 
 // Inner Bezier point beside `a` on the boundary from `a` to `b`. Precise: both patches of an edge get the same bits.
 vec3 edge_point(vec3 a, vec3 normal_a, vec3 b) {

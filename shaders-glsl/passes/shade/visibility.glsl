@@ -5,7 +5,7 @@
 #include "../constants.glsl"
 
 const float MAP_BIAS = 1.0;      // offset towards the light before the comparison, in texels of its map
-const float FIELD_BIAS = 0.25;   // offset along the normal before the march, in texels of the field
+const float FIELD_BIAS = 0.06;   // offset along the normal before the march, in texels of the field
 const float FIELD_REACH = 0.5;   // of differences of heights, in texels of the field: about a sixth of one of the relief
 const int FIELD_STEPS = 1024;    // of a march; the relief is left long before
 const float FIELD_STRIDE = 2.0;  // longest step in texels: less than a texel of the relief

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use glam::{Mat4, Vec3};
 
 use super::object::{GpuObject, ObjectGpu, PatchGpu};
-use super::patch_mesh::PosedVertices;
+use super::patch_mesh::{PatchMesh, PosedVertices};
 use super::sphere::Sphere;
 use super::tessellation::{DrawList, Lens, PosedMesh, TessellationSettings};
 use crate::gpu::{Buffer, Gpu, Memory, Result, SharedStruct, StructLayout, shared_struct};
@@ -31,6 +31,8 @@ shared_struct! {
         pub clip_from_world: [[f32; 4]; 4],
         /// Position of the viewer; w: number of samples of this image along a side of a pixel of the picture.
         pub camera_position: [f32; 4],
+        /// x: metres per repeat of the map if a vertex stands at the centre of each of its texels, else 0.
+        pub texel_grid: [f32; 4],
     }
 }
 
@@ -166,6 +168,7 @@ impl ViewBuffers {
             height_range: &object.height_range,
             height_scale: height_scale * object.object.height_scale,
         };
+        let posed_positions = &vertices.positions;
         let list = DrawList::new(posed_mesh, from.clip_from_world, from.lens, settings);
         let vertices: Vec<VertexGpu> = (0..mesh.positions.len())
             .map(|i| VertexGpu {
@@ -181,11 +184,45 @@ impl ViewBuffers {
         let view = ViewGpu {
             clip_from_world: (shrink * from.clip_from_world).to_cols_array_2d(),
             camera_position: from.eye.extend(from.grid as f32).to_array(),
+            texel_grid: [if list.every_texel { repeat_on_plane(mesh, posed_positions) } else { 0.0 }, 0.0, 0.0, 0.0],
         };
         self.view.write(0, &[view])?;
         self.draws = list.draws;
         self.triangles = list.triangles;
         self.patches = list.visible.len() as u32;
         Ok(())
+    }
+}
+
+/// [`PatchMesh::flat_repeat`], or 0 where no such plane is left: it was moved or bent.
+fn repeat_on_plane(mesh: &PatchMesh, positions: &[Vec3]) -> f32 {
+    let Some(repeat) = mesh.flat_repeat else { return 0.0 };
+    let mut corners = mesh.patches.iter().flatten().zip(mesh.texcoords.iter().flatten());
+    let in_place = corners.all(|(&vertex, &texcoord)| {
+        let place = (texcoord * repeat).extend(0.0);
+        positions[vertex as usize].distance(place) <= 1e-5 * place.length().max(repeat)
+    });
+    if in_place { repeat } else { 0.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_plane_that_moved_has_no_vertices_at_its_texels() {
+        let positions = vec![Vec3::ZERO, Vec3::X, Vec3::new(1.0, 1.0, 0.0), Vec3::Y];
+        let texcoords = vec![[0, 1, 2, 3].map(|i: usize| positions[i].truncate() / 2.0)];
+        let mesh = PatchMesh {
+            patches: vec![[0, 1, 2, 3]],
+            texcoords,
+            flat_repeat: Some(2.0),
+            positions,
+            ..Default::default()
+        };
+        assert_eq!(repeat_on_plane(&mesh, &mesh.positions), 2.0);
+        let lifted: Vec<Vec3> = mesh.positions.iter().map(|p| *p + 0.1 * Vec3::Z).collect();
+        assert_eq!(repeat_on_plane(&mesh, &lifted), 0.0);
+        assert_eq!(repeat_on_plane(&PatchMesh { flat_repeat: None, ..mesh.clone() }, &mesh.positions), 0.0);
     }
 }

@@ -28,6 +28,9 @@ pub struct PatchMesh {
     pub patches: Vec<[u32; 4]>,
     /// Texture coordinates of each patch's corners (not shared between patches, so every edge may be a seam).
     pub texcoords: Vec<[Vec2; 4]>,
+    /// Metres per repeat of the map if this is a part of the plane `z = 0` at rest whose texture coordinates are `xy` divided by
+    /// them, and no pose moves it: then vertices can stand at the centres of texels.
+    pub flat_repeat: Option<f32>,
 }
 
 /// World-space positions and normals of a posed mesh.

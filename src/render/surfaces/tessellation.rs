@@ -102,6 +102,8 @@ pub struct DrawList {
     pub draws: Vec<(u32, u32)>,
     /// Upper bound on the triangles drawn.
     pub triangles: u64,
+    /// Whether every edge has as many segments as texels, or more, since `to_texels` asked for them.
+    pub every_texel: bool,
 }
 
 impl DrawList {
@@ -127,6 +129,9 @@ impl DrawList {
                 (pixels / spacing).max(texels.min(settings.vertices_per_pixel * length)).clamp(1.0, max_factor)
             })
             .collect();
+        let every_texel = settings.to_texels
+            && !posed.edge_texels.is_empty()
+            && edge_factors.iter().zip(posed.edge_texels).all(|(factor, texels)| *factor + 1e-2 >= *texels);
         let mut vertex_lods = vec![(0.0f32, 0u32); positions.len()];
         for (&edge, &factor) in topology.edges.iter().zip(&edge_factors) {
             for vertex in edge {
@@ -136,7 +141,7 @@ impl DrawList {
             }
         }
         let vertex_lods = vertex_lods.into_iter().map(|(sum, count)| sum / count.max(1) as f32).collect();
-        Self { vertex_lods, ..Self::with_factors(posed, edge_factors, clip_from_world, lens, settings) }
+        Self { vertex_lods, every_texel, ..Self::with_factors(posed, edge_factors, clip_from_world, lens, settings) }
     }
 
     /// Culls and splits draws, given the factors of all edges; the vertices get no levels.

@@ -247,6 +247,7 @@ mod tests {
             skin: vec![SkinWeights { joints: [3, 1, 0, 0], weights: [0.75, 0.25, 0.0, 0.0] }; 4],
             patches: vec![[0, 1, 2, 3]],
             texcoords: vec![layout.texcoords(0)],
+            flat_repeat: None,
         };
         let atlas = Atlas { heights: (0..texels).map(|i| i as f32).collect(), colors: vec![[1, 2, 3, 4]; texels] };
         Baked { body, layout, atlas }

@@ -1,0 +1,11 @@
+// From where the geometry pass sees an object.
+#ifndef LEADR_GEOMETRY_VIEW
+#define LEADR_GEOMETRY_VIEW
+
+layout(std140) uniform View {
+    mat4 clip_from_world;
+    vec4 camera_position; // xyz; w: pixels of this image along one of the picture
+    vec4 texel_grid;      // x: metres per repeat of the map if a vertex stands at the centre of each of its texels, else 0
+} view;
+
+#endif
