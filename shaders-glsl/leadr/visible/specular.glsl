@@ -2,21 +2,23 @@
 #define LEADR_VISIBLE_SPECULAR_GLSL
 
 #include "../facets/fresnel.glsl"
+#include "../masking/correlated.glsl"
 #include "../slopes/grid.glsl"
 #include "kernel.glsl"
+#include "lit_slopes.glsl"
 #include "slopes.glsl"
 
 // Specular reflection of an environment by a few probes among the visible slopes. The lobe is taken apart into smaller, round
 // Gaussians, one per probe: nodes on rings in the plane of two standard normals carry a part of its covariance, and each
 // lookup is a kernel that has the rest (kernel.glsl says what cube that needs). Weights sum to one, so there is no division,
 // and a constant environment returns its own value. src/reflectance/visible/specular.rs derives it. Once per pixel
-//     VisibleProbes probes = visible_probes(wo, m, S, probe_kernel(n));
+//     VisibleProbes probes = visible_probes(LEADR_SHADOWING_NONE, wo, m, S, probe_kernel(n));
 // and for i in 0..n-1, n = 5, 9 or 16
 //     VisibleProbe p = visible_probe(probes, wo, probe_node(n, i, probes.wide));
 //     vec3 f = p.weight * fresnel_schlick(f0, p.cosine);
 //     reflected += f * textureLod(environment, from_frame(frame, p.wi), kernel_lod(p.variance, size)).rgb;
 //     fresnel += f;                                             // the visible facets' mean
-// Shadows: shadowed_specular.glsl.
+// With shadows (shadowed_specular.glsl) probes are placed for the lit part of the lobe.
 
 // Azimuths of the nodes of 5, 9 and 16 probes, as unit vectors.
 const vec2 LEADR_PROBE_AZIMUTHS[30] = vec2[](
@@ -64,17 +66,17 @@ const vec3 LEADR_NARROW_RINGS[7] = vec3[](
     vec3(1.9694, 0.044602911, 1.1769)
 );
 const vec3 LEADR_WIDE_RINGS[7] = vec3[](
-    vec3(0.0000, 0.225200000, 0.3706),
-    vec3(2.2226, 0.193700000, 0.2636),
-    vec3(0.9754, 0.113991140, 0.3249),
-    vec3(2.3047, 0.109671097, 0.4442),
-    vec3(0.0000, 0.128436147, 0.4576),
-    vec3(1.0036, 0.042258732, 0.2562),
-    vec3(2.2370, 0.068667940, 0.1729)
+    vec3(0.0000, 0.396920000, 1.7688),
+    vec3(1.8211, 0.150770000, 0.9803),
+    vec3(0.7234, 0.169077662, 1.3253),
+    vec3(1.8762, 0.082127836, 1.0869),
+    vec3(0.0000, 0.129550000, 1.2382),
+    vec3(1.0018, 0.081103000, 1.1103),
+    vec3(1.9845, 0.042648000, 1.2183)
 );
 
 // Variance of round slopes, summed over both axes, at which a lobe is half wide.
-const float LEADR_WIDE_HALF = 1.4;
+const float LEADR_WIDE_HALF = 0.35;
 
 // How wide a lobe is, 0 to 1. S: covariance of the slopes. Long lobes are as wide as they are across.
 float wide_lobe(vec3 S) {
@@ -98,29 +100,11 @@ ProbeNode probe_node(int n, int i, float wide) {
     return ProbeNode(LEADR_PROBE_AZIMUTHS[first + i], now.x, now.y, now.z);
 }
 
-// The kernels' share of the variance of a round lobe, if narrow and in the limit of wide ones, their share of a long one's along
-// it, and the factor that gives the nodes of wide lobes unit variance, for the rule of n probes.
-vec4 probe_kernel(int n) {
-    return n <= 5 ? vec4(0.6, 0.32, 0.073, 0.7229) : n <= 9 ? vec4(0.5, 0.398, 0.024, 0.7235) : vec4(0.4, 0.237, 0.01, 0.7729);
+// The kernels' share of the variance of a round lobe, if narrow and in the limit of wide ones, and their share of a long one's along
+// it, for the rule of n probes.
+vec3 probe_kernel(int n) {
+    return n <= 5 ? vec3(0.6, 0.413, 0.073) : n <= 9 ? vec3(0.5, 0.262, 0.024) : vec3(0.4, 0.167, 0.01);
 }
-
-// Quantities that the probes of a pixel share.
-struct VisibleProbes {
-    vec2 m;        // mean slope of all facets
-    vec3 cholesky; // of their covariance
-    vec2 middle;   // slope of a node at the origin
-    vec3 spread;   // square root of the nodes' covariance
-    vec2 bend;     // additional slope per u^2
-    vec2 azimuth;  // u = azimuth . d, the slope along the view azimuth
-    vec3 along;    // t = along.x + u + along.y u^2; half the inverse variance of the visible u
-    vec3 whole;    // the square root that places the nodes over the whole lobe, for their Fresnel terms
-    vec2 mean;     // `middle` for these places
-    float shift;   // `along.x` for these places
-    vec2 facet;    // projected area of the mesosurface, and how much of it is lost per unit of t
-    float area;    // visible area A(wo)
-    float kernel;  // variance of a lookup per a exp((t^2 - y^2)/2) / |N|^4
-    float wide;    // how wide the lobe is
-};
 
 // The symmetric square root of a covariance (xx, yy, xy). Unlike a Cholesky factor, that of a thin one does not turn abruptly as
 // it passes an axis.
@@ -130,8 +114,62 @@ vec3 root_of(vec3 S) {
     return vec3(max(S.xy, 0.0) + det, S.z) * per;
 }
 
-VisibleProbes visible_probes(vec3 wo, vec2 m, vec3 S, vec4 kernel) {
-    VisibleSlopes v = visible_slopes(wo, m, S);
+// Where the nodes of a rule lie among the slopes: middle + root p + bend u^2, u = azimuth . root p.
+struct NodePlaces {
+    vec2 middle;  // slope of a node at the origin
+    vec3 root;    // square root of the nodes' covariance
+    vec2 bend;
+    vec2 azimuth;
+};
+
+// The slope of a node, and its u.
+vec3 node_slope(NodePlaces places, vec2 p) {
+    vec2 d = places.root.xz * p.x + places.root.zy * p.y;
+    float u = clamp(dot(d, places.azimuth), -6.0, 6.0);
+    return vec3(places.middle + d + places.bend * (u * u), u);
+}
+
+// Places of the covariance `spread` about the mean of v, with its skewness; along: that and E[u^2].
+NodePlaces node_places(vec3 wo, VisibleSlopes v, vec3 spread, out vec2 along) {
+    NodePlaces places;
+    vec2 a = wo.xy * (1.0 / max(v.b, 1e-18));
+    along.x = v.third / (6.0 * v.variance * v.variance);
+    // Rounding of a vanishing covariance must not look like a large one.
+    along.y = clamp(a.x * (spread.x * a.x + 2.0 * spread.z * a.y) + spread.y * a.y * a.y, -1.0, 1.0);
+    places.azimuth = a;
+    places.bend = along.x * v.axis;
+    places.middle = v.mean - places.bend * along.y;
+    places.root = root_of(spread);
+    return places;
+}
+
+// Quantities that the probes of a pixel share.
+struct VisibleProbes {
+    vec2 m;        // mean slope of all facets
+    vec3 cholesky; // of their covariance
+    float area;    // visible area A(wo) of all facets
+    NodePlaces places;
+    vec3 along;    // t = along.x + u + along.y u^2; half the inverse variance of the visible u
+    vec2 facet;    // projected area of the mesosurface, and how much of it is lost per unit of t
+    vec3 part;     // covariance of the slopes that one kernel stands for
+    float kernel;  // variance of a lookup per a exp((t^2 - y^2)/2) / |N|^4
+    float wide;    // how wide the lobe is
+    NodePlaces whole; // over the whole lobe, lit or not, for the Fresnel terms
+    float flat_area;  // projected area of a facet of slope 0 there
+    LitSlopes lit; // what probes are placed for instead of all visible slopes; its mean includes the ratio of the visible areas
+};
+
+// The probes for everything visible from wo, or with shadowing for the part of it that is lit.
+VisibleProbes visible_probes(int shadowing, vec3 wo, vec2 m, vec3 S, vec3 kernel) {
+    VisibleSlopes all = visible_slopes(wo, m, S);
+    VisibleSlopes v = all;
+    VisibleProbes probes;
+    probes.lit = LitSlopes(all.m, all.S, vec2(0.0), vec3(0.0), 0.0);
+    if (shadowing != LEADR_SHADOWING_NONE) {
+        probes.lit = lit_slopes(wo, all);
+        v = visible_slopes(wo, probes.lit.m, probes.lit.S);
+        probes.lit.mean += log(max(v.area, 1e-30) / max(all.area, 1e-30));
+    }
     // Metric of reflected directions at the mean: |dwi|^2 = 4/|N|^2 ((p.ds)^2 + facet^2/|N|^2 (|ds|^2 - (s.ds)^2/|N|^2)).
     vec2 s = v.mean;
     float per = 1.0 / (1.0 + dot(s, s));
@@ -149,10 +187,11 @@ VisibleProbes visible_probes(vec3 wo, vec2 m, vec3 S, vec4 kernel) {
     float difference = sum * sqrt(1.0 - round_lobe);
     float minor = det / max(0.5 * (sum + difference), least);
     float round4 = round_lobe * round_lobe * round_lobe * round_lobe;
-    float wide = wide_lobe(v.S);
-    // 2 det/sum is the minor variance of round lobes, without its kink there.
+    float wide = wide_lobe(all.S);
+    float even = round4 * round4 + wide * (1.0 - round4 * round4);
     float share = kernel.x + wide * (kernel.y - kernel.x);
-    float most = (minor - share * 0.5 * sum * round_lobe) * (round4 * round4);
+    // 2 det/sum is the minor variance of round lobes, without its kink there.
+    float most = (minor - share * 0.5 * sum * round_lobe) * even;
     float elongated = kernel.z * sum * (1.0 - round_lobe);
     float variance = minor - most + elongated;
     // What nodes keep across the lobe: its variance less the kernel's, rounded off at 0.
@@ -162,52 +201,52 @@ VisibleProbes visible_probes(vec3 wo, vec2 m, vec3 S, vec4 kernel) {
     float of_lobe = 1.0 - 0.5 * (root - rest) / max(difference, max(1e-3 * sum, least));
     vec3 spread = of_lobe * v.cov + (0.5 * (rest + root) + 1e-3 * sum * (1.0 - round_lobe) - of_lobe * minor) * inverse_metric;
 
-    float skew = v.third / (6.0 * v.variance * v.variance);
-    VisibleProbes probes;
-    probes.azimuth = wo.xy * (1.0 / max(v.b, 1e-18));
-    vec2 a = probes.azimuth;
-    // Rounding of a vanishing covariance must not look like a large one.
-    float mean_square = clamp(a.x * (spread.x * a.x + 2.0 * spread.z * a.y) + spread.y * a.y * a.y, -1.0, 1.0);
-    probes.bend = skew * v.axis;
-    probes.m = v.m;
-    probes.cholesky = slope_cholesky(v.S);
-    probes.middle = v.mean - probes.bend * mean_square;
-    probes.spread = root_of(spread);
-    probes.whole = root_of(v.cov) * (1.0 + wide * (kernel.w - 1.0));
-    probes.mean = v.mean - probes.bend * v.variance;
-    probes.shift = -v.shift - skew * v.variance;
-    probes.along = vec3(-v.shift - skew * mean_square, skew, 0.5 / v.variance);
+    vec2 along, unused;
+    probes.m = all.m;
+    probes.cholesky = slope_cholesky(all.S);
+    probes.area = all.area;
+    probes.places = node_places(wo, v, spread, along);
+    probes.along = vec3(-v.shift - along.x * along.y, along.x, 0.5 / v.variance);
     probes.facet = vec2(v.a, v.b);
-    probes.area = v.area;
+    probes.part = (1.0 - wide) * (v.cov - spread);
     probes.kernel = variance * v.area / (v.facet * sqrt(v.variance) * per * per);
     probes.wide = wide;
+    probes.whole = node_places(wo, all, all.cov, unused);
+    probes.flat_area = all.a + dot(wo.xy, all.m);
     return probes;
 }
 
 struct VisibleProbe {
     vec2 slope;
-    vec3 wi;        // reflected direction, unit, tangent frame
-    float cosine;   // wo . wn for the Fresnel term, 0..1
+    vec3 wi;        // mean direction that its part of the lobe reflects, unit, tangent frame
+    float cosine;   // wo . wn for the Fresnel term of all visible facets, 0..1
     float weight;
     float variance; // of the lookup, per axis, in radians squared, below 2
 };
 
+// Mean direction reflected by Gaussian slopes of covariance c about `slope`, to second order; f: projected area of the facet
+// at `slope`.
+vec3 mean_mirror(vec3 wo, vec2 slope, float f, vec3 c) {
+    vec2 o = vec2(dot(c.xz, wo.xy), dot(c.zy, wo.xy));
+    vec2 s = vec2(dot(c.xz, slope), dot(c.zy, slope));
+    float per = 1.0 / (1.0 + dot(slope, slope) + c.x + c.y);
+    float up = f + 2.0 * per * (dot(wo.xy, s) + 2.0 * per * f * dot(slope, s));
+    vec3 wi = 2.0 * per * vec3(o + 2.0 * per * f * s - up * slope, up) - wo;
+    return wi * inversesqrt(max(dot(wi, wi), 1e-12));
+}
+
 VisibleProbe visible_probe(VisibleProbes probes, vec3 wo, ProbeNode node) {
     vec2 place = node.radius * node.place;
-    vec2 d = probes.spread.xz * place.x + probes.spread.zy * place.y;
-    float u = clamp(dot(d, probes.azimuth), -6.0, 6.0);
-    float u2 = u * u;
-    float t = probes.along.x + u + probes.along.y * u2;
+    vec3 at = node_slope(probes.places, place);
+    float u2 = at.z * at.z;
+    float t = probes.along.x + at.z + probes.along.y * u2;
+    float z2 = 1.0 / (1.0 + dot(at.xy, at.xy));
     VisibleProbe p;
-    p.slope = probes.middle + d + probes.bend * u2;
-    float z2 = 1.0 / (1.0 + dot(p.slope, p.slope));
-    p.wi = (2.0 * max(probes.facet.x - t * probes.facet.y, 0.0) * z2) * vec3(-p.slope, 1.0) - wo;
+    p.slope = at.xy;
+    p.wi = mean_mirror(wo, at.xy, max(probes.facet.x - t * probes.facet.y, 0.0), probes.part);
     // The Fresnel term is convex, and a kernel does not filter it.
-    vec2 whole = probes.whole.xz * place.x + probes.whole.zy * place.y;
-    float v = clamp(dot(whole, probes.azimuth), -6.0, 6.0);
-    vec2 slope = probes.mean + whole + probes.bend * (v * v);
-    float facet = max(probes.facet.x - (probes.shift + v + probes.along.y * v * v) * probes.facet.y, 0.0);
-    p.cosine = facet * inversesqrt(1.0 + dot(slope, slope));
+    vec2 whole = node_slope(probes.whole, place).xy;
+    p.cosine = min(max(probes.flat_area - dot(wo.xy, whole), 0.0) * inversesqrt(1.0 + dot(whole, whole)), 1.0);
     p.weight = node.weight;
     float stretch = exp(min(0.5 * t * t - probes.along.z * u2, 40.0)) * z2 * z2;
     float variance = min(probes.kernel * node.cover * stretch, 1e6);

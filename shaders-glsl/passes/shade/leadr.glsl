@@ -54,18 +54,21 @@ Mirrors grid_mirrors(Surface surface, vec3 wo, vec3 S) {
 
 // A few probes among the visible slopes; their weights sum to one.
 Mirrors probe_mirrors(Surface surface, vec3 wo, vec3 S) {
-    VisibleProbes probes = visible_probes(wo, surface.mean_slope, S, probe_kernel(SAMPLES));
+    VisibleProbes probes = visible_probes(SHADOWING, wo, surface.mean_slope, S, probe_kernel(SAMPLES));
     DirectionArea o = direction_area(wo, probes.m, probes.cholesky);
-    vec3 reflected = vec3(0.0), fresnel = vec3(0.0);
+    vec3 f0 = surface.f0, rise = grazing_reflectance(f0) - f0;
+    float mean_f0 = dot(f0, vec3(1.0 / 3.0));
+    vec3 reflected = vec3(0.0);
+    float lit = 0.0, grazing = 0.0;
     [[unroll]] for (int i = 0; i < SAMPLES; ++i) {
         VisibleProbe p = visible_probe(probes, wo, probe_node(SAMPLES, i, probes.wide));
-        vec3 f = p.weight * fresnel_schlick(surface.f0, p.cosine);
-        LitProbe l = lit_probe(SHADOWING, o, wo, dot(surface.f0, vec3(1.0 / 3.0)), p.wi, p.variance, probes.m, probes.cholesky);
-        float variance = l.narrowing * p.variance;
-        reflected += f * (l.lit * relief_visibility(surface, p.wi, sqrt(p.variance))) * lobe_radiance(surface, l.wi, variance);
-        fresnel += f;
+        LitProbe l = lit_probe(SHADOWING, probes, o, wo, mean_f0, p);
+        vec3 f = (p.weight * relief_visibility(surface, p.wi, sqrt(p.variance))) * (f0 * l.lit + rise * l.grazing);
+        reflected += f * lobe_radiance(surface, l.wi, l.narrowing * p.variance);
+        lit += p.weight * l.lit;
+        grazing += p.weight * schlick_weight(p.cosine);
     }
-    return Mirrors(reflected, fresnel, probes.area);
+    return Mirrors(reflected / max(lit, 1.0), f0 + rise * grazing, probes.area);
 }
 
 // As many mirrors, drawn from those that are visible: the mean over the samples of the reference converges to the integral.

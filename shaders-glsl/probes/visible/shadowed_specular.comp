@@ -9,22 +9,25 @@ void main() {
     vec2 m = next2();
     vec3 S = next3();
     float variance = next();
-    at = gl_GlobalInvocationID.x * 9;
-    vec3 cholesky = slope_cholesky(S);
-    DirectionArea o = direction_area(wo, m, cholesky);
+    at = gl_GlobalInvocationID.x * 11;
+    VisibleProbes probes = visible_probes(LEADR_SHADOWING_SMITH, wo, m, S, probe_kernel(16));
+    DirectionArea o = direction_area(wo, probes.m, probes.cholesky);
+    VisibleProbe any = VisibleProbe(vec2(0.0), wi, 0.0, 0.0, variance);
     for (int shadowing = LEADR_SHADOWING_SMITH; shadowing <= LEADR_SHADOWING_CORRELATED_SIMPLE; ++shadowing) {
-        put(lit_probe(shadowing, o, wo, 0.04, wi, variance, m, cholesky).lit);
+        put(lit_probe(shadowing, probes, o, wo, 0.04, any).lit);
     }
-    put(lit_probe(LEADR_SHADOWING_SMITH, o, wo, 0.04, wi, variance, m, cholesky).wi);
+    LitProbe one = lit_probe(LEADR_SHADOWING_SMITH, probes, o, wo, 0.04, any);
+    put(one.grazing);
+    put(one.wi);
+    put(probes.lit.mean);
     for (int n = 0; n < 3; ++n) {
         int size = n == 0 ? 5 : n == 1 ? 9 : 16;
-        VisibleProbes probes = visible_probes(wo, m, S, probe_kernel(size));
-        o = direction_area(wo, probes.m, probes.cholesky);
+        probes = visible_probes(LEADR_SHADOWING_CORRELATED, wo, m, S, probe_kernel(size));
         float lit = 0.0;
         for (int k = 0; k < size; ++k) {
             VisibleProbe p = visible_probe(probes, wo, probe_node(size, k, probes.wide));
-            lit += p.weight * lit_probe(LEADR_SHADOWING_CORRELATED, o, wo, 1.0, p.wi, p.variance, probes.m, probes.cholesky).lit;
+            lit += p.weight * lit_probe(LEADR_SHADOWING_CORRELATED, probes, o, wo, 1.0, p).lit;
         }
-        put(lit);
+        put(lit / max(lit, 1.0));
     }
 }

@@ -10,7 +10,7 @@ void main() {
     vec3 S = next3();
     int n = int(next() + 0.5);
     at = gl_GlobalInvocationID.x * 15;
-    VisibleProbes probes = visible_probes(wo, m, S, probe_kernel(n));
+    VisibleProbes probes = visible_probes(LEADR_SHADOWING_NONE, wo, m, S, probe_kernel(n));
     float unit = inversesqrt(max(S.x + S.y, 1e-8));
     float weights = 0.0, lod = 0.0, cosine = 0.0;
     vec3 mirror = vec3(0.0), fresnel = vec3(0.0);

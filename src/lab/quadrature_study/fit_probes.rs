@@ -157,15 +157,16 @@ impl ProbeTraining {
             .par_iter()
             .map(|item| {
                 let Surface { wo, m, s } = item.surface;
-                let probes = visible_probes(wo, m, s, rule.kernel);
-                let o = direction_area(wo, probes.m, probes.cholesky);
+                let [plain, shadowed] =
+                    [Shadowing::None, Shadowing::Correlated].map(|v| visible_probes(v, wo, m, s, rule.kernel));
+                let o = direction_area(wo, plain.m, plain.cholesky);
                 let mut points = [[0.0; 2]; POINTS];
                 let mut sums = [0.0; 4];
-                for node in rule.nodes(probes.wide) {
-                    let p = visible_probe(&probes, wo, &node);
-                    let of = Shadowing::Correlated;
-                    let l = lit_probe(of, &o, wo, 1.0, p.wi, p.variance, probes.m, probes.cholesky);
-                    let seen = l.narrowing * p.variance;
+                for node in rule.nodes(plain.wide) {
+                    let p = visible_probe(&plain, wo, &node);
+                    let of_lit = visible_probe(&shadowed, wo, &node);
+                    let l = lit_probe(Shadowing::Correlated, &shadowed, &o, wo, 1.0, &of_lit);
+                    let seen = l.narrowing * of_lit.variance;
                     let (plain, lit) = (p.weight, p.weight * l.lit);
                     for (sum, (d, _)) in points.iter_mut().zip(&item.points) {
                         sum[0] += plain * kernel(p.variance, p.wi.dot(*d));

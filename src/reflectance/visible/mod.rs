@@ -4,6 +4,7 @@ pub mod diffuse;
 pub mod fresnel;
 pub mod horizon;
 pub mod kernel;
+pub mod lit_slopes;
 pub mod shadowed_environment;
 pub mod shadowed_specular;
 pub mod slopes;

@@ -1,72 +1,84 @@
 //! Specular environments with the shadows that the surface casts on itself, for rules with few probes.
 //!
-//! A probe represents a part of the lobe, not one direction, and the lit fraction of a direction ([`lit_fraction`])
-//! depends on its height above the mesosurface: it is concave, and falls to zero at the mesosurface's horizon. So the
-//! part of the lobe, of variance `v`, is taken apart once more, into two directions: one deviation up and one down. With
-//! the height as `x = cos θ` and `tan² δ = v`,
+//! Probes are placed for the slopes that mirror lit directions ([`lit_slopes`](super::lit_slopes)), and each counts by the share that it has of all visible
+//! facets. It represents a part of the lobe, not one direction, and the lit fraction of a direction
+//! ([`lit_fraction`]) depends on its height above the mesosurface: it is concave, and falls to zero at the mesosurface's horizon, where
+//! shares are largest. So the part of the lobe, of variance `v`, is taken apart once more, into two directions: one deviation up
+//! and one down. With the height as `x = cos θ` and `tan² δ = v`,
 //!
 //! ```text
 //! x± = x cos² δ ± sin θ sin δ
 //! ```
 //!
-//! (the second `cos δ` is what the width to the sides costs). The mean of the lit fractions there, weighted by
-//! Schlick's term (what grazes is both brighter and more often hidden), is the probe's, and their difference, `bias = (lit₊ − lit₋)/(lit₊ + lit₋)`, tells where the lit part lies: the environment is looked up
-//! in the direction tilted by `bias sin δ`, and the kernel's variance shrinks by half the share `bias²` that the tilt has of
-//! the variance along it. `v` is the kernel's variance where lobes are narrow. Kernels of wide lobes overlap so much that a
-//! node stands for less than its kernel.
+//! (the second `cos δ` is what the width to the sides costs). Each has its own lit fraction, share and Fresnel term: what
+//! grazes is both brighter and more often hidden. The mean of their products is the probe's, and their difference,
+//! `bias = (lit₊ − lit₋)/(lit₊ + lit₋)`, tells where the lit part lies: the environment is looked up in the direction
+//! tilted by `bias sin δ`, and the kernel's variance shrinks by half the share `bias²` that the tilt has of the variance
+//! along it.
 
-use super::specular::{ProbeRule, VisibleProbe, visible_probe, visible_probes};
-use crate::reflectance::integrals::specular::{MirrorSample, Mirrors};
+use super::lit_slopes::lit_share;
+use super::specular::{ProbeRule, VisibleProbe, VisibleProbes, visible_probe, visible_probes};
+use crate::reflectance::facets::fresnel::{grazing_reflectance, schlick_weight};
+use crate::reflectance::integrals::specular::Mirrors;
 use crate::reflectance::masking::correlated::{DirectionArea, direction_area, lit_fraction};
 use crate::reflectance::masking::shadowing::Shadowing;
-use glam::{DVec2, DVec3};
+use glam::{DVec2, DVec3, Vec3Swizzles as _};
+
+/// Largest logarithm of a share. Only directions next to the horizon, where nothing is lit, come near it.
+const MOST_SHARE: f64 = 4.0;
 
 /// The lit part of a probe.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LitProbe {
-    /// Its fraction, 0..1.
+    /// Its fraction, times its share of the visible facets in place of the probe's weight.
     pub lit: f64,
+    /// The same weighted by Schlick's term, without the reflectance at normal incidence.
+    pub grazing: f64,
     /// Direction in which the environment is looked up for it, unit.
     pub wi: DVec3,
     /// Factor of that lookup's variance, 0.5..1.
     pub narrowing: f64,
 }
 
-/// The lit part of a probe around `wi` that stands for light of this variance; its two directions weigh by Schlick's term of `f0`. `o`: the viewer's areas ([`direction_area`]); `m`,
-/// `cholesky`: the mean slope and Cholesky factor used to compute them.
+/// The lit part of a probe. `o`: the viewer's areas ([`direction_area`]) of `probes.m` and `probes.cholesky`; `f0`: mean
+/// reflectance at normal incidence, which weighs the two directions' lookup.
 #[must_use]
 pub fn lit_probe(
     shadowing: Shadowing,
+    probes: &VisibleProbes,
     o: &DirectionArea,
     wo: DVec3,
     f0: f64,
-    wi: DVec3,
-    variance: f64,
-    m: DVec2,
-    cholesky: DVec3,
+    p: &VisibleProbe,
 ) -> LitProbe {
     if shadowing == Shadowing::None {
-        return LitProbe { lit: 1.0, wi, narrowing: 1.0 };
+        return LitProbe { lit: 1.0, grazing: schlick_weight(p.cosine), wi: p.wi, narrowing: 1.0 };
     }
+    let (m, wi) = (probes.m, p.wi);
     let up = DVec3::new(-m.x, -m.y, 1.0) / (1.0 + m.length_squared()).sqrt();
     let height = up.dot(wi);
     let side = (1.0 - height * height).max(0.0).sqrt();
     let per_side = 1.0 / side.max(1e-4);
-    let cosine2 = 1.0 / (1.0 + variance);
-    let sine = (variance * cosine2).sqrt();
+    let cosine2 = 1.0 / (1.0 + p.variance);
+    let sine = (p.variance * cosine2).sqrt();
     let lit_at = |sign: f64| {
         let h = height * cosine2 + sign * side * sine;
         let w = up * h + (wi - up * height) * (per_side * (1.0 - h * h).max(0.0).sqrt());
-        let cosine = (0.5 + 0.5 * wo.dot(w)).clamp(0.0, 1.0).sqrt();
-        let fresnel = f0 + (1.0 - f0) * (1.0 - cosine).powi(5);
-        (fresnel, fresnel * lit_fraction(shadowing, o, &direction_area(w, m, cholesky)))
+        let half = wo + w;
+        let share = lit_share(&probes.lit, half.xy() / -half.z.max(1e-4) - m);
+        let lit = lit_fraction(shadowing, o, &direction_area(w, m, probes.cholesky))
+            * (probes.lit.mean + share).min(MOST_SHARE).exp();
+        DVec2::new(lit, lit * schlick_weight((0.5 + 0.5 * wo.dot(w)).max(0.0).sqrt()))
     };
-    let [(f_high, high), (f_low, low)] = [1.0, -1.0].map(lit_at);
-    let lit = (high + low) / (f_high + f_low).max(1e-6);
-    let bias = (high - low) / (high + low).max(1e-6);
+    let (high, low) = (lit_at(1.0), lit_at(-1.0));
+    let fresnel = |lit: DVec2| f0 * lit.x + (1.0 - f0) * lit.y;
+    let (above, below) = (fresnel(high), fresnel(low));
+    let bias = (above - below) / (above + below).max(1e-6);
+    let tilted = wi * cosine2.sqrt() + (up - wi * height) * (per_side * bias * sine);
     LitProbe {
-        lit,
-        wi: (wi * cosine2.sqrt() + (up - wi * height) * (per_side * bias * sine)).normalize(),
+        lit: 0.5 * (high.x + low.x),
+        grazing: 0.5 * (high.y + low.y),
+        wi: tilted / tilted.length_squared().max(1e-12).sqrt(),
         narrowing: 1.0 - 0.5 * bias * bias,
     }
 }
@@ -83,15 +95,20 @@ pub fn visible_specular_environment(
     rule: ProbeRule<'_>,
     radiance: impl Fn(&VisibleProbe) -> DVec3,
 ) -> Mirrors {
-    let probes = visible_probes(wo, m, s, rule.kernel);
+    let probes = visible_probes(shadowing, wo, m, s, rule.kernel);
     let o = direction_area(wo, probes.m, probes.cholesky);
-    let samples = rule.nodes(probes.wide).map(|node| {
-        let probe = visible_probe(&probes, wo, &node);
-        let LitProbe { lit, wi, narrowing } =
-            lit_probe(shadowing, &o, wo, f0.element_sum() / 3.0, probe.wi, probe.variance, probes.m, probes.cholesky);
-        let lookup = VisibleProbe { wi, variance: narrowing * probe.variance, ..probe };
-        MirrorSample { weight: probe.weight, cosine: probe.cosine, lit, lookup }
-    });
-    // The weights of a rule sum to one.
-    Mirrors::sum(f0, samples, radiance)
+    let rise = grazing_reflectance(f0) - f0;
+    let (mut sum, mut lit) = (Mirrors::default(), 0.0);
+    for node in rule.nodes(probes.wide) {
+        let p = visible_probe(&probes, wo, &node);
+        let l = lit_probe(shadowing, &probes, &o, wo, f0.element_sum() / 3.0, &p);
+        let lookup = VisibleProbe { wi: l.wi, variance: l.narrowing * p.variance, ..p };
+        sum.reflected += p.weight * (f0 * l.lit + rise * l.grazing) * radiance(&lookup);
+        sum.fresnel += p.weight * (f0 + rise * schlick_weight(p.cosine));
+        sum.weight += p.weight;
+        lit += p.weight * l.lit;
+    }
+    // The weights of a rule sum to one. Shares of lit probes do so but for errors, which must not add energy.
+    sum.reflected /= lit.max(1.0);
+    sum
 }

@@ -41,9 +41,11 @@
 //! change smoothly with the variance of the slopes ([`wide_lobe`]): their radii, weights and covers change,
 //! while the nodes keep their azimuths ([`ProbeRing`]; `lab::quadrature_study::fit_probes` finds the values).
 
-use super::slopes::visible_slopes;
+use super::lit_slopes::{LitSlopes, lit_slopes};
+use super::slopes::{VisibleSlopes, visible_slopes};
 use crate::reflectance::limits::within;
-use crate::reflectance::slopes::grid::{normal_of_slope, slope_cholesky};
+use crate::reflectance::masking::shadowing::Shadowing;
+use crate::reflectance::slopes::grid::slope_cholesky;
 use glam::{DVec2, DVec3, Vec3Swizzles as _};
 use std::f64::consts::TAU;
 
@@ -78,7 +80,7 @@ pub struct ProbeRing {
     pub phase: f64,
     /// Narrow lobes: `Σ weight = 1`, `Σ weight radius² = 2` and `Σ weight cover = 1` over the nodes of a rule.
     pub narrow: RingShape,
-    /// The limit of wide lobes: `Σ weight = 1`.
+    /// The limit of wide lobes: `Σ weight = 1`, `Σ weight radius² = 2`.
     pub wide: RingShape,
 }
 
@@ -97,8 +99,6 @@ pub struct ProbeKernel {
     pub share: [f64; 2],
     /// `g`: their share of a long lobe's variance along it.
     pub along: f64,
-    /// Factor that gives the nodes of wide lobes unit variance.
-    pub whole: f64,
 }
 
 /// A rule.
@@ -111,27 +111,27 @@ pub struct ProbeRule<'a> {
 }
 
 const FIVE: ProbeRule<'_> = ProbeRule {
-    kernel: ProbeKernel { share: [0.6, 0.32], along: 0.073, whole: 0.7229 },
+    kernel: ProbeKernel { share: [0.6, 0.413], along: 0.073 },
     rings: &[
-        ring(1, 0.000, [0.000_0, 0.229_228_000, 0.705_5], [0.000_0, 0.225_200_000, 0.370_6]),
-        ring(4, 0.390, [1.610_8, 0.192_693_000, 1.087_6], [2.222_6, 0.193_700_000, 0.263_6]),
+        ring(1, 0.000, [0.000_0, 0.229_228_000, 0.705_5], [0.0000, 0.396920000, 1.7688]),
+        ring(4, 0.390, [1.610_8, 0.192_693_000, 1.087_6], [1.8211, 0.150770000, 0.9803]),
     ],
 };
 
 const NINE: ProbeRule<'_> = ProbeRule {
-    kernel: ProbeKernel { share: [0.5, 0.398], along: 0.024, whole: 0.7235 },
+    kernel: ProbeKernel { share: [0.5, 0.262], along: 0.024 },
     rings: &[
-        ring(3, 0.000, [0.543_4, 0.110_301_110, 0.783_3], [0.975_4, 0.113_991_140, 0.324_9]),
-        ring(6, 5.925, [1.686_1, 0.111_516_112, 1.107_2], [2.304_7, 0.109_671_097, 0.444_2]),
+        ring(3, 0.000, [0.543_4, 0.110_301_110, 0.783_3], [0.7234, 0.169077662, 1.3253]),
+        ring(6, 5.925, [1.686_1, 0.111_516_112, 1.107_2], [1.8762, 0.082127836, 1.0869]),
     ],
 };
 
 const SIXTEEN: ProbeRule<'_> = ProbeRule {
-    kernel: ProbeKernel { share: [0.4, 0.237], along: 0.01, whole: 0.7729 },
+    kernel: ProbeKernel { share: [0.4, 0.167], along: 0.01 },
     rings: &[
-        ring(1, 0.000, [0.000_0, 0.101_126_798, 0.953_3], [0.000_0, 0.128_436_147, 0.457_6]),
-        ring(6, 5.925, [0.943_7, 0.082_907_834, 0.866_8], [1.003_6, 0.042_258_732, 0.256_2]),
-        ring(9, 3.213, [1.969_4, 0.044_602_911, 1.176_9], [2.237_0, 0.068_667_940, 0.172_9]),
+        ring(1, 0.000, [0.000_0, 0.101_126_798, 0.953_3], [0.0000, 0.129550000, 1.2382]),
+        ring(6, 5.925, [0.943_7, 0.082_907_834, 0.866_8], [1.0018, 0.081103000, 1.1103]),
+        ring(9, 3.213, [1.969_4, 0.044_602_911, 1.176_9], [1.9845, 0.042648000, 1.2183]),
     ],
 };
 
@@ -161,14 +161,49 @@ pub fn probe_rule(n: u32) -> ProbeRule<'static> {
     }
 }
 
-/// Variance of round slopes, summed over both axes, at which a lobe is half wide: a deviation of 0.84 per axis.
-pub const WIDE_HALF: f64 = 1.4;
+/// Variance of round slopes, summed over both axes, at which a lobe is half wide: a deviation of 0.42 per axis.
+pub const WIDE_HALF: f64 = 0.35;
 
 /// Width of a lobe, from 0 to 1; `s`: covariance of the slopes. Long lobes are as wide as they are across.
 #[must_use]
 pub fn wide_lobe(s: DVec3) -> f64 {
     let x = 4.0 / WIDE_HALF * (s.x * s.y - s.z * s.z).max(0.0) / (s.x + s.y).max(1e-15);
     x * x / (1.0 + x * x)
+}
+
+/// Where the nodes of a rule lie among the slopes: `middle + root p + bend u²`, `u = azimuth·root p`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct NodePlaces {
+    /// Slope of a node at the origin.
+    pub middle: DVec2,
+    /// Square root of the nodes' covariance `(xx, yy, xy)`.
+    pub root: DVec3,
+    /// Additional slope per `u²`.
+    pub bend: DVec2,
+    /// `u` per slope.
+    pub azimuth: DVec2,
+}
+
+/// The slope of a node, and its `u`.
+#[must_use]
+pub fn node_slope(places: &NodePlaces, p: DVec2) -> (DVec2, f64) {
+    let c = places.root;
+    let d = DVec2::new(c.x * p.x + c.z * p.y, c.z * p.x + c.y * p.y);
+    let u = within(d.dot(places.azimuth), 6.0);
+    (places.middle + d + places.bend * (u * u), u)
+}
+
+/// Places of the covariance `spread` about the mean of `v`, with its skewness. Also `γ` and `E[u²]`.
+fn node_places(wo: DVec3, v: &VisibleSlopes, spread: DVec3) -> (NodePlaces, f64, f64) {
+    let skew = v.third / (6.0 * v.variance * v.variance);
+    let azimuth = wo.xy() / v.b.max(1e-18);
+    let mean_square =
+        azimuth.x * (spread.x * azimuth.x + 2.0 * spread.z * azimuth.y) + spread.y * azimuth.y * azimuth.y;
+    // Rounding of a vanishing covariance must not look like a large one.
+    let mean_square = within(mean_square, 1.0);
+    let bend = skew * v.axis;
+    let middle = v.mean - bend * mean_square;
+    (NodePlaces { middle, root: root_of(spread), bend, azimuth }, skew, mean_square)
 }
 
 /// The values that all probes of a pixel share.
@@ -178,30 +213,26 @@ pub struct VisibleProbes {
     pub m: DVec2,
     /// Lower Cholesky factor `(c_xx, c_yx, c_yy)` of their covariance.
     pub cholesky: DVec3,
-    /// Slope of a node at the origin.
-    pub middle: DVec2,
-    /// Square root of the nodes' covariance `(xx, yy, xy)`.
-    pub spread: DVec3,
-    /// Additional slope per `u²`.
-    pub bend: DVec2,
-    /// `u = azimuth · d`.
-    pub azimuth: DVec2,
+    /// Visible area `A(wo)` of all facets.
+    pub area: f64,
+    /// Places of the probes.
+    pub places: NodePlaces,
     /// `t = along.x + u + along.y u²`, and half the inverse of the variance of the visible `u`.
     pub along: DVec3,
-    /// Square root of the covariance that places the nodes over the whole lobe, for their Fresnel terms.
-    pub whole: DVec3,
-    /// `middle` for these places.
-    pub mean: DVec2,
-    /// `along.x` for these places.
-    pub shift: f64,
     /// Projected area of the mesosurface, and its decrease per unit of `t`.
     pub facet: DVec2,
-    /// Visible area `A(wo)`.
-    pub area: f64,
+    /// Covariance of the slopes that one kernel stands for.
+    pub part: DVec3,
     /// Variance of a lookup per `a exp((t² − y²)/2) / |N|⁴`.
     pub kernel: f64,
     /// Width of the lobe ([`wide_lobe`]).
     pub wide: f64,
+    /// Places over the whole lobe, lit or not, for the Fresnel terms.
+    pub whole: NodePlaces,
+    /// Projected area of a facet of slope 0 there.
+    pub flat: f64,
+    /// What probes are placed for instead of all visible slopes; its `mean` includes the ratio of the visible areas.
+    pub lit: LitSlopes,
 }
 
 /// The symmetric square root of a covariance `(xx, yy, xy)`. Unlike a Cholesky factor, that of a thin one does not turn
@@ -213,10 +244,18 @@ pub fn root_of(s: DVec3) -> DVec3 {
     DVec3::new(s.x.max(0.0) + det, s.y.max(0.0) + det, s.z) * per
 }
 
-/// The probes for everything visible from `wo`. `wo`: unit; `m`, `s`: mean slope and covariance, anything finite.
+/// The probes for everything visible from `wo`, or with `shadowing` for the part of it that is lit. `wo`: unit; `m`, `s`:
+/// mean slope and covariance, anything finite.
 #[must_use]
-pub fn visible_probes(wo: DVec3, m: DVec2, s: DVec3, kernel: ProbeKernel) -> VisibleProbes {
-    let v = visible_slopes(wo, m, s);
+pub fn visible_probes(shadowing: Shadowing, wo: DVec3, m: DVec2, s: DVec3, kernel: ProbeKernel) -> VisibleProbes {
+    let all = visible_slopes(wo, m, s);
+    let mut lit = LitSlopes { m: all.m, s: all.s, lean: DVec2::ZERO, damp: DVec3::ZERO, mean: 0.0 };
+    let mut v = all;
+    if shadowing != Shadowing::None {
+        lit = lit_slopes(wo, &all);
+        v = visible_slopes(wo, lit.m, lit.s);
+        lit.mean += (v.area.max(1e-30) / all.area.max(1e-30)).ln();
+    }
     // |dwi|² = 4/|N|² ((p·ds)² + facet²/|N|² (|ds|² − (s·ds)²/|N|²)) at the mean.
     let s = v.mean;
     let per = 1.0 / (1.0 + s.dot(s));
@@ -240,11 +279,12 @@ pub fn visible_probes(wo: DVec3, m: DVec2, s: DVec3, kernel: ProbeKernel) -> Vis
     let difference = sum * (1.0 - round).sqrt();
     let major = 0.5 * (sum + difference);
     let minor = det / major.max(LEAST);
+    let wide = wide_lobe(all.s);
     let round8 = (round * round * round * round).powi(2);
-    let wide = wide_lobe(v.s);
-    let mix = |[narrow, other]: [f64; 2]| narrow + wide * (other - narrow);
+    let even = round8 + wide * (1.0 - round8);
+    let share = kernel.share[0] + wide * (kernel.share[1] - kernel.share[0]);
     // 2 det/sum is the minor variance of round lobes, without its kink there.
-    let most = (minor - mix(kernel.share) * 0.5 * sum * round) * round8;
+    let most = (minor - share * 0.5 * sum * round) * even;
     let long = kernel.along * sum * (1.0 - round);
     let variance = minor - most + long;
     // What nodes keep across the lobe: its variance less the kernel's, rounded off at 0.
@@ -255,28 +295,20 @@ pub fn visible_probes(wo: DVec3, m: DVec2, s: DVec3, kernel: ProbeKernel) -> Vis
     let of_lobe = 1.0 - 0.5 * (root - rest) / difference.max(1e-3 * sum).max(LEAST);
     let spread = of_lobe * v.cov + (across - of_lobe * minor) * inverse;
 
-    let skew = v.third / (6.0 * v.variance * v.variance);
-    let azimuth = wo.xy() / v.b.max(1e-18);
-    let mean_square =
-        azimuth.x * (spread.x * azimuth.x + 2.0 * spread.z * azimuth.y) + spread.y * azimuth.y * azimuth.y;
-    // Rounding of a vanishing covariance must not look like a large one.
-    let mean_square = within(mean_square, 1.0);
-    let bend = skew * v.axis;
+    let (places, skew, mean_square) = node_places(wo, &v, spread);
     VisibleProbes {
-        m: v.m,
-        cholesky: slope_cholesky(v.s),
-        middle: v.mean - bend * mean_square,
-        spread: root_of(spread),
-        bend,
-        azimuth,
+        m: all.m,
+        cholesky: slope_cholesky(all.s),
+        area: all.area,
+        places,
         along: DVec3::new(-v.shift - skew * mean_square, skew, 0.5 / v.variance),
-        whole: root_of(v.cov) * mix([1.0, kernel.whole]),
-        mean: v.mean - bend * v.variance,
-        shift: -v.shift - skew * v.variance,
         facet: DVec2::new(v.a, v.b),
-        area: v.area,
+        part: (1.0 - wide) * (v.cov - spread),
         kernel: variance * v.area / (v.facet * v.variance.sqrt() * per * per),
         wide,
+        whole: node_places(wo, &all, all.cov).0,
+        flat: all.a + wo.xy().dot(all.m),
+        lit,
     }
 }
 
@@ -285,9 +317,9 @@ pub fn visible_probes(wo: DVec3, m: DVec2, s: DVec3, kernel: ProbeKernel) -> Vis
 pub struct VisibleProbe {
     /// Slope of the facet.
     pub slope: DVec2,
-    /// Reflected direction, unit.
+    /// Mean direction that its part of the lobe reflects, unit.
     pub wi: DVec3,
-    /// `wo·wn` for the Fresnel term, 0..1.
+    /// `wo·wn` for the Fresnel term of all visible facets, 0..1.
     pub cosine: f64,
     /// Weight; the weights of a rule sum to one.
     pub weight: f64,
@@ -295,29 +327,35 @@ pub struct VisibleProbe {
     pub variance: f64,
 }
 
+/// Mean direction, unit, reflected by Gaussian slopes of covariance `c` about `slope`: to second order,
+/// `E[f N/|N|²]` by the moments of `f N` and of `|N|²`, where `f` is the projected area of a facet, and here of the one at
+/// `slope`.
+#[must_use]
+pub fn mean_mirror(wo: DVec3, slope: DVec2, f: f64, c: DVec3) -> DVec3 {
+    let by = |v: DVec2| DVec2::new(c.x * v.x + c.z * v.y, c.z * v.x + c.y * v.y);
+    let (o, s) = (by(wo.xy()), by(slope));
+    let per = 1.0 / (1.0 + slope.dot(slope) + c.x + c.y);
+    let up = f + 2.0 * per * (wo.xy().dot(s) + 2.0 * per * f * slope.dot(s));
+    let flat = o + 2.0 * per * f * s - up * slope;
+    let wi = 2.0 * per * flat.extend(up) - wo;
+    wi / wi.length_squared().max(1e-12).sqrt()
+}
+
 /// The probe of a node.
 #[must_use]
 pub fn visible_probe(probes: &VisibleProbes, wo: DVec3, node: &ProbeNode) -> VisibleProbe {
-    let p = node.place;
-    let by = |c: DVec3| DVec2::new(c.x * p.x + c.z * p.y, c.z * p.x + c.y * p.y);
-    let d = by(probes.spread);
-    let u = within(d.dot(probes.azimuth), 6.0);
+    let (slope, u) = node_slope(&probes.places, node.place);
     let t = probes.along.x + u + probes.along.y * u * u;
-    let slope = probes.middle + d + probes.bend * (u * u);
-    let wn = normal_of_slope(slope);
-    let facet = |t: f64| (probes.facet.x - t * probes.facet.y).max(0.0);
-    let toward = facet(t) * wn.z;
-    let stretch = (0.5 * t * t - probes.along.z * u * u).min(40.0).exp() * wn.z.powi(4);
+    let z2 = 1.0 / (1.0 + slope.dot(slope));
+    let stretch = (0.5 * t * t - probes.along.z * u * u).min(40.0).exp() * z2 * z2;
     let variance = (probes.kernel * node.cover * stretch).min(1e6);
     // The Fresnel term is convex, and a kernel does not filter it.
-    let whole = by(probes.whole);
-    let u = within(whole.dot(probes.azimuth), 6.0);
-    let facet = facet(probes.shift + u + probes.along.y * u * u);
-    let cosine = facet / (1.0 + (probes.mean + whole + probes.bend * (u * u)).length_squared()).sqrt();
+    let (whole, _) = node_slope(&probes.whole, node.place);
+    let cosine = (probes.flat - wo.xy().dot(whole)).max(0.0) / (1.0 + whole.length_squared()).sqrt();
     VisibleProbe {
         slope,
-        wi: 2.0 * toward * wn - wo,
-        cosine,
+        wi: mean_mirror(wo, slope, (probes.facet.x - t * probes.facet.y).max(0.0), probes.part),
+        cosine: cosine.min(1.0),
         weight: node.weight,
         variance: variance / (1.0 + 0.5 * variance),
     }
@@ -339,7 +377,9 @@ mod tests {
                 let (xx, yy, xy) = (sum(&|p| p.x * p.x), sum(&|p| p.y * p.y), sum(&|p| p.x * p.y));
                 println!("{n} {wide}: {xx}");
                 assert!(
-                    (xx - yy).abs() < 1e-5 && (wide > 0.0 || (xx - 1.0).abs() < 1e-4) && xy.abs() < 1e-5,
+                    (xx - yy).abs() < 1e-5
+                        && (xx - 1.0).abs() < if wide == 0.3 { 5e-3 } else { 2e-4 }
+                        && xy.abs() < 1e-5,
                     "{xx} {yy} {xy}"
                 );
             }

@@ -16,7 +16,7 @@ use leadr::reflectance::visible::shadowed_environment::{
     bent_normal, shadowed_diffuse_environment, visible_slope_shift,
 };
 use leadr::reflectance::visible::shadowed_specular::{lit_probe, visible_specular_environment};
-use leadr::reflectance::visible::specular::probe_rule;
+use leadr::reflectance::visible::specular::{VisibleProbe, probe_rule, visible_probes};
 
 /// Two directions: any, equal, or with the same or opposite azimuths (ρ = ±1 on an isotropic surface).
 fn pair(r: &mut Random, s: DVec3) -> (DVec3, DVec3) {
@@ -94,7 +94,7 @@ fn shadowed_specular_parity() {
             let (wo, wi, m, s) = loop {
                 let (m, s) = (r.mean_slope(), r.covariance());
                 let (wo, wi) = pair(r, s);
-                if meso_area(wo, m) > 0.01 && wo.truncate().length() > 0.01 {
+                if meso_area(wo, m) > 0.01 && wo.truncate().length() > 0.02 {
                     break (wo, wi, m, s);
                 }
             };
@@ -102,15 +102,16 @@ fn shadowed_specular_parity() {
         },
         |x| {
             let (wo, wi, m, s) = (v3(x, 0), v3(x, 3), v2(x, 6), v3(x, 8));
-            let cholesky = slope_cholesky(s);
-            let o = direction_area(wo, m, cholesky);
+            let probes = visible_probes(Shadowing::Smith, wo, m, s, probe_rule(16).kernel);
+            let o = direction_area(wo, probes.m, probes.cholesky);
+            let any = VisibleProbe { slope: DVec2::ZERO, wi, cosine: 0.0, weight: 0.0, variance: x[11] };
             let lit = [Shadowing::Smith, Shadowing::Correlated, Shadowing::CorrelatedSimple]
-                .map(|v| lit_probe(v, &o, wo, 0.04, wi, x[11], m, cholesky));
+                .map(|v| lit_probe(v, &probes, &o, wo, 0.04, &any));
             let white = [5, 9, 16].map(|n| {
                 let (v, rule) = (Shadowing::Correlated, probe_rule(n));
                 visible_specular_environment(v, wo, m, s, DVec3::ONE, rule, |_| DVec3::ONE).reflected.x
             });
-            list![lit.map(|l| l.lit), lit[0].wi, white]
+            list![lit.map(|l| l.lit), [lit[0].grazing], lit[0].wi, [probes.lit.mean], white]
         },
     );
 }
@@ -122,5 +123,5 @@ fn finite_at_the_extremes() {
     let r = &mut Random(7);
     finite::<11, 0>(&gpu, r, "masking/correlated", 11, 2, |_| []);
     finite::<8, 0>(&gpu, r, "visible/shadowed_environment", 9, 1, |_| []);
-    finite::<12, 1>(&gpu, r, "visible/shadowed_specular", 9, 2, |r| [r.log(1e-6, 4.0) as f32]);
+    finite::<12, 1>(&gpu, r, "visible/shadowed_specular", 11, 2, |r| [r.log(1e-6, 4.0) as f32]);
 }

@@ -78,7 +78,7 @@ fn diffuse() {
 #[test]
 fn specular() {
     let data = oracle("leadr_integrals.json");
-    for (n, bound) in [(5, (2.1e-2, 0.08)), (9, (1.85e-2, 0.077)), (16, (1.75e-2, 0.077))] {
+    for (n, bound) in [(5, (1.95e-2, 0.06)), (9, (1.15e-2, 0.039)), (16, (6.1e-3, 0.023))] {
         let rule = probe_rule(n);
         let mut errors = Errors::default();
         for (wo, m, s, c) in configurations(&data) {

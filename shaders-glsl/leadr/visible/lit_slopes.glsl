@@ -1,0 +1,59 @@
+#ifndef LEADR_LIT_SLOPES_GLSL
+#define LEADR_LIT_SLOPES_GLSL
+
+#include "slopes.glsl"
+
+// The part of the visible slopes that mirrors a lit direction. A facet mirrors a direction above the mesosurface's horizon if its
+// slope lies within a conic about the viewer's; exp(-lean.x - x D x / 2), x the slope from the mean, is a Gaussian
+// that fades out with that height, the more the rougher the surface. Times the density of the slopes it is another Gaussian
+// (src/reflectance/visible/lit_slopes.rs).
+
+// -ln weight of a direction at the horizon against the highest, of a very rough surface seen from straight above; mean variance of
+// the slopes, per axis, at which half of it applies; the linear part against that of the quadratic.
+const float LEADR_LIT_FALL = 1.35;
+const float LEADR_LIT_HALF = 0.2;
+const float LEADR_LIT_LEAN = 0.65;
+
+struct LitSlopes {
+    vec2 m;     // mean of the weighted slopes, all facets
+    vec3 S;     // their covariance
+    vec2 lean;  // the weight's exponent
+    vec3 damp;  // D: xx, yy, xy
+    float mean; // logarithm of the mean weight
+};
+
+// The weighted slopes of what visible_slopes found.
+LitSlopes lit_slopes(vec3 wo, VisibleSlopes v) {
+    vec2 m = v.m;
+    vec3 S = v.S;
+    float per = 1.0 / (1.0 + dot(m, m));
+    float height = max(v.a, 0.0) * sqrt(per);
+    float r = (0.5 / LEADR_LIT_HALF) * (S.x + S.y);
+    float k = 2.0 * LEADR_LIT_FALL * height * sqrt(per) * (r * r / (1.0 + r * r));
+    LitSlopes lit;
+    lit.lean = (LEADR_LIT_LEAN * k * sqrt(height)) * wo.xy;
+    // Where the conic is no ellipse, only its flat direction is kept.
+    float even = max(wo.z, 0.0);
+    float across = dot(wo.xy, m);
+    float part = even / max(max(length(wo.xy) * length(m), even), 1e-9);
+    vec3 bend = part * vec3(2.0 * wo.xy * m - across, wo.x * m.y + wo.y * m.x);
+    lit.damp = (k * per) * (vec3(even, even, 0.0) + bend);
+    // (S^-1 + D)^-1
+    vec3 D = lit.damp;
+    float det = max(S.x * S.y - S.z * S.z, 0.0);
+    float both = det * max(D.x * D.y - D.z * D.z, 0.0);
+    float share = 1.0 / (1.0 + S.x * D.x + S.y * D.y + 2.0 * S.z * D.z + both);
+    lit.S = share * (S + det * vec3(D.yx, -D.z));
+    vec2 moved = -vec2(dot(lit.S.xz, lit.lean), dot(lit.S.zy, lit.lean));
+    lit.m = m + moved;
+    lit.mean = 0.5 * (log(share) - dot(lit.lean, moved));
+    return lit;
+}
+
+// Logarithm of 1/weight at x from the mean slope.
+float lit_share(LitSlopes lit, vec2 x) {
+    vec3 D = lit.damp;
+    return dot(lit.lean, x) + 0.5 * (D.x * x.x * x.x + D.y * x.y * x.y) + D.z * x.x * x.y;
+}
+
+#endif
