@@ -3,6 +3,7 @@
 
 #include "../facets/fresnel.glsl"
 #include "../masking/correlated.glsl"
+#include "horizon.glsl"
 #include "specular.glsl"
 
 // Specular environments with the shadows that the surface casts on itself, for rules with few probes
@@ -10,7 +11,7 @@
 //     VisibleProbes probes = visible_probes(shadowing, wo, m, S, probe_kernel(n));
 //     DirectionArea o = direction_area(wo, probes.m, probes.cholesky);
 // and for each probe
-//     LitProbe l = lit_probe(shadowing, probes, o, wo, mean of f0, p);
+//     LitProbe l = lit_probe(shadowing, probes, o, wo, mean of f0, p); or with the horizon of larger bumps: (…, p, true, horizon)
 //     reflected += p.weight * (f0 * l.lit + (grazing_reflectance(f0) - f0) * l.grazing) * lookup of l.wi, l.narrowing * p.variance
 //     lit += p.weight * l.lit
 // and at last reflected /= max(lit, 1.0): no error of a share may add energy.
@@ -25,18 +26,25 @@ struct LitProbe {
 // Largest logarithm of a share. Only directions next to the horizon, where nothing is lit, come near it.
 const float LEADR_MOST_SHARE = 4.0;
 
-// Lit share of a direction, and the same weighted by Schlick's term.
-vec2 lit_direction(int shadowing, VisibleProbes probes, DirectionArea o, vec3 wo, vec3 w) {
+// Part of the deviation of a probe's light that is left to each of the two directions that it is taken apart into.
+const float LEADR_HALF_DEVIATION = 0.5;
+
+// Lit share of a direction, and the same weighted by Schlick's term. relief: whether the light, of this deviation, must pass h.
+vec2 lit_direction(int shadowing, VisibleProbes probes, DirectionArea o, vec3 wo, vec3 w, bool relief, Horizon h, float deviation) {
     vec3 middle = wo + w;
     float share = probes.lit.mean + lit_share(probes.lit, middle.xy / -max(middle.z, 1e-4) - probes.m);
     float lit = lit_fraction(shadowing, o, direction_area(w, probes.m, probes.cholesky)) * exp(min(share, LEADR_MOST_SHARE));
+    if (relief) {
+        lit *= horizon_visibility(w, probes.m, h, deviation);
+    }
     return lit * vec2(1.0, schlick_weight(sqrt(max(0.5 + 0.5 * dot(wo, w), 0.0))));
 }
 
 // The lit part of a probe: the mean of the directions one deviation above it and below it, as seen from the mesosurface, each
-// with its lit fraction, share and Fresnel term. The lookup moves and narrows to the lit part.
-LitProbe lit_probe(int shadowing, VisibleProbes probes, DirectionArea o, vec3 wo, float f0, VisibleProbe p) {
-    if (shadowing == LEADR_SHADOWING_NONE) return LitProbe(1.0, schlick_weight(p.cosine), p.wi, 1.0);
+// with its lit fraction, share and Fresnel term. The lookup moves and narrows to the lit part. relief: whether it must pass the
+// horizon h of larger bumps as well.
+LitProbe lit_probe(int shadowing, VisibleProbes probes, DirectionArea o, vec3 wo, float f0, VisibleProbe p, bool relief, Horizon h) {
+    if (shadowing == LEADR_SHADOWING_NONE && !relief) return LitProbe(1.0, schlick_weight(p.cosine), p.wi, 1.0);
     vec2 m = probes.m;
     vec3 up = vec3(-m, 1.0) * inversesqrt(1.0 + dot(m, m));
     float height = dot(up, p.wi);
@@ -47,14 +55,19 @@ LitProbe lit_probe(int shadowing, VisibleProbes probes, DirectionArea o, vec3 wo
     vec2 heights = height * cosine2 + vec2(side * sine, -side * sine);
     vec2 sides = per_side * sqrt(max(1.0 - heights * heights, 0.0));
     vec3 flat_wi = p.wi - up * height;
-    vec2 high = lit_direction(shadowing, probes, o, wo, up * heights.x + flat_wi * sides.x);
-    vec2 low = lit_direction(shadowing, probes, o, wo, up * heights.y + flat_wi * sides.y);
+    float deviation = LEADR_HALF_DEVIATION * sqrt(p.variance);
+    vec2 high = lit_direction(shadowing, probes, o, wo, up * heights.x + flat_wi * sides.x, relief, h, deviation);
+    vec2 low = lit_direction(shadowing, probes, o, wo, up * heights.y + flat_wi * sides.y, relief, h, deviation);
     float above = mix(high.y, high.x, f0);
     float below = mix(low.y, low.x, f0);
     float bias = (above - below) / max(above + below, 1e-6);
     vec3 towards = p.wi * sqrt(cosine2) + (up - p.wi * height) * (per_side * bias * sine);
     vec2 both = 0.5 * (high + low);
     return LitProbe(both.x, both.y, towards * inversesqrt(max(dot(towards, towards), 1e-12)), 1.0 - 0.5 * bias * bias);
+}
+
+LitProbe lit_probe(int shadowing, VisibleProbes probes, DirectionArea o, vec3 wo, float f0, VisibleProbe p) {
+    return lit_probe(shadowing, probes, o, wo, f0, p, false, Horizon(vec2(0.0), vec3(0.0)));
 }
 
 #endif

@@ -62,9 +62,8 @@ Mirrors probe_mirrors(Surface surface, vec3 wo, vec3 S) {
     float lit = 0.0, grazing = 0.0;
     [[unroll]] for (int i = 0; i < SAMPLES; ++i) {
         VisibleProbe p = visible_probe(probes, wo, probe_node(SAMPLES, i, probes.wide));
-        LitProbe l = lit_probe(SHADOWING, probes, o, wo, mean_f0, p);
-        vec3 f = (p.weight * relief_visibility(surface, p.wi, sqrt(p.variance))) * (f0 * l.lit + rise * l.grazing);
-        reflected += f * lobe_radiance(surface, l.wi, l.narrowing * p.variance);
+        LitProbe l = lit_probe(SHADOWING, probes, o, wo, mean_f0, p, USES_HORIZON, surface.horizon);
+        reflected += p.weight * (f0 * l.lit + rise * l.grazing) * lobe_radiance(surface, l.wi, l.narrowing * p.variance);
         lit += p.weight * l.lit;
         grazing += p.weight * schlick_weight(p.cosine);
     }

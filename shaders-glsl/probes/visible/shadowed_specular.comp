@@ -9,7 +9,7 @@ void main() {
     vec2 m = next2();
     vec3 S = next3();
     float variance = next();
-    at = gl_GlobalInvocationID.x * 11;
+    at = gl_GlobalInvocationID.x * 12;
     VisibleProbes probes = visible_probes(LEADR_SHADOWING_SMITH, wo, m, S, probe_kernel(16));
     DirectionArea o = direction_area(wo, probes.m, probes.cholesky);
     VisibleProbe any = VisibleProbe(vec2(0.0), wi, 0.0, 0.0, variance);
@@ -20,6 +20,8 @@ void main() {
     put(one.grazing);
     put(one.wi);
     put(probes.lit.mean);
+    Horizon h = Horizon(m * 0.5, vec3(S.xy, 0.0));
+    put(lit_probe(LEADR_SHADOWING_SMITH, probes, o, wo, 0.04, any, true, h).lit);
     for (int n = 0; n < 3; ++n) {
         int size = n == 0 ? 5 : n == 1 ? 9 : 16;
         probes = visible_probes(LEADR_SHADOWING_CORRELATED, wo, m, S, probe_kernel(size));

@@ -165,7 +165,7 @@ impl ProbeTraining {
                 for node in rule.nodes(plain.wide) {
                     let p = visible_probe(&plain, wo, &node);
                     let of_lit = visible_probe(&shadowed, wo, &node);
-                    let l = lit_probe(Shadowing::Correlated, &shadowed, &o, wo, 1.0, &of_lit);
+                    let l = lit_probe(Shadowing::Correlated, &shadowed, &o, wo, 1.0, &of_lit, None);
                     let seen = l.narrowing * of_lit.variance;
                     let (plain, lit) = (p.weight, p.weight * l.lit);
                     for (sum, (d, _)) in points.iter_mut().zip(&item.points) {

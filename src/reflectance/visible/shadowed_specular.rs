@@ -14,8 +14,10 @@
 //! grazes is both brighter and more often hidden. The mean of their products is the probe's, and their difference,
 //! `bias = (lit₊ − lit₋)/(lit₊ + lit₋)`, tells where the lit part lies: the environment is looked up in the direction
 //! tilted by `bias sin δ`, and the kernel's variance shrinks by half the share `bias²` that the tilt has of the variance
-//! along it.
+//! along it. Bumps larger than the pixel hide the two directions in the same way, each by its own height over their horizon
+//! ([`horizon_visibility`]); for the whole probe at once, a lobe that is cut by a horizon would be too bright.
 
+use super::horizon::{Horizon, horizon_visibility};
 use super::lit_slopes::lit_share;
 use super::specular::{ProbeRule, VisibleProbe, VisibleProbes, visible_probe, visible_probes};
 use crate::reflectance::facets::fresnel::{grazing_reflectance, schlick_weight};
@@ -26,6 +28,9 @@ use glam::{DVec2, DVec3, Vec3Swizzles as _};
 
 /// Largest logarithm of a share. Only directions next to the horizon, where nothing is lit, come near it.
 const MOST_SHARE: f64 = 4.0;
+
+/// Part of the deviation of a probe's light that is left to each of the two directions that it is taken apart into.
+const HALF_DEVIATION: f64 = 0.5;
 
 /// The lit part of a probe.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -41,7 +46,7 @@ pub struct LitProbe {
 }
 
 /// The lit part of a probe. `o`: the viewer's areas ([`direction_area`]) of `probes.m` and `probes.cholesky`; `f0`: mean
-/// reflectance at normal incidence, which weighs the two directions' lookup.
+/// reflectance at normal incidence, which weighs the two directions' lookup; `horizon`: of bumps larger than the pixel.
 #[must_use]
 pub fn lit_probe(
     shadowing: Shadowing,
@@ -50,8 +55,9 @@ pub fn lit_probe(
     wo: DVec3,
     f0: f64,
     p: &VisibleProbe,
+    horizon: Option<&Horizon>,
 ) -> LitProbe {
-    if shadowing == Shadowing::None {
+    if shadowing == Shadowing::None && horizon.is_none() {
         return LitProbe { lit: 1.0, grazing: schlick_weight(p.cosine), wi: p.wi, narrowing: 1.0 };
     }
     let (m, wi) = (probes.m, p.wi);
@@ -61,12 +67,14 @@ pub fn lit_probe(
     let per_side = 1.0 / side.max(1e-4);
     let cosine2 = 1.0 / (1.0 + p.variance);
     let sine = (p.variance * cosine2).sqrt();
+    let deviation = HALF_DEVIATION * p.variance.sqrt();
     let lit_at = |sign: f64| {
         let h = height * cosine2 + sign * side * sine;
         let w = up * h + (wi - up * height) * (per_side * (1.0 - h * h).max(0.0).sqrt());
         let half = wo + w;
         let share = lit_share(&probes.lit, half.xy() / -half.z.max(1e-4) - m);
         let lit = lit_fraction(shadowing, o, &direction_area(w, m, probes.cholesky))
+            * horizon.map_or(1.0, |horizon| horizon_visibility(w, m, horizon, deviation))
             * (probes.lit.mean + share).min(MOST_SHARE).exp();
         DVec2::new(lit, lit * schlick_weight((0.5 + 0.5 * wo.dot(w)).max(0.0).sqrt()))
     };
@@ -101,7 +109,7 @@ pub fn visible_specular_environment(
     let (mut sum, mut lit) = (Mirrors::default(), 0.0);
     for node in rule.nodes(probes.wide) {
         let p = visible_probe(&probes, wo, &node);
-        let l = lit_probe(shadowing, &probes, &o, wo, f0.element_sum() / 3.0, &p);
+        let l = lit_probe(shadowing, &probes, &o, wo, f0.element_sum() / 3.0, &p, None);
         let lookup = VisibleProbe { wi: l.wi, variance: l.narrowing * p.variance, ..p };
         sum.reflected += p.weight * (f0 * l.lit + rise * l.grazing) * radiance(&lookup);
         sum.fresnel += p.weight * (f0 + rise * schlick_weight(p.cosine));

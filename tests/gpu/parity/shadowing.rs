@@ -12,6 +12,7 @@ use leadr::reflectance::masking::correlated::{direction_area, lit_fraction, mask
 use leadr::reflectance::masking::shadowing::Shadowing;
 use leadr::reflectance::random::Random;
 use leadr::reflectance::slopes::grid::slope_cholesky;
+use leadr::reflectance::visible::horizon::Horizon;
 use leadr::reflectance::visible::shadowed_environment::{
     bent_normal, shadowed_diffuse_environment, visible_slope_shift,
 };
@@ -106,12 +107,14 @@ fn shadowed_specular_parity() {
             let o = direction_area(wo, probes.m, probes.cholesky);
             let any = VisibleProbe { slope: DVec2::ZERO, wi, cosine: 0.0, weight: 0.0, variance: x[11] };
             let lit = [Shadowing::Smith, Shadowing::Correlated, Shadowing::CorrelatedSimple]
-                .map(|v| lit_probe(v, &probes, &o, wo, 0.04, &any));
+                .map(|v| lit_probe(v, &probes, &o, wo, 0.04, &any, None));
+            let h = Horizon { lean: m * 0.5, spread: DVec3::new(s.x, s.y, 0.0) };
+            let past = lit_probe(Shadowing::Smith, &probes, &o, wo, 0.04, &any, Some(&h)).lit;
             let white = [5, 9, 16].map(|n| {
                 let (v, rule) = (Shadowing::Correlated, probe_rule(n));
                 visible_specular_environment(v, wo, m, s, DVec3::ONE, rule, |_| DVec3::ONE).reflected.x
             });
-            list![lit.map(|l| l.lit), [lit[0].grazing], lit[0].wi, [probes.lit.mean], white]
+            list![lit.map(|l| l.lit), [lit[0].grazing], lit[0].wi, [probes.lit.mean, past], white]
         },
     );
 }
@@ -123,5 +126,5 @@ fn finite_at_the_extremes() {
     let r = &mut Random(7);
     finite::<11, 0>(&gpu, r, "masking/correlated", 11, 2, |_| []);
     finite::<8, 0>(&gpu, r, "visible/shadowed_environment", 9, 1, |_| []);
-    finite::<12, 1>(&gpu, r, "visible/shadowed_specular", 11, 2, |r| [r.log(1e-6, 4.0) as f32]);
+    finite::<12, 1>(&gpu, r, "visible/shadowed_specular", 12, 2, |r| [r.log(1e-6, 4.0) as f32]);
 }
