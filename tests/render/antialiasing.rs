@@ -2,7 +2,7 @@
 //! fractions of a pixel, with and without the macrosurface's curvature in the slope covariance (IGSA; LEADR 4.2).
 //!
 //! The 64-sample reference filters with a box of one pixel, the kernel with a Gaussian of standard deviation half a pixel, which
-//! is wider: highlights are softer than the reference's and 10 to 19 % brighter in total. With the variance of the box, 1/12,
+//! is wider where surfaces are as glossy as these: highlights are softer than the reference's and 9 to 19 % brighter in total. With the variance of the box, 1/12,
 //! the sphere of 6 pixels is nearer to the reference (4 % too dark), but its brightness varies by 55 % instead of 5 %.
 
 use crate::common::gpu::test_gpu;

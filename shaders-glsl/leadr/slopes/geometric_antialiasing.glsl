@@ -8,6 +8,7 @@
 // forms; the kernel of the normal alone is add_macro_curvature.
 
 const float LEADR_PIXEL_VARIANCE = 0.25; // variance of the pixel filter, squared pixels
+const float LEADR_KERNEL_COVER = 3.0;    // the kernel over the covariance of slopes that make half of its excess needless
 const float LEADR_KERNEL_BOUND = 0.18;   // bound on the kernel's trace on the sphere, squared radians
 
 // Kernel at the half vector wh (tangent frame); dx and dy: its differences to the neighbouring pixels.
@@ -34,6 +35,17 @@ vec3 tilt_kernel(vec3 kernel, vec2 slope) {
     vec2 ku = vec2(kernel.x * u.x + kernel.z * u.y, kernel.z * u.x + kernel.y * u.y);
     vec2 kv = vec2(kernel.x * v.x + kernel.z * v.y, kernel.z * v.x + kernel.y * v.y);
     return clamp_covariance(vec3(dot(u, ku), dot(v, kv), dot(u, kv)));
+}
+
+// What the kernel adds to slopes of covariance S: its variance of a quarter of a squared pixel where they are smooth, and hardly more
+// than a twelfth, that of the pixel itself, where they hide the difference.
+vec3 kernel_over(vec3 kernel, vec3 S) {
+    vec3 T = LEADR_KERNEL_COVER * S;
+    vec3 whole = kernel + T;
+    float of_kernel = max(fma(kernel.x, kernel.y, -kernel.z * kernel.z), 0.0);
+    float of_slopes = max(fma(T.x, T.y, -T.z * T.z), 0.0);
+    float per = 1.0 / max(fma(whole.x, whole.y, -whole.z * whole.z), max(of_kernel + of_slopes, 1e-30));
+    return kernel - (2.0 / 3.0 * per) * (of_slopes * kernel + of_kernel * T);
 }
 
 // Cheaper kernels that are at least as wide as the full one in every direction.

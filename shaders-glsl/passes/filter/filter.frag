@@ -233,7 +233,7 @@ void main() {
     // it the variance is the same at every magnification.
     vec3 covariance = technique_covariance(map_covariance(map, gradient_covariance), vec3(0.0));
     if (USES_CURVATURE) {
-        covariance += tilt_kernel(curvature, mean_slope);
+        covariance += kernel_over(tilt_kernel(curvature, mean_slope), add_roughness(covariance, color.a));
     }
 
     out_horizon = uvec2(0u);

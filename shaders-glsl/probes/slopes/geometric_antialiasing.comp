@@ -11,9 +11,10 @@ void main() {
     vec2 m = next2();
     vec3 S = next3();
     vec3 kernel = next3();
-    at = gl_GlobalInvocationID.x * 19;
+    at = gl_GlobalInvocationID.x * 22;
     put(half_vector_kernel(wh, dx, dy));
     put(tilt_kernel(kernel, m));
+    put(kernel_over(kernel, S));
     put(axis_aligned_kernel(kernel).xy);
     put(isotropic_kernel(kernel).xy);
     put(filter_covariance(S, kernel));

@@ -21,6 +21,9 @@ use std::f64::consts::PI;
 /// Variance of the pixel filter, in squared pixels: a standard deviation of half a pixel.
 pub const PIXEL_VARIANCE: f64 = 0.25;
 
+/// The kernel over the covariance of slopes that make half of its excess needless ([`kernel_over`]).
+pub const KERNEL_COVER: f64 = 3.0;
+
 /// Bound of the kernel's trace, in squared radians: the paper's bound `α² ≤ 0.18` of an isotropic kernel, as variances.
 pub const KERNEL_BOUND: f64 = 0.18;
 
@@ -58,6 +61,25 @@ pub fn tilt_kernel(kernel: DVec3, slope: DVec2) -> DVec3 {
     let by = |r: DVec2| DVec2::new(kernel.x * r.x + kernel.z * r.y, kernel.z * r.x + kernel.y * r.y);
     let (u, v) = (DVec2::new(x, c), DVec2::new(c, y));
     clamp_covariance(DVec3::new(u.dot(by(u)), v.dot(by(v)), u.dot(by(v))))
+}
+
+/// What the kernel adds to slopes of covariance `s`.
+///
+/// A kernel of variance 1/4 keeps what is smaller than a pixel from flickering, but a pixel is a box, of variance 1/12, and where the
+/// slopes are rough enough not to flicker anyway, the wider kernel only blurs. With `T` = [`KERNEL_COVER`]` S` this is
+///
+/// ```text
+/// K − ⅔ (K⁻¹ + T⁻¹)⁻¹,   (K⁻¹ + T⁻¹)⁻¹ = (|T| K + |K| T) / |K + T|
+/// ```
+///
+/// which is `K` over smooth slopes and tends to `K/3` over rough ones. Slopes and kernel together keep a variance of at least .235
+/// squared pixels in every direction.
+#[must_use]
+pub fn kernel_over(kernel: DVec3, s: DVec3) -> DVec3 {
+    let t = KERNEL_COVER * s;
+    let (of_kernel, of_slopes) = (determinant(kernel), determinant(t));
+    let per = 1.0 / determinant(kernel + t).max(of_kernel + of_slopes).max(1e-30);
+    kernel - (2.0 / 3.0 * per) * (of_slopes * kernel + of_kernel * t)
 }
 
 /// A simple axis-aligned kernel at least as wide as `kernel` in every direction: adds the off-diagonal to both
@@ -184,6 +206,22 @@ mod tests {
             }
         }
         assert!(tight < 1.5, "bounds that no direction comes near would pass too");
+    }
+
+    #[test]
+    fn the_kernel_is_as_wide_as_it_has_to_be() {
+        // In units of squared pixels.
+        let round = |v: f64| DVec3::new(v, v, 0.0);
+        assert_eq!(kernel_over(round(0.25), round(0.0)), round(0.25));
+        assert!((kernel_over(round(0.25), round(100.0)).x - 1.0 / 12.0).abs() < 1e-3);
+        let least = (0..1000).map(|i| 1e-3 * f64::from(i)).map(|s| s + kernel_over(round(0.25), round(s)).x);
+        assert!((least.fold(f64::MAX, f64::min) - 0.2357).abs() < 1e-4);
+        // Each axis for itself, also where the kernel has one axis only.
+        let each = kernel_over(DVec3::new(0.25, 0.1, 0.0), DVec3::new(0.02, 3.0, 0.0));
+        assert!((each.x - kernel_over(round(0.25), round(0.02)).x).abs() < 1e-12);
+        assert!((each.y - kernel_over(round(0.1), round(3.0)).y).abs() < 1e-12);
+        let long = kernel_over(DVec3::new(0.25, 0.0, 0.0), round(0.02));
+        assert!((long.x - each.x).abs() < 1e-12 && long.y == 0.0);
     }
 
     #[test]
