@@ -131,7 +131,7 @@ pub fn environment(
     });
     let cholesky = slope_cholesky(relief);
     let bent = bent_normal(&direction_area(wo, m, cholesky), m, cholesky);
-    surface.albedo * (DVec3::ONE - seen.fresnel) * shadowed_diffuse_environment(&bent, frame, harmonics)
+    surface.albedo * (DVec3::ONE - seen.fresnel) * shadowed_diffuse_environment(&bent, frame, harmonics, DVec3::ZERO)
         + seen.reflected
 }
 

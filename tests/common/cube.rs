@@ -5,6 +5,7 @@
 use std::f64::consts::PI;
 
 use glam::DVec3;
+use leadr::gpu::Image;
 use leadr::maps::RgbImage;
 use leadr::render::light::environment::Environment;
 
@@ -33,10 +34,15 @@ pub fn solid_angle(x: usize, y: usize, size: usize) -> f64 {
 
 /// All texels of a level: direction, solid angle, radiance.
 pub fn read_level(environment: &Environment, mip: u32) -> Vec<(DVec3, f64, DVec3)> {
-    let size = (environment.face_size() >> mip) as usize;
+    read_image_level(environment.image(), mip)
+}
+
+/// The same of another cube.
+pub fn read_image_level(image: &Image, mip: u32) -> Vec<(DVec3, f64, DVec3)> {
+    let size = (image.desc().width >> mip) as usize;
     let mut all = Vec::new();
     for face in 0..6 {
-        let texels: Vec<[f32; 4]> = environment.image().read(mip, face as u32).unwrap();
+        let texels: Vec<[f32; 4]> = image.read(mip, face as u32).unwrap();
         for (i, t) in texels.iter().enumerate() {
             let (x, y) = (i % size, i / size);
             let radiance = DVec3::new(t[0].into(), t[1].into(), t[2].into());

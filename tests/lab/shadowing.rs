@@ -260,7 +260,7 @@ fn order_two(radiance: impl Fn(DVec3) -> f64) -> Sh9 {
 
 fn bent(surface: &Surface, wo: DVec3, c: &Sh9, frame: &Frame) -> f64 {
     let v = bent_normal(&surface.area(wo), surface.m, slope_cholesky(surface.s));
-    shadowed_diffuse_environment(&v, frame, c).x
+    shadowed_diffuse_environment(&v, frame, c, DVec3::ZERO).x
 }
 
 const WORLD: Frame = Frame { x: DVec3::X, y: DVec3::Y, z: DVec3::Z };

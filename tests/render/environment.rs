@@ -2,11 +2,12 @@
 
 use std::f64::consts::PI;
 
-use crate::common::cube::{panorama, read_level};
+use crate::common::cube::{panorama, read_image_level, read_level};
 use crate::common::gpu::{run_probe_with, test_gpu};
 use glam::DVec3;
 use leadr::gpu::Descriptor;
 use leadr::maps::RgbImage;
+use leadr::reflectance::visible::kernel::{kernel_levels, kernel_variance};
 use leadr::render::light::environment::Environment;
 use leadr::render::light::panorama::LightExtraction;
 use leadr::render::light::sky::Sky;
@@ -87,6 +88,34 @@ fn every_level_has_the_same_mean() {
         texels.iter().fold(DVec3::ZERO, |sum, t| sum + t.2) / texels.len() as f64
     };
     assert!(relative(plain(0), first / (4.0 * PI)) > 1e-3);
+}
+
+/// Levels for probes: a bright pixel, wherever it lies, is a spot of the same power, place and stated width at every level.
+#[test]
+fn every_blurred_level_has_the_power_and_width_it_claims() {
+    let Some(gpu) = test_gpu() else { return };
+    let size = Environment::FACE_SIZE;
+    // In the middle of a face, on an edge, near a corner.
+    for (column, row) in [(512u32, 256u32), (640, 256), (641, 158)] {
+        let mut image = panorama(1024, |_| DVec3::ZERO);
+        image.texels[(row * 1024 + column) as usize] = [1e5; 3];
+        let none = LightExtraction { count: 0, ..Default::default() };
+        let environment = Environment::from_panorama(&gpu, size, &image, none).unwrap();
+        let (sum, centre) = power(&read_level(&environment, 0));
+        for level in 1..kernel_levels(size) {
+            let texels = read_image_level(environment.lobes().image(), level);
+            let (blurred, middle) = power(&texels);
+            // A kernel of variance v has the mean cosine exp(-v).
+            let cosine = texels.iter().map(|(d, w, l)| w * l.y * d.dot(centre)).sum::<f64>() / blurred.y;
+            let (variance, wanted) = (-cosine.ln(), kernel_variance(level, size));
+            let off = middle.angle_between(centre) / wanted.sqrt();
+            let [power, width] = [blurred.y / sum.y - 1.0, variance / wanted - 1.0];
+            println!(
+                "{column}, {row}, level {level}: power {power:+.1e}, variance {width:+.1e}, off by {off:.1e} deviations"
+            );
+            assert!(power.abs() < 0.03 && width.abs() < 0.1 && off < 0.05);
+        }
+    }
 }
 
 #[test]

@@ -19,11 +19,12 @@ use leadr::reflectance::visible::specular as visible_specular;
 use leadr::render::camera::Camera;
 use leadr::render::frame::{Layer, Renderer};
 use leadr::render::light::environment::Environment;
+use leadr::render::light::panorama::LightExtraction;
 use leadr::render::scene::{FrameState, Object, PointLight, Pose, Sun};
 use leadr::render::settings::{
     DiffuseLights, Integral, Probes, Quadrature, RenderSettings, Shading, ShadingOptions, Technique, Terms,
 };
-use leadr::scenes::sphere::displaced_sphere;
+use leadr::scenes::sphere::{cube_sphere, displaced_sphere};
 
 const SIZE: u32 = 96;
 
@@ -273,6 +274,45 @@ fn the_specular_environment_agrees_with_the_reference_at_every_pixel() {
     }
 }
 
+/// A lamp off all axes, of a deviation of 6°, in the mirrors of a smooth sphere: every pixel against the integral of the lamp over its
+/// lobe. Unlike a room of one radiance, this fails if the cube is turned or its levels are one off.
+#[test]
+fn a_lamp_is_mirrored_where_it_stands_and_as_wide_as_its_lobe() {
+    let Some(gpu) = test_gpu() else { return };
+    let towards = DVec3::new(0.75, -0.5, 0.43).normalize();
+    let lamp = |d: DVec3| 0.1 + 30.0 * (90.0 * (d.dot(towards) - 1.0)).exp();
+    let image = panorama(512, |d| DVec3::splat(lamp(d)));
+    let none = LightExtraction { count: 0, ..Default::default() };
+    let f0 = 0.04;
+    for (alpha, bound) in [(0.1, 0.03), (0.3, 0.05), (0.6, 0.06)] {
+        let environment = Environment::from_panorama(&gpu, 128, &image, none).unwrap();
+        let object =
+            Object::new("sphere", cube_sphere(16, [0.0, 0.0, 0.0, alpha])).with_specular_f0(f0).without_shadow();
+        let mut renderer = Renderer::new(&gpu, vec![object], environment).unwrap();
+        let state = state(6.0, None, Vec::new());
+        let output = renderer.render(&state, &settings(Shading::default())).unwrap();
+        let (mut error, mut turned, mut whole, mut count) = (0.0, 0.0, 0.0, 0);
+        for (i, pixel) in pixels(&mut renderer, &state, &output.color).into_iter().filter(|p| p.1.wo.z > 0.3).step_by(5)
+        {
+            let lambda = slope_grid::grid_lambda(48);
+            let seen = |light: &dyn Fn(DVec3) -> f64| {
+                let radiance = |e: &EnvironmentSample| DVec3::splat(light(frame::from_frame(&pixel.frame, e.wi)));
+                let (shadowing, f0) = (Shadowing::Correlated, DVec3::splat(f64::from(f0)));
+                let s = pixel.specular_s;
+                leadr_specular_environment(shadowing, pixel.wo, pixel.m, s, f0, 48, lambda, radiance).reflected.x
+            };
+            let (want, got) = (seen(&lamp), f64::from(output.color[i][0]));
+            error += (got - want).powi(2);
+            turned += (got - seen(&|d| lamp(DVec3::new(-d.y, d.x, d.z)))).powi(2);
+            whole += want * want;
+            count += 1;
+        }
+        let [error, turned] = [error, turned].map(|e: f64| (e / whole).sqrt());
+        println!("α {alpha}: {count} pixels, relative error {error:.4}, of a turned lamp {turned:.4}");
+        assert!(count > 300 && error < bound && turned > 0.3, "α {alpha}: {error}, {turned}");
+    }
+}
+
 /// Without reflectance at normal incidence nothing is reflected, even at grazing angles.
 #[test]
 fn a_purely_diffuse_surface_mirrors_nothing() {
@@ -366,9 +406,9 @@ fn the_diffuse_environment_agrees_with_the_reference_at_every_pixel() {
             let diffuse = if integral.shadowing == Shadowing::Correlated {
                 let cholesky = slope_grid::slope_cholesky(pixel.diffuse_s);
                 let bent = bent_normal(&direction_area(pixel.wo, pixel.m, cholesky), pixel.m, cholesky);
-                shadowed_diffuse_environment(&bent, &pixel.frame, &coefficients)
+                shadowed_diffuse_environment(&bent, &pixel.frame, &coefficients, DVec3::ZERO)
             } else {
-                diffuse::leadr_diffuse_environment(&pixel.normals(integral), &pixel.frame, &coefficients)
+                diffuse::leadr_diffuse_environment(&pixel.normals(integral), &pixel.frame, &coefficients, DVec3::ZERO)
             };
             let expected = (1.0 - fresnel) * diffuse;
             let actual = DVec3::from_array(std::array::from_fn(|k| f64::from(white[i][k] - black[i][k])));

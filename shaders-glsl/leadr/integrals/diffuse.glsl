@@ -37,12 +37,13 @@ NormalMoments visible_normal_moments(vec3 wo, vec2 m, vec3 S, int n, float lambd
 }
 
 // Environment, with masking only (as in Algorithm 2). c: radiance coefficients in the world; f: the tangent frame.
-vec3 leadr_diffuse_environment(NormalMoments v, Frame f, vec3 c[9]) {
+// rest: irradiance beyond order 2 for these normals, or 0.
+vec3 leadr_diffuse_environment(NormalMoments v, Frame f, vec3 c[9], vec3 rest) {
     mat3 r = mat3(f.x, f.y, f.z);
     mat3 t = mat3(v.diag.x, v.off.z, v.off.y, v.off.z, v.diag.y, v.off.x, v.off.y, v.off.x, v.diag.z);
     mat3 q = r * t * transpose(r);
     vec3 e = sh_irradiance_moments(c, r * v.mean, vec3(q[0].x, q[1].y, q[2].z), vec3(q[2].y, q[2].x, q[1].x));
-    return max(e, 0.0) / LEADR_PI;
+    return max(e + rest, 0.0) / LEADR_PI;
 }
 
 // One light from wi (tangent frame), of unit irradiance on a plane facing it, by its order-2 harmonics (Algorithm 2),

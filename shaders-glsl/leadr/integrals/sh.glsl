@@ -45,4 +45,15 @@ float sh_irradiance_light(float cosine) {
     return 0.09375 + cosine * (0.5 + 0.46875 * cosine);
 }
 
+// What order 2 leaves out of it.
+float sh_irradiance_rest(float cosine) {
+    return max(cosine, 0.0) - sh_irradiance_light(cosine);
+}
+
+// What is left of irradiance beyond order 2 over normals of mean n: exactly so for its lowest band, 4, and normals spread as by heat.
+float sh_rest_damping(vec3 n) {
+    float square = min(dot(n, n), 1.0), fourth = square * square;
+    return fourth * fourth * square;
+}
+
 #endif

@@ -45,9 +45,9 @@ BentNormal bent_normal(vec3 wo, vec2 m, vec3 S) {
 }
 
 // Diffuse radiance under an environment, with shadows, per unit of albedo. c: radiance coefficients in the world; f: the
-// tangent frame in the world.
-vec3 shadowed_diffuse_environment(BentNormal v, Frame f, vec3 c[9]) {
-    return max(sh_irradiance(c, from_frame(f, v.normal)), 0.0) * (v.open / LEADR_PI);
+// tangent frame in the world; rest: irradiance beyond order 2 at v.normal, or 0.
+vec3 shadowed_diffuse_environment(BentNormal v, Frame f, vec3 c[9], vec3 rest) {
+    return max(sh_irradiance(c, from_frame(f, v.normal)) + rest, 0.0) * (v.open / LEADR_PI);
 }
 
 #endif

@@ -124,6 +124,11 @@ vec3 ggx_fresnel(Surface surface, vec3 wo, DisplacedGgx d) {
     return sum.rgb / max(sum.w, 1e-12);
 }
 
+// Irradiance that order 2 leaves out, for a normal n of any length; none with the grid of the paper, which is of order 2.
+vec3 rest_irradiance(Surface surface, vec3 n) {
+    return VISIBLE_SLOPES ? textureLod(irradiance_rest, from_frame(surface.frame, n), 0.0).rgb : vec3(0.0);
+}
+
 // Diffuse radiance of the environment per unit of albedo.
 vec3 diffuse_environment(Surface surface, NormalMoments normals) {
     vec3 c[9] = environment_sh();
@@ -131,10 +136,11 @@ vec3 diffuse_environment(Surface surface, NormalMoments normals) {
     float open = 1.0; // bumps hide what facets do not hide from each other already
     if (SHADOWING == LEADR_SHADOWING_CORRELATED) {
         BentNormal bent = bent_normal(surface.wo, surface.mean_slope, surface.slope_covariance);
-        whole = shadowed_diffuse_environment(bent, surface.frame, c);
+        whole = shadowed_diffuse_environment(bent, surface.frame, c, rest_irradiance(surface, bent.normal));
         open = bent.open;
     } else {
-        whole = leadr_diffuse_environment(normals, surface.frame, c);
+        vec3 rest = rest_irradiance(surface, normals.mean) * sh_rest_damping(normals.mean);
+        whole = leadr_diffuse_environment(normals, surface.frame, c, rest);
     }
     if (!USES_HORIZON) {
         return max(whole, 0.0);

@@ -10,6 +10,7 @@
 
 uniform samplerCube environment_cube;  // without the panorama's suns, box mips
 uniform samplerCube environment_lobes; // the same, levels of a smooth kernel
+uniform samplerCube irradiance_rest;   // what order 2 leaves out of its irradiance
 uniform samplerCube background_cube;   // with the suns
 layout(std430) readonly buffer Irradiance { vec4 radiance_sh[9]; };
 

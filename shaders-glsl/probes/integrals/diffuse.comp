@@ -22,7 +22,7 @@ void main() {
     c[0] = vec3(2.0, 1.5, 1.0);
     sh_add_light(c, vec3(0.6, 0.0, 0.8), vec3(1.0, 2.0, 3.0));
     sh_add_light(c, vec3(0.0, -0.8, -0.6), vec3(0.3, 0.2, 0.1));
-    put(leadr_diffuse_environment(v, frame_about(wi), c));
+    put(leadr_diffuse_environment(v, frame_about(wi), c, vec3(0.1, -0.2, 0.3)));
     put(leadr_diffuse_light_sh(v, wo, wi, m, S, true));
     put(leadr_diffuse_light_sh(v, wo, wi, m, S, false));
     put(leadr_diffuse_light(wo, wi, m, S, true, n, lambda));

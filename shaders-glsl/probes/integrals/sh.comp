@@ -8,11 +8,13 @@ void main() {
     vec3 d = next3();
     vec3 c[9];
     for (int i = 0; i < 9; ++i) c[i] = next() * vec3(1.0, 2.0, -0.5);
-    at = gl_GlobalInvocationID.x * 16;
+    at = gl_GlobalInvocationID.x * 18;
     float basis[9] = sh_basis(d);
     for (int i = 0; i < 9; ++i) put(basis[i]);
     put(sh_irradiance(c, d));
     sh_add_light(c, vec3(0.6, 0.0, 0.8), vec3(1.0, 2.0, 3.0));
     put(sh_irradiance(c, d));
     put(sh_irradiance_light(d.x));
+    put(sh_irradiance_rest(d.x));
+    put(sh_rest_damping(0.9 * d));
 }

@@ -17,5 +17,5 @@ void main() {
     for (int i = 0; i < 9; ++i) c[i] = vec3(0.0);
     c[0] = vec3(2.0, 1.5, 1.0);
     sh_add_light(c, vec3(0.6, 0.0, 0.8), vec3(1.0, 2.0, 3.0));
-    put(shadowed_diffuse_environment(v, frame_about(wo), c));
+    put(shadowed_diffuse_environment(v, frame_about(wo), c, vec3(0.1, -0.2, 0.3)));
 }

@@ -46,9 +46,10 @@ pub fn visible_normal_moments(wo: DVec3, m: DVec2, s: DVec3, n: u32, lambda: f64
 }
 
 /// Radiance under an environment, with masking only (as in Algorithm 2). `c`: radiance coefficients in the world; `f`:
-/// the tangent frame in the world. Not below 0.
+/// the tangent frame in the world; `rest`: irradiance beyond order 2 for these normals
+/// ([`sh_rest_damping`](super::sh::sh_rest_damping)), or 0. Not below 0.
 #[must_use]
-pub fn leadr_diffuse_environment(v: &NormalMoments, f: &Frame, c: &Sh9) -> DVec3 {
+pub fn leadr_diffuse_environment(v: &NormalMoments, f: &Frame, c: &Sh9, rest: DVec3) -> DVec3 {
     let r = DMat3::from_cols(f.x, f.y, f.z);
     let t = DMat3::from_cols(
         DVec3::new(v.diag.x, v.off.z, v.off.y),
@@ -58,7 +59,7 @@ pub fn leadr_diffuse_environment(v: &NormalMoments, f: &Frame, c: &Sh9) -> DVec3
     let q = r * t * r.transpose();
     let diag = DVec3::new(q.x_axis.x, q.y_axis.y, q.z_axis.z);
     let off = DVec3::new(q.z_axis.y, q.z_axis.x, q.y_axis.x);
-    sh_irradiance_moments(c, r * v.mean, diag, off).max(DVec3::ZERO) / PI
+    (sh_irradiance_moments(c, r * v.mean, diag, off) + rest).max(DVec3::ZERO) / PI
 }
 
 /// Radiance under one light from `wi` (tangent frame) of unit irradiance on a plane facing it, from the light's order-2
@@ -114,7 +115,7 @@ mod tests {
             }
         }
         let v = visible_normal_moments(wo, m, s, 5, 1.8);
-        let difference = leadr_diffuse_environment(&v, &f, &c) - sum / norm / PI;
+        let difference = leadr_diffuse_environment(&v, &f, &c, DVec3::ZERO) - sum / norm / PI;
         assert!(difference.length() < 1e-14, "{difference}");
     }
 
@@ -123,7 +124,7 @@ mod tests {
         let mut c = [DVec3::ZERO; 9];
         c[0] = DVec3::splat((4.0 * PI).sqrt());
         let v = visible_normal_moments(DVec3::new(0.6, 0.0, 0.8), DVec2::ZERO, DVec3::new(1.0, 0.5, 0.2), 5, 1.8);
-        let i = leadr_diffuse_environment(&v, &frame_about(DVec3::NEG_Z), &c);
+        let i = leadr_diffuse_environment(&v, &frame_about(DVec3::NEG_Z), &c, DVec3::ZERO);
         assert!((i - DVec3::ONE).length() < 1e-14);
     }
 

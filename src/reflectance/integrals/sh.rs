@@ -72,6 +72,19 @@ pub fn sh_irradiance_light(cosine: f64) -> f64 {
     0.09375 + cosine * (0.5 + 0.46875 * cosine)
 }
 
+/// What order 2 leaves out of it: the clamped cosine less [`sh_irradiance_light`]. Its harmonics begin at band 4.
+#[must_use]
+pub fn sh_irradiance_rest(cosine: f64) -> f64 {
+    cosine.max(0.0) - sh_irradiance_light(cosine)
+}
+
+/// What is left of irradiance beyond order 2 over normals of mean `n` (not longer than 1). A spread of variance `v` per axis shortens
+/// the mean to `exp(−v)` and scales band `l` by `exp(−v l (l + 1)/2)`: `|n|¹⁰` for band 4, the lowest and strongest that order 2 lacks.
+#[must_use]
+pub fn sh_rest_damping(n: DVec3) -> f64 {
+    n.length_squared().min(1.0).powi(5)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -85,6 +98,22 @@ mod tests {
         c[6] = DVec3::ONE;
         assert!((sh_irradiance(&c, DVec3::X).x + 0.247_708).abs() < 1e-6);
         assert!((sh_irradiance(&c, DVec3::Z).x - (0.743_125 - 0.247_708)).abs() < 2e-6);
+    }
+
+    /// Legendre's polynomials up to order 3 are orthogonal to the rest; the fourth gives the cosine's band 4, −1/24 of π.
+    #[test]
+    fn the_rest_begins_at_band_four() {
+        let n = 200_000;
+        let mean = |f: &dyn Fn(f64) -> f64| {
+            let at = |i: i32| -1.0 + (2.0 * f64::from(i) + 1.0) / f64::from(n);
+            (0..n).map(|i| sh_irradiance_rest(at(i)) * f(at(i))).sum::<f64>() * 2.0 / f64::from(n)
+        };
+        for f in [(|_| 1.0) as fn(f64) -> f64, |c| c, |c| c * c, |c| c * c * c] {
+            assert!(mean(&f).abs() < 1e-9);
+        }
+        let fourth = |c: f64| (35.0 * c.powi(4) - 30.0 * c * c + 3.0) / 8.0;
+        assert!((mean(&fourth) + 1.0 / 48.0).abs() < 1e-9, "{}", mean(&fourth));
+        assert!((sh_rest_damping(DVec3::new(0.0, 0.0, (-0.1f64).exp())) - (-1.0f64).exp()).abs() < 1e-12);
     }
 
     #[test]

@@ -68,8 +68,10 @@ pub fn bent_normal(o: &DirectionArea, m: DVec2, cholesky: DVec3) -> BentNormal {
 }
 
 /// Diffuse radiance under an environment, with shadowing, per unit of albedo. `c`: radiance coefficients in the world;
-/// `f`: the tangent frame in the world. Not below 0.
+/// `f`: the tangent frame in the world; `rest`: irradiance beyond order 2 at the bent normal, or 0. Not below 0.
+///
+/// A bent normal stands for one clamped cosine (the module's first fact), so the rest counts whole however rough the surface is.
 #[must_use]
-pub fn shadowed_diffuse_environment(v: &BentNormal, f: &Frame, c: &Sh9) -> DVec3 {
-    sh_irradiance(c, from_frame(f, v.normal)).max(DVec3::ZERO) * (v.open / PI)
+pub fn shadowed_diffuse_environment(v: &BentNormal, f: &Frame, c: &Sh9, rest: DVec3) -> DVec3 {
+    (sh_irradiance(c, from_frame(f, v.normal)) + rest).max(DVec3::ZERO) * (v.open / PI)
 }

@@ -167,6 +167,7 @@ impl PreparedFrame<'_> {
             cube: environment.cube(),
             background: environment.background(),
             lobes: environment.lobes().cube(),
+            irradiance_rest: environment.irradiance_rest().cube(),
             radiance_sh: irradiance.coefficients(),
             shadow_maps: common.shadow.maps(),
             joined,

@@ -11,6 +11,7 @@ use super::cube_lobes::CubeLobes;
 use super::cube_mips::CubeMips;
 use super::equirect;
 use super::equirect::EquirectPass;
+use super::irradiance_rest::IrradianceRest;
 use super::panorama::{EnvironmentLight, LightExtraction, split};
 use super::sky::Sky;
 use super::sky_pass::SkyPass;
@@ -30,6 +31,7 @@ pub struct Environment {
     levels: Vec<ImageView>,
     mips: CubeMips,
     lobes: CubeLobes,
+    rest: IrradianceRest,
     sampler: Sampler,
     source: Source,
     lights: Vec<EnvironmentLight>,
@@ -106,8 +108,8 @@ impl Environment {
         let cube = Image::new(gpu, "environment", desc)?;
         let levels = (0..desc.mips).map(|mip| cube.mip_array(mip)).collect::<Result<Vec<_>>>()?;
         let sampler = Sampler::new(gpu, "environment", Filter::Trilinear, AddressMode::ClampToEdge)?;
-        let (mips, lobes) = (CubeMips::new(gpu)?, CubeLobes::new(gpu, face_size)?);
-        Ok(Self { cube, levels, mips, lobes, sampler, source, lights: Vec::new(), background: None })
+        let (mips, lobes, rest) = (CubeMips::new(gpu)?, CubeLobes::new(gpu, face_size)?, IrradianceRest::new(gpu)?);
+        Ok(Self { cube, levels, mips, lobes, rest, sampler, source, lights: Vec::new(), background: None })
     }
 
     /// Records the sky pass and the mips if `sky` differs from what the cube shows, and nothing otherwise; call it every
@@ -136,12 +138,13 @@ impl Environment {
         true
     }
 
-    /// The second half: makes the mips and the blurred levels from the finest level.
+    /// The second half: makes the mips, the blurred levels and the rest of the irradiance from the finest level.
     #[doc(hidden)]
     pub fn make_mips(&self, cmd: &mut Commands) {
         self.mips.record(cmd, &self.levels);
         cmd.transition(&self.cube, Use::Sampled);
         self.lobes.record(cmd, self.cube.whole());
+        self.rest.record(cmd, &self.levels);
     }
 
     /// Overwrites the finest level with what `record` writes.
@@ -177,6 +180,13 @@ impl Environment {
     #[must_use]
     pub fn lobes(&self) -> &CubeLobes {
         &self.lobes
+    }
+
+    /// What order 2 leaves out of its irradiance.
+    #[doc(hidden)]
+    #[must_use]
+    pub fn irradiance_rest(&self) -> &IrradianceRest {
+        &self.rest
     }
 
     /// The image behind it.

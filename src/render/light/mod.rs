@@ -9,6 +9,7 @@ pub mod environment;
 pub mod equirect;
 pub mod exposure;
 pub mod irradiance;
+pub mod irradiance_rest;
 pub mod panorama;
 pub mod sky;
 pub mod sky_pass;

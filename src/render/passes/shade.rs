@@ -162,6 +162,8 @@ pub struct ShadeInputs<'a> {
     pub background: &'a ImageView,
     /// The environment, with levels blurred for few lookups.
     pub lobes: &'a ImageView,
+    /// What order 2 leaves out of its irradiance.
+    pub irradiance_rest: &'a ImageView,
     /// Its nine SH coefficients of radiance, `vec4` each.
     pub radiance_sh: &'a Buffer,
     /// The shadow maps, a layer per sun.
@@ -258,6 +260,7 @@ impl ShadePass {
             ("gbuffer_depth", Descriptor::Sampled(visible.depth.whole(), &self.nearest)),
             ("environment_cube", Descriptor::Sampled(inputs.cube, &self.trilinear)),
             ("environment_lobes", Descriptor::Sampled(inputs.lobes, &self.trilinear)),
+            ("irradiance_rest", Descriptor::Sampled(inputs.irradiance_rest, &self.trilinear)),
             ("shares", Descriptor::Sampled(shares.whole(), &self.nearest)),
             ("more_suns", Descriptor::Sampled(more_suns.whole(), &self.nearest)),
             ("Irradiance", Descriptor::Storage(inputs.radiance_sh)),

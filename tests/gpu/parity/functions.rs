@@ -19,7 +19,9 @@ use leadr::reflectance::frame::{frame_about, octahedral_decode, octahedral_encod
 use leadr::reflectance::integrals::diffuse::{
     leadr_diffuse_environment, leadr_diffuse_light, leadr_diffuse_light_sh, visible_normal_moments,
 };
-use leadr::reflectance::integrals::sh::{sh_add_light, sh_basis, sh_irradiance, sh_irradiance_light};
+use leadr::reflectance::integrals::sh::{
+    sh_add_light, sh_basis, sh_irradiance, sh_irradiance_light, sh_irradiance_rest, sh_rest_damping,
+};
 use leadr::reflectance::integrals::specular;
 use leadr::reflectance::integrals::specular::{
     env_lod, environment_sample, leadr_specular_directional, leadr_specular_light,
@@ -291,7 +293,12 @@ fn sh_parity() {
             let mut c = std::array::from_fn(|i| x[3 + i] * DVec3::new(1.0, 2.0, -0.5));
             let before = sh_irradiance(&c, d);
             sh_add_light(&mut c, DVec3::new(0.6, 0.0, 0.8), DVec3::new(1.0, 2.0, 3.0));
-            list![sh_basis(d), before, sh_irradiance(&c, d), [sh_irradiance_light(d.x)]]
+            list![
+                sh_basis(d),
+                before,
+                sh_irradiance(&c, d),
+                [sh_irradiance_light(d.x), sh_irradiance_rest(d.x), sh_rest_damping(0.9 * d)]
+            ]
         },
     );
 }
@@ -315,7 +322,7 @@ fn diffuse_parity() {
             c[0] = DVec3::new(2.0, 1.5, 1.0);
             sh_add_light(&mut c, DVec3::new(0.6, 0.0, 0.8), DVec3::new(1.0, 2.0, 3.0));
             sh_add_light(&mut c, DVec3::new(0.0, -0.8, -0.6), DVec3::new(0.3, 0.2, 0.1));
-            let environment = leadr_diffuse_environment(&v, &frame_about(wi), &c);
+            let environment = leadr_diffuse_environment(&v, &frame_about(wi), &c, DVec3::new(0.1, -0.2, 0.3));
             let lights = [
                 leadr_diffuse_light_sh(&v, wo, wi, m, s, true),
                 leadr_diffuse_light_sh(&v, wo, wi, m, s, false),

@@ -78,7 +78,7 @@ fn shadowed_environment_parity() {
             let mut c = [DVec3::ZERO; 9];
             c[0] = DVec3::new(2.0, 1.5, 1.0);
             sh_add_light(&mut c, DVec3::new(0.6, 0.0, 0.8), DVec3::new(1.0, 2.0, 3.0));
-            let radiance = shadowed_diffuse_environment(&v, &frame_about(wo), &c);
+            let radiance = shadowed_diffuse_environment(&v, &frame_about(wo), &c, DVec3::new(0.1, -0.2, 0.3));
             list![visible_slope_shift(&o, cholesky), v.normal, [v.open], radiance]
         },
     );

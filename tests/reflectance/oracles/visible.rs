@@ -58,7 +58,9 @@ fn diffuse() {
         for (wo, m, s, c) in configurations(&data) {
             let wi = vector(&c["light"]);
             let v = visible_diffuse_moments(wo, m, s, terms);
-            env.add(leadr_diffuse_environment(&v, &frame, &sh).x - number(&c["diffuse_sh"]["smooth_mask"]));
+            env.add(
+                leadr_diffuse_environment(&v, &frame, &sh, DVec3::ZERO).x - number(&c["diffuse_sh"]["smooth_mask"]),
+            );
             for (key, shadowing) in [("mask", false), ("shadow", true)] {
                 let i = leadr_diffuse_light_visible(wo, wi, m, s, shadowing, terms);
                 sun.add(PI * (i - number(&c["diffuse_directional"][key])));
