@@ -52,6 +52,18 @@ fn diffuse_moments() {
     assert!(wrong.rms > 10.0 * find(&rows, "visible 2 terms").rms, "{}", wrong.line());
 }
 
+/// Denser grids are nearer to the integral, up to the densest: with a fixed extent they would all miss the same tail.
+#[test]
+fn grids_converge() {
+    let (diffuse, light) = (DiffuseSet::new(120, 8, 5).rows(), LightSet::new(300, 5).rows());
+    let mirrors = SpecularSet::new(60, Sharpness::Smooth, 5).rows();
+    for (rows, factor) in [(&diffuse, 2.5), (&light, 2.0), (&mirrors, 1.7)] {
+        let rms = ["16x16", "32x32", "64x64", "128x128"].map(|n| find(rows, &format!("paper {n}")).rms);
+        println!("{rms:.1e?}");
+        assert!(rms[1] > factor * rms[2] && rms[2] > factor * rms[3], "{rms:?}");
+    }
+}
+
 /// The converged integrals do not change when refined.
 #[test]
 fn references_are_converged() {

@@ -5,9 +5,10 @@
 
 // The N x N grid of slopes over P22 (LEADR 5.1). N = 1 is the mean slope alone.
 
-// Half extent of the grid in standard deviations: 0 for N = 1, then 0.3 (N + 1) up to 3 (1.8 at N = 5, as in the paper).
+// Half extent of the grid in standard deviations: 0 for N = 1, then 0.3 (N + 1) up to 3 (1.8 at N = 5, as in the paper). From
+// N = 32 on, every doubling adds 0.8, so that denser grids converge to the integral.
 float grid_lambda(int n) {
-    return n <= 1 ? 0.0 : min(0.3 * float(n + 1), 3.0);
+    return n <= 1 ? 0.0 : min(0.3 * float(n + 1), 3.0) + 0.8 * log2(max(float(n) / 32.0, 1.0));
 }
 
 // Distance between neighbouring nodes, in standard deviations. For N = 1: the width of a box of the same variance,

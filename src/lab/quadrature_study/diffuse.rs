@@ -103,7 +103,7 @@ impl DiffuseSet {
     pub fn rows(&self) -> Vec<Row> {
         let grid = |n: u32| self.row(&format!("paper {n}x{n}"), n * n, |s| grid_moments(s, n));
         let terms = |n: u32| self.row(&format!("visible {n} terms"), n, |s| visible_diffuse_moments(s.wo, s.m, s.s, n));
-        vec![grid(1), grid(3), grid(5), grid(7), grid(9), grid(32), terms(2), terms(3)]
+        vec![grid(1), grid(3), grid(5), grid(7), grid(9), grid(16), grid(32), grid(64), grid(128), terms(2), terms(3)]
     }
 }
 

@@ -225,11 +225,13 @@ impl FittedRule {
         ProbeRule { kernel: self.kernel, rings: &self.rings }
     }
 
-    /// The unknowns, logarithms of ratios: of wide rings, and the kernels' share. Of the first ring, the weight is the unit.
+    /// The unknowns, logarithms of ratios: of wide rings, and the kernels' share. The weight of the first ring and the radius of the
+    /// last one are the units; unit variance gives the scale.
     fn unknowns(&self) -> Vec<f64> {
         let unit = self.rings[0].wide.weight;
+        let last = self.rings.len() - 1;
         let of_ring = |(i, ring): (usize, &ProbeRing)| {
-            let radius = (ring.count > 1).then(|| ring.wide.radius.ln());
+            let radius = (ring.count > 1 && i < last).then(|| (ring.wide.radius / self.rings[last].wide.radius).ln());
             let weight = (i > 0).then(|| (ring.wide.weight / unit).ln());
             [radius, weight, Some(ring.wide.cover.ln())].into_iter().flatten()
         };
@@ -242,13 +244,21 @@ impl FittedRule {
         let mut out = self.clone();
         let mut p = p.iter().map(|p| p.exp());
         let mut next = || p.next().unwrap_or(1.0);
+        let last = out.rings.len() - 1;
         for (i, ring) in out.rings.iter_mut().enumerate() {
-            ring.wide.radius = if ring.count > 1 { next() } else { 0.0 };
+            ring.wide.radius = match ring.count {
+                1 => 0.0,
+                _ if i < last => next(),
+                _ => 1.0,
+            };
             ring.wide.weight = if i > 0 { next() } else { 1.0 };
             ring.wide.cover = next();
         }
         let sum: f64 = out.rings.iter().map(|r| r.count as f64 * r.wide.weight).sum();
         out.rings.iter_mut().for_each(|r| r.wide.weight /= sum);
+        let variance: f64 =
+            out.rings.iter().map(|r| 0.5 * r.count as f64 * r.wide.weight * r.wide.radius * r.wide.radius).sum();
+        out.rings.iter_mut().for_each(|r| r.wide.radius /= variance.sqrt());
         let odds = next();
         out.kernel.share[1] = odds / (1.0 + odds);
         out

@@ -68,7 +68,20 @@ impl LightSet {
             let v = visible_diffuse_moments(s.wo, s.m, s.s, 3);
             PI * leadr_diffuse_light_sh(&v, s.wo, wi, s.m, s.s, false)
         });
-        vec![grid(1), grid(3), grid(5), grid(7), grid(9), grid(32), harmonics, terms(2), terms(3)]
+        vec![
+            grid(1),
+            grid(3),
+            grid(5),
+            grid(7),
+            grid(9),
+            grid(16),
+            grid(32),
+            grid(64),
+            grid(128),
+            harmonics,
+            terms(2),
+            terms(3),
+        ]
     }
 }
 

@@ -5,10 +5,15 @@ use crate::reflectance::limits::{MAX_SLOPE, at_least};
 use glam::{DVec2, DVec3, Vec3Swizzles as _};
 
 /// Half extent of the grid in standard deviations: 0 for `n = 1` (the mean alone), then `0.3 (n + 1)` up to 3. At
-/// `n = 5` it is 1.8, the paper's value (supplement 3.4).
+/// `n = 5` it is 1.8, the paper's value (supplement 3.4). From `n = 32` on, every doubling adds 0.8 while the spacing
+/// still shrinks, so that denser grids converge to the integral.
 #[must_use]
 pub fn grid_lambda(n: u32) -> f64 {
-    if n <= 1 { 0.0 } else { (0.3 * f64::from(n + 1)).min(3.0) }
+    if n <= 1 {
+        return 0.0;
+    }
+    let n = f64::from(n);
+    (0.3 * (n + 1.0)).min(3.0) + 0.8 * (n / 32.0).max(1.0).log2()
 }
 
 /// Distance between neighbouring nodes in standard deviations. For `n = 1` it is √12, the width of a box of the same

@@ -9,10 +9,10 @@
 //! **How wide a kernel.** With `λ₁ ≥ λ₂` the eigenvalues of `Σ`,
 //!
 //! ```text
-//! v = λ₂ (1 − (1 − κ) r⁸) + g (λ₁ − λ₂)²/(λ₁ + λ₂),   r = 4 λ₁λ₂/(λ₁ + λ₂)²
+//! v = λ₂ (1 − (1 − κ) ρ) + g (λ₁ − λ₂)²/(λ₁ + λ₂),   r = 4 λ₁λ₂/(λ₁ + λ₂)²,   ρ = r⁸ in narrow lobes, 1 in wide ones
 //! ```
 //!
-//! Round lobes (`r = 1`) have the share `κ` in the kernel. In elongated ones the kernel is soon as wide as the lobe, and
+//! Round lobes (`r = 1`) have the share `κ` in the kernel. In elongated narrow ones the kernel is soon as wide as the lobe, and
 //! nodes spread along it alone; `g` keeps the nodes of very long ones from showing. What is left for the nodes,
 //! `λ₁ − v` along the lobe and `λ₂ − v`, smoothly kept from falling below 0, across it, is the covariance
 //! `a S + b M⁻¹` in slopes, whose square root `C` places them: no axis of an ellipse is needed, and nothing flips
@@ -33,13 +33,17 @@
 //! where `σ` is the deviation of the visible slopes along the azimuth, 0 marks the mean, and `a`, a constant of the node,
 //! is 1 on average. Facets turn the reflected direction by at most half a turn, so `v/(1 + v/2)` is looked up.
 //!
+//! Nor does a part of the lobe lie about the mirror direction of its middle slope, because reflection bends what it maps:
+//! every lookup goes to the mean direction of its part ([`mean_mirror`]).
+//!
 //! Weights sum to one, so a constant environment is returned unchanged, and the Fresnel term, which no kernel
 //! filters, is evaluated at each node as if nodes carried the whole lobe.
 //!
-//! Narrow and wide lobes need different nodes. The outer slopes of a wide lobe reflect directions below the horizon,
-//! where little is visible and almost nothing is lit, so the middle matters most. The rings therefore
-//! change smoothly with the variance of the slopes ([`wide_lobe`]): their radii, weights and covers change,
-//! while the nodes keep their azimuths ([`ProbeRing`]; `lab::quadrature_study::fit_probes` finds the values).
+//! Narrow and wide lobes need different nodes, for wide ones are no Gaussians of directions: smaller kernels, spread over
+//! both axes of a long lobe. Share, `ρ` and rings change smoothly with the variance of the slopes ([`wide_lobe`]): radii,
+//! weights and covers change, while the nodes keep their azimuths ([`ProbeRing`]; `lab::quadrature_study::fit_probes`
+//! fits them). With shadows probes are placed for the part of the slopes that mirrors lit directions
+//! ([`lit_slopes`](super::lit_slopes)).
 
 use super::lit_slopes::{LitSlopes, lit_slopes};
 use super::slopes::{VisibleSlopes, visible_slopes};

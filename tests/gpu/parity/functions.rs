@@ -232,7 +232,7 @@ fn slope_grid_parity() {
         "slopes/grid",
         Tolerance { relative: 5e-6, floor: |_| 1e-4, unit: 0.0 },
         |r| {
-            let n = r.pick([1.0, 2.0, 3.0, 5.0, 8.0, 32.0]);
+            let n = r.pick([1.0, 2.0, 3.0, 5.0, 8.0, 32.0, 128.0]);
             let (j, k) = ((r.unit() * n).floor(), (r.unit() * n).floor());
             let rest = [n, j, k, r.range(0.5, 3.0)];
             join(&[&r.direction().to_array(), &r.mean_slope().to_array(), &r.covariance().to_array(), &rest])
