@@ -59,7 +59,7 @@ fn grids_converge() {
     let mirrors = SpecularSet::new(60, Sharpness::Smooth, 5).rows();
     for (rows, factor) in [(&diffuse, 2.5), (&light, 2.0), (&mirrors, 1.7)] {
         let rms = ["16x16", "32x32", "64x64", "128x128"].map(|n| find(rows, &format!("paper {n}")).rms);
-        println!("{rms:.1e?}");
+        println!("{rms:?}");
         assert!(rms[1] > factor * rms[2] && rms[2] > factor * rms[3], "{rms:?}");
     }
 }

@@ -382,7 +382,7 @@ mod tests {
                 println!("{n} {wide}: {xx}");
                 assert!(
                     (xx - yy).abs() < 1e-5
-                        && (xx - 1.0).abs() < if wide == 0.3 { 5e-3 } else { 2e-4 }
+                        && (xx - 1.0).abs() < if wide == 0.3 { 1.5e-2 } else { 2e-4 }
                         && xy.abs() < 1e-5,
                     "{xx} {yy} {xy}"
                 );
@@ -396,6 +396,6 @@ mod tests {
         let at = |x: f64| wide_lobe(DVec3::new(0.5 * x, 0.5 * x, 0.0));
         assert_eq!((at(0.0), at(WIDE_HALF)), (0.0, 0.5));
         assert!(at(1e-3) < 1e-5 && at(1e6) > 0.999);
-        assert!(wide_lobe(DVec3::new(4.0, 0.01, 0.0)) < 0.01, "long lobes are narrow");
+        assert!(wide_lobe(DVec3::new(4.0, 0.01, 0.0)) < 0.02, "long lobes are narrow");
     }
 }
