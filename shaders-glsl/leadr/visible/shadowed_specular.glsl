@@ -29,6 +29,9 @@ const float LEADR_MOST_SHARE = 4.0;
 // Part of the deviation of a probe's light that is left to each of the two directions that it is taken apart into.
 const float LEADR_HALF_DEVIATION = 0.5;
 
+// Part of the variance of a probe's light by which these two lie about the direction that its facet mirrors.
+const float LEADR_LIT_SPREAD = 0.7;
+
 // Lit share of a direction, and the same weighted by Schlick's term. relief: whether the light, of this deviation, must pass h.
 vec2 lit_direction(int shadowing, VisibleProbes probes, DirectionArea o, vec3 wo, vec3 w, bool relief, Horizon h, float deviation) {
     vec3 middle = wo + w;
@@ -47,21 +50,23 @@ LitProbe lit_probe(int shadowing, VisibleProbes probes, DirectionArea o, vec3 wo
     if (shadowing == LEADR_SHADOWING_NONE && !relief) return LitProbe(1.0, schlick_weight(p.cosine), p.wi, 1.0);
     vec2 m = probes.m;
     vec3 up = vec3(-m, 1.0) * inversesqrt(1.0 + dot(m, m));
-    float height = dot(up, p.wi);
+    float height = dot(up, p.mirror);
     float side = sqrt(max(1.0 - height * height, 0.0));
     float per_side = 1.0 / max(side, 1e-4);
-    float cosine2 = 1.0 / (1.0 + p.variance);
-    float sine = sqrt(p.variance * cosine2);
+    float spread = LEADR_LIT_SPREAD * p.variance;
+    float cosine2 = 1.0 / (1.0 + spread);
+    float sine = sqrt(spread * cosine2);
     vec2 heights = height * cosine2 + vec2(side * sine, -side * sine);
     vec2 sides = per_side * sqrt(max(1.0 - heights * heights, 0.0));
-    vec3 flat_wi = p.wi - up * height;
+    vec3 flat_wi = p.mirror - up * height;
     float deviation = LEADR_HALF_DEVIATION * sqrt(p.variance);
     vec2 high = lit_direction(shadowing, probes, o, wo, up * heights.x + flat_wi * sides.x, relief, h, deviation);
     vec2 low = lit_direction(shadowing, probes, o, wo, up * heights.y + flat_wi * sides.y, relief, h, deviation);
     float above = mix(high.y, high.x, f0);
     float below = mix(low.y, low.x, f0);
     float bias = (above - below) / max(above + below, 1e-6);
-    vec3 towards = p.wi * sqrt(cosine2) + (up - p.wi * height) * (per_side * bias * sine);
+    vec3 rise = up - p.wi * dot(up, p.wi);
+    vec3 towards = p.wi + rise * (bias * sqrt(p.variance) * inversesqrt(max(dot(rise, rise), 1e-8)));
     vec2 both = 0.5 * (high + low);
     return LitProbe(both.x, both.y, towards * inversesqrt(max(dot(towards, towards), 1e-12)), 1.0 - 0.5 * bias * bias);
 }

@@ -218,6 +218,7 @@ VisibleProbes visible_probes(int shadowing, vec3 wo, vec2 m, vec3 S, vec3 kernel
 
 struct VisibleProbe {
     vec2 slope;
+    vec3 mirror;    // direction that this facet reflects, unit, tangent frame
     vec3 wi;        // mean direction that its part of the lobe reflects, unit, tangent frame
     float cosine;   // wo . wn for the Fresnel term of all visible facets, 0..1
     float weight;
@@ -243,6 +244,7 @@ VisibleProbe visible_probe(VisibleProbes probes, vec3 wo, ProbeNode node) {
     float z2 = 1.0 / (1.0 + dot(at.xy, at.xy));
     VisibleProbe p;
     p.slope = at.xy;
+    p.mirror = 2.0 * max(wo.z - dot(wo.xy, at.xy), 0.0) * z2 * vec3(-at.xy, 1.0) - wo;
     p.wi = mean_mirror(wo, at.xy, max(probes.facet.x - t * probes.facet.y, 0.0), probes.part);
     // The Fresnel term is convex, and a kernel does not filter it.
     vec2 whole = node_slope(probes.whole, place).xy;

@@ -12,7 +12,7 @@ void main() {
     at = gl_GlobalInvocationID.x * 12;
     VisibleProbes probes = visible_probes(LEADR_SHADOWING_SMITH, wo, m, S, probe_kernel(16));
     DirectionArea o = direction_area(wo, probes.m, probes.cholesky);
-    VisibleProbe any = VisibleProbe(vec2(0.0), wi, 0.0, 0.0, variance);
+    VisibleProbe any = VisibleProbe(vec2(0.0), wi, wi, 0.0, 0.0, variance);
     for (int shadowing = LEADR_SHADOWING_SMITH; shadowing <= LEADR_SHADOWING_CORRELATED_SIMPLE; ++shadowing) {
         put(lit_probe(shadowing, probes, o, wo, 0.04, any).lit);
     }

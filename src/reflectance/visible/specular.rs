@@ -321,6 +321,8 @@ pub fn visible_probes(shadowing: Shadowing, wo: DVec3, m: DVec2, s: DVec3, kerne
 pub struct VisibleProbe {
     /// Slope of the facet.
     pub slope: DVec2,
+    /// Direction that this facet reflects, unit.
+    pub mirror: DVec3,
     /// Mean direction that its part of the lobe reflects, unit.
     pub wi: DVec3,
     /// `wo·wn` for the Fresnel term of all visible facets, 0..1.
@@ -356,8 +358,10 @@ pub fn visible_probe(probes: &VisibleProbes, wo: DVec3, node: &ProbeNode) -> Vis
     // The Fresnel term is convex, and a kernel does not filter it.
     let (whole, _) = node_slope(&probes.whole, node.place);
     let cosine = (probes.flat - wo.xy().dot(whole)).max(0.0) / (1.0 + whole.length_squared()).sqrt();
+    let facing = (wo.z - wo.xy().dot(slope)).max(0.0);
     VisibleProbe {
         slope,
+        mirror: 2.0 * facing * z2 * (-slope).extend(1.0) - wo,
         wi: mean_mirror(wo, slope, (probes.facet.x - t * probes.facet.y).max(0.0), probes.part),
         cosine: cosine.min(1.0),
         weight: node.weight,

@@ -105,7 +105,7 @@ fn shadowed_specular_parity() {
             let (wo, wi, m, s) = (v3(x, 0), v3(x, 3), v2(x, 6), v3(x, 8));
             let probes = visible_probes(Shadowing::Smith, wo, m, s, probe_rule(16).kernel);
             let o = direction_area(wo, probes.m, probes.cholesky);
-            let any = VisibleProbe { slope: DVec2::ZERO, wi, cosine: 0.0, weight: 0.0, variance: x[11] };
+            let any = VisibleProbe { slope: DVec2::ZERO, mirror: wi, wi, cosine: 0.0, weight: 0.0, variance: x[11] };
             let lit = [Shadowing::Smith, Shadowing::Correlated, Shadowing::CorrelatedSimple]
                 .map(|v| lit_probe(v, &probes, &o, wo, 0.04, &any, None));
             let h = Horizon { lean: m * 0.5, spread: DVec3::new(s.x, s.y, 0.0) };
