@@ -101,7 +101,9 @@ fn every_blurred_level_has_the_power_and_width_it_claims() {
         image.texels[(row * 1024 + column) as usize] = [1e5; 3];
         let none = LightExtraction { count: 0, ..Default::default() };
         let environment = Environment::from_panorama(&gpu, size, &image, none).unwrap();
-        let (sum, centre) = power(&read_level(&environment, 0));
+        let finest = read_level(&environment, 0);
+        assert!(read_image_level(environment.lobes().image(), 0) == finest);
+        let (sum, centre) = power(&finest);
         for level in 1..kernel_levels(size) {
             let texels = read_image_level(environment.lobes().image(), level);
             let (blurred, middle) = power(&texels);
@@ -114,6 +116,42 @@ fn every_blurred_level_has_the_power_and_width_it_claims() {
                 "{column}, {row}, level {level}: power {power:+.1e}, variance {width:+.1e}, off by {off:.1e} deviations"
             );
             assert!(power.abs() < 0.05 && width.abs() < 0.05 && off < 0.06);
+        }
+    }
+}
+
+/// The sky, which has little detail, has a smaller cube of smooth kernels from fewer lookups: it is that of its picture.
+#[test]
+fn the_sky_blurs_like_a_picture_of_it() {
+    let Some(gpu) = test_gpu() else { return };
+    let size = Environment::FACE_SIZE;
+    for elevation in [4.0f32, 40.0] {
+        let sky = Sky::with_sun(elevation.to_radians(), 0.7);
+        let tables = sky.tables();
+        let picture = panorama(4 * size, |direction| tables.radiance(direction));
+        let none = LightExtraction { count: 0, ..Default::default() };
+        let [sky, picture] = [
+            Environment::from_sky(&gpu, size, &sky).unwrap(),
+            Environment::from_panorama(&gpu, size, &picture, none).unwrap(),
+        ];
+        let image = sky.lobes().image();
+        let finer = size.ilog2() - image.desc().width.ilog2();
+        assert!(finer > 0 && read_image_level(image, 0) == read_level(&sky, finer));
+        for level in 1..image.desc().mips {
+            let ours = read_image_level(image, level);
+            let theirs = read_image_level(picture.lobes().image(), level + finer);
+            let mean = power(&theirs).0.y / (4.0 * PI);
+            let brightest = theirs.iter().map(|(_, _, l)| l.y).fold(0.0, f64::max);
+            let [mut square, mut worst] = [0.0, 0.0f64];
+            for ((_, weight, a), (_, _, b)) in ours.iter().zip(&theirs) {
+                square += weight * ((a.y - b.y) / mean).powi(2) / (4.0 * PI);
+                worst = worst.max((a.y - b.y).abs() / brightest);
+            }
+            let rms = square.sqrt();
+            println!(
+                "sun at {elevation}°, level {level}: rms {rms:.1e} of the mean, worst {worst:.1e} of the brightest"
+            );
+            assert!(rms < 5e-3 && worst < 0.01);
         }
     }
 }

@@ -5,6 +5,8 @@
 #include "cube.glsl"
 layout(local_size_x = 8, local_size_y = 8) in;
 
+layout(constant_id = 0) const bool SMALL = false; // the finer level has texels less than a tenth wide
+
 layout(rgba32f) uniform readonly image2DArray fine;
 layout(rgba32f) uniform writeonly image2DArray coarse;
 
@@ -18,7 +20,8 @@ void main()
     float weights = 0.0;
     for (int k = 0; k < 4; ++k) {
         ivec2 p = 2 * texel.xy + ivec2(k & 1, k >> 1);
-        float weight = cube_solid_angle((vec2(p) + 0.5) * d - 1.0, d);
+        vec2 st = (vec2(p) + 0.5) * d - 1.0;
+        float weight = SMALL ? cube_solid_angle_small(st, d) : cube_solid_angle(st, d);
         sum += weight * imageLoad(fine, ivec3(p, texel.z));
         weights += weight;
     }

@@ -17,12 +17,16 @@ void main()
     int across = textureSize(environment, 0).x;
     float d = 2.0 / float(across);
     vec3 sum = vec3(0.0);
-    for (int face = 0; face < 6; ++face)
-        for (int j = 0; j < across; ++j)
-            for (int i = 0; i < across; ++i) {
-                vec2 st = (vec2(i, j) + 0.5) * d - 1.0;
-                float cosine = dot(n, normalize(cube_direction(face, st)));
-                sum += cube_solid_angle(st, d) * sh_irradiance_rest(cosine) * texelFetch(environment, ivec3(i, j, face), 0).rgb;
+    for (int j = 0; j < across; ++j)
+        for (int i = 0; i < across; ++i) {
+            // The same on all faces.
+            vec2 st = (vec2(i, j) + 0.5) * d - 1.0;
+            float weight = cube_solid_angle(st, d);
+            float shortening = inversesqrt(1.0 + dot(st, st));
+            for (int face = 0; face < 6; ++face) {
+                float cosine = dot(n, cube_direction(face, st)) * shortening;
+                sum += weight * sh_irradiance_rest(cosine) * texelFetch(environment, ivec3(i, j, face), 0).rgb;
             }
+        }
     imageStore(rest, texel, vec4(sum, 1.0));
 }

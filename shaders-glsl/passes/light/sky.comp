@@ -32,6 +32,10 @@ vec3 scattered(float row, float column, float nu)
 
 vec3 radiance(vec3 direction)
 {
+    // Well below the horizon, nothing of it is left in 32 bits.
+    float ground = direction.z < 0.0 ? 1.0 - exp(direction.z / HORIZON) : 0.0;
+    vec3 night = mix(NIGHT, NIGHT * albedo.rgb, ground);
+    if (ground == 1.0) return sunlight.rgb * (tables.ground.rgb + night);
     vec3 w = direction;
     w.z = max(w.z, 0.0);
     float squared = dot(w, w);
@@ -42,8 +46,7 @@ vec3 radiance(vec3 direction)
     float along = dot(w.xy, sun.xy);
     float azimuth = across == 0.0 && along == 0.0 ? 0.0 : atan(abs(across), along);
     vec3 sky = scattered(row, azimuth / PI * float(COLUMNS - 1), dot(w, sun.xyz));
-    float ground = direction.z < 0.0 ? 1.0 - exp(direction.z / HORIZON) : 0.0;
-    return sunlight.rgb * (mix(sky, tables.ground.rgb, ground) + mix(NIGHT, NIGHT * albedo.rgb, ground));
+    return sunlight.rgb * (mix(sky, tables.ground.rgb, ground) + night);
 }
 
 void main()

@@ -63,7 +63,8 @@ vec3 environment_radiance(Surface surface, vec3 wi, float lod) {
 
 // The same seen through a smooth kernel of this variance.
 vec3 lobe_radiance(Surface surface, vec3 wi, float variance) {
-    return textureLod(environment_lobes, from_frame(surface.frame, wi), kernel_lod(variance, lighting.environment.x)).rgb;
+    float size = float(textureSize(environment_lobes, 0).x);
+    return textureLod(environment_lobes, from_frame(surface.frame, wi), kernel_lod(variance, size)).rgb;
 }
 
 // Radiance coefficients of the environment, world space.

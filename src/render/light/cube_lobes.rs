@@ -1,6 +1,6 @@
 //! The pass that blurs the environment for few lookups: a second cube whose levels have a smooth, round kernel
-//! ([`kernel`](crate::reflectance::visible::kernel)). Each level is made from the one before, so a level costs a few tens
-//! of lookups per texel.
+//! ([`kernel`](crate::reflectance::visible::kernel)). Each level is made from the one before by 19 lookups per texel. Among
+//! pixels that nothing has smoothed, those of the first level would leave gaps, so closer ones come before, at its size.
 
 use std::sync::Arc;
 
@@ -14,62 +14,105 @@ use crate::reflectance::visible::kernel::{kernel_levels, kernel_variance, lookup
 shared_struct! {
     /// A lattice of lookups.
     struct Push for "Push" {
-        spacing: f32,
-        falloff: f32,
-        rings: i32,
+        weights: [f32; 4],
+        tangents: [f32; 3],
+        lod: f32,
+        coarsens: f32,
+        widening: f32,
     }
 }
 
-/// Rings of lookups for the first blurred level, whose source has texels that nothing has smoothed, and for the others.
-const RINGS: [i32; 2] = [5, 2];
-/// Deviation of the lattice's weights in units of its spacing, likewise.
-const DEVIATION: [f64; 2] = [2.0, 1.1];
+/// Squared distance from the middle, in spacings of the lattice, of the six lookups of every star.
+const STARS: [f64; 3] = [1.0, 3.0, 4.0];
+/// Deviation of the weights in spacings.
+const DEVIATION: f64 = 1.1;
+/// Variance that the lattice adds to what the first level is made from, in squared texels of the finest. With less, samples as
+/// far apart as the texels of the first level would make the power of a bright pixel depend on where it lies.
+const SMOOTHING: f64 = 0.65;
+
+/// A dispatch. Its places are indices of [`CubeLobes::places`].
+struct Step {
+    /// None: the environment.
+    source: Option<usize>,
+    target: usize,
+    push: Push,
+}
 
 /// The cube, always in [`Use::Sampled`] between recordings, and its pass.
 pub struct CubeLobes {
     cube: Image,
-    /// Every level as faces to write, and as a cube to look up.
-    levels: Vec<[ImageView; 2]>,
+    /// What the first level is made from, unless the environment is smooth.
+    smoothed: Option<Image>,
+    /// Every level, and what is smoothed, as faces to write and as a cube to look up.
+    places: Vec<[ImageView; 2]>,
+    steps: Vec<Step>,
+    /// Mip of the environment as large as the finest level.
+    mip: u32,
     pipeline: ComputePipeline,
     sampler: Sampler,
 }
 
 impl CubeLobes {
-    /// The pass for environments with faces of `face_size` texels; the cube is undefined until it is recorded.
+    /// The pass for environments with faces of `environment_size` texels. The faces of the cube have `size` texels, no more
+    /// than those. `smooth`: whether the environment has no detail as small as two texels of the cube. The cube is undefined
+    /// until it is recorded.
     ///
     /// # Errors
     /// [`GpuError::Allocation`](crate::gpu::GpuError), or a failed Vulkan call.
-    pub fn new(gpu: &Arc<Gpu>, face_size: u32) -> Result<Self> {
-        let levels = kernel_levels(face_size);
-        let desc = ImageDesc::new(Format::R32G32B32A32_SFLOAT, face_size, face_size).cube().mips(levels).storage();
-        let cube = Image::new(gpu, "environment lobes", desc)?;
-        let views = |mip| Ok([cube.mip_array(mip)?, cube.mip_cube(mip)?]);
+    pub fn new(gpu: &Arc<Gpu>, environment_size: u32, size: u32, smooth: bool) -> Result<Self> {
+        let levels = kernel_levels(size);
+        let mip = (environment_size / size).max(1).ilog2();
+        let image = |name, size, levels| {
+            let desc = ImageDesc::new(Format::R32G32B32A32_SFLOAT, size, size).cube().mips(levels).storage();
+            Image::new(gpu, name, desc)
+        };
+        let place = |image: &Image, mip| Ok([image.mip_array(mip)?, image.mip_cube(mip)?]);
+        let cube = image("environment lobes", size, levels)?;
+        let mut places = (0..levels).map(|level| place(&cube, level)).collect::<Result<Vec<_>>>()?;
+        let smoothed = if smooth { None } else { Some(image("smoothed environment", (size / 2).max(1), 1)?) };
+        if let Some(smoothed) = &smoothed {
+            places.push(place(smoothed, 0)?);
+        }
         Ok(Self {
-            levels: (0..levels).map(views).collect::<Result<_>>()?,
             cube,
+            smoothed,
+            places,
+            steps: steps(mip, size, smooth),
+            mip,
             pipeline: ComputePipeline::new(gpu, "passes/light/cube_lobes.comp", &[], &[Push::LAYOUT])?,
             sampler: Sampler::new(gpu, "environment lobes", Filter::Trilinear, AddressMode::ClampToEdge)?,
         })
     }
 
     /// Fills the cube from `environment`, a cube with box mips in [`Use::Sampled`].
-    pub fn record(&self, cmd: &mut Commands, environment: &ImageView) {
-        // The remembered use of the whole; each level is brought back to it below.
-        cmd.image_barrier(&self.cube, Use::Undefined, Use::Sampled);
-        let size = self.cube.desc().width;
-        let mut source = environment;
-        for (level, [faces, cube]) in self.levels.iter().enumerate() {
-            let level = level as u32;
-            cmd.mip_barrier(&self.cube, level..level + 1, 0..6, Use::Sampled, Use::ComputeWrite);
-            let resources = [("source", Descriptor::Sampled(source, &self.sampler))];
-            cmd.bind(&self.pipeline, &[&resources[..], &[("level", Descriptor::StorageImage(faces))]].concat());
-            cmd.push_constants(&lattice(level, size));
+    pub fn record(&self, cmd: &mut Commands, environment: &Image) {
+        let between = |cmd: &mut Commands, image: &Image, mip: u32, from: Use, to: Use| {
+            cmd.mip_barrier(image, mip..mip + 1, 0..6, from, to);
+        };
+        // The remembered use of the whole; each part is brought back to it below.
+        for image in [Some(&self.cube), self.smoothed.as_ref()].into_iter().flatten() {
+            cmd.image_barrier(image, Use::Undefined, Use::Sampled);
+        }
+        between(cmd, environment, self.mip, Use::Sampled, Use::CopySource);
+        between(cmd, &self.cube, 0, Use::Sampled, Use::CopyTarget);
+        cmd.copy_mip(environment, self.mip, &self.cube, 0);
+        between(cmd, &self.cube, 0, Use::CopyTarget, Use::Sampled);
+        between(cmd, environment, self.mip, Use::CopySource, Use::Sampled);
+        for step in &self.steps {
+            let (image, mip) = match &self.smoothed {
+                Some(smoothed) if step.target + 1 == self.places.len() => (smoothed, 0),
+                _ => (&self.cube, step.target as u32),
+            };
+            let faces = &self.places[step.target][0];
+            let source = step.source.map_or(environment.whole(), |place| &self.places[place][1]);
+            let resources =
+                [("source", Descriptor::Sampled(source, &self.sampler)), ("level", Descriptor::StorageImage(faces))];
+            between(cmd, image, mip, Use::Sampled, Use::ComputeWrite);
+            cmd.bind(&self.pipeline, &resources);
+            cmd.push_constants(&step.push);
             let [width, height] = faces.extent();
             cmd.dispatch_invocations(&self.pipeline, [width, height, 6]);
-            cmd.mip_barrier(&self.cube, level..level + 1, 0..6, Use::ComputeWrite, Use::Sampled);
-            if level > 0 {
-                source = cube;
-            }
+            between(cmd, image, mip, Use::ComputeWrite, Use::Sampled);
         }
     }
 
@@ -86,33 +129,60 @@ impl CubeLobes {
     }
 }
 
-/// The lattice that makes a level of a cube with faces of `size` texels from the one before it.
-fn lattice(level: u32, size: u32) -> Push {
-    if level == 0 {
-        return Push { spacing: 0.0, falloff: 0.0, rings: 0 };
+/// All dispatches for a cube with faces of `size` texels, whose finest level is as large as mip `mip` of the environment.
+fn steps(mip: u32, size: u32, smooth: bool) -> Vec<Step> {
+    let levels = kernel_levels(size) as usize;
+    let mut steps = Vec::new();
+    for target in 1..levels {
+        let texel = |level: usize| 2.0 / f64::from(size >> level);
+        let wanted = kernel_variance(target as u32, size);
+        // Of bilinear lookups, in squared texels: alone, and of box mips.
+        let (bilinear, of_box) = (1.0 / 6.0, 0.25);
+        let push = if target > 1 {
+            let seen = lookup_variance(target as f64 - 1.0, f64::from(size));
+            lattice(wanted - seen, bilinear * texel(target - 1).powi(2))
+        } else if smooth {
+            let seen = of_box * texel(1).powi(2);
+            Push { lod: mip as f32 + 1.0, ..lattice(wanted - seen, seen) }
+        } else {
+            let smoothing = SMOOTHING * texel(0).powi(2);
+            let push = Push { lod: mip as f32, coarsens: 1.0, ..lattice(smoothing, 0.0) };
+            steps.push(Step { source: None, target: levels, push });
+            let lookup = bilinear * texel(1).powi(2);
+            lattice(wanted - of_box * texel(0).powi(2) - smoothing - lookup, lookup)
+        };
+        let source = match target {
+            1 if smooth => None,
+            1 => Some(levels),
+            _ => Some(target - 1),
+        };
+        steps.push(Step { source, target, push });
     }
-    let kind = usize::from(level > 1);
-    let (rings, falloff) = (RINGS[kind], 0.5 / (DEVIATION[kind] * DEVIATION[kind]));
-    let add = kernel_variance(level, size) - lookup_variance(f64::from(level - 1), f64::from(size));
+    steps
+}
+
+/// The lattice that adds a variance. `shrinks`: variance of the lookups that shrinks with the texels of the source.
+fn lattice(variance: f64, shrinks: f64) -> Push {
+    let weights = STARS.map(|square| (-0.5 * square / (DEVIATION * DEVIATION)).exp());
+    let sum = 1.0 + 6.0 * weights.iter().sum::<f64>();
     // The lookups' mean cosine is that of a kernel of this variance.
     let cosine = |spacing: f64| {
-        let (mut sum, mut weights) = (0.0, 0.0);
-        for i in -rings..=rings {
-            for j in (-rings).max(-rings - i)..=rings.min(rings - i) {
-                let square = f64::from(i * i + i * j + j * j);
-                let weight = (-falloff * square).exp();
-                sum += weight * (spacing * square.sqrt()).cos();
-                weights += weight;
-            }
-        }
-        sum / weights
+        let rings: f64 =
+            weights.iter().zip(STARS).map(|(weight, square)| weight * (spacing * square.sqrt()).cos()).sum();
+        (1.0 + 6.0 * rings) / sum
     };
-    let (mut low, mut high) = (0.0, 2.0 / f64::from(rings));
+    let (mut low, mut high) = (0.0, 0.7);
     for _ in 0..60 {
         let middle = 0.5 * (low + high);
-        if cosine(middle) > (-add).exp() { low = middle } else { high = middle }
+        if cosine(middle) > (-variance).exp() { low = middle } else { high = middle }
     }
-    Push { spacing: low as f32, falloff: falloff as f32, rings }
+    Push {
+        weights: [1.0, weights[0], weights[1], weights[2]].map(|weight| (weight / sum) as f32),
+        tangents: STARS.map(|square| (low * square.sqrt()).tan() as f32),
+        lod: 0.0,
+        coarsens: 0.0,
+        widening: (shrinks / variance) as f32,
+    }
 }
 
 #[cfg(test)]
@@ -123,11 +193,16 @@ mod tests {
     #[test]
     fn lookups_are_no_farther_apart_than_what_they_see_is_wide() {
         for size in [16, 256] {
-            for level in 2..kernel_levels(size) {
-                let seen = lookup_variance(f64::from(level - 1), f64::from(size)).sqrt();
-                let spacing = f64::from(lattice(level, size).spacing);
-                println!("{size}, {level}: spacing {spacing:.4}, deviation of what is seen {seen:.4}");
-                assert!(spacing < 1.9 * seen, "{spacing} {seen}");
+            for Step { source, target, push } in steps(0, size, false) {
+                let texel = 2.0 / f64::from(size);
+                let seen = match source {
+                    None => 0.25 * texel * texel,
+                    Some(source) if source > target => (0.25 + SMOOTHING + 4.0 / 6.0) * texel * texel,
+                    Some(source) => lookup_variance(source as f64, f64::from(size)),
+                };
+                let spacing = f64::from(push.tangents[0]).atan();
+                println!("{size}, level {target}: spacing {spacing:.4}, deviation of what is seen {:.4}", seen.sqrt());
+                assert!(spacing < 1.9 * seen.sqrt(), "{spacing} {seen}");
             }
         }
     }

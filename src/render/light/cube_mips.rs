@@ -2,20 +2,24 @@
 
 use std::sync::Arc;
 
-use crate::gpu::{Commands, ComputePipeline, Descriptor, Gpu, ImageView, Result, Use};
+use crate::gpu::{Commands, ComputePipeline, Descriptor, Gpu, ImageView, Result, SpecValue, Use};
 
 /// The pass.
 pub struct CubeMips {
-    pipeline: ComputePipeline,
+    /// For large and for small texels. A processor without a graphics card would go both ways to their solid angle if one
+    /// shader had the choice.
+    pipelines: [ComputePipeline; 2],
 }
 
 impl CubeMips {
-    /// Creates the pipeline.
+    /// Creates the pipelines.
     ///
     /// # Errors
     /// A failed Vulkan call.
     pub fn new(gpu: &Arc<Gpu>) -> Result<Self> {
-        Ok(Self { pipeline: ComputePipeline::new(gpu, "passes/light/cube_mips.comp", &[], &[])? })
+        let pipeline =
+            |small| ComputePipeline::new(gpu, "passes/light/cube_mips.comp", &[("SMALL", SpecValue::Bool(small))], &[]);
+        Ok(Self { pipelines: [pipeline(false)?, pipeline(true)?] })
     }
 
     /// Fills `levels[1..]` from `levels[0]`, which a compute pass has just written. The levels are array views of the
@@ -24,11 +28,12 @@ impl CubeMips {
         for pair in levels.windows(2) {
             let [width, height] = pair[1].extent();
             cmd.memory_barrier(Use::ComputeWrite, Use::ComputeRead);
+            let pipeline = &self.pipelines[usize::from(width > 10)];
             cmd.bind(
-                &self.pipeline,
+                pipeline,
                 &[("fine", Descriptor::StorageImage(&pair[0])), ("coarse", Descriptor::StorageImage(&pair[1]))],
             );
-            cmd.dispatch_invocations(&self.pipeline, [width, height, 6]);
+            cmd.dispatch_invocations(pipeline, [width, height, 6]);
         }
     }
 }

@@ -19,6 +19,10 @@ use crate::gpu::vk::Format;
 use crate::gpu::{AddressMode, Commands, Filter, Gpu, GpuError, Image, ImageDesc, ImageView, Result, Sampler, Use};
 use crate::maps::RgbImage;
 
+/// Most texels along an edge of a face of the analytic sky's [`CubeLobes`], which are made anew whenever the sun moves. Its
+/// finest detail is the horizon, as wide as 1.3 of them: [`HORIZON`](super::constants::HORIZON).
+const SKY_LOBES: u32 = 128;
+
 /// What fills the cube.
 enum Source {
     Sky { pass: SkyPass, shown: Option<Sky> },
@@ -49,7 +53,8 @@ impl Environment {
     /// [`GpuError::Usage`] unless `face_size` is a power of two; [`GpuError::Allocation`]; a failed submission.
     pub fn from_sky(gpu: &Arc<Gpu>, face_size: u32, sky: &Sky) -> Result<Self> {
         let source = Source::Sky { pass: SkyPass::new(gpu)?, shown: None };
-        let mut environment = Self::new(gpu, face_size, source)?;
+        let lobes = CubeLobes::new(gpu, face_size, face_size.min(SKY_LOBES), true)?;
+        let mut environment = Self::new(gpu, face_size, lobes, source)?;
         gpu.submit("sky", |cmd| environment.update_sky(cmd, sky))?;
         Ok(environment)
     }
@@ -69,7 +74,8 @@ impl Environment {
     /// # Errors
     /// As [`from_sky`](Self::from_sky).
     pub fn from_panorama(gpu: &Arc<Gpu>, face_size: u32, image: &RgbImage, lights: LightExtraction) -> Result<Self> {
-        let mut environment = Self::new(gpu, face_size, Source::Image)?;
+        let lobes = CubeLobes::new(gpu, face_size, face_size, false)?;
+        let mut environment = Self::new(gpu, face_size, lobes, Source::Image)?;
         let pass = EquirectPass::new(gpu)?;
         let parts = split(image, lights);
         let upload = |instead: &[(usize, [f32; 3])]| {
@@ -99,7 +105,7 @@ impl Environment {
         Ok(environment)
     }
 
-    fn new(gpu: &Arc<Gpu>, face_size: u32, source: Source) -> Result<Self> {
+    fn new(gpu: &Arc<Gpu>, face_size: u32, lobes: CubeLobes, source: Source) -> Result<Self> {
         if !face_size.is_power_of_two() {
             let fault = format!("faces of {face_size} texels cannot be halved evenly: choose a power of two");
             return Err(GpuError::Usage { name: "environment".to_owned(), fault });
@@ -108,7 +114,7 @@ impl Environment {
         let cube = Image::new(gpu, "environment", desc)?;
         let levels = (0..desc.mips).map(|mip| cube.mip_array(mip)).collect::<Result<Vec<_>>>()?;
         let sampler = Sampler::new(gpu, "environment", Filter::Trilinear, AddressMode::ClampToEdge)?;
-        let (mips, lobes, rest) = (CubeMips::new(gpu)?, CubeLobes::new(gpu, face_size)?, IrradianceRest::new(gpu)?);
+        let (mips, rest) = (CubeMips::new(gpu)?, IrradianceRest::new(gpu)?);
         Ok(Self { cube, levels, mips, lobes, rest, sampler, source, lights: Vec::new(), background: None })
     }
 
@@ -143,7 +149,7 @@ impl Environment {
     pub fn make_mips(&self, cmd: &mut Commands) {
         self.mips.record(cmd, &self.levels);
         cmd.transition(&self.cube, Use::Sampled);
-        self.lobes.record(cmd, self.cube.whole());
+        self.lobes.record(cmd, &self.cube);
         self.rest.record(cmd, &self.levels);
     }
 
