@@ -42,7 +42,14 @@ PLAIN_REFERENCE = {f"reference {n}": ["--technique", "reference", "--samples", n
 RELIEF_REFERENCE = {
     f"relief {n}": ["--technique", "reference", "--relief-shadows", "--samples", n] for n in (2, 8, 32, 128, 512)
 }
-EVERY_WAY = {**SPECULAR_WAYS, **PLAIN_REFERENCE, **RELIEF_REFERENCE}
+OTHERS = {
+    "toksvig": ["--samples", 1, "--technique", "toksvig"],
+    "clean": ["--samples", 1, "--technique", "clean"],
+    "lean": ["--samples", 1, "--technique", "lean"],
+    "normal-mip": ["--samples", 1, "--technique", "normal-mip"],
+}
+NO_KERNEL = {"no pixel kernel": ["--samples", 1, "--pixel-kernel", "off"]}
+EVERY_WAY = {**OTHERS, **NO_KERNEL, **SPECULAR_WAYS, **PLAIN_REFERENCE, **RELIEF_REFERENCE}
 
 
 def camera(angle, distance, fov, height=0.0):
@@ -85,6 +92,10 @@ class Case:
         if self.name.startswith("reference/"):
             few = PLAIN_REFERENCE if self.scene == "sphere" else RELIEF_REFERENCE
             return {way: flags for way, flags in few.items() if flags[-1] <= 64}
+        if self.name.startswith("plane/") and self.terms == "all":
+            return {**WAYS, **OTHERS}
+        if self.scene == "sphere" and self.terms == "specular" and self.alpha <= 0.1:
+            return {**SPECULAR_WAYS, **NO_KERNEL}
         return SPECULAR_WAYS if self.terms == "specular" else WAYS
 
     def flags(self):

@@ -92,6 +92,31 @@ def plane_table(results):
     return ["### Relief\n", "One sample unless the column says four; %, before → after.\n", table(head, rows)]
 
 
+def technique_table(results):
+    """Other techniques, as they are now."""
+    now = results["after"]["cases"]
+    ways = ["1 sample", *cases.OTHERS]
+    rows = []
+    for case in cases.planes():
+        _, name, view, terms = case.name.split("/")
+        if terms == "all":
+            found = now.get(case.name, {}).get("ways", {})
+            cells = [f"{percent(found.get(way, {}).get('rrmse'))} ({percent(found.get(way, {}).get('bias'), True)})" for way in ways]
+            rows.append([name, view, *cells])
+    head = ["surface", "view", "leadr", *ways[1:]]
+    out = ["### Other techniques\n", "rRMSE and bias of all light together, one sample, %, after.\n", table(head, rows)]
+    rows = []
+    for panorama in panoramas.NAMES:
+        row = [panorama]
+        for alpha in cases.ALPHAS[:2]:
+            found = now.get(f"sphere/{panorama}/{alpha}/specular", {}).get("ways", {})
+            row += [percent(found.get(way, {}).get("rrmse")) for way in ("1 sample", *cases.NO_KERNEL)]
+        rows.append(row)
+    out.append("Geometric antialiasing, which counts the turn of the sphere under a pixel as roughness (`--pixel-kernel`): specular rRMSE of smooth spheres with it and without, one sample, %.\n")
+    out.append(table(["panorama", *(f"α {alpha}, {kind}" for alpha in cases.ALPHAS[:2] for kind in ("with", "without"))], rows))
+    return out
+
+
 def slope_table(results):
     rows = []
     for name in sorted({n for c in COLUMNS for n in results[c]["slopes"]}):
@@ -120,7 +145,7 @@ def reference_table(results):
 def write():
     results = {label: read(label) for label in COLUMNS}
     programs = "".join(f"* {label}: {results[label]['program'] or 'not measured'}\n" for label in COLUMNS)
-    parts = [programs, *sphere_tables(results), *flat_table(results), *plane_table(results), *slope_table(results)]
+    parts = [programs, *sphere_tables(results), *flat_table(results), *plane_table(results), *technique_table(results), *slope_table(results)]
     parts += reference_table(results)
     page = PAGE.read_text()
     head, rest = page.split(BEGIN)

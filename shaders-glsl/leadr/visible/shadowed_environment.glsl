@@ -40,7 +40,8 @@ BentNormal bent_normal(vec3 wo, vec2 m, vec3 S) {
     float spread = 1.0 + 0.89 * sqrt(tau + 1.2 * max(tau - det, 0.0));
     float lost = 1.10 * tau / (spread + 1.10 * tau);
     float open = 1.0 - lost * (0.67 + 0.33 * v.front) + 0.19 * dot(v.shift, m) * iq;
-    float bend = 0.67 * (1.0 + 0.6 * (1.0 - ao * ao * iq)) / (1.0 + 1.2 * sqrt(tau));
+    float grazing = 1.0 - ao * ao * iq, sigma = sqrt(tau);
+    float bend = (1.0 + 0.38 * sigma * grazing * grazing) / (1.0 + 2.25 * tau / (sigma + 0.22));
     return BentNormal(normal_of_slope(m + bend * v.shift), clamp(open, 0.0, 1.0));
 }
 

@@ -33,6 +33,11 @@ vec3 cubic_derivative(vec3 a, vec3 b, vec3 c, vec3 d, float t) {
     return 3.0 * (s * s * (b - a) + 2.0 * s * t * (c - b) + t * t * (d - c));
 }
 
+// Heights are read so many levels below the one whose texels are as wide as vertices are apart: trilinear lookups and the
+// straight lines between vertices widen them again, and relief that the geometry lacks does not turn toward the viewer either
+// (docs/measurements/outside.md).
+const float FINER = 1.0;
+
 float edge_height_at_level(uint edge, int level, float t) {
     int segments = 64 >> level;
     int offset = 128 - (128 >> level) + level; // samples of the finer levels: sum of (64 >> l) + 1
@@ -45,7 +50,7 @@ float edge_height_at_level(uint edge, int level, float t) {
 }
 
 float edge_height(uint edge, float t) {
-    float lod = clamp(log2(64.0 / edge_factors[edge]), 0.0, float(EDGE_LEVELS - 1));
+    float lod = clamp(log2(64.0 / edge_factors[edge]) - FINER, 0.0, float(EDGE_LEVELS - 1));
     int level = min(int(lod), EDGE_LEVELS - 2);
     float fraction = lod - float(level);
     precise float height =
@@ -54,7 +59,7 @@ float edge_height(uint edge, float t) {
 }
 
 float vertex_height(uint vertex) {
-    float lod = clamp(vertices[vertex].normal.w, 0.0, float(EDGE_LEVELS - 1));
+    float lod = clamp(vertices[vertex].normal.w - FINER, 0.0, float(EDGE_LEVELS - 1));
     int level = min(int(lod), EDGE_LEVELS - 2);
     float fraction = lod - float(level);
     uint base = vertex * uint(EDGE_LEVELS) + uint(level);
@@ -132,10 +137,10 @@ void main() {
                    : (t == 1.0 ? vertex_height(data.vertices[to]) : edge_height(edge, t));
         }
     } else if (displaced) {
-        // The height filtered to the spacing of the vertices: bumps too fine for the geometry are left to the shading.
+        // The height filtered to about the spacing of the vertices: bumps too fine for the geometry are left to the shading.
         vec2 factor = vec2(gl_TessLevelInner[0], gl_TessLevelInner[1]);
         vec2 texels = vec2(textureSize(height_map, 0)) * vec2(length(texcoord_du), length(texcoord_dv));
-        float lod = max(log2(max(texels.x / factor.x, texels.y / factor.y)), 0.0);
+        float lod = max(log2(max(texels.x / factor.x, texels.y / factor.y)) - FINER, 0.0);
         height = textureLod(height_map, clamp_to_tile(texcoord, data.tile, lod, textureSize(height_map, 0)), lod).x;
     }
     precise float scaled = height * object.height_scale;

@@ -19,7 +19,7 @@
 //! q = 1 + |m|²,  τ = ½ tr S / q,  δ = √det S / q,  G₁ = a/A,  μ² = a²/q
 //! x  = 1.10 τ / (1 + 0.89 √(τ + 1.2 (τ − δ)))
 //! a₀ = 1 − x/(1+x) (0.67 + 0.33 G₁) + 0.19 Δ·m/q              within 0..1
-//! c  = 0.67 (1 + 0.6 (1 − μ²)) / (1 + 1.2 √τ)
+//! c  = (1 + 0.38 √τ (1 − μ²)²) / (1 + 2.25 τ / (√τ + 0.22))
 //! ```
 //!
 //! Blocked light is black: light that shadowed facets receive from other facets is not included.
@@ -63,7 +63,8 @@ pub fn bent_normal(o: &DirectionArea, m: DVec2, cholesky: DVec3) -> BentNormal {
     let shift = visible_slope_shift(o, cholesky);
     let x = 1.10 * tau / (1.0 + 0.89 * (tau + 1.2 * (tau - det).max(0.0)).sqrt());
     let open = 1.0 - x / (1.0 + x) * (0.67 + 0.33 * g1) + 0.19 * shift.dot(m) * iq;
-    let bend = 0.67 * (1.0 + 0.6 * (1.0 - ao * ao * iq)) / (1.0 + 1.2 * tau.sqrt());
+    let (grazing, sigma) = (1.0 - ao * ao * iq, tau.sqrt());
+    let bend = (1.0 + 0.38 * sigma * grazing * grazing) / (1.0 + 2.25 * tau / (sigma + 0.22));
     BentNormal { normal: normal_of_slope(m + bend * shift), open: open.clamp(0.0, 1.0) }
 }
 

@@ -106,6 +106,8 @@ impl Environment {
     }
 
     fn new(gpu: &Arc<Gpu>, face_size: u32, lobes: CubeLobes, source: Source) -> Result<Self> {
+        // A sky is smooth, and may move every frame.
+        let rest_size = if matches!(source, Source::Sky { .. }) { 8 } else { 16 };
         if !face_size.is_power_of_two() {
             let fault = format!("faces of {face_size} texels cannot be halved evenly: choose a power of two");
             return Err(GpuError::Usage { name: "environment".to_owned(), fault });
@@ -114,7 +116,7 @@ impl Environment {
         let cube = Image::new(gpu, "environment", desc)?;
         let levels = (0..desc.mips).map(|mip| cube.mip_array(mip)).collect::<Result<Vec<_>>>()?;
         let sampler = Sampler::new(gpu, "environment", Filter::Trilinear, AddressMode::ClampToEdge)?;
-        let (mips, rest) = (CubeMips::new(gpu)?, IrradianceRest::new(gpu)?);
+        let (mips, rest) = (CubeMips::new(gpu)?, IrradianceRest::new(gpu, rest_size)?);
         Ok(Self { cube, levels, mips, lobes, rest, sampler, source, lights: Vec::new(), background: None })
     }
 
