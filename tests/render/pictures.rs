@@ -226,7 +226,8 @@ fn layers_describe_the_surface() {
     renderer.render(&state(camera), &RenderSettings { size, ..Default::default() }).unwrap();
     let at = |layer: Layer, x: usize, y: usize| renderer.layer(layer).unwrap()[y * 65 + x];
     let centre = |layer| at(layer, 32, 32);
-    assert!((centre(Layer::Depth)[0] - 3.0).abs() < 1e-3, "{:?}", centre(Layer::Depth));
+    // Vertices of coarse pieces stand somewhat outside the sphere, so that the triangles between them lie about it.
+    assert!((centre(Layer::Depth)[0] - 3.0).abs() < 1e-2, "{:?}", centre(Layer::Depth));
     assert!(at(Layer::Depth, 0, 0)[0].is_infinite());
     let normal = centre(Layer::Normal);
     assert!((Vec3::new(normal[0], normal[1], normal[2]) + Vec3::Y).length() < 1e-3, "{normal:?}");

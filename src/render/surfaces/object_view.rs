@@ -171,10 +171,14 @@ impl ViewBuffers {
         let posed_positions = &vertices.positions;
         let list = DrawList::new(posed_mesh, from.clip_from_world, from.lens, settings);
         let vertices: Vec<VertexGpu> = (0..mesh.positions.len())
-            .map(|i| VertexGpu {
-                position: vertices.positions[i].extend(mesh.accessibility.get(i).copied().unwrap_or(1.0)).to_array(),
-                normal: vertices.normals[i].extend(list.vertex_lods[i]).to_array(),
-                color: mesh.colors.get(i).copied().unwrap_or([0.5, 0.5, 0.5, 0.5]),
+            .map(|i| {
+                let (position, normal) = (vertices.positions[i], vertices.normals[i]);
+                let lifted = position + normal * list.vertex_lifts[i];
+                VertexGpu {
+                    position: lifted.extend(mesh.accessibility.get(i).copied().unwrap_or(1.0)).to_array(),
+                    normal: normal.extend(list.vertex_lods[i]).to_array(),
+                    color: mesh.colors.get(i).copied().unwrap_or([0.5, 0.5, 0.5, 0.5]),
+                }
             })
             .collect();
         self.vertices.write(0, &vertices)?;
