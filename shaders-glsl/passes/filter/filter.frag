@@ -12,7 +12,11 @@
 #include "atlas.glsl"
 
 layout(constant_id = 1) const int MAX_TAPS = 8; // taps along the long axis of the pixel's footprint
-layout(constant_id = 3) const bool ATLAS = false; // the maps are one tile per patch
+// Which maps the object has. Constants, since drivers without divergent branches (lavapipe) run both sides of an `if`.
+layout(constant_id = 3) const bool ATLAS = false; // one tile per patch
+layout(constant_id = 4) const bool DISPLACED = true;
+layout(constant_id = 5) const bool COLORED = true;
+layout(constant_id = 6) const bool HORIZON = true;
 
 uniform usampler2D visible_texture; // what the geometry stage wrote
 uniform usampler2D visible_tangent;
@@ -68,7 +72,9 @@ Footprint pixel_footprint(vec2 dx, vec2 dy, float reach) {
     // The width across the long axis: the area of the footprint over its length.
     float minor = abs(dx.x * dy.y - dx.y * dy.x) / max(major, 1e-20);
     Footprint footprint;
-    footprint.taps = clamp(int(ceil(major / max(minor, 1.0))), 1, MAX_TAPS);
+    // Clamped as a float, and with `for` loops over the taps: an integer bound lets lavapipe unroll them all and run every one, and
+    // a `do` loop gives wrong pixels there.
+    footprint.taps = int(clamp(ceil(major / max(minor, 1.0)), 1.0, float(MAX_TAPS)));
     float taps = float(footprint.taps);
     float intervals_squared = max(taps * taps - 1.0, 1.0);
     float width_squared = max(major_squared / (taps * taps), max(minor * minor, 1.0));
@@ -103,13 +109,12 @@ struct Filtered {
     vec4 color;
 };
 
-Filtered filter_atlas(Footprint footprint, uint index, vec2 at, bool displaced, bool colored) {
+Filtered filter_atlas(Footprint footprint, uint index, vec2 at) {
     Levels levels = levels_at(footprint.lod);
     Filtered sum = Filtered(vec2(0.0), vec3(0.0), vec4(0.0));
-    int i = 0;
-    do {
+    for (int i = 0; i < footprint.taps; ++i) {
         Place place = place_beyond(index, at + tap(footprint, i) / tile_inner());
-        if (displaced) {
+        if (USES_SLOPES && DISPLACED) {
             vec4 a = level_mix(moments_a, coarse_a, place, levels);
             sum.mean += place.gradient * a.xy;
             if (USES_COVARIANCE) {
@@ -117,10 +122,10 @@ Filtered filter_atlas(Footprint footprint, uint index, vec2 at, bool displaced, 
                 sum.second += map_second_moments(place.gradient, vec3(a.zw, b));
             }
         }
-        if (colored) {
+        if (COLORED) {
             sum.color += level_mix(color_map, coarse_color, place, levels);
         }
-    } while (++i < footprint.taps);
+    }
     float weight = 1.0 / float(footprint.taps);
     return Filtered(sum.mean * weight, sum.second * weight, sum.color * weight);
 }
@@ -128,14 +133,13 @@ Filtered filter_atlas(Footprint footprint, uint index, vec2 at, bool displaced, 
 void filter_moments(Footprint footprint, vec2 texcoord, inout Filtered filtered) {
     vec4 a = vec4(0.0);
     float b = 0.0;
-    int i = 0;
-    do {
+    for (int i = 0; i < footprint.taps; ++i) {
         vec2 at = texcoord + tap(footprint, i) / vec2(textureSize(moments_a, 0));
         a += textureLod(moments_a, at, footprint.lod);
         if (USES_COVARIANCE) {
             b += textureLod(moments_b, at, footprint.lod).x;
         }
-    } while (++i < footprint.taps);
+    }
     float weight = 1.0 / float(footprint.taps);
     filtered.mean = a.xy * weight;
     filtered.second = vec3(a.zw, b) * weight;
@@ -143,10 +147,9 @@ void filter_moments(Footprint footprint, vec2 texcoord, inout Filtered filtered)
 
 vec4 filter_color(Footprint footprint, vec2 texcoord) {
     vec4 sum = vec4(0.0);
-    int i = 0;
-    do {
+    for (int i = 0; i < footprint.taps; ++i) {
         sum += textureLod(color_map, texcoord + tap(footprint, i) / vec2(textureSize(color_map, 0)), footprint.lod);
-    } while (++i < footprint.taps);
+    }
     return sum / float(footprint.taps);
 }
 
@@ -205,17 +208,16 @@ void main() {
     }
     curvature *= part * part;
 
-    bool displaced = USES_SLOPES && (object.flags & FLAG_DISPLACED) != 0u, colored = (object.flags & FLAG_COLOR_MAP) != 0u;
     Filtered filtered = Filtered(vec2(0.0), vec3(0.0), vec4(1.0));
     Footprint footprint = footprint_over(dx, dy, ATLAS ? tile_inner() : 1e9);
     if (ATLAS) {
         vec2 at = place_in_patch(surface.x & PATCH_BITS, texcoord * size);
-        filtered = filter_atlas(footprint, surface.x & PATCH_BITS, at, displaced, colored);
+        filtered = filter_atlas(footprint, surface.x & PATCH_BITS, at);
     } else {
-        if (displaced) {
+        if (USES_SLOPES && DISPLACED) {
             filter_moments(footprint, texcoord, filtered);
         }
-        if (colored) {
+        if (COLORED) {
             vec2 scale = vec2(textureSize(color_map, 0)) / size;
             filtered.color = filter_color(footprint_over(dx * scale, dy * scale, 1e9), texcoord);
         }
@@ -223,7 +225,7 @@ void main() {
     vec2 mean_gradient = filtered.mean * object.height_scale;
     vec3 gradient_covariance = scale_height(covariance_from_moments(filtered.mean, filtered.second), object.height_scale);
     vec4 color = unpackUnorm4x8(surface.w);
-    if (colored) {
+    if (COLORED) {
         color *= filtered.color;
     }
     Frame frame = frame_about(normal);
@@ -237,7 +239,7 @@ void main() {
     }
 
     out_horizon = uvec2(0u);
-    if (USES_HORIZON && displaced && (object.flags & FLAG_HORIZON) != 0u) {
+    if (USES_HORIZON && DISPLACED && HORIZON) {
         out_horizon = pack_horizon(filter_horizon(footprint, surface.x & PATCH_BITS, texcoord, map.linear, abs(object.height_scale)));
     }
     out_slopes = pack_slopes(tangent.x, mean_slope, covariance);

@@ -25,7 +25,8 @@ void main() {
     float depth = texelFetch(gbuffer_depth, pixel, 0).x;
     float environment_scale = lighting.environment.y;
     if (depth <= 0.0 || depth >= 1.0) { // see geometry.frag
-        out_radiance = vec4(sky_radiance(ray), 0.0);
+        // Sky behind pixels is drawn afterwards (sky.frag): lavapipe would look it up for every pixel.
+        out_radiance = EDGES == EDGES_ARE_SHADED ? vec4(sky_radiance(ray), 0.0) : vec4(0.0);
         return;
     }
     Surface surface = read_gbuffer(pixel, lighting.camera_position.xyz, ray, lighting.rays[2].w, depth);

@@ -1,5 +1,7 @@
 //! Filter pass: fetches the slope statistics and the material under each pixel, once per pixel.
 
+use std::collections::HashMap;
+use std::collections::hash_map::Entry;
 use std::sync::Arc;
 
 use super::targets::{GBuffer, VisibleSurface};
@@ -9,53 +11,57 @@ use crate::gpu::{
 };
 use crate::render::settings::Needs;
 use crate::render::surfaces::atlas::{AtlasHeadGpu, PatchLinkGpu};
-use crate::render::surfaces::object::{FilteredObjectGpu, GpuObject};
+use crate::render::surfaces::object::{FilteredObjectGpu, GpuObject, MapSet};
 use crate::render::view::View;
 
 /// Pipelines of the filter pass.
 #[derive(Clone)]
 pub struct FilterPass {
-    /// For maps that are continuous across the whole footprint.
-    continuous: GraphicsPipeline,
-    /// For atlases of one tile per patch.
-    atlas: GraphicsPipeline,
+    pipelines: HashMap<MapSet, GraphicsPipeline>,
     nearest: Sampler,
     linear: Sampler,
 }
 
 impl FilterPass {
-    /// The pass for the inputs that a technique needs.
+    /// The pass for the inputs that a technique needs, and for objects with these maps.
     ///
     /// # Errors
     /// A failed pipeline.
-    pub fn new(gpu: &Arc<Gpu>, needs: Needs) -> Result<Self> {
-        let pipeline = |name, atlas| {
-            let spec = [needs.spec(), vec![("ATLAS", SpecValue::Bool(atlas))]].concat();
-            GraphicsPipeline::new(
-                gpu,
-                name,
-                &GraphicsDesc {
-                    vertex: "passes/filter/filter.vert",
-                    fragment: Some("passes/filter/filter.frag"),
-                    colors: &GBuffer::FORMATS,
-                    topology: Topology::Points,
-                    spec: &spec,
-                    structs: &[FilteredObjectGpu::LAYOUT, AtlasHeadGpu::LAYOUT, PatchLinkGpu::LAYOUT],
-                    ..Default::default()
-                },
-            )
-        };
-        let (continuous, atlas) = (pipeline("filter", false)?, pipeline("filter atlas", true)?);
+    pub fn new(gpu: &Arc<Gpu>, needs: Needs, objects: impl Iterator<Item = MapSet>) -> Result<Self> {
+        let mut pipelines = HashMap::new();
+        for maps in objects {
+            if let Entry::Vacant(place) = pipelines.entry(maps) {
+                place.insert(Self::pipeline(gpu, needs, maps)?);
+            }
+        }
         Ok(Self {
-            continuous,
-            atlas,
+            pipelines,
             nearest: Sampler::new(gpu, "filter", Filter::Nearest, AddressMode::ClampToEdge)?,
             linear: Sampler::new(gpu, "coarse levels", Filter::Bilinear, AddressMode::ClampToEdge)?,
         })
     }
 
+    fn pipeline(gpu: &Arc<Gpu>, needs: Needs, maps: MapSet) -> Result<GraphicsPipeline> {
+        let has = [
+            ("ATLAS", SpecValue::Bool(maps.tiled)),
+            ("DISPLACED", SpecValue::Bool(maps.displaced)),
+            ("COLORED", SpecValue::Bool(maps.colored)),
+            ("HORIZON", SpecValue::Bool(maps.horizon)),
+        ];
+        let desc = GraphicsDesc {
+            vertex: "passes/filter/filter.vert",
+            fragment: Some("passes/filter/filter.frag"),
+            colors: &GBuffer::FORMATS,
+            topology: Topology::Points,
+            spec: &[&needs.spec()[..], &has].concat(),
+            structs: &[FilteredObjectGpu::LAYOUT, AtlasHeadGpu::LAYOUT, PatchLinkGpu::LAYOUT],
+            ..Default::default()
+        };
+        GraphicsPipeline::new(gpu, if maps.tiled { "filter atlas" } else { "filter" }, &desc)
+    }
+
     /// Filters the maps of `objects` into the begun G-buffer, at the pixels of a view that see them. `height_scale`
-    /// multiplies the height scale of every object.
+    /// multiplies the height scale of every object. The pass must know their maps.
     pub fn draw<'a>(
         &self,
         cmd: &mut Commands,
@@ -66,7 +72,7 @@ impl FilterPass {
     ) {
         for object in objects {
             cmd.bind(
-                if object.atlas.tiled { &self.atlas } else { &self.continuous },
+                &self.pipelines[&object.map_set()],
                 &[
                     ("visible_texture", Descriptor::Sampled(visible.texture.whole(), &self.nearest)),
                     ("visible_tangent", Descriptor::Sampled(visible.tangent.whole(), &self.nearest)),

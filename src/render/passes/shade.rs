@@ -187,7 +187,7 @@ pub struct ShadeKind {
 #[derive(Clone)]
 pub struct ShadePass {
     surfaces: GraphicsPipeline,
-    /// For tiles without surfaces, which need little of the shading; `None` for edge samples, few of which are shaded.
+    /// For the sky behind them, which needs little of the shading; `None` for edge samples, few of which are shaded.
     sky: Option<GraphicsPipeline>,
     nearest: Sampler,
     trilinear: Sampler,

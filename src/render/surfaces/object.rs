@@ -114,6 +114,19 @@ pub struct GpuObject {
     index: u32,
 }
 
+/// Which maps an object has. The filter pass has a pipeline for each set.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct MapSet {
+    /// Whether its maps are one tile per patch.
+    pub tiled: bool,
+    /// Whether it has relief.
+    pub displaced: bool,
+    /// Whether it has a colour map.
+    pub colored: bool,
+    /// Whether its bumps can hide the surroundings from each other.
+    pub horizon: bool,
+}
+
 impl GpuObject {
     /// Uploads an object and builds its LEADR maps. `index` counts the objects of a scene from 0, below
     /// [`MAX_OBJECTS`].
@@ -219,6 +232,18 @@ impl GpuObject {
     #[must_use]
     pub fn has_relief(&self) -> bool {
         self.flags & FLAG_HORIZON != 0
+    }
+
+    /// Which maps it has.
+    #[must_use]
+    pub fn map_set(&self) -> MapSet {
+        let has = |flag| self.flags & flag != 0;
+        MapSet {
+            tiled: self.atlas.tiled,
+            displaced: has(FLAG_DISPLACED),
+            colored: has(FLAG_COLOR_MAP),
+            horizon: has(FLAG_HORIZON),
+        }
     }
 
     /// Push constants for a height scale that multiplies the object's own.

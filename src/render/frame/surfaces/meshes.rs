@@ -81,7 +81,9 @@ impl Surface for Meshes {
         Ok(Box::new(PreparedMeshes {
             meshes: self.meshes.iter().zip(&state.poses).map(pose).collect(),
             geometry: self.geometry.clone(),
-            filter: self.filters.get(needs, || FilterPass::new(&self.gpu, needs))?,
+            filter: self.filters.get(needs, || {
+                FilterPass::new(&self.gpu, needs, self.meshes.iter().map(|mesh| mesh.object.map_set()))
+            })?,
             tessellation: settings.tessellation,
             height_scale: state.height_scale,
             mark_inside: settings.mark_inside,
