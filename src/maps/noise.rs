@@ -17,13 +17,16 @@ pub(crate) fn unit(h: u32) -> f32 {
     (h >> 8) as f32 / (1 << 24) as f32
 }
 
-/// Gradient noise with unit gradients and quintic blending, scaled into -1..1, mean 0.
-pub(crate) fn gradient(seed: u32, x: f32, y: f32, period: i32) -> f32 {
-    let (cx, cy) = (x.floor(), y.floor());
-    let (fx, fy) = (x - cx, y - cy);
-    let corner = |i: i32, j: i32| {
-        let cell = hash(seed, (cx as i32 + i).rem_euclid(period), (cy as i32 + j).rem_euclid(period));
-        let (sin, cos) = (unit(cell) * std::f32::consts::TAU).sin_cos();
+/// The unit gradient at a corner of the lattice, `[cos, sin]`.
+fn corner_gradient(seed: u32, x: i32, y: i32) -> [f32; 2] {
+    let (sin, cos) = (unit(hash(seed, x, y)) * std::f32::consts::TAU).sin_cos();
+    [cos, sin]
+}
+
+/// Quintic blending of the gradients at the corners `(i, j)` of a cell, `i, j` 0 or 1, scaled into -1..1.
+fn blended(fx: f32, fy: f32, gradient: impl Fn(usize, usize) -> [f32; 2]) -> f32 {
+    let corner = |i: usize, j: usize| {
+        let [cos, sin] = gradient(i, j);
         cos * (fx - i as f32) + sin * (fy - j as f32)
     };
     let fade = |t: f32| t * t * t * (t * (6.0 * t - 15.0) + 10.0);
@@ -33,7 +36,15 @@ pub(crate) fn gradient(seed: u32, x: f32, y: f32, period: i32) -> f32 {
     value * std::f32::consts::SQRT_2
 }
 
-/// Octaves of [`gradient`], each of twice the frequency and `gain` times the height.
+/// Gradient noise with unit gradients and quintic blending, scaled into -1..1, mean 0. For many places use [`Gradients`].
+pub(crate) fn gradient(seed: u32, x: f32, y: f32, period: i32) -> f32 {
+    let (cx, cy) = (x.floor(), y.floor());
+    blended(x - cx, y - cy, |i, j| {
+        corner_gradient(seed, (cx as i32 + i as i32).rem_euclid(period), (cy as i32 + j as i32).rem_euclid(period))
+    })
+}
+
+/// Octaves of [`gradient`], each of twice the frequency and `gain` times the height. For many places use [`Fractal`].
 pub(crate) fn fractal(seed: u32, x: f32, y: f32, period: i32, octaves: u32, gain: f32) -> f32 {
     let (mut sum, mut amplitude) = (0.0, 1.0);
     for octave in 0..octaves {
@@ -42,6 +53,54 @@ pub(crate) fn fractal(seed: u32, x: f32, y: f32, period: i32, octaves: u32, gain
         amplitude *= gain;
     }
     sum
+}
+
+/// The cell of a place in a lattice that repeats, and the cell after it, along one axis.
+fn cell_and_next(cell: f32, period: usize) -> [usize; 2] {
+    let here = (cell as i32).rem_euclid(period as i32) as usize;
+    [here, if here + 1 == period { 0 } else { here + 1 }]
+}
+
+/// [`gradient`], its gradients worked out once.
+pub(crate) struct Gradients {
+    period: usize,
+    corners: Vec<[f32; 2]>,
+}
+
+impl Gradients {
+    pub(crate) fn new(seed: u32, period: i32) -> Self {
+        let corners = (0..period).flat_map(|y| (0..period).map(move |x| corner_gradient(seed, x, y))).collect();
+        Self { period: period as usize, corners }
+    }
+
+    pub(crate) fn at(&self, x: f32, y: f32) -> f32 {
+        let (cx, cy) = (x.floor(), y.floor());
+        let (columns, rows) = (cell_and_next(cx, self.period), cell_and_next(cy, self.period));
+        blended(x - cx, y - cy, |i, j| self.corners[rows[j] * self.period + columns[i]])
+    }
+}
+
+/// [`fractal`], its gradients worked out once.
+pub(crate) struct Fractal {
+    octaves: Vec<Gradients>,
+    gain: f32,
+}
+
+impl Fractal {
+    pub(crate) fn new(seed: u32, period: i32, octaves: u32, gain: f32) -> Self {
+        let octave = |k: u32| Gradients::new(seed.wrapping_add(k), period << k);
+        Self { octaves: (0..octaves).map(octave).collect(), gain }
+    }
+
+    pub(crate) fn at(&self, x: f32, y: f32) -> f32 {
+        let (mut sum, mut amplitude) = (0.0, 1.0);
+        for (octave, gradients) in self.octaves.iter().enumerate() {
+            let scale = (1 << octave) as f32;
+            sum += amplitude * gradients.at(x * scale, y * scale);
+            amplitude *= self.gain;
+        }
+        sum
+    }
 }
 
 /// One feature point near a place, of one random point per cell.
@@ -66,16 +125,77 @@ pub(crate) fn features(seed: u32, x: f32, y: f32, period: i32, reach: i32, mut v
     }
 }
 
-/// Distances to the nearest and second nearest feature point, in cells; their difference is 0 on cell borders.
-pub(crate) fn nearest_two(seed: u32, x: f32, y: f32, period: i32) -> [f32; 2] {
-    let mut best = [f32::MAX; 2];
-    features(seed, x, y, period, 2, |feature| {
-        let d = feature.offset[0].hypot(feature.offset[1]);
-        if d < best[0] {
-            best = [d, best[0]];
-        } else if d < best[1] {
-            best[1] = d;
+/// [`features`] with a value of each cell, worked out once.
+pub(crate) struct Scattered<T> {
+    period: usize,
+    /// The place of the point in its cell, and the value.
+    cells: Vec<([f32; 2], T)>,
+}
+
+impl<T> Scattered<T> {
+    /// `value` of a cell's random number.
+    pub(crate) fn new(seed: u32, period: i32, value: impl Fn(u32) -> T) -> Self {
+        let cell = |x, y| {
+            let id = hash(seed, x, y);
+            ([unit(id), unit(hash(id, 1, 2))], value(id))
+        };
+        let cells = (0..period).flat_map(|y| (0..period).map(move |x| (x, y))).map(|(x, y)| cell(x, y)).collect();
+        Self { period: period as usize, cells }
+    }
+
+    /// Calls `visit` with the offsets from the points of the `(2 reach + 1)^2` cells around a place, and their values.
+    pub(crate) fn visit(&self, x: f32, y: f32, reach: i32, mut visit: impl FnMut([f32; 2], &T)) {
+        let (cx, cy) = (x.floor() as i32, y.floor() as i32);
+        let first = |c: i32| (c - reach).rem_euclid(self.period as i32) as usize;
+        let next = |k: usize| if k + 1 == self.period { 0 } else { k + 1 };
+        let mut row = first(cy);
+        for j in -reach..=reach {
+            let mut column = first(cx);
+            for i in -reach..=reach {
+                let ([px, py], value) = &self.cells[row * self.period + column];
+                visit([x - (cx + i) as f32 - px, y - (cy + j) as f32 - py], value);
+                column = next(column);
+            }
+            row = next(row);
         }
-    });
-    best
+    }
+
+    /// Distances to the nearest and second nearest point, in cells; their difference is 0 on cell borders.
+    pub(crate) fn nearest_two(&self, x: f32, y: f32) -> [f32; 2] {
+        let mut best = [f32::MAX; 2];
+        self.visit(x, y, 2, |[dx, dy], _| {
+            let d = dx * dx + dy * dy;
+            if d < best[0] {
+                best = [d, best[0]];
+            } else if d < best[1] {
+                best[1] = d;
+            }
+        });
+        best.map(f32::sqrt)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tables_give_what_the_functions_give() {
+        let (gradients, octaves) = (Gradients::new(7, 5), Fractal::new(9, 3, 4, 0.6));
+        let points = Scattered::new(11, 6, |id| id);
+        for k in 0..500 {
+            let (x, y) = (0.37 * k as f32 - 40.0, 0.23 * k as f32 - 61.0);
+            assert_eq!(gradients.at(x, y), gradient(7, x, y, 5));
+            assert_eq!(octaves.at(x, y), fractal(9, x, y, 3, 4, 0.6));
+            let mut seen = Vec::new();
+            points.visit(x, y, 2, |offset, &id| seen.push((offset, id)));
+            let mut wanted = Vec::new();
+            features(11, x, y, 6, 2, |Feature { offset, id }| wanted.push((offset, id)));
+            assert_eq!(seen, wanted);
+            let mut distances: Vec<f32> = wanted.iter().map(|([dx, dy], _)| dx.hypot(*dy)).collect();
+            distances.sort_by(f32::total_cmp);
+            let [first, second] = points.nearest_two(x, y);
+            assert!((first - distances[0]).abs() < 1e-6 && (second - distances[1]).abs() < 1e-6);
+        }
+    }
 }

@@ -7,7 +7,7 @@ use std::f32::consts::TAU;
 use rayon::prelude::*;
 
 use super::HeightMap;
-use super::noise::{Feature, features, fractal, gradient, hash, nearest_two, unit};
+use super::noise::{Fractal, Gradients, Scattered, hash, unit};
 
 /// Evaluates `f(s, t)` at the texel centres.
 fn fill(width: u32, height: u32, f: impl Fn(f32, f32) -> f32 + Sync) -> HeightMap {
@@ -104,25 +104,27 @@ fn transpose(texels: &[f32], width: usize) -> Vec<f32> {
 /// Mean close to 0, `|h| <= 1 + gain + gain^2 + ...`; the height variance of each octave is about 0.1 times its
 /// squared amplitude (measured; for lattices of 8 cells and more).
 pub fn fbm(width: u32, height: u32, seed: u32, cells: u32, octaves: u32, gain: f32) -> HeightMap {
-    let cells = cells.max(1) as i32;
-    fill(width, height, |s, t| fractal(seed, s * cells as f32, t * cells as f32, cells, octaves, gain))
+    let noise = Fractal::new(seed, cells.max(1) as i32, octaves, gain);
+    let cells = cells.max(1) as f32;
+    fill(width, height, |s, t| noise.at(s * cells, t * cells))
 }
 
 /// Weathered rock: ridged fractal noise broken by a few sharp clefts, heights exactly 0 to 1.
 ///
 /// Measured at 512 x 512 over seeds: mean 0.55 to 0.75, slope deviation 9 to 12 per axis.
 pub fn rock(width: u32, height: u32, seed: u32) -> HeightMap {
+    let warps = [0x51, 0x52].map(|k: u32| Fractal::new(seed ^ k, 6, 3, 0.5));
+    let octaves: Vec<Gradients> = (0..6).map(|k| Gradients::new(seed.wrapping_add(100 + k), 6 << k)).collect();
+    let clefts = Scattered::new(seed ^ 0xc1ef, 3, |_| ());
     normalised(fill(width, height, |s, t| {
-        let warp = |k: u32| 0.35 * fractal(seed ^ k, s * 6.0, t * 6.0, 6, 3, 0.5);
-        let (u, v) = (s * 6.0 + warp(0x51), t * 6.0 + warp(0x52));
+        let [u, v] = [0, 1].map(|k: usize| [s, t][k] * 6.0 + 0.35 * warps[k].at(s * 6.0, t * 6.0));
         let (mut ridges, mut amplitude) = (0.0, 0.5);
-        for octave in 0..6u32 {
+        for (octave, noise) in octaves.iter().enumerate() {
             let scale = (1 << octave) as f32;
-            let n = gradient(seed.wrapping_add(100 + octave), u * scale, v * scale, 6 << octave);
-            ridges += amplitude * (1.0 - n.abs() * 2.0);
+            ridges += amplitude * (1.0 - noise.at(u * scale, v * scale).abs() * 2.0);
             amplitude *= 0.45;
         }
-        let [f1, f2] = nearest_two(seed ^ 0xc1ef, u * 0.5, v * 0.5, 3);
+        let [f1, f2] = clefts.nearest_two(u * 0.5, v * 0.5);
         ridges - 0.45 * (1.0 - smoothstep(0.0, 0.09, f2 - f1))
     }))
 }
@@ -132,51 +134,77 @@ pub fn rock(width: u32, height: u32, seed: u32) -> HeightMap {
 ///
 /// Measured at 1024 x 1024 over seeds: mean 0.4 to 0.6, slope deviation 9 to 14 per axis.
 pub fn soil(width: u32, height: u32, seed: u32) -> HeightMap {
+    let undulation = Fractal::new(seed, 3, 5, 0.5);
+    let fine = Fractal::new(seed ^ 0x6a1, 96, 2, 0.6);
+    let warps = [0x11, 0x12].map(|k: u32| Fractal::new(seed ^ k, 14, 3, 0.5));
+    let plates = Scattered::new(seed ^ 0xc2ac, 7, |_| ());
+    let cracked = Gradients::new(seed ^ 0x9a7c, 3);
+    let sizes = [(9, 0.35, 0.34, 0x57a1), (26, 0.45, 0.15, 0x57a2), (64, 0.5, 0.06, 0x57a3)];
+    let pebbles = sizes.map(|(cells, share, size, k): (_, _, f32, u32)| (size, Pebbles::new(seed ^ k, cells, share)));
     normalised(fill(width, height, |s, t| {
-        let ground = 0.30 * fractal(seed, s * 3.0, t * 3.0, 3, 5, 0.5);
-        let grain = 0.022 * fractal(seed ^ 0x6a1, s * 96.0, t * 96.0, 96, 2, 0.6);
+        let ground = 0.30 * undulation.at(s * 3.0, t * 3.0);
+        let grain = 0.022 * fine.at(s * 96.0, t * 96.0);
 
-        let warp = |k: u32| 0.25 * fractal(seed ^ k, s * 14.0, t * 14.0, 14, 3, 0.5);
-        let [f1, f2] = nearest_two(seed ^ 0xc2ac, s * 7.0 + warp(0x11), t * 7.0 + warp(0x12), 7);
-        let patches = smoothstep(-0.15, 0.35, gradient(seed ^ 0x9a7c, s * 3.0, t * 3.0, 3));
+        let [u, v] = [0, 1].map(|k: usize| [s, t][k] * 7.0 + 0.25 * warps[k].at(s * 14.0, t * 14.0));
+        let [f1, f2] = plates.nearest_two(u, v);
+        let patches = smoothstep(-0.15, 0.35, cracked.at(s * 3.0, t * 3.0));
         // Plates curl up a little toward their cracks.
         let rim = 0.04 * (1.0 - smoothstep(0.05, 0.35, f2 - f1));
         let crack = 0.26 * (1.0 - smoothstep(0.01, 0.07, f2 - f1));
 
-        let mut stones = 0.0f32;
-        for (cells, share, size, k) in [(9, 0.35, 0.34, 0x57a1), (26, 0.45, 0.15, 0x57a2), (64, 0.5, 0.06, 0x57a3)] {
-            stones = stones.max(size * pebble(seed ^ k, s, t, cells, share));
-        }
+        let stones = pebbles.iter().fold(0.0f32, |highest, (size, some)| highest.max(size * some.height(s, t)));
         // A stone stands in the soil, not on it, and bridges the cracks.
         let bare = 1.0 - smoothstep(0.0, 0.03, stones);
         ground + grain + patches * (rim - crack) * bare + stones
     }))
 }
 
-/// Height of the highest pebble over a place, 0 to 1; a pebble lies in `share` of the cells.
-fn pebble(seed: u32, s: f32, t: f32, cells: i32, share: f32) -> f32 {
-    let (x, y) = (s * cells as f32, t * cells as f32);
-    // Irregular outlines: the place is shifted by noise finer than a pebble.
-    let shift = |k: u32| 0.05 * fractal(seed ^ k, x * 4.0, y * 4.0, cells * 4, 2, 0.5);
-    let (dx, dy) = (shift(0x21), shift(0x22));
-    let mut highest = 0.0f32;
-    features(seed, x, y, cells, 1, |Feature { offset, id }| {
-        if unit(hash(id, 7, 0)) >= share {
-            return;
-        }
-        let radius = 0.16 + 0.3 * unit(hash(id, 8, 0)).powi(2);
-        let (sin, cos) = (TAU * unit(hash(id, 9, 0))).sin_cos();
-        let aspect = 0.65 + 0.35 * unit(hash(id, 10, 0));
-        let (px, py) = (offset[0] + dx, offset[1] + dy);
-        let along = (cos * px + sin * py) / radius;
-        let across = (cos * py - sin * px) / (radius * aspect);
-        let d2 = along * along + across * across;
-        if d2 < 1.0 {
-            // A flattened dome: steep at its rim but of finite slope.
-            highest = highest.max(radius / 0.46 * (1.0 - d2) * (1.0 + 0.5 * d2));
-        }
-    });
-    highest
+/// Pebbles of one size.
+struct Pebbles {
+    cells: i32,
+    shapes: Scattered<Option<Pebble>>,
+    /// Shifts of places, for irregular outlines: noise finer than a pebble.
+    shifts: [Fractal; 2],
+}
+
+struct Pebble {
+    radius: f32,
+    /// Of its long axis: cosine, sine.
+    turn: [f32; 2],
+    aspect: f32,
+}
+
+impl Pebbles {
+    /// A pebble lies in `share` of the cells.
+    fn new(seed: u32, cells: i32, share: f32) -> Self {
+        let shape = |id: u32| {
+            let random = |k: i32| unit(hash(id, k, 0));
+            let (sin, cos) = (TAU * random(9)).sin_cos();
+            let (radius, aspect) = (0.16 + 0.3 * random(8).powi(2), 0.65 + 0.35 * random(10));
+            (random(7) < share).then_some(Pebble { radius, turn: [cos, sin], aspect })
+        };
+        let shifts = [0x21, 0x22].map(|k: u32| Fractal::new(seed ^ k, cells * 4, 2, 0.5));
+        Self { cells, shapes: Scattered::new(seed, cells, shape), shifts }
+    }
+
+    /// Height of the highest pebble over a place, 0 to 1.
+    fn height(&self, s: f32, t: f32) -> f32 {
+        let (x, y) = (s * self.cells as f32, t * self.cells as f32);
+        let [dx, dy] = self.shifts.each_ref().map(|shift| 0.05 * shift.at(x * 4.0, y * 4.0));
+        let mut highest = 0.0f32;
+        self.shapes.visit(x, y, 1, |offset, pebble| {
+            let Some(Pebble { radius, turn: [cos, sin], aspect }) = pebble else { return };
+            let (px, py) = (offset[0] + dx, offset[1] + dy);
+            let along = (cos * px + sin * py) / radius;
+            let across = (cos * py - sin * px) / (radius * aspect);
+            let d2 = along * along + across * across;
+            if d2 < 1.0 {
+                // A flattened dome: steep at its rim but of finite slope.
+                highest = highest.max(radius / 0.46 * (1.0 - d2) * (1.0 + 0.5 * d2));
+            }
+        });
+        highest
+    }
 }
 
 fn smoothstep(low: f32, high: f32, x: f32) -> f32 {
