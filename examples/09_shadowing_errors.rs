@@ -5,7 +5,7 @@
 
 use glam::{DVec2, DVec3};
 use leadr::lab::ray_cast::Spectrum;
-use leadr::lab::shadowing_errors::{ShadowingSettings, shadowing_errors};
+use leadr::lab::shadowing_errors::{ShadowingSettings, lit_facets, shadowing_errors};
 use leadr::reflectance::integrals::shadowed_reference::Surface;
 
 fn main() {
@@ -41,5 +41,14 @@ fn main() {
             print!("{:?} {:.1} ({:+.1}, {:+.1})  ", row.model, 100.0 * e.rmse, 100.0 * e.bias, 100.0 * e.rim_bias);
         }
         println!();
+        if m == DVec2::ZERO {
+            let settings = ShadowingSettings { spectrum, seed: seed + 1, ..Default::default() };
+            print!("  Light on visible facets, casts (model): ");
+            for degrees in [15.0, 45.0, 75.0] {
+                let l = lit_facets(s, degrees, &settings);
+                print!("{degrees}° open {:.3} ({:.3}) bend {:.3} ({:.3})  ", l.open.0, l.open.1, l.bend.0, l.bend.1);
+            }
+            println!();
+        }
     }
 }

@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 use super::ray_cast::{Patch, Spectrum, SphereError, SpherePixel, SphereTruth, Tile};
@@ -10,10 +10,10 @@ use crate::reflectance::frame::{frame_about, from_frame, to_frame};
 use crate::reflectance::integrals::reference::diffuse_directional;
 use crate::reflectance::integrals::sh::{Sh9, sh_basis, sh_irradiance};
 use crate::reflectance::integrals::shadowed_reference::Surface;
-use crate::reflectance::masking::correlated::lit_fraction;
+use crate::reflectance::masking::correlated::{direction_area, lit_fraction};
 use crate::reflectance::masking::shadowing::Shadowing;
 use crate::reflectance::slopes::grid::slope_cholesky;
-use crate::reflectance::visible::shadowed_environment::bent_normal;
+use crate::reflectance::visible::shadowed_environment::{bent_normal, visible_slope_shift};
 use crate::reflectance::visible::shadowed_specular::visible_specular_environment;
 use crate::reflectance::visible::specular::{VisibleProbe, probe_rule};
 
@@ -182,6 +182,56 @@ pub fn shadowing_errors(surface: Surface, settings: &ShadowingSettings) -> Vec<S
             ShadowingRow { light, model, error: truth.compare(picture(light), |x, y, _| value(x, y)) }
         })
         .collect()
+}
+
+/// Light of a white room that reaches the facets seen from one angle, by ray casts and by
+/// [`bent_normal`]: as `(casts, model)`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LitFacets {
+    /// Angle of sight, degrees.
+    pub degrees: f64,
+    /// Share of the light that reaches them.
+    pub open: (f64, f64),
+    /// How far the light's mean direction leans with the mean of the visible slopes: 1 is as much.
+    pub bend: (f64, f64),
+}
+
+/// What the constants of [`bent_normal`] come from: means over eight azimuths of sight of a surface of mean slope 0.
+#[must_use]
+pub fn lit_facets(s: DVec3, degrees: f64, settings: &ShadowingSettings) -> LitFacets {
+    const AZIMUTHS: u32 = 8;
+    const DIRECTIONS: u32 = 8;
+    let tile = Tile::new(settings.spectrum, settings.tile, 8.0, settings.seed);
+    let patch = Patch::new(&tile, DVec2::ZERO, s);
+    let cholesky = slope_cholesky(s);
+    let (mut open, mut bend) = ((0.0, 0.0), (0.0, 0.0));
+    for k in 0..AZIMUTHS {
+        let (sin, cos) = (2.0 * PI * (f64::from(k) + 0.3) / f64::from(AZIMUTHS)).sin_cos();
+        let (down, up) = degrees.to_radians().sin_cos();
+        let (toward, wo) = (DVec2::new(cos, sin), DVec3::new(down * cos, down * sin, up));
+        let o = direction_area(wo, DVec2::ZERO, cholesky);
+        let visible = -visible_slope_shift(&o, cholesky).dot(toward);
+        let cast = patch.mean_over_visible(wo, 4 * settings.rays, settings.seed, |facet, random| {
+            let about = frame_about(facet.normal);
+            let mut sums = [0.0; 3];
+            for _ in 0..DIRECTIONS {
+                let (u, (sin, cos)) = (random.unit(), (2.0 * PI * random.unit()).sin_cos());
+                let wi = from_frame(&about, DVec3::new(u.sqrt() * cos, u.sqrt() * sin, (1.0 - u).sqrt()));
+                if patch.is_lit(facet, wi) {
+                    let values = [1.0, wi.truncate().dot(toward), wi.z];
+                    sums.iter_mut().zip(values).for_each(|(sum, value)| *sum += value / f64::from(DIRECTIONS));
+                }
+            }
+            sums
+        });
+        let [lit, along, height] = cast.expect("the mesosurface faces the viewer").mean;
+        let model = bent_normal(&o, DVec2::ZERO, cholesky);
+        open = (open.0 + lit, open.1 + model.open);
+        let lean = model.normal.truncate().dot(toward) / model.normal.z;
+        bend = (bend.0 + along / height / visible, bend.1 + lean / visible);
+    }
+    let mean = |(a, b): (f64, f64)| (a / f64::from(AZIMUTHS), b / f64::from(AZIMUTHS));
+    LitFacets { degrees, open: mean(open), bend: mean(bend) }
 }
 
 /// All models at one pixel, in the order of the columns.

@@ -9,7 +9,7 @@ use crate::common::slopes::{Slopes, direction, integrate_directions};
 use crate::common::sphere_oracle::{RADIUS, SIZE, SphereOracle, gradient, lobes, side_light};
 use glam::{DVec2, DVec3};
 use leadr::lab::ray_cast::SpherePixel;
-use leadr::lab::shadowing_errors::{ShadowingLight, ShadowingModel, ShadowingSettings, shadowing_errors};
+use leadr::lab::shadowing_errors::{ShadowingLight, ShadowingModel, ShadowingSettings, lit_facets, shadowing_errors};
 use leadr::reflectance::facets::fresnel::Fresnel;
 use leadr::reflectance::facets::projected_area::meso_area;
 use leadr::reflectance::facets::slope_distribution::SlopeDistribution as _;
@@ -189,6 +189,20 @@ fn smooth_surfaces_have_no_shadows() {
         let wo = direction(40.0, 0.7);
         let v = bent_normal(&direction_area(wo, m, slope_cholesky(s)), m, slope_cholesky(s));
         assert!((v.open - 1.0).abs() < 1e-4 && (v.normal - normal_of_slope(m)).length() < 1e-3, "{v:?}");
+    }
+}
+
+/// The occlusion and the bend of the bent normal against casts of reliefs that nothing was fitted to.
+#[test]
+fn the_bent_normal_leans_as_the_light_does() {
+    for sigma in [0.2f64, 0.5, 1.0] {
+        for degrees in [20.0, 45.0, 75.0] {
+            let settings = ShadowingSettings { seed: 17, ..Default::default() };
+            let l = lit_facets(DVec3::new(sigma * sigma, sigma * sigma, 0.0), degrees, &settings);
+            println!("sigma {sigma} from {degrees}: {l:?}");
+            assert!((l.open.0 - l.open.1).abs() < 0.012, "{l:?}");
+            assert!((l.bend.0 - l.bend.1).abs() < 0.06, "{l:?}");
+        }
     }
 }
 
