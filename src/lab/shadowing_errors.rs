@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
-use super::ray_cast::{Patch, Spectrum, SphereError, SpherePixel, SphereTruth, Tile};
+use super::ray_cast::{Patch, Spectrum, SphereError, SpherePixel, SphereTruth, Tile, cosine_direction};
 use crate::reflectance::frame::{frame_about, from_frame, to_frame};
 use crate::reflectance::integrals::reference::diffuse_directional;
 use crate::reflectance::integrals::sh::{Sh9, sh_basis, sh_irradiance};
@@ -139,9 +139,7 @@ pub fn shadowing_errors(surface: Surface, settings: &ShadowingSettings) -> Vec<S
         let about = frame_about(facet.normal);
         let mut diffuse = 0.0;
         for _ in 0..4 {
-            let (u, v) = (random.unit(), random.unit());
-            let (sin, cos) = (2.0 * PI * v).sin_cos();
-            let wi = from_frame(&about, DVec3::new(u.sqrt() * cos, u.sqrt() * sin, (1.0 - u).sqrt()));
+            let wi = from_frame(&about, cosine_direction(random));
             if patch.is_lit(facet, wi) {
                 diffuse += 0.25 * environment(from_frame(&pixel.frame, wi), 0.0);
             }
@@ -188,15 +186,14 @@ pub fn shadowing_errors(surface: Surface, settings: &ShadowingSettings) -> Vec<S
 /// [`bent_normal`]: as `(casts, model)`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LitFacets {
-    /// Angle of sight, degrees.
-    pub degrees: f64,
     /// Share of the light that reaches them.
     pub open: (f64, f64),
     /// How far the light's mean direction leans with the mean of the visible slopes: 1 is as much.
     pub bend: (f64, f64),
 }
 
-/// What the constants of [`bent_normal`] come from: means over eight azimuths of sight of a surface of mean slope 0.
+/// What the constants of [`bent_normal`] come from: means over eight azimuths of sight, at an angle in `degrees` to the normal, of a
+/// surface of mean slope 0.
 #[must_use]
 pub fn lit_facets(s: DVec3, degrees: f64, settings: &ShadowingSettings) -> LitFacets {
     const AZIMUTHS: u32 = 8;
@@ -215,8 +212,7 @@ pub fn lit_facets(s: DVec3, degrees: f64, settings: &ShadowingSettings) -> LitFa
             let about = frame_about(facet.normal);
             let mut sums = [0.0; 3];
             for _ in 0..DIRECTIONS {
-                let (u, (sin, cos)) = (random.unit(), (2.0 * PI * random.unit()).sin_cos());
-                let wi = from_frame(&about, DVec3::new(u.sqrt() * cos, u.sqrt() * sin, (1.0 - u).sqrt()));
+                let wi = from_frame(&about, cosine_direction(random));
                 if patch.is_lit(facet, wi) {
                     let values = [1.0, wi.truncate().dot(toward), wi.z];
                     sums.iter_mut().zip(values).for_each(|(sum, value)| *sum += value / f64::from(DIRECTIONS));
@@ -231,7 +227,7 @@ pub fn lit_facets(s: DVec3, degrees: f64, settings: &ShadowingSettings) -> LitFa
         bend = (bend.0 + along / height / visible, bend.1 + lean / visible);
     }
     let mean = |(a, b): (f64, f64)| (a / f64::from(AZIMUTHS), b / f64::from(AZIMUTHS));
-    LitFacets { degrees, open: mean(open), bend: mean(bend) }
+    LitFacets { open: mean(open), bend: mean(bend) }
 }
 
 /// All models at one pixel, in the order of the columns.

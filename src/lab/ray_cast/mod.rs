@@ -21,6 +21,7 @@ mod patch;
 mod sphere;
 mod tile;
 
+pub(super) use patch::cosine_direction;
 pub use patch::{Estimate, Facet, Patch, SeenAndLit};
 pub use sphere::{SphereError, SpherePixel, SphereTruth};
 pub use tile::{Spectrum, Tile};

@@ -315,7 +315,7 @@ impl<'a> Patch<'a> {
 }
 
 /// A direction about z with density `cos θ / π`.
-fn cosine_direction(random: &mut Random) -> DVec3 {
+pub(in crate::lab) fn cosine_direction(random: &mut Random) -> DVec3 {
     let (u, v) = (random.unit(), random.unit());
     let (sin, cos) = (TAU * v).sin_cos();
     let r = u.sqrt();

@@ -22,7 +22,7 @@ pub struct IrradianceRest {
 
 impl IrradianceRest {
     /// The pass, and a cube with `face_size` texels along an edge, undefined until it is recorded. Lookups between texels flatten
-    /// what lies between them: with 8, irradiance under one bright side of a picture of the sky is 0.6 % too dark.
+    /// what lies between them: under one bright side of a picture of the sky, irradiance is 0.8 % too dark with 8, 0.3 with 16.
     ///
     /// # Errors
     /// [`GpuError::Allocation`](crate::gpu::GpuError), or a failed Vulkan call.
