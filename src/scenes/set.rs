@@ -48,6 +48,10 @@ pub struct Set {
     pub animation: Animation,
     /// Where the scene is seen from, relative to what it follows.
     pub camera: Camera,
+    /// The scene's own views, relative to the same.
+    pub views: Views,
+    /// Texels of its largest map of heights, across and down, if it has any.
+    pub map_size: Option<(u32, u32)>,
     /// Makes other environments for it.
     pub surroundings: SkyOrPicture,
 }
@@ -90,7 +94,9 @@ pub fn set(config: &SceneConfig, inputs: Inputs, gpu: &Arc<Gpu>, progress: Progr
     let environment = surroundings.make(gpu, inputs.environment.as_ref())?;
     // A picture of an environment brings its own suns.
     let sky = inputs.environment.is_none().then_some(sky);
-    let camera = camera(config, stage.views);
+    let (camera, views) = (camera(config, stage.views), stage.views);
+    let sizes = stage.objects.iter().filter_map(|object| object.heights.as_ref()).map(|map| (map.width, map.height));
+    let map_size = sizes.max_by_key(|&(width, height)| u64::from(width) * u64::from(height));
     let renderer = Renderer::new(gpu, stage.take_scene(), environment)?;
     let lights = Lights { sky, ..Default::default() };
     let height_scale = config.height_scale;
@@ -101,7 +107,20 @@ pub fn set(config: &SceneConfig, inputs: Inputs, gpu: &Arc<Gpu>, progress: Progr
         daylight::pass(&mut state, time * hours_per_second);
         state
     });
-    Ok(Set { renderer, animation, camera, surroundings })
+    Ok(Set { renderer, animation, camera, views, map_size, surroundings })
+}
+
+impl Set {
+    /// The scene at `time` seconds, seen from another of its views in a picture of this size.
+    #[must_use]
+    pub fn state_from(&self, time: f64, view: View, size: Size) -> FrameState {
+        let state = (self.animation)(time);
+        // The camera of the animation has moved with what it follows.
+        let moved = state.camera.position - self.camera.position;
+        let camera = camera_of(view, self.views, size);
+        let camera = Camera { position: camera.position + moved, target: camera.target + moved, ..camera };
+        FrameState { camera, ..state }
+    }
 }
 
 /// Middle views are composed for pictures with an aspect of 4:3 and wider; for narrower ones the camera steps back until the same
@@ -112,11 +131,15 @@ fn fitted(camera: Camera, size: Size) -> Camera {
 }
 
 fn camera(config: &SceneConfig, views: Views) -> Camera {
-    let camera = match config.view {
+    let camera = camera_of(config.view, views, config.size);
+    config.distance.map_or(camera, |metres| camera.at_distance(metres))
+}
+
+fn camera_of(view: View, views: Views, size: Size) -> Camera {
+    match view {
         View::Near => views.near,
-        View::Mid => fitted(views.mid, config.size),
+        View::Mid => fitted(views.mid, size),
         View::Far => views.far,
         View::Pose(pose) => pose.camera(),
-    };
-    config.distance.map_or(camera, |metres| camera.at_distance(metres))
+    }
 }

@@ -169,6 +169,9 @@ impl Stage {
     }
 }
 
+/// Factor on the height of generated rock, which is steeper than most scans.
+pub const GENERATED_HEIGHT: f32 = 0.6;
+
 /// Material and relief of the plane and sphere scenes.
 #[derive(Clone, Debug)]
 pub struct Relief {
@@ -191,8 +194,7 @@ impl Default for Relief {
 impl Relief {
     fn field(&mut self) -> HeightField {
         let map = self.map.take().unwrap_or_else(|| {
-            // The generated rock is steeper than most scans.
-            self.height_scale *= 0.6;
+            self.height_scale *= GENERATED_HEIGHT;
             procedural::rock(1024, 1024, 1)
         });
         HeightField::repeating(map)

@@ -57,8 +57,8 @@ fn check(report: &Value) {
 #[test]
 fn a_scene_is_measured_near_and_far() {
     let Some(_) = test_gpu() else { return };
-    let flags = ["bench", "--scene", "plane", "--technique", "leadr", "--size", "24x16", "--frames", "2"];
-    let report = json(&[&flags[..], &["--validation", "--json"]].concat());
+    let flags = ["bench", "--scene", "plane", "--tables", "techniques,distance", "--technique", "leadr"];
+    let report = json(&[&flags[..], &["--size", "24x16", "--frames", "2", "--validation", "--json"]].concat());
     check(&report);
     let rows = report["rows"].as_array().unwrap();
     assert!(rows.iter().all(|row| row["technique"] == "leadr" && row["measurements"] == 2), "{report}");
@@ -70,6 +70,63 @@ fn a_scene_is_measured_near_and_far() {
         .collect();
     assert!(far.len() >= 4 && far.windows(2).all(|pair| pair[0] < pair[1]), "{far:?}");
     assert_eq!(report["goals"], serde_json::json!([]), "nothing of the goals was measured");
+}
+
+/// Rows of a table whose pass is this one, in order.
+fn rows_of<'a>(report: &'a Value, table: &str, pass: &str) -> Vec<&'a Value> {
+    report["rows"].as_array().unwrap().iter().filter(|r| r["table"] == table && r["pass"] == pass).collect()
+}
+
+#[test]
+fn a_frame_of_a_view_has_triangles_and_time_of_the_processor() {
+    let Some(_) = test_gpu() else { return };
+    let flags = ["bench", "--scene", "plane", "--tables", "views,resolution", "--size", "48x32"];
+    let report = json(&[&flags[..], &["--frames", "2", "--validation", "--json"]].concat());
+    check(&report);
+    let frames = rows_of(&report, "plane views, 48x32", "frame");
+    assert_eq!(frames.iter().map(|r| r["row"].as_str().unwrap()).collect::<Vec<_>>(), ["near", "mid", "far"]);
+    for frame in &frames {
+        let time = |pass: &str| {
+            let cell = rows_of(&report, "plane views, 48x32", pass).into_iter().find(|r| r["row"] == frame["row"]);
+            cell.unwrap()["min_ms"].as_f64().unwrap()
+        };
+        let parts = ["cpu prepare", "cpu record", "cpu wait"].map(time);
+        assert!(parts.iter().all(|part| *part > 0.0), "{frame}: {parts:?}");
+        assert!(time("frame") >= parts.iter().sum::<f64>() * 0.999, "{frame}: {parts:?}");
+        assert!(frame["triangles"].as_u64() > frame["patches"].as_u64() && frame["patches"].as_u64() > Some(0));
+    }
+    let sizes: Vec<&Value> = rows_of(&report, "plane by size of picture", "total").iter().map(|r| &r["size"]).collect();
+    assert_eq!(serde_json::json!(sizes), serde_json::json!([[12, 8], [24, 16], [48, 32], [96, 64]]));
+    let flags = ["bench", "--scene", "plane", "--tables", "triangles", "--size", "320x240", "--technique", "lean"];
+    let report = json(&[&flags[..], &["--frames", "1", "--json"]].concat());
+    let counts: Vec<u64> = rows_of(&report, "plane by size of triangles", "frame")
+        .iter()
+        .map(|r| r["triangles"].as_u64().unwrap())
+        .collect();
+    assert!(
+        counts.len() == 5 && counts.windows(2).all(|pair| pair[0] >= pair[1]) && counts[0] > counts[4],
+        "{counts:?}"
+    );
+}
+
+#[test]
+fn maps_of_all_sizes_are_compared_and_lean_stands_beside_leadr() {
+    let Some(_) = test_gpu() else { return };
+    let flags = ["bench", "--scene", "pillow", "--tables", "maps", "--size", "16x16", "--frames", "1"];
+    let report = json(&[&flags[..], &["--validation", "--json"]].concat());
+    check(&report);
+    let rows = rows_of(&report, "pillow by size of maps", "total");
+    assert_eq!(rows.iter().filter(|r| r["technique"] == "leadr").count(), 4);
+    let ratios = report["ratios"].as_array().unwrap();
+    for row in rows.iter().filter(|r| r["technique"] == "leadr") {
+        let lean = row["row"].as_str().unwrap().replace("leadr", "lean");
+        assert!(
+            ratios.iter().any(|r| r["of"] == row["row"] && r["to"] == *lean && r["pass"] == "filter+shade"),
+            "{lean}"
+        );
+    }
+    let across = |r: &&Value| r["pass"] == "total" && r["to"] == rows[0]["row"];
+    assert_eq!(ratios.iter().filter(across).count(), rows.len() - 1);
 }
 
 #[test]
@@ -152,7 +209,8 @@ fn the_papers_tables_have_their_rows_ratios_lines_and_goals() {
 #[test]
 fn the_printed_table_names_device_commit_and_rows() {
     let Some(_) = test_gpu() else { return };
-    let output = run(&["bench", "--scene", "plane", "--technique", "normal-mip", "--size", "8x8", "--frames", "1"]);
+    let flags = ["bench", "--scene", "plane", "--tables", "techniques,distance", "--technique", "normal-mip"];
+    let output = run(&[&flags[..], &["--size", "8x8", "--frames", "1"]].concat());
     assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
     let text = String::from_utf8(output.stdout).unwrap();
     for word in ["commit", "plane, 8x8", "plane from afar", "normal-mip at 8x", "filter+shade"] {
@@ -163,7 +221,7 @@ fn the_printed_table_names_device_commit_and_rows() {
 
 #[test]
 fn wrong_usage_ends_with_2_and_names_the_flag() {
-    let cases: [(&[&str], &str); 10] = [
+    let cases: [(&[&str], &str); 13] = [
         (&["--frames", "0"], "--frames"),
         (&["--size", "0x5"], "--size"),
         (&["--technique", "phong"], "phong"),
@@ -174,6 +232,9 @@ fn wrong_usage_ends_with_2_and_names_the_flag() {
         (&["--scene", "ocean", "--fft", "100"], "--fft"),
         (&["--scene", "sphere", "--soak", "9"], "--soak"),
         (&["--soak", "9"], "--scene"),
+        (&["--scene", "trex", "--tables", "speed"], "speed"),
+        (&["--scene", "spheres", "--tables", "views,maps"], "--tables maps is for the scenes"),
+        (&["--scene", "trex", "--tables", "waves"], "ocean, not trex"),
     ];
     for (flags, named) in cases {
         let output = run(&[&["bench"], flags].concat());

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 
 use crate::app::error::AppError;
 use crate::app::flags::device::DeviceArgs;
@@ -10,7 +11,7 @@ use crate::app::flags::scene::{SceneArgs, scenes};
 use crate::app::flags::shading::techniques;
 use crate::app::flags::values::{atlas_tile, fft};
 use crate::app::flags::waves::WaveArgs;
-use crate::lab::bench::{BenchConfig, Quad};
+use crate::lab::bench::{BenchConfig, Quad, Table};
 use crate::render::settings::Technique;
 use crate::scenes::config::SceneConfig;
 use crate::scenes::registry::Scene;
@@ -20,8 +21,9 @@ use crate::scenes::view::Size;
 pub const EXAMPLES: &str = "Examples:
   leadr bench                                  everything: minutes without a GPU
   leadr bench --paper --frames 9 --json        a full-screen quad over a LEADR map of its size, and the goals
-  leadr bench --scene sphere --size 512x512
-  leadr bench --scene trex --technique leadr
+  leadr bench --scene trex                     a frame of its near, mid and far views at three sizes
+  leadr bench --scene trex --tables resolution,triangles,maps
+  leadr bench --scene sphere --tables techniques,distance --size 256x256
   leadr bench --scene ocean --frames 9         every pass of the sea, by size of transform and of picture
   leadr bench --scene ocean --soak 5000 --size 64x48 --fft 64
 
@@ -31,13 +33,17 @@ taken within rounds: a program that runs beside it slows the rows down but hardl
 /// Arguments of `leadr bench`.
 #[derive(Clone, Debug, Args)]
 pub struct BenchArgs {
-    /// Only this scene, from its middle view and from afar [default: the paper's tables, sphere and trex]
+    /// Only this scene [default: the paper's tables, sphere and trex]
     #[arg(long, value_name = "NAME", value_parser = scenes())]
     pub scene: Option<&'static Scene>,
     /// Only this technique in scenes [default: all]
     #[arg(long, value_name = "NAME", value_parser = techniques())]
     pub technique: Option<Technique>,
-    /// Size of the pictures, pixels [default: 1024x1024 for the paper's tables, 512x512 for scenes]
+    /// Tables of scenes, separated by commas [default: views, and waves of the open sea; without --scene techniques, distance]
+    #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = tables())]
+    pub tables: Vec<Table>,
+    /// Size of the pictures, pixels [default: 1024x1024 for the paper's tables; for views 128x128, 480x270 and 1024x1024; else
+    /// 512x512]
     #[arg(long, value_name = "WxH")]
     pub size: Option<Size>,
     /// Rounds: frames of every row, except rows that take over a second
@@ -56,7 +62,7 @@ pub struct BenchArgs {
     #[arg(long, value_name = "N", value_parser = fft, requires = "scene")]
     pub fft: Option<u32>,
     /// Instead of timing, draw this many frames of a scene with a sea, over one day, and watch the memory
-    #[arg(long, value_name = "FRAMES", requires = "scene", conflicts_with = "paper", value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(long, value_name = "FRAMES", requires = "scene", conflicts_with_all = ["paper", "tables"], value_parser = clap::value_parser!(u32).range(1..))]
     pub soak: Option<u32>,
     /// Texels along the tile of one patch in the displacement atlas: 8, 16, 32, 64 or 128
     #[arg(long, value_name = "N", default_value = "64", value_parser = atlas_tile)]
@@ -71,10 +77,23 @@ pub struct BenchArgs {
 
 /// Size of the full-screen quad and its map in the paper.
 const PAPER_SIZE: Size = Size { width: 1024, height: 1024 };
-/// Size of the scenes' pictures.
+/// Sizes of the pictures of a scene's views.
+const VIEW_SIZES: [Size; 3] =
+    [Size { width: 128, height: 128 }, Size { width: 480, height: 270 }, Size { width: 1024, height: 1024 }];
+/// Size of the scenes' other pictures.
 const SCENE_SIZE: Size = Size { width: 512, height: 512 };
 /// The scenes that are measured when none is named.
 const SCENES: [&str; 2] = ["sphere", "trex"];
+
+/// The tables of scenes by name.
+fn tables() -> impl TypedValueParser<Value = Table> {
+    let find = |name: String| Table::ALL.into_iter().find(|table| table.name_and_help().0 == name);
+    let value = |table: Table| {
+        let (name, help) = table.name_and_help();
+        PossibleValue::new(name).help(help)
+    };
+    PossibleValuesParser::new(Table::ALL.map(value)).try_map(move |name| find(name).ok_or("no such table"))
+}
 
 impl BenchArgs {
     /// What is measured.
@@ -83,18 +102,41 @@ impl BenchArgs {
     /// [`AppError::Usage`] if flags contradict each other.
     pub fn resolve(&self) -> Result<BenchConfig, AppError> {
         // The tables come alone, along with the scenes, or not at all.
-        let quad = self.paper || (self.scene.is_none() && self.technique.is_none());
+        let about_scenes = self.technique.is_some() || !self.tables.is_empty();
+        let quad = self.paper || (self.scene.is_none() && !about_scenes);
         let scenes: Vec<&Scene> = match self.scene {
             Some(scene) => vec![scene],
-            None if self.paper && self.technique.is_none() => Vec::new(),
+            None if self.paper && !about_scenes => Vec::new(),
             None => SCENES.iter().filter_map(|name| Scene::find(name)).collect(),
         };
+        let tables = self.tables_of_scenes();
+        for (scene, table) in scenes.iter().flat_map(|scene| tables.iter().map(move |table| (scene, table))) {
+            if !table.is_of(scene) && self.tables.contains(table) {
+                let mut with: Vec<&str> = table.needs().iter().flat_map(|choice| choice.scenes()).collect();
+                with.sort_unstable();
+                with.dedup();
+                let (table, with) = (table.name_and_help().0, with.join(", "));
+                return Err(AppError::Usage(format!("--tables {table} is for the scenes {with}, not {}", scene.name)));
+            }
+        }
         Ok(BenchConfig {
             quad: quad.then(|| Quad { size: self.size.unwrap_or(PAPER_SIZE), goals_only: self.goals }),
             scenes: scenes.into_iter().map(|scene| self.scene_config(scene)).collect::<Result<_, _>>()?,
+            tables,
+            view_sizes: self.size.map_or(VIEW_SIZES.into(), |size| vec![size]),
             technique: self.technique,
             rounds: self.frames,
         })
+    }
+
+    /// The tables that are asked for, in the order in which they are measured.
+    fn tables_of_scenes(&self) -> Vec<Table> {
+        let wanted: &[Table] = match (self.tables.as_slice(), self.scene) {
+            ([], Some(_)) => &[Table::Views, Table::Waves],
+            ([], None) => &[Table::Techniques, Table::Distance],
+            (named, _) => named,
+        };
+        Table::ALL.into_iter().filter(|table| wanted.contains(table)).collect()
     }
 
     /// The picture of a scene: `leadr capture`'s defaults, changed by the bench's flags.

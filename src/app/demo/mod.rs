@@ -70,7 +70,7 @@ fn demo(arguments: &DemoArgs, output: &Output) -> Result<DemoReport, AppError> {
     let display = Display::open()?;
     let device = arguments.device.clone();
     let gpu = Gpu::new(&display.gpu_options(device.device.clone(), device.validation)?)?;
-    let Set { renderer, animation, camera, surroundings } =
+    let Set { renderer, animation, camera, surroundings, .. } =
         set(&config, inputs, &gpu, &output.share(config.scene.making))?;
     let lights = renderer.environment().lights().to_vec();
     let options = WindowOptions {

@@ -89,12 +89,15 @@ impl Goal {
 
 #[cfg(test)]
 mod tests {
-    use super::super::rounds::{PIXELS, TOTAL};
+    use super::super::rounds::{Frame, PIXELS, TOTAL};
     use super::*;
     use crate::render::frame::PassTime;
 
     fn series(times: &[f64]) -> Series {
-        let round = |ms: &f64| Some(vec![PassTime { pass: "shade".to_owned(), milliseconds: *ms }]);
+        let round = |ms: &f64| {
+            let passes = vec![PassTime { pass: "shade".to_owned(), milliseconds: *ms }];
+            Some(Frame { passes, ..Default::default() })
+        };
         Series { repeats: 1, rounds: times.iter().map(round).collect() }
     }
 

@@ -1,14 +1,18 @@
 //! The bench: the time of every pass on the device, of rows that are measured alternately.
 
 mod goals;
+mod maps;
 mod ocean;
+mod quad;
 mod report;
 mod rounds;
 mod rows;
 mod run;
+mod scene;
 mod soak;
 mod stats;
 
 pub use report::BenchReport;
 pub use run::{BenchConfig, Quad, bench};
+pub use scene::Table;
 pub use soak::{SoakReport, soak};

@@ -6,8 +6,9 @@ use serde::Serialize;
 
 use super::goals::{Bound, Verdict};
 use super::ocean::WAVES;
-use super::rounds::{PIXELS, TOTAL};
-use super::rows::{FIGURE_11, GOALS, Measured};
+use super::quad::{FIGURE_11, GOALS};
+use super::rounds::{CPU, FRAME, PIXELS, TOTAL};
+use super::rows::Measured;
 use super::stats::{Ratio, least_squares, median};
 use crate::gpu::Gpu;
 use crate::lab::program::COMMIT;
@@ -44,6 +45,8 @@ pub struct RowReport {
     row: String,
     /// The row it is compared with.
     base: Option<String>,
+    /// Another row that its passes per pixel are compared with.
+    beside: Option<String>,
     /// The pass, or sum of passes, that is compared.
     compared: &'static str,
     technique: &'static str,
@@ -55,6 +58,12 @@ pub struct RowReport {
     /// Metres to the camera's target, for scenes that are seen from several distances.
     distance: Option<f32>,
     size: [u32; 2],
+    /// Upper bound on the triangles of a frame, shadow maps included; of rows about whole frames.
+    triangles: Option<u64>,
+    /// Patches drawn for the camera; of rows about whole frames.
+    patches: Option<u32>,
+    /// A pass or a sum of passes on the device; a part of the processor's time (`cpu prepare`, `cpu record`, `cpu wait`), or all
+    /// three of them (`frame`).
     pass: String,
     median_ms: f64,
     p95_ms: f64,
@@ -120,6 +129,7 @@ impl BenchReport {
                 .filter_map(|m| Some((m, find(&m.row.table, m.row.base.as_deref()?)?)))
                 .filter(|(m, base)| m.row.name != base.row.name)
                 .flat_map(|(m, base)| [m.row.compared, SHADE].into_iter().filter_map(|pass| ratio(m, base, pass)))
+                .chain(measured.iter().filter_map(|m| ratio(m, find(&m.row.table, m.row.beside.as_deref()?)?, PIXELS)))
                 .collect(),
             lines: FIGURE_11.iter().filter_map(|table| line(table, &measured)).collect(),
             goals: GOALS.iter().filter_map(|goal| goal.judge(|t, r| find(t, r).map(|m| &m.series))).collect(),
@@ -134,12 +144,14 @@ fn rows(measured: &Measured) -> Vec<RowReport> {
     if !passes.contains(&row.compared) {
         passes.push(row.compared);
     }
+    let counts = series.counts();
     let report = |pass: &&str| {
         let (median_ms, p95_ms) = series.median_p95(pass);
         RowReport {
             table: row.table.clone(),
             row: row.name.clone(),
             base: row.base.clone(),
+            beside: row.beside.clone(),
             compared: row.compared,
             technique: row.settings.shading.technique().name(),
             rule: row.rule(),
@@ -147,11 +159,13 @@ fn rows(measured: &Measured) -> Vec<RowReport> {
             visibility: row.shadowing(),
             distance: row.distance,
             size: [row.settings.size.0, row.settings.size.1],
+            triangles: counts.map(|(triangles, _)| triangles),
+            patches: counts.map(|(_, patches)| patches),
             pass: (*pass).to_owned(),
             median_ms,
             p95_ms,
             min_ms: series.fastest(pass),
-            repeats: if *pass == "sky" { 1 } else { series.repeats },
+            repeats: if is_once(pass) { 1 } else { series.repeats },
             measurements: series.measurements(),
             paper_ms: row.paper_ms.filter(|_| *pass == TOTAL),
         }
@@ -182,6 +196,16 @@ fn line(table: &str, measured: &[Measured]) -> Option<LineReport> {
         r_squared: line.r_squared,
         worst: line.worst,
     })
+}
+
+/// Whether a pass runs once however often others are repeated.
+fn is_once(pass: &str) -> bool {
+    pass == "sky" || is_cpu(pass)
+}
+
+/// Whether it is time of the processor.
+fn is_cpu(pass: &str) -> bool {
+    pass == FRAME || CPU.contains(&pass)
 }
 
 /// Heading of the column of a pass or sum of passes.
@@ -249,14 +273,15 @@ impl BenchReport {
         let own = |pass: &str| ["geometry", "filter", "shade", PIXELS].contains(&pass);
         let compared = rows[0].compared;
         let mut passes: Vec<&str> = Vec::new();
-        for row in rows.iter().filter(|row| compared != PIXELS || own(&row.pass)) {
+        for row in rows.iter().filter(|row| !is_cpu(&row.pass) && (compared != PIXELS || own(&row.pass))) {
             if !passes.contains(&row.pass.as_str()) {
                 passes.push(&row.pass);
             }
         }
         let [width, height] = rows[0].size;
-        match rows.iter().all(|row| row.size == rows[0].size) {
-            true => writeln!(f, "\n{table}, {width}x{height}")?,
+        let size = format!(", {width}x{height}");
+        match rows.iter().all(|row| row.size == rows[0].size) && !table.ends_with(&size) {
+            true => writeln!(f, "\n{table}{size}")?,
             false => writeln!(f, "\n{table}")?,
         }
         write!(f, "  {:24} {:>7}", "", "samples")?;
@@ -266,14 +291,18 @@ impl BenchReport {
         writeln!(f, " {:>9}  {} against {}", "p95", title(compared), rows[0].base.as_deref().unwrap_or("nothing"))?;
         let mut names: Vec<&str> = rows.iter().map(|r| r.row.as_str()).collect();
         names.dedup();
-        for name in names {
-            let cells: Vec<&&RowReport> = rows.iter().filter(|r| r.row == name).collect();
+        for name in &names {
+            let cells: Vec<&&RowReport> = rows.iter().filter(|r| r.row == **name).collect();
             write!(f, "  {name:24} {:>7}", cells[0].samples)?;
             for pass in &passes {
                 let cell = cells.iter().find(|c| c.pass == *pass).map_or(String::new(), |c| ms(c.median_ms));
                 write!(f, " {cell:>12}")?;
             }
-            let ratio = |pass: &str| self.ratios.iter().find(|r| r.table == table && r.of == name && r.pass == pass);
+            let against = |to: &Option<String>, pass: &str| {
+                let is_it = |r: &&RatioReport| r.table == table && r.of == **name && Some(&r.to) == to.as_ref();
+                self.ratios.iter().filter(is_it).find(|r| r.pass == pass)
+            };
+            let ratio = |pass: &str| against(&cells[0].base, pass);
             let p95 = cells.iter().find(|c| c.pass == compared).map_or(String::new(), |c| ms(c.p95_ms));
             write!(f, " {p95:>9}")?;
             if let Some(r) = ratio(compared) {
@@ -285,12 +314,41 @@ impl BenchReport {
                     write!(f, "; paper {paper:.3}")?;
                 }
             }
+            if let Some(r) = against(&cells[0].beside, PIXELS) {
+                write!(f, "; {PIXELS} against {} {:.3}, fastest {:.3}", r.to, r.median, r.fastest)?;
+            }
             writeln!(f)?;
         }
+        Self::frames(f, &rows, &names)?;
         for line in self.lines.iter().filter(|l| l.table == table) {
             let LineReport { intercept_ms, per_sample_ms, r_squared, worst, .. } = line;
             let (a, b) = (ms(*intercept_ms), ms(*per_sample_ms));
             writeln!(f, "  {a} ms + {b} ms a sample; R² {r_squared:.5}, farthest point {:.1} % off", 100.0 * worst)?;
+        }
+        Ok(())
+    }
+
+    /// Triangles and the processor's time, of rows about whole frames.
+    fn frames(f: &mut fmt::Formatter<'_>, rows: &[&RowReport], names: &[&str]) -> fmt::Result {
+        let columns: Vec<&str> = CPU.into_iter().chain([FRAME]).collect();
+        if !rows.iter().any(|row| is_cpu(&row.pass)) {
+            return Ok(());
+        }
+        write!(f, "  {:24} {:>9} {:>9}", "", "triangles", "patches")?;
+        for column in &columns {
+            write!(f, " {column:>12}")?;
+        }
+        writeln!(f, " {:>9}", "p95")?;
+        for name in names {
+            let cell = |pass: &str| rows.iter().find(|row| row.row == *name && row.pass == pass);
+            let Some(frame) = cell(FRAME) else { continue };
+            let count = |count: Option<u64>| count.map_or(String::new(), |count| count.to_string());
+            let (triangles, patches) = (count(frame.triangles), count(frame.patches.map(u64::from)));
+            write!(f, "  {name:24} {triangles:>9} {patches:>9}")?;
+            for column in &columns {
+                write!(f, " {:>12}", cell(column).map_or(String::new(), |cell| ms(cell.median_ms)))?;
+            }
+            writeln!(f, " {:>9}", ms(frame.p95_ms))?;
         }
         Ok(())
     }

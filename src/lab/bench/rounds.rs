@@ -3,7 +3,7 @@
 
 use super::stats::{Ratio, median, paired_ratio, quantile};
 use crate::lab::error::LabError;
-use crate::render::frame::PassTime;
+use crate::render::frame::{CpuTime, PassTime};
 
 /// Draws frames of rows.
 pub trait Subject {
@@ -11,7 +11,20 @@ pub trait Subject {
     ///
     /// # Errors
     /// If the device fails.
-    fn frame(&mut self, row: usize, round: usize, repeats: u32) -> Result<Vec<PassTime>, LabError>;
+    fn frame(&mut self, row: usize, round: usize, repeats: u32) -> Result<Frame, LabError>;
+}
+
+/// What was measured of one frame.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Frame {
+    /// The time of each pass on the device.
+    pub passes: Vec<PassTime>,
+    /// Of rows about whole frames: the processor's time for a frame whose passes run once.
+    pub cpu: Option<CpuTime>,
+    /// Upper bound on its triangles, shadow maps included.
+    pub triangles: u64,
+    /// Patches drawn for the camera.
+    pub patches: u32,
 }
 
 /// A timed region should take at least this long, milliseconds: clocks of GPUs tick as slowly as once in a microsecond.
@@ -27,38 +40,65 @@ const FEWEST: usize = 5;
 pub const PIXELS: &str = "filter+shade";
 /// All passes of a frame.
 pub const TOTAL: &str = "total";
+/// The processor's parts of a frame: posing and dividing the scene, recording, waiting for the device.
+pub const CPU: [&str; 3] = ["cpu prepare", "cpu record", "cpu wait"];
+/// A frame by the clock on the wall: the sum of [`CPU`].
+pub const FRAME: &str = "frame";
 
 /// The times of one row.
 #[derive(Clone, Debug, Default)]
 pub struct Series {
     /// Repetitions of each pass in its timed region.
     pub repeats: u32,
-    /// Per round, the time of each pass; `None` where the row skipped the round.
-    pub rounds: Vec<Option<Vec<PassTime>>>,
+    /// Per round, what was measured; `None` where the row skipped the round.
+    pub rounds: Vec<Option<Frame>>,
+}
+
+impl Frame {
+    /// Milliseconds of a pass or of several, as in [`Series::of`].
+    fn of(&self, pass: &str) -> Option<f64> {
+        if let Some(CpuTime { prepare, record, wait }) = self.cpu {
+            let parts = [prepare, record, wait];
+            if let Some(part) = CPU.iter().position(|name| *name == pass) {
+                return Some(parts[part]);
+            }
+            if pass == FRAME {
+                return Some(parts.iter().sum());
+            }
+        }
+        let names: Vec<&str> = pass.split('+').collect();
+        let counts = |t: &&PassTime| pass == TOTAL || names.contains(&t.pass.as_str());
+        let counted: Vec<f64> = self.passes.iter().filter(counts).map(|t| t.milliseconds).collect();
+        (!counted.is_empty()).then(|| counted.iter().sum())
+    }
 }
 
 impl Series {
-    /// Passes in the order in which they run, then [`PIXELS`] and [`TOTAL`].
+    /// Passes in the order in which they run, then [`PIXELS`] and [`TOTAL`]; of rows about whole frames [`CPU`] and [`FRAME`] too.
     #[must_use]
     pub fn passes(&self) -> Vec<&str> {
-        let first = self.rounds.iter().flatten().next();
-        let mut passes: Vec<&str> = first.iter().flat_map(|times| times.iter().map(|t| t.pass.as_str())).collect();
-        if !passes.is_empty() {
-            passes.extend([PIXELS, TOTAL]);
+        let Some(first) = self.rounds.iter().flatten().next() else { return Vec::new() };
+        let mut passes: Vec<&str> = first.passes.iter().map(|time| time.pass.as_str()).collect();
+        passes.extend([PIXELS, TOTAL]);
+        if first.cpu.is_some() {
+            passes.extend(CPU);
+            passes.push(FRAME);
         }
         passes
     }
 
-    /// Milliseconds of `pass` per round: of one pass, of [`PIXELS`], of [`TOTAL`], or of several joined by `+`.
+    /// Milliseconds of `pass` per round: of one pass, of [`PIXELS`], of [`TOTAL`], of several joined by `+`, of one of [`CPU`], or
+    /// of [`FRAME`].
     #[must_use]
     pub fn of(&self, pass: &str) -> Vec<Option<f64>> {
-        let names: Vec<&str> = pass.split('+').collect();
-        let counts = |t: &&PassTime| pass == TOTAL || names.contains(&t.pass.as_str());
-        let round = |times: &Vec<PassTime>| -> Option<f64> {
-            let counted: Vec<f64> = times.iter().filter(counts).map(|t| t.milliseconds).collect();
-            (!counted.is_empty()).then(|| counted.iter().sum())
-        };
-        self.rounds.iter().map(|times| times.as_ref().and_then(round)).collect()
+        self.rounds.iter().map(|frame| frame.as_ref().and_then(|frame| frame.of(pass))).collect()
+    }
+
+    /// Triangles and patches of the last frame of a row about whole frames.
+    #[must_use]
+    pub fn counts(&self) -> Option<(u64, u32)> {
+        let last = self.rounds.iter().flatten().next_back()?;
+        last.cpu.map(|_| (last.triangles, last.patches))
     }
 
     /// Rounds in which the row was measured.
@@ -103,7 +143,7 @@ pub fn measure(
     let mut warm = Vec::with_capacity(rows);
     for row in 0..rows {
         subject.frame(row, 0, 1)?;
-        let times = subject.frame(row, 0, 1)?;
+        let times = subject.frame(row, 0, 1)?.passes;
         let total: f64 = times.iter().map(|t| t.milliseconds).sum();
         warm.push((total, repeats(&times)));
         tick(Tick::Warm(row));
@@ -122,8 +162,8 @@ pub fn measure(
         for place in 0..rows {
             let row = if round % 2 == 0 { place } else { rows - 1 - place };
             if takes_part(round, turns[row], rounds) {
-                let times = subject.frame(row, round, series[row].repeats)?;
-                series[row].rounds[round] = Some(times);
+                let frame = subject.frame(row, round, series[row].repeats)?;
+                series[row].rounds[round] = Some(frame);
                 tick(Tick::Frame(row));
             }
         }
@@ -177,12 +217,13 @@ mod tests {
     }
 
     impl Subject for Machine {
-        fn frame(&mut self, row: usize, round: usize, repeats: u32) -> Result<Vec<PassTime>, LabError> {
+        fn frame(&mut self, row: usize, round: usize, repeats: u32) -> Result<Frame, LabError> {
             let compiling = if self.calls.iter().any(|c| c.0 == row) { 0.0 } else { 500.0 };
             let cost = self.costs[row] * (self.load)(self.calls.len()) + compiling;
             self.calls.push((row, round, repeats));
             let pass = |pass: &str, milliseconds| PassTime { pass: pass.to_owned(), milliseconds };
-            Ok(vec![pass("geometry", 1.0), pass("filter", cost * 0.25), pass("shade", cost * 0.75)])
+            let passes = vec![pass("geometry", 1.0), pass("filter", cost * 0.25), pass("shade", cost * 0.75)];
+            Ok(Frame { passes, ..Default::default() })
         }
     }
 
@@ -203,6 +244,22 @@ mod tests {
         assert_eq!(series[1].of("filter"), [Some(5.0); 2]);
         assert_eq!(series[1].of("shadow"), [None; 2]);
         assert_eq!(series[1].median_p95("filter"), (5.0, 5.0));
+    }
+
+    #[test]
+    fn the_processors_time_is_no_part_of_the_devices() {
+        let cpu = Some(CpuTime { prepare: 1.0, record: 2.0, wait: 8.0 });
+        let passes = vec![PassTime { pass: "shade".to_owned(), milliseconds: 7.0 }];
+        let frame = Frame { passes, cpu, triangles: 12, patches: 3 };
+        let series = Series { repeats: 1, rounds: vec![Some(frame.clone()), None] };
+        assert_eq!(series.passes()[1..], [PIXELS, TOTAL, CPU[0], CPU[1], CPU[2], FRAME]);
+        assert_eq!(
+            (series.of(TOTAL)[0], series.of(CPU[1])[0], series.of(FRAME)[0]),
+            (Some(7.0), Some(2.0), Some(11.0))
+        );
+        assert_eq!(series.counts(), Some((12, 3)));
+        let pixels = Series { repeats: 1, rounds: vec![Some(Frame { cpu: None, ..frame })] };
+        assert_eq!((pixels.passes().len(), pixels.of(FRAME)[0], pixels.counts()), (3, None, None));
     }
 
     #[test]

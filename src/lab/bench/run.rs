@@ -1,23 +1,25 @@
 //! Runs the bench: puts the scenes on the device and measures their rows.
 
+use std::collections::HashMap;
 use std::sync::Arc;
 use std::time::Instant;
 
 use super::ocean::{self, Variant};
 use super::report::BenchReport;
-use super::rounds::{self, Subject, Tick};
-use super::rows::{self, Measured, Row};
+use super::rounds::{self, Frame, Subject, Tick};
+use super::rows::{Measured, Row};
+use super::scene::Table;
+use super::{maps, quad, scene};
 use crate::gpu::Gpu;
 use crate::lab::error::LabError;
 use crate::lab::progress::Progress;
-use crate::render::frame::{PassTime, Renderer};
+use crate::render::frame::{KeptTargets, Renderer};
 use crate::render::light::environment::Environment;
 use crate::render::light::sky::Sky;
 use crate::render::settings::Technique;
 use crate::scenes::config::SceneConfig;
 use crate::scenes::daylight;
 use crate::scenes::full_screen::full_screen_stage;
-use crate::scenes::registry::Choice;
 use crate::scenes::set::{Inputs, set};
 use crate::scenes::stage::Lights;
 use crate::scenes::view::Size;
@@ -27,8 +29,12 @@ use crate::scenes::view::Size;
 pub struct BenchConfig {
     /// The paper's tables, if they are wanted.
     pub quad: Option<Quad>,
-    /// Scenes, near and far. The open sea has tables of its own besides.
+    /// Scenes.
     pub scenes: Vec<SceneConfig>,
+    /// The tables of each scene that has them.
+    pub tables: Vec<Table>,
+    /// Sizes of the pictures of [`Table::Views`].
+    pub view_sizes: Vec<Size>,
     /// Only this technique in scenes.
     pub technique: Option<Technique>,
     /// Rounds: frames of every row, except rows that take over a second.
@@ -63,10 +69,16 @@ pub fn bench(
         measure(vec![full_screen(quad, &gpu)?], rounds, progress, &mut measured)?;
     }
     for (scene, inputs) in config.scenes.iter().zip(inputs) {
-        let set = set(scene, inputs, &gpu, &progress.share(scene.scene.making))?;
-        let rows = rows::scene(scene, &(set.animation)(0.0), config.technique);
-        measure(vec![(set.renderer, rows)], rounds, progress, &mut measured)?;
-        if scene.scene.offers(Choice::Waves) {
+        let one_set = |table: &Table| !matches!(table, Table::Maps | Table::Waves);
+        if config.tables.iter().any(one_set) {
+            let subject = one_scene(config, scene, inputs, &gpu, progress)?;
+            measure(vec![subject], rounds, progress, &mut measured)?;
+        }
+        let wants = |table: Table| config.tables.contains(&table) && table.is_of(scene.scene);
+        if wants(Table::Maps) {
+            measure(maps::maps(scene, &gpu, config.technique, progress)?, rounds, progress, &mut measured)?;
+        }
+        if wants(Table::Waves) {
             measure(seas(scene, &gpu, config.technique, progress)?, rounds, progress, &mut measured)?;
         }
     }
@@ -76,16 +88,38 @@ pub fn bench(
     Ok(BenchReport::new(&gpu, measured, config.rounds, start.elapsed().as_secs_f64()))
 }
 
+/// The renderer of a scene with the rows of all tables that one renderer can draw.
+fn one_scene(
+    config: &BenchConfig,
+    scene: &SceneConfig,
+    inputs: Inputs,
+    gpu: &Arc<Gpu>,
+    progress: &dyn Progress,
+) -> Result<(Renderer, Vec<Row>), LabError> {
+    let set = set(scene, inputs, gpu, &progress.share(scene.scene.making))?;
+    let (state, only) = ((set.animation)(0.0), config.technique);
+    let rows = config.tables.iter().flat_map(|table| match table {
+        Table::Views => scene::views(scene, &config.view_sizes, |view, size| set.state_from(0.0, view, size), only),
+        Table::Techniques => scene::techniques(scene, &state, only),
+        Table::Distance => scene::distances(scene, &state, only),
+        Table::Resolution => scene::resolutions(scene, &state, only),
+        Table::Triangles => scene::triangles(scene, &state, only),
+        Table::Maps | Table::Waves => Vec::new(),
+    });
+    let rows = rows.collect();
+    Ok((set.renderer, rows))
+}
+
 /// The renderer of the paper's tables with their rows.
-fn full_screen(quad: &Quad, gpu: &Arc<Gpu>) -> Result<(Renderer, Vec<Row>), LabError> {
-    let mut stage = full_screen_stage((quad.size.width, quad.size.height));
+fn full_screen(wanted: &Quad, gpu: &Arc<Gpu>) -> Result<(Renderer, Vec<Row>), LabError> {
+    let mut stage = full_screen_stage((wanted.size.width, wanted.size.height));
     let sky = Sky::default();
     let environment = Environment::from_sky(gpu, Environment::FACE_SIZE, &sky)?;
     let renderer = Renderer::new(gpu, stage.take_scene(), environment)?;
     let state = stage.state(0.0, &stage.views.mid, &Lights::under(&sky));
-    let mut rows = rows::quad(&state, quad.size);
-    if quad.goals_only {
-        rows.retain(rows::in_a_goal);
+    let mut rows = quad::rows(&state, wanted.size);
+    if wanted.goals_only {
+        rows.retain(quad::in_a_goal);
     }
     Ok((renderer, rows))
 }
@@ -99,7 +133,7 @@ fn seas(
 ) -> Result<Vec<(Renderer, Vec<Row>)>, LabError> {
     let sea = |variant: Variant| -> Result<_, LabError> {
         let set = set(&variant.config, Inputs::load(&variant.config)?, gpu, &progress.share(config.scene.making))?;
-        let row = rows::variant(variant, (set.animation)(0.0), technique);
+        let row = scene::variant(variant, (set.animation)(0.0), technique);
         Ok((set.renderer, vec![row]))
     };
     ocean::variants(config).into_iter().map(sea).collect()
@@ -109,23 +143,36 @@ fn seas(
 struct Bench {
     renderers: Vec<Renderer>,
     rows: Vec<(usize, Row)>,
+    /// What pictures of each size are drawn into, by renderer: made once, not whenever a row follows one of another size.
+    targets: HashMap<(usize, (u32, u32)), KeptTargets>,
 }
 
 impl Subject for Bench {
-    fn frame(&mut self, row: usize, round: usize, repeats: u32) -> Result<Vec<PassTime>, LabError> {
-        let (renderer, row) = &self.rows[row];
+    fn frame(&mut self, row: usize, round: usize, repeats: u32) -> Result<Frame, LabError> {
+        let (index_of_renderer, row) = &self.rows[row];
+        let renderer = &mut self.renderers[*index_of_renderer];
+        let targets = self.targets.entry((*index_of_renderer, row.settings.size)).or_default();
         // A row with many samples draws another of them in every round.
         let index = round as u32 % row.settings.samples.max(1);
         let mut state = row.state.clone();
         daylight::pass(&mut state, row.sun_hours * (round + 1) as f64);
-        let times = self.renderers[*renderer].measure(&state, &row.settings, index, repeats)?;
+        renderer.swap_targets(targets);
+        let cost = renderer.cost(&state, &row.settings, index, repeats)?;
+        let cpu = match repeats {
+            _ if !row.is_of_a_frame() => None,
+            1 => Some(cost.cpu),
+            // The sun would not move again.
+            _ if row.sun_hours != 0.0 => None,
+            _ => Some(renderer.cost(&state, &row.settings, index, 1)?.cpu),
+        };
+        renderer.swap_targets(targets);
         if row.sun_hours != 0.0
             && let Some(sky) = &row.state.sky
         {
             // Moving the sun back must not count as the next row's time.
-            self.renderers[*renderer].show_sky(sky)?;
+            renderer.show_sky(sky)?;
         }
-        Ok(times)
+        Ok(Frame { passes: cost.passes, cpu, triangles: cost.triangles, patches: cost.patches })
     }
 }
 
@@ -136,7 +183,7 @@ fn measure(
     progress: &dyn Progress,
     measured: &mut Vec<Measured>,
 ) -> Result<(), LabError> {
-    let mut bench = Bench { renderers: Vec::new(), rows: Vec::new() };
+    let mut bench = Bench { renderers: Vec::new(), rows: Vec::new(), targets: HashMap::new() };
     for (index, (renderer, rows)) in subjects.into_iter().enumerate() {
         renderer.gpu().wait_idle()?;
         bench.renderers.push(renderer);

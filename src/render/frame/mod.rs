@@ -18,5 +18,6 @@ mod timing;
 pub use layers::Layer;
 pub use prepared::{PausedFrame, PreparedFrame};
 pub use render::FrameOutput;
+pub(crate) use renderer::KeptTargets;
 pub use renderer::Renderer;
-pub use timing::PassTime;
+pub use timing::{CpuTime, FrameCost, PassTime};

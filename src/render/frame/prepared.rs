@@ -49,6 +49,17 @@ pub(super) enum Light {
     Relief { pass: ReferencePass, lights: Box<ReliefLights> },
 }
 
+impl FramePlan {
+    /// Upper bound on the triangles of one sample, all views together, and patches drawn for the camera.
+    pub fn counts(&self) -> (u64, u32) {
+        let surfaces = &self.surfaces;
+        (
+            surfaces.iter().map(|surface| surface.triangles()).sum(),
+            surfaces.iter().map(|surface| surface.patches()).sum(),
+        )
+    }
+}
+
 impl Light {
     /// The views of the suns' shadow maps.
     pub fn suns(&self) -> &[ShadowView] {

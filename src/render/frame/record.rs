@@ -1,10 +1,12 @@
 //! The passes of a sample in their order.
 
+use std::time::Instant;
+
 use super::edge_samples::{EdgeImage, EdgeSamples};
 use super::prepare::casters;
 use super::prepared::{FramePlan, Light, PreparedFrame};
 use super::renderer::Renderer;
-use super::timing::{PassTime, Passes, add_times};
+use super::timing::{CpuTime, PassTime, Passes, add_times, since};
 use crate::gpu::{Commands, Result};
 use crate::render::passes::accumulate::EdgeSum;
 use crate::render::passes::edges::JoinLight;
@@ -19,19 +21,26 @@ impl PreparedFrame<'_> {
     /// # Errors
     /// Memory that is short, or a lost device.
     pub fn draw_sample(&mut self, index: u32) -> Result<Vec<PassTime>> {
-        self.draw_sample_repeating(index, 1)
+        self.draw_sample_repeating(index, 1, &mut CpuTime::default())
     }
 
     /// The passes follow the paper's overview (LEADR Figure 3): light; geometry, tessellated and displaced, which tells what
     /// each pixel sees; slope statistics under each pixel; shading. Edge samples go through the same passes between the
-    /// statistics and the shading of the pixels, whose statistics they add to.
-    pub(super) fn draw_sample_repeating(&mut self, index: u32, repeats: u32) -> Result<Vec<PassTime>> {
+    /// statistics and the shading of the pixels, whose statistics they add to. Adds the processor's time to `cpu`.
+    pub(super) fn draw_sample_repeating(
+        &mut self,
+        index: u32,
+        repeats: u32,
+        cpu: &mut CpuTime,
+    ) -> Result<Vec<PassTime>> {
         let timer = self.renderer.timer.repeating(repeats);
         let pixels = self.plan.pixels(index);
         let edges = self.plan.edges.clone();
 
+        let start = Instant::now();
         self.look(&pixels, index)?;
-        let mut times = timer.submit(|passes| {
+        cpu.prepare += since(start);
+        let mut times = timer.submit(cpu, |passes| {
             self.record_light(passes);
             self.record_geometry(passes, &self.plan.targets.pixels);
             self.record_filter(passes, &self.plan.targets.pixels, &pixels, None);
@@ -41,12 +50,14 @@ impl PreparedFrame<'_> {
         })?;
         if let Some(edges) = edges {
             for image in edges.images(&pixels) {
+                let start = Instant::now();
                 self.look(&image.view, index)?;
-                add_times(&mut times, timer.submit(|passes| self.record_edges(passes, &edges, &image))?);
+                cpu.prepare += since(start);
+                add_times(&mut times, timer.submit(cpu, |passes| self.record_edges(passes, &edges, &image))?);
             }
             // Only now are the statistics of the pixels complete.
             self.write_lighting(&pixels, index)?;
-            add_times(&mut times, timer.submit(|passes| self.record_shading(passes))?);
+            add_times(&mut times, timer.submit(cpu, |passes| self.record_shading(passes))?);
         }
         self.plan.drawn += 1;
         self.renderer.near = Some(pixels.camera.near);

@@ -1,9 +1,10 @@
 //! Whole frames: rendered and read back, or measured.
 
 use std::ops::Range;
+use std::time::Instant;
 
 use super::renderer::Renderer;
-use super::timing::{PassTime, add_times};
+use super::timing::{CpuTime, FrameCost, PassTime, add_times, since};
 use crate::gpu::{GpuError, Result};
 use crate::maps::RgbImage;
 use crate::render::scene::FrameState;
@@ -63,14 +64,8 @@ impl Renderer {
         for index in range {
             add_times(&mut times, frame.draw_sample(index)?);
         }
-        let surfaces = &frame.plan.surfaces;
-        Ok(FrameOutput {
-            size: settings.size,
-            color: frame.plan.targets.mean.read(0, 0)?,
-            times,
-            triangles: surfaces.iter().map(|surface| surface.triangles()).sum(),
-            patches: surfaces.iter().map(|surface| surface.patches()).sum(),
-        })
+        let (triangles, patches) = frame.plan.counts();
+        Ok(FrameOutput { size: settings.size, color: frame.plan.targets.mean.read(0, 0)?, times, triangles, patches })
     }
 
     /// Draws one frame of one sample, the `index`-th of `settings.samples`, with all its passes and edge samples, and
@@ -91,6 +86,27 @@ impl Renderer {
         index: u32,
         repeats: u32,
     ) -> Result<Vec<PassTime>> {
-        self.prepare(state, settings)?.draw_sample_repeating(index, repeats)
+        Ok(self.cost(state, settings, index, repeats)?.passes)
+    }
+
+    /// Draws a frame as [`measure`](Self::measure) does, and returns what it cost the device and the processor. With `repeats`
+    /// above 1 the processor's times are those of the repeated passes, which no other frame has.
+    ///
+    /// # Errors
+    /// As [`prepare`](Self::prepare).
+    #[doc(hidden)]
+    pub fn cost(
+        &mut self,
+        state: &FrameState,
+        settings: &RenderSettings,
+        index: u32,
+        repeats: u32,
+    ) -> Result<FrameCost> {
+        let start = Instant::now();
+        let mut frame = self.prepare(state, settings)?;
+        let mut cpu = CpuTime { prepare: since(start), ..Default::default() };
+        let passes = frame.draw_sample_repeating(index, repeats, &mut cpu)?;
+        let (triangles, patches) = frame.plan.counts();
+        Ok(FrameCost { passes, cpu, triangles, patches })
     }
 }

@@ -36,6 +36,13 @@ pub struct Renderer {
     pub(super) prepared: u64,
 }
 
+/// Targets that a renderer does not use at the moment.
+#[derive(Default)]
+pub(crate) struct KeptTargets {
+    targets: Option<Targets>,
+    near: Option<f32>,
+}
+
 impl Renderer {
     /// Uploads a scene: objects, a sea, or both.
     ///
@@ -99,6 +106,13 @@ impl Renderer {
     pub fn set_environment(&mut self, environment: Environment) -> Environment {
         self.prepared += 1;
         std::mem::replace(&mut self.environment, environment)
+    }
+
+    /// Puts the targets of the last frame aside and takes others back, so that pictures of several sizes can be drawn in turn
+    /// without making their targets anew.
+    pub(crate) fn swap_targets(&mut self, kept: &mut KeptTargets) {
+        std::mem::swap(&mut self.targets, &mut kept.targets);
+        std::mem::swap(&mut self.near, &mut kept.near);
     }
 
     /// The image that holds the mean of the last frame's samples, for a window to show.

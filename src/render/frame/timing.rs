@@ -1,6 +1,7 @@
 //! How passes are run: each under its label, with a timestamp after it, once or as often as a measurement asks for.
 
 use std::sync::Arc;
+use std::time::Instant;
 
 use crate::gpu::{Commands, Gpu, Result, Timestamps};
 
@@ -14,6 +15,35 @@ pub struct PassTime {
     pub pass: String,
     /// Milliseconds of running it once.
     pub milliseconds: f64,
+}
+
+/// What a frame cost the processor: milliseconds of the clock on the wall.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct CpuTime {
+    /// Posing the scene, choosing what is drawn and how finely, and writing buffers.
+    pub prepare: f64,
+    /// Recording commands.
+    pub record: f64,
+    /// From the end of the recording until the device is done.
+    pub wait: f64,
+}
+
+/// What drawing a frame cost. Nothing was read back.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct FrameCost {
+    /// Time of each pass on the device, of running it once.
+    pub passes: Vec<PassTime>,
+    /// Time of the processor, with all repetitions of the passes.
+    pub cpu: CpuTime,
+    /// Upper bound on the triangles of one sample, all views together.
+    pub triangles: u64,
+    /// Patches drawn for the camera.
+    pub patches: u32,
+}
+
+/// Milliseconds since `start`.
+pub(super) fn since(start: Instant) -> f64 {
+    start.elapsed().as_secs_f64() * 1000.0
 }
 
 /// Adds the times of further passes to those of passes of the same names.
@@ -47,15 +77,20 @@ impl PassTimer {
     }
 
     /// Submits what `record` runs, waits for it, and returns the time of each pass for running it once. Times of passes of
-    /// the same name are added.
-    pub fn submit(&self, record: impl FnOnce(&mut Passes<'_>)) -> Result<Vec<PassTime>> {
+    /// the same name are added. Adds the processor's time to `cpu`.
+    pub fn submit(&self, cpu: &mut CpuTime, record: impl FnOnce(&mut Passes<'_>)) -> Result<Vec<PassTime>> {
+        let start = Instant::now();
+        let mut recorded = 0.0;
         let counts = self.gpu.submit("frame", |cmd| {
             cmd.reset_timestamps(&self.timestamps);
             cmd.timestamp(&self.timestamps, "begin");
             let mut passes = Passes { cmd, timer: self, counts: Vec::new() };
             record(&mut passes);
+            recorded = since(start);
             passes.counts
         })?;
+        cpu.record += recorded;
+        cpu.wait += since(start) - recorded;
         let mut times = Vec::new();
         let once = |((pass, milliseconds), count): ((String, f64), u32)| {
             vec![PassTime { pass, milliseconds: milliseconds / f64::from(count) }]

@@ -18,6 +18,8 @@ pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
     let config = BenchConfig {
         quad: Some(Quad { size: Size { width: size, height: size }, goals_only: false }),
         scenes: Vec::new(),
+        tables: Vec::new(),
+        view_sizes: Vec::new(),
         technique: None,
         rounds: studio.pick(3, 7),
     };
