@@ -130,6 +130,80 @@ fn maps_of_all_sizes_are_compared_and_lean_stands_beside_leadr() {
 }
 
 #[test]
+fn a_run_is_compared_with_an_earlier_one() {
+    let Some(_) = test_gpu() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let flags = ["bench", "--scene", "plane", "--tables", "views", "--technique", "lean", "--frames", "2"];
+    let report = json(&[&flags[..], &["--size", "16x12", "--json"]].concat());
+    let write = |name: &str, text: &str| {
+        let path = folder.path().join(name);
+        std::fs::write(&path, text).unwrap();
+        path.to_str().unwrap().to_owned()
+    };
+    let old = write("old.json", &report.to_string());
+    let again = json(&[&flags[..], &["--size", "16x12", "--against", &old, "--json"]].concat());
+    let compared = &again["against"];
+    assert!(compared["only_in_this"] == serde_json::json!([]) && compared["only_in_that"] == serde_json::json!([]));
+    let rows = compared["rows"].as_array().unwrap();
+    for row in report["rows"].as_array().unwrap().iter().filter(|row| row["min_ms"].as_f64().unwrap() > 0.0) {
+        let same = |r: &&Value| ["table", "row", "pass", "size"].iter().all(|key| r[key] == row[key]);
+        assert!(rows.iter().any(|r| same(&r)), "{row}");
+    }
+    assert!(compared["passes"].as_array().unwrap().iter().any(|mean| mean["pass"] == "total" && mean["rows"] == 3));
+
+    // The same times with every one doubled, a device of another name, other sizes.
+    let changed = |change: &dyn Fn(&mut Value)| {
+        let mut changed = report.clone();
+        change(&mut changed);
+        changed.to_string()
+    };
+    let doubled = |report: &mut Value| {
+        for row in report["rows"].as_array_mut().unwrap() {
+            for key in ["median_ms", "min_ms"] {
+                row[key] = serde_json::json!(2.0 * row[key].as_f64().unwrap());
+            }
+        }
+    };
+    let slow = write("slow.json", &changed(&doubled));
+    let compare = |new: &str, more: &[&str]| {
+        let output = run(&[&["bench", "--measured", new, "--against", &old], more].concat());
+        let text = |bytes| String::from_utf8(bytes).unwrap();
+        (output.status.code(), text(output.stdout), text(output.stderr))
+    };
+    let (code, stdout, _) = compare(&slow, &["--json"]);
+    let slower: Value = serde_json::from_str(&stdout).unwrap();
+    assert_eq!((code, &slower["command"]), (Some(0), &serde_json::json!("bench")));
+    for row in slower["against"]["rows"].as_array().unwrap() {
+        assert!(
+            ["min_ratio", "median_ratio"].iter().all(|key| (row[key].as_f64().unwrap() - 2.0).abs() < 1e-9),
+            "{row}"
+        );
+    }
+    let (code, stdout, stderr) = compare(&slow, &["--max-ratio", "1.9"]);
+    assert!(code == Some(1) && stdout.contains("2.000 2.000") && stderr.contains("over 1.9"), "{stdout}{stderr}");
+    assert_eq!(compare(&slow, &["--max-ratio", "2.1"]).0, Some(0));
+
+    let elsewhere = write("elsewhere.json", &changed(&|report| report["device"] = "another".into()));
+    let other = write(
+        "other.json",
+        &changed(&|report| {
+            report["rows"].as_array_mut().unwrap().iter_mut().for_each(|row| row["size"] = serde_json::json!([9, 9]));
+        }),
+    );
+    let cut = write("cut.json", &report.to_string()[..400]);
+    let refused = [(&elsewhere, "--any-device"), (&other, "no row in common"), (&cut, "cut.json"), (&cut, "too early")];
+    for (new, reason) in refused {
+        let (code, stdout, stderr) = compare(new, &[]);
+        assert!(code == Some(1) && stdout.is_empty(), "{new}: {stderr}");
+        assert!(stderr.lines().count() == 1 && stderr.contains(reason), "{stderr}");
+    }
+    assert_eq!(compare(&elsewhere, &["--any-device"]).0, Some(0));
+    // A run on this device is not even begun.
+    let output = run(&[&flags[..], &["--against", &elsewhere]].concat());
+    assert!(output.status.code() == Some(1) && output.stdout.is_empty());
+}
+
+#[test]
 fn the_passes_of_the_sea_are_timed_one_by_one() {
     let Some(_) = test_gpu() else { return };
     let flags = ["bench", "--scene", "ocean", "--technique", "lean", "--size", "16x12", "--fft", "64", "--frames", "1"];
@@ -221,7 +295,7 @@ fn the_printed_table_names_device_commit_and_rows() {
 
 #[test]
 fn wrong_usage_ends_with_2_and_names_the_flag() {
-    let cases: [(&[&str], &str); 13] = [
+    let cases: [(&[&str], &str); 15] = [
         (&["--frames", "0"], "--frames"),
         (&["--size", "0x5"], "--size"),
         (&["--technique", "phong"], "phong"),
@@ -232,6 +306,8 @@ fn wrong_usage_ends_with_2_and_names_the_flag() {
         (&["--scene", "ocean", "--fft", "100"], "--fft"),
         (&["--scene", "sphere", "--soak", "9"], "--soak"),
         (&["--soak", "9"], "--scene"),
+        (&["--measured", "a.json"], "--against"),
+        (&["--max-ratio", "0", "--against", "a.json"], "--max-ratio"),
         (&["--scene", "trex", "--tables", "speed"], "speed"),
         (&["--scene", "spheres", "--tables", "views,maps"], "--tables maps is for the scenes"),
         (&["--scene", "trex", "--tables", "waves"], "ocean, not trex"),

@@ -9,7 +9,7 @@ use crate::app::error::AppError;
 use crate::app::flags::device::DeviceArgs;
 use crate::app::flags::scene::{SceneArgs, scenes};
 use crate::app::flags::shading::techniques;
-use crate::app::flags::values::{atlas_tile, fft};
+use crate::app::flags::values::{atlas_tile, fft, positive};
 use crate::app::flags::waves::WaveArgs;
 use crate::lab::bench::{BenchConfig, Quad, Table};
 use crate::render::settings::Technique;
@@ -24,6 +24,8 @@ pub const EXAMPLES: &str = "Examples:
   leadr bench --scene trex                     a frame of its near, mid and far views at three sizes
   leadr bench --scene trex --tables resolution,triangles,maps
   leadr bench --scene sphere --tables techniques,distance --size 256x256
+  leadr bench --scene trex --json > old.json   later: leadr bench --scene trex --against old.json
+  leadr bench --measured new.json --against old.json
   leadr bench --scene ocean --frames 9         every pass of the sea, by size of transform and of picture
   leadr bench --scene ocean --soak 5000 --size 64x48 --fft 64
 
@@ -64,6 +66,19 @@ pub struct BenchArgs {
     /// Instead of timing, draw this many frames of a scene with a sea, over one day, and watch the memory
     #[arg(long, value_name = "FRAMES", requires = "scene", conflicts_with_all = ["paper", "tables"], value_parser = clap::value_parser!(u32).range(1..))]
     pub soak: Option<u32>,
+    /// Compare with an earlier run, row by row: what leadr bench --json printed then. Ratios below 1 are faster now
+    #[arg(long, value_name = "OLD.json", conflicts_with = "soak")]
+    pub against: Option<PathBuf>,
+    /// With --against: compare this run instead of measuring
+    #[arg(long, value_name = "NEW.json", requires = "against",
+        conflicts_with_all = ["scene", "technique", "tables", "size", "paper"])]
+    pub measured: Option<PathBuf>,
+    /// With --against: compare runs on different devices
+    #[arg(long, requires = "against")]
+    pub any_device: bool,
+    /// With --against: exit with 1 if the geometric mean of the ratios of least total times is above this
+    #[arg(long, value_name = "X", requires = "against", value_parser = positive)]
+    pub max_ratio: Option<f32>,
     /// Texels along the tile of one patch in the displacement atlas: 8, 16, 32, 64 or 128
     #[arg(long, value_name = "N", default_value = "64", value_parser = atlas_tile)]
     pub atlas_tile: u32,

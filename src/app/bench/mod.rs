@@ -1,23 +1,71 @@
-//! `leadr bench`: the time of every pass on the device, or what many frames of the sea leave in memory.
+//! `leadr bench`: the time of every pass on the device, alone or against an earlier run; or what many frames of the sea leave in
+//! memory.
 
 pub mod args;
+
+use std::fmt;
+
+use serde::Serialize;
 
 use self::args::BenchArgs;
 use crate::app::error::AppError;
 use crate::app::output::Output;
-use crate::lab::bench::{BenchConfig, bench, soak};
+use crate::lab::bench::{BenchConfig, Comparison, Times, bench, soak};
 
 /// Measures what the arguments ask for and prints it.
 ///
 /// # Errors
-/// Flags that contradict each other, wrong input files, no device, a device that fails.
+/// Flags that contradict each other, wrong input files, no device, a device that fails, a run that cannot be compared or is slower
+/// than it may be.
 pub fn run(arguments: &BenchArgs, output: &Output) -> Result<(), AppError> {
     let config = arguments.resolve()?;
     if let Some(frames) = arguments.soak {
         return run_soak(arguments, &config, frames, output);
     }
-    let report = bench(&config, || Ok(arguments.device.open()?), output)?;
-    output.result(&report)
+    let Some(against) = &arguments.against else {
+        return output.result(&bench(&config, || Ok(arguments.device.open()?), output)?);
+    };
+    let earlier = Times::read(against)?;
+    let check_device = |device: &str| if arguments.any_device { Ok(()) } else { earlier.check_device(device) };
+    if let Some(measured) = &arguments.measured {
+        let measured = Times::read(measured)?;
+        check_device(measured.device())?;
+        let comparison = earlier.compare(&measured)?;
+        output.result(&ComparisonReport { command: "bench", against: &comparison })?;
+        return check_ratio(&comparison, arguments.max_ratio);
+    }
+    // A run takes minutes: what forbids a comparison is found out before.
+    let open = || {
+        let gpu = arguments.device.open()?;
+        check_device(gpu.device_name())?;
+        Ok(gpu)
+    };
+    let mut report = bench(&config, open, output)?;
+    let comparison = report.compare_with(&earlier).cloned();
+    output.result(&report)?;
+    check_ratio(&comparison?, arguments.max_ratio)
+}
+
+/// The result where nothing is measured.
+#[derive(Serialize)]
+struct ComparisonReport<'a> {
+    command: &'static str,
+    against: &'a Comparison,
+}
+
+impl fmt::Display for ComparisonReport<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.against.fmt(f)
+    }
+}
+
+fn check_ratio(comparison: &Comparison, most: Option<f32>) -> Result<(), AppError> {
+    let Some(most) = most else { return Ok(()) };
+    match comparison.total() {
+        Some(ratio) if ratio <= f64::from(most) => Ok(()),
+        Some(ratio) => Err(AppError::Failed(format!("the total took {ratio:.6} times as long, over {most}"))),
+        None => Err(AppError::Failed("no row has a total in both runs, so --max-ratio cannot be checked".to_owned())),
+    }
 }
 
 fn run_soak(arguments: &BenchArgs, config: &BenchConfig, frames: u32, output: &Output) -> Result<(), AppError> {

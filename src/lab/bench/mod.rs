@@ -1,5 +1,6 @@
 //! The bench: the time of every pass on the device, of rows that are measured alternately.
 
+mod against;
 mod goals;
 mod maps;
 mod ocean;
@@ -12,6 +13,7 @@ mod scene;
 mod soak;
 mod stats;
 
+pub use against::{Comparison, Times};
 pub use report::BenchReport;
 pub use run::{BenchConfig, Quad, bench};
 pub use scene::Table;

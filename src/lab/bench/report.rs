@@ -4,6 +4,7 @@ use std::fmt;
 
 use serde::Serialize;
 
+use super::against::{Comparison, Time, Times};
 use super::goals::{Bound, Verdict};
 use super::ocean::WAVES;
 use super::quad::{FIGURE_11, GOALS};
@@ -11,6 +12,7 @@ use super::rounds::{CPU, FRAME, PIXELS, TOTAL};
 use super::rows::Measured;
 use super::stats::{Ratio, least_squares, median};
 use crate::gpu::Gpu;
+use crate::lab::error::LabError;
 use crate::lab::program::COMMIT;
 
 /// Everything that was measured.
@@ -30,6 +32,9 @@ pub struct BenchReport {
     /// Time against samples: one straight line per table (LEADR Figure 11).
     lines: Vec<LineReport>,
     goals: Vec<Verdict>,
+    /// This run against an earlier one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    against: Option<Comparison>,
     /// Wall-clock seconds, everything included.
     seconds: f64,
 }
@@ -133,8 +138,26 @@ impl BenchReport {
                 .collect(),
             lines: FIGURE_11.iter().filter_map(|table| line(table, &measured)).collect(),
             goals: GOALS.iter().filter_map(|goal| goal.judge(|t, r| find(t, r).map(|m| &m.series))).collect(),
+            against: None,
             seconds,
         }
+    }
+
+    /// Adds a comparison with an earlier run, and returns it.
+    ///
+    /// # Errors
+    /// If the runs have no row in common.
+    pub fn compare_with(&mut self, earlier: &Times) -> Result<&Comparison, LabError> {
+        let time = |row: &RowReport| Time {
+            table: row.table.clone(),
+            row: row.row.clone(),
+            pass: row.pass.clone(),
+            size: row.size,
+            median_ms: row.median_ms,
+            min_ms: row.min_ms,
+        };
+        let this = Times::new(&self.device, &self.driver, self.commit, self.rows.iter().map(time).collect());
+        Ok(self.against.insert(earlier.compare(&this)?))
     }
 }
 
@@ -261,6 +284,9 @@ impl fmt::Display for BenchReport {
             let (median, low, high) = (goal.median, goal.low, goal.high);
             let fastest = goal.fastest;
             writeln!(f, "  {:52} {median:8.3} [{low:.3}, {high:.3}], fastest {fastest:.3}; {bound}: {met}", goal.goal)?;
+        }
+        if let Some(comparison) = &self.against {
+            writeln!(f, "\n{comparison}\n")?;
         }
         write!(f, "{:.0} s", self.seconds)
     }
