@@ -204,6 +204,25 @@ fn a_run_is_compared_with_an_earlier_one() {
 }
 
 #[test]
+fn a_forward_pass_is_timed_beside_the_renderer() {
+    let Some(_) = test_gpu() else { return };
+    let report = json(&["bench", "--forward", "--size", "16x16", "--frames", "1", "--validation", "--json"]);
+    let (rows, ratios) = (report["rows"].as_array().unwrap(), report["ratios"].as_array().unwrap());
+    let forward: Vec<&Value> = rows.iter().filter(|r| r["pass"] == "forward").collect();
+    assert_eq!(forward.len(), 9);
+    assert!(forward.iter().all(|r| r["min_ms"].as_f64().unwrap() > 0.0), "{report}");
+    for technique in ["constant", "blinn-phong", "lean", "leadr"] {
+        for pass in ["filter+shade", "geometry+filter+shade"] {
+            let found = ratios
+                .iter()
+                .find(|r| r["of"] == technique && r["to"] == format!("forward {technique}") && r["pass"] == pass);
+            assert!(found.is_some_and(|r| r["fastest"].as_f64().unwrap() > 0.0), "{technique}, {pass}: {report}");
+        }
+    }
+    assert_eq!(report["goals"].as_array().unwrap().len(), 6, "{report}");
+}
+
+#[test]
 fn the_passes_of_the_sea_are_timed_one_by_one() {
     let Some(_) = test_gpu() else { return };
     let flags = ["bench", "--scene", "ocean", "--technique", "lean", "--size", "16x12", "--fft", "64", "--frames", "1"];

@@ -1,8 +1,9 @@
-//! The laboratory: quadrature rules, ray casts, shadowing.
+//! The laboratory: quadrature rules, ray casts, shadowing, the forward pass of the bench.
 
 #[path = "../common/mod.rs"]
 mod common;
 
+mod forward;
 mod quadrature;
 mod ray_cast;
 mod shadowing;

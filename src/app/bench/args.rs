@@ -21,6 +21,7 @@ use crate::scenes::view::Size;
 pub const EXAMPLES: &str = "Examples:
   leadr bench                                  everything: minutes without a GPU
   leadr bench --paper --frames 9 --json        a full-screen quad over a LEADR map of its size, and the goals
+  leadr bench --forward --size 512x512         the renderer against a plain forward pass
   leadr bench --scene trex                     a frame of its near, mid and far views at three sizes
   leadr bench --scene trex --tables resolution,triangles,maps
   leadr bench --scene sphere --tables techniques,distance --size 256x256
@@ -54,6 +55,10 @@ pub struct BenchArgs {
     /// The paper's tables, its Figure 11 and variants of both; with --scene or --technique they come in addition
     #[arg(long)]
     pub paper: bool,
+    /// The renderer against a plain forward pass of the paper's shaders over the same quad, and the goals; comes in addition
+    /// where anything else is asked for
+    #[arg(long)]
+    pub forward: bool,
     /// Only the rows of the paper's tables that the goals compare: takes seconds
     #[arg(long, requires = "paper")]
     pub goals: bool,
@@ -64,14 +69,14 @@ pub struct BenchArgs {
     #[arg(long, value_name = "N", value_parser = fft, requires = "scene")]
     pub fft: Option<u32>,
     /// Instead of timing, draw this many frames of a scene with a sea, over one day, and watch the memory
-    #[arg(long, value_name = "FRAMES", requires = "scene", conflicts_with_all = ["paper", "tables"], value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(long, value_name = "FRAMES", requires = "scene", conflicts_with_all = ["paper", "forward", "tables"], value_parser = clap::value_parser!(u32).range(1..))]
     pub soak: Option<u32>,
     /// Compare with an earlier run, row by row: what leadr bench --json printed then. Ratios below 1 are faster now
     #[arg(long, value_name = "OLD.json", conflicts_with = "soak")]
     pub against: Option<PathBuf>,
     /// With --against: compare this run instead of measuring
     #[arg(long, value_name = "NEW.json", requires = "against",
-        conflicts_with_all = ["scene", "technique", "tables", "size", "paper"])]
+        conflicts_with_all = ["scene", "technique", "tables", "size", "paper", "forward"])]
     pub measured: Option<PathBuf>,
     /// With --against: compare runs on different devices
     #[arg(long, requires = "against")]
@@ -118,10 +123,12 @@ impl BenchArgs {
     pub fn resolve(&self) -> Result<BenchConfig, AppError> {
         // The tables come alone, along with the scenes, or not at all.
         let about_scenes = self.technique.is_some() || !self.tables.is_empty();
-        let quad = self.paper || (self.scene.is_none() && !about_scenes);
+        let everything = !self.paper && !self.forward && self.scene.is_none() && !about_scenes;
+        let quad = self.paper || everything;
+        let size = self.size.unwrap_or(PAPER_SIZE);
         let scenes: Vec<&Scene> = match self.scene {
             Some(scene) => vec![scene],
-            None if self.paper && !about_scenes => Vec::new(),
+            None if (self.paper || self.forward) && !about_scenes => Vec::new(),
             None => SCENES.iter().filter_map(|name| Scene::find(name)).collect(),
         };
         let tables = self.tables_of_scenes();
@@ -135,7 +142,8 @@ impl BenchArgs {
             }
         }
         Ok(BenchConfig {
-            quad: quad.then(|| Quad { size: self.size.unwrap_or(PAPER_SIZE), goals_only: self.goals }),
+            quad: quad.then_some(Quad { size, goals_only: self.goals }),
+            forward: (self.forward || everything).then_some(size),
             scenes: scenes.into_iter().map(|scene| self.scene_config(scene)).collect::<Result<_, _>>()?,
             tables,
             view_sizes: self.size.map_or(VIEW_SIZES.into(), |size| vec![size]),

@@ -1,6 +1,7 @@
 //! The bench: the time of every pass on the device, of rows that are measured alternately.
 
 mod against;
+mod forward;
 mod goals;
 mod maps;
 mod ocean;
@@ -14,7 +15,9 @@ mod soak;
 mod stats;
 
 pub use against::{Comparison, Times};
+pub use forward::{Forward, ForwardPass, Surroundings};
+pub use quad::against_forward;
 pub use report::BenchReport;
-pub use run::{BenchConfig, Quad, bench};
+pub use run::{BenchConfig, FullScreen, Quad, bench};
 pub use scene::Table;
 pub use soak::{SoakReport, soak};

@@ -1,7 +1,8 @@
 //! The paper's tables over a full-screen quad, and the goals about times.
 
+use super::forward::Forward;
 use super::goals::{Bound, Goal, Place};
-use super::rounds::{PIXELS, TOTAL};
+use super::rounds::{PIXELS, TOTAL, WITH_GEOMETRY};
 use super::rows::Row;
 use crate::reflectance::masking::shadowing::Shadowing;
 use crate::render::scene::FrameState;
@@ -15,6 +16,7 @@ const LIGHT: &str = "specular, one light";
 const SPECULAR: &str = "specular environment";
 const DIFFUSE: &str = "diffuse environment";
 const DIFFUSE_LIGHT: &str = "diffuse, one light";
+const AGAINST_FORWARD: &str = "against a forward pass";
 const FIGURE_11_SPECULAR: &str = "figure 11, specular environment";
 const FIGURE_11_DIFFUSE: &str = "figure 11, diffuse environment";
 const VISIBILITY_LIGHT: &str = "visibility, one light";
@@ -40,8 +42,20 @@ const fn total(table: &'static str, row: &'static str) -> Place {
     Place { table, row, pass: TOTAL, times: 1 }
 }
 
-/// The goals about times. Each goes with a bound on errors, which `leadr report` measures.
-pub const GOALS: [Goal; 6] = [
+const fn of_forward(
+    row: &'static str,
+    pass: &'static str,
+    forward: &'static str,
+    name: &'static str,
+    most: f64,
+) -> Goal {
+    let of = Place { table: AGAINST_FORWARD, row, pass, times: 1 };
+    let to = Place { table: AGAINST_FORWARD, row: forward, pass: TOTAL, times: 1 };
+    Goal { name, of, to, bound: Bound::AtMost(most) }
+}
+
+/// The goals about times. Most go with a bound on errors, which `leadr report` measures.
+pub const GOALS: [Goal; 12] = [
     Goal {
         name: "specular, one light: LEADR / LEAN",
         of: pixels(LIGHT, "leadr"),
@@ -78,6 +92,30 @@ pub const GOALS: [Goal; 6] = [
         to: total("trex from afar", "leadr at 8x"),
         bound: Bound::AtLeast(50.0),
     },
+    of_forward("lean", PIXELS, "forward lean", "LEAN / a forward pass of LEAN", 2.0),
+    of_forward("leadr", PIXELS, "forward leadr", "LEADR / a forward pass of LEADR", 2.0),
+    of_forward("leadr", WITH_GEOMETRY, "forward leadr", "LEADR and its geometry / a forward pass of LEADR", 2.5),
+    of_forward(
+        "leadr 5x5, mirrored",
+        PIXELS,
+        "forward 5x5, mirrored",
+        "specular environment: LEADR 5x5 / a forward pass of 5x5",
+        0.8,
+    ),
+    of_forward(
+        "leadr visible 16, mirrored",
+        PIXELS,
+        "forward 5x5, mirrored",
+        "specular environment: 16 probes / a forward pass of 5x5",
+        0.7,
+    ),
+    of_forward(
+        "leadr visible, diffuse",
+        PIXELS,
+        "forward 5x5, diffuse",
+        "diffuse environment: visible slopes / a forward pass of 5x5",
+        1.0,
+    ),
 ];
 
 /// Whether a goal compares this row.
@@ -102,14 +140,12 @@ pub fn paper(technique: Technique, quadrature: Quadrature, terms: Terms) -> Shad
     })
 }
 
-/// The tables of the full-screen quad that `state` shows.
-#[must_use]
-pub fn rows(state: &FrameState, size: Size) -> Vec<Row> {
-    let row = |table: &str, name: String, base: &str, shading| Row {
+fn row(state: &FrameState, size: Size, table: &str, name: String, base: Option<&str>, shading: Shading) -> Row {
+    Row {
         table: table.to_owned(),
         name,
         distance: None,
-        base: Some(base.to_owned()),
+        base: base.map(str::to_owned),
         beside: None,
         compared: PIXELS,
         paper_ms: None,
@@ -123,7 +159,49 @@ pub fn rows(state: &FrameState, size: Size) -> Vec<Row> {
             ..Default::default()
         },
         sun_hours: 0.0,
-    };
+        forward: None,
+    }
+}
+
+/// The renderer's rows and those of a plain forward pass over the same quad, which they are compared with.
+#[must_use]
+pub fn against_forward(state: &FrameState, size: Size) -> Vec<Row> {
+    let leadr = |rule, terms| paper(Technique::Leadr, rule, terms);
+    let light = |technique| paper(technique, Quadrature::Grid(1), Terms::SPECULAR_LIGHTS);
+    let (mirrored, diffuse) = (Terms::SPECULAR_ENVIRONMENT, Terms::DIFFUSE_ENVIRONMENT);
+    let grid = |n| leadr(Quadrature::Grid(n), mirrored);
+    let probes = leadr(Quadrature::VisibleSlopes(Probes::Sixteen), mirrored);
+    let closed = leadr(Quadrature::VisibleSlopes(Probes::Five), diffuse);
+    let finest = Forward::Environment(5);
+    let pairs = [
+        ("constant", light(Technique::Constant), Forward::Constant, None),
+        ("blinn-phong", light(Technique::BlinnPhong), Forward::BlinnPhong, None),
+        ("lean", light(Technique::Lean), Forward::Lean, None),
+        ("leadr", light(Technique::Leadr), Forward::Leadr, None),
+        ("leadr 1x1, mirrored", grid(1), Forward::Environment(1), None),
+        ("leadr 3x3, mirrored", grid(3), Forward::Environment(3), None),
+        ("leadr 5x5, mirrored", grid(5), finest, None),
+        ("leadr visible 16, mirrored", probes, Forward::Environment(4), Some(finest)),
+        ("leadr 5x5, diffuse", leadr(Quadrature::Grid(5), diffuse), Forward::Irradiance(5), None),
+        ("leadr visible, diffuse", closed, Forward::Irradiance(5), None),
+    ];
+    let mut rows: Vec<Row> = Vec::new();
+    for (name, shading, forward, beside) in pairs {
+        let base = forward.to_string();
+        let own = row(state, size, AGAINST_FORWARD, name.to_owned(), Some(&base), shading);
+        rows.push(Row { beside: beside.map(|forward| forward.to_string()), ..own });
+        if rows.iter().all(|row| row.name != base) {
+            let plain = row(state, size, AGAINST_FORWARD, base, None, shading);
+            rows.push(Row { forward: Some(forward), ..plain });
+        }
+    }
+    rows
+}
+
+/// The tables of the full-screen quad that `state` shows.
+#[must_use]
+pub fn rows(state: &FrameState, size: Size) -> Vec<Row> {
+    let row = |table: &str, name: String, base: &str, shading| row(state, size, table, name, Some(base), shading);
     let leadr = |quadrature, terms| paper(Technique::Leadr, quadrature, terms);
     let mut rows = Vec::new();
 
@@ -220,7 +298,9 @@ mod tests {
     fn all_rows() -> Vec<Row> {
         let stage = full_screen_stage((8, 8));
         let state = stage.state(0.0, &stage.views.mid, &Lights::default());
-        let mut rows = rows(&state, Size { width: 8, height: 8 });
+        let size = Size { width: 8, height: 8 };
+        let mut rows = rows(&state, size);
+        rows.extend(against_forward(&state, size));
         for name in ["sphere", "trex"] {
             let config = SceneConfig { scene: Scene::find(name).unwrap(), ..SceneConfig::default() };
             rows.extend(techniques(&config, &state, None));
@@ -235,8 +315,10 @@ mod tests {
         for row in &rows {
             let same = rows.iter().filter(|r| r.table == row.table && r.name == row.name).count();
             assert_eq!(same, 1, "{}: {}", row.table, row.name);
-            let base = row.base.as_ref().unwrap();
-            assert!(rows.iter().any(|r| r.table == row.table && r.name == *base), "{}: {base}", row.table);
+            assert!(row.base.is_some() || row.forward.is_some(), "{}: {}", row.table, row.name);
+            for base in row.base.iter().chain(&row.beside) {
+                assert!(rows.iter().any(|r| r.table == row.table && r.name == *base), "{}: {base}", row.table);
+            }
             row.settings.shading.check().unwrap();
         }
     }
@@ -253,7 +335,8 @@ mod tests {
 
     #[test]
     fn goals_of_the_quad_need_seven_rows() {
-        let rows: Vec<Row> = all_rows().into_iter().filter(in_a_goal).collect();
+        let rows: Vec<Row> =
+            all_rows().into_iter().filter(|row| in_a_goal(row) && row.table != AGAINST_FORWARD).collect();
         let quad = rows.iter().filter(|r| r.compared == PIXELS);
         let places: Vec<_> = quad.map(|r| (r.table.as_str(), r.name.as_str())).collect();
         let expected = [(LIGHT, "lean"), (LIGHT, "leadr"), (SPECULAR, ONE_SAMPLE), (SPECULAR, "leadr visible 16")];

@@ -5,10 +5,11 @@ use std::fmt;
 use serde::Serialize;
 
 use super::against::{Comparison, Time, Times};
+use super::forward::FORWARD;
 use super::goals::{Bound, Verdict};
 use super::ocean::WAVES;
 use super::quad::{FIGURE_11, GOALS};
-use super::rounds::{CPU, FRAME, PIXELS, TOTAL};
+use super::rounds::{CPU, FRAME, PIXELS, TOTAL, WITH_GEOMETRY};
 use super::rows::Measured;
 use super::stats::{Ratio, least_squares, median};
 use crate::gpu::Gpu;
@@ -133,7 +134,11 @@ impl BenchReport {
                 .iter()
                 .filter_map(|m| Some((m, find(&m.row.table, m.row.base.as_deref()?)?)))
                 .filter(|(m, base)| m.row.name != base.row.name)
-                .flat_map(|(m, base)| [m.row.compared, SHADE].into_iter().filter_map(|pass| ratio(m, base, pass)))
+                .flat_map(|(m, base)| {
+                    let passes =
+                        if base.row.forward.is_some() { [PIXELS, WITH_GEOMETRY] } else { [m.row.compared, SHADE] };
+                    passes.into_iter().filter_map(|pass| ratio(m, base, pass))
+                })
                 .chain(measured.iter().filter_map(|m| ratio(m, find(&m.row.table, m.row.beside.as_deref()?)?, PIXELS)))
                 .collect(),
             lines: FIGURE_11.iter().filter_map(|table| line(table, &measured)).collect(),
@@ -167,6 +172,8 @@ fn rows(measured: &Measured) -> Vec<RowReport> {
     if !passes.contains(&row.compared) {
         passes.push(row.compared);
     }
+    // A forward pass filters and shades in one.
+    passes.retain(|pass| series.of(pass).iter().any(Option::is_some));
     let counts = series.counts();
     let report = |pass: &&str| {
         let (median_ms, p95_ms) = series.median_p95(pass);
@@ -197,7 +204,8 @@ fn rows(measured: &Measured) -> Vec<RowReport> {
 }
 
 fn ratio(measured: &Measured, base: &Measured, pass: &'static str) -> Option<RatioReport> {
-    let Ratio { median, low, high, fastest, pairs } = measured.series.ratio(pass, &base.series, pass)?;
+    let of_base = if base.row.forward.is_some() { TOTAL } else { pass };
+    let Ratio { median, low, high, fastest, pairs } = measured.series.ratio(pass, &base.series, of_base)?;
     let paper = measured.row.paper_ms.zip(base.row.paper_ms).map(|(of, to)| of / to);
     let (table, of, to) = (measured.row.table.clone(), measured.row.name.clone(), base.row.name.clone());
     Some(RatioReport { table, of, to, pass, median, low, high, fastest, pairs, paper })
@@ -296,7 +304,7 @@ impl BenchReport {
     fn table(&self, f: &mut fmt::Formatter<'_>, table: &str) -> fmt::Result {
         let rows: Vec<&RowReport> = self.rows.iter().filter(|r| r.table == table).collect();
         // For the quad only the cost of the pixels matters; JSON has the rest.
-        let own = |pass: &str| ["geometry", "filter", "shade", PIXELS].contains(&pass);
+        let own = |pass: &str| ["geometry", "filter", "shade", PIXELS, FORWARD].contains(&pass);
         let compared = rows[0].compared;
         let mut passes: Vec<&str> = Vec::new();
         for row in rows.iter().filter(|row| !is_cpu(&row.pass) && (compared != PIXELS || own(&row.pass))) {
@@ -314,7 +322,8 @@ impl BenchReport {
         for pass in &passes {
             write!(f, " {:>12}", title(pass))?;
         }
-        writeln!(f, " {:>9}  {} against {}", "p95", title(compared), rows[0].base.as_deref().unwrap_or("nothing"))?;
+        let base = if passes.contains(&FORWARD) { Some("the next forward pass") } else { rows[0].base.as_deref() };
+        writeln!(f, " {:>9}  {} against {}", "p95", title(compared), base.unwrap_or("nothing"))?;
         let mut names: Vec<&str> = rows.iter().map(|r| r.row.as_str()).collect();
         names.dedup();
         for name in &names {
@@ -329,12 +338,16 @@ impl BenchReport {
                 self.ratios.iter().filter(is_it).find(|r| r.pass == pass)
             };
             let ratio = |pass: &str| against(&cells[0].base, pass);
-            let p95 = cells.iter().find(|c| c.pass == compared).map_or(String::new(), |c| ms(c.p95_ms));
+            let p95 =
+                cells.iter().find(|c| c.pass == compared || c.pass == FORWARD).map_or(String::new(), |c| ms(c.p95_ms));
             write!(f, " {p95:>9}")?;
             if let Some(r) = ratio(compared) {
                 write!(f, "  {:7.3} [{:.3}, {:.3}], fastest {:.3}", r.median, r.low, r.high, r.fastest)?;
                 if let Some(shade) = ratio(SHADE) {
                     write!(f, "; shade alone {:.3}, fastest {:.3}", shade.median, shade.fastest)?;
+                }
+                if let Some(whole) = ratio(WITH_GEOMETRY) {
+                    write!(f, "; with geometry {:.3}, fastest {:.3}", whole.median, whole.fastest)?;
                 }
                 if let Some(paper) = r.paper {
                     write!(f, "; paper {paper:.3}")?;

@@ -1,6 +1,7 @@
 //! Rows measured alternately: every round draws one frame of each row, and ratios are taken within rounds. Whatever slows the
 //! machine down for a while then slows all rows alike.
 
+use super::forward::FORWARD;
 use super::stats::{Ratio, median, paired_ratio, quantile};
 use crate::lab::error::LabError;
 use crate::render::frame::{CpuTime, PassTime};
@@ -38,6 +39,8 @@ const FEWEST: usize = 5;
 
 /// The passes that work per pixel: filtering of the maps, and shading.
 pub const PIXELS: &str = "filter+shade";
+/// The same with the geometry that they need.
+pub const WITH_GEOMETRY: &str = "geometry+filter+shade";
 /// All passes of a frame.
 pub const TOTAL: &str = "total";
 /// The processor's parts of a frame: posing and dividing the scene, recording, waiting for the device.
@@ -186,7 +189,7 @@ pub enum Tick {
 fn repeats(times: &[PassTime]) -> u32 {
     // The sea has a filter pass of its own, and may be all there is.
     let all = |pass: &str| times.iter().filter(|t| t.pass.ends_with(pass)).map(|t| t.milliseconds).reduce(|a, b| a + b);
-    let shortest = PIXELS.split('+').filter_map(all).fold(f64::INFINITY, f64::min);
+    let shortest = PIXELS.split('+').chain([FORWARD]).filter_map(all).fold(f64::INFINITY, f64::min);
     if shortest.is_finite() {
         (MEASURABLE / shortest.max(1e-4)).ceil().clamp(1.0, f64::from(MAX_REPEATS)) as u32
     } else {

@@ -1,5 +1,6 @@
 //! A row: something that is drawn again and again, and its times.
 
+use super::forward::Forward;
 use super::rounds::{PIXELS, Series};
 use crate::reflectance::masking::shadowing::Shadowing;
 use crate::render::scene::FrameState;
@@ -28,6 +29,8 @@ pub struct Row {
     pub settings: RenderSettings,
     /// Hours that the sun moves between rounds; if it moves, every round makes the sky, its mips and its irradiance anew.
     pub sun_hours: f64,
+    /// The plain forward pass that draws it instead of the renderer; rows that are compared with it are compared with its total.
+    pub forward: Option<Forward>,
 }
 
 /// A row with its times.
@@ -47,13 +50,13 @@ impl Row {
     /// Slope samples, or probes, of a pixel; 1 for techniques that look at one slope.
     #[must_use]
     pub fn samples(&self) -> u32 {
-        self.quadrature().samples()
+        self.forward.map_or_else(|| self.quadrature().samples(), Forward::samples)
     }
 
     /// The rule that places them.
     #[must_use]
     pub fn rule(&self) -> &'static str {
-        self.quadrature().name()
+        self.forward.map_or_else(|| self.quadrature().name(), |_| Quadrature::Grid(1).name())
     }
 
     /// The shadowing model; none for techniques that look at one slope.

@@ -4,6 +4,7 @@ use std::collections::HashMap;
 use std::sync::Arc;
 use std::time::Instant;
 
+use super::forward::{ForwardPass, Surroundings};
 use super::ocean::{self, Variant};
 use super::report::BenchReport;
 use super::rounds::{self, Frame, Subject, Tick};
@@ -16,7 +17,8 @@ use crate::lab::progress::Progress;
 use crate::render::frame::{KeptTargets, Renderer};
 use crate::render::light::environment::Environment;
 use crate::render::light::sky::Sky;
-use crate::render::settings::Technique;
+use crate::render::scene::{FrameState, Object};
+use crate::render::settings::{RenderSettings, Technique};
 use crate::scenes::config::SceneConfig;
 use crate::scenes::daylight;
 use crate::scenes::full_screen::full_screen_stage;
@@ -29,6 +31,8 @@ use crate::scenes::view::Size;
 pub struct BenchConfig {
     /// The paper's tables, if they are wanted.
     pub quad: Option<Quad>,
+    /// The renderer against a plain forward pass, over a quad of this size.
+    pub forward: Option<Size>,
     /// Scenes.
     pub scenes: Vec<SceneConfig>,
     /// The tables of each scene that has them.
@@ -66,7 +70,15 @@ pub fn bench(
     let rounds = config.rounds as usize;
     let mut measured = Vec::new();
     if let Some(quad) = &config.quad {
-        measure(vec![full_screen(quad, &gpu)?], rounds, progress, &mut measured)?;
+        let FullScreen { renderer, state, .. } = FullScreen::new(quad.size, &gpu)?;
+        let mut rows = quad::rows(&state, quad.size);
+        if quad.goals_only {
+            rows.retain(quad::in_a_goal);
+        }
+        measure(vec![(renderer, rows)], rounds, progress, &mut measured)?;
+    }
+    if let Some(size) = config.forward {
+        measure_against_forward(size, &gpu, rounds, progress, &mut measured)?;
     }
     for (scene, inputs) in config.scenes.iter().zip(inputs) {
         let one_set = |table: &Table| !matches!(table, Table::Maps | Table::Waves);
@@ -110,18 +122,60 @@ fn one_scene(
     Ok((set.renderer, rows))
 }
 
-/// The renderer of the paper's tables with their rows.
-fn full_screen(wanted: &Quad, gpu: &Arc<Gpu>) -> Result<(Renderer, Vec<Row>), LabError> {
-    let mut stage = full_screen_stage((wanted.size.width, wanted.size.height));
-    let sky = Sky::default();
-    let environment = Environment::from_sky(gpu, Environment::FACE_SIZE, &sky)?;
-    let renderer = Renderer::new(gpu, stage.take_scene(), environment)?;
-    let state = stage.state(0.0, &stage.views.mid, &Lights::under(&sky));
-    let mut rows = quad::rows(&state, wanted.size);
-    if wanted.goals_only {
-        rows.retain(quad::in_a_goal);
+/// The quad of the paper's tables on a device.
+pub struct FullScreen {
+    /// Its renderer.
+    pub renderer: Renderer,
+    /// The quad itself, which the renderer has a copy of.
+    pub object: Object,
+    /// What is drawn.
+    pub state: FrameState,
+}
+
+impl FullScreen {
+    /// A quad of this size over a map of as many texels.
+    ///
+    /// # Errors
+    /// Memory that is short, or a device that fails.
+    pub fn new(size: Size, gpu: &Arc<Gpu>) -> Result<Self, LabError> {
+        let mut stage = full_screen_stage((size.width, size.height));
+        let object = stage.objects[0].clone();
+        let sky = Sky::default();
+        let environment = Environment::from_sky(gpu, Environment::FACE_SIZE, &sky)?;
+        let renderer = Renderer::new(gpu, stage.take_scene(), environment)?;
+        let state = stage.state(0.0, &stage.views.mid, &Lights::under(&sky));
+        Ok(Self { renderer, object, state })
     }
-    Ok((renderer, rows))
+
+    /// A plain forward pass over it in the same light.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub fn forward(&mut self, size: Size, settings: &RenderSettings) -> Result<ForwardPass, LabError> {
+        // Drawing a frame makes the environment's coefficients.
+        self.renderer.measure(&self.state, settings, 0, 1)?;
+        let radiance_sh = self.renderer.radiance_sh()?;
+        let environment = self.renderer.environment();
+        let surroundings = Surroundings { face_size: environment.face_size(), radiance_sh: &radiance_sh };
+        let gpu = self.renderer.gpu();
+        Ok(ForwardPass::new(gpu, &self.object, &self.state, &surroundings, (size.width, size.height))?)
+    }
+}
+
+/// Measures the renderer and a plain forward pass in turn.
+fn measure_against_forward(
+    size: Size,
+    gpu: &Arc<Gpu>,
+    rounds: usize,
+    progress: &dyn Progress,
+    measured: &mut Vec<Measured>,
+) -> Result<(), LabError> {
+    let mut quad = FullScreen::new(size, gpu)?;
+    let rows = quad::against_forward(&quad.state, size);
+    let Some(first) = rows.first() else { return Ok(()) };
+    let forward = quad.forward(size, &first.settings)?;
+    let bench = Bench { forward: Some(forward), ..Bench::new(vec![(quad.renderer, rows)])? };
+    measure_bench(bench, rounds, progress, measured)
 }
 
 /// Renderers of the sea's own tables, each with its row: maps and targets of every size stay alive.
@@ -145,12 +199,30 @@ struct Bench {
     rows: Vec<(usize, Row)>,
     /// What pictures of each size are drawn into, by renderer: made once, not whenever a row follows one of another size.
     targets: HashMap<(usize, (u32, u32)), KeptTargets>,
+    /// Draws the rows that the renderer does not.
+    forward: Option<ForwardPass>,
+}
+
+impl Bench {
+    fn new(subjects: Vec<(Renderer, Vec<Row>)>) -> Result<Self, LabError> {
+        let mut bench = Self { renderers: Vec::new(), rows: Vec::new(), targets: HashMap::new(), forward: None };
+        for (index, (renderer, rows)) in subjects.into_iter().enumerate() {
+            renderer.gpu().wait_idle()?;
+            bench.renderers.push(renderer);
+            bench.rows.extend(rows.into_iter().map(|row| (index, row)));
+        }
+        Ok(bench)
+    }
 }
 
 impl Subject for Bench {
     fn frame(&mut self, row: usize, round: usize, repeats: u32) -> Result<Frame, LabError> {
         let (index_of_renderer, row) = &self.rows[row];
         let renderer = &mut self.renderers[*index_of_renderer];
+        if let (Some(kind), Some(pass)) = (row.forward, &self.forward) {
+            let time = pass.measure(kind, renderer.environment().cube(), repeats)?;
+            return Ok(Frame { passes: vec![time], ..Default::default() });
+        }
         let targets = self.targets.entry((*index_of_renderer, row.settings.size)).or_default();
         // A row with many samples draws another of them in every round.
         let index = round as u32 % row.settings.samples.max(1);
@@ -183,12 +255,15 @@ fn measure(
     progress: &dyn Progress,
     measured: &mut Vec<Measured>,
 ) -> Result<(), LabError> {
-    let mut bench = Bench { renderers: Vec::new(), rows: Vec::new(), targets: HashMap::new() };
-    for (index, (renderer, rows)) in subjects.into_iter().enumerate() {
-        renderer.gpu().wait_idle()?;
-        bench.renderers.push(renderer);
-        bench.rows.extend(rows.into_iter().map(|row| (index, row)));
-    }
+    measure_bench(Bench::new(subjects)?, rounds, progress, measured)
+}
+
+fn measure_bench(
+    mut bench: Bench,
+    rounds: usize,
+    progress: &dyn Progress,
+    measured: &mut Vec<Measured>,
+) -> Result<(), LabError> {
     let names: Vec<String> = bench.rows.iter().map(|(_, row)| format!("{}: {}", row.table, row.name)).collect();
     let bar = progress.bar(names.len());
     let mut tick = |tick: Tick| match tick {

@@ -91,6 +91,7 @@ pub fn row(config: &SceneConfig, technique: Technique, state: FrameState, [table
         state,
         settings: SceneConfig { shading, samples, ..config.clone() }.render_settings(),
         sun_hours: 0.0,
+        forward: None,
     }
 }
 

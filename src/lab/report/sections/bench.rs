@@ -17,6 +17,7 @@ pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
     let size = studio.pick(256, 512);
     let config = BenchConfig {
         quad: Some(Quad { size: Size { width: size, height: size }, goals_only: false }),
+        forward: None,
         scenes: Vec::new(),
         tables: Vec::new(),
         view_sizes: Vec::new(),
