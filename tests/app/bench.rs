@@ -313,6 +313,31 @@ fn the_printed_table_names_device_commit_and_rows() {
 }
 
 #[test]
+fn a_page_is_written_of_whatever_device_there_is() {
+    let Some(_) = test_gpu() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let page = folder.path().join("pages/bench.md");
+    let script = |flags: &[&str]| {
+        let mut command = Command::new(concat!(env!("CARGO_MANIFEST_DIR"), "/scripts/bench-gpu"));
+        command.arg("-o").arg(&page).args(flags).env("LEADR", env!("CARGO_BIN_EXE_leadr")).env("SCENES", "sphere");
+        command.output().expect("the script starts")
+    };
+    let output = script(&["--size", "8x8", "--frames", "1"]);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let text = std::fs::read_to_string(&page).unwrap();
+    let device = json(&["bench", "--forward", "--size", "8x8", "--frames", "1", "--json"])["device"].clone();
+    assert!(text.starts_with(&format!("# {}", device.as_str().unwrap())), "{text}");
+    let parts = ["leadr bench --paper --size 8x8", "0.267 ms", "against a forward pass", "sphere views, 8x8"];
+    for part in parts.into_iter().chain(["sphere by size of triangles", "sphere by size of maps"]) {
+        assert!(text.contains(part), "{part}: {text}");
+    }
+    // A command that fails leaves the page of the last run.
+    let output = script(&["--size", "8x8", "--frames", "0"]);
+    assert!(!output.status.success() && String::from_utf8_lossy(&output.stderr).contains("--frames"));
+    assert_eq!(std::fs::read_to_string(&page).unwrap(), text);
+}
+
+#[test]
 fn wrong_usage_ends_with_2_and_names_the_flag() {
     let cases: [(&[&str], &str); 15] = [
         (&["--frames", "0"], "--frames"),

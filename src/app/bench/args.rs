@@ -39,7 +39,7 @@ pub struct BenchArgs {
     /// Only this scene [default: the paper's tables, sphere and trex]
     #[arg(long, value_name = "NAME", value_parser = scenes())]
     pub scene: Option<&'static Scene>,
-    /// Only this technique in scenes [default: all]
+    /// Only this technique in scenes [default: all in techniques, LEADR in the other tables]
     #[arg(long, value_name = "NAME", value_parser = techniques())]
     pub technique: Option<Technique>,
     /// Tables of scenes, separated by commas [default: views, and waves of the open sea; without --scene techniques, distance]

@@ -278,6 +278,7 @@ impl fmt::Display for BenchReport {
         if !self.goals.is_empty() {
             writeln!(f, "\ngoals")?;
         }
+        let width = self.goals.iter().map(|goal| goal.goal.len()).max().unwrap_or(0);
         for goal in &self.goals {
             let bound = match goal.bound {
                 Bound::AtMost(most) => format!("at most {most:.2}"),
@@ -291,7 +292,11 @@ impl fmt::Display for BenchReport {
             };
             let (median, low, high) = (goal.median, goal.low, goal.high);
             let fastest = goal.fastest;
-            writeln!(f, "  {:52} {median:8.3} [{low:.3}, {high:.3}], fastest {fastest:.3}; {bound}: {met}", goal.goal)?;
+            writeln!(
+                f,
+                "  {:width$} {median:8.3} [{low:.3}, {high:.3}], fastest {fastest:.3}; {bound}: {met}",
+                goal.goal
+            )?;
         }
         if let Some(comparison) = &self.against {
             writeln!(f, "\n{comparison}\n")?;
@@ -318,17 +323,18 @@ impl BenchReport {
             true => writeln!(f, "\n{table}{size}")?,
             false => writeln!(f, "\n{table}")?,
         }
-        write!(f, "  {:24} {:>7}", "", "samples")?;
+        let mut names: Vec<&str> = rows.iter().map(|r| r.row.as_str()).collect();
+        names.dedup();
+        let width = names.iter().map(|name| name.len()).max().unwrap_or(0).max(24);
+        write!(f, "  {:width$} {:>7}", "", "samples")?;
         for pass in &passes {
             write!(f, " {:>12}", title(pass))?;
         }
         let base = if passes.contains(&FORWARD) { Some("the next forward pass") } else { rows[0].base.as_deref() };
         writeln!(f, " {:>9}  {} against {}", "p95", title(compared), base.unwrap_or("nothing"))?;
-        let mut names: Vec<&str> = rows.iter().map(|r| r.row.as_str()).collect();
-        names.dedup();
         for name in &names {
             let cells: Vec<&&RowReport> = rows.iter().filter(|r| r.row == **name).collect();
-            write!(f, "  {name:24} {:>7}", cells[0].samples)?;
+            write!(f, "  {name:width$} {:>7}", cells[0].samples)?;
             for pass in &passes {
                 let cell = cells.iter().find(|c| c.pass == *pass).map_or(String::new(), |c| ms(c.median_ms));
                 write!(f, " {cell:>12}")?;
@@ -352,6 +358,9 @@ impl BenchReport {
                 if let Some(paper) = r.paper {
                     write!(f, "; paper {paper:.3}")?;
                 }
+            }
+            if let Some(paper) = cells.iter().find_map(|cell| cell.paper_ms) {
+                write!(f, "{} paper {paper:.3} ms", if ratio(compared).is_some() { "," } else { " " })?;
             }
             if let Some(r) = against(&cells[0].beside, PIXELS) {
                 write!(f, "; {PIXELS} against {} {:.3}, fastest {:.3}", r.to, r.median, r.fastest)?;
