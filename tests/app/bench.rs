@@ -339,7 +339,7 @@ fn a_page_is_written_of_whatever_device_there_is() {
 
 #[test]
 fn wrong_usage_ends_with_2_and_names_the_flag() {
-    let cases: [(&[&str], &str); 15] = [
+    let cases: [(&[&str], &str); 17] = [
         (&["--frames", "0"], "--frames"),
         (&["--size", "0x5"], "--size"),
         (&["--technique", "phong"], "phong"),
@@ -351,6 +351,8 @@ fn wrong_usage_ends_with_2_and_names_the_flag() {
         (&["--scene", "sphere", "--soak", "9"], "--soak"),
         (&["--soak", "9"], "--scene"),
         (&["--measured", "a.json"], "--against"),
+        (&["--measured", "a.json", "--against", "b.json", "--frames", "3"], "--frames"),
+        (&["--scene", "plane", "--tables", "maps", "--height-map", "a.png"], "leave --height-map out"),
         (&["--max-ratio", "0", "--against", "a.json"], "--max-ratio"),
         (&["--scene", "trex", "--tables", "speed"], "speed"),
         (&["--scene", "spheres", "--tables", "views,maps"], "--tables maps is for the scenes"),

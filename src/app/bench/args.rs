@@ -14,7 +14,7 @@ use crate::app::flags::waves::WaveArgs;
 use crate::lab::bench::{BenchConfig, Quad, Table};
 use crate::render::settings::Technique;
 use crate::scenes::config::SceneConfig;
-use crate::scenes::registry::Scene;
+use crate::scenes::registry::{Choice, Scene};
 use crate::scenes::view::Size;
 
 /// Shown below the help.
@@ -76,7 +76,8 @@ pub struct BenchArgs {
     pub against: Option<PathBuf>,
     /// With --against: compare this run instead of measuring
     #[arg(long, value_name = "NEW.json", requires = "against",
-        conflicts_with_all = ["scene", "technique", "tables", "size", "paper", "forward"])]
+        conflicts_with_all = ["scene", "technique", "tables", "size", "frames", "paper", "forward", "atlas_tile", "edge_samples", "device",
+            "validation"])]
     pub measured: Option<PathBuf>,
     /// With --against: compare runs on different devices
     #[arg(long, requires = "against")]
@@ -140,6 +141,13 @@ impl BenchArgs {
                 let (table, with) = (table.name_and_help().0, with.join(", "));
                 return Err(AppError::Usage(format!("--tables {table} is for the scenes {with}, not {}", scene.name)));
             }
+        }
+        if let (Some(scene), Some(_)) = (self.scene, &self.height_map)
+            && tables.contains(&Table::Maps)
+            && !scene.offers(Choice::AtlasTile)
+        {
+            let fault = format!("--tables maps makes the height maps of {} itself: leave --height-map out", scene.name);
+            return Err(AppError::Usage(fault));
         }
         Ok(BenchConfig {
             quad: quad.then_some(Quad { size, goals_only: self.goals }),
