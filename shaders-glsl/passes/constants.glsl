@@ -7,12 +7,10 @@
 
 // It has LEADR maps.
 const uint FLAG_DISPLACED = 1u;
-// It has a colour map, which the vertex colours tint.
-const uint FLAG_COLOR_MAP = 2u;
+// Its tangents by texture coordinate are the same everywhere: the geometry pass stores texture coordinates, not places on patches.
+const uint FLAG_FLAT = 2u;
 // Back faces are painted in the marker colour (crack test).
 const uint FLAG_MARK_INSIDE = 4u;
-// It has horizon maps.
-const uint FLAG_HORIZON = 8u;
 // Above the flags, where edge samples are drawn: their number across a pixel.
 const uint FLAGS_GRID_SHIFT = 8u;
 

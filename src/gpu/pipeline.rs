@@ -99,6 +99,8 @@ pub struct GraphicsDesc<'a> {
     pub fragment: Option<&'a str>,
     /// Formats of the colour attachments in order.
     pub colors: &'a [vk::Format],
+    /// How many of them, from the last, stay as they are: the fragment stage does not write them.
+    pub kept_colors: usize,
     /// Depth attachment, if any.
     pub depth: Option<Depth>,
     /// Which triangles have `gl_FrontFacing`: those that run clockwise on the screen (y down) if true, otherwise the
@@ -120,6 +122,7 @@ impl Default for GraphicsDesc<'_> {
             tessellation: None,
             fragment: None,
             colors: &[],
+            kept_colors: 0,
             depth: None,
             clockwise_front: false,
             topology: Topology::Triangles,
@@ -204,7 +207,9 @@ fn create_graphics(
         depth = depth.depth_test_enable(true).depth_compare_op(wanted.compare).depth_write_enable(wanted.write);
     }
     let replace = vk::PipelineColorBlendAttachmentState::default().color_write_mask(vk::ColorComponentFlags::RGBA);
-    let blends = vec![replace; desc.colors.len()];
+    let keep = vk::PipelineColorBlendAttachmentState::default();
+    let written = desc.colors.len().saturating_sub(desc.kept_colors);
+    let blends: Vec<_> = (0..desc.colors.len()).map(|i| if i < written { replace } else { keep }).collect();
     let color = vk::PipelineColorBlendStateCreateInfo::default().attachments(&blends);
     let dynamic = vk::PipelineDynamicStateCreateInfo::default()
         .dynamic_states(&[vk::DynamicState::VIEWPORT, vk::DynamicState::SCISSOR]);

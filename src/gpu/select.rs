@@ -110,6 +110,7 @@ fn missing_features(instance: &ash::Instance, physical: vk::PhysicalDevice) -> V
     let v10 = all.features;
     [
         (v10.tessellation_shader, "tessellationShader"),
+        (v10.independent_blend, "independentBlend"),
         (v10.large_points, "largePoints"),
         (v10.shader_storage_image_extended_formats, "shaderStorageImageExtendedFormats"),
         (v13.dynamic_rendering, "dynamicRendering"),
@@ -129,5 +130,6 @@ pub(crate) fn features() -> vk::PhysicalDeviceFeatures {
     vk::PhysicalDeviceFeatures::default()
         .tessellation_shader(true)
         .large_points(true)
+        .independent_blend(true)
         .shader_storage_image_extended_formats(true)
 }

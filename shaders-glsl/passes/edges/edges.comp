@@ -10,10 +10,9 @@
 layout(local_size_x = 8, local_size_y = 8) in;
 
 uniform usampler2D pixel_surface; // what the pixel's own sample sees: geometry.frag
-uniform usampler2D pixel_tangent;
+uniform usampler2D pixel_slopes;  // and its G-buffer
 uniform sampler2D pixel_depth;
 layout(rgba32ui) uniform uimage2D edge_surface; // what the edge sample sees
-uniform usampler2D edge_tangent;
 uniform sampler2D edge_depth;
 uniform usampler2D pixel_filtered;
 
@@ -36,8 +35,8 @@ void main() {
         float edge_distance = rays.pixel.w / texelFetch(edge_depth, edge, 0).x;
         vec3 apart = edge_distance * (rays.edge.xyz + ray_across(edge, size))
                    - pixel_distance * (rays.pixel.xyz + ray_across(pixel, pixels));
-        vec3 a = octahedral_decode(unpackSnorm2x16(texelFetch(pixel_tangent, pixel, 0).x));
-        vec3 b = octahedral_decode(unpackSnorm2x16(texelFetch(edge_tangent, edge, 0).x));
+        vec3 a = octahedral_decode(unpackSnorm2x16(texelFetch(pixel_slopes, pixel, 0).x));
+        vec3 b = octahedral_decode(unpackSnorm2x16(seen.w));
         // Two points of one smooth surface differ across their mean normal, not along it, however grazing the view. A
         // difference along it of less than a pixel is too small to count.
         float width = 2.0 * length(rays.y.xyz) / float(pixels.y) * pixel_distance;

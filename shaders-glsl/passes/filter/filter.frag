@@ -1,8 +1,9 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 // Filters the maps of one object under each of its pixels: LEADR section 4.1 and eq. 12.
-#define LEADR_OBJECT_RAYS
+#define LEADR_OBJECT_SEEN
 #include "../geometry/object.glsl"
+#include "../geometry/place.glsl"
 #include "../gbuffer.glsl"
 #include "../technique.glsl"
 #include "../visible.glsl"
@@ -17,10 +18,12 @@ layout(constant_id = 3) const bool ATLAS = false; // one tile per patch
 layout(constant_id = 4) const bool DISPLACED = true;
 layout(constant_id = 5) const bool COLORED = true;
 layout(constant_id = 6) const bool HORIZON = true;
+layout(constant_id = 7) const bool FLAT = false;  // its tangents by texture coordinate are the same everywhere
+layout(constant_id = 8) const bool PLAIN = false; // colour and accessibility of all vertices are the same
+#include "macrosurface.glsl"
 
-uniform usampler2D visible_texture; // what the geometry stage wrote
-uniform usampler2D visible_tangent;
-uniform usampler2D visible_surface;
+uniform usampler2D visible_surface;   // what the geometry stage wrote
+uniform usampler2D visible_footprint; // of edge samples
 uniform sampler2D moments_a; // E[hs], E[ht], E[hs^2], E[ht^2], per unit texture coordinate
 uniform sampler2D moments_b; // E[hs ht]
 uniform sampler2D color_map; // rgb albedo, a roughness
@@ -33,27 +36,6 @@ layout(location = 1) out uvec4 out_material;
 layout(location = 2) out uvec2 out_surface;
 layout(location = 3) out uvec2 out_horizon;
 
-// The footprint of a pixel on the macrosurface: derivatives of the texture coordinate by x and y of the image. They are taken on
-// the tangent plane, which changes smoothly; derivatives of triangles would jump from one triangle to the next.
-// ts, tt: tangents by texture coordinate; turn: how far the macro normal turns across the pixel, which bounds the footprint where
-// the surface is seen edge-on.
-void pixel_derivatives(vec3 ts, vec3 tt, float turn, ivec2 pixel, out vec2 dx, out vec2 dy) {
-    vec2 size = vec2(textureSize(visible_surface, 0));
-    vec2 ndc = (vec2(pixel) + 0.5) / size * 2.0 - 1.0;
-    vec3 ray = object.ray_middle.xyz + ndc.x * object.ray_x.xyz + ndc.y * object.ray_y.xyz;
-    float along = object.ray_middle.w / texelFetch(visible_depth, pixel, 0).x;
-    vec3 normal = cross(ts, tt);
-    float square = max(dot(normal, normal), 1e-30);
-    vec3 by_s = cross(tt, normal) / square, by_t = cross(normal, ts) / square;
-    float facing = dot(normal, ray), least = max(0.5 * turn, 1e-4) * sqrt(square * dot(ray, ray));
-    facing = facing < 0.0 ? min(facing, -least) : max(facing, least);
-    vec3 x = object.ray_x.xyz * (2.0 * along / size.x), y = object.ray_y.xyz * (2.0 * along / size.y);
-    x -= ray * (dot(normal, x) / facing);
-    y -= ray * (dot(normal, y) / facing);
-    dx = vec2(dot(x, by_s), dot(x, by_t));
-    dy = vec2(dot(y, by_s), dot(y, by_t));
-}
-
 struct Footprint {
     vec2 step; // between taps, texels
     int taps;
@@ -64,7 +46,7 @@ struct Footprint {
 // Moments are linear, so a few isotropic taps along the long axis stand for the elliptical footprint of a pixel. Their spacing
 // keeps the second moment of the footprint, so nothing jumps when the number of taps changes.
 // dx, dy: derivatives in texels of the map; reach: longest distance of a tap, texels.
-Footprint pixel_footprint(vec2 dx, vec2 dy, float reach) {
+Footprint elliptical_footprint(vec2 dx, vec2 dy, float reach) {
     float xx = dot(dx, dx), yy = dot(dy, dy);
     vec2 along = xx > yy ? dx : dy;
     float major_squared = max(xx, yy);
@@ -99,7 +81,7 @@ Footprint footprint_over(vec2 dx, vec2 dy, float reach) {
     if (FINEST_LEVEL) {
         return Footprint(vec2(0.0), 1, 0.0, 0.0);
     }
-    return pixel_footprint(dx, dy, reach);
+    return elliptical_footprint(dx, dy, reach);
 }
 
 // Means over a footprint.
@@ -181,75 +163,75 @@ float joined_part(float lod) {
 
 void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
-    uvec4 surface = texelFetch(visible_surface, pixel, 0);
-    if (object_of(surface.x) != object.index) {
+    uvec4 seen = texelFetch(visible_surface, pixel, 0);
+    if (object_of(seen.x) != object.index) {
         discard;
     }
-    uvec4 place = texelFetch(visible_texture, pixel, 0);
-    uvec4 tangent = texelFetch(visible_tangent, pixel, 0);
-    vec3 normal = octahedral_decode(unpackSnorm2x16(tangent.x));
-    vec2 mixed = unpackHalf2x16(tangent.z);
-    vec3 tangent_s = vec3(unpackHalf2x16(tangent.y), mixed.x), tangent_t = vec3(mixed.y, unpackHalf2x16(tangent.w));
-    vec2 texcoord = uintBitsToFloat(place.xy);
-    vec2 curvature_z_access = unpackHalf2x16(surface.z);
-    vec3 curvature = vec3(unpackHalf2x16(surface.y), curvature_z_access.x);
+    // The ray through the pixel, up to the surface.
+    vec2 ndc = (vec2(pixel) + 0.5) / vec2(textureSize(visible_surface, 0)) * 2.0 - 1.0;
+    vec3 ray = object.ray_middle.xyz + ndc.x * object.ray_x.xyz + ndc.y * object.ray_y.xyz;
+    float along = object.ray_middle.w / texelFetch(visible_depth, pixel, 0).x;
+    uint index = seen.x & PATCH_BITS;
+    Macrosurface surface = macrosurface_at(index, uintBitsToFloat(seen.yz), ray * along);
+
     // An edge sample on its pixel's own surface covers only its share of the pixel: all of them are joined (join.comp).
-    bool joined = (surface.x & OF_THE_PIXEL) != 0u;
+    bool joined = (seen.x & OF_THE_PIXEL) != 0u;
     uint grid = object.flags >> FLAGS_GRID_SHIFT;
-    float part = joined ? 1.0 / float(max(grid, 1u)) : 1.0;
-    vec2 size = vec2(textureSize(moments_a, 0));
     // Edge samples are drawn with finer geometry and take the derivatives of its triangles: the area of surface that each
     // contains is what counts (join.comp).
-    vec2 dx = unpackHalf2x16(place.z) * part, dy = unpackHalf2x16(place.w) * part;
-    if (grid == 0u) {
-        pixel_derivatives(tangent_s, tangent_t, sqrt(curvature.x + curvature.y), pixel, dx, dy);
-        dx = clamp(dx * size, -6e4, 6e4);
-        dy = clamp(dy * size, -6e4, 6e4);
+    mat2 across = grid == 0u ? pixel_footprint(surface, ray, along, 2.0 / vec2(textureSize(visible_surface, 0)))
+                             : unpack_footprint(texelFetch(visible_footprint, pixel, 0).xy) * (joined ? 1.0 / float(grid) : 1.0);
+    vec2 size = vec2(textureSize(moments_a, 0));
+    mat2 texels = surface.texcoord_by_place * across;
+    vec2 dx = clamp(texels[0] * size, -6e4, 6e4), dy = clamp(texels[1] * size, -6e4, 6e4);
+    Frame frame = frame_about(surface.normal);
+    vec3 curvature = vec3(0.0);
+    if (USES_CURVATURE && !FLAT) {
+        // How far the macro normal turns across the pixel, as differences of slopes.
+        curvature = add_macro_curvature(curvature, -to_frame(frame, surface.normal_by_place * across[0]).xy,
+                                        -to_frame(frame, surface.normal_by_place * across[1]).xy);
     }
-    curvature *= part * part;
 
     Filtered filtered = Filtered(vec2(0.0), vec3(0.0), vec4(1.0));
     Footprint footprint = footprint_over(dx, dy, ATLAS ? tile_inner() : 1e9);
     if (ATLAS) {
-        vec2 at = place_in_patch(surface.x & PATCH_BITS, texcoord * size);
-        filtered = filter_atlas(footprint, surface.x & PATCH_BITS, at);
+        filtered = filter_atlas(footprint, index, place_in_patch(index, surface.texcoord * size));
     } else {
         if (USES_SLOPES && DISPLACED) {
-            filter_moments(footprint, texcoord, filtered);
+            filter_moments(footprint, surface.texcoord, filtered);
         }
         if (COLORED) {
             vec2 scale = vec2(textureSize(color_map, 0)) / size;
-            filtered.color = filter_color(footprint_over(dx * scale, dy * scale, 1e9), texcoord);
+            filtered.color = filter_color(footprint_over(dx * scale, dy * scale, 1e9), surface.texcoord);
         }
     }
     vec2 mean_gradient = filtered.mean * object.height_scale;
     vec3 gradient_covariance = scale_height(covariance_from_moments(filtered.mean, filtered.second), object.height_scale);
-    vec4 color = unpackUnorm4x8(surface.w);
+    vec4 color = surface.color;
     if (COLORED) {
         color *= filtered.color;
     }
-    Frame frame = frame_about(normal);
-    SlopeMap map = slope_map(tangent_s, tangent_t, frame.x, frame.y, frame.z);
+    SlopeMap map = slope_map(surface.tangent_s, surface.tangent_t, frame.x, frame.y, frame.z);
     vec2 mean_slope = map_mean_slope(map, mean_gradient);
     // At the finest level this is the spread between neighbouring texels, which bilinear interpolation of the mean loses. With
     // it the variance is the same at every magnification.
     vec3 covariance = technique_covariance(map_covariance(map, gradient_covariance), vec3(0.0));
-    if (USES_CURVATURE) {
+    if (USES_CURVATURE && !FLAT) {
         covariance += kernel_over(tilt_kernel(curvature, mean_slope), add_roughness(covariance, color.a));
     }
 
     out_horizon = uvec2(0u);
     if (USES_HORIZON && DISPLACED && HORIZON) {
-        out_horizon = pack_horizon(filter_horizon(footprint, surface.x & PATCH_BITS, texcoord, map.linear, abs(object.height_scale)));
+        out_horizon = pack_horizon(filter_horizon(footprint, index, surface.texcoord, map.linear, abs(object.height_scale)));
     }
-    out_slopes = pack_slopes(tangent.x, mean_slope, covariance);
+    out_slopes = pack_slopes(packSnorm2x16(octahedral_encode(surface.normal)), mean_slope, covariance);
     out_material = pack_material(color, covariance);
     if (joined) {
         // The area of macrosurface within the sample, projected along its displacement direction.
-        float area = abs(determinant(mat2(dx, dy)) * dot(cross(tangent_s, tangent_t), normal)) / (size.x * size.y);
+        float area = abs(determinant(texels) * dot(cross(surface.tangent_s, surface.tangent_t), surface.normal));
         out_surface = pack_joined_edge(area, object.relief);
     } else {
-        uint reflection = pack_reflection(object.specular_f0, curvature_z_access.y, (surface.x & INSIDE) != 0u);
+        uint reflection = pack_reflection(object.specular_f0, surface.accessibility, (seen.x & INSIDE) != 0u);
         out_surface = grid > 0u ? pack_edge(reflection, object.relief)
                                 : pack_surface(reflection, footprint.lod, ATLAS ? joined_part(footprint.lod) : 0.0);
     }

@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 // Draws the tiles that show an object.
-#define LEADR_OBJECT_RAYS
+#define LEADR_OBJECT_SEEN
 #include "../geometry/object.glsl"
 #include "../tiles.glsl"
 

@@ -11,27 +11,11 @@ layout(location = 2) in vec3 in_toward_next[];
 layout(location = 3) in vec3 in_toward_previous[];
 layout(location = 4) patch in uint in_patch;
 
-layout(location = 0) out vec3 out_normal;      // displacement direction N
-layout(location = 1) out vec3 out_tangent_s;   // dX/ds + h dN/ds: tangents of the offset surface by texture coordinate
-layout(location = 2) out vec3 out_tangent_t;
-layout(location = 3) out vec2 out_texcoord;
-layout(location = 4) out vec4 out_color;
-layout(location = 5) out float out_accessibility;
-layout(location = 6) out flat uint out_patch;
+layout(location = 0) out vec2 out_place; // on the patch, [0, 1]^2; the texture coordinate of a flat object
+layout(location = 1) out vec3 out_normal; // displacement direction N
+layout(location = 2) out flat uint out_patch;
 
 invariant gl_Position;
-
-vec3 cubic(vec3 a, vec3 b, vec3 c, vec3 d, float t) {
-    precise float s = 1.0 - t;
-    precise float wa = s * s * s, wb = 3.0 * s * s * t, wc = 3.0 * s * t * t, wd = t * t * t;
-    precise vec3 sum = a * wa + b * wb + c * wc + d * wd;
-    return sum;
-}
-
-vec3 cubic_derivative(vec3 a, vec3 b, vec3 c, vec3 d, float t) {
-    float s = 1.0 - t;
-    return 3.0 * (s * s * (b - a) + 2.0 * s * t * (c - b) + t * t * (d - c));
-}
 
 // Heights are read so many levels below the one whose texels are as wide as vertices are apart: trilinear lookups and the
 // straight lines between vertices widen them again, and relief that the geometry lacks does not turn toward the viewer either
@@ -69,36 +53,15 @@ float vertex_height(uint vertex) {
 
 void main() {
     float u = gl_TessCoord.x, v = gl_TessCoord.y;
-    vec3 p0 = in_position[0], p1 = in_position[1], p2 = in_position[2], p3 = in_position[3];
     PatchData data = patches[in_patch];
     bool displaced = (object.flags & FLAG_DISPLACED) != 0u;
-
-    // Boundary cubics: c0 (v=0), c1 (v=1) along u; d0 (u=0), d1 (u=1) along v.
-    vec3 c0 = cubic(p0, in_toward_next[0], in_toward_previous[1], p1, u);
-    vec3 c1 = cubic(p3, in_toward_previous[3], in_toward_next[2], p2, u);
-    vec3 d0 = cubic(p0, in_toward_previous[0], in_toward_next[3], p3, v);
-    vec3 d1 = cubic(p1, in_toward_next[1], in_toward_previous[2], p2, v);
-    // The Coons patch of its boundary: the same bicubic surface as src/render/surfaces/patch.rs.
-    vec3 position = mix(c0, c1, v) + mix(d0, d1, u) - mix(mix(p0, p1, u), mix(p3, p2, u), v);
-    vec3 du = mix(cubic_derivative(p0, in_toward_next[0], in_toward_previous[1], p1, u),
-                  cubic_derivative(p3, in_toward_previous[3], in_toward_next[2], p2, u), v)
-            + d1 - d0 - mix(p1 - p0, p2 - p3, v);
-    vec3 dv = mix(cubic_derivative(p0, in_toward_previous[0], in_toward_next[3], p3, v),
-                  cubic_derivative(p1, in_toward_next[1], in_toward_previous[2], p2, v), u)
-            + c1 - c0 - mix(p3 - p0, p2 - p1, u);
-
-    vec3 bottom = mix(in_normal[0], in_normal[1], u), top = mix(in_normal[3], in_normal[2], u);
-    vec3 blend = mix(bottom, top, v);
-    float inverse_length = inversesqrt(dot(blend, blend));
-    precise vec3 normal = blend * inverse_length;
-    vec3 normal_du = mix(in_normal[1] - in_normal[0], in_normal[2] - in_normal[3], v) * inverse_length;
-    vec3 normal_dv = (top - bottom) * inverse_length;
-    normal_du -= normal * dot(normal, normal_du);
-    normal_dv -= normal * dot(normal, normal_dv);
-
-    vec2 t0 = data.texcoord_01.xy, t1 = data.texcoord_01.zw, t3 = data.texcoord_23.xy, t2 = data.texcoord_23.zw;
-    vec2 texcoord = mix(mix(t0, t1, u), mix(t3, t2, u), v);
-    vec2 texcoord_du = mix(t1 - t0, t2 - t3, v), texcoord_dv = mix(t3 - t0, t2 - t1, u);
+    Boundary boundary = Boundary(vec3[](in_position[0], in_position[1], in_position[2], in_position[3]),
+                                 vec3[](in_toward_next[0], in_toward_next[1], in_toward_next[2], in_toward_next[3]),
+                                 vec3[](in_toward_previous[0], in_toward_previous[1], in_toward_previous[2], in_toward_previous[3]));
+    vec3 position = patch_point(boundary, u, v).position;
+    precise vec3 normal = patch_normal(vec3[](in_normal[0], in_normal[1], in_normal[2], in_normal[3]), u, v).normal;
+    PatchTexcoord texcoord = patch_texcoord(data, u, v);
+    vec2 place = vec2(u, v);
 
     float height = 0.0;
     bool at_texels = displaced && view.texel_grid.x > 0.0;
@@ -109,10 +72,12 @@ void main() {
         // Everything follows from the number of the texel, so patches agree. Vertices half-way between texels, which fractional
         // spacing makes, all go to the same side.
         vec2 size = vec2(textureSize(height_map, 0));
-        texcoord = (floor(texcoord * size + 0.49) + 0.5) / size;
-        position = vec3(texcoord * view.texel_grid.x, 0.0);
+        vec2 middle = (floor(texcoord.at * size + 0.49) + 0.5) / size, moved = middle - texcoord.at;
+        place += inverse(mat2(texcoord.du, texcoord.dv)) * moved;
+        texcoord.at = middle;
+        position = vec3(middle * view.texel_grid.x, 0.0);
         normal = vec3(0.0, 0.0, 1.0);
-        height = textureLod(height_map, texcoord, 0.0).x;
+        height = textureLod(height_map, middle, 0.0).x;
     } else if (on_boundary) {
         int side = v == 0.0 ? 0 : (u == 1.0 ? 1 : (v == 1.0 ? 2 : 3));
         float t = side == 0 ? u : (side == 1 ? v : (side == 2 ? 1.0 - u : 1.0 - v));
@@ -139,31 +104,15 @@ void main() {
     } else if (displaced) {
         // The height filtered to about the spacing of the vertices: bumps too fine for the geometry are left to the shading.
         vec2 factor = vec2(gl_TessLevelInner[0], gl_TessLevelInner[1]);
-        vec2 texels = vec2(textureSize(height_map, 0)) * vec2(length(texcoord_du), length(texcoord_dv));
+        vec2 texels = vec2(textureSize(height_map, 0)) * vec2(length(texcoord.du), length(texcoord.dv));
         float lod = max(log2(max(texels.x / factor.x, texels.y / factor.y)) - FINER, 0.0);
-        height = textureLod(height_map, clamp_to_tile(texcoord, data.tile, lod, textureSize(height_map, 0)), lod).x;
+        height = textureLod(height_map, clamp_to_tile(texcoord.at, data.tile, lod, textureSize(height_map, 0)), lod).x;
     }
     precise float scaled = height * object.height_scale;
     precise vec3 displaced_position = position + normal * scaled;
 
-    du += normal_du * scaled;
-    dv += normal_dv * scaled;
-    // Chain rule to derivatives by texture coordinate; a degenerate chart falls back to the patch's own parameter.
-    float det = texcoord_du.x * texcoord_dv.y - texcoord_du.y * texcoord_dv.x;
-    if (abs(det) > 1e-20) {
-        out_tangent_s = (du * texcoord_dv.y - dv * texcoord_du.y) / det;
-        out_tangent_t = (dv * texcoord_du.x - du * texcoord_dv.x) / det;
-    } else {
-        out_tangent_s = du;
-        out_tangent_t = dv;
-    }
+    out_place = (object.flags & FLAG_FLAT) != 0u ? texcoord.at : place;
     out_normal = normal;
-    out_texcoord = texcoord;
-    uvec4 corner = data.vertices;
-    out_color = mix(mix(vertices[corner.x].color, vertices[corner.y].color, u),
-                    mix(vertices[corner.w].color, vertices[corner.z].color, u), v);
-    out_accessibility = mix(mix(vertices[corner.x].position.w, vertices[corner.y].position.w, u),
-                            mix(vertices[corner.w].position.w, vertices[corner.z].position.w, u), v);
     out_patch = in_patch;
     gl_Position = view.clip_from_world * vec4(displaced_position, 1.0);
 }

@@ -9,10 +9,14 @@ layout(push_constant, std430) uniform Object {
     uint flags;         // FLAG_ bits; above them, when edge samples are drawn, their number across a pixel
     uint index;         // number of the object in the scene, from 1
     float relief;       // from the deepest pit to the highest bump, metres
-#ifdef LEADR_OBJECT_RAYS
+#ifdef LEADR_OBJECT_SEEN
+    float eye[3];       // the viewer, metres
     vec4 ray_x;         // of the image, as Camera::rays gives them
     vec4 ray_y;
     vec4 ray_middle;    // w: near plane
+    vec4 tangent_s;     // of a flat object: tangents by texture coordinate; w: 1, or -1 where they run clockwise seen from outside
+    vec4 tangent_t;     // w: accessibility of a plain one
+    vec4 color;         // of a plain one: linear albedo, Beckmann roughness alpha
 #endif
 } object;
 

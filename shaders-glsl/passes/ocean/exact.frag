@@ -9,7 +9,6 @@
 #include "../visible.glsl"
 #include "leadr/frame.glsl"
 
-uniform usampler2D visible_texture;
 uniform usampler2D visible_surface;
 uniform sampler2DArray displacement; // Dx, Dy, height, dDx/dy
 uniform sampler2DArray slopes;       // gradient, dDx/dx, dDy/dy
@@ -33,10 +32,11 @@ float[6] weights(float u) {
 
 void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
-    if (object_of(texelFetch(visible_surface, pixel, 0).x) != SEA_INDEX) {
+    uvec4 seen = texelFetch(visible_surface, pixel, 0);
+    if (object_of(seen.x) != SEA_INDEX) {
         discard;
     }
-    vec2 away = uintBitsToFloat(texelFetch(visible_texture, pixel, 0).xy), at = away + water.centre.xy;
+    vec2 away = uintBitsToFloat(seen.yz), at = away + water.centre.xy;
     ivec3 size = textureSize(slopes, 0);
     vec4 sum = vec4(0.0); // gradient, dDx/dx, dDy/dy
     float mixed = 0.0, stretch = 1.0;

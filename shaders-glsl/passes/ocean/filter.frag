@@ -16,8 +16,8 @@
 layout(constant_id = 2) const int MAX_TAPS = 8;
 layout(constant_id = 3) const bool HAS_BEACH = false;
 
-uniform usampler2D visible_texture;
 uniform usampler2D visible_surface;
+uniform usampler2D visible_footprint;
 uniform sampler2DArray slopes; // w sx, w sy, w sx^2, w sy^2
 uniform sampler2DArray joint;  // w sx sy, w, stretch, stretch^2
 layout(std430) readonly buffer Cascades { Cascade cascades[]; };
@@ -30,12 +30,13 @@ layout(location = 3) out uvec2 out_horizon; // waves hide no surroundings
 
 void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
-    if (object_of(texelFetch(visible_surface, pixel, 0).x) != SEA_INDEX) {
+    uvec4 seen = texelFetch(visible_surface, pixel, 0);
+    if (object_of(seen.x) != SEA_INDEX) {
         discard;
     }
-    uvec4 place = texelFetch(visible_texture, pixel, 0);
-    vec2 away = uintBitsToFloat(place.xy), at = away + water.centre.xy;
-    vec2 dx = unpackHalf2x16(place.z), dy = unpackHalf2x16(place.w);
+    vec2 away = uintBitsToFloat(seen.yz), at = away + water.centre.xy;
+    uvec2 footprint = texelFetch(visible_footprint, pixel, 0).xy;
+    vec2 dx = unpackHalf2x16(footprint.x), dy = unpackHalf2x16(footprint.y);
     int count = textureSize(slopes, 0).z;
     float samples = float(textureSize(slopes, 0).x), last = log2(samples);
 

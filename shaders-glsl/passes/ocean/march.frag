@@ -17,9 +17,8 @@ uniform sampler2DArray displacement;               // Dx, Dy, height
 
 layout(location = 0) in vec2 in_texcoord;
 
-layout(location = 0) out uvec4 out_texture;
-layout(location = 1) out uvec4 out_tangent;
-layout(location = 2) out uvec4 out_surface;
+layout(location = 0) out uvec4 out_surface;
+layout(location = 1) out uvec2 out_footprint;
 
 const int MOST_STEPS = 6000; // some software drivers cut loops short at 65,535 iterations, inner loops included
 
@@ -122,8 +121,7 @@ void main() {
     surface_height(u.xy * high, 4, shift);
     vec2 rest = u.xy * high - shift;
 
-    out_texture = uvec4(floatBitsToUint(rest), 0u, 0u);
-    out_tangent = uvec4(0u);
-    out_surface = uvec4(SEA_INDEX << 24, 0u, 0u, 0u);
+    out_surface = uvec4(SEA_INDEX << 24, floatBitsToUint(rest), 0u);
+    out_footprint = uvec2(0u);
     gl_FragDepth = min(view.eye.z * stretch / max(high, 1e-6), 1.0);
 }

@@ -5,13 +5,10 @@
 
 layout(location = 0) in vec2 in_rest;
 
-layout(location = 0) out uvec4 out_texture; // place at rest, relative to the centre; its derivatives by x and y, metres
-layout(location = 1) out uvec4 out_tangent;
-layout(location = 2) out uvec4 out_surface; // the sea's index
+layout(location = 0) out uvec4 out_surface;   // the sea's index; place at rest, relative to the centre
+layout(location = 1) out uvec2 out_footprint; // its derivatives by x and y, metres
 
 void main() {
-    vec2 dx = clamp(dFdx(in_rest), -6e4, 6e4), dy = clamp(dFdy(in_rest), -6e4, 6e4);
-    out_texture = uvec4(floatBitsToUint(in_rest), packHalf2x16(dx), packHalf2x16(dy));
-    out_tangent = uvec4(0u);
-    out_surface = uvec4(SEA_INDEX << 24, 0u, 0u, 0u);
+    out_surface = uvec4(SEA_INDEX << 24, floatBitsToUint(in_rest), 0u);
+    out_footprint = uvec2(packHalf2x16(clamp(dFdx(in_rest), -6e4, 6e4)), packHalf2x16(clamp(dFdy(in_rest), -6e4, 6e4)));
 }

@@ -42,7 +42,7 @@ impl PreparedFrame<'_> {
         cpu.prepare += since(start);
         let mut times = timer.submit(cpu, |passes| {
             self.record_light(passes);
-            self.record_geometry(passes, &self.plan.targets.pixels);
+            self.record_geometry(passes, &self.plan.targets.pixels, &pixels);
             self.record_filter(passes, &self.plan.targets.pixels, &pixels, None);
             if edges.is_none() {
                 self.record_shading(passes);
@@ -119,10 +119,10 @@ impl PreparedFrame<'_> {
     }
 
     /// Geometry: tessellated, displaced, and rasterised; each pixel learns what it sees.
-    fn record_geometry(&self, passes: &mut Passes<'_>, target: &SampleTargets) {
+    fn record_geometry(&self, passes: &mut Passes<'_>, target: &SampleTargets, view: &View) {
         let mut begin = Begin::Clear;
         for surface in &self.plan.surfaces {
-            let draw = |cmd: &mut Commands| surface.draw_geometry(cmd, &target.visible);
+            let draw = |cmd: &mut Commands| surface.draw_geometry(cmd, &target.visible, view);
             passes.run(surface.names().geometry, |cmd| target.visible.draw(cmd, begin, draw));
             begin = Begin::Continue;
         }
@@ -146,7 +146,7 @@ impl PreparedFrame<'_> {
     fn record_edges(&self, passes: &mut Passes<'_>, edges: &EdgeSamples, image: &EdgeImage) {
         let (renderer, targets) = (&*self.renderer, &edges.targets);
         let (pixels, samples, scissor) = (&self.plan.targets.pixels, &targets.samples, Some(image.scissor));
-        self.record_geometry(passes, samples);
+        self.record_geometry(passes, samples, &image.view);
         passes.run("edges", |cmd| renderer.common.edges.record(cmd, pixels, &samples.visible, &image.rays));
         self.record_filter(passes, samples, &image.view, scissor);
         let inputs = self.shade_inputs(None);

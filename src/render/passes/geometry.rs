@@ -3,14 +3,18 @@
 use std::sync::Arc;
 
 use super::targets::VisibleSurface;
-use crate::gpu::{Commands, Depth, Descriptor, Gpu, GraphicsDesc, GraphicsPipeline, Image, Result, Topology};
+use crate::gpu::{
+    Commands, Depth, Descriptor, Gpu, GraphicsDesc, GraphicsPipeline, Image, Result, SpecValue, Topology,
+};
 use crate::render::constants::GUARD_BAND;
 use crate::render::surfaces::object_view::{DrawnObject, GEOMETRY_STRUCTS, PosedObject};
+use crate::render::view::Samples;
 
-/// Pipeline of the geometry pass.
+/// Pipelines of the geometry pass.
 #[derive(Clone)]
 pub struct GeometryPass {
-    pipeline: GraphicsPipeline,
+    pixels: GraphicsPipeline,
+    edges: GraphicsPipeline,
 }
 
 impl GeometryPass {
@@ -19,35 +23,41 @@ impl GeometryPass {
     /// # Errors
     /// A failed pipeline.
     pub fn new(gpu: &Arc<Gpu>) -> Result<Self> {
-        let pipeline = GraphicsPipeline::new(
-            gpu,
-            "geometry",
-            &GraphicsDesc {
+        let pipeline = |edges: bool| {
+            let desc = GraphicsDesc {
                 vertex: "passes/geometry/geometry.vert",
                 tessellation: Some(["passes/geometry/geometry.tesc", "passes/geometry/geometry.tese"]),
                 fragment: Some("passes/geometry/geometry.frag"),
-                colors: &[VisibleSurface::FORMAT; 3],
+                colors: &VisibleSurface::FORMATS,
+                // Only edge samples have a footprint of their own.
+                kept_colors: usize::from(!edges),
                 depth: Some(Depth::default()),
                 clockwise_front: true,
                 topology: Topology::Patches(4),
+                spec: &[("EDGES", SpecValue::Bool(edges))],
                 structs: &GEOMETRY_STRUCTS,
-                ..Default::default()
-            },
-        )?;
-        Ok(Self { pipeline })
+            };
+            GraphicsPipeline::new(gpu, if edges { "geometry of edges" } else { "geometry" }, &desc)
+        };
+        Ok(Self { pixels: pipeline(false)?, edges: pipeline(true)? })
     }
 
-    /// Draws objects into the begun targets; `mark_inside` paints back faces in a marker colour.
+    /// Draws objects into the begun targets, as `samples` see them; `mark_inside` paints back faces in a marker colour.
     pub fn draw<'a>(
         &self,
         cmd: &mut Commands,
         target: &VisibleSurface,
+        samples: Samples,
         objects: impl Iterator<Item = DrawnObject<'a>>,
         mark_inside: bool,
     ) {
+        let pipeline = match samples {
+            Samples::Pixels => &self.pixels,
+            Samples::Edges { .. } => &self.edges,
+        };
         guard_band(cmd, &target.depth);
         for object in objects {
-            draw_object(cmd, &self.pipeline, object, mark_inside);
+            draw_object(cmd, pipeline, object, mark_inside);
         }
     }
 }

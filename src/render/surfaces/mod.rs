@@ -3,6 +3,7 @@
 pub mod atlas;
 pub mod color_map;
 pub mod displacement;
+pub mod flat;
 pub mod horizon;
 pub mod moments;
 pub mod object;

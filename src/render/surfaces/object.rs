@@ -6,15 +6,13 @@ use ash::vk;
 
 use super::atlas::AtlasGpu;
 use super::displacement::{Border, BoundaryHeights, EDGE_LEVELS, HeightField};
+use super::flat;
 use super::horizon::HorizonMaps;
 use super::moments::{Edges, HeightSource, LeadrMapGpu, MomentFormat};
 use super::topology::Topology;
 use crate::gpu::{AddressMode, Buffer, Filter, Gpu, Image, ImageDesc, Result, Sampler, shared_struct};
-use crate::render::constants::{
-    FLAG_COLOR_MAP, FLAG_DISPLACED, FLAG_HORIZON, FLAG_MARK_INSIDE, FLAGS_GRID_SHIFT, SEA_INDEX,
-};
+use crate::render::constants::{FLAG_DISPLACED, FLAG_FLAT, FLAG_MARK_INSIDE, SEA_INDEX};
 use crate::render::scene::Object;
-use crate::render::view::{Samples, View};
 
 shared_struct! {
     /// One patch as the shaders read it (`PatchData`).
@@ -51,38 +49,6 @@ shared_struct! {
     }
 }
 
-shared_struct! {
-    /// Push constants of the filter pass: those of the object ([`ObjectGpu`]), and the rays of the image, as from
-    /// [`Camera::rays`](crate::render::camera::Camera::rays).
-    pub struct FilteredObjectGpu for "Object" {
-        height_scale: f32,
-        specular_f0: f32,
-        flags: u32,
-        index: u32,
-        relief: f32,
-        padding: [u32; 3],
-        ray_x: [f32; 4],
-        ray_y: [f32; 4],
-        /// w: near plane.
-        ray_middle: [f32; 4],
-    }
-}
-
-impl FilteredObjectGpu {
-    /// The block for an object in an image of the scene.
-    #[must_use]
-    pub fn new(object: ObjectGpu, view: &View) -> Self {
-        let ObjectGpu { height_scale, specular_f0, mut flags, index, relief } = object;
-        if let Samples::Edges { grid } = view.samples {
-            flags |= grid << FLAGS_GRID_SHIFT;
-        }
-        let [x, y, middle] = view.rays();
-        let [ray_x, ray_y, ray_middle] =
-            [x.extend(0.0), y.extend(0.0), middle.extend(view.camera.near)].map(|v| v.to_array());
-        Self { height_scale, specular_f0, flags, index, relief, padding: [0; 3], ray_x, ray_y, ray_middle }
-    }
-}
-
 /// The part of an object that stays the same from frame to frame.
 pub struct GpuObject {
     /// The object itself; its height texels are dropped once they are on the device.
@@ -110,13 +76,14 @@ pub struct GpuObject {
     pub color: Image,
     /// Sampler of the maps.
     pub sampler: Sampler,
-    flags: u32,
+    /// What the filter pass has to fetch for it.
+    pub kind: SurfaceKind,
     index: u32,
 }
 
-/// Which maps an object has. The filter pass has a pipeline for each set.
+/// What the filter pass has to fetch for an object: it has a pipeline for each kind.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub struct MapSet {
+pub struct SurfaceKind {
     /// Whether its maps are one tile per patch.
     pub tiled: bool,
     /// Whether it has relief.
@@ -125,6 +92,10 @@ pub struct MapSet {
     pub colored: bool,
     /// Whether its bumps can hide the surroundings from each other.
     pub horizon: bool,
+    /// Whether it is a plane on which texture coordinates change evenly.
+    pub flat: bool,
+    /// Whether all its vertices have the same colour and accessibility.
+    pub plain: bool,
 }
 
 impl GpuObject {
@@ -136,12 +107,8 @@ impl GpuObject {
     pub fn new(gpu: &Arc<Gpu>, mut object: Object, index: usize) -> Result<Self> {
         let name = object.name.clone();
         let topology = Topology::new(&object.mesh.patches);
-        let mut flags = 0;
         let (boundary, border) = match &object.heights {
-            Some(field) => {
-                flags |= FLAG_DISPLACED;
-                (BoundaryHeights::bake(&object.mesh, &topology, field), field.border)
-            }
+            Some(field) => (BoundaryHeights::bake(&object.mesh, &topology, field), field.border),
             None => (
                 BoundaryHeights {
                     edges: vec![0.0],
@@ -179,11 +146,16 @@ impl GpuObject {
         if let Some(field) = &mut object.heights {
             field.texels = Vec::new();
         }
+        let kind = SurfaceKind {
+            tiled: matches!(border, Border::Tiles(_)),
+            displaced: object.heights.is_some(),
+            colored: object.color_map.is_some(),
+            horizon: object.heights.is_some() && object.height_scale != 0.0,
+            flat: flat::is_flat(&object.mesh),
+            plain: flat::is_plain(&object.mesh),
+        };
         let color = match object.color_map.take() {
-            Some(map) => {
-                flags |= FLAG_COLOR_MAP;
-                super::color_map::upload(gpu, &name, map, border)?
-            }
+            Some(map) => super::color_map::upload(gpu, &name, map, border)?,
             None => {
                 let image =
                     Image::new(gpu, &format!("{name} no colour map"), ImageDesc::new(vk::Format::R8G8B8A8_SRGB, 1, 1))?;
@@ -193,13 +165,12 @@ impl GpuObject {
         };
         let atlas = match border {
             Border::Tiles(layout) => {
-                let colors = (flags & FLAG_COLOR_MAP != 0).then_some(&color);
+                let colors = kind.colored.then_some(&color);
                 AtlasGpu::new(gpu, &name, &object.mesh, &topology, layout, &maps, colors)?
             }
             Border::Wrap | Border::Clamp => AtlasGpu::none(gpu, &name)?,
         };
-        let horizons = if flags & FLAG_DISPLACED != 0 && object.height_scale != 0.0 {
-            flags |= FLAG_HORIZON;
+        let horizons = if kind.horizon {
             HorizonMaps::new(gpu, &name, &maps, border, (&object.mesh, &topology), object.height_scale)?
         } else {
             HorizonMaps::none(gpu, &name)?
@@ -223,36 +194,21 @@ impl GpuObject {
             maps,
             horizons,
             color,
-            flags,
+            kind,
             index: index as u32 + 1,
         })
-    }
-
-    /// Whether its bumps can hide the surroundings from each other.
-    #[must_use]
-    pub fn has_relief(&self) -> bool {
-        self.flags & FLAG_HORIZON != 0
-    }
-
-    /// Which maps it has.
-    #[must_use]
-    pub fn map_set(&self) -> MapSet {
-        let has = |flag| self.flags & flag != 0;
-        MapSet {
-            tiled: self.atlas.tiled,
-            displaced: has(FLAG_DISPLACED),
-            colored: has(FLAG_COLOR_MAP),
-            horizon: has(FLAG_HORIZON),
-        }
     }
 
     /// Push constants for a height scale that multiplies the object's own.
     #[must_use]
     pub fn constants(&self, height_scale: f32, mark_inside: bool) -> ObjectGpu {
+        let flags =
+            [(FLAG_DISPLACED, self.kind.displaced), (FLAG_FLAT, self.kind.flat), (FLAG_MARK_INSIDE, mark_inside)];
+        let flags = flags.iter().filter(|(_, set)| *set).fold(0, |flags, (flag, _)| flags | flag);
         ObjectGpu {
             height_scale: height_scale * self.object.height_scale,
             specular_f0: self.object.specular_f0,
-            flags: self.flags | if mark_inside { FLAG_MARK_INSIDE } else { 0 },
+            flags,
             index: self.index,
             relief: self.relief * (height_scale * self.object.height_scale).abs(),
         }

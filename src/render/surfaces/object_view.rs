@@ -175,9 +175,9 @@ impl ViewBuffers {
                 let (position, normal) = (vertices.positions[i], vertices.normals[i]);
                 let lifted = position + normal * list.vertex_lifts[i];
                 VertexGpu {
-                    position: lifted.extend(mesh.accessibility.get(i).copied().unwrap_or(1.0)).to_array(),
+                    position: lifted.extend(mesh.accessibility_of(i)).to_array(),
                     normal: normal.extend(list.vertex_lods[i]).to_array(),
-                    color: mesh.colors.get(i).copied().unwrap_or([0.5, 0.5, 0.5, 0.5]),
+                    color: mesh.color_of(i),
                 }
             })
             .collect();

@@ -33,6 +33,20 @@ pub struct PatchMesh {
     pub flat_repeat: Option<f32>,
 }
 
+impl PatchMesh {
+    /// Linear albedo and Beckmann roughness of a vertex; grey and half rough where the mesh has no colours.
+    #[must_use]
+    pub fn color_of(&self, vertex: usize) -> [f32; 4] {
+        self.colors.get(vertex).copied().unwrap_or([0.5; 4])
+    }
+
+    /// Ambient accessibility of a vertex; 1 where the mesh has none.
+    #[must_use]
+    pub fn accessibility_of(&self, vertex: usize) -> f32 {
+        self.accessibility.get(vertex).copied().unwrap_or(1.0)
+    }
+}
+
 /// World-space positions and normals of a posed mesh.
 #[derive(Clone, Debug, Default)]
 pub struct PosedVertices {

@@ -81,9 +81,9 @@ impl Surface for Meshes {
         Ok(Box::new(PreparedMeshes {
             meshes: self.meshes.iter().zip(&state.poses).map(pose).collect(),
             geometry: self.geometry.clone(),
-            filter: self.filters.get(needs, || {
-                FilterPass::new(&self.gpu, needs, self.meshes.iter().map(|mesh| mesh.object.map_set()))
-            })?,
+            filter: self
+                .filters
+                .get(needs, || FilterPass::new(&self.gpu, needs, self.meshes.iter().map(|mesh| mesh.object.kind)))?,
             tessellation: settings.tessellation,
             height_scale: state.height_scale,
             mark_inside: settings.mark_inside,
@@ -118,7 +118,7 @@ impl PreparedSurface for PreparedMeshes {
     }
 
     fn has_relief(&self) -> bool {
-        self.height_scale != 0.0 && self.meshes.iter().any(|mesh| mesh.posed.object.has_relief())
+        self.height_scale != 0.0 && self.meshes.iter().any(|mesh| mesh.posed.object.kind.horizon)
     }
 
     fn cast(&mut self, suns: &[ShadowView], lens: Lens) -> Result<()> {
@@ -154,15 +154,15 @@ impl PreparedSurface for PreparedMeshes {
         Ok(())
     }
 
-    fn draw_geometry(&self, cmd: &mut Commands, target: &VisibleSurface) {
+    fn draw_geometry(&self, cmd: &mut Commands, target: &VisibleSurface, view: &View) {
         let drawn = self.meshes.iter().map(|mesh| DrawnObject { posed: &mesh.posed, view: &mesh.camera });
-        self.geometry.draw(cmd, target, drawn, self.mark_inside);
+        self.geometry.draw(cmd, target, view.samples, drawn, self.mark_inside);
     }
 
     fn draw_filter(&self, cmd: &mut Commands, visible: &VisibleSurface, view: &View) {
         let seen = self.meshes.iter().filter(|mesh| !mesh.camera.draws.is_empty());
-        let objects = seen.map(|mesh| mesh.posed.object.as_ref());
-        self.filter.draw(cmd, visible, view, objects, self.height_scale);
+        let drawn = seen.map(|mesh| DrawnObject { posed: &mesh.posed, view: &mesh.camera });
+        self.filter.draw(cmd, visible, view, drawn, self.height_scale);
     }
 
     fn triangles(&self) -> u64 {

@@ -68,7 +68,7 @@ pub(super) trait PreparedSurface {
     fn record_motion(&self, _passes: &mut Passes<'_>) {}
 
     /// Draws its geometry into the begun targets.
-    fn draw_geometry(&self, cmd: &mut Commands, target: &VisibleSurface);
+    fn draw_geometry(&self, cmd: &mut Commands, target: &VisibleSurface, view: &View);
 
     /// Filters its maps under the pixels that see it into the begun G-buffer.
     fn draw_filter(&self, cmd: &mut Commands, visible: &VisibleSurface, view: &View);

@@ -158,7 +158,7 @@ impl PreparedSurface for PreparedSea {
         passes.run("wave mips", |cmd| fields.record_mips(cmd));
     }
 
-    fn draw_geometry(&self, cmd: &mut Commands, target: &VisibleSurface) {
+    fn draw_geometry(&self, cmd: &mut Commands, target: &VisibleSurface, _: &View) {
         match &self.drawing {
             Drawing::Rings { fields, surface, .. } => {
                 surface.draw(cmd, target, &self.laid, fields, &self.water.shore);

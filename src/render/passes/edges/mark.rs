@@ -33,10 +33,9 @@ impl EdgePass {
             &self.pipeline,
             &[
                 ("pixel_surface", Descriptor::Sampled(pixel.surface.whole(), &self.nearest)),
-                ("pixel_tangent", Descriptor::Sampled(pixel.tangent.whole(), &self.nearest)),
+                ("pixel_slopes", Descriptor::Sampled(filtered.slopes.whole(), &self.nearest)),
                 ("pixel_depth", Descriptor::Sampled(pixel.depth.whole(), &self.nearest)),
                 ("edge_surface", Descriptor::StorageImage(edges.surface.whole())),
-                ("edge_tangent", Descriptor::Sampled(edges.tangent.whole(), &self.nearest)),
                 ("edge_depth", Descriptor::Sampled(edges.depth.whole(), &self.nearest)),
                 ("pixel_filtered", Descriptor::Sampled(filtered.surface.whole(), &self.nearest)),
             ],

@@ -95,7 +95,7 @@ impl OceanFilterPass {
         cmd.bind(
             &self.pipeline,
             &[
-                ("visible_texture", Descriptor::Sampled(visible.texture.whole(), &self.nearest)),
+                ("visible_footprint", Descriptor::Sampled(visible.footprint.whole(), &self.nearest)),
                 ("visible_surface", Descriptor::Sampled(visible.surface.whole(), &self.nearest)),
                 ("slopes", Descriptor::Sampled(fields.slopes.whole(), &self.trilinear)),
                 ("joint", Descriptor::Sampled(fields.joint.whole(), &self.trilinear)),

@@ -69,7 +69,7 @@ impl OceanMarch {
         let march = GraphicsDesc {
             vertex: "passes/fullscreen.vert",
             fragment: Some("passes/ocean/march.frag"),
-            colors: &[VisibleSurface::FORMAT; 3],
+            colors: &VisibleSurface::FORMATS,
             depth: Some(Depth::default()),
             structs: &[ViewGpu::LAYOUT, CascadeGpu::LAYOUT],
             ..Default::default()
@@ -137,7 +137,6 @@ impl OceanMarch {
         cmd.bind(
             &self.exact,
             &[
-                ("visible_texture", Descriptor::Sampled(visible.texture.whole(), &self.nearest)),
                 ("visible_surface", Descriptor::Sampled(visible.surface.whole(), &self.nearest)),
                 ("displacement", Descriptor::Sampled(self.fields.displacement.whole(), &self.repeat)),
                 ("slopes", Descriptor::Sampled(self.fields.slopes.whole(), &self.repeat)),

@@ -61,7 +61,7 @@ impl OceanSurfacePass {
                     vertex: "passes/ocean/surface.vert",
                     tessellation: Some(["passes/ocean/surface.tesc", "passes/ocean/surface.tese"]),
                     fragment: Some("passes/ocean/surface.frag"),
-                    colors: &[VisibleSurface::FORMAT; 3],
+                    colors: &VisibleSurface::FORMATS,
                     depth: Some(Depth::default()),
                     topology: Primitive::Patches(4),
                     spec: &[("HAS_BEACH", SpecValue::Bool(shore))],

@@ -8,15 +8,14 @@ use super::begin::Begin;
 use super::tiles::Tiles;
 use crate::gpu::{Commands, Gpu, Image, ImageDesc, Result, Use};
 
-/// The output of the geometry stages for each pixel: 52 bytes, all that filtering its maps needs.
+/// The output of the geometry stages for each pixel: 28 bytes. Small triangles write many pixels more than once, so they write
+/// little; the filter pass works out the rest.
 #[derive(Clone)]
 pub struct VisibleSurface {
-    /// Texture coordinate and derivatives; RGBA32UI.
-    pub texture: Image,
-    /// Displacement direction and tangents; RGBA32UI.
-    pub tangent: Image,
-    /// Object and patch (0 where there is no surface), macro curvature, accessibility, colour; RGBA32UI.
+    /// Object and patch (0 where there is no surface), place on them, displacement direction of edge samples; RGBA32UI.
     pub surface: Image,
+    /// How far the place moves from pixel to pixel, for the sea and for edge samples; RG32UI.
+    pub footprint: Image,
     /// Reversed depth, 0 where there is no surface; D32F.
     pub depth: Image,
     /// The content of its tiles, once [`TilePass`](crate::render::passes::tiles::TilePass) has run.
@@ -24,22 +23,21 @@ pub struct VisibleSurface {
 }
 
 impl VisibleSurface {
-    /// Format of the colour targets.
-    pub const FORMAT: vk::Format = vk::Format::R32G32B32A32_UINT;
+    /// Formats of the colour targets.
+    pub const FORMATS: [vk::Format; 2] = [vk::Format::R32G32B32A32_UINT, vk::Format::R32G32_UINT];
 
     /// Targets of `size` pixels.
     ///
     /// # Errors
     /// Memory that is short.
     pub fn new(gpu: &Arc<Gpu>, size: (u32, u32)) -> Result<Self> {
-        let color = |name: &str| Image::new(gpu, name, ImageDesc::new(Self::FORMAT, size.0, size.1).color_target());
-        // The edge pass writes its marks here.
-        let surface = ImageDesc::new(Self::FORMAT, size.0, size.1).color_target().storage();
+        let color = |format| ImageDesc::new(format, size.0, size.1).color_target();
+        let [surface, footprint] = Self::FORMATS.map(color);
         let depth = ImageDesc::new(vk::Format::D32_SFLOAT, size.0, size.1).depth_target();
         Ok(Self {
-            texture: color("visible texture")?,
-            tangent: color("visible tangent")?,
-            surface: Image::new(gpu, "visible surface", surface)?,
+            // The edge pass writes its marks here.
+            surface: Image::new(gpu, "visible surface", surface.storage())?,
+            footprint: Image::new(gpu, "visible footprint", footprint)?,
             depth: Image::new(gpu, "depth", depth)?,
             tiles: Tiles::new(gpu, size)?,
         })
@@ -47,8 +45,8 @@ impl VisibleSurface {
 
     /// The colour targets, in the order of their attachments.
     #[must_use]
-    pub fn colors(&self) -> [&Image; 3] {
-        [&self.texture, &self.tangent, &self.surface]
+    pub fn colors(&self) -> [&Image; 2] {
+        [&self.surface, &self.footprint]
     }
 
     /// Runs `draw`, which draws one kind of surface into the targets, and leaves them readable.

@@ -1,0 +1,103 @@
+// The smooth surface that carries the relief, evaluated once per pixel at the place that the geometry pass stored.
+#ifndef LEADR_FILTER_MACROSURFACE
+#define LEADR_FILTER_MACROSURFACE
+
+#include "../geometry/patch.glsl"
+
+struct Macrosurface {
+    vec3 normal;            // displacement direction N
+    mat2x3 by_place;        // derivatives of the offset surface X + h N by the place
+    mat2x3 normal_by_place; // and of its normal
+    mat2 texcoord_by_place;
+    vec3 tangent_s;         // dX/ds + h dN/ds: tangents of the offset surface by texture coordinate
+    vec3 tangent_t;
+    vec2 texcoord;
+    vec4 color;
+    float accessibility;
+};
+
+// place: what the geometry pass stored; reach: from the viewer to the point that is seen.
+Macrosurface macrosurface_at(uint index, vec2 place, vec3 reach) {
+    Macrosurface surface;
+    surface.color = object.color;
+    surface.accessibility = object.tangent_t.w;
+    PatchData data;
+    if (!FLAT || !PLAIN) {
+        data = patches[index];
+    }
+    if (FLAT) {
+        surface.tangent_s = object.tangent_s.xyz;
+        surface.tangent_t = object.tangent_t.xyz;
+        surface.normal = normalize(cross(surface.tangent_s, surface.tangent_t)) * object.tangent_s.w;
+        surface.by_place = mat2x3(surface.tangent_s, surface.tangent_t);
+        surface.normal_by_place = mat2x3(0.0);
+        surface.texcoord_by_place = mat2(1.0);
+        surface.texcoord = place;
+    } else {
+        vec3 position[4], normals[4], toward_next[4], toward_previous[4];
+        for (int i = 0; i < 4; ++i) {
+            Vertex vertex = vertices[data.vertices[i]];
+            position[i] = vertex.position.xyz;
+            normals[i] = vertex.normal.xyz;
+        }
+        for (int i = 0; i < 4; ++i) {
+            toward_next[i] = edge_point(position[i], normals[i], position[(i + 1) & 3]);
+            toward_previous[i] = edge_point(position[i], normals[i], position[(i + 3) & 3]);
+        }
+        PatchPoint point = patch_point(Boundary(position, toward_next, toward_previous), place.x, place.y);
+        PatchNormal normal = patch_normal(normals, place.x, place.y);
+        // How far the point that is seen was displaced.
+        vec3 eye = vec3(object.eye[0], object.eye[1], object.eye[2]);
+        float height = DISPLACED ? dot(reach + (eye - point.position), normal.normal) : 0.0;
+        surface.normal = normal.normal;
+        surface.normal_by_place = mat2x3(normal.du, normal.dv);
+        surface.by_place = mat2x3(point.du, point.dv) + surface.normal_by_place * height;
+        PatchTexcoord texcoord = patch_texcoord(data, place.x, place.y);
+        surface.texcoord = texcoord.at;
+        surface.texcoord_by_place = mat2(texcoord.du, texcoord.dv);
+        // By the chain rule; a degenerate chart falls back to the patch's own parameters.
+        float det = determinant(surface.texcoord_by_place);
+        mat2x3 tangents = abs(det) > 1e-20 ? surface.by_place * inverse(surface.texcoord_by_place) : surface.by_place;
+        surface.tangent_s = tangents[0];
+        surface.tangent_t = tangents[1];
+    }
+    if (!PLAIN) {
+        vec2 at = place;
+        if (FLAT) {
+            PatchTexcoord corner = patch_texcoord(data, 0.0, 0.0);
+            at = inverse(mat2(corner.du, corner.dv)) * (place - corner.at);
+        }
+        uvec4 corner = data.vertices;
+        surface.color = mix(mix(vertices[corner.x].color, vertices[corner.y].color, at.x),
+                            mix(vertices[corner.w].color, vertices[corner.z].color, at.x), at.y);
+        surface.accessibility = mix(mix(vertices[corner.x].position.w, vertices[corner.y].position.w, at.x),
+                                    mix(vertices[corner.w].position.w, vertices[corner.z].position.w, at.x), at.y);
+    }
+    return surface;
+}
+
+// Derivatives of the place by x and y of the image. They are taken on the tangent plane, which changes smoothly; those of triangles
+// would jump from one triangle to the next. Where the surface is seen edge-on, the plane leaves the surface within the pixel: the
+// macro normal turns away as fast as the plane recedes, which bounds both.
+// ray: of length 1 along the view axis; along: distance along that axis; pixel: steps from pixel to pixel in ndc.
+mat2 pixel_footprint(Macrosurface surface, vec3 ray, float along, vec2 pixel) {
+    vec3 du = surface.by_place[0], dv = surface.by_place[1];
+    vec3 normal = cross(du, dv);
+    float square = max(dot(normal, normal), 1e-30);
+    vec3 by_u = cross(dv, normal) / square, by_v = cross(normal, du) / square;
+    vec3 x = object.ray_x.xyz * (pixel.x * along), y = object.ray_y.xyz * (pixel.y * along);
+    float facing = dot(normal, ray), nx = dot(normal, x), ny = dot(normal, y);
+    float least = 1e-4 * sqrt(square * dot(ray, ray));
+    if (!FLAT) {
+        // The normal turns by `turn` across the footprint of a surface whose `facing` is that of a unit normal and ray. What is
+        // hidden behind the middle of a pixel turns by about half of it.
+        vec3 turned = surface.normal_by_place * vec2(dot(ray, by_u), dot(ray, by_v));
+        least = max(least, sqrt(0.5 * length(turned) * length(vec2(nx, ny)) * sqrt(square * dot(ray, ray))));
+    }
+    facing = facing < 0.0 ? min(facing, -least) : max(facing, least);
+    x -= ray * (nx / facing);
+    y -= ray * (ny / facing);
+    return mat2(dot(x, by_u), dot(x, by_v), dot(y, by_u), dot(y, by_v));
+}
+
+#endif

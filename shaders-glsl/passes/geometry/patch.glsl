@@ -1,0 +1,105 @@
+// The point-normal patch of src/render/surfaces/patch.rs: the geometry pass draws it, the filter pass evaluates it again at the
+// place that a pixel sees.
+#ifndef LEADR_GEOMETRY_PATCH
+#define LEADR_GEOMETRY_PATCH
+
+struct Vertex {
+    vec4 position; // xyz metres; w: ambient accessibility
+    vec4 normal;   // xyz unit displacement direction; w: LOD of the heights at this vertex
+    vec4 color;    // rgb linear albedo; a: Beckmann roughness alpha
+};
+
+struct PatchData {
+    uvec4 vertices;   // corners (0,0) (1,0) (1,1) (0,1)
+    uvec4 edges;      // edge index << 1 | 1 when the patch runs along it backwards
+    vec4 texcoord_01; // texture coordinates of corners 0 and 1
+    vec4 texcoord_23; // … and of corners 3 and 2: the row v = 1 in the same order
+    vec4 tile;        // texture-space bounds the taps must stay in: min.xy, max.xy
+};
+
+layout(std430) readonly buffer Vertices { Vertex vertices[]; };
+layout(std430) readonly buffer Patches { PatchData patches[]; };
+
+// Control points of the four boundary curves.
+struct Boundary {
+    vec3 position[4];
+    vec3 toward_next[4]; // inner Bezier points on the two boundaries at each corner
+    vec3 toward_previous[4];
+};
+
+// Inner Bezier point beside `a` on the boundary from `a` to `b`. Precise: both patches of an edge get the same bits.
+vec3 edge_point(vec3 a, vec3 normal_a, vec3 b) {
+    precise vec3 chord = (b - a) / 3.0;
+    precise float drop = chord.x * normal_a.x + chord.y * normal_a.y + chord.z * normal_a.z;
+    precise vec3 point = a + chord - normal_a * drop;
+    return point;
+}
+
+vec3 cubic(vec3 a, vec3 b, vec3 c, vec3 d, float t) {
+    precise float s = 1.0 - t;
+    precise float wa = s * s * s, wb = 3.0 * s * s * t, wc = 3.0 * s * t * t, wd = t * t * t;
+    precise vec3 sum = a * wa + b * wb + c * wc + d * wd;
+    return sum;
+}
+
+vec3 cubic_derivative(vec3 a, vec3 b, vec3 c, vec3 d, float t) {
+    float s = 1.0 - t;
+    return 3.0 * (s * s * (b - a) + 2.0 * s * t * (c - b) + t * t * (d - c));
+}
+
+struct PatchPoint {
+    vec3 position;
+    vec3 du; // d(position) by the patch's parameters
+    vec3 dv;
+};
+
+// The Coons patch of its boundary: cubics c0 (v=0), c1 (v=1) along u; d0 (u=0), d1 (u=1) along v.
+PatchPoint patch_point(Boundary b, float u, float v) {
+    vec3 p0 = b.position[0], p1 = b.position[1], p2 = b.position[2], p3 = b.position[3];
+    vec3 c0 = cubic(p0, b.toward_next[0], b.toward_previous[1], p1, u);
+    vec3 c1 = cubic(p3, b.toward_previous[3], b.toward_next[2], p2, u);
+    vec3 d0 = cubic(p0, b.toward_previous[0], b.toward_next[3], p3, v);
+    vec3 d1 = cubic(p1, b.toward_next[1], b.toward_previous[2], p2, v);
+    PatchPoint point;
+    point.position = mix(c0, c1, v) + mix(d0, d1, u) - mix(mix(p0, p1, u), mix(p3, p2, u), v);
+    point.du = mix(cubic_derivative(p0, b.toward_next[0], b.toward_previous[1], p1, u),
+                   cubic_derivative(p3, b.toward_previous[3], b.toward_next[2], p2, u), v)
+             + d1 - d0 - mix(p1 - p0, p2 - p3, v);
+    point.dv = mix(cubic_derivative(p0, b.toward_previous[0], b.toward_next[3], p3, v),
+                   cubic_derivative(p1, b.toward_next[1], b.toward_previous[2], p2, v), u)
+             + c1 - c0 - mix(p3 - p0, p2 - p1, u);
+    return point;
+}
+
+// Displacement direction and its derivatives by the patch's parameters.
+struct PatchNormal {
+    vec3 normal;
+    vec3 du;
+    vec3 dv;
+};
+
+PatchNormal patch_normal(vec3 n[4], float u, float v) {
+    vec3 bottom = mix(n[0], n[1], u), top = mix(n[3], n[2], u);
+    vec3 blend = mix(bottom, top, v);
+    float inverse_length = inversesqrt(dot(blend, blend));
+    PatchNormal result;
+    result.normal = blend * inverse_length;
+    result.du = mix(n[1] - n[0], n[2] - n[3], v) * inverse_length;
+    result.dv = (top - bottom) * inverse_length;
+    result.du -= result.normal * dot(result.normal, result.du);
+    result.dv -= result.normal * dot(result.normal, result.dv);
+    return result;
+}
+
+struct PatchTexcoord {
+    vec2 at;
+    vec2 du;
+    vec2 dv;
+};
+
+PatchTexcoord patch_texcoord(PatchData data, float u, float v) {
+    vec2 t0 = data.texcoord_01.xy, t1 = data.texcoord_01.zw, t3 = data.texcoord_23.xy, t2 = data.texcoord_23.zw;
+    return PatchTexcoord(mix(mix(t0, t1, u), mix(t3, t2, u), v), mix(t1 - t0, t2 - t3, v), mix(t3 - t0, t2 - t1, u));
+}
+
+#endif
