@@ -37,6 +37,11 @@ float horizon_visibility(vec3 wi, vec2 m, Horizon h, float deviation) {
     return smoothstep(-width, width, plane - excess) / max(smoothstep(-width, width, plane), 1e-3);
 }
 
+// The same horizon, its excess times `factor`.
+Horizon raised_horizon(Horizon h, float factor) {
+    return Horizon(h.lean * factor, h.spread * (factor * factor));
+}
+
 const int LEADR_HORIZON_AXES = 4; // pairs of opposite azimuths
 
 // The directions that are hidden between the plane of the mean slope and the horizon.

@@ -32,6 +32,10 @@ const float LEADR_HALF_DEVIATION = 0.5;
 // Part of the variance of a probe's light by which these two lie about the direction that its facet mirrors.
 const float LEADR_LIT_SPREAD = 0.7;
 
+// Excess of the horizon before mirrors over that before the whole surface. Those that the viewer sees reflect lower parts of the
+// surroundings than its facets do on average, where the true horizon is jagged and hides more. Fitted to pictures (theory, section 10).
+const float LEADR_MIRROR_HORIZON = 1.3;
+
 // Lit share of a direction, and the same weighted by Schlick's term. relief: whether the light, of this deviation, must pass h.
 vec2 lit_direction(int shadowing, VisibleProbes probes, DirectionArea o, vec3 wo, vec3 w, bool relief, Horizon h, float deviation) {
     vec3 middle = wo + w;
@@ -48,6 +52,7 @@ vec2 lit_direction(int shadowing, VisibleProbes probes, DirectionArea o, vec3 wo
 // horizon h of larger bumps as well.
 LitProbe lit_probe(int shadowing, VisibleProbes probes, DirectionArea o, vec3 wo, float f0, VisibleProbe p, bool relief, Horizon h) {
     if (shadowing == LEADR_SHADOWING_NONE && !relief) return LitProbe(1.0, schlick_weight(p.cosine), p.wi, 1.0);
+    h = raised_horizon(h, LEADR_MIRROR_HORIZON);
     vec2 m = probes.m;
     vec3 up = vec3(-m, 1.0) * inversesqrt(1.0 + dot(m, m));
     float height = dot(up, p.mirror);

@@ -4,6 +4,7 @@
 #define LEADR_OBJECT_SEEN
 #include "../geometry/object.glsl"
 #include "../geometry/place.glsl"
+#include "../geometry/tile.glsl"
 #include "../gbuffer.glsl"
 #include "../technique.glsl"
 #include "../visible.glsl"
@@ -24,6 +25,7 @@ layout(constant_id = 8) const bool PLAIN = false; // colour and accessibility of
 
 uniform usampler2D visible_surface;   // what the geometry stage wrote
 uniform usampler2D visible_footprint; // of edge samples
+uniform sampler2D height_map;
 uniform sampler2D moments_a; // E[hs], E[ht], E[hs^2], E[ht^2], per unit texture coordinate
 uniform sampler2D moments_b; // E[hs ht]
 uniform sampler2D color_map; // rgb albedo, a roughness
@@ -37,14 +39,21 @@ layout(location = 2) out uvec2 out_surface;
 layout(location = 3) out uvec2 out_horizon;
 
 struct Footprint {
-    vec2 step; // between taps, texels
+    vec2 step;    // between taps, texels
     int taps;
-    float lod;
-    float widest; // level of detail whose texels are as wide as the footprint is long
+    float lod;    // of the taps
+    float across; // level of detail whose texels are as wide as the footprint is across
+    float widest; // and as it is long
 };
 
-// Moments are linear, so a few isotropic taps along the long axis stand for the elliptical footprint of a pixel. Their spacing
-// keeps the second moment of the footprint, so nothing jumps when the number of taps changes.
+// Variance of a trilinear tap against that of a pixel as wide as its texels. The mean over a texel has 1/12, the interpolation 1/6,
+// a pixel 1/12: that is 3. Measured: somewhat less, for wider taps, is nearer to the truth where they stand apart.
+const float TAP_VARIANCE = 2.5;
+// Taps for each width of the footprint along it.
+const float OVERLAP = 1.3;
+
+// Moments are linear, so a few isotropic taps along the long axis stand for the elliptical footprint of a pixel. Widths and
+// distances of taps keep the second moment of the footprint, so nothing jumps when the number of taps changes.
 // dx, dy: derivatives in texels of the map; reach: longest distance of a tap, texels.
 Footprint elliptical_footprint(vec2 dx, vec2 dy, float reach) {
     float xx = dot(dx, dx), yy = dot(dy, dy);
@@ -56,10 +65,12 @@ Footprint elliptical_footprint(vec2 dx, vec2 dy, float reach) {
     Footprint footprint;
     // Clamped as a float, and with `for` loops over the taps: an integer bound lets lavapipe unroll them all and run every one, and
     // a `do` loop gives wrong pixels there.
-    footprint.taps = int(clamp(ceil(major / max(minor, 1.0)), 1.0, float(MAX_TAPS)));
+    footprint.taps = int(clamp(ceil(OVERLAP * major / max(minor, 1.0)), 1.0, float(MAX_TAPS)));
     float taps = float(footprint.taps);
     float intervals_squared = max(taps * taps - 1.0, 1.0);
-    float width_squared = max(major_squared / (taps * taps), max(minor * minor, 1.0));
+    // As if taps had the shape of a pixel; no tap is narrower than a texel.
+    float narrowest = max(minor * minor, TAP_VARIANCE);
+    float width_squared = max(major_squared / (taps * taps), narrowest);
     float step_squared = footprint.taps == 1 ? 0.0 : max(major_squared - width_squared, 0.0) / intervals_squared;
     float longest = 2.0 * reach / max(taps - 1.0, 1.0);
     if (step_squared > longest * longest) {
@@ -68,7 +79,8 @@ Footprint elliptical_footprint(vec2 dx, vec2 dy, float reach) {
         width_squared = major_squared - step_squared * intervals_squared;
     }
     footprint.step = along * (sqrt(step_squared) / max(major, 1e-20));
-    footprint.lod = max(0.5 * log2(width_squared), 0.0);
+    footprint.lod = max(0.5 * log2(width_squared / TAP_VARIANCE), 0.0);
+    footprint.across = max(0.5 * log2(width_squared), 0.0);
     footprint.widest = max(0.5 * log2(major_squared), 0.0);
     return footprint;
 }
@@ -79,9 +91,15 @@ vec2 tap(Footprint footprint, int i) {
 
 Footprint footprint_over(vec2 dx, vec2 dy, float reach) {
     if (FINEST_LEVEL) {
-        return Footprint(vec2(0.0), 1, 0.0, 0.0);
+        return Footprint(vec2(0.0), 1, 0.0, 0.0, 0.0);
     }
-    return elliptical_footprint(dx, dy, reach);
+    Footprint footprint = elliptical_footprint(dx, dy, reach);
+    if (ATLAS) {
+        // Samples that patches share stand for wider parts than texels do.
+        float beyond = clamp(0.5 * (footprint.across - float(SOURCE_LEVEL)) + 0.5, 0.0, 1.0);
+        footprint.lod = mix(footprint.lod, footprint.across, beyond);
+    }
+    return footprint;
 }
 
 // Means over a footprint.
@@ -135,13 +153,14 @@ vec4 filter_color(Footprint footprint, vec2 texcoord) {
     return sum / float(footprint.taps);
 }
 
-// How far the level of the horizon is from that of the taps to the one as coarse as the footprint is long. Measured: a finer
-// level hides too much of what the slope statistics hide already, a coarser one too little where footprints are long.
-const float WIDER = 0.25;
+// The level of the horizon: how far from the one as coarse as the footprint is across to the one as coarse as it is long, and how
+// many levels coarser where it covers texels. Measured: a finer level hides too much of what the slope statistics hide already.
+const float WIDER = 0.45;
+const float COARSER = 0.4;
 
 // The horizon of the bumps larger than the footprint: smaller ones are left to the slope statistics.
 Horizon filter_horizon(Footprint footprint, uint index, vec2 texcoord, mat2 linear, float scale) {
-    float lod = mix(footprint.lod, footprint.widest, WIDER), part = scale;
+    float lod = mix(footprint.across, footprint.widest, WIDER) + COARSER * min(footprint.across, 1.0), part = scale;
     if (ATLAS) {
         // Coarse levels have none.
         part *= levels_at(lod).fine;
@@ -153,6 +172,32 @@ Horizon filter_horizon(Footprint footprint, uint index, vec2 texcoord, mat2 line
     float correlation = textureLod(horizon_b, texcoord, lod).x;
     vec3 spread = vec3(a.zw * a.zw, correlation * a.z * a.w);
     return Horizon(linear * a.xy, map_second_moments(linear, spread));
+}
+
+// The relief between the vertices moves a place by so many footprints at most, and counts rays as at least this steep.
+const float MOST_REFINED = 2.0;
+const float LEAST_RISE = 0.05;
+// Change of the gap between ray and relief along the ray, per height of the ray: -1 over level relief, 0 where both run together.
+const float LEAST_CLOSING = 0.3;
+
+float relief_height(vec2 texcoord, float lod, vec4 tile) {
+    vec2 at = ATLAS ? clamp_to_tile(texcoord, tile, lod, textureSize(height_map, 0)) : texcoord;
+    return textureLod(height_map, at, lod).x * object.height_scale;
+}
+
+// The texture coordinate that a ray meets. It met a triangle, which is flat between its vertices where the relief is not: from there
+// one step as over level relief, and one of the secant method. longest: of the footprint, texels.
+vec2 refined_texcoord(Macrosurface surface, vec3 ray, float lod, float longest, vec4 tile) {
+    vec3 normal = cross(surface.tangent_s, surface.tangent_t);
+    float square = max(dot(normal, normal), 1e-30);
+    float rise = min(dot(ray, surface.normal), -LEAST_RISE * length(ray));
+    vec2 per_height = vec2(dot(ray, cross(surface.tangent_t, normal)), dot(ray, cross(normal, surface.tangent_s))) / (square * rise);
+    float most = MOST_REFINED * longest / max(length(per_height * vec2(textureSize(height_map, 0))), 1e-20);
+    float gap = relief_height(surface.texcoord, lod, tile) - surface.height;
+    float climbed = clamp(gap, -most, most);
+    float gap_there = relief_height(surface.texcoord + per_height * climbed, lod, tile) - surface.height - climbed;
+    float closing = min((gap_there - gap) / (abs(climbed) > 1e-12 ? climbed : -1e12), -LEAST_CLOSING);
+    return surface.texcoord + per_height * clamp(climbed - gap_there / closing, -most, most);
 }
 
 // How much joined edge samples count against the pixel's own footprint: 0 up to an eighth of a patch, where the maps of the
@@ -194,6 +239,16 @@ void main() {
 
     Filtered filtered = Filtered(vec2(0.0), vec3(0.0), vec4(1.0));
     Footprint footprint = footprint_over(dx, dy, ATLAS ? tile_inner() : 1e9);
+    if (DISPLACED && !FINEST_LEVEL && grid == 0u && (object.flags & FLAG_RELIEF_DRAWN) != 0u) {
+        float longest = sqrt(max(dot(dx, dx), dot(dy, dy)));
+        if (ATLAS) {
+            // Coarser levels of a tile do not agree with its neighbours.
+            vec2 refined = refined_texcoord(surface, ray, min(footprint.lod, float(SOURCE_LEVEL)), longest, patches[index].tile);
+            surface.texcoord = mix(refined, surface.texcoord, clamp(footprint.lod - float(SOURCE_LEVEL), 0.0, 1.0));
+        } else {
+            surface.texcoord = refined_texcoord(surface, ray, footprint.lod, longest, vec4(0.0));
+        }
+    }
     if (ATLAS) {
         filtered = filter_atlas(footprint, index, place_in_patch(index, surface.texcoord * size));
     } else {
@@ -233,6 +288,6 @@ void main() {
     } else {
         uint reflection = pack_reflection(object.specular_f0, surface.accessibility, (seen.x & INSIDE) != 0u);
         out_surface = grid > 0u ? pack_edge(reflection, object.relief)
-                                : pack_surface(reflection, footprint.lod, ATLAS ? joined_part(footprint.lod) : 0.0);
+                                : pack_surface(reflection, footprint.lod, ATLAS ? joined_part(footprint.across) : 0.0);
     }
 }

@@ -12,6 +12,7 @@ struct Macrosurface {
     vec3 tangent_s;         // dX/ds + h dN/ds: tangents of the offset surface by texture coordinate
     vec3 tangent_t;
     vec2 texcoord;
+    float height;           // of the point that is seen, as the geometry pass displaced it
     vec4 color;
     float accessibility;
 };
@@ -33,6 +34,7 @@ Macrosurface macrosurface_at(uint index, vec2 place, vec3 reach) {
         surface.normal_by_place = mat2x3(0.0);
         surface.texcoord_by_place = mat2(1.0);
         surface.texcoord = place;
+        surface.height = dot(reach, surface.normal) + object.eye[2];
     } else {
         vec3 position[4], normals[4], toward_next[4], toward_previous[4];
         for (int i = 0; i < 4; ++i) {
@@ -46,12 +48,11 @@ Macrosurface macrosurface_at(uint index, vec2 place, vec3 reach) {
         }
         PatchPoint point = patch_point(Boundary(position, toward_next, toward_previous), place.x, place.y);
         PatchNormal normal = patch_normal(normals, place.x, place.y);
-        // How far the point that is seen was displaced.
         vec3 eye = vec3(object.eye[0], object.eye[1], object.eye[2]);
-        float height = DISPLACED ? dot(reach + (eye - point.position), normal.normal) : 0.0;
+        surface.height = DISPLACED ? dot(reach + (eye - point.position), normal.normal) : 0.0;
         surface.normal = normal.normal;
         surface.normal_by_place = mat2x3(normal.du, normal.dv);
-        surface.by_place = mat2x3(point.du, point.dv) + surface.normal_by_place * height;
+        surface.by_place = mat2x3(point.du, point.dv) + surface.normal_by_place * surface.height;
         PatchTexcoord texcoord = patch_texcoord(data, place.x, place.y);
         surface.texcoord = texcoord.at;
         surface.texcoord_by_place = mat2(texcoord.du, texcoord.dv);

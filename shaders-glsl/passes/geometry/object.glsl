@@ -10,7 +10,7 @@ layout(push_constant, std430) uniform Object {
     uint index;         // number of the object in the scene, from 1
     float relief;       // from the deepest pit to the highest bump, metres
 #ifdef LEADR_OBJECT_SEEN
-    float eye[3];       // the viewer, metres
+    float eye[3];       // the viewer, metres; of a flat object the last is the viewer's height above its plane
     vec4 ray_x;         // of the image, as Camera::rays gives them
     vec4 ray_y;
     vec4 ray_middle;    // w: near plane

@@ -41,6 +41,12 @@ pub fn horizon_excess(v: DVec2, h: &Horizon) -> f64 {
     (h.lean.dot(v) + square.max(0.0).sqrt()).max(0.0)
 }
 
+/// The same horizon, its excess times `factor`.
+#[must_use]
+pub fn raised_horizon(h: &Horizon, factor: f64) -> Horizon {
+    Horizon { lean: h.lean * factor, spread: h.spread * (factor * factor) }
+}
+
 /// Deviation of the true horizon's tangent from that of its smooth form, in units of its excess.
 pub const HORIZON_RAGGED: f64 = 0.13;
 

@@ -17,7 +17,7 @@
 //! along it. Bumps larger than the pixel hide the two directions in the same way, each by its own height over their horizon
 //! ([`horizon_visibility`]); for the whole probe at once, a lobe that is cut by a horizon would be too bright.
 
-use super::horizon::{Horizon, horizon_visibility};
+use super::horizon::{Horizon, horizon_visibility, raised_horizon};
 use super::lit_slopes::lit_share;
 use super::specular::{ProbeRule, VisibleProbe, VisibleProbes, visible_probe, visible_probes};
 use crate::reflectance::facets::fresnel::{grazing_reflectance, schlick_weight};
@@ -25,6 +25,11 @@ use crate::reflectance::integrals::specular::Mirrors;
 use crate::reflectance::masking::correlated::{DirectionArea, direction_area, lit_fraction};
 use crate::reflectance::masking::shadowing::Shadowing;
 use glam::{DVec2, DVec3, Vec3Swizzles as _};
+
+/// Excess of the horizon before mirrors over that before the whole surface. Those that the viewer sees reflect lower parts of the
+/// surroundings than its facets do on average, where the true horizon is jagged and hides more. Fitted to pictures
+/// (`docs/theory.md`, section 10).
+pub const MIRROR_HORIZON: f64 = 1.3;
 
 /// Largest logarithm of a share. Only directions next to the horizon, where nothing is lit, come near it.
 const MOST_SHARE: f64 = 4.0;
@@ -64,6 +69,7 @@ pub fn lit_probe(
     if shadowing == Shadowing::None && horizon.is_none() {
         return LitProbe { lit: 1.0, grazing: schlick_weight(p.cosine), wi: p.wi, narrowing: 1.0 };
     }
+    let horizon = horizon.map(|h| raised_horizon(h, MIRROR_HORIZON));
     let m = probes.m;
     let up = DVec3::new(-m.x, -m.y, 1.0) / (1.0 + m.length_squared()).sqrt();
     let height = up.dot(p.mirror);
@@ -79,7 +85,7 @@ pub fn lit_probe(
         let half = wo + w;
         let share = lit_share(&probes.lit, half.xy() / -half.z.max(1e-4) - m);
         let lit = lit_fraction(shadowing, o, &direction_area(w, m, probes.cholesky))
-            * horizon.map_or(1.0, |horizon| horizon_visibility(w, m, horizon, deviation))
+            * horizon.map_or(1.0, |horizon| horizon_visibility(w, m, &horizon, deviation))
             * (probes.lit.mean + share).min(MOST_SHARE).exp();
         DVec2::new(lit, lit * schlick_weight((0.5 + 0.5 * wo.dot(w)).max(0.0).sqrt()))
     };

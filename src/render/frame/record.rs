@@ -131,8 +131,7 @@ impl PreparedFrame<'_> {
     /// Statistics: what each surface's maps say about the part of it under a pixel.
     fn record_filter(&self, passes: &mut Passes<'_>, target: &SampleTargets, view: &View, scissor: Option<[u32; 4]>) {
         let SampleTargets { visible, gbuffer, .. } = target;
-        // Only the pixels' own statistics are read back.
-        let mut begin = if view.samples == Samples::Pixels { Begin::Clear } else { Begin::Discard };
+        let mut begin = Begin::Clear;
         passes.run("filter", |cmd| self.renderer.common.tiles.record(cmd, visible));
         for surface in &self.plan.surfaces {
             let draw = |cmd: &mut Commands| surface.draw_filter(cmd, visible, view);

@@ -11,7 +11,7 @@ use crate::gpu::{
     AddressMode, Commands, Descriptor, Filter, Gpu, GraphicsDesc, GraphicsPipeline, Result, Sampler, SharedStruct,
     SpecValue, Topology, shared_struct,
 };
-use crate::render::constants::FLAGS_GRID_SHIFT;
+use crate::render::constants::{FLAG_RELIEF_DRAWN, FLAGS_GRID_SHIFT};
 use crate::render::settings::Needs;
 use crate::render::surfaces::atlas::{AtlasHeadGpu, PatchLinkGpu};
 use crate::render::surfaces::flat::Chart;
@@ -92,6 +92,7 @@ impl FilterPass {
                     ("visible_footprint", Descriptor::Sampled(visible.footprint.whole(), &self.nearest)),
                     ("Vertices", Descriptor::Storage(&buffers.vertices)),
                     ("Patches", Descriptor::Storage(&object.patches)),
+                    ("height_map", Descriptor::Sampled(object.maps.heights().whole(), &object.sampler)),
                     ("moments_a", Descriptor::Sampled(object.maps.slopes().whole(), &object.sampler)),
                     ("moments_b", Descriptor::Sampled(object.maps.joint().whole(), &object.sampler)),
                     ("horizon_a", Descriptor::Sampled(object.horizons.leans().whole(), &object.sampler)),
@@ -132,7 +133,11 @@ shared_struct! {
 impl FilteredObjectGpu {
     fn new(posed: &PosedObject, height_scale: f32, view: &View) -> Self {
         let PosedObject { object, vertices, .. } = posed;
+        let drawn = posed.height_scale == height_scale && height_scale != 0.0;
         let ObjectGpu { height_scale, specular_f0, mut flags, index, relief } = object.constants(height_scale, false);
+        if drawn {
+            flags |= FLAG_RELIEF_DRAWN;
+        }
         if let Samples::Edges { grid } = view.samples {
             flags |= grid << FLAGS_GRID_SHIFT;
         }
@@ -141,13 +146,15 @@ impl FilteredObjectGpu {
         let chart = if object.kind.flat { Chart::of(mesh, vertices) } else { None };
         let Chart { tangent_s, tangent_t, outward } =
             chart.unwrap_or(Chart { tangent_s: Vec3::X, tangent_t: Vec3::Y, outward: true });
+        let normal = tangent_s.cross(tangent_t).normalize_or_zero() * if outward { 1.0 } else { -1.0 };
+        let above = vertices.positions.first().map_or(0.0, |&p| normal.dot(view.camera.position - p));
         Self {
             height_scale,
             specular_f0,
             flags,
             index,
             relief,
-            eye: view.camera.position.to_array(),
+            eye: if object.kind.flat { [0.0, 0.0, above] } else { view.camera.position.to_array() },
             ray_x: x.extend(0.0).to_array(),
             ray_y: y.extend(0.0).to_array(),
             ray_middle: middle.extend(view.camera.near).to_array(),

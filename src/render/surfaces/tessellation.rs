@@ -214,6 +214,8 @@ impl DrawList {
 
 /// Slope of bumps that still shows when an edge is seen end-on.
 const BUMP_SLOPE: f32 = 0.3;
+/// Relief in pixels at and above which it shows in full; bumps lower than a pixel hide nothing behind them.
+const HIDING_RELIEF: f32 = 6.0;
 /// Relief in pixels at and above which an edge is divided as finely as its length on the screen asks for.
 const FULL_RELIEF: f32 = 2.0;
 
@@ -226,8 +228,8 @@ fn edge_pixels(lens: &Lens, positions: [Vec3; 2], normals: [Vec3; 2], relief: f3
     let sine = along.cross(lens.toward_viewer(centre)).length() / length.max(1e-20);
     let bulge = length * normals[0].distance(normals[1]) * 0.25;
     let scale = lens.pixels(centre, length) / length.max(1e-20);
-    let prominence = ((relief + bulge) * scale / FULL_RELIEF).clamp(0.0, 1.0).sqrt();
-    length * scale * sine.hypot(BUMP_SLOPE) * prominence
+    let prominent = |full: f32| ((relief + bulge) * scale / full).min(1.0);
+    length * scale * sine.hypot(BUMP_SLOPE * prominent(HIDING_RELIEF)) * prominent(FULL_RELIEF).sqrt()
 }
 
 /// Mean distance from two flat triangles up to the smooth surface over them, were the surface as curved in both directions as
@@ -270,18 +272,24 @@ enum Inside {
 }
 
 fn place_in_view(planes: &[Vec4; 5], corners: &Corners, range: [f32; 2]) -> Inside {
-    let centre = corners.iter().map(|c| c.0).sum::<Vec3>() * 0.25;
-    let radius = corners.iter().map(|c| c.0.distance(centre)).fold(0.0, f32::max);
-    // A quarter more, since the curved patch bulges beyond its corners.
-    let radius = radius * 1.25 + range[0].abs().max(range[1].abs());
-    let least = planes.iter().map(|plane| plane.dot(centre.extend(1.0))).fold(f32::INFINITY, f32::min);
-    if least >= radius {
-        Inside::Wholly
-    } else if least >= -radius {
-        Inside::Partly
-    } else {
-        Inside::Outside
+    // Control points lie off the chords between corners by this much at most, once along each parameter; bumps are added.
+    let bulge = (0..4).map(|i| {
+        let ((a, normal_a), (b, normal_b)) = (corners[i], corners[(i + 1) & 3]);
+        let third = (b - a) / 3.0;
+        third.dot(normal_a).abs().max(third.dot(normal_b).abs())
+    });
+    let reach = 2.0 * bulge.fold(0.0, f32::max) + range[0].abs().max(range[1].abs());
+    let mut place = Inside::Wholly;
+    for plane in planes {
+        let distances = corners.map(|(position, _)| plane.dot(position.extend(1.0)));
+        if distances.iter().all(|&d| d < -reach) {
+            return Inside::Outside;
+        }
+        if distances.iter().any(|&d| d < reach) {
+            place = Inside::Partly;
+        }
     }
+    place
 }
 
 /// Whether the patch lies so far behind the horizon that not even its highest bump can be seen.

@@ -5,10 +5,9 @@ use crate::gpu::{ColorTarget, Commands, DepthTarget, Image, Load, Use};
 /// Content of the targets when a kind of surface begins to draw into them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Begin {
-    /// Zeros, for the first kind.
+    /// Zeros, for the first kind: some software drivers look up environments of four neighbouring pixels at the level of detail of
+    /// one of them, so that pixels which nothing covers must not hold the content of an earlier frame.
     Clear,
-    /// Anything: for the first kind, where nothing reads the pixels it does not cover.
-    Discard,
     /// The pixels of earlier kinds.
     Continue,
 }
@@ -18,7 +17,6 @@ impl Begin {
     pub(super) fn color<'a>(self, cmd: &mut Commands, image: &'a Image) -> ColorTarget<'a> {
         let load = match self {
             Self::Clear => Load::ClearUint([0; 4]),
-            Self::Discard => Load::Discard,
             Self::Continue => Load::Keep,
         };
         self.transition(cmd, image, Use::ColorTarget);
@@ -33,7 +31,7 @@ impl Begin {
 
     fn transition(self, cmd: &mut Commands, image: &Image, to: Use) {
         match self {
-            Self::Clear | Self::Discard => cmd.image_barrier(image, Use::Undefined, to),
+            Self::Clear => cmd.image_barrier(image, Use::Undefined, to),
             Self::Continue => cmd.transition(image, to),
         }
     }
