@@ -27,6 +27,9 @@ pub struct Object {
     pub name: String,
     /// Its patches.
     pub mesh: PatchMesh,
+    /// The same surface in fewer patches, drawn where those of `mesh` are smaller than pixels. It has the same joints, and neither
+    /// heights nor a colour map.
+    pub coarse_mesh: Option<PatchMesh>,
     /// Heights along the patch normals; `None` for a smooth surface.
     pub heights: Option<HeightField>,
     /// Metres of displacement per unit of `heights` (`η`); each frame multiplies it by its own factor.
@@ -46,12 +49,19 @@ impl Object {
         Self {
             name: name.into(),
             mesh,
+            coarse_mesh: None,
             heights: None,
             height_scale: 1.0,
             color_map: None,
             specular_f0: 0.04,
             casts_shadow: true,
         }
+    }
+
+    /// The same, drawn as `mesh` where its patches are smaller than pixels. For objects without heights and colour map.
+    #[must_use]
+    pub fn with_coarse_mesh(self, mesh: PatchMesh) -> Self {
+        Self { coarse_mesh: Some(mesh), ..self }
     }
 
     /// The same, displaced along the patch normals by `scale` times the heights.

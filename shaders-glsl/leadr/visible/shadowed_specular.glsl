@@ -34,7 +34,7 @@ const float LEADR_LIT_SPREAD = 0.7;
 
 // Excess of the horizon before mirrors over that before the whole surface. Those that the viewer sees reflect lower parts of the
 // surroundings than its facets do on average, where the true horizon is jagged and hides more. Fitted to pictures (theory, section 10).
-const float LEADR_MIRROR_HORIZON = 1.3;
+const float LEADR_MIRROR_HORIZON = 1.2;
 
 // Lit share of a direction, and the same weighted by Schlick's term. relief: whether the light, of this deviation, must pass h.
 vec2 lit_direction(int shadowing, VisibleProbes probes, DirectionArea o, vec3 wo, vec3 w, bool relief, Horizon h, float deviation) {

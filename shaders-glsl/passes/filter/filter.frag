@@ -153,14 +153,13 @@ vec4 filter_color(Footprint footprint, vec2 texcoord) {
     return sum / float(footprint.taps);
 }
 
-// The level of the horizon: how far from the one as coarse as the footprint is across to the one as coarse as it is long, and how
-// many levels coarser where it covers texels. Measured: a finer level hides too much of what the slope statistics hide already.
-const float WIDER = 0.45;
-const float COARSER = 0.4;
+// How far the level of the horizon is from the one as coarse as the footprint is across to the one as coarse as it is long. Measured:
+// a finer level hides too much of what the slope statistics hide already, a coarser one too little where footprints are long.
+const float WIDER = 0.25;
 
 // The horizon of the bumps larger than the footprint: smaller ones are left to the slope statistics.
 Horizon filter_horizon(Footprint footprint, uint index, vec2 texcoord, mat2 linear, float scale) {
-    float lod = mix(footprint.across, footprint.widest, WIDER) + COARSER * min(footprint.across, 1.0), part = scale;
+    float lod = mix(footprint.across, footprint.widest, WIDER), part = scale;
     if (ATLAS) {
         // Coarse levels have none.
         part *= levels_at(lod).fine;

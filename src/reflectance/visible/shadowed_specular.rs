@@ -29,7 +29,7 @@ use glam::{DVec2, DVec3, Vec3Swizzles as _};
 /// Excess of the horizon before mirrors over that before the whole surface. Those that the viewer sees reflect lower parts of the
 /// surroundings than its facets do on average, where the true horizon is jagged and hides more. Fitted to pictures
 /// (`docs/theory.md`, section 10).
-pub const MIRROR_HORIZON: f64 = 1.3;
+pub const MIRROR_HORIZON: f64 = 1.2;
 
 /// Largest logarithm of a share. Only directions next to the horizon, where nothing is lit, come near it.
 const MOST_SHARE: f64 = 4.0;

@@ -40,6 +40,16 @@ impl PatchMesh {
         self.colors.get(vertex).copied().unwrap_or([0.5; 4])
     }
 
+    /// Mean length of the patches' sides at rest, metres; 0 without patches.
+    #[must_use]
+    pub fn mean_edge(&self) -> f32 {
+        let side = |patch: &[u32; 4], i: usize| {
+            self.positions[patch[i] as usize].distance(self.positions[patch[(i + 1) & 3] as usize])
+        };
+        let sum: f32 = self.patches.iter().map(|patch| (0..4).map(|i| side(patch, i)).sum::<f32>()).sum();
+        sum / (4 * self.patches.len()).max(1) as f32
+    }
+
     /// Ambient accessibility of a vertex; 1 where the mesh has none.
     #[must_use]
     pub fn accessibility_of(&self, vertex: usize) -> f32 {

@@ -40,7 +40,7 @@ mod tests {
         let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("target/tmp/trex");
         let trex = Trex::load_from(Some(&folder), 8, &|_| {}).unwrap();
         let joint = joint_index("ankle_L") as u16;
-        let plain = crate::scenes::trex::props::build(&Skin::new());
+        let plain = crate::scenes::trex::props::build(&Skin::new(), crate::scenes::trex::props::Detail::Fine);
         let members: Vec<usize> = (0..plain.skin.len()).filter(|&v| plain.skin[v].joints[0] == joint).collect();
         let root = *members.iter().max_by(|&&a, &&b| plain.positions[a].z.total_cmp(&plain.positions[b].z)).unwrap();
         let body = nearest(&trex.body.positions, plain.positions[root]).unwrap();

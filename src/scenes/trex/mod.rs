@@ -59,6 +59,8 @@ pub struct Trex {
     pub colors: Vec<[u8; 4]>,
     /// Teeth, claws, eyes, tongue, fingers: undisplaced, coloured per vertex, each rigid to one joint.
     pub props: PatchMesh,
+    /// The same in fewer patches, for distances at which those of `props` are smaller than pixels.
+    pub coarse_props: PatchMesh,
 }
 
 /// Why there is no animal.
@@ -135,8 +137,11 @@ impl Trex {
     }
 
     fn assemble(Baked { body, layout, atlas }: Baked) -> Self {
-        let mut props = props::build(&Skin::new());
-        attach::attach(&mut props, &body);
-        Self { body, layout, heights: atlas.heights, colors: atlas.colors, props }
+        let [props, coarse_props] = [props::Detail::Fine, props::Detail::Coarse].map(|detail| {
+            let mut props = props::build(&Skin::new(), detail);
+            attach::attach(&mut props, &body);
+            props
+        });
+        Self { body, layout, heights: atlas.heights, colors: atlas.colors, props, coarse_props }
     }
 }

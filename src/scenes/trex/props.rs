@@ -22,6 +22,37 @@ const EYE_RADIUS: f32 = 0.047 * 1.09;
 /// Sides of horns and of fingers.
 const SIDES: usize = 8;
 
+/// How many patches props are made of. Patches are curved, so that few of them are as smooth as many.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Detail {
+    /// For views in which a patch covers pixels.
+    Fine,
+    /// For views in which patches of the fine mesh are smaller than pixels.
+    Coarse,
+}
+
+impl Detail {
+    /// Every how manieth side of a tube is kept: `step` of the coarse mesh.
+    fn step(self, step: usize) -> usize {
+        match self {
+            Self::Fine => 1,
+            Self::Coarse => step,
+        }
+    }
+
+    /// Whether a ring of a tube is kept: every third, and the last.
+    fn keeps(self, ring: usize, rings: usize) -> bool {
+        ring.is_multiple_of(self.step(3)) || ring + 1 == rings
+    }
+
+    /// The rings and points of a tube that are kept.
+    fn thin(self, rings: Vec<Vec<Vec3>>, step: usize) -> Vec<Vec<Vec3>> {
+        let count = rings.len();
+        let kept = rings.into_iter().enumerate().filter(|(i, _)| self.keeps(*i, count));
+        kept.map(|(_, ring)| ring.into_iter().step_by(self.step(step)).collect()).collect()
+    }
+}
+
 const ENAMEL: [f32; 4] = [0.74, 0.68, 0.52, 0.10];
 const KERATIN: [f32; 4] = [0.09, 0.08, 0.07, 0.13];
 const TONGUE: [f32; 4] = [0.40, 0.13, 0.12, 0.07];
@@ -116,7 +147,7 @@ fn append(
 }
 
 /// A tapered swept horn along a quadratic Bézier path.
-fn horn(path: [Vec3; 3], radius: f32, taper: f32) -> Solid {
+fn horn(path: [Vec3; 3], radius: f32, taper: f32, detail: Detail) -> Solid {
     let rings = [0.0, 0.18, 0.38, 0.58, 0.76, 0.89, 0.97];
     let at = |s: f32| path[0] * ((1.0 - s) * (1.0 - s)) + path[1] * (2.0 * s * (1.0 - s)) + path[2] * (s * s);
     let ring = |&s: &f32| {
@@ -127,12 +158,12 @@ fn horn(path: [Vec3; 3], radius: f32, taper: f32) -> Solid {
         let turn = std::f32::consts::TAU / SIDES as f32;
         (0..SIDES).map(|k| at(s) + (a * (k as f32 * turn).cos() + b * (0.75 * (k as f32 * turn).sin())) * r).collect()
     };
-    let rings = rings.iter().map(ring).collect();
+    let rings = detail.thin(rings.iter().map(ring).collect(), 2);
     Tube { rings, ends: [at(0.0) - (at(0.05) - at(0.0)) * 0.5, at(1.0)] }.close()
 }
 
 /// A round cone with hemispherical ends: rings of `SIDES` points.
-fn round_cone(a: Vec3, b: Vec3, radius_a: f32, radius_b: f32) -> Solid {
+fn round_cone(a: Vec3, b: Vec3, radius_a: f32, radius_b: f32, detail: Detail) -> Solid {
     let axis = (b - a).normalize();
     let u = axis.any_orthonormal_vector();
     let v = axis.cross(u);
@@ -155,7 +186,7 @@ fn round_cone(a: Vec3, b: Vec3, radius_a: f32, radius_b: f32) -> Solid {
         let (s, c) = angle.to_radians().sin_cos();
         rings.push(ring(b + axis * (radius_b * s), radius_b * c));
     }
-    Tube { rings, ends: [a - axis * radius_a, b + axis * radius_b] }.close()
+    Tube { rings: detail.thin(rings, 2), ends: [a - axis * radius_a, b + axis * radius_b] }.close()
 }
 
 fn mirror(p: Vec3, side: f32) -> Vec3 {
@@ -198,7 +229,7 @@ const LOWER_ROW: [[f32; 3]; 6] = [
     [1.175, 0.02, -0.028],
 ];
 
-fn teeth(mesh: &mut PatchMesh, frame: &Frame, upper: bool) {
+fn teeth(mesh: &mut PatchMesh, frame: &Frame, upper: bool, detail: Detail) {
     let (row, count, down, sunk, joint): (&[[f32; 3]], _, _, _, _) =
         if upper { (&UPPER_ROW, 15, -1.0, 0.03, HEAD) } else { (&LOWER_ROW, 13, 1.0, 0.025, JAW) };
     for (i, (base, t)) in along(row, count).into_iter().enumerate() {
@@ -220,12 +251,12 @@ fn teeth(mesh: &mut PatchMesh, frame: &Frame, upper: bool) {
                 std::array::from_fn(|k| ENAMEL[k] * tint[k])
             };
             let open = |p: Vec3| 0.45 + 0.5 * ss(0.2, 0.8, path[0].distance(p) / reach);
-            append(mesh, &horn(path, radius, 0.62), joint, &stained, &open);
+            append(mesh, &horn(path, radius, 0.62, detail), joint, &stained, &open);
         }
     }
 }
 
-fn claws(mesh: &mut PatchMesh) {
+fn claws(mesh: &mut PatchMesh, detail: Detail) {
     // End and direction of the last cone of each toe, radius and length of its claw.
     let toes = [
         (TOES[0], [0.4266, 0.2193, 0.100], [0.5988, 0.1390, 0.085], 0.058, 0.19),
@@ -251,12 +282,12 @@ fn claws(mesh: &mut PatchMesh) {
                 let s = ss(0.5, 1.0, path[0].distance(p) / path[0].distance(path[2]));
                 [KERATIN[0] + 0.07 * s, KERATIN[1] + 0.06 * s, KERATIN[2] + 0.05 * s, KERATIN[3]]
             };
-            append(mesh, &horn(path, radius, taper), joint, &worn, &|_| 0.9);
+            append(mesh, &horn(path, radius, taper, detail), joint, &worn, &|_| 0.9);
         }
     }
 }
 
-fn digits(mesh: &mut PatchMesh, skin: &Skin) {
+fn digits(mesh: &mut PatchMesh, skin: &Skin, detail: Detail) {
     let v = Vec3::new;
     let cones = [
         (v(0.050, 0.3521, 0.320), v(0.020, 0.2906, 0.200), 0.050, 0.036, ANKLE),
@@ -269,7 +300,7 @@ fn digits(mesh: &mut PatchMesh, skin: &Skin) {
                 let relief = super::skin::Relief { height: 0.002, top: 0.75, fold: 0.0 };
                 skin.shade(p, &relief, 0.0)
             };
-            append(mesh, &round_cone(mirror(a, side), mirror(b, side), ra, rb), joint, &color, &|_| 0.85);
+            append(mesh, &round_cone(mirror(a, side), mirror(b, side), ra, rb, detail), joint, &color, &|_| 0.85);
         }
     }
 }
@@ -288,7 +319,7 @@ const TONGUE_STATIONS: [[f32; 5]; 9] = [
     [0.972, -0.052, 0.024, 0.018, 0.03],
 ];
 
-fn tongue(mesh: &mut PatchMesh, jaw: &Frame) {
+fn tongue(mesh: &mut PatchMesh, jaw: &Frame, detail: Detail) {
     let sides = 12;
     let ring = |s: &[f32; 5]| {
         let turn = std::f32::consts::TAU / sides as f32;
@@ -304,7 +335,7 @@ fn tongue(mesh: &mut PatchMesh, jaw: &Frame) {
     };
     let (first, last) = (TONGUE_STATIONS[0], TONGUE_STATIONS[8]);
     let ends = [(first, -0.03), (last, 0.008)].map(|(s, d)| jaw.point(Vec3::new(s[0] + d, 0.0, s[1])));
-    let solid = Tube { rings: TONGUE_STATIONS.iter().map(ring).collect(), ends }.close();
+    let solid = Tube { rings: detail.thin(TONGUE_STATIONS.iter().map(ring).collect(), 2), ends }.close();
     let blotched = |p: Vec3, _: Vec3| {
         let n = super::noise::value(p * 30.0, 71);
         [TONGUE[0] * (0.8 + 0.4 * n), TONGUE[1] * (0.7 + 0.6 * n), TONGUE[2] * (0.7 + 0.6 * n), TONGUE[3]]
@@ -343,8 +374,9 @@ enum EyePart {
     Sclera,
 }
 
-fn eyes(mesh: &mut PatchMesh, head: &Frame) {
+fn eyes(mesh: &mut PatchMesh, head: &Frame, detail: Detail) {
     const SECTORS: usize = 32;
+    const EYE_STEP: usize = 4;
     for (side, joint) in [(1.0, EYE), (-1.0, EYE + 1)] {
         let center = head.point(Vec3::new(0.418, 0.282 * side, 0.150));
         let look = (head.rotation * Vec3::new(0.44, 0.88 * side, 0.05)).normalize();
@@ -359,10 +391,15 @@ fn eyes(mesh: &mut PatchMesh, head: &Frame) {
             center + (look * angle.cos() + outwards * angle.sin()) * EYE_RADIUS
         };
         let rings = EYE_RINGS.iter().map(|(a, b, _)| (0..SECTORS).map(|k| point(*a, *b, k)).collect()).collect();
-        let solid = Tube { rings, ends: [center + look * EYE_RADIUS, center - look * EYE_RADIUS] }.close();
+        let solid = Tube {
+            rings: detail.thin(rings, EYE_STEP),
+            ends: [center + look * EYE_RADIUS, center - look * EYE_RADIUS],
+        }
+        .close();
         let mut colors = Vec::new();
-        for (ring, (.., part)) in EYE_RINGS.iter().enumerate() {
-            for k in 0..SECTORS {
+        let rings = EYE_RINGS.iter().enumerate().filter(|(ring, _)| detail.keeps(*ring, EYE_RINGS.len()));
+        for (ring, (.., part)) in rings {
+            for k in (0..SECTORS).step_by(detail.step(EYE_STEP)) {
                 // Radial streaks of the iris, alike along a sector.
                 let streak = 0.7 + 0.5 * unit(hash(k as i32, 0, 0, 5)) + 0.2 * unit(hash(k as i32, ring as i32, 0, 6));
                 let rgb = match part {
@@ -390,15 +427,15 @@ fn eyes(mesh: &mut PatchMesh, head: &Frame) {
 /// All props merged: teeth, claws, fingers and dew claws, tongue, eyes. Bind pose, metres; each rigid to one joint of
 /// the design's skeleton.
 #[must_use]
-pub fn build(skin: &Skin) -> PatchMesh {
+pub fn build(skin: &Skin, detail: Detail) -> PatchMesh {
     let (head, jaw) = (Space::Head.frame(), Space::Jaw.frame());
     let mut mesh = PatchMesh::default();
-    teeth(&mut mesh, &head, true);
-    teeth(&mut mesh, &jaw, false);
-    claws(&mut mesh);
-    digits(&mut mesh, skin);
-    tongue(&mut mesh, &jaw);
-    eyes(&mut mesh, &head);
+    teeth(&mut mesh, &head, true, detail);
+    teeth(&mut mesh, &jaw, false, detail);
+    claws(&mut mesh, detail);
+    digits(&mut mesh, skin, detail);
+    tongue(&mut mesh, &jaw, detail);
+    eyes(&mut mesh, &head, detail);
     mesh
 }
 
@@ -421,7 +458,25 @@ mod tests {
 
     #[test]
     fn closed_and_facing_outwards() {
-        let mut mesh = build(&Skin::new());
+        for detail in [Detail::Fine, Detail::Coarse] {
+            is_closed_and_faces_outwards(build(&Skin::new(), detail));
+        }
+    }
+
+    #[test]
+    fn the_coarse_mesh_is_as_large_in_a_tenth_of_the_patches() {
+        let [fine, coarse] = [Detail::Fine, Detail::Coarse].map(|detail| build(&Skin::new(), detail));
+        let area = |mesh: &PatchMesh| {
+            let corners = |q: &[u32; 4]| q.map(|v| mesh.positions[v as usize]);
+            let area = |[a, b, c, d]: [Vec3; 4]| 0.5 * (c - a).cross(d - b).length();
+            mesh.patches.iter().map(|q| area(corners(q))).sum::<f32>()
+        };
+        println!("{} and {} patches", fine.patches.len(), coarse.patches.len());
+        assert!(coarse.patches.len() * 5 < fine.patches.len());
+        assert!((area(&coarse) / area(&fine) - 1.0).abs() < 0.15, "{} {}", area(&coarse), area(&fine));
+    }
+
+    fn is_closed_and_faces_outwards(mut mesh: PatchMesh) {
         println!("{} patches, {} vertices", mesh.patches.len(), mesh.positions.len());
         assert_eq!(open_edges(&mesh), 0);
         let count = mesh.positions.len();
@@ -470,7 +525,7 @@ mod tests {
                 assert_eq!(usize::from(index + RIGHT), joint_index(&format!("{stem}_R")));
             }
         }
-        let mesh = build(&Skin::new());
+        let mesh = build(&Skin::new(), Detail::Fine);
         for (p, skin) in mesh.positions.iter().zip(&mesh.skin) {
             let joint = &JOINTS[usize::from(skin.joints[0])];
             // The snout is the furthest from its joint; the side is the joint's.
@@ -481,7 +536,7 @@ mod tests {
 
     #[test]
     fn mirrored_about_the_middle_plane() {
-        let mesh = build(&Skin::new());
+        let mesh = build(&Skin::new(), Detail::Fine);
         let sum: Vec3 = mesh.positions.iter().sum();
         assert!(sum.y.abs() < 1e-2, "{sum}");
     }

@@ -21,7 +21,9 @@ pub fn animal(trex: Trex) -> [Object; 2] {
         .with_color_map(ColorMap { width, height, texels: trex.colors })
         // Keratin, slightly above the usual 0.04.
         .with_specular_f0(0.045);
-    let props = Object::new("trex teeth, claws and eyes", trex.props).with_specular_f0(0.05);
+    let props = Object::new("trex teeth, claws and eyes", trex.props)
+        .with_coarse_mesh(trex.coarse_props)
+        .with_specular_f0(0.05);
     [body, props]
 }
 

@@ -14,6 +14,7 @@ use crate::render::scene::{FrameState, Object, Pose};
 use crate::render::settings::{Needs, RenderSettings};
 use crate::render::surfaces::object::{GpuObject, MAX_OBJECTS};
 use crate::render::surfaces::object_view::{DrawnObject, PosedObject, ViewBuffers, Viewpoint};
+use crate::render::surfaces::patch_mesh::PosedVertices;
 use crate::render::surfaces::tessellation::{Lens, TessellationSettings};
 use crate::render::view::{Samples, View};
 
@@ -26,10 +27,51 @@ pub struct Meshes {
 }
 
 struct Mesh {
+    fine: Level,
+    /// Mean side of its patches, metres.
+    patch: f32,
+    coarse: Option<Level>,
+}
+
+/// An object in one level of detail.
+struct Level {
     object: Arc<GpuObject>,
     camera: ViewBuffers,
     /// One for each sun that had to be drawn from so far.
     suns: Vec<ViewBuffers>,
+}
+
+impl Level {
+    fn new(gpu: &Arc<Gpu>, object: Object, index: usize) -> Result<Self> {
+        let object = GpuObject::new(gpu, object, index)?;
+        let camera = ViewBuffers::new(gpu, &object, "camera")?;
+        Ok(Self { object: Arc::new(object), camera, suns: Vec::new() })
+    }
+}
+
+impl Mesh {
+    fn new(gpu: &Arc<Gpu>, mut object: Object, index: usize) -> Result<Self> {
+        let coarse = object.coarse_mesh.take().map(|mesh| Object { mesh, ..object.clone() });
+        Ok(Self {
+            patch: object.mesh.mean_edge(),
+            coarse: coarse.map(|object| Level::new(gpu, object, index)).transpose()?,
+            fine: Level::new(gpu, object, index)?,
+        })
+    }
+
+    /// The level of detail for a camera, and its vertices in a pose.
+    fn posed(&mut self, pose: &Pose, lens: &Lens) -> (&mut Level, PosedVertices) {
+        let Self { fine, patch, coarse } = self;
+        if let Some(level) = coarse {
+            let vertices = pose.apply(&level.object.object.mesh);
+            let nearest = vertices.positions.iter().map(|p| p.distance(lens.eye)).fold(f32::INFINITY, f32::min);
+            if *patch * lens.focal_pixels < nearest.max(lens.near) {
+                return (level, vertices);
+            }
+        }
+        let vertices = pose.apply(&fine.object.object.mesh);
+        (fine, vertices)
+    }
 }
 
 impl Meshes {
@@ -42,11 +84,7 @@ impl Meshes {
             let fault = format!("{} objects are more than {MAX_OBJECTS}", objects.len());
             return Err(GpuError::Usage { name: "scene".to_owned(), fault });
         }
-        let mesh = |(index, object)| {
-            let object = GpuObject::new(gpu, object, index)?;
-            let camera = ViewBuffers::new(gpu, &object, "camera")?;
-            Ok(Mesh { object: Arc::new(object), camera, suns: Vec::new() })
-        };
+        let mesh = |(index, object)| Mesh::new(gpu, object, index);
         Ok(Self {
             meshes: objects.into_iter().enumerate().map(mesh).collect::<Result<_>>()?,
             geometry: GeometryPass::new(gpu)?,
@@ -63,27 +101,32 @@ impl Surface for Meshes {
         settings: &RenderSettings,
         suns: u32,
     ) -> Result<Box<dyn PreparedSurface>> {
-        for mesh in self.meshes.iter_mut().filter(|mesh| mesh.object.object.casts_shadow) {
-            while mesh.suns.len() < suns as usize {
-                mesh.suns.push(ViewBuffers::new(&self.gpu, &mesh.object, "sun")?);
+        let lens = state.camera.lens(settings.size.1);
+        let mut meshes = Vec::new();
+        for (mesh, pose) in self.meshes.iter_mut().zip(&state.poses) {
+            let (level, vertices) = mesh.posed(pose, &lens);
+            let suns = if level.object.object.casts_shadow { suns as usize } else { 0 };
+            while level.suns.len() < suns {
+                level.suns.push(ViewBuffers::new(&self.gpu, &level.object, "sun")?);
             }
+            meshes.push(PreparedMesh {
+                posed: PosedObject {
+                    vertices,
+                    object: level.object.clone(),
+                    height_scale: settings.geometry_scale(state.height_scale),
+                },
+                camera: level.camera.clone(),
+                suns: level.suns.iter().take(suns).cloned().collect(),
+            });
         }
         let needs = settings.shading.needs();
-        let pose = |(mesh, pose): (&Mesh, &Pose)| PreparedMesh {
-            posed: PosedObject {
-                vertices: pose.apply(&mesh.object.object.mesh),
-                object: mesh.object.clone(),
-                height_scale: settings.geometry_scale(state.height_scale),
-            },
-            camera: mesh.camera.clone(),
-            suns: mesh.suns.iter().take(suns as usize).cloned().collect(),
-        };
+        let levels = || self.meshes.iter().flat_map(|mesh| [Some(&mesh.fine), mesh.coarse.as_ref()]).flatten();
         Ok(Box::new(PreparedMeshes {
-            meshes: self.meshes.iter().zip(&state.poses).map(pose).collect(),
+            meshes,
             geometry: self.geometry.clone(),
             filter: self
                 .filters
-                .get(needs, || FilterPass::new(&self.gpu, needs, self.meshes.iter().map(|mesh| mesh.object.kind)))?,
+                .get(needs, || FilterPass::new(&self.gpu, needs, levels().map(|level| level.object.kind)))?,
             tessellation: settings.tessellation,
             height_scale: state.height_scale,
             mark_inside: settings.mark_inside,
