@@ -464,7 +464,7 @@ mod tests {
     }
 
     #[test]
-    fn the_coarse_mesh_is_as_large_in_a_tenth_of_the_patches() {
+    fn the_coarse_mesh_is_as_large_in_a_fifth_of_the_patches() {
         let [fine, coarse] = [Detail::Fine, Detail::Coarse].map(|detail| build(&Skin::new(), detail));
         let area = |mesh: &PatchMesh| {
             let corners = |q: &[u32; 4]| q.map(|v| mesh.positions[v as usize]);

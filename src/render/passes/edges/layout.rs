@@ -15,7 +15,7 @@ const VERTICES_PER_PIXEL: f32 = 6.0;
 /// Largest number of vertices across an object that is divided more finely. Larger objects are not: their silhouette is a
 /// smaller part of them, and the geometry of whole pixels already shows its bumps.
 const VERTICES_ACROSS: f32 = 360.0;
-/// Largest number of edge samples in one image; each takes 108 bytes.
+/// Largest number of edge samples in one image; each takes 84 bytes.
 const MAX_DRAWN: u64 = 1 << 22;
 
 /// The largest grid, up to `finest`, with which whole images make up `samples` edge samples in each pixel of a picture of
