@@ -9,8 +9,6 @@
 const uint FLAG_DISPLACED = 1u;
 // Its tangents by texture coordinate are the same everywhere: the geometry pass stores texture coordinates, not places on patches.
 const uint FLAG_FLAT = 2u;
-// Its geometry is displaced by as much as its maps say.
-const uint FLAG_RELIEF_DRAWN = 8u;
 // Back faces are painted in the marker colour (crack test).
 const uint FLAG_MARK_INSIDE = 4u;
 // Above the flags, where edge samples are drawn: their number across a pixel.

@@ -21,6 +21,7 @@ layout(constant_id = 5) const bool COLORED = true;
 layout(constant_id = 6) const bool HORIZON = true;
 layout(constant_id = 7) const bool FLAT = false;  // its tangents by texture coordinate are the same everywhere
 layout(constant_id = 8) const bool PLAIN = false; // colour and accessibility of all vertices are the same
+layout(constant_id = 9) const bool RELIEF_DRAWN = true; // the geometry is displaced by as much as the maps say
 #include "macrosurface.glsl"
 
 uniform usampler2D visible_surface;   // what the geometry stage wrote
@@ -49,7 +50,7 @@ struct Footprint {
 // Variance of a trilinear tap against that of a pixel as wide as its texels. The mean over a texel has 1/12, the interpolation 1/6,
 // a pixel 1/12: that is 3. Measured: somewhat less, for wider taps, is nearer to the truth where they stand apart.
 const float TAP_VARIANCE = 2.5;
-// Taps for each width of the footprint along it.
+// Further taps for each further width of the footprint along it.
 const float OVERLAP = 1.3;
 
 // Moments are linear, so a few isotropic taps along the long axis stand for the elliptical footprint of a pixel. Widths and
@@ -65,7 +66,7 @@ Footprint elliptical_footprint(vec2 dx, vec2 dy, float reach) {
     Footprint footprint;
     // Clamped as a float, and with `for` loops over the taps: an integer bound lets lavapipe unroll them all and run every one, and
     // a `do` loop gives wrong pixels there.
-    footprint.taps = int(clamp(ceil(OVERLAP * major / max(minor, 1.0)), 1.0, float(MAX_TAPS)));
+    footprint.taps = int(clamp(ceil(1.0 + OVERLAP * (major / max(minor, 1.0) - 1.0)), 1.0, float(MAX_TAPS)));
     float taps = float(footprint.taps);
     float intervals_squared = max(taps * taps - 1.0, 1.0);
     // As if taps had the shape of a pixel; no tap is narrower than a texel.
@@ -238,7 +239,7 @@ void main() {
 
     Filtered filtered = Filtered(vec2(0.0), vec3(0.0), vec4(1.0));
     Footprint footprint = footprint_over(dx, dy, ATLAS ? tile_inner() : 1e9);
-    if (DISPLACED && !FINEST_LEVEL && grid == 0u && (object.flags & FLAG_RELIEF_DRAWN) != 0u) {
+    if (DISPLACED && RELIEF_DRAWN && !FINEST_LEVEL && grid == 0u) {
         float longest = sqrt(max(dot(dx, dx), dot(dy, dy)));
         if (ATLAS) {
             // Coarser levels of a tile do not agree with its neighbours.

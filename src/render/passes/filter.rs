@@ -11,7 +11,7 @@ use crate::gpu::{
     AddressMode, Commands, Descriptor, Filter, Gpu, GraphicsDesc, GraphicsPipeline, Result, Sampler, SharedStruct,
     SpecValue, Topology, shared_struct,
 };
-use crate::render::constants::{FLAG_RELIEF_DRAWN, FLAGS_GRID_SHIFT};
+use crate::render::constants::FLAGS_GRID_SHIFT;
 use crate::render::settings::Needs;
 use crate::render::surfaces::atlas::{AtlasHeadGpu, PatchLinkGpu};
 use crate::render::surfaces::flat::Chart;
@@ -28,15 +28,21 @@ pub struct FilterPass {
 }
 
 impl FilterPass {
-    /// The pass for the inputs that a technique needs, and for objects of these kinds.
+    /// The pass for the inputs that a technique needs, and for objects of these kinds. `relief_drawn`: whether the geometry
+    /// is displaced by as much as the maps say.
     ///
     /// # Errors
     /// A failed pipeline.
-    pub fn new(gpu: &Arc<Gpu>, needs: Needs, objects: impl Iterator<Item = SurfaceKind>) -> Result<Self> {
+    pub fn new(
+        gpu: &Arc<Gpu>,
+        needs: Needs,
+        relief_drawn: bool,
+        objects: impl Iterator<Item = SurfaceKind>,
+    ) -> Result<Self> {
         let mut pipelines = HashMap::new();
         for kind in objects {
             if let Entry::Vacant(place) = pipelines.entry(kind) {
-                place.insert(Self::pipeline(gpu, needs, kind)?);
+                place.insert(Self::pipeline(gpu, needs, relief_drawn, kind)?);
             }
         }
         Ok(Self {
@@ -46,7 +52,7 @@ impl FilterPass {
         })
     }
 
-    fn pipeline(gpu: &Arc<Gpu>, needs: Needs, kind: SurfaceKind) -> Result<GraphicsPipeline> {
+    fn pipeline(gpu: &Arc<Gpu>, needs: Needs, relief_drawn: bool, kind: SurfaceKind) -> Result<GraphicsPipeline> {
         let has = [
             ("ATLAS", SpecValue::Bool(kind.tiled)),
             ("DISPLACED", SpecValue::Bool(kind.displaced)),
@@ -54,6 +60,7 @@ impl FilterPass {
             ("HORIZON", SpecValue::Bool(kind.horizon)),
             ("FLAT", SpecValue::Bool(kind.flat)),
             ("PLAIN", SpecValue::Bool(kind.plain)),
+            ("RELIEF_DRAWN", SpecValue::Bool(relief_drawn)),
         ];
         let desc = GraphicsDesc {
             vertex: "passes/filter/filter.vert",
@@ -133,11 +140,7 @@ shared_struct! {
 impl FilteredObjectGpu {
     fn new(posed: &PosedObject, height_scale: f32, view: &View) -> Self {
         let PosedObject { object, vertices, .. } = posed;
-        let drawn = posed.height_scale == height_scale && height_scale != 0.0;
         let ObjectGpu { height_scale, specular_f0, mut flags, index, relief } = object.constants(height_scale, false);
-        if drawn {
-            flags |= FLAG_RELIEF_DRAWN;
-        }
         if let Samples::Edges { grid } = view.samples {
             flags |= grid << FLAGS_GRID_SHIFT;
         }

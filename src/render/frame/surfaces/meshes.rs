@@ -23,7 +23,7 @@ pub struct Meshes {
     gpu: Arc<Gpu>,
     meshes: Vec<Mesh>,
     geometry: GeometryPass,
-    filters: Cache<Needs, FilterPass>,
+    filters: Cache<(Needs, bool), FilterPass>,
 }
 
 struct Mesh {
@@ -120,13 +120,14 @@ impl Surface for Meshes {
             });
         }
         let needs = settings.shading.needs();
+        let relief_drawn = settings.geometry_scale(state.height_scale) != 0.0;
         let levels = || self.meshes.iter().flat_map(|mesh| [Some(&mesh.fine), mesh.coarse.as_ref()]).flatten();
         Ok(Box::new(PreparedMeshes {
             meshes,
             geometry: self.geometry.clone(),
-            filter: self
-                .filters
-                .get(needs, || FilterPass::new(&self.gpu, needs, levels().map(|level| level.object.kind)))?,
+            filter: self.filters.get((needs, relief_drawn), || {
+                FilterPass::new(&self.gpu, needs, relief_drawn, levels().map(|level| level.object.kind))
+            })?,
             tessellation: settings.tessellation,
             height_scale: state.height_scale,
             mark_inside: settings.mark_inside,
