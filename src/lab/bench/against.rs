@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use super::rounds::TOTAL;
+use super::stats::in_order;
 use crate::lab::error::LabError;
 use crate::maps::MapFault;
 use crate::maps::limits::read_file;
@@ -231,12 +232,7 @@ impl Times {
 
 /// Geometric means of the ratios of each pass.
 fn means(rows: &[RowRatio]) -> Vec<PassRatio> {
-    let mut passes: Vec<&str> = Vec::new();
-    for row in rows {
-        if !passes.contains(&row.pass.as_str()) {
-            passes.push(&row.pass);
-        }
-    }
+    let passes = in_order(rows.iter().map(|row| row.pass.as_str()));
     let mean = |pass: &&str| {
         let of: Vec<&RowRatio> = rows.iter().filter(|row| row.pass == **pass).collect();
         let mean =
@@ -255,16 +251,12 @@ fn means(rows: &[RowRatio]) -> Vec<PassRatio> {
 fn lonely(these: &[Time], others: &[Time]) -> Vec<Lonely> {
     let keys: HashSet<Key<'_>> = others.iter().map(Time::key).collect();
     let rows: HashSet<_> = others.iter().map(Time::row_key).collect();
-    let mut lonely: Vec<Lonely> = Vec::new();
-    for time in these.iter().filter(|time| !keys.contains(&time.key())) {
+    let missing = these.iter().filter(|time| !keys.contains(&time.key()));
+    in_order(missing.map(|time| {
         let Time { table, row, size, pass, .. } = time.clone();
         let pass = rows.contains(&time.row_key()).then_some(pass);
-        let missing = Lonely { table, row, size, pass };
-        if !lonely.contains(&missing) {
-            lonely.push(missing);
-        }
-    }
-    lonely
+        Lonely { table, row, size, pass }
+    }))
 }
 
 impl Comparison {
@@ -276,15 +268,8 @@ impl Comparison {
 
     fn table(&self, f: &mut fmt::Formatter<'_>, table: &str) -> fmt::Result {
         let rows: Vec<&RowRatio> = self.rows.iter().filter(|row| row.table == table).collect();
-        let (mut names, mut passes): (Vec<(&str, [u32; 2])>, Vec<&str>) = Default::default();
-        for row in &rows {
-            if !names.contains(&(&row.row, row.size)) {
-                names.push((&row.row, row.size));
-            }
-            if !passes.contains(&row.pass.as_str()) {
-                passes.push(&row.pass);
-            }
-        }
+        let names = in_order(rows.iter().map(|row| (row.row.as_str(), row.size)));
+        let passes = in_order(rows.iter().map(|row| row.pass.as_str()));
         write!(f, "\n{table}\n  {:32}", "")?;
         for pass in &passes {
             write!(f, " {pass:>13}")?;
@@ -311,13 +296,7 @@ impl fmt::Display for Comparison {
             writeln!(f, "the devices differ: the ratios are of devices as well as of programs")?;
         }
         writeln!(f, "ratios of this run to that one, below 1 is faster: of the least times, then of the medians")?;
-        let mut tables: Vec<&str> = Vec::new();
-        for row in &self.rows {
-            if !tables.contains(&row.table.as_str()) {
-                tables.push(&row.table);
-            }
-        }
-        for table in tables {
+        for table in in_order(self.rows.iter().map(|row| row.table.as_str())) {
             self.table(f, table)?;
         }
         write!(f, "\ngeometric means{:>25} {:>9} {:>9}", "rows", "least", "median")?;

@@ -11,7 +11,7 @@ use super::ocean::WAVES;
 use super::quad::{FIGURE_11, GOALS};
 use super::rounds::{CPU, FRAME, PIXELS, TOTAL, WITH_GEOMETRY};
 use super::rows::Measured;
-use super::stats::{Ratio, least_squares, median};
+use super::stats::{Ratio, in_order, least_squares, median};
 use crate::gpu::Gpu;
 use crate::lab::error::LabError;
 use crate::lab::program::COMMIT;
@@ -266,13 +266,7 @@ impl fmt::Display for BenchReport {
             "medians in ms on the device, {} rounds; ratios: median [quartiles] over rounds, then of the fastest frames",
             self.frames
         )?;
-        let mut tables: Vec<&str> = Vec::new();
-        for row in &self.rows {
-            if !tables.contains(&row.table.as_str()) {
-                tables.push(&row.table);
-            }
-        }
-        for table in tables {
+        for table in in_order(self.rows.iter().map(|row| row.table.as_str())) {
             self.table(f, table)?;
         }
         if !self.goals.is_empty() {
@@ -311,12 +305,8 @@ impl BenchReport {
         // For the quad only the cost of the pixels matters; JSON has the rest.
         let own = |pass: &str| ["geometry", "filter", "shade", PIXELS, FORWARD].contains(&pass);
         let compared = rows[0].compared;
-        let mut passes: Vec<&str> = Vec::new();
-        for row in rows.iter().filter(|row| !is_cpu(&row.pass) && (compared != PIXELS || own(&row.pass))) {
-            if !passes.contains(&row.pass.as_str()) {
-                passes.push(&row.pass);
-            }
-        }
+        let timed = rows.iter().map(|row| row.pass.as_str());
+        let passes = in_order(timed.filter(|pass| !is_cpu(pass) && (compared != PIXELS || own(pass))));
         let [width, height] = rows[0].size;
         let size = format!(", {width}x{height}");
         match rows.iter().all(|row| row.size == rows[0].size) && !table.ends_with(&size) {

@@ -77,6 +77,16 @@ pub fn least_squares(points: &[(f64, f64)]) -> Option<Line> {
     Some(Line { intercept, slope, r_squared: if yy > 0.0 { 1.0 - residual / yy } else { 1.0 }, worst })
 }
 
+/// Each value once, in the order in which they first come.
+pub(super) fn in_order<T: PartialEq>(values: impl Iterator<Item = T>) -> Vec<T> {
+    values.fold(Vec::new(), |mut seen, value| {
+        if !seen.contains(&value) {
+            seen.push(value);
+        }
+        seen
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
