@@ -10,12 +10,12 @@ import reliefs
 import truth
 
 ALPHAS = [0.05, 0.1, 0.3, 0.6]
-#                  angle to the normal, distance (m), field of view (degrees), size
+# angle to the normal, distance (m), field of view (degrees), size, samples per pixel at most, noise at which they end
 VIEWS = {
-    "near": (45, 0.6, 35, (96, 64)),
-    "mid": (45, 3.2, 35, (96, 64)),
-    "far": (45, 8.6, 25, (72, 48)),
-    "oblique": (75, 15.0, 6, (72, 48)),
+    "near": (45, 0.6, 35, (96, 64), 4096, 0.01),
+    "mid": (45, 3.2, 35, (96, 64), 4096, 0.01),
+    "far": (45, 8.6, 25, (72, 48), 16384, 0.006),
+    "oblique": (75, 15.0, 6, (72, 48), 16384, 0.006),
 }
 # name: relief, scale, panorama
 PLANES = {
@@ -73,6 +73,7 @@ class Case:
     spp: int  # samples per pixel of the truth at most
     relief: str = "studs"
     scale: float = 0.0
+    noise: float = 0.01  # where its samples end, if `spp` does not end them before
 
     def heights(self):
         """Metres."""
@@ -146,10 +147,10 @@ def planes():
     for name, (relief, scale, panorama) in PLANES.items():
         h = reliefs.heights(relief)
         height = 0.0 if h is None else float(h.mean() * reliefs.HEIGHT * scale)
-        for view, (angle, distance, fov, size) in VIEWS.items():
+        for view, (angle, distance, fov, size, spp, noise) in VIEWS.items():
             for terms in ("all", "specular", "diffuse"):
                 seen = camera(angle, distance, fov, height)
-                yield Case(f"plane/{name}/{view}/{terms}", "plane", panorama, seen, size, 0.35, terms, 4096, relief, scale)
+                yield Case(f"plane/{name}/{view}/{terms}", "plane", panorama, seen, size, 0.35, terms, spp, relief, scale, noise)
 
 
 def references():

@@ -16,7 +16,6 @@ F0 = 0.04
 # Linear, and 8-bit where colours of vertices reach leadr's shaders.
 ALBEDO = [round(c * 255) / 255 for c in (0.27, 0.23, 0.19)]
 CHUNK = 256  # samples per pixel of one of the pictures whose spread tells the noise
-NOISE = 0.01  # where samples end, if a case's own limit does not end them before
 
 
 def emitter(panorama):
@@ -184,7 +183,7 @@ def shape(case):
 def picture(case):
     """The truth of a case and its noise: the standard error of its pixels, root mean square over those that are judged, over the
     root mean square of the picture. Kept, under a name that changes with what it shows."""
-    about = dict(case.facts(), spp=case.spp)
+    about = dict(case.facts(), spp=case.spp, noise_goal=case.noise)
     if case.scale != 0:
         about["mesh"] = "diagonals both ways"
     key = hashlib.sha256(json.dumps(about, sort_keys=True).encode()).hexdigest()[:10]
@@ -204,7 +203,7 @@ def picture(case):
     )
     total, square, count, noise, mask = 0.0, 0.0, 0, np.inf, case.mask()
     # At least eight pictures, so that their spread is worth something.
-    while count < 8 or (noise > NOISE and count * CHUNK < case.spp):
+    while count < 8 or (noise > case.noise and count * CHUNK < case.spp):
         part = np.array(mi.render(scene, spp=CHUNK, seed=count)).astype(np.float64)
         total, square, count = total + part, square + part * part, count + 1
         mean = total / count

@@ -1,7 +1,8 @@
 #ifndef LEADR_SHADING_GLSL
 #define LEADR_SHADING_GLSL
 
-#include "integrals/specular.glsl"
+#include "facets/base_roughness.glsl"
+#include "integrals/facet_mirrors.glsl"
 #include "visible/diffuse.glsl"
 #include "visible/fresnel.glsl"
 
@@ -23,15 +24,13 @@ struct LeadrSurface {
 vec3 leadr_light(LeadrSurface surface, vec3 wo, vec3 wi) {
     vec2 m = surface.mean_slope;
     vec3 relief = clamp_covariance(surface.slope_covariance);
-    vec3 mirrors = add_roughness(relief, surface.roughness);
     vec3 cholesky = slope_cholesky(relief);
     DirectionArea o = direction_area(wo, m, cholesky);
     DirectionArea i = direction_area(wi, m, cholesky);
     float diffuse = lit_fraction(LEADR_SHADOWING_CORRELATED, o, i) * leadr_diffuse_light_visible(wo, wi, m, relief, false, 2);
-    cholesky = slope_cholesky(mirrors);
-    o = direction_area(wo, m, cholesky);
-    i = direction_area(wi, m, cholesky);
-    vec3 specular = leadr_specular_light(LEADR_SHADOWING_CORRELATED, o, i, wo, wi, m, mirrors, surface.f0);
+    FacetMirrors f = facet_mirrors(wo, wi, surface.roughness, 0.0);
+    vec3 specular = facet_mirrors_light(LEADR_SHADOWING_CORRELATED, o, i, f, m, cholesky, surface.f0);
+    vec3 mirrors = add_facet_roughness(relief, surface.roughness, wo, m);
     return surface.albedo * (1.0 - visible_fresnel(wo, m, mirrors, surface.f0)) * diffuse + specular;
 }
 

@@ -28,13 +28,14 @@
 //! [`visible::shadowed_specular`]: super::visible::shadowed_specular
 //! [`visible::shadowed_environment`]: super::visible::shadowed_environment
 
+use super::facets::base_roughness::add_facet_roughness;
 use super::frame::{Frame, from_frame};
+use super::integrals::facet_mirrors::{facet_mirrors, facet_mirrors_light};
 use super::integrals::sh::Sh9;
-use super::integrals::specular::leadr_specular_light;
 use super::masking::correlated::{direction_area, lit_fraction};
 use super::masking::shadowing::Shadowing;
 use super::slopes::grid::slope_cholesky;
-use super::slopes::statistics::{add_roughness, clamp_covariance};
+use super::slopes::statistics::clamp_covariance;
 use super::visible::diffuse::leadr_diffuse_light_visible;
 use super::visible::fresnel::visible_fresnel;
 use super::visible::shadowed_environment::{bent_normal, shadowed_diffuse_environment};
@@ -65,10 +66,10 @@ pub struct Surface {
 }
 
 impl Surface {
-    /// Covariances of the diffuse facets and of the mirrors on them.
-    fn covariances(&self) -> [DVec3; 2] {
+    /// Covariances of the diffuse facets, and of the mirrors on them that a viewer sees.
+    fn covariances(&self, wo: DVec3) -> [DVec3; 2] {
         let relief = clamp_covariance(self.slope_covariance);
-        [relief, add_roughness(relief, self.roughness)]
+        [relief, add_facet_roughness(relief, self.roughness, wo, self.mean_slope)]
     }
 }
 
@@ -80,13 +81,13 @@ impl Surface {
 /// of [`environment`], as the renderer does.
 #[must_use]
 pub fn light(surface: &Surface, wo: DVec3, wi: DVec3) -> DVec3 {
-    let (m, [relief, mirrors]) = (surface.mean_slope, surface.covariances());
-    let areas = |s: DVec3| [wo, wi].map(|w| direction_area(w, m, slope_cholesky(s)));
-    let [o, i] = areas(relief);
+    let (m, [relief, mirrors]) = (surface.mean_slope, surface.covariances(wo));
+    let cholesky = slope_cholesky(relief);
+    let [o, i] = [wo, wi].map(|w| direction_area(w, m, cholesky));
     let lit = lit_fraction(Shadowing::Correlated, &o, &i);
     let diffuse = lit * leadr_diffuse_light_visible(wo, wi, m, relief, false, DIFFUSE_TERMS);
-    let [o, i] = areas(mirrors);
-    let specular = leadr_specular_light(Shadowing::Correlated, &o, &i, wo, wi, m, mirrors, surface.f0);
+    let f = facet_mirrors(wo, wi, surface.roughness, 0.0);
+    let specular = facet_mirrors_light(Shadowing::Correlated, &o, &i, &f, m, cholesky, surface.f0);
     surface.albedo * (DVec3::ONE - visible_fresnel(wo, m, mirrors, surface.f0)) * diffuse + specular
 }
 
@@ -124,7 +125,7 @@ pub fn environment(
     harmonics: &Sh9,
     radiance: impl Fn(DVec3, f64) -> DVec3,
 ) -> DVec3 {
-    let (m, [relief, mirrors]) = (surface.mean_slope, surface.covariances());
+    let (m, [relief, mirrors]) = (surface.mean_slope, surface.covariances(wo));
     let rule = probe_rule(PROBES);
     let seen = visible_specular_environment(Shadowing::Correlated, wo, m, mirrors, surface.f0, rule, |probe| {
         radiance(from_frame(frame, probe.wi), probe.variance)
@@ -141,7 +142,6 @@ mod tests {
     use crate::reflectance::frame::frame_about;
     use crate::reflectance::integrals::reference::diffuse_directional;
     use crate::reflectance::integrals::sh_projection::project_function;
-    use crate::reflectance::integrals::specular::leadr_specular_directional;
     use std::f64::consts::FRAC_1_PI;
 
     fn at(theta: f64, phi: f64) -> DVec3 {
@@ -172,10 +172,13 @@ mod tests {
     fn along_the_light_nothing_is_shadowed() {
         let wo = at(0.7, 0.4);
         let (m, s) = (RELIEF.mean_slope, RELIEF.slope_covariance);
-        let mirrors = add_roughness(s, RELIEF.roughness);
+        let [_, mirrors] = RELIEF.covariances(wo);
         let fresnel = visible_fresnel(wo, m, mirrors, RELIEF.f0);
         let diffuse = RELIEF.albedo * (DVec3::ONE - fresnel) * diffuse_directional(wo, wo, m, s, false, 8);
-        let expected = diffuse + leadr_specular_directional(wo, wo, m, mirrors, RELIEF.f0, false);
+        let cholesky = slope_cholesky(s);
+        let o = direction_area(wo, m, cholesky);
+        let f = facet_mirrors(wo, wo, RELIEF.roughness, 0.0);
+        let expected = diffuse + facet_mirrors_light(Shadowing::None, &o, &o, &f, m, cholesky, RELIEF.f0);
         assert!((light(&RELIEF, wo, wo) / expected - DVec3::ONE).length() < 4e-3);
         // Away from the light, something is in shadow.
         let matt = Surface { f0: DVec3::ZERO, ..RELIEF };

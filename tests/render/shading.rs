@@ -7,7 +7,8 @@ use glam::{DVec2, DVec3, Vec3};
 use leadr::reflectance::facets::base_roughness::add_facet_roughness;
 use leadr::reflectance::facets::projected_area;
 use leadr::reflectance::frame;
-use leadr::reflectance::integrals::specular::{EnvironmentSample, leadr_specular_environment, leadr_specular_light};
+use leadr::reflectance::integrals::facet_mirrors::{facet_mirrors, facet_mirrors_light};
+use leadr::reflectance::integrals::specular::{EnvironmentSample, leadr_specular_environment};
 use leadr::reflectance::integrals::{diffuse, sh_projection};
 use leadr::reflectance::masking::correlated::{direction_area, lit_fraction};
 use leadr::reflectance::masking::shadowing::Shadowing;
@@ -98,6 +99,7 @@ struct Pixel {
     m: DVec2,
     diffuse_s: DVec3,
     specular_s: DVec3,
+    alpha: f64,
     albedo: DVec3,
 }
 
@@ -126,6 +128,7 @@ fn pixels(renderer: &mut Renderer, state: &FrameState, color: &[[f32; 4]]) -> Ve
                 m: m + tilt,
                 diffuse_s,
                 specular_s: add_facet_roughness(diffuse_s, roughness[0], wo, m + tilt),
+                alpha: roughness[0],
                 albedo: DVec3::new(albedo[0], albedo[1], albedo[2]),
             };
             (i, pixel)
@@ -227,14 +230,15 @@ fn lights_agree_with_the_reference_at_every_pixel() {
                     (sun.direction.as_dvec3(), sun.irradiance.as_dvec3()),
                     (to_point.normalize(), point.intensity.as_dvec3() / to_point.length_squared()),
                 ];
-                let (wo, m, s) = (pixel.wo, pixel.m, pixel.specular_s);
-                let cholesky = slope_grid::slope_cholesky(s);
+                let (wo, m) = (pixel.wo, pixel.m);
+                let cholesky = slope_grid::slope_cholesky(pixel.diffuse_s);
                 let mut expected = DVec3::ZERO;
                 for (direction, irradiance) in lights {
                     let wi = frame::to_frame(&pixel.frame, direction);
                     let areas = [wo, wi].map(|w| direction_area(w, m, cholesky));
                     let shadowing = integral.shadowing;
-                    let specular = leadr_specular_light(shadowing, &areas[0], &areas[1], wo, wi, m, s, f0);
+                    let mirrors = facet_mirrors(wo, wi, pixel.alpha, 0.0);
+                    let specular = facet_mirrors_light(shadowing, &areas[0], &areas[1], &mirrors, m, cholesky, f0);
                     expected += irradiance * (albedo * pixel.diffuse_light(integral, wi) + specular);
                 }
                 let actual = DVec3::new(

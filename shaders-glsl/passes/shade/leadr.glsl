@@ -7,6 +7,7 @@
 #include "lighting.glsl"
 #include "leadr/facets/base_roughness.glsl"
 #include "leadr/integrals/diffuse.glsl"
+#include "leadr/integrals/facet_mirrors.glsl"
 #include "leadr/integrals/ggx_lobes.glsl"
 #include "leadr/integrals/light_size.glsl"
 #include "leadr/visible/shadowed_environment.glsl"
@@ -18,6 +19,7 @@
 
 const float GRID_DEVIATION = 0.05; // of the light of one sample of the grid, as far as the relief's horizon is concerned
 const int DIFFUSE_TERMS = 2; // of the closed form: see visible_diffuse.glsl
+const bool FACET_MIRRORS = FACET_FRAME && !FINEST_LEVEL && !GGX_BASE; // of the lights
 
 // Means over the visible mirrors.
 struct Mirrors {
@@ -218,12 +220,20 @@ vec3 leadr_radiance(Surface surface, float environment_scale) {
         [[unroll]] for (int number = 0; number < LIGHTS; ++number) {
             Light light = light_at(number, surface);
             vec3 scattered = vec3(0.0);
+            DirectionArea diffuse_i;
+            if (on_diffuse(number) || (FACET_MIRRORS && in_mirrors(number))) {
+                diffuse_i = area_for(SHADOWING, light.wi, m, diffuse_s, diffuse_cholesky);
+            }
             if (on_diffuse(number)) {
-                DirectionArea i = area_for(SHADOWING, light.wi, m, diffuse_s, diffuse_cholesky);
-                float lit = lit_fraction(SHADOWING, diffuse_o, i);
+                float lit = lit_fraction(SHADOWING, diffuse_o, diffuse_i);
                 scattered += albedo * (lit * diffuse_light(surface, wo, normals, faced, lambda, light.wi));
             }
-            if (of_panorama(number)) {
+            if (FACET_MIRRORS) {
+                if (in_mirrors(number)) {
+                    FacetMirrors mirrors = facet_mirrors(wo, light.wi, surface.alpha, light.variance);
+                    scattered += facet_mirrors_light(SHADOWING, diffuse_o, diffuse_i, mirrors, m, diffuse_cholesky, f0);
+                }
+            } else if (of_panorama(number)) {
                 if (SPECULAR_ENVIRONMENT) {
                     scattered += sized_light(surface, o, light, specular_s, ggx, cholesky);
                 }

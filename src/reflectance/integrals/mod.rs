@@ -2,6 +2,7 @@
 //! references for them.
 
 pub mod diffuse;
+pub mod facet_mirrors;
 pub mod ggx_filtering;
 pub mod ggx_lobes;
 pub mod light_size;

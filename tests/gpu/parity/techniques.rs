@@ -2,9 +2,13 @@
 
 use super::comparator::{Arguments as _, Numbers, Tolerance, join, list, parity, v2, v3};
 use glam::DVec3;
+use leadr::reflectance::integrals::facet_mirrors::{
+    facet_mirror_density, facet_mirrors, facet_mirrors_light, facet_visibility,
+};
 use leadr::reflectance::integrals::ggx_filtering::displaced_ggx;
 use leadr::reflectance::integrals::ggx_lobes::{GGX_LOBES, displaced_ggx_area, displaced_ggx_light, ggx_lobe};
 use leadr::reflectance::integrals::light_size::{light_normal_variance, light_slope_covariance};
+use leadr::reflectance::masking::correlated::direction_area;
 use leadr::reflectance::masking::shadowing::Shadowing;
 use leadr::reflectance::materials::classic::{
     blinn_phong_exponent, blinn_phong_ndf, blinn_phong_variance, lobe_lod, normal_variance, toksvig_exponent,
@@ -59,6 +63,35 @@ fn light_size_parity() {
             let s = light_slope_covariance(wo, wi, x[6]);
             let trace = s.x + s.y;
             list![s / trace, [trace, light_normal_variance(wo.dot(wi).abs(), x[6])]]
+        },
+    );
+}
+
+#[test]
+fn facet_mirrors_parity() {
+    parity::<13>(
+        "integrals/facet_mirrors",
+        Tolerance { relative: 2.5e-3, floor: |_| 1e-3, unit: 0.0 },
+        |r| {
+            let mut above = || {
+                let d = r.direction();
+                DVec3::new(d.x, d.y, d.z.abs().max(0.05)).normalize().to_array()
+            };
+            let directions = [above(), above()].concat();
+            let m = [r.range(-0.7, 0.7), r.range(-0.7, 0.7)];
+            let base = [r.log(0.02, 1.0), r.log(1e-7, 1e-2)];
+            join(&[&directions, &m, &r.covariance().to_array(), &base])
+        },
+        |x| {
+            let (wo, wi, m) = (v3(x, 0), v3(x, 3), v2(x, 6));
+            let cholesky = slope_cholesky(v3(x, 8));
+            let f = facet_mirrors(wo, wi, x[11], x[12]);
+            let [o, i] = [wo, wi].map(|w| direction_area(w, m, cholesky));
+            let visible = facet_visibility(Shadowing::Correlated, wo.z, wi.z, wo.dot(wi), f.base);
+            let density = |shadowing| facet_mirror_density(&f, m, cholesky, shadowing);
+            let light = facet_mirrors_light(Shadowing::Correlated, &o, &i, &f, m, cholesky, DVec3::splat(0.04)).x;
+            let densities = [Shadowing::None, Shadowing::Smith, Shadowing::Correlated].map(density);
+            list![f.deviation, [visible], densities, [light]]
         },
     );
 }

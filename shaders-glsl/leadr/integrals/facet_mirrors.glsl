@@ -1,0 +1,119 @@
+#ifndef LEADR_FACET_MIRRORS_GLSL
+#define LEADR_FACET_MIRRORS_GLSL
+
+#include "../facets/fresnel.glsl"
+#include "../masking/correlated.glsl"
+#include "../slopes/grid.glsl"
+
+// Mirrors of a light on a relief whose facets each have a Beckmann base in their own frame: four facets stand for those that mirror
+// it. src/reflectance/integrals/facet_mirrors.rs derives them. For each light
+//     FacetMirrors f = facet_mirrors(wo, wi, alpha, variance of the light's directions);
+//     radiance += irradiance * facet_mirrors_light(shadowing, o, i, f, m, cholesky, f0);
+// where o, i and cholesky are those of the relief without its base.
+
+const float LEADR_LEAST_HALFWAY_Z = 0.1;
+const float LEADR_LEAST_MIRROR_COSINE2 = 1e-3;
+const float LEADR_LEAST_BASE_VARIANCE = 1e-8;
+const float LEADR_LEAST_FACET_COSINE = 1e-3;
+const float LEADR_LEAST_LINEAR_COSINE = 0.05;
+const float LEADR_MOST_DEVIATIONS = 50.0;
+
+// A light and a viewer, their half vector, and the spread of mirrors about it.
+struct FacetMirrors {
+    vec3 wo;
+    vec3 wi;
+    vec3 wh;
+    vec3 along;     // across wh, in the plane of incidence
+    vec3 beside;
+    vec2 deviation; // of the base's slopes along these, with the size of the light
+    float base;     // and without it
+};
+
+FacetMirrors facet_mirrors(vec3 wo, vec3 wi, float alpha, float variance) {
+    vec3 h = wo + wi;
+    vec3 wh = h * inversesqrt(max(dot(h, h), 1e-20));
+    vec3 d = wi - wo;
+    float apart = dot(d, d);
+    // Any axis will do where both coincide.
+    vec3 along = apart > 1e-8 ? d * inversesqrt(apart) : normalize(vec3(wh.z, 1e-6, -wh.x));
+    float cosine = dot(wo, wh);
+    vec2 size = 0.25 * variance / vec2(1.0, max(cosine * cosine, LEADR_LEAST_MIRROR_COSINE2));
+    vec2 deviation = sqrt(size + max(0.5 * alpha * alpha, LEADR_LEAST_BASE_VARIANCE));
+    return FacetMirrors(wo, wi, wh, along, cross(wh, along), deviation, 0.70710678 * alpha);
+}
+
+// Share of the mirrors on a facet that viewer and light see, 0 where they see it from behind. co, ci: cosines with the facet's
+// normal; between: of wo and wi; deviation: of the base's slopes.
+float facet_visibility(int shadowing, float co, float ci, float between, float deviation) {
+    float so = sqrt(max(1.0 - co * co, 0.0)), si = sqrt(max(1.0 - ci * ci, 0.0));
+    // Across the facet's normal, the first axis toward the viewer.
+    float toward = clamp((between - co * ci) / max(so, 1e-6), -si, si);
+    float aside = sqrt(max(si * si - toward * toward, 0.0));
+    float bo = so * deviation, bi = si * deviation;
+    DirectionArea o = DirectionArea(vec2(bo, 0.0), bo, co, max(co, 0.0) + rough_area(co, bo));
+    DirectionArea i = DirectionArea(vec2(toward, aside) * deviation, bi, ci, max(ci, 0.0) + rough_area(ci, bi));
+    return max(co, 0.0) * masking_shadowing_factor(shadowing, o, i);
+}
+
+// Gaussian of the facets that mirror a light, in standard coordinates of the relief's slopes.
+struct MirroringFacets {
+    vec2 middle;
+    vec3 inverse; // of the covariance: xx, yy, xy
+    float determinant;
+};
+
+// As if the slopes u of the mirrors on their facets were linear, as they are about the facet of this slope.
+MirroringFacets mirroring_facets(FacetMirrors f, vec2 about, vec2 m, vec3 cholesky) {
+    vec3 n = vec3(-about, 1.0);
+    float per = 1.0 / max(dot(n, f.wh), LEADR_LEAST_LINEAR_COSINE * length(n));
+    // In deviations of the base: at the mean slope, and their gradients.
+    vec2 u = vec2(dot(n, f.along), dot(n, f.beside)) * per;
+    vec3 along = (u.x * f.wh - f.along) * (per / f.deviation.x);
+    vec3 beside = (u.y * f.wh - f.beside) * (per / f.deviation.y);
+    vec2 away = m - about;
+    vec2 at = u / f.deviation + vec2(dot(along.xy, away), dot(beside.xy, away));
+    vec2 a = whitened_direction(along, cholesky), b = whitened_direction(beside, cholesky);
+    // Precisions of the slopes and of both axes add up.
+    vec3 inverse = vec3(1.0 + a * a + b * b, a.x * a.y + b.x * b.y);
+    float across = a.x * b.y - a.y * b.x;
+    float determinant = 1.0 + dot(a, a) + dot(b, b) + across * across;
+    vec2 pull = -(a * at.x + b * at.y);
+    vec2 middle = vec2(inverse.y * pull.x - inverse.z * pull.y, inverse.x * pull.y - inverse.z * pull.x) / determinant;
+    return MirroringFacets(clamp(middle, -LEADR_MOST_DEVIATIONS, LEADR_MOST_DEVIATIONS), inverse, determinant);
+}
+
+// Density of the visible mirrors at the half vector, over the visible area of the relief.
+float facet_mirror_density(FacetMirrors f, vec2 m, vec3 cholesky, int shadowing) {
+    m = clamp(m, -LEADR_MAX_SLOPE, LEADR_MAX_SLOPE);
+    vec3 halfway = normalize(vec3(-m, 1.0)) + f.wh;
+    vec2 start = mirroring_facets(f, halfway.xy / -max(halfway.z, LEADR_LEAST_HALFWAY_Z), m, cholesky).middle;
+    MirroringFacets found = mirroring_facets(f, slope_at(start, m, cholesky), m, cholesky);
+
+    // Four nodes at sqrt(2) deviations.
+    vec2 reach = inversesqrt(found.inverse.y * vec2(0.5 * found.determinant, 0.5));
+    vec2 first = vec2(found.inverse.y, -found.inverse.z) * reach.x, second = vec2(0.0, reach.y);
+    float between = dot(f.wo, f.wi), sum = 0.0;
+    for (int k = 0; k < 4; ++k) {
+        vec2 z = found.middle + ((k & 2) == 0 ? first : second) * ((k & 1) == 0 ? 1.0 : -1.0);
+        vec3 facet = vec3(-slope_at(z, m, cholesky), 1.0);
+        float per_length = inversesqrt(dot(facet, facet));
+        vec3 normal = facet * per_length;
+        float cosine = dot(normal, f.wh);
+        if (cosine > LEADR_LEAST_FACET_COSINE) {
+            vec2 t = vec2(dot(normal, f.along), dot(normal, f.beside)) / (cosine * f.deviation);
+            float seen = facet_visibility(shadowing, dot(normal, f.wo), dot(normal, f.wi), between, f.base);
+            float c2 = cosine * cosine;
+            sum += exp(-0.5 * (dot(z, z) + dot(t, t))) * seen / (per_length * c2 * c2);
+        }
+    }
+    // e / 8 pi: nodes at sqrt(2) deviations have exp(-1) of the density of the middle.
+    return 0.1081569970 * sum / (sqrt(found.determinant) * f.deviation.x * f.deviation.y);
+}
+
+// Radiance towards the viewer under the light, per unit of its irradiance on a plane that faces it.
+vec3 facet_mirrors_light(int shadowing, DirectionArea o, DirectionArea i, FacetMirrors f, vec2 m, vec3 cholesky, vec3 f0) {
+    float d = facet_mirror_density(f, m, cholesky, shadowing);
+    return fresnel_schlick(f0, dot(f.wi, f.wh)) * (0.25 * d * masking_shadowing_factor(shadowing, o, i));
+}
+
+#endif
