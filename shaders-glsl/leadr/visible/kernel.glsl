@@ -14,8 +14,9 @@ const float LEADR_FINEST_LOOKUP = 0.25;
 float kernel_lod(float variance, float size) {
     float x = 0.25 * variance * size * size;
     float y = min(x * (1.0 / LEADR_KERNEL_LOOKUP), 1e12);
-    float level = floor(0.5 * log2(max(y, 4.0)));
-    float coarse = level + (y * exp2(-2.0 * level) - 1.0) * (1.0 / 3.0);
+    // floor(log2(y) / 2) and 4^-level by the exponent's bits.
+    int level = ((floatBitsToInt(max(y, 4.0)) >> 23) - 127) >> 1;
+    float coarse = float(level) + (y * intBitsToFloat((127 - 2 * level) << 23) - 1.0) * (1.0 / 3.0);
     float fine = max(x - LEADR_FINEST_LOOKUP, 0.0) * (1.0 / (4.0 * LEADR_KERNEL_LOOKUP - LEADR_FINEST_LOOKUP));
     return y < 4.0 ? fine : coarse;
 }

@@ -19,7 +19,7 @@
 struct LitProbe {
     float lit;       // the lit share of the probe, times its share of the visible facets in place of its weight
     float grazing;   // the same weighted by Schlick's term
-    vec3 wi;         // direction of its environment lookup, unit
+    vec3 wi;         // direction of its environment lookup, of any length
     float narrowing; // factor of that lookup's variance, 0.5..1
 };
 
@@ -52,6 +52,7 @@ vec2 lit_direction(int shadowing, VisibleProbes probes, DirectionArea o, vec3 wo
 // horizon h of larger bumps as well.
 LitProbe lit_probe(int shadowing, VisibleProbes probes, DirectionArea o, vec3 wo, float f0, VisibleProbe p, bool relief, Horizon h) {
     if (shadowing == LEADR_SHADOWING_NONE && !relief) return LitProbe(1.0, schlick_weight(p.cosine), p.wi, 1.0);
+    p.wi *= inversesqrt(max(dot(p.wi, p.wi), 1e-12));
     h = raised_horizon(h, LEADR_MIRROR_HORIZON);
     vec2 m = probes.m;
     vec3 up = vec3(-m, 1.0) * inversesqrt(1.0 + dot(m, m));
@@ -73,7 +74,7 @@ LitProbe lit_probe(int shadowing, VisibleProbes probes, DirectionArea o, vec3 wo
     vec3 rise = up - p.wi * dot(up, p.wi);
     vec3 towards = p.wi + rise * (bias * sqrt(p.variance) * inversesqrt(max(dot(rise, rise), 1e-8)));
     vec2 both = 0.5 * (high + low);
-    return LitProbe(both.x, both.y, towards * inversesqrt(max(dot(towards, towards), 1e-12)), 1.0 - 0.5 * bias * bias);
+    return LitProbe(both.x, both.y, towards, 1.0 - 0.5 * bias * bias);
 }
 
 LitProbe lit_probe(int shadowing, VisibleProbes probes, DirectionArea o, vec3 wo, float f0, VisibleProbe p) {

@@ -219,21 +219,20 @@ VisibleProbes visible_probes(int shadowing, vec3 wo, vec2 m, vec3 S, vec3 kernel
 struct VisibleProbe {
     vec2 slope;
     vec3 mirror;    // direction that this facet reflects, unit, tangent frame
-    vec3 wi;        // mean direction that its part of the lobe reflects, unit, tangent frame
+    vec3 wi;        // mean direction that its part of the lobe reflects, of any length (lookups need no unit), tangent frame
     float cosine;   // wo . wn for the Fresnel term of all visible facets, 0..1
     float weight;
     float variance; // of the lookup, per axis, in radians squared, below 2
 };
 
-// Mean direction reflected by Gaussian slopes of covariance c about `slope`, to second order; f: projected area of the facet
-// at `slope`.
+// Mean direction reflected by Gaussian slopes of covariance c about `slope`, to second order, not unit; f: projected area of the
+// facet at `slope`.
 vec3 mean_mirror(vec3 wo, vec2 slope, float f, vec3 c) {
     vec2 o = vec2(dot(c.xz, wo.xy), dot(c.zy, wo.xy));
     vec2 s = vec2(dot(c.xz, slope), dot(c.zy, slope));
     float per = 1.0 / (1.0 + dot(slope, slope) + c.x + c.y);
     float up = f + 2.0 * per * (dot(wo.xy, s) + 2.0 * per * f * dot(slope, s));
-    vec3 wi = 2.0 * per * vec3(o + 2.0 * per * f * s - up * slope, up) - wo;
-    return wi * inversesqrt(max(dot(wi, wi), 1e-12));
+    return 2.0 * per * vec3(o + 2.0 * per * f * s - up * slope, up) - wo;
 }
 
 VisibleProbe visible_probe(VisibleProbes probes, vec3 wo, ProbeNode node) {

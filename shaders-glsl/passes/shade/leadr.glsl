@@ -60,16 +60,19 @@ Mirrors probe_mirrors(Surface surface, vec3 wo, vec3 S) {
     DirectionArea o = direction_area(wo, probes.m, probes.cholesky);
     vec3 f0 = surface.f0, rise = grazing_reflectance(f0) - f0;
     float mean_f0 = dot(f0, vec3(1.0 / 3.0));
-    vec3 reflected = vec3(0.0);
+    vec3 at_normal = vec3(0.0), at_grazing = vec3(0.0);
     float lit = 0.0, grazing = 0.0;
     [[unroll]] for (int i = 0; i < SAMPLES; ++i) {
         VisibleProbe p = visible_probe(probes, wo, probe_node(SAMPLES, i, probes.wide));
         LitProbe l = lit_probe(SHADOWING, probes, o, wo, mean_f0, p, USES_HORIZON, surface.horizon);
-        reflected += p.weight * (f0 * l.lit + rise * l.grazing) * lobe_radiance(surface, l.wi, l.narrowing * p.variance);
+        vec3 radiance = p.weight * lobe_radiance(surface, l.wi, l.narrowing * p.variance);
+        at_normal += l.lit * radiance;
+        at_grazing += l.grazing * radiance;
         lit += p.weight * l.lit;
         grazing += p.weight * schlick_weight(p.cosine);
     }
-    return Mirrors(reflected / max(lit, 1.0), f0 + rise * grazing, probes.area);
+    vec3 reflected = (f0 * at_normal + rise * at_grazing) / max(lit, 1.0);
+    return Mirrors(reflected, f0 + rise * grazing, probes.area);
 }
 
 // As many mirrors, drawn from those that are visible: the mean over the samples of the reference converges to the integral.

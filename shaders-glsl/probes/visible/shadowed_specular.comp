@@ -18,7 +18,7 @@ void main() {
     }
     LitProbe one = lit_probe(LEADR_SHADOWING_SMITH, probes, o, wo, 0.04, any);
     put(one.grazing);
-    put(one.wi);
+    put(normalize(one.wi));
     put(probes.lit.mean);
     Horizon h = Horizon(m * 0.5, vec3(S.xy, 0.0));
     put(lit_probe(LEADR_SHADOWING_SMITH, probes, o, wo, 0.04, any, true, h).lit);

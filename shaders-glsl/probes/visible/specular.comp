@@ -18,6 +18,7 @@ void main() {
     for (int i = 0; i < n; ++i) {
         p = visible_probe(probes, wo, probe_node(n, i, probes.wide));
         weights += p.weight;
+        p.wi = normalize(p.wi);
         mirror += p.weight * p.wi;
         fresnel += p.weight * fresnel_schlick(vec3(0.04, 0.5, 1.0), p.cosine);
         lod += p.weight * kernel_lod(p.variance, 256.0);
