@@ -82,7 +82,7 @@ MirroringFacets mirroring_facets(FacetMirrors f, vec2 about, vec2 m, vec3 choles
     return MirroringFacets(clamp(middle, -LEADR_MOST_DEVIATIONS, LEADR_MOST_DEVIATIONS), inverse, determinant);
 }
 
-// Density of the visible mirrors at the half vector, over the visible area of the relief.
+// Density of the mirrors at the half vector that viewer and light see on their facets, per area of the macrosurface.
 float facet_mirror_density(FacetMirrors f, vec2 m, vec3 cholesky, int shadowing) {
     m = clamp(m, -LEADR_MAX_SLOPE, LEADR_MAX_SLOPE);
     vec3 halfway = normalize(vec3(-m, 1.0)) + f.wh;

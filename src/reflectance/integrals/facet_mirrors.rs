@@ -130,7 +130,7 @@ fn mirroring_facets(f: &FacetMirrors, about: DVec2, m: DVec2, cholesky: DVec3) -
     MirroringFacets { middle: middle.clamp(-most, most), inverse, determinant }
 }
 
-/// The module's `D` over the visible area of the relief, in place of that of one Gaussian for all mirrors. `m`: the relief's mean slope;
+/// The module's `D`, per area of the macrosurface, in place of that of one Gaussian for all mirrors. `m`: the relief's mean slope;
 /// `cholesky`: lower Cholesky factor of its covariance ([`slope_cholesky`](crate::reflectance::slopes::grid::slope_cholesky)).
 #[must_use]
 pub fn facet_mirror_density(f: &FacetMirrors, m: DVec2, cholesky: DVec3, shadowing: Shadowing) -> f64 {

@@ -14,9 +14,16 @@ use leadr::reflectance::materials::classic::{
     blinn_phong_exponent, blinn_phong_ndf, blinn_phong_variance, lobe_lod, normal_variance, toksvig_exponent,
     toksvig_variance,
 };
+use leadr::reflectance::random::Random;
 use leadr::reflectance::slopes::grid::slope_cholesky;
 use leadr::reflectance::slopes::statistics::clamp_covariance;
 use leadr::reflectance::visible::fresnel::visible_fresnel;
+
+/// A direction above the macrosurface.
+fn above(r: &mut Random) -> [f64; 3] {
+    let d = r.direction();
+    DVec3::new(d.x, d.y, d.z.abs().max(0.05)).normalize().to_array()
+}
 
 #[test]
 fn classic_parity() {
@@ -51,11 +58,7 @@ fn light_size_parity() {
         // Near the horizon the squares of steep slopes cancel: covariances are compared with their trace.
         Tolerance { relative: 1e-4, floor: |k| if k < 3 { 1.0 } else { 1e-9 }, unit: 0.0 },
         |r| {
-            let mut above = || {
-                let d = r.direction();
-                DVec3::new(d.x, d.y, d.z.abs().max(0.05)).normalize().to_array()
-            };
-            let directions = [above(), above()].concat();
+            let directions = [above(r), above(r)].concat();
             join(&[&directions, &[r.log(1e-6, 1e-2)]])
         },
         |x| {
@@ -73,11 +76,7 @@ fn facet_mirrors_parity() {
         "integrals/facet_mirrors",
         Tolerance { relative: 2.5e-3, floor: |_| 1e-3, unit: 0.0 },
         |r| {
-            let mut above = || {
-                let d = r.direction();
-                DVec3::new(d.x, d.y, d.z.abs().max(0.05)).normalize().to_array()
-            };
-            let directions = [above(), above()].concat();
+            let directions = [above(r), above(r)].concat();
             let m = [r.range(-0.7, 0.7), r.range(-0.7, 0.7)];
             let base = [r.log(0.02, 1.0), r.log(1e-7, 1e-2)];
             join(&[&directions, &m, &r.covariance().to_array(), &base])
