@@ -45,6 +45,10 @@ LitSlopes lit_slopes(vec3 wo, VisibleSlopes v) {
     float share = 1.0 / (1.0 + S.x * D.x + S.y * D.y + 2.0 * S.z * D.z + both);
     lit.S = share * (S + det * vec3(D.yx, -D.z));
     vec2 moved = -vec2(dot(lit.S.xz, lit.lean), dot(lit.S.zy, lit.lean));
+    // Where the conic is flat and the slopes along it are steep, the mean would move too far.
+    float bound = inversesqrt(max(1.0 - 2.0 * dot(lit.lean, moved), 1.0));
+    lit.lean *= bound;
+    moved *= bound;
     lit.m = m + moved;
     lit.mean = 0.5 * (log(share) - dot(lit.lean, moved));
     return lit;

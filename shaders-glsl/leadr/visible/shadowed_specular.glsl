@@ -29,9 +29,6 @@ const float LEADR_MOST_SHARE = 4.0;
 // Part of the deviation of a probe's light that is left to each of the two directions that it is taken apart into.
 const float LEADR_HALF_DEVIATION = 0.5;
 
-// Part of the variance of a probe's light by which these two lie about the direction that its facet mirrors.
-const float LEADR_LIT_SPREAD = 0.7;
-
 // Excess of the horizon before mirrors over that before the whole surface. Those that the viewer sees reflect lower parts of the
 // surroundings than its facets do on average, where the true horizon is jagged and hides more. Fitted to pictures (theory, section 10).
 const float LEADR_MIRROR_HORIZON = 1.2;
@@ -59,7 +56,7 @@ LitProbe lit_probe(int shadowing, VisibleProbes probes, DirectionArea o, vec3 wo
     float height = dot(up, p.mirror);
     float side = sqrt(max(1.0 - height * height, 0.0));
     float per_side = 1.0 / max(side, 1e-4);
-    float spread = LEADR_LIT_SPREAD * p.variance;
+    float spread = probes.lit_spread * p.variance;
     float cosine2 = 1.0 / (1.0 + spread);
     float sine = sqrt(spread * cosine2);
     vec2 heights = height * cosine2 + vec2(side * sine, -side * sine);

@@ -143,6 +143,9 @@ NodePlaces node_places(vec3 wo, VisibleSlopes v, vec3 spread, out vec2 along) {
     return places;
 }
 
+// lit_spread of a surface seen from straight above, what it has more of when seen edge-on, and the same for wide lobes.
+const vec3 LEADR_LIT_SPREAD = vec3(0.6, 0.9, -0.7);
+
 // Quantities that the probes of a pixel share.
 struct VisibleProbes {
     vec2 m;        // mean slope of all facets
@@ -156,6 +159,8 @@ struct VisibleProbes {
     float wide;    // how wide the lobe is
     NodePlaces whole; // over the whole lobe, lit or not, for the Fresnel terms
     float flat_area;  // projected area of a facet of slope 0 there
+    // Part of the variance of a probe's light by which the two directions that it is taken apart into lie about its mirror direction.
+    float lit_spread;
     LitSlopes lit; // what probes are placed for instead of all visible slopes; its mean includes the ratio of the visible areas
 };
 
@@ -213,6 +218,8 @@ VisibleProbes visible_probes(int shadowing, vec3 wo, vec2 m, vec3 S, vec3 kernel
     probes.wide = wide;
     probes.whole = node_places(wo, all, all.cov, unused);
     probes.flat_area = all.a + dot(wo.xy, all.m);
+    float sine2 = max(1.0 - all.a * all.a / (1.0 + dot(all.m, all.m)), 0.0);
+    probes.lit_spread = LEADR_LIT_SPREAD.x + (LEADR_LIT_SPREAD.y + LEADR_LIT_SPREAD.z * wide) * sine2;
     return probes;
 }
 

@@ -8,12 +8,14 @@
 //!
 //! ```text
 //! weight(x) = exp(−l·x − ½ xᵀ D x)      x = slope − m
-//! D = k Q,  Q = wo.z I + wo.xy mᵀ + m wo.xyᵀ − (wo.xy·m) I,   l = .65 k √(cos θ) |N_m|² wo.xy
+//! D = k Q,  Q = wo.z I + wo.xy mᵀ + m wo.xyᵀ − (wo.xy·m) I,   S' = (S⁻¹ + D)⁻¹
+//! l = l₀/√(1 + 2 l₀ᵀS'l₀),   l₀ = .65 k √(cos θ) |N_m|² wo.xy
 //! k = 2.7 cos θ r²/(1 + r²) / |N_m|³,   r = ½ tr S / 0.2
 //! ```
 //!
 //! is a Gaussian that fades out with that height, all the more the rougher the surface: smooth ones are lit nearly to
-//! the horizon. Times the density of slopes it is another Gaussian, with closed visible moments. Probes are placed for
+//! the horizon. The root in `l` keeps the mean from moving by a whole deviation, which it would where the conic is flat and the
+//! slopes along it are steep. Times the density of slopes it is another Gaussian, with closed visible moments. Probes are placed for
 //! that one, and what they see weighs by its share, the inverse of the weight, times the lit fraction. Shares are exact, whatever the weight is; the
 //! constants only decide where probes go (`lab::quadrature_study::fit_probes`).
 
@@ -63,6 +65,8 @@ pub fn lit_slopes(wo: DVec3, v: &VisibleSlopes) -> LitSlopes {
     let share = 1.0 / (1.0 + s.x * damp.x + s.y * damp.y + 2.0 * s.z * damp.z + both);
     let cov = share * (s + det * DVec3::new(damp.y, damp.x, -damp.z));
     let moved = -DVec2::new(cov.x * lean.x + cov.z * lean.y, cov.z * lean.x + cov.y * lean.y);
+    let bound = 1.0 / (1.0 - 2.0 * lean.dot(moved)).max(1.0).sqrt();
+    let (lean, moved) = (bound * lean, bound * moved);
     LitSlopes { m: m + moved, s: cov, lean, damp, mean: 0.5 * (share.ln() - lean.dot(moved)) }
 }
 

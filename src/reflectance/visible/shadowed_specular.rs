@@ -4,7 +4,7 @@
 //! facets. It represents a part of the lobe, not one direction, and the lit fraction of a direction
 //! ([`lit_fraction`]) depends on its height above the mesosurface: it is concave, and falls to zero at the mesosurface's horizon, where
 //! shares are largest. So the part of the lobe is taken apart once more, into two directions: one deviation up from what its facet
-//! mirrors and one down, where the variance is `v = 0.7` of the part's (visible facets end where a Gaussian part goes on). With the height as `x = cos θ` and `tan² δ = v`,
+//! mirrors and one down, where the variance `v` is a share of the part's ([`lit_spread`](super::specular::VisibleProbes::lit_spread)). With the height as `x = cos θ` and `tan² δ = v`,
 //!
 //! ```text
 //! x± = x cos² δ ± sin θ sin δ
@@ -36,10 +36,6 @@ const MOST_SHARE: f64 = 4.0;
 
 /// Part of the deviation of a probe's light that is left to each of the two directions that it is taken apart into.
 const HALF_DEVIATION: f64 = 0.5;
-
-/// Part of the variance of a probe's light by which these two lie about the direction that its facet mirrors. Less than all, as
-/// visible facets end where a Gaussian part goes on: with all of it what grazes comes out up to 20 % too bright.
-const LIT_SPREAD: f64 = 0.7;
 
 /// The lit part of a probe.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -75,7 +71,7 @@ pub fn lit_probe(
     let height = up.dot(p.mirror);
     let side = (1.0 - height * height).max(0.0).sqrt();
     let per_side = 1.0 / side.max(1e-4);
-    let spread = LIT_SPREAD * p.variance;
+    let spread = probes.lit_spread * p.variance;
     let cosine2 = 1.0 / (1.0 + spread);
     let sine = (spread * cosine2).sqrt();
     let deviation = HALF_DEVIATION * p.variance.sqrt();

@@ -76,6 +76,14 @@ fn diffuse() {
     }
 }
 
+/// The oracle's polynomial as a probe looks it up: the kernel scales band `l` by `exp(−v l (l + 1)/2)`.
+fn smooth_lookup(p: &VisibleProbe) -> DVec3 {
+    let v = p.variance;
+    let (one, two) = ((-v).exp(), (-3.0 * v).exp());
+    let first = 0.4 * p.wi.x - 0.25 * p.wi.y + 0.3 * p.wi.z;
+    DVec3::splat(1.0 + one * first + two * (smooth(p.wi) - 1.0 - first))
+}
+
 /// Directions and weights of the probes, in a smooth environment whose filtering by a probe's level is known in closed form.
 #[test]
 fn specular() {
@@ -84,19 +92,36 @@ fn specular() {
         let rule = probe_rule(n);
         let mut errors = Errors::default();
         for (wo, m, s, c) in configurations(&data) {
-            // The kernel scales band l of the polynomial by exp(−v l (l + 1)/2).
-            let radiance = |p: &VisibleProbe| {
-                let v = p.variance;
-                let (one, two) = ((-v).exp(), (-3.0 * v).exp());
-                let first = 0.4 * p.wi.x - 0.25 * p.wi.y + 0.3 * p.wi.z;
-                DVec3::splat(1.0 + one * first + two * (smooth(p.wi) - 1.0 - first))
-            };
-            let i = visible_specular_environment(Shadowing::None, wo, m, s, DVec3::ONE, rule, radiance).reflected.x;
+            let i =
+                visible_specular_environment(Shadowing::None, wo, m, s, DVec3::ONE, rule, smooth_lookup).reflected.x;
             errors.add(i - number(&c["specular_env"]["smooth"]["mask"]));
             let i =
                 visible_specular_environment(Shadowing::Smith, wo, m, s, DVec3::ONE, rule, |_| DVec3::ONE).reflected;
             assert!((0.0..=1.0 + 1e-7).contains(&i.x), "shadowing must only remove light");
         }
         errors.check(&format!("specular, smooth environment, {n} probes"), bound.0, bound.1);
+    }
+}
+
+/// The same with Smith's shadows, and in a white room; the second is the mean lit part of what is visible.
+#[test]
+fn shadowed_specular() {
+    let data = oracle("leadr_integrals.json");
+    let cases = [
+        (5, (2.9e-2, 0.12), (2.6e-2, 0.085)),
+        (9, (1.35e-2, 0.04), (1.3e-2, 0.046)),
+        (16, (1e-2, 0.038), (9e-3, 0.03)),
+    ];
+    for (n, smooth_bound, white_bound) in cases {
+        let (mut smooth, mut white) = (Errors::default(), Errors::default());
+        for (wo, m, s, c) in configurations(&data) {
+            let reflected = |lookup: fn(&VisibleProbe) -> DVec3| {
+                visible_specular_environment(Shadowing::Smith, wo, m, s, DVec3::ONE, probe_rule(n), lookup).reflected.x
+            };
+            smooth.add(reflected(smooth_lookup) - number(&c["specular_env"]["smooth"]["shadow"]));
+            white.add(reflected(|_| DVec3::ONE) - number(&c["specular_env"]["const"]["shadow"]));
+        }
+        smooth.check(&format!("shadowed specular, smooth environment, {n} probes"), smooth_bound.0, smooth_bound.1);
+        white.check(&format!("shadowed specular, white room, {n} probes"), white_bound.0, white_bound.1);
     }
 }
