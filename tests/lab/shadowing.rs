@@ -230,7 +230,7 @@ fn probes_keep_what_they_should() {
     }
     let rms = square.map(|s| f64::sqrt(s / count));
     println!("lit fraction of {count} surfaces by 5, 9 and 16 probes: rms error {rms:.4?}");
-    assert!(count > 30.0 && rms[0] < 0.0295 && rms[1] < 0.0205 && rms[2] < 0.0105);
+    assert!(count > 30.0 && rms[0] < 0.027 && rms[1] < 0.0195 && rms[2] < 0.0112);
 }
 
 /// The library's own ray casts. Bounds are 1.5 times the measured values, to allow for other seeds. The paper's terms must show

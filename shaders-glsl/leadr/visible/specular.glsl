@@ -143,8 +143,8 @@ NodePlaces node_places(vec3 wo, VisibleSlopes v, vec3 spread, out vec2 along) {
     return places;
 }
 
-// lit_spread of a surface seen from straight above, what it has more of when seen edge-on, and the same for wide lobes.
-const vec3 LEADR_LIT_SPREAD = vec3(0.6, 0.9, -0.7);
+// lit_spread of wide lobes, and of what is seen from straight above; narrow lobes seen edge-on have twice as much.
+const float LEADR_LIT_SPREAD = 0.6;
 
 // Quantities that the probes of a pixel share.
 struct VisibleProbes {
@@ -219,7 +219,7 @@ VisibleProbes visible_probes(int shadowing, vec3 wo, vec2 m, vec3 S, vec3 kernel
     probes.whole = node_places(wo, all, all.cov, unused);
     probes.flat_area = all.a + dot(wo.xy, all.m);
     float sine2 = max(1.0 - all.a * all.a / (1.0 + dot(all.m, all.m)), 0.0);
-    probes.lit_spread = LEADR_LIT_SPREAD.x + (LEADR_LIT_SPREAD.y + LEADR_LIT_SPREAD.z * wide) * sine2;
+    probes.lit_spread = LEADR_LIT_SPREAD * (1.0 + (1.0 - wide) * sine2);
     return probes;
 }
 

@@ -168,10 +168,10 @@ pub fn probe_rule(n: u32) -> ProbeRule<'static> {
 /// Variance of round slopes, summed over both axes, at which a lobe is half wide: a deviation of 0.42 per axis.
 pub const WIDE_HALF: f64 = 0.35;
 
-/// [`VisibleProbes::lit_spread`] of a surface seen from straight above, what it has more of when seen edge-on, and the same for wide
-/// lobes: narrow ones seen at an angle end at the horizon, and most of their light that is shadowed lies in the tails that few
-/// probes stand for. Fitted to the converged integral in a white room and under order 2, held against ray casts.
-const LIT_SPREAD: [f64; 3] = [0.6, 0.9, -0.7];
+/// [`VisibleProbes::lit_spread`] of wide lobes, and of what is seen from straight above. Narrow lobes seen edge-on have twice as much:
+/// they end at the horizon, and most of what is shadowed of them lies in tails that few probes stand for. Fitted to
+/// converged integrals in a white room and under order 2, held against ray casts.
+const LIT_SPREAD: f64 = 0.6;
 
 /// Width of a lobe, from 0 to 1; `s`: covariance of the slopes. Long lobes are as wide as they are across.
 #[must_use]
@@ -241,7 +241,7 @@ pub struct VisibleProbes {
     /// Projected area of a facet of slope 0 there.
     pub flat: f64,
     /// Part of the variance of a probe's light by which the two directions that it is taken apart into lie about what its facet
-    /// mirrors ([`shadowed_specular`](super::shadowed_specular)): [`LIT_SPREAD`].
+    /// mirrors ([`shadowed_specular`](super::shadowed_specular)), 0.6..1.2.
     pub lit_spread: f64,
     /// What probes are placed for instead of all visible slopes; its `mean` includes the ratio of the visible areas.
     pub lit: LitSlopes,
@@ -321,7 +321,7 @@ pub fn visible_probes(shadowing: Shadowing, wo: DVec3, m: DVec2, s: DVec3, kerne
         wide,
         whole: node_places(wo, &all, all.cov).0,
         flat: all.a + wo.xy().dot(all.m),
-        lit_spread: LIT_SPREAD[0] + (LIT_SPREAD[1] + LIT_SPREAD[2] * wide) * sine2,
+        lit_spread: LIT_SPREAD * (1.0 + (1.0 - wide) * sine2),
         lit,
     }
 }
