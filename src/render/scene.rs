@@ -7,6 +7,7 @@ use super::surfaces::displacement::HeightField;
 use super::surfaces::ocean::Ocean;
 use super::surfaces::patch_mesh::{PatchMesh, PosedVertices};
 use super::surfaces::skinning;
+use crate::maps::cache::MapCache;
 use glam::{Affine3A, Mat4, Vec3};
 
 /// An sRGB colour map with roughness.
@@ -96,19 +97,21 @@ pub struct Scene {
     pub objects: Vec<Object>,
     /// The sea, if there is one.
     pub ocean: Option<Ocean>,
+    /// Where what takes long to find in the maps of the meshes is kept for the next time; `None`: nowhere.
+    pub cache: Option<MapCache>,
 }
 
 impl From<Vec<Object>> for Scene {
     /// Objects without a sea.
     fn from(objects: Vec<Object>) -> Self {
-        Self { objects, ocean: None }
+        Self { objects, ..Self::default() }
     }
 }
 
 impl From<Ocean> for Scene {
     /// The open sea without objects.
     fn from(ocean: Ocean) -> Self {
-        Self { objects: Vec::new(), ocean: Some(ocean) }
+        Self { ocean: Some(ocean), ..Self::default() }
     }
 }
 

@@ -3,6 +3,7 @@
 use glam::Vec2;
 
 use super::plane::{plane, toward_horizon};
+use crate::maps::cache::remembered;
 use crate::maps::procedural;
 use crate::maps::srgb::srgb8_from_linear;
 use crate::render::scene::{ColorMap, Object};
@@ -20,17 +21,25 @@ const TEXELS: u32 = 1024;
 /// Metres after which the whole ground, tint included, repeats along x and y.
 pub const PERIOD: f32 = 40.0;
 
+/// The heights of the soil without broad swells.
+fn soil() -> Vec<f32> {
+    let programs = [include_str!("ground.rs"), include_str!("../maps/procedural.rs"), include_str!("../maps/noise.rs")];
+    remembered("soil", &programs, (TEXELS * TEXELS) as usize, || {
+        let mut soil = procedural::soil(TEXELS, TEXELS, 1).texels;
+        flatten(&mut soil, TEXELS as usize, 80);
+        soil
+    })
+}
+
 /// The ground at z = 0, its heights centred on zero.
 #[must_use]
 pub fn ground() -> Object {
-    let mut soil = procedural::soil(TEXELS, TEXELS, 1);
-    flatten(&mut soil.texels, TEXELS as usize, 80);
-    let mean = soil.texels.iter().sum::<f32>() / soil.texels.len() as f32;
-    let (low, high) = soil.texels.iter().fold((f32::MAX, f32::MIN), |(l, h), &t| (l.min(t), h.max(t)));
+    let soil = soil();
+    let mean = soil.iter().sum::<f32>() / soil.len() as f32;
+    let (low, high) = soil.iter().fold((f32::MAX, f32::MIN), |(l, h), &t| (l.min(t), h.max(t)));
     let range = (high - low).max(1e-6);
-    let texels: Vec<f32> = soil.texels.iter().map(|h| (h - mean) / range * RELIEF).collect();
+    let texels: Vec<f32> = soil.iter().map(|h| (h - mean) / range * RELIEF).collect();
     let colors = soil
-        .texels
         .iter()
         .map(|h| {
             // Dust on the high places, damp dark earth in the cracks.

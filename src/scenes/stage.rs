@@ -4,6 +4,7 @@ use glam::Vec3;
 
 use super::plane::{even, plane};
 use super::sphere::displaced_sphere;
+use crate::maps::cache::{MapCache, remembered};
 use crate::maps::{HeightMap, procedural};
 use crate::render::camera::Camera;
 use crate::render::light::sky::Sky;
@@ -147,10 +148,10 @@ impl Stage {
         }
     }
 
-    /// Takes what a renderer keeps: the objects and the sea.
+    /// Takes what a renderer keeps: the objects and the sea, with the user's cache.
     #[must_use]
     pub fn take_scene(&mut self) -> Scene {
-        Scene { objects: std::mem::take(&mut self.objects), ocean: self.ocean.take() }
+        Scene { objects: std::mem::take(&mut self.objects), ocean: self.ocean.take(), cache: MapCache::of_user() }
     }
 
     /// The state at `time` seen by `camera`, which is placed relative to the anchor and so follows what moves.
@@ -191,11 +192,19 @@ impl Default for Relief {
     }
 }
 
+/// The relief of surfaces without a map.
+fn rock() -> HeightMap {
+    let programs = [include_str!("../maps/procedural.rs"), include_str!("../maps/noise.rs")];
+    let [width, height] = [1024; 2];
+    let make = || procedural::rock(width, height, 1).texels;
+    HeightMap { width, height, texels: remembered("rock", &programs, (width * height) as usize, make) }
+}
+
 impl Relief {
     fn field(&mut self) -> HeightField {
         let map = self.map.take().unwrap_or_else(|| {
             self.height_scale *= GENERATED_HEIGHT;
-            procedural::rock(1024, 1024, 1)
+            rock()
         });
         HeightField::repeating(map)
     }

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use crate::common::gpu::{TestGpu, test_gpu};
 use crate::common::render::{luminance, under_sky};
+use leadr::maps::cache::MapCache;
 use leadr::render::camera::Camera;
 use leadr::render::frame::{FrameOutput, Layer, Renderer};
 use leadr::render::light::sky::Sky;
@@ -17,7 +18,7 @@ use leadr::scenes::trex::stage::walking;
 const TILE: u32 = 16;
 
 fn stage() -> Stage {
-    let cache = Path::new(env!("CARGO_TARGET_TMPDIR")).join("trex");
+    let cache = MapCache::in_folder(Path::new(env!("CARGO_TARGET_TMPDIR")).join("trex"));
     walking(Trex::load_from(Some(&cache), TILE, &|_| {}).unwrap())
 }
 

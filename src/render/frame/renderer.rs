@@ -50,8 +50,8 @@ impl Renderer {
     /// More objects than `MAX_OBJECTS`, unusable waves, memory that is short, or
     /// a Vulkan call that failed.
     pub fn new(gpu: &Arc<Gpu>, scene: impl Into<Scene>, environment: Environment) -> Result<Self> {
-        let Scene { objects, ocean } = scene.into();
-        let mut surfaces: Vec<Box<dyn Surface>> = vec![Box::new(Meshes::new(gpu, objects)?)];
+        let Scene { objects, ocean, cache } = scene.into();
+        let mut surfaces: Vec<Box<dyn Surface>> = vec![Box::new(Meshes::new(gpu, objects, cache.as_ref())?)];
         if let Some(ocean) = ocean {
             surfaces.push(Box::new(Sea::new(gpu, ocean)?));
         }

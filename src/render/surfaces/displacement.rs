@@ -101,10 +101,12 @@ impl<'a> HeightPyramid<'a> {
                 break;
             }
             let (width, height) = ((source.width / 2).max(1), (source.height / 2).max(1));
-            let texels = (0..height)
-                .into_par_iter()
-                .flat_map_iter(|y| (0..width).map(move |x| box_filter(source, width, height, x, y)))
-                .collect();
+            let mut texels = vec![0.0; width as usize * height as usize];
+            texels.par_chunks_mut(width as usize).zip(0..height).for_each(|(row, y)| {
+                for (texel, x) in row.iter_mut().zip(0..) {
+                    *texel = box_filter(source, width, height, x, y);
+                }
+            });
             levels.push(HeightField { width, height, texels, border: field.border });
         }
         Self { field, levels }
@@ -135,6 +137,10 @@ impl<'a> HeightPyramid<'a> {
 
 /// Area-weighted mean of the source texels under texel `(x, y)` of a `w × h` level; exact for odd sizes.
 fn box_filter(source: &HeightField, w: u32, h: u32, x: u32, y: u32) -> f32 {
+    if (source.width, source.height) == (2 * w, 2 * h) {
+        let rows = [2 * y, 2 * y + 1].map(|y| &source.texels[(y * source.width + 2 * x) as usize..][..2]);
+        return (rows.into_iter().flatten().map(|&t| f64::from(t)).sum::<f64>() / 4.0) as f32;
+    }
     let span = |i: u32, from: u32, to: u32| {
         let (low, high) = (f64::from(i * from) / f64::from(to), f64::from((i + 1) * from) / f64::from(to));
         (low.floor() as u32..(high.ceil() as u32).min(from)).map(move |k| {

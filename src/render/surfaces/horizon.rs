@@ -20,6 +20,7 @@ use super::topology::Topology;
 use crate::gpu::vk::Format;
 use crate::gpu::{Gpu, GpuError, Image, ImageDesc, Result};
 use crate::maps::Wrap;
+use crate::maps::cache::{MapCache, checksum};
 use crate::maps::horizon::{Heights, HorizonTexel, Rays, Window, horizons};
 use crate::render::constants::SOURCE_LEVEL;
 
@@ -33,6 +34,77 @@ const TILE_AXES: usize = 4;
 
 /// Longest ray on an atlas, in texels of a level and in those of level 0.
 const TILE_REACH: [u32; 2] = [12, 24];
+
+/// The horizons of fewer texels are found as fast as a file is read.
+const LEAST_CACHED: usize = 1 << 18;
+
+/// The source text of whatever decides what is found: part of what a cache file is known by.
+const SOURCES: [&str; 4] = [
+    include_str!("horizon.rs"),
+    include_str!("atlas/tiles.rs"),
+    include_str!("moments.rs"),
+    include_str!("../../maps/horizon.rs"),
+];
+
+/// What the horizons of a map follow from besides its heights.
+pub struct Relief<'a> {
+    /// The surface that carries it.
+    pub mesh: &'a PatchMesh,
+    /// Edges of the mesh.
+    pub topology: &'a Topology,
+    /// What lies beyond the borders of the map.
+    pub border: Border,
+    /// Matters by its sign.
+    pub height_scale: f32,
+}
+
+impl Relief<'_> {
+    fn sign(&self) -> f32 {
+        if self.height_scale < 0.0 { -1.0 } else { 1.0 }
+    }
+
+    /// Identifies the horizons of such a relief with these heights.
+    fn key(&self, size: [u32; 2], heights: u64) -> u64 {
+        let mut words = vec![u64::from(size[0]) << 32 | u64::from(size[1]), heights, u64::from(self.sign() > 0.0)];
+        match self.border {
+            Border::Wrap => words.push(0),
+            Border::Clamp => words.push(1),
+            Border::Tiles(layout) => {
+                words.extend([2, layout.tile, layout.gutter, layout.columns].map(u64::from));
+                words.push(checksum(bytemuck::cast_slice(&self.mesh.patches)));
+                let positions: Vec<[f32; 3]> = self.mesh.positions.iter().map(|p| p.to_array()).collect();
+                words.push(checksum(bytemuck::cast_slice(&positions)));
+            }
+        }
+        words.extend(SOURCES.map(|source| checksum(source.as_bytes())));
+        checksum(bytemuck::cast_slice(&words))
+    }
+}
+
+/// The texels of a level: leans and deviations, correlations, as halves.
+type LevelTexels = (Vec<[u16; 4]>, Vec<u16>);
+
+/// The levels of maps of these sizes, one behind the other.
+fn to_bytes(levels: &[LevelTexels]) -> Vec<u8> {
+    let mut bytes = Vec::with_capacity(levels.iter().map(|(leans, _)| 10 * leans.len()).sum());
+    for (leans, correlations) in levels {
+        bytes.extend_from_slice(bytemuck::cast_slice(leans));
+        bytes.extend_from_slice(bytemuck::cast_slice(correlations));
+    }
+    bytes
+}
+
+fn from_bytes(mut bytes: &[u8], sizes: &[usize]) -> std::result::Result<Vec<LevelTexels>, &'static str> {
+    fn taken<T: bytemuck::Pod>(bytes: &mut &[u8], count: usize) -> Option<Vec<T>> {
+        let head = bytes.split_off(..count * size_of::<T>())?;
+        let mut texels = vec![T::zeroed(); count];
+        bytemuck::cast_slice_mut::<T, u8>(&mut texels).copy_from_slice(head);
+        Some(texels)
+    }
+    let level = |&count| Some((taken(&mut bytes, count)?, taken(&mut bytes, count)?));
+    let levels = sizes.iter().map(level).collect::<Option<_>>().ok_or("it is too short")?;
+    if bytes.is_empty() { Ok(levels) } else { Err("it is too long") }
+}
 
 /// The horizon maps of an object.
 pub struct HorizonMaps {
@@ -131,7 +203,7 @@ impl HorizonMaps {
         })
     }
 
-    /// The horizons of the heights in `maps`, on this mesh with these edges. `height_scale` matters by its sign.
+    /// The horizons of the heights in `maps`, whose checksum is `heights`. With a cache those of large maps are looked for there.
     ///
     /// # Errors
     /// A failed read, or memory that is short.
@@ -139,11 +211,10 @@ impl HorizonMaps {
         gpu: &Arc<Gpu>,
         name: &str,
         maps: &LeadrMapGpu,
-        border: Border,
-        (mesh, topology): (&PatchMesh, &Topology),
-        height_scale: f32,
+        relief: &Relief<'_>,
+        cache: Option<(&MapCache, u64)>,
     ) -> Result<Self> {
-        let levels = match border {
+        let levels = match relief.border {
             Border::Wrap | Border::Clamp => maps.levels(),
             // The filter pass uses no more of the tiles.
             Border::Tiles(_) => maps.levels().min(SOURCE_LEVEL + 1),
@@ -155,19 +226,37 @@ impl HorizonMaps {
         let leans = Image::new(gpu, &format!("{name} horizon"), desc)?;
         let single = ImageDesc { format: Format::R16_SFLOAT, ..desc };
         let correlations = Image::new(gpu, &format!("{name} horizon correlation"), single)?;
-        for level in first..levels {
-            let read = Level::read(maps, level, if height_scale < 0.0 { -1.0 } else { 1.0 })?;
-            let texels = match border {
-                Border::Wrap => read.of_map(Wrap::Repeat),
-                Border::Clamp => read.of_map(Wrap::Clamp),
-                Border::Tiles(layout) => read.of_tiles(level, &Tiles::new(mesh, topology, layout)),
-            };
-            let (lean, correlation): (Vec<[u16; 4]>, Vec<u16>) =
-                texels.iter().map(|texel| texel.halves(read.size)).unzip();
-            leans.write(level - first, 0, &lean)?;
-            correlations.write(level - first, 0, &correlation)?;
+        let find = || (first..levels).map(|level| Self::level(maps, level, relief)).collect::<Result<Vec<_>>>();
+        let sizes: Vec<usize> =
+            (first..levels).map(|level| maps.heights().mip_extent(level).iter().product::<u32>() as usize).collect();
+        let texels: usize = sizes.iter().sum();
+        let found = match cache {
+            Some((cache, heights)) if texels >= LEAST_CACHED => {
+                let make = || {
+                    let found = find()?;
+                    let bytes = to_bytes(&found);
+                    Ok((found, bytes))
+                };
+                let key = relief.key(maps.heights().mip_extent(0), heights);
+                cache.remember("horizon", key, 10 * texels as u64, |bytes| from_bytes(bytes, &sizes), make)?
+            }
+            _ => find()?,
+        };
+        for (level, (lean, correlation)) in (0..).zip(&found) {
+            leans.write(level, 0, lean)?;
+            correlations.write(level, 0, correlation)?;
         }
         Ok(Self { leans, correlations })
+    }
+
+    fn level(maps: &LeadrMapGpu, level: u32, relief: &Relief<'_>) -> Result<LevelTexels> {
+        let read = Level::read(maps, level, relief.sign())?;
+        let texels = match relief.border {
+            Border::Wrap => read.of_map(Wrap::Repeat),
+            Border::Clamp => read.of_map(Wrap::Clamp),
+            Border::Tiles(layout) => read.of_tiles(level, &Tiles::new(relief.mesh, relief.topology, layout)),
+        };
+        Ok(texels.iter().map(|texel| texel.halves(read.size)).unzip())
     }
 
     /// `lean` and the deviations of `spread`, with mips.

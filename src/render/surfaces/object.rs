@@ -7,10 +7,11 @@ use ash::vk;
 use super::atlas::AtlasGpu;
 use super::displacement::{Border, BoundaryHeights, EDGE_LEVELS, HeightField};
 use super::flat;
-use super::horizon::HorizonMaps;
+use super::horizon::{HorizonMaps, Relief};
 use super::moments::{Edges, HeightSource, LeadrMapGpu, MomentFormat};
 use super::topology::Topology;
 use crate::gpu::{AddressMode, Buffer, Filter, Gpu, Image, ImageDesc, Result, Sampler, shared_struct};
+use crate::maps::cache::{MapCache, checksum};
 use crate::render::constants::{FLAG_DISPLACED, FLAG_FLAT, FLAG_MARK_INSIDE, SEA_INDEX};
 use crate::render::scene::Object;
 
@@ -100,11 +101,11 @@ pub struct SurfaceKind {
 
 impl GpuObject {
     /// Uploads an object and builds its LEADR maps. `index` counts the objects of a scene from 0, below
-    /// [`MAX_OBJECTS`].
+    /// [`MAX_OBJECTS`]; `cache` keeps what takes long to find in its maps.
     ///
     /// # Errors
     /// Memory or a Vulkan call that failed.
-    pub fn new(gpu: &Arc<Gpu>, mut object: Object, index: usize) -> Result<Self> {
+    pub fn new(gpu: &Arc<Gpu>, mut object: Object, index: usize, cache: Option<&MapCache>) -> Result<Self> {
         let name = object.name.clone();
         let topology = Topology::new(&object.mesh.patches);
         let (boundary, border) = match &object.heights {
@@ -143,7 +144,9 @@ impl GpuObject {
             })
             .collect();
         let maps = leadr_maps(gpu, object.heights.as_ref())?;
+        let mut heights = 0;
         if let Some(field) = &mut object.heights {
+            heights = cache.map_or(0, |_| checksum(bytemuck::cast_slice(&field.texels)));
             field.texels = Vec::new();
         }
         let kind = SurfaceKind {
@@ -171,7 +174,8 @@ impl GpuObject {
             Border::Wrap | Border::Clamp => AtlasGpu::none(gpu, &name)?,
         };
         let horizons = if kind.horizon {
-            HorizonMaps::new(gpu, &name, &maps, border, (&object.mesh, &topology), object.height_scale)?
+            let relief = Relief { mesh: &object.mesh, topology: &topology, border, height_scale: object.height_scale };
+            HorizonMaps::new(gpu, &name, &maps, &relief, cache.map(|cache| (cache, heights)))?
         } else {
             HorizonMaps::none(gpu, &name)?
         };

@@ -5,6 +5,7 @@
 
 use rayon::prelude::*;
 
+use crate::maps::cache::remembered;
 use crate::maps::noise::{features, fractal, gradient, unit};
 use crate::maps::srgb::srgb8_from_linear;
 
@@ -102,9 +103,16 @@ fn color(s: f32, y: f32, relief: f32, wet: f32, period: i32) -> [u8; 4] {
     [channel(0), channel(1), channel(2), (roughness.clamp(0.05, 1.0) * 255.0 + 0.5) as u8]
 }
 
-fn map(width: u32, height: u32, texel: impl Fn(f32, f32) -> (f32, [u8; 4]) + Sync) -> Sand {
-    let at = |i: u32| texel(((i % width) as f32 + 0.5) / width as f32, ((i / width) as f32 + 0.5) / height as f32);
-    let (heights, colors) = (0..width * height).into_par_iter().map(at).unzip();
+fn map(kind: &str, [width, height]: [u32; 2], texel: impl Fn(f32, f32) -> (f32, [u8; 4]) + Sync) -> Sand {
+    let programs = [include_str!("sand.rs"), include_str!("../../maps/noise.rs")];
+    let at = |i: u32| {
+        let (height, color) =
+            texel(((i % width) as f32 + 0.5) / width as f32, ((i / width) as f32 + 0.5) / height as f32);
+        [height.to_bits(), u32::from_ne_bytes(color)]
+    };
+    let count = width * height;
+    let texels = remembered(kind, &programs, count as usize, || (0..count).into_par_iter().map(at).collect());
+    let (heights, colors) = texels.iter().map(|&[h, color]| (f32::from_bits(h), color.to_ne_bytes())).unzip();
     Sand { width, height, heights, colors }
 }
 
@@ -117,7 +125,7 @@ pub fn strip() -> Sand {
         let weed = 0.025 * wrack(s, y);
         (dry_relief(s, y, period) * (1.0 - wet) + wet_relief(s, y, period) * wet + weed, wet)
     };
-    map(STRIP_TEXELS[0], STRIP_TEXELS[1], |u, v| {
+    map("sand-strip", STRIP_TEXELS, |u, v| {
         let (s, y) = (STRIP[0] + u * (STRIP[1] - STRIP[0]), v * STRIP_REPEAT);
         let (height, wet) = relief(s, y);
         (height, color(s, y, height, wet, period))
@@ -128,7 +136,7 @@ pub fn strip() -> Sand {
 #[must_use]
 pub fn dry() -> Sand {
     let period = DRY_REPEAT as i32;
-    map(DRY_TEXELS, DRY_TEXELS, |u, v| {
+    map("sand", [DRY_TEXELS; 2], |u, v| {
         // Far enough from the water that nothing here depends on it; the ripples need a whole number of waves across.
         let (s, y) = (u * DRY_REPEAT, v * DRY_REPEAT);
         let ripples = dry_relief(s * 9.92 / 10.0, y, period);

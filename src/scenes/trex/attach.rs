@@ -32,13 +32,14 @@ fn nearest(positions: &[Vec3], p: Vec3) -> Option<usize> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::maps::cache::MapCache;
     use crate::render::surfaces::skinning::skin;
     use crate::scenes::trex::{Trex, skin::Skin, walk};
 
     #[test]
     fn dew_claws_stay_on_the_leg_through_a_stride() {
-        let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("target/tmp/trex");
-        let trex = Trex::load_from(Some(&folder), 8, &|_| {}).unwrap();
+        let cache = MapCache::in_folder(concat!(env!("CARGO_MANIFEST_DIR"), "/target/tmp/trex"));
+        let trex = Trex::load_from(Some(&cache), 8, &|_| {}).unwrap();
         let joint = joint_index("ankle_L") as u16;
         let plain = crate::scenes::trex::props::build(&Skin::new(), crate::scenes::trex::props::Detail::Fine);
         let members: Vec<usize> = (0..plain.skin.len()).filter(|&v| plain.skin[v].joints[0] == joint).collect();

@@ -6,6 +6,7 @@ use glam::Vec2;
 use rayon::prelude::*;
 
 use super::Trex;
+use crate::maps::cache::MapCache;
 use crate::render::surfaces::patch::Patch;
 use crate::render::surfaces::patch_mesh::PatchMesh;
 
@@ -109,19 +110,21 @@ fn tiles_agree_on_their_edges_and_do_not_fold() {
 #[test]
 fn baking_twice_gives_the_same_animal_and_the_cache_returns_it() {
     let dir = tempfile::tempdir().unwrap();
-    let first = Trex::load_from(Some(dir.path()), 8, &|_| ()).unwrap();
-    let cached = Trex::load_from(Some(dir.path()), 8, &|_| ()).unwrap();
-    let file = dir.path().join("trex-8.bin");
-    std::fs::write(&file, b"not an animal").unwrap();
-    let again = Trex::load_from(Some(dir.path()), 8, &|_| ()).unwrap();
+    let cache = MapCache::in_folder(dir.path());
+    let load = || Trex::load_from(Some(&cache), 8, &|_| ()).unwrap();
+    let (first, cached) = (load(), load());
+    let files: Vec<_> = std::fs::read_dir(&dir).unwrap().map(|entry| entry.unwrap().path()).collect();
+    let [file] = &files[..] else { panic!("{files:?}") };
+    std::fs::write(file, b"not an animal").unwrap();
+    let again = load();
     for other in [&cached, &again] {
         assert!(first.heights == other.heights && first.colors == other.colors);
         assert_eq!(first.body.positions, other.body.positions);
         assert_eq!(first.body.patches, other.body.patches);
     }
-    assert!(std::fs::metadata(&file).unwrap().len() > 1000, "the damaged file was replaced");
+    assert!(std::fs::metadata(file).unwrap().len() > 1000, "the damaged file was replaced");
     // A folder that cannot be made: a file stands in its place.
-    assert!(Trex::load_from(Some(&file.join("below")), 8, &|_| ()).is_ok());
+    assert!(Trex::load_from(Some(&MapCache::in_folder(file.join("below"))), 8, &|_| ()).is_ok());
 }
 
 #[test]

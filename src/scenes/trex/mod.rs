@@ -3,9 +3,9 @@
 
 pub mod atlas;
 pub mod attach;
+pub mod baked;
 #[cfg(test)]
 mod baked_tests;
-pub mod cache;
 pub mod cage;
 pub mod dual;
 pub mod gait;
@@ -22,17 +22,16 @@ pub mod topology;
 pub mod walk;
 pub mod weights;
 
-use std::path::Path;
-
+use crate::maps::cache::{MapCache, checksum};
 use crate::render::surfaces::patch_mesh::{PatchMesh, TileLayout};
-use cache::Baked;
+use baked::Baked;
 use sdf::TrexSdf;
 use skin::Skin;
 
 /// The generator's own source text: whatever changes what is baked changes the cache key.
 const SOURCES: [&str; 14] = [
     include_str!("atlas.rs"),
-    include_str!("cache.rs"),
+    include_str!("baked.rs"),
     include_str!("cage.rs"),
     include_str!("dual.rs"),
     include_str!("mod.rs"),
@@ -76,8 +75,8 @@ pub enum TrexError {
 
 /// Identifies what the generator would make: its source and the tile size.
 fn key(tile: u32) -> u64 {
-    let sums: Vec<u64> = SOURCES.iter().map(|s| cache::checksum(s.as_bytes())).chain([u64::from(tile)]).collect();
-    cache::checksum(bytemuck::cast_slice(&sums))
+    let sums: Vec<u64> = SOURCES.iter().map(|s| checksum(s.as_bytes())).chain([u64::from(tile)]).collect();
+    checksum(bytemuck::cast_slice(&sums))
 }
 
 fn generate(tile: u32, progress: &(dyn Fn(f32) + Sync)) -> Result<Baked, TrexError> {
@@ -104,36 +103,25 @@ impl Trex {
     /// # Errors
     /// [`TrexError`] if the tile size is not one of those possible or the cage cannot be closed.
     pub fn load(tile: u32, progress: &(dyn Fn(f32) + Sync)) -> Result<Self, TrexError> {
-        Self::load_from(cache::folder().as_deref(), tile, progress)
+        Self::load_from(MapCache::of_user().as_ref(), tile, progress)
     }
 
-    /// As [`Self::load`], with the cache in `folder` (none: without a cache).
+    /// As [`Self::load`], with this cache or none.
     ///
     /// # Errors
     /// As [`Self::load`].
-    pub fn load_from(folder: Option<&Path>, tile: u32, progress: &(dyn Fn(f32) + Sync)) -> Result<Self, TrexError> {
+    pub fn load_from(cache: Option<&MapCache>, tile: u32, progress: &(dyn Fn(f32) + Sync)) -> Result<Self, TrexError> {
         if !(tile.is_power_of_two() && (8..=128).contains(&tile)) {
             return Err(TrexError::Tile(tile));
         }
-        let key = key(tile);
-        let path = folder.map(|f| f.join(format!("trex-{tile}.bin")));
-        if let Some(path) = &path {
-            match cache::read(path, key, tile) {
-                Ok(Some(baked)) => {
-                    progress(1.0);
-                    return Ok(Self::assemble(baked));
-                }
-                Ok(None) => {}
-                Err(error) => tracing::warn!("{error}"),
-            }
-        }
-        let baked = generate(tile, progress)?;
-        if let Some(path) = &path
-            && let Err(error) = cache::write(path, key, &baked)
-        {
-            tracing::warn!("the animal could not be stored and will be baked again next time: {error}");
-        }
-        Ok(Self::assemble(baked))
+        let Some(cache) = cache else { return Ok(Self::assemble(generate(tile, progress)?)) };
+        let read = |content: &[u8]| Baked::from_bytes(content, tile).inspect(|_| progress(1.0));
+        let make = || {
+            let baked = generate(tile, progress)?;
+            let content = baked.to_bytes();
+            Ok((baked, content))
+        };
+        cache.remember(&format!("trex-{tile}"), key(tile), baked::most_bytes(tile), read, make).map(Self::assemble)
     }
 
     fn assemble(Baked { body, layout, atlas }: Baked) -> Self {

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use super::{Extent, PassNames, PreparedSurface, Surface};
 use crate::gpu::{Commands, Gpu, GpuError, Result};
+use crate::maps::cache::MapCache;
 use crate::render::frame::cache::Cache;
 use crate::render::passes::edges::edge_tessellation;
 use crate::render::passes::filter::FilterPass;
@@ -42,20 +43,20 @@ struct Level {
 }
 
 impl Level {
-    fn new(gpu: &Arc<Gpu>, object: Object, index: usize) -> Result<Self> {
-        let object = GpuObject::new(gpu, object, index)?;
+    fn new(gpu: &Arc<Gpu>, object: Object, index: usize, cache: Option<&MapCache>) -> Result<Self> {
+        let object = GpuObject::new(gpu, object, index, cache)?;
         let camera = ViewBuffers::new(gpu, &object, "camera")?;
         Ok(Self { object: Arc::new(object), camera, suns: Vec::new() })
     }
 }
 
 impl Mesh {
-    fn new(gpu: &Arc<Gpu>, mut object: Object, index: usize) -> Result<Self> {
+    fn new(gpu: &Arc<Gpu>, mut object: Object, index: usize, cache: Option<&MapCache>) -> Result<Self> {
         let coarse = object.coarse_mesh.take().map(|mesh| Object { mesh, ..object.clone() });
         Ok(Self {
             patch: object.mesh.mean_edge(),
-            coarse: coarse.map(|object| Level::new(gpu, object, index)).transpose()?,
-            fine: Level::new(gpu, object, index)?,
+            coarse: coarse.map(|object| Level::new(gpu, object, index, cache)).transpose()?,
+            fine: Level::new(gpu, object, index, cache)?,
         })
     }
 
@@ -75,16 +76,16 @@ impl Mesh {
 }
 
 impl Meshes {
-    /// Uploads objects.
+    /// Uploads objects. `cache` keeps what takes long to find in their maps.
     ///
     /// # Errors
     /// [`GpuError::Usage`] for more than [`MAX_OBJECTS`]; memory that is short; a failed pipeline.
-    pub fn new(gpu: &Arc<Gpu>, objects: Vec<Object>) -> Result<Self> {
+    pub fn new(gpu: &Arc<Gpu>, objects: Vec<Object>, cache: Option<&MapCache>) -> Result<Self> {
         if objects.len() > MAX_OBJECTS {
             let fault = format!("{} objects are more than {MAX_OBJECTS}", objects.len());
             return Err(GpuError::Usage { name: "scene".to_owned(), fault });
         }
-        let mesh = |(index, object)| Mesh::new(gpu, object, index);
+        let mesh = |(index, object)| Mesh::new(gpu, object, index, cache);
         Ok(Self {
             meshes: objects.into_iter().enumerate().map(mesh).collect::<Result<_>>()?,
             geometry: GeometryPass::new(gpu)?,

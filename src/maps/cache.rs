@@ -1,0 +1,331 @@
+//! A folder of what was computed from maps and need not be computed again: written atomically, read as untrusted input,
+//! kept below a size.
+//!
+//! A file holds, little endian: magic, key, checksum of everything after it, content. The key says what the content was made
+//! from, programs included; a file of another key is none.
+
+use std::convert::Infallible;
+use std::fs::File;
+use std::io::{Read, Write};
+use std::path::{Path, PathBuf};
+use std::time::SystemTime;
+
+use bytemuck::Pod;
+
+const MAGIC: u64 = u64::from_le_bytes(*b"LEADRBAK");
+/// Bytes of the header: magic, key, checksum.
+const HEADER: usize = 3 * 8;
+/// Bytes that files named by their key may take up together. The ones used longest ago are removed.
+const MOST_BYTES: u64 = 1 << 30;
+
+/// Why a cache file was not used.
+#[derive(Debug, thiserror::Error)]
+enum CacheError {
+    /// Reading or writing failed.
+    #[error("cache file {path}: {source}; its content is made anew")]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// The content is not what was written.
+    #[error("cache file {path} is damaged ({fault}); it is made anew and replaced")]
+    Damaged {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        fault: &'static str,
+    },
+}
+
+/// The folder.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct MapCache {
+    folder: PathBuf,
+}
+
+/// The content of a file.
+struct Cached {
+    bytes: Vec<u8>,
+}
+
+impl Cached {
+    fn content(&self) -> &[u8] {
+        &self.bytes[HEADER..]
+    }
+}
+
+impl MapCache {
+    /// The cache in a folder, which is created when something is written.
+    #[must_use]
+    pub fn in_folder(folder: impl Into<PathBuf>) -> Self {
+        Self { folder: folder.into() }
+    }
+
+    /// The cache of this user: in `$LEADR_CACHE`, else `$XDG_CACHE_HOME/leadr`, else `~/.cache/leadr`; none if none is set.
+    #[must_use]
+    pub fn of_user() -> Option<Self> {
+        let variable = |name| std::env::var_os(name).filter(|v| !v.is_empty()).map(PathBuf::from);
+        variable("LEADR_CACHE")
+            .or_else(|| variable("XDG_CACHE_HOME").map(|p| p.join("leadr")))
+            .or_else(|| variable("HOME").map(|p| p.join(".cache").join("leadr")))
+            .map(Self::in_folder)
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.folder.join(name).with_extension("bin")
+    }
+
+    /// What is stored as `name` under `key`, of at most so many bytes; `None` if there is nothing or it is of another key.
+    ///
+    /// # Errors
+    /// [`CacheError`] if the file exists but cannot be read or is damaged.
+    fn read(&self, name: &str, key: u64, most: u64) -> Result<Option<Cached>, CacheError> {
+        let path = self.path(name);
+        let io = |source| CacheError::Io { path: path.clone(), source };
+        let file = match File::open(&path) {
+            Ok(file) => file,
+            Err(e) if e.kind() == std::io::ErrorKind::NotFound => return Ok(None),
+            Err(e) => return Err(io(e)),
+        };
+        let most = most.saturating_add(HEADER as u64);
+        let length = file.metadata().map_err(io)?.len();
+        if length > most {
+            return Err(self.damaged(name, "it is too long"));
+        }
+        let mut bytes = Vec::with_capacity(length as usize);
+        (&file).take(most).read_to_end(&mut bytes).map_err(io)?;
+        let word =
+            |i: usize| bytes.get(8 * i..8 * i + 8).map(|w| u64::from_le_bytes(w.try_into().expect("eight bytes")));
+        let (Some(magic), Some(stored), Some(sum)) = (word(0), word(1), word(2)) else {
+            return Err(self.damaged(name, "it is too short"));
+        };
+        if magic != MAGIC {
+            return Err(self.damaged(name, "it is of another kind"));
+        }
+        if stored != key {
+            return Ok(None);
+        }
+        if checksum(&bytes[HEADER..]) != sum {
+            return Err(self.damaged(name, "its checksum differs"));
+        }
+        // Only `MOST_BYTES` asks when it was used.
+        let _ = file.set_modified(SystemTime::now());
+        Ok(Some(Cached { bytes }))
+    }
+
+    fn damaged(&self, name: &str, fault: &'static str) -> CacheError {
+        CacheError::Damaged { path: self.path(name), fault }
+    }
+
+    /// Stores `content` as `name` under `key` by way of a temporary file.
+    ///
+    /// # Errors
+    /// [`CacheError::Io`] if the folder cannot be made or written.
+    fn write(&self, name: &str, key: u64, content: &[u8]) -> Result<(), CacheError> {
+        let path = self.path(name);
+        let io = |source| CacheError::Io { path: path.clone(), source };
+        std::fs::create_dir_all(&self.folder).map_err(io)?;
+        let temporary = path.with_extension(format!("{}.tmp", std::process::id()));
+        let attempt = || {
+            let mut file = File::create(&temporary)?;
+            file.write_all(bytemuck::bytes_of(&[MAGIC, key, checksum(content)]))?;
+            file.write_all(content)?;
+            file.sync_all()?;
+            std::fs::rename(&temporary, &path)
+        };
+        attempt().map_err(|source| {
+            // Whatever was left half written is of no use; failing to remove it changes nothing.
+            let _ = std::fs::remove_file(&temporary);
+            io(source)
+        })
+    }
+
+    /// What is stored under this key as one of its `kind`, or what `make` makes, which is then stored. `read` takes the content
+    /// apart, of at most so many bytes, and says what is wrong with it. A cache that is damaged or cannot be used only costs a
+    /// warning.
+    ///
+    /// # Errors
+    /// Those of `make`.
+    pub fn remember<T, E>(
+        &self,
+        kind: &str,
+        key: u64,
+        most: u64,
+        read: impl FnOnce(&[u8]) -> Result<T, &'static str>,
+        make: impl FnOnce() -> Result<(T, Vec<u8>), E>,
+    ) -> Result<T, E> {
+        let name = format!("{kind}-{key:016x}");
+        match self.read(&name, key, most) {
+            Ok(Some(cached)) => match read(cached.content()) {
+                Ok(value) => return Ok(value),
+                Err(fault) => tracing::warn!("{}", self.damaged(&name, fault)),
+            },
+            Ok(None) => {}
+            Err(error) => tracing::warn!("{error}"),
+        }
+        let (value, content) = make()?;
+        match self.write(&name, key, &content) {
+            Ok(()) => self.trim(&self.path(&name), MOST_BYTES),
+            Err(error) => tracing::warn!("{error}"),
+        }
+        Ok(value)
+    }
+
+    /// Removes files that [`remember`](Self::remember) wrote, the one used longest ago first, until they take up no more than so
+    /// many bytes; never `kept`.
+    fn trim(&self, kept: &Path, most: u64) {
+        let Ok(entries) = std::fs::read_dir(&self.folder) else { return };
+        let mut files: Vec<(SystemTime, u64, PathBuf)> = entries
+            .flatten()
+            .filter(|entry| entry.file_name().to_str().is_some_and(named_by_key))
+            .filter_map(|entry| {
+                let about = entry.metadata().ok().filter(std::fs::Metadata::is_file)?;
+                Some((about.modified().ok()?, about.len(), entry.path()))
+            })
+            .collect();
+        files.sort();
+        let mut total: u64 = files.iter().map(|(_, length, _)| length).sum();
+        for (_, length, path) in files.iter().filter(|(_, _, path)| path != kept) {
+            if total <= most {
+                break;
+            }
+            // Another process may have removed it already.
+            let _ = std::fs::remove_file(path);
+            total -= length;
+        }
+    }
+}
+
+/// `count` values that `make` makes, from the user's cache if it holds them; there they are known by the text of the programs that
+/// make them.
+pub fn remembered<T: Pod>(kind: &str, programs: &[&str], count: usize, make: impl FnOnce() -> Vec<T>) -> Vec<T> {
+    let Some(cache) = MapCache::of_user() else { return make() };
+    let sums: Vec<u64> = programs.iter().map(|text| checksum(text.as_bytes())).chain([count as u64]).collect();
+    let read = |content: &[u8]| {
+        let mut values = vec![T::zeroed(); count];
+        let bytes = bytemuck::cast_slice_mut::<T, u8>(&mut values);
+        if bytes.len() != content.len() {
+            return Err("it is of another size");
+        }
+        bytes.copy_from_slice(content);
+        Ok(values)
+    };
+    let make = || {
+        let values = make();
+        let content = bytemuck::cast_slice(&values).to_vec();
+        Ok::<_, Infallible>((values, content))
+    };
+    let most = (count * size_of::<T>()) as u64;
+    let Ok(values) = cache.remember(kind, checksum(bytemuck::cast_slice(&sums)), most, read, make);
+    values
+}
+
+/// Whether a file has a name that [`MapCache::remember`] gives: `KIND-`, 16 digits, `.bin`.
+fn named_by_key(name: &str) -> bool {
+    let key = name.strip_suffix(".bin").and_then(|stem| stem.rsplit_once('-')).map(|(_, key)| key);
+    key.is_some_and(|key| key.len() == 16 && key.bytes().all(|b| b.is_ascii_digit() || (b'a'..=b'f').contains(&b)))
+}
+
+/// A 64-bit checksum of `bytes`: four independent multiply-rotate lanes, folded. Guards against damage, not malice.
+#[must_use]
+pub fn checksum(bytes: &[u8]) -> u64 {
+    const P: u64 = 0x9e37_79b9_7f4a_7c15;
+    let mut lanes = [P, P ^ 1, P ^ 2, P ^ 3];
+    let mut chunks = bytes.chunks_exact(32);
+    for chunk in &mut chunks {
+        for (lane, word) in lanes.iter_mut().zip(chunk.chunks_exact(8)) {
+            let word = u64::from_le_bytes(word.try_into().expect("eight bytes"));
+            *lane = (*lane ^ word).wrapping_mul(P).rotate_left(29);
+        }
+    }
+    for &byte in chunks.remainder() {
+        lanes[0] = (lanes[0] ^ u64::from(byte)).wrapping_mul(P).rotate_left(29);
+    }
+    let mut sum = bytes.len() as u64;
+    for lane in lanes {
+        sum = (sum ^ lane).wrapping_mul(P);
+        sum ^= sum >> 32;
+    }
+    sum
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn in_temporary_folder() -> (tempfile::TempDir, MapCache) {
+        let folder = tempfile::tempdir().unwrap();
+        let cache = MapCache::in_folder(folder.path().join("deeper"));
+        (folder, cache)
+    }
+
+    #[test]
+    fn what_is_written_is_read() {
+        let (_folder, cache) = in_temporary_folder();
+        assert!(cache.read("a", 7, 100).unwrap().is_none());
+        cache.write("a", 7, b"content").unwrap();
+        assert_eq!(cache.read("a", 7, 100).unwrap().unwrap().content(), b"content");
+        assert!(cache.read("a", 8, 100).unwrap().is_none(), "another key");
+        let files = std::fs::read_dir(cache.path("a").parent().unwrap()).unwrap().count();
+        assert_eq!(files, 1, "nothing temporary is left");
+    }
+
+    #[test]
+    fn every_kind_of_damage_is_noticed() {
+        let (_folder, cache) = in_temporary_folder();
+        cache.write("a", 7, &[5; 100]).unwrap();
+        let good = std::fs::read(cache.path("a")).unwrap();
+        let flipped = |at: usize| good.iter().enumerate().map(|(i, b)| if i == at { b ^ 4 } else { *b }).collect();
+        let cases: [Vec<u8>; 6] = [
+            Vec::new(),
+            good[..10].to_vec(),
+            good[..good.len() - 5].to_vec(),
+            [&good[..], &[0]].concat(),
+            flipped(60),
+            flipped(0),
+        ];
+        for bytes in cases {
+            std::fs::write(cache.path("a"), bytes).unwrap();
+            assert!(matches!(cache.read("a", 7, 100), Err(CacheError::Damaged { .. })));
+        }
+    }
+
+    #[test]
+    fn things_are_made_once() {
+        let (_folder, cache) = in_temporary_folder();
+        let remember = |value: u8, fault: bool| {
+            let read = |content: &[u8]| if fault { Err("it is odd") } else { Ok(content[0]) };
+            let make = || Ok::<_, Infallible>((value, vec![value]));
+            let Ok(value) = cache.remember("number", 3, 100, read, make);
+            value
+        };
+        assert_eq!(remember(1, false), 1);
+        assert_eq!(remember(2, false), 1, "it was stored");
+        assert_eq!(remember(2, true), 2, "what makes no sense is made anew");
+        assert_eq!(remember(3, false), 2);
+        // A folder that cannot be one.
+        let file = cache.path("number-0000000000000003");
+        let none = MapCache::in_folder(&file);
+        assert_eq!(none.remember("number", 3, 100, |_| Ok(1), || Ok::<_, &str>((4, vec![4]))), Ok(4));
+        assert_eq!(none.remember("number", 3, 100, |_| Ok(1), || Err("no")), Err("no"));
+    }
+
+    #[test]
+    fn the_folder_stays_small_and_foreign_files_stay() {
+        let (_folder, cache) = in_temporary_folder();
+        let write = |name: &str, age: u64| {
+            cache.write(name, 1, &[0; 1000]).unwrap();
+            let file = File::options().write(true).open(cache.path(name)).unwrap();
+            file.set_modified(SystemTime::now() - std::time::Duration::from_secs(age)).unwrap();
+        };
+        let names = ["a-0000000000000001", "a-0000000000000002", "b-0000000000000003", "trex-64", "a-000000000000000G"];
+        for (name, age) in names.iter().zip([50, 100, 10, 1000, 1000]) {
+            write(name, age);
+        }
+        cache.trim(&cache.path(names[1]), 2500);
+        let there = names.map(|name| cache.path(name).exists());
+        assert_eq!(there, [false, true, true, true, true], "the oldest but the one kept, and none that another wrote");
+    }
+}
