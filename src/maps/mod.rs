@@ -4,6 +4,7 @@
 //! Everywhere: row 0 is the top row, texels are row-major, `s` runs right over the width and `t` runs down over the
 //! height (both 0 to 1), colours are linear Rec.709 unless the type says sRGB.
 
+#[cfg(feature = "gpu")]
 pub mod cache;
 mod exr_read;
 mod fault;
