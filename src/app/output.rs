@@ -5,7 +5,9 @@ use std::io::{self, ErrorKind, IsTerminal, Write};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde::Serialize;
-use tracing_subscriber::EnvFilter;
+use tracing_subscriber::filter::{LevelFilter, Targets};
+use tracing_subscriber::layer::{Layer as _, SubscriberExt as _};
+use tracing_subscriber::util::SubscriberInitExt as _;
 
 use super::error::AppError;
 use crate::lab::progress::{Bar, Progress};
@@ -97,12 +99,44 @@ impl Drop for TerminalBar {
 /// something else (`debug`, `leadr::gpu=trace`, …).
 pub fn start_log(quiet: bool) {
     let default = if quiet { "error" } else { "warn,winit=error" };
-    let filter = EnvFilter::try_from_env("LEADR_LOG").unwrap_or_else(|_| EnvFilter::new(default));
-    // A second call (tests in one process) keeps the first subscriber.
-    let _ = tracing_subscriber::fmt()
-        .with_env_filter(filter)
+    let asked = std::env::var("LEADR_LOG").ok().filter(|levels| !levels.is_empty());
+    let levels = asked.as_deref().unwrap_or(default);
+    let filter = log_levels(levels);
+    let filter = filter.unwrap_or_else(|fault| {
+        eprintln!("leadr: LEADR_LOG={levels}: {fault}; use error, warn, info, debug, trace or leadr::gpu=debug");
+        default.parse().expect("the defaults are levels")
+    });
+    let log = tracing_subscriber::fmt::layer()
         .with_writer(io::stderr)
         .with_ansi(io::stderr().is_terminal())
         .without_time()
-        .try_init();
+        .with_filter(filter);
+    // A second call (tests in one process) keeps the first subscriber.
+    let _ = tracing_subscriber::registry().with(log).try_init();
+}
+
+/// Levels for everything and for modules: `warn,leadr::gpu=debug`.
+fn log_levels(text: &str) -> Result<Targets, String> {
+    // A word alone is a level; `Targets` would take a misspelt one for a module.
+    let odd = text.split(',').find(|word| !word.contains('=') && word.trim().parse::<LevelFilter>().is_err());
+    match odd {
+        Some(word) => Err(format!("\"{word}\" is no level")),
+        None => text.parse::<Targets>().map_err(|fault| fault.to_string()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::log_levels;
+
+    #[test]
+    fn levels_are_understood_and_misspelt_ones_said() {
+        for good in ["warn", "off", "warn,winit=error", "leadr::gpu=debug", "info, leadr=trace"] {
+            assert!(log_levels(good).is_ok(), "{good}");
+        }
+        for bad in ["wran", "leadr=loud", "warn,leadr::gpu"] {
+            assert!(log_levels(bad).is_err(), "{bad}");
+        }
+        assert_eq!(log_levels("wran").unwrap_err(), "\"wran\" is no level");
+    }
 }
