@@ -198,20 +198,30 @@ impl MapCache {
     }
 }
 
+/// Adds values to the content of a file.
+pub fn put<T: Pod>(content: &mut Vec<u8>, values: &[T]) {
+    content.extend_from_slice(bytemuck::cast_slice(values));
+}
+
+/// Takes as many values off the front of the content of a file.
+///
+/// # Errors
+/// What is wrong with it: that it holds fewer.
+pub fn take<T: Pod>(content: &mut &[u8], count: usize) -> Result<Vec<T>, &'static str> {
+    let length = count.checked_mul(size_of::<T>()).ok_or("a count is too large")?;
+    let (head, rest) = content.split_at_checked(length).ok_or("it is too short")?;
+    *content = rest;
+    let mut values = vec![T::zeroed(); count];
+    bytemuck::cast_slice_mut::<T, u8>(&mut values).copy_from_slice(head);
+    Ok(values)
+}
+
 /// `count` values that `make` makes, from the user's cache if it holds them; there they are known by the text of the programs that
 /// make them.
 pub fn remembered<T: Pod>(kind: &str, programs: &[&str], count: usize, make: impl FnOnce() -> Vec<T>) -> Vec<T> {
     let Some(cache) = MapCache::of_user() else { return make() };
     let sums: Vec<u64> = programs.iter().map(|text| checksum(text.as_bytes())).chain([count as u64]).collect();
-    let read = |content: &[u8]| {
-        let mut values = vec![T::zeroed(); count];
-        let bytes = bytemuck::cast_slice_mut::<T, u8>(&mut values);
-        if bytes.len() != content.len() {
-            return Err("it is of another size");
-        }
-        bytes.copy_from_slice(content);
-        Ok(values)
-    };
+    let read = |mut content: &[u8]| take(&mut content, count);
     let make = || {
         let values = make();
         let content = bytemuck::cast_slice(&values).to_vec();

@@ -20,7 +20,7 @@ use super::topology::Topology;
 use crate::gpu::vk::Format;
 use crate::gpu::{Gpu, GpuError, Image, ImageDesc, Result};
 use crate::maps::Wrap;
-use crate::maps::cache::{MapCache, checksum};
+use crate::maps::cache::{MapCache, checksum, put, take};
 use crate::maps::horizon::{Heights, HorizonTexel, Rays, Window, horizons};
 use crate::render::constants::SOURCE_LEVEL;
 
@@ -88,21 +88,15 @@ type LevelTexels = (Vec<[u16; 4]>, Vec<u16>);
 fn to_bytes(levels: &[LevelTexels]) -> Vec<u8> {
     let mut bytes = Vec::with_capacity(levels.iter().map(|(leans, _)| 10 * leans.len()).sum());
     for (leans, correlations) in levels {
-        bytes.extend_from_slice(bytemuck::cast_slice(leans));
-        bytes.extend_from_slice(bytemuck::cast_slice(correlations));
+        put(&mut bytes, leans);
+        put(&mut bytes, correlations);
     }
     bytes
 }
 
 fn from_bytes(mut bytes: &[u8], sizes: &[usize]) -> std::result::Result<Vec<LevelTexels>, &'static str> {
-    fn taken<T: bytemuck::Pod>(bytes: &mut &[u8], count: usize) -> Option<Vec<T>> {
-        let head = bytes.split_off(..count * size_of::<T>())?;
-        let mut texels = vec![T::zeroed(); count];
-        bytemuck::cast_slice_mut::<T, u8>(&mut texels).copy_from_slice(head);
-        Some(texels)
-    }
-    let level = |&count| Some((taken(&mut bytes, count)?, taken(&mut bytes, count)?));
-    let levels = sizes.iter().map(level).collect::<Option<_>>().ok_or("it is too short")?;
+    let level = |&count| Ok((take(&mut bytes, count)?, take(&mut bytes, count)?));
+    let levels = sizes.iter().map(level).collect::<std::result::Result<_, _>>()?;
     if bytes.is_empty() { Ok(levels) } else { Err("it is too long") }
 }
 

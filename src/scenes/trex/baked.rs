@@ -2,10 +2,10 @@
 //!
 //! Layout (little endian): tile, counts, then the arrays back to back.
 
-use bytemuck::Pod;
 use glam::Vec3;
 
 use super::atlas::Atlas;
+use crate::maps::cache::{put, take};
 use crate::render::surfaces::patch_mesh::{PatchMesh, SkinWeights, TileLayout};
 
 /// Larger counts are not believed.
@@ -31,28 +31,9 @@ fn vectors(values: &[Vec3]) -> Vec<[f32; 3]> {
     values.iter().map(|v| v.to_array()).collect()
 }
 
-fn put<T: Pod>(out: &mut Vec<u8>, values: &[T]) {
-    out.extend_from_slice(bytemuck::cast_slice(values));
-}
-
-/// Takes arrays off the front of the payload.
-struct Reader<'a> {
-    bytes: &'a [u8],
-}
-
-impl Reader<'_> {
-    fn take<T: Pod>(&mut self, count: usize) -> Result<Vec<T>, &'static str> {
-        let length = count.checked_mul(size_of::<T>()).ok_or("a count is too large")?;
-        let (head, rest) = self.bytes.split_at_checked(length).ok_or("it is too short")?;
-        self.bytes = rest;
-        let mut values = vec![T::zeroed(); count];
-        bytemuck::cast_slice_mut::<T, u8>(&mut values).copy_from_slice(head);
-        Ok(values)
-    }
-
-    fn vectors(&mut self, count: usize) -> Result<Vec<Vec3>, &'static str> {
-        Ok(self.take::<[f32; 3]>(count)?.into_iter().map(Vec3::from_array).collect())
-    }
+/// Takes as many vectors off the front of the content.
+fn take_vectors(content: &mut &[u8], count: usize) -> Result<Vec<Vec3>, &'static str> {
+    Ok(take::<[f32; 3]>(content, count)?.into_iter().map(Vec3::from_array).collect())
 }
 
 impl Baked {
@@ -79,9 +60,9 @@ impl Baked {
     ///
     /// # Errors
     /// What is wrong with it.
-    pub fn from_bytes(bytes: &[u8], tile: u32) -> Result<Self, &'static str> {
-        let mut r = Reader { bytes };
-        let counts = r.take::<u32>(4)?;
+    pub fn from_bytes(mut bytes: &[u8], tile: u32) -> Result<Self, &'static str> {
+        let r = &mut bytes;
+        let counts = take::<u32>(r, 4)?;
         let [stored, vertices, patches, joints] = [counts[0], counts[1], counts[2], counts[3]];
         if stored != tile {
             return Err("its tiles are of another size");
@@ -94,21 +75,21 @@ impl Baked {
         let texels = width as usize * height as usize;
         let n = vertices as usize;
         let mut body = PatchMesh {
-            positions: r.vectors(n)?,
-            normals: r.vectors(n)?,
-            colors: r.take(n)?,
-            accessibility: r.take(n)?,
-            patches: r.take(patches as usize)?,
+            positions: take_vectors(r, n)?,
+            normals: take_vectors(r, n)?,
+            colors: take(r, n)?,
+            accessibility: take(r, n)?,
+            patches: take(r, patches as usize)?,
             ..PatchMesh::default()
         };
         if joints == 4 {
-            let weights = r.take::<[f32; 4]>(n)?;
-            let joints = r.take::<[u16; 4]>(n)?;
+            let weights = take::<[f32; 4]>(r, n)?;
+            let joints = take::<[u16; 4]>(r, n)?;
             body.skin =
                 joints.into_iter().zip(weights).map(|(joints, weights)| SkinWeights { joints, weights }).collect();
         }
-        let atlas = Atlas { heights: r.take(texels)?, colors: r.take(texels)? };
-        if !r.bytes.is_empty() {
+        let atlas = Atlas { heights: take(r, texels)?, colors: take(r, texels)? };
+        if !r.is_empty() {
             return Err("it is too long");
         }
         if body.patches.iter().flatten().any(|&v| v >= vertices) {
