@@ -1,6 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "interface.glsl"
+#include "corner.glsl"
 #include "tile.glsl"
 
 layout(quads, fractional_odd_spacing, ccw) in;
@@ -16,11 +17,6 @@ layout(location = 1) out vec3 out_normal; // displacement direction N
 layout(location = 2) out flat uint out_patch;
 
 invariant gl_Position;
-
-// Heights are read so many levels below the one whose texels are as wide as vertices are apart: trilinear lookups and the
-// straight lines between vertices widen them again, and relief that the geometry lacks does not turn toward the viewer either
-// (docs/measurements/outside.md).
-const float FINER = 1.0;
 
 float edge_height_at_level(uint edge, int level, float t) {
     int segments = 64 >> level;
@@ -39,15 +35,6 @@ float edge_height(uint edge, float t) {
     float fraction = lod - float(level);
     precise float height =
         edge_height_at_level(edge, level, t) * (1.0 - fraction) + edge_height_at_level(edge, level + 1, t) * fraction;
-    return height;
-}
-
-float vertex_height(uint vertex) {
-    float lod = clamp(vertices[vertex].normal.w - FINER, 0.0, float(EDGE_LEVELS - 1));
-    int level = min(int(lod), EDGE_LEVELS - 2);
-    float fraction = lod - float(level);
-    uint base = vertex * uint(EDGE_LEVELS) + uint(level);
-    precise float height = vertex_heights[base] * (1.0 - fraction) + vertex_heights[base + 1u] * fraction;
     return height;
 }
 

@@ -13,8 +13,61 @@ use crate::render::view::Samples;
 /// Pipelines of the geometry pass.
 #[derive(Clone)]
 pub struct GeometryPass {
-    pixels: GraphicsPipeline,
-    edges: GraphicsPipeline,
+    pixels: PatchPipelines,
+    edges: PatchPipelines,
+}
+
+/// The pipelines that draw patches into one kind of target; shared with the shadow passes.
+#[derive(Clone)]
+pub(crate) struct PatchPipelines {
+    undivided: GraphicsPipeline,
+    divided: GraphicsPipeline,
+}
+
+impl PatchPipelines {
+    /// Pipelines whose vertex and tessellation stages are those of patches.
+    ///
+    /// # Errors
+    /// A failed pipeline.
+    pub(crate) fn new(gpu: &Arc<Gpu>, name: &str, desc: &GraphicsDesc<'_>) -> Result<Self> {
+        let desc = GraphicsDesc { structs: &GEOMETRY_STRUCTS, ..*desc };
+        let divided = GraphicsDesc {
+            vertex: "passes/geometry/geometry.vert",
+            tessellation: Some(["passes/geometry/geometry.tesc", "passes/geometry/geometry.tese"]),
+            topology: Topology::Patches(4),
+            // The tessellator counts v downward.
+            clockwise_front: true,
+            ..desc
+        };
+        let undivided = GraphicsDesc { vertex: "passes/geometry/undivided.vert", ..desc };
+        Ok(Self {
+            undivided: GraphicsPipeline::new(gpu, &format!("{name}, undivided"), &undivided)?,
+            divided: GraphicsPipeline::new(gpu, name, &divided)?,
+        })
+    }
+
+    /// Binds and draws one object.
+    pub(crate) fn draw(&self, cmd: &mut Commands, drawn: DrawnObject<'_>, mark_inside: bool) {
+        let DrawnObject { posed: PosedObject { object, height_scale, .. }, view } = drawn;
+        let bindings = [
+            ("view", Descriptor::Uniform(&view.view)),
+            ("Vertices", Descriptor::Storage(&view.vertices)),
+            ("Patches", Descriptor::Storage(&object.patches)),
+            ("EdgeFactors", Descriptor::Storage(&view.edge_factors)),
+            ("EdgeHeights", Descriptor::Storage(&object.edge_heights)),
+            ("VertexHeights", Descriptor::Storage(&object.vertex_heights)),
+            ("VisiblePatches", Descriptor::Storage(&view.visible)),
+            ("height_map", Descriptor::Sampled(object.maps.heights().whole(), &object.sampler)),
+        ];
+        let draws = [(&self.undivided, &view.draws.undivided, 6), (&self.divided, &view.draws.divided, 4)];
+        for (pipeline, draws, vertices) in draws.into_iter().filter(|(_, draws, _)| !draws.is_empty()) {
+            cmd.bind(pipeline, &bindings);
+            cmd.push_constants(&object.constants(*height_scale, mark_inside));
+            for &(first, count) in draws {
+                cmd.draw(first * vertices..(first + count) * vertices, 0..1);
+            }
+        }
+    }
 }
 
 impl GeometryPass {
@@ -25,19 +78,15 @@ impl GeometryPass {
     pub fn new(gpu: &Arc<Gpu>) -> Result<Self> {
         let pipeline = |edges: bool| {
             let desc = GraphicsDesc {
-                vertex: "passes/geometry/geometry.vert",
-                tessellation: Some(["passes/geometry/geometry.tesc", "passes/geometry/geometry.tese"]),
                 fragment: Some("passes/geometry/geometry.frag"),
                 colors: &VisibleSurface::FORMATS,
                 // Only edge samples have a footprint of their own.
                 kept_colors: usize::from(!edges),
                 depth: Some(Depth::default()),
-                clockwise_front: true,
-                topology: Topology::Patches(4),
                 spec: &[("EDGES", SpecValue::Bool(edges))],
-                structs: &GEOMETRY_STRUCTS,
+                ..Default::default()
             };
-            GraphicsPipeline::new(gpu, if edges { "geometry of edges" } else { "geometry" }, &desc)
+            PatchPipelines::new(gpu, if edges { "geometry of edges" } else { "geometry" }, &desc)
         };
         Ok(Self { pixels: pipeline(false)?, edges: pipeline(true)? })
     }
@@ -51,13 +100,13 @@ impl GeometryPass {
         objects: impl Iterator<Item = DrawnObject<'a>>,
         mark_inside: bool,
     ) {
-        let pipeline = match samples {
+        let pipelines = match samples {
             Samples::Pixels => &self.pixels,
             Samples::Edges { .. } => &self.edges,
         };
         guard_band(cmd, &target.depth);
         for object in objects {
-            draw_object(cmd, pipeline, object, mark_inside);
+            pipelines.draw(cmd, object, mark_inside);
         }
     }
 }
@@ -69,29 +118,4 @@ pub(crate) fn guard_band(cmd: &mut Commands, target: &Image) {
     let margin = (GUARD_BAND - 1.0) / 2.0;
     cmd.viewport([-margin * w, -margin * h, GUARD_BAND * w, GUARD_BAND * h]);
     cmd.scissor([0, 0, width, height]);
-}
-
-/// Binds and draws one object; shared with the shadow passes.
-pub(crate) fn draw_object(cmd: &mut Commands, pipeline: &GraphicsPipeline, drawn: DrawnObject<'_>, mark_inside: bool) {
-    let DrawnObject { posed: PosedObject { object, height_scale, .. }, view } = drawn;
-    if view.draws.is_empty() {
-        return;
-    }
-    cmd.bind(
-        pipeline,
-        &[
-            ("view", Descriptor::Uniform(&view.view)),
-            ("Vertices", Descriptor::Storage(&view.vertices)),
-            ("Patches", Descriptor::Storage(&object.patches)),
-            ("EdgeFactors", Descriptor::Storage(&view.edge_factors)),
-            ("EdgeHeights", Descriptor::Storage(&object.edge_heights)),
-            ("VertexHeights", Descriptor::Storage(&object.vertex_heights)),
-            ("VisiblePatches", Descriptor::Storage(&view.visible)),
-            ("height_map", Descriptor::Sampled(object.maps.heights().whole(), &object.sampler)),
-        ],
-    );
-    cmd.push_constants(&object.constants(*height_scale, mark_inside));
-    for &(first, count) in &view.draws {
-        cmd.draw(first * 4..(first + count) * 4, 0..1);
-    }
 }

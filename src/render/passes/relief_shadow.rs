@@ -7,13 +7,10 @@ use std::sync::Arc;
 use ash::vk;
 use glam::{Mat4, Vec2, Vec3};
 
-use super::geometry::{draw_object, guard_band};
+use super::geometry::{PatchPipelines, guard_band};
 use super::shadow::ShadowView;
-use crate::gpu::{
-    Commands, Depth, DepthTarget, Gpu, GraphicsDesc, GraphicsPipeline, Image, ImageDesc, ImageView, Result, Topology,
-    Use,
-};
-use crate::render::surfaces::object_view::{DrawnObject, GEOMETRY_STRUCTS, PosedObject, ViewBuffers};
+use crate::gpu::{Commands, Depth, DepthTarget, Gpu, GraphicsDesc, Image, ImageDesc, ImageView, Result, Use};
+use crate::render::surfaces::object_view::{DrawnObject, PosedObject, ViewBuffers};
 use crate::render::surfaces::sphere::Sphere;
 use crate::render::surfaces::tessellation::{Lens, TessellationSettings};
 
@@ -84,7 +81,7 @@ pub fn map_size(radius: f32, texel: f32) -> u32 {
 /// The pipeline that draws the maps.
 #[derive(Clone)]
 pub struct ReliefShadowPass {
-    pipeline: GraphicsPipeline,
+    pipelines: PatchPipelines,
 }
 
 impl ReliefShadowPass {
@@ -93,15 +90,8 @@ impl ReliefShadowPass {
     /// # Errors
     /// A failed pipeline.
     pub fn new(gpu: &Arc<Gpu>) -> Result<Self> {
-        let desc = GraphicsDesc {
-            vertex: "passes/geometry/geometry.vert",
-            tessellation: Some(["passes/geometry/geometry.tesc", "passes/geometry/geometry.tese"]),
-            depth: Some(Depth::default()),
-            topology: Topology::Patches(4),
-            structs: &GEOMETRY_STRUCTS,
-            ..Default::default()
-        };
-        Ok(Self { pipeline: GraphicsPipeline::new(gpu, "relief shadow", &desc)? })
+        let desc = GraphicsDesc { depth: Some(Depth::default()), ..Default::default() };
+        Ok(Self { pipelines: PatchPipelines::new(gpu, "relief shadow", &desc)? })
     }
 
     /// Draws the maps as they were last pointed, and leaves them readable. `casters` are those for which the maps were
@@ -112,7 +102,7 @@ impl ReliefShadowPass {
             cmd.begin_rendering(&[], Some(DepthTarget { view: layer, clear: Some(0.0) }));
             guard_band(cmd, &maps.image);
             for (posed, view) in casters.iter().zip(buffers) {
-                draw_object(cmd, &self.pipeline, DrawnObject { posed, view }, false);
+                self.pipelines.draw(cmd, DrawnObject { posed, view }, false);
             }
             cmd.end_rendering();
         }

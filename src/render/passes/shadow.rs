@@ -5,11 +5,8 @@ use std::sync::Arc;
 use ash::vk;
 use glam::{Mat4, Vec3};
 
-use super::geometry::{draw_object, guard_band};
-use crate::gpu::{
-    Commands, Depth, DepthTarget, Gpu, GraphicsDesc, GraphicsPipeline, Image, ImageDesc, ImageView, Result, Topology,
-    Use,
-};
+use super::geometry::{PatchPipelines, guard_band};
+use crate::gpu::{Commands, Depth, DepthTarget, Gpu, GraphicsDesc, Image, ImageDesc, ImageView, Result, Use};
 use crate::render::surfaces::object_view::{DrawnObject, GEOMETRY_STRUCTS, Viewpoint};
 use crate::render::surfaces::sphere::Sphere;
 use crate::render::surfaces::tessellation::Lens;
@@ -69,7 +66,7 @@ impl ShadowView {
 
 /// The shadow maps and their pipeline.
 pub struct ShadowPass {
-    pipeline: GraphicsPipeline,
+    pipelines: PatchPipelines,
     maps: ShadowMaps,
 }
 
@@ -95,19 +92,12 @@ impl ShadowPass {
     /// # Errors
     /// Memory or a failed pipeline.
     pub fn new(gpu: &Arc<Gpu>, size: u32) -> Result<Self> {
-        let pipeline = GraphicsPipeline::new(
+        let pipelines = PatchPipelines::new(
             gpu,
             "shadow",
-            &GraphicsDesc {
-                vertex: "passes/geometry/geometry.vert",
-                tessellation: Some(["passes/geometry/geometry.tesc", "passes/geometry/geometry.tese"]),
-                depth: Some(Depth { bias: Some([-2.0, -2.0]), ..Depth::default() }),
-                topology: Topology::Patches(4),
-                structs: &GEOMETRY_STRUCTS,
-                ..Default::default()
-            },
+            &GraphicsDesc { depth: Some(Depth { bias: Some([-2.0, -2.0]), ..Depth::default() }), ..Default::default() },
         )?;
-        Ok(Self { pipeline, maps: ShadowMaps::new(gpu, size, 1)? })
+        Ok(Self { pipelines, maps: ShadowMaps::new(gpu, size, 1)? })
     }
 
     /// Makes room for so many suns. The device must be idle.
@@ -136,7 +126,7 @@ impl ShadowPass {
             cmd.begin_rendering(&[], Some(DepthTarget { view: layer, clear: Some(0.0) }));
             guard_band(cmd, image);
             for caster in casters {
-                draw_object(cmd, &self.pipeline, caster, false);
+                self.pipelines.draw(cmd, caster, false);
             }
             cmd.end_rendering();
         }

@@ -7,7 +7,7 @@ use glam::{Mat4, Vec3};
 use super::object::{GpuObject, ObjectGpu, PatchGpu};
 use super::patch_mesh::{PatchMesh, PosedVertices};
 use super::sphere::Sphere;
-use super::tessellation::{DrawList, Lens, PosedMesh, TessellationSettings};
+use super::tessellation::{DrawList, Draws, Lens, PosedMesh, TessellationSettings};
 use crate::gpu::{Buffer, Gpu, Memory, Result, SharedStruct, StructLayout, shared_struct};
 use crate::render::constants::GUARD_BAND;
 use crate::render::view::View;
@@ -122,7 +122,7 @@ pub struct ViewBuffers {
     /// The [`ViewGpu`] block.
     pub view: Buffer,
     /// Draws over `visible`.
-    pub draws: Vec<(u32, u32)>,
+    pub draws: Draws,
     /// Upper bound on the triangles of these draws.
     pub triangles: u64,
     /// Number of visible patches.
@@ -145,7 +145,7 @@ impl ViewBuffers {
             edge_factors: buffer("edge factors", object.topology.edges.len(), 4)?,
             visible: buffer("visible patches", mesh.patches.len(), 4)?,
             view: buffer("view", 1, size_of::<ViewGpu>())?,
-            draws: Vec::new(),
+            draws: Draws::default(),
             triangles: 0,
             patches: 0,
         })

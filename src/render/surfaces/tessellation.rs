@@ -98,14 +98,30 @@ pub struct DrawList {
     pub vertex_lods: Vec<f32>,
     /// How far each vertex moves along its normal so that the flat triangles lie about the smooth surface, not inside it.
     pub vertex_lifts: Vec<f32>,
-    /// Patches to draw, those that need no clipping first.
+    /// Patches to draw.
     pub visible: Vec<u32>,
-    /// Draws as `(first, count)` ranges of `visible`.
-    pub draws: Vec<(u32, u32)>,
+    /// Draws over `visible`.
+    pub draws: Draws,
     /// Upper bound on the triangles drawn.
     pub triangles: u64,
     /// Whether every edge has as many segments as texels, or more, since `to_texels` asked for them.
     pub every_texel: bool,
+}
+
+/// Draws as `(first, count)` ranges of the visible patches, those that need no clipping first.
+#[derive(Clone, Debug, Default)]
+pub struct Draws {
+    /// Of patches without a vertex between their corners.
+    pub undivided: Vec<(u32, u32)>,
+    /// Of the others.
+    pub divided: Vec<(u32, u32)>,
+}
+
+impl Draws {
+    /// All of them.
+    pub fn all(&self) -> impl Iterator<Item = (u32, u32)> {
+        self.undivided.iter().chain(&self.divided).copied()
+    }
 }
 
 impl DrawList {
@@ -167,7 +183,7 @@ impl DrawList {
         let (view, band) = (frustum_planes(clip_from_world, 1.0), frustum_planes(clip_from_world, GUARD_BAND));
         // Patches that need clipping come last, in draws of their own: when anything in a draw is clipped, software drivers
         // send all of its triangles down a path that is some twenty times slower.
-        let (mut inside, mut crossing) = (Vec::new(), Vec::new());
+        let mut groups = [const { Vec::new() }; 4];
         for (index, patch) in mesh.patches.iter().enumerate() {
             let corners = patch.map(|v| (positions[v as usize], normals[v as usize]));
             let range = posed.height_range.get(index).map_or([0.0; 2], |r| r.map(|h| h * posed.height_scale));
@@ -175,21 +191,23 @@ impl DrawList {
             if settings.cull && (outside || faces_away(&lens, &corners, range)) {
                 continue;
             }
-            if place_in_view(&band, &corners, range) == Inside::Wholly {
-                inside.push(index as u32)
-            } else {
-                crossing.push(index as u32)
-            }
+            let divided = topology.patch_edges[index].iter().any(|edge| edge_factors[(edge >> 1) as usize] > 1.0);
+            let crossing = place_in_view(&band, &corners, range) != Inside::Wholly;
+            groups[2 * usize::from(divided) + usize::from(crossing)].push(index as u32);
         }
         let mut list = Self { edge_factors, ..Self::default() };
-        for group in [inside, crossing] {
-            list.add_draws(&group, topology, settings.max_vertices_per_draw);
-        }
+        let mut draws = |group: &[u32]| list.draws_of(group, topology, settings.max_vertices_per_draw);
+        let [undivided, undivided_crossing, divided, divided_crossing] = groups.map(|group| draws(&group));
+        list.draws = Draws {
+            undivided: [undivided, undivided_crossing].concat(),
+            divided: [divided, divided_crossing].concat(),
+        };
         list
     }
 
-    /// Appends `patches` in draws that stay below the vertex limit.
-    fn add_draws(&mut self, patches: &[u32], topology: &Topology, max_vertices: u32) {
+    /// Appends `patches` and gives draws of them that stay below the vertex limit.
+    fn draws_of(&mut self, patches: &[u32], topology: &Topology, max_vertices: u32) -> Vec<(u32, u32)> {
+        let mut draws = Vec::new();
         let (mut first, mut vertices) = (self.visible.len() as u32, 0u32);
         for &patch in patches {
             let edges = &topology.patch_edges[patch as usize];
@@ -198,7 +216,7 @@ impl DrawList {
             let patch_vertices = (segments + 1) * (segments + 1);
             let next = self.visible.len() as u32;
             if next > first && vertices.saturating_add(patch_vertices) >= max_vertices {
-                self.draws.push((first, next - first));
+                draws.push((first, next - first));
                 (first, vertices) = (next, 0);
             }
             vertices = vertices.saturating_add(patch_vertices);
@@ -207,8 +225,9 @@ impl DrawList {
         }
         let count = self.visible.len() as u32 - first;
         if count > 0 {
-            self.draws.push((first, count));
+            draws.push((first, count));
         }
+        draws
     }
 }
 
@@ -465,9 +484,9 @@ mod tests {
         let mesh = grid(16);
         let settings = TessellationSettings { max_vertices_per_draw: 65_536, ..Default::default() };
         let list = list(&mesh, Vec3::Z * 12.0, Vec3::ZERO, &settings);
-        assert!(list.draws.len() > 1);
+        assert!(list.draws.all().count() > 1);
         let mut next = 0;
-        for &(first, count) in &list.draws {
+        for (first, count) in list.draws.all() {
             assert_eq!(first, next);
             assert!(count > 0);
             next += count;

@@ -205,7 +205,7 @@ impl PreparedSurface for PreparedMeshes {
     }
 
     fn draw_filter(&self, cmd: &mut Commands, visible: &VisibleSurface, view: &View) {
-        let seen = self.meshes.iter().filter(|mesh| !mesh.camera.draws.is_empty());
+        let seen = self.meshes.iter().filter(|mesh| mesh.camera.patches > 0);
         let drawn = seen.map(|mesh| DrawnObject { posed: &mesh.posed, view: &mesh.camera });
         self.filter.draw(cmd, visible, view, drawn, self.height_scale);
     }

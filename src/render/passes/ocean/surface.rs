@@ -119,7 +119,7 @@ impl OceanSurfacePass {
                 ("Beach", Descriptor::Uniform(shore)),
             ],
         );
-        for &(first, count) in &laid.list.draws {
+        for (first, count) in laid.list.draws.all() {
             cmd.draw(first * 4..(first + count) * 4, 0..1);
         }
     }

@@ -1,0 +1,31 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+// Patches that are not divided: two triangles each, without the cost of the tessellation stages.
+#include "interface.glsl"
+#include "corner.glsl"
+
+layout(location = 0) out vec2 out_place; // as in geometry.tese
+layout(location = 1) out vec3 out_normal;
+layout(location = 2) out flat uint out_patch;
+
+invariant gl_Position;
+
+void main() {
+    const uint order[6] = uint[6](0, 1, 3, 1, 2, 3);
+    uint patch_index = visible_patches[gl_VertexIndex / 6], corner = order[gl_VertexIndex % 6];
+    PatchData data = patches[patch_index];
+    uint index = data.vertices[corner];
+    Vertex vertex = vertices[index];
+    // The same steps as geometry.tese takes at a corner, so that no crack opens beside a patch that is divided.
+    precise vec3 along = vertex.normal.xyz;
+    precise float square = along.x * along.x + along.y * along.y + along.z * along.z;
+    precise vec3 normal = along / sqrt(square);
+    precise float scaled = ((object.flags & FLAG_DISPLACED) != 0u ? vertex_height(index) : 0.0) * object.height_scale;
+    precise vec3 displaced_position = vertex.position.xyz + normal * scaled;
+
+    vec2 place = vec2(corner == 1u || corner == 2u ? 1.0 : 0.0, corner >= 2u ? 1.0 : 0.0);
+    out_place = (object.flags & FLAG_FLAT) != 0u ? patch_texcoord(data, place.x, place.y).at : place;
+    out_normal = normal;
+    out_patch = patch_index;
+    gl_Position = view.clip_from_world * vec4(displaced_position, 1.0);
+}
