@@ -6,6 +6,10 @@
 
 layout(quads, fractional_odd_spacing, ccw) in;
 
+// Constants, since drivers without divergent branches (lavapipe) run both sides of an `if`.
+layout(constant_id = 1) const bool FLAT = false;      // the object is a plane with the same tangents everywhere
+layout(constant_id = 2) const bool AT_TEXELS = false; // a vertex stands at the centre of each texel of the heights
+
 layout(location = 0) in vec3 in_position[];
 layout(location = 1) in vec3 in_normal[];
 layout(location = 2) in vec3 in_toward_next[];
@@ -45,17 +49,17 @@ void main() {
     Boundary boundary = Boundary(vec3[](in_position[0], in_position[1], in_position[2], in_position[3]),
                                  vec3[](in_toward_next[0], in_toward_next[1], in_toward_next[2], in_toward_next[3]),
                                  vec3[](in_toward_previous[0], in_toward_previous[1], in_toward_previous[2], in_toward_previous[3]));
-    vec3 position = patch_point(boundary, u, v).position;
+    vec3 position = FLAT ? mix(mix(in_position[0], in_position[1], u), mix(in_position[3], in_position[2], u), v)
+                         : patch_point(boundary, u, v).position;
     precise vec3 normal = patch_normal(vec3[](in_normal[0], in_normal[1], in_normal[2], in_normal[3]), u, v).normal;
     PatchTexcoord texcoord = patch_texcoord(data, u, v);
     vec2 place = vec2(u, v);
 
     float height = 0.0;
-    bool at_texels = displaced && view.texel_grid.x > 0.0;
     // On the boundary everything is computed from the edge's own data, in the edge's own direction (from its lower
     // vertex), so that both patches compute the same bits and no crack can open, whatever their texture coordinates are.
     bool on_boundary = u == 0.0 || u == 1.0 || v == 0.0 || v == 1.0;
-    if (at_texels) {
+    if (AT_TEXELS) {
         // Everything follows from the number of the texel, so patches agree. Vertices half-way between texels, which fractional
         // spacing makes, all go to the same side.
         vec2 size = vec2(textureSize(height_map, 0));
@@ -65,7 +69,14 @@ void main() {
         position = vec3(middle * view.texel_grid.x, 0.0);
         normal = vec3(0.0, 0.0, 1.0);
         height = textureLod(height_map, middle, 0.0).x;
-    } else if (on_boundary) {
+    } else if (!on_boundary && displaced) {
+        // The height filtered to about the spacing of the vertices: bumps too fine for the geometry are left to the shading.
+        vec2 factor = vec2(gl_TessLevelInner[0], gl_TessLevelInner[1]);
+        vec2 texels = vec2(textureSize(height_map, 0)) * vec2(length(texcoord.du), length(texcoord.dv));
+        float lod = max(log2(max(texels.x / factor.x, texels.y / factor.y)) - FINER, 0.0);
+        height = textureLod(height_map, clamp_to_tile(texcoord.at, data.tile, lod, textureSize(height_map, 0)), lod).x;
+    }
+    if (on_boundary && !AT_TEXELS) {
         int side = v == 0.0 ? 0 : (u == 1.0 ? 1 : (v == 1.0 ? 2 : 3));
         float t = side == 0 ? u : (side == 1 ? v : (side == 2 ? 1.0 - u : 1.0 - v));
         int from = side, to = (side + 1) & 3;
@@ -80,7 +91,12 @@ void main() {
             from = to;
             to = side;
         }
-        position = cubic(a, b, c, d, t);
+        if (FLAT) {
+            precise vec3 between = a * (1.0 - t) + d * t;
+            position = between;
+        } else {
+            position = cubic(a, b, c, d, t);
+        }
         precise vec3 along = na * (1.0 - t) + nb * t;
         precise float square = along.x * along.x + along.y * along.y + along.z * along.z;
         normal = along / sqrt(square);
@@ -88,12 +104,6 @@ void main() {
             height = t == 0.0 ? vertex_height(data.vertices[from])
                    : (t == 1.0 ? vertex_height(data.vertices[to]) : edge_height(edge, t));
         }
-    } else if (displaced) {
-        // The height filtered to about the spacing of the vertices: bumps too fine for the geometry are left to the shading.
-        vec2 factor = vec2(gl_TessLevelInner[0], gl_TessLevelInner[1]);
-        vec2 texels = vec2(textureSize(height_map, 0)) * vec2(length(texcoord.du), length(texcoord.dv));
-        float lod = max(log2(max(texels.x / factor.x, texels.y / factor.y)) - FINER, 0.0);
-        height = textureLod(height_map, clamp_to_tile(texcoord.at, data.tile, lod, textureSize(height_map, 0)), lod).x;
     }
     precise float scaled = height * object.height_scale;
     precise vec3 displaced_position = position + normal * scaled;

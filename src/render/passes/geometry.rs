@@ -21,7 +21,9 @@ pub struct GeometryPass {
 #[derive(Clone)]
 pub(crate) struct PatchPipelines {
     undivided: GraphicsPipeline,
-    divided: GraphicsPipeline,
+    curved: GraphicsPipeline,
+    flat: GraphicsPipeline,
+    at_texels: GraphicsPipeline,
 }
 
 impl PatchPipelines {
@@ -31,18 +33,25 @@ impl PatchPipelines {
     /// A failed pipeline.
     pub(crate) fn new(gpu: &Arc<Gpu>, name: &str, desc: &GraphicsDesc<'_>) -> Result<Self> {
         let desc = GraphicsDesc { structs: &GEOMETRY_STRUCTS, ..*desc };
-        let divided = GraphicsDesc {
-            vertex: "passes/geometry/geometry.vert",
-            tessellation: Some(["passes/geometry/geometry.tesc", "passes/geometry/geometry.tese"]),
-            topology: Topology::Patches(4),
-            // The tessellator counts v downward.
-            clockwise_front: true,
-            ..desc
+        let divided = |kind: &str, flat: bool, at_texels: bool| {
+            let divided = GraphicsDesc {
+                vertex: "passes/geometry/geometry.vert",
+                tessellation: Some(["passes/geometry/geometry.tesc", "passes/geometry/geometry.tese"]),
+                topology: Topology::Patches(4),
+                // The tessellator counts v downward.
+                clockwise_front: true,
+                spec: &[desc.spec, &[("FLAT", SpecValue::Bool(flat)), ("AT_TEXELS", SpecValue::Bool(at_texels))]]
+                    .concat(),
+                ..desc
+            };
+            GraphicsPipeline::new(gpu, &format!("{name}, {kind}"), &divided)
         };
         let undivided = GraphicsDesc { vertex: "passes/geometry/undivided.vert", ..desc };
         Ok(Self {
             undivided: GraphicsPipeline::new(gpu, &format!("{name}, undivided"), &undivided)?,
-            divided: GraphicsPipeline::new(gpu, name, &divided)?,
+            curved: divided("curved", false, false)?,
+            flat: divided("flat", true, false)?,
+            at_texels: divided("at texels", true, true)?,
         })
     }
 
@@ -59,7 +68,12 @@ impl PatchPipelines {
             ("VisiblePatches", Descriptor::Storage(&view.visible)),
             ("height_map", Descriptor::Sampled(object.maps.heights().whole(), &object.sampler)),
         ];
-        let draws = [(&self.undivided, &view.draws.undivided, 6), (&self.divided, &view.draws.divided, 4)];
+        let divided = match object.kind {
+            _ if view.at_texels => &self.at_texels,
+            kind if kind.flat => &self.flat,
+            _ => &self.curved,
+        };
+        let draws = [(&self.undivided, &view.draws.undivided, 6), (divided, &view.draws.divided, 4)];
         for (pipeline, draws, vertices) in draws.into_iter().filter(|(_, draws, _)| !draws.is_empty()) {
             cmd.bind(pipeline, &bindings);
             cmd.push_constants(&object.constants(*height_scale, mark_inside));

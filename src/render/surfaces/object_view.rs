@@ -123,6 +123,8 @@ pub struct ViewBuffers {
     pub view: Buffer,
     /// Draws over `visible`.
     pub draws: Draws,
+    /// Whether a vertex stands at the centre of each texel of the heights.
+    pub at_texels: bool,
     /// Upper bound on the triangles of these draws.
     pub triangles: u64,
     /// Number of visible patches.
@@ -146,6 +148,7 @@ impl ViewBuffers {
             visible: buffer("visible patches", mesh.patches.len(), 4)?,
             view: buffer("view", 1, size_of::<ViewGpu>())?,
             draws: Draws::default(),
+            at_texels: false,
             triangles: 0,
             patches: 0,
         })
@@ -184,14 +187,16 @@ impl ViewBuffers {
         self.vertices.write(0, &vertices)?;
         self.edge_factors.write(0, &list.edge_factors)?;
         self.visible.write(0, &list.visible)?;
+        let repeat = if list.every_texel { repeat_on_plane(mesh, posed_positions) } else { 0.0 };
         let shrink = Mat4::from_scale(Vec3::new(1.0 / GUARD_BAND, 1.0 / GUARD_BAND, 1.0));
         let view = ViewGpu {
             clip_from_world: (shrink * from.clip_from_world).to_cols_array_2d(),
             camera_position: from.eye.extend(from.grid as f32).to_array(),
-            texel_grid: [if list.every_texel { repeat_on_plane(mesh, posed_positions) } else { 0.0 }, 0.0, 0.0, 0.0],
+            texel_grid: [repeat, 0.0, 0.0, 0.0],
         };
         self.view.write(0, &[view])?;
         self.draws = list.draws;
+        self.at_texels = repeat > 0.0;
         self.triangles = list.triangles;
         self.patches = list.visible.len() as u32;
         Ok(())
