@@ -3,7 +3,23 @@
 #ifndef LEADR_GBUFFER
 #define LEADR_GBUFFER
 
+#include "leadr/frame.glsl"
 #include "leadr/visible/horizon.glsl"
+
+// What the filter passes find under a pixel, whatever surface it sees.
+struct FilteredSurface {
+    vec3 normal;         // displacement direction, world
+    vec2 mean_slope;     // in the frame about it
+    vec3 covariance;     // of the slopes
+    vec4 material;       // linear albedo, Beckmann roughness alpha
+    float f0;            // reflectance at normal incidence
+    float accessibility;
+    bool inside;         // of a surface, whose back is seen
+    Horizon horizon;     // of the relief
+    float lod;           // of the maps
+    float joined;        // weight of the pixel's edge samples, 0 to 1
+    float relief;        // of the object of an edge sample, metres
+};
 
 // Displacement direction (octahedral, snorm), mean slope, covariance sxy.
 uvec4 pack_slopes(uint direction, vec2 mean_slope, vec3 covariance) {
@@ -28,13 +44,13 @@ vec4 material_of(uvec4 material) {
 }
 
 // Specular f0 and ambient accessibility, as halves: f0 is -1 on the inside of a surface.
-uint pack_reflection(float f0, float accessibility, bool inside) {
-    return packHalf2x16(vec2(inside ? -1.0 : f0, accessibility));
+uint pack_reflection(FilteredSurface f) {
+    return packHalf2x16(vec2(f.inside ? -1.0 : f.f0, f.accessibility));
 }
 
 // For a pixel: the level of detail of its maps, and the weight of its joined edge samples, 0 to 1.
-uvec2 pack_surface(uint reflection, float lod, float joined) {
-    return uvec2(reflection, packHalf2x16(vec2(lod, joined)));
+uvec2 pack_surface(FilteredSurface f) {
+    return uvec2(pack_reflection(f), packHalf2x16(vec2(f.lod, f.joined)));
 }
 
 float joined_part_of(uvec2 surface) {
@@ -42,8 +58,8 @@ float joined_part_of(uvec2 surface) {
 }
 
 // For an edge sample: the relief of its object, metres.
-uvec2 pack_edge(uint reflection, float relief) {
-    return uvec2(reflection, floatBitsToUint(relief));
+uvec2 pack_edge(FilteredSurface f) {
+    return uvec2(pack_reflection(f), floatBitsToUint(f.relief));
 }
 
 // For an edge sample that will be joined: the area of macrosurface within it, square metres, and the relief of its object.

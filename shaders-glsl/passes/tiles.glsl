@@ -6,7 +6,6 @@
 
 // Record of a tile: one bit per object that it shows (xy), and flags (z).
 const uint TILE_IS_SHADED = 1u; // it contains a sample that must be shaded (edges.comp marks those that need not be)
-const uint TILE_HAS_SKY = 2u;   // a pixel shows no object
 
 bool tile_shows(uvec4 record, uint object) {
     return ((object < 32u ? record.x : record.y) >> (object & 31u) & 1u) != 0u;

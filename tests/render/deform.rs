@@ -16,7 +16,7 @@ fn quad_covariance(gpu: &TestGpu, deformation: Deformation, time: f64) -> [f64; 
     let settings = RenderSettings { size: (640, 240), ..Default::default() };
     let camera = stage.views.far.at_distance(120.0);
     renderer.render(&stage.state(time, &camera, &Lights::default()), &settings).unwrap();
-    let layer = |layer: Layer| renderer.layer(layer).unwrap();
+    let mut layer = |layer: Layer| renderer.layer(layer).unwrap();
     let (depth, normal, covariance) = (layer(Layer::Depth), layer(Layer::Normal), layer(Layer::Covariance));
     let (mut sum, mut count) = ([0.0; 3], 0.0);
     // The quad is the leftmost object.

@@ -55,7 +55,7 @@ fn repetitions_change_neither_the_picture_nor_the_names_of_passes() {
     assert_eq!(image, drawn.color);
     let names = |times: &[leadr::render::frame::PassTime]| times.iter().map(|t| t.pass.clone()).collect::<Vec<_>>();
     assert_eq!(names(&measured), names(&drawn.times));
-    let passes = ["sky", "cube mips", "irradiance", "shadow", "geometry", "filter", "shade", "accumulate"];
+    let passes = ["sky", "cube mips", "irradiance", "shadow", "geometry", "filter and shade", "accumulate"];
     assert_eq!(names(&measured), passes);
 }
 

@@ -224,11 +224,12 @@ fn layers_describe_the_surface() {
     let camera = Camera::looking_at(Vec3::new(0.0, -4.0, 0.0), Vec3::ZERO, 40.0);
     let size = (65, 65);
     renderer.render(&state(camera), &RenderSettings { size, ..Default::default() }).unwrap();
-    let at = |layer: Layer, x: usize, y: usize| renderer.layer(layer).unwrap()[y * 65 + x];
-    let centre = |layer| at(layer, 32, 32);
-    // Vertices of coarse pieces stand somewhat outside the sphere, so that the triangles between them lie about it.
-    assert!((centre(Layer::Depth)[0] - 3.0).abs() < 1e-2, "{:?}", centre(Layer::Depth));
+    let mut at = |layer: Layer, x: usize, y: usize| renderer.layer(layer).unwrap()[y * 65 + x];
     assert!(at(Layer::Depth, 0, 0)[0].is_infinite());
+    let mut centre = |layer| at(layer, 32, 32);
+    // Vertices of coarse pieces stand somewhat outside the sphere, so that the triangles between them lie about it.
+    let depth = centre(Layer::Depth)[0];
+    assert!((depth - 3.0).abs() < 1e-2, "{depth}");
     let normal = centre(Layer::Normal);
     assert!((Vec3::new(normal[0], normal[1], normal[2]) + Vec3::Y).length() < 1e-3, "{normal:?}");
     let albedo = centre(Layer::Albedo);

@@ -20,7 +20,7 @@ fn filtered(gpu: &TestGpu, surface: &Surface, sigma: Vec2, size: u32) -> ([f64; 
     // Four sides of the sphere, for more bumps than one view has.
     for quarter in [0.0, 0.25, 0.5, 0.75] {
         renderer.render(&stage.state(TURN * quarter, &stage.views.mid, &lighting.lights()), &settings).unwrap();
-        let layer = |layer: Layer| renderer.layer(layer).unwrap();
+        let mut layer = |layer: Layer| renderer.layer(layer).unwrap();
         let (depth, normal) = (layer(Layer::Depth), layer(Layer::Normal));
         let (mean, covariance, lod) = (layer(Layer::MeanSlope), layer(Layer::Covariance), layer(Layer::Lod));
         for i in (0..depth.len()).filter(|&i| depth[i][0].is_finite()) {

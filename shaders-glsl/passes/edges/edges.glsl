@@ -5,7 +5,7 @@
 const uint SURFACE_OF_THE_PIXEL = 1u; // and need not be filtered: no object has the number 0
 
 #ifdef LEADR_EDGE_RAYS
-// Rays as in read_gbuffer; x and y are the same for both samples.
+// Rays as in surface_at; x and y are the same for both samples.
 layout(push_constant, std430) uniform EdgeRays {
     vec4 x;     // w: edge samples of each pixel
     vec4 y;

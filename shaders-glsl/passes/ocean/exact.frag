@@ -5,7 +5,7 @@
 #include "../constants.glsl"
 #include "cascade.glsl"
 #include "water.glsl"
-#include "../gbuffer.glsl"
+#include "../filter/gbuffer_out.glsl"
 #include "../visible.glsl"
 #include "leadr/frame.glsl"
 
@@ -13,11 +13,6 @@ uniform usampler2D visible_surface;
 uniform sampler2DArray displacement; // Dx, Dy, height, dDx/dy
 uniform sampler2DArray slopes;       // gradient, dDx/dx, dDy/dy
 layout(std430) readonly buffer Cascades { Cascade cascades[]; };
-
-layout(location = 0) out uvec4 out_slopes;
-layout(location = 1) out uvec4 out_material;
-layout(location = 2) out uvec2 out_surface;
-layout(location = 3) out uvec2 out_horizon; // waves hide no surroundings
 
 // Least area of a surface that folds: as in columns.comp.
 const float LEAST_AREA = 0.1;
@@ -58,9 +53,7 @@ void main() {
     float jxx = 1.0 + sum.z, jyy = 1.0 + sum.w, area = jxx * jyy - mixed * mixed;
     vec2 slope = vec2(jyy * sum.x - mixed * sum.y, jxx * sum.y - mixed * sum.x) / max(area, LEAST_AREA);
     float covered = stretch < water.foam.w ? 1.0 : 0.0;
-    uint up = packSnorm2x16(vec2(0.0));
-    out_slopes = pack_slopes(up, slope - away * water.centre.z, water.tail.xyz);
-    out_material = pack_material(vec4(mix(water.color.rgb, water.foam.rgb, covered), mix(water.tail.w, 0.6, covered)), water.tail.xyz);
-    out_surface = pack_surface(pack_reflection(water.color.w * (1.0 - covered), 1.0, false), 0.0, 0.0);
-    out_horizon = uvec2(0u);
+    vec4 material = vec4(mix(water.color.rgb, water.foam.rgb, covered), mix(water.tail.w, 0.6, covered));
+    FilteredSurface sea = filtered_water(slope - away * water.centre.z, water.tail.xyz, material, water.color.w * (1.0 - covered));
+    write_gbuffer(sea, pack_surface(sea));
 }

@@ -2,11 +2,30 @@
 #ifndef LEADR_OCEAN_WATER
 #define LEADR_OCEAN_WATER
 
+#include "../gbuffer.glsl"
+
 layout(std140) uniform Water {
     vec4 centre;   // of the rest positions, world xy; z: 1 / radius of the earth
     vec4 tail;     // slope covariance xx, yy, xy of the waves below the cascades; w: roughness of the water itself
     vec4 color;    // diffuse albedo of the water; w: reflectance at normal incidence
     vec4 foam;     // albedo; w: the sea foams where its stretch is below this
 } water;
+
+// Water of such slopes: up is the displacement direction everywhere, and waves hide no surroundings.
+FilteredSurface filtered_water(vec2 mean_slope, vec3 covariance, vec4 material, float f0) {
+    FilteredSurface f;
+    f.normal = vec3(0.0, 0.0, 1.0);
+    f.mean_slope = mean_slope;
+    f.covariance = covariance;
+    f.material = material;
+    f.f0 = f0;
+    f.accessibility = 1.0;
+    f.inside = false;
+    f.horizon = Horizon(vec2(0.0), vec3(0.0));
+    f.lod = 0.0;
+    f.joined = 0.0;
+    f.relief = 0.0;
+    return f;
+}
 
 #endif

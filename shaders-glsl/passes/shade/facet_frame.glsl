@@ -1,7 +1,7 @@
 // A surface in the frame of its own mean normal.
 #ifndef LEADR_SHADE_FACET_FRAME
 #define LEADR_SHADE_FACET_FRAME
-#include "gbuffer.glsl"
+#include "surface.glsl"
 #include "leadr/slopes/grid.glsl"
 #include "leadr/slopes/turn.glsl"
 

@@ -1,7 +1,7 @@
 // The lights: suns with their shadows, point lights, the environment.
 #ifndef LEADR_SHADE_LIGHTING
 #define LEADR_SHADE_LIGHTING
-#include "gbuffer.glsl"
+#include "surface.glsl"
 #include "relief.glsl"
 #include "leadr/slopes/grid.glsl"
 #include "leadr/visible/kernel.glsl"
@@ -44,7 +44,7 @@ Light light_at(int i, Surface surface) {
     return Light(towards, lighting.point_intensity[i - SUNS].rgb * (seen / square), 0.0);
 }
 
-// Ray through a point of the image, as read_gbuffer expects it.
+// Ray through a point of the image, as surface_at expects it.
 vec3 pixel_ray(vec2 place) {
     vec2 ndc = (place / lighting.viewport.xy) * 2.0 - 1.0;
     return lighting.rays[2].xyz + ndc.x * lighting.rays[0].xyz + ndc.y * lighting.rays[1].xyz;

@@ -4,6 +4,7 @@
 // point lights and lights of the panorama, and under directions drawn from the environment, from the facet's mirrors and from its
 // hemisphere. Every direction is weighted by how often any of the three draws it (the balance heuristic of Veach).
 #include "facet_frame.glsl"
+#include "gbuffer.glsl"
 #include "../constants.glsl"
 #include "draws.glsl"
 #include "visibility.glsl"
@@ -18,6 +19,7 @@ const int MIRROR_DRAWS = 8;
 const int HEMISPHERE_DRAWS = 16;
 const int DIFFUSE_TERMS = 2; // see leadr/visible/diffuse.glsl
 
+uniform sampler2D visible_depth; // reversed, 0 where nothing was drawn
 uniform samplerCube background_cube;
 // Radiance of the environment, and density of its draws relative to the area of a face of side 2: faces and rows of a cube as in
 // environment_lights.rs. Weights are right only if draws of every kind find the same light in a direction, so none is filtered.
@@ -131,12 +133,13 @@ void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
     vec2 ndc = (gl_FragCoord.xy / lighting.viewport.xy) * 2.0 - 1.0;
     vec3 ray = lighting.rays[2].xyz + ndc.x * lighting.rays[0].xyz + ndc.y * lighting.rays[1].xyz;
-    float depth = texelFetch(gbuffer_depth, pixel, 0).x;
+    float depth = texelFetch(visible_depth, pixel, 0).x;
     if (depth <= 0.0 || depth >= 1.0) { // see geometry.frag
         out_radiance = vec4(textureLod(background_cube, ray, 0.0).rgb, 0.0);
         return;
     }
-    Surface surface = read_gbuffer(pixel, lighting.camera_position.xyz, ray, lighting.rays[2].w, depth);
+    FilteredSurface filtered = read_gbuffer(pixel, false);
+    Surface surface = surface_at(filtered, lighting.camera_position.xyz, ray, lighting.rays[2].w, depth);
     if (surface.inside) {
         out_radiance = vec4(1.0, 0.0, 1.0, 1.0);
         return;

@@ -2,11 +2,13 @@
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
 // Shades each pixel of the G-buffer once.
-#include "families.glsl"
+#include "gbuffer.glsl"
+#include "shaded.glsl"
 #include "../edges/edges.glsl"
 #include "../visible.glsl"
 
 uniform usampler2D visible_surface;
+uniform sampler2D visible_depth; // reversed, 0 where nothing was drawn
 uniform sampler2D shares;     // see join.comp
 uniform sampler2D more_suns;  // the same
 
@@ -22,15 +24,14 @@ void main() {
         }
     }
     vec3 ray = pixel_ray(gl_FragCoord.xy);
-    float depth = texelFetch(gbuffer_depth, pixel, 0).x;
-    float environment_scale = lighting.environment.y;
+    float depth = texelFetch(visible_depth, pixel, 0).x;
     if (depth <= 0.0 || depth >= 1.0) { // see geometry.frag
         // Sky behind pixels is drawn afterwards (sky.frag): lavapipe would look it up for every pixel.
         out_radiance = EDGES == EDGES_ARE_SHADED ? vec4(sky_radiance(ray), 0.0) : vec4(0.0);
         return;
     }
-    Surface surface = read_gbuffer(pixel, lighting.camera_position.xyz, ray, lighting.rays[2].w, depth);
-    surface.horizon = read_horizon(pixel);
+    FilteredSurface filtered = read_gbuffer(pixel, USES_HORIZON);
+    Surface surface = surface_seen(filtered, ray, depth);
     if (EDGES == EDGES_ARE_JOINED) {
         vec4 share = texelFetch(shares, pixel, 0);
         if (share.z > 0.0) {
@@ -38,12 +39,8 @@ void main() {
             if (SUNS > 1) {
                 surface.more_sunlit = texelFetch(more_suns, pixel, 0) / share.z;
             }
-            surface.joined = joined_part_of(texelFetch(gbuffer_surface, pixel, 0).xy);
+            surface.joined = filtered.joined;
         }
     }
-    vec3 radiance = vec3(1.0, 0.0, 1.0); // the marker of the inside
-    if (!surface.inside) {
-        radiance = family_radiance(surface, environment_scale);
-    }
-    out_radiance = vec4(radiance, 1.0);
+    out_radiance = vec4(surface_radiance(surface), 1.0);
 }

@@ -1,11 +1,8 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// Draws the tiles that need shading: for edge samples, those with a sample that must be shaded; for pixels, those with objects, or
-// those with sky.
+// Draws the tiles that need shading: for edge samples, those with a sample that must be shaded; for pixels, those with objects.
 #include "settings.glsl"
 #include "../tiles.glsl"
-
-layout(constant_id = 11) const bool SKY = false; // the tiles that show sky
 
 uniform usampler2D visible_surface;
 layout(std430) readonly buffer TileRecords { uvec4 tile_records[]; };
@@ -13,7 +10,6 @@ layout(std430) readonly buffer TileRecords { uvec4 tile_records[]; };
 void main() {
     uvec4 tile = tile_records[gl_VertexIndex];
     bool drawn = EDGES == EDGES_ARE_SHADED ? (tile.z & TILE_IS_SHADED) != 0u
-               : SKY                       ? (tile.z & TILE_HAS_SKY) != 0u
                                            : (tile.x | tile.y) != 0u;
     gl_Position = tile_point(gl_VertexIndex, textureSize(visible_surface, 0), drawn);
     gl_PointSize = float(TILE_SIZE);

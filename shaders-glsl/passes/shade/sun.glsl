@@ -5,7 +5,7 @@
 #include "../constants.glsl"
 
 layout(std140) uniform Lighting {
-    vec4 rays[3];                 // see read_gbuffer
+    vec4 rays[3];                 // see surface_at
     mat4 shadow_from_world[MAX_SUNS]; // to [0,1] texture coordinates and depth
     vec4 camera_position;         // xyz
     vec4 sun_direction[MAX_SUNS]; // xyz toward it, w: variance of its directions

@@ -21,7 +21,7 @@ struct Light {
 
 layout(std140) uniform Lighting {
     mat4 field_from_world; // to [0,1] texture coordinates and reversed depth of the map of a height field
-    vec4 rays[3];          // see read_gbuffer
+    vec4 rays[3];          // see surface_at
     vec4 camera_position;  // xyz
     vec4 viewport;         // width, height, face size of the environment's cube, 1 when heights move the surface
     vec4 field;            // 1 if casters are a height field; texel size in metres; depth of the highest point; texels a side

@@ -303,7 +303,7 @@ impl BenchReport {
     fn table(&self, f: &mut fmt::Formatter<'_>, table: &str) -> fmt::Result {
         let rows: Vec<&RowReport> = self.rows.iter().filter(|r| r.table == table).collect();
         // For the quad only the cost of the pixels matters; JSON has the rest.
-        let own = |pass: &str| ["geometry", "filter", "shade", PIXELS, FORWARD].contains(&pass);
+        let own = |pass: &str| ["geometry", "filter", "shade", "filter and shade", PIXELS, FORWARD].contains(&pass);
         let compared = rows[0].compared;
         let timed = rows.iter().map(|row| row.pass.as_str());
         let passes = in_order(timed.filter(|pass| !is_cpu(pass) && (compared != PIXELS || own(pass))));

@@ -70,7 +70,8 @@ impl Frame {
             }
         }
         let names: Vec<&str> = pass.split('+').collect();
-        let counts = |t: &&PassTime| pass == TOTAL || names.contains(&t.pass.as_str());
+        // A pass may do the work of several, "filter and shade".
+        let counts = |t: &&PassTime| pass == TOTAL || t.pass.split(" and ").all(|part| names.contains(&part));
         let counted: Vec<f64> = self.passes.iter().filter(counts).map(|t| t.milliseconds).collect();
         (!counted.is_empty()).then(|| counted.iter().sum())
     }

@@ -3,7 +3,8 @@
 use glam::Vec4;
 use serde::{Serialize, Serializer};
 
-use super::renderer::Renderer;
+use super::renderer::{LastSample, Renderer};
+use super::timing::CpuTime;
 use crate::gpu::Result;
 use crate::render::passes::targets::FilteredPixel;
 
@@ -79,12 +80,17 @@ impl Serialize for Layer {
 }
 
 impl Renderer {
-    /// Reads a layer of the last sample's G-buffer; unused channels are zero. Empty before the first sample.
+    /// Reads a layer of the last sample's G-buffer; unused channels are zero. Empty before the first sample. Where the sample was
+    /// shaded without a G-buffer, its geometry is drawn and filtered again: a frame that is paused cannot be resumed then.
     ///
     /// # Errors
-    /// A lost device, or memory that is short.
-    pub fn layer(&self, layer: Layer) -> Result<Vec<[f32; 4]>> {
-        let (Some(targets), Some(near)) = (&self.targets, self.near) else { return Ok(Vec::new()) };
+    /// As [`prepare`](Self::prepare).
+    pub fn layer(&mut self, layer: Layer) -> Result<Vec<[f32; 4]>> {
+        let Some(near) = self.last.as_ref().map(|last| last.state.camera.near) else { return Ok(Vec::new()) };
+        if layer != Layer::Depth {
+            self.fill_gbuffer()?;
+        }
+        let Some(targets) = &self.targets else { return Ok(Vec::new()) };
         let channels: fn(&FilteredPixel) -> Vec4 = match layer {
             Layer::Depth => {
                 let depth: Vec<f32> = targets.pixels.visible.depth.read(0, 0)?;
@@ -99,5 +105,24 @@ impl Renderer {
             Layer::Roughness => |pixel| Vec4::X * pixel.roughness,
         };
         Ok(targets.pixels.gbuffer.read()?.iter().map(|pixel| channels(pixel).to_array()).collect())
+    }
+
+    /// Filters the last sample into the G-buffer, if it was shaded without one.
+    fn fill_gbuffer(&mut self) -> Result<()> {
+        let Some(last) = self.last.clone().filter(|last| !last.in_gbuffer) else { return Ok(()) };
+        let timer = self.timer.clone();
+        let mut frame = self.prepare_with(&last.state, &last.settings, true)?;
+        let pixels = frame.plan.pixels(last.index);
+        frame.look(&pixels, last.index)?;
+        timer.submit(&mut CpuTime::default(), |passes| {
+            let target = &frame.plan.targets.pixels;
+            for surface in &frame.plan.surfaces {
+                surface.record_motion(passes);
+            }
+            frame.record_geometry(passes, target, &pixels);
+            frame.record_filter(passes, target, &pixels, None);
+        })?;
+        self.last = Some(LastSample { in_gbuffer: true, ..last });
+        Ok(())
     }
 }

@@ -6,13 +6,14 @@ use super::cache::Cache;
 use crate::gpu::{Gpu, Result};
 use crate::render::passes::edges::{JoinKind, JoinPass};
 use crate::render::passes::reference::ReferencePass;
-use crate::render::passes::shade::{ShadeKind, ShadePass};
+use crate::render::passes::shade::{ShadeKind, ShadePass, SkyBehindPass};
 use crate::render::settings::Terms;
 
 /// The pipelines that were asked for so far.
 #[derive(Default)]
 pub struct Pipelines {
     shade: Cache<ShadeKind, ShadePass>,
+    sky: Cache<(), SkyBehindPass>,
     join: Cache<JoinKind, JoinPass>,
     reference: Cache<(Terms, bool), ReferencePass>,
 }
@@ -21,6 +22,11 @@ impl Pipelines {
     /// The shading of pixels or of edge samples.
     pub fn shade(&mut self, gpu: &Arc<Gpu>, kind: ShadeKind) -> Result<ShadePass> {
         self.shade.get(kind, || ShadePass::new(gpu, kind))
+    }
+
+    /// The sky behind surfaces.
+    pub fn sky(&mut self, gpu: &Arc<Gpu>) -> Result<SkyBehindPass> {
+        self.sky.get((), || SkyBehindPass::new(gpu))
     }
 
     /// The joining of edge samples.

@@ -3,16 +3,17 @@
 use super::edge_samples::{EdgeSamples, area_of};
 use super::prepared::{FramePlan, Light, PreparedFrame};
 use super::renderer::Renderer;
-use super::surfaces::{PreparedSurface, Surface};
+use super::surfaces::{PreparedSurface, Surface, SurfaceDrawing};
 use super::targets::{EdgeTargets, Targets};
 use crate::gpu::{GpuError, Result};
 use crate::render::passes::SHADOW_SIZE;
 use crate::render::passes::edges::{JoinKind, edge_grid};
+use crate::render::passes::filter::FilterInto;
 use crate::render::passes::reference::ReliefLights;
 use crate::render::passes::shade::{Edges, LightSet, ShadeKind, suns_of};
 use crate::render::passes::shadow::ShadowView;
 use crate::render::scene::FrameState;
-use crate::render::settings::{Quadrature, RenderSettings, Shading, ShadingOptions};
+use crate::render::settings::{Quadrature, RenderSettings, ShadingOptions};
 use crate::render::surfaces::object_view::PosedObject;
 use crate::render::surfaces::sphere::Sphere;
 use crate::render::surfaces::tessellation::TessellationSettings;
@@ -25,20 +26,41 @@ impl Renderer {
     /// [`GpuError::Usage`] for settings that make no picture or that the device cannot draw; memory that is short, a lost
     /// device, a failed pipeline.
     pub fn prepare(&mut self, state: &FrameState, settings: &RenderSettings) -> Result<PreparedFrame<'_>> {
+        self.prepare_with(state, settings, false)
+    }
+
+    /// The same, whose filter passes fill the G-buffer in any case if `gbuffer` says so.
+    pub(super) fn prepare_with(
+        &mut self,
+        state: &FrameState,
+        settings: &RenderSettings,
+        gbuffer: bool,
+    ) -> Result<PreparedFrame<'_>> {
         settings.check().map_err(|fault| GpuError::Usage { name: "settings".to_owned(), fault })?;
         self.check_loops(state, settings)?;
         self.prepared += 1;
         let max_vertices_per_draw = self.gpu.tessellated_vertices_per_draw().unwrap_or(u32::MAX);
         let tessellation = TessellationSettings { max_vertices_per_draw, ..settings.tessellation };
         let settings = RenderSettings { tessellation, ..*settings };
-        let maps = LightSet::new(state, &self.environment, settings.shadows).shadow_maps();
-        let prepare = |surface: &mut Box<dyn Surface>| surface.prepare(state, &settings, maps);
+        let kind = self.shade_kind(state, &settings);
+        let filter = match kind {
+            // Edge samples are joined to what was filtered, and the reference has filter passes of its own.
+            ShadeKind { edges: Edges::None, .. }
+                if !gbuffer && !settings.shadows_of_relief() && !settings.shading.needs().is_finest() =>
+            {
+                FilterInto::Radiance(kind)
+            }
+            _ => FilterInto::GBuffer,
+        };
+        let suns = kind.lights.shadow_maps();
+        let prepare =
+            |surface: &mut Box<dyn Surface>| surface.prepare(state, &settings, SurfaceDrawing { suns, filter });
         let mut surfaces = self.surfaces.iter_mut().map(prepare).collect::<Result<Vec<_>>>()?;
-        let targets = self.targets_for(&surfaces, &settings, maps)?;
-        let light = self.prepare_light(state, &settings, &mut surfaces)?;
+        let targets = self.targets_for(&surfaces, &settings, suns)?;
+        let light = self.prepare_light(state, &settings, kind, filter, &mut surfaces)?;
         let edges = match (settings.edges(), targets.edges.clone()) {
             (Some(samples), Some(targets)) => {
-                Some(self.prepare_edges(state, &settings, &light, &surfaces, samples, targets)?)
+                Some(self.prepare_edges(state, &settings, kind, &surfaces, samples, targets)?)
             }
             _ => None,
         };
@@ -75,10 +97,26 @@ impl Renderer {
         // Unsuitable targets are dropped first: there may be no room for both.
         let kept = self.targets.take().filter(|targets| targets.suit(settings.size, grid, shadow_maps));
         if kept.is_none() {
-            self.near = None;
+            self.last = None;
         }
         let targets = kept.map_or_else(|| Targets::new(&self.gpu, settings.size, grid, shadow_maps), Ok)?;
         Ok(self.targets.insert(targets).clone())
+    }
+
+    /// How pixels are shaded; without the relief's occlusion, where there is no relief, and without shadow maps, where nothing casts
+    /// shadows.
+    fn shade_kind(&self, state: &FrameState, settings: &RenderSettings) -> ShadeKind {
+        let relief = self.surfaces.iter().any(|surface| surface.has_relief(state));
+        let casters = self.surfaces.iter().any(|surface| surface.casts_shadows());
+        let occluded = |options: ShadingOptions| ShadingOptions {
+            relief_occlusion: options.relief_occlusion && relief,
+            ..options
+        };
+        ShadeKind {
+            shading: settings.shading.plain().adjusted(occluded),
+            lights: LightSet::new(state, &self.environment, settings.shadows && casters),
+            edges: if settings.edges().is_some() { Edges::Joined } else { Edges::None },
+        }
     }
 
     /// Points the suns' shadow maps at the casters, or makes the lights of the reference.
@@ -86,6 +124,8 @@ impl Renderer {
         &mut self,
         state: &FrameState,
         settings: &RenderSettings,
+        kind: ShadeKind,
+        filter: FilterInto,
         surfaces: &mut [Box<dyn PreparedSurface>],
     ) -> Result<Light> {
         if settings.shadows_of_relief() {
@@ -108,10 +148,11 @@ impl Renderer {
         for surface in surfaces.iter_mut().filter(|_| !suns.is_empty()) {
             surface.cast(&suns, lens)?;
         }
-        let lights = LightSet::new(state, &self.environment, !suns.is_empty());
-        let edges = if settings.edges().is_some() { Edges::Joined } else { Edges::None };
-        let kind = ShadeKind { shading: plain_shading(settings, surfaces), lights, edges };
-        Ok(Light::Mapped { suns, shade: self.pipelines.shade(&self.gpu, kind)? })
+        let shade = match filter {
+            FilterInto::GBuffer => Some(self.pipelines.shade(&self.gpu, kind)?),
+            FilterInto::Radiance(_) => None,
+        };
+        Ok(Light::Mapped { suns, shade, sky: self.pipelines.sky(&self.gpu)? })
     }
 
     /// Finds where edge samples are needed and makes what draws them into `targets`.
@@ -119,32 +160,21 @@ impl Renderer {
         &mut self,
         state: &FrameState,
         settings: &RenderSettings,
-        light: &Light,
+        kind: ShadeKind,
         surfaces: &[Box<dyn PreparedSurface>],
         samples: u32,
         targets: EdgeTargets,
     ) -> Result<EdgeSamples> {
-        let lights = LightSet::new(state, &self.environment, !light.suns().is_empty());
-        let kind = ShadeKind { shading: plain_shading(settings, surfaces), lights, edges: Edges::Shaded };
-        let join = JoinKind { needs: settings.shading.needs(), shadow_maps: lights.shadow_maps() };
+        let join = JoinKind { needs: settings.shading.needs(), shadow_maps: kind.lights.shadow_maps() };
         let extents = surfaces.iter().map(|surface| surface.extent()).collect();
         Ok(EdgeSamples {
             samples,
             area: area_of(extents, &state.camera, settings.size),
             targets,
-            shade: self.pipelines.shade(&self.gpu, kind)?,
+            shade: self.pipelines.shade(&self.gpu, ShadeKind { edges: Edges::Shaded, ..kind })?,
             join: self.pipelines.join(&self.gpu, join)?,
         })
     }
-}
-
-/// How pixels are shaded; without the relief's occlusion, where there is no relief.
-fn plain_shading(settings: &RenderSettings, surfaces: &[Box<dyn PreparedSurface>]) -> Shading {
-    let relief = surfaces.iter().any(|surface| surface.has_relief());
-    settings
-        .shading
-        .plain()
-        .adjusted(|options| ShadingOptions { relief_occlusion: options.relief_occlusion && relief, ..options })
 }
 
 /// What throws shadows.

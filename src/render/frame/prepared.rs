@@ -6,7 +6,7 @@ use super::surfaces::PreparedSurface;
 use super::targets::Targets;
 use crate::gpu::{GpuError, Result};
 use crate::render::passes::reference::{ReferencePass, ReliefLights};
-use crate::render::passes::shade::ShadePass;
+use crate::render::passes::shade::{ShadePass, SkyBehindPass};
 use crate::render::passes::shadow::ShadowView;
 use crate::render::scene::FrameState;
 use crate::render::settings::RenderSettings;
@@ -43,7 +43,9 @@ pub(super) enum Light {
     Mapped {
         /// Where the suns look from, if they throw shadows.
         suns: Vec<ShadowView>,
-        shade: ShadePass,
+        /// `None` where the filter passes shade what they filter.
+        shade: Option<ShadePass>,
+        sky: SkyBehindPass,
     },
     /// As the reference, by lights that the relief hides.
     Relief { pass: ReferencePass, lights: Box<ReliefLights> },
@@ -61,6 +63,11 @@ impl FramePlan {
 }
 
 impl Light {
+    /// Whether the filter passes shade what they filter.
+    pub fn shades_with_filter(&self) -> bool {
+        matches!(self, Self::Mapped { shade: None, .. })
+    }
+
     /// The views of the suns' shadow maps.
     pub fn suns(&self) -> &[ShadowView] {
         match self {

@@ -5,7 +5,7 @@ use std::time::Instant;
 use super::edge_samples::{EdgeImage, EdgeSamples};
 use super::prepare::casters;
 use super::prepared::{FramePlan, Light, PreparedFrame};
-use super::renderer::Renderer;
+use super::renderer::{LastSample, Renderer};
 use super::timing::{CpuTime, PassTime, Passes, add_times, since};
 use crate::gpu::{Commands, Result};
 use crate::render::passes::accumulate::EdgeSum;
@@ -43,7 +43,11 @@ impl PreparedFrame<'_> {
         let mut times = timer.submit(cpu, |passes| {
             self.record_light(passes);
             self.record_geometry(passes, &self.plan.targets.pixels, &pixels);
-            self.record_filter(passes, &self.plan.targets.pixels, &pixels, None);
+            if self.plan.light.shades_with_filter() {
+                self.record_filter_and_shade(passes, &self.plan.targets.pixels, &pixels);
+            } else {
+                self.record_filter(passes, &self.plan.targets.pixels, &pixels, None);
+            }
             if edges.is_none() {
                 self.record_shading(passes);
             }
@@ -60,12 +64,15 @@ impl PreparedFrame<'_> {
             add_times(&mut times, timer.submit(cpu, |passes| self.record_shading(passes))?);
         }
         self.plan.drawn += 1;
-        self.renderer.near = Some(pixels.camera.near);
+        let FramePlan { state, settings, .. } = &self.plan;
+        let (state, settings) = (state.clone(), *settings);
+        self.renderer.last =
+            Some(LastSample { state, settings, index, in_gbuffer: !self.plan.light.shades_with_filter() });
         Ok(times)
     }
 
     /// Chooses what is drawn in a view, and writes its light. The device must be idle.
-    fn look(&mut self, view: &View, index: u32) -> Result<()> {
+    pub(super) fn look(&mut self, view: &View, index: u32) -> Result<()> {
         for surface in &mut self.plan.surfaces {
             surface.look(view)?;
         }
@@ -119,7 +126,7 @@ impl PreparedFrame<'_> {
     }
 
     /// Geometry: tessellated, displaced, and rasterised; each pixel learns what it sees.
-    fn record_geometry(&self, passes: &mut Passes<'_>, target: &SampleTargets, view: &View) {
+    pub(super) fn record_geometry(&self, passes: &mut Passes<'_>, target: &SampleTargets, view: &View) {
         let mut begin = Begin::Clear;
         for surface in &self.plan.surfaces {
             let draw = |cmd: &mut Commands| surface.draw_geometry(cmd, &target.visible, view);
@@ -129,14 +136,40 @@ impl PreparedFrame<'_> {
     }
 
     /// Statistics: what each surface's maps say about the part of it under a pixel.
-    fn record_filter(&self, passes: &mut Passes<'_>, target: &SampleTargets, view: &View, scissor: Option<[u32; 4]>) {
+    pub(super) fn record_filter(
+        &self,
+        passes: &mut Passes<'_>,
+        target: &SampleTargets,
+        view: &View,
+        scissor: Option<[u32; 4]>,
+    ) {
         let SampleTargets { visible, gbuffer, .. } = target;
         let mut begin = Begin::Clear;
         passes.run("filter", |cmd| self.renderer.common.tiles.record(cmd, visible));
         for surface in &self.plan.surfaces {
-            let draw = |cmd: &mut Commands| surface.draw_filter(cmd, visible, view);
+            let draw = |cmd: &mut Commands| surface.draw_filter(cmd, visible, view, None);
             passes.run(surface.names().filter, |cmd| gbuffer.draw(cmd, begin, scissor, draw));
             begin = Begin::Continue;
+        }
+    }
+
+    /// Statistics, and shading by them at once; and the sky where no surface is.
+    fn record_filter_and_shade(&self, passes: &mut Passes<'_>, target: &SampleTargets, view: &View) {
+        let Light::Mapped { sky, .. } = &self.plan.light else { return };
+        let (visible, inputs) = (&target.visible, self.shade_inputs(None));
+        for (i, surface) in self.plan.surfaces.iter().enumerate() {
+            passes.run(surface.names().filter_and_shade, |cmd| {
+                if i == 0 {
+                    self.renderer.common.objects.record(cmd, visible);
+                }
+                let begin = if i == 0 { Begin::Clear } else { Begin::Continue };
+                target.draw_radiance_of_objects(cmd, begin, |cmd| {
+                    if i == 0 {
+                        sky.draw(cmd, inputs);
+                    }
+                    surface.draw_filter(cmd, visible, view, Some(inputs));
+                });
+            });
         }
     }
 
@@ -149,7 +182,9 @@ impl PreparedFrame<'_> {
         passes.run("edges", |cmd| renderer.common.edges.record(cmd, pixels, &samples.visible, &image.rays));
         self.record_filter(passes, samples, &image.view, scissor);
         let inputs = self.shade_inputs(None);
-        passes.run("shade", |cmd| edges.shade.record(cmd, samples, inputs, scissor));
+        passes.run("shade", |cmd| {
+            samples.draw_radiance(cmd, scissor, |cmd| edges.shade.draw(cmd, samples, inputs));
+        });
         let light = JoinLight { lighting: &renderer.lighting, shadow_maps: renderer.common.shadow.maps() };
         let joined = &targets.joined;
         passes.run("edges", |cmd| edges.join.record(cmd, samples, &pixels.gbuffer, joined, light, &image.rays));
@@ -160,12 +195,24 @@ impl PreparedFrame<'_> {
         let FramePlan { targets, light, edges, drawn, .. } = &self.plan;
         let Renderer { environment, common, .. } = &*self.renderer;
         let edges = edges.as_ref().map(|edges| EdgeSum { joined: &edges.targets.joined, samples: edges.samples });
-        passes.run("shade", |cmd| match light {
-            Light::Relief { pass, lights } => pass.record(cmd, &targets.pixels, lights, environment),
-            Light::Mapped { shade, .. } => {
-                shade.record(cmd, &targets.pixels, self.shade_inputs(edges.map(|edges| edges.joined)), None);
-            }
-        });
+        if !light.shades_with_filter() {
+            let pixels = &targets.pixels;
+            passes.run("shade", |cmd| match light {
+                Light::Relief { pass, lights } => {
+                    pixels.draw_radiance(cmd, None, |cmd| pass.draw(cmd, pixels, lights, environment));
+                }
+                Light::Mapped { shade, sky, .. } => {
+                    let inputs = self.shade_inputs(edges.map(|edges| edges.joined));
+                    common.objects.record(cmd, &pixels.visible);
+                    pixels.draw_radiance_of_objects(cmd, Begin::Clear, |cmd| {
+                        sky.draw(cmd, inputs);
+                        if let Some(shade) = shade {
+                            shade.draw(cmd, pixels, inputs);
+                        }
+                    });
+                }
+            });
+        }
         let radiance = &targets.pixels.radiance;
         passes.run("accumulate", |cmd| common.accumulate.record(cmd, radiance, edges, &targets.mean, *drawn));
     }
@@ -187,7 +234,7 @@ impl PreparedFrame<'_> {
 
 impl FramePlan {
     /// The view of the pixels' own samples in sample `index`.
-    fn pixels(&self, index: u32) -> View {
+    pub(super) fn pixels(&self, index: u32) -> View {
         View {
             camera: self.state.camera,
             picture: self.settings.size,

@@ -14,7 +14,8 @@ use crate::render::light::irradiance::IrradiancePass;
 use crate::render::light::sky::Sky;
 use crate::render::passes::CommonPasses;
 use crate::render::passes::shade::LightingGpu;
-use crate::render::scene::Scene;
+use crate::render::scene::{FrameState, Scene};
+use crate::render::settings::RenderSettings;
 
 /// Renders a scene on a device.
 pub struct Renderer {
@@ -30,8 +31,8 @@ pub struct Renderer {
     pub(super) timer: PassTimer,
     /// Targets that frames of the same size share.
     pub(super) targets: Option<Targets>,
-    /// Near plane of the camera of the last sample in the targets.
-    pub(super) near: Option<f32>,
+    /// The last sample in the targets.
+    pub(super) last: Option<LastSample>,
     /// Frames prepared so far.
     pub(super) prepared: u64,
 }
@@ -40,7 +41,17 @@ pub struct Renderer {
 #[derive(Default)]
 pub(crate) struct KeptTargets {
     targets: Option<Targets>,
-    near: Option<f32>,
+    last: Option<LastSample>,
+}
+
+/// What the targets show.
+#[derive(Clone)]
+pub(super) struct LastSample {
+    pub state: FrameState,
+    pub settings: RenderSettings,
+    pub index: u32,
+    /// Whether the G-buffer holds it.
+    pub in_gbuffer: bool,
 }
 
 impl Renderer {
@@ -64,7 +75,7 @@ impl Renderer {
             lighting: Buffer::new(gpu, "lighting", size_of::<LightingGpu>() as u64, Memory::Upload)?,
             timer: PassTimer::new(gpu)?,
             targets: None,
-            near: None,
+            last: None,
             prepared: 0,
             gpu: gpu.clone(),
         })
@@ -112,7 +123,7 @@ impl Renderer {
     /// without making their targets anew.
     pub(crate) fn swap_targets(&mut self, kept: &mut KeptTargets) {
         std::mem::swap(&mut self.targets, &mut kept.targets);
-        std::mem::swap(&mut self.near, &mut kept.near);
+        std::mem::swap(&mut self.last, &mut kept.last);
     }
 
     /// The image that holds the mean of the last frame's samples, for a window to show.

@@ -1,15 +1,20 @@
-//! Filter pass: fetches the slope statistics and the material under each pixel, once per pixel.
+//! Filter pass: fetches the slope statistics and the material under each pixel, once per pixel, and shades it if nothing else needs
+//! them.
 
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 use std::sync::Arc;
 
-use super::targets::{GBuffer, VisibleSurface};
+use super::edges::PixelArea;
+use super::object_depth::OBJECT_TEST;
+use super::shade::{LightSamplers, LightingGpu, ShadeInputs, ShadeKind};
+use super::targets::{GBuffer, RADIANCE_FORMAT, VisibleSurface};
+use ash::vk;
 use glam::Vec3;
 
 use crate::gpu::{
-    AddressMode, Commands, Descriptor, Filter, Gpu, GraphicsDesc, GraphicsPipeline, Result, Sampler, SharedStruct,
-    SpecValue, Topology, shared_struct,
+    AddressMode, Commands, Depth, Descriptor, Filter, Gpu, GraphicsDesc, GraphicsPipeline, Result, Sampler,
+    SharedStruct, SpecValue, Topology, shared_struct,
 };
 use crate::render::constants::FLAGS_GRID_SHIFT;
 use crate::render::settings::Needs;
@@ -19,12 +24,69 @@ use crate::render::surfaces::object::{ObjectGpu, PatchGpu, SurfaceKind};
 use crate::render::surfaces::object_view::{DrawnObject, PosedObject, VertexGpu};
 use crate::render::view::{Samples, View};
 
+/// What becomes of what a filter pass finds under the pixels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum FilterInto {
+    /// It goes into the G-buffer, where edge samples are joined to it and other passes shade it.
+    GBuffer,
+    /// The pass shades it.
+    Radiance(ShadeKind),
+}
+
+impl FilterInto {
+    /// Formats of the images that the pass writes.
+    #[must_use]
+    pub fn formats(self) -> &'static [vk::Format] {
+        match self {
+            Self::GBuffer => &GBuffer::FORMATS,
+            Self::Radiance(_) => &[RADIANCE_FORMAT],
+        }
+    }
+
+    /// How it picks the pixels of its surface; into the G-buffer its fragment stage does.
+    #[must_use]
+    pub fn depth(self) -> Option<Depth> {
+        match self {
+            Self::GBuffer => None,
+            Self::Radiance(_) => Some(OBJECT_TEST),
+        }
+    }
+
+    /// What its vertices form: the tiles that show its surface, or a triangle that covers the screen.
+    #[must_use]
+    pub fn topology(self) -> Topology {
+        match self {
+            Self::GBuffer => Topology::Points,
+            Self::Radiance(_) => Topology::Triangles,
+        }
+    }
+
+    /// Specialization constants of its fragment stage, but for those about the surface.
+    #[must_use]
+    pub fn spec(self, needs: Needs) -> Vec<(&'static str, SpecValue)> {
+        match self {
+            Self::GBuffer => needs.spec(),
+            Self::Radiance(kind) => kind.spec(),
+        }
+    }
+
+    /// Of two fragment stages the one that does this.
+    #[must_use]
+    pub fn choose(self, gbuffer: &'static str, radiance: &'static str) -> &'static str {
+        match self {
+            Self::GBuffer => gbuffer,
+            Self::Radiance(_) => radiance,
+        }
+    }
+}
+
 /// Pipelines of the filter pass.
 #[derive(Clone)]
 pub struct FilterPass {
     pipelines: HashMap<SurfaceKind, GraphicsPipeline>,
     nearest: Sampler,
     linear: Sampler,
+    light: LightSamplers,
 }
 
 impl FilterPass {
@@ -37,22 +99,30 @@ impl FilterPass {
         gpu: &Arc<Gpu>,
         needs: Needs,
         relief_drawn: bool,
+        into: FilterInto,
         objects: impl Iterator<Item = SurfaceKind>,
     ) -> Result<Self> {
         let mut pipelines = HashMap::new();
         for kind in objects {
             if let Entry::Vacant(place) = pipelines.entry(kind) {
-                place.insert(Self::pipeline(gpu, needs, relief_drawn, kind)?);
+                place.insert(Self::pipeline(gpu, needs, relief_drawn, into, kind)?);
             }
         }
         Ok(Self {
             pipelines,
             nearest: Sampler::new(gpu, "filter", Filter::Nearest, AddressMode::ClampToEdge)?,
             linear: Sampler::new(gpu, "coarse levels", Filter::Bilinear, AddressMode::ClampToEdge)?,
+            light: LightSamplers::new(gpu)?,
         })
     }
 
-    fn pipeline(gpu: &Arc<Gpu>, needs: Needs, relief_drawn: bool, kind: SurfaceKind) -> Result<GraphicsPipeline> {
+    fn pipeline(
+        gpu: &Arc<Gpu>,
+        needs: Needs,
+        relief_drawn: bool,
+        into: FilterInto,
+        kind: SurfaceKind,
+    ) -> Result<GraphicsPipeline> {
         let has = [
             ("ATLAS", SpecValue::Bool(kind.tiled)),
             ("DISPLACED", SpecValue::Bool(kind.displaced)),
@@ -61,27 +131,37 @@ impl FilterPass {
             ("FLAT", SpecValue::Bool(kind.flat)),
             ("PLAIN", SpecValue::Bool(kind.plain)),
             ("RELIEF_DRAWN", SpecValue::Bool(relief_drawn)),
+            ("EDGE_SAMPLES", SpecValue::Bool(into == FilterInto::GBuffer)),
         ];
         let desc = GraphicsDesc {
-            vertex: "passes/filter/filter.vert",
-            fragment: Some("passes/filter/filter.frag"),
-            colors: &GBuffer::FORMATS,
-            topology: Topology::Points,
-            spec: &[&needs.spec()[..], &has].concat(),
+            vertex: into.choose("passes/filter/filter.vert", "passes/filter/object.vert"),
+            fragment: Some(into.choose("passes/filter/filter.frag", "passes/filter/filter_shade.frag")),
+            colors: into.formats(),
+            depth: into.depth(),
+            topology: into.topology(),
+            spec: &[&into.spec(needs)[..], &has].concat(),
             structs: &[
                 FilteredObjectGpu::LAYOUT,
                 AtlasHeadGpu::LAYOUT,
                 PatchLinkGpu::LAYOUT,
                 VertexGpu::LAYOUT,
                 PatchGpu::LAYOUT,
+                LightingGpu::LAYOUT,
             ],
             ..Default::default()
         };
-        GraphicsPipeline::new(gpu, if kind.tiled { "filter atlas" } else { "filter" }, &desc)
+        let name = match (kind.tiled, into) {
+            (false, FilterInto::GBuffer) => "filter",
+            (true, FilterInto::GBuffer) => "filter atlas",
+            (false, FilterInto::Radiance(_)) => "filter and shade",
+            (true, FilterInto::Radiance(_)) => "filter and shade atlas",
+        };
+        GraphicsPipeline::new(gpu, name, &desc)
     }
 
-    /// Filters the maps of `objects` into the begun G-buffer, at the pixels of a view that see them. `height_scale`
-    /// multiplies the height scale of every object. The pass must know their kinds.
+    /// Filters the maps of `objects` into the begun targets, at the pixels of a view that see them. `height_scale`
+    /// multiplies the height scale of every object; `light` is what the pass shades with, if it does. The pass must know the kinds
+    /// of all objects.
     pub fn draw<'a>(
         &self,
         cmd: &mut Commands,
@@ -89,32 +169,38 @@ impl FilterPass {
         view: &View,
         objects: impl Iterator<Item = DrawnObject<'a>>,
         height_scale: f32,
+        light: Option<ShadeInputs<'_>>,
     ) {
         for DrawnObject { posed, view: buffers } in objects {
             let object = &posed.object;
-            cmd.bind(
-                &self.pipelines[&object.kind],
-                &[
-                    ("visible_surface", Descriptor::Sampled(visible.surface.whole(), &self.nearest)),
-                    ("visible_footprint", Descriptor::Sampled(visible.footprint.whole(), &self.nearest)),
-                    ("Vertices", Descriptor::Storage(&buffers.vertices)),
-                    ("Patches", Descriptor::Storage(&object.patches)),
-                    ("height_map", Descriptor::Sampled(object.maps.heights().whole(), &object.sampler)),
-                    ("moments_a", Descriptor::Sampled(object.maps.slopes().whole(), &object.sampler)),
-                    ("moments_b", Descriptor::Sampled(object.maps.joint().whole(), &object.sampler)),
-                    ("horizon_a", Descriptor::Sampled(object.horizons.leans().whole(), &object.sampler)),
-                    ("horizon_b", Descriptor::Sampled(object.horizons.correlations().whole(), &object.sampler)),
-                    ("color_map", Descriptor::Sampled(object.color.whole(), &object.sampler)),
-                    ("Atlas", Descriptor::Storage(&object.atlas.links)),
-                    ("TileRecords", Descriptor::Storage(&visible.tiles.records)),
-                    ("coarse_a", Descriptor::Sampled(object.atlas.slopes.whole(), &self.linear)),
-                    ("coarse_b", Descriptor::Sampled(object.atlas.joint.whole(), &self.linear)),
-                    ("coarse_color", Descriptor::Sampled(object.atlas.color.whole(), &self.linear)),
-                    ("visible_depth", Descriptor::Sampled(visible.depth.whole(), &self.nearest)),
-                ],
-            );
+            let mut bindings = vec![
+                ("visible_surface", Descriptor::Sampled(visible.surface.whole(), &self.nearest)),
+                ("visible_footprint", Descriptor::Sampled(visible.footprint.whole(), &self.nearest)),
+                ("Vertices", Descriptor::Storage(&buffers.vertices)),
+                ("Patches", Descriptor::Storage(&object.patches)),
+                ("height_map", Descriptor::Sampled(object.maps.heights().whole(), &object.sampler)),
+                ("moments_a", Descriptor::Sampled(object.maps.slopes().whole(), &object.sampler)),
+                ("moments_b", Descriptor::Sampled(object.maps.joint().whole(), &object.sampler)),
+                ("horizon_a", Descriptor::Sampled(object.horizons.leans().whole(), &object.sampler)),
+                ("horizon_b", Descriptor::Sampled(object.horizons.correlations().whole(), &object.sampler)),
+                ("color_map", Descriptor::Sampled(object.color.whole(), &object.sampler)),
+                ("Atlas", Descriptor::Storage(&object.atlas.links)),
+                ("coarse_a", Descriptor::Sampled(object.atlas.slopes.whole(), &self.linear)),
+                ("coarse_b", Descriptor::Sampled(object.atlas.joint.whole(), &self.linear)),
+                ("coarse_color", Descriptor::Sampled(object.atlas.color.whole(), &self.linear)),
+                ("visible_depth", Descriptor::Sampled(visible.depth.whole(), &self.nearest)),
+            ];
+            let tiles = ("TileRecords", Descriptor::Storage(&visible.tiles.records));
+            bindings.extend(light.map_or_else(|| vec![tiles], |light| light.bindings(&self.light).to_vec()));
+            cmd.bind(&self.pipelines[&object.kind], &bindings);
             cmd.push_constants(&FilteredObjectGpu::new(posed, height_scale, view));
-            visible.tiles.draw(cmd);
+            match light {
+                None => visible.tiles.draw(cmd),
+                Some(_) => {
+                    cmd.scissor(PixelArea::of_spheres(&[posed.bounds()], &view.camera, view.picture).scissor(1));
+                    cmd.draw(0..3, 0..1);
+                }
+            }
         }
     }
 }

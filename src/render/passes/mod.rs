@@ -9,6 +9,7 @@ pub mod edges;
 pub mod environment_lights;
 pub mod filter;
 pub mod geometry;
+pub mod object_depth;
 pub mod ocean;
 pub mod present;
 pub mod reference;
@@ -27,6 +28,8 @@ pub struct CommonPasses {
     pub shadow: shadow::ShadowPass,
     /// The content of each tile of the screen.
     pub tiles: tiles::TilePass,
+    /// Which object each pixel shows.
+    pub objects: object_depth::ObjectDepthPass,
     /// The edge samples that see their pixel's own surface.
     pub edges: edges::EdgePass,
     /// The mean of the samples.
@@ -42,6 +45,7 @@ impl CommonPasses {
         Ok(Self {
             shadow: shadow::ShadowPass::new(gpu, SHADOW_SIZE)?,
             tiles: tiles::TilePass::new(gpu)?,
+            objects: object_depth::ObjectDepthPass::new(gpu)?,
             edges: edges::EdgePass::new(gpu)?,
             accumulate: accumulate::AccumulatePass::new(gpu)?,
         })

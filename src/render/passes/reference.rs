@@ -22,8 +22,8 @@ use super::relief_shadow::{Caster, ReliefMaps, ReliefShadowPass, map_size, relie
 use super::shadow::ShadowView;
 use super::targets::{RADIANCE_FORMAT, SampleTargets};
 use crate::gpu::{
-    AddressMode, Buffer, ColorTarget, Commands, Descriptor, Filter, Gpu, GraphicsDesc, GraphicsPipeline, Load, Memory,
-    Result, Sampler, SharedStruct, SpecValue, Use, shared_struct,
+    AddressMode, Buffer, Commands, Descriptor, Filter, Gpu, GraphicsDesc, GraphicsPipeline, Memory, Result, Sampler,
+    SharedStruct, SpecValue, shared_struct,
 };
 use crate::render::constants::{
     ENVIRONMENT_DRAWS, LIGHT_DRAWN, LIGHT_OF_ENVIRONMENT, LIGHT_OF_SCENE, MAX_RELIEF_LIGHTS,
@@ -115,18 +115,16 @@ impl ReferencePass {
         self.shadows.record(cmd, &lights.maps, casters);
     }
 
-    /// Shades every pixel of the sample's G-buffer.
-    pub fn record(&self, cmd: &mut Commands, sample: &SampleTargets, lights: &ReliefLights, environment: &Environment) {
-        let SampleTargets { visible, gbuffer, radiance } = sample;
-        cmd.image_barrier(radiance, Use::Undefined, Use::ColorTarget);
-        cmd.begin_rendering(&[ColorTarget { view: radiance.whole(), load: Load::Discard }], None);
+    /// Shades every pixel of the sample's G-buffer into its begun radiance.
+    pub fn draw(&self, cmd: &mut Commands, sample: &SampleTargets, lights: &ReliefLights, environment: &Environment) {
+        let SampleTargets { visible, gbuffer, .. } = sample;
         cmd.bind(
             &self.pipeline,
             &[
                 ("gbuffer_slopes", Descriptor::Sampled(gbuffer.slopes.whole(), &self.nearest)),
                 ("gbuffer_material", Descriptor::Sampled(gbuffer.material.whole(), &self.nearest)),
                 ("gbuffer_surface", Descriptor::Sampled(gbuffer.surface.whole(), &self.nearest)),
-                ("gbuffer_depth", Descriptor::Sampled(visible.depth.whole(), &self.nearest)),
+                ("visible_depth", Descriptor::Sampled(visible.depth.whole(), &self.nearest)),
                 ("lighting", Descriptor::Uniform(&lights.block)),
                 ("background_cube", Descriptor::Sampled(environment.background(), &self.trilinear)),
                 ("depth_maps", Descriptor::Sampled(lights.maps.array(), &self.nearest)),
@@ -134,7 +132,6 @@ impl ReferencePass {
             ],
         );
         cmd.draw(0..3, 0..1);
-        cmd.end_rendering();
     }
 }
 

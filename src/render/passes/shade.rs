@@ -1,12 +1,13 @@
-//! Shading pass: one invocation per pixel of the G-buffer. Tiles of the screen that show only sky use a cheaper shader.
+//! Shading: what a fragment stage needs for it, the pass that shades each pixel of the G-buffer, and the sky behind surfaces.
 
 use std::sync::Arc;
 
+use super::object_depth::{ANY_OBJECT_TEST, OBJECT_TEST};
 use super::shadow::ShadowView;
 use super::targets::{JoinedEdges, RADIANCE_FORMAT, SampleTargets};
 use crate::gpu::{
-    AddressMode, Buffer, ColorTarget, Commands, Descriptor, Filter, Gpu, GraphicsDesc, GraphicsPipeline, ImageView,
-    Load, Result, Sampler, SharedStruct, SpecValue, Topology, Use, shared_struct,
+    AddressMode, Buffer, Commands, Descriptor, Filter, Gpu, GraphicsDesc, GraphicsPipeline, ImageView, Result, Sampler,
+    SharedStruct, SpecValue, Topology, shared_struct,
 };
 use crate::render::constants::{EDGES_ARE_ABSENT, EDGES_ARE_JOINED, EDGES_ARE_SHADED, MAX_SUNS};
 use crate::render::light::environment::Environment;
@@ -183,14 +184,64 @@ pub struct ShadeKind {
     pub edges: Edges,
 }
 
-/// The pipelines of the shading pass.
+impl ShadeKind {
+    /// The specialization constants of `passes/shade/settings.glsl`.
+    #[must_use]
+    pub fn spec(&self) -> Vec<(&'static str, SpecValue)> {
+        let Self { shading, lights, edges } = self;
+        let lit = [
+            ("OWN_SUNS", SpecValue::I32(i32::from(lights.sun))),
+            ("PANORAMA_SUNS", SpecValue::I32(lights.panorama as i32)),
+            ("SUN_SHADOWS", SpecValue::Bool(lights.shadows)),
+            ("POINT_LIGHTS", SpecValue::I32(lights.points as i32)),
+            ("EDGES", SpecValue::I32(*edges as i32)),
+        ];
+        [shading.spec(), lit.to_vec()].concat()
+    }
+}
+
+/// The samplers that light is read with.
 #[derive(Clone)]
-pub struct ShadePass {
-    surfaces: GraphicsPipeline,
-    /// For the sky behind them, which needs little of the shading; `None` for edge samples, few of which are shaded.
-    sky: Option<GraphicsPipeline>,
+pub struct LightSamplers {
     nearest: Sampler,
     trilinear: Sampler,
+}
+
+impl LightSamplers {
+    /// The samplers.
+    ///
+    /// # Errors
+    /// A failed Vulkan call.
+    pub fn new(gpu: &Arc<Gpu>) -> Result<Self> {
+        Ok(Self {
+            nearest: Sampler::new(gpu, "nearest", Filter::Nearest, AddressMode::ClampToEdge)?,
+            trilinear: Sampler::new(gpu, "environment", Filter::Trilinear, AddressMode::ClampToEdge)?,
+        })
+    }
+}
+
+impl<'a> ShadeInputs<'a> {
+    /// What a fragment stage that includes `passes/shade/shaded.glsl` reads about the light.
+    #[must_use]
+    pub fn bindings(&self, samplers: &'a LightSamplers) -> [(&'static str, Descriptor<'a>); 7] {
+        let LightSamplers { nearest, trilinear } = samplers;
+        [
+            ("lighting", Descriptor::Uniform(self.lighting)),
+            ("background_cube", Descriptor::Sampled(self.background, trilinear)),
+            ("environment_cube", Descriptor::Sampled(self.cube, trilinear)),
+            ("environment_lobes", Descriptor::Sampled(self.lobes, trilinear)),
+            ("irradiance_rest", Descriptor::Sampled(self.irradiance_rest, trilinear)),
+            ("Irradiance", Descriptor::Storage(self.radiance_sh)),
+            ("shadow_maps", Descriptor::Sampled(self.shadow_maps, nearest)),
+        ]
+    }
+}
+
+/// The pipeline that shades the pixels of the G-buffer.
+#[derive(Clone)]
+pub struct ShadePass {
+    pipeline: GraphicsPipeline,
+    samplers: LightSamplers,
 }
 
 impl ShadePass {
@@ -199,79 +250,70 @@ impl ShadePass {
     /// # Errors
     /// A failed pipeline.
     pub fn new(gpu: &Arc<Gpu>, kind: ShadeKind) -> Result<Self> {
-        let ShadeKind { shading, lights, edges } = kind;
-        let lit = [
-            ("OWN_SUNS", SpecValue::I32(i32::from(lights.sun))),
-            ("PANORAMA_SUNS", SpecValue::I32(lights.panorama as i32)),
-            ("SUN_SHADOWS", SpecValue::Bool(lights.shadows)),
-            ("POINT_LIGHTS", SpecValue::I32(lights.points as i32)),
-            ("EDGES", SpecValue::I32(edges as i32)),
-        ];
-        let spec = [&shading.spec()[..], &lit].concat();
-        let pipeline = |name: &str, fragment, spec: &[_]| {
-            let desc = GraphicsDesc {
-                vertex: "passes/shade/shade.vert",
-                fragment: Some(fragment),
-                colors: &[RADIANCE_FORMAT],
-                topology: Topology::Points,
-                spec,
-                structs: &[LightingGpu::LAYOUT],
-                ..Default::default()
-            };
-            GraphicsPipeline::new(gpu, name, &desc)
+        let desc = GraphicsDesc {
+            vertex: "passes/shade/shade.vert",
+            fragment: Some("passes/shade/shade.frag"),
+            colors: &[RADIANCE_FORMAT],
+            depth: (kind.edges != Edges::Shaded).then_some(ANY_OBJECT_TEST),
+            topology: Topology::Points,
+            spec: &kind.spec(),
+            structs: &[LightingGpu::LAYOUT],
+            ..Default::default()
         };
-        let sky = || pipeline("shade sky", "passes/shade/sky.frag", &[("SKY", SpecValue::Bool(true))]);
-        Ok(Self {
-            surfaces: pipeline("shade", "passes/shade/shade.frag", &spec)?,
-            sky: (edges != Edges::Shaded).then(sky).transpose()?,
-            nearest: Sampler::new(gpu, "nearest", Filter::Nearest, AddressMode::ClampToEdge)?,
-            trilinear: Sampler::new(gpu, "environment", Filter::Trilinear, AddressMode::ClampToEdge)?,
-        })
+        Ok(Self { pipeline: GraphicsPipeline::new(gpu, "shade", &desc)?, samplers: LightSamplers::new(gpu)? })
     }
 
-    /// Shades every pixel of a filtered sample, or those within a scissor.
-    pub fn record(
-        &self,
-        cmd: &mut Commands,
-        sample: &SampleTargets,
-        inputs: ShadeInputs<'_>,
-        scissor: Option<[u32; 4]>,
-    ) {
-        let SampleTargets { visible, gbuffer, radiance } = sample;
-        cmd.image_barrier(radiance, Use::Undefined, Use::ColorTarget);
-        cmd.begin_rendering(&[ColorTarget { view: radiance.whole(), load: Load::Discard }], None);
-        if let Some(area) = scissor {
-            cmd.scissor(area);
-        }
+    /// Shades the pixels of a filtered sample that show a surface into its begun radiance; of edge samples all that need it.
+    pub fn draw(&self, cmd: &mut Commands, sample: &SampleTargets, inputs: ShadeInputs<'_>) {
+        let SampleTargets { visible, gbuffer, .. } = sample;
+        let nearest = &self.samplers.nearest;
         // Pipelines without joined edge samples still need some float image bound in their place.
         let shares = inputs.joined.map_or(&visible.depth, |joined| &joined.shares);
         let more_suns = inputs.joined.map_or(&visible.depth, |joined| &joined.more_suns);
-        let everywhere = [
-            ("visible_surface", Descriptor::Sampled(visible.surface.whole(), &self.nearest)),
+        let filtered = [
+            ("visible_surface", Descriptor::Sampled(visible.surface.whole(), nearest)),
+            ("visible_depth", Descriptor::Sampled(visible.depth.whole(), nearest)),
+            ("gbuffer_slopes", Descriptor::Sampled(gbuffer.slopes.whole(), nearest)),
+            ("gbuffer_material", Descriptor::Sampled(gbuffer.material.whole(), nearest)),
+            ("gbuffer_surface", Descriptor::Sampled(gbuffer.surface.whole(), nearest)),
+            ("gbuffer_horizon", Descriptor::Sampled(gbuffer.horizon.whole(), nearest)),
+            ("shares", Descriptor::Sampled(shares.whole(), nearest)),
+            ("more_suns", Descriptor::Sampled(more_suns.whole(), nearest)),
             ("TileRecords", Descriptor::Storage(&visible.tiles.records)),
-            ("lighting", Descriptor::Uniform(inputs.lighting)),
-            ("background_cube", Descriptor::Sampled(inputs.background, &self.trilinear)),
         ];
-        let on_surfaces = [
-            ("gbuffer_slopes", Descriptor::Sampled(gbuffer.slopes.whole(), &self.nearest)),
-            ("gbuffer_material", Descriptor::Sampled(gbuffer.material.whole(), &self.nearest)),
-            ("gbuffer_surface", Descriptor::Sampled(gbuffer.surface.whole(), &self.nearest)),
-            ("gbuffer_horizon", Descriptor::Sampled(gbuffer.horizon.whole(), &self.nearest)),
-            ("gbuffer_depth", Descriptor::Sampled(visible.depth.whole(), &self.nearest)),
-            ("environment_cube", Descriptor::Sampled(inputs.cube, &self.trilinear)),
-            ("environment_lobes", Descriptor::Sampled(inputs.lobes, &self.trilinear)),
-            ("irradiance_rest", Descriptor::Sampled(inputs.irradiance_rest, &self.trilinear)),
-            ("shares", Descriptor::Sampled(shares.whole(), &self.nearest)),
-            ("more_suns", Descriptor::Sampled(more_suns.whole(), &self.nearest)),
-            ("Irradiance", Descriptor::Storage(inputs.radiance_sh)),
-            ("shadow_maps", Descriptor::Sampled(inputs.shadow_maps, &self.nearest)),
-        ];
-        cmd.bind(&self.surfaces, &[&everywhere[..], &on_surfaces].concat());
+        cmd.bind(&self.pipeline, &[&inputs.bindings(&self.samplers)[..], &filtered].concat());
         visible.tiles.draw(cmd);
-        if let Some(sky) = &self.sky {
-            cmd.bind(sky, &everywhere);
-            visible.tiles.draw(cmd);
-        }
-        cmd.end_rendering();
+    }
+}
+
+/// The pipeline that draws the sky behind surfaces, which needs little of what shading needs.
+#[derive(Clone)]
+pub struct SkyBehindPass {
+    pipeline: GraphicsPipeline,
+    samplers: LightSamplers,
+}
+
+impl SkyBehindPass {
+    /// The pass.
+    ///
+    /// # Errors
+    /// A failed pipeline.
+    pub fn new(gpu: &Arc<Gpu>) -> Result<Self> {
+        let desc = GraphicsDesc {
+            vertex: "passes/shade/sky.vert",
+            fragment: Some("passes/shade/sky.frag"),
+            colors: &[RADIANCE_FORMAT],
+            depth: Some(OBJECT_TEST),
+            structs: &[LightingGpu::LAYOUT],
+            ..Default::default()
+        };
+        Ok(Self { pipeline: GraphicsPipeline::new(gpu, "shade sky", &desc)?, samplers: LightSamplers::new(gpu)? })
+    }
+
+    /// Draws the pixels that show no object into the begun radiance of a sample whose objects are known.
+    pub fn draw(&self, cmd: &mut Commands, inputs: ShadeInputs<'_>) {
+        let background = ("background_cube", Descriptor::Sampled(inputs.background, &self.samplers.trilinear));
+        cmd.bind(&self.pipeline, &[("lighting", Descriptor::Uniform(inputs.lighting)), background]);
+        cmd.draw(0..3, 0..1);
     }
 }

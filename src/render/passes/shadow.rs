@@ -7,7 +7,7 @@ use glam::{Mat4, Vec3};
 
 use super::geometry::{PatchPipelines, guard_band};
 use crate::gpu::{Commands, Depth, DepthTarget, Gpu, GraphicsDesc, Image, ImageDesc, ImageView, Result, Use};
-use crate::render::surfaces::object_view::{DrawnObject, GEOMETRY_STRUCTS, Viewpoint};
+use crate::render::surfaces::object_view::{DrawnObject, Viewpoint};
 use crate::render::surfaces::sphere::Sphere;
 use crate::render::surfaces::tessellation::Lens;
 

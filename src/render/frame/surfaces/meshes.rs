@@ -2,13 +2,14 @@
 
 use std::sync::Arc;
 
-use super::{Extent, PassNames, PreparedSurface, Surface};
+use super::{Extent, PassNames, PreparedSurface, Surface, SurfaceDrawing};
 use crate::gpu::{Commands, Gpu, GpuError, Result};
 use crate::maps::cache::MapCache;
 use crate::render::frame::cache::Cache;
 use crate::render::passes::edges::edge_tessellation;
-use crate::render::passes::filter::FilterPass;
+use crate::render::passes::filter::{FilterInto, FilterPass};
 use crate::render::passes::geometry::GeometryPass;
+use crate::render::passes::shade::ShadeInputs;
 use crate::render::passes::shadow::ShadowView;
 use crate::render::passes::targets::VisibleSurface;
 use crate::render::scene::{FrameState, Object, Pose};
@@ -24,7 +25,7 @@ pub struct Meshes {
     gpu: Arc<Gpu>,
     meshes: Vec<Mesh>,
     geometry: GeometryPass,
-    filters: Cache<(Needs, bool), FilterPass>,
+    filters: Cache<(Needs, bool, FilterInto), FilterPass>,
 }
 
 struct Mesh {
@@ -96,11 +97,19 @@ impl Meshes {
 }
 
 impl Surface for Meshes {
+    fn has_relief(&self, state: &FrameState) -> bool {
+        state.height_scale != 0.0 && self.meshes.iter().any(|mesh| mesh.fine.object.kind.horizon)
+    }
+
+    fn casts_shadows(&self) -> bool {
+        self.meshes.iter().any(|mesh| mesh.fine.object.object.casts_shadow)
+    }
+
     fn prepare(
         &mut self,
         state: &FrameState,
         settings: &RenderSettings,
-        suns: u32,
+        SurfaceDrawing { suns, filter }: SurfaceDrawing,
     ) -> Result<Box<dyn PreparedSurface>> {
         let lens = state.camera.lens(settings.size.1);
         let mut meshes = Vec::new();
@@ -126,8 +135,8 @@ impl Surface for Meshes {
         Ok(Box::new(PreparedMeshes {
             meshes,
             geometry: self.geometry.clone(),
-            filter: self.filters.get((needs, relief_drawn), || {
-                FilterPass::new(&self.gpu, needs, relief_drawn, levels().map(|level| level.object.kind))
+            filter: self.filters.get((needs, relief_drawn, filter), || {
+                FilterPass::new(&self.gpu, needs, relief_drawn, filter, levels().map(|level| level.object.kind))
             })?,
             tessellation: settings.tessellation,
             height_scale: state.height_scale,
@@ -155,15 +164,11 @@ struct PreparedMesh {
 
 impl PreparedSurface for PreparedMeshes {
     fn names(&self) -> PassNames {
-        PassNames { geometry: "geometry", filter: "filter" }
+        PassNames { geometry: "geometry", filter: "filter", filter_and_shade: "filter and shade" }
     }
 
     fn extent(&self) -> Extent {
         Extent::Spheres(self.meshes.iter().map(|mesh| mesh.posed.bounds()).collect())
-    }
-
-    fn has_relief(&self) -> bool {
-        self.height_scale != 0.0 && self.meshes.iter().any(|mesh| mesh.posed.object.kind.horizon)
     }
 
     fn cast(&mut self, suns: &[ShadowView], lens: Lens) -> Result<()> {
@@ -204,10 +209,10 @@ impl PreparedSurface for PreparedMeshes {
         self.geometry.draw(cmd, target, view.samples, drawn, self.mark_inside);
     }
 
-    fn draw_filter(&self, cmd: &mut Commands, visible: &VisibleSurface, view: &View) {
+    fn draw_filter(&self, cmd: &mut Commands, visible: &VisibleSurface, view: &View, light: Option<ShadeInputs<'_>>) {
         let seen = self.meshes.iter().filter(|mesh| mesh.camera.patches > 0);
         let drawn = seen.map(|mesh| DrawnObject { posed: &mesh.posed, view: &mesh.camera });
-        self.filter.draw(cmd, visible, view, drawn, self.height_scale);
+        self.filter.draw(cmd, visible, view, drawn, self.height_scale, light);
     }
 
     fn triangles(&self) -> u64 {

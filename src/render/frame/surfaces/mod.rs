@@ -6,6 +6,8 @@ pub(super) mod sea;
 use crate::gpu::{Commands, Result};
 use crate::render::frame::timing::Passes;
 use crate::render::passes::edges::MAX_GRID;
+use crate::render::passes::filter::FilterInto;
+use crate::render::passes::shade::ShadeInputs;
 use crate::render::passes::shadow::ShadowView;
 use crate::render::passes::targets::VisibleSurface;
 use crate::render::scene::FrameState;
@@ -17,10 +19,32 @@ use crate::render::view::View;
 
 /// A kind of surface on the device, as it is whatever the frame.
 pub(super) trait Surface {
-    /// Poses it for a frame and makes the pipelines that draw it, also into the shadow maps of so many suns. The device must be
-    /// idle.
-    fn prepare(&mut self, state: &FrameState, settings: &RenderSettings, suns: u32)
-    -> Result<Box<dyn PreparedSurface>>;
+    /// Whether its bumps hide the surroundings from each other.
+    fn has_relief(&self, _state: &FrameState) -> bool {
+        false
+    }
+
+    /// Whether anything of it throws shadows.
+    fn casts_shadows(&self) -> bool {
+        false
+    }
+
+    /// Poses it for a frame and makes the pipelines that draw it. The device must be idle.
+    fn prepare(
+        &mut self,
+        state: &FrameState,
+        settings: &RenderSettings,
+        drawing: SurfaceDrawing,
+    ) -> Result<Box<dyn PreparedSurface>>;
+}
+
+/// What of a surface will be drawn.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct SurfaceDrawing {
+    /// Suns into whose shadow maps it is drawn.
+    pub suns: u32,
+    /// What its filter pass makes.
+    pub filter: FilterInto,
 }
 
 /// A kind of surface in the pose of a frame.
@@ -38,11 +62,6 @@ pub(super) trait PreparedSurface {
 
     /// Whether its horizon lies below eye level, so that the sky has to go on below it.
     fn lowers_horizon(&self) -> bool {
-        false
-    }
-
-    /// Whether its bumps hide the surroundings from each other.
-    fn has_relief(&self) -> bool {
         false
     }
 
@@ -70,8 +89,8 @@ pub(super) trait PreparedSurface {
     /// Draws its geometry into the begun targets.
     fn draw_geometry(&self, cmd: &mut Commands, target: &VisibleSurface, view: &View);
 
-    /// Filters its maps under the pixels that see it into the begun G-buffer.
-    fn draw_filter(&self, cmd: &mut Commands, visible: &VisibleSurface, view: &View);
+    /// Filters its maps under the pixels that see it into the begun targets. `light`: what the filter pass shades with, if it does.
+    fn draw_filter(&self, cmd: &mut Commands, visible: &VisibleSurface, view: &View, light: Option<ShadeInputs<'_>>);
 
     /// Upper bound on the triangles of one sample, all views together.
     fn triangles(&self) -> u64;
@@ -85,6 +104,8 @@ pub(super) trait PreparedSurface {
 pub(super) struct PassNames {
     pub geometry: &'static str,
     pub filter: &'static str,
+    /// Of a filter pass that shades too.
+    pub filter_and_shade: &'static str,
 }
 
 /// Where a surface can be seen.

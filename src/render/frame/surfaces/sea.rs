@@ -2,14 +2,16 @@
 
 use std::sync::Arc;
 
-use super::{Extent, PassNames, PreparedSurface, Surface};
+use super::{Extent, PassNames, PreparedSurface, Surface, SurfaceDrawing};
 use crate::gpu::{Buffer, Commands, Gpu, Memory, Result};
 use crate::render::frame::cache::Cache;
 use crate::render::frame::timing::Passes;
+use crate::render::passes::filter::FilterInto;
 use crate::render::passes::ocean::fields::{Content, OceanFields};
 use crate::render::passes::ocean::filter::{OceanFilterPass, SeaInputs, WaterGpu};
 use crate::render::passes::ocean::march::OceanMarch;
 use crate::render::passes::ocean::surface::OceanSurfacePass;
+use crate::render::passes::shade::ShadeInputs;
 use crate::render::passes::targets::VisibleSurface;
 use crate::render::scene::FrameState;
 use crate::render::settings::{Needs, RenderSettings};
@@ -26,7 +28,7 @@ pub struct Sea {
     water: Water,
     fields: OceanFields,
     surface: OceanSurfacePass,
-    filters: Cache<Needs, OceanFilterPass>,
+    filters: Cache<(Needs, FilterInto), OceanFilterPass>,
     /// What the reference marches through.
     march: Cache<(), OceanMarch>,
 }
@@ -74,7 +76,7 @@ impl Surface for Sea {
         &mut self,
         state: &FrameState,
         settings: &RenderSettings,
-        _suns: u32,
+        SurfaceDrawing { filter, .. }: SurfaceDrawing,
     ) -> Result<Box<dyn PreparedSurface>> {
         let (gpu, needs) = (&self.gpu, settings.shading.needs());
         let Ocean { shore, cascades, .. } = &*self.water.ocean;
@@ -82,7 +84,8 @@ impl Surface for Sea {
         let drawing = if needs.is_finest() && shore.is_none() {
             Drawing::March(self.march.get((), || OceanMarch::new(gpu, cascades))?)
         } else {
-            let filter = self.filters.get(needs, || OceanFilterPass::new(gpu, needs, shore.is_some()))?;
+            let filter =
+                self.filters.get((needs, filter), || OceanFilterPass::new(gpu, needs, filter, shore.is_some()))?;
             Drawing::Rings { fields: self.fields.clone(), surface: self.surface.clone(), filter }
         };
         Ok(Box::new(PreparedSea {
@@ -116,7 +119,7 @@ enum Drawing {
 
 impl PreparedSurface for PreparedSea {
     fn names(&self) -> PassNames {
-        PassNames { geometry: "sea geometry", filter: "sea filter" }
+        PassNames { geometry: "sea geometry", filter: "sea filter", filter_and_shade: "sea filter and shade" }
     }
 
     fn extent(&self) -> Extent {
@@ -167,10 +170,12 @@ impl PreparedSurface for PreparedSea {
         }
     }
 
-    fn draw_filter(&self, cmd: &mut Commands, visible: &VisibleSurface, _view: &View) {
+    fn draw_filter(&self, cmd: &mut Commands, visible: &VisibleSurface, _: &View, light: Option<ShadeInputs<'_>>) {
         let Water { block: water, shore, .. } = &self.water;
         match &self.drawing {
-            Drawing::Rings { fields, filter, .. } => filter.draw(cmd, visible, SeaInputs { fields, water, shore }),
+            Drawing::Rings { fields, filter, .. } => {
+                filter.draw(cmd, visible, SeaInputs { fields, water, shore }, light)
+            }
             Drawing::March(march) => march.draw_filter(cmd, visible, water),
         }
     }

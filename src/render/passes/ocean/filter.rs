@@ -1,4 +1,4 @@
-//! The filter for the sea's pixels: writes the slope moments of the waves under each pixel into the G-buffer.
+//! The filter for the sea's pixels: finds the slope moments of the waves under each pixel.
 
 use std::sync::Arc;
 
@@ -7,9 +7,11 @@ use glam::Vec2;
 use super::fields::{CascadeGpu, OceanFields};
 use crate::gpu::{
     AddressMode, Buffer, Commands, Descriptor, Filter, Gpu, GraphicsDesc, GraphicsPipeline, Result, Sampler,
-    SharedStruct, SpecValue, Topology, shared_struct,
+    SharedStruct, SpecValue, shared_struct,
 };
-use crate::render::passes::targets::{GBuffer, VisibleSurface};
+use crate::render::passes::filter::FilterInto;
+use crate::render::passes::shade::{LightSamplers, LightingGpu, ShadeInputs};
+use crate::render::passes::targets::VisibleSurface;
 use crate::render::settings::Needs;
 use crate::render::surfaces::ocean::Ocean;
 use crate::render::surfaces::ocean::mesh::EARTH;
@@ -61,6 +63,7 @@ pub struct OceanFilterPass {
     pipeline: GraphicsPipeline,
     trilinear: Sampler,
     nearest: Sampler,
+    light: LightSamplers,
 }
 
 impl OceanFilterPass {
@@ -68,43 +71,54 @@ impl OceanFilterPass {
     ///
     /// # Errors
     /// A failed pipeline.
-    pub fn new(gpu: &Arc<Gpu>, needs: Needs, shore: bool) -> Result<Self> {
+    pub fn new(gpu: &Arc<Gpu>, needs: Needs, into: FilterInto, shore: bool) -> Result<Self> {
         let own = vec![("HAS_BEACH", SpecValue::Bool(shore))];
         Ok(Self {
             pipeline: GraphicsPipeline::new(
                 gpu,
-                "ocean filter",
+                into.choose("ocean filter", "ocean filter and shade"),
                 &GraphicsDesc {
-                    vertex: "passes/ocean/filter.vert",
-                    topology: Topology::Points,
-                    fragment: Some("passes/ocean/filter.frag"),
-                    colors: &GBuffer::FORMATS,
-                    spec: &[needs.spec(), own].concat(),
-                    structs: &[WaterGpu::LAYOUT, ShoreGpu::LAYOUT, CascadeGpu::LAYOUT],
+                    vertex: into.choose("passes/ocean/filter.vert", "passes/ocean/object.vert"),
+                    topology: into.topology(),
+                    fragment: Some(into.choose("passes/ocean/filter.frag", "passes/ocean/filter_shade.frag")),
+                    colors: into.formats(),
+                    depth: into.depth(),
+                    spec: &[into.spec(needs), own].concat(),
+                    structs: &[WaterGpu::LAYOUT, ShoreGpu::LAYOUT, CascadeGpu::LAYOUT, LightingGpu::LAYOUT],
                     ..Default::default()
                 },
             )?,
             trilinear: Sampler::new(gpu, "ocean moments", Filter::Trilinear, AddressMode::Repeat)?,
             nearest: Sampler::new(gpu, "ocean pixels", Filter::Nearest, AddressMode::ClampToEdge)?,
+            light: LightSamplers::new(gpu)?,
         })
     }
 
-    /// Filters the waves under the sea's pixels into the begun G-buffer.
-    pub fn draw(&self, cmd: &mut Commands, visible: &VisibleSurface, sea: SeaInputs<'_>) {
+    /// Filters the waves under the sea's pixels into the begun targets. `light`: what the pass shades with, if it does.
+    pub fn draw(
+        &self,
+        cmd: &mut Commands,
+        visible: &VisibleSurface,
+        sea: SeaInputs<'_>,
+        light: Option<ShadeInputs<'_>>,
+    ) {
         let SeaInputs { fields, water, shore } = sea;
-        cmd.bind(
-            &self.pipeline,
-            &[
-                ("visible_footprint", Descriptor::Sampled(visible.footprint.whole(), &self.nearest)),
-                ("visible_surface", Descriptor::Sampled(visible.surface.whole(), &self.nearest)),
-                ("slopes", Descriptor::Sampled(fields.slopes.whole(), &self.trilinear)),
-                ("joint", Descriptor::Sampled(fields.joint.whole(), &self.trilinear)),
-                ("Cascades", Descriptor::Storage(&fields.cascades)),
-                ("water", Descriptor::Uniform(water)),
-                ("Beach", Descriptor::Uniform(shore)),
-                ("TileRecords", Descriptor::Storage(&visible.tiles.records)),
-            ],
-        );
-        visible.tiles.draw(cmd);
+        let mut bindings = vec![
+            ("visible_footprint", Descriptor::Sampled(visible.footprint.whole(), &self.nearest)),
+            ("visible_surface", Descriptor::Sampled(visible.surface.whole(), &self.nearest)),
+            ("slopes", Descriptor::Sampled(fields.slopes.whole(), &self.trilinear)),
+            ("joint", Descriptor::Sampled(fields.joint.whole(), &self.trilinear)),
+            ("Cascades", Descriptor::Storage(&fields.cascades)),
+            ("water", Descriptor::Uniform(water)),
+            ("Beach", Descriptor::Uniform(shore)),
+            ("visible_depth", Descriptor::Sampled(visible.depth.whole(), &self.nearest)),
+        ];
+        let tiles = ("TileRecords", Descriptor::Storage(&visible.tiles.records));
+        bindings.extend(light.map_or_else(|| vec![tiles], |light| light.bindings(&self.light).to_vec()));
+        cmd.bind(&self.pipeline, &bindings);
+        match light {
+            None => visible.tiles.draw(cmd),
+            Some(_) => cmd.draw(0..3, 0..1),
+        }
     }
 }

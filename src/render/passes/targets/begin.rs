@@ -29,7 +29,7 @@ impl Begin {
         DepthTarget { view: image.whole(), clear: (self != Self::Continue).then_some(0.0) }
     }
 
-    fn transition(self, cmd: &mut Commands, image: &Image, to: Use) {
+    pub(super) fn transition(self, cmd: &mut Commands, image: &Image, to: Use) {
         match self {
             Self::Clear => cmd.image_barrier(image, Use::Undefined, to),
             Self::Continue => cmd.transition(image, to),

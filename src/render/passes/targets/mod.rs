@@ -12,4 +12,4 @@ pub use gbuffer::{FilteredPixel, GBuffer};
 pub use radiance::{JoinedEdges, RADIANCE_FORMAT};
 pub use sample::SampleTargets;
 pub use tiles::Tiles;
-pub use visible_surface::VisibleSurface;
+pub use visible_surface::{OBJECT_FORMAT, VisibleSurface};

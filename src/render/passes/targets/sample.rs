@@ -2,10 +2,11 @@
 
 use std::sync::Arc;
 
+use super::begin::Begin;
 use super::gbuffer::GBuffer;
 use super::radiance::RADIANCE_FORMAT;
 use super::visible_surface::VisibleSurface;
-use crate::gpu::{Gpu, Image, ImageDesc, Result};
+use crate::gpu::{ColorTarget, Commands, DepthTarget, Gpu, Image, ImageDesc, Load, Result, Use};
 
 /// The surfaces that the samples of an image see, and their radiance. Clones share the images.
 #[derive(Clone)]
@@ -30,5 +31,26 @@ impl SampleTargets {
             gbuffer: GBuffer::new(gpu, size)?,
             radiance: Image::new(gpu, "sample", radiance)?,
         })
+    }
+
+    /// Runs `draw`, which gives every sample within the scissor (x, y, width, height) its radiance.
+    pub fn draw_radiance(&self, cmd: &mut Commands, scissor: Option<[u32; 4]>, draw: impl FnOnce(&mut Commands)) {
+        cmd.image_barrier(&self.radiance, Use::Undefined, Use::ColorTarget);
+        cmd.begin_rendering(&[ColorTarget { view: self.radiance.whole(), load: Load::Discard }], None);
+        if let Some(area) = scissor {
+            cmd.scissor(area);
+        }
+        draw(cmd);
+        cmd.end_rendering();
+    }
+
+    /// Runs `draw`, which gives the pixels of some objects their radiance: its pipelines test the image of objects.
+    pub fn draw_radiance_of_objects(&self, cmd: &mut Commands, begin: Begin, draw: impl FnOnce(&mut Commands)) {
+        begin.transition(cmd, &self.radiance, Use::ColorTarget);
+        let load = if begin == Begin::Clear { Load::Discard } else { Load::Keep };
+        let objects = DepthTarget { view: self.visible.objects.whole(), clear: None };
+        cmd.begin_rendering(&[ColorTarget { view: self.radiance.whole(), load }], Some(objects));
+        draw(cmd);
+        cmd.end_rendering();
     }
 }

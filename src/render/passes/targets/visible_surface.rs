@@ -8,7 +8,10 @@ use super::begin::Begin;
 use super::tiles::Tiles;
 use crate::gpu::{Commands, Gpu, Image, ImageDesc, Result, Use};
 
-/// The output of the geometry stages for each pixel: 28 bytes. Small triangles write many pixels more than once, so they write
+/// Format of the image of objects.
+pub const OBJECT_FORMAT: vk::Format = vk::Format::D16_UNORM;
+
+/// The output of the geometry stages for each pixel: 30 bytes. Small triangles write many pixels more than once, so they write
 /// little; the filter pass works out the rest.
 #[derive(Clone)]
 pub struct VisibleSurface {
@@ -18,6 +21,9 @@ pub struct VisibleSurface {
     pub footprint: Image,
     /// Reversed depth, 0 where there is no surface; D32F.
     pub depth: Image,
+    /// Which object each pixel shows, as a depth (`passes/tiles.glsl`), once
+    /// [`ObjectDepthPass`](crate::render::passes::object_depth::ObjectDepthPass) has run; D16.
+    pub objects: Image,
     /// The content of its tiles, once [`TilePass`](crate::render::passes::tiles::TilePass) has run.
     pub tiles: Tiles,
 }
@@ -39,6 +45,7 @@ impl VisibleSurface {
             surface: Image::new(gpu, "visible surface", surface.storage())?,
             footprint: Image::new(gpu, "visible footprint", footprint)?,
             depth: Image::new(gpu, "depth", depth)?,
+            objects: Image::new(gpu, "objects", ImageDesc::new(OBJECT_FORMAT, size.0, size.1).depth_target())?,
             tiles: Tiles::new(gpu, size)?,
         })
     }

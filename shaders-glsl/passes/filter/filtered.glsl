@@ -1,0 +1,289 @@
+// Filters the maps of one object under each of its pixels: LEADR section 4.1 and eq. 12.
+#ifndef LEADR_FILTER_FILTERED
+#define LEADR_FILTER_FILTERED
+#define LEADR_OBJECT_SEEN
+#include "../geometry/object.glsl"
+#include "../geometry/place.glsl"
+#include "../geometry/tile.glsl"
+#include "../gbuffer.glsl"
+#include "../technique.glsl"
+#include "../visible.glsl"
+#include "leadr/frame.glsl"
+#include "leadr/slopes/geometric_antialiasing.glsl"
+#include "leadr/slopes/map.glsl"
+#include "atlas.glsl"
+
+layout(constant_id = 40) const int MAX_TAPS = 8; // taps along the long axis of the pixel's footprint
+// Which maps the object has. Constants, since drivers without divergent branches (lavapipe) run both sides of an `if`.
+layout(constant_id = 41) const bool ATLAS = false; // one tile per patch
+layout(constant_id = 42) const bool DISPLACED = true;
+layout(constant_id = 43) const bool COLORED = true;
+layout(constant_id = 44) const bool HORIZON = true;
+layout(constant_id = 45) const bool FLAT = false;  // its tangents by texture coordinate are the same everywhere
+layout(constant_id = 46) const bool PLAIN = false; // colour and accessibility of all vertices are the same
+layout(constant_id = 47) const bool RELIEF_DRAWN = true; // the geometry is displaced by as much as the maps say
+layout(constant_id = 48) const bool EDGE_SAMPLES = true; // the pixels may be edge samples
+#include "macrosurface.glsl"
+
+uniform usampler2D visible_surface;   // what the geometry stage wrote
+uniform usampler2D visible_footprint; // of edge samples
+uniform sampler2D height_map;
+uniform sampler2D moments_a; // E[hs], E[ht], E[hs^2], E[ht^2], per unit texture coordinate
+uniform sampler2D moments_b; // E[hs ht]
+uniform sampler2D color_map; // rgb albedo, a roughness
+uniform sampler2D visible_depth;
+uniform sampler2D horizon_a; // lean, deviations of the spread: leadr/visible/horizon.glsl
+uniform sampler2D horizon_b; // their correlation
+
+struct Footprint {
+    vec2 step;    // between taps, texels
+    int taps;
+    float lod;    // of the taps
+    float across; // level of detail whose texels are as wide as the footprint is across
+    float widest; // and as it is long
+};
+
+// Variance of a trilinear tap against that of a pixel as wide as its texels. The mean over a texel has 1/12, the interpolation 1/6,
+// a pixel 1/12: that is 3. Measured: somewhat less, for wider taps, is nearer to the truth where they stand apart.
+const float TAP_VARIANCE = 2.5;
+// Further taps for each further width of the footprint along it.
+const float OVERLAP = 1.3;
+
+// Moments are linear, so a few isotropic taps along the long axis stand for the elliptical footprint of a pixel. Widths and
+// distances of taps keep the second moment of the footprint, so nothing jumps when the number of taps changes.
+// dx, dy: derivatives in texels of the map; reach: longest distance of a tap, texels.
+Footprint elliptical_footprint(vec2 dx, vec2 dy, float reach) {
+    float xx = dot(dx, dx), yy = dot(dy, dy);
+    vec2 along = xx > yy ? dx : dy;
+    float major_squared = max(xx, yy);
+    float major = sqrt(major_squared);
+    // The width across the long axis: the area of the footprint over its length.
+    float minor = abs(dx.x * dy.y - dx.y * dy.x) / max(major, 1e-20);
+    Footprint footprint;
+    // Clamped as a float, and with `for` loops over the taps: an integer bound lets lavapipe unroll them all and run every one, and
+    // a `do` loop gives wrong pixels there.
+    footprint.taps = int(clamp(ceil(1.0 + OVERLAP * (major / max(minor, 1.0) - 1.0)), 1.0, float(MAX_TAPS)));
+    float taps = float(footprint.taps);
+    float intervals_squared = max(taps * taps - 1.0, 1.0);
+    // As if taps had the shape of a pixel; no tap is narrower than a texel.
+    float narrowest = max(minor * minor, TAP_VARIANCE);
+    float width_squared = max(major_squared / (taps * taps), narrowest);
+    float step_squared = footprint.taps == 1 ? 0.0 : max(major_squared - width_squared, 0.0) / intervals_squared;
+    float longest = 2.0 * reach / max(taps - 1.0, 1.0);
+    if (step_squared > longest * longest) {
+        // Where the taps cannot reach, wider taps cover the rest.
+        step_squared = longest * longest;
+        width_squared = major_squared - step_squared * intervals_squared;
+    }
+    footprint.step = along * (sqrt(step_squared) / max(major, 1e-20));
+    footprint.lod = max(0.5 * log2(width_squared / TAP_VARIANCE), 0.0);
+    footprint.across = max(0.5 * log2(width_squared), 0.0);
+    footprint.widest = max(0.5 * log2(major_squared), 0.0);
+    return footprint;
+}
+
+vec2 tap(Footprint footprint, int i) {
+    return footprint.step * (float(i) + 0.5 - 0.5 * float(footprint.taps));
+}
+
+Footprint footprint_over(vec2 dx, vec2 dy, float reach) {
+    if (FINEST_LEVEL) {
+        return Footprint(vec2(0.0), 1, 0.0, 0.0, 0.0);
+    }
+    Footprint footprint = elliptical_footprint(dx, dy, reach);
+    if (ATLAS) {
+        // Samples that patches share stand for wider parts than texels do.
+        float beyond = clamp(0.5 * (footprint.across - float(SOURCE_LEVEL)) + 0.5, 0.0, 1.0);
+        footprint.lod = mix(footprint.lod, footprint.across, beyond);
+    }
+    return footprint;
+}
+
+// Over a footprint.
+struct Means {
+    vec2 mean;   // E[hs], E[ht]
+    vec3 second; // E[hs^2], E[ht^2], E[hs ht]
+    vec4 color;
+};
+
+Means filter_atlas(Footprint footprint, uint index, vec2 at) {
+    Levels levels = levels_at(footprint.lod);
+    Means sum = Means(vec2(0.0), vec3(0.0), vec4(0.0));
+    for (int i = 0; i < footprint.taps; ++i) {
+        Place place = place_beyond(index, at + tap(footprint, i) / tile_inner());
+        if (USES_SLOPES && DISPLACED) {
+            vec4 a = level_mix(moments_a, coarse_a, place, levels);
+            sum.mean += place.gradient * a.xy;
+            if (USES_COVARIANCE) {
+                float b = level_mix(moments_b, coarse_b, place, levels).x;
+                sum.second += map_second_moments(place.gradient, vec3(a.zw, b));
+            }
+        }
+        if (COLORED) {
+            sum.color += level_mix(color_map, coarse_color, place, levels);
+        }
+    }
+    float weight = 1.0 / float(footprint.taps);
+    return Means(sum.mean * weight, sum.second * weight, sum.color * weight);
+}
+
+void filter_moments(Footprint footprint, vec2 texcoord, inout Means means) {
+    vec4 a = vec4(0.0);
+    float b = 0.0;
+    for (int i = 0; i < footprint.taps; ++i) {
+        vec2 at = texcoord + tap(footprint, i) / vec2(textureSize(moments_a, 0));
+        a += textureLod(moments_a, at, footprint.lod);
+        if (USES_COVARIANCE) {
+            b += textureLod(moments_b, at, footprint.lod).x;
+        }
+    }
+    float weight = 1.0 / float(footprint.taps);
+    means.mean = a.xy * weight;
+    means.second = vec3(a.zw, b) * weight;
+}
+
+vec4 filter_color(Footprint footprint, vec2 texcoord) {
+    vec4 sum = vec4(0.0);
+    for (int i = 0; i < footprint.taps; ++i) {
+        sum += textureLod(color_map, texcoord + tap(footprint, i) / vec2(textureSize(color_map, 0)), footprint.lod);
+    }
+    return sum / float(footprint.taps);
+}
+
+// How far the level of the horizon is from the one as coarse as the footprint is across to the one as coarse as it is long. Measured:
+// a finer level hides too much of what the slope statistics hide already, a coarser one too little where footprints are long.
+const float WIDER = 0.25;
+
+// The horizon of the bumps larger than the footprint: smaller ones are left to the slope statistics.
+Horizon filter_horizon(Footprint footprint, uint index, vec2 texcoord, mat2 linear, float scale) {
+    float lod = mix(footprint.across, footprint.widest, WIDER), part = scale;
+    if (ATLAS) {
+        // Coarse levels have none.
+        part *= levels_at(lod).fine;
+        lod = min(lod, float(SOURCE_LEVEL));
+    }
+    // The horizons of large maps begin at a coarser level.
+    lod -= log2(float(textureSize(moments_a, 0).x) / float(textureSize(horizon_a, 0).x));
+    vec4 a = part * textureLod(horizon_a, texcoord, lod);
+    float correlation = textureLod(horizon_b, texcoord, lod).x;
+    vec3 spread = vec3(a.zw * a.zw, correlation * a.z * a.w);
+    return Horizon(linear * a.xy, map_second_moments(linear, spread));
+}
+
+// The relief between the vertices moves a place by so many footprints at most, and counts rays as at least this steep.
+const float MOST_REFINED = 2.0;
+const float LEAST_RISE = 0.05;
+// Change of the gap between ray and relief along the ray, per height of the ray: -1 over level relief, 0 where both run together.
+const float LEAST_CLOSING = 0.3;
+
+float relief_height(vec2 texcoord, float lod, vec4 tile) {
+    vec2 at = ATLAS ? clamp_to_tile(texcoord, tile, lod, textureSize(height_map, 0)) : texcoord;
+    return textureLod(height_map, at, lod).x * object.height_scale;
+}
+
+// The texture coordinate that a ray meets. It met a triangle, which is flat between its vertices where the relief is not: from there
+// one step as over level relief, and one of the secant method. longest: of the footprint, texels.
+vec2 refined_texcoord(Macrosurface surface, vec3 ray, float lod, float longest, vec4 tile) {
+    vec3 normal = cross(surface.tangent_s, surface.tangent_t);
+    float square = max(dot(normal, normal), 1e-30);
+    float rise = min(dot(ray, surface.normal), -LEAST_RISE * length(ray));
+    vec2 per_height = vec2(dot(ray, cross(surface.tangent_t, normal)), dot(ray, cross(normal, surface.tangent_s))) / (square * rise);
+    float most = MOST_REFINED * longest / max(length(per_height * vec2(textureSize(height_map, 0))), 1e-20);
+    float gap = relief_height(surface.texcoord, lod, tile) - surface.height;
+    float climbed = clamp(gap, -most, most);
+    float gap_there = relief_height(surface.texcoord + per_height * climbed, lod, tile) - surface.height - climbed;
+    float closing = min((gap_there - gap) / (abs(climbed) > 1e-12 ? climbed : -1e12), -LEAST_CLOSING);
+    return surface.texcoord + per_height * clamp(climbed - gap_there / closing, -most, most);
+}
+
+// How much joined edge samples count against the pixel's own footprint: 0 up to an eighth of a patch, where the maps of the
+// patch hold everything there is to know, and 1 from a quarter of a patch on.
+float joined_part(float lod) {
+    return clamp(lod - log2(tile_inner()) + 3.0, 0.0, 1.0);
+}
+
+// At a pixel that sees the object. area: of macrosurface within it, projected along its displacement direction, square metres.
+FilteredSurface filtered_mesh(ivec2 pixel, uvec4 seen, out float area) {
+    // The ray through the pixel, up to the surface.
+    vec2 ndc = (vec2(pixel) + 0.5) / vec2(textureSize(visible_surface, 0)) * 2.0 - 1.0;
+    vec3 ray = object.ray_middle.xyz + ndc.x * object.ray_x.xyz + ndc.y * object.ray_y.xyz;
+    float along = object.ray_middle.w / texelFetch(visible_depth, pixel, 0).x;
+    uint index = seen.x & PATCH_BITS;
+    Macrosurface surface = macrosurface_at(index, uintBitsToFloat(seen.yz), ray * along);
+
+    // An edge sample on its pixel's own surface covers only its share of the pixel: all of them are joined (join.comp).
+    bool joined = (seen.x & OF_THE_PIXEL) != 0u;
+    uint grid = EDGE_SAMPLES ? object.flags >> FLAGS_GRID_SHIFT : 0u;
+    // Edge samples are drawn with finer geometry and take the derivatives of its triangles: the area of surface that each
+    // contains is what counts (join.comp).
+    mat2 across = grid == 0u ? pixel_footprint(surface, ray, along, 2.0 / vec2(textureSize(visible_surface, 0)))
+                             : unpack_footprint(texelFetch(visible_footprint, pixel, 0).xy) * (joined ? 1.0 / float(grid) : 1.0);
+    vec2 size = vec2(textureSize(moments_a, 0));
+    mat2 texels = surface.texcoord_by_place * across;
+    vec2 dx = clamp(texels[0] * size, -6e4, 6e4), dy = clamp(texels[1] * size, -6e4, 6e4);
+    Frame frame = frame_about(surface.normal);
+    vec3 curvature = vec3(0.0);
+    if (USES_CURVATURE && !FLAT) {
+        // How far the macro normal turns across the pixel, as differences of slopes.
+        curvature = add_macro_curvature(curvature, -to_frame(frame, surface.normal_by_place * across[0]).xy,
+                                        -to_frame(frame, surface.normal_by_place * across[1]).xy);
+    }
+
+    Means means = Means(vec2(0.0), vec3(0.0), vec4(1.0));
+    Footprint footprint = footprint_over(dx, dy, ATLAS ? tile_inner() : 1e9);
+    if (DISPLACED && RELIEF_DRAWN && !FINEST_LEVEL && grid == 0u) {
+        float longest = sqrt(max(dot(dx, dx), dot(dy, dy)));
+        if (ATLAS) {
+            // Coarser levels of a tile do not agree with its neighbours.
+            vec2 refined = refined_texcoord(surface, ray, min(footprint.lod, float(SOURCE_LEVEL)), longest, patches[index].tile);
+            surface.texcoord = mix(refined, surface.texcoord, clamp(footprint.lod - float(SOURCE_LEVEL), 0.0, 1.0));
+        } else {
+            surface.texcoord = refined_texcoord(surface, ray, footprint.lod, longest, vec4(0.0));
+        }
+    }
+    if (ATLAS) {
+        means = filter_atlas(footprint, index, place_in_patch(index, surface.texcoord * size));
+    } else {
+        if (USES_SLOPES && DISPLACED) {
+            filter_moments(footprint, surface.texcoord, means);
+        }
+        if (COLORED) {
+            vec2 scale = vec2(textureSize(color_map, 0)) / size;
+            means.color = filter_color(footprint_over(dx * scale, dy * scale, 1e9), surface.texcoord);
+        }
+    }
+    vec2 mean_gradient = means.mean * object.height_scale;
+    vec3 gradient_covariance = scale_height(covariance_from_moments(means.mean, means.second), object.height_scale);
+    vec4 color = surface.color;
+    if (COLORED) {
+        color *= means.color;
+    }
+    SlopeMap map = slope_map(surface.tangent_s, surface.tangent_t, frame.x, frame.y, frame.z);
+    vec2 mean_slope = map_mean_slope(map, mean_gradient);
+    // At the finest level this is the spread between neighbouring texels, which bilinear interpolation of the mean loses. With
+    // it the variance is the same at every magnification.
+    vec3 covariance = technique_covariance(map_covariance(map, gradient_covariance), vec3(0.0));
+    if (USES_CURVATURE && !FLAT) {
+        covariance += kernel_over(tilt_kernel(curvature, mean_slope), add_roughness(covariance, color.a));
+    }
+
+    FilteredSurface filtered;
+    filtered.normal = surface.normal;
+    filtered.mean_slope = mean_slope;
+    filtered.covariance = covariance;
+    filtered.material = color;
+    filtered.f0 = object.specular_f0;
+    filtered.accessibility = surface.accessibility;
+    filtered.inside = (seen.x & INSIDE) != 0u;
+    filtered.horizon = Horizon(vec2(0.0), vec3(0.0));
+    if (USES_HORIZON && DISPLACED && HORIZON) {
+        filtered.horizon = filter_horizon(footprint, index, surface.texcoord, map.linear, abs(object.height_scale));
+    }
+    filtered.lod = footprint.lod;
+    filtered.joined = ATLAS ? joined_part(footprint.across) : 0.0;
+    filtered.relief = object.relief;
+    area = abs(determinant(texels) * dot(cross(surface.tangent_s, surface.tangent_t), surface.normal));
+    return filtered;
+}
+
+#endif

@@ -1,0 +1,20 @@
+// What the fragment stages of filter passes write.
+#ifndef LEADR_FILTER_GBUFFER_OUT
+#define LEADR_FILTER_GBUFFER_OUT
+
+#include "../gbuffer.glsl"
+
+layout(location = 0) out uvec4 out_slopes;
+layout(location = 1) out uvec4 out_material;
+layout(location = 2) out uvec2 out_surface;
+layout(location = 3) out uvec2 out_horizon;
+
+// surface: a texel of pack_surface, pack_edge or pack_joined_edge.
+void write_gbuffer(FilteredSurface f, uvec2 surface) {
+    out_slopes = pack_slopes(packSnorm2x16(octahedral_encode(f.normal)), f.mean_slope, f.covariance);
+    out_material = pack_material(f.material, f.covariance);
+    out_surface = surface;
+    out_horizon = pack_horizon(f.horizon);
+}
+
+#endif

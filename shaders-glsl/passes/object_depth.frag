@@ -1,0 +1,13 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+// Which object each pixel shows, as a depth.
+#include "object_depth.glsl"
+#include "visible.glsl"
+
+uniform usampler2D visible_surface;
+
+layout(depth_any) out float gl_FragDepth;
+
+void main() {
+    gl_FragDepth = object_depth(object_of(texelFetch(visible_surface, ivec2(gl_FragCoord.xy), 0).x));
+}

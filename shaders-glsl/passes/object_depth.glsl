@@ -1,0 +1,16 @@
+// The image of objects: a depth for each object, so that a test for equal depths picks the pixels that show it before anything runs
+// for them.
+#ifndef LEADR_OBJECT_DEPTH
+#define LEADR_OBJECT_DEPTH
+
+// object: from 1; 0 for the sky.
+float object_depth(uint object) {
+    return float(object) / 64.0;
+}
+
+// Corner of a triangle that covers the screen at that depth.
+vec4 object_corner(int vertex, uint object) {
+    return vec4(vec2(vertex & 1, vertex >> 1) * 4.0 - 1.0, object_depth(object), 1.0);
+}
+
+#endif

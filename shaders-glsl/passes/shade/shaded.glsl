@@ -1,0 +1,21 @@
+// A pixel from what filtering found there.
+#ifndef LEADR_SHADE_SHADED
+#define LEADR_SHADE_SHADED
+#include "families.glsl"
+
+// The surface that a pixel sees at a depth (reversed).
+Surface surface_seen(FilteredSurface filtered, vec3 ray, float depth) {
+    return surface_at(filtered, lighting.camera_position.xyz, ray, lighting.rays[2].w, depth);
+}
+
+// Radiance toward the viewer; a marker where the inside of a surface is seen.
+vec3 surface_radiance(Surface surface) {
+    return surface.inside ? vec3(1.0, 0.0, 1.0) : family_radiance(surface, lighting.environment.y);
+}
+
+// The same for a pixel without edge samples.
+vec3 shaded(FilteredSurface filtered, float depth) {
+    return surface_radiance(surface_seen(filtered, pixel_ray(gl_FragCoord.xy), depth));
+}
+
+#endif

@@ -1,0 +1,45 @@
+// The surface that a pixel is shaded from.
+#ifndef LEADR_SHADE_SURFACE
+#define LEADR_SHADE_SURFACE
+#include "../gbuffer.glsl"
+
+struct Surface {
+    vec3 position;       // world
+    Frame frame;         // tangent frame, z the displacement direction
+    vec3 wo;             // tangent frame, toward the viewer
+    vec2 mean_slope;
+    vec3 slope_covariance;
+    vec3 albedo;
+    float alpha;
+    vec3 f0;             // reflectance at normal incidence
+    float accessibility;
+    bool inside;
+    float relief;        // of the object of an edge sample, metres
+    float sunlit;        // fraction of the joined edge samples that the first sun reaches
+    vec4 more_sunlit;    // and the others
+    float joined;        // weight of `sunlit`, 0 to 1
+    Horizon horizon;     // of its relief
+};
+
+// ray: through the pixel, scaled so that the surface lies at ray * near / depth (reversed). Without joined edge samples.
+Surface surface_at(FilteredSurface f, vec3 eye, vec3 ray, float near, float depth) {
+    Surface s;
+    s.position = eye + ray * (near / depth);
+    s.frame = frame_about(f.normal);
+    s.wo = to_frame(s.frame, -normalize(ray));
+    s.mean_slope = f.mean_slope;
+    s.slope_covariance = f.covariance;
+    s.albedo = f.material.rgb;
+    s.alpha = f.material.a;
+    s.f0 = vec3(f.f0);
+    s.accessibility = f.accessibility;
+    s.inside = f.inside;
+    s.relief = f.relief;
+    s.sunlit = 0.0;
+    s.more_sunlit = vec4(0.0);
+    s.joined = 0.0;
+    s.horizon = f.horizon;
+    return s;
+}
+
+#endif
