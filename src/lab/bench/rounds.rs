@@ -70,8 +70,11 @@ impl Frame {
             }
         }
         let names: Vec<&str> = pass.split('+').collect();
-        // A pass may do the work of several, "filter and shade".
-        let counts = |t: &&PassTime| pass == TOTAL || t.pass.split(" and ").all(|part| names.contains(&part));
+        // A pass may do the work of several: "filter and shade".
+        let counts = |t: &&PassTime| {
+            let of_several = || t.pass.split(" and ").all(|part| names.contains(&part));
+            pass == TOTAL || names.contains(&t.pass.as_str()) || of_several()
+        };
         let counted: Vec<f64> = self.passes.iter().filter(counts).map(|t| t.milliseconds).collect();
         (!counted.is_empty()).then(|| counted.iter().sum())
     }
@@ -248,6 +251,18 @@ mod tests {
         assert_eq!(series[1].of("filter"), [Some(5.0); 2]);
         assert_eq!(series[1].of("shadow"), [None; 2]);
         assert_eq!(series[1].median_p95("filter"), (5.0, 5.0));
+    }
+
+    #[test]
+    fn a_pass_may_do_the_work_of_several() {
+        let time = |pass: &str, milliseconds| PassTime { pass: pass.to_owned(), milliseconds };
+        let passes = vec![time("geometry", 1.0), time("filter and shade", 2.0), time("sea filter and shade", 4.0)];
+        let frame = Frame { passes, ..Default::default() };
+        assert_eq!(frame.of("filter and shade"), Some(2.0));
+        assert_eq!(frame.of(PIXELS), Some(2.0));
+        assert_eq!(frame.of(WITH_GEOMETRY), Some(3.0));
+        assert_eq!(frame.of("filter"), None, "it is a part of the pass");
+        assert_eq!(frame.of(TOTAL), Some(7.0));
     }
 
     #[test]

@@ -14,7 +14,7 @@ use glam::Vec3;
 
 use crate::gpu::{
     AddressMode, Commands, Depth, Descriptor, Filter, Gpu, GraphicsDesc, GraphicsPipeline, Result, Sampler,
-    SharedStruct, SpecValue, Topology, shared_struct,
+    SharedStruct, SpecValue, StructLayout, Topology, shared_struct,
 };
 use crate::render::constants::FLAGS_GRID_SHIFT;
 use crate::render::settings::Needs;
@@ -58,6 +58,15 @@ impl FilterInto {
         match self {
             Self::GBuffer => Topology::Points,
             Self::Radiance(_) => Topology::Triangles,
+        }
+    }
+
+    /// Structs that its fragment stage reads, but for those about the surface.
+    #[must_use]
+    pub fn structs(self) -> &'static [StructLayout] {
+        match self {
+            Self::GBuffer => &[],
+            Self::Radiance(_) => &[LightingGpu::LAYOUT],
         }
     }
 
@@ -141,13 +150,16 @@ impl FilterPass {
             topology: into.topology(),
             spec: &[&into.spec(needs)[..], &has].concat(),
             structs: &[
-                FilteredObjectGpu::LAYOUT,
-                AtlasHeadGpu::LAYOUT,
-                PatchLinkGpu::LAYOUT,
-                VertexGpu::LAYOUT,
-                PatchGpu::LAYOUT,
-                LightingGpu::LAYOUT,
-            ],
+                &[
+                    FilteredObjectGpu::LAYOUT,
+                    AtlasHeadGpu::LAYOUT,
+                    PatchLinkGpu::LAYOUT,
+                    VertexGpu::LAYOUT,
+                    PatchGpu::LAYOUT,
+                ],
+                into.structs(),
+            ]
+            .concat(),
             ..Default::default()
         };
         let name = match (kind.tiled, into) {

@@ -10,7 +10,7 @@ use crate::gpu::{
     SharedStruct, SpecValue, shared_struct,
 };
 use crate::render::passes::filter::FilterInto;
-use crate::render::passes::shade::{LightSamplers, LightingGpu, ShadeInputs};
+use crate::render::passes::shade::{LightSamplers, ShadeInputs};
 use crate::render::passes::targets::VisibleSurface;
 use crate::render::settings::Needs;
 use crate::render::surfaces::ocean::Ocean;
@@ -84,7 +84,7 @@ impl OceanFilterPass {
                     colors: into.formats(),
                     depth: into.depth(),
                     spec: &[into.spec(needs), own].concat(),
-                    structs: &[WaterGpu::LAYOUT, ShoreGpu::LAYOUT, CascadeGpu::LAYOUT, LightingGpu::LAYOUT],
+                    structs: &[&[WaterGpu::LAYOUT, ShoreGpu::LAYOUT, CascadeGpu::LAYOUT], into.structs()].concat(),
                     ..Default::default()
                 },
             )?,
