@@ -12,6 +12,8 @@ use leadr::scenes::sphere::cube_sphere;
 use leadr::scenes::stage::{Lights, Relief, sphere_stage};
 
 const SIZE: u32 = 64;
+/// Bound on the relative difference that the G-buffer's halves and snorms make; at most 9e-4 was measured.
+const ROUNDING: f32 = 2e-3;
 /// Bounds on the errors of one sample, without and with edge samples, against many samples; measured .0083 and .0116 (LEADR),
 /// .0082 and .0105 (LEAN), .0129 and .0143 (mipmapped normals). A sample of a single patch is off by .029.
 const OF_MANY_PATCHES: [[f64; 2]; 3] = [[0.0095, 0.013], [0.0095, 0.012], [0.0145, 0.016]];
@@ -40,6 +42,12 @@ pub(crate) fn settings_of(technique: Technique, samples: u32, edge_samples: u32)
     RenderSettings { size: (SIZE, SIZE), samples, shading, ..Default::default() }
 }
 
+/// Whether a pixel with edge samples has the value of one without, but for the rounding of the G-buffer, which only the former passes
+/// through: 11 bits of its colours.
+fn as_once(joined: [f32; 4], alone: [f32; 4]) -> bool {
+    joined[3] == alone[3] && (0..3).all(|c| (joined[c] - alone[c]).abs() <= ROUNDING * alone[c].abs())
+}
+
 /// Root mean square difference over the pixels for which `over` holds, of the channels from `first` on.
 fn rms(a: &FrameOutput, b: &FrameOutput, first: usize, over: impl Fn(usize) -> bool) -> f64 {
     let pixels = (0..a.color.len()).filter(|&i| over(i)).collect::<Vec<_>>();
@@ -65,7 +73,7 @@ fn silhouettes_converge_to_the_reference_and_surfaces_are_shaded_once() {
     for samples in [4, 16, 144] {
         let smooth = renderer.render(&state, &settings(1, samples)).unwrap();
         let errors = (rms(&smooth, &truth, 3, partly), rms(&smooth, &supersampled, 0, edge));
-        let same = (0..once.color.len()).filter(|&i| smooth.color[i] == once.color[i]).count();
+        let same = (0..once.color.len()).filter(|&i| as_once(smooth.color[i], once.color[i])).count();
         println!("{samples} edge samples: coverage {:.4}, radiance {:.4}; {same} pixels the same", errors.0, errors.1);
         assert!(errors.0 < 0.6 * before.0 && errors.1 < 0.7 * before.1, "{errors:?} after {before:?}");
         before = errors;
@@ -78,7 +86,8 @@ fn silhouettes_converge_to_the_reference_and_surfaces_are_shaded_once() {
                 let step = |i: usize| far(depth[i], depth[at(x, y)]);
                 let near = (-2..=2).any(|dy| (-2..=2).any(|dx| step(at(x + dx, y + dy))));
                 inside += usize::from(!near && depth[at(x, y)].is_finite());
-                assert!(near || smooth.color[at(x, y)] == once.color[at(x, y)], "{samples} at {x}, {y}");
+                let (joined, alone) = (smooth.color[at(x, y)], once.color[at(x, y)]);
+                assert!(near || as_once(joined, alone), "{samples} at {x}, {y}: {joined:?}, {alone:?}");
             }
         }
         assert!(inside > 400, "{inside}");

@@ -220,7 +220,7 @@ fn lights_agree_with_the_reference_at_every_pixel() {
     for distance in [4.0, 14.0] {
         for (shading, integral) in integrals() {
             let state = state(distance, Some(sun), vec![point]);
-            let output = renderer.render(&state, &settings(shading)).unwrap();
+            let output = renderer.render_in_two_passes(&state, &settings(shading)).unwrap();
             let mut worst_here = 0.0f64;
             for (i, pixel) in pixels(&mut renderer, &state, &output.color) {
                 let f0 = DVec3::splat(f64::from(f0));
@@ -267,7 +267,7 @@ fn the_specular_environment_agrees_with_the_reference_at_every_pixel() {
     let mut renderer = in_room(&gpu, vec![object], [1.0; 3]);
     let state = state(6.0, None, Vec::new());
     for (shading, integral) in integrals() {
-        let output = renderer.render(&state, &settings(shading)).unwrap();
+        let output = renderer.render_in_two_passes(&state, &settings(shading)).unwrap();
         let mut worst = 0.0f64;
         for (i, pixel) in pixels(&mut renderer, &state, &output.color) {
             let [expected, _] = pixel.mirrors(integral, DVec3::splat(f64::from(f0)));
@@ -295,7 +295,7 @@ fn a_lamp_is_mirrored_where_it_stands_and_as_wide_as_its_lobe() {
             Object::new("sphere", cube_sphere(16, [0.0, 0.0, 0.0, alpha])).with_specular_f0(f0).without_shadow();
         let mut renderer = Renderer::new(&gpu, vec![object], environment).unwrap();
         let state = state(6.0, None, Vec::new());
-        let output = renderer.render(&state, &settings(Shading::default())).unwrap();
+        let output = renderer.render_in_two_passes(&state, &settings(Shading::default())).unwrap();
         let (mut error, mut turned, mut whole, mut count) = (0.0, 0.0, 0.0, 0);
         for (i, pixel) in pixels(&mut renderer, &state, &output.color).into_iter().filter(|p| p.1.wo.z > 0.3).step_by(5)
         {
@@ -329,7 +329,7 @@ fn a_purely_diffuse_surface_mirrors_nothing() {
         for technique in [Technique::Lean, Technique::Leadr, Technique::LeadrGgx] {
             let terms = Terms::SPECULAR_LIGHTS | Terms::SPECULAR_ENVIRONMENT;
             let shading = technique.with(ShadingOptions { terms, ..Default::default() });
-            let output = renderer.render(&state(6.0, Some(sun), Vec::new()), &settings(shading)).unwrap();
+            let output = renderer.render_in_two_passes(&state(6.0, Some(sun), Vec::new()), &settings(shading)).unwrap();
             let most = output.color.iter().filter(|c| c[3] > 0.0).map(|c| c[0]).fold(0.0, f32::max);
             assert_eq!(most > 0.0, f0 > 0.0, "{shading}: {most}");
         }
@@ -404,7 +404,8 @@ fn the_diffuse_environment_agrees_with_the_reference_at_every_pixel() {
     });
     let state = state(5.0, None, Vec::new());
     for (shading, integral) in integrals() {
-        let [white, black] = renderers.each_mut().map(|r| r.render(&state, &settings(shading)).unwrap().color);
+        let [white, black] =
+            renderers.each_mut().map(|r| r.render_in_two_passes(&state, &settings(shading)).unwrap().color);
         let (mut worst, mut count) = (0.0f64, 0);
         for (i, pixel) in pixels(&mut renderers[0], &state, &white) {
             let [_, fresnel] = pixel.mirrors(integral, DVec3::splat(f64::from(f0)));

@@ -159,3 +159,27 @@ fn every_technique_draws_it_at_every_height_of_the_sun() {
         last = output.color;
     }
 }
+
+/// Pixels that are shaded by the pass that filters them have the radiance of those that go through the G-buffer, but for its rounding:
+/// on meshes, on the sea, and in the sky.
+#[test]
+fn one_pass_filters_and_shades_as_two_do() {
+    let Some(gpu) = test_gpu() else { return };
+    let camera = Camera::looking_at(Vec3::new(16.0, -6.0, 2.5), Vec3::new(-4.0, 6.0, 0.5), 40.0);
+    let (mut renderer, state) = scene(&gpu, camera);
+    for technique in Technique::ALL.into_iter().filter(|technique| !technique.is_reference()) {
+        let settings = RenderSettings { size: (96, 60), shading: technique.into(), ..RenderSettings::default() };
+        let state = state(1.7, &Sky::with_sun(0.6, 2.5));
+        let one = renderer.render(&state, &settings).unwrap();
+        let two = renderer.render_in_two_passes(&state, &settings).unwrap();
+        assert!(one.times.iter().any(|time| time.pass == "filter and shade"));
+        assert!(two.times.iter().any(|time| time.pass == "filter"));
+        let difference =
+            |a: &[f32; 4], b: &[f32; 4]| (0..3).map(|c| (a[c] - b[c]).abs() / b[c].max(1e-3)).fold(0.0, f32::max);
+        let worst = one.color.iter().zip(&two.color).map(|(a, b)| difference(a, b)).fold(0.0, f32::max);
+        println!("{technique:?}: {worst:.1e}");
+        assert!(worst > 0.0 || technique == Technique::Constant, "{technique:?} went through the G-buffer");
+        assert!(worst < 2e-3, "{technique:?}: {worst}");
+        assert!(one.color.iter().zip(&two.color).all(|(a, b)| a[3] == b[3]), "{technique:?}: coverage");
+    }
+}

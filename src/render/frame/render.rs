@@ -55,11 +55,31 @@ impl Renderer {
         settings: &RenderSettings,
         range: Range<u32>,
     ) -> Result<FrameOutput> {
+        self.draw_range(state, settings, range, false)
+    }
+
+    /// Renders a frame whose filter and shading are two passes in any case, so that [`layer`](Self::layer) reads the very numbers
+    /// that were shaded.
+    ///
+    /// # Errors
+    /// As [`prepare`](Self::prepare).
+    #[doc(hidden)]
+    pub fn render_in_two_passes(&mut self, state: &FrameState, settings: &RenderSettings) -> Result<FrameOutput> {
+        self.draw_range(state, settings, 0..settings.samples.max(1), true)
+    }
+
+    fn draw_range(
+        &mut self,
+        state: &FrameState,
+        settings: &RenderSettings,
+        range: Range<u32>,
+        gbuffer: bool,
+    ) -> Result<FrameOutput> {
         if range.is_empty() || range.end > settings.samples.max(1) {
             let fault = format!("samples {range:?} are not among the {} of the frame", settings.samples);
             return Err(GpuError::Usage { name: "samples".to_owned(), fault });
         }
-        let mut frame = self.prepare(state, settings)?;
+        let mut frame = self.prepare_with(state, settings, gbuffer)?;
         let mut times = Vec::new();
         for index in range {
             add_times(&mut times, frame.draw_sample(index)?);

@@ -4,8 +4,8 @@
 //! Several such images, each moved by a part of a grid cell, make up the requested number of samples. An edge sample that
 //! sees the same surface as the pixel's own sample (the same object, in one plane with it) takes the pixel's shading, which
 //! covers the pixel's whole footprint anyway. An edge sample that sees another surface, across a silhouette, is filtered
-//! and shaded by itself, with the footprint of a whole pixel. The inside of a surface is thus shaded once, bit for bit as
-//! without edge samples.
+//! and shaded by itself, with the footprint of a whole pixel. The inside of a surface is thus shaded once, as without
+//! edge samples but for the rounding of the G-buffer.
 //!
 //! The maps describe the surface around a point, but not which part of it is visible, nor how patches bend. Where a pixel's
 //! footprint covers a quarter of an atlas patch or more, the edge samples that see the pixel's surface are therefore

@@ -111,10 +111,14 @@ impl OceanFilterPass {
             ("Cascades", Descriptor::Storage(&fields.cascades)),
             ("water", Descriptor::Uniform(water)),
             ("Beach", Descriptor::Uniform(shore)),
-            ("visible_depth", Descriptor::Sampled(visible.depth.whole(), &self.nearest)),
         ];
-        let tiles = ("TileRecords", Descriptor::Storage(&visible.tiles.records));
-        bindings.extend(light.map_or_else(|| vec![tiles], |light| light.bindings(&self.light).to_vec()));
+        match light {
+            None => bindings.push(("TileRecords", Descriptor::Storage(&visible.tiles.records))),
+            Some(light) => {
+                bindings.push(("visible_depth", Descriptor::Sampled(visible.depth.whole(), &self.nearest)));
+                bindings.extend(light.bindings(&self.light));
+            }
+        }
         cmd.bind(&self.pipeline, &bindings);
         match light {
             None => visible.tiles.draw(cmd),
