@@ -1,8 +1,7 @@
 //! Filter pass: fetches the slope statistics and the material under each pixel, once per pixel, and shades it if nothing else needs
 //! them.
 
-use std::collections::HashMap;
-use std::collections::hash_map::Entry;
+use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 
 use super::edges::PixelArea;
@@ -11,6 +10,7 @@ use super::shade::{LightSamplers, LightingGpu, ShadeInputs, ShadeKind};
 use super::targets::{GBuffer, RADIANCE_FORMAT, VisibleSurface};
 use ash::vk;
 use glam::Vec3;
+use rayon::prelude::*;
 
 use crate::gpu::{
     AddressMode, Commands, Depth, Descriptor, Filter, Gpu, GraphicsDesc, GraphicsPipeline, Result, Sampler,
@@ -111,14 +111,11 @@ impl FilterPass {
         into: FilterInto,
         objects: impl Iterator<Item = SurfaceKind>,
     ) -> Result<Self> {
-        let mut pipelines = HashMap::new();
-        for kind in objects {
-            if let Entry::Vacant(place) = pipelines.entry(kind) {
-                place.insert(Self::pipeline(gpu, needs, relief_drawn, into, kind)?);
-            }
-        }
+        // Drivers take a quarter of a second and more for a pipeline that shades.
+        let kinds: HashSet<SurfaceKind> = objects.collect();
+        let pipeline = |kind| Ok((kind, Self::pipeline(gpu, needs, relief_drawn, into, kind)?));
         Ok(Self {
-            pipelines,
+            pipelines: kinds.into_par_iter().map(pipeline).collect::<Result<_>>()?,
             nearest: Sampler::new(gpu, "filter", Filter::Nearest, AddressMode::ClampToEdge)?,
             linear: Sampler::new(gpu, "coarse levels", Filter::Bilinear, AddressMode::ClampToEdge)?,
             light: LightSamplers::new(gpu)?,
