@@ -1,9 +1,10 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_control_flow_attributes : require
 // Transforms the columns and writes the finest level of the maps: one work group per column of a cascade.
 #include "cascade.glsl"
 #include "fft.glsl"
-layout(local_size_x = 64) in;
+layout(local_size_x = 32) in;
 
 layout(std430) readonly buffer Lines { vec4 lines[]; }; // [cascade][y][2][x]
 layout(rgba32f) uniform writeonly image2DArray displacement; // Dx, Dy, height, det J
@@ -25,14 +26,13 @@ void main() {
     uint column = gl_WorkGroupID.x, cascade = gl_WorkGroupID.y;
     uint base = 2 * cascade * N * N + column;
     for (uint j = gl_LocalInvocationID.x; j < N; j += THREADS) {
-        uint at = reversed(j);
-        line[at] = lines[base + 2 * N * j];
-        line[N + at] = lines[base + 2 * N * j + N];
+        line[j] = lines[base + 2 * N * j];
+        line[N + j] = lines[base + 2 * N * j + N];
     }
     barrier();
     inverse_fft(gl_LocalInvocationID.x);
     for (uint j = gl_LocalInvocationID.x; j < N; j += THREADS) {
-        vec4 a = line[j], b = line[N + j];
+        vec4 a = line[found(j)], b = line[N + found(j)];
         ivec3 texel = ivec3(column, j, cascade);
         float height = a.x;
         vec2 moved = choppiness * a.yz, gradient = b.xy;

@@ -6,7 +6,7 @@
 layout(constant_id = 0) const uint N = 256;     // samples, a power of two from 4 on
 layout(constant_id = 1) const uint LOG_N = 8;
 layout(constant_id = 2) const uint LINES = 1;   // lines side by side in `line`
-const uint THREADS = 64;
+const uint THREADS = 32;
 
 shared vec4 line[N * LINES];
 
@@ -16,41 +16,62 @@ vec4 turn(vec4 v, vec2 w) {
     return vec4(v.x * w.x - v.y * w.y, v.x * w.y + v.y * w.x, v.z * w.x - v.w * w.y, v.z * w.y + v.w * w.x);
 }
 
-// Where sample i of the input belongs before the transform.
-uint reversed(uint i) {
-    return bitfieldReverse(i) >> (32u - LOG_N);
+// A line is a table of ROWS x COLUMNS samples, and its transform that of the columns followed by that of the rows: each thread
+// transforms one of these in registers, since barriers and trips to shared memory are what costs.
+const uint LOG_ROWS = (LOG_N + 1u) / 2u, LOG_COLUMNS = LOG_N / 2u;
+const uint ROWS = 1u << LOG_ROWS, COLUMNS = 1u << LOG_COLUMNS;
+
+// Where the transform leaves its sample k.
+uint found(uint k) {
+    return ((k & (ROWS - 1u)) << LOG_COLUMNS) | (k >> LOG_ROWS);
 }
 
-// `line` holds the input at its reversed places; call with all threads, after a barrier. Leaves the result in order,
-// behind a barrier. Pairs of radix-2 steps are done at once: half the barriers, and they are what costs.
+#define REGISTER_FFT(NAME, SIZE, LOG_SIZE)                                                      \
+    void NAME(inout vec4 v[SIZE]) {                                                             \
+        [[unroll]] for (uint s = 0u; s < LOG_SIZE; ++s) {                                       \
+            [[unroll]] for (uint b = 0u; b < SIZE / 2u; ++b) {                                  \
+                uint j = b & ((1u << s) - 1u), low = ((b >> s) << (s + 1u)) | j, high = low + (1u << s); \
+                vec4 far = turn(v[high], twiddles[j << (LOG_N - s - 1u)]);                      \
+                v[high] = v[low] - far;                                                         \
+                v[low] += far;                                                                  \
+            }                                                                                   \
+        }                                                                                       \
+    }
+// In place, from the order of reversed bits.
+REGISTER_FFT(fft_of_column, ROWS, LOG_ROWS)
+REGISTER_FFT(fft_of_row, COLUMNS, LOG_COLUMNS)
+
+uint reversed(uint i, uint bits) {
+    return bitfieldReverse(i) >> (32u - bits);
+}
+
+// `line` holds the input in order; call with all threads, after a barrier. Leaves sample k of the result at found(k), behind a
+// barrier.
 void inverse_fft(uint thread) {
-    uint s = 0;
-    if ((LOG_N & 1u) != 0u) {
-        for (uint b = thread; b < LINES * (N / 2); b += THREADS) {
-            vec4 p = line[2 * b], q = line[2 * b + 1];
-            line[2 * b] = p + q;
-            line[2 * b + 1] = p - q;
+    for (uint item = thread; item < LINES * COLUMNS; item += THREADS) {
+        uint column = item & (COLUMNS - 1u), first = (item >> LOG_COLUMNS) * N + column;
+        vec4 v[ROWS];
+        [[unroll]] for (uint i = 0u; i < ROWS; ++i) {
+            v[reversed(i, LOG_ROWS)] = line[first + (i << LOG_COLUMNS)];
         }
-        barrier();
-        s = 1;
-    }
-    for (; s < LOG_N; s += 2) {
-        uint span = 1u << s;
-        for (uint b = thread; b < LINES * (N / 4); b += THREADS) {
-            uint j = b & (span - 1);
-            uint base = ((b >> s) << (s + 2)) | j;
-            vec2 w1 = twiddles[j << (LOG_N - s - 1)], w2 = twiddles[j << (LOG_N - s - 2)];
-            vec4 x0 = line[base], x1 = turn(line[base + span], w1);
-            vec4 x2 = line[base + 2 * span], x3 = turn(line[base + 3 * span], w1);
-            vec4 y0 = x0 + x1, y1 = x0 - x1, y2 = turn(x2 + x3, w2), y3 = turn(x2 - x3, w2);
-            y3 = vec4(-y3.y, y3.x, -y3.w, y3.z); // times i
-            line[base] = y0 + y2;
-            line[base + span] = y1 + y3;
-            line[base + 2 * span] = y0 - y2;
-            line[base + 3 * span] = y1 - y3;
+        fft_of_column(v);
+        [[unroll]] for (uint i = 0u; i < ROWS; ++i) {
+            line[first + (i << LOG_COLUMNS)] = turn(v[i], twiddles[(i * column) & (N - 1u)]);
         }
-        barrier();
     }
+    barrier();
+    for (uint item = thread; item < LINES * ROWS; item += THREADS) {
+        uint first = item << LOG_COLUMNS;
+        vec4 v[COLUMNS];
+        [[unroll]] for (uint i = 0u; i < COLUMNS; ++i) {
+            v[reversed(i, LOG_COLUMNS)] = line[first + i];
+        }
+        fft_of_row(v);
+        [[unroll]] for (uint i = 0u; i < COLUMNS; ++i) {
+            line[first + i] = v[i];
+        }
+    }
+    barrier();
 }
 
 #endif

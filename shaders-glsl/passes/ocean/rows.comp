@@ -1,9 +1,10 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_control_flow_attributes : require
 // Advances the waves to the present time and transforms the rows: one work group per row of a cascade.
 #include "fft.glsl"
 #include "cascade.glsl"
-layout(local_size_x = 64) in;
+layout(local_size_x = 32) in;
 
 layout(std430) readonly buffer Waves { vec4 waves[]; };      // [cascade][y][x]: amplitude, cycles
 layout(std430) readonly buffer Cascades { Cascade cascades[]; };
@@ -38,14 +39,13 @@ void main() {
         vec2 dx = ih * (k.x * inverse), dy = ih * (k.y * inverse);
         vec2 jxy = -h * (k.x * k.y * inverse), jxx = -h * (k.x * k.x * inverse), jyy = -h * (k.y * k.y * inverse);
         vec2 hx = ih * k.x, hy = ih * k.y;
-        uint at = reversed(i);
-        line[at] = vec4(h.x - dx.y, h.y + dx.x, dy.x - jxy.y, dy.y + jxy.x);
-        line[N + at] = vec4(hx.x - hy.y, hx.y + hy.x, jxx.x - jyy.y, jxx.y + jyy.x);
+        line[i] = vec4(h.x - dx.y, h.y + dx.x, dy.x - jxy.y, dy.y + jxy.x);
+        line[N + i] = vec4(hx.x - hy.y, hx.y + hy.x, jxx.x - jyy.y, jxx.y + jyy.x);
     }
     barrier();
     inverse_fft(gl_LocalInvocationID.x);
     uint base = 2 * (tile + row * N);
     for (uint i = gl_LocalInvocationID.x; i < LINES * N; i += THREADS) {
-        lines[base + i] = line[i];
+        lines[base + i] = line[(i & ~(N - 1u)) + found(i & (N - 1u))];
     }
 }
