@@ -3,9 +3,10 @@
 #ifndef LEADR_OBJECT_DEPTH
 #define LEADR_OBJECT_DEPTH
 
-// object: from 1; 0 for the sky.
+// object: from 1; 0 for the sky. A multiple of the depth's 16 bits, so that what rasterisation rounds and what a fragment stage
+// writes are equal on every device.
 float object_depth(uint object) {
-    return float(object) / 64.0;
+    return float(object) * (1024.0 / 65535.0);
 }
 
 // Corner of a triangle that covers the screen at that depth.
