@@ -216,12 +216,24 @@ pub fn take<T: Pod>(content: &mut &[u8], count: usize) -> Result<Vec<T>, &'stati
     Ok(values)
 }
 
+/// Says that the content of a file should have ended.
+///
+/// # Errors
+/// That it goes on.
+pub fn nothing_left(content: &[u8]) -> Result<(), &'static str> {
+    if content.is_empty() { Ok(()) } else { Err("it is too long") }
+}
+
 /// `count` values that `make` makes, from the user's cache if it holds them; there they are known by the text of the programs that
 /// make them.
 pub fn remembered<T: Pod>(kind: &str, programs: &[&str], count: usize, make: impl FnOnce() -> Vec<T>) -> Vec<T> {
     let Some(cache) = MapCache::of_user() else { return make() };
     let sums: Vec<u64> = programs.iter().map(|text| checksum(text.as_bytes())).chain([count as u64]).collect();
-    let read = |mut content: &[u8]| take(&mut content, count);
+    let read = |mut content: &[u8]| {
+        let values = take(&mut content, count)?;
+        nothing_left(content)?;
+        Ok(values)
+    };
     let make = || {
         let values = make();
         let content = bytemuck::cast_slice(&values).to_vec();
@@ -269,6 +281,20 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let cache = MapCache::in_folder(folder.path().join("deeper"));
         (folder, cache)
+    }
+
+    #[test]
+    fn contents_end_where_their_values_do() {
+        let mut content = Vec::new();
+        put(&mut content, &[1u16, 2]);
+        put(&mut content, &[0.5f32]);
+        let left = &mut &content[..];
+        assert_eq!(take::<u16>(left, 2), Ok(vec![1, 2]));
+        assert_eq!(nothing_left(left), Err("it is too long"));
+        assert_eq!(take::<f32>(left, 2), Err("it is too short"));
+        assert_eq!(take::<f32>(left, 1), Ok(vec![0.5]));
+        assert_eq!(nothing_left(left), Ok(()));
+        assert_eq!(take::<u16>(left, usize::MAX), Err("a count is too large"));
     }
 
     #[test]

@@ -20,7 +20,7 @@ use super::topology::Topology;
 use crate::gpu::vk::Format;
 use crate::gpu::{Gpu, GpuError, Image, ImageDesc, Result};
 use crate::maps::Wrap;
-use crate::maps::cache::{MapCache, checksum, put, take};
+use crate::maps::cache::{MapCache, checksum, nothing_left, put, take};
 use crate::maps::horizon::{Heights, HorizonTexel, Rays, Window, horizons};
 use crate::render::constants::SOURCE_LEVEL;
 
@@ -97,7 +97,8 @@ fn to_bytes(levels: &[LevelTexels]) -> Vec<u8> {
 fn from_bytes(mut bytes: &[u8], sizes: &[usize]) -> std::result::Result<Vec<LevelTexels>, &'static str> {
     let level = |&count| Ok((take(&mut bytes, count)?, take(&mut bytes, count)?));
     let levels = sizes.iter().map(level).collect::<std::result::Result<_, _>>()?;
-    if bytes.is_empty() { Ok(levels) } else { Err("it is too long") }
+    nothing_left(bytes)?;
+    Ok(levels)
 }
 
 /// The horizon maps of an object.

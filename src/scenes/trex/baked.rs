@@ -5,7 +5,7 @@
 use glam::Vec3;
 
 use super::atlas::Atlas;
-use crate::maps::cache::{put, take};
+use crate::maps::cache::{nothing_left, put, take};
 use crate::render::surfaces::patch_mesh::{PatchMesh, SkinWeights, TileLayout};
 
 /// Larger counts are not believed.
@@ -89,9 +89,7 @@ impl Baked {
                 joints.into_iter().zip(weights).map(|(joints, weights)| SkinWeights { joints, weights }).collect();
         }
         let atlas = Atlas { heights: take(r, texels)?, colors: take(r, texels)? };
-        if !r.is_empty() {
-            return Err("it is too long");
-        }
+        nothing_left(r)?;
         if body.patches.iter().flatten().any(|&v| v >= vertices) {
             return Err("a patch names a vertex that does not exist");
         }
