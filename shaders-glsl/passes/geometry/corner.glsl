@@ -1,4 +1,5 @@
-// Heights at the corners of patches.
+// Normals and heights at the corners of patches, by the same steps wherever they are worked out, so that no crack opens between
+// patches that are divided and those that are not.
 #ifndef LEADR_GEOMETRY_CORNER
 #define LEADR_GEOMETRY_CORNER
 
@@ -14,6 +15,13 @@ float vertex_height(uint vertex) {
     uint base = vertex * uint(EDGE_LEVELS) + uint(level);
     precise float height = vertex_heights[base] * (1.0 - fraction) + vertex_heights[base + 1u] * fraction;
     return height;
+}
+
+// Precise: every patch at an edge or corner gets the same bits.
+vec3 displacement_normal(vec3 along) {
+    precise float square = along.x * along.x + along.y * along.y + along.z * along.z;
+    precise vec3 normal = along / sqrt(square);
+    return normal;
 }
 
 #endif

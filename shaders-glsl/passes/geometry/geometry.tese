@@ -98,8 +98,7 @@ void main() {
             position = cubic(a, b, c, d, t);
         }
         precise vec3 along = na * (1.0 - t) + nb * t;
-        precise float square = along.x * along.x + along.y * along.y + along.z * along.z;
-        normal = along / sqrt(square);
+        normal = displacement_normal(along);
         if (displaced) {
             height = t == 0.0 ? vertex_height(data.vertices[from])
                    : (t == 1.0 ? vertex_height(data.vertices[to]) : edge_height(edge, t));

@@ -16,10 +16,7 @@ void main() {
     PatchData data = patches[patch_index];
     uint index = data.vertices[corner];
     Vertex vertex = vertices[index];
-    // The same steps as geometry.tese takes at a corner, so that no crack opens beside a patch that is divided.
-    precise vec3 along = vertex.normal.xyz;
-    precise float square = along.x * along.x + along.y * along.y + along.z * along.z;
-    precise vec3 normal = along / sqrt(square);
+    precise vec3 normal = displacement_normal(vertex.normal.xyz);
     precise float scaled = ((object.flags & FLAG_DISPLACED) != 0u ? vertex_height(index) : 0.0) * object.height_scale;
     precise vec3 displaced_position = vertex.position.xyz + normal * scaled;
 

@@ -79,7 +79,7 @@ impl FilterInto {
         }
     }
 
-    /// Of two fragment stages the one that does this.
+    /// Of two names, of shaders or of pipelines, the one for this.
     #[must_use]
     pub fn choose(self, gbuffer: &'static str, radiance: &'static str) -> &'static str {
         match self {

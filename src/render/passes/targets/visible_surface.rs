@@ -21,7 +21,7 @@ pub struct VisibleSurface {
     pub footprint: Image,
     /// Reversed depth, 0 where there is no surface; D32F.
     pub depth: Image,
-    /// Which object each pixel shows, as a depth (`passes/tiles.glsl`), once
+    /// Which object each pixel shows, as a depth (`passes/object_depth.glsl`), once
     /// [`ObjectDepthPass`](crate::render::passes::object_depth::ObjectDepthPass) has run; D16.
     pub objects: Image,
     /// The content of its tiles, once [`TilePass`](crate::render::passes::tiles::TilePass) has run.
