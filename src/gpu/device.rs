@@ -188,11 +188,12 @@ impl Gpu {
         &self.facts.limits
     }
 
-    /// Whether images of this format support the usage (optimal tiling).
+    /// The numbers of samples per texel, all powers of two, that images of this format can have for the usage (optimal tiling), added
+    /// up. 0 where there are no such images.
     #[doc(hidden)]
-    pub fn supports_image(&self, format: vk::Format, usage: vk::ImageUsageFlags) -> bool {
+    pub fn image_samples(&self, format: vk::Format, usage: vk::ImageUsageFlags) -> u32 {
         // SAFETY: the instance and physical device are alive.
-        unsafe {
+        let properties = unsafe {
             self.instance.get_physical_device_image_format_properties(
                 self.physical,
                 format,
@@ -201,8 +202,8 @@ impl Gpu {
                 usage,
                 vk::ImageCreateFlags::empty(),
             )
-        }
-        .is_ok()
+        };
+        properties.map_or(0, |properties| properties.sample_counts.as_raw())
     }
 
     /// The validation layer's warnings and errors so far; always empty without [`GpuOptions::validation`].

@@ -26,6 +26,8 @@ pub struct ImageDesc {
     pub layers: u32,
     /// Whether the six layers are the faces +x, -x, +y, -y, +z, -z of a cube.
     pub cube: bool,
+    /// Samples of each texel, a power of two: 1, or as many as [`Gpu::image_samples`] has.
+    pub samples: u32,
     /// Its other uses: storage, colour or depth attachment.
     pub usage: vk::ImageUsageFlags,
 }
@@ -35,7 +37,7 @@ impl ImageDesc {
     pub fn new(format: vk::Format, width: u32, height: u32) -> Self {
         let usage =
             vk::ImageUsageFlags::SAMPLED | vk::ImageUsageFlags::TRANSFER_SRC | vk::ImageUsageFlags::TRANSFER_DST;
-        Self { format, width, height, mips: 1, layers: 1, cube: false, usage }
+        Self { format, width, height, mips: 1, layers: 1, cube: false, samples: 1, usage }
     }
 
     /// The same with this many mips.
@@ -56,6 +58,11 @@ impl ImageDesc {
     /// A cube with square faces.
     pub fn cube(self) -> Self {
         Self { layers: 6, cube: true, ..self }
+    }
+
+    /// The same with this many samples in each texel, for attachments and `sampler2DMS`.
+    pub fn samples(self, samples: u32) -> Self {
+        Self { samples, ..self }
     }
 
     /// The same, also usable as a storage image.
@@ -165,7 +172,7 @@ impl Image {
             .extent(vk::Extent3D { width: desc.width, height: desc.height, depth: 1 })
             .mip_levels(desc.mips)
             .array_layers(desc.layers)
-            .samples(vk::SampleCountFlags::TYPE_1)
+            .samples(vk::SampleCountFlags::from_raw(desc.samples))
             .tiling(vk::ImageTiling::OPTIMAL)
             .usage(desc.usage);
         // SAFETY: the device is alive and the description was checked; `inner` destroys the image on failure.
@@ -324,7 +331,7 @@ impl Image {
 }
 
 fn check(gpu: &Gpu, name: &str, desc: &ImageDesc) -> Result<()> {
-    let ImageDesc { format, width, height, mips, layers, cube, usage } = *desc;
+    let ImageDesc { format, width, height, mips, layers, cube, samples, usage } = *desc;
     let most = gpu.limits().max_image_dimension2_d;
     if width == 0 || height == 0 || width > most || height > most {
         return Err(GpuError::usage(name, format!("{width}x{height} texels are not between 1x1 and {most}x{most}")));
@@ -338,8 +345,13 @@ fn check(gpu: &Gpu, name: &str, desc: &ImageDesc) -> Result<()> {
     if cube && (width != height || layers != 6) {
         return Err(GpuError::usage(name, format!("a cube has 6 square faces, not {layers} of {width}x{height}")));
     }
-    if !gpu.supports_image(format, usage) {
+    let possible = gpu.image_samples(format, usage);
+    if possible == 0 {
         return Err(GpuError::usage(name, format!("{} has no {format:?} images for {usage:?}", gpu.device_name())));
+    }
+    if possible & samples == 0 || !samples.is_power_of_two() {
+        let fault = format!("{} has no {format:?} images with {samples} samples for {usage:?}", gpu.device_name());
+        return Err(GpuError::usage(name, fault));
     }
     Ok(())
 }

@@ -103,6 +103,8 @@ pub struct GraphicsDesc<'a> {
     pub kept_colors: usize,
     /// Depth attachment, if any.
     pub depth: Option<Depth>,
+    /// Samples of each texel of the attachments.
+    pub samples: u32,
     /// Which triangles have `gl_FrontFacing`: those that run clockwise on the screen (y down) if true, otherwise the
     /// others.
     pub clockwise_front: bool,
@@ -124,6 +126,7 @@ impl Default for GraphicsDesc<'_> {
             colors: &[],
             kept_colors: 0,
             depth: None,
+            samples: 1,
             clockwise_front: false,
             topology: Topology::Triangles,
             spec: &[],
@@ -200,8 +203,8 @@ fn create_graphics(
         .depth_bias_constant_factor(bias.map_or(0.0, |[constant, _]| constant))
         .depth_bias_slope_factor(bias.map_or(0.0, |[_, slope]| slope))
         .line_width(1.0);
-    let multisample =
-        vk::PipelineMultisampleStateCreateInfo::default().rasterization_samples(vk::SampleCountFlags::TYPE_1);
+    let multisample = vk::PipelineMultisampleStateCreateInfo::default()
+        .rasterization_samples(vk::SampleCountFlags::from_raw(desc.samples));
     let mut depth = vk::PipelineDepthStencilStateCreateInfo::default();
     if let Some(wanted) = desc.depth {
         depth = depth.depth_test_enable(true).depth_compare_op(wanted.compare).depth_write_enable(wanted.write);
