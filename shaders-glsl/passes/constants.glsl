@@ -80,6 +80,24 @@ const int TERM_SPECULAR_ENVIRONMENT = 4;
 // The environment on the diffuse surface.
 const int TERM_DIFFUSE_ENVIRONMENT = 8;
 
+// What a pixel of the geometry pass is
+
+// A sample of the picture.
+const int PIXELS_ARE_SAMPLES = 0;
+// An edge sample.
+const int PIXELS_ARE_EDGES = 1;
+// Several samples at once, multisampled.
+const int PIXELS_ARE_MULTISAMPLED = 2;
+
+// Multisampling
+
+// Side of the blocks of pixels whose other surfaces are listed together (passes/msaa.glsl).
+const int OTHERS_BLOCK = 8;
+// Surfaces beside its own that a pixel can have.
+const int MOST_OTHERS = 6;
+// Most samples of the geometry in a pixel.
+const uint MOST_MULTISAMPLES = 8u;
+
 // What the shading pass has to do with edge samples
 
 // There are none.

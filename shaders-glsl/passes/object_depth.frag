@@ -9,5 +9,6 @@ uniform usampler2D visible_surface;
 layout(depth_any) out float gl_FragDepth;
 
 void main() {
-    gl_FragDepth = object_depth(object_of(texelFetch(visible_surface, ivec2(gl_FragCoord.xy), 0).x));
+    uint word = texelFetch(visible_surface, ivec2(gl_FragCoord.xy), 0).x;
+    gl_FragDepth = word == NOBODY ? NOBODY_DEPTH : object_depth(object_of(word));
 }

@@ -3,6 +3,9 @@
 #ifndef LEADR_OBJECT_DEPTH
 #define LEADR_OBJECT_DEPTH
 
+// Where no pixel is: no object has it.
+const float NOBODY_DEPTH = 1.0;
+
 // object: from 1; 0 for the sky. A multiple of the depth's 16 bits, so that what rasterisation rounds and what a fragment stage
 // writes are equal on every device.
 float object_depth(uint object) {

@@ -1,5 +1,5 @@
 // The word that tells what a pixel sees (VisibleSurface in src/render/passes/targets/visible_surface.rs): the patch in its
-// low 24 bits, the object above.
+// low 24 bits, the object above. The third word after it tells where in the picture that is.
 #ifndef LEADR_VISIBLE
 #define LEADR_VISIBLE
 
@@ -7,9 +7,21 @@ const uint PATCH_BITS = 0x00ffffffu;
 const uint OBJECT_BITS = 0x3f000000u;    // from 1; 0 where nothing is
 const uint OF_THE_PIXEL = 0x40000000u;   // an edge sample that sees the surface of its pixel (edges.comp)
 const uint INSIDE = 0x80000000u;         // a back face, where those are marked
+const uint BESIDE = 0x40000000u;         // a sample whose place in the middle of the pixel is off its patch (msaa.comp)
+const uint NOBODY = 0xffffffffu;         // not a pixel (msaa.comp)
 
 uint object_of(uint word) {
     return (word & OBJECT_BITS) >> 24;
+}
+
+// A place in the picture, in pixels, to a quarter.
+uint pack_position(vec2 position) {
+    uvec2 quarters = uvec2(round(4.0 * position));
+    return quarters.x | quarters.y << 16;
+}
+
+vec2 position_of(uint packed) {
+    return 0.25 * vec2(packed & 0xffffu, packed >> 16);
 }
 
 #endif

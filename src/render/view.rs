@@ -10,6 +10,11 @@ use super::surfaces::tessellation::Lens;
 pub enum Samples {
     /// One sample per pixel, which decides how the pixel's surface is shaded.
     Pixels,
+    /// The same, and the geometry is multisampled: each surface that one of so many samples sees is shaded once.
+    Multisampled {
+        /// Samples of the geometry in each pixel, a power of two.
+        count: u32,
+    },
     /// A grid of edge samples in every pixel, with this many along a side.
     Edges {
         /// Edge samples along a side of a pixel.
@@ -35,7 +40,7 @@ impl View {
     #[must_use]
     pub fn grid(&self) -> u32 {
         match self.samples {
-            Samples::Pixels => 1,
+            Samples::Pixels | Samples::Multisampled { .. } => 1,
             Samples::Edges { grid } => grid,
         }
     }

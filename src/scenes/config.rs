@@ -12,6 +12,9 @@ use crate::render::light::panorama::LightExtraction;
 use crate::render::settings::{RenderSettings, Shading};
 use crate::render::surfaces::tessellation::TessellationSettings;
 
+/// Samples of the geometry in each pixel of pictures of one sample, unless something else makes outlines smooth.
+pub const DEFAULT_MSAA: u32 = 4;
+
 /// A picture of a scene. Written as JSON, its fields have the names of the command's flags.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SceneConfig {
@@ -49,6 +52,8 @@ pub struct SceneConfig {
     pub size: Size,
     /// Samples per pixel.
     pub samples: u32,
+    /// Samples of the geometry in each pixel: 1, 2, 4 or 8.
+    pub msaa: u32,
     /// Seed of the sample positions.
     pub seed: u64,
     /// Exposure of a PNG or a window, stops above what suits the height of the sun.
@@ -79,6 +84,7 @@ impl Default for SceneConfig {
             distance: None,
             size: Size { width: 1280, height: 720 },
             samples: 4,
+            msaa: 1,
             seed: 0,
             exposure: 0.0,
             atlas_tile: 64,
@@ -94,6 +100,7 @@ impl SceneConfig {
         RenderSettings {
             size: (self.size.width, self.size.height),
             samples: self.samples,
+            msaa: self.msaa,
             seed: self.seed,
             shading: self.shading,
             displacement: self.displacement,

@@ -19,7 +19,7 @@ const ROUNDING: f32 = 2e-3;
 const OF_MANY_PATCHES: [[f64; 2]; 3] = [[0.0095, 0.013], [0.0095, 0.012], [0.0145, 0.016]];
 
 /// A small sphere in front of a large one.
-fn scene(gpu: &TestGpu) -> (Renderer, FrameState) {
+pub(crate) fn scene(gpu: &TestGpu) -> (Renderer, FrameState) {
     let objects = [("front", [0.8, 0.2, 0.1, 0.4]), ("back", [0.1, 0.3, 0.8, 0.3])]
         .map(|(name, color)| Object::new(name, cube_sphere(8, color)))
         .to_vec();
@@ -49,7 +49,7 @@ fn as_once(joined: [f32; 4], alone: [f32; 4]) -> bool {
 }
 
 /// Root mean square difference over the pixels for which `over` holds, of the channels from `first` on.
-fn rms(a: &FrameOutput, b: &FrameOutput, first: usize, over: impl Fn(usize) -> bool) -> f64 {
+pub(crate) fn rms(a: &FrameOutput, b: &FrameOutput, first: usize, over: impl Fn(usize) -> bool) -> f64 {
     let pixels = (0..a.color.len()).filter(|&i| over(i)).collect::<Vec<_>>();
     let square = |i: usize| (first..4).map(|c| f64::from(a.color[i][c] - b.color[i][c]).powi(2)).sum::<f64>();
     (pixels.iter().map(|&i| square(i)).sum::<f64>() / pixels.len() as f64).sqrt()

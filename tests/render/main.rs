@@ -13,6 +13,7 @@ mod frame;
 mod irradiance;
 mod moments;
 mod moving_sun;
+mod msaa;
 mod ocean;
 mod panorama;
 mod pictures;

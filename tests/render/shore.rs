@@ -93,7 +93,7 @@ fn slopes_of_the_swell_match_its_heights_and_foam_stays_below_one() {
 }
 
 /// The beach and the sea without the animal, seen by `camera` at `time`.
-fn scene(gpu: &TestGpu, camera: Camera) -> (Renderer, impl Fn(f64, &Sky) -> FrameState) {
+pub(crate) fn scene(gpu: &TestGpu, camera: Camera) -> (Renderer, impl Fn(f64, &Sky) -> FrameState) {
     let shore = shore();
     let objects = vec![beach::beach(&shore), beach::dunes(&shore)];
     let renderer = under_sky(gpu, Scene { objects, ocean: Some(sea()), cache: None }, 32);

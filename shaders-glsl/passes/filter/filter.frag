@@ -11,7 +11,7 @@ void main() {
         discard;
     }
     float area;
-    FilteredSurface filtered = filtered_mesh(pixel, seen, area);
+    FilteredSurface filtered = filtered_mesh(pixel, gl_FragCoord.xy, seen, area);
     bool of_an_edge = object.flags >> FLAGS_GRID_SHIFT > 0u;
     uvec2 surface = of_an_edge ? pack_edge(filtered) : pack_surface(filtered);
     write_gbuffer(filtered, (seen.x & OF_THE_PIXEL) != 0u ? pack_joined_edge(area, filtered.relief) : surface);

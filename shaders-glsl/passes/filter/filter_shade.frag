@@ -10,7 +10,9 @@ layout(location = 0) out vec4 out_radiance;
 
 void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
+    uvec4 seen = texelFetch(visible_surface, pixel, 0);
+    vec2 place = position_of(seen.w);
     float area;
-    FilteredSurface filtered = filtered_mesh(pixel, texelFetch(visible_surface, pixel, 0), area);
-    out_radiance = vec4(shaded(filtered, texelFetch(visible_depth, pixel, 0).x), 1.0);
+    FilteredSurface filtered = filtered_mesh(pixel, place, seen, area);
+    out_radiance = vec4(shaded(filtered, place, texelFetch(visible_depth, pixel, 0).x), 1.0);
 }

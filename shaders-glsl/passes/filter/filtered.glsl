@@ -202,10 +202,10 @@ float joined_part(float lod) {
     return clamp(lod - log2(tile_inner()) + 3.0, 0.0, 1.0);
 }
 
-// At a pixel that sees the object. area: of macrosurface within it, projected along its displacement direction, square metres.
-FilteredSurface filtered_mesh(ivec2 pixel, uvec4 seen, out float area) {
+// At a pixel that sees the object. at: its place in the image, in pixels (msaa.comp lists pixels elsewhere); area: of macrosurface within it, projected along its displacement direction, square metres.
+FilteredSurface filtered_mesh(ivec2 pixel, vec2 at, uvec4 seen, out float area) {
     // The ray through the pixel, up to the surface.
-    vec2 ndc = (vec2(pixel) + 0.5) / vec2(textureSize(visible_surface, 0)) * 2.0 - 1.0;
+    vec2 step = vec2(object.ray_x.w, object.ray_y.w), ndc = at * step - 1.0;
     vec3 ray = object.ray_middle.xyz + ndc.x * object.ray_x.xyz + ndc.y * object.ray_y.xyz;
     float along = object.ray_middle.w / texelFetch(visible_depth, pixel, 0).x;
     uint index = seen.x & PATCH_BITS;
@@ -216,7 +216,7 @@ FilteredSurface filtered_mesh(ivec2 pixel, uvec4 seen, out float area) {
     uint grid = EDGE_SAMPLES ? object.flags >> FLAGS_GRID_SHIFT : 0u;
     // Edge samples are drawn with finer geometry and take the derivatives of its triangles: the area of surface that each
     // contains is what counts (join.comp).
-    mat2 across = grid == 0u ? pixel_footprint(surface, ray, along, 2.0 / vec2(textureSize(visible_surface, 0)))
+    mat2 across = grid == 0u ? pixel_footprint(surface, ray, along, step)
                              : unpack_footprint(texelFetch(visible_footprint, pixel, 0).xy) * (joined ? 1.0 / float(grid) : 1.0);
     vec2 size = vec2(textureSize(moments_a, 0));
     mat2 texels = surface.texcoord_by_place * across;

@@ -19,6 +19,8 @@ layout(location = 4) patch in uint in_patch;
 layout(location = 0) out vec2 out_place; // on the patch, [0, 1]^2; the texture coordinate of a flat object
 layout(location = 1) out vec3 out_normal; // displacement direction N
 layout(location = 2) out flat uint out_patch;
+layout(location = 3) out vec2 out_place_reached; // the same as the place
+layout(location = 4) out vec3 out_window; // window_place
 
 invariant gl_Position;
 
@@ -111,4 +113,6 @@ void main() {
     out_normal = normal;
     out_patch = in_patch;
     gl_Position = view.clip_from_world * vec4(displaced_position, 1.0);
+    out_place_reached = out_place;
+    out_window = window_place(gl_Position);
 }

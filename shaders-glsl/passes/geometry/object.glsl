@@ -11,8 +11,8 @@ layout(push_constant, std430) uniform Object {
     float relief;       // from the deepest pit to the highest bump, metres
 #ifdef LEADR_OBJECT_SEEN
     float eye[3];       // the viewer, metres; of a flat object the last is the viewer's height above its plane
-    vec4 ray_x;         // of the image, as Camera::rays gives them
-    vec4 ray_y;
+    vec4 ray_x;         // of the image, as Camera::rays gives them; w: step from pixel to pixel in ndc, across
+    vec4 ray_y;         // w: and down
     vec4 ray_middle;    // w: near plane
     vec4 tangent_s;     // of a flat object: tangents by texture coordinate; w: 1, or -1 where they run clockwise seen from outside
     vec4 tangent_t;     // w: accessibility of a plain one

@@ -7,6 +7,8 @@
 layout(location = 0) out vec2 out_place; // as in geometry.tese
 layout(location = 1) out vec3 out_normal;
 layout(location = 2) out flat uint out_patch;
+layout(location = 3) out vec2 out_place_reached;
+layout(location = 4) out vec3 out_window;
 
 invariant gl_Position;
 
@@ -25,4 +27,6 @@ void main() {
     out_normal = normal;
     out_patch = patch_index;
     gl_Position = view.clip_from_world * vec4(displaced_position, 1.0);
+    out_place_reached = out_place;
+    out_window = window_place(gl_Position);
 }

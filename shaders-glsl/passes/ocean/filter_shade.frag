@@ -11,6 +11,7 @@ layout(location = 0) out vec4 out_radiance;
 
 void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
-    FilteredSurface filtered = filtered_sea(pixel, texelFetch(visible_surface, pixel, 0));
-    out_radiance = vec4(shaded(filtered, texelFetch(visible_depth, pixel, 0).x), 1.0);
+    uvec4 seen = texelFetch(visible_surface, pixel, 0);
+    FilteredSurface filtered = filtered_sea(pixel, seen);
+    out_radiance = vec4(shaded(filtered, position_of(seen.w), texelFetch(visible_depth, pixel, 0).x), 1.0);
 }

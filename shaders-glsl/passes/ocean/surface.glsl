@@ -1,11 +1,13 @@
 // Shared by the stages that draw the sea (src/render/passes/ocean/surface.rs).
 #ifndef LEADR_OCEAN_SURFACE
 #define LEADR_OCEAN_SURFACE
+#include "../constants.glsl"
 #include "cascade.glsl"
 #include "shore.glsl"
 
 layout(std140) uniform View {
     mat4 clip_from_world;
+    vec4 window; // xy: size of the image, pixels
     vec4 centre; // below the camera: world xy, height of the water; w: 1 / (2 radius of the earth)
 } view;
 

@@ -10,6 +10,8 @@ layout(location = 0) in vec3 in_rest[];
 layout(location = 1) patch in uint in_patch;
 
 layout(location = 0) out vec2 out_rest; // relative to the centre
+layout(location = 1) out vec2 out_rest_reached; // the same
+layout(location = 2) out vec3 out_window; // where in the image, in pixels times w, and w
 
 vec3 between(vec3 a, vec3 b, float t) {
     precise vec3 p = a * (1.0 - t) + b * t;
@@ -30,4 +32,6 @@ void main() {
     }
     out_rest = rest.xy - view.centre.xy;
     gl_Position = view.clip_from_world * vec4(carried(rest), 1.0);
+    out_rest_reached = out_rest;
+    out_window = vec3(0.5 * (GUARD_BAND * gl_Position.xy + gl_Position.w) * view.window.xy, gl_Position.w);
 }

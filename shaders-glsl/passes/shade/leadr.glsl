@@ -91,7 +91,7 @@ Mirrors probe_mirrors(Surface surface, vec3 wo, vec3 S) {
 Mirrors drawn_mirrors(Surface surface, vec3 wo, vec3 S) {
     vec2 m = surface.mean_slope;
     DirectionArea o = direction_area(wo, m, slope_cholesky(S));
-    uint seed = draw_seed(uvec2(gl_FragCoord.xy), lighting.draws.y, 0u);
+    uint seed = draw_seed(surface.pixel, lighting.draws.y, 0u);
     vec3 reflected = vec3(0.0), fresnel = vec3(0.0);
     for (int i = 0; i < SAMPLES; ++i) {
         vec2 u = drawn_point(lighting.draws.x * uint(SAMPLES) + uint(i), seed);

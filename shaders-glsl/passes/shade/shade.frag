@@ -31,7 +31,7 @@ void main() {
         return;
     }
     FilteredSurface filtered = read_gbuffer(pixel, USES_HORIZON);
-    Surface surface = surface_seen(filtered, ray, depth);
+    Surface surface = surface_seen(filtered, gl_FragCoord.xy, depth);
     if (EDGES == EDGES_ARE_JOINED) {
         vec4 share = texelFetch(shares, pixel, 0);
         if (share.z > 0.0) {

@@ -3,9 +3,11 @@
 #define LEADR_SHADE_SHADED
 #include "families.glsl"
 
-// The surface that a pixel sees at a depth (reversed).
-Surface surface_seen(FilteredSurface filtered, vec3 ray, float depth) {
-    return surface_at(filtered, lighting.camera_position.xyz, ray, lighting.rays[2].w, depth);
+// The surface that is seen at a place of the image, in pixels, at a depth (reversed).
+Surface surface_seen(FilteredSurface filtered, vec2 place, float depth) {
+    Surface surface = surface_at(filtered, lighting.camera_position.xyz, pixel_ray(place), lighting.rays[2].w, depth);
+    surface.pixel = uvec2(place);
+    return surface;
 }
 
 // Radiance toward the viewer; a marker where the inside of a surface is seen.
@@ -14,8 +16,8 @@ vec3 surface_radiance(Surface surface) {
 }
 
 // The same for a pixel without edge samples.
-vec3 shaded(FilteredSurface filtered, float depth) {
-    return surface_radiance(surface_seen(filtered, pixel_ray(gl_FragCoord.xy), depth));
+vec3 shaded(FilteredSurface filtered, vec2 place, float depth) {
+    return surface_radiance(surface_seen(filtered, place, depth));
 }
 
 #endif

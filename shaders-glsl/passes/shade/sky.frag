@@ -2,9 +2,15 @@
 #extension GL_GOOGLE_include_directive : require
 // The sky at pixels that show no object: others fail the depth test.
 #include "lighting.glsl"
+#include "../visible.glsl"
+
+layout(constant_id = 60) const bool MULTISAMPLED = false; // the pixels are listed, the sky's too
+
+uniform usampler2D visible_surface;
 
 layout(location = 0) out vec4 out_radiance;
 
 void main() {
-    out_radiance = vec4(sky_radiance(pixel_ray(gl_FragCoord.xy)), 0.0);
+    vec2 at = MULTISAMPLED ? position_of(texelFetch(visible_surface, ivec2(gl_FragCoord.xy), 0).w) : gl_FragCoord.xy;
+    out_radiance = vec4(sky_radiance(pixel_ray(at)), 0.0);
 }

@@ -4,6 +4,7 @@
 #include "../gbuffer.glsl"
 
 struct Surface {
+    uvec2 pixel;
     vec3 position;       // world
     Frame frame;         // tangent frame, z the displacement direction
     vec3 wo;             // tangent frame, toward the viewer
@@ -24,6 +25,7 @@ struct Surface {
 // ray: through the pixel, scaled so that the surface lies at ray * near / depth (reversed). Without joined edge samples.
 Surface surface_at(FilteredSurface f, vec3 eye, vec3 ray, float near, float depth) {
     Surface s;
+    s.pixel = uvec2(0u);
     s.position = eye + ray * (near / depth);
     s.frame = frame_about(f.normal);
     s.wo = to_frame(s.frame, -normalize(ray));

@@ -9,7 +9,7 @@ use crate::app::error::AppError;
 use crate::app::flags::device::DeviceArgs;
 use crate::app::flags::scene::{SceneArgs, scenes};
 use crate::app::flags::shading::techniques;
-use crate::app::flags::values::{atlas_tile, fft, positive};
+use crate::app::flags::values::{atlas_tile, fft, msaa, positive};
 use crate::app::flags::waves::WaveArgs;
 use crate::lab::bench::{BenchConfig, Quad, Table};
 use crate::render::settings::Technique;
@@ -76,7 +76,7 @@ pub struct BenchArgs {
     pub against: Option<PathBuf>,
     /// With --against: compare this run instead of measuring
     #[arg(long, value_name = "NEW.json", requires = "against",
-        conflicts_with_all = ["scene", "technique", "tables", "size", "frames", "paper", "forward", "atlas_tile", "edge_samples", "device",
+        conflicts_with_all = ["scene", "technique", "tables", "size", "frames", "paper", "forward", "atlas_tile", "edge_samples", "msaa", "device",
             "validation"])]
     pub measured: Option<PathBuf>,
     /// With --against: compare runs on different devices
@@ -88,6 +88,9 @@ pub struct BenchArgs {
     /// Texels along the tile of one patch in the displacement atlas: 8, 16, 32, 64 or 128
     #[arg(long, value_name = "N", default_value = "64", value_parser = atlas_tile)]
     pub atlas_tile: u32,
+    /// Samples of the geometry in each pixel of the scenes (see leadr capture --help)
+    #[arg(long, value_name = "N", default_value = "1", value_parser = msaa)]
+    pub msaa: u32,
     /// Edge samples of the scenes, for every technique but the reference (see leadr capture --help)
     #[arg(long, value_name = "N", default_value = "1", value_parser = clap::value_parser!(u32).range(1..=256))]
     pub edge_samples: u32,
@@ -180,6 +183,7 @@ impl BenchArgs {
             size: self.size.unwrap_or(SCENE_SIZE),
             samples: 1,
             edge_samples: self.edge_samples,
+            msaa: (self.edge_samples == 1).then_some(self.msaa),
             ..SceneArgs::unset()?
         };
         scene.resolve()

@@ -18,7 +18,7 @@ use crate::app::output::Output;
 use crate::gpu::Gpu;
 use crate::lab::progress::Progress;
 use crate::render::light::panorama::EnvironmentLight;
-use crate::scenes::config::SceneConfig;
+use crate::scenes::config::{DEFAULT_MSAA, SceneConfig};
 use crate::scenes::set::{Inputs, Set, set};
 use crate::scenes::view::CameraPose;
 
@@ -63,7 +63,11 @@ pub fn run(arguments: &DemoArgs, output: &Output) -> Result<(), AppError> {
 }
 
 fn demo(arguments: &DemoArgs, output: &Output) -> Result<DemoReport, AppError> {
-    let config = arguments.scene.resolve()?;
+    let mut config = arguments.scene.resolve()?;
+    if arguments.scene.msaa.is_none() && !arguments.scene.has_smooth_outlines() {
+        // Pictures in motion have a single sample.
+        config.msaa = DEFAULT_MSAA;
+    }
     // Files first: their errors are found at once, without display or device.
     let inputs = Inputs::load(&config)?;
     // The device must be able to draw on the display, so the display is opened first.

@@ -6,6 +6,7 @@ use std::str::FromStr;
 use serde::Serialize;
 
 use crate::app::files::extension;
+use crate::render::constants::MOST_MULTISAMPLES;
 use crate::render::light::panorama::MAX_ENVIRONMENT_LIGHTS;
 use crate::scenes::light::{EnvironmentChoice, SunDirection};
 use crate::scenes::stage::Sweep;
@@ -152,6 +153,17 @@ pub fn atlas_tile(text: &str) -> Result<u32, String> {
     match text.parse::<u32>() {
         Ok(tile) if tile.is_power_of_two() && (8..=128).contains(&tile) => Ok(tile),
         _ => Err("a tile is 8, 16, 32, 64 or 128 texels".to_owned()),
+    }
+}
+
+/// Samples of the geometry in a pixel.
+///
+/// # Errors
+/// If `text` is not a power of two up to the most.
+pub fn msaa(text: &str) -> Result<u32, String> {
+    match text.parse::<u32>() {
+        Ok(samples) if samples.is_power_of_two() && samples <= MOST_MULTISAMPLES => Ok(samples),
+        _ => Err("the geometry has 1, 2, 4 or 8 samples in a pixel".to_owned()),
     }
 }
 

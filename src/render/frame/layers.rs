@@ -86,8 +86,10 @@ impl Renderer {
     /// # Errors
     /// As [`prepare`](Self::prepare).
     pub fn layer(&mut self, layer: Layer) -> Result<Vec<[f32; 4]>> {
-        let Some(near) = self.last.as_ref().map(|last| last.state.camera.near) else { return Ok(Vec::new()) };
-        if layer != Layer::Depth {
+        let Some((near, msaa)) = self.last.as_ref().map(|last| (last.state.camera.near, last.settings.msaa)) else {
+            return Ok(Vec::new());
+        };
+        if layer != Layer::Depth || msaa > 1 {
             self.fill_gbuffer()?;
         }
         let Some(targets) = &self.targets else { return Ok(Vec::new()) };
@@ -115,14 +117,14 @@ impl Renderer {
         let pixels = frame.plan.pixels(last.index);
         frame.look(&pixels, last.index)?;
         timer.submit(&mut CpuTime::default(), |passes| {
-            let target = &frame.plan.targets.pixels;
             for surface in &frame.plan.surfaces {
                 surface.record_motion(passes);
             }
-            frame.record_geometry(passes, target, &pixels);
-            frame.record_filter(passes, target, &pixels, None);
+            frame.record_pixel_geometry(passes, &pixels);
+            frame.record_filter(passes, &frame.plan.targets.pixels, &pixels, None);
         })?;
-        self.last = Some(LastSample { in_gbuffer: true, ..last });
+        let settings = frame.plan.settings;
+        self.last = Some(LastSample { in_gbuffer: true, settings, ..last });
         Ok(())
     }
 }

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use super::cache::Cache;
 use crate::gpu::{Gpu, Result};
 use crate::render::passes::edges::{JoinKind, JoinPass};
+use crate::render::passes::msaa::MsaaPass;
 use crate::render::passes::reference::ReferencePass;
 use crate::render::passes::shade::{ShadeKind, ShadePass, SkyBehindPass};
 use crate::render::settings::Terms;
@@ -13,7 +14,8 @@ use crate::render::settings::Terms;
 #[derive(Default)]
 pub struct Pipelines {
     shade: Cache<ShadeKind, ShadePass>,
-    sky: Cache<(), SkyBehindPass>,
+    sky: Cache<bool, SkyBehindPass>,
+    multisample: Cache<u32, MsaaPass>,
     join: Cache<JoinKind, JoinPass>,
     reference: Cache<(Terms, bool), ReferencePass>,
 }
@@ -24,9 +26,14 @@ impl Pipelines {
         self.shade.get(kind, || ShadePass::new(gpu, kind))
     }
 
-    /// The sky behind surfaces.
-    pub fn sky(&mut self, gpu: &Arc<Gpu>) -> Result<SkyBehindPass> {
-        self.sky.get((), || SkyBehindPass::new(gpu))
+    /// The sky behind surfaces, of multisampled geometry or of other.
+    pub fn sky(&mut self, gpu: &Arc<Gpu>, multisampled: bool) -> Result<SkyBehindPass> {
+        self.sky.get(multisampled, || SkyBehindPass::new(gpu, multisampled))
+    }
+
+    /// What finds the surfaces of multisampled pixels.
+    pub fn multisample(&mut self, gpu: &Arc<Gpu>, samples: u32) -> Result<MsaaPass> {
+        self.multisample.get(samples, || MsaaPass::new(gpu, samples))
     }
 
     /// The joining of edge samples.

@@ -4,11 +4,12 @@ use super::edge_samples::{EdgeSamples, area_of};
 use super::prepared::{FramePlan, Light, PreparedFrame};
 use super::renderer::Renderer;
 use super::surfaces::{PreparedSurface, Surface, SurfaceDrawing};
-use super::targets::{EdgeTargets, Targets};
+use super::targets::{EdgeTargets, TargetShape, Targets};
 use crate::gpu::{GpuError, Result};
 use crate::render::passes::SHADOW_SIZE;
 use crate::render::passes::edges::{JoinKind, edge_grid};
 use crate::render::passes::filter::FilterInto;
+use crate::render::passes::geometry::GeometryKind;
 use crate::render::passes::reference::ReliefLights;
 use crate::render::passes::shade::{Edges, LightSet, ShadeKind, suns_of};
 use crate::render::passes::shadow::ShadowView;
@@ -52,11 +53,18 @@ impl Renderer {
             }
             _ => FilterInto::GBuffer,
         };
-        let suns = kind.lights.shadow_maps();
-        let prepare =
-            |surface: &mut Box<dyn Surface>| surface.prepare(state, &settings, SurfaceDrawing { suns, filter });
+        // The G-buffer has no slots for other surfaces.
+        let msaa = if filter == FilterInto::GBuffer { 1 } else { settings.msaa };
+        let settings = RenderSettings { msaa, ..settings };
+        let drawing = SurfaceDrawing {
+            suns: kind.lights.shadow_maps(),
+            geometry: GeometryKind::of(settings.pixel_samples()),
+            edges: settings.edges().is_some(),
+            filter,
+        };
+        let prepare = |surface: &mut Box<dyn Surface>| surface.prepare(state, &settings, drawing);
         let mut surfaces = self.surfaces.iter_mut().map(prepare).collect::<Result<Vec<_>>>()?;
-        let targets = self.targets_for(&surfaces, &settings, suns)?;
+        let targets = self.targets_for(&surfaces, &settings, drawing)?;
         let light = self.prepare_light(state, &settings, kind, filter, &mut surfaces)?;
         let edges = match (settings.edges(), targets.edges.clone()) {
             (Some(samples), Some(targets)) => {
@@ -64,8 +72,12 @@ impl Renderer {
             }
             _ => None,
         };
+        let multisample = match &targets.multisample {
+            Some(targets) => Some(self.pipelines.multisample(&self.gpu, targets.count)?),
+            None => None,
+        };
         let (state, number) = (state.clone(), self.prepared);
-        let plan = FramePlan { state, settings, surfaces, targets, light, edges, drawn: 0, number };
+        let plan = FramePlan { state, settings, surfaces, targets, light, multisample, edges, drawn: 0, number };
         Ok(PreparedFrame { renderer: self, plan })
     }
 
@@ -90,17 +102,26 @@ impl Renderer {
         &mut self,
         surfaces: &[Box<dyn PreparedSurface>],
         settings: &RenderSettings,
-        shadow_maps: u32,
+        drawing: SurfaceDrawing,
     ) -> Result<Targets> {
         let finest = surfaces.iter().map(|surface| surface.finest_grid()).min().unwrap_or(1);
         let grid = settings.edges().map(|samples| edge_grid(samples, settings.size, finest));
-        // Unsuitable targets are dropped first: there may be no room for both.
-        let kept = self.targets.take().filter(|targets| targets.suit(settings.size, grid, shadow_maps));
-        if kept.is_none() {
-            self.last = None;
+        let shape = TargetShape {
+            size: settings.size,
+            grid,
+            msaa: settings.msaa,
+            gbuffer: drawing.filter == FilterInto::GBuffer,
+            shadow_maps: drawing.suns,
+        };
+        if let Some(kept) = &self.targets
+            && kept.suit(shape)
+        {
+            return Ok(kept.clone());
         }
-        let targets = kept.map_or_else(|| Targets::new(&self.gpu, settings.size, grid, shadow_maps), Ok)?;
-        Ok(self.targets.insert(targets).clone())
+        // Unsuitable targets are dropped first: there may be no room for both.
+        let mean = self.targets.take().map(|targets| targets.mean);
+        self.last = None;
+        Ok(self.targets.insert(Targets::new(&self.gpu, shape, mean)?).clone())
     }
 
     /// How pixels are shaded; without the relief's occlusion, where there is no relief, and without shadow maps, where nothing casts
@@ -152,7 +173,7 @@ impl Renderer {
             FilterInto::GBuffer => Some(self.pipelines.shade(&self.gpu, kind)?),
             FilterInto::Radiance(_) => None,
         };
-        Ok(Light::Mapped { suns, shade, sky: self.pipelines.sky(&self.gpu)? })
+        Ok(Light::Mapped { suns, shade, sky: self.pipelines.sky(&self.gpu, settings.msaa > 1)? })
     }
 
     /// Finds where edge samples are needed and makes what draws them into `targets`.

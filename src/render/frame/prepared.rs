@@ -5,6 +5,7 @@ use super::renderer::Renderer;
 use super::surfaces::PreparedSurface;
 use super::targets::Targets;
 use crate::gpu::{GpuError, Result};
+use crate::render::passes::msaa::MsaaPass;
 use crate::render::passes::reference::{ReferencePass, ReliefLights};
 use crate::render::passes::shade::{ShadePass, SkyBehindPass};
 use crate::render::passes::shadow::ShadowView;
@@ -30,6 +31,8 @@ pub(super) struct FramePlan {
     pub surfaces: Vec<Box<dyn PreparedSurface>>,
     pub targets: Targets,
     pub light: Light,
+    /// Where the geometry is multisampled.
+    pub multisample: Option<MsaaPass>,
     pub edges: Option<EdgeSamples>,
     /// Samples in the mean.
     pub drawn: u32,

@@ -8,11 +8,11 @@ use super::prepared::{FramePlan, Light, PreparedFrame};
 use super::renderer::{LastSample, Renderer};
 use super::timing::{CpuTime, PassTime, Passes, add_times, since};
 use crate::gpu::{Commands, Result};
-use crate::render::passes::accumulate::EdgeSum;
+use crate::render::passes::accumulate::{EdgeSum, Parts};
 use crate::render::passes::edges::JoinLight;
 use crate::render::passes::shade::{LightingGpu, ShadeInputs};
-use crate::render::passes::targets::{Begin, JoinedEdges, SampleTargets};
-use crate::render::view::{Samples, View};
+use crate::render::passes::targets::{Begin, GeometryTargets, JoinedEdges, SampleTargets};
+use crate::render::view::View;
 
 impl PreparedFrame<'_> {
     /// Draws sample `index` of `settings.samples`, with all its edge samples, into the mean of the samples drawn before it. Waits
@@ -42,7 +42,7 @@ impl PreparedFrame<'_> {
         cpu.prepare += since(start);
         let mut times = timer.submit(cpu, |passes| {
             self.record_light(passes);
-            self.record_geometry(passes, &self.plan.targets.pixels, &pixels);
+            self.record_pixel_geometry(passes, &pixels);
             if self.plan.light.shades_with_filter() {
                 self.record_filter_and_shade(passes, &self.plan.targets.pixels, &pixels);
             } else {
@@ -125,12 +125,24 @@ impl PreparedFrame<'_> {
         }
     }
 
-    /// Geometry: tessellated, displaced, and rasterised; each pixel learns what it sees.
-    pub(super) fn record_geometry(&self, passes: &mut Passes<'_>, target: &SampleTargets, view: &View) {
+    /// The geometry of the pixels, with one sample or with several.
+    pub(super) fn record_pixel_geometry(&self, passes: &mut Passes<'_>, view: &View) {
+        let visible = &self.plan.targets.pixels.visible;
+        match (&self.plan.multisample, &self.plan.targets.multisample) {
+            (Some(pass), Some(target)) => {
+                self.record_geometry(passes, &target.geometry, view);
+                passes.run("multisampling", |cmd| pass.record(cmd, target, visible, view));
+            }
+            _ => self.record_geometry(passes, &visible.geometry(), view),
+        }
+    }
+
+    /// Geometry: tessellated, displaced, and rasterised; each sample learns what it sees.
+    fn record_geometry(&self, passes: &mut Passes<'_>, target: &GeometryTargets, view: &View) {
         let mut begin = Begin::Clear;
         for surface in &self.plan.surfaces {
-            let draw = |cmd: &mut Commands| surface.draw_geometry(cmd, &target.visible, view);
-            passes.run(surface.names().geometry, |cmd| target.visible.draw(cmd, begin, draw));
+            let draw = |cmd: &mut Commands| surface.draw_geometry(cmd, target, view);
+            passes.run(surface.names().geometry, |cmd| target.draw(cmd, begin, draw));
             begin = Begin::Continue;
         }
     }
@@ -160,12 +172,12 @@ impl PreparedFrame<'_> {
         for (i, surface) in self.plan.surfaces.iter().enumerate() {
             passes.run(surface.names().filter_and_shade, |cmd| {
                 if i == 0 {
-                    self.renderer.common.objects.record(cmd, visible);
+                    self.renderer.common.objects.record(cmd, visible, self.plan.targets.multisample.as_ref());
                 }
                 let begin = if i == 0 { Begin::Clear } else { Begin::Continue };
                 target.draw_radiance_of_objects(cmd, begin, |cmd| {
                     if i == 0 {
-                        sky.draw(cmd, inputs);
+                        sky.draw(cmd, visible, inputs);
                     }
                     surface.draw_filter(cmd, visible, view, Some(inputs));
                 });
@@ -178,7 +190,7 @@ impl PreparedFrame<'_> {
     fn record_edges(&self, passes: &mut Passes<'_>, edges: &EdgeSamples, image: &EdgeImage) {
         let (renderer, targets) = (&*self.renderer, &edges.targets);
         let (pixels, samples, scissor) = (&self.plan.targets.pixels, &targets.samples, Some(image.scissor));
-        self.record_geometry(passes, samples, &image.view);
+        self.record_geometry(passes, &samples.visible.geometry(), &image.view);
         passes.run("edges", |cmd| renderer.common.edges.record(cmd, pixels, &samples.visible, &image.rays));
         self.record_filter(passes, samples, &image.view, scissor);
         let inputs = self.shade_inputs(None);
@@ -203,9 +215,9 @@ impl PreparedFrame<'_> {
                 }
                 Light::Mapped { shade, sky, .. } => {
                     let inputs = self.shade_inputs(edges.map(|edges| edges.joined));
-                    common.objects.record(cmd, &pixels.visible);
+                    common.objects.record(cmd, &pixels.visible, None);
                     pixels.draw_radiance_of_objects(cmd, Begin::Clear, |cmd| {
-                        sky.draw(cmd, inputs);
+                        sky.draw(cmd, &pixels.visible, inputs);
                         if let Some(shade) = shade {
                             shade.draw(cmd, pixels, inputs);
                         }
@@ -213,8 +225,13 @@ impl PreparedFrame<'_> {
                 }
             });
         }
-        let radiance = &targets.pixels.radiance;
-        passes.run("accumulate", |cmd| common.accumulate.record(cmd, radiance, edges, &targets.mean, *drawn));
+        let parts = match (edges, &targets.multisample) {
+            (Some(edges), _) => Parts::Edges(edges),
+            (None, Some(multisample)) => Parts::Multisampled(multisample),
+            (None, None) => Parts::One,
+        };
+        let pixels = &targets.pixels;
+        passes.run("accumulate", |cmd| common.accumulate.record(cmd, pixels, parts, &targets.mean, *drawn));
     }
 
     fn shade_inputs<'a>(&'a self, joined: Option<&'a JoinedEdges>) -> ShadeInputs<'a> {
@@ -238,7 +255,7 @@ impl FramePlan {
         View {
             camera: self.state.camera,
             picture: self.settings.size,
-            samples: Samples::Pixels,
+            samples: self.settings.pixel_samples(),
             offset: self.settings.sample_offset(index),
         }
     }

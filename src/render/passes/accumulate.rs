@@ -2,11 +2,12 @@
 
 use std::sync::Arc;
 
-use super::targets::JoinedEdges;
+use super::targets::{JoinedEdges, MultisampleTargets, SampleTargets};
 use crate::gpu::{
     AddressMode, Commands, ComputePipeline, Descriptor, Filter, Gpu, Image, Result, Sampler, SharedStruct, SpecValue,
     Use, shared_struct,
 };
+use crate::render::constants::MOST_MULTISAMPLES;
 
 shared_struct! {
     struct Weights for "Weights" {
@@ -26,10 +27,23 @@ pub struct EdgeSum<'a> {
     pub samples: u32,
 }
 
-/// The accumulation pipeline.
+/// What a sample of a pixel is put together from.
+#[derive(Clone, Copy)]
+pub enum Parts<'a> {
+    /// Its own surface alone.
+    One,
+    /// All surfaces that samples of its geometry see.
+    Multisampled(&'a MultisampleTargets),
+    /// Its own surface and edge samples.
+    Edges(EdgeSum<'a>),
+}
+
+/// The accumulation pipelines.
 pub struct AccumulatePass {
-    /// Without edge samples, then with them.
-    pipelines: [ComputePipeline; 2],
+    plain: ComputePipeline,
+    edges: ComputePipeline,
+    /// For each power of two, from 2 samples of the geometry on.
+    multisampled: Vec<ComputePipeline>,
     nearest: Sampler,
 }
 
@@ -39,39 +53,49 @@ impl AccumulatePass {
     /// # Errors
     /// A failed pipeline.
     pub fn new(gpu: &Arc<Gpu>) -> Result<Self> {
-        let pipeline = |edges| {
-            let spec = [("EDGES", SpecValue::Bool(edges))];
+        let pipeline = |edges, msaa: u32| {
+            let spec = [("EDGES", SpecValue::Bool(edges)), ("MSAA", SpecValue::I32(msaa.cast_signed()))];
             ComputePipeline::new(gpu, "passes/accumulate.comp", &spec, &[Weights::LAYOUT])
         };
         Ok(Self {
-            pipelines: [pipeline(false)?, pipeline(true)?],
+            plain: pipeline(false, 1)?,
+            edges: pipeline(true, 1)?,
+            multisampled: (1..=MOST_MULTISAMPLES.ilog2())
+                .map(|log| pipeline(false, 1 << log))
+                .collect::<Result<_>>()?,
             nearest: Sampler::new(gpu, "accumulate", Filter::Nearest, AddressMode::ClampToEdge)?,
         })
     }
 
-    /// Mixes the radiance of a `sample`, with its joined edge samples if it has any, into the `mean` of the samples
-    /// `before` it.
-    pub fn record(&self, cmd: &mut Commands, sample: &Image, edges: Option<EdgeSum<'_>>, mean: &Image, before: u32) {
-        cmd.transition(sample, Use::Sampled);
+    /// Mixes the radiance of a `sample`, put together from its `parts`, into the `mean` of the samples `before` it.
+    pub fn record(&self, cmd: &mut Commands, sample: &SampleTargets, parts: Parts<'_>, mean: &Image, before: u32) {
+        let radiance = &sample.radiance;
+        cmd.transition(radiance, Use::Sampled);
         if before == 0 {
             cmd.image_barrier(mean, Use::Undefined, Use::ComputeReadWrite);
         } else {
             cmd.transition(mean, Use::ComputeReadWrite);
         }
-        let pipeline = &self.pipelines[usize::from(edges.is_some())];
-        let (others, shares) = edges.map_or((sample, sample), |edges| (&edges.joined.others, &edges.joined.shares));
+        // Pipelines without a part still need some image bound in its place.
+        let (plain, visible) = ([radiance, radiance], &sample.visible.surface);
+        let (pipeline, [others, shares], slots) = match parts {
+            Parts::One => (&self.plain, plain, visible),
+            Parts::Multisampled(seen) => (&self.multisampled[seen.count.ilog2() as usize - 1], plain, &seen.others),
+            Parts::Edges(sum) => (&self.edges, [&sum.joined.others, &sum.joined.shares], visible),
+        };
         cmd.bind(
             pipeline,
             &[
-                ("sample_image", Descriptor::Sampled(sample.whole(), &self.nearest)),
+                ("sample_image", Descriptor::Sampled(radiance.whole(), &self.nearest)),
                 ("mean_image", Descriptor::StorageImage(mean.whole())),
                 ("others", Descriptor::Sampled(others.whole(), &self.nearest)),
+                ("others_of_pixels", Descriptor::Sampled(slots.whole(), &self.nearest)),
                 ("shares", Descriptor::Sampled(shares.whole(), &self.nearest)),
             ],
         );
         cmd.push_constants(&Weights {
             weight: 1.0 / (before + 1) as f32,
-            edge_samples: edges.map_or(0, |edges| edges.samples) as f32,
+            edge_samples: if let Parts::Edges(sum) = parts { sum.samples as f32 } else { 0.0 },
         });
         let [width, height] = mean.mip_extent(0);
         cmd.dispatch_invocations(pipeline, [width, height, 1]);

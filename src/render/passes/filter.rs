@@ -208,6 +208,11 @@ impl FilterPass {
                 Some(_) => {
                     cmd.scissor(PixelArea::of_spheres(&[posed.bounds()], &view.camera, view.picture).scissor(1));
                     cmd.draw(0..3, 0..1);
+                    if let Samples::Multisampled { .. } = view.samples {
+                        let [width, height] = visible.surface.mip_extent(0);
+                        cmd.scissor([0, height / 2, width, height / 2]);
+                        cmd.draw(0..3, 0..1);
+                    }
                 }
             }
         }
@@ -239,7 +244,7 @@ impl FilteredObjectGpu {
         if let Samples::Edges { grid } = view.samples {
             flags |= grid << FLAGS_GRID_SHIFT;
         }
-        let [x, y, middle] = view.rays();
+        let ([x, y, middle], (width, height)) = (view.rays(), view.size());
         let mesh = &object.object.mesh;
         let chart = if object.kind.flat { Chart::of(mesh, vertices) } else { None };
         let Chart { tangent_s, tangent_t, outward } =
@@ -253,8 +258,8 @@ impl FilteredObjectGpu {
             index,
             relief,
             eye: if object.kind.flat { [0.0, 0.0, above] } else { view.camera.position.to_array() },
-            ray_x: x.extend(0.0).to_array(),
-            ray_y: y.extend(0.0).to_array(),
+            ray_x: x.extend(2.0 / width as f32).to_array(),
+            ray_y: y.extend(2.0 / height as f32).to_array(),
             ray_middle: middle.extend(view.camera.near).to_array(),
             tangent_s: tangent_s.extend(if outward { 1.0 } else { -1.0 }).to_array(),
             tangent_t: tangent_t.extend(mesh.accessibility_of(0)).to_array(),

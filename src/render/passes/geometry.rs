@@ -2,20 +2,60 @@
 
 use std::sync::Arc;
 
-use super::targets::VisibleSurface;
+use super::targets::GeometryTargets;
 use crate::gpu::{
     Commands, Depth, Descriptor, Gpu, GraphicsDesc, GraphicsPipeline, Image, Result, SpecValue, Topology,
 };
-use crate::render::constants::GUARD_BAND;
+use crate::render::constants::{GUARD_BAND, PIXELS_ARE_EDGES, PIXELS_ARE_MULTISAMPLED, PIXELS_ARE_SAMPLES};
 use crate::render::surfaces::object_view::{DrawnObject, GEOMETRY_STRUCTS, PosedObject};
 use crate::render::view::Samples;
 
-/// Pipelines of the geometry pass.
-#[derive(Clone)]
-pub struct GeometryPass {
-    pixels: PatchPipelines,
-    edges: PatchPipelines,
+/// What the geometry pass writes for the samples of an image.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum GeometryKind {
+    /// What each pixel sees in its middle.
+    Pixels,
+    /// The same for each of several samples of a pixel.
+    Multisampled(u32),
+    /// The same for edge samples, with what joins them.
+    Edges,
 }
+
+impl GeometryKind {
+    /// The kind for the samples of a view.
+    #[must_use]
+    pub fn of(samples: Samples) -> Self {
+        match samples {
+            Samples::Pixels => Self::Pixels,
+            Samples::Multisampled { count } => Self::Multisampled(count),
+            Samples::Edges { .. } => Self::Edges,
+        }
+    }
+
+    /// Samples of each texel of the targets.
+    #[must_use]
+    pub fn samples(self) -> u32 {
+        match self {
+            Self::Multisampled(count) => count,
+            Self::Pixels | Self::Edges => 1,
+        }
+    }
+
+    /// The constant of that name in the shaders.
+    #[must_use]
+    pub fn pixels(self) -> (&'static str, SpecValue) {
+        let kind = match self {
+            Self::Pixels => PIXELS_ARE_SAMPLES,
+            Self::Multisampled(_) => PIXELS_ARE_MULTISAMPLED,
+            Self::Edges => PIXELS_ARE_EDGES,
+        };
+        ("PIXELS", SpecValue::I32(kind))
+    }
+}
+
+/// The geometry pass of one kind.
+#[derive(Clone)]
+pub struct GeometryPass(PatchPipelines);
 
 /// The pipelines that draw patches into one kind of target; shared with the shadow passes.
 #[derive(Clone)]
@@ -89,38 +129,36 @@ impl GeometryPass {
     ///
     /// # Errors
     /// A failed pipeline.
-    pub fn new(gpu: &Arc<Gpu>) -> Result<Self> {
-        let pipeline = |edges: bool| {
-            let desc = GraphicsDesc {
-                fragment: Some("passes/geometry/geometry.frag"),
-                colors: &VisibleSurface::FORMATS,
-                // Only edge samples have a footprint of their own.
-                kept_colors: usize::from(!edges),
-                depth: Some(Depth::default()),
-                spec: &[("EDGES", SpecValue::Bool(edges))],
-                ..Default::default()
-            };
-            PatchPipelines::new(gpu, if edges { "geometry of edges" } else { "geometry" }, &desc)
+    pub fn new(gpu: &Arc<Gpu>, kind: GeometryKind) -> Result<Self> {
+        let desc = GraphicsDesc {
+            fragment: Some("passes/geometry/geometry.frag"),
+            colors: &GeometryTargets::FORMATS,
+            // Single samples of a picture have no footprint of their own.
+            kept_colors: usize::from(kind == GeometryKind::Pixels),
+            depth: Some(Depth::default()),
+            samples: kind.samples(),
+            spec: &[kind.pixels()],
+            ..Default::default()
         };
-        Ok(Self { pixels: pipeline(false)?, edges: pipeline(true)? })
+        let name = match kind {
+            GeometryKind::Pixels => "geometry",
+            GeometryKind::Multisampled(_) => "multisampled geometry",
+            GeometryKind::Edges => "geometry of edges",
+        };
+        Ok(Self(PatchPipelines::new(gpu, name, &desc)?))
     }
 
-    /// Draws objects into the begun targets, as `samples` see them; `mark_inside` paints back faces in a marker colour.
+    /// Draws objects into the begun targets; `mark_inside` paints back faces in a marker colour.
     pub fn draw<'a>(
         &self,
         cmd: &mut Commands,
-        target: &VisibleSurface,
-        samples: Samples,
+        target: &GeometryTargets,
         objects: impl Iterator<Item = DrawnObject<'a>>,
         mark_inside: bool,
     ) {
-        let pipelines = match samples {
-            Samples::Pixels => &self.pixels,
-            Samples::Edges { .. } => &self.edges,
-        };
         guard_band(cmd, &target.depth);
         for object in objects {
-            pipelines.draw(cmd, object, mark_inside);
+            self.0.draw(cmd, object, mark_inside);
         }
     }
 }

@@ -9,6 +9,7 @@ pub mod edges;
 pub mod environment_lights;
 pub mod filter;
 pub mod geometry;
+pub mod msaa;
 pub mod object_depth;
 pub mod ocean;
 pub mod present;

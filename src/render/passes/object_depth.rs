@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use ash::vk;
 
-use super::targets::{OBJECT_FORMAT, VisibleSurface};
+use super::targets::{MultisampleTargets, OBJECT_FORMAT, VisibleSurface};
 use crate::gpu::{
     AddressMode, Commands, Depth, DepthTarget, Descriptor, Filter, Gpu, GraphicsDesc, GraphicsPipeline, Result,
     Sampler, Use,
@@ -19,7 +19,8 @@ pub const ANY_OBJECT_TEST: Depth = Depth { compare: vk::CompareOp::NOT_EQUAL, ..
 
 /// The pass that writes the image of objects.
 pub struct ObjectDepthPass {
-    pipeline: GraphicsPipeline,
+    pixels: GraphicsPipeline,
+    slots: GraphicsPipeline,
     nearest: Sampler,
 }
 
@@ -29,25 +30,37 @@ impl ObjectDepthPass {
     /// # Errors
     /// A failed pipeline.
     pub fn new(gpu: &Arc<Gpu>) -> Result<Self> {
-        let desc = GraphicsDesc {
-            vertex: "passes/fullscreen.vert",
-            fragment: Some("passes/object_depth.frag"),
-            depth: Some(Depth { format: OBJECT_FORMAT, compare: vk::CompareOp::ALWAYS, write: true, bias: None }),
-            ..Default::default()
+        let pipeline = |fragment: &str| {
+            let desc = GraphicsDesc {
+                vertex: "passes/fullscreen.vert",
+                fragment: Some(fragment),
+                depth: Some(Depth { format: OBJECT_FORMAT, compare: vk::CompareOp::ALWAYS, write: true, bias: None }),
+                ..Default::default()
+            };
+            GraphicsPipeline::new(gpu, "object depth", &desc)
         };
         Ok(Self {
-            pipeline: GraphicsPipeline::new(gpu, "object depth", &desc)?,
+            pixels: pipeline("passes/object_depth.frag")?,
+            slots: pipeline("passes/slot_depth.frag")?,
             nearest: Sampler::new(gpu, "object depth", Filter::Nearest, AddressMode::ClampToEdge)?,
         })
     }
 
-    /// Writes the image for a finished geometry pass.
-    pub fn record(&self, cmd: &mut Commands, visible: &VisibleSurface) {
+    /// Writes the image for a finished geometry pass; `seen`: how its pixels were multisampled, if they were.
+    pub fn record(&self, cmd: &mut Commands, visible: &VisibleSurface, seen: Option<&MultisampleTargets>) {
         cmd.image_barrier(&visible.objects, Use::Undefined, Use::DepthTarget);
         cmd.begin_rendering(&[], Some(DepthTarget { view: visible.objects.whole(), clear: Some(0.0) }));
         let surface = ("visible_surface", Descriptor::Sampled(visible.surface.whole(), &self.nearest));
-        cmd.bind(&self.pipeline, &[surface]);
+        let [width, height] = visible.objects.mip_extent(0);
+        let pixels = if seen.is_some() { height / 2 } else { height };
+        cmd.scissor([0, 0, width, pixels]);
+        cmd.bind(&self.pixels, &[surface]);
         cmd.draw(0..3, 0..1);
+        if let Some(seen) = seen {
+            cmd.scissor([0, pixels, width, height - pixels]);
+            cmd.bind(&self.slots, &[surface, ("FilledSlots", Descriptor::Storage(&seen.filled))]);
+            cmd.draw(0..3, 0..1);
+        }
         cmd.end_rendering();
         cmd.transition(&visible.objects, Use::DepthTarget);
     }

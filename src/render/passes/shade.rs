@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::object_depth::{ANY_OBJECT_TEST, OBJECT_TEST};
 use super::shadow::ShadowView;
-use super::targets::{JoinedEdges, RADIANCE_FORMAT, SampleTargets};
+use super::targets::{JoinedEdges, RADIANCE_FORMAT, SampleTargets, VisibleSurface};
 use crate::gpu::{
     AddressMode, Buffer, Commands, Descriptor, Filter, Gpu, GraphicsDesc, GraphicsPipeline, ImageView, Result, Sampler,
     SharedStruct, SpecValue, Topology, shared_struct,
@@ -294,16 +294,17 @@ pub struct SkyBehindPass {
 }
 
 impl SkyBehindPass {
-    /// The pass.
+    /// The pass, for the slots of multisampled pixels too or not.
     ///
     /// # Errors
     /// A failed pipeline.
-    pub fn new(gpu: &Arc<Gpu>) -> Result<Self> {
+    pub fn new(gpu: &Arc<Gpu>, multisampled: bool) -> Result<Self> {
         let desc = GraphicsDesc {
             vertex: "passes/shade/sky.vert",
             fragment: Some("passes/shade/sky.frag"),
             colors: &[RADIANCE_FORMAT],
             depth: Some(OBJECT_TEST),
+            spec: &[("MULTISAMPLED", SpecValue::Bool(multisampled))],
             structs: &[LightingGpu::LAYOUT],
             ..Default::default()
         };
@@ -311,9 +312,10 @@ impl SkyBehindPass {
     }
 
     /// Draws the pixels that show no object into the begun radiance of a sample whose objects are known.
-    pub fn draw(&self, cmd: &mut Commands, inputs: ShadeInputs<'_>) {
+    pub fn draw(&self, cmd: &mut Commands, visible: &VisibleSurface, inputs: ShadeInputs<'_>) {
         let background = ("background_cube", Descriptor::Sampled(inputs.background, &self.samplers.trilinear));
-        cmd.bind(&self.pipeline, &[("lighting", Descriptor::Uniform(inputs.lighting)), background]);
+        let surface = ("visible_surface", Descriptor::Sampled(visible.surface.whole(), &self.samplers.nearest));
+        cmd.bind(&self.pipeline, &[("lighting", Descriptor::Uniform(inputs.lighting)), background, surface]);
         cmd.draw(0..3, 0..1);
     }
 }

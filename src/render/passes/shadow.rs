@@ -5,6 +5,7 @@ use std::sync::Arc;
 use ash::vk;
 use glam::{Mat4, Vec3};
 
+use super::SHADOW_SIZE;
 use super::geometry::{PatchPipelines, guard_band};
 use crate::gpu::{Commands, Depth, DepthTarget, Gpu, GraphicsDesc, Image, ImageDesc, ImageView, Result, Use};
 use crate::render::surfaces::object_view::{DrawnObject, Viewpoint};
@@ -60,7 +61,13 @@ impl ShadowView {
     /// The viewpoint for casters that are tessellated for the camera's `lens`.
     #[must_use]
     pub fn viewpoint(&self, lens: Lens) -> Viewpoint {
-        Viewpoint { clip_from_world: self.clip_from_world, eye: self.eye, lens, grid: 1 }
+        Viewpoint {
+            clip_from_world: self.clip_from_world,
+            eye: self.eye,
+            lens,
+            grid: 1,
+            size: (SHADOW_SIZE, SHADOW_SIZE),
+        }
     }
 }
 

@@ -11,8 +11,10 @@ pub use self::shading::{
 };
 pub use self::technique::{Needs, Technique};
 pub use self::terms::Terms;
+use super::constants::MOST_MULTISAMPLES;
 use super::sampling::jitter;
 use super::surfaces::tessellation::TessellationSettings;
+use super::view::Samples;
 
 /// Everything about a picture that is not the scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -21,6 +23,9 @@ pub struct RenderSettings {
     pub size: (u32, u32),
     /// Samples per pixel, at least 1; each is a whole frame with its own offset inside the pixel.
     pub samples: u32,
+    /// Samples of the geometry in each pixel: 1, 2, 4 or 8. With more than one outlines are smooth, and each surface in a pixel is
+    /// still shaded once. Edge samples and the reference make outlines smooth themselves and leave it at 1.
+    pub msaa: u32,
     /// Seed of the offsets. A single sample lies in the pixel's centre whatever the seed.
     pub seed: u64,
     /// The technique and its settings.
@@ -42,7 +47,18 @@ impl RenderSettings {
     /// # Errors
     /// A sentence about what is wrong.
     pub fn check(&self) -> Result<(), String> {
-        self.shading.check()
+        self.shading.check()?;
+        let msaa = self.msaa;
+        if !msaa.is_power_of_two() || msaa > MOST_MULTISAMPLES {
+            return Err(format!("{msaa} samples of the geometry are not 1, 2, 4 or 8"));
+        }
+        Ok(())
+    }
+
+    /// How the samples of the geometry relate to the pixels.
+    #[must_use]
+    pub fn pixel_samples(&self) -> Samples {
+        if self.msaa > 1 { Samples::Multisampled { count: self.msaa } } else { Samples::Pixels }
     }
 
     /// Edge samples per sample; `None` where there is only the sample itself.
@@ -75,6 +91,7 @@ impl Default for RenderSettings {
         Self {
             size: (1024, 1024),
             samples: 1,
+            msaa: 1,
             seed: 0,
             shading: Shading::default(),
             tessellation: TessellationSettings::default(),

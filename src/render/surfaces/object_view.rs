@@ -31,7 +31,8 @@ shared_struct! {
         pub clip_from_world: [[f32; 4]; 4],
         /// Position of the viewer; w: number of samples of this image along a side of a pixel of the picture.
         pub camera_position: [f32; 4],
-        /// x: metres per repeat of the map if a vertex stands at the centre of each of its texels, else 0.
+        /// x: metres per repeat of the map if a vertex stands at the centre of each of its texels, else 0; yz: size of the image,
+        /// pixels.
         pub texel_grid: [f32; 4],
     }
 }
@@ -91,12 +92,14 @@ pub struct Viewpoint {
     pub lens: Lens,
     /// Number of samples along a side of a pixel in which the lens measures.
     pub grid: u32,
+    /// Samples across and down the image.
+    pub size: (u32, u32),
 }
 
 impl From<&View> for Viewpoint {
     fn from(view: &View) -> Self {
         let (clip_from_world, eye) = (view.clip_from_world(), view.camera.position);
-        Self { clip_from_world, eye, lens: view.lens(), grid: view.grid() }
+        Self { clip_from_world, eye, lens: view.lens(), grid: view.grid(), size: view.size() }
     }
 }
 
@@ -192,7 +195,7 @@ impl ViewBuffers {
         let view = ViewGpu {
             clip_from_world: (shrink * from.clip_from_world).to_cols_array_2d(),
             camera_position: from.eye.extend(from.grid as f32).to_array(),
-            texel_grid: [repeat, 0.0, 0.0, 0.0],
+            texel_grid: [repeat, from.size.0 as f32, from.size.1 as f32, 0.0],
         };
         self.view.write(0, &[view])?;
         self.draws = list.draws;

@@ -2,16 +2,16 @@
 
 use std::sync::Arc;
 
-use super::{Extent, PassNames, PreparedSurface, Surface, SurfaceDrawing};
+use super::{Extent, ForViews, PassNames, PreparedSurface, Surface, SurfaceDrawing};
 use crate::gpu::{Commands, Gpu, GpuError, Result};
 use crate::maps::cache::MapCache;
 use crate::render::frame::cache::Cache;
 use crate::render::passes::edges::edge_tessellation;
 use crate::render::passes::filter::{FilterInto, FilterPass};
-use crate::render::passes::geometry::GeometryPass;
+use crate::render::passes::geometry::{GeometryKind, GeometryPass};
 use crate::render::passes::shade::ShadeInputs;
 use crate::render::passes::shadow::ShadowView;
-use crate::render::passes::targets::VisibleSurface;
+use crate::render::passes::targets::{GeometryTargets, VisibleSurface};
 use crate::render::scene::{FrameState, Object, Pose};
 use crate::render::settings::{Needs, RenderSettings};
 use crate::render::surfaces::object::{GpuObject, MAX_OBJECTS};
@@ -24,7 +24,7 @@ use crate::render::view::{Samples, View};
 pub struct Meshes {
     gpu: Arc<Gpu>,
     meshes: Vec<Mesh>,
-    geometry: GeometryPass,
+    geometry: Cache<GeometryKind, GeometryPass>,
     filters: Cache<(Needs, bool, FilterInto), FilterPass>,
 }
 
@@ -89,7 +89,7 @@ impl Meshes {
         let mesh = |(index, object)| Mesh::new(gpu, object, index, cache);
         Ok(Self {
             meshes: objects.into_iter().enumerate().map(mesh).collect::<Result<_>>()?,
-            geometry: GeometryPass::new(gpu)?,
+            geometry: Cache::default(),
             filters: Cache::default(),
             gpu: gpu.clone(),
         })
@@ -109,8 +109,9 @@ impl Surface for Meshes {
         &mut self,
         state: &FrameState,
         settings: &RenderSettings,
-        SurfaceDrawing { suns, filter }: SurfaceDrawing,
+        drawing: SurfaceDrawing,
     ) -> Result<Box<dyn PreparedSurface>> {
+        let SurfaceDrawing { suns, filter, .. } = drawing;
         let lens = state.camera.lens(settings.size.1);
         let mut meshes = Vec::new();
         for (mesh, pose) in self.meshes.iter_mut().zip(&state.poses) {
@@ -134,7 +135,7 @@ impl Surface for Meshes {
         let levels = || self.meshes.iter().flat_map(|mesh| [Some(&mesh.fine), mesh.coarse.as_ref()]).flatten();
         Ok(Box::new(PreparedMeshes {
             meshes,
-            geometry: self.geometry.clone(),
+            geometry: drawing.geometry(|kind| self.geometry.get(kind, || GeometryPass::new(&self.gpu, kind)))?,
             filter: self.filters.get((needs, relief_drawn, filter), || {
                 FilterPass::new(&self.gpu, needs, relief_drawn, filter, levels().map(|level| level.object.kind))
             })?,
@@ -148,7 +149,7 @@ impl Surface for Meshes {
 /// The meshes in their poses.
 struct PreparedMeshes {
     meshes: Vec<PreparedMesh>,
-    geometry: GeometryPass,
+    geometry: ForViews<GeometryPass>,
     filter: FilterPass,
     tessellation: TessellationSettings,
     /// What multiplies the height scale of every object's maps.
@@ -195,7 +196,7 @@ impl PreparedSurface for PreparedMeshes {
         let from = Viewpoint::from(view);
         for PreparedMesh { posed, camera, .. } in &mut self.meshes {
             let tessellation = match view.samples {
-                Samples::Pixels => self.tessellation,
+                Samples::Pixels | Samples::Multisampled { .. } => self.tessellation,
                 // Silhouettes consist of bumps, and the geometry of whole pixels leaves out small ones.
                 Samples::Edges { .. } => edge_tessellation(self.tessellation, posed.bounds(), &from.lens),
             };
@@ -204,9 +205,9 @@ impl PreparedSurface for PreparedMeshes {
         Ok(())
     }
 
-    fn draw_geometry(&self, cmd: &mut Commands, target: &VisibleSurface, view: &View) {
+    fn draw_geometry(&self, cmd: &mut Commands, target: &GeometryTargets, view: &View) {
         let drawn = self.meshes.iter().map(|mesh| DrawnObject { posed: &mesh.posed, view: &mesh.camera });
-        self.geometry.draw(cmd, target, view.samples, drawn, self.mark_inside);
+        self.geometry.of(view.samples).draw(cmd, target, drawn, self.mark_inside);
     }
 
     fn draw_filter(&self, cmd: &mut Commands, visible: &VisibleSurface, view: &View, light: Option<ShadeInputs<'_>>) {

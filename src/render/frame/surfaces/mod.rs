@@ -7,15 +7,16 @@ use crate::gpu::{Commands, Result};
 use crate::render::frame::timing::Passes;
 use crate::render::passes::edges::MAX_GRID;
 use crate::render::passes::filter::FilterInto;
+use crate::render::passes::geometry::GeometryKind;
 use crate::render::passes::shade::ShadeInputs;
 use crate::render::passes::shadow::ShadowView;
-use crate::render::passes::targets::VisibleSurface;
+use crate::render::passes::targets::{GeometryTargets, VisibleSurface};
 use crate::render::scene::FrameState;
 use crate::render::settings::RenderSettings;
 use crate::render::surfaces::object_view::{DrawnObject, PosedObject};
 use crate::render::surfaces::sphere::Sphere;
 use crate::render::surfaces::tessellation::Lens;
-use crate::render::view::View;
+use crate::render::view::{Samples, View};
 
 /// A kind of surface on the device, as it is whatever the frame.
 pub(super) trait Surface {
@@ -43,8 +44,36 @@ pub(super) trait Surface {
 pub(super) struct SurfaceDrawing {
     /// Suns into whose shadow maps it is drawn.
     pub suns: u32,
+    /// What its geometry pass writes for the pixels.
+    pub geometry: GeometryKind,
+    /// Whether there are edge samples too.
+    pub edges: bool,
     /// What its filter pass makes.
     pub filter: FilterInto,
+}
+
+impl SurfaceDrawing {
+    /// What `make` makes for each kind of geometry in the frame.
+    pub(super) fn geometry<P>(&self, mut make: impl FnMut(GeometryKind) -> Result<P>) -> Result<ForViews<P>> {
+        let edges = self.edges.then(|| make(GeometryKind::Edges)).transpose()?;
+        Ok(ForViews { pixels: make(self.geometry)?, edges })
+    }
+}
+
+/// What draws the geometry of a frame's views.
+pub(super) struct ForViews<P> {
+    pixels: P,
+    edges: Option<P>,
+}
+
+impl<P> ForViews<P> {
+    /// What draws it as such samples see it.
+    pub(super) fn of(&self, samples: Samples) -> &P {
+        match samples {
+            Samples::Edges { .. } => self.edges.as_ref().unwrap_or(&self.pixels),
+            Samples::Pixels | Samples::Multisampled { .. } => &self.pixels,
+        }
+    }
 }
 
 /// A kind of surface in the pose of a frame.
@@ -87,7 +116,7 @@ pub(super) trait PreparedSurface {
     fn record_motion(&self, _passes: &mut Passes<'_>) {}
 
     /// Draws its geometry into the begun targets.
-    fn draw_geometry(&self, cmd: &mut Commands, target: &VisibleSurface, view: &View);
+    fn draw_geometry(&self, cmd: &mut Commands, target: &GeometryTargets, view: &View);
 
     /// Filters its maps under the pixels that see it into the begun targets. `light`: what the filter pass shades with, if it does.
     fn draw_filter(&self, cmd: &mut Commands, visible: &VisibleSurface, view: &View, light: Option<ShadeInputs<'_>>);

@@ -2,17 +2,18 @@
 
 use std::sync::Arc;
 
-use super::{Extent, PassNames, PreparedSurface, Surface, SurfaceDrawing};
+use super::{Extent, ForViews, PassNames, PreparedSurface, Surface, SurfaceDrawing};
 use crate::gpu::{Buffer, Commands, Gpu, Memory, Result};
 use crate::render::frame::cache::Cache;
 use crate::render::frame::timing::Passes;
 use crate::render::passes::filter::FilterInto;
+use crate::render::passes::geometry::GeometryKind;
 use crate::render::passes::ocean::fields::{Content, OceanFields};
 use crate::render::passes::ocean::filter::{OceanFilterPass, SeaInputs, WaterGpu};
 use crate::render::passes::ocean::march::OceanMarch;
-use crate::render::passes::ocean::surface::OceanSurfacePass;
+use crate::render::passes::ocean::surface::{OceanSurfacePass, RingBuffers};
 use crate::render::passes::shade::ShadeInputs;
-use crate::render::passes::targets::VisibleSurface;
+use crate::render::passes::targets::{GeometryTargets, VisibleSurface};
 use crate::render::scene::FrameState;
 use crate::render::settings::{Needs, RenderSettings};
 use crate::render::surfaces::object_view::Viewpoint;
@@ -27,7 +28,8 @@ pub struct Sea {
     gpu: Arc<Gpu>,
     water: Water,
     fields: OceanFields,
-    surface: OceanSurfacePass,
+    buffers: RingBuffers,
+    surface: Cache<GeometryKind, OceanSurfacePass>,
     filters: Cache<(Needs, FilterInto), OceanFilterPass>,
     /// What the reference marches through.
     march: Cache<(), OceanMarch>,
@@ -57,7 +59,8 @@ impl Sea {
         Ok(Self {
             gpu: gpu.clone(),
             fields: OceanFields::new(gpu, &ocean.cascades, Content::Moments)?,
-            surface: OceanSurfacePass::new(gpu, &rings, ocean.shore.is_some())?,
+            buffers: RingBuffers::new(gpu, &rings)?,
+            surface: Cache::default(),
             filters: Cache::default(),
             march: Cache::default(),
             water: Water {
@@ -76,9 +79,9 @@ impl Surface for Sea {
         &mut self,
         state: &FrameState,
         settings: &RenderSettings,
-        SurfaceDrawing { filter, .. }: SurfaceDrawing,
+        drawing: SurfaceDrawing,
     ) -> Result<Box<dyn PreparedSurface>> {
-        let (gpu, needs) = (&self.gpu, settings.shading.needs());
+        let (gpu, needs, filter) = (&self.gpu, settings.shading.needs(), drawing.filter);
         let Ocean { shore, cascades, .. } = &*self.water.ocean;
         // Marched rays know of no beach.
         let drawing = if needs.is_finest() && shore.is_none() {
@@ -86,7 +89,9 @@ impl Surface for Sea {
         } else {
             let filter =
                 self.filters.get((needs, filter), || OceanFilterPass::new(gpu, needs, filter, shore.is_some()))?;
-            Drawing::Rings { fields: self.fields.clone(), surface: self.surface.clone(), filter }
+            let surface = drawing
+                .geometry(|kind| self.surface.get(kind, || OceanSurfacePass::new(gpu, kind, shore.is_some())))?;
+            Drawing::Rings { fields: self.fields.clone(), buffers: self.buffers.clone(), surface, filter }
         };
         Ok(Box::new(PreparedSea {
             water: self.water.clone(),
@@ -112,7 +117,7 @@ struct PreparedSea {
 /// How the sea is drawn.
 enum Drawing {
     /// As rings of patches, and filtered by its slope moments.
-    Rings { fields: OceanFields, surface: OceanSurfacePass, filter: OceanFilterPass },
+    Rings { fields: OceanFields, buffers: RingBuffers, surface: ForViews<OceanSurfacePass>, filter: OceanFilterPass },
     /// By marching rays through waves that nothing filters: the reference.
     March(OceanMarch),
 }
@@ -142,7 +147,7 @@ impl PreparedSurface for PreparedSea {
         let sea_view = SeaView { clip_from_world, lens, level: ocean.level, deviation: ocean.height };
         self.laid = rings.lay(&sea_view, &self.tessellation);
         match &self.drawing {
-            Drawing::Rings { surface, .. } => surface.update(&self.laid, &from, ocean.level)?,
+            Drawing::Rings { buffers, .. } => buffers.update(&self.laid, &from, ocean.level)?,
             Drawing::March(march) => march.update(&from, ocean.level)?,
         }
         block.write(0, &[WaterGpu::new(ocean, eye.truncate())])?;
@@ -161,10 +166,11 @@ impl PreparedSurface for PreparedSea {
         passes.run("wave mips", |cmd| fields.record_mips(cmd));
     }
 
-    fn draw_geometry(&self, cmd: &mut Commands, target: &VisibleSurface, _: &View) {
+    fn draw_geometry(&self, cmd: &mut Commands, target: &GeometryTargets, view: &View) {
         match &self.drawing {
-            Drawing::Rings { fields, surface, .. } => {
-                surface.draw(cmd, target, &self.laid, fields, &self.water.shore);
+            Drawing::Rings { fields, buffers, surface, .. } => {
+                let pass = surface.of(view.samples);
+                pass.draw(cmd, target, buffers, &self.laid, fields, &self.water.shore);
             }
             Drawing::March(march) => march.draw_geometry(cmd),
         }

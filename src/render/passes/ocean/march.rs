@@ -11,7 +11,7 @@ use crate::gpu::{
     AddressMode, Buffer, Commands, Depth, Descriptor, Filter, Gpu, GraphicsDesc, GraphicsPipeline, Memory, Result,
     Sampler, SharedStruct, Topology, shared_struct,
 };
-use crate::render::passes::targets::{GBuffer, VisibleSurface};
+use crate::render::passes::targets::{GBuffer, GeometryTargets, VisibleSurface};
 use crate::render::surfaces::object_view::Viewpoint;
 use crate::render::surfaces::ocean::mesh::EARTH;
 use crate::render::surfaces::ocean::waves::Cascade;
@@ -69,7 +69,7 @@ impl OceanMarch {
         let march = GraphicsDesc {
             vertex: "passes/fullscreen.vert",
             fragment: Some("passes/ocean/march.frag"),
-            colors: &VisibleSurface::FORMATS,
+            colors: &GeometryTargets::FORMATS,
             depth: Some(Depth::default()),
             structs: &[ViewGpu::LAYOUT, CascadeGpu::LAYOUT],
             ..Default::default()

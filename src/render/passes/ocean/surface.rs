@@ -10,8 +10,8 @@ use crate::gpu::{
     Sampler, SharedStruct, SpecValue, Topology as Primitive, shared_struct,
 };
 use crate::render::constants::GUARD_BAND;
-use crate::render::passes::geometry::guard_band;
-use crate::render::passes::targets::VisibleSurface;
+use crate::render::passes::geometry::{GeometryKind, guard_band};
+use crate::render::passes::targets::GeometryTargets;
 use crate::render::surfaces::object_view::Viewpoint;
 use crate::render::surfaces::ocean::mesh::{EARTH, Laid, Rings};
 use crate::render::surfaces::ocean::shore::ShoreGpu;
@@ -27,14 +27,20 @@ shared_struct! {
 shared_struct! {
     struct ViewGpu for "View" {
         clip_from_world: [[f32; 4]; 4],
+        window: [f32; 4],
         centre: [f32; 4],
     }
 }
 
-/// The pipeline of the rings, and their buffers. Clones share them.
+/// The pipeline of the rings for one kind of geometry. Clones share it.
 #[derive(Clone)]
 pub struct OceanSurfacePass {
     pipeline: GraphicsPipeline,
+}
+
+/// The rings' buffers, and what the waves are read with. Clones share them.
+#[derive(Clone)]
+pub struct RingBuffers {
     vertices: Buffer,
     patches: Buffer,
     patch_edges: Buffer,
@@ -45,30 +51,68 @@ pub struct OceanSurfacePass {
 }
 
 impl OceanSurfacePass {
-    /// The pass for these rings, with or without a shore.
+    /// The pass, with or without a shore.
     ///
     /// # Errors
-    /// Memory that is short, or a failed pipeline.
-    pub fn new(gpu: &Arc<Gpu>, rings: &Rings, shore: bool) -> Result<Self> {
+    /// A failed pipeline.
+    pub fn new(gpu: &Arc<Gpu>, kind: GeometryKind, shore: bool) -> Result<Self> {
+        let desc = GraphicsDesc {
+            vertex: "passes/ocean/surface.vert",
+            tessellation: Some(["passes/ocean/surface.tesc", "passes/ocean/surface.tese"]),
+            fragment: Some("passes/ocean/surface.frag"),
+            colors: &GeometryTargets::FORMATS,
+            depth: Some(Depth::default()),
+            samples: kind.samples(),
+            topology: Primitive::Patches(4),
+            spec: &[("HAS_BEACH", SpecValue::Bool(shore)), kind.pixels()],
+            structs: &[ViewGpu::LAYOUT, VertexGpu::LAYOUT, CascadeGpu::LAYOUT, ShoreGpu::LAYOUT],
+            ..Default::default()
+        };
+        Ok(Self { pipeline: GraphicsPipeline::new(gpu, "ocean", &desc)? })
+    }
+
+    /// Draws rings as they were last written, moved by the waves, into the begun targets. `shore`: the block of
+    /// [`ShoreGpu`](crate::render::surfaces::ocean::shore::ShoreGpu).
+    pub fn draw(
+        &self,
+        cmd: &mut Commands,
+        target: &GeometryTargets,
+        rings: &RingBuffers,
+        laid: &Laid,
+        fields: &OceanFields,
+        shore: &Buffer,
+    ) {
+        guard_band(cmd, &target.depth);
+        cmd.bind(
+            &self.pipeline,
+            &[
+                ("view", Descriptor::Uniform(&rings.view)),
+                ("Vertices", Descriptor::Storage(&rings.vertices)),
+                ("Patches", Descriptor::Storage(&rings.patches)),
+                ("Edges", Descriptor::Storage(&rings.patch_edges)),
+                ("EdgeFactors", Descriptor::Storage(&rings.edge_factors)),
+                ("VisiblePatches", Descriptor::Storage(&rings.visible)),
+                ("Cascades", Descriptor::Storage(&fields.cascades)),
+                ("displacement", Descriptor::Sampled(fields.displacement.whole(), &rings.trilinear)),
+                ("Beach", Descriptor::Uniform(shore)),
+            ],
+        );
+        for (first, count) in laid.list.draws.all() {
+            cmd.draw(first * 4..(first + count) * 4, 0..1);
+        }
+    }
+}
+
+impl RingBuffers {
+    /// Buffers for these rings.
+    ///
+    /// # Errors
+    /// Memory that is short.
+    pub fn new(gpu: &Arc<Gpu>, rings: &Rings) -> Result<Self> {
         let Rings { mesh, topology } = rings;
         let buffer =
             |name: &str, count: usize, size: usize| Buffer::new(gpu, name, (count * size) as u64, Memory::Upload);
         Ok(Self {
-            pipeline: GraphicsPipeline::new(
-                gpu,
-                "ocean",
-                &GraphicsDesc {
-                    vertex: "passes/ocean/surface.vert",
-                    tessellation: Some(["passes/ocean/surface.tesc", "passes/ocean/surface.tese"]),
-                    fragment: Some("passes/ocean/surface.frag"),
-                    colors: &VisibleSurface::FORMATS,
-                    depth: Some(Depth::default()),
-                    topology: Primitive::Patches(4),
-                    spec: &[("HAS_BEACH", SpecValue::Bool(shore))],
-                    structs: &[ViewGpu::LAYOUT, VertexGpu::LAYOUT, CascadeGpu::LAYOUT, ShoreGpu::LAYOUT],
-                    ..Default::default()
-                },
-            )?,
             vertices: buffer("ocean vertices", mesh.positions.len(), size_of::<VertexGpu>())?,
             patches: Buffer::from_slice(gpu, "ocean patches", &mesh.patches)?,
             patch_edges: Buffer::from_slice(gpu, "ocean edges", &topology.patch_edges)?,
@@ -96,31 +140,9 @@ impl OceanSurfacePass {
         let shrink = Mat4::from_scale(Vec3::new(1.0 / GUARD_BAND, 1.0 / GUARD_BAND, 1.0));
         let view = ViewGpu {
             clip_from_world: (shrink * from.clip_from_world).to_cols_array_2d(),
+            window: [from.size.0 as f32, from.size.1 as f32, 0.0, 0.0],
             centre: [from.eye.x, from.eye.y, level, 0.5 / EARTH],
         };
         self.view.write(0, &[view])
-    }
-
-    /// Draws the rings as they were last written, moved by the waves, into the begun targets. `shore`: the block of
-    /// [`ShoreGpu`](crate::render::surfaces::ocean::shore::ShoreGpu).
-    pub fn draw(&self, cmd: &mut Commands, target: &VisibleSurface, laid: &Laid, fields: &OceanFields, shore: &Buffer) {
-        guard_band(cmd, &target.depth);
-        cmd.bind(
-            &self.pipeline,
-            &[
-                ("view", Descriptor::Uniform(&self.view)),
-                ("Vertices", Descriptor::Storage(&self.vertices)),
-                ("Patches", Descriptor::Storage(&self.patches)),
-                ("Edges", Descriptor::Storage(&self.patch_edges)),
-                ("EdgeFactors", Descriptor::Storage(&self.edge_factors)),
-                ("VisiblePatches", Descriptor::Storage(&self.visible)),
-                ("Cascades", Descriptor::Storage(&fields.cascades)),
-                ("displacement", Descriptor::Sampled(fields.displacement.whole(), &self.trilinear)),
-                ("Beach", Descriptor::Uniform(shore)),
-            ],
-        );
-        for (first, count) in laid.list.draws.all() {
-            cmd.draw(first * 4..(first + count) * 4, 0..1);
-        }
     }
 }

@@ -7,6 +7,7 @@ use super::gbuffer::GBuffer;
 use super::radiance::RADIANCE_FORMAT;
 use super::visible_surface::VisibleSurface;
 use crate::gpu::{ColorTarget, Commands, DepthTarget, Gpu, Image, ImageDesc, Load, Result, Use};
+use crate::render::constants::OTHERS_BLOCK;
 
 /// The surfaces that the samples of an image see, and their radiance. Clones share the images.
 #[derive(Clone)]
@@ -20,15 +21,29 @@ pub struct SampleTargets {
 }
 
 impl SampleTargets {
-    /// Targets for an image of `size` samples.
+    /// Targets for an image of `size` samples; the G-buffer is a single texel unless `with_gbuffer`.
     ///
     /// # Errors
     /// Memory that is short.
-    pub fn new(gpu: &Arc<Gpu>, size: (u32, u32)) -> Result<Self> {
+    pub fn new(gpu: &Arc<Gpu>, size: (u32, u32), with_gbuffer: bool) -> Result<Self> {
+        Self::with(gpu, size, VisibleSurface::new(gpu, size)?, with_gbuffer)
+    }
+
+    /// Targets for the pixels of a picture of `size`, whose geometry is multisampled, and the slots of their other surfaces.
+    ///
+    /// # Errors
+    /// Memory that is short.
+    pub fn with_slots(gpu: &Arc<Gpu>, size: (u32, u32)) -> Result<Self> {
+        let whole = |pixels: u32| pixels.next_multiple_of(OTHERS_BLOCK as u32);
+        let size = (whole(size.0), 2 * whole(size.1));
+        Self::with(gpu, size, VisibleSurface::stored(gpu, size)?, false)
+    }
+
+    fn with(gpu: &Arc<Gpu>, size: (u32, u32), visible: VisibleSurface, with_gbuffer: bool) -> Result<Self> {
         let radiance = ImageDesc::new(RADIANCE_FORMAT, size.0, size.1).color_target();
         Ok(Self {
-            visible: VisibleSurface::new(gpu, size)?,
-            gbuffer: GBuffer::new(gpu, size)?,
+            visible,
+            gbuffer: GBuffer::new(gpu, if with_gbuffer { size } else { (1, 1) })?,
             radiance: Image::new(gpu, "sample", radiance)?,
         })
     }

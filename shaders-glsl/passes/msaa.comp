@@ -1,0 +1,176 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_control_flow_attributes : require
+// Finds the surfaces that the samples of each pixel see, so that each of them is shaded once, and which samples it covers. The one
+// with the most samples is the pixel's own; the others go into slots below the pixels.
+#include "msaa.glsl"
+#include "reached.glsl"
+#include "visible.glsl"
+#include "leadr/frame.glsl"
+layout(local_size_x = OTHERS_BLOCK, local_size_y = OTHERS_BLOCK) in;
+
+layout(constant_id = 0) const int SAMPLES = 4; // of each pixel, at most MOST_MULTISAMPLES
+
+uniform usampler2DMS seen_surface; // see geometry.frag
+uniform usampler2DMS seen_footprint;
+uniform sampler2DMS seen_depth;
+layout(rgba32ui) uniform writeonly uimage2D surface;
+layout(rg32ui) uniform writeonly uimage2D footprint;
+layout(r32f) uniform writeonly image2D depth;
+layout(r32ui) uniform writeonly uimage2D others;
+layout(std430) buffer FilledSlots { uint filled_slots[]; }; // of each block
+layout(push_constant, std430) uniform MsaaRays { // as in surface_at
+    vec4 x;
+    vec4 y;
+    vec4 middle; // w: near plane
+} rays;
+
+const float SAME_NORMAL = 0.9; // cosine of the largest angle between displacement directions that still count as one surface
+// A triangle seen edge-on is followed to the middle of the pixel over so many widths of a pixel at most.
+const float FARTHEST = 16.0;
+
+mat2 sea_footprint(uvec2 packed) {
+    return mat2(unpackHalf2x16(packed.x), unpackHalf2x16(packed.y));
+}
+
+// Stores a surface as sample `i` of the pixel sees it. alone: the pixel shows nothing else, so that it is looked at in the middle;
+// elsewhere the middle may lie beyond the outline. width: of a pixel, at distance 1.
+void store(ivec2 place, ivec2 pixel, int i, bool alone, float width) {
+    uvec4 seen = texelFetch(seen_surface, pixel, i);
+    uvec2 reached = texelFetch(seen_footprint, pixel, i).xy;
+    float z = texelFetch(seen_depth, pixel, i).x, middle = uintBitsToFloat(seen.w);
+    bool sea = object_of(seen.x) == SEA_INDEX;
+    vec2 location = location_of(sea ? seen.x : reached.x), on_patch = uintBitsToFloat(seen.yz);
+    if (alone) {
+        on_patch -= sea ? sea_footprint(reached) * location : away_of(reached);
+        on_patch = (seen.x & BESIDE) != 0u ? clamp(on_patch, 0.0, 1.0) : on_patch;
+    }
+    if (alone || location == vec2(0.0)) {
+        location = vec2(0.0);
+        z = clamp(middle, z / (1.0 + FARTHEST * width), z * (1.0 + FARTHEST * width));
+    }
+    uint word = seen.x == 0u ? 0u : seen.x & ~BESIDE;
+    imageStore(surface, place, uvec4(word, floatBitsToUint(on_patch), pack_position(vec2(pixel) + 0.5 + location)));
+    imageStore(footprint, place, uvec4(reached, 0u, 0u));
+    imageStore(depth, place, vec4(z));
+}
+
+// What a sample sees, as far as it tells surfaces apart.
+struct Seen {
+    uint word;
+    vec3 normal;   // displacement direction
+    float away;    // distance along the view axis in the middle of the pixel, over that of the near plane
+    float facing;  // cosine of the angle to the ray times the ray's length
+};
+
+Seen seen_by(uvec4 surface, uvec2 reached, vec3 ray) {
+    Seen seen;
+    seen.word = surface.x;
+    seen.normal = object_of(surface.x) == SEA_INDEX ? vec3(0.0, 0.0, 1.0) : direction_of(reached);
+    seen.away = 1.0 / max(uintBitsToFloat(surface.w), 1e-9);
+    seen.facing = dot(seen.normal, ray);
+    return seen;
+}
+
+// Two points of one smooth surface on one ray are one; a difference along the normal of less than a pixel does not count.
+bool same_surface(Seen a, Seen b, float width) {
+    bool one_object = ((a.word ^ b.word) & (OBJECT_BITS | INSIDE)) == 0u;
+    float apart = abs((a.facing + b.facing) * (a.away - b.away));
+    bool near_enough = dot(a.normal, b.normal) > SAME_NORMAL && apart < 2.0 * width * min(a.away, b.away);
+    return one_object && (near_enough || a.word == 0u);
+}
+
+// Of the samples whose bits are set, one whose triangle others of them see too, if there is any.
+int sample_of_largest(uint triangles[SAMPLES], uint samples) {
+    int found = findLSB(samples);
+    [[unroll]] for (int i = SAMPLES - 2; i >= 0; --i) {
+        bool shared_by_others = false;
+        [[unroll]] for (int k = i + 1; k < SAMPLES; ++k) {
+            shared_by_others = shared_by_others || ((samples >> k & 1u) != 0u && triangles[i] == triangles[k]);
+        }
+        found = (samples >> i & 1u) != 0u && shared_by_others ? i : found;
+    }
+    return found;
+}
+
+// Lists the surfaces of a pixel that shows more than one, and returns the word of those beside its own.
+uint list_surfaces(ivec2 pixel, vec3 ray, float width) {
+    Seen seen[SAMPLES];
+    uint triangles[SAMPLES];
+    int first[SAMPLES]; // the first sample on the same surface
+    [[unroll]] for (int i = 0; i < SAMPLES; ++i) {
+        uvec4 surface = texelFetch(seen_surface, pixel, i);
+        uvec2 reached = texelFetch(seen_footprint, pixel, i).xy;
+        seen[i] = seen_by(surface, reached, ray);
+        triangles[i] = reached.x;
+        first[i] = i;
+        [[unroll]] for (int k = i - 1; k >= 0; --k) {
+            first[i] = same_surface(seen[i], seen[k], width) ? first[k] : first[i];
+        }
+    }
+    // The surface with the most samples is the pixel's own.
+    uint own = 0u, own_samples = 0u, others = 0u, firsts = 0u;
+    [[unroll]] for (int i = 0; i < SAMPLES; ++i) {
+        uint samples = 0u;
+        [[unroll]] for (int k = i; k < SAMPLES; ++k) {
+            samples |= first[k] == i ? 1u << k : 0u;
+        }
+        others |= samples != 0u ? 1u << i : 0u;
+        own = bitCount(samples) > bitCount(own_samples) ? uint(i) : own;
+        own_samples = bitCount(samples) > bitCount(own_samples) ? samples : own_samples;
+        firsts |= uint(first[i]) << (4 * i);
+    }
+    store(pixel, pixel, sample_of_largest(triangles, own_samples), false, width);
+    others &= ~(1u << own);
+
+    int count = min(bitCount(others), MOST_OTHERS), height = imageSize(surface).y;
+    ivec2 block = pixel / OTHERS_BLOCK;
+    int slot = int(atomicAdd(filled_slots[block.y * int(gl_NumWorkGroups.x) + block.x], uint(count)));
+    // What finds no slot leaves its samples to the pixel's own surface.
+    count = min(count, OTHERS_SLOTS - slot);
+    uint listed = first_slot_word(slot);
+    for (int n = 0; n < count; ++n) {
+        int one = findLSB(others);
+        others &= others - 1u;
+        uint covered = 0u;
+        [[unroll]] for (int i = 0; i < SAMPLES; ++i) {
+            covered += (firsts >> (4 * i) & 0xfu) == uint(one) ? 1u : 0u;
+        }
+        store(slot_place(pixel, slot + n, height), pixel, one, false, width);
+        listed |= samples_word(n, covered);
+    }
+    return listed;
+}
+
+void main() {
+    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy), size = textureSize(seen_surface);
+    if (any(greaterThanEqual(pixel, size))) {
+        imageStore(surface, pixel, uvec4(NOBODY, 0u, 0u, 0u));
+        return;
+    }
+    vec2 ndc = (vec2(pixel) + 0.5) / vec2(size) * 2.0 - 1.0;
+    vec3 ray = rays.middle.xyz + ndc.x * rays.x.xyz + ndc.y * rays.y.xyz;
+    float width = 2.0 * length(rays.y.xyz) / float(size.y); // of a pixel, at distance 1
+
+    uvec4 seen = texelFetch(seen_surface, pixel, 0);
+    uvec2 reached = texelFetch(seen_footprint, pixel, 0).xy;
+    uint triangles[SAMPLES]; // as good as numbers
+    Seen surface_seen = seen_by(seen, reached, ray);
+    triangles[0] = reached.x;
+    bool one = true;
+    [[unroll]] for (int i = 1; i < SAMPLES; ++i) {
+        uvec4 other = texelFetch(seen_surface, pixel, i);
+        uvec2 other_reached = texelFetch(seen_footprint, pixel, i).xy;
+        triangles[i] = other_reached.x;
+        Seen there = Seen(other.x, surface_seen.normal, 1.0 / max(uintBitsToFloat(other.w), 1e-9), surface_seen.facing);
+        bool alike = same_direction(reached, other_reached) || object_of(seen.x) == SEA_INDEX;
+        one = one && alike && same_surface(surface_seen, there, width);
+    }
+    store(pixel, pixel, sample_of_largest(triangles, (1u << SAMPLES) - 1u), true, width);
+    uint listed = 0u;
+    // A loop, since drivers without divergent branches (lavapipe) run what an `if` excludes.
+    for (int i = 0; i < (one ? 0 : 1); ++i) {
+        listed = list_surfaces(pixel, ray, width);
+    }
+    imageStore(others, pixel, uvec4(listed, 0u, 0u, 0u));
+}

@@ -1,0 +1,39 @@
+// Where surfaces beside those of the pixels lie (msaa.comp): below the pixels, each block of OTHERS_BLOCK x OTHERS_BLOCK pixels has a
+// block of as many slots, which fill up in squares of 2 x 2, since devices shade those together.
+#ifndef LEADR_MSAA
+#define LEADR_MSAA
+#include "constants.glsl"
+
+const int OTHERS_SLOTS = OTHERS_BLOCK * OTHERS_BLOCK;
+
+// Where a slot of the block of a pixel lies in an image of such a height.
+ivec2 slot_place(ivec2 pixel, int slot, int height) {
+    int square = slot >> 2;
+    ivec2 within = ivec2((square & 3) * 2 + (slot & 1), (square >> 2) * 2 + (slot >> 1 & 1));
+    return (pixel & ~(OTHERS_BLOCK - 1)) + within + ivec2(0, height / 2);
+}
+
+// The number of the slot at a place below the pixels, in its block.
+int slot_at(ivec2 place) {
+    ivec2 within = place & (OTHERS_BLOCK - 1);
+    return (within.y >> 1) * 16 + (within.x >> 1) * 4 + (within.y & 1) * 2 + (within.x & 1);
+}
+
+// The others of a pixel as one word: the first slot, and how many samples each of them covers.
+uint first_slot_word(int slot) {
+    return uint(min(slot, 255));
+}
+
+uint samples_word(int i, uint samples) {
+    return samples << (8 + 4 * i);
+}
+
+int first_slot(uint others) {
+    return int(others & 0xffu);
+}
+
+int samples_of(uint others, int i) {
+    return int(others >> (8 + 4 * i) & 0xfu);
+}
+
+#endif

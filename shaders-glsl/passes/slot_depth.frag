@@ -1,0 +1,18 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+// Which object each slot below the pixels shows, as a depth (msaa.comp).
+#include "msaa.glsl"
+#include "object_depth.glsl"
+#include "visible.glsl"
+
+uniform usampler2D visible_surface;
+layout(std430) readonly buffer FilledSlots { uint filled_slots[]; }; // of each block
+
+layout(depth_any) out float gl_FragDepth;
+
+void main() {
+    ivec2 place = ivec2(gl_FragCoord.xy), size = textureSize(visible_surface, 0);
+    ivec2 block = (place - ivec2(0, size.y / 2)) / OTHERS_BLOCK;
+    bool filled = slot_at(place) < int(filled_slots[block.y * (size.x / OTHERS_BLOCK) + block.x]);
+    gl_FragDepth = filled ? object_depth(object_of(texelFetch(visible_surface, place, 0).x)) : NOBODY_DEPTH;
+}
