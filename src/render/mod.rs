@@ -5,6 +5,7 @@ pub mod constants;
 pub mod frame;
 pub mod light;
 pub mod passes;
+pub mod pixel_area;
 pub mod sampling;
 pub mod scene;
 pub mod settings;

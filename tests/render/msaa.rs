@@ -128,6 +128,11 @@ fn it_gives_way_to_edge_samples_and_the_reference_and_wrong_numbers_are_refused(
         let [plain, asked] = [1, 4].map(|msaa| shoot(technique, edges, msaa).unwrap());
         assert!(plain.color == asked.color, "{technique:?}");
     }
+    for msaa in [2, 4, 8] {
+        if let Err(fault) = shoot(Technique::Leadr, 1, msaa) {
+            assert!(fault.to_string().contains(&format!("samples in a pixel, not {msaa}")), "{fault}");
+        }
+    }
     for msaa in [0, 3, 16] {
         let fault = shoot(Technique::Leadr, 1, msaa).unwrap_err().to_string();
         assert!(fault.contains("1, 2, 4 or 8"), "{fault}");

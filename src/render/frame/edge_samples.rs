@@ -3,8 +3,9 @@
 use super::surfaces::Extent;
 use super::targets::EdgeTargets;
 use crate::render::camera::Camera;
-use crate::render::passes::edges::{EdgeRays, JoinPass, PixelArea};
+use crate::render::passes::edges::{EdgeRays, JoinPass};
 use crate::render::passes::shade::ShadePass;
+use crate::render::pixel_area::PixelArea;
 use crate::render::sampling::edge_jitter;
 use crate::render::view::{Samples, View};
 

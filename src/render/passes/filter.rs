@@ -4,7 +4,6 @@
 use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 
-use super::edges::PixelArea;
 use super::object_depth::OBJECT_TEST;
 use super::shade::{LightSamplers, LightingGpu, ShadeInputs, ShadeKind};
 use super::targets::{GBuffer, RADIANCE_FORMAT, VisibleSurface};
@@ -17,6 +16,7 @@ use crate::gpu::{
     SharedStruct, SpecValue, StructLayout, Topology, shared_struct,
 };
 use crate::render::constants::FLAGS_GRID_SHIFT;
+use crate::render::pixel_area::PixelArea;
 use crate::render::settings::Needs;
 use crate::render::surfaces::atlas::{AtlasHeadGpu, PatchLinkGpu};
 use crate::render::surfaces::flat::Chart;

@@ -19,6 +19,6 @@ mod mark;
 mod rays;
 
 pub use join::{JoinKind, JoinLight, JoinPass};
-pub use layout::{MAX_GRID, PixelArea, edge_grid, edge_tessellation};
+pub use layout::{MAX_GRID, edge_grid, edge_tessellation};
 pub use mark::EdgePass;
 pub use rays::EdgeRays;

@@ -1,7 +1,7 @@
 //! Where the edge samples of an image lie, in the form that the passes read.
 
-use super::layout::PixelArea;
 use crate::gpu::shared_struct;
+use crate::render::pixel_area::PixelArea;
 use crate::render::view::View;
 
 shared_struct! {

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use ash::vk;
 
 use super::visible_surface::GeometryTargets;
-use crate::gpu::{Buffer, Gpu, Image, ImageDesc, Memory, Result};
+use crate::gpu::{Buffer, Gpu, GpuError, Image, ImageDesc, Memory, Result};
 use crate::render::constants::OTHERS_BLOCK;
 
 /// What multisampled geometry is drawn into, and what becomes of it: for each pixel the slots of the surfaces that it shows beside
@@ -28,6 +28,13 @@ impl MultisampleTargets {
     /// # Errors
     /// Memory that is short, or a number of samples that the device does not have.
     pub fn new(gpu: &Arc<Gpu>, size: (u32, u32), count: u32) -> Result<Self> {
+        let possible = GeometryTargets::possible_samples(gpu);
+        if possible & count == 0 {
+            let known: Vec<String> =
+                (0..u32::BITS).map(|bit| 1 << bit).filter(|n| possible & n != 0).map(|n: u32| n.to_string()).collect();
+            let fault = format!("{} has {} samples in a pixel, not {count}", gpu.device_name(), known.join(" or "));
+            return Err(GpuError::usage("multisampled geometry", fault));
+        }
         let along = |pixels: u32| u64::from(pixels.div_ceil(OTHERS_BLOCK as u32));
         let blocks = along(size.0) * along(size.1);
         let others = ImageDesc::new(vk::Format::R32_UINT, size.0, size.1).storage();

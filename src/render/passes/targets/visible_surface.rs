@@ -11,6 +11,8 @@ use crate::gpu::{Commands, Gpu, Image, ImageDesc, Result, Use};
 /// Format of the image of objects.
 pub const OBJECT_FORMAT: vk::Format = vk::Format::D16_UNORM;
 
+const DEPTH_FORMAT: vk::Format = vk::Format::D32_SFLOAT;
+
 /// What the geometry stages draw into. Clones share the images.
 #[derive(Clone)]
 pub struct GeometryTargets {
@@ -35,12 +37,20 @@ impl GeometryTargets {
         let [surface, footprint] = Self::FORMATS.map(|format| image(format).color_target());
         // The edge pass writes its marks here.
         let surface = if samples == 1 { surface.storage() } else { surface };
-        let depth = image(vk::Format::D32_SFLOAT).depth_target();
+        let depth = image(DEPTH_FORMAT).depth_target();
         Ok(Self {
             surface: Image::new(gpu, "visible surface", surface)?,
             footprint: Image::new(gpu, "visible footprint", footprint)?,
             depth: Image::new(gpu, "depth", depth)?,
         })
+    }
+
+    /// The numbers of samples, all powers of two, that the device has for targets, added up.
+    #[must_use]
+    pub fn possible_samples(gpu: &Gpu) -> u32 {
+        let colors = Self::FORMATS.map(|format| ImageDesc::new(format, 1, 1).color_target());
+        let all = colors.into_iter().chain([ImageDesc::new(DEPTH_FORMAT, 1, 1).depth_target()]);
+        all.map(|desc| gpu.image_samples(desc.format, desc.usage)).fold(u32::MAX, |all, some| all & some)
     }
 
     /// Runs `draw`, which draws one kind of surface into the targets, and leaves them readable.
