@@ -63,11 +63,7 @@ pub fn run(arguments: &DemoArgs, output: &Output) -> Result<(), AppError> {
 }
 
 fn demo(arguments: &DemoArgs, output: &Output) -> Result<DemoReport, AppError> {
-    let mut config = arguments.scene.resolve()?;
-    if arguments.scene.msaa.is_none() && !arguments.scene.has_smooth_outlines() {
-        // Pictures in motion have a single sample.
-        config.msaa = DEFAULT_MSAA;
-    }
+    let config = arguments.scene.resolve()?;
     // Files first: their errors are found at once, without display or device.
     let inputs = Inputs::load(&config)?;
     // The device must be able to draw on the display, so the display is opened first.
@@ -82,6 +78,7 @@ fn demo(arguments: &DemoArgs, output: &Output) -> Result<DemoReport, AppError> {
         time: f64::from(arguments.time),
         exposure: config.exposure.exp2(),
         frames: arguments.frames,
+        moving_msaa: arguments.scene.msaa.unwrap_or(DEFAULT_MSAA),
         ..Default::default()
     };
     let orbit = Orbit::new(&CameraPose::of(&camera));

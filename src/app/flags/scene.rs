@@ -135,7 +135,8 @@ impl SceneArgs {
         let waves = a.waves.resolve(a.scene)?;
         let shading = a.shading.resolve(a.edge_samples, a.relief_shadows)?;
         a.check().map_err(AppError::Usage)?;
-        let once = a.samples == 1 && !a.has_smooth_outlines();
+        // Something else makes outlines smooth otherwise.
+        let once = a.samples == 1 && a.edge_samples == 1 && !a.shading.technique.is_reference();
         let lights = LightExtraction::default();
         let view = match &a.camera {
             CameraChoice::Near => View::Near,
@@ -169,11 +170,6 @@ impl SceneArgs {
             atlas_tile: a.atlas_tile,
             roughness: a.roughness,
         })
-    }
-
-    /// Whether something other than multisampling makes outlines smooth.
-    pub fn has_smooth_outlines(&self) -> bool {
-        self.edge_samples > 1 || self.shading.technique.is_reference()
     }
 
     /// Refuses combinations that make no sense.

@@ -38,6 +38,7 @@ use crate::maps::tonemap::Tonemap;
 use crate::render::frame::Renderer;
 use crate::render::scene::FrameState;
 use crate::render::settings::{RenderSettings, Technique};
+use crate::scenes::config::DEFAULT_MSAA;
 use crate::scenes::daylight;
 use crate::scenes::light::EnvironmentChoice;
 pub use display::Display;
@@ -81,12 +82,14 @@ pub struct WindowOptions {
     pub screenshots: PathBuf,
     /// Closes after this many frames; `None` leaves that to the user.
     pub frames: Option<u64>,
+    /// Samples of the geometry in each pixel while something moves, when a picture has a single sample.
+    pub moving_msaa: u32,
 }
 
 impl Default for WindowOptions {
     fn default() -> Self {
         let (title, screenshots) = ("leadr".to_owned(), PathBuf::from("out/screenshot"));
-        Self { title, time: 0.0, exposure: 1.0, screenshots, frames: None }
+        Self { title, time: 0.0, exposure: 1.0, screenshots, frames: None, moving_msaa: DEFAULT_MSAA }
     }
 }
 
@@ -176,7 +179,7 @@ impl<S: FnMut(f64) -> FrameState> App<S> {
             .create_window(attributes)
             .map_err(|e| AppError::Failed(format!("the window cannot be opened: {e}")))?;
         let window = Arc::new(window);
-        let painter = Painter::new(renderer, window.clone(), Tonemap::default())?;
+        let painter = Painter::new(renderer, window.clone(), Tonemap::default(), self.options.moving_msaa)?;
         window.request_redraw();
         let counted = (0, Instant::now());
         self.open = Some(Open { painter, window, occluded: false, hidden: false, last_frame: None, counted });

@@ -26,6 +26,7 @@ pub struct Painter {
     /// The picture being drawn, and its progress: the samples of a still picture are spread over frames.
     shown: Option<Shown>,
     renderer: Renderer,
+    moving_msaa: u32,
 }
 
 struct Shown {
@@ -34,11 +35,11 @@ struct Shown {
 }
 
 impl Painter {
-    /// A painter for a window of the renderer's display.
+    /// A painter for a window of the renderer's display. `moving_msaa`: samples of the geometry in each pixel of a moving picture.
     ///
     /// # Errors
     /// A device that cannot draw on the window, or a failed Vulkan call.
-    pub fn new(renderer: Renderer, window: Arc<Window>, tonemap: Tonemap) -> Result<Self, AppError> {
+    pub fn new(renderer: Renderer, window: Arc<Window>, tonemap: Tonemap, moving_msaa: u32) -> Result<Self, AppError> {
         let gpu = renderer.gpu().clone();
         let swapchain = Swapchain::new(&gpu, window)?;
         Ok(Self {
@@ -49,6 +50,7 @@ impl Painter {
             shown: None,
             swapchain,
             renderer,
+            moving_msaa,
         })
     }
 
@@ -98,7 +100,7 @@ impl Painter {
     /// Draws a frame in a window of `size` pixels: a new `state` of the scene, or without one a further sample of the last state,
     /// until there are `settings.samples`. False if there was nothing to draw on; then the caller must pass `state` again.
     ///
-    /// A moving picture has one sample in the middle of each pixel. A still one has the samples of [`Renderer::render`] and becomes
+    /// A moving picture has one sample in the middle of each pixel, and multisampled geometry. A still one has the samples of [`Renderer::render`] and becomes
     /// the same picture.
     ///
     /// # Errors
@@ -114,7 +116,7 @@ impl Painter {
         let Some(frame) = self.swapchain.acquire(size)? else { return Ok(false) };
         let [width, height] = frame.image.mip_extent(0);
         let still = RenderSettings { size: (width, height), samples: settings.samples.max(1), ..*settings };
-        let moving = RenderSettings { samples: 1, ..still };
+        let moving = RenderSettings { samples: 1, msaa: self.moving_msaa, ..still };
         let (paused, settings) = match (state, self.shown.take()) {
             (Some(state), _) => (self.renderer.prepare(&state, &moving)?.pause(), moving),
             (None, Some(shown)) if shown.settings != still => {
