@@ -25,6 +25,7 @@ layout(push_constant, std430) uniform MsaaRays { // as in surface_at
     vec4 middle; // w: near plane
 } rays;
 
+const uint ALL_SAMPLES = (1u << SAMPLES) - 1u;
 const float SAME_NORMAL = 0.9; // cosine of the largest angle between displacement directions that still count as one surface
 // A triangle seen edge-on is followed to the middle of the pixel over so many widths of a pixel at most.
 const float FARTHEST = 16.0;
@@ -40,7 +41,7 @@ void store(ivec2 place, ivec2 pixel, int i, bool alone, float width) {
     uvec2 reached = texelFetch(seen_footprint, pixel, i).xy;
     float z = texelFetch(seen_depth, pixel, i).x, middle = uintBitsToFloat(seen.w);
     bool sea = object_of(seen.x) == SEA_INDEX;
-    vec2 location = location_of(sea ? seen.x : reached.x), on_patch = uintBitsToFloat(seen.yz);
+    vec2 location = seen.x == 0u ? vec2(0.0) : location_of(sea ? seen.x : reached.x), on_patch = uintBitsToFloat(seen.yz);
     if (alone) {
         on_patch -= sea ? sea_footprint(reached) * location : away_of(reached);
         on_patch = (seen.x & BESIDE) != 0u ? clamp(on_patch, 0.0, 1.0) : on_patch;
@@ -93,7 +94,7 @@ int sample_of_largest(uint triangles[SAMPLES], uint samples) {
     return found;
 }
 
-// Lists the surfaces of a pixel that shows more than one, and returns the word of those beside its own.
+// Lists the surfaces of a pixel that may show more than one, and returns the word of those beside its own.
 uint list_surfaces(ivec2 pixel, vec3 ray, float width) {
     Seen seen[SAMPLES];
     uint triangles[SAMPLES];
@@ -120,7 +121,7 @@ uint list_surfaces(ivec2 pixel, vec3 ray, float width) {
         own_samples = bitCount(samples) > bitCount(own_samples) ? samples : own_samples;
         firsts |= uint(first[i]) << (4 * i);
     }
-    store(pixel, pixel, sample_of_largest(triangles, own_samples), false, width);
+    store(pixel, pixel, sample_of_largest(triangles, own_samples), own_samples == ALL_SAMPLES, width);
     others &= ~(1u << own);
 
     int count = min(bitCount(others), MOST_OTHERS), height = imageSize(surface).y;
@@ -166,9 +167,9 @@ void main() {
         bool alike = same_direction(reached, other_reached) || object_of(seen.x) == SEA_INDEX;
         one = one && alike && same_surface(surface_seen, there, width);
     }
-    store(pixel, pixel, sample_of_largest(triangles, (1u << SAMPLES) - 1u), true, width);
+    store(pixel, pixel, sample_of_largest(triangles, ALL_SAMPLES), true, width);
     uint listed = 0u;
-    // A loop, since drivers without divergent branches (lavapipe) run what an `if` excludes.
+    // What `one` says no to is looked at more closely. A loop, since drivers without divergent branches (lavapipe) run what an `if` excludes.
     for (int i = 0; i < (one ? 0 : 1); ++i) {
         listed = list_surfaces(pixel, ray, width);
     }
