@@ -2,8 +2,15 @@
 // not reach the middle. See geometry.frag and msaa.comp.
 #ifndef LEADR_REACHED
 #define LEADR_REACHED
+#include "constants.glsl"
 #include "geometry/place.glsl"
 #include "leadr/frame.glsl"
+
+// Where in an image of such a size (pixels) a point in clip space lies, in pixels times its w, and w. The viewport is GUARD_BAND times
+// the image.
+vec3 window_place(vec4 clip, vec2 size) {
+    return vec3(0.5 * (GUARD_BAND * clip.xy + clip.w) * size, clip.w);
+}
 
 #ifdef LEADR_FRAGMENT
 // What an input that a driver interpolates elsewhere than in the middle of a pixel has to be divided by. It is 1 but for drivers

@@ -2,6 +2,7 @@
 #extension GL_GOOGLE_include_directive : require
 #include "interface.glsl"
 #include "corner.glsl"
+#include "../reached.glsl"
 #include "tile.glsl"
 
 layout(quads, fractional_odd_spacing, ccw) in;
@@ -114,5 +115,5 @@ void main() {
     out_patch = in_patch;
     gl_Position = view.clip_from_world * vec4(displaced_position, 1.0);
     out_place_reached = out_place;
-    out_window = window_place(gl_Position);
+    out_window = window_place(gl_Position, view.texel_grid.yz);
 }

@@ -3,6 +3,7 @@
 // Patches that are not divided: two triangles each, without the cost of the tessellation stages.
 #include "interface.glsl"
 #include "corner.glsl"
+#include "../reached.glsl"
 
 layout(location = 0) out vec2 out_place; // as in geometry.tese
 layout(location = 1) out vec3 out_normal;
@@ -28,5 +29,5 @@ void main() {
     out_patch = patch_index;
     gl_Position = view.clip_from_world * vec4(displaced_position, 1.0);
     out_place_reached = out_place;
-    out_window = window_place(gl_Position);
+    out_window = window_place(gl_Position, view.texel_grid.yz);
 }

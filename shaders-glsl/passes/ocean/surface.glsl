@@ -1,7 +1,6 @@
 // Shared by the stages that draw the sea (src/render/passes/ocean/surface.rs).
 #ifndef LEADR_OCEAN_SURFACE
 #define LEADR_OCEAN_SURFACE
-#include "../constants.glsl"
 #include "cascade.glsl"
 #include "shore.glsl"
 

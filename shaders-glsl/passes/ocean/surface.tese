@@ -3,6 +3,7 @@
 // Moves the sea by the waves of every cascade, filtered to the spacing of the vertices. Places on an edge are computed from its
 // lower vertex, so that both patches of an edge get the same bits.
 #include "surface.glsl"
+#include "../reached.glsl"
 
 layout(quads, fractional_odd_spacing, cw) in;
 
@@ -11,7 +12,7 @@ layout(location = 1) patch in uint in_patch;
 
 layout(location = 0) out vec2 out_rest; // relative to the centre
 layout(location = 1) out vec2 out_rest_reached; // the same
-layout(location = 2) out vec3 out_window; // where in the image, in pixels times w, and w
+layout(location = 2) out vec3 out_window; // window_place
 
 vec3 between(vec3 a, vec3 b, float t) {
     precise vec3 p = a * (1.0 - t) + b * t;
@@ -33,5 +34,5 @@ void main() {
     out_rest = rest.xy - view.centre.xy;
     gl_Position = view.clip_from_world * vec4(carried(rest), 1.0);
     out_rest_reached = out_rest;
-    out_window = vec3(0.5 * (GUARD_BAND * gl_Position.xy + gl_Position.w) * view.window.xy, gl_Position.w);
+    out_window = window_place(gl_Position, view.window.xy);
 }

@@ -100,8 +100,8 @@ impl Painter {
     /// Draws a frame in a window of `size` pixels: a new `state` of the scene, or without one a further sample of the last state,
     /// until there are `settings.samples`. False if there was nothing to draw on; then the caller must pass `state` again.
     ///
-    /// A moving picture has one sample in the middle of each pixel, and multisampled geometry. A still one has the samples of [`Renderer::render`] and becomes
-    /// the same picture.
+    /// A moving picture has one sample in the middle of each pixel, and multisampled geometry. A still one has the samples of
+    /// [`Renderer::render`] and becomes the same picture.
     ///
     /// # Errors
     /// A lost device, or memory that is short.
