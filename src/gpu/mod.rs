@@ -96,4 +96,4 @@ pub use submit::CommandRecorder;
 pub use timestamps::Timestamps;
 pub use usage::Use;
 #[cfg(feature = "window")]
-pub use window::{Swapchain, SwapchainFrame, window_extensions};
+pub use window::{FRAMES_IN_FLIGHT, Swapchain, SwapchainFrame, window_extensions};

@@ -150,12 +150,18 @@ impl CommandRecorder {
         Ok(())
     }
 
+    /// Whether a submission has not been waited for.
+    #[must_use]
+    pub fn is_pending(&self) -> bool {
+        matches!(self.state, State::Pending)
+    }
+
     /// Waits until the submission, if there is one, is done, and releases the objects that it used.
     ///
     /// # Errors
     /// A lost device.
     pub fn wait(&mut self) -> Result<()> {
-        if matches!(self.state, State::Pending) {
+        if self.is_pending() {
             // SAFETY: the fence belongs to a submission in progress; once that is done, nothing uses the fence.
             unsafe {
                 self.gpu

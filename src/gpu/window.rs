@@ -1,8 +1,6 @@
 //! The swapchain of a window. It knows windows only by their raw handles.
 //!
-//! One frame is in flight: call [`Swapchain::acquire`] when the previous frame's commands are done. The renderer rewrites
-//! mapped buffers that those commands read, so a second frame in flight would need a second set of buffers, and would save
-//! only the short time in which the CPU chooses tessellation factors.
+//! [`FRAMES_IN_FLIGHT`] frames are: the processor prepares one while the device draws the other.
 
 use std::any::Any;
 use std::ffi::CStr;
@@ -25,6 +23,9 @@ pub fn window_extensions(display: &impl HasDisplayHandle) -> Result<Vec<&'static
     // SAFETY: ash-window returns its own static, terminated names.
     Ok(pointers.iter().map(|&name| unsafe { CStr::from_ptr(name) }).collect())
 }
+
+/// Frames that may be on their way at the same time.
+pub const FRAMES_IN_FLIGHT: usize = 2;
 
 /// The surface of a window; it keeps the window open.
 struct Surface {
@@ -49,7 +50,10 @@ pub struct Swapchain {
     images: Vec<Image>,
     /// One per image: the semaphore of an image is free when the image is acquired again.
     presentable: Vec<vk::Semaphore>,
-    acquired: vk::Semaphore,
+    /// One per frame in flight.
+    acquired: [vk::Semaphore; FRAMES_IN_FLIGHT],
+    /// Frames presented so far.
+    presented: usize,
     format: vk::SurfaceFormatKHR,
     wanted: [u32; 2],
     stale: bool,
@@ -96,13 +100,16 @@ impl Swapchain {
             raw: vk::SwapchainKHR::null(),
             images: Vec::new(),
             presentable: Vec::new(),
-            acquired: vk::Semaphore::null(),
+            acquired: [vk::Semaphore::null(); FRAMES_IN_FLIGHT],
+            presented: 0,
             format,
             wanted: [0, 0],
             stale: true,
             surface,
         };
-        swapchain.acquired = swapchain.semaphore("acquired")?;
+        for i in 0..FRAMES_IN_FLIGHT {
+            swapchain.acquired[i] = swapchain.semaphore(&format!("acquired {i}"))?;
+        }
         Ok(swapchain)
     }
 
@@ -116,7 +123,7 @@ impl Swapchain {
     /// Waits for the next image of a window of `size` pixels. Returns `None` when there is nothing to draw on, because the
     /// window has no area or changed during the call; try again at the next event.
     ///
-    /// The commands of all earlier frames must be done.
+    /// The commands of all earlier frames but the last [`FRAMES_IN_FLIGHT`]` - 1` must be done.
     ///
     /// # Errors
     /// A lost device or surface, or memory that is short.
@@ -127,9 +134,9 @@ impl Swapchain {
                 return Ok(None);
             }
             let timeout = 1_000_000_000;
-            // SAFETY: the semaphore is unsignalled, since the previous frame's commands waited for it.
-            let result =
-                unsafe { self.functions.acquire_next_image(self.raw, timeout, self.acquired, vk::Fence::null()) };
+            let acquired = self.acquired();
+            // SAFETY: the semaphore is unsignalled, since the commands of the frame that had it last waited for it and are done.
+            let result = unsafe { self.functions.acquire_next_image(self.raw, timeout, acquired, vk::Fence::null()) };
             match result {
                 Ok((index, suboptimal)) => {
                     // The image is acquired, so it must be drawn and presented first.
@@ -153,9 +160,10 @@ impl Swapchain {
     pub fn present(&mut self, recorder: &mut CommandRecorder, frame: SwapchainFrame) -> Result<()> {
         let presentable = self.presentable[frame.index as usize];
         recorder.submit(
-            &[(self.acquired, vk::PipelineStageFlags2::COLOR_ATTACHMENT_OUTPUT)],
+            &[(self.acquired(), vk::PipelineStageFlags2::COLOR_ATTACHMENT_OUTPUT)],
             &[(presentable, vk::PipelineStageFlags2::ALL_COMMANDS)],
         )?;
+        self.presented += 1;
         let (semaphores, swapchains, indices) = ([presentable], [self.raw], [frame.index]);
         let info =
             vk::PresentInfoKHR::default().wait_semaphores(&semaphores).swapchains(&swapchains).image_indices(&indices);
@@ -218,6 +226,11 @@ impl Swapchain {
         Ok(true)
     }
 
+    /// The semaphore of the next frame.
+    fn acquired(&self) -> vk::Semaphore {
+        self.acquired[self.presented % FRAMES_IN_FLIGHT]
+    }
+
     fn semaphore(&self, name: &str) -> Result<vk::Semaphore> {
         let gpu = &self.surface.gpu;
         // SAFETY: the device is alive; `retire` or dropping the swapchain destroys the semaphore.
@@ -245,8 +258,10 @@ impl Drop for Swapchain {
     fn drop(&mut self) {
         let _ = self.surface.gpu.wait_idle();
         self.retire();
-        // SAFETY: the device is idle, and the surface outlives its swapchain.
-        unsafe { self.surface.gpu.raw().destroy_semaphore(self.acquired, None) };
+        for acquired in self.acquired {
+            // SAFETY: the device is idle, and the surface outlives its swapchain.
+            unsafe { self.surface.gpu.raw().destroy_semaphore(acquired, None) };
+        }
     }
 }
 

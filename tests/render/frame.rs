@@ -1,12 +1,16 @@
 //! Prepared frames: paused, resumed, measured, and drawn by nothing else.
 
 use crate::common::render::{bumps, under_sky};
-use glam::Vec3;
+use glam::{Affine3A, Vec3};
+use leadr::gpu::{CommandRecorder, Image, ImageDesc, Timestamps, Use};
 use leadr::render::camera::Camera;
-use leadr::render::frame::Renderer;
+use leadr::render::frame::{MAX_PASSES, Renderer};
 use leadr::render::light::sky::Sky;
-use leadr::render::scene::{FrameState, Object, Pose};
+use leadr::render::scene::{FrameState, Object, Pose, Scene};
 use leadr::render::settings::{RenderSettings, ShadingOptions, Technique};
+use leadr::render::surfaces::ocean::Ocean;
+use leadr::scenes::ocean::sea::ocean;
+use leadr::scenes::ocean::spectrum::Sea;
 use leadr::scenes::sphere::cube_sphere;
 
 fn scene(gpu: &crate::common::gpu::TestGpu) -> (Renderer, FrameState, RenderSettings) {
@@ -42,6 +46,64 @@ fn a_frame_whose_renderer_went_on_cannot_be_resumed() {
     renderer.render(&state, &settings).unwrap();
     let error = renderer.resume(paused).err().expect("another frame was prepared");
     assert!(error.to_string().contains("prepare it again"), "{error}");
+}
+
+/// Frames of a moving camera, sun, object and sea, recorded without waiting for the ones before, are those drawn one at a time: none
+/// writes into buffers that the device still reads for another.
+#[test]
+fn frames_on_their_way_do_not_disturb_each_other() {
+    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let sphere = Object::new("rock", cube_sphere(4, [0.5, 0.4, 0.3, 0.4])).with_heights(bumps(32, 4.0, 3), 0.05);
+    let sea = Ocean { level: -0.5, ..ocean(&Sea::default(), 32, 1) };
+    let mut renderer = under_sky(&gpu, Scene { objects: vec![sphere], ocean: Some(sea), cache: None }, 16);
+    let settings = RenderSettings { size: (96, 64), samples: 1, msaa: 4, ..Default::default() };
+    let states: Vec<FrameState> = (0..4)
+        .map(|i| {
+            let turn = i as f32 * 0.7;
+            let eye = Vec3::new(4.0 * turn.sin(), -4.0 * turn.cos(), 1.0 + 0.2 * turn);
+            let sky = Sky::with_sun(0.7, turn);
+            let pose = Pose::Rigid(Affine3A::from_translation(Vec3::Z * 0.2 * turn));
+            let camera = Camera::looking_at(eye, Vec3::ZERO, 40.0);
+            FrameState { time: f64::from(turn), ..FrameState::new(camera, vec![pose]).under(&sky) }
+        })
+        .collect();
+    let alone: Vec<_> = states.iter().map(|state| renderer.render(state, &settings).unwrap().color).collect();
+
+    let mut on_their_way = Vec::new();
+    for state in &states {
+        let mut frame = renderer.prepare(state, &settings).unwrap();
+        assert!(frame.overlaps());
+        let kept = Image::new(&gpu, "kept", ImageDesc { mips: 1, ..*frame.image().desc() }).unwrap();
+        let mut recorder = CommandRecorder::new(&gpu, "test").unwrap();
+        let timestamps = Timestamps::new(&gpu, MAX_PASSES + 1).unwrap();
+        recorder
+            .record("test", |cmd| {
+                cmd.full_barrier();
+                frame.record_sample(0, cmd, &timestamps).unwrap();
+                cmd.transition(frame.image(), Use::CopySource);
+                cmd.transition(&kept, Use::CopyTarget);
+                cmd.copy_mip(frame.image(), 0, &kept, 0);
+            })
+            .unwrap();
+        recorder.submit(&[], &[]).unwrap();
+        on_their_way.push((recorder, frame.pause(), timestamps, kept));
+    }
+    for ((mut recorder, _, timestamps, kept), alone) in on_their_way.into_iter().zip(&alone) {
+        recorder.wait().unwrap();
+        assert!(timestamps.intervals().unwrap().iter().any(|(pass, _)| pass == "filter and shade"));
+        assert!(&kept.read::<[f32; 4]>(0, 0).unwrap() == alone);
+    }
+}
+
+#[test]
+fn a_frame_with_edge_samples_takes_several_submissions() {
+    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let (mut renderer, state, settings) = scene(&gpu);
+    let mut frame = renderer.prepare(&state, &settings).unwrap();
+    assert!(!frame.overlaps());
+    let timestamps = Timestamps::new(&gpu, MAX_PASSES + 1).unwrap();
+    let refused = gpu.submit("test", |cmd| frame.record_sample(0, cmd, &timestamps)).unwrap();
+    assert!(refused.unwrap_err().to_string().contains("draw it instead"));
 }
 
 #[test]

@@ -30,7 +30,7 @@ void main() {
     if (PIXELS == PIXELS_ARE_EDGES) {
         last = packSnorm2x16(octahedral_encode(normalize(in_normal)));
         // Over a whole pixel.
-        float across = view.camera_position.w;
+        float across = view.grid;
         out_footprint = pack_footprint(dFdx(in_place) * across, dFdy(in_place) * across);
     }
     if (PIXELS == PIXELS_ARE_MULTISAMPLED) {

@@ -69,7 +69,7 @@ void main() {
         vec2 middle = (floor(texcoord.at * size + 0.49) + 0.5) / size, moved = middle - texcoord.at;
         place += inverse(mat2(texcoord.du, texcoord.dv)) * moved;
         texcoord.at = middle;
-        position = vec3(middle * view.texel_grid.x, 0.0);
+        position = vec3(middle * view.texel_repeat, 0.0);
         normal = vec3(0.0, 0.0, 1.0);
         height = textureLod(height_map, middle, 0.0).x;
     } else if (!on_boundary && displaced) {
@@ -115,5 +115,5 @@ void main() {
     out_patch = in_patch;
     gl_Position = view.clip_from_world * vec4(displaced_position, 1.0);
     out_place_reached = out_place;
-    out_window = window_place(gl_Position, view.texel_grid.yz);
+    out_window = window_place(gl_Position, view.size);
 }

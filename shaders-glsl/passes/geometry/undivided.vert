@@ -29,5 +29,5 @@ void main() {
     out_patch = patch_index;
     gl_Position = view.clip_from_world * vec4(displaced_position, 1.0);
     out_place_reached = out_place;
-    out_window = window_place(gl_Position, view.texel_grid.yz);
+    out_window = window_place(gl_Position, view.size);
 }

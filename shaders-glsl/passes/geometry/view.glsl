@@ -4,8 +4,9 @@
 
 layout(std140) uniform View {
     mat4 clip_from_world;
-    vec4 camera_position; // xyz; w: pixels of this image along one of the picture
-    vec4 texel_grid;      // x: metres per repeat of the map if a vertex stands at the centre of each of its texels, else 0; yz: size of this image, pixels
+    vec2 size;          // of this image, pixels
+    float grid;         // pixels of this image along one of the picture
+    float texel_repeat; // metres per repeat of the map if a vertex stands at the centre of each of its texels, else 0
 } view;
 
 #endif

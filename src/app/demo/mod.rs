@@ -49,7 +49,12 @@ impl fmt::Display for DemoReport {
         for file in &self.window.screenshots {
             writeln!(f, "{}", file.display())?;
         }
-        write!(f, "{} frame(s) on {}", self.window.frames, self.device.device)
+        write!(f, "{} frame(s) on {}", self.window.frames, self.device.device)?;
+        let [median, slow] = self.window.frame_times();
+        if median > 0.0 {
+            write!(f, ", a frame every {median:.1} ms (median; 95 of 100 within {slow:.1} ms)")?;
+        }
+        Ok(())
     }
 }
 

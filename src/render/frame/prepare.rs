@@ -5,23 +5,23 @@ use super::prepared::{FramePlan, Light, PreparedFrame};
 use super::renderer::Renderer;
 use super::surfaces::{PreparedSurface, Surface, SurfaceDrawing};
 use super::targets::{EdgeTargets, TargetShape, Targets};
-use crate::gpu::{GpuError, Result};
+use crate::gpu::{Buffer, GpuError, Memory, Result};
 use crate::render::passes::SHADOW_SIZE;
 use crate::render::passes::edges::{JoinKind, edge_grid};
 use crate::render::passes::filter::FilterInto;
 use crate::render::passes::geometry::GeometryKind;
 use crate::render::passes::reference::ReliefLights;
-use crate::render::passes::shade::{Edges, LightSet, ShadeKind, suns_of};
+use crate::render::passes::shade::{Edges, LightSet, LightingGpu, ShadeKind, suns_of};
 use crate::render::passes::shadow::ShadowView;
 use crate::render::scene::FrameState;
 use crate::render::settings::{Quadrature, RenderSettings, ShadingOptions};
-use crate::render::surfaces::object_view::PosedObject;
+use crate::render::surfaces::posed::PosedObject;
 use crate::render::surfaces::sphere::Sphere;
 use crate::render::surfaces::tessellation::TessellationSettings;
 
 impl Renderer {
-    /// Poses the scene and makes everything a frame is drawn with. It may draw into the images of the last frame. The device must
-    /// be idle.
+    /// Poses the scene and makes everything a frame is drawn with. It may draw into the images of the last frame; the device may
+    /// still be drawing that.
     ///
     /// # Errors
     /// [`GpuError::Usage`] for settings that make no picture or that the device cannot draw; memory that is short, a lost
@@ -76,8 +76,10 @@ impl Renderer {
             Some(targets) => Some(self.pipelines.multisample(&self.gpu, targets.count)?),
             None => None,
         };
+        let block = || Buffer::new(&self.gpu, "lighting", size_of::<LightingGpu>() as u64, Memory::Upload);
+        let lighting = self.lighting.take(block)?;
         let (state, number) = (state.clone(), self.prepared);
-        let plan = FramePlan { state, settings, surfaces, targets, light, multisample, edges, drawn: 0, number };
+        let plan = FramePlan { state, settings, surfaces, targets, light, lighting, multisample, edges, drawn: 0, number };
         Ok(PreparedFrame { renderer: self, plan })
     }
 
@@ -119,6 +121,7 @@ impl Renderer {
             return Ok(kept.clone());
         }
         // Unsuitable targets are dropped first: there may be no room for both.
+        self.gpu.wait_idle()?;
         let mean = self.targets.take().map(|targets| targets.mean);
         self.last = None;
         Ok(self.targets.insert(Targets::new(&self.gpu, shape, mean)?).clone())

@@ -1,10 +1,12 @@
 //! A frame that can be drawn.
 
+use std::sync::Arc;
+
 use super::edge_samples::EdgeSamples;
 use super::renderer::Renderer;
 use super::surfaces::PreparedSurface;
 use super::targets::Targets;
-use crate::gpu::{GpuError, Result};
+use crate::gpu::{Buffer, GpuError, Image, Result};
 use crate::render::passes::msaa::MsaaPass;
 use crate::render::passes::reference::{ReferencePass, ReliefLights};
 use crate::render::passes::shade::{ShadePass, SkyBehindPass};
@@ -31,6 +33,8 @@ pub(super) struct FramePlan {
     pub surfaces: Vec<Box<dyn PreparedSurface>>,
     pub targets: Targets,
     pub light: Light,
+    /// The [`LightingGpu`](crate::render::passes::shade::LightingGpu) block.
+    pub lighting: Arc<Buffer>,
     /// Where the geometry is multisampled.
     pub multisample: Option<MsaaPass>,
     pub edges: Option<EdgeSamples>,
@@ -81,6 +85,18 @@ impl Light {
 }
 
 impl PreparedFrame<'_> {
+    /// Whether a sample is one submission, so that the processor can prepare the next frame while the device draws this one.
+    #[must_use]
+    pub fn overlaps(&self) -> bool {
+        self.plan.edges.is_none() && matches!(self.plan.light, Light::Mapped { .. })
+    }
+
+    /// The image that holds the mean of the samples.
+    #[must_use]
+    pub fn image(&self) -> &Image {
+        &self.plan.targets.mean
+    }
+
     /// Samples in its mean so far.
     #[must_use]
     pub fn samples(&self) -> u32 {
@@ -95,10 +111,10 @@ impl PreparedFrame<'_> {
 }
 
 impl PausedFrame {
-    /// The state that it shows, to be prepared with other settings. Lets go of everything else.
+    /// The state that it shows, to be prepared with other settings.
     #[must_use]
-    pub fn into_state(self) -> FrameState {
-        self.0.state
+    pub fn state(&self) -> &FrameState {
+        &self.0.state
     }
 
     /// Samples in its mean so far.

@@ -7,7 +7,7 @@ use super::prepare::casters;
 use super::prepared::{FramePlan, Light, PreparedFrame};
 use super::renderer::{LastSample, Renderer};
 use super::timing::{CpuTime, PassTime, Passes, add_times, since};
-use crate::gpu::{Commands, Result};
+use crate::gpu::{Commands, GpuError, Result, Timestamps};
 use crate::render::passes::accumulate::{EdgeSum, Parts};
 use crate::render::passes::edges::JoinLight;
 use crate::render::passes::shade::{LightingGpu, ShadeInputs};
@@ -37,21 +37,12 @@ impl PreparedFrame<'_> {
         let pixels = self.plan.pixels(index);
         let edges = self.plan.edges.clone();
 
+        // Frames that were recorded by others may still be drawn.
+        self.renderer.gpu.wait_idle()?;
         let start = Instant::now();
         self.look(&pixels, index)?;
         cpu.prepare += since(start);
-        let mut times = timer.submit(cpu, |passes| {
-            self.record_light(passes);
-            self.record_pixel_geometry(passes, &pixels);
-            if self.plan.light.shades_with_filter() {
-                self.record_filter_and_shade(passes, &self.plan.targets.pixels, &pixels);
-            } else {
-                self.record_filter(passes, &self.plan.targets.pixels, &pixels, None);
-            }
-            if edges.is_none() {
-                self.record_shading(passes);
-            }
-        })?;
+        let mut times = timer.submit(cpu, |passes| self.record_pixels(passes, &pixels))?;
         if let Some(edges) = edges {
             for image in edges.images(&pixels) {
                 let start = Instant::now();
@@ -63,12 +54,48 @@ impl PreparedFrame<'_> {
             self.write_lighting(&pixels, index)?;
             add_times(&mut times, timer.submit(cpu, |passes| self.record_shading(passes))?);
         }
+        self.finish_sample(index);
+        Ok(times)
+    }
+
+    /// Records the passes of sample `index`, each with a mark of its name after it in `timestamps`, which have room for
+    /// [`MAX_PASSES`](super::MAX_PASSES) of them and a first mark. Buffers of the frame are written at once, so an earlier sample of
+    /// it must be done; other frames need not be.
+    ///
+    /// # Errors
+    /// [`GpuError::Usage`] for a frame that does not [overlap](Self::overlaps) with others; memory that is short.
+    pub fn record_sample(&mut self, index: u32, cmd: &mut Commands, timestamps: &Timestamps) -> Result<()> {
+        if !self.overlaps() {
+            let fault = "a sample of it takes several submissions: draw it instead".to_owned();
+            return Err(GpuError::Usage { name: "frame".to_owned(), fault });
+        }
+        let pixels = self.plan.pixels(index);
+        self.look(&pixels, index)?;
+        Passes::record(cmd, timestamps, 1, |passes| self.record_pixels(passes, &pixels));
+        self.finish_sample(index);
+        Ok(())
+    }
+
+    /// All passes of a sample, or those before its edge samples.
+    fn record_pixels(&mut self, passes: &mut Passes<'_>, pixels: &View) {
+        self.record_light(passes);
+        self.record_pixel_geometry(passes, pixels);
+        if self.plan.light.shades_with_filter() {
+            self.record_filter_and_shade(passes, &self.plan.targets.pixels, pixels);
+        } else {
+            self.record_filter(passes, &self.plan.targets.pixels, pixels, None);
+        }
+        if self.plan.edges.is_none() {
+            self.record_shading(passes);
+        }
+    }
+
+    fn finish_sample(&mut self, index: u32) {
         self.plan.drawn += 1;
         let FramePlan { state, settings, .. } = &self.plan;
         let (state, settings) = (state.clone(), *settings);
         self.renderer.last =
             Some(LastSample { state, settings, index, in_gbuffer: !self.plan.light.shades_with_filter() });
-        Ok(times)
     }
 
     /// Chooses what is drawn in a view, and writes its light. The device must be idle.
@@ -86,11 +113,11 @@ impl PreparedFrame<'_> {
 
     /// Writes the light and the rays of a view. The device must be idle.
     fn write_lighting(&self, view: &View, index: u32) -> Result<()> {
-        let FramePlan { state, settings, light, surfaces, .. } = &self.plan;
+        let FramePlan { state, settings, light, surfaces, lighting, .. } = &self.plan;
         let block =
             LightingGpu::new(state, view, &self.renderer.environment, light.suns()).with_draws(index, settings.seed);
         let sinks = surfaces.iter().any(|surface| surface.lowers_horizon());
-        self.renderer.lighting.write(0, &[if sinks { block.with_sea_horizon() } else { block }])
+        lighting.write(0, &[if sinks { block.with_sea_horizon() } else { block }])
     }
 
     /// Light, which is the same in every view: waves, sky, irradiance and shadows, once per frame. Shadows of the relief are new for
@@ -197,7 +224,7 @@ impl PreparedFrame<'_> {
         passes.run("shade", |cmd| {
             samples.draw_radiance(cmd, scissor, |cmd| edges.shade.draw(cmd, samples, inputs));
         });
-        let light = JoinLight { lighting: &renderer.lighting, shadow_maps: renderer.common.shadow.maps() };
+        let light = JoinLight { lighting: &self.plan.lighting, shadow_maps: renderer.common.shadow.maps() };
         let joined = &targets.joined;
         passes.run("edges", |cmd| edges.join.record(cmd, samples, &pixels.gbuffer, joined, light, &image.rays));
     }
@@ -235,9 +262,9 @@ impl PreparedFrame<'_> {
     }
 
     fn shade_inputs<'a>(&'a self, joined: Option<&'a JoinedEdges>) -> ShadeInputs<'a> {
-        let Renderer { lighting, environment, irradiance, common, .. } = &*self.renderer;
+        let Renderer { environment, irradiance, common, .. } = &*self.renderer;
         ShadeInputs {
-            lighting,
+            lighting: &self.plan.lighting,
             cube: environment.cube(),
             background: environment.background(),
             lobes: environment.lobes().cube(),

@@ -3,17 +3,17 @@
 use std::sync::Arc;
 
 use super::pipelines::Pipelines;
+use super::pool::Pool;
 use super::surfaces::Surface;
 use super::surfaces::meshes::Meshes;
 use super::surfaces::sea::Sea;
 use super::targets::Targets;
 use super::timing::PassTimer;
-use crate::gpu::{Buffer, Gpu, Image, Memory, Result};
+use crate::gpu::{Buffer, Gpu, Image, Result};
 use crate::render::light::environment::Environment;
 use crate::render::light::irradiance::IrradiancePass;
 use crate::render::light::sky::Sky;
 use crate::render::passes::CommonPasses;
-use crate::render::passes::shade::LightingGpu;
 use crate::render::scene::{FrameState, Scene};
 use crate::render::settings::RenderSettings;
 
@@ -26,8 +26,8 @@ pub struct Renderer {
     pub(super) irradiance: IrradiancePass,
     pub(super) common: CommonPasses,
     pub(super) pipelines: Pipelines,
-    /// The [`LightingGpu`] block.
-    pub(super) lighting: Buffer,
+    /// [`LightingGpu`](crate::render::passes::shade::LightingGpu) blocks.
+    pub(super) lighting: Pool<Buffer>,
     pub(super) timer: PassTimer,
     /// Targets that frames of the same size share.
     pub(super) targets: Option<Targets>,
@@ -72,7 +72,7 @@ impl Renderer {
             irradiance: IrradiancePass::new(gpu)?,
             common: CommonPasses::new(gpu)?,
             pipelines: Pipelines::default(),
-            lighting: Buffer::new(gpu, "lighting", size_of::<LightingGpu>() as u64, Memory::Upload)?,
+            lighting: Pool::default(),
             timer: PassTimer::new(gpu)?,
             targets: None,
             last: None,

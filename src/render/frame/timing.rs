@@ -6,7 +6,7 @@ use std::time::Instant;
 use crate::gpu::{Commands, Gpu, Result, Timestamps};
 
 /// Most passes of one submission.
-const MAX_PASSES: u32 = 32;
+pub const MAX_PASSES: u32 = 31;
 
 /// The time a pass took on the device, summed over the samples of a frame.
 #[derive(Clone, Debug, PartialEq)]
@@ -68,7 +68,7 @@ pub(super) struct PassTimer {
 impl PassTimer {
     /// A timer of passes that run once each.
     pub fn new(gpu: &Arc<Gpu>) -> Result<Self> {
-        Ok(Self { gpu: gpu.clone(), timestamps: Timestamps::new(gpu, MAX_PASSES)?, repeats: 1 })
+        Ok(Self { gpu: gpu.clone(), timestamps: Timestamps::new(gpu, MAX_PASSES + 1)?, repeats: 1 })
     }
 
     /// The same timer for passes that are repeated, at least once, so that a fast device's clock can measure them.
@@ -82,12 +82,9 @@ impl PassTimer {
         let start = Instant::now();
         let mut recorded = 0.0;
         let counts = self.gpu.submit("frame", |cmd| {
-            cmd.reset_timestamps(&self.timestamps);
-            cmd.timestamp(&self.timestamps, "begin");
-            let mut passes = Passes { cmd, timer: self, counts: Vec::new() };
-            record(&mut passes);
+            let counts = Passes::record(cmd, &self.timestamps, self.repeats, record);
             recorded = since(start);
-            passes.counts
+            counts
         })?;
         cpu.record += recorded;
         cpu.wait += since(start) - recorded;
@@ -105,16 +102,32 @@ impl PassTimer {
 /// Passes being recorded.
 pub(super) struct Passes<'a> {
     cmd: &'a mut Commands,
-    timer: &'a PassTimer,
+    timestamps: &'a Timestamps,
+    /// How often a pass is recorded that can be repeated.
+    repeats: u32,
     /// How often each pass was recorded.
     counts: Vec<u32>,
 }
 
-impl Passes<'_> {
+impl<'a> Passes<'a> {
+    /// Records passes, and gives how often each was.
+    pub fn record(
+        cmd: &'a mut Commands,
+        timestamps: &'a Timestamps,
+        repeats: u32,
+        record: impl FnOnce(&mut Passes<'_>),
+    ) -> Vec<u32> {
+        cmd.reset_timestamps(timestamps);
+        cmd.timestamp(timestamps, "begin");
+        let mut passes = Passes { cmd, timestamps, repeats, counts: Vec::new() };
+        record(&mut passes);
+        passes.counts
+    }
+
     /// Runs a pass that leaves the same behind however often it is repeated, and that orders its repetitions by its own
     /// barriers.
     pub fn run(&mut self, name: &str, record: impl Fn(&mut Commands)) {
-        let repeats = self.timer.repeats;
+        let repeats = self.repeats;
         self.cmd.label_times(name, repeats, record);
         self.finish(name, repeats);
     }
@@ -126,7 +139,7 @@ impl Passes<'_> {
     }
 
     fn finish(&mut self, name: &str, count: u32) {
-        self.cmd.timestamp(&self.timer.timestamps, name);
+        self.cmd.timestamp(self.timestamps, name);
         self.counts.push(count);
     }
 }

@@ -21,7 +21,9 @@ use crate::render::settings::Needs;
 use crate::render::surfaces::atlas::{AtlasHeadGpu, PatchLinkGpu};
 use crate::render::surfaces::flat::Chart;
 use crate::render::surfaces::object::{ObjectGpu, PatchGpu, SurfaceKind};
-use crate::render::surfaces::object_view::{DrawnObject, PosedObject, VertexGpu};
+use crate::render::surfaces::divided::VertexGpu;
+use crate::render::surfaces::object_view::DrawnObject;
+use crate::render::surfaces::posed::PosedObject;
 use crate::render::view::{Samples, View};
 
 /// What becomes of what a filter pass finds under the pixels.
@@ -180,12 +182,12 @@ impl FilterPass {
         height_scale: f32,
         light: Option<ShadeInputs<'_>>,
     ) {
-        for DrawnObject { posed, view: buffers } in objects {
+        for DrawnObject { posed, divided, .. } in objects {
             let object = &posed.object;
             let mut bindings = vec![
                 ("visible_surface", Descriptor::Sampled(visible.surface.whole(), &self.nearest)),
                 ("visible_footprint", Descriptor::Sampled(visible.footprint.whole(), &self.nearest)),
-                ("Vertices", Descriptor::Storage(&buffers.vertices)),
+                ("Vertices", Descriptor::Storage(&divided.buffers.vertices)),
                 ("Patches", Descriptor::Storage(&object.patches)),
                 ("height_map", Descriptor::Sampled(object.maps.heights().whole(), &object.sampler)),
                 ("moments_a", Descriptor::Sampled(object.maps.slopes().whole(), &object.sampler)),

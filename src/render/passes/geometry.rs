@@ -7,7 +7,8 @@ use crate::gpu::{
     Commands, Depth, Descriptor, Gpu, GraphicsDesc, GraphicsPipeline, Image, Result, SpecValue, Topology,
 };
 use crate::render::constants::{GUARD_BAND, PIXELS_ARE_EDGES, PIXELS_ARE_MULTISAMPLED, PIXELS_ARE_SAMPLES};
-use crate::render::surfaces::object_view::{DrawnObject, GEOMETRY_STRUCTS, PosedObject};
+use crate::render::surfaces::object_view::{DrawnObject, GEOMETRY_STRUCTS};
+use crate::render::surfaces::posed::PosedObject;
 use crate::render::view::Samples;
 
 /// What the geometry pass writes for the samples of an image.
@@ -97,23 +98,23 @@ impl PatchPipelines {
 
     /// Binds and draws one object.
     pub(crate) fn draw(&self, cmd: &mut Commands, drawn: DrawnObject<'_>, mark_inside: bool) {
-        let DrawnObject { posed: PosedObject { object, height_scale, .. }, view } = drawn;
+        let DrawnObject { posed: PosedObject { object, height_scale, .. }, divided, view } = drawn;
         let bindings = [
-            ("view", Descriptor::Uniform(&view.view)),
-            ("Vertices", Descriptor::Storage(&view.vertices)),
+            ("view", Descriptor::Uniform(&view.buffers.view)),
+            ("Vertices", Descriptor::Storage(&divided.buffers.vertices)),
             ("Patches", Descriptor::Storage(&object.patches)),
-            ("EdgeFactors", Descriptor::Storage(&view.edge_factors)),
+            ("EdgeFactors", Descriptor::Storage(&divided.buffers.edge_factors)),
             ("EdgeHeights", Descriptor::Storage(&object.edge_heights)),
             ("VertexHeights", Descriptor::Storage(&object.vertex_heights)),
-            ("VisiblePatches", Descriptor::Storage(&view.visible)),
+            ("VisiblePatches", Descriptor::Storage(&view.buffers.visible)),
             ("height_map", Descriptor::Sampled(object.maps.heights().whole(), &object.sampler)),
         ];
-        let divided = match object.kind {
+        let pipeline = match object.kind {
             _ if view.at_texels => &self.at_texels,
             kind if kind.flat => &self.flat,
             _ => &self.curved,
         };
-        let draws = [(&self.undivided, &view.draws.undivided, 6), (divided, &view.draws.divided, 4)];
+        let draws = [(&self.undivided, &view.draws.undivided, 6), (pipeline, &view.draws.divided, 4)];
         for (pipeline, draws, vertices) in draws.into_iter().filter(|(_, draws, _)| !draws.is_empty()) {
             cmd.bind(pipeline, &bindings);
             cmd.push_constants(&object.constants(*height_scale, mark_inside));

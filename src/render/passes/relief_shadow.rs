@@ -10,9 +10,11 @@ use glam::{Mat4, Vec2, Vec3};
 use super::geometry::{PatchPipelines, guard_band};
 use super::shadow::ShadowView;
 use crate::gpu::{Commands, Depth, DepthTarget, Gpu, GraphicsDesc, Image, ImageDesc, ImageView, Result, Use};
-use crate::render::surfaces::object_view::{DrawnObject, PosedObject, ViewBuffers};
+use crate::render::surfaces::divided::{DividedObject, DivisionBuffers};
+use crate::render::surfaces::object_view::{DrawnObject, ObjectView, ViewBuffers};
+use crate::render::surfaces::posed::PosedObject;
 use crate::render::surfaces::sphere::Sphere;
-use crate::render::surfaces::tessellation::{Lens, TessellationSettings};
+use crate::render::surfaces::tessellation::{Lens, TessellationSettings, Viewer};
 
 /// Texels of a map for each texel of the relief, along a side.
 const TEXELS_PER_RELIEF_TEXEL: f32 = 3.0;
@@ -62,7 +64,7 @@ pub fn relief_view(caster: Caster, sphere: Sphere, size: u32, offset: Vec2) -> S
                 clip_from_world: clip,
                 texture_from_world: to_texture * clip,
                 texel: focal_pixels.recip(),
-                eye,
+                viewer: Viewer::At(eye),
             }
         }
     }
@@ -98,11 +100,11 @@ impl ReliefShadowPass {
     /// made.
     pub fn record(&self, cmd: &mut Commands, maps: &ReliefMaps, casters: &[&PosedObject]) {
         cmd.image_barrier(&maps.image, Use::Undefined, Use::DepthTarget);
-        for (layer, buffers) in maps.layers.iter().zip(&maps.buffers) {
+        for (layer, views) in maps.layers.iter().zip(&maps.views) {
             cmd.begin_rendering(&[], Some(DepthTarget { view: layer, clear: Some(0.0) }));
             guard_band(cmd, &maps.image);
-            for (posed, view) in casters.iter().zip(buffers) {
-                self.pipelines.draw(cmd, DrawnObject { posed, view }, false);
+            for ((posed, divided), view) in casters.iter().zip(&maps.divided).zip(views) {
+                self.pipelines.draw(cmd, DrawnObject { posed, divided, view }, false);
             }
             cmd.end_rendering();
         }
@@ -115,8 +117,10 @@ pub struct ReliefMaps {
     image: Image,
     array: ImageView,
     layers: Vec<ImageView>,
-    /// For each light, the buffers of each object.
-    buffers: Vec<Vec<ViewBuffers>>,
+    /// Each object, divided as for the camera.
+    divided: Vec<DividedObject>,
+    /// For each light, the views of each object.
+    views: Vec<Vec<ObjectView>>,
 }
 
 impl ReliefMaps {
@@ -128,12 +132,17 @@ impl ReliefMaps {
         let layers = lights.max(1) as u32;
         let desc = ImageDesc::new(vk::Format::D32_SFLOAT, size, size).depth_target().layers(layers);
         let image = Image::new(gpu, "relief maps", desc)?;
-        let buffers =
-            |_| casters.iter().map(|posed| ViewBuffers::new(gpu, &posed.object, "relief")).collect::<Result<_>>();
+        let divided = |posed: &&PosedObject| {
+            DivisionBuffers::new(gpu, &posed.object).map(|buffers| DividedObject::new(Arc::new(buffers)))
+        };
+        let view =
+            |posed: &&PosedObject| ViewBuffers::new(gpu, &posed.object).map(|buffers| ObjectView::new(Arc::new(buffers)));
+        let views = |_| casters.iter().map(view).collect::<Result<_>>();
         Ok(Self {
             array: image.array()?,
             layers: (0..layers).map(|layer| image.mip_layer(0, layer)).collect::<Result<_>>()?,
-            buffers: (0..lights).map(buffers).collect::<Result<_>>()?,
+            divided: casters.iter().map(divided).collect::<Result<_>>()?,
+            views: (0..lights).map(views).collect::<Result<_>>()?,
             image,
         })
     }
@@ -149,12 +158,10 @@ impl ReliefMaps {
         lens: Lens,
         tessellation: &TessellationSettings,
     ) -> Result<()> {
-        // Tessellate as for the camera: with any other tessellation the casters would stick out of the surface that the
-        // camera sees.
         let settings = TessellationSettings { cull: false, ..*tessellation };
-        for (view, buffers) in views.iter().zip(&mut self.buffers) {
-            for (buffers, posed) in buffers.iter_mut().zip(casters) {
-                buffers.update(posed, &view.viewpoint(lens), &settings)?;
+        for (from, views) in views.iter().zip(&mut self.views) {
+            for ((view, divided), posed) in views.iter_mut().zip(&mut self.divided).zip(casters) {
+                view.look(posed, divided, &from.viewpoint(lens), &settings)?;
             }
         }
         Ok(())

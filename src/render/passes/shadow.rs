@@ -10,7 +10,7 @@ use super::geometry::{PatchPipelines, guard_band};
 use crate::gpu::{Commands, Depth, DepthTarget, Gpu, GraphicsDesc, Image, ImageDesc, ImageView, Result, Use};
 use crate::render::surfaces::object_view::{DrawnObject, Viewpoint};
 use crate::render::surfaces::sphere::Sphere;
-use crate::render::surfaces::tessellation::Lens;
+use crate::render::surfaces::tessellation::{Lens, Viewer};
 
 /// The view from which the shadow map is drawn.
 #[derive(Clone, Copy, Debug)]
@@ -21,8 +21,8 @@ pub struct ShadowView {
     pub texture_from_world: Mat4,
     /// World size of a texel.
     pub texel: f32,
-    /// A point on the sun's side, for culling.
-    pub eye: Vec3,
+    /// Where the light is.
+    pub viewer: Viewer,
 }
 
 impl ShadowView {
@@ -55,7 +55,7 @@ impl ShadowView {
         )
         .transpose();
         let to_texture = Mat4::from_translation(Vec3::new(0.5, 0.5, 0.0)) * Mat4::from_scale(Vec3::new(0.5, 0.5, 1.0));
-        Self { clip_from_world, texture_from_world: to_texture * clip_from_world, texel, eye: centre + sun * radius }
+        Self { clip_from_world, texture_from_world: to_texture * clip_from_world, texel, viewer: Viewer::Toward(sun) }
     }
 
     /// The viewpoint for casters that are tessellated for the camera's `lens`.
@@ -63,7 +63,7 @@ impl ShadowView {
     pub fn viewpoint(&self, lens: Lens) -> Viewpoint {
         Viewpoint {
             clip_from_world: self.clip_from_world,
-            eye: self.eye,
+            viewer: self.viewer,
             lens,
             grid: 1,
             size: (SHADOW_SIZE, SHADOW_SIZE),

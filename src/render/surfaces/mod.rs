@@ -3,6 +3,7 @@
 pub mod atlas;
 pub mod color_map;
 pub mod displacement;
+pub mod divided;
 pub mod flat;
 pub mod horizon;
 pub mod moments;
@@ -11,6 +12,7 @@ pub mod object_view;
 pub mod ocean;
 pub mod patch;
 pub mod patch_mesh;
+pub mod posed;
 pub mod skinning;
 pub mod sphere;
 pub mod tessellation;

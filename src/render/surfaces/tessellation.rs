@@ -7,12 +7,13 @@ use super::patch_mesh::PatchMesh;
 use super::topology::Topology;
 use crate::render::constants::GUARD_BAND;
 use glam::{Mat4, Vec3, Vec4};
+use rayon::prelude::*;
 
 /// Largest tessellation factor (fractional odd spacing can use 63 of Vulkan's 64).
 pub const MAX_FACTOR: f32 = 63.0;
 
 /// How a camera converts world lengths to pixels.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Lens {
     /// Position of the viewer.
     pub eye: Vec3,
@@ -31,7 +32,26 @@ impl Lens {
 
     /// Unit direction from a point to the viewer.
     pub(crate) fn toward_viewer(&self, point: Vec3) -> Vec3 {
-        (self.eye - point).normalize_or_zero()
+        Viewer::At(self.eye).toward(point)
+    }
+}
+
+/// Where a surface is seen from.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Viewer {
+    /// A point.
+    At(Vec3),
+    /// Infinitely far away in this unit direction, as a sun.
+    Toward(Vec3),
+}
+
+impl Viewer {
+    /// Unit direction to it from a point.
+    fn toward(self, point: Vec3) -> Vec3 {
+        match self {
+            Self::At(eye) => (eye - point).normalize_or_zero(),
+            Self::Toward(direction) => direction,
+        }
     }
 }
 
@@ -68,6 +88,15 @@ impl Default for TessellationSettings {
     }
 }
 
+impl TessellationSettings {
+    /// Whether edges get the same factors as with other settings.
+    #[must_use]
+    pub fn divides_as(&self, other: &Self) -> bool {
+        let Self { cull, max_vertices_per_draw, .. } = *other;
+        Self { cull, max_vertices_per_draw, ..*self } == *other
+    }
+}
+
 /// The mesh in this frame's pose.
 #[derive(Clone, Copy, Debug)]
 pub struct PosedMesh<'a> {
@@ -89,23 +118,28 @@ pub struct PosedMesh<'a> {
     pub height_scale: f32,
 }
 
-/// The patches to draw, and their factors.
+/// How finely a mesh is divided for a lens, wherever that looks: the same for a camera and for the suns whose shadows it sees.
 #[derive(Clone, Debug, Default)]
-pub struct DrawList {
+pub struct Division {
     /// Tessellation factor of each edge.
     pub edge_factors: Vec<f32>,
     /// Level of the boundary heights at each vertex (0: finest).
     pub vertex_lods: Vec<f32>,
     /// How far each vertex moves along its normal so that the flat triangles lie about the smooth surface, not inside it.
     pub vertex_lifts: Vec<f32>,
+    /// Whether every edge has as many segments as texels, or more, since `to_texels` asked for them.
+    pub every_texel: bool,
+}
+
+/// The patches of a divided mesh that a view draws.
+#[derive(Clone, Debug, Default)]
+pub struct DrawList {
     /// Patches to draw.
     pub visible: Vec<u32>,
     /// Draws over `visible`.
     pub draws: Draws,
     /// Upper bound on the triangles drawn.
     pub triangles: u64,
-    /// Whether every edge has as many segments as texels, or more, since `to_texels` asked for them.
-    pub every_texel: bool,
 }
 
 /// Draws as `(first, count)` ranges of the visible patches, those that need no clipping first.
@@ -124,17 +158,18 @@ impl Draws {
     }
 }
 
-impl DrawList {
-    /// Chooses factors, culls and splits draws.
+impl Division {
+    /// Chooses the factors of all edges, and what follows from them for the vertices.
     #[must_use]
-    pub fn new(posed: PosedMesh<'_>, clip_from_world: Mat4, lens: Lens, settings: &TessellationSettings) -> Self {
+    pub fn new(posed: PosedMesh<'_>, lens: Lens, settings: &TessellationSettings) -> Self {
         let PosedMesh { topology, positions, normals, .. } = posed;
         // Two triangles fill a cell of 2A pixels, so its side is sqrt(2A).
         let spacing = (2.0 * settings.pixels_per_triangle).sqrt();
         let max_factor = settings.max_factor.clamp(1.0, MAX_FACTOR);
         let edge_factors: Vec<f32> = topology
             .edges
-            .iter()
+            .par_iter()
+            .with_min_len(LEAST_TASK)
             .enumerate()
             .map(|(edge, &[a, b])| {
                 let (a, b) = (a as usize, b as usize);
@@ -166,37 +201,46 @@ impl DrawList {
             vertex_lods: vertices.iter().map(|v| mean((v.0, v.2))).collect(),
             vertex_lifts: vertices.iter().map(|v| mean((v.1, v.2))).collect(),
             every_texel,
-            ..Self::with_factors(posed, edge_factors, clip_from_world, lens, settings)
+            edge_factors,
         }
     }
+}
 
-    /// Culls and splits draws, given the factors of all edges; the vertices get neither levels nor lifts.
+impl DrawList {
+    /// Culls and splits draws of a mesh whose edges have these factors.
     #[must_use]
-    pub fn with_factors(
+    pub fn new(
         posed: PosedMesh<'_>,
-        edge_factors: Vec<f32>,
+        edge_factors: &[f32],
         clip_from_world: Mat4,
-        lens: Lens,
+        viewer: Viewer,
         settings: &TessellationSettings,
     ) -> Self {
         let PosedMesh { mesh, topology, positions, normals, .. } = posed;
         let (view, band) = (frustum_planes(clip_from_world, 1.0), frustum_planes(clip_from_world, GUARD_BAND));
         // Patches that need clipping come last, in draws of their own: when anything in a draw is clipped, software drivers
         // send all of its triangles down a path that is some twenty times slower.
-        let mut groups = [const { Vec::new() }; 4];
-        for (index, patch) in mesh.patches.iter().enumerate() {
+        let group_of = |(index, patch): (usize, &[u32; 4])| {
             let corners = patch.map(|v| (positions[v as usize], normals[v as usize]));
             let range = posed.height_range.get(index).map_or([0.0; 2], |r| r.map(|h| h * posed.height_scale));
             let outside = place_in_view(&view, &corners, range) == Inside::Outside;
-            if settings.cull && (outside || faces_away(&lens, &corners, range)) {
-                continue;
+            if settings.cull && (outside || faces_away(viewer, &corners, range)) {
+                return None;
             }
             let divided = topology.patch_edges[index].iter().any(|edge| edge_factors[(edge >> 1) as usize] > 1.0);
             let crossing = place_in_view(&band, &corners, range) != Inside::Wholly;
-            groups[2 * usize::from(divided) + usize::from(crossing)].push(index as u32);
+            Some(2 * usize::from(divided) + usize::from(crossing))
+        };
+        let group_of_patches: Vec<Option<usize>> =
+            mesh.patches.par_iter().with_min_len(LEAST_TASK).enumerate().map(group_of).collect();
+        let mut groups = [const { Vec::new() }; 4];
+        for (patch, group) in (0..).zip(group_of_patches) {
+            if let Some(group) = group {
+                groups[group].push(patch);
+            }
         }
-        let mut list = Self { edge_factors, ..Self::default() };
-        let mut draws = |group: &[u32]| list.draws_of(group, topology, settings.max_vertices_per_draw);
+        let mut list = Self::default();
+        let mut draws = |group: &[u32]| list.draws_of(group, topology, edge_factors, settings.max_vertices_per_draw);
         let [undivided, undivided_crossing, divided, divided_crossing] = groups.map(|group| draws(&group));
         list.draws = Draws {
             undivided: [undivided, undivided_crossing].concat(),
@@ -206,12 +250,18 @@ impl DrawList {
     }
 
     /// Appends `patches` and gives draws of them that stay below the vertex limit.
-    fn draws_of(&mut self, patches: &[u32], topology: &Topology, max_vertices: u32) -> Vec<(u32, u32)> {
+    fn draws_of(
+        &mut self,
+        patches: &[u32],
+        topology: &Topology,
+        edge_factors: &[f32],
+        max_vertices: u32,
+    ) -> Vec<(u32, u32)> {
         let mut draws = Vec::new();
         let (mut first, mut vertices) = (self.visible.len() as u32, 0u32);
         for &patch in patches {
             let edges = &topology.patch_edges[patch as usize];
-            let factor = edges.iter().map(|&e| self.edge_factors[(e >> 1) as usize]).fold(1.0, f32::max);
+            let factor = edges.iter().map(|&e| edge_factors[(e >> 1) as usize]).fold(1.0, f32::max);
             let segments = odd_ceil(factor);
             let patch_vertices = (segments + 1) * (segments + 1);
             let next = self.visible.len() as u32;
@@ -231,6 +281,8 @@ impl DrawList {
     }
 }
 
+/// Edges or patches that are worth a thread.
+const LEAST_TASK: usize = 512;
 /// Slope of bumps that still shows when an edge is seen end-on.
 const BUMP_SLOPE: f32 = 0.3;
 /// Relief in pixels at and above which it shows in full; bumps lower than a pixel hide nothing behind them.
@@ -312,14 +364,14 @@ fn place_in_view(planes: &[Vec4; 5], corners: &Corners, range: [f32; 2]) -> Insi
 }
 
 /// Whether the patch lies so far behind the horizon that not even its highest bump can be seen.
-fn faces_away(lens: &Lens, corners: &Corners, range: [f32; 2]) -> bool {
+fn faces_away(viewer: Viewer, corners: &Corners, range: [f32; 2]) -> bool {
     let edge = corners[0].0.distance(corners[2].0).max(corners[1].0.distance(corners[3].0)).max(1e-12);
     let spread = (0..4).map(|i| corners[i].1.distance(corners[(i + 1) & 3].1)).fold(0.25f32, f32::max);
     // On a sphere of radius R, a bump of height h is visible up to acos(R / (R + h)) behind the horizon.
     let radius = edge / spread;
     let cosine = radius / (radius + (range[1] - range[0]).max(0.0));
     let margin = (1.0 - cosine * cosine).sqrt() + 0.1 + 0.5 * spread;
-    corners.iter().all(|&(position, normal)| normal.dot(lens.toward_viewer(position)) < -margin)
+    corners.iter().all(|&(position, normal)| normal.dot(viewer.toward(position)) < -margin)
 }
 
 #[cfg(test)]
@@ -343,7 +395,7 @@ mod tests {
         mesh
     }
 
-    fn list(mesh: &PatchMesh, eye: Vec3, target: Vec3, settings: &TessellationSettings) -> DrawList {
+    fn list(mesh: &PatchMesh, eye: Vec3, target: Vec3, settings: &TessellationSettings) -> (Division, DrawList) {
         let topology = Topology::new(&mesh.patches);
         let clip = glam::camera::rh::proj::vulkan::perspective_infinite_reverse(0.8, 1.0, 0.01)
             * glam::camera::rh::view::look_at_mat4(eye, target, Vec3::Y);
@@ -357,13 +409,15 @@ mod tests {
             height_range: &[],
             height_scale: 1.0,
         };
-        DrawList::new(posed, clip, Lens { eye, focal_pixels: 1000.0, near: 0.01 }, settings)
+        let division = Division::new(posed, Lens { eye, focal_pixels: 1000.0, near: 0.01 }, settings);
+        let list = DrawList::new(posed, &division.edge_factors, clip, Viewer::At(eye), settings);
+        (division, list)
     }
 
     #[test]
     fn spacing_follows_the_target() {
         let mesh = grid(1);
-        let list = list(&mesh, Vec3::Z * 100.0, Vec3::ZERO, &TessellationSettings::default());
+        let (list, _) = list(&mesh, Vec3::Z * 100.0, Vec3::ZERO, &TessellationSettings::default());
         // One unit at distance 100 is 10 pixels; 4 pixels per triangle put vertices sqrt(8) pixels apart. Bumps of 10
         // pixels lengthen what is seen from straight above by sqrt(1 + 0.09).
         for factor in &list.edge_factors {
@@ -399,7 +453,7 @@ mod tests {
                 height_scale: 0.0,
             };
             let lens = Lens { eye: Vec3::Z * distance, focal_pixels: 1000.0, near: 0.01 };
-            let list = DrawList::new(posed, Mat4::IDENTITY, lens, &TessellationSettings::default());
+            let list = Division::new(posed, lens, &TessellationSettings::default());
             assert_eq!(list.edge_factors.iter().all(|f| *f == 1.0), distance > 10.0);
             list.vertex_lifts
         };
@@ -429,7 +483,7 @@ mod tests {
     #[test]
     fn every_texel_can_have_its_vertex() {
         let settings = TessellationSettings { to_texels: true, ..Default::default() };
-        let list = list(&grid(1), Vec3::Z * 100.0, Vec3::ZERO, &settings);
+        let (list, _) = list(&grid(1), Vec3::Z * 100.0, Vec3::ZERO, &settings);
         assert_eq!(list.edge_factors[0], 40.0);
     }
 
@@ -450,7 +504,7 @@ mod tests {
             };
             let lens = Lens { eye: Vec3::Z * 100.0, focal_pixels: 1000.0, near: 0.01 };
             let settings = TessellationSettings { to_texels: true, ..Default::default() };
-            DrawList::new(posed, Mat4::IDENTITY, lens, &settings).edge_factors[0]
+            Division::new(posed, lens, &settings).edge_factors[0]
         };
         assert_eq!((factor(1.0), factor(-1.0), factor(0.0)), (40.0, 40.0, 1.0));
     }
@@ -460,7 +514,7 @@ mod tests {
         // One unit from 99.5 away, its nearest end, is 10.05 pixels.
         let few = |vertices_per_pixel| {
             let settings = TessellationSettings { to_texels: true, vertices_per_pixel, ..Default::default() };
-            list(&grid(1), Vec3::Z * 100.0, Vec3::ZERO, &settings).edge_factors[0]
+            list(&grid(1), Vec3::Z * 100.0, Vec3::ZERO, &settings).0.edge_factors[0]
         };
         assert!((few(2.0) - 20.1).abs() < 0.2, "{}", few(2.0));
         assert_eq!(few(f32::INFINITY), 40.0);
@@ -470,20 +524,20 @@ mod tests {
     fn hidden_patches_are_dropped() {
         let mesh = grid(8);
         let settings = TessellationSettings::default();
-        assert_eq!(list(&mesh, Vec3::Z * 30.0, Vec3::ZERO, &settings).visible.len(), 64);
-        assert_eq!(list(&mesh, Vec3::Z * 30.0, Vec3::Z * 60.0, &settings).visible.len(), 0, "behind the camera");
-        assert_eq!(list(&mesh, Vec3::Z * -30.0, Vec3::ZERO, &settings).visible.len(), 0, "from below");
-        let near = list(&mesh, Vec3::Z * 1.5, Vec3::ZERO, &settings).visible.len();
+        assert_eq!(list(&mesh, Vec3::Z * 30.0, Vec3::ZERO, &settings).1.visible.len(), 64);
+        assert_eq!(list(&mesh, Vec3::Z * 30.0, Vec3::Z * 60.0, &settings).1.visible.len(), 0, "behind the camera");
+        assert_eq!(list(&mesh, Vec3::Z * -30.0, Vec3::ZERO, &settings).1.visible.len(), 0, "from below");
+        let near = list(&mesh, Vec3::Z * 1.5, Vec3::ZERO, &settings).1.visible.len();
         assert!((4..64).contains(&near), "{near}");
         let all = TessellationSettings { cull: false, ..settings };
-        assert_eq!(list(&mesh, Vec3::Z * -30.0, Vec3::ZERO, &all).visible.len(), 64);
+        assert_eq!(list(&mesh, Vec3::Z * -30.0, Vec3::ZERO, &all).1.visible.len(), 64);
     }
 
     #[test]
     fn draws_stay_under_the_vertex_limit_and_cover_everything() {
         let mesh = grid(16);
         let settings = TessellationSettings { max_vertices_per_draw: 65_536, ..Default::default() };
-        let list = list(&mesh, Vec3::Z * 12.0, Vec3::ZERO, &settings);
+        let (_, list) = list(&mesh, Vec3::Z * 12.0, Vec3::ZERO, &settings);
         assert!(list.draws.all().count() > 1);
         let mut next = 0;
         for (first, count) in list.draws.all() {

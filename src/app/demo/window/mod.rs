@@ -98,8 +98,23 @@ impl Default for WindowOptions {
 pub struct WindowReport {
     /// Frames shown.
     pub frames: u64,
+    /// Milliseconds from the beginning of each frame to that of the next.
+    pub milliseconds: Vec<f32>,
     /// Screenshots written.
     pub screenshots: Vec<PathBuf>,
+}
+
+impl WindowReport {
+    /// Median and 95th percentile of the milliseconds between frames; 0 where there are none.
+    #[must_use]
+    pub fn frame_times(&self) -> [f32; 2] {
+        let mut sorted = self.milliseconds.clone();
+        sorted.sort_unstable_by(f32::total_cmp);
+        [0.5, 0.95].map(|share| {
+            let index = (share * sorted.len() as f64) as usize;
+            sorted.get(index).copied().unwrap_or(0.0)
+        })
+    }
 }
 
 /// Shows `scene` in a window until the user closes it. The scene gives its state at a time in seconds; the orbit
@@ -198,6 +213,7 @@ impl<S: FnMut(f64) -> FrameState> App<S> {
         let now = Instant::now();
         if let Some(last) = open.last_frame.replace(now) {
             self.viewer.advance((now - last).as_secs_f64());
+            self.report.milliseconds.push((now - last).as_secs_f32() * 1000.0);
         }
         self.settings.shading = self.viewer.shading();
         let changed = self.viewer.take_changed();
@@ -224,7 +240,10 @@ impl<S: FnMut(f64) -> FrameState> App<S> {
         let last = !self.viewer.is_moving() && open.painter.is_complete(self.settings.samples);
         if since >= TITLE_INTERVAL || self.report.frames == 1 || last {
             let fps = f64::from(open.counted.0) / since.as_secs_f64().max(1e-6);
-            open.window.set_title(&title(&self.options.title, &self.viewer, fps, &open.painter.times()?));
+            if last {
+                open.painter.finish()?;
+            }
+            open.window.set_title(&title(&self.options.title, &self.viewer, fps, open.painter.times()));
             open.counted = (0, Instant::now());
         }
         if self.options.frames.is_some_and(|frames| self.report.frames >= frames) {

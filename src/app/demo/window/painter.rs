@@ -5,28 +5,51 @@ use std::sync::Arc;
 use winit::window::Window;
 
 use crate::app::error::AppError;
-use crate::gpu::{CommandRecorder, Gpu, Swapchain, Timestamps, Use};
+use crate::gpu::{CommandRecorder, FRAMES_IN_FLIGHT, Gpu, Swapchain, Timestamps, Use};
 use crate::maps::RgbImage;
 use crate::maps::tonemap::Tonemap;
-use crate::render::frame::{PassTime, PausedFrame, Renderer};
+use crate::render::frame::{MAX_PASSES, PassTime, PausedFrame, Renderer};
 use crate::render::light::environment::Environment;
 use crate::render::passes::present::PresentPass;
 use crate::render::scene::FrameState;
 use crate::render::settings::RenderSettings;
 
-/// Draws into one window. One frame is in flight; until it is done, the renderer's mapped buffers belong to the device.
+/// Draws into one window: the device draws a frame while the processor prepares the next.
 pub struct Painter {
-    // Dropped first: it waits for the device.
-    recorder: CommandRecorder,
+    // Dropped first: they wait for the device.
+    slots: [Slot; FRAMES_IN_FLIGHT],
+    /// The slot of the next frame.
+    next: usize,
     swapchain: Swapchain,
     pass: PresentPass,
-    timestamps: Timestamps,
-    /// Times of the passes of the last sample.
-    times: Vec<PassTime>,
+    /// Times of the passes of the last frame that is done.
+    times: Vec<(String, f64)>,
     /// The picture being drawn, and its progress: the samples of a still picture are spread over frames.
     shown: Option<Shown>,
     renderer: Renderer,
     moving_msaa: u32,
+}
+
+/// A frame on its way.
+struct Slot {
+    recorder: CommandRecorder,
+    timestamps: Timestamps,
+    /// Times of passes that were waited for when they were recorded.
+    earlier: Vec<PassTime>,
+    /// A picture that nothing else holds any more, but whose buffers the device may be reading.
+    held: Option<PausedFrame>,
+}
+
+impl Slot {
+    fn new(gpu: &Arc<Gpu>, number: usize) -> Result<Self, AppError> {
+        Ok(Self {
+            recorder: CommandRecorder::new(gpu, &format!("window {number}"))?,
+            // The passes, the first mark, and that of the present pass.
+            timestamps: Timestamps::new(gpu, MAX_PASSES + 2)?,
+            earlier: Vec::new(),
+            held: None,
+        })
+    }
 }
 
 struct Shown {
@@ -43,9 +66,9 @@ impl Painter {
         let gpu = renderer.gpu().clone();
         let swapchain = Swapchain::new(&gpu, window)?;
         Ok(Self {
-            recorder: CommandRecorder::new(&gpu, "window")?,
+            slots: [Slot::new(&gpu, 0)?, Slot::new(&gpu, 1)?],
+            next: 0,
             pass: PresentPass::new(&gpu, swapchain.format(), tonemap)?,
-            timestamps: Timestamps::new(&gpu, 2)?,
             times: Vec::new(),
             shown: None,
             swapchain,
@@ -54,22 +77,31 @@ impl Painter {
         })
     }
 
-    /// Waits for the frame in flight.
+    /// Waits for the frames on their way.
     ///
     /// # Errors
     /// A lost device.
     pub fn finish(&mut self) -> Result<(), AppError> {
-        Ok(self.recorder.wait()?)
+        for i in 0..FRAMES_IN_FLIGHT {
+            self.finish_slot((self.next + i) % FRAMES_IN_FLIGHT)?;
+        }
+        Ok(())
     }
 
-    /// Name and milliseconds of the passes of the last frame.
-    ///
-    /// # Errors
-    /// A lost device.
-    pub fn times(&mut self) -> Result<Vec<(String, f64)>, AppError> {
-        self.finish()?;
-        let passes = self.times.iter().map(|time| (time.pass.clone(), time.milliseconds));
-        Ok(passes.chain(self.timestamps.intervals()?).collect())
+    fn finish_slot(&mut self, slot: usize) -> Result<(), AppError> {
+        let slot = &mut self.slots[slot];
+        if slot.recorder.is_pending() {
+            slot.recorder.wait()?;
+            let passes = slot.earlier.drain(..).map(|time| (time.pass, time.milliseconds));
+            self.times = passes.chain(slot.timestamps.intervals()?).collect();
+        }
+        slot.held = None;
+        Ok(())
+    }
+
+    /// Name and milliseconds of the passes of the last frame that is done.
+    pub fn times(&self) -> &[(String, f64)] {
+        &self.times
     }
 
     /// Surrounds the scene with another environment; the next frame needs a state of the scene.
@@ -112,37 +144,50 @@ impl Painter {
         settings: &RenderSettings,
         exposure: f32,
     ) -> Result<bool, AppError> {
-        self.finish()?;
+        let current = self.next;
+        self.finish_slot(current)?;
         let Some(frame) = self.swapchain.acquire(size)? else { return Ok(false) };
         let [width, height] = frame.image.mip_extent(0);
         let still = RenderSettings { size: (width, height), samples: settings.samples.max(1), ..*settings };
         let moving = RenderSettings { samples: 1, msaa: self.moving_msaa, ..still };
-        let (paused, settings) = match (state, self.shown.take()) {
-            (Some(state), _) => (self.renderer.prepare(&state, &moving)?.pause(), moving),
+        let last = self.shown.take();
+        let (prepared, settings, last) = match (state, last) {
+            (Some(state), last) => (self.renderer.prepare(&state, &moving)?, moving, last),
             (None, Some(shown)) if shown.settings != still => {
-                let state = shown.frame.into_state();
-                (self.renderer.prepare(&state, &still)?.pause(), still)
+                let state = shown.frame.state().clone();
+                (self.renderer.prepare(&state, &still)?, still, Some(shown))
             }
-            (None, Some(shown)) => (shown.frame, still),
+            (None, Some(shown)) => (self.renderer.resume(shown.frame)?, still, None),
             (None, None) => return Err(AppError::Failed("the window has no scene".into())),
         };
-        let mut prepared = self.renderer.resume(paused)?;
-        if prepared.samples() < settings.samples {
-            self.times = prepared.draw_sample(prepared.samples())?;
+        let mut prepared = prepared;
+        // A new frame has buffers of its own.
+        let overlaps = prepared.overlaps() && prepared.samples() == 0;
+        let sample = Some(prepared.samples()).filter(|&samples| samples < settings.samples);
+        let slot = &mut self.slots[current];
+        if let Some(sample) = sample.filter(|_| !overlaps) {
+            slot.earlier = prepared.draw_sample(sample)?;
         }
-        self.shown = Some(Shown { frame: prepared.pause(), settings });
-        let (renderer, pass, timestamps) = (&self.renderer, &self.pass, &self.timestamps);
-        self.recorder.record("window frame", |cmd| {
+        let (pass, timestamps) = (&self.pass, &slot.timestamps);
+        slot.recorder.record("window frame", |cmd| {
             cmd.full_barrier();
-            cmd.reset_timestamps(timestamps);
-            cmd.timestamp(timestamps, "begin");
-            if let Some(image) = renderer.image() {
-                cmd.label("present", |cmd| pass.record(cmd, image, &frame.image, exposure));
+            match sample.filter(|_| overlaps) {
+                Some(sample) => prepared.record_sample(sample, cmd, timestamps)?,
+                None => {
+                    cmd.reset_timestamps(timestamps);
+                    cmd.timestamp(timestamps, "begin");
+                }
             }
+            cmd.label("present", |cmd| pass.record(cmd, prepared.image(), &frame.image, exposure));
             cmd.timestamp(timestamps, "present");
             cmd.transition(&frame.image, Use::Present);
-        })?;
-        self.swapchain.present(&mut self.recorder, frame)?;
+            Ok::<(), AppError>(())
+        })??;
+        self.shown = Some(Shown { frame: prepared.pause(), settings });
+        self.swapchain.present(&mut slot.recorder, frame)?;
+        self.next = (current + 1) % FRAMES_IN_FLIGHT;
+        // The frame before this one may still be drawn.
+        self.slots[self.next].held = last.map(|shown| shown.frame);
         Ok(true)
     }
 

@@ -6,6 +6,7 @@ use super::{Extent, ForViews, PassNames, PreparedSurface, Surface, SurfaceDrawin
 use crate::gpu::{Commands, Gpu, GpuError, Result};
 use crate::maps::cache::MapCache;
 use crate::render::frame::cache::Cache;
+use crate::render::frame::pool::Pool;
 use crate::render::passes::edges::edge_tessellation;
 use crate::render::passes::filter::{FilterInto, FilterPass};
 use crate::render::passes::geometry::{GeometryKind, GeometryPass};
@@ -15,8 +16,10 @@ use crate::render::passes::targets::{GeometryTargets, VisibleSurface};
 use crate::render::scene::{FrameState, Object, Pose};
 use crate::render::settings::{Needs, RenderSettings};
 use crate::render::surfaces::object::{GpuObject, MAX_OBJECTS};
-use crate::render::surfaces::object_view::{DrawnObject, PosedObject, ViewBuffers, Viewpoint};
+use crate::render::surfaces::divided::{DividedObject, DivisionBuffers};
+use crate::render::surfaces::object_view::{DrawnObject, ObjectView, ViewBuffers, Viewpoint};
 use crate::render::surfaces::patch_mesh::PosedVertices;
+use crate::render::surfaces::posed::PosedObject;
 use crate::render::surfaces::tessellation::{Lens, TessellationSettings};
 use crate::render::view::{Samples, View};
 
@@ -38,16 +41,26 @@ struct Mesh {
 /// An object in one level of detail.
 struct Level {
     object: Arc<GpuObject>,
-    camera: ViewBuffers,
-    /// One for each sun that had to be drawn from so far.
-    suns: Vec<ViewBuffers>,
+    /// Whether it is closed, so that what is behind is hidden by what is in front, from wherever it is seen.
+    closed: bool,
+    divisions: Pool<DivisionBuffers>,
+    /// For the camera and for suns.
+    views: Pool<ViewBuffers>,
 }
 
 impl Level {
     fn new(gpu: &Arc<Gpu>, object: Object, index: usize, cache: Option<&MapCache>) -> Result<Self> {
-        let object = GpuObject::new(gpu, object, index, cache)?;
-        let camera = ViewBuffers::new(gpu, &object, "camera")?;
-        Ok(Self { object: Arc::new(object), camera, suns: Vec::new() })
+        let object = Arc::new(GpuObject::new(gpu, object, index, cache)?);
+        let closed = object.topology.irregular_edges() == 0;
+        Ok(Self { object, closed, divisions: Pool::default(), views: Pool::default() })
+    }
+
+    /// Its buffers for a frame: a division, and a view for the camera and each of so many suns.
+    fn buffers(&mut self, gpu: &Arc<Gpu>, suns: usize) -> Result<(DividedObject, ObjectView, Vec<ObjectView>)> {
+        let Self { object, divisions, views, .. } = self;
+        let division = divisions.take(|| DivisionBuffers::new(gpu, object))?;
+        let mut view = || views.take(|| ViewBuffers::new(gpu, object)).map(ObjectView::new);
+        Ok((DividedObject::new(division), view()?, (0..suns).map(|_| view()).collect::<Result<_>>()?))
     }
 }
 
@@ -117,17 +130,17 @@ impl Surface for Meshes {
         for (mesh, pose) in self.meshes.iter_mut().zip(&state.poses) {
             let (level, vertices) = mesh.posed(pose, &lens);
             let suns = if level.object.object.casts_shadow { suns as usize } else { 0 };
-            while level.suns.len() < suns {
-                level.suns.push(ViewBuffers::new(&self.gpu, &level.object, "sun")?);
-            }
+            let (divided, camera, suns) = level.buffers(&self.gpu, suns)?;
             meshes.push(PreparedMesh {
                 posed: PosedObject {
                     vertices,
                     object: level.object.clone(),
                     height_scale: settings.geometry_scale(state.height_scale),
                 },
-                camera: level.camera.clone(),
-                suns: level.suns.iter().take(suns).cloned().collect(),
+                closed: level.closed,
+                divided,
+                camera,
+                suns,
             });
         }
         let needs = settings.shading.needs();
@@ -159,8 +172,16 @@ struct PreparedMeshes {
 
 struct PreparedMesh {
     posed: PosedObject,
-    camera: ViewBuffers,
-    suns: Vec<ViewBuffers>,
+    closed: bool,
+    divided: DividedObject,
+    camera: ObjectView,
+    suns: Vec<ObjectView>,
+}
+
+impl PreparedMesh {
+    fn drawn<'a>(&'a self, view: &'a ObjectView) -> DrawnObject<'a> {
+        DrawnObject { posed: &self.posed, divided: &self.divided, view }
+    }
 }
 
 impl PreparedSurface for PreparedMeshes {
@@ -173,11 +194,10 @@ impl PreparedSurface for PreparedMeshes {
     }
 
     fn cast(&mut self, suns: &[ShadowView], lens: Lens) -> Result<()> {
-        // Casters are divided as the camera's surface is: a finer one would stand out of it and shade it.
-        let settings = TessellationSettings { cull: false, ..self.tessellation };
-        for mesh in &mut self.meshes {
-            for (buffers, sun) in mesh.suns.iter_mut().zip(suns) {
-                buffers.update(&mesh.posed, &sun.viewpoint(lens), &settings)?;
+        for PreparedMesh { posed, closed, divided, suns: views, .. } in &mut self.meshes {
+            let settings = TessellationSettings { cull: self.tessellation.cull && *closed, ..self.tessellation };
+            for (view, sun) in views.iter_mut().zip(suns) {
+                view.look(posed, divided, &sun.viewpoint(lens), &settings)?;
             }
         }
         Ok(())
@@ -188,31 +208,30 @@ impl PreparedSurface for PreparedMeshes {
     }
 
     fn casters_under(&self, sun: usize) -> Vec<DrawnObject<'_>> {
-        let casters = self.meshes.iter().filter_map(|mesh| mesh.suns.get(sun).map(|view| (&mesh.posed, view)));
-        casters.map(|(posed, view)| DrawnObject { posed, view }).collect()
+        self.meshes.iter().filter_map(|mesh| mesh.suns.get(sun).map(|view| mesh.drawn(view))).collect()
     }
 
     fn look(&mut self, view: &View) -> Result<()> {
         let from = Viewpoint::from(view);
-        for PreparedMesh { posed, camera, .. } in &mut self.meshes {
+        for PreparedMesh { posed, divided, camera, .. } in &mut self.meshes {
             let tessellation = match view.samples {
                 Samples::Pixels | Samples::Multisampled { .. } => self.tessellation,
                 // Silhouettes consist of bumps, and the geometry of whole pixels leaves out small ones.
                 Samples::Edges { .. } => edge_tessellation(self.tessellation, posed.bounds(), &from.lens),
             };
-            camera.update(posed, &from, &tessellation)?;
+            camera.look(posed, divided, &from, &tessellation)?;
         }
         Ok(())
     }
 
     fn draw_geometry(&self, cmd: &mut Commands, target: &GeometryTargets, view: &View) {
-        let drawn = self.meshes.iter().map(|mesh| DrawnObject { posed: &mesh.posed, view: &mesh.camera });
+        let drawn = self.meshes.iter().map(|mesh| mesh.drawn(&mesh.camera));
         self.geometry.of(view.samples).draw(cmd, target, drawn, self.mark_inside);
     }
 
     fn draw_filter(&self, cmd: &mut Commands, visible: &VisibleSurface, view: &View, light: Option<ShadeInputs<'_>>) {
         let seen = self.meshes.iter().filter(|mesh| mesh.camera.patches > 0);
-        let drawn = seen.map(|mesh| DrawnObject { posed: &mesh.posed, view: &mesh.camera });
+        let drawn = seen.map(|mesh| mesh.drawn(&mesh.camera));
         self.filter.draw(cmd, visible, view, drawn, self.height_scale, light);
     }
 

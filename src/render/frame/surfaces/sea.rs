@@ -5,6 +5,7 @@ use std::sync::Arc;
 use super::{Extent, ForViews, PassNames, PreparedSurface, Surface, SurfaceDrawing};
 use crate::gpu::{Buffer, Commands, Gpu, Memory, Result};
 use crate::render::frame::cache::Cache;
+use crate::render::frame::pool::Pool;
 use crate::render::frame::timing::Passes;
 use crate::render::passes::filter::FilterInto;
 use crate::render::passes::geometry::GeometryKind;
@@ -28,7 +29,7 @@ pub struct Sea {
     gpu: Arc<Gpu>,
     water: Water,
     fields: OceanFields,
-    buffers: RingBuffers,
+    buffers: Pool<SeaBuffers>,
     surface: Cache<GeometryKind, OceanSurfacePass>,
     filters: Cache<(Needs, FilterInto), OceanFilterPass>,
     /// What the reference marches through.
@@ -42,10 +43,26 @@ struct Water {
     rings: Arc<Rings>,
     /// Standard deviation of the height of each cascade, metres.
     deviations: Arc<[f64]>,
+}
+
+/// The buffers of a frame.
+struct SeaBuffers {
+    rings: RingBuffers,
     /// The [`WaterGpu`] block.
-    block: Buffer,
+    water: Buffer,
     /// The [`ShoreGpu`] block.
     shore: Buffer,
+}
+
+impl SeaBuffers {
+    fn new(gpu: &Arc<Gpu>, rings: &Rings) -> Result<Self> {
+        let buffer = |name: &str, size: usize| Buffer::new(gpu, name, size as u64, Memory::Upload);
+        Ok(Self {
+            rings: RingBuffers::new(gpu, rings)?,
+            water: buffer("water", size_of::<WaterGpu>())?,
+            shore: buffer("shore", size_of::<ShoreGpu>())?,
+        })
+    }
 }
 
 impl Sea {
@@ -54,21 +71,17 @@ impl Sea {
     /// # Errors
     /// Unusable waves, memory that is short, a failed pipeline.
     pub fn new(gpu: &Arc<Gpu>, ocean: Ocean) -> Result<Self> {
-        let rings = Rings::default();
-        let buffer = |name: &str, size: usize| Buffer::new(gpu, name, size as u64, Memory::Upload);
         Ok(Self {
             gpu: gpu.clone(),
             fields: OceanFields::new(gpu, &ocean.cascades, Content::Moments)?,
-            buffers: RingBuffers::new(gpu, &rings)?,
+            buffers: Pool::default(),
             surface: Cache::default(),
             filters: Cache::default(),
             march: Cache::default(),
             water: Water {
                 deviations: ocean.cascades.iter().map(|c| c.deviations()[0]).collect(),
-                block: buffer("water", size_of::<WaterGpu>())?,
-                shore: buffer("shore", size_of::<ShoreGpu>())?,
                 ocean: Arc::new(ocean),
-                rings: Arc::new(rings),
+                rings: Arc::new(Rings::default()),
             },
         })
     }
@@ -91,9 +104,10 @@ impl Surface for Sea {
                 self.filters.get((needs, filter), || OceanFilterPass::new(gpu, needs, filter, shore.is_some()))?;
             let surface = drawing
                 .geometry(|kind| self.surface.get(kind, || OceanSurfacePass::new(gpu, kind, shore.is_some())))?;
-            Drawing::Rings { fields: self.fields.clone(), buffers: self.buffers.clone(), surface, filter }
+            Drawing::Rings { fields: self.fields.clone(), surface, filter }
         };
         Ok(Box::new(PreparedSea {
+            buffers: self.buffers.take(|| SeaBuffers::new(gpu, &self.water.rings))?,
             water: self.water.clone(),
             drawing,
             time: state.time,
@@ -106,6 +120,7 @@ impl Surface for Sea {
 /// The sea at one moment.
 struct PreparedSea {
     water: Water,
+    buffers: Arc<SeaBuffers>,
     drawing: Drawing,
     /// Seconds.
     time: f64,
@@ -117,7 +132,7 @@ struct PreparedSea {
 /// How the sea is drawn.
 enum Drawing {
     /// As rings of patches, and filtered by its slope moments.
-    Rings { fields: OceanFields, buffers: RingBuffers, surface: ForViews<OceanSurfacePass>, filter: OceanFilterPass },
+    Rings { fields: OceanFields, surface: ForViews<OceanSurfacePass>, filter: OceanFilterPass },
     /// By marching rays through waves that nothing filters: the reference.
     March(OceanMarch),
 }
@@ -141,18 +156,19 @@ impl PreparedSurface for PreparedSea {
     }
 
     fn look(&mut self, view: &View) -> Result<()> {
-        let Water { ocean, rings, deviations, block, shore } = &self.water;
+        let Water { ocean, rings, deviations } = &self.water;
+        let buffers = &self.buffers;
         let from = Viewpoint::from(view);
-        let Viewpoint { clip_from_world, lens, eye, .. } = from;
+        let Viewpoint { clip_from_world, lens, .. } = from;
         let sea_view = SeaView { clip_from_world, lens, level: ocean.level, deviation: ocean.height };
         self.laid = rings.lay(&sea_view, &self.tessellation);
         match &self.drawing {
-            Drawing::Rings { buffers, .. } => buffers.update(&self.laid, &from, ocean.level)?,
+            Drawing::Rings { .. } => buffers.rings.update(&self.laid, &from, ocean.level)?,
             Drawing::March(march) => march.update(&from, ocean.level)?,
         }
-        block.write(0, &[WaterGpu::new(ocean, eye.truncate())])?;
+        buffers.water.write(0, &[WaterGpu::new(ocean, lens.eye.truncate())])?;
         let shore_block = ocean.shore.as_ref().map(|shore| ShoreGpu::new(shore, self.time, deviations));
-        shore.write(0, &[shore_block.unwrap_or_default()])
+        buffers.shore.write(0, &[shore_block.unwrap_or_default()])
     }
 
     fn record_motion(&self, passes: &mut Passes<'_>) {
@@ -168,16 +184,16 @@ impl PreparedSurface for PreparedSea {
 
     fn draw_geometry(&self, cmd: &mut Commands, target: &GeometryTargets, view: &View) {
         match &self.drawing {
-            Drawing::Rings { fields, buffers, surface, .. } => {
-                let pass = surface.of(view.samples);
-                pass.draw(cmd, target, buffers, &self.laid, fields, &self.water.shore);
+            Drawing::Rings { fields, surface, .. } => {
+                let SeaBuffers { rings, shore, .. } = &*self.buffers;
+                surface.of(view.samples).draw(cmd, target, rings, &self.laid, fields, shore);
             }
             Drawing::March(march) => march.draw_geometry(cmd),
         }
     }
 
     fn draw_filter(&self, cmd: &mut Commands, visible: &VisibleSurface, _: &View, light: Option<ShadeInputs<'_>>) {
-        let Water { block: water, shore, .. } = &self.water;
+        let SeaBuffers { water, shore, .. } = &*self.buffers;
         match &self.drawing {
             Drawing::Rings { fields, filter, .. } => {
                 filter.draw(cmd, visible, SeaInputs { fields, water, shore }, light)

@@ -99,7 +99,7 @@ impl OceanMarch {
     /// # Errors
     /// A failed write.
     pub fn update(&self, from: &Viewpoint, level: f32) -> Result<()> {
-        let Viewpoint { clip_from_world, eye, lens, .. } = *from;
+        let (clip_from_world, lens, eye) = (from.clip_from_world, from.lens, from.lens.eye);
         // x, y and w of clip space are linear in the direction from the eye, and w is the length along the view axis.
         let rows = clip_from_world.transpose();
         let linear = Mat3::from_cols(rows.x_axis.truncate(), rows.y_axis.truncate(), rows.w_axis.truncate());

@@ -129,11 +129,11 @@ impl RingBuffers {
     /// # Errors
     /// A failed write.
     pub fn update(&self, laid: &Laid, from: &Viewpoint, level: f32) -> Result<()> {
-        let Laid { positions, spacing, list } = laid;
+        let Laid { positions, spacing, factors, list } = laid;
         let vertex = |(p, &spacing): (&Vec3, &f32)| VertexGpu { position: [p.x, p.y], spacing, unused: 0.0 };
         let vertices: Vec<VertexGpu> = positions.iter().zip(spacing).map(vertex).collect();
         self.vertices.write(0, &vertices)?;
-        self.edge_factors.write(0, &list.edge_factors)?;
+        self.edge_factors.write(0, factors)?;
         if !list.visible.is_empty() {
             self.visible.write(0, &list.visible)?;
         }
@@ -141,7 +141,7 @@ impl RingBuffers {
         let view = ViewGpu {
             clip_from_world: (shrink * from.clip_from_world).to_cols_array_2d(),
             window: [from.size.0 as f32, from.size.1 as f32, 0.0, 0.0],
-            centre: [from.eye.x, from.eye.y, level, 0.5 / EARTH],
+            centre: [from.lens.eye.x, from.lens.eye.y, level, 0.5 / EARTH],
         };
         self.view.write(0, &[view])
     }

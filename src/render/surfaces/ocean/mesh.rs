@@ -6,7 +6,7 @@ use std::f32::consts::TAU;
 use glam::{Mat4, Vec2, Vec3};
 
 use crate::render::surfaces::patch_mesh::PatchMesh;
-use crate::render::surfaces::tessellation::{DrawList, Lens, MAX_FACTOR, PosedMesh, TessellationSettings};
+use crate::render::surfaces::tessellation::{DrawList, Lens, MAX_FACTOR, PosedMesh, TessellationSettings, Viewer};
 use crate::render::surfaces::topology::Topology;
 
 /// Radius of the earth, enlarged by the usual refraction of the air, metres.
@@ -57,6 +57,8 @@ pub struct Laid {
     pub positions: Vec<Vec3>,
     /// Largest distance between drawn vertices along the edges at each mesh vertex, metres.
     pub spacing: Vec<f32>,
+    /// Tessellation factor of each edge.
+    pub factors: Vec<f32>,
     /// The patches and draws.
     pub list: DrawList,
 }
@@ -126,8 +128,8 @@ impl Rings {
             height_range: &vec![[-reach, reach]; self.mesh.patches.len()],
             height_scale: 1.0,
         };
-        let list = DrawList::with_factors(posed, factors, view.clip_from_world, lens, settings);
-        Laid { positions, spacing, list }
+        let list = DrawList::new(posed, &factors, view.clip_from_world, Viewer::At(lens.eye), settings);
+        Laid { positions, spacing, factors, list }
     }
 }
 
@@ -213,7 +215,7 @@ mod tests {
             for &patch in &laid.list.visible {
                 let corner = laid.positions[rings.mesh.patches[patch as usize][0] as usize];
                 let sides = rings.topology.patch_edges[patch as usize];
-                let [a, b, c, d] = sides.map(|e| laid.list.edge_factors[(e >> 1) as usize]);
+                let [a, b, c, d] = sides.map(|e| laid.factors[(e >> 1) as usize]);
                 let bin = (corner.distance(camera.position) / 300.0).log10().ceil().clamp(0.0, 3.0) as usize;
                 bins[bin] += 2 * odd(a.max(c)) * odd(b.max(d));
             }
@@ -240,11 +242,11 @@ mod tests {
         for height in [2.5f32, 30.0, 400.0] {
             let eye = Vec3::new(3.0, 4.0, height);
             let (a, turned) = (at(eye, Vec3::X), at(eye, Vec3::new(-0.3, 0.8, -0.4)));
-            assert_eq!((&a.positions, &a.list.edge_factors), (&turned.positions, &turned.list.edge_factors));
+            assert_eq!((&a.positions, &a.factors), (&turned.positions, &turned.factors));
             for step in [Vec3::X, Vec3::Z] {
                 let b = at(eye + step * (1e-3 * height), Vec3::X);
                 let change = |(a, b): (&f32, &f32)| (a / b - 1.0).abs();
-                let worst = a.list.edge_factors.iter().zip(&b.list.edge_factors).map(change).fold(0.0, f32::max);
+                let worst = a.factors.iter().zip(&b.factors).map(change).fold(0.0, f32::max);
                 let spacing = a.spacing.iter().zip(&b.spacing).map(change).fold(0.0, f32::max);
                 println!("{height} m, a thousandth along {step}: factors {worst:.5}, spacing {spacing:.5}");
                 assert!(worst < 0.02 && spacing < 0.02, "{height} m: {worst} {spacing}");

@@ -1,0 +1,65 @@
+//! An object in the pose of a frame.
+
+use std::sync::Arc;
+
+use glam::Vec3;
+
+use super::object::GpuObject;
+use super::patch_mesh::PosedVertices;
+use super::sphere::Sphere;
+use super::tessellation::PosedMesh;
+
+/// An object in the pose of a frame.
+pub struct PosedObject {
+    /// The object on the device.
+    pub object: Arc<GpuObject>,
+    /// Its vertices in the world.
+    pub vertices: PosedVertices,
+    /// Factor on the object's own height scale for the displacement; 0 leaves the geometry smooth.
+    pub height_scale: f32,
+}
+
+impl PosedObject {
+    /// Mean world length of a height texel; infinite for an object without heights.
+    #[must_use]
+    pub fn texel_length(&self) -> f32 {
+        let positions = &self.vertices.positions;
+        let lengths =
+            self.object.topology.edges.iter().map(|e| positions[e[0] as usize].distance(positions[e[1] as usize]));
+        let texels: f32 = self.object.edge_texels.iter().sum();
+        if texels > 0.0 { lengths.sum::<f32>() / texels } else { f32::INFINITY }
+    }
+
+    /// A bounding sphere that includes the bumps.
+    #[must_use]
+    pub fn bounds(&self) -> Sphere {
+        let (low, high) = self
+            .vertices
+            .positions
+            .iter()
+            .fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), &p| (low.min(p), high.max(p)));
+        Sphere { centre: (low + high) * 0.5, radius: low.distance(high) * 0.5 + self.highest_bump() }
+    }
+
+    /// The largest distance between the displaced and the smooth surface, metres.
+    #[must_use]
+    pub fn highest_bump(&self) -> f32 {
+        let bump = self.object.height_range.iter().flatten().fold(0.0f32, |a, h| a.max(h.abs()));
+        bump * (self.height_scale * self.object.object.height_scale).abs()
+    }
+
+    /// Its mesh, as it is divided and culled.
+    pub(super) fn mesh(&self) -> PosedMesh<'_> {
+        let Self { object, vertices, height_scale } = self;
+        PosedMesh {
+            mesh: &object.object.mesh,
+            topology: &object.topology,
+            positions: &vertices.positions,
+            normals: &vertices.normals,
+            edge_texels: &object.edge_texels,
+            edge_relief: &object.edge_relief,
+            height_range: &object.height_range,
+            height_scale: height_scale * object.object.height_scale,
+        }
+    }
+}
