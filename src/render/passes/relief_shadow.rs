@@ -159,8 +159,11 @@ impl ReliefMaps {
         tessellation: &TessellationSettings,
     ) -> Result<()> {
         let settings = TessellationSettings { cull: false, ..*tessellation };
+        for (divided, posed) in self.divided.iter_mut().zip(casters) {
+            divided.divide(posed, lens, &settings)?;
+        }
         for (from, views) in views.iter().zip(&mut self.views) {
-            for ((view, divided), posed) in views.iter_mut().zip(&mut self.divided).zip(casters) {
+            for ((view, divided), posed) in views.iter_mut().zip(&self.divided).zip(casters) {
                 view.look(posed, divided, &from.viewpoint(lens), &settings)?;
             }
         }

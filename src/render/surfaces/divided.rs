@@ -1,5 +1,5 @@
-//! A posed object, divided as finely as a lens asks for. The camera and the suns whose shadows it sees draw the same division: a
-//! finer caster would stand out of the surface that the camera sees, and shade it.
+//! A posed object, divided as finely as a lens asks for. The suns whose shadows a camera sees draw the same division, or where their
+//! maps cannot show it a coarser one; a finer one would stand out of the surface that the camera sees, and shade it.
 
 use std::sync::Arc;
 
@@ -77,9 +77,30 @@ impl DividedObject {
         if self.of.is_some_and(|(of, so)| of == lens && so.divides_as(settings)) {
             return Ok(());
         }
+        self.of = Some((lens, *settings));
+        self.write(posed, Division::new(posed.mesh(), lens, settings))
+    }
+
+    /// The same division with vertices no closer together than so many metres, in other buffers; `None` if none of its vertices are.
+    /// The device must not be reading the buffers.
+    ///
+    /// # Errors
+    /// As [`divide`](Self::divide).
+    pub fn no_finer_than(
+        &self,
+        spacing: f32,
+        posed: &PosedObject,
+        buffers: &Arc<DivisionBuffers>,
+    ) -> Result<Option<Self>> {
+        let Some(division) = self.division.no_finer_than(spacing, posed.mesh()) else { return Ok(None) };
+        let mut coarser = Self::new(buffers.clone());
+        coarser.write(posed, division)?;
+        Ok(Some(coarser))
+    }
+
+    fn write(&mut self, posed: &PosedObject, division: Division) -> Result<()> {
         let (mesh, posed_vertices) = (&posed.object.object.mesh, &posed.vertices);
-        self.division = Division::new(posed.mesh(), lens, settings);
-        let Division { edge_factors, vertex_lods, vertex_lifts, every_texel } = &self.division;
+        let Division { edge_factors, vertex_lods, vertex_lifts, every_texel } = &division;
         let vertices: Vec<VertexGpu> = (0..mesh.positions.len())
             .into_par_iter()
             .with_min_len(1024)
@@ -96,7 +117,7 @@ impl DividedObject {
         self.buffers.vertices.write(0, &vertices)?;
         self.buffers.edge_factors.write(0, edge_factors)?;
         self.texel_repeat = if *every_texel { repeat_on_plane(mesh, &posed_vertices.positions) } else { 0.0 };
-        self.of = Some((lens, *settings));
+        self.division = division;
         Ok(())
     }
 }

@@ -37,7 +37,7 @@ pub struct Viewpoint {
     pub clip_from_world: Mat4,
     /// Where it is looked from: patches that face away are not drawn.
     pub viewer: Viewer,
-    /// The camera's lens, also when a light's map is drawn: casters must be tessellated exactly as the camera sees them.
+    /// The camera's lens, also when a light's map is drawn.
     pub lens: Lens,
     /// Number of samples along a side of a pixel in which the lens measures.
     pub grid: u32,
@@ -109,19 +109,17 @@ impl ObjectView {
         Self { buffers, draws: Draws::default(), at_texels: false, triangles: 0, patches: 0 }
     }
 
-    /// Divides the object for the viewpoint's lens, chooses what is drawn of it, and writes the buffers. The device must not be
-    /// reading them.
+    /// Chooses what is drawn of a divided object, and writes the buffers. The device must not be reading them.
     ///
     /// # Errors
     /// A failed write, which does not happen in practice.
     pub fn look(
         &mut self,
         posed: &PosedObject,
-        divided: &mut DividedObject,
+        divided: &DividedObject,
         from: &Viewpoint,
         settings: &TessellationSettings,
     ) -> Result<()> {
-        divided.divide(posed, from.lens, settings)?;
         let factors = &divided.division.edge_factors;
         let list = DrawList::new(posed.mesh(), factors, from.clip_from_world, from.viewer, settings);
         let shrink = Mat4::from_scale(Vec3::new(1.0 / GUARD_BAND, 1.0 / GUARD_BAND, 1.0));

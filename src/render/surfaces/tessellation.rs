@@ -185,6 +185,23 @@ impl Division {
         let every_texel = settings.to_texels
             && !posed.edge_texels.is_empty()
             && edge_factors.iter().zip(posed.edge_texels).all(|(factor, texels)| *factor + 1e-2 >= *texels);
+        Self { every_texel, ..Self::of_factors(posed, edge_factors) }
+    }
+
+    /// The same with vertices no closer together than so many metres along the smooth surface; `None` if none are.
+    #[must_use]
+    pub fn no_finer_than(&self, spacing: f32, posed: PosedMesh<'_>) -> Option<Self> {
+        let PosedMesh { topology, positions, .. } = posed;
+        let coarser = |(&[a, b], &factor): (&[u32; 2], &f32)| {
+            factor.min((positions[a as usize].distance(positions[b as usize]) / spacing).max(1.0))
+        };
+        let factors: Vec<f32> =
+            topology.edges.par_iter().with_min_len(LEAST_TASK).zip(&self.edge_factors).map(coarser).collect();
+        (factors != self.edge_factors).then(|| Self::of_factors(posed, factors))
+    }
+
+    fn of_factors(posed: PosedMesh<'_>, edge_factors: Vec<f32>) -> Self {
+        let PosedMesh { topology, positions, normals, .. } = posed;
         let mut vertices = vec![(0.0f32, 0.0f32, 0u32); positions.len()];
         for (&[a, b], &factor) in topology.edges.iter().zip(&edge_factors) {
             let (level, (a, b)) = ((64.0 / factor).log2(), (a as usize, b as usize));
@@ -200,7 +217,7 @@ impl Division {
         Self {
             vertex_lods: vertices.iter().map(|v| mean((v.0, v.2))).collect(),
             vertex_lifts: vertices.iter().map(|v| mean((v.1, v.2))).collect(),
-            every_texel,
+            every_texel: false,
             edge_factors,
         }
     }
@@ -518,6 +535,58 @@ mod tests {
         };
         assert!((few(2.0) - 20.1).abs() < 0.2, "{}", few(2.0));
         assert_eq!(few(f32::INFINITY), 40.0);
+    }
+
+    #[test]
+    fn a_coarser_division_keeps_its_distance() {
+        let mesh = grid(2);
+        let topology = Topology::new(&mesh.patches);
+        let posed = PosedMesh {
+            mesh: &mesh,
+            topology: &topology,
+            positions: &mesh.positions,
+            normals: &mesh.normals,
+            edge_texels: &[],
+            edge_relief: &vec![1.0; topology.edges.len()],
+            height_range: &[],
+            height_scale: 1.0,
+        };
+        let lens = Lens { eye: Vec3::new(0.8, 0.0, 2.0), focal_pixels: 100.0, near: 0.01 };
+        let finer = Division::new(posed, lens, &TessellationSettings::default());
+        let (least, most) = finer.edge_factors.iter().fold((f32::MAX, 0.0f32), |(a, b), &f| (a.min(f), b.max(f)));
+        assert!(least > 2.0 && most > 1.2 * least, "{least} {most}");
+        // Edges are one unit long.
+        let middle = 0.5 * (least + most);
+        let coarser = finer.no_finer_than(1.0 / middle, posed).unwrap();
+        for (i, (coarse, fine)) in coarser.edge_factors.iter().zip(&finer.edge_factors).enumerate() {
+            assert_eq!(*coarse, fine.min(middle), "{i}");
+        }
+        assert!(coarser.vertex_lods.iter().zip(&finer.vertex_lods).all(|(coarse, fine)| coarse >= fine));
+        assert!(finer.no_finer_than(0.99 / most, posed).is_none());
+        assert!(finer.no_finer_than(10.0, posed).unwrap().edge_factors.iter().all(|factor| *factor == 1.0));
+    }
+
+    #[test]
+    fn patches_that_face_away_from_a_sun_are_dropped() {
+        let mesh = grid(4);
+        let topology = Topology::new(&mesh.patches);
+        let posed = PosedMesh {
+            mesh: &mesh,
+            topology: &topology,
+            positions: &mesh.positions,
+            normals: &mesh.normals,
+            edge_texels: &[],
+            edge_relief: &[],
+            height_range: &[],
+            height_scale: 1.0,
+        };
+        let factors = vec![1.0; topology.edges.len()];
+        let seen = |sun: Vec3| {
+            let viewer = Viewer::Toward(sun.normalize());
+            DrawList::new(posed, &factors, Mat4::from_scale(Vec3::splat(0.1)), viewer, &Default::default()).visible.len()
+        };
+        assert_eq!(seen(Vec3::new(1.0, 0.0, 0.5)), 16);
+        assert_eq!(seen(Vec3::new(1.0, 0.0, -0.9)), 0);
     }
 
     #[test]

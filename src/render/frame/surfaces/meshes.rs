@@ -23,6 +23,9 @@ use crate::render::surfaces::posed::PosedObject;
 use crate::render::surfaces::tessellation::{Lens, TessellationSettings};
 use crate::render::view::{Samples, View};
 
+/// Texels of a shadow map that casters' vertices are apart at least.
+const CASTER_SPACING: f32 = 4.0;
+
 /// The meshes on the device, and what draws them.
 pub struct Meshes {
     gpu: Arc<Gpu>,
@@ -55,12 +58,20 @@ impl Level {
         Ok(Self { object, closed, divisions: Pool::default(), views: Pool::default() })
     }
 
-    /// Its buffers for a frame: a division, and a view for the camera and each of so many suns.
-    fn buffers(&mut self, gpu: &Arc<Gpu>, suns: usize) -> Result<(DividedObject, ObjectView, Vec<ObjectView>)> {
-        let Self { object, divisions, views, .. } = self;
-        let division = divisions.take(|| DivisionBuffers::new(gpu, object))?;
+    /// The object in a pose, with buffers for a frame under so many suns.
+    fn prepare(&mut self, gpu: &Arc<Gpu>, posed: PosedObject, suns: usize) -> Result<PreparedMesh> {
+        let Self { object, closed, divisions, views } = self;
+        let mut division = || divisions.take(|| DivisionBuffers::new(gpu, object));
         let mut view = || views.take(|| ViewBuffers::new(gpu, object)).map(ObjectView::new);
-        Ok((DividedObject::new(division), view()?, (0..suns).map(|_| view()).collect::<Result<_>>()?))
+        Ok(PreparedMesh {
+            posed,
+            closed: *closed,
+            divided: DividedObject::new(division()?),
+            camera: view()?,
+            caster: None,
+            caster_buffers: if suns > 0 { Some(division()?) } else { None },
+            suns: (0..suns).map(|_| view()).collect::<Result<_>>()?,
+        })
     }
 }
 
@@ -130,18 +141,9 @@ impl Surface for Meshes {
         for (mesh, pose) in self.meshes.iter_mut().zip(&state.poses) {
             let (level, vertices) = mesh.posed(pose, &lens);
             let suns = if level.object.object.casts_shadow { suns as usize } else { 0 };
-            let (divided, camera, suns) = level.buffers(&self.gpu, suns)?;
-            meshes.push(PreparedMesh {
-                posed: PosedObject {
-                    vertices,
-                    object: level.object.clone(),
-                    height_scale: settings.geometry_scale(state.height_scale),
-                },
-                closed: level.closed,
-                divided,
-                camera,
-                suns,
-            });
+            let height_scale = settings.geometry_scale(state.height_scale);
+            let posed = PosedObject { vertices, object: level.object.clone(), height_scale };
+            meshes.push(level.prepare(&self.gpu, posed, suns)?);
         }
         let needs = settings.shading.needs();
         let relief_drawn = settings.geometry_scale(state.height_scale) != 0.0;
@@ -175,12 +177,35 @@ struct PreparedMesh {
     closed: bool,
     divided: DividedObject,
     camera: ObjectView,
+    /// What throws shadows, if that is coarser.
+    caster: Option<DividedObject>,
+    caster_buffers: Option<Arc<DivisionBuffers>>,
     suns: Vec<ObjectView>,
 }
 
 impl PreparedMesh {
-    fn drawn<'a>(&'a self, view: &'a ObjectView) -> DrawnObject<'a> {
-        DrawnObject { posed: &self.posed, divided: &self.divided, view }
+    fn seen(&self) -> DrawnObject<'_> {
+        DrawnObject { posed: &self.posed, divided: &self.divided, view: &self.camera }
+    }
+
+    fn cast(&mut self, suns: &[ShadowView], lens: Lens, tessellation: TessellationSettings) -> Result<()> {
+        let Self { posed, closed, divided, caster, caster_buffers, suns: views, .. } = self;
+        let Some(buffers) = caster_buffers else { return Ok(()) };
+        // What lies behind hides nothing more of a closed surface.
+        let settings = TessellationSettings { cull: tessellation.cull && *closed, ..tessellation };
+        divided.divide(posed, lens, &settings)?;
+        let spacing = CASTER_SPACING * suns.iter().map(|sun| sun.texel).fold(f32::INFINITY, f32::min);
+        *caster = divided.no_finer_than(spacing, posed, buffers)?;
+        let drawn = caster.as_ref().unwrap_or(divided);
+        for (view, sun) in views.iter_mut().zip(suns) {
+            view.look(posed, drawn, &sun.viewpoint(lens), &settings)?;
+        }
+        Ok(())
+    }
+
+    fn cast_under(&self, sun: usize) -> Option<DrawnObject<'_>> {
+        let divided = self.caster.as_ref().unwrap_or(&self.divided);
+        Some(DrawnObject { posed: &self.posed, divided, view: self.suns.get(sun)? })
     }
 }
 
@@ -194,13 +219,7 @@ impl PreparedSurface for PreparedMeshes {
     }
 
     fn cast(&mut self, suns: &[ShadowView], lens: Lens) -> Result<()> {
-        for PreparedMesh { posed, closed, divided, suns: views, .. } in &mut self.meshes {
-            let settings = TessellationSettings { cull: self.tessellation.cull && *closed, ..self.tessellation };
-            for (view, sun) in views.iter_mut().zip(suns) {
-                view.look(posed, divided, &sun.viewpoint(lens), &settings)?;
-            }
-        }
-        Ok(())
+        self.meshes.iter_mut().try_for_each(|mesh| mesh.cast(suns, lens, self.tessellation))
     }
 
     fn casters(&self) -> Vec<&PosedObject> {
@@ -208,7 +227,7 @@ impl PreparedSurface for PreparedMeshes {
     }
 
     fn casters_under(&self, sun: usize) -> Vec<DrawnObject<'_>> {
-        self.meshes.iter().filter_map(|mesh| mesh.suns.get(sun).map(|view| mesh.drawn(view))).collect()
+        self.meshes.iter().filter_map(|mesh| mesh.cast_under(sun)).collect()
     }
 
     fn look(&mut self, view: &View) -> Result<()> {
@@ -219,19 +238,20 @@ impl PreparedSurface for PreparedMeshes {
                 // Silhouettes consist of bumps, and the geometry of whole pixels leaves out small ones.
                 Samples::Edges { .. } => edge_tessellation(self.tessellation, posed.bounds(), &from.lens),
             };
+            divided.divide(posed, from.lens, &tessellation)?;
             camera.look(posed, divided, &from, &tessellation)?;
         }
         Ok(())
     }
 
     fn draw_geometry(&self, cmd: &mut Commands, target: &GeometryTargets, view: &View) {
-        let drawn = self.meshes.iter().map(|mesh| mesh.drawn(&mesh.camera));
+        let drawn = self.meshes.iter().map(PreparedMesh::seen);
         self.geometry.of(view.samples).draw(cmd, target, drawn, self.mark_inside);
     }
 
     fn draw_filter(&self, cmd: &mut Commands, visible: &VisibleSurface, view: &View, light: Option<ShadeInputs<'_>>) {
         let seen = self.meshes.iter().filter(|mesh| mesh.camera.patches > 0);
-        let drawn = seen.map(|mesh| mesh.drawn(&mesh.camera));
+        let drawn = seen.map(PreparedMesh::seen);
         self.filter.draw(cmd, visible, view, drawn, self.height_scale, light);
     }
 
