@@ -11,6 +11,7 @@ use serde::Serialize;
 use self::args::DemoArgs;
 use self::orbit::Orbit;
 use self::window::surroundings::Surroundings;
+use self::window::pace::KeptQuality;
 use self::window::{Display, WindowOptions, WindowReport};
 use crate::app::error::AppError;
 use crate::app::flags::device::{DeviceArgs, DeviceInfo};
@@ -18,7 +19,7 @@ use crate::app::output::Output;
 use crate::gpu::Gpu;
 use crate::lab::progress::Progress;
 use crate::render::light::panorama::EnvironmentLight;
-use crate::scenes::config::{DEFAULT_MSAA, SceneConfig};
+use crate::scenes::config::SceneConfig;
 use crate::scenes::set::{Inputs, Set, set};
 use crate::scenes::view::CameraPose;
 
@@ -78,12 +79,14 @@ fn demo(arguments: &DemoArgs, output: &Output) -> Result<DemoReport, AppError> {
     let Set { renderer, animation, camera, surroundings, .. } =
         set(&config, inputs, &gpu, &output.share(config.scene.making))?;
     let lights = renderer.environment().lights().to_vec();
+    // What is asked for is drawn in motion too.
+    let kept = KeptQuality { msaa: arguments.scene.msaa, probes: arguments.scene.shading.probes.is_some() };
     let options = WindowOptions {
         title: "leadr".to_owned(),
         time: f64::from(arguments.time),
         exposure: config.exposure.exp2(),
         frames: arguments.frames,
-        moving_msaa: arguments.scene.msaa.unwrap_or(DEFAULT_MSAA),
+        kept,
         ..Default::default()
     };
     let orbit = Orbit::new(&CameraPose::of(&camera));

@@ -77,7 +77,7 @@ pub struct SceneArgs {
     #[arg(long, value_name = "N", default_value = "4", value_parser = clap::value_parser!(u32).range(1..=65_536))]
     pub samples: u32,
     /// Samples of the geometry in each sample, for smooth outlines at little cost: 1, 2, 4 or 8; each surface in a pixel is shaded once
-    /// [default: 4 with --samples 1 and for what moves in a window, else 1]
+    /// [default: 4 with --samples 1, and in a window for what moves unless that takes longer than 100 ms a frame; else 1]
     #[arg(long, value_name = "N", value_parser = msaa)]
     pub msaa: Option<u32>,
     /// Look at the geometry N times per sample, for smooth silhouettes; each surface in a pixel is still shaded once.

@@ -38,15 +38,16 @@ use crate::maps::tonemap::Tonemap;
 use crate::render::frame::Renderer;
 use crate::render::scene::FrameState;
 use crate::render::settings::{RenderSettings, Technique};
-use crate::scenes::config::DEFAULT_MSAA;
 use crate::scenes::daylight;
 use crate::scenes::light::EnvironmentChoice;
 pub use display::Display;
+use pace::{KeptQuality, Pace};
 use painter::Painter;
 use surroundings::Surroundings;
 use viewer::{Action, Drag, Viewer};
 
 mod display;
+pub mod pace;
 mod painter;
 pub mod surroundings;
 pub mod viewer;
@@ -82,14 +83,14 @@ pub struct WindowOptions {
     pub screenshots: PathBuf,
     /// Closes after this many frames; `None` leaves that to the user.
     pub frames: Option<u64>,
-    /// Samples of the geometry in each pixel while something moves, when a picture has a single sample.
-    pub moving_msaa: u32,
+    /// What of pictures stays while something moves.
+    pub kept: KeptQuality,
 }
 
 impl Default for WindowOptions {
     fn default() -> Self {
         let (title, screenshots) = ("leadr".to_owned(), PathBuf::from("out/screenshot"));
-        Self { title, time: 0.0, exposure: 1.0, screenshots, frames: None, moving_msaa: DEFAULT_MSAA }
+        Self { title, time: 0.0, exposure: 1.0, screenshots, frames: None, kept: KeptQuality::default() }
     }
 }
 
@@ -134,11 +135,14 @@ pub fn run(
     options: WindowOptions,
 ) -> Result<WindowReport, AppError> {
     let viewer = Viewer::new(camera, options.time, settings.shading);
+    // A processor that draws by itself is slow enough.
+    let pace = Pace::new(options.kept, renderer.gpu().is_lavapipe());
     let mut app = App {
         scene,
         settings,
         surroundings,
         viewer,
+        pace,
         exposure: options.exposure,
         options,
         renderer: Some(renderer),
@@ -158,6 +162,7 @@ struct App<S> {
     settings: RenderSettings,
     surroundings: Surroundings,
     viewer: Viewer,
+    pace: Pace,
     options: WindowOptions,
     /// Of the picture that is shown.
     exposure: f32,
@@ -194,7 +199,7 @@ impl<S: FnMut(f64) -> FrameState> App<S> {
             .create_window(attributes)
             .map_err(|e| AppError::Failed(format!("the window cannot be opened: {e}")))?;
         let window = Arc::new(window);
-        let painter = Painter::new(renderer, window.clone(), Tonemap::default(), self.options.moving_msaa)?;
+        let painter = Painter::new(renderer, window.clone(), Tonemap::default())?;
         window.request_redraw();
         let counted = (0, Instant::now());
         self.open = Some(Open { painter, window, occluded: false, hidden: false, last_frame: None, counted });
@@ -208,12 +213,18 @@ impl<S: FnMut(f64) -> FrameState> App<S> {
         if open.hidden {
             // An event that says otherwise asks for a frame. Time stands still while nobody looks.
             open.last_frame = None;
+            self.pace.interrupt();
             return Ok(());
         }
         let now = Instant::now();
         if let Some(last) = open.last_frame.replace(now) {
             self.viewer.advance((now - last).as_secs_f64());
-            self.report.milliseconds.push((now - last).as_secs_f32() * 1000.0);
+            let milliseconds = (now - last).as_secs_f32() * 1000.0;
+            self.report.milliseconds.push(milliseconds);
+            match self.viewer.is_moving() {
+                true => self.pace.frame(milliseconds),
+                false => self.pace.interrupt(),
+            }
         }
         self.settings.shading = self.viewer.shading();
         let changed = self.viewer.take_changed();
@@ -225,7 +236,7 @@ impl<S: FnMut(f64) -> FrameState> App<S> {
             self.exposure = self.options.exposure * state.exposure();
             state
         });
-        let shown = open.painter.draw([width, height], state, &self.settings, self.exposure)?;
+        let shown = open.painter.draw([width, height], state, &self.settings, &self.pace, self.exposure)?;
         open.hidden = !shown;
         if !shown {
             if changed {

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use winit::window::Window;
 
+use super::pace::Pace;
 use crate::app::error::AppError;
 use crate::gpu::{CommandRecorder, FRAMES_IN_FLIGHT, Gpu, Swapchain, Timestamps, Use};
 use crate::maps::RgbImage;
@@ -27,7 +28,6 @@ pub struct Painter {
     /// The picture being drawn, and its progress: the samples of a still picture are spread over frames.
     shown: Option<Shown>,
     renderer: Renderer,
-    moving_msaa: u32,
 }
 
 /// A frame on its way.
@@ -58,11 +58,11 @@ struct Shown {
 }
 
 impl Painter {
-    /// A painter for a window of the renderer's display. `moving_msaa`: samples of the geometry in each pixel of a moving picture.
+    /// A painter for a window of the renderer's display.
     ///
     /// # Errors
     /// A device that cannot draw on the window, or a failed Vulkan call.
-    pub fn new(renderer: Renderer, window: Arc<Window>, tonemap: Tonemap, moving_msaa: u32) -> Result<Self, AppError> {
+    pub fn new(renderer: Renderer, window: Arc<Window>, tonemap: Tonemap) -> Result<Self, AppError> {
         let gpu = renderer.gpu().clone();
         let swapchain = Swapchain::new(&gpu, window)?;
         Ok(Self {
@@ -73,7 +73,6 @@ impl Painter {
             shown: None,
             swapchain,
             renderer,
-            moving_msaa,
         })
     }
 
@@ -132,7 +131,7 @@ impl Painter {
     /// Draws a frame in a window of `size` pixels: a new `state` of the scene, or without one a further sample of the last state,
     /// until there are `settings.samples`. False if there was nothing to draw on; then the caller must pass `state` again.
     ///
-    /// A moving picture has one sample in the middle of each pixel, and multisampled geometry. A still one has the samples of
+    /// A moving picture has one sample in the middle of each pixel, and is as good as its `pace` says. A still one has the samples of
     /// [`Renderer::render`] and becomes the same picture.
     ///
     /// # Errors
@@ -142,6 +141,7 @@ impl Painter {
         size: [u32; 2],
         state: Option<FrameState>,
         settings: &RenderSettings,
+        pace: &Pace,
         exposure: f32,
     ) -> Result<bool, AppError> {
         let current = self.next;
@@ -149,7 +149,7 @@ impl Painter {
         let Some(frame) = self.swapchain.acquire(size)? else { return Ok(false) };
         let [width, height] = frame.image.mip_extent(0);
         let still = RenderSettings { size: (width, height), samples: settings.samples.max(1), ..*settings };
-        let moving = RenderSettings { samples: 1, msaa: self.moving_msaa, ..still };
+        let moving = pace.moving(&still);
         let last = self.shown.take();
         let (prepared, settings, last) = match (state, last) {
             (Some(state), last) => (self.renderer.prepare(&state, &moving)?, moving, last),
