@@ -6,13 +6,12 @@ use super::renderer::Renderer;
 use super::surfaces::{PreparedSurface, Surface, SurfaceDrawing};
 use super::targets::{EdgeTargets, TargetShape, Targets};
 use crate::gpu::{Buffer, GpuError, Memory, Result};
-use crate::render::passes::SHADOW_SIZE;
 use crate::render::passes::edges::{JoinKind, edge_grid};
 use crate::render::passes::filter::FilterInto;
 use crate::render::passes::geometry::GeometryKind;
 use crate::render::passes::reference::ReliefLights;
 use crate::render::passes::shade::{Edges, LightSet, LightingGpu, ShadeKind, suns_of};
-use crate::render::passes::shadow::ShadowView;
+use crate::render::passes::shadow::{ShadowView, map_size};
 use crate::render::scene::FrameState;
 use crate::render::settings::{Quadrature, RenderSettings, ShadingOptions};
 use crate::render::surfaces::posed::PosedObject;
@@ -78,8 +77,9 @@ impl Renderer {
         };
         let block = || Buffer::new(&self.gpu, "lighting", size_of::<LightingGpu>() as u64, Memory::Upload);
         let lighting = self.lighting.take(block)?;
+        let shadow_maps = self.common.shadow.maps(&self.gpu, map_size(settings.size), light.suns().len() as u32)?;
         let (state, number) = (state.clone(), self.prepared);
-        let plan = FramePlan { state, settings, surfaces, targets, light, lighting, multisample, edges, drawn: 0, number };
+        let plan = FramePlan { state, settings, surfaces, targets, light, shadow_maps, lighting, multisample, edges, drawn: 0, number };
         Ok(PreparedFrame { renderer: self, plan })
     }
 
@@ -163,11 +163,10 @@ impl Renderer {
         let spheres: Vec<Sphere> = casters(surfaces).into_iter().map(PosedObject::bounds).collect();
         let suns: Vec<ShadowView> = match Sphere::enclosing(&spheres).filter(|_| settings.shadows) {
             Some(sphere) => suns_of(state, &self.environment)
-                .map(|sun| ShadowView::around(sun.direction, sphere, SHADOW_SIZE))
+                .map(|sun| ShadowView::around(sun.direction, sphere, map_size(settings.size)))
                 .collect(),
             None => Vec::new(),
         };
-        self.common.shadow.make_room(&self.gpu, suns.len() as u32)?;
         let lens = state.camera.lens(settings.size.1);
         for surface in surfaces.iter_mut().filter(|_| !suns.is_empty()) {
             surface.cast(&suns, lens)?;

@@ -10,7 +10,7 @@ use crate::gpu::{Buffer, GpuError, Image, Result};
 use crate::render::passes::msaa::MsaaPass;
 use crate::render::passes::reference::{ReferencePass, ReliefLights};
 use crate::render::passes::shade::{ShadePass, SkyBehindPass};
-use crate::render::passes::shadow::ShadowView;
+use crate::render::passes::shadow::{ShadowMaps, ShadowView};
 use crate::render::scene::FrameState;
 use crate::render::settings::RenderSettings;
 
@@ -33,6 +33,7 @@ pub(super) struct FramePlan {
     pub surfaces: Vec<Box<dyn PreparedSurface>>,
     pub targets: Targets,
     pub light: Light,
+    pub shadow_maps: ShadowMaps,
     /// The [`LightingGpu`](crate::render::passes::shade::LightingGpu) block.
     pub lighting: Arc<Buffer>,
     /// Where the geometry is multisampled.

@@ -123,7 +123,7 @@ impl PreparedFrame<'_> {
     /// Light, which is the same in every view: waves, sky, irradiance and shadows, once per frame. Shadows of the relief are new for
     /// every sample.
     fn record_light(&mut self, passes: &mut Passes<'_>) {
-        let FramePlan { state, surfaces, light, drawn, .. } = &self.plan;
+        let FramePlan { state, surfaces, light, shadow_maps, drawn, .. } = &self.plan;
         let Renderer { environment, irradiance, common, .. } = &mut *self.renderer;
         let first = *drawn == 0;
         for surface in surfaces.iter().filter(|_| first) {
@@ -146,7 +146,7 @@ impl PreparedFrame<'_> {
                 }
                 passes.run("irradiance", |cmd| irradiance.record(cmd, environment));
                 let casters = |sun| surfaces.iter().flat_map(move |surface| surface.casters_under(sun));
-                passes.run("shadow", |cmd| common.shadow.record(cmd, (0..suns.len()).map(casters)));
+                passes.run("shadow", |cmd| common.shadow.record(cmd, shadow_maps, (0..suns.len()).map(casters)));
             }
             Light::Mapped { .. } => {}
         }
@@ -224,7 +224,7 @@ impl PreparedFrame<'_> {
         passes.run("shade", |cmd| {
             samples.draw_radiance(cmd, scissor, |cmd| edges.shade.draw(cmd, samples, inputs));
         });
-        let light = JoinLight { lighting: &self.plan.lighting, shadow_maps: renderer.common.shadow.maps() };
+        let light = JoinLight { lighting: &self.plan.lighting, shadow_maps: self.plan.shadow_maps.array() };
         let joined = &targets.joined;
         passes.run("edges", |cmd| edges.join.record(cmd, samples, &pixels.gbuffer, joined, light, &image.rays));
     }
@@ -262,7 +262,7 @@ impl PreparedFrame<'_> {
     }
 
     fn shade_inputs<'a>(&'a self, joined: Option<&'a JoinedEdges>) -> ShadeInputs<'a> {
-        let Renderer { environment, irradiance, common, .. } = &*self.renderer;
+        let Renderer { environment, irradiance, .. } = &*self.renderer;
         ShadeInputs {
             lighting: &self.plan.lighting,
             cube: environment.cube(),
@@ -270,7 +270,7 @@ impl PreparedFrame<'_> {
             lobes: environment.lobes().cube(),
             irradiance_rest: environment.irradiance_rest().cube(),
             radiance_sh: irradiance.coefficients(),
-            shadow_maps: common.shadow.maps(),
+            shadow_maps: self.plan.shadow_maps.array(),
             joined,
         }
     }

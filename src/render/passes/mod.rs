@@ -20,9 +20,6 @@ pub mod shadow;
 pub mod targets;
 pub mod tiles;
 
-/// Size of the shadow map in texels along a side.
-pub const SHADOW_SIZE: u32 = 2048;
-
 /// The passes that every frame has, whatever its settings.
 pub struct CommonPasses {
     /// The sun's shadow map.
@@ -44,7 +41,7 @@ impl CommonPasses {
     /// A failed pipeline, or memory that is short.
     pub fn new(gpu: &Arc<Gpu>) -> Result<Self> {
         Ok(Self {
-            shadow: shadow::ShadowPass::new(gpu, SHADOW_SIZE)?,
+            shadow: shadow::ShadowPass::new(gpu)?,
             tiles: tiles::TilePass::new(gpu)?,
             objects: object_depth::ObjectDepthPass::new(gpu)?,
             edges: edges::EdgePass::new(gpu)?,

@@ -63,6 +63,7 @@ pub fn relief_view(caster: Caster, sphere: Sphere, size: u32, offset: Vec2) -> S
             ShadowView {
                 clip_from_world: clip,
                 texture_from_world: to_texture * clip,
+                size,
                 texel: focal_pixels.recip(),
                 viewer: Viewer::At(eye),
             }

@@ -5,7 +5,6 @@ use std::sync::Arc;
 use ash::vk;
 use glam::{Mat4, Vec3};
 
-use super::SHADOW_SIZE;
 use super::geometry::{PatchPipelines, guard_band};
 use crate::gpu::{Commands, Depth, DepthTarget, Gpu, GraphicsDesc, Image, ImageDesc, ImageView, Result, Use};
 use crate::render::surfaces::object_view::{DrawnObject, Viewpoint};
@@ -19,6 +18,8 @@ pub struct ShadowView {
     pub clip_from_world: Mat4,
     /// World to texture coordinates (xy) and depth (z).
     pub texture_from_world: Mat4,
+    /// Texels along a side of the map.
+    pub size: u32,
     /// World size of a texel.
     pub texel: f32,
     /// Where the light is.
@@ -55,7 +56,13 @@ impl ShadowView {
         )
         .transpose();
         let to_texture = Mat4::from_translation(Vec3::new(0.5, 0.5, 0.0)) * Mat4::from_scale(Vec3::new(0.5, 0.5, 1.0));
-        Self { clip_from_world, texture_from_world: to_texture * clip_from_world, texel, viewer: Viewer::Toward(sun) }
+        Self {
+            clip_from_world,
+            texture_from_world: to_texture * clip_from_world,
+            size,
+            texel,
+            viewer: Viewer::Toward(sun),
+        }
     }
 
     /// The viewpoint for casters that are tessellated for the camera's `lens`.
@@ -66,19 +73,27 @@ impl ShadowView {
             viewer: self.viewer,
             lens,
             grid: 1,
-            size: (SHADOW_SIZE, SHADOW_SIZE),
+            size: (self.size, self.size),
         }
     }
 }
 
-/// The shadow maps and their pipeline.
-pub struct ShadowPass {
-    pipelines: PatchPipelines,
-    maps: ShadowMaps,
+/// Texels along a side of the maps for a picture of so many pixels: twice its longer side, from 1024 to 2048. A picture of a few
+/// hundred pixels does not show more, and a smaller map is drawn and looked up faster.
+#[must_use]
+pub fn map_size((width, height): (u32, u32)) -> u32 {
+    width.max(height).saturating_mul(2).clamp(1024, 2048).next_power_of_two()
 }
 
-/// Depth from each sun, larger is nearer.
-struct ShadowMaps {
+/// The pipelines of the pass, and the maps made so far.
+pub struct ShadowPass {
+    pipelines: PatchPipelines,
+    maps: Vec<ShadowMaps>,
+}
+
+/// Depth from each sun, larger is nearer. Clones share the images.
+#[derive(Clone)]
+pub struct ShadowMaps {
     image: Image,
     array: ImageView,
     layers: Vec<ImageView>,
@@ -91,43 +106,51 @@ impl ShadowMaps {
         let layers = (0..count).map(|layer| image.mip_layer(0, layer)).collect::<Result<_>>()?;
         Ok(Self { array: image.array()?, layers, image })
     }
+
+    /// An array with a layer per sun.
+    #[must_use]
+    pub fn array(&self) -> &ImageView {
+        &self.array
+    }
 }
 
 impl ShadowPass {
-    /// A shadow map of `size²` texels, for one sun.
+    /// The pass.
     ///
     /// # Errors
-    /// Memory or a failed pipeline.
-    pub fn new(gpu: &Arc<Gpu>, size: u32) -> Result<Self> {
-        let pipelines = PatchPipelines::new(
-            gpu,
-            "shadow",
-            &GraphicsDesc { depth: Some(Depth { bias: Some([-2.0, -2.0]), ..Depth::default() }), ..Default::default() },
-        )?;
-        Ok(Self { pipelines, maps: ShadowMaps::new(gpu, size, 1)? })
+    /// A failed pipeline.
+    pub fn new(gpu: &Arc<Gpu>) -> Result<Self> {
+        let desc = GraphicsDesc {
+            depth: Some(Depth { bias: Some([-2.0, -2.0]), ..Depth::default() }),
+            ..Default::default()
+        };
+        Ok(Self { pipelines: PatchPipelines::new(gpu, "shadow", &desc)?, maps: Vec::new() })
     }
 
-    /// Makes room for so many suns. The device must be idle.
+    /// Maps of `size`² texels for so many suns, which frames share; without suns a single texel that nothing reads.
     ///
     /// # Errors
     /// Memory that is short.
-    pub fn make_room(&mut self, gpu: &Arc<Gpu>, suns: u32) -> Result<()> {
-        let desc = self.maps.image.desc();
-        if suns > desc.layers {
-            self.maps = ShadowMaps::new(gpu, desc.width, suns)?;
+    pub fn maps(&mut self, gpu: &Arc<Gpu>, size: u32, suns: u32) -> Result<ShadowMaps> {
+        let (size, layers) = if suns == 0 { (1, 1) } else { (size, suns) };
+        let kept = |maps: &&ShadowMaps| maps.image.desc().width == size && maps.image.desc().layers >= layers;
+        if let Some(maps) = self.maps.iter().find(kept) {
+            return Ok(maps.clone());
         }
-        Ok(())
-    }
-
-    /// The maps as an array with a layer per sun.
-    #[must_use]
-    pub fn maps(&self) -> &ImageView {
-        &self.maps.array
+        self.maps.retain(|maps| maps.image.desc().width != size);
+        let maps = ShadowMaps::new(gpu, size, layers)?;
+        self.maps.push(maps.clone());
+        Ok(maps)
     }
 
     /// Draws the casters of each sun and leaves the maps readable.
-    pub fn record<'a, C: Iterator<Item = DrawnObject<'a>>>(&self, cmd: &mut Commands, suns: impl Iterator<Item = C>) {
-        let ShadowMaps { image, layers, .. } = &self.maps;
+    pub fn record<'a, C: Iterator<Item = DrawnObject<'a>>>(
+        &self,
+        cmd: &mut Commands,
+        maps: &ShadowMaps,
+        suns: impl Iterator<Item = C>,
+    ) {
+        let ShadowMaps { image, layers, .. } = maps;
         cmd.image_barrier(image, Use::Undefined, Use::DepthTarget);
         for (layer, casters) in layers.iter().zip(suns) {
             cmd.begin_rendering(&[], Some(DepthTarget { view: layer, clear: Some(0.0) }));
@@ -144,6 +167,12 @@ impl ShadowPass {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn maps_suit_the_picture() {
+        let sizes = [(1, 1), (480, 270), (512, 512), (270, 640), (4096, 2160), (u32::MAX, 1)];
+        assert_eq!(sizes.map(map_size), [1024, 1024, 1024, 2048, 2048, 2048]);
+    }
 
     #[test]
     fn the_sphere_fills_the_map_and_the_sunward_side_is_nearest() {
