@@ -10,8 +10,8 @@ use serde::Serialize;
 
 use self::args::DemoArgs;
 use self::orbit::Orbit;
-use self::window::surroundings::Surroundings;
 use self::window::pace::KeptQuality;
+use self::window::surroundings::Surroundings;
 use self::window::{Display, WindowOptions, WindowReport};
 use crate::app::error::AppError;
 use crate::app::flags::device::{DeviceArgs, DeviceInfo};

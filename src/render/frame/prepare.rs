@@ -79,7 +79,19 @@ impl Renderer {
         let lighting = self.lighting.take(block)?;
         let shadow_maps = self.common.shadow.maps(&self.gpu, map_size(settings.size), light.suns().len() as u32)?;
         let (state, number) = (state.clone(), self.prepared);
-        let plan = FramePlan { state, settings, surfaces, targets, light, shadow_maps, lighting, multisample, edges, drawn: 0, number };
+        let plan = FramePlan {
+            state,
+            settings,
+            surfaces,
+            targets,
+            light,
+            shadow_maps,
+            lighting,
+            multisample,
+            edges,
+            drawn: 0,
+            number,
+        };
         Ok(PreparedFrame { renderer: self, plan })
     }
 

@@ -32,8 +32,8 @@ use crate::render::light::environment::Environment;
 use crate::render::light::panorama::EnvironmentLight;
 use crate::render::scene::{FrameState, MAX_POINT_LIGHTS};
 use crate::render::settings::{RenderSettings, Terms};
-use crate::render::surfaces::posed::PosedObject;
 use crate::render::surfaces::patch_mesh::PosedVertices;
+use crate::render::surfaces::posed::PosedObject;
 use crate::render::surfaces::sphere::Sphere;
 use crate::render::view::View;
 

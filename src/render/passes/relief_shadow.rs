@@ -136,8 +136,9 @@ impl ReliefMaps {
         let divided = |posed: &&PosedObject| {
             DivisionBuffers::new(gpu, &posed.object).map(|buffers| DividedObject::new(Arc::new(buffers)))
         };
-        let view =
-            |posed: &&PosedObject| ViewBuffers::new(gpu, &posed.object).map(|buffers| ObjectView::new(Arc::new(buffers)));
+        let view = |posed: &&PosedObject| {
+            ViewBuffers::new(gpu, &posed.object).map(|buffers| ObjectView::new(Arc::new(buffers)))
+        };
         let views = |_| casters.iter().map(view).collect::<Result<_>>();
         Ok(Self {
             array: image.array()?,

@@ -120,10 +120,8 @@ impl ShadowPass {
     /// # Errors
     /// A failed pipeline.
     pub fn new(gpu: &Arc<Gpu>) -> Result<Self> {
-        let desc = GraphicsDesc {
-            depth: Some(Depth { bias: Some([-2.0, -2.0]), ..Depth::default() }),
-            ..Default::default()
-        };
+        let desc =
+            GraphicsDesc { depth: Some(Depth { bias: Some([-2.0, -2.0]), ..Depth::default() }), ..Default::default() };
         Ok(Self { pipelines: PatchPipelines::new(gpu, "shadow", &desc)?, maps: Vec::new() })
     }
 

@@ -48,7 +48,13 @@ pub struct Viewpoint {
 impl From<&View> for Viewpoint {
     fn from(view: &View) -> Self {
         let viewer = Viewer::At(view.camera.position);
-        Self { clip_from_world: view.clip_from_world(), viewer, lens: view.lens(), grid: view.grid(), size: view.size() }
+        Self {
+            clip_from_world: view.clip_from_world(),
+            viewer,
+            lens: view.lens(),
+            grid: view.grid(),
+            size: view.size(),
+        }
     }
 }
 

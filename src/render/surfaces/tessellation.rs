@@ -583,7 +583,9 @@ mod tests {
         let factors = vec![1.0; topology.edges.len()];
         let seen = |sun: Vec3| {
             let viewer = Viewer::Toward(sun.normalize());
-            DrawList::new(posed, &factors, Mat4::from_scale(Vec3::splat(0.1)), viewer, &Default::default()).visible.len()
+            DrawList::new(posed, &factors, Mat4::from_scale(Vec3::splat(0.1)), viewer, &Default::default())
+                .visible
+                .len()
         };
         assert_eq!(seen(Vec3::new(1.0, 0.0, 0.5)), 16);
         assert_eq!(seen(Vec3::new(1.0, 0.0, -0.9)), 0);

@@ -45,7 +45,9 @@ impl Pace {
             other => other,
         };
         let shading = match self.simple && !self.kept.probes {
-            true => still.shading.adjusted(|options| ShadingOptions { quadrature: fewer(options.quadrature), ..options }),
+            true => {
+                still.shading.adjusted(|options| ShadingOptions { quadrature: fewer(options.quadrature), ..options })
+            }
             false => still.shading,
         };
         RenderSettings { samples: 1, msaa, shading, ..*still }
