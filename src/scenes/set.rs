@@ -16,6 +16,7 @@ use crate::render::light::environment::Environment;
 use crate::render::light::panorama::LightExtraction;
 use crate::render::light::sky::Sky;
 use crate::render::scene::FrameState;
+use crate::render::settings::RenderSettings;
 
 /// The files a scene is made from, loaded and checked.
 #[derive(Debug)]
@@ -78,11 +79,17 @@ impl SkyOrPicture {
     }
 }
 
-/// Uploads the scene that `config` names.
+/// Uploads the scene that `config` names. `first`: settings of the first frames, whose pipelines are made meanwhile.
 ///
 /// # Errors
 /// If the scene cannot be made or the device fails.
-pub fn set(config: &SceneConfig, inputs: Inputs, gpu: &Arc<Gpu>, progress: Progress<'_>) -> Result<Set, SceneError> {
+pub fn set(
+    config: &SceneConfig,
+    inputs: Inputs,
+    gpu: &Arc<Gpu>,
+    first: Option<&RenderSettings>,
+    progress: Progress<'_>,
+) -> Result<Set, SceneError> {
     let options = SceneOptions { height_map: inputs.height_map, atlas_tile: config.atlas_tile, waves: config.waves };
     let mut stage = config.scene.stage(options, progress)?;
     if let Some(roughness) = config.roughness {
@@ -97,8 +104,8 @@ pub fn set(config: &SceneConfig, inputs: Inputs, gpu: &Arc<Gpu>, progress: Progr
     let (camera, views) = (camera(config, stage.views), stage.views);
     let sizes = stage.objects.iter().filter_map(|object| object.heights.as_ref()).map(|map| (map.width, map.height));
     let map_size = sizes.max_by_key(|&(width, height)| u64::from(width) * u64::from(height));
-    let renderer = Renderer::new(gpu, stage.take_scene(), environment)?;
     let lights = Lights { sky, ..Default::default() };
+    let scene = stage.take_scene();
     let height_scale = config.height_scale;
     let hours_per_second = config.day_length.map_or(0.0, |seconds| 24.0 / f64::from(seconds));
     let animation: Animation = Box::new(move |time| {
@@ -107,6 +114,10 @@ pub fn set(config: &SceneConfig, inputs: Inputs, gpu: &Arc<Gpu>, progress: Progr
         daylight::pass(&mut state, time * hours_per_second);
         state
     });
+    let renderer = match first {
+        Some(first) => Renderer::for_frames_like(gpu, scene, environment, &animation(0.0), first)?,
+        None => Renderer::new(gpu, scene, environment)?,
+    };
     Ok(Set { renderer, animation, camera, views, map_size, surroundings })
 }
 

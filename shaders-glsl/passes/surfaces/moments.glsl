@@ -3,7 +3,8 @@
 // The including file defines the formats SLOPES_FORMAT and SINGLE_FORMAT (storage images need them in the text).
 #include "../constants.glsl"
 #include "leadr/slopes/moments.glsl"
-layout(local_size_x = 8, local_size_y = 8) in;
+// Rows: several threads never write into one line of the cache.
+layout(local_size_x = 64, local_size_y = 1) in;
 
 layout(constant_id = 0) const uint EDGES = MOMENTS_REPEAT; // what lies beyond the edges: one of the MOMENTS_ constants
 
@@ -37,23 +38,23 @@ void main()
     bvec2 inside_s, inside_t;
     ivec2 s = neighbours(p.x, size.x, inside_s);
     ivec2 t = neighbours(p.y, size.y, inside_t);
-    vec2 first = vec2(0.0);
-    vec3 second = vec3(0.0);
-    float quarters = 0.0;
-    for (int k = 0; k < 4; ++k) {
-        ivec2 side = ivec2(k & 1, k >> 1);
-        // Beyond the edge of a tile there is no cell.
-        if (inside_s[side.x] && inside_t[side.y]) {
-            ivec2 q = ivec2(s[side.x], t[side.y]);
-            vec4 heights = vec4(height_at(p), height_at(ivec2(q.x, p.y)), height_at(ivec2(p.x, q.y)), height_at(q));
-            SlopeMoments quarter = moments_of_corner(heights, vec2(2 * side - 1) / vec2(size));
-            first += quarter.first;
-            second += quarter.second;
-            quarters += 1.0;
-        }
-    }
+    float here = height_at(p);
+    vec2 across = vec2(height_at(ivec2(s.x, p.y)), height_at(ivec2(s.y, p.y)));
+    vec2 along = vec2(height_at(ivec2(p.x, t.x)), height_at(ivec2(p.x, t.y)));
+    vec4 corners = vec4(height_at(ivec2(s.x, t.x)), height_at(ivec2(s.y, t.x)), height_at(ivec2(s.x, t.y)), height_at(ivec2(s.y, t.y)));
+    // Beyond the edge of a tile there is no cell.
+    vec2 ws = vec2(inside_s), wt = vec2(inside_t);
+    vec4 weights = vec4(ws * wt.x, ws * wt.y);
+    vec2 texel = 1.0 / vec2(size);
+    SlopeMoments a = moments_of_corner(vec4(here, across.x, along.x, corners.x), vec2(-texel.x, -texel.y));
+    SlopeMoments b = moments_of_corner(vec4(here, across.y, along.x, corners.y), vec2(texel.x, -texel.y));
+    SlopeMoments c = moments_of_corner(vec4(here, across.x, along.y, corners.z), vec2(-texel.x, texel.y));
+    SlopeMoments d = moments_of_corner(vec4(here, across.y, along.y, corners.w), texel);
+    vec2 first = weights.x * a.first + weights.y * b.first + weights.z * c.first + weights.w * d.first;
+    vec3 second = weights.x * a.second + weights.y * b.second + weights.z * c.second + weights.w * d.second;
+    float quarters = weights.x + weights.y + weights.z + weights.w;
     float share = 1.0 / max(quarters, 1.0);
     imageStore(slopes, p, clamp(vec4(first, second.xy) * share, -limit, limit));
     imageStore(joint, p, vec4(clamp(second.z * share, -limit, limit)));
-    imageStore(mean_height, p, vec4(clamp(height_at(p), -limit, limit)));
+    imageStore(mean_height, p, vec4(clamp(here, -limit, limit)));
 }

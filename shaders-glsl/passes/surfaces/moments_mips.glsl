@@ -1,7 +1,10 @@
 // One mip level of the LEADR maps from the next finer one: a box filter with exact area weights. Along an axis of
 // odd size n = 2m + 1 each texel covers 2 + 1/m finer ones: three taps, weights (m − i, m, i + 1) / n.
 // The including file defines the formats SLOPES_FORMAT and SINGLE_FORMAT (storage images need them in the text).
-layout(local_size_x = 8, local_size_y = 8) in;
+// Rows, as in moments.glsl.
+layout(local_size_x = 64, local_size_y = 1) in;
+
+layout(constant_id = 0) const bool EVEN = false; // both sides of the finer level are even
 
 layout(SLOPES_FORMAT) uniform readonly image2D fine_slopes;
 layout(SINGLE_FORMAT) uniform readonly image2D fine_joint;
@@ -26,16 +29,25 @@ void main()
     ivec2 fine = imageSize(fine_slopes);
     ivec2 p = ivec2(gl_GlobalInvocationID.xy);
     if (p.x >= size.x || p.y >= size.y) return;
-    vec3 wx = taps(p.x, fine.x);
-    vec3 wy = taps(p.y, fine.y);
     vec4 a = vec4(0.0);
     vec2 b = vec2(0.0);
-    for (int j = 0; j < tap_count(fine.y); ++j)
-        for (int i = 0; i < tap_count(fine.x); ++i) {
-            float weight = wx[i] * wy[j];
-            a += weight * imageLoad(fine_slopes, 2 * p + ivec2(i, j));
-            b += weight * vec2(imageLoad(fine_joint, 2 * p + ivec2(i, j)).r, imageLoad(fine_height, 2 * p + ivec2(i, j)).r);
+    if (EVEN) {
+        for (int i = 0; i < 4; ++i) {
+            ivec2 q = 2 * p + ivec2(i & 1, i >> 1);
+            a += 0.25 * imageLoad(fine_slopes, q);
+            b += 0.25 * vec2(imageLoad(fine_joint, q).r, imageLoad(fine_height, q).r);
         }
+    } else {
+        vec3 wx = taps(p.x, fine.x);
+        vec3 wy = taps(p.y, fine.y);
+        for (int j = 0; j < tap_count(fine.y); ++j)
+            for (int i = 0; i < tap_count(fine.x); ++i) {
+                ivec2 q = 2 * p + ivec2(i, j);
+                float weight = wx[i] * wy[j];
+                a += weight * imageLoad(fine_slopes, q);
+                b += weight * vec2(imageLoad(fine_joint, q).r, imageLoad(fine_height, q).r);
+            }
+    }
     imageStore(slopes, p, a);
     imageStore(joint, p, vec4(b.x));
     imageStore(mean_height, p, vec4(b.y));

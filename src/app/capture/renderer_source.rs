@@ -41,7 +41,8 @@ pub fn open(config: &CaptureConfig, output: &Output) -> Result<Box<dyn FrameSour
     let scene = &config.scene;
     let inputs = Inputs::load(scene)?;
     let gpu = config.device.open()?;
-    let Set { renderer, animation, .. } = set(scene, inputs, &gpu, &output.share(scene.scene.making))?;
+    let Set { renderer, animation, .. } =
+        set(scene, inputs, &gpu, Some(&scene.render_settings()), &output.share(scene.scene.making))?;
     Ok(Box::new(RendererSource::new(config, renderer, animation)))
 }
 

@@ -10,7 +10,7 @@ use serde::Serialize;
 
 use self::args::DemoArgs;
 use self::orbit::Orbit;
-use self::window::pace::KeptQuality;
+use self::window::pace::{KeptQuality, Pace};
 use self::window::surroundings::Surroundings;
 use self::window::{Display, WindowOptions, WindowReport};
 use crate::app::error::AppError;
@@ -76,11 +76,13 @@ fn demo(arguments: &DemoArgs, output: &Output) -> Result<DemoReport, AppError> {
     let display = Display::open()?;
     let device = arguments.device.clone();
     let gpu = Gpu::new(&display.gpu_options(device.device.clone(), device.validation)?)?;
-    let Set { renderer, animation, camera, surroundings, .. } =
-        set(&config, inputs, &gpu, &output.share(config.scene.making))?;
-    let lights = renderer.environment().lights().to_vec();
     // What is asked for is drawn in motion too.
     let kept = KeptQuality { msaa: arguments.scene.msaa, probes: arguments.scene.shading.probes.is_some() };
+    let settings = config.render_settings();
+    let first = Pace::on(&gpu, kept).moving(&settings);
+    let Set { renderer, animation, camera, surroundings, .. } =
+        set(&config, inputs, &gpu, Some(&first), &output.share(config.scene.making))?;
+    let lights = renderer.environment().lights().to_vec();
     let options = WindowOptions {
         title: "leadr".to_owned(),
         time: f64::from(arguments.time),
@@ -91,7 +93,7 @@ fn demo(arguments: &DemoArgs, output: &Output) -> Result<DemoReport, AppError> {
     };
     let orbit = Orbit::new(&CameraPose::of(&camera));
     let surroundings = Surroundings::new(config.environment.clone(), surroundings);
-    let window = window::run(display, renderer, animation, orbit, config.render_settings(), surroundings, options)?;
+    let window = window::run(display, renderer, animation, orbit, settings, surroundings, options)?;
     if let Some(first) = gpu.take_validation_messages().first() {
         return Err(AppError::Failed(format!("Vulkan validation: {first}")));
     }

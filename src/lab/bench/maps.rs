@@ -41,7 +41,7 @@ pub fn maps(
             inputs.height_map = Some(procedural::rock(size, size, 1));
             SceneConfig { height_scale: GENERATED_HEIGHT * config.height_scale, ..config.clone() }
         };
-        let set = set(&config, inputs, gpu, &progress.share(config.scene.making))?;
+        let set = set(&config, inputs, gpu, None, &progress.share(config.scene.making))?;
         let Some(texels) = set.map_size else { continue };
         let rows = scene::maps(&config, &(set.animation)(0.0), [texels, *first.get_or_insert(texels)], only);
         subjects.push((set.renderer, rows));

@@ -72,7 +72,7 @@ pub fn soak(
 ) -> Result<SoakReport, LabError> {
     let start = Instant::now();
     let inputs = Inputs::load(config)?;
-    let Set { mut renderer, animation, .. } = set(config, inputs, gpu, &progress.share(config.scene.making))?;
+    let Set { mut renderer, animation, .. } = set(config, inputs, gpu, None, &progress.share(config.scene.making))?;
     let settings = config.render_settings();
     let interval = (frames / SAMPLES).max(1);
     let bar = progress.bar(frames as usize);

@@ -6,6 +6,7 @@ use super::renderer::Renderer;
 use super::surfaces::{PreparedSurface, Surface, SurfaceDrawing};
 use super::targets::{EdgeTargets, TargetShape, Targets};
 use crate::gpu::{Buffer, GpuError, Memory, Result};
+use crate::render::light::environment::Environment;
 use crate::render::passes::edges::{JoinKind, edge_grid};
 use crate::render::passes::filter::FilterInto;
 use crate::render::passes::geometry::GeometryKind;
@@ -42,25 +43,11 @@ impl Renderer {
         let max_vertices_per_draw = self.gpu.tessellated_vertices_per_draw().unwrap_or(u32::MAX);
         let tessellation = TessellationSettings { max_vertices_per_draw, ..settings.tessellation };
         let settings = RenderSettings { tessellation, ..*settings };
-        let kind = self.shade_kind(state, &settings);
-        let filter = match kind {
-            // Edge samples are joined to what was filtered, and the reference has filter passes of its own.
-            ShadeKind { edges: Edges::None, .. }
-                if !gbuffer && !settings.shadows_of_relief() && !settings.shading.needs().is_finest() =>
-            {
-                FilterInto::Radiance(kind)
-            }
-            _ => FilterInto::GBuffer,
-        };
-        // The G-buffer has no slots for other surfaces.
-        let msaa = if filter == FilterInto::GBuffer { 1 } else { settings.msaa };
-        let settings = RenderSettings { msaa, ..settings };
-        let drawing = SurfaceDrawing {
-            suns: kind.lights.shadow_maps(),
-            geometry: GeometryKind::of(settings.pixel_samples()),
-            edges: settings.edges().is_some(),
-            filter,
-        };
+        let relief = self.surfaces.iter().any(|surface| surface.has_relief(state));
+        let casters = self.surfaces.iter().any(|surface| surface.casts_shadows());
+        let kind = shade_kind(state, &settings, &self.environment, relief, casters);
+        let (settings, drawing) = drawing(settings, kind, gbuffer);
+        let filter = drawing.filter;
         let prepare = |surface: &mut Box<dyn Surface>| surface.prepare(state, &settings, drawing);
         let mut surfaces = self.surfaces.iter_mut().map(prepare).collect::<Result<Vec<_>>>()?;
         let targets = self.targets_for(&surfaces, &settings, drawing)?;
@@ -139,22 +126,6 @@ impl Renderer {
         Ok(self.targets.insert(Targets::new(&self.gpu, shape, mean)?).clone())
     }
 
-    /// How pixels are shaded; without the relief's occlusion, where there is no relief, and without shadow maps, where nothing casts
-    /// shadows.
-    fn shade_kind(&self, state: &FrameState, settings: &RenderSettings) -> ShadeKind {
-        let relief = self.surfaces.iter().any(|surface| surface.has_relief(state));
-        let casters = self.surfaces.iter().any(|surface| surface.casts_shadows());
-        let occluded = |options: ShadingOptions| ShadingOptions {
-            relief_occlusion: options.relief_occlusion && relief,
-            ..options
-        };
-        ShadeKind {
-            shading: settings.shading.plain().adjusted(occluded),
-            lights: LightSet::new(state, &self.environment, settings.shadows && casters),
-            edges: if settings.edges().is_some() { Edges::Joined } else { Edges::None },
-        }
-    }
-
     /// Points the suns' shadow maps at the casters, or makes the lights of the reference.
     fn prepare_light(
         &mut self,
@@ -215,4 +186,46 @@ impl Renderer {
 /// What throws shadows.
 pub(super) fn casters(surfaces: &[Box<dyn PreparedSurface>]) -> Vec<&PosedObject> {
     surfaces.iter().flat_map(|surface| surface.casters()).collect()
+}
+
+/// How pixels are shaded; without the relief's occlusion, where there is no relief, and without shadow maps, where nothing casts
+/// shadows.
+pub(super) fn shade_kind(
+    state: &FrameState,
+    settings: &RenderSettings,
+    environment: &Environment,
+    relief: bool,
+    casters: bool,
+) -> ShadeKind {
+    let occluded =
+        |options: ShadingOptions| ShadingOptions { relief_occlusion: options.relief_occlusion && relief, ..options };
+    ShadeKind {
+        shading: settings.shading.plain().adjusted(occluded),
+        lights: LightSet::new(state, environment, settings.shadows && casters),
+        edges: if settings.edges().is_some() { Edges::Joined } else { Edges::None },
+    }
+}
+
+/// What is drawn of surfaces for frames that are shaded so, and their settings: only what is shaded as it is filtered can be
+/// multisampled.
+pub(super) fn drawing(settings: RenderSettings, kind: ShadeKind, gbuffer: bool) -> (RenderSettings, SurfaceDrawing) {
+    let filter = match kind {
+        // Edge samples are joined to what was filtered, and the reference has filter passes of its own.
+        ShadeKind { edges: Edges::None, .. }
+            if !gbuffer && !settings.shadows_of_relief() && !settings.shading.needs().is_finest() =>
+        {
+            FilterInto::Radiance(kind)
+        }
+        _ => FilterInto::GBuffer,
+    };
+    // The G-buffer has no slots for other surfaces.
+    let msaa = if filter == FilterInto::GBuffer { 1 } else { settings.msaa };
+    let settings = RenderSettings { msaa, ..settings };
+    let drawing = SurfaceDrawing {
+        suns: kind.lights.shadow_maps(),
+        geometry: GeometryKind::of(settings.pixel_samples()),
+        edges: settings.edges().is_some(),
+        filter,
+    };
+    (settings, drawing)
 }

@@ -4,8 +4,9 @@ use std::sync::Arc;
 
 use super::pipelines::Pipelines;
 use super::pool::Pool;
+use super::prepare::{drawing, shade_kind};
 use super::surfaces::Surface;
-use super::surfaces::meshes::Meshes;
+use super::surfaces::meshes::{MeshPipelines, Meshes};
 use super::surfaces::sea::Sea;
 use super::targets::Targets;
 use super::timing::PassTimer;
@@ -61,8 +62,38 @@ impl Renderer {
     /// More objects than `MAX_OBJECTS`, unusable waves, memory that is short, or
     /// a Vulkan call that failed.
     pub fn new(gpu: &Arc<Gpu>, scene: impl Into<Scene>, environment: Environment) -> Result<Self> {
-        let Scene { objects, ocean, cache } = scene.into();
-        let mut surfaces: Vec<Box<dyn Surface>> = vec![Box::new(Meshes::new(gpu, objects, cache.as_ref())?)];
+        Self::with(gpu, scene.into(), environment, |_, _| Ok(()))
+    }
+
+    /// Uploads a scene, and meanwhile makes the pipelines of frames like this one, which take drivers up to half a second; the first
+    /// frame makes what is missing. The processor's threads share the work.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub fn for_frames_like(
+        gpu: &Arc<Gpu>,
+        scene: impl Into<Scene>,
+        environment: Environment,
+        state: &FrameState,
+        settings: &RenderSettings,
+    ) -> Result<Self> {
+        Self::with(gpu, scene.into(), environment, |environment, pipelines| {
+            let (relief, casters) = (pipelines.have_relief(state), pipelines.cast_shadows());
+            let kind = shade_kind(state, settings, environment, relief, casters);
+            let (settings, drawing) = drawing(*settings, kind, false);
+            pipelines.prepare(state, &settings, drawing).map(|_| ())
+        })
+    }
+
+    fn with(
+        gpu: &Arc<Gpu>,
+        Scene { objects, ocean, cache }: Scene,
+        environment: Environment,
+        meanwhile: impl FnOnce(&Environment, &mut MeshPipelines) -> Result<()> + Send,
+    ) -> Result<Self> {
+        let pipelines = MeshPipelines::of(gpu, &objects);
+        let meshes = Meshes::new(pipelines, objects, cache.as_ref(), |pipelines| meanwhile(&environment, pipelines))?;
+        let mut surfaces: Vec<Box<dyn Surface>> = vec![Box::new(meshes)];
         if let Some(ocean) = ocean {
             surfaces.push(Box::new(Sea::new(gpu, ocean)?));
         }

@@ -93,7 +93,8 @@ shared_struct! {
 /// The pass: pipelines for one kind of edge and one format, shared by any number of maps.
 pub struct MomentsPass {
     level0: ComputePipeline,
-    mips: ComputePipeline,
+    /// From levels of which a side is odd, and from others.
+    mips: [ComputePipeline; 2],
     sampler: Sampler,
     edges: Edges,
     format: MomentFormat,
@@ -111,9 +112,10 @@ impl MomentsPass {
             Edges::Atlas(_) => MOMENTS_ATLAS,
         };
         let [level0, mips] = format.shaders();
+        let mip = |even| ComputePipeline::new(gpu, mips, &[("EVEN", SpecValue::Bool(even))], &[]);
         Ok(Self {
             level0: ComputePipeline::new(gpu, level0, &[("EDGES", SpecValue::U32(kind))], &[Push::LAYOUT])?,
-            mips: ComputePipeline::new(gpu, mips, &[], &[])?,
+            mips: [mip(false)?, mip(true)?],
             sampler: Sampler::new(gpu, "heights", Filter::Nearest, AddressMode::ClampToEdge)?,
             edges,
             format,
@@ -212,6 +214,8 @@ impl LeadrMapGpu {
                 cmd.dispatch_invocations(level0, [width, height, 1]);
             } else {
                 let [fine_slopes, fine_joint, fine_means] = &self.levels[i - 1];
+                let even = fine_slopes.extent().iter().all(|side| side % 2 == 0);
+                let mips = &mips[usize::from(even)];
                 cmd.memory_barrier(Use::ComputeWrite, Use::ComputeRead);
                 cmd.bind(
                     mips,

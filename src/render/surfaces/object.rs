@@ -9,6 +9,7 @@ use super::displacement::{Border, BoundaryHeights, EDGE_LEVELS, HeightField};
 use super::flat;
 use super::horizon::{HorizonMaps, Relief};
 use super::moments::{Edges, HeightSource, LeadrMapGpu, MomentFormat};
+use super::patch_mesh::PatchMesh;
 use super::topology::Topology;
 use crate::gpu::{AddressMode, Buffer, Filter, Gpu, Image, ImageDesc, Result, Sampler, shared_struct};
 use crate::maps::cache::{MapCache, checksum};
@@ -99,6 +100,22 @@ pub struct SurfaceKind {
     pub plain: bool,
 }
 
+impl SurfaceKind {
+    /// The kind of an object drawn as `mesh`: its own, or its coarse one.
+    #[must_use]
+    pub fn of(object: &Object, mesh: &PatchMesh) -> Self {
+        let tiles = object.heights.as_ref().is_some_and(|heights| matches!(heights.border, Border::Tiles(_)));
+        Self {
+            tiled: tiles,
+            displaced: object.heights.is_some(),
+            colored: object.color_map.is_some(),
+            horizon: object.heights.is_some() && object.height_scale != 0.0,
+            flat: flat::is_flat(mesh),
+            plain: flat::is_plain(mesh),
+        }
+    }
+}
+
 impl GpuObject {
     /// Uploads an object and builds its LEADR maps. `index` counts the objects of a scene from 0, below
     /// [`MAX_OBJECTS`]; `cache` keeps what takes long to find in its maps.
@@ -107,6 +124,7 @@ impl GpuObject {
     /// Memory or a Vulkan call that failed.
     pub fn new(gpu: &Arc<Gpu>, mut object: Object, index: usize, cache: Option<&MapCache>) -> Result<Self> {
         let name = object.name.clone();
+        let kind = SurfaceKind::of(&object, &object.mesh);
         let topology = Topology::new(&object.mesh.patches);
         let (boundary, border) = match &object.heights {
             Some(field) => (BoundaryHeights::bake(&object.mesh, &topology, field), field.border),
@@ -149,14 +167,6 @@ impl GpuObject {
             heights = cache.map_or(0, |_| checksum(bytemuck::cast_slice(&field.texels)));
             field.texels = Vec::new();
         }
-        let kind = SurfaceKind {
-            tiled: matches!(border, Border::Tiles(_)),
-            displaced: object.heights.is_some(),
-            colored: object.color_map.is_some(),
-            horizon: object.heights.is_some() && object.height_scale != 0.0,
-            flat: flat::is_flat(&object.mesh),
-            plain: flat::is_plain(&object.mesh),
-        };
         let color = match object.color_map.take() {
             Some(map) => super::color_map::upload(gpu, &name, map, border)?,
             None => {

@@ -135,8 +135,7 @@ pub fn run(
     options: WindowOptions,
 ) -> Result<WindowReport, AppError> {
     let viewer = Viewer::new(camera, options.time, settings.shading);
-    // A processor that draws by itself is slow enough.
-    let pace = Pace::new(options.kept, renderer.gpu().is_lavapipe());
+    let pace = Pace::on(renderer.gpu(), options.kept);
     let mut app = App {
         scene,
         settings,

@@ -1,5 +1,6 @@
 //! How well a moving picture is drawn: as well as the device manages at ten frames a second.
 
+use crate::gpu::Gpu;
 use crate::render::settings::{Probes, Quadrature, RenderSettings, ShadingOptions};
 use crate::scenes::config::DEFAULT_MSAA;
 
@@ -30,6 +31,12 @@ pub struct Pace {
 }
 
 impl Pace {
+    /// The pace of a device before its first frame: that of a processor which draws by itself is slow.
+    #[must_use]
+    pub fn on(gpu: &Gpu, kept: KeptQuality) -> Self {
+        Self::new(kept, gpu.is_lavapipe())
+    }
+
     /// `simple`: whether the first frames are the simpler ones.
     #[must_use]
     pub fn new(kept: KeptQuality, simple: bool) -> Self {

@@ -2,6 +2,8 @@
 
 use std::sync::Arc;
 
+use rayon::prelude::*;
+
 use super::{Extent, ForViews, PassNames, PreparedSurface, Surface, SurfaceDrawing};
 use crate::gpu::{Commands, Gpu, GpuError, Result};
 use crate::maps::cache::MapCache;
@@ -16,7 +18,7 @@ use crate::render::passes::targets::{GeometryTargets, VisibleSurface};
 use crate::render::scene::{FrameState, Object, Pose};
 use crate::render::settings::{Needs, RenderSettings};
 use crate::render::surfaces::divided::{DividedObject, DivisionBuffers};
-use crate::render::surfaces::object::{GpuObject, MAX_OBJECTS};
+use crate::render::surfaces::object::{GpuObject, MAX_OBJECTS, SurfaceKind};
 use crate::render::surfaces::object_view::{DrawnObject, ObjectView, ViewBuffers, Viewpoint};
 use crate::render::surfaces::patch_mesh::PosedVertices;
 use crate::render::surfaces::posed::PosedObject;
@@ -30,8 +32,68 @@ const CASTER_SPACING: f32 = 4.0;
 pub struct Meshes {
     gpu: Arc<Gpu>,
     meshes: Vec<Mesh>,
+    pipelines: MeshPipelines,
+}
+
+/// What draws the objects of a scene; it is known before they are on the device.
+pub struct MeshPipelines {
+    gpu: Arc<Gpu>,
+    kinds: Vec<SurfaceKind>,
+    casters: bool,
     geometry: Cache<GeometryKind, GeometryPass>,
     filters: Cache<(Needs, bool, FilterInto), FilterPass>,
+}
+
+impl MeshPipelines {
+    /// Those of objects; none is made yet.
+    #[must_use]
+    pub fn of(gpu: &Arc<Gpu>, objects: &[Object]) -> Self {
+        let mut kinds = Vec::new();
+        for object in objects {
+            kinds.push(SurfaceKind::of(object, &object.mesh));
+            kinds.extend(object.coarse_mesh.iter().map(|mesh| SurfaceKind::of(object, mesh)));
+        }
+        Self {
+            gpu: gpu.clone(),
+            kinds,
+            casters: objects.iter().any(|object| object.casts_shadow),
+            geometry: Cache::default(),
+            filters: Cache::default(),
+        }
+    }
+
+    /// Whether bumps hide the surroundings from each other.
+    #[must_use]
+    pub fn have_relief(&self, state: &FrameState) -> bool {
+        state.height_scale != 0.0 && self.kinds.iter().any(|kind| kind.horizon)
+    }
+
+    /// Whether any object throws shadows.
+    #[must_use]
+    pub fn cast_shadows(&self) -> bool {
+        self.casters
+    }
+
+    /// The pipelines of a frame.
+    ///
+    /// # Errors
+    /// A failed pipeline.
+    pub fn prepare(
+        &mut self,
+        state: &FrameState,
+        settings: &RenderSettings,
+        drawing: SurfaceDrawing,
+    ) -> Result<(ForViews<GeometryPass>, FilterPass)> {
+        let Self { gpu, kinds, geometry, filters, .. } = self;
+        let (needs, filter) = (settings.shading.needs(), drawing.filter);
+        let relief_drawn = settings.geometry_scale(state.height_scale) != 0.0;
+        Ok((
+            drawing.geometry(|kind| geometry.get(kind, || GeometryPass::new(gpu, kind)))?,
+            filters.get((needs, relief_drawn, filter), || {
+                FilterPass::new(gpu, needs, relief_drawn, filter, kinds.iter().copied())
+            })?,
+        ))
+    }
 }
 
 struct Mesh {
@@ -101,32 +163,37 @@ impl Mesh {
 }
 
 impl Meshes {
-    /// Uploads objects. `cache` keeps what takes long to find in their maps.
+    /// Uploads the objects that `pipelines` draw. `cache` keeps what takes long to find in their maps. Meanwhile another thread does
+    /// `meanwhile` with the pipelines.
     ///
     /// # Errors
-    /// [`GpuError::Usage`] for more than [`MAX_OBJECTS`]; memory that is short; a failed pipeline.
-    pub fn new(gpu: &Arc<Gpu>, objects: Vec<Object>, cache: Option<&MapCache>) -> Result<Self> {
+    /// [`GpuError::Usage`] for more than [`MAX_OBJECTS`]; memory that is short; those of `meanwhile`.
+    pub fn new(
+        mut pipelines: MeshPipelines,
+        objects: Vec<Object>,
+        cache: Option<&MapCache>,
+        meanwhile: impl FnOnce(&mut MeshPipelines) -> Result<()> + Send,
+    ) -> Result<Self> {
+        let gpu = &pipelines.gpu.clone();
         if objects.len() > MAX_OBJECTS {
             let fault = format!("{} objects are more than {MAX_OBJECTS}", objects.len());
             return Err(GpuError::Usage { name: "scene".to_owned(), fault });
         }
         let mesh = |(index, object)| Mesh::new(gpu, object, index, cache);
-        Ok(Self {
-            meshes: objects.into_iter().enumerate().map(mesh).collect::<Result<_>>()?,
-            geometry: Cache::default(),
-            filters: Cache::default(),
-            gpu: gpu.clone(),
-        })
+        let upload = || objects.into_par_iter().enumerate().map(mesh).collect::<Result<_>>();
+        let (meshes, done) = rayon::join(upload, || meanwhile(&mut pipelines));
+        done?;
+        Ok(Self { meshes: meshes?, pipelines, gpu: gpu.clone() })
     }
 }
 
 impl Surface for Meshes {
     fn has_relief(&self, state: &FrameState) -> bool {
-        state.height_scale != 0.0 && self.meshes.iter().any(|mesh| mesh.fine.object.kind.horizon)
+        self.pipelines.have_relief(state)
     }
 
     fn casts_shadows(&self) -> bool {
-        self.meshes.iter().any(|mesh| mesh.fine.object.object.casts_shadow)
+        self.pipelines.cast_shadows()
     }
 
     fn prepare(
@@ -135,25 +202,20 @@ impl Surface for Meshes {
         settings: &RenderSettings,
         drawing: SurfaceDrawing,
     ) -> Result<Box<dyn PreparedSurface>> {
-        let SurfaceDrawing { suns, filter, .. } = drawing;
+        let (geometry, filter) = self.pipelines.prepare(state, settings, drawing)?;
         let lens = state.camera.lens(settings.size.1);
         let mut meshes = Vec::new();
         for (mesh, pose) in self.meshes.iter_mut().zip(&state.poses) {
             let (level, vertices) = mesh.posed(pose, &lens);
-            let suns = if level.object.object.casts_shadow { suns as usize } else { 0 };
+            let suns = if level.object.object.casts_shadow { drawing.suns as usize } else { 0 };
             let height_scale = settings.geometry_scale(state.height_scale);
             let posed = PosedObject { vertices, object: level.object.clone(), height_scale };
             meshes.push(level.prepare(&self.gpu, posed, suns)?);
         }
-        let needs = settings.shading.needs();
-        let relief_drawn = settings.geometry_scale(state.height_scale) != 0.0;
-        let levels = || self.meshes.iter().flat_map(|mesh| [Some(&mesh.fine), mesh.coarse.as_ref()]).flatten();
         Ok(Box::new(PreparedMeshes {
             meshes,
-            geometry: drawing.geometry(|kind| self.geometry.get(kind, || GeometryPass::new(&self.gpu, kind)))?,
-            filter: self.filters.get((needs, relief_drawn, filter), || {
-                FilterPass::new(&self.gpu, needs, relief_drawn, filter, levels().map(|level| level.object.kind))
-            })?,
+            geometry,
+            filter,
             tessellation: settings.tessellation,
             height_scale: state.height_scale,
             mark_inside: settings.mark_inside,
