@@ -1,9 +1,10 @@
-//! The pipelines that shade pixels, each made when a frame first asks for it.
+//! Pipelines that depend on how a frame is drawn, each made when a frame first asks for it.
 
 use std::sync::Arc;
 
 use super::cache::Cache;
 use crate::gpu::{Gpu, Result};
+use crate::render::passes::accumulate::{AccumulatePass, PartsKind};
 use crate::render::passes::edges::{JoinKind, JoinPass};
 use crate::render::passes::msaa::MsaaPass;
 use crate::render::passes::reference::ReferencePass;
@@ -16,6 +17,7 @@ pub struct Pipelines {
     shade: Cache<ShadeKind, ShadePass>,
     sky: Cache<bool, SkyBehindPass>,
     multisample: Cache<u32, MsaaPass>,
+    accumulate: Cache<PartsKind, AccumulatePass>,
     join: Cache<JoinKind, JoinPass>,
     reference: Cache<(Terms, bool), ReferencePass>,
 }
@@ -34,6 +36,11 @@ impl Pipelines {
     /// What finds the surfaces of multisampled pixels.
     pub fn multisample(&mut self, gpu: &Arc<Gpu>, samples: u32) -> Result<MsaaPass> {
         self.multisample.get(samples, || MsaaPass::new(gpu, samples))
+    }
+
+    /// The mean of samples that are put together from such parts.
+    pub fn accumulate(&mut self, gpu: &Arc<Gpu>, kind: PartsKind) -> Result<AccumulatePass> {
+        self.accumulate.get(kind, || AccumulatePass::new(gpu, kind))
     }
 
     /// The joining of edge samples.

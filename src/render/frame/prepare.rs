@@ -7,6 +7,7 @@ use super::surfaces::{PreparedSurface, Surface, SurfaceDrawing};
 use super::targets::{EdgeTargets, TargetShape, Targets};
 use crate::gpu::{Buffer, GpuError, Memory, Result};
 use crate::render::light::environment::Environment;
+use crate::render::passes::accumulate::PartsKind;
 use crate::render::passes::edges::{JoinKind, edge_grid};
 use crate::render::passes::filter::FilterInto;
 use crate::render::passes::geometry::GeometryKind;
@@ -62,6 +63,12 @@ impl Renderer {
             Some(targets) => Some(self.pipelines.multisample(&self.gpu, targets.count)?),
             None => None,
         };
+        let parts = match (&edges, &multisample) {
+            (Some(_), _) => PartsKind::Edges,
+            (None, Some(_)) => PartsKind::Multisampled(settings.msaa),
+            (None, None) => PartsKind::One,
+        };
+        let accumulate = self.pipelines.accumulate(&self.gpu, parts)?;
         let block = || Buffer::new(&self.gpu, "lighting", size_of::<LightingGpu>() as u64, Memory::Upload);
         let lighting = self.lighting.take(block)?;
         let shadow_maps = self.common.shadow.maps(&self.gpu, map_size(settings.size), light.suns().len() as u32)?;
@@ -76,6 +83,7 @@ impl Renderer {
             lighting,
             multisample,
             edges,
+            accumulate,
             drawn: 0,
             number,
         };

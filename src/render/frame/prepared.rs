@@ -7,6 +7,7 @@ use super::renderer::Renderer;
 use super::surfaces::PreparedSurface;
 use super::targets::Targets;
 use crate::gpu::{Buffer, GpuError, Image, Result};
+use crate::render::passes::accumulate::AccumulatePass;
 use crate::render::passes::msaa::MsaaPass;
 use crate::render::passes::reference::{ReferencePass, ReliefLights};
 use crate::render::passes::shade::{ShadePass, SkyBehindPass};
@@ -39,6 +40,7 @@ pub(super) struct FramePlan {
     /// Where the geometry is multisampled.
     pub multisample: Option<MsaaPass>,
     pub edges: Option<EdgeSamples>,
+    pub accumulate: AccumulatePass,
     /// Samples in the mean.
     pub drawn: u32,
     /// The renderer's count of prepared frames.

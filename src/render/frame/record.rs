@@ -231,7 +231,7 @@ impl PreparedFrame<'_> {
 
     /// Shading of the pixels, and the mean of the samples.
     fn record_shading(&self, passes: &mut Passes<'_>) {
-        let FramePlan { targets, light, edges, drawn, .. } = &self.plan;
+        let FramePlan { targets, light, edges, accumulate, drawn, .. } = &self.plan;
         let Renderer { environment, common, .. } = &*self.renderer;
         let edges = edges.as_ref().map(|edges| EdgeSum { joined: &edges.targets.joined, samples: edges.samples });
         if !light.shades_with_filter() {
@@ -258,7 +258,7 @@ impl PreparedFrame<'_> {
             (None, None) => Parts::One,
         };
         let pixels = &targets.pixels;
-        passes.run("accumulate", |cmd| common.accumulate.record(cmd, pixels, parts, &targets.mean, *drawn));
+        passes.run("accumulate", |cmd| accumulate.record(cmd, pixels, parts, &targets.mean, *drawn));
     }
 
     fn shade_inputs<'a>(&'a self, joined: Option<&'a JoinedEdges>) -> ShadeInputs<'a> {

@@ -7,7 +7,6 @@ use crate::gpu::{
     AddressMode, Commands, ComputePipeline, Descriptor, Filter, Gpu, Image, Result, Sampler, SharedStruct, SpecValue,
     Use, shared_struct,
 };
-use crate::render::constants::MOST_MULTISAMPLES;
 
 shared_struct! {
     struct Weights for "Weights" {
@@ -38,12 +37,21 @@ pub enum Parts<'a> {
     Edges(EdgeSum<'a>),
 }
 
-/// The accumulation pipelines.
+/// What the samples of a frame are put together from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum PartsKind {
+    /// [`Parts::One`].
+    One,
+    /// [`Parts::Multisampled`], with so many samples of the geometry in each pixel.
+    Multisampled(u32),
+    /// [`Parts::Edges`].
+    Edges,
+}
+
+/// The accumulation of samples that are put together from one kind of parts.
+#[derive(Clone)]
 pub struct AccumulatePass {
-    plain: ComputePipeline,
-    edges: ComputePipeline,
-    /// For each power of two, from 2 samples of the geometry on.
-    multisampled: Vec<ComputePipeline>,
+    pipeline: ComputePipeline,
     nearest: Sampler,
 }
 
@@ -52,22 +60,17 @@ impl AccumulatePass {
     ///
     /// # Errors
     /// A failed pipeline.
-    pub fn new(gpu: &Arc<Gpu>) -> Result<Self> {
-        let pipeline = |edges, msaa: u32| {
-            let spec = [("EDGES", SpecValue::Bool(edges)), ("MSAA", SpecValue::I32(msaa.cast_signed()))];
-            ComputePipeline::new(gpu, "passes/accumulate.comp", &spec, &[Weights::LAYOUT])
-        };
+    pub fn new(gpu: &Arc<Gpu>, kind: PartsKind) -> Result<Self> {
+        let msaa = if let PartsKind::Multisampled(count) = kind { count } else { 1 };
+        let edges = kind == PartsKind::Edges;
+        let spec = [("EDGES", SpecValue::Bool(edges)), ("MSAA", SpecValue::I32(msaa.cast_signed()))];
         Ok(Self {
-            plain: pipeline(false, 1)?,
-            edges: pipeline(true, 1)?,
-            multisampled: (1..=MOST_MULTISAMPLES.ilog2())
-                .map(|log| pipeline(false, 1 << log))
-                .collect::<Result<_>>()?,
+            pipeline: ComputePipeline::new(gpu, "passes/accumulate.comp", &spec, &[Weights::LAYOUT])?,
             nearest: Sampler::new(gpu, "accumulate", Filter::Nearest, AddressMode::ClampToEdge)?,
         })
     }
 
-    /// Mixes the radiance of a `sample`, put together from its `parts`, into the `mean` of the samples `before` it.
+    /// Mixes the radiance of a `sample`, put together from its `parts`, which are of the pass's kind, into the `mean` of the samples `before` it.
     pub fn record(&self, cmd: &mut Commands, sample: &SampleTargets, parts: Parts<'_>, mean: &Image, before: u32) {
         let radiance = &sample.radiance;
         cmd.transition(radiance, Use::Sampled);
@@ -78,13 +81,13 @@ impl AccumulatePass {
         }
         // Pipelines without a part still need some image bound in its place.
         let (plain, visible) = ([radiance, radiance], &sample.visible.surface);
-        let (pipeline, [others, shares], slots) = match parts {
-            Parts::One => (&self.plain, plain, visible),
-            Parts::Multisampled(seen) => (&self.multisampled[seen.count.ilog2() as usize - 1], plain, &seen.others),
-            Parts::Edges(sum) => (&self.edges, [&sum.joined.others, &sum.joined.shares], visible),
+        let ([others, shares], slots) = match parts {
+            Parts::One => (plain, visible),
+            Parts::Multisampled(seen) => (plain, &seen.others),
+            Parts::Edges(sum) => ([&sum.joined.others, &sum.joined.shares], visible),
         };
         cmd.bind(
-            pipeline,
+            &self.pipeline,
             &[
                 ("sample_image", Descriptor::Sampled(radiance.whole(), &self.nearest)),
                 ("mean_image", Descriptor::StorageImage(mean.whole())),
@@ -98,7 +101,7 @@ impl AccumulatePass {
             edge_samples: if let Parts::Edges(sum) = parts { sum.samples as f32 } else { 0.0 },
         });
         let [width, height] = mean.mip_extent(0);
-        cmd.dispatch_invocations(pipeline, [width, height, 1]);
+        cmd.dispatch_invocations(&self.pipeline, [width, height, 1]);
     }
 }
 

@@ -30,8 +30,6 @@ pub struct CommonPasses {
     pub objects: object_depth::ObjectDepthPass,
     /// The edge samples that see their pixel's own surface.
     pub edges: edges::EdgePass,
-    /// The mean of the samples.
-    pub accumulate: accumulate::AccumulatePass,
 }
 
 impl CommonPasses {
@@ -45,7 +43,6 @@ impl CommonPasses {
             tiles: tiles::TilePass::new(gpu)?,
             objects: object_depth::ObjectDepthPass::new(gpu)?,
             edges: edges::EdgePass::new(gpu)?,
-            accumulate: accumulate::AccumulatePass::new(gpu)?,
         })
     }
 }
