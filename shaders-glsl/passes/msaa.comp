@@ -26,7 +26,6 @@ layout(push_constant, std430) uniform MsaaRays { // as in surface_at
 } rays;
 
 const uint ALL_SAMPLES = (1u << SAMPLES) - 1u;
-const float SAME_NORMAL = 0.9; // cosine of the largest angle between displacement directions that still count as one surface
 // A triangle seen edge-on is followed to the middle of the pixel over so many widths of a pixel at most.
 const float FARTHEST = 16.0;
 

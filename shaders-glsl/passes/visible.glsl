@@ -10,6 +10,10 @@ const uint INSIDE = 0x80000000u;         // a back face, where those are marked
 const uint BESIDE = 0x40000000u;         // a sample whose place in the middle of the pixel is off its patch (msaa.comp)
 const uint NOBODY = 0xffffffffu;         // not a pixel (msaa.comp)
 
+// Points that a pixel sees of one object are one surface if they differ along their normal by less than a pixel, and the cosine of the
+// angle between their displacement directions is above this.
+const float SAME_NORMAL = 0.9;
+
 uint object_of(uint word) {
     return (word & OBJECT_BITS) >> 24;
 }

@@ -16,8 +16,6 @@ layout(rgba32ui) uniform uimage2D edge_surface; // what the edge sample sees
 uniform sampler2D edge_depth;
 uniform usampler2D pixel_filtered;
 
-const float SAME_NORMAL = 0.9; // cosine of the largest angle between displacement directions that still count as one surface
-
 void main() {
     ivec2 size = imageSize(edge_surface), pixels = textureSize(pixel_surface, 0);
     int grid = size.x / pixels.x;
