@@ -3,6 +3,7 @@
 //! [`Renderer::prepare`] makes a [`PreparedFrame`] of a state and settings, and only that can be drawn.
 
 mod cache;
+mod drawing;
 mod edge_samples;
 mod layers;
 mod pipelines;

@@ -1,21 +1,20 @@
 //! What is made and written before the first sample of a frame: poses, targets, the suns' views, pipelines.
 
+use super::drawing::{drawing, shade_kind};
 use super::edge_samples::{EdgeSamples, area_of};
 use super::prepared::{FramePlan, Light, PreparedFrame};
 use super::renderer::Renderer;
 use super::surfaces::{PreparedSurface, Surface, SurfaceDrawing};
 use super::targets::{EdgeTargets, TargetShape, Targets};
 use crate::gpu::{Buffer, GpuError, Memory, Result};
-use crate::render::light::environment::Environment;
 use crate::render::passes::accumulate::PartsKind;
 use crate::render::passes::edges::{JoinKind, edge_grid};
 use crate::render::passes::filter::FilterInto;
-use crate::render::passes::geometry::GeometryKind;
 use crate::render::passes::reference::ReliefLights;
-use crate::render::passes::shade::{Edges, LightSet, LightingGpu, ShadeKind, suns_of};
+use crate::render::passes::shade::{Edges, LightingGpu, ShadeKind, suns_of};
 use crate::render::passes::shadow::{ShadowView, map_size};
 use crate::render::scene::FrameState;
-use crate::render::settings::{Quadrature, RenderSettings, ShadingOptions};
+use crate::render::settings::{Quadrature, RenderSettings};
 use crate::render::surfaces::posed::PosedObject;
 use crate::render::surfaces::sphere::Sphere;
 use crate::render::surfaces::tessellation::TessellationSettings;
@@ -194,46 +193,4 @@ impl Renderer {
 /// What throws shadows.
 pub(super) fn casters(surfaces: &[Box<dyn PreparedSurface>]) -> Vec<&PosedObject> {
     surfaces.iter().flat_map(|surface| surface.casters()).collect()
-}
-
-/// How pixels are shaded; without the relief's occlusion, where there is no relief, and without shadow maps, where nothing casts
-/// shadows.
-pub(super) fn shade_kind(
-    state: &FrameState,
-    settings: &RenderSettings,
-    environment: &Environment,
-    relief: bool,
-    casters: bool,
-) -> ShadeKind {
-    let occluded =
-        |options: ShadingOptions| ShadingOptions { relief_occlusion: options.relief_occlusion && relief, ..options };
-    ShadeKind {
-        shading: settings.shading.plain().adjusted(occluded),
-        lights: LightSet::new(state, environment, settings.shadows && casters),
-        edges: if settings.edges().is_some() { Edges::Joined } else { Edges::None },
-    }
-}
-
-/// What is drawn of surfaces for frames that are shaded so, and their settings: only what is shaded as it is filtered can be
-/// multisampled.
-pub(super) fn drawing(settings: RenderSettings, kind: ShadeKind, gbuffer: bool) -> (RenderSettings, SurfaceDrawing) {
-    let filter = match kind {
-        // Edge samples are joined to what was filtered, and the reference has filter passes of its own.
-        ShadeKind { edges: Edges::None, .. }
-            if !gbuffer && !settings.shadows_of_relief() && !settings.shading.needs().is_finest() =>
-        {
-            FilterInto::Radiance(kind)
-        }
-        _ => FilterInto::GBuffer,
-    };
-    // The G-buffer has no slots for other surfaces.
-    let msaa = if filter == FilterInto::GBuffer { 1 } else { settings.msaa };
-    let settings = RenderSettings { msaa, ..settings };
-    let drawing = SurfaceDrawing {
-        suns: kind.lights.shadow_maps(),
-        geometry: GeometryKind::of(settings.pixel_samples()),
-        edges: settings.edges().is_some(),
-        filter,
-    };
-    (settings, drawing)
 }

@@ -2,9 +2,9 @@
 
 use std::sync::Arc;
 
+use super::drawing::{drawing, shade_kind};
 use super::pipelines::Pipelines;
 use super::pool::Pool;
-use super::prepare::{drawing, shade_kind};
 use super::surfaces::Surface;
 use super::surfaces::meshes::{MeshPipelines, Meshes};
 use super::surfaces::sea::Sea;

@@ -1,0 +1,51 @@
+//! What of a scene is drawn for a frame, and how: known from its state and settings alone.
+
+use super::surfaces::SurfaceDrawing;
+use crate::render::light::environment::Environment;
+use crate::render::passes::filter::FilterInto;
+use crate::render::passes::geometry::GeometryKind;
+use crate::render::passes::shade::{Edges, LightSet, ShadeKind};
+use crate::render::scene::FrameState;
+use crate::render::settings::{RenderSettings, ShadingOptions};
+
+/// How pixels are shaded; without the relief's occlusion, where there is no relief, and without shadow maps, where nothing casts
+/// shadows.
+pub(super) fn shade_kind(
+    state: &FrameState,
+    settings: &RenderSettings,
+    environment: &Environment,
+    relief: bool,
+    casters: bool,
+) -> ShadeKind {
+    let occluded =
+        |options: ShadingOptions| ShadingOptions { relief_occlusion: options.relief_occlusion && relief, ..options };
+    ShadeKind {
+        shading: settings.shading.plain().adjusted(occluded),
+        lights: LightSet::new(state, environment, settings.shadows && casters),
+        edges: if settings.edges().is_some() { Edges::Joined } else { Edges::None },
+    }
+}
+
+/// What is drawn of surfaces for frames that are shaded so, and their settings: only what is shaded as it is filtered can be
+/// multisampled.
+pub(super) fn drawing(settings: RenderSettings, kind: ShadeKind, gbuffer: bool) -> (RenderSettings, SurfaceDrawing) {
+    let filter = match kind {
+        // Edge samples are joined to what was filtered, and the reference has filter passes of its own.
+        ShadeKind { edges: Edges::None, .. }
+            if !gbuffer && !settings.shadows_of_relief() && !settings.shading.needs().is_finest() =>
+        {
+            FilterInto::Radiance(kind)
+        }
+        _ => FilterInto::GBuffer,
+    };
+    // The G-buffer has no slots for other surfaces.
+    let msaa = if filter == FilterInto::GBuffer { 1 } else { settings.msaa };
+    let settings = RenderSettings { msaa, ..settings };
+    let drawing = SurfaceDrawing {
+        suns: kind.lights.shadow_maps(),
+        geometry: GeometryKind::of(settings.pixel_samples()),
+        edges: settings.edges().is_some(),
+        filter,
+    };
+    (settings, drawing)
+}
