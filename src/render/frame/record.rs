@@ -98,7 +98,7 @@ impl PreparedFrame<'_> {
             Some(LastSample { state, settings, index, in_gbuffer: !self.plan.light.shades_with_filter() });
     }
 
-    /// Chooses what is drawn in a view, and writes its light. The device must be idle.
+    /// Chooses what is drawn in a view, and writes its light. The device must not be drawing this frame.
     pub(super) fn look(&mut self, view: &View, index: u32) -> Result<()> {
         for surface in &mut self.plan.surfaces {
             surface.look(view)?;
@@ -111,7 +111,7 @@ impl PreparedFrame<'_> {
         }
     }
 
-    /// Writes the light and the rays of a view. The device must be idle.
+    /// Writes the light and the rays of a view. The device must not be drawing this frame.
     fn write_lighting(&self, view: &View, index: u32) -> Result<()> {
         let FramePlan { state, settings, light, surfaces, lighting, .. } = &self.plan;
         let block =

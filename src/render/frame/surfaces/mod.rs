@@ -31,7 +31,7 @@ pub(super) trait Surface {
         false
     }
 
-    /// Poses it for a frame and makes the pipelines that draw it. The device must be idle.
+    /// Poses it for a frame, in buffers that no other frame holds, and makes the pipelines that draw it.
     fn prepare(
         &mut self,
         state: &FrameState,
@@ -95,7 +95,7 @@ pub(super) trait PreparedSurface {
         false
     }
 
-    /// Chooses what is drawn into the suns' shadow maps, divided as for the camera's lens. The device must be idle.
+    /// Chooses what is drawn into the suns' shadow maps, divided for the camera's lens. The device must not be drawing this frame.
     fn cast(&mut self, _suns: &[ShadowView], _lens: Lens) -> Result<()> {
         Ok(())
     }
@@ -110,7 +110,7 @@ pub(super) trait PreparedSurface {
         Vec::new()
     }
 
-    /// Chooses what is drawn of it in a view, and how finely. The device must be idle.
+    /// Chooses what is drawn of it in a view, and how finely. The device must not be drawing this frame.
     fn look(&mut self, view: &View) -> Result<()>;
 
     /// Moves what moves by itself on the device, before anything looks at it.

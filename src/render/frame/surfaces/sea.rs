@@ -11,7 +11,7 @@ use crate::render::passes::filter::FilterInto;
 use crate::render::passes::geometry::GeometryKind;
 use crate::render::passes::ocean::fields::{Content, OceanFields};
 use crate::render::passes::ocean::filter::{OceanFilterPass, SeaInputs, WaterGpu};
-use crate::render::passes::ocean::march::OceanMarch;
+use crate::render::passes::ocean::march::{OceanMarch, RaysGpu};
 use crate::render::passes::ocean::surface::{OceanSurfacePass, RingBuffers};
 use crate::render::passes::shade::ShadeInputs;
 use crate::render::passes::targets::{GeometryTargets, VisibleSurface};
@@ -52,6 +52,8 @@ struct SeaBuffers {
     water: Buffer,
     /// The [`ShoreGpu`] block.
     shore: Buffer,
+    /// The [`RaysGpu`] block of the reference.
+    rays: Buffer,
 }
 
 impl SeaBuffers {
@@ -61,6 +63,7 @@ impl SeaBuffers {
             rings: RingBuffers::new(gpu, rings)?,
             water: buffer("water", size_of::<WaterGpu>())?,
             shore: buffer("shore", size_of::<ShoreGpu>())?,
+            rays: buffer("ocean rays", size_of::<RaysGpu>())?,
         })
     }
 }
@@ -164,7 +167,7 @@ impl PreparedSurface for PreparedSea {
         self.laid = rings.lay(&sea_view, &self.tessellation);
         match &self.drawing {
             Drawing::Rings { .. } => buffers.rings.update(&self.laid, &from, ocean.level)?,
-            Drawing::March(march) => march.update(&from, ocean.level)?,
+            Drawing::March(march) => buffers.rays.write(0, &[march.rays(&from, ocean.level)])?,
         }
         buffers.water.write(0, &[WaterGpu::new(ocean, lens.eye.truncate())])?;
         let shore_block = ocean.shore.as_ref().map(|shore| ShoreGpu::new(shore, self.time, deviations));
@@ -188,7 +191,7 @@ impl PreparedSurface for PreparedSea {
                 let SeaBuffers { rings, shore, .. } = &*self.buffers;
                 surface.of(view.samples).draw(cmd, target, rings, &self.laid, fields, shore);
             }
-            Drawing::March(march) => march.draw_geometry(cmd),
+            Drawing::March(march) => march.draw_geometry(cmd, &self.buffers.rays),
         }
     }
 

@@ -8,8 +8,8 @@ use glam::Mat3;
 use super::fields::{CascadeGpu, Content, OceanFields, RESOLUTIONS};
 use super::filter::WaterGpu;
 use crate::gpu::{
-    AddressMode, Buffer, Commands, Depth, Descriptor, Filter, Gpu, GraphicsDesc, GraphicsPipeline, Memory, Result,
-    Sampler, SharedStruct, Topology, shared_struct,
+    AddressMode, Buffer, Commands, Depth, Descriptor, Filter, Gpu, GraphicsDesc, GraphicsPipeline, Result, Sampler,
+    SharedStruct, Topology, shared_struct,
 };
 use crate::render::passes::targets::{GBuffer, GeometryTargets, VisibleSurface};
 use crate::render::surfaces::object_view::Viewpoint;
@@ -26,7 +26,8 @@ const OVERSAMPLING: u32 = 2;
 const SLOPE_BOUND: f64 = 3.5;
 
 shared_struct! {
-    struct ViewGpu for "View" {
+    /// The rays from a viewpoint.
+    pub struct RaysGpu for "View" {
         rays: [[f32; 4]; 3],
         eye: [f32; 4],
         centre: [f32; 4],
@@ -52,7 +53,6 @@ pub struct OceanMarch {
     exact: GraphicsPipeline,
     limits: Buffer,
     bound: f32,
-    view: Buffer,
     repeat: Sampler,
     nearest: Sampler,
 }
@@ -71,7 +71,7 @@ impl OceanMarch {
             fragment: Some("passes/ocean/march.frag"),
             colors: &GeometryTargets::FORMATS,
             depth: Some(Depth::default()),
-            structs: &[ViewGpu::LAYOUT, CascadeGpu::LAYOUT],
+            structs: &[RaysGpu::LAYOUT, CascadeGpu::LAYOUT],
             ..Default::default()
         };
         let exact = GraphicsDesc {
@@ -88,28 +88,24 @@ impl OceanMarch {
             exact: GraphicsPipeline::new(gpu, "ocean exact", &exact)?,
             limits: Buffer::from_slice(gpu, "ocean limits", &limits(&deviations))?,
             bound: (HEIGHT_BOUND * deviations.iter().map(|d| d[0] * d[0]).sum::<f64>().sqrt()) as f32,
-            view: Buffer::new(gpu, "ocean rays", size_of::<ViewGpu>() as u64, Memory::Upload)?,
             repeat: Sampler::new(gpu, "ocean", Filter::Trilinear, AddressMode::Repeat)?,
             nearest: Sampler::new(gpu, "ocean pixels", Filter::Nearest, AddressMode::ClampToEdge)?,
         })
     }
 
-    /// Sets the rays for a viewpoint; `level`: height of the water at rest. The device must be idle.
-    ///
-    /// # Errors
-    /// A failed write.
-    pub fn update(&self, from: &Viewpoint, level: f32) -> Result<()> {
+    /// The rays from a viewpoint; `level`: height of the water at rest.
+    #[must_use]
+    pub fn rays(&self, from: &Viewpoint, level: f32) -> RaysGpu {
         let (clip_from_world, lens, eye) = (from.clip_from_world, from.lens, from.lens.eye);
         // x, y and w of clip space are linear in the direction from the eye, and w is the length along the view axis.
         let rows = clip_from_world.transpose();
         let linear = Mat3::from_cols(rows.x_axis.truncate(), rows.y_axis.truncate(), rows.w_axis.truncate());
         let rays = linear.transpose().inverse();
-        let view = ViewGpu {
+        RaysGpu {
             rays: [rays.x_axis, rays.y_axis, rays.z_axis].map(|v| v.extend(0.0).to_array()),
             eye: [eye.z - level, 0.5 / EARTH, lens.near, self.bound],
             centre: [eye.x, eye.y, 0.0, 0.0],
-        };
-        self.view.write(0, &[view])
+        }
     }
 
     /// The waves.
@@ -118,12 +114,12 @@ impl OceanMarch {
         &self.fields
     }
 
-    /// Draws into the begun targets of the geometry pass.
-    pub fn draw_geometry(&self, cmd: &mut Commands) {
+    /// Draws into the begun targets of the geometry pass; `rays`: a [`RaysGpu`].
+    pub fn draw_geometry(&self, cmd: &mut Commands, rays: &Buffer) {
         cmd.bind(
             &self.march,
             &[
-                ("view", Descriptor::Uniform(&self.view)),
+                ("view", Descriptor::Uniform(rays)),
                 ("Cascades", Descriptor::Storage(&self.fields.cascades)),
                 ("Limits", Descriptor::Storage(&self.limits)),
                 ("displacement", Descriptor::Sampled(self.fields.displacement.whole(), &self.repeat)),
