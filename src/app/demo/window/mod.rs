@@ -247,7 +247,7 @@ impl<S: FnMut(f64) -> FrameState> App<S> {
         open.counted.0 += 1;
         let since = open.counted.1.elapsed();
         // No frame follows that could set the title later.
-        let last = !self.viewer.is_moving() && open.painter.is_complete(self.settings.samples);
+        let last = !self.viewer.is_moving() && open.painter.is_complete(&self.settings);
         if since >= TITLE_INTERVAL || self.report.frames == 1 || last {
             let fps = f64::from(open.counted.0) / since.as_secs_f64().max(1e-6);
             if last {
@@ -387,7 +387,7 @@ impl<S: FnMut(f64) -> FrameState> ApplicationHandler for App<S> {
         // Sleeps when nothing moves and all samples are there, or nothing can be seen.
         if let Some(open) = &self.open
             && !open.hidden
-            && (self.viewer.is_moving() || !open.painter.is_complete(self.settings.samples))
+            && (self.viewer.is_moving() || !open.painter.is_complete(&self.settings))
         {
             open.window.request_redraw();
         }

@@ -120,12 +120,14 @@ impl Painter {
         self.renderer.gpu()
     }
 
-    /// Whether [`draw`](Self::draw) has samples to add.
+    /// Whether the picture is the still one of these settings, whatever its size, with all its samples: [`draw`](Self::draw) has
+    /// nothing to add.
     #[must_use]
-    pub fn is_complete(&self, samples: u32) -> bool {
-        self.shown
-            .as_ref()
-            .is_some_and(|shown| shown.settings.samples == samples.max(1) && shown.frame.samples() >= samples)
+    pub fn is_complete(&self, settings: &RenderSettings) -> bool {
+        self.shown.as_ref().is_some_and(|shown| {
+            let still = RenderSettings { size: shown.settings.size, samples: settings.samples.max(1), ..*settings };
+            shown.settings == still && shown.frame.samples() >= still.samples
+        })
     }
 
     /// Draws a frame in a window of `size` pixels: a new `state` of the scene, or without one a further sample of the last state,
