@@ -89,12 +89,14 @@ impl Light {
 
 impl PreparedFrame<'_> {
     /// Whether a sample is one submission, so that the processor can prepare the next frame while the device draws this one.
+    #[doc(hidden)]
     #[must_use]
     pub fn overlaps(&self) -> bool {
         self.plan.edges.is_none() && matches!(self.plan.light, Light::Mapped { .. })
     }
 
     /// The image that holds the mean of the samples.
+    #[doc(hidden)]
     #[must_use]
     pub fn image(&self) -> &Image {
         &self.plan.targets.mean

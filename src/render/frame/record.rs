@@ -59,11 +59,12 @@ impl PreparedFrame<'_> {
     }
 
     /// Records the passes of sample `index`, each with a mark of its name after it in `timestamps`, which have room for
-    /// [`MAX_PASSES`](super::MAX_PASSES) of them and a first mark. Buffers of the frame are written at once, so an earlier sample of
+    /// `MAX_PASSES` of them and a first mark. Buffers of the frame are written at once, so an earlier sample of
     /// it must be done; other frames need not be.
     ///
     /// # Errors
     /// [`GpuError::Usage`] for a frame that does not [overlap](Self::overlaps) with others; memory that is short.
+    #[doc(hidden)]
     pub fn record_sample(&mut self, index: u32, cmd: &mut Commands, timestamps: &Timestamps) -> Result<()> {
         if !self.overlaps() {
             let fault = "a sample of it takes several submissions: draw it instead".to_owned();
