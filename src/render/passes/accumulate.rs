@@ -70,7 +70,8 @@ impl AccumulatePass {
         })
     }
 
-    /// Mixes the radiance of a `sample`, put together from its `parts`, which are of the pass's kind, into the `mean` of the samples `before` it.
+    /// Mixes the radiance of a `sample`, put together from its `parts`, which are of the pass's kind, into the `mean` of the
+    /// samples `before` it.
     pub fn record(&self, cmd: &mut Commands, sample: &SampleTargets, parts: Parts<'_>, mean: &Image, before: u32) {
         let radiance = &sample.radiance;
         cmd.transition(radiance, Use::Sampled);

@@ -10,7 +10,7 @@ use super::object::GpuObject;
 use super::patch_mesh::PatchMesh;
 use super::posed::PosedObject;
 use super::tessellation::{Division, Lens, TessellationSettings};
-use crate::gpu::{Buffer, Gpu, Memory, Result, shared_struct};
+use crate::gpu::{Buffer, Gpu, Result, shared_struct};
 
 shared_struct! {
     /// One vertex as the shaders read it (`Vertex` in `passes/geometry/interface.glsl`).
@@ -38,13 +38,14 @@ impl DivisionBuffers {
     /// # Errors
     /// Memory that is short.
     pub fn new(gpu: &Arc<Gpu>, object: &GpuObject) -> Result<Self> {
-        let buffer = |what: &str, count: usize, size: usize| {
-            let name = format!("{} {what}", object.object.name);
-            Buffer::new(gpu, &name, (count.max(1) * size) as u64, Memory::Upload)
-        };
         Ok(Self {
-            vertices: buffer("vertices", object.object.mesh.positions.len(), size_of::<VertexGpu>())?,
-            edge_factors: buffer("edge factors", object.topology.edges.len(), 4)?,
+            vertices: object.frame_buffer(
+                gpu,
+                "vertices",
+                object.object.mesh.positions.len(),
+                size_of::<VertexGpu>(),
+            )?,
+            edge_factors: object.frame_buffer(gpu, "edge factors", object.topology.edges.len(), 4)?,
         })
     }
 }

@@ -11,7 +11,7 @@ use super::horizon::{HorizonMaps, Relief};
 use super::moments::{Edges, HeightSource, LeadrMapGpu, MomentFormat};
 use super::patch_mesh::PatchMesh;
 use super::topology::Topology;
-use crate::gpu::{AddressMode, Buffer, Filter, Gpu, Image, ImageDesc, Result, Sampler, shared_struct};
+use crate::gpu::{AddressMode, Buffer, Filter, Gpu, Image, ImageDesc, Memory, Result, Sampler, shared_struct};
 use crate::maps::cache::{MapCache, checksum};
 use crate::render::constants::{FLAG_DISPLACED, FLAG_FLAT, FLAG_MARK_INSIDE, SEA_INDEX};
 use crate::render::scene::Object;
@@ -211,6 +211,12 @@ impl GpuObject {
             kind,
             index: index as u32 + 1,
         })
+    }
+
+    /// A buffer that the processor writes for a frame, with room for so many values, at least one, of so many bytes.
+    pub(super) fn frame_buffer(&self, gpu: &Arc<Gpu>, what: &str, count: usize, bytes: usize) -> Result<Buffer> {
+        let name = format!("{} {what}", self.object.name);
+        Buffer::new(gpu, &name, (count.max(1) * bytes) as u64, Memory::Upload)
     }
 
     /// Push constants for a height scale that multiplies the object's own.

@@ -8,7 +8,7 @@ use super::divided::{DividedObject, VertexGpu};
 use super::object::{GpuObject, ObjectGpu, PatchGpu};
 use super::posed::PosedObject;
 use super::tessellation::{DrawList, Draws, Lens, TessellationSettings, Viewer};
-use crate::gpu::{Buffer, Gpu, Memory, Result, SharedStruct, StructLayout, shared_struct};
+use crate::gpu::{Buffer, Gpu, Result, SharedStruct, StructLayout, shared_struct};
 use crate::render::constants::GUARD_BAND;
 use crate::render::view::View;
 
@@ -83,13 +83,9 @@ impl ViewBuffers {
     /// # Errors
     /// Memory that is short.
     pub fn new(gpu: &Arc<Gpu>, object: &GpuObject) -> Result<Self> {
-        let buffer = |what: &str, count: usize, size: usize| {
-            let name = format!("{} {what}", object.object.name);
-            Buffer::new(gpu, &name, (count.max(1) * size) as u64, Memory::Upload)
-        };
         Ok(Self {
-            visible: buffer("visible patches", object.object.mesh.patches.len(), 4)?,
-            view: buffer("view", 1, size_of::<ViewGpu>())?,
+            visible: object.frame_buffer(gpu, "visible patches", object.object.mesh.patches.len(), 4)?,
+            view: object.frame_buffer(gpu, "view", 1, size_of::<ViewGpu>())?,
         })
     }
 }

@@ -412,20 +412,26 @@ mod tests {
         mesh
     }
 
+    /// A mesh where it was made, without relief.
+    fn at_rest<'a>(mesh: &'a PatchMesh, topology: &'a Topology) -> PosedMesh<'a> {
+        PosedMesh {
+            mesh,
+            topology,
+            positions: &mesh.positions,
+            normals: &mesh.normals,
+            edge_texels: &[],
+            edge_relief: &[],
+            height_range: &[],
+            height_scale: 1.0,
+        }
+    }
+
     fn list(mesh: &PatchMesh, eye: Vec3, target: Vec3, settings: &TessellationSettings) -> (Division, DrawList) {
         let topology = Topology::new(&mesh.patches);
         let clip = glam::camera::rh::proj::vulkan::perspective_infinite_reverse(0.8, 1.0, 0.01)
             * glam::camera::rh::view::look_at_mat4(eye, target, Vec3::Y);
-        let posed = PosedMesh {
-            mesh,
-            topology: &topology,
-            positions: &mesh.positions,
-            normals: &mesh.normals,
-            edge_texels: &[40.0],
-            edge_relief: &vec![1.0; topology.edges.len()],
-            height_range: &[],
-            height_scale: 1.0,
-        };
+        let relief = vec![1.0; topology.edges.len()];
+        let posed = PosedMesh { edge_texels: &[40.0], edge_relief: &relief, ..at_rest(mesh, &topology) };
         let division = Division::new(posed, Lens { eye, focal_pixels: 1000.0, near: 0.01 }, settings);
         let list = DrawList::new(posed, &division.edge_factors, clip, Viewer::At(eye), settings);
         (division, list)
@@ -459,16 +465,7 @@ mod tests {
         let topology = Topology::new(&mesh.patches);
         let mut lifts = |radius: f32, distance: f32| {
             mesh.positions = mesh.normals.iter().map(|n| *n * radius).collect();
-            let posed = PosedMesh {
-                mesh: &mesh,
-                topology: &topology,
-                positions: &mesh.positions,
-                normals: &mesh.normals,
-                edge_texels: &[],
-                edge_relief: &[],
-                height_range: &[],
-                height_scale: 0.0,
-            };
+            let posed = PosedMesh { height_scale: 0.0, ..at_rest(&mesh, &topology) };
             let lens = Lens { eye: Vec3::Z * distance, focal_pixels: 1000.0, near: 0.01 };
             let list = Division::new(posed, lens, &TessellationSettings::default());
             assert_eq!(list.edge_factors.iter().all(|f| *f == 1.0), distance > 10.0);
@@ -510,14 +507,10 @@ mod tests {
         let topology = Topology::new(&mesh.patches);
         let factor = |height_scale| {
             let posed = PosedMesh {
-                mesh: &mesh,
-                topology: &topology,
-                positions: &mesh.positions,
-                normals: &mesh.normals,
                 edge_texels: &[40.0; 4],
                 edge_relief: &[1.0; 4],
-                height_range: &[],
                 height_scale,
+                ..at_rest(&mesh, &topology)
             };
             let lens = Lens { eye: Vec3::Z * 100.0, focal_pixels: 1000.0, near: 0.01 };
             let settings = TessellationSettings { to_texels: true, ..Default::default() };
@@ -541,16 +534,7 @@ mod tests {
     fn a_coarser_division_keeps_its_distance() {
         let mesh = grid(2);
         let topology = Topology::new(&mesh.patches);
-        let posed = PosedMesh {
-            mesh: &mesh,
-            topology: &topology,
-            positions: &mesh.positions,
-            normals: &mesh.normals,
-            edge_texels: &[],
-            edge_relief: &vec![1.0; topology.edges.len()],
-            height_range: &[],
-            height_scale: 1.0,
-        };
+        let posed = PosedMesh { edge_relief: &vec![1.0; topology.edges.len()], ..at_rest(&mesh, &topology) };
         let lens = Lens { eye: Vec3::new(0.8, 0.0, 2.0), focal_pixels: 100.0, near: 0.01 };
         let finer = Division::new(posed, lens, &TessellationSettings::default());
         let (least, most) = finer.edge_factors.iter().fold((f32::MAX, 0.0f32), |(a, b), &f| (a.min(f), b.max(f)));
@@ -570,16 +554,7 @@ mod tests {
     fn patches_that_face_away_from_a_sun_are_dropped() {
         let mesh = grid(4);
         let topology = Topology::new(&mesh.patches);
-        let posed = PosedMesh {
-            mesh: &mesh,
-            topology: &topology,
-            positions: &mesh.positions,
-            normals: &mesh.normals,
-            edge_texels: &[],
-            edge_relief: &[],
-            height_range: &[],
-            height_scale: 1.0,
-        };
+        let posed = at_rest(&mesh, &topology);
         let factors = vec![1.0; topology.edges.len()];
         let seen = |sun: Vec3| {
             let viewer = Viewer::Toward(sun.normalize());

@@ -99,7 +99,7 @@ impl Default for WindowOptions {
 pub struct WindowReport {
     /// Frames shown.
     pub frames: u64,
-    /// Milliseconds from the beginning of each frame to that of the next.
+    /// Milliseconds from the beginning of each frame after which something moved by itself to that of the next.
     pub milliseconds: Vec<f32>,
     /// Screenshots written.
     pub screenshots: Vec<PathBuf>,
@@ -183,6 +183,8 @@ struct Open {
     /// The last attempt to draw met a window that is minimised or has no area. No frame is drawn until an event.
     hidden: bool,
     last_frame: Option<Instant>,
+    /// After the last frame something moved by itself, so that the next one followed at once.
+    running: bool,
     /// Frames and their time since the title was last set.
     counted: (u32, Instant),
 }
@@ -201,7 +203,8 @@ impl<S: FnMut(f64) -> FrameState> App<S> {
         let painter = Painter::new(renderer, window.clone(), Tonemap::default())?;
         window.request_redraw();
         let counted = (0, Instant::now());
-        self.open = Some(Open { painter, window, occluded: false, hidden: false, last_frame: None, counted });
+        self.open =
+            Some(Open { painter, window, occluded: false, hidden: false, last_frame: None, running: false, counted });
         Ok(())
     }
 
@@ -218,11 +221,13 @@ impl<S: FnMut(f64) -> FrameState> App<S> {
         let now = Instant::now();
         if let Some(last) = open.last_frame.replace(now) {
             self.viewer.advance((now - last).as_secs_f64());
-            let milliseconds = (now - last).as_secs_f32() * 1000.0;
-            self.report.milliseconds.push(milliseconds);
-            match self.viewer.is_moving() {
-                true => self.pace.frame(milliseconds),
-                false => self.pace.interrupt(),
+            // After a picture that stood still, the time tells when the user did something.
+            if open.running {
+                let milliseconds = (now - last).as_secs_f32() * 1000.0;
+                self.report.milliseconds.push(milliseconds);
+                self.pace.frame(milliseconds);
+            } else {
+                self.pace.interrupt();
             }
         }
         self.settings.shading = self.viewer.shading();
@@ -243,6 +248,7 @@ impl<S: FnMut(f64) -> FrameState> App<S> {
             }
             return Ok(());
         }
+        open.running = self.viewer.is_moving();
         self.report.frames += 1;
         open.counted.0 += 1;
         let since = open.counted.1.elapsed();
