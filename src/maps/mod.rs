@@ -12,6 +12,7 @@ mod hdr;
 pub(crate) mod horizon;
 pub mod limits;
 mod load;
+pub mod material;
 pub mod moments;
 pub(crate) mod noise;
 
