@@ -244,7 +244,7 @@ mod tests {
             stage.set_roughness(0.5);
             for object in stage.objects.iter().filter(|object| object.heights.is_some()) {
                 assert!(object.mesh.colors.iter().all(|color| color[3] == 0.5), "{scene:?}: {}", object.name);
-                let map = object.color_map.iter().flat_map(|map| &map.texels);
+                let map = object.material.iter().flat_map(|map| &map.colors);
                 assert!(map.into_iter().all(|texel| texel[3] == 255), "{scene:?}: {}", object.name);
             }
         }

@@ -142,7 +142,7 @@ impl Stage {
         for object in self.objects.iter_mut().filter(|object| object.heights.is_some()) {
             object.mesh.colors.iter_mut().for_each(|color| color[3] = alpha);
             // The map multiplies the colours of the vertices.
-            for texel in object.color_map.iter_mut().flat_map(|map| &mut map.texels) {
+            for texel in object.material.iter_mut().flat_map(|map| &mut map.colors) {
                 texel[3] = u8::MAX;
             }
         }

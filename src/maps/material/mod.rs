@@ -44,6 +44,18 @@ impl Input<[f32; 3]> {
     }
 }
 
+/// The code, 0 to 255, of a roughness `α` in 0..1 where colour maps store it: of its root, so that smooth surfaces have codes enough.
+#[must_use]
+pub fn alpha_code(alpha: f32) -> u8 {
+    (alpha.clamp(0.0, 1.0).sqrt() * 255.0 + 0.5) as u8
+}
+
+/// The roughness `α` of a code.
+#[must_use]
+pub fn alpha_of(code: u8) -> f32 {
+    (f32::from(code) / 255.0).powi(2)
+}
+
 /// What the numbers of a roughness are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum RoughnessMeaning {
