@@ -46,6 +46,9 @@ pub struct Object {
     pub coarse_mesh: Option<PatchMesh>,
     /// Heights along the patch normals; `None` for a smooth surface.
     pub heights: Option<HeightField>,
+    /// Slopes of the heights by texture coordinate, in the heights' unit, one for each texel of `heights`: finer ones than those of the
+    /// heights themselves, as a normal map tells them. The heights still displace.
+    pub slopes: Option<Vec<[f32; 2]>>,
     /// Metres of displacement per unit of `heights` (`η`); each frame multiplies it by its own factor.
     pub height_scale: f32,
     /// Its material; without it the colours of the vertices are used.
@@ -65,6 +68,7 @@ impl Object {
             mesh,
             coarse_mesh: None,
             heights: None,
+            slopes: None,
             height_scale: 1.0,
             material: None,
             specular_f0: 0.04,
@@ -82,6 +86,12 @@ impl Object {
     #[must_use]
     pub fn with_heights(self, heights: HeightField, scale: f32) -> Self {
         Self { heights: Some(heights), height_scale: scale, ..self }
+    }
+
+    /// The same, shaded by these slopes of its heights. Called after [`with_heights`](Self::with_heights).
+    #[must_use]
+    pub fn with_slopes(self, slopes: Vec<[f32; 2]>) -> Self {
+        Self { slopes: Some(slopes), ..self }
     }
 
     /// The same, made of a material whose albedo and roughness are multiplied with those of the vertices.

@@ -3,8 +3,12 @@
 //! Each property is a constant or a texture ([`Input`]); a texture has its own coordinates, transform, wrap and encoding. Nothing is
 //! filtered here: that is done where a material meets its mesh and its relief.
 
+mod folder;
+mod normals;
 mod raster;
 
+pub use folder::{MaterialFolder, Role, role_of};
+pub use normals::green_axis;
 pub use raster::{Encoding, Raster, Samples, Texture, TextureWrap};
 
 use super::HeightMap;

@@ -114,7 +114,8 @@ impl SurfaceKind {
             colored: object.material.is_some(),
             reflects_by_map: object.material.as_ref().is_some_and(|map| map.f0.is_some()),
             mixed: object.material.as_ref().is_some_and(|map| map.rough_from.is_some()),
-            horizon: object.heights.is_some() && object.height_scale != 0.0,
+            horizon: object.height_scale != 0.0
+                && object.heights.as_ref().is_some_and(|field| field.texels.iter().any(|h| *h != field.texels[0])),
             flat: flat::is_flat(mesh),
             plain: flat::is_plain(mesh),
         }
@@ -167,7 +168,7 @@ impl GpuObject {
                 }
             })
             .collect();
-        let maps = leadr_maps(gpu, object.heights.as_ref())?;
+        let maps = leadr_maps(gpu, object.heights.as_ref(), object.slopes.take())?;
         let mut heights = 0;
         if let Some(field) = &mut object.heights {
             heights = cache.map_or(0, |_| checksum(bytemuck::cast_slice(&field.texels)));
@@ -234,7 +235,7 @@ impl GpuObject {
 }
 
 /// The LEADR maps of a height field; without one, a placeholder with a single zero height that is never sampled.
-fn leadr_maps(gpu: &Arc<Gpu>, field: Option<&HeightField>) -> Result<LeadrMapGpu> {
+fn leadr_maps(gpu: &Arc<Gpu>, field: Option<&HeightField>, slopes: Option<Vec<[f32; 2]>>) -> Result<LeadrMapGpu> {
     let none = HeightField { width: 1, height: 1, texels: vec![0.0], border: Border::Clamp };
     let field = field.unwrap_or(&none);
     let edges = match field.border {
@@ -243,5 +244,8 @@ fn leadr_maps(gpu: &Arc<Gpu>, field: Option<&HeightField>) -> Result<LeadrMapGpu
         Border::Tiles(layout) => Edges::Atlas(layout),
     };
     let source = HeightSource { width: field.width, height: field.height, texels: &field.texels };
-    LeadrMapGpu::new(gpu, source, edges, MomentFormat::Float32)
+    match slopes {
+        Some(slopes) => LeadrMapGpu::with_slopes(gpu, source, &slopes, edges, MomentFormat::Float32),
+        None => LeadrMapGpu::new(gpu, source, edges, MomentFormat::Float32),
+    }
 }
