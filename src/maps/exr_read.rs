@@ -4,11 +4,8 @@
 //! go one at a time, and a panic in the crate becomes an error. Deep data, subsampled channels and High-Throughput
 //! JPEG 2000 are refused with a sentence; of mip levels the largest is read.
 
-use std::cell::Cell;
 use std::collections::HashSet;
 use std::io::Cursor;
-use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::sync::Once;
 
 use exr::block::UncompressedBlock;
 use exr::block::chunk::{Chunk, CompressedBlock, CompressedScanLineBlock, CompressedTileBlock, TileCoordinates};
@@ -17,6 +14,7 @@ use exr::meta::header::Header;
 use exr::meta::{BlockDescription, MetaData};
 use exr::prelude::SampleType;
 
+use super::guard::guarded;
 use super::png_read::one_line;
 use super::{MapFault, limits};
 
@@ -38,42 +36,8 @@ pub(crate) fn is_exr(bytes: &[u8]) -> bool {
 /// Decodes the channels that `choose` picks from the first part in which it picks any; `wanted` names them for the
 /// error message.
 pub(crate) fn decode(bytes: &[u8], choose: Choose, wanted: &str) -> Result<Planes, MapFault> {
-    // The last resort: damaged blocks overflow arithmetic inside the crate (its B44, for one).
-    let quiet = Quiet::begin();
-    let decoded = catch_unwind(AssertUnwindSafe(|| decode_unguarded(bytes, choose, wanted)));
-    drop(quiet);
-    decoded.unwrap_or_else(|_| Err(MapFault::damaged("the EXR decoder gave up on it (internal panic)")))
-}
-
-thread_local! {
-    /// Whether this thread's panics are expected and become an error.
-    static QUIET: Cell<bool> = const { Cell::new(false) };
-}
-
-/// While a value of this type lives, a panic of this thread prints nothing; other threads, and this one afterwards, keep the
-/// hook that was there.
-struct Quiet;
-
-impl Quiet {
-    fn begin() -> Self {
-        static INSTALL: Once = Once::new();
-        INSTALL.call_once(|| {
-            let before = std::panic::take_hook();
-            std::panic::set_hook(Box::new(move |info| {
-                if !QUIET.get() {
-                    before(info);
-                }
-            }));
-        });
-        QUIET.set(true);
-        Self
-    }
-}
-
-impl Drop for Quiet {
-    fn drop(&mut self) {
-        QUIET.set(false);
-    }
+    // Damaged blocks overflow arithmetic inside the crate (its B44, for one).
+    guarded("EXR", || decode_unguarded(bytes, choose, wanted))
 }
 
 fn decode_unguarded(bytes: &[u8], choose: Choose, wanted: &str) -> Result<Planes, MapFault> {

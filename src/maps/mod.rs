@@ -8,6 +8,7 @@
 pub mod cache;
 mod exr_read;
 mod fault;
+mod guard;
 mod hdr;
 pub(crate) mod horizon;
 pub mod limits;
@@ -19,6 +20,7 @@ pub(crate) mod noise;
 mod png_read;
 
 pub mod procedural;
+mod raster_read;
 pub mod save;
 pub mod srgb;
 pub mod tonemap;
@@ -30,4 +32,5 @@ pub use load::{
     load_color_srgb8, load_environment, load_height_map, load_picture,
 };
 pub use moments::{LeadrMap, MomentLevel, Moments, Wrap};
+pub use raster_read::decode_raster;
 pub use types::{HeightMap, Rgb8Image, RgbImage};
