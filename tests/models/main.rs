@@ -3,5 +3,17 @@
 #[path = "../common/mod.rs"]
 mod common;
 
+mod build;
+mod contents;
+mod creatures;
+mod damaged;
+mod files;
+mod hostile;
+mod poses;
 mod samples;
 mod validator;
+
+use common::memory::Counting;
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;

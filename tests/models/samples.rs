@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use crate::common::memory::unmeasured;
 use crate::common::shared::shared_data;
 use leadr::models::{LoadOptions, Model};
 
@@ -20,72 +21,8 @@ pub fn models_under(folder: &Path) -> Vec<PathBuf> {
     found
 }
 
-fn load(path: &Path) -> Model {
+pub fn load(path: &Path) -> Model {
     Model::load(path, LoadOptions::default()).unwrap_or_else(|error| panic!("{error}"))
-}
-
-/// What SOURCES.md says of a creature, and what a reader of the JSON alone finds.
-struct Facts {
-    file: &'static str,
-    vertices: usize,
-    triangles: usize,
-    primitives: usize,
-    joints: usize,
-    clips: &'static [(&'static str, f32)],
-}
-
-const CREATURES: [Facts; 3] = [
-    Facts {
-        file: "trex_lasquetispice/trex_notextures.glb",
-        vertices: 7036,
-        triangles: 11_938,
-        primitives: 1,
-        joints: 72,
-        clips: &[("run", 9.27), ("bite", 0.0), ("roar", 0.0), ("attack_tail", 0.0), ("idle", 0.0)],
-    },
-    Facts {
-        file: "trex_quaternius/Trex.glb",
-        vertices: 0,
-        triangles: 0,
-        primitives: 5,
-        joints: 29,
-        clips: &[("Walk", 1.38), ("Run", 0.0), ("Idle", 0.0), ("Jump", 0.0), ("Attack", 0.0), ("Death", 0.0)],
-    },
-    // Without normals: each of its triangles has three vertices as it is.
-    Facts {
-        file: "fox/Fox.glb",
-        vertices: 1728,
-        triangles: 576,
-        primitives: 1,
-        joints: 24,
-        clips: &[("Survey", 0.0), ("Walk", 0.0), ("Run", 0.0)],
-    },
-];
-
-#[test]
-fn creatures_hold_what_their_source_says() {
-    let Some(folder) = shared_data("creatures") else { return };
-    for facts in CREATURES {
-        let model = load(&folder.join(facts.file));
-        let primitives = || model.meshes.iter().flat_map(|mesh| &mesh.primitives);
-        let vertices: usize = primitives().map(|p| p.positions.len()).sum();
-        let triangles: usize = primitives().map(|p| p.triangles.len()).sum();
-        println!("{}: {vertices} vertices, {triangles} triangles, {:?}", facts.file, model.remarks);
-        if facts.vertices > 0 {
-            assert_eq!((vertices, triangles), (facts.vertices, facts.triangles), "{}", facts.file);
-        }
-        assert_eq!(primitives().count(), facts.primitives, "{}", facts.file);
-        assert_eq!(model.skins.iter().map(|skin| skin.joints.len()).max(), Some(facts.joints), "{}", facts.file);
-        for &(clip, seconds) in facts.clips {
-            let names: Vec<_> = model.animations.iter().map(|a| (&a.name, a.duration)).collect();
-            let found = model.animations.iter().find(|a| a.name.to_lowercase().contains(&clip.to_lowercase()));
-            let found = found.unwrap_or_else(|| panic!("{clip} is not among {names:?}"));
-            assert!(found.duration > 0.0);
-            assert!(seconds == 0.0 || (found.duration - seconds).abs() < 0.01, "{clip}: {names:?}");
-        }
-        assert_eq!(model.animations.len(), facts.clips.len());
-        assert!(model.remarks.is_empty(), "{:?}", model.remarks);
-    }
 }
 
 /// What each file that is odd is remarked on or refused for; all others load without a word.
@@ -121,6 +58,7 @@ const REFUSED: [&str; 6] = [
 
 #[test]
 fn every_sample_loads_or_is_refused_for_its_fault() {
+    let _unmeasured = unmeasured();
     for folder in ["creatures", "gltf", "bad-input/gltf"] {
         let Some(folder) = shared_data(folder) else { continue };
         let all = models_under(&folder);
@@ -151,6 +89,7 @@ fn every_sample_loads_or_is_refused_for_its_fault() {
 /// The figures in the folder's README: a square of two triangles, whichever way its indices make them.
 #[test]
 fn every_primitive_mode_makes_the_same_square() {
+    let _unmeasured = unmeasured();
     let Some(folder) = shared_data("gltf/glTF-Asset-Generator/Mesh_PrimitiveMode") else { return };
     for number in [4, 5, 6, 11, 12, 13, 14, 15] {
         let model = load(&folder.join(format!("Mesh_PrimitiveMode_{number:02}.gltf")));

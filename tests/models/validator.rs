@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::Path;
 
+use crate::common::memory::unmeasured;
 use crate::common::shared::shared_data;
 use crate::samples::models_under;
 use leadr::models::{LoadOptions, Model};
@@ -83,6 +84,7 @@ fn reason<'a>(table: &'a [(&str, &'a str)], key: &str) -> Option<&'a str> {
 
 #[test]
 fn verdicts_agree_with_the_validator() {
+    let _unmeasured = unmeasured();
     let Some(folder) = shared_data("bad-input/gltf-validator") else { return };
     let mut used = BTreeSet::new();
     let mut wrong = Vec::new();

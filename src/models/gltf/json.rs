@@ -6,7 +6,7 @@ use std::ops::RangeInclusive;
 use serde_json::{Map, Value};
 
 use crate::models::fault::{ModelFault, shown};
-use crate::models::limits::{MAX_OBJECTS, MAX_VALUES};
+use crate::models::limits::{MAX_COORDINATE, MAX_OBJECTS, MAX_VALUES};
 
 /// What reading a part gives.
 pub(super) type Read<T> = Result<T, ModelFault>;
@@ -253,9 +253,10 @@ fn whole_number(value: &Value) -> Option<u64> {
 
 /// A range in words.
 fn in_range(range: &RangeInclusive<f32>) -> String {
-    match (*range.start(), *range.end()) {
-        (f32::MIN, f32::MAX) => "a finite number".into(),
-        (start, f32::MAX) => format!("a finite number, {start} or more"),
-        (start, end) => format!("a number from {start} to {end}"),
+    let (start, end) = (*range.start(), *range.end());
+    match (start > -MAX_COORDINATE, end < MAX_COORDINATE) {
+        (false, false) => format!("a number within ±{end:e}"),
+        (true, false) => format!("a number from {start:?} to {end:e}"),
+        _ => format!("a number from {start} to {end}"),
     }
 }
