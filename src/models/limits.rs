@@ -11,7 +11,7 @@ pub const MAX_BUFFER_BYTES: u64 = 1 << 30;
 /// Most JSON objects in a model. A node, an accessor, a channel of an animation are one to three each.
 pub const MAX_OBJECTS: usize = 1 << 20;
 /// Most values in all arrays and objects of the JSON.
-pub const MAX_VALUES: usize = 1 << 24;
+pub const MAX_VALUES: usize = 1 << 23;
 /// Most joints of a skin: what the 16-bit indices of vertices can name.
 pub const MAX_JOINTS: usize = 1 << 16;
 /// Most morph targets of a mesh.

@@ -9,6 +9,8 @@ pub struct Mesh {
     pub primitives: Vec<Primitive>,
     /// How many morph targets each of its primitives has.
     pub target_count: usize,
+    /// The names of the targets, as most exporters store them; empty if the file has none.
+    pub target_names: Vec<String>,
 }
 
 /// Triangles of one material. All lists over vertices have the same length.
@@ -50,8 +52,6 @@ pub struct Influences {
 /// Differences that are added to the vertices by a weight. Each list is empty if the target leaves it alone.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct MorphTarget {
-    /// Its name, empty if it has none.
-    pub name: String,
     /// Metres.
     pub positions: Vec<[f32; 3]>,
     /// Differences of normals.

@@ -39,7 +39,8 @@ fn a_model_with_everything() {
     let influences = primitive.influences.as_ref().unwrap();
     assert_eq!((influences[2].joints, influences[2].weights), ([1, 0, 0, 0], [0.75, 0.25, 0.0, 0.0]));
     let target = &primitive.targets[0];
-    assert_eq!((target.name.as_str(), target.positions.len(), target.normals.len()), ("lift", 4, 0));
+    assert_eq!((&model.meshes[0].target_names[..], model.meshes[0].target_count), (&["lift".to_owned()][..], 1));
+    assert_eq!((target.positions.len(), target.normals.len()), (4, 0));
     assert_eq!([1, 2, 3].map(|v| target.positions[v][2]), [0.0, 2.0, 4.0]);
 
     assert_eq!(model.cameras[0].projection, Projection::Perspective { vertical_angle: 0.7, aspect: Some(1.5) });

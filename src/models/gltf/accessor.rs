@@ -181,7 +181,7 @@ pub(super) struct Accessor<'a> {
 
 impl<'a> Accessor<'a> {
     /// Reads an accessor and checks that all of it lies in its views.
-    pub(super) fn read(item: &Item<'_>, views: &[View<'a>]) -> Read<Self> {
+    pub(super) fn read(item: &Item<'_>, views: &[View<'a>], budget: &Budget) -> Read<Self> {
         let code = item.required("componentType", item.whole("componentType")?)?;
         let kind = item.required("type", item.string("type")?)?;
         let count = item.required("count", item.whole("count")?)?;
@@ -208,6 +208,8 @@ impl<'a> Accessor<'a> {
         }
         if let Some(sparse) = item.item("sparse")? {
             accessor.sparse = Sparse::read(&sparse, accessor.count, shape.stride(component), views)?;
+            // Many accessors may share the indices that are checked here.
+            budget.take::<u32>(accessor.sparse.as_ref().map_or(0, |sparse| sparse.count))?;
             if accessor.sparse.is_none() {
                 accessor.base = Base::Absent;
             }

@@ -23,6 +23,9 @@ pub(super) fn read(source: &Source<'_>, nodes: &[Node], meshes: &[Mesh]) -> Read
     items.iter().map(|item| Reader { source, nodes, meshes }.read(item)).collect()
 }
 
+/// Squared lengths this near to 1 are as good as any that a division would give.
+const NEARLY: f32 = 4.0 * f32::EPSILON;
+
 struct Reader<'a> {
     source: &'a Source<'a>,
     nodes: &'a [Node],
@@ -183,6 +186,9 @@ impl Reader<'_> {
         let (keys, _) = values.as_chunks_mut::<4>();
         for (number, value) in keys.iter_mut().skip(per_key / 2).step_by(per_key).enumerate() {
             let given = Quat::from_array(*value);
+            if (given.length_squared() - 1.0).abs() < NEARLY {
+                continue;
+            }
             uneven += usize::from((given.length() - 1.0).abs() > ROUNDING);
             let unit = unit_rotation(given);
             *value = unit

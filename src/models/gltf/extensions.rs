@@ -24,6 +24,9 @@ pub(super) const LIGHTS: &str = "KHR_lights_punctual";
 pub const READ: [&str; 8] =
     [QUANTIZATION, TEXTURE_TRANSFORM, EMISSIVE_STRENGTH, IOR, SPECULAR, ANISOTROPY, UNLIT, LIGHTS];
 
+/// Most extensions that one message names.
+const MAX_NAMES: usize = 12;
+
 /// Refuses other versions of glTF and required extensions that are not read. Returns the used ones that are not.
 pub(super) fn check(root: &Item<'_>) -> Read<Vec<String>> {
     let asset = root.required("asset", root.item("asset")?)?;
@@ -40,7 +43,8 @@ pub(super) fn check(root: &Item<'_>) -> Read<Vec<String>> {
         return Err(ModelFault::Unsupported { what, remedy: "export it as glTF 2.0".into() });
     }
     let unread = |key| -> Read<Vec<String>> {
-        Ok(root.strings(key)?.into_iter().filter(|name| !READ.contains(name)).map(shown).collect())
+        let all = root.strings(key)?.into_iter().filter(|name| !READ.contains(name));
+        Ok(all.take(MAX_NAMES).map(shown).collect())
     };
     let required = unread("extensionsRequired")?;
     if !required.is_empty() {

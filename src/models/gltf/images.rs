@@ -35,10 +35,10 @@ pub(super) struct Images {
 
 impl Images {
     /// Checks all images and decodes those that textures show.
-    pub(super) fn read(source: &Source<'_>) -> Read<Self> {
+    pub(super) fn read<'a>(source: &Source<'a>) -> Read<Self> {
         let items = source.root.items("images", "image")?;
         let entries = items.into_iter().map(|item| Entry::read(item, source)).collect::<Read<Vec<_>>>()?;
-        let mut wanted: HashMap<Origin<'_>, usize> = HashMap::new();
+        let mut wanted: HashMap<Origin<'a>, usize> = HashMap::new();
         for texture in source.root.items("textures", "texture")? {
             if let Some(image) = texture.index("source", "image", entries.len())?
                 && let Some(origin) = entries[image].origin
@@ -48,19 +48,22 @@ impl Images {
         }
         // What other threads need of the source, which they cannot share as a whole.
         let (views, folder, budget) = (&source.views, source.folder, &source.image_budget);
-        let mut results: HashMap<Origin<'_>, Read<Arc<Raster>>> = wanted
-            .into_par_iter()
-            .map(|(origin, image)| {
-                let entry = &entries[image];
-                let raster = match origin {
-                    Origin::Uri(uri) => {
-                        uri::fetch(uri, folder, entry.item.place).and_then(|bytes| entry.decode(&bytes, budget))
-                    }
-                    Origin::View(view) => views[view].bytes().and_then(|bytes| entry.decode(bytes, budget)),
-                };
-                (origin, raster.map(Arc::new))
-            })
-            .collect();
+        let decode = |(origin, image): (Origin<'a>, usize)| {
+            let entry = &entries[image];
+            let raster = match origin {
+                Origin::Uri(uri) => {
+                    uri::fetch(uri, folder, entry.item.place).and_then(|bytes| entry.decode(&bytes, budget))
+                }
+                Origin::View(view) => views[view].bytes().and_then(|bytes| entry.decode(bytes, budget)),
+            };
+            (origin, raster.map(Arc::new))
+        };
+        // Waking other threads takes longer than many a model.
+        let mut results: HashMap<Origin<'a>, Read<Arc<Raster>>> = if wanted.len() > 1 {
+            wanted.into_par_iter().map(decode).collect()
+        } else {
+            wanted.into_iter().map(decode).collect()
+        };
         let mut images = Self { rasters: Vec::new(), names: entries.iter().map(|e| e.name.clone()).collect() };
         for entry in &entries {
             let Some(origin) = entry.origin else {

@@ -3,10 +3,9 @@
 use std::fmt;
 use std::ops::RangeInclusive;
 
-use serde_json::{Map, Value};
-
+use super::value::{Object, Value};
 use crate::models::fault::{ModelFault, shown};
-use crate::models::limits::{MAX_COORDINATE, MAX_OBJECTS, MAX_VALUES};
+use crate::models::limits::MAX_COORDINATE;
 
 /// What reading a part gives.
 pub(super) type Read<T> = Result<T, ModelFault>;
@@ -53,53 +52,17 @@ impl fmt::Display for Place {
     }
 }
 
-/// Parses the text of a model, whose outermost value must be an object.
-pub(super) fn parse(text: &[u8]) -> Read<Map<String, Value>> {
-    check_amount(text)?;
-    match serde_json::from_slice(text) {
-        Ok(Value::Object(root)) => Ok(root),
-        Ok(_) => Err(ModelFault::damaged("its JSON is not an object")),
-        Err(error) => Err(ModelFault::damaged(format!("its JSON cannot be read ({error})"))),
-    }
-}
-
-/// Counts objects and values before they are allocated: a parsed object takes a hundred times the bytes of its text.
-fn check_amount(text: &[u8]) -> Read<()> {
-    let (mut objects, mut values, mut quoted, mut escaped) = (0, 0, false, false);
-    for &byte in text {
-        if quoted {
-            quoted = byte != b'"' || escaped;
-            escaped = byte == b'\\' && !escaped;
-            continue;
-        }
-        match byte {
-            b'"' => quoted = true,
-            b'{' => objects += 1,
-            b',' | b'[' => values += 1,
-            _ => {}
-        }
-    }
-    let over = |what: String| Err(ModelFault::TooLarge { what });
-    if objects > MAX_OBJECTS {
-        return over(format!("its JSON has {objects} objects, the limit is {MAX_OBJECTS}"));
-    }
-    if values > MAX_VALUES {
-        return over(format!("its JSON has {values} values, the limit is {MAX_VALUES}"));
-    }
-    Ok(())
-}
-
 /// An object of the JSON and where it stands.
 #[derive(Clone, Copy)]
 pub(super) struct Item<'a> {
-    object: &'a Map<String, Value>,
+    object: &'a Object<'a>,
     /// Where it stands.
     pub(super) place: Place,
 }
 
 impl<'a> Item<'a> {
     /// The whole model.
-    pub(super) fn root(object: &'a Map<String, Value>) -> Self {
+    pub(super) fn root(object: &'a Object<'a>) -> Self {
         Self { object, place: Place::ROOT }
     }
 
@@ -119,17 +82,17 @@ impl<'a> Item<'a> {
 
     /// Whether the property is there.
     pub(super) fn has(&self, key: &str) -> bool {
-        self.object.contains_key(key)
+        self.object.get(key).is_some()
     }
 
     /// The names of all properties.
     pub(super) fn keys(&self) -> impl Iterator<Item = &'a str> {
-        self.object.keys().map(String::as_str)
+        self.object.keys()
     }
 
     /// A string.
     pub(super) fn string(&self, key: &str) -> Read<Option<&'a str>> {
-        let text = |value: &'a Value| value.as_str().ok_or_else(|| self.wrong(key, "a string"));
+        let text = |value: &'a Value<'a>| value.as_str().ok_or_else(|| self.wrong(key, "a string"));
         self.object.get(key).map(text).transpose()
     }
 
@@ -140,20 +103,20 @@ impl<'a> Item<'a> {
 
     /// True or false; false if it is not there.
     pub(super) fn flag(&self, key: &str) -> Read<bool> {
-        let flag = |value: &Value| value.as_bool().ok_or_else(|| self.wrong(key, "true or false"));
+        let flag = |value: &Value<'_>| value.as_bool().ok_or_else(|| self.wrong(key, "true or false"));
         Ok(self.object.get(key).map(flag).transpose()?.unwrap_or(false))
     }
 
     /// A whole number that is not negative. `2.0` is one, too.
     pub(super) fn whole(&self, key: &str) -> Read<Option<u64>> {
-        let number = |value: &Value| whole_number(value).ok_or_else(|| self.wrong(key, "a whole number, 0 or more"));
+        let number = |value: &Value<'_>| value.as_whole().ok_or_else(|| self.wrong(key, "a whole number, 0 or more"));
         self.object.get(key).map(number).transpose()
     }
 
     /// A number within a range, in 32 bits.
     pub(super) fn number(&self, key: &str, range: RangeInclusive<f32>) -> Read<Option<f32>> {
-        let number = |value: &Value| {
-            let number = value.as_f64().map(|v| v as f32).filter(|v| range.contains(v));
+        let number = |value: &Value<'_>| {
+            let number = value.as_number().map(|v| v as f32).filter(|v| range.contains(v));
             number.ok_or_else(|| self.wrong(key, &in_range(&range)))
         };
         self.object.get(key).map(number).transpose()
@@ -170,8 +133,9 @@ impl<'a> Item<'a> {
     pub(super) fn numbers(&self, key: &str, range: RangeInclusive<f32>) -> Read<Option<Vec<f32>>> {
         let Some(value) = self.object.get(key) else { return Ok(None) };
         let wrong = || self.wrong(key, &format!("an array of numbers, each {}", in_range(&range)));
-        let number = |value: &Value| value.as_f64().map(|v| v as f32).filter(|v| range.contains(v)).ok_or_else(wrong);
-        value.as_array().ok_or_else(wrong)?.iter().map(number).collect::<Read<_>>().map(Some)
+        let number =
+            |value: &Value<'_>| value.as_number().map(|v| v as f32).filter(|v| range.contains(v)).ok_or_else(wrong);
+        value.as_list().ok_or_else(wrong)?.iter().map(number).collect::<Read<_>>().map(Some)
     }
 
     /// The number of another object, of which there are `count`.
@@ -184,8 +148,8 @@ impl<'a> Item<'a> {
     pub(super) fn indices(&self, key: &str, kind: &str, count: usize) -> Read<Vec<usize>> {
         let Some(value) = self.object.get(key) else { return Ok(Vec::new()) };
         let wrong = || self.wrong(key, "an array of whole numbers");
-        let all = value.as_array().ok_or_else(wrong)?.iter();
-        all.map(|v| self.in_list(key, whole_number(v).ok_or_else(wrong)?, kind, count)).collect()
+        let all = value.as_list().ok_or_else(wrong)?.iter();
+        all.map(|v| self.in_list(key, v.as_whole().ok_or_else(wrong)?, kind, count)).collect()
     }
 
     fn in_list(&self, key: &str, index: u64, kind: &str, count: usize) -> Read<usize> {
@@ -195,7 +159,7 @@ impl<'a> Item<'a> {
 
     /// An object inside this one.
     pub(super) fn item(&self, key: &'static str) -> Read<Option<Item<'a>>> {
-        let item = |value: &'a Value| {
+        let item = |value: &'a Value<'a>| {
             let object = value.as_object().ok_or_else(|| self.wrong(key, "an object"))?;
             Ok(Item { object, place: self.place.below(key, None) })
         };
@@ -211,7 +175,7 @@ impl<'a> Item<'a> {
     /// The objects of an array, called `kind 0`, `kind 1` … in messages; none if there is no array.
     pub(super) fn items(&self, key: &str, kind: &'static str) -> Read<Vec<Item<'a>>> {
         let Some(value) = self.object.get(key) else { return Ok(Vec::new()) };
-        let all = value.as_array().ok_or_else(|| self.wrong(key, "an array"))?.iter().enumerate();
+        let all = value.as_list().ok_or_else(|| self.wrong(key, "an array"))?.iter().enumerate();
         all.map(|(i, value)| {
             let place = self.place.below(kind, Some(i));
             let object = value.as_object().ok_or_else(|| place.fault("must be an object"))?;
@@ -222,19 +186,19 @@ impl<'a> Item<'a> {
 
     /// Whether an array stands there, or nothing.
     pub(super) fn is_list(&self, key: &str) -> bool {
-        self.object.get(key).is_none_or(Value::is_array)
+        self.object.get(key).is_none_or(|value| value.as_list().is_some())
     }
 
     /// How many values an array has; 0 if there is none.
     pub(super) fn length(&self, key: &str) -> usize {
-        self.object.get(key).and_then(Value::as_array).map_or(0, Vec::len)
+        self.object.get(key).and_then(Value::as_list).map_or(0, <[_]>::len)
     }
 
     /// The strings of an array.
     pub(super) fn strings(&self, key: &str) -> Read<Vec<&'a str>> {
         let Some(value) = self.object.get(key) else { return Ok(Vec::new()) };
         let wrong = || self.wrong(key, "an array of strings");
-        value.as_array().ok_or_else(wrong)?.iter().map(|v| v.as_str().ok_or_else(wrong)).collect()
+        value.as_list().ok_or_else(wrong)?.iter().map(|v| v.as_str().ok_or_else(wrong)).collect()
     }
 
     /// What an extension adds to this object.
@@ -242,13 +206,6 @@ impl<'a> Item<'a> {
         let Some(all) = self.item("extensions")? else { return Ok(None) };
         Item { object: all.object, place: self.place }.item(name)
     }
-}
-
-/// A whole number, however it is spelt.
-fn whole_number(value: &Value) -> Option<u64> {
-    const EXACT: f64 = (1u64 << 53) as f64;
-    let whole = |v: &f64| v.fract() == 0.0 && (0.0..=EXACT).contains(v);
-    value.as_u64().or_else(|| value.as_f64().filter(whole).map(|v| v as u64))
 }
 
 /// A range in words.

@@ -40,21 +40,16 @@ fn read_mesh(source: &Source<'_>, item: &Item<'_>, materials: usize) -> Read<(Me
     if target_count > MAX_TARGETS {
         return Err(item.fault(format!("has {target_count} morph targets, the limit is {MAX_TARGETS}")));
     }
-    let mut names = Vec::new();
-    if let Some(extras) = item.object_or_nothing("extras") {
-        // Not in the specification, but what exporters agree on.
-        names = extras.strings("targetNames").unwrap_or_default();
-    }
-    let mut mesh = Mesh { name: item.name()?, primitives: Vec::new(), target_count };
+    // Not in the specification, but what exporters agree on.
+    let names = item.object_or_nothing("extras").and_then(|extras| extras.strings("targetNames").ok());
+    let names = names.filter(|names| names.len() == target_count).unwrap_or_default();
+    let target_names = names.into_iter().map(str::to_owned).collect();
+    let mut mesh = Mesh { name: item.name()?, primitives: Vec::new(), target_count, target_names };
     for primitive in &primitives {
         if primitive.length("targets") != target_count {
             return Err(primitive.fault("does not have as many morph targets as the mesh's first primitive"));
         }
-        let Some(mut read) = (Reader { source, item: primitive }).read(materials)? else { continue };
-        for (target, name) in read.targets.iter_mut().zip(&names) {
-            target.name = (*name).to_owned();
-        }
-        mesh.primitives.push(read);
+        mesh.primitives.extend(Reader { source, item: primitive }.read(materials)?);
     }
     let weights = morph_weights(item, target_count)?.unwrap_or_else(|| vec![0.0; target_count]);
     Ok((mesh, weights))
@@ -277,7 +272,6 @@ impl Reader<'_> {
                 self.bounded(name, differences)
             };
             Ok(MorphTarget {
-                name: String::new(),
                 positions: list("POSITION", true)?,
                 normals: list("NORMAL", normals)?,
                 tangents: list("TANGENT", tangents && normals)?,

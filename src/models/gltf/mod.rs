@@ -16,12 +16,14 @@ mod source;
 mod textures;
 mod topology;
 mod uri;
+mod value;
 mod views;
 
 use std::path::Path;
 
 use self::json::{Item, Read};
 use self::source::{Buffers, Source};
+use super::fault::shown;
 use super::model::Model;
 
 pub use extensions::READ as EXTENSIONS_READ;
@@ -47,7 +49,7 @@ const LISTS: [&str; 14] = [
 /// Reads a model from the bytes of its file; other files are looked for in `folder`.
 pub(super) fn decode(bytes: &[u8], name: &str, folder: Option<&Path>, lenient: bool) -> Read<Model> {
     let container = glb::open(bytes)?;
-    let json = json::parse(container.json)?;
+    let json = value::parse(container.json)?;
     let root = Item::root(&json);
     if let Some(wrong) = LISTS.iter().find(|list| !root.is_list(list)) {
         return Err(root.fault(format!("`{wrong}` must be an array")));
@@ -90,7 +92,7 @@ fn remark_on_coordinates(source: &Source<'_>, model: &Model) {
         for (part, primitive) in mesh.primitives.iter().enumerate() {
             let (wanted, given) = (sets[primitive.material], primitive.texcoords.len());
             if wanted > given {
-                let name = &model.materials[primitive.material].name;
+                let name = shown(&model.materials[primitive.material].name);
                 source.remark(format!(
                     "mesh {number}, primitive {part}: has {given} sets of texture coordinates, but its material {name:?} uses {wanted}"
                 ));

@@ -55,6 +55,7 @@ impl Reader<'_> {
         match mesh {
             Some(mesh) => {
                 let targets = self.meshes.meshes[mesh].target_count;
+                self.source.budget.take::<f32>(targets)?;
                 weights = morph_weights(item, targets)?.unwrap_or_else(|| self.meshes.weights[mesh].clone());
             }
             None if skin.is_some() || item.has("weights") => {

@@ -90,8 +90,9 @@ impl<'a> Source<'a> {
         let there = all.iter().filter(|buffer| buffer.bytes.is_some()).map(|buffer| buffer.length).sum();
         let view = |item: &Item<'_>| View::read(item, &all);
         let views = root.items("bufferViews", "buffer view")?.iter().map(view).collect::<Read<Vec<_>>>()?;
+        let budget = Budget::for_buffers(there);
         let accessors = root.items("accessors", "accessor")?;
-        let accessors = accessors.iter().map(|item| Accessor::read(item, &views)).collect::<Read<_>>()?;
+        let accessors = accessors.iter().map(|item| Accessor::read(item, &views, &budget)).collect::<Read<_>>()?;
         let mut source = Self {
             root,
             folder,
@@ -99,7 +100,7 @@ impl<'a> Source<'a> {
             views,
             accessors,
             quantized: false,
-            budget: Budget::for_buffers(there),
+            budget,
             image_budget: ImageBudget::default(),
             remarks: RefCell::default(),
             more_remarks: Cell::new(0),
