@@ -388,7 +388,7 @@ fn claims_cost_little() {
     assert_eq!(MAX_JOINTS, 65536);
     let mut made = triangle();
     made.json["nodes"] = json!(vec![json!({}); MAX_OBJECTS + 1]);
-    cases.push(("too many nodes", made.glb(), "objects, the limit is 1048576"));
+    cases.push(("too many nodes", made.glb(), "its JSON has more than 1048576 objects"));
     let deep = [vec![b'['; 1 << 20], vec![b']'; 1 << 20]].concat();
     let text = [br#"{"asset":{"version":"2.0"},"extras":"#.to_vec(), deep, b"}".to_vec()].concat();
     cases.push(("a million brackets", text, "its JSON cannot be read"));
@@ -398,7 +398,7 @@ fn claims_cost_little() {
     cases.push(("a million objects", text.into_bytes(), "`scene` must be a whole number"));
     let commas =
         [br#"{"asset":{"version":"2.0"},"extras":[0"#.to_vec(), b",0".repeat(1 << 25), b"]}".to_vec()].concat();
-    cases.push(("33 million values", commas, "values, the limit is 8388608"));
+    cases.push(("33 million values", commas, "its JSON has more than 8388608 values"));
 
     // A picture of 16384 x 16384 in a file of some hundred bytes, which every one of 1000 images shows.
     let mut made = triangle();
@@ -418,8 +418,8 @@ fn claims_cost_little() {
         let message = result.map(drop).expect_err(name).to_string();
         println!("{name}: {message} ({} bytes of file, {peak} of memory, {time:?})", file.len());
         assert!(message.contains(wanted), "{name}: {message}");
-        // Parsed objects take a hundred times the bytes of their text; nothing else may take more than the free amount.
-        assert!(peak < ((160 << 20) + 100 * file.len()).min(1 << 30), "{name}: {peak} bytes");
+        // Parsed objects take some forty times the bytes of their text; nothing else may take more than the free amount.
+        assert!(peak < ((160 << 20) + 50 * file.len()).min(600 << 20), "{name}: {peak} bytes");
         assert!(time < Duration::from_secs(5), "{name}: {time:?}");
     }
 }

@@ -1,9 +1,10 @@
 //! JSON as values that borrow the text: small, and quick to search, whatever a hostile text puts into them.
 
 use std::borrow::Cow;
+use std::cell::Cell;
 use std::fmt;
 
-use serde::de::{Deserialize, Deserializer, Error, MapAccess, SeqAccess, Visitor};
+use serde::de::{Deserialize, DeserializeSeed, Deserializer, Error, MapAccess, SeqAccess, Visitor};
 
 use crate::models::fault::ModelFault;
 use crate::models::limits::{MAX_OBJECTS, MAX_VALUES};
@@ -19,12 +20,29 @@ pub(super) enum Value<'a> {
     Object(Object<'a>),
 }
 
-/// Properties, sorted by name.
+/// Properties; of more than [`FEW`], sorted by name.
 pub(super) struct Object<'a>(Vec<(Cow<'a, str>, Value<'a>)>);
 
+/// So many properties are searched as quickly from the first to the last.
+const FEW: usize = 16;
+
 impl<'a> Object<'a> {
+    /// Nothing, if two properties have the same name.
+    fn new(mut all: Vec<(Cow<'a, str>, Value<'a>)>) -> Option<Self> {
+        let twice = if all.len() > FEW {
+            all.sort_by(|(a, _), (b, _)| a.cmp(b));
+            all.windows(2).any(|pair| pair[0].0 == pair[1].0)
+        } else {
+            (1..all.len()).any(|i| all[..i].iter().any(|(name, _)| *name == all[i].0))
+        };
+        (!twice).then_some(Self(all))
+    }
+
     /// The property of a name.
     pub(super) fn get(&self, key: &str) -> Option<&Value<'a>> {
+        if self.0.len() <= FEW {
+            return self.0.iter().find(|(name, _)| *name == key).map(|(_, value)| value);
+        }
         let place = self.0.binary_search_by(|(name, _)| (**name).cmp(key)).ok()?;
         Some(&self.0[place].1)
     }
@@ -73,43 +91,50 @@ impl<'a> Value<'a> {
 
 /// Parses the text of a model, whose outermost value must be an object.
 pub(super) fn parse(text: &[u8]) -> Result<Object<'_>, ModelFault> {
-    check_amount(text)?;
-    match serde_json::from_slice(text) {
+    let amount = Amount::default();
+    let mut parser = serde_json::Deserializer::from_slice(text);
+    let parsed = Seed(&amount).deserialize(&mut parser).and_then(|value| parser.end().map(|()| value));
+    let (objects, values) = (amount.objects.get(), amount.values.get());
+    if objects > MAX_OBJECTS {
+        return Err(ModelFault::TooLarge { what: format!("its JSON has more than {MAX_OBJECTS} objects") });
+    }
+    if values > MAX_VALUES {
+        return Err(ModelFault::TooLarge { what: format!("its JSON has more than {MAX_VALUES} values") });
+    }
+    match parsed {
         Ok(Value::Object(root)) => Ok(root),
         Ok(_) => Err(ModelFault::damaged("its JSON is not an object")),
         Err(error) => Err(ModelFault::damaged(format!("its JSON cannot be read ({error})"))),
     }
 }
 
-/// Counts objects and values before they are allocated.
-fn check_amount(text: &[u8]) -> Result<(), ModelFault> {
-    let (mut objects, mut values, mut quoted, mut escaped) = (0, 0, false, false);
-    for &byte in text {
-        if quoted {
-            quoted = byte != b'"' || escaped;
-            escaped = byte == b'\\' && !escaped;
-            continue;
-        }
-        match byte {
-            b'"' => quoted = true,
-            b'{' => objects += 1,
-            b',' | b'[' => values += 1,
-            _ => {}
-        }
-    }
-    let over = |what: String| Err(ModelFault::TooLarge { what });
-    if objects > MAX_OBJECTS {
-        return over(format!("its JSON has {objects} objects, the limit is {MAX_OBJECTS}"));
-    }
-    if values > MAX_VALUES {
-        return over(format!("its JSON has {values} values, the limit is {MAX_VALUES}"));
-    }
-    Ok(())
+/// How much was parsed so far.
+#[derive(Default)]
+struct Amount {
+    objects: Cell<usize>,
+    values: Cell<usize>,
 }
 
-struct ValueVisitor;
+impl Amount {
+    /// Counts one more; an error ends the parsing, and [`parse`] finds out why.
+    fn count<E: Error>(counter: &Cell<usize>, limit: usize) -> Result<(), E> {
+        counter.set(counter.get() + 1);
+        if counter.get() > limit { Err(E::custom("too much")) } else { Ok(()) }
+    }
+}
 
-impl<'de> Visitor<'de> for ValueVisitor {
+/// Parses a value and counts what is in it.
+struct Seed<'c>(&'c Amount);
+
+impl<'de> DeserializeSeed<'de> for Seed<'_> {
+    type Value = Value<'de>;
+
+    fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<Value<'de>, D::Error> {
+        deserializer.deserialize_any(self)
+    }
+}
+
+impl<'de> Visitor<'de> for Seed<'_> {
     type Value = Value<'de>;
 
     fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -146,31 +171,23 @@ impl<'de> Visitor<'de> for ValueVisitor {
 
     fn visit_seq<A: SeqAccess<'de>>(self, mut items: A) -> Result<Value<'de>, A::Error> {
         let mut list = Vec::new();
-        while let Some(value) = items.next_element()? {
+        while let Some(value) = items.next_element_seed(Self(self.0))? {
+            Amount::count(&self.0.values, MAX_VALUES)?;
             list.push(value);
         }
-        list.shrink_to_fit();
         Ok(Value::List(list))
     }
 
     fn visit_map<A: MapAccess<'de>>(self, mut items: A) -> Result<Value<'de>, A::Error> {
-        let mut all: Vec<(Cow<'de, str>, Value<'de>)> = Vec::new();
-        while let Some((Key(name), value)) = items.next_entry()? {
-            all.push((name, value));
+        Amount::count(&self.0.objects, MAX_OBJECTS)?;
+        let mut all = Vec::new();
+        while let Some(Key(name)) = items.next_key()? {
+            Amount::count(&self.0.values, MAX_VALUES)?;
+            all.push((name, items.next_value_seed(Self(self.0))?));
         }
-        all.shrink_to_fit();
-        all.sort_by(|(a, _), (b, _)| a.cmp(b));
-        // Programs differ in which of the two they read.
-        if all.windows(2).any(|pair| pair[0].0 == pair[1].0) {
-            return Err(A::Error::custom("an object has two properties of the same name"));
-        }
-        Ok(Value::Object(Object(all)))
-    }
-}
-
-impl<'de> Deserialize<'de> for Value<'de> {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        deserializer.deserialize_any(ValueVisitor)
+        // Programs differ in which of two they read.
+        let object = Object::new(all);
+        object.map(Value::Object).ok_or_else(|| A::Error::custom("an object has two properties of the same name"))
     }
 }
 
@@ -198,5 +215,44 @@ impl<'de> Visitor<'de> for KeyVisitor {
 impl<'de> Deserialize<'de> for Key<'de> {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         deserializer.deserialize_str(KeyVisitor)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn properties_are_found_among_few_and_many() {
+        for count in [0, 1, FEW, FEW + 1, 300] {
+            let items: Vec<String> = (0..count).rev().map(|i| format!(r#""k{i}":{i}"#)).collect();
+            let text = format!("{{{}}}", items.join(","));
+            let object = parse(text.as_bytes()).unwrap();
+            assert_eq!(object.keys().count(), count);
+            for i in 0..count {
+                assert_eq!(object.get(&format!("k{i}")).unwrap().as_whole(), Some(i as u64));
+            }
+            assert!(object.get("k").is_none());
+            let twice = format!("{{{}}}", [items, vec![r#""x":1,"\u0078":2"#.into()]].concat().join(","));
+            assert!(parse(twice.as_bytes()).err().unwrap().to_string().contains("two properties of the same name"));
+        }
+    }
+
+    #[test]
+    fn numbers_are_whole_however_they_are_spelt() {
+        let object = parse(br#"{"a":2,"b":2.0,"c":2e0,"d":2.5,"e":-2,"f":18446744073709551615,"g":1e300}"#).unwrap();
+        let whole = |key| object.get(key).unwrap().as_whole();
+        assert_eq!(["a", "b", "c", "d", "e", "g"].map(whole), [Some(2), Some(2), Some(2), None, None, None]);
+        assert_eq!((whole("f"), object.get("e").unwrap().as_number()), (Some(u64::MAX), Some(-2.0)));
+    }
+
+    #[test]
+    fn what_is_no_json_is_refused() {
+        for wrong in
+            ["", "{", "[]", "7", "{} {}", "{\"a\":01}", "{\"a\":1e999}", "{a:1}", "{\"a\":NaN}", "{\"\u{1}\":1}"]
+        {
+            assert!(parse(wrong.as_bytes()).is_err(), "{wrong}");
+        }
+        assert!(parse(b"{\"\xff\":1}").is_err());
     }
 }
