@@ -97,7 +97,7 @@ pub use self::{
             sky::Sky,
         },
         passes::accumulate::Accumulation,
-        scene::{ColorMap, FrameState, MAX_POINT_LIGHTS, Object, PointLight, Pose, Scene, Sun},
+        scene::{FrameState, MAX_POINT_LIGHTS, MaterialMap, Object, PointLight, Pose, Scene, Sun},
         settings::{
             DiffuseLights, Integral, Probes, Quadrature, RenderSettings, Shading, ShadingOptions, Technique, Terms,
         },

@@ -1,9 +1,10 @@
-// The texels of the G-buffer (GBuffer in Rust): 48 bytes a pixel. Mean and covariance of the slopes are packed into texels that
+// The texels of the G-buffer (GBuffer in Rust): 56 bytes a pixel. Mean and covariance of the slopes are packed into texels that
 // every technique fetches anyway.
 #ifndef LEADR_GBUFFER
 #define LEADR_GBUFFER
 
 #include "leadr/frame.glsl"
+#include "leadr/facets/mixed_roughness.glsl"
 #include "leadr/visible/horizon.glsl"
 
 // What the filter passes find under a pixel, whatever surface it sees.
@@ -12,7 +13,8 @@ struct FilteredSurface {
     vec2 mean_slope;     // in the frame about it
     vec3 covariance;     // of the slopes
     vec4 material;       // linear albedo, Beckmann roughness alpha
-    float f0;            // reflectance at normal incidence
+    MixedRoughness mixed; // the two roughnesses that alpha stands for, where MIXED_ROUGHNESS says so
+    vec3 f0;             // reflectance at normal incidence
     float accessibility;
     bool inside;         // of a surface, whose back is seen
     Horizon horizon;     // of the relief
@@ -43,23 +45,42 @@ vec4 material_of(uvec4 material) {
     return vec4(unpackHalf2x16(material.x), unpackHalf2x16(material.y));
 }
 
-// Specular f0 and ambient accessibility, as halves: f0 is -1 on the inside of a surface.
-uint pack_reflection(FilteredSurface f) {
-    return packHalf2x16(vec2(f.inside ? -1.0 : f.f0, f.accessibility));
+// Ambient accessibility, -1 on the inside of a surface, and the level of detail of the maps, as halves.
+uint pack_place(FilteredSurface f) {
+    return packHalf2x16(vec2(f.inside ? -1.0 : f.accessibility, f.lod));
 }
 
-// For a pixel: the level of detail of its maps, and the weight of its joined edge samples, 0 to 1.
+// Reflectance at normal incidence, as halves; the rougher share, and alpha of the smoother part to that of both, with 8 bits each.
+uvec2 pack_reflection(FilteredSurface f) {
+    float smoother = clamp(f.mixed.smooth_alpha / max(f.material.a, 1e-6), 0.0, 1.0);
+    uvec2 mixed = uvec2(round(255.0 * vec2(f.mixed.share, sqrt(smoother))));
+    return uvec2(packHalf2x16(f.f0.xy), packHalf2x16(vec2(f.f0.z, 0.0)) | mixed.x << 16 | mixed.y << 24);
+}
+
+vec3 f0_of(uvec2 reflection) {
+    return vec3(unpackHalf2x16(reflection.x), unpackHalf2x16(reflection.y & 0xffffu).x);
+}
+
+// alpha: of both together, which the parts keep.
+MixedRoughness mixed_of(uvec2 reflection, float alpha) {
+    vec2 mixed = vec2(reflection.y >> 16 & 255u, reflection.y >> 24) / 255.0;
+    float smooth_alpha = alpha * mixed.y * mixed.y, rest = 1.0 - mixed.x;
+    float rough = (alpha * alpha - rest * smooth_alpha * smooth_alpha) / max(mixed.x, LEADR_LEAST_SHARE);
+    return MixedRoughness(mixed.x, smooth_alpha, mixed.x > 0.0 ? sqrt(clamp(rough, 0.0, 1.0)) : smooth_alpha);
+}
+
+// For a pixel: the weight of its joined edge samples, 0 to 1.
 uvec2 pack_surface(FilteredSurface f) {
-    return uvec2(pack_reflection(f), packHalf2x16(vec2(f.lod, f.joined)));
+    return uvec2(pack_place(f), floatBitsToUint(f.joined));
 }
 
 float joined_part_of(uvec2 surface) {
-    return unpackHalf2x16(surface.y).y;
+    return uintBitsToFloat(surface.y);
 }
 
 // For an edge sample: the relief of its object, metres.
 uvec2 pack_edge(FilteredSurface f) {
-    return uvec2(pack_reflection(f), floatBitsToUint(f.relief));
+    return uvec2(pack_place(f), floatBitsToUint(f.relief));
 }
 
 // For an edge sample that will be joined: the area of macrosurface within it, square metres, and the relief of its object.

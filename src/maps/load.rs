@@ -1,10 +1,11 @@
-//! The four loaders. The format is recognised by the first bytes, not by the file's name.
+//! The loaders. The format is recognised by the first bytes, not by the file's name.
 
 use std::path::Path;
 
+use super::material::{self, Raster};
 use super::png_read::{Png, Samples};
 use super::srgb::linear_from_srgb;
-use super::{HeightMap, MapError, MapFault, Rgb8Image, RgbImage, exr_read, hdr, limits, png_read};
+use super::{HeightMap, MapError, MapFault, Rgb8Image, RgbImage, exr_read, hdr, limits, png_read, raster_read};
 
 /// Loads a height map from PNG (8 or 16-bit, normalised to 0..1) or EXR (as stored, may be negative).
 ///
@@ -49,6 +50,22 @@ pub struct Picture {
 /// let through: a render may hold NaN).
 pub fn load_picture(path: impl AsRef<Path>) -> Result<Picture, MapError> {
     load(path.as_ref(), decode_picture)
+}
+
+/// Texels of a PNG, JPEG or EXR (its R, G, B or a lone Y; floats) as they are, whatever they mean.
+///
+/// # Errors
+/// On anything unreadable, over [`limits`], or not finite.
+pub fn load_raster(path: impl AsRef<Path>) -> Result<Raster, MapError> {
+    load(path.as_ref(), |bytes| {
+        if !exr_read::is_exr(bytes) {
+            return raster_read::decode_raster(bytes);
+        }
+        let exr_read::Planes { width, height, planes } = exr_read::decode(bytes, choose_rgb, "R, G, B or Y")?;
+        let channels = planes.len();
+        let samples = (0..planes[0].len()).flat_map(|i| planes.iter().map(move |plane| plane[i])).collect();
+        Raster::new(width, height, channels, material::Samples::F32(samples))
+    })
 }
 
 fn load<T>(path: &Path, decode: fn(&[u8]) -> Result<T, MapFault>) -> Result<T, MapError> {

@@ -29,7 +29,7 @@ mod types;
 pub use fault::{MapError, MapFault};
 pub use load::{
     Picture, decode_color, decode_color_srgb8, decode_environment, decode_height_map, decode_picture, load_color,
-    load_color_srgb8, load_environment, load_height_map, load_picture,
+    load_color_srgb8, load_environment, load_height_map, load_picture, load_raster,
 };
 pub use moments::{LeadrMap, MomentLevel, Moments, Wrap};
 pub use raster_read::decode_raster;

@@ -10,15 +10,28 @@ use super::surfaces::skinning;
 use crate::maps::cache::MapCache;
 use glam::{Affine3A, Mat4, Vec3};
 
-/// An sRGB colour map with roughness.
+/// The material of a surface over its texture coordinates.
 #[derive(Clone, Debug)]
-pub struct ColorMap {
+pub struct MaterialMap {
     /// Texels per row.
     pub width: u32,
     /// Rows.
     pub height: u32,
-    /// sRGB-encoded albedo in rgb, Beckmann roughness `α` (linear) in a.
-    pub texels: Vec<[u8; 4]>,
+    /// sRGB-encoded albedo in rgb; in a the [code](crate::maps::material::alpha_code) of the Beckmann roughness `α`.
+    pub colors: Vec<[u8; 4]>,
+    /// sRGB-encoded reflectance at normal incidence in rgb, in as many texels, instead of the object's own.
+    pub f0: Option<Vec<[u8; 4]>>,
+    /// The roughness `α` from which texels count as rough, where they are filtered in two classes
+    /// ([`mixed_roughness`](crate::reflectance::facets::mixed_roughness)): each has mirrors of its own, which takes time.
+    pub rough_from: Option<f32>,
+}
+
+impl MaterialMap {
+    /// Albedo and roughness, one lobe under every pixel.
+    #[must_use]
+    pub const fn new(width: u32, height: u32, colors: Vec<[u8; 4]>) -> Self {
+        Self { width, height, colors, f0: None, rough_from: None }
+    }
 }
 
 /// One displaced (or smooth) surface.
@@ -29,14 +42,17 @@ pub struct Object {
     /// Its patches.
     pub mesh: PatchMesh,
     /// The same surface in fewer patches, drawn where those of `mesh` are smaller than pixels. It has the same joints, and neither
-    /// heights nor a colour map.
+    /// heights nor a material.
     pub coarse_mesh: Option<PatchMesh>,
     /// Heights along the patch normals; `None` for a smooth surface.
     pub heights: Option<HeightField>,
+    /// Slopes of the heights by texture coordinate, in the heights' unit, one for each texel of `heights`: finer ones than those of the
+    /// heights themselves, as a normal map tells them. The heights still displace.
+    pub slopes: Option<Vec<[f32; 2]>>,
     /// Metres of displacement per unit of `heights` (`η`); each frame multiplies it by its own factor.
     pub height_scale: f32,
-    /// Albedo and roughness; without it the vertex colours are used.
-    pub color_map: Option<ColorMap>,
+    /// Its material; without it the colours of the vertices are used.
+    pub material: Option<MaterialMap>,
     /// Reflectance at normal incidence. Below 0.02 reflection fades at all angles, and at 0 nothing is reflected.
     pub specular_f0: f32,
     /// Whether it casts a shadow.
@@ -52,14 +68,15 @@ impl Object {
             mesh,
             coarse_mesh: None,
             heights: None,
+            slopes: None,
             height_scale: 1.0,
-            color_map: None,
+            material: None,
             specular_f0: 0.04,
             casts_shadow: true,
         }
     }
 
-    /// The same, drawn as `mesh` where its patches are smaller than pixels. For objects without heights and colour map.
+    /// The same, drawn as `mesh` where its patches are smaller than pixels. For objects without heights and material.
     #[must_use]
     pub fn with_coarse_mesh(self, mesh: PatchMesh) -> Self {
         Self { coarse_mesh: Some(mesh), ..self }
@@ -71,10 +88,16 @@ impl Object {
         Self { heights: Some(heights), height_scale: scale, ..self }
     }
 
-    /// The same, coloured by a map that is multiplied with the colours of the vertices.
+    /// The same, shaded by these slopes of its heights. Called after [`with_heights`](Self::with_heights).
     #[must_use]
-    pub fn with_color_map(self, map: ColorMap) -> Self {
-        Self { color_map: Some(map), ..self }
+    pub fn with_slopes(self, slopes: Vec<[f32; 2]>) -> Self {
+        Self { slopes: Some(slopes), ..self }
+    }
+
+    /// The same, made of a material whose albedo and roughness are multiplied with those of the vertices.
+    #[must_use]
+    pub fn with_material(self, map: MaterialMap) -> Self {
+        Self { material: Some(map), ..self }
     }
 
     /// The same with another reflectance at normal incidence.

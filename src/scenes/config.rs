@@ -1,6 +1,6 @@
 //! What is drawn and how: a scene, its light, the view, and the settings of the picture.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
@@ -8,9 +8,54 @@ use super::light::{EnvironmentChoice, SunDirection};
 use super::ocean::waves::Waves;
 use super::registry::{SCENES, Scene};
 use super::view::{Size, View};
+use crate::maps::MapError;
+use crate::maps::material::{Material, MaterialFolder};
 use crate::render::light::panorama::LightExtraction;
 use crate::render::settings::{RenderSettings, Shading};
 use crate::render::surfaces::tessellation::TessellationSettings;
+
+/// The files that a material of the plane or sphere is read from.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct MaterialFiles {
+    /// A folder as it is downloaded; the other files come in place of what it has.
+    #[serde(rename = "material")]
+    pub folder: Option<PathBuf>,
+    /// Base colour.
+    pub color_map: Option<PathBuf>,
+    /// Fine slopes.
+    pub normal_map: Option<PathBuf>,
+    /// Perceptual roughness.
+    pub roughness_map: Option<PathBuf>,
+}
+
+impl MaterialFiles {
+    /// Reads them, with `heights` in place of the folder's own; `None` where no file is named, whatever the heights.
+    ///
+    /// # Errors
+    /// If a file is missing, damaged, too large or of the wrong kind.
+    pub fn load(&self, heights: Option<&Path>) -> Result<Option<Material>, MapError> {
+        if *self == Self::default() {
+            return Ok(None);
+        }
+        let mut material = match &self.folder {
+            Some(folder) => MaterialFolder::open(folder)?.load()?,
+            None => Material::new("material"),
+        };
+        if let Some(file) = &self.color_map {
+            material.set_colors(file)?;
+        }
+        if let Some(file) = &self.normal_map {
+            material.set_normals(file, None)?;
+        }
+        if let Some(file) = &self.roughness_map {
+            material.set_roughness(file, false)?;
+        }
+        if let Some(file) = heights {
+            material.set_heights(file)?;
+        }
+        Ok(Some(material))
+    }
+}
 
 /// Samples of the geometry in each pixel of pictures of one sample, unless something else makes outlines smooth.
 pub const DEFAULT_MSAA: u32 = 4;
@@ -22,6 +67,9 @@ pub struct SceneConfig {
     pub scene: &'static Scene,
     /// Height map of the plane or sphere.
     pub height_map: Option<PathBuf>,
+    /// Files of its material.
+    #[serde(flatten)]
+    pub material: MaterialFiles,
     /// The waves of the ocean.
     pub waves: Waves,
     /// Factor on the displacement, 0 or more.
@@ -70,6 +118,7 @@ impl Default for SceneConfig {
         Self {
             scene: &SCENES[0],
             height_map: None,
+            material: MaterialFiles::default(),
             waves: Waves::default(),
             height_scale: 1.0,
             environment: EnvironmentChoice::Sky,

@@ -4,15 +4,18 @@ use glam::Vec2;
 
 use super::plane::{plane, toward_horizon};
 use crate::maps::cache::remembered;
+use crate::maps::material::alpha_code;
 use crate::maps::procedural;
 use crate::maps::srgb::srgb8_from_linear;
-use crate::render::scene::{ColorMap, Object};
+use crate::render::scene::{MaterialMap, Object};
 use crate::render::surfaces::displacement::{Border, HeightField};
 
 /// Metres of ground that one repeat of the soil map covers.
 const REPEAT: f32 = 5.0;
 /// Metres from the lowest crack to the highest pebble.
 const RELIEF: f32 = 0.10;
+/// Beckmann roughness of the soil.
+const SOIL_ROUGHNESS: f32 = 0.78;
 /// Half the side of the ground, metres: from a standing viewer its rim is a fiftieth of a degree below the horizon.
 const HALF: f32 = 6000.0;
 /// Texels of the soil map along one repeat.
@@ -46,7 +49,7 @@ pub fn ground() -> Object {
             let t = ((h - low) / range).clamp(0.0, 1.0);
             let mix = |dark: f32, light: f32| dark + (light - dark) * t * (2.0 - t);
             let [r, g, b] = [mix(0.10, 0.40), mix(0.075, 0.31), mix(0.05, 0.22)].map(srgb8_from_linear);
-            [r, g, b, 200]
+            [r, g, b, alpha_code(SOIL_ROUGHNESS)]
         })
         .collect();
     let mut mesh = plane(HALF, 80, REPEAT, [1.0; 4], toward_horizon);
@@ -58,7 +61,7 @@ pub fn ground() -> Object {
     }
     Object::new("ground", mesh)
         .with_heights(HeightField { width: TEXELS, height: TEXELS, texels, border: Border::Wrap }, 1.0)
-        .with_color_map(ColorMap { width: TEXELS, height: TEXELS, texels: colors })
+        .with_material(MaterialMap::new(TEXELS, TEXELS, colors))
         .with_specular_f0(0.03)
         .without_shadow()
 }

@@ -1,8 +1,10 @@
 //! Floor 4 · scenes: pure functions of time that produce render inputs.
 
 pub mod config;
+pub mod cover;
 pub mod daylight;
 pub mod deform;
+pub mod dressed;
 pub mod error;
 pub mod full_screen;
 pub mod ground;

@@ -8,9 +8,10 @@ use glam::{Affine3A, Vec2, Vec3};
 use super::plane::{self, plane};
 use super::sphere::bake_patches;
 use super::stage::{Stage, Views};
+use crate::maps::material::alpha_code;
 use crate::maps::srgb::srgb8_from_linear;
 use crate::render::camera::Camera;
-use crate::render::scene::{ColorMap, Object, Pose};
+use crate::render::scene::{MaterialMap, Object, Pose};
 use crate::render::surfaces::displacement::{Border, HeightField};
 use crate::render::surfaces::patch_mesh::PatchMesh;
 
@@ -178,7 +179,7 @@ pub fn stage(tile: u32) -> Stage {
     let colors = texels.iter().map(|t| t.1).collect();
     let pillow = Object::new("pillow", mesh)
         .with_heights(HeightField { width, height, texels: heights, border: Border::Tiles(layout) }, 1.0)
-        .with_color_map(ColorMap { width, height, texels: colors });
+        .with_material(MaterialMap::new(width, height, colors));
     let from = |direction: Vec3, distance: f32, target: Vec3| {
         Camera::looking_at(target + direction.normalize() * distance, target, 30.0)
     };
@@ -200,7 +201,7 @@ pub fn stage(tile: u32) -> Stage {
 fn cloth_bytes(patch: usize, uv: Vec2) -> (f32, [u8; 4]) {
     let cloth = cloth(parameters(patch, uv));
     let [r, g, b] = cloth.color.to_array().map(srgb8_from_linear);
-    (cloth.height, [r, g, b, (cloth.roughness * 255.0) as u8])
+    (cloth.height, [r, g, b, alpha_code(cloth.roughness)])
 }
 
 /// A pale floor, dark where the cushion covers it.

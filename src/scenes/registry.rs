@@ -13,13 +13,14 @@ use super::ocean::waves::Waves;
 use super::shore::shore_stage;
 use super::stage::{Relief, Stage, plane_stage, sphere_stage};
 use super::trex::stage::trex_stage;
-use super::{pillow, snake, spheres};
+use super::{dressed, pillow, snake, spheres};
 use crate::maps::HeightMap;
+use crate::maps::material::Material;
 
 /// A property of a scene that its user can choose.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Choice {
-    /// A height map instead of the generated one.
+    /// A height map or a material instead of the generated one.
     HeightMap,
     /// The roughness of its displaced surfaces.
     Roughness,
@@ -34,6 +35,8 @@ pub enum Choice {
 pub struct SceneOptions {
     /// One repeat of the heights, for scenes with [`Choice::HeightMap`]; `None` for generated ones.
     pub height_map: Option<HeightMap>,
+    /// Instead, a material with everything it has.
+    pub material: Option<Material>,
     /// Texels along an atlas tile, for scenes with [`Choice::AtlasTile`]: a power of two, 8 to 128.
     pub atlas_tile: u32,
     /// The sea of scenes with [`Choice::Waves`].
@@ -43,7 +46,7 @@ pub struct SceneOptions {
 impl Default for SceneOptions {
     /// Generated heights, fine tiles, the usual sea.
     fn default() -> Self {
-        Self { height_map: None, atlas_tile: 64, waves: Waves::default() }
+        Self { height_map: None, material: None, atlas_tile: 64, waves: Waves::default() }
     }
 }
 
@@ -81,7 +84,12 @@ pub static SCENES: [Scene; 11] = [
         choices: &[Choice::HeightMap, Choice::Roughness],
         has_sea: false,
         making: None,
-        make: |options, _| Ok(plane_stage(relief(options))),
+        make: |options, _| {
+            Ok(match &options.material {
+                Some(material) => dressed::plane_stage(material),
+                None => plane_stage(relief(options)),
+            })
+        },
     },
     Scene {
         name: "sphere",
@@ -89,7 +97,12 @@ pub static SCENES: [Scene; 11] = [
         choices: &[Choice::HeightMap, Choice::AtlasTile, Choice::Roughness],
         has_sea: false,
         making: None,
-        make: |options, _| Ok(sphere_stage(relief(options))),
+        make: |options, _| {
+            Ok(match &options.material {
+                Some(material) => dressed::sphere_stage(material, options.atlas_tile),
+                None => sphere_stage(relief(options)),
+            })
+        },
     },
     Scene {
         name: "spheres",
@@ -236,7 +249,7 @@ mod tests {
         // The animal's scenes are left out: baking it takes minutes.
         for scene in SCENES.iter().filter(|scene| scene.making.is_none()) {
             let options =
-                SceneOptions { height_map: None, atlas_tile: 8, waves: Waves { fft: 64, ..Waves::default() } };
+                SceneOptions { atlas_tile: 8, waves: Waves { fft: 64, ..Waves::default() }, ..Default::default() };
             let mut stage = scene.stage(options, &|_| ()).unwrap();
             let displaced = stage.objects.iter().any(|object| object.heights.is_some());
             assert_eq!(scene.offers(Choice::Roughness), displaced, "{scene:?}");
@@ -244,7 +257,7 @@ mod tests {
             stage.set_roughness(0.5);
             for object in stage.objects.iter().filter(|object| object.heights.is_some()) {
                 assert!(object.mesh.colors.iter().all(|color| color[3] == 0.5), "{scene:?}: {}", object.name);
-                let map = object.color_map.iter().flat_map(|map| &map.texels);
+                let map = object.material.iter().flat_map(|map| &map.colors);
                 assert!(map.into_iter().all(|texel| texel[3] == 255), "{scene:?}: {}", object.name);
             }
         }

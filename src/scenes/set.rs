@@ -9,6 +9,7 @@ use super::registry::{Progress, SceneOptions};
 use super::stage::{Lights, Views};
 use super::view::{Size, View};
 use crate::gpu::{Gpu, GpuError};
+use crate::maps::material::Material;
 use crate::maps::{self, HeightMap, RgbImage};
 use crate::render::camera::Camera;
 use crate::render::frame::Renderer;
@@ -23,6 +24,8 @@ use crate::render::settings::RenderSettings;
 pub struct Inputs {
     /// Heights of the plane or sphere.
     pub height_map: Option<HeightMap>,
+    /// Material of the plane or sphere, its heights included.
+    pub material: Option<Material>,
     /// Equirectangular radiance; `None` for the analytic sky.
     pub environment: Option<RgbImage>,
 }
@@ -33,8 +36,12 @@ impl Inputs {
     /// # Errors
     /// If a file is missing, damaged, too large or of the wrong kind.
     pub fn load(config: &SceneConfig) -> Result<Self, SceneError> {
-        let height_map = config.height_map.as_ref().map(maps::load_height_map).transpose()?;
-        Ok(Self { height_map, environment: config.environment.load()? })
+        let material = config.material.load(config.height_map.as_deref())?;
+        let height_map = match &material {
+            Some(_) => None,
+            None => config.height_map.as_ref().map(maps::load_height_map).transpose()?,
+        };
+        Ok(Self { height_map, material, environment: config.environment.load()? })
     }
 }
 
@@ -90,7 +97,12 @@ pub fn set(
     first: Option<&RenderSettings>,
     progress: Progress<'_>,
 ) -> Result<Set, SceneError> {
-    let options = SceneOptions { height_map: inputs.height_map, atlas_tile: config.atlas_tile, waves: config.waves };
+    let options = SceneOptions {
+        height_map: inputs.height_map,
+        material: inputs.material,
+        atlas_tile: config.atlas_tile,
+        waves: config.waves,
+    };
     let mut stage = config.scene.stage(options, progress)?;
     if let Some(roughness) = config.roughness {
         stage.set_roughness(roughness);

@@ -99,18 +99,40 @@ pub fn bake_patches<T: Copy + Default + Send + Sync>(
     (layout, atlas)
 }
 
-/// Samples a repeating map along the three axes and blends by the normal. The blend keeps the variance of the map
-/// (weights are normalised in the squares), so that the blended regions are as rough as the others.
-pub fn triplanar(position: Vec3, normal: Vec3, repeat: f32, mean: f32, sample: impl Fn(Vec2) -> f32) -> f32 {
+/// A texture seen along an axis.
+#[derive(Clone, Copy, Debug)]
+pub struct Projection {
+    /// How much it counts, by the normal; the squares of the weights of all three sum to anything.
+    pub weight: f32,
+    /// Where in the texture.
+    pub texcoord: Vec2,
+    /// Directions in which `s` and `t` grow.
+    pub s: Vec3,
+    /// See `s`.
+    pub t: Vec3,
+}
+
+/// A texture seen along the three axes at a place of this normal; one repeat covers `repeat` metres.
+#[must_use]
+pub fn triplanar_weights(position: Vec3, normal: Vec3, repeat: f32) -> [Projection; 3] {
     let weights = (normal.abs() - 0.5).max(Vec3::ZERO);
     let weights = weights * weights;
     let p = position / repeat;
-    let samples = [Vec2::new(p.y, p.z), Vec2::new(p.z, p.x) + 0.37, Vec2::new(p.x, p.y) + 0.71];
+    [
+        Projection { weight: weights.x, texcoord: Vec2::new(p.y, p.z), s: Vec3::Y, t: Vec3::Z },
+        Projection { weight: weights.y, texcoord: Vec2::new(p.z, p.x) + 0.37, s: Vec3::Z, t: Vec3::X },
+        Projection { weight: weights.z, texcoord: Vec2::new(p.x, p.y) + 0.71, s: Vec3::X, t: Vec3::Y },
+    ]
+}
+
+/// Samples a repeating map along the three axes and blends by the normal. The blend keeps the variance of the map
+/// (weights are normalised in the squares), so that the blended regions are as rough as the others.
+pub fn triplanar(position: Vec3, normal: Vec3, repeat: f32, mean: f32, sample: impl Fn(Vec2) -> f32) -> f32 {
     let (mut sum, mut squares) = (0.0, 0.0);
-    for (axis, &texcoord) in samples.iter().enumerate() {
-        if weights[axis] > 0.0 {
-            sum += weights[axis] * (sample(texcoord) - mean);
-            squares += weights[axis] * weights[axis];
+    for Projection { weight, texcoord, .. } in triplanar_weights(position, normal, repeat) {
+        if weight > 0.0 {
+            sum += weight * (sample(texcoord) - mean);
+            squares += weight * weight;
         }
     }
     mean + sum / squares.max(1e-20).sqrt()

@@ -142,8 +142,9 @@ impl Stage {
         for object in self.objects.iter_mut().filter(|object| object.heights.is_some()) {
             object.mesh.colors.iter_mut().for_each(|color| color[3] = alpha);
             // The map multiplies the colours of the vertices.
-            for texel in object.color_map.iter_mut().flat_map(|map| &mut map.texels) {
-                texel[3] = u8::MAX;
+            if let Some(map) = &mut object.material {
+                map.colors.iter_mut().for_each(|texel| texel[3] = u8::MAX);
+                map.rough_from = None;
             }
         }
     }
@@ -228,10 +229,15 @@ fn object(
 pub fn sphere_stage(mut relief: Relief) -> Stage {
     let field = relief.field();
     let (mesh, heights) = displaced_sphere(&field, 1.2, 16, relief.tile, relief.color());
+    Stage::still(vec![object("sphere", &relief, mesh, heights)], sphere_views())
+}
+
+/// Views of a unit sphere.
+#[must_use]
+pub fn sphere_views() -> Views {
     let from =
         |distance: f32| Camera::looking_at(Vec3::new(0.66, -0.66, 0.35).normalize() * distance, Vec3::ZERO, 30.0);
-    let views = Views { near: from(2.2), mid: from(4.8), far: from(36.0) };
-    Stage::still(vec![object("sphere", &relief, mesh, heights)], views)
+    Views { near: from(2.2), mid: from(4.8), far: from(36.0) }
 }
 
 /// Largest map of which the plane of the reference has a vertex for every texel.
@@ -242,12 +248,22 @@ pub const LARGEST_PLANE_MAP: u32 = 4096;
 #[must_use]
 pub fn plane_stage(mut relief: Relief) -> Stage {
     let heights = relief.field();
-    let texels = heights.width.max(heights.height).min(LARGEST_PLANE_MAP);
-    let patches_per_repeat = texels.div_ceil(MAX_FACTOR as u32).max(8);
-    let mesh = plane(4.0, 4 * patches_per_repeat, 2.0, relief.color(), even);
+    let patches = plane_patches(heights.width.max(heights.height));
+    let mesh = plane(4.0, 4 * patches, 2.0, relief.color(), even);
+    Stage::still(vec![object("plane", &relief, mesh, heights)], plane_views())
+}
+
+/// Patches along a repeat of a map of so many texels.
+#[must_use]
+pub fn plane_patches(texels: u32) -> u32 {
+    texels.min(LARGEST_PLANE_MAP).div_ceil(MAX_FACTOR as u32).max(8)
+}
+
+/// Views of a plane of 8 m.
+#[must_use]
+pub fn plane_views() -> Views {
     let from = |distance: f32| Camera::looking_at(Vec3::new(0.6, -0.8, 0.55).normalize() * distance, Vec3::ZERO, 35.0);
-    let views = Views { near: from(2.0), mid: from(7.0), far: from(60.0) };
-    Stage::still(vec![object("plane", &relief, mesh, heights)], views)
+    Views { near: from(2.0), mid: from(7.0), far: from(60.0) }
 }
 
 #[cfg(test)]

@@ -11,6 +11,7 @@ mod figures;
 mod filtering;
 mod frame;
 mod irradiance;
+mod materials;
 mod moments;
 mod moving_sun;
 mod msaa;

@@ -7,7 +7,7 @@ use leadr::maps::srgb::srgb8_from_linear;
 use leadr::reflectance::frame::{frame_about, from_frame};
 use leadr::render::camera::Camera;
 use leadr::render::frame::{Layer, Renderer};
-use leadr::render::scene::{ColorMap, FrameState, Object, Pose};
+use leadr::render::scene::{FrameState, MaterialMap, Object, Pose};
 use leadr::render::settings::RenderSettings;
 use leadr::render::surfaces::displacement::{Border, HeightField};
 use leadr::scenes::sphere::{bake_tiles, cube_sphere};
@@ -34,7 +34,7 @@ fn landscape(gpu: &TestGpu) -> Renderer {
     let (width, height) = layout.size();
     let object = Object::new("landscape", mesh)
         .with_heights(HeightField { width, height, texels, border: Border::Tiles(layout) }, 1.0)
-        .with_color_map(ColorMap { width, height, texels: colors })
+        .with_material(MaterialMap::new(width, height, colors))
         .without_shadow();
     under_sky(gpu, vec![object], 16)
 }

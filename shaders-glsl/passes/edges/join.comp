@@ -79,7 +79,8 @@ void main() {
             vec3 to_sample = (rays.edge.xyz + ray_across(at, edges)) * (rays.pixel.w / texelFetch(edge_depth, at, 0).x);
             part.area *= clamp(area_relief.x / (cell * dot(to_sample, to_sample)), 1e-3, 1.0 / LEAST_COSINE);
             whole = join_slopes(whole, part);
-            materials += material_of(seen_material);
+            vec4 seen_part = material_of(seen_material);
+            materials += vec4(seen_part.rgb, seen_part.a * seen_part.a);
             joined += 1.0;
             if (SHADOW_MAPS > 0) {
                 vec3 position = lighting.camera_position.xyz + to_sample;
@@ -99,7 +100,10 @@ void main() {
     }
     if (joined > share.z) {
         vec3 covariance = clamp_covariance(technique_covariance(whole.covariance, vec3(0.0)));
-        materials = (material_of(own_material) * (own_weight + share.z) + materials) / (own_weight + joined);
+        vec4 own_part = material_of(own_material);
+        own_part.a *= own_part.a; // roughness is filtered as a variance
+        materials = (own_part * (own_weight + share.z) + materials) / (own_weight + joined);
+        materials.a = sqrt(materials.a);
         imageStore(slopes, pixel, pack_slopes(own.x, whole.mean, covariance));
         imageStore(material, pixel, pack_material(materials, covariance));
         share.yzw = vec3(whole.area, joined, sunlit);

@@ -21,6 +21,8 @@ layout(std430) readonly buffer Atlas {
 uniform sampler2D coarse_a;
 uniform sampler2D coarse_b;
 uniform sampler2D coarse_color;
+uniform sampler2D coarse_f0;
+uniform sampler2D coarse_mixed;
 
 // Where a tap lands.
 struct Place {

@@ -6,6 +6,7 @@
 #include "../geometry/place.glsl"
 #include "../geometry/tile.glsl"
 #include "../gbuffer.glsl"
+#include "../mixed.glsl"
 #include "../technique.glsl"
 #include "../visible.glsl"
 #include "leadr/frame.glsl"
@@ -22,6 +23,7 @@ layout(constant_id = 44) const bool HORIZON = true;
 layout(constant_id = 45) const bool FLAT = false;  // its tangents by texture coordinate are the same everywhere
 layout(constant_id = 46) const bool PLAIN = false; // colour and accessibility of all vertices are the same
 layout(constant_id = 47) const bool RELIEF_DRAWN = true; // the geometry is displaced by as much as the maps say
+layout(constant_id = 50) const bool REFLECTS_BY_MAP = false; // reflectance at normal incidence has a map
 layout(constant_id = 48) const bool EDGE_SAMPLES = true; // the pixels may be edge samples
 #include "macrosurface.glsl"
 
@@ -30,7 +32,9 @@ uniform usampler2D visible_footprint; // of edge samples
 uniform sampler2D height_map;
 uniform sampler2D moments_a; // E[hs], E[ht], E[hs^2], E[ht^2], per unit texture coordinate
 uniform sampler2D moments_b; // E[hs ht]
-uniform sampler2D color_map; // rgb albedo, a roughness
+uniform sampler2D color_map;   // rgb albedo, a the root of the roughness alpha
+uniform sampler2D f0_map;      // rgb reflectance at normal incidence
+uniform sampler2D mixed_map;   // see leadr/facets/mixed_roughness.glsl
 uniform sampler2D visible_depth;
 uniform sampler2D horizon_a; // lean, deviations of the spread: leadr/visible/horizon.glsl
 uniform sampler2D horizon_b; // their correlation
@@ -103,12 +107,22 @@ Footprint footprint_over(vec2 dx, vec2 dy, float reach) {
 struct Means {
     vec2 mean;   // E[hs], E[ht]
     vec3 second; // E[hs^2], E[ht^2], E[hs ht]
-    vec4 color;
+    vec4 color;  // albedo, alpha^2
+    vec3 f0;
+    vec3 mixed;
 };
+
+const Means NO_MEANS = Means(vec2(0.0), vec3(0.0), vec4(0.0), vec3(0.0), vec3(0.0));
+
+// A texel of a colour map as it is averaged: roughness by its variance (LEADR section 4.1).
+vec4 linear_color(vec4 texel) {
+    float alpha = texel.a * texel.a;
+    return vec4(texel.rgb, alpha * alpha);
+}
 
 Means filter_atlas(Footprint footprint, uint index, vec2 at) {
     Levels levels = levels_at(footprint.lod);
-    Means sum = Means(vec2(0.0), vec3(0.0), vec4(0.0));
+    Means sum = NO_MEANS;
     for (int i = 0; i < footprint.taps; ++i) {
         Place place = place_beyond(index, at + tap(footprint, i) / tile_inner());
         if (USES_SLOPES && DISPLACED) {
@@ -120,11 +134,17 @@ Means filter_atlas(Footprint footprint, uint index, vec2 at) {
             }
         }
         if (COLORED) {
-            sum.color += level_mix(color_map, coarse_color, place, levels);
+            sum.color += linear_color(level_mix(color_map, coarse_color, place, levels));
+        }
+        if (REFLECTS_BY_MAP) {
+            sum.f0 += level_mix(f0_map, coarse_f0, place, levels).rgb;
+        }
+        if (MIXED_ROUGHNESS) {
+            sum.mixed += level_mix(mixed_map, coarse_mixed, place, levels).rgb;
         }
     }
     float weight = 1.0 / float(footprint.taps);
-    return Means(sum.mean * weight, sum.second * weight, sum.color * weight);
+    return Means(sum.mean * weight, sum.second * weight, sum.color * weight, sum.f0 * weight, sum.mixed * weight);
 }
 
 void filter_moments(Footprint footprint, vec2 texcoord, inout Means means) {
@@ -142,12 +162,23 @@ void filter_moments(Footprint footprint, vec2 texcoord, inout Means means) {
     means.second = vec3(a.zw, b) * weight;
 }
 
-vec4 filter_color(Footprint footprint, vec2 texcoord) {
-    vec4 sum = vec4(0.0);
+void filter_material(Footprint footprint, vec2 texcoord, inout Means means) {
+    vec4 color = vec4(0.0);
+    vec3 f0 = vec3(0.0), mixed = vec3(0.0);
     for (int i = 0; i < footprint.taps; ++i) {
-        sum += textureLod(color_map, texcoord + tap(footprint, i) / vec2(textureSize(color_map, 0)), footprint.lod);
+        vec2 at = texcoord + tap(footprint, i) / vec2(textureSize(color_map, 0));
+        color += linear_color(textureLod(color_map, at, footprint.lod));
+        if (REFLECTS_BY_MAP) {
+            f0 += textureLod(f0_map, at, footprint.lod).rgb;
+        }
+        if (MIXED_ROUGHNESS) {
+            mixed += textureLod(mixed_map, at, footprint.lod).rgb;
+        }
     }
-    return sum / float(footprint.taps);
+    float weight = 1.0 / float(footprint.taps);
+    means.color = color * weight;
+    means.f0 = f0 * weight;
+    means.mixed = mixed * weight;
 }
 
 // How far the level of the horizon is from the one as coarse as the footprint is across to the one as coarse as it is long. Measured:
@@ -229,7 +260,7 @@ FilteredSurface filtered_mesh(ivec2 pixel, vec2 at, uvec4 seen, out float area) 
                                         -to_frame(frame, surface.normal_by_place * across[1]).xy);
     }
 
-    Means means = Means(vec2(0.0), vec3(0.0), vec4(1.0));
+    Means means = NO_MEANS;
     Footprint footprint = footprint_over(dx, dy, ATLAS ? tile_inner() : 1e9);
     if (DISPLACED && RELIEF_DRAWN && !FINEST_LEVEL && grid == 0u) {
         float longest = sqrt(max(dot(dx, dx), dot(dy, dy)));
@@ -249,14 +280,14 @@ FilteredSurface filtered_mesh(ivec2 pixel, vec2 at, uvec4 seen, out float area) 
         }
         if (COLORED) {
             vec2 scale = vec2(textureSize(color_map, 0)) / size;
-            means.color = filter_color(footprint_over(dx * scale, dy * scale, 1e9), surface.texcoord);
+            filter_material(footprint_over(dx * scale, dy * scale, 1e9), surface.texcoord, means);
         }
     }
     vec2 mean_gradient = means.mean * object.height_scale;
     vec3 gradient_covariance = scale_height(covariance_from_moments(means.mean, means.second), object.height_scale);
     vec4 color = surface.color;
     if (COLORED) {
-        color *= means.color;
+        color *= vec4(means.color.rgb, sqrt(means.color.a));
     }
     SlopeMap map = slope_map(surface.tangent_s, surface.tangent_t, frame.x, frame.y, frame.z);
     vec2 mean_slope = map_mean_slope(map, mean_gradient);
@@ -272,7 +303,13 @@ FilteredSurface filtered_mesh(ivec2 pixel, vec2 at, uvec4 seen, out float area) 
     filtered.mean_slope = mean_slope;
     filtered.covariance = covariance;
     filtered.material = color;
-    filtered.f0 = object.specular_f0;
+    filtered.f0 = REFLECTS_BY_MAP ? means.f0 : vec3(object.specular_f0);
+    filtered.mixed = MixedRoughness(0.0, color.a, color.a);
+    if (MIXED_ROUGHNESS) {
+        filtered.mixed = mixed_roughness(means.mixed);
+        filtered.mixed.smooth_alpha *= surface.color.a;
+        filtered.mixed.rough_alpha *= surface.color.a;
+    }
     filtered.accessibility = surface.accessibility;
     filtered.inside = (seen.x & INSIDE) != 0u;
     filtered.horizon = Horizon(vec2(0.0), vec3(0.0));

@@ -7,6 +7,7 @@ uniform usampler2D gbuffer_slopes;
 uniform usampler2D gbuffer_material;
 uniform usampler2D gbuffer_surface;
 uniform usampler2D gbuffer_horizon;
+uniform usampler2D gbuffer_reflection;
 
 // The last texel serves for pixels and for edge samples: what belongs to the others is without meaning.
 FilteredSurface read_gbuffer(ivec2 pixel, bool with_horizon) {
@@ -17,12 +18,14 @@ FilteredSurface read_gbuffer(ivec2 pixel, bool with_horizon) {
     f.mean_slope = mean_slope_of(slopes);
     f.covariance = covariance_of(slopes, material);
     f.material = material_of(material);
-    vec2 reflection = unpackHalf2x16(surface.x);
-    f.f0 = reflection.x;
-    f.accessibility = reflection.y;
-    f.inside = reflection.x < 0.0;
+    uvec2 reflection = texelFetch(gbuffer_reflection, pixel, 0).xy;
+    f.f0 = f0_of(reflection);
+    f.mixed = mixed_of(reflection, f.material.a);
+    vec2 place = unpackHalf2x16(surface.x);
+    f.accessibility = max(place.x, 0.0);
+    f.inside = place.x < 0.0;
     f.horizon = with_horizon ? unpack_horizon(texelFetch(gbuffer_horizon, pixel, 0).xy) : Horizon(vec2(0.0), vec3(0.0));
-    f.lod = unpackHalf2x16(surface.y).x;
+    f.lod = place.y;
     f.joined = joined_part_of(surface);
     f.relief = uintBitsToFloat(surface.y);
     return f;

@@ -176,6 +176,31 @@ float diffuse_light(Surface surface, vec3 wo, NormalMoments normals, vec2 faced,
                           : leadr_diffuse_light(wo, wi, faced, S, false, SAMPLES, lambda);
 }
 
+// The mirrors of a base of one roughness on the relief.
+struct Base {
+    float alpha;
+    vec3 S;           // covariance of the mirrors
+    DisplacedGgx ggx; // instead, where the base is GGX
+    vec3 cholesky;
+    DirectionArea o;  // area seen by the viewer
+};
+
+Base base_of(Surface surface, float alpha) {
+    vec3 relief = surface.slope_covariance, wo = surface.wo;
+    vec2 m = surface.mean_slope;
+    Base base;
+    base.alpha = alpha;
+    base.S = FACET_FRAME && !FINEST_LEVEL ? add_facet_roughness(relief, alpha, wo, m) : add_roughness(relief, alpha);
+    if (GGX_BASE) {
+        base.ggx = displaced_ggx(vec3(vec2(alpha * alpha), 0.0), relief);
+    }
+    if (any_on_diffuse() || any_in_mirrors()) {
+        base.cholesky = slope_cholesky(GGX_BASE ? 0.5 * base.ggx.roughness : base.S);
+        base.o = GGX_BASE ? displaced_ggx_area(wo, m, base.ggx, base.cholesky) : area_for(SHADOWING, wo, m, base.S, base.cholesky);
+    }
+    return base;
+}
+
 // Specular radiance of a light with a size, per unit of irradiance: its directions widen the lobe. o: area seen by the viewer.
 vec3 sized_light(Surface surface, DirectionArea o, Light light, vec3 S, DisplacedGgx ggx, vec3 cholesky) {
     vec3 size = light_slope_covariance(surface.wo, light.wi, light.variance);
@@ -191,16 +216,51 @@ vec3 sized_light(Surface surface, DirectionArea o, Light light, vec3 S, Displace
     return fresnel_schlick(surface.f0, dot(light.wi, wh)) * (0.25 * displaced_ggx_ndf(wh, m, wider) * lit);
 }
 
+// What a base reflects of the environment.
+Mirrors environment_mirrors(Surface surface, Base base) {
+    return GGX_BASE ? ggx_mirrors(surface, surface.wo, base.ggx) : gaussian_mirrors(surface, surface.wo, base.S);
+}
+
+// Its mean Fresnel reflectance alone.
+vec3 mean_fresnel(Surface surface, Base base) {
+    return GGX_BASE ? ggx_fresnel(surface, surface.wo, base.ggx)
+                    : visible_fresnel(surface.wo, surface.mean_slope, base.S, surface.f0);
+}
+
+// What it reflects of a light, per unit of irradiance. diffuse_o, diffuse_i, diffuse_cholesky: of the relief without its base.
+vec3 mirrored_light(Surface surface, Base base, int number, Light light, DirectionArea diffuse_o, DirectionArea diffuse_i,
+                    vec3 diffuse_cholesky) {
+    vec3 wo = surface.wo, f0 = surface.f0;
+    vec2 m = surface.mean_slope;
+    if (!in_mirrors(number)) {
+        return vec3(0.0);
+    }
+    if (FACET_MIRRORS) {
+        FacetMirrors mirrors = facet_mirrors(wo, light.wi, base.alpha, light.variance);
+        return facet_mirrors_light(SHADOWING, diffuse_o, diffuse_i, mirrors, m, diffuse_cholesky, f0);
+    }
+    if (of_panorama(number)) {
+        return sized_light(surface, base.o, light, base.S, base.ggx, base.cholesky);
+    }
+    if (GGX_BASE) {
+        return displaced_ggx_light(SHADOWING, base.o, wo, light.wi, m, base.ggx, base.cholesky, f0);
+    }
+    if (SHADOWING == LEADR_SHADOWING_NONE) {
+        return leadr_specular_directional(wo, light.wi, m, base.S, f0, false);
+    }
+    DirectionArea i = area_for(SHADOWING, light.wi, m, base.S, base.cholesky);
+    return leadr_specular_light(SHADOWING, base.o, i, wo, light.wi, m, base.S, f0);
+}
+
 vec3 leadr_radiance(Surface surface, float environment_scale) {
     vec3 wo = surface.wo;
-    vec3 f0 = surface.f0;
     vec2 m = surface.mean_slope;
     vec3 diffuse_s = surface.slope_covariance;
-    vec3 specular_s = FACET_FRAME && !FINEST_LEVEL ? add_facet_roughness(diffuse_s, surface.alpha, wo, m)
-                                                   : add_roughness(diffuse_s, surface.alpha);
-    DisplacedGgx ggx;
-    if (GGX_BASE) {
-        ggx = displaced_ggx(vec3(vec2(surface.alpha * surface.alpha), 0.0), diffuse_s);
+    // Two roughnesses that share the surface have mirrors of their own.
+    float rough_share = surface.mixed.share;
+    Base base = base_of(surface, MIXED_ROUGHNESS ? surface.mixed.smooth_alpha : surface.alpha), rough;
+    if (MIXED_ROUGHNESS) {
+        rough = base_of(surface, surface.mixed.rough_alpha);
     }
     float ambient = surface.accessibility * environment_scale;
     vec3 radiance = vec3(0.0);
@@ -208,11 +268,19 @@ vec3 leadr_radiance(Surface surface, float environment_scale) {
     // Light that the visible mirrors do not reflect enters the surface; the diffuse term returns no more than that.
     vec3 albedo = surface.albedo;
     if (SPECULAR_ENVIRONMENT) {
-        Mirrors mirrors = GGX_BASE ? ggx_mirrors(surface, wo, ggx) : gaussian_mirrors(surface, wo, specular_s);
+        Mirrors mirrors = environment_mirrors(surface, base);
+        if (MIXED_ROUGHNESS) {
+            Mirrors others = environment_mirrors(surface, rough);
+            mirrors.reflected = mix(mirrors.reflected, others.reflected, rough_share);
+            mirrors.fresnel = mix(mirrors.fresnel, others.fresnel, rough_share);
+        }
         radiance += ambient * mirrors.reflected;
         albedo *= 1.0 - mirrors.fresnel;
     } else if (DIFFUSE) {
-        vec3 fresnel = GGX_BASE ? ggx_fresnel(surface, wo, ggx) : visible_fresnel(wo, m, specular_s, f0);
+        vec3 fresnel = mean_fresnel(surface, base);
+        if (MIXED_ROUGHNESS) {
+            fresnel = mix(fresnel, mean_fresnel(surface, rough), rough_share);
+        }
         albedo *= 1.0 - fresnel;
     }
 
@@ -229,9 +297,6 @@ vec3 leadr_radiance(Surface surface, float environment_scale) {
         radiance += albedo * ambient * diffuse_environment(surface, normals);
     }
     if (any_on_diffuse() || any_in_mirrors()) {
-        vec3 cholesky = slope_cholesky(GGX_BASE ? 0.5 * ggx.roughness : specular_s);
-        DirectionArea o = GGX_BASE ? displaced_ggx_area(wo, m, ggx, cholesky)
-                              : area_for(SHADOWING, wo, m, specular_s, cholesky);
         [[unroll]] for (int number = 0; number < LIGHTS; ++number) {
             Light light = light_at(number, surface);
             vec3 scattered = vec3(0.0);
@@ -243,26 +308,12 @@ vec3 leadr_radiance(Surface surface, float environment_scale) {
                 float lit = lit_fraction(SHADOWING, diffuse_o, diffuse_i);
                 scattered += albedo * (lit * diffuse_light(surface, wo, normals, faced, lambda, light.wi));
             }
-            if (FACET_MIRRORS) {
-                if (in_mirrors(number)) {
-                    FacetMirrors mirrors = facet_mirrors(wo, light.wi, surface.alpha, light.variance);
-                    scattered += facet_mirrors_light(SHADOWING, diffuse_o, diffuse_i, mirrors, m, diffuse_cholesky, f0);
-                }
-            } else if (of_panorama(number)) {
-                if (SPECULAR_ENVIRONMENT) {
-                    scattered += sized_light(surface, o, light, specular_s, ggx, cholesky);
-                }
-            } else if (SPECULAR_LIGHTS) {
-                if (GGX_BASE) {
-                    scattered += displaced_ggx_light(SHADOWING, o, wo, light.wi, m, ggx, cholesky, f0);
-                } else if (SHADOWING == LEADR_SHADOWING_NONE) {
-                    scattered += leadr_specular_directional(wo, light.wi, m, specular_s, f0, false);
-                } else {
-                    DirectionArea i = area_for(SHADOWING, light.wi, m, specular_s, cholesky);
-                    scattered += leadr_specular_light(SHADOWING, o, i, wo, light.wi, m, specular_s, f0);
-                }
+            vec3 mirrored = mirrored_light(surface, base, number, light, diffuse_o, diffuse_i, diffuse_cholesky);
+            if (MIXED_ROUGHNESS) {
+                vec3 others = mirrored_light(surface, rough, number, light, diffuse_o, diffuse_i, diffuse_cholesky);
+                mirrored = mix(mirrored, others, rough_share);
             }
-            radiance += light.irradiance * scattered;
+            radiance += light.irradiance * (scattered + mirrored);
         }
     }
     return radiance;

@@ -6,6 +6,7 @@
 #include "facet_frame.glsl"
 #include "gbuffer.glsl"
 #include "../constants.glsl"
+#include "../mixed.glsl"
 #include "draws.glsl"
 #include "visibility.glsl"
 #include "leadr/integrals/specular.glsl"
@@ -149,6 +150,11 @@ void main() {
         vec3 facing = to_frame(surface.frame, field_normal(surface.position));
         surface.mean_slope = -facing.xy / max(facing.z, 1e-3);
         surface.slope_covariance = vec3(0.0);
+    }
+    if (MIXED_ROUGHNESS) {
+        // Samples share both roughnesses as the surface does.
+        float u = drawn_point(uint(lighting.counts.w), draw_seed(uvec2(pixel), lighting.seed.x, 2u)).x;
+        surface.alpha = u < surface.mixed.share ? surface.mixed.rough_alpha : surface.mixed.smooth_alpha;
     }
     vec3 macronormal = surface.frame.z;
     if (FACET_FRAME) {

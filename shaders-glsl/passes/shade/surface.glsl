@@ -12,6 +12,7 @@ struct Surface {
     vec3 slope_covariance;
     vec3 albedo;
     float alpha;
+    MixedRoughness mixed; // the two that alpha stands for, where MIXED_ROUGHNESS says so
     vec3 f0;             // reflectance at normal incidence
     float accessibility;
     bool inside;
@@ -33,7 +34,8 @@ Surface surface_at(FilteredSurface f, vec3 eye, vec3 ray, float near, float dept
     s.slope_covariance = f.covariance;
     s.albedo = f.material.rgb;
     s.alpha = f.material.a;
-    s.f0 = vec3(f.f0);
+    s.mixed = f.mixed;
+    s.f0 = f.f0;
     s.accessibility = f.accessibility;
     s.inside = f.inside;
     s.relief = f.relief;

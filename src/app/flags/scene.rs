@@ -13,7 +13,7 @@ use super::values::{
 use super::waves::WaveArgs;
 use crate::app::error::AppError;
 use crate::render::light::panorama::LightExtraction;
-use crate::scenes::config::{DEFAULT_MSAA, SceneConfig};
+use crate::scenes::config::{DEFAULT_MSAA, MaterialFiles, SceneConfig};
 use crate::scenes::light::{EnvironmentChoice, SunDirection};
 use crate::scenes::registry::{Choice, SCENES, Scene};
 use crate::scenes::view::{Size, View};
@@ -27,6 +27,18 @@ pub struct SceneArgs {
     /// Height map of the plane or the sphere
     #[arg(long, value_name = "FILE", help = for_scenes("Height map, PNG or EXR; its first row lies at y = 0, rows run along +y", Choice::HeightMap))]
     pub height_map: Option<PathBuf>,
+    /// A material
+    #[arg(long, value_name = "FOLDER", help = for_scenes("A material as downloaded: NAME_Color.png, NAME_NormalGL.png, NAME_Roughness.png, NAME_Displacement.png, ...; it lies upright, as seen from above with +y on top", Choice::HeightMap))]
+    pub material: Option<PathBuf>,
+    /// Base colours
+    #[arg(long, value_name = "FILE", help = for_scenes("Base colours, PNG or JPEG in sRGB, or linear EXR; with --height-map, both lie upright", Choice::HeightMap))]
+    pub color_map: Option<PathBuf>,
+    /// Normals
+    #[arg(long, value_name = "FILE", help = for_scenes("Normals in the tangent frame, two or three channels; whether green goes up or down is found", Choice::HeightMap))]
+    pub normal_map: Option<PathBuf>,
+    /// Roughness
+    #[arg(long, value_name = "FILE", help = for_scenes("Perceptual roughness, the root of alpha", Choice::HeightMap))]
+    pub roughness_map: Option<PathBuf>,
     /// The waves of the ocean.
     #[command(flatten)]
     pub waves: WaveArgs,
@@ -147,6 +159,12 @@ impl SceneArgs {
         Ok(SceneConfig {
             scene: a.scene,
             height_map: a.height_map,
+            material: MaterialFiles {
+                folder: a.material,
+                color_map: a.color_map,
+                normal_map: a.normal_map,
+                roughness_map: a.roughness_map,
+            },
             waves,
             height_scale: a.height_scale,
             environment: a.environment,
@@ -176,9 +194,18 @@ impl SceneArgs {
     fn check(&self) -> Result<(), String> {
         let scene = self.scene;
         let with = |choice: Choice| choice.scenes().collect::<Vec<_>>().join(", ");
-        if self.height_map.is_some() && !scene.offers(Choice::HeightMap) {
+        let files = [
+            ("--height-map", &self.height_map),
+            ("--material", &self.material),
+            ("--color-map", &self.color_map),
+            ("--normal-map", &self.normal_map),
+            ("--roughness-map", &self.roughness_map),
+        ];
+        if let Some((flag, _)) = files.iter().find(|(_, file)| file.is_some())
+            && !scene.offers(Choice::HeightMap)
+        {
             let with = with(Choice::HeightMap);
-            return Err(format!("--height-map is for the scenes {with}; {} has surfaces of its own", scene.name));
+            return Err(format!("{flag} is for the scenes {with}; {} has surfaces of its own", scene.name));
         }
         if self.roughness.is_some() && !scene.offers(Choice::Roughness) {
             let with = with(Choice::Roughness);

@@ -3,8 +3,12 @@
 //! Each property is a constant or a texture ([`Input`]); a texture has its own coordinates, transform, wrap and encoding. Nothing is
 //! filtered here: that is done where a material meets its mesh and its relief.
 
+mod folder;
+mod normals;
 mod raster;
 
+pub use folder::{MaterialFolder, Role, role_of};
+pub use normals::green_axis;
 pub use raster::{Encoding, Raster, Samples, Texture, TextureWrap};
 
 use super::HeightMap;
@@ -42,6 +46,18 @@ impl Input<[f32; 3]> {
     pub const fn colors(texture: Texture) -> Self {
         Self { factor: [1.0; 3], texture: Some(texture), channel: 0 }
     }
+}
+
+/// The code, 0 to 255, of a roughness `α` in 0..1 where colour maps store it: of its root, so that smooth surfaces have codes enough.
+#[must_use]
+pub fn alpha_code(alpha: f32) -> u8 {
+    (alpha.clamp(0.0, 1.0).sqrt() * 255.0 + 0.5) as u8
+}
+
+/// The roughness `α` of a code.
+#[must_use]
+pub fn alpha_of(code: u8) -> f32 {
+    (f32::from(code) / 255.0).powi(2)
 }
 
 /// What the numbers of a roughness are.

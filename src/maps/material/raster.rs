@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use crate::maps::MapFault;
-use crate::maps::srgb::{linear_from_srgb, linear_of_srgb8};
+use crate::maps::srgb::linear_from_srgb;
 
 /// The samples of a [`Raster`], row-major, channels interleaved.
 #[derive(Clone, Debug, PartialEq)]
@@ -94,7 +94,7 @@ impl Raster {
     #[must_use]
     pub fn value(&self, x: u32, y: u32, channel: usize) -> f32 {
         assert!(x < self.width && y < self.height && channel < 4, "({x}, {y}), channel {channel} of {self:?}");
-        let color = self.channels - usize::from(self.channels % 2 == 0);
+        let color = self.channels - usize::from(self.channels.is_multiple_of(2));
         let channel = match channel {
             3 if color == self.channels => return 1.0,
             3 => color,
@@ -114,11 +114,7 @@ impl Raster {
         let codes = [0, 1, 2].map(|channel| self.value(x, y, channel));
         match (encoding, &self.samples) {
             (Encoding::Linear, _) | (_, Samples::F32(_)) => codes,
-            (Encoding::Srgb, Samples::U8(_)) => {
-                let table = linear_of_srgb8();
-                codes.map(|code| table[(code * 255.0).round() as usize])
-            }
-            (Encoding::Srgb, Samples::U16(_)) => codes.map(linear_from_srgb),
+            (Encoding::Srgb, _) => codes.map(linear_from_srgb),
         }
     }
 }

@@ -8,21 +8,33 @@ use crate::render::passes::shade::{Edges, LightSet, ShadeKind};
 use crate::render::scene::FrameState;
 use crate::render::settings::{RenderSettings, ShadingOptions};
 
+/// What surfaces make necessary of a frame's shading.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Demands {
+    /// Bumps hide the surroundings from each other.
+    pub relief: bool,
+    /// Something casts shadows.
+    pub casters: bool,
+    /// Two roughnesses share a surface.
+    pub mixed: bool,
+}
+
 /// How pixels are shaded; without the relief's occlusion, where there is no relief, and without shadow maps, where nothing casts
 /// shadows.
 pub(super) fn shade_kind(
     state: &FrameState,
     settings: &RenderSettings,
     environment: &Environment,
-    relief: bool,
-    casters: bool,
+    demands: Demands,
 ) -> ShadeKind {
+    let Demands { relief, casters, mixed } = demands;
     let occluded =
         |options: ShadingOptions| ShadingOptions { relief_occlusion: options.relief_occlusion && relief, ..options };
     ShadeKind {
         shading: settings.shading.plain().adjusted(occluded),
         lights: LightSet::new(state, environment, settings.shadows && casters),
         edges: if settings.edges().is_some() { Edges::Joined } else { Edges::None },
+        mixed,
     }
 }
 

@@ -1,6 +1,6 @@
 //! What is made and written before the first sample of a frame: poses, targets, the suns' views, pipelines.
 
-use super::drawing::{drawing, shade_kind};
+use super::drawing::{Demands, drawing, shade_kind};
 use super::edge_samples::{EdgeSamples, area_of};
 use super::prepared::{FramePlan, Light, PreparedFrame};
 use super::renderer::Renderer;
@@ -43,9 +43,12 @@ impl Renderer {
         let max_vertices_per_draw = self.gpu.tessellated_vertices_per_draw().unwrap_or(u32::MAX);
         let tessellation = TessellationSettings { max_vertices_per_draw, ..settings.tessellation };
         let settings = RenderSettings { tessellation, ..*settings };
-        let relief = self.surfaces.iter().any(|surface| surface.has_relief(state));
-        let casters = self.surfaces.iter().any(|surface| surface.casts_shadows());
-        let kind = shade_kind(state, &settings, &self.environment, relief, casters);
+        let demands = Demands {
+            relief: self.surfaces.iter().any(|surface| surface.has_relief(state)),
+            casters: self.surfaces.iter().any(|surface| surface.casts_shadows()),
+            mixed: self.surfaces.iter().any(|surface| surface.is_mixed()),
+        };
+        let kind = shade_kind(state, &settings, &self.environment, demands);
         let (settings, drawing) = drawing(settings, kind, gbuffer);
         let filter = drawing.filter;
         let prepare = |surface: &mut Box<dyn Surface>| surface.prepare(state, &settings, drawing);
@@ -146,7 +149,8 @@ impl Renderer {
             if let Some(sky) = &state.sky {
                 self.show_sky(sky)?;
             }
-            let pass = self.pipelines.reference(&self.gpu, settings.shading.terms(), settings.shading.facet_frame())?;
+            let (terms, facet_frame) = (settings.shading.terms(), settings.shading.facet_frame());
+            let pass = self.pipelines.reference(&self.gpu, terms, facet_frame, kind.mixed)?;
             let lights = ReliefLights::new(&self.gpu, state, &self.environment, &casters(surfaces))?;
             return Ok(Light::Relief { pass, lights: Box::new(lights) });
         }

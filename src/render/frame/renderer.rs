@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::drawing::{drawing, shade_kind};
+use super::drawing::{Demands, drawing, shade_kind};
 use super::pipelines::Pipelines;
 use super::pool::Pool;
 use super::surfaces::Surface;
@@ -78,8 +78,12 @@ impl Renderer {
         settings: &RenderSettings,
     ) -> Result<Self> {
         Self::with(gpu, scene.into(), environment, |environment, pipelines| {
-            let (relief, casters) = (pipelines.have_relief(state), pipelines.cast_shadows());
-            let kind = shade_kind(state, settings, environment, relief, casters);
+            let demands = Demands {
+                relief: pipelines.have_relief(state),
+                casters: pipelines.cast_shadows(),
+                mixed: pipelines.are_mixed(),
+            };
+            let kind = shade_kind(state, settings, environment, demands);
             let (settings, drawing) = drawing(*settings, kind, false);
             pipelines.prepare(state, &settings, drawing).map(|_| ())
         })

@@ -72,12 +72,13 @@ impl FilterInto {
         }
     }
 
-    /// Specialization constants of its fragment stage, but for those about the surface.
+    /// Specialization constants of its fragment stage, but for those about the surface. `mixed`: whether two roughnesses share
+    /// that.
     #[must_use]
-    pub fn spec(self, needs: Needs) -> Vec<(&'static str, SpecValue)> {
+    pub fn spec(self, needs: Needs, mixed: bool) -> Vec<(&'static str, SpecValue)> {
         match self {
-            Self::GBuffer => needs.spec(),
-            Self::Radiance(kind) => kind.spec(),
+            Self::GBuffer => [needs.spec(), vec![("MIXED_ROUGHNESS", SpecValue::Bool(mixed))]].concat(),
+            Self::Radiance(kind) => ShadeKind { mixed: kind.mixed && mixed, ..kind }.spec(),
         }
     }
 
@@ -135,6 +136,7 @@ impl FilterPass {
             ("ATLAS", SpecValue::Bool(kind.tiled)),
             ("DISPLACED", SpecValue::Bool(kind.displaced)),
             ("COLORED", SpecValue::Bool(kind.colored)),
+            ("REFLECTS_BY_MAP", SpecValue::Bool(kind.reflects_by_map)),
             ("HORIZON", SpecValue::Bool(kind.horizon)),
             ("FLAT", SpecValue::Bool(kind.flat)),
             ("PLAIN", SpecValue::Bool(kind.plain)),
@@ -147,7 +149,7 @@ impl FilterPass {
             colors: into.formats(),
             depth: into.depth(),
             topology: into.topology(),
-            spec: &[&into.spec(needs)[..], &has].concat(),
+            spec: &[&into.spec(needs, kind.mixed)[..], &has].concat(),
             structs: &[
                 &[
                     FilteredObjectGpu::LAYOUT,
@@ -194,11 +196,15 @@ impl FilterPass {
                 ("moments_b", Descriptor::Sampled(object.maps.joint().whole(), &object.sampler)),
                 ("horizon_a", Descriptor::Sampled(object.horizons.leans().whole(), &object.sampler)),
                 ("horizon_b", Descriptor::Sampled(object.horizons.correlations().whole(), &object.sampler)),
-                ("color_map", Descriptor::Sampled(object.color.whole(), &object.sampler)),
+                ("color_map", Descriptor::Sampled(object.material.color.whole(), &object.sampler)),
+                ("f0_map", Descriptor::Sampled(object.material.f0.whole(), &object.sampler)),
+                ("mixed_map", Descriptor::Sampled(object.material.mixed.whole(), &object.sampler)),
                 ("Atlas", Descriptor::Storage(&object.atlas.links)),
                 ("coarse_a", Descriptor::Sampled(object.atlas.slopes.whole(), &self.linear)),
                 ("coarse_b", Descriptor::Sampled(object.atlas.joint.whole(), &self.linear)),
                 ("coarse_color", Descriptor::Sampled(object.atlas.color.whole(), &self.linear)),
+                ("coarse_f0", Descriptor::Sampled(object.atlas.f0.whole(), &self.linear)),
+                ("coarse_mixed", Descriptor::Sampled(object.atlas.mixed.whole(), &self.linear)),
                 ("visible_depth", Descriptor::Sampled(visible.depth.whole(), &self.nearest)),
             ];
             let tiles = ("TileRecords", Descriptor::Storage(&visible.tiles.records));

@@ -89,16 +89,21 @@ pub struct ReferencePass {
 }
 
 impl ReferencePass {
-    /// The pass for some terms of the light, with the base rough in the frame of the facets or in that of the macrosurface.
+    /// The pass for some terms of the light, with the base rough in the frame of the facets or in that of the macrosurface, and
+    /// two roughnesses on some surfaces or one on all.
     ///
     /// # Errors
     /// Memory that is short, or a failed pipeline.
-    pub fn new(gpu: &Arc<Gpu>, terms: Terms, facet_frame: bool) -> Result<Self> {
+    pub fn new(gpu: &Arc<Gpu>, terms: Terms, facet_frame: bool, mixed: bool) -> Result<Self> {
         let desc = GraphicsDesc {
             vertex: "passes/fullscreen.vert",
             fragment: Some("passes/shade/reference.frag"),
             colors: &[RADIANCE_FORMAT],
-            spec: &[("TERMS", SpecValue::I32(terms.bits())), ("FACET_FRAME", SpecValue::Bool(facet_frame))],
+            spec: &[
+                ("TERMS", SpecValue::I32(terms.bits())),
+                ("FACET_FRAME", SpecValue::Bool(facet_frame)),
+                ("MIXED_ROUGHNESS", SpecValue::Bool(mixed)),
+            ],
             structs: &[ReliefLightGpu::LAYOUT, ReliefLightingGpu::LAYOUT],
             ..Default::default()
         };
@@ -124,6 +129,7 @@ impl ReferencePass {
                 ("gbuffer_slopes", Descriptor::Sampled(gbuffer.slopes.whole(), &self.nearest)),
                 ("gbuffer_material", Descriptor::Sampled(gbuffer.material.whole(), &self.nearest)),
                 ("gbuffer_surface", Descriptor::Sampled(gbuffer.surface.whole(), &self.nearest)),
+                ("gbuffer_reflection", Descriptor::Sampled(gbuffer.reflection.whole(), &self.nearest)),
                 ("visible_depth", Descriptor::Sampled(visible.depth.whole(), &self.nearest)),
                 ("lighting", Descriptor::Uniform(&lights.block)),
                 ("background_cube", Descriptor::Sampled(environment.background(), &self.trilinear)),

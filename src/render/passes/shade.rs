@@ -182,19 +182,22 @@ pub struct ShadeKind {
     pub lights: LightSet,
     /// With or without edge samples.
     pub edges: Edges,
+    /// Whether surfaces may have two roughnesses.
+    pub mixed: bool,
 }
 
 impl ShadeKind {
     /// The specialization constants of `passes/shade/settings.glsl`.
     #[must_use]
     pub fn spec(&self) -> Vec<(&'static str, SpecValue)> {
-        let Self { shading, lights, edges } = self;
+        let Self { shading, lights, edges, mixed } = self;
         let lit = [
             ("OWN_SUNS", SpecValue::I32(i32::from(lights.sun))),
             ("PANORAMA_SUNS", SpecValue::I32(lights.panorama as i32)),
             ("SUN_SHADOWS", SpecValue::Bool(lights.shadows)),
             ("POINT_LIGHTS", SpecValue::I32(lights.points as i32)),
             ("EDGES", SpecValue::I32(*edges as i32)),
+            ("MIXED_ROUGHNESS", SpecValue::Bool(*mixed)),
         ];
         [shading.spec(), lit.to_vec()].concat()
     }
@@ -277,6 +280,7 @@ impl ShadePass {
             ("gbuffer_material", Descriptor::Sampled(gbuffer.material.whole(), nearest)),
             ("gbuffer_surface", Descriptor::Sampled(gbuffer.surface.whole(), nearest)),
             ("gbuffer_horizon", Descriptor::Sampled(gbuffer.horizon.whole(), nearest)),
+            ("gbuffer_reflection", Descriptor::Sampled(gbuffer.reflection.whole(), nearest)),
             ("shares", Descriptor::Sampled(shares.whole(), nearest)),
             ("more_suns", Descriptor::Sampled(more_suns.whole(), nearest)),
             ("TileRecords", Descriptor::Storage(&visible.tiles.records)),

@@ -1,11 +1,11 @@
 //! The surfaces that are drawn: patches and their maps on the device, and how finely they are tessellated.
 
 pub mod atlas;
-pub mod color_map;
 pub mod displacement;
 pub mod divided;
 pub mod flat;
 pub mod horizon;
+pub mod material;
 pub mod moments;
 pub mod object;
 pub mod object_view;

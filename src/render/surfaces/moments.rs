@@ -11,6 +11,8 @@
 
 use std::sync::Arc;
 
+use half::f16;
+
 use super::patch_mesh::TileLayout;
 use crate::gpu::vk::Format;
 use crate::gpu::{
@@ -144,6 +146,47 @@ impl LeadrMapGpu {
         Self::with_pass(gpu, &Arc::new(MomentsPass::new(gpu, edges, format)?), source)
     }
 
+    /// Uploads heights whose slopes are told: `slopes`, per unit of texture coordinate in the heights' unit, one for each height. A
+    /// texel has one slope, as a texel of a normal map is one facet; levels and interpolation are those of its moments.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new), and [`GpuError::Usage`] when there are not as many slopes as heights.
+    pub fn with_slopes(
+        gpu: &Arc<Gpu>,
+        source: HeightSource<'_>,
+        slopes: &[[f32; 2]],
+        edges: Edges,
+        format: MomentFormat,
+    ) -> Result<Self> {
+        let HeightSource { width, height, texels } = source;
+        let expected = u64::from(width) * u64::from(height);
+        if expected != texels.len() as u64 || expected != slopes.len() as u64 {
+            let fault =
+                format!("{} heights and {} slopes do not fill {width}x{height} texels", texels.len(), slopes.len());
+            return Err(GpuError::Usage { name: "height map".to_owned(), fault });
+        }
+        let map = Self::empty(gpu, &Arc::new(MomentsPass::new(gpu, edges, format)?), width, height)?;
+        // Within the format, as the pass has them.
+        let limit = format.limit();
+        let stored = |image: &Image, values: &mut dyn Iterator<Item = f32>| {
+            let values = values.map(|v| v.clamp(-limit, limit));
+            match format {
+                MomentFormat::Float32 => image.write(0, 0, &values.collect::<Vec<f32>>()),
+                MomentFormat::Float16 => image.write(0, 0, &values.map(f16::from_f32).collect::<Vec<f16>>()),
+            }
+        };
+        stored(&map.slopes, &mut slopes.iter().flat_map(|&[x, y]| [x, y, x * x, y * y]))?;
+        stored(&map.joint, &mut slopes.iter().map(|&[x, y]| x * y))?;
+        stored(&map.heights, &mut texels.iter().copied())?;
+        gpu.submit("moments of slopes", |cmd| {
+            for image in [&map.slopes, &map.joint, &map.heights] {
+                cmd.transition(image, Use::ComputeReadWrite);
+            }
+            map.record_mips(cmd);
+        })?;
+        Ok(map)
+    }
+
     /// As [`new`](Self::new), with the pipelines of `pass`.
     ///
     /// # Errors
@@ -188,7 +231,7 @@ impl LeadrMapGpu {
     /// Computes all levels from `heights` (R32F, of the maps' size, in [`Use::Sampled`]) and leaves the images in
     /// [`Use::Sampled`]. It may be recorded again whenever the heights change.
     pub fn record(&self, cmd: &mut Commands, heights: &ImageView) {
-        let MomentsPass { level0, mips, sampler, edges, format } = &*self.pass;
+        let MomentsPass { level0, sampler, edges, format, .. } = &*self.pass;
         if heights.extent() != self.levels[0][0].extent() {
             let fault = format!("{:?} heights do not fill {:?} texels", heights.extent(), self.levels[0][0].extent());
             return cmd.fail(GpuError::Usage { name: "LEADR maps".to_owned(), fault });
@@ -198,38 +241,43 @@ impl LeadrMapGpu {
             cmd.image_barrier(image, Use::Undefined, Use::ComputeReadWrite);
         }
         let tile = if let Edges::Atlas(tiles) = edges { tiles.tile } else { 0 };
-        for (i, [slopes, joint, means]) in self.levels.iter().enumerate() {
+        let [slopes, joint, means] = &self.levels[0];
+        let [width, height] = slopes.extent();
+        cmd.bind(
+            level0,
+            &[
+                ("heights", Descriptor::Sampled(heights, sampler)),
+                ("slopes", Descriptor::StorageImage(slopes)),
+                ("joint", Descriptor::StorageImage(joint)),
+                ("mean_height", Descriptor::StorageImage(means)),
+            ],
+        );
+        cmd.push_constants(&Push { tile, limit: format.limit() });
+        cmd.dispatch_invocations(level0, [width, height, 1]);
+        self.record_mips(cmd);
+    }
+
+    /// Computes the levels below the finest, which compute passes may still be writing, and leaves the images in
+    /// [`Use::Sampled`].
+    fn record_mips(&self, cmd: &mut Commands) {
+        for pair in self.levels.windows(2) {
+            let [[fine_slopes, fine_joint, fine_means], [slopes, joint, means]] = pair else { continue };
+            let even = fine_slopes.extent().iter().all(|side| side % 2 == 0);
+            let mips = &self.pass.mips[usize::from(even)];
             let [width, height] = slopes.extent();
-            if i == 0 {
-                cmd.bind(
-                    level0,
-                    &[
-                        ("heights", Descriptor::Sampled(heights, sampler)),
-                        ("slopes", Descriptor::StorageImage(slopes)),
-                        ("joint", Descriptor::StorageImage(joint)),
-                        ("mean_height", Descriptor::StorageImage(means)),
-                    ],
-                );
-                cmd.push_constants(&Push { tile, limit: format.limit() });
-                cmd.dispatch_invocations(level0, [width, height, 1]);
-            } else {
-                let [fine_slopes, fine_joint, fine_means] = &self.levels[i - 1];
-                let even = fine_slopes.extent().iter().all(|side| side % 2 == 0);
-                let mips = &mips[usize::from(even)];
-                cmd.memory_barrier(Use::ComputeWrite, Use::ComputeRead);
-                cmd.bind(
-                    mips,
-                    &[
-                        ("fine_slopes", Descriptor::StorageImage(fine_slopes)),
-                        ("fine_joint", Descriptor::StorageImage(fine_joint)),
-                        ("fine_height", Descriptor::StorageImage(fine_means)),
-                        ("slopes", Descriptor::StorageImage(slopes)),
-                        ("joint", Descriptor::StorageImage(joint)),
-                        ("mean_height", Descriptor::StorageImage(means)),
-                    ],
-                );
-                cmd.dispatch_invocations(mips, [width, height, 1]);
-            }
+            cmd.memory_barrier(Use::ComputeWrite, Use::ComputeRead);
+            cmd.bind(
+                mips,
+                &[
+                    ("fine_slopes", Descriptor::StorageImage(fine_slopes)),
+                    ("fine_joint", Descriptor::StorageImage(fine_joint)),
+                    ("fine_height", Descriptor::StorageImage(fine_means)),
+                    ("slopes", Descriptor::StorageImage(slopes)),
+                    ("joint", Descriptor::StorageImage(joint)),
+                    ("mean_height", Descriptor::StorageImage(means)),
+                ],
+            );
+            cmd.dispatch_invocations(mips, [width, height, 1]);
         }
         for image in [&self.slopes, &self.joint, &self.heights] {
             cmd.transition(image, Use::Sampled);

@@ -2,16 +2,15 @@
 
 use std::sync::Arc;
 
-use ash::vk;
-
 use super::atlas::AtlasGpu;
 use super::displacement::{Border, BoundaryHeights, EDGE_LEVELS, HeightField};
 use super::flat;
 use super::horizon::{HorizonMaps, Relief};
+use super::material::MaterialImages;
 use super::moments::{Edges, HeightSource, LeadrMapGpu, MomentFormat};
 use super::patch_mesh::PatchMesh;
 use super::topology::Topology;
-use crate::gpu::{AddressMode, Buffer, Filter, Gpu, Image, ImageDesc, Memory, Result, Sampler, shared_struct};
+use crate::gpu::{AddressMode, Buffer, Filter, Gpu, Memory, Result, Sampler, shared_struct};
 use crate::maps::cache::{MapCache, checksum};
 use crate::render::constants::{FLAG_DISPLACED, FLAG_FLAT, FLAG_MARK_INSIDE, SEA_INDEX};
 use crate::render::scene::Object;
@@ -74,8 +73,8 @@ pub struct GpuObject {
     pub maps: LeadrMapGpu,
     /// What its relief hides from itself; placeholders for smooth objects.
     pub horizons: HorizonMaps,
-    /// The colour map; a 1×1 placeholder without one.
-    pub color: Image,
+    /// Its material.
+    pub material: MaterialImages,
     /// Sampler of the maps.
     pub sampler: Sampler,
     /// What the filter pass has to fetch for it.
@@ -90,8 +89,12 @@ pub struct SurfaceKind {
     pub tiled: bool,
     /// Whether it has relief.
     pub displaced: bool,
-    /// Whether it has a colour map.
+    /// Whether it has a map of its material.
     pub colored: bool,
+    /// Whether that tells its reflectance at normal incidence.
+    pub reflects_by_map: bool,
+    /// Whether two roughnesses share it.
+    pub mixed: bool,
     /// Whether its bumps can hide the surroundings from each other.
     pub horizon: bool,
     /// Whether it is a plane on which texture coordinates change evenly.
@@ -108,8 +111,11 @@ impl SurfaceKind {
         Self {
             tiled: tiles,
             displaced: object.heights.is_some(),
-            colored: object.color_map.is_some(),
-            horizon: object.heights.is_some() && object.height_scale != 0.0,
+            colored: object.material.is_some(),
+            reflects_by_map: object.material.as_ref().is_some_and(|map| map.f0.is_some()),
+            mixed: object.material.as_ref().is_some_and(|map| map.rough_from.is_some()),
+            horizon: object.height_scale != 0.0
+                && object.heights.as_ref().is_some_and(|field| field.texels.iter().any(|h| *h != field.texels[0])),
             flat: flat::is_flat(mesh),
             plain: flat::is_plain(mesh),
         }
@@ -136,7 +142,8 @@ impl GpuObject {
                     edge_texels: Vec::new(),
                     edge_relief: Vec::new(),
                 },
-                Border::Clamp,
+                // Materials repeat.
+                Border::Wrap,
             ),
         };
         let everywhere = [-1e9, -1e9, 1e9, 1e9];
@@ -161,25 +168,17 @@ impl GpuObject {
                 }
             })
             .collect();
-        let maps = leadr_maps(gpu, object.heights.as_ref())?;
+        let maps = leadr_maps(gpu, object.heights.as_ref(), object.slopes.take())?;
         let mut heights = 0;
         if let Some(field) = &mut object.heights {
             heights = cache.map_or(0, |_| checksum(bytemuck::cast_slice(&field.texels)));
             field.texels = Vec::new();
         }
-        let color = match object.color_map.take() {
-            Some(map) => super::color_map::upload(gpu, &name, map, border)?,
-            None => {
-                let image =
-                    Image::new(gpu, &format!("{name} no colour map"), ImageDesc::new(vk::Format::R8G8B8A8_SRGB, 1, 1))?;
-                image.write(0, 0, &[255u8; 4])?;
-                image
-            }
-        };
+        let material = MaterialImages::new(gpu, &name, object.material.take(), border)?;
         let atlas = match border {
             Border::Tiles(layout) => {
-                let colors = kind.colored.then_some(&color);
-                AtlasGpu::new(gpu, &name, &object.mesh, &topology, layout, &maps, colors)?
+                let material = kind.colored.then_some(&material);
+                AtlasGpu::new(gpu, &name, &object.mesh, &topology, layout, &maps, material)?
             }
             Border::Wrap | Border::Clamp => AtlasGpu::none(gpu, &name)?,
         };
@@ -207,7 +206,7 @@ impl GpuObject {
             object,
             maps,
             horizons,
-            color,
+            material,
             kind,
             index: index as u32 + 1,
         })
@@ -236,7 +235,7 @@ impl GpuObject {
 }
 
 /// The LEADR maps of a height field; without one, a placeholder with a single zero height that is never sampled.
-fn leadr_maps(gpu: &Arc<Gpu>, field: Option<&HeightField>) -> Result<LeadrMapGpu> {
+fn leadr_maps(gpu: &Arc<Gpu>, field: Option<&HeightField>, slopes: Option<Vec<[f32; 2]>>) -> Result<LeadrMapGpu> {
     let none = HeightField { width: 1, height: 1, texels: vec![0.0], border: Border::Clamp };
     let field = field.unwrap_or(&none);
     let edges = match field.border {
@@ -245,5 +244,8 @@ fn leadr_maps(gpu: &Arc<Gpu>, field: Option<&HeightField>) -> Result<LeadrMapGpu
         Border::Tiles(layout) => Edges::Atlas(layout),
     };
     let source = HeightSource { width: field.width, height: field.height, texels: &field.texels };
-    LeadrMapGpu::new(gpu, source, edges, MomentFormat::Float32)
+    match slopes {
+        Some(slopes) => LeadrMapGpu::with_slopes(gpu, source, &slopes, edges, MomentFormat::Float32),
+        None => LeadrMapGpu::new(gpu, source, edges, MomentFormat::Float32),
+    }
 }

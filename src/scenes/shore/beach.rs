@@ -3,7 +3,7 @@
 use glam::{DVec2, Vec2, Vec3};
 
 use super::sand::{DRY_REPEAT, PERIOD, STRIP, STRIP_REPEAT, Sand, dry, strip};
-use crate::render::scene::{ColorMap, Object};
+use crate::render::scene::{MaterialMap, Object};
 use crate::render::surfaces::displacement::{Border, HeightField};
 use crate::render::surfaces::ocean::shore::Shore;
 use crate::render::surfaces::patch_mesh::PatchMesh;
@@ -108,7 +108,7 @@ fn object(name: &str, mesh: PatchMesh, sand: Sand) -> Object {
     let Sand { width, height, heights, colors } = sand;
     Object::new(name, mesh)
         .with_heights(HeightField { width, height, texels: heights, border: Border::Wrap }, 1.0)
-        .with_color_map(ColorMap { width, height, texels: colors })
+        .with_material(MaterialMap::new(width, height, colors))
         .with_specular_f0(0.025)
         .without_shadow()
 }

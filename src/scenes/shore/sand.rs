@@ -6,6 +6,7 @@
 use rayon::prelude::*;
 
 use crate::maps::cache::remembered;
+use crate::maps::material::alpha_code;
 use crate::maps::noise::{features, fractal, gradient, unit};
 use crate::maps::srgb::srgb8_from_linear;
 
@@ -100,7 +101,7 @@ fn color(s: f32, y: f32, relief: f32, wet: f32, period: i32) -> [u8; 4] {
         srgb8_from_linear(value)
     };
     let roughness = 0.6 + (0.12 - 0.6) * wet - 0.12 * damp * (1.0 - wet) + 0.3 * weed;
-    [channel(0), channel(1), channel(2), (roughness.clamp(0.05, 1.0) * 255.0 + 0.5) as u8]
+    [channel(0), channel(1), channel(2), alpha_code(roughness.max(0.05))]
 }
 
 fn map(kind: &str, [width, height]: [u32; 2], texel: impl Fn(f32, f32) -> (f32, [u8; 4]) + Sync) -> Sand {

@@ -11,9 +11,10 @@ use self::body::{ALONG, AROUND, Body};
 use super::ground::ground;
 use super::sphere::{bake_patches, cube_sphere};
 use super::stage::{Stage, Views};
+use crate::maps::material::alpha_code;
 use crate::maps::srgb::srgb8_from_linear;
 use crate::render::camera::Camera;
-use crate::render::scene::{ColorMap, Object, PointLight};
+use crate::render::scene::{MaterialMap, Object, PointLight};
 use crate::render::surfaces::displacement::{Border, HeightField};
 use crate::render::surfaces::patch_mesh::PatchMesh;
 
@@ -47,7 +48,7 @@ fn body_object(body: &Body, tile: u32) -> Object {
         let skin = scales::skin(place.x, at_ring(&body.girths, place.y), x);
         let fade = if patch < tube { (place.y.min(ALONG as f32 - place.y) / 1.5).clamp(0.0, 1.0) } else { 0.0 };
         let [r, g, b] = skin.color.to_array().map(srgb8_from_linear);
-        let color = [r, g, b, (skin.roughness * 255.0) as u8];
+        let color = [r, g, b, alpha_code(skin.roughness)];
         (skin.height * at_ring(&widths, place.y).max(0.0) * fade, color)
     });
     let (width, height) = layout.size();
@@ -55,7 +56,7 @@ fn body_object(body: &Body, tile: u32) -> Object {
     let (heights, colors) = texels.into_iter().unzip();
     Object::new("snake", mesh)
         .with_heights(HeightField { width, height, texels: heights, border: Border::Tiles(layout) }, 1.0)
-        .with_color_map(ColorMap { width, height, texels: colors })
+        .with_material(MaterialMap::new(width, height, colors))
         .with_specular_f0(0.045)
 }
 

@@ -17,6 +17,7 @@ use rayon::prelude::*;
 use super::noise::smooth_step as ss;
 use super::sdf::TrexSdf;
 use super::skin::Skin;
+use crate::maps::material::alpha_code;
 use crate::render::surfaces::patch::{Patch, PatchPoint};
 use crate::render::surfaces::patch_mesh::{PatchMesh, TileLayout};
 
@@ -384,7 +385,7 @@ fn encode(c: &Sample) -> [u8; 4] {
         let y = if x <= 0.003_130_8 { 12.92 * x } else { 1.055 * x.powf(1.0 / 2.4) - 0.055 };
         (y * 255.0 + 0.5) as u8
     };
-    [srgb(c[1]), srgb(c[2]), srgb(c[3]), (c[4].clamp(0.0, 1.0) * 255.0 + 0.5) as u8]
+    [srgb(c[1]), srgb(c[2]), srgb(c[3]), alpha_code(c[4])]
 }
 
 /// Bakes all tiles of `mesh` in `layout`; `progress` receives the share done, from any thread.

@@ -4,7 +4,7 @@ use glam::{Affine3A, Vec3};
 
 use super::{Trex, TrexError, walk};
 use crate::render::camera::Camera;
-use crate::render::scene::{ColorMap, Object, Pose};
+use crate::render::scene::{MaterialMap, Object, Pose};
 use crate::render::surfaces::displacement::{Border, HeightField};
 use crate::scenes::ground::{PERIOD as GROUND_PERIOD, ground};
 use crate::scenes::stage::{Stage, Views};
@@ -18,7 +18,7 @@ pub fn animal(trex: Trex) -> [Object; 2] {
     body.colors = vec![[1.0; 4]; body.positions.len()];
     let body = Object::new("trex body", body)
         .with_heights(HeightField { width, height, texels: trex.heights, border: Border::Tiles(trex.layout) }, 1.0)
-        .with_color_map(ColorMap { width, height, texels: trex.colors })
+        .with_material(MaterialMap::new(width, height, trex.colors))
         // Keratin, slightly above the usual 0.04.
         .with_specular_f0(0.045);
     let props = Object::new("trex teeth, claws and eyes", trex.props)

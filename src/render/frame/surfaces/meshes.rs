@@ -68,6 +68,12 @@ impl MeshPipelines {
         state.height_scale != 0.0 && self.kinds.iter().any(|kind| kind.horizon)
     }
 
+    /// Whether two roughnesses share any object.
+    #[must_use]
+    pub fn are_mixed(&self) -> bool {
+        self.kinds.iter().any(|kind| kind.mixed)
+    }
+
     /// Whether any object throws shadows.
     #[must_use]
     pub fn cast_shadows(&self) -> bool {
@@ -190,6 +196,10 @@ impl Meshes {
 impl Surface for Meshes {
     fn has_relief(&self, state: &FrameState) -> bool {
         self.pipelines.have_relief(state)
+    }
+
+    fn is_mixed(&self) -> bool {
+        self.pipelines.are_mixed()
     }
 
     fn casts_shadows(&self) -> bool {

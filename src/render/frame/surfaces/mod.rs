@@ -26,6 +26,11 @@ pub(super) trait Surface {
         false
     }
 
+    /// Whether two roughnesses share any of it.
+    fn is_mixed(&self) -> bool {
+        false
+    }
+
     /// Whether anything of it throws shadows.
     fn casts_shadows(&self) -> bool {
         false

@@ -10,7 +10,7 @@ use super::begin::Begin;
 use crate::gpu::{Commands, Gpu, Image, ImageDesc, Result, Use};
 use crate::reflectance::frame::octahedral_decode;
 
-/// The LEADR G-buffer: all data that shading a pixel needs, 48 bytes (`passes/gbuffer.glsl`) plus the depth of
+/// The LEADR G-buffer: all data that shading a pixel needs, 56 bytes (`passes/gbuffer.glsl`) plus the depth of
 /// [`VisibleSurface`](super::VisibleSurface).
 #[derive(Clone)]
 pub struct GBuffer {
@@ -18,10 +18,12 @@ pub struct GBuffer {
     pub slopes: Image,
     /// Linear albedo, Beckmann roughness, variances `sxx` and `syy`; RGBA32UI.
     pub material: Image,
-    /// Specular f0 and accessibility; level of detail or, for edge samples, how they are joined; RG32UI.
+    /// Accessibility and level of detail; how edge samples are joined; RG32UI.
     pub surface: Image,
     /// Horizon of the relief, packed; RG32UI.
     pub horizon: Image,
+    /// Reflectance at normal incidence, and two roughnesses that share the surface; RG32UI.
+    pub reflection: Image,
 }
 
 /// The fields of a [`GBuffer`] pixel that pictures of single layers show.
@@ -43,9 +45,10 @@ pub struct FilteredPixel {
 
 impl GBuffer {
     /// Formats of its images, in the order of their attachments.
-    pub const FORMATS: [vk::Format; 4] = [
+    pub const FORMATS: [vk::Format; 5] = [
         vk::Format::R32G32B32A32_UINT,
         vk::Format::R32G32B32A32_UINT,
+        vk::Format::R32G32_UINT,
         vk::Format::R32G32_UINT,
         vk::Format::R32G32_UINT,
     ];
@@ -56,20 +59,21 @@ impl GBuffer {
     /// Memory that is short.
     pub fn new(gpu: &Arc<Gpu>, size: (u32, u32)) -> Result<Self> {
         let color = |format| ImageDesc::new(format, size.0, size.1).color_target();
-        let [slopes, material, surface, horizon] = Self::FORMATS.map(color);
+        let [slopes, material, surface, horizon, reflection] = Self::FORMATS.map(color);
         // The join pass writes to the first two.
         Ok(Self {
             slopes: Image::new(gpu, "g-buffer slopes", slopes.storage())?,
             material: Image::new(gpu, "g-buffer material", material.storage())?,
             surface: Image::new(gpu, "g-buffer surface", surface)?,
             horizon: Image::new(gpu, "g-buffer horizon", horizon)?,
+            reflection: Image::new(gpu, "g-buffer reflection", reflection)?,
         })
     }
 
     /// Its images, in the order of their attachments.
     #[must_use]
-    pub fn colors(&self) -> [&Image; 4] {
-        [&self.slopes, &self.material, &self.surface, &self.horizon]
+    pub fn colors(&self) -> [&Image; 5] {
+        [&self.slopes, &self.material, &self.surface, &self.horizon, &self.reflection]
     }
 
     /// Runs `draw`, which filters the pixels of one kind of surface into the G-buffer within the scissor (x, y, width,
@@ -111,7 +115,7 @@ impl FilteredPixel {
             slope_covariance: Vec3::from([material[2], material[3], slopes[3]].map(f32::from_bits)),
             albedo: Vec3::new(color[0], color[1], color[2]),
             roughness: color[3],
-            lod: half(surface[1]),
+            lod: half(surface[0] >> 16),
         }
     }
 }

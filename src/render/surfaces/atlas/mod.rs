@@ -21,11 +21,13 @@ use rayon::prelude::*;
 
 use self::frames::{AtlasFrames, turn};
 use self::levels::{CoarseShape, Star, coarse_levels};
+use super::material::{MIXED_FORMAT, MaterialImages};
 use super::moments::LeadrMapGpu;
 use super::patch_mesh::{PatchMesh, TileLayout};
 use super::topology::Topology;
 use crate::gpu::vk::Format;
 use crate::gpu::{Buffer, Gpu, GpuError, Image, ImageDesc, Result, shared_struct};
+use crate::maps::material::alpha_of;
 use crate::maps::srgb::linear_of_srgb8;
 use crate::render::constants::{NO_NEIGHBOR, SOURCE_LEVEL};
 
@@ -62,8 +64,12 @@ pub struct AtlasGpu {
     pub slopes: Image,
     /// Coarse levels of the moments in [`LeadrMapGpu::joint`].
     pub joint: Image,
-    /// Coarse levels of the colour map, linear.
+    /// Coarse levels of the colours, linear, with the root of the roughness.
     pub color: Image,
+    /// Of the reflectance at normal incidence, linear.
+    pub f0: Image,
+    /// And of two roughnesses.
+    pub mixed: Image,
 }
 
 impl AtlasGpu {
@@ -82,12 +88,14 @@ impl AtlasGpu {
             links: Buffer::from_slice(gpu, &format!("{name} no links"), &[0u32; 40])?,
             slopes: image("slopes", Format::R32G32B32A32_SFLOAT)?,
             joint: image("joint", Format::R32_SFLOAT)?,
-            color: image("colour", Format::R16G16B16A16_SFLOAT)?,
+            color: image("colour", MIXED_FORMAT)?,
+            f0: image("reflectance", MIXED_FORMAT)?,
+            mixed: image("roughness", MIXED_FORMAT)?,
         })
     }
 
-    /// Links and levels of `mesh`, whose patches have the tiles of `layout` in `maps` and in `color` (which has the size of
-    /// the maps).
+    /// Links and levels of `mesh`, whose patches have the tiles of `layout` in `maps` and in the material, if the object has
+    /// one (which has the size of the maps).
     ///
     /// # Errors
     /// [`GpuError::Usage`] where the sizes differ; a failed read, or memory that is short.
@@ -98,11 +106,11 @@ impl AtlasGpu {
         topology: &Topology,
         layout: TileLayout,
         maps: &LeadrMapGpu,
-        color: Option<&Image>,
+        material: Option<&MaterialImages>,
     ) -> Result<Self> {
         let size = maps.slopes().mip_extent(0);
-        if let Some(color) = color.filter(|color| color.mip_extent(0) != size) {
-            let ([w, h], [width, height]) = (color.mip_extent(0), size);
+        if let Some(material) = material.filter(|material| material.color.mip_extent(0) != size) {
+            let ([w, h], [width, height]) = (material.color.mip_extent(0), size);
             let fault = format!("its colours' {w}x{h} texels are not the {width}x{height} of its heights");
             return Err(GpuError::Usage { name: format!("atlas of {name}"), fault });
         }
@@ -124,24 +132,38 @@ impl AtlasGpu {
         let coarse_joint = image("joint", Format::R32_SFLOAT)?;
         coarse_joint.write(0, 0, &moments.iter().map(|m| m[4]).collect::<Vec<_>>())?;
 
-        let coarse_color = match color {
-            Some(color) => {
-                let texels: Vec<[u8; 4]> = color.read(SOURCE_LEVEL, 0)?;
-                let linear = linear_of_srgb8();
-                let texels: Vec<[f32; 4]> = texels
-                    .iter()
-                    .map(|&[r, g, b, a]| {
-                        let [r, g, b] = [r, g, b].map(|v| linear[usize::from(v)]);
-                        [r, g, b, f32::from(a) / 255.0]
-                    })
-                    .collect();
-                let colors = coarse_levels(&star, &frames, shape, &texels);
-                let image = image("colour", Format::R16G16B16A16_SFLOAT)?;
-                image.write(0, 0, &colors.iter().map(|c| c.map(|v| f16::from_f32(v).to_bits())).collect::<Vec<_>>())?;
-                image
-            }
-            None => Self::none(gpu, name)?.color,
+        let coarse = |what: &str, texels: Vec<[f32; 4]>, stored: fn([f32; 4]) -> [f32; 4]| {
+            let levels = coarse_levels(&star, &frames, shape, &texels);
+            let halves: Vec<_> = levels.into_iter().map(|texel| stored(texel).map(f16::from_f32)).collect();
+            let image = image(what, MIXED_FORMAT)?;
+            image.write(0, 0, &halves)?;
+            Ok::<_, GpuError>(image)
         };
+        let AtlasGpu { mut color, mut f0, mut mixed, .. } = Self::none(gpu, name)?;
+        if let Some(images) = material {
+            let linear = linear_of_srgb8();
+            let variances: [f32; 256] = std::array::from_fn(|code| alpha_of(code as u8).powi(2));
+            let decoded = |image: &Image| {
+                let texels: Vec<[u8; 4]> = image.read(SOURCE_LEVEL, 0)?;
+                let decode = |[r, g, b, a]: [u8; 4]| {
+                    let [r, g, b] = [r, g, b].map(|code| linear[usize::from(code)]);
+                    [r, g, b, variances[usize::from(a)]]
+                };
+                Ok::<Vec<[f32; 4]>, GpuError>(texels.into_iter().map(decode).collect())
+            };
+            // The shader finds the root of the roughness in both kinds of levels.
+            color = coarse("colour", decoded(&images.color)?, |[r, g, b, variance]| [r, g, b, variance.sqrt().sqrt()])?;
+            if images.has_f0 {
+                f0 = coarse("reflectance", decoded(&images.f0)?, |texel| texel)?;
+            }
+            if images.is_mixed {
+                let texels: Vec<[f16; 4]> = images.mixed.read(SOURCE_LEVEL, 0)?;
+                mixed =
+                    coarse("roughness", texels.into_iter().map(|texel| texel.map(f16::to_f32)).collect(), |texel| {
+                        texel
+                    })?;
+            }
+        }
 
         let links: Vec<PatchLinkGpu> = (0..mesh.patches.len())
             .into_par_iter()
@@ -173,7 +195,9 @@ impl AtlasGpu {
             links: Buffer::from_slice(gpu, &format!("{name} links"), &bytes)?,
             slopes: coarse_slopes,
             joint: coarse_joint,
-            color: coarse_color,
+            color,
+            f0,
+            mixed,
         })
     }
 }

@@ -1,0 +1,30 @@
+#ifndef LEADR_MIXED_ROUGHNESS_GLSL
+#define LEADR_MIXED_ROUGHNESS_GLSL
+
+// Bases of two roughnesses that share a surface, each with a lobe of its own. What is filtered is linear: the rougher one's share p
+// and the parts of the mean alpha^2 that lie in the rougher and in the smoother. src/reflectance/facets/mixed_roughness.rs derives it.
+
+struct MixedRoughness {
+    float share;        // of the rougher, 0..1
+    float smooth_alpha; // Beckmann alpha of the smoother
+    float rough_alpha;  // and of the rougher; where one of both has no share, they are equal
+};
+
+const float LEADR_LEAST_SHARE = 1.0 / 512.0;
+
+// means: the filtered p, E[alpha^2 of the rough], E[alpha^2 of the smooth].
+MixedRoughness mixed_roughness(vec3 means) {
+    float share = clamp(means.x, 0.0, 1.0);
+    float rough = sqrt(clamp(means.y, 0.0, share) / max(share, LEADR_LEAST_SHARE));
+    float even = sqrt(clamp(means.z, 0.0, 1.0 - share) / max(1.0 - share, LEADR_LEAST_SHARE));
+    if (share < LEADR_LEAST_SHARE) return MixedRoughness(0.0, even, even);
+    if (share > 1.0 - LEADR_LEAST_SHARE) return MixedRoughness(1.0, rough, rough);
+    return MixedRoughness(share, even, rough);
+}
+
+// Beckmann alpha of one lobe that stands for both: LEADR section 4.1.
+float joint_alpha(MixedRoughness mixed) {
+    return sqrt(mix(mixed.smooth_alpha * mixed.smooth_alpha, mixed.rough_alpha * mixed.rough_alpha, mixed.share));
+}
+
+#endif

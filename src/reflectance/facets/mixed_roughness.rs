@@ -1,0 +1,128 @@
+//! Bases of two roughnesses that share a surface: polish beside dust, wet beside dry.
+//!
+//! LEADR (section 4.1) filters roughness as the variance `α²/2`. Under a pixel that sees both kinds the base is then one lobe as wide
+//! as the mean square says, and the sharp highlight of the smoother half is gone, with however many samples the variance was
+//! found. What lies there is a mixture: so each texel belongs to one of two classes, below or above a threshold, and what is
+//! filtered is linear again: the rougher class' share `p` of the surface, and the parts of the mean `α²` that lie in each class,
+//! `E[α² 1_rough]` and `E[α² 1_smooth]`. Each class has a lobe of its own mean square. For surfaces of two values that is exact under every
+//! footprint; for others the lobes keep the mean `α²`, and all of its variance but what is left inside the classes.
+
+use glam::DVec3;
+
+/// Least share for which a class counts.
+pub const LEAST_SHARE: f64 = 1.0 / 512.0;
+
+/// Two roughnesses that share a surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MixedRoughness {
+    /// Share of the rougher, 0 to 1.
+    pub share: f64,
+    /// Beckmann roughness `α` of the smoother.
+    pub smooth_alpha: f64,
+    /// And of the rougher; where one of both has no share, they are equal.
+    pub rough_alpha: f64,
+}
+
+/// From the filtered share of the rougher class and the parts of the mean `α²` that lie in the rougher and in the smoother one.
+#[must_use]
+pub fn mixed_roughness(means: DVec3) -> MixedRoughness {
+    let share = means.x.clamp(0.0, 1.0);
+    let (rough, smooth) = (means.y.clamp(0.0, share), means.z.clamp(0.0, 1.0 - share));
+    let rough_alpha = (rough / share.max(LEAST_SHARE)).sqrt();
+    let smooth_alpha = (smooth / (1.0 - share).max(LEAST_SHARE)).sqrt();
+    if share < LEAST_SHARE {
+        MixedRoughness { share: 0.0, smooth_alpha, rough_alpha: smooth_alpha }
+    } else if share > 1.0 - LEAST_SHARE {
+        MixedRoughness { share: 1.0, smooth_alpha: rough_alpha, rough_alpha }
+    } else {
+        MixedRoughness { share, smooth_alpha, rough_alpha }
+    }
+}
+
+impl MixedRoughness {
+    /// `α` of one lobe that stands for both (LEADR section 4.1).
+    #[must_use]
+    pub fn joint_alpha(&self) -> f64 {
+        let square = |alpha: f64| alpha * alpha;
+        (square(self.smooth_alpha) + self.share * (square(self.rough_alpha) - square(self.smooth_alpha))).sqrt()
+    }
+}
+
+/// The roughness `α` from which a surface counts as rough, if it is worth two classes: the threshold that leaves least variance of
+/// `ln α` inside both. `weights`: how much of the surface has each of the ascending positive `alphas`. `None` where the classes' `α²`
+/// differ by less than a factor of two.
+#[must_use]
+pub fn two_classes(alphas: &[f64], weights: &[f64]) -> Option<f64> {
+    // Weight, and its sums with ln α and α².
+    let part = |i: usize| weights[i] * DVec3::new(1.0, alphas[i].ln(), alphas[i] * alphas[i]);
+    let all: DVec3 = (0..alphas.len()).map(part).sum();
+    let (mut best, mut threshold) = (0.0, None);
+    let mut smooth = DVec3::ZERO;
+    for i in 1..alphas.len() {
+        smooth += part(i - 1);
+        let rough = all - smooth;
+        // Sums that should vanish are rounded.
+        if smooth.x <= 0.0 || rough.x <= 1e-12 * all.x {
+            continue;
+        }
+        let apart = rough.y / rough.x - smooth.y / smooth.x;
+        let between = smooth.x * rough.x * apart * apart;
+        if rough.z / rough.x >= 2.0 * smooth.z / smooth.x && between > best {
+            best = between;
+            threshold = Some((alphas[i - 1] * alphas[i]).sqrt());
+        }
+    }
+    threshold
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn means(surface: &[(f64, f64)], threshold: f64) -> DVec3 {
+        surface.iter().fold(DVec3::ZERO, |sum, &(share, alpha)| {
+            let part = share * alpha * alpha;
+            sum + if alpha >= threshold { DVec3::new(share, part, 0.0) } else { DVec3::new(0.0, 0.0, part) }
+        })
+    }
+
+    #[test]
+    fn two_values_come_back_whatever_their_shares() {
+        for share in [0.01, 0.3, 0.5, 0.97] {
+            let found = mixed_roughness(means(&[(share, 0.6), (1.0 - share, 0.1)], 0.3));
+            assert!((found.share - share).abs() < 1e-12);
+            assert!((found.rough_alpha - 0.6).abs() < 1e-12 && (found.smooth_alpha - 0.1).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn one_value_is_one_lobe() {
+        for (share, alpha) in [(0.0, 0.2), (1.0, 0.5)] {
+            let found = mixed_roughness(means(&[(1.0, alpha)], 0.3));
+            assert_eq!(found.share, share);
+            assert!((found.smooth_alpha - alpha).abs() < 1e-12 && found.smooth_alpha == found.rough_alpha);
+        }
+    }
+
+    #[test]
+    fn any_numbers_give_roughnesses() {
+        for x in [-1.0, 0.0, 1e-30, 0.5, 1.0, 1e30] {
+            for y in [-1.0, 0.0, 0.5, 1e30] {
+                let m = mixed_roughness(DVec3::new(x, y, y));
+                let all = [m.share, m.smooth_alpha, m.rough_alpha];
+                assert!(all.iter().all(|v| (0.0..=1.0).contains(v)), "{x} {y}: {m:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn classes_are_found_where_they_pay() {
+        let alphas = [0.1, 0.2, 0.4, 0.6];
+        let threshold = two_classes(&alphas, &[1.0, 0.0, 0.0, 1.0]).unwrap();
+        assert!(threshold > 0.1 && threshold < 0.6);
+        assert!(two_classes(&alphas, &[0.0, 1.0, 0.0, 0.0]).is_none());
+        assert!(two_classes(&[0.5, 0.55, 0.6], &[1.0; 3]).is_none());
+        let between = two_classes(&alphas, &[5.0, 5.0, 1.0, 9.0]).unwrap();
+        assert!(between > 0.2 && between < 0.4, "{between}");
+    }
+}

@@ -1,0 +1,292 @@
+//! A material over a mesh: its textures, looked up place by place, become what the renderer filters.
+//!
+//! Colours and roughness keep the finest texture's resolution. A normal map's slopes go with the heights; where there are no heights,
+//! they lie on a flat relief. The scale of heights whose unit nobody tells is the one that agrees best with the normals.
+
+use glam::{Affine2, Vec2};
+use rayon::prelude::*;
+
+use crate::maps::material::{
+    Encoding, GreenAxis, Input, Material, NormalMap, Relief, RoughnessMeaning, Texture, TextureWrap, alpha_code,
+    alpha_of,
+};
+use crate::maps::srgb::srgb8_from_linear;
+use crate::reflectance::facets::mixed_roughness::two_classes;
+use crate::render::scene::MaterialMap;
+
+/// Steepest slope that a normal map may tell: what is steeper is noise of its codes.
+const STEEPEST: f32 = 8.0;
+
+/// Height of a relief without a scale and without normals, as a part of its repeat.
+pub const USUAL_HEIGHT: f32 = 0.06;
+
+/// Texels to be looked up between their centres.
+struct Plate<T> {
+    width: u32,
+    height: u32,
+    texels: Vec<T>,
+    transform: Affine2,
+    wrap: [TextureWrap; 2],
+}
+
+/// What can be interpolated.
+trait Mean: Copy + Send + Sync {
+    fn lerp(self, other: Self, t: f32) -> Self;
+}
+
+impl<const N: usize> Mean for [f32; N] {
+    fn lerp(self, other: Self, t: f32) -> Self {
+        std::array::from_fn(|i| self[i] + t * (other[i] - self[i]))
+    }
+}
+
+impl<T: Mean> Plate<T> {
+    fn new(texture: &Texture, texel: impl Fn(u32, u32) -> T + Sync) -> Self {
+        let (width, height) = (texture.raster.width(), texture.raster.height());
+        let texels =
+            (0..height).into_par_iter().flat_map_iter(|y| (0..width).map(move |x| (x, y))).map(|(x, y)| texel(x, y));
+        let (transform, wrap) = (texture.transform, texture.wrap);
+        Self { width, height, texels: texels.collect(), transform, wrap }
+    }
+
+    fn at(&self, texcoord: Vec2) -> T {
+        let t = self.transform.transform_point2(texcoord);
+        let (x, y) = (t.x * self.width as f32 - 0.5, t.y * self.height as f32 - 0.5);
+        let (left, top) = (x.floor(), y.floor());
+        let texel = |dx: i64, dy: i64| {
+            let x = self.wrap[0].texel(left as i64 + dx, self.width);
+            let y = self.wrap[1].texel(top as i64 + dy, self.height);
+            self.texels[y as usize * self.width as usize + x as usize]
+        };
+        let row = |dy: i64| texel(0, dy).lerp(texel(1, dy), x - left);
+        row(0).lerp(row(1), y - top)
+    }
+}
+
+/// A property at every place.
+struct Property<const N: usize> {
+    factor: [f32; N],
+    plate: Option<Plate<[f32; N]>>,
+}
+
+impl<const N: usize> Property<N> {
+    fn at(&self, texcoord: Vec2) -> [f32; N] {
+        let Some(plate) = &self.plate else { return self.factor };
+        let texel = plate.at(texcoord);
+        std::array::from_fn(|i| self.factor[i] * texel[i])
+    }
+}
+
+fn number(input: &Input<f32>) -> Property<1> {
+    let plate = |texture: &Texture| Plate::new(texture, |x, y| [texture.raster.value(x, y, input.channel)]);
+    Property { factor: [input.factor], plate: input.texture.as_ref().map(plate) }
+}
+
+fn color(input: &Input<[f32; 3]>) -> Property<3> {
+    let plate = |texture: &Texture| {
+        // Tables, since powers of a million texels take a while.
+        let table: Vec<f32> =
+            (0..=u8::MAX).map(|c| crate::maps::srgb::linear_from_srgb(f32::from(c) / 255.0)).collect();
+        let raster = &texture.raster;
+        let of_codes = matches!(raster.samples(), crate::maps::material::Samples::U8(_));
+        Plate::new(texture, |x, y| {
+            if of_codes && texture.encoding == Encoding::Srgb {
+                [0, 1, 2].map(|channel| table[(raster.value(x, y, channel) * 255.0 + 0.5) as usize])
+            } else {
+                raster.color(x, y, texture.encoding)
+            }
+        })
+    };
+    Property { factor: input.factor, plate: input.texture.as_ref().map(plate) }
+}
+
+/// Slopes `dh/ds, dh/dt` (`t` down) at every place, rise over run.
+fn slopes(map: &NormalMap) -> Plate<[f32; 2]> {
+    let raster = &map.texture.raster;
+    let up = if map.green == GreenAxis::Up { 1.0 } else { -1.0 };
+    Plate::new(&map.texture, |x, y| {
+        let [nx, ny] = [0, 1].map(|channel| (2.0 * raster.value(x, y, channel) - 1.0) * map.scale);
+        let nz = if raster.channels() >= 3 {
+            2.0 * raster.value(x, y, 2) - 1.0
+        } else {
+            (1.0 - nx * nx - ny * ny).max(0.0).sqrt()
+        };
+        let [s, t] = [-nx, up * ny].map(|n| n / nz.max(1e-3));
+        let length = s.hypot(t);
+        let kept = (STEEPEST / length.max(1e-20)).min(1.0);
+        [s * kept, t * kept]
+    })
+}
+
+/// A material at every place of its first texture coordinates.
+pub struct Cover {
+    base_color: Property<3>,
+    metalness: Property<1>,
+    roughness: Property<1>,
+    meaning: RoughnessMeaning,
+    f0: Property<3>,
+    slopes: Option<Plate<[f32; 2]>>,
+    heights: Option<Plate<[f32; 1]>>,
+    /// Height of the map that lies on the mesh.
+    pub middle: f32,
+    scale: Option<f32>,
+    /// Texels of the finest texture, across and down.
+    pub size: (u32, u32),
+}
+
+/// A material at one place.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Texel {
+    /// Linear albedo.
+    pub albedo: [f32; 3],
+    /// Roughness `α`.
+    pub alpha: f32,
+    /// Reflectance at normal incidence.
+    pub f0: [f32; 3],
+}
+
+impl Texel {
+    /// The weighted mean with another; weights need not sum to one.
+    #[must_use]
+    pub fn plus(self, weight: f32, other: Self) -> Self {
+        let sum = |a: [f32; 3], b: [f32; 3]| std::array::from_fn(|i| a[i] + weight * b[i]);
+        // Roughness as a variance.
+        let square = self.alpha * self.alpha + weight * other.alpha * other.alpha;
+        Self { albedo: sum(self.albedo, other.albedo), alpha: square.sqrt(), f0: sum(self.f0, other.f0) }
+    }
+}
+
+impl Cover {
+    /// Reads the textures of a material.
+    #[must_use]
+    pub fn new(material: &Material) -> Self {
+        let textures = [&material.base_color, &material.f0].into_iter().filter_map(|input| input.texture.as_ref());
+        let numbers = [&material.metalness, &material.roughness].into_iter().filter_map(|input| input.texture.as_ref());
+        let normal = material.normal_map.as_ref().map(|map| &map.texture);
+        let heights = material.relief.as_ref().map(|relief| (relief.map.width, relief.map.height));
+        let sizes = textures.chain(numbers).chain(normal).map(|t| (t.raster.width(), t.raster.height())).chain(heights);
+        let size = sizes.fold((1, 1), |a, b| (a.0.max(b.0), a.1.max(b.1)));
+        let heights = |relief: &Relief| Plate {
+            width: relief.map.width,
+            height: relief.map.height,
+            texels: relief.map.texels.iter().map(|&h| [h]).collect(),
+            transform: Affine2::IDENTITY,
+            wrap: [TextureWrap::Repeat; 2],
+        };
+        Self {
+            base_color: color(&material.base_color),
+            metalness: number(&material.metalness),
+            roughness: number(&material.roughness),
+            meaning: material.roughness_meaning,
+            f0: color(&material.f0),
+            slopes: material.normal_map.as_ref().map(slopes),
+            heights: material.relief.as_ref().map(heights),
+            middle: material.relief.as_ref().map_or(0.0, |relief| relief.middle),
+            scale: material.relief.as_ref().and_then(|relief| relief.scale),
+            size,
+        }
+    }
+
+    /// Whether it has heights.
+    #[must_use]
+    pub fn has_heights(&self) -> bool {
+        self.heights.is_some()
+    }
+
+    /// Whether it has slopes of its own.
+    #[must_use]
+    pub fn has_slopes(&self) -> bool {
+        self.slopes.is_some()
+    }
+
+    /// Colour, roughness and reflectance at a place, `t` down.
+    #[must_use]
+    pub fn texel(&self, texcoord: Vec2) -> Texel {
+        let ([metal], [roughness]) = (self.metalness.at(texcoord), self.roughness.at(texcoord));
+        let (base, f0, metal) = (self.base_color.at(texcoord), self.f0.at(texcoord), metal.clamp(0.0, 1.0));
+        Texel {
+            albedo: base.map(|c| (c * (1.0 - metal)).clamp(0.0, 1.0)),
+            alpha: self.meaning.alpha(roughness.clamp(0.0, 1.0)),
+            f0: f0.lerp(base, metal).map(|c| c.clamp(0.0, 1.0)),
+        }
+    }
+
+    /// Height at a place, in the map's unit; its middle without a map.
+    #[must_use]
+    pub fn height(&self, texcoord: Vec2) -> f32 {
+        self.heights.as_ref().map_or(self.middle, |plate| plate.at(texcoord)[0])
+    }
+
+    /// Slope of the normal map at a place, rise over run, by `s` and `t` (down); 0 without one.
+    #[must_use]
+    pub fn slope(&self, texcoord: Vec2) -> Vec2 {
+        self.slopes.as_ref().map_or(Vec2::ZERO, |plate| Vec2::from(plate.at(texcoord)))
+    }
+
+    /// Metres of a unit of height where the textures repeat after so many metres: what the file says, what fits the normals best, or
+    /// a usual relief. 1 without heights.
+    #[must_use]
+    pub fn height_scale(&self, repeat: f32) -> f32 {
+        if self.heights.is_none() {
+            return 1.0;
+        }
+        self.scale.or_else(|| self.agreement().map(|found| found.scale * repeat)).unwrap_or(USUAL_HEIGHT * repeat)
+    }
+
+    /// How heights and normals agree; `None` where one of them is missing or flat.
+    #[must_use]
+    pub fn agreement(&self) -> Option<Agreement> {
+        let (Some(heights), Some(slopes)) = (&self.heights, &self.slopes) else { return None };
+        let step = Vec2::new(1.0 / heights.width as f32, 1.0 / heights.height as f32);
+        let sums = (0..heights.height)
+            .into_par_iter()
+            .map(|y| {
+                (0..heights.width).fold([0.0f64; 3], |sum, x| {
+                    let at = (Vec2::new(x as f32, y as f32) + 0.5) * step;
+                    let by = |d: Vec2| (heights.at(at + d)[0] - heights.at(at - d)[0]) / (2.0 * d.length());
+                    let gradient = [by(Vec2::new(step.x, 0.0)), by(Vec2::new(0.0, step.y))].map(f64::from);
+                    let slope = slopes.at(at).map(f64::from);
+                    let dot = |a: [f64; 2], b: [f64; 2]| a[0] * b[0] + a[1] * b[1];
+                    [sum[0] + dot(gradient, slope), sum[1] + dot(gradient, gradient), sum[2] + dot(slope, slope)]
+                })
+            })
+            .reduce(|| [0.0; 3], |a, b| std::array::from_fn(|i| a[i] + b[i]));
+        let [both, of_heights, of_normals] = sums;
+        if of_heights <= 0.0 || of_normals <= 0.0 || both <= 0.0 {
+            return None;
+        }
+        let correlation = both / (of_heights * of_normals).sqrt();
+        // Noise in the normals beyond the heights' grid must not steepen the relief: the regression of slopes on gradients.
+        Some(Agreement { scale: (both / of_heights) as f32, correlation: correlation as f32 })
+    }
+
+    /// Albedo, roughness and reflectance of texels that [`texel`](Self::texel) found.
+    #[must_use]
+    pub fn map(width: u32, height: u32, texels: &[Texel]) -> MaterialMap {
+        let srgb = |c: [f32; 3], a: u8| {
+            let [r, g, b] = c.map(srgb8_from_linear);
+            [r, g, b, a]
+        };
+        let colors: Vec<[u8; 4]> = texels.par_iter().map(|t| srgb(t.albedo, alpha_code(t.alpha))).collect();
+        let f0: Vec<[u8; 4]> = texels.par_iter().map(|t| srgb(t.f0, u8::MAX)).collect();
+        let mut counts = [0.0; 256];
+        for texel in &colors {
+            counts[usize::from(texel[3])] += 1.0;
+        }
+        let alphas: Vec<f64> = (0..=u8::MAX).map(|code| f64::from(alpha_of(code)).max(1e-4)).collect();
+        let rough_from = two_classes(&alphas, &counts).map(|alpha| alpha as f32);
+        // One grey is the object's own.
+        let [r, g, b, _] = f0[0];
+        let f0 = f0.iter().any(|texel| *texel != [r, r, r, u8::MAX] || [g, b] != [r, r]).then_some(f0);
+        MaterialMap { f0, rough_from, ..MaterialMap::new(width, height, colors) }
+    }
+}
+
+/// How a height map and a normal map of one surface agree.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Agreement {
+    /// Repeats of the textures that a unit of height is high, as the normals have it.
+    pub scale: f32,
+    /// Correlation of their slopes, 0 to 1.
+    pub correlation: f32,
+}

@@ -1,0 +1,99 @@
+//! The plane and the sphere in a material of the user's.
+
+use glam::{Vec2, Vec3};
+use rayon::prelude::*;
+
+use super::cover::{Cover, Texel};
+use super::plane::{even, plane};
+use super::sphere::{bake_patches, cube_sphere, triplanar_weights};
+use super::stage::{Stage, plane_patches, plane_views, sphere_views};
+use crate::maps::material::Material;
+use crate::render::scene::Object;
+use crate::render::surfaces::displacement::{Border, HeightField};
+use crate::render::surfaces::patch_mesh::TileLayout;
+
+/// Metres after which textures repeat on the plane, and on the sphere.
+const PLANE_REPEAT: f32 = 2.0;
+const SPHERE_REPEAT: f32 = 1.2;
+
+/// Albedo and roughness of the vertices: the material's own.
+const UNTINTED: [f32; 4] = [1.0; 4];
+
+/// A plane of 8 m in a material, which repeats every 2 m and is seen upright from above with `+y` on top.
+#[must_use]
+pub fn plane_stage(material: &Material) -> Stage {
+    let cover = Cover::new(material);
+    let (width, height) = cover.size;
+    let upright = |index: usize| {
+        let [x, y] = [index % width as usize, index / width as usize].map(|k| k as f32 + 0.5);
+        Vec2::new(x / width as f32, 1.0 - y / height as f32)
+    };
+    let places = 0..width as usize * height as usize;
+    let texels: Vec<Texel> = places.clone().into_par_iter().map(|index| cover.texel(upright(index))).collect();
+    let mesh = plane(4.0, 4 * plane_patches(width.max(height)), PLANE_REPEAT, UNTINTED, even);
+    let mut object = Object::new("plane", mesh).with_specular_f0(texels[0].f0[0]);
+    object = object.with_material(Cover::map(width, height, &texels));
+    if cover.has_heights() || cover.has_slopes() {
+        let scale = cover.height_scale(PLANE_REPEAT);
+        let heights = places.clone().into_par_iter().map(|index| cover.height(upright(index)) - cover.middle).collect();
+        object = object.with_heights(HeightField { width, height, texels: heights, border: Border::Wrap }, scale);
+        if cover.has_slopes() {
+            let per_unit = PLANE_REPEAT / scale;
+            let slope = |index| {
+                let slope = cover.slope(upright(index)) * per_unit;
+                [slope.x, -slope.y]
+            };
+            object = object.with_slopes(places.into_par_iter().map(slope).collect());
+        }
+    }
+    Stage::still(vec![object], plane_views())
+}
+
+/// What a tile of the sphere holds at a texel.
+#[derive(Clone, Copy, Default)]
+struct Baked {
+    texel: Texel,
+    height: f32,
+    slope: [f32; 2],
+}
+
+/// A unit sphere in a material, seen along the three axes and blended; it repeats every 1.2 m.
+#[must_use]
+pub fn sphere_stage(material: &Material, tile: u32) -> Stage {
+    let cover = Cover::new(material);
+    let scale = cover.height_scale(SPHERE_REPEAT);
+    let smooth = material.relief.as_ref().map(|relief| HeightField::repeating(relief.map.clone()));
+    let mut mesh = cube_sphere(16, UNTINTED);
+    // Texture coordinates by places on a patch.
+    let layout = TileLayout::new(mesh.patches.len() as u32, tile);
+    let (width, height) = layout.size();
+    let per_patch = Vec2::new(width as f32, height as f32) / layout.inner() as f32;
+    let (layout, baked) = bake_patches(&mut mesh, tile, |_, _, point| {
+        let (mut baked, mut gradient) = (Baked::default(), Vec3::ZERO);
+        let weights = triplanar_weights(point.position, point.normal, SPHERE_REPEAT);
+        let squares: f32 = weights.iter().map(|w| w.weight * w.weight).sum();
+        let sum: f32 = weights.iter().map(|w| w.weight).sum();
+        for seen in weights.iter().filter(|seen| seen.weight > 0.0) {
+            let at = Vec2::new(seen.texcoord.x, 1.0 - seen.texcoord.y);
+            baked.texel = baked.texel.plus(seen.weight / sum, cover.texel(at));
+            // Relief keeps its variance where it is blended.
+            let weight = seen.weight / squares.sqrt();
+            baked.height += weight * smooth.as_ref().map_or(0.0, |field| field.bicubic(at) - cover.middle);
+            let slope = cover.slope(at) * weight;
+            gradient += slope.x * seen.s - slope.y * seen.t;
+        }
+        baked.slope = [gradient.dot(point.du) * per_patch.x / scale, gradient.dot(point.dv) * per_patch.y / scale];
+        baked
+    });
+    // Tiles without a patch are never seen, but must not look like a second kind of surface.
+    let first = baked[0].texel;
+    let texels: Vec<Texel> = baked.iter().map(|b| if b.texel == Texel::default() { first } else { b.texel }).collect();
+    let mut object = Object::new("sphere", mesh).with_specular_f0(first.f0[0]);
+    object = object.with_material(Cover::map(width, height, &texels));
+    let heights = baked.iter().map(|b| b.height).collect();
+    object = object.with_heights(HeightField { width, height, texels: heights, border: Border::Tiles(layout) }, scale);
+    if cover.has_slopes() {
+        object = object.with_slopes(baked.iter().map(|b| b.slope).collect());
+    }
+    Stage::still(vec![object], sphere_views())
+}
