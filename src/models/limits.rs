@@ -22,7 +22,7 @@ pub const MAX_UNPACKED_BYTES: u64 = 4 << 30;
 const FREE_UNPACKED_BYTES: u64 = 128 << 20;
 /// Further unpacked bytes that are believed per byte of the buffers.
 const MAX_EXPANSION: u64 = 64;
-/// Most bytes of all decoded images together.
+/// Most bytes of all images together, read and decoded.
 pub const MAX_IMAGE_BYTES: u64 = 4 << 30;
 /// Largest coordinate, offset or scale accepted: squares and products of three stay finite in 32 bits.
 pub const MAX_COORDINATE: f32 = 1e12;
@@ -51,16 +51,16 @@ impl Budget {
     }
 }
 
-/// Bytes of the images that were decoded so far, on whatever thread.
+/// Bytes of the images that were read and decoded so far, on whatever thread.
 #[derive(Default)]
 pub(super) struct ImageBudget(AtomicU64);
 
 impl ImageBudget {
-    /// Counts an image; refuses the one that is too much.
+    /// Counts bytes of an image; refuses those that are too many.
     pub(super) fn take(&self, bytes: usize) -> Result<(), ModelFault> {
         let bytes = bytes as u64;
         if self.0.fetch_add(bytes, Ordering::Relaxed).saturating_add(bytes) > MAX_IMAGE_BYTES {
-            let what = format!("its images unpack to more than {MAX_IMAGE_BYTES} bytes");
+            let what = format!("its images have more than {MAX_IMAGE_BYTES} bytes");
             return Err(ModelFault::TooLarge { what });
         }
         Ok(())

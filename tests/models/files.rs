@@ -9,7 +9,7 @@ use leadr::models::{LoadOptions, Model, ModelFault};
 use serde_json::{Value, json};
 
 use crate::build::{everything, png, triangle};
-use crate::common::memory::unmeasured;
+use crate::common::memory::{alone, measured, unmeasured};
 
 const LENIENT: LoadOptions = LoadOptions { lenient: true };
 
@@ -105,6 +105,24 @@ fn lenient_replacements_are_seen_and_do_no_harm() {
     fs::remove_file(folder.path().join("data of/it.bin")).unwrap();
     let message = Model::load(&path, LENIENT).unwrap_err().to_string();
     assert!(message.contains("buffer 0: the file \"data%20of/it.bin\" cannot be found"), "{message}");
+}
+
+/// Of a large file that many buffers name, each takes only what it says.
+#[test]
+fn buffers_take_no_more_than_their_length() {
+    let _alone = alone();
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("large.bin"), vec![0; 8 << 20]).unwrap();
+    let mut made = triangle();
+    made.json["buffers"] = json!([{ "byteLength": made.binary.len() }]);
+    for _ in 0..100 {
+        made.push("buffers", json!({ "byteLength": 16, "uri": "large.bin" }));
+    }
+    let file = made.glb();
+    let load = || Model::decode(&file, "made", Some(folder.path()), LoadOptions::default()).map(drop);
+    let (result, peak, _) = measured(load);
+    result.unwrap();
+    assert!(peak < 1 << 20, "{peak} bytes");
 }
 
 #[test]

@@ -4,6 +4,7 @@
 mod common;
 
 mod build;
+mod claims;
 mod contents;
 mod creatures;
 mod damaged;

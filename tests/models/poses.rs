@@ -229,3 +229,25 @@ fn the_simple_morph_moves_its_tip() {
         assert_near(tip, [0.5 - left + right, 0.5 + left + right, 0.0], &format!("{seconds} s"));
     }
 }
+
+/// The README's two targets: one makes the cube super-thin, the other a ramp. Volumes by the divergence theorem, which also tells that the
+/// triangles face outwards.
+#[test]
+fn the_morphing_cube_becomes_thin_and_a_ramp() {
+    let _unmeasured = unmeasured();
+    let Some(folder) = shared_data("gltf") else { return };
+    let model =
+        Model::load(folder.join("AnimatedMorphCube/glTF/AnimatedMorphCube.gltf"), LoadOptions::default()).unwrap();
+    let primitive = &model.meshes[0].primitives[0];
+    let volume = |seconds: f32| {
+        let posed = model.posed_vertices(&model.pose(Some(0), seconds), 0, 0);
+        let corner = |v: u32| Vec3::from(posed.positions[v as usize]);
+        let part = |t: &[u32; 3]| corner(t[0]).dot(corner(t[1]).cross(corner(t[2]))) / 6.0;
+        primitive.triangles.iter().map(part).sum::<f32>()
+    };
+    // A side of 0.02, scaled by 100. The thin one keeps 0.00107 of one side; the ramp's low edge keeps 0.00011.
+    for (seconds, wanted) in [(0.0, 8.0), (1.6, 0.427), (3.4, 4.022), (4.2, 8.0)] {
+        let found = volume(seconds);
+        assert!((found / wanted - 1.0).abs() < 0.005, "{seconds} s: {found} instead of {wanted}");
+    }
+}

@@ -52,7 +52,7 @@ impl Images {
             let entry = &entries[image];
             let raster = match origin {
                 Origin::Uri(uri) => {
-                    uri::fetch(uri, folder, entry.item.place).and_then(|bytes| entry.decode(&bytes, budget))
+                    uri::fetch(uri, folder, entry.item.place, u64::MAX).and_then(|bytes| entry.decode(&bytes, budget))
                 }
                 Origin::View(view) => views[view].bytes().and_then(|bytes| entry.decode(bytes, budget)),
             };
@@ -114,6 +114,8 @@ impl<'a> Entry<'a> {
     }
 
     fn decode(&self, bytes: &[u8], budget: &ImageBudget) -> Read<Raster> {
+        // Names that differ may lead to the same large file.
+        budget.take(bytes.len())?;
         let raster = decode_raster(bytes).map_err(|fault| {
             let (place, name) = (self.item.place.to_string(), &self.name);
             let place = if *name == place { place } else { format!("{place} ({name})") };

@@ -159,7 +159,8 @@ impl<'a> Reader<'a> {
         let uri = item.required("uri", item.string("uri")?)?;
         let scale = item.number("scale", 0.0..=MAX_COORDINATE)?;
         let middle = item.number("middle", -MAX_COORDINATE..=MAX_COORDINATE)?.unwrap_or(0.5);
-        let map = uri::fetch(uri, self.source.folder, item.place).and_then(|bytes| {
+        let map = uri::fetch(uri, self.source.folder, item.place, u64::MAX).and_then(|bytes| {
+            self.source.image_budget.take(bytes.len())?;
             let place = format!("{} ({})", item.place, shown(uri));
             let map = decode_height_map(&bytes).map_err(|fault| ModelFault::Image { place, fault })?;
             self.source.image_budget.take(size_of_val(&map.texels[..])).map(|()| map)

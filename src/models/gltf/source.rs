@@ -38,7 +38,7 @@ impl<'a> Buffers<'a> {
                 return Err(ModelFault::TooLarge { what });
             }
             let bytes = match (item.string("uri")?, binary) {
-                (Some(uri), _) => Some(Cow::Owned(uri::fetch(uri, folder, item.place)?)),
+                (Some(uri), _) => Some(Cow::Owned(uri::fetch(uri, folder, item.place, length)?)),
                 (None, Some(binary)) if i == 0 => Some(Cow::Borrowed(binary)),
                 // Left to an extension: an error only if the data are used.
                 (None, _) => None,

@@ -6,19 +6,21 @@ use super::json::{Place, Read};
 use crate::maps::{MapFault, limits};
 use crate::models::fault::{ModelFault, shown};
 
-/// The bytes of a `data:` URI, or of a file inside the model's folder.
+/// The first `most` bytes of a `data:` URI, or of a file inside the model's folder.
 ///
 /// Other schemes, absolute paths and paths with `..` are refused: a model that comes from anywhere must not read the rest of the
 /// disk. Links inside the folder are followed.
-pub(super) fn fetch(uri: &str, folder: Option<&Path>, place: Place) -> Read<Vec<u8>> {
+pub(super) fn fetch(uri: &str, folder: Option<&Path>, place: Place, most: u64) -> Read<Vec<u8>> {
     if let Some(data) = uri.strip_prefix("data:") {
-        return decode_data(data).map_err(|what| place.fault(what));
+        let mut bytes = decode_data(data).map_err(|what| place.fault(what))?;
+        bytes.truncate(usize::try_from(most).unwrap_or(usize::MAX));
+        return Ok(bytes);
     }
     let missing = |what: String| ModelFault::Missing { place: place.to_string(), uri: shown(uri), what };
     let path = relative_path(uri).map_err(|what| missing(what.into()))?;
     let folder =
         folder.ok_or_else(|| missing("cannot be found, because the model was not read from a folder".into()))?;
-    limits::read_file(&folder.join(path)).map_err(|fault| {
+    limits::read_start(&folder.join(path), most).map_err(|fault| {
         missing(match fault {
             MapFault::Io { doing, source } => format!("{doing} ({source})"),
             MapFault::NotAFile => "is not a regular file".into(),
