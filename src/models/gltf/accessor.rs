@@ -35,7 +35,8 @@ impl<'a> View<'a> {
         if end > whole.length {
             return Err(item.fault(format!("needs bytes {offset} to {end}, but the buffer has {}", whole.length)));
         }
-        let stride = item.whole("byteStride")?;
+        // 0 is not allowed, but older exporters mean nothing by it.
+        let stride = item.whole("byteStride")?.filter(|&stride| stride != 0);
         if stride.is_some_and(|s| !(4..=252).contains(&s) || s % 4 != 0) {
             return Err(item.fault("`byteStride` must be a multiple of 4 from 4 to 252"));
         }
