@@ -146,6 +146,8 @@ pub enum Pose {
     Rigid(Affine3A),
     /// Linear blend skinning: world from rest, one matrix per joint.
     Skinned(Vec<Mat4>),
+    /// Every vertex in the world, with unit normals.
+    Vertices(PosedVertices),
 }
 
 /// A directional light.
@@ -234,6 +236,7 @@ impl Pose {
                 }
             }
             Self::Skinned(joints) => skinning::skin(mesh, joints),
+            Self::Vertices(vertices) => vertices.clone(),
         }
     }
 }

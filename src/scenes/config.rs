@@ -69,6 +69,10 @@ pub const DEFAULT_MSAA: u32 = 4;
 pub struct SceneConfig {
     /// Which scene.
     pub scene: &'static Scene,
+    /// The glTF file, where the scene is one.
+    pub model: Option<PathBuf>,
+    /// The animation that it plays, instead of its first.
+    pub animation: Option<String>,
     /// Height map of the plane or sphere.
     pub height_map: Option<PathBuf>,
     /// Files of its material.
@@ -121,6 +125,8 @@ impl Default for SceneConfig {
     fn default() -> Self {
         Self {
             scene: &SCENES[0],
+            model: None,
+            animation: None,
             height_map: None,
             material: MaterialFiles::default(),
             waves: Waves::default(),

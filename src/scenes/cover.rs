@@ -125,6 +125,7 @@ pub struct Cover {
     roughness: Property<1>,
     meaning: RoughnessMeaning,
     f0: Property<3>,
+    specular: Property<1>,
     slopes: Option<Plate<[f32; 2]>>,
     heights: Option<Plate<[f32; 1]>>,
     /// Height of the map that lies on the mesh.
@@ -186,6 +187,7 @@ impl Cover {
             roughness: number(&material.roughness),
             meaning: material.roughness_meaning,
             f0: color(&material.f0),
+            specular: number(&material.specular),
             slopes: material.normal_map.as_ref().map(slopes),
             heights: material.relief.as_ref().map(heights),
             middle: material.relief.as_ref().map_or(0.0, |relief| relief.middle),
@@ -210,7 +212,10 @@ impl Cover {
     #[must_use]
     pub fn texel(&self, texcoord: Vec2) -> Texel {
         let ([metal], [roughness]) = (self.metalness.at(texcoord), self.roughness.at(texcoord));
-        let (base, f0, metal) = (self.base_color.at(texcoord), self.f0.at(texcoord), metal.clamp(0.0, 1.0));
+        let (base, metal, [specular]) =
+            (self.base_color.at(texcoord), metal.clamp(0.0, 1.0), self.specular.at(texcoord));
+        // What is below that of real dielectrics fades at all angles.
+        let f0 = self.f0.at(texcoord).map(|c| c.min(1.0) * specular);
         Texel {
             albedo: base.map(|c| (c * (1.0 - metal)).clamp(0.0, 1.0)),
             alpha: self.meaning.alpha(roughness.clamp(0.0, 1.0)),

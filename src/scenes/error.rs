@@ -3,6 +3,7 @@
 use super::trex::TrexError;
 use crate::gpu::GpuError;
 use crate::maps::MapError;
+use crate::models::ModelError;
 
 /// A scene that cannot be made or put on the device. Each message is one sentence.
 #[derive(Debug, thiserror::Error)]
@@ -13,6 +14,12 @@ pub enum SceneError {
     /// An input file is missing, damaged, too large or of another kind.
     #[error(transparent)]
     Map(#[from] MapError),
+    /// A model that cannot be read.
+    #[error(transparent)]
+    ModelFile(#[from] ModelError),
+    /// A model that cannot be shown: why, and what to do.
+    #[error("{0}")]
+    Model(String),
     /// The device failed.
     #[error(transparent)]
     Gpu(#[from] GpuError),

@@ -9,6 +9,7 @@ pub mod error;
 pub mod full_screen;
 pub mod ground;
 pub mod light;
+pub mod model;
 pub mod ocean;
 pub mod pillow;
 pub mod plane;

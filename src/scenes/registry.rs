@@ -8,6 +8,7 @@ use serde::{Serialize, Serializer};
 
 use super::deform::{self, Deformation};
 use super::error::SceneError;
+use super::model::{self, ModelChoice};
 use super::ocean::sea;
 use super::ocean::waves::Waves;
 use super::shore::shore_stage;
@@ -37,6 +38,8 @@ pub struct SceneOptions {
     pub height_map: Option<HeightMap>,
     /// Instead, a material with everything it has.
     pub material: Option<Material>,
+    /// The model of [`MODEL`].
+    pub model: Option<ModelChoice>,
     /// Texels along an atlas tile, for scenes with [`Choice::AtlasTile`]: a power of two, 8 to 128.
     pub atlas_tile: u32,
     /// The sea of scenes with [`Choice::Waves`].
@@ -46,7 +49,7 @@ pub struct SceneOptions {
 impl Default for SceneOptions {
     /// Generated heights, fine tiles, the usual sea.
     fn default() -> Self {
-        Self { height_map: None, material: None, atlas_tile: 64, waves: Waves::default() }
+        Self { height_map: None, material: None, model: None, atlas_tile: 64, waves: Waves::default() }
     }
 }
 
@@ -169,6 +172,19 @@ pub static SCENES: [Scene; 11] = [
         make: |options, progress| Ok(shore_stage(options.atlas_tile, progress)?),
     },
 ];
+
+/// The scene that a glTF file makes; it is named by the file instead of here.
+pub static MODEL: Scene = Scene {
+    name: "model",
+    help: "A glTF model on open ground",
+    choices: &[],
+    has_sea: false,
+    making: None,
+    make: |options, _| match options.model {
+        Some(choice) => model::stage(choice),
+        None => Err(SceneError::Model("no model is named; give --scene FILE.glb".into())),
+    },
+};
 
 const MAKING_THE_TREX: Option<&str> = Some("making the T-rex (once; then it is cached)");
 

@@ -5,12 +5,14 @@ use std::sync::Arc;
 use super::config::SceneConfig;
 use super::daylight;
 use super::error::SceneError;
+use super::model::ModelChoice;
 use super::registry::{Progress, SceneOptions};
 use super::stage::{Lights, Views};
 use super::view::{Size, View};
 use crate::gpu::{Gpu, GpuError};
 use crate::maps::material::Material;
 use crate::maps::{self, HeightMap, RgbImage};
+use crate::models::{LoadOptions, Model};
 use crate::render::camera::Camera;
 use crate::render::frame::Renderer;
 use crate::render::light::environment::Environment;
@@ -26,6 +28,8 @@ pub struct Inputs {
     pub height_map: Option<HeightMap>,
     /// Material of the plane or sphere, its heights included.
     pub material: Option<Material>,
+    /// The model, if the scene is one.
+    pub model: Option<ModelChoice>,
     /// Equirectangular radiance; `None` for the analytic sky.
     pub environment: Option<RgbImage>,
 }
@@ -41,7 +45,14 @@ impl Inputs {
             Some(_) => None,
             None => config.height_map.as_ref().map(maps::load_height_map).transpose()?,
         };
-        Ok(Self { height_map, material, environment: config.environment.load()? })
+        let model = match &config.model {
+            Some(file) => {
+                let model = Model::load(file, LoadOptions::default())?;
+                Some(ModelChoice::new(model, config.animation.as_deref())?)
+            }
+            None => None,
+        };
+        Ok(Self { height_map, material, model, environment: config.environment.load()? })
     }
 }
 
@@ -100,6 +111,7 @@ pub fn set(
     let options = SceneOptions {
         height_map: inputs.height_map,
         material: inputs.material,
+        model: inputs.model,
         atlas_tile: config.atlas_tile,
         waves: config.waves,
     };

@@ -21,6 +21,7 @@ layout(constant_id = 42) const bool DISPLACED = true;
 layout(constant_id = 43) const bool COLORED = true;
 layout(constant_id = 44) const bool HORIZON = true;
 layout(constant_id = 45) const bool FLAT = false;  // its tangents by texture coordinate are the same everywhere
+layout(constant_id = 51) const bool TRIANGLES = false; // patches are flat triangles, and slopes are rise over run
 layout(constant_id = 46) const bool PLAIN = false; // colour and accessibility of all vertices are the same
 layout(constant_id = 47) const bool RELIEF_DRAWN = true; // the geometry is displaced by as much as the maps say
 layout(constant_id = 50) const bool REFLECTS_BY_MAP = false; // reflectance at normal incidence has a map
@@ -262,7 +263,7 @@ FilteredSurface filtered_mesh(ivec2 pixel, vec2 at, uvec4 seen, out float area) 
 
     Means means = NO_MEANS;
     Footprint footprint = footprint_over(dx, dy, ATLAS ? tile_inner() : 1e9);
-    if (DISPLACED && RELIEF_DRAWN && !FINEST_LEVEL && grid == 0u) {
+    if (DISPLACED && RELIEF_DRAWN && !TRIANGLES && !FINEST_LEVEL && grid == 0u) {
         float longest = sqrt(max(dot(dx, dx), dot(dy, dy)));
         if (ATLAS) {
             // Coarser levels of a tile do not agree with its neighbours.
@@ -288,6 +289,10 @@ FilteredSurface filtered_mesh(ivec2 pixel, vec2 at, uvec4 seen, out float area) 
     vec4 color = surface.color;
     if (COLORED) {
         color *= vec4(means.color.rgb, sqrt(means.color.a));
+    }
+    if (TRIANGLES) {
+        surface.tangent_s *= inversesqrt(max(dot(surface.tangent_s, surface.tangent_s), 1e-30));
+        surface.tangent_t *= inversesqrt(max(dot(surface.tangent_t, surface.tangent_t), 1e-30));
     }
     SlopeMap map = slope_map(surface.tangent_s, surface.tangent_t, frame.x, frame.y, frame.z);
     vec2 mean_slope = map_mean_slope(map, mean_gradient);

@@ -35,6 +35,24 @@ Macrosurface macrosurface_at(uint index, vec2 place, vec3 reach) {
         surface.texcoord_by_place = mat2(1.0);
         surface.texcoord = place;
         surface.height = dot(reach, surface.normal) + object.eye[2];
+    } else if (TRIANGLES) {
+        Vertex a = vertices[data.vertices[0]], b = vertices[data.vertices[1]], c = vertices[data.vertices[3]];
+        surface.by_place = mat2x3(b.position.xyz - a.position.xyz, c.position.xyz - a.position.xyz);
+        mat2x3 turn = mat2x3(b.normal.xyz - a.normal.xyz, c.normal.xyz - a.normal.xyz);
+        vec3 normal = a.normal.xyz + turn * place;
+        float per_length = inversesqrt(max(dot(normal, normal), 1e-20));
+        // Seen from behind, it is a surface that faces the other way.
+        float side = dot(cross(surface.by_place[0], surface.by_place[1]), reach) > 0.0 ? -per_length : per_length;
+        surface.normal = normal * side;
+        surface.normal_by_place = (turn - outerProduct(surface.normal, surface.normal * turn)) * side;
+        surface.height = 0.0;
+        vec2 first = data.texcoord_01.xy;
+        surface.texcoord_by_place = mat2(data.texcoord_01.zw - first, data.texcoord_23.xy - first);
+        surface.texcoord = first + surface.texcoord_by_place * place;
+        float det = determinant(surface.texcoord_by_place);
+        mat2x3 tangents = abs(det) > 1e-20 ? surface.by_place * inverse(surface.texcoord_by_place) : surface.by_place;
+        surface.tangent_s = tangents[0];
+        surface.tangent_t = tangents[1];
     } else {
         vec3 position[4], normals[4], toward_next[4], toward_previous[4];
         for (int i = 0; i < 4; ++i) {
@@ -69,6 +87,12 @@ Macrosurface macrosurface_at(uint index, vec2 place, vec3 reach) {
             at = inverse(mat2(corner.du, corner.dv)) * (place - corner.at);
         }
         uvec4 corner = data.vertices;
+        if (TRIANGLES) {
+            vec4 first = vertices[corner.x].color;
+            surface.color = first + (vertices[corner.y].color - first) * at.x + (vertices[corner.w].color - first) * at.y;
+            surface.accessibility = 1.0;
+            return surface;
+        }
         surface.color = mix(mix(vertices[corner.x].color, vertices[corner.y].color, at.x),
                             mix(vertices[corner.w].color, vertices[corner.z].color, at.x), at.y);
         surface.accessibility = mix(mix(vertices[corner.x].position.w, vertices[corner.y].position.w, at.x),

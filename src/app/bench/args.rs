@@ -7,7 +7,7 @@ use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 
 use crate::app::error::AppError;
 use crate::app::flags::device::DeviceArgs;
-use crate::app::flags::scene::{SceneArgs, scenes};
+use crate::app::flags::scene::{SceneArgs, SceneChoice, scenes};
 use crate::app::flags::shading::techniques;
 use crate::app::flags::values::{atlas_tile, fft, msaa, positive};
 use crate::app::flags::waves::WaveArgs;
@@ -176,7 +176,7 @@ impl BenchArgs {
     /// The picture of a scene: `leadr capture`'s defaults, changed by the bench's flags.
     fn scene_config(&self, scene: &'static Scene) -> Result<SceneConfig, AppError> {
         let scene = SceneArgs {
-            scene,
+            scene: SceneChoice { scene, model: None },
             height_map: self.height_map.clone(),
             waves: WaveArgs { fft: self.fft, ..WaveArgs::default() },
             atlas_tile: self.atlas_tile,

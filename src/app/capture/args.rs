@@ -114,7 +114,7 @@ fn default_output(a: &CaptureArgs, timeline: &Timeline) -> PathBuf {
     };
     let frame = if matches!(timeline, Timeline::Sequence { .. }) { format!("-{FRAME}") } else { String::new() };
     let kind = if a.layers.is_empty() { "png" } else { "exr" };
-    let (scene, technique) = (a.scene.scene.name, a.scene.shading.technique.name());
+    let (scene, technique) = (a.scene.scene.scene.name, a.scene.shading.technique.name());
     PathBuf::from("out").join(format!("{scene}-{technique}-{camera}{frame}.{kind}"))
 }
 

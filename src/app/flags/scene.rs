@@ -1,6 +1,6 @@
 //! Flags of every command that draws a scene, and the configuration they ask for.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser};
@@ -15,15 +15,18 @@ use crate::app::error::AppError;
 use crate::render::light::panorama::LightExtraction;
 use crate::scenes::config::{DEFAULT_MSAA, MaterialFiles, SceneConfig};
 use crate::scenes::light::{EnvironmentChoice, SunDirection};
-use crate::scenes::registry::{Choice, SCENES, Scene};
+use crate::scenes::registry::{Choice, MODEL, SCENES, Scene};
 use crate::scenes::view::{Size, View};
 
 /// Flags of every command that draws a scene.
 #[derive(Clone, Debug, Args)]
 pub struct SceneArgs {
-    /// Scene to draw
-    #[arg(long, value_name = "NAME", value_parser = scenes(), default_value = SCENES[0].name)]
-    pub scene: &'static Scene,
+    /// Scene to draw, or a glTF model
+    #[arg(long, value_name = "NAME|FILE.glb|FILE.gltf", value_parser = scene_choice, default_value = SCENES[0].name, help = scene_help())]
+    pub scene: SceneChoice,
+    /// Animation of a model to play [default: its first]
+    #[arg(long, value_name = "NAME")]
+    pub animation: Option<String>,
     /// Height map of the plane or the sphere
     #[arg(long, value_name = "FILE", help = for_scenes("Height map, PNG or EXR; its first row lies at y = 0, rows run along +y", Choice::HeightMap))]
     pub height_map: Option<PathBuf>,
@@ -117,6 +120,31 @@ fn for_scenes(help: &str, choice: Choice) -> String {
     format!("{help} ({})", choice.scenes().collect::<Vec<_>>().join(", "))
 }
 
+/// What `--scene` names.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SceneChoice {
+    /// The scene.
+    pub scene: &'static Scene,
+    /// The file, where it is a model.
+    pub model: Option<PathBuf>,
+}
+
+fn scene_help() -> String {
+    let names: Vec<_> = SCENES.iter().map(|scene| format!("  {}: {}", scene.name, scene.help)).collect();
+    format!("Scene to draw, or a glTF model on open ground:\n{}\n", names.join("\n"))
+}
+
+fn scene_choice(name: &str) -> Result<SceneChoice, String> {
+    let file = Path::new(name);
+    let extension = file.extension().and_then(|extension| extension.to_str()).map(str::to_ascii_lowercase);
+    if matches!(extension.as_deref(), Some("glb" | "gltf")) {
+        return Ok(SceneChoice { scene: &MODEL, model: Some(file.to_path_buf()) });
+    }
+    let names = || SCENES.iter().map(|scene| scene.name).collect::<Vec<_>>().join(", ");
+    let unknown = || format!("no such scene; there are {}, and files that end in .glb or .gltf", names());
+    Scene::find(name).map(|scene| SceneChoice { scene, model: None }).ok_or_else(unknown)
+}
+
 /// The scenes by name.
 pub fn scenes() -> impl TypedValueParser<Value = &'static Scene> {
     PossibleValuesParser::new(SCENES.iter().map(|scene| PossibleValue::new(scene.name).help(scene.help)))
@@ -144,7 +172,7 @@ impl SceneArgs {
     /// [`AppError::Usage`] if flags contradict each other, [`AppError::Failed`] if a file is wrong.
     pub fn resolve(&self) -> Result<SceneConfig, AppError> {
         let a = self.clone();
-        let waves = a.waves.resolve(a.scene)?;
+        let waves = a.waves.resolve(a.scene.scene)?;
         let shading = a.shading.resolve(a.edge_samples, a.relief_shadows)?;
         a.check().map_err(AppError::Usage)?;
         // Something else makes outlines smooth otherwise.
@@ -157,7 +185,9 @@ impl SceneArgs {
             CameraChoice::File(file) => View::Pose(camera_file::read(file)?),
         };
         Ok(SceneConfig {
-            scene: a.scene,
+            scene: a.scene.scene,
+            model: a.scene.model,
+            animation: a.animation,
             height_map: a.height_map,
             material: MaterialFiles {
                 folder: a.material,
@@ -192,7 +222,10 @@ impl SceneArgs {
 
     /// Refuses combinations that make no sense.
     fn check(&self) -> Result<(), String> {
-        let scene = self.scene;
+        let scene = self.scene.scene;
+        if self.animation.is_some() && self.scene.model.is_none() {
+            return Err("--animation is for models: --scene FILE.glb or FILE.gltf".into());
+        }
         let with = |choice: Choice| choice.scenes().collect::<Vec<_>>().join(", ");
         let files = [
             ("--height-map", &self.height_map),
@@ -249,7 +282,11 @@ mod tests {
     #[test]
     fn roughness_is_taken_by_every_scene_that_offers_it_and_refused_by_the_sea() {
         for scene in &SCENES {
-            let flags = SceneArgs { scene, roughness: Some(0.3), ..SceneArgs::unset().unwrap() };
+            let flags = SceneArgs {
+                scene: SceneChoice { scene, model: None },
+                roughness: Some(0.3),
+                ..SceneArgs::unset().unwrap()
+            };
             match flags.resolve() {
                 Ok(config) => assert!(config.roughness == Some(0.3) && scene.offers(Choice::Roughness), "{scene:?}"),
                 Err(error) => {

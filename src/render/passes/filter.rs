@@ -139,6 +139,7 @@ impl FilterPass {
             ("REFLECTS_BY_MAP", SpecValue::Bool(kind.reflects_by_map)),
             ("HORIZON", SpecValue::Bool(kind.horizon)),
             ("FLAT", SpecValue::Bool(kind.flat)),
+            ("TRIANGLES", SpecValue::Bool(kind.triangles)),
             ("PLAIN", SpecValue::Bool(kind.plain)),
             ("RELIEF_DRAWN", SpecValue::Bool(relief_drawn)),
             ("EDGE_SAMPLES", SpecValue::Bool(into == FilterInto::GBuffer)),

@@ -99,6 +99,8 @@ pub struct SurfaceKind {
     pub horizon: bool,
     /// Whether it is a plane on which texture coordinates change evenly.
     pub flat: bool,
+    /// Whether its patches are triangles.
+    pub triangles: bool,
     /// Whether all its vertices have the same colour and accessibility.
     pub plain: bool,
 }
@@ -116,7 +118,8 @@ impl SurfaceKind {
             mixed: object.material.as_ref().is_some_and(|map| map.rough_from.is_some()),
             horizon: object.height_scale != 0.0
                 && object.heights.as_ref().is_some_and(|field| field.texels.iter().any(|h| *h != field.texels[0])),
-            flat: flat::is_flat(mesh),
+            flat: !mesh.triangles && flat::is_flat(mesh),
+            triangles: mesh.triangles,
             plain: flat::is_plain(mesh),
         }
     }

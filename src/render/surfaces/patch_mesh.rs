@@ -26,6 +26,9 @@ pub struct PatchMesh {
     pub skin: Vec<SkinWeights>,
     /// Vertex indices of each patch.
     pub patches: Vec<[u32; 4]>,
+    /// Whether each patch is a flat triangle of its first two corners and its last, which stands for the third as well. Triangles are
+    /// drawn as they are, from both sides, and the slopes of their maps are rise over run instead of by texture coordinate.
+    pub triangles: bool,
     /// Texture coordinates of each patch's corners (not shared between patches, so every edge may be a seam).
     pub texcoords: Vec<[Vec2; 4]>,
     /// Metres per repeat of the map if this is a part of the plane `z = 0` at rest whose texture coordinates are `xy` divided by

@@ -172,6 +172,9 @@ impl Division {
             .with_min_len(LEAST_TASK)
             .enumerate()
             .map(|(edge, &[a, b])| {
+                if posed.mesh.triangles {
+                    return 1.0;
+                }
                 let (a, b) = (a as usize, b as usize);
                 let relief = posed.edge_relief.get(edge).copied().unwrap_or(0.0) * posed.height_scale.abs();
                 let pixels = edge_pixels(&lens, [positions[a], positions[b]], [normals[a], normals[b]], relief);
@@ -201,11 +204,13 @@ impl Division {
     }
 
     fn of_factors(posed: PosedMesh<'_>, edge_factors: Vec<f32>) -> Self {
-        let PosedMesh { topology, positions, normals, .. } = posed;
+        let PosedMesh { mesh, topology, positions, normals, .. } = posed;
         let mut vertices = vec![(0.0f32, 0.0f32, 0u32); positions.len()];
         for (&[a, b], &factor) in topology.edges.iter().zip(&edge_factors) {
             let (level, (a, b)) = ((64.0 / factor).log2(), (a as usize, b as usize));
-            let lift = mean_gap(positions[b] - positions[a], [normals[a], normals[b]]) / (factor * factor);
+            let gap =
+                if mesh.triangles { 0.0 } else { mean_gap(positions[b] - positions[a], [normals[a], normals[b]]) };
+            let lift = gap / (factor * factor);
             for vertex in [a, b] {
                 let (levels, lifts, count) = &mut vertices[vertex];
                 *levels += level;
@@ -241,7 +246,8 @@ impl DrawList {
             let corners = patch.map(|v| (positions[v as usize], normals[v as usize]));
             let range = posed.height_range.get(index).map_or([0.0; 2], |r| r.map(|h| h * posed.height_scale));
             let outside = place_in_view(&view, &corners, range) == Inside::Outside;
-            if settings.cull && (outside || faces_away(viewer, &corners, range)) {
+            let away = !mesh.triangles && faces_away(viewer, &corners, range);
+            if settings.cull && (outside || away) {
                 return None;
             }
             let divided = topology.patch_edges[index].iter().any(|edge| edge_factors[(edge >> 1) as usize] > 1.0);

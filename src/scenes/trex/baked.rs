@@ -115,6 +115,7 @@ mod tests {
             patches: vec![[0, 1, 2, 3]],
             texcoords: vec![layout.texcoords(0)],
             flat_repeat: None,
+            triangles: false,
         };
         let atlas = Atlas { heights: (0..texels).map(|i| i as f32).collect(), colors: vec![[1, 2, 3, 4]; texels] };
         Baked { body, layout, atlas }

@@ -1,0 +1,41 @@
+//! A model's triangles in their material.
+
+use glam::Vec2;
+
+use super::parts::Parts;
+use crate::models::Model;
+use crate::render::scene::Object;
+use crate::render::surfaces::displacement::{Border, HeightField};
+use crate::render::surfaces::patch_mesh::{PatchMesh, PosedVertices};
+use crate::scenes::cover::{Cover, Texel};
+
+/// An object of the model, at rest in this pose.
+pub fn object(model: &Model, parts: &Parts, index: usize, rest: PosedVertices) -> Object {
+    let (corners, texcoords) = parts.triangles(model, index);
+    let mesh = PatchMesh {
+        accessibility: vec![1.0; rest.positions.len()],
+        positions: rest.positions,
+        normals: rest.normals,
+        colors: parts.colors(model, index),
+        patches: corners.into_iter().map(|[a, b, c]| [a, b, c, c]).collect(),
+        texcoords: texcoords.into_iter().map(|[a, b, c]| [a, b, c, c]).collect(),
+        triangles: true,
+        ..PatchMesh::default()
+    };
+    let material = &model.materials[parts.objects[index].material];
+    let cover = Cover::new(material);
+    let (width, height) = cover.size;
+    let places = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
+    let places = places.map(|(x, y)| (Vec2::new(x as f32, y as f32) + 0.5) / Vec2::new(width as f32, height as f32));
+    let texels: Vec<Texel> = places.clone().map(|at| cover.texel(at)).collect();
+    let object = Object::new(format!("{} {}", model.name, material.name), mesh)
+        .with_specular_f0(texels[0].body_f0)
+        .with_material(Cover::map(width, height, &texels));
+    if !cover.has_slopes() {
+        return object;
+    }
+    let flat = vec![0.0; width as usize * height as usize];
+    object
+        .with_heights(HeightField { width, height, texels: flat, border: Border::Wrap }, 1.0)
+        .with_slopes(places.map(|at| cover.slope(at).to_array()).collect())
+}
