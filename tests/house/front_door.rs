@@ -7,7 +7,7 @@ use std::path::Path;
 const MOST_NAMES: usize = 56;
 
 /// What the mathematics and the maps are built with; everything else comes with a feature.
-const ALWAYS_BUILT: [&str; 7] = ["bytemuck", "exr", "glam", "half", "image", "rayon", "thiserror"];
+const ALWAYS_BUILT: [&str; 8] = ["bytemuck", "exr", "glam", "half", "image", "ktx2", "rayon", "thiserror"];
 
 /// What a program that embeds the renderer must not have to build.
 const COMMAND_ONLY: [&str; 6] = ["clap", "indicatif", "nv-flip", "serde_json", "tracing-subscriber", "winit"];
