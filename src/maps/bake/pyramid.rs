@@ -10,6 +10,9 @@ use crate::maps::moments::coverage;
 /// A row of texels, channels interleaved.
 pub(super) type Row = Vec<f64>;
 
+/// What is told the level, the first row and rows that are complete.
+pub(super) type Emit<'a> = dyn FnMut(usize, u32, &[Row]) -> Result<(), MapFault> + 'a;
+
 /// Sizes of all levels: each side is halved and rounded down until both are 1.
 pub(super) fn level_sizes(size: [u32; 2]) -> Vec<[u32; 2]> {
     let mut sizes = vec![size];
@@ -52,12 +55,8 @@ impl Pyramid {
         Self { channels, steps: sizes.windows(2).map(step).collect(), done: vec![0; sizes.len()] }
     }
 
-    /// Takes the next rows of level 0. `emit` is told the level, the first row and the rows that are complete by now.
-    pub(super) fn push(
-        &mut self,
-        mut rows: Vec<Row>,
-        emit: &mut dyn FnMut(usize, u32, &[Row]) -> Result<(), MapFault>,
-    ) -> Result<(), MapFault> {
+    /// Takes the next rows of level 0, and hands on what is complete by now of every level.
+    pub(super) fn push(&mut self, mut rows: Vec<Row>, emit: &mut Emit<'_>) -> Result<(), MapFault> {
         for level in 0..self.done.len() {
             if rows.is_empty() {
                 break;
