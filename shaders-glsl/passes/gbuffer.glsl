@@ -1,4 +1,4 @@
-// The texels of the G-buffer (GBuffer in Rust): 56 bytes a pixel. Mean and covariance of the slopes are packed into texels that
+// The texels of the G-buffer (GBuffer in Rust): 64 bytes a pixel. Mean and covariance of the slopes are packed into texels that
 // every technique fetches anyway.
 #ifndef LEADR_GBUFFER
 #define LEADR_GBUFFER
@@ -15,6 +15,7 @@ struct FilteredSurface {
     vec4 material;       // linear albedo, Beckmann roughness alpha
     MixedRoughness mixed; // the two roughnesses that alpha stands for, where MIXED_ROUGHNESS says so
     vec3 f0;             // reflectance at normal incidence
+    float body_f0;       // of the part that has albedo: metal beside it has none
     float accessibility;
     bool inside;         // of a surface, whose back is seen
     Horizon horizon;     // of the relief
@@ -50,23 +51,19 @@ uint pack_place(FilteredSurface f) {
     return packHalf2x16(vec2(f.inside ? -1.0 : f.accessibility, f.lod));
 }
 
-// Reflectance at normal incidence, as halves; the rougher share, and alpha of the smoother part to that of both, with 8 bits each.
-uvec2 pack_reflection(FilteredSurface f) {
-    float smoother = clamp(f.mixed.smooth_alpha / max(f.material.a, 1e-6), 0.0, 1.0);
-    uvec2 mixed = uvec2(round(255.0 * vec2(f.mixed.share, sqrt(smoother))));
-    return uvec2(packHalf2x16(f.f0.xy), packHalf2x16(vec2(f.f0.z, 0.0)) | mixed.x << 16 | mixed.y << 24);
+// As halves: reflectance at normal incidence and the share of the rougher part; both roughnesses. The body's reflectance.
+uvec4 pack_reflection(FilteredSurface f) {
+    return uvec4(packHalf2x16(f.f0.xy), packHalf2x16(vec2(f.f0.z, f.mixed.share)),
+                 packHalf2x16(vec2(f.mixed.smooth_alpha, f.mixed.rough_alpha)), floatBitsToUint(f.body_f0));
 }
 
-vec3 f0_of(uvec2 reflection) {
-    return vec3(unpackHalf2x16(reflection.x), unpackHalf2x16(reflection.y & 0xffffu).x);
+vec3 f0_of(uvec4 reflection) {
+    return vec3(unpackHalf2x16(reflection.x), unpackHalf2x16(reflection.y).x);
 }
 
-// alpha: of both together, which the parts keep.
-MixedRoughness mixed_of(uvec2 reflection, float alpha) {
-    vec2 mixed = vec2(reflection.y >> 16 & 255u, reflection.y >> 24) / 255.0;
-    float smooth_alpha = alpha * mixed.y * mixed.y, rest = 1.0 - mixed.x;
-    float rough = (alpha * alpha - rest * smooth_alpha * smooth_alpha) / max(mixed.x, LEADR_LEAST_SHARE);
-    return MixedRoughness(mixed.x, smooth_alpha, mixed.x > 0.0 ? sqrt(clamp(rough, 0.0, 1.0)) : smooth_alpha);
+MixedRoughness mixed_of(uvec4 reflection) {
+    vec2 alphas = unpackHalf2x16(reflection.z);
+    return MixedRoughness(unpackHalf2x16(reflection.y).y, alphas.x, alphas.y);
 }
 
 // For a pixel: the weight of its joined edge samples, 0 to 1.

@@ -9,6 +9,7 @@ use std::io::Cursor;
 
 use exr::block::UncompressedBlock;
 use exr::block::chunk::{Chunk, CompressedBlock, CompressedScanLineBlock, CompressedTileBlock, TileCoordinates};
+use exr::compression::Compression;
 use exr::math::Vec2;
 use exr::meta::header::Header;
 use exr::meta::{BlockDescription, MetaData};
@@ -150,6 +151,7 @@ fn read_block(bytes: &[u8], offset: u64, part: usize, meta: &MetaData) -> Result
     if coordinates[2..] != [0, 0] {
         return Ok(None);
     }
+    check_dwa_claims(data, &meta.headers[part])?;
     let compressed_pixels_le = data.to_vec();
     let compressed_block = if tiled {
         let [x, y, level_x, level_y] = coordinates;
@@ -160,6 +162,27 @@ fn read_block(bytes: &[u8], offset: u64, part: usize, meta: &MetaData) -> Result
     };
     let chunk = Chunk { layer_index: part, compressed_block };
     UncompressedBlock::decompress_chunk(chunk, meta, false).map(Some).map_err(fault)
+}
+
+/// Checks the sizes that a block of DWA states for its sections: the crate allocates them before it unpacks anything, and would end
+/// the program where there is no memory.
+fn check_dwa_claims(data: &[u8], header: &Header) -> Result<(), MapFault> {
+    if !matches!(header.compression, Compression::DWAA(_) | Compression::DWAB(_)) {
+        return Ok(());
+    }
+    // Eleven numbers: the version, then sizes and counts of values of two bytes, and last the coder.
+    let (counters, _) = data.as_chunks::<8>();
+    let claims = counters.iter().take(10).skip(1).map(|bytes| u64::from_le_bytes(*bytes));
+    // Blocks of 8 x 8 overlap the edges; a value of one byte may become a coefficient of two.
+    let (block, whole) = (header.max_block_pixel_size(), header.layer_size);
+    let texels = (block.0.min(whole.0) as u64 + 8).saturating_mul(block.1.min(whole.1) as u64 + 8);
+    let most = texels.saturating_mul(4 * header.channels.bytes_per_pixel as u64);
+    match claims.max() {
+        Some(claim) if claim > most => Err(MapFault::damaged(format!(
+            "a block states {claim} bytes for one of its sections, but has room for {most}"
+        ))),
+        _ => Ok(()),
+    }
 }
 
 /// Copies the picked channels of a block into their planes.

@@ -64,6 +64,11 @@ pub(crate) fn zeroed<T: bytemuck::Zeroable + Copy>(len: usize) -> Result<Vec<T>,
 
 /// Reads a whole regular file of at most [`MAX_FILE_BYTES`].
 pub(crate) fn read_file(path: &Path) -> Result<Vec<u8>, MapFault> {
+    read_start(path, MAX_FILE_BYTES)
+}
+
+/// Reads up to `most` bytes from the start of a regular file of at most [`MAX_FILE_BYTES`].
+pub(crate) fn read_start(path: &Path, most: u64) -> Result<Vec<u8>, MapFault> {
     let io = |doing| move |source| MapFault::Io { doing, source };
     // Asked before opening: opening a pipe would wait for its writer.
     let metadata = std::fs::metadata(path).map_err(io("cannot be found"))?;
@@ -75,6 +80,6 @@ pub(crate) fn read_file(path: &Path) -> Result<Vec<u8>, MapFault> {
     }
     let file = File::open(path).map_err(io("cannot be opened"))?;
     let mut bytes = Vec::new();
-    file.take(MAX_FILE_BYTES).read_to_end(&mut bytes).map_err(io("cannot be read"))?;
+    file.take(most.min(MAX_FILE_BYTES)).read_to_end(&mut bytes).map_err(io("cannot be read"))?;
     Ok(bytes)
 }

@@ -31,6 +31,10 @@ pub fn decode_raster(bytes: &[u8]) -> Result<Raster, MapFault> {
 }
 
 fn decode_jpeg(bytes: &[u8]) -> Result<Raster, MapFault> {
+    // The decoder would fill the rest with grey.
+    if !has_end(bytes) {
+        return Err(MapFault::damaged("its JPEG data end early"));
+    }
     let decoder = JpegDecoder::new(Cursor::new(bytes)).map_err(fault)?;
     let (width, height) = decoder.dimensions();
     let channels = match decoder.color_type() {
@@ -45,6 +49,24 @@ fn decode_jpeg(bytes: &[u8]) -> Result<Raster, MapFault> {
     let mut samples = limits::zeroed(width as usize * height as usize * channels)?;
     decoder.read_image(&mut samples).map_err(fault)?;
     Raster::new(width, height, channels, Samples::U8(samples))
+}
+
+/// Whether the end marker of a JPEG stands behind its first scan. The segments before the scan may hold other JPEGs, as thumbnails.
+fn has_end(bytes: &[u8]) -> bool {
+    let mut at = 2;
+    while let Some(&[0xff, marker]) = bytes.get(at..at + 2) {
+        match marker {
+            // Start of scan: its data hold no marker but those of restarts.
+            0xda => return bytes[at..].windows(2).any(|pair| pair == [0xff, 0xd9]),
+            0xff => at += 1,
+            0x01 | 0xd0..=0xd8 => at += 2,
+            _ => {
+                let Some(length) = bytes.get(at + 2..at + 4) else { return false };
+                at += 2 + usize::from(u16::from_be_bytes([length[0], length[1]]));
+            }
+        }
+    }
+    false
 }
 
 /// The decoder's error, worded as one of our sentences.

@@ -53,7 +53,8 @@ pub struct Object {
     pub height_scale: f32,
     /// Its material; without it the colours of the vertices are used.
     pub material: Option<MaterialMap>,
-    /// Reflectance at normal incidence. Below 0.02 reflection fades at all angles, and at 0 nothing is reflected.
+    /// Reflectance at normal incidence; of what has albedo, where the material tells more. Below 0.02 reflection fades at all angles,
+    /// and at 0 nothing is reflected.
     pub specular_f0: f32,
     /// Whether it casts a shadow.
     pub casts_shadow: bool,

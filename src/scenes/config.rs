@@ -38,7 +38,11 @@ impl MaterialFiles {
             return Ok(None);
         }
         let mut material = match &self.folder {
-            Some(folder) => MaterialFolder::open(folder)?.load()?,
+            Some(folder) => {
+                let folder = MaterialFolder::open(folder)?;
+                folder.remarks.iter().for_each(|remark| tracing::warn!("{remark}"));
+                folder.load()?
+            }
             None => Material::new("material"),
         };
         if let Some(file) = &self.color_map {

@@ -143,6 +143,8 @@ pub struct Texel {
     pub alpha: f32,
     /// Reflectance at normal incidence.
     pub f0: [f32; 3],
+    /// Mean of its channels where there is no metal.
+    pub body_f0: f32,
 }
 
 impl Texel {
@@ -152,7 +154,12 @@ impl Texel {
         let sum = |a: [f32; 3], b: [f32; 3]| std::array::from_fn(|i| a[i] + weight * b[i]);
         // Roughness as a variance.
         let square = self.alpha * self.alpha + weight * other.alpha * other.alpha;
-        Self { albedo: sum(self.albedo, other.albedo), alpha: square.sqrt(), f0: sum(self.f0, other.f0) }
+        Self {
+            albedo: sum(self.albedo, other.albedo),
+            alpha: square.sqrt(),
+            f0: sum(self.f0, other.f0),
+            body_f0: self.body_f0 + weight * other.body_f0,
+        }
     }
 }
 
@@ -208,6 +215,7 @@ impl Cover {
             albedo: base.map(|c| (c * (1.0 - metal)).clamp(0.0, 1.0)),
             alpha: self.meaning.alpha(roughness.clamp(0.0, 1.0)),
             f0: f0.lerp(base, metal).map(|c| c.clamp(0.0, 1.0)),
+            body_f0: (f0.iter().sum::<f32>() / 3.0).clamp(0.0, 1.0),
         }
     }
 

@@ -31,7 +31,7 @@ pub fn plane_stage(material: &Material) -> Stage {
     let places = 0..width as usize * height as usize;
     let texels: Vec<Texel> = places.clone().into_par_iter().map(|index| cover.texel(upright(index))).collect();
     let mesh = plane(4.0, 4 * plane_patches(width.max(height)), PLANE_REPEAT, UNTINTED, even);
-    let mut object = Object::new("plane", mesh).with_specular_f0(texels[0].f0[0]);
+    let mut object = Object::new("plane", mesh).with_specular_f0(texels[0].body_f0);
     object = object.with_material(Cover::map(width, height, &texels));
     if cover.has_heights() || cover.has_slopes() {
         let scale = cover.height_scale(PLANE_REPEAT);
@@ -88,7 +88,7 @@ pub fn sphere_stage(material: &Material, tile: u32) -> Stage {
     // Tiles without a patch are never seen, but must not look like a second kind of surface.
     let first = baked[0].texel;
     let texels: Vec<Texel> = baked.iter().map(|b| if b.texel == Texel::default() { first } else { b.texel }).collect();
-    let mut object = Object::new("sphere", mesh).with_specular_f0(first.f0[0]);
+    let mut object = Object::new("sphere", mesh).with_specular_f0(first.body_f0);
     object = object.with_material(Cover::map(width, height, &texels));
     let heights = baked.iter().map(|b| b.height).collect();
     object = object.with_heights(HeightField { width, height, texels: heights, border: Border::Tiles(layout) }, scale);

@@ -6,11 +6,13 @@ use std::path::Path;
 /// About what one screen of rustdoc shows.
 const MOST_NAMES: usize = 56;
 
-/// What the mathematics and the maps are built with; everything else comes with a feature.
-const ALWAYS_BUILT: [&str; 8] = ["bytemuck", "exr", "glam", "half", "image", "ktx2", "rayon", "thiserror"];
+/// What the mathematics, the maps and the models are built with; everything else comes with a feature. The JSON of models is worth no
+/// feature: its parser builds in seconds, and whoever embeds the renderer wants to open models.
+const ALWAYS_BUILT: [&str; 10] =
+    ["bytemuck", "exr", "glam", "half", "image", "ktx2", "rayon", "serde", "serde_json", "thiserror"];
 
 /// What a program that embeds the renderer must not have to build.
-const COMMAND_ONLY: [&str; 6] = ["clap", "indicatif", "nv-flip", "serde_json", "tracing-subscriber", "winit"];
+const COMMAND_ONLY: [&str; 5] = ["clap", "indicatif", "nv-flip", "tracing-subscriber", "winit"];
 
 fn text_of(file: &str) -> String {
     fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join(file)).unwrap()

@@ -6,9 +6,13 @@ use std::fs;
 
 use crate::source::{code_only, files_under, identifier, root, words};
 
-/// The top-level modules and the floor each stands on. `maps` and `gpu` share one and may not use each other.
-const FLOORS: [(&str, u32); 7] =
-    [("reflectance", 1), ("maps", 2), ("gpu", 2), ("render", 3), ("scenes", 4), ("lab", 5), ("app", 6)];
+/// The top-level modules and the floor each stands on. `maps` and `gpu` share one and may not use each other; nor may `models` use
+/// `gpu`, which the next check holds it to.
+const FLOORS: [(&str, u32); 8] =
+    [("reflectance", 1), ("maps", 2), ("gpu", 2), ("models", 3), ("render", 4), ("scenes", 5), ("lab", 6), ("app", 7)];
+
+/// Modules that stand lower but are none of a module's business.
+const FORBIDDEN: [(&str, &str); 1] = [("models", "gpu")];
 
 fn floor(module: &str) -> Option<u32> {
     FLOORS.iter().find(|(name, _)| *name == module).map(|&(_, floor)| floor)
@@ -86,6 +90,9 @@ fn upward_arrows(module: &str, path: &str, source: &str, depth: usize) -> Vec<St
         .into_iter()
         .filter_map(|(line, name)| match floor(&name) {
             _ if name == module => None,
+            Some(_) if FORBIDDEN.contains(&(module, &name)) => {
+                Some(format!("{path}:{line}: `{module}` uses `{name}`, which it must not know"))
+            }
             Some(other) if other < own => None,
             Some(other) => Some(format!("{path}:{line}: `{module}` (floor {own}) uses `{name}` (floor {other})")),
             None => Some(format!("{path}:{line}: `{module}` uses `{name}` of the crate root, which is on no floor")),
@@ -126,6 +133,9 @@ fn upward_and_sideways_arrows_are_refused() {
     assert!(refused("gpu", "use crate::render::Frame;", 2));
     assert!(refused("gpu", "use crate::maps::Image;", 2), "maps and gpu may not use each other");
     assert!(refused("maps", "use crate::gpu::Device;", 2), "nor the other way round");
+    assert!(refused("models", "use crate::gpu::Device;", 2), "models are read without a device");
+    assert!(refused("maps", "use crate::models::Model;", 2));
+    assert!(!refused("models", "use crate::maps::material::Material;", 2));
     assert!(refused("reflectance", "fn f() { crate::app::run() }", 2));
     assert!(refused("render", "use crate::{gpu::{Device, Image}, maps, scenes::trex};", 2));
     assert!(refused("render", "use crate::{\n    gpu::Device,\n    scenes,\n};", 2));

@@ -2,79 +2,20 @@
 //!
 //! This binary counts allocations: a test that measures them runs alone, even where all tests share one process.
 
-use std::alloc::{GlobalAlloc, Layout, System};
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::{RwLock, RwLockReadGuard, RwLockWriteGuard};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
+use crate::common::memory::{Counting, alone, measured};
 use crate::common::shared::shared_data;
 use leadr::maps::save::{encode_exr, encode_png_grey16, encode_png_srgb8};
 use leadr::maps::{
-    HeightMap, MapFault, Rgb8Image, decode_color, decode_environment, decode_height_map, load_color, load_environment,
-    load_height_map,
+    HeightMap, MapFault, Rgb8Image, decode_color, decode_environment, decode_height_map, decode_raster, load_color,
+    load_environment, load_height_map,
 };
-
-/// Counts live bytes and their peak. Zeroed requests count in full although the system may not back them yet.
-struct Counting;
-
-static LIVE: AtomicUsize = AtomicUsize::new(0);
-static PEAK: AtomicUsize = AtomicUsize::new(0);
-
-fn grow(size: usize) {
-    let live = LIVE.fetch_add(size, Ordering::Relaxed) + size;
-    PEAK.fetch_max(live, Ordering::Relaxed);
-}
-
-// SAFETY: forwards every call unchanged to the system allocator.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        grow(layout.size());
-        // SAFETY: the caller keeps the promises of the same method of the system allocator.
-        unsafe { System.alloc(layout) }
-    }
-    unsafe fn alloc_zeroed(&self, layout: Layout) -> *mut u8 {
-        grow(layout.size());
-        // SAFETY: the caller keeps the promises of the same method of the system allocator.
-        unsafe { System.alloc_zeroed(layout) }
-    }
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        LIVE.fetch_sub(layout.size(), Ordering::Relaxed);
-        // SAFETY: the caller keeps the promises of the same method of the system allocator.
-        unsafe { System.dealloc(pointer, layout) }
-    }
-    unsafe fn realloc(&self, pointer: *mut u8, layout: Layout, size: usize) -> *mut u8 {
-        grow(size);
-        LIVE.fetch_sub(layout.size(), Ordering::Relaxed);
-        // SAFETY: the caller keeps the promises of the same method of the system allocator.
-        unsafe { System.realloc(pointer, layout, size) }
-    }
-}
 
 #[global_allocator]
 static ALLOCATOR: Counting = Counting;
-
-static MEASURING: RwLock<()> = RwLock::new(());
-
-/// For tests that measure: no other test runs meanwhile.
-fn alone() -> RwLockWriteGuard<'static, ()> {
-    MEASURING.write().unwrap_or_else(|poisoned| poisoned.into_inner())
-}
-
-/// For all other tests of this binary.
-pub fn unmeasured() -> RwLockReadGuard<'static, ()> {
-    MEASURING.read().unwrap_or_else(|poisoned| poisoned.into_inner())
-}
-
-/// Runs `work` and returns its result with the peak of bytes allocated meanwhile and the time taken.
-fn measured<T>(work: impl FnOnce() -> T) -> (T, usize, Duration) {
-    let before = LIVE.load(Ordering::Relaxed);
-    PEAK.store(before, Ordering::Relaxed);
-    let start = Instant::now();
-    let result = work();
-    (result, PEAK.load(Ordering::Relaxed).saturating_sub(before), start.elapsed())
-}
 
 /// Results and costs of a set of files.
 #[derive(Default)]
@@ -200,7 +141,16 @@ fn valid_files() -> Vec<(&'static str, Vec<u8>, Decode)> {
         ("exr colours", encode_exr(64, 48, &channels).unwrap(), |b| decode_environment(b).map(drop)),
         ("hdr flat", flat, |b| decode_environment(b).map(drop)),
         ("hdr runs", runs, |b| decode_environment(b).map(drop)),
+        ("jpeg grey", jpeg(image::ExtendedColorType::L8), |b| decode_raster(b).map(drop)),
+        ("jpeg colours", jpeg(image::ExtendedColorType::Rgb8), |b| decode_raster(b).map(drop)),
     ]
+}
+
+fn jpeg(kind: image::ExtendedColorType) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    let texels: Vec<u8> = (0..64 * 48 * u32::from(kind.bits_per_pixel()) / 8).map(|i| (i * 7 % 251) as u8).collect();
+    image::codecs::jpeg::JpegEncoder::new(&mut bytes).encode(&texels, 64, 48, kind).unwrap();
+    bytes
 }
 
 #[test]
@@ -244,6 +194,26 @@ fn exr_variants() -> Vec<(&'static str, Vec<u8>, Decode)> {
         (name, cursor.into_inner(), decode)
     });
     variants.into()
+}
+
+/// A block of DWA states the sizes of its sections, which its decoder allocates at once.
+#[test]
+fn sizes_claimed_by_dwa_blocks_are_not_believed() {
+    let _alone = alone();
+    let (_, bytes, decode) = exr_variants().into_iter().find(|(name, ..)| *name == "exr dwaa").unwrap();
+    // After the table of two blocks: row, length, version, then the sizes.
+    let version = bytes.windows(8).position(|eight| eight == 2u64.to_le_bytes()).unwrap();
+    decode(&bytes).unwrap();
+    for counter in 1..10 {
+        for claim in [1u64 << 40, u64::MAX >> 1] {
+            let mut altered = bytes.clone();
+            altered[version + 8 * counter..][..8].copy_from_slice(&claim.to_le_bytes());
+            let (result, peak, _) = measured(|| decode(&altered));
+            let message = result.unwrap_err().to_string();
+            assert!(message.contains("for one of its sections"), "{counter}: {message}");
+            assert!(peak < 4 << 20, "{peak} bytes");
+        }
+    }
 }
 
 /// Valid files with altered bytes are accepted or refused, but never crash.
@@ -324,12 +294,23 @@ fn sizes_claimed_by_headers_are_not_believed() {
         let png = png_with_size(width, height);
         let exr = exr_with_size(width as i32, height as i32);
         let hdr = hdr_with_size(width.into(), height.into());
+        let mut jpeg = jpeg(image::ExtendedColorType::L8);
+        let start = jpeg.windows(2).position(|pair| pair == [0xff, 0xc0]).unwrap();
+        // 65535 is the most that a JPEG can claim.
+        jpeg[start + 5..start + 7].copy_from_slice(&(height.min(65535) as u16).to_be_bytes());
+        jpeg[start + 7..start + 9].copy_from_slice(&(width.min(65535) as u16).to_be_bytes());
         let results = [
+            ("jpeg", measured(|| decode_raster(&jpeg).map(drop))),
             ("png", measured(|| decode_height_map(&png).map(drop))),
             ("exr", measured(|| decode_height_map(&exr).map(drop))),
             ("hdr", measured(|| decode_environment(&hdr).map(drop))),
         ];
         for (kind, (result, peak, time)) in results {
+            if kind == "jpeg" && width.min(height) == 1 {
+                // A row or column of 65535 is a claim that a small file may make.
+                assert!(peak < 16 << 20, "{peak} bytes");
+                continue;
+            }
             let fault = result.expect_err(kind);
             println!("{kind} {width}x{height}: {fault} ({peak} bytes, {time:?})");
             assert!(peak < 1 << 20, "{kind} {width}x{height} took {peak} bytes");

@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::PathBuf;
 
-use crate::bad_input::unmeasured;
+use crate::common::memory::unmeasured;
 use crate::common::shared::shared_data;
 use leadr::maps::save::{encode_exr, encode_png_grey16, encode_png_srgb8};
 use leadr::maps::tonemap::Tonemap;

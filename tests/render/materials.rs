@@ -2,11 +2,15 @@
 
 use crate::common::gpu::{TestGpu, test_gpu};
 use crate::common::render::{bumps, under_sky};
+use crate::common::shared::shared_data;
 use glam::Vec3;
 use leadr::lab::metrics::compare::compare;
-use leadr::maps::RgbImage;
-use leadr::maps::material::alpha_code;
+use leadr::maps::material::{
+    Encoding, GreenAxis, Input, Material, MaterialFolder, NormalMap, Raster, Relief, Samples, Texture, alpha_code,
+    green_axis,
+};
 use leadr::maps::tonemap::Tonemap;
+use leadr::maps::{HeightMap, RgbImage};
 use leadr::reflectance::masking::shadowing::Shadowing;
 use leadr::render::camera::Camera;
 use leadr::render::frame::Renderer;
@@ -15,6 +19,8 @@ use leadr::render::scene::{FrameState, MaterialMap, Object, Pose};
 use leadr::render::settings::{RenderSettings, ShadingOptions, Technique};
 use leadr::render::surfaces::displacement::Border;
 use leadr::render::surfaces::tessellation::TessellationSettings;
+use leadr::scenes::cover::{Cover, USUAL_HEIGHT};
+use leadr::scenes::dressed;
 use leadr::scenes::plane::{even, plane};
 use leadr::scenes::sphere::{bake_tiles, displaced_sphere};
 
@@ -73,19 +79,24 @@ fn sphere(gpu: &TestGpu, filtered: Filtered) -> Renderer {
     under_sky(gpu, vec![object], 64)
 }
 
-fn picture(renderer: &mut Renderer, camera: Camera, technique: Technique, samples: u32) -> RgbImage {
+/// A square picture of so many pixels a side.
+fn picture(renderer: &mut Renderer, camera: Camera, size: u32, technique: Technique, samples: u32) -> RgbImage {
     let state = FrameState::new(camera, vec![Pose::REST]).under(&Sky::default());
     let settings = RenderSettings {
-        size: (48, 48),
+        size: (size, size),
         samples,
         // As in the reference, whose bumps do not shadow each other.
-        shading: technique.with(ShadingOptions { shadowing: Shadowing::None, ..Default::default() }),
+        shading: technique.with(ShadingOptions {
+            shadowing: Shadowing::None,
+            relief_occlusion: false,
+            ..Default::default()
+        }),
         tessellation: TessellationSettings { to_texels: technique == Technique::Reference, ..Default::default() },
         shadows: false,
         ..Default::default()
     };
     let output = renderer.render(&state, &settings).unwrap();
-    RgbImage::new(48, 48, output.color.iter().map(|c| [c[0], c[1], c[2]]).collect()).unwrap()
+    RgbImage::new(size, size, output.color.iter().map(|c| [c[0], c[1], c[2]]).collect()).unwrap()
 }
 
 /// Relative RMSE of LEADR with so many samples against the reference with others, by how roughness is filtered.
@@ -95,9 +106,9 @@ fn errors(
     camera: Camera,
     [samples, of_truth]: [u32; 2],
 ) -> [f64; 3] {
-    let truth = picture(&mut scene(gpu, Filtered::Mixed), camera, Technique::Reference, of_truth);
+    let truth = picture(&mut scene(gpu, Filtered::Mixed), camera, 48, Technique::Reference, of_truth);
     [Filtered::Mixed, Filtered::Variance, Filtered::Mean].map(|filtered| {
-        let one = picture(&mut scene(gpu, filtered), camera, Technique::Leadr, samples);
+        let one = picture(&mut scene(gpu, filtered), camera, 48, Technique::Leadr, samples);
         let error = compare(&truth, &one, 1.0, Tonemap::Filmic).unwrap();
         println!("{filtered:?}: relative RMSE {:.4}, FLIP {:.4}", error.rrmse, error.flip);
         error.rrmse
@@ -122,4 +133,112 @@ fn two_roughnesses_on_relief() {
     let camera = Camera::looking_at(Vec3::new(0.6, -0.7, 0.3).normalize() * 16.0, Vec3::ZERO, 10.0);
     let [mixed, variance, mean] = errors(&gpu, sphere, camera, [16, 64]); // outlines are smooth in both
     assert!(mixed < 0.8 * variance.min(mean), "{mixed} {variance} {mean}");
+}
+
+/// Metres of a unit of height of [`material`].
+const HEIGHT: f32 = 0.4;
+
+/// A material of noise that has everything: colours, metal here and there, two roughnesses, heights and their normals.
+fn material() -> Material {
+    let texture = |channels: usize, value: &dyn Fn(u32, usize) -> u8| {
+        let codes = (0..64 * 64).flat_map(|i| (0..channels).map(move |c| (i, c))).map(|(i, c)| value(i, c)).collect();
+        Texture::new(Raster::new(64, 64, channels, Samples::U8(codes)).unwrap(), "made", Encoding::Linear)
+    };
+    let heights = bumps(64, 6.0, 5);
+    // Normals of the same heights on a plane whose textures repeat every 2 m.
+    let normal = |i: u32, channel: usize| {
+        let at = |dx: u32, dy: u32| heights.texels[((i / 64 + dy) % 64 * 64 + (i + dx) % 64) as usize];
+        let per_metre = HEIGHT * 64.0 / 2.0 / 2.0;
+        let [s, t] = [at(1, 0) - at(63, 0), at(0, 1) - at(0, 63)].map(|rise| rise * per_metre);
+        let length = (1.0 + s * s + t * t).sqrt();
+        (127.5 + 127.5 * [-s, t][channel] / length + 0.5) as u8
+    };
+    let mut material = Material::new("everything");
+    material.base_color = Input::colors(texture(3, &|i, c| (60 + (i * (c as u32 + 7)) % 150) as u8));
+    material.metalness = Input::texture(texture(1, &|i, _| if i % 4 < 2 { 255 } else { 0 }), 0);
+    material.roughness = Input::texture(texture(1, &|i, _| if i / 64 % 4 < 2 { 60 } else { 200 }), 0);
+    material.normal_map = Some(NormalMap { texture: texture(2, &normal), green: GreenAxis::Up, scale: 1.0 });
+    let map = HeightMap::new(64, 64, heights.texels.clone()).unwrap();
+    material.relief = Some(Relief { map, scale: Some(HEIGHT), middle: 0.0 });
+    material
+}
+
+/// Frames that are shaded as they are filtered, and frames that go through the G-buffer, show the same material.
+#[test]
+fn the_g_buffer_keeps_a_material() {
+    let Some(gpu) = test_gpu() else { return };
+    for mut stage in [dressed::plane_stage(&material()), dressed::sphere_stage(&material(), 16)] {
+        let object = &stage.objects[0];
+        let map = object.material.as_ref().unwrap();
+        assert!(map.f0.is_some() && map.rough_from.is_some() && object.slopes.is_some(), "{}", object.name);
+        let camera = stage.views.mid;
+        let mut renderer = under_sky(&gpu, stage.take_scene(), 32);
+        let state = FrameState::new(camera, vec![Pose::REST]).under(&Sky::default());
+        let settings = RenderSettings { size: (64, 48), samples: 1, ..Default::default() };
+        let at_once = renderer.render(&state, &settings).unwrap().color;
+        let through = renderer.render_in_two_passes(&state, &settings).unwrap().color;
+        let (mut error, mut power) = (0.0, 0.0);
+        for (a, b) in at_once.iter().zip(&through) {
+            for c in 0..3 {
+                error += (a[c] - b[c]).powi(2);
+                power += a[c] * a[c];
+            }
+        }
+        let error = (error / power).sqrt();
+        println!("relative RMSE through the G-buffer {error:.5}");
+        // Halves, and codes of 8 bits for the two roughnesses.
+        assert!(error > 0.0 && error < 0.004, "{error}");
+    }
+}
+
+/// One sample of a material with relief and normals, far away, against the reference.
+#[test]
+fn a_material_keeps_its_look_far_away() {
+    let Some(gpu) = test_gpu() else { return };
+    let mut stage = dressed::plane_stage(&material());
+    let camera = Camera::looking_at(Vec3::new(4.0, -14.0, 28.0), Vec3::ZERO, 10.0);
+    let mut renderer = under_sky(&gpu, stage.take_scene(), 64);
+    let truth = picture(&mut renderer, camera, 16, Technique::Reference, 256);
+    let mut error = |technique| {
+        let one = picture(&mut renderer, camera, 16, technique, 1);
+        let error = compare(&truth, &one, 1.0, Tonemap::Filmic).unwrap();
+        println!("{}: relative RMSE {:.4}, FLIP {:.4}", technique.name(), error.rrmse, error.flip);
+        println!("mean {:?} of {:?}", one.mean(), truth.mean());
+        error.rrmse
+    };
+    let (leadr, mip) = (error(Technique::Leadr), error(Technique::NormalMip));
+    assert!(leadr < 0.06 && leadr < mip, "{leadr} {mip}");
+}
+
+/// Materials as libraries have them, and what is known of them (`SOURCES.md` of the shared data).
+#[test]
+fn folders_of_materials_open() {
+    let Some(shared) = shared_data("displacement") else { return };
+    for (name, metal, texels) in [
+        ("MetalWalkway006", true, Some(4.4)),
+        ("SheetMetal001", true, Some(16.7)),
+        ("Leather027", false, None),
+        ("Rock003", false, None),
+        ("Ground054", false, None),
+    ] {
+        let folder = MaterialFolder::open(shared.join(name)).unwrap();
+        let material = folder.load().unwrap();
+        assert!(material.base_color.texture.is_some() && material.roughness.texture.is_some(), "{name}");
+        assert_eq!(material.metalness.texture.is_some(), metal, "{name}");
+        let cover = Cover::new(&material);
+        assert_eq!(cover.size, (1024, 1024));
+        match (cover.agreement(), texels) {
+            (Some(found), Some(texels)) => {
+                let scale = f64::from(found.scale) * 1024.0;
+                println!("{name}: {scale:.2} texels of height, correlation {:.3}", found.correlation);
+                assert!((scale / texels - 1.0).abs() < 0.1, "{name}: {scale} texels");
+                assert!(found.correlation > 0.9);
+                // Whoever does not know finds the same axis.
+                let normals = material.normal_map.unwrap();
+                assert_eq!(green_axis(&normals.texture.raster), normals.green, "{name}");
+            }
+            (None, None) => assert!((cover.height_scale(2.0) - 2.0 * USUAL_HEIGHT).abs() < 1e-6),
+            other => panic!("{name}: {other:?}"),
+        }
+    }
 }

@@ -304,6 +304,7 @@ FilteredSurface filtered_mesh(ivec2 pixel, vec2 at, uvec4 seen, out float area) 
     filtered.covariance = covariance;
     filtered.material = color;
     filtered.f0 = REFLECTS_BY_MAP ? means.f0 : vec3(object.specular_f0);
+    filtered.body_f0 = object.specular_f0;
     filtered.mixed = MixedRoughness(0.0, color.a, color.a);
     if (MIXED_ROUGHNESS) {
         filtered.mixed = mixed_roughness(means.mixed);

@@ -8,7 +8,7 @@ layout(location = 0) out uvec4 out_slopes;
 layout(location = 1) out uvec4 out_material;
 layout(location = 2) out uvec2 out_surface;
 layout(location = 3) out uvec2 out_horizon;
-layout(location = 4) out uvec2 out_reflection;
+layout(location = 4) out uvec4 out_reflection;
 
 // surface: a texel of pack_surface, pack_edge or pack_joined_edge.
 void write_gbuffer(FilteredSurface f, uvec2 surface) {

@@ -43,7 +43,7 @@ vec3 classic_radiance(Surface surface, float environment_scale) {
         exponent = toksvig_exponent(exponent, toksvig_variance(normal_variance(m, surface.slope_covariance)));
     }
     vec3 fresnel = fresnel_schlick(f0, dot(wo, n));
-    vec3 albedo = surface.albedo * (1.0 - fresnel);
+    vec3 albedo = surface.albedo * (1.0 - fresnel_schlick(surface.body_f0, dot(wo, n)));
     float ambient = surface.accessibility * environment_scale;
     vec3 radiance = vec3(0.0);
 

@@ -18,9 +18,10 @@ FilteredSurface read_gbuffer(ivec2 pixel, bool with_horizon) {
     f.mean_slope = mean_slope_of(slopes);
     f.covariance = covariance_of(slopes, material);
     f.material = material_of(material);
-    uvec2 reflection = texelFetch(gbuffer_reflection, pixel, 0).xy;
+    uvec4 reflection = texelFetch(gbuffer_reflection, pixel, 0);
     f.f0 = f0_of(reflection);
-    f.mixed = mixed_of(reflection, f.material.a);
+    f.body_f0 = uintBitsToFloat(reflection.w);
+    f.mixed = mixed_of(reflection);
     vec2 place = unpackHalf2x16(surface.x);
     f.accessibility = max(place.x, 0.0);
     f.inside = place.x < 0.0;

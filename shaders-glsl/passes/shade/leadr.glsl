@@ -24,7 +24,7 @@ const bool FACET_MIRRORS = FACET_FRAME && !FINEST_LEVEL && !GGX_BASE; // of the 
 // Means over the visible mirrors.
 struct Mirrors {
     vec3 reflected; // radiance, Fresnel and shadowing included
-    vec3 fresnel;
+    vec3 fresnel;   // of the body, whose light it keeps from entering
     float area;     // visible area in arbitrary units: the weight among several sets of mirrors
 };
 
@@ -32,11 +32,12 @@ struct Mirrors {
 void add_grid_mirror(inout Mirrors sum, vec3 node, Surface surface, vec3 wo, vec2 m, vec3 S, vec3 cholesky, DirectionArea o, float base) {
     EnvironmentSample e = environment_sample_at(wo, slope_at(node.xy, m, cholesky));
     float weight = node.z * e.area;
-    vec3 f = weight * fresnel_schlick(surface.f0, dot(wo, e.wn));
+    float cosine = dot(wo, e.wn);
+    vec3 f = weight * fresnel_schlick(surface.f0, cosine);
     float lit = lit_fraction(SHADOWING, o, area_for(SHADOWING, e.wi, m, S, cholesky))
               * relief_visibility(surface, e.wi, GRID_DEVIATION);
     sum.reflected += f * lit * environment_radiance(surface, e.wi, env_lod_at(base, wo, e.wn));
-    sum.fresnel += f;
+    sum.fresnel += weight * fresnel_schlick(surface.body_f0, cosine);
     sum.area += weight;
 }
 
@@ -84,7 +85,8 @@ Mirrors probe_mirrors(Surface surface, vec3 wo, vec3 S) {
         grazing += p.weight * schlick_weight(p.cosine);
     }
     vec3 reflected = (f0 * at_normal + rise * at_grazing) / max(lit, 1.0);
-    return Mirrors(reflected, f0 + rise * grazing, probes.area);
+    vec3 body_f0 = surface.body_f0;
+    return Mirrors(reflected, body_f0 + (grazing_reflectance(body_f0) - body_f0) * grazing, probes.area);
 }
 
 // As many mirrors, drawn from those that are visible: the mean over the samples of the reference converges to the integral.
@@ -101,7 +103,7 @@ Mirrors drawn_mirrors(Surface surface, vec3 wo, vec3 S) {
         float lit = lit_fraction(SHADOWING, o, area_for(SHADOWING, d.wi, m, S, slope_cholesky(S)))
                   * relief_visibility(surface, d.wi, sqrt(variance));
         reflected += f * lit * lobe_radiance(surface, d.wi, variance);
-        fresnel += f;
+        fresnel += fresnel_schlick(surface.body_f0, d.cosine);
     }
     return Mirrors(reflected / float(SAMPLES), fresnel / float(SAMPLES), o.visible);
 }
@@ -135,7 +137,7 @@ vec3 ggx_fresnel(Surface surface, vec3 wo, DisplacedGgx d) {
     vec4 sum = vec4(0.0);
     for (int k = 0; k < LEADR_GGX_LOBES; ++k) {
         GaussianLobe lobe = ggx_lobe(d, k);
-        vec3 fresnel = visible_fresnel(wo, surface.mean_slope, lobe.S, surface.f0);
+        vec3 fresnel = visible_fresnel(wo, surface.mean_slope, lobe.S, surface.body_f0);
         sum += lobe.weight * visible_area(wo, surface.mean_slope, lobe.S) * vec4(fresnel, 1.0);
     }
     return sum.rgb / max(sum.w, 1e-12);
@@ -221,10 +223,10 @@ Mirrors environment_mirrors(Surface surface, Base base) {
     return GGX_BASE ? ggx_mirrors(surface, surface.wo, base.ggx) : gaussian_mirrors(surface, surface.wo, base.S);
 }
 
-// Its mean Fresnel reflectance alone.
+// The body's mean Fresnel reflectance alone.
 vec3 mean_fresnel(Surface surface, Base base) {
     return GGX_BASE ? ggx_fresnel(surface, surface.wo, base.ggx)
-                    : visible_fresnel(surface.wo, surface.mean_slope, base.S, surface.f0);
+                    : visible_fresnel(surface.wo, surface.mean_slope, base.S, surface.body_f0);
 }
 
 // What it reflects of a light, per unit of irradiance. diffuse_o, diffuse_i, diffuse_cholesky: of the relief without its base.

@@ -166,7 +166,7 @@ void main() {
     facet.diffuse_s = surface.slope_covariance;
     facet.specular_s = add_roughness(surface.slope_covariance, surface.alpha);
     facet.f0 = surface.f0;
-    facet.albedo = surface.albedo * (1.0 - visible_fresnel(facet.wo, facet.m, facet.specular_s, facet.f0));
+    facet.albedo = surface.albedo * (1.0 - visible_fresnel(facet.wo, facet.m, facet.specular_s, surface.body_f0));
     facet.visible = visible_area(facet.wo, facet.m, facet.specular_s);
     facet.frame = frame_about(normal_of_slope(facet.m));
     // The plane that was drawn into the depth maps: the facet, or the smooth geometry where only normals are mapped.

@@ -14,6 +14,7 @@ struct Surface {
     float alpha;
     MixedRoughness mixed; // the two that alpha stands for, where MIXED_ROUGHNESS says so
     vec3 f0;             // reflectance at normal incidence
+    vec3 body_f0;        // of the part that has albedo: metal beside it has none
     float accessibility;
     bool inside;
     float relief;        // of the object of an edge sample, metres
@@ -36,6 +37,7 @@ Surface surface_at(FilteredSurface f, vec3 eye, vec3 ray, float near, float dept
     s.alpha = f.material.a;
     s.mixed = f.mixed;
     s.f0 = f.f0;
+    s.body_f0 = vec3(f.body_f0);
     s.accessibility = f.accessibility;
     s.inside = f.inside;
     s.relief = f.relief;

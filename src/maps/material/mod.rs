@@ -162,14 +162,18 @@ pub struct Material {
     pub roughness_meaning: RoughnessMeaning,
     /// Its direction, if it has one.
     pub anisotropy: Option<Anisotropy>,
-    /// Reflectance at normal incidence of what is no metal.
+    /// Reflectance at normal incidence of what is no metal; above 1 it counts as 1, once factor and texture are multiplied.
     pub f0: Input<[f32; 3]>,
     /// Fine slopes.
     pub normal_map: Option<NormalMap>,
     /// Heights.
     pub relief: Option<Relief>,
+    /// Strength of what a dielectric reflects, 0 to 1: a factor on its Fresnel reflectance at every angle.
+    pub specular: Input<f32>,
     /// Share of the surroundings that is seen, 0 to 1.
     pub occlusion: Input<f32>,
+    /// How much of the occlusion counts, 0 to 1: at 0 all of the surroundings is seen.
+    pub occlusion_strength: f32,
     /// Emitted radiance.
     pub emission: Input<[f32; 3]>,
     /// Where it is.
@@ -197,11 +201,31 @@ impl Material {
             f0: Input::constant([DIELECTRIC_F0; 3]),
             normal_map: None,
             relief: None,
+            specular: Input::constant(1.0),
             occlusion: Input::constant(1.0),
+            occlusion_strength: 1.0,
             emission: Input::constant([0.0; 3]),
             opacity: Opacity::Opaque,
             double_sided: false,
             unlit: false,
         }
+    }
+
+    /// How many sets of texture coordinates its textures follow: one more than the largest number of a set, 0 without textures.
+    #[must_use]
+    pub fn coordinate_sets(&self) -> u32 {
+        let colors = [&self.base_color, &self.f0, &self.emission].map(|input| input.texture.as_ref());
+        let numbers =
+            [&self.metalness, &self.roughness, &self.specular, &self.occlusion].map(|input| input.texture.as_ref());
+        let opacity = match &self.opacity {
+            Opacity::Opaque => None,
+            Opacity::Mask { mask, .. } => mask.texture.as_ref(),
+            Opacity::Blend { share } => share.texture.as_ref(),
+        };
+        let direction = self.anisotropy.as_ref().and_then(|a| a.direction.as_ref().or(a.strength.texture.as_ref()));
+        let normal = self.normal_map.as_ref().map(|map| &map.texture);
+        let others = [opacity, direction, normal];
+        let sets = colors.into_iter().chain(numbers).chain(others).flatten().map(|texture| texture.coordinates + 1);
+        sets.max().unwrap_or(0).max(u32::from(self.relief.is_some()))
     }
 }

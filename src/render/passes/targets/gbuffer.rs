@@ -10,7 +10,7 @@ use super::begin::Begin;
 use crate::gpu::{Commands, Gpu, Image, ImageDesc, Result, Use};
 use crate::reflectance::frame::octahedral_decode;
 
-/// The LEADR G-buffer: all data that shading a pixel needs, 56 bytes (`passes/gbuffer.glsl`) plus the depth of
+/// The LEADR G-buffer: all data that shading a pixel needs, 64 bytes (`passes/gbuffer.glsl`) plus the depth of
 /// [`VisibleSurface`](super::VisibleSurface).
 #[derive(Clone)]
 pub struct GBuffer {
@@ -22,7 +22,7 @@ pub struct GBuffer {
     pub surface: Image,
     /// Horizon of the relief, packed; RG32UI.
     pub horizon: Image,
-    /// Reflectance at normal incidence, and two roughnesses that share the surface; RG32UI.
+    /// Reflectance at normal incidence, and two roughnesses that share the surface; RGBA32UI.
     pub reflection: Image,
 }
 
@@ -50,7 +50,7 @@ impl GBuffer {
         vk::Format::R32G32B32A32_UINT,
         vk::Format::R32G32_UINT,
         vk::Format::R32G32_UINT,
-        vk::Format::R32G32_UINT,
+        vk::Format::R32G32B32A32_UINT,
     ];
 
     /// A G-buffer of `size` pixels.

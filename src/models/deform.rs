@@ -1,0 +1,117 @@
+//! Vertices of a posed model: morph targets, then joints, then the place of the node.
+
+use glam::{DVec3, Mat3, Mat4, Vec3};
+
+use super::mesh::{MorphTarget, Primitive};
+use super::model::Model;
+use super::pose::Pose;
+
+/// The vertices of a primitive at a moment, in the model's space.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct PosedVertices {
+    /// Metres.
+    pub positions: Vec<[f32; 3]>,
+    /// Of unit length.
+    pub normals: Vec<[f32; 3]>,
+    /// As in the primitive; empty if it has none.
+    pub tangents: Vec<[f32; 4]>,
+    /// Whether the matrix mirrors: the triangles are clockwise seen from their front. Skinned vertices are taken to follow the
+    /// first joint in this.
+    pub mirrored: bool,
+}
+
+impl Model {
+    /// The vertices of a primitive of the mesh that a node shows.
+    ///
+    /// Normals follow the inverse transpose of what carries the vertex; those of flat primitives are found anew.
+    ///
+    /// # Panics
+    /// If the node shows no mesh, the mesh has no such primitive, or the pose is another model's.
+    #[must_use]
+    pub fn posed_vertices(&self, pose: &Pose, node: usize, primitive: usize) -> PosedVertices {
+        let shown = &self.nodes[node];
+        let mesh = shown.mesh.expect("a node that shows a mesh");
+        let primitive = &self.meshes[mesh].primitives[primitive];
+        let weights = &pose.weights[node];
+        let influences = primitive.influences.as_deref().zip(shown.skin.map(|skin| &pose.world_from_bind[skin]));
+        let carry = |vertex: usize| match influences {
+            Some((influences, joints)) => {
+                let (joint, weight) = (influences[vertex].joints, influences[vertex].weights);
+                let all = joint.iter().zip(weight).filter(|(_, weight)| *weight > 0.0);
+                all.fold(Mat4::ZERO, |sum, (&j, weight)| sum + joints[usize::from(j)] * weight)
+            }
+            None => pose.world_from_node[node],
+        };
+
+        let positions = morphed(&primitive.positions, primitive, weights, |target| &target.positions);
+        let normals = morphed(&primitive.normals, primitive, weights, |target| &target.normals);
+        let given = primitive.tangents.as_deref().unwrap_or_default();
+        let directions: Vec<[f32; 3]> = given.iter().map(|t| [t[0], t[1], t[2]]).collect();
+        let directions = morphed(&directions, primitive, weights, |target| &target.tangents);
+
+        let mut posed = PosedVertices::default();
+        for (vertex, &position) in positions.iter().enumerate() {
+            let matrix = carry(vertex);
+            posed.positions.push(matrix.transform_point3(position).to_array());
+            if !primitive.flat {
+                posed.normals.push(carried_normal(Mat3::from_mat4(matrix), normals[vertex]).to_array());
+            }
+            if let Some(&direction) = directions.get(vertex) {
+                let [x, y, z] = matrix.transform_vector3(direction).normalize_or(Vec3::X).to_array();
+                posed.tangents.push([x, y, z, given[vertex][3]]);
+            }
+        }
+        if primitive.flat {
+            posed.normals = flat_normals(&posed.positions, &primitive.triangles);
+        }
+        let first = if positions.is_empty() { Mat4::IDENTITY } else { carry(0) };
+        posed.mirrored = Mat3::from_mat4(first).determinant() < 0.0;
+        if posed.mirrored && primitive.flat {
+            posed.normals.iter_mut().for_each(|n| *n = n.map(|v| -v));
+        }
+        posed
+    }
+}
+
+/// Vertices plus the weighted differences of the primitive's targets.
+fn morphed<'a>(
+    base: &[[f32; 3]],
+    primitive: &'a Primitive,
+    weights: &[f32],
+    of: impl Fn(&'a MorphTarget) -> &'a [[f32; 3]],
+) -> Vec<Vec3> {
+    let mut sums: Vec<Vec3> = base.iter().map(|&v| Vec3::from(v)).collect();
+    for (target, &weight) in primitive.targets.iter().zip(weights).filter(|(_, weight)| **weight != 0.0) {
+        for (sum, &difference) in sums.iter_mut().zip(of(target)) {
+            *sum += Vec3::from(difference) * weight;
+        }
+    }
+    sums
+}
+
+/// A normal of a surface that a matrix carries. The cofactors are the inverse transpose times the determinant: they exist for flat
+/// matrices too, and their sign is put right for those that mirror.
+fn carried_normal(matrix: Mat3, normal: Vec3) -> Vec3 {
+    // Products of three tiny or huge columns would leave the range of 32 bits.
+    let size = matrix.to_cols_array().into_iter().fold(0.0, |most: f32, v| most.max(v.abs()));
+    let [x, y, z] = [matrix.x_axis, matrix.y_axis, matrix.z_axis].map(|column| column / size.max(f32::MIN_POSITIVE));
+    let cofactors = Mat3::from_cols(y.cross(z), z.cross(x), x.cross(y));
+    let carried = cofactors * normal * x.dot(y.cross(z)).signum();
+    carried.normalize_or(normal.normalize_or(Vec3::Z))
+}
+
+/// For triangles with vertices of their own: the normals of their planes; +z where there is no plane.
+pub(super) fn flat_normals(positions: &[[f32; 3]], triangles: &[[u32; 3]]) -> Vec<[f32; 3]> {
+    let mut normals = vec![[0.0, 0.0, 1.0]; positions.len()];
+    for triangle in triangles {
+        let normal = plane_normal(triangle.map(|v| positions[v as usize])).normalize_or(DVec3::Z).as_vec3();
+        triangle.iter().for_each(|&v| normals[v as usize] = normal.to_array());
+    }
+    normals
+}
+
+/// The normal of a triangle times twice its area.
+pub(super) fn plane_normal(corners: [[f32; 3]; 3]) -> DVec3 {
+    let [a, b, c] = corners.map(|corner| Vec3::from(corner).as_dvec3());
+    (b - a).cross(c - a)
+}

@@ -1,0 +1,102 @@
+//! glTF 2.0, read strictly: from a file's bytes to a [`Model`]. Nothing in the file is believed before it is checked.
+
+mod accessor;
+mod animations;
+mod extensions;
+mod glb;
+mod images;
+mod influences;
+mod json;
+mod materials;
+mod meshes;
+mod nodes;
+mod repair;
+mod skins;
+mod source;
+mod textures;
+mod topology;
+mod uri;
+mod value;
+mod views;
+
+use std::path::Path;
+
+use self::json::{Item, Read};
+use self::source::{Buffers, Source};
+use super::fault::shown;
+use super::model::Model;
+
+pub use extensions::READ as EXTENSIONS_READ;
+
+/// The lists that a model may have.
+const LISTS: [&str; 14] = [
+    "accessors",
+    "animations",
+    "buffers",
+    "bufferViews",
+    "cameras",
+    "images",
+    "materials",
+    "meshes",
+    "nodes",
+    "samplers",
+    "scenes",
+    "skins",
+    "textures",
+    "extensionsUsed",
+];
+
+/// Reads a model from the bytes of its file; other files are looked for in `folder`.
+pub(super) fn decode(bytes: &[u8], name: &str, folder: Option<&Path>, lenient: bool) -> Read<Model> {
+    let container = glb::open(bytes)?;
+    let json = value::parse(container.json)?;
+    let root = Item::root(&json);
+    if let Some(wrong) = LISTS.iter().find(|list| !root.is_list(list)) {
+        return Err(root.fault(format!("`{wrong}` must be an array")));
+    }
+    // Before files are read: a fault of the model itself is worth more than the news that a file is missing.
+    nodes::default_scene(&root)?;
+    let buffers = Buffers::read(&root, container.binary, folder)?;
+    let source = Source::open(root, &buffers, folder, lenient)?;
+    let mut model = Model { name: name.to_owned(), ..Model::default() };
+    read_parts(&source, &mut model)?;
+    model.remarks = source.into_remarks();
+    Ok(model)
+}
+
+/// Each part after those that it refers to.
+fn read_parts(source: &Source<'_>, model: &mut Model) -> Read<()> {
+    model.materials = materials::read(source)?;
+    let meshes = meshes::read(source)?;
+    if meshes.use_default_material {
+        model.materials.push(materials::default());
+    }
+    model.cameras = views::cameras(source)?;
+    model.lights = views::lights(source)?;
+    model.nodes = nodes::read(source, &meshes, model.lights.len())?;
+    model.order = nodes::order(&model.nodes)?;
+    nodes::check_reach(&model.nodes, &model.order)?;
+    (model.scenes, model.default_scene) = nodes::scenes(source, &model.nodes)?;
+    model.skins = skins::read(source)?;
+    model.meshes = meshes.meshes;
+    skins::check_joints(source, &model.nodes, &model.meshes, &model.skins)?;
+    model.animations = animations::read(source, &model.nodes, &model.meshes)?;
+    remark_on_coordinates(source, model);
+    Ok(())
+}
+
+/// Textures may follow coordinates that a mesh does not have.
+fn remark_on_coordinates(source: &Source<'_>, model: &Model) {
+    let sets: Vec<usize> = model.materials.iter().map(|m| m.coordinate_sets() as usize).collect();
+    for (number, mesh) in model.meshes.iter().enumerate() {
+        for (part, primitive) in mesh.primitives.iter().enumerate() {
+            let (wanted, given) = (sets[primitive.material], primitive.texcoords.len());
+            if wanted > given {
+                let name = shown(&model.materials[primitive.material].name);
+                source.remark(format!(
+                    "mesh {number}, primitive {part}: has {given} sets of texture coordinates, but its material {name:?} uses {wanted}"
+                ));
+            }
+        }
+    }
+}

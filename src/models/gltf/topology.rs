@@ -1,0 +1,75 @@
+//! Triangles out of lists, strips and fans, and vertices of their own for those that are shaded flat.
+
+/// How indices make shapes.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Mode {
+    Points,
+    Lines,
+    Triangles,
+    Strip,
+    Fan,
+}
+
+impl Mode {
+    /// The mode of a code of glTF.
+    pub(super) fn of_code(code: u64) -> Option<Self> {
+        Some(match code {
+            0 => Self::Points,
+            1..=3 => Self::Lines,
+            4 => Self::Triangles,
+            5 => Self::Strip,
+            6 => Self::Fan,
+            _ => return None,
+        })
+    }
+
+    /// How many triangles so many indices make, and how many indices are left over.
+    pub(super) const fn triangles(self, indices: usize) -> (usize, usize) {
+        match self {
+            Self::Points | Self::Lines => (0, 0),
+            Self::Triangles => (indices / 3, indices % 3),
+            Self::Strip | Self::Fan if indices < 3 => (0, indices),
+            Self::Strip | Self::Fan => (indices - 2, 0),
+        }
+    }
+
+    /// The triangles, all wound as the first is meant to be. `index(i)` is the i-th index of `count`.
+    pub(super) fn wind(self, count: usize, index: impl Fn(usize) -> u32) -> Vec<[u32; 3]> {
+        let triangles = 0..self.triangles(count).0;
+        let triangle = |i: usize| match self {
+            // Every second triangle of a strip starts from its other end.
+            Self::Strip => [i, i + 1 + i % 2, i + 2 - i % 2],
+            Self::Fan => [i + 1, i + 2, 0],
+            Self::Points | Self::Lines | Self::Triangles => [3 * i, 3 * i + 1, 3 * i + 2],
+        };
+        triangles.map(|i| triangle(i).map(&index)).collect()
+    }
+}
+
+/// The values of vertices, once per corner of the triangles.
+pub(super) fn per_corner<T: Copy>(values: &[T], triangles: &[[u32; 3]]) -> Vec<T> {
+    triangles.as_flattened().iter().map(|&v| values[v as usize]).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_mode_by_the_tables_of_the_specification() {
+        let wound = |mode: Mode, count| mode.wind(count, |i| i as u32);
+        assert_eq!(wound(Mode::Triangles, 7), [[0, 1, 2], [3, 4, 5]]);
+        assert_eq!(wound(Mode::Strip, 5), [[0, 1, 2], [1, 3, 2], [2, 3, 4]]);
+        assert_eq!(wound(Mode::Fan, 5), [[1, 2, 0], [2, 3, 0], [3, 4, 0]]);
+        for mode in [Mode::Triangles, Mode::Strip, Mode::Fan, Mode::Points, Mode::Lines] {
+            assert!(wound(mode, 2).is_empty());
+        }
+        assert_eq!(Mode::Triangles.triangles(7), (2, 1));
+        assert!(Mode::of_code(7).is_none());
+    }
+
+    #[test]
+    fn corners_get_their_own_vertices() {
+        assert_eq!(per_corner(&['a', 'b', 'c', 'd'], &[[0, 1, 2], [2, 1, 3]]), ['a', 'b', 'c', 'c', 'b', 'd']);
+    }
+}

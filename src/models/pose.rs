@@ -1,0 +1,62 @@
+//! A model at a moment: where its nodes are, how far meshes have morphed, and where joints carry vertices.
+
+use glam::{Mat4, Quat, Vec3};
+
+use super::animation::Property;
+use super::model::{Model, Transform};
+
+/// A model at a moment.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Pose {
+    /// For each node, the matrix from its space to the model's.
+    pub world_from_node: Vec<Mat4>,
+    /// For each node, the weights of its mesh's morph targets.
+    pub weights: Vec<Vec<f32>>,
+    /// For each skin and each of its joints, the matrix from the space of the mesh's vertices to the model's.
+    pub world_from_bind: Vec<Vec<Mat4>>,
+}
+
+impl Model {
+    /// The model at a time of one of its animations, or at rest. Before the first and after the last key of a curve its value
+    /// stays; to repeat, hand in `seconds` modulo the duration.
+    ///
+    /// # Panics
+    /// If there is no such animation.
+    #[must_use]
+    pub fn pose(&self, animation: Option<usize>, seconds: f32) -> Pose {
+        let mut transforms: Vec<Transform> = self.nodes.iter().map(|node| node.transform).collect();
+        let mut weights: Vec<Vec<f32>> = self.nodes.iter().map(|node| node.weights.clone()).collect();
+        if let Some(animation) = animation.map(|number| &self.animations[number]) {
+            for channel in &animation.channels {
+                let value = animation.curves[channel.curve].sample(seconds, channel.property == Property::Rotation);
+                match channel.property {
+                    Property::Weights => weights[channel.node] = value,
+                    _ => set(&mut transforms[channel.node], channel.property, &value),
+                }
+            }
+        }
+        let mut world_from_node = vec![Mat4::IDENTITY; self.nodes.len()];
+        for &node in &self.order {
+            let above = self.nodes[node].parent.map_or(Mat4::IDENTITY, |parent| world_from_node[parent]);
+            world_from_node[node] = above * transforms[node].matrix();
+        }
+        let skins = self.skins.iter();
+        let world_from_bind = skins
+            .map(|skin| {
+                skin.joints.iter().zip(&skin.inverse_bind).map(|(&j, bind)| world_from_node[j] * *bind).collect()
+            })
+            .collect();
+        Pose { world_from_node, weights, world_from_bind }
+    }
+}
+
+/// Changes one part of a transform; matrices have none.
+fn set(transform: &mut Transform, property: Property, value: &[f32]) {
+    let Transform::Parts { translation, rotation, scale } = transform else { return };
+    match property {
+        Property::Translation => *translation = Vec3::from_slice(value),
+        Property::Rotation => *rotation = Quat::from_slice(value),
+        Property::Scale => *scale = Vec3::from_slice(value),
+        Property::Weights => {}
+    }
+}

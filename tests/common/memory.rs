@@ -1,0 +1,65 @@
+//! Counting what is allocated: a test that measures runs alone, even where all tests share one process.
+//!
+//! A binary that measures declares `#[global_allocator] static ALLOCATOR: Counting = Counting;`.
+
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{RwLock, RwLockReadGuard, RwLockWriteGuard};
+use std::time::{Duration, Instant};
+
+/// Counts live bytes and their peak. Zeroed requests count in full although the system may not back them yet.
+pub struct Counting;
+
+static LIVE: AtomicUsize = AtomicUsize::new(0);
+static PEAK: AtomicUsize = AtomicUsize::new(0);
+
+fn grow(size: usize) {
+    let live = LIVE.fetch_add(size, Ordering::Relaxed) + size;
+    PEAK.fetch_max(live, Ordering::Relaxed);
+}
+
+// SAFETY: forwards every call unchanged to the system allocator.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        grow(layout.size());
+        // SAFETY: the caller keeps the promises of the same method of the system allocator.
+        unsafe { System.alloc(layout) }
+    }
+    unsafe fn alloc_zeroed(&self, layout: Layout) -> *mut u8 {
+        grow(layout.size());
+        // SAFETY: the caller keeps the promises of the same method of the system allocator.
+        unsafe { System.alloc_zeroed(layout) }
+    }
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        LIVE.fetch_sub(layout.size(), Ordering::Relaxed);
+        // SAFETY: the caller keeps the promises of the same method of the system allocator.
+        unsafe { System.dealloc(pointer, layout) }
+    }
+    unsafe fn realloc(&self, pointer: *mut u8, layout: Layout, size: usize) -> *mut u8 {
+        grow(size);
+        LIVE.fetch_sub(layout.size(), Ordering::Relaxed);
+        // SAFETY: the caller keeps the promises of the same method of the system allocator.
+        unsafe { System.realloc(pointer, layout, size) }
+    }
+}
+
+static MEASURING: RwLock<()> = RwLock::new(());
+
+/// For tests that measure: no other test runs meanwhile.
+pub fn alone() -> RwLockWriteGuard<'static, ()> {
+    MEASURING.write().unwrap_or_else(|poisoned| poisoned.into_inner())
+}
+
+/// For all other tests of this binary.
+pub fn unmeasured() -> RwLockReadGuard<'static, ()> {
+    MEASURING.read().unwrap_or_else(|poisoned| poisoned.into_inner())
+}
+
+/// Runs `work` and returns its result with the peak of bytes allocated meanwhile and the time taken.
+pub fn measured<T>(work: impl FnOnce() -> T) -> (T, usize, Duration) {
+    let before = LIVE.load(Ordering::Relaxed);
+    PEAK.store(before, Ordering::Relaxed);
+    let start = Instant::now();
+    let result = work();
+    (result, PEAK.load(Ordering::Relaxed).saturating_sub(before), start.elapsed())
+}
