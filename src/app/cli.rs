@@ -2,13 +2,14 @@
 
 use clap::{Args, Parser, Subcommand};
 
+use super::bake::args::BakeArgs;
 use super::bench::args::BenchArgs;
 use super::capture::args::CaptureArgs;
 use super::compare::args::CompareArgs;
 #[cfg(feature = "window")]
 use super::demo::args::DemoArgs;
 use super::report::args::ReportArgs;
-use super::{bench, capture, compare, report};
+use super::{bake, bench, capture, compare, report};
 
 /// Renders displaced surfaces that keep their look at every distance (LEADR mapping).
 #[derive(Debug, Parser)]
@@ -45,6 +46,9 @@ pub enum Command {
     /// Render a picture or a sequence without a window
     #[command(after_help = capture::args::EXAMPLES)]
     Capture(Box<CaptureArgs>),
+    /// Filter heights, normals or a material's folder into maps with mip levels for other engines
+    #[command(after_help = bake::args::EXAMPLES)]
+    Bake(Box<BakeArgs>),
     /// Time every pass on the device: the paper's tables, scenes near and far, with ratios
     #[command(after_help = bench::args::EXAMPLES)]
     Bench(Box<BenchArgs>),

@@ -3,6 +3,7 @@
 //!
 //! stdout carries the result, stderr the log. Exit codes: 0 done, 1 failed or over a threshold, 2 wrong usage.
 
+pub mod bake;
 pub mod bench;
 pub mod capture;
 mod cli;
@@ -50,6 +51,7 @@ fn dispatch(cli: Cli) -> Result<(), AppError> {
         Command::Capture(arguments) => capture::run(&arguments, &output),
         #[cfg(feature = "window")]
         Command::Demo(arguments) => demo::run(&arguments, &output),
+        Command::Bake(arguments) => bake::run(&arguments, &output),
         Command::Bench(arguments) => bench::run(&arguments, &output),
         Command::Compare(arguments) => compare::run(&arguments, &output),
         Command::Report(arguments) => report::run(&arguments, &output),

@@ -4,6 +4,8 @@
 //! Everywhere: row 0 is the top row, texels are row-major, `s` runs right over the width and `t` runs down over the
 //! height (both 0 to 1), colours are linear Rec.709 unless the type says sRGB.
 
+pub mod bake;
+pub mod baked;
 #[cfg(feature = "gpu")]
 pub mod cache;
 mod exr_read;

@@ -104,7 +104,7 @@ pub struct LeadrMap {
 }
 
 /// The same six numbers while they are being summed.
-type Sums = [f64; 6];
+pub(super) type Sums = [f64; 6];
 
 impl LeadrMap {
     /// Differences, products and box filter in 64 bits, stored in 32.
@@ -132,28 +132,31 @@ impl LeadrMap {
 
 /// Level 0 in 64 bits.
 fn texel_moments(map: &HeightMap, wrap: Wrap) -> Vec<Sums> {
+    (0..map.height).flat_map(|y| row_moments(map, wrap, 1.0, y)).collect()
+}
+
+/// A row of level 0 in 64 bits, of heights that are multiplied by `scale`.
+pub(super) fn row_moments(map: &HeightMap, wrap: Wrap, scale: f64, y: u32) -> Vec<Sums> {
     let (w, h) = (map.width as usize, map.height as usize);
-    let at = |x: usize, y: usize| f64::from(map.texels[y * w + x]);
+    let at = |x: usize, y: usize| scale * f64::from(map.texels[y * w + x]);
     let spacing = DVec2::new(1.0 / w as f64, 1.0 / h as f64);
-    let mut level = Vec::with_capacity(w * h);
-    for y in 0..h {
-        let rows = [-1, 1].map(|step| wrap.texel(y as i64 + step, map.height));
-        for x in 0..w {
-            let columns = [-1, 1].map(|step| wrap.texel(x as i64 + step, map.width));
-            let mut sums = [0.0, 0.0, 0.0, 0.0, 0.0, at(x, y)];
-            for (row, sign_t) in rows.into_iter().zip([-1.0, 1.0]) {
-                for (column, sign_s) in columns.into_iter().zip([-1.0, 1.0]) {
-                    let heights = DVec4::new(at(x, y), at(column, y), at(x, row), at(column, row));
-                    let quarter = moments_of_corner(heights, spacing * DVec2::new(sign_s, sign_t));
-                    let [first, second] = [quarter.first.to_array(), quarter.second.truncate().to_array()];
-                    let quarter = [first[0], first[1], second[0], second[1], quarter.second.z];
-                    sums.iter_mut().zip(quarter).for_each(|(sum, v)| *sum += 0.25 * v);
-                }
+    let rows = [-1, 1].map(|step| wrap.texel(i64::from(y) + step, map.height));
+    let y = y as usize;
+    let texel = |x: usize| {
+        let columns = [-1, 1].map(|step| wrap.texel(x as i64 + step, map.width));
+        let mut sums = [0.0, 0.0, 0.0, 0.0, 0.0, at(x, y)];
+        for (row, sign_t) in rows.into_iter().zip([-1.0, 1.0]) {
+            for (column, sign_s) in columns.into_iter().zip([-1.0, 1.0]) {
+                let heights = DVec4::new(at(x, y), at(column, y), at(x, row), at(column, row));
+                let quarter = moments_of_corner(heights, spacing * DVec2::new(sign_s, sign_t));
+                let [first, second] = [quarter.first.to_array(), quarter.second.truncate().to_array()];
+                let quarter = [first[0], first[1], second[0], second[1], quarter.second.z];
+                sums.iter_mut().zip(quarter).for_each(|(sum, v)| *sum += 0.25 * v);
             }
-            level.push(sums);
         }
-    }
-    level
+        sums
+    };
+    (0..w).map(texel).collect()
 }
 
 /// For each of `to` texels, the texels of `from` that it covers, with weights that sum to 1.

@@ -20,21 +20,63 @@ use super::{HeightMap, MapError, MapFault, Rgb8Image, RgbImage};
 /// Writes `bytes` to `path` all or nothing: into a new file in the same folder, synced, then renamed over `path`.
 /// On failure the new file is removed and an old `path` is untouched.
 pub fn write_atomic(path: impl AsRef<Path>, bytes: &[u8]) -> Result<(), MapError> {
-    let path = path.as_ref();
-    let beside = beside(path);
-    let io = |doing| move |source| MapFault::Io { doing, source };
-    let result = (|| {
-        let mut file = File::create_new(&beside).map_err(io("cannot be written: its folder refuses a new file"))?;
-        file.write_all(bytes).map_err(io("cannot be written"))?;
-        file.sync_all().map_err(io("cannot be written to disk"))?;
-        drop(file);
-        fs::rename(&beside, path).map_err(io("cannot be replaced"))
-    })();
-    result.map_err(|fault: MapFault| {
-        // A second failure changes nothing; the first is the one to report.
-        let _ = fs::remove_file(&beside);
-        fault.in_file(path)
-    })
+    let mut new = NewFile::create(&path)?;
+    new.file.write_all(bytes).map_err(|source| MapFault::Io { doing: "cannot be written", source }.in_file(&path))?;
+    new.finish()
+}
+
+/// A file on its way: written beside its target, and renamed over it when it is finished. Dropped before that, it is removed, and
+/// an old file stays as it was.
+#[derive(Debug)]
+pub struct NewFile {
+    /// What is written to.
+    pub file: File,
+    beside: PathBuf,
+    target: PathBuf,
+    finished: bool,
+}
+
+impl NewFile {
+    /// Starts the file, so that a folder that refuses it is found before any work.
+    ///
+    /// # Errors
+    /// If no file can be made in the folder of `target`.
+    pub fn create(target: impl AsRef<Path>) -> Result<Self, MapError> {
+        let target = target.as_ref().to_path_buf();
+        let beside = beside(&target);
+        let refused = |source| {
+            MapFault::Io { doing: "cannot be written: its folder refuses a new file", source }.in_file(&target)
+        };
+        let file = File::options().read(true).write(true).create_new(true).open(&beside).map_err(refused)?;
+        Ok(Self { file, beside, target, finished: false })
+    }
+
+    /// What the file will be called.
+    #[must_use]
+    pub fn target(&self) -> &Path {
+        &self.target
+    }
+
+    /// Syncs the file and renames it.
+    ///
+    /// # Errors
+    /// If the disk or the folder refuses.
+    pub fn finish(mut self) -> Result<(), MapError> {
+        let fault = |doing, source| MapFault::Io { doing, source }.in_file(&self.target);
+        self.file.sync_all().map_err(|e| fault("cannot be written to disk", e))?;
+        fs::rename(&self.beside, &self.target).map_err(|e| fault("cannot be replaced", e))?;
+        self.finished = true;
+        Ok(())
+    }
+}
+
+impl Drop for NewFile {
+    fn drop(&mut self) {
+        if !self.finished {
+            // A second failure changes nothing; the first is the one to report.
+            let _ = fs::remove_file(&self.beside);
+        }
+    }
 }
 
 /// A name in the same folder that no other process or thread uses.

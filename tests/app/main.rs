@@ -3,6 +3,7 @@
 #[path = "../common/mod.rs"]
 mod common;
 
+mod bake;
 mod bench;
 mod cli;
 mod report;

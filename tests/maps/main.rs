@@ -4,5 +4,6 @@
 mod common;
 
 mod bad_input;
+mod bake;
 mod images;
 mod slope_variance;

@@ -1,0 +1,94 @@
+//! `leadr bake`: heights, normals or the folder of a material become filtered maps with all mip levels.
+
+pub mod args;
+mod report;
+mod sources;
+
+use std::time::Instant;
+
+use self::args::{BakeArgs, Format};
+use self::report::BakeReport;
+use self::sources::Sources;
+use crate::app::error::AppError;
+use crate::app::files::{extension, make_folder_of};
+use crate::app::output::Output;
+use crate::lab::progress::Progress;
+use crate::maps::bake::{ExrFile, Kind, Ktx2File, Layout, Plan, Precision, Report, bake};
+use crate::maps::save::NewFile;
+
+/// Texels from which a bar is shown: smaller maps take less than a second.
+const LONG: u64 = 1 << 20;
+
+/// Where the result goes.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Container {
+    Ktx2,
+    Exr,
+}
+
+/// Bakes a map and prints what it is like.
+///
+/// # Errors
+/// [`AppError::Usage`] if flags do not go together; [`AppError::Failed`] if a file is damaged, sizes differ, or the result cannot be
+/// written.
+pub fn run(arguments: &BakeArgs, output: &Output) -> Result<(), AppError> {
+    let start = Instant::now();
+    let container = match extension(&arguments.output).as_deref() {
+        Some("ktx2") => Container::Ktx2,
+        Some("exr") => Container::Exr,
+        _ => return Err(AppError::Usage(format!("'{}' must end in .ktx2 or .exr", arguments.output.display()))),
+    };
+    let precision = match arguments.format {
+        Format::F32 => Precision::F32,
+        Format::F16 => Precision::F16,
+        Format::Bc => {
+            let why = "block-compressed maps are not written: this program has no encoder for them; take --format f16";
+            return Err(AppError::Usage(why.into()));
+        }
+    };
+    let (kind, layout) = (Kind::from(arguments.kind), Layout::from(arguments.layout));
+    if layout == Layout::Oiio {
+        if container != Container::Exr || kind != Kind::Leadr {
+            return Err(AppError::Usage("--layout oiio is an .exr of --kind leadr".into()));
+        }
+        if arguments.roughness.is_some() || arguments.gloss.is_some() || arguments.color.is_some() {
+            let what =
+                "--layout oiio has six channels for heights and slopes, none for --roughness, --gloss or --color";
+            return Err(AppError::Usage(what.into()));
+        }
+    }
+    // Before any work: a folder that refuses the result is found at once.
+    make_folder_of(&arguments.output)?;
+    let mut file = NewFile::create(&arguments.output)?;
+    let sources = Sources::find(arguments, layout == Layout::Oiio)?;
+    for remark in &sources.remarks {
+        output.say(remark);
+    }
+    let inputs = sources.load(arguments)?;
+    let plan = Plan::new(&inputs, kind, layout, precision).map_err(|fault| fault.in_file(sources.main()))?;
+    let agreement = inputs.agreement();
+    if let Some(agreement) = &agreement {
+        output.say(&format!("heights and normals: {agreement}"));
+    }
+    let long = u64::from(plan.size[0]) * u64::from(plan.size[1]) >= LONG;
+    let progress = output.share(long.then_some("baking"));
+    let written: Result<Report, _> = match container {
+        Container::Ktx2 => (|| {
+            let mut target = Ktx2File::new(&mut file.file, &plan)?;
+            let report = bake(&inputs, &plan, &mut target, &*progress)?;
+            target.finish(&report)?;
+            Ok(report)
+        })(),
+        Container::Exr => (|| {
+            let mut target = ExrFile::new(&plan)?;
+            let report = bake(&inputs, &plan, &mut target, &*progress)?;
+            target.finish(&mut file.file)?;
+            Ok(report)
+        })(),
+    };
+    drop(progress);
+    let baked = written.map_err(|fault: crate::maps::MapFault| fault.in_file(&arguments.output))?;
+    let bytes = file.file.metadata().map_or(0, |metadata| metadata.len());
+    file.finish()?;
+    output.result(&BakeReport::new(arguments, &sources, &plan, &baked, agreement, bytes, start.elapsed()))
+}

@@ -1,0 +1,128 @@
+//! What `leadr bake` prints.
+
+use std::fmt;
+use std::path::PathBuf;
+use std::time::Duration;
+
+use serde::Serialize;
+
+use super::args::{BakeArgs, LayoutChoice};
+use super::sources::Sources;
+use crate::maps::bake::{Agreement, Plan, Report};
+
+/// A baked map.
+#[derive(Debug, Serialize)]
+pub struct BakeReport {
+    command: &'static str,
+    output: PathBuf,
+    sources: Sources,
+    kind: &'static str,
+    format: &'static str,
+    layout: &'static str,
+    size: [u32; 2],
+    levels: usize,
+    channels: Vec<&'static str>,
+    /// Factor that heights were multiplied by.
+    height_scale: f64,
+    mean_slope: [f64; 2],
+    /// Variances along s and t, and the covariance, per unit of texture coordinate.
+    slope_variance: [f64; 3],
+    slope_range: [[f64; 2]; 2],
+    height_range: [f64; 2],
+    /// How heights and normals agree; null without both.
+    agreement: Option<AgreementReport>,
+    /// Relative error of the worst channel, for each level, against 32-bit floats.
+    error: Vec<f64>,
+    /// Relative error of the variance that texels tell.
+    variance_error: Vec<f64>,
+    bytes: u64,
+    seconds: f64,
+    /// Most memory that the program held; null where the system does not say.
+    peak_bytes: Option<u64>,
+}
+
+#[derive(Debug, Serialize)]
+struct AgreementReport {
+    correlation: f64,
+    scale_texels: f64,
+    left_over: f64,
+    #[serde(skip)]
+    sentence: String,
+}
+
+impl BakeReport {
+    pub fn new(
+        arguments: &BakeArgs,
+        sources: &Sources,
+        plan: &Plan,
+        baked: &Report,
+        agreement: Option<Agreement>,
+        bytes: u64,
+        time: Duration,
+    ) -> Self {
+        let agreement = agreement.map(|agreed| AgreementReport {
+            correlation: agreed.correlation,
+            scale_texels: agreed.scale_texels,
+            left_over: agreed.left_over,
+            sentence: agreed.to_string(),
+        });
+        Self {
+            command: "bake",
+            output: arguments.output.clone(),
+            sources: sources.clone(),
+            kind: plan.kind.name(),
+            format: plan.precision.name(),
+            layout: if arguments.layout == LayoutChoice::Oiio { "oiio" } else { "leadr" },
+            size: plan.size,
+            levels: baked.levels.len(),
+            channels: plan.channels.clone(),
+            height_scale: plan.height_scale,
+            mean_slope: baked.mean_slope,
+            slope_variance: baked.slope_variance,
+            slope_range: baked.slope_range,
+            height_range: baked.height_range,
+            agreement,
+            error: baked.errors.iter().map(|e| e.channels).collect(),
+            variance_error: baked.errors.iter().map(|e| e.variance).collect(),
+            bytes,
+            seconds: time.as_secs_f64(),
+            peak_bytes: peak_bytes(),
+        }
+    }
+}
+
+impl fmt::Display for BakeReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let ([w, h], [xx, yy, xy], [x, y]) = (self.size, self.slope_variance, self.mean_slope);
+        writeln!(f, "{} {}x{}, {} levels, {}", self.kind, w, h, self.levels, self.format)?;
+        writeln!(f, "slope variance  {xx:.6} {yy:.6}, covariance {xy:.6}; mean {x:.6} {y:.6}")?;
+        let [[x0, x1], [y0, y1]] = self.slope_range;
+        let [low, high] = self.height_range;
+        writeln!(
+            f,
+            "slopes          {x0:.4} to {x1:.4} along s, {y0:.4} to {y1:.4} along t; heights {low:.4} to {high:.4}"
+        )?;
+        if let Some(agreement) = &self.agreement {
+            writeln!(f, "normals         {}", agreement.sentence)?;
+        }
+        if self.format != "f32" {
+            writeln!(f, "level   error     of the variance")?;
+            for (level, (error, variance)) in self.error.iter().zip(&self.variance_error).enumerate() {
+                writeln!(f, "{level:5}   {error:.2e}  {variance:.2e}")?;
+            }
+        }
+        write!(f, "{} ({} bytes, {:.1} s", self.output.display(), self.bytes, self.seconds)?;
+        match self.peak_bytes {
+            Some(peak) => write!(f, ", {} MiB of memory)", peak >> 20),
+            None => write!(f, ")"),
+        }
+    }
+}
+
+/// The greatest memory of this process, as Linux tells it.
+fn peak_bytes() -> Option<u64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
+    let kibibytes: u64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
+    Some(kibibytes * 1024)
+}

@@ -1,0 +1,155 @@
+//! Which files are baked, from flags, names and folders; and reading them.
+
+use std::path::{Path, PathBuf};
+
+use serde::Serialize;
+
+use super::args::BakeArgs;
+use crate::app::error::AppError;
+use crate::app::files::extension;
+use crate::maps::bake::{Inputs, Roughness};
+use crate::maps::material::{GreenAxis, Material, MaterialFolder, Role, RoughnessMeaning, role_of};
+use crate::maps::{HeightMap, MapError, load_height_map, load_raster};
+
+/// The files that are baked.
+#[derive(Clone, Debug, Default, Serialize)]
+pub struct Sources {
+    height: Option<PathBuf>,
+    normal: Option<PathBuf>,
+    roughness: Option<PathBuf>,
+    color: Option<PathBuf>,
+    #[serde(skip)]
+    green: Option<GreenAxis>,
+    #[serde(skip)]
+    channel: usize,
+    #[serde(skip)]
+    meaning: RoughnessMeaning,
+    /// What was left aside, in a sentence each.
+    #[serde(skip)]
+    pub remarks: Vec<String>,
+}
+
+/// What the name of a normal map says of its green.
+fn green_of(role: Option<Role>) -> Option<GreenAxis> {
+    match role {
+        Some(Role::NormalUp) => Some(GreenAxis::Up),
+        Some(Role::NormalDown) => Some(GreenAxis::Down),
+        _ => None,
+    }
+}
+
+impl Sources {
+    /// Settles the files. `slopes_only`: the result has no place for roughness and colour.
+    pub fn find(arguments: &BakeArgs, slopes_only: bool) -> Result<Self, AppError> {
+        let mut found = Self::default();
+        if let Some(input) = &arguments.input {
+            if input.is_dir() {
+                found.look_into(input, slopes_only)?;
+            } else {
+                found.take_file(input, arguments.normal.is_some());
+            }
+        }
+        if let Some(file) = &arguments.normal {
+            (found.normal, found.green) = (Some(file.clone()), green_of(role_of(file)));
+        }
+        if let Some(file) = arguments.roughness.as_ref().or(arguments.gloss.as_ref()) {
+            let gloss = arguments.gloss.is_some();
+            found.meaning = if gloss { RoughnessMeaning::Gloss } else { RoughnessMeaning::Perceptual };
+            (found.roughness, found.channel) = (Some(file.clone()), 0);
+        }
+        if let Some(file) = &arguments.color {
+            found.color = Some(file.clone());
+        }
+        if let Some(way) = arguments.normal_y {
+            if found.normal.is_none() {
+                return Err(AppError::Usage("--normal-y is for a normal map, and there is none".into()));
+            }
+            found.green = Some(way.into());
+        }
+        if arguments.height_scale.is_some() && found.height.is_none() {
+            return Err(AppError::Usage("--height-scale is for heights, and there are none".into()));
+        }
+        Ok(found)
+    }
+
+    fn take_file(&mut self, file: &Path, is_heights: bool) {
+        let role = role_of(file);
+        let normals = matches!(role, Some(Role::Normal | Role::NormalUp | Role::NormalDown));
+        if normals && !is_heights {
+            (self.normal, self.green) = (Some(file.to_path_buf()), green_of(role));
+        } else {
+            self.height = Some(file.to_path_buf());
+        }
+    }
+
+    fn look_into(&mut self, folder: &Path, slopes_only: bool) -> Result<(), AppError> {
+        let material = MaterialFolder::open(folder)?;
+        self.remarks = material.remarks.iter().filter(|remark| remark.contains("tells no part")).cloned().collect();
+        for (role, file) in material.pictures {
+            let beside = matches!(role, Role::Color | Role::Roughness | Role::Gloss | Role::Packed);
+            if beside && slopes_only {
+                self.remarks.push(format!("{} is not baked: the layout has no place for it", file.display()));
+                continue;
+            }
+            match role {
+                Role::Height => self.height = Some(file),
+                Role::Normal | Role::NormalUp | Role::NormalDown => {
+                    (self.normal, self.green) = (Some(file), green_of(Some(role)));
+                }
+                Role::Color => self.color = Some(file),
+                Role::Roughness => self.roughness = Some(file),
+                Role::Gloss => (self.roughness, self.meaning) = (Some(file), RoughnessMeaning::Gloss),
+                Role::Packed => (self.roughness, self.channel) = (Some(file), 1),
+                Role::Metalness | Role::Occlusion | Role::Opacity | Role::Emission => {
+                    self.remarks.push(format!("{} is not baked: it has no part in slopes", file.display()));
+                }
+            }
+        }
+        if self.height.is_none() && self.normal.is_none() {
+            let what = format!("'{}' holds neither a height map nor a normal map", folder.display());
+            return Err(AppError::Failed(format!("{what}; name one like NAME_Displacement.png or NAME_NormalGL.png")));
+        }
+        Ok(())
+    }
+
+    /// The file that others must fit.
+    pub fn main(&self) -> &Path {
+        self.height.as_deref().or(self.normal.as_deref()).unwrap_or(Path::new(""))
+    }
+
+    /// Reads the files.
+    pub fn load(&self, arguments: &BakeArgs) -> Result<Inputs, AppError> {
+        let mut normals = None;
+        if let Some(file) = &self.normal {
+            let mut material = Material::new("normals");
+            material.set_normals(file, self.green)?;
+            normals = material.normal_map;
+        }
+        let roughness = match &self.roughness {
+            Some(file) => {
+                let raster = load_raster(file)?;
+                Some(Roughness { raster, channel: self.channel, meaning: self.meaning })
+            }
+            None => None,
+        };
+        Ok(Inputs {
+            heights: self.height.as_deref().map(heights).transpose()?,
+            normals,
+            roughness,
+            color: self.color.as_deref().map(load_raster).transpose()?,
+            height_scale: arguments.height_scale.map(f64::from),
+            wrap: arguments.wrap.into(),
+        })
+    }
+}
+
+/// Heights of a file of any kind.
+fn heights(file: &Path) -> Result<HeightMap, MapError> {
+    if !matches!(extension(file).as_deref(), Some("jpg" | "jpeg")) {
+        return load_height_map(file);
+    }
+    let raster = load_raster(file)?;
+    let texels = (0..raster.height()).flat_map(|y| (0..raster.width()).map(move |x| (x, y)));
+    let texels = texels.map(|(x, y)| raster.value(x, y, 0)).collect();
+    HeightMap::new(raster.width(), raster.height(), texels).map_err(|fault| fault.in_file(file))
+}

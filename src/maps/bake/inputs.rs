@@ -1,0 +1,185 @@
+//! What is baked: heights, normals, roughness and colour of one size, read row by row.
+
+use rayon::prelude::*;
+
+use crate::maps::material::{Encoding, GreenAxis, NormalMap, Raster, RoughnessMeaning};
+use crate::maps::moments::{Sums, row_moments};
+use crate::maps::{HeightMap, MapFault, Wrap};
+
+/// Steepest slope that a normal map may tell, rise over run: what is steeper is noise of its codes.
+const STEEPEST: f64 = 8.0;
+
+/// Where roughness comes from.
+#[derive(Clone, Debug)]
+pub struct Roughness {
+    /// The texels.
+    pub raster: Raster,
+    /// Which channel of them.
+    pub channel: usize,
+    /// What its numbers are.
+    pub meaning: RoughnessMeaning,
+}
+
+/// Pictures of one size; heights or normals must be among them.
+#[derive(Clone, Debug, Default)]
+pub struct Inputs {
+    /// Heights.
+    pub heights: Option<HeightMap>,
+    /// Normals, whose slopes are used in place of those of the heights.
+    pub normals: Option<NormalMap>,
+    /// Roughness of the material, filtered beside the slopes.
+    pub roughness: Option<Roughness>,
+    /// Colour, filtered as linear light.
+    pub color: Option<Raster>,
+    /// Factor on heights; with normals, widths of the texture for a unit of height. `None`: 1, or what agrees best with the normals.
+    pub height_scale: Option<f64>,
+    /// What lies beyond the edges of the heights.
+    pub wrap: Wrap,
+}
+
+/// How heights and normals of one surface agree.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Agreement {
+    /// Texels that a unit of height is high, as the normals have it: the regression of their slopes on those of the heights.
+    pub scale_texels: f64,
+    /// Correlation of their slopes, -1 to 1.
+    pub correlation: f64,
+    /// Share of the normals' squared slopes that no scale of the heights explains.
+    pub left_over: f64,
+}
+
+impl Inputs {
+    /// Width and height.
+    ///
+    /// # Errors
+    /// If there are neither heights nor normals, or sizes differ.
+    pub fn size(&self) -> Result<[u32; 2], MapFault> {
+        let of = |raster: &Raster| [raster.width(), raster.height()];
+        let sizes = [
+            ("heights", self.heights.as_ref().map(|map| [map.width, map.height])),
+            ("normals", self.normals.as_ref().map(|map| of(&map.texture.raster))),
+            ("roughness", self.roughness.as_ref().map(|map| of(&map.raster))),
+            ("colours", self.color.as_ref().map(of)),
+        ];
+        let mut given = sizes.into_iter().filter_map(|(name, size)| Some((name, size?)));
+        let Some((first, size)) = given.next().filter(|(name, _)| ["heights", "normals"].contains(name)) else {
+            let what = "there are neither heights nor normals".into();
+            return Err(MapFault::Unsupported { what, remedy: "give a height map or a normal map".into() });
+        };
+        match given.find(|&(_, other)| other != size) {
+            None => Ok(size),
+            Some((name, [w, h])) => {
+                let what = format!("the {name} have {w} x {h} texels, the {first} {} x {}", size[0], size[1]);
+                Err(MapFault::SizeMismatch { what })
+            }
+        }
+    }
+
+    /// Rise over run of a normal along `s` and `t` (down), square texels.
+    fn rise_over_run(map: &NormalMap, x: u32, y: u32) -> [f64; 2] {
+        let raster = &map.texture.raster;
+        let code = |channel| 2.0 * f64::from(raster.value(x, y, channel)) - 1.0;
+        let [nx, ny] = [0, 1].map(|channel| code(channel) * f64::from(map.scale));
+        let nz = if raster.channels() >= 3 { code(2) } else { (1.0 - nx * nx - ny * ny).max(0.0).sqrt() };
+        let up = if map.green == GreenAxis::Up { 1.0 } else { -1.0 };
+        let slope = [-nx, up * ny].map(|n| n / nz.max(1e-3));
+        let kept = (STEEPEST / slope[0].hypot(slope[1]).max(1e-20)).min(1.0);
+        slope.map(|v| v * kept)
+    }
+
+    /// Central differences of the heights at a texel, per texel.
+    fn central(map: &HeightMap, wrap: Wrap, x: u32, y: u32) -> [f64; 2] {
+        let at = |dx: i64, dy: i64| {
+            let x = wrap.texel(i64::from(x) + dx, map.width);
+            let y = wrap.texel(i64::from(y) + dy, map.height);
+            f64::from(map.texels[y * map.width as usize + x])
+        };
+        [0.5 * (at(1, 0) - at(-1, 0)), 0.5 * (at(0, 1) - at(0, -1))]
+    }
+
+    /// Compares heights with normals, if there are both and neither is flat.
+    #[must_use]
+    pub fn agreement(&self) -> Option<Agreement> {
+        let (heights, normals) = (self.heights.as_ref()?, self.normals.as_ref()?);
+        // Row by row, and rows in their order: the same sums on any number of cores.
+        let row = |y: u32| {
+            (0..heights.width).fold([0.0f64; 3], |sum, x| {
+                let gradient = Self::central(heights, self.wrap, x, y);
+                let slope = Self::rise_over_run(normals, x, y);
+                let dot = |a: [f64; 2], b: [f64; 2]| a[0] * b[0] + a[1] * b[1];
+                [sum[0] + dot(gradient, slope), sum[1] + dot(gradient, gradient), sum[2] + dot(slope, slope)]
+            })
+        };
+        let rows: Vec<[f64; 3]> = (0..heights.height).into_par_iter().map(row).collect();
+        let [both, of_heights, of_normals] =
+            rows.into_iter().fold([0.0; 3], |a, b| std::array::from_fn(|i| a[i] + b[i]));
+        if of_heights <= 0.0 || of_normals <= 0.0 {
+            return None;
+        }
+        let correlation = both / (of_heights * of_normals).sqrt();
+        Some(Agreement { scale_texels: both / of_heights, correlation, left_over: 1.0 - correlation * correlation })
+    }
+
+    /// Moments of a row, and mean heights, as [`crate::maps::Moments`] has them. `scale`: factor on heights.
+    pub(super) fn moments(&self, scale: f64, y: u32) -> Vec<Sums> {
+        match (&self.heights, &self.normals) {
+            (Some(heights), None) => row_moments(heights, self.wrap, scale, y),
+            _ => self.slopes(scale, y).into_iter().map(|[x, y, h]| [x, y, x * x, y * y, x * y, h]).collect(),
+        }
+    }
+
+    /// One slope `dh/ds`, `dh/dt` for each texel of a row, and its height: the normal's, or central differences.
+    pub(super) fn slopes(&self, scale: f64, y: u32) -> Vec<[f64; 3]> {
+        let [width, height] = self.size().expect("checked before baking");
+        let texels = [f64::from(width), f64::from(height)];
+        let texel = |x: u32| {
+            let of_heights = self.heights.as_ref().map(|map| scale * f64::from(map.at(x, y)));
+            let [by_s, by_t] = match (&self.normals, &self.heights) {
+                (Some(normals), _) => {
+                    let [s, t] = Self::rise_over_run(normals, x, y);
+                    [s, t * texels[1] / texels[0]]
+                }
+                (None, Some(heights)) => {
+                    let [s, t] = Self::central(heights, self.wrap, x, y);
+                    [s * scale * texels[0], t * scale * texels[1]]
+                }
+                (None, None) => unreachable!("checked before baking"),
+            };
+            [by_s, by_t, of_heights.unwrap_or(0.0)]
+        };
+        (0..width).map(texel).collect()
+    }
+
+    /// Channels beside the slopes at a texel: α² and α⁴, linear colour.
+    pub(super) fn beside(&self, x: u32, y: u32, texel: &mut Vec<f64>) {
+        if let Some(Roughness { raster, channel, meaning }) = &self.roughness {
+            let alpha = f64::from(meaning.alpha(raster.value(x, y, *channel).clamp(0.0, 1.0)));
+            texel.extend([alpha.powi(2), alpha.powi(4)]);
+        }
+        if let Some(color) = &self.color {
+            texel.extend(color.color(x, y, Encoding::Srgb).map(f64::from));
+        }
+    }
+
+    /// Bounds of all slopes `dh/ds`, `dh/dt` and heights.
+    pub(super) fn bounds(&self, scale: f64) -> [f64; 2] {
+        let [width, height] = self.size().expect("checked before baking").map(f64::from);
+        let highest =
+            self.heights.iter().flat_map(|map| &map.texels).fold(0.0f64, |most, &h| most.max(f64::from(h).abs()));
+        if self.normals.is_some() {
+            return [STEEPEST * (height / width).max(1.0), highest * scale.abs()];
+        }
+        let Some(map) = &self.heights else { return [0.0; 2] };
+        let row = |y: u32| {
+            (0..map.width).fold(0.0f64, |most, x| {
+                let at = |dx, dy| {
+                    let x = self.wrap.texel(i64::from(x) + dx, map.width);
+                    f64::from(map.texels[self.wrap.texel(i64::from(y) + dy, map.height) * map.width as usize + x])
+                };
+                most.max((at(1, 0) - at(0, 0)).abs() * width).max((at(0, 1) - at(0, 0)).abs() * height)
+            })
+        };
+        let steepest = (0..map.height).into_par_iter().map(row).reduce(|| 0.0, f64::max);
+        [steepest * scale.abs(), highest * scale.abs()]
+    }
+}

@@ -1,0 +1,113 @@
+//! What a baked texel holds: the four kinds of maps, and the layout of other programs.
+
+/// How slopes are kept.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum Kind {
+    /// LEADR mapping (LEADR section 4): `E[x], E[y], E[x²], E[y²], E[xy]` of `dh/ds`, `dh/dt`, and mean height. Heights are
+    /// triangles between texels, as they are drawn.
+    #[default]
+    Leadr,
+    /// LEAN mapping (Olano and Baker 2010): `B = n.xy / n.z` of one normal for a texel, in the tangent frame of the base with y up, and
+    /// its second moments `M`; mean height.
+    Lean,
+    /// CLEAN mapping (Baker 2011): `B`, one second moment `E[B.x² + B.y²]`, and mean height.
+    Clean,
+    /// Toksvig (2005): the mean normal, shorter where normals differ, and mean height.
+    Toksvig,
+}
+
+impl Kind {
+    /// All of them.
+    pub const ALL: [Self; 4] = [Self::Leadr, Self::Lean, Self::Clean, Self::Toksvig];
+
+    /// Its name on the command line and in files.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Leadr => "leadr",
+            Self::Lean => "lean",
+            Self::Clean => "clean",
+            Self::Toksvig => "toksvig",
+        }
+    }
+
+    /// Its channels, in their order. More may follow: `alpha2`, `alpha4` (means of α² and α⁴), `red`, `green`, `blue`.
+    #[must_use]
+    pub const fn channels(self) -> &'static [&'static str] {
+        match self {
+            Self::Leadr => &["x", "y", "xx", "yy", "xy", "height"],
+            Self::Lean => &["B.x", "B.y", "M.xx", "M.yy", "M.xy", "height"],
+            Self::Clean => &["B.x", "B.y", "M", "height"],
+            Self::Toksvig => &["N.x", "N.y", "N.z", "height"],
+        }
+    }
+
+    /// The power of a slope that each channel has; heights have `None`.
+    pub(super) fn power(self, channel: usize) -> Option<i32> {
+        match (self, self.channels()[channel]) {
+            (_, "height") => None,
+            (Self::Toksvig, _) => Some(0),
+            (_, name) if name.starts_with("B.") || name.len() == 1 && name != "M" => Some(1),
+            _ => Some(2),
+        }
+    }
+
+    /// Total variance of slope that a texel tells, not below zero.
+    #[must_use]
+    pub fn variance(self, texel: &[f64]) -> f64 {
+        let square = texel[0] * texel[0] + texel[1] * texel[1];
+        let variance = match self {
+            Self::Leadr | Self::Lean => texel[2] + texel[3] - square,
+            Self::Clean => texel[2] - square,
+            Self::Toksvig => {
+                let length = (square + texel[2] * texel[2]).sqrt().max(1e-6);
+                // Toksvig's σ² of one axis, (1 - |N|) / |N|.
+                2.0 * (1.0 - length) / length
+            }
+        };
+        variance.max(0.0)
+    }
+}
+
+/// Whose layout the file has.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum Layout {
+    /// The channels of [`Kind::channels`].
+    #[default]
+    Leadr,
+    /// The six channels that `maketx --bumpslopes` of OpenImageIO writes: height, slopes and their second moments, per texel.
+    Oiio,
+}
+
+/// Channels of [`Layout::Oiio`], in the order and with the names that `maketx` gives them.
+pub(super) const OIIO_CHANNELS: [&str; 6] = ["b0_h", "b1_dhds", "b2_dhdt", "b3_dhds2", "b4_dhdt2", "b5_dh2dsdt"];
+
+/// Width of a number in the file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum Precision {
+    /// 32-bit float.
+    #[default]
+    F32,
+    /// 16-bit float. Channels are multiplied by powers of two, which the file tells, so that they fill its range.
+    F16,
+}
+
+impl Precision {
+    /// Its name on the command line.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::F32 => "f32",
+            Self::F16 => "f16",
+        }
+    }
+
+    /// Bytes of a number.
+    #[must_use]
+    pub const fn bytes(self) -> usize {
+        match self {
+            Self::F32 => 4,
+            Self::F16 => 2,
+        }
+    }
+}

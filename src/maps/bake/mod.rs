@@ -1,0 +1,24 @@
+//! Maps to be kept in files: heights, normals or both become filtered slope moments with all mip levels, row by row, so that
+//! memory holds the pictures that are read and bands of the result.
+//!
+//! **Units.** `s` and `t` run over the map from 0 to 1, `t` down. Heights are in the unit of the height map times the height scale;
+//! with a normal map that unit is the width of the texture, since a normal tells rise over run and texels are square.
+//! LEADR moments are those of [`super::LeadrMap`], to the last bit: slopes `dh/ds`, `dh/dt`. The other kinds are in the tangent frame of
+//! a normal map whose green goes up ([`Kind`]).
+//!
+//! **Both.** Where there are heights and normals, slopes are those of the normals, one for a texel, and heights only displace.
+
+mod exr_write;
+mod inputs;
+mod kind;
+mod ktx2_write;
+mod pyramid;
+mod report;
+mod work;
+
+pub use exr_write::ExrFile;
+pub use inputs::{Agreement, Inputs, Roughness};
+pub use kind::{Kind, Layout, Precision};
+pub use ktx2_write::Ktx2File;
+pub use report::{LevelError, Report};
+pub use work::{Plan, Target, bake};

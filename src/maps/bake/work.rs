@@ -1,0 +1,284 @@
+//! The baking itself: bands of rows through the pyramid into a file.
+
+use half::f16;
+use rayon::prelude::*;
+
+use super::kind::OIIO_CHANNELS;
+use super::pyramid::{Pyramid, Row, level_sizes};
+use super::{Inputs, Kind, Layout, LevelError, Precision, Report};
+use crate::maps::{MapFault, Wrap};
+
+/// Rows that are worked on at once.
+const BAND: u32 = 64;
+/// Where 16-bit floats are filled up to: its square stays far below their largest, 65504.
+const FULL_SLOPE: f64 = 128.0;
+/// The same for heights.
+const FULL_HEIGHT: f64 = 16384.0;
+
+/// What is made of the inputs, and what the file says about it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Plan {
+    /// How slopes are kept.
+    pub kind: Kind,
+    /// Whose channels.
+    pub layout: Layout,
+    /// Width of numbers.
+    pub precision: Precision,
+    /// Texels across and down.
+    pub size: [u32; 2],
+    /// Names of the channels.
+    pub channels: Vec<&'static str>,
+    /// Powers of two that the channels are multiplied by in the file.
+    pub factors: Vec<f64>,
+    /// Factor that heights were multiplied by.
+    pub height_scale: f64,
+    /// What lies beyond the edges.
+    pub wrap: Wrap,
+    /// Whether there are heights, and normals.
+    has_heights: bool,
+    has_normals: bool,
+}
+
+/// Where rows go.
+pub trait Target {
+    /// Takes rows of a level in their order: channels interleaved, multiplied by [`Plan::factors`].
+    ///
+    /// # Errors
+    /// If they cannot be written.
+    fn rows(&mut self, level: usize, first: u32, rows: &[Vec<f32>]) -> Result<(), MapFault>;
+}
+
+impl Plan {
+    /// Settles how `inputs` are baked.
+    ///
+    /// # Errors
+    /// If there are neither heights nor normals, sizes differ, or the layout has no place for what was given.
+    pub fn new(inputs: &Inputs, kind: Kind, layout: Layout, precision: Precision) -> Result<Self, MapFault> {
+        let size = inputs.size()?;
+        let refuse = |what: &str, remedy: &str| MapFault::Unsupported { what: what.into(), remedy: remedy.into() };
+        if layout == Layout::Oiio && (kind != Kind::Leadr || inputs.roughness.is_some() || inputs.color.is_some()) {
+            let what = "the layout oiio holds the moments of slopes and heights alone";
+            return Err(refuse(what, "bake kind leadr without roughness and colour, or take the layout leadr"));
+        }
+        let mut channels = if layout == Layout::Oiio { OIIO_CHANNELS.to_vec() } else { kind.channels().to_vec() };
+        if inputs.roughness.is_some() {
+            channels.extend(["alpha2", "alpha4"]);
+        }
+        if inputs.color.is_some() {
+            channels.extend(["red", "green", "blue"]);
+        }
+        // Normals tell heights in widths of the texture; heights alone stay in their own unit.
+        let agreed = inputs.agreement().filter(|agreed| agreed.scale_texels > 0.0);
+        let usual = agreed.map_or(1.0, |agreed| agreed.scale_texels / f64::from(size[0]));
+        let height_scale = inputs.height_scale.unwrap_or(usual);
+        let mut plan = Self {
+            kind,
+            layout,
+            precision,
+            size,
+            factors: vec![1.0; channels.len()],
+            channels,
+            height_scale,
+            wrap: inputs.wrap,
+            has_heights: inputs.heights.is_some(),
+            has_normals: inputs.normals.is_some(),
+        };
+        if precision == Precision::F16 && layout == Layout::Leadr {
+            plan.fill_half_floats(inputs.bounds(height_scale));
+        }
+        Ok(plan)
+    }
+
+    /// Powers of two that bring the steepest slope and the greatest height near the top of 16-bit floats.
+    fn fill_half_floats(&mut self, [slope, height]: [f64; 2]) {
+        let aspect = f64::from(self.size[0]) / f64::from(self.size[1]);
+        let slope = if self.kind == Kind::Leadr { slope } else { slope * aspect.max(1.0) };
+        let factor = |full: f64, most: f64| {
+            if most > 0.0 { (full / most).log2().floor().clamp(-60.0, 60.0).exp2() } else { 1.0 }
+        };
+        let (slope, height) = (factor(FULL_SLOPE, slope), factor(FULL_HEIGHT, height));
+        for channel in 0..self.kind.channels().len() {
+            self.factors[channel] = self.kind.power(channel).map_or(height, |power| slope.powi(power));
+        }
+    }
+
+    /// A row of level 0, and its slopes and second moments in texture space.
+    fn row(&self, inputs: &Inputs, y: u32) -> (Row, Sums) {
+        let mut sums = Sums::default();
+        let mut row = Row::with_capacity(self.size[0] as usize * self.channels.len());
+        let [width, height] = self.size.map(f64::from);
+        let aspect = width / height;
+        // Heights in texels where normals tell slopes, in their own unit otherwise, as maketx has them.
+        let unit = if self.has_normals { width } else { 1.0 };
+        if self.kind == Kind::Leadr {
+            for (x, m) in inputs.moments(self.height_scale, y).into_iter().enumerate() {
+                sums.add(m);
+                if self.layout == Layout::Oiio {
+                    let (s, t) = (unit / width, unit / height);
+                    let h = if self.has_heights { m[5] * unit } else { -1.0 };
+                    row.extend([h, m[0] * s, m[1] * t, m[2] * s * s, m[3] * t * t, m[4] * s * t]);
+                } else {
+                    row.extend(m);
+                }
+                inputs.beside(x as u32, y, &mut row);
+            }
+            return (row, sums);
+        }
+        for (x, [s, t, h]) in inputs.slopes(self.height_scale, y).into_iter().enumerate() {
+            sums.add([s, t, s * s, t * t, s * t, h]);
+            // n.xy / n.z, y up.
+            let (bx, by) = (-s, t * aspect);
+            match self.kind {
+                Kind::Lean => row.extend([bx, by, bx * bx, by * by, bx * by, h]),
+                Kind::Clean => row.extend([bx, by, bx * bx + by * by, h]),
+                Kind::Toksvig | Kind::Leadr => {
+                    let length = (1.0 + bx * bx + by * by).sqrt();
+                    row.extend([bx / length, by / length, 1.0 / length, h]);
+                }
+            }
+            inputs.beside(x as u32, y, &mut row);
+        }
+        (row, sums)
+    }
+}
+
+/// Sums over level 0 and extremes of it.
+#[derive(Clone, Copy)]
+struct Sums {
+    sums: [f64; 6],
+    low: [f64; 3],
+    high: [f64; 3],
+}
+
+impl Default for Sums {
+    fn default() -> Self {
+        Self { sums: [0.0; 6], low: [f64::INFINITY; 3], high: [f64::NEG_INFINITY; 3] }
+    }
+}
+
+impl Sums {
+    fn add(&mut self, m: [f64; 6]) {
+        self.sums.iter_mut().zip(m).for_each(|(sum, v)| *sum += v);
+        for (i, v) in [m[0], m[1], m[5]].into_iter().enumerate() {
+            (self.low[i], self.high[i]) = (self.low[i].min(v), self.high[i].max(v));
+        }
+    }
+
+    fn join(&mut self, other: &Self) {
+        self.sums.iter_mut().zip(other.sums).for_each(|(sum, v)| *sum += v);
+        for i in 0..3 {
+            (self.low[i], self.high[i]) = (self.low[i].min(other.low[i]), self.high[i].max(other.high[i]));
+        }
+    }
+}
+
+/// Squares of differences and of values, summed over a level: each channel, then the variance.
+#[derive(Clone)]
+struct Differences(Vec<[f64; 2]>);
+
+impl Differences {
+    fn of_row(plan: &Plan, exact: &[f32], stored: &[f32]) -> Self {
+        let channels = plan.channels.len();
+        let mut sums = vec![[0.0; 2]; channels + 1];
+        let kept = plan.kind.channels().len();
+        let plain = |texel: &[f32]| -> Vec<f64> {
+            texel[..kept].iter().zip(&plan.factors).map(|(&v, f)| f64::from(v) / f).collect()
+        };
+        for (exact, stored) in exact.chunks_exact(channels).zip(stored.chunks_exact(channels)) {
+            for (sum, (&a, &b)) in sums.iter_mut().zip(exact.iter().zip(stored)) {
+                let (a, b) = (f64::from(a), f64::from(b));
+                *sum = [sum[0] + (b - a).powi(2), sum[1] + a * a];
+            }
+            if plan.layout == Layout::Leadr {
+                let [a, b] = [exact, stored].map(|texel| plan.kind.variance(&plain(texel)));
+                sums[channels] = [sums[channels][0] + (b - a).powi(2), sums[channels][1] + a * a];
+            }
+        }
+        Self(sums)
+    }
+
+    /// Errors of a level of `texels`. Channels are measured by their size on the finest level, where means have not cancelled; variance by
+    /// that of the whole map.
+    fn error(&self, texels: f64, finest: &Self, finest_texels: f64, whole: &Self) -> LevelError {
+        let relative =
+            |difference: f64, value: f64| if difference > 0.0 { (difference / texels / value).sqrt() } else { 0.0 };
+        let channels = self.0.len() - 1;
+        let worst = self.0[..channels].iter().zip(&finest.0).map(|(d, of)| relative(d[0], of[1] / finest_texels));
+        LevelError {
+            channels: worst.fold(0.0, f64::max),
+            variance: relative(self.0[channels][0], whole.0[channels][1]),
+        }
+    }
+}
+
+/// Bakes `inputs` as planned into `target`, in bands on all cores. `progress` is told the share that is done.
+///
+/// # Errors
+/// If `target` cannot be written.
+pub fn bake(inputs: &Inputs, plan: &Plan, target: &mut dyn Target, progress: &dyn Fn(f32)) -> Result<Report, MapFault> {
+    let channels = plan.channels.len();
+    let [width, height] = plan.size;
+    let levels = level_sizes(plan.size);
+    let mut pyramid = Pyramid::new(plan.size, channels);
+    let mut sums = Sums::default();
+    let mut ranges = vec![[f64::INFINITY, f64::NEG_INFINITY]; channels];
+    let mut differences = vec![Differences(vec![[0.0; 2]; channels + 1]); levels.len()];
+    for start in (0..height).step_by(BAND as usize) {
+        let rows: Vec<_> = (start..height.min(start + BAND)).into_par_iter().map(|y| plan.row(inputs, y)).collect();
+        let mut band = Vec::with_capacity(rows.len());
+        for (row, of_row) in rows {
+            sums.join(&of_row);
+            band.push(row);
+        }
+        pyramid.push(band, &mut |level, first, rows| {
+            let exact: Vec<Vec<f32>> = rows.par_iter().map(|row| plan.stored(row)).collect();
+            if level == 0 {
+                for row in &exact {
+                    for texel in row.chunks_exact(channels) {
+                        for ((range, &v), factor) in ranges.iter_mut().zip(texel).zip(&plan.factors) {
+                            let v = f64::from(v) / factor;
+                            *range = [range[0].min(v), range[1].max(v)];
+                        }
+                    }
+                }
+            }
+            if plan.precision == Precision::F32 {
+                return target.rows(level, first, &exact);
+            }
+            let rounded =
+                |row: &Vec<f32>| row.iter().map(|&v| f16::from_f32(v.clamp(-65504.0, 65504.0)).to_f32()).collect();
+            let stored: Vec<Vec<f32>> = exact.par_iter().map(rounded).collect();
+            let of_rows: Vec<Differences> =
+                exact.par_iter().zip(&stored).map(|(a, b)| Differences::of_row(plan, a, b)).collect();
+            for row in of_rows {
+                let all = differences[level].0.iter_mut().zip(row.0);
+                all.for_each(|(sum, v)| *sum = [sum[0] + v[0], sum[1] + v[1]]);
+            }
+            target.rows(level, first, &stored)
+        })?;
+        progress((start + BAND).min(height) as f32 / height as f32);
+    }
+    let count = f64::from(width) * f64::from(height);
+    let [x, y, xx, yy, xy, _] = sums.sums.map(|sum| sum / count);
+    let range = |i: usize| [sums.low[i], sums.high[i]];
+    let texels = |[w, h]: &[u32; 2]| f64::from(*w) * f64::from(*h);
+    let whole = &differences[levels.len() - 1];
+    let errors = differences.iter().zip(&levels).map(|(d, size)| d.error(texels(size), &differences[0], count, whole));
+    Ok(Report {
+        errors: errors.collect(),
+        levels,
+        mean_slope: [x, y],
+        slope_variance: [(xx - x * x).max(0.0), (yy - y * y).max(0.0), xy - x * y],
+        slope_range: [range(0), range(1)],
+        height_range: range(2),
+        channel_ranges: ranges,
+    })
+}
+
+impl Plan {
+    /// As 32-bit floats, times the factors; those are powers of two, so nothing is rounded twice.
+    fn stored(&self, row: &Row) -> Vec<f32> {
+        let factors = self.factors.iter().cycle();
+        row.iter().zip(factors).map(|(&v, &factor)| (v as f32) * factor as f32).collect()
+    }
+}

@@ -1,0 +1,116 @@
+//! `leadr bake` from outside: what it writes, what it says, and what it refuses.
+
+use std::path::Path;
+use std::process::{Command, Output};
+
+use crate::common::shared::shared_data;
+use leadr::maps::baked::BakedMap;
+use leadr::maps::save::{save_exr, save_png_grey16};
+use leadr::maps::{HeightMap, LeadrMap, Wrap, load_height_map};
+
+fn bake(arguments: &[&str]) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_leadr"));
+    command.arg("bake").args(arguments).env_remove("LEADR_LOG");
+    command.output().expect("the program starts")
+}
+
+fn text(path: &Path) -> &str {
+    path.to_str().expect("UTF-8")
+}
+
+fn bumps(file: &Path) {
+    let texels =
+        (0..48 * 20).map(|i| ((i % 48) as f32 * 0.4).sin() * 0.3 + ((i / 48) as f32 * 0.9).cos() * 0.2).collect();
+    save_png_grey16(file, &HeightMap::new(48, 20, texels).unwrap(), -0.5, 0.5).unwrap();
+}
+
+#[test]
+fn a_height_map_becomes_its_moments() {
+    let folder = tempfile::tempdir().unwrap();
+    let (heights, baked) = (folder.path().join("bumps.png"), folder.path().join("new/baked.ktx2"));
+    bumps(&heights);
+    let output = bake(&[text(&heights), "--json", "-o", text(&baked)]);
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    assert!(output.stderr.is_empty(), "{}", String::from_utf8_lossy(&output.stderr));
+    let said: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    let expected = LeadrMap::new(&load_height_map(&heights).unwrap(), Wrap::Repeat);
+    assert_eq!(BakedMap::load(&baked).unwrap().moments().unwrap(), expected);
+    assert_eq!((said["kind"].as_str(), said["format"].as_str()), (Some("leadr"), Some("f32")));
+    assert_eq!((said["size"][0].as_u64(), said["levels"].as_u64()), (Some(48), Some(6)));
+    assert_eq!(said["error"].as_array().unwrap().len(), 6);
+    let [xx, yy, _] = expected.mean().slope_covariance();
+    for (i, variance) in [xx, yy].into_iter().enumerate() {
+        let found = said["slope_variance"][i].as_f64().unwrap();
+        assert!((found / variance - 1.0).abs() < 1e-4, "{found} {variance}");
+    }
+    assert!(said["seconds"].as_f64().unwrap() > 0.0 && said["bytes"].as_u64().unwrap() > 48 * 20 * 32);
+    let files: Vec<_> = std::fs::read_dir(baked.parent().unwrap()).unwrap().collect();
+    assert_eq!(files.len(), 1, "nothing is left beside it");
+}
+
+#[test]
+fn text_and_quiet() {
+    let folder = tempfile::tempdir().unwrap();
+    let heights = folder.path().join("bumps.png");
+    bumps(&heights);
+    let out = folder.path().join("o.exr");
+    let output = bake(&[text(&heights), "--format", "f16", "--kind", "lean", "-o", text(&out)]);
+    let said = String::from_utf8(output.stdout).unwrap();
+    assert!(said.starts_with("lean 48x20, 6 levels, f16") && said.contains("slope variance"), "{said}");
+    let output = bake(&[text(&heights), "--layout", "oiio", "--quiet", "-o", text(&out)]);
+    assert_eq!((output.status.code(), output.stdout.len(), output.stderr.len()), (Some(0), 0, 0));
+}
+
+#[test]
+fn a_folder_is_baked_with_all_it_has() {
+    let Some(folder) = shared_data("displacement") else { return };
+    let out = tempfile::tempdir().unwrap();
+    let baked = out.path().join("metal.ktx2");
+    let output = bake(&[text(&folder.join("SheetMetal001")), "--json", "-o", text(&baked)]);
+    let stderr = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(0), "{stderr}");
+    assert!(stderr.contains("Metalness.png is not baked") && stderr.contains("correlation 0.99"), "{stderr}");
+    let said: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    let scale = said["agreement"]["scale_texels"].as_f64().unwrap();
+    assert!((said["height_scale"].as_f64().unwrap() * 1024.0 / scale - 1.0).abs() < 1e-9, "{said}");
+    let read = BakedMap::load(&baked).unwrap();
+    assert_eq!(read.channels.join(" "), "x y xx yy xy height alpha2 alpha4 red green blue -");
+    assert_eq!(read.levels.len(), 11);
+}
+
+#[test]
+fn what_cannot_be_baked_is_one_line() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    bumps(&at("bumps.png"));
+    save_png_grey16(at("small.png"), &HeightMap::new(2, 2, vec![0.5; 4]).unwrap(), 0.0, 1.0).unwrap();
+    save_exr(at("nan.exr"), 2, 1, &[("height", &[1.0, f32::NAN])]).unwrap();
+    std::fs::write(at("cut.png"), &std::fs::read(at("bumps.png")).unwrap()[..60]).unwrap();
+    let [bumps, small, nan, cut, out, exr] =
+        ["bumps.png", "small.png", "nan.exr", "cut.png", "o.ktx2", "o.exr"].map(|name| text(&at(name)).to_owned());
+    let nowhere = format!("{bumps}/under/o.ktx2");
+    let cases: [(&[&str], i32, &str); 13] = [
+        (&["-o", &out], 2, "<FILE|FOLDER>"),
+        (&[&bumps], 2, "--output"),
+        (&[&bumps, "-o", "x.png"], 2, "must end in .ktx2 or .exr"),
+        (&[&bumps, "--format", "bc", "-o", &out], 2, "--format f16"),
+        (&[&bumps, "--layout", "oiio", "-o", &out], 2, "--layout oiio is an .exr"),
+        (&[&bumps, "--layout", "oiio", "--color", &small, "-o", &exr], 2, "none for --roughness"),
+        (&[&bumps, "--normal-y", "up", "-o", &out], 2, "--normal-y"),
+        (&[&bumps, "--height-scale", "0", "-o", &out], 2, "--height-scale"),
+        (&[&bumps, "--roughness", &small, "-o", &out], 1, "2 x 2 texels, the heights 48 x 20"),
+        (&[&nan, "-o", &out], 1, "NaN in channel height at x = 1, y = 0"),
+        (&[&cut, "-o", &out], 1, "damaged"),
+        (&[text(folder.path()), "-o", &out], 1, "NAME_Color.png"),
+        (&[&bumps, "-o", &nowhere], 1, "cannot make the folder"),
+    ];
+    for (arguments, code, wanted) in cases {
+        let output = bake(arguments);
+        let stderr = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(code), "{arguments:?}: {stderr}");
+        assert!(stderr.lines().count() == 1 && stderr.contains(wanted), "{arguments:?}: {stderr}");
+        assert!(!at("o.ktx2").exists() && !at("o.exr").exists(), "{arguments:?}");
+    }
+    let left: Vec<_> = std::fs::read_dir(folder.path()).unwrap().map(|e| e.unwrap().file_name()).collect();
+    assert_eq!(left.len(), 4, "{left:?}");
+}
