@@ -38,7 +38,7 @@ pub struct SceneOptions {
     pub height_map: Option<HeightMap>,
     /// Instead, a material with everything it has.
     pub material: Option<Material>,
-    /// The model of [`MODEL`].
+    /// The model, for the scene that is one.
     pub model: Option<ModelChoice>,
     /// Texels along an atlas tile, for scenes with [`Choice::AtlasTile`]: a power of two, 8 to 128.
     pub atlas_tile: u32,

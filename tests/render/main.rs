@@ -12,6 +12,7 @@ mod filtering;
 mod frame;
 mod irradiance;
 mod materials;
+mod model;
 mod moments;
 mod moving_sun;
 mod msaa;

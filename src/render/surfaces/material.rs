@@ -213,7 +213,10 @@ mod tests {
     fn mips_average_light_and_variance_not_codes() {
         let [dark, rough] = [[0, 255, 10, alpha_code(0.0)], [255, 255, 10, alpha_code(0.5)]];
         let half = Codes::new().halve(&[dark, rough, dark, rough], [2, 2], [1, 1]);
-        assert_eq!(half, [[188, 255, 10, alpha_code(0.125f32.sqrt())]]);
+        let rough = alpha_of(alpha_code(0.5));
+        assert_eq!(half, [[188, 255, 10, alpha_code(rough * 0.5f32.sqrt())]]);
+        // The mean of the codes would be much smoother.
+        assert!(alpha_of(half[0][3]) > 1.3 * alpha_of(alpha_code(0.5) / 2));
     }
 
     #[test]
@@ -233,7 +236,7 @@ mod tests {
         for alpha in [0.1, 0.6] {
             let [share, rough, smooth, _] = table[usize::from(alpha_code(alpha))];
             assert_eq!(share, if alpha > 0.3 { 1.0 } else { 0.0 });
-            assert!((rough + smooth - alpha * alpha).abs() < 3e-3 && rough * smooth == 0.0);
+            assert!((rough + smooth - alpha * alpha).abs() < 4e-3 && rough * smooth == 0.0);
         }
     }
 }

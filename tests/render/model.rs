@@ -1,0 +1,145 @@
+//! glTF models as scenes.
+
+use crate::common::gpu::test_gpu;
+use crate::common::render::stage_under_sky;
+use crate::common::shared::shared_data;
+use glam::{Quat, Vec2, Vec3};
+use leadr::maps::material::{Encoding, Input, Material, Raster, Samples, Texture};
+use leadr::models::{LoadOptions, Mesh, Model, Node, Primitive, Scene, Transform};
+use leadr::render::camera::Camera;
+use leadr::render::light::sky::Sky;
+use leadr::render::settings::{RenderSettings, Technique};
+use leadr::scenes::model::{ModelChoice, stage};
+use leadr::scenes::stage::Lights;
+
+/// Colour at a place of the texture, linear: red grows to the right, green downwards.
+fn color(s: f32, t: f32) -> [f32; 2] {
+    [s, t]
+}
+
+/// A square of two metres in the plane z = 0 of a node that is turned about y, in a texture of two ramps.
+fn square(mirrored: bool) -> Model {
+    let size = 64;
+    let codes = (0..size * size).flat_map(|i| {
+        let [s, t] = [i % size, i / size].map(|k| (k as f32 + 0.5) / size as f32);
+        let [r, g] = color(s, t).map(|v| (v * 255.0 + 0.5) as u8);
+        [r, g, 0]
+    });
+    let raster = Raster::new(size, size, 3, Samples::U8(codes.collect())).unwrap();
+    let mut material = Material::new("ramps");
+    material.base_color = Input::colors(Texture::new(raster, "ramps", Encoding::Linear));
+    let primitive = Primitive {
+        triangles: vec![[0, 1, 2], [0, 2, 3]],
+        positions: vec![[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [1.0, 1.0, 0.0], [-1.0, 1.0, 0.0]],
+        normals: vec![[0.0, 0.0, 1.0]; 4],
+        texcoords: vec![vec![[0.0, 1.0], [1.0, 1.0], [1.0, 0.0], [0.0, 0.0]]],
+        ..Primitive::default()
+    };
+    let node = Node {
+        name: "square".into(),
+        parent: None,
+        children: Vec::new(),
+        transform: Transform::Parts {
+            translation: Vec3::ZERO,
+            rotation: Quat::from_rotation_y(0.3),
+            scale: if mirrored { Vec3::new(-1.0, 1.0, 1.0) } else { Vec3::ONE },
+        },
+        mesh: Some(0),
+        skin: None,
+        camera: None,
+        light: None,
+        weights: Vec::new(),
+    };
+    Model {
+        name: "square".into(),
+        scenes: vec![Scene { name: String::new(), roots: vec![0] }],
+        nodes: vec![node],
+        order: vec![0],
+        meshes: vec![Mesh { primitives: vec![primitive], ..Mesh::default() }],
+        materials: vec![material],
+        ..Model::default()
+    }
+}
+
+/// Every pixel of a textured square has the colour of the place that its ray meets, seen from the front and from behind, mirrored or not.
+#[test]
+fn textures_lie_where_their_coordinates_say() {
+    let Some(gpu) = test_gpu() else { return };
+    for (mirrored, behind) in [(false, false), (false, true), (true, false)] {
+        let mut stage = stage(ModelChoice::new(square(mirrored), None).unwrap()).unwrap();
+        let top = stage.objects[0].mesh.positions.iter().map(|p| p.z).fold(0.0, f32::max);
+        // The square after its node, in our coordinates: z up, its front along -y.
+        let (sine, cosine) = 0.3f32.sin_cos();
+        let middle = Vec3::new(0.0, 0.0, 0.5 * top);
+        let (right, up) = (Vec3::new(cosine, sine, 0.0), Vec3::Z);
+        assert!((top - 2.0).abs() < 1e-5);
+        let outward = right.cross(up) * if behind { -1.0 } else { 1.0 };
+        let camera = Camera::looking_at(middle + 6.0 * outward + Vec3::new(0.7, 0.0, 0.4), middle, 28.0);
+        let mut renderer = stage_under_sky(&gpu, &mut stage, 16);
+        let state = stage.state(0.0, &camera, &Lights::under(&Sky::default()));
+        let (width, height) = (64u32, 48u32);
+        let settings = RenderSettings {
+            size: (width, height),
+            samples: 1,
+            shading: Technique::Constant.into(),
+            ..RenderSettings::default()
+        };
+        let output = renderer.render(&state, &settings).unwrap();
+        let [x, y, z] = camera.rays((width, height), Vec2::ZERO);
+        let (mut seen, mut worst) = (0, 0.0f32);
+        for (i, pixel) in output.color.iter().enumerate() {
+            let ndc = [i as u32 % width, i as u32 / width].map(|k| k as f32 + 0.5);
+            let ray = z + x * (2.0 * ndc[0] / width as f32 - 1.0) + y * (2.0 * ndc[1] / height as f32 - 1.0);
+            let along = (middle - camera.position).dot(outward) / ray.dot(outward);
+            let at = camera.position + ray * along - middle;
+            let (s, t) = (0.5 + 0.5 * at.dot(right), 0.5 - 0.5 * at.dot(up));
+            let s = if mirrored { 1.0 - s } else { s };
+            // Away from the rim, where pixels see the ground as well and textures repeat.
+            if !(0.06..0.94).contains(&s) || !(0.06..0.94).contains(&t) {
+                continue;
+            }
+            seen += 1;
+            let want = color(s, t);
+            worst = worst.max((pixel[0] - want[0]).abs()).max((pixel[1] - want[1]).abs());
+        }
+        println!("mirrored {mirrored}, behind {behind}: {seen} pixels, worst difference {worst:.4}");
+        // Half a code of the colours, and the codes of their sRGB levels.
+        assert!(seen > 400 && worst < 0.012, "{worst}");
+    }
+}
+
+#[test]
+fn animations_are_found_by_name() {
+    let error = ModelChoice::new(square(false), Some("Walk")).unwrap_err().to_string();
+    assert_eq!(error, "no animation is called Walk; there are: none");
+    let empty = Model { meshes: vec![Mesh::default()], ..square(false) };
+    let error = stage(ModelChoice::new(empty, None).unwrap()).err().unwrap().to_string();
+    assert!(error.contains("shows no triangles"), "{error}");
+}
+
+/// Creatures of others stand on the ground and walk; nothing is drawn twice as large as it is, and nothing is lost.
+#[test]
+fn creatures_of_others_walk() {
+    let Some(gpu) = test_gpu() else { return };
+    let Some(folder) = shared_data("creatures") else { return };
+    for (file, animation) in [("fox/Fox.glb", "Run"), ("trex_quaternius/Trex.glb", "Armature|TRex_Walk")] {
+        let model = Model::load(folder.join(file), LoadOptions::default()).unwrap();
+        let names: Vec<String> = model.animations.iter().map(|a| a.name.clone()).collect();
+        let choice = ModelChoice::new(model, Some(animation)).unwrap_or_else(|_| panic!("{file}: {names:?}"));
+        let mut stage = stage(choice).unwrap();
+        let low = stage.objects.iter().filter(|object| object.mesh.triangles).flat_map(|o| &o.mesh.positions);
+        let low = low.map(|p| p.z).fold(f32::MAX, f32::min);
+        assert!((-1e-3..0.3).contains(&low), "{file}: its lowest point is at {low}");
+        let camera = stage.views.mid;
+        let mut renderer = stage_under_sky(&gpu, &mut stage, 16);
+        let settings = RenderSettings { size: (64, 48), samples: 1, ..RenderSettings::default() };
+        let pictures = [0.0, 0.2].map(|time| {
+            let state = stage.state(time, &camera, &Lights::under(&Sky::default()));
+            renderer.render(&state, &settings).unwrap().color
+        });
+        assert!(pictures.iter().flatten().flatten().all(|v| v.is_finite()), "{file}");
+        let moved = pictures[0].iter().zip(&pictures[1]).filter(|(a, b)| a != b).count();
+        println!("{file}: {moved} pixels moved");
+        assert!(moved > 40, "{file}: {moved} pixels");
+    }
+}
