@@ -7,15 +7,13 @@ use glam::{Affine2, Vec2};
 use rayon::prelude::*;
 
 use crate::maps::material::{
-    Encoding, GreenAxis, Input, Material, NormalMap, Relief, RoughnessMeaning, Texture, TextureWrap, alpha_code,
+    Encoding, Input, Material, NormalMap, Relief, RoughnessMeaning, Texture, TextureWrap, agreement, alpha_code,
     alpha_of,
 };
+use crate::maps::moments::Wrap;
 use crate::maps::srgb::srgb8_from_linear;
 use crate::reflectance::facets::mixed_roughness::two_classes;
 use crate::render::scene::MaterialMap;
-
-/// Steepest slope that a normal map may tell: what is steeper is noise of its codes.
-const STEEPEST: f32 = 8.0;
 
 /// Height of a relief without a scale and without normals, as a part of its repeat.
 pub const USUAL_HEIGHT: f32 = 0.06;
@@ -102,20 +100,14 @@ fn color(input: &Input<[f32; 3]>) -> Property<3> {
 
 /// Slopes `dh/ds, dh/dt` (`t` down) at every place, rise over run.
 fn slopes(map: &NormalMap) -> Plate<[f32; 2]> {
-    let raster = &map.texture.raster;
-    let up = if map.green == GreenAxis::Up { 1.0 } else { -1.0 };
-    Plate::new(&map.texture, |x, y| {
-        let [nx, ny] = [0, 1].map(|channel| (2.0 * raster.value(x, y, channel) - 1.0) * map.scale);
-        let nz = if raster.channels() >= 3 {
-            2.0 * raster.value(x, y, 2) - 1.0
-        } else {
-            (1.0 - nx * nx - ny * ny).max(0.0).sqrt()
-        };
-        let [s, t] = [-nx, up * ny].map(|n| n / nz.max(1e-3));
-        let length = s.hypot(t);
-        let kept = (STEEPEST / length.max(1e-20)).min(1.0);
-        [s * kept, t * kept]
-    })
+    Plate::new(&map.texture, |x, y| map.slope(x, y).map(|v| v as f32))
+}
+
+/// Repeats of the textures that a unit of height is high where normals agree with the heights at all.
+fn agreed_scale(material: &Material) -> Option<f32> {
+    let (relief, normals) = (material.relief.as_ref()?, material.normal_map.as_ref()?);
+    let found = agreement(&relief.map, normals, Wrap::Repeat).filter(|found| found.scale_texels > 0.0)?;
+    Some((found.scale_texels / f64::from(relief.map.width)) as f32)
 }
 
 /// A material at every place of its first texture coordinates.
@@ -131,6 +123,8 @@ pub struct Cover {
     /// Height of the map that lies on the mesh.
     pub middle: f32,
     scale: Option<f32>,
+    /// Repeats of the textures that a unit of height is high, as the normals have it.
+    agreed: Option<f32>,
     /// Texels of the finest texture, across and down.
     pub size: (u32, u32),
 }
@@ -192,6 +186,7 @@ impl Cover {
             heights: material.relief.as_ref().map(heights),
             middle: material.relief.as_ref().map_or(0.0, |relief| relief.middle),
             scale: material.relief.as_ref().and_then(|relief| relief.scale),
+            agreed: agreed_scale(material),
             size,
         }
     }
@@ -243,34 +238,7 @@ impl Cover {
         if self.heights.is_none() {
             return 1.0;
         }
-        self.scale.or_else(|| self.agreement().map(|found| found.scale * repeat)).unwrap_or(USUAL_HEIGHT * repeat)
-    }
-
-    /// How heights and normals agree; `None` where one of them is missing or flat.
-    #[must_use]
-    pub fn agreement(&self) -> Option<Agreement> {
-        let (Some(heights), Some(slopes)) = (&self.heights, &self.slopes) else { return None };
-        let step = Vec2::new(1.0 / heights.width as f32, 1.0 / heights.height as f32);
-        let sums = (0..heights.height)
-            .into_par_iter()
-            .map(|y| {
-                (0..heights.width).fold([0.0f64; 3], |sum, x| {
-                    let at = (Vec2::new(x as f32, y as f32) + 0.5) * step;
-                    let by = |d: Vec2| (heights.at(at + d)[0] - heights.at(at - d)[0]) / (2.0 * d.length());
-                    let gradient = [by(Vec2::new(step.x, 0.0)), by(Vec2::new(0.0, step.y))].map(f64::from);
-                    let slope = slopes.at(at).map(f64::from);
-                    let dot = |a: [f64; 2], b: [f64; 2]| a[0] * b[0] + a[1] * b[1];
-                    [sum[0] + dot(gradient, slope), sum[1] + dot(gradient, gradient), sum[2] + dot(slope, slope)]
-                })
-            })
-            .reduce(|| [0.0; 3], |a, b| std::array::from_fn(|i| a[i] + b[i]));
-        let [both, of_heights, of_normals] = sums;
-        if of_heights <= 0.0 || of_normals <= 0.0 || both <= 0.0 {
-            return None;
-        }
-        let correlation = both / (of_heights * of_normals).sqrt();
-        // Noise in the normals beyond the heights' grid must not steepen the relief: the regression of slopes on gradients.
-        Some(Agreement { scale: (both / of_heights) as f32, correlation: correlation as f32 })
+        self.scale.unwrap_or_else(|| self.agreed.unwrap_or(USUAL_HEIGHT) * repeat)
     }
 
     /// Albedo, roughness and reflectance of texels that [`texel`](Self::texel) found.
@@ -293,13 +261,4 @@ impl Cover {
         let f0 = f0.iter().any(|texel| *texel != [r, r, r, u8::MAX] || [g, b] != [r, r]).then_some(f0);
         MaterialMap { f0, rough_from, ..MaterialMap::new(width, height, colors) }
     }
-}
-
-/// How a height map and a normal map of one surface agree.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Agreement {
-    /// Repeats of the textures that a unit of height is high, as the normals have it.
-    pub scale: f32,
-    /// Correlation of their slopes, 0 to 1.
-    pub correlation: f32,
 }

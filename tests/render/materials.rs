@@ -6,11 +6,11 @@ use crate::common::shared::shared_data;
 use glam::Vec3;
 use leadr::lab::metrics::compare::compare;
 use leadr::maps::material::{
-    Encoding, GreenAxis, Input, Material, MaterialFolder, NormalMap, Raster, Relief, Samples, Texture, alpha_code,
-    green_axis,
+    Encoding, GreenAxis, Input, Material, MaterialFolder, NormalMap, Raster, Relief, Samples, Texture, agreement,
+    alpha_code, green_axis,
 };
 use leadr::maps::tonemap::Tonemap;
-use leadr::maps::{HeightMap, RgbImage};
+use leadr::maps::{HeightMap, RgbImage, Wrap};
 use leadr::reflectance::masking::shadowing::Shadowing;
 use leadr::render::camera::Camera;
 use leadr::render::frame::Renderer;
@@ -227,9 +227,12 @@ fn folders_of_materials_open() {
         assert_eq!(material.metalness.texture.is_some(), metal, "{name}");
         let cover = Cover::new(&material);
         assert_eq!(cover.size, (1024, 1024));
-        match (cover.agreement(), texels) {
+        let relief = material.relief.as_ref().unwrap();
+        let found = material.normal_map.as_ref().and_then(|normals| agreement(&relief.map, normals, Wrap::Repeat));
+        match (found, texels) {
             (Some(found), Some(texels)) => {
-                let scale = f64::from(found.scale) * 1024.0;
+                let scale = found.scale_texels;
+                assert!((f64::from(cover.height_scale(1.0)) * 1024.0 / scale - 1.0).abs() < 1e-5);
                 println!("{name}: {scale:.2} texels of height, correlation {:.3}", found.correlation);
                 assert!((scale / texels - 1.0).abs() < 0.1, "{name}: {scale} texels");
                 assert!(found.correlation > 0.9);

@@ -8,7 +8,8 @@ use serde::Serialize;
 
 use super::args::{BakeArgs, LayoutChoice};
 use super::sources::Sources;
-use crate::maps::bake::{Agreement, Plan, Report};
+use crate::maps::bake::{Plan, Report};
+use crate::maps::material::Agreement;
 
 /// A baked map.
 #[derive(Debug, Serialize)]

@@ -2,12 +2,9 @@
 
 use rayon::prelude::*;
 
-use crate::maps::material::{Encoding, GreenAxis, NormalMap, Raster, RoughnessMeaning};
+use crate::maps::material::{Agreement, Encoding, NormalMap, Raster, RoughnessMeaning, STEEPEST, agreement};
 use crate::maps::moments::{Sums, row_moments};
 use crate::maps::{HeightMap, MapFault, Wrap};
-
-/// Steepest slope that a normal map may tell, rise over run: what is steeper is noise of its codes.
-const STEEPEST: f64 = 8.0;
 
 /// Where roughness comes from.
 #[derive(Clone, Debug)]
@@ -37,17 +34,6 @@ pub struct Inputs {
     pub wrap: Wrap,
 }
 
-/// How heights and normals of one surface agree.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Agreement {
-    /// Texels that a unit of height is high, as the normals have it: the regression of their slopes on those of the heights.
-    pub scale_texels: f64,
-    /// Correlation of their slopes, -1 to 1.
-    pub correlation: f64,
-    /// Share of the normals' squared slopes that no scale of the heights explains.
-    pub left_over: f64,
-}
-
 impl Inputs {
     /// Width and height.
     ///
@@ -75,18 +61,6 @@ impl Inputs {
         }
     }
 
-    /// Rise over run of a normal along `s` and `t` (down), square texels.
-    fn rise_over_run(map: &NormalMap, x: u32, y: u32) -> [f64; 2] {
-        let raster = &map.texture.raster;
-        let code = |channel| 2.0 * f64::from(raster.value(x, y, channel)) - 1.0;
-        let [nx, ny] = [0, 1].map(|channel| code(channel) * f64::from(map.scale));
-        let nz = if raster.channels() >= 3 { code(2) } else { (1.0 - nx * nx - ny * ny).max(0.0).sqrt() };
-        let up = if map.green == GreenAxis::Up { 1.0 } else { -1.0 };
-        let slope = [-nx, up * ny].map(|n| n / nz.max(1e-3));
-        let kept = (STEEPEST / slope[0].hypot(slope[1]).max(1e-20)).min(1.0);
-        slope.map(|v| v * kept)
-    }
-
     /// Central differences of the heights at a texel, per texel.
     fn central(map: &HeightMap, wrap: Wrap, x: u32, y: u32) -> [f64; 2] {
         let at = |dx: i64, dy: i64| {
@@ -100,24 +74,7 @@ impl Inputs {
     /// Compares heights with normals, if there are both and neither is flat.
     #[must_use]
     pub fn agreement(&self) -> Option<Agreement> {
-        let (heights, normals) = (self.heights.as_ref()?, self.normals.as_ref()?);
-        // Row by row, and rows in their order: the same sums on any number of cores.
-        let row = |y: u32| {
-            (0..heights.width).fold([0.0f64; 3], |sum, x| {
-                let gradient = Self::central(heights, self.wrap, x, y);
-                let slope = Self::rise_over_run(normals, x, y);
-                let dot = |a: [f64; 2], b: [f64; 2]| a[0] * b[0] + a[1] * b[1];
-                [sum[0] + dot(gradient, slope), sum[1] + dot(gradient, gradient), sum[2] + dot(slope, slope)]
-            })
-        };
-        let rows: Vec<[f64; 3]> = (0..heights.height).into_par_iter().map(row).collect();
-        let [both, of_heights, of_normals] =
-            rows.into_iter().fold([0.0; 3], |a, b| std::array::from_fn(|i| a[i] + b[i]));
-        if of_heights <= 0.0 || of_normals <= 0.0 {
-            return None;
-        }
-        let correlation = both / (of_heights * of_normals).sqrt();
-        Some(Agreement { scale_texels: both / of_heights, correlation, left_over: 1.0 - correlation * correlation })
+        agreement(self.heights.as_ref()?, self.normals.as_ref()?, self.wrap)
     }
 
     /// Moments of a row, and mean heights, as [`crate::maps::Moments`] has them. `scale`: factor on heights.
@@ -136,7 +93,7 @@ impl Inputs {
             let of_heights = self.heights.as_ref().map(|map| scale * f64::from(map.at(x, y)));
             let [by_s, by_t] = match (&self.normals, &self.heights) {
                 (Some(normals), _) => {
-                    let [s, t] = Self::rise_over_run(normals, x, y);
+                    let [s, t] = normals.slope(x, y);
                     [s, t * texels[1] / texels[0]]
                 }
                 (None, Some(heights)) => {

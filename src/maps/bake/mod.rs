@@ -17,7 +17,7 @@ mod report;
 mod work;
 
 pub use exr_write::ExrFile;
-pub use inputs::{Agreement, Inputs, Roughness};
+pub use inputs::{Inputs, Roughness};
 pub use kind::{Kind, Layout, Precision};
 pub use ktx2_write::Ktx2File;
 pub use report::{LevelError, Report};

@@ -1,7 +1,5 @@
 //! What baking found out.
 
-use super::Agreement;
-
 /// Error of a level against 32-bit floats.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct LevelError {
@@ -29,16 +27,4 @@ pub struct Report {
     pub channel_ranges: Vec<[f64; 2]>,
     /// Error of each level.
     pub errors: Vec<LevelError>,
-}
-
-/// How heights and normals agree, in a line.
-impl std::fmt::Display for Agreement {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let Self { scale_texels, correlation, left_over } = self;
-        write!(
-            f,
-            "correlation {correlation:.3}, heights fit the normals best at {scale_texels:.2} texels, {:.1} % left over",
-            100.0 * left_over
-        )
-    }
 }

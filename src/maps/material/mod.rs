@@ -8,7 +8,7 @@ mod normals;
 mod raster;
 
 pub use folder::{MaterialFolder, Role, role_of};
-pub use normals::green_axis;
+pub use normals::{Agreement, STEEPEST, agreement, green_axis};
 pub use raster::{Encoding, Raster, Samples, Texture, TextureWrap};
 
 use super::HeightMap;

@@ -1,6 +1,81 @@
-//! Which way the green of a normal map goes.
+//! Slopes of a normal map: what its codes say, which way its green goes, and how they agree with heights.
 
-use super::{GreenAxis, Raster};
+use rayon::prelude::*;
+
+use super::{GreenAxis, NormalMap, Raster};
+use crate::maps::moments::Wrap;
+use crate::maps::types::HeightMap;
+
+/// Steepest slope that a normal map may tell, rise over run: what is steeper is noise of its codes.
+pub const STEEPEST: f64 = 8.0;
+
+impl NormalMap {
+    /// Rise over run at a texel along `s` and `t` (down), at most [`STEEPEST`]. Panics outside the image.
+    #[must_use]
+    pub fn slope(&self, x: u32, y: u32) -> [f64; 2] {
+        let raster = &self.texture.raster;
+        let code = |channel| 2.0 * f64::from(raster.value(x, y, channel)) - 1.0;
+        let [nx, ny] = [0, 1].map(|channel| code(channel) * f64::from(self.scale));
+        let nz = if raster.channels() >= 3 { code(2) } else { (1.0 - nx * nx - ny * ny).max(0.0).sqrt() };
+        let up = if self.green == GreenAxis::Up { 1.0 } else { -1.0 };
+        let slope = [-nx, up * ny].map(|n| n / nz.max(1e-3));
+        let kept = (STEEPEST / slope[0].hypot(slope[1]).max(1e-20)).min(1.0);
+        slope.map(|v| v * kept)
+    }
+}
+
+/// How heights and normals of one surface agree.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Agreement {
+    /// Texels of the heights that a unit of height is high, as the normals have it: the regression of their slopes on those of the
+    /// heights.
+    pub scale_texels: f64,
+    /// Correlation of their slopes, -1 to 1.
+    pub correlation: f64,
+    /// Share of the normals' squared slopes that no scale of the heights explains.
+    pub left_over: f64,
+}
+
+impl std::fmt::Display for Agreement {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self { scale_texels, correlation, left_over } = self;
+        write!(
+            f,
+            "correlation {correlation:.3}, heights fit the normals best at {scale_texels:.2} texels, {:.1} % left over",
+            100.0 * left_over
+        )
+    }
+}
+
+/// Compares heights with normals of the same surface, whose texels are looked up where those of the heights are; `None` if one of them is
+/// flat.
+#[must_use]
+pub fn agreement(heights: &HeightMap, normals: &NormalMap, wrap: Wrap) -> Option<Agreement> {
+    let raster = &normals.texture.raster;
+    let at = |x: u32, y: u32, dx: i64, dy: i64| {
+        let x = wrap.texel(i64::from(x) + dx, heights.width);
+        let y = wrap.texel(i64::from(y) + dy, heights.height);
+        f64::from(heights.texels[y * heights.width as usize + x])
+    };
+    let nearest = |k: u32, of: u32, to: u32| (u64::from(k) * u64::from(to) / u64::from(of)) as u32;
+    // Row by row, and rows in their order: the same sums on any number of cores.
+    let row = |y: u32| {
+        (0..heights.width).fold([0.0f64; 3], |sum, x| {
+            let gradient = [0.5 * (at(x, y, 1, 0) - at(x, y, -1, 0)), 0.5 * (at(x, y, 0, 1) - at(x, y, 0, -1))];
+            let slope =
+                normals.slope(nearest(x, heights.width, raster.width()), nearest(y, heights.height, raster.height()));
+            let dot = |a: [f64; 2], b: [f64; 2]| a[0] * b[0] + a[1] * b[1];
+            [sum[0] + dot(gradient, slope), sum[1] + dot(gradient, gradient), sum[2] + dot(slope, slope)]
+        })
+    };
+    let rows: Vec<[f64; 3]> = (0..heights.height).into_par_iter().map(row).collect();
+    let [both, of_heights, of_normals] = rows.into_iter().fold([0.0; 3], |a, b| std::array::from_fn(|i| a[i] + b[i]));
+    if of_heights <= 0.0 || of_normals <= 0.0 {
+        return None;
+    }
+    let correlation = both / (of_heights * of_normals).sqrt();
+    Some(Agreement { scale_texels: both / of_heights, correlation, left_over: 1.0 - correlation * correlation })
+}
 
 /// As the slopes fit together best. Those of heights have no curl: `dh/ds` changes along `t` as `dh/dt` does along `s`. Of the two ways
 /// to read green, the one that leaves less curl is right; up, where both leave as much.
