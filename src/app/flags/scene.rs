@@ -22,7 +22,7 @@ use crate::scenes::view::{Size, View};
 #[derive(Clone, Debug, Args)]
 pub struct SceneArgs {
     /// Scene to draw, or a glTF model
-    #[arg(long, value_name = "NAME|FILE.glb|FILE.gltf", value_parser = scene_choice, default_value = SCENES[0].name, help = scene_help())]
+    #[arg(long, value_name = "NAME|FILE.glb|FILE.gltf", value_parser = scene_choice, default_value = SCENES[0].name, long_help = scene_help())]
     pub scene: SceneChoice,
     /// Animation of a model to play [default: its first]
     #[arg(long, value_name = "NAME")]
@@ -130,8 +130,8 @@ pub struct SceneChoice {
 }
 
 fn scene_help() -> String {
-    let names: Vec<_> = SCENES.iter().map(|scene| format!("  {}: {}", scene.name, scene.help)).collect();
-    format!("Scene to draw, or a glTF model on open ground:\n{}\n", names.join("\n"))
+    let names: Vec<_> = SCENES.iter().map(|scene| format!("- {}: {}", scene.name, scene.help)).collect();
+    format!("Scene to draw, or a glTF model on open ground\n\nScenes:\n{}", names.join("\n"))
 }
 
 fn scene_choice(name: &str) -> Result<SceneChoice, String> {
