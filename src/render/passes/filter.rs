@@ -73,11 +73,11 @@ impl FilterInto {
     }
 
     /// Specialization constants of its fragment stage, but for those about the surface. `mixed`: whether two roughnesses share
-    /// that.
+    /// what it shades.
     #[must_use]
     pub fn spec(self, needs: Needs, mixed: bool) -> Vec<(&'static str, SpecValue)> {
         match self {
-            Self::GBuffer => [needs.spec(), vec![("MIXED_ROUGHNESS", SpecValue::Bool(mixed))]].concat(),
+            Self::GBuffer => needs.spec(),
             Self::Radiance(kind) => ShadeKind { mixed: kind.mixed && mixed, ..kind }.spec(),
         }
     }
@@ -132,7 +132,7 @@ impl FilterPass {
         into: FilterInto,
         kind: SurfaceKind,
     ) -> Result<GraphicsPipeline> {
-        let has = [
+        let mut has = vec![
             ("ATLAS", SpecValue::Bool(kind.tiled)),
             ("DISPLACED", SpecValue::Bool(kind.displaced)),
             ("COLORED", SpecValue::Bool(kind.colored)),
@@ -144,6 +144,10 @@ impl FilterPass {
             ("RELIEF_DRAWN", SpecValue::Bool(relief_drawn)),
             ("EDGE_SAMPLES", SpecValue::Bool(into == FilterInto::GBuffer)),
         ];
+        if into == FilterInto::GBuffer {
+            // Where it shades, that says so.
+            has.push(("MIXED_ROUGHNESS", SpecValue::Bool(kind.mixed)));
+        }
         let desc = GraphicsDesc {
             vertex: into.choose("passes/filter/filter.vert", "passes/filter/object.vert"),
             fragment: Some(into.choose("passes/filter/filter.frag", "passes/filter/filter_shade.frag")),
