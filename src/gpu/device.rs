@@ -32,6 +32,7 @@ pub struct Gpu {
     queue_family: u32,
     push_descriptor: ash::khr::push_descriptor::Device,
     debug: Option<ash::ext::debug_utils::Device>,
+    labels: Mutex<()>,
     device: ash::Device,
     messenger: Option<(ash::ext::debug_utils::Instance, vk::DebugUtilsMessengerEXT)>,
     messages: Box<validation::Messages>,
@@ -133,6 +134,7 @@ impl Gpu {
             queue_family: chosen.queue_family,
             push_descriptor: ash::khr::push_descriptor::Device::new(&instance, &device),
             debug,
+            labels: Mutex::new(()),
             device,
             messenger: unfinished.messenger.take(),
             messages,
@@ -254,6 +256,13 @@ impl Gpu {
 
     pub(crate) fn debug(&self) -> Option<&ash::ext::debug_utils::Device> {
         self.debug.as_ref()
+    }
+
+    /// Held while the labels of any command buffer change: where one begins or ends, and where a pool is reset or destroyed.
+    /// The validation layer of Debian 12 keeps the labels of all command buffers in one table and forgets those of a reset
+    /// buffer without locking it, so threads that record different buffers crash in it.
+    pub(crate) fn lock_labels(&self) -> MutexGuard<'_, ()> {
+        self.labels.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Names an object for captures and validation messages.

@@ -94,6 +94,7 @@ impl CommandRecorder {
         let device = self.gpu.raw();
         let info = vk::CommandBufferBeginInfo::default().flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
         self.state = State::Idle;
+        let labels = self.gpu.lock_labels();
         // SAFETY: the previous submission is done, so the pool may be reset and its buffer be recorded.
         unsafe {
             device
@@ -101,6 +102,7 @@ impl CommandRecorder {
                 .doing(format!("resetting {}", self.name))?;
             device.begin_command_buffer(self.buffer, &info).doing(format!("recording {label}"))?;
         }
+        drop(labels);
         let mut commands = Commands::new(&self.gpu, self.buffer);
         let result = commands.label(label, record);
         let recorded = commands.finish()?;
@@ -180,6 +182,7 @@ impl CommandRecorder {
 impl Drop for CommandRecorder {
     fn drop(&mut self) {
         let _ = self.wait();
+        let _labels = self.gpu.lock_labels();
         // SAFETY: no submission is in progress; null handles are ignored.
         unsafe {
             self.gpu.raw().destroy_fence(self.fence, None);

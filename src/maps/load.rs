@@ -7,9 +7,9 @@ use super::png_read::{Png, Samples};
 use super::srgb::linear_from_srgb;
 use super::{HeightMap, MapError, MapFault, Rgb8Image, RgbImage, exr_read, hdr, limits, png_read, raster_read};
 
-/// Loads a height map from PNG (8 or 16-bit, normalised to 0..1) or EXR (as stored, may be negative).
+/// Loads a height map from PNG or JPEG (8 or 16-bit, normalised to 0..1) or EXR (as stored, may be negative).
 ///
-/// In a PNG the first channel (grey, or red) is the height and alpha is ignored. In an EXR it is the only channel, or
+/// In a PNG or JPEG the first channel (grey, or red) is the height and alpha is ignored. In an EXR it is the only channel, or
 /// else the first of `height`, `displacement`, `disp`, `Y`, `Z`, `R`, whatever its case, with or without a layer
 /// prefix. Fails on anything unreadable, over [`limits`], or not finite.
 pub fn load_height_map(path: impl AsRef<Path>) -> Result<HeightMap, MapError> {
@@ -79,15 +79,12 @@ pub fn decode_height_map(bytes: &[u8]) -> Result<HeightMap, MapFault> {
         let texels = image.planes.into_iter().next().unwrap_or_default();
         return HeightMap::new(image.width, image.height, texels);
     }
-    if !png_read::is_png(bytes) {
-        return Err(MapFault::Unrecognised { expected: "a PNG or EXR height map" });
+    if !raster_read::is_raster(bytes) {
+        return Err(MapFault::Unrecognised { expected: "a PNG, JPEG or EXR height map" });
     }
-    let Png { width, height, channels, samples } = png_read::decode(bytes)?;
-    let texels = match samples {
-        Samples::U8(s) => s.iter().step_by(channels).map(|&v| f32::from(v) / 255.0).collect(),
-        Samples::U16(s) => s.iter().step_by(channels).map(|&v| f32::from(v) / 65535.0).collect(),
-    };
-    HeightMap::new(width, height, texels)
+    let raster = raster_read::decode_raster(bytes)?;
+    let places = (0..raster.height()).flat_map(|y| (0..raster.width()).map(move |x| (x, y)));
+    HeightMap::new(raster.width(), raster.height(), places.map(|(x, y)| raster.value(x, y, 0)).collect())
 }
 
 /// [`load_environment`] from bytes in memory.

@@ -34,7 +34,7 @@ pub(crate) fn decode(bytes: &[u8]) -> Result<Png, MapFault> {
     cap.max_image_width = Some(limits::MAX_SIDE as u32);
     cap.max_image_height = Some(limits::MAX_SIDE as u32);
     cap.max_alloc = Some(limits::MAX_DECODED_BYTES);
-    let decoder = PngDecoder::with_limits(Cursor::new(bytes), cap).map_err(fault)?;
+    let decoder = PngDecoder::with_limits(Cursor::new(bytes), cap).map_err(|error| fault(error, REMEDY))?;
     let (width, height) = decoder.dimensions();
     let color = decoder.color_type();
     let (channels, wide) = match color {
@@ -55,22 +55,22 @@ pub(crate) fn decode(bytes: &[u8]) -> Result<Png, MapFault> {
     let count = width as usize * height as usize * channels;
     let samples = if wide {
         let mut samples = limits::zeroed::<u16>(count)?;
-        decoder.read_image(bytemuck::cast_slice_mut(&mut samples)).map_err(fault)?;
+        decoder.read_image(bytemuck::cast_slice_mut(&mut samples)).map_err(|error| fault(error, REMEDY))?;
         Samples::U16(samples)
     } else {
         let mut samples = limits::zeroed::<u8>(count)?;
-        decoder.read_image(&mut samples).map_err(fault)?;
+        decoder.read_image(&mut samples).map_err(|error| fault(error, REMEDY))?;
         Samples::U8(samples)
     };
     Ok(Png { width, height, channels, samples })
 }
 
-/// The decoder's error, worded as one of our sentences.
-fn fault(error: ImageError) -> MapFault {
+const REMEDY: &str = "save it as 8 or 16-bit grey or RGB PNG";
+
+/// A decoder's error, worded as one of our sentences. `remedy`: for what it does not support.
+pub(super) fn fault(error: ImageError, remedy: &str) -> MapFault {
     match error {
-        ImageError::Unsupported(reason) => {
-            MapFault::Unsupported { what: one_line(&reason), remedy: "save it as 8 or 16-bit grey or RGB PNG".into() }
-        }
+        ImageError::Unsupported(reason) => MapFault::Unsupported { what: one_line(&reason), remedy: remedy.into() },
         ImageError::Limits(reason) => MapFault::TooLarge { what: one_line(&reason) },
         ImageError::IoError(reason) => MapFault::damaged(one_line(&reason)),
         other => MapFault::damaged(one_line(&other)),

@@ -3,12 +3,23 @@
 use std::io::Cursor;
 
 use image::codecs::jpeg::JpegDecoder;
-use image::{ColorType, ImageDecoder, ImageError};
+use image::{ColorType, ImageDecoder};
 
 use super::guard::guarded;
 use super::material::{Raster, Samples};
-use super::png_read::{self, one_line};
+use super::png_read::{self, fault};
 use super::{MapFault, limits};
+
+const REMEDY: &str = "save it as an 8-bit grey or RGB JPEG";
+
+/// Whether it begins as a PNG or a JPEG does.
+pub(super) fn is_raster(bytes: &[u8]) -> bool {
+    is_jpeg(bytes) || png_read::is_png(bytes)
+}
+
+fn is_jpeg(bytes: &[u8]) -> bool {
+    bytes.starts_with(&[0xff, 0xd8])
+}
 
 /// Decodes a PNG (8 or 16 bits, grey or colour, with or without alpha) or a JPEG (grey or colour; CMYK becomes RGB). The format is
 /// recognised by the first bytes.
@@ -16,7 +27,7 @@ use super::{MapFault, limits};
 /// # Errors
 /// On anything else, anything damaged, and anything over [`limits`].
 pub fn decode_raster(bytes: &[u8]) -> Result<Raster, MapFault> {
-    if bytes.starts_with(&[0xff, 0xd8]) {
+    if is_jpeg(bytes) {
         return guarded("JPEG", || decode_jpeg(bytes));
     }
     if !png_read::is_png(bytes) {
@@ -35,19 +46,19 @@ fn decode_jpeg(bytes: &[u8]) -> Result<Raster, MapFault> {
     if !has_end(bytes) {
         return Err(MapFault::damaged("its JPEG data end early"));
     }
-    let decoder = JpegDecoder::new(Cursor::new(bytes)).map_err(fault)?;
+    let decoder = JpegDecoder::new(Cursor::new(bytes)).map_err(|error| fault(error, REMEDY))?;
     let (width, height) = decoder.dimensions();
     let channels = match decoder.color_type() {
         ColorType::L8 => 1,
         ColorType::Rgb8 => 3,
         other => {
             let what = format!("its texels are {other:?}");
-            return Err(MapFault::Unsupported { what, remedy: "save it as an 8-bit grey or RGB JPEG".into() });
+            return Err(MapFault::Unsupported { what, remedy: REMEDY.into() });
         }
     };
     limits::check_size(width.into(), height.into(), channels as u64, bytes.len())?;
     let mut samples = limits::zeroed(width as usize * height as usize * channels)?;
-    decoder.read_image(&mut samples).map_err(fault)?;
+    decoder.read_image(&mut samples).map_err(|error| fault(error, REMEDY))?;
     Raster::new(width, height, channels, Samples::U8(samples))
 }
 
@@ -67,16 +78,4 @@ fn has_end(bytes: &[u8]) -> bool {
         }
     }
     false
-}
-
-/// The decoder's error, worded as one of our sentences.
-fn fault(error: ImageError) -> MapFault {
-    match error {
-        ImageError::Unsupported(reason) => {
-            MapFault::Unsupported { what: one_line(&reason), remedy: "save it as an 8-bit grey or RGB JPEG".into() }
-        }
-        ImageError::Limits(reason) => MapFault::TooLarge { what: one_line(&reason) },
-        ImageError::IoError(reason) => MapFault::damaged(one_line(&reason)),
-        other => MapFault::damaged(one_line(&other)),
-    }
 }

@@ -11,7 +11,7 @@ use crate::maps::material::{
     alpha_of,
 };
 use crate::maps::moments::Wrap;
-use crate::maps::srgb::srgb8_from_linear;
+use crate::maps::srgb::{linear_of_srgb8, srgb8_from_linear};
 use crate::reflectance::facets::mixed_roughness::two_classes;
 use crate::render::scene::MaterialMap;
 
@@ -82,9 +82,8 @@ fn number(input: &Input<f32>) -> Property<1> {
 
 fn color(input: &Input<[f32; 3]>) -> Property<3> {
     let plate = |texture: &Texture| {
-        // Tables, since powers of a million texels take a while.
-        let table: Vec<f32> =
-            (0..=u8::MAX).map(|c| crate::maps::srgb::linear_from_srgb(f32::from(c) / 255.0)).collect();
+        // A table, since powers of a million texels take a while.
+        let table = linear_of_srgb8();
         let raster = &texture.raster;
         let of_codes = matches!(raster.samples(), crate::maps::material::Samples::U8(_));
         Plate::new(texture, |x, y| {
@@ -163,7 +162,8 @@ impl Cover {
     #[must_use]
     pub fn new(material: &Material) -> Self {
         let textures = [&material.base_color, &material.f0].into_iter().filter_map(|input| input.texture.as_ref());
-        let numbers = [&material.metalness, &material.roughness].into_iter().filter_map(|input| input.texture.as_ref());
+        let numbers = [&material.metalness, &material.roughness, &material.specular];
+        let numbers = numbers.into_iter().filter_map(|input| input.texture.as_ref());
         let normal = material.normal_map.as_ref().map(|map| &map.texture);
         let heights = material.relief.as_ref().map(|relief| (relief.map.width, relief.map.height));
         let sizes = textures.chain(numbers).chain(normal).map(|t| (t.raster.width(), t.raster.height())).chain(heights);
@@ -257,8 +257,8 @@ impl Cover {
         let alphas: Vec<f64> = (0..=u8::MAX).map(|code| f64::from(alpha_of(code)).max(1e-4)).collect();
         let rough_from = two_classes(&alphas, &counts).map(|alpha| alpha as f32);
         // One grey is the object's own.
-        let [r, g, b, _] = f0[0];
-        let f0 = f0.iter().any(|texel| *texel != [r, r, r, u8::MAX] || [g, b] != [r, r]).then_some(f0);
+        let grey = f0[0][0];
+        let f0 = f0.iter().any(|texel| *texel != [grey, grey, grey, u8::MAX]).then_some(f0);
         MaterialMap { f0, rough_from, ..MaterialMap::new(width, height, colors) }
     }
 }

@@ -68,7 +68,7 @@ pub fn sphere_stage(material: &Material, tile: u32) -> Stage {
     let layout = TileLayout::new(mesh.patches.len() as u32, tile);
     let (width, height) = layout.size();
     let per_patch = Vec2::new(width as f32, height as f32) / layout.inner() as f32;
-    let (layout, baked) = bake_patches(&mut mesh, tile, |_, _, point| {
+    let (_, baked) = bake_patches(&mut mesh, tile, |_, _, point| {
         let (mut baked, mut gradient) = (Baked::default(), Vec3::ZERO);
         let weights = triplanar_weights(point.position, point.normal, SPHERE_REPEAT);
         let squares: f32 = weights.iter().map(|w| w.weight * w.weight).sum();

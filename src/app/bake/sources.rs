@@ -6,10 +6,9 @@ use serde::Serialize;
 
 use super::args::BakeArgs;
 use crate::app::error::AppError;
-use crate::app::files::extension;
 use crate::maps::bake::{Inputs, Roughness};
 use crate::maps::material::{GreenAxis, Material, MaterialFolder, Role, RoughnessMeaning, role_of};
-use crate::maps::{HeightMap, MapError, load_height_map, load_raster};
+use crate::maps::{load_height_map, load_raster};
 
 /// The files that are baked.
 #[derive(Clone, Debug, Default, Serialize)]
@@ -133,7 +132,7 @@ impl Sources {
             None => None,
         };
         Ok(Inputs {
-            heights: self.height.as_deref().map(heights).transpose()?,
+            heights: self.height.as_deref().map(load_height_map).transpose()?,
             normals,
             roughness,
             color: self.color.as_deref().map(load_raster).transpose()?,
@@ -141,15 +140,4 @@ impl Sources {
             wrap: arguments.wrap.into(),
         })
     }
-}
-
-/// Heights of a file of any kind.
-fn heights(file: &Path) -> Result<HeightMap, MapError> {
-    if !matches!(extension(file).as_deref(), Some("jpg" | "jpeg")) {
-        return load_height_map(file);
-    }
-    let raster = load_raster(file)?;
-    let texels = (0..raster.height()).flat_map(|y| (0..raster.width()).map(move |x| (x, y)));
-    let texels = texels.map(|(x, y)| raster.value(x, y, 0)).collect();
-    HeightMap::new(raster.width(), raster.height(), texels).map_err(|fault| fault.in_file(file))
 }

@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 
 use super::normals::green_axis;
 use super::{Encoding, GreenAxis, Input, Material, NormalMap, Relief, RoughnessMeaning, Samples, Texture};
-use crate::maps::load::load_raster;
-use crate::maps::{HeightMap, MapError, MapFault};
+use crate::maps::load::{load_height_map, load_raster};
+use crate::maps::{MapError, MapFault};
 
 /// What a picture of a material says.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -234,13 +234,8 @@ impl Material {
     /// # Errors
     /// If they are damaged, too large or of the wrong kind.
     pub fn set_heights(&mut self, file: &Path) -> Result<(), MapError> {
-        let raster = load_raster(file)?;
-        let texels: Vec<f32> = (0..raster.height())
-            .flat_map(|y| (0..raster.width()).map(move |x| (x, y)))
-            .map(|(x, y)| raster.value(x, y, 0))
-            .collect();
-        let mean = texels.iter().map(|&h| f64::from(h)).sum::<f64>() / texels.len() as f64;
-        let map = HeightMap::new(raster.width(), raster.height(), texels).map_err(|fault| fault.in_file(file))?;
+        let map = load_height_map(file)?;
+        let mean = map.texels.iter().map(|&h| f64::from(h)).sum::<f64>() / map.texels.len() as f64;
         self.relief = Some(Relief { map, scale: None, middle: mean as f32 });
         Ok(())
     }

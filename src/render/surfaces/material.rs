@@ -159,23 +159,25 @@ fn halve(texels: &[[f32; 4]], from: [u32; 2], to: [u32; 2]) -> Vec<[f32; 4]> {
 }
 
 /// What the codes of colours and roughnesses stand for.
-struct Codes {
+pub(super) struct Codes {
     linear: [f32; 256],
     /// `α²` of the codes of roughness.
     variance: [f32; 256],
 }
 
 impl Codes {
-    fn new() -> Self {
+    pub(super) fn new() -> Self {
         let variance = std::array::from_fn(|code| alpha_of(code as u8).powi(2));
         Self { linear: linear_of_srgb8(), variance }
     }
 
+    /// Linear colour and `α²` of a texel.
+    pub(super) fn linear(&self, [r, g, b, a]: [u8; 4]) -> [f32; 4] {
+        let [r, g, b] = [r, g, b].map(|code| self.linear[usize::from(code)]);
+        [r, g, b, self.variance[usize::from(a)]]
+    }
+
     fn halve(&self, texels: &[[u8; 4]], from: [u32; 2], to: [u32; 2]) -> Vec<[u8; 4]> {
-        let linear = |[r, g, b, a]: [u8; 4]| {
-            let [r, g, b] = [r, g, b].map(|code| self.linear[usize::from(code)]);
-            [r, g, b, self.variance[usize::from(a)]]
-        };
         let codes = |[r, g, b, variance]: [f32; 4]| {
             let [r, g, b] = [r, g, b].map(srgb8_from_linear);
             [r, g, b, (variance.sqrt().sqrt() * 255.0 + 0.5) as u8]
@@ -187,9 +189,9 @@ impl Codes {
                 .into_par_iter()
                 .flat_map_iter(|y| {
                     let rows = [2 * y * width, (2 * y + 1) * width];
-                    let linear = &linear;
                     (0..to[0] as usize).map(move |x| {
-                        let four = [rows[0], rows[0] + 1, rows[1], rows[1] + 1].map(|at| linear(texels[at + 2 * x]));
+                        let four =
+                            [rows[0], rows[0] + 1, rows[1], rows[1] + 1].map(|at| self.linear(texels[at + 2 * x]));
                         codes(std::array::from_fn(|i| 0.25 * four.iter().map(|texel| texel[i]).sum::<f32>()))
                     })
                 })
@@ -197,7 +199,7 @@ impl Codes {
         }
         reduce(texels, from, to, |parts| {
             codes(parts.fold([0.0; 4], |sum, (texel, weight)| {
-                let texel = linear(texel);
+                let texel = self.linear(texel);
                 std::array::from_fn(|i| sum[i] + weight * texel[i])
             }))
         })

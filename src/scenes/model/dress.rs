@@ -1,6 +1,7 @@
 //! A model's triangles in their material.
 
 use glam::Vec2;
+use rayon::prelude::*;
 
 use super::parts::Parts;
 use crate::models::Model;
@@ -25,17 +26,21 @@ pub fn object(model: &Model, parts: &Parts, index: usize, rest: PosedVertices) -
     let material = &model.materials[parts.objects[index].material];
     let cover = Cover::new(material);
     let (width, height) = cover.size;
-    let places = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
-    let places = places.map(|(x, y)| (Vec2::new(x as f32, y as f32) + 0.5) / Vec2::new(width as f32, height as f32));
-    let texels: Vec<Texel> = places.clone().map(|at| cover.texel(at)).collect();
+    let size = Vec2::new(width as f32, height as f32);
+    let place = |index: usize| {
+        let [x, y] = [index % width as usize, index / width as usize].map(|k| k as f32 + 0.5);
+        Vec2::new(x, y) / size
+    };
+    let places = 0..width as usize * height as usize;
+    let texels: Vec<Texel> = places.clone().into_par_iter().map(|index| cover.texel(place(index))).collect();
     let object = Object::new(format!("{} {}", model.name, material.name), mesh)
         .with_specular_f0(texels[0].body_f0)
         .with_material(Cover::map(width, height, &texels));
     if !cover.has_slopes() {
         return object;
     }
-    let flat = vec![0.0; width as usize * height as usize];
+    let flat = vec![0.0; places.len()];
     object
         .with_heights(HeightField { width, height, texels: flat, border: Border::Wrap }, 1.0)
-        .with_slopes(places.map(|at| cover.slope(at).to_array()).collect())
+        .with_slopes(places.into_par_iter().map(|index| cover.slope(place(index)).to_array()).collect())
 }

@@ -21,14 +21,12 @@ use rayon::prelude::*;
 
 use self::frames::{AtlasFrames, turn};
 use self::levels::{CoarseShape, Star, coarse_levels};
-use super::material::{MIXED_FORMAT, MaterialImages};
+use super::material::{Codes, MIXED_FORMAT, MaterialImages};
 use super::moments::LeadrMapGpu;
 use super::patch_mesh::{PatchMesh, TileLayout};
 use super::topology::Topology;
 use crate::gpu::vk::Format;
 use crate::gpu::{Buffer, Gpu, GpuError, Image, ImageDesc, Result, shared_struct};
-use crate::maps::material::alpha_of;
-use crate::maps::srgb::linear_of_srgb8;
 use crate::render::constants::{NO_NEIGHBOR, SOURCE_LEVEL};
 
 shared_struct! {
@@ -141,15 +139,10 @@ impl AtlasGpu {
         };
         let AtlasGpu { mut color, mut f0, mut mixed, .. } = Self::none(gpu, name)?;
         if let Some(images) = material {
-            let linear = linear_of_srgb8();
-            let variances: [f32; 256] = std::array::from_fn(|code| alpha_of(code as u8).powi(2));
+            let codes = Codes::new();
             let decoded = |image: &Image| {
                 let texels: Vec<[u8; 4]> = image.read(SOURCE_LEVEL, 0)?;
-                let decode = |[r, g, b, a]: [u8; 4]| {
-                    let [r, g, b] = [r, g, b].map(|code| linear[usize::from(code)]);
-                    [r, g, b, variances[usize::from(a)]]
-                };
-                Ok::<Vec<[f32; 4]>, GpuError>(texels.into_iter().map(decode).collect())
+                Ok::<Vec<[f32; 4]>, GpuError>(texels.into_iter().map(|texel| codes.linear(texel)).collect())
             };
             // The shader finds the root of the roughness in both kinds of levels.
             color = coarse("colour", decoded(&images.color)?, |[r, g, b, variance]| [r, g, b, variance.sqrt().sqrt()])?;
