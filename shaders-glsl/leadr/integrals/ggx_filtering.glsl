@@ -1,6 +1,7 @@
 #ifndef LEADR_GGX_FILTERING_GLSL
 #define LEADR_GGX_FILTERING_GLSL
 
+#include "../fma.glsl"
 #include "../facets/beckmann.glsl"
 #include "../facets/ggx.glsl"
 

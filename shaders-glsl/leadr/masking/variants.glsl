@@ -32,27 +32,22 @@ float masking_factor(int masking, vec3 wo, vec3 wi, vec3 wh, vec2 m, float area_
     area_o = max(area_o, LEADR_MIN_AREA);
     area_i = max(area_i, LEADR_MIN_AREA);
     float facet = half_facet_area(wo, wi, wh);
-    switch (masking) {
-    case LEADR_SMITH_CORRELATED:
-        return ai / max(ai * area_o + ao * max(area_i - ai, 0.0), 1e-30);
-    case LEADR_SMITH_SEPARABLE:
-        return ai / (area_o * area_i);
-    case LEADR_SMITH_THESIS:
+    if (masking == LEADR_SMITH_CORRELATED) return ai / max(ai * area_o + ao * max(area_i - ai, 0.0), 1e-30);
+    if (masking == LEADR_SMITH_SEPARABLE) return ai / (area_o * area_i);
+    if (masking == LEADR_SMITH_THESIS) {
         float denominator = wi.z * area_o + wo.z * area_i - wo.z * wi.z;
         bool seen = wo.z > 0.0 && wi.z > 0.0 && ao > 0.0 && ai > 0.0 && denominator > 0.0;
         return seen ? wi.z / max(denominator, LEADR_MIN_AREA * wi.z) : 0.0;
-    case LEADR_VGROOVE:
+    }
+    if (masking == LEADR_VGROOVE)
         return ai / max(max(ai * max(max(ao, 0.5 * facet), LEADR_MIN_AREA), 0.5 * facet * ao), 1e-30);
-    case LEADR_VGROOVE_UNSHADOWED:
-        return 1.0 / max(max(ao, 0.5 * facet), LEADR_MIN_AREA);
-    case LEADR_NORMAL_MAP:
-        return 1.0 / max(facet, LEADR_MIN_AREA);
-    case LEADR_SMITH_DIRECTION_CORRELATED:
-    case LEADR_SMITH_DIRECTION_CORRELATED_SIMPLE:
+    if (masking == LEADR_VGROOVE_UNSHADOWED) return 1.0 / max(max(ao, 0.5 * facet), LEADR_MIN_AREA);
+    if (masking == LEADR_NORMAL_MAP) return 1.0 / max(facet, LEADR_MIN_AREA);
+    bool simple = masking == LEADR_SMITH_DIRECTION_CORRELATED_SIMPLE;
+    if (simple || masking == LEADR_SMITH_DIRECTION_CORRELATED) {
         vec3 cholesky = slope_cholesky(S);
         vec2 po = whitened_direction(wo, cholesky);
         vec2 pi = whitened_direction(wi, cholesky);
-        bool simple = masking == LEADR_SMITH_DIRECTION_CORRELATED_SIMPLE;
         return masking_shadowing_factor(simple ? LEADR_SHADOWING_CORRELATED_SIMPLE : LEADR_SHADOWING_CORRELATED,
                                  DirectionArea(po, length(po), ao, area_o), DirectionArea(pi, length(pi), ai, area_i));
     }

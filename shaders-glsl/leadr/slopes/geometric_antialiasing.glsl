@@ -1,6 +1,7 @@
 #ifndef LEADR_GEOMETRIC_ANTIALIASING_GLSL
 #define LEADR_GEOMETRIC_ANTIALIASING_GLSL
 
+#include "../fma.glsl"
 #include "packing.glsl"
 
 // The change of the surface's normal across a pixel, as roughness in slope space (Tokuyoshi & Kaplanyan 2019 and its

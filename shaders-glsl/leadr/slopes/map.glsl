@@ -7,8 +7,10 @@
 // parametrisation. A point of the surface is X + h N; write T = d(X)/ds + h d(N)/ds for the derivative of the offset
 // macrosurface. The normal (-slope, 1) is orthogonal to T + h_s N exactly when slope . T.xy = h_s + T.z (frame: z = N).
 
+// slope = linear * (h_s, h_t) + offset. The columns of linear stand apart: naga takes no 2 x 2 matrix in a struct.
 struct SlopeMap {
-    mat2 linear; // slope = linear * (h_s, h_t) + offset
+    vec2 linear_s;
+    vec2 linear_t;
     vec2 offset; // slope of the offset macrosurface itself, which need not be orthogonal to N
 };
 
@@ -21,21 +23,19 @@ SlopeMap slope_map(vec3 ts, vec3 tt, vec3 x, vec3 y, vec3 z) {
     float det = s.x * t.y - s.y * t.x;
     float bound = max(1e-4 * (dot(s, s) + dot(t, t)), 1e-20);
     float inverse = (det < 0.0 ? -1.0 : 1.0) / max(abs(det), bound);
-    SlopeMap map;
-    map.linear = mat2(t.y, -t.x, -s.y, s.x) * inverse;
-    map.offset = map.linear * vec2(s.z, t.z);
-    return map;
+    mat2 linear = mat2(t.y, -t.x, -s.y, s.x) * inverse;
+    return SlopeMap(linear[0], linear[1], linear * vec2(s.z, t.z));
 }
 
 // Mean slope in the frame, its length clamped to MAX_SLOPE. gradient: (E[h_s], E[h_t]).
 vec2 map_mean_slope(SlopeMap map, vec2 gradient) {
-    vec2 slope = clamp(map.linear * gradient + map.offset, -1e12, 1e12);
+    vec2 slope = clamp(mat2(map.linear_s, map.linear_t) * gradient + map.offset, -1e12, 1e12);
     return slope * min(1.0, LEADR_MAX_SLOPE * inversesqrt(max(dot(slope, slope), 1e-12)));
 }
 
 // Covariance in the frame: linear S linear^T (LEADR eq. 12), clamped to be usable (clamp_covariance).
 vec3 map_covariance(SlopeMap map, vec3 S) {
-    return clamp_covariance(map_second_moments(map.linear, S));
+    return clamp_covariance(map_second_moments(mat2(map.linear_s, map.linear_t), S));
 }
 
 #endif

@@ -1,6 +1,7 @@
 #ifndef LEADR_SLOPE_PACKING_GLSL
 #define LEADR_SLOPE_PACKING_GLSL
 
+#include "../fma.glsl"
 #include "moments.glsl"
 
 // How a texel stores its slope moments: LEADR, LEAN and three forms of CLEAN. src/reflectance/slopes/packing.rs says which

@@ -2,6 +2,7 @@
 #define LEADR_SLOPE_STATISTICS_GLSL
 
 #include "../constants.glsl"
+#include "../fma.glsl"
 
 // Mean and covariance of the slopes under a pixel. Covariances are (s_xx, s_yy, s_xy).
 

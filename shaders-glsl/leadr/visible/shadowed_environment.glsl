@@ -1,6 +1,7 @@
 #ifndef LEADR_SHADOWED_ENVIRONMENT_GLSL
 #define LEADR_SHADOWED_ENVIRONMENT_GLSL
 
+#include "../fma.glsl"
 #include "../frame.glsl"
 #include "../facets/projected_area.glsl"
 #include "../integrals/sh.glsl"

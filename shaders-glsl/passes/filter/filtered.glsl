@@ -320,7 +320,8 @@ FilteredSurface filtered_mesh(ivec2 pixel, vec2 at, uvec4 seen, out float area) 
     filtered.inside = (seen.x & INSIDE) != 0u;
     filtered.horizon = Horizon(vec2(0.0), vec3(0.0));
     if (USES_HORIZON && DISPLACED && HORIZON) {
-        filtered.horizon = filter_horizon(footprint, index, surface.texcoord, map.linear, abs(object.height_scale));
+        mat2 linear = mat2(map.linear_s, map.linear_t);
+        filtered.horizon = filter_horizon(footprint, index, surface.texcoord, linear, abs(object.height_scale));
     }
     filtered.lod = footprint.lod;
     filtered.joined = ATLAS ? joined_part(footprint.across) : 0.0;

@@ -13,8 +13,8 @@ void main() {
     at = gl_GlobalInvocationID.x * 11;
     vec3 x = normalize(cross(abs(z.x) < 0.5 ? vec3(1, 0, 0) : vec3(0, 1, 0), z));
     SlopeMap map = slope_map(ts, tt, x, cross(z, x), z);
-    put(map.linear[0]);
-    put(map.linear[1]);
+    put(map.linear_s);
+    put(map.linear_t);
     put(map.offset);
     put(map_mean_slope(map, gradient));
     put(map_covariance(map, S));

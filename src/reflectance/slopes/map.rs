@@ -16,7 +16,7 @@ use glam::{DMat2, DVec2, DVec3};
 /// `slope = linear · (h_s, h_t) + offset`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SlopeMap {
-    /// The columns are the responses to `h_s` and `h_t`, in units of one over length.
+    /// The columns are the responses to `h_s` and `h_t`, in units of one over length; `linear_s` and `linear_t` in GLSL.
     pub linear: DMat2,
     /// Slope of the offset macrosurface itself.
     pub offset: DVec2,
