@@ -11,6 +11,14 @@ const uint FLAG_DISPLACED = 1u;
 const uint FLAG_FLAT = 2u;
 // Back faces are painted in the marker colour (crack test).
 const uint FLAG_MARK_INSIDE = 4u;
+// What it emits is multiplied with the colours of its vertices.
+const uint FLAG_TINTED_EMISSION = 8u;
+// Its patches are triangles.
+const uint FLAG_TRIANGLES = 16u;
+// Its material has texture coordinates of its own.
+const uint FLAG_CHARTED = 32u;
+// Its opacity is a mask.
+const uint FLAG_MASK = 64u;
 // Above the flags, where edge samples are drawn: their number across a pixel.
 const uint FLAGS_GRID_SHIFT = 8u;
 
@@ -46,6 +54,18 @@ const uint SOURCE_LEVEL = 2u;
 // Coarse levels of patch corners alone, which reach over more than one patch: squares of up to 8. Wider ones bring in more
 // of what is hidden than they calm: the far T-rex becomes worse.
 const uint WIDE_LEVELS = 3u;
+
+// Images of a material that may have texture coordinates of their own: their number, and each one's own
+
+const uint CHARTS = 4u;
+// Colours, roughness and reflectance.
+const uint CHART_COLORS = 0u;
+// Emission.
+const uint CHART_EMISSION = 1u;
+// Accessibility.
+const uint CHART_OCCLUSION = 2u;
+// Coverage of what has holes.
+const uint CHART_OPACITY = 3u;
 
 // Shading
 

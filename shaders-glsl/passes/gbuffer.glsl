@@ -1,4 +1,4 @@
-// The texels of the G-buffer (GBuffer in Rust): 64 bytes a pixel. Mean and covariance of the slopes are packed into texels that
+// The texels of the G-buffer (GBuffer in Rust): 72 bytes a pixel. Mean and covariance of the slopes are packed into texels that
 // every technique fetches anyway.
 #ifndef LEADR_GBUFFER
 #define LEADR_GBUFFER
@@ -16,6 +16,7 @@ struct FilteredSurface {
     MixedRoughness mixed; // the two roughnesses that alpha stands for, where MIXED_ROUGHNESS says so
     vec3 f0;             // reflectance at normal incidence
     float body_f0;       // of the part that has albedo: metal beside it has none
+    vec3 emission;       // radiance, to be scaled
     float accessibility;
     bool inside;         // of a surface, whose back is seen
     Horizon horizon;     // of the relief
@@ -55,6 +56,16 @@ uint pack_place(FilteredSurface f) {
 uvec4 pack_reflection(FilteredSurface f) {
     return uvec4(packHalf2x16(f.f0.xy), packHalf2x16(vec2(f.f0.z, f.mixed.share)),
                  packHalf2x16(vec2(f.mixed.smooth_alpha, f.mixed.rough_alpha)), floatBitsToUint(f.body_f0));
+}
+
+// Emission as halves, the last of them unused.
+uvec2 pack_emission(FilteredSurface f) {
+    vec3 emission = clamp(f.emission, 0.0, 6e4);
+    return uvec2(packHalf2x16(emission.xy), packHalf2x16(vec2(emission.z, 0.0)));
+}
+
+vec3 emission_of(uvec2 packed) {
+    return vec3(unpackHalf2x16(packed.x), unpackHalf2x16(packed.y).x);
 }
 
 vec3 f0_of(uvec4 reflection) {

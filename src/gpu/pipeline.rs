@@ -87,8 +87,8 @@ impl Default for Depth {
     }
 }
 
-/// Description of a graphics pipeline. Vertex shaders read their vertices from storage buffers; both sides of triangles are
-/// drawn, without blending.
+/// Description of a graphics pipeline. Vertex shaders read their vertices from storage buffers; triangles are drawn
+/// without blending, from both sides unless it says otherwise.
 #[derive(Clone, Copy, Debug)]
 pub struct GraphicsDesc<'a> {
     /// Vertex entry point, such as `"passes/gbuffer.vert"`.
@@ -108,6 +108,8 @@ pub struct GraphicsDesc<'a> {
     /// Which triangles have `gl_FrontFacing`: those that run clockwise on the screen (y down) if true, otherwise the
     /// others.
     pub clockwise_front: bool,
+    /// Whether the others are left out.
+    pub front_only: bool,
     /// What the vertices form.
     pub topology: Topology,
     /// Specialization constants of all stages.
@@ -128,6 +130,7 @@ impl Default for GraphicsDesc<'_> {
             depth: None,
             samples: 1,
             clockwise_front: false,
+            front_only: false,
             topology: Topology::Triangles,
             spec: &[],
             structs: &[],
@@ -197,7 +200,7 @@ fn create_graphics(
     let bias = desc.depth.and_then(|depth| depth.bias);
     let rasterization = vk::PipelineRasterizationStateCreateInfo::default()
         .polygon_mode(vk::PolygonMode::FILL)
-        .cull_mode(vk::CullModeFlags::NONE)
+        .cull_mode(if desc.front_only { vk::CullModeFlags::BACK } else { vk::CullModeFlags::NONE })
         .front_face(if desc.clockwise_front { vk::FrontFace::CLOCKWISE } else { vk::FrontFace::COUNTER_CLOCKWISE })
         .depth_bias_enable(bias.is_some())
         .depth_bias_constant_factor(bias.map_or(0.0, |[constant, _]| constant))

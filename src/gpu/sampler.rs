@@ -12,6 +12,8 @@ use super::{Gpu, Result};
 pub enum AddressMode {
     /// The texture, repeated.
     Repeat,
+    /// The same, every second repeat mirrored.
+    Mirror,
     /// The nearest texel at the edge.
     ClampToEdge,
 }
@@ -51,10 +53,19 @@ impl Sampler {
     /// # Errors
     /// A failed Vulkan call.
     pub fn new(gpu: &Arc<Gpu>, name: &str, filter: Filter, mode: AddressMode) -> Result<Self> {
-        let mode = match mode {
+        Self::with_modes(gpu, name, filter, [mode; 2])
+    }
+
+    /// A sampler of images, with address modes across and down.
+    ///
+    /// # Errors
+    /// A failed Vulkan call.
+    pub fn with_modes(gpu: &Arc<Gpu>, name: &str, filter: Filter, modes: [AddressMode; 2]) -> Result<Self> {
+        let [across, down] = modes.map(|mode| match mode {
             AddressMode::Repeat => vk::SamplerAddressMode::REPEAT,
+            AddressMode::Mirror => vk::SamplerAddressMode::MIRRORED_REPEAT,
             AddressMode::ClampToEdge => vk::SamplerAddressMode::CLAMP_TO_EDGE,
-        };
+        });
         let texels = if filter == Filter::Nearest { vk::Filter::NEAREST } else { vk::Filter::LINEAR };
         let levels = match filter {
             Filter::Nearest | Filter::Bilinear => vk::SamplerMipmapMode::NEAREST,
@@ -64,9 +75,9 @@ impl Sampler {
             .mag_filter(texels)
             .min_filter(texels)
             .mipmap_mode(levels)
-            .address_mode_u(mode)
-            .address_mode_v(mode)
-            .address_mode_w(mode)
+            .address_mode_u(across)
+            .address_mode_v(down)
+            .address_mode_w(down)
             .max_lod(vk::LOD_CLAMP_NONE);
         // SAFETY: the device is alive.
         let raw = unsafe { gpu.raw().create_sampler(&info, None) }.doing(format!("creating sampler {name}"))?;

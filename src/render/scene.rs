@@ -1,6 +1,7 @@
 //! The data that a scene hands to the renderer: objects, made once, and the state of each frame.
 
 use super::camera::Camera;
+use super::constants::CHARTS;
 use super::light::exposure;
 use super::light::sky::Sky;
 use super::surfaces::displacement::HeightField;
@@ -8,7 +9,34 @@ use super::surfaces::ocean::Ocean;
 use super::surfaces::patch_mesh::{PatchMesh, PosedVertices};
 use super::surfaces::skinning;
 use crate::maps::cache::MapCache;
-use glam::{Affine3A, Mat4, Vec3};
+use crate::maps::material::TextureWrap;
+use glam::{Affine3A, Mat4, Vec2, Vec3};
+
+/// A property of a surface over texture coordinates.
+#[derive(Clone, Debug)]
+pub struct PropertyMap<T> {
+    /// Texels per row.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+    /// Row by row.
+    pub texels: Vec<T>,
+    /// What lies beyond the edges, across and down; in an atlas that is the atlas's business.
+    pub wrap: [TextureWrap; 2],
+}
+
+/// Texture coordinates of the corners of a triangle for each kind of image: see the `CHART_` constants.
+pub type TriangleCharts = [[Vec2; 3]; CHARTS as usize];
+
+impl Holes {
+    /// What is compared, or the share.
+    #[must_use]
+    pub const fn map(&self) -> &PropertyMap<f32> {
+        match self {
+            Self::Mask(map) | Self::Share(map) => map,
+        }
+    }
+}
 
 /// The material of a surface over its texture coordinates.
 #[derive(Clone, Debug)]
@@ -24,13 +52,31 @@ pub struct MaterialMap {
     /// The roughness `α` from which texels count as rough, where they are filtered in two classes
     /// ([`mixed_roughness`](crate::reflectance::facets::mixed_roughness)): each has mirrors of its own, which takes time.
     pub rough_from: Option<f32>,
+    /// What lies beyond the edges of colours and reflectance.
+    pub wrap: [TextureWrap; 2],
+    /// Emitted radiance, linear; each frame multiplies it by [`FrameState::emission_scale`].
+    pub emission: Option<PropertyMap<[f32; 3]>>,
+    /// Share of the surroundings that a place sees past what is large, 0 to 1: multiplies the accessibility of the vertices.
+    pub occlusion: Option<PropertyMap<f32>>,
+    /// Where the surface has holes.
+    pub opacity: Option<Holes>,
+}
+
+/// Where a surface has holes.
+#[derive(Clone, Debug)]
+pub enum Holes {
+    /// Where this is below one half; between texels it is interpolated.
+    Mask(PropertyMap<f32>),
+    /// Everywhere to a degree: this share of the samples of a place sees the surface.
+    Share(PropertyMap<f32>),
 }
 
 impl MaterialMap {
     /// Albedo and roughness, one lobe under every pixel.
     #[must_use]
     pub const fn new(width: u32, height: u32, colors: Vec<[u8; 4]>) -> Self {
-        Self { width, height, colors, f0: None, rough_from: None }
+        let wrap = [TextureWrap::Repeat; 2];
+        Self { width, height, colors, f0: None, rough_from: None, wrap, emission: None, occlusion: None, opacity: None }
     }
 }
 
@@ -53,9 +99,18 @@ pub struct Object {
     pub height_scale: f32,
     /// Its material; without it the colours of the vertices are used.
     pub material: Option<MaterialMap>,
+    /// Texture coordinates of each triangle in the images of the material, where they are not those of the mesh, which then lead
+    /// the slopes alone. For meshes of triangles.
+    pub charts: Option<Vec<TriangleCharts>>,
     /// Reflectance at normal incidence; of what has albedo, where the material tells more. Below 0.02 reflection fades at all angles,
     /// and at 0 nothing is reflected.
     pub specular_f0: f32,
+    /// What lies beyond the edges of its slopes, across and down, where the border of its heights does not say so.
+    pub slope_wrap: Option<[TextureWrap; 2]>,
+    /// Whether what it emits is multiplied with the colours of the vertices.
+    pub tints_emission: bool,
+    /// Whether only its front is seen: the side from which its triangles run counter-clockwise. Shadows fall from both.
+    pub front_only: bool,
     /// Whether it casts a shadow.
     pub casts_shadow: bool,
 }
@@ -72,7 +127,11 @@ impl Object {
             slopes: None,
             height_scale: 1.0,
             material: None,
+            charts: None,
             specular_f0: 0.04,
+            slope_wrap: None,
+            tints_emission: false,
+            front_only: false,
             casts_shadow: true,
         }
     }
@@ -99,6 +158,12 @@ impl Object {
     #[must_use]
     pub fn with_material(self, map: MaterialMap) -> Self {
         Self { material: Some(map), ..self }
+    }
+
+    /// The same with texture coordinates of their own for the images of its material.
+    #[must_use]
+    pub fn with_charts(self, charts: Vec<TriangleCharts>) -> Self {
+        Self { charts: Some(charts), ..self }
     }
 
     /// The same with another reflectance at normal incidence.
@@ -175,6 +240,44 @@ pub struct PointLight {
     pub position: Vec3,
     /// Radiant intensity, linear rgb: the irradiance at distance 1.
     pub intensity: Vec3,
+    /// Where it shines; `None` in all directions.
+    pub cone: Option<Cone>,
+    /// Metres at which it has faded to nothing, as `KHR_lights_punctual` has it; `None` if it never does.
+    pub range: Option<f32>,
+}
+
+/// Where a spot shines.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Cone {
+    /// Its middle, unit.
+    pub axis: Vec3,
+    /// Angle from the axis up to which it has its full intensity, radians, below the outer one.
+    pub inner_angle: f32,
+    /// Angle from the axis at which it ends, radians, at most π/2.
+    pub outer_angle: f32,
+}
+
+impl PointLight {
+    /// A light that shines in all directions, however far.
+    #[must_use]
+    pub const fn new(position: Vec3, intensity: Vec3) -> Self {
+        Self { position, intensity, cone: None, range: None }
+    }
+
+    /// What its intensity is multiplied with toward a direction away from it: the square of `d · xyz + w`, kept in 0 to 1.
+    #[must_use]
+    pub(super) fn falloff(&self) -> [f32; 4] {
+        let Some(Cone { axis, inner_angle, outer_angle }) = self.cone else { return [0.0, 0.0, 0.0, 1.0] };
+        let (inner, outer) = (inner_angle.cos(), outer_angle.cos());
+        let scale = (inner - outer).max(1e-3).recip();
+        (axis * scale).extend(-outer * scale).to_array()
+    }
+
+    /// One over the square of its range; 0 without one.
+    #[must_use]
+    pub(super) fn inverse_square_range(&self) -> f32 {
+        self.range.map_or(0.0, |range| (range * range).max(1e-20).recip())
+    }
 }
 
 /// Largest number of point lights in a frame.
@@ -197,6 +300,8 @@ pub struct FrameState {
     pub point_lights: Vec<PointLight>,
     /// Multiplies the height scale of every object.
     pub height_scale: f32,
+    /// Radiance of an emission of 1.
+    pub emission_scale: f32,
 }
 
 impl FrameState {
@@ -204,7 +309,16 @@ impl FrameState {
     /// alone.
     #[must_use]
     pub fn new(camera: Camera, poses: Vec<Pose>) -> Self {
-        Self { time: 0.0, camera, poses, sky: None, sun: None, point_lights: Vec::new(), height_scale: 1.0 }
+        Self {
+            time: 0.0,
+            camera,
+            poses,
+            sky: None,
+            sun: None,
+            point_lights: Vec::new(),
+            height_scale: 1.0,
+            emission_scale: 1.0,
+        }
     }
 
     /// The same frame under a sky and its sun.

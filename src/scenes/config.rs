@@ -73,6 +73,10 @@ pub struct SceneConfig {
     pub model: Option<PathBuf>,
     /// The animation that it plays, instead of its first.
     pub animation: Option<String>,
+    /// Name or number of its camera, where it is seen by one and not by the first.
+    pub model_camera: Option<String>,
+    /// Whether missing and damaged images of it are replaced.
+    pub lenient: bool,
     /// Height map of the plane or sphere.
     pub height_map: Option<PathBuf>,
     /// Files of its material.
@@ -127,6 +131,8 @@ impl Default for SceneConfig {
             scene: &SCENES[0],
             model: None,
             animation: None,
+            model_camera: None,
+            lenient: false,
             height_map: None,
             material: MaterialFiles::default(),
             waves: Waves::default(),

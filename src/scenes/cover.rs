@@ -7,13 +7,13 @@ use glam::{Affine2, Vec2};
 use rayon::prelude::*;
 
 use crate::maps::material::{
-    Encoding, Input, Material, NormalMap, Relief, RoughnessMeaning, Texture, TextureWrap, agreement, alpha_code,
-    alpha_of,
+    Encoding, Input, Material, NormalMap, Opacity, Relief, RoughnessMeaning, Texture, TextureWrap, agreement,
+    alpha_code, alpha_of,
 };
 use crate::maps::moments::Wrap;
 use crate::maps::srgb::{linear_of_srgb8, srgb8_from_linear};
 use crate::reflectance::facets::mixed_roughness::two_classes;
-use crate::render::scene::MaterialMap;
+use crate::render::scene::{Holes, MaterialMap, PropertyMap};
 
 /// Height of a relief without a scale and without normals, as a part of its repeat.
 pub const USUAL_HEIGHT: f32 = 0.06;
@@ -97,6 +97,16 @@ fn color(input: &Input<[f32; 3]>) -> Property<3> {
     Property { factor: input.factor, plate: input.texture.as_ref().map(plate) }
 }
 
+/// Texels across and down with which a texture fills the unit square of its chart.
+fn texels_of(texture: &Texture) -> (u32, u32) {
+    let size = Vec2::new(texture.raster.width() as f32, texture.raster.height() as f32);
+    let texels = |axis: Vec2| ((axis * size).length().round() as u32).clamp(1, MOST_TEXELS);
+    (texels(texture.transform.matrix2.x_axis), texels(texture.transform.matrix2.y_axis))
+}
+
+/// Most texels along a side of an image that is drawn anew; smaller ones stay as they are.
+const MOST_TEXELS: u32 = 8192;
+
 /// Slopes `dh/ds, dh/dt` (`t` down) at every place, rise over run.
 fn slopes(map: &NormalMap) -> Plate<[f32; 2]> {
     Plate::new(&map.texture, |x, y| map.slope(x, y).map(|v| v as f32))
@@ -117,6 +127,10 @@ pub struct Cover {
     meaning: RoughnessMeaning,
     f0: Property<3>,
     specular: Property<1>,
+    emission: Property<3>,
+    occlusion: Property<1>,
+    occlusion_strength: f32,
+    opacity: Option<(Property<1>, Option<f32>)>,
     slopes: Option<Plate<[f32; 2]>>,
     heights: Option<Plate<[f32; 1]>>,
     /// Height of the map that lies on the mesh.
@@ -126,6 +140,8 @@ pub struct Cover {
     agreed: Option<f32>,
     /// Texels of the finest texture, across and down.
     pub size: (u32, u32),
+    /// Those of the emission, of the accessibility and of the opacity.
+    sizes: [(u32, u32); 3],
 }
 
 /// A material at one place.
@@ -157,6 +173,36 @@ impl Texel {
     }
 }
 
+/// What a material does to light beside reflecting it.
+#[derive(Default)]
+pub struct LightMaps {
+    /// Emitted radiance.
+    pub emission: Option<PropertyMap<[f32; 3]>>,
+    /// Accessibility.
+    pub occlusion: Option<PropertyMap<f32>>,
+    /// Holes.
+    pub opacity: Option<Holes>,
+}
+
+impl LightMaps {
+    /// A material map with these.
+    #[must_use]
+    pub fn with(self, map: MaterialMap) -> MaterialMap {
+        MaterialMap { emission: self.emission, occlusion: self.occlusion, opacity: self.opacity, ..map }
+    }
+}
+
+/// What reflects nothing at all.
+fn black(name: &str) -> Material {
+    Material {
+        base_color: Input::constant([0.0; 3]),
+        f0: Input::constant([0.0; 3]),
+        specular: Input::constant(0.0),
+        roughness: Input::constant(1.0),
+        ..Material::new(name)
+    }
+}
+
 impl Cover {
     /// Reads the textures of a material.
     #[must_use]
@@ -166,7 +212,7 @@ impl Cover {
         let numbers = numbers.into_iter().filter_map(|input| input.texture.as_ref());
         let normal = material.normal_map.as_ref().map(|map| &map.texture);
         let heights = material.relief.as_ref().map(|relief| (relief.map.width, relief.map.height));
-        let sizes = textures.chain(numbers).chain(normal).map(|t| (t.raster.width(), t.raster.height())).chain(heights);
+        let sizes = textures.chain(numbers).chain(normal).map(texels_of).chain(heights);
         let size = sizes.fold((1, 1), |a, b| (a.0.max(b.0), a.1.max(b.1)));
         let heights = |relief: &Relief| Plate {
             width: relief.map.width,
@@ -175,7 +221,32 @@ impl Cover {
             transform: Affine2::IDENTITY,
             wrap: [TextureWrap::Repeat; 2],
         };
+        let glowing = if material.unlit { &material.base_color } else { &material.emission };
+        let opacity = match &material.opacity {
+            Opacity::Opaque => None,
+            Opacity::Mask { mask, cutoff } => Some((mask, Some(*cutoff))),
+            Opacity::Blend { share } => Some((share, None)),
+        };
+        let image = |texture: Option<&Texture>| texture.map_or((1, 1), texels_of);
+        let sizes = [
+            image(glowing.texture.as_ref()),
+            image(material.occlusion.texture.as_ref()),
+            image(opacity.as_ref().and_then(|(input, _)| input.texture.as_ref())),
+        ];
+        if material.unlit {
+            return Self {
+                emission: color(glowing),
+                opacity: opacity.map(|(input, cutoff)| (number(input), cutoff)),
+                sizes,
+                ..Self::new(&Material { unlit: false, opacity: Opacity::Opaque, ..black(&material.name) })
+            };
+        }
         Self {
+            emission: color(glowing),
+            occlusion: number(&material.occlusion),
+            occlusion_strength: material.occlusion_strength,
+            opacity: opacity.map(|(input, cutoff)| (number(input), cutoff)),
+            sizes,
             base_color: color(&material.base_color),
             metalness: number(&material.metalness),
             roughness: number(&material.roughness),
@@ -188,6 +259,90 @@ impl Cover {
             scale: material.relief.as_ref().and_then(|relief| relief.scale),
             agreed: agreed_scale(material),
             size,
+        }
+    }
+
+    /// Whether it emits light.
+    #[must_use]
+    pub fn emits(&self) -> bool {
+        self.emission.factor != [0.0; 3]
+    }
+
+    /// Emitted radiance at a place, `t` down.
+    #[must_use]
+    pub fn emission(&self, texcoord: Vec2) -> [f32; 3] {
+        self.emission.at(texcoord)
+    }
+
+    /// Whether it tells what of the surroundings is seen.
+    #[must_use]
+    pub fn is_occluded(&self) -> bool {
+        self.occlusion_strength != 0.0 && (self.occlusion.plate.is_some() || self.occlusion.factor != [1.0])
+    }
+
+    /// Share of the surroundings that is seen from a place.
+    #[must_use]
+    pub fn accessibility(&self, texcoord: Vec2) -> f32 {
+        let [seen] = self.occlusion.at(texcoord);
+        1.0 + self.occlusion_strength * (seen.clamp(0.0, 1.0) - 1.0)
+    }
+
+    /// Whether it has holes.
+    #[must_use]
+    pub fn has_holes(&self) -> bool {
+        self.opacity.is_some()
+    }
+
+    /// Opacity at a place; of a mask such that its edge is at one half.
+    #[must_use]
+    pub fn opacity(&self, texcoord: Vec2) -> f32 {
+        let Some((property, cutoff)) = &self.opacity else { return 1.0 };
+        let [value] = property.at(texcoord).map(|v| v.clamp(0.0, 1.0));
+        match cutoff {
+            None => value,
+            // Where everything passes, and where nothing does.
+            Some(cutoff) if *cutoff <= 0.0 => 1.0,
+            Some(cutoff) if value < *cutoff => 0.5 * value / cutoff * 0.998,
+            Some(cutoff) => 0.5 + 0.5 * (value - cutoff) / (1.0 - cutoff).max(1e-3),
+        }
+    }
+
+    /// The least opacity of a place whose colour counts.
+    #[must_use]
+    pub fn least_opacity(&self) -> f32 {
+        if matches!(self.opacity, Some((_, None))) { 1.0 / 255.0 } else { 0.5 }
+    }
+
+    /// Those holes, from values of [`opacity`](Self::opacity).
+    #[must_use]
+    pub fn holes(&self, map: PropertyMap<f32>) -> Option<Holes> {
+        let (_, cutoff) = self.opacity.as_ref()?;
+        Some(if cutoff.is_some() { Holes::Mask(map) } else { Holes::Share(map) })
+    }
+
+    /// Maps of what it emits, what it sees of its surroundings, and its holes, each of which lies in a chart with a wrap of its own.
+    /// `place`: of the material where that chart has a place.
+    pub fn light_maps(&self, wraps: [[TextureWrap; 2]; 3], place: impl Fn(Vec2) -> Vec2 + Sync) -> LightMaps {
+        fn map<T: Send>(
+            (width, height): (u32, u32),
+            wrap: [TextureWrap; 2],
+            at: impl Fn(Vec2) -> T + Sync,
+        ) -> PropertyMap<T> {
+            let texel = |index: usize| {
+                let [x, y] = [index % width as usize, index / width as usize].map(|k| k as f32 + 0.5);
+                at(Vec2::new(x / width as f32, y / height as f32))
+            };
+            let texels = (0..width as usize * height as usize).into_par_iter().map(texel).collect();
+            PropertyMap { width, height, texels, wrap }
+        }
+        let [emission, occlusion, opacity] = self.sizes;
+        LightMaps {
+            emission: self.emits().then(|| map(emission, wraps[0], |at| self.emission(place(at)))),
+            occlusion: self.is_occluded().then(|| map(occlusion, wraps[1], |at| self.accessibility(place(at)))),
+            opacity: self
+                .has_holes()
+                .then(|| map(opacity, wraps[2], |at| self.opacity(place(at))))
+                .and_then(|map| self.holes(map)),
         }
     }
 
@@ -256,9 +411,9 @@ impl Cover {
         }
         let alphas: Vec<f64> = (0..=u8::MAX).map(|code| f64::from(alpha_of(code)).max(1e-4)).collect();
         let rough_from = two_classes(&alphas, &counts).map(|alpha| alpha as f32);
-        // One grey is the object's own.
-        let grey = f0[0][0];
-        let f0 = f0.iter().any(|texel| *texel != [grey, grey, grey, u8::MAX]).then_some(f0);
+        // The grey of what is no metal is the object's own.
+        let own = srgb8_from_linear(texels[0].body_f0);
+        let f0 = f0.iter().any(|texel| *texel != [own, own, own, u8::MAX]).then_some(f0);
         MaterialMap { f0, rough_from, ..MaterialMap::new(width, height, colors) }
     }
 }

@@ -3,12 +3,13 @@
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
-use super::cover::{Cover, Texel};
+use super::cover::{Cover, LightMaps, Texel};
+use super::holes::filled;
 use super::plane::{even, plane};
 use super::sphere::{bake_patches, cube_sphere, triplanar_weights};
 use super::stage::{Stage, plane_patches, plane_views, sphere_views};
-use crate::maps::material::Material;
-use crate::render::scene::Object;
+use crate::maps::material::{Material, TextureWrap};
+use crate::render::scene::{Object, PropertyMap};
 use crate::render::surfaces::displacement::{Border, HeightField};
 use crate::render::surfaces::patch_mesh::TileLayout;
 
@@ -29,10 +30,15 @@ pub fn plane_stage(material: &Material) -> Stage {
         Vec2::new(x / width as f32, 1.0 - y / height as f32)
     };
     let places = 0..width as usize * height as usize;
-    let texels: Vec<Texel> = places.clone().into_par_iter().map(|index| cover.texel(upright(index))).collect();
+    let mut texels: Vec<Texel> = places.clone().into_par_iter().map(|index| cover.texel(upright(index))).collect();
+    if cover.has_holes() {
+        texels = filled(&texels, [width, height], |index| cover.opacity(upright(index)) >= cover.least_opacity());
+    }
     let mesh = plane(4.0, 4 * plane_patches(width.max(height)), PLANE_REPEAT, UNTINTED, even);
     let mut object = Object::new("plane", mesh).with_specular_f0(texels[0].body_f0);
-    object = object.with_material(Cover::map(width, height, &texels));
+    let repeat = [[TextureWrap::Repeat; 2]; 3];
+    let light = cover.light_maps(repeat, |at| Vec2::new(at.x, 1.0 - at.y));
+    object = object.with_material(beside_heights(&cover, light).with(Cover::map(width, height, &texels)));
     if cover.has_heights() || cover.has_slopes() {
         let scale = cover.height_scale(PLANE_REPEAT);
         let heights = places.clone().into_par_iter().map(|index| cover.height(upright(index)) - cover.middle).collect();
@@ -55,6 +61,9 @@ struct Baked {
     texel: Texel,
     height: f32,
     slope: [f32; 2],
+    emission: [f32; 3],
+    accessibility: f32,
+    opacity: f32,
 }
 
 /// A unit sphere in a material, seen along the three axes and blended; it repeats every 1.2 m.
@@ -75,7 +84,12 @@ pub fn sphere_stage(material: &Material, tile: u32) -> Stage {
         let sum: f32 = weights.iter().map(|w| w.weight).sum();
         for seen in weights.iter().filter(|seen| seen.weight > 0.0) {
             let at = Vec2::new(seen.texcoord.x, 1.0 - seen.texcoord.y);
-            baked.texel = baked.texel.plus(seen.weight / sum, cover.texel(at));
+            let share = seen.weight / sum;
+            baked.texel = baked.texel.plus(share, cover.texel(at));
+            let emission = cover.emission(at);
+            baked.emission = std::array::from_fn(|i| baked.emission[i] + share * emission[i]);
+            baked.accessibility += share * cover.accessibility(at);
+            baked.opacity += share * cover.opacity(at);
             // Relief keeps its variance where it is blended.
             let weight = seen.weight / squares.sqrt();
             baked.height += weight * smooth.as_ref().map_or(0.0, |field| field.bicubic(at) - cover.middle);
@@ -89,11 +103,32 @@ pub fn sphere_stage(material: &Material, tile: u32) -> Stage {
     let first = baked[0].texel;
     let texels: Vec<Texel> = baked.iter().map(|b| if b.texel == Texel::default() { first } else { b.texel }).collect();
     let mut object = Object::new("sphere", mesh).with_specular_f0(first.body_f0);
-    object = object.with_material(Cover::map(width, height, &texels));
+    let light = beside_heights(&cover, light_of_tiles(&cover, width, height, &baked));
+    object = object.with_material(light.with(Cover::map(width, height, &texels)));
     let heights = baked.iter().map(|b| b.height).collect();
     object = object.with_heights(HeightField { width, height, texels: heights, border: Border::Tiles(layout) }, scale);
     if cover.has_slopes() {
         object = object.with_slopes(baked.iter().map(|b| b.slope).collect());
     }
     Stage::still(vec![object], sphere_views())
+}
+
+/// What tiles of the sphere do to light.
+fn light_of_tiles(cover: &Cover, width: u32, height: u32, baked: &[Baked]) -> LightMaps {
+    fn map<T>(size: (u32, u32), baked: &[Baked], of: impl Fn(&Baked) -> T) -> PropertyMap<T> {
+        let texels = baked.iter().map(of).collect();
+        PropertyMap { width: size.0, height: size.1, texels, wrap: [TextureWrap::Clamp; 2] }
+    }
+    let size = (width, height);
+    LightMaps {
+        emission: cover.emits().then(|| map(size, baked, |b| b.emission)),
+        occlusion: cover.is_occluded().then(|| map(size, baked, |b| b.accessibility)),
+        opacity: cover.has_holes().then(|| map(size, baked, |b| b.opacity)).and_then(|map| cover.holes(map)),
+    }
+}
+
+/// The same where a relief is drawn: what its bumps hide from each other follows from their heights, and a picture of the same occlusion
+/// would count it twice.
+fn beside_heights(cover: &Cover, light: LightMaps) -> LightMaps {
+    LightMaps { occlusion: light.occlusion.filter(|_| !cover.has_heights()), ..light }
 }

@@ -1,5 +1,7 @@
 //! Why a scene cannot be made.
 
+use std::path::Path;
+
 use super::trex::TrexError;
 use crate::gpu::GpuError;
 use crate::maps::MapError;
@@ -23,4 +25,15 @@ pub enum SceneError {
     /// The device failed.
     #[error(transparent)]
     Gpu(#[from] GpuError),
+}
+
+impl SceneError {
+    /// The same told of the model's file.
+    #[must_use]
+    pub fn of_file(self, file: &Path) -> Self {
+        match self {
+            Self::Model(fault) => Self::Model(format!("{}: {fault}", file.display())),
+            other => other,
+        }
+    }
 }

@@ -13,7 +13,7 @@ use crate::render::surfaces::displacement::{Border, HeightField};
 /// Metres of ground that one repeat of the soil map covers.
 const REPEAT: f32 = 5.0;
 /// Metres from the lowest crack to the highest pebble.
-const RELIEF: f32 = 0.10;
+pub const RELIEF: f32 = 0.10;
 /// Beckmann roughness of the soil.
 const SOIL_ROUGHNESS: f32 = 0.78;
 /// Half the side of the ground, metres: from a standing viewer its rim is a fiftieth of a degree below the horizon.

@@ -8,6 +8,7 @@ pub mod dressed;
 pub mod error;
 pub mod full_screen;
 pub mod ground;
+mod holes;
 pub mod light;
 pub mod model;
 pub mod ocean;

@@ -47,8 +47,11 @@ impl Inputs {
         };
         let model = match &config.model {
             Some(file) => {
-                let model = Model::load(file, LoadOptions::default())?;
-                Some(ModelChoice::new(model, config.animation.as_deref())?)
+                let model = Model::load(file, LoadOptions { lenient: config.lenient })?;
+                let named = |fault: SceneError| fault.of_file(file);
+                let choice = ModelChoice::new(model, config.animation.as_deref()).map_err(named)?;
+                let seen = config.view == View::Model;
+                Some(if seen { choice.seen_by(config.model_camera.as_deref()).map_err(named)? } else { choice })
             }
             None => None,
         };
@@ -115,7 +118,11 @@ pub fn set(
         atlas_tile: config.atlas_tile,
         waves: config.waves,
     };
-    let mut stage = config.scene.stage(options, progress)?;
+    let named = |fault: SceneError| match &config.model {
+        Some(file) => fault.of_file(file),
+        None => fault,
+    };
+    let mut stage = config.scene.stage(options, progress).map_err(named)?;
     if let Some(roughness) = config.roughness {
         stage.set_roughness(roughness);
     }
@@ -125,7 +132,9 @@ pub fn set(
     let environment = surroundings.make(gpu, inputs.environment.as_ref())?;
     // A picture of an environment brings its own suns.
     let sky = inputs.environment.is_none().then_some(sky);
-    let (camera, views) = (camera(config, stage.views), stage.views);
+    let views = stage.views;
+    let own = stage.own_camera.take();
+    let camera = own.as_ref().map_or_else(|| camera(config, views), |own| own(0.0));
     let sizes = stage.objects.iter().filter_map(|object| object.heights.as_ref()).map(|map| (map.width, map.height));
     let map_size = sizes.max_by_key(|&(width, height)| u64::from(width) * u64::from(height));
     let lights = Lights { sky, ..Default::default() };
@@ -134,6 +143,9 @@ pub fn set(
     let hours_per_second = config.day_length.map_or(0.0, |seconds| 24.0 / f64::from(seconds));
     let animation: Animation = Box::new(move |time| {
         let mut state = stage.state(time, &camera, &lights);
+        if let Some(own) = &own {
+            state.camera = own(time);
+        }
         state.height_scale *= height_scale;
         daylight::pass(&mut state, time * hours_per_second);
         state
@@ -173,7 +185,7 @@ fn camera(config: &SceneConfig, views: Views) -> Camera {
 fn camera_of(view: View, views: Views, size: Size) -> Camera {
     match view {
         View::Near => views.near,
-        View::Mid => fitted(views.mid, size),
+        View::Mid | View::Model => fitted(views.mid, size),
         View::Far => views.far,
         View::Pose(pose) => pose.camera(),
     }

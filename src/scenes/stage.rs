@@ -7,6 +7,7 @@ use super::sphere::displaced_sphere;
 use crate::maps::cache::{MapCache, remembered};
 use crate::maps::{HeightMap, procedural};
 use crate::render::camera::Camera;
+use crate::render::light::exposure::exposure;
 use crate::render::light::sky::Sky;
 use crate::render::scene::{FrameState, MAX_POINT_LIGHTS, Object, PointLight, Pose, Scene, Sun};
 use crate::render::surfaces::displacement::HeightField;
@@ -79,6 +80,8 @@ impl Lights {
 type Motion = Box<dyn Fn(f64) -> Vec<Pose> + Send>;
 type Anchor = Box<dyn Fn(f64) -> Vec3 + Send>;
 type Scale = Box<dyn Fn(f64) -> f32 + Send>;
+type Lamps = Box<dyn Fn(f64) -> Vec<PointLight> + Send>;
+type OwnCamera = Box<dyn Fn(f64) -> Camera + Send>;
 
 /// Objects and their motion.
 pub struct Stage {
@@ -95,6 +98,9 @@ pub struct Stage {
     motion: Motion,
     anchor: Anchor,
     relief: Scale,
+    lamps: Lamps,
+    /// A camera that belongs to the scene, by the time in seconds; it follows nothing but itself.
+    pub own_camera: Option<OwnCamera>,
 }
 
 impl Stage {
@@ -107,8 +113,20 @@ impl Stage {
         anchor: impl Fn(f64) -> Vec3 + Send + 'static,
     ) -> Self {
         let (motion, anchor, relief) = (Box::new(motion), Box::new(anchor), Box::new(|_| 1.0));
+        let (lamps, own_camera) = (Box::new(|_| Vec::new()), None);
         let below_horizon = Sky::default().ground_albedo;
-        Self { objects, views, points: Vec::new(), ocean: None, below_horizon, motion, anchor, relief }
+        Self {
+            objects,
+            views,
+            points: Vec::new(),
+            ocean: None,
+            below_horizon,
+            motion,
+            anchor,
+            relief,
+            lamps,
+            own_camera,
+        }
     }
 
     /// A stage where nothing moves.
@@ -136,6 +154,19 @@ impl Stage {
         Self { points, ..self }
     }
 
+    /// The same stage with lamps, whose unit is that of its emission: what faces an irradiance of π with an albedo of 1 is as bright
+    /// as what emits 1. They move with the time in seconds.
+    #[must_use]
+    pub fn with_lamps(self, lamps: impl Fn(f64) -> Vec<PointLight> + Send + 'static) -> Self {
+        Self { lamps: Box::new(lamps), ..self }
+    }
+
+    /// The same stage with a camera of its own.
+    #[must_use]
+    pub fn with_own_camera(self, camera: impl Fn(f64) -> Camera + Send + 'static) -> Self {
+        Self { own_camera: Some(Box::new(camera)), ..self }
+    }
+
     /// Gives every displaced object the Beckmann roughness `alpha`, in `(0, 1]`, instead of its own. Smooth objects (eyes,
     /// teeth, the floor under the spheres) keep theirs.
     pub fn set_roughness(&mut self, alpha: f32) {
@@ -159,14 +190,27 @@ impl Stage {
     #[must_use]
     pub fn state(&self, time: f64, camera: &Camera, lights: &Lights) -> FrameState {
         let anchor = (self.anchor)(time);
+        // Emission and lamps are told in parts of what a picture shows as white, whose radiance the exposure decides. It is that of the
+        // beginning: in the evening, lamps begin to shine.
+        let white = lights.sky.as_ref().map_or(1.0, |sky| exposure(sky).recip());
+        let lamps = (self.lamps)(time).into_iter();
+        let lamps = lamps.map(|lamp| PointLight { intensity: lamp.intensity * white, ..lamp });
         FrameState {
             time,
             camera: Camera { position: camera.position + anchor, target: camera.target + anchor, ..*camera },
             poses: (self.motion)(time),
             sky: lights.sky,
             sun: lights.sun.or(lights.sky.as_ref().map(Sun::of)),
-            point_lights: self.points.iter().chain(&lights.points).copied().take(MAX_POINT_LIGHTS).collect(),
+            point_lights: self
+                .points
+                .iter()
+                .chain(&lights.points)
+                .copied()
+                .chain(lamps)
+                .take(MAX_POINT_LIGHTS)
+                .collect(),
             height_scale: (self.relief)(time),
+            emission_scale: white,
         }
     }
 }

@@ -39,6 +39,8 @@ pub enum View {
     Mid,
     /// The scene is small.
     Far,
+    /// From a camera of the model's file.
+    Model,
     /// Given by the user.
     Pose(CameraPose),
 }

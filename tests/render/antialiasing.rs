@@ -94,7 +94,7 @@ fn motion(renderer: &mut Renderer, technique: Technique, samples: u32, diameter:
                 // As bright as the sun: with more highlights, the result does not depend on where a single one lies.
                 point_lights: [(0.2, -0.9, 0.1), (-0.5, -0.6, 0.6), (0.9, -0.1, 0.2), (0.5, -0.8, -0.4)]
                     .map(|(x, y, z)| Vec3::new(x, y, z).normalize() * 1e3)
-                    .map(|position| PointLight { position, intensity: Vec3::splat(1e6) })
+                    .map(|position| PointLight::new(position, Vec3::splat(1e6)))
                     .to_vec(),
                 ..FrameState::new(camera, vec![Pose::Rigid(Affine3A::from_translation(shift))])
             };

@@ -13,6 +13,7 @@ mod frame;
 mod irradiance;
 mod materials;
 mod model;
+mod model_looks;
 mod moments;
 mod moving_sun;
 mod msaa;

@@ -28,6 +28,7 @@ fn square(mirrored: bool) -> Model {
     let raster = Raster::new(size, size, 3, Samples::U8(codes.collect())).unwrap();
     let mut material = Material::new("ramps");
     material.base_color = Input::colors(Texture::new(raster, "ramps", Encoding::Linear));
+    material.double_sided = true;
     let primitive = Primitive {
         triangles: vec![[0, 1, 2], [0, 2, 3]],
         positions: vec![[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [1.0, 1.0, 0.0], [-1.0, 1.0, 0.0]],

@@ -133,7 +133,7 @@ fn far_point_lights_throw_the_shadows_of_a_sun() {
     let direction = Vec3::new(-0.7, 0.3, 0.5).normalize();
     let settings = reference((32, 16), 4, true);
     let sun = renderer.render(&state(Some(direction)), &settings).unwrap().color;
-    let lamp = PointLight { position: direction * 300.0, intensity: Vec3::splat(9e4) };
+    let lamp = PointLight::new(direction * 300.0, Vec3::splat(9e4));
     let point = renderer.render(&FrameState { point_lights: vec![lamp], ..state(None) }, &settings).unwrap().color;
     let (sun_mean, point_mean) = (mean(&sun), mean(&point));
     let rms =

@@ -215,7 +215,7 @@ fn lights_agree_with_the_reference_at_every_pixel() {
     let object = bumpy_sphere([albedo[0], albedo[1], albedo[2], alpha], f0);
     let mut renderer = in_room(&gpu, vec![object], [0.0; 3]);
     let sun = Sun { direction: Vec3::new(0.6, -0.1, 0.7).normalize(), irradiance: Vec3::new(3.0, 2.5, 2.0) };
-    let point = PointLight { position: Vec3::new(-1.5, -2.5, 0.5), intensity: Vec3::new(2.0, 4.0, 6.0) };
+    let point = PointLight::new(Vec3::new(-1.5, -2.5, 0.5), Vec3::new(2.0, 4.0, 6.0));
     let (mut worst, mut count) = (0.0f64, 0);
     for distance in [4.0, 14.0] {
         for (shading, integral) in integrals() {

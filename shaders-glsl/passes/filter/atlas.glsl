@@ -23,6 +23,7 @@ uniform sampler2D coarse_b;
 uniform sampler2D coarse_color;
 uniform sampler2D coarse_f0;
 uniform sampler2D coarse_mixed;
+uniform sampler2D coarse_light; // rgb emission, a accessibility
 
 // Where a tap lands.
 struct Place {
@@ -102,19 +103,27 @@ vec2 coarse_texel(Place place, uint level) {
     return vec2(start) + place.at * float(intervals) + 0.5;
 }
 
+// What the tile adds to a mix, and what the coarse levels add.
+vec4 fine_part(sampler2D fine, Place place, Levels levels) {
+    if (levels.fine <= 0.0) {
+        return vec4(0.0);
+    }
+    vec2 texel = tile_start(place.index) + place.at * tile_inner();
+    return textureLod(fine, texel / vec2(textureSize(fine, 0)), levels.mip) * levels.fine;
+}
+
+vec4 coarse_part(sampler2D coarse, Place place, Levels levels) {
+    if (levels.fine >= 1.0) {
+        return vec4(0.0);
+    }
+    vec2 size = vec2(textureSize(coarse, 0));
+    vec4 first = textureLod(coarse, coarse_texel(place, levels.first) / size, 0.0);
+    vec4 second = textureLod(coarse, coarse_texel(place, levels.first + 1u) / size, 0.0);
+    return mix(first, second, levels.second) * (1.0 - levels.fine);
+}
+
 vec4 level_mix(sampler2D fine, sampler2D coarse, Place place, Levels levels) {
-    vec4 sum = vec4(0.0);
-    if (levels.fine > 0.0) {
-        vec2 texel = tile_start(place.index) + place.at * tile_inner();
-        sum = textureLod(fine, texel / vec2(textureSize(fine, 0)), levels.mip) * levels.fine;
-    }
-    if (levels.fine < 1.0) {
-        vec2 size = vec2(textureSize(coarse, 0));
-        vec4 first = textureLod(coarse, coarse_texel(place, levels.first) / size, 0.0);
-        vec4 second = textureLod(coarse, coarse_texel(place, levels.first + 1u) / size, 0.0);
-        sum += mix(first, second, levels.second) * (1.0 - levels.fine);
-    }
-    return sum;
+    return fine_part(fine, place, levels) + coarse_part(coarse, place, levels);
 }
 
 #endif

@@ -25,6 +25,9 @@ layout(constant_id = 51) const bool TRIANGLES = false; // patches are flat trian
 layout(constant_id = 46) const bool PLAIN = false; // colour and accessibility of all vertices are the same
 layout(constant_id = 47) const bool RELIEF_DRAWN = true; // the geometry is displaced by as much as the maps say
 layout(constant_id = 50) const bool REFLECTS_BY_MAP = false; // reflectance at normal incidence has a map
+layout(constant_id = 52) const bool EMITS = false;    // its material emits light
+layout(constant_id = 53) const bool OCCLUDED = false; // and tells what of the surroundings is seen
+layout(constant_id = 54) const bool CHARTED = false;  // and has texture coordinates of its own
 layout(constant_id = 48) const bool EDGE_SAMPLES = true; // the pixels may be edge samples
 #include "macrosurface.glsl"
 
@@ -36,6 +39,9 @@ uniform sampler2D moments_b; // E[hs ht]
 uniform sampler2D color_map;   // rgb albedo, a the root of the roughness alpha
 uniform sampler2D f0_map;      // rgb reflectance at normal incidence
 uniform sampler2D mixed_map;   // see leadr/facets/mixed_roughness.glsl
+layout(std430) readonly buffer Charts { TriangleCharts charts[]; };
+uniform sampler2D emission_map;
+uniform sampler2D occlusion_map;
 uniform sampler2D visible_depth;
 uniform sampler2D horizon_a; // lean, deviations of the spread: leadr/visible/horizon.glsl
 uniform sampler2D horizon_b; // their correlation
@@ -111,14 +117,28 @@ struct Means {
     vec4 color;  // albedo, alpha^2
     vec3 f0;
     vec3 mixed;
+    vec4 light; // emission, accessibility
 };
 
-const Means NO_MEANS = Means(vec2(0.0), vec3(0.0), vec4(0.0), vec3(0.0), vec3(0.0));
+const Means NO_MEANS = Means(vec2(0.0), vec3(0.0), vec4(0.0), vec3(0.0), vec3(0.0), vec4(0.0, 0.0, 0.0, 1.0));
 
 // A texel of a colour map as it is averaged: roughness by its variance (LEADR section 4.1).
 vec4 linear_color(vec4 texel) {
     float alpha = texel.a * texel.a;
     return vec4(texel.rgb, alpha * alpha);
+}
+
+// Emission and accessibility.
+vec4 filter_atlas_light(Footprint footprint, uint index, vec2 at, Levels levels) {
+    vec4 sum = vec4(0.0);
+    for (int i = 0; i < footprint.taps; ++i) {
+        Place place = place_beyond(index, at + tap(footprint, i) / tile_inner());
+        vec3 emission = EMITS ? level_mix(emission_map, coarse_light, place, levels).rgb : vec3(0.0);
+        // The coarse levels hold the accessibility elsewhere than the tiles do.
+        float accessibility = OCCLUDED ? fine_part(occlusion_map, place, levels).x + coarse_part(coarse_light, place, levels).a : 1.0;
+        sum += vec4(emission, accessibility);
+    }
+    return sum / float(footprint.taps);
 }
 
 Means filter_atlas(Footprint footprint, uint index, vec2 at) {
@@ -145,7 +165,8 @@ Means filter_atlas(Footprint footprint, uint index, vec2 at) {
         }
     }
     float weight = 1.0 / float(footprint.taps);
-    return Means(sum.mean * weight, sum.second * weight, sum.color * weight, sum.f0 * weight, sum.mixed * weight);
+    vec4 light = EMITS || OCCLUDED ? filter_atlas_light(footprint, index, at, levels) : sum.light;
+    return Means(sum.mean * weight, sum.second * weight, sum.color * weight, sum.f0 * weight, sum.mixed * weight, light);
 }
 
 void filter_moments(Footprint footprint, vec2 texcoord, inout Means means) {
@@ -180,6 +201,38 @@ void filter_material(Footprint footprint, vec2 texcoord, inout Means means) {
     means.color = color * weight;
     means.f0 = f0 * weight;
     means.mixed = mixed * weight;
+}
+
+// Where a material is looked up, and the derivatives of that place by x and y of the image.
+struct Chart {
+    vec2 at;
+    mat2 across;
+};
+
+// texcoord, texcoord_across: of the mesh.
+Chart chart_of(uint chart, uint index, vec2 place, mat2 across, vec2 texcoord, mat2 texcoord_across) {
+    if (!CHARTED) {
+        return Chart(texcoord, texcoord_across);
+    }
+    uint first = 3u * chart;
+    vec2 a = charts[index].corners[first];
+    mat2 by_place = mat2(charts[index].corners[first + 1u] - a, charts[index].corners[first + 2u] - a);
+    return Chart(a + by_place * place, by_place * across);
+}
+
+Footprint footprint_in(Chart chart, sampler2D map) {
+    vec2 size = vec2(textureSize(map, 0));
+    return footprint_over(clamp(chart.across[0] * size, -6e4, 6e4), clamp(chart.across[1] * size, -6e4, 6e4), 1e9);
+}
+
+// The mean of a map under a footprint.
+vec4 filter_map(sampler2D map, Chart chart) {
+    Footprint footprint = footprint_in(chart, map);
+    vec4 sum = vec4(0.0);
+    for (int i = 0; i < footprint.taps; ++i) {
+        sum += textureLod(map, chart.at + tap(footprint, i) / vec2(textureSize(map, 0)), footprint.lod);
+    }
+    return sum / float(footprint.taps);
 }
 
 // How far the level of the horizon is from the one as coarse as the footprint is across to the one as coarse as it is long. Measured:
@@ -241,7 +294,8 @@ FilteredSurface filtered_mesh(ivec2 pixel, vec2 at, uvec4 seen, out float area) 
     vec3 ray = object.ray_middle.xyz + ndc.x * object.ray_x.xyz + ndc.y * object.ray_y.xyz;
     float along = object.ray_middle.w / texelFetch(visible_depth, pixel, 0).x;
     uint index = seen.x & PATCH_BITS;
-    Macrosurface surface = macrosurface_at(index, uintBitsToFloat(seen.yz), ray * along);
+    vec2 place = uintBitsToFloat(seen.yz);
+    Macrosurface surface = macrosurface_at(index, place, ray * along);
 
     // An edge sample on its pixel's own surface covers only its share of the pixel: all of them are joined (join.comp).
     bool joined = (seen.x & OF_THE_PIXEL) != 0u;
@@ -280,8 +334,14 @@ FilteredSurface filtered_mesh(ivec2 pixel, vec2 at, uvec4 seen, out float area) 
             filter_moments(footprint, surface.texcoord, means);
         }
         if (COLORED) {
-            vec2 scale = vec2(textureSize(color_map, 0)) / size;
-            filter_material(footprint_over(dx * scale, dy * scale, 1e9), surface.texcoord, means);
+            Chart chart = chart_of(CHART_COLORS, index, place, across, surface.texcoord, texels);
+            filter_material(footprint_in(chart, color_map), chart.at, means);
+        }
+        if (EMITS) {
+            means.light.rgb = filter_map(emission_map, chart_of(CHART_EMISSION, index, place, across, surface.texcoord, texels)).rgb;
+        }
+        if (OCCLUDED) {
+            means.light.a = filter_map(occlusion_map, chart_of(CHART_OCCLUSION, index, place, across, surface.texcoord, texels)).x;
         }
     }
     vec2 mean_gradient = means.mean * object.height_scale;
@@ -316,7 +376,9 @@ FilteredSurface filtered_mesh(ivec2 pixel, vec2 at, uvec4 seen, out float area) 
         filtered.mixed.smooth_alpha *= surface.color.a;
         filtered.mixed.rough_alpha *= surface.color.a;
     }
-    filtered.accessibility = surface.accessibility;
+    vec3 tint = (object.flags & FLAG_TINTED_EMISSION) != 0u ? surface.color.rgb : vec3(1.0);
+    filtered.emission = EMITS ? means.light.rgb * tint : vec3(0.0);
+    filtered.accessibility = surface.accessibility * (OCCLUDED ? means.light.a : 1.0);
     filtered.inside = (seen.x & INSIDE) != 0u;
     filtered.horizon = Horizon(vec2(0.0), vec3(0.0));
     if (USES_HORIZON && DISPLACED && HORIZON) {

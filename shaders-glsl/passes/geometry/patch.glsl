@@ -2,6 +2,7 @@
 // place that a pixel sees.
 #ifndef LEADR_GEOMETRY_PATCH
 #define LEADR_GEOMETRY_PATCH
+#include "../constants.glsl"
 
 struct Vertex {
     vec4 position; // xyz metres; w: ambient accessibility
@@ -15,6 +16,11 @@ struct PatchData {
     vec4 texcoord_01; // texture coordinates of corners 0 and 1
     vec4 texcoord_23; // … and of corners 3 and 2: the row v = 1 in the same order
     vec4 tile;        // texture-space bounds the taps must stay in: min.xy, max.xy
+};
+
+// Texture coordinates of a triangle in the images of its material: three corners for each CHART_ constant.
+struct TriangleCharts {
+    vec2 corners[3u * CHARTS];
 };
 
 layout(std430) readonly buffer Vertices { Vertex vertices[]; };

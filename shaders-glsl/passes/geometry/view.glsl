@@ -7,6 +7,7 @@ layout(std140) uniform View {
     vec2 size;          // of this image, pixels
     float grid;         // pixels of this image along one of the picture
     float texel_repeat; // metres per repeat of the map if a vertex stands at the centre of each of its texels, else 0
+    float draw;         // 0 to 1, another for every sample of the picture
 } view;
 
 #endif

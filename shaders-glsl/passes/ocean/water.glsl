@@ -21,6 +21,7 @@ FilteredSurface filtered_water(vec2 mean_slope, vec3 covariance, vec4 material, 
     f.mixed = MixedRoughness(0.0, material.a, material.a);
     f.f0 = vec3(f0);
     f.body_f0 = f0;
+    f.emission = vec3(0.0);
     f.accessibility = 1.0;
     f.inside = false;
     f.horizon = Horizon(vec2(0.0), vec3(0.0));

@@ -8,6 +8,7 @@ uniform usampler2D gbuffer_material;
 uniform usampler2D gbuffer_surface;
 uniform usampler2D gbuffer_horizon;
 uniform usampler2D gbuffer_reflection;
+uniform usampler2D gbuffer_emission;
 
 // The last texel serves for pixels and for edge samples: what belongs to the others is without meaning.
 FilteredSurface read_gbuffer(ivec2 pixel, bool with_horizon) {
@@ -22,6 +23,7 @@ FilteredSurface read_gbuffer(ivec2 pixel, bool with_horizon) {
     f.f0 = f0_of(reflection);
     f.body_f0 = uintBitsToFloat(reflection.w);
     f.mixed = mixed_of(reflection);
+    f.emission = emission_of(texelFetch(gbuffer_emission, pixel, 0).xy);
     vec2 place = unpackHalf2x16(surface.x);
     f.accessibility = max(place.x, 0.0);
     f.inside = place.x < 0.0;

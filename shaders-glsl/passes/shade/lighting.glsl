@@ -1,6 +1,7 @@
 // The lights: suns with their shadows, point lights, the environment.
 #ifndef LEADR_SHADE_LIGHTING
 #define LEADR_SHADE_LIGHTING
+#include "point.glsl"
 #include "surface.glsl"
 #include "relief.glsl"
 #include "leadr/slopes/grid.glsl"
@@ -39,8 +40,10 @@ Light light_at(int i, Surface surface) {
     }
     vec3 d = lighting.point_position[i - SUNS].xyz - surface.position;
     float square = max(dot(d, d), 1e-8);
-    vec3 towards = to_frame(surface.frame, d * inversesqrt(square));
+    vec3 direction = d * inversesqrt(square);
+    vec3 towards = to_frame(surface.frame, direction);
     float seen = relief_visibility(surface, towards, 0.0);
+    seen *= point_reach(direction, square, lighting.point_falloff[i - SUNS], lighting.point_position[i - SUNS].w);
     return Light(towards, lighting.point_intensity[i - SUNS].rgb * (seen / square), 0.0);
 }
 

@@ -8,6 +8,7 @@
 #include "../constants.glsl"
 #include "../mixed.glsl"
 #include "draws.glsl"
+#include "point.glsl"
 #include "visibility.glsl"
 #include "leadr/integrals/specular.glsl"
 #include "leadr/visible/diffuse.glsl"
@@ -182,7 +183,7 @@ void main() {
             float square = max(dot(d, d), 1e-8);
             reach = sqrt(square);
             towards = d / reach;
-            irradiance /= square;
+            irradiance *= point_reach(towards, square, light.falloff, light.range.x) / square;
         }
         bool reached = is_height_field() ? reaches_over_field(surface.position, normal, towards, reach)
                                          : reaches_by_map(light, surface.position, normal, towards);
@@ -207,5 +208,6 @@ void main() {
             radiance -= irradiance / float(lighting.counts.y) * scattered(facet, wi, transport);
         }
     }
+    radiance += transport_of_lights().diffuse ? filtered.emission * lighting.camera_position.w : vec3(0.0);
     out_radiance = vec4(radiance, 1.0);
 }

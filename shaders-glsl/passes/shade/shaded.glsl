@@ -12,7 +12,12 @@ Surface surface_seen(FilteredSurface filtered, vec2 place, float depth) {
 
 // Radiance toward the viewer; a marker where the inside of a surface is seen.
 vec3 surface_radiance(Surface surface) {
-    return surface.inside ? vec3(1.0, 0.0, 1.0) : family_radiance(surface, lighting.environment.y);
+    if (surface.inside) {
+        return vec3(1.0, 0.0, 1.0);
+    }
+    // What a surface emits counts among the diffuse light of lights, which it may be one of; where nothing is lit it shows as albedo does.
+    vec3 emitted = DIFFUSE_LIGHTS || FAMILY == FAMILY_UNLIT ? surface.emission * lighting.camera_position.w : vec3(0.0);
+    return family_radiance(surface, lighting.environment.y) + emitted;
 }
 
 // The same for a pixel without edge samples.

@@ -7,11 +7,12 @@
 layout(std140) uniform Lighting {
     vec4 rays[3];                 // see surface_at
     mat4 shadow_from_world[MAX_SUNS]; // to [0,1] texture coordinates and depth
-    vec4 camera_position;         // xyz
+    vec4 camera_position;         // xyz; w: radiance of an emission of 1
     vec4 sun_direction[MAX_SUNS]; // xyz toward it, w: variance of its directions
     vec4 sun_irradiance[MAX_SUNS]; // rgb on a plane facing it
-    vec4 point_position[MAX_POINT_LIGHTS];  // xyz
+    vec4 point_position[MAX_POINT_LIGHTS];  // xyz; w: one over the square of its range, or 0
     vec4 point_intensity[MAX_POINT_LIGHTS]; // rgb
+    vec4 point_falloff[MAX_POINT_LIGHTS];   // see point_reach
     vec4 viewport;                // width, height, pixels along one of the picture
     vec4 environment;             // x: face size of the cube, y: scale, z: shadow texel in world units, w: tangent of the lowest elevation seen behind all
     uvec4 draws;                  // sample, seed

@@ -15,6 +15,7 @@ struct Surface {
     MixedRoughness mixed; // the two that alpha stands for, where MIXED_ROUGHNESS says so
     vec3 f0;             // reflectance at normal incidence
     vec3 body_f0;        // of the part that has albedo: metal beside it has none
+    vec3 emission;       // radiance, to be scaled
     float accessibility;
     bool inside;
     float relief;        // of the object of an edge sample, metres
@@ -38,6 +39,7 @@ Surface surface_at(FilteredSurface f, vec3 eye, vec3 ray, float near, float dept
     s.mixed = f.mixed;
     s.f0 = f.f0;
     s.body_f0 = vec3(f.body_f0);
+    s.emission = f.emission;
     s.accessibility = f.accessibility;
     s.inside = f.inside;
     s.relief = f.relief;

@@ -16,13 +16,15 @@ struct Light {
     mat4 world_from_texture;
     vec4 place; // xyz: towards it, or its position; w: 1 for a point light
     vec4 power; // rgb: irradiance on a plane facing it, or intensity; w: LIGHT_ constant
+    vec4 falloff; // of a point light, see point_reach
+    vec4 range;   // x: one over the square of it, or 0
     vec4 map;   // layer; world size of a texel, for a point light at distance 1; density of the draw; 1 if it has a map
 };
 
 layout(std140) uniform Lighting {
     mat4 field_from_world; // to [0,1] texture coordinates and reversed depth of the map of a height field
     vec4 rays[3];          // see surface_at
-    vec4 camera_position;  // xyz
+    vec4 camera_position;  // xyz; w: radiance of an emission of 1
     vec4 viewport;         // width, height, face size of the environment's cube, 1 when heights move the surface
     vec4 field;            // 1 if casters are a height field; texel size in metres; depth of the highest point; texels a side
     ivec4 counts;          // lights; those drawn from the environment; face size of its texels; sample

@@ -7,7 +7,7 @@ use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 
 use crate::app::error::AppError;
 use crate::app::flags::device::DeviceArgs;
-use crate::app::flags::scene::{SceneArgs, SceneChoice, scenes};
+use crate::app::flags::scene::{SceneArgs, SceneChoice, scene_choice};
 use crate::app::flags::shading::techniques;
 use crate::app::flags::values::{atlas_tile, fft, msaa, positive};
 use crate::app::flags::waves::WaveArgs;
@@ -36,9 +36,9 @@ taken within rounds: a program that runs beside it slows the rows down but hardl
 /// Arguments of `leadr bench`.
 #[derive(Clone, Debug, Args)]
 pub struct BenchArgs {
-    /// Only this scene [default: the paper's tables, sphere and trex]
-    #[arg(long, value_name = "NAME", value_parser = scenes())]
-    pub scene: Option<&'static Scene>,
+    /// Only this scene or glTF model [default: the paper's tables, sphere and trex]
+    #[arg(long, value_name = "NAME|FILE.glb|FILE.gltf", value_parser = scene_choice)]
+    pub scene: Option<SceneChoice>,
     /// Only this technique in scenes [default: all in techniques, LEADR in the other tables]
     #[arg(long, value_name = "NAME", value_parser = techniques())]
     pub technique: Option<Technique>,
@@ -130,8 +130,8 @@ impl BenchArgs {
         let everything = !self.paper && !self.forward && self.scene.is_none() && !about_scenes;
         let quad = self.paper || everything;
         let size = self.size.unwrap_or(PAPER_SIZE);
-        let scenes: Vec<&Scene> = match self.scene {
-            Some(scene) => vec![scene],
+        let scenes: Vec<&Scene> = match &self.scene {
+            Some(choice) => vec![choice.scene],
             None if (self.paper || self.forward) && !about_scenes => Vec::new(),
             None => SCENES.iter().filter_map(|name| Scene::find(name)).collect(),
         };
@@ -145,7 +145,7 @@ impl BenchArgs {
                 return Err(AppError::Usage(format!("--tables {table} is for the scenes {with}, not {}", scene.name)));
             }
         }
-        if let (Some(scene), Some(_)) = (self.scene, &self.height_map)
+        if let (Some(SceneChoice { scene, .. }), Some(_)) = (&self.scene, &self.height_map)
             && tables.contains(&Table::Maps)
             && !scene.offers(Choice::AtlasTile)
         {
@@ -165,7 +165,7 @@ impl BenchArgs {
 
     /// The tables that are asked for, in the order in which they are measured.
     fn tables_of_scenes(&self) -> Vec<Table> {
-        let wanted: &[Table] = match (self.tables.as_slice(), self.scene) {
+        let wanted: &[Table] = match (self.tables.as_slice(), &self.scene) {
             ([], Some(_)) => &[Table::Views, Table::Waves],
             ([], None) => &[Table::Techniques, Table::Distance],
             (named, _) => named,
@@ -176,7 +176,7 @@ impl BenchArgs {
     /// The picture of a scene: `leadr capture`'s defaults, changed by the bench's flags.
     fn scene_config(&self, scene: &'static Scene) -> Result<SceneConfig, AppError> {
         let scene = SceneArgs {
-            scene: SceneChoice { scene, model: None },
+            scene: SceneChoice { scene, model: self.scene.as_ref().and_then(|choice| choice.model.clone()) },
             height_map: self.height_map.clone(),
             waves: WaveArgs { fft: self.fft, ..WaveArgs::default() },
             atlas_tile: self.atlas_tile,

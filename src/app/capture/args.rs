@@ -111,10 +111,13 @@ fn default_output(a: &CaptureArgs, timeline: &Timeline) -> PathBuf {
         CameraChoice::Mid => "mid",
         CameraChoice::Far => "far",
         CameraChoice::File(_) => "camera",
+        CameraChoice::Model(_) => "model",
     };
     let frame = if matches!(timeline, Timeline::Sequence { .. }) { format!("-{FRAME}") } else { String::new() };
     let kind = if a.layers.is_empty() { "png" } else { "exr" };
-    let (scene, technique) = (a.scene.scene.scene.name, a.scene.shading.technique.name());
+    let technique = a.scene.shading.technique.name();
+    let of_file = a.scene.scene.model.as_ref().and_then(|file| file.file_stem());
+    let scene = of_file.map_or(a.scene.scene.scene.name.into(), |stem| stem.to_string_lossy());
     PathBuf::from("out").join(format!("{scene}-{technique}-{camera}{frame}.{kind}"))
 }
 

@@ -2,7 +2,6 @@
 
 use std::path::{Path, PathBuf};
 
-use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser};
 
 use super::camera_file;
@@ -27,6 +26,9 @@ pub struct SceneArgs {
     /// Animation of a model to play [default: its first]
     #[arg(long, value_name = "NAME")]
     pub animation: Option<String>,
+    /// Replace missing and damaged images of a model (colours by a magenta check, numbers by their factor) instead of refusing it
+    #[arg(long)]
+    pub lenient: bool,
     /// Height map of the plane or the sphere
     #[arg(long, value_name = "FILE", help = for_scenes("Height map, PNG or EXR; its first row lies at y = 0, rows run along +y", Choice::HeightMap))]
     pub height_map: Option<PathBuf>,
@@ -79,8 +81,9 @@ pub struct SceneArgs {
     /// Screen pixels per triangle of the displaced surface
     #[arg(long, value_name = "PIXELS", default_value = "4", value_parser = positive)]
     pub triangle_pixels: f32,
-    /// A view of the scene, or a JSON file {position, target, up, fov_degrees}
-    #[arg(long, value_name = "near|mid|far|FILE.json", default_value = "mid")]
+    /// A view of the scene, a camera of a model's file (the first, or by name or number), or a JSON file {position, target, up,
+    /// fov_degrees}
+    #[arg(long, value_name = "near|mid|far|model|model:NAME|FILE.json", default_value = "mid")]
     pub camera: CameraChoice,
     /// Move the camera along its line of sight to this distance from its target, metres
     #[arg(long, value_name = "METRES", value_parser = positive)]
@@ -134,7 +137,11 @@ fn scene_help() -> String {
     format!("Scene to draw, or a glTF model on open ground\n\nScenes:\n{}", names.join("\n"))
 }
 
-fn scene_choice(name: &str) -> Result<SceneChoice, String> {
+/// A scene by its name, or a model by its file.
+///
+/// # Errors
+/// A sentence that lists what there is.
+pub fn scene_choice(name: &str) -> Result<SceneChoice, String> {
     let file = Path::new(name);
     let extension = file.extension().and_then(|extension| extension.to_str()).map(str::to_ascii_lowercase);
     if matches!(extension.as_deref(), Some("glb" | "gltf")) {
@@ -143,12 +150,6 @@ fn scene_choice(name: &str) -> Result<SceneChoice, String> {
     let names = || SCENES.iter().map(|scene| scene.name).collect::<Vec<_>>().join(", ");
     let unknown = || format!("no such scene; there are {}, and files that end in .glb or .gltf", names());
     Scene::find(name).map(|scene| SceneChoice { scene, model: None }).ok_or_else(unknown)
-}
-
-/// The scenes by name.
-pub fn scenes() -> impl TypedValueParser<Value = &'static Scene> {
-    PossibleValuesParser::new(SCENES.iter().map(|scene| PossibleValue::new(scene.name).help(scene.help)))
-        .try_map(|name| Scene::find(&name).ok_or("no such scene"))
 }
 
 impl SceneArgs {
@@ -182,12 +183,15 @@ impl SceneArgs {
             CameraChoice::Near => View::Near,
             CameraChoice::Mid => View::Mid,
             CameraChoice::Far => View::Far,
+            CameraChoice::Model(_) => View::Model,
             CameraChoice::File(file) => View::Pose(camera_file::read(file)?),
         };
         Ok(SceneConfig {
             scene: a.scene.scene,
             model: a.scene.model,
             animation: a.animation,
+            model_camera: if let CameraChoice::Model(name) = a.camera { name } else { None },
+            lenient: a.lenient,
             height_map: a.height_map,
             material: MaterialFiles {
                 folder: a.material,
@@ -225,6 +229,17 @@ impl SceneArgs {
         let scene = self.scene.scene;
         if self.animation.is_some() && self.scene.model.is_none() {
             return Err("--animation is for models: --scene FILE.glb or FILE.gltf".into());
+        }
+        if self.lenient && self.scene.model.is_none() {
+            return Err("--lenient is for models: --scene FILE.glb or FILE.gltf".into());
+        }
+        if matches!(self.camera, CameraChoice::Model(_)) {
+            if self.scene.model.is_none() {
+                return Err("--camera model is for models: --scene FILE.glb or FILE.gltf".into());
+            }
+            if self.distance.is_some() {
+                return Err("--distance is for views of a scene; --camera model is where its file has it".into());
+            }
         }
         let with = |choice: Choice| choice.scenes().collect::<Vec<_>>().join(", ");
         let files = [

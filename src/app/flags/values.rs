@@ -40,6 +40,8 @@ pub enum CameraChoice {
     Mid,
     /// The scene is small.
     Far,
+    /// A camera of the model's file: the first, or the one of this name or number.
+    Model(Option<String>),
     /// A JSON file, see [`super::camera_file`].
     File(PathBuf),
 }
@@ -52,12 +54,16 @@ impl FromStr for CameraChoice {
             "near" => return Ok(Self::Near),
             "mid" => return Ok(Self::Mid),
             "far" => return Ok(Self::Far),
+            "model" => return Ok(Self::Model(None)),
             _ => {}
+        }
+        if let Some(name) = text.strip_prefix("model:") {
+            return Ok(Self::Model(Some(name.to_owned())));
         }
         let path = PathBuf::from(text);
         match extension(&path).as_deref() {
             Some("json") => Ok(Self::File(path)),
-            _ => Err("a camera is 'near', 'mid', 'far' or a .json file".to_owned()),
+            _ => Err("a camera is 'near', 'mid', 'far', 'model', 'model:NAME' or a .json file".to_owned()),
         }
     }
 }

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::normals::green_axis;
-use super::{Encoding, GreenAxis, Input, Material, NormalMap, Relief, RoughnessMeaning, Samples, Texture};
+use super::{Encoding, GreenAxis, Input, Material, NormalMap, Opacity, Relief, RoughnessMeaning, Samples, Texture};
 use crate::maps::load::{load_height_map, load_raster};
 use crate::maps::{MapError, MapFault};
 
@@ -147,14 +147,9 @@ impl MaterialFolder {
                 self.remarks.push(format!("{} is not used: {kept:?} says the same", file.display()));
             }
         }
-        for (role, why) in [
-            (Role::Occlusion, "the relief's own occlusion is computed"),
-            (Role::Opacity, "the plane and the sphere have no holes"),
-            (Role::Emission, "nothing glows yet"),
-        ] {
-            if let Some(file) = self.picture(role) {
-                self.remarks.push(format!("{} is not used: {why}", file.display()));
-            }
+        // What bumps hide from each other is found from their heights, and must not count twice.
+        if let (Some(file), Some(_)) = (self.picture(Role::Occlusion), self.picture(Role::Height)) {
+            self.remarks.push(format!("{} is not used: what its heights hide is computed from them", file.display()));
         }
     }
 
@@ -178,13 +173,22 @@ impl MaterialFolder {
                 Role::Packed => {
                     let packed = texture(file, Encoding::Linear)?;
                     material.roughness = Input::texture(packed.clone(), 1);
-                    material.metalness = Input::texture(packed, 2);
+                    material.metalness = Input::texture(packed.clone(), 2);
+                    if self.picture(Role::Height).is_none() && self.picture(Role::Occlusion).is_none() {
+                        material.occlusion = Input::texture(packed, 0);
+                    }
                 }
                 Role::NormalUp => material.set_normals(file, Some(GreenAxis::Up))?,
                 Role::NormalDown => material.set_normals(file, Some(GreenAxis::Down))?,
                 Role::Normal => material.set_normals(file, None)?,
                 Role::Height => material.set_heights(file)?,
-                Role::Occlusion | Role::Opacity | Role::Emission => {}
+                Role::Occlusion if self.picture(Role::Height).is_some() => {}
+                Role::Occlusion => material.occlusion = Input::texture(texture(file, Encoding::Linear)?, 0),
+                Role::Opacity => {
+                    let mask = Input::texture(texture(file, Encoding::Linear)?, 0);
+                    material.opacity = Opacity::Mask { mask, cutoff: 0.5 };
+                }
+                Role::Emission => material.emission = Input::colors(texture(file, Encoding::Srgb)?),
             }
         }
         Ok(material)

@@ -19,7 +19,7 @@ pub struct Pipelines {
     multisample: Cache<u32, MsaaPass>,
     accumulate: Cache<PartsKind, AccumulatePass>,
     join: Cache<JoinKind, JoinPass>,
-    reference: Cache<(Terms, bool, bool), ReferencePass>,
+    reference: Cache<(Terms, bool, [bool; 2]), ReferencePass>,
 }
 
 impl Pipelines {
@@ -49,7 +49,14 @@ impl Pipelines {
     }
 
     /// The reference with shadows of the relief; see [`ReferencePass::new`].
-    pub fn reference(&mut self, gpu: &Arc<Gpu>, terms: Terms, facet_frame: bool, mixed: bool) -> Result<ReferencePass> {
-        self.reference.get((terms, facet_frame, mixed), || ReferencePass::new(gpu, terms, facet_frame, mixed))
+    pub fn reference(
+        &mut self,
+        gpu: &Arc<Gpu>,
+        terms: Terms,
+        facet_frame: bool,
+        [mixed, holes]: [bool; 2],
+    ) -> Result<ReferencePass> {
+        let make = || ReferencePass::new(gpu, terms, facet_frame, mixed, holes);
+        self.reference.get((terms, facet_frame, [mixed, holes]), make)
     }
 }

@@ -108,6 +108,11 @@ impl Renderer {
         }
     }
 
+    /// Whether anything that throws shadows has holes.
+    fn has_holes(&self) -> bool {
+        self.surfaces.iter().any(|surface| surface.casts_through_holes())
+    }
+
     /// The targets of the last frame if they suit, or new ones.
     fn targets_for(
         &mut self,
@@ -150,9 +155,12 @@ impl Renderer {
                 self.show_sky(sky)?;
             }
             let (terms, facet_frame) = (settings.shading.terms(), settings.shading.facet_frame());
-            let pass = self.pipelines.reference(&self.gpu, terms, facet_frame, kind.mixed)?;
+            let pass = self.pipelines.reference(&self.gpu, terms, facet_frame, [kind.mixed, self.has_holes()])?;
             let lights = ReliefLights::new(&self.gpu, state, &self.environment, &casters(surfaces))?;
             return Ok(Light::Relief { pass, lights: Box::new(lights) });
+        }
+        if self.has_holes() {
+            self.common.shadow.prepare_holes(&self.gpu)?;
         }
         let spheres: Vec<Sphere> = casters(surfaces).into_iter().map(PosedObject::bounds).collect();
         let suns: Vec<ShadowView> = match Sphere::enclosing(&spheres).filter(|_| settings.shadows) {

@@ -21,7 +21,7 @@ use crate::render::settings::Needs;
 use crate::render::surfaces::atlas::{AtlasHeadGpu, PatchLinkGpu};
 use crate::render::surfaces::divided::VertexGpu;
 use crate::render::surfaces::flat::Chart;
-use crate::render::surfaces::object::{ObjectGpu, PatchGpu, SurfaceKind};
+use crate::render::surfaces::object::{ChartsGpu, ObjectGpu, PatchGpu, SurfaceKind};
 use crate::render::surfaces::object_view::DrawnObject;
 use crate::render::surfaces::posed::PosedObject;
 use crate::render::view::{Samples, View};
@@ -136,7 +136,10 @@ impl FilterPass {
             ("ATLAS", SpecValue::Bool(kind.tiled)),
             ("DISPLACED", SpecValue::Bool(kind.displaced)),
             ("COLORED", SpecValue::Bool(kind.colored)),
-            ("REFLECTS_BY_MAP", SpecValue::Bool(kind.reflects_by_map)),
+            ("REFLECTS_BY_MAP", SpecValue::Bool(kind.has.f0)),
+            ("EMITS", SpecValue::Bool(kind.has.emission)),
+            ("OCCLUDED", SpecValue::Bool(kind.has.occlusion)),
+            ("CHARTED", SpecValue::Bool(kind.charted)),
             ("HORIZON", SpecValue::Bool(kind.horizon)),
             ("FLAT", SpecValue::Bool(kind.flat)),
             ("TRIANGLES", SpecValue::Bool(kind.triangles)),
@@ -146,7 +149,7 @@ impl FilterPass {
         ];
         if into == FilterInto::GBuffer {
             // Where it shades, that says so.
-            has.push(("MIXED_ROUGHNESS", SpecValue::Bool(kind.mixed)));
+            has.push(("MIXED_ROUGHNESS", SpecValue::Bool(kind.has.mixed)));
         }
         let desc = GraphicsDesc {
             vertex: into.choose("passes/filter/filter.vert", "passes/filter/object.vert"),
@@ -154,7 +157,7 @@ impl FilterPass {
             colors: into.formats(),
             depth: into.depth(),
             topology: into.topology(),
-            spec: &[&into.spec(needs, kind.mixed)[..], &has].concat(),
+            spec: &[&into.spec(needs, kind.has.mixed)[..], &has].concat(),
             structs: &[
                 &[
                     FilteredObjectGpu::LAYOUT,
@@ -162,6 +165,7 @@ impl FilterPass {
                     PatchLinkGpu::LAYOUT,
                     VertexGpu::LAYOUT,
                     PatchGpu::LAYOUT,
+                    ChartsGpu::LAYOUT,
                 ],
                 into.structs(),
             ]
@@ -191,6 +195,7 @@ impl FilterPass {
     ) {
         for DrawnObject { posed, divided, .. } in objects {
             let object = &posed.object;
+            let [colors, emission, occlusion, _] = &object.material.samplers;
             let mut bindings = vec![
                 ("visible_surface", Descriptor::Sampled(visible.surface.whole(), &self.nearest)),
                 ("visible_footprint", Descriptor::Sampled(visible.footprint.whole(), &self.nearest)),
@@ -201,15 +206,19 @@ impl FilterPass {
                 ("moments_b", Descriptor::Sampled(object.maps.joint().whole(), &object.sampler)),
                 ("horizon_a", Descriptor::Sampled(object.horizons.leans().whole(), &object.sampler)),
                 ("horizon_b", Descriptor::Sampled(object.horizons.correlations().whole(), &object.sampler)),
-                ("color_map", Descriptor::Sampled(object.material.color.whole(), &object.sampler)),
-                ("f0_map", Descriptor::Sampled(object.material.f0.whole(), &object.sampler)),
-                ("mixed_map", Descriptor::Sampled(object.material.mixed.whole(), &object.sampler)),
+                ("color_map", Descriptor::Sampled(object.material.color.whole(), colors)),
+                ("f0_map", Descriptor::Sampled(object.material.f0.whole(), colors)),
+                ("mixed_map", Descriptor::Sampled(object.material.mixed.whole(), colors)),
+                ("emission_map", Descriptor::Sampled(object.material.emission.whole(), emission)),
+                ("occlusion_map", Descriptor::Sampled(object.material.occlusion.whole(), occlusion)),
+                ("Charts", Descriptor::Storage(&object.charts)),
                 ("Atlas", Descriptor::Storage(&object.atlas.links)),
                 ("coarse_a", Descriptor::Sampled(object.atlas.slopes.whole(), &self.linear)),
                 ("coarse_b", Descriptor::Sampled(object.atlas.joint.whole(), &self.linear)),
                 ("coarse_color", Descriptor::Sampled(object.atlas.color.whole(), &self.linear)),
                 ("coarse_f0", Descriptor::Sampled(object.atlas.f0.whole(), &self.linear)),
                 ("coarse_mixed", Descriptor::Sampled(object.atlas.mixed.whole(), &self.linear)),
+                ("coarse_light", Descriptor::Sampled(object.atlas.light.whole(), &self.linear)),
                 ("visible_depth", Descriptor::Sampled(visible.depth.whole(), &self.nearest)),
             ];
             let tiles = ("TileRecords", Descriptor::Storage(&visible.tiles.records));

@@ -4,9 +4,10 @@ use std::sync::Arc;
 
 use super::targets::GeometryTargets;
 use crate::gpu::{
-    Commands, Depth, Descriptor, Gpu, GraphicsDesc, GraphicsPipeline, Image, Result, SpecValue, Topology,
+    Commands, Depth, Descriptor, Gpu, GraphicsDesc, GraphicsPipeline, Image, Result, SharedStruct, SpecValue, Topology,
 };
 use crate::render::constants::{GUARD_BAND, PIXELS_ARE_EDGES, PIXELS_ARE_MULTISAMPLED, PIXELS_ARE_SAMPLES};
+use crate::render::surfaces::object::{ChartsGpu, SurfaceKind};
 use crate::render::surfaces::object_view::{DrawnObject, GEOMETRY_STRUCTS};
 use crate::render::surfaces::posed::PosedObject;
 use crate::render::view::Samples;
@@ -60,7 +61,38 @@ pub struct GeometryPass(PatchPipelines);
 
 /// The pipelines that draw patches into one kind of target; shared with the shadow passes.
 #[derive(Clone)]
-pub(crate) struct PatchPipelines {
+pub(crate) struct PatchPipelines(Vec<(DrawnAs, PipelineSet)>);
+
+/// The fragment stage of depths of surfaces with holes.
+pub(crate) const DEPTH_OF_HOLES: &str = "passes/geometry/depth_holes.frag";
+
+/// What tells the pipelines of surfaces apart, beside how they are divided.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct DrawnAs {
+    /// Only the front is drawn.
+    pub front_only: bool,
+    /// It has holes.
+    pub holes: bool,
+}
+
+impl DrawnAs {
+    /// Casters, with holes or without: both their sides throw shadows.
+    pub fn casters(holes: bool) -> impl Iterator<Item = Self> {
+        holes.then_some(Self { holes, front_only: false }).into_iter()
+    }
+}
+
+/// For what patches are drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum PatchMode {
+    /// To be seen; back faces in a marker colour or not.
+    Seen { mark_inside: bool },
+    /// To throw shadows.
+    Caster,
+}
+
+#[derive(Clone)]
+struct PipelineSet {
     undivided: GraphicsPipeline,
     curved: GraphicsPipeline,
     flat: GraphicsPipeline,
@@ -68,12 +100,48 @@ pub(crate) struct PatchPipelines {
 }
 
 impl PatchPipelines {
-    /// Pipelines whose vertex and tessellation stages are those of patches.
+    /// Pipelines whose vertex and tessellation stages are those of patches, for surfaces without holes that are seen from both sides and
+    /// for others. `holes`: the fragment stage of what has holes.
     ///
     /// # Errors
     /// A failed pipeline.
-    pub(crate) fn new(gpu: &Arc<Gpu>, name: &str, desc: &GraphicsDesc<'_>) -> Result<Self> {
-        let desc = GraphicsDesc { structs: &GEOMETRY_STRUCTS, ..*desc };
+    pub(crate) fn new(
+        gpu: &Arc<Gpu>,
+        name: &str,
+        desc: &GraphicsDesc<'_>,
+        holes: &str,
+        others: impl Iterator<Item = DrawnAs>,
+    ) -> Result<Self> {
+        let mut sets = Vec::new();
+        for drawn in std::iter::once(DrawnAs::default()).chain(others) {
+            if sets.iter().any(|(other, _)| *other == drawn) {
+                continue;
+            }
+            let fragment = if drawn.holes { Some(holes) } else { desc.fragment };
+            let count = [("SAMPLES", SpecValue::I32(desc.samples as i32))];
+            let multisampled = drawn.holes && holes != DEPTH_OF_HOLES;
+            let spec = [desc.spec, if multisampled { &count } else { &[] }].concat();
+            let structs = [&GEOMETRY_STRUCTS[..], if drawn.holes { &[ChartsGpu::LAYOUT] } else { &[] }].concat();
+            let desc = GraphicsDesc { fragment, front_only: drawn.front_only, spec: &spec, structs: &structs, ..*desc };
+            sets.push((drawn, PipelineSet::new(gpu, name, &desc)?));
+        }
+        Ok(Self(sets))
+    }
+
+    /// Binds and draws one object.
+    pub(crate) fn draw(&self, cmd: &mut Commands, drawn: DrawnObject<'_>, mode: PatchMode) {
+        let kind = drawn.posed.object.kind;
+        let front_only = kind.front_only && mode == PatchMode::Seen { mark_inside: false };
+        let wanted = DrawnAs { front_only, holes: kind.has.holes.is_some() };
+        let found = self.0.iter().find(|(drawn, _)| *drawn == wanted).or(self.0.first());
+        if let Some((drawn_as, set)) = found {
+            set.draw(cmd, drawn, drawn_as.holes, mode == PatchMode::Seen { mark_inside: true });
+        }
+    }
+}
+
+impl PipelineSet {
+    fn new(gpu: &Arc<Gpu>, name: &str, desc: &GraphicsDesc<'_>) -> Result<Self> {
         let divided = |kind: &str, flat: bool, at_texels: bool| {
             let divided = GraphicsDesc {
                 vertex: "passes/geometry/geometry.vert",
@@ -83,11 +151,11 @@ impl PatchPipelines {
                 clockwise_front: true,
                 spec: &[desc.spec, &[("FLAT", SpecValue::Bool(flat)), ("AT_TEXELS", SpecValue::Bool(at_texels))]]
                     .concat(),
-                ..desc
+                ..*desc
             };
             GraphicsPipeline::new(gpu, &format!("{name}, {kind}"), &divided)
         };
-        let undivided = GraphicsDesc { vertex: "passes/geometry/undivided.vert", ..desc };
+        let undivided = GraphicsDesc { vertex: "passes/geometry/undivided.vert", ..*desc };
         Ok(Self {
             undivided: GraphicsPipeline::new(gpu, &format!("{name}, undivided"), &undivided)?,
             curved: divided("curved", false, false)?,
@@ -96,10 +164,9 @@ impl PatchPipelines {
         })
     }
 
-    /// Binds and draws one object.
-    pub(crate) fn draw(&self, cmd: &mut Commands, drawn: DrawnObject<'_>, mark_inside: bool) {
+    fn draw(&self, cmd: &mut Commands, drawn: DrawnObject<'_>, holes: bool, mark_inside: bool) {
         let DrawnObject { posed: PosedObject { object, height_scale, .. }, divided, view } = drawn;
-        let bindings = [
+        let mut bindings = vec![
             ("view", Descriptor::Uniform(&view.buffers.view)),
             ("Vertices", Descriptor::Storage(&divided.buffers.vertices)),
             ("Patches", Descriptor::Storage(&object.patches)),
@@ -109,6 +176,11 @@ impl PatchPipelines {
             ("VisiblePatches", Descriptor::Storage(&view.buffers.visible)),
             ("height_map", Descriptor::Sampled(object.maps.heights().whole(), &object.sampler)),
         ];
+        if holes {
+            let [.., sampler] = &object.material.samplers;
+            bindings.push(("Charts", Descriptor::Storage(&object.charts)));
+            bindings.push(("opacity_map", Descriptor::Sampled(object.material.opacity.whole(), sampler)));
+        }
         let pipeline = match object.kind {
             _ if view.at_texels => &self.at_texels,
             kind if kind.flat => &self.flat,
@@ -126,11 +198,12 @@ impl PatchPipelines {
 }
 
 impl GeometryPass {
-    /// The pass. It draws both sides of a surface: a closed surface hides its own inside.
+    /// The pass for objects of these kinds. It draws both sides of a surface unless that says otherwise: a closed surface hides its own
+    /// inside.
     ///
     /// # Errors
     /// A failed pipeline.
-    pub fn new(gpu: &Arc<Gpu>, kind: GeometryKind) -> Result<Self> {
+    pub fn new(gpu: &Arc<Gpu>, kind: GeometryKind, objects: &[SurfaceKind]) -> Result<Self> {
         let desc = GraphicsDesc {
             fragment: Some("passes/geometry/geometry.frag"),
             colors: &GeometryTargets::FORMATS,
@@ -146,7 +219,12 @@ impl GeometryPass {
             GeometryKind::Multisampled(_) => "multisampled geometry",
             GeometryKind::Edges => "geometry of edges",
         };
-        Ok(Self(PatchPipelines::new(gpu, name, &desc)?))
+        let others = objects.iter().flat_map(|kind| {
+            let holes = kind.has.holes.is_some();
+            // Backs are drawn where they are to be marked.
+            [kind.front_only, false].map(|front_only| DrawnAs { front_only, holes })
+        });
+        Ok(Self(PatchPipelines::new(gpu, name, &desc, "passes/geometry/geometry_holes.frag", others)?))
     }
 
     /// Draws objects into the begun targets; `mark_inside` paints back faces in a marker colour.
@@ -159,7 +237,7 @@ impl GeometryPass {
     ) {
         guard_band(cmd, &target.depth);
         for object in objects {
-            self.0.draw(cmd, object, mark_inside);
+            self.0.draw(cmd, object, PatchMode::Seen { mark_inside });
         }
     }
 }

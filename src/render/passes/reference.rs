@@ -30,7 +30,7 @@ use crate::render::constants::{
 };
 use crate::render::light::environment::Environment;
 use crate::render::light::panorama::EnvironmentLight;
-use crate::render::scene::{FrameState, MAX_POINT_LIGHTS};
+use crate::render::scene::{FrameState, MAX_POINT_LIGHTS, PointLight};
 use crate::render::settings::{RenderSettings, Terms};
 use crate::render::surfaces::patch_mesh::PosedVertices;
 use crate::render::surfaces::posed::PosedObject;
@@ -51,6 +51,10 @@ shared_struct! {
         pub place: [f32; 4],
         /// Irradiance or intensity; w one of the `LIGHT_` constants.
         pub power: [f32; 4],
+        /// [`PointLight::falloff`](crate::render::scene::PointLight).
+        pub falloff: [f32; 4],
+        /// One over the square of its range, or 0.
+        pub range: [f32; 4],
         /// Layer, world size of a texel, density of the draw by solid angle, 1 if it has a map.
         pub map: [f32; 4],
     }
@@ -64,7 +68,7 @@ shared_struct! {
         pub field_from_world: [[f32; 4]; 4],
         /// Rays through the image; the last w is the near plane.
         pub rays: [[f32; 4]; 3],
-        /// Position of the viewer.
+        /// Position of the viewer, and the radiance of an emission of 1.
         pub camera_position: [f32; 4],
         /// Width and height of the image, face size of the environment, 1 if heights move the surface.
         pub viewport: [f32; 4],
@@ -90,11 +94,11 @@ pub struct ReferencePass {
 
 impl ReferencePass {
     /// The pass for some terms of the light, with the base rough in the frame of the facets or in that of the macrosurface, and
-    /// two roughnesses on some surfaces or one on all.
+    /// two roughnesses on some surfaces or one on all, and casters with holes or without.
     ///
     /// # Errors
     /// Memory that is short, or a failed pipeline.
-    pub fn new(gpu: &Arc<Gpu>, terms: Terms, facet_frame: bool, mixed: bool) -> Result<Self> {
+    pub fn new(gpu: &Arc<Gpu>, terms: Terms, facet_frame: bool, mixed: bool, holes: bool) -> Result<Self> {
         let desc = GraphicsDesc {
             vertex: "passes/fullscreen.vert",
             fragment: Some("passes/shade/reference.frag"),
@@ -109,7 +113,7 @@ impl ReferencePass {
         };
         Ok(Self {
             pipeline: GraphicsPipeline::new(gpu, "reference", &desc)?,
-            shadows: ReliefShadowPass::new(gpu)?,
+            shadows: ReliefShadowPass::new(gpu, holes)?,
             nearest: Sampler::new(gpu, "nearest", Filter::Nearest, AddressMode::ClampToEdge)?,
             trilinear: Sampler::new(gpu, "environment", Filter::Trilinear, AddressMode::ClampToEdge)?,
         })
@@ -130,6 +134,7 @@ impl ReferencePass {
                 ("gbuffer_material", Descriptor::Sampled(gbuffer.material.whole(), &self.nearest)),
                 ("gbuffer_surface", Descriptor::Sampled(gbuffer.surface.whole(), &self.nearest)),
                 ("gbuffer_reflection", Descriptor::Sampled(gbuffer.reflection.whole(), &self.nearest)),
+                ("gbuffer_emission", Descriptor::Sampled(gbuffer.emission.whole(), &self.nearest)),
                 ("visible_depth", Descriptor::Sampled(visible.depth.whole(), &self.nearest)),
                 ("lighting", Descriptor::Uniform(&lights.block)),
                 ("background_cube", Descriptor::Sampled(environment.background(), &self.trilinear)),
@@ -249,7 +254,7 @@ impl ReliefLights {
         let drawn = lights.iter().filter(|light| light.kind == LIGHT_DRAWN).count();
         let mut block = ReliefLightingGpu {
             rays: [x.extend(0.0), y.extend(0.0), z.extend(view.camera.near)].map(|v| v.to_array()),
-            camera_position: view.camera.position.extend(1.0).to_array(),
+            camera_position: view.camera.position.extend(state.emission_scale).to_array(),
             viewport: [width as f32, height as f32, self.face_size as f32, f32::from(u8::from(settings.displacement))],
             counts: [
                 lights.len() as i32,
@@ -279,6 +284,8 @@ impl ReliefLights {
             };
             slot.place = place.extend(point).to_array();
             slot.power = light.power.extend(light.kind as f32).to_array();
+            slot.falloff = light.falloff;
+            slot.range = [light.inverse_square_range, 0.0, 0.0, 0.0];
             slot.map = [0.0, 0.0, light.density, 0.0];
             if let (Some(bounds), None) = (self.bounds, self.field) {
                 let view = relief_view(light.caster, bounds, self.size, shift);
@@ -293,7 +300,16 @@ impl ReliefLights {
     }
 
     fn lights_of_sample(&self, state: &FrameState, settings: &RenderSettings, index: u32) -> Vec<SampleLight> {
-        let light = |caster, power, kind| SampleLight { caster, power, kind, density: 0.0 };
+        let everywhere = PointLight::new(Vec3::ZERO, Vec3::ZERO);
+        let shaped = |caster, power, kind, of: &PointLight| SampleLight {
+            caster,
+            power,
+            kind,
+            density: 0.0,
+            falloff: of.falloff(),
+            inverse_square_range: of.inverse_square_range(),
+        };
+        let light = |caster, power, kind| shaped(caster, power, kind, &everywhere);
         let mut lights = Vec::new();
         if let Some(sun) = state.sun {
             let direction = sun.direction.normalize_or(Vec3::Z);
@@ -314,7 +330,7 @@ impl ReliefLights {
             }
         }
         let points = state.point_lights.iter().take(MAX_POINT_LIGHTS);
-        lights.extend(points.map(|l| light(Caster::Point(l.position), l.intensity, LIGHT_OF_SCENE)));
+        lights.extend(points.map(|l| shaped(Caster::Point(l.position), l.intensity, LIGHT_OF_SCENE, l)));
         lights.truncate(MAX_LIGHTS);
         lights
     }
@@ -327,6 +343,8 @@ struct SampleLight {
     kind: i32,
     /// Density by solid angle of a light that was drawn.
     density: f32,
+    falloff: [f32; 4],
+    inverse_square_range: f32,
 }
 
 /// What a direction that lights no smooth surface in view is worth, relative to one that lights all of them: bumps may face it.

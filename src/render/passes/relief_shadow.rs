@@ -7,7 +7,7 @@ use std::sync::Arc;
 use ash::vk;
 use glam::{Mat4, Vec2, Vec3};
 
-use super::geometry::{PatchPipelines, guard_band};
+use super::geometry::{DEPTH_OF_HOLES, DrawnAs, PatchMode, PatchPipelines, guard_band};
 use super::shadow::ShadowView;
 use crate::gpu::{Commands, Depth, DepthTarget, Gpu, GraphicsDesc, Image, ImageDesc, ImageView, Result, Use};
 use crate::render::surfaces::divided::{DividedObject, DivisionBuffers};
@@ -88,13 +88,14 @@ pub struct ReliefShadowPass {
 }
 
 impl ReliefShadowPass {
-    /// The pass.
+    /// The pass, for casters with holes or without.
     ///
     /// # Errors
     /// A failed pipeline.
-    pub fn new(gpu: &Arc<Gpu>) -> Result<Self> {
+    pub fn new(gpu: &Arc<Gpu>, holes: bool) -> Result<Self> {
         let desc = GraphicsDesc { depth: Some(Depth::default()), ..Default::default() };
-        Ok(Self { pipelines: PatchPipelines::new(gpu, "relief shadow", &desc)? })
+        let casters = DrawnAs::casters(holes);
+        Ok(Self { pipelines: PatchPipelines::new(gpu, "relief shadow", &desc, DEPTH_OF_HOLES, casters)? })
     }
 
     /// Draws the maps as they were last pointed, and leaves them readable. `casters` are those for which the maps were
@@ -105,7 +106,7 @@ impl ReliefShadowPass {
             cmd.begin_rendering(&[], Some(DepthTarget { view: layer, clear: Some(0.0) }));
             guard_band(cmd, &maps.image);
             for ((posed, divided), view) in casters.iter().zip(&maps.divided).zip(views) {
-                self.pipelines.draw(cmd, DrawnObject { posed, divided, view }, false);
+                self.pipelines.draw(cmd, DrawnObject { posed, divided, view }, PatchMode::Caster);
             }
             cmd.end_rendering();
         }

@@ -27,16 +27,18 @@ shared_struct! {
         pub rays: [[f32; 4]; 3],
         /// World to shadow texture space, for each sun: the frame's own, then those of the panorama.
         pub shadow_from_world: [[[f32; 4]; 4]; SUNS],
-        /// Position of the viewer.
+        /// Position of the viewer, and the radiance of an emission of 1.
         pub camera_position: [f32; 4],
         /// Directions toward the suns, and the variance of the directions that their light comes from.
         pub sun_direction: [[f32; 4]; SUNS],
         /// Their irradiance on a plane facing them.
         pub sun_irradiance: [[f32; 4]; SUNS],
-        /// Positions of the point lights.
+        /// Positions of the point lights, and one over the squares of their ranges.
         pub point_position: [[f32; 4]; MAX_POINT_LIGHTS],
         /// Their intensities.
         pub point_intensity: [[f32; 4]; MAX_POINT_LIGHTS],
+        /// [`PointLight::falloff`](crate::render::scene::PointLight).
+        pub point_falloff: [[f32; 4]; MAX_POINT_LIGHTS],
         /// Width and height of the image, and its samples along a side of a pixel.
         pub viewport: [f32; 4],
         /// Face size of the cube, its scale, world size of a shadow texel, tangent of the lowest elevation at which the
@@ -66,18 +68,20 @@ impl LightingGpu {
         let mut block = Self {
             rays: [four(x, 0.0), four(y, 0.0), four(z, view.camera.near)],
             shadow_from_world,
-            camera_position: four(view.camera.position, 1.0),
+            camera_position: four(view.camera.position, state.emission_scale),
             sun_direction,
             sun_irradiance,
             point_position: [[0.0; 4]; MAX_POINT_LIGHTS],
             point_intensity: [[0.0; 4]; MAX_POINT_LIGHTS],
+            point_falloff: [[0.0; 4]; MAX_POINT_LIGHTS],
             viewport: [size.0 as f32, size.1 as f32, view.grid() as f32, 0.0],
             // The maps of all suns show the same sphere.
             environment: [environment.face_size() as f32, 1.0, shadows.first().map_or(0.0, |s| s.texel), -1e9],
             draws: [0; 4],
         };
         for (i, light) in state.point_lights.iter().take(MAX_POINT_LIGHTS).enumerate() {
-            block.point_position[i] = four(light.position, 1.0);
+            block.point_position[i] = four(light.position, light.inverse_square_range());
+            block.point_falloff[i] = light.falloff();
             block.point_intensity[i] = four(light.intensity, 0.0);
         }
         block
@@ -281,6 +285,7 @@ impl ShadePass {
             ("gbuffer_surface", Descriptor::Sampled(gbuffer.surface.whole(), nearest)),
             ("gbuffer_horizon", Descriptor::Sampled(gbuffer.horizon.whole(), nearest)),
             ("gbuffer_reflection", Descriptor::Sampled(gbuffer.reflection.whole(), nearest)),
+            ("gbuffer_emission", Descriptor::Sampled(gbuffer.emission.whole(), nearest)),
             ("shares", Descriptor::Sampled(shares.whole(), nearest)),
             ("more_suns", Descriptor::Sampled(more_suns.whole(), nearest)),
             ("TileRecords", Descriptor::Storage(&visible.tiles.records)),

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use ash::vk;
 use glam::{Mat4, Vec3};
 
-use super::geometry::{PatchPipelines, guard_band};
+use super::geometry::{DEPTH_OF_HOLES, DrawnAs, PatchMode, PatchPipelines, guard_band};
 use crate::gpu::{Commands, Depth, DepthTarget, Gpu, GraphicsDesc, Image, ImageDesc, ImageView, Result, Use};
 use crate::render::surfaces::object_view::{DrawnObject, Viewpoint};
 use crate::render::surfaces::sphere::Sphere;
@@ -74,6 +74,7 @@ impl ShadowView {
             lens,
             grid: 1,
             size: (self.size, self.size),
+            draw: 0.0,
         }
     }
 }
@@ -88,6 +89,7 @@ pub fn map_size((width, height): (u32, u32)) -> u32 {
 /// The pipelines of the pass, and the maps made so far.
 pub struct ShadowPass {
     pipelines: PatchPipelines,
+    holes: bool,
     maps: Vec<ShadowMaps>,
 }
 
@@ -120,9 +122,24 @@ impl ShadowPass {
     /// # Errors
     /// A failed pipeline.
     pub fn new(gpu: &Arc<Gpu>) -> Result<Self> {
+        Ok(Self { pipelines: Self::pipelines(gpu, false)?, holes: false, maps: Vec::new() })
+    }
+
+    fn pipelines(gpu: &Arc<Gpu>, holes: bool) -> Result<PatchPipelines> {
         let desc =
             GraphicsDesc { depth: Some(Depth { bias: Some([-2.0, -2.0]), ..Depth::default() }), ..Default::default() };
-        Ok(Self { pipelines: PatchPipelines::new(gpu, "shadow", &desc)?, maps: Vec::new() })
+        PatchPipelines::new(gpu, "shadow", &desc, DEPTH_OF_HOLES, DrawnAs::casters(holes))
+    }
+
+    /// Makes what draws casters with holes, unless that was done.
+    ///
+    /// # Errors
+    /// A failed pipeline.
+    pub fn prepare_holes(&mut self, gpu: &Arc<Gpu>) -> Result<()> {
+        if !self.holes {
+            (self.pipelines, self.holes) = (Self::pipelines(gpu, true)?, true);
+        }
+        Ok(())
     }
 
     /// Maps of `size`² texels for so many suns, which frames share; without suns a single texel that nothing reads.
@@ -154,7 +171,7 @@ impl ShadowPass {
             cmd.begin_rendering(&[], Some(DepthTarget { view: layer, clear: Some(0.0) }));
             guard_band(cmd, image);
             for caster in casters {
-                self.pipelines.draw(cmd, caster, false);
+                self.pipelines.draw(cmd, caster, PatchMode::Caster);
             }
             cmd.end_rendering();
         }

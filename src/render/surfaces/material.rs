@@ -5,6 +5,10 @@
 //!   (LEADR section 4.1)
 //! * reflectance at normal incidence, sRGB
 //! * two roughnesses, halves: [`mixed_roughness`](crate::reflectance::facets::mixed_roughness)
+//! * emission, linear, halves
+//! * accessibility, 8 bits
+//! * coverage, 8 bits: a mask, and the share of each texel in which that covers, which is what is averaged. A mask whose values were
+//!   averaged would lose what is thinner than a texel, or swell
 
 use std::sync::Arc;
 
@@ -13,14 +17,18 @@ use half::f16;
 use rayon::prelude::*;
 
 use super::displacement::Border;
-use crate::gpu::{Gpu, GpuError, Image, ImageDesc, Result};
-use crate::maps::material::alpha_of;
+use crate::gpu::{AddressMode, Filter, Gpu, GpuError, Image, ImageDesc, Result, Sampler};
+use crate::maps::material::{TextureWrap, alpha_of};
 use crate::maps::moments::coverage;
 use crate::maps::srgb::{linear_of_srgb8, srgb8_from_linear};
-use crate::render::scene::MaterialMap;
+use crate::render::scene::{Holes, MaterialMap, PropertyMap};
 
-/// Format of the two roughnesses.
+/// Format of the two roughnesses and of emission.
 pub const MIXED_FORMAT: vk::Format = vk::Format::R16G16B16A16_SFLOAT;
+/// Format of accessibility.
+const SHARE_FORMAT: vk::Format = vk::Format::R8_UNORM;
+/// Format of coverage.
+const COVERAGE_FORMAT: vk::Format = vk::Format::R8G8_UNORM;
 
 /// The images of a material; single texels in place of those that it lacks.
 pub struct MaterialImages {
@@ -30,10 +38,57 @@ pub struct MaterialImages {
     pub f0: Image,
     /// Share of the rougher texels, and the parts of the mean `α²` in them and in the others.
     pub mixed: Image,
-    /// Whether there is a reflectance.
-    pub has_f0: bool,
-    /// Whether there are two roughnesses.
-    pub is_mixed: bool,
+    /// Emitted radiance.
+    pub emission: Image,
+    /// Accessibility.
+    pub occlusion: Image,
+    /// Coverage.
+    pub opacity: Image,
+    /// Of colours, reflectance and roughnesses; of emission; of accessibility; of coverage.
+    pub samplers: [Sampler; 4],
+    /// What of all that is there.
+    pub has: Has,
+}
+
+/// What a material tells beside its colours.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub struct Has {
+    /// Reflectance at normal incidence.
+    pub f0: bool,
+    /// Two roughnesses.
+    pub mixed: bool,
+    /// Emission.
+    pub emission: bool,
+    /// Accessibility.
+    pub occlusion: bool,
+    /// Holes.
+    pub holes: Option<HoleKind>,
+}
+
+/// What decides whether a sample sees a surface with holes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum HoleKind {
+    /// [`Holes::Mask`].
+    Mask,
+    /// [`Holes::Share`].
+    Share,
+}
+
+impl Has {
+    /// What `map` tells.
+    #[must_use]
+    pub fn of(map: &MaterialMap) -> Self {
+        Self {
+            f0: map.f0.is_some(),
+            mixed: map.rough_from.is_some(),
+            emission: map.emission.is_some(),
+            occlusion: map.occlusion.is_some(),
+            holes: map.opacity.as_ref().map(|holes| match holes {
+                Holes::Mask(_) => HoleKind::Mask,
+                Holes::Share(_) => HoleKind::Share,
+            }),
+        }
+    }
 }
 
 impl MaterialImages {
@@ -48,22 +103,35 @@ impl MaterialImages {
             Ok::<_, GpuError>(image)
         };
         let srgb = vk::Format::R8G8B8A8_SRGB;
-        let Some(MaterialMap { width, height, colors, f0, rough_from }) = map else {
+        let sampler = |wrap: [TextureWrap; 2]| {
+            let modes = match border {
+                // Colours of surfaces without relief repeat if nothing else is said.
+                Border::Wrap | Border::Clamp => wrap.map(address_mode),
+                Border::Tiles(_) => [AddressMode::ClampToEdge; 2],
+            };
+            Sampler::with_modes(gpu, &format!("{name} material"), Filter::Trilinear, modes)
+        };
+        let Some(map) = map else {
+            let any = sampler([TextureWrap::Repeat; 2])?;
             return Ok(Self {
                 color: none("colour", srgb)?,
                 f0: none("reflectance", srgb)?,
                 mixed: none("roughness", MIXED_FORMAT)?,
-                has_f0: false,
-                is_mixed: false,
+                emission: none("emission", MIXED_FORMAT)?,
+                occlusion: none("accessibility", SHARE_FORMAT)?,
+                opacity: none("coverage", COVERAGE_FORMAT)?,
+                samplers: std::array::from_fn(|_| any.clone()),
+                has: Has::default(),
             });
         };
+        let has = Has::of(&map);
+        let MaterialMap { width, height, colors, f0, rough_from, wrap, emission, occlusion, opacity } = map;
         let size = [width, height];
-        let (has_f0, is_mixed) = (f0.is_some(), rough_from.is_some());
         if f0.as_ref().is_some_and(|f0| f0.len() != colors.len()) {
             let fault = "reflectance and colours differ in size".to_owned();
             return Err(GpuError::Usage { name: format!("material of {name}"), fault });
         }
-        let image = |what: &str, format| {
+        let image_of = |what: &str, format, [width, height]: [u32; 2]| {
             let desc = ImageDesc::new(format, width, height).full_mips();
             let mips = match border {
                 Border::Tiles(layout) => layout.tile.ilog2() + 1,
@@ -71,6 +139,14 @@ impl MaterialImages {
             };
             Image::new(gpu, &format!("{name} {what}"), desc.mips(mips))
         };
+        let image = |what: &str, format| image_of(what, format, size);
+        let plate_wrap = |wrap: Option<[TextureWrap; 2]>| sampler(wrap.unwrap_or_default());
+        let samplers = [
+            sampler(wrap)?,
+            plate_wrap(emission.as_ref().map(|plate| plate.wrap))?,
+            plate_wrap(occlusion.as_ref().map(|plate| plate.wrap))?,
+            plate_wrap(opacity.as_ref().map(|holes| holes.map().wrap))?,
+        ];
         let mixed = match rough_from {
             Some(threshold) => {
                 let mixed = image("roughness", MIXED_FORMAT)?;
@@ -95,7 +171,35 @@ impl MaterialImages {
             }
             None => none("reflectance", srgb)?,
         };
-        Ok(Self { color, f0, mixed, has_f0, is_mixed })
+        let emission = match emission {
+            Some(PropertyMap { width, height, texels, .. }) => {
+                let emission = image_of("emission", MIXED_FORMAT, [width, height])?;
+                let texels = texels.into_iter().map(|[r, g, b]| [r, g, b, 0.0]).collect();
+                write_mips(&emission, [width, height], texels, halves, halve)?;
+                emission
+            }
+            None => none("emission", MIXED_FORMAT)?,
+        };
+        let occlusion = match occlusion {
+            Some(PropertyMap { width, height, texels, .. }) => {
+                let occlusion = image_of("accessibility", SHARE_FORMAT, [width, height])?;
+                write_mips(&occlusion, [width, height], texels, eighths, halve_shares)?;
+                occlusion
+            }
+            None => none("accessibility", SHARE_FORMAT)?,
+        };
+        let opacity = match opacity {
+            Some(holes) => {
+                let plate = holes.map();
+                let size = [plate.width, plate.height];
+                let opacity = image_of("coverage", COVERAGE_FORMAT, size)?;
+                let texels = plate.texels.iter().zip(covered(&holes)).map(|(&mask, share)| [mask, share, 0.0, 0.0]);
+                write_mips(&opacity, size, texels.collect(), pairs, halve)?;
+                opacity
+            }
+            None => none("coverage", COVERAGE_FORMAT)?,
+        };
+        Ok(Self { color, f0, mixed, emission, occlusion, opacity, samplers, has })
     }
 }
 
@@ -108,8 +212,59 @@ fn classes_of_codes(threshold: f32) -> [[f32; 4]; 256] {
     })
 }
 
+/// Shares of texels as they are averaged: of a mask, where it covers. A texel of a mask is looked at in many places, where it is
+/// interpolated with its neighbours as the finest level is.
+fn covered(holes: &Holes) -> Vec<f32> {
+    let PropertyMap { width, height, texels, wrap } = match holes {
+        Holes::Share(plate) => return plate.texels.clone(),
+        Holes::Mask(plate) => plate,
+    };
+    const PLACES: usize = 16;
+    let at = |x: i64, y: i64| texels[(wrap[1].texel(y, *height) * width + wrap[0].texel(x, *width)) as usize];
+    let texel = |index: usize| {
+        let [x, y] = [index as i64 % i64::from(*width), index as i64 / i64::from(*width)];
+        let around: [[f32; 3]; 3] =
+            std::array::from_fn(|j| std::array::from_fn(|i| at(x + i as i64 - 1, y + j as i64 - 1)));
+        let covers = around.as_flattened().iter().filter(|v| **v >= 0.5).count();
+        if covers == 0 || covers == 9 {
+            return if covers == 0 { 0.0 } else { 1.0 };
+        }
+        let places = (0..PLACES * PLACES).filter(|place| {
+            let [u, v] = [place % PLACES, place / PLACES].map(|k| (k as f32 + 0.5) / PLACES as f32 + 0.5);
+            let (i, j) = (u as usize, v as usize);
+            let (s, t) = (u - i as f32, v - j as f32);
+            let row = |j: usize| around[j][i] + s * (around[j][i + 1] - around[j][i]);
+            row(j) + t * (row(j + 1) - row(j)) >= 0.5
+        });
+        places.count() as f32 / (PLACES * PLACES) as f32
+    };
+    (0..texels.len()).into_par_iter().map(texel).collect()
+}
+
+/// The same, as samplers have it.
+pub(super) fn address_mode(wrap: TextureWrap) -> AddressMode {
+    match wrap {
+        TextureWrap::Repeat => AddressMode::Repeat,
+        TextureWrap::Mirror => AddressMode::Mirror,
+        TextureWrap::Clamp => AddressMode::ClampToEdge,
+    }
+}
+
+/// Codes of shares, 0 to 1.
+fn eighths(shares: &[f32]) -> Vec<u8> {
+    shares.iter().map(|share| (share.clamp(0.0, 1.0) * 255.0 + 0.5) as u8).collect()
+}
+
+fn pairs(texels: &[[f32; 4]]) -> Vec<[u8; 2]> {
+    texels.iter().map(|texel| [0, 1].map(|i| (texel[i].clamp(0.0, 1.0) * 255.0 + 0.5) as u8)).collect()
+}
+
+fn halve_shares(texels: &[f32], from: [u32; 2], to: [u32; 2]) -> Vec<f32> {
+    reduce(texels, from, to, |parts| parts.map(|(texel, weight)| weight * texel).sum())
+}
+
 fn halves(texels: &[[f32; 4]]) -> Vec<[f16; 4]> {
-    texels.iter().map(|texel| texel.map(f16::from_f32)).collect()
+    texels.iter().map(|texel| texel.map(|v| f16::from_f32(v.min(65504.0)))).collect()
 }
 
 /// Writes `texels` and the levels below. `stored`: as the image holds them; `halve`: the next level, of given sizes.

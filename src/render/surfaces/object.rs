@@ -6,14 +6,17 @@ use super::atlas::AtlasGpu;
 use super::displacement::{Border, BoundaryHeights, EDGE_LEVELS, HeightField};
 use super::flat;
 use super::horizon::{HorizonMaps, Relief};
-use super::material::MaterialImages;
+use super::material::{Has, HoleKind, MaterialImages, address_mode};
 use super::moments::{Edges, HeightSource, LeadrMapGpu, MomentFormat};
 use super::patch_mesh::PatchMesh;
 use super::topology::Topology;
 use crate::gpu::{AddressMode, Buffer, Filter, Gpu, Memory, Result, Sampler, shared_struct};
 use crate::maps::cache::{MapCache, checksum};
-use crate::render::constants::{FLAG_DISPLACED, FLAG_FLAT, FLAG_MARK_INSIDE, SEA_INDEX};
-use crate::render::scene::Object;
+use crate::render::constants::{
+    CHARTS, FLAG_CHARTED, FLAG_DISPLACED, FLAG_FLAT, FLAG_MARK_INSIDE, FLAG_MASK, FLAG_TINTED_EMISSION, FLAG_TRIANGLES,
+    SEA_INDEX,
+};
+use crate::render::scene::{Object, TriangleCharts};
 
 shared_struct! {
     /// One patch as the shaders read it (`PatchData`).
@@ -28,6 +31,25 @@ shared_struct! {
         pub texcoord_23: [f32; 4],
         /// Bounds of the texture taps in texture space.
         pub tile: [f32; 4],
+    }
+}
+
+/// Corners of a triangle in each chart.
+const CHART_CORNERS: usize = 3 * CHARTS as usize;
+
+shared_struct! {
+    /// Texture coordinates of a triangle in the images of its material (`TriangleCharts`).
+    pub struct ChartsGpu for "TriangleCharts" {
+        /// Three corners in each, in the order of the `CHART_` constants.
+        pub corners: [[f32; 2]; CHART_CORNERS],
+    }
+}
+
+impl ChartsGpu {
+    fn of(charts: &TriangleCharts) -> Self {
+        let mut corners = [[0.0; 2]; CHART_CORNERS];
+        corners.iter_mut().zip(charts.as_flattened()).for_each(|(slot, corner)| *slot = corner.to_array());
+        Self { corners }
     }
 }
 
@@ -75,7 +97,9 @@ pub struct GpuObject {
     pub horizons: HorizonMaps,
     /// Its material.
     pub material: MaterialImages,
-    /// Sampler of the maps.
+    /// Texture coordinates of its triangles in its material; a placeholder where they are those of the mesh.
+    pub charts: Buffer,
+    /// Sampler of the maps of its relief.
     pub sampler: Sampler,
     /// What the filter pass has to fetch for it.
     pub kind: SurfaceKind,
@@ -91,16 +115,18 @@ pub struct SurfaceKind {
     pub displaced: bool,
     /// Whether it has a map of its material.
     pub colored: bool,
-    /// Whether that tells its reflectance at normal incidence.
-    pub reflects_by_map: bool,
-    /// Whether two roughnesses share it.
-    pub mixed: bool,
+    /// What that tells beside colours.
+    pub has: Has,
+    /// Whether its material has texture coordinates of its own.
+    pub charted: bool,
     /// Whether its bumps can hide the surroundings from each other.
     pub horizon: bool,
     /// Whether it is a plane on which texture coordinates change evenly.
     pub flat: bool,
     /// Whether its patches are triangles.
     pub triangles: bool,
+    /// Whether only its front is seen.
+    pub front_only: bool,
     /// Whether all its vertices have the same colour and accessibility.
     pub plain: bool,
 }
@@ -114,12 +140,13 @@ impl SurfaceKind {
             tiled: tiles,
             displaced: object.heights.is_some(),
             colored: object.material.is_some(),
-            reflects_by_map: object.material.as_ref().is_some_and(|map| map.f0.is_some()),
-            mixed: object.material.as_ref().is_some_and(|map| map.rough_from.is_some()),
+            has: object.material.as_ref().map_or_else(Has::default, Has::of),
+            charted: object.charts.is_some(),
             horizon: object.height_scale != 0.0
                 && object.heights.as_ref().is_some_and(|field| field.texels.iter().any(|h| *h != field.texels[0])),
             flat: !mesh.triangles && flat::is_flat(mesh),
             triangles: mesh.triangles,
+            front_only: object.front_only,
             plain: flat::is_plain(mesh),
         }
     }
@@ -178,6 +205,8 @@ impl GpuObject {
             field.texels = Vec::new();
         }
         let material = MaterialImages::new(gpu, &name, object.material.take(), border)?;
+        let charts: Vec<ChartsGpu> = object.charts.take().unwrap_or_default().iter().map(ChartsGpu::of).collect();
+        let charts = if charts.is_empty() { vec![ChartsGpu { corners: [[0.0; 2]; CHART_CORNERS] }] } else { charts };
         let atlas = match border {
             Border::Tiles(layout) => {
                 let material = kind.colored.then_some(&material);
@@ -195,16 +224,18 @@ impl GpuObject {
             boundary.patch_range.iter().fold((0.0f32, 0.0f32), |(low, high), r| (low.min(r[0]), high.max(r[1])));
         let relief = high - low;
         let mode = if border == Border::Wrap { AddressMode::Repeat } else { AddressMode::ClampToEdge };
+        let modes = object.slope_wrap.map_or([mode; 2], |wrap| wrap.map(address_mode));
         Ok(Self {
             patches: Buffer::from_slice(gpu, &format!("{name} patches"), &patches)?,
             atlas,
             edge_heights: Buffer::from_slice(gpu, &format!("{name} edge heights"), &boundary.edges)?,
             vertex_heights: Buffer::from_slice(gpu, &format!("{name} vertex heights"), &boundary.vertices)?,
+            charts: Buffer::from_slice(gpu, &format!("{name} charts"), &charts)?,
             relief,
             height_range: boundary.patch_range,
             edge_texels: boundary.edge_texels,
             edge_relief: boundary.edge_relief,
-            sampler: Sampler::new(gpu, &format!("{name} sampler"), Filter::Trilinear, mode)?,
+            sampler: Sampler::with_modes(gpu, &format!("{name} sampler"), Filter::Trilinear, modes)?,
             topology,
             object,
             maps,
@@ -224,8 +255,15 @@ impl GpuObject {
     /// Push constants for a height scale that multiplies the object's own.
     #[must_use]
     pub fn constants(&self, height_scale: f32, mark_inside: bool) -> ObjectGpu {
-        let flags =
-            [(FLAG_DISPLACED, self.kind.displaced), (FLAG_FLAT, self.kind.flat), (FLAG_MARK_INSIDE, mark_inside)];
+        let flags = [
+            (FLAG_DISPLACED, self.kind.displaced),
+            (FLAG_FLAT, self.kind.flat),
+            (FLAG_MARK_INSIDE, mark_inside),
+            (FLAG_TINTED_EMISSION, self.object.tints_emission),
+            (FLAG_TRIANGLES, self.kind.triangles),
+            (FLAG_CHARTED, self.kind.charted),
+            (FLAG_MASK, self.kind.has.holes == Some(HoleKind::Mask)),
+        ];
         let flags = flags.iter().filter(|(_, set)| *set).fold(0, |flags, (flag, _)| flags | flag);
         ObjectGpu {
             height_scale: height_scale * self.object.height_scale,

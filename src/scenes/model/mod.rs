@@ -1,18 +1,23 @@
 //! A glTF model on open ground: it stands on the soil, is seen from a little above, and plays its animation over and over.
 
+mod charts;
 mod dress;
+mod lights;
 mod parts;
 mod remarks;
+
+use std::sync::Arc;
 
 use glam::{Affine3A, Vec3};
 
 use super::error::SceneError;
-use super::ground::ground;
+use super::ground::{RELIEF, ground};
 use super::stage::{Stage, Views};
 use crate::models::Model;
 use crate::render::camera::Camera;
 use crate::render::scene::{Object, Pose};
 use crate::render::surfaces::object::MAX_OBJECTS;
+use lights::Lamps;
 use parts::{Parts, Placement};
 
 /// A model and the animation that it plays.
@@ -22,6 +27,8 @@ pub struct ModelChoice {
     pub model: Model,
     /// Number of the animation; `None` at rest.
     pub animation: Option<usize>,
+    /// The node whose camera it is looked at with; `None` for views of ours.
+    pub camera: Option<usize>,
 }
 
 impl ModelChoice {
@@ -41,7 +48,36 @@ impl ModelChoice {
                 }
             },
         };
-        Ok(Self { model, animation })
+        Ok(Self { model, animation, camera: None })
+    }
+
+    /// The same seen by a camera of the file: the one of this name, of this number from 1, or the first.
+    ///
+    /// # Errors
+    /// If it shows no such camera; those that it has are listed.
+    pub fn seen_by(self, camera: Option<&str>) -> Result<Self, SceneError> {
+        let model = &self.model;
+        let nodes: Vec<usize> = model.shown_nodes().into_iter().filter(|&n| model.nodes[n].camera.is_some()).collect();
+        let name = |node: usize| {
+            let camera = model.nodes[node].camera.map_or("", |number| model.cameras[number].name.as_str());
+            if camera.is_empty() { model.nodes[node].name.as_str() } else { camera }
+        };
+        let numbered = |wanted: &str| wanted.parse::<usize>().ok().and_then(|n| nodes.get(n.checked_sub(1)?).copied());
+        let found = match camera {
+            None => nodes.first().copied(),
+            Some(wanted) => nodes.iter().copied().find(|&n| name(n) == wanted).or_else(|| numbered(wanted)),
+        };
+        let Some(node) = found else {
+            let names: Vec<String> = nodes
+                .iter()
+                .enumerate()
+                .map(|(i, &n)| format!("{} {}", i + 1, name(n)).trim_end().to_owned())
+                .collect();
+            let there = if names.is_empty() { "none".to_owned() } else { names.join(", ") };
+            let wanted = camera.map_or("it has no camera".to_owned(), |name| format!("no camera is called {name}"));
+            return Err(SceneError::Model(format!("{wanted}; there are: {there}")));
+        };
+        Ok(Self { camera: Some(node), ..self })
     }
 }
 
@@ -54,50 +90,105 @@ const MEASURED: u32 = 24;
 /// # Errors
 /// If it shows nothing, or has more materials than the renderer has objects.
 pub fn stage(choice: ModelChoice) -> Result<Stage, SceneError> {
-    let ModelChoice { model, animation } = choice;
+    let ModelChoice { model, animation, camera } = choice;
     let parts = Parts::of(&model);
     if parts.objects.is_empty() {
-        return Err(SceneError::Model(format!("{} shows no triangles; export meshes with it", model.name)));
+        let fault = "it shows no triangles, and points and lines are not drawn; export meshes with it";
+        return Err(SceneError::Model(fault.into()));
     }
     if parts.objects.len() >= MAX_OBJECTS {
         let fault =
             format!("its {} materials are more than the {} that a scene has", parts.objects.len(), MAX_OBJECTS - 1);
-        return Err(SceneError::Model(format!("{}: {fault}; join some of them", model.name)));
+        return Err(SceneError::Model(format!("{fault}; join some of them")));
     }
-    remarks::of(&model, &parts).iter().for_each(|remark| tracing::warn!("{}: {remark}", model.name));
+    remarks::of(&model, &parts, camera).iter().for_each(|remark| tracing::warn!("{}: {remark}", model.name));
     let duration = animation.map_or(0.0, |number| model.animations[number].duration);
     let times = if duration > 0.0 { MEASURED } else { 1 };
     let time = |i: u32| duration * i as f32 / times as f32;
     let (low, high) = (0..times)
         .map(|i| parts.bounds(&model, &model.pose(animation, time(i))))
         .fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), (a, b)| (low.min(a), high.max(b)));
+    if !low.is_finite() || !high.is_finite() || !low.distance(high).is_finite() {
+        let fault = "its nodes scale or move its vertices beyond what numbers hold; give them sizes in metres";
+        return Err(SceneError::Model(fault.into()));
+    }
     let placement = Placement::on_ground(low, high);
+    // What lies flat lies on the bumps of the soil; other things may sink into it to their ankles.
+    let lies = high.y - low.y < 0.1 * (high.x - low.x).max(high.z - low.z);
+    let placement =
+        if lies { placement.lifted(0.5 * RELIEF + 0.005 * low.distance(high) * placement.scale()) } else { placement };
     let rest = model.pose(animation, 0.0);
     let mut objects: Vec<Object> = (0..parts.objects.len())
         .map(|i| dress::object(&model, &parts, i, parts.posed(&model, &rest, i, &placement)))
         .collect();
     objects.push(ground());
-    let views = views(placement.place(low), placement.place(high));
+    let corners = (placement.place(low), placement.place(high));
+    let corners = (corners.0.min(corners.1), corners.0.max(corners.1));
+    let views = views(corners.0, corners.1);
+    let lamps = Lamps::of(&model, &rest, &placement, corners);
+    if lamps.dimmed < 1.0 {
+        tracing::warn!(
+            "{}: its lights are dimmed to {:.2e} of what they are: they would outshine the picture",
+            model.name,
+            lamps.dimmed
+        );
+    }
+    let model = Arc::new(model);
+    let pose = {
+        let model = model.clone();
+        move |seconds: f64| {
+            let at = if duration > 0.0 { seconds.rem_euclid(f64::from(duration)) as f32 } else { 0.0 };
+            model.pose(animation, at)
+        }
+    };
+    let (lit, pose_of_lamps) = (model.clone(), pose.clone());
+    let (seen, pose_of_camera) = (model.clone(), pose.clone());
     let motion = move |seconds: f64| {
-        let at = if duration > 0.0 { seconds.rem_euclid(f64::from(duration)) as f32 } else { 0.0 };
-        let pose = model.pose(animation, at);
+        let pose = pose(seconds);
         let posed = |i| Pose::Vertices(parts.posed(&model, &pose, i, &placement));
         (0..parts.objects.len()).map(posed).chain([Pose::Rigid(Affine3A::IDENTITY)]).collect()
     };
-    Ok(Stage::moving(objects, views, motion, |_| Vec3::ZERO))
+    let stage = Stage::moving(objects, views, motion, |_| Vec3::ZERO)
+        .with_lamps(move |seconds| lamps.at(&lit, &pose_of_lamps(seconds), &placement));
+    Ok(match camera {
+        None => stage,
+        Some(node) => stage
+            .with_own_camera(move |seconds| lights::camera(&seen, node, &pose_of_camera(seconds), &placement, corners)),
+    })
 }
 
-/// Views of what lies between two corners.
-fn views(a: Vec3, b: Vec3) -> Views {
-    let (low, high) = (a.min(b), a.max(b));
-    let (centre, radius) = (0.5 * (low + high), 0.5 * low.distance(high));
-    let degrees: f32 = 35.0;
-    let fits = radius / (0.5 * degrees.to_radians()).sin();
-    let from = |distance: f32| {
-        let direction = Vec3::new(0.55, -0.8, 0.25).normalize();
-        let position = centre + direction * (fits * distance);
-        // Never below the ground.
-        Camera::looking_at(position.max(Vec3::new(f32::MIN, f32::MIN, 0.1)), centre, degrees)
+/// Share of the middle view's height and of its width (at 4:3) that a model fills.
+const FILLED: f32 = 0.8;
+
+/// Views of what lies between two corners, from its front, a little to the side and from above; flat things are looked at more squarely.
+fn views(low: Vec3, high: Vec3) -> Views {
+    let (centre, size) = (0.5 * (low + high), (high - low).max(Vec3::splat(1e-4)));
+    let (wide, upright) = (size.x.max(size.y), size.z);
+    let direction = if size.y < 0.2 * size.x.max(upright) {
+        Vec3::new(0.25, -1.0, 0.12)
+    } else if size.x < 0.2 * size.y.max(upright) {
+        Vec3::new(1.0, -0.35, 0.15)
+    } else if upright < 0.2 * wide {
+        Vec3::new(0.5, -0.8, 0.75)
+    } else {
+        Vec3::new(0.65, -0.8, 0.28)
     };
-    Views { near: from(0.45), mid: from(1.0), far: from(7.0) }
+    let degrees: f32 = 35.0;
+    let from = |factor: f32| {
+        let eye = direction.normalize();
+        let right = Vec3::Z.cross(eye).normalize();
+        let up = eye.cross(right);
+        let tangent = FILLED * (0.5 * degrees.to_radians()).tan();
+        let needed = |corner: usize| {
+            let pick = |axis: usize| if corner >> axis & 1 == 0 { -0.5 } else { 0.5 };
+            let c = size * Vec3::new(pick(0), pick(1), pick(2));
+            let across = (c.dot(right).abs() / (tangent * 4.0 / 3.0)).max(c.dot(up).abs() / tangent);
+            across + c.dot(eye)
+        };
+        let fits = (0..8).map(needed).fold(0.0, f32::max);
+        let position = centre + eye * (fits * factor);
+        // Never below the ground.
+        Camera::looking_at(position.max(Vec3::new(f32::MIN, f32::MIN, 0.02 * fits)), centre, degrees)
+    };
+    Views { near: from(0.55), mid: from(1.0), far: from(8.0) }
 }

@@ -2,7 +2,9 @@
 
 use glam::{Vec2, Vec3};
 
-use crate::models::{Model, Pose};
+use super::charts::{Chart, Charts};
+use crate::models::{Model, Pose, Primitive};
+use crate::render::scene::TriangleCharts;
 use crate::render::surfaces::patch_mesh::PosedVertices;
 
 /// The triangles of one primitive as a node shows them.
@@ -10,6 +12,22 @@ use crate::render::surfaces::patch_mesh::PosedVertices;
 pub struct Part {
     pub node: usize,
     pub primitive: usize,
+}
+
+impl Part {
+    fn shown_in<'a>(&self, model: &'a Model) -> &'a Primitive {
+        let mesh = model.nodes[self.node].mesh.unwrap_or_default();
+        &model.meshes[mesh].primitives[self.primitive]
+    }
+}
+
+/// Where the corners of triangles lie in the charts of their material.
+#[derive(Debug)]
+pub struct Places {
+    /// In that of slopes and heights.
+    pub slopes: Vec<[Vec2; 3]>,
+    /// In those of its images, if they are others.
+    pub images: Option<Vec<TriangleCharts>>,
 }
 
 /// All that is shown of one material.
@@ -70,34 +88,52 @@ impl Parts {
         posed
     }
 
-    /// The corners of an object's triangles among its vertices, counter-clockwise, and their texture coordinates.
-    pub fn triangles(&self, model: &Model, object: usize) -> (Vec<[u32; 3]>, Vec<[Vec2; 3]>) {
-        let Parted { material, parts } = &self.objects[object];
-        let set = coordinate_set(&model.materials[*material]);
-        let (mut corners, mut texcoords, mut first) = (Vec::new(), Vec::new(), 0);
+    /// The corners of an object's triangles among its vertices, counter-clockwise, and where they lie in the charts of its material.
+    pub fn triangles(&self, model: &Model, object: usize, charts: &Charts) -> (Vec<[u32; 3]>, Places) {
+        let (mut corners, mut first) = (Vec::new(), 0);
+        let mut places = Places { slopes: Vec::new(), images: (!charts.are_one()).then(Vec::new) };
         let pose = model.pose(None, 0.0);
-        for part in parts {
-            let mesh = model.nodes[part.node].mesh.unwrap_or_default();
-            let primitive = &model.meshes[mesh].primitives[part.primitive];
+        for part in &self.objects[object].parts {
+            let primitive = part.shown_in(model);
             let mirrored = model.posed_vertices(&pose, part.node, part.primitive).mirrored;
-            let coordinates = primitive.texcoords.get(set);
             for &[a, b, c] in &primitive.triangles {
                 let triangle = if mirrored { [a, c, b] } else { [a, b, c] };
                 corners.push(triangle.map(|v| first + v));
-                let at = |v: u32| coordinates.map_or(Vec2::ZERO, |all| Vec2::from(all[v as usize]));
-                texcoords.push(triangle.map(at));
+                let place = |chart: &Chart, vertex: u32| chart.place(&|set| coordinates(primitive, set, vertex));
+                places.slopes.push(triangle.map(|v| place(&charts.slopes, v)));
+                if let Some(images) = &mut places.images {
+                    images.push(charts.images.map(|chart| triangle.map(|v| place(&chart, v))));
+                }
             }
             first += primitive.positions.len() as u32;
         }
-        (corners, texcoords)
+        (corners, places)
+    }
+
+    /// Corners of what a set of texture coordinates reaches on an object.
+    pub fn reached(&self, model: &Model, object: usize, set: usize) -> (Vec2, Vec2) {
+        let parts = self.objects[object].parts.iter().map(|part| part.shown_in(model));
+        let used = parts.flat_map(|primitive| {
+            primitive.triangles.iter().flatten().map(move |&vertex| coordinates(primitive, set, vertex))
+        });
+        used.fold((Vec2::INFINITY, Vec2::NEG_INFINITY), |(low, high), at| (low.min(at), high.max(at)))
+    }
+
+    /// Opacity of an object's vertices, 0 to 1.
+    pub fn opacities(&self, model: &Model, object: usize) -> Vec<f32> {
+        let of_part = |part: &Part| {
+            let primitive = part.shown_in(model);
+            let alpha = |vertex: usize| primitive.colors.as_ref().map_or(1.0, |colors| colors[vertex][3]);
+            (0..primitive.positions.len()).map(alpha).collect::<Vec<f32>>()
+        };
+        self.objects[object].parts.iter().flat_map(of_part).collect()
     }
 
     /// Colours of an object's vertices, linear; white where they have none.
     pub fn colors(&self, model: &Model, object: usize) -> Vec<[f32; 4]> {
         let mut all = Vec::new();
         for part in &self.objects[object].parts {
-            let mesh = model.nodes[part.node].mesh.unwrap_or_default();
-            let primitive = &model.meshes[mesh].primitives[part.primitive];
+            let primitive = part.shown_in(model);
             match &primitive.colors {
                 Some(colors) => all.extend(colors.iter().map(|&[r, g, b, _]| [r, g, b, 1.0])),
                 None => all.extend(std::iter::repeat_n([1.0; 4], primitive.positions.len())),
@@ -107,16 +143,13 @@ impl Parts {
     }
 }
 
-/// The set of texture coordinates that a material follows: that of its colours, or of whatever texture it has.
-pub fn coordinate_set(material: &crate::maps::material::Material) -> usize {
-    let color = material.base_color.texture.as_ref();
-    let normal = material.normal_map.as_ref().map(|map| &map.texture);
-    let numbers = [&material.roughness, &material.metalness].into_iter().filter_map(|input| input.texture.as_ref());
-    color.into_iter().chain(normal).chain(numbers).next().map_or(0, |texture| texture.coordinates as usize)
+/// Texture coordinates of a vertex; the origin where the file has none.
+fn coordinates(primitive: &Primitive, set: usize, vertex: u32) -> Vec2 {
+    primitive.texcoords.get(set).map_or(Vec2::ZERO, |all| Vec2::from(all[vertex as usize]))
 }
 
 /// From glTF's coordinates, y up and the front along z, to ours, z up and the front along -y.
-fn ours(v: Vec3) -> Vec3 {
+pub fn ours(v: Vec3) -> Vec3 {
     Vec3::new(v.x, -v.z, v.y)
 }
 
@@ -135,6 +168,16 @@ impl Placement {
         let (a, b) = (ours(low), ours(high));
         let (low, high) = (a.min(b), a.max(b));
         Self { scale, offset: -scale * (0.5 * (low + high)).with_z(low.z) }
+    }
+
+    /// The same so many metres higher.
+    pub fn lifted(self, metres: f32) -> Self {
+        Self { offset: self.offset + metres * Vec3::Z, ..self }
+    }
+
+    /// Metres in the world of a metre of the model.
+    pub fn scale(&self) -> f32 {
+        self.scale
     }
 
     /// A point of the model in the world.

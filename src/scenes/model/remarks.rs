@@ -1,48 +1,41 @@
 //! What of a model is not drawn, in words.
 
-use super::parts::{Parts, coordinate_set};
-use crate::maps::material::{Opacity, TextureWrap};
-use crate::models::Model;
+use super::charts::Charts;
+use super::parts::Parts;
+use crate::maps::material::Opacity;
+use crate::models::{Model, Projection};
+use crate::render::scene::MAX_POINT_LIGHTS;
 
-/// A sentence for each thing that the picture leaves out or changes.
-pub fn of(model: &Model, parts: &Parts) -> Vec<String> {
+/// A sentence for each thing that the picture leaves out or changes. `camera`: the node that it is seen from, if it is one of the file's.
+pub fn of(model: &Model, parts: &Parts, camera: Option<usize>) -> Vec<String> {
     let mut remarks = model.remarks.clone();
-    for material in parts.objects.iter().map(|object| &model.materials[object.material]) {
+    for (index, object) in parts.objects.iter().enumerate() {
+        let material = &model.materials[object.material];
         let name = &material.name;
         let mut say = |what: &str| remarks.push(format!("material {name}: {what}"));
-        match material.opacity {
-            Opacity::Opaque => {}
-            Opacity::Mask { .. } => say("its mask is not drawn: it is opaque everywhere"),
-            Opacity::Blend { .. } => say("it is drawn opaque"),
+        if matches!(material.opacity, Opacity::Blend { .. }) {
+            say(
+                "nothing here is transparent: as large a share of the samples sees it as it is opaque, so give it many samples",
+            );
         }
         if material.relief.is_some() {
             say("its displacement is not drawn yet");
         }
-        if material.unlit {
-            say("it is lit like the others");
-        }
-        if material.emission.texture.is_some() || material.emission.factor != [0.0; 3] {
-            say("its emission is not drawn");
-        }
         if material.anisotropy.is_some() {
             say("its roughness is drawn the same in all directions");
         }
-        let set = coordinate_set(material) as u32;
-        let textures = [&material.base_color.texture, &material.roughness.texture, &material.metalness.texture];
-        let normal = material.normal_map.as_ref().map(|map| &map.texture);
-        let textures: Vec<_> = textures.into_iter().flatten().chain(normal).collect();
-        if textures.iter().any(|texture| texture.coordinates != set) {
-            say("textures with other texture coordinates than its colours follow theirs");
-        }
-        if textures.iter().any(|texture| texture.wrap != [TextureWrap::Repeat; 2]) {
-            say("its textures repeat beyond their edges");
+        if Charts::of(material, &|set| parts.reached(model, index, set)).0.compromise {
+            say("some of its textures with other texture coordinates than its colours, or its heights, follow theirs");
         }
     }
-    if !model.lights.is_empty() {
-        remarks.push("its lights are not lit: the sky lights it".into());
+    let lamps = model.shown_nodes().into_iter().filter(|&node| model.nodes[node].light.is_some()).count();
+    if lamps > MAX_POINT_LIGHTS {
+        remarks.push(format!("only the first {MAX_POINT_LIGHTS} of its {lamps} lights are lit"));
     }
-    if !model.cameras.is_empty() {
-        remarks.push("its cameras are not used".into());
+    let seen_by = camera.and_then(|node| model.nodes[node].camera).map(|number| model.cameras[number].projection);
+    if matches!(seen_by, Some(Projection::Orthographic { .. })) {
+        remarks
+            .push("its camera has no vanishing points: it is drawn from far away through a long lens instead".into());
     }
     remarks
 }

@@ -108,9 +108,8 @@ fn eyes(body: &Body) -> Object {
 /// Four lamps around the coil: warm ones in front, cool ones behind.
 #[must_use]
 pub fn lamps() -> Vec<PointLight> {
-    let lamp = |x: f32, y: f32, z: f32, color: [f32; 3], power: f32| PointLight {
-        position: Vec3::new(x, y, z),
-        intensity: Vec3::from_array(color) * power,
+    let lamp = |x: f32, y: f32, z: f32, color: [f32; 3], power: f32| {
+        PointLight::new(Vec3::new(x, y, z), Vec3::from_array(color) * power)
     };
     vec![
         lamp(1.5, -1.3, 1.1, [1.0, 0.62, 0.3], 2.6),

@@ -63,7 +63,9 @@ impl Surroundings {
     pub fn light(&self, state: &mut FrameState) {
         match (&self.choices[self.shown], state.sky.is_some()) {
             (EnvironmentChoice::Sky, false) => *state = state.clone().under(&self.made_with.sky),
-            (EnvironmentChoice::Studio | EnvironmentChoice::File(_), true) => (state.sky, state.sun) = (None, None),
+            (EnvironmentChoice::Studio | EnvironmentChoice::File(_), true) => {
+                (state.sky, state.sun, state.emission_scale) = (None, None, 1.0);
+            }
             _ => {}
         }
     }

@@ -71,7 +71,7 @@ impl MeshPipelines {
     /// Whether two roughnesses share any object.
     #[must_use]
     pub fn are_mixed(&self) -> bool {
-        self.kinds.iter().any(|kind| kind.mixed)
+        self.kinds.iter().any(|kind| kind.has.mixed)
     }
 
     /// Whether any object throws shadows.
@@ -94,7 +94,7 @@ impl MeshPipelines {
         let (needs, filter) = (settings.shading.needs(), drawing.filter);
         let relief_drawn = settings.geometry_scale(state.height_scale) != 0.0;
         Ok((
-            drawing.geometry(|kind| geometry.get(kind, || GeometryPass::new(gpu, kind)))?,
+            drawing.geometry(|kind| geometry.get(kind, || GeometryPass::new(gpu, kind, kinds)))?,
             filters.get((needs, relief_drawn, filter), || {
                 FilterPass::new(gpu, needs, relief_drawn, filter, kinds.iter().copied())
             })?,
@@ -204,6 +204,10 @@ impl Surface for Meshes {
 
     fn casts_shadows(&self) -> bool {
         self.pipelines.cast_shadows()
+    }
+
+    fn casts_through_holes(&self) -> bool {
+        self.pipelines.casters && self.pipelines.kinds.iter().any(|kind| kind.has.holes.is_some())
     }
 
     fn prepare(

@@ -36,6 +36,11 @@ pub(super) trait Surface {
         false
     }
 
+    /// Whether any of that has holes.
+    fn casts_through_holes(&self) -> bool {
+        false
+    }
+
     /// Poses it for a frame, in buffers that no other frame holds, and makes the pipelines that draw it.
     fn prepare(
         &mut self,

@@ -66,8 +66,10 @@ pub struct AtlasGpu {
     pub color: Image,
     /// Of the reflectance at normal incidence, linear.
     pub f0: Image,
-    /// And of two roughnesses.
+    /// Of two roughnesses.
     pub mixed: Image,
+    /// And of emission, with the accessibility as a.
+    pub light: Image,
 }
 
 impl AtlasGpu {
@@ -89,6 +91,7 @@ impl AtlasGpu {
             color: image("colour", MIXED_FORMAT)?,
             f0: image("reflectance", MIXED_FORMAT)?,
             mixed: image("roughness", MIXED_FORMAT)?,
+            light: image("light", MIXED_FORMAT)?,
         })
     }
 
@@ -137,7 +140,7 @@ impl AtlasGpu {
             image.write(0, 0, &halves)?;
             Ok::<_, GpuError>(image)
         };
-        let AtlasGpu { mut color, mut f0, mut mixed, .. } = Self::none(gpu, name)?;
+        let AtlasGpu { mut color, mut f0, mut mixed, mut light, .. } = Self::none(gpu, name)?;
         if let Some(images) = material {
             let codes = Codes::new();
             let decoded = |image: &Image| {
@@ -146,15 +149,18 @@ impl AtlasGpu {
             };
             // The shader finds the root of the roughness in both kinds of levels.
             color = coarse("colour", decoded(&images.color)?, |[r, g, b, variance]| [r, g, b, variance.sqrt().sqrt()])?;
-            if images.has_f0 {
+            if images.has.f0 {
                 f0 = coarse("reflectance", decoded(&images.f0)?, |texel| texel)?;
             }
-            if images.is_mixed {
+            if images.has.mixed {
                 let texels: Vec<[f16; 4]> = images.mixed.read(SOURCE_LEVEL, 0)?;
                 mixed =
                     coarse("roughness", texels.into_iter().map(|texel| texel.map(f16::to_f32)).collect(), |texel| {
                         texel
                     })?;
+            }
+            if images.has.emission || images.has.occlusion {
+                light = coarse("light", light_texels(images)?, |texel| texel)?;
             }
         }
 
@@ -191,6 +197,25 @@ impl AtlasGpu {
             color,
             f0,
             mixed,
+            light,
         })
     }
+}
+
+/// Emission and accessibility of the level from which coarse levels are made.
+fn light_texels(images: &MaterialImages) -> Result<Vec<[f32; 4]>> {
+    let count = images.color.mip_extent(SOURCE_LEVEL).iter().product::<u32>() as usize;
+    let mut texels = vec![[0.0, 0.0, 0.0, 1.0]; count];
+    if images.has.emission {
+        let emission: Vec<[f16; 4]> = images.emission.read(SOURCE_LEVEL, 0)?;
+        for (texel, emission) in texels.iter_mut().zip(emission) {
+            let [r, g, b, _] = emission.map(f16::to_f32);
+            *texel = [r, g, b, 1.0];
+        }
+    }
+    if images.has.occlusion {
+        let shares: Vec<u8> = images.occlusion.read(SOURCE_LEVEL, 0)?;
+        texels.iter_mut().zip(shares).for_each(|(texel, share)| texel[3] = f32::from(share) / 255.0);
+    }
+    Ok(texels)
 }

@@ -1,0 +1,401 @@
+//! What materials, lights and cameras of glTF files look like.
+
+use std::f32::consts::PI;
+use std::sync::Arc;
+
+use crate::common::gpu::test_gpu;
+use crate::common::render::{in_room, under_sky};
+use glam::{Affine2, Mat4, Vec2, Vec3};
+use leadr::gpu::Gpu;
+use leadr::maps::material::{Encoding, Input, Material, Opacity, Raster, Samples, Texture, TextureWrap};
+use leadr::models::{self, Light, LightKind, Mesh, Model, Node, Primitive, Projection, Scene, Transform};
+use leadr::render::camera::Camera;
+use leadr::render::light::sky::Sky;
+use leadr::render::scene::FrameState;
+use leadr::render::settings::{RenderSettings, Shading, ShadingOptions, Technique};
+use leadr::scenes::model::{ModelChoice, stage};
+use leadr::scenes::stage::{Lights, Stage};
+
+fn node(transform: Transform) -> Node {
+    Node {
+        name: String::new(),
+        parent: None,
+        children: Vec::new(),
+        transform,
+        mesh: None,
+        skin: None,
+        camera: None,
+        light: None,
+        weights: Vec::new(),
+    }
+}
+
+/// A square of two metres that looks along +z (in our world, -y), with two sets of coordinates: upright, and turned by a quarter.
+fn square(material: Material) -> Model {
+    let primitive = Primitive {
+        triangles: vec![[0, 1, 2], [0, 2, 3]],
+        positions: vec![[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [1.0, 1.0, 0.0], [-1.0, 1.0, 0.0]],
+        normals: vec![[0.0, 0.0, 1.0]; 4],
+        texcoords: vec![
+            vec![[0.0, 1.0], [1.0, 1.0], [1.0, 0.0], [0.0, 0.0]],
+            vec![[1.0, 1.0], [1.0, 0.0], [0.0, 0.0], [0.0, 1.0]],
+        ],
+        ..Primitive::default()
+    };
+    Model {
+        name: "square".into(),
+        scenes: vec![Scene { name: String::new(), roots: vec![0] }],
+        nodes: vec![Node { mesh: Some(0), ..node(Transform::IDENTITY) }],
+        order: vec![0],
+        meshes: vec![Mesh { primitives: vec![primitive], ..Mesh::default() }],
+        materials: vec![material],
+        ..Model::default()
+    }
+}
+
+fn texture(size: u32, channels: usize, texel: impl Fn(u32, u32) -> Vec<u8>) -> Texture {
+    let codes = (0..size * size).flat_map(|i| texel(i % size, i / size)).collect();
+    Texture::new(Raster::new(size, size, channels, Samples::U8(codes)).unwrap(), "texture", Encoding::Linear)
+}
+
+/// Red grows to the right, green downwards.
+fn ramps() -> Texture {
+    let code = |k: u32| ((k as f32 + 0.5) / 64.0 * 255.0 + 0.5) as u8;
+    texture(64, 3, |x, y| vec![code(x), code(y), 0])
+}
+
+/// What reflects diffusely alone.
+fn matte(albedo: f32) -> Material {
+    Material {
+        base_color: Input::constant([albedo; 3]),
+        specular: Input::constant(0.0),
+        f0: Input::constant([0.0; 3]),
+        roughness: Input::constant(1.0),
+        ..Material::new("matte")
+    }
+}
+
+fn stage_of(model: Model) -> Stage {
+    stage(ModelChoice::new(model, None).unwrap()).unwrap()
+}
+
+/// The middle of the square in the world.
+const MIDDLE: Vec3 = Vec3::Z;
+
+fn facing(distance: f32) -> Camera {
+    Camera::looking_at(MIDDLE - distance * Vec3::Y, MIDDLE, 30.0)
+}
+
+struct Picture {
+    color: Vec<[f32; 4]>,
+    width: u32,
+}
+
+impl Picture {
+    fn mean(&self, channel: usize) -> f64 {
+        self.color.iter().map(|pixel| f64::from(pixel[channel])).sum::<f64>() / self.color.len() as f64
+    }
+
+    fn middle(&self) -> [f32; 4] {
+        self.color[self.color.len() / 2 + self.width as usize / 2]
+    }
+}
+
+/// The square alone in the dark, or under a sky.
+fn drawn(gpu: &Arc<Gpu>, model: Model, camera: Camera, sky: Option<Sky>, settings: &RenderSettings) -> Picture {
+    let mut stage = stage_of(model);
+    let lights = Lights { sky, ..Lights::default() };
+    let state = stage.state(0.0, &camera, &lights);
+    let object = stage.objects.swap_remove(0);
+    let state = FrameState { poses: state.poses[..1].to_vec(), ..state };
+    let mut renderer = match sky {
+        Some(_) => under_sky(gpu, vec![object], 16),
+        None => in_room(gpu, vec![object], [0.0; 3]),
+    };
+    Picture { color: renderer.render(&state, settings).unwrap().color, width: settings.size.0 }
+}
+
+fn settings(samples: u32, shading: impl Into<Shading>) -> RenderSettings {
+    RenderSettings { size: (48, 48), samples, shading: shading.into(), ..RenderSettings::default() }
+}
+
+/// A square of cells, one in four of which shines four times as brightly as one, gives off the same light from near and far, through the
+/// G-buffer and past it.
+#[test]
+fn emission_keeps_its_energy() {
+    let Some(gpu) = test_gpu() else { return };
+    let shining = |x: u32, y: u32| x.is_multiple_of(2) && y.is_multiple_of(2);
+    let texture = texture(32, 3, |x, y| if shining(x, y) { vec![255, 255, 51] } else { vec![0; 3] });
+    let emission = Input { factor: [4.0; 3], ..Input::colors(texture) };
+    let material = Material { emission, ..matte(0.0) };
+    let leadr = Technique::Leadr;
+    for distance in [4.5, 60.0] {
+        let many = drawn(&gpu, square(material.clone()), facing(distance), None, &settings(64, Technique::Reference));
+        let coverage = many.mean(3);
+        let fused = drawn(&gpu, square(material.clone()), facing(distance), None, &settings(16, leadr));
+        let edges = leadr.with(ShadingOptions { edge_samples: 16, ..ShadingOptions::default() });
+        let joined = drawn(&gpu, square(material.clone()), facing(distance), None, &settings(1, edges));
+        for (name, picture) in [("reference", &many), ("fused", &fused), ("edge samples", &joined)] {
+            let (red, blue) = (picture.mean(0) / coverage, picture.mean(2) / coverage);
+            println!("at {distance} m, {name}: {red:.4}, {blue:.4} of 1 and 0.2; coverage {coverage:.4}");
+            assert!((red - 1.0).abs() < 0.02 && (blue - 0.2).abs() < 0.004, "{name} at {distance}: {red}, {blue}");
+        }
+    }
+}
+
+/// Without light of its own it is lit; with `unlit` it shows its colour under any light, in the dark as well.
+#[test]
+fn what_is_unlit_shows_its_base_colour() {
+    let Some(gpu) = test_gpu() else { return };
+    let material = |unlit| Material { unlit, base_color: Input::constant([0.8, 0.4, 0.1]), ..Material::new("flat") };
+    for sky in [None, Some(Sky::default())] {
+        let pixel =
+            |unlit| drawn(&gpu, square(material(unlit)), facing(5.0), sky, &settings(1, Technique::Leadr)).middle();
+        let (unlit, lit) = (pixel(true), pixel(false));
+        println!("under a sky: {}, unlit {unlit:?}, lit {lit:?}", sky.is_some());
+        for (seen, wanted) in unlit.iter().zip([0.8, 0.4, 0.1]) {
+            assert!((seen - wanted).abs() < 2e-3, "{unlit:?}");
+        }
+        assert!((lit[0] - 0.8).abs() > 0.02, "{lit:?}");
+    }
+}
+
+/// A map of the surroundings that are seen darkens ambient light by itself, at its strength, and no lamp.
+#[test]
+fn occlusion_dims_the_surroundings_alone() {
+    let Some(gpu) = test_gpu() else { return };
+    let stage = |strength: f32| {
+        let occlusion = Input::texture(texture(4, 1, |_, _| vec![51]), 0);
+        let material = Material { occlusion, occlusion_strength: strength, ..matte(0.5) };
+        stage_of(square(material))
+    };
+    let radiance = |strength: f32, room: f32, lamp: f32| {
+        let mut stage = stage(strength);
+        let state = stage.state(0.0, &facing(5.0), &Lights::default());
+        let lamps = [leadr::render::scene::PointLight::new(MIDDLE - 2.0 * Vec3::Y, Vec3::splat(lamp))];
+        let state = FrameState { poses: state.poses[..1].to_vec(), point_lights: lamps.to_vec(), ..state };
+        let mut renderer = in_room(&gpu, vec![stage.objects.swap_remove(0)], [room; 3]);
+        let color = renderer.render(&state, &settings(1, Technique::Leadr)).unwrap().color;
+        color[24 * 48 + 24][0]
+    };
+    let (open, half, hidden) = (radiance(0.0, 1.0, 0.0), radiance(0.5, 1.0, 0.0), radiance(1.0, 1.0, 0.0));
+    println!("open {open:.4}, half {half:.4}, hidden {hidden:.4}");
+    assert!((half / open - 0.6).abs() < 0.005 && (hidden / open - 0.2).abs() < 0.005);
+    assert!((radiance(1.0, 0.0, 3.0) / radiance(0.0, 0.0, 3.0) - 1.0).abs() < 1e-4);
+}
+
+/// The share of a mask of small leaves that covers, by its definition: where the texels, interpolated, reach the cutoff.
+fn covered_share(texels: &[u8], size: u32, cutoff: f32) -> f64 {
+    let at = |x: u32, y: u32| f32::from(texels[(y % size * size + x % size) as usize]) / 255.0;
+    let places = 32;
+    let count = (0..size * places).flat_map(|v| (0..size * places).map(move |u| (u, v))).filter(|&(u, v)| {
+        let (x, y) = ((u as f32 + 0.5) / places as f32, (v as f32 + 0.5) / places as f32);
+        let (i, j) = (x as u32, y as u32);
+        let (s, t) = (x - i as f32, y - j as f32);
+        let row = |j: u32| at(i, j) + s * (at(i + 1, j) - at(i, j));
+        row(j) + t * (row(j + 1) - row(j)) >= cutoff
+    });
+    count.count() as f64 / f64::from(size * places * size * places)
+}
+
+#[test]
+fn masks_keep_their_coverage_at_every_distance() {
+    let Some(gpu) = test_gpu() else { return };
+    let size = 64;
+    // Leaves of some texels, of which a mean of the mask would leave nothing from afar.
+    let leaf = |x: u32, y: u32| {
+        let (i, j) = ((x % 8) as f32 - 3.5, (y % 8) as f32 - 3.5);
+        (230.0 - 60.0 * (i * i + j * j).sqrt()).clamp(0.0, 255.0) as u8
+    };
+    let texels: Vec<u8> = (0..size * size).map(|i| leaf(i % size, i / size)).collect();
+    let mean = texels.iter().map(|&t| f64::from(t) / 255.0).sum::<f64>() / texels.len() as f64;
+    for cutoff in [0.5, 0.3] {
+        let share = covered_share(&texels, size, cutoff);
+        // What averages the mask and compares then is wrong by all of it.
+        assert!(mean < f64::from(cutoff) && share > 0.1, "{mean} {share}");
+        let mask = Input::texture(texture(size, 1, |x, y| vec![leaf(x, y)]), 0);
+        let material = Material { opacity: Opacity::Mask { mask, cutoff }, ..matte(0.5) };
+        for distance in [4.5, 12.0, 80.0] {
+            for (samples, msaa) in [(64, 1), (16, 4), (1, 4)] {
+                let settings = RenderSettings { msaa, ..settings(samples, Technique::Leadr) };
+                let camera = facing(distance);
+                let masked = drawn(&gpu, square(material.clone()), camera, None, &settings).mean(3);
+                let whole = drawn(&gpu, square(matte(0.5)), camera, None, &settings).mean(3);
+                let error = masked / whole / share - 1.0;
+                println!(
+                    "cutoff {cutoff}, {distance} m, {samples} x {msaa} samples: {:.4} of {share:.4}, {:+.2} %",
+                    masked / whole,
+                    100.0 * error
+                );
+                // Few samples see a square of few pixels, each by chance.
+                let seen = whole * f64::from(48 * 48 * samples * msaa);
+                let noise = ((1.0 - share) / (share * seen)).sqrt();
+                assert!(error.abs() < 0.02 + 2.5 * noise && noise < 0.3, "{error}, noise {noise}");
+            }
+        }
+    }
+}
+
+/// A share of the samples sees what is partly opaque, and two such surfaces one behind the other let the product of what they leave pass.
+#[test]
+fn blended_surfaces_cover_by_their_share() {
+    let Some(gpu) = test_gpu() else { return };
+    let material = Material { opacity: Opacity::Blend { share: Input::constant(0.4) }, ..matte(0.5) };
+    let mut model = square(material);
+    let behind = Vec3::new(0.0, 0.0, -0.2);
+    model.nodes.push(Node { mesh: Some(0), ..node(Transform::Matrix(Mat4::from_translation(behind))) });
+    model.order.push(1);
+    for (roots, wanted) in [(vec![0], 0.4), (vec![0, 1], 0.64)] {
+        model.scenes[0].roots = roots;
+        let picture = drawn(&gpu, model.clone(), facing(3.0), None, &settings(64, Technique::Leadr));
+        let share = picture.mean(3);
+        println!("{share:.4} of {wanted}");
+        assert!((share - wanted).abs() < 0.015, "{share}");
+    }
+}
+
+/// Every pixel of a textured square has the colour that the transform, the wrap and the set of coordinates say.
+#[test]
+fn textures_follow_their_transforms_wraps_and_coordinates() {
+    let Some(gpu) = test_gpu() else { return };
+    let turned = Affine2::from_scale_angle_translation(Vec2::splat(1.5), 0.4, Vec2::new(-0.2, 0.1));
+    let twice = Affine2::from_scale(Vec2::splat(2.0));
+    let clamp = |v: f32| v.clamp(0.5 / 64.0, 1.0 - 0.5 / 64.0);
+    let mirror = |v: f32| 1.0 - (v.rem_euclid(2.0) - 1.0).abs();
+    type Beyond<'a> = &'a dyn Fn(f32) -> f32;
+    let cases: [(u32, Affine2, TextureWrap, Beyond<'_>); 4] = [
+        (0, turned, TextureWrap::Clamp, &clamp),
+        (0, twice, TextureWrap::Mirror, &mirror),
+        (1, Affine2::IDENTITY, TextureWrap::Repeat, &|v| v),
+        (1, turned, TextureWrap::Clamp, &clamp),
+    ];
+    for (coordinates, transform, wrap, beyond) in cases {
+        let texture = Texture { coordinates, transform, wrap: [wrap; 2], ..ramps() };
+        // Emission as well, by the other set: neither may follow the other.
+        let glow = Texture { coordinates: 1 - coordinates, ..ramps() };
+        let material = Material { base_color: Input::colors(texture), emission: Input::colors(glow), ..matte(0.5) };
+        let camera = facing(5.0);
+        let settings = settings(1, Technique::Constant);
+        let picture = drawn(&gpu, square(material), camera, None, &settings);
+        let [x, y, z] = camera.rays(settings.size, Vec2::ZERO);
+        let (mut seen, mut worst) = (0, 0.0f32);
+        for (i, pixel) in picture.color.iter().enumerate() {
+            let ndc = [i as u32 % 48, i as u32 / 48].map(|k| 2.0 * (k as f32 + 0.5) / 48.0 - 1.0);
+            let ray = z + x * ndc[0] + y * ndc[1];
+            let at = camera.position + ray * (-camera.position.y / ray.y) - MIDDLE;
+            let upright = Vec2::new(0.5 + 0.5 * at.x, 0.5 - 0.5 * at.z);
+            if upright.min_element() < 0.05 || upright.max_element() > 0.95 {
+                continue;
+            }
+            let sets = [upright, Vec2::new(upright.y, 1.0 - upright.x)];
+            let place = transform.transform_point2(sets[coordinates as usize]);
+            let color = Vec2::new(beyond(place.x), beyond(place.y)) + sets[1 - coordinates as usize];
+            seen += 1;
+            worst = worst.max((pixel[0] - color.x).abs()).max((pixel[1] - color.y).abs());
+        }
+        println!("set {coordinates}, {wrap:?}: {seen} pixels, worst difference {worst:.4}");
+        assert!(seen > 500 && worst < 0.03, "{worst}");
+    }
+}
+
+/// The back of what has one side is not seen, but throws its shadow; of what has two, it is seen.
+#[test]
+fn backs_are_seen_where_materials_say_so() {
+    let Some(gpu) = test_gpu() else { return };
+    let behind = Camera::looking_at(MIDDLE + 5.0 * Vec3::Y, MIDDLE, 30.0);
+    for (double_sided, mirrored) in [(false, false), (true, false), (false, true)] {
+        let mut model = square(Material { double_sided, ..matte(0.5) });
+        if mirrored {
+            model.nodes[0].transform = Transform::Matrix(Mat4::from_scale(Vec3::new(-1.0, 1.0, 1.0)));
+        }
+        let seen = |camera| drawn(&gpu, model.clone(), camera, None, &settings(1, Technique::Leadr)).mean(3);
+        let (front, back) = (seen(facing(5.0)), seen(behind));
+        println!("double-sided {double_sided}, mirrored {mirrored}: front {front:.3}, back {back:.3}");
+        assert!(front > 0.5 && if double_sided { back > 0.5 } else { back == 0.0 });
+    }
+}
+
+/// Lamps of a file light a matte square as `KHR_lights_punctual` says.
+#[test]
+fn lights_of_a_file_follow_their_closed_forms() {
+    let Some(gpu) = test_gpu() else { return };
+    let kinds = [
+        ("point", LightKind::Point, None),
+        ("fading point", LightKind::Point, Some(4.0)),
+        ("spot", LightKind::Spot { inner_angle: 0.2, outer_angle: 0.5 }, None),
+        ("directional", LightKind::Directional, None),
+    ];
+    let (albedo, away, intensity) = (0.6, 2.5f32, 3.0f32);
+    for (name, kind, range) in kinds {
+        let mut model = square(matte(albedo));
+        model.lights = vec![Light { name: name.into(), color: [1.0, 0.5, 0.25], intensity, kind, range }];
+        model.nodes.push(Node {
+            light: Some(0),
+            ..node(Transform::Matrix(Mat4::from_translation(Vec3::new(0.0, 0.0, away))))
+        });
+        model.order.push(1);
+        model.scenes[0].roots.push(1);
+        let camera = facing(5.0);
+        let settings = settings(1, Technique::Leadr);
+        let picture = drawn(&gpu, model, camera, None, &settings);
+        let [x, y, z] = camera.rays(settings.size, Vec2::ZERO);
+        let (mut seen, mut worst, mut peak) = (0, 0.0f32, 0.0f32);
+        for (i, pixel) in picture.color.iter().enumerate() {
+            let ndc = [i as u32 % 48, i as u32 / 48].map(|k| 2.0 * (k as f32 + 0.5) / 48.0 - 1.0);
+            let ray = z + x * ndc[0] + y * ndc[1];
+            let at = camera.position + ray * (-camera.position.y / ray.y) - MIDDLE;
+            if at.abs().max_element() > 0.95 {
+                continue;
+            }
+            let distance = (at.length_squared() + away * away).sqrt();
+            let cosine = away / distance;
+            let fading = range.map_or(1.0, |range: f32| (1.0 - (distance / range).powi(4)).clamp(0.0, 1.0));
+            let cone = match kind {
+                LightKind::Spot { inner_angle, outer_angle } => {
+                    let part = (cosine - outer_angle.cos()) / (inner_angle.cos() - outer_angle.cos());
+                    part.clamp(0.0, 1.0).powi(2)
+                }
+                _ => 1.0,
+            };
+            let irradiance = match kind {
+                LightKind::Directional => intensity,
+                _ => intensity * fading * cone * cosine / (distance * distance),
+            };
+            seen += 1;
+            peak = peak.max(albedo * irradiance / PI);
+            for (channel, part) in [1.0, 0.5, 0.25].into_iter().enumerate() {
+                worst = worst.max((pixel[channel] - albedo * part * irradiance / PI).abs());
+            }
+        }
+        println!("{name}: {seen} pixels, worst difference {worst:.5} of at most {peak:.3}");
+        // The integral over facets is a fit that is off by 0.6 % where the light comes from where one looks.
+        assert!(seen > 500 && worst < 0.01 * peak, "{name}: {worst} of {peak}");
+    }
+}
+
+/// The camera of a file sees what it should: the square ends where its angle says, and a parallel view shows so many metres.
+#[test]
+fn cameras_of_a_file_see_what_they_say() {
+    let Some(gpu) = test_gpu() else { return };
+    let perspective = Projection::Perspective { vertical_angle: 2.0 * 0.5f32.atan(), aspect: None };
+    let parallel = Projection::Orthographic { half_width: 2.0, half_height: 2.0 };
+    for (projection, side) in [(perspective, 0.5f64), (parallel, 0.5)] {
+        let mut model = square(Material { double_sided: true, ..matte(0.5) });
+        model.cameras = vec![models::Camera { name: "eye".into(), projection, near: 0.1, far: None }];
+        model.nodes.push(Node {
+            camera: Some(0),
+            ..node(Transform::Matrix(Mat4::from_translation(Vec3::new(0.0, 0.0, 4.0))))
+        });
+        model.order.push(1);
+        model.scenes[0].roots.push(1);
+        let choice = ModelChoice::new(model.clone(), None).unwrap();
+        let error = choice.clone().seen_by(Some("moon")).unwrap_err().to_string();
+        assert_eq!(error, "no camera is called moon; there are: 1 eye");
+        let choice = choice.seen_by(Some("eye")).unwrap();
+        assert_eq!(choice.camera, Some(1));
+        let camera = (stage(choice).unwrap().own_camera.unwrap())(0.0);
+        let share = drawn(&gpu, model, camera, None, &settings(16, Technique::Leadr)).mean(3);
+        println!("{projection:?}: {share:.4}");
+        assert!((share.sqrt() - side).abs() < 0.01, "{share}");
+    }
+}
