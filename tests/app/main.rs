@@ -6,4 +6,5 @@ mod common;
 mod bake;
 mod bench;
 mod cli;
+mod models;
 mod report;

@@ -1,0 +1,80 @@
+//! Models as the command takes them: what is refused, and how.
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output};
+
+use serde_json::{Value, json};
+
+fn capture(scene: &Path, more: &[&str]) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_leadr"));
+    command.args(["capture", "--size", "8x8", "--samples", "1", "--scene"]).arg(scene).args(more);
+    command.env_remove("LEADR_LOG").output().expect("the program starts")
+}
+
+/// Checks for an exit code with one line of error, which it returns.
+fn refusal(output: &Output, code: i32, what: &str) -> String {
+    let stderr = String::from_utf8(output.stderr.clone()).expect("UTF-8");
+    assert_eq!(output.status.code(), Some(code), "{what}: {stderr}");
+    let errors: Vec<&str> = stderr.lines().filter(|line| line.starts_with("leadr: error: ")).collect();
+    assert!(errors.len() == 1 && !stderr.contains("panicked"), "{what}: {stderr}");
+    errors[0].to_owned()
+}
+
+/// A triangle, with these changes.
+fn triangle(changes: &[(&str, Value)]) -> Value {
+    let positions = "AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA";
+    let mut model = json!({
+        "asset": {"version": "2.0"},
+        "scene": 0,
+        "scenes": [{"nodes": [0]}],
+        "nodes": [{"mesh": 0}],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],
+        "buffers": [{"uri": format!("data:application/octet-stream;base64,{positions}"), "byteLength": 36}],
+        "bufferViews": [{"buffer": 0, "byteLength": 36}],
+        "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3", "min": [0, 0, 0], "max": [1, 1, 0]}],
+    });
+    changes.iter().for_each(|(key, value)| model[*key] = value.clone());
+    model
+}
+
+/// Every one is refused in one line that names the file and the fault, whatever it claims.
+#[test]
+fn hostile_models_are_refused_in_one_line() {
+    let folder = tempfile::tempdir().unwrap();
+    let accessor = |count: u64| json!([{"bufferView": 0, "componentType": 5126, "count": count, "type": "VEC3"}]);
+    let camera = json!([{"type": "perspective", "perspective": {"yfov": 0, "znear": 0.1}}]);
+    let points = json!([{"primitives": [{"attributes": {"POSITION": 0}, "mode": 0}]}]);
+    let joints = json!([{"joints": vec![0; 1_000_000]}]);
+    let cases: [(&str, Vec<(&str, Value)>, &str); 6] = [
+        ("circle", vec![("nodes", json!([{"mesh": 0, "children": [1]}, {"children": [0]}]))], "ancestor"),
+        ("claims", vec![("accessors", accessor(1 << 31))], "2147483648"),
+        ("joints", vec![("skins", joints)], "joints"),
+        ("fov", vec![("cameras", camera)], "yfov"),
+        ("points", vec![("meshes", points)], "points and lines are not drawn"),
+        ("empty", vec![("scenes", json!([{"nodes": []}]))], "no triangles"),
+    ];
+    for (name, changes, fault) in cases {
+        let file = folder.path().join(format!("{name}.gltf"));
+        fs::write(&file, triangle(&changes).to_string()).unwrap();
+        let error = refusal(&capture(&file, &[]), 1, name);
+        assert!(error.contains(&*file.to_string_lossy()) && error.contains(fault), "{name}: {error}");
+    }
+}
+
+/// A flag that asks for what is not there says what there is, and flags of models are refused elsewhere.
+#[test]
+fn flags_of_models_are_for_models() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("triangle.gltf");
+    fs::write(&file, triangle(&[]).to_string()).unwrap();
+    let no_camera = refusal(&capture(&file, &["--camera", "model"]), 1, "--camera model");
+    assert!(no_camera.contains("it has no camera") && no_camera.contains("triangle.gltf"), "{no_camera}");
+    let no_name = refusal(&capture(&file, &["--camera", "model:moon"]), 1, "--camera model:moon");
+    assert!(no_name.contains("no camera is called moon; there are: none"), "{no_name}");
+    let plane = Path::new("plane");
+    for flags in [&["--camera", "model"][..], &["--lenient"], &["--animation", "Walk"]] {
+        let error = refusal(&capture(plane, flags), 2, flags[0]);
+        assert!(error.contains("is for models: --scene FILE.glb"), "{error}");
+    }
+}
