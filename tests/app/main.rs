@@ -7,4 +7,5 @@ mod bake;
 mod bench;
 mod cli;
 mod models;
+mod readme;
 mod report;

@@ -1,0 +1,52 @@
+//! Makes the files of `assets/`: a material, an environment and an animated model, all of them computed.
+//!
+//! ```sh
+//! cargo run --release --example 16_make_assets            # writes into assets/
+//! cargo run --release --example 16_make_assets -- FOLDER
+//! ```
+
+mod bricks;
+mod gltf;
+mod morning;
+mod noise;
+mod png;
+mod shell;
+mod skin;
+mod snail;
+mod sweep;
+
+use std::path::Path;
+
+/// The files: where they lie under the folder, and how each set is made.
+fn files() -> Vec<(String, Vec<u8>)> {
+    let mut files = Vec::new();
+    files.extend(bricks::files());
+    files.push(("morning_lake.hdr".into(), morning::file()));
+    files.push(("snail.glb".into(), snail::file()));
+    files
+}
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let folder = std::env::args().nth(1).unwrap_or_else(|| "assets".into());
+    for (name, bytes) in files() {
+        let path = Path::new(&folder).join(name);
+        std::fs::create_dir_all(path.parent().expect("it is in the folder"))?;
+        std::fs::write(&path, &bytes)?;
+        println!("{} {} bytes", path.display(), bytes.len());
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_files_of_assets_are_those_that_this_makes() {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets");
+        for (name, bytes) in files() {
+            let there = std::fs::read(folder.join(&name)).unwrap_or_else(|error| panic!("{name}: {error}"));
+            assert!(there == bytes, "{name} is another file: run the example 16_make_assets");
+        }
+    }
+}

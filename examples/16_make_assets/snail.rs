@@ -1,0 +1,257 @@
+//! A garden snail that crawls on the spot: skinned, 60 mm long, its front along +z.
+
+use std::f32::consts::{PI, TAU};
+
+use glam::{Quat, Vec2, Vec3};
+use serde_json::{Value, json};
+
+use crate::gltf::Glb;
+use crate::noise::step;
+use crate::sweep::{Mesh, Vertex};
+use crate::{shell, skin};
+
+/// Seconds of the animation, and its keys.
+const SECONDS: f32 = 4.0;
+const KEYS: usize = 24;
+
+/// A joint: what carries it, where it is at rest, and what moves it.
+struct Joint {
+    name: &'static str,
+    parent: Option<usize>,
+    place: Vec3,
+}
+
+/// Joints along the foot from the tail to the neck, which carries the head and its stalks; the shell sits on the third.
+const JOINTS: [Joint; 11] = [
+    Joint { name: "body", parent: None, place: Vec3::new(0.0, 0.004, 0.0) },
+    Joint { name: "tail", parent: Some(0), place: Vec3::new(0.0, 0.003, -0.026) },
+    Joint { name: "hind", parent: Some(0), place: Vec3::new(0.0, 0.004, -0.013) },
+    Joint { name: "fore", parent: Some(0), place: Vec3::new(0.0, 0.005, 0.006) },
+    Joint { name: "neck", parent: Some(3), place: Vec3::new(0.0, 0.007, 0.017) },
+    Joint { name: "head", parent: Some(4), place: Vec3::new(0.0, 0.012, 0.027) },
+    Joint { name: "left stalk", parent: Some(5), place: Vec3::new(0.0022, 0.0166, 0.0300) },
+    Joint { name: "right stalk", parent: Some(5), place: Vec3::new(-0.0022, 0.0166, 0.0300) },
+    Joint { name: "left feeler", parent: Some(5), place: Vec3::new(0.0017, 0.0125, 0.0335) },
+    Joint { name: "right feeler", parent: Some(5), place: Vec3::new(-0.0017, 0.0125, 0.0335) },
+    Joint { name: "shell", parent: Some(0), place: Vec3::new(0.0, 0.009, -0.004) },
+];
+
+/// The line through the body: height of its middle, half its width and half its height, `t` from the tail to the mouth.
+fn body_line(t: f32) -> (f32, f32, Vec2) {
+    let z = -0.030 + 0.066 * t;
+    let lifted = 0.0085 * step(0.62, 1.0, t);
+    let tail = (t / 0.5).min(1.0).powf(0.75);
+    let nose = (1.0 - ((t - 0.86) / 0.14).max(0.0).powi(2)).max(0.0).sqrt();
+    let waist = 1.0 - 0.22 * step(0.55, 0.78, t);
+    let half = Vec2::new(0.0074 * tail * waist, 0.0056 * tail * (1.0 - 0.10 * step(0.6, 0.9, t))) * nose;
+    (z, 0.0050 * tail.powf(0.8) * (0.35 + 0.65 * nose) + lifted, half)
+}
+
+/// The body's surface. `v` runs around from below: the sole is flat and flares at its rim.
+fn body_place(t: f32, v: f32) -> Vec3 {
+    let (z, middle, half) = body_line(t);
+    let angle = v * TAU - 0.5 * PI;
+    let (sine, cosine) = angle.sin_cos();
+    let sole = step(0.85, 0.55, t);
+    let rim = 1.0 + 0.30 * sole * (-((sine + 0.55) / 0.28).powi(2)).exp();
+    let y = if sine < 0.0 { sine * (1.0 - 0.35 * sole * sine * sine) } else { sine };
+    Vec3::new(half.x * cosine * rim, (middle + half.y * y).max(0.0002), z)
+}
+
+/// Which joints move a place of the body: those before and behind it.
+fn body_joints(_: f32, p: Vec3) -> [(u16, f32); 4] {
+    const LINE: [(u16, f32); 5] = [(1, -0.026), (2, -0.013), (3, 0.006), (4, 0.017), (5, 0.027)];
+    let next = LINE.iter().position(|(_, z)| p.z < *z).unwrap_or(LINE.len());
+    if next == 0 || next == LINE.len() {
+        return [(LINE[next.clamp(1, LINE.len()) - 1].0, 1.0), (0, 0.0), (0, 0.0), (0, 0.0)];
+    }
+    let [(a, from), (b, to)] = [LINE[next - 1], LINE[next]];
+    let share = step(from, to, p.z);
+    [(a, 1.0 - share), (b, share), (0, 0.0), (0, 0.0)]
+}
+
+/// A stalk from a joint, `tip` away, with a knob at its end.
+fn stalk(mesh: &mut Mesh, joint: u16, tip: Vec3, radius: f32, knob: f32) {
+    let root = JOINTS[joint as usize].place - tip * 0.12;
+    let along = tip * 1.12;
+    let side = along.cross(Vec3::X).normalize();
+    let up = side.cross(along).normalize();
+    let width = move |u: f32| {
+        let thin = radius * (1.35 - 0.6 * u.min(0.8) / 0.8);
+        let end = (1.0 - ((u - 0.9) / 0.1).clamp(-1.0, 1.0).powi(2)).max(0.0).sqrt() * knob;
+        if u > 0.9 { end } else { thin.max(end) }
+    };
+    let place = move |u: f32, v: f32| {
+        let (s, c) = (v * TAU).sin_cos();
+        root + along * u + (side * s + up * c) * width(u)
+    };
+    let weights = move |u: f32, _: Vec3| {
+        let share = step(0.0, 0.3, u);
+        [(5, 1.0 - share), (joint, share), (0, 0.0), (0, 0.0)]
+    };
+    mesh.tube([10, 8], place, |u, v| Vec2::new(0.8 + 0.2 * u, 0.25 * v), weights);
+}
+
+/// An eye: a dark bead on the tip of a stalk.
+fn eye(mesh: &mut Mesh, joint: u16, tip: Vec3) {
+    let centre = JOINTS[joint as usize].place + tip * 1.01 + Vec3::new(0.0, 0.0002, 0.00025);
+    let place = move |u: f32, v: f32| {
+        let ((s, c), (sv, cv)) = ((u * PI).sin_cos(), (v * TAU).sin_cos());
+        centre + 0.00058 * Vec3::new(s * sv, c, s * cv)
+    };
+    mesh.tube([6, 8], place, Vec2::new, move |_, _| [(joint, 1.0), (0, 0.0), (0, 0.0), (0, 0.0)]);
+}
+
+/// Skin, shell and eyes.
+fn meshes() -> [Mesh; 3] {
+    let [mut skin, mut shell, mut eyes] = [Mesh::default(), Mesh::default(), Mesh::default()];
+    skin.tube([44, 28], body_place, |t, v| Vec2::new(1.6 * t, 1.0 - v), body_joints);
+    let upper = |side: f32| Vec3::new(0.0026 * side, 0.0086, 0.0040);
+    let lower = |side: f32| Vec3::new(0.0016 * side, -0.0008, 0.0038);
+    for (joint, side) in [(6, 1.0), (7, -1.0)] {
+        stalk(&mut skin, joint, upper(side), 0.00078, 0.00092);
+        stalk(&mut skin, joint + 2, lower(side), 0.00055, 0.00060);
+        eye(&mut eyes, joint, upper(side));
+    }
+    shell.tube([112, 20], shell::place, shell::uv, |_, _| [(10, 1.0), (0, 0.0), (0, 0.0), (0, 0.0)]);
+    // The mouth is closed by the body's own colour: a shallow lid.
+    let lid = |u: f32, v: f32| {
+        let centre = (0..8).map(|k| shell::place(1.0, k as f32 / 8.0)).sum::<Vec3>() / 8.0;
+        centre.lerp(shell::place(0.992, v), u)
+    };
+    skin.tube(
+        [3, 20],
+        |u, v| lid(1.0 - u, v),
+        |u, v| Vec2::new(0.2 * u, v),
+        |_, _| [(10, 1.0), (0, 0.0), (0, 0.0), (0, 0.0)],
+    );
+    [skin, shell, eyes]
+}
+
+/// Where a joint is at a phase of the animation, 0 to 1, and how it is turned.
+fn pose(joint: usize, phase: f32) -> (Vec3, Quat) {
+    let place = JOINTS[joint].place - JOINTS[joint].parent.map_or(Vec3::ZERO, |parent| JOINTS[parent].place);
+    let wave = |delay: f32| ((phase - delay) * TAU).sin();
+    let twice = |delay: f32| ((2.0 * phase - delay) * TAU).sin();
+    let turn = |x: f32, y: f32, z: f32| Quat::from_euler(glam::EulerRot::YXZ, y, x, z);
+    match JOINTS[joint].name {
+        // A wave of stretching runs from the tail to the head.
+        "tail" => (place + Vec3::Z * (0.0024 * wave(0.0)), turn(0.0, 0.10 * wave(0.25), 0.0)),
+        "hind" => {
+            (place + Vec3::new(0.0, 0.0002 + 0.0002 * wave(0.1), 0.0016 * wave(0.15)), turn(0.0, 0.05 * wave(0.4), 0.0))
+        }
+        "fore" => (place + Vec3::Z * (0.0016 * wave(0.35)), turn(0.0, 0.06 * wave(0.6), 0.0)),
+        "neck" => (place + Vec3::Z * (0.0018 * wave(0.45)), turn(-0.07 + 0.09 * wave(0.5), 0.14 * wave(0.7), 0.0)),
+        "head" => (place, turn(0.10 * wave(0.62), 0.22 * wave(0.8), 0.05 * wave(0.3))),
+        "left stalk" => (place, turn(0.24 * twice(0.1), 0.0, 0.20 * wave(0.2) - 0.05)),
+        "right stalk" => (place, turn(0.24 * twice(0.55), 0.0, 0.20 * wave(0.55) + 0.05)),
+        "left feeler" => (place, turn(0.25 * twice(0.3), 0.30 * twice(0.8), 0.0)),
+        "right feeler" => (place, turn(0.25 * twice(0.7), 0.30 * twice(0.2), 0.0)),
+        "shell" => (
+            place + Vec3::new(0.0, 0.0004 + 0.0004 * wave(0.2), 0.0010 * wave(0.3)),
+            turn(0.05 * wave(0.45), 0.03 * wave(0.1), 0.06 * wave(0.7)),
+        ),
+        _ => (place, Quat::IDENTITY),
+    }
+}
+
+/// Writes a mesh and returns its primitive.
+fn primitive(glb: &mut Glb, mesh: &Mesh, material: usize, textured: bool) -> Value {
+    const ARRAY: u32 = 34_962;
+    const INDICES: u32 = 34_963;
+    let column =
+        |of: fn(&Vertex) -> Vec3| -> Vec<[f32; 3]> { mesh.vertices.iter().map(|v| of(v).to_array()).collect() };
+    let tangents: Vec<[f32; 4]> = mesh.vertices.iter().map(|v| v.tangent).collect();
+    let uvs: Vec<[f32; 2]> = mesh.vertices.iter().map(|v| v.uv.to_array()).collect();
+    let joints: Vec<[u16; 4]> =
+        mesh.vertices.iter().map(|v| v.joints.map(|(joint, share)| if share > 0.0 { joint } else { 0 })).collect();
+    let weights: Vec<[f32; 4]> = mesh.vertices.iter().map(|v| v.joints.map(|(_, share)| share)).collect();
+    let indices: Vec<[u16; 1]> = mesh.indices.iter().map(|&index| [index]).collect();
+    let mut attributes = json!({
+        "POSITION": glb.floats(&column(|v| v.position), Some(ARRAY), true),
+        "NORMAL": glb.floats(&column(|v| v.normal), Some(ARRAY), false),
+        "JOINTS_0": glb.shorts(&joints, ARRAY),
+        "WEIGHTS_0": glb.floats(&weights, Some(ARRAY), false),
+    });
+    if textured {
+        attributes["TANGENT"] = json!(glb.floats(&tangents, Some(ARRAY), false));
+        attributes["TEXCOORD_0"] = json!(glb.floats(&uvs, Some(ARRAY), false));
+    }
+    json!({ "attributes": attributes, "indices": glb.shorts(&indices, INDICES), "material": material })
+}
+
+/// The model.
+pub fn file() -> Vec<u8> {
+    let mut glb = Glb::default();
+    let [skin, shell, eyes] = meshes();
+    let primitives = [
+        primitive(&mut glb, &skin, 0, true),
+        primitive(&mut glb, &shell, 1, true),
+        primitive(&mut glb, &eyes, 2, false),
+    ];
+    let inverse: Vec<[f32; 16]> =
+        JOINTS.iter().map(|joint| glam::Mat4::from_translation(-joint.place).to_cols_array()).collect();
+    let inverse = glb.floats(&inverse, None, false);
+    let times: Vec<[f32; 1]> = (0..=KEYS).map(|k| [SECONDS * k as f32 / KEYS as f32]).collect();
+    let input = glb.floats(&times, None, true);
+    let (mut samplers, mut channels) = (Vec::new(), Vec::new());
+    for joint in 1..JOINTS.len() {
+        let keys: Vec<(Vec3, Quat)> = (0..=KEYS).map(|k| pose(joint, (k % KEYS) as f32 / KEYS as f32)).collect();
+        let moved: Vec<[f32; 3]> = keys.iter().map(|(place, _)| place.to_array()).collect();
+        let turned: Vec<[f32; 4]> = keys.iter().map(|(_, turn)| turn.to_array()).collect();
+        let outputs =
+            [("translation", glb.floats(&moved, None, false)), ("rotation", glb.floats(&turned, None, false))];
+        for (path, output) in outputs {
+            channels.push(json!({ "sampler": samplers.len(), "target": { "node": joint, "path": path } }));
+            samplers.push(json!({ "input": input, "output": output, "interpolation": "LINEAR" }));
+        }
+    }
+    let pictures = [skin::pictures(384, skin::surface), skin::pictures(384, shell::surface)];
+    let images: Vec<Value> = pictures
+        .iter()
+        .flatten()
+        .map(|bytes| json!({ "bufferView": glb.view(bytes, None), "mimeType": "image/png" }))
+        .collect();
+    let textures: Vec<Value> = (0..images.len()).map(|i| json!({ "source": i, "sampler": 0 })).collect();
+    let material = |name: &str, first: usize| {
+        json!({
+            "name": name,
+            "pbrMetallicRoughness": {
+                "baseColorTexture": { "index": first },
+                "metallicRoughnessTexture": { "index": first + 2 },
+                "metallicFactor": 0.0,
+            },
+            "normalTexture": { "index": first + 1 },
+        })
+    };
+    let nodes: Vec<Value> = (0..JOINTS.len())
+        .map(|joint| {
+            let (place, turn) = pose(joint, 0.0);
+            let children: Vec<usize> = (0..JOINTS.len()).filter(|&child| JOINTS[child].parent == Some(joint)).collect();
+            let mut node =
+                json!({ "name": JOINTS[joint].name, "translation": place.to_array(), "rotation": turn.to_array() });
+            if !children.is_empty() {
+                node["children"] = json!(children);
+            }
+            node
+        })
+        .chain([json!({ "name": "snail", "mesh": 0, "skin": 0 })])
+        .collect();
+    glb.file(json!({
+        "asset": { "version": "2.0", "generator": "leadr-vk 16_make_assets", "copyright": "leadr-vk, MIT or Apache 2.0" },
+        "scene": 0,
+        "scenes": [{ "nodes": [0, JOINTS.len()] }],
+        "nodes": nodes,
+        "meshes": [{ "name": "snail", "primitives": primitives }],
+        "skins": [{ "joints": (0..JOINTS.len()).collect::<Vec<_>>(), "skeleton": 0, "inverseBindMatrices": inverse }],
+        "animations": [{ "name": "Crawl", "samplers": samplers, "channels": channels }],
+        "materials": [
+            material("skin", 0),
+            material("shell", 3),
+            { "name": "eyes", "pbrMetallicRoughness": { "baseColorFactor": [0.012, 0.010, 0.009, 1.0], "metallicFactor": 0.0, "roughnessFactor": 0.12 } },
+        ],
+        "textures": textures,
+        "images": images,
+        "samplers": [{ "magFilter": 9729, "minFilter": 9987, "wrapS": 10497, "wrapT": 10497 }],
+    }))
+}

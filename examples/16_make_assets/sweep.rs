@@ -1,0 +1,70 @@
+//! Meshes of rings: tubes of any outline, with normals, tangents and texture coordinates worked out from their shape.
+
+use glam::{Vec2, Vec3};
+
+/// A vertex.
+#[derive(Clone, Copy)]
+pub struct Vertex {
+    pub position: Vec3,
+    pub normal: Vec3,
+    /// Direction of `u`, and the sign of the bitangent.
+    pub tangent: [f32; 4],
+    pub uv: Vec2,
+    /// Joints that move it, by number and share.
+    pub joints: [(u16, f32); 4],
+}
+
+/// Triangles.
+#[derive(Default)]
+pub struct Mesh {
+    pub vertices: Vec<Vertex>,
+    pub indices: Vec<u16>,
+}
+
+impl Mesh {
+    /// Appends a tube of `rings × sides` quads through `surface(u, v)`, `u` along it and `v` around it, both from 0 to 1; `uv`
+    /// is where the texture of a place lies. `joints` says what moves it. Its outside is where `∂u × ∂v` points away from; the
+    /// first and last rings may shrink to points.
+    pub fn tube(
+        &mut self,
+        [rings, sides]: [usize; 2],
+        surface: impl Fn(f32, f32) -> Vec3,
+        uv: impl Fn(f32, f32) -> Vec2,
+        joints: impl Fn(f32, Vec3) -> [(u16, f32); 4],
+    ) {
+        let first = self.vertices.len() as u16;
+        for i in 0..=rings {
+            for j in 0..=sides {
+                let (u, v) = (i as f32 / rings as f32, j as f32 / sides as f32);
+                let position = surface(u, v);
+                // Differences that stay on the tube; points take those of the ring beside them.
+                let at = u.clamp(0.5 / rings as f32, 1.0 - 0.5 / rings as f32);
+                let along = surface((at + 1e-3).min(1.0), v) - surface((at - 1e-3).max(0.0), v);
+                let around = surface(at, v + 1e-3) - surface(at, v - 1e-3);
+                let normal = around.cross(along).normalize_or(Vec3::Y);
+                let tangent = (along - normal * normal.dot(along)).normalize_or(Vec3::Z);
+                let sign = if normal.cross(tangent).dot(around) > 0.0 { 1.0 } else { -1.0 };
+                let joints = joints(u, position);
+                self.vertices.push(Vertex {
+                    position,
+                    normal,
+                    tangent: tangent.extend(sign).to_array(),
+                    uv: uv(u, v),
+                    joints,
+                });
+            }
+        }
+        let row = sides as u16 + 1;
+        for i in 0..rings as u16 {
+            for j in 0..sides as u16 {
+                let a = first + i * row + j;
+                for triangle in [[a, a + 1, a + row], [a + 1, a + row + 1, a + row]] {
+                    let p = triangle.map(|k| self.vertices[k as usize].position);
+                    if (p[1] - p[0]).cross(p[2] - p[0]).length_squared() > 1e-16 {
+                        self.indices.extend(triangle);
+                    }
+                }
+            }
+        }
+    }
+}

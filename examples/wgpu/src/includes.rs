@@ -1,0 +1,39 @@
+//! One file of GLSL out of one that includes others, for compilers that know no `#include`.
+
+use std::collections::HashSet;
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+
+/// The text of `file` with every `#include "NAME"` replaced by that file, each file once. Names are relative to the file that
+/// includes them or, where nothing is there, to `root`, the folder that holds `leadr`.
+///
+/// # Errors
+/// If a file cannot be read; it is named with the file that includes it.
+pub fn expand(root: &Path, file: &Path) -> Result<String, String> {
+    let mut text = String::new();
+    append(root, file, &mut HashSet::new(), &mut text)?;
+    Ok(text)
+}
+
+fn append(root: &Path, file: &Path, seen: &mut HashSet<PathBuf>, text: &mut String) -> Result<(), String> {
+    let fault = |error: std::io::Error| format!("{}: {error}", file.display());
+    if !seen.insert(file.canonicalize().map_err(fault)?) {
+        return Ok(());
+    }
+    for line in std::fs::read_to_string(file).map_err(fault)?.lines() {
+        match included(line) {
+            None => writeln!(text, "{line}").expect("a String takes all"),
+            Some(name) => {
+                let beside = file.with_file_name(name);
+                let name = if beside.is_file() { beside } else { root.join(name) };
+                append(root, &name, seen, text).map_err(|error| format!("{error} (in {})", file.display()))?;
+            }
+        }
+    }
+    Ok(())
+}
+
+/// What a line includes.
+fn included(line: &str) -> Option<&str> {
+    line.trim_start().strip_prefix("#include")?.trim().strip_prefix('"')?.strip_suffix('"')
+}

@@ -1,0 +1,122 @@
+//! A camera above the plane z = 0 and the light that falls on it.
+
+use glam::{Vec3, Vec4};
+
+/// What is seen, and in which light; metres, z up.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct View {
+    /// The eye, above the plane.
+    pub eye: Vec3,
+    /// The point in the middle of the picture.
+    pub target: Vec3,
+    /// Vertical field of view, degrees.
+    pub fov_degrees: f32,
+    /// Pixels across and down.
+    pub size: [u32; 2],
+    /// Metres after which the material repeats.
+    pub repeat: f32,
+    /// Metres of the relief per unit of the map's heights.
+    pub height_scale: f32,
+    /// Unit vector towards the sun.
+    pub sun: Vec3,
+    /// Irradiance of the sun on a plane that faces it.
+    pub irradiance: Vec3,
+    /// Spherical harmonics of the sky's radiance: L00, L1-1, L10, L11, L2-2, L2-1, L20, L21, L22.
+    pub sky: [Vec3; 9],
+}
+
+impl View {
+    /// Near bumps in front, the horizon above, and the sun of a morning from the side.
+    #[must_use]
+    pub fn morning(size: [u32; 2]) -> Self {
+        Self {
+            eye: Vec3::new(0.0, -2.2, 0.75),
+            target: Vec3::new(0.35, 0.0, 0.32),
+            fov_degrees: 40.0,
+            size,
+            repeat: 1.5,
+            height_scale: 1.5,
+            sun: Vec3::new(0.8, 0.35, 0.36).normalize(),
+            irradiance: Vec3::new(7.5, 6.2, 4.6),
+            sky: harmonics(clear_sky),
+        }
+    }
+
+    /// The ray of the upper left pixel's centre, and its change from pixel to pixel to the right and down.
+    #[must_use]
+    pub fn rays(&self) -> [Vec3; 3] {
+        let forward = (self.target - self.eye).normalize();
+        let right = forward.cross(Vec3::Z).normalize();
+        let up = right.cross(forward);
+        let [width, height] = self.size.map(|side| side as f32);
+        let pixel = 2.0 * (0.5 * self.fov_degrees.to_radians()).tan() / height;
+        let (across, down) = (right * pixel, -up * pixel);
+        [forward - across * (0.5 * width - 0.5) - down * (0.5 * height - 0.5), across, down]
+    }
+
+    /// The block that the shader reads.
+    #[must_use]
+    pub fn block(&self) -> ViewBlock {
+        let [corner, across, down] = self.rays();
+        ViewBlock {
+            eye: self.eye.extend(0.0),
+            corner: corner.extend(0.0),
+            across: across.extend(0.0),
+            down: down.extend(0.0),
+            sun: self.sun.extend(0.0),
+            irradiance: self.irradiance.extend(0.0),
+            sky: self.sky.map(|c| c.extend(0.0)),
+            scales: Vec4::new(self.repeat, self.height_scale, 0.0, 0.0),
+        }
+    }
+}
+
+/// `View` of `plane.frag`, std140.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct ViewBlock {
+    eye: Vec4,
+    corner: Vec4,
+    across: Vec4,
+    down: Vec4,
+    sun: Vec4,
+    irradiance: Vec4,
+    sky: [Vec4; 9],
+    scales: Vec4,
+}
+
+/// A morning sky over ground that reflects a little of it.
+fn clear_sky(d: Vec3) -> Vec3 {
+    let haze = Vec3::new(1.05, 0.92, 0.78).lerp(Vec3::new(0.22, 0.40, 0.75), d.z.max(0.0).powf(0.45));
+    let glow = Vec3::new(1.6, 1.0, 0.5) * (d.dot(Vec3::new(0.8, 0.35, 0.2).normalize()).max(0.0)).powi(6);
+    let ground = Vec3::new(0.22, 0.19, 0.16);
+    (haze + glow).lerp(ground, (0.5 - 8.0 * d.z).clamp(0.0, 1.0))
+}
+
+/// Harmonics of a radiance up to order 2, by the midpoint rule over the sphere.
+#[must_use]
+pub fn harmonics(radiance: impl Fn(Vec3) -> Vec3) -> [Vec3; 9] {
+    const RINGS: u32 = 128;
+    let mut sums = [Vec3::ZERO; 9];
+    for i in 0..RINGS {
+        for j in 0..2 * RINGS {
+            let z = 1.0 - (2 * i + 1) as f32 / RINGS as f32;
+            let azimuth = (j as f32 + 0.5) * std::f32::consts::PI / RINGS as f32;
+            let d = Vec3::new(azimuth.cos(), azimuth.sin(), 0.0) * (1.0 - z * z).sqrt() + Vec3::Z * z;
+            let part = radiance(d) * (2.0 * std::f32::consts::PI / (RINGS * RINGS) as f32);
+            let basis = [
+                0.282_094_79,
+                0.488_602_51 * d.y,
+                0.488_602_51 * d.z,
+                0.488_602_51 * d.x,
+                1.092_548_4 * d.x * d.y,
+                1.092_548_4 * d.y * d.z,
+                0.315_391_57 * (3.0 * d.z * d.z - 1.0),
+                1.092_548_4 * d.x * d.z,
+                0.546_274_2 * (d.x * d.x - d.y * d.y),
+            ];
+            sums.iter_mut().zip(basis).for_each(|(sum, basis)| *sum += basis * part);
+        }
+    }
+    sums
+}

@@ -1,0 +1,76 @@
+//! The commands of README.md, on a bare clone.
+
+use std::collections::HashSet;
+use std::path::Path;
+use std::process::Command;
+
+/// The commands, as words.
+fn commands() -> Vec<Vec<String>> {
+    let text = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/README.md")).unwrap();
+    let mut within = false;
+    let mut commands = Vec::new();
+    for line in text.lines() {
+        if line.starts_with("```") {
+            within = line == "```sh";
+        } else if within && let Some(rest) = line.strip_prefix("leadr ") {
+            let command = rest.split("  ").next().unwrap_or_default().split(" # ").next().unwrap_or_default();
+            commands.push(command.split_whitespace().map(|word| word.trim_matches('\'').to_owned()).collect());
+        }
+    }
+    commands
+}
+
+/// Files that a command reads.
+fn inputs(command: &[String]) -> Vec<&str> {
+    let is_file = |word: &str| {
+        let extension = Path::new(word).extension().and_then(|e| e.to_str()).unwrap_or_default();
+        word.starts_with("assets/") || ["png", "hdr", "exr", "glb", "gltf", "ktx2"].contains(&extension)
+    };
+    let mut output = false;
+    let mut files = Vec::new();
+    for word in command {
+        if !output && is_file(word) {
+            files.push(word.as_str());
+        }
+        output = word == "-o";
+    }
+    files
+}
+
+#[test]
+fn files_that_commands_read_are_there_or_made_before() {
+    let commands = commands();
+    assert!(commands.len() > 15, "{commands:?}");
+    let mut made = HashSet::new();
+    for command in &commands {
+        for file in inputs(command) {
+            let there = Path::new(env!("CARGO_MANIFEST_DIR")).join(file).exists();
+            // `compare` shows how pictures are called, not what was just made.
+            assert!(there || made.contains(file) || command[0] == "compare", "{}: no {file}", command.join(" "));
+        }
+        made.extend(command.iter().skip_while(|word| *word != "-o").skip(1).take(1).map(String::as_str));
+    }
+}
+
+#[test]
+fn commands_on_assets_run() {
+    let folder = tempfile::tempdir().unwrap();
+    std::os::unix::fs::symlink(concat!(env!("CARGO_MANIFEST_DIR"), "/assets"), folder.path().join("assets")).unwrap();
+    let mut count = 0;
+    for command in commands() {
+        let reads = inputs(&command);
+        if reads.is_empty() || !reads.iter().all(|file| file.starts_with("assets/")) {
+            continue;
+        }
+        let mut run = Command::new(env!("CARGO_BIN_EXE_leadr"));
+        run.args(&command).current_dir(folder.path()).env_remove("LEADR_LOG");
+        run.env("LEADR_CACHE", concat!(env!("CARGO_TARGET_TMPDIR"), "/trex"));
+        if command[0] == "capture" {
+            run.args(["--camera", "mid", "--size", "48x27", "--samples", "1", "--atlas-tile", "8"]);
+        }
+        let output = run.output().expect("the program starts");
+        assert!(output.status.success(), "{command:?}: {}", String::from_utf8_lossy(&output.stderr));
+        count += 1;
+    }
+    assert!(count >= 6, "{count} commands read assets/");
+}
