@@ -6,7 +6,7 @@
 const uint PATCH_BITS = 0x00ffffffu;
 const uint OBJECT_BITS = 0x3f000000u;    // from 1; 0 where nothing is
 const uint OF_THE_PIXEL = 0x40000000u;   // an edge sample that sees the surface of its pixel (edges.comp)
-const uint INSIDE = 0x80000000u;         // a back face, where those are marked
+const uint INSIDE = 0x80000000u;         // a back face of triangles, or where those are marked
 const uint BESIDE = 0x40000000u;         // a sample whose place in the middle of the pixel is off its patch (msaa.comp)
 const uint NOBODY = 0xffffffffu;         // not a pixel (msaa.comp)
 

@@ -1,6 +1,7 @@
 //! Floor 5 · the laboratory: what proves and measures. Nothing that draws a user's frame imports it.
 
 pub mod bench;
+pub mod cracks;
 pub mod error;
 pub mod metrics;
 pub mod panorama_study;

@@ -93,7 +93,8 @@ pub struct Object {
     /// Heights along the patch normals; `None` for a smooth surface.
     pub heights: Option<HeightField>,
     /// Slopes of the heights by texture coordinate, in the heights' unit, one for each texel of `heights`: finer ones than those of the
-    /// heights themselves, as a normal map tells them. The heights still displace.
+    /// heights themselves, as a normal map tells them. The heights still displace. Those of triangles are rise over run, since their
+    /// texture coordinates are of any size.
     pub slopes: Option<Vec<[f32; 2]>>,
     /// Metres of displacement per unit of `heights` (`η`); each frame multiplies it by its own factor.
     pub height_scale: f32,
@@ -344,10 +345,10 @@ impl Pose {
         match self {
             Self::Rigid(world) => {
                 let normal_matrix = world.matrix3.inverse().transpose();
-                PosedVertices {
-                    positions: mesh.positions.iter().map(|&p| world.transform_point3(p)).collect(),
-                    normals: mesh.normals.iter().map(|&n| (normal_matrix * n).normalize_or(Vec3::Z)).collect(),
-                }
+                PosedVertices::new(
+                    mesh.positions.iter().map(|&p| world.transform_point3(p)).collect(),
+                    mesh.normals.iter().map(|&n| (normal_matrix * n).normalize_or(Vec3::Z)).collect(),
+                )
             }
             Self::Skinned(joints) => skinning::skin(mesh, joints),
             Self::Vertices(vertices) => vertices.clone(),

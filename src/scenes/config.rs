@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use serde::Serialize;
 
 use super::light::{EnvironmentChoice, SunDirection};
+use super::model::displacement::Displacement;
 use super::ocean::waves::Waves;
 use super::registry::{SCENES, Scene};
 use super::view::{Size, View};
@@ -77,6 +78,8 @@ pub struct SceneConfig {
     pub model_camera: Option<String>,
     /// Whether missing and damaged images of it are replaced.
     pub lenient: bool,
+    /// Height maps of its materials.
+    pub displacements: Vec<Displacement>,
     /// Height map of the plane or sphere.
     pub height_map: Option<PathBuf>,
     /// Files of its material.
@@ -133,6 +136,7 @@ impl Default for SceneConfig {
             animation: None,
             model_camera: None,
             lenient: false,
+            displacements: Vec::new(),
             height_map: None,
             material: MaterialFiles::default(),
             waves: Waves::default(),

@@ -6,6 +6,7 @@ use super::config::SceneConfig;
 use super::daylight;
 use super::error::SceneError;
 use super::model::ModelChoice;
+use super::model::displacement::displace;
 use super::registry::{Progress, SceneOptions};
 use super::stage::{Lights, Views};
 use super::view::{Size, View};
@@ -47,8 +48,9 @@ impl Inputs {
         };
         let model = match &config.model {
             Some(file) => {
-                let model = Model::load(file, LoadOptions { lenient: config.lenient })?;
+                let mut model = Model::load(file, LoadOptions { lenient: config.lenient })?;
                 let named = |fault: SceneError| fault.of_file(file);
+                displace(&mut model, file, &config.displacements).map_err(named)?;
                 let choice = ModelChoice::new(model, config.animation.as_deref()).map_err(named)?;
                 let seen = config.view == View::Model;
                 Some(if seen { choice.seen_by(config.model_camera.as_deref()).map_err(named)? } else { choice })

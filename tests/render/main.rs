@@ -5,6 +5,7 @@ mod common;
 
 mod antialiasing;
 mod deform;
+mod displaced_models;
 mod edges;
 mod environment;
 mod figures;

@@ -21,7 +21,8 @@ layout(constant_id = 42) const bool DISPLACED = true;
 layout(constant_id = 43) const bool COLORED = true;
 layout(constant_id = 44) const bool HORIZON = true;
 layout(constant_id = 45) const bool FLAT = false;  // its tangents by texture coordinate are the same everywhere
-layout(constant_id = 51) const bool TRIANGLES = false; // patches are flat triangles, and slopes are rise over run
+layout(constant_id = 51) const bool TRIANGLES = false; // patches are flat triangles
+layout(constant_id = 55) const bool RISE_OVER_RUN = false; // slopes are, instead of by texture coordinate
 layout(constant_id = 46) const bool PLAIN = false; // colour and accessibility of all vertices are the same
 layout(constant_id = 47) const bool RELIEF_DRAWN = true; // the geometry is displaced by as much as the maps say
 layout(constant_id = 50) const bool REFLECTS_BY_MAP = false; // reflectance at normal incidence has a map
@@ -295,7 +296,7 @@ FilteredSurface filtered_mesh(ivec2 pixel, vec2 at, uvec4 seen, out float area) 
     float along = object.ray_middle.w / texelFetch(visible_depth, pixel, 0).x;
     uint index = seen.x & PATCH_BITS;
     vec2 place = uintBitsToFloat(seen.yz);
-    Macrosurface surface = macrosurface_at(index, place, ray * along);
+    Macrosurface surface = macrosurface_at(index, place, ray * along, (seen.x & INSIDE) != 0u);
 
     // An edge sample on its pixel's own surface covers only its share of the pixel: all of them are joined (join.comp).
     bool joined = (seen.x & OF_THE_PIXEL) != 0u;
@@ -317,7 +318,7 @@ FilteredSurface filtered_mesh(ivec2 pixel, vec2 at, uvec4 seen, out float area) 
 
     Means means = NO_MEANS;
     Footprint footprint = footprint_over(dx, dy, ATLAS ? tile_inner() : 1e9);
-    if (DISPLACED && RELIEF_DRAWN && !TRIANGLES && !FINEST_LEVEL && grid == 0u) {
+    if (DISPLACED && RELIEF_DRAWN && (!TRIANGLES || surface.slopes > 0.0) && !FINEST_LEVEL && grid == 0u) {
         float longest = sqrt(max(dot(dx, dx), dot(dy, dy)));
         if (ATLAS) {
             // Coarser levels of a tile do not agree with its neighbours.
@@ -344,17 +345,20 @@ FilteredSurface filtered_mesh(ivec2 pixel, vec2 at, uvec4 seen, out float area) 
             means.light.a = filter_map(occlusion_map, chart_of(CHART_OCCLUSION, index, place, across, surface.texcoord, texels)).x;
         }
     }
-    vec2 mean_gradient = means.mean * object.height_scale;
-    vec3 gradient_covariance = scale_height(covariance_from_moments(means.mean, means.second), object.height_scale);
+    float scale = object.height_scale * surface.slopes;
+    vec2 mean_gradient = means.mean * scale;
+    vec3 gradient_covariance = scale_height(covariance_from_moments(means.mean, means.second), scale);
     vec4 color = surface.color;
     if (COLORED) {
         color *= vec4(means.color.rgb, sqrt(means.color.a));
     }
-    if (TRIANGLES) {
+    float chart_area = dot(cross(surface.tangent_s, surface.tangent_t), surface.normal);
+    SlopeMap chart = slope_map(surface.tangent_s, surface.tangent_t, frame.x, frame.y, frame.z), map = chart;
+    if (RISE_OVER_RUN) {
         surface.tangent_s *= inversesqrt(max(dot(surface.tangent_s, surface.tangent_s), 1e-30));
         surface.tangent_t *= inversesqrt(max(dot(surface.tangent_t, surface.tangent_t), 1e-30));
+        map = slope_map(surface.tangent_s, surface.tangent_t, frame.x, frame.y, frame.z);
     }
-    SlopeMap map = slope_map(surface.tangent_s, surface.tangent_t, frame.x, frame.y, frame.z);
     vec2 mean_slope = map_mean_slope(map, mean_gradient);
     // At the finest level this is the spread between neighbouring texels, which bilinear interpolation of the mean loses. With
     // it the variance is the same at every magnification.
@@ -379,16 +383,16 @@ FilteredSurface filtered_mesh(ivec2 pixel, vec2 at, uvec4 seen, out float area) 
     vec3 tint = (object.flags & FLAG_TINTED_EMISSION) != 0u ? surface.color.rgb : vec3(1.0);
     filtered.emission = EMITS ? means.light.rgb * tint : vec3(0.0);
     filtered.accessibility = surface.accessibility * (OCCLUDED ? means.light.a : 1.0);
-    filtered.inside = (seen.x & INSIDE) != 0u;
+    filtered.inside = (seen.x & INSIDE) != 0u && (!TRIANGLES || (object.flags & FLAG_MARK_INSIDE) != 0u);
     filtered.horizon = Horizon(vec2(0.0), vec3(0.0));
-    if (USES_HORIZON && DISPLACED && HORIZON) {
-        mat2 linear = mat2(map.linear_s, map.linear_t);
+    if (USES_HORIZON && DISPLACED && HORIZON && (!TRIANGLES || surface.slopes > 0.0)) {
+        mat2 linear = mat2(chart.linear_s, chart.linear_t);
         filtered.horizon = filter_horizon(footprint, index, surface.texcoord, linear, abs(object.height_scale));
     }
     filtered.lod = footprint.lod;
     filtered.joined = ATLAS ? joined_part(footprint.across) : 0.0;
     filtered.relief = object.relief;
-    area = abs(determinant(texels) * dot(cross(surface.tangent_s, surface.tangent_t), surface.normal));
+    area = abs(determinant(texels) * chart_area);
     return filtered;
 }
 

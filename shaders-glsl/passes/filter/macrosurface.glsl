@@ -3,9 +3,10 @@
 #define LEADR_FILTER_MACROSURFACE
 
 #include "../geometry/patch.glsl"
+#include "../geometry/triangle.glsl"
 
 struct Macrosurface {
-    vec3 normal;            // displacement direction N
+    vec3 normal;            // displacement direction N; of a triangle the normal that it is shaded with, on the side that is seen
     mat2x3 by_place;        // derivatives of the offset surface X + h N by the place
     mat2x3 normal_by_place; // and of its normal
     mat2 texcoord_by_place;
@@ -15,11 +16,13 @@ struct Macrosurface {
     float height;           // of the point that is seen, as the geometry pass displaced it
     vec4 color;
     float accessibility;
+    float slopes;           // factor on the slopes of the maps: -1 where a surface is seen from behind, 0 where its chart has no area
 };
 
-// place: what the geometry pass stored; reach: from the viewer to the point that is seen.
-Macrosurface macrosurface_at(uint index, vec2 place, vec3 reach) {
+// place: what the geometry pass stored; reach: from the viewer to the point that is seen; behind: whether the back of a triangle is.
+Macrosurface macrosurface_at(uint index, vec2 place, vec3 reach, bool behind) {
     Macrosurface surface;
+    surface.slopes = 1.0;
     surface.color = object.color;
     surface.accessibility = object.tangent_t.w;
     PatchData data;
@@ -38,21 +41,30 @@ Macrosurface macrosurface_at(uint index, vec2 place, vec3 reach) {
     } else if (TRIANGLES) {
         Vertex a = vertices[data.vertices[0]], b = vertices[data.vertices[1]], c = vertices[data.vertices[3]];
         surface.by_place = mat2x3(b.position.xyz - a.position.xyz, c.position.xyz - a.position.xyz);
-        mat2x3 turn = mat2x3(b.normal.xyz - a.normal.xyz, c.normal.xyz - a.normal.xyz);
-        vec3 normal = a.normal.xyz + turn * place;
-        float per_length = inversesqrt(max(dot(normal, normal), 1e-20));
-        // Seen from behind, it is a surface that faces the other way.
-        float side = dot(cross(surface.by_place[0], surface.by_place[1]), reach) > 0.0 ? -per_length : per_length;
+        mat2x3 turn = mat2x3(b.facing.xyz - a.facing.xyz, c.facing.xyz - a.facing.xyz);
+        vec3 normal = a.facing.xyz + turn * place;
+        // Seen from behind, it is a surface that faces the other way, and its bumps are pits.
+        float side = (behind ? -1.0 : 1.0) * inversesqrt(max(dot(normal, normal), 1e-12));
         surface.normal = normal * side;
         surface.normal_by_place = (turn - outerProduct(surface.normal, surface.normal * turn)) * side;
         surface.height = 0.0;
+        if (DISPLACED) {
+            TriangleNormal along = triangle_normal(vec3[3](a.normal.xyz, b.normal.xyz, c.normal.xyz),
+                                                   vec3[3](a.facing.xyz, b.facing.xyz, c.facing.xyz), place);
+            vec3 eye = vec3(object.eye[0], object.eye[1], object.eye[2]);
+            surface.height = dot(reach + (eye - a.position.xyz - surface.by_place * place), along.normal);
+            surface.by_place += along.by_place * surface.height;
+        }
         vec2 first = data.texcoord_01.xy;
         surface.texcoord_by_place = mat2(data.texcoord_01.zw - first, data.texcoord_23.xy - first);
         surface.texcoord = first + surface.texcoord_by_place * place;
         float det = determinant(surface.texcoord_by_place);
-        mat2x3 tangents = abs(det) > 1e-20 ? surface.by_place * inverse(surface.texcoord_by_place) : surface.by_place;
-        surface.tangent_s = tangents[0];
-        surface.tangent_t = tangents[1];
+        bool charted = abs(det) > 1e-20;
+        surface.slopes = charted ? (behind ? -1.0 : 1.0) : 0.0;
+        mat2x3 tangents = charted ? surface.by_place * inverse(surface.texcoord_by_place) : surface.by_place;
+        // Slopes lie about the normal of the corners, not about the triangle's own: a few triangles look like one round surface.
+        surface.tangent_s = tangents[0] - surface.normal * dot(surface.normal, tangents[0]);
+        surface.tangent_t = tangents[1] - surface.normal * dot(surface.normal, tangents[1]);
     } else {
         vec3 position[4], normals[4], toward_next[4], toward_previous[4];
         for (int i = 0; i < 4; ++i) {

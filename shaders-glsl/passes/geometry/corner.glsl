@@ -17,10 +17,10 @@ float vertex_height(uint vertex) {
     return height;
 }
 
-// Precise: every patch at an edge or corner gets the same bits.
+// Precise: every patch at an edge or corner gets the same bits. Where opposite directions meet, nothing is displaced.
 vec3 displacement_normal(vec3 along) {
     precise float square = along.x * along.x + along.y * along.y + along.z * along.z;
-    precise vec3 normal = along / sqrt(square);
+    precise vec3 normal = along / sqrt(max(square, 1e-12));
     return normal;
 }
 

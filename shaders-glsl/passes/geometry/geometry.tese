@@ -2,6 +2,7 @@
 #extension GL_GOOGLE_include_directive : require
 #include "interface.glsl"
 #include "corner.glsl"
+#include "edge.glsl"
 #include "../reached.glsl"
 #include "tile.glsl"
 
@@ -24,26 +25,6 @@ layout(location = 3) out vec2 out_place_reached; // the same as the place
 layout(location = 4) out vec3 out_window; // window_place
 
 invariant gl_Position;
-
-float edge_height_at_level(uint edge, int level, float t) {
-    int segments = 64 >> level;
-    int offset = 128 - (128 >> level) + level; // samples of the finer levels: sum of (64 >> l) + 1
-    float x = t * float(segments);
-    int i = min(int(x), segments - 1);
-    uint base = edge * uint(EDGE_STRIDE) + uint(offset + i);
-    precise float fraction = x - float(i);
-    precise float height = edge_heights[base] * (1.0 - fraction) + edge_heights[base + 1u] * fraction;
-    return height;
-}
-
-float edge_height(uint edge, float t) {
-    float lod = clamp(log2(64.0 / edge_factors[edge]) - FINER, 0.0, float(EDGE_LEVELS - 1));
-    int level = min(int(lod), EDGE_LEVELS - 2);
-    float fraction = lod - float(level);
-    precise float height =
-        edge_height_at_level(edge, level, t) * (1.0 - fraction) + edge_height_at_level(edge, level + 1, t) * fraction;
-    return height;
-}
 
 void main() {
     float u = gl_TessCoord.x, v = gl_TessCoord.y;

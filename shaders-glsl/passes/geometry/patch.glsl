@@ -8,6 +8,7 @@ struct Vertex {
     vec4 position; // xyz metres; w: ambient accessibility
     vec4 normal;   // xyz unit displacement direction; w: LOD of the heights at this vertex
     vec4 color;    // rgb linear albedo; a: Beckmann roughness alpha
+    vec4 facing;   // xyz unit normal that a triangle is shaded with
 };
 
 struct PatchData {

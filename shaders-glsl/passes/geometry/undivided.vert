@@ -25,7 +25,7 @@ void main() {
 
     vec2 place = vec2(corner == 1u || corner == 2u ? 1.0 : 0.0, corner >= 2u ? 1.0 : 0.0);
     out_place = (object.flags & FLAG_FLAT) != 0u ? patch_texcoord(data, place.x, place.y).at : place;
-    out_normal = normal;
+    out_normal = (object.flags & FLAG_TRIANGLES) != 0u ? vertex.facing.xyz : normal;
     out_patch = patch_index;
     gl_Position = view.clip_from_world * vec4(displaced_position, 1.0);
     out_place_reached = out_place;

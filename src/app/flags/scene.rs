@@ -14,6 +14,7 @@ use crate::app::error::AppError;
 use crate::render::light::panorama::LightExtraction;
 use crate::scenes::config::{DEFAULT_MSAA, MaterialFiles, SceneConfig};
 use crate::scenes::light::{EnvironmentChoice, SunDirection};
+use crate::scenes::model::displacement::Displacement;
 use crate::scenes::registry::{Choice, MODEL, SCENES, Scene};
 use crate::scenes::view::{Size, View};
 
@@ -29,6 +30,11 @@ pub struct SceneArgs {
     /// Replace missing and damaged images of a model (colours by a magenta check, numbers by their factor) instead of refusing it
     #[arg(long)]
     pub lenient: bool,
+    /// Heights, PNG or EXR, that displace a material of a model (`*`: all of them), and if need be the metres from the map's 0 to
+    /// its 1 [default: what fits its normal map or looks usual] and the height that lies on the mesh [default: the mean]; may be
+    /// given several times. Maps beside the model that are named MATERIAL_Displacement.png or like its image are found
+    #[arg(long, value_name = "MATERIAL=FILE[,SCALE[,MIDDLE]]")]
+    pub displacement: Vec<Displacement>,
     /// Height map of the plane or the sphere
     #[arg(long, value_name = "FILE", help = for_scenes("Height map, PNG or EXR; its first row lies at y = 0, rows run along +y", Choice::HeightMap))]
     pub height_map: Option<PathBuf>,
@@ -192,6 +198,7 @@ impl SceneArgs {
             animation: a.animation,
             model_camera: if let CameraChoice::Model(name) = a.camera { name } else { None },
             lenient: a.lenient,
+            displacements: a.displacement,
             height_map: a.height_map,
             material: MaterialFiles {
                 folder: a.material,
@@ -232,6 +239,9 @@ impl SceneArgs {
         }
         if self.lenient && self.scene.model.is_none() {
             return Err("--lenient is for models: --scene FILE.glb or FILE.gltf".into());
+        }
+        if !self.displacement.is_empty() && self.scene.model.is_none() {
+            return Err("--displacement is for models: --scene FILE.glb or FILE.gltf".into());
         }
         if matches!(self.camera, CameraChoice::Model(_)) {
             if self.scene.model.is_none() {
@@ -292,6 +302,16 @@ mod tests {
     #[test]
     fn without_flags_the_configuration_is_the_default_one() {
         assert_eq!(SceneArgs::unset().unwrap().resolve().unwrap(), SceneConfig::default());
+    }
+
+    #[test]
+    fn displacement_is_for_models() {
+        let displacement = vec!["skin=scales.png".parse().unwrap()];
+        let flags = SceneArgs { displacement, ..SceneArgs::unset().unwrap() };
+        let said = flags.resolve().unwrap_err().to_string();
+        assert!(said.contains("--displacement is for models"), "{said}");
+        let scene = scene_choice("fox.glb").unwrap();
+        assert_eq!(SceneArgs { scene, ..flags }.resolve().unwrap().displacements.len(), 1);
     }
 
     #[test]

@@ -92,6 +92,15 @@ impl FilterInto {
     }
 }
 
+/// How a frame shows all objects.
+#[derive(Clone, Copy, Debug)]
+pub struct Shown {
+    /// What multiplies the height scale of every object.
+    pub height_scale: f32,
+    /// Whether back faces have the marker colour.
+    pub mark_inside: bool,
+}
+
 /// Pipelines of the filter pass.
 #[derive(Clone)]
 pub struct FilterPass {
@@ -143,6 +152,7 @@ impl FilterPass {
             ("HORIZON", SpecValue::Bool(kind.horizon)),
             ("FLAT", SpecValue::Bool(kind.flat)),
             ("TRIANGLES", SpecValue::Bool(kind.triangles)),
+            ("RISE_OVER_RUN", SpecValue::Bool(kind.rise_over_run)),
             ("PLAIN", SpecValue::Bool(kind.plain)),
             ("RELIEF_DRAWN", SpecValue::Bool(relief_drawn)),
             ("EDGE_SAMPLES", SpecValue::Bool(into == FilterInto::GBuffer)),
@@ -181,16 +191,15 @@ impl FilterPass {
         GraphicsPipeline::new(gpu, name, &desc)
     }
 
-    /// Filters the maps of `objects` into the begun targets, at the pixels of a view that see them. `height_scale`
-    /// multiplies the height scale of every object; `light` is what the pass shades with, if it does. The pass must know the kinds
-    /// of all objects.
+    /// Filters the maps of `objects` into the begun targets, at the pixels of a view that see them. `light` is what the pass shades
+    /// with, if it does. The pass must know the kinds of all objects.
     pub fn draw<'a>(
         &self,
         cmd: &mut Commands,
         visible: &VisibleSurface,
         view: &View,
         objects: impl Iterator<Item = DrawnObject<'a>>,
-        height_scale: f32,
+        shown: Shown,
         light: Option<ShadeInputs<'_>>,
     ) {
         for DrawnObject { posed, divided, .. } in objects {
@@ -224,7 +233,7 @@ impl FilterPass {
             let tiles = ("TileRecords", Descriptor::Storage(&visible.tiles.records));
             bindings.extend(light.map_or_else(|| vec![tiles], |light| light.bindings(&self.light).to_vec()));
             cmd.bind(&self.pipelines[&object.kind], &bindings);
-            cmd.push_constants(&FilteredObjectGpu::new(posed, height_scale, view));
+            cmd.push_constants(&FilteredObjectGpu::new(posed, shown, view));
             match light {
                 None => visible.tiles.draw(cmd),
                 Some(_) => {
@@ -260,9 +269,10 @@ shared_struct! {
 }
 
 impl FilteredObjectGpu {
-    fn new(posed: &PosedObject, height_scale: f32, view: &View) -> Self {
+    fn new(posed: &PosedObject, shown: Shown, view: &View) -> Self {
         let PosedObject { object, vertices, .. } = posed;
-        let ObjectGpu { height_scale, specular_f0, mut flags, index, relief } = object.constants(height_scale, false);
+        let ObjectGpu { height_scale, specular_f0, mut flags, index, relief } =
+            object.constants(shown.height_scale, shown.mark_inside);
         if let Samples::Edges { grid } = view.samples {
             flags |= grid << FLAGS_GRID_SHIFT;
         }

@@ -96,6 +96,7 @@ struct PipelineSet {
     undivided: GraphicsPipeline,
     curved: GraphicsPipeline,
     flat: GraphicsPipeline,
+    triangles: GraphicsPipeline,
     at_texels: GraphicsPipeline,
 }
 
@@ -155,11 +156,19 @@ impl PipelineSet {
             };
             GraphicsPipeline::new(gpu, &format!("{name}, {kind}"), &divided)
         };
+        let triangles = GraphicsDesc {
+            vertex: "passes/geometry/geometry.vert",
+            tessellation: Some(["passes/geometry/triangle.tesc", "passes/geometry/triangle.tese"]),
+            topology: Topology::Patches(4),
+            clockwise_front: true,
+            ..*desc
+        };
         let undivided = GraphicsDesc { vertex: "passes/geometry/undivided.vert", ..*desc };
         Ok(Self {
             undivided: GraphicsPipeline::new(gpu, &format!("{name}, undivided"), &undivided)?,
             curved: divided("curved", false, false)?,
             flat: divided("flat", true, false)?,
+            triangles: GraphicsPipeline::new(gpu, &format!("{name}, triangles"), &triangles)?,
             at_texels: divided("at texels", true, true)?,
         })
     }
@@ -184,6 +193,7 @@ impl PipelineSet {
         let pipeline = match object.kind {
             _ if view.at_texels => &self.at_texels,
             kind if kind.flat => &self.flat,
+            kind if kind.triangles => &self.triangles,
             _ => &self.curved,
         };
         let draws = [(&self.undivided, &view.draws.undivided, 6), (pipeline, &view.draws.divided, 4)];

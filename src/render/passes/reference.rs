@@ -173,11 +173,11 @@ struct HeightFieldAxis {
 impl HeightFieldAxis {
     /// `None` if casters are displaced in several directions, or there are none.
     fn of(casters: &[&PosedObject]) -> Option<Self> {
-        let axis = casters.first()?.vertices.normals.first()?.normalize_or_zero();
+        let axis = casters.first()?.vertices.displaced_along().first()?.normalize_or_zero();
         let mut top = f32::NEG_INFINITY;
         for posed in casters {
-            let PosedVertices { positions, normals } = &posed.vertices;
-            if normals.iter().any(|n| n.dot(axis) < 1.0 - 1e-5) {
+            let PosedVertices { positions, .. } = &posed.vertices;
+            if posed.vertices.displaced_along().iter().any(|n| n.dot(axis) < 1.0 - 1e-5) {
                 return None;
             }
             let highest = positions.iter().map(|p| p.dot(axis)).fold(f32::NEG_INFINITY, f32::max);

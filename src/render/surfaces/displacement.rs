@@ -3,7 +3,9 @@
 //! Inside a patch the tessellation stage reads heights from the LEADR map. On an edge, two patches must agree to the last
 //! bit although they reach it through different texture coordinates (a UV seam, two atlas tiles). The heights along every
 //! edge and at every vertex are therefore baked once: the mean over the patches that share it, at [`EDGE_LEVELS`]
-//! resolutions, each filtered to its own spacing.
+//! resolutions, each filtered to its own spacing. On rims, where another object goes on, they are 0.
+
+use std::collections::HashSet;
 
 use super::patch_mesh::{PatchMesh, TileLayout};
 use super::topology::Topology;
@@ -169,7 +171,7 @@ pub struct BoundaryHeights {
     pub patch_range: Vec<[f32; 2]>,
     /// Texels of the map along each edge, in the finest patch beside it.
     pub edge_texels: Vec<f32>,
-    /// Highest minus lowest height over the patches beside each edge.
+    /// Highest minus lowest height over the patches beside each edge; 0 on a rim.
     pub edge_relief: Vec<f32>,
 }
 
@@ -179,33 +181,45 @@ impl BoundaryHeights {
     pub fn bake(mesh: &PatchMesh, topology: &Topology, field: &HeightField) -> Self {
         let pyramid = HeightPyramid::new(field);
         let size = Vec2::new(field.width as f32, field.height as f32);
-        // The patch sides that meet in each edge, and the patch corners that meet in each vertex.
+        // The patch sides that meet in each edge, and the patch corners that meet in each place.
         let mut sides = vec![Vec::with_capacity(2); topology.edges.len()];
         let mut corners = vec![Vec::with_capacity(4); mesh.positions.len()];
         for (patch, edges) in topology.patch_edges.iter().enumerate() {
-            for side in 0..4 {
+            for side in topology.sides(patch) {
                 sides[(edges[side] >> 1) as usize].push((patch, side, edges[side] & 1 == 1));
-                corners[mesh.patches[patch][side] as usize].push((patch, side));
+                corners[mesh.place_of(mesh.patches[patch][side]) as usize].push((patch, side));
             }
         }
-        let vertices: Vec<f32> = corners
+        let rims: HashSet<[u32; 2]> = mesh.rims.iter().map(|&[a, b]| [a.min(b), a.max(b)]).collect();
+        let on_rim: HashSet<u32> = rims.iter().flatten().copied().collect();
+        let at_places: Vec<[f32; EDGE_LEVELS]> = corners
             .par_iter()
-            .flat_map_iter(|corners| {
-                let pyramid = &pyramid;
-                (0..EDGE_LEVELS).map(move |level| {
+            .enumerate()
+            .map(|(place, corners)| {
+                if on_rim.contains(&(place as u32)) {
+                    return [0.0; EDGE_LEVELS];
+                }
+                std::array::from_fn(|level| {
                     mean(corners.iter().map(|&(patch, corner)| {
                         let t = &mesh.texcoords[patch];
-                        let along = (t[(corner + 1) & 3] - t[corner]).abs() + (t[(corner + 3) & 3] - t[corner]).abs();
+                        // The third corner of a triangle is its last as well.
+                        let before = if mesh.triangles && corner == 3 { 1 } else { (corner + 3) & 3 };
+                        let along = (t[(corner + 1) & 3] - t[corner]).abs() + (t[before] - t[corner]).abs();
                         let lod = level_lod(along * 0.5 * size, level);
                         pyramid.sample(t[corner], lod, patch)
                     }))
                 })
             })
             .collect();
+        let vertices: Vec<f32> =
+            (0..mesh.positions.len() as u32).flat_map(|vertex| at_places[mesh.place_of(vertex) as usize]).collect();
         let edges = sides
             .par_iter()
             .enumerate()
             .flat_map_iter(|(edge, sides)| {
+                if rims.contains(&topology.edges[edge]) {
+                    return vec![0.0; EDGE_STRIDE];
+                }
                 let [from, to] = topology.edges[edge].map(|v| v as usize * EDGE_LEVELS);
                 let mut samples = Vec::with_capacity(EDGE_STRIDE);
                 for level in 0..EDGE_LEVELS {
@@ -232,7 +246,10 @@ impl BoundaryHeights {
         let edge_texels = sides.iter().map(|sides| sides.iter().map(texels).fold(1.0, f32::max)).collect();
         let patch_range = patch_ranges(mesh, field);
         let relief = |&(patch, _, _): &(usize, usize, bool)| patch_range[patch][1] - patch_range[patch][0];
-        let edge_relief = sides.iter().map(|sides| sides.iter().map(relief).fold(0.0, f32::max)).collect();
+        let on_edge = |(edge, sides): (&[u32; 2], &Vec<(usize, usize, bool)>)| {
+            if rims.contains(edge) { 0.0 } else { sides.iter().map(relief).fold(0.0, f32::max) }
+        };
+        let edge_relief = topology.edges.iter().zip(&sides).map(on_edge).collect();
         Self { edges, vertices, patch_range, edge_texels, edge_relief }
     }
 }

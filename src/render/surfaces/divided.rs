@@ -21,6 +21,8 @@ shared_struct! {
         pub normal: [f32; 4],
         /// Linear albedo; a: Beckmann roughness.
         pub color: [f32; 4],
+        /// Normal that a triangle is shaded with.
+        pub facing: [f32; 4],
     }
 }
 
@@ -106,12 +108,13 @@ impl DividedObject {
             .into_par_iter()
             .with_min_len(1024)
             .map(|i| {
-                let (position, normal) = (posed_vertices.positions[i], posed_vertices.normals[i]);
+                let (position, normal) = (posed_vertices.positions[i], posed_vertices.displaced_along()[i]);
                 let lifted = position + normal * vertex_lifts[i];
                 VertexGpu {
                     position: lifted.extend(mesh.accessibility_of(i)).to_array(),
                     normal: normal.extend(vertex_lods[i]).to_array(),
                     color: mesh.color_of(i),
+                    facing: posed_vertices.normals[i].extend(0.0).to_array(),
                 }
             })
             .collect();

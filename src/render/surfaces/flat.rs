@@ -43,7 +43,7 @@ fn tangents(corners: [Vec3; 4], texcoords: &[Vec2; 4]) -> Option<[Vec3; 2]> {
 /// Whether a mesh is a plane at rest, and in every rigid pose, on which texture coordinates change evenly.
 #[must_use]
 pub fn is_flat(mesh: &PatchMesh) -> bool {
-    let rest = PosedVertices { positions: mesh.positions.clone(), normals: mesh.normals.clone() };
+    let rest = PosedVertices::new(mesh.positions.clone(), mesh.normals.clone());
     let Some(Chart { tangent_s, tangent_t, .. }) = Chart::of(mesh, &rest) else { return false };
     let normal = tangent_s.cross(tangent_t).normalize_or_zero();
     let tolerance = SAME * tangent_s.length().min(tangent_t.length());
@@ -95,7 +95,7 @@ mod tests {
     fn a_plane_has_one_chart() {
         let mesh = roof();
         assert!(is_flat(&mesh) && is_plain(&mesh));
-        let rest = PosedVertices { positions: mesh.positions.clone(), normals: mesh.normals.clone() };
+        let rest = PosedVertices::new(mesh.positions.clone(), mesh.normals.clone());
         let chart = Chart::of(&mesh, &rest).unwrap();
         assert!((chart.tangent_s - Vec3::new(-1.0, 0.0, -0.5)).length() < 1e-6);
         assert!((chart.tangent_t - Vec3::Y / 3.0).length() < 1e-6);

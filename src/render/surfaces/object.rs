@@ -127,6 +127,8 @@ pub struct SurfaceKind {
     pub triangles: bool,
     /// Whether only its front is seen.
     pub front_only: bool,
+    /// Whether its slopes are rise over run instead of by texture coordinate.
+    pub rise_over_run: bool,
     /// Whether all its vertices have the same colour and accessibility.
     pub plain: bool,
 }
@@ -147,6 +149,7 @@ impl SurfaceKind {
             flat: !mesh.triangles && flat::is_flat(mesh),
             triangles: mesh.triangles,
             front_only: object.front_only,
+            rise_over_run: mesh.triangles && object.slopes.is_some(),
             plain: flat::is_plain(mesh),
         }
     }
@@ -161,7 +164,7 @@ impl GpuObject {
     pub fn new(gpu: &Arc<Gpu>, mut object: Object, index: usize, cache: Option<&MapCache>) -> Result<Self> {
         let name = object.name.clone();
         let kind = SurfaceKind::of(&object, &object.mesh);
-        let topology = Topology::new(&object.mesh.patches);
+        let topology = Topology::new(&object.mesh.patches_by_place());
         let (boundary, border) = match &object.heights {
             Some(field) => (BoundaryHeights::bake(&object.mesh, &topology, field), field.border),
             None => (

@@ -27,8 +27,14 @@ pub struct PatchMesh {
     /// Vertex indices of each patch.
     pub patches: Vec<[u32; 4]>,
     /// Whether each patch is a flat triangle of its first two corners and its last, which stands for the third as well. Triangles are
-    /// drawn as they are, from both sides, and the slopes of their maps are rise over run instead of by texture coordinate.
+    /// drawn from both sides and shaded by the normals of their own vertices; what relief they have displaces them along the
+    /// directions of their places.
     pub triangles: bool,
+    /// For each vertex of a mesh of triangles the first one at the same place; empty where every vertex has a place of its own.
+    /// Vertices of a place differ in normals or texture coordinates, and go the same way in every pose.
+    pub places: Vec<u32>,
+    /// Pairs of places between which the surface goes on as another object: relief ends there, so that both objects meet.
+    pub rims: Vec<[u32; 2]>,
     /// Texture coordinates of each patch's corners (not shared between patches, so every edge may be a seam).
     pub texcoords: Vec<[Vec2; 4]>,
     /// Metres per repeat of the map if this is a part of the plane `z = 0` at rest whose texture coordinates are `xy` divided by
@@ -41,6 +47,18 @@ impl PatchMesh {
     #[must_use]
     pub fn color_of(&self, vertex: usize) -> [f32; 4] {
         self.colors.get(vertex).copied().unwrap_or([0.5; 4])
+    }
+
+    /// The first vertex at the place of a vertex.
+    #[must_use]
+    pub fn place_of(&self, vertex: u32) -> u32 {
+        self.places.get(vertex as usize).copied().unwrap_or(vertex)
+    }
+
+    /// The places of the patches' corners.
+    #[must_use]
+    pub fn patches_by_place(&self) -> Vec<[u32; 4]> {
+        self.patches.iter().map(|patch| patch.map(|vertex| self.place_of(vertex))).collect()
     }
 
     /// Mean length of the patches' sides at rest, metres; 0 without patches.
@@ -67,6 +85,23 @@ pub struct PosedVertices {
     pub positions: Vec<Vec3>,
     /// Unit normals.
     pub normals: Vec<Vec3>,
+    /// Directions of displacement, of unit length or 0 where nothing is displaced: the same for all vertices of a place. Empty where
+    /// the surface is displaced along its normals.
+    pub directions: Vec<Vec3>,
+}
+
+impl PosedVertices {
+    /// Vertices that are displaced along their normals.
+    #[must_use]
+    pub const fn new(positions: Vec<Vec3>, normals: Vec<Vec3>) -> Self {
+        Self { positions, normals, directions: Vec::new() }
+    }
+
+    /// The direction in which each vertex is displaced.
+    #[must_use]
+    pub fn displaced_along(&self) -> &[Vec3] {
+        if self.directions.is_empty() { &self.normals } else { &self.directions }
+    }
 }
 
 /// How per-patch tiles are arranged in an atlas: square tiles of `tile` texels, `columns` to a row. Each holds the patch

@@ -55,7 +55,7 @@ impl PosedObject {
             mesh: &object.object.mesh,
             topology: &object.topology,
             positions: &vertices.positions,
-            normals: &vertices.normals,
+            normals: vertices.displaced_along(),
             edge_texels: &object.edge_texels,
             edge_relief: &object.edge_relief,
             height_range: &object.height_range,

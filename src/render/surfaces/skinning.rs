@@ -34,7 +34,7 @@ pub fn skin(mesh: &PatchMesh, joints: &[Mat4]) -> PosedVertices {
             }
         })
         .collect();
-    PosedVertices { positions, normals }
+    PosedVertices::new(positions, normals)
 }
 
 /// Mean of the face normals around each vertex, weighted by area.

@@ -172,12 +172,14 @@ impl Division {
             .with_min_len(LEAST_TASK)
             .enumerate()
             .map(|(edge, &[a, b])| {
-                if posed.mesh.triangles {
-                    return 1.0;
-                }
                 let (a, b) = (a as usize, b as usize);
                 let relief = posed.edge_relief.get(edge).copied().unwrap_or(0.0) * posed.height_scale.abs();
-                let pixels = edge_pixels(&lens, [positions[a], positions[b]], [normals[a], normals[b]], relief);
+                if posed.mesh.triangles && relief == 0.0 {
+                    return 1.0;
+                }
+                // Triangles are flat, wherever they are displaced to.
+                let normals = if posed.mesh.triangles { [Vec3::Z; 2] } else { [normals[a], normals[b]] };
+                let pixels = edge_pixels(&lens, [positions[a], positions[b]], normals, relief);
                 // Where nothing is displaced, texels have no vertices to move.
                 let dense = settings.to_texels && relief > 0.0;
                 let texels = if dense { posed.edge_texels.get(edge).copied().unwrap_or(1.0) } else { 1.0 };
@@ -219,9 +221,10 @@ impl Division {
             }
         }
         let mean = |(sum, count): (f32, u32)| sum / count.max(1) as f32;
+        let places = || (0..positions.len() as u32).map(|vertex| vertices[mesh.place_of(vertex) as usize]);
         Self {
-            vertex_lods: vertices.iter().map(|v| mean((v.0, v.2))).collect(),
-            vertex_lifts: vertices.iter().map(|v| mean((v.1, v.2))).collect(),
+            vertex_lods: places().map(|v| mean((v.0, v.2))).collect(),
+            vertex_lifts: places().map(|v| mean((v.1, v.2))).collect(),
             every_texel: false,
             edge_factors,
         }
@@ -366,7 +369,8 @@ enum Inside {
 }
 
 fn place_in_view(planes: &[Vec4; 5], corners: &Corners, range: [f32; 2]) -> Inside {
-    // Control points lie off the chords between corners by this much at most, once along each parameter; bumps are added.
+    // Control points lie off the chords between corners by this much at most, once along each parameter; bumps are added. Flat
+    // triangles have none, which costs them little.
     let bulge = (0..4).map(|i| {
         let ((a, normal_a), (b, normal_b)) = (corners[i], corners[(i + 1) & 3]);
         let third = (b - a) / 3.0;

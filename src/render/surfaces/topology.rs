@@ -8,7 +8,7 @@ pub struct Topology {
     /// Vertex pairs, lower index first.
     pub edges: Vec<[u32; 2]>,
     /// For each patch and side (v=0, u=1, v=1, u=0): `edge << 1`, with the lowest bit set when the patch runs from the
-    /// higher vertex.
+    /// higher vertex. A side without length, the third of a triangle, has what the side before it has, and is none of its own.
     pub patch_edges: Vec<[u32; 4]>,
 }
 
@@ -22,6 +22,7 @@ impl Topology {
             .iter()
             .map(|patch| {
                 std::array::from_fn(|side| {
+                    let side = if has_length(patch, side) { side } else { (side + 3) & 3 };
                     let (from, to) = (patch[side], patch[(side + 1) & 3]);
                     let key = [from.min(to), from.max(to)];
                     let edge = *index.entry(key).or_insert_with(|| {
@@ -35,6 +36,12 @@ impl Topology {
         Self { edges, patch_edges }
     }
 
+    /// Sides of a patch that are not those before them.
+    pub fn sides(&self, patch: usize) -> impl Iterator<Item = usize> + use<> {
+        let edges = self.patch_edges[patch];
+        (0..4).filter(move |&side| edges[side] != edges[(side + 3) & 3])
+    }
+
     /// For each side of each patch, the patch and side beyond it. `None` for edges that do not join exactly two patches, or
     /// join them running in the same direction.
     #[must_use]
@@ -42,7 +49,8 @@ impl Topology {
         // For each edge and direction: the number of sides, and the last of them.
         let mut sides = vec![[(0u32, (0u32, 0u8)); 2]; self.edges.len()];
         for (patch, edges) in self.patch_edges.iter().enumerate() {
-            for (side, &edge) in edges.iter().enumerate() {
+            for side in self.sides(patch) {
+                let edge = edges[side];
                 let entry = &mut sides[(edge >> 1) as usize][(edge & 1) as usize];
                 *entry = (entry.0 + 1, (patch as u32, side as u8));
             }
@@ -59,11 +67,16 @@ impl Topology {
     #[must_use]
     pub fn irregular_edges(&self) -> usize {
         let mut uses = vec![[0u32; 2]; self.edges.len()];
-        for &edge in self.patch_edges.iter().flatten() {
+        for (patch, side) in (0..self.patch_edges.len()).flat_map(|p| self.sides(p).map(move |side| (p, side))) {
+            let edge = self.patch_edges[patch][side];
             uses[(edge >> 1) as usize][(edge & 1) as usize] += 1;
         }
         uses.iter().filter(|&&u| u != [1, 1]).count()
     }
+}
+
+fn has_length(patch: &[u32; 4], side: usize) -> bool {
+    patch[side] != patch[(side + 1) & 3]
 }
 
 #[cfg(test)]
@@ -94,6 +107,16 @@ mod tests {
         }
         let open = Topology::new(&CUBE[..5]).neighbors();
         assert_eq!(open.iter().flatten().filter(|n| n.is_none()).count(), 4);
+    }
+
+    #[test]
+    fn triangles_have_three_sides() {
+        // A tetrahedron.
+        let topology = Topology::new(&[[0, 2, 1, 1], [0, 1, 3, 3], [1, 2, 3, 3], [2, 0, 3, 3]]);
+        assert_eq!((topology.edges.len(), topology.irregular_edges()), (6, 0));
+        assert!((0..4).all(|patch| topology.sides(patch).eq([0, 1, 3])));
+        let neighbors = topology.neighbors();
+        assert!(neighbors.iter().all(|sides| [0, 1, 3].iter().all(|&side: &usize| sides[side].is_some())));
     }
 
     #[test]

@@ -1,10 +1,15 @@
 //! A glTF model on open ground: it stands on the soil, is seen from a little above, and plays its animation over and over.
 
 mod charts;
+pub mod displacement;
 mod dress;
+mod join;
 mod lights;
 mod parts;
+mod places;
+mod relief;
 mod remarks;
+mod surface;
 
 use std::sync::Arc;
 
@@ -17,8 +22,11 @@ use crate::models::Model;
 use crate::render::camera::Camera;
 use crate::render::scene::{Object, Pose};
 use crate::render::surfaces::object::MAX_OBJECTS;
+use charts::Charts;
 use lights::Lamps;
 use parts::{Parts, Placement};
+use places::Places;
+use surface::Surface;
 
 /// A model and the animation that it plays.
 #[derive(Clone, Debug)]
@@ -90,7 +98,8 @@ const MEASURED: u32 = 24;
 /// # Errors
 /// If it shows nothing, or has more materials than the renderer has objects.
 pub fn stage(choice: ModelChoice) -> Result<Stage, SceneError> {
-    let ModelChoice { model, animation, camera } = choice;
+    let ModelChoice { mut model, animation, camera } = choice;
+    join::join_plain(&mut model);
     let parts = Parts::of(&model);
     if parts.objects.is_empty() {
         let fault = "it shows no triangles, and points and lines are not drawn; export meshes with it";
@@ -118,9 +127,24 @@ pub fn stage(choice: ModelChoice) -> Result<Stage, SceneError> {
     let placement =
         if lies { placement.lifted(0.5 * RELIEF + 0.005 * low.distance(high) * placement.scale()) } else { placement };
     let rest = model.pose(animation, 0.0);
-    let mut objects: Vec<Object> = (0..parts.objects.len())
-        .map(|i| dress::object(&model, &parts, i, parts.posed(&model, &rest, i, &placement)))
-        .collect();
+    let poses = || (0..times).map(|i| parts.all_posed(&model, &model.pose(animation, time(i)), &placement));
+    let displaced = parts.objects.iter().any(|object| model.materials[object.material].relief.is_some());
+    let corners_of = |i: usize| {
+        let charts = Charts::of(&model.materials[parts.objects[i].material], &|set| parts.reached(&model, i, set)).0;
+        parts.triangles(&model, i, &charts).0
+    };
+    let triangles: Vec<Vec<[u32; 3]>> =
+        if displaced { (0..parts.objects.len()).map(corners_of).collect() } else { Vec::new() };
+    let places = displaced.then(|| Places::of(&poses().collect::<Vec<_>>(), &triangles));
+    let surface = Surface {
+        rims: places.as_ref().map_or(Vec::new(), |places| places.rims(&triangles)),
+        places,
+        placement,
+        size: low.distance(high) * placement.scale(),
+    };
+    let at_rest = surface.posed(&model, &parts, &rest);
+    let mut objects: Vec<Object> =
+        (0..).zip(at_rest).map(|(i, rest)| dress::object(&model, &parts, &surface, i, rest)).collect();
     objects.push(ground());
     let corners = (placement.place(low), placement.place(high));
     let corners = (corners.0.min(corners.1), corners.0.max(corners.1));
@@ -144,9 +168,8 @@ pub fn stage(choice: ModelChoice) -> Result<Stage, SceneError> {
     let (lit, pose_of_lamps) = (model.clone(), pose.clone());
     let (seen, pose_of_camera) = (model.clone(), pose.clone());
     let motion = move |seconds: f64| {
-        let pose = pose(seconds);
-        let posed = |i| Pose::Vertices(parts.posed(&model, &pose, i, &placement));
-        (0..parts.objects.len()).map(posed).chain([Pose::Rigid(Affine3A::IDENTITY)]).collect()
+        let posed = surface.posed(&model, &parts, &pose(seconds)).into_iter().map(Pose::Vertices);
+        posed.chain([Pose::Rigid(Affine3A::IDENTITY)]).collect()
     };
     let stage = Stage::moving(objects, views, motion, |_| Vec3::ZERO)
         .with_lamps(move |seconds| lamps.at(&lit, &pose_of_lamps(seconds), &placement));

@@ -77,6 +77,11 @@ impl Parts {
         corners
     }
 
+    /// The vertices of all objects in a pose.
+    pub fn all_posed(&self, model: &Model, pose: &Pose, placement: &Placement) -> Vec<PosedVertices> {
+        (0..self.objects.len()).map(|object| self.posed(model, pose, object, placement)).collect()
+    }
+
     /// The vertices of an object in a pose.
     pub fn posed(&self, model: &Model, pose: &Pose, object: usize, placement: &Placement) -> PosedVertices {
         let mut posed = PosedVertices::default();

@@ -18,9 +18,6 @@ pub fn of(model: &Model, parts: &Parts, camera: Option<usize>) -> Vec<String> {
                 "nothing here is transparent: as large a share of the samples sees it as it is opaque, so give it many samples",
             );
         }
-        if material.relief.is_some() {
-            say("its displacement is not drawn yet");
-        }
         if material.anisotropy.is_some() {
             say("its roughness is drawn the same in all directions");
         }

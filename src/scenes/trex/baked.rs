@@ -116,6 +116,8 @@ mod tests {
             texcoords: vec![layout.texcoords(0)],
             flat_repeat: None,
             triangles: false,
+            places: Vec::new(),
+            rims: Vec::new(),
         };
         let atlas = Atlas { heights: (0..texels).map(|i| i as f32).collect(), colors: vec![[1, 2, 3, 4]; texels] };
         Baked { body, layout, atlas }

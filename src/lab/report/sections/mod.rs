@@ -4,6 +4,7 @@ mod bench;
 mod convergence;
 mod misses;
 mod model;
+mod models;
 mod ocean;
 mod outside;
 mod quadrature;
@@ -34,7 +35,7 @@ pub struct SectionEntry {
 }
 
 /// Every section, in the order of the page.
-pub static SECTIONS: [SectionEntry; 14] = [
+pub static SECTIONS: [SectionEntry; 15] = [
     SectionEntry {
         key: "convergence",
         help: "How the reference converges",
@@ -104,6 +105,13 @@ pub static SECTIONS: [SectionEntry; 14] = [
         title: "The sea",
         judges_others: false,
         run: ocean::run,
+    },
+    SectionEntry {
+        key: "models",
+        help: "Cracks in the displaced skins of models of others",
+        title: "Models of others, displaced",
+        judges_others: false,
+        run: models::run,
     },
     SectionEntry {
         key: "outside",

@@ -10,7 +10,7 @@ use crate::maps::cache::MapCache;
 use crate::render::frame::cache::Cache;
 use crate::render::frame::pool::Pool;
 use crate::render::passes::edges::edge_tessellation;
-use crate::render::passes::filter::{FilterInto, FilterPass};
+use crate::render::passes::filter::{FilterInto, FilterPass, Shown};
 use crate::render::passes::geometry::{GeometryKind, GeometryPass};
 use crate::render::passes::shade::ShadeInputs;
 use crate::render::passes::shadow::ShadowView;
@@ -231,8 +231,7 @@ impl Surface for Meshes {
             geometry,
             filter,
             tessellation: settings.tessellation,
-            height_scale: state.height_scale,
-            mark_inside: settings.mark_inside,
+            shown: Shown { height_scale: state.height_scale, mark_inside: settings.mark_inside },
         }))
     }
 }
@@ -243,9 +242,7 @@ struct PreparedMeshes {
     geometry: ForViews<GeometryPass>,
     filter: FilterPass,
     tessellation: TessellationSettings,
-    /// What multiplies the height scale of every object's maps.
-    height_scale: f32,
-    mark_inside: bool,
+    shown: Shown,
 }
 
 struct PreparedMesh {
@@ -322,13 +319,13 @@ impl PreparedSurface for PreparedMeshes {
 
     fn draw_geometry(&self, cmd: &mut Commands, target: &GeometryTargets, view: &View) {
         let drawn = self.meshes.iter().map(PreparedMesh::seen);
-        self.geometry.of(view.samples).draw(cmd, target, drawn, self.mark_inside);
+        self.geometry.of(view.samples).draw(cmd, target, drawn, self.shown.mark_inside);
     }
 
     fn draw_filter(&self, cmd: &mut Commands, visible: &VisibleSurface, view: &View, light: Option<ShadeInputs<'_>>) {
         let seen = self.meshes.iter().filter(|mesh| mesh.camera.patches > 0);
         let drawn = seen.map(PreparedMesh::seen);
-        self.filter.draw(cmd, visible, view, drawn, self.height_scale, light);
+        self.filter.draw(cmd, visible, view, drawn, self.shown, light);
     }
 
     fn triangles(&self) -> u64 {

@@ -1,0 +1,71 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "interface.glsl"
+#include "corner.glsl"
+#include "edge.glsl"
+#include "triangle.glsl"
+#include "../reached.glsl"
+
+layout(triangles, fractional_odd_spacing, ccw) in;
+
+layout(location = 0) in vec3 in_position[];
+layout(location = 1) in vec3 in_normal[];
+layout(location = 2) patch in uint in_patch;
+
+layout(location = 0) out vec2 out_place; // as in geometry.tese
+layout(location = 1) out vec3 out_normal;
+layout(location = 2) out flat uint out_patch;
+layout(location = 3) out vec2 out_place_reached;
+layout(location = 4) out vec3 out_window;
+
+invariant gl_Position;
+
+void main() {
+    vec3 share = gl_TessCoord; // of each corner
+    PatchData data = patches[in_patch];
+    uint corner[3] = uint[3](data.vertices.x, data.vertices.y, data.vertices.w);
+    vec3 facing[3] = vec3[3](vertices[corner[0]].facing.xyz, vertices[corner[1]].facing.xyz, vertices[corner[2]].facing.xyz);
+    bool displaced = (object.flags & FLAG_DISPLACED) != 0u;
+    float height = 0.0;
+    vec3 position, normal;
+    // On the boundary everything is computed from the edge's own data, in the edge's own direction (from its lower place), so that all
+    // triangles there compute the same bits, whatever their texture coordinates and normals are.
+    if (share.x == 0.0 || share.y == 0.0 || share.z == 0.0) {
+        int from = share.z == 0.0 ? 0 : (share.x == 0.0 ? 1 : 2), to = from == 2 ? 0 : from + 1;
+        float t = share[to];
+        uint side = from == 0 ? data.edges.x : (from == 1 ? data.edges.y : data.edges.w);
+        if ((side & 1u) != 0u) {
+            t = share[from];
+            int swap = from;
+            from = to;
+            to = swap;
+        }
+        precise vec3 between = in_position[from] * (1.0 - t) + in_position[to] * t;
+        precise vec3 along = in_normal[from] * (1.0 - t) + in_normal[to] * t;
+        position = between;
+        normal = displacement_normal(along);
+        if (displaced) {
+            height = t == 0.0 ? vertex_height(corner[from]) : (t == 1.0 ? vertex_height(corner[to]) : edge_height(side >> 1, t));
+        }
+    } else {
+        position = in_position[0] * share.x + in_position[1] * share.y + in_position[2] * share.z;
+        normal = triangle_normal(vec3[3](in_normal[0], in_normal[1], in_normal[2]), facing, share.yz).normal;
+        vec2 first = data.texcoord_01.xy, by_second = data.texcoord_01.zw - first, by_third = data.texcoord_23.xy - first;
+        // The height filtered to about the spacing of the vertices: bumps too fine for the geometry are left to the shading.
+        vec2 size = vec2(textureSize(height_map, 0));
+        float texels = max(max(length(by_second * size), length(by_third * size)), length((by_third - by_second) * size));
+        float lod = max(log2(max(texels / gl_TessLevelInner[0], 1e-20)) - FINER, 0.0);
+        height = displaced ? textureLod(height_map, first + by_second * share.y + by_third * share.z, lod).x : 0.0;
+    }
+    precise float scaled = height * object.height_scale;
+    precise vec3 displaced_position = position + normal * scaled;
+
+    vec3 facing_here = facing[0] * share.x + facing[1] * share.y + facing[2] * share.z;
+    out_place = share.yz;
+    // Bounded below, since opposite normals may meet.
+    out_normal = facing_here * inversesqrt(max(dot(facing_here, facing_here), 1e-12));
+    out_patch = in_patch;
+    gl_Position = view.clip_from_world * vec4(displaced_position, 1.0);
+    out_place_reached = out_place;
+    out_window = window_place(gl_Position, view.size);
+}

@@ -1,0 +1,169 @@
+//! A model's relief: heights in metres over its texture coordinates, or over coordinates that are made where it has none.
+
+use glam::{Vec2, Vec3};
+use rayon::prelude::*;
+
+use super::surface::Surface;
+use crate::maps::HeightMap;
+use crate::maps::material::Material;
+use crate::render::scene::Object;
+use crate::render::surfaces::displacement::{Border, HeightField};
+use crate::render::surfaces::patch_mesh::PatchMesh;
+use crate::scenes::cover::Cover;
+
+/// How often a map repeats along the diagonal of a model without texture coordinates.
+const REPEATS: f32 = 8.0;
+
+/// Root of the mean square of the slopes of a relief of which nobody tells the scale, at most.
+const USUAL_SLOPE: f32 = 0.5;
+
+/// Texture coordinates for the triangles whose own have no area, where no texture of the material follows them: the map is seen
+/// along the axis that each faces most. `size`: the model's diagonal, metres.
+pub fn cover_bare_triangles(mesh: &mut PatchMesh, material: &Material, size: f32) {
+    let textures = Material { relief: None, ..material.clone() };
+    if material.relief.is_none() || textures.coordinate_sets() > 0 {
+        return;
+    }
+    let repeat = size / REPEATS;
+    for (patch, texcoords) in mesh.patches.iter().zip(&mut mesh.texcoords) {
+        if chart_area(texcoords) != 0.0 {
+            continue;
+        }
+        let corners = patch.map(|vertex| mesh.positions[vertex as usize]);
+        let normal = (corners[1] - corners[0]).cross(corners[3] - corners[0]);
+        *texcoords = corners.map(|corner| seen_along_axis(corner, normal) / repeat);
+    }
+}
+
+/// Coordinates, metres, of a point of a surface with this normal, seen along the axis that it faces most: from its outside, upright.
+fn seen_along_axis(p: Vec3, normal: Vec3) -> Vec2 {
+    let size = normal.abs();
+    if size.z >= size.x.max(size.y) {
+        Vec2::new(p.x * normal.z.signum(), -p.y)
+    } else if size.x >= size.y {
+        Vec2::new(p.y * normal.x.signum(), -p.z)
+    } else {
+        Vec2::new(-p.x * normal.y.signum(), -p.z)
+    }
+}
+
+/// Twice the area of a triangle in texture coordinates.
+fn chart_area(t: &[Vec2; 4]) -> f32 {
+    (t[1] - t[0]).perp_dot(t[3] - t[0]).abs()
+}
+
+/// Metres per unit of texture coordinate, over all triangles; `None` where their coordinates have no area.
+pub fn metres_per_unit(mesh: &PatchMesh) -> Option<f32> {
+    let (mut metres, mut units) = (0.0f64, 0.0f64);
+    for (patch, texcoords) in mesh.patches.iter().zip(&mesh.texcoords) {
+        let corners = patch.map(|vertex| mesh.positions[vertex as usize]);
+        let (area, chart) = ((corners[1] - corners[0]).cross(corners[3] - corners[0]).length(), chart_area(texcoords));
+        if area > 0.0 && chart > 0.0 {
+            metres += f64::from(area);
+            units += f64::from(chart);
+        }
+    }
+    (units > 0.0).then(|| (metres / units).sqrt() as f32)
+}
+
+/// The object with the heights and the slopes of its material.
+pub fn with_relief(object: Object, material: &Material, cover: &Cover, surface: &Surface) -> Object {
+    let (width, height) = relief_size(material);
+    let size = Vec2::new(width as f32, height as f32);
+    let places = 0..width as usize * height as usize;
+    let place = |index: usize| {
+        let [x, y] = [index % width as usize, index / width as usize].map(|k| k as f32 + 0.5);
+        Vec2::new(x, y) / size
+    };
+    let scale = match &material.relief {
+        None => 0.0,
+        Some(relief) => match relief.scale {
+            Some(scale) => scale * surface.placement.scale(),
+            None => {
+                let usual = |repeat: f32| USUAL_SLOPE * repeat / steepness(&relief.map);
+                let most = |repeat| if cover.has_slopes() { f32::INFINITY } else { usual(repeat) };
+                metres_per_unit(&object.mesh).map_or(0.0, |repeat| cover.height_scale(repeat).min(most(repeat)))
+            }
+        },
+    };
+    let height_at = |index| (cover.height(place(index)) - cover.middle) * scale;
+    let texels = places.clone().into_par_iter().map(height_at).collect();
+    let object = object.with_heights(HeightField { width, height, texels, border: Border::Wrap }, 1.0);
+    if !cover.has_slopes() {
+        return object;
+    }
+    object.with_slopes(places.into_par_iter().map(|index| cover.slope(place(index)).to_array()).collect())
+}
+
+/// Root of the mean square of a map's slopes: heights per repeat. Positive.
+fn steepness(map: &HeightMap) -> f32 {
+    let [w, h] = [map.width, map.height].map(|n| n as usize);
+    let at = |x: usize, y: usize| f64::from(map.texels[y % h * w + x % w]);
+    let square = |(x, y): (usize, usize)| {
+        let [s, t] = [(at(x + 1, y) - at(x, y)) * w as f64, (at(x, y + 1) - at(x, y)) * h as f64];
+        s * s + t * t
+    };
+    let sum: f64 = (0..h).flat_map(|y| (0..w).map(move |x| (x, y))).map(square).sum();
+    ((sum / (w * h) as f64).sqrt() as f32).max(1e-6)
+}
+
+/// Texels of the finer of the height map and the normal map.
+fn relief_size(material: &Material) -> (u32, u32) {
+    let heights = material.relief.as_ref().map(|relief| (relief.map.width, relief.map.height));
+    let normals = material.normal_map.as_ref().map(|map| (map.texture.raster.width(), map.texture.raster.height()));
+    heights.into_iter().chain(normals).fold((1, 1), |a, b| (a.0.max(b.0), a.1.max(b.1)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn triangle(corners: [Vec3; 3], texcoords: [Vec2; 3]) -> PatchMesh {
+        let [a, b, c] = texcoords;
+        PatchMesh {
+            positions: corners.to_vec(),
+            patches: vec![[0, 1, 2, 2]],
+            texcoords: vec![[a, b, c, c]],
+            triangles: true,
+            ..PatchMesh::default()
+        }
+    }
+
+    #[test]
+    fn charts_are_measured() {
+        let mesh = triangle([Vec3::ZERO, 3.0 * Vec3::X, 3.0 * Vec3::Y], [Vec2::ZERO, Vec2::Y * 0.5, Vec2::X * 0.5]);
+        assert!((metres_per_unit(&mesh).unwrap() - 6.0).abs() < 1e-5);
+        assert_eq!(metres_per_unit(&triangle([Vec3::ZERO, Vec3::X, Vec3::Y], [Vec2::ZERO; 3])), None);
+    }
+
+    #[test]
+    fn steepness_is_that_of_the_slopes() {
+        let waves = |x: u32| (std::f32::consts::TAU * 3.0 * x as f32 / 256.0).sin();
+        let texels = (0..256 * 4).map(|i| waves(i % 256)).collect();
+        let found = steepness(&HeightMap { width: 256, height: 4, texels });
+        let want = 3.0 * std::f32::consts::TAU * 0.5f32.sqrt();
+        assert!((found / want - 1.0).abs() < 1e-3, "{found} {want}");
+    }
+
+    #[test]
+    fn bare_triangles_see_the_map_upright_from_outside() {
+        let mut material = Material::new("bare");
+        material.relief = Some(crate::maps::material::Relief {
+            map: HeightMap { width: 1, height: 1, texels: vec![0.0] },
+            scale: None,
+            middle: 0.0,
+        });
+        // Counter-clockwise from outside, every chart is clockwise in coordinates whose t runs down.
+        for axis in [Vec3::X, Vec3::Y, Vec3::Z] {
+            for outward in [axis, -axis] {
+                let (a, b) = (outward.any_orthonormal_pair(), outward);
+                assert!(a.0.cross(a.1).dot(b) > 0.99);
+                let mut mesh = triangle([b, b + a.0, b + a.1], [Vec2::ZERO; 3]);
+                cover_bare_triangles(&mut mesh, &material, REPEATS);
+                let t = mesh.texcoords[0];
+                assert!(((t[1] - t[0]).perp_dot(t[3] - t[0]) + 1.0).abs() < 1e-5, "{outward}: {t:?}");
+                assert_eq!(metres_per_unit(&mesh), Some(1.0));
+            }
+        }
+    }
+}
