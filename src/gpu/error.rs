@@ -2,6 +2,8 @@
 
 use ash::vk;
 
+use super::memory::gibibytes;
+
 /// The result of everything in [`gpu`](super).
 pub type Result<T> = std::result::Result<T, GpuError>;
 
@@ -69,6 +71,21 @@ pub enum GpuError {
         bytes: u64,
         /// The allocator's reason.
         source: gpu_allocator::AllocationError,
+    },
+    /// What is to be drawn does not fit into the device's memory.
+    #[error(
+        "{what} needs {} of device memory, and {} of {} are left: take --map-precision f16, a smaller --atlas-tile or smaller maps",
+        gibibytes(*needs), gibibytes(*left), gibibytes(*size)
+    )]
+    TooLarge {
+        /// What needs it.
+        what: String,
+        /// Bytes that it needs.
+        needs: u64,
+        /// Bytes that are not in use.
+        left: u64,
+        /// Bytes of the device's memory.
+        size: u64,
     },
     /// The allocator itself could not be created.
     #[error("cannot create the GPU memory allocator: {0}")]

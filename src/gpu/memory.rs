@@ -1,4 +1,6 @@
-//! How much memory the device's resources occupy.
+//! How much memory the device's resources occupy, and how much it has.
+
+use ash::vk;
 
 use super::Gpu;
 
@@ -24,4 +26,21 @@ impl Gpu {
             allocations: report.allocations.len(),
         }
     }
+
+    /// Bytes of the largest heap of the device's own memory.
+    #[must_use]
+    pub fn memory_size(&self) -> u64 {
+        let (_, instance, physical) = self.raw_instance();
+        // SAFETY: the instance and the physical device are alive.
+        let properties = unsafe { instance.get_physical_device_memory_properties(physical) };
+        let own = properties.memory_heaps_as_slice().iter();
+        let own = own.filter(|heap| heap.flags.contains(vk::MemoryHeapFlags::DEVICE_LOCAL));
+        own.map(|heap| heap.size).max().unwrap_or(u64::MAX)
+    }
+}
+
+/// Bytes as a person reads them.
+#[must_use]
+pub fn gibibytes(bytes: u64) -> String {
+    format!("{:.2} GiB", bytes as f64 / f64::from(1 << 30))
 }

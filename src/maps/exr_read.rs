@@ -2,7 +2,7 @@
 //!
 //! Offsets, block lengths and the size of the result are checked against the file before they are believed, blocks
 //! go one at a time, and a panic in the crate becomes an error. Deep data, subsampled channels and High-Throughput
-//! JPEG 2000 are refused with a sentence; of mip levels the largest is read.
+//! JPEG 2000 are refused with a sentence; of mip levels the largest is read, but for baked maps.
 
 use std::collections::HashSet;
 use std::io::Cursor;
@@ -10,7 +10,8 @@ use std::io::Cursor;
 use exr::block::UncompressedBlock;
 use exr::block::chunk::{Chunk, CompressedBlock, CompressedScanLineBlock, CompressedTileBlock, TileCoordinates};
 use exr::compression::Compression;
-use exr::math::Vec2;
+use exr::math::{RoundingMode, Vec2};
+use exr::meta::attribute::LevelMode;
 use exr::meta::header::Header;
 use exr::meta::{BlockDescription, MetaData};
 use exr::prelude::SampleType;
@@ -41,17 +42,62 @@ pub(crate) fn decode(bytes: &[u8], choose: Choose, wanted: &str) -> Result<Plane
     guarded("EXR", || decode_unguarded(bytes, choose, wanted))
 }
 
+/// What the first part says of itself; a flat part.
+pub(crate) fn header(bytes: &[u8]) -> Result<Header, MapFault> {
+    guarded("EXR", || {
+        let meta = MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(fault)?;
+        meta.headers.into_iter().next().ok_or_else(|| MapFault::damaged("it has no part"))
+    })
+}
+
+/// Decodes these channels of the first part on all its mip levels, which are halved and rounded down to 1 x 1.
+pub(crate) fn decode_levels(bytes: &[u8], picked: &[usize]) -> Result<Vec<Planes>, MapFault> {
+    guarded("EXR", || {
+        let (meta, tables_start) = read_meta(bytes)?;
+        let header = &meta.headers[0];
+        let BlockDescription::Tiles(tiles) = header.blocks else {
+            return Err(MapFault::damaged("it has no mip levels"));
+        };
+        if (tiles.level_mode, tiles.rounding_mode) != (LevelMode::MipMap, RoundingMode::Down) {
+            return Err(MapFault::damaged("it has no mip levels of sizes that are rounded down"));
+        }
+        if header.deep || header.channels.list.iter().any(|c| c.sampling != Vec2(1, 1)) {
+            return Err(MapFault::damaged("its channels are deep or subsampled"));
+        }
+        let longest = header.layer_size.width().max(header.layer_size.height());
+        let count = usize::BITS - longest.leading_zeros();
+        (0..count).map(|level| decode_level(bytes, &meta, tables_start, 0, picked, level)).collect()
+    })
+}
+
 fn decode_unguarded(bytes: &[u8], choose: Choose, wanted: &str) -> Result<Planes, MapFault> {
+    let (meta, tables_start) = read_meta(bytes)?;
+    let (part, picked) = pick_part(&meta, choose, wanted)?;
+    decode_level(bytes, &meta, tables_start, part, &picked, 0)
+}
+
+/// The header, and where the tables of blocks begin, which lie within the file.
+fn read_meta(bytes: &[u8]) -> Result<(MetaData, usize), MapFault> {
     let mut cursor = Cursor::new(bytes);
     let meta = MetaData::read_from_buffered(&mut cursor, false).map_err(fault)?;
     let tables_start = cursor.position() as usize;
-    let chunk_counts: Vec<usize> = meta.headers.iter().map(|h| h.chunk_count).collect();
-    let chunks = chunk_counts.iter().try_fold(0usize, |sum, &n| sum.checked_add(n));
+    let chunks = meta.headers.iter().try_fold(0usize, |sum, h| sum.checked_add(h.chunk_count));
     if chunks.and_then(|n| n.checked_mul(8)).is_none_or(|n| n > bytes.len() - tables_start) {
         return Err(MapFault::damaged("the file is shorter than its own table of blocks"));
     }
+    Ok((meta, tables_start))
+}
 
-    let (part, picked) = pick_part(&meta, choose, wanted)?;
+/// Decodes channels of a part on one level.
+fn decode_level(
+    bytes: &[u8],
+    meta: &MetaData,
+    tables_start: usize,
+    part: usize,
+    picked: &[usize],
+    level: u32,
+) -> Result<Planes, MapFault> {
+    let chunk_counts: Vec<usize> = meta.headers.iter().map(|h| h.chunk_count).collect();
     let header = &meta.headers[part];
     let (width, height) = (header.layer_size.width() as u64, header.layer_size.height() as u64);
     limits::check_size(
@@ -67,12 +113,13 @@ fn decode_unguarded(bytes: &[u8], choose: Choose, wanted: &str) -> Result<Planes
     let offsets = bytes[table..table + 8 * chunk_counts[part]].chunks_exact(8);
     let offsets: Vec<u64> = offsets.map(|b| u64::from_le_bytes(b.try_into().expect("eight bytes"))).collect();
 
+    let [width, height] = [width, height].map(|side| (side >> level).max(1));
     let texel_count = (width * height) as usize;
     let mut planes = Vec::new();
     let mut seen = HashSet::new();
     let mut covered = 0;
     for offset in offsets {
-        let Some(block) = read_block(bytes, offset, part, &meta)? else { continue };
+        let Some(block) = read_block(bytes, offset, part, meta, level)? else { continue };
         if !seen.insert(block.index.pixel_position) {
             return Err(MapFault::damaged("two of its blocks claim the same texels"));
         }
@@ -81,7 +128,7 @@ fn decode_unguarded(bytes: &[u8], choose: Choose, wanted: &str) -> Result<Planes
         while planes.len() < picked.len() {
             planes.push(limits::zeroed::<f32>(texel_count)?);
         }
-        copy_lines(&block, header, &picked, width as usize, &mut planes)?;
+        copy_lines(&block, header, picked, width as usize, &mut planes)?;
     }
     if covered != texel_count {
         return Err(MapFault::damaged(format!("its blocks hold {covered} of {texel_count} texels")));
@@ -125,8 +172,14 @@ fn read_i32(bytes: &[u8], at: &mut usize) -> Result<i32, MapFault> {
     Ok(value)
 }
 
-/// Unpacks the block at `offset`, or `None` when it belongs to a smaller mip level.
-fn read_block(bytes: &[u8], offset: u64, part: usize, meta: &MetaData) -> Result<Option<UncompressedBlock>, MapFault> {
+/// Unpacks the block at `offset`, or `None` when it belongs to another mip level.
+fn read_block(
+    bytes: &[u8],
+    offset: u64,
+    part: usize,
+    meta: &MetaData,
+    level: u32,
+) -> Result<Option<UncompressedBlock>, MapFault> {
     if offset == 0 {
         return Err(MapFault::damaged("a block was never written (incomplete render?)"));
     }
@@ -148,7 +201,7 @@ fn read_block(bytes: &[u8], offset: u64, part: usize, meta: &MetaData) -> Result
         usize::try_from(read_i32(bytes, &mut at)?).map_err(|_| MapFault::damaged("a block has a negative length"))?;
     let data = at.checked_add(len).and_then(|end| bytes.get(at..end));
     let data = data.ok_or_else(|| MapFault::damaged("a block lies outside the file (truncated?)"))?;
-    if coordinates[2..] != [0, 0] {
+    if coordinates[2..] != [level as usize; 2] {
         return Ok(None);
     }
     check_dwa_claims(data, &meta.headers[part])?;

@@ -6,11 +6,13 @@
 
 pub mod bake;
 pub mod baked;
+mod bc5;
 #[cfg(feature = "gpu")]
 pub mod cache;
 mod exr_read;
 mod fault;
 mod guard;
+pub(crate) mod halves;
 mod hdr;
 pub(crate) mod horizon;
 pub mod limits;

@@ -1,14 +1,14 @@
 //! Slope moments of a height map and their mip chain: the LEADR map (LEADR section 4; the operator of LEAN mapping).
-//! The CPU twin of the moments pass.
+//! The CPU twin of the moments pass, to the last bit.
 //!
 //! Slopes are per unit texture coordinate: `x = dh/ds`, `y = dh/dt`, with `s` and `t` from 0 to 1 over the map. A height
 //! scale multiplies first moments and its square the second.
 //!
 //! **Which surface.** The one that is drawn: triangles with a vertex at the centre of every texel, two in each cell between
 //! four texels. A texel holds their exact moments over its own square, averaged over the two ways to divide a cell
-//! ([`moments_of_corner`]). With `a` and `a'` the differences to the left and right neighbour and `b` those in the rows
-//! above and below, times the number of texels, `E[x] = 3/8 (a + a') + 1/16 Σb` and `E[x^2]` the same of their squares. Over a
-//! map that repeats, `E[x^2]` is the mean square of the differences between neighbours: nothing that the triangles do is
+//! ([`moments_of_corner`](crate::reflectance::slopes::moments::moments_of_corner)). With `a` and `a'` the differences to
+//! the left and right neighbour and `b` those in the rows above and below, times the number of texels,
+//! `E[x] = 3/8 (a + a') + 1/16 Σb` and `E[x^2]` the same of their squares. Over a map that repeats, `E[x^2]` is the mean square of the differences between neighbours: nothing that the triangles do is
 //! lost, however fine. (Central differences, the usual choice, see the slopes of every second texel: 11 to 60 % less
 //! variance on scanned materials, and none of a checker of single texels.)
 //!
@@ -19,13 +19,11 @@
 //! moments, so the mean slope varies smoothly, what it leaves out is in the variance, and both together are the same at
 //! every magnification.
 
-use glam::{DVec2, DVec4};
-
-use crate::reflectance::limits::{at_least, within};
-use crate::reflectance::slopes::moments::moments_of_corner;
 use bytemuck::{Pod, Zeroable};
+use rayon::prelude::*;
 
 use super::HeightMap;
+use crate::reflectance::limits::{at_least, within};
 
 /// What lies beyond the edge of a map.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
@@ -104,22 +102,23 @@ pub struct LeadrMap {
 }
 
 /// The same six numbers while they are being summed.
-pub(super) type Sums = [f64; 6];
+pub(super) type Sums = [f32; 6];
 
 impl LeadrMap {
-    /// Differences, products and box filter in 64 bits, stored in 32.
+    /// Differences, products and box filter in 32 bits, in the order in which the moments pass has them: the bits are the same.
     ///
     /// Each level averages the one above by area, so that sides that are not powers of two weigh every texel once and
     /// the mean of every moment is the same on all levels.
     pub fn new(map: &HeightMap, wrap: Wrap) -> Self {
         let (mut width, mut height) = (map.width, map.height);
-        let mut level = texel_moments(map, wrap);
-        let mut levels = vec![round(width, height, &level)];
+        let rows = (0..map.height).into_par_iter();
+        let mut level: Vec<Sums> = rows.flat_map_iter(|y| row_moments(map, wrap, 1.0, y)).collect();
+        let mut levels = vec![as_level(width, height, &level)];
         while width > 1 || height > 1 {
             let (w, h) = ((width / 2).max(1), (height / 2).max(1));
             level = box_filter(&level, [width, height], [w, h]);
             (width, height) = (w, h);
-            levels.push(round(width, height, &level));
+            levels.push(as_level(width, height, &level));
         }
         Self { levels }
     }
@@ -130,36 +129,78 @@ impl LeadrMap {
     }
 }
 
-/// Level 0 in 64 bits.
-fn texel_moments(map: &HeightMap, wrap: Wrap) -> Vec<Sums> {
-    (0..map.height).flat_map(|y| row_moments(map, wrap, 1.0, y)).collect()
-}
-
-/// A row of level 0 in 64 bits, of heights that are multiplied by `scale`.
-pub(super) fn row_moments(map: &HeightMap, wrap: Wrap, scale: f64, y: u32) -> Vec<Sums> {
+/// A row of level 0, of heights that are multiplied by `scale`.
+pub(super) fn row_moments(map: &HeightMap, wrap: Wrap, scale: f32, y: u32) -> Vec<Sums> {
     let (w, h) = (map.width as usize, map.height as usize);
-    let at = |x: usize, y: usize| scale * f64::from(map.texels[y * w + x]);
-    let spacing = DVec2::new(1.0 / w as f64, 1.0 / h as f64);
+    let at = |x: usize, y: usize| scale * map.texels[y * w + x];
+    let texels = [w as f32, h as f32];
     let rows = [-1, 1].map(|step| wrap.texel(i64::from(y) + step, map.height));
     let y = y as usize;
     let texel = |x: usize| {
         let columns = [-1, 1].map(|step| wrap.texel(x as i64 + step, map.width));
-        let mut sums = [0.0, 0.0, 0.0, 0.0, 0.0, at(x, y)];
+        let here = at(x, y);
+        let mut sums = [0.0; 5];
         for (row, sign_t) in rows.into_iter().zip([-1.0, 1.0]) {
             for (column, sign_s) in columns.into_iter().zip([-1.0, 1.0]) {
-                let heights = DVec4::new(at(x, y), at(column, y), at(x, row), at(column, row));
-                let quarter = moments_of_corner(heights, spacing * DVec2::new(sign_s, sign_t));
-                let [first, second] = [quarter.first.to_array(), quarter.second.truncate().to_array()];
-                let quarter = [first[0], first[1], second[0], second[1], quarter.second.z];
-                sums.iter_mut().zip(quarter).for_each(|(sum, v)| *sum += 0.25 * v);
+                let quarter = corner([here, at(column, y), at(x, row), at(column, row)], [sign_s, sign_t]);
+                sums.iter_mut().zip(quarter).for_each(|(sum, v)| *sum += v);
             }
         }
-        sums
+        let [x, y, xx, yy, xy] = sums.map(|sum: f32| 0.25 * sum);
+        let [s, t] = texels;
+        [x * s, y * t, xx * (s * s), yy * (t * t), xy * (s * t), here]
     };
     (0..w).map(texel).collect()
 }
 
+/// [`moments_of_corner`](crate::reflectance::slopes::moments::moments_of_corner) per texel, in 32 bits as the pass has it; `signs` say
+/// where the neighbours are.
+fn corner([here, across, along, both]: [f32; 4], signs: [f32; 2]) -> [f32; 5] {
+    let beside = [(across - here) * signs[0], (along - here) * signs[1]];
+    let opposite = [(both - along) * signs[0], (both - across) * signs[1]];
+    let mean = |i: usize| 0.75 * beside[i] + 0.25 * opposite[i];
+    let square = |i: usize| 0.75 * (beside[i] * beside[i]) + 0.25 * (opposite[i] * opposite[i]);
+    let mixed = 0.5 * (beside[0] * beside[1]) + 0.25 * (beside[0] * opposite[1] + opposite[0] * beside[1]);
+    [mean(0), mean(1), square(0), square(1), mixed]
+}
+
+/// The texels of a level under one of the next, along an axis: the first, and their weights, which sum to 1.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Taps {
+    pub first: usize,
+    weights: [f32; 3],
+    count: usize,
+}
+
+impl Taps {
+    /// Those of each texel of the level that follows one of `from` texels.
+    pub fn of_level(from: u32) -> Vec<Self> {
+        let half = from / 2;
+        let odd = |i: u32| [half - i, half, i + 1].map(|weight| weight as f32 * (1.0 / from as f32));
+        let tap = |i: u32| {
+            let (weights, count) = match from {
+                1 => ([1.0, 0.0, 0.0], 1),
+                _ if from.is_multiple_of(2) => ([0.5, 0.5, 0.0], 2),
+                _ => (odd(i), 3),
+            };
+            Self { first: 2 * i as usize, weights, count }
+        };
+        (0..half.max(1)).map(tap).collect()
+    }
+
+    /// The texel after the last.
+    pub const fn end(self) -> usize {
+        self.first + self.count
+    }
+
+    /// Texels and weights.
+    pub fn weighted(self) -> impl Iterator<Item = (usize, f32)> {
+        (0..self.count).map(move |i| (self.first + i, self.weights[i]))
+    }
+}
+
 /// For each of `to` texels, the texels of `from` that it covers, with weights that sum to 1.
+#[cfg(feature = "gpu")]
 pub(crate) fn coverage(from: u32, to: u32) -> Vec<Vec<(usize, f64)>> {
     let (from, to) = (u64::from(from), u64::from(to));
     // In units of 1/(from * to) of the side everything is a whole number.
@@ -177,15 +218,15 @@ pub(crate) fn coverage(from: u32, to: u32) -> Vec<Vec<(usize, f64)>> {
 
 /// Area-weighted average of a level onto a smaller one.
 fn box_filter(level: &[Sums], from: [u32; 2], to: [u32; 2]) -> Vec<Sums> {
-    let (columns, rows) = (coverage(from[0], to[0]), coverage(from[1], to[1]));
+    let [columns, rows] = from.map(Taps::of_level);
     let mut filtered = Vec::with_capacity(to[0] as usize * to[1] as usize);
     for row in &rows {
         for column in &columns {
             let mut sums = [0.0; 6];
-            for &(y, wy) in row {
-                for &(x, wx) in column {
-                    let texel = &level[y * from[0] as usize + x];
-                    sums.iter_mut().zip(texel).for_each(|(sum, v)| *sum += wx * wy * v);
+            for (y, wy) in row.weighted() {
+                for (x, wx) in column.weighted() {
+                    let (texel, weight) = (&level[y * from[0] as usize + x], wx * wy);
+                    sums.iter_mut().zip(texel).for_each(|(sum, v)| *sum += weight * v);
                 }
             }
             filtered.push(sums);
@@ -194,13 +235,10 @@ fn box_filter(level: &[Sums], from: [u32; 2], to: [u32; 2]) -> Vec<Sums> {
     filtered
 }
 
-fn round(width: u32, height: u32, level: &[Sums]) -> MomentLevel {
-    let texels = level
-        .iter()
-        .map(|s| s.map(|v| v as f32))
-        .map(|[x, y, xx, yy, xy, height]| Moments { mean_slope: [x, y], second: [xx, yy], cross: xy, height })
-        .collect();
-    MomentLevel { width, height, texels }
+fn as_level(width: u32, height: u32, level: &[Sums]) -> MomentLevel {
+    let texel =
+        |&[x, y, xx, yy, xy, height]: &Sums| Moments { mean_slope: [x, y], second: [xx, yy], cross: xy, height };
+    MomentLevel { width, height, texels: level.iter().map(texel).collect() }
 }
 
 #[cfg(test)]
@@ -321,6 +359,13 @@ mod tests {
     #[test]
     fn coverage_weighs_every_texel_once() {
         for (from, to) in [(7, 3), (3, 1), (8, 4), (1, 1), (1023, 511)] {
+            let taps = Taps::of_level(from);
+            assert_eq!(taps.len(), to as usize);
+            for (taps, cover) in taps.iter().zip(coverage(from, to)) {
+                let taps: Vec<_> = taps.weighted().collect();
+                assert_eq!(taps.len(), cover.len());
+                assert!(taps.iter().zip(cover).all(|(a, b)| a.0 == b.0 && (f64::from(a.1) - b.1).abs() < 1e-7));
+            }
             let mut weight = vec![0.0; from as usize];
             for cover in coverage(from, to) {
                 assert!((cover.iter().map(|c| c.1).sum::<f64>() - 1.0).abs() < 1e-12);

@@ -55,6 +55,12 @@ fn place(index: usize, width: u32) -> (u32, u32) {
 }
 
 impl HeightMap {
+    /// The mean height.
+    #[must_use]
+    pub fn mean(&self) -> f32 {
+        (self.texels.iter().map(|&h| f64::from(h)).sum::<f64>() / self.texels.len() as f64) as f32
+    }
+
     /// A height map of `width` x `height`. Fails when a side is 0, the length is not their product, or a height is
     /// not finite or beyond [`MAX_HEIGHT`] (its place is named).
     pub fn new(width: u32, height: u32, texels: Vec<f32>) -> Result<Self, MapFault> {

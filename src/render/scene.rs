@@ -5,9 +5,11 @@ use super::constants::CHARTS;
 use super::light::exposure;
 use super::light::sky::Sky;
 use super::surfaces::displacement::HeightField;
+use super::surfaces::moments::MomentFormat;
 use super::surfaces::ocean::Ocean;
 use super::surfaces::patch_mesh::{PatchMesh, PosedVertices};
 use super::surfaces::skinning;
+use crate::maps::LeadrMap;
 use crate::maps::cache::MapCache;
 use crate::maps::material::TextureWrap;
 use glam::{Affine3A, Mat4, Vec2, Vec3};
@@ -96,6 +98,9 @@ pub struct Object {
     /// heights themselves, as a normal map tells them. The heights still displace. Those of triangles are rise over run, since their
     /// texture coordinates are of any size.
     pub slopes: Option<Vec<[f32; 2]>>,
+    /// Moments of the slopes on all levels, as a baked file has them, instead of those that follow from `heights` or `slopes`. Their
+    /// heights are those of `heights`, which repeat or go on as a single map does.
+    pub moments: Option<LeadrMap>,
     /// Metres of displacement per unit of `heights` (`η`); each frame multiplies it by its own factor.
     pub height_scale: f32,
     /// Its material; without it the colours of the vertices are used.
@@ -126,6 +131,7 @@ impl Object {
             coarse_mesh: None,
             heights: None,
             slopes: None,
+            moments: None,
             height_scale: 1.0,
             material: None,
             charts: None,
@@ -153,6 +159,12 @@ impl Object {
     #[must_use]
     pub fn with_slopes(self, slopes: Vec<[f32; 2]>) -> Self {
         Self { slopes: Some(slopes), ..self }
+    }
+
+    /// The same, shaded by ready moments of its heights. Called after [`with_heights`](Self::with_heights).
+    #[must_use]
+    pub fn with_moments(self, moments: LeadrMap) -> Self {
+        Self { moments: Some(moments), ..self }
     }
 
     /// The same, made of a material whose albedo and roughness are multiplied with those of the vertices.
@@ -189,6 +201,8 @@ pub struct Scene {
     pub ocean: Option<Ocean>,
     /// Where what takes long to find in the maps of the meshes is kept for the next time; `None`: nowhere.
     pub cache: Option<MapCache>,
+    /// How the slopes of the meshes are kept.
+    pub map_precision: MomentFormat,
 }
 
 impl From<Vec<Object>> for Scene {

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 
 use super::light::{EnvironmentChoice, SunDirection};
 use super::model::displacement::Displacement;
@@ -13,6 +13,7 @@ use crate::maps::MapError;
 use crate::maps::material::{Material, MaterialFolder};
 use crate::render::light::panorama::LightExtraction;
 use crate::render::settings::{RenderSettings, Shading};
+use crate::render::surfaces::moments::MomentFormat;
 use crate::render::surfaces::tessellation::TessellationSettings;
 
 /// The files that a material of the plane or sphere is read from.
@@ -38,14 +39,25 @@ impl MaterialFiles {
         if *self == Self::default() {
             return Ok(None);
         }
-        let mut material = match &self.folder {
-            Some(folder) => {
-                let folder = MaterialFolder::open(folder)?;
-                folder.remarks.iter().for_each(|remark| tracing::warn!("{remark}"));
-                folder.load()?
-            }
-            None => Material::new("material"),
-        };
+        let mut material = self.load_over(Material::new("material"))?;
+        if let Some(file) = heights {
+            material.set_heights(file)?;
+        }
+        Ok(Some(material))
+    }
+
+    /// Reads them in place of what `material` has. A folder brings everything but heights that it has none of.
+    ///
+    /// # Errors
+    /// If a file is missing, damaged, too large or of the wrong kind.
+    pub fn load_over(&self, mut material: Material) -> Result<Material, MapError> {
+        if let Some(folder) = &self.folder {
+            let folder = MaterialFolder::open(folder)?;
+            folder.remarks.iter().for_each(|remark| tracing::warn!("{remark}"));
+            let relief = material.relief.take();
+            material = folder.load()?;
+            material.relief = relief.or(material.relief);
+        }
         if let Some(file) = &self.color_map {
             material.set_colors(file)?;
         }
@@ -55,10 +67,7 @@ impl MaterialFiles {
         if let Some(file) = &self.roughness_map {
             material.set_roughness(file, false)?;
         }
-        if let Some(file) = heights {
-            material.set_heights(file)?;
-        }
-        Ok(Some(material))
+        Ok(material)
     }
 }
 
@@ -123,8 +132,15 @@ pub struct SceneConfig {
     pub exposure: f32,
     /// Texels along an atlas tile: a power of two, 8 to 128.
     pub atlas_tile: u32,
+    /// How slopes of maps are kept on the device.
+    #[serde(serialize_with = "name_of_format")]
+    pub map_precision: MomentFormat,
     /// Beckmann roughness of the displaced surfaces instead of the scene's own.
     pub roughness: Option<f32>,
+}
+
+fn name_of_format<S: Serializer>(format: &MomentFormat, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.serialize_str(format.name())
 }
 
 impl Default for SceneConfig {
@@ -157,6 +173,7 @@ impl Default for SceneConfig {
             seed: 0,
             exposure: 0.0,
             atlas_tile: 64,
+            map_precision: MomentFormat::default(),
             roughness: None,
         }
     }

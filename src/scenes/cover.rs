@@ -49,7 +49,7 @@ impl<T: Mean> Plate<T> {
 
     fn at(&self, texcoord: Vec2) -> T {
         let t = self.transform.transform_point2(texcoord);
-        let (x, y) = (t.x * self.width as f32 - 0.5, t.y * self.height as f32 - 0.5);
+        let (x, y) = (on_centre(t.x * self.width as f32 - 0.5), on_centre(t.y * self.height as f32 - 0.5));
         let (left, top) = (x.floor(), y.floor());
         let texel = |dx: i64, dy: i64| {
             let x = self.wrap[0].texel(left as i64 + dx, self.width);
@@ -59,6 +59,12 @@ impl<T: Mean> Plate<T> {
         let row = |dy: i64| texel(0, dy).lerp(texel(1, dy), x - left);
         row(0).lerp(row(1), y - top)
     }
+}
+
+/// A place in texels, or the centre of a texel that it misses by no more than rounding does.
+fn on_centre(place: f32) -> f32 {
+    let centre = place.round();
+    if (place - centre).abs() < 1e-3 { centre } else { place }
 }
 
 /// A property at every place.
@@ -114,7 +120,11 @@ fn slopes(map: &NormalMap) -> Plate<[f32; 2]> {
 
 /// Repeats of the textures that a unit of height is high where normals agree with the heights at all.
 fn agreed_scale(material: &Material) -> Option<f32> {
-    let (relief, normals) = (material.relief.as_ref()?, material.normal_map.as_ref()?);
+    let relief = material.relief.as_ref()?;
+    if relief.in_widths {
+        return Some(1.0);
+    }
+    let normals = material.normal_map.as_ref()?;
     let found = agreement(&relief.map, normals, Wrap::Repeat).filter(|found| found.scale_texels > 0.0)?;
     Some((found.scale_texels / f64::from(relief.map.width)) as f32)
 }
@@ -386,14 +396,11 @@ impl Cover {
         self.slopes.as_ref().map_or(Vec2::ZERO, |plate| Vec2::from(plate.at(texcoord)))
     }
 
-    /// Metres of a unit of height where the textures repeat after so many metres: what the file says, what fits the normals best, or
-    /// a usual relief. 1 without heights.
+    /// Repeats of the textures, of so many metres, that a unit of height is high: what the file says, what fits the normals best, or
+    /// a usual relief.
     #[must_use]
-    pub fn height_scale(&self, repeat: f32) -> f32 {
-        if self.heights.is_none() {
-            return 1.0;
-        }
-        self.scale.unwrap_or_else(|| self.agreed.unwrap_or(USUAL_HEIGHT) * repeat)
+    pub fn unit(&self, repeat: f32) -> f32 {
+        self.scale.map_or_else(|| self.agreed.unwrap_or(USUAL_HEIGHT), |metres| metres / repeat)
     }
 
     /// Albedo, roughness and reflectance of texels that [`texel`](Self::texel) found.

@@ -7,15 +7,11 @@ use super::cover::{Cover, LightMaps, Texel};
 use super::holes::filled;
 use super::plane::{even, plane};
 use super::sphere::{bake_patches, cube_sphere, triplanar_weights};
-use super::stage::{Stage, plane_patches, plane_views, sphere_views};
+use super::stage::{PLANE_REPEAT, SPHERE_REPEAT, Stage, plane_patches, plane_views, sphere_views};
 use crate::maps::material::{Material, TextureWrap};
 use crate::render::scene::{Object, PropertyMap};
 use crate::render::surfaces::displacement::{Border, HeightField};
 use crate::render::surfaces::patch_mesh::TileLayout;
-
-/// Metres after which textures repeat on the plane, and on the sphere.
-const PLANE_REPEAT: f32 = 2.0;
-const SPHERE_REPEAT: f32 = 1.2;
 
 /// Albedo and roughness of the vertices: the material's own.
 const UNTINTED: [f32; 4] = [1.0; 4];
@@ -40,13 +36,15 @@ pub fn plane_stage(material: &Material) -> Stage {
     let light = cover.light_maps(repeat, |at| Vec2::new(at.x, 1.0 - at.y));
     object = object.with_material(beside_heights(&cover, light).with(Cover::map(width, height, &texels)));
     if cover.has_heights() || cover.has_slopes() {
-        let scale = cover.height_scale(PLANE_REPEAT);
-        let heights = places.clone().into_par_iter().map(|index| cover.height(upright(index)) - cover.middle).collect();
-        object = object.with_heights(HeightField { width, height, texels: heights, border: Border::Wrap }, scale);
+        // In repeats of the textures, as baked files have them, so that slopes are those of the normals.
+        let unit = cover.unit(PLANE_REPEAT);
+        let height = |index| cover.height(upright(index)) * unit - cover.middle * unit;
+        let heights = places.clone().into_par_iter().map(height).collect();
+        let field = HeightField { width, height: cover.size.1, texels: heights, border: Border::Wrap };
+        object = object.with_heights(field, PLANE_REPEAT);
         if cover.has_slopes() {
-            let per_unit = PLANE_REPEAT / scale;
             let slope = |index| {
-                let slope = cover.slope(upright(index)) * per_unit;
+                let slope = cover.slope(upright(index));
                 [slope.x, -slope.y]
             };
             object = object.with_slopes(places.into_par_iter().map(slope).collect());
@@ -70,8 +68,13 @@ struct Baked {
 #[must_use]
 pub fn sphere_stage(material: &Material, tile: u32) -> Stage {
     let cover = Cover::new(material);
-    let scale = cover.height_scale(SPHERE_REPEAT);
-    let smooth = material.relief.as_ref().map(|relief| HeightField::repeating(relief.map.clone()));
+    // In repeats of the textures, as baked files have them.
+    let unit = cover.unit(SPHERE_REPEAT);
+    let smooth = material.relief.as_ref().map(|relief| {
+        let mut field = HeightField::repeating(relief.map.clone());
+        field.texels.iter_mut().for_each(|height| *height *= unit);
+        field
+    });
     let mut mesh = cube_sphere(16, UNTINTED);
     // Texture coordinates by places on a patch.
     let layout = TileLayout::new(mesh.patches.len() as u32, tile);
@@ -92,11 +95,12 @@ pub fn sphere_stage(material: &Material, tile: u32) -> Stage {
             baked.opacity += share * cover.opacity(at);
             // Relief keeps its variance where it is blended.
             let weight = seen.weight / squares.sqrt();
-            baked.height += weight * smooth.as_ref().map_or(0.0, |field| field.bicubic(at) - cover.middle);
+            baked.height += weight * smooth.as_ref().map_or(0.0, |field| field.bicubic(at) - cover.middle * unit);
             let slope = cover.slope(at) * weight;
             gradient += slope.x * seen.s - slope.y * seen.t;
         }
-        baked.slope = [gradient.dot(point.du) * per_patch.x / scale, gradient.dot(point.dv) * per_patch.y / scale];
+        let per_unit = per_patch / SPHERE_REPEAT;
+        baked.slope = [gradient.dot(point.du) * per_unit.x, gradient.dot(point.dv) * per_unit.y];
         baked
     });
     // Tiles without a patch are never seen, but must not look like a second kind of surface.
@@ -106,7 +110,8 @@ pub fn sphere_stage(material: &Material, tile: u32) -> Stage {
     let light = beside_heights(&cover, light_of_tiles(&cover, width, height, &baked));
     object = object.with_material(light.with(Cover::map(width, height, &texels)));
     let heights = baked.iter().map(|b| b.height).collect();
-    object = object.with_heights(HeightField { width, height, texels: heights, border: Border::Tiles(layout) }, scale);
+    let field = HeightField { width, height, texels: heights, border: Border::Tiles(layout) };
+    object = object.with_heights(field, SPHERE_REPEAT);
     if cover.has_slopes() {
         object = object.with_slopes(baked.iter().map(|b| b.slope).collect());
     }

@@ -12,7 +12,7 @@ use super::model::{self, ModelChoice};
 use super::ocean::sea;
 use super::ocean::waves::Waves;
 use super::shore::shore_stage;
-use super::stage::{Relief, Stage, plane_stage, sphere_stage};
+use super::stage::{BakedRelief, Relief, Stage, plane_stage, sphere_stage};
 use super::trex::stage::trex_stage;
 use super::{dressed, pillow, snake, spheres};
 use crate::maps::HeightMap;
@@ -36,6 +36,8 @@ pub enum Choice {
 pub struct SceneOptions {
     /// One repeat of the heights, for scenes with [`Choice::HeightMap`]; `None` for generated ones.
     pub height_map: Option<HeightMap>,
+    /// What a baked file tells besides those heights.
+    pub baked: Option<BakedRelief>,
     /// Instead, a material with everything it has.
     pub material: Option<Material>,
     /// The model, for the scene that is one.
@@ -49,7 +51,7 @@ pub struct SceneOptions {
 impl Default for SceneOptions {
     /// Generated heights, fine tiles, the usual sea.
     fn default() -> Self {
-        Self { height_map: None, material: None, model: None, atlas_tile: 64, waves: Waves::default() }
+        Self { height_map: None, baked: None, material: None, model: None, atlas_tile: 64, waves: Waves::default() }
     }
 }
 
@@ -189,7 +191,7 @@ pub static MODEL: Scene = Scene {
 const MAKING_THE_TREX: Option<&str> = Some("making the T-rex (once; then it is cached)");
 
 fn relief(options: SceneOptions) -> Relief {
-    Relief { map: options.height_map, tile: options.atlas_tile, ..Relief::default() }
+    Relief { map: options.height_map, baked: options.baked, tile: options.atlas_tile, ..Relief::default() }
 }
 
 fn open_sea(waves: &Waves) -> Stage {

@@ -2,17 +2,18 @@
 
 use std::sync::Arc;
 
-use super::config::SceneConfig;
+use super::config::{MaterialFiles, SceneConfig};
 use super::daylight;
 use super::error::SceneError;
 use super::model::ModelChoice;
 use super::model::displacement::displace;
 use super::registry::{Progress, SceneOptions};
-use super::stage::{Lights, Views};
+use super::stage::{BakedRelief, Lights, Views};
 use super::view::{Size, View};
 use crate::gpu::{Gpu, GpuError};
+use crate::maps::baked::{BakedMap, HeightUnit};
 use crate::maps::material::Material;
-use crate::maps::{self, HeightMap, RgbImage};
+use crate::maps::{self, HeightMap, MapFault, RgbImage};
 use crate::models::{LoadOptions, Model};
 use crate::render::camera::Camera;
 use crate::render::frame::Renderer;
@@ -27,6 +28,8 @@ use crate::render::settings::RenderSettings;
 pub struct Inputs {
     /// Heights of the plane or sphere.
     pub height_map: Option<HeightMap>,
+    /// What a baked file tells besides those heights.
+    pub baked: Option<BakedRelief>,
     /// Material of the plane or sphere, its heights included.
     pub material: Option<Material>,
     /// The model, if the scene is one.
@@ -41,11 +44,27 @@ impl Inputs {
     /// # Errors
     /// If a file is missing, damaged, too large or of the wrong kind.
     pub fn load(config: &SceneConfig) -> Result<Self, SceneError> {
-        let material = config.material.load(config.height_map.as_deref())?;
-        let height_map = match &material {
-            Some(_) => None,
-            None => config.height_map.as_ref().map(maps::load_height_map).transpose()?,
-        };
+        let (mut height_map, mut baked, mut material) = (None, None, None);
+        match &config.height_map {
+            Some(file) if maps::baked::is_baked(file)? => {
+                let map = BakedMap::load(file)?;
+                map.check_drawable().map_err(|fault| fault.in_file(file))?;
+                let fault = |fault: MapFault| fault.in_file(file);
+                if map.is_material() || config.material != MaterialFiles::default() {
+                    material = Some(config.material.load_over(Material::of_baked(&map).map_err(fault)?)?);
+                } else {
+                    height_map = Some(map.height_map().map_err(fault)?);
+                    let in_widths = map.heights == HeightUnit::Width;
+                    baked = map.into_moments().map(|moments| BakedRelief { moments, in_widths });
+                }
+            }
+            heights => {
+                material = config.material.load(heights.as_deref())?;
+                if material.is_none() {
+                    height_map = heights.as_ref().map(maps::load_height_map).transpose()?;
+                }
+            }
+        }
         let model = match &config.model {
             Some(file) => {
                 let mut model = Model::load(file, LoadOptions { lenient: config.lenient })?;
@@ -57,7 +76,7 @@ impl Inputs {
             }
             None => None,
         };
-        Ok(Self { height_map, material, model, environment: config.environment.load()? })
+        Ok(Self { height_map, baked, material, model, environment: config.environment.load()? })
     }
 }
 
@@ -115,6 +134,7 @@ pub fn set(
 ) -> Result<Set, SceneError> {
     let options = SceneOptions {
         height_map: inputs.height_map,
+        baked: inputs.baked,
         material: inputs.material,
         model: inputs.model,
         atlas_tile: config.atlas_tile,
@@ -140,7 +160,7 @@ pub fn set(
     let sizes = stage.objects.iter().filter_map(|object| object.heights.as_ref()).map(|map| (map.width, map.height));
     let map_size = sizes.max_by_key(|&(width, height)| u64::from(width) * u64::from(height));
     let lights = Lights { sky, ..Default::default() };
-    let scene = stage.take_scene();
+    let scene = crate::render::scene::Scene { map_precision: config.map_precision, ..stage.take_scene() };
     let height_scale = config.height_scale;
     let hours_per_second = config.day_length.map_or(0.0, |seconds| 24.0 / f64::from(seconds));
     let animation: Animation = Box::new(move |time| {

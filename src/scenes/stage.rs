@@ -5,7 +5,7 @@ use glam::Vec3;
 use super::plane::{even, plane};
 use super::sphere::displaced_sphere;
 use crate::maps::cache::{MapCache, remembered};
-use crate::maps::{HeightMap, procedural};
+use crate::maps::{HeightMap, LeadrMap, procedural};
 use crate::render::camera::Camera;
 use crate::render::light::exposure::exposure;
 use crate::render::light::sky::Sky;
@@ -183,7 +183,8 @@ impl Stage {
     /// Takes what a renderer keeps: the objects and the sea, with the user's cache.
     #[must_use]
     pub fn take_scene(&mut self) -> Scene {
-        Scene { objects: std::mem::take(&mut self.objects), ocean: self.ocean.take(), cache: MapCache::of_user() }
+        let objects = std::mem::take(&mut self.objects);
+        Scene { objects, ocean: self.ocean.take(), cache: MapCache::of_user(), ..Scene::default() }
     }
 
     /// The state at `time` seen by `camera`, which is placed relative to the anchor and so follows what moves.
@@ -218,11 +219,22 @@ impl Stage {
 /// Factor on the height of generated rock, which is steeper than most scans.
 pub const GENERATED_HEIGHT: f32 = 0.6;
 
+/// What a baked file tells of a relief besides its heights.
+#[derive(Clone, Debug)]
+pub struct BakedRelief {
+    /// Moments of its slopes on all levels.
+    pub moments: LeadrMap,
+    /// Whether its heights are in widths of the map, not in a unit that nothing tells.
+    pub in_widths: bool,
+}
+
 /// Material and relief of the plane and sphere scenes.
 #[derive(Clone, Debug)]
 pub struct Relief {
     /// One repeat of the heights; `None` for a generated rock.
     pub map: Option<HeightMap>,
+    /// What a baked file tells besides its heights.
+    pub baked: Option<BakedRelief>,
     /// Metres of height per unit of the map, before the frame's own factor.
     pub height_scale: f32,
     /// Beckmann roughness `α` of the base material.
@@ -233,7 +245,7 @@ pub struct Relief {
 
 impl Default for Relief {
     fn default() -> Self {
-        Self { map: None, height_scale: 0.12, roughness: 0.35, tile: 64 }
+        Self { map: None, baked: None, height_scale: 0.12, roughness: 0.35, tile: 64 }
     }
 }
 
@@ -264,16 +276,23 @@ fn object(
     relief: &Relief,
     mesh: crate::render::surfaces::patch_mesh::PatchMesh,
     heights: HeightField,
+    repeat: f32,
 ) -> Object {
-    Object::new(name, mesh).with_heights(heights, relief.height_scale)
+    let in_widths = relief.baked.as_ref().is_some_and(|baked| baked.in_widths);
+    Object::new(name, mesh).with_heights(heights, if in_widths { repeat } else { relief.height_scale })
 }
 
-/// A unit sphere with the relief; the map repeats every 1.2 m.
+/// Metres after which maps repeat on the plane, and on the sphere.
+pub const PLANE_REPEAT: f32 = 2.0;
+/// See [`PLANE_REPEAT`].
+pub const SPHERE_REPEAT: f32 = 1.2;
+
+/// A unit sphere with the relief; the map repeats every 1.2 m. Its moments are those of the sphere's own tiles.
 #[must_use]
 pub fn sphere_stage(mut relief: Relief) -> Stage {
     let field = relief.field();
-    let (mesh, heights) = displaced_sphere(&field, 1.2, 16, relief.tile, relief.color());
-    Stage::still(vec![object("sphere", &relief, mesh, heights)], sphere_views())
+    let (mesh, heights) = displaced_sphere(&field, SPHERE_REPEAT, 16, relief.tile, relief.color());
+    Stage::still(vec![object("sphere", &relief, mesh, heights, SPHERE_REPEAT)], sphere_views())
 }
 
 /// Views of a unit sphere.
@@ -293,8 +312,10 @@ pub const LARGEST_PLANE_MAP: u32 = 4096;
 pub fn plane_stage(mut relief: Relief) -> Stage {
     let heights = relief.field();
     let patches = plane_patches(heights.width.max(heights.height));
-    let mesh = plane(4.0, 4 * patches, 2.0, relief.color(), even);
-    Stage::still(vec![object("plane", &relief, mesh, heights)], plane_views())
+    let mesh = plane(4.0, 4 * patches, PLANE_REPEAT, relief.color(), even);
+    let mut object = object("plane", &relief, mesh, heights, PLANE_REPEAT);
+    object.moments = relief.baked.take().map(|baked| baked.moments);
+    Stage::still(vec![object], plane_views())
 }
 
 /// Patches along a repeat of a map of so many texels.

@@ -5,7 +5,7 @@ use std::fs::File;
 
 use crate::common::shared::shared_data;
 use leadr::maps::bake::{ExrFile, Inputs, Kind, Ktx2File, Layout, Plan, Precision, Report, Roughness, bake};
-use leadr::maps::baked::BakedMap;
+use leadr::maps::baked::{BakedMap, HeightUnit};
 use leadr::maps::material::{
     Encoding, GreenAxis, MaterialFolder, NormalMap, Raster, Role, RoughnessMeaning, Samples, Texture,
 };
@@ -288,8 +288,8 @@ fn exr_levels(inputs: &Inputs, layout: Layout, precision: Precision) -> Vec<(Str
     let plan = Plan::new(inputs, Kind::Leadr, layout, precision).unwrap();
     let mut file = file();
     let mut target = ExrFile::new(&plan).unwrap();
-    bake(inputs, &plan, &mut target, &|_| ()).unwrap();
-    target.finish(&mut file).unwrap();
+    let report = bake(inputs, &plan, &mut target, &|_| ()).unwrap();
+    target.finish(&mut file, &report).unwrap();
     file.rewind().unwrap();
     let reader = read().no_deep_data().all_resolution_levels().all_channels().first_valid_layer().all_attributes();
     let image = reader.from_buffered(std::io::BufReader::new(file)).unwrap();
@@ -315,6 +315,121 @@ fn exr_holds_every_level() {
         assert_eq!(channels[3].1[level], plane(&|m| m.cross));
         assert_eq!(channels[5].1[level], plane(&|m| m.second[1]));
     }
+}
+
+#[test]
+fn exr_is_read_back_as_ktx2_is() {
+    let color = Raster::new(13, 9, 3, Samples::U8((0..13 * 9 * 3).map(|i| (i * 7 % 256) as u8).collect())).unwrap();
+    let inputs = Inputs { color: Some(color), height_scale: Some(0.37), ..of_heights(&bumpy(13, 9)) };
+    for kind in Kind::ALL {
+        for precision in [Precision::F32, Precision::F16] {
+            let plan = Plan::new(&inputs, kind, Layout::Leadr, precision).unwrap();
+            let mut file = file();
+            let mut target = ExrFile::new(&plan).unwrap();
+            let report = bake(&inputs, &plan, &mut target, &|_| ()).unwrap();
+            target.finish(&mut file, &report).unwrap();
+            let read = BakedMap::decode(&content(file)).unwrap();
+            assert_eq!(read, baked(&inputs, kind, precision).0, "{kind:?} {precision:?}");
+            assert_eq!((read.heights, read.of_normals, read.height_scale), (HeightUnit::Width, false, 0.37));
+        }
+    }
+}
+
+fn content(mut file: File) -> Vec<u8> {
+    use std::io::{Read, Seek};
+    let mut bytes = Vec::new();
+    file.rewind().unwrap();
+    file.read_to_end(&mut bytes).unwrap();
+    bytes
+}
+
+#[test]
+fn damaged_exr_are_faults_and_never_panics() {
+    let inputs = of_heights(&bumpy(70, 9));
+    let plan = Plan::new(&inputs, Kind::Leadr, Layout::Leadr, Precision::F16).unwrap();
+    let mut file = file();
+    let mut target = ExrFile::new(&plan).unwrap();
+    let report = bake(&inputs, &plan, &mut target, &|_| ()).unwrap();
+    target.finish(&mut file, &report).unwrap();
+    let bytes = content(file);
+    assert!(BakedMap::decode(&bytes).is_ok());
+    let mut refused = 0;
+    for i in 0..3000 {
+        let mut damaged = bytes.clone();
+        let at = i * 7919 % bytes.len();
+        damaged[at] ^= 1 << (i % 8);
+        let length = if i % 3 == 0 { at } else { bytes.len() };
+        if let Err(error) = BakedMap::decode(&damaged[..length]) {
+            let error = error.to_string();
+            refused += 1;
+            assert!(!error.contains('\n'), "{error}");
+        }
+    }
+    assert!(refused > 1000, "{refused}");
+    // A picture that is no baked map.
+    let plain = leadr::maps::save::encode_exr(2, 1, &[("height", &[0.0, 1.0])]).unwrap();
+    let error = BakedMap::decode(&plain).unwrap_err().to_string();
+    assert!(error.contains("leadr.kind is missing") && error.contains("leadr bake"), "{error}");
+}
+
+#[test]
+fn blocks_err_as_much_as_they_say() {
+    let color = Raster::new(30, 21, 3, Samples::U8((0..30 * 21 * 3).map(|i| (i / 7 % 256) as u8).collect())).unwrap();
+    for kind in Kind::ALL {
+        let inputs = Inputs { color: Some(color.clone()), ..of_heights(&bumpy(30, 21)) };
+        let (exact, _) = baked(&inputs, kind, Precision::F32);
+        let (bytes, report) = bytes_of(&inputs, kind, Precision::Bc);
+        let blocks = BakedMap::decode(&bytes).unwrap();
+        assert_eq!((&blocks.channels, blocks.precision), (&exact.channels, Precision::Bc));
+        for (level, (a, b)) in exact.levels.iter().zip(&blocks.levels).enumerate() {
+            let mut sums = [0.0f64; 2];
+            let channels = kind.channels().len();
+            let texel = |l: &leadr::maps::baked::BakedLevel, i: usize| -> Vec<f64> {
+                (0..channels).map(|c| f64::from(l.layers[c / 4][i][c % 4])).collect()
+            };
+            for i in 0..a.layers[0].len() {
+                sums[0] += (kind.variance(&texel(a, i)) - kind.variance(&texel(b, i))).powi(2);
+                sums[1] += 1.0;
+            }
+            let last = exact.levels.last().unwrap();
+            let found = (sums[0] / sums[1]).sqrt() / kind.variance(&texel(last, 0));
+            let said = report.errors[level].variance;
+            assert!((found - said).abs() <= 2e-3 * said + 1e-9, "{kind:?} {level}: {found} {said}");
+            assert!(said < 0.02, "{kind:?} {level}: {said}");
+        }
+        // Twelve layers at most: eight bits for a number, twice.
+        let reader = ktx2::Reader::new(&bytes[..]).unwrap();
+        let header = reader.header();
+        assert_eq!((header.format, header.type_size), (Some(ktx2::Format::BC5_SNORM_BLOCK), 1));
+        let names = (kind.channels().len() + 3).div_ceil(2) * 2;
+        assert_eq!(header.layer_count as usize, names);
+        assert_eq!(reader.levels().next().unwrap().data.len(), names * 8 * 6 * 16);
+        assert_eq!(reader.basic_dfd().unwrap().color_model, Some(ktx2::ColorModel::BC5));
+    }
+    // Damage is a fault or another map, never a panic.
+    let (bytes, _) = bytes_of(&of_heights(&bumpy(9, 6)), Kind::Leadr, Precision::Bc);
+    let mut refused = 0;
+    for i in 0..6000 {
+        let mut damaged = bytes.clone();
+        let at = i * 7919 % bytes.len().min(1500);
+        damaged[at] ^= 1 << (i % 8);
+        if let Err(error) = BakedMap::decode(&damaged[..if i % 5 == 0 { at } else { bytes.len() }]) {
+            refused += 1;
+            assert!(!error.to_string().contains("internal panic"), "{error}");
+        }
+    }
+    assert!(refused > 1500, "{refused}");
+}
+
+#[test]
+fn only_moments_that_repeat_are_drawn() {
+    let drawable = |kind, wrap| {
+        let inputs = Inputs { wrap, ..of_heights(&bumpy(8, 8)) };
+        baked(&inputs, kind, Precision::F32).0.check_drawable().map_err(|fault| fault.to_string())
+    };
+    assert_eq!(drawable(Kind::Leadr, Wrap::Repeat), Ok(()));
+    assert!(drawable(Kind::Lean, Wrap::Repeat).unwrap_err().contains("--kind leadr"));
+    assert!(drawable(Kind::Leadr, Wrap::Clamp).unwrap_err().contains("--wrap repeat"));
 }
 
 #[test]

@@ -56,7 +56,7 @@ fn frames_on_their_way_do_not_disturb_each_other() {
     let Some(gpu) = crate::common::gpu::test_gpu() else { return };
     let sphere = Object::new("rock", cube_sphere(4, [0.5, 0.4, 0.3, 0.4])).with_heights(bumps(32, 4.0, 3), 0.05);
     let sea = Ocean { level: -0.5, ..ocean(&Sea::default(), 32, 1) };
-    let mut renderer = under_sky(&gpu, Scene { objects: vec![sphere], ocean: Some(sea), cache: None }, 16);
+    let mut renderer = under_sky(&gpu, Scene { objects: vec![sphere], ocean: Some(sea), ..Scene::default() }, 16);
     let states: Vec<FrameState> = (0..4)
         .map(|i| {
             let turn = i as f32 * 0.7;

@@ -4,6 +4,7 @@
 mod common;
 
 mod antialiasing;
+mod baked;
 mod deform;
 mod displaced_models;
 mod edges;

@@ -159,7 +159,7 @@ fn material() -> Material {
     material.roughness = Input::texture(texture(1, &|i, _| if i / 64 % 4 < 2 { 60 } else { 200 }), 0);
     material.normal_map = Some(NormalMap { texture: texture(2, &normal), green: GreenAxis::Up, scale: 1.0 });
     let map = HeightMap::new(64, 64, heights.texels.clone()).unwrap();
-    material.relief = Some(Relief { map, scale: Some(HEIGHT), middle: 0.0 });
+    material.relief = Some(Relief { map, scale: Some(HEIGHT), in_widths: false, middle: 0.0 });
     material
 }
 
@@ -232,7 +232,7 @@ fn folders_of_materials_open() {
         match (found, texels) {
             (Some(found), Some(texels)) => {
                 let scale = found.scale_texels;
-                assert!((f64::from(cover.height_scale(1.0)) * 1024.0 / scale - 1.0).abs() < 1e-5);
+                assert!((f64::from(cover.unit(1.0)) * 1024.0 / scale - 1.0).abs() < 1e-5);
                 println!("{name}: {scale:.2} texels of height, correlation {:.3}", found.correlation);
                 assert!((scale / texels - 1.0).abs() < 0.1, "{name}: {scale} texels");
                 assert!(found.correlation > 0.9);
@@ -240,7 +240,7 @@ fn folders_of_materials_open() {
                 let normals = material.normal_map.unwrap();
                 assert_eq!(green_axis(&normals.texture.raster), normals.green, "{name}");
             }
-            (None, None) => assert!((cover.height_scale(2.0) - 2.0 * USUAL_HEIGHT).abs() < 1e-6),
+            (None, None) => assert!((cover.unit(2.0) - USUAL_HEIGHT).abs() < 1e-6),
             other => panic!("{name}: {other:?}"),
         }
     }

@@ -96,7 +96,7 @@ fn slopes_of_the_swell_match_its_heights_and_foam_stays_below_one() {
 pub(crate) fn scene(gpu: &TestGpu, camera: Camera) -> (Renderer, impl Fn(f64, &Sky) -> FrameState) {
     let shore = shore();
     let objects = vec![beach::beach(&shore), beach::dunes(&shore)];
-    let renderer = under_sky(gpu, Scene { objects, ocean: Some(sea()), cache: None }, 32);
+    let renderer = under_sky(gpu, Scene { objects, ocean: Some(sea()), ..Scene::default() }, 32);
     let state = move |time, sky: &Sky| FrameState { time, ..FrameState::new(camera, vec![Pose::REST; 2]).under(sky) };
     (renderer, state)
 }

@@ -3,6 +3,10 @@
 
 #include "statistics.glsl"
 
+#ifndef LEADR_PRECISE
+#define LEADR_PRECISE
+#endif
+
 // The algebra of slope moments (LEADR 4.1-4.2; thesis 3.3 and 5.1). src/reflectance/slopes/moments.rs explains each.
 // Subtracting the squares of steep means loses small variances: with one surface per pixel prefer mean and covariance.
 
@@ -35,12 +39,14 @@ vec2 slope_of_heights(vec4 heights, vec2 spacing) {
 
 // Moments of the triangles of a height field over the quarter of a cell at its first corner, averaged over the two ways to divide
 // the cell. heights: at that corner, beyond it along s, along t, and along both; spacing: distance of the texels, negative where s
-// or t runs backwards. Differences are bounded to 1e18.
+// or t runs backwards. Differences are bounded to 1e18. Where LEADR_PRECISE is defined as `precise`, every device finds the same bits.
 SlopeMoments moments_of_corner(vec4 heights, vec2 spacing) {
-    vec2 beside = clamp((heights.yz - heights.x) / spacing, -1e18, 1e18);
-    vec2 opposite = clamp((heights.w - heights.zy) / spacing, -1e18, 1e18);
-    float mixed = 0.5 * beside.x * beside.y + 0.25 * (beside.x * opposite.y + opposite.x * beside.y);
-    return SlopeMoments(mix(beside, opposite, 0.25), vec3(mix(beside * beside, opposite * opposite, 0.25), mixed));
+    LEADR_PRECISE vec2 beside = clamp((heights.yz - heights.x) / spacing, -1e18, 1e18);
+    LEADR_PRECISE vec2 opposite = clamp((heights.w - heights.zy) / spacing, -1e18, 1e18);
+    LEADR_PRECISE vec2 first = 0.75 * beside + 0.25 * opposite;
+    LEADR_PRECISE vec2 squares = 0.75 * (beside * beside) + 0.25 * (opposite * opposite);
+    LEADR_PRECISE float mixed = 0.5 * (beside.x * beside.y) + 0.25 * (beside.x * opposite.y + opposite.x * beside.y);
+    return SlopeMoments(first, vec3(squares, mixed));
 }
 
 // Moments of the sum of two displacements whose slopes are independent (thesis 5.1, without the erratum of its listing).

@@ -1,23 +1,25 @@
 // Heights -> level 0 of the LEADR maps (LEADR 3.2): first and second moments of the slopes per unit texture
 // coordinate (the whole image is [0, 1]²), of the triangles between the texels' centres over the texel.
-// The including file defines the formats SLOPES_FORMAT and SINGLE_FORMAT (storage images need them in the text).
+// src/maps/moments.rs does the same in the same order and finds the same bits.
+// The including file defines the formats SLOPES_FORMAT and JOINT_FORMAT (storage images need them in the text).
 #include "../constants.glsl"
+#define LEADR_PRECISE precise
 #include "leadr/slopes/moments.glsl"
+#include "moments_store.glsl"
 // Rows: several threads never write into one line of the cache.
 layout(local_size_x = 64, local_size_y = 1) in;
 
 layout(constant_id = 0) const uint EDGES = MOMENTS_REPEAT; // what lies beyond the edges: one of the MOMENTS_ constants
 
-uniform sampler2D heights;
+layout(r32f) uniform readonly image2D heights;
 layout(SLOPES_FORMAT) uniform writeonly image2D slopes; // E[hs], E[ht], E[hs²], E[ht²]
-layout(SINGLE_FORMAT) uniform writeonly image2D joint;  // E[hs·ht]
-layout(SINGLE_FORMAT) uniform writeonly image2D mean_height;
+layout(JOINT_FORMAT) uniform writeonly image2D joint;   // E[hs·ht]
 layout(push_constant) uniform Push {
     uint tile;    // texels, a power of two; atlas only
     float limit;  // largest magnitude that the format holds
 };
 
-float height_at(ivec2 p) { return texelFetch(heights, p, 0).r; }
+float height_at(ivec2 p) { return imageLoad(heights, p).r; }
 
 // The neighbours of texel i of n along one axis, and whether the surface continues to them.
 ivec2 neighbours(int i, int n, out bvec2 inside)
@@ -45,16 +47,21 @@ void main()
     // Beyond the edge of a tile there is no cell.
     vec2 ws = vec2(inside_s), wt = vec2(inside_t);
     vec4 weights = vec4(ws * wt.x, ws * wt.y);
-    vec2 texel = 1.0 / vec2(size);
-    SlopeMoments a = moments_of_corner(vec4(here, across.x, along.x, corners.x), vec2(-texel.x, -texel.y));
-    SlopeMoments b = moments_of_corner(vec4(here, across.y, along.x, corners.y), vec2(texel.x, -texel.y));
-    SlopeMoments c = moments_of_corner(vec4(here, across.x, along.y, corners.z), vec2(-texel.x, texel.y));
-    SlopeMoments d = moments_of_corner(vec4(here, across.y, along.y, corners.w), texel);
-    vec2 first = weights.x * a.first + weights.y * b.first + weights.z * c.first + weights.w * d.first;
-    vec3 second = weights.x * a.second + weights.y * b.second + weights.z * c.second + weights.w * d.second;
+    // Per texel: only what is exact is divided by, here and below.
+    SlopeMoments a = moments_of_corner(vec4(here, across.x, along.x, corners.x), vec2(-1.0, -1.0));
+    SlopeMoments b = moments_of_corner(vec4(here, across.y, along.x, corners.y), vec2(1.0, -1.0));
+    SlopeMoments c = moments_of_corner(vec4(here, across.x, along.y, corners.z), vec2(-1.0, 1.0));
+    SlopeMoments d = moments_of_corner(vec4(here, across.y, along.y, corners.w), vec2(1.0));
+    precise vec2 first = weights.x * a.first + weights.y * b.first + weights.z * c.first + weights.w * d.first;
+    precise vec3 second = weights.x * a.second + weights.y * b.second + weights.z * c.second + weights.w * d.second;
     float quarters = weights.x + weights.y + weights.z + weights.w;
-    float share = 1.0 / max(quarters, 1.0);
-    imageStore(slopes, p, clamp(vec4(first, second.xy) * share, -limit, limit));
-    imageStore(joint, p, vec4(clamp(second.z * share, -limit, limit)));
-    imageStore(mean_height, p, vec4(clamp(here, -limit, limit)));
+    float share = 1.0 / max(quarters, 1.0); // of 1, 2 or 4
+    vec2 texels = vec2(size);
+    precise vec2 mean = first * share * texels;
+    precise vec3 square = second * share * vec3(texels * texels, texels.x * texels.y);
+    vec4 moments = clamp(vec4(mean, square.xy), -limit, limit);
+    float mixed = clamp(square.z, -limit, limit);
+    as_stored(moments, mixed);
+    imageStore(slopes, p, moments);
+    imageStore(joint, p, vec4(mixed));
 }

@@ -2,5 +2,5 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #define SLOPES_FORMAT rgba32f
-#define SINGLE_FORMAT r32f
+#define JOINT_FORMAT r32f
 #include "moments_mips.glsl"

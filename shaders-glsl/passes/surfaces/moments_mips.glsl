@@ -1,24 +1,29 @@
 // One mip level of the LEADR maps from the next finer one: a box filter with exact area weights. Along an axis of
 // odd size n = 2m + 1 each texel covers 2 + 1/m finer ones: three taps, weights (m − i, m, i + 1) / n.
-// The including file defines the formats SLOPES_FORMAT and SINGLE_FORMAT (storage images need them in the text).
+// src/maps/moments.rs does the same in the same order and finds the same bits.
+// The including file defines the formats SLOPES_FORMAT and JOINT_FORMAT (storage images need them in the text).
+#include "moments_store.glsl"
 // Rows, as in moments.glsl.
 layout(local_size_x = 64, local_size_y = 1) in;
 
 layout(constant_id = 0) const bool EVEN = false; // both sides of the finer level are even
 
 layout(SLOPES_FORMAT) uniform readonly image2D fine_slopes;
-layout(SINGLE_FORMAT) uniform readonly image2D fine_joint;
-layout(SINGLE_FORMAT) uniform readonly image2D fine_height;
+layout(JOINT_FORMAT) uniform readonly image2D fine_joint;
+layout(r32f) uniform readonly image2D fine_height;
 layout(SLOPES_FORMAT) uniform writeonly image2D slopes;
-layout(SINGLE_FORMAT) uniform writeonly image2D joint;
-layout(SINGLE_FORMAT) uniform writeonly image2D mean_height;
+layout(JOINT_FORMAT) uniform writeonly image2D joint;
+layout(r32f) uniform writeonly image2D mean_height;
+layout(push_constant) uniform Push {
+    float share[2]; // one over the texels of the finer level, across and down
+};
 
-vec3 taps(int i, int n)
+vec3 taps(int i, int n, float share)
 {
     if (n == 1) return vec3(1.0, 0.0, 0.0);
     if ((n & 1) == 0) return vec3(0.5, 0.5, 0.0);
     int m = n / 2;
-    return vec3(m - i, m, i + 1) / float(n);
+    return vec3(m - i, m, i + 1) * share;
 }
 
 int tap_count(int n) { return n == 1 ? 1 : 2 + (n & 1); }
@@ -29,8 +34,8 @@ void main()
     ivec2 fine = imageSize(fine_slopes);
     ivec2 p = ivec2(gl_GlobalInvocationID.xy);
     if (p.x >= size.x || p.y >= size.y) return;
-    vec4 a = vec4(0.0);
-    vec2 b = vec2(0.0);
+    precise vec4 a = vec4(0.0);
+    precise vec2 b = vec2(0.0);
     if (EVEN) {
         for (int i = 0; i < 4; ++i) {
             ivec2 q = 2 * p + ivec2(i & 1, i >> 1);
@@ -38,8 +43,8 @@ void main()
             b += 0.25 * vec2(imageLoad(fine_joint, q).r, imageLoad(fine_height, q).r);
         }
     } else {
-        vec3 wx = taps(p.x, fine.x);
-        vec3 wy = taps(p.y, fine.y);
+        vec3 wx = taps(p.x, fine.x, share[0]);
+        vec3 wy = taps(p.y, fine.y, share[1]);
         for (int j = 0; j < tap_count(fine.y); ++j)
             for (int i = 0; i < tap_count(fine.x); ++i) {
                 ivec2 q = 2 * p + ivec2(i, j);
@@ -48,7 +53,10 @@ void main()
                 b += weight * vec2(imageLoad(fine_joint, q).r, imageLoad(fine_height, q).r);
             }
     }
-    imageStore(slopes, p, a);
-    imageStore(joint, p, vec4(b.x));
+    vec4 moments = a;
+    float mixed = b.x;
+    as_stored(moments, mixed);
+    imageStore(slopes, p, moments);
+    imageStore(joint, p, vec4(mixed));
     imageStore(mean_height, p, vec4(b.y));
 }

@@ -16,6 +16,7 @@ pub const EXAMPLES: &str = "Examples:
   leadr bake bricks.png --normal bricks_n.png -o bricks.ktx2 heights displace, normals keep the fine slopes
   leadr bake --normal bricks_n.png --kind toksvig -o bricks.ktx2
   leadr bake Rock003 --format f16 --json -o rock.ktx2        a material as downloaded, with roughness and colour
+  leadr bake bricks.png --format bc -o bricks.ktx2           block-compressed; leadr capture --scene plane --height-map draws it
   leadr bake bricks.png --layout oiio -o bricks.exr          six channels, as maketx --bumpslopes writes them
 
 Slopes are per unit of texture coordinate, t down; heights are in the map's unit times --height-scale, and with a normal map in
@@ -129,8 +130,7 @@ pub enum Format {
     F32,
     /// 16-bit floats, scaled to fill their range
     F16,
-    /// Block compression: not written by this version
-    #[value(hide = true)]
+    /// Block compression (BC5, KTX2 only): a third of the size of f16; deviations and correlation in place of second moments
     Bc,
 }
 

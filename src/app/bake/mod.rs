@@ -41,10 +41,10 @@ pub fn run(arguments: &BakeArgs, output: &Output) -> Result<(), AppError> {
     let precision = match arguments.format {
         Format::F32 => Precision::F32,
         Format::F16 => Precision::F16,
-        Format::Bc => {
-            let why = "block-compressed maps are not written: this program has no encoder for them; take --format f16";
-            return Err(AppError::Usage(why.into()));
+        Format::Bc if container == Container::Exr => {
+            return Err(AppError::Usage("--format bc is for .ktx2; an .exr holds --format f32 or f16".into()));
         }
+        Format::Bc => Precision::Bc,
     };
     let (kind, layout) = (Kind::from(arguments.kind), Layout::from(arguments.layout));
     if layout == Layout::Oiio {
@@ -82,7 +82,7 @@ pub fn run(arguments: &BakeArgs, output: &Output) -> Result<(), AppError> {
         Container::Exr => (|| {
             let mut target = ExrFile::new(&plan)?;
             let report = bake(&inputs, &plan, &mut target, &*progress)?;
-            target.finish(&mut file.file)?;
+            target.finish(&mut file.file, &report)?;
             Ok(report)
         })(),
     };

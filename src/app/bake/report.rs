@@ -24,7 +24,7 @@ pub struct BakeReport {
     levels: usize,
     channels: Vec<&'static str>,
     /// Factor that heights were multiplied by.
-    height_scale: f64,
+    height_scale: f32,
     mean_slope: [f64; 2],
     /// Variances along s and t, and the covariance, per unit of texture coordinate.
     slope_variance: [f64; 3],

@@ -136,7 +136,7 @@ impl Sources {
             normals,
             roughness,
             color: self.color.as_deref().map(load_raster).transpose()?,
-            height_scale: arguments.height_scale.map(f64::from),
+            height_scale: arguments.height_scale,
             wrap: arguments.wrap.into(),
         })
     }

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use clap::{Args, Parser};
+use clap::{Args, Parser, ValueEnum};
 
 use super::camera_file;
 use super::shading::ShadingArgs;
@@ -12,6 +12,7 @@ use super::values::{
 use super::waves::WaveArgs;
 use crate::app::error::AppError;
 use crate::render::light::panorama::LightExtraction;
+use crate::render::surfaces::moments::MomentFormat;
 use crate::scenes::config::{DEFAULT_MSAA, MaterialFiles, SceneConfig};
 use crate::scenes::light::{EnvironmentChoice, SunDirection};
 use crate::scenes::model::displacement::Displacement;
@@ -36,7 +37,7 @@ pub struct SceneArgs {
     #[arg(long, value_name = "MATERIAL=FILE[,SCALE[,MIDDLE]]")]
     pub displacement: Vec<Displacement>,
     /// Height map of the plane or the sphere
-    #[arg(long, value_name = "FILE", help = for_scenes("Height map, PNG or EXR; its first row lies at y = 0, rows run along +y", Choice::HeightMap))]
+    #[arg(long, value_name = "FILE", help = for_scenes("Height map, PNG or EXR, or what leadr bake made of one (KTX2, EXR); its first row lies at y = 0, rows run along +y", Choice::HeightMap))]
     pub height_map: Option<PathBuf>,
     /// A material
     #[arg(long, value_name = "FOLDER", help = for_scenes("A material as downloaded: NAME_Color.png, NAME_NormalGL.png, NAME_Roughness.png, NAME_Displacement.png, ...; it lies upright, as seen from above with +y on top", Choice::HeightMap))]
@@ -118,10 +119,31 @@ pub struct SceneArgs {
     #[arg(long, value_name = "N", default_value = "64", value_parser = atlas_tile,
         help = for_scenes("Texels along the tile of one patch in the displacement atlas: 8, 16, 32, 64 or 128", Choice::AtlasTile))]
     pub atlas_tile: u32,
+    /// Numbers in which the slopes of maps are kept on the device
+    #[arg(long, value_name = "PRECISION", value_enum, default_value_t = MapPrecision::F32)]
+    pub map_precision: MapPrecision,
     /// Beckmann roughness of the displaced surfaces instead of the scene's own
     #[arg(long, value_name = "A", value_parser = roughness,
         help = for_scenes("Beckmann roughness of displaced surfaces, above 0, up to 1, instead of the scene's own", Choice::Roughness))]
     pub roughness: Option<f32>,
+}
+
+/// Numbers in which the slopes of maps are kept.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum MapPrecision {
+    /// 32-bit floats
+    F32,
+    /// 16-bit floats: half the memory, with a measured error
+    F16,
+}
+
+impl From<MapPrecision> for MomentFormat {
+    fn from(precision: MapPrecision) -> Self {
+        match precision {
+            MapPrecision::F32 => Self::Float32,
+            MapPrecision::F16 => Self::Float16,
+        }
+    }
 }
 
 /// A line of help with the scenes it is about.
@@ -227,6 +249,7 @@ impl SceneArgs {
             seed: a.seed,
             exposure: a.exposure,
             atlas_tile: a.atlas_tile,
+            map_precision: a.map_precision.into(),
             roughness: a.roughness,
         })
     }

@@ -4,15 +4,16 @@ use std::sync::Arc;
 
 use super::rows::Row;
 use super::scene;
-use crate::gpu::Gpu;
+use crate::gpu::{Gpu, GpuError};
 use crate::lab::error::LabError;
 use crate::lab::progress::Progress;
 use crate::maps::procedural;
 use crate::render::frame::Renderer;
 use crate::render::settings::Technique;
 use crate::scenes::config::SceneConfig;
+use crate::scenes::error::SceneError;
 use crate::scenes::registry::Choice;
-use crate::scenes::set::{Inputs, set};
+use crate::scenes::set::{Inputs, Set, set};
 use crate::scenes::stage::GENERATED_HEIGHT;
 
 /// Texels along the tiles of an atlas: of the T-rex, maps of about 1k to 8k.
@@ -20,7 +21,9 @@ const TILES: [u32; 4] = [16, 32, 64, 128];
 /// Texels along a map of heights.
 const SIDES: [u32; 4] = [1024, 2048, 4096, 8192];
 
-/// Renderers of the scene over maps of each size, each with its rows. All of them stay alive, so that they can be drawn in turn.
+/// Renderers of the scene over maps of each size, each with its rows. All of them stay alive, so that they can be drawn in turn; of
+/// sizes that do not fit the device's memory beside the others, that is said. The largest is compared with the smallest, so those two
+/// come first.
 ///
 /// # Errors
 /// Files, memory or a device that fail.
@@ -30,10 +33,10 @@ pub fn maps(
     only: Option<Technique>,
     progress: &dyn Progress,
 ) -> Result<Vec<(Renderer, Vec<Row>)>, LabError> {
-    let mut subjects = Vec::new();
-    let mut first = None;
+    let mut sets = Vec::new();
     let tiled = config.scene.offers(Choice::AtlasTile);
-    for size in if tiled { TILES } else { SIDES } {
+    let [a, b, c, d] = if tiled { TILES } else { SIDES };
+    for size in [d, a, c, b] {
         let mut inputs = Inputs::load(config)?;
         let config = if tiled {
             SceneConfig { atlas_tile: size, ..config.clone() }
@@ -41,10 +44,19 @@ pub fn maps(
             inputs.height_map = Some(procedural::rock(size, size, 1));
             SceneConfig { height_scale: GENERATED_HEIGHT * config.height_scale, ..config.clone() }
         };
-        let set = set(&config, inputs, gpu, None, &progress.share(config.scene.making))?;
-        let Some(texels) = set.map_size else { continue };
-        let rows = scene::maps(&config, &(set.animation)(0.0), [texels, *first.get_or_insert(texels)], only);
-        subjects.push((set.renderer, rows));
+        match set(&config, inputs, gpu, None, &progress.share(config.scene.making)) {
+            Ok(set) => sets.extend(set.map_size.map(|texels| (texels, config, set))),
+            Err(SceneError::Gpu(error @ GpuError::TooLarge { .. })) => {
+                progress.say(&format!("{size} is left out: {error}"))
+            }
+            Err(error) => return Err(error.into()),
+        }
     }
-    Ok(subjects)
+    sets.sort_by_key(|(texels, ..)| *texels);
+    let first = sets.first().map(|(texels, ..)| *texels);
+    let subject = |(texels, config, set): ((u32, u32), SceneConfig, Set)| {
+        let rows = scene::maps(&config, &(set.animation)(0.0), [texels, first.unwrap_or(texels)], only);
+        (set.renderer, rows)
+    };
+    Ok(sets.into_iter().map(subject).collect())
 }

@@ -7,7 +7,8 @@ use crate::render::camera::Camera;
 use crate::render::frame::Renderer;
 use crate::render::light::environment::Environment;
 use crate::render::light::sky::Sky;
-use crate::render::scene::FrameState;
+use crate::render::scene::{FrameState, Scene};
+use crate::render::surfaces::moments::MomentFormat;
 use crate::scenes::stage::{Lights, Relief, Stage, sphere_stage};
 use crate::scenes::trex::stage::trex_stage;
 
@@ -43,11 +44,20 @@ impl Subject {
     ///
     /// # Errors
     /// If the device fails.
-    pub fn under_the_sky(studio: &Studio, mut stage: Stage, time: f64) -> Result<Self, LabError> {
+    pub fn under_the_sky(studio: &Studio, stage: Stage, time: f64) -> Result<Self, LabError> {
+        Self::kept_in(MomentFormat::default(), studio, stage, time)
+    }
+
+    /// The same with the slopes of its maps kept in `format`.
+    ///
+    /// # Errors
+    /// If the device fails.
+    pub fn kept_in(format: MomentFormat, studio: &Studio, mut stage: Stage, time: f64) -> Result<Self, LabError> {
         let sky = Sky { ground_albedo: stage.below_horizon, ..Sky::default() };
         let environment = Environment::from_sky(&studio.gpu, Environment::FACE_SIZE, &sky)?;
         let objects = stage.objects.len();
-        let renderer = Renderer::new(&studio.gpu, stage.take_scene(), environment)?;
+        let scene = Scene { map_precision: format, ..stage.take_scene() };
+        let renderer = Renderer::new(&studio.gpu, scene, environment)?;
         Ok(Self { renderer, stage, lights: Lights::under(&sky), time, objects })
     }
 

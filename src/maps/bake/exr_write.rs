@@ -14,8 +14,9 @@ use exr::prelude::{
 };
 use half::f16;
 
+use super::keys::keys;
 use super::pyramid::level_sizes;
-use super::{Layout, Plan, Precision, Target};
+use super::{Layout, Plan, Precision, Report, Target};
 use crate::maps::png_read::one_line;
 use crate::maps::{MapFault, Wrap, limits};
 
@@ -39,6 +40,10 @@ impl<'a> ExrFile<'a> {
             Ok(match plan.precision {
                 Precision::F32 => FlatSamples::F32(limits::zeroed(texels)?),
                 Precision::F16 => FlatSamples::F16(limits::zeroed(texels)?),
+                Precision::Bc => {
+                    let what = "an EXR holds no blocks".into();
+                    return Err(MapFault::Unsupported { what, remedy: "write a .ktx2 file".into() });
+                }
             })
         };
         let planes =
@@ -50,7 +55,7 @@ impl<'a> ExrFile<'a> {
     ///
     /// # Errors
     /// If it cannot be written.
-    pub fn finish(self, file: &mut File) -> Result<(), MapFault> {
+    pub fn finish(self, file: &mut File, report: &Report) -> Result<(), MapFault> {
         let Self { plan, planes, .. } = self;
         let mut channels = SmallVec::new();
         for (name, level_data) in plan.channels.iter().zip(planes) {
@@ -71,10 +76,8 @@ impl<'a> ExrFile<'a> {
         if plan.layout == Layout::Oiio {
             say("textureformat", "Plain Texture".to_owned());
         } else {
-            say("leadr.kind", plan.kind.name().to_owned());
-            let factors: Vec<String> =
-                plan.channels.iter().zip(&plan.factors).map(|(name, factor)| format!("{name} {factor:e}")).collect();
-            say("leadr.factors", factors.join(" "));
+            let slots: Vec<Option<usize>> = (0..plan.channels.len()).map(Some).collect();
+            keys(plan, &slots, Some(report)).into_iter().for_each(|(key, value)| say(key, value));
         }
         attributes.wrap_mode_name = Some(Text::from(wrap));
         let layer = Layer::new(size, attributes, encoding, AnyChannels::sort(channels));
@@ -87,6 +90,11 @@ impl<'a> ExrFile<'a> {
 }
 
 impl Target for ExrFile<'_> {
+    fn blocks(&mut self, _: usize, _: u32, _: &[Vec<u8>]) -> Result<(), MapFault> {
+        let what = "an EXR holds no blocks".into();
+        Err(MapFault::Unsupported { what, remedy: "write a .ktx2 file".into() })
+    }
+
     fn rows(&mut self, level: usize, first: u32, rows: &[Vec<f32>]) -> Result<(), MapFault> {
         let width = self.sizes[level][0] as usize;
         let channels = self.plan.channels.len();

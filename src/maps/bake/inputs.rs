@@ -2,8 +2,8 @@
 
 use rayon::prelude::*;
 
-use crate::maps::material::{Agreement, Encoding, NormalMap, Raster, RoughnessMeaning, STEEPEST, agreement};
-use crate::maps::moments::{Sums, row_moments};
+use crate::maps::material::{Agreement, Encoding, NormalMap, Raster, RoughnessMeaning, STEEPEST, Samples, agreement};
+use crate::maps::moments::row_moments;
 use crate::maps::{HeightMap, MapFault, Wrap};
 
 /// Where roughness comes from.
@@ -28,8 +28,9 @@ pub struct Inputs {
     pub roughness: Option<Roughness>,
     /// Colour, filtered as linear light.
     pub color: Option<Raster>,
-    /// Factor on heights; with normals, widths of the texture for a unit of height. `None`: 1, or what agrees best with the normals.
-    pub height_scale: Option<f64>,
+    /// Factor on heights, which makes them widths of the texture. `None`: 1, which leaves them in the unit of their map; with normals what
+    /// agrees best with those.
+    pub height_scale: Option<f32>,
     /// What lies beyond the edges of the heights.
     pub wrap: Wrap,
 }
@@ -78,19 +79,20 @@ impl Inputs {
     }
 
     /// Moments of a row, and mean heights, as [`crate::maps::Moments`] has them. `scale`: factor on heights.
-    pub(super) fn moments(&self, scale: f64, y: u32) -> Vec<Sums> {
+    pub(super) fn moments(&self, scale: f32, y: u32) -> Vec<[f32; 6]> {
         match (&self.heights, &self.normals) {
             (Some(heights), None) => row_moments(heights, self.wrap, scale, y),
-            _ => self.slopes(scale, y).into_iter().map(|[x, y, h]| [x, y, x * x, y * y, x * y, h]).collect(),
+            // Of slopes in 32 bits, as the renderer squares them.
+            _ => self.slopes(scale, y).into_iter().map(|s| s.map(|v| v as f32)).map(of_slope).collect(),
         }
     }
 
     /// One slope `dh/ds`, `dh/dt` for each texel of a row, and its height: the normal's, or central differences.
-    pub(super) fn slopes(&self, scale: f64, y: u32) -> Vec<[f64; 3]> {
+    pub(super) fn slopes(&self, scale: f32, y: u32) -> Vec<[f64; 3]> {
         let [width, height] = self.size().expect("checked before baking");
         let texels = [f64::from(width), f64::from(height)];
         let texel = |x: u32| {
-            let of_heights = self.heights.as_ref().map(|map| scale * f64::from(map.at(x, y)));
+            let of_heights = self.heights.as_ref().map(|map| f64::from(scale * map.at(x, y)));
             let [by_s, by_t] = match (&self.normals, &self.heights) {
                 (Some(normals), _) => {
                     let [s, t] = normals.slope(x, y);
@@ -98,7 +100,7 @@ impl Inputs {
                 }
                 (None, Some(heights)) => {
                     let [s, t] = Self::central(heights, self.wrap, x, y);
-                    [s * scale * texels[0], t * scale * texels[1]]
+                    [s * f64::from(scale) * texels[0], t * f64::from(scale) * texels[1]]
                 }
                 (None, None) => unreachable!("checked before baking"),
             };
@@ -108,13 +110,38 @@ impl Inputs {
     }
 
     /// Channels beside the slopes at a texel: α² and α⁴, linear colour.
-    pub(super) fn beside(&self, x: u32, y: u32, texel: &mut Vec<f64>) {
+    pub(super) fn beside(&self, x: u32, y: u32, texel: &mut Vec<f32>) {
         if let Some(Roughness { raster, channel, meaning }) = &self.roughness {
             let alpha = f64::from(meaning.alpha(raster.value(x, y, *channel).clamp(0.0, 1.0)));
-            texel.extend([alpha.powi(2), alpha.powi(4)]);
+            texel.extend([alpha.powi(2), alpha.powi(4)].map(|v| v as f32));
         }
         if let Some(color) = &self.color {
-            texel.extend(color.color(x, y, Encoding::Srgb).map(f64::from));
+            texel.extend(color.color(x, y, Encoding::Srgb));
+        }
+    }
+
+    /// The steepest of all slopes `dh/ds`, `dh/dt`.
+    pub(super) fn steepest(&self, scale: f32) -> f32 {
+        if self.normals.is_none() {
+            return self.bounds(scale.into())[0] as f32;
+        }
+        let row = |y: u32| self.slopes(scale, y).iter().fold(0.0f64, |most, s| most.max(s[0].abs()).max(s[1].abs()));
+        let rows = self.size().map_or(0, |size| size[1]);
+        (0..rows).into_par_iter().map(row).reduce(|| 0.0, f64::max) as f32
+    }
+
+    /// The least and the greatest height, before scaling.
+    pub(super) fn height_range(&self) -> [f32; 2] {
+        let texels = self.heights.iter().flat_map(|map| &map.texels);
+        let [low, high] = texels.fold([f32::INFINITY, f32::NEG_INFINITY], |[low, high], &h| [low.min(h), high.max(h)]);
+        if low <= high { [low, high] } else { [0.0; 2] }
+    }
+
+    /// The brightest of all colours, at least 1.
+    pub(super) fn brightest(&self) -> f32 {
+        match self.color.as_ref().map(Raster::samples) {
+            Some(Samples::F32(values)) => values.iter().fold(1.0, |most, &v| most.max(v)),
+            _ => 1.0,
         }
     }
 
@@ -139,4 +166,9 @@ impl Inputs {
         let steepest = (0..map.height).into_par_iter().map(row).reduce(|| 0.0, f64::max);
         [steepest * scale.abs(), highest * scale.abs()]
     }
+}
+
+/// Moments of a single slope, and a height.
+fn of_slope([x, y, height]: [f32; 3]) -> [f32; 6] {
+    [x, y, x * x, y * y, x * y, height]
 }

@@ -90,6 +90,8 @@ pub enum Precision {
     F32,
     /// 16-bit float. Channels are multiplied by powers of two, which the file tells, so that they fill its range.
     F16,
+    /// Blocks of 4 x 4 texels, 8 bits for a number, whose second moments are kept as deviations and correlation. KTX2 only.
+    Bc,
 }
 
 impl Precision {
@@ -99,15 +101,17 @@ impl Precision {
         match self {
             Self::F32 => "f32",
             Self::F16 => "f16",
+            Self::Bc => "bc",
         }
     }
 
-    /// Bytes of a number.
+    /// Bytes of a number of floats.
     #[must_use]
     pub const fn bytes(self) -> usize {
         match self {
             Self::F32 => 4,
             Self::F16 => 2,
+            Self::Bc => 1,
         }
     }
 }

@@ -1,7 +1,7 @@
 //! KTX2 (Khronos KTX file format 2.0): header, level index, description of the numbers, keys; then the levels, the smallest first, whose
 //! places are known before any of them is.
 //!
-//! Layers of an array texture hold four channels each: those of the kind first, then `alpha2` and `alpha4`, and colour in a layer of its
+//! Layers of blocks hold two channels ([`super::blocks`]). Otherwise layers of an array texture hold four channels each: those of the kind first, then `alpha2` and `alpha4`, and colour in a layer of its
 //! own. Channels named `-` are zero.
 
 use std::fs::File;
@@ -10,9 +10,10 @@ use std::io::{Seek, SeekFrom, Write};
 use half::f16;
 use ktx2::{Format, Header, Index, LevelIndex};
 
+use super::blocks::BlockPlan;
 use super::pyramid::level_sizes;
-use super::{Kind, Plan, Precision, Report, Target};
-use crate::maps::{MapFault, Wrap};
+use super::{Plan, Precision, Report, Target};
+use crate::maps::{MapFault, bc5};
 
 /// A file that is being written.
 pub struct Ktx2File<'a> {
@@ -24,7 +25,7 @@ pub struct Ktx2File<'a> {
     keys_at: u64,
 }
 
-/// Channels of the plan in each layer.
+/// Channels of the plan in each layer; of blocks, none.
 fn layers(plan: &Plan) -> Vec<[Option<usize>; 4]> {
     let colors = plan.channels.iter().position(|name| *name == "red").unwrap_or(plan.channels.len());
     let pack = |channels: std::ops::Range<usize>| -> Vec<[Option<usize>; 4]> {
@@ -34,8 +35,22 @@ fn layers(plan: &Plan) -> Vec<[Option<usize>; 4]> {
     [pack(0..colors), pack(colors..plan.channels.len())].concat()
 }
 
-/// The basic descriptor block: four floats of one size, linear.
+/// The basic descriptor block: two channels of BC5, or four floats of one size; linear.
 fn descriptor(precision: Precision) -> Vec<u8> {
+    if precision == Precision::Bc {
+        // Total size; vendor and type 0; version 2, size of the block; BC5, BT.709, linear, straight alpha; texels of 4 x 4; bytes.
+        let mut block =
+            [60u32.to_le_bytes(), [0; 4], [2, 0, 56, 0], [132, 1, 1, 0], [3, 3, 0, 0], [16, 0, 0, 0], [0; 4]].concat();
+        for channel in [0u8, 1] {
+            block.extend((64 * u16::from(channel)).to_le_bytes());
+            // Signed.
+            block.extend([63, channel | 0x40]);
+            block.extend([0; 4]);
+            block.extend(i32::MIN.to_le_bytes());
+            block.extend(i32::MAX.to_le_bytes());
+        }
+        return block;
+    }
     let bytes = precision.bytes() as u8;
     // Total size; vendor and type 0; version 2, size of the block; RGBSDA, BT.709, linear, straight alpha; texels of 1 x 1; bytes.
     let mut block =
@@ -54,31 +69,11 @@ fn descriptor(precision: Precision) -> Vec<u8> {
 
 /// The keys, of the same length whatever `report` says.
 fn keys(plan: &Plan, layers: &[[Option<usize>; 4]], report: Option<&Report>) -> Vec<u8> {
-    let join = |values: Vec<String>| values.join(" ");
-    let slots = || layers.iter().flatten().copied();
-    let per_slot =
-        |of: &dyn Fn(usize) -> String, none: &str| join(slots().map(|c| c.map_or(none.into(), of)).collect());
-    let number = |v: f64| format!("{v:>+13.6e}");
-    let levels = level_sizes(plan.size).len();
-    let errors = (0..levels).map(|i| format!("{:>10.3e}", report.map_or(0.0, |r| r.errors[i].channels))).collect();
-    let range = |c: usize| report.map_or([0.0; 2], |r| r.channel_ranges[c]).map(number).join(" ");
-    let frame = match plan.kind {
-        Kind::Leadr => "slopes per unit of texture coordinate, s right, t down",
-        _ => "rise over run in the tangent frame, y up, square texels",
-    };
-    let wrap = if plan.wrap == Wrap::Repeat { "repeat" } else { "clamp" };
-    let keys = [
-        ("KTXorientation", "rd".to_owned()),
-        ("KTXwriter", concat!("leadr-vk ", env!("CARGO_PKG_VERSION")).to_owned()),
-        ("leadr.channels", per_slot(&|c| plan.channels[c].to_owned(), "-")),
-        ("leadr.error", join(errors)),
-        ("leadr.factors", per_slot(&|c| format!("{:e}", plan.factors[c]), "1e0")),
-        ("leadr.height_scale", number(plan.height_scale)),
-        ("leadr.kind", plan.kind.name().to_owned()),
-        ("leadr.ranges", per_slot(&range, &[0.0, 0.0].map(number).join(" "))),
-        ("leadr.units", frame.to_owned()),
-        ("leadr.wrap", wrap.to_owned()),
-    ];
+    let slots: Vec<Option<usize>> = layers.iter().flatten().copied().collect();
+    let mut keys = super::keys::keys(plan, &slots, report);
+    keys.push(("KTXorientation", "rd".to_owned()));
+    keys.push(("KTXwriter", concat!("leadr-vk ", env!("CARGO_PKG_VERSION")).to_owned()));
+    keys.sort_by_key(|(key, _)| *key);
     let mut bytes = Vec::new();
     for (key, value) in keys {
         let pair = [key.as_bytes(), &[0], value.as_bytes(), &[0]].concat();
@@ -104,25 +99,28 @@ impl<'a> Ktx2File<'a> {
         let (descriptor, keys) = (descriptor(plan.precision), keys(plan, &layers, None));
         let descriptor_at = (Header::LENGTH + sizes.len() * LevelIndex::LENGTH) as u64;
         let keys_at = descriptor_at + descriptor.len() as u64;
-        let texel = 4 * plan.precision.bytes() as u64;
-        let bytes = |[w, h]: [u32; 2]| layers.len() as u64 * u64::from(w) * u64::from(h) * texel;
+        // Of a texel of a layer, or of a block.
+        let unit = if plan.precision == Precision::Bc { 16 } else { 4 * plan.precision.bytes() as u64 };
+        let count = plan.blocks.as_ref().map_or(layers.len(), |_| BlockPlan::layers(plan.channels.len()));
+        let bytes = |size: [u32; 2]| count as u64 * units(plan, size).iter().product::<u64>() * unit;
         let mut offsets = vec![0; sizes.len()];
         let mut end = keys_at + keys.len() as u64;
         for (offset, &size) in offsets.iter_mut().zip(&sizes).rev() {
-            *offset = end.next_multiple_of(texel);
+            *offset = end.next_multiple_of(unit);
             end = *offset + bytes(size);
         }
         let header = Header {
             format: Some(match plan.precision {
                 Precision::F32 => Format::R32G32B32A32_SFLOAT,
                 Precision::F16 => Format::R16G16B16A16_SFLOAT,
+                Precision::Bc => Format::BC5_SNORM_BLOCK,
             }),
             type_size: plan.precision.bytes() as u32,
             pixel_width: plan.size[0],
             pixel_height: plan.size[1],
             pixel_depth: 0,
             // Zero says that it is no array.
-            layer_count: if layers.len() > 1 { layers.len() as u32 } else { 0 },
+            layer_count: if count > 1 { count as u32 } else { 0 },
             face_count: 1,
             level_count: sizes.len() as u32,
             supercompression_scheme: None,
@@ -156,7 +154,22 @@ impl<'a> Ktx2File<'a> {
     }
 }
 
+/// Texels of a level across and down, or blocks.
+fn units(plan: &Plan, size: [u32; 2]) -> [u64; 2] {
+    let side = if plan.precision == Precision::Bc { bc5::SIDE as u32 } else { 1 };
+    size.map(|texels| u64::from(texels.div_ceil(side)))
+}
+
 impl Target for Ktx2File<'_> {
+    fn blocks(&mut self, level: usize, row: u32, layers: &[Vec<u8>]) -> Result<(), MapFault> {
+        let [_, rows] = units(self.plan, self.sizes[level]);
+        for (i, bytes) in layers.iter().enumerate() {
+            let place = self.offsets[level] + (i as u64 * rows + u64::from(row)) * bytes.len() as u64;
+            self.file.seek(SeekFrom::Start(place)).and_then(|_| self.file.write_all(bytes)).map_err(refused)?;
+        }
+        Ok(())
+    }
+
     fn rows(&mut self, level: usize, first: u32, rows: &[Vec<f32>]) -> Result<(), MapFault> {
         let [width, height] = self.sizes[level].map(u64::from);
         let texel = 4 * self.plan.precision.bytes() as u64;
@@ -169,6 +182,7 @@ impl Target for Ktx2File<'_> {
                 match self.plan.precision {
                     Precision::F32 => values.iter().for_each(|v| bytes.extend(v.to_le_bytes())),
                     Precision::F16 => values.iter().for_each(|&v| bytes.extend(f16::from_f32(v).to_le_bytes())),
+                    Precision::Bc => unreachable!("rows become blocks"),
                 }
             }
             self.file.seek(SeekFrom::Start(place)).and_then(|_| self.file.write_all(&bytes)).map_err(refused)?;

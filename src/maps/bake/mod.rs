@@ -8,8 +8,10 @@
 //!
 //! **Both.** Where there are heights and normals, slopes are those of the normals, one for a texel, and heights only displace.
 
+pub(super) mod blocks;
 mod exr_write;
 mod inputs;
+mod keys;
 mod kind;
 mod ktx2_write;
 mod pyramid;

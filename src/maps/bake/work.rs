@@ -3,13 +3,16 @@
 use half::f16;
 use rayon::prelude::*;
 
+use super::blocks::{self, BlockPlan};
 use super::kind::OIIO_CHANNELS;
 use super::pyramid::{Pyramid, Row, level_sizes};
 use super::{Inputs, Kind, Layout, LevelError, Precision, Report};
-use crate::maps::{MapFault, Wrap};
+use crate::maps::{HeightMap, MapFault, Wrap, bc5, halves};
 
 /// Rows that are worked on at once.
 const BAND: u32 = 64;
+/// Rows of a block.
+const SIDE: u32 = bc5::SIDE as u32;
 /// Where 16-bit floats are filled up to: its square stays far below their largest, 65504.
 const FULL_SLOPE: f64 = 128.0;
 /// The same for heights.
@@ -31,12 +34,18 @@ pub struct Plan {
     /// Powers of two that the channels are multiplied by in the file.
     pub factors: Vec<f64>,
     /// Factor that heights were multiplied by.
-    pub height_scale: f64,
+    pub height_scale: f32,
+    /// The height that lies on the mesh: the mean of the heights, times the factor.
+    pub middle: f32,
+    /// Whether heights are in widths of the texture, not in the unit of their map.
+    pub in_widths: bool,
     /// What lies beyond the edges.
     pub wrap: Wrap,
     /// Whether there are heights, and normals.
-    has_heights: bool,
-    has_normals: bool,
+    pub(super) has_heights: bool,
+    pub(super) has_normals: bool,
+    /// How blocks hold the channels, if they do.
+    pub(super) blocks: Option<BlockPlan>,
 }
 
 /// Where rows go.
@@ -46,6 +55,12 @@ pub trait Target {
     /// # Errors
     /// If they cannot be written.
     fn rows(&mut self, level: usize, first: u32, rows: &[Vec<f32>]) -> Result<(), MapFault>;
+
+    /// Takes a row of blocks of a level, in their order, for each layer.
+    ///
+    /// # Errors
+    /// If they cannot be written, or the file has none.
+    fn blocks(&mut self, level: usize, row: u32, layers: &[Vec<u8>]) -> Result<(), MapFault>;
 }
 
 impl Plan {
@@ -69,7 +84,7 @@ impl Plan {
         }
         // Normals tell heights in widths of the texture; heights alone stay in their own unit.
         let agreed = inputs.agreement().filter(|agreed| agreed.scale_texels > 0.0);
-        let usual = agreed.map_or(1.0, |agreed| agreed.scale_texels / f64::from(size[0]));
+        let usual = agreed.map_or(1.0, |agreed| (agreed.scale_texels / f64::from(size[0])) as f32);
         let height_scale = inputs.height_scale.unwrap_or(usual);
         let mut plan = Self {
             kind,
@@ -79,12 +94,21 @@ impl Plan {
             factors: vec![1.0; channels.len()],
             channels,
             height_scale,
+            middle: inputs.heights.as_ref().map_or(0.0, HeightMap::mean) * height_scale,
+            in_widths: inputs.height_scale.is_some() || inputs.normals.is_some(),
             wrap: inputs.wrap,
             has_heights: inputs.heights.is_some(),
             has_normals: inputs.normals.is_some(),
+            blocks: None,
         };
-        if precision == Precision::F16 && layout == Layout::Leadr {
-            plan.fill_half_floats(inputs.bounds(height_scale));
+        match precision {
+            Precision::F16 if layout == Layout::Leadr => plan.fill_half_floats(inputs.bounds(height_scale.into())),
+            Precision::Bc if layout == Layout::Oiio => {
+                let what = "the layout oiio is an EXR, which has no blocks";
+                return Err(refuse(what, "take the format f16, or the layout leadr"));
+            }
+            Precision::Bc => plan.blocks = Some(BlockPlan::new(kind, &plan.block_ranges(inputs))),
+            _ => {}
         }
         Ok(plan)
     }
@@ -102,20 +126,31 @@ impl Plan {
         }
     }
 
+    /// Bounds of what blocks store of each channel.
+    fn block_ranges(&self, inputs: &Inputs) -> Vec<[f32; 2]> {
+        let aspect = self.size[0] as f32 / self.size[1] as f32;
+        let slope = match self.kind {
+            Kind::Leadr => inputs.steepest(self.height_scale),
+            _ => inputs.steepest(self.height_scale) * aspect.max(1.0),
+        };
+        let scaled = inputs.height_range().map(|h| h * self.height_scale);
+        blocks::ranges(self.kind, &self.channels, slope, scaled, inputs.brightest())
+    }
+
     /// A row of level 0, and its slopes and second moments in texture space.
     fn row(&self, inputs: &Inputs, y: u32) -> (Row, Sums) {
         let mut sums = Sums::default();
         let mut row = Row::with_capacity(self.size[0] as usize * self.channels.len());
         let [width, height] = self.size.map(f64::from);
         let aspect = width / height;
-        // Heights in texels where normals tell slopes, in their own unit otherwise, as maketx has them.
-        let unit = if self.has_normals { width } else { 1.0 };
         if self.kind == Kind::Leadr {
+            // Heights in texels where normals tell slopes, in their own unit otherwise, as maketx has them.
+            let unit = if self.has_normals { width } else { 1.0 };
+            let [s, t] = [unit / width, unit / height].map(|v| v as f32);
             for (x, m) in inputs.moments(self.height_scale, y).into_iter().enumerate() {
-                sums.add(m);
+                sums.add(m.map(f64::from));
                 if self.layout == Layout::Oiio {
-                    let (s, t) = (unit / width, unit / height);
-                    let h = if self.has_heights { m[5] * unit } else { -1.0 };
+                    let h = if self.has_heights { m[5] * unit as f32 } else { -1.0 };
                     row.extend([h, m[0] * s, m[1] * t, m[2] * s * s, m[3] * t * t, m[4] * s * t]);
                 } else {
                     row.extend(m);
@@ -128,12 +163,13 @@ impl Plan {
             sums.add([s, t, s * s, t * t, s * t, h]);
             // n.xy / n.z, y up.
             let (bx, by) = (-s, t * aspect);
+            let mut put = |values: &[f64]| row.extend(values.iter().map(|&v| v as f32));
             match self.kind {
-                Kind::Lean => row.extend([bx, by, bx * bx, by * by, bx * by, h]),
-                Kind::Clean => row.extend([bx, by, bx * bx + by * by, h]),
+                Kind::Lean => put(&[bx, by, bx * bx, by * by, bx * by, h]),
+                Kind::Clean => put(&[bx, by, bx * bx + by * by, h]),
                 Kind::Toksvig | Kind::Leadr => {
                     let length = (1.0 + bx * bx + by * by).sqrt();
-                    row.extend([bx / length, by / length, 1.0 / length, h]);
+                    put(&[bx / length, by / length, 1.0 / length, h]);
                 }
             }
             inputs.beside(x as u32, y, &mut row);
@@ -197,6 +233,15 @@ impl Differences {
         Self(sums)
     }
 
+    /// Adds those of rows.
+    fn add(&mut self, plan: &Plan, exact: &[Row], stored: &[Row]) {
+        let of_rows: Vec<Self> = exact.par_iter().zip(stored).map(|(a, b)| Self::of_row(plan, a, b)).collect();
+        for row in of_rows {
+            let all = self.0.iter_mut().zip(row.0);
+            all.for_each(|(sum, v)| *sum = [sum[0] + v[0], sum[1] + v[1]]);
+        }
+    }
+
     /// Errors of a level of `texels`. Channels are measured by their size on the finest level, where means have not cancelled; variance by
     /// that of the whole map.
     fn error(&self, texels: f64, finest: &Self, finest_texels: f64, whole: &Self) -> LevelError {
@@ -223,6 +268,7 @@ pub fn bake(inputs: &Inputs, plan: &Plan, target: &mut dyn Target, progress: &dy
     let mut sums = Sums::default();
     let mut ranges = vec![[f64::INFINITY, f64::NEG_INFINITY]; channels];
     let mut differences = vec![Differences(vec![[0.0; 2]; channels + 1]); levels.len()];
+    let mut pending: Vec<Vec<Row>> = vec![Vec::new(); levels.len()];
     for start in (0..height).step_by(BAND as usize) {
         let rows: Vec<_> = (start..height.min(start + BAND)).into_par_iter().map(|y| plan.row(inputs, y)).collect();
         let mut band = Vec::with_capacity(rows.len());
@@ -245,16 +291,24 @@ pub fn bake(inputs: &Inputs, plan: &Plan, target: &mut dyn Target, progress: &dy
             if plan.precision == Precision::F32 {
                 return target.rows(level, first, &exact);
             }
-            let rounded =
-                |row: &Vec<f32>| row.iter().map(|&v| f16::from_f32(v.clamp(-65504.0, 65504.0)).to_f32()).collect();
-            let stored: Vec<Vec<f32>> = exact.par_iter().map(rounded).collect();
-            let of_rows: Vec<Differences> =
-                exact.par_iter().zip(&stored).map(|(a, b)| Differences::of_row(plan, a, b)).collect();
-            for row in of_rows {
-                let all = differences[level].0.iter_mut().zip(row.0);
-                all.for_each(|(sum, v)| *sum = [sum[0] + v[0], sum[1] + v[1]]);
+            let Some(blocks) = &plan.blocks else {
+                let stored: Vec<Vec<f32>> = exact.par_iter().map(|row| plan.halves(row)).collect();
+                differences[level].add(plan, &exact, &stored);
+                return target.rows(level, first, &stored);
+            };
+            // Blocks are made of four rows; the last may have fewer.
+            let pending = &mut pending[level];
+            let mut made = (first - pending.len() as u32) / SIDE;
+            let all = first + exact.len() as u32 == levels[level][1];
+            pending.extend(exact);
+            while pending.len() >= SIDE as usize || all && !pending.is_empty() {
+                let rows: Vec<Row> = pending.drain(..pending.len().min(SIDE as usize)).collect();
+                let (layers, stored) = blocks.encode(&rows);
+                differences[level].add(plan, &rows, &stored);
+                target.blocks(level, made, &layers)?;
+                made += 1;
             }
-            target.rows(level, first, &stored)
+            Ok(())
         })?;
         progress((start + BAND).min(height) as f32 / height as f32);
     }
@@ -279,6 +333,21 @@ impl Plan {
     /// As 32-bit floats, times the factors; those are powers of two, so nothing is rounded twice.
     fn stored(&self, row: &Row) -> Vec<f32> {
         let factors = self.factors.iter().cycle();
-        row.iter().zip(factors).map(|(&v, &factor)| (v as f32) * factor as f32).collect()
+        row.iter().zip(factors).map(|(&v, &factor)| v * factor as f32).collect()
+    }
+
+    /// As 16-bit floats hold them. Where second moments are kept, they follow the means as those are rounded.
+    fn halves(&self, row: &Row) -> Vec<f32> {
+        let half = |v: f32| f16::from_f32(v.clamp(-65504.0, 65504.0)).to_f32();
+        if self.layout == Layout::Oiio || !matches!(self.kind, Kind::Leadr | Kind::Lean) {
+            return row.iter().map(|&v| half(v)).collect();
+        }
+        let mut stored = Vec::with_capacity(row.len());
+        for texel in row.chunks_exact(self.channels.len()) {
+            let ([x, y, xx, yy], xy) = halves::nearest([texel[0], texel[1], texel[2], texel[3]], texel[4]);
+            stored.extend([x, y, xx, yy, xy].map(f16::to_f32));
+            stored.extend(texel[5..].iter().map(|&v| half(v)));
+        }
+        stored
     }
 }

@@ -239,8 +239,8 @@ impl Material {
     /// If they are damaged, too large or of the wrong kind.
     pub fn set_heights(&mut self, file: &Path) -> Result<(), MapError> {
         let map = load_height_map(file)?;
-        let mean = map.texels.iter().map(|&h| f64::from(h)).sum::<f64>() / map.texels.len() as f64;
-        self.relief = Some(Relief { map, scale: None, middle: mean as f32 });
+        let middle = map.mean();
+        self.relief = Some(Relief { map, scale: None, in_widths: false, middle });
         Ok(())
     }
 }

@@ -3,6 +3,7 @@
 //! Each property is a constant or a texture ([`Input`]); a texture has its own coordinates, transform, wrap and encoding. Nothing is
 //! filtered here: that is done where a material meets its mesh and its relief.
 
+mod baked;
 mod folder;
 mod normals;
 mod raster;
@@ -123,6 +124,8 @@ pub struct Relief {
     pub map: HeightMap,
     /// Metres for each unit of the map; `None` if the file does not say.
     pub scale: Option<f32>,
+    /// Whether a unit is a width of the texture, where `scale` tells nothing else.
+    pub in_widths: bool,
     /// The height of the map that lies on the mesh.
     pub middle: f32,
 }

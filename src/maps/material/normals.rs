@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::{GreenAxis, NormalMap, Raster};
+use super::{Encoding, GreenAxis, NormalMap, Raster};
 use crate::maps::moments::Wrap;
 use crate::maps::types::HeightMap;
 
@@ -14,6 +14,9 @@ impl NormalMap {
     #[must_use]
     pub fn slope(&self, x: u32, y: u32) -> [f64; 2] {
         let raster = &self.texture.raster;
+        if self.texture.encoding == Encoding::Slopes {
+            return [0, 1].map(|channel| f64::from(raster.value(x, y, channel)));
+        }
         let code = |channel| 2.0 * f64::from(raster.value(x, y, channel)) - 1.0;
         let [nx, ny] = [0, 1].map(|channel| code(channel) * f64::from(self.scale));
         let nz = if raster.channels() >= 3 { code(2) } else { (1.0 - nx * nx - ny * ny).max(0.0).sqrt() };

@@ -113,7 +113,7 @@ impl Raster {
     pub fn color(&self, x: u32, y: u32, encoding: Encoding) -> [f32; 3] {
         let codes = [0, 1, 2].map(|channel| self.value(x, y, channel));
         match (encoding, &self.samples) {
-            (Encoding::Linear, _) | (_, Samples::F32(_)) => codes,
+            (Encoding::Linear | Encoding::Slopes, _) | (_, Samples::F32(_)) => codes,
             (Encoding::Srgb, _) => codes.map(linear_from_srgb),
         }
     }
@@ -127,6 +127,8 @@ pub enum Encoding {
     Linear,
     /// Colours for a display.
     Srgb,
+    /// In place of normals, slopes in floats: rise over run along `s` and `t` (down).
+    Slopes,
 }
 
 /// What lies beyond the edge of a texture, along one axis.

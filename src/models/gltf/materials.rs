@@ -166,7 +166,7 @@ impl<'a> Reader<'a> {
             self.source.image_budget.take(size_of_val(&map.texels[..])).map(|()| map)
         });
         match map {
-            Ok(map) => Ok(Some(Relief { map, scale, middle })),
+            Ok(map) => Ok(Some(Relief { map, scale, in_widths: false, middle })),
             Err(fault) if self.source.lenient => {
                 self.source.remark(format!("{fault}; the surface is not displaced"));
                 Ok(None)

@@ -17,6 +17,7 @@ use crate::render::light::sky::Sky;
 use crate::render::passes::CommonPasses;
 use crate::render::scene::{FrameState, Scene};
 use crate::render::settings::RenderSettings;
+use crate::render::surfaces::object::Upload;
 
 /// Renders a scene on a device.
 pub struct Renderer {
@@ -91,12 +92,13 @@ impl Renderer {
 
     fn with(
         gpu: &Arc<Gpu>,
-        Scene { objects, ocean, cache }: Scene,
+        Scene { objects, ocean, cache, map_precision }: Scene,
         environment: Environment,
         meanwhile: impl FnOnce(&Environment, &mut MeshPipelines) -> Result<()> + Send,
     ) -> Result<Self> {
         let pipelines = MeshPipelines::of(gpu, &objects);
-        let meshes = Meshes::new(pipelines, objects, cache.as_ref(), |pipelines| meanwhile(&environment, pipelines))?;
+        let upload = Upload { cache: cache.as_ref(), format: map_precision };
+        let meshes = Meshes::new(pipelines, objects, upload, |pipelines| meanwhile(&environment, pipelines))?;
         let mut surfaces: Vec<Box<dyn Surface>> = vec![Box::new(meshes)];
         if let Some(ocean) = ocean {
             surfaces.push(Box::new(Sea::new(gpu, ocean)?));

@@ -26,7 +26,7 @@ use crate::render::constants::SOURCE_LEVEL;
 
 /// Most texels of a horizon map. Larger maps have their first horizons at a coarser level, whose texels all pixels that
 /// are closer share.
-const MOST_TEXELS: u32 = 8 << 20;
+pub const MOST_TEXELS: u32 = 8 << 20;
 
 /// Pairs of opposite rays: on a map, and on the tiles of an atlas, which have many more texels.
 const AXES: usize = 8;
@@ -121,7 +121,7 @@ impl Level {
         let size = maps.heights().mip_extent(level);
         let [w, h] = size.map(|n| sign / n as f32);
         let heights: Vec<f32> = maps.heights().read(level, 0)?;
-        let slopes: Vec<[f32; 4]> = maps.slopes().read(level, 0)?;
+        let slopes = maps.read_slopes(level)?;
         Ok(Self {
             size,
             heights: heights.iter().map(|v| v * sign).collect(),

@@ -1,9 +1,11 @@
 //! The surfaces that are drawn: patches and their maps on the device, and how finely they are tessellated.
 
 pub mod atlas;
+pub mod budget;
 pub mod displacement;
 pub mod divided;
 pub mod flat;
+mod half_range;
 pub mod horizon;
 pub mod material;
 pub mod moments;

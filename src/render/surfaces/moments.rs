@@ -1,13 +1,15 @@
-//! The moments pass: turns heights on the GPU into LEADR maps (LEADR section 3) with all their mips, in three images:
+//! LEADR maps on the device (LEADR section 3) with all their mips, in three images:
 //!
 //! * slopes, RGBA: `E[hs], E[ht], E[hs²], E[ht²]`
 //! * joint, R: `E[hs·ht]`
 //! * heights, R: the mean
 //!
+//! The moments pass makes them of heights, or they come from a file.
+//!
 //! No pass needs the last two together: the filter pass reads the moments, the geometry pass the heights.
 //!
 //! Slopes are per unit of texture coordinate, the whole image being `[0, 1]²`, in the heights' unit.
-//! [`crate::maps::moments`] computes the same on the CPU in 64 bits.
+//! [`crate::maps::moments`] computes the same on the CPU, to the last bit.
 
 use std::sync::Arc;
 
@@ -16,10 +18,10 @@ use half::f16;
 use super::patch_mesh::TileLayout;
 use crate::gpu::vk::Format;
 use crate::gpu::{
-    AddressMode, Commands, ComputePipeline, Descriptor, Filter, Gpu, GpuError, Image, ImageDesc, ImageView, Result,
-    Sampler, SharedStruct, SpecValue, Use, shared_struct,
+    Commands, ComputePipeline, Descriptor, Gpu, GpuError, Image, ImageDesc, ImageView, Result, SharedStruct, SpecValue,
+    Use, shared_struct,
 };
-use crate::maps::{HeightMap, Wrap};
+use crate::maps::{HeightMap, LeadrMap, Wrap, halves};
 use crate::render::constants::{MOMENTS_ATLAS, MOMENTS_CLAMP, MOMENTS_REPEAT};
 
 /// What lies beyond the edges of the height map.
@@ -31,23 +33,42 @@ pub enum Edges {
     Atlas(TileLayout),
 }
 
-/// How the moments are stored.
+/// How the moments are stored. Heights have 32 bits always: the geometry follows them.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum MomentFormat {
     /// RGBA32F and R32F.
     #[default]
     Float32,
-    /// RGBA16F and R16F: half the memory. Heights keep 11 bits, moments beyond ±65504 are clamped, and a small variance
-    /// under a large mean slope is lost (`E[x²] − E[x]²` cancels); `tests/render/moments.rs` measures the error.
+    /// RGBA16F and R16F: half the memory. Moments beyond ±65504 are clamped, and a variance below some 2⁻¹² of the square of the mean
+    /// slope is lost (`E[x²] − E[x]²` cancels); `tests/render/moments.rs` measures the error. Objects scale their heights so that
+    /// slopes fill the range.
     Float16,
 }
 
 impl MomentFormat {
-    /// Formats of the slopes, and of the two maps with one channel.
+    /// Formats of the slopes, and of their mixed moment.
     fn formats(self) -> [Format; 2] {
         match self {
             Self::Float32 => [Format::R32G32B32A32_SFLOAT, Format::R32_SFLOAT],
             Self::Float16 => [Format::R16G16B16A16_SFLOAT, Format::R16_SFLOAT],
+        }
+    }
+
+    /// Bytes of a texel, its height included.
+    #[must_use]
+    pub const fn texel_bytes(self) -> u64 {
+        match self {
+            Self::Float32 => 24,
+            Self::Float16 => 14,
+        }
+    }
+
+    /// Its name on the command line.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Float32 => "f32",
+            Self::Float16 => "f16",
         }
     }
 
@@ -92,12 +113,18 @@ shared_struct! {
     }
 }
 
+shared_struct! {
+    struct MipPush for "Push" {
+        /// One over the texels of the finer level, across and down.
+        share: [f32; 2],
+    }
+}
+
 /// The pass: pipelines for one kind of edge and one format, shared by any number of maps.
 pub struct MomentsPass {
     level0: ComputePipeline,
     /// From levels of which a side is odd, and from others.
     mips: [ComputePipeline; 2],
-    sampler: Sampler,
     edges: Edges,
     format: MomentFormat,
 }
@@ -114,11 +141,10 @@ impl MomentsPass {
             Edges::Atlas(_) => MOMENTS_ATLAS,
         };
         let [level0, mips] = format.shaders();
-        let mip = |even| ComputePipeline::new(gpu, mips, &[("EVEN", SpecValue::Bool(even))], &[]);
+        let mip = |even| ComputePipeline::new(gpu, mips, &[("EVEN", SpecValue::Bool(even))], &[MipPush::LAYOUT]);
         Ok(Self {
             level0: ComputePipeline::new(gpu, level0, &[("EDGES", SpecValue::U32(kind))], &[Push::LAYOUT])?,
             mips: [mip(false)?, mip(true)?],
-            sampler: Sampler::new(gpu, "heights", Filter::Nearest, AddressMode::ClampToEdge)?,
             edges,
             format,
         })
@@ -136,14 +162,21 @@ pub struct LeadrMapGpu {
 }
 
 impl LeadrMapGpu {
-    /// Uploads heights and computes their maps with all mips; waits until it is done. Besides the maps it needs memory for
-    /// one copy of the heights, which is freed on return.
+    /// Uploads heights and computes their maps with all mips; waits until it is done.
     ///
     /// # Errors
     /// [`GpuError::Usage`] when the texels do not fill the size, or the size of the atlas differs; [`GpuError::Allocation`]
     /// when memory is short; a failed submission.
     pub fn new(gpu: &Arc<Gpu>, source: HeightSource<'_>, edges: Edges, format: MomentFormat) -> Result<Self> {
-        Self::with_pass(gpu, &Arc::new(MomentsPass::new(gpu, edges, format)?), source)
+        let HeightSource { width, height, texels } = source;
+        if u64::from(width) * u64::from(height) != texels.len() as u64 {
+            let fault = format!("{} heights do not fill {width}x{height} texels", texels.len());
+            return Err(GpuError::Usage { name: "height map".to_owned(), fault });
+        }
+        let map = Self::empty(gpu, &Arc::new(MomentsPass::new(gpu, edges, format)?), width, height)?;
+        map.heights.write(0, 0, texels)?;
+        gpu.submit("moments", |cmd| map.record(cmd))?;
+        Ok(map)
     }
 
     /// Uploads heights whose slopes are told: `slopes`, per unit of texture coordinate in the heights' unit, one for each height. A
@@ -166,18 +199,8 @@ impl LeadrMapGpu {
             return Err(GpuError::Usage { name: "height map".to_owned(), fault });
         }
         let map = Self::empty(gpu, &Arc::new(MomentsPass::new(gpu, edges, format)?), width, height)?;
-        // Within the format, as the pass has them.
-        let limit = format.limit();
-        let stored = |image: &Image, values: &mut dyn Iterator<Item = f32>| {
-            let values = values.map(|v| v.clamp(-limit, limit));
-            match format {
-                MomentFormat::Float32 => image.write(0, 0, &values.collect::<Vec<f32>>()),
-                MomentFormat::Float16 => image.write(0, 0, &values.map(f16::from_f32).collect::<Vec<f16>>()),
-            }
-        };
-        stored(&map.slopes, &mut slopes.iter().flat_map(|&[x, y]| [x, y, x * x, y * y]))?;
-        stored(&map.joint, &mut slopes.iter().map(|&[x, y]| x * y))?;
-        stored(&map.heights, &mut texels.iter().copied())?;
+        map.write(0, slopes.iter().map(|&[x, y]| ([x, y, x * x, y * y], x * y)))?;
+        map.heights.write(0, 0, texels)?;
         gpu.submit("moments of slopes", |cmd| {
             for image in [&map.slopes, &map.joint, &map.heights] {
                 cmd.transition(image, Use::ComputeReadWrite);
@@ -187,21 +210,70 @@ impl LeadrMapGpu {
         Ok(map)
     }
 
-    /// As [`new`](Self::new), with the pipelines of `pass`.
+    /// Uploads moments that are ready on all levels.
     ///
     /// # Errors
-    /// As [`new`](Self::new).
-    pub fn with_pass(gpu: &Arc<Gpu>, pass: &Arc<MomentsPass>, source: HeightSource<'_>) -> Result<Self> {
-        let HeightSource { width, height, texels } = source;
-        if u64::from(width) * u64::from(height) != texels.len() as u64 {
-            let fault = format!("{} heights do not fill {width}x{height} texels", texels.len());
-            return Err(GpuError::Usage { name: "height map".to_owned(), fault });
+    /// As [`new`](Self::new), and [`GpuError::Usage`] when levels are missing or of other sizes.
+    pub fn with_moments(gpu: &Arc<Gpu>, moments: &LeadrMap, edges: Edges, format: MomentFormat) -> Result<Self> {
+        let wrong = |fault: String| GpuError::Usage { name: "LEADR map".to_owned(), fault };
+        let Some(first) = moments.levels.first() else { return Err(wrong("it has no levels".to_owned())) };
+        let pass = Arc::new(MomentsPass::new(gpu, edges, format)?);
+        let map = Self::empty(gpu, &pass, first.width, first.height)?;
+        if moments.levels.len() != map.levels.len() {
+            return Err(wrong(format!("it has {} levels, not {}", moments.levels.len(), map.levels.len())));
         }
-        let map = Self::empty(gpu, pass, width, height)?;
-        let heights = Image::new(gpu, "heights", ImageDesc::new(Format::R32_SFLOAT, width, height))?;
-        heights.write(0, 0, texels)?;
-        gpu.submit("moments", |cmd| map.record(cmd, heights.whole()))?;
+        for (mip, level) in (0..).zip(&moments.levels) {
+            let [width, height] = map.heights.mip_extent(mip);
+            let texels = level.texels.len() as u64;
+            if [level.width, level.height] != [width, height] || texels != u64::from(width) * u64::from(height) {
+                return Err(wrong(format!("level {mip} has {texels} texels, not those of {width}x{height}")));
+            }
+            let texels = level.texels.iter();
+            map.write(mip, texels.map(|m| ([m.mean_slope[0], m.mean_slope[1], m.second[0], m.second[1]], m.cross)))?;
+            map.heights.write(mip, 0, &level.texels.iter().map(|m| m.height).collect::<Vec<f32>>())?;
+        }
         Ok(map)
+    }
+
+    /// Stores the moments of a level.
+    fn write(&self, mip: u32, moments: impl Iterator<Item = ([f32; 4], f32)>) -> Result<()> {
+        match self.pass.format {
+            MomentFormat::Float32 => {
+                let (slopes, joint): (Vec<[f32; 4]>, Vec<f32>) = moments.unzip();
+                self.slopes.write(mip, 0, &slopes)?;
+                self.joint.write(mip, 0, &joint)
+            }
+            MomentFormat::Float16 => {
+                let (slopes, joint): (Vec<[f16; 4]>, Vec<f16>) =
+                    moments.map(|(slopes, joint)| halves::nearest(slopes, joint)).unzip();
+                self.slopes.write(mip, 0, &slopes)?;
+                self.joint.write(mip, 0, &joint)
+            }
+        }
+    }
+
+    /// Reads the slopes of a level back: `E[hs], E[ht], E[hs²], E[ht²]`.
+    ///
+    /// # Errors
+    /// As [`Image::read`].
+    pub fn read_slopes(&self, mip: u32) -> Result<Vec<[f32; 4]>> {
+        Ok(match self.pass.format {
+            MomentFormat::Float32 => self.slopes.read(mip, 0)?,
+            MomentFormat::Float16 => {
+                self.slopes.read::<[f16; 4]>(mip, 0)?.into_iter().map(|texel| texel.map(f16::to_f32)).collect()
+            }
+        })
+    }
+
+    /// Reads their mixed moments back.
+    ///
+    /// # Errors
+    /// As [`Image::read`].
+    pub fn read_joint(&self, mip: u32) -> Result<Vec<f32>> {
+        Ok(match self.pass.format {
+            MomentFormat::Float32 => self.joint.read(mip, 0)?,
+            MomentFormat::Float16 => self.joint.read::<f16>(mip, 0)?.into_iter().map(f16::to_f32).collect(),
+        })
     }
 
     /// Maps of this size with undefined content, for [`record`](Self::record) to fill.
@@ -209,7 +281,7 @@ impl LeadrMapGpu {
     /// # Errors
     /// As [`new`](Self::new).
     pub fn empty(gpu: &Arc<Gpu>, pass: &Arc<MomentsPass>, width: u32, height: u32) -> Result<Self> {
-        let [slopes, single] = pass.format.formats();
+        let [slopes, joint] = pass.format.formats();
         let mut desc = ImageDesc::new(slopes, width, height).storage().full_mips();
         if let Edges::Atlas(tiles) = pass.edges {
             if tiles.size() != (width, height) || !tiles.tile.is_power_of_two() {
@@ -220,36 +292,32 @@ impl LeadrMapGpu {
             desc = desc.mips(tiles.tile.ilog2() + 1);
         }
         let slopes = Image::new(gpu, "LEADR slopes", desc)?;
-        let joint = Image::new(gpu, "LEADR joint", ImageDesc { format: single, ..desc })?;
-        let heights = Image::new(gpu, "LEADR heights", ImageDesc { format: single, ..desc })?;
+        let joint = Image::new(gpu, "LEADR joint", ImageDesc { format: joint, ..desc })?;
+        let heights = Image::new(gpu, "LEADR heights", ImageDesc { format: Format::R32_SFLOAT, ..desc })?;
         let levels = (0..desc.mips)
             .map(|mip| Ok([slopes.mip_layer(mip, 0)?, joint.mip_layer(mip, 0)?, heights.mip_layer(mip, 0)?]))
             .collect::<Result<Vec<_>>>()?;
         Ok(Self { pass: pass.clone(), slopes, joint, heights, levels })
     }
 
-    /// Computes all levels from `heights` (R32F, of the maps' size, in [`Use::Sampled`]) and leaves the images in
-    /// [`Use::Sampled`]. It may be recorded again whenever the heights change.
-    pub fn record(&self, cmd: &mut Commands, heights: &ImageView) {
-        let MomentsPass { level0, sampler, edges, format, .. } = &*self.pass;
-        if heights.extent() != self.levels[0][0].extent() {
-            let fault = format!("{:?} heights do not fill {:?} texels", heights.extent(), self.levels[0][0].extent());
-            return cmd.fail(GpuError::Usage { name: "LEADR maps".to_owned(), fault });
-        }
-        for image in [&self.slopes, &self.joint, &self.heights] {
+    /// Computes the moments, and all levels but the finest of the heights, from that; and leaves the images in [`Use::Sampled`]. It may
+    /// be recorded again whenever the heights change.
+    pub fn record(&self, cmd: &mut Commands) {
+        let MomentsPass { level0, edges, format, .. } = &*self.pass;
+        for image in [&self.slopes, &self.joint] {
             // the earlier content is not needed, but its readers must be done
             cmd.image_barrier(image, Use::Undefined, Use::ComputeReadWrite);
         }
+        cmd.transition(&self.heights, Use::ComputeReadWrite);
         let tile = if let Edges::Atlas(tiles) = edges { tiles.tile } else { 0 };
-        let [slopes, joint, means] = &self.levels[0];
+        let [slopes, joint, heights] = &self.levels[0];
         let [width, height] = slopes.extent();
         cmd.bind(
             level0,
             &[
-                ("heights", Descriptor::Sampled(heights, sampler)),
+                ("heights", Descriptor::StorageImage(heights)),
                 ("slopes", Descriptor::StorageImage(slopes)),
                 ("joint", Descriptor::StorageImage(joint)),
-                ("mean_height", Descriptor::StorageImage(means)),
             ],
         );
         cmd.push_constants(&Push { tile, limit: format.limit() });
@@ -262,7 +330,8 @@ impl LeadrMapGpu {
     fn record_mips(&self, cmd: &mut Commands) {
         for pair in self.levels.windows(2) {
             let [[fine_slopes, fine_joint, fine_means], [slopes, joint, means]] = pair else { continue };
-            let even = fine_slopes.extent().iter().all(|side| side % 2 == 0);
+            let fine = fine_slopes.extent();
+            let even = fine.iter().all(|side| side % 2 == 0);
             let mips = &self.pass.mips[usize::from(even)];
             let [width, height] = slopes.extent();
             cmd.memory_barrier(Use::ComputeWrite, Use::ComputeRead);
@@ -277,6 +346,7 @@ impl LeadrMapGpu {
                     ("mean_height", Descriptor::StorageImage(means)),
                 ],
             );
+            cmd.push_constants(&MipPush { share: fine.map(|side| 1.0 / side as f32) });
             cmd.dispatch_invocations(mips, [width, height, 1]);
         }
         for image in [&self.slopes, &self.joint, &self.heights] {

@@ -5,12 +5,14 @@ use std::sync::Arc;
 use super::atlas::AtlasGpu;
 use super::displacement::{Border, BoundaryHeights, EDGE_LEVELS, HeightField};
 use super::flat;
+use super::half_range::fill_half_range;
 use super::horizon::{HorizonMaps, Relief};
 use super::material::{Has, HoleKind, MaterialImages, address_mode};
 use super::moments::{Edges, HeightSource, LeadrMapGpu, MomentFormat};
 use super::patch_mesh::PatchMesh;
 use super::topology::Topology;
 use crate::gpu::{AddressMode, Buffer, Filter, Gpu, Memory, Result, Sampler, shared_struct};
+use crate::maps::LeadrMap;
 use crate::maps::cache::{MapCache, checksum};
 use crate::render::constants::{
     CHARTS, FLAG_CHARTED, FLAG_DISPLACED, FLAG_FLAT, FLAG_MARK_INSIDE, FLAG_MASK, FLAG_TINTED_EMISSION, FLAG_TRIANGLES,
@@ -106,6 +108,15 @@ pub struct GpuObject {
     index: u32,
 }
 
+/// How the maps of objects are made.
+#[derive(Clone, Copy, Default)]
+pub struct Upload<'a> {
+    /// Keeps what takes long to find in them.
+    pub cache: Option<&'a MapCache>,
+    /// How their slopes are kept.
+    pub format: MomentFormat,
+}
+
 /// What the filter pass has to fetch for an object: it has a pipeline for each kind.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct SurfaceKind {
@@ -157,12 +168,16 @@ impl SurfaceKind {
 
 impl GpuObject {
     /// Uploads an object and builds its LEADR maps. `index` counts the objects of a scene from 0, below
-    /// [`MAX_OBJECTS`]; `cache` keeps what takes long to find in its maps.
+    /// [`MAX_OBJECTS`].
     ///
     /// # Errors
     /// Memory or a Vulkan call that failed.
-    pub fn new(gpu: &Arc<Gpu>, mut object: Object, index: usize, cache: Option<&MapCache>) -> Result<Self> {
+    pub fn new(gpu: &Arc<Gpu>, mut object: Object, index: usize, upload: Upload<'_>) -> Result<Self> {
+        let Upload { cache, format } = upload;
         let name = object.name.clone();
+        if format == MomentFormat::Float16 {
+            fill_half_range(&mut object);
+        }
         let kind = SurfaceKind::of(&object, &object.mesh);
         let topology = Topology::new(&object.mesh.patches_by_place());
         let (boundary, border) = match &object.heights {
@@ -201,10 +216,10 @@ impl GpuObject {
                 }
             })
             .collect();
-        let maps = leadr_maps(gpu, object.heights.as_ref(), object.slopes.take())?;
-        let mut heights = 0;
+        let (slopes, moments) = (object.slopes.take(), object.moments.take());
+        let sources = cache.map_or(0, |_| relief_checksum(object.heights.as_ref(), slopes.as_ref(), moments.as_ref()));
+        let maps = leadr_maps(gpu, object.heights.as_ref(), slopes, moments, format)?;
         if let Some(field) = &mut object.heights {
-            heights = cache.map_or(0, |_| checksum(bytemuck::cast_slice(&field.texels)));
             field.texels = Vec::new();
         }
         let material = MaterialImages::new(gpu, &name, object.material.take(), border)?;
@@ -219,7 +234,7 @@ impl GpuObject {
         };
         let horizons = if kind.horizon {
             let relief = Relief { mesh: &object.mesh, topology: &topology, border, height_scale: object.height_scale };
-            HorizonMaps::new(gpu, &name, &maps, &relief, cache.map(|cache| (cache, heights)))?
+            HorizonMaps::new(gpu, &name, &maps, &relief, cache.map(|cache| (cache, sources)))?
         } else {
             HorizonMaps::none(gpu, &name)?
         };
@@ -278,8 +293,25 @@ impl GpuObject {
     }
 }
 
+/// Identifies what the horizons of a relief follow from: heights, and the slopes or moments that are told beside them.
+fn relief_checksum(field: Option<&HeightField>, slopes: Option<&Vec<[f32; 2]>>, moments: Option<&LeadrMap>) -> u64 {
+    let of_levels =
+        moments.iter().flat_map(|map| &map.levels).map(|level| checksum(bytemuck::cast_slice(&level.texels)));
+    let mut sums: Vec<u64> = of_levels.collect();
+    sums.extend(field.map(|field| checksum(bytemuck::cast_slice(&field.texels))));
+    sums.extend(slopes.map(|slopes| checksum(bytemuck::cast_slice(slopes))));
+    // Heights alone are known by themselves.
+    if sums.len() == 1 { sums[0] } else { checksum(bytemuck::cast_slice(&sums)) }
+}
+
 /// The LEADR maps of a height field; without one, a placeholder with a single zero height that is never sampled.
-fn leadr_maps(gpu: &Arc<Gpu>, field: Option<&HeightField>, slopes: Option<Vec<[f32; 2]>>) -> Result<LeadrMapGpu> {
+fn leadr_maps(
+    gpu: &Arc<Gpu>,
+    field: Option<&HeightField>,
+    slopes: Option<Vec<[f32; 2]>>,
+    moments: Option<LeadrMap>,
+    format: MomentFormat,
+) -> Result<LeadrMapGpu> {
     let none = HeightField { width: 1, height: 1, texels: vec![0.0], border: Border::Clamp };
     let field = field.unwrap_or(&none);
     let edges = match field.border {
@@ -288,8 +320,9 @@ fn leadr_maps(gpu: &Arc<Gpu>, field: Option<&HeightField>, slopes: Option<Vec<[f
         Border::Tiles(layout) => Edges::Atlas(layout),
     };
     let source = HeightSource { width: field.width, height: field.height, texels: &field.texels };
-    match slopes {
-        Some(slopes) => LeadrMapGpu::with_slopes(gpu, source, &slopes, edges, MomentFormat::Float32),
-        None => LeadrMapGpu::new(gpu, source, edges, MomentFormat::Float32),
+    match (moments, slopes) {
+        (Some(moments), _) => LeadrMapGpu::with_moments(gpu, &moments, edges, format),
+        (None, Some(slopes)) => LeadrMapGpu::with_slopes(gpu, source, &slopes, edges, format),
+        (None, None) => LeadrMapGpu::new(gpu, source, edges, format),
     }
 }

@@ -7,6 +7,7 @@ mod model;
 mod models;
 mod ocean;
 mod outside;
+mod precision;
 mod quadrature;
 mod samples;
 mod shadows;
@@ -119,6 +120,13 @@ pub static SECTIONS: [SectionEntry; 15] = [
         title: "Against another renderer",
         judges_others: false,
         run: outside::run,
+    },
+    SectionEntry {
+        key: "precision",
+        help: "Pictures of 16-bit and block-compressed maps against 32 bits",
+        title: "Smaller maps",
+        judges_others: false,
+        run: precision::run,
     },
     SectionEntry {
         key: "samples",

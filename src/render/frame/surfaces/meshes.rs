@@ -6,7 +6,6 @@ use rayon::prelude::*;
 
 use super::{Extent, ForViews, PassNames, PreparedSurface, Surface, SurfaceDrawing};
 use crate::gpu::{Commands, Gpu, GpuError, Result};
-use crate::maps::cache::MapCache;
 use crate::render::frame::cache::Cache;
 use crate::render::frame::pool::Pool;
 use crate::render::passes::edges::edge_tessellation;
@@ -17,8 +16,9 @@ use crate::render::passes::shadow::ShadowView;
 use crate::render::passes::targets::{GeometryTargets, VisibleSurface};
 use crate::render::scene::{FrameState, Object, Pose};
 use crate::render::settings::{Needs, RenderSettings};
+use crate::render::surfaces::budget;
 use crate::render::surfaces::divided::{DividedObject, DivisionBuffers};
-use crate::render::surfaces::object::{GpuObject, MAX_OBJECTS, SurfaceKind};
+use crate::render::surfaces::object::{GpuObject, MAX_OBJECTS, SurfaceKind, Upload};
 use crate::render::surfaces::object_view::{DrawnObject, ObjectView, ViewBuffers, Viewpoint};
 use crate::render::surfaces::patch_mesh::PosedVertices;
 use crate::render::surfaces::posed::PosedObject;
@@ -120,8 +120,8 @@ struct Level {
 }
 
 impl Level {
-    fn new(gpu: &Arc<Gpu>, object: Object, index: usize, cache: Option<&MapCache>) -> Result<Self> {
-        let object = Arc::new(GpuObject::new(gpu, object, index, cache)?);
+    fn new(gpu: &Arc<Gpu>, object: Object, index: usize, upload: Upload<'_>) -> Result<Self> {
+        let object = Arc::new(GpuObject::new(gpu, object, index, upload)?);
         let closed = object.topology.irregular_edges() == 0;
         Ok(Self { object, closed, divisions: Pool::default(), views: Pool::default() })
     }
@@ -144,12 +144,12 @@ impl Level {
 }
 
 impl Mesh {
-    fn new(gpu: &Arc<Gpu>, mut object: Object, index: usize, cache: Option<&MapCache>) -> Result<Self> {
+    fn new(gpu: &Arc<Gpu>, mut object: Object, index: usize, upload: Upload<'_>) -> Result<Self> {
         let coarse = object.coarse_mesh.take().map(|mesh| Object { mesh, ..object.clone() });
         Ok(Self {
             patch: object.mesh.mean_edge(),
-            coarse: coarse.map(|object| Level::new(gpu, object, index, cache)).transpose()?,
-            fine: Level::new(gpu, object, index, cache)?,
+            coarse: coarse.map(|object| Level::new(gpu, object, index, upload)).transpose()?,
+            fine: Level::new(gpu, object, index, upload)?,
         })
     }
 
@@ -169,7 +169,7 @@ impl Mesh {
 }
 
 impl Meshes {
-    /// Uploads the objects that `pipelines` draw. `cache` keeps what takes long to find in their maps. Meanwhile another thread does
+    /// Uploads the objects that `pipelines` draw. Meanwhile another thread does
     /// `meanwhile` with the pipelines.
     ///
     /// # Errors
@@ -177,7 +177,7 @@ impl Meshes {
     pub fn new(
         mut pipelines: MeshPipelines,
         objects: Vec<Object>,
-        cache: Option<&MapCache>,
+        upload: Upload<'_>,
         meanwhile: impl FnOnce(&mut MeshPipelines) -> Result<()> + Send,
     ) -> Result<Self> {
         let gpu = &pipelines.gpu.clone();
@@ -185,9 +185,10 @@ impl Meshes {
             let fault = format!("{} objects are more than {MAX_OBJECTS}", objects.len());
             return Err(GpuError::Usage { name: "scene".to_owned(), fault });
         }
-        let mesh = |(index, object)| Mesh::new(gpu, object, index, cache);
-        let upload = || objects.into_par_iter().enumerate().map(mesh).collect::<Result<_>>();
-        let (meshes, done) = rayon::join(upload, || meanwhile(&mut pipelines));
+        budget::check(gpu, &objects, upload.format)?;
+        let mesh = |(index, object)| Mesh::new(gpu, object, index, upload);
+        let uploaded = || objects.into_par_iter().enumerate().map(mesh).collect::<Result<_>>();
+        let (meshes, done) = rayon::join(uploaded, || meanwhile(&mut pipelines));
         done?;
         Ok(Self { meshes: meshes?, pipelines, gpu: gpu.clone() })
     }

@@ -120,8 +120,7 @@ impl AtlasGpu {
         let star = Star::new(mesh, neighbors);
         let shape = CoarseShape::new(layout);
 
-        let slopes: Vec<[f32; 4]> = maps.slopes().read(SOURCE_LEVEL, 0)?;
-        let joint: Vec<f32> = maps.joint().read(SOURCE_LEVEL, 0)?;
+        let (slopes, joint) = (maps.read_slopes(SOURCE_LEVEL)?, maps.read_joint(SOURCE_LEVEL)?);
         let moments: Vec<[f32; 5]> = slopes.iter().zip(&joint).map(|(a, &b)| [a[0], a[1], a[2], a[3], b]).collect();
         let moments = coarse_levels(&star, &frames, shape, &moments);
         let [width, height] = shape.size();

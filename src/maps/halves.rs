@@ -1,0 +1,60 @@
+//! Slope moments in 16-bit floats: the twin of `passes/surfaces/moments_store.glsl`.
+//!
+//! `E[x²] − E[x]²` is a difference of what is stored. Rounding both numbers by themselves shifts the variance by up to `3 · 2⁻¹² x²`;
+//! where the second moment follows the mean as that is rounded, only its own rounding is left, a third of it.
+
+use half::f16;
+
+/// Mean slopes and second moments as 16-bit floats hold them.
+#[must_use]
+pub fn nearest(moments: [f32; 4], joint: f32) -> ([f16; 4], f16) {
+    let [x, y, xx, yy] = moments;
+    let half = |v: f32| f16::from_f32(v.clamp(-65504.0, 65504.0));
+    let [mean_x, mean_y] = [half(x), half(y)];
+    let [to_x, to_y] = [mean_x.to_f32(), mean_y.to_f32()];
+    let [moved_x, moved_y] = [to_x - x, to_y - y];
+    let second = [xx + moved_x * (to_x + x), yy + moved_y * (to_y + y)];
+    ([mean_x, mean_y, half(second[0]), half(second[1])], half(joint + x * moved_y + moved_x * to_y))
+}
+
+/// The power of two that slopes are multiplied by so that their squares fill the range of 16 bits, whose largest number is 65504.
+#[must_use]
+pub fn factor(steepest: f32) -> f32 {
+    if steepest > 0.0 && steepest.is_finite() {
+        (128.0 / steepest).log2().floor().clamp(-60.0, 60.0).exp2()
+    } else {
+        1.0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn variance_is_what_the_second_moment_is_rounded_by() {
+        let mut worst = [0.0f32; 2];
+        for i in 0..4000 {
+            let (x, y) = (0.37 + i as f32 * 0.0137, 1.9 - i as f32 * 0.0071);
+            let variance = 0.01 * x * x;
+            let moments = [x, y, x * x + variance, y * y + variance];
+            let ([mx, my, xx, yy], xy) = nearest(moments, x * y);
+            let [mx, my, xx, yy, xy] = [mx, my, xx, yy, xy].map(f16::to_f32);
+            let own =
+                [(xx - mx * mx - variance) / (x * x), (yy - my * my - variance) / (y * y), (xy - mx * my) / (x * y)];
+            worst[0] = own.into_iter().fold(worst[0], |a, b| a.max(b.abs()));
+            let [mx, xx] = [x, x * x + variance].map(|v| f16::from_f32(v).to_f32());
+            worst[1] = worst[1].max(((xx - mx * mx - variance) / (x * x)).abs());
+        }
+        assert!(worst[0] < 5.1e-4 && worst[1] > 1.2e-3, "{worst:?}");
+    }
+
+    #[test]
+    fn squares_of_the_steepest_slope_fit() {
+        for steepest in [1e-20, 0.3, 1.0, 128.0, 5e4, 1e15] {
+            let scaled = steepest * factor(steepest);
+            assert!(scaled <= 128.0 && scaled > 63.9, "{steepest}: {scaled}");
+        }
+        assert_eq!((factor(0.0), factor(f32::INFINITY)), (1.0, 1.0));
+    }
+}

@@ -1,0 +1,93 @@
+//! How much device memory the maps of objects need, asked before any of it is taken: drivers report late, or not at all, that there is
+//! too little.
+
+use super::displacement::Border;
+use super::moments::MomentFormat;
+use crate::gpu::{Gpu, GpuError, Result};
+use crate::render::constants::SOURCE_LEVEL;
+use crate::render::scene::Object;
+
+/// What the targets of a frame, the environment and staging need beside the maps.
+const RESERVE: u64 = 192 << 20;
+
+/// Bytes of a texel of the horizons, and most texels of their finest level.
+const HORIZON: u64 = 10;
+const MOST_HORIZON_TEXELS: u64 = super::horizon::MOST_TEXELS as u64;
+
+/// With all levels of detail.
+fn with_mips(bytes: u64) -> u64 {
+    bytes / 3 * 4
+}
+
+/// Bytes of the maps of an object on the device.
+#[must_use]
+pub fn map_bytes(object: &Object, format: MomentFormat) -> u64 {
+    let relief = object.heights.as_ref().map_or(0, |field| {
+        let texels = u64::from(field.width) * u64::from(field.height);
+        let mut horizon = texels;
+        while horizon > MOST_HORIZON_TEXELS {
+            horizon /= 4;
+        }
+        let coarse = match field.border {
+            // Grids of an eighth of the tile and smaller, two rows each for wider ones.
+            Border::Tiles(_) => 24 * (texels >> (2 * SOURCE_LEVEL)) * 3,
+            Border::Wrap | Border::Clamp => 0,
+        };
+        with_mips(texels * format.texel_bytes()) + with_mips(horizon * HORIZON) + coarse
+    });
+    let material = object.material.as_ref().map_or(0, |map| {
+        let bytes = 4 + 4 * u64::from(map.f0.is_some()) + 8 * u64::from(map.rough_from.is_some());
+        with_mips(u64::from(map.width) * u64::from(map.height) * bytes)
+    });
+    relief + material
+}
+
+/// Refuses objects whose maps do not fit into what is left of the device's memory.
+///
+/// # Errors
+/// [`GpuError::TooLarge`], which names the object with the largest maps.
+pub fn check(gpu: &Gpu, objects: &[Object], format: MomentFormat) -> Result<()> {
+    check_within(objects, format, gpu.memory_size(), gpu.memory_use().allocated)
+}
+
+fn check_within(objects: &[Object], format: MomentFormat, size: u64, used: u64) -> Result<()> {
+    let needs: u64 = objects.iter().map(|object| map_bytes(object, format)).sum();
+    let left = size.saturating_sub(used);
+    if needs == 0 || needs + RESERVE <= left {
+        return Ok(());
+    }
+    let largest = objects.iter().max_by_key(|object| map_bytes(object, format));
+    let what = largest.map_or_else(String::new, |object| {
+        let size = object
+            .heights
+            .as_ref()
+            .map_or_else(String::new, |map| format!(" of {} x {} texels", map.width, map.height));
+        format!("a scene with the maps of {}{size} in {}", object.name, format.name())
+    });
+    Err(GpuError::TooLarge { what, needs: needs + RESERVE, left, size })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::render::surfaces::displacement::HeightField;
+    use crate::render::surfaces::patch_mesh::PatchMesh;
+
+    #[test]
+    fn eight_thousand_texels_a_side_fit_in_16_bits() {
+        let field = HeightField { width: 8192, height: 8192, texels: Vec::new(), border: Border::Wrap };
+        let plane = [Object::new("plane", PatchMesh::default()).with_heights(field, 1.0)];
+        let check = |format, used| check_within(&plane, format, 2 << 30, used);
+        assert!(check(MomentFormat::Float16, 100 << 20).is_ok());
+        let refused = check(MomentFormat::Float32, 0).unwrap_err().to_string();
+        assert!(
+            refused.contains("plane of 8192 x 8192 texels in f32 needs 2.") && refused.contains("of 2.00 GiB"),
+            "{refused}"
+        );
+        assert!(refused.contains("--map-precision f16"), "{refused}");
+        assert!(check(MomentFormat::Float16, 1 << 30).is_err(), "what is in use counts");
+        assert!(
+            check_within(&[Object::new("smooth", PatchMesh::default())], MomentFormat::Float32, 1 << 20, 0).is_ok()
+        );
+    }
+}

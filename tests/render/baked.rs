@@ -1,0 +1,155 @@
+//! What is baked into a file is drawn as what the renderer bakes itself, and smaller numbers within what they are said to err.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use crate::common::gpu::test_gpu;
+use leadr::gpu::Gpu;
+use leadr::lab::metrics::compare::rrmse;
+use leadr::maps::bake::{ExrFile, Inputs as BakeInputs, Kind, Ktx2File, Layout, Plan, Precision, Roughness, bake};
+use leadr::maps::material::{Material, RoughnessMeaning};
+use leadr::maps::save::save_exr;
+use leadr::maps::{RgbImage, load_height_map, load_raster, procedural};
+use leadr::render::surfaces::moments::MomentFormat;
+use leadr::scenes::config::{MaterialFiles, SceneConfig};
+use leadr::scenes::registry::Scene;
+use leadr::scenes::set::{Inputs, set};
+use leadr::scenes::view::{Size, View};
+
+/// Files of one surface in a folder.
+struct Files {
+    folder: tempfile::TempDir,
+}
+
+impl Files {
+    /// Heights of `size`² texels, with normals, roughness and colour that have something to do with them.
+    fn new(size: u32) -> Self {
+        let files = Self { folder: tempfile::tempdir().unwrap() };
+        let rock = procedural::rock(size, size, 3);
+        save_exr(files.at("heights.exr"), size, size, &[("height", &rock.texels)]).unwrap();
+        let code = |x: u32, y: u32, f: f32| ((f * 200.0) as u32 + 7 * x + 3 * y) as u8;
+        let height = |x: u32, y: u32| rock.at(x % size, y % size);
+        image::RgbImage::from_fn(size, size, |x, y| image::Rgb([code(x, y, height(x, y)), 90, 40]))
+            .save(files.at("color.png"))
+            .unwrap();
+        image::GrayImage::from_fn(size, size, |x, y| image::Luma([90 + code(x, y, height(x, y)) / 4]))
+            .save(files.at("roughness.png"))
+            .unwrap();
+        image::RgbImage::from_fn(size, size, |x, y| {
+            let by = [height(x + 1, y) - height(x, y), height(x, y + 1) - height(x, y)].map(|d| 6.0 * d);
+            let length = (1.0 + by[0] * by[0] + by[1] * by[1]).sqrt();
+            image::Rgb([-by[0], by[1], 1.0].map(|v| ((v / length * 0.5 + 0.5) * 255.0 + 0.5) as u8))
+        })
+        .save(files.at("normals.png"))
+        .unwrap();
+        files
+    }
+
+    fn at(&self, name: &str) -> PathBuf {
+        self.folder.path().join(name)
+    }
+
+    /// Bakes the heights, and with `all` what is beside them, into a file.
+    fn bake(&self, name: &str, all: bool, precision: Precision) -> PathBuf {
+        let mut inputs =
+            BakeInputs { heights: Some(load_height_map(self.at("heights.exr")).unwrap()), ..Default::default() };
+        if all {
+            let mut material = Material::new("normals");
+            material.set_normals(&self.at("normals.png"), None).unwrap();
+            inputs.normals = material.normal_map;
+            inputs.color = Some(load_raster(self.at("color.png")).unwrap());
+            let (raster, meaning) = (load_raster(self.at("roughness.png")).unwrap(), RoughnessMeaning::Perceptual);
+            inputs.roughness = Some(Roughness { raster, channel: 0, meaning });
+        }
+        let plan = Plan::new(&inputs, Kind::Leadr, Layout::Leadr, precision).unwrap();
+        let path = self.at(name);
+        let mut file = std::fs::File::create(&path).unwrap();
+        if name.ends_with(".exr") {
+            let mut target = ExrFile::new(&plan).unwrap();
+            let report = bake(&inputs, &plan, &mut target, &|_| ()).unwrap();
+            target.finish(&mut file, &report).unwrap();
+        } else {
+            let mut target = Ktx2File::new(&mut file, &plan).unwrap();
+            let report = bake(&inputs, &plan, &mut target, &|_| ()).unwrap();
+            target.finish(&report).unwrap();
+        }
+        path
+    }
+
+    /// The files by themselves.
+    fn apart(&self, all: bool) -> MaterialFiles {
+        let file = |name: &str| all.then(|| self.at(name));
+        MaterialFiles {
+            folder: None,
+            color_map: file("color.png"),
+            normal_map: file("normals.png"),
+            roughness_map: file("roughness.png"),
+        }
+    }
+}
+
+fn config(scene: &str, height_map: &Path, material: MaterialFiles) -> SceneConfig {
+    SceneConfig {
+        scene: Scene::find(scene).unwrap(),
+        height_map: Some(height_map.to_path_buf()),
+        material,
+        view: View::Mid,
+        size: Size { width: 96, height: 64 },
+        samples: 1,
+        atlas_tile: 16,
+        ..SceneConfig::default()
+    }
+}
+
+fn picture(gpu: &Arc<Gpu>, config: &SceneConfig) -> RgbImage {
+    let inputs = Inputs::load(config).unwrap();
+    let mut set = set(config, inputs, gpu, None, &|_| ()).unwrap();
+    let state = (set.animation)(0.0);
+    set.renderer.render(&state, &config.render_settings()).unwrap().image()
+}
+
+#[test]
+fn a_file_is_drawn_to_the_last_bit() {
+    let Some(gpu) = test_gpu() else { return };
+    for (size, all) in [(64, false), (50, false), (64, true), (50, true)] {
+        let files = Files::new(size);
+        for (scene, names) in [("plane", &["baked.ktx2", "baked.exr"][..]), ("sphere", &["baked.ktx2"])] {
+            let apart = config(scene, &files.at("heights.exr"), files.apart(all));
+            let expected = picture(&gpu, &apart);
+            let flat = SceneConfig { height_scale: 0.0, ..apart };
+            assert!(rrmse(&expected, &picture(&gpu, &flat)).unwrap() > 0.05, "there is something to see");
+            for name in names {
+                let baked = config(scene, &files.bake(name, all, Precision::F32), MaterialFiles::default());
+                let found = picture(&gpu, &baked);
+                assert!(
+                    found.texels == expected.texels,
+                    "{scene} {size} {all} {name}: {}",
+                    rrmse(&expected, &found).unwrap()
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn smaller_numbers_err_as_little_as_they_should() {
+    let Some(gpu) = test_gpu() else { return };
+    let files = Files::new(128);
+    for (scene, all) in [("plane", false), ("plane", true), ("sphere", true)] {
+        let baked = |precision: Precision| {
+            let name = format!("{}.ktx2", precision.name());
+            picture(&gpu, &config(scene, &files.bake(&name, all, precision), MaterialFiles::default()))
+        };
+        let exact = baked(Precision::F32);
+        let [half, blocks] = [Precision::F16, Precision::Bc].map(|p| rrmse(&exact, &baked(p)).unwrap());
+        let on_device = SceneConfig {
+            map_precision: MomentFormat::Float16,
+            ..config(scene, &files.at("heights.exr"), files.apart(all))
+        };
+        let on_device = rrmse(&exact, &picture(&gpu, &on_device)).unwrap();
+        println!("{scene} {all}: f16 file {half:.2e}, f16 on the device {on_device:.2e}, blocks {blocks:.2e}");
+        assert!(half > 0.0 && half < 1e-3, "{half}");
+        assert!(on_device > 0.0 && on_device < 1e-3, "{on_device}");
+        assert!(blocks > half && blocks < 1e-2, "{blocks}");
+    }
+}
