@@ -102,7 +102,7 @@ class Case:
     def flags(self):
         """What leadr is told besides the way. The environment's terms include lights that leadr takes out of it."""
         terms = {"all": "all", "specular": "specular-environment", "diffuse": "diffuse-environment"}[self.terms]
-        flags = ["--scene", self.scene, "--height-map", reliefs.path(self.relief), "--height-scale", self.scale]
+        flags = ["--scene", self.scene, "--bare", "--height-map", reliefs.path(self.relief), "--height-scale", self.scale]
         flags += ["--roughness", self.alpha, "--terms", terms, "--size", f"{self.size[0]}x{self.size[1]}"]
         return flags + (["--atlas-tile", 8] if self.scene == "sphere" else [])
 

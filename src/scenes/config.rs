@@ -94,6 +94,8 @@ pub struct SceneConfig {
     /// Files of its material.
     #[serde(flatten)]
     pub material: MaterialFiles,
+    /// Whether the plane or sphere stands alone, without anything around it.
+    pub bare: bool,
     /// The waves of the ocean.
     pub waves: Waves,
     /// Factor on the displacement, 0 or more.
@@ -155,6 +157,7 @@ impl Default for SceneConfig {
             displacements: Vec::new(),
             height_map: None,
             material: MaterialFiles::default(),
+            bare: false,
             waves: Waves::default(),
             height_scale: 1.0,
             environment: EnvironmentChoice::Sky,

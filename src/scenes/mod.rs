@@ -16,6 +16,7 @@ pub mod pillow;
 pub mod plane;
 pub mod registry;
 pub mod set;
+pub mod setting;
 pub mod shore;
 pub mod snake;
 pub mod sphere;

@@ -14,7 +14,7 @@ use super::ocean::waves::Waves;
 use super::shore::shore_stage;
 use super::stage::{BakedRelief, Relief, Stage, plane_stage, sphere_stage};
 use super::trex::stage::trex_stage;
-use super::{dressed, pillow, snake, spheres};
+use super::{dressed, pillow, setting, snake, spheres};
 use crate::maps::HeightMap;
 use crate::maps::material::Material;
 
@@ -27,6 +27,8 @@ pub enum Choice {
     Roughness,
     /// The size of the tiles of its displacement atlas.
     AtlasTile,
+    /// Whether anything stands around it.
+    Bare,
     /// The waves of the open sea.
     Waves,
 }
@@ -42,6 +44,8 @@ pub struct SceneOptions {
     pub material: Option<Material>,
     /// The model, for the scene that is one.
     pub model: Option<ModelChoice>,
+    /// Whether scenes with [`Choice::Bare`] show nothing but their surface.
+    pub bare: bool,
     /// Texels along an atlas tile, for scenes with [`Choice::AtlasTile`]: a power of two, 8 to 128.
     pub atlas_tile: u32,
     /// The sea of scenes with [`Choice::Waves`].
@@ -51,7 +55,15 @@ pub struct SceneOptions {
 impl Default for SceneOptions {
     /// Generated heights, fine tiles, the usual sea.
     fn default() -> Self {
-        Self { height_map: None, baked: None, material: None, model: None, atlas_tile: 64, waves: Waves::default() }
+        Self {
+            height_map: None,
+            baked: None,
+            material: None,
+            model: None,
+            bare: false,
+            atlas_tile: 64,
+            waves: Waves::default(),
+        }
     }
 }
 
@@ -85,28 +97,32 @@ pub static SCENES: [Scene; 11] = [
     },
     Scene {
         name: "plane",
-        help: "A square plane with a height map",
-        choices: &[Choice::HeightMap, Choice::Roughness],
+        help: "A square plane with a height map, in a kerb",
+        choices: &[Choice::HeightMap, Choice::Roughness, Choice::Bare],
         has_sea: false,
         making: None,
         make: |options, _| {
-            Ok(match &options.material {
+            let bare = options.bare;
+            let stage = match &options.material {
                 Some(material) => dressed::plane_stage(material),
                 None => plane_stage(relief(options)),
-            })
+            };
+            Ok(if bare { stage } else { setting::around_plane(stage) })
         },
     },
     Scene {
         name: "sphere",
-        help: "A sphere with a height map",
-        choices: &[Choice::HeightMap, Choice::AtlasTile, Choice::Roughness],
+        help: "A sphere with a height map, on a plinth",
+        choices: &[Choice::HeightMap, Choice::AtlasTile, Choice::Roughness, Choice::Bare],
         has_sea: false,
         making: None,
         make: |options, _| {
-            Ok(match &options.material {
+            let bare = options.bare;
+            let stage = match &options.material {
                 Some(material) => dressed::sphere_stage(material, options.atlas_tile),
                 None => sphere_stage(relief(options)),
-            })
+            };
+            Ok(if bare { stage } else { setting::around_sphere(stage) })
         },
     },
     Scene {

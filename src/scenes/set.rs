@@ -137,6 +137,7 @@ pub fn set(
         baked: inputs.baked,
         material: inputs.material,
         model: inputs.model,
+        bare: config.bare,
         atlas_tile: config.atlas_tile,
         waves: config.waves,
     };

@@ -179,6 +179,8 @@ impl BenchArgs {
             scene: SceneChoice { scene, model: self.scene.as_ref().and_then(|choice| choice.model.clone()) },
             height_map: self.height_map.clone(),
             waves: WaveArgs { fft: self.fft, ..WaveArgs::default() },
+            // What surrounds a surface would be timed with it.
+            bare: scene.offers(Choice::Bare),
             atlas_tile: self.atlas_tile,
             size: self.size.unwrap_or(SCENE_SIZE),
             samples: 1,

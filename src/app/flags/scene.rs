@@ -115,6 +115,9 @@ pub struct SceneArgs {
     /// Exposure of a PNG or a window, stops above what suits the height of the sun (an EXR keeps linear radiance)
     #[arg(long, value_name = "EV", default_value = "0", allow_negative_numbers = true, value_parser = finite)]
     pub exposure: f32,
+    /// Only the surface, with nothing around it
+    #[arg(long, help = for_scenes("Only the surface, as it is measured: no pavement, plinth or kerb around it", Choice::Bare))]
+    pub bare: bool,
     /// Texels along the tile of one patch in the displacement atlas
     #[arg(long, value_name = "N", default_value = "64", value_parser = atlas_tile,
         help = for_scenes("Texels along the tile of one patch in the displacement atlas: 8, 16, 32, 64 or 128", Choice::AtlasTile))]
@@ -228,6 +231,7 @@ impl SceneArgs {
                 normal_map: a.normal_map,
                 roughness_map: a.roughness_map,
             },
+            bare: a.bare,
             waves,
             height_scale: a.height_scale,
             environment: a.environment,
@@ -287,6 +291,13 @@ impl SceneArgs {
         {
             let with = with(Choice::HeightMap);
             return Err(format!("{flag} is for the scenes {with}; {} has surfaces of its own", scene.name));
+        }
+        if self.bare && !scene.offers(Choice::Bare) {
+            return Err(format!(
+                "--bare is for the scenes {}; {} is one with what surrounds it",
+                with(Choice::Bare),
+                scene.name
+            ));
         }
         if self.roughness.is_some() && !scene.offers(Choice::Roughness) {
             let with = with(Choice::Roughness);
