@@ -60,7 +60,7 @@ pub fn rough_relief(scale: Option<f32>) -> Relief {
     let HeightMap { texels, .. } = procedural::gaussian(size, size, 5, 1.0, 3.0 / size as f32);
     let (low, high) = texels.iter().fold((f32::MAX, f32::MIN), |(low, high), &h| (low.min(h), high.max(h)));
     let texels = texels.iter().map(|h| (h - low) / (high - low)).collect();
-    Relief { map: HeightMap { width: size, height: size, texels }, scale, middle: 0.5 }
+    Relief { map: HeightMap { width: size, height: size, texels }, scale, in_widths: false, middle: 0.5 }
 }
 
 /// The model with such a relief on every material.

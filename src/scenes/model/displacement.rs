@@ -87,7 +87,7 @@ impl Displacement {
 fn relief_of(file: &Path) -> Result<Relief, MapError> {
     let mut material = Material::new("");
     material.set_heights(file)?;
-    Ok(material.relief.unwrap_or(Relief { map: load_height_map(file)?, scale: None, middle: 0.0 }))
+    Ok(material.relief.unwrap_or(Relief { map: load_height_map(file)?, scale: None, in_widths: false, middle: 0.0 }))
 }
 
 /// Gives the materials of the model in `file` the heights that its user names, and those that lie beside it.

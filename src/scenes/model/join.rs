@@ -55,7 +55,7 @@ mod tests {
             let mut material = Material::new(name);
             material.base_color = Input::constant(color);
             let map = HeightMap { width: 1, height: 1, texels: vec![0.0] };
-            material.relief = Some(Relief { map, scale: None, middle: 0.0 });
+            material.relief = Some(Relief { map, scale: None, in_widths: false, middle: 0.0 });
             material
         };
         let mut rough = plain("rough", [0.1; 3]);

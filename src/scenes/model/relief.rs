@@ -82,7 +82,7 @@ pub fn with_relief(object: Object, material: &Material, cover: &Cover, surface: 
             None => {
                 let usual = |repeat: f32| USUAL_SLOPE * repeat / steepness(&relief.map);
                 let most = |repeat| if cover.has_slopes() { f32::INFINITY } else { usual(repeat) };
-                metres_per_unit(&object.mesh).map_or(0.0, |repeat| cover.height_scale(repeat).min(most(repeat)))
+                metres_per_unit(&object.mesh).map_or(0.0, |repeat| (cover.unit(repeat) * repeat).min(most(repeat)))
             }
         },
     };
@@ -151,6 +151,7 @@ mod tests {
         material.relief = Some(crate::maps::material::Relief {
             map: HeightMap { width: 1, height: 1, texels: vec![0.0] },
             scale: None,
+            in_widths: false,
             middle: 0.0,
         });
         // Counter-clockwise from outside, every chart is clockwise in coordinates whose t runs down.

@@ -36,7 +36,7 @@ pub struct SectionEntry {
 }
 
 /// Every section, in the order of the page.
-pub static SECTIONS: [SectionEntry; 15] = [
+pub static SECTIONS: [SectionEntry; 16] = [
     SectionEntry {
         key: "convergence",
         help: "How the reference converges",
