@@ -2,8 +2,6 @@
 
 use ash::vk;
 
-use super::memory::gibibytes;
-
 /// The result of everything in [`gpu`](super).
 pub type Result<T> = std::result::Result<T, GpuError>;
 
@@ -126,4 +124,9 @@ impl<T> Doing<T> for std::result::Result<T, vk::Result> {
     fn doing(self, what: impl Into<String>) -> Result<T> {
         self.map_err(|result| GpuError::Vulkan { what: what.into(), result })
     }
+}
+
+/// Bytes as a person reads them.
+fn gibibytes(bytes: u64) -> String {
+    format!("{:.2} GiB", bytes as f64 / f64::from(1 << 30))
 }

@@ -38,9 +38,3 @@ impl Gpu {
         own.map(|heap| heap.size).max().unwrap_or(u64::MAX)
     }
 }
-
-/// Bytes as a person reads them.
-#[must_use]
-pub fn gibibytes(bytes: u64) -> String {
-    format!("{:.2} GiB", bytes as f64 / f64::from(1 << 30))
-}

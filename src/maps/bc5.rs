@@ -95,7 +95,8 @@ mod tests {
                 assert!((a - b).abs() <= range / 14.0 + 1.01 / 127.0, "{values:?} {decoded:?}");
             }
         }
-        assert_eq!(decode(&encode(&[0.25; 16])), [32.0 / 127.0; 16]);
+        // One value for all lies between two bytes.
+        assert!(decode(&encode(&[0.25; 16])).iter().all(|v| (v - 0.25).abs() <= 0.5 / 7.0 / 127.0));
         assert_eq!(decode(&encode(&[7.0; 16])), [1.0; 16]);
     }
 

@@ -3,7 +3,7 @@
 use exr::meta::attribute::{AttributeValue, SampleType};
 
 use super::keys::{Keys, names, packed};
-use super::{BakedLevel, BakedMap};
+use super::map::{BakedLevel, BakedMap};
 use crate::maps::bake::Precision;
 use crate::maps::{MapFault, exr_read};
 

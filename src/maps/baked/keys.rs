@@ -1,6 +1,6 @@
 //! What a file says of itself.
 
-use super::{BakedLevel, BakedMap, HeightUnit, REMEDY};
+use super::map::{BakedLevel, BakedMap, HeightUnit, REMEDY};
 use crate::maps::bake::blocks::{BlockPlan, stored_names};
 use crate::maps::bake::{Kind, Precision};
 use crate::maps::{MapFault, Wrap};

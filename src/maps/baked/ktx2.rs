@@ -6,7 +6,7 @@ use half::f16;
 use ktx2::{Format, Header, KeyValueDataIterator, LevelIndex};
 
 use super::keys::{Keys, names, packed};
-use super::{BakedLevel, BakedMap, REMEDY};
+use super::map::{BakedLevel, BakedMap, REMEDY};
 use crate::maps::bake::Precision;
 use crate::maps::bake::blocks::BlockPlan;
 use crate::maps::{MapFault, bc5, limits};
