@@ -108,7 +108,8 @@ fn planes_sines_and_checkers_have_their_closed_forms() {
     let texel = last(&map)[0].map(f64::from);
     // A texel is as wide as it is high, so t is half as long as s.
     assert!((texel[0] - slope[0]).abs() < 1e-6 && (texel[1] - 0.5 * slope[1]).abs() < 1e-6, "{texel:?}");
-    assert!(report.slope_variance.iter().all(|v| v.abs() < 1e-9));
+    // Moments are summed in 32 bits, as the renderer sums them.
+    assert!(report.slope_variance.iter().all(|v| v.abs() < 1e-7), "{:?}", report.slope_variance);
     let (map, _) = baked(&inputs, Kind::Lean, Precision::F32);
     let texel = last(&map)[0].map(f64::from);
     assert!((texel[0] + slope[0]).abs() < 1e-6 && (texel[1] - slope[1]).abs() < 1e-6, "{texel:?}");
