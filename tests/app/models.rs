@@ -46,7 +46,8 @@ fn hostile_models_are_refused_in_one_line() {
     let camera = json!([{"type": "perspective", "perspective": {"yfov": 0, "znear": 0.1}}]);
     let points = json!([{"primitives": [{"attributes": {"POSITION": 0}, "mode": 0}]}]);
     let joints = json!([{"joints": vec![0; 1_000_000]}]);
-    let cases: [(&str, Vec<(&str, Value)>, &str); 6] = [
+    type Case = (&'static str, Vec<(&'static str, Value)>, &'static str);
+    let cases: [Case; 6] = [
         ("circle", vec![("nodes", json!([{"mesh": 0, "children": [1]}, {"children": [0]}]))], "ancestor"),
         ("claims", vec![("accessors", accessor(1 << 31))], "2147483648"),
         ("joints", vec![("skins", joints)], "joints"),

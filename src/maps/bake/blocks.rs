@@ -161,9 +161,8 @@ impl BlockPlan {
             })
             .collect();
         let mut encoded = vec![[0; bc5::BYTES]; 2 * Self::layers(self.channels)];
-        for channel in 0..self.channels {
+        for (channel, (&[factor, rest_factor], &offset)) in self.factors.iter().zip(&self.offsets).enumerate() {
             let slot = 4 * (channel / 2) + channel % 2;
-            let ([factor, rest_factor], offset) = (self.factors[channel], self.offsets[channel]);
             let values: [f32; 16] = std::array::from_fn(|i| (texels[i][channel] - offset) * factor);
             encoded[slot] = bc5::encode(&values);
             let found = bc5::decode(&encoded[slot]);

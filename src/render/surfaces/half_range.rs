@@ -45,7 +45,7 @@ fn steepest_slope(field: &HeightField) -> f32 {
         let across = across.fold(0.0f32, |most, (_, pair)| most.max((pair[1] - pair[0]).abs()));
         let across = if repeats { across.max((texels[0] - texels[width - 1]).abs()) } else { across };
         let below = if y + 1 < height { Some(y + 1) } else { repeats.then_some(0) };
-        let below = below.filter(|_| (y + 1) % tile != 0).map_or(0.0, |below| {
+        let below = below.filter(|_| !(y + 1).is_multiple_of(tile)).map_or(0.0, |below| {
             let next = &field.texels[below * width..][..width];
             texels.iter().zip(next).fold(0.0f32, |most, (a, b)| most.max((b - a).abs()))
         });
