@@ -24,6 +24,8 @@ uniform sampler2D coarse_color;
 uniform sampler2D coarse_f0;
 uniform sampler2D coarse_mixed;
 uniform sampler2D coarse_light; // rgb emission, a accessibility
+uniform sampler2D coarse_low;
+uniform sampler2D coarse_high;
 
 // Where a tap lands.
 struct Place {

@@ -28,6 +28,8 @@ layout(constant_id = 50) const bool REFLECTS_BY_MAP = false; // reflectance at n
 layout(constant_id = 52) const bool EMITS = false;    // its material emits light
 layout(constant_id = 53) const bool OCCLUDED = false; // and tells what of the surroundings is seen
 layout(constant_id = 54) const bool CHARTED = false;  // and has texture coordinates of its own
+layout(constant_id = 55) const bool COLOR_BY_HEIGHT = false; // colours follow the heights
+layout(constant_id = 56) const bool COLOR_BY_SLOPE = false;  // colours follow the slopes; not in atlases
 layout(constant_id = 48) const bool EDGE_SAMPLES = true; // the pixels may be edge samples
 #include "macrosurface.glsl"
 
@@ -42,6 +44,10 @@ uniform sampler2D mixed_map;   // see leadr/facets/mixed_roughness.glsl
 layout(std430) readonly buffer Charts { TriangleCharts charts[]; };
 uniform sampler2D emission_map;
 uniform sampler2D occlusion_map;
+uniform sampler2D color_low;   // rgb colour times the weight of its height, a that weight: leadr/visible/relief_color.glsl
+uniform sampler2D color_high;  // the same with the other weight
+uniform sampler2D color_by_s;  // rgb colour times slope along s, a that slope
+uniform sampler2D color_by_t;  // the same along t
 uniform sampler2D visible_depth;
 uniform sampler2D horizon_a; // lean, deviations of the spread: leadr/visible/horizon.glsl
 uniform sampler2D horizon_b; // their correlation
@@ -117,10 +123,15 @@ struct Means {
     vec4 color;  // albedo, alpha^2
     vec3 f0;
     vec3 mixed;
-    vec4 light; // emission, accessibility
+    vec4 light;  // emission, accessibility
+    vec4 low;    // of colour and weight, by height
+    vec4 high;
+    vec4 by_s;   // of colour and slope
+    vec4 by_t;
 };
 
-const Means NO_MEANS = Means(vec2(0.0), vec3(0.0), vec4(0.0), vec3(0.0), vec3(0.0), vec4(0.0, 0.0, 0.0, 1.0));
+const Means NO_MEANS = Means(vec2(0.0), vec3(0.0), vec4(0.0), vec3(0.0), vec3(0.0), vec4(0.0, 0.0, 0.0, 1.0), vec4(0.0),
+                              vec4(0.0), vec4(0.0), vec4(0.0));
 
 // A texel of a colour map as it is averaged: roughness by its variance (LEADR section 4.1).
 vec4 linear_color(vec4 texel) {
@@ -163,10 +174,15 @@ Means filter_atlas(Footprint footprint, uint index, vec2 at) {
         if (MIXED_ROUGHNESS) {
             sum.mixed += level_mix(mixed_map, coarse_mixed, place, levels).rgb;
         }
+        if (USES_RELIEF_COLOR && COLOR_BY_HEIGHT) {
+            sum.low += level_mix(color_low, coarse_low, place, levels);
+            sum.high += level_mix(color_high, coarse_high, place, levels);
+        }
     }
     float weight = 1.0 / float(footprint.taps);
     vec4 light = EMITS || OCCLUDED ? filter_atlas_light(footprint, index, at, levels) : sum.light;
-    return Means(sum.mean * weight, sum.second * weight, sum.color * weight, sum.f0 * weight, sum.mixed * weight, light);
+    return Means(sum.mean * weight, sum.second * weight, sum.color * weight, sum.f0 * weight, sum.mixed * weight,
+                 light, sum.low * weight, sum.high * weight, vec4(0.0), vec4(0.0));
 }
 
 void filter_moments(Footprint footprint, vec2 texcoord, inout Means means) {
@@ -196,11 +212,39 @@ void filter_material(Footprint footprint, vec2 texcoord, inout Means means) {
         if (MIXED_ROUGHNESS) {
             mixed += textureLod(mixed_map, at, footprint.lod).rgb;
         }
+        if (USES_RELIEF_COLOR && COLOR_BY_HEIGHT) {
+            means.low += textureLod(color_low, at, footprint.lod);
+            means.high += textureLod(color_high, at, footprint.lod);
+        }
+        if (USES_RELIEF_COLOR && COLOR_BY_SLOPE) {
+            means.by_s += textureLod(color_by_s, at, footprint.lod);
+            means.by_t += textureLod(color_by_t, at, footprint.lod);
+        }
     }
     float weight = 1.0 / float(footprint.taps);
     means.color = color * weight;
     means.f0 = f0 * weight;
     means.mixed = mixed * weight;
+    means.low *= weight;
+    means.high *= weight;
+    means.by_s *= weight;
+    means.by_t *= weight;
+}
+
+// How the colours follow the relief. tint: factor of the colours.
+ReliefColor filtered_relief_color(Means means, vec3 tint, mat2 linear) {
+    ReliefColor r = LEADR_NO_RELIEF_COLOR;
+    if (USES_RELIEF_COLOR && COLOR_BY_HEIGHT) {
+        r.low = tint * (means.low.rgb / max(means.low.a, 1e-4) - means.color.rgb);
+        r.high = tint * (means.high.rgb / max(means.high.a, 1e-4) - means.color.rgb);
+    }
+    if (USES_RELIEF_COLOR && COLOR_BY_SLOPE) {
+        vec3 s = tint * (means.by_s.rgb - means.color.rgb * means.by_s.a);
+        vec3 t = tint * (means.by_t.rgb - means.color.rgb * means.by_t.a);
+        r.x = linear[0].x * s + linear[1].x * t;
+        r.y = linear[0].y * s + linear[1].y * t;
+    }
+    return r;
 }
 
 // Where a material is looked up, and the derivatives of that place by x and y of the image.
@@ -379,6 +423,7 @@ FilteredSurface filtered_mesh(ivec2 pixel, vec2 at, uvec4 seen, out float area) 
     vec3 tint = (object.flags & FLAG_TINTED_EMISSION) != 0u ? surface.color.rgb : vec3(1.0);
     filtered.emission = EMITS ? means.light.rgb * tint : vec3(0.0);
     filtered.accessibility = surface.accessibility * (OCCLUDED ? means.light.a : 1.0);
+    filtered.relief_color = filtered_relief_color(means, surface.color.rgb, object.height_scale * mat2(map.linear_s, map.linear_t));
     filtered.inside = (seen.x & INSIDE) != 0u;
     filtered.horizon = Horizon(vec2(0.0), vec3(0.0));
     if (USES_HORIZON && DISPLACED && HORIZON) {

@@ -17,7 +17,7 @@ use crate::gpu::{
 };
 use crate::render::constants::FLAGS_GRID_SHIFT;
 use crate::render::pixel_area::PixelArea;
-use crate::render::settings::Needs;
+use crate::render::settings::{Needs, ShadingOptions};
 use crate::render::surfaces::atlas::{AtlasHeadGpu, PatchLinkGpu};
 use crate::render::surfaces::divided::VertexGpu;
 use crate::render::surfaces::flat::Chart;
@@ -73,12 +73,18 @@ impl FilterInto {
     }
 
     /// Specialization constants of its fragment stage, but for those about the surface. `mixed`: whether two roughnesses share
-    /// what it shades.
+    /// what it filters; `relief_color`: whether its colours follow its relief.
     #[must_use]
-    pub fn spec(self, needs: Needs, mixed: bool) -> Vec<(&'static str, SpecValue)> {
+    pub fn spec(self, needs: Needs, mixed: bool, relief_color: bool) -> Vec<(&'static str, SpecValue)> {
         match self {
             Self::GBuffer => needs.spec(),
-            Self::Radiance(kind) => ShadeKind { mixed: kind.mixed && mixed, ..kind }.spec(),
+            Self::Radiance(kind) => {
+                let needed = |options: ShadingOptions| ShadingOptions {
+                    relief_color: options.relief_color && relief_color,
+                    ..options
+                };
+                ShadeKind { mixed: kind.mixed && mixed, shading: kind.shading.adjusted(needed), ..kind }.spec()
+            }
         }
     }
 
@@ -141,6 +147,8 @@ impl FilterPass {
             ("OCCLUDED", SpecValue::Bool(kind.has.occlusion)),
             ("CHARTED", SpecValue::Bool(kind.charted)),
             ("HORIZON", SpecValue::Bool(kind.horizon)),
+            ("COLOR_BY_HEIGHT", SpecValue::Bool(kind.follows.heights)),
+            ("COLOR_BY_SLOPE", SpecValue::Bool(kind.follows.slopes)),
             ("FLAT", SpecValue::Bool(kind.flat)),
             ("TRIANGLES", SpecValue::Bool(kind.triangles)),
             ("PLAIN", SpecValue::Bool(kind.plain)),
@@ -157,7 +165,7 @@ impl FilterPass {
             colors: into.formats(),
             depth: into.depth(),
             topology: into.topology(),
-            spec: &[&into.spec(needs, kind.has.mixed)[..], &has].concat(),
+            spec: &[&into.spec(needs, kind.has.mixed, kind.follows.any())[..], &has].concat(),
             structs: &[
                 &[
                     FilteredObjectGpu::LAYOUT,
@@ -212,6 +220,10 @@ impl FilterPass {
                 ("emission_map", Descriptor::Sampled(object.material.emission.whole(), emission)),
                 ("occlusion_map", Descriptor::Sampled(object.material.occlusion.whole(), occlusion)),
                 ("Charts", Descriptor::Storage(&object.charts)),
+                ("color_low", Descriptor::Sampled(object.relief_color.by_height[0].whole(), colors)),
+                ("color_high", Descriptor::Sampled(object.relief_color.by_height[1].whole(), colors)),
+                ("color_by_s", Descriptor::Sampled(object.relief_color.by_slope[0].whole(), colors)),
+                ("color_by_t", Descriptor::Sampled(object.relief_color.by_slope[1].whole(), colors)),
                 ("Atlas", Descriptor::Storage(&object.atlas.links)),
                 ("coarse_a", Descriptor::Sampled(object.atlas.slopes.whole(), &self.linear)),
                 ("coarse_b", Descriptor::Sampled(object.atlas.joint.whole(), &self.linear)),
@@ -219,6 +231,8 @@ impl FilterPass {
                 ("coarse_f0", Descriptor::Sampled(object.atlas.f0.whole(), &self.linear)),
                 ("coarse_mixed", Descriptor::Sampled(object.atlas.mixed.whole(), &self.linear)),
                 ("coarse_light", Descriptor::Sampled(object.atlas.light.whole(), &self.linear)),
+                ("coarse_low", Descriptor::Sampled(object.atlas.by_height[0].whole(), &self.linear)),
+                ("coarse_high", Descriptor::Sampled(object.atlas.by_height[1].whole(), &self.linear)),
                 ("visible_depth", Descriptor::Sampled(visible.depth.whole(), &self.nearest)),
             ];
             let tiles = ("TileRecords", Descriptor::Storage(&visible.tiles.records));

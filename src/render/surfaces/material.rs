@@ -17,11 +17,12 @@ use half::f16;
 use rayon::prelude::*;
 
 use super::displacement::Border;
+use super::relief_color::{Follows, ReliefColors};
 use crate::gpu::{AddressMode, Filter, Gpu, GpuError, Image, ImageDesc, Result, Sampler};
 use crate::maps::material::{TextureWrap, alpha_of};
 use crate::maps::moments::coverage;
 use crate::maps::srgb::{linear_of_srgb8, srgb8_from_linear};
-use crate::render::scene::{Holes, MaterialMap, PropertyMap};
+use crate::render::scene::{Holes, MaterialMap, Object, PropertyMap};
 
 /// Format of the two roughnesses and of emission.
 pub const MIXED_FORMAT: vk::Format = vk::Format::R16G16B16A16_SFLOAT;
@@ -133,11 +134,7 @@ impl MaterialImages {
         }
         let image_of = |what: &str, format, [width, height]: [u32; 2]| {
             let desc = ImageDesc::new(format, width, height).full_mips();
-            let mips = match border {
-                Border::Tiles(layout) => layout.tile.ilog2() + 1,
-                Border::Wrap | Border::Clamp => desc.mips,
-            };
-            Image::new(gpu, &format!("{name} {what}"), desc.mips(mips))
+            Image::new(gpu, &format!("{name} {what}"), desc.mips(mips_of(desc, border)))
         };
         let image = |what: &str, format| image_of(what, format, size);
         let plate_wrap = |wrap: Option<[TextureWrap; 2]>| sampler(wrap.unwrap_or_default());
@@ -200,6 +197,58 @@ impl MaterialImages {
             None => none("coverage", COVERAGE_FORMAT)?,
         };
         Ok(Self { color, f0, mixed, emission, occlusion, opacity, samplers, has })
+    }
+}
+
+/// How an object's colours follow its relief: [`relief_color`](super::relief_color), with mips.
+pub struct ReliefColorImages {
+    /// Colours times the lower weights of their heights, and these; the higher ones.
+    pub by_height: [Image; 2],
+    /// Colours times slopes along s, and these; along t.
+    pub by_slope: [Image; 2],
+    /// Which of them there are; others are single texels.
+    pub follows: Follows,
+}
+
+impl ReliefColorImages {
+    /// Those of an object that still has its heights and its material.
+    ///
+    /// # Errors
+    /// Memory that is short, or a Vulkan call that failed.
+    pub fn new(gpu: &Arc<Gpu>, object: &Object, border: Border) -> Result<Self> {
+        let colors = ReliefColors::of(object);
+        let follows = colors.as_ref().map_or(Follows::default(), |colors| colors.follows);
+        let image = |what: &str, there: bool, texels: &dyn Fn(&ReliefColors<'_>) -> Vec<[f32; 4]>| {
+            let name = format!("{} colour {what}", object.name);
+            let (Some(colors), Some(map), true) = (&colors, &object.material, there) else {
+                let image = Image::new(gpu, &name, ImageDesc::new(MIXED_FORMAT, 1, 1))?;
+                image.write(0, 0, &[[f16::ZERO; 4]])?;
+                return Ok(image);
+            };
+            let desc = ImageDesc::new(MIXED_FORMAT, map.width, map.height).full_mips();
+            let image = Image::new(gpu, &name, desc.mips(mips_of(desc, border)))?;
+            write_mips(&image, [map.width, map.height], texels(colors), halves, halve)?;
+            Ok::<_, GpuError>(image)
+        };
+        Ok(Self {
+            by_height: [
+                image("of high places", follows.heights, &|colors| colors.by_height(0))?,
+                image("of the highest places", follows.heights, &|colors| colors.by_height(1))?,
+            ],
+            by_slope: [
+                image("by slope s", follows.slopes, &|colors| colors.by_slope(0))?,
+                image("by slope t", follows.slopes, &|colors| colors.by_slope(1))?,
+            ],
+            follows,
+        })
+    }
+}
+
+/// Mips of an image: in an atlas of tiles they end where a tile is one texel.
+fn mips_of(desc: ImageDesc, border: Border) -> u32 {
+    match border {
+        Border::Tiles(layout) => layout.tile.ilog2() + 1,
+        Border::Wrap | Border::Clamp => desc.mips,
     }
 }
 

@@ -6,9 +6,10 @@ use super::atlas::AtlasGpu;
 use super::displacement::{Border, BoundaryHeights, EDGE_LEVELS, HeightField};
 use super::flat;
 use super::horizon::{HorizonMaps, Relief};
-use super::material::{Has, HoleKind, MaterialImages, address_mode};
+use super::material::{Has, HoleKind, MaterialImages, ReliefColorImages, address_mode};
 use super::moments::{Edges, HeightSource, LeadrMapGpu, MomentFormat};
 use super::patch_mesh::PatchMesh;
+use super::relief_color::{Follows, ReliefColors};
 use super::topology::Topology;
 use crate::gpu::{AddressMode, Buffer, Filter, Gpu, Memory, Result, Sampler, shared_struct};
 use crate::maps::cache::{MapCache, checksum};
@@ -99,6 +100,8 @@ pub struct GpuObject {
     pub material: MaterialImages,
     /// Texture coordinates of its triangles in its material; a placeholder where they are those of the mesh.
     pub charts: Buffer,
+    /// How its colours follow its relief.
+    pub relief_color: ReliefColorImages,
     /// Sampler of the maps of its relief.
     pub sampler: Sampler,
     /// What the filter pass has to fetch for it.
@@ -119,6 +122,8 @@ pub struct SurfaceKind {
     pub has: Has,
     /// Whether its material has texture coordinates of its own.
     pub charted: bool,
+    /// What of its relief its colours follow.
+    pub follows: Follows,
     /// Whether its bumps can hide the surroundings from each other.
     pub horizon: bool,
     /// Whether it is a plane on which texture coordinates change evenly.
@@ -142,6 +147,7 @@ impl SurfaceKind {
             colored: object.material.is_some(),
             has: object.material.as_ref().map_or_else(Has::default, Has::of),
             charted: object.charts.is_some(),
+            follows: ReliefColors::of(object).map_or(Follows::default(), |colors| colors.follows),
             horizon: object.height_scale != 0.0
                 && object.heights.as_ref().is_some_and(|field| field.texels.iter().any(|h| *h != field.texels[0])),
             flat: !mesh.triangles && flat::is_flat(mesh),
@@ -198,6 +204,7 @@ impl GpuObject {
                 }
             })
             .collect();
+        let relief_color = ReliefColorImages::new(gpu, &object, border)?;
         let maps = leadr_maps(gpu, object.heights.as_ref(), object.slopes.take())?;
         let mut heights = 0;
         if let Some(field) = &mut object.heights {
@@ -209,7 +216,7 @@ impl GpuObject {
         let charts = if charts.is_empty() { vec![ChartsGpu { corners: [[0.0; 2]; CHART_CORNERS] }] } else { charts };
         let atlas = match border {
             Border::Tiles(layout) => {
-                let material = kind.colored.then_some(&material);
+                let material = kind.colored.then_some((&material, &relief_color));
                 AtlasGpu::new(gpu, &name, &object.mesh, &topology, layout, &maps, material)?
             }
             Border::Wrap | Border::Clamp => AtlasGpu::none(gpu, &name)?,
@@ -241,6 +248,7 @@ impl GpuObject {
             maps,
             horizons,
             material,
+            relief_color,
             kind,
             index: index as u32 + 1,
         })

@@ -21,7 +21,7 @@ use rayon::prelude::*;
 
 use self::frames::{AtlasFrames, turn};
 use self::levels::{CoarseShape, Star, coarse_levels};
-use super::material::{Codes, MIXED_FORMAT, MaterialImages};
+use super::material::{Codes, MIXED_FORMAT, MaterialImages, ReliefColorImages};
 use super::moments::LeadrMapGpu;
 use super::patch_mesh::{PatchMesh, TileLayout};
 use super::topology::Topology;
@@ -68,8 +68,10 @@ pub struct AtlasGpu {
     pub f0: Image,
     /// Of two roughnesses.
     pub mixed: Image,
-    /// And of emission, with the accessibility as a.
+    /// Of emission, with the accessibility as a.
     pub light: Image,
+    /// And of [`ReliefColorImages::by_height`].
+    pub by_height: [Image; 2],
 }
 
 impl AtlasGpu {
@@ -92,6 +94,7 @@ impl AtlasGpu {
             f0: image("reflectance", MIXED_FORMAT)?,
             mixed: image("roughness", MIXED_FORMAT)?,
             light: image("light", MIXED_FORMAT)?,
+            by_height: [image("high colours", MIXED_FORMAT)?, image("highest colours", MIXED_FORMAT)?],
         })
     }
 
@@ -107,10 +110,10 @@ impl AtlasGpu {
         topology: &Topology,
         layout: TileLayout,
         maps: &LeadrMapGpu,
-        material: Option<&MaterialImages>,
+        material: Option<(&MaterialImages, &ReliefColorImages)>,
     ) -> Result<Self> {
         let size = maps.slopes().mip_extent(0);
-        if let Some(material) = material.filter(|material| material.color.mip_extent(0) != size) {
+        if let Some((material, _)) = material.filter(|(material, _)| material.color.mip_extent(0) != size) {
             let ([w, h], [width, height]) = (material.color.mip_extent(0), size);
             let fault = format!("its colours' {w}x{h} texels are not the {width}x{height} of its heights");
             return Err(GpuError::Usage { name: format!("atlas of {name}"), fault });
@@ -140,8 +143,19 @@ impl AtlasGpu {
             image.write(0, 0, &halves)?;
             Ok::<_, GpuError>(image)
         };
-        let AtlasGpu { mut color, mut f0, mut mixed, mut light, .. } = Self::none(gpu, name)?;
-        if let Some(images) = material {
+        let AtlasGpu { mut color, mut f0, mut mixed, mut light, mut by_height, .. } = Self::none(gpu, name)?;
+        let floats = |image: &Image| {
+            let texels: Vec<[f16; 4]> = image.read(SOURCE_LEVEL, 0)?;
+            Ok::<Vec<[f32; 4]>, GpuError>(texels.into_iter().map(|texel| texel.map(f16::to_f32)).collect())
+        };
+        if let Some((images, relief_color)) = material {
+            if relief_color.follows.heights {
+                let [low, high] = &relief_color.by_height;
+                by_height = [
+                    coarse("high colours", floats(low)?, |texel| texel)?,
+                    coarse("highest colours", floats(high)?, |texel| texel)?,
+                ];
+            }
             let codes = Codes::new();
             let decoded = |image: &Image| {
                 let texels: Vec<[u8; 4]> = image.read(SOURCE_LEVEL, 0)?;
@@ -153,11 +167,7 @@ impl AtlasGpu {
                 f0 = coarse("reflectance", decoded(&images.f0)?, |texel| texel)?;
             }
             if images.has.mixed {
-                let texels: Vec<[f16; 4]> = images.mixed.read(SOURCE_LEVEL, 0)?;
-                mixed =
-                    coarse("roughness", texels.into_iter().map(|texel| texel.map(f16::to_f32)).collect(), |texel| {
-                        texel
-                    })?;
+                mixed = coarse("roughness", floats(&images.mixed)?, |texel| texel)?;
             }
             if images.has.emission || images.has.occlusion {
                 light = coarse("light", light_texels(images)?, |texel| texel)?;
@@ -198,6 +208,7 @@ impl AtlasGpu {
             f0,
             mixed,
             light,
+            by_height,
         })
     }
 }
