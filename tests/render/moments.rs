@@ -81,12 +81,14 @@ fn sixteen_bits_have_a_known_error() {
     let edges = Edges::Wrap(Wrap::Repeat);
     let loaded = LeadrMapGpu::with_moments(&gpu, &told, edges, MomentFormat::Float16).unwrap();
     assert_eq!(read(&made, 0), read(&loaded, 0));
-    // Steep slopes that change evenly have a variance that both keep to a 2^-11 of their squares, on every level.
+    // Steep slopes that change evenly: of their squares one rounding loses up to 2^-11 of the variance; the device rounds on every level, and
+    // half of what each loses is left on the next.
     let hill = HeightMap::new(64, 64, (0..64 * 64).map(|i| 0.01 * ((i % 64) as f32).powi(2)).collect()).unwrap();
     let exact = LeadrMap::new(&hill, Wrap::Clamp);
-    for made in [
-        LeadrMapGpu::new(&gpu, (&hill).into(), Edges::Wrap(Wrap::Clamp), MomentFormat::Float16).unwrap(),
-        LeadrMapGpu::with_moments(&gpu, &exact, Edges::Wrap(Wrap::Clamp), MomentFormat::Float16).unwrap(),
+    let clamp = Edges::Wrap(Wrap::Clamp);
+    for (made, most) in [
+        (LeadrMapGpu::new(&gpu, (&hill).into(), clamp, MomentFormat::Float16).unwrap(), 1e-3),
+        (LeadrMapGpu::with_moments(&gpu, &exact, clamp, MomentFormat::Float16).unwrap(), 5e-4),
     ] {
         let mut worst = 0.0f64;
         for (mip, level) in exact.levels.iter().enumerate() {
@@ -96,7 +98,7 @@ fn sixteen_bits_have_a_known_error() {
             }
         }
         println!("variance of 16 bits: off by up to {worst:.2e} of the squares");
-        assert!(worst < 7e-4, "{worst}");
+        assert!(worst < most, "{worst}");
     }
 
     // values that half floats cannot hold are clamped: a cliff of slope 1000 has a square beyond 65504

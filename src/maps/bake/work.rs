@@ -148,7 +148,10 @@ impl Plan {
             let unit = if self.has_normals { width } else { 1.0 };
             let [s, t] = [unit / width, unit / height].map(|v| v as f32);
             for (x, m) in inputs.moments(self.height_scale, y).into_iter().enumerate() {
-                sums.add(m.map(f64::from));
+                let wide = m.map(f64::from);
+                let [a, b, .., h] = wide;
+                // The square of a single slope is exact here, and rounded in the texel.
+                sums.add(if self.has_normals { [a, b, a * a, b * b, a * b, h] } else { wide });
                 if self.layout == Layout::Oiio {
                     let h = if self.has_heights { m[5] * unit as f32 } else { -1.0 };
                     row.extend([h, m[0] * s, m[1] * t, m[2] * s * s, m[3] * t * t, m[4] * s * t]);

@@ -29,10 +29,11 @@ impl Material {
             let texture = texture(&[across, down, none], Encoding::Slopes)?;
             material.normal_map = Some(NormalMap { texture, green: GreenAxis::Up, scale: 1.0 });
         }
-        if let Some(mut alpha) = map.channel("alpha2") {
-            alpha.iter_mut().for_each(|square| *square = square.max(0.0).sqrt());
-            material.roughness = Input::texture(texture(&[alpha], Encoding::Linear)?, 0);
-            material.roughness_meaning = RoughnessMeaning::Alpha;
+        if let Some(mut roughness) = map.channel("alpha2") {
+            // Perceptual again, since that is what is interpolated.
+            roughness.iter_mut().for_each(|square| *square = as_code(square.max(0.0).sqrt().sqrt()));
+            material.roughness = Input::texture(texture(&[roughness], Encoding::Linear)?, 0);
+            material.roughness_meaning = RoughnessMeaning::Perceptual;
         }
         let colors: Vec<Vec<f32>> = ["red", "green", "blue"].iter().filter_map(|name| map.channel(name)).collect();
         if colors.len() == 3 {
@@ -40,4 +41,10 @@ impl Material {
         }
         Ok(material)
     }
+}
+
+/// The code of 8 or 16 bits that a roughness was, if rounding is all that it differs by.
+fn as_code(value: f32) -> f32 {
+    let code = (value * 65535.0).round();
+    if (value * 65535.0 - code).abs() < 0.03 { code / 65535.0 } else { value }
 }
