@@ -29,8 +29,10 @@ fn inputs(command: &[String]) -> Vec<&str> {
     let mut output = false;
     let mut files = Vec::new();
     for word in command {
-        if !output && is_file(word) {
-            files.push(word.as_str());
+        // `MATERIAL=FILE` reads the file.
+        let file = word.rsplit('=').next().unwrap_or_default();
+        if !output && is_file(file) {
+            files.push(file);
         }
         output = word == "-o";
     }
