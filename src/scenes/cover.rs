@@ -312,8 +312,8 @@ impl Cover {
             None => value,
             // Where everything passes, and where nothing does.
             Some(cutoff) if *cutoff <= 0.0 => 1.0,
-            Some(cutoff) if value < *cutoff => 0.5 * value / cutoff * 0.998,
-            Some(cutoff) => 0.5 + 0.5 * (value - cutoff) / (1.0 - cutoff).max(1e-3),
+            // One slope on both sides: what is interpolated between two such values has its edge where the mask itself does.
+            Some(cutoff) => 0.5 + 0.5 * (value - cutoff) / cutoff.max(1.0 - cutoff),
         }
     }
 
