@@ -45,6 +45,21 @@ const uint MOMENTS_CLAMP = 1u;
 // Tiles that know nothing of each other: differences at the edge of a tile are one-sided.
 const uint MOMENTS_ATLAS = 2u;
 
+// Tiling details on a surface
+
+// What coordinates one follows: there is none,
+const uint DETAIL_NONE = 0u;
+// texture coordinates,
+const uint DETAIL_BY_TEXCOORD = 1u;
+// or places of the surface at rest, seen along the axes.
+const uint DETAIL_TRIPLANAR = 2u;
+// What its colours and roughness do: it has none,
+const uint DETAIL_COLORLESS = 0u;
+// they vary the colours of the surface and replace its roughness,
+const uint DETAIL_VARIES = 1u;
+// or they replace both.
+const uint DETAIL_COVERS = 2u;
+
 // Atlases
 
 // Says that there is no patch beyond a side.

@@ -12,7 +12,7 @@ use super::surfaces::skinning;
 use crate::maps::LeadrMap;
 use crate::maps::cache::MapCache;
 use crate::maps::material::TextureWrap;
-use glam::{Affine3A, Mat4, Vec2, Vec3};
+use glam::{Affine2, Affine3A, Mat4, Vec2, Vec3};
 
 /// A property of a surface over texture coordinates.
 #[derive(Clone, Debug)]
@@ -82,6 +82,54 @@ impl MaterialMap {
     }
 }
 
+/// What coordinates a [`Detail`] follows.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum DetailMapping {
+    /// The texture coordinates of the mesh. Not for atlases of tiles, whose coordinates end with a patch.
+    Texcoords,
+    /// Places of the mesh at rest, seen along the three axes and blended by the normal; one unit of the coordinates covers so many metres.
+    Triplanar(f32),
+}
+
+/// What the colours and the roughness of a [`Detail`] do.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum DetailColors {
+    /// Its colours over their mean multiply those of the surface; its roughness replaces the surface's.
+    Vary,
+    /// They replace those of the surface, and so does this reflectance at normal incidence.
+    Cover(f32),
+}
+
+/// How much there is of a [`Detail`].
+#[derive(Clone, Debug)]
+pub struct DetailMask {
+    /// Texels per row.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+    /// Factors of its slopes and of its cover, 0 to 1.
+    pub texels: Vec<f32>,
+    /// From the surface's coordinates to the mask's own.
+    pub transform: Affine2,
+}
+
+/// A tiling relief over a surface, finer than its own: their slopes add up. It shades; it does not displace.
+#[derive(Clone, Debug)]
+pub struct Detail {
+    /// Its heights in metres; they repeat.
+    pub heights: HeightField,
+    /// Its slopes in metres per unit of its own coordinates, one for each texel of `heights`, instead of those of the heights.
+    pub slopes: Option<Vec<[f32; 2]>>,
+    /// What it is made of, over its own coordinates; without it the surface keeps its colours.
+    pub material: Option<(MaterialMap, DetailColors)>,
+    /// What coordinates it follows.
+    pub mapping: DetailMapping,
+    /// From those to its own, in which it repeats after 1.
+    pub transform: Affine2,
+    /// Where it is; everywhere without one.
+    pub mask: Option<DetailMask>,
+}
+
 /// One displaced (or smooth) surface.
 #[derive(Clone, Debug)]
 pub struct Object {
@@ -101,6 +149,10 @@ pub struct Object {
     /// Moments of the slopes on all levels, as a baked file has them, instead of those that follow from `heights` or `slopes`. Their
     /// heights are those of `heights`, which repeat or go on as a single map does.
     pub moments: Option<LeadrMap>,
+    /// Further variance of the slopes about them, `(ss, tt, st)` in squares of their unit, one for each of `slopes`: a base that is rougher along one direction.
+    pub slope_spread: Option<Vec<[f32; 3]>>,
+    /// A finer relief that repeats.
+    pub detail: Option<Detail>,
     /// Metres of displacement per unit of `heights` (`η`); each frame multiplies it by its own factor.
     pub height_scale: f32,
     /// Its material; without it the colours of the vertices are used.
@@ -132,6 +184,8 @@ impl Object {
             heights: None,
             slopes: None,
             moments: None,
+            slope_spread: None,
+            detail: None,
             height_scale: 1.0,
             material: None,
             charts: None,
@@ -165,6 +219,18 @@ impl Object {
     #[must_use]
     pub fn with_moments(self, moments: LeadrMap) -> Self {
         Self { moments: Some(moments), ..self }
+    }
+
+    /// The same with further variance about those slopes. Called after [`with_slopes`](Self::with_slopes).
+    #[must_use]
+    pub fn with_slope_spread(self, spread: Vec<[f32; 3]>) -> Self {
+        Self { slope_spread: Some(spread), ..self }
+    }
+
+    /// The same with a finer relief that repeats.
+    #[must_use]
+    pub fn with_detail(self, detail: Detail) -> Self {
+        Self { detail: Some(detail), ..self }
     }
 
     /// The same, made of a material whose albedo and roughness are multiplied with those of the vertices.

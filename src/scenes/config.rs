@@ -9,8 +9,11 @@ use super::model::displacement::Displacement;
 use super::ocean::waves::Waves;
 use super::registry::{SCENES, Scene};
 use super::view::{Size, View};
-use crate::maps::MapError;
-use crate::maps::material::{Material, MaterialFolder};
+use crate::maps::material::{
+    Anisotropy, Encoding, GreenAxis, Input, Material, MaterialDetail, MaterialFolder, Role, Texture, agreement, role_of,
+};
+use crate::maps::{MapError, MapFault, Wrap, load_raster};
+use crate::reflectance::facets::metals::Metal;
 use crate::render::light::panorama::LightExtraction;
 use crate::render::settings::{RenderSettings, Shading};
 use crate::render::surfaces::moments::MomentFormat;
@@ -28,6 +31,93 @@ pub struct MaterialFiles {
     pub normal_map: Option<PathBuf>,
     /// Perceptual roughness.
     pub roughness_map: Option<PathBuf>,
+    /// Which way the green of the normal map goes, instead of what its name or its slopes tell.
+    pub normal_y: Option<NormalY>,
+    /// What it is made of instead of its colours and its metalness.
+    pub metal: Option<&'static str>,
+    /// How much rougher it is along one direction, 0 to 1.
+    pub anisotropy: Option<f32>,
+    /// From which that direction is turned counter-clockwise, degrees.
+    pub anisotropy_rotation: f32,
+    /// What lies over it and repeats more often.
+    #[serde(flatten)]
+    pub detail: DetailFiles,
+}
+
+/// Which way the green channel of a normal map goes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum NormalY {
+    /// Up, as in OpenGL and glTF.
+    Up,
+    /// Down, as in DirectX.
+    Down,
+}
+
+impl From<NormalY> for GreenAxis {
+    fn from(way: NormalY) -> Self {
+        match way {
+            NormalY::Up => Self::Up,
+            NormalY::Down => Self::Down,
+        }
+    }
+}
+
+/// A detail over a material of the plane or sphere.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct DetailFiles {
+    /// A folder of a material, or a picture of heights or normals.
+    pub detail: Option<PathBuf>,
+    /// Times that it repeats within one repeat of the material.
+    pub detail_repeat: f32,
+    /// By which it is turned counter-clockwise, degrees.
+    pub detail_rotation: f32,
+    /// Factor on its slopes.
+    pub detail_height_scale: f32,
+    /// Where it covers the material.
+    pub detail_mask: Option<PathBuf>,
+}
+
+impl Default for DetailFiles {
+    fn default() -> Self {
+        Self { detail: None, detail_repeat: 8.0, detail_rotation: 0.0, detail_height_scale: 1.0, detail_mask: None }
+    }
+}
+
+impl DetailFiles {
+    fn load(&self) -> Result<Option<MaterialDetail>, MapError> {
+        let Some(path) = &self.detail else { return Ok(None) };
+        let (material, colored) = if path.is_dir() {
+            let folder = MaterialFolder::open(path)?;
+            folder.remarks.iter().for_each(|remark| tracing::warn!("{remark}"));
+            let colored = [Role::Color, Role::Roughness, Role::Gloss, Role::Packed];
+            let colored = colored.iter().any(|&role| folder.picture(role).is_some());
+            if folder.picture(Role::Metalness).is_some() {
+                tracing::warn!("{}: the metalness of a detail is not used", path.display());
+            }
+            let mut material = folder.load()?;
+            material.metalness = Input::constant(0.0);
+            (material, colored)
+        } else {
+            let mut material = Material::new("detail");
+            match role_of(path) {
+                Some(Role::NormalUp) => material.set_normals(path, Some(GreenAxis::Up))?,
+                Some(Role::NormalDown) => material.set_normals(path, Some(GreenAxis::Down))?,
+                Some(Role::Normal) => material.set_normals(path, None)?,
+                _ => material.set_heights(path)?,
+            }
+            (material, false)
+        };
+        let mask = self.detail_mask.as_ref().map(load_mask).transpose()?;
+        Ok(Some(MaterialDetail {
+            material,
+            colored,
+            repeat: self.detail_repeat,
+            rotation: self.detail_rotation,
+            height_scale: self.detail_height_scale,
+            mask,
+        }))
+    }
 }
 
 impl MaterialFiles {
@@ -43,6 +133,7 @@ impl MaterialFiles {
         if let Some(file) = heights {
             material.set_heights(file)?;
         }
+        say_whether_slopes_agree(&material);
         Ok(Some(material))
     }
 
@@ -58,17 +149,69 @@ impl MaterialFiles {
             material = folder.load()?;
             material.relief = relief.or(material.relief);
         }
+        let green = self.normal_y.map(GreenAxis::from);
         if let Some(file) = &self.color_map {
             material.set_colors(file)?;
         }
         if let Some(file) = &self.normal_map {
             material.set_normals(file, None)?;
         }
+        match (&mut material.normal_map, green) {
+            (Some(map), Some(green)) => map.green = green,
+            (None, Some(_)) => {
+                let fault = MapFault::Unsupported {
+                    what: "it has no normal map whose green --normal-y could turn".into(),
+                    remedy: "leave that flag out".into(),
+                };
+                return Err(fault.in_file(self.folder.as_deref().unwrap_or(Path::new("material"))));
+            }
+            (_, None) => {}
+        }
         if let Some(file) = &self.roughness_map {
             material.set_roughness(file, false)?;
         }
+        if let Some(metal) = self.metal.and_then(Metal::named) {
+            material.base_color = Input::constant(metal.f0().as_vec3().to_array());
+            material.metalness = Input::constant(1.0);
+        }
+        if let Some(strength) = self.anisotropy {
+            let rotation = self.anisotropy_rotation.to_radians();
+            material.anisotropy = Some(Anisotropy { strength: Input::constant(strength), rotation, direction: None });
+        }
+        material.detail = self.detail.load()?.map(Box::new);
         Ok(material)
     }
+
+    /// Whether it is a normal map on smooth geometry: normals, and neither `heights` nor a relief of its own or of a detail.
+    #[must_use]
+    pub fn is_normal_map_alone(&self, heights: Option<&Path>) -> bool {
+        let folder = self.folder.as_ref().and_then(|folder| MaterialFolder::open(folder).ok());
+        let has = |role| folder.as_ref().is_some_and(|folder| folder.picture(role).is_some());
+        let normals = [Role::Normal, Role::NormalUp, Role::NormalDown].into_iter().any(has);
+        (normals || self.normal_map.is_some())
+            && !has(Role::Height)
+            && heights.is_none()
+            && self.detail.detail.is_none()
+    }
+}
+
+/// Correlation of the slopes of heights and normals below which they hardly are of the same surface.
+const SAME_SURFACE: f64 = 0.5;
+
+/// Says how heights and normals of one material fit together.
+fn say_whether_slopes_agree(material: &Material) {
+    let (Some(relief), Some(normals)) = (&material.relief, &material.normal_map) else { return };
+    match agreement(&relief.map, normals, Wrap::Repeat) {
+        Some(found) if found.correlation >= SAME_SURFACE => tracing::info!("heights and normals agree: {found}"),
+        Some(found) => tracing::warn!(
+            "heights and normals disagree: {found}; heights displace and normals shade, so try --normal-y, or leave one of them out"
+        ),
+        None => tracing::warn!("heights or normals are flat: nothing tells how high the relief is"),
+    }
+}
+
+fn load_mask(file: &PathBuf) -> Result<Texture, MapError> {
+    Ok(Texture::new(load_raster(file)?, file.display().to_string(), Encoding::Linear))
 }
 
 /// Samples of the geometry in each pixel of pictures of one sample, unless something else makes outlines smooth.

@@ -129,6 +129,23 @@ fn agreed_scale(material: &Material) -> Option<f32> {
     Some((found.scale_texels / f64::from(relief.map.width)) as f32)
 }
 
+/// How a base is rougher along one direction, at every place.
+struct Brushed {
+    strength: Property<1>,
+    /// Radians from the tangent, counter-clockwise.
+    rotation: f32,
+    direction: Option<Plate<[f32; 2]>>,
+}
+
+/// The base's further roughness along one direction.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Stroke {
+    /// Unit direction from the tangent towards the bitangent, which goes up in pictures.
+    pub along: Vec2,
+    /// Variance of the slopes along it beyond that of the base's `α`: `(α_t² − α²)/2`.
+    pub variance: f32,
+}
+
 /// A material at every place of its first texture coordinates.
 pub struct Cover {
     base_color: Property<3>,
@@ -142,6 +159,7 @@ pub struct Cover {
     occlusion_strength: f32,
     opacity: Option<(Property<1>, Option<f32>)>,
     slopes: Option<Plate<[f32; 2]>>,
+    brushed: Option<Brushed>,
     heights: Option<Plate<[f32; 1]>>,
     /// Height of the map that lies on the mesh.
     pub middle: f32,
@@ -220,7 +238,9 @@ impl Cover {
         let textures = [&material.base_color, &material.f0].into_iter().filter_map(|input| input.texture.as_ref());
         let numbers = [&material.metalness, &material.roughness, &material.specular];
         let numbers = numbers.into_iter().filter_map(|input| input.texture.as_ref());
-        let normal = material.normal_map.as_ref().map(|map| &map.texture);
+        let anisotropy =
+            material.anisotropy.as_ref().and_then(|a| a.direction.as_ref().or(a.strength.texture.as_ref()));
+        let normal = material.normal_map.as_ref().map(|map| &map.texture).into_iter().chain(anisotropy);
         let heights = material.relief.as_ref().map(|relief| (relief.map.width, relief.map.height));
         let sizes = textures.chain(numbers).chain(normal).map(texels_of).chain(heights);
         let size = sizes.fold((1, 1), |a, b| (a.0.max(b.0), a.1.max(b.1)));
@@ -264,6 +284,14 @@ impl Cover {
             f0: color(&material.f0),
             specular: number(&material.specular),
             slopes: material.normal_map.as_ref().map(slopes),
+            brushed: material.anisotropy.as_ref().filter(|a| a.strength.factor > 0.0).map(|anisotropy| Brushed {
+                strength: number(&anisotropy.strength),
+                rotation: anisotropy.rotation,
+                direction: anisotropy.direction.as_ref().map(|texture| {
+                    let signed = |x, y, channel| 2.0 * texture.raster.value(x, y, channel) - 1.0;
+                    Plate::new(texture, |x, y| [signed(x, y, 0), signed(x, y, 1)])
+                }),
+            }),
             heights: material.relief.as_ref().map(heights),
             middle: material.relief.as_ref().map_or(0.0, |relief| relief.middle),
             scale: material.relief.as_ref().and_then(|relief| relief.scale),
@@ -394,6 +422,35 @@ impl Cover {
     #[must_use]
     pub fn slope(&self, texcoord: Vec2) -> Vec2 {
         self.slopes.as_ref().map_or(Vec2::ZERO, |plate| Vec2::from(plate.at(texcoord)))
+    }
+
+    /// Whether its base is rougher along one direction.
+    #[must_use]
+    pub fn is_brushed(&self) -> bool {
+        self.brushed.is_some()
+    }
+
+    /// How its base is rougher along one direction at a place: `α_t = mix(α, 1, strength²)`, as in `KHR_materials_anisotropy`.
+    #[must_use]
+    pub fn stroke(&self, texcoord: Vec2) -> Stroke {
+        let Some(Brushed { strength, rotation, direction }) = &self.brushed else { return Stroke::default() };
+        let told = direction.as_ref().map_or(Vec2::X, |plate| Vec2::from(plate.at(texcoord)));
+        let along = Vec2::from_angle(*rotation).rotate(told.normalize_or(Vec2::X));
+        let alpha = self.texel(texcoord).alpha;
+        let [strength] = strength.at(texcoord);
+        let more = alpha + (1.0 - alpha) * strength.clamp(0.0, 1.0).powi(2);
+        Stroke { along, variance: 0.5 * (more * more - alpha * alpha) }
+    }
+
+    /// Slope of its relief at a place: that of the normal map, or of the heights `scale` high over a repeat of 1, by central differences.
+    #[must_use]
+    pub fn relief_slope(&self, texcoord: Vec2, scale: f32) -> Vec2 {
+        let Some(heights) = self.heights.as_ref().filter(|_| self.slopes.is_none()) else {
+            return self.slope(texcoord);
+        };
+        let step = Vec2::new(1.0 / heights.width as f32, 1.0 / heights.height as f32);
+        let across = |d: Vec2| (heights.at(texcoord + d)[0] - heights.at(texcoord - d)[0]) * scale / (2.0 * d.length());
+        Vec2::new(across(step * Vec2::X), across(step * Vec2::Y))
     }
 
     /// Repeats of the textures, of so many metres, that a unit of height is high: what the file says, what fits the normals best, or

@@ -3,14 +3,16 @@
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
-use super::cover::{Cover, LightMaps, Texel};
+use super::cover::{Cover, LightMaps, Stroke, Texel};
+use super::detail::detail;
 use super::holes::filled;
 use super::plane::{even, plane};
 use super::sphere::{bake_patches, cube_sphere, triplanar_weights};
 use super::stage::{PLANE_REPEAT, SPHERE_REPEAT, Stage, plane_patches, plane_views, sphere_views};
 use crate::maps::material::{Material, TextureWrap};
-use crate::render::scene::{Object, PropertyMap};
+use crate::render::scene::{DetailMapping, Object, PropertyMap};
 use crate::render::surfaces::displacement::{Border, HeightField};
+use crate::render::surfaces::patch::PatchPoint;
 use crate::render::surfaces::patch_mesh::TileLayout;
 
 /// Albedo and roughness of the vertices: the material's own.
@@ -35,22 +37,35 @@ pub fn plane_stage(material: &Material) -> Stage {
     let repeat = [[TextureWrap::Repeat; 2]; 3];
     let light = cover.light_maps(repeat, |at| Vec2::new(at.x, 1.0 - at.y));
     object = object.with_material(beside_heights(&cover, light).with(Cover::map(width, height, &texels)));
-    if cover.has_heights() || cover.has_slopes() {
+    if cover.has_heights() || cover.has_slopes() || cover.is_brushed() {
         // In repeats of the textures, as baked files have them, so that slopes are those of the normals.
         let unit = cover.unit(PLANE_REPEAT);
         let height = |index| cover.height(upright(index)) * unit - cover.middle * unit;
         let heights = places.clone().into_par_iter().map(height).collect();
         let field = HeightField { width, height: cover.size.1, texels: heights, border: Border::Wrap };
         object = object.with_heights(field, PLANE_REPEAT);
-        if cover.has_slopes() {
+        if cover.has_slopes() || cover.is_brushed() {
             let slope = |index| {
-                let slope = cover.slope(upright(index));
+                let slope = cover.relief_slope(upright(index), unit);
                 [slope.x, -slope.y]
             };
-            object = object.with_slopes(places.into_par_iter().map(slope).collect());
+            object = object.with_slopes(places.clone().into_par_iter().map(slope).collect());
+        }
+        if cover.is_brushed() {
+            let spread = |index| spread_of(cover.stroke(upright(index)), |along| along);
+            object = object.with_slope_spread(places.into_par_iter().map(spread).collect());
         }
     }
+    if let Some(layer) = &material.detail {
+        object = object.with_detail(detail(layer, DetailMapping::Texcoords, PLANE_REPEAT));
+    }
     Stage::still(vec![object], plane_views())
+}
+
+/// Variance of slopes along a stroke, whose direction `units` turns into slopes by texture coordinate in the heights' unit.
+fn spread_of(stroke: Stroke, units: impl Fn(Vec2) -> Vec2) -> [f32; 3] {
+    let along = units(stroke.along);
+    [along.x * along.x, along.y * along.y, along.x * along.y].map(|square| square * stroke.variance)
 }
 
 /// What a tile of the sphere holds at a texel.
@@ -62,6 +77,7 @@ struct Baked {
     emission: [f32; 3],
     accessibility: f32,
     opacity: f32,
+    spread: [f32; 3],
 }
 
 /// A unit sphere in a material, seen along the three axes and blended; it repeats every 1.2 m.
@@ -80,6 +96,10 @@ pub fn sphere_stage(material: &Material, tile: u32) -> Stage {
     let layout = TileLayout::new(mesh.patches.len() as u32, tile);
     let (width, height) = layout.size();
     let per_patch = Vec2::new(width as f32, height as f32) / layout.inner() as f32;
+    // A tangent vector of slopes, by texture coordinate and in the heights' unit.
+    let by_texcoord = |slope: Vec3, point: &PatchPoint| {
+        Vec2::new(slope.dot(point.du), slope.dot(point.dv)) * per_patch / SPHERE_REPEAT
+    };
     let (_, baked) = bake_patches(&mut mesh, tile, |_, _, point| {
         let (mut baked, mut gradient) = (Baked::default(), Vec3::ZERO);
         let weights = triplanar_weights(point.position, point.normal, SPHERE_REPEAT);
@@ -96,11 +116,17 @@ pub fn sphere_stage(material: &Material, tile: u32) -> Stage {
             // Relief keeps its variance where it is blended.
             let weight = seen.weight / squares.sqrt();
             baked.height += weight * smooth.as_ref().map_or(0.0, |field| field.bicubic(at) - cover.middle * unit);
-            let slope = cover.slope(at) * weight;
+            let slope = cover.relief_slope(at, unit) * weight;
             gradient += slope.x * seen.s - slope.y * seen.t;
+            if cover.is_brushed() {
+                // As on a lathe: from the east towards the north.
+                let east = Vec3::Z.cross(point.normal).normalize_or(Vec3::X);
+                let north = point.normal.cross(east);
+                let spread = spread_of(cover.stroke(at), |along| by_texcoord(along.x * east + along.y * north, &point));
+                (0..3).for_each(|i| baked.spread[i] += seen.weight / sum * spread[i]);
+            }
         }
-        let per_unit = per_patch / SPHERE_REPEAT;
-        baked.slope = [gradient.dot(point.du) * per_unit.x, gradient.dot(point.dv) * per_unit.y];
+        baked.slope = by_texcoord(gradient, &point).to_array();
         baked
     });
     // Tiles without a patch are never seen, but must not look like a second kind of surface.
@@ -112,8 +138,14 @@ pub fn sphere_stage(material: &Material, tile: u32) -> Stage {
     let heights = baked.iter().map(|b| b.height).collect();
     let field = HeightField { width, height, texels: heights, border: Border::Tiles(layout) };
     object = object.with_heights(field, SPHERE_REPEAT);
-    if cover.has_slopes() {
+    if cover.has_slopes() || cover.is_brushed() {
         object = object.with_slopes(baked.iter().map(|b| b.slope).collect());
+    }
+    if cover.is_brushed() {
+        object = object.with_slope_spread(baked.iter().map(|b| b.spread).collect());
+    }
+    if let Some(layer) = &material.detail {
+        object = object.with_detail(detail(layer, DetailMapping::Triplanar(SPHERE_REPEAT), SPHERE_REPEAT));
     }
     Stage::still(vec![object], sphere_views())
 }

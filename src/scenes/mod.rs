@@ -4,6 +4,7 @@ pub mod config;
 pub mod cover;
 pub mod daylight;
 pub mod deform;
+pub mod detail;
 pub mod dressed;
 pub mod error;
 pub mod full_screen;

@@ -12,7 +12,7 @@ use super::stage::{BakedRelief, Lights, Views};
 use super::view::{Size, View};
 use crate::gpu::{Gpu, GpuError};
 use crate::maps::baked::{BakedMap, HeightUnit};
-use crate::maps::material::Material;
+use crate::maps::material::{Input, Material, RoughnessMeaning};
 use crate::maps::{self, HeightMap, MapFault, RgbImage};
 use crate::models::{LoadOptions, Model};
 use crate::render::camera::Camera;
@@ -64,6 +64,11 @@ impl Inputs {
                     height_map = heights.as_ref().map(maps::load_height_map).transpose()?;
                 }
             }
+        }
+        if let (Some(material), Some(alpha)) = (&mut material, config.roughness) {
+            // What is rougher along one direction is so beyond this.
+            material.roughness = Input::constant(alpha);
+            material.roughness_meaning = RoughnessMeaning::Alpha;
         }
         let model = match &config.model {
             Some(file) => {

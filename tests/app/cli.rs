@@ -47,7 +47,18 @@ fn help_and_version_are_results() {
 
 #[test]
 fn wrong_usage_ends_with_2_and_names_the_flag() {
-    let cases: [(&[&str], &str); 30] = [
+    let cases: [(&[&str], &str); 38] = [
+        (&["capture", "--metal", "wood"], "--metal"),
+        (&["capture", "--metal", "gold"], "--metal"),
+        (&["capture", "--scene", "plane", "--anisotropy", "2"], "--anisotropy"),
+        (&["capture", "--scene", "plane", "--anisotropy-rotation", "20"], "--anisotropy"),
+        (&["capture", "--scene", "plane", "--detail-mask", "mask.png"], "--detail"),
+        (&["capture", "--scene", "plane", "--detail", "a.png", "--detail-repeat", "0"], "--detail-repeat"),
+        (
+            &["capture", "--scene", "plane", "--detail", "a.png", "--technique", "reference", "--relief-shadows"],
+            "--detail",
+        ),
+        (&["capture", "--scene", "plane", "--height-map", "a.png", "--normal-y", "up"], "--normal-y"),
         (&[], "command"),
         (&["dance"], "dance"),
         (&["capture", "--dance"], "--dance"),

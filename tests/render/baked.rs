@@ -84,6 +84,7 @@ impl Files {
             color_map: file("color.png"),
             normal_map: file("normals.png"),
             roughness_map: file("roughness.png"),
+            ..MaterialFiles::default()
         }
     }
 }

@@ -13,6 +13,7 @@ mod figures;
 mod filtering;
 mod frame;
 mod irradiance;
+mod layers;
 mod materials;
 mod model;
 mod model_looks;

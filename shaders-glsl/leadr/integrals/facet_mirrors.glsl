@@ -16,6 +16,7 @@ const float LEADR_LEAST_MIRROR_COSINE2 = 1e-3;
 const float LEADR_LEAST_BASE_VARIANCE = 1e-8;
 const float LEADR_LEAST_FACET_COSINE = 1e-3;
 const float LEADR_LEAST_LINEAR_COSINE = 0.05;
+const float LEADR_LEAST_MAPPED_COSINE = 0.02;
 const float LEADR_MOST_DEVIATIONS = 50.0;
 
 // A light and a viewer, their half vector, and the spread of mirrors about it.
@@ -43,8 +44,10 @@ FacetMirrors facet_mirrors(vec3 wo, vec3 wi, float alpha, float variance) {
 }
 
 // Share of the mirrors on a facet that viewer and light see, 0 where they see it from behind. co, ci: cosines with the facet's
-// normal; between: of wo and wi; deviation: of the base's slopes.
+// normal; between: of wo and wi; deviation: of the base's slopes. On a normal map the base alone hides facets, and the viewer sees all
+// that face it in full; the edge-on ones fade out.
 float facet_visibility(int shadowing, float co, float ci, float between, float deviation) {
+    bool mapped = shadowing == LEADR_SHADOWING_NORMAL_MAP;
     float so = sqrt(max(1.0 - co * co, 0.0)), si = sqrt(max(1.0 - ci * ci, 0.0));
     // Across the facet's normal, the first axis toward the viewer.
     float toward = clamp((between - co * ci) / max(so, 1e-6), -si, si);
@@ -52,7 +55,8 @@ float facet_visibility(int shadowing, float co, float ci, float between, float d
     float bo = so * deviation, bi = si * deviation;
     DirectionArea o = DirectionArea(vec2(bo, 0.0), bo, co, max(co, 0.0) + rough_area(co, bo));
     DirectionArea i = DirectionArea(vec2(toward, aside) * deviation, bi, ci, max(ci, 0.0) + rough_area(ci, bi));
-    return max(co, 0.0) * masking_shadowing_factor(shadowing, o, i);
+    float seen = mapped ? min(co / max(deviation, LEADR_LEAST_MAPPED_COSINE), 1.0) : co;
+    return max(seen, 0.0) * masking_shadowing_factor(mapped ? LEADR_SHADOWING_CORRELATED : shadowing, o, i);
 }
 
 // Gaussian of the facets that mirror a light, in standard coordinates of the relief's slopes.
@@ -102,8 +106,10 @@ float facet_mirror_density(FacetMirrors f, vec2 m, vec3 cholesky, int shadowing)
         if (cosine > LEADR_LEAST_FACET_COSINE) {
             vec2 t = vec2(dot(normal, f.along), dot(normal, f.beside)) / (cosine * f.deviation);
             float seen = facet_visibility(shadowing, dot(normal, f.wo), dot(normal, f.wi), between, f.base);
+            // A normal map's facets count by their area on the macrosurface.
+            float area = shadowing == LEADR_SHADOWING_NORMAL_MAP ? 1.0 : 1.0 / per_length;
             float c2 = cosine * cosine;
-            sum += exp(-0.5 * (dot(z, z) + dot(t, t))) * seen / (per_length * c2 * c2);
+            sum += exp(-0.5 * (dot(z, z) + dot(t, t))) * (seen * area / (c2 * c2));
         }
     }
     // e / 8 pi: nodes at sqrt(2) deviations have exp(-1) of the density of the middle.

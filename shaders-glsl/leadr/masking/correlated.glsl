@@ -17,6 +17,7 @@ const int LEADR_SHADOWING_NONE = 0;              // all of them: masking alone
 const int LEADR_SHADOWING_SMITH = 1;             // LEADR eq. 13
 const int LEADR_SHADOWING_CORRELATED = 2;        // direction-correlated
 const int LEADR_SHADOWING_CORRELATED_SIMPLE = 3; // its simplified form
+const int LEADR_SHADOWING_NORMAL_MAP = 4;        // all that face it, and all count alike for the viewer: see visible/mapped.glsl
 
 // How much of a surface is visible from one direction.
 struct DirectionArea {
@@ -63,7 +64,7 @@ float decorrelation(vec2 po, vec2 pi, float both, float more, float less, bool s
 // G A_o / a_o, 0..1: the share of the visible area that is lit. It weights a light, or a sample of an environment, in a sum
 // that is already normalised for masking.
 float lit_fraction(int shadowing, DirectionArea o, DirectionArea i) {
-    if (shadowing == LEADR_SHADOWING_NONE) return 1.0;
+    if (shadowing == LEADR_SHADOWING_NONE || shadowing == LEADR_SHADOWING_NORMAL_MAP) return 1.0;
     float ao = max(o.meso, 0.0);
     float ai = max(i.meso, 0.0);
     float seen = ai * max(o.visible, LEADR_MIN_AREA);
@@ -77,8 +78,10 @@ float lit_fraction(int shadowing, DirectionArea o, DirectionArea i) {
     return seen / max(seen + max(hidden_i - hidden_o, 0.0) + f * less, 1e-30);
 }
 
-// G / a_o, within 0..1e6: the factor of F D / 4 in f_r cos(theta_i).
+// G / a_o, within 0..1e6: the factor of F D / 4 in f_r cos(theta_i). 1 for a normal map, whose facets count by their area on the
+// macrosurface and have factors of their own.
 float masking_shadowing_factor(int shadowing, DirectionArea o, DirectionArea i) {
+    if (shadowing == LEADR_SHADOWING_NORMAL_MAP) return 1.0;
     return lit_fraction(shadowing, o, i) / max(o.visible, LEADR_MIN_AREA);
 }
 

@@ -75,6 +75,11 @@ SlopeMoments mix_moments(SlopeMoments a, SlopeMoments b, float t) {
     return SlopeMoments(mix(a.first, b.first, t), mix(a.second, b.second, t));
 }
 
+// Moments of slopes that a mask multiplies. mask: its mean and the mean of its square, of which the slopes are independent.
+SlopeMoments mask_moments(SlopeMoments a, vec2 mask) {
+    return SlopeMoments(a.first * mask.x, a.second * mask.y);
+}
+
 // Moments in the frame in which slopes are linear * (h_s, h_t) (LEADR eq. 12).
 SlopeMoments map_moments(mat2 linear, SlopeMoments a) {
     return SlopeMoments(linear * a.first, map_second_moments(linear, a.second));

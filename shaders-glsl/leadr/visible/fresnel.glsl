@@ -4,6 +4,22 @@
 #include "../facets/fresnel.glsl"
 #include "slopes.glsl"
 
+// Mean of Schlick's weight over slopes along `axis` about `slope`. facet: projected area of the facet of that slope; b: how much of it
+// a standard deviation costs; rest: variance across the axis; variance: of the slopes, in squares of `axis`.
+float mean_schlick_weight(float facet, float b, vec2 axis, vec2 slope, float rest, float variance) {
+    float stretch = dot(axis, axis);
+    float per = inversesqrt(1.0 + dot(slope, slope) + rest);
+    // At d standard deviations of the slope seen by the viewer: cosine = (facet - b d) / |N|.
+    float cosine = facet * per;
+    float loss = b * per;
+    float turn = dot(slope, axis) * per * per;
+    float first = loss + cosine * turn;
+    float second = loss * turn + cosine * (1.5 * turn * turn - 0.5 * stretch * per * per);
+    float k = clamp(1.0 - cosine - variance * second, 0.0, 1.0);
+    float k2 = k * k, v = variance * first * first;
+    return min(k * (k2 * k2 + v * (10.0 * k2 + 15.0 * v)), 1.0);
+}
+
 // Mean Fresnel reflectance of the facets visible from wo: the share of light that never reaches the diffuse surface below.
 // The cosine is approximated by a normal variable, with mean and variance to second order about the mean visible facet
 // along the slope seen by the viewer, and Schlick's fifth power is averaged over it; the slope across only lengthens N. S:
@@ -18,18 +34,8 @@ vec3 visible_fresnel(vec3 wo, vec2 m, vec3 S, vec3 f0) {
     float lean = clamped_line(t).lean;
     float variance = clamp(2.0 - lean * (t + lean), 0.02, 1.0);
     vec2 axis = across * per_b;
-    vec2 slope = m - axis * lean;
-    float stretch = dot(axis, axis);
-    float per = inversesqrt(1.0 + dot(slope, slope) + max(S.x + S.y - stretch, 0.0));
-    // At d standard deviations of the slope seen by the viewer: cosine = (facet - b d) / |N|.
-    float cosine = (a + b * lean) * per;
-    float loss = b * per;
-    float turn = dot(slope, axis) * per * per;
-    float first = loss + cosine * turn;
-    float second = loss * turn + cosine * (1.5 * turn * turn - 0.5 * stretch * per * per);
-    float k = clamp(1.0 - cosine - variance * second, 0.0, 1.0);
-    float k2 = k * k, v = variance * first * first;
-    float mean = min(k * (k2 * k2 + v * (10.0 * k2 + 15.0 * v)), 1.0);
+    float rest = max(S.x + S.y - dot(axis, axis), 0.0);
+    float mean = mean_schlick_weight(a + b * lean, b, axis, m - axis * lean, rest, variance);
     return f0 + (grazing_reflectance(f0) - f0) * mean;
 }
 

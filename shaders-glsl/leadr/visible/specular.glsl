@@ -159,14 +159,14 @@ struct VisibleProbes {
     float wide;    // how wide the lobe is
     NodePlaces whole; // over the whole lobe, lit or not, for the Fresnel terms
     float flat_area;  // projected area of a facet of slope 0 there
+    vec2 projected;   // how far kernels grow with the projected area of their facet, 0 to 1, and the inverse of that area at the mean
     // Part of the variance of a probe's light by which the two directions that it is taken apart into lie about its mirror direction.
     float lit_spread;
     LitSlopes lit; // what probes are placed for instead of all visible slopes; its mean includes the ratio of the visible areas
 };
 
-// The probes for everything visible from wo, or with shadowing for the part of it that is lit.
-VisibleProbes visible_probes(int shadowing, vec3 wo, vec2 m, vec3 S, vec3 kernel) {
-    VisibleSlopes all = visible_slopes(wo, m, S);
+// The probes for these slopes, or with shadowing for the part of them that is lit.
+VisibleProbes visible_probes_of(int shadowing, vec3 wo, VisibleSlopes all, vec3 kernel) {
     VisibleSlopes v = all;
     VisibleProbes probes;
     probes.lit = LitSlopes(all.m, all.S, vec2(0.0), vec3(0.0), 0.0);
@@ -220,7 +220,13 @@ VisibleProbes visible_probes(int shadowing, vec3 wo, vec2 m, vec3 S, vec3 kernel
     probes.flat_area = all.a + dot(wo.xy, all.m);
     float sine2 = max(1.0 - all.a * all.a / (1.0 + dot(all.m, all.m)), 0.0);
     probes.lit_spread = LEADR_LIT_SPREAD * (1.0 + (1.0 - wide) * sine2);
+    probes.projected = vec2(0.0);
     return probes;
+}
+
+// The same for everything visible from wo.
+VisibleProbes visible_probes(int shadowing, vec3 wo, vec2 m, vec3 S, vec3 kernel) {
+    return visible_probes_of(shadowing, wo, visible_slopes(wo, m, S), kernel);
 }
 
 struct VisibleProbe {
@@ -251,13 +257,15 @@ VisibleProbe visible_probe(VisibleProbes probes, vec3 wo, ProbeNode node) {
     VisibleProbe p;
     p.slope = at.xy;
     p.mirror = 2.0 * max(wo.z - dot(wo.xy, at.xy), 0.0) * z2 * vec3(-at.xy, 1.0) - wo;
-    p.wi = mean_mirror(wo, at.xy, max(probes.facet.x - t * probes.facet.y, 0.0), probes.part);
+    float facet = max(probes.facet.x - t * probes.facet.y, 0.0);
+    p.wi = mean_mirror(wo, at.xy, facet, probes.part);
     // The Fresnel term is convex, and a kernel does not filter it.
     vec2 whole = node_slope(probes.whole, place).xy;
     p.cosine = min(max(probes.flat_area - dot(wo.xy, whole), 0.0) * inversesqrt(1.0 + dot(whole, whole)), 1.0);
     p.weight = node.weight;
     float stretch = exp(min(0.5 * t * t - probes.along.z * u2, 40.0)) * z2 * z2;
-    float variance = min(probes.kernel * node.cover * stretch, 1e6);
+    float grown = 1.0 + probes.projected.x * (facet * probes.projected.y - 1.0);
+    float variance = min(probes.kernel * node.cover * stretch * grown, 1e6);
     p.variance = variance / (1.0 + 0.5 * variance);
     return p;
 }

@@ -26,9 +26,14 @@ layout(constant_id = 55) const bool RISE_OVER_RUN = false; // slopes are, instea
 layout(constant_id = 46) const bool PLAIN = false; // colour and accessibility of all vertices are the same
 layout(constant_id = 47) const bool RELIEF_DRAWN = true; // the geometry is displaced by as much as the maps say
 layout(constant_id = 50) const bool REFLECTS_BY_MAP = false; // reflectance at normal incidence has a map
+#ifdef LEADR_DETAIL
+// A surface under a detail has neither: with the detail's maps there would be more than the 32 resources that drivers push.
+const bool EMITS = false, OCCLUDED = false, CHARTED = false;
+#else
 layout(constant_id = 52) const bool EMITS = false;    // its material emits light
 layout(constant_id = 53) const bool OCCLUDED = false; // and tells what of the surroundings is seen
 layout(constant_id = 54) const bool CHARTED = false;  // and has texture coordinates of its own
+#endif
 layout(constant_id = 48) const bool EDGE_SAMPLES = true; // the pixels may be edge samples
 #include "macrosurface.glsl"
 
@@ -141,6 +146,13 @@ vec4 filter_atlas_light(Footprint footprint, uint index, vec2 at, Levels levels)
     }
     return sum / float(footprint.taps);
 }
+#ifdef LEADR_DETAIL
+// Of textures that repeat: nothing ends at the border of a tile.
+Footprint detail_footprint(vec2 dx, vec2 dy) {
+    return FINEST_LEVEL ? Footprint(vec2(0.0), 1, 0.0, 0.0, 0.0) : elliptical_footprint(clamp(dx, -6e4, 6e4), clamp(dy, -6e4, 6e4), 1e9);
+}
+#include "detail.glsl"
+#endif
 
 Means filter_atlas(Footprint footprint, uint index, vec2 at) {
     Levels levels = levels_at(footprint.lod);
@@ -317,6 +329,9 @@ FilteredSurface filtered_mesh(ivec2 pixel, vec2 at, uvec4 seen, out float area) 
     }
 
     Means means = NO_MEANS;
+#ifdef LEADR_DETAIL
+    vec2 drawn = surface.texcoord;
+#endif
     Footprint footprint = footprint_over(dx, dy, ATLAS ? tile_inner() : 1e9);
     if (DISPLACED && RELIEF_DRAWN && (!TRIANGLES || surface.slopes > 0.0) && !FINEST_LEVEL && grid == 0u) {
         float longest = sqrt(max(dot(dx, dx), dot(dy, dy)));
@@ -352,6 +367,9 @@ FilteredSurface filtered_mesh(ivec2 pixel, vec2 at, uvec4 seen, out float area) 
     if (COLORED) {
         color *= vec4(means.color.rgb, sqrt(means.color.a));
     }
+#ifdef LEADR_DETAIL
+    DetailMeans covering = DetailMeans(vec2(0.0), vec3(0.0), vec4(0.0), 0.0);
+#endif
     float chart_area = dot(cross(surface.tangent_s, surface.tangent_t), surface.normal);
     SlopeMap chart = slope_map(surface.tangent_s, surface.tangent_t, frame.x, frame.y, frame.z), map = chart;
     if (RISE_OVER_RUN) {
@@ -360,9 +378,29 @@ FilteredSurface filtered_mesh(ivec2 pixel, vec2 at, uvec4 seen, out float area) 
         map = slope_map(surface.tangent_s, surface.tangent_t, frame.x, frame.y, frame.z);
     }
     vec2 mean_slope = map_mean_slope(map, mean_gradient);
+    vec3 map_statistics = map_covariance(map, gradient_covariance);
+#ifdef LEADR_DETAIL
+    {
+        vec2 there = place;
+        if (abs(determinant(surface.texcoord_by_place)) > 1e-20) {
+            there += inverse(surface.texcoord_by_place) * (surface.texcoord - drawn);
+        }
+        SlopeMap by_place = slope_map(surface.by_place[0], surface.by_place[1], frame.x, frame.y, frame.z);
+        DetailMeans detail = filter_detail(index, there, surface.texcoord, surface.texcoord_by_place, across, mat2(by_place.linear_s, by_place.linear_t));
+        if (USES_SLOPES) {
+            mean_slope += detail.slope;
+            map_statistics = clamp_covariance(map_statistics + detail.covariance);
+        }
+        if (DETAIL_COLORS != DETAIL_COLORLESS) {
+            vec4 covered = color_with_detail(vec4(color.rgb, color.a * color.a), detail);
+            color = vec4(covered.rgb, sqrt(covered.a));
+            covering = detail;
+        }
+    }
+#endif
     // At the finest level this is the spread between neighbouring texels, which bilinear interpolation of the mean loses. With
     // it the variance is the same at every magnification.
-    vec3 covariance = technique_covariance(map_covariance(map, gradient_covariance), vec3(0.0));
+    vec3 covariance = technique_covariance(map_statistics, vec3(0.0));
     if (USES_CURVATURE && !FLAT) {
         covariance += kernel_over(tilt_kernel(curvature, mean_slope), add_roughness(covariance, color.a));
     }
@@ -383,6 +421,19 @@ FilteredSurface filtered_mesh(ivec2 pixel, vec2 at, uvec4 seen, out float area) 
     vec3 tint = (object.flags & FLAG_TINTED_EMISSION) != 0u ? surface.color.rgb : vec3(1.0);
     filtered.emission = EMITS ? means.light.rgb * tint : vec3(0.0);
     filtered.accessibility = surface.accessibility * (OCCLUDED ? means.light.a : 1.0);
+#ifdef LEADR_DETAIL
+    if (DETAIL_COLORS == DETAIL_COVERS) {
+        // What lies under the detail neither mirrors nor is metal.
+        filtered.f0 = mix(filtered.f0, vec3(detail_color.a), covering.cover);
+        filtered.body_f0 = mix(filtered.body_f0, detail_color.a, covering.cover);
+    }
+    if (DETAIL_COLORS != DETAIL_COLORLESS && MIXED_ROUGHNESS) {
+        vec2 alphas = vec2(filtered.mixed.smooth_alpha, filtered.mixed.rough_alpha);
+        alphas = sqrt(mix(alphas * alphas, vec2(covering.color.a), covering.cover));
+        filtered.mixed.smooth_alpha = alphas.x;
+        filtered.mixed.rough_alpha = alphas.y;
+    }
+#endif
     filtered.inside = (seen.x & INSIDE) != 0u && (!TRIANGLES || (object.flags & FLAG_MARK_INSIDE) != 0u);
     filtered.horizon = Horizon(vec2(0.0), vec3(0.0));
     if (USES_HORIZON && DISPLACED && HORIZON && (!TRIANGLES || surface.slopes > 0.0)) {

@@ -73,6 +73,15 @@ vec3 classic_radiance(Surface surface, float environment_scale) {
     return radiance;
 }
 
+// A facet of a normal map that faces away: <wo, wm> is clamped at 0. It reflects as at grazing incidence, but nothing that is seen.
+Surface facing_away(Surface surface) {
+    surface.albedo *= 1.0 - grazing_reflectance(surface.body_f0);
+    surface.f0 = surface.body_f0 = vec3(0.0);
+    vec3 n = normal_of_slope(surface.mean_slope);
+    surface.wo = normalize(surface.wo + n * (1e-3 - dot(surface.wo, n)));
+    return surface;
+}
+
 // Radiance toward the viewer, by the technique's family.
 vec3 family_radiance(Surface surface, float environment_scale) {
     if (FAMILY == FAMILY_UNLIT) {
@@ -81,7 +90,11 @@ vec3 family_radiance(Surface surface, float environment_scale) {
     if (FAMILY != FAMILY_LEADR) {
         return classic_radiance(surface, environment_scale);
     }
-    if (TILTS_TO_EDGE) {
+    if (NORMAL_MAPPED) {
+        if (FINEST_LEVEL && meso_area(surface.wo, surface.mean_slope) <= 0.0) {
+            surface = facing_away(surface);
+        }
+    } else if (TILTS_TO_EDGE) {
         vec2 tilt = tilt_to_edge(surface.wo, surface.mean_slope);
         surface.mean_slope += tilt;
         surface.slope_covariance += vec3(tilt * tilt, tilt.x * tilt.y);

@@ -15,6 +15,7 @@
 #include "leadr/integrals/specular.glsl"
 #include "leadr/visible/diffuse.glsl"
 #include "leadr/visible/fresnel.glsl"
+#include "leadr/visible/mapped.glsl"
 #include "leadr/visible/specular.glsl"
 
 const float GRID_DEVIATION = 0.05; // of the light of one sample of the grid, as far as the relief's horizon is concerned
@@ -28,10 +29,19 @@ struct Mirrors {
     float area;     // visible area in arbitrary units: the weight among several sets of mirrors
 };
 
-// One node of the grid; sums weights in `area`.
-void add_grid_mirror(inout Mirrors sum, vec3 node, Surface surface, vec3 wo, vec2 m, vec3 S, vec3 cholesky, DirectionArea o, float base) {
+// The mirrors of a normal map from those that face the viewer. The others are black, and reflect as at grazing incidence.
+Mirrors of_facing(Mirrors mirrors, Surface surface, float facing) {
+    vec3 grazing = grazing_reflectance(surface.body_f0);
+    return Mirrors(facing * mirrors.reflected, mix(grazing, mirrors.fresnel, facing), 1.0);
+}
+
+// One node of the grid; sums weights in `area`. relief: share of a normal map in the variance of the mirrors, whose facets count alike.
+void add_grid_mirror(inout Mirrors sum, vec3 node, Surface surface, vec3 wo, vec2 m, vec3 S, vec3 cholesky, DirectionArea o, float base, float relief) {
     EnvironmentSample e = environment_sample_at(wo, slope_at(node.xy, m, cholesky));
     float weight = node.z * e.area;
+    if (MAPPED) {
+        weight = node.z * mix(e.area, e.area > 0.0 ? max(o.meso, 1e-3) : 0.0, relief);
+    }
     float cosine = dot(wo, e.wn);
     vec3 f = weight * fresnel_schlick(surface.f0, cosine);
     float lit = lit_fraction(SHADOWING, o, area_for(SHADOWING, e.wi, m, S, cholesky))
@@ -52,24 +62,38 @@ Mirrors grid_mirrors(Surface surface, vec3 wo, vec3 S) {
     DirectionArea o = area_for(SHADOWING, wo, m, S, cholesky);
     float base = env_lod_base(S, grid_spacing(SAMPLES, lambda), lighting.environment.x, LEADR_LOD_MATCHED);
     Mirrors sum = Mirrors(vec3(0.0), vec3(0.0), 0.0);
+    MappedSlopes mapped;
+    if (MAPPED) {
+        mapped = mapped_slopes(wo, surface.mean_slope, surface.slope_covariance, S);
+    }
+    float relief = MAPPED ? mapped.relief : 0.0;
     if (SAMPLES <= WRITTEN_OUT) {
         [[unroll]] for (int i = 0; i < min(SAMPLES, WRITTEN_OUT) * min(SAMPLES, WRITTEN_OUT); ++i) {
-            add_grid_mirror(sum, grid_node(i / SAMPLES, i % SAMPLES, SAMPLES, lambda), surface, wo, m, S, cholesky, o, base);
+            add_grid_mirror(sum, grid_node(i / SAMPLES, i % SAMPLES, SAMPLES, lambda), surface, wo, m, S, cholesky, o, base, relief);
         }
     } else {
         for (int j = 0; j < SAMPLES; ++j) {
             for (int k = 0; k < SAMPLES; ++k) {
-                add_grid_mirror(sum, grid_node(j, k, SAMPLES, lambda), surface, wo, m, S, cholesky, o, base);
+                add_grid_mirror(sum, grid_node(j, k, SAMPLES, lambda), surface, wo, m, S, cholesky, o, base, relief);
             }
         }
     }
     float scale = 1.0 / max(sum.area, 1e-12);
-    return Mirrors(sum.reflected * scale, sum.fresnel * scale, o.visible);
+    Mirrors mean = Mirrors(sum.reflected * scale, sum.fresnel * scale, o.visible);
+    return MAPPED ? of_facing(mean, surface, mapped.facing) : mean;
 }
 
 // A few probes among the visible slopes; their weights sum to one.
 Mirrors probe_mirrors(Surface surface, vec3 wo, vec3 S) {
-    VisibleProbes probes = visible_probes(SHADOWING, wo, surface.mean_slope, S, probe_kernel(SAMPLES));
+    VisibleProbes probes;
+    float facing = 1.0;
+    if (MAPPED) {
+        MappedSlopes mapped = mapped_slopes(wo, surface.mean_slope, surface.slope_covariance, S);
+        probes = mapped_probes(wo, mapped, probe_kernel(SAMPLES));
+        facing = mapped.facing;
+    } else {
+        probes = visible_probes(SHADOWING, wo, surface.mean_slope, S, probe_kernel(SAMPLES));
+    }
     DirectionArea o = direction_area(wo, probes.m, probes.cholesky);
     vec3 f0 = surface.f0, rise = grazing_reflectance(f0) - f0;
     float mean_f0 = dot(f0, vec3(1.0 / 3.0));
@@ -77,7 +101,7 @@ Mirrors probe_mirrors(Surface surface, vec3 wo, vec3 S) {
     float lit = 0.0, grazing = 0.0;
     [[unroll]] for (int i = 0; i < SAMPLES; ++i) {
         VisibleProbe p = visible_probe(probes, wo, probe_node(SAMPLES, i, probes.wide));
-        LitProbe l = lit_probe(SHADOWING, probes, o, wo, mean_f0, p, USES_HORIZON, surface.horizon);
+        LitProbe l = lit_probe(MAPPED ? LEADR_SHADOWING_NONE : SHADOWING, probes, o, wo, mean_f0, p, USES_HORIZON, surface.horizon);
         vec3 radiance = p.weight * lobe_radiance(surface, l.wi, l.narrowing * p.variance);
         at_normal += l.lit * radiance;
         at_grazing += l.grazing * radiance;
@@ -86,7 +110,8 @@ Mirrors probe_mirrors(Surface surface, vec3 wo, vec3 S) {
     }
     vec3 reflected = (f0 * at_normal + rise * at_grazing) / max(lit, 1.0);
     vec3 body_f0 = surface.body_f0;
-    return Mirrors(reflected, body_f0 + (grazing_reflectance(body_f0) - body_f0) * grazing, probes.area);
+    Mirrors mean = Mirrors(reflected, body_f0 + (grazing_reflectance(body_f0) - body_f0) * grazing, probes.area);
+    return MAPPED ? of_facing(mean, surface, facing) : mean;
 }
 
 // As many mirrors, drawn from those that are visible: the mean over the samples of the reference converges to the integral.
@@ -132,13 +157,20 @@ Mirrors ggx_mirrors(Surface surface, vec3 wo, DisplacedGgx d) {
     return Mirrors(sum.reflected * scale, sum.fresnel * scale, sum.area);
 }
 
+// Mean Fresnel reflectance of the body for mirrors of covariance S.
+vec3 body_fresnel(Surface surface, vec3 wo, vec3 S) {
+    vec2 m = surface.mean_slope;
+    return MAPPED ? mapped_fresnel(mapped_slopes(wo, m, surface.slope_covariance, S), surface.body_f0)
+                  : visible_fresnel(wo, m, S, surface.body_f0);
+}
+
 // The mean Fresnel reflectance alone, for when no environment is looked up.
 vec3 ggx_fresnel(Surface surface, vec3 wo, DisplacedGgx d) {
     vec4 sum = vec4(0.0);
     for (int k = 0; k < LEADR_GGX_LOBES; ++k) {
         GaussianLobe lobe = ggx_lobe(d, k);
-        vec3 fresnel = visible_fresnel(wo, surface.mean_slope, lobe.S, surface.body_f0);
-        sum += lobe.weight * visible_area(wo, surface.mean_slope, lobe.S) * vec4(fresnel, 1.0);
+        float area = MAPPED ? 1.0 : visible_area(wo, surface.mean_slope, lobe.S);
+        sum += lobe.weight * area * vec4(body_fresnel(surface, wo, lobe.S), 1.0);
     }
     return sum.rgb / max(sum.w, 1e-12);
 }
@@ -171,6 +203,9 @@ vec3 diffuse_environment(Surface surface, NormalMoments normals) {
 // Diffuse radiance of a light of unit irradiance per unit of albedo, without shadows.
 float diffuse_light(Surface surface, vec3 wo, NormalMoments normals, vec2 faced, float lambda, vec3 wi) {
     vec3 S = surface.slope_covariance;
+    if (MAPPED && !LIGHTS_BY_SH) {
+        return mapped_diffuse_light(wi, surface.mean_slope, S, DIFFUSE_TERMS);
+    }
     if (LIGHTS_BY_SH) {
         return leadr_diffuse_light_sh(normals, wo, wi, faced, S, false);
     }
@@ -207,13 +242,17 @@ Base base_of(Surface surface, float alpha) {
 vec3 sized_light(Surface surface, DirectionArea o, Light light, vec3 S, DisplacedGgx ggx, vec3 cholesky) {
     vec3 size = light_slope_covariance(surface.wo, light.wi, light.variance);
     vec2 m = surface.mean_slope;
+    if (MAPPED && !GGX_BASE) {
+        return mapped_specular_light(surface.wo, light.wi, m, clamp_covariance(S + size), surface.f0);
+    }
     if (!GGX_BASE) {
         DirectionArea i = area_for(SHADOWING, light.wi, m, S, cholesky);
         return leadr_specular_light(SHADOWING, o, i, surface.wo, light.wi, m, clamp_covariance(S + size), surface.f0);
     }
     vec3 h = surface.wo + light.wi;
     vec3 wh = h * inversesqrt(max(dot(h, h), 1e-20));
-    float lit = masking_shadowing_factor(SHADOWING, o, displaced_ggx_area(light.wi, m, ggx, cholesky));
+    float lit = MAPPED ? 1.0 / max(half_facet_area(surface.wo, light.wi, wh), LEADR_MIN_AREA)
+                       : masking_shadowing_factor(SHADOWING, o, displaced_ggx_area(light.wi, m, ggx, cholesky));
     DisplacedGgx wider = DisplacedGgx(ggx.weight, 2.0 * clamp_covariance(0.5 * ggx.roughness + size));
     return fresnel_schlick(surface.f0, dot(light.wi, wh)) * (0.25 * displaced_ggx_ndf(wh, m, wider) * lit);
 }
@@ -225,8 +264,7 @@ Mirrors environment_mirrors(Surface surface, Base base) {
 
 // The body's mean Fresnel reflectance alone.
 vec3 mean_fresnel(Surface surface, Base base) {
-    return GGX_BASE ? ggx_fresnel(surface, surface.wo, base.ggx)
-                    : visible_fresnel(surface.wo, surface.mean_slope, base.S, surface.body_f0);
+    return GGX_BASE ? ggx_fresnel(surface, surface.wo, base.ggx) : body_fresnel(surface, surface.wo, base.S);
 }
 
 // What it reflects of a light, per unit of irradiance. diffuse_o, diffuse_i, diffuse_cholesky: of the relief without its base.
@@ -244,8 +282,14 @@ vec3 mirrored_light(Surface surface, Base base, int number, Light light, Directi
     if (of_panorama(number)) {
         return sized_light(surface, base.o, light, base.S, base.ggx, base.cholesky);
     }
+    if (MAPPED && GGX_BASE) {
+        return sized_light(surface, base.o, Light(light.wi, light.irradiance, 0.0), base.S, base.ggx, base.cholesky);
+    }
     if (GGX_BASE) {
         return displaced_ggx_light(SHADOWING, base.o, wo, light.wi, m, base.ggx, base.cholesky, f0);
+    }
+    if (MAPPED) {
+        return mapped_specular_light(wo, light.wi, m, base.S, f0);
     }
     if (SHADOWING == LEADR_SHADOWING_NONE) {
         return leadr_specular_directional(wo, light.wi, m, base.S, f0, false);
@@ -292,7 +336,8 @@ vec3 leadr_radiance(Surface surface, float environment_scale) {
     vec2 faced = face_viewer(wo, m, diffuse_s, lambda);
     NormalMoments normals;
     if ((DIFFUSE_ENVIRONMENT && SHADOWING != LEADR_SHADOWING_CORRELATED) || (any_on_diffuse() && LIGHTS_BY_SH)) {
-        normals = VISIBLE_SLOPES ? visible_diffuse_moments(wo, m, diffuse_s, DIFFUSE_TERMS)
+        normals = MAPPED ? mapped_diffuse_moments(m, diffuse_s, DIFFUSE_TERMS)
+                : VISIBLE_SLOPES ? visible_diffuse_moments(wo, m, diffuse_s, DIFFUSE_TERMS)
                                  : visible_normal_moments(wo, faced, diffuse_s, SAMPLES, lambda);
     }
     if (DIFFUSE_ENVIRONMENT) {

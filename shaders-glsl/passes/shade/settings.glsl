@@ -8,7 +8,7 @@
 
 layout(constant_id = 1) const bool VISIBLE_SLOPES = false; // the visible-slope rules instead of the paper's grid
 layout(constant_id = 2) const int SAMPLES = 5;             // number of environment probes, or N of the N x N grid
-layout(constant_id = 3) const int SHADOWING = LEADR_SHADOWING_SMITH;
+layout(constant_id = 3) const int SHADOWING_MODEL = LEADR_SHADOWING_SMITH;
 layout(constant_id = 4) const bool LIGHTS_BY_SH = false;   // diffuse lights through order-2 SH as in Algorithm 2
 layout(constant_id = 5) const int TERMS = 15;              // a bit per term of light transport
 // The lights in their order: the frame's own sun, those of its panorama, points.
@@ -19,6 +19,12 @@ layout(constant_id = 8) const int POINT_LIGHTS = 0;        // at most MAX_POINT_
 layout(constant_id = 31) const bool FACET_FRAME = false;  // in which the base is rough; else in that of the macrosurface
 layout(constant_id = 9) const int EDGES = EDGES_ARE_ABSENT;
 layout(constant_id = 12) const bool DRAWN_MIRRORS = false; // probes at random among the visible mirrors, anew for every sample
+
+// A normal map on smooth geometry: its relief hides nothing. Samples of the reference see one facet each, and on that it is the base
+// whose facets hide each other.
+const bool NORMAL_MAPPED = SHADOWING_MODEL == LEADR_SHADOWING_NORMAL_MAP;
+const int SHADOWING = NORMAL_MAPPED && FINEST_LEVEL ? LEADR_SHADOWING_CORRELATED : SHADOWING_MODEL;
+const bool MAPPED = NORMAL_MAPPED && !FINEST_LEVEL;
 
 const bool SPECULAR_LIGHTS = (TERMS & TERM_SPECULAR_LIGHTS) != 0;
 const bool DIFFUSE_LIGHTS = (TERMS & TERM_DIFFUSE_LIGHTS) != 0;

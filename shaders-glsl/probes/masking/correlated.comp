@@ -10,7 +10,7 @@ void main() {
     vec3 wi = next3();
     vec2 m = next2();
     vec3 S = next3();
-    at = gl_GlobalInvocationID.x * 11;
+    at = gl_GlobalInvocationID.x * 12;
     vec3 cholesky = slope_cholesky(S);
     DirectionArea o = direction_area(wo, m, cholesky);
     DirectionArea i = direction_area(wi, m, cholesky);
@@ -18,7 +18,7 @@ void main() {
     put(o.spread);
     put(o.meso);
     put(o.visible);
-    for (int shadowing = LEADR_SHADOWING_NONE; shadowing <= LEADR_SHADOWING_CORRELATED_SIMPLE; ++shadowing)
+    for (int shadowing = LEADR_SHADOWING_NONE; shadowing <= LEADR_SHADOWING_NORMAL_MAP; ++shadowing)
         put(lit_fraction(shadowing, o, i));
     put(masking_shadowing_factor(LEADR_SHADOWING_CORRELATED, o, i));
     put(masking_shadowing_factor(LEADR_SHADOWING_CORRELATED_SIMPLE, o, i));

@@ -16,7 +16,7 @@ void main() {
     float eta = next();
     float t = next();
     float alpha = next();
-    at = gl_GlobalInvocationID.x * 52;
+    at = gl_GlobalInvocationID.x * 57;
     SlopeMoments a = moments_of_distribution(m, S);
     SlopeMoments b = moments_of_normal(n);
     put(a);
@@ -32,4 +32,5 @@ void main() {
     put(moments_covariance(SlopeMoments(0.1 * n.xy, S + 0.02)));
     put(moments_of_slope(shear).second.xy);
     put(moments_of_corner(vec4(m, shear), vec2(-0.2, 0.1) + vec2(-1.0, 1.0) * column * column));
+    put(mask_moments(b, column));
 }

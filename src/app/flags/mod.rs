@@ -2,6 +2,7 @@
 
 pub mod camera_file;
 pub mod device;
+pub mod dress;
 pub mod scene;
 pub mod shading;
 pub mod values;

@@ -5,13 +5,16 @@ use std::path::{Path, PathBuf};
 use clap::{Args, Parser, ValueEnum};
 
 use super::camera_file;
+use super::dress::DressArgs;
 use super::shading::ShadingArgs;
 use super::values::{
     CameraChoice, atlas_tile, environment_lights, finite, hour, msaa, not_negative, positive, roughness,
 };
 use super::waves::WaveArgs;
 use crate::app::error::AppError;
+use crate::reflectance::masking::shadowing::Shadowing;
 use crate::render::light::panorama::LightExtraction;
+use crate::render::settings::ShadingOptions;
 use crate::render::surfaces::moments::MomentFormat;
 use crate::scenes::config::{DEFAULT_MSAA, MaterialFiles, SceneConfig};
 use crate::scenes::light::{EnvironmentChoice, SunDirection};
@@ -51,6 +54,9 @@ pub struct SceneArgs {
     /// Roughness
     #[arg(long, value_name = "FILE", help = for_scenes("Perceptual roughness, the root of alpha", Choice::HeightMap))]
     pub roughness_map: Option<PathBuf>,
+    /// Flags of the material.
+    #[command(flatten)]
+    pub dress: DressArgs,
     /// The waves of the ocean.
     #[command(flatten)]
     pub waves: WaveArgs,
@@ -207,6 +213,19 @@ impl SceneArgs {
         let waves = a.waves.resolve(a.scene.scene)?;
         let shading = a.shading.resolve(a.edge_samples, a.relief_shadows)?;
         a.check().map_err(AppError::Usage)?;
+        let material = a.dress.files(MaterialFiles {
+            folder: a.material.clone(),
+            color_map: a.color_map.clone(),
+            normal_map: a.normal_map.clone(),
+            roughness_map: a.roughness_map.clone(),
+            ..MaterialFiles::default()
+        });
+        let mapped = a.shading.masking.is_none() && material.is_normal_map_alone(a.height_map.as_deref());
+        let shading = if mapped && !a.relief_shadows {
+            shading.adjusted(|options| ShadingOptions { shadowing: Shadowing::NormalMap, ..options })
+        } else {
+            shading
+        };
         // Something else makes outlines smooth otherwise.
         let once = a.samples == 1 && a.edge_samples == 1 && !a.shading.technique.is_reference();
         let lights = LightExtraction::default();
@@ -225,12 +244,7 @@ impl SceneArgs {
             lenient: a.lenient,
             displacements: a.displacement,
             height_map: a.height_map,
-            material: MaterialFiles {
-                folder: a.material,
-                color_map: a.color_map,
-                normal_map: a.normal_map,
-                roughness_map: a.roughness_map,
-            },
+            material,
             bare: a.bare,
             waves,
             height_scale: a.height_scale,
@@ -298,6 +312,14 @@ impl SceneArgs {
                 with(Choice::Bare),
                 scene.name
             ));
+        }
+        if let Some(flag) = self.dress.given() {
+            if !scene.offers(Choice::HeightMap) {
+                let with = with(Choice::HeightMap);
+                return Err(format!("{flag} is for the scenes {with}; {} has materials of its own", scene.name));
+            }
+            let normals = self.normal_map.is_some() || self.material.is_some();
+            self.dress.check(normals, self.relief_shadows)?;
         }
         if self.roughness.is_some() && !scene.offers(Choice::Roughness) {
             let with = with(Choice::Roughness);

@@ -192,6 +192,14 @@ pub fn roughness(text: &str) -> Result<f32, String> {
     positive(text).and_then(|v| if v <= 1.0 { Ok(v) } else { Err("roughness is above 0, up to 1".to_owned()) })
 }
 
+/// A part of a whole.
+///
+/// # Errors
+/// If `text` is no number from 0 to 1.
+pub fn share(text: &str) -> Result<f32, String> {
+    finite(text).and_then(|v| if (0.0..=1.0).contains(&v) { Ok(v) } else { Err("must be 0 to 1".to_owned()) })
+}
+
 /// A number from `low` to `high`.
 ///
 /// # Errors

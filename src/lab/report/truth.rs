@@ -1,5 +1,6 @@
 //! The two truths of the LEADR paper's Figure 8, and a third with all shadows of the bumps.
 
+use crate::reflectance::masking::shadowing::Shadowing;
 use crate::render::settings::{RenderSettings, ShadingOptions, Technique};
 use crate::render::surfaces::tessellation::TessellationSettings;
 
@@ -44,13 +45,16 @@ impl Truth {
     /// Settings of a picture of this truth for what `technique` draws: with the same base material.
     #[must_use]
     pub fn settings_for(self, technique: Technique, size: (u32, u32), samples: u32, seed: u64) -> RenderSettings {
+        let default = ShadingOptions::default();
         RenderSettings {
             size,
             samples,
             seed,
-            shading: technique
-                .reference()
-                .with(ShadingOptions { relief_shadows: self == Self::Shadowed, ..Default::default() }),
+            shading: technique.reference().with(ShadingOptions {
+                relief_shadows: self == Self::Shadowed,
+                shadowing: if self == Self::NormalMap { Shadowing::NormalMap } else { default.shadowing },
+                ..default
+            }),
             // A smooth surface needs no vertex for every texel.
             tessellation: TessellationSettings { to_texels: self != Self::NormalMap, ..Default::default() },
             displacement: self != Self::NormalMap,

@@ -130,6 +130,24 @@ pub struct Relief {
     pub middle: f32,
 }
 
+/// A material that lies over another and repeats more often.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MaterialDetail {
+    /// What it is made of. Its heights and normals only shade.
+    pub material: Material,
+    /// Which of its properties count besides its slopes: colours and roughness, if files tell them.
+    pub colored: bool,
+    /// Times that it repeats within one repeat of the other.
+    pub repeat: f32,
+    /// By which it is turned counter-clockwise, degrees.
+    pub rotation: f32,
+    /// Factor on its heights and slopes.
+    pub height_scale: f32,
+    /// Where it is, 0 to 1, over one repeat of the other: it covers what lies below. Without one it is everywhere and varies what lies
+    /// below.
+    pub mask: Option<Texture>,
+}
+
 /// Where a surface is.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub enum Opacity {
@@ -171,6 +189,8 @@ pub struct Material {
     pub normal_map: Option<NormalMap>,
     /// Heights.
     pub relief: Option<Relief>,
+    /// What lies over it and repeats more often.
+    pub detail: Option<Box<MaterialDetail>>,
     /// Strength of what a dielectric reflects, 0 to 1: a factor on its Fresnel reflectance at every angle.
     pub specular: Input<f32>,
     /// Share of the surroundings that is seen, 0 to 1.
@@ -204,6 +224,7 @@ impl Material {
             f0: Input::constant([DIELECTRIC_F0; 3]),
             normal_map: None,
             relief: None,
+            detail: None,
             specular: Input::constant(1.0),
             occlusion: Input::constant(1.0),
             occlusion_strength: 1.0,

@@ -9,6 +9,11 @@ use crate::maps::types::HeightMap;
 /// Steepest slope that a normal map may tell, rise over run: what is steeper is noise of its codes.
 pub const STEEPEST: f64 = 8.0;
 
+/// The channel of y: images of two channels have it where others have alpha.
+fn second(raster: &Raster) -> usize {
+    if raster.channels() == 2 { 3 } else { 1 }
+}
+
 impl NormalMap {
     /// Rise over run at a texel along `s` and `t` (down), at most [`STEEPEST`]. Panics outside the image.
     #[must_use]
@@ -18,7 +23,7 @@ impl NormalMap {
             return [0, 1].map(|channel| f64::from(raster.value(x, y, channel)));
         }
         let code = |channel| 2.0 * f64::from(raster.value(x, y, channel)) - 1.0;
-        let [nx, ny] = [0, 1].map(|channel| code(channel) * f64::from(self.scale));
+        let [nx, ny] = [0, second(raster)].map(|channel| code(channel) * f64::from(self.scale));
         let nz = if raster.channels() >= 3 { code(2) } else { (1.0 - nx * nx - ny * ny).max(0.0).sqrt() };
         let up = if self.green == GreenAxis::Up { 1.0 } else { -1.0 };
         let slope = [-nx, up * ny].map(|n| n / nz.max(1e-3));
@@ -84,7 +89,7 @@ pub fn agreement(heights: &HeightMap, normals: &NormalMap, wrap: Wrap) -> Option
 /// to read green, the one that leaves less curl is right; up, where both leave as much.
 #[must_use]
 pub fn green_axis(raster: &Raster) -> GreenAxis {
-    let (width, height) = (raster.width(), raster.height());
+    let (width, height, green) = (raster.width(), raster.height(), second(raster));
     let signed = |x: u32, y: u32, channel: usize| f64::from(2.0 * raster.value(x % width, y % height, channel) - 1.0);
     let curl_of = |x: u32, y: u32| {
         // Over a cell between four texels, times the size of a texel.
@@ -94,7 +99,7 @@ pub fn green_axis(raster: &Raster) -> GreenAxis {
                 - signed(x + dy, y + dx, channel)
         };
         // dh/ds = -red; dh/dt, t down, is green where that goes up.
-        (-by(0, 0, 1), by(1, 1, 0))
+        (-by(0, 0, 1), by(green, 1, 0))
     };
     let (mut up, mut down) = (0.0, 0.0);
     for y in 0..height {
@@ -122,6 +127,25 @@ mod tests {
             [-by_s, up * by_t, 1.0].map(|v| ((v / length * 0.5 + 0.5) * 255.0 + 0.5) as u8)
         });
         Raster::new(n, n, 3, Samples::U8(codes.collect())).unwrap()
+    }
+
+    #[test]
+    fn two_channels_are_x_and_y() {
+        let three = waves(1.0);
+        let Samples::U8(codes) = three.samples() else { panic!("codes") };
+        let two = codes.chunks(3).flat_map(|texel| [texel[0], texel[1]]).collect();
+        let two = Raster::new(32, 32, 2, Samples::U8(two)).unwrap();
+        assert_eq!((green_axis(&two), two.channels()), (GreenAxis::Up, 2));
+        let map = |raster| NormalMap {
+            texture: crate::maps::material::Texture::new(raster, "waves", Encoding::Linear),
+            green: GreenAxis::Up,
+            scale: 1.0,
+        };
+        let (two, three) = (map(two), map(three));
+        for (x, y) in [(0, 0), (3, 17), (30, 9)] {
+            let (a, b) = (two.slope(x, y), three.slope(x, y));
+            assert!((a[0] - b[0]).abs() < 0.01 && (a[1] - b[1]).abs() < 0.01, "{a:?} {b:?}");
+        }
     }
 
     #[test]

@@ -8,6 +8,7 @@ pub mod ellipse;
 pub mod fresnel;
 pub mod ggx;
 pub mod ggx_sampling;
+pub mod metals;
 pub mod mixed_roughness;
 pub mod normal_distribution;
 pub mod projected_area;

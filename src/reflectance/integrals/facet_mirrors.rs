@@ -41,6 +41,8 @@ const LEAST_BASE_VARIANCE: f64 = 1e-8;
 const LEAST_FACET_COSINE: f64 = 1e-3;
 /// The same where `u` is taken to be linear.
 const LEAST_LINEAR_COSINE: f64 = 0.05;
+/// Cosine of facet and viewer below which those of a normal map on a smooth base fade out.
+const LEAST_MAPPED_COSINE: f64 = 0.02;
 /// Deviations of the relief beyond which there are no facets.
 const MOST_DEVIATIONS: f64 = 50.0;
 
@@ -85,8 +87,11 @@ pub fn facet_mirrors(wo: DVec3, wi: DVec3, alpha: f64, variance: f64) -> FacetMi
 
 /// Share of the mirrors on a facet that viewer and light see, by the shadowing model of the relief; it ends smoothly at 0 where they see
 /// the facet from behind. `co`, `ci`: cosines with the facet's normal; `between`: of `wo` and `wi`; `deviation`: of the base's slopes.
+/// On a normal map the base alone hides facets, and the viewer sees all that face it in full; the edge-on ones fade out.
 #[must_use]
 pub fn facet_visibility(shadowing: Shadowing, co: f64, ci: f64, between: f64, deviation: f64) -> f64 {
+    let mapped = shadowing == Shadowing::NormalMap;
+    let shadowing = if mapped { Shadowing::Correlated } else { shadowing };
     let (so, si) = ((1.0 - co * co).max(0.0).sqrt(), (1.0 - ci * ci).max(0.0).sqrt());
     // Across the facet's normal, the first axis toward the viewer.
     let toward = ((between - co * ci) / at_least(so, 1e-6)).clamp(-si, si);
@@ -97,7 +102,8 @@ pub fn facet_visibility(shadowing: Shadowing, co: f64, ci: f64, between: f64, de
         DirectionArea { whitened: across * deviation, spread, meso: cosine, visible }
     };
     let (o, i) = (area(DVec2::new(so, 0.0), so, co), area(DVec2::new(toward, aside), si, ci));
-    co.max(0.0) * masking_shadowing_factor(shadowing, &o, &i)
+    let seen = if mapped { (co / LEAST_MAPPED_COSINE.max(deviation)).min(1.0) } else { co };
+    seen.max(0.0) * masking_shadowing_factor(shadowing, &o, &i)
 }
 
 /// Gaussian of the facets that mirror a light, in standard coordinates of the relief's slopes.
@@ -155,7 +161,9 @@ pub fn facet_mirror_density(f: &FacetMirrors, m: DVec2, cholesky: DVec3, shadowi
             }
             let t = DVec2::new(n.dot(f.along), n.dot(f.beside)) / (length * cosine * f.deviation);
             let seen = facet_visibility(shadowing, n.dot(f.wo) / length, n.dot(f.wi) / length, f.wo.dot(f.wi), f.base);
-            (-0.5 * (z.length_squared() + t.length_squared())).exp() * seen * length / cosine.powi(4)
+            // A normal map's facets count by their area on the macrosurface.
+            let area = if shadowing == Shadowing::NormalMap { 1.0 } else { length };
+            (-0.5 * (z.length_squared() + t.length_squared())).exp() * seen * area / cosine.powi(4)
         })
         .sum();
     sum * E / (8.0 * PI * found.determinant.sqrt() * f.deviation.x * f.deviation.y)

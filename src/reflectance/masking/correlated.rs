@@ -77,9 +77,14 @@ pub fn decorrelation(po: DVec2, pi: DVec2, both: f64, more: f64, less: f64, simp
 }
 
 /// `G / a_o`, within 0..1e6: the factor of `F D / 4` in `f_r cos θ_i`, and `1 / A_o` for [`Shadowing::None`]. With
-/// shadowing, 0 for a light on or below the mesosurface.
+/// shadowing, 0 for a light on or below the mesosurface. For [`Shadowing::NormalMap`] 1: its facets count by their area on the
+/// macrosurface, and the factor of each is its own
+/// ([`mapped_specular_light`](crate::reflectance::visible::mapped::mapped_specular_light)).
 #[must_use]
 pub fn masking_shadowing_factor(shadowing: Shadowing, o: &DirectionArea, i: &DirectionArea) -> f64 {
+    if shadowing == Shadowing::NormalMap {
+        return 1.0;
+    }
     lit_fraction(shadowing, o, i) / at_least(o.visible, MIN_AREA)
 }
 
@@ -87,7 +92,7 @@ pub fn masking_shadowing_factor(shadowing: Shadowing, o: &DirectionArea, i: &Dir
 /// environment, in a sum that is already normalised for masking.
 #[must_use]
 pub fn lit_fraction(shadowing: Shadowing, o: &DirectionArea, i: &DirectionArea) -> f64 {
-    if shadowing == Shadowing::None {
+    if matches!(shadowing, Shadowing::None | Shadowing::NormalMap) {
         return 1.0;
     }
     // Everything times a_o a_i: U, U Λ_o, U Λ_i.

@@ -16,13 +16,16 @@ pub enum Shadowing {
     Correlated = numbers::CORRELATED,
     /// Those left by its simple form, which is cheaper and less accurate.
     CorrelatedSimple = numbers::CORRELATED_SIMPLE,
+    /// All that face it, and all count alike for the viewer: a normal map on smooth geometry hides nothing, not even from the viewer
+    /// ([`mapped`](crate::reflectance::visible::mapped); thesis Table 2.IV).
+    NormalMap = numbers::NORMAL_MAP,
 }
 
 impl Shadowing {
     /// Every model, in the order of [`code`](Self::code).
-    pub const ALL: [Self; 4] = [Self::None, Self::Smith, Self::Correlated, Self::CorrelatedSimple];
+    pub const ALL: [Self; 5] = [Self::None, Self::Smith, Self::Correlated, Self::CorrelatedSimple, Self::NormalMap];
 
-    /// The models that are compared and timed in the renderer: all but the simple form.
+    /// The models that are compared and timed in the renderer: those of displaced surfaces but the simple form.
     pub const MAIN: [Self; 3] = [Self::None, Self::Smith, Self::Correlated];
 
     /// Its `LEADR_SHADOWING_` number in `leadr/masking/correlated.glsl`.
@@ -39,6 +42,7 @@ impl Shadowing {
             Self::Smith => "smith",
             Self::Correlated => "correlated",
             Self::CorrelatedSimple => "correlated-simple",
+            Self::NormalMap => "normal-map",
         }
     }
 
@@ -50,6 +54,9 @@ impl Shadowing {
             Self::Smith => "Shadowing that is correlated with masking by height (Smith)",
             Self::Correlated => "Shadowing that is correlated with masking by height and direction",
             Self::CorrelatedSimple => "The same, by a simpler formula",
+            Self::NormalMap => {
+                "Normal mapping: relief hides nothing, not even from the viewer; the default of a normal map alone"
+            }
         }
     }
 

@@ -99,6 +99,14 @@ pub fn add_moments(a: SlopeMoments, b: SlopeMoments) -> SlopeMoments {
     SlopeMoments { first: p + q, second: a.second + b.second + mixed }
 }
 
+/// Moments of slopes that a mask multiplies: `E[m X] = E[m] E[X]` and `E[m² X Xᵀ] = E[m²] E[X Xᵀ]`, where the mask is independent of
+/// them. `mask`: `E[m]` and `E[m²]`, so below its own resolution a mask leaves more variance than its mean would. That slopes are
+/// masked, and not heights, leaves out `h ∇m`.
+#[must_use]
+pub fn mask_moments(a: SlopeMoments, mask: DVec2) -> SlopeMoments {
+    SlopeMoments { first: a.first * mask.x, second: a.second * mask.y }
+}
+
 /// Moments after heights are multiplied by `eta` (LEADR 4.2, Height Scaling).
 #[must_use]
 pub fn scale_moments(a: SlopeMoments, eta: f64) -> SlopeMoments {
@@ -232,6 +240,29 @@ mod tests {
         let listing = coarse.second.x + fine.second.x + 2.0 * p.x * fine.first.x;
         println!("listing 5.1: {listing:.4} instead of {:.4}", derived.second.x);
         assert!((listing - derived.second.x).abs() > 20.0 * standard_error);
+    }
+
+    /// A base, and a detail where a mask has it: the moments of the sum at independent places.
+    #[test]
+    fn masked_layers_add_as_sampled_surfaces_do() {
+        let n = 4 * N;
+        let mask = |p: DVec2| ((9.0 * p.x).sin() * (7.0 * p.y).cos() * 2.0 + 0.3).clamp(0.0, 1.0);
+        let fine_slope = |p| FINE.slope(p) + DVec2::new(0.4, -0.3);
+        let (coarse, fine) = (mean(points(2, n).map(|p| COARSE.slope(p))), mean(points(3, n).map(fine_slope)));
+        let of_mask = points(5, n).map(mask).fold(DVec2::ZERO, |sum, m| sum + DVec2::new(m, m * m)) / n as f64;
+        let sum = || {
+            let places = points(2, n).zip(points(3, n)).zip(points(5, n));
+            places.map(|((p, q), r)| COARSE.slope(p) + mask(r) * fine_slope(q))
+        };
+        let (sampled, derived) = (mean(sum()), add_moments(coarse, mask_moments(fine, of_mask)));
+        let fourth = sum().map(|x| x.length_squared().powi(2)).sum::<f64>() / n as f64;
+        let standard_error = (fourth / n as f64).sqrt();
+        let error = distance(sampled, derived);
+        println!("masked layers: off by {error:.1e}, five standard errors {:.1e}", 5.0 * standard_error);
+        assert!(error < 5.0 * standard_error && standard_error < 1e-2 * derived.second.length());
+        // The square of the mean is not the mean of the square.
+        let naive = add_moments(coarse, scale_moments(fine, of_mask.x));
+        assert!(distance(sampled, naive) > 20.0 * standard_error);
     }
 
     /// A base roughness is an independent layer of Gaussian slopes; so is a distribution given by mean and covariance.

@@ -36,16 +36,23 @@ pub fn visible_fresnel(wo: DVec3, m: DVec2, s: DVec3, f0: DVec3) -> DVec3 {
     let lean = clamped_lean(t);
     let variance = (2.0 - lean * (t + lean)).clamp(0.02, 1.0);
     let axis = across * per_b;
-    let slope = m - axis * lean;
+    let rest = (s.x + s.y - axis.length_squared()).max(0.0);
+    let mean = mean_schlick_weight(a + b * lean, b, axis, m - axis * lean, rest, variance);
+    f0 + (grazing_reflectance(f0) - f0) * mean
+}
+
+/// Mean of Schlick's weight over slopes along `axis` about `slope`. `facet`: projected area of the facet of that slope; `b`: how much
+/// of it a standard deviation costs; `rest`: variance across the axis; `variance`: of the slopes, in squares of `axis`.
+#[must_use]
+pub fn mean_schlick_weight(facet: f64, b: f64, axis: DVec2, slope: DVec2, rest: f64, variance: f64) -> f64 {
     let (e, l) = (slope.dot(axis), axis.length_squared());
-    let n = 1.0 + slope.length_squared() + (s.x + s.y - l).max(0.0);
-    let (facet, per) = (a + b * lean, 1.0 / n.sqrt());
+    let n = 1.0 + slope.length_squared() + rest;
+    let per = 1.0 / n.sqrt();
     let first = (b + facet * e / n) * per;
     let second = (b * e / n + facet * (1.5 * e * e / (n * n) - 0.5 * l / n)) * per;
     let k = (1.0 - facet * per - variance * second).clamp(0.0, 1.0);
     let v = variance * first * first;
-    let mean = (k.powi(5) + 10.0 * k.powi(3) * v + 15.0 * k * v * v).clamp(0.0, 1.0);
-    f0 + (grazing_reflectance(f0) - f0) * mean
+    (k.powi(5) + 10.0 * k.powi(3) * v + 15.0 * k * v * v).clamp(0.0, 1.0)
 }
 
 #[cfg(test)]

@@ -5,6 +5,7 @@ pub mod fresnel;
 pub mod horizon;
 pub mod kernel;
 pub mod lit_slopes;
+pub mod mapped;
 pub mod shadowed_environment;
 pub mod shadowed_specular;
 pub mod slopes;

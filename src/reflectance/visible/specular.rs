@@ -46,6 +46,7 @@
 //! ([`lit_slopes`](super::lit_slopes)).
 
 use super::lit_slopes::{LitSlopes, lit_slopes};
+use super::mapped::MappedSlopes;
 use super::slopes::{VisibleSlopes, visible_slopes};
 use crate::reflectance::limits::within;
 use crate::reflectance::masking::shadowing::Shadowing;
@@ -240,6 +241,9 @@ pub struct VisibleProbes {
     pub whole: NodePlaces,
     /// Projected area of a facet of slope 0 there.
     pub flat: f64,
+    /// How far kernels grow with the projected area of their facet, 0 or the share of a normal map, and the inverse of that area at the
+    /// mean.
+    pub projected: DVec2,
     /// Part of the variance of a probe's light by which the two directions that it is taken apart into lie about what its facet
     /// mirrors ([`shadowed_specular`](super::shadowed_specular)), 0.6..1.2.
     pub lit_spread: f64,
@@ -260,7 +264,21 @@ pub fn root_of(s: DVec3) -> DVec3 {
 /// mean slope and covariance, anything finite.
 #[must_use]
 pub fn visible_probes(shadowing: Shadowing, wo: DVec3, m: DVec2, s: DVec3, kernel: ProbeKernel) -> VisibleProbes {
-    let all = visible_slopes(wo, m, s);
+    visible_probes_of(shadowing, wo, visible_slopes(wo, m, s), kernel)
+}
+
+/// The probes of a normal map and its base ([`mapped_slopes`](super::mapped::mapped_slopes)): those of the facets that face the viewer. Away from the mean, kernels
+/// also grow with the projected area of the facet, which no longer cancels.
+#[must_use]
+pub fn mapped_probes(wo: DVec3, v: &MappedSlopes, kernel: ProbeKernel) -> VisibleProbes {
+    let facet = v.slopes.facet.max(1e-9);
+    VisibleProbes {
+        projected: DVec2::new(v.relief, 1.0 / facet),
+        ..visible_probes_of(Shadowing::None, wo, v.slopes, kernel)
+    }
+}
+
+fn visible_probes_of(shadowing: Shadowing, wo: DVec3, all: VisibleSlopes, kernel: ProbeKernel) -> VisibleProbes {
     let mut lit = LitSlopes { m: all.m, s: all.s, lean: DVec2::ZERO, damp: DVec3::ZERO, mean: 0.0 };
     let mut v = all;
     if shadowing != Shadowing::None {
@@ -321,6 +339,7 @@ pub fn visible_probes(shadowing: Shadowing, wo: DVec3, m: DVec2, s: DVec3, kerne
         wide,
         whole: node_places(wo, &all, all.cov).0,
         flat: all.a + wo.xy().dot(all.m),
+        projected: DVec2::ZERO,
         lit_spread: LIT_SPREAD * (1.0 + (1.0 - wide) * sine2),
         lit,
     }
@@ -364,7 +383,9 @@ pub fn visible_probe(probes: &VisibleProbes, wo: DVec3, node: &ProbeNode) -> Vis
     let t = probes.along.x + u + probes.along.y * u * u;
     let z2 = 1.0 / (1.0 + slope.dot(slope));
     let stretch = (0.5 * t * t - probes.along.z * u * u).min(40.0).exp() * z2 * z2;
-    let variance = (probes.kernel * node.cover * stretch).min(1e6);
+    let facet = (probes.facet.x - t * probes.facet.y).max(0.0);
+    let grown = 1.0 + probes.projected.x * (facet * probes.projected.y - 1.0);
+    let variance = (probes.kernel * node.cover * stretch * grown).min(1e6);
     // The Fresnel term is convex, and a kernel does not filter it.
     let (whole, _) = node_slope(&probes.whole, node.place);
     let cosine = (probes.flat - wo.xy().dot(whole)).max(0.0) / (1.0 + whole.length_squared()).sqrt();
@@ -372,7 +393,7 @@ pub fn visible_probe(probes: &VisibleProbes, wo: DVec3, node: &ProbeNode) -> Vis
     VisibleProbe {
         slope,
         mirror: 2.0 * facing * z2 * (-slope).extend(1.0) - wo,
-        wi: mean_mirror(wo, slope, (probes.facet.x - t * probes.facet.y).max(0.0), probes.part),
+        wi: mean_mirror(wo, slope, facet, probes.part),
         cosine: cosine.min(1.0),
         weight: node.weight,
         variance: variance / (1.0 + 0.5 * variance),

@@ -19,6 +19,7 @@ use crate::render::constants::FLAGS_GRID_SHIFT;
 use crate::render::pixel_area::PixelArea;
 use crate::render::settings::Needs;
 use crate::render::surfaces::atlas::{AtlasHeadGpu, PatchLinkGpu};
+use crate::render::surfaces::detail::{DetailHeadGpu, RestVertexGpu};
 use crate::render::surfaces::divided::VertexGpu;
 use crate::render::surfaces::flat::Chart;
 use crate::render::surfaces::object::{ChartsGpu, ObjectGpu, PatchGpu, SurfaceKind};
@@ -146,9 +147,6 @@ impl FilterPass {
             ("DISPLACED", SpecValue::Bool(kind.displaced)),
             ("COLORED", SpecValue::Bool(kind.colored)),
             ("REFLECTS_BY_MAP", SpecValue::Bool(kind.has.f0)),
-            ("EMITS", SpecValue::Bool(kind.has.emission)),
-            ("OCCLUDED", SpecValue::Bool(kind.has.occlusion)),
-            ("CHARTED", SpecValue::Bool(kind.charted)),
             ("HORIZON", SpecValue::Bool(kind.horizon)),
             ("FLAT", SpecValue::Bool(kind.flat)),
             ("TRIANGLES", SpecValue::Bool(kind.triangles)),
@@ -157,29 +155,44 @@ impl FilterPass {
             ("RELIEF_DRAWN", SpecValue::Bool(relief_drawn)),
             ("EDGE_SAMPLES", SpecValue::Bool(into == FilterInto::GBuffer)),
         ];
+        let mut structs = vec![
+            FilteredObjectGpu::LAYOUT,
+            AtlasHeadGpu::LAYOUT,
+            PatchLinkGpu::LAYOUT,
+            VertexGpu::LAYOUT,
+            PatchGpu::LAYOUT,
+        ];
+        if kind.detail.is_some() {
+            has.extend([
+                ("DETAIL", SpecValue::U32(kind.detail.mapping)),
+                ("DETAIL_COLORS", SpecValue::U32(kind.detail.colors)),
+                ("DETAIL_MASKED", SpecValue::Bool(kind.detail.masked)),
+            ]);
+            structs.extend([DetailHeadGpu::LAYOUT, RestVertexGpu::LAYOUT]);
+        } else {
+            has.extend([
+                ("EMITS", SpecValue::Bool(kind.has.emission)),
+                ("OCCLUDED", SpecValue::Bool(kind.has.occlusion)),
+                ("CHARTED", SpecValue::Bool(kind.charted)),
+            ]);
+            structs.push(ChartsGpu::LAYOUT);
+        }
         if into == FilterInto::GBuffer {
             // Where it shades, that says so.
             has.push(("MIXED_ROUGHNESS", SpecValue::Bool(kind.has.mixed)));
         }
         let desc = GraphicsDesc {
             vertex: into.choose("passes/filter/filter.vert", "passes/filter/object.vert"),
-            fragment: Some(into.choose("passes/filter/filter.frag", "passes/filter/filter_shade.frag")),
+            fragment: Some(if kind.detail.is_some() {
+                into.choose("passes/filter/filter_detail.frag", "passes/filter/filter_shade_detail.frag")
+            } else {
+                into.choose("passes/filter/filter.frag", "passes/filter/filter_shade.frag")
+            }),
             colors: into.formats(),
             depth: into.depth(),
             topology: into.topology(),
             spec: &[&into.spec(needs, kind.has.mixed)[..], &has].concat(),
-            structs: &[
-                &[
-                    FilteredObjectGpu::LAYOUT,
-                    AtlasHeadGpu::LAYOUT,
-                    PatchLinkGpu::LAYOUT,
-                    VertexGpu::LAYOUT,
-                    PatchGpu::LAYOUT,
-                    ChartsGpu::LAYOUT,
-                ],
-                into.structs(),
-            ]
-            .concat(),
+            structs: &[&structs[..], into.structs()].concat(),
             ..Default::default()
         };
         let name = match (kind.tiled, into) {
@@ -218,18 +231,33 @@ impl FilterPass {
                 ("color_map", Descriptor::Sampled(object.material.color.whole(), colors)),
                 ("f0_map", Descriptor::Sampled(object.material.f0.whole(), colors)),
                 ("mixed_map", Descriptor::Sampled(object.material.mixed.whole(), colors)),
-                ("emission_map", Descriptor::Sampled(object.material.emission.whole(), emission)),
-                ("occlusion_map", Descriptor::Sampled(object.material.occlusion.whole(), occlusion)),
-                ("Charts", Descriptor::Storage(&object.charts)),
                 ("Atlas", Descriptor::Storage(&object.atlas.links)),
                 ("coarse_a", Descriptor::Sampled(object.atlas.slopes.whole(), &self.linear)),
                 ("coarse_b", Descriptor::Sampled(object.atlas.joint.whole(), &self.linear)),
                 ("coarse_color", Descriptor::Sampled(object.atlas.color.whole(), &self.linear)),
                 ("coarse_f0", Descriptor::Sampled(object.atlas.f0.whole(), &self.linear)),
                 ("coarse_mixed", Descriptor::Sampled(object.atlas.mixed.whole(), &self.linear)),
-                ("coarse_light", Descriptor::Sampled(object.atlas.light.whole(), &self.linear)),
                 ("visible_depth", Descriptor::Sampled(visible.depth.whole(), &self.nearest)),
             ];
+            if object.kind.detail.is_some() {
+                bindings.extend([
+                    ("Detail", Descriptor::Storage(&object.detail.layout)),
+                    ("detail_a", Descriptor::Sampled(object.detail.maps.slopes().whole(), &object.detail.sampler)),
+                    ("detail_b", Descriptor::Sampled(object.detail.maps.joint().whole(), &object.detail.sampler)),
+                    (
+                        "detail_colors",
+                        Descriptor::Sampled(object.detail.material.color.whole(), &object.detail.sampler),
+                    ),
+                    ("detail_mask", Descriptor::Sampled(object.detail.mask.whole(), &object.detail.sampler)),
+                ]);
+            } else {
+                bindings.extend([
+                    ("emission_map", Descriptor::Sampled(object.material.emission.whole(), emission)),
+                    ("occlusion_map", Descriptor::Sampled(object.material.occlusion.whole(), occlusion)),
+                    ("Charts", Descriptor::Storage(&object.charts)),
+                    ("coarse_light", Descriptor::Sampled(object.atlas.light.whole(), &self.linear)),
+                ]);
+            }
             let tiles = ("TileRecords", Descriptor::Storage(&visible.tiles.records));
             bindings.extend(light.map_or_else(|| vec![tiles], |light| light.bindings(&self.light).to_vec()));
             cmd.bind(&self.pipelines[&object.kind], &bindings);

@@ -352,7 +352,7 @@ impl Shading {
             spec.extend([
                 ("VISIBLE_SLOPES", SpecValue::Bool(visible)),
                 ("SAMPLES", SpecValue::I32(samples as i32)),
-                ("SHADOWING", SpecValue::I32(shadowing.code())),
+                ("SHADOWING_MODEL", SpecValue::I32(shadowing.code())),
                 ("LIGHTS_BY_SH", SpecValue::Bool(diffuse_lights == DiffuseLights::Sh)),
                 ("FACET_FRAME", SpecValue::Bool(self.facet_frame())),
                 // Few fixed probes would show in the mean of many samples, however many.

@@ -263,12 +263,12 @@ fn halve_shares(texels: &[f32], from: [u32; 2], to: [u32; 2]) -> Vec<f32> {
     reduce(texels, from, to, |parts| parts.map(|(texel, weight)| weight * texel).sum())
 }
 
-fn halves(texels: &[[f32; 4]]) -> Vec<[f16; 4]> {
+pub(super) fn halves(texels: &[[f32; 4]]) -> Vec<[f16; 4]> {
     texels.iter().map(|texel| texel.map(|v| f16::from_f32(v.min(65504.0)))).collect()
 }
 
 /// Writes `texels` and the levels below. `stored`: as the image holds them; `halve`: the next level, of given sizes.
-fn write_mips<T, S: bytemuck::Pod>(
+pub(super) fn write_mips<T, S: bytemuck::Pod>(
     image: &Image,
     mut size: [u32; 2],
     mut texels: Vec<T>,
@@ -307,7 +307,7 @@ fn reduce<T: Copy + Sync, U: Send>(
         .collect()
 }
 
-fn halve(texels: &[[f32; 4]], from: [u32; 2], to: [u32; 2]) -> Vec<[f32; 4]> {
+pub(super) fn halve(texels: &[[f32; 4]], from: [u32; 2], to: [u32; 2]) -> Vec<[f32; 4]> {
     reduce(texels, from, to, |parts| {
         parts.fold([0.0; 4], |sum, (texel, weight)| std::array::from_fn(|i| sum[i] + weight * texel[i]))
     })

@@ -15,6 +15,7 @@ use std::sync::Arc;
 
 use half::f16;
 
+use super::displacement::{Border, HeightField};
 use super::patch_mesh::TileLayout;
 use crate::gpu::vk::Format;
 use crate::gpu::{
@@ -180,26 +181,34 @@ impl LeadrMapGpu {
     }
 
     /// Uploads heights whose slopes are told: `slopes`, per unit of texture coordinate in the heights' unit, one for each height. A
-    /// texel has one slope, as a texel of a normal map is one facet; levels and interpolation are those of its moments.
+    /// texel has one slope, as a texel of a normal map is one facet; levels and interpolation are those of its moments. `spread`: further
+    /// variance about each, `(ss, tt, st)`.
     ///
     /// # Errors
-    /// As [`new`](Self::new), and [`GpuError::Usage`] when there are not as many slopes as heights.
+    /// As [`new`](Self::new), and [`GpuError::Usage`] when there are not as many slopes as heights, or another number of spreads.
     pub fn with_slopes(
         gpu: &Arc<Gpu>,
         source: HeightSource<'_>,
         slopes: &[[f32; 2]],
+        spread: Option<&[[f32; 3]]>,
         edges: Edges,
         format: MomentFormat,
     ) -> Result<Self> {
         let HeightSource { width, height, texels } = source;
         let expected = u64::from(width) * u64::from(height);
-        if expected != texels.len() as u64 || expected != slopes.len() as u64 {
+        let spreads = spread.map_or(slopes.len(), <[_]>::len);
+        if [texels.len(), slopes.len(), spreads].iter().any(|&count| count as u64 != expected) {
             let fault =
                 format!("{} heights and {} slopes do not fill {width}x{height} texels", texels.len(), slopes.len());
             return Err(GpuError::Usage { name: "height map".to_owned(), fault });
         }
         let map = Self::empty(gpu, &Arc::new(MomentsPass::new(gpu, edges, format)?), width, height)?;
-        map.write(0, slopes.iter().map(|&[x, y]| ([x, y, x * x, y * y], x * y)))?;
+        let about = |i: usize| spread.map_or([0.0; 3], |spread| spread[i]);
+        let moments = |(i, &[x, y]): (usize, &[f32; 2])| {
+            let [ss, tt, st] = about(i);
+            ([x, y, x * x + ss, y * y + tt], x * y + st)
+        };
+        map.write(0, slopes.iter().enumerate().map(moments))?;
         map.heights.write(0, 0, texels)?;
         gpu.submit("moments of slopes", |cmd| {
             for image in [&map.slopes, &map.joint, &map.heights] {
@@ -376,5 +385,29 @@ impl LeadrMapGpu {
     #[must_use]
     pub fn levels(&self) -> u32 {
         self.levels.len() as u32
+    }
+}
+
+/// The LEADR maps of a height field; without one, a placeholder with a single zero height that is never sampled.
+pub(super) fn field_maps(
+    gpu: &Arc<Gpu>,
+    field: Option<&HeightField>,
+    slopes: Option<Vec<[f32; 2]>>,
+    spread: Option<Vec<[f32; 3]>>,
+    moments: Option<LeadrMap>,
+    format: MomentFormat,
+) -> Result<LeadrMapGpu> {
+    let none = HeightField { width: 1, height: 1, texels: vec![0.0], border: Border::Clamp };
+    let field = field.unwrap_or(&none);
+    let edges = match field.border {
+        Border::Wrap => Edges::Wrap(Wrap::Repeat),
+        Border::Clamp => Edges::Wrap(Wrap::Clamp),
+        Border::Tiles(layout) => Edges::Atlas(layout),
+    };
+    let source = HeightSource { width: field.width, height: field.height, texels: &field.texels };
+    match (moments, slopes) {
+        (Some(moments), _) => LeadrMapGpu::with_moments(gpu, &moments, edges, format),
+        (None, Some(slopes)) => LeadrMapGpu::with_slopes(gpu, source, &slopes, spread.as_deref(), edges, format),
+        (None, None) => LeadrMapGpu::new(gpu, source, edges, format),
     }
 }

@@ -3,20 +3,21 @@
 use std::sync::Arc;
 
 use super::atlas::AtlasGpu;
+use super::detail::{DetailImages, DetailKind};
 use super::displacement::{Border, BoundaryHeights, EDGE_LEVELS, HeightField};
 use super::flat;
 use super::half_range::fill_half_range;
 use super::horizon::{HorizonMaps, Relief};
 use super::material::{Has, HoleKind, MaterialImages, address_mode};
-use super::moments::{Edges, HeightSource, LeadrMapGpu, MomentFormat};
+use super::moments::{LeadrMapGpu, MomentFormat, field_maps};
 use super::patch_mesh::PatchMesh;
 use super::topology::Topology;
 use crate::gpu::{AddressMode, Buffer, Filter, Gpu, Memory, Result, Sampler, shared_struct};
 use crate::maps::LeadrMap;
 use crate::maps::cache::{MapCache, checksum};
 use crate::render::constants::{
-    CHARTS, FLAG_CHARTED, FLAG_DISPLACED, FLAG_FLAT, FLAG_MARK_INSIDE, FLAG_MASK, FLAG_TINTED_EMISSION, FLAG_TRIANGLES,
-    SEA_INDEX,
+    CHARTS, DETAIL_TRIPLANAR, FLAG_CHARTED, FLAG_DISPLACED, FLAG_FLAT, FLAG_MARK_INSIDE, FLAG_MASK,
+    FLAG_TINTED_EMISSION, FLAG_TRIANGLES, SEA_INDEX,
 };
 use crate::render::scene::{Object, TriangleCharts};
 
@@ -101,6 +102,8 @@ pub struct GpuObject {
     pub material: MaterialImages,
     /// Texture coordinates of its triangles in its material; a placeholder where they are those of the mesh.
     pub charts: Buffer,
+    /// A finer relief that repeats; placeholders for objects without.
+    pub detail: DetailImages,
     /// Sampler of the maps of its relief.
     pub sampler: Sampler,
     /// What the filter pass has to fetch for it.
@@ -142,12 +145,15 @@ pub struct SurfaceKind {
     pub rise_over_run: bool,
     /// Whether all its vertices have the same colour and accessibility.
     pub plain: bool,
+    /// What the filter pass has to fetch of a finer relief.
+    pub detail: DetailKind,
 }
 
 impl SurfaceKind {
     /// The kind of an object drawn as `mesh`: its own, or its coarse one.
     #[must_use]
     pub fn of(object: &Object, mesh: &PatchMesh) -> Self {
+        let detail = DetailKind::of(object.detail.as_ref());
         let tiles = object.heights.as_ref().is_some_and(|heights| matches!(heights.border, Border::Tiles(_)));
         Self {
             tiled: tiles,
@@ -157,11 +163,12 @@ impl SurfaceKind {
             charted: object.charts.is_some(),
             horizon: object.height_scale != 0.0
                 && object.heights.as_ref().is_some_and(|field| field.texels.iter().any(|h| *h != field.texels[0])),
-            flat: !mesh.triangles && flat::is_flat(mesh),
+            flat: !mesh.triangles && detail.mapping != DETAIL_TRIPLANAR && flat::is_flat(mesh),
             triangles: mesh.triangles,
             front_only: object.front_only,
             rise_over_run: mesh.triangles && object.slopes.is_some(),
             plain: flat::is_plain(mesh),
+            detail,
         }
     }
 }
@@ -218,7 +225,8 @@ impl GpuObject {
             .collect();
         let (slopes, moments) = (object.slopes.take(), object.moments.take());
         let sources = cache.map_or(0, |_| relief_checksum(object.heights.as_ref(), slopes.as_ref(), moments.as_ref()));
-        let maps = leadr_maps(gpu, object.heights.as_ref(), slopes, moments, format)?;
+        let maps = field_maps(gpu, object.heights.as_ref(), slopes, object.slope_spread.take(), moments, format)?;
+        let detail = DetailImages::new(gpu, &name, object.detail.take(), &object.mesh, border)?;
         if let Some(field) = &mut object.heights {
             field.texels = Vec::new();
         }
@@ -259,6 +267,7 @@ impl GpuObject {
             maps,
             horizons,
             material,
+            detail,
             kind,
             index: index as u32 + 1,
         })
@@ -302,27 +311,4 @@ fn relief_checksum(field: Option<&HeightField>, slopes: Option<&Vec<[f32; 2]>>, 
     sums.extend(slopes.map(|slopes| checksum(bytemuck::cast_slice(slopes))));
     // Heights alone are known by themselves.
     if sums.len() == 1 { sums[0] } else { checksum(bytemuck::cast_slice(&sums)) }
-}
-
-/// The LEADR maps of a height field; without one, a placeholder with a single zero height that is never sampled.
-fn leadr_maps(
-    gpu: &Arc<Gpu>,
-    field: Option<&HeightField>,
-    slopes: Option<Vec<[f32; 2]>>,
-    moments: Option<LeadrMap>,
-    format: MomentFormat,
-) -> Result<LeadrMapGpu> {
-    let none = HeightField { width: 1, height: 1, texels: vec![0.0], border: Border::Clamp };
-    let field = field.unwrap_or(&none);
-    let edges = match field.border {
-        Border::Wrap => Edges::Wrap(crate::maps::Wrap::Repeat),
-        Border::Clamp => Edges::Wrap(crate::maps::Wrap::Clamp),
-        Border::Tiles(layout) => Edges::Atlas(layout),
-    };
-    let source = HeightSource { width: field.width, height: field.height, texels: &field.texels };
-    match (moments, slopes) {
-        (Some(moments), _) => LeadrMapGpu::with_moments(gpu, &moments, edges, format),
-        (None, Some(slopes)) => LeadrMapGpu::with_slopes(gpu, source, &slopes, edges, format),
-        (None, None) => LeadrMapGpu::new(gpu, source, edges, format),
-    }
 }

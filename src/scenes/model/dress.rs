@@ -65,7 +65,7 @@ pub fn object(model: &Model, parts: &Parts, surface: &Surface, index: usize, res
             .with_specular_f0(texels[0].body_f0)
             .with_material(cover.light_maps(wraps, |at| at).with(map))
     };
-    if !cover.has_heights() && !cover.has_slopes() {
+    if !cover.has_heights() && !cover.has_slopes() && !cover.is_brushed() {
         return object;
     }
     with_relief(object, &material, &cover, surface)

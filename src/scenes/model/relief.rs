@@ -9,7 +9,7 @@ use crate::maps::material::Material;
 use crate::render::scene::Object;
 use crate::render::surfaces::displacement::{Border, HeightField};
 use crate::render::surfaces::patch_mesh::PatchMesh;
-use crate::scenes::cover::Cover;
+use crate::scenes::cover::{Cover, Stroke};
 
 /// How often a map repeats along the diagonal of a model without texture coordinates.
 const REPEATS: f32 = 8.0;
@@ -68,7 +68,7 @@ pub fn metres_per_unit(mesh: &PatchMesh) -> Option<f32> {
 
 /// The object with the heights and the slopes of its material.
 pub fn with_relief(object: Object, material: &Material, cover: &Cover, surface: &Surface) -> Object {
-    let (width, height) = relief_size(material);
+    let (width, height) = relief_size(material, cover);
     let size = Vec2::new(width as f32, height as f32);
     let places = 0..width as usize * height as usize;
     let place = |index: usize| {
@@ -89,10 +89,22 @@ pub fn with_relief(object: Object, material: &Material, cover: &Cover, surface: 
     let height_at = |index| (cover.height(place(index)) - cover.middle) * scale;
     let texels = places.clone().into_par_iter().map(height_at).collect();
     let object = object.with_heights(HeightField { width, height, texels, border: Border::Wrap }, 1.0);
-    if !cover.has_slopes() {
+    // Heights alone keep the slopes of their own triangles, which have no place for a further variance.
+    let brushed = cover.is_brushed() && (cover.has_slopes() || !cover.has_heights());
+    if !cover.has_slopes() && !brushed {
         return object;
     }
-    object.with_slopes(places.into_par_iter().map(|index| cover.slope(place(index)).to_array()).collect())
+    let object =
+        object.with_slopes(places.clone().into_par_iter().map(|index| cover.slope(place(index)).to_array()).collect());
+    if !brushed {
+        return object;
+    }
+    // The bitangent goes against t.
+    let spread = |index| {
+        let Stroke { along, variance } = cover.stroke(place(index));
+        [along.x * along.x, along.y * along.y, -along.x * along.y].map(|square| square * variance)
+    };
+    object.with_slope_spread(places.into_par_iter().map(spread).collect())
 }
 
 /// Root of the mean square of a map's slopes: heights per repeat. Positive.
@@ -108,7 +120,10 @@ fn steepness(map: &HeightMap) -> f32 {
 }
 
 /// Texels of the finer of the height map and the normal map.
-fn relief_size(material: &Material) -> (u32, u32) {
+fn relief_size(material: &Material, cover: &Cover) -> (u32, u32) {
+    if cover.is_brushed() {
+        return cover.size;
+    }
     let heights = material.relief.as_ref().map(|relief| (relief.map.width, relief.map.height));
     let normals = material.normal_map.as_ref().map(|map| (map.texture.raster.width(), map.texture.raster.height()));
     heights.into_iter().chain(normals).fold((1, 1), |a, b| (a.0.max(b.0), a.1.max(b.1)))

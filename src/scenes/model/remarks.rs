@@ -18,8 +18,8 @@ pub fn of(model: &Model, parts: &Parts, camera: Option<usize>) -> Vec<String> {
                 "nothing here is transparent: as large a share of the samples sees it as it is opaque, so give it many samples",
             );
         }
-        if material.anisotropy.is_some() {
-            say("its roughness is drawn the same in all directions");
+        if material.anisotropy.is_some() && material.relief.is_some() && material.normal_map.is_none() {
+            say("its roughness is drawn the same in all directions, as its slopes are those of its heights");
         }
         if Charts::of(material, &|set| parts.reached(model, index, set)).0.compromise {
             say("some of its textures with other texture coordinates than its colours, or its heights, follow theirs");

@@ -13,7 +13,7 @@ use leadr::reflectance::slopes::geometric_antialiasing::{
     isotropic_kernel, kernel_over, tilt_kernel,
 };
 use leadr::reflectance::slopes::moments::{
-    SlopeMoments, add_moments, map_moments, mix_moments, moments_covariance, moments_of_corner,
+    SlopeMoments, add_moments, map_moments, mask_moments, mix_moments, moments_covariance, moments_of_corner,
     moments_of_distribution, moments_of_normal, moments_of_slope, roughen_moments, scale_moments, shear_moments,
     slope_of_heights,
 };
@@ -66,6 +66,7 @@ fn slope_moments_parity() {
                     DVec4::new(m.x, m.y, shear.x, shear.y),
                     DVec2::new(-0.2, 0.1) + DVec2::new(-1.0, 1.0) * column * column
                 ),
+                mask_moments(b, column),
             ]
         },
     );

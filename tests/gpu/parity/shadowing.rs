@@ -124,7 +124,7 @@ fn shadowed_specular_parity() {
 fn finite_at_the_extremes() {
     let Some(gpu) = test_gpu() else { return };
     let r = &mut Random(7);
-    finite::<11, 0>(&gpu, r, "masking/correlated", 11, 2, |_| []);
+    finite::<11, 0>(&gpu, r, "masking/correlated", 12, 2, |_| []);
     finite::<8, 0>(&gpu, r, "visible/shadowed_environment", 9, 1, |_| []);
     finite::<12, 1>(&gpu, r, "visible/shadowed_specular", 12, 2, |r| [r.log(1e-6, 4.0) as f32]);
 }

@@ -8,17 +8,22 @@ use leadr::reflectance::facets::fresnel::fresnel_schlick;
 use leadr::reflectance::facets::normal_distribution::normal_ramp;
 use leadr::reflectance::facets::projected_area::{meso_area, slope_spread};
 use leadr::reflectance::frame::frame_about;
+use leadr::reflectance::integrals::facet_mirrors::{facet_mirror_density, facet_mirrors, facet_visibility};
 use leadr::reflectance::integrals::sh::sh_add_light;
 use leadr::reflectance::masking::shadowing::Shadowing;
 use leadr::reflectance::random::Random;
-use leadr::reflectance::slopes::statistics::clamp_covariance;
+use leadr::reflectance::slopes::grid::slope_cholesky;
+use leadr::reflectance::slopes::statistics::{add_roughness, clamp_covariance};
 use leadr::reflectance::visible::diffuse::{clamped_product, leadr_diffuse_light_visible, visible_diffuse_moments};
 use leadr::reflectance::visible::horizon::{
     Horizon, diffuse_past_horizon, horizon_excess, horizon_hidden, horizon_visibility,
 };
 use leadr::reflectance::visible::kernel::kernel_lod;
+use leadr::reflectance::visible::mapped::{
+    mapped_diffuse_light, mapped_diffuse_moments, mapped_fresnel, mapped_slopes, mapped_specular_light,
+};
 use leadr::reflectance::visible::slopes::{VISIBLE_TAIL, visible_slopes};
-use leadr::reflectance::visible::specular::{VisibleProbe, probe_rule, visible_probe, visible_probes};
+use leadr::reflectance::visible::specular::{VisibleProbe, mapped_probes, probe_rule, visible_probe, visible_probes};
 
 /// A viewer and slopes. With `tilted`, also mesosurfaces that face away so far that the rules tilt them back; these have no
 /// singular covariances, for which only rounding errors would remain.
@@ -126,6 +131,48 @@ fn specular_parity(tilted: bool, relative: f64) {
 fn visible_specular_parity() {
     specular_parity(false, 1.3e-3);
     specular_parity(true, 5e-3);
+}
+
+/// Normal maps and their bases. Probes, mirrors and light as `visible/mapped.comp` puts them.
+#[test]
+fn mapped_parity() {
+    parity::<12>(
+        "visible/mapped",
+        Tolerance { relative: 2e-3, floor: |k| if k == 25 { 1.0 } else { 0.1 }, unit: 0.0 },
+        |r| {
+            let ((wo, m, s), wi) = (surface(r, false), r.direction());
+            join(&[&wo.to_array(), &wi.to_array(), &m.to_array(), &s.to_array(), &[r.log(0.05, 1.0)]])
+        },
+        |x| {
+            let (wo, wi, m, relief, alpha) = (v3(x, 0), v3(x, 3), v2(x, 6), v3(x, 8), x[11]);
+            let all = add_roughness(relief, alpha);
+            let v = mapped_slopes(wo, m, relief, all);
+            let n = mapped_diffuse_moments(m, relief, 2);
+            let rule = probe_rule(5);
+            let probes = mapped_probes(wo, &v, rule.kernel);
+            let found: Vec<_> = rule.nodes(probes.wide).map(|node| visible_probe(&probes, wo, &node)).collect();
+            let mean = |f: &dyn Fn(&VisibleProbe) -> DVec3| found.iter().map(|p| p.weight * f(p)).sum::<DVec3>();
+            let f = facet_mirrors(wo, wi, alpha, 0.0);
+            let mapped = Shadowing::NormalMap;
+            list![
+                [v.facing, v.relief],
+                v.slopes.mean,
+                v.slopes.cov / (all.x + all.y).max(1e-8),
+                [v.slopes.facet, v.slopes.variance, v.slopes.area, mapped_fresnel(&v, DVec3::splat(0.04)).x],
+                n.mean,
+                n.diag,
+                n.off,
+                [mapped_diffuse_light(wi, m, relief, 2)],
+                [mapped_specular_light(wo, wi, m, all, DVec3::splat(0.04)).x],
+                mean(&|p| p.wi),
+                [mean(&|p| DVec3::splat(kernel_lod(p.variance, 256.0))).x, mean(&|p| DVec3::splat(p.cosine)).x],
+                [facet_mirror_density(&f, m, slope_cholesky(relief), mapped)],
+                [facet_visibility(mapped, wo.z, wi.z, wo.dot(wi), f.base)]
+            ]
+        },
+    );
+    let Some(gpu) = test_gpu() else { return };
+    finite::<12, 1>(&gpu, &mut Random(13), "visible/mapped", 29, 2, |r| [r.log(1e-3, 1.0) as f32]);
 }
 
 /// Results are finite even for arguments that no scene should produce.

@@ -5,10 +5,12 @@ mod convergence;
 mod misses;
 mod model;
 mod models;
+mod normals;
 mod ocean;
 mod outside;
 mod precision;
 mod quadrature;
+mod roughness;
 mod samples;
 mod shadows;
 mod shapes;
@@ -36,7 +38,7 @@ pub struct SectionEntry {
 }
 
 /// Every section, in the order of the page.
-pub static SECTIONS: [SectionEntry; 16] = [
+pub static SECTIONS: [SectionEntry; 18] = [
     SectionEntry {
         key: "convergence",
         help: "How the reference converges",
@@ -85,6 +87,20 @@ pub static SECTIONS: [SectionEntry; 16] = [
         title: "Shadows that bumps cast on each other",
         judges_others: false,
         run: shadows::run,
+    },
+    SectionEntry {
+        key: "roughness",
+        help: "Two roughnesses that share a surface",
+        title: "Two roughnesses that share a surface",
+        judges_others: false,
+        run: roughness::run,
+    },
+    SectionEntry {
+        key: "normals",
+        help: "Normal maps beside heights, and alone",
+        title: "Normal maps",
+        judges_others: false,
+        run: normals::run,
     },
     SectionEntry {
         key: "shapes",

@@ -1,0 +1,135 @@
+#ifndef LEADR_VISIBLE_MAPPED_GLSL
+#define LEADR_VISIBLE_MAPPED_GLSL
+
+#include "../masking/variants.glsl"
+#include "../facets/beckmann.glsl"
+#include "diffuse.glsl"
+#include "fresnel.glsl"
+#include "specular.glsl"
+
+// A normal map on smooth geometry (thesis 2.1, Table 2.IV): its facets hide nothing, and a viewer sees them by the part of the
+// macrosurface that they have. Those that face the viewer have a normal density of slopes that is cut off; those that face away are
+// black, as <wo, wm> is clamped. The base of a facet shows its own facets by projected area, as ever
+// (src/reflectance/visible/mapped.rs derives it). Once per pixel
+//     MappedSlopes v = mapped_slopes(wo, m, S of the map, S with the base);
+//     VisibleProbes probes = mapped_probes(wo, v, probe_kernel(n));
+// and for each probe as in specular.glsl; the sum counts v.facing times.
+
+const float LEADR_LEAST_TURN = 1e-4;
+
+struct MappedSlopes {
+    VisibleSlopes slopes; // of the mirrors that face the viewer
+    float facing;         // share of the facets that do
+    float relief;         // share of the map in the variance of all slopes
+};
+
+// relief: covariance of the map's slopes; all: with those of the base.
+MappedSlopes mapped_slopes(vec3 wo, vec2 m, vec3 relief, vec3 all) {
+    vec3 R = clamp_covariance(relief);
+    MappedSlopes mapped;
+    VisibleSlopes v;
+    v.S = clamp_covariance(all);
+    vec3 B = clamp_covariance(v.S - R);
+    // The map.
+    vec2 across_r = vec2(R.x * wo.x + R.z * wo.y, R.z * wo.x + R.y * wo.y);
+    float br = sqrt(max(dot(across_r, wo.xy), 0.0));
+    mapped.facing = normal_cdf(meso_area(wo, m) / max(br, LEADR_LEAST_TURN));
+    v.a = tilted_area(wo, m, br);
+    v.m = face_viewer(wo, m, R, 2.0 * LEADR_VISIBLE_TAIL);
+    float per_r = 1.0 / max(br, 1e-18);
+    float nu = min(v.a * per_r, 40.0);
+    float cdf = normal_cdf(nu);
+    float lambda = nu < 0.0 ? 1.0 / mills_ratio(-nu) : normal_pdf(nu) / cdf;
+    float variance_r = clamp(1.0 - nu * lambda - lambda * lambda, 0.02, 1.0);
+    float third_r = min(-lambda * (2.0 * lambda * lambda + 3.0 * nu * lambda + nu * nu - 1.0), 0.0);
+    float facet_r = max(v.a + br * lambda, 1e-3);
+    // Its base, on the mean facet.
+    vec2 across_b = vec2(B.x * wo.x + B.z * wo.y, B.z * wo.x + B.y * wo.y);
+    float bb = sqrt(max(dot(across_b, wo.xy), 0.0));
+    float per_b = 1.0 / max(bb, 1e-18);
+    float nu_b = facet_r * per_b;
+    NormalRamp n = normal_ramp(nu_b);
+    float per_ramp = 1.0 / n.ramp;
+    float shift_b = n.cdf * per_ramp;
+    float excess = n.pdf * per_ramp;
+    float variance_b = clamp(1.0 + excess - shift_b * shift_b, 0.02, 1.0);
+    float third_b = min(min(nu_b, 1e6) * excess - 3.0 * shift_b + shift_b * (3.0 + 3.0 * excess - 2.0 * shift_b * shift_b), 0.0);
+    float area_b = bb > 1e-18 ? bb * n.ramp : facet_r;
+    // Both: cumulants add up.
+    v.b = sqrt(br * br + bb * bb);
+    float per = 1.0 / max(v.b, 1e-18);
+    float part_r = br * per, part_b = bb * per;
+    vec2 axis_r = across_r * per_r, axis_b = across_b * per_b;
+    v.area = cdf * area_b;
+    v.axis = (across_r + across_b) * per;
+    v.shift = part_r * lambda + part_b * shift_b;
+    v.mean = v.m - axis_r * lambda - axis_b * shift_b;
+    v.cov = v.S - (1.0 - variance_r) * vec3(axis_r * axis_r, axis_r.x * axis_r.y)
+                - (1.0 - variance_b) * vec3(axis_b * axis_b, axis_b.x * axis_b.y);
+    v.facet = facet_r + bb * shift_b;
+    v.variance = v.b > 1e-18 ? clamp(part_r * part_r * variance_r + part_b * part_b * variance_b, 0.02, 1.0) : 1.0;
+    v.third = part_r * part_r * part_r * third_r + part_b * part_b * part_b * third_b;
+    mapped.slopes = v;
+    mapped.relief = clamp((R.x + R.y) / max(v.S.x + v.S.y, 1e-18), 0.0, 1.0);
+    return mapped;
+}
+
+// The probes of a normal map and its base. Away from the mean, kernels also grow with the projected area of the facet, which no
+// longer cancels.
+VisibleProbes mapped_probes(vec3 wo, MappedSlopes v, vec3 kernel) {
+    VisibleProbes probes = visible_probes_of(LEADR_SHADOWING_NONE, wo, v.slopes, kernel);
+    probes.projected = vec2(v.relief, 1.0 / max(v.slopes.facet, 1e-9));
+    return probes;
+}
+
+// Mean Fresnel reflectance of all facets, those that face away at a cosine of 0.
+vec3 mapped_fresnel(MappedSlopes v, vec3 f0) {
+    VisibleSlopes s = v.slopes;
+    float rest = max(s.S.x + s.S.y - dot(s.axis, s.axis), 0.0);
+    float weight = mean_schlick_weight(s.facet, s.b, s.axis, s.mean, rest, s.variance);
+    return f0 + (grazing_reflectance(f0) - f0) * (1.0 + v.facing * (weight - 1.0));
+}
+
+// Moments of all normals, as visible_diffuse_moments has them of the visible ones.
+NormalMoments mapped_diffuse_moments(vec2 m, vec3 S, int terms) {
+    S = clamp_covariance(S);
+    vec2 spread = squared_normal_spread(m, S);
+    vec3 first = vec3(0.0), diag = vec3(0.0), off = vec3(0.0);
+    for (int i = 0; i < terms; ++i) {
+        vec4 e = visible_diffuse_exponent(i, terms);
+        vec2 second = visible_diffuse_second(i, terms);
+        SlopeGaussian g = damped_gaussian(m, S, (e.x + e.y * spread.y) / spread.x);
+        float c = g.weight * (e.z + e.w * spread.y);
+        float d = g.weight * (second.x + second.y * spread.y);
+        first += c * vec3(-g.m, 1.0);
+        diag += d * vec3(g.m * g.m + g.S.xy, 1.0);
+        off += d * vec3(-g.m.yx, g.m.x * g.m.y + g.S.z);
+    }
+    float scale = 1.0 / max(diag.x + diag.y + diag.z, 1e-30);
+    return NormalMoments(first * inversesqrt(spread.x), diag * scale, off * scale);
+}
+
+// One light from wi (tangent frame) of unit irradiance on a plane facing it, per unit of albedo: the mean clamped cosine over all
+// facets.
+float mapped_diffuse_light(vec3 wi, vec2 m, vec3 S, int terms) {
+    S = clamp_covariance(S);
+    vec2 spread = squared_normal_spread(m, S);
+    float sum = 0.0;
+    for (int i = 0; i < terms; ++i) {
+        vec4 e = visible_diffuse_exponent(i, terms);
+        SlopeGaussian g = damped_gaussian(m, S, (e.x + e.y * spread.y) / spread.x);
+        sum += g.weight * (e.z + e.w * spread.y) * clamped_mean(meso_area(wi, g.m), slope_spread(wi, g.S));
+    }
+    return sum * inversesqrt(spread.x) / LEADR_PI;
+}
+
+// One light on mirrors of mean slope m and covariance S, per unit of its irradiance on a plane that faces it: F D / (4 f), f the
+// projected area of the mirroring facet (thesis Table 2.IV). The base counts as a part of the map.
+vec3 mapped_specular_light(vec3 wo, vec3 wi, vec2 m, vec3 S, vec3 f0) {
+    vec3 h = wo + wi;
+    vec3 wh = h * inversesqrt(max(dot(h, h), 1e-20));
+    float facet = max(half_facet_area(wo, wi, wh), LEADR_MIN_AREA);
+    return fresnel_schlick(f0, dot(wi, wh)) * (0.25 * beckmann_ndf_over(wh, m, S, facet));
+}
+
+#endif

@@ -1,0 +1,145 @@
+// A tiling detail on a surface: its slopes add up with those of the surface's own relief, and its colours and roughness vary or cover
+// those below. Each is filtered in its own footprint. Whatever lies further apart than a pixel is seen pixel by pixel; below that,
+// surface, detail and mask know nothing of each other, so means add, covariances add, and means of products are products of means
+// (theory, section 5).
+#ifndef LEADR_FILTER_DETAIL
+#define LEADR_FILTER_DETAIL
+#include "../constants.glsl"
+#include "leadr/slopes/map.glsl"
+#include "leadr/slopes/moments.glsl"
+
+layout(constant_id = 60) const uint DETAIL = DETAIL_NONE;             // what coordinates it follows
+layout(constant_id = 61) const uint DETAIL_COLORS = DETAIL_COLORLESS; // what its colours do
+layout(constant_id = 62) const bool DETAIL_MASKED = false;
+
+struct RestVertex {
+    vec4 position; // xyz in repeats of the surface's own textures
+    vec4 normal;   // xyz
+};
+
+layout(std430) readonly buffer Detail {
+    vec4 detail_linear;   // columns: from the surface's coordinates to those of the detail
+    vec4 mask_linear;     // columns: and to those of its mask
+    vec4 detail_offsets;  // xy: of the detail; zw: of the mask
+    vec4 detail_color;    // rgb: factor of its colours; a: reflectance at normal incidence
+    RestVertex rest[];    // where it is seen along the axes
+};
+uniform sampler2D detail_a;     // E[hs], E[ht], E[hs^2], E[ht^2], metres per unit of its coordinates
+uniform sampler2D detail_b;     // E[hs ht]
+uniform sampler2D detail_colors; // rgb albedo, a the root of the roughness alpha
+uniform sampler2D detail_mask;  // x: how much of it there is, E[m]; y: E[m^2]
+
+// By which the views along the axes are apart, so that they do not look alike where they meet.
+const float DETAIL_SHIFTS[3] = float[](0.0, 0.37, 0.71);
+
+// Of a pixel.
+struct DetailMeans {
+    vec2 slope;      // in the frame
+    vec3 covariance; // of the slopes
+    vec4 color;      // albedo, alpha^2
+    float cover;     // share of the surface that it covers
+};
+
+// Adds the detail that follows coordinates c of the surface, by the place in `by_place`. linear: from gradients by the place to slopes;
+// weight: of its slopes, share: of its colours.
+void add_detail(inout DetailMeans sum, vec2 c, mat2 by_place, mat2 across, mat2 linear, float weight, float share) {
+    mat2 to_detail = mat2(detail_linear.xy, detail_linear.zw);
+    mat2 detail_by_place = to_detail * by_place;
+    vec2 size = vec2(textureSize(detail_a, 0));
+    mat2 texels = detail_by_place * across;
+    Footprint footprint = detail_footprint(texels[0] * size, texels[1] * size);
+    vec2 at = to_detail * c + detail_offsets.xy;
+    vec4 a = vec4(0.0);
+    float b = 0.0;
+    for (int i = 0; i < footprint.taps; ++i) {
+        vec2 place = at + tap(footprint, i) / size;
+        a += textureLod(detail_a, place, footprint.lod);
+        if (USES_COVARIANCE) {
+            b += textureLod(detail_b, place, footprint.lod).x;
+        }
+    }
+    float per_tap = 1.0 / float(footprint.taps);
+    SlopeMoments moments = SlopeMoments(a.xy * per_tap, vec3(a.zw, b) * per_tap);
+    vec2 mask = vec2(1.0);
+    if (DETAIL_MASKED) {
+        mat2 to_mask = mat2(mask_linear.xy, mask_linear.zw);
+        vec2 mask_size = vec2(textureSize(detail_mask, 0));
+        mat2 mask_texels = to_mask * by_place * across;
+        Footprint wide = detail_footprint(mask_texels[0] * mask_size, mask_texels[1] * mask_size);
+        vec2 there = to_mask * c + detail_offsets.zw;
+        mask = vec2(0.0);
+        for (int i = 0; i < wide.taps; ++i) {
+            mask += textureLod(detail_mask, there + tap(wide, i) / mask_size, wide.lod).xy;
+        }
+        mask /= float(wide.taps);
+        moments = mask_moments(moments, mask);
+    }
+    // The chain rule, from the detail's coordinates over the place.
+    mat2 slopes = linear * transpose(detail_by_place) * weight;
+    sum.slope += slopes * moments.first;
+    if (USES_COVARIANCE) {
+        sum.covariance += map_second_moments(slopes, moments_covariance(moments));
+    }
+    if (DETAIL_COLORS != DETAIL_COLORLESS) {
+        vec2 color_size = vec2(textureSize(detail_colors, 0));
+        Footprint of_colors = detail_footprint(texels[0] * color_size, texels[1] * color_size);
+        vec4 color = vec4(0.0);
+        for (int i = 0; i < of_colors.taps; ++i) {
+            color += linear_color(textureLod(detail_colors, at + tap(of_colors, i) / color_size, of_colors.lod));
+        }
+        sum.color += color * (share / float(of_colors.taps));
+    }
+    sum.cover += share * mask.x;
+}
+
+// At a place on a patch. linear: from gradients by the place to slopes in the frame.
+DetailMeans filter_detail(uint index, vec2 place, vec2 texcoord, mat2 texcoord_by_place, mat2 across, mat2 linear) {
+    DetailMeans sum = DetailMeans(vec2(0.0), vec3(0.0), vec4(0.0), 0.0);
+    if (DETAIL == DETAIL_BY_TEXCOORD) {
+        add_detail(sum, texcoord, texcoord_by_place, across, linear, 1.0, 1.0);
+        return sum;
+    }
+    // Where the surface is at rest, along the axes, as triplanar_weights in src/scenes/sphere.rs has it.
+    uvec4 corners = patches[index].vertices;
+    vec3 p[4], n[4];
+    for (int i = 0; i < 4; ++i) {
+        p[i] = rest[corners[i]].position.xyz;
+        n[i] = rest[corners[i]].normal.xyz;
+    }
+    vec3 position, normal;
+    mat2x3 by_place;
+    if (TRIANGLES) {
+        by_place = mat2x3(p[1] - p[0], p[3] - p[0]);
+        position = p[0] + by_place * place;
+        normal = n[0] + mat2x3(n[1] - n[0], n[3] - n[0]) * place;
+    } else {
+        vec3 low = mix(p[0], p[1], place.x), high = mix(p[3], p[2], place.x);
+        by_place = mat2x3(mix(p[1] - p[0], p[2] - p[3], place.y), high - low);
+        position = mix(low, high, place.y);
+        normal = mix(mix(n[0], n[1], place.x), mix(n[3], n[2], place.x), place.y);
+    }
+    normal *= inversesqrt(max(dot(normal, normal), 1e-20));
+    vec3 weights = max(abs(normal) - 0.5, 0.0);
+    weights *= weights;
+    // Relief keeps its variance where it is blended.
+    float per_root = inversesqrt(max(dot(weights, weights), 1e-20)), per_sum = 1.0 / max(weights.x + weights.y + weights.z, 1e-20);
+    for (int k = 0; k < 3; ++k) {
+        int s = (k + 1) % 3, t = (k + 2) % 3;
+        if (weights[k] > 0.0) {
+            vec2 c = vec2(position[s], position[t]) + DETAIL_SHIFTS[k];
+            mat2 across_axis = mat2(by_place[0][s], by_place[0][t], by_place[1][s], by_place[1][t]);
+            add_detail(sum, c, across_axis, across, linear, weights[k] * per_root, weights[k] * per_sum);
+        }
+    }
+    return sum;
+}
+
+// The colours of the surface with the detail on it: rgb, and alpha^2.
+vec4 color_with_detail(vec4 color, DetailMeans detail) {
+    if (DETAIL_COLORS == DETAIL_VARIES) {
+        return vec4(color.rgb * mix(vec3(1.0), detail.color.rgb * detail_color.rgb, detail.cover), mix(color.a, detail.color.a, detail.cover));
+    }
+    return mix(color, vec4(detail.color.rgb * detail_color.rgb, detail.color.a), detail.cover);
+}
+
+#endif

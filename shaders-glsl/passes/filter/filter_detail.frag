@@ -1,0 +1,19 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+// Filters the maps of one object under each of its pixels.
+#define LEADR_DETAIL // a tiling detail lies on the surface
+#include "filtered.glsl"
+#include "gbuffer_out.glsl"
+
+void main() {
+    ivec2 pixel = ivec2(gl_FragCoord.xy);
+    uvec4 seen = texelFetch(visible_surface, pixel, 0);
+    if (object_of(seen.x) != object.index) {
+        discard;
+    }
+    float area;
+    FilteredSurface filtered = filtered_mesh(pixel, gl_FragCoord.xy, seen, area);
+    bool of_an_edge = object.flags >> FLAGS_GRID_SHIFT > 0u;
+    uvec2 surface = of_an_edge ? pack_edge(filtered) : pack_surface(filtered);
+    write_gbuffer(filtered, (seen.x & OF_THE_PIXEL) != 0u ? pack_joined_edge(area, filtered.relief) : surface);
+}

@@ -1,0 +1,267 @@
+//! Details over materials, normal maps on smooth geometry, and bases that are rougher along one direction.
+
+use crate::common::gpu::test_gpu;
+use crate::common::render::{bumps, under_sky};
+use glam::{Affine2, Mat2, Vec2, Vec3};
+use leadr::gpu::Gpu;
+use leadr::lab::metrics::compare::compare;
+use leadr::maps::RgbImage;
+use leadr::maps::material::{Anisotropy, Input, Material, MaterialDetail, Relief};
+use leadr::maps::tonemap::Tonemap;
+use leadr::maps::{HeightMap, procedural};
+use leadr::reflectance::masking::shadowing::Shadowing;
+use leadr::render::camera::Camera;
+use leadr::render::frame::Renderer;
+use leadr::render::light::environment::Environment;
+use leadr::render::light::sky::Sky;
+use leadr::render::scene::{Detail, DetailMapping, DetailMask, FrameState, Object, Pose};
+use leadr::render::settings::{RenderSettings, ShadingOptions, Technique, Terms};
+use leadr::render::surfaces::displacement::{Border, HeightField};
+use leadr::render::surfaces::tessellation::TessellationSettings;
+use leadr::scenes::dressed;
+use leadr::scenes::plane::{even, plane};
+use leadr::scenes::spheres::cell::{Lighting, TURN};
+use leadr::scenes::spheres::surface::{Detail as Fineness, Frequency, Surface};
+use std::sync::Arc;
+
+fn error(truth: &RgbImage, test: &RgbImage) -> f64 {
+    compare(truth, test, 1.0, Tonemap::Filmic).unwrap().rrmse
+}
+
+fn picture(renderer: &mut Renderer, state: &FrameState, settings: &RenderSettings) -> RgbImage {
+    let output = renderer.render(state, settings).unwrap();
+    let (width, height) = output.size;
+    RgbImage::new(width, height, output.color.iter().map(|c| [c[0], c[1], c[2]]).collect()).unwrap()
+}
+
+/// Settings in which nothing throws a shadow: what is compared is the filter.
+fn settings(technique: Technique, size: u32, samples: u32, shadowing: Shadowing) -> RenderSettings {
+    RenderSettings {
+        size: (size, size),
+        samples,
+        shading: technique.with(ShadingOptions { shadowing, relief_occlusion: false, ..Default::default() }),
+        tessellation: TessellationSettings { to_texels: technique == Technique::Reference, ..Default::default() },
+        shadows: false,
+        ..Default::default()
+    }
+}
+
+/// Texels along a base, along a detail, and how often that repeats: its texels are those of the base.
+const BASE: u32 = 512;
+const FINE: u32 = 64;
+const REPEATS: u32 = BASE / FINE;
+/// Metres of a repeat of the base.
+const METRES: f32 = 2.0;
+const STEEP: f32 = 0.12;
+const FINE_STEEP: f32 = 0.3;
+
+/// Slopes of repeating heights by central differences, per unit of their own coordinates.
+fn slopes_of(field: &HeightField) -> Vec<[f32; 2]> {
+    let n = field.width;
+    let at = |x: u32, y: u32| field.texels[((y % n) * n + x % n) as usize];
+    let per = 0.5 * n as f32;
+    (0..n * n)
+        .map(|i| (i % n, i / n))
+        .map(|(x, y)| [(at(x + 1, y) - at(x + n - 1, y)) * per, (at(x, y + 1) - at(x, y + n - 1)) * per])
+        .collect()
+}
+
+/// Where the detail of the tests is: in soft stripes, or everywhere.
+fn mask(masked: bool) -> Vec<f32> {
+    let wave = |i: u32| {
+        let s = (i % BASE) as f32 / BASE as f32;
+        if masked { (0.5 + 2.0 * (s * 11.0 * std::f32::consts::TAU).sin()).clamp(0.0, 1.0) } else { 1.0 }
+    };
+    (0..BASE * BASE).map(wave).collect()
+}
+
+/// A plane with a coarse relief and a fine one, as a detail or in one map of the sum. `turned`: by a quarter.
+fn layered(gpu: &Arc<Gpu>, as_detail: bool, masked: bool, turned: bool) -> Renderer {
+    let mesh = plane(4.0, 16, METRES, [0.4, 0.35, 0.3, 0.25], even);
+    let (coarse, fine) = (bumps(BASE, 24.0, 5), bumps(FINE, 4.0, 9));
+    let base: Vec<[f32; 2]> = slopes_of(&coarse).iter().map(|s| s.map(|v| v * STEEP * METRES)).collect();
+    let metres = METRES / REPEATS as f32;
+    let detail_slopes: Vec<[f32; 2]> = slopes_of(&fine).iter().map(|s| s.map(|v| v * FINE_STEEP * metres)).collect();
+    let heights = HeightField {
+        texels: coarse.texels.iter().map(|h| h * STEEP * METRES).collect(),
+        border: Border::Wrap,
+        ..coarse
+    };
+    let (masks, object) = (mask(masked), Object::new("plane", mesh).with_specular_f0(0.1).without_shadow());
+    let object = object.with_heights(heights, 1.0);
+    if as_detail {
+        let turn = if turned { Mat2::from_angle(-std::f32::consts::FRAC_PI_2) } else { Mat2::IDENTITY };
+        let detail = Detail {
+            heights: HeightField { texels: vec![0.0; (FINE * FINE) as usize], ..fine },
+            slopes: Some(detail_slopes),
+            material: None,
+            mapping: DetailMapping::Texcoords,
+            transform: Affine2::from_mat2(turn * REPEATS as f32),
+            mask: masked.then(|| DetailMask { width: BASE, height: BASE, texels: masks, transform: Affine2::IDENTITY }),
+        };
+        return under_sky(gpu, vec![object.with_slopes(base).with_detail(detail)], 64);
+    }
+    let sum = (0..BASE * BASE).map(|i| {
+        let (x, y) = (i % BASE, i / BASE);
+        // Per unit of the base's coordinates there are as many repeats.
+        let at = |x: u32, y: u32| detail_slopes[((y % FINE) * FINE + x % FINE) as usize].map(|v| v * REPEATS as f32);
+        // A quarter turn: the detail's s is -t' there ... its texel (u, v) lies at (-v, u) of the plane.
+        let [s, t] = if turned {
+            let [along, across] = at(y, BASE - 1 - x);
+            [-across, along]
+        } else {
+            at(x, y)
+        };
+        let m = masks[i as usize];
+        [base[i as usize][0] + m * s, base[i as usize][1] + m * t]
+    });
+    under_sky(gpu, vec![object.with_slopes(sum.collect())], 64)
+}
+
+/// Near, middle and far.
+const DISTANCES: [f32; 3] = [1.2, 6.0, 30.0];
+
+#[test]
+fn a_detail_is_what_one_map_of_the_sum_is() {
+    let Some(gpu) = test_gpu() else { return };
+    for (masked, turned) in [(false, false), (true, false), (false, true)] {
+        let (mut layers, mut sum) = (layered(&gpu, true, masked, turned), layered(&gpu, false, masked, turned));
+        for distance in DISTANCES {
+            let from = Vec3::new(0.3, -0.7, 0.55).normalize() * distance;
+            let camera = Camera::looking_at(from, Vec3::ZERO, 12.0);
+            let state = FrameState::new(camera, vec![Pose::REST]).under(&Sky::default());
+            let settings = settings(Technique::Leadr, 40, 1, Shadowing::None);
+            let found = error(&picture(&mut sum, &state, &settings), &picture(&mut layers, &state, &settings));
+            println!("masked {masked}, turned {turned}, {distance} m: relative RMSE {found:.4}");
+            assert!(found < 0.03, "{found}");
+        }
+    }
+}
+
+/// One sample of a base and a detail against supersampling; without the detail's variance it fails.
+#[test]
+fn a_detail_is_filtered() {
+    let Some(gpu) = test_gpu() else { return };
+    let mut layers = layered(&gpu, true, true, false);
+    for distance in DISTANCES.into_iter().skip(1) {
+        // From above: a detail shades and does not displace, so samples see it as a normal map, and LEADR as a relief.
+        let camera = Camera::looking_at(Vec3::new(0.1, -0.3, 0.95).normalize() * distance, Vec3::ZERO, 12.0);
+        let state = FrameState::new(camera, vec![Pose::REST]).under(&Sky::default());
+        let mut of =
+            |technique, samples| picture(&mut layers, &state, &settings(technique, 20, samples, Shadowing::None));
+        let truth = of(Technique::Reference, 256);
+        let (leadr, mip) = (error(&truth, &of(Technique::Leadr, 1)), error(&truth, &of(Technique::NormalMip, 1)));
+        println!("{distance} m: relative RMSE {leadr:.4}, with mean slopes alone {mip:.4}");
+        assert!(leadr < 0.09 && (distance < 10.0 || leadr < mip), "{leadr} {mip}");
+    }
+}
+
+/// A material of the user's with a detail that covers it, on the plane and on the sphere.
+#[test]
+fn details_cover_and_vary_materials() {
+    let Some(gpu) = test_gpu() else { return };
+    let mut material = Material::new("base");
+    let map = HeightMap::new(64, 64, procedural::gaussian(64, 64, 3, 1.0, 0.1).texels).unwrap();
+    material.relief = Some(Relief { map, scale: Some(0.05), middle: 0.0, in_widths: false });
+    let mut layer = Material::new("layer");
+    layer.base_color = Input::constant([0.05, 0.3, 0.02]);
+    layer.roughness = Input::constant(0.9);
+    let fine = HeightMap::new(32, 32, procedural::gaussian(32, 32, 4, 1.0, 0.1).texels).unwrap();
+    layer.relief = Some(Relief { map: fine, scale: Some(0.01), middle: 0.0, in_widths: false });
+    let detail = |mask| MaterialDetail {
+        material: layer.clone(),
+        colored: true,
+        repeat: 6.0,
+        rotation: 30.0,
+        height_scale: 1.0,
+        mask,
+    };
+    let stripes = (0..64).map(|i| if i % 8 < 4 { 255 } else { 0 }).collect();
+    let stripes = leadr::maps::material::Raster::new(64, 1, 1, leadr::maps::material::Samples::U8(stripes)).unwrap();
+    let stripes = leadr::maps::material::Texture::new(stripes, "stripes", leadr::maps::material::Encoding::Linear);
+    let mut means = Vec::new();
+    for detail in [None, Some(detail(None)), Some(detail(Some(stripes)))] {
+        material.detail = detail.map(Box::new);
+        for (mut stage, most) in [(dressed::plane_stage(&material), 0.1), (dressed::sphere_stage(&material, 16), 0.16)]
+        {
+            let camera = stage.views.far;
+            let mut renderer = under_sky(&gpu, stage.take_scene(), 64);
+            let state = FrameState::new(camera, vec![Pose::REST]).under(&Sky::default());
+            let mut of =
+                |technique, samples| picture(&mut renderer, &state, &settings(technique, 24, samples, Shadowing::None));
+            let (one, truth) = (of(Technique::Leadr, 16), of(Technique::Reference, 256));
+            let found = error(&truth, &one);
+            println!("relative RMSE {found:.4}, mean {:?}", one.mean());
+            assert!(found < most, "{found}");
+            means.push(one.mean());
+        }
+    }
+    // Without a mask the layer's one colour changes nothing; with one, half of the plane is green.
+    let green = |mean: [f64; 3]| mean[1] / mean[0];
+    assert!((green(means[2]) / green(means[0]) - 1.0).abs() < 0.02, "{means:?}");
+    assert!(green(means[4]) > 1.1 * green(means[0]), "{means:?}");
+}
+
+/// The top row of the LEADR paper's Figure 8: normal maps of Gaussian slopes, supersampled, and LEADR with the normal map's facets.
+#[test]
+fn normal_maps_are_filtered_as_normal_maps() {
+    let Some(gpu) = test_gpu() else { return };
+    let surface = Surface::bake(Vec2::ONE, Frequency::High, Fineness { patches: 8, tile: 32 });
+    for (lighting, terms) in [
+        (Lighting::Front, Terms::DIFFUSE_LIGHTS),
+        (Lighting::Irradiance, Terms::DIFFUSE_ENVIRONMENT),
+        (Lighting::Environment, Terms::SPECULAR_ENVIRONMENT),
+    ] {
+        let mut stage = surface.stage(1.0, lighting.facets());
+        let environment = Environment::from_equirect(&gpu, 64, &lighting.panorama()).unwrap();
+        let mut renderer = Renderer::new(&gpu, stage.take_scene(), environment).unwrap();
+        for sigma in [0.2, 1.0] {
+            let mut mean = |technique: Technique, samples: u32, shadowing: Shadowing, displacement: bool| {
+                let mut settings = settings(technique, 24, samples, shadowing);
+                settings.displacement = displacement;
+                settings.shading = settings.shading.adjusted(|options| ShadingOptions { terms, ..options });
+                let mut texels = vec![[0.0f32; 3]; 24 * 24];
+                for turn in 0..4 {
+                    let mut state = stage.state(TURN * f64::from(turn) / 4.0, &stage.views.mid, &lighting.lights());
+                    state.height_scale = sigma;
+                    let one = picture(&mut renderer, &state, &settings);
+                    texels.iter_mut().zip(&one.texels).for_each(|(t, o)| (0..3).for_each(|c| t[c] += 0.25 * o[c]));
+                }
+                RgbImage::new(24, 24, texels).unwrap()
+            };
+            let truth = mean(Technique::Reference, 64, Shadowing::NormalMap, false);
+            let mapped = error(&truth, &mean(Technique::Leadr, 4, Shadowing::NormalMap, false));
+            let displaced = error(&truth, &mean(Technique::Leadr, 4, Shadowing::None, false));
+            println!("{lighting:?}, σ {sigma}: as a normal map {mapped:.4}, as a relief {displaced:.4}");
+            assert!(mapped < 0.09, "{mapped}");
+            assert!(sigma < 0.5 || displaced > 2.0 * mapped, "{displaced} {mapped}");
+        }
+    }
+}
+
+/// A brushed ball: one sample against supersampling, and the direction matters.
+#[test]
+fn brushed_metal_is_filtered() {
+    let Some(gpu) = test_gpu() else { return };
+    let ball = |strength: f32, rotation: f32| {
+        let mut material = Material::new("ball");
+        material.base_color = Input::constant([0.9, 0.9, 0.9]);
+        material.metalness = Input::constant(1.0);
+        material.roughness = Input::constant(0.35);
+        let strength = Input::constant(strength);
+        material.anisotropy = Some(Anisotropy { strength, rotation, direction: None });
+        dressed::sphere_stage(&material, 16)
+    };
+    let of = |strength, rotation, technique, samples| {
+        let mut stage = ball(strength, rotation);
+        let mut renderer = under_sky(&gpu, stage.take_scene(), 64);
+        let state = FrameState::new(stage.views.mid, vec![Pose::REST]).under(&Sky::default());
+        picture(&mut renderer, &state, &settings(technique, 32, samples, Shadowing::None))
+    };
+    let truth = of(0.6, 0.0, Technique::Reference, 128);
+    let one = error(&truth, &of(0.6, 0.0, Technique::Leadr, 16));
+    let across = error(&truth, &of(0.6, std::f32::consts::FRAC_PI_2, Technique::Leadr, 16));
+    let round = error(&truth, &of(0.0, 0.0, Technique::Leadr, 16));
+    println!("relative RMSE {one:.4}, brushed the other way {across:.4}, not brushed {round:.4}");
+    assert!(one < 0.06 && across > 3.0 * one && round > 3.0 * one, "{one} {across} {round}");
+}
