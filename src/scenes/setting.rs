@@ -8,6 +8,7 @@ use glam::{Vec2, Vec3};
 use super::plane::{plane, toward_horizon};
 use super::stage::{Stage, Views};
 use crate::maps::material::alpha_code;
+use crate::maps::noise::{hash, unit};
 use crate::maps::procedural;
 use crate::maps::srgb::srgb8_from_linear;
 use crate::render::camera::Camera;
@@ -17,11 +18,11 @@ use crate::render::surfaces::patch_mesh::PatchMesh;
 /// Half the side of the pavement, metres.
 const HALF: f32 = 4000.0;
 /// Metres after which its slabs repeat, rows of them in that, and slabs in a row.
-const REPEAT: f32 = 4.0;
-const ROWS: usize = 5;
-const SLABS: usize = 3;
+const REPEAT: f32 = 8.0;
+const ROWS: usize = 10;
+const SLABS: usize = 6;
 /// Texels of its map along a side.
-const TEXELS: usize = 512;
+const TEXELS: usize = 1024;
 /// Albedo and roughness of the plinth and the kerb.
 const STONE: [f32; 4] = [0.50, 0.475, 0.43, 0.55];
 
@@ -60,18 +61,19 @@ fn pavement(height: f32) -> Object {
     // Vertices need not stand on texels, and it does not lie at 0.
     mesh.flat_repeat = None;
     mesh.positions.iter_mut().for_each(|p| p.z = height);
-    let grain = procedural::fbm(TEXELS as u32, TEXELS as u32, 5, 64, 4, 0.6).texels;
-    let stain = procedural::fbm(TEXELS as u32, TEXELS as u32, 6, 4, 4, 0.5).texels;
+    let grain = procedural::fbm(TEXELS as u32, TEXELS as u32, 5, 128, 4, 0.6).texels;
+    let stain = procedural::fbm(TEXELS as u32, TEXELS as u32, 6, 16, 4, 0.5).texels;
     let colors = (0..TEXELS * TEXELS).map(|i| {
         let at = Vec2::new((i % TEXELS) as f32 + 0.5, (i / TEXELS) as f32 + 0.5) / TEXELS as f32;
         let row = (at.y * ROWS as f32).floor();
-        let along = (at.x + 0.137 * row * row).fract() * SLABS as f32;
+        let along = (at.x + 0.0685 * row * row).fract() * SLABS as f32;
         let inside = Vec2::new(along.fract() / SLABS as f32, at.y - row / ROWS as f32) * REPEAT;
         let size = Vec2::new(REPEAT / SLABS as f32, REPEAT / ROWS as f32);
         let edge = inside.min(size - inside).min_element();
-        let own = ((along.floor() * 7.0 + row * 13.0) * 0.618_034).fract();
+        // From afar, what differs from slab to slab at random shows no repeats; stains larger than slabs would.
+        let own = unit(hash(6, along as i32, row as i32));
         let joint = 1.0 - 0.62 * (1.0 - edge / 0.012).clamp(0.0, 1.0);
-        let shade = (0.27 + 0.055 * own + 0.10 * (grain[i] - 0.5) + 0.10 * (stain[i] - 0.5)) * joint;
+        let shade = (0.265 + 0.065 * own + 0.10 * (grain[i] - 0.5) + 0.06 * (stain[i] - 0.5)) * joint;
         let [r, g, b] = [shade * 1.02, shade * 0.985, shade * 0.925].map(srgb8_from_linear);
         [r, g, b, alpha_code(0.62)]
     });

@@ -184,7 +184,8 @@ fn details_cover_and_vary_materials() {
         material.detail = detail.map(Box::new);
         for (mut stage, most) in [(dressed::plane_stage(&material), 0.1), (dressed::sphere_stage(&material, 16), 0.16)]
         {
-            let camera = stage.views.far;
+            // A pixel sees some texels, and the surface fills most of the picture.
+            let camera = Camera::looking_at(Vec3::new(0.3, -0.7, 0.65).normalize() * 20.0, Vec3::ZERO, 12.0);
             let mut renderer = under_sky(&gpu, stage.take_scene(), 64);
             let state = FrameState::new(camera, vec![Pose::REST]).under(&Sky::default());
             let mut of =
@@ -229,11 +230,14 @@ fn normal_maps_are_filtered_as_normal_maps() {
                 }
                 RgbImage::new(24, 24, texels).unwrap()
             };
-            let truth = mean(Technique::Reference, 64, Shadowing::NormalMap, false);
+            let of_truth = if lighting == Lighting::Environment { 256 } else { 64 };
+            let truth = mean(Technique::Reference, of_truth, Shadowing::NormalMap, false);
             let mapped = error(&truth, &mean(Technique::Leadr, 4, Shadowing::NormalMap, false));
             let displaced = error(&truth, &mean(Technique::Leadr, 4, Shadowing::None, false));
             println!("{lighting:?}, σ {sigma}: as a normal map {mapped:.4}, as a relief {displaced:.4}");
-            assert!(mapped < 0.09, "{mapped}");
+            // What mirrors on smooth geometry see of a studio with small lamps is the hardest.
+            let most = if lighting == Lighting::Environment { 0.17 } else { 0.08 };
+            assert!(mapped < most, "{mapped}");
             assert!(sigma < 0.5 || displaced > 2.0 * mapped, "{displaced} {mapped}");
         }
     }

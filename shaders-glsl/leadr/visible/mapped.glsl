@@ -21,7 +21,22 @@ struct MappedSlopes {
     VisibleSlopes slopes; // of the mirrors that face the viewer
     float facing;         // share of the facets that do
     float relief;         // share of the map in the variance of all slopes
+    float fourth;         // fourth cumulant along the view azimuth, in deviations of all slopes
 };
+
+// Quotient of the normal density and its integral up to nu.
+float lambda_at(float nu) {
+    return nu < 0.0 ? 1.0 / mills_ratio(-nu) : normal_pdf(nu) / normal_cdf(nu);
+}
+
+// Fourth cumulant of a normal density that is cut off at nu.
+float fourth_cumulant(float nu) {
+    nu = clamp(nu, -4.0, 40.0);
+    float lambda = lambda_at(nu);
+    float first = -lambda * (nu + lambda);
+    float second = -lambda - (nu + 2.0 * lambda) * first;
+    return -2.0 * first * (1.0 + first) - (nu + 2.0 * lambda) * second;
+}
 
 // relief: covariance of the map's slopes; all: with those of the base.
 MappedSlopes mapped_slopes(vec3 wo, vec2 m, vec3 relief, vec3 all) {
@@ -39,7 +54,7 @@ MappedSlopes mapped_slopes(vec3 wo, vec2 m, vec3 relief, vec3 all) {
     float per_r = 1.0 / max(br, 1e-18);
     float nu = min(v.a * per_r, 40.0);
     float cdf = normal_cdf(nu);
-    float lambda = nu < 0.0 ? 1.0 / mills_ratio(-nu) : normal_pdf(nu) / cdf;
+    float lambda = lambda_at(nu);
     float variance_r = clamp(1.0 - nu * lambda - lambda * lambda, 0.02, 1.0);
     float third_r = min(-lambda * (2.0 * lambda * lambda + 3.0 * nu * lambda + nu * nu - 1.0), 0.0);
     float facet_r = max(v.a + br * lambda, 1e-3);
@@ -70,6 +85,7 @@ MappedSlopes mapped_slopes(vec3 wo, vec2 m, vec3 relief, vec3 all) {
     v.variance = v.b > 1e-18 ? clamp(part_r * part_r * variance_r + part_b * part_b * variance_b, 0.02, 1.0) : 1.0;
     v.third = part_r * part_r * part_r * third_r + part_b * part_b * part_b * third_b;
     mapped.slopes = v;
+    mapped.fourth = part_r * part_r * part_r * part_r * fourth_cumulant(nu);
     mapped.relief = clamp((R.x + R.y) / max(v.S.x + v.S.y, 1e-18), 0.0, 1.0);
     return mapped;
 }
@@ -82,12 +98,26 @@ VisibleProbes mapped_probes(vec3 wo, MappedSlopes v, vec3 kernel) {
     return probes;
 }
 
-// Mean Fresnel reflectance of all facets, those that face away at a cosine of 0.
+// Mean Fresnel reflectance of all facets, those that face away at a cosine of 0: at three slopes along the view azimuth, weighted such
+// that the first four cumulants are right.
 vec3 mapped_fresnel(MappedSlopes v, vec3 f0) {
     VisibleSlopes s = v.slopes;
     float rest = max(s.S.x + s.S.y - dot(s.axis, s.axis), 0.0);
-    float weight = mean_schlick_weight(s.facet, s.b, s.axis, s.mean, rest, s.variance);
-    return f0 + (grazing_reflectance(f0) - f0) * (1.0 + v.facing * (weight - 1.0));
+    float deviation = sqrt(s.variance);
+    float skewness = s.third / (s.variance * deviation);
+    float reach = sqrt(max(3.0 + v.fourth / (s.variance * s.variance) - 0.75 * skewness * skewness, 0.5));
+    vec3 places = vec3(0.0, 0.5 * skewness + reach, 0.5 * skewness - reach);
+    vec2 of = vec2(0.5, -0.5) / (places.yz * reach);
+    vec3 weights = vec3(1.0 - of.x - of.y, of);
+    float mean = 0.0;
+    for (int i = 0; i < 3; ++i) {
+        float u = places[i] * deviation;
+        vec2 slope = s.mean + s.axis * u;
+        float k = 1.0 - min(max(s.facet - s.b * u, 0.0) * inversesqrt(1.0 + dot(slope, slope) + rest), 1.0);
+        float k2 = k * k;
+        mean += weights[i] * k2 * k2 * k;
+    }
+    return f0 + (grazing_reflectance(f0) - f0) * (1.0 + v.facing * (clamp(mean, 0.0, 1.0) - 1.0));
 }
 
 // Moments of all normals, as visible_diffuse_moments has them of the visible ones.

@@ -28,7 +28,7 @@ layout(constant_id = 47) const bool RELIEF_DRAWN = true; // the geometry is disp
 layout(constant_id = 50) const bool REFLECTS_BY_MAP = false; // reflectance at normal incidence has a map
 #ifdef LEADR_DETAIL
 // A surface under a detail has neither: with the detail's maps there would be more than the 32 resources that drivers push.
-const bool EMITS = false, OCCLUDED = false, CHARTED = false;
+const bool EMITS = false, OCCLUDED = false;
 #else
 layout(constant_id = 52) const bool EMITS = false;    // its material emits light
 layout(constant_id = 53) const bool OCCLUDED = false; // and tells what of the surroundings is seen
@@ -45,7 +45,9 @@ uniform sampler2D moments_b; // E[hs ht]
 uniform sampler2D color_map;   // rgb albedo, a the root of the roughness alpha
 uniform sampler2D f0_map;      // rgb reflectance at normal incidence
 uniform sampler2D mixed_map;   // see leadr/facets/mixed_roughness.glsl
+#ifndef LEADR_DETAIL
 layout(std430) readonly buffer Charts { TriangleCharts charts[]; };
+#endif
 uniform sampler2D emission_map;
 uniform sampler2D occlusion_map;
 uniform sampler2D visible_depth;
@@ -224,13 +226,15 @@ struct Chart {
 
 // texcoord, texcoord_across: of the mesh.
 Chart chart_of(uint chart, uint index, vec2 place, mat2 across, vec2 texcoord, mat2 texcoord_across) {
-    if (!CHARTED) {
-        return Chart(texcoord, texcoord_across);
+#ifndef LEADR_DETAIL
+    if (CHARTED) {
+        uint first = 3u * chart;
+        vec2 a = charts[index].corners[first];
+        mat2 by_place = mat2(charts[index].corners[first + 1u] - a, charts[index].corners[first + 2u] - a);
+        return Chart(a + by_place * place, by_place * across);
     }
-    uint first = 3u * chart;
-    vec2 a = charts[index].corners[first];
-    mat2 by_place = mat2(charts[index].corners[first + 1u] - a, charts[index].corners[first + 2u] - a);
-    return Chart(a + by_place * place, by_place * across);
+#endif
+    return Chart(texcoord, texcoord_across);
 }
 
 Footprint footprint_in(Chart chart, sampler2D map) {
