@@ -7,11 +7,12 @@ void main() {
     if (gl_GlobalInvocationID.x >= count) return;
     at = gl_GlobalInvocationID.x;
     float scale = next();
-    at = gl_GlobalInvocationID.x * 11;
+    at = gl_GlobalInvocationID.x * 12;
     put(scale * LEADR_PI);
     put(scale * LEADR_MIN_VARIANCE);
     put(scale * LEADR_MAX_CORRELATION);
     put(scale * LEADR_MAX_SLOPE);
+    put(scale * LEADR_MAX_GRADIENT_VARIANCE);
     put(scale * LEADR_MIN_AREA);
     put(scale * LEADR_MIN_NORMAL_Z);
     put(scale * LEADR_LOD_MATCHED);

@@ -13,6 +13,9 @@ pub const MAX_CORRELATION: f64 = 0.999_877_929_687_5;
 /// direction reach it.
 pub const MAX_SLOPE: f64 = 100.0;
 
+/// Largest variance of height derivatives in any unit; the product of two is finite in 32 bits.
+pub const MAX_GRADIENT_VARIANCE: f64 = 1e18;
+
 /// Smallest visible projected area, per unit of macrosurface, used as a divisor.
 pub const MIN_AREA: f64 = 1e-6;
 

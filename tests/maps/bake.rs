@@ -218,6 +218,35 @@ fn half_floats_err_as_much_as_they_say() {
 }
 
 #[test]
+fn heights_keep_what_displacement_shows() {
+    // High, and with little relief on it: what 11 bits turn into steps.
+    let texels = (0..64 * 64).map(|i| 0.8 + 1e-3 * ((i % 64) as f32 * 0.3).sin() + 1e-5 * (i / 64) as f32).collect();
+    let map = HeightMap::new(64, 64, texels).unwrap();
+    let color = Raster::new(64, 64, 3, Samples::U8(vec![99; 64 * 64 * 3])).unwrap();
+    for kind in Kind::ALL {
+        for color in [None, Some(color.clone())] {
+            let inputs = Inputs { color, ..of_heights(&map) };
+            for (precision, most) in [(Precision::F16, 2e-7), (Precision::Bc, 4e-7)] {
+                let (stored, _) = baked(&inputs, kind, precision);
+                for (a, b) in map.texels.iter().zip(&stored.height_map().unwrap().texels) {
+                    assert!((a - b).abs() <= most, "{kind:?} {precision:?}: {a} {b}");
+                }
+            }
+        }
+    }
+    // Where another program finds it: in a slot that was free.
+    let keys = |inputs: &Inputs| {
+        let bytes = bytes_of(inputs, Kind::Leadr, Precision::F16).0;
+        let reader = ktx2::Reader::new(&bytes[..]).unwrap();
+        let (_, names) = reader.key_value_data().find(|(key, _)| *key == "leadr.channels").unwrap();
+        String::from_utf8(names.strip_suffix(&[0]).unwrap().to_vec()).unwrap()
+    };
+    assert_eq!(keys(&of_heights(&map)), "x y xx yy xy height height.rest -");
+    let colored = Inputs { color: Some(color), ..of_heights(&map) };
+    assert_eq!(keys(&colored), "x y xx yy xy height - - red green blue height.rest");
+}
+
+#[test]
 fn other_readers_understand_the_file() {
     let (bytes, report) = bytes_of(&of_heights(&bumpy(37, 23)), Kind::Leadr, Precision::F32);
     let reader = ktx2::Reader::new(&bytes[..]).unwrap();
@@ -398,13 +427,17 @@ fn blocks_err_as_much_as_they_say() {
             assert!((found - said).abs() <= 2e-3 * said + 1e-9, "{kind:?} {level}: {found} {said}");
             assert!(said < 0.02, "{kind:?} {level}: {said}");
         }
-        // Twelve layers at most: eight bits for a number, twice.
+        // Four layers for heights, three for mean slopes, two for others, in pairs; the last colour in one of its own.
         let reader = ktx2::Reader::new(&bytes[..]).unwrap();
         let header = reader.header();
         assert_eq!((header.format, header.type_size), (Some(ktx2::Format::BC5_SNORM_BLOCK), 1));
-        let names = (kind.channels().len() + 3).div_ceil(2) * 2;
-        assert_eq!(header.layer_count as usize, names);
-        assert_eq!(reader.levels().next().unwrap().data.len(), names * 8 * 6 * 16);
+        let layers = 3 + match kind {
+            Kind::Leadr | Kind::Lean => 8,
+            Kind::Clean => 6,
+            Kind::Toksvig => 5,
+        };
+        assert_eq!(header.layer_count as usize, layers);
+        assert_eq!(reader.levels().next().unwrap().data.len(), layers * 8 * 6 * 16);
         assert_eq!(reader.basic_dfd().unwrap().color_model, Some(ktx2::ColorModel::BC5));
     }
     // Damage is a fault or another map, never a panic.

@@ -154,3 +154,27 @@ fn smaller_numbers_err_as_little_as_they_should() {
         assert!(blocks > half && blocks < 1e-2, "{blocks}");
     }
 }
+
+#[test]
+fn steep_relief_keeps_its_spread_and_its_place() {
+    let Some(gpu) = test_gpu() else { return };
+    let files = Files::new(8);
+    // Per unit of the map, slopes with a deviation of some 700: more than any rise over run may have.
+    let wave = |x: u32, k: f32| (x as f32 * k).sin();
+    let texels: Vec<f32> =
+        (0..256 * 256).map(|i| 0.5 + 0.2 * (wave(i % 256, 2.1) + wave(i / 256, 1.3) * wave(i % 256, 0.05))).collect();
+    save_exr(files.at("heights.exr"), 256, 256, &[("height", &texels)]).unwrap();
+    let drawn = |file: &Path, map_precision| {
+        picture(&gpu, &SceneConfig { map_precision, ..config("plane", file, MaterialFiles::default()) })
+    };
+    let heights = files.at("heights.exr");
+    let exact = drawn(&heights, MomentFormat::Float32);
+    let error = |found: RgbImage| rrmse(&exact, &found).unwrap();
+    // The device measures in another unit here, and must find the same.
+    let on_device = error(drawn(&heights, MomentFormat::Float16));
+    let [half, blocks] = [Precision::F16, Precision::Bc]
+        .map(|p| error(drawn(&files.bake(&format!("{}.ktx2", p.name()), false, p), MomentFormat::Float32)));
+    println!("steep: f16 file {half:.2e}, f16 on the device {on_device:.2e}, blocks {blocks:.2e}");
+    assert!(on_device > 0.0 && on_device < 1e-3 && half > 0.0 && half < 1e-3, "{on_device} {half}");
+    assert!(blocks > half && blocks < 1e-2, "{blocks}");
+}

@@ -90,7 +90,7 @@ SlopeMoments roughen_moments(SlopeMoments a, float alpha) {
     return SlopeMoments(a.first, a.second + vec3(vec2(0.5 * alpha * alpha), 0.0));
 }
 
-// Covariance of the slopes, clamped to be usable (LEADR eq. 9; clamp_covariance).
+// Covariance of the slopes, in any unit (LEADR eq. 9; covariance_from_moments).
 vec3 moments_covariance(SlopeMoments a) {
     return covariance_from_moments(a.first, a.second);
 }

@@ -6,11 +6,16 @@
 
 // Mean and covariance of the slopes under a pixel. Covariances are (s_xx, s_yy, s_xy).
 
-// Nearest usable covariance: variances in [0, MAX_SLOPE^2], |s_xy| <= MAX_CORRELATION sqrt(s_xx s_yy).
-vec3 clamp_covariance(vec3 S) {
-    vec2 v = clamp(S.xy, 0.0, LEADR_MAX_SLOPE * LEADR_MAX_SLOPE);
+// Nearest covariance with variances in [0, largest], |s_xy| <= MAX_CORRELATION sqrt(s_xx s_yy).
+vec3 bounded_covariance(vec3 S, float largest) {
+    vec2 v = clamp(S.xy, 0.0, largest);
     float c = LEADR_MAX_CORRELATION * sqrt(v.x * v.y);
     return vec3(v, clamp(S.z, -c, c));
+}
+
+// Nearest usable covariance of slopes, rise over run: variances up to MAX_SLOPE^2.
+vec3 clamp_covariance(vec3 S) {
+    return bounded_covariance(S, LEADR_MAX_SLOPE * LEADR_MAX_SLOPE);
 }
 
 // Correlation coefficient, |r| <= MAX_CORRELATION; sigma: the standard deviations.
@@ -18,10 +23,11 @@ float slope_correlation(vec2 sigma, float sxy) {
     return clamp(sxy / max(sigma.x * sigma.y, 1e-18), -LEADR_MAX_CORRELATION, LEADR_MAX_CORRELATION);
 }
 
-// Covariance from the filtered moments first = (E[x], E[y]), second = (E[xx], E[yy], E[xy]); LEADR eq. 9.
+// Covariance from the filtered moments first = (E[x], E[y]), second = (E[xx], E[yy], E[xy]); LEADR eq. 9. In any unit: per texture
+// coordinate, say, where even flat relief has steep numbers. What follows brings it to slopes (scale_height, map_covariance).
 vec3 covariance_from_moments(vec2 first, vec3 second) {
-    return clamp_covariance(vec3(fma(-first.x, first.x, second.x), fma(-first.y, first.y, second.y),
-                                 fma(-first.x, first.y, second.z)));
+    return bounded_covariance(vec3(fma(-first.x, first.x, second.x), fma(-first.y, first.y, second.y),
+                                   fma(-first.x, first.y, second.z)), LEADR_MAX_GRADIENT_VARIANCE);
 }
 
 // linear S linear^T: second moments of slopes transformed by linear (LEADR eq. 12).

@@ -88,7 +88,53 @@ pub fn run(arguments: &BakeArgs, output: &Output) -> Result<(), AppError> {
     };
     drop(progress);
     let baked = written.map_err(|fault: crate::maps::MapFault| fault.in_file(&arguments.output))?;
+    if let Some(warning) = beyond_the_goal(precision, &baked) {
+        output.say(&warning);
+    }
     let bytes = file.file.metadata().map_or(0, |metadata| metadata.len());
     file.finish()?;
     output.result(&BakeReport::new(arguments, &sources, &plan, &baked, agreement, bytes, start.elapsed()))
+}
+
+/// Says so if a level loses more of the variance than pictures may of themselves.
+fn beyond_the_goal(precision: Precision, baked: &Report) -> Option<String> {
+    let (most, remedy) = match precision {
+        Precision::F32 => return None,
+        Precision::F16 => (1e-3, "--format f32 keeps it"),
+        Precision::Bc => (1e-2, "--format f16 keeps more"),
+    };
+    let finite =
+        baked.errors.iter().map(|error| error.variance).enumerate().filter(|(_, variance)| variance.is_finite());
+    let (level, worst) = finite.max_by(|a, b| a.1.total_cmp(&b.1))?;
+    let name = precision.name();
+    (worst > most).then(|| {
+        format!("warning: {name} loses {worst:.1e} of the variance of slopes on level {level}, and should not lose {most:.0e}: {remedy}")
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::maps::bake::LevelError;
+
+    #[test]
+    fn what_loses_much_is_told() {
+        let error = |variance| LevelError { channels: 0.1, variance };
+        let report = |errors: &[f64]| Report {
+            levels: Vec::new(),
+            mean_slope: [0.0; 2],
+            slope_variance: [0.0; 3],
+            slope_range: [[0.0; 2]; 2],
+            height_range: [0.0; 2],
+            channel_ranges: Vec::new(),
+            errors: errors.iter().map(|&v| error(v)).collect(),
+        };
+        let steep = report(&[2e-4, 2e-3, 1e-3]);
+        let said = beyond_the_goal(Precision::F16, &steep).unwrap();
+        assert!(said.contains("2.0e-3") && said.contains("level 1") && said.contains("--format f32"), "{said}");
+        assert_eq!(beyond_the_goal(Precision::Bc, &steep), None);
+        assert_eq!(beyond_the_goal(Precision::F32, &report(&[1.0])), None);
+        // Nothing is lost of what is flat.
+        assert_eq!(beyond_the_goal(Precision::F16, &report(&[f64::INFINITY])), None);
+    }
 }

@@ -1,6 +1,6 @@
 //! What a file says of itself, as texts under names: the same in KTX2 and in EXR.
 
-use super::blocks::stored_names;
+use super::blocks::{Slot, rest_name, stored_names};
 use super::pyramid::level_sizes;
 use super::{Kind, Plan, Report};
 use crate::maps::Wrap;
@@ -35,14 +35,13 @@ pub(super) fn keys(plan: &Plan, slots: &[Option<usize>], report: Option<&Report>
     if let Some(blocks) = &plan.blocks {
         let own: Vec<String> = plan.channels.iter().map(|&name| name.to_owned()).collect();
         let names = stored_names(plan.kind, &own);
-        let name = |(channel, rest): (usize, bool)| format!("{}{}", names[channel], if rest { ".rest" } else { "" });
-        let slots = blocks.slots();
-        let join = |of: &dyn Fn((usize, bool)) -> String, none: &str| {
-            slots.iter().map(|slot| slot.map_or(none.to_owned(), of)).collect::<Vec<_>>().join(" ")
-        };
-        channels = join(&name, "-");
-        factors = join(&|slot| format!("{:e}", blocks.scale(slot)[0]), "1e0");
-        offsets = Some(join(&|slot| format!("{:e}", blocks.scale(slot)[1]), "0e0"));
+        let name = |(channel, rest): Slot| rest_name(&names[channel], rest);
+        let named: Vec<String> = blocks.slots().iter().map(|slot| slot.map_or("-".to_owned(), name)).collect();
+        let numbers =
+            |i: usize| blocks.scales().iter().map(|scale| format!("{:e}", scale[i])).collect::<Vec<_>>().join(" ");
+        channels = named.join(" ");
+        factors = numbers(0);
+        offsets = Some(numbers(1));
     }
     let mut keys = vec![
         ("leadr.channels", channels),

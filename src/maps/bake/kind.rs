@@ -82,6 +82,10 @@ pub enum Layout {
 /// Channels of [`Layout::Oiio`], in the order and with the names that `maketx` gives them.
 pub(super) const OIIO_CHANNELS: [&str; 6] = ["b0_h", "b1_dhds", "b2_dhdt", "b3_dhds2", "b4_dhdt2", "b5_dh2dsdt"];
 
+/// In files of 16 bits, the last channel of maps with heights: what they leave over of `height`. A surface that is displaced by so few bits has
+/// steps, and texels are seen where they are not.
+pub(in crate::maps) const HEIGHT_REST: &str = "height.rest";
+
 /// Width of a number in the file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum Precision {

@@ -1,8 +1,9 @@
 //! KTX2 (Khronos KTX file format 2.0): header, level index, description of the numbers, keys; then the levels, the smallest first, whose
 //! places are known before any of them is.
 //!
-//! Layers of blocks hold two channels ([`super::blocks`]). Otherwise layers of an array texture hold four channels each: those of the kind first, then `alpha2` and `alpha4`, and colour in a layer of its
-//! own. Channels named `-` are zero.
+//! Layers of blocks hold two channels ([`super::blocks`]). Otherwise layers of an array texture hold four channels each: those of the kind
+//! first, then `alpha2` and `alpha4`, colour from the start of another layer, and in 16 bits what those leave over of the height. Channels
+//! named `-` are zero.
 
 use std::fs::File;
 use std::io::{Seek, SeekFrom, Write};
@@ -101,7 +102,7 @@ impl<'a> Ktx2File<'a> {
         let keys_at = descriptor_at + descriptor.len() as u64;
         // Of a texel of a layer, or of a block.
         let unit = if plan.precision == Precision::Bc { 16 } else { 4 * plan.precision.bytes() as u64 };
-        let count = plan.blocks.as_ref().map_or(layers.len(), |_| BlockPlan::layers(plan.channels.len()));
+        let count = plan.blocks.as_ref().map_or(layers.len(), BlockPlan::layers);
         let bytes = |size: [u32; 2]| count as u64 * units(plan, size).iter().product::<u64>() * unit;
         let mut offsets = vec![0; sizes.len()];
         let mut end = keys_at + keys.len() as u64;

@@ -20,6 +20,7 @@ mod work;
 
 pub use exr_write::ExrFile;
 pub use inputs::{Inputs, Roughness};
+pub(super) use kind::HEIGHT_REST;
 pub use kind::{Kind, Layout, Precision};
 pub use ktx2_write::Ktx2File;
 pub use report::{LevelError, Report};

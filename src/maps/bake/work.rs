@@ -4,7 +4,7 @@ use half::f16;
 use rayon::prelude::*;
 
 use super::blocks::{self, BlockPlan};
-use super::kind::OIIO_CHANNELS;
+use super::kind::{HEIGHT_REST, OIIO_CHANNELS};
 use super::pyramid::{Pyramid, Row, level_sizes};
 use super::{Inputs, Kind, Layout, LevelError, Precision, Report};
 use crate::maps::{HeightMap, MapFault, Wrap, bc5, halves};
@@ -82,6 +82,9 @@ impl Plan {
         if inputs.color.is_some() {
             channels.extend(["red", "green", "blue"]);
         }
+        if precision == Precision::F16 && layout == Layout::Leadr && inputs.heights.is_some() {
+            channels.push(HEIGHT_REST);
+        }
         // Normals tell heights in widths of the texture; heights alone stay in their own unit.
         let agreed = inputs.agreement().filter(|agreed| agreed.scale_texels > 0.0);
         let usual = agreed.map_or(1.0, |agreed| (agreed.scale_texels / f64::from(size[0])) as f32);
@@ -107,7 +110,7 @@ impl Plan {
                 let what = "the layout oiio is an EXR, which has no blocks";
                 return Err(refuse(what, "take the format f16, or the layout leadr"));
             }
-            Precision::Bc => plan.blocks = Some(BlockPlan::new(kind, &plan.block_ranges(inputs))),
+            Precision::Bc => plan.blocks = Some(BlockPlan::new(kind, &plan.channels, &plan.block_ranges(inputs))),
             _ => {}
         }
         Ok(plan)
@@ -124,6 +127,15 @@ impl Plan {
         for channel in 0..self.kind.channels().len() {
             self.factors[channel] = self.kind.power(channel).map_or(height, |power| slope.powi(power));
         }
+        if let Some((height, rest)) = self.height_and_rest() {
+            self.factors[rest] = self.factors[height];
+        }
+    }
+
+    /// The channels of the height and of what 16 bits leave over of it, where the file has both.
+    fn height_and_rest(&self) -> Option<(usize, usize)> {
+        let rest = self.channels.iter().position(|name| *name == HEIGHT_REST)?;
+        Some((self.kind.channels().len() - 1, rest))
     }
 
     /// Bounds of what blocks store of each channel.
@@ -143,6 +155,7 @@ impl Plan {
         let mut row = Row::with_capacity(self.size[0] as usize * self.channels.len());
         let [width, height] = self.size.map(f64::from);
         let aspect = width / height;
+        let has_rest = self.height_and_rest().is_some();
         if self.kind == Kind::Leadr {
             // Heights in texels where normals tell slopes, in their own unit otherwise, as maketx has them.
             let unit = if self.has_normals { width } else { 1.0 };
@@ -159,6 +172,7 @@ impl Plan {
                     row.extend(m);
                 }
                 inputs.beside(x as u32, y, &mut row);
+                row.extend(has_rest.then_some(0.0));
             }
             return (row, sums);
         }
@@ -176,6 +190,7 @@ impl Plan {
                 }
             }
             inputs.beside(x as u32, y, &mut row);
+            row.extend(has_rest.then_some(0.0));
         }
         (row, sums)
     }
@@ -220,12 +235,16 @@ impl Differences {
         let channels = plan.channels.len();
         let mut sums = vec![[0.0; 2]; channels + 1];
         let kept = plan.kind.channels().len();
+        let height = plan.height_and_rest();
         let plain = |texel: &[f32]| -> Vec<f64> {
             texel[..kept].iter().zip(&plan.factors).map(|(&v, f)| f64::from(v) / f).collect()
         };
         for (exact, stored) in exact.chunks_exact(channels).zip(stored.chunks_exact(channels)) {
-            for (sum, (&a, &b)) in sums.iter_mut().zip(exact.iter().zip(stored)) {
-                let (a, b) = (f64::from(a), f64::from(b));
+            for (i, (sum, (&a, &b))) in sums.iter_mut().zip(exact.iter().zip(stored)).enumerate() {
+                let (a, mut b) = (f64::from(a), f64::from(b));
+                if let Some((_, rest)) = height.filter(|(height, _)| *height == i) {
+                    b += f64::from(stored[rest]);
+                }
                 *sum = [sum[0] + (b - a).powi(2), sum[1] + a * a];
             }
             if plan.layout == Layout::Leadr {
@@ -336,12 +355,15 @@ impl Plan {
     /// As 32-bit floats, times the factors; those are powers of two, so nothing is rounded twice.
     fn stored(&self, row: &Row) -> Vec<f32> {
         let factors = self.factors.iter().cycle();
-        row.iter().zip(factors).map(|(&v, &factor)| v * factor as f32).collect()
+        let mut stored: Vec<f32> = row.iter().zip(factors).map(|(&v, &factor)| v * factor as f32).collect();
+        if let Some((height, rest)) = self.height_and_rest() {
+            stored.chunks_exact_mut(self.channels.len()).for_each(|t| t[rest] = t[height] - half(t[height]));
+        }
+        stored
     }
 
     /// As 16-bit floats hold them. Where second moments are kept, they follow the means as those are rounded.
     fn halves(&self, row: &Row) -> Vec<f32> {
-        let half = |v: f32| f16::from_f32(v.clamp(-65504.0, 65504.0)).to_f32();
         if self.layout == Layout::Oiio || !matches!(self.kind, Kind::Leadr | Kind::Lean) {
             return row.iter().map(|&v| half(v)).collect();
         }
@@ -353,4 +375,9 @@ impl Plan {
         }
         stored
     }
+}
+
+/// The nearest 16-bit float.
+fn half(v: f32) -> f32 {
+    f16::from_f32(v.clamp(-65504.0, 65504.0)).to_f32()
 }

@@ -1,8 +1,8 @@
 //! What a file says of itself.
 
 use super::map::{BakedLevel, BakedMap, HeightUnit, REMEDY};
-use crate::maps::bake::blocks::{BlockPlan, stored_names};
-use crate::maps::bake::{Kind, Precision};
+use crate::maps::bake::blocks::{BlockPlan, Slot, of_rest_name, stored_names};
+use crate::maps::bake::{HEIGHT_REST, Kind, Precision};
 use crate::maps::{MapFault, Wrap};
 
 /// The keys, checked.
@@ -48,8 +48,8 @@ impl Keys {
         }
         let mut blocks = None;
         if in_blocks {
-            let own = channels_of_blocks(kind, &channels).ok_or_else(|| wrong("leadr.channels"))?;
-            blocks = Some(BlockPlan::of_slots(kind, own.len(), &factors, &numbers("leadr.offsets")?));
+            let (own, slots) = channels_of_blocks(kind, &channels).ok_or_else(|| wrong("leadr.channels"))?;
+            blocks = Some(BlockPlan::of_slots(kind, own.len(), slots, &factors, &numbers("leadr.offsets")?));
             channels = own;
         }
         let named = channels.iter().zip(kind.channels()).all(|(a, b)| a == b);
@@ -82,13 +82,24 @@ impl Keys {
 
     /// The map of these levels.
     pub fn map(self, precision: Precision, levels: Vec<BakedLevel>) -> BakedMap {
-        let Self { kind, channels, wrap, height_scale, heights, middle, of_normals, .. } = self;
+        let Self { kind, mut channels, wrap, height_scale, heights, middle, of_normals, .. } = self;
+        let mut levels = levels;
+        let place = |name: &str| channels.iter().position(|channel| channel == name);
+        if let (Some(height), Some(rest)) = (place("height"), place(HEIGHT_REST)) {
+            for level in &mut levels {
+                for i in 0..level.layers[0].len() {
+                    let left = std::mem::take(&mut level.layers[rest / 4][i][rest % 4]);
+                    level.layers[height / 4][i][height % 4] += left;
+                }
+            }
+            channels[rest] = "-".to_owned();
+        }
         BakedMap { kind, precision, channels, wrap, height_scale, heights, middle, of_normals, levels }
     }
 }
 
-/// The channels of the map that layers of blocks of these names hold.
-fn channels_of_blocks(kind: Kind, names: &[String]) -> Option<Vec<String>> {
+/// The channels of the map that layers of blocks of these names hold, and what each of those holds of them.
+fn channels_of_blocks(kind: Kind, names: &[String]) -> Option<(Vec<String>, Vec<Option<Slot>>)> {
     let mut channels: Vec<String> = kind.channels().iter().map(|&name| name.to_owned()).collect();
     for more in [&["alpha2", "alpha4"][..], &["red", "green", "blue"]] {
         if names.iter().any(|name| name == more[0]) {
@@ -96,16 +107,24 @@ fn channels_of_blocks(kind: Kind, names: &[String]) -> Option<Vec<String>> {
         }
     }
     let stored = stored_names(kind, &channels);
-    // Of each pair of channels a layer, and a layer of what that leaves over.
-    let expected = stored.chunks(2).flat_map(|pair| {
-        ["", ".rest"]
-            .into_iter()
-            .flat_map(move |end| (0..2).map(move |i| pair.get(i).map_or("-".to_owned(), |name| format!("{name}{end}"))))
-    });
-    expected.eq(names.iter().cloned()).then_some(channels)
+    let slot = |name: &String| -> Option<Option<Slot>> {
+        if name == "-" {
+            return Some(None);
+        }
+        let (name, rest) = of_rest_name(name)?;
+        Some(Some((stored.iter().position(|stored| stored == name)?, rest)))
+    };
+    let slots = names.iter().map(slot).collect::<Option<Vec<_>>>()?;
+    // Each is there, and what is left over once for each layer.
+    let whole = |channel: usize| {
+        let mut rests: Vec<usize> = slots.iter().flatten().filter(|s| s.0 == channel).map(|s| s.1).collect();
+        rests.sort_unstable();
+        !rests.is_empty() && rests.iter().copied().eq(0..rests.len())
+    };
+    (0..channels.len()).all(whole).then_some((channels, slots))
 }
 
-/// Which of these channels each channel of the layers of a map holds: four to a layer, and colour in a layer of its own.
+/// Which of these channels each channel of the layers of a map holds: four to a layer, and colour from the start of another.
 pub(super) fn packed(channels: &[String]) -> Vec<Option<usize>> {
     let mut slots: Vec<Option<usize>> = Vec::new();
     for (i, name) in channels.iter().enumerate() {

@@ -135,7 +135,7 @@ pub fn roughen_moments(a: SlopeMoments, alpha: f64) -> SlopeMoments {
     SlopeMoments { first: a.first, second: a.second + DVec3::new(0.5 * alpha * alpha, 0.5 * alpha * alpha, 0.0) }
 }
 
-/// Covariance of the slopes, clamped to the usable range (LEADR eq. 9).
+/// Covariance of the slopes, in any unit (LEADR eq. 9; [`covariance_from_moments`]).
 #[must_use]
 pub fn moments_covariance(a: SlopeMoments) -> DVec3 {
     covariance_from_moments(a.first, a.second)

@@ -1,13 +1,19 @@
 //! Mean and covariance of the slopes under a pixel, from filtered moments (LEADR 4.1–4.2).
 
-use crate::reflectance::limits::{MAX_CORRELATION, MAX_SLOPE, within};
+use crate::reflectance::limits::{MAX_CORRELATION, MAX_GRADIENT_VARIANCE, MAX_SLOPE, within};
 use glam::{DMat2, DVec2, DVec3};
 
-/// The nearest usable covariance: variances in `[0, MAX_SLOPE²]`, `|s_xy| ≤ MAX_CORRELATION √(s_xx s_yy)`. NaN stays
-/// NaN.
+/// The nearest usable covariance of slopes, rise over run: variances in `[0, MAX_SLOPE²]`,
+/// `|s_xy| ≤ MAX_CORRELATION √(s_xx s_yy)`. NaN stays NaN.
 #[must_use]
 pub fn clamp_covariance(s: DVec3) -> DVec3 {
-    let (x, y) = (s.x.clamp(0.0, MAX_SLOPE * MAX_SLOPE), s.y.clamp(0.0, MAX_SLOPE * MAX_SLOPE));
+    bounded_covariance(s, MAX_SLOPE * MAX_SLOPE)
+}
+
+/// The nearest covariance with variances in `[0, largest]` and `|s_xy| ≤ MAX_CORRELATION √(s_xx s_yy)`. NaN stays NaN.
+#[must_use]
+pub fn bounded_covariance(s: DVec3, largest: f64) -> DVec3 {
+    let (x, y) = (s.x.clamp(0.0, largest), s.y.clamp(0.0, largest));
     let c = MAX_CORRELATION * (x * y).sqrt();
     DVec3::new(x, y, within(s.z, c))
 }
@@ -22,13 +28,17 @@ pub fn slope_correlation(sigma: DVec2, sxy: f64) -> f64 {
 ///
 /// Where means are large and variances small, the rounding error can exceed the result. The result is therefore clamped
 /// to be positive semidefinite.
+///
+/// Moments may be in any unit, per texture coordinate for instance, where even flat relief has steep numbers: only what
+/// follows ([`scale_height`], [`map_covariance`](super::map::map_covariance)) brings them to slopes, and bounds those.
 #[must_use]
 pub fn covariance_from_moments(first: DVec2, second: DVec3) -> DVec3 {
-    clamp_covariance(DVec3::new(
+    let covariance = DVec3::new(
         (-first.x).mul_add(first.x, second.x),
         (-first.y).mul_add(first.y, second.y),
         (-first.x).mul_add(first.y, second.z),
-    ))
+    );
+    bounded_covariance(covariance, MAX_GRADIENT_VARIANCE)
 }
 
 /// `linear S linearᵀ`: second moments `(xx, yy, xy)` of slopes that `linear` transforms (LEADR eq. 12).
@@ -94,6 +104,18 @@ mod tests {
             assert!(s.x >= 0.0 && s.y >= 0.0 && s.x * s.y - s.z * s.z >= 0.0, "{s} at {m}");
             assert!(s.x < 1e-6 * m.x * m.x);
         }
+    }
+
+    #[test]
+    fn units_do_not_matter() {
+        // A relief of 3 m on a map of a kilometre, per unit of the map: slopes of up to 3000, which are 3 in metres.
+        let (first, second) = (DVec2::new(500.0, -800.0), DVec3::new(1.6e6, 2.2e6, 0.9e6));
+        for eta in [1.0, 1e-3, 2f64.powi(-20)] {
+            let before = covariance_from_moments(first * eta, second * (eta * eta));
+            let after = scale_height(covariance_from_moments(first, second), eta);
+            assert!((before - after).length() < 1e-12 * after.length(), "{before} {after}");
+        }
+        assert_eq!(covariance_from_moments(first, second).x, 1.6e6 - 500.0 * 500.0);
     }
 
     #[test]

@@ -1,10 +1,10 @@
 //! How much device memory the maps of objects need, asked before any of it is taken: drivers report late, or not at all, that there is
 //! too little.
 
+use super::atlas::levels::CoarseShape;
 use super::displacement::Border;
 use super::moments::MomentFormat;
 use crate::gpu::{Gpu, GpuError, Result};
-use crate::render::constants::SOURCE_LEVEL;
 use crate::render::scene::Object;
 
 /// What the targets of a frame, the environment and staging need beside the maps.
@@ -29,8 +29,15 @@ pub fn map_bytes(object: &Object, format: MomentFormat) -> u64 {
             horizon /= 4;
         }
         let coarse = match field.border {
-            // Grids of an eighth of the tile and smaller, two rows each for wider ones.
-            Border::Tiles(_) => 24 * (texels >> (2 * SOURCE_LEVEL)) * 3,
+            Border::Tiles(layout) => {
+                let texels: u64 = CoarseShape::new(layout).size().map(u64::from).iter().product();
+                // Moments in 32 bits, and halves of whatever the material has.
+                let material = object.material.as_ref().map_or(0, |map| {
+                    let light = map.emission.is_some() || map.occlusion.is_some();
+                    8 * (1 + [map.f0.is_some(), map.rough_from.is_some(), light].map(u64::from).iter().sum::<u64>())
+                });
+                texels * (MomentFormat::Float32.texel_bytes() - 4 + material)
+            }
             Border::Wrap | Border::Clamp => 0,
         };
         with_mips(texels * format.texel_bytes()) + with_mips(horizon * HORIZON) + coarse
@@ -71,7 +78,19 @@ fn check_within(objects: &[Object], format: MomentFormat, size: u64, used: u64) 
 mod tests {
     use super::*;
     use crate::render::surfaces::displacement::HeightField;
-    use crate::render::surfaces::patch_mesh::PatchMesh;
+    use crate::render::surfaces::patch_mesh::{PatchMesh, TileLayout};
+
+    #[test]
+    fn an_atlas_needs_its_texels_and_a_little_more() {
+        let layout = TileLayout::new(5920, 128);
+        let (width, height) = layout.size();
+        let field = HeightField { width, height, texels: Vec::new(), border: Border::Tiles(layout) };
+        let bytes =
+            map_bytes(&Object::new("animal", PatchMesh::default()).with_heights(field, 1.0), MomentFormat::Float16);
+        // Its levels of detail, and 17 x 44 texels of 20 bytes for every tile of 128 x 128 of 14 bytes.
+        let per_texel = bytes as f64 / (f64::from(width) * f64::from(height));
+        assert!((14.0 * 4.0 / 3.0..14.0 * 4.0 / 3.0 + 2.0).contains(&per_texel), "{per_texel}");
+    }
 
     #[test]
     fn eight_thousand_texels_a_side_fit_in_16_bits() {

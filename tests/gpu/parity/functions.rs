@@ -376,6 +376,7 @@ fn constants_are_the_same() {
                 limits::MIN_VARIANCE,
                 limits::MAX_CORRELATION,
                 limits::MAX_SLOPE,
+                limits::MAX_GRADIENT_VARIANCE,
                 limits::MIN_AREA,
                 limits::MIN_NORMAL_Z,
                 specular::LOD_MATCHED,
