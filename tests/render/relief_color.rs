@@ -32,7 +32,7 @@ fn painted(tile: &Tile, sigma: f32, paint: impl Fn(f32, f32) -> bool) -> Object 
             colors[i] = RED;
         }
     }
-    plane_of(tile, sigma, true).with_material(MaterialMap::new(tile.size(), tile.size(), colors))
+    plane_of(tile, sigma, true).with_material(MaterialMap::new(tile.size(), tile.size(), colors)).with_relief_color()
 }
 
 /// Mean colour of one repeat seen from `degrees` off the normal, in few pixels or many.
@@ -176,6 +176,7 @@ fn tops_of_a_sphere_and_under_a_detail() {
     for (material, sphere) in [(&bare, true), (&bare, false), (&covered, true), (&covered, false)] {
         let mut stage = if sphere { dressed::sphere_stage(material, 16) } else { dressed::plane_stage(material) };
         let camera = stage.views.far;
+        stage.objects.iter_mut().for_each(|object| object.follows_relief = true);
         let mut renderer = under_sky(&gpu, stage.take_scene(), 16);
         let state = FrameState::new(camera, vec![Pose::REST]).under(&Sky::default());
         let mut shoot = |relief_color: bool, in_two: bool, technique: Technique, samples: u32| {

@@ -51,7 +51,7 @@ pub struct ShadingArgs {
     /// Let bumps larger than a pixel hide the environment and the lights from each other, which the paper does not [default: on]
     #[arg(long, value_name = "on|off", value_parser = on_off)]
     pub relief_occlusion: Option<bool>,
-    /// Let colours that follow heights or slopes be those of what is seen and lit, which the paper does not [default: on]
+    /// Let colours that follow heights or slopes be those of what is seen and lit, which the paper does not [default: off]
     #[arg(long, value_name = "on|off", value_parser = on_off)]
     pub relief_color: Option<bool>,
 }
@@ -222,7 +222,7 @@ mod tests {
         assert_eq!(options(&["--probes", "9"]).quadrature, Quadrature::VisibleSlopes(Probes::Nine));
         assert!(!options(&["--pixel-kernel", "off"]).pixel_kernel);
         assert!(!options(&["--relief-occlusion", "off"]).relief_occlusion);
-        assert!(!options(&["--relief-color", "off"]).relief_color && options(&[]).relief_color);
+        assert!(options(&["--relief-color", "on"]).relief_color && !options(&[]).relief_color);
         let terms = resolve(&["--terms", "specular-lights,diffuse-environment"]).unwrap().terms();
         assert_eq!(terms, Terms::SPECULAR_LIGHTS | Terms::DIFFUSE_ENVIRONMENT);
         assert_eq!(terms.names().collect::<Vec<_>>(), ["specular-lights", "diffuse-environment"]);

@@ -160,7 +160,7 @@ pub struct ShadingOptions {
     pub relief_occlusion: bool,
     /// Whether colours that follow the heights or slopes of the relief are those of what is seen and lit
     /// ([`crate::reflectance::visible::relief_color`]), instead of the mean. The LEADR paper leaves it out. For techniques that
-    /// integrate over a covariance.
+    /// integrate over a covariance, and objects that [keep what it takes](crate::render::scene::Object::with_relief_color).
     pub relief_color: bool,
     /// Edge samples per sample, 1 (none) to [`MAX_EDGE_SAMPLES`](Self::MAX_EDGE_SAMPLES): places in the pixel where the
     /// geometry is sampled again. Those that see another surface than the pixel's own sample are shaded too, so silhouettes
@@ -188,7 +188,7 @@ impl Default for ShadingOptions {
             base_frame: BaseFrame::Facet,
             pixel_kernel: true,
             relief_occlusion: true,
-            relief_color: true,
+            relief_color: false,
             edge_samples: 1,
             relief_shadows: false,
         }
@@ -519,7 +519,7 @@ mod tests {
         base_frame: BaseFrame::Macro,
         pixel_kernel: false,
         relief_occlusion: false,
-        relief_color: false,
+        relief_color: true,
         edge_samples: 16,
         relief_shadows: true,
     };

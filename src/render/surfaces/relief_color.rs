@@ -73,11 +73,12 @@ pub(super) struct ReliefColors<'a> {
 }
 
 impl<'a> ReliefColors<'a> {
-    /// Those of an object that has both heights and colours.
+    /// Those of an object that has both heights and colours, and is to keep them.
     pub fn of(object: &'a Object) -> Option<Self> {
         let (field, map) = (object.heights.as_ref()?, object.material.as_ref()?);
         // Charts lay colours elsewhere than heights.
-        if object.charts.is_some()
+        if !object.follows_relief
+            || object.charts.is_some()
             || field.texels.is_empty()
             || map.colors.len() != map.width as usize * map.height as usize
         {
@@ -232,7 +233,7 @@ mod tests {
         });
         let map = MaterialMap::new(64, 64, colors.collect());
         let field = HeightField { width: 64, height: 64, texels: heights, border: Border::Clamp };
-        Object::new("painted", PatchMesh::default()).with_heights(field, 1.0).with_material(map)
+        Object::new("painted", PatchMesh::default()).with_heights(field, 1.0).with_material(map).with_relief_color()
     }
 
     #[test]
@@ -242,6 +243,7 @@ mod tests {
         assert!(follows(&painted(|_, rise| rise > 0.0)).slopes);
         assert!(!follows(&painted(|_, _| true)).any());
         assert!(!follows(&Object { material: None, ..painted(|h, _| h > 0.5) }).any());
+        assert!(!follows(&Object { follows_relief: false, ..painted(|h, _| h > 0.5) }).any());
     }
 
     #[test]

@@ -80,6 +80,7 @@ fn painted(tile: &Tile, paint: Paint) -> Object {
         .with_heights(field, SIGMA / TEXELS as f32)
         .with_material(MaterialMap::new(TEXELS, TEXELS, colors))
         .with_specular_f0(0.0)
+        .with_relief_color()
 }
 
 /// From so far away that rays are parallel, about one repeat of the relief; and the picture's size.
