@@ -19,7 +19,7 @@ use crate::scenes::plane::{even, plane};
 use crate::scenes::stage::{Stage, Views};
 
 const INTRO: &str = "A matte plane of Gaussian bumps (slopes of deviation .6), red on grey: on the tops, in the cracks, on the slopes that \
-    face one way, and nowhere. A pixel sees about a dozen bumps. One sample of LEADR under sky and sun is compared with the supersampled \
+    face one way, and nowhere. A pixel sees about three bumps. One sample of LEADR under sky and sun is compared with the supersampled \
     reference whose bumps shadow each other, over the whole picture: with colours that follow the relief, and with colours and light filtered \
     apart from each other (--relief-color off). The goal is a fifth of that error. Where nothing is painted, what is left is what the model \
     of masking and shadowing gets wrong about brightness; no colour can be nearer than that.";
