@@ -1,4 +1,4 @@
-// The texels of the G-buffer (GBuffer in Rust): 72 bytes a pixel. Mean and covariance of the slopes are packed into texels that
+// The texels of the G-buffer (GBuffer in Rust): 88 bytes a pixel. Mean and covariance of the slopes are packed into texels that
 // every technique fetches anyway.
 #ifndef LEADR_GBUFFER
 #define LEADR_GBUFFER
@@ -6,6 +6,7 @@
 #include "leadr/frame.glsl"
 #include "leadr/facets/mixed_roughness.glsl"
 #include "leadr/visible/horizon.glsl"
+#include "leadr/visible/relief_color.glsl"
 
 // What the filter passes find under a pixel, whatever surface it sees.
 struct FilteredSurface {
@@ -17,6 +18,7 @@ struct FilteredSurface {
     vec3 f0;             // reflectance at normal incidence
     float body_f0;       // of the part that has albedo: metal beside it has none
     vec3 emission;       // radiance, to be scaled
+    ReliefColor relief_color; // how albedo follows the relief
     float accessibility;
     bool inside;         // of a surface, whose back is seen
     Horizon horizon;     // of the relief
@@ -75,6 +77,28 @@ vec3 f0_of(uvec4 reflection) {
 MixedRoughness mixed_of(uvec4 reflection) {
     vec2 alphas = unpackHalf2x16(reflection.z);
     return MixedRoughness(unpackHalf2x16(reflection.y).y, alphas.x, alphas.y);
+}
+
+// Three numbers within -1 and 1, ten bits each.
+uint pack_thrice(vec3 v) {
+    ivec3 bits = ivec3(round(clamp(v, -1.0, 1.0) * 511.0)) & 0x3ff;
+    return uint(bits.x) | uint(bits.y) << 10 | uint(bits.z) << 20;
+}
+
+vec3 unpack_thrice(uint bits) {
+    return vec3(ivec3(bits << 22, bits << 12, bits << 2) >> 22) / 511.0;
+}
+
+// Covariances of colour and slope in deviations of the slope; half of them at most, since colours lie within 0 and 1.
+uvec4 pack_relief_color(ReliefColor r, vec3 covariance) {
+    vec2 per = 2.0 * inversesqrt(max(covariance.xy, 1e-12));
+    return uvec4(pack_thrice(r.low), pack_thrice(r.high), pack_thrice(per.x * r.x), pack_thrice(per.y * r.y));
+}
+
+ReliefColor unpack_relief_color(uvec4 packed, vec3 covariance) {
+    vec2 deviation = 0.5 * sqrt(max(covariance.xy, 1e-12));
+    return ReliefColor(unpack_thrice(packed.x), unpack_thrice(packed.y), deviation.x * unpack_thrice(packed.z),
+                       deviation.y * unpack_thrice(packed.w));
 }
 
 // For a pixel: the weight of its joined edge samples, 0 to 1.

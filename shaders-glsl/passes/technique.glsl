@@ -13,6 +13,7 @@ layout(constant_id = 24) const bool GGX_BASE = false;             // the base ma
 layout(constant_id = 25) const bool USES_CURVATURE = true;        // the turn of the macrosurface under a pixel counts as roughness
 layout(constant_id = 26) const bool TILTS_TO_EDGE = true;         // mean slopes that face away from the viewer tilt until they are seen edge-on
 layout(constant_id = 27) const bool USES_HORIZON = false;         // bumps hide the surroundings from each other
+layout(constant_id = 28) const bool USES_RELIEF_COLOR = false;    // colours that follow the relief are those of what is seen and lit
 
 // The covariance that the technique shades with. S: everything measured under a pixel; in_no_map: the part of it that comes from
 // no map, which every technique treats as roughness.

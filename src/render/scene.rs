@@ -169,6 +169,9 @@ pub struct Object {
     pub tints_emission: bool,
     /// Whether only its front is seen: the side from which its triangles run counter-clockwise. Shadows fall from both.
     pub front_only: bool,
+    /// Whether to keep how its colours follow its relief, if they do: weighted means beside its material, for
+    /// [`ShadingOptions::relief_color`](crate::render::settings::ShadingOptions::relief_color).
+    pub follows_relief: bool,
     /// Whether it casts a shadow.
     pub casts_shadow: bool,
 }
@@ -193,8 +196,16 @@ impl Object {
             slope_wrap: None,
             tints_emission: false,
             front_only: false,
+            follows_relief: false,
             casts_shadow: true,
         }
+    }
+
+    /// The same, whose colours may be those of what is seen and lit
+    /// ([`ShadingOptions::relief_color`](crate::render::settings::ShadingOptions::relief_color)).
+    #[must_use]
+    pub fn with_relief_color(self) -> Self {
+        Self { follows_relief: true, ..self }
     }
 
     /// The same, drawn as `mesh` where its patches are smaller than pixels. For objects without heights and material.

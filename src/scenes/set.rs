@@ -166,7 +166,9 @@ pub fn set(
     let sizes = stage.objects.iter().filter_map(|object| object.heights.as_ref()).map(|map| (map.width, map.height));
     let map_size = sizes.max_by_key(|&(width, height)| u64::from(width) * u64::from(height));
     let lights = Lights { sky, ..Default::default() };
-    let scene = crate::render::scene::Scene { map_precision: config.map_precision, ..stage.take_scene() };
+    let mut scene = crate::render::scene::Scene { map_precision: config.map_precision, ..stage.take_scene() };
+    let follows_relief = config.shading.integral().and_then(|integral| integral.relief_color).unwrap_or(false);
+    scene.objects.iter_mut().for_each(|object| object.follows_relief = follows_relief);
     let height_scale = config.height_scale;
     let hours_per_second = config.day_length.map_or(0.0, |seconds| 24.0 / f64::from(seconds));
     let animation: Animation = Box::new(move |time| {

@@ -4,6 +4,7 @@
 mod common;
 
 mod forward;
+mod painted;
 mod quadrature;
 mod ray_cast;
 mod shadowing;

@@ -25,6 +25,7 @@ mod panorama;
 mod pictures;
 mod reference;
 mod relief;
+mod relief_color;
 mod seams;
 mod shading;
 mod shore;

@@ -24,6 +24,7 @@ uniform sampler2D coarse_color;
 uniform sampler2D coarse_f0;
 uniform sampler2D coarse_mixed;
 uniform sampler2D coarse_light; // rgb emission, a accessibility
+uniform sampler2DArray coarse_weighted; // layers of color_weighted
 
 // Where a tap lands.
 struct Place {
@@ -120,6 +121,22 @@ vec4 coarse_part(sampler2D coarse, Place place, Levels levels) {
     vec4 first = textureLod(coarse, coarse_texel(place, levels.first) / size, 0.0);
     vec4 second = textureLod(coarse, coarse_texel(place, levels.first + 1u) / size, 0.0);
     return mix(first, second, levels.second) * (1.0 - levels.fine);
+}
+
+// Of one layer. size: of the tiles in texels; skipped: finest levels that the image lacks.
+vec4 layer_mix(sampler2DArray fine, sampler2DArray coarse, float layer, Place place, Levels levels, vec2 size, float skipped) {
+    vec4 sum = vec4(0.0);
+    if (levels.fine > 0.0) {
+        vec2 at = (tile_start(place.index) + place.at * tile_inner()) / size;
+        sum += textureLod(fine, vec3(at, layer), levels.mip - skipped) * levels.fine;
+    }
+    if (levels.fine < 1.0) {
+        vec2 coarse_size = vec2(textureSize(coarse, 0).xy);
+        vec4 first = textureLod(coarse, vec3(coarse_texel(place, levels.first) / coarse_size, layer), 0.0);
+        vec4 second = textureLod(coarse, vec3(coarse_texel(place, levels.first + 1u) / coarse_size, layer), 0.0);
+        sum += mix(first, second, levels.second) * (1.0 - levels.fine);
+    }
+    return sum;
 }
 
 vec4 level_mix(sampler2D fine, sampler2D coarse, Place place, Levels levels) {

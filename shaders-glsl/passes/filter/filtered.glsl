@@ -34,6 +34,8 @@ layout(constant_id = 52) const bool EMITS = false;    // its material emits ligh
 layout(constant_id = 53) const bool OCCLUDED = false; // and tells what of the surroundings is seen
 layout(constant_id = 54) const bool CHARTED = false;  // and has texture coordinates of its own
 #endif
+layout(constant_id = 56) const bool COLOR_BY_HEIGHT = false; // colours follow the heights
+layout(constant_id = 57) const bool COLOR_BY_SLOPE = false;  // colours follow the slopes; not in atlases
 layout(constant_id = 48) const bool EDGE_SAMPLES = true; // the pixels may be edge samples
 #include "macrosurface.glsl"
 
@@ -50,6 +52,9 @@ layout(std430) readonly buffer Charts { TriangleCharts charts[]; };
 #endif
 uniform sampler2D emission_map;
 uniform sampler2D occlusion_map;
+// Layers, rgb colour times weight, a that weight: those of the height for `low` and for `high` of leadr/visible/relief_color.glsl, if
+// colours follow heights; then slopes along s and along t, if they follow slopes. Large maps begin at a coarser level.
+uniform sampler2DArray color_weighted;
 uniform sampler2D visible_depth;
 uniform sampler2D horizon_a; // lean, deviations of the spread: leadr/visible/horizon.glsl
 uniform sampler2D horizon_b; // their correlation
@@ -125,10 +130,15 @@ struct Means {
     vec4 color;  // albedo, alpha^2
     vec3 f0;
     vec3 mixed;
-    vec4 light; // emission, accessibility
+    vec4 light;  // emission, accessibility
+    vec4 low;    // of colour and weight, by height
+    vec4 high;
+    vec4 by_s;   // of colour and slope
+    vec4 by_t;
 };
 
-const Means NO_MEANS = Means(vec2(0.0), vec3(0.0), vec4(0.0), vec3(0.0), vec3(0.0), vec4(0.0, 0.0, 0.0, 1.0));
+const Means NO_MEANS = Means(vec2(0.0), vec3(0.0), vec4(0.0), vec3(0.0), vec3(0.0), vec4(0.0, 0.0, 0.0, 1.0), vec4(0.0),
+                              vec4(0.0), vec4(0.0), vec4(0.0));
 
 // A texel of a colour map as it is averaged: roughness by its variance (LEADR section 4.1).
 vec4 linear_color(vec4 texel) {
@@ -156,8 +166,20 @@ Footprint detail_footprint(vec2 dx, vec2 dy) {
 #include "detail.glsl"
 #endif
 
+// Layer of the colours times slopes along s.
+float slope_layer() {
+    return COLOR_BY_HEIGHT ? 2.0 : 0.0;
+}
+
+// Finest levels of the colours without their weighted means.
+float skipped_levels() {
+    return log2(float(textureSize(color_map, 0).x) / float(textureSize(color_weighted, 0).x));
+}
+
 Means filter_atlas(Footprint footprint, uint index, vec2 at) {
     Levels levels = levels_at(footprint.lod);
+    vec2 size = vec2(textureSize(color_map, 0));
+    float skipped = USES_RELIEF_COLOR && COLOR_BY_HEIGHT ? skipped_levels() : 0.0;
     Means sum = NO_MEANS;
     for (int i = 0; i < footprint.taps; ++i) {
         Place place = place_beyond(index, at + tap(footprint, i) / tile_inner());
@@ -178,10 +200,15 @@ Means filter_atlas(Footprint footprint, uint index, vec2 at) {
         if (MIXED_ROUGHNESS) {
             sum.mixed += level_mix(mixed_map, coarse_mixed, place, levels).rgb;
         }
+        if (USES_RELIEF_COLOR && COLOR_BY_HEIGHT) {
+            sum.low += layer_mix(color_weighted, coarse_weighted, 0.0, place, levels, size, skipped);
+            sum.high += layer_mix(color_weighted, coarse_weighted, 1.0, place, levels, size, skipped);
+        }
     }
     float weight = 1.0 / float(footprint.taps);
     vec4 light = EMITS || OCCLUDED ? filter_atlas_light(footprint, index, at, levels) : sum.light;
-    return Means(sum.mean * weight, sum.second * weight, sum.color * weight, sum.f0 * weight, sum.mixed * weight, light);
+    return Means(sum.mean * weight, sum.second * weight, sum.color * weight, sum.f0 * weight, sum.mixed * weight,
+                 light, sum.low * weight, sum.high * weight, vec4(0.0), vec4(0.0));
 }
 
 void filter_moments(Footprint footprint, vec2 texcoord, inout Means means) {
@@ -202,6 +229,7 @@ void filter_moments(Footprint footprint, vec2 texcoord, inout Means means) {
 void filter_material(Footprint footprint, vec2 texcoord, inout Means means) {
     vec4 color = vec4(0.0);
     vec3 f0 = vec3(0.0), mixed = vec3(0.0);
+    float skipped = USES_RELIEF_COLOR && (COLOR_BY_HEIGHT || COLOR_BY_SLOPE) ? skipped_levels() : 0.0;
     for (int i = 0; i < footprint.taps; ++i) {
         vec2 at = texcoord + tap(footprint, i) / vec2(textureSize(color_map, 0));
         color += linear_color(textureLod(color_map, at, footprint.lod));
@@ -211,11 +239,46 @@ void filter_material(Footprint footprint, vec2 texcoord, inout Means means) {
         if (MIXED_ROUGHNESS) {
             mixed += textureLod(mixed_map, at, footprint.lod).rgb;
         }
+        if (USES_RELIEF_COLOR && COLOR_BY_HEIGHT) {
+            means.low += textureLod(color_weighted, vec3(at, 0.0), footprint.lod - skipped);
+            means.high += textureLod(color_weighted, vec3(at, 1.0), footprint.lod - skipped);
+        }
+        if (USES_RELIEF_COLOR && COLOR_BY_SLOPE) {
+            means.by_s += textureLod(color_weighted, vec3(at, slope_layer()), footprint.lod - skipped);
+            means.by_t += textureLod(color_weighted, vec3(at, slope_layer() + 1.0), footprint.lod - skipped);
+        }
     }
     float weight = 1.0 / float(footprint.taps);
     means.color = color * weight;
     means.f0 = f0 * weight;
     means.mixed = mixed * weight;
+    means.low *= weight;
+    means.high *= weight;
+    means.by_s *= weight;
+    means.by_t *= weight;
+}
+
+// Footprints whose heights weigh less than this lie in cracks: as little weight is left of what a half-precision texel holds.
+const float LEAST_WEIGHT = 1e-3;
+
+// How the colours follow the relief. tint: factor of the colours; linear: from gradients to slopes; lod: of the colours.
+ReliefColor filtered_relief_color(Means means, vec3 tint, mat2 linear, float lod) {
+    ReliefColor r = LEADR_NO_RELIEF_COLOR;
+    if (USES_RELIEF_COLOR && (COLOR_BY_HEIGHT || COLOR_BY_SLOPE)) {
+        // Colours of finer levels than there are weighted ones would be compared with means around them.
+        tint *= clamp(lod - skipped_levels() + 1.0, 0.0, 1.0);
+    }
+    if (USES_RELIEF_COLOR && COLOR_BY_HEIGHT) {
+        r.low = tint * (means.low.rgb - means.low.a * means.color.rgb) / max(means.low.a, LEAST_WEIGHT);
+        r.high = tint * (means.high.rgb - means.high.a * means.color.rgb) / max(means.high.a, LEAST_WEIGHT);
+    }
+    if (USES_RELIEF_COLOR && COLOR_BY_SLOPE) {
+        vec3 s = tint * (means.by_s.rgb - means.color.rgb * means.by_s.a);
+        vec3 t = tint * (means.by_t.rgb - means.color.rgb * means.by_t.a);
+        r.x = linear[0].x * s + linear[1].x * t;
+        r.y = linear[0].y * s + linear[1].y * t;
+    }
+    return r;
 }
 
 // Where a material is looked up, and the derivatives of that place by x and y of the image.
@@ -337,6 +400,7 @@ FilteredSurface filtered_mesh(ivec2 pixel, vec2 at, uvec4 seen, out float area) 
     vec2 drawn = surface.texcoord;
 #endif
     Footprint footprint = footprint_over(dx, dy, ATLAS ? tile_inner() : 1e9);
+    float color_lod = footprint.lod;
     if (DISPLACED && RELIEF_DRAWN && (!TRIANGLES || surface.slopes > 0.0) && !FINEST_LEVEL && grid == 0u) {
         float longest = sqrt(max(dot(dx, dx), dot(dy, dy)));
         if (ATLAS) {
@@ -355,7 +419,9 @@ FilteredSurface filtered_mesh(ivec2 pixel, vec2 at, uvec4 seen, out float area) 
         }
         if (COLORED) {
             Chart chart = chart_of(CHART_COLORS, index, place, across, surface.texcoord, texels);
-            filter_material(footprint_in(chart, color_map), chart.at, means);
+            Footprint of_colors = footprint_in(chart, color_map);
+            filter_material(of_colors, chart.at, means);
+            color_lod = of_colors.lod;
         }
         if (EMITS) {
             means.light.rgb = filter_map(emission_map, chart_of(CHART_EMISSION, index, place, across, surface.texcoord, texels)).rgb;
@@ -439,6 +505,15 @@ FilteredSurface filtered_mesh(ivec2 pixel, vec2 at, uvec4 seen, out float area) 
     }
 #endif
     filtered.inside = (seen.x & INSIDE) != 0u && (!TRIANGLES || (object.flags & FLAG_MARK_INSIDE) != 0u);
+    vec3 kept = surface.color.rgb;
+#ifdef LEADR_DETAIL
+    if (DETAIL_COLORS == DETAIL_VARIES) {
+        kept *= mix(vec3(1.0), covering.color.rgb * detail_color.rgb, covering.cover);
+    } else if (DETAIL_COLORS == DETAIL_COVERS) {
+        kept *= 1.0 - covering.cover;
+    }
+#endif
+    filtered.relief_color = filtered_relief_color(means, kept, scale * mat2(map.linear_s, map.linear_t), color_lod);
     filtered.horizon = Horizon(vec2(0.0), vec3(0.0));
     if (USES_HORIZON && DISPLACED && HORIZON && (!TRIANGLES || surface.slopes > 0.0)) {
         mat2 linear = mat2(chart.linear_s, chart.linear_t);

@@ -10,6 +10,7 @@ layout(location = 2) out uvec2 out_surface;
 layout(location = 3) out uvec2 out_horizon;
 layout(location = 4) out uvec4 out_reflection;
 layout(location = 5) out uvec2 out_emission;
+layout(location = 6) out uvec4 out_relief_color;
 
 // surface: a texel of pack_surface, pack_edge or pack_joined_edge.
 void write_gbuffer(FilteredSurface f, uvec2 surface) {
@@ -19,6 +20,7 @@ void write_gbuffer(FilteredSurface f, uvec2 surface) {
     out_horizon = pack_horizon(f.horizon);
     out_reflection = pack_reflection(f);
     out_emission = pack_emission(f);
+    out_relief_color = pack_relief_color(f.relief_color, f.covariance);
 }
 
 #endif

@@ -22,6 +22,7 @@ FilteredSurface filtered_water(vec2 mean_slope, vec3 covariance, vec4 material, 
     f.f0 = vec3(f0);
     f.body_f0 = f0;
     f.emission = vec3(0.0);
+    f.relief_color = LEADR_NO_RELIEF_COLOR;
     f.accessibility = 1.0;
     f.inside = false;
     f.horizon = Horizon(vec2(0.0), vec3(0.0));

@@ -2,6 +2,7 @@
 #ifndef LEADR_READ_GBUFFER
 #define LEADR_READ_GBUFFER
 #include "../gbuffer.glsl"
+#include "../technique.glsl"
 
 uniform usampler2D gbuffer_slopes;
 uniform usampler2D gbuffer_material;
@@ -9,6 +10,7 @@ uniform usampler2D gbuffer_surface;
 uniform usampler2D gbuffer_horizon;
 uniform usampler2D gbuffer_reflection;
 uniform usampler2D gbuffer_emission;
+uniform usampler2D gbuffer_relief_color;
 
 // The last texel serves for pixels and for edge samples: what belongs to the others is without meaning.
 FilteredSurface read_gbuffer(ivec2 pixel, bool with_horizon) {
@@ -24,6 +26,10 @@ FilteredSurface read_gbuffer(ivec2 pixel, bool with_horizon) {
     f.body_f0 = uintBitsToFloat(reflection.w);
     f.mixed = mixed_of(reflection);
     f.emission = emission_of(texelFetch(gbuffer_emission, pixel, 0).xy);
+    f.relief_color = LEADR_NO_RELIEF_COLOR;
+    if (USES_RELIEF_COLOR) {
+        f.relief_color = unpack_relief_color(texelFetch(gbuffer_relief_color, pixel, 0), f.covariance);
+    }
     vec2 place = unpackHalf2x16(surface.x);
     f.accessibility = max(place.x, 0.0);
     f.inside = place.x < 0.0;

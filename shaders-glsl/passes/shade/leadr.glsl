@@ -16,6 +16,7 @@
 #include "leadr/visible/diffuse.glsl"
 #include "leadr/visible/fresnel.glsl"
 #include "leadr/visible/mapped.glsl"
+#include "leadr/visible/relief_color.glsl"
 #include "leadr/visible/specular.glsl"
 
 const float GRID_DEVIATION = 0.05; // of the light of one sample of the grid, as far as the relief's horizon is concerned
@@ -200,6 +201,27 @@ vec3 diffuse_environment(Surface surface, NormalMoments normals) {
     return diffuse_past_horizon(whole, open, horizon_hidden(m, surface.horizon), m, surface.frame, c);
 }
 
+// Albedo of what is seen, weighted by the environment's irradiance where slopes decide. c: its coefficients.
+vec3 environment_albedo(Surface surface, DirectionArea o) {
+    vec3 S = surface.slope_covariance, wo = surface.wo;
+    vec2 m = surface.mean_slope;
+    // Relief of a normal map hides nothing: its facets count by their area on the surface, as if seen from above.
+    float open = SHADOWING == LEADR_SHADOWING_NONE || MAPPED ? 1.0 : bent_normal(wo, m, S).open;
+    vec2 seen = MAPPED ? vec2(0.0) : seen_slopes_score(wo, m, S);
+    // The change of the irradiance with the slope, by differences over a deviation.
+    vec2 middle = m + vec2(S.x * seen.x + S.z * seen.y, S.z * seen.x + S.y * seen.y), step = sqrt(max(S.xy, 1e-6));
+    vec3 c[9] = environment_sh();
+    vec3 irradiance[4];
+    for (int i = 0; i < 4; ++i) {
+        vec2 aside = vec2(i < 2 ? step.x : 0.0, i < 2 ? 0.0 : step.y) * ((i & 1) == 0 ? 1.0 : -1.0);
+        irradiance[i] = max(sh_irradiance(c, from_frame(surface.frame, normal_of_slope(middle + aside))), 0.0);
+    }
+    vec3 x = (irradiance[0] - irradiance[1]) / (max(irradiance[0] + irradiance[1], 1e-9) * step.x);
+    vec3 y = (irradiance[2] - irradiance[3]) / (max(irradiance[2] + irradiance[3], 1e-9) * step.y);
+    ReliefColor r = surface.relief_color;
+    return relief_color(surface.albedo + r.x * x + r.y * y, r, MAPPED ? 0.0 : seen_height(o, open), seen);
+}
+
 // Diffuse radiance of a light of unit irradiance per unit of albedo, without shadows.
 float diffuse_light(Surface surface, vec3 wo, NormalMoments normals, vec2 faced, float lambda, vec3 wi) {
     vec3 S = surface.slope_covariance;
@@ -312,7 +334,7 @@ vec3 leadr_radiance(Surface surface, float environment_scale) {
     vec3 radiance = vec3(0.0);
 
     // Light that the visible mirrors do not reflect enters the surface; the diffuse term returns no more than that.
-    vec3 albedo = surface.albedo;
+    vec3 entering = vec3(1.0);
     if (SPECULAR_ENVIRONMENT) {
         Mirrors mirrors = environment_mirrors(surface, base);
         if (MIXED_ROUGHNESS) {
@@ -321,13 +343,13 @@ vec3 leadr_radiance(Surface surface, float environment_scale) {
             mirrors.fresnel = mix(mirrors.fresnel, others.fresnel, rough_share);
         }
         radiance += ambient * mirrors.reflected;
-        albedo *= 1.0 - mirrors.fresnel;
+        entering = 1.0 - mirrors.fresnel;
     } else if (DIFFUSE) {
         vec3 fresnel = mean_fresnel(surface, base);
         if (MIXED_ROUGHNESS) {
             fresnel = mix(fresnel, mean_fresnel(surface, rough), rough_share);
         }
-        albedo *= 1.0 - fresnel;
+        entering = 1.0 - fresnel;
     }
 
     vec3 diffuse_cholesky = slope_cholesky(diffuse_s);
@@ -341,7 +363,8 @@ vec3 leadr_radiance(Surface surface, float environment_scale) {
                                  : visible_normal_moments(wo, faced, diffuse_s, SAMPLES, lambda);
     }
     if (DIFFUSE_ENVIRONMENT) {
-        radiance += albedo * ambient * diffuse_environment(surface, normals);
+        vec3 albedo = USES_RELIEF_COLOR ? environment_albedo(surface, diffuse_o) : surface.albedo;
+        radiance += entering * albedo * ambient * diffuse_environment(surface, normals);
     }
     if (any_on_diffuse() || any_in_mirrors()) {
         [[unroll]] for (int number = 0; number < LIGHTS; ++number) {
@@ -353,7 +376,13 @@ vec3 leadr_radiance(Surface surface, float environment_scale) {
             }
             if (on_diffuse(number)) {
                 float lit = lit_fraction(SHADOWING, diffuse_o, diffuse_i);
-                scattered += albedo * (lit * diffuse_light(surface, wo, normals, faced, lambda, light.wi));
+                vec3 albedo = surface.albedo;
+                if (USES_RELIEF_COLOR) {
+                    float height = MAPPED ? 0.0 : seen_height(diffuse_o, lit);
+                    vec2 score = lit_slopes_score(MAPPED ? vec3(0.0, 0.0, 1.0) : wo, light.wi, m, diffuse_s);
+                    albedo = relief_color(albedo, surface.relief_color, height, score);
+                }
+                scattered += entering * albedo * (lit * diffuse_light(surface, wo, normals, faced, lambda, light.wi));
             }
             vec3 mirrored = mirrored_light(surface, base, number, light, diffuse_o, diffuse_i, diffuse_cholesky);
             if (MIXED_ROUGHNESS) {

@@ -16,6 +16,7 @@ struct Surface {
     vec3 f0;             // reflectance at normal incidence
     vec3 body_f0;        // of the part that has albedo: metal beside it has none
     vec3 emission;       // radiance, to be scaled
+    ReliefColor relief_color; // how albedo follows the relief
     float accessibility;
     bool inside;
     float relief;        // of the object of an edge sample, metres
@@ -40,6 +41,7 @@ Surface surface_at(FilteredSurface f, vec3 eye, vec3 ray, float near, float dept
     s.f0 = f.f0;
     s.body_f0 = vec3(f.body_f0);
     s.emission = f.emission;
+    s.relief_color = f.relief_color;
     s.accessibility = f.accessibility;
     s.inside = f.inside;
     s.relief = f.relief;

@@ -51,6 +51,9 @@ pub struct ShadingArgs {
     /// Let bumps larger than a pixel hide the environment and the lights from each other, which the paper does not [default: on]
     #[arg(long, value_name = "on|off", value_parser = on_off)]
     pub relief_occlusion: Option<bool>,
+    /// Let colours that follow heights or slopes be those of what is seen and lit, which the paper does not [default: off]
+    #[arg(long, value_name = "on|off", value_parser = on_off)]
+    pub relief_color: Option<bool>,
 }
 
 /// Probes of the rules when only `--rule visible` is given.
@@ -75,6 +78,7 @@ impl ShadingArgs {
             base_frame: self.base_frame.unwrap_or(default.base_frame),
             pixel_kernel: self.pixel_kernel.unwrap_or(default.pixel_kernel),
             relief_occlusion: self.relief_occlusion.unwrap_or(default.relief_occlusion),
+            relief_color: self.relief_color.unwrap_or(default.relief_color),
             edge_samples,
             relief_shadows,
         });
@@ -119,6 +123,9 @@ impl ShadingArgs {
         } else if self.pixel_kernel.is_some() && !technique.has_pixel_kernel() {
             let techniques = names_where(Technique::has_pixel_kernel);
             format!("--pixel-kernel is for techniques with a pixel kernel ({techniques}), not {name}")
+        } else if self.relief_color.is_some() && !technique.has_relief_color() {
+            let techniques = names_where(Technique::has_relief_color);
+            format!("--relief-color is for techniques that integrate over a covariance ({techniques}), not {name}")
         } else if self.base_frame.is_some() && !technique.has_base_frame() {
             let techniques = names_where(Technique::has_base_frame);
             format!("--base-frame is for techniques that integrate over a Beckmann base ({techniques}), not {name}")
@@ -215,6 +222,7 @@ mod tests {
         assert_eq!(options(&["--probes", "9"]).quadrature, Quadrature::VisibleSlopes(Probes::Nine));
         assert!(!options(&["--pixel-kernel", "off"]).pixel_kernel);
         assert!(!options(&["--relief-occlusion", "off"]).relief_occlusion);
+        assert!(options(&["--relief-color", "on"]).relief_color && !options(&[]).relief_color);
         let terms = resolve(&["--terms", "specular-lights,diffuse-environment"]).unwrap().terms();
         assert_eq!(terms, Terms::SPECULAR_LIGHTS | Terms::DIFFUSE_ENVIRONMENT);
         assert_eq!(terms.names().collect::<Vec<_>>(), ["specular-lights", "diffuse-environment"]);
@@ -234,6 +242,7 @@ mod tests {
             (&["--technique", "toksvig", "--masking", "smith"], "--masking"),
             (&["--technique", "lean", "--pixel-kernel", "off"], "--pixel-kernel"),
             (&["--technique", "lean", "--relief-occlusion", "on"], "--relief-occlusion"),
+            (&["--technique", "reference", "--relief-color", "on"], "--relief-color"),
             (&["--pixel-kernel", "maybe"], "on or off"),
             (&["--technique", "constant", "--terms", "diffuse-lights"], "constant"),
         ] {

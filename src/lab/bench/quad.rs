@@ -136,6 +136,7 @@ pub fn paper(technique: Technique, quadrature: Quadrature, terms: Terms) -> Shad
         base_frame,
         pixel_kernel,
         relief_occlusion,
+        relief_color: false,
         ..Default::default()
     })
 }

@@ -35,6 +35,14 @@ pub struct Facet {
     place: Place,
 }
 
+impl Facet {
+    /// Where the ray met it, over the lattice of the tile, which repeats after its size.
+    #[must_use]
+    pub fn over(&self) -> DVec2 {
+        self.place.position.truncate()
+    }
+}
+
 /// Means of `K` values over rays.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Estimate<const K: usize> {

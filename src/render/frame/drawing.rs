@@ -17,9 +17,11 @@ pub(super) struct Demands {
     pub casters: bool,
     /// Two roughnesses share a surface.
     pub mixed: bool,
+    /// Colours follow the relief of a surface.
+    pub relief_color: bool,
 }
 
-/// How pixels are shaded; without the relief's occlusion, where there is no relief, and without shadow maps, where nothing casts
+/// How pixels are shaded; without the relief's occlusion and colours, where there are none, and without shadow maps, where nothing casts
 /// shadows.
 pub(super) fn shade_kind(
     state: &FrameState,
@@ -27,11 +29,14 @@ pub(super) fn shade_kind(
     environment: &Environment,
     demands: Demands,
 ) -> ShadeKind {
-    let Demands { relief, casters, mixed } = demands;
-    let occluded =
-        |options: ShadingOptions| ShadingOptions { relief_occlusion: options.relief_occlusion && relief, ..options };
+    let Demands { relief, casters, mixed, relief_color } = demands;
+    let needed = |options: ShadingOptions| ShadingOptions {
+        relief_occlusion: options.relief_occlusion && relief,
+        relief_color: options.relief_color && relief_color,
+        ..options
+    };
     ShadeKind {
-        shading: settings.shading.plain().adjusted(occluded),
+        shading: settings.shading.plain().adjusted(needed),
         lights: LightSet::new(state, environment, settings.shadows && casters),
         edges: if settings.edges().is_some() { Edges::Joined } else { Edges::None },
         mixed,

@@ -47,6 +47,7 @@ impl Renderer {
             relief: self.surfaces.iter().any(|surface| surface.has_relief(state)),
             casters: self.surfaces.iter().any(|surface| surface.casts_shadows()),
             mixed: self.surfaces.iter().any(|surface| surface.is_mixed()),
+            relief_color: self.surfaces.iter().any(|surface| surface.has_relief_color()),
         };
         let kind = shade_kind(state, &settings, &self.environment, demands);
         let (settings, drawing) = drawing(settings, kind, gbuffer);

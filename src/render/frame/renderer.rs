@@ -83,6 +83,7 @@ impl Renderer {
                 relief: pipelines.have_relief(state),
                 casters: pipelines.cast_shadows(),
                 mixed: pipelines.are_mixed(),
+                relief_color: pipelines.have_relief_color(),
             };
             let kind = shade_kind(state, settings, environment, demands);
             let (settings, drawing) = drawing(*settings, kind, false);

@@ -17,7 +17,7 @@ use crate::gpu::{
 };
 use crate::render::constants::FLAGS_GRID_SHIFT;
 use crate::render::pixel_area::PixelArea;
-use crate::render::settings::Needs;
+use crate::render::settings::{Needs, ShadingOptions};
 use crate::render::surfaces::atlas::{AtlasHeadGpu, PatchLinkGpu};
 use crate::render::surfaces::detail::{DetailHeadGpu, RestVertexGpu};
 use crate::render::surfaces::divided::VertexGpu;
@@ -74,12 +74,18 @@ impl FilterInto {
     }
 
     /// Specialization constants of its fragment stage, but for those about the surface. `mixed`: whether two roughnesses share
-    /// what it shades.
+    /// what it filters; `relief_color`: whether its colours follow its relief.
     #[must_use]
-    pub fn spec(self, needs: Needs, mixed: bool) -> Vec<(&'static str, SpecValue)> {
+    pub fn spec(self, needs: Needs, mixed: bool, relief_color: bool) -> Vec<(&'static str, SpecValue)> {
         match self {
             Self::GBuffer => needs.spec(),
-            Self::Radiance(kind) => ShadeKind { mixed: kind.mixed && mixed, ..kind }.spec(),
+            Self::Radiance(kind) => {
+                let needed = |options: ShadingOptions| ShadingOptions {
+                    relief_color: options.relief_color && relief_color,
+                    ..options
+                };
+                ShadeKind { mixed: kind.mixed && mixed, shading: kind.shading.adjusted(needed), ..kind }.spec()
+            }
         }
     }
 
@@ -148,6 +154,8 @@ impl FilterPass {
             ("COLORED", SpecValue::Bool(kind.colored)),
             ("REFLECTS_BY_MAP", SpecValue::Bool(kind.has.f0)),
             ("HORIZON", SpecValue::Bool(kind.horizon)),
+            ("COLOR_BY_HEIGHT", SpecValue::Bool(kind.follows.heights)),
+            ("COLOR_BY_SLOPE", SpecValue::Bool(kind.follows.slopes)),
             ("FLAT", SpecValue::Bool(kind.flat)),
             ("TRIANGLES", SpecValue::Bool(kind.triangles)),
             ("RISE_OVER_RUN", SpecValue::Bool(kind.rise_over_run)),
@@ -191,7 +199,7 @@ impl FilterPass {
             colors: into.formats(),
             depth: into.depth(),
             topology: into.topology(),
-            spec: &[&into.spec(needs, kind.has.mixed)[..], &has].concat(),
+            spec: &[&into.spec(needs, kind.has.mixed, kind.follows.any())[..], &has].concat(),
             structs: &[&structs[..], into.structs()].concat(),
             ..Default::default()
         };
@@ -231,12 +239,14 @@ impl FilterPass {
                 ("color_map", Descriptor::Sampled(object.material.color.whole(), colors)),
                 ("f0_map", Descriptor::Sampled(object.material.f0.whole(), colors)),
                 ("mixed_map", Descriptor::Sampled(object.material.mixed.whole(), colors)),
+                ("color_weighted", Descriptor::Sampled(object.relief_color.weighted.whole(), colors)),
                 ("Atlas", Descriptor::Storage(&object.atlas.links)),
                 ("coarse_a", Descriptor::Sampled(object.atlas.slopes.whole(), &self.linear)),
                 ("coarse_b", Descriptor::Sampled(object.atlas.joint.whole(), &self.linear)),
                 ("coarse_color", Descriptor::Sampled(object.atlas.color.whole(), &self.linear)),
                 ("coarse_f0", Descriptor::Sampled(object.atlas.f0.whole(), &self.linear)),
                 ("coarse_mixed", Descriptor::Sampled(object.atlas.mixed.whole(), &self.linear)),
+                ("coarse_weighted", Descriptor::Sampled(object.atlas.weighted.whole(), &self.linear)),
                 ("visible_depth", Descriptor::Sampled(visible.depth.whole(), &self.nearest)),
             ];
             if object.kind.detail.is_some() {

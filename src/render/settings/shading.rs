@@ -158,6 +158,10 @@ pub struct ShadingOptions {
     /// Whether bumps that are larger than a pixel hide the environment and the lights from each other
     /// ([`crate::reflectance::visible::horizon`]). The LEADR paper leaves it out. For techniques that integrate.
     pub relief_occlusion: bool,
+    /// Whether colours that follow the heights or slopes of the relief are those of what is seen and lit
+    /// ([`crate::reflectance::visible::relief_color`]), instead of the mean. The LEADR paper leaves it out. For techniques that
+    /// integrate over a covariance, and objects that [keep what it takes](crate::render::scene::Object::with_relief_color).
+    pub relief_color: bool,
     /// Edge samples per sample, 1 (none) to [`MAX_EDGE_SAMPLES`](Self::MAX_EDGE_SAMPLES): places in the pixel where the
     /// geometry is sampled again. Those that see another surface than the pixel's own sample are shaded too, so silhouettes
     /// are as smooth as with that many samples per pixel, while the inside of a surface stays the same
@@ -184,6 +188,7 @@ impl Default for ShadingOptions {
             base_frame: BaseFrame::Facet,
             pixel_kernel: true,
             relief_occlusion: true,
+            relief_color: false,
             edge_samples: 1,
             relief_shadows: false,
         }
@@ -205,6 +210,8 @@ pub struct Integral {
     pub pixel_kernel: Option<bool>,
     /// [`ShadingOptions::relief_occlusion`].
     pub relief_occlusion: bool,
+    /// [`ShadingOptions::relief_color`], where the technique has it.
+    pub relief_color: Option<bool>,
 }
 
 /// How a technique reflects light.
@@ -248,11 +255,19 @@ impl Technique {
         let ShadingOptions { terms, quadrature, shadowing, diffuse_lights, relief_occlusion, .. } = options;
         let pixel_kernel = self.has_pixel_kernel().then_some(options.pixel_kernel);
         let base_frame = self.has_base_frame().then_some(options.base_frame);
+        let relief_color = self.has_relief_color().then_some(options.relief_color);
         let reflection = if !self.is_lit() {
             Reflection::Unlit
         } else if self.integrates() {
-            let integral =
-                Integral { quadrature, shadowing, diffuse_lights, base_frame, pixel_kernel, relief_occlusion };
+            let integral = Integral {
+                quadrature,
+                shadowing,
+                diffuse_lights,
+                base_frame,
+                pixel_kernel,
+                relief_occlusion,
+                relief_color,
+            };
             Reflection::Integral(terms, integral)
         } else {
             Reflection::Lobe(terms)
@@ -336,7 +351,8 @@ impl Shading {
         let integral = self.integral();
         let kernel = integral.and_then(|integral| integral.pixel_kernel);
         let occlusion = integral.is_some_and(|integral| integral.relief_occlusion);
-        self.technique.needs(kernel.unwrap_or(false), occlusion)
+        let color = integral.and_then(|integral| integral.relief_color);
+        self.technique.needs(kernel.unwrap_or(false), occlusion, color.unwrap_or(false))
     }
 
     /// The specialization constants of the shading pass that depend on it.
@@ -377,8 +393,15 @@ impl Shading {
             options.terms = terms;
         }
         if let Some(integral) = self.integral() {
-            let Integral { quadrature, shadowing, diffuse_lights, base_frame, pixel_kernel, relief_occlusion } =
-                integral;
+            let Integral {
+                quadrature,
+                shadowing,
+                diffuse_lights,
+                base_frame,
+                pixel_kernel,
+                relief_occlusion,
+                relief_color,
+            } = integral;
             options = ShadingOptions {
                 quadrature,
                 shadowing,
@@ -386,6 +409,7 @@ impl Shading {
                 base_frame: base_frame.unwrap_or(options.base_frame),
                 pixel_kernel: pixel_kernel.unwrap_or(options.pixel_kernel),
                 relief_occlusion,
+                relief_color: relief_color.unwrap_or(options.relief_color),
                 ..options
             };
         }
@@ -450,6 +474,7 @@ struct Named {
     base_frame: &'static str,
     pixel_kernel: bool,
     relief_occlusion: bool,
+    relief_color: bool,
     relief_shadows: bool,
     edge_samples: u32,
 }
@@ -473,6 +498,7 @@ impl Serialize for Shading {
             base_frame: if self.technique.has_base_frame() { options.base_frame } else { BaseFrame::Macro }.name(),
             pixel_kernel: options.pixel_kernel && self.technique.has_pixel_kernel(),
             relief_occlusion: self.integral().is_some_and(|integral| integral.relief_occlusion),
+            relief_color: self.integral().and_then(|integral| integral.relief_color).unwrap_or(false),
             relief_shadows: options.relief_shadows,
             edge_samples: options.edge_samples,
         }
@@ -493,6 +519,7 @@ mod tests {
         base_frame: BaseFrame::Macro,
         pixel_kernel: false,
         relief_occlusion: false,
+        relief_color: true,
         edge_samples: 16,
         relief_shadows: true,
     };

@@ -255,8 +255,14 @@ impl Technique {
         if self.has_ggx_base() { Self::ReferenceGgx } else { Self::Reference }
     }
 
-    /// Its needs, with or without the pixel kernel and the relief's occlusion, where it has them.
-    pub(super) fn needs(self, pixel_kernel: bool, relief_occlusion: bool) -> Needs {
+    /// Whether it has the setting [`relief_color`](super::ShadingOptions::relief_color).
+    #[must_use]
+    pub fn has_relief_color(self) -> bool {
+        self.row().family == Family::Leadr && matches!(self.row().slopes, Slopes::Covariance | Slopes::Isotropic)
+    }
+
+    /// Its needs, with or without the pixel kernel, the relief's occlusion and its colours, where it has them.
+    pub(super) fn needs(self, pixel_kernel: bool, relief_occlusion: bool, relief_color: bool) -> Needs {
         let Row { family, slopes, ggx, pixel_kernel: has_kernel, .. } = self.row();
         Needs {
             family,
@@ -265,6 +271,7 @@ impl Technique {
             kernel: has_kernel && pixel_kernel,
             tilt: family == Family::Leadr && (pixel_kernel || !has_kernel),
             horizon: family == Family::Leadr && relief_occlusion,
+            relief_color: self.has_relief_color() && relief_color,
         }
     }
 }
@@ -279,6 +286,7 @@ pub struct Needs {
     kernel: bool,
     tilt: bool,
     horizon: bool,
+    relief_color: bool,
 }
 
 impl Needs {
@@ -296,6 +304,7 @@ impl Needs {
             ("USES_CURVATURE", SpecValue::Bool(self.kernel)),
             ("TILTS_TO_EDGE", SpecValue::Bool(self.tilt)),
             ("USES_HORIZON", SpecValue::Bool(self.horizon)),
+            ("USES_RELIEF_COLOR", SpecValue::Bool(self.relief_color)),
         ]
     }
 
@@ -323,10 +332,12 @@ mod tests {
     #[test]
     fn settings_change_only_the_techniques_that_have_them() {
         for technique in Technique::ALL {
-            let differs = technique.needs(true, true) != technique.needs(false, true);
+            let differs = technique.needs(true, true, true) != technique.needs(false, true, true);
             assert_eq!(differs, technique.has_pixel_kernel(), "{technique:?}");
-            let differs = technique.needs(true, true) != technique.needs(true, false);
+            let differs = technique.needs(true, true, true) != technique.needs(true, false, true);
             assert_eq!(differs, technique.integrates(), "{technique:?}");
+            let differs = technique.needs(true, true, true) != technique.needs(true, true, false);
+            assert_eq!(differs, technique.has_relief_color(), "{technique:?}");
         }
     }
 }

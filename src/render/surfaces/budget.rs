@@ -4,6 +4,7 @@
 use super::atlas::levels::CoarseShape;
 use super::displacement::Border;
 use super::moments::MomentFormat;
+use super::relief_color::{ReliefColors, skipped_levels};
 use crate::gpu::{Gpu, GpuError, Result};
 use crate::render::scene::Object;
 
@@ -46,7 +47,12 @@ pub fn map_bytes(object: &Object, format: MomentFormat) -> u64 {
         let bytes = 4 + 4 * u64::from(map.f0.is_some()) + 8 * u64::from(map.rough_from.is_some());
         with_mips(u64::from(map.width) * u64::from(map.height) * bytes)
     });
-    relief + material
+    let weighted = object.material.as_ref().zip(object.heights.as_ref()).map_or(0, |(map, field)| {
+        let layers = ReliefColors::of(object).map_or(0, |colors| colors.follows.layers());
+        let skipped = skipped_levels(map, field.border);
+        with_mips(u64::from(map.width >> skipped) * u64::from(map.height >> skipped) * 8 * u64::from(layers))
+    });
+    relief + material + weighted
 }
 
 /// Refuses objects whose maps do not fit into what is left of the device's memory.

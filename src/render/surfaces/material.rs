@@ -17,11 +17,12 @@ use half::f16;
 use rayon::prelude::*;
 
 use super::displacement::Border;
+use super::relief_color::{Follows, ReliefColors, skipped_levels};
 use crate::gpu::{AddressMode, Filter, Gpu, GpuError, Image, ImageDesc, Result, Sampler};
 use crate::maps::material::{TextureWrap, alpha_of};
 use crate::maps::moments::coverage;
 use crate::maps::srgb::{linear_of_srgb8, srgb8_from_linear};
-use crate::render::scene::{Holes, MaterialMap, PropertyMap};
+use crate::render::scene::{Holes, MaterialMap, Object, PropertyMap};
 
 /// Format of the two roughnesses and of emission.
 pub const MIXED_FORMAT: vk::Format = vk::Format::R16G16B16A16_SFLOAT;
@@ -133,11 +134,7 @@ impl MaterialImages {
         }
         let image_of = |what: &str, format, [width, height]: [u32; 2]| {
             let desc = ImageDesc::new(format, width, height).full_mips();
-            let mips = match border {
-                Border::Tiles(layout) => layout.tile.ilog2() + 1,
-                Border::Wrap | Border::Clamp => desc.mips,
-            };
-            Image::new(gpu, &format!("{name} {what}"), desc.mips(mips))
+            Image::new(gpu, &format!("{name} {what}"), desc.mips(mips_of(desc, border)))
         };
         let image = |what: &str, format| image_of(what, format, size);
         let plate_wrap = |wrap: Option<[TextureWrap; 2]>| sampler(wrap.unwrap_or_default());
@@ -200,6 +197,57 @@ impl MaterialImages {
             None => none("coverage", COVERAGE_FORMAT)?,
         };
         Ok(Self { color, f0, mixed, emission, occlusion, opacity, samplers, has })
+    }
+}
+
+/// How an object's colours follow its relief: [`relief_color`](super::relief_color), with mips.
+pub struct ReliefColorImages {
+    /// Colours times weights, and these: [`Follows::layers`] layers, in halves; a texel where colours follow nothing.
+    pub weighted: Image,
+    /// What they follow.
+    pub follows: Follows,
+    /// Finest levels of the colours that `weighted` has not.
+    pub skipped: u32,
+}
+
+impl ReliefColorImages {
+    /// Those of an object that still has its heights and its material.
+    ///
+    /// # Errors
+    /// Memory that is short, or a Vulkan call that failed.
+    pub fn new(gpu: &Arc<Gpu>, object: &Object, border: Border) -> Result<Self> {
+        let name = format!("{} weighted colour", object.name);
+        let colors = ReliefColors::of(object).filter(|colors| colors.follows.any());
+        let (Some(colors), Some(map)) = (&colors, &object.material) else {
+            let weighted = none_weighted(gpu, &name)?;
+            return Ok(Self { weighted, follows: Follows::default(), skipped: 0 });
+        };
+        let skipped = skipped_levels(map, border);
+        let size = [map.width, map.height].map(|side| (side >> skipped).max(1));
+        let whole = ImageDesc::new(MIXED_FORMAT, map.width, map.height).full_mips();
+        let desc = ImageDesc::new(MIXED_FORMAT, size[0], size[1]).layers(colors.follows.layers());
+        let weighted = Image::new(gpu, &name, desc.mips(mips_of(whole, border) - skipped))?;
+        for layer in 0..colors.follows.layers() {
+            write_layer(&weighted, layer, size, colors.layer(layer, size), halves, halve)?;
+        }
+        Ok(Self { weighted, follows: colors.follows, skipped })
+    }
+}
+
+/// A placeholder for weighted colours; it is never read.
+pub(super) fn none_weighted(gpu: &Arc<Gpu>, name: &str) -> Result<Image> {
+    let image = Image::new(gpu, &format!("no {name}"), ImageDesc::new(MIXED_FORMAT, 1, 1).layers(2))?;
+    for layer in 0..2 {
+        image.write(0, layer, &[[f16::ZERO; 4]])?;
+    }
+    Ok(image)
+}
+
+/// Mips of an image: in an atlas of tiles they end where a tile is one texel.
+fn mips_of(desc: ImageDesc, border: Border) -> u32 {
+    match border {
+        Border::Tiles(layout) => layout.tile.ilog2() + 1,
+        Border::Wrap | Border::Clamp => desc.mips,
     }
 }
 
@@ -270,6 +318,18 @@ pub(super) fn halves(texels: &[[f32; 4]]) -> Vec<[f16; 4]> {
 /// Writes `texels` and the levels below. `stored`: as the image holds them; `halve`: the next level, of given sizes.
 pub(super) fn write_mips<T, S: bytemuck::Pod>(
     image: &Image,
+    size: [u32; 2],
+    texels: Vec<T>,
+    stored: impl Fn(&[T]) -> Vec<S>,
+    halve: impl Fn(&[T], [u32; 2], [u32; 2]) -> Vec<T>,
+) -> Result<()> {
+    write_layer(image, 0, size, texels, stored, halve)
+}
+
+/// The same of a layer.
+fn write_layer<T, S: bytemuck::Pod>(
+    image: &Image,
+    layer: u32,
     mut size: [u32; 2],
     mut texels: Vec<T>,
     stored: impl Fn(&[T]) -> Vec<S>,
@@ -281,7 +341,7 @@ pub(super) fn write_mips<T, S: bytemuck::Pod>(
             texels = halve(&texels, size, smaller);
             size = smaller;
         }
-        image.write(mip, 0, &stored(&texels))?;
+        image.write(mip, layer, &stored(&texels))?;
     }
     Ok(())
 }

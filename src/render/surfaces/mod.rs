@@ -16,6 +16,7 @@ pub mod ocean;
 pub mod patch;
 pub mod patch_mesh;
 pub mod posed;
+pub mod relief_color;
 pub mod skinning;
 pub mod sphere;
 pub mod tessellation;

@@ -8,9 +8,10 @@ use super::displacement::{Border, BoundaryHeights, EDGE_LEVELS, HeightField};
 use super::flat;
 use super::half_range::fill_half_range;
 use super::horizon::{HorizonMaps, Relief};
-use super::material::{Has, HoleKind, MaterialImages, address_mode};
+use super::material::{Has, HoleKind, MaterialImages, ReliefColorImages, address_mode};
 use super::moments::{LeadrMapGpu, MomentFormat, field_maps};
 use super::patch_mesh::PatchMesh;
+use super::relief_color::{Follows, ReliefColors};
 use super::topology::Topology;
 use crate::gpu::{AddressMode, Buffer, Filter, Gpu, Memory, Result, Sampler, shared_struct};
 use crate::maps::LeadrMap;
@@ -104,6 +105,8 @@ pub struct GpuObject {
     pub charts: Buffer,
     /// A finer relief that repeats; placeholders for objects without.
     pub detail: DetailImages,
+    /// How its colours follow its relief.
+    pub relief_color: ReliefColorImages,
     /// Sampler of the maps of its relief.
     pub sampler: Sampler,
     /// What the filter pass has to fetch for it.
@@ -133,6 +136,8 @@ pub struct SurfaceKind {
     pub has: Has,
     /// Whether its material has texture coordinates of its own.
     pub charted: bool,
+    /// What of its relief its colours follow.
+    pub follows: Follows,
     /// Whether its bumps can hide the surroundings from each other.
     pub horizon: bool,
     /// Whether it is a plane on which texture coordinates change evenly.
@@ -161,6 +166,7 @@ impl SurfaceKind {
             colored: object.material.is_some(),
             has: object.material.as_ref().map_or_else(Has::default, Has::of),
             charted: object.charts.is_some(),
+            follows: ReliefColors::of(object).map_or(Follows::default(), |colors| colors.follows),
             horizon: object.height_scale != 0.0
                 && object.heights.as_ref().is_some_and(|field| field.texels.iter().any(|h| *h != field.texels[0])),
             flat: !mesh.triangles && detail.mapping != DETAIL_TRIPLANAR && flat::is_flat(mesh),
@@ -223,6 +229,7 @@ impl GpuObject {
                 }
             })
             .collect();
+        let relief_color = ReliefColorImages::new(gpu, &object, border)?;
         let (slopes, moments) = (object.slopes.take(), object.moments.take());
         let sources = cache.map_or(0, |_| relief_checksum(object.heights.as_ref(), slopes.as_ref(), moments.as_ref()));
         let maps = field_maps(gpu, object.heights.as_ref(), slopes, object.slope_spread.take(), moments, format)?;
@@ -235,7 +242,7 @@ impl GpuObject {
         let charts = if charts.is_empty() { vec![ChartsGpu { corners: [[0.0; 2]; CHART_CORNERS] }] } else { charts };
         let atlas = match border {
             Border::Tiles(layout) => {
-                let material = kind.colored.then_some(&material);
+                let material = kind.colored.then_some((&material, &relief_color));
                 AtlasGpu::new(gpu, &name, &object.mesh, &topology, layout, &maps, material)?
             }
             Border::Wrap | Border::Clamp => AtlasGpu::none(gpu, &name)?,
@@ -268,6 +275,7 @@ impl GpuObject {
             horizons,
             material,
             detail,
+            relief_color,
             kind,
             index: index as u32 + 1,
         })

@@ -1,6 +1,7 @@
 //! The sections of the report: one file each, one row each.
 
 mod bench;
+mod colour;
 mod convergence;
 mod misses;
 mod model;
@@ -38,7 +39,7 @@ pub struct SectionEntry {
 }
 
 /// Every section, in the order of the page.
-pub static SECTIONS: [SectionEntry; 18] = [
+pub static SECTIONS: [SectionEntry; 19] = [
     SectionEntry {
         key: "convergence",
         help: "How the reference converges",
@@ -94,6 +95,13 @@ pub static SECTIONS: [SectionEntry; 18] = [
         title: "Two roughnesses that share a surface",
         judges_others: false,
         run: roughness::run,
+    },
+    SectionEntry {
+        key: "colour",
+        help: "Paint on tops, in cracks and on one side of the relief",
+        title: "Colours that follow the relief",
+        judges_others: false,
+        run: colour::run,
     },
     SectionEntry {
         key: "normals",

@@ -74,6 +74,12 @@ impl MeshPipelines {
         self.kinds.iter().any(|kind| kind.has.mixed)
     }
 
+    /// Whether colours follow the relief of any object.
+    #[must_use]
+    pub fn have_relief_color(&self) -> bool {
+        self.kinds.iter().any(|kind| kind.follows.any())
+    }
+
     /// Whether any object throws shadows.
     #[must_use]
     pub fn cast_shadows(&self) -> bool {
@@ -201,6 +207,10 @@ impl Surface for Meshes {
 
     fn is_mixed(&self) -> bool {
         self.pipelines.are_mixed()
+    }
+
+    fn has_relief_color(&self) -> bool {
+        self.pipelines.have_relief_color()
     }
 
     fn casts_shadows(&self) -> bool {

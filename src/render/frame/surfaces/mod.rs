@@ -31,6 +31,11 @@ pub(super) trait Surface {
         false
     }
 
+    /// Whether its colours follow its relief.
+    fn has_relief_color(&self) -> bool {
+        false
+    }
+
     /// Whether anything of it throws shadows.
     fn casts_shadows(&self) -> bool {
         false

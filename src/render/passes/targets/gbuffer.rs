@@ -10,7 +10,7 @@ use super::begin::Begin;
 use crate::gpu::{Commands, Gpu, Image, ImageDesc, Result, Use};
 use crate::reflectance::frame::octahedral_decode;
 
-/// The LEADR G-buffer: all data that shading a pixel needs, 72 bytes (`passes/gbuffer.glsl`) plus the depth of
+/// The LEADR G-buffer: all data that shading a pixel needs, 88 bytes (`passes/gbuffer.glsl`) plus the depth of
 /// [`VisibleSurface`](super::VisibleSurface).
 #[derive(Clone)]
 pub struct GBuffer {
@@ -26,6 +26,8 @@ pub struct GBuffer {
     pub reflection: Image,
     /// Emission; RG32UI.
     pub emission: Image,
+    /// How the albedo follows the relief, packed; RGBA32UI.
+    pub relief_color: Image,
 }
 
 /// The fields of a [`GBuffer`] pixel that pictures of single layers show.
@@ -47,13 +49,14 @@ pub struct FilteredPixel {
 
 impl GBuffer {
     /// Formats of its images, in the order of their attachments.
-    pub const FORMATS: [vk::Format; 6] = [
+    pub const FORMATS: [vk::Format; 7] = [
         vk::Format::R32G32B32A32_UINT,
         vk::Format::R32G32B32A32_UINT,
         vk::Format::R32G32_UINT,
         vk::Format::R32G32_UINT,
         vk::Format::R32G32B32A32_UINT,
         vk::Format::R32G32_UINT,
+        vk::Format::R32G32B32A32_UINT,
     ];
 
     /// A G-buffer of `size` pixels.
@@ -62,7 +65,7 @@ impl GBuffer {
     /// Memory that is short.
     pub fn new(gpu: &Arc<Gpu>, size: (u32, u32)) -> Result<Self> {
         let color = |format| ImageDesc::new(format, size.0, size.1).color_target();
-        let [slopes, material, surface, horizon, reflection, emission] = Self::FORMATS.map(color);
+        let [slopes, material, surface, horizon, reflection, emission, relief_color] = Self::FORMATS.map(color);
         // The join pass writes to the first two.
         Ok(Self {
             slopes: Image::new(gpu, "g-buffer slopes", slopes.storage())?,
@@ -71,13 +74,15 @@ impl GBuffer {
             horizon: Image::new(gpu, "g-buffer horizon", horizon)?,
             reflection: Image::new(gpu, "g-buffer reflection", reflection)?,
             emission: Image::new(gpu, "g-buffer emission", emission)?,
+            relief_color: Image::new(gpu, "g-buffer relief colour", relief_color)?,
         })
     }
 
     /// Its images, in the order of their attachments.
     #[must_use]
-    pub fn colors(&self) -> [&Image; 6] {
-        [&self.slopes, &self.material, &self.surface, &self.horizon, &self.reflection, &self.emission]
+    pub fn colors(&self) -> [&Image; 7] {
+        let Self { slopes, material, surface, horizon, reflection, emission, relief_color } = self;
+        [slopes, material, surface, horizon, reflection, emission, relief_color]
     }
 
     /// Runs `draw`, which filters the pixels of one kind of surface into the G-buffer within the scissor (x, y, width,

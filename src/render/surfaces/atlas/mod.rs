@@ -21,7 +21,7 @@ use rayon::prelude::*;
 
 use self::frames::{AtlasFrames, turn};
 use self::levels::{CoarseShape, Star, coarse_levels};
-use super::material::{Codes, MIXED_FORMAT, MaterialImages};
+use super::material::{Codes, MIXED_FORMAT, MaterialImages, ReliefColorImages, halves, none_weighted};
 use super::moments::LeadrMapGpu;
 use super::patch_mesh::{PatchMesh, TileLayout};
 use super::topology::Topology;
@@ -68,8 +68,10 @@ pub struct AtlasGpu {
     pub f0: Image,
     /// Of two roughnesses.
     pub mixed: Image,
-    /// And of emission, with the accessibility as a.
+    /// Of emission, with the accessibility as a.
     pub light: Image,
+    /// And of [`ReliefColorImages::weighted`].
+    pub weighted: Image,
 }
 
 impl AtlasGpu {
@@ -92,6 +94,7 @@ impl AtlasGpu {
             f0: image("reflectance", MIXED_FORMAT)?,
             mixed: image("roughness", MIXED_FORMAT)?,
             light: image("light", MIXED_FORMAT)?,
+            weighted: none_weighted(gpu, &format!("{name} coarse weighted colours"))?,
         })
     }
 
@@ -107,10 +110,10 @@ impl AtlasGpu {
         topology: &Topology,
         layout: TileLayout,
         maps: &LeadrMapGpu,
-        material: Option<&MaterialImages>,
+        material: Option<(&MaterialImages, &ReliefColorImages)>,
     ) -> Result<Self> {
         let size = maps.slopes().mip_extent(0);
-        if let Some(material) = material.filter(|material| material.color.mip_extent(0) != size) {
+        if let Some((material, _)) = material.filter(|(material, _)| material.color.mip_extent(0) != size) {
             let ([w, h], [width, height]) = (material.color.mip_extent(0), size);
             let fault = format!("its colours' {w}x{h} texels are not the {width}x{height} of its heights");
             return Err(GpuError::Usage { name: format!("atlas of {name}"), fault });
@@ -139,8 +142,21 @@ impl AtlasGpu {
             image.write(0, 0, &halves)?;
             Ok::<_, GpuError>(image)
         };
-        let AtlasGpu { mut color, mut f0, mut mixed, mut light, .. } = Self::none(gpu, name)?;
-        if let Some(images) = material {
+        let AtlasGpu { mut color, mut f0, mut mixed, mut light, mut weighted, .. } = Self::none(gpu, name)?;
+        let floats = |image: &Image, level: u32, layer: u32| {
+            let texels: Vec<[f16; 4]> = image.read(level, layer)?;
+            Ok::<Vec<[f32; 4]>, GpuError>(texels.into_iter().map(|texel| texel.map(f16::to_f32)).collect())
+        };
+        if let Some((images, relief_color)) = material {
+            if relief_color.follows.heights {
+                let layers = relief_color.weighted.desc().layers;
+                let desc = ImageDesc::new(MIXED_FORMAT, width, height).layers(layers);
+                weighted = Image::new(gpu, &format!("{name} coarse weighted colours"), desc)?;
+                for layer in 0..layers {
+                    let texels = floats(&relief_color.weighted, SOURCE_LEVEL - relief_color.skipped, layer)?;
+                    weighted.write(0, layer, &halves(&coarse_levels(&star, &frames, shape, &texels)))?;
+                }
+            }
             let codes = Codes::new();
             let decoded = |image: &Image| {
                 let texels: Vec<[u8; 4]> = image.read(SOURCE_LEVEL, 0)?;
@@ -152,11 +168,7 @@ impl AtlasGpu {
                 f0 = coarse("reflectance", decoded(&images.f0)?, |texel| texel)?;
             }
             if images.has.mixed {
-                let texels: Vec<[f16; 4]> = images.mixed.read(SOURCE_LEVEL, 0)?;
-                mixed =
-                    coarse("roughness", texels.into_iter().map(|texel| texel.map(f16::to_f32)).collect(), |texel| {
-                        texel
-                    })?;
+                mixed = coarse("roughness", floats(&images.mixed, SOURCE_LEVEL, 0)?, |texel| texel)?;
             }
             if images.has.emission || images.has.occlusion {
                 light = coarse("light", light_texels(images)?, |texel| texel)?;
@@ -197,6 +209,7 @@ impl AtlasGpu {
             f0,
             mixed,
             light,
+            weighted,
         })
     }
 }

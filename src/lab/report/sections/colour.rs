@@ -1,0 +1,191 @@
+//! Paint that follows the relief: the whole picture at one sample.
+
+use glam::Vec3;
+use serde::Serialize;
+
+use crate::lab::error::LabError;
+use crate::lab::ray_cast::{Spectrum, Tile};
+use crate::lab::report::html::{Cell, Html, Table, number};
+use crate::lab::report::section::Section;
+use crate::lab::report::studio::{Studio, fault};
+use crate::lab::report::subject::Subject;
+use crate::lab::report::truth::Truth;
+use crate::lab::report::verdict::judge;
+use crate::render::camera::Camera;
+use crate::render::scene::{MaterialMap, Object};
+use crate::render::settings::{RenderSettings, ShadingOptions, Technique};
+use crate::render::surfaces::displacement::{Border, HeightField};
+use crate::scenes::plane::{even, plane};
+use crate::scenes::stage::{Stage, Views};
+
+const INTRO: &str = "A matte plane of Gaussian bumps (slopes of deviation .6), red on grey: on the tops, in the cracks, on the slopes that \
+    face one way, and nowhere. A pixel sees about three bumps. One sample of LEADR under sky and sun is compared with the supersampled \
+    reference whose bumps shadow each other, over the whole picture: with colours that follow the relief, and with colours and light filtered \
+    apart from each other (--relief-color off). The goal is a fifth of that error. Where nothing is painted, what is left is what the model \
+    of masking and shadowing gets wrong about brightness; no colour can be nearer than that.";
+
+/// The part of the error of independent filtering that is the goal.
+const GOAL: f64 = 0.2;
+const RED: [u8; 4] = [200, 25, 20, 128];
+const GREY: [u8; 4] = [110, 120, 130, 128];
+/// Texels of the tile, and those of a pixel.
+const TEXELS: u32 = 256;
+const PER_PIXEL: u32 = 16;
+const SIGMA: f32 = 0.6;
+const DEGREES: [f32; 6] = [15.0, 30.0, 45.0, 60.0, 70.0, 80.0];
+
+/// What is red.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+enum Paint {
+    Tops,
+    Cracks,
+    OneSide,
+    Nothing,
+}
+
+const PAINTS: [(Paint, &str); 4] =
+    [(Paint::Tops, "tops"), (Paint::Cracks, "cracks"), (Paint::OneSide, "one side"), (Paint::Nothing, "nothing")];
+
+#[derive(Serialize)]
+struct Entry {
+    paint: Paint,
+    degrees: f32,
+    followed: f64,
+    apart: f64,
+    noise: f64,
+}
+
+fn painted(tile: &Tile, paint: Paint) -> Object {
+    let heights = tile.heights();
+    let mut order: Vec<usize> = (0..heights.len()).collect();
+    order.sort_by(|&a, &b| heights[a].total_cmp(&heights[b]));
+    let n = tile.size() as usize;
+    let mut colors = vec![GREY; heights.len()];
+    for (below, &i) in order.iter().enumerate() {
+        let rank = below as f32 / heights.len() as f32;
+        let rise = heights[i / n * n + (i + 1) % n] - heights[i / n * n + (i + n - 1) % n];
+        let red = match paint {
+            Paint::Tops => rank > 0.7,
+            Paint::Cracks => rank < 0.3,
+            Paint::OneSide => rise > 0.0,
+            Paint::Nothing => false,
+        };
+        if red {
+            colors[i] = RED;
+        }
+    }
+    let field = HeightField { width: TEXELS, height: TEXELS, texels: heights.to_vec(), border: Border::Wrap };
+    // Half a repeat around the one that is seen throws its shadows.
+    Object::new("painted plane", plane(0.75, 12, 1.0, [1.0; 4], even))
+        .with_heights(field, SIGMA / TEXELS as f32)
+        .with_material(MaterialMap::new(TEXELS, TEXELS, colors))
+        .with_specular_f0(0.0)
+        .with_relief_color()
+}
+
+/// From so far away that rays are parallel, about one repeat of the relief; and the picture's size.
+fn seen(degrees: f32) -> (Camera, (u32, u32)) {
+    let (sine, cosine) = degrees.to_radians().sin_cos();
+    let columns = TEXELS / PER_PIXEL;
+    let rows = ((columns as f32 * cosine).round() as u32).max(1);
+    let (toward, distance) = (Vec3::new(0.8 * sine, -0.6 * sine, cosine), 200.0);
+    let fov = 2.0 * (0.5 * rows as f32 / columns as f32 / distance).atan().to_degrees();
+    // A repeat, turned, reaches beyond the plane's corners.
+    let fov = 0.9 * fov;
+    (Camera { near: 1.0, ..Camera::looking_at(toward * distance, Vec3::ZERO, fov) }, (columns, rows))
+}
+
+pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
+    let samples = studio.pick(32, 128);
+    let tile = Tile::new(Spectrum::Gaussian, TEXELS, 4.0, 1);
+    let (mut html, mut entries, mut findings) = (Html::new(), Vec::new(), Vec::new());
+    let bar = studio.progress.bar(PAINTS.len() * DEGREES.len());
+    for (paint, name) in PAINTS {
+        let mut table = Table::new(
+            format!("Painted: {name}; rRMSE of the whole picture against {samples} samples of the reference"),
+            ["seen from", "truth", "following the relief", "apart", "rRMSE", "rRMSE apart", "part", "noise"],
+        );
+        let camera = seen(45.0).0;
+        let stage = Stage::still(vec![painted(&tile, paint)], Views { near: camera, mid: camera, far: camera });
+        let mut subject = Subject::under_the_sky(studio, stage, 0.0)?;
+        for degrees in DEGREES {
+            let (camera, size) = seen(degrees);
+            let state = subject.seen_by(&camera);
+            let truth = studio.shoot_truth(
+                &mut subject.renderer,
+                &state,
+                &RenderSettings { shadows: false, ..Truth::Shadowed.settings(size, samples, 1) },
+            )?;
+            let mut figures =
+                vec![studio.picture(&file(name, degrees, "truth"), &truth.image, 1.0, "truth", vec![])?];
+            let mut errors = Vec::new();
+            for (relief_color, word) in [(true, "following"), (false, "apart")] {
+                let shading = Technique::Leadr.with(ShadingOptions { relief_color, ..Default::default() });
+                let settings = RenderSettings { size, samples: 1, shading, shadows: false, ..Default::default() };
+                let shot = studio.shoot(&mut subject.renderer, &state, &settings)?;
+                errors.push(judge(&truth, &shot, 1.0).map_err(fault)?.object.rrmse);
+                figures.push(studio.picture(&file(name, degrees, word), &shot.image, 1.0, word, vec![])?);
+            }
+            let (followed, apart) = (errors[0], errors[1]);
+            let figures = figures.into_iter().map(|figure| Cell::Figure(figure.enlarged(8)));
+            let numbers = [followed, apart, followed / apart, truth.noise].map(Cell::from);
+            table.row(std::iter::once(Cell::from(format!("{degrees}°"))).chain(figures).chain(numbers));
+            entries.push(Entry { paint, degrees, followed, apart, noise: truth.noise });
+            bar.step();
+        }
+        html.table(&table);
+        findings.push(finding(name, entries.iter().filter(|entry| entry.paint == paint)));
+    }
+    drop(bar);
+    Section::new(INTRO, findings, &html, &entries)
+}
+
+fn file(paint: &str, degrees: f32, what: &str) -> String {
+    format!("colour-{}-{degrees}-{what}", paint.replace(' ', "-"))
+}
+
+/// Of all views of a paint.
+fn finding<'a>(name: &str, entries: impl Iterator<Item = &'a Entry>) -> String {
+    let (mut sums, mut count) = ([0.0; 3], 0.0);
+    for Entry { followed, apart, noise, .. } in entries {
+        [followed, apart, noise].into_iter().zip(&mut sums).for_each(|(error, sum)| *sum += error * error);
+        count += 1.0;
+    }
+    let [followed, apart, noise] = sums.map(|sum: f64| (sum / count).sqrt());
+    let verdict = if name == "nothing" {
+        "which is the model's error of brightness".to_owned()
+    } else {
+        let kept = if followed <= GOAL * apart { "kept" } else { "missed" };
+        format!("{} of it; the goal of {} is {kept}", number(followed / apart), number(GOAL))
+    };
+    format!(
+        "Painted: {name}. From 15° to 80° one sample errs by {} where colours follow the relief and by {} where they are filtered apart, \
+         {verdict} (noise of the truth {}).",
+        number(followed),
+        number(apart),
+        number(noise)
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn paint_covers_what_it_says() {
+        let tile = Tile::new(Spectrum::Gaussian, TEXELS, 4.0, 1);
+        for (paint, share) in [(Paint::Tops, 0.3), (Paint::Cracks, 0.3), (Paint::OneSide, 0.5), (Paint::Nothing, 0.0)] {
+            let object = painted(&tile, paint);
+            let colors = &object.material.as_ref().unwrap().colors;
+            let red = colors.iter().filter(|texel| **texel == RED).count() as f32 / colors.len() as f32;
+            assert!((red - share).abs() < 0.02, "{paint:?}: {red}");
+        }
+    }
+
+    #[test]
+    fn goals_are_kept_and_missed() {
+        let entry = |followed| Entry { paint: Paint::Tops, degrees: 15.0, followed, apart: 0.5, noise: 0.0 };
+        assert!(finding("tops", [entry(0.05)].iter()).contains("is kept"));
+        assert!(finding("tops", [entry(0.2)].iter()).contains("is missed"));
+    }
+}

@@ -1,0 +1,220 @@
+//! Colours that follow the relief: one sample of LEADR against the reference, which draws every texel in its own colour.
+
+use crate::common::gpu::{TestGpu, test_gpu};
+use crate::common::render::under_sky;
+use crate::reference::{mean, plane_of, renderer};
+use glam::Vec3;
+use leadr::lab::ray_cast::{Spectrum, Tile};
+use leadr::maps::material::{Encoding, Input, Material, MaterialDetail, Raster, Relief, Samples, Texture};
+use leadr::maps::{HeightMap, procedural};
+use leadr::render::camera::Camera;
+use leadr::render::frame::Renderer;
+use leadr::render::light::sky::Sky;
+use leadr::render::scene::{FrameState, MaterialMap, Object, Pose, Sun};
+use leadr::render::settings::{RenderSettings, ShadingOptions, Technique};
+use leadr::render::surfaces::tessellation::TessellationSettings;
+use leadr::scenes::dressed;
+
+const RED: [u8; 4] = [200, 25, 20, 128];
+const GREY: [u8; 4] = [110, 120, 130, 128];
+const CELLS: u32 = 64;
+
+/// Bumps with paint where `paint` says so of the rank of the height, 0 to 1, and of the rise along x.
+fn painted(tile: &Tile, sigma: f32, paint: impl Fn(f32, f32) -> bool) -> Object {
+    let heights = tile.heights();
+    let mut order: Vec<usize> = (0..heights.len()).collect();
+    order.sort_by(|&a, &b| heights[a].total_cmp(&heights[b]));
+    let n = tile.size() as usize;
+    let mut colors = vec![GREY; heights.len()];
+    for (rank, &i) in order.iter().enumerate() {
+        let rise = heights[i / n * n + (i + 1) % n] - heights[i / n * n + (i + n - 1) % n];
+        if paint(rank as f32 / heights.len() as f32, rise) {
+            colors[i] = RED;
+        }
+    }
+    plane_of(tile, sigma, true).with_material(MaterialMap::new(tile.size(), tile.size(), colors)).with_relief_color()
+}
+
+/// Mean colour of one repeat seen from `degrees` off the normal, in few pixels or many.
+fn seen(renderer: &mut Renderer, degrees: f32, sun: Vec3, technique: Technique, relief_color: bool) -> [f64; 3] {
+    let (sine, cosine) = degrees.to_radians().sin_cos();
+    let view = Vec3::new(sine, 0.0, cosine);
+    let fov = 2.0 * (0.5 * cosine / 200.0).atan().to_degrees();
+    let camera = Camera { near: 1.0, ..Camera::looking_at(view * 200.0, Vec3::ZERO, fov) };
+    let sun = Some(Sun { direction: sun.normalize(), irradiance: Vec3::ONE });
+    let state = FrameState { sun, ..FrameState::new(camera, vec![Pose::REST]) };
+    let (rows, samples) = if technique.is_reference() { ((64.0 * cosine).round().max(1.0), 16) } else { (1.0, 1) };
+    let settings = RenderSettings {
+        size: ((rows / cosine).round() as u32, rows as u32),
+        samples,
+        shading: technique.with(ShadingOptions {
+            relief_color,
+            relief_shadows: technique.is_reference(),
+            ..Default::default()
+        }),
+        tessellation: TessellationSettings { to_texels: true, ..Default::default() },
+        shadows: false,
+        ..Default::default()
+    };
+    let color = renderer.render(&state, &settings).unwrap().color;
+    [0, 1, 2].map(|c| mean(&color.iter().map(|p| [p[c], p[c], p[c], p[3]]).collect::<Vec<_>>()))
+}
+
+/// Lights in front of the viewer, beside and behind.
+const LIGHTS: [Vec3; 3] = [Vec3::new(0.6, 0.1, 0.8), Vec3::new(0.0, 0.8, 0.6), Vec3::new(-0.6, 0.2, 0.77)];
+
+/// Relative errors of the share of red in the light, over views and lights: of LEADR, and without the colours' relief. Brightness
+/// is left out, since its errors come from the model of masking.
+fn errors(gpu: &TestGpu, paint: impl Fn(f32, f32) -> bool, lights: &[Vec3]) -> [f64; 2] {
+    let tile = Tile::new(Spectrum::Gaussian, CELLS, 4.0, 1);
+    let mut renderer = renderer(gpu, painted(&tile, 0.6, paint), 0.0);
+    let (mut sums, mut power) = ([0.0; 2], 0.0);
+    for degrees in [15.0, 45.0, 65.0, 80.0] {
+        for &light in lights {
+            let share = |[r, g, b]: [f64; 3]| r / (r + g + b);
+            let want = share(seen(&mut renderer, degrees, light, Technique::Reference, false));
+            let got = [true, false].map(|on| share(seen(&mut renderer, degrees, light, Technique::Leadr, on)));
+            println!("{degrees}°, light {light}: red {want:.4}, LEADR {:.4}, of the mean colour {:.4}", got[0], got[1]);
+            for (sum, got) in sums.iter_mut().zip(got) {
+                *sum += (got - want).powi(2);
+            }
+            power += want * want;
+        }
+    }
+    let errors = sums.map(|sum: f64| (sum / power).sqrt());
+    println!("relative RMSE {:.4} against {:.4}: {:.2}", errors[0], errors[1], errors[0] / errors[1]);
+    errors
+}
+
+#[test]
+fn paint_on_tops_and_in_cracks() {
+    let Some(gpu) = test_gpu() else { return };
+    let [tops, dropped] = errors(&gpu, |rank, _| rank > 0.7, &LIGHTS);
+    assert!(tops < 0.2 * dropped && dropped > 0.04, "{tops} {dropped}");
+    let [cracks, dropped] = errors(&gpu, |rank, _| rank < 0.3, &LIGHTS[..1]);
+    assert!(cracks < 0.18 * dropped && dropped > 0.04, "{cracks} {dropped}");
+}
+
+/// Paint on slopes that face one way brightens under light from there, and darkens under light from the other side.
+#[test]
+fn rain_side_flips_with_the_light() {
+    let Some(gpu) = test_gpu() else { return };
+    let sides = [Vec3::new(-0.8, 0.0, 0.6), Vec3::new(0.8, 0.0, 0.6)];
+    let [rain, dropped] = errors(&gpu, |_, rise| rise > 0.0, &sides);
+    assert!(rain < 0.28 * dropped && dropped > 0.1, "{rain} {dropped}");
+}
+
+/// Relative RMSE of pictures.
+fn difference(a: &[[f32; 4]], b: &[[f32; 4]]) -> f32 {
+    let (mut error, mut power) = (0.0, 0.0);
+    for (a, b) in a.iter().zip(b) {
+        for c in 0..3 {
+            error += (a[c] - b[c]).powi(2);
+            power += a[c] * a[c];
+        }
+    }
+    (error / power).sqrt()
+}
+
+/// Frames that go through the G-buffer show the same colours; and where nothing follows the relief, the setting changes nothing.
+#[test]
+fn colours_pass_through_the_g_buffer() {
+    let Some(gpu) = test_gpu() else { return };
+    let tile = Tile::new(Spectrum::Gaussian, CELLS, 4.0, 1);
+    let shoot = |object: Object, relief_color: bool, in_two: bool| {
+        let mut renderer = renderer(&gpu, object, 1.0);
+        let camera = Camera::looking_at(Vec3::new(3.0, 1.0, 1.5), Vec3::ZERO, 20.0);
+        let sun = Some(Sun { direction: LIGHTS[1].normalize(), irradiance: Vec3::ONE });
+        let state = FrameState { sun, ..FrameState::new(camera, vec![Pose::REST]) };
+        let shading = Technique::Leadr.with(ShadingOptions { relief_color, ..Default::default() });
+        let settings = RenderSettings { size: (48, 24), samples: 1, shading, shadows: false, ..Default::default() };
+        let output =
+            if in_two { renderer.render_in_two_passes(&state, &settings) } else { renderer.render(&state, &settings) };
+        output.unwrap().color
+    };
+    let follows = |rank: f32, rise: f32| rank > 0.6 || rise > 0.3;
+    let at_once = shoot(painted(&tile, 0.6, follows), true, false);
+    let through = difference(&at_once, &shoot(painted(&tile, 0.6, follows), true, true));
+    let dropped = difference(&at_once, &shoot(painted(&tile, 0.6, follows), false, false));
+    println!("through the G-buffer {through:.5}, without {dropped:.5}");
+    assert!(through < 0.005 && dropped > 5.0 * through, "{through} {dropped}");
+    let plain = |on| shoot(painted(&tile, 0.6, |_, _| true), on, false);
+    assert_eq!(plain(true), plain(false));
+}
+
+/// A material with red tops, and what a moss that covers stripes of it is made of.
+fn red_tops(size: u32) -> (Material, MaterialDetail) {
+    let map = HeightMap::new(size, size, procedural::gaussian(size, size, 3, 1.0, 0.05).texels).unwrap();
+    let raster = |width: u32, channels: usize, codes: Vec<u8>| {
+        Raster::new(width, (codes.len() / channels) as u32 / width, channels, Samples::U8(codes)).unwrap()
+    };
+    let codes =
+        map.texels.iter().flat_map(|&h| if h > 0.02 { [RED[0], RED[1], RED[2]] } else { [GREY[0], GREY[1], GREY[2]] });
+    let colors = Texture::new(raster(size, 3, codes.collect()), "red tops", Encoding::Srgb);
+    let stripes = (0..64).map(|i| if i % 8 < 4 { 255 } else { 0 }).collect();
+    let mut layer = Material::new("moss");
+    layer.base_color = Input::constant([0.05, 0.3, 0.02]);
+    let fine = HeightMap::new(32, 32, procedural::gaussian(32, 32, 4, 1.0, 0.1).texels).unwrap();
+    layer.relief = Some(Relief { map: fine, scale: Some(0.002), middle: 0.0, in_widths: false });
+    let mut material = Material::new("red tops");
+    material.base_color = Input::colors(colors);
+    material.relief = Some(Relief { map, scale: Some(0.12), middle: 0.0, in_widths: false });
+    let mask = Some(Texture::new(raster(64, 1, stripes), "stripes", Encoding::Linear));
+    let detail =
+        MaterialDetail { material: layer, colored: true, repeat: 6.0, rotation: 30.0, height_scale: 1.0, mask };
+    (material, detail)
+}
+
+/// In an atlas of tiles, whose patches are smaller than pixels, and under a detail: the pipelines with most resources, in one pass and in
+/// two.
+#[test]
+fn tops_of_a_sphere_and_under_a_detail() {
+    let Some(gpu) = test_gpu() else { return };
+    let (bare, detail) = red_tops(128);
+    let covered = Material { detail: Some(Box::new(detail)), ..bare.clone() };
+    let mut changes = Vec::new();
+    for (material, sphere) in [(&bare, true), (&bare, false), (&covered, true), (&covered, false)] {
+        let mut stage = if sphere { dressed::sphere_stage(material, 16) } else { dressed::plane_stage(material) };
+        let camera = stage.views.far;
+        stage.objects.iter_mut().for_each(|object| object.follows_relief = true);
+        let mut renderer = under_sky(&gpu, stage.take_scene(), 16);
+        let state = FrameState::new(camera, vec![Pose::REST]).under(&Sky::default());
+        let mut shoot = |relief_color: bool, in_two: bool, technique: Technique, samples: u32| {
+            let shading = technique.with(ShadingOptions {
+                relief_color,
+                relief_shadows: technique.is_reference(),
+                ..Default::default()
+            });
+            let tessellation = TessellationSettings { to_texels: true, ..Default::default() };
+            let settings =
+                RenderSettings { size: (24, 24), samples, shading, tessellation, shadows: false, ..Default::default() };
+            let output = if in_two {
+                renderer.render_in_two_passes(&state, &settings)
+            } else {
+                renderer.render(&state, &settings)
+            };
+            output.unwrap().color
+        };
+        let [on, two, off] =
+            [(true, false), (true, true), (false, false)].map(|(on, two)| shoot(on, two, Technique::Leadr, 1));
+        let (through, change) = (difference(&on, &two), difference(&on, &off));
+        println!(
+            "sphere {sphere}, detail {}: through the G-buffer {through:.5}, without {change:.5}",
+            material.detail.is_some()
+        );
+        assert!(through < 0.005 && change > 3.0 * through, "{through} {change}");
+        changes.push(change);
+        if sphere && material.detail.is_none() {
+            let truth = shoot(false, false, Technique::Reference, 64);
+            let red = |picture: &[[f32; 4]]| {
+                let sum = |c: usize| picture.iter().map(|p| f64::from(p[c])).sum::<f64>();
+                sum(0) / (sum(0) + sum(1) + sum(2))
+            };
+            let [want, got, mean] = [&truth, &on, &off].map(|picture| red(picture));
+            println!("red {want:.4}, LEADR {got:.4}, of the mean colour {mean:.4}");
+            assert!((got - want).abs() < 0.5 * (mean - want).abs(), "{want} {got} {mean}");
+        }
+    }
+    // What the detail covers follows nothing.
+    assert!(changes[2] < changes[0] && changes[3] < changes[1], "{changes:?}");
+}
