@@ -8,7 +8,7 @@
 // src/reflectance/visible/relief_color.rs derives it. With the mean colour, `low` and `high` filtered beside it, and the covariances
 // of colour and slope `x` and `y`:
 //     ReliefColor r = ReliefColor(low, high, x, y);
-//     vec3 color = relief_color(mean, r, seen_height(o, lit), lit_slopes_score(wo, wi, m, S));
+//     vec3 color = relief_color(mean, r, seen_height(o, lit), held_score(lit_slopes_score(wo, wi, m, S), S));
 
 // A mean over facets weighted by (L + 1) u^L, u the rank of their height from 0 to 1, is what is seen where L is the sum of both
 // Lambdas. It is filtered for two of them.
@@ -70,7 +70,16 @@ vec2 lit_slopes_score(vec3 wo, vec3 wi, vec2 m, vec3 S) {
     return vec2(S.z * v.y * tt - (1.0 + tt * S.y) * v.x, S.z * v.x * tt - (1.0 + tt * S.x) * v.y) / det;
 }
 
-// height: of seen_height; score: of one of the two above.
+// A score by which no colour leaves those that there are. Regression goes on for ever; where a half of all slopes has one colour and
+// the other half another, the change of the mean ends as that half ends.
+vec2 held_score(vec2 score, vec3 S) {
+    S = clamp_covariance(S);
+    float square = S.x * score.x * score.x + S.y * score.y * score.y + 2.0 * S.z * score.x * score.y;
+    float moved = clamp(sqrt(max(square, 0.0)), 1e-2, 13.0); // deviations
+    return score * (1.2533141373 * (2.0 * normal_ramp(moved).cdf - 1.0) / moved); // sqrt(pi / 2) erf(moved / sqrt(2)) / moved
+}
+
+// height: of seen_height; score: of held_score.
 vec3 relief_color(vec3 mean, ReliefColor r, float height, vec2 score) {
     float t = min(height, LEADR_MOST_SEEN_HEIGHT);
     vec3 by_height = (9.0 * t * (2.0 / 3.0 - t)) * r.low + (4.5 * t * (t - 1.0 / 3.0)) * r.high;

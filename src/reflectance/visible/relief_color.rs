@@ -98,8 +98,19 @@ pub fn lit_slopes_score(wo: DVec3, wi: DVec3, m: DVec2, s: DVec3) -> DVec2 {
     DVec2::new(s.z * v.y * tt - (1.0 + tt * s.y) * v.x, s.z * v.x * tt - (1.0 + tt * s.x) * v.y) / det
 }
 
+/// A score by which no colour leaves those that there are. Regression goes on for ever; where a half of all slopes has one colour and
+/// the other half another, the change of the mean is `erf` of the slopes' move, and ends as that half ends. This takes that for every
+/// profile.
+#[must_use]
+pub fn held_score(score: DVec2, s: DVec3) -> DVec2 {
+    let s = clamp_covariance(s);
+    let square = s.x * score.x * score.x + s.y * score.y * score.y + 2.0 * s.z * score.x * score.y;
+    let moved = square.max(0.0).sqrt().clamp(1e-2, 13.0);
+    score * (std::f64::consts::FRAC_PI_2.sqrt() * (2.0 * normal_ramp(moved).cdf - 1.0) / moved)
+}
+
 /// The colour, 0 to 1, whose mean over all facets is `mean`. `height`: [`seen_height`]; `score`: [`seen_slopes_score`] or
-/// [`lit_slopes_score`].
+/// [`lit_slopes_score`], of [`held_score`].
 #[must_use]
 pub fn relief_color(mean: DVec3, r: &ReliefColor, height: f64, score: DVec2) -> DVec3 {
     let t = height.min(MOST_SEEN_HEIGHT);
@@ -192,6 +203,24 @@ mod tests {
         println!("scores err by {worst:.3} deviations of the slopes");
         // The worst is a very rough surface seen and lit at grazing angles.
         assert!(worst < 0.25, "{worst}");
+    }
+
+    /// White where slopes rise along x, black elsewhere, seen with slopes moved by so many deviations.
+    #[test]
+    fn colours_end_where_paint_ends() {
+        let s = DVec3::new(0.25, 0.09, 0.03);
+        let deviation = s.x.sqrt();
+        let of_white = DVec2::new(s.x, s.z) * (std::f64::consts::TAU.sqrt().recip() / deviation);
+        let r = ReliefColor { x: DVec3::splat(of_white.x), y: DVec3::splat(of_white.y), ..Default::default() };
+        for moved in [-5.0, -2.0, -0.5, 0.0, 0.1, 1.0, 3.0] {
+            // S⁻¹ of a move along the slopes' regression on x.
+            let score = DVec2::new(moved / deviation, 0.0);
+            let got = relief_color(DVec3::splat(0.5), &r, 0.0, held_score(score, s)).x;
+            let want = normal_ramp(moved).cdf;
+            assert!((got - want).abs() < 2e-4, "{moved}: {got} instead of {want}");
+            let without = 0.5 + score.x * r.x.x;
+            assert!(moved.abs() < 2.0 || (without - want).abs() > 0.2);
+        }
     }
 
     #[test]

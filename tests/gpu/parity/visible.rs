@@ -24,7 +24,7 @@ use leadr::reflectance::visible::mapped::{
     mapped_diffuse_light, mapped_diffuse_moments, mapped_fresnel, mapped_slopes, mapped_specular_light,
 };
 use leadr::reflectance::visible::relief_color::{
-    ReliefColor, lit_slopes_score, relief_color, seen_height, seen_slopes_score,
+    ReliefColor, held_score, lit_slopes_score, relief_color, seen_height, seen_slopes_score,
 };
 use leadr::reflectance::visible::slopes::{VISIBLE_TAIL, visible_slopes};
 use leadr::reflectance::visible::specular::{VisibleProbe, mapped_probes, probe_rule, visible_probe, visible_probes};
@@ -220,7 +220,8 @@ fn horizon_parity() {
 fn relief_color_parity() {
     parity::<12>(
         "visible/relief_color",
-        Tolerance { relative: 1e-3, floor: |_| 1.0, unit: 0.0 },
+        // Measured 2.9e-3: viewers at grazing angles and lights from below.
+        Tolerance { relative: 4e-3, floor: |_| 1.0, unit: 0.0 },
         |r| {
             let ((wo, m, s), wi) = (surface(r, false), r.direction());
             join(&[&wo.to_array(), &wi.to_array(), &m.to_array(), &s.to_array(), &[r.unit()]])
@@ -238,9 +239,10 @@ fn relief_color_parity() {
             };
             let limit = DVec2::splat(3.0);
             let color = relief_color(DVec3::new(0.5, 0.2, 0.9), &r, height, score.clamp(-limit, limit));
-            list![[height], score, seen_slopes_score(wo, m, s), color]
+            let held = held_score(score, s);
+            list![[height], score, seen_slopes_score(wo, m, s), color, held]
         },
     );
     let Some(gpu) = test_gpu() else { return };
-    finite::<12, 1>(&gpu, &mut Random(13), "visible/relief_color", 8, 2, |r| [r.unit() as f32]);
+    finite::<12, 1>(&gpu, &mut Random(13), "visible/relief_color", 10, 2, |r| [r.unit() as f32]);
 }
