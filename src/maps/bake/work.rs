@@ -242,8 +242,11 @@ impl Differences {
         for (exact, stored) in exact.chunks_exact(channels).zip(stored.chunks_exact(channels)) {
             for (i, (sum, (&a, &b))) in sums.iter_mut().zip(exact.iter().zip(stored)).enumerate() {
                 let (a, mut b) = (f64::from(a), f64::from(b));
-                if let Some((_, rest)) = height.filter(|(height, _)| *height == i) {
-                    b += f64::from(stored[rest]);
+                match height {
+                    Some((height, rest)) if height == i => b += f64::from(stored[rest]),
+                    // By itself it means nothing.
+                    Some((_, rest)) if rest == i => continue,
+                    _ => {}
                 }
                 *sum = [sum[0] + (b - a).powi(2), sum[1] + a * a];
             }
