@@ -3,6 +3,9 @@
 //! Where the smooth surface covers everything that the relief can move into a pixel, a whole displaced surface covers that pixel, no
 //! deeper than its deepest bump. A pixel that shows more is a crack, whatever is behind it: the background, an inside, or the front
 //! of something else.
+//!
+//! Outlines of what stands in front of something else, and surfaces seen steeper than [`STEEPEST`], are left out: bumps may bare what
+//! was hidden there, such as the gap between two parts that do not touch. Another view sees the same place less steeply.
 
 use std::sync::Arc;
 
@@ -52,6 +55,12 @@ pub struct Search {
 
 /// Distances of a search: parts of the surface, all of it, and a small picture.
 pub const DISTANCES: [f32; 3] = [0.35, 1.0, 3.0];
+
+/// Steepest smooth surface that is searched: depth over width, the tangent of its angle to the picture.
+pub const STEEPEST: f32 = 1.5;
+
+/// Step of depth beyond those beside it, in widths of a pixel, at which a surface ends and another begins.
+const JUMP: f32 = 0.5;
 
 /// Rough heights from 0 to 1 that repeat, bumps of a few texels.
 #[must_use]
@@ -122,15 +131,44 @@ pub fn find(renderer: &mut Renderer, state: &FrameState, settings: &RenderSettin
         if x < reach || y < reach || x + reach >= width || y + reach >= height {
             continue;
         }
-        let rows = y - reach..=y + reach;
-        let mut around = rows.flat_map(|row| &smooth[row * width + x - reach..=row * width + x + reach]);
+        let row = |row: usize| &smooth[row * width + x - reach..=row * width + x + reach];
+        let mut around = (y - reach..=y + reach).flat_map(row);
         let Some(deepest) = around.try_fold(0.0f32, |deepest, depth| depth.map(|depth| deepest.max(depth))) else {
             continue;
         };
+        let steps = Steps { depths: &smooth, pixel: deepest / focal, count: 2 * reach };
+        let corner = (y - reach) * width + x - reach;
+        let across = (0..=2 * reach).any(|row| steps.are_broken(corner + row * width, 1));
+        let down = (0..=2 * reach).any(|column| steps.are_broken(corner + column, width));
+        if across || down {
+            continue;
+        }
         seen.searched += 1;
         seen.cracks += usize::from(shown.is_none_or(|depth| depth > deepest + 1.5 * bump + 1e-3 * deepest));
     }
     Ok(seen)
+}
+
+/// Steps from depth to depth along rows and columns of a picture.
+struct Steps<'a> {
+    depths: &'a [Option<f32>],
+    /// Width of a pixel there, metres.
+    pixel: f32,
+    count: usize,
+}
+
+impl Steps<'_> {
+    /// Whether one of the steps that begin at `start` and go on by `stride` is steeper than [`STEEPEST`], or jumps: differs from those
+    /// before and after it alike, as at the edge of a part that stands before another, and not as at a crease.
+    fn are_broken(&self, start: usize, stride: usize) -> bool {
+        let depth = |i: usize| self.depths[start + i * stride].unwrap_or(0.0);
+        let step = |i: usize| (depth(i + 1) - depth(i)) / self.pixel;
+        let jumps = |i: usize| {
+            let (before, after) = (step(i) - step(i - 1), step(i) - step(i + 1));
+            before * after > 0.0 && before.abs().min(after.abs()) > JUMP
+        };
+        (0..self.count).any(|i| step(i).abs() > STEEPEST) || (1..self.count - 1).any(jumps)
+    }
 }
 
 /// Cameras all around a sphere, evenly, so that it fills the picture at a distance of 1.
@@ -143,4 +181,25 @@ pub fn views(count: u32, centre: Vec3, radius: f32, distance: f32) -> impl Itera
         let direction = (Vec3::new(around.cos(), around.sin(), 0.0) * (1.0 - height * height).sqrt()).with_z(height);
         Camera::looking_at(centre + away * direction, centre, degrees)
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn creases_are_whole_and_edges_are_not() {
+        let broken = |depths: &[f32]| {
+            let depths: Vec<Option<f32>> = depths.iter().copied().map(Some).collect();
+            Steps { depths: &depths, pixel: 0.1, count: depths.len() - 1 }.are_broken(0, 1)
+        };
+        // Flat, a plane at 50 degrees, an edge of a cube, and one that lies within a pixel.
+        assert!(!broken(&[5.0; 7]));
+        assert!(!broken(&[5.0, 5.12, 5.24, 5.36, 5.48]));
+        assert!(!broken(&[5.1, 5.0, 4.9, 4.8, 4.9, 5.0, 5.1]));
+        assert!(!broken(&[5.0, 5.0, 5.0, 5.05, 5.15, 5.25]));
+        // A plate before another, and a plane that is seen too steeply.
+        assert!(broken(&[5.0, 5.02, 5.04, 5.13, 5.15, 5.17]));
+        assert!(broken(&[5.0, 5.2, 5.4, 5.6]));
+    }
 }
