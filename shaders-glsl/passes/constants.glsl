@@ -21,6 +21,8 @@ const uint FLAG_CHARTED = 32u;
 const uint FLAG_MASK = 64u;
 // Above the flags, where edge samples are drawn: their number across a pixel.
 const uint FLAGS_GRID_SHIFT = 8u;
+// Bits of Object.index above the index.
+const uint CONDUCTOR_DIP_SHIFT = 16u;
 
 // Index of the sea among the objects of a scene: the last for which a visible pixel has bits.
 const uint SEA_INDEX = 63u;

@@ -17,6 +17,7 @@ struct FilteredSurface {
     MixedRoughness mixed; // the two roughnesses that alpha stands for, where MIXED_ROUGHNESS says so
     vec3 f0;             // reflectance at normal incidence
     float body_f0;       // of the part that has albedo: metal beside it has none
+    vec3 dip;            // of a conductor's reflectance: fresnel_dipped
     vec3 emission;       // radiance, to be scaled
     ReliefColor relief_color; // how albedo follows the relief
     float accessibility;
@@ -60,14 +61,28 @@ uvec4 pack_reflection(FilteredSurface f) {
                  packHalf2x16(vec2(f.mixed.smooth_alpha, f.mixed.rough_alpha)), floatBitsToUint(f.body_f0));
 }
 
-// Emission as halves, the last of them unused.
+// A conductor's dip, 0 to 4: five bits a channel.
+uint pack_dip(vec3 dip) {
+    uvec3 bits = uvec3(round(clamp(dip, 0.0, 4.0) * (31.0 / 4.0)));
+    return bits.x | bits.y << 5 | bits.z << 10;
+}
+
+vec3 unpack_dip(uint bits) {
+    return vec3(uvec3(bits, bits >> 5, bits >> 10) & 31u) * (4.0 / 31.0);
+}
+
+// Emission as halves, and the dip.
 uvec2 pack_emission(FilteredSurface f) {
     vec3 emission = clamp(f.emission, 0.0, 6e4);
-    return uvec2(packHalf2x16(emission.xy), packHalf2x16(vec2(emission.z, 0.0)));
+    return uvec2(packHalf2x16(emission.xy), packHalf2x16(vec2(emission.z, 0.0)) | pack_dip(f.dip) << 16);
 }
 
 vec3 emission_of(uvec2 packed) {
     return vec3(unpackHalf2x16(packed.x), unpackHalf2x16(packed.y).x);
+}
+
+vec3 dip_of(uvec2 packed) {
+    return unpack_dip(packed.y >> 16);
 }
 
 vec3 f0_of(uvec4 reflection) {

@@ -163,6 +163,9 @@ pub struct Object {
     /// Reflectance at normal incidence; of what has albedo, where the material tells more. Below 0.02 reflection fades at all angles,
     /// and at 0 nothing is reflected.
     pub specular_f0: f32,
+    /// How far its reflectance dips below Schlick's form on its way to grazing incidence, 0 to 4
+    /// ([`fresnel_dipped`](crate::reflectance::facets::fresnel::fresnel_dipped)), in steps of 4/31. For surfaces that are one metal all over.
+    pub conductor_dip: [f32; 3],
     /// What lies beyond the edges of its slopes, across and down, where the border of its heights does not say so.
     pub slope_wrap: Option<[TextureWrap; 2]>,
     /// Whether what it emits is multiplied with the colours of the vertices.
@@ -193,6 +196,7 @@ impl Object {
             material: None,
             charts: None,
             specular_f0: 0.04,
+            conductor_dip: [0.0; 3],
             slope_wrap: None,
             tints_emission: false,
             front_only: false,
@@ -260,6 +264,12 @@ impl Object {
     #[must_use]
     pub fn with_specular_f0(self, specular_f0: f32) -> Self {
         Self { specular_f0, ..self }
+    }
+
+    /// The same with the dip of a conductor.
+    #[must_use]
+    pub fn with_conductor_dip(self, conductor_dip: [f32; 3]) -> Self {
+        Self { conductor_dip, ..self }
     }
 
     /// The same without casting a shadow on other surfaces.

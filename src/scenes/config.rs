@@ -173,6 +173,7 @@ impl MaterialFiles {
         if let Some(metal) = self.metal.and_then(Metal::named) {
             material.base_color = Input::constant(metal.f0().as_vec3().to_array());
             material.metalness = Input::constant(1.0);
+            material.conductor_dip = metal.dip().as_vec3().to_array();
         }
         if let Some(strength) = self.anisotropy {
             let rotation = self.anisotropy_rotation.to_radians();

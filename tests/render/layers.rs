@@ -97,7 +97,12 @@ fn layered(gpu: &Arc<Gpu>, as_detail: bool, masked: bool, turned: bool) -> Rende
             material: None,
             mapping: DetailMapping::Texcoords,
             transform: Affine2::from_mat2(turn * REPEATS as f32),
-            mask: masked.then(|| DetailMask { width: BASE, height: BASE, texels: masks, transform: Affine2::IDENTITY }),
+            mask: masked.then_some(DetailMask {
+                width: BASE,
+                height: BASE,
+                texels: masks,
+                transform: Affine2::IDENTITY,
+            }),
         };
         return under_sky(gpu, vec![object.with_slopes(base).with_detail(detail)], 64);
     }

@@ -1,7 +1,7 @@
 //! Materials that change over a surface, filtered: held against supersampled pictures of the same surface.
 
 use crate::common::gpu::{TestGpu, test_gpu};
-use crate::common::render::{bumps, under_sky};
+use crate::common::render::{bumps, in_room, under_sky};
 use crate::common::shared::shared_data;
 use glam::Vec3;
 use leadr::lab::metrics::compare::compare;
@@ -11,6 +11,8 @@ use leadr::maps::material::{
 };
 use leadr::maps::tonemap::Tonemap;
 use leadr::maps::{HeightMap, RgbImage, Wrap};
+use leadr::reflectance::facets::fresnel::fresnel_schlick;
+use leadr::reflectance::facets::metals::Metal;
 use leadr::reflectance::masking::shadowing::Shadowing;
 use leadr::render::camera::Camera;
 use leadr::render::frame::Renderer;
@@ -245,5 +247,58 @@ fn folders_of_materials_open() {
             (None, None) => assert!((cover.unit(2.0) - USUAL_HEIGHT).abs() < 1e-6),
             other => panic!("{name}: {other:?}"),
         }
+    }
+}
+
+/// In a room of even light a smooth ball shows its reflectance at every angle: a metal's is that of its indices of refraction, not
+/// Schlick's form.
+#[test]
+fn metals_dip_before_they_rise() {
+    let Some(gpu) = test_gpu() else { return };
+    const SIZE: u32 = 256;
+    for (name, schlick_errs) in [("iron", 0.15), ("copper", 0.02)] {
+        let metal = Metal::named(name).unwrap();
+        let mut material = Material::new(name);
+        material.base_color = Input::constant(metal.f0().as_vec3().to_array());
+        material.metalness = Input::constant(1.0);
+        material.roughness = Input::constant(0.2);
+        material.conductor_dip = metal.dip().as_vec3().to_array();
+        let objects = std::mem::take(&mut dressed::sphere_stage(&material, 16).objects);
+        let centre = objects[0].mesh.positions.iter().sum::<Vec3>() / objects[0].mesh.positions.len() as f32;
+        let mut renderer = in_room(&gpu, objects, [1.0; 3]);
+        let away = Vec3::new(0.3, -0.8, 0.52).normalize() * 200.0;
+        let camera = Camera {
+            near: 1.0,
+            ..Camera::looking_at(centre + away, centre, 2.0 * (1.0f32 / 200.0).atan().to_degrees())
+        };
+        let mut worst = [0.0f64; 2];
+        for in_two in [false, true] {
+            let state = FrameState::new(camera, vec![Pose::REST]);
+            let settings = RenderSettings {
+                size: (SIZE, SIZE),
+                samples: 1,
+                shading: Technique::Leadr.with(ShadingOptions::default()),
+                ..Default::default()
+            };
+            let output = if in_two {
+                renderer.render_in_two_passes(&state, &settings)
+            } else {
+                renderer.render(&state, &settings)
+            };
+            for (i, pixel) in output.unwrap().color.iter().enumerate() {
+                let [x, y] =
+                    [i as u32 % SIZE, i as u32 / SIZE].map(|k| (f64::from(k) + 0.5) * 2.0 / f64::from(SIZE) - 1.0);
+                let cosine = (1.0 - x * x - y * y).max(0.0).sqrt();
+                if cosine > 0.16 {
+                    let (want, schlick) = (metal.reflectance(cosine), fresnel_schlick(metal.f0(), cosine));
+                    for c in 0..3 {
+                        worst[0] = worst[0].max((f64::from(pixel[c]) - want[c]).abs());
+                        worst[1] = worst[1].max((schlick[c] - want[c]).abs());
+                    }
+                }
+            }
+        }
+        println!("{name}: at most {:.4} from its indices; Schlick {:.4}", worst[0], worst[1]);
+        assert!(worst[0] < 0.03 && worst[1] > schlick_errs, "{name}: {worst:?}");
     }
 }

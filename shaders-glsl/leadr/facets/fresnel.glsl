@@ -19,6 +19,18 @@ vec3 fresnel_schlick(vec3 f0, float cosine) {
     return f0 + (grazing_reflectance(f0) - f0) * schlick_weight(cosine);
 }
 
+// Weight of a conductor's dip, cos (1 - cos)^6: at most 0.057, at a cosine of 1/7.
+float dip_weight(float cosine) {
+    float c = clamp(cosine, 0.0, 1.0);
+    float k = (1.0 - c) * (1.0 - c) * (1.0 - c);
+    return c * k * k;
+}
+
+// Schlick's form less the dip of a conductor, whose reflectance falls before it rises (Lazanyi and Szirmay-Kalos 2005; Hoffman 2019).
+vec3 fresnel_dipped(vec3 f0, vec3 dip, float cosine) {
+    return fresnel_schlick(f0, cosine) - dip * dip_weight(cosine);
+}
+
 // Unpolarised reflectance of a smooth dielectric; eta: index inside over index outside, > 0; 1 at total reflection
 // (Fresnel; Walter et al. 2007, eq. 22).
 float fresnel_dielectric(float cosine, float eta) {

@@ -9,7 +9,7 @@ uniform usampler2D visible_surface;
 layout(std430) readonly buffer TileRecords { uvec4 tile_records[]; };
 
 void main() {
-    bool seen = tile_shows(tile_records[gl_VertexIndex], object.index);
+    bool seen = tile_shows(tile_records[gl_VertexIndex], object_index());
     gl_Position = tile_point(gl_VertexIndex, textureSize(visible_surface, 0), seen);
     gl_PointSize = float(TILE_SIZE);
 }

@@ -8,7 +8,7 @@
 void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
     uvec4 seen = texelFetch(visible_surface, pixel, 0);
-    if (object_of(seen.x) != object.index) {
+    if (object_of(seen.x) != object_index()) {
         discard;
     }
     float area;

@@ -482,6 +482,7 @@ FilteredSurface filtered_mesh(ivec2 pixel, vec2 at, uvec4 seen, out float area) 
     filtered.material = color;
     filtered.f0 = REFLECTS_BY_MAP ? means.f0 : vec3(object.specular_f0);
     filtered.body_f0 = object.specular_f0;
+    filtered.dip = unpack_dip(object.index >> CONDUCTOR_DIP_SHIFT);
     filtered.mixed = MixedRoughness(0.0, color.a, color.a);
     if (MIXED_ROUGHNESS) {
         filtered.mixed = mixed_roughness(means.mixed);
@@ -496,6 +497,7 @@ FilteredSurface filtered_mesh(ivec2 pixel, vec2 at, uvec4 seen, out float area) 
         // What lies under the detail neither mirrors nor is metal.
         filtered.f0 = mix(filtered.f0, vec3(detail_color.a), covering.cover);
         filtered.body_f0 = mix(filtered.body_f0, detail_color.a, covering.cover);
+        filtered.dip *= 1.0 - covering.cover;
     }
     if (DETAIL_COLORS != DETAIL_COLORLESS && MIXED_ROUGHNESS) {
         vec2 alphas = vec2(filtered.mixed.smooth_alpha, filtered.mixed.rough_alpha);

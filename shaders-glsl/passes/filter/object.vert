@@ -6,5 +6,5 @@
 #include "../object_depth.glsl"
 
 void main() {
-    gl_Position = object_corner(gl_VertexIndex, object.index);
+    gl_Position = object_corner(gl_VertexIndex, object_index());
 }

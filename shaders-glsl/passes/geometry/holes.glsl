@@ -59,7 +59,7 @@ uint mixed_bits(uint x) {
 float first_threshold(uint index) {
     float noise = fract(52.9829189 * fract(dot(floor(gl_FragCoord.xy), vec2(0.06711056, 0.00583715))));
     uvec2 square = uvec2(gl_FragCoord.xy) / 4u;
-    uint bits = mixed_bits(mixed_bits(index * 64u + object.index) ^ mixed_bits(square.x | square.y << 16) ^ floatBitsToUint(view.draw));
+    uint bits = mixed_bits(mixed_bits(index * 64u + object_index()) ^ mixed_bits(square.x | square.y << 16) ^ floatBitsToUint(view.draw));
     return fract(noise + float(bits >> 8) / 16777216.0);
 }
 

@@ -7,7 +7,7 @@ layout(push_constant, std430) uniform Object {
     float height_scale; // eta of LEADR section 4.2
     float specular_f0;
     uint flags;         // FLAG_ bits; above them, when edge samples are drawn, their number across a pixel
-    uint index;         // number of the object in the scene, from 1
+    uint index;         // number of the object in the scene, from 1: object_index(); from CONDUCTOR_DIP_SHIFT on the dip of a conductor
     float relief;       // from the deepest pit to the highest bump, metres
 #ifdef LEADR_OBJECT_SEEN
     float eye[3];       // the viewer, metres; of a flat object the last is the viewer's height above its plane
@@ -19,5 +19,9 @@ layout(push_constant, std430) uniform Object {
     vec4 color;         // of a plain one: linear albedo, Beckmann roughness alpha
 #endif
 } object;
+
+uint object_index() {
+    return object.index & ((1u << CONDUCTOR_DIP_SHIFT) - 1u);
+}
 
 #endif

@@ -21,6 +21,7 @@ FilteredSurface filtered_water(vec2 mean_slope, vec3 covariance, vec4 material, 
     f.mixed = MixedRoughness(0.0, material.a, material.a);
     f.f0 = vec3(f0);
     f.body_f0 = f0;
+    f.dip = vec3(0.0);
     f.emission = vec3(0.0);
     f.relief_color = LEADR_NO_RELIEF_COLOR;
     f.accessibility = 1.0;

@@ -35,14 +35,13 @@ float classic_light_ndf(int i, Light light, vec3 wo, vec3 wh, vec3 n, float expo
 vec3 classic_radiance(Surface surface, float environment_scale) {
     vec2 m = surface.mean_slope;
     vec3 wo = surface.wo;
-    vec3 f0 = surface.f0;
     vec3 n = normal_of_slope(m);
     vec3 S = add_roughness(surface.slope_covariance, surface.alpha);
     float exponent = blinn_phong_exponent(surface.alpha);
     if (FAMILY == FAMILY_TOKSVIG) {
         exponent = toksvig_exponent(exponent, toksvig_variance(normal_variance(m, surface.slope_covariance)));
     }
-    vec3 fresnel = fresnel_schlick(f0, dot(wo, n));
+    vec3 fresnel = fresnel_of(surface, dot(wo, n));
     vec3 albedo = surface.albedo * (1.0 - fresnel_schlick(surface.body_f0, dot(wo, n)));
     float ambient = surface.accessibility * environment_scale;
     vec3 radiance = vec3(0.0);
@@ -65,7 +64,7 @@ vec3 classic_radiance(Surface surface, float environment_scale) {
             if (in_mirrors(i)) {
                 vec3 h = wo + light.wi;
                 vec3 wh = h * inversesqrt(max(dot(h, h), 1e-20));
-                scattered += fresnel_schlick(f0, dot(wo, wh)) * (0.25 * classic_light_ndf(i, light, wo, wh, n, exponent, m, S));
+                scattered += fresnel_of(surface, dot(wo, wh)) * (0.25 * classic_light_ndf(i, light, wo, wh, n, exponent, m, S));
             }
             radiance += light.irradiance * scattered * max(dot(n, light.wi), 0.0);
         }

@@ -25,7 +25,9 @@ FilteredSurface read_gbuffer(ivec2 pixel, bool with_horizon) {
     f.f0 = f0_of(reflection);
     f.body_f0 = uintBitsToFloat(reflection.w);
     f.mixed = mixed_of(reflection);
-    f.emission = emission_of(texelFetch(gbuffer_emission, pixel, 0).xy);
+    uvec2 emission = texelFetch(gbuffer_emission, pixel, 0).xy;
+    f.emission = emission_of(emission);
+    f.dip = dip_of(emission);
     f.relief_color = LEADR_NO_RELIEF_COLOR;
     if (USES_RELIEF_COLOR) {
         f.relief_color = unpack_relief_color(texelFetch(gbuffer_relief_color, pixel, 0), f.covariance);

@@ -44,7 +44,7 @@ void add_grid_mirror(inout Mirrors sum, vec3 node, Surface surface, vec3 wo, vec
         weight = node.z * mix(e.area, e.area > 0.0 ? max(o.meso, 1e-3) : 0.0, relief);
     }
     float cosine = dot(wo, e.wn);
-    vec3 f = weight * fresnel_schlick(surface.f0, cosine);
+    vec3 f = weight * fresnel_of(surface, cosine);
     float lit = lit_fraction(SHADOWING, o, area_for(SHADOWING, e.wi, m, S, cholesky))
               * relief_visibility(surface, e.wi, GRID_DEVIATION);
     sum.reflected += f * lit * environment_radiance(surface, e.wi, env_lod_at(base, wo, e.wn));
@@ -99,7 +99,7 @@ Mirrors probe_mirrors(Surface surface, vec3 wo, vec3 S) {
     vec3 f0 = surface.f0, rise = grazing_reflectance(f0) - f0;
     float mean_f0 = dot(f0, vec3(1.0 / 3.0));
     vec3 at_normal = vec3(0.0), at_grazing = vec3(0.0);
-    float lit = 0.0, grazing = 0.0;
+    float lit = 0.0, grazing = 0.0, cosine = 0.0;
     [[unroll]] for (int i = 0; i < SAMPLES; ++i) {
         VisibleProbe p = visible_probe(probes, wo, probe_node(SAMPLES, i, probes.wide));
         LitProbe l = lit_probe(MAPPED ? LEADR_SHADOWING_NONE : SHADOWING, probes, o, wo, mean_f0, p, USES_HORIZON, surface.horizon);
@@ -108,7 +108,10 @@ Mirrors probe_mirrors(Surface surface, vec3 wo, vec3 S) {
         at_grazing += l.grazing * radiance;
         lit += p.weight * l.lit;
         grazing += p.weight * schlick_weight(p.cosine);
+        cosine += p.weight * p.cosine;
     }
+    // A dip is wide: that of the mean mirror is the mean of theirs.
+    f0 -= surface.dip * dip_weight(cosine);
     vec3 reflected = (f0 * at_normal + rise * at_grazing) / max(lit, 1.0);
     vec3 body_f0 = surface.body_f0;
     Mirrors mean = Mirrors(reflected, body_f0 + (grazing_reflectance(body_f0) - body_f0) * grazing, probes.area);
@@ -124,7 +127,7 @@ Mirrors drawn_mirrors(Surface surface, vec3 wo, vec3 S) {
     for (int i = 0; i < SAMPLES; ++i) {
         vec2 u = drawn_point(lighting.draws.x * uint(SAMPLES) + uint(i), seed);
         DrawnMirror d = drawn_mirror(wo, u, m, S, o.visible);
-        vec3 f = fresnel_schlick(surface.f0, d.cosine);
+        vec3 f = fresnel_of(surface, d.cosine);
         float variance = drawn_solid_angle(d.density, SAMPLES) / (4.0 * LEADR_PI); // per axis, of an even disc
         float lit = lit_fraction(SHADOWING, o, area_for(SHADOWING, d.wi, m, S, slope_cholesky(S)))
                   * relief_visibility(surface, d.wi, sqrt(variance));
@@ -219,7 +222,10 @@ vec3 environment_albedo(Surface surface, DirectionArea o) {
     vec3 x = (irradiance[0] - irradiance[1]) / (max(irradiance[0] + irradiance[1], 1e-9) * step.x);
     vec3 y = (irradiance[2] - irradiance[3]) / (max(irradiance[2] + irradiance[3], 1e-9) * step.y);
     ReliefColor r = surface.relief_color;
-    return relief_color(surface.albedo + r.x * x + r.y * y, r, MAPPED ? 0.0 : seen_height(o, open), seen);
+    // Colours of light are held alike.
+    vec2 whole = seen + vec2(dot(x, vec3(1.0 / 3.0)), dot(y, vec3(1.0 / 3.0)));
+    float part = dot(held_score(whole, S), whole) / max(dot(whole, whole), 1e-12);
+    return relief_color(surface.albedo + part * (r.x * x + r.y * y), r, MAPPED ? 0.0 : seen_height(o, open), part * seen);
 }
 
 // Diffuse radiance of a light of unit irradiance per unit of albedo, without shadows.
@@ -380,7 +386,7 @@ vec3 leadr_radiance(Surface surface, float environment_scale) {
                 if (USES_RELIEF_COLOR) {
                     float height = MAPPED ? 0.0 : seen_height(diffuse_o, lit);
                     vec2 score = lit_slopes_score(MAPPED ? vec3(0.0, 0.0, 1.0) : wo, light.wi, m, diffuse_s);
-                    albedo = relief_color(albedo, surface.relief_color, height, score);
+                    albedo = relief_color(albedo, surface.relief_color, height, held_score(score, diffuse_s));
                 }
                 scattered += entering * albedo * (lit * diffuse_light(surface, wo, normals, faced, lambda, light.wi));
             }
@@ -389,6 +395,7 @@ vec3 leadr_radiance(Surface surface, float environment_scale) {
                 vec3 others = mirrored_light(surface, rough, number, light, diffuse_o, diffuse_i, diffuse_cholesky);
                 mirrored = mix(mirrored, others, rough_share);
             }
+            mirrored *= dip_factor(surface.f0, surface.dip, 0.5 * length(wo + light.wi));
             radiance += light.irradiance * (scattered + mirrored);
         }
     }

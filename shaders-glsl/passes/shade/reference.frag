@@ -52,6 +52,7 @@ struct Facet {
     vec3 specular_s;
     vec3 albedo; // without what mirrors reflect
     vec3 f0;
+    vec3 dip; // of a conductor's reflectance
     float visible; // area of its mirrors
     Frame frame;   // about its normal
 };
@@ -63,7 +64,8 @@ vec3 scattered(Facet facet, vec3 wi, Transport transport) {
         sum += facet.albedo * leadr_diffuse_light_visible(facet.wo, wi, facet.m, facet.diffuse_s, false, DIFFUSE_TERMS);
     }
     if (transport.specular) {
-        sum += leadr_specular_directional(facet.wo, wi, facet.m, facet.specular_s, facet.f0, true);
+        sum += leadr_specular_directional(facet.wo, wi, facet.m, facet.specular_s, facet.f0, true)
+             * dip_factor(facet.f0, facet.dip, 0.5 * length(facet.wo + wi));
     }
     return sum;
 }
@@ -167,6 +169,7 @@ void main() {
     facet.diffuse_s = surface.slope_covariance;
     facet.specular_s = add_roughness(surface.slope_covariance, surface.alpha);
     facet.f0 = surface.f0;
+    facet.dip = surface.dip;
     facet.albedo = surface.albedo * (1.0 - visible_fresnel(facet.wo, facet.m, facet.specular_s, surface.body_f0));
     facet.visible = visible_area(facet.wo, facet.m, facet.specular_s);
     facet.frame = frame_about(normal_of_slope(facet.m));

@@ -2,6 +2,7 @@
 #ifndef LEADR_SHADE_SURFACE
 #define LEADR_SHADE_SURFACE
 #include "../gbuffer.glsl"
+#include "leadr/facets/fresnel.glsl"
 
 struct Surface {
     uvec2 pixel;
@@ -15,6 +16,7 @@ struct Surface {
     MixedRoughness mixed; // the two that alpha stands for, where MIXED_ROUGHNESS says so
     vec3 f0;             // reflectance at normal incidence
     vec3 body_f0;        // of the part that has albedo: metal beside it has none
+    vec3 dip;            // of a conductor's reflectance
     vec3 emission;       // radiance, to be scaled
     ReliefColor relief_color; // how albedo follows the relief
     float accessibility;
@@ -25,6 +27,15 @@ struct Surface {
     float joined;        // weight of `sunlit`, 0 to 1
     Horizon horizon;     // of its relief
 };
+
+vec3 fresnel_of(Surface s, float cosine) {
+    return fresnel_dipped(s.f0, s.dip, cosine);
+}
+
+// Of Schlick's form.
+vec3 dip_factor(vec3 f0, vec3 dip, float cosine) {
+    return 1.0 - dip * (dip_weight(cosine) / max(fresnel_schlick(f0, cosine), 1e-6));
+}
 
 // ray: through the pixel, scaled so that the surface lies at ray * near / depth (reversed). Without joined edge samples.
 Surface surface_at(FilteredSurface f, vec3 eye, vec3 ray, float near, float depth) {
@@ -40,6 +51,7 @@ Surface surface_at(FilteredSurface f, vec3 eye, vec3 ray, float near, float dept
     s.mixed = f.mixed;
     s.f0 = f.f0;
     s.body_f0 = vec3(f.body_f0);
+    s.dip = f.dip;
     s.emission = f.emission;
     s.relief_color = f.relief_color;
     s.accessibility = f.accessibility;

@@ -8,7 +8,8 @@ void main() {
     vec3 f0 = next3();
     float cosine = next();
     float eta = next();
-    at = gl_GlobalInvocationID.x * 4;
+    at = gl_GlobalInvocationID.x * 7;
     put(fresnel_schlick(f0, cosine));
     put(fresnel_dielectric(cosine, eta));
+    put(fresnel_dipped(f0, vec3(4.0, 1.0, 0.0), cosine));
 }

@@ -185,6 +185,9 @@ pub struct Material {
     pub anisotropy: Option<Anisotropy>,
     /// Reflectance at normal incidence of what is no metal; above 1 it counts as 1, once factor and texture are multiplied.
     pub f0: Input<[f32; 3]>,
+    /// How far metal's reflectance dips below Schlick's form on its way to grazing incidence, 0 to 4
+    /// ([`fresnel_dipped`](crate::reflectance::facets::fresnel::fresnel_dipped)): 0 where nobody tells.
+    pub conductor_dip: [f32; 3],
     /// Fine slopes.
     pub normal_map: Option<NormalMap>,
     /// Heights.
@@ -222,6 +225,7 @@ impl Material {
             roughness_meaning: RoughnessMeaning::Perceptual,
             anisotropy: None,
             f0: Input::constant([DIELECTRIC_F0; 3]),
+            conductor_dip: [0.0; 3],
             normal_map: None,
             relief: None,
             detail: None,

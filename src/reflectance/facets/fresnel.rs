@@ -24,6 +24,21 @@ pub fn grazing_reflectance(f0: DVec3) -> DVec3 {
     DVec3::splat((50.0 * f0.max_element()).min(1.0))
 }
 
+/// Schlick's form less the dip of a conductor. Most metals' reflectance falls before it rises towards grazing incidence:
+/// `F = schlick − dip · cos (1 − cos)⁶` (Lazányi and Szirmay-Kalos 2005, with the exponent of Hoffman 2019). `dip`:
+/// [`Metal::dip`](super::metals::Metal::dip), 0 for Schlick's form itself.
+#[must_use]
+pub fn fresnel_dipped(f0: DVec3, dip: DVec3, cosine: f64) -> DVec3 {
+    fresnel_schlick(f0, cosine) - dip * dip_weight(cosine)
+}
+
+/// Weight of a conductor's dip, `cos (1 − cos)⁶`: at most 0.057, at a cosine of 1/7.
+#[must_use]
+pub fn dip_weight(cosine: f64) -> f64 {
+    let c = cosine.clamp(0.0, 1.0);
+    c * (1.0 - c).powi(6)
+}
+
 /// Unpolarised reflectance of a smooth dielectric (Walter et al. 2007, eq. 22). `eta`: refractive index on the far side
 /// divided by that on the near side, > 0. Gives 1 at total reflection.
 #[must_use]

@@ -1,11 +1,12 @@
-//! Metals by name: their complex index of refraction, and how well Schlick's form stands for it.
+//! Metals by name: their complex index of refraction, and a short form that stands for it.
 //!
 //! The indices are the tabulated spectra of the usual handbooks (Palik, *Handbook of Optical Constants of Solids*; for the noble metals
 //! Johnson and Christy 1972), reduced to the primaries of linear Rec.709. What a renderer takes of them is the reflectance at normal
-//! incidence; the rise towards grazing incidence is then Schlick's, which leaves out that most metals dip before they rise. The
-//! error is that of [`schlick_error`]; `docs/measurements/materials.md` has its table.
+//! incidence and how far it dips below Schlick's form before it rises
+//! ([`fresnel_dipped`](super::fresnel::fresnel_dipped)); `docs/measurements/materials.md` has the table
+//! of what is left of the error.
 
-use super::fresnel::{fresnel_conductor, fresnel_schlick};
+use super::fresnel::{dip_weight, fresnel_conductor, fresnel_schlick};
 use glam::DVec3;
 
 /// A metal.
@@ -54,15 +55,25 @@ impl Metal {
         self.reflectance(1.0)
     }
 
-    /// What Schlick's form with [`f0`](Self::f0) errs by: the largest error in any channel at any angle, and that of the mean over the
-    /// cosine-weighted hemisphere.
+    /// How far the reflectance dips below Schlick's form: the factor of
+    /// [`fresnel_dipped`](super::fresnel::fresnel_dipped) that is exact at a cosine of 1/7, where it counts
+    /// most; 0 to 4, and 0 where it would be below.
     #[must_use]
-    pub fn schlick_error(&self) -> (f64, f64) {
+    pub fn dip(&self) -> DVec3 {
+        let cosine = 1.0 / 7.0;
+        let below = fresnel_schlick(self.f0(), cosine) - self.reflectance(cosine);
+        (below / dip_weight(cosine)).clamp(DVec3::ZERO, DVec3::splat(4.0))
+    }
+
+    /// What a form, given a cosine, errs by: the largest error in any channel at any angle, and that of the mean over the cosine-weighted
+    /// hemisphere.
+    #[must_use]
+    pub fn error_of(&self, form: impl Fn(f64) -> DVec3) -> (f64, f64) {
         let (mut most, mut mean) = (0.0f64, DVec3::ZERO);
         let steps = 4000;
         for i in 0..steps {
             let cosine = (f64::from(i) + 0.5) / f64::from(steps);
-            let error = fresnel_schlick(self.f0(), cosine) - self.reflectance(cosine);
+            let error = form(cosine) - self.reflectance(cosine);
             most = most.max(error.abs().max_element());
             mean += error * (2.0 * cosine / f64::from(steps));
         }
@@ -73,6 +84,7 @@ impl Metal {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::reflectance::facets::fresnel::fresnel_dipped;
 
     /// Reflectances at normal incidence as artists' charts have them (Lagarde 2011 and later, from the same measurements, rounded).
     #[test]
@@ -93,12 +105,17 @@ mod tests {
     }
 
     #[test]
-    fn schlick_is_near_enough() {
+    fn metals_dip_as_their_indices_say() {
         for metal in METALS {
-            let (most, mean) = metal.schlick_error();
-            let f0 = metal.f0();
-            println!("{:10} F0 {:.3} {:.3} {:.3}, at most {most:.3}, mean {mean:.4}", metal.name, f0.x, f0.y, f0.z);
-            assert!(most < 0.2 && mean < 0.031, "{}: {most} {mean}", metal.name);
+            let (f0, dip) = (metal.f0(), metal.dip());
+            let (most, mean) = metal.error_of(|cosine| fresnel_dipped(f0, dip, cosine));
+            let (schlick, schlick_mean) = metal.error_of(|cosine| fresnel_schlick(f0, cosine));
+            println!(
+                "{:10} F0 {:.3} {:.3} {:.3}, dip {:.2} {:.2} {:.2}: at most {most:.3}, mean {mean:.4}; Schlick {schlick:.3}, {schlick_mean:.4}",
+                metal.name, f0.x, f0.y, f0.z, dip.x, dip.y, dip.z
+            );
+            assert!(most < 0.025 && mean < 0.01, "{}: {most} {mean}", metal.name);
+            assert!(most < 0.22 * schlick || schlick < 0.04, "{}: {most} {schlick}", metal.name);
         }
     }
 }

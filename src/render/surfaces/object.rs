@@ -17,8 +17,8 @@ use crate::gpu::{AddressMode, Buffer, Filter, Gpu, Memory, Result, Sampler, shar
 use crate::maps::LeadrMap;
 use crate::maps::cache::{MapCache, checksum};
 use crate::render::constants::{
-    CHARTS, DETAIL_TRIPLANAR, FLAG_CHARTED, FLAG_DISPLACED, FLAG_FLAT, FLAG_MARK_INSIDE, FLAG_MASK,
-    FLAG_TINTED_EMISSION, FLAG_TRIANGLES, SEA_INDEX,
+    CHARTS, CONDUCTOR_DIP_SHIFT, DETAIL_TRIPLANAR, FLAG_CHARTED, FLAG_DISPLACED, FLAG_FLAT, FLAG_MARK_INSIDE,
+    FLAG_MASK, FLAG_TINTED_EMISSION, FLAG_TRIANGLES, SEA_INDEX,
 };
 use crate::render::scene::{Object, TriangleCharts};
 
@@ -69,7 +69,7 @@ shared_struct! {
         pub specular_f0: f32,
         /// `FLAG_` bits.
         pub flags: u32,
-        /// Index of the object in the scene, from 1.
+        /// Index of the object in the scene, from 1; above `CONDUCTOR_DIP_SHIFT` the dip of a conductor.
         pub index: u32,
         /// Distance from the deepest pit to the highest bump, metres.
         pub relief: f32,
@@ -304,10 +304,16 @@ impl GpuObject {
             height_scale: height_scale * self.object.height_scale,
             specular_f0: self.object.specular_f0,
             flags,
-            index: self.index,
+            index: self.index | conductor_dip_bits(self.object.conductor_dip) << CONDUCTOR_DIP_SHIFT,
             relief: self.relief * (height_scale * self.object.height_scale).abs(),
         }
     }
+}
+
+/// Five bits for each channel of a dip, 0 to 4.
+fn conductor_dip_bits(dip: [f32; 3]) -> u32 {
+    let code = |dip: f32| (dip * (31.0 / 4.0)).round().clamp(0.0, 31.0) as u32;
+    code(dip[0]) | code(dip[1]) << 5 | code(dip[2]) << 10
 }
 
 /// Identifies what the horizons of a relief follow from: heights, and the slopes or moments that are told beside them.

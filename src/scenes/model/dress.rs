@@ -63,6 +63,7 @@ pub fn object(model: &Model, parts: &Parts, surface: &Surface, index: usize, res
         front_only: !original.double_sided && original.relief.is_none(),
         ..Object::new(format!("{} {}", model.name, material.name), mesh)
             .with_specular_f0(texels[0].body_f0)
+            .with_conductor_dip(material.conductor_dip)
             .with_material(cover.light_maps(wraps, |at| at).with(map))
     };
     if !cover.has_heights() && !cover.has_slopes() && !cover.is_brushed() {

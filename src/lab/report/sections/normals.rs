@@ -39,7 +39,7 @@ enum Entry {
 
 /// Heights of several octaves, of which the finest are lost at a quarter of the resolution.
 fn full_heights() -> HeightField {
-    let octaves = [(48.0, 0.6), (16.0, 0.5), (6.0, 0.45)];
+    let octaves = [(48.0, 0.6), (16.0, 0.5), (3.0, 0.45)];
     let fields: Vec<_> = octaves
         .iter()
         .zip(1u32..)
