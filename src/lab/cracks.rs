@@ -4,8 +4,8 @@
 //! deeper than its deepest bump. A pixel that shows more is a crack, whatever is behind it: the background, an inside, or the front
 //! of something else.
 //!
-//! Outlines of what stands in front of something else, and surfaces seen steeper than [`STEEPEST`], are left out: bumps may bare what
-//! was hidden there, such as the gap between two parts that do not touch. Another view sees the same place less steeply.
+//! At the outline of what stands in front of something else, and where a surface is seen steeper than [`STEEPEST`], bumps may also bare
+//! what was hidden, such as the gap between two parts that do not touch. Such pixels are counted apart.
 
 use std::sync::Arc;
 
@@ -28,6 +28,8 @@ use crate::scenes::stage::{Lights, Stage};
 pub struct Cracks {
     /// Pixels that show what is behind a surface.
     pub cracks: usize,
+    /// Those of them at outlines and on steep surfaces, where a gap between parts that do not touch may have been bared.
+    pub at_outlines: usize,
     /// Pixels where that would have been noticed.
     pub searched: usize,
     /// Pixels that the displaced surface covers.
@@ -37,6 +39,7 @@ pub struct Cracks {
 impl std::ops::AddAssign for Cracks {
     fn add_assign(&mut self, other: Self) {
         self.cracks += other.cracks;
+        self.at_outlines += other.at_outlines;
         self.searched += other.searched;
         self.covered += other.covered;
     }
@@ -56,7 +59,7 @@ pub struct Search {
 /// Distances of a search: parts of the surface, all of it, and a small picture.
 pub const DISTANCES: [f32; 3] = [0.35, 1.0, 3.0];
 
-/// Steepest smooth surface that is searched: depth over width, the tangent of its angle to the picture.
+/// Steepest smooth surface that hides no gap: depth over width, the tangent of its angle to the picture.
 pub const STEEPEST: f32 = 1.5;
 
 /// Step of depth beyond those beside it, in widths of a pixel, at which a surface ends and another begins.
@@ -136,15 +139,16 @@ pub fn find(renderer: &mut Renderer, state: &FrameState, settings: &RenderSettin
         let Some(deepest) = around.try_fold(0.0f32, |deepest, depth| depth.map(|depth| deepest.max(depth))) else {
             continue;
         };
+        seen.searched += 1;
+        if shown.is_some_and(|depth| depth <= deepest + 1.5 * bump + 1e-3 * deepest) {
+            continue;
+        }
+        seen.cracks += 1;
         let steps = Steps { depths: &smooth, pixel: deepest / focal, count: 2 * reach };
         let corner = (y - reach) * width + x - reach;
         let across = (0..=2 * reach).any(|row| steps.are_broken(corner + row * width, 1));
         let down = (0..=2 * reach).any(|column| steps.are_broken(corner + column, width));
-        if across || down {
-            continue;
-        }
-        seen.searched += 1;
-        seen.cracks += usize::from(shown.is_none_or(|depth| depth > deepest + 1.5 * bump + 1e-3 * deepest));
+        seen.at_outlines += usize::from(across || down);
     }
     Ok(seen)
 }
