@@ -17,7 +17,7 @@
 //! *Slopes.* The regression of the colour on the slopes is `c + C S⁻¹ (s − m)`, `C` their covariance. For slopes that are weighted by
 //! what is seen and how light falls on it, `w(s)`, Stein's lemma gives `E[w (s − m)] = S E[∇w]`, so `S` cancels: the colour changes by
 //! `C · E[∇w]/E[w]`, the *score* here. `1/|N|` in the weight of diffuse light is one exponential of `|N|²`
-//! ([`damped_gaussian`](super::diffuse::damped_gaussian)); means of products of clamped cosines are taken to first order in the covariance
+//! ([`damped_gaussian`]); means of products of clamped cosines are taken to first order in the covariance
 //! of the two.
 
 use super::diffuse::{clamped_mean, damped_gaussian, squared_normal_spread};
