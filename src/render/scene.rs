@@ -164,7 +164,8 @@ pub struct Object {
     /// and at 0 nothing is reflected.
     pub specular_f0: f32,
     /// How far its reflectance dips below Schlick's form on its way to grazing incidence, 0 to 4
-    /// ([`fresnel_dipped`](crate::reflectance::facets::fresnel::fresnel_dipped)), in steps of 4/31. For surfaces that are one metal all over.
+    /// ([`fresnel_dipped`](crate::reflectance::facets::fresnel::fresnel_dipped)), in steps of 4/31. For surfaces that are one metal all
+    /// over: a dielectric would reflect less than nothing.
     pub conductor_dip: [f32; 3],
     /// What lies beyond the edges of its slopes, across and down, where the border of its heights does not say so.
     pub slope_wrap: Option<[TextureWrap; 2]>,

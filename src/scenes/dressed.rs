@@ -33,8 +33,8 @@ pub fn plane_stage(material: &Material) -> Stage {
         texels = filled(&texels, [width, height], |index| cover.opacity(upright(index)) >= cover.least_opacity());
     }
     let mesh = plane(4.0, 4 * plane_patches(width.max(height)), PLANE_REPEAT, UNTINTED, even);
-    let mut object = Object::new("plane", mesh).with_specular_f0(texels[0].body_f0);
-    object = object.with_conductor_dip(material.conductor_dip);
+    let mut object =
+        Object::new("plane", mesh).with_specular_f0(texels[0].body_f0).with_conductor_dip(material.conductor_dip);
     let repeat = [[TextureWrap::Repeat; 2]; 3];
     let light = cover.light_maps(repeat, |at| Vec2::new(at.x, 1.0 - at.y));
     object = object.with_material(beside_heights(&cover, light).with(Cover::map(width, height, &texels)));
@@ -133,8 +133,8 @@ pub fn sphere_stage(material: &Material, tile: u32) -> Stage {
     // Tiles without a patch are never seen, but must not look like a second kind of surface.
     let first = baked[0].texel;
     let texels: Vec<Texel> = baked.iter().map(|b| if b.texel == Texel::default() { first } else { b.texel }).collect();
-    let mut object = Object::new("sphere", mesh).with_specular_f0(first.body_f0);
-    object = object.with_conductor_dip(material.conductor_dip);
+    let mut object =
+        Object::new("sphere", mesh).with_specular_f0(first.body_f0).with_conductor_dip(material.conductor_dip);
     let light = beside_heights(&cover, light_of_tiles(&cover, width, height, &baked));
     object = object.with_material(light.with(Cover::map(width, height, &texels)));
     let heights = baked.iter().map(|b| b.height).collect();

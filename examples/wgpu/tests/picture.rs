@@ -129,7 +129,7 @@ fn worst(picture: &Picture, map: &BakedMap, view: &View, relief: f64) -> (f64, [
         let pixel = [i % picture.size[0], i / picture.size[0]];
         let expected = shaded(map, view, pixel, relief);
         let error = (0..3).map(|c| (f64::from(seen[c]) - expected[c]).abs() / expected[c].max(1.0)).fold(0.0, f64::max);
-        if !(error <= worst.0) {
+        if error > worst.0 || error.is_nan() {
             worst = (error, pixel);
         }
     }

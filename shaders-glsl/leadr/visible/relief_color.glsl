@@ -70,13 +70,17 @@ vec2 lit_slopes_score(vec3 wo, vec3 wi, vec2 m, vec3 S) {
     return vec2(S.z * v.y * tt - (1.0 + tt * S.y) * v.x, S.z * v.x * tt - (1.0 + tt * S.x) * v.y) / det;
 }
 
-// A score by which no colour leaves those that there are. Regression goes on for ever; where a half of all slopes has one colour and
-// the other half another, the change of the mean ends as that half ends.
-vec2 held_score(vec2 score, vec3 S) {
+// The part of a score by which no colour leaves those that there are. Regression goes on for ever; where a half of all slopes has one
+// colour and the other half another, the change of the mean ends as that half ends.
+float held_part(vec2 score, vec3 S) {
     S = clamp_covariance(S);
     float square = S.x * score.x * score.x + S.y * score.y * score.y + 2.0 * S.z * score.x * score.y;
     float moved = clamp(sqrt(max(square, 0.0)), 1e-2, 13.0); // deviations
-    return score * (1.2533141373 * (2.0 * normal_ramp(moved).cdf - 1.0) / moved); // sqrt(pi / 2) erf(moved / sqrt(2)) / moved
+    return 1.2533141373 * (2.0 * normal_ramp(moved).cdf - 1.0) / moved; // sqrt(pi / 2) erf(moved / sqrt(2)) / moved
+}
+
+vec2 held_score(vec2 score, vec3 S) {
+    return score * held_part(score, S);
 }
 
 // height: of seen_height; score: of held_score.

@@ -224,7 +224,7 @@ vec3 environment_albedo(Surface surface, DirectionArea o) {
     ReliefColor r = surface.relief_color;
     // Colours of light are held alike.
     vec2 whole = seen + vec2(dot(x, vec3(1.0 / 3.0)), dot(y, vec3(1.0 / 3.0)));
-    float part = dot(held_score(whole, S), whole) / max(dot(whole, whole), 1e-12);
+    float part = held_part(whole, S);
     return relief_color(surface.albedo + part * (r.x * x + r.y * y), r, MAPPED ? 0.0 : seen_height(o, open), part * seen);
 }
 

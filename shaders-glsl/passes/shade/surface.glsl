@@ -32,7 +32,7 @@ vec3 fresnel_of(Surface s, float cosine) {
     return fresnel_dipped(s.f0, s.dip, cosine);
 }
 
-// Of Schlick's form.
+// What a dip leaves of Schlick's form.
 vec3 dip_factor(vec3 f0, vec3 dip, float cosine) {
     return 1.0 - dip * (dip_weight(cosine) / max(fresnel_schlick(f0, cosine), 1e-6));
 }

@@ -2,9 +2,8 @@
 //!
 //! The indices are the tabulated spectra of the usual handbooks (Palik, *Handbook of Optical Constants of Solids*; for the noble metals
 //! Johnson and Christy 1972), reduced to the primaries of linear Rec.709. What a renderer takes of them is the reflectance at normal
-//! incidence and how far it dips below Schlick's form before it rises
-//! ([`fresnel_dipped`](super::fresnel::fresnel_dipped)); `docs/measurements/materials.md` has the table
-//! of what is left of the error.
+//! incidence and how far it dips below Schlick's form before it rises ([`fresnel_dipped`](super::fresnel::fresnel_dipped));
+//! `docs/measurements/materials.md` has the table of what is left of the error.
 
 use super::fresnel::{dip_weight, fresnel_conductor, fresnel_schlick};
 use glam::DVec3;
@@ -55,9 +54,8 @@ impl Metal {
         self.reflectance(1.0)
     }
 
-    /// How far the reflectance dips below Schlick's form: the factor of
-    /// [`fresnel_dipped`](super::fresnel::fresnel_dipped) that is exact at a cosine of 1/7, where it counts
-    /// most; 0 to 4, and 0 where it would be below.
+    /// How far the reflectance dips below Schlick's form: the factor of [`fresnel_dipped`](super::fresnel::fresnel_dipped) that is exact
+    /// at a cosine of 1/7, where it counts most; 0 to 4, and 0 where it would be below.
     #[must_use]
     pub fn dip(&self) -> DVec3 {
         let cosine = 1.0 / 7.0;

@@ -17,8 +17,7 @@
 //! *Slopes.* The regression of the colour on the slopes is `c + C S⁻¹ (s − m)`, `C` their covariance. For slopes that are weighted by
 //! what is seen and how light falls on it, `w(s)`, Stein's lemma gives `E[w (s − m)] = S E[∇w]`, so `S` cancels: the colour changes by
 //! `C · E[∇w]/E[w]`, the *score* here. `1/|N|` in the weight of diffuse light is one exponential of `|N|²`
-//! ([`damped_gaussian`]); means of products of clamped cosines are taken to first order in the covariance
-//! of the two.
+//! ([`damped_gaussian`]); means of products of clamped cosines are taken to first order in the covariance of the two.
 
 use super::diffuse::{clamped_mean, damped_gaussian, squared_normal_spread};
 use super::slopes::{VISIBLE_TAIL, tilted_area};
@@ -98,15 +97,21 @@ pub fn lit_slopes_score(wo: DVec3, wi: DVec3, m: DVec2, s: DVec3) -> DVec2 {
     DVec2::new(s.z * v.y * tt - (1.0 + tt * s.y) * v.x, s.z * v.x * tt - (1.0 + tt * s.x) * v.y) / det
 }
 
-/// A score by which no colour leaves those that there are. Regression goes on for ever; where a half of all slopes has one colour and
-/// the other half another, the change of the mean is `erf` of the slopes' move, and ends as that half ends. This takes that for every
-/// profile.
+/// The part of a score by which no colour leaves those that there are. Regression goes on for ever; where a half of all slopes has one
+/// colour and the other half another, the change of the mean is `erf` of the slopes' move, and ends as that half ends. This takes that
+/// for every profile.
 #[must_use]
-pub fn held_score(score: DVec2, s: DVec3) -> DVec2 {
+pub fn held_part(score: DVec2, s: DVec3) -> f64 {
     let s = clamp_covariance(s);
     let square = s.x * score.x * score.x + s.y * score.y * score.y + 2.0 * s.z * score.x * score.y;
     let moved = square.max(0.0).sqrt().clamp(1e-2, 13.0);
-    score * (std::f64::consts::FRAC_PI_2.sqrt() * (2.0 * normal_ramp(moved).cdf - 1.0) / moved)
+    std::f64::consts::FRAC_PI_2.sqrt() * (2.0 * normal_ramp(moved).cdf - 1.0) / moved
+}
+
+/// A score times its [`held_part`].
+#[must_use]
+pub fn held_score(score: DVec2, s: DVec3) -> DVec2 {
+    score * held_part(score, s)
 }
 
 /// The colour, 0 to 1, whose mean over all facets is `mean`. `height`: [`seen_height`]; `score`: [`seen_slopes_score`] or
