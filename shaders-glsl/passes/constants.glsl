@@ -19,6 +19,8 @@ const uint FLAG_TRIANGLES = 16u;
 const uint FLAG_CHARTED = 32u;
 // Its opacity is a mask.
 const uint FLAG_MASK = 64u;
+// Its heights are seen along the axes where it is at rest: its patches hold a RestTriangle.
+const uint FLAG_TRIPLANAR = 128u;
 // Above the flags, where edge samples are drawn: their number across a pixel.
 const uint FLAGS_GRID_SHIFT = 8u;
 // Bits of Object.index above the index.

@@ -6,13 +6,14 @@ use std::f64::consts::TAU;
 use glam::{Affine3A, Mat3, Vec3};
 
 use super::plane::{even, plane};
-use super::sphere::{bake_tiles, cube_sphere, triplanar};
+use super::sphere::{bake_tiles, cube_sphere};
 use super::stage::{Stage, Views};
 use crate::maps::procedural;
 use crate::render::camera::Camera;
 use crate::render::scene::{Object, Pose};
 use crate::render::surfaces::displacement::{Border, HeightField};
 use crate::render::surfaces::patch_mesh::PatchMesh;
+use crate::render::surfaces::triplanar;
 
 /// How the surfaces deform.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -110,7 +111,7 @@ pub fn stage(deformation: Deformation) -> Stage {
     };
     let tiled = |name: &str, mut mesh: PatchMesh| {
         let (layout, texels) =
-            bake_tiles(&mut mesh, 64, |p, n| triplanar(p, n, REPEAT, 0.0, |texcoord| map.bicubic(texcoord)));
+            bake_tiles(&mut mesh, 64, |p, n| triplanar::blend(p, n, REPEAT, 0.0, |texcoord| map.bicubic(texcoord)));
         let (width, height) = layout.size();
         object(name, mesh, HeightField { width, height, texels, border: Border::Tiles(layout) })
     };

@@ -8,7 +8,7 @@ use crate::maps::material::{MaterialDetail, Texture};
 use crate::render::scene::{Detail, DetailColors, DetailMapping, DetailMask};
 use crate::render::surfaces::displacement::{Border, HeightField};
 
-/// The detail of a surface whose coordinates have pictures upright (`t` up) and repeat after so many metres.
+/// The detail of a surface whose coordinates repeat after so many metres. Texture coordinates run up a picture, views along the axes down.
 #[must_use]
 pub fn detail(layer: &MaterialDetail, mapping: DetailMapping, metres: f32) -> Detail {
     let cover = Cover::new(&layer.material);
@@ -39,18 +39,19 @@ pub fn detail(layer: &MaterialDetail, mapping: DetailMapping, metres: f32) -> De
         (map, if layer.mask.is_some() { DetailColors::Cover(f0) } else { DetailColors::Vary })
     });
     // Upright, turned counter-clockwise: the picture is looked up at places turned back, t down.
-    let upright = Mat2::from_diagonal(Vec2::new(1.0, -1.0));
-    let turned = upright * Mat2::from_angle(-layer.rotation.to_radians()) * layer.repeat;
+    let flipped = Mat2::from_diagonal(Vec2::new(1.0, -1.0));
+    let (to_up, onto_mask) = match mapping {
+        DetailMapping::Texcoords => (Mat2::IDENTITY, Affine2 { matrix2: flipped, translation: Vec2::Y }),
+        DetailMapping::Triplanar(_) => (flipped, Affine2::IDENTITY),
+    };
+    let turned = flipped * Mat2::from_angle(-layer.rotation.to_radians()) * to_up * layer.repeat;
     Detail {
         heights: HeightField { width, height, texels, border: Border::Wrap },
         slopes,
         material,
         mapping,
         transform: Affine2::from_mat2(turned),
-        mask: layer
-            .mask
-            .as_ref()
-            .map(|mask| DetailMask { transform: Affine2 { matrix2: upright, translation: Vec2::Y }, ..mask_of(mask) }),
+        mask: layer.mask.as_ref().map(|mask| DetailMask { transform: onto_mask, ..mask_of(mask) }),
     }
 }
 

@@ -7,13 +7,14 @@ use super::cover::{Cover, LightMaps, Stroke, Texel};
 use super::detail::detail;
 use super::holes::filled;
 use super::plane::{even, plane};
-use super::sphere::{bake_patches, cube_sphere, triplanar_weights};
+use super::sphere::{bake_patches, cube_sphere};
 use super::stage::{PLANE_REPEAT, SPHERE_REPEAT, Stage, plane_patches, plane_views, sphere_views};
 use crate::maps::material::{Material, TextureWrap};
 use crate::render::scene::{DetailMapping, Object, PropertyMap};
 use crate::render::surfaces::displacement::{Border, HeightField};
 use crate::render::surfaces::patch::PatchPoint;
 use crate::render::surfaces::patch_mesh::TileLayout;
+use crate::render::surfaces::triplanar;
 
 /// Albedo and roughness of the vertices: the material's own.
 const UNTINTED: [f32; 4] = [1.0; 4];
@@ -103,11 +104,11 @@ pub fn sphere_stage(material: &Material, tile: u32) -> Stage {
     };
     let (_, baked) = bake_patches(&mut mesh, tile, |_, _, point| {
         let (mut baked, mut gradient) = (Baked::default(), Vec3::ZERO);
-        let weights = triplanar_weights(point.position, point.normal, SPHERE_REPEAT);
+        let weights = triplanar::projections(point.position, point.normal, SPHERE_REPEAT);
         let squares: f32 = weights.iter().map(|w| w.weight * w.weight).sum();
         let sum: f32 = weights.iter().map(|w| w.weight).sum();
         for seen in weights.iter().filter(|seen| seen.weight > 0.0) {
-            let at = Vec2::new(seen.texcoord.x, 1.0 - seen.texcoord.y);
+            let at = seen.texcoord;
             let share = seen.weight / sum;
             baked.texel = baked.texel.plus(share, cover.texel(at));
             let emission = cover.emission(at);
@@ -118,7 +119,7 @@ pub fn sphere_stage(material: &Material, tile: u32) -> Stage {
             let weight = seen.weight / squares.sqrt();
             baked.height += weight * smooth.as_ref().map_or(0.0, |field| field.bicubic(at) - cover.middle * unit);
             let slope = cover.relief_slope(at, unit) * weight;
-            gradient += slope.x * seen.s - slope.y * seen.t;
+            gradient += slope.x * seen.s + slope.y * seen.t;
             if cover.is_brushed() {
                 // As on a lathe: from the east towards the north.
                 let east = Vec3::Z.cross(point.normal).normalize_or(Vec3::X);

@@ -5,6 +5,7 @@
 #ifndef LEADR_FILTER_DETAIL
 #define LEADR_FILTER_DETAIL
 #include "../constants.glsl"
+#include "../triplanar.glsl"
 #include "leadr/slopes/map.glsl"
 #include "leadr/slopes/moments.glsl"
 
@@ -28,9 +29,6 @@ uniform sampler2D detail_a;     // E[hs], E[ht], E[hs^2], E[ht^2], metres per un
 uniform sampler2D detail_b;     // E[hs ht]
 uniform sampler2D detail_colors; // rgb albedo, a the root of the roughness alpha
 uniform sampler2D detail_mask;  // x: how much of it there is, E[m]; y: E[m^2]
-
-// By which the views along the axes are apart, so that they do not look alike where they meet.
-const float DETAIL_SHIFTS[3] = float[](0.0, 0.37, 0.71);
 
 // Of a pixel.
 struct DetailMeans {
@@ -99,7 +97,6 @@ DetailMeans filter_detail(uint index, vec2 place, vec2 texcoord, mat2 texcoord_b
         add_detail(sum, texcoord, texcoord_by_place, across, linear, 1.0, 1.0);
         return sum;
     }
-    // Where the surface is at rest, along the axes, as triplanar_weights in src/scenes/sphere.rs has it.
     uvec4 corners = patches[index].vertices;
     vec3 p[4], n[4];
     for (int i = 0; i < 4; ++i) {
@@ -119,16 +116,14 @@ DetailMeans filter_detail(uint index, vec2 place, vec2 texcoord, mat2 texcoord_b
         normal = mix(mix(n[0], n[1], place.x), mix(n[3], n[2], place.x), place.y);
     }
     normal *= inversesqrt(max(dot(normal, normal), 1e-20));
-    vec3 weights = max(abs(normal) - 0.5, 0.0);
-    weights *= weights;
+    vec3 weights = triplanar_weights(normal);
     // Relief keeps its variance where it is blended.
     float per_root = inversesqrt(max(dot(weights, weights), 1e-20)), per_sum = 1.0 / max(weights.x + weights.y + weights.z, 1e-20);
     for (int k = 0; k < 3; ++k) {
-        int s = (k + 1) % 3, t = (k + 2) % 3;
         if (weights[k] > 0.0) {
-            vec2 c = vec2(position[s], position[t]) + DETAIL_SHIFTS[k];
-            mat2 across_axis = mat2(by_place[0][s], by_place[0][t], by_place[1][s], by_place[1][t]);
-            add_detail(sum, c, across_axis, across, linear, weights[k] * per_root, weights[k] * per_sum);
+            vec2 c = seen_along(k, position, normal) + TRIPLANAR_SHIFTS[k];
+            mat2 seen_by_place = mat2(seen_along(k, by_place[0], normal), seen_along(k, by_place[1], normal));
+            add_detail(sum, c, seen_by_place, across, linear, weights[k] * per_root, weights[k] * per_sum);
         }
     }
     return sum;

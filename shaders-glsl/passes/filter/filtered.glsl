@@ -4,6 +4,7 @@
 #define LEADR_OBJECT_SEEN
 #include "../geometry/object.glsl"
 #include "../geometry/place.glsl"
+#include "../geometry/rest_triangle.glsl"
 #include "../geometry/tile.glsl"
 #include "../gbuffer.glsl"
 #include "../mixed.glsl"
@@ -22,6 +23,7 @@ layout(constant_id = 43) const bool COLORED = true;
 layout(constant_id = 44) const bool HORIZON = true;
 layout(constant_id = 45) const bool FLAT = false;  // its tangents by texture coordinate are the same everywhere
 layout(constant_id = 51) const bool TRIANGLES = false; // patches are flat triangles
+layout(constant_id = 58) const bool TRIPLANAR = false; // the relief of triangles is seen along the axes
 layout(constant_id = 55) const bool RISE_OVER_RUN = false; // slopes are, instead of by texture coordinate
 layout(constant_id = 46) const bool PLAIN = false; // colour and accessibility of all vertices are the same
 layout(constant_id = 47) const bool RELIEF_DRAWN = true; // the geometry is displaced by as much as the maps say
@@ -226,6 +228,49 @@ void filter_moments(Footprint footprint, vec2 texcoord, inout Means means) {
     means.second = vec3(a.zw, b) * weight;
 }
 
+// A triangle's relief as it is seen along the axes.
+struct AxisViews {
+    RestTriangle rest;
+    vec3 normal;
+    vec3 weights; // of slopes
+    mat2 by_place[3];
+    int foremost; // the view that counts most
+};
+
+AxisViews axis_views(uint index, vec2 place) {
+    AxisViews views;
+    views.rest = rest_triangle(patches[index]);
+    views.normal = rest_normal(views.rest, place);
+    views.weights = relief_weights(views.normal);
+    for (int axis = 0; axis < 3; ++axis) {
+        views.by_place[axis] = seen_by_place(views.rest, axis, views.normal);
+    }
+    vec3 w = views.weights;
+    views.foremost = w.x >= max(w.y, w.z) ? 0 : (w.y >= w.z ? 1 : 2);
+    return views;
+}
+
+// The moments of a relief that is seen along the axes, by place: the views know nothing of each other, so their covariances add up.
+void filter_axis_moments(AxisViews views, vec2 place, mat2 across, inout Means means) {
+    vec2 size = vec2(textureSize(moments_a, 0));
+    vec2 mean = vec2(0.0);
+    vec3 covariance = vec3(0.0);
+    for (int axis = 0; axis < 3; ++axis) {
+        if (views.weights[axis] > 0.0) {
+            mat2 texels = views.by_place[axis] * across;
+            Footprint footprint =
+                footprint_over(clamp(texels[0] * size, -6e4, 6e4), clamp(texels[1] * size, -6e4, 6e4), 1e9);
+            filter_moments(footprint, seen_at(views.rest, axis, place, views.normal), means);
+            // The chain rule.
+            mat2 gradient = transpose(views.by_place[axis]) * views.weights[axis];
+            mean += gradient * means.mean;
+            covariance += map_second_moments(gradient, covariance_from_moments(means.mean, means.second));
+        }
+    }
+    means.mean = mean;
+    means.second = covariance + vec3(mean * mean, mean.x * mean.y);
+}
+
 void filter_material(Footprint footprint, vec2 texcoord, inout Means means) {
     vec4 color = vec4(0.0);
     vec3 f0 = vec3(0.0), mixed = vec3(0.0);
@@ -335,28 +380,46 @@ Horizon filter_horizon(Footprint footprint, uint index, vec2 texcoord, mat2 line
     return Horizon(linear * a.xy, map_second_moments(linear, spread));
 }
 
+// That of a relief that is seen along the axes.
+Horizon filter_axis_horizon(AxisViews views, Footprint footprint, uint index, vec2 place, mat2 linear, float scale) {
+    Horizon sum = Horizon(vec2(0.0), vec3(0.0));
+    for (int axis = 0; axis < 3; ++axis) {
+        if (views.weights[axis] > 0.0) {
+            mat2 by_view = linear * transpose(views.by_place[axis]) * views.weights[axis];
+            Horizon seen = filter_horizon(footprint, index, seen_at(views.rest, axis, place, views.normal), by_view, scale);
+            sum.lean += seen.lean;
+            sum.spread += seen.spread;
+        }
+    }
+    return sum;
+}
+
 // The relief between the vertices moves a place by so many footprints at most, and counts rays as at least this steep.
 const float MOST_REFINED = 2.0;
 const float LEAST_RISE = 0.05;
 // Change of the gap between ray and relief along the ray, per height of the ray: -1 over level relief, 0 where both run together.
 const float LEAST_CLOSING = 0.3;
 
-float relief_height(vec2 texcoord, float lod, vec4 tile) {
+float relief_height(uint index, vec2 texcoord, float lod) {
+    if (TRIPLANAR) {
+        return triplanar_height(rest_triangle(patches[index]), texcoord, height_map, lod) * object.height_scale;
+    }
+    vec4 tile = ATLAS ? patches[index].tile : vec4(0.0);
     vec2 at = ATLAS ? clamp_to_tile(texcoord, tile, lod, textureSize(height_map, 0)) : texcoord;
     return textureLod(height_map, at, lod).x * object.height_scale;
 }
 
 // The texture coordinate that a ray meets. It met a triangle, which is flat between its vertices where the relief is not: from there
-// one step as over level relief, and one of the secant method. longest: of the footprint, texels.
-vec2 refined_texcoord(Macrosurface surface, vec3 ray, float lod, float longest, vec4 tile) {
+// one step as over level relief, and one of the secant method. texels: by texture coordinate; longest: of the footprint, texels.
+vec2 refined_texcoord(uint index, Macrosurface surface, vec3 ray, mat2 texels, float lod, float longest) {
     vec3 normal = cross(surface.tangent_s, surface.tangent_t);
     float square = max(dot(normal, normal), 1e-30);
     float rise = min(dot(ray, surface.normal), -LEAST_RISE * length(ray));
     vec2 per_height = vec2(dot(ray, cross(surface.tangent_t, normal)), dot(ray, cross(normal, surface.tangent_s))) / (square * rise);
-    float most = MOST_REFINED * longest / max(length(per_height * vec2(textureSize(height_map, 0))), 1e-20);
-    float gap = relief_height(surface.texcoord, lod, tile) - surface.height;
+    float most = MOST_REFINED * longest / max(length(texels * per_height), 1e-20);
+    float gap = relief_height(index, surface.texcoord, lod) - surface.height;
     float climbed = clamp(gap, -most, most);
-    float gap_there = relief_height(surface.texcoord + per_height * climbed, lod, tile) - surface.height - climbed;
+    float gap_there = relief_height(index, surface.texcoord + per_height * climbed, lod) - surface.height - climbed;
     float closing = min((gap_there - gap) / (abs(climbed) > 1e-12 ? climbed : -1e12), -LEAST_CLOSING);
     return surface.texcoord + per_height * clamp(climbed - gap_there / closing, -most, most);
 }
@@ -385,8 +448,15 @@ FilteredSurface filtered_mesh(ivec2 pixel, vec2 at, uvec4 seen, out float area) 
     mat2 across = grid == 0u ? pixel_footprint(surface, ray, along, step)
                              : unpack_footprint(texelFetch(visible_footprint, pixel, 0).xy) * (joined ? 1.0 / float(grid) : 1.0);
     vec2 size = vec2(textureSize(moments_a, 0));
-    mat2 texels = surface.texcoord_by_place * across;
-    vec2 dx = clamp(texels[0] * size, -6e4, 6e4), dy = clamp(texels[1] * size, -6e4, 6e4);
+    mat2 texcoord_across = surface.texcoord_by_place * across;
+    mat2 texels = mat2(size.x, 0.0, 0.0, size.y);
+    AxisViews views;
+    if (TRIPLANAR) {
+        views = axis_views(index, place);
+        texels *= views.by_place[views.foremost];
+    }
+    mat2 texels_across = texels * texcoord_across;
+    vec2 dx = clamp(texels_across[0], -6e4, 6e4), dy = clamp(texels_across[1], -6e4, 6e4);
     Frame frame = frame_about(surface.normal);
     vec3 curvature = vec3(0.0);
     if (USES_CURVATURE && !FLAT) {
@@ -405,29 +475,31 @@ FilteredSurface filtered_mesh(ivec2 pixel, vec2 at, uvec4 seen, out float area) 
         float longest = sqrt(max(dot(dx, dx), dot(dy, dy)));
         if (ATLAS) {
             // Coarser levels of a tile do not agree with its neighbours.
-            vec2 refined = refined_texcoord(surface, ray, min(footprint.lod, float(SOURCE_LEVEL)), longest, patches[index].tile);
+            vec2 refined = refined_texcoord(index, surface, ray, texels, min(footprint.lod, float(SOURCE_LEVEL)), longest);
             surface.texcoord = mix(refined, surface.texcoord, clamp(footprint.lod - float(SOURCE_LEVEL), 0.0, 1.0));
         } else {
-            surface.texcoord = refined_texcoord(surface, ray, footprint.lod, longest, vec4(0.0));
+            surface.texcoord = refined_texcoord(index, surface, ray, texels, footprint.lod, longest);
         }
     }
     if (ATLAS) {
         means = filter_atlas(footprint, index, place_in_patch(index, surface.texcoord * size));
     } else {
-        if (USES_SLOPES && DISPLACED) {
+        if (USES_SLOPES && DISPLACED && TRIPLANAR) {
+            filter_axis_moments(views, surface.texcoord, texcoord_across, means);
+        } else if (USES_SLOPES && DISPLACED) {
             filter_moments(footprint, surface.texcoord, means);
         }
         if (COLORED) {
-            Chart chart = chart_of(CHART_COLORS, index, place, across, surface.texcoord, texels);
+            Chart chart = chart_of(CHART_COLORS, index, place, across, surface.texcoord, texcoord_across);
             Footprint of_colors = footprint_in(chart, color_map);
             filter_material(of_colors, chart.at, means);
             color_lod = of_colors.lod;
         }
         if (EMITS) {
-            means.light.rgb = filter_map(emission_map, chart_of(CHART_EMISSION, index, place, across, surface.texcoord, texels)).rgb;
+            means.light.rgb = filter_map(emission_map, chart_of(CHART_EMISSION, index, place, across, surface.texcoord, texcoord_across)).rgb;
         }
         if (OCCLUDED) {
-            means.light.a = filter_map(occlusion_map, chart_of(CHART_OCCLUSION, index, place, across, surface.texcoord, texels)).x;
+            means.light.a = filter_map(occlusion_map, chart_of(CHART_OCCLUSION, index, place, across, surface.texcoord, texcoord_across)).x;
         }
     }
     float scale = object.height_scale * surface.slopes;
@@ -519,12 +591,14 @@ FilteredSurface filtered_mesh(ivec2 pixel, vec2 at, uvec4 seen, out float area) 
     filtered.horizon = Horizon(vec2(0.0), vec3(0.0));
     if (USES_HORIZON && DISPLACED && HORIZON && (!TRIANGLES || surface.slopes > 0.0)) {
         mat2 linear = mat2(chart.linear_s, chart.linear_t);
-        filtered.horizon = filter_horizon(footprint, index, surface.texcoord, linear, abs(object.height_scale));
+        float height = abs(object.height_scale);
+        filtered.horizon = TRIPLANAR ? filter_axis_horizon(views, footprint, index, surface.texcoord, linear, height)
+                                     : filter_horizon(footprint, index, surface.texcoord, linear, height);
     }
     filtered.lod = footprint.lod;
     filtered.joined = ATLAS ? joined_part(footprint.across) : 0.0;
     filtered.relief = object.relief;
-    area = abs(determinant(texels) * chart_area);
+    area = abs(determinant(texcoord_across) * chart_area);
     return filtered;
 }
 

@@ -55,9 +55,15 @@ Macrosurface macrosurface_at(uint index, vec2 place, vec3 reach, bool behind) {
             surface.height = dot(reach + (eye - a.position.xyz - surface.by_place * place), along.normal);
             surface.by_place += along.by_place * surface.height;
         }
-        vec2 first = data.texcoord_01.xy;
-        surface.texcoord_by_place = mat2(data.texcoord_01.zw - first, data.texcoord_23.xy - first);
-        surface.texcoord = first + surface.texcoord_by_place * place;
+        if (TRIPLANAR) {
+            // Places stand for texture coordinates.
+            surface.texcoord_by_place = mat2(1.0);
+            surface.texcoord = place;
+        } else {
+            vec2 first = data.texcoord_01.xy;
+            surface.texcoord_by_place = mat2(data.texcoord_01.zw - first, data.texcoord_23.xy - first);
+            surface.texcoord = first + surface.texcoord_by_place * place;
+        }
         float det = determinant(surface.texcoord_by_place);
         bool charted = abs(det) > 1e-20;
         surface.slopes = charted ? (behind ? -1.0 : 1.0) : 0.0;

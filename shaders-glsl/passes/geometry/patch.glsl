@@ -14,6 +14,7 @@ struct Vertex {
 struct PatchData {
     uvec4 vertices;   // corners (0,0) (1,0) (1,1) (0,1)
     uvec4 edges;      // edge index << 1 | 1 when the patch runs along it backwards
+    // Of a triangle whose relief is seen along the axes, the corners of its RestTriangle; of others:
     vec4 texcoord_01; // texture coordinates of corners 0 and 1
     vec4 texcoord_23; // … and of corners 3 and 2: the row v = 1 in the same order
     vec4 tile;        // texture-space bounds the taps must stay in: min.xy, max.xy

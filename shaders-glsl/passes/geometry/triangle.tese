@@ -3,6 +3,7 @@
 #include "interface.glsl"
 #include "corner.glsl"
 #include "edge.glsl"
+#include "rest_triangle.glsl"
 #include "triangle.glsl"
 #include "../reached.glsl"
 
@@ -19,6 +20,11 @@ layout(location = 3) out vec2 out_place_reached;
 layout(location = 4) out vec3 out_window;
 
 invariant gl_Position;
+
+// Level of the heights inside a triangle whose longest side has so many texels.
+float height_lod(float texels) {
+    return max(log2(max(texels / gl_TessLevelInner[0], 1e-20)) - FINER, 0.0);
+}
 
 void main() {
     vec3 share = gl_TessCoord; // of each corner
@@ -50,12 +56,18 @@ void main() {
     } else {
         position = in_position[0] * share.x + in_position[1] * share.y + in_position[2] * share.z;
         normal = triangle_normal(vec3[3](in_normal[0], in_normal[1], in_normal[2]), facing, share.yz).normal;
-        vec2 first = data.texcoord_01.xy, by_second = data.texcoord_01.zw - first, by_third = data.texcoord_23.xy - first;
         // The height filtered to about the spacing of the vertices: bumps too fine for the geometry are left to the shading.
         vec2 size = vec2(textureSize(height_map, 0));
-        float texels = max(max(length(by_second * size), length(by_third * size)), length((by_third - by_second) * size));
-        float lod = max(log2(max(texels / gl_TessLevelInner[0], 1e-20)) - FINER, 0.0);
-        height = displaced ? textureLod(height_map, first + by_second * share.y + by_third * share.z, lod).x : 0.0;
+        if (displaced && (object.flags & FLAG_TRIPLANAR) != 0u) {
+            RestTriangle rest = rest_triangle(data);
+            vec3 b = rest.by_place[0], c = rest.by_place[1];
+            float texels = max(max(length(b), length(c)), length(c - b)) * max(size.x, size.y);
+            height = triplanar_height(rest, share.yz, height_map, height_lod(texels));
+        } else if (displaced) {
+            vec2 first = data.texcoord_01.xy, by_second = data.texcoord_01.zw - first, by_third = data.texcoord_23.xy - first;
+            float texels = max(max(length(by_second * size), length(by_third * size)), length((by_third - by_second) * size));
+            height = textureLod(height_map, first + by_second * share.y + by_third * share.z, height_lod(texels)).x;
+        }
     }
     precise float scaled = height * object.height_scale;
     precise vec3 displaced_position = position + normal * scaled;

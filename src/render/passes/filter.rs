@@ -158,6 +158,7 @@ impl FilterPass {
             ("COLOR_BY_SLOPE", SpecValue::Bool(kind.follows.slopes)),
             ("FLAT", SpecValue::Bool(kind.flat)),
             ("TRIANGLES", SpecValue::Bool(kind.triangles)),
+            ("TRIPLANAR", SpecValue::Bool(kind.triplanar)),
             ("RISE_OVER_RUN", SpecValue::Bool(kind.rise_over_run)),
             ("PLAIN", SpecValue::Bool(kind.plain)),
             ("RELIEF_DRAWN", SpecValue::Bool(relief_drawn)),

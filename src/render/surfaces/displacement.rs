@@ -9,6 +9,7 @@ use std::collections::HashSet;
 
 use super::patch_mesh::{PatchMesh, TileLayout};
 use super::topology::Topology;
+use super::triplanar;
 use crate::maps::HeightMap;
 use crate::render::constants;
 use glam::Vec2;
@@ -137,6 +138,42 @@ impl<'a> HeightPyramid<'a> {
     }
 }
 
+/// Where the corners of a mesh and the lines between them look their heights up.
+struct Mapped<'a> {
+    mesh: &'a PatchMesh,
+    pyramid: HeightPyramid<'a>,
+}
+
+impl Mapped<'_> {
+    fn mean(&self) -> f32 {
+        self.pyramid.levels.last().unwrap_or(self.pyramid.field).texels[0]
+    }
+
+    /// From one corner of a patch to another in texels; along the axes no farther than on the surface.
+    fn extent(&self, patch: usize, from: usize, to: usize) -> Vec2 {
+        let size = Vec2::new(self.pyramid.field.width as f32, self.pyramid.field.height as f32);
+        if let Some(repeat) = self.mesh.triplanar {
+            let [a, b] = [from, to].map(|corner| self.mesh.positions[self.mesh.patches[patch][corner] as usize]);
+            return Vec2::new(a.distance(b) / repeat * size.max_element(), 0.0);
+        }
+        let t = &self.mesh.texcoords[patch];
+        (t[to] - t[from]) * size
+    }
+
+    /// The height between two corners of a patch.
+    fn height(&self, patch: usize, from: usize, to: usize, part: f32, lod: f32) -> f32 {
+        if let Some(repeat) = self.mesh.triplanar {
+            let [a, b] = [from, to].map(|corner| self.mesh.patches[patch][corner] as usize);
+            let position = self.mesh.positions[a].lerp(self.mesh.positions[b], part);
+            let normal = self.mesh.normals[a].lerp(self.mesh.normals[b], part).normalize_or_zero();
+            let sample = |texcoord| self.pyramid.sample(texcoord, lod, patch);
+            return triplanar::blend(position, normal, repeat, self.mean(), sample);
+        }
+        let t = &self.mesh.texcoords[patch];
+        self.pyramid.sample(t[from].lerp(t[to], part), lod, patch)
+    }
+}
+
 /// Area-weighted mean of the source texels under texel `(x, y)` of a `w × h` level; exact for odd sizes.
 fn box_filter(source: &HeightField, w: u32, h: u32, x: u32, y: u32) -> f32 {
     if (source.width, source.height) == (2 * w, 2 * h) {
@@ -179,8 +216,7 @@ impl BoundaryHeights {
     /// Bakes the heights of all edges and vertices of `mesh`.
     #[must_use]
     pub fn bake(mesh: &PatchMesh, topology: &Topology, field: &HeightField) -> Self {
-        let pyramid = HeightPyramid::new(field);
-        let size = Vec2::new(field.width as f32, field.height as f32);
+        let mapped = Mapped { mesh, pyramid: HeightPyramid::new(field) };
         // The patch sides that meet in each edge, and the patch corners that meet in each place.
         let mut sides = vec![Vec::with_capacity(2); topology.edges.len()];
         let mut corners = vec![Vec::with_capacity(4); mesh.positions.len()];
@@ -201,12 +237,11 @@ impl BoundaryHeights {
                 }
                 std::array::from_fn(|level| {
                     mean(corners.iter().map(|&(patch, corner)| {
-                        let t = &mesh.texcoords[patch];
                         // The third corner of a triangle is its last as well.
                         let before = if mesh.triangles && corner == 3 { 1 } else { (corner + 3) & 3 };
-                        let along = (t[(corner + 1) & 3] - t[corner]).abs() + (t[before] - t[corner]).abs();
-                        let lod = level_lod(along * 0.5 * size, level);
-                        pyramid.sample(t[corner], lod, patch)
+                        let along = [(corner + 1) & 3, before].map(|other| mapped.extent(patch, corner, other).abs());
+                        let lod = level_lod((along[0] + along[1]) * 0.5, level);
+                        mapped.height(patch, corner, corner, 0.0, lod)
                     }))
                 })
             })
@@ -228,10 +263,10 @@ impl BoundaryHeights {
                     for i in 1..segments {
                         let t = i as f32 / segments as f32;
                         samples.push(mean(sides.iter().map(|&(patch, side, flipped)| {
-                            let corners = &mesh.texcoords[patch];
-                            let (a, b) = (corners[side], corners[(side + 1) & 3]);
-                            let texcoord = if flipped { b.lerp(a, t) } else { a.lerp(b, t) };
-                            pyramid.sample(texcoord, level_lod((b - a) * size, level), patch)
+                            let (a, b) = (side, (side + 1) & 3);
+                            let lod = level_lod(mapped.extent(patch, a, b), level);
+                            let (from, to) = if flipped { (b, a) } else { (a, b) };
+                            mapped.height(patch, from, to, t, lod)
                         })));
                     }
                     samples.push(vertices[to + level]);
@@ -239,12 +274,14 @@ impl BoundaryHeights {
                 samples
             })
             .collect();
-        let texels = |&(patch, side, _): &(usize, usize, bool)| {
-            let corners = &mesh.texcoords[patch];
-            ((corners[(side + 1) & 3] - corners[side]) * size).length()
-        };
+        let texels = |&(patch, side, _): &(usize, usize, bool)| mapped.extent(patch, side, (side + 1) & 3).length();
         let edge_texels = sides.iter().map(|sides| sides.iter().map(texels).fold(1.0, f32::max)).collect();
-        let patch_range = patch_ranges(mesh, field);
+        let mut patch_range = patch_ranges(mesh, field);
+        if mesh.triplanar.is_some() {
+            let mean = mapped.mean();
+            let wider = |height: f32| mean + triplanar::MOST_BLENDED * (height - mean);
+            patch_range.iter_mut().for_each(|range| *range = range.map(wider));
+        }
         let relief = |&(patch, _, _): &(usize, usize, bool)| patch_range[patch][1] - patch_range[patch][0];
         let on_edge = |(edge, sides): (&[u32; 2], &Vec<(usize, usize, bool)>)| {
             if rims.contains(edge) { 0.0 } else { sides.iter().map(relief).fold(0.0, f32::max) }

@@ -21,3 +21,4 @@ pub mod skinning;
 pub mod sphere;
 pub mod tessellation;
 pub mod topology;
+pub mod triplanar;

@@ -2,6 +2,8 @@
 
 use std::sync::Arc;
 
+use glam::{Vec2, Vec3};
+
 use super::atlas::AtlasGpu;
 use super::detail::{DetailImages, DetailKind};
 use super::displacement::{Border, BoundaryHeights, EDGE_LEVELS, HeightField};
@@ -18,7 +20,7 @@ use crate::maps::LeadrMap;
 use crate::maps::cache::{MapCache, checksum};
 use crate::render::constants::{
     CHARTS, CONDUCTOR_DIP_SHIFT, DETAIL_TRIPLANAR, FLAG_CHARTED, FLAG_DISPLACED, FLAG_FLAT, FLAG_MARK_INSIDE,
-    FLAG_MASK, FLAG_TINTED_EMISSION, FLAG_TRIANGLES, SEA_INDEX,
+    FLAG_MASK, FLAG_TINTED_EMISSION, FLAG_TRIANGLES, FLAG_TRIPLANAR, SEA_INDEX,
 };
 use crate::render::scene::{Object, TriangleCharts};
 
@@ -29,13 +31,23 @@ shared_struct! {
         pub vertices: [u32; 4],
         /// `edge << 1 | backwards`, sides v=0, u=1, v=1, u=0.
         pub edges: [u32; 4],
-        /// Texture coordinates of corners 0 and 1.
+        /// Texture coordinates of corners 0 and 1; or, of a triangle whose relief is seen along the axes, its corner at rest and its
+        /// normal there (`RestTriangle`), as for corners 1 and 3 in the next two.
         pub texcoord_01: [f32; 4],
         /// Texture coordinates of corners 3 and 2.
         pub texcoord_23: [f32; 4],
         /// Bounds of the texture taps in texture space.
         pub tile: [f32; 4],
     }
+}
+
+/// A corner at rest, in repeats, and its normal: the coordinates on an octahedron, twelve bits each, in a float that holds all 24.
+fn rest_corner(position: Vec3, normal: Vec3, repeat: f32) -> [f32; 4] {
+    let n = normal / normal.abs().element_sum().max(1e-12);
+    let folded = (1.0 - Vec2::new(n.y, n.x).abs()) * Vec2::new(1f32.copysign(n.x), 1f32.copysign(n.y));
+    let octahedron = if n.z < 0.0 { folded } else { n.truncate() };
+    let code = ((octahedron * 0.5 + 0.5) * 4095.0).round().clamp(Vec2::ZERO, Vec2::splat(4095.0));
+    (position / repeat).extend(code.x * 4096.0 + code.y).to_array()
 }
 
 /// Corners of a triangle in each chart.
@@ -144,6 +156,8 @@ pub struct SurfaceKind {
     pub flat: bool,
     /// Whether its patches are triangles.
     pub triangles: bool,
+    /// Whether its relief is seen along the axes where it is at rest.
+    pub triplanar: bool,
     /// Whether only its front is seen.
     pub front_only: bool,
     /// Whether its slopes are rise over run instead of by texture coordinate.
@@ -171,6 +185,7 @@ impl SurfaceKind {
                 && object.heights.as_ref().is_some_and(|field| field.texels.iter().any(|h| *h != field.texels[0])),
             flat: !mesh.triangles && detail.mapping != DETAIL_TRIPLANAR && flat::is_flat(mesh),
             triangles: mesh.triangles,
+            triplanar: mesh.triplanar.is_some() && object.heights.is_some(),
             front_only: object.front_only,
             rise_over_run: mesh.triangles && object.slopes.is_some(),
             plain: flat::is_plain(mesh),
@@ -210,6 +225,20 @@ impl GpuObject {
         let everywhere = [-1e9, -1e9, 1e9, 1e9];
         let patches: Vec<PatchGpu> = (0..object.mesh.patches.len())
             .map(|i| {
+                let [vertices, edges] = [object.mesh.patches[i], topology.patch_edges[i]];
+                if let Some(repeat) = object.mesh.triplanar {
+                    let corner = |k: usize| {
+                        let vertex = vertices[k] as usize;
+                        rest_corner(object.mesh.positions[vertex], object.mesh.normals[vertex], repeat)
+                    };
+                    return PatchGpu {
+                        vertices,
+                        edges,
+                        texcoord_01: corner(0),
+                        texcoord_23: corner(1),
+                        tile: corner(3),
+                    };
+                }
                 let t = object.mesh.texcoords.get(i).copied().unwrap_or_default();
                 let tile = match (&object.heights, border) {
                     (Some(field), Border::Tiles(layout)) => {
@@ -221,8 +250,8 @@ impl GpuObject {
                     _ => everywhere,
                 };
                 PatchGpu {
-                    vertices: object.mesh.patches[i],
-                    edges: topology.patch_edges[i],
+                    vertices,
+                    edges,
                     texcoord_01: [t[0].x, t[0].y, t[1].x, t[1].y],
                     texcoord_23: [t[3].x, t[3].y, t[2].x, t[2].y],
                     tile,
@@ -296,6 +325,7 @@ impl GpuObject {
             (FLAG_MARK_INSIDE, mark_inside),
             (FLAG_TINTED_EMISSION, self.object.tints_emission),
             (FLAG_TRIANGLES, self.kind.triangles),
+            (FLAG_TRIPLANAR, self.kind.triplanar),
             (FLAG_CHARTED, self.kind.charted),
             (FLAG_MASK, self.kind.has.holes == Some(HoleKind::Mask)),
         ];

@@ -37,6 +37,9 @@ pub struct PatchMesh {
     pub rims: Vec<[u32; 2]>,
     /// Texture coordinates of each patch's corners (not shared between patches, so every edge may be a seam).
     pub texcoords: Vec<[Vec2; 4]>,
+    /// Metres per repeat of a relief that is seen along the axes where the mesh is at rest (`render::surfaces::triplanar`) instead of by
+    /// texture coordinates: for triangles, and maps that repeat.
+    pub triplanar: Option<f32>,
     /// Metres per repeat of the map if this is a part of the plane `z = 0` at rest whose texture coordinates are `xy` divided by
     /// them, and no pose moves it: then vertices can stand at the centres of texels.
     pub flat_repeat: Option<f32>,

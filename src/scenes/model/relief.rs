@@ -9,6 +9,7 @@ use crate::maps::material::Material;
 use crate::render::scene::Object;
 use crate::render::surfaces::displacement::{Border, HeightField};
 use crate::render::surfaces::patch_mesh::PatchMesh;
+use crate::render::surfaces::triplanar;
 use crate::scenes::cover::{Cover, Stroke};
 
 /// How often a map repeats along the diagonal of a model without texture coordinates.
@@ -17,33 +18,27 @@ const REPEATS: f32 = 8.0;
 /// Root of the mean square of the slopes of a relief of which nobody tells the scale, at most.
 const USUAL_SLOPE: f32 = 0.5;
 
-/// Texture coordinates for the triangles whose own have no area, where no texture of the material follows them: the map is seen
-/// along the axis that each faces most. `size`: the model's diagonal, metres.
+/// How a relief lies on triangles whose texture coordinates have no area, where no texture of the material follows them: seen along the
+/// axes, blended if all of the mesh is like that, and otherwise on each triangle along the axis that it faces most. `size`: the model's
+/// diagonal, metres.
 pub fn cover_bare_triangles(mesh: &mut PatchMesh, material: &Material, size: f32) {
     let textures = Material { relief: None, ..material.clone() };
     if material.relief.is_none() || textures.coordinate_sets() > 0 {
         return;
     }
     let repeat = size / REPEATS;
+    if mesh.texcoords.iter().all(|texcoords| chart_area(texcoords) == 0.0) {
+        mesh.triplanar = Some(repeat);
+        return;
+    }
     for (patch, texcoords) in mesh.patches.iter().zip(&mut mesh.texcoords) {
         if chart_area(texcoords) != 0.0 {
             continue;
         }
         let corners = patch.map(|vertex| mesh.positions[vertex as usize]);
-        let normal = (corners[1] - corners[0]).cross(corners[3] - corners[0]);
-        *texcoords = corners.map(|corner| seen_along_axis(corner, normal) / repeat);
-    }
-}
-
-/// Coordinates, metres, of a point of a surface with this normal, seen along the axis that it faces most: from its outside, upright.
-fn seen_along_axis(p: Vec3, normal: Vec3) -> Vec2 {
-    let size = normal.abs();
-    if size.z >= size.x.max(size.y) {
-        Vec2::new(p.x * normal.z.signum(), -p.y)
-    } else if size.x >= size.y {
-        Vec2::new(p.y * normal.x.signum(), -p.z)
-    } else {
-        Vec2::new(-p.x * normal.y.signum(), -p.z)
+        let normal = (corners[1] - corners[0]).cross(corners[3] - corners[0]).normalize_or(Vec3::Z);
+        let foremost = normal.abs().max_position();
+        *texcoords = corners.map(|corner| triplanar::projections(corner, normal, repeat)[foremost].texcoord);
     }
 }
 
@@ -54,6 +49,9 @@ fn chart_area(t: &[Vec2; 4]) -> f32 {
 
 /// Metres per unit of texture coordinate, over all triangles; `None` where their coordinates have no area.
 pub fn metres_per_unit(mesh: &PatchMesh) -> Option<f32> {
+    if mesh.triplanar.is_some() {
+        return mesh.triplanar;
+    }
     let (mut metres, mut units) = (0.0f64, 0.0f64);
     for (patch, texcoords) in mesh.patches.iter().zip(&mesh.texcoords) {
         let corners = patch.map(|vertex| mesh.positions[vertex as usize]);
@@ -169,12 +167,19 @@ mod tests {
             in_widths: false,
             middle: 0.0,
         });
-        // Counter-clockwise from outside, every chart is clockwise in coordinates whose t runs down.
+        let bare = triangle([Vec3::ZERO, Vec3::X, Vec3::Y], [Vec2::ZERO; 3]);
+        let mut whole = bare.clone();
+        cover_bare_triangles(&mut whole, &material, REPEATS);
+        assert_eq!((whole.triplanar, metres_per_unit(&whole)), (Some(1.0), Some(1.0)));
+        // Beside a triangle with coordinates the others keep to one axis. Counter-clockwise from outside, every chart is clockwise in
+        // coordinates whose t runs down.
         for axis in [Vec3::X, Vec3::Y, Vec3::Z] {
             for outward in [axis, -axis] {
                 let (a, b) = (outward.any_orthonormal_pair(), outward);
                 assert!(a.0.cross(a.1).dot(b) > 0.99);
                 let mut mesh = triangle([b, b + a.0, b + a.1], [Vec2::ZERO; 3]);
+                mesh.patches.push([0, 1, 2, 2]);
+                mesh.texcoords.push([Vec2::ZERO, Vec2::X, -Vec2::Y, -Vec2::Y]);
                 cover_bare_triangles(&mut mesh, &material, REPEATS);
                 let t = mesh.texcoords[0];
                 assert!(((t[1] - t[0]).perp_dot(t[3] - t[0]) + 1.0).abs() < 1e-5, "{outward}: {t:?}");

@@ -115,6 +115,7 @@ mod tests {
             patches: vec![[0, 1, 2, 3]],
             texcoords: vec![layout.texcoords(0)],
             flat_repeat: None,
+            triplanar: None,
             triangles: false,
             places: Vec::new(),
             rims: Vec::new(),
