@@ -137,8 +137,9 @@ pub struct Object {
     pub name: String,
     /// Its patches.
     pub mesh: PatchMesh,
-    /// The same surface in fewer patches, drawn where those of `mesh` are smaller than pixels. It has the same joints, and neither
-    /// heights nor a material.
+    /// The same surface in fewer patches, with the same joints and the same texture coordinates. A smooth one is drawn where the patches of
+    /// `mesh` are smaller than pixels; a displaced one wherever its own can be divided finely enough. Not for atlases, details that are
+    /// seen along the axes, and materials with charts of their own, which are made for the patches of one mesh.
     pub coarse_mesh: Option<PatchMesh>,
     /// Heights along the patch normals; `None` for a smooth surface.
     pub heights: Option<HeightField>,
@@ -213,7 +214,7 @@ impl Object {
         Self { follows_relief: true, ..self }
     }
 
-    /// The same, drawn as `mesh` where its patches are smaller than pixels. For objects without heights and material.
+    /// The same, drawn as `mesh` where that suffices ([`coarse_mesh`](Self::coarse_mesh)).
     #[must_use]
     pub fn with_coarse_mesh(self, mesh: PatchMesh) -> Self {
         Self { coarse_mesh: Some(mesh), ..self }

@@ -6,9 +6,8 @@ use rayon::prelude::*;
 use super::cover::{Cover, LightMaps, Stroke, Texel};
 use super::detail::detail;
 use super::holes::filled;
-use super::plane::{even, plane};
 use super::sphere::{bake_patches, cube_sphere};
-use super::stage::{PLANE_REPEAT, SPHERE_REPEAT, Stage, plane_patches, plane_views, sphere_views};
+use super::stage::{PLANE_REPEAT, SPHERE_REPEAT, Stage, plane_meshes, plane_views, sphere_views};
 use crate::maps::material::{Material, TextureWrap};
 use crate::render::scene::{DetailMapping, Object, PropertyMap};
 use crate::render::surfaces::displacement::{Border, HeightField};
@@ -33,13 +32,15 @@ pub fn plane_stage(material: &Material) -> Stage {
     if cover.has_holes() {
         texels = filled(&texels, [width, height], |index| cover.opacity(upright(index)) >= cover.least_opacity());
     }
-    let mesh = plane(4.0, 4 * plane_patches(width.max(height)), PLANE_REPEAT, UNTINTED, even);
+    let has_relief = cover.has_heights() || cover.has_slopes() || cover.is_brushed();
+    let (mesh, coarse) = plane_meshes(if has_relief { width.max(height) } else { 0 }, UNTINTED);
     let mut object =
         Object::new("plane", mesh).with_specular_f0(texels[0].body_f0).with_conductor_dip(material.conductor_dip);
     let repeat = [[TextureWrap::Repeat; 2]; 3];
     let light = cover.light_maps(repeat, |at| Vec2::new(at.x, 1.0 - at.y));
     object = object.with_material(beside_heights(&cover, light).with(Cover::map(width, height, &texels)));
-    if cover.has_heights() || cover.has_slopes() || cover.is_brushed() {
+    if has_relief {
+        object.coarse_mesh = coarse;
         // In repeats of the textures, as baked files have them, so that slopes are those of the normals.
         let unit = cover.unit(PLANE_REPEAT);
         let height = |index| cover.height(upright(index)) * unit - cover.middle * unit;

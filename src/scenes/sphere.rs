@@ -112,7 +112,8 @@ pub fn displaced_sphere(
 ) -> (PatchMesh, HeightField) {
     let mut mesh = cube_sphere(n, color);
     let mean = (map.texels.iter().map(|&h| f64::from(h)).sum::<f64>() / map.texels.len() as f64) as f32;
-    let (layout, texels) = bake_tiles(&mut mesh, tile, |p, n| triplanar::blend(p, n, repeat, mean, |t| map.bicubic(t)) - mean);
+    let (layout, texels) =
+        bake_tiles(&mut mesh, tile, |p, n| triplanar::blend(p, n, repeat, mean, |t| map.bicubic(t)) - mean);
     let (width, height) = layout.size();
     (mesh, HeightField { width, height, texels, border: Border::Tiles(layout) })
 }

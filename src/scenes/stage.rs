@@ -311,17 +311,23 @@ pub const LARGEST_PLANE_MAP: u32 = 4096;
 #[must_use]
 pub fn plane_stage(mut relief: Relief) -> Stage {
     let heights = relief.field();
-    let patches = plane_patches(heights.width.max(heights.height));
-    let mesh = plane(4.0, 4 * patches, PLANE_REPEAT, relief.color(), even);
+    let (mesh, coarse) = plane_meshes(heights.width.max(heights.height), relief.color());
     let mut object = object("plane", &relief, mesh, heights, PLANE_REPEAT);
+    object.coarse_mesh = coarse;
     object.moments = relief.baked.take().map(|baked| baked.moments);
     Stage::still(vec![object], plane_views())
 }
 
-/// Patches along a repeat of a map of so many texels.
+/// Patches along a repeat of the plane's map, as few as pictures need.
+const PLANE_PATCHES: u32 = 8;
+
+/// A plane for a map of so many texels, a side or 0: patches that can have a vertex at every texel, and if those are more than pictures
+/// need, fewer.
 #[must_use]
-pub fn plane_patches(texels: u32) -> u32 {
-    texels.min(LARGEST_PLANE_MAP).div_ceil(MAX_FACTOR as u32).max(8)
+pub fn plane_meshes(texels: u32, color: [f32; 4]) -> (PatchMesh, Option<PatchMesh>) {
+    let mesh = |patches| plane(4.0, 4 * patches, PLANE_REPEAT, color, even);
+    let patches = texels.min(LARGEST_PLANE_MAP).div_ceil(MAX_FACTOR as u32).max(PLANE_PATCHES);
+    (mesh(patches), (patches > PLANE_PATCHES).then(|| mesh(PLANE_PATCHES)))
 }
 
 /// Views of a plane of 8 m.

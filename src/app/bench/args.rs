@@ -7,7 +7,7 @@ use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 
 use crate::app::error::AppError;
 use crate::app::flags::device::DeviceArgs;
-use crate::app::flags::scene::{SceneArgs, SceneChoice, scene_choice};
+use crate::app::flags::scene::{MapPrecision, SceneArgs, SceneChoice, scene_choice};
 use crate::app::flags::shading::techniques;
 use crate::app::flags::values::{atlas_tile, fft, msaa, positive};
 use crate::app::flags::waves::WaveArgs;
@@ -76,7 +76,7 @@ pub struct BenchArgs {
     pub against: Option<PathBuf>,
     /// With --against: compare this run instead of measuring
     #[arg(long, value_name = "NEW.json", requires = "against",
-        conflicts_with_all = ["scene", "technique", "tables", "size", "frames", "paper", "forward", "atlas_tile", "edge_samples", "msaa", "device",
+        conflicts_with_all = ["scene", "technique", "tables", "size", "frames", "paper", "forward", "atlas_tile", "map_precision", "edge_samples", "msaa", "device",
             "validation"])]
     pub measured: Option<PathBuf>,
     /// With --against: compare runs on different devices
@@ -88,6 +88,9 @@ pub struct BenchArgs {
     /// Texels along the tile of one patch in the displacement atlas: 8, 16, 32, 64 or 128
     #[arg(long, value_name = "N", default_value = "64", value_parser = atlas_tile)]
     pub atlas_tile: u32,
+    /// Numbers in which the slopes of maps are kept on the device
+    #[arg(long, value_name = "PRECISION", value_enum, default_value_t)]
+    pub map_precision: MapPrecision,
     /// Samples of the geometry in each pixel of the scenes (see leadr capture --help)
     #[arg(long, value_name = "N", default_value = "1", value_parser = msaa)]
     pub msaa: u32,
@@ -182,6 +185,7 @@ impl BenchArgs {
             // What surrounds a surface would be timed with it.
             bare: scene.offers(Choice::Bare),
             atlas_tile: self.atlas_tile,
+            map_precision: self.map_precision,
             size: self.size.unwrap_or(SCENE_SIZE),
             samples: 1,
             edge_samples: self.edge_samples,

@@ -129,7 +129,7 @@ pub struct SceneArgs {
         help = for_scenes("Texels along the tile of one patch in the displacement atlas: 8, 16, 32, 64 or 128", Choice::AtlasTile))]
     pub atlas_tile: u32,
     /// Numbers in which the slopes of maps are kept on the device
-    #[arg(long, value_name = "PRECISION", value_enum, default_value_t = MapPrecision::F32)]
+    #[arg(long, value_name = "PRECISION", value_enum, default_value_t)]
     pub map_precision: MapPrecision,
     /// Beckmann roughness of the displaced surfaces instead of the scene's own
     #[arg(long, value_name = "A", value_parser = roughness,
@@ -138,9 +138,10 @@ pub struct SceneArgs {
 }
 
 /// Numbers in which the slopes of maps are kept.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub enum MapPrecision {
     /// 32-bit floats
+    #[default]
     F32,
     /// 16-bit floats: half the memory, with a measured error
     F16,

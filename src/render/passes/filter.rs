@@ -226,47 +226,45 @@ impl FilterPass {
     ) {
         for DrawnObject { posed, divided, .. } in objects {
             let object = &posed.object;
-            let [colors, emission, occlusion, _] = &object.material.samplers;
+            let maps = &object.maps;
+            let [colors, emission, occlusion, _] = &maps.material.samplers;
             let mut bindings = vec![
                 ("visible_surface", Descriptor::Sampled(visible.surface.whole(), &self.nearest)),
                 ("visible_footprint", Descriptor::Sampled(visible.footprint.whole(), &self.nearest)),
                 ("Vertices", Descriptor::Storage(&divided.buffers.vertices)),
                 ("Patches", Descriptor::Storage(&object.patches)),
-                ("height_map", Descriptor::Sampled(object.maps.heights().whole(), &object.sampler)),
-                ("moments_a", Descriptor::Sampled(object.maps.slopes().whole(), &object.sampler)),
-                ("moments_b", Descriptor::Sampled(object.maps.joint().whole(), &object.sampler)),
-                ("horizon_a", Descriptor::Sampled(object.horizons.leans().whole(), &object.sampler)),
-                ("horizon_b", Descriptor::Sampled(object.horizons.correlations().whole(), &object.sampler)),
-                ("color_map", Descriptor::Sampled(object.material.color.whole(), colors)),
-                ("f0_map", Descriptor::Sampled(object.material.f0.whole(), colors)),
-                ("mixed_map", Descriptor::Sampled(object.material.mixed.whole(), colors)),
-                ("color_weighted", Descriptor::Sampled(object.relief_color.weighted.whole(), colors)),
-                ("Atlas", Descriptor::Storage(&object.atlas.links)),
-                ("coarse_a", Descriptor::Sampled(object.atlas.slopes.whole(), &self.linear)),
-                ("coarse_b", Descriptor::Sampled(object.atlas.joint.whole(), &self.linear)),
-                ("coarse_color", Descriptor::Sampled(object.atlas.color.whole(), &self.linear)),
-                ("coarse_f0", Descriptor::Sampled(object.atlas.f0.whole(), &self.linear)),
-                ("coarse_mixed", Descriptor::Sampled(object.atlas.mixed.whole(), &self.linear)),
-                ("coarse_weighted", Descriptor::Sampled(object.atlas.weighted.whole(), &self.linear)),
+                ("height_map", Descriptor::Sampled(maps.leadr.heights().whole(), &maps.sampler)),
+                ("moments_a", Descriptor::Sampled(maps.leadr.slopes().whole(), &maps.sampler)),
+                ("moments_b", Descriptor::Sampled(maps.leadr.joint().whole(), &maps.sampler)),
+                ("horizon_a", Descriptor::Sampled(maps.horizons.leans().whole(), &maps.sampler)),
+                ("horizon_b", Descriptor::Sampled(maps.horizons.correlations().whole(), &maps.sampler)),
+                ("color_map", Descriptor::Sampled(maps.material.color.whole(), colors)),
+                ("f0_map", Descriptor::Sampled(maps.material.f0.whole(), colors)),
+                ("mixed_map", Descriptor::Sampled(maps.material.mixed.whole(), colors)),
+                ("color_weighted", Descriptor::Sampled(maps.relief_color.weighted.whole(), colors)),
+                ("Atlas", Descriptor::Storage(&maps.atlas.links)),
+                ("coarse_a", Descriptor::Sampled(maps.atlas.slopes.whole(), &self.linear)),
+                ("coarse_b", Descriptor::Sampled(maps.atlas.joint.whole(), &self.linear)),
+                ("coarse_color", Descriptor::Sampled(maps.atlas.color.whole(), &self.linear)),
+                ("coarse_f0", Descriptor::Sampled(maps.atlas.f0.whole(), &self.linear)),
+                ("coarse_mixed", Descriptor::Sampled(maps.atlas.mixed.whole(), &self.linear)),
+                ("coarse_weighted", Descriptor::Sampled(maps.atlas.weighted.whole(), &self.linear)),
                 ("visible_depth", Descriptor::Sampled(visible.depth.whole(), &self.nearest)),
             ];
             if object.kind.detail.is_some() {
                 bindings.extend([
-                    ("Detail", Descriptor::Storage(&object.detail.layout)),
-                    ("detail_a", Descriptor::Sampled(object.detail.maps.slopes().whole(), &object.detail.sampler)),
-                    ("detail_b", Descriptor::Sampled(object.detail.maps.joint().whole(), &object.detail.sampler)),
-                    (
-                        "detail_colors",
-                        Descriptor::Sampled(object.detail.material.color.whole(), &object.detail.sampler),
-                    ),
-                    ("detail_mask", Descriptor::Sampled(object.detail.mask.whole(), &object.detail.sampler)),
+                    ("Detail", Descriptor::Storage(&maps.detail.layout)),
+                    ("detail_a", Descriptor::Sampled(maps.detail.maps.slopes().whole(), &maps.detail.sampler)),
+                    ("detail_b", Descriptor::Sampled(maps.detail.maps.joint().whole(), &maps.detail.sampler)),
+                    ("detail_colors", Descriptor::Sampled(maps.detail.material.color.whole(), &maps.detail.sampler)),
+                    ("detail_mask", Descriptor::Sampled(maps.detail.mask.whole(), &maps.detail.sampler)),
                 ]);
             } else {
                 bindings.extend([
-                    ("emission_map", Descriptor::Sampled(object.material.emission.whole(), emission)),
-                    ("occlusion_map", Descriptor::Sampled(object.material.occlusion.whole(), occlusion)),
-                    ("Charts", Descriptor::Storage(&object.charts)),
-                    ("coarse_light", Descriptor::Sampled(object.atlas.light.whole(), &self.linear)),
+                    ("emission_map", Descriptor::Sampled(maps.material.emission.whole(), emission)),
+                    ("occlusion_map", Descriptor::Sampled(maps.material.occlusion.whole(), occlusion)),
+                    ("Charts", Descriptor::Storage(&maps.charts)),
+                    ("coarse_light", Descriptor::Sampled(maps.atlas.light.whole(), &self.linear)),
                 ]);
             }
             let tiles = ("TileRecords", Descriptor::Storage(&visible.tiles.records));

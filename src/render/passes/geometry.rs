@@ -183,12 +183,12 @@ impl PipelineSet {
             ("EdgeHeights", Descriptor::Storage(&object.edge_heights)),
             ("VertexHeights", Descriptor::Storage(&object.vertex_heights)),
             ("VisiblePatches", Descriptor::Storage(&view.buffers.visible)),
-            ("height_map", Descriptor::Sampled(object.maps.heights().whole(), &object.sampler)),
+            ("height_map", Descriptor::Sampled(object.maps.leadr.heights().whole(), &object.maps.sampler)),
         ];
         if holes {
-            let [.., sampler] = &object.material.samplers;
-            bindings.push(("Charts", Descriptor::Storage(&object.charts)));
-            bindings.push(("opacity_map", Descriptor::Sampled(object.material.opacity.whole(), sampler)));
+            let [.., sampler] = &object.maps.material.samplers;
+            bindings.push(("Charts", Descriptor::Storage(&object.maps.charts)));
+            bindings.push(("opacity_map", Descriptor::Sampled(object.maps.material.opacity.whole(), sampler)));
         }
         let pipeline = match object.kind {
             _ if view.at_texels => &self.at_texels,

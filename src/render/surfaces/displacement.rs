@@ -213,6 +213,18 @@ pub struct BoundaryHeights {
 }
 
 impl BoundaryHeights {
+    /// Those of a smooth mesh: placeholders that are never read.
+    #[must_use]
+    pub fn none() -> Self {
+        Self {
+            edges: vec![0.0],
+            vertices: vec![0.0; EDGE_LEVELS],
+            patch_range: Vec::new(),
+            edge_texels: Vec::new(),
+            edge_relief: Vec::new(),
+        }
+    }
+
     /// Bakes the heights of all edges and vertices of `mesh`.
     #[must_use]
     pub fn bake(mesh: &PatchMesh, topology: &Topology, field: &HeightField) -> Self {

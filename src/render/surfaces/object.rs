@@ -6,7 +6,7 @@ use glam::{Vec2, Vec3};
 
 use super::atlas::AtlasGpu;
 use super::detail::{DetailImages, DetailKind};
-use super::displacement::{Border, BoundaryHeights, EDGE_LEVELS, HeightField};
+use super::displacement::{Border, BoundaryHeights, HeightField};
 use super::flat;
 use super::half_range::fill_half_range;
 use super::horizon::{HorizonMaps, Relief};
@@ -15,14 +15,14 @@ use super::moments::{LeadrMapGpu, MomentFormat, field_maps};
 use super::patch_mesh::PatchMesh;
 use super::relief_color::{Follows, ReliefColors};
 use super::topology::Topology;
-use crate::gpu::{AddressMode, Buffer, Filter, Gpu, Memory, Result, Sampler, shared_struct};
+use crate::gpu::{AddressMode, Buffer, Filter, Gpu, GpuError, Memory, Result, Sampler, shared_struct};
 use crate::maps::LeadrMap;
 use crate::maps::cache::{MapCache, checksum};
 use crate::render::constants::{
     CHARTS, CONDUCTOR_DIP_SHIFT, DETAIL_TRIPLANAR, FLAG_CHARTED, FLAG_DISPLACED, FLAG_FLAT, FLAG_MARK_INSIDE,
     FLAG_MASK, FLAG_TINTED_EMISSION, FLAG_TRIANGLES, FLAG_TRIPLANAR, SEA_INDEX,
 };
-use crate::render::scene::{Object, TriangleCharts};
+use crate::render::scene::{DetailMapping, Object, TriangleCharts};
 
 shared_struct! {
     /// One patch as the shaders read it (`PatchData`).
@@ -101,16 +101,25 @@ pub struct GpuObject {
     pub(super) edge_relief: Vec<f32>,
     /// `PatchData` of every patch.
     pub patches: Buffer,
-    /// Links and coarse levels that let the filter pass look beyond a patch's tile.
-    pub atlas: AtlasGpu,
     /// Baked heights of the edges.
     pub edge_heights: Buffer,
     /// Baked heights of the vertices.
     pub vertex_heights: Buffer,
+    /// Its maps, which its coarser mesh shares.
+    pub maps: Arc<ObjectMaps>,
+    /// What the filter pass has to fetch for it.
+    pub kind: SurfaceKind,
+    index: u32,
+}
+
+/// The maps of an object.
+pub struct ObjectMaps {
     /// The LEADR maps; a 1×1 placeholder for smooth objects.
-    pub maps: LeadrMapGpu,
+    pub leadr: LeadrMapGpu,
     /// What its relief hides from itself; placeholders for smooth objects.
     pub horizons: HorizonMaps,
+    /// Links and coarse levels that let the filter pass look beyond a patch's tile.
+    pub atlas: AtlasGpu,
     /// Its material.
     pub material: MaterialImages,
     /// Texture coordinates of its triangles in its material; a placeholder where they are those of the mesh.
@@ -121,9 +130,6 @@ pub struct GpuObject {
     pub relief_color: ReliefColorImages,
     /// Sampler of the maps of its relief.
     pub sampler: Sampler,
-    /// What the filter pass has to fetch for it.
-    pub kind: SurfaceKind,
-    index: u32,
 }
 
 /// How the maps of objects are made.
@@ -194,74 +200,39 @@ impl SurfaceKind {
     }
 }
 
-impl GpuObject {
-    /// Uploads an object and builds its LEADR maps. `index` counts the objects of a scene from 0, below
-    /// [`MAX_OBJECTS`].
-    ///
-    /// # Errors
-    /// Memory or a Vulkan call that failed.
-    pub fn new(gpu: &Arc<Gpu>, mut object: Object, index: usize, upload: Upload<'_>) -> Result<Self> {
-        let Upload { cache, format } = upload;
-        let name = object.name.clone();
-        if format == MomentFormat::Float16 {
-            fill_half_range(&mut object);
-        }
-        let kind = SurfaceKind::of(&object, &object.mesh);
-        let topology = Topology::new(&object.mesh.patches_by_place());
-        let (boundary, border) = match &object.heights {
-            Some(field) => (BoundaryHeights::bake(&object.mesh, &topology, field), field.border),
-            None => (
-                BoundaryHeights {
-                    edges: vec![0.0],
-                    vertices: vec![0.0; EDGE_LEVELS],
-                    patch_range: Vec::new(),
-                    edge_texels: Vec::new(),
-                    edge_relief: Vec::new(),
-                },
-                // Materials repeat.
-                Border::Wrap,
-            ),
+/// What an object displaces, in one of its meshes.
+struct Carrier {
+    topology: Topology,
+    boundary: BoundaryHeights,
+}
+
+impl Carrier {
+    fn of(mesh: &PatchMesh, heights: Option<&HeightField>) -> Self {
+        let topology = Topology::new(&mesh.patches_by_place());
+        let boundary = match heights {
+            Some(field) => BoundaryHeights::bake(mesh, &topology, field),
+            None => BoundaryHeights::none(),
         };
-        let everywhere = [-1e9, -1e9, 1e9, 1e9];
-        let patches: Vec<PatchGpu> = (0..object.mesh.patches.len())
-            .map(|i| {
-                let [vertices, edges] = [object.mesh.patches[i], topology.patch_edges[i]];
-                if let Some(repeat) = object.mesh.triplanar {
-                    let corner = |k: usize| {
-                        let vertex = vertices[k] as usize;
-                        rest_corner(object.mesh.positions[vertex], object.mesh.normals[vertex], repeat)
-                    };
-                    return PatchGpu {
-                        vertices,
-                        edges,
-                        texcoord_01: corner(0),
-                        texcoord_23: corner(1),
-                        tile: corner(3),
-                    };
-                }
-                let t = object.mesh.texcoords.get(i).copied().unwrap_or_default();
-                let tile = match (&object.heights, border) {
-                    (Some(field), Border::Tiles(layout)) => {
-                        let (x, y) = layout.origin(i as u32);
-                        let (w, h) = (field.width as f32, field.height as f32);
-                        let end = |k: u32| (k + layout.tile) as f32;
-                        [x as f32 / w, y as f32 / h, end(x) / w, end(y) / h]
-                    }
-                    _ => everywhere,
-                };
-                PatchGpu {
-                    vertices,
-                    edges,
-                    texcoord_01: [t[0].x, t[0].y, t[1].x, t[1].y],
-                    texcoord_23: [t[3].x, t[3].y, t[2].x, t[2].y],
-                    tile,
-                }
-            })
-            .collect();
-        let relief_color = ReliefColorImages::new(gpu, &object, border)?;
+        Self { topology, boundary }
+    }
+}
+
+impl ObjectMaps {
+    /// Uploads the maps of an object on its finer mesh, and takes from it whatever is on the device then.
+    fn upload(
+        gpu: &Arc<Gpu>,
+        object: &mut Object,
+        topology: &Topology,
+        kind: SurfaceKind,
+        Upload { cache, format }: Upload<'_>,
+    ) -> Result<Self> {
+        let name = object.name.clone();
+        // Materials repeat.
+        let border = object.heights.as_ref().map_or(Border::Wrap, |field| field.border);
+        let relief_color = ReliefColorImages::new(gpu, object, border)?;
         let (slopes, moments) = (object.slopes.take(), object.moments.take());
         let sources = cache.map_or(0, |_| relief_checksum(object.heights.as_ref(), slopes.as_ref(), moments.as_ref()));
-        let maps = field_maps(gpu, object.heights.as_ref(), slopes, object.slope_spread.take(), moments, format)?;
+        let leadr = field_maps(gpu, object.heights.as_ref(), slopes, object.slope_spread.take(), moments, format)?;
         let detail = DetailImages::new(gpu, &name, object.detail.take(), &object.mesh, border)?;
         if let Some(field) = &mut object.heights {
             field.texels = Vec::new();
@@ -272,39 +243,86 @@ impl GpuObject {
         let atlas = match border {
             Border::Tiles(layout) => {
                 let material = kind.colored.then_some((&material, &relief_color));
-                AtlasGpu::new(gpu, &name, &object.mesh, &topology, layout, &maps, material)?
+                AtlasGpu::new(gpu, &name, &object.mesh, topology, layout, &leadr, material)?
             }
             Border::Wrap | Border::Clamp => AtlasGpu::none(gpu, &name)?,
         };
         let horizons = if kind.horizon {
-            let relief = Relief { mesh: &object.mesh, topology: &topology, border, height_scale: object.height_scale };
-            HorizonMaps::new(gpu, &name, &maps, &relief, cache.map(|cache| (cache, sources)))?
+            let relief = Relief { mesh: &object.mesh, topology, border, height_scale: object.height_scale };
+            HorizonMaps::new(gpu, &name, &leadr, &relief, cache.map(|cache| (cache, sources)))?
         } else {
             HorizonMaps::none(gpu, &name)?
         };
-        let (low, high) =
-            boundary.patch_range.iter().fold((0.0f32, 0.0f32), |(low, high), r| (low.min(r[0]), high.max(r[1])));
-        let relief = high - low;
         let mode = if border == Border::Wrap { AddressMode::Repeat } else { AddressMode::ClampToEdge };
         let modes = object.slope_wrap.map_or([mode; 2], |wrap| wrap.map(address_mode));
         Ok(Self {
-            patches: Buffer::from_slice(gpu, &format!("{name} patches"), &patches)?,
+            leadr,
+            horizons,
             atlas,
+            material,
+            charts: Buffer::from_slice(gpu, &format!("{name} charts"), &charts)?,
+            detail,
+            relief_color,
+            sampler: Sampler::with_modes(gpu, &format!("{name} sampler"), Filter::Trilinear, modes)?,
+        })
+    }
+}
+
+impl GpuObject {
+    /// Uploads an object and builds its LEADR maps; if it has a coarser mesh, that as well, with the same maps. `index` counts the
+    /// objects of a scene from 0, below [`MAX_OBJECTS`].
+    ///
+    /// # Errors
+    /// [`GpuError::Usage`] for a coarser mesh of an object whose maps follow its finer one; memory or a Vulkan call that failed.
+    pub fn upload(
+        gpu: &Arc<Gpu>,
+        mut object: Object,
+        index: usize,
+        upload: Upload<'_>,
+    ) -> Result<(Self, Option<Self>)> {
+        let coarse_mesh = object.coarse_mesh.take();
+        if coarse_mesh.is_some() && follows_its_mesh(&object) {
+            let fault = "a coarser mesh cannot share maps that are made for the patches of the finer one".to_owned();
+            return Err(GpuError::Usage { name: object.name, fault });
+        }
+        if upload.format == MomentFormat::Float16 {
+            fill_half_range(&mut object);
+        }
+        let kind = SurfaceKind::of(&object, &object.mesh);
+        let carrier = Carrier::of(&object.mesh, object.heights.as_ref());
+        let coarse = coarse_mesh
+            .map(|mesh| (SurfaceKind::of(&object, &mesh), Carrier::of(&mesh, object.heights.as_ref()), mesh));
+        let maps = Arc::new(ObjectMaps::upload(gpu, &mut object, &carrier.topology, kind, upload)?);
+        let coarse = coarse.map(|(kind, carrier, mesh)| {
+            let object = Object { mesh, ..object.clone() };
+            Self::with_maps(gpu, object, index, kind, carrier, maps.clone())
+        });
+        let coarse = coarse.transpose()?;
+        Ok((Self::with_maps(gpu, object, index, kind, carrier, maps)?, coarse))
+    }
+
+    fn with_maps(
+        gpu: &Arc<Gpu>,
+        object: Object,
+        index: usize,
+        kind: SurfaceKind,
+        Carrier { topology, boundary }: Carrier,
+        maps: Arc<ObjectMaps>,
+    ) -> Result<Self> {
+        let name = &object.name;
+        let (low, high) =
+            boundary.patch_range.iter().fold((0.0f32, 0.0f32), |(low, high), r| (low.min(r[0]), high.max(r[1])));
+        Ok(Self {
+            patches: Buffer::from_slice(gpu, &format!("{name} patches"), &patches(&object, &topology))?,
             edge_heights: Buffer::from_slice(gpu, &format!("{name} edge heights"), &boundary.edges)?,
             vertex_heights: Buffer::from_slice(gpu, &format!("{name} vertex heights"), &boundary.vertices)?,
-            charts: Buffer::from_slice(gpu, &format!("{name} charts"), &charts)?,
-            relief,
+            relief: high - low,
             height_range: boundary.patch_range,
             edge_texels: boundary.edge_texels,
             edge_relief: boundary.edge_relief,
-            sampler: Sampler::with_modes(gpu, &format!("{name} sampler"), Filter::Trilinear, modes)?,
             topology,
             object,
             maps,
-            horizons,
-            material,
-            detail,
-            relief_color,
             kind,
             index: index as u32 + 1,
         })
@@ -338,6 +356,45 @@ impl GpuObject {
             relief: self.relief * (height_scale * self.object.height_scale).abs(),
         }
     }
+}
+
+/// Whether the maps of an object are made for the patches of its mesh.
+fn follows_its_mesh(object: &Object) -> bool {
+    let tiled = object.heights.as_ref().is_some_and(|field| matches!(field.border, Border::Tiles(_)));
+    let at_rest = object.detail.as_ref().is_some_and(|detail| matches!(detail.mapping, DetailMapping::Triplanar(_)));
+    tiled || at_rest || object.charts.is_some()
+}
+
+/// The patches of an object as the shaders read them.
+fn patches(object: &Object, topology: &Topology) -> Vec<PatchGpu> {
+    let mesh = &object.mesh;
+    let patch = |(i, (&vertices, &edges)): (usize, (&[u32; 4], &[u32; 4]))| {
+        if let Some(repeat) = mesh.triplanar {
+            let corner = |k: usize| {
+                let vertex = vertices[k] as usize;
+                rest_corner(mesh.positions[vertex], mesh.normals[vertex], repeat)
+            };
+            return PatchGpu { vertices, edges, texcoord_01: corner(0), texcoord_23: corner(1), tile: corner(3) };
+        }
+        let t = mesh.texcoords.get(i).copied().unwrap_or_default();
+        let tile = match &object.heights {
+            Some(HeightField { width, height, border: Border::Tiles(layout), .. }) => {
+                let (x, y) = layout.origin(i as u32);
+                let (w, h) = (*width as f32, *height as f32);
+                let end = |k: u32| (k + layout.tile) as f32;
+                [x as f32 / w, y as f32 / h, end(x) / w, end(y) / h]
+            }
+            _ => [-1e9, -1e9, 1e9, 1e9],
+        };
+        PatchGpu {
+            vertices,
+            edges,
+            texcoord_01: [t[0].x, t[0].y, t[1].x, t[1].y],
+            texcoord_23: [t[3].x, t[3].y, t[2].x, t[2].y],
+            tile,
+        }
+    };
+    mesh.patches.iter().zip(&topology.patch_edges).enumerate().map(patch).collect()
 }
 
 /// Five bits for each channel of a dip, 0 to 4.

@@ -89,6 +89,17 @@ impl Default for TessellationSettings {
 }
 
 impl TessellationSettings {
+    /// Whether patches whose sides cover so many pixels can be divided as finely as these settings ask for.
+    #[must_use]
+    pub fn suffices_for(&self, pixels: f32) -> bool {
+        !self.to_texels && pixels <= self.spacing() * self.max_factor.clamp(1.0, MAX_FACTOR)
+    }
+
+    /// Pixels between vertices: two triangles of area `A` fill a cell whose side is `√2A`.
+    fn spacing(&self) -> f32 {
+        (2.0 * self.pixels_per_triangle).sqrt()
+    }
+
     /// Whether edges get the same factors as with other settings.
     #[must_use]
     pub fn divides_as(&self, other: &Self) -> bool {
@@ -163,8 +174,7 @@ impl Division {
     #[must_use]
     pub fn new(posed: PosedMesh<'_>, lens: Lens, settings: &TessellationSettings) -> Self {
         let PosedMesh { topology, positions, normals, .. } = posed;
-        // Two triangles fill a cell of 2A pixels, so its side is sqrt(2A).
-        let spacing = (2.0 * settings.pixels_per_triangle).sqrt();
+        let spacing = settings.spacing();
         let max_factor = settings.max_factor.clamp(1.0, MAX_FACTOR);
         let edge_factors: Vec<f32> = topology
             .edges

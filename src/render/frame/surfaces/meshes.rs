@@ -110,8 +110,6 @@ impl MeshPipelines {
 
 struct Mesh {
     fine: Level,
-    /// Mean side of its patches, metres.
-    patch: f32,
     coarse: Option<Level>,
 }
 
@@ -126,10 +124,9 @@ struct Level {
 }
 
 impl Level {
-    fn new(gpu: &Arc<Gpu>, object: Object, index: usize, upload: Upload<'_>) -> Result<Self> {
-        let object = Arc::new(GpuObject::new(gpu, object, index, upload)?);
+    fn new(object: GpuObject) -> Self {
         let closed = object.topology.irregular_edges() == 0;
-        Ok(Self { object, closed, divisions: Pool::default(), views: Pool::default() })
+        Self { object: Arc::new(object), closed, divisions: Pool::default(), views: Pool::default() }
     }
 
     /// The object in a pose, with buffers for a frame under so many suns.
@@ -150,22 +147,32 @@ impl Level {
 }
 
 impl Mesh {
-    fn new(gpu: &Arc<Gpu>, mut object: Object, index: usize, upload: Upload<'_>) -> Result<Self> {
-        let coarse = object.coarse_mesh.take().map(|mesh| Object { mesh, ..object.clone() });
-        Ok(Self {
-            patch: object.mesh.mean_edge(),
-            coarse: coarse.map(|object| Level::new(gpu, object, index, upload)).transpose()?,
-            fine: Level::new(gpu, object, index, upload)?,
-        })
+    fn new(gpu: &Arc<Gpu>, object: Object, index: usize, upload: Upload<'_>) -> Result<Self> {
+        let (fine, coarse) = GpuObject::upload(gpu, object, index, upload)?;
+        Ok(Self { fine: Level::new(fine), coarse: coarse.map(Level::new) })
     }
 
-    /// The level of detail for a camera, and its vertices in a pose.
-    fn posed(&mut self, pose: &Pose, lens: &Lens) -> (&mut Level, PosedVertices) {
-        let Self { fine, patch, coarse } = self;
+    /// The level of detail for a camera, and its vertices in a pose. `edges`: whether edge samples see it too.
+    fn posed(
+        &mut self,
+        pose: &Pose,
+        lens: &Lens,
+        tessellation: &TessellationSettings,
+        edges: bool,
+    ) -> (&mut Level, PosedVertices) {
+        let Self { fine, coarse } = self;
         if let Some(level) = coarse {
             let vertices = pose.apply(&level.object.object.mesh);
             let nearest = vertices.positions.iter().map(|p| p.distance(lens.eye)).fold(f32::INFINITY, f32::min);
-            if *patch * lens.focal_pixels < nearest.max(lens.near) {
+            let pixels = |side: f32, distance: f32| side * lens.focal_pixels / distance.max(lens.near);
+            let suffices = if level.object.kind.displaced {
+                let side = level.object.object.mesh.mean_edge();
+                // The nearest place of a patch is nearer than its corners.
+                !edges && tessellation.suffices_for(pixels(side, nearest - side))
+            } else {
+                pixels(fine.object.object.mesh.mean_edge(), nearest) < 1.0
+            };
+            if suffices {
                 return (level, vertices);
             }
         }
@@ -231,7 +238,7 @@ impl Surface for Meshes {
         let lens = state.camera.lens(settings.size.1);
         let mut meshes = Vec::new();
         for (mesh, pose) in self.meshes.iter_mut().zip(&state.poses) {
-            let (level, vertices) = mesh.posed(pose, &lens);
+            let (level, vertices) = mesh.posed(pose, &lens, &settings.tessellation, drawing.edges);
             let suns = if level.object.object.casts_shadow { drawing.suns as usize } else { 0 };
             let height_scale = settings.geometry_scale(state.height_scale);
             let posed = PosedObject { vertices, object: level.object.clone(), height_scale };
