@@ -12,6 +12,7 @@ use crate::render::light::sky::Sky;
 use crate::render::scene::{FrameState, MAX_POINT_LIGHTS, Object, PointLight, Pose, Scene, Sun};
 use crate::render::surfaces::displacement::HeightField;
 use crate::render::surfaces::ocean::Ocean;
+use crate::render::surfaces::patch_mesh::PatchMesh;
 use crate::render::surfaces::tessellation::MAX_FACTOR;
 
 /// Standard views of a scene.
@@ -271,13 +272,7 @@ impl Relief {
     }
 }
 
-fn object(
-    name: &str,
-    relief: &Relief,
-    mesh: crate::render::surfaces::patch_mesh::PatchMesh,
-    heights: HeightField,
-    repeat: f32,
-) -> Object {
+fn object(name: &str, relief: &Relief, mesh: PatchMesh, heights: HeightField, repeat: f32) -> Object {
     let in_widths = relief.baked.as_ref().is_some_and(|baked| baked.in_widths);
     Object::new(name, mesh).with_heights(heights, if in_widths { repeat } else { relief.height_scale })
 }
