@@ -3,8 +3,8 @@
 #ifndef LEADR_TRIPLANAR
 #define LEADR_TRIPLANAR
 
-// By how many repeats the views are moved apart, so that they do not look alike where they meet.
-const float TRIPLANAR_SHIFTS[3] = float[](0.0, 0.37, 0.71);
+// By how many repeats the views are moved apart, so that they do not look alike where they meet. Courses of bricks go on round a corner.
+const vec2 TRIPLANAR_SHIFTS[3] = vec2[](vec2(0.0), vec2(0.37, 0.0), vec2(0.71));
 
 // How much each view counts, for a unit normal; they sum to anything above 0.
 vec3 triplanar_weights(vec3 normal) {

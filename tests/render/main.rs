@@ -32,3 +32,4 @@ mod shore;
 mod spheres;
 mod techniques;
 mod trex;
+mod triplanar;

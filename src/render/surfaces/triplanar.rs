@@ -3,8 +3,9 @@
 
 use glam::{Vec2, Vec3};
 
-/// By how many repeats the three views are moved apart, so that they do not look alike where they meet.
-const SHIFTS: [f32; 3] = [0.0, 0.37, 0.71];
+/// By how many repeats the three views are moved apart, so that they do not look alike where they meet. Courses of bricks go on round
+/// a corner.
+const SHIFTS: [Vec2; 3] = [Vec2::ZERO, Vec2::new(0.37, 0.0), Vec2::splat(0.71)];
 
 /// A texture seen along an axis.
 #[derive(Clone, Copy, Debug)]
@@ -25,7 +26,7 @@ pub fn projections(position: Vec3, normal: Vec3, repeat: f32) -> [Projection; 3]
     let weights = (normal.abs() - 0.5).max(Vec3::ZERO);
     let weights = weights * weights;
     let side = Vec3::new(side(normal.x), side(normal.y), side(normal.z));
-    let seen = |weight: f32, shift: f32, s: Vec3, t: Vec3| Projection {
+    let seen = |weight: f32, shift: Vec2, s: Vec3, t: Vec3| Projection {
         weight,
         texcoord: Vec2::new(position.dot(s), position.dot(t)) / repeat + shift,
         s,

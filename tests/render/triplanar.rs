@@ -1,0 +1,85 @@
+//! Relief on triangles without texture coordinates, beside the same blend baked into tiles, and beside the finest maps.
+
+use crate::common::gpu::{TestGpu, test_gpu};
+use crate::common::render::{bumps, under_sky};
+use glam::Vec3;
+use leadr::lab::metrics::compare::rrmse;
+use leadr::maps::RgbImage;
+use leadr::render::camera::Camera;
+use leadr::render::scene::{FrameState, Object, Pose, Sun};
+use leadr::render::settings::{RenderSettings, ShadingOptions, Technique};
+use leadr::render::surfaces::displacement::HeightField;
+use leadr::render::surfaces::patch_mesh::PatchMesh;
+use leadr::render::surfaces::tessellation::TessellationSettings;
+use leadr::scenes::sphere::{cube_sphere, displaced_sphere};
+
+const GREY: [f32; 4] = [0.5, 0.5, 0.5, 0.3];
+/// Metres per repeat.
+const REPEAT: f32 = 0.7;
+/// Root of the mean square of the slopes.
+const STEEPNESS: f32 = 0.45;
+
+fn relief() -> HeightField {
+    let mut field = bumps(128, 5.0, 7);
+    let mean = field.texels.iter().sum::<f32>() / field.texels.len() as f32;
+    field.texels.iter_mut().for_each(|height| *height -= mean);
+    field
+}
+
+/// A unit sphere of triangles.
+fn ball(repeat: f32, field: HeightField) -> Object {
+    let quads = cube_sphere(24, GREY);
+    let halves = |&[a, b, c, d]: &[u32; 4]| [[a, b, c, c], [a, c, d, d]];
+    let mesh = PatchMesh {
+        patches: quads.patches.iter().flat_map(halves).collect(),
+        texcoords: vec![Default::default(); 2 * quads.patches.len()],
+        triangles: true,
+        triplanar: Some(repeat),
+        ..quads
+    };
+    Object::new("ball", mesh).with_heights(field, STEEPNESS * REPEAT)
+}
+
+/// The same sphere in patches whose tiles hold the blend.
+fn tiled() -> Object {
+    let (mesh, heights) = displaced_sphere(&relief(), REPEAT, 12, 128, GREY);
+    Object::new("tiled", mesh).with_heights(heights, STEEPNESS * REPEAT)
+}
+
+/// A picture from a place before which three views meet, so many pixels across.
+fn picture(gpu: &TestGpu, object: Object, technique: Technique, distance: f32, samples: u32) -> RgbImage {
+    let camera = Camera::looking_at(Vec3::new(1.0, -0.8, 0.9).normalize() * distance, Vec3::ZERO, 35.0);
+    let sun = Sun { direction: Vec3::new(0.2, -0.9, 0.6).normalize(), irradiance: Vec3::splat(2.0) };
+    let state = FrameState { sun: Some(sun), ..FrameState::new(camera, vec![Pose::REST]) };
+    let shading = technique.with(ShadingOptions::default());
+    let tessellation = TessellationSettings { to_texels: technique.is_reference(), ..Default::default() };
+    let size = ((570.0 / distance) as u32).clamp(16, 96);
+    let settings = RenderSettings { size: (size, size), samples, shading, tessellation, ..Default::default() };
+    under_sky(gpu, vec![object], 32).render(&state, &settings).unwrap().image()
+}
+
+#[test]
+fn triangles_show_the_blend_that_tiles_hold() {
+    let Some(gpu) = test_gpu() else { return };
+    for distance in [6.0, 20.0] {
+        let shot = |object| picture(&gpu, object, Technique::Leadr, distance, 16);
+        let tiles = shot(tiled());
+        let error = |object| rrmse(&tiles, &shot(object)).unwrap();
+        let (same, other) = (error(ball(REPEAT, relief())), error(ball(1.1 * REPEAT, relief())));
+        println!("at {distance} m: {same:.4}, of another repeat {other:.4}");
+        assert!(same < 0.03 && (distance > 10.0 || other > 3.0 * same), "{distance}: {same} {other}");
+    }
+}
+
+#[test]
+fn one_sample_is_what_many_of_the_finest_maps_are() {
+    let Some(gpu) = test_gpu() else { return };
+    for distance in [12.0, 36.0] {
+        let shot = |technique, samples| picture(&gpu, ball(REPEAT, relief()), technique, distance, samples);
+        let reference = shot(Technique::Reference, 128);
+        let error = |technique| rrmse(&reference, &shot(technique, 16)).unwrap();
+        let (leadr, normal_mip) = (error(Technique::Leadr), error(Technique::NormalMip));
+        println!("at {distance} m: LEADR {leadr:.4}, mipmapped normals {normal_mip:.4}");
+        assert!(leadr < 0.05 && normal_mip > 2.0 * leadr, "{distance}: {leadr} {normal_mip}");
+    }
+}
