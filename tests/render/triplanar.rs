@@ -42,41 +42,48 @@ fn ball(repeat: f32, field: HeightField) -> Object {
 
 /// The same sphere in patches whose tiles hold the blend.
 fn tiled() -> Object {
-    let (mesh, heights) = displaced_sphere(&relief(), REPEAT, 12, 128, GREY);
+    let (mesh, heights) = displaced_sphere(&relief(), REPEAT, 12, 16, GREY);
     Object::new("tiled", mesh).with_heights(heights, STEEPNESS * REPEAT)
 }
 
 /// A picture from a place before which three views meet, so many pixels across.
-fn picture(gpu: &TestGpu, object: Object, technique: Technique, distance: f32, samples: u32) -> RgbImage {
+fn picture(
+    gpu: &TestGpu,
+    object: Object,
+    technique: Technique,
+    distance: f32,
+    samples: u32,
+    occlusion: bool,
+) -> RgbImage {
     let camera = Camera::looking_at(Vec3::new(1.0, -0.8, 0.9).normalize() * distance, Vec3::ZERO, 35.0);
     let sun = Sun { direction: Vec3::new(0.2, -0.9, 0.6).normalize(), irradiance: Vec3::splat(2.0) };
     let state = FrameState { sun: Some(sun), ..FrameState::new(camera, vec![Pose::REST]) };
-    let shading = technique.with(ShadingOptions::default());
+    let shading = technique.with(ShadingOptions { relief_occlusion: occlusion, ..Default::default() });
     let tessellation = TessellationSettings { to_texels: technique.is_reference(), ..Default::default() };
     let size = ((570.0 / distance) as u32).clamp(16, 96);
-    let settings = RenderSettings { size: (size, size), samples, shading, tessellation, ..Default::default() };
+    let settings =
+        RenderSettings { size: (size, size), samples, shading, tessellation, shadows: false, ..Default::default() };
     under_sky(gpu, vec![object], 32).render(&state, &settings).unwrap().image()
 }
 
 #[test]
 fn triangles_show_the_blend_that_tiles_hold() {
     let Some(gpu) = test_gpu() else { return };
-    for distance in [6.0, 20.0] {
-        let shot = |object| picture(&gpu, object, Technique::Leadr, distance, 16);
-        let tiles = shot(tiled());
-        let error = |object| rrmse(&tiles, &shot(object)).unwrap();
-        let (same, other) = (error(ball(REPEAT, relief())), error(ball(1.1 * REPEAT, relief())));
-        println!("at {distance} m: {same:.4}, of another repeat {other:.4}");
-        assert!(same < 0.03 && (distance > 10.0 || other > 3.0 * same), "{distance}: {same} {other}");
-    }
+    // Tiles look for horizons within a few texels only.
+    let shot = |object| picture(&gpu, object, Technique::Leadr, 6.0, 48, false);
+    let tiles = shot(tiled());
+    let error = |object| rrmse(&tiles, &shot(object)).unwrap();
+    let (same, other) = (error(ball(REPEAT, relief())), error(ball(1.1 * REPEAT, relief())));
+    println!("{same:.4}, of another repeat {other:.4}");
+    assert!(same < 0.035 && other > 3.0 * same, "{same} {other}");
 }
 
 #[test]
 fn one_sample_is_what_many_of_the_finest_maps_are() {
     let Some(gpu) = test_gpu() else { return };
     for distance in [12.0, 36.0] {
-        let shot = |technique, samples| picture(&gpu, ball(REPEAT, relief()), technique, distance, samples);
-        let reference = shot(Technique::Reference, 128);
+        let shot = |technique, samples| picture(&gpu, ball(REPEAT, relief()), technique, distance, samples, true);
+        let reference = shot(Technique::Reference, 64);
         let error = |technique| rrmse(&reference, &shot(technique, 16)).unwrap();
         let (leadr, normal_mip) = (error(Technique::Leadr), error(Technique::NormalMip));
         println!("at {distance} m: LEADR {leadr:.4}, mipmapped normals {normal_mip:.4}");

@@ -233,6 +233,7 @@ struct AxisViews {
     RestTriangle rest;
     vec3 normal;
     vec3 weights; // of slopes
+    mat2x3 weights_by_place;
     mat2 by_place[3];
     int foremost; // the view that counts most
 };
@@ -242,6 +243,7 @@ AxisViews axis_views(uint index, vec2 place) {
     views.rest = rest_triangle(patches[index]);
     views.normal = rest_normal(views.rest, place);
     views.weights = relief_weights(views.normal);
+    views.weights_by_place = relief_weights_by_place(views.rest, place, views.normal);
     for (int axis = 0; axis < 3; ++axis) {
         views.by_place[axis] = seen_by_place(views.rest, axis, views.normal);
     }
@@ -254,19 +256,24 @@ AxisViews axis_views(uint index, vec2 place) {
 void filter_axis_moments(AxisViews views, vec2 place, mat2 across, inout Means means) {
     vec2 size = vec2(textureSize(moments_a, 0));
     vec2 mean = vec2(0.0);
-    vec3 covariance = vec3(0.0);
+    vec3 covariance = vec3(0.0), heights = vec3(0.0);
+    float level = mean_height(height_map);
     for (int axis = 0; axis < 3; ++axis) {
         if (views.weights[axis] > 0.0) {
             mat2 texels = views.by_place[axis] * across;
             Footprint footprint =
                 footprint_over(clamp(texels[0] * size, -6e4, 6e4), clamp(texels[1] * size, -6e4, 6e4), 1e9);
-            filter_moments(footprint, seen_at(views.rest, axis, place, views.normal), means);
+            vec2 seen = seen_at(views.rest, axis, place, views.normal);
+            filter_moments(footprint, seen, means);
+            heights[axis] = textureLod(height_map, seen, footprint.lod).x - level;
             // The chain rule.
             mat2 gradient = transpose(views.by_place[axis]) * views.weights[axis];
             mean += gradient * means.mean;
             covariance += map_second_moments(gradient, covariance_from_moments(means.mean, means.second));
         }
     }
+    // Where one view passes into another, the relief of the higher one slopes down.
+    mean += heights * views.weights_by_place;
     means.mean = mean;
     means.second = covariance + vec3(mean * mean, mean.x * mean.y);
 }

@@ -36,6 +36,24 @@ vec3 relief_weights(vec3 normal) {
     return weights * inversesqrt(max(dot(weights, weights), 1e-20));
 }
 
+// Derivatives of those weights by the place.
+mat2x3 relief_weights_by_place(RestTriangle rest, vec2 place, vec3 normal) {
+    mat2x3 turn = mat2x3(rest.normals[1] - rest.normals[0], rest.normals[2] - rest.normals[0]);
+    vec3 blend = rest.normals[0] + turn * place;
+    turn = (turn - outerProduct(normal, normal * turn)) * inversesqrt(max(dot(blend, blend), 1e-12));
+    vec3 facing = max(abs(normal) - 0.5, 0.0);
+    vec3 rate = 2.0 * facing * sign(normal), weights = facing * facing;
+    mat2x3 change = mat2x3(rate * turn[0], rate * turn[1]);
+    float per_root = inversesqrt(max(dot(weights, weights), 1e-20));
+    weights *= per_root;
+    return (change - outerProduct(weights, weights * change)) * per_root;
+}
+
+// The mean of a map, in its last level.
+float mean_height(sampler2D heights) {
+    return textureLod(heights, vec2(0.5), float(textureQueryLevels(heights) - 1)).x;
+}
+
 // Where a place is seen along an axis, and the derivatives of that.
 vec2 seen_at(RestTriangle rest, int axis, vec2 place, vec3 normal) {
     return seen_along(axis, rest.first + rest.by_place * place, normal) + TRIPLANAR_SHIFTS[axis];
@@ -49,7 +67,7 @@ mat2 seen_by_place(RestTriangle rest, int axis, vec3 normal) {
 float triplanar_height(RestTriangle rest, vec2 place, sampler2D heights, float lod) {
     vec3 normal = rest_normal(rest, place);
     vec3 weights = relief_weights(normal);
-    float mean = textureLod(heights, vec2(0.5), float(textureQueryLevels(heights) - 1)).x;
+    float mean = mean_height(heights);
     float height = mean;
     for (int axis = 0; axis < 3; ++axis) {
         if (weights[axis] > 0.0) {
