@@ -16,6 +16,8 @@
 
 layout(constant_id = 5) const int TERMS = 15; // a bit per term of light transport
 layout(constant_id = 31) const bool FACET_FRAME = false; // in which the base is rough
+layout(constant_id = 81) const bool DISPLACED = true;    // heights move the surface
+layout(constant_id = 82) const bool DRAWN = true;        // the environment has directions that are drawn
 
 const int MIRROR_DRAWS = 8;
 const int HEMISPHERE_DRAWS = 16;
@@ -105,7 +107,7 @@ float draws_per_angle(Facet facet, vec3 wi, float density) {
 // Light of the environment from one drawn direction.
 vec3 drawn_light(Facet facet, Surface surface, vec3 normal, vec3 wi, Transport transport) {
     vec3 towards = from_frame(surface.frame, wi);
-    if (is_height_field() && !reaches_over_field(surface.position, normal, towards, 1e9)) {
+    if (HEIGHT_FIELD && !reaches_over_field(surface.position, normal, towards, 1e9)) {
         return vec3(0.0);
     }
     vec4 light = environment_at(towards);
@@ -149,7 +151,7 @@ void main() {
         return;
     }
     // What was drawn is known of a height field, triangle by triangle; for other casters the maps speak.
-    if (is_height_field() && lighting.viewport.w > 0.5) {
+    if (HEIGHT_FIELD && DISPLACED) {
         vec3 facing = to_frame(surface.frame, field_normal(surface.position));
         surface.mean_slope = -facing.xy / max(facing.z, 1e-3);
         surface.slope_covariance = vec3(0.0);
@@ -174,10 +176,11 @@ void main() {
     facet.visible = visible_area(facet.wo, facet.m, facet.specular_s);
     facet.frame = frame_about(normal_of_slope(facet.m));
     // The plane that was drawn into the depth maps: the facet, or the smooth geometry where only normals are mapped.
-    vec3 normal = lighting.viewport.w > 0.5 ? from_frame(surface.frame, facet.frame.z) : macronormal;
-    bool drawn = lighting.counts.y > 0;
-    vec3 radiance = drawn ? drawn_environment(facet, surface, normal) : vec3(0.0);
-    for (int i = 0; i < lighting.counts.x; ++i) {
+    vec3 normal = DISPLACED ? from_frame(surface.frame, facet.frame.z) : macronormal;
+    vec3 radiance = DRAWN ? drawn_environment(facet, surface, normal) : vec3(0.0);
+    // The depth adds nothing: it keeps the end of the loop from being a uniform's (visibility.glsl).
+    int lights = lighting.counts.x + int(depth);
+    for (int i = 0; i < lights; ++i) {
         Light light = lighting.lights[i];
         vec3 towards = light.place.xyz, irradiance = light.power.rgb;
         float reach = 1e9;
@@ -188,7 +191,7 @@ void main() {
             towards = d / reach;
             irradiance *= point_reach(towards, square, light.falloff, light.range.x) / square;
         }
-        bool reached = is_height_field() ? reaches_over_field(surface.position, normal, towards, reach)
+        bool reached = HEIGHT_FIELD ? reaches_over_field(surface.position, normal, towards, reach)
                                          : reaches_by_map(light, surface.position, normal, towards);
         vec3 wi = to_frame(surface.frame, towards);
         int kind = int(light.power.w);
@@ -199,7 +202,7 @@ void main() {
         }
         Transport transport = transport_of_environment();
         float weight = light.map.z / draws_per_angle(facet, wi, light.map.z);
-        if (is_height_field()) {
+        if (HEIGHT_FIELD) {
             radiance += reached ? weight * irradiance * scattered(facet, wi, transport) : vec3(0.0);
             continue;
         }

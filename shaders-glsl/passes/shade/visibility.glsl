@@ -4,6 +4,9 @@
 #define LEADR_SHADE_VISIBILITY
 #include "../constants.glsl"
 
+// Constants, since lavapipe compiles a shader anew for every draw whose branches depend on uniforms alone.
+layout(constant_id = 80) const bool HEIGHT_FIELD = false; // the casters are one
+
 const float MAP_BIAS = 1.0;      // offset towards the light before the comparison, in texels of its map
 const float FIELD_BIAS = 0.06;   // offset along the normal before the march, in texels of the field
 const float FIELD_REACH = 0.5;   // of differences of heights, in texels of the field: about a sixth of one of the relief
@@ -25,8 +28,8 @@ layout(std140) uniform Lighting {
     mat4 field_from_world; // to [0,1] texture coordinates and reversed depth of the map of a height field
     vec4 rays[3];          // see surface_at
     vec4 camera_position;  // xyz; w: radiance of an emission of 1
-    vec4 viewport;         // width, height, face size of the environment's cube, 1 when heights move the surface
-    vec4 field;            // 1 if casters are a height field; texel size in metres; depth of the highest point; texels a side
+    vec4 viewport;         // width, height, face size of the environment's cube
+    vec4 field;            // of a height field: texel size in metres, depth of the highest point, texels a side
     ivec4 counts;          // lights; those drawn from the environment; face size of its texels; sample
     uvec4 seed;            // x
     Light lights[MAX_RELIEF_LIGHTS];
@@ -59,9 +62,9 @@ bool reaches_by_map(Light light, vec3 position, vec3 normal, vec3 towards) {
 
 // Depth of the field, linear between the centres of its texels: exact inside a triangle.
 float field_depth(vec2 st) {
-    vec2 place = st * lighting.field.w - 0.5;
+    vec2 place = st * lighting.field.z - 0.5;
     vec2 f = fract(place);
-    vec4 d = textureGather(depth_maps, vec3((floor(place) + 1.0) / lighting.field.w, 0.0), 0);
+    vec4 d = textureGather(depth_maps, vec3((floor(place) + 1.0) / lighting.field.z, 0.0), 0);
     return mix(mix(d.w, d.z, f.x), mix(d.x, d.y, f.x), f.y);
 }
 
@@ -71,7 +74,7 @@ vec3 field_normal(vec3 position) {
     vec3 x = vec3(to_map[0].x, to_map[1].x, to_map[2].x), y = vec3(to_map[0].y, to_map[1].y, to_map[2].y);
     vec3 z = vec3(to_map[0].z, to_map[1].z, to_map[2].z);
     vec2 st = (lighting.field_from_world * vec4(position, 1.0)).xy;
-    float h = FIELD_REACH / lighting.field.w;
+    float h = FIELD_REACH / lighting.field.z;
     vec2 rise = vec2(field_depth(st + vec2(h, 0.0)) - field_depth(st - vec2(h, 0.0)),
                      field_depth(st + vec2(0.0, h)) - field_depth(st - vec2(0.0, h))) / (2.0 * h);
     return normalize(z - rise.x * x - rise.y * y);
@@ -79,14 +82,14 @@ vec3 field_normal(vec3 position) {
 
 // Whether nothing of the height field lies within `reach` metres in a direction.
 bool reaches_over_field(vec3 position, vec3 normal, vec3 towards, float reach) {
-    vec3 start = (lighting.field_from_world * vec4(position + normal * (FIELD_BIAS * lighting.field.y), 1.0)).xyz;
+    vec3 start = (lighting.field_from_world * vec4(position + normal * (FIELD_BIAS * lighting.field.x), 1.0)).xyz;
     vec3 along = mat3(lighting.field_from_world) * towards; // per metre
-    float texel = 1.0 / max(max(abs(along.x), abs(along.y)) * lighting.field.w, 1e-9);
+    float texel = 1.0 / max(max(abs(along.x), abs(along.y)) * lighting.field.z, 1e-9);
     float t = 0.0;
     for (int i = 0; i < FIELD_STEPS; ++i) {
         t += texel * min(0.5 + FIELD_GROWTH * float(i), FIELD_STRIDE);
         vec3 at = start + t * along;
-        bool gone = at.z > lighting.field.z || t > reach || any(lessThan(at.xy, vec2(0.0))) || any(greaterThan(at.xy, vec2(1.0)));
+        bool gone = at.z > lighting.field.y || t > reach || any(lessThan(at.xy, vec2(0.0))) || any(greaterThan(at.xy, vec2(1.0)));
         if (gone) {
             return true;
         }
@@ -95,10 +98,6 @@ bool reaches_over_field(vec3 position, vec3 normal, vec3 towards, float reach) {
         }
     }
     return true;
-}
-
-bool is_height_field() {
-    return lighting.field.x > 0.5;
 }
 
 #endif

@@ -7,9 +7,8 @@ use crate::gpu::{Gpu, Result};
 use crate::render::passes::accumulate::{AccumulatePass, PartsKind};
 use crate::render::passes::edges::{JoinKind, JoinPass};
 use crate::render::passes::msaa::MsaaPass;
-use crate::render::passes::reference::ReferencePass;
+use crate::render::passes::reference::{ReferenceKind, ReferencePass};
 use crate::render::passes::shade::{ShadeKind, ShadePass, SkyBehindPass};
-use crate::render::settings::Terms;
 
 /// The pipelines that were asked for so far.
 #[derive(Default)]
@@ -19,7 +18,7 @@ pub struct Pipelines {
     multisample: Cache<u32, MsaaPass>,
     accumulate: Cache<PartsKind, AccumulatePass>,
     join: Cache<JoinKind, JoinPass>,
-    reference: Cache<(Terms, bool, [bool; 2]), ReferencePass>,
+    reference: Cache<ReferenceKind, ReferencePass>,
 }
 
 impl Pipelines {
@@ -49,14 +48,7 @@ impl Pipelines {
     }
 
     /// The reference with shadows of the relief; see [`ReferencePass::new`].
-    pub fn reference(
-        &mut self,
-        gpu: &Arc<Gpu>,
-        terms: Terms,
-        facet_frame: bool,
-        [mixed, holes]: [bool; 2],
-    ) -> Result<ReferencePass> {
-        let make = || ReferencePass::new(gpu, terms, facet_frame, mixed, holes);
-        self.reference.get((terms, facet_frame, [mixed, holes]), make)
+    pub fn reference(&mut self, gpu: &Arc<Gpu>, kind: ReferenceKind) -> Result<ReferencePass> {
+        self.reference.get(kind, || ReferencePass::new(gpu, kind))
     }
 }

@@ -10,7 +10,7 @@ use crate::gpu::{Buffer, GpuError, Memory, Result};
 use crate::render::passes::accumulate::PartsKind;
 use crate::render::passes::edges::{JoinKind, edge_grid};
 use crate::render::passes::filter::FilterInto;
-use crate::render::passes::reference::ReliefLights;
+use crate::render::passes::reference::{ReferenceKind, ReliefLights};
 use crate::render::passes::shade::{Edges, LightingGpu, ShadeKind, suns_of};
 use crate::render::passes::shadow::{ShadowView, map_size};
 use crate::render::scene::FrameState;
@@ -155,9 +155,17 @@ impl Renderer {
             if let Some(sky) = &state.sky {
                 self.show_sky(sky)?;
             }
-            let (terms, facet_frame) = (settings.shading.terms(), settings.shading.facet_frame());
-            let pass = self.pipelines.reference(&self.gpu, terms, facet_frame, [kind.mixed, self.has_holes()])?;
             let lights = ReliefLights::new(&self.gpu, state, &self.environment, &casters(surfaces))?;
+            let kind = ReferenceKind {
+                terms: settings.shading.terms(),
+                facet_frame: settings.shading.facet_frame(),
+                mixed: kind.mixed,
+                holes: self.has_holes(),
+                displaced: settings.displacement,
+                height_field: lights.is_height_field(),
+                drawn: lights.are_drawn(),
+            };
+            let pass = self.pipelines.reference(&self.gpu, kind)?;
             return Ok(Light::Relief { pass, lights: Box::new(lights) });
         }
         if self.has_holes() {

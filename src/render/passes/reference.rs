@@ -70,9 +70,9 @@ shared_struct! {
         pub rays: [[f32; 4]; 3],
         /// Position of the viewer, and the radiance of an emission of 1.
         pub camera_position: [f32; 4],
-        /// Width and height of the image, face size of the environment, 1 if heights move the surface.
+        /// Width and height of the image, face size of the environment.
         pub viewport: [f32; 4],
-        /// 1 if the casters are a height field, world size of a texel of its map, depth of its highest point, its size in texels.
+        /// Of a height field: world size of a texel of its map, depth of its highest point, its size in texels.
         pub field: [f32; 4],
         /// Numbers of lights and of those drawn, face size of the environment's texels, index of the sample.
         pub counts: [i32; 4],
@@ -81,6 +81,25 @@ shared_struct! {
         /// The lights.
         pub lights: [ReliefLightGpu; MAX_LIGHTS],
     }
+}
+
+/// What the reference shades.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct ReferenceKind {
+    /// Terms of the light.
+    pub terms: Terms,
+    /// Whether the base is rough in the frame of the facets, instead of that of the macrosurface.
+    pub facet_frame: bool,
+    /// Whether two roughnesses share any surface.
+    pub mixed: bool,
+    /// Whether casters have holes.
+    pub holes: bool,
+    /// Whether heights move the surface.
+    pub displaced: bool,
+    /// Whether the casters are a height field.
+    pub height_field: bool,
+    /// Whether directions of the environment are drawn.
+    pub drawn: bool,
 }
 
 /// The pipelines of the reference: its shading, and the shadow maps that it reads.
@@ -93,27 +112,29 @@ pub struct ReferencePass {
 }
 
 impl ReferencePass {
-    /// The pass for some terms of the light, with the base rough in the frame of the facets or in that of the macrosurface, and
-    /// two roughnesses on some surfaces or one on all, and casters with holes or without.
+    /// The pass for such pictures.
     ///
     /// # Errors
     /// Memory that is short, or a failed pipeline.
-    pub fn new(gpu: &Arc<Gpu>, terms: Terms, facet_frame: bool, mixed: bool, holes: bool) -> Result<Self> {
+    pub fn new(gpu: &Arc<Gpu>, kind: ReferenceKind) -> Result<Self> {
         let desc = GraphicsDesc {
             vertex: "passes/fullscreen.vert",
             fragment: Some("passes/shade/reference.frag"),
             colors: &[RADIANCE_FORMAT],
             spec: &[
-                ("TERMS", SpecValue::I32(terms.bits())),
-                ("FACET_FRAME", SpecValue::Bool(facet_frame)),
-                ("MIXED_ROUGHNESS", SpecValue::Bool(mixed)),
+                ("TERMS", SpecValue::I32(kind.terms.bits())),
+                ("FACET_FRAME", SpecValue::Bool(kind.facet_frame)),
+                ("MIXED_ROUGHNESS", SpecValue::Bool(kind.mixed)),
+                ("DISPLACED", SpecValue::Bool(kind.displaced)),
+                ("HEIGHT_FIELD", SpecValue::Bool(kind.height_field)),
+                ("DRAWN", SpecValue::Bool(kind.drawn)),
             ],
             structs: &[ReliefLightGpu::LAYOUT, ReliefLightingGpu::LAYOUT],
             ..Default::default()
         };
         Ok(Self {
             pipeline: GraphicsPipeline::new(gpu, "reference", &desc)?,
-            shadows: ReliefShadowPass::new(gpu, holes)?,
+            shadows: ReliefShadowPass::new(gpu, kind.holes)?,
             nearest: Sampler::new(gpu, "nearest", Filter::Nearest, AddressMode::ClampToEdge)?,
             trilinear: Sampler::new(gpu, "environment", Filter::Trilinear, AddressMode::ClampToEdge)?,
         })
@@ -236,6 +257,18 @@ impl ReliefLights {
         })
     }
 
+    /// Whether the casters are a height field.
+    #[must_use]
+    pub const fn is_height_field(&self) -> bool {
+        self.field.is_some()
+    }
+
+    /// Whether directions of the environment are drawn.
+    #[must_use]
+    pub const fn are_drawn(&self) -> bool {
+        self.environment.is_some()
+    }
+
     /// Chooses the lights of sample `index`, seen in `view`, and points their maps at the `casters` for which the lights
     /// were made. The device must be idle.
     ///
@@ -256,7 +289,7 @@ impl ReliefLights {
         let mut block = ReliefLightingGpu {
             rays: [x.extend(0.0), y.extend(0.0), z.extend(view.camera.near)].map(|v| v.to_array()),
             camera_position: view.camera.position.extend(state.emission_scale).to_array(),
-            viewport: [width as f32, height as f32, self.face_size as f32, f32::from(u8::from(settings.displacement))],
+            viewport: [width as f32, height as f32, self.face_size as f32, 0.0],
             counts: [
                 lights.len() as i32,
                 drawn as i32,
@@ -275,7 +308,7 @@ impl ReliefLights {
             let highest =
                 view.texture_from_world.transform_point3(bounds.centre + axis * (top - bounds.centre.dot(axis)));
             block.field_from_world = view.texture_from_world.to_cols_array_2d();
-            block.field = [1.0, view.texel, highest.z, self.size as f32];
+            block.field = [view.texel, highest.z, self.size as f32, 0.0];
             views.push(view);
         }
         for (light, slot) in lights.iter().zip(&mut block.lights) {
