@@ -184,11 +184,18 @@ fn upload(device: &wgpu::Device, queue: &wgpu::Queue, baked: &Baked) -> wgpu::Te
 }
 
 impl Picture {
-    /// Writes it as a PNG with a soft shoulder, `exposure` being what one of radiance becomes before it.
+    /// Writes it: linear radiance to `.exr`, anything else with a soft shoulder, `exposure` being what one of radiance becomes before it.
     ///
     /// # Errors
     /// If the file cannot be written.
     pub fn save(&self, path: &Path, exposure: f32) -> Result<(), String> {
+        let [width, height] = self.size;
+        let fault = |error: image::ImageError| format!("{}: {error}", path.display());
+        if path.extension().is_some_and(|kind| kind.eq_ignore_ascii_case("exr")) {
+            let linear = self.pixels.iter().flat_map(|&[r, g, b, _]| [r, g, b]).collect();
+            let image = image::Rgb32FImage::from_raw(width, height, linear).expect("as many pixels as its size says");
+            return image.save(path).map_err(fault);
+        }
         let shown = |radiance: f32| {
             let x = (radiance * exposure).max(0.0);
             let linear = x * (1.0 + x / 9.0) / (1.0 + x);
@@ -196,8 +203,7 @@ impl Picture {
             (255.0 * srgb.clamp(0.0, 1.0) + 0.5) as u8
         };
         let bytes = self.pixels.iter().flat_map(|&[r, g, b, _]| [r, g, b].map(shown)).collect();
-        let [width, height] = self.size;
         let image = image::RgbImage::from_raw(width, height, bytes).expect("as many pixels as its size says");
-        image.save(path).map_err(|error| format!("{}: {error}", path.display()))
+        image.save(path).map_err(fault)
     }
 }

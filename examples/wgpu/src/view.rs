@@ -2,6 +2,8 @@
 
 use glam::{Vec3, Vec4};
 
+use crate::picture::Picture;
+
 /// What is seen, and in which light; metres, z up.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct View {
@@ -54,6 +56,33 @@ impl View {
         [forward - across * (0.5 * width - 0.5) - down * (0.5 * height - 0.5), across, down]
     }
 
+    /// The light from all around as a panorama of twice as many columns as rows, for other renderers: its top row is up, its middle
+    /// looks along +x, columns run clockwise seen from above. The sun is one texel.
+    #[must_use]
+    pub fn panorama(&self, rows: u32) -> Picture {
+        let step = std::f32::consts::PI / rows as f32;
+        let direction = |index: u32| {
+            let (row, column) = (index / (2 * rows), index % (2 * rows));
+            let (down, around) = ((row as f32 + 0.5) * step, (rows as f32 - column as f32 - 0.5) * step);
+            Vec3::new(around.cos() * down.sin(), around.sin() * down.sin(), down.cos())
+        };
+        let texels = 0..2 * rows * rows;
+        let mut pixels: Vec<[f32; 4]> =
+            texels.clone().map(|i| self.sky_in(direction(i)).extend(1.0).to_array()).collect();
+        let sun =
+            texels.max_by(|&a, &b| direction(a).dot(self.sun).total_cmp(&direction(b).dot(self.sun))).unwrap_or(0);
+        let solid_angle = step * step * direction(sun).truncate().length();
+        let disk = self.irradiance / solid_angle;
+        pixels[sun as usize] = disk.extend(1.0).to_array();
+        Picture { size: [2 * rows, rows], pixels }
+    }
+
+    /// Radiance of the sky without its sun.
+    fn sky_in(&self, d: Vec3) -> Vec3 {
+        let sum: Vec3 = self.sky.iter().zip(basis(d)).map(|(c, basis)| *c * basis).sum();
+        sum.max(Vec3::ZERO)
+    }
+
     /// The block that the shader reads.
     #[must_use]
     pub fn block(&self) -> ViewBlock {
@@ -104,19 +133,23 @@ pub fn harmonics(radiance: impl Fn(Vec3) -> Vec3) -> [Vec3; 9] {
             let azimuth = (j as f32 + 0.5) * std::f32::consts::PI / RINGS as f32;
             let d = Vec3::new(azimuth.cos(), azimuth.sin(), 0.0) * (1.0 - z * z).sqrt() + Vec3::Z * z;
             let part = radiance(d) * (2.0 * std::f32::consts::PI / (RINGS * RINGS) as f32);
-            let basis = [
-                0.282_094_79,
-                0.488_602_51 * d.y,
-                0.488_602_51 * d.z,
-                0.488_602_51 * d.x,
-                1.092_548_4 * d.x * d.y,
-                1.092_548_4 * d.y * d.z,
-                0.315_391_57 * (3.0 * d.z * d.z - 1.0),
-                1.092_548_4 * d.x * d.z,
-                0.546_274_2 * (d.x * d.x - d.y * d.y),
-            ];
-            sums.iter_mut().zip(basis).for_each(|(sum, basis)| *sum += basis * part);
+            sums.iter_mut().zip(basis(d)).for_each(|(sum, basis)| *sum += basis * part);
         }
     }
     sums
+}
+
+/// The harmonics up to order 2 in a unit direction.
+fn basis(d: Vec3) -> [f32; 9] {
+    [
+        0.282_094_79,
+        0.488_602_51 * d.y,
+        0.488_602_51 * d.z,
+        0.488_602_51 * d.x,
+        1.092_548_4 * d.x * d.y,
+        1.092_548_4 * d.y * d.z,
+        0.315_391_57 * (3.0 * d.z * d.z - 1.0),
+        1.092_548_4 * d.x * d.z,
+        0.546_274_2 * (d.x * d.x - d.y * d.y),
+    ]
 }
