@@ -83,28 +83,20 @@ fn one_leadr_sample_is_nearest_to_the_supersampled_reference() {
 fn brightness_changes_smoothly_with_distance() {
     let Some(gpu) = test_gpu() else { return };
     let mut renderer = bumpy_sphere(&gpu);
-    let mut sweep = |technique: Technique| {
-        let means: Vec<[f64; 3]> = (0..40)
-            .map(|i| {
-                // The whole sphere in view, from 80 pixels across to 8.
-                let distance = 7.0 * 1.06f32.powi(i);
-                let settings = settings(96, technique, 4);
-                mean_radiance(&renderer.render(&state(distance), &settings).unwrap())
-            })
-            .collect();
-        let luminance = |c: &[f64; 3]| 0.2126 * c[0] + 0.7152 * c[1] + 0.0722 * c[2];
-        let steps = means.windows(2).map(|w| (luminance(&w[1]) / luminance(&w[0]) - 1.0).abs());
-        let largest = steps.fold(0.0, f64::max);
-        let drift = luminance(&means[39]) / luminance(&means[0]) - 1.0;
-        println!("{}: largest step {:.4}, near to far {:+.4}", technique.name(), largest, drift);
-        (largest, drift.abs())
+    // The whole sphere in view, from 80 pixels across to 8.
+    let mut mean = |technique: Technique, step: i32, samples: u32| {
+        let frame = renderer.render(&state(7.0 * 1.06f32.powi(step)), &settings(96, technique, samples)).unwrap();
+        let c = mean_radiance(&frame);
+        0.2126 * c[0] + 0.7152 * c[1] + 0.0722 * c[2]
     };
-    let leadr = sweep(Technique::Leadr);
-    assert!(leadr.0 < 0.02, "largest step {}", leadr.0);
-    // .033 to .058 over reliefs of four seeds; this one's is the largest.
-    assert!(leadr.1 < 0.065, "near to far {}", leadr.1);
-    let naive = sweep(Technique::NormalMip);
-    assert!(naive.1 > 2.0 * leadr.1, "normal mipmapping should lose brightness: {}", naive.1);
+    let leadr: Vec<f64> = (0..40).map(|step| mean(Technique::Leadr, step, 4)).collect();
+    let largest = leadr.windows(2).map(|w| (w[1] / w[0] - 1.0).abs()).fold(0.0, f64::max);
+    // Against the truth near and far: from nearby less of the surface is seen, so it changes, too.
+    let leadr = [0, 39].map(|step| mean(Technique::Leadr, step, 4) / mean(Technique::Reference, step, 32) - 1.0);
+    println!("largest step {largest:.4}; near and far {leadr:+.4?}");
+    assert!(largest < 0.02, "largest step {largest}");
+    // Measured +.013 and +.025.
+    assert!(leadr.iter().all(|e| e.abs() < 0.03), "{leadr:?}");
 }
 
 /// How far `picture` is moved against `truth`, pixels: least squares on the differences between neighbours.
