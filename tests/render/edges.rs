@@ -15,7 +15,8 @@ const SIZE: u32 = 64;
 /// Bound on the relative difference that the G-buffer's halves and snorms make; at most 9e-4 was measured.
 const ROUNDING: f32 = 2e-3;
 /// Bounds on the errors of one sample, without and with edge samples, against many samples; measured .0078 and .0153 (LEADR),
-/// .0061 and .0116 (LEAN), .0092 and .0145 (mipmapped normals); .0083 and .0116, .0082 and .0105, .0129 and .0143 on another side of the rock. A sample of a single patch is off by .029.
+/// .0061 and .0116 (LEAN), .0092 and .0145 (mipmapped normals); on another side of the rock .0083 and .0116, .0082 and .0105, .0129 and
+/// .0143. A sample of a single patch is off by .029.
 const OF_MANY_PATCHES: [[f64; 2]; 3] = [[0.0095, 0.0165], [0.0095, 0.0125], [0.0145, 0.016]];
 
 /// A small sphere in front of a large one.

@@ -46,7 +46,7 @@ fn tiled() -> Object {
     Object::new("tiled", mesh).with_heights(heights, STEEPNESS * REPEAT)
 }
 
-/// A picture from a place before which three views meet, so many pixels across.
+/// A picture of the sphere, in light from the left, with the place in its middle where three views meet.
 fn picture(
     gpu: &TestGpu,
     object: Object,
