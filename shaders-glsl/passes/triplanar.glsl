@@ -12,6 +12,12 @@ vec3 triplanar_weights(vec3 normal) {
     return weights * weights;
 }
 
+// The same of a relief: the squares sum to one, so that it keeps its variance.
+vec3 relief_weights(vec3 normal) {
+    vec3 weights = triplanar_weights(normal);
+    return weights * inversesqrt(max(dot(weights, weights), 1e-20));
+}
+
 // A vector in repeats as it is seen along an axis (0 to 2) from the side that the normal faces.
 vec2 seen_along(int axis, vec3 v, vec3 normal) {
     vec2 seen = axis == 0 ? vec2(v.y, -v.z) : (axis == 1 ? vec2(-v.x, -v.z) : vec2(v.x, -v.y));

@@ -72,7 +72,7 @@ pub enum GpuError {
     },
     /// What is to be drawn does not fit into the device's memory.
     #[error(
-        "{what} needs {} of device memory, and {} of {} are left: take --map-precision f16, a smaller --atlas-tile or smaller maps",
+        "{what} needs {} of device memory, and {} of {} are left: take {remedy}",
         gibibytes(*needs), gibibytes(*left), gibibytes(*size)
     )]
     TooLarge {
@@ -84,6 +84,8 @@ pub enum GpuError {
         left: u64,
         /// Bytes of the device's memory.
         size: u64,
+        /// What would need less.
+        remedy: String,
     },
     /// The allocator itself could not be created.
     #[error("cannot create the GPU memory allocator: {0}")]

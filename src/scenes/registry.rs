@@ -13,10 +13,11 @@ use super::ocean::sea;
 use super::ocean::waves::Waves;
 use super::shore::shore_stage;
 use super::stage::{BakedRelief, Relief, Stage, plane_stage, sphere_stage};
-use super::trex::stage::trex_stage;
+use super::trex::stage::{trex_stage, unbaked_body};
 use super::{dressed, pillow, setting, snake, spheres};
 use crate::maps::HeightMap;
 use crate::maps::material::Material;
+use crate::render::surfaces::budget::Room;
 
 /// A property of a scene that its user can choose.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -50,6 +51,15 @@ pub struct SceneOptions {
     pub atlas_tile: u32,
     /// The sea of scenes with [`Choice::Waves`].
     pub waves: Waves,
+    /// Memory that the maps must fit into, asked before they are baked where that takes long.
+    pub room: Option<Room>,
+}
+
+impl SceneOptions {
+    /// Refuses a T-rex whose maps the device cannot hold.
+    fn room_for_trex(&self) -> Result<(), SceneError> {
+        Ok(self.room.map_or(Ok(()), |room| room.check(&[unbaked_body(self.atlas_tile)]))?)
+    }
 }
 
 impl Default for SceneOptions {
@@ -63,6 +73,7 @@ impl Default for SceneOptions {
             bare: false,
             atlas_tile: 64,
             waves: Waves::default(),
+            room: None,
         }
     }
 }
@@ -93,7 +104,10 @@ pub static SCENES: [Scene; 11] = [
         choices: &[Choice::AtlasTile, Choice::Roughness],
         has_sea: false,
         making: MAKING_THE_TREX,
-        make: |options, progress| Ok(trex_stage(options.atlas_tile, progress)?),
+        make: |options, progress| {
+            options.room_for_trex()?;
+            Ok(trex_stage(options.atlas_tile, progress)?)
+        },
     },
     Scene {
         name: "plane",
@@ -187,7 +201,10 @@ pub static SCENES: [Scene; 11] = [
         choices: &[Choice::AtlasTile, Choice::Roughness],
         has_sea: true,
         making: MAKING_THE_TREX,
-        make: |options, progress| Ok(shore_stage(options.atlas_tile, progress)?),
+        make: |options, progress| {
+            options.room_for_trex()?;
+            Ok(shore_stage(options.atlas_tile, progress)?)
+        },
     },
 ];
 

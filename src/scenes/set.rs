@@ -22,6 +22,7 @@ use crate::render::light::panorama::LightExtraction;
 use crate::render::light::sky::Sky;
 use crate::render::scene::FrameState;
 use crate::render::settings::RenderSettings;
+use crate::render::surfaces::budget::Room;
 
 /// The files a scene is made from, loaded and checked.
 #[derive(Debug)]
@@ -145,6 +146,7 @@ pub fn set(
         bare: config.bare,
         atlas_tile: config.atlas_tile,
         waves: config.waves,
+        room: Some(Room::on(gpu, config.map_precision)),
     };
     let named = |fault: SceneError| match &config.model {
         Some(file) => fault.of_file(file),

@@ -116,14 +116,13 @@ DetailMeans filter_detail(uint index, vec2 place, vec2 texcoord, mat2 texcoord_b
         normal = mix(mix(n[0], n[1], place.x), mix(n[3], n[2], place.x), place.y);
     }
     normal *= inversesqrt(max(dot(normal, normal), 1e-20));
-    vec3 weights = triplanar_weights(normal);
-    // Relief keeps its variance where it is blended.
-    float per_root = inversesqrt(max(dot(weights, weights), 1e-20)), per_sum = 1.0 / max(weights.x + weights.y + weights.z, 1e-20);
+    vec3 weights = triplanar_weights(normal), of_relief = relief_weights(normal);
+    float per_sum = 1.0 / max(weights.x + weights.y + weights.z, 1e-20);
     for (int k = 0; k < 3; ++k) {
         if (weights[k] > 0.0) {
             vec2 c = seen_along(k, position, normal) + TRIPLANAR_SHIFTS[k];
             mat2 seen_by_place = mat2(seen_along(k, by_place[0], normal), seen_along(k, by_place[1], normal));
-            add_detail(sum, c, seen_by_place, across, linear, weights[k] * per_root, weights[k] * per_sum);
+            add_detail(sum, c, seen_by_place, across, linear, of_relief[k], weights[k] * per_sum);
         }
     }
     return sum;

@@ -213,6 +213,17 @@ Means filter_atlas(Footprint footprint, uint index, vec2 at) {
                  light, sum.low * weight, sum.high * weight, vec4(0.0), vec4(0.0));
 }
 
+// Where a map is looked up, and the derivatives of that place by x and y of the image.
+struct Chart {
+    vec2 at;
+    mat2 across;
+};
+
+Footprint footprint_in(Chart chart, sampler2D map) {
+    vec2 size = vec2(textureSize(map, 0));
+    return footprint_over(clamp(chart.across[0] * size, -6e4, 6e4), clamp(chart.across[1] * size, -6e4, 6e4), 1e9);
+}
+
 void filter_moments(Footprint footprint, vec2 texcoord, inout Means means) {
     vec4 a = vec4(0.0);
     float b = 0.0;
@@ -254,16 +265,13 @@ AxisViews axis_views(uint index, vec2 place) {
 
 // The moments of a relief that is seen along the axes, by place: the views know nothing of each other, so their covariances add up.
 void filter_axis_moments(AxisViews views, vec2 place, mat2 across, inout Means means) {
-    vec2 size = vec2(textureSize(moments_a, 0));
     vec2 mean = vec2(0.0);
     vec3 covariance = vec3(0.0), heights = vec3(0.0);
     float level = mean_height(height_map);
     for (int axis = 0; axis < 3; ++axis) {
         if (views.weights[axis] > 0.0) {
-            mat2 texels = views.by_place[axis] * across;
-            Footprint footprint =
-                footprint_over(clamp(texels[0] * size, -6e4, 6e4), clamp(texels[1] * size, -6e4, 6e4), 1e9);
             vec2 seen = seen_at(views.rest, axis, place, views.normal);
+            Footprint footprint = footprint_in(Chart(seen, views.by_place[axis] * across), moments_a);
             filter_moments(footprint, seen, means);
             heights[axis] = textureLod(height_map, seen, footprint.lod).x - level;
             // The chain rule.
@@ -333,28 +341,15 @@ ReliefColor filtered_relief_color(Means means, vec3 tint, mat2 linear, float lod
     return r;
 }
 
-// Where a material is looked up, and the derivatives of that place by x and y of the image.
-struct Chart {
-    vec2 at;
-    mat2 across;
-};
-
 // texcoord, texcoord_across: of the mesh.
 Chart chart_of(uint chart, uint index, vec2 place, mat2 across, vec2 texcoord, mat2 texcoord_across) {
 #ifndef LEADR_DETAIL
     if (CHARTED) {
-        uint first = 3u * chart;
-        vec2 a = charts[index].corners[first];
-        mat2 by_place = mat2(charts[index].corners[first + 1u] - a, charts[index].corners[first + 2u] - a);
-        return Chart(a + by_place * place, by_place * across);
+        TriangleTexcoord texcoord = charted_texcoord(charts[index], chart);
+        return Chart(texcoord.first + texcoord.by_place * place, texcoord.by_place * across);
     }
 #endif
     return Chart(texcoord, texcoord_across);
-}
-
-Footprint footprint_in(Chart chart, sampler2D map) {
-    vec2 size = vec2(textureSize(map, 0));
-    return footprint_over(clamp(chart.across[0] * size, -6e4, 6e4), clamp(chart.across[1] * size, -6e4, 6e4), 1e9);
 }
 
 // The mean of a map under a footprint.
@@ -411,7 +406,7 @@ float relief_height(uint index, vec2 texcoord, float lod) {
     if (TRIPLANAR) {
         return triplanar_height(rest_triangle(patches[index]), texcoord, height_map, lod) * object.height_scale;
     }
-    vec4 tile = ATLAS ? patches[index].tile : vec4(0.0);
+    vec4 tile = ATLAS ? patch_tile(patches[index]) : vec4(0.0);
     vec2 at = ATLAS ? clamp_to_tile(texcoord, tile, lod, textureSize(height_map, 0)) : texcoord;
     return textureLod(height_map, at, lod).x * object.height_scale;
 }

@@ -60,9 +60,9 @@ Macrosurface macrosurface_at(uint index, vec2 place, vec3 reach, bool behind) {
             surface.texcoord_by_place = mat2(1.0);
             surface.texcoord = place;
         } else {
-            vec2 first = data.texcoord_01.xy;
-            surface.texcoord_by_place = mat2(data.texcoord_01.zw - first, data.texcoord_23.xy - first);
-            surface.texcoord = first + surface.texcoord_by_place * place;
+            TriangleTexcoord texcoord = triangle_texcoord(data);
+            surface.texcoord_by_place = texcoord.by_place;
+            surface.texcoord = texcoord.first + texcoord.by_place * place;
         }
         float det = determinant(surface.texcoord_by_place);
         bool charted = abs(det) > 1e-20;

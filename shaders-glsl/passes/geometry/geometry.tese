@@ -58,7 +58,7 @@ void main() {
         vec2 factor = vec2(gl_TessLevelInner[0], gl_TessLevelInner[1]);
         vec2 texels = vec2(textureSize(height_map, 0)) * vec2(length(texcoord.du), length(texcoord.dv));
         float lod = max(log2(max(texels.x / factor.x, texels.y / factor.y)) - FINER, 0.0);
-        height = textureLod(height_map, clamp_to_tile(texcoord.at, data.tile, lod, textureSize(height_map, 0)), lod).x;
+        height = textureLod(height_map, clamp_to_tile(texcoord.at, patch_tile(data), lod, textureSize(height_map, 0)), lod).x;
     }
     if (on_boundary && !AT_TEXELS) {
         int side = v == 0.0 ? 0 : (u == 1.0 ? 1 : (v == 1.0 ? 2 : 3));

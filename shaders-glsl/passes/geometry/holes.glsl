@@ -14,15 +14,12 @@ float opacity_at(uint index, vec2 place, vec2 dx, vec2 dy) {
     mat2 by_place = mat2(1.0);
     float whole = 1.0;
     if ((object.flags & FLAG_TRIANGLES) != 0u) {
-        vec2 a = data.texcoord_01.xy, b = data.texcoord_01.zw, c = data.texcoord_23.xy;
+        TriangleTexcoord texcoord = triangle_texcoord(data);
         if ((object.flags & FLAG_CHARTED) != 0u) {
-            uint first = 3u * CHART_OPACITY;
-            a = charts[index].corners[first];
-            b = charts[index].corners[first + 1u];
-            c = charts[index].corners[first + 2u];
+            texcoord = charted_texcoord(charts[index], CHART_OPACITY);
         }
-        by_place = mat2(b - a, c - a);
-        at = a + by_place * place;
+        by_place = texcoord.by_place;
+        at = texcoord.first + by_place * place;
         float o = vertices[data.vertices.x].position.w;
         whole = o + (vertices[data.vertices.y].position.w - o) * place.x + (vertices[data.vertices.w].position.w - o) * place.y;
     } else if ((object.flags & FLAG_FLAT) == 0u) {

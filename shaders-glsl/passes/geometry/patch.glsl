@@ -14,10 +14,7 @@ struct Vertex {
 struct PatchData {
     uvec4 vertices;   // corners (0,0) (1,0) (1,1) (0,1)
     uvec4 edges;      // edge index << 1 | 1 when the patch runs along it backwards
-    // Of a triangle whose relief is seen along the axes, the corners of its RestTriangle; of others:
-    vec4 texcoord_01; // texture coordinates of corners 0 and 1
-    vec4 texcoord_23; // … and of corners 3 and 2: the row v = 1 in the same order
-    vec4 tile;        // texture-space bounds the taps must stay in: min.xy, max.xy
+    vec4 texture_place[3]; // rest_triangle where its relief is seen along the axes, else patch_texcoord or triangle_texcoord, and patch_tile
 };
 
 // Texture coordinates of a triangle in the images of its material: three corners for each CHART_ constant.
@@ -106,8 +103,30 @@ struct PatchTexcoord {
 };
 
 PatchTexcoord patch_texcoord(PatchData data, float u, float v) {
-    vec2 t0 = data.texcoord_01.xy, t1 = data.texcoord_01.zw, t3 = data.texcoord_23.xy, t2 = data.texcoord_23.zw;
+    vec2 t0 = data.texture_place[0].xy, t1 = data.texture_place[0].zw, t3 = data.texture_place[1].xy, t2 = data.texture_place[1].zw;
     return PatchTexcoord(mix(mix(t0, t1, u), mix(t3, t2, u), v), mix(t1 - t0, t2 - t3, v), mix(t3 - t0, t2 - t1, u));
+}
+
+// The same on a triangle: the coordinates of its corner 0 and, by the weights of the other two, their derivatives.
+struct TriangleTexcoord {
+    vec2 first;
+    mat2 by_place;
+};
+
+TriangleTexcoord triangle_texcoord(PatchData data) {
+    vec2 first = data.texture_place[0].xy;
+    return TriangleTexcoord(first, mat2(data.texture_place[0].zw - first, data.texture_place[1].xy - first));
+}
+
+// And in an image of its material.
+TriangleTexcoord charted_texcoord(TriangleCharts charts, uint chart) {
+    vec2 first = charts.corners[3u * chart];
+    return TriangleTexcoord(first, mat2(charts.corners[3u * chart + 1u] - first, charts.corners[3u * chart + 2u] - first));
+}
+
+// Texture-space bounds that the taps must stay in: min.xy, max.xy.
+vec4 patch_tile(PatchData data) {
+    return data.texture_place[2];
 }
 
 #endif

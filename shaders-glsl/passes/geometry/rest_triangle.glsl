@@ -20,7 +20,7 @@ vec3 unpack_rest_normal(float code) {
 }
 
 RestTriangle rest_triangle(PatchData data) {
-    vec4 a = data.texcoord_01, b = data.texcoord_23, c = data.tile;
+    vec4 a = data.texture_place[0], b = data.texture_place[1], c = data.texture_place[2];
     return RestTriangle(a.xyz, mat2x3(b.xyz - a.xyz, c.xyz - a.xyz),
                         vec3[3](unpack_rest_normal(a.w), unpack_rest_normal(b.w), unpack_rest_normal(c.w)));
 }
@@ -30,13 +30,7 @@ vec3 rest_normal(RestTriangle rest, vec2 place) {
     return normal * inversesqrt(max(dot(normal, normal), 1e-12));
 }
 
-// Weights of a relief seen along the axes, whose squares sum to one: it keeps its variance.
-vec3 relief_weights(vec3 normal) {
-    vec3 weights = triplanar_weights(normal);
-    return weights * inversesqrt(max(dot(weights, weights), 1e-20));
-}
-
-// Derivatives of those weights by the place.
+// Derivatives of relief_weights by the place.
 mat2x3 relief_weights_by_place(RestTriangle rest, vec2 place, vec3 normal) {
     mat2x3 turn = mat2x3(rest.normals[1] - rest.normals[0], rest.normals[2] - rest.normals[0]);
     vec3 blend = rest.normals[0] + turn * place;

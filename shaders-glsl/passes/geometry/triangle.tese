@@ -64,9 +64,10 @@ void main() {
             float texels = max(max(length(b), length(c)), length(c - b)) * max(size.x, size.y);
             height = triplanar_height(rest, share.yz, height_map, height_lod(texels));
         } else if (displaced) {
-            vec2 first = data.texcoord_01.xy, by_second = data.texcoord_01.zw - first, by_third = data.texcoord_23.xy - first;
-            float texels = max(max(length(by_second * size), length(by_third * size)), length((by_third - by_second) * size));
-            height = textureLod(height_map, first + by_second * share.y + by_third * share.z, height_lod(texels)).x;
+            TriangleTexcoord texcoord = triangle_texcoord(data);
+            vec2 b = texcoord.by_place[0] * size, c = texcoord.by_place[1] * size;
+            float texels = max(max(length(b), length(c)), length(c - b));
+            height = textureLod(height_map, texcoord.first + texcoord.by_place * share.yz, height_lod(texels)).x;
         }
     }
     precise float scaled = height * object.height_scale;

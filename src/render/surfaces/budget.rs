@@ -55,29 +55,58 @@ pub fn map_bytes(object: &Object, format: MomentFormat) -> u64 {
     relief + material + weighted
 }
 
-/// Refuses objects whose maps do not fit into what is left of the device's memory.
-///
-/// # Errors
-/// [`GpuError::TooLarge`], which names the object with the largest maps.
-pub fn check(gpu: &Gpu, objects: &[Object], format: MomentFormat) -> Result<()> {
-    check_within(objects, format, gpu.memory_size(), gpu.memory_use().allocated)
+/// Bytes that a scene of these objects needs; none without maps.
+fn needed(objects: &[Object], format: MomentFormat) -> u64 {
+    let maps: u64 = objects.iter().map(|object| map_bytes(object, format)).sum();
+    if maps == 0 { 0 } else { maps + RESERVE }
 }
 
-fn check_within(objects: &[Object], format: MomentFormat, size: u64, used: u64) -> Result<()> {
-    let needs: u64 = objects.iter().map(|object| map_bytes(object, format)).sum();
-    let left = size.saturating_sub(used);
-    if needs == 0 || needs + RESERVE <= left {
-        return Ok(());
+/// The memory of a device that is left for maps.
+#[derive(Clone, Copy, Debug)]
+pub struct Room {
+    /// How slopes are kept.
+    format: MomentFormat,
+    /// Bytes of the device's memory.
+    size: u64,
+    /// Bytes of it that are not in use.
+    left: u64,
+}
+
+impl Room {
+    /// What is left now, for maps whose slopes are kept in this format.
+    #[must_use]
+    pub fn on(gpu: &Gpu, format: MomentFormat) -> Self {
+        let size = gpu.memory_size();
+        Self { format, size, left: size.saturating_sub(gpu.memory_use().allocated) }
     }
-    let largest = objects.iter().max_by_key(|object| map_bytes(object, format));
-    let what = largest.map_or_else(String::new, |object| {
-        let size = object
-            .heights
-            .as_ref()
-            .map_or_else(String::new, |map| format!(" of {} x {} texels", map.width, map.height));
-        format!("a scene with the maps of {}{size} in {}", object.name, format.name())
-    });
-    Err(GpuError::TooLarge { what, needs: needs + RESERVE, left, size })
+
+    /// Refuses objects whose maps do not fit; only the sizes of the maps matter, so they may be empty still.
+    ///
+    /// # Errors
+    /// [`GpuError::TooLarge`], which names the object with the largest maps.
+    pub fn check(&self, objects: &[Object]) -> Result<()> {
+        let Self { format, size, left } = *self;
+        let needs = needed(objects, format);
+        if needs <= left {
+            return Ok(());
+        }
+        let largest = objects.iter().max_by_key(|object| map_bytes(object, format));
+        let heights = largest.and_then(|object| object.heights.as_ref());
+        let what = largest.map_or_else(String::new, |object| {
+            let size = heights.map_or_else(String::new, |map| format!(" of {} x {} texels", map.width, map.height));
+            format!("a scene with the maps of {}{size} in {}", object.name, format.name())
+        });
+        let smaller = match heights.map(|map| map.border) {
+            Some(Border::Tiles(_)) => "a smaller --atlas-tile",
+            _ => "smaller maps",
+        };
+        let fits = |format| needed(objects, format) <= left;
+        let remedy = match format {
+            MomentFormat::Float32 if fits(MomentFormat::Float16) => format!("--map-precision f16 or {smaller}"),
+            _ => smaller.to_owned(),
+        };
+        Err(GpuError::TooLarge { what, needs, left, size, remedy })
+    }
 }
 
 #[cfg(test)]
@@ -102,17 +131,18 @@ mod tests {
     fn eight_thousand_texels_a_side_fit_in_16_bits() {
         let field = HeightField { width: 8192, height: 8192, texels: Vec::new(), border: Border::Wrap };
         let plane = [Object::new("plane", PatchMesh::default()).with_heights(field, 1.0)];
-        let check = |format, used| check_within(&plane, format, 2 << 30, used);
+        let room = |format, used: u64| Room { format, size: 2 << 30, left: (2 << 30) - used };
+        let check = |format, used| room(format, used).check(&plane);
         assert!(check(MomentFormat::Float16, 100 << 20).is_ok());
         let refused = check(MomentFormat::Float32, 0).unwrap_err().to_string();
         assert!(
             refused.contains("plane of 8192 x 8192 texels in f32 needs 2.") && refused.contains("of 2.00 GiB"),
             "{refused}"
         );
-        assert!(refused.contains("--map-precision f16"), "{refused}");
-        assert!(check(MomentFormat::Float16, 1 << 30).is_err(), "what is in use counts");
-        assert!(
-            check_within(&[Object::new("smooth", PatchMesh::default())], MomentFormat::Float32, 1 << 20, 0).is_ok()
-        );
+        assert!(refused.ends_with("take --map-precision f16 or smaller maps"), "{refused}");
+        let refused = check(MomentFormat::Float16, 1 << 30).expect_err("what is in use counts").to_string();
+        assert!(refused.ends_with("take smaller maps"), "{refused}");
+        let smooth = [Object::new("smooth", PatchMesh::default())];
+        assert!(room(MomentFormat::Float32, (2 << 30) - 1).check(&smooth).is_ok());
     }
 }

@@ -31,13 +31,9 @@ shared_struct! {
         pub vertices: [u32; 4],
         /// `edge << 1 | backwards`, sides v=0, u=1, v=1, u=0.
         pub edges: [u32; 4],
-        /// Texture coordinates of corners 0 and 1; or, of a triangle whose relief is seen along the axes, its corner at rest and its
-        /// normal there (`RestTriangle`), as for corners 1 and 3 in the next two.
-        pub texcoord_01: [f32; 4],
-        /// Texture coordinates of corners 3 and 2.
-        pub texcoord_23: [f32; 4],
-        /// Bounds of the texture taps in texture space.
-        pub tile: [f32; 4],
+        /// Texture coordinates of corners 0 and 1, those of corners 3 and 2, and bounds of the taps in texture space; or, of a triangle
+        /// whose relief is seen along the axes, its corners at rest and their normals (`RestTriangle`).
+        pub texture_place: [[f32; 4]; 3],
     }
 }
 
@@ -374,7 +370,7 @@ fn patches(object: &Object, topology: &Topology) -> Vec<PatchGpu> {
                 let vertex = vertices[k] as usize;
                 rest_corner(mesh.positions[vertex], mesh.normals[vertex], repeat)
             };
-            return PatchGpu { vertices, edges, texcoord_01: corner(0), texcoord_23: corner(1), tile: corner(3) };
+            return PatchGpu { vertices, edges, texture_place: [0, 1, 3].map(corner) };
         }
         let t = mesh.texcoords.get(i).copied().unwrap_or_default();
         let tile = match &object.heights {
@@ -386,13 +382,8 @@ fn patches(object: &Object, topology: &Topology) -> Vec<PatchGpu> {
             }
             _ => [-1e9, -1e9, 1e9, 1e9],
         };
-        PatchGpu {
-            vertices,
-            edges,
-            texcoord_01: [t[0].x, t[0].y, t[1].x, t[1].y],
-            texcoord_23: [t[3].x, t[3].y, t[2].x, t[2].y],
-            tile,
-        }
+        let [first_row, second_row] = [[t[0], t[1]], [t[3], t[2]]].map(|[a, b]| [a.x, a.y, b.x, b.y]);
+        PatchGpu { vertices, edges, texture_place: [first_row, second_row, tile] }
     };
     mesh.patches.iter().zip(&topology.patch_edges).enumerate().map(patch).collect()
 }

@@ -6,6 +6,7 @@ use glam::Vec2;
 use rayon::prelude::*;
 
 use super::Trex;
+use super::stage::unbaked_body;
 use crate::maps::cache::MapCache;
 use crate::render::surfaces::patch::Patch;
 use crate::render::surfaces::patch_mesh::PatchMesh;
@@ -89,6 +90,8 @@ fn tiles_agree_on_their_edges_and_do_not_fold() {
     let start = Instant::now();
     let mut trex = quick();
     println!("baked tile 16 in {:?}: {} patches", start.elapsed(), trex.body.patches.len());
+    let unbaked = unbaked_body(16).heights.unwrap();
+    assert_eq!((unbaked.width, unbaked.height), trex.layout.size());
     let worst = worst_edge(&trex);
     let (all, folded, steep) = folds(&trex);
     let (low, high) = trex.heights.iter().fold((f32::MAX, f32::MIN), |(l, h), x| (l.min(*x), h.max(*x)));

@@ -6,8 +6,13 @@ use super::{Trex, TrexError, walk};
 use crate::render::camera::Camera;
 use crate::render::scene::{MaterialMap, Object, Pose};
 use crate::render::surfaces::displacement::{Border, HeightField};
+use crate::render::surfaces::patch_mesh::{PatchMesh, TileLayout};
 use crate::scenes::ground::{PERIOD as GROUND_PERIOD, ground};
 use crate::scenes::stage::{Stage, Views};
+
+const BODY: &str = "trex body";
+/// Patches of the body.
+const BODY_PATCHES: u32 = 5920;
 
 /// Body and props of the animal, both skinned by [`walk::pose`].
 #[must_use]
@@ -16,7 +21,7 @@ pub fn animal(trex: Trex) -> [Object; 2] {
     let mut body = trex.body;
     // Colours come from the atlas; vertex colours must not tint them.
     body.colors = vec![[1.0; 4]; body.positions.len()];
-    let body = Object::new("trex body", body)
+    let body = Object::new(BODY, body)
         .with_heights(HeightField { width, height, texels: trex.heights, border: Border::Tiles(trex.layout) }, 1.0)
         .with_material(MaterialMap::new(width, height, trex.colors))
         // Keratin, slightly above the usual 0.04.
@@ -25,6 +30,16 @@ pub fn animal(trex: Trex) -> [Object; 2] {
         .with_coarse_mesh(trex.coarse_props)
         .with_specular_f0(0.05);
     [body, props]
+}
+
+/// The body before it is baked: its maps have sizes and nothing else.
+#[must_use]
+pub fn unbaked_body(tile: u32) -> Object {
+    let layout = TileLayout::new(BODY_PATCHES, tile);
+    let (width, height) = layout.size();
+    let heights = HeightField { width, height, texels: Vec::new(), border: Border::Tiles(layout) };
+    let material = MaterialMap::new(width, height, Vec::new());
+    Object::new(BODY, PatchMesh::default()).with_heights(heights, 1.0).with_material(material)
 }
 
 /// The stage, with atlas tiles of `tile` texels; see [`Trex::load`] for `progress`.

@@ -19,7 +19,7 @@ use crate::scenes::plane::{even, plane};
 use crate::scenes::stage::{Stage, Views};
 
 const INTRO: &str = "A matte plane of Gaussian bumps (slopes of deviation .6), red on grey: on the tops, in the cracks, on the slopes that \
-    face one way, and nowhere. A pixel sees about three bumps. One sample of LEADR under sky and sun is compared with the supersampled \
+    face one way, and nowhere. Near, a pixel sees about three bumps, far about fifty. One sample of LEADR under sky and sun is compared with the supersampled \
     reference whose bumps shadow each other, over the whole picture: with colours that follow the relief, and with colours and light filtered \
     apart from each other (--relief-color off). The goal is a fifth of that error. Where nothing is painted, what is left is what the model \
     of masking and shadowing gets wrong about brightness; no colour can be nearer than that.";
@@ -28,9 +28,10 @@ const INTRO: &str = "A matte plane of Gaussian bumps (slopes of deviation .6), r
 const GOAL: f64 = 0.2;
 const RED: [u8; 4] = [200, 25, 20, 128];
 const GREY: [u8; 4] = [110, 120, 130, 128];
-/// Texels of the tile, and those of a pixel.
+/// Texels of the tile, which is one repeat of the plane.
 const TEXELS: u32 = 256;
-const PER_PIXEL: u32 = 16;
+/// How many of them a pixel is wide.
+const DISTANCES: [(u32, &str); 2] = [(16, "near"), (64, "far")];
 const SIGMA: f32 = 0.6;
 const DEGREES: [f32; 6] = [15.0, 30.0, 45.0, 60.0, 70.0, 80.0];
 
@@ -49,6 +50,7 @@ const PAINTS: [(Paint, &str); 4] =
 #[derive(Serialize)]
 struct Entry {
     paint: Paint,
+    texels_per_pixel: u32,
     degrees: f32,
     followed: f64,
     apart: f64,
@@ -84,9 +86,9 @@ fn painted(tile: &Tile, paint: Paint) -> Object {
 }
 
 /// From so far away that rays are parallel, about one repeat of the relief; and the picture's size.
-fn seen(degrees: f32) -> (Camera, (u32, u32)) {
+fn seen(degrees: f32, per_pixel: u32) -> (Camera, (u32, u32)) {
     let (sine, cosine) = degrees.to_radians().sin_cos();
-    let columns = TEXELS / PER_PIXEL;
+    let columns = TEXELS / per_pixel;
     let rows = ((columns as f32 * cosine).round() as u32).max(1);
     let (toward, distance) = (Vec3::new(0.8 * sine, -0.6 * sine, cosine), 200.0);
     let fov = 2.0 * (0.5 * rows as f32 / columns as f32 / distance).atan().to_degrees();
@@ -99,60 +101,68 @@ pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
     let samples = studio.pick(32, 128);
     let tile = Tile::new(Spectrum::Gaussian, TEXELS, 4.0, 1);
     let (mut html, mut entries, mut findings) = (Html::new(), Vec::new(), Vec::new());
-    let bar = studio.progress.bar(PAINTS.len() * DEGREES.len());
+    let bar = studio.progress.bar(PAINTS.len() * DISTANCES.len() * DEGREES.len());
     for (paint, name) in PAINTS {
-        let mut table = Table::new(
-            format!("Painted: {name}; rRMSE of the whole picture against {samples} samples of the reference"),
-            ["seen from", "truth", "following the relief", "apart", "rRMSE", "rRMSE apart", "part", "noise"],
-        );
-        let camera = seen(45.0).0;
+        let camera = seen(45.0, DISTANCES[0].0).0;
         let stage = Stage::still(vec![painted(&tile, paint)], Views { near: camera, mid: camera, far: camera });
         let mut subject = Subject::under_the_sky(studio, stage, 0.0)?;
-        for degrees in DEGREES {
-            let (camera, size) = seen(degrees);
-            let state = subject.seen_by(&camera);
-            let truth = studio.shoot_truth(
-                &mut subject.renderer,
-                &state,
-                &RenderSettings { shadows: false, ..Truth::Shadowed.settings(size, samples, 1) },
-            )?;
-            let mut figures =
-                vec![studio.picture(&file(name, degrees, "truth"), &truth.image, 1.0, "truth", vec![])?];
-            let mut errors = Vec::new();
-            for (relief_color, word) in [(true, "following"), (false, "apart")] {
-                let shading = Technique::Leadr.with(ShadingOptions { relief_color, ..Default::default() });
-                let settings = RenderSettings { size, samples: 1, shading, shadows: false, ..Default::default() };
-                let shot = studio.shoot(&mut subject.renderer, &state, &settings)?;
-                errors.push(judge(&truth, &shot, 1.0).map_err(fault)?.object.rrmse);
-                figures.push(studio.picture(&file(name, degrees, word), &shot.image, 1.0, word, vec![])?);
+        for (per_pixel, distance) in DISTANCES {
+            let mut table = Table::new(
+                format!(
+                    "Painted: {name}, {distance}; rRMSE of the whole picture against {samples} samples of the reference"
+                ),
+                ["seen from", "truth", "following the relief", "apart", "rRMSE", "rRMSE apart", "part", "noise"],
+            );
+            let seen_there = entries.len();
+            for degrees in DEGREES {
+                let (camera, size) = seen(degrees, per_pixel);
+                let file = |what: &str| format!("colour-{}-{distance}-{degrees}-{what}", name.replace(' ', "-"));
+                let state = subject.seen_by(&camera);
+                let truth = studio.shoot_truth(
+                    &mut subject.renderer,
+                    &state,
+                    &RenderSettings { shadows: false, ..Truth::Shadowed.settings(size, samples, 1) },
+                )?;
+                let mut figures = vec![studio.picture(&file("truth"), &truth.image, 1.0, "truth", vec![])?];
+                let mut errors = Vec::new();
+                for (relief_color, word) in [(true, "following"), (false, "apart")] {
+                    let shading = Technique::Leadr.with(ShadingOptions { relief_color, ..Default::default() });
+                    let settings = RenderSettings { size, samples: 1, shading, shadows: false, ..Default::default() };
+                    let shot = studio.shoot(&mut subject.renderer, &state, &settings)?;
+                    errors.push(judge(&truth, &shot, 1.0).map_err(fault)?.object.rrmse);
+                    figures.push(studio.picture(&file(word), &shot.image, 1.0, word, vec![])?);
+                }
+                let (followed, apart) = (errors[0], errors[1]);
+                let figures = figures.into_iter().map(|figure| Cell::Figure(figure.enlarged(per_pixel / 2)));
+                let numbers = [followed, apart, followed / apart, truth.noise].map(Cell::from);
+                table.row(std::iter::once(Cell::from(format!("{degrees}°"))).chain(figures).chain(numbers));
+                entries.push(Entry {
+                    paint,
+                    texels_per_pixel: per_pixel,
+                    degrees,
+                    followed,
+                    apart,
+                    noise: truth.noise,
+                });
+                bar.step();
             }
-            let (followed, apart) = (errors[0], errors[1]);
-            let figures = figures.into_iter().map(|figure| Cell::Figure(figure.enlarged(8)));
-            let numbers = [followed, apart, followed / apart, truth.noise].map(Cell::from);
-            table.row(std::iter::once(Cell::from(format!("{degrees}°"))).chain(figures).chain(numbers));
-            entries.push(Entry { paint, degrees, followed, apart, noise: truth.noise });
-            bar.step();
+            html.table(&table);
+            findings.push(finding(&format!("{name}, {distance}"), &entries[seen_there..]));
         }
-        html.table(&table);
-        findings.push(finding(name, entries.iter().filter(|entry| entry.paint == paint)));
     }
     drop(bar);
     Section::new(INTRO, findings, &html, &entries)
 }
 
-fn file(paint: &str, degrees: f32, what: &str) -> String {
-    format!("colour-{}-{degrees}-{what}", paint.replace(' ', "-"))
-}
-
-/// Of all views of a paint.
-fn finding<'a>(name: &str, entries: impl Iterator<Item = &'a Entry>) -> String {
+/// Of all views of a paint at a distance.
+fn finding(name: &str, entries: &[Entry]) -> String {
     let (mut sums, mut count) = ([0.0; 3], 0.0);
     for Entry { followed, apart, noise, .. } in entries {
         [followed, apart, noise].into_iter().zip(&mut sums).for_each(|(error, sum)| *sum += error * error);
         count += 1.0;
     }
     let [followed, apart, noise] = sums.map(|sum: f64| (sum / count).sqrt());
-    let verdict = if name == "nothing" {
+    let verdict = if entries.iter().all(|entry| entry.paint == Paint::Nothing) {
         "which is the model's error of brightness".to_owned()
     } else {
         let kept = if followed <= GOAL * apart { "kept" } else { "missed" };
@@ -184,8 +194,15 @@ mod tests {
 
     #[test]
     fn goals_are_kept_and_missed() {
-        let entry = |followed| Entry { paint: Paint::Tops, degrees: 15.0, followed, apart: 0.5, noise: 0.0 };
-        assert!(finding("tops", [entry(0.05)].iter()).contains("is kept"));
-        assert!(finding("tops", [entry(0.2)].iter()).contains("is missed"));
+        let entry = |followed| Entry {
+            paint: Paint::Tops,
+            texels_per_pixel: 16,
+            degrees: 15.0,
+            followed,
+            apart: 0.5,
+            noise: 0.0,
+        };
+        assert!(finding("tops", &[entry(0.05)]).contains("is kept"));
+        assert!(finding("tops", &[entry(0.2)]).contains("is missed"));
     }
 }

@@ -16,7 +16,7 @@ use crate::render::passes::shadow::ShadowView;
 use crate::render::passes::targets::{GeometryTargets, VisibleSurface};
 use crate::render::scene::{FrameState, Object, Pose};
 use crate::render::settings::{Needs, RenderSettings};
-use crate::render::surfaces::budget;
+use crate::render::surfaces::budget::Room;
 use crate::render::surfaces::divided::{DividedObject, DivisionBuffers};
 use crate::render::surfaces::object::{GpuObject, MAX_OBJECTS, SurfaceKind, Upload};
 use crate::render::surfaces::object_view::{DrawnObject, ObjectView, ViewBuffers, Viewpoint};
@@ -198,7 +198,7 @@ impl Meshes {
             let fault = format!("{} objects are more than {MAX_OBJECTS}", objects.len());
             return Err(GpuError::Usage { name: "scene".to_owned(), fault });
         }
-        budget::check(gpu, &objects, upload.format)?;
+        Room::on(gpu, upload.format).check(&objects)?;
         let mesh = |(index, object)| Mesh::new(gpu, object, index, upload);
         let uploaded = || objects.into_par_iter().enumerate().map(mesh).collect::<Result<_>>();
         let (meshes, done) = rayon::join(uploaded, || meanwhile(&mut pipelines));
