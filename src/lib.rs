@@ -9,7 +9,7 @@
 //!
 //! | feature | gives |
 //! |---|---|
-//! | none | [`reflectance`]: the mathematics; [`maps`]: textures on the CPU; [`models`]: glTF files. No Vulkan, no shader compiler |
+//! | none | [`reflectance`]: the mathematics; [`maps`]: textures on the CPU; [`measured`]: measured materials; [`models`]: glTF files. No Vulkan, no shader compiler |
 //! | `gpu` | the renderer below: a `Renderer` draws a `FrameState` of `Object`s under an `Environment`; `Stage`s are ready-made scenes |
 //! | `cli` | the laboratory and the `leadr` command (`command::run`) |
 //! | `window` (default) | its window |
@@ -49,6 +49,7 @@
 )]
 
 pub mod maps;
+pub mod measured;
 pub mod models;
 pub mod reflectance;
 

@@ -8,8 +8,9 @@ use super::capture::args::CaptureArgs;
 use super::compare::args::CompareArgs;
 #[cfg(feature = "window")]
 use super::demo::args::DemoArgs;
+use super::fit::args::FitArgs;
 use super::report::args::ReportArgs;
-use super::{bake, bench, capture, compare, report};
+use super::{bake, bench, capture, compare, fit, report};
 
 /// Renders displaced surfaces that keep their look at every distance (LEADR mapping).
 #[derive(Debug, Parser)]
@@ -49,6 +50,9 @@ pub enum Command {
     /// Filter heights, normals or a material's folder into maps with mip levels for other engines
     #[command(after_help = bake::args::EXAMPLES)]
     Bake(Box<BakeArgs>),
+    /// Find the facets that a measured material could be made of: slopes, Fresnel term, roughness
+    #[command(after_help = fit::args::EXAMPLES)]
+    Fit(FitArgs),
     /// Time every pass on the device: the paper's tables, scenes near and far, with ratios
     #[command(after_help = bench::args::EXAMPLES)]
     Bench(Box<BenchArgs>),

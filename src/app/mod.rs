@@ -12,6 +12,7 @@ pub mod compare;
 pub mod demo;
 pub mod error;
 mod files;
+pub mod fit;
 pub mod flags;
 pub mod output;
 pub mod report;
@@ -52,6 +53,7 @@ fn dispatch(cli: Cli) -> Result<(), AppError> {
         #[cfg(feature = "window")]
         Command::Demo(arguments) => demo::run(&arguments, &output),
         Command::Bake(arguments) => bake::run(&arguments, &output),
+        Command::Fit(arguments) => fit::run(&arguments, &output),
         Command::Bench(arguments) => bench::run(&arguments, &output),
         Command::Compare(arguments) => compare::run(&arguments, &output),
         Command::Report(arguments) => report::run(&arguments, &output),

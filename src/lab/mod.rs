@@ -3,6 +3,7 @@
 pub mod bench;
 pub mod cracks;
 pub mod error;
+pub mod fit;
 pub mod metrics;
 pub mod panorama_study;
 pub mod program;

@@ -86,6 +86,7 @@
 //! measure them all. [`mod@integrals::reference`] computes the converged integrals by [`quadrature`]; [`frame`]
 //! converts between frames.
 
+pub mod extraction;
 pub mod facets;
 pub mod frame;
 pub mod integrals;

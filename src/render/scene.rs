@@ -12,6 +12,7 @@ use super::surfaces::skinning;
 use crate::maps::LeadrMap;
 use crate::maps::cache::MapCache;
 use crate::maps::material::TextureWrap;
+use crate::reflectance::facets::mixed_roughness::MixedRoughness;
 use glam::{Affine2, Affine3A, Mat4, Vec2, Vec3};
 
 /// A property of a surface over texture coordinates.
@@ -40,6 +41,15 @@ impl Holes {
     }
 }
 
+/// A base of two roughnesses ([`mixed_roughness`](crate::reflectance::facets::mixed_roughness)).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum TwoLobes {
+    /// Texels count as rough from this `α` on, and are filtered in two classes.
+    From(f32),
+    /// Every texel has both: the lobes of a measured material.
+    Everywhere(MixedRoughness),
+}
+
 /// The material of a surface over its texture coordinates.
 #[derive(Clone, Debug)]
 pub struct MaterialMap {
@@ -51,9 +61,8 @@ pub struct MaterialMap {
     pub colors: Vec<[u8; 4]>,
     /// sRGB-encoded reflectance at normal incidence in rgb, in as many texels, instead of the object's own.
     pub f0: Option<Vec<[u8; 4]>>,
-    /// The roughness `α` from which texels count as rough, where they are filtered in two classes
-    /// ([`mixed_roughness`](crate::reflectance::facets::mixed_roughness)): each has mirrors of its own, which takes time.
-    pub rough_from: Option<f32>,
+    /// Whether its base is a mixture of two roughnesses, each with mirrors of its own, which takes time.
+    pub two_lobes: Option<TwoLobes>,
     /// What lies beyond the edges of colours and reflectance.
     pub wrap: [TextureWrap; 2],
     /// Emitted radiance, linear; each frame multiplies it by [`FrameState::emission_scale`].
@@ -78,7 +87,7 @@ impl MaterialMap {
     #[must_use]
     pub const fn new(width: u32, height: u32, colors: Vec<[u8; 4]>) -> Self {
         let wrap = [TextureWrap::Repeat; 2];
-        Self { width, height, colors, f0: None, rough_from: None, wrap, emission: None, occlusion: None, opacity: None }
+        Self { width, height, colors, f0: None, two_lobes: None, wrap, emission: None, occlusion: None, opacity: None }
     }
 }
 

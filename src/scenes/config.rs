@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use serde::{Serialize, Serializer};
 
+use super::fitted::material_of;
 use super::light::{EnvironmentChoice, SunDirection};
 use super::model::displacement::Displacement;
 use super::ocean::waves::Waves;
@@ -13,6 +14,7 @@ use crate::maps::material::{
     Anisotropy, Encoding, GreenAxis, Input, Material, MaterialDetail, MaterialFolder, Role, Texture, agreement, role_of,
 };
 use crate::maps::{MapError, MapFault, Wrap, load_raster};
+use crate::measured::fit_file::FitFile;
 use crate::reflectance::facets::metals::Metal;
 use crate::render::light::panorama::LightExtraction;
 use crate::render::settings::{RenderSettings, Shading};
@@ -142,7 +144,12 @@ impl MaterialFiles {
     /// # Errors
     /// If a file is missing, damaged, too large or of the wrong kind.
     pub fn load_over(&self, mut material: Material) -> Result<Material, MapError> {
-        if let Some(folder) = &self.folder {
+        if let Some(file) = self.folder.as_ref().filter(|path| path.is_file()) {
+            let relief = material.relief.take();
+            let name = file.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
+            material = material_of(&FitFile::load(file)?, &name);
+            material.relief = relief;
+        } else if let Some(folder) = &self.folder {
             let folder = MaterialFolder::open(folder)?;
             folder.remarks.iter().for_each(|remark| tracing::warn!("{remark}"));
             let relief = material.relief.take();
@@ -186,7 +193,8 @@ impl MaterialFiles {
     /// Whether it is a normal map on smooth geometry: normals, and neither `heights` nor a relief of its own or of a detail.
     #[must_use]
     pub fn is_normal_map_alone(&self, heights: Option<&Path>) -> bool {
-        let folder = self.folder.as_ref().and_then(|folder| MaterialFolder::open(folder).ok());
+        let folder = self.folder.as_ref().filter(|path| !path.is_file());
+        let folder = folder.and_then(|folder| MaterialFolder::open(folder).ok());
         let has = |role| folder.as_ref().is_some_and(|folder| folder.picture(role).is_some());
         let normals = [Role::Normal, Role::NormalUp, Role::NormalDown].into_iter().any(has);
         (normals || self.normal_map.is_some())

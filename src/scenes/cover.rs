@@ -12,8 +12,8 @@ use crate::maps::material::{
 };
 use crate::maps::moments::Wrap;
 use crate::maps::srgb::{linear_of_srgb8, srgb8_from_linear};
-use crate::reflectance::facets::mixed_roughness::two_classes;
-use crate::render::scene::{Holes, MaterialMap, PropertyMap};
+use crate::reflectance::facets::mixed_roughness::{MixedRoughness, two_classes};
+use crate::render::scene::{Holes, MaterialMap, PropertyMap, TwoLobes};
 
 /// Height of a relief without a scale and without normals, as a part of its repeat.
 pub const USUAL_HEIGHT: f32 = 0.06;
@@ -152,6 +152,7 @@ pub struct Cover {
     metalness: Property<1>,
     roughness: Property<1>,
     meaning: RoughnessMeaning,
+    lobes: Option<MixedRoughness>,
     f0: Property<3>,
     specular: Property<1>,
     emission: Property<3>,
@@ -281,6 +282,7 @@ impl Cover {
             metalness: number(&material.metalness),
             roughness: number(&material.roughness),
             meaning: material.roughness_meaning,
+            lobes: material.lobes,
             f0: color(&material.f0),
             specular: number(&material.specular),
             slopes: material.normal_map.as_ref().map(slopes),
@@ -460,6 +462,12 @@ impl Cover {
         self.scale.map_or_else(|| self.agreed.unwrap_or(USUAL_HEIGHT), |metres| metres / repeat)
     }
 
+    /// A map with the two lobes of a measured base, if the material has them.
+    #[must_use]
+    pub fn with_lobes(&self, map: MaterialMap) -> MaterialMap {
+        MaterialMap { two_lobes: self.lobes.map(TwoLobes::Everywhere).or(map.two_lobes), ..map }
+    }
+
     /// Albedo, roughness and reflectance of texels that [`texel`](Self::texel) found.
     #[must_use]
     pub fn map(width: u32, height: u32, texels: &[Texel]) -> MaterialMap {
@@ -474,10 +482,10 @@ impl Cover {
             counts[usize::from(texel[3])] += 1.0;
         }
         let alphas: Vec<f64> = (0..=u8::MAX).map(|code| f64::from(alpha_of(code)).max(1e-4)).collect();
-        let rough_from = two_classes(&alphas, &counts).map(|alpha| alpha as f32);
+        let two_lobes = two_classes(&alphas, &counts).map(|alpha| TwoLobes::From(alpha as f32));
         // The grey of what is no metal is the object's own.
         let own = srgb8_from_linear(texels[0].body_f0);
         let f0 = f0.iter().any(|texel| *texel != [own, own, own, u8::MAX]).then_some(f0);
-        MaterialMap { f0, rough_from, ..MaterialMap::new(width, height, colors) }
+        MaterialMap { f0, two_lobes, ..MaterialMap::new(width, height, colors) }
     }
 }

@@ -33,8 +33,7 @@ pub fn detail(layer: &MaterialDetail, mapping: DetailMapping, metres: f32) -> De
     let texels_of: Option<Vec<Texel>> =
         layer.colored.then(|| places.into_par_iter().map(|index| cover.texel(place(index))).collect());
     let material = texels_of.map(|texels| {
-        let map =
-            crate::render::scene::MaterialMap { f0: None, rough_from: None, ..Cover::map(width, height, &texels) };
+        let map = crate::render::scene::MaterialMap { f0: None, two_lobes: None, ..Cover::map(width, height, &texels) };
         let f0 = texels.iter().map(|texel| texel.f0.iter().sum::<f32>() / 3.0).sum::<f32>() / texels.len() as f32;
         (map, if layer.mask.is_some() { DetailColors::Cover(f0) } else { DetailColors::Vary })
     });

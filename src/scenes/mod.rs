@@ -7,6 +7,7 @@ pub mod deform;
 pub mod detail;
 pub mod dressed;
 pub mod error;
+pub mod fitted;
 pub mod full_screen;
 pub mod ground;
 mod holes;

@@ -70,6 +70,7 @@ impl Inputs {
             // What is rougher along one direction is so beyond this.
             material.roughness = Input::constant(alpha);
             material.roughness_meaning = RoughnessMeaning::Alpha;
+            material.lobes = None;
         }
         let model = match &config.model {
             Some(file) => {

@@ -176,7 +176,7 @@ impl Stage {
             // The map multiplies the colours of the vertices.
             if let Some(map) = &mut object.material {
                 map.colors.iter_mut().for_each(|texel| texel[3] = u8::MAX);
-                map.rough_from = None;
+                map.two_lobes = None;
             }
         }
     }

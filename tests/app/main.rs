@@ -6,6 +6,7 @@ mod common;
 mod bake;
 mod bench;
 mod cli;
+mod fit;
 mod models;
 mod readme;
 mod report;

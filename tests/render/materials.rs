@@ -17,7 +17,7 @@ use leadr::reflectance::masking::shadowing::Shadowing;
 use leadr::render::camera::Camera;
 use leadr::render::frame::Renderer;
 use leadr::render::light::sky::Sky;
-use leadr::render::scene::{FrameState, MaterialMap, Object, Pose};
+use leadr::render::scene::{FrameState, MaterialMap, Object, Pose, TwoLobes};
 use leadr::render::settings::{RenderSettings, ShadingOptions, Technique};
 use leadr::render::surfaces::displacement::Border;
 use leadr::render::surfaces::tessellation::TessellationSettings;
@@ -48,7 +48,7 @@ fn dressed(width: u32, height: u32, alphas: Vec<f32>, filtered: Filtered) -> Mat
     let alpha = |alpha: f32| if filtered == Filtered::Mean { mean } else { alpha };
     let colors = alphas.iter().map(|&a| [GREY[0], GREY[1], GREY[2], alpha_code(alpha(a))]).collect();
     MaterialMap {
-        rough_from: (filtered == Filtered::Mixed).then_some(THRESHOLD),
+        two_lobes: (filtered == Filtered::Mixed).then_some(TwoLobes::From(THRESHOLD)),
         ..MaterialMap::new(width, height, colors)
     }
 }
@@ -172,7 +172,7 @@ fn the_g_buffer_keeps_a_material() {
     for mut stage in [dressed::plane_stage(&material()), dressed::sphere_stage(&material(), 16)] {
         let object = &stage.objects[0];
         let map = object.material.as_ref().unwrap();
-        assert!(map.f0.is_some() && map.rough_from.is_some() && object.slopes.is_some(), "{}", object.name);
+        assert!(map.f0.is_some() && map.two_lobes.is_some() && object.slopes.is_some(), "{}", object.name);
         let camera = stage.views.mid;
         let mut renderer = under_sky(&gpu, stage.take_scene(), 32);
         let state = FrameState::new(camera, vec![Pose::REST]).under(&Sky::default());

@@ -1,6 +1,7 @@
 //! How far pictures are apart.
 
 pub mod compare;
+pub mod delta_e;
 pub mod flicker;
 mod mask;
 

@@ -2,7 +2,7 @@
 
 mod case;
 mod facts;
-mod html;
+pub mod html;
 mod kept;
 mod look;
 mod nan;

@@ -13,6 +13,7 @@ pub use normals::{Agreement, STEEPEST, agreement, green_axis};
 pub use raster::{Encoding, Raster, Samples, Texture, TextureWrap};
 
 use super::HeightMap;
+use crate::reflectance::facets::mixed_roughness::MixedRoughness;
 
 /// A property: a constant, or a texture times a constant.
 #[derive(Clone, Debug, PartialEq)]
@@ -181,6 +182,8 @@ pub struct Material {
     pub roughness: Input<f32>,
     /// What its numbers are.
     pub roughness_meaning: RoughnessMeaning,
+    /// The two lobes of a measured base, which then stand for its roughness.
+    pub lobes: Option<MixedRoughness>,
     /// Its direction, if it has one.
     pub anisotropy: Option<Anisotropy>,
     /// Reflectance at normal incidence of what is no metal; above 1 it counts as 1, once factor and texture are multiplied.
@@ -223,6 +226,7 @@ impl Material {
             metalness: Input::constant(0.0),
             roughness: Input::constant(0.5),
             roughness_meaning: RoughnessMeaning::Perceptual,
+            lobes: None,
             anisotropy: None,
             f0: Input::constant([DIELECTRIC_F0; 3]),
             conductor_dip: [0.0; 3],

@@ -4,12 +4,19 @@
 pub mod base_roughness;
 pub mod beckmann;
 pub mod beckmann_sampling;
+#[cfg(test)]
+mod chi_square;
+pub mod curve;
 pub mod ellipse;
 pub mod fresnel;
+pub mod gaussian_mixture;
 pub mod ggx;
 pub mod ggx_sampling;
 pub mod metals;
 pub mod mixed_roughness;
 pub mod normal_distribution;
+pub mod polar_table;
 pub mod projected_area;
+pub mod radial_table;
 pub mod slope_distribution;
+pub mod tabulated;

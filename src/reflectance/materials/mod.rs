@@ -2,6 +2,7 @@
 
 pub mod brdf;
 pub mod classic;
+pub mod fitted;
 pub mod half_difference;
 pub mod lambert;
 pub mod microfacet;

@@ -22,7 +22,8 @@ use crate::gpu::{AddressMode, Filter, Gpu, GpuError, Image, ImageDesc, Result, S
 use crate::maps::material::{TextureWrap, alpha_of};
 use crate::maps::moments::coverage;
 use crate::maps::srgb::{linear_of_srgb8, srgb8_from_linear};
-use crate::render::scene::{Holes, MaterialMap, Object, PropertyMap};
+use crate::reflectance::facets::mixed_roughness::MixedRoughness;
+use crate::render::scene::{Holes, MaterialMap, Object, PropertyMap, TwoLobes};
 
 /// Format of the two roughnesses and of emission.
 pub const MIXED_FORMAT: vk::Format = vk::Format::R16G16B16A16_SFLOAT;
@@ -81,7 +82,7 @@ impl Has {
     pub fn of(map: &MaterialMap) -> Self {
         Self {
             f0: map.f0.is_some(),
-            mixed: map.rough_from.is_some(),
+            mixed: map.two_lobes.is_some(),
             emission: map.emission.is_some(),
             occlusion: map.occlusion.is_some(),
             holes: map.opacity.as_ref().map(|holes| match holes {
@@ -126,7 +127,7 @@ impl MaterialImages {
             });
         };
         let has = Has::of(&map);
-        let MaterialMap { width, height, colors, f0, rough_from, wrap, emission, occlusion, opacity } = map;
+        let MaterialMap { width, height, colors, f0, two_lobes, wrap, emission, occlusion, opacity } = map;
         let size = [width, height];
         if f0.as_ref().is_some_and(|f0| f0.len() != colors.len()) {
             let fault = "reflectance and colours differ in size".to_owned();
@@ -144,10 +145,10 @@ impl MaterialImages {
             plate_wrap(occlusion.as_ref().map(|plate| plate.wrap))?,
             plate_wrap(opacity.as_ref().map(|holes| holes.map().wrap))?,
         ];
-        let mixed = match rough_from {
-            Some(threshold) => {
+        let mixed = match two_lobes {
+            Some(lobes) => {
                 let mixed = image("roughness", MIXED_FORMAT)?;
-                let table = classes_of_codes(threshold);
+                let table = lobes_of_codes(lobes);
                 let texels = colors.par_iter().map(|texel| table[usize::from(texel[3])]).collect();
                 write_mips(&mixed, size, texels, halves, halve)?;
                 mixed
@@ -252,11 +253,17 @@ fn mips_of(desc: ImageDesc, border: Border) -> u32 {
 }
 
 /// For every code of a roughness: whether it is at least `threshold`, and its `α²`, in the rougher or in the smoother class.
-fn classes_of_codes(threshold: f32) -> [[f32; 4]; 256] {
-    std::array::from_fn(|code| {
-        let alpha = alpha_of(code as u8);
-        let square = alpha * alpha;
-        if alpha >= threshold { [1.0, square, 0.0, 0.0] } else { [0.0, 0.0, square, 0.0] }
+fn lobes_of_codes(lobes: TwoLobes) -> [[f32; 4]; 256] {
+    std::array::from_fn(|code| match lobes {
+        TwoLobes::From(threshold) => {
+            let alpha = alpha_of(code as u8);
+            let square = alpha * alpha;
+            if alpha >= threshold { [1.0, square, 0.0, 0.0] } else { [0.0, 0.0, square, 0.0] }
+        }
+        TwoLobes::Everywhere(MixedRoughness { share, smooth_alpha, rough_alpha }) => {
+            [share, share * rough_alpha * rough_alpha, (1.0 - share) * smooth_alpha * smooth_alpha, 0.0]
+                .map(|v| v as f32)
+        }
     })
 }
 
@@ -449,7 +456,7 @@ mod tests {
 
     #[test]
     fn classes_split_the_variance() {
-        let table = classes_of_codes(0.3);
+        let table = lobes_of_codes(TwoLobes::From(0.3));
         for alpha in [0.1, 0.6] {
             let [share, rough, smooth, _] = table[usize::from(alpha_code(alpha))];
             assert_eq!(share, if alpha > 0.3 { 1.0 } else { 0.0 });

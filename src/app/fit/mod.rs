@@ -1,0 +1,211 @@
+//! `leadr fit`: a measured material becomes facets.
+
+pub mod args;
+mod export;
+mod report;
+
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use serde_json::json;
+
+use self::args::FitArgs;
+use self::export::{Simple, identifier};
+use self::report::{FitReport, Roughness, Seconds, SphereReport};
+use crate::app::error::AppError;
+use crate::app::files::{extension, make_folder_of};
+use crate::app::output::Output;
+use crate::lab::fit::lobe_plot::lobe_plot;
+use crate::lab::fit::spheres::{contact_sheet, sphere_error, spheres};
+use crate::lab::progress::Progress;
+use crate::lab::report::html::{Cell, Figure, Html, PageSection, Table, page};
+use crate::maps::save::{NewFile, save_png, write_atomic};
+use crate::maps::tonemap::Tonemap;
+use crate::measured::Measured;
+use crate::measured::fit_file::{FitFile, masking_name};
+use crate::reflectance::extraction::fit::{Fit, FitOptions, Hiding, Step, fit};
+use crate::reflectance::extraction::roughness::ggx_roughness;
+use crate::reflectance::extraction::samples::samples;
+use crate::reflectance::facets::ellipse::ellipse_from_roughness;
+use crate::reflectance::materials::brdf::Brdf;
+
+/// Pixels across a sphere.
+const SPHERE: u32 = 128;
+/// Light of the plots, degrees from the normal.
+const LIT_FROM: [f64; 3] = [15.0, 45.0, 75.0];
+
+/// Fits a material and writes what was asked for.
+///
+/// # Errors
+/// [`AppError::Usage`] for names that end in something else than they should; [`AppError::Failed`] for files that cannot be read or written, or materials that
+/// scatter nothing back.
+pub fn run(arguments: &FitArgs, output: &Output) -> Result<(), AppError> {
+    let targets = targets(arguments)?;
+    let start = Instant::now();
+    let measured = Measured::load(&arguments.input)?;
+    let isotropic = measured.is_isotropic();
+    let mut seconds = Seconds { reading: start.elapsed().as_secs_f64(), ..Seconds::default() };
+    let options = FitOptions {
+        hiding: Hiding::from(arguments.masking),
+        angles: arguments.angles as usize,
+        azimuths: arguments.azimuths as usize,
+        lobes: arguments.lobes as usize,
+        refine: !arguments.backscattering_only,
+    };
+    let found = timed_fit(&measured, isotropic, &options, output, &mut seconds);
+    let found = found.ok_or_else(|| {
+        let file = arguments.input.display();
+        AppError::Failed(format!("{file}: it reflects nothing back to where light comes from; give another material"))
+    })?;
+    let masking = masking_name(options.hiding.masking());
+    let mut report =
+        FitReport::new(arguments.input.clone(), measured.description(), isotropic, masking, &found, seconds);
+    let picture = arguments.picture.clone().or_else(|| arguments.page.as_ref().map(|page| page.with_extension("png")));
+    if let Some(picture) = &picture {
+        let start = Instant::now();
+        report.spheres = draw(&measured, &found, picture, output)?;
+        report.seconds.picture = start.elapsed().as_secs_f64();
+    }
+    if let Some(file) = &arguments.page {
+        write_atomic(file, html(&measured, &found, &report, picture.as_deref()).as_bytes())?;
+    }
+    let stem = arguments.input.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
+    if arguments.mitsuba.is_some() || arguments.pbrt.is_some() {
+        // Of the fitted slopes: what lies under them is written as a body.
+        let roughness = ggx_roughness(&found.fitted.facets.distribution);
+        let (simple, wrong) = Simple::nearest(&samples(&measured, isotropic), ellipse_from_roughness(roughness));
+        report.export_misfit = Some(wrong.into());
+        for (file, text) in [
+            (&arguments.mitsuba, simple.mitsuba(&identifier(&stem))),
+            (&arguments.pbrt, simple.pbrt(&identifier(&stem))),
+        ] {
+            if let Some(file) = file {
+                write_atomic(file, text.as_bytes())?;
+            }
+        }
+    }
+    if let Some(file) = &arguments.output {
+        let mut kept = FitFile { brdf: found.fitted.clone(), lobes: found.lobes.clone() }.to_json();
+        kept["source"] = json!(arguments.input.file_name().map(|name| name.to_string_lossy()));
+        kept["database"] = json!(report.database);
+        kept["beckmann"] = json!(report.beckmann);
+        kept["ggx"] = json!(report.ggx);
+        write_atomic(file, format!("{kept:#}\n").as_bytes())?;
+    }
+    report.files = targets;
+    report.files.extend(arguments.page.as_ref().and(picture));
+    output.result(&report)
+}
+
+/// Files to write, each checked to have the right ending and a folder that takes it.
+fn targets(arguments: &FitArgs) -> Result<Vec<PathBuf>, AppError> {
+    let mut all = Vec::new();
+    for (file, ending) in [
+        (&arguments.output, "json"),
+        (&arguments.picture, "png"),
+        (&arguments.page, "html"),
+        (&arguments.mitsuba, "xml"),
+        (&arguments.pbrt, "pbrt"),
+    ] {
+        let Some(file) = file else { continue };
+        if extension(file).as_deref() != Some(ending) {
+            return Err(AppError::Usage(format!("'{}' must end in .{ending}", file.display())));
+        }
+        make_folder_of(file)?;
+        // Found before any work; gone again when it is dropped.
+        drop(NewFile::create(file)?);
+        all.push(file.clone());
+    }
+    Ok(all)
+}
+
+fn timed_fit(
+    measured: &Measured,
+    isotropic: bool,
+    options: &FitOptions,
+    output: &Output,
+    seconds: &mut Seconds,
+) -> Option<Fit> {
+    let bar = output.bar(4);
+    let (mut begun, mut step) = (Instant::now(), None);
+    let mut end = |step: Option<Step>, begun: Instant| {
+        let part = match step {
+            Some(Step::Slopes) => &mut seconds.slopes,
+            Some(Step::Fresnel) => &mut seconds.fresnel,
+            Some(Step::Refinement) => &mut seconds.refinement,
+            Some(Step::Lobes) => &mut seconds.lobes,
+            None => return,
+        };
+        *part += begun.elapsed().as_secs_f64();
+    };
+    let found = fit(measured, isotropic, options, &mut |next| {
+        end(step, begun);
+        (begun, step) = (Instant::now(), Some(next));
+        bar.message(match next {
+            Step::Slopes => "slopes",
+            Step::Fresnel => "Fresnel term",
+            Step::Refinement => "all directions",
+            Step::Lobes => "lobes",
+        });
+        bar.step();
+    });
+    end(step, begun);
+    found
+}
+
+fn draw(measured: &Measured, found: &Fit, file: &Path, output: &Output) -> Result<Vec<SphereReport>, AppError> {
+    output.say("drawing spheres");
+    let (ggx, beckmann) = (found.as_ggx(), found.as_beckmann());
+    let materials: [&(dyn Brdf + Sync); 5] = [measured, &found.fitted, &found.thesis, &ggx, &beckmann];
+    let images = spheres(&materials, &ggx, SPHERE);
+    save_png(file, &contact_sheet(&images), 1.0, Tonemap::Clamp)?;
+    let names = ["fitted", "backscattering alone", "GGX", "Beckmann"];
+    let errors = images[1..].iter().map(|image| sphere_error(&images[0], image));
+    Ok(names.into_iter().zip(errors).map(|(name, error)| SphereReport::new(name, error)).collect())
+}
+
+fn html(measured: &Measured, found: &Fit, report: &FitReport, picture: Option<&Path>) -> String {
+    let mut body = Html::new();
+    if let Some(picture) = picture {
+        body.figures(&[Figure {
+            file: picture.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default(),
+            alt: "Spheres of the material and its fits".to_owned(),
+            caption: vec!["Measured, fitted, backscattering alone, GGX, Beckmann".to_owned()],
+            width: 5 * (SPHERE + 8) + 8,
+            height: SPHERE + 16,
+            scale: 1,
+        }]);
+    }
+    let mut table = Table::new("Spheres against the measured one", ["material", "relative RMSE", "ΔE₀₀"]);
+    for sphere in &report.spheres {
+        table.row([Cell::from(sphere.material), Cell::from(sphere.rrmse), Cell::from(sphere.delta_e_2000)]);
+    }
+    body.table(&table);
+    let (ggx, beckmann) = (found.as_ggx(), found.as_beckmann());
+    let materials: [(&str, &dyn Brdf); 5] = [
+        ("measured", measured),
+        ("fitted", &found.fitted),
+        ("backscattering alone", &found.thesis),
+        ("GGX", &ggx),
+        ("Beckmann", &beckmann),
+    ];
+    body.plot(&lobe_plot(&materials, None));
+    for degrees in LIT_FROM {
+        body.plot(&lobe_plot(&materials, Some(degrees)));
+    }
+    let rgb = |c: [f64; 3]| format!("{:.4} {:.4} {:.4}", c[0], c[1], c[2]);
+    let facts: Vec<(String, String)> = [
+        ("material", report.database.clone()),
+        ("Beckmann", roughness(&report.beckmann)),
+        ("GGX", roughness(&report.ggx)),
+        ("F0", rgb(report.f0)),
+        ("diffuse", rgb(report.diffuse)),
+    ]
+    .map(|(name, value)| (name.to_owned(), value))
+    .to_vec();
+    page("A fitted material", &facts, &[PageSection { name: "fit", title: "Fit", html: &body }])
+}
+
+fn roughness(roughness: &Roughness) -> String {
+    roughness.to_string()
+}

@@ -1,0 +1,215 @@
+//! What `leadr fit` prints.
+
+use std::fmt;
+use std::path::PathBuf;
+
+use glam::DVec3;
+use serde::Serialize;
+
+use super::export::is_round;
+use crate::lab::fit::spheres::SphereError;
+use crate::reflectance::extraction::fit::Fit;
+use crate::reflectance::extraction::power_iteration::Backscattering;
+use crate::reflectance::extraction::samples::Misfit;
+use crate::reflectance::facets::ellipse::{bivariate_from_roughness, ellipse_from_roughness};
+use crate::reflectance::facets::gaussian_mixture::Lobe;
+
+/// A fit.
+#[derive(Debug, Serialize)]
+pub struct FitReport {
+    command: &'static str,
+    input: PathBuf,
+    pub database: String,
+    isotropic: bool,
+    masking: &'static str,
+    /// How facets are hidden where they are seen from where they are lit.
+    backscattering: &'static str,
+    /// Of the slopes that backscattering tells.
+    pub beckmann: Roughness,
+    pub ggx: Roughness,
+    /// Luminance of the reflectance that backscattering tells.
+    extracted_f0: f64,
+    iterations: u32,
+    /// Of the fitted material, linear RGB.
+    pub f0: [f64; 3],
+    pub diffuse: [f64; 3],
+    lobes: Vec<LobeReport>,
+    /// Against the measured material, over all directions.
+    misfit: MisfitReport,
+    thesis_misfit: MisfitReport,
+    /// Of what other renderers are given; null where nothing was asked for.
+    pub export_misfit: Option<MisfitReport>,
+    /// Of spheres; empty where none was drawn.
+    pub spheres: Vec<SphereReport>,
+    pub seconds: Seconds,
+    pub files: Vec<PathBuf>,
+}
+
+/// A roughness matrix.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Roughness {
+    /// Geometric mean of both.
+    pub alpha: f64,
+    pub alpha_x: f64,
+    pub alpha_y: f64,
+    pub rho: f64,
+    /// Of the larger half-axis, from x.
+    pub rotation_degrees: f64,
+}
+
+#[derive(Debug, Serialize)]
+struct LobeReport {
+    share: f64,
+    #[serde(flatten)]
+    roughness: Roughness,
+}
+
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct MisfitReport {
+    rrmse: f64,
+    cube_root_rrmse: f64,
+    divergence: f64,
+}
+
+/// How far a sphere is from that of the measured material.
+#[derive(Clone, Debug, Serialize)]
+pub struct SphereReport {
+    pub material: &'static str,
+    pub rrmse: f64,
+    pub delta_e_2000: f64,
+}
+
+impl SphereReport {
+    pub const fn new(material: &'static str, error: SphereError) -> Self {
+        Self { material, rrmse: error.rrmse, delta_e_2000: error.delta_e }
+    }
+}
+
+/// What took how long.
+#[derive(Clone, Copy, Debug, Default, Serialize)]
+pub struct Seconds {
+    pub reading: f64,
+    /// Power iteration, with the tables of the result.
+    pub slopes: f64,
+    pub fresnel: f64,
+    pub refinement: f64,
+    pub lobes: f64,
+    pub picture: f64,
+}
+
+impl From<Misfit> for MisfitReport {
+    fn from(misfit: Misfit) -> Self {
+        Self { rrmse: misfit.rrmse, cube_root_rrmse: misfit.perceptual, divergence: misfit.divergence }
+    }
+}
+
+impl Roughness {
+    pub fn of(a: DVec3) -> Self {
+        let (bivariate, ellipse) = (bivariate_from_roughness(a), ellipse_from_roughness(a));
+        let round = is_round(&ellipse);
+        Self {
+            alpha: (bivariate.alpha.x * bivariate.alpha.y).sqrt(),
+            alpha_x: bivariate.alpha.x,
+            alpha_y: bivariate.alpha.y,
+            rho: if round { 0.0 } else { bivariate.rho },
+            rotation_degrees: if round { 0.0 } else { ellipse.angle.to_degrees() },
+        }
+    }
+}
+
+const fn backscattering_name(kind: Backscattering) -> &'static str {
+    match kind {
+        Backscattering::Smith => "smith",
+        Backscattering::SmithRendered => "smith-rendered",
+        Backscattering::VGroove => "vgroove",
+        Backscattering::NormalMap => "normal-map",
+    }
+}
+
+impl FitReport {
+    pub fn new(
+        input: PathBuf,
+        database: String,
+        isotropic: bool,
+        masking: &'static str,
+        fit: &Fit,
+        seconds: Seconds,
+    ) -> Self {
+        let lobe = |lobe: &Lobe| LobeReport { share: lobe.share, roughness: Roughness::of(2.0 * lobe.covariance) };
+        Self {
+            command: "fit",
+            input,
+            database,
+            isotropic,
+            masking,
+            backscattering: backscattering_name(fit.backscattering),
+            beckmann: Roughness::of(fit.beckmann),
+            ggx: Roughness::of(fit.ggx),
+            extracted_f0: fit.extracted.reflectance,
+            iterations: fit.extracted.iterations,
+            f0: fit.fitted.facets.fresnel.at(1.0).to_array(),
+            diffuse: fit.fitted.diffuse.to_array().map(|c| if c < 1e-6 { 0.0 } else { c }),
+            lobes: fit.lobes.iter().map(lobe).collect(),
+            misfit: fit.misfit.into(),
+            thesis_misfit: fit.thesis_misfit.into(),
+            export_misfit: None,
+            spheres: Vec::new(),
+            seconds,
+            files: Vec::new(),
+        }
+    }
+}
+
+impl fmt::Display for Roughness {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if (self.alpha_x - self.alpha_y).abs() < 1e-6 * self.alpha && self.rho.abs() < 1e-6 {
+            write!(f, "α {:.4}", self.alpha)
+        } else {
+            write!(f, "α {:.4} x {:.4}, ρ {:.3}", self.alpha_x, self.alpha_y, self.rho)
+        }
+    }
+}
+
+impl fmt::Display for FitReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let rgb = |c: [f64; 3]| format!("{:.3} {:.3} {:.3}", c[0], c[1], c[2]);
+        writeln!(
+            f,
+            "{} ({}), {}",
+            self.input.display(),
+            self.database,
+            if self.isotropic { "isotropic" } else { "anisotropic" }
+        )?;
+        writeln!(f, "  slopes from backscattering: Beckmann {}; GGX {}", self.beckmann, self.ggx)?;
+        writeln!(f, "  F0 {}, diffuse {}", rgb(self.f0), rgb(self.diffuse))?;
+        for lobe in &self.lobes {
+            writeln!(f, "  lobe: {:4.1} % of the facets, {}", 100.0 * lobe.share, lobe.roughness)?;
+        }
+        write!(
+            f,
+            "  all directions: relative RMSE {:.3} (backscattering alone {:.3}), of cube roots {:.3} ({:.3})",
+            self.misfit.rrmse,
+            self.thesis_misfit.rrmse,
+            self.misfit.cube_root_rrmse,
+            self.thesis_misfit.cube_root_rrmse
+        )?;
+        if let Some(wrong) = &self.export_misfit {
+            write!(
+                f,
+                "\n  for other renderers: relative RMSE {:.3}, of cube roots {:.3}",
+                wrong.rrmse, wrong.cube_root_rrmse
+            )?;
+        }
+        for sphere in &self.spheres {
+            write!(
+                f,
+                "\n  sphere, {}: relative RMSE {:.4}, ΔE₀₀ {:.2}",
+                sphere.material, sphere.rrmse, sphere.delta_e_2000
+            )?;
+        }
+        for file in &self.files {
+            write!(f, "\n  {}", file.display())?;
+        }
+        Ok(())
+    }
+}

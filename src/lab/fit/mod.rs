@@ -1,0 +1,4 @@
+//! Fits of measured materials, seen: spheres in one light, and cuts through their lobes.
+
+pub mod lobe_plot;
+pub mod spheres;

@@ -1,0 +1,9 @@
+//! From a material to the facets that it could be made of (thesis ch. 4).
+
+pub mod fit;
+pub mod fresnel;
+pub mod lobes;
+pub mod power_iteration;
+pub mod refinement;
+pub mod roughness;
+pub mod samples;

@@ -1,0 +1,135 @@
+//! `leadr fit` from outside: what it finds in materials of others, what it writes, and what it refuses.
+
+use std::path::Path;
+use std::process::{Command, Output};
+
+use crate::common::shared::shared_data;
+
+fn run(command: &str, arguments: &[&str]) -> Output {
+    let mut program = Command::new(env!("CARGO_BIN_EXE_leadr"));
+    program.arg(command).args(arguments).env_remove("LEADR_LOG").output().expect("the program starts")
+}
+
+fn text(path: &Path) -> &str {
+    path.to_str().expect("UTF-8")
+}
+
+/// Backscattering of GGX facets of α .3 with Smith's masking (thesis eq. 4.3), every degree.
+fn backscattering(file: &Path) {
+    let alpha = 0.3f64;
+    let mut lines = String::from("theta,r,g,b\n");
+    for degrees in 0..90 {
+        let (sine, cosine) = f64::from(degrees).to_radians().sin_cos();
+        let tangent2 = (sine / cosine).powi(2) * alpha * alpha;
+        let masking = 2.0 / (1.0 + (1.0 + tangent2).sqrt());
+        let d = alpha * alpha / (std::f64::consts::PI * (cosine * cosine * (alpha * alpha - 1.0) + 1.0).powi(2));
+        let f = d * masking / (4.0 * cosine * cosine);
+        lines.push_str(&format!("{degrees},{},{},{}\n", 0.9 * f, 0.6 * f, 0.3 * f));
+    }
+    std::fs::write(file, lines).unwrap();
+}
+
+#[test]
+fn a_table_becomes_a_material_that_is_drawn() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    backscattering(&at("gold.csv"));
+    let (json, page) = (at("new/gold.json"), at("gold.html"));
+    let (xml, pbrt) = (at("gold.xml"), at("gold.pbrt"));
+    let arguments = [
+        text(&at("gold.csv")).to_owned(),
+        "--json".into(),
+        "--backscattering-only".into(),
+        "-o".into(),
+        text(&json).into(),
+        "--page".into(),
+        text(&page).into(),
+        "--mitsuba".into(),
+        text(&xml).into(),
+        "--pbrt".into(),
+        text(&pbrt).into(),
+    ];
+    let output = run("fit", &arguments.iter().map(String::as_str).collect::<Vec<_>>());
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    let said: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    let alpha = said["ggx"]["alpha"].as_f64().unwrap();
+    // What lies between the table's degrees is interpolated along straight lines.
+    assert!((alpha / 0.3 - 1.0).abs() < 0.01, "{said}");
+    assert_eq!((said["isotropic"].as_bool(), said["masking"].as_str()), (Some(true), Some("smith")));
+    assert_eq!(said["files"].as_array().unwrap().len(), 5);
+    assert_eq!(said["spheres"].as_array().unwrap().len(), 4);
+    let kept: serde_json::Value = serde_json::from_slice(&std::fs::read(&json).unwrap()).unwrap();
+    assert_eq!((kept["format"].as_str(), kept["source"].as_str()), (Some("leadr fit"), Some("gold.csv")));
+    assert_eq!(kept["density"].as_array().unwrap().len(), 90);
+    assert!(std::fs::read_to_string(&xml).unwrap().contains("roughconductor"));
+    assert!(std::fs::read_to_string(&pbrt).unwrap().contains("MakeNamedMaterial \"gold\""));
+    let picture = image::open(at("gold.png")).unwrap();
+    assert_eq!((picture.width(), picture.height()), (688, 144));
+    assert!(std::fs::read_to_string(&page).unwrap().contains("gold.png"));
+
+    let drawn = at("gold_drawn.png");
+    let output = run(
+        "capture",
+        &["--scene", "sphere", "--bare", "--material", text(&json), "--size", "48x48", "-o", text(&drawn)],
+    );
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    assert_eq!(image::open(&drawn).unwrap().width(), 48);
+}
+
+#[test]
+fn faults_are_one_line_and_leave_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| text(&folder.path().join(name)).to_owned();
+    backscattering(Path::new(&at("gold.csv")));
+    std::fs::write(at("black.csv"), "theta,value\n0,0\n30,0\n60,0\n").unwrap();
+    std::fs::write(at("short.binary"), [90u8, 0, 0, 0, 90, 0, 0, 0, 180, 0, 0, 0]).unwrap();
+    std::fs::write(at("odd.bin"), [0u8; 100]).unwrap();
+    std::fs::write(at("text.txt"), "theta,value\n").unwrap();
+    std::fs::write(at("other.json"), "{}").unwrap();
+    let before = std::fs::read_dir(folder.path()).unwrap().count();
+    for (command, arguments, code, word) in [
+        ("fit", vec![at("missing.binary")], 1, "missing.binary: cannot be found"),
+        ("fit", vec![at("short.binary")], 1, "it has 12 bytes, where MERL's have 34992012"),
+        ("fit", vec![at("odd.bin")], 1, "where UTIA's have 1990656"),
+        ("fit", vec![at("text.txt")], 1, "give a MERL .binary"),
+        ("fit", vec![at("black.csv")], 1, "reflects nothing back"),
+        ("fit", vec![at("gold.csv"), "-o".into(), at("gold.xml")], 2, "must end in .json"),
+        ("fit", vec![at("gold.csv"), "--lobes".into(), "9".into()], 2, "9"),
+        (
+            "capture",
+            vec!["--scene".into(), "plane".into(), "--material".into(), at("other.json"), "-o".into(), at("x.png")],
+            1,
+            "no fitted material",
+        ),
+    ] {
+        let output = run(command, &arguments.iter().map(String::as_str).collect::<Vec<_>>());
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(code), "{arguments:?}: {said}");
+        assert!(said.contains(word) && said.trim_end().lines().count() == 1, "{arguments:?}: {said}");
+    }
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), before, "nothing half-written");
+}
+
+/// Real materials: within 2 % of the roughness that thesis listings 4.1 and 4.4 find in the same measurements with their own rectangles,
+/// and nearer to the material than the thesis' fit.
+#[test]
+fn measured_materials_are_fitted() {
+    let Some(data) = shared_data("brdf/rgl_bsdf") else { return };
+    for (name, beckmann) in [("cc_ibiza_sunset_rgb", 0.2473), ("paper_white_rgb", 0.9398)] {
+        let folder = tempfile::tempdir().unwrap();
+        let picture = folder.path().join("spheres.png");
+        let output = run("fit", &[text(&data.join(format!("{name}.bsdf"))), "--json", "--picture", text(&picture)]);
+        assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+        let said: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+        let found = said["beckmann"]["alpha"].as_f64().unwrap();
+        println!("{name}: {found}, {}", said["spheres"]);
+        assert!((found / beckmann - 1.0).abs() < 0.02, "{name}: {found}");
+        let error = |i: usize, what: &str| said["spheres"][i][what].as_f64().unwrap();
+        for what in ["rrmse", "delta_e_2000"] {
+            for other in 1..4 {
+                assert!(error(0, what) < error(other, what), "{name}: {what} of {other}: {}", said["spheres"]);
+            }
+        }
+        assert!(said["misfit"]["rrmse"].as_f64() < said["thesis_misfit"]["rrmse"].as_f64());
+    }
+}
