@@ -9,7 +9,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use glam::DVec3;
 
 use super::bytes::{Bytes, doubles};
-use super::reflectance;
+use super::values::reflectance;
 use crate::maps::{MapFault, limits};
 use crate::reflectance::materials::half_difference::directions_to_half_difference;
 

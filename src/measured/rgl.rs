@@ -13,8 +13,8 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use glam::{DVec2, DVec3};
 
-use super::bracket;
 use super::bytes::Bytes;
+use super::values::bracket;
 use crate::maps::MapFault;
 
 const MAGIC: &[u8] = b"tensor_file\0";

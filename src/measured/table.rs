@@ -9,7 +9,7 @@
 
 use glam::DVec3;
 
-use super::{bracket, reflectance};
+use super::values::{bracket, reflectance};
 use crate::maps::MapFault;
 use crate::reflectance::materials::half_difference::directions_to_half_difference;
 
@@ -103,6 +103,12 @@ impl Table {
         Ok(Self { axes, values: rows.into_iter().map(|(_, value)| value).collect() })
     }
 
+    /// Whether it says nothing of other directions than those that look back to the light.
+    #[must_use]
+    pub fn is_backscattering(&self) -> bool {
+        self.axes[1].len() == 1
+    }
+
     /// `f_r` of two directions above the horizon.
     pub(super) fn value(&self, wo: DVec3, wi: DVec3) -> DVec3 {
         let p = directions_to_half_difference(wo, wi);
@@ -170,6 +176,7 @@ mod tests {
     #[test]
     fn tables_are_interpolated() {
         let back = Table::read("\u{feff}theta, r,g,b\n# a comment\n0,1,2,3\n\n30,0.5,1,1.5\n60,0,0,0\n").unwrap();
+        assert!(back.is_backscattering());
         for (degrees, expected) in [(0.0, 1.0), (15.0, 0.75), (30.0, 0.5), (45.0, 0.25), (80.0, 0.0)] {
             let found = back.value(direction(degrees), direction(degrees));
             assert!((found - expected * DVec3::new(1.0, 2.0, 3.0)).length() < 1e-9, "{degrees}: {found}");

@@ -7,6 +7,7 @@
 use glam::DVec3;
 
 use super::bytes::doubles;
+use super::values::reflectance;
 use crate::maps::{MapFault, limits};
 
 const THETAS: usize = 6;
@@ -37,7 +38,7 @@ impl Utia {
         let mut values: Vec<[f32; 3]> = limits::zeroed(ENTRIES)?;
         for (i, value) in doubles(bytes).enumerate() {
             let (channel, entry) = (i / ENTRIES, i % ENTRIES);
-            let code = super::reflectance(value * UNIT, || format!("{} of entry {entry}", ["R", "G", "B"][channel]))?;
+            let code = reflectance(value * UNIT, || format!("{} of entry {entry}", ["R", "G", "B"][channel]))?;
             values[entry][channel] = code as f32;
         }
         Ok(Self { values })

@@ -39,7 +39,6 @@ fn a_table_becomes_a_material_that_is_drawn() {
     let arguments = [
         text(&at("gold.csv")).to_owned(),
         "--json".into(),
-        "--backscattering-only".into(),
         "-o".into(),
         text(&json).into(),
         "--page".into(),

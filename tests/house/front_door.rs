@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 
 /// About what one screen of rustdoc shows.
-const MOST_NAMES: usize = 56;
+const MOST_NAMES: usize = 57;
 
 /// What the mathematics, the maps and the models are built with; everything else comes with a feature. The JSON of models is worth no
 /// feature: its parser builds in seconds, and whoever embeds the renderer wants to open models.

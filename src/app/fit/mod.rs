@@ -50,7 +50,7 @@ pub fn run(arguments: &FitArgs, output: &Output) -> Result<(), AppError> {
         angles: arguments.angles as usize,
         azimuths: arguments.azimuths as usize,
         lobes: arguments.lobes as usize,
-        refine: !arguments.backscattering_only,
+        refine: !arguments.backscattering_only && !measured.is_backscattering(),
     };
     let found = timed_fit(&measured, isotropic, &options, output, &mut seconds);
     let found = found.ok_or_else(|| {

@@ -58,7 +58,7 @@ pub struct FitOptions {
     pub azimuths: usize,
     /// Gaussian lobes, at most [`super::lobes::MOST_LOBES`].
     pub lobes: usize,
-    /// Whether all directions improve what backscattering tells.
+    /// Whether all directions improve what backscattering tells; not for materials of which nothing else is known.
     pub refine: bool,
 }
 
@@ -153,7 +153,9 @@ pub fn fit(brdf: &dyn Brdf, isotropic: bool, options: &FitOptions, watch: &mut d
     let masking = options.hiding.masking();
     let all = samples(brdf, isotropic);
     let mut candidates = match options.hiding {
-        Hiding::Smith => vec![Backscattering::Smith, Backscattering::SmithRendered],
+        // Only other directions tell whether there is a hot spot.
+        Hiding::Smith if options.refine => vec![Backscattering::Smith, Backscattering::SmithRendered],
+        Hiding::Smith => vec![Backscattering::Smith],
         Hiding::VGroove => vec![Backscattering::VGroove],
         Hiding::NormalMap => vec![Backscattering::NormalMap],
     }
