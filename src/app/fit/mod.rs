@@ -11,7 +11,7 @@ use serde_json::json;
 
 use self::args::FitArgs;
 use self::export::{Simple, identifier};
-use self::report::{FitReport, Roughness, Seconds, SphereReport};
+use self::report::{FitReport, Seconds, SphereReport};
 use crate::app::error::AppError;
 use crate::app::files::{extension, make_folder_of};
 use crate::app::output::Output;
@@ -196,16 +196,12 @@ fn html(measured: &Measured, found: &Fit, report: &FitReport, picture: Option<&P
     let rgb = |c: [f64; 3]| format!("{:.4} {:.4} {:.4}", c[0], c[1], c[2]);
     let facts: Vec<(String, String)> = [
         ("material", report.database.clone()),
-        ("Beckmann", roughness(&report.beckmann)),
-        ("GGX", roughness(&report.ggx)),
+        ("Beckmann", report.beckmann.to_string()),
+        ("GGX", report.ggx.to_string()),
         ("F0", rgb(report.f0)),
         ("diffuse", rgb(report.diffuse)),
     ]
     .map(|(name, value)| (name.to_owned(), value))
     .to_vec();
     page("A fitted material", &facts, &[PageSection { name: "fit", title: "Fit", html: &body }])
-}
-
-fn roughness(roughness: &Roughness) -> String {
-    roughness.to_string()
 }

@@ -9,7 +9,7 @@ use super::lobes::fit_lobes;
 use super::power_iteration::{Backscattering, Extracted, extract_polar, extract_radial};
 use super::refinement::refine;
 use super::roughness::{beckmann_roughness, ggx_roughness};
-use super::samples::{Misfit, misfit, samples};
+use super::samples::{Misfit, direction, misfit, samples};
 use crate::reflectance::facets::beckmann::Beckmann;
 use crate::reflectance::facets::ellipse::covariance_from_roughness;
 use crate::reflectance::facets::fresnel::Fresnel;
@@ -136,8 +136,7 @@ pub fn fit(brdf: &dyn Brdf, isotropic: bool, options: &FitOptions, watch: &mut d
     let angles = options.angles.max(3);
     let azimuths = options.azimuths.max(4);
     let back = |i: usize, phi: f64| {
-        let (sine, cosine) = angle_at(i as f64 / angles as f64).sin_cos();
-        let o = DVec3::new(sine * phi.cos(), sine * phi.sin(), cosine);
+        let o = direction(angle_at(i as f64 / angles as f64), phi);
         luminance(brdf.eval(o, o))
     };
     let rows: Vec<Vec<f64>> = (0..if isotropic { 1 } else { azimuths })

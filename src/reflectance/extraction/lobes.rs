@@ -1,9 +1,13 @@
 //! Gaussian lobes for any distribution of slopes: the mixture under which the table's slopes are most likely, found by expectation and maximisation
 //! (Dempster, Laird and Rubin 1977).
 
+use std::f64::consts::{PI, TAU};
+
 use glam::{DVec2, DVec3};
 
+use super::samples::direction;
 use crate::reflectance::facets::gaussian_mixture::Lobe;
+use crate::reflectance::facets::radial_table::angle_at;
 use crate::reflectance::facets::slope_distribution::SlopeDistribution as _;
 use crate::reflectance::facets::tabulated::Tabulated;
 use crate::reflectance::limits::MIN_VARIANCE;
@@ -97,7 +101,6 @@ impl Gaussian {
 
 /// Slopes of the table, each with its mass.
 fn points(slopes: &Tabulated) -> Vec<(DVec2, f64)> {
-    use std::f64::consts::{PI, TAU};
     let (angles, azimuths) = match slopes {
         Tabulated::Radial(table) => (4 * table.nodes(), 1),
         Tabulated::Polar(table) => table.nodes(),
@@ -105,13 +108,11 @@ fn points(slopes: &Tabulated) -> Vec<(DVec2, f64)> {
     let mut all = Vec::with_capacity(angles * azimuths);
     for i in 0..angles {
         let u = (i as f64 + 0.5) / angles as f64;
-        let theta = u * u * 0.5 * PI;
+        let theta = angle_at(u);
         let ring = PI * u / angles as f64 * theta.sin() * theta.cos() * TAU / azimuths as f64;
         for k in 0..azimuths {
             let phi = TAU * k as f64 / azimuths as f64;
-            let (sine, cosine) = theta.sin_cos();
-            let wn = DVec3::new(sine * phi.cos(), sine * phi.sin(), cosine);
-            let mass = ring * slopes.ndf(wn);
+            let mass = ring * slopes.ndf(direction(theta, phi));
             // Of a round table one azimuth stands for all: the slope on the diagonal has the mean squares of the ring.
             let slope = if azimuths == 1 {
                 DVec2::splat(0.5f64.sqrt()) * theta.tan()
@@ -131,8 +132,7 @@ mod tests {
     use super::*;
     use crate::reflectance::facets::gaussian_mixture::GaussianMixture;
     use crate::reflectance::facets::polar_table::PolarTable;
-    use crate::reflectance::facets::radial_table::{RadialTable, angle_at};
-    use std::f64::consts::TAU;
+    use crate::reflectance::facets::radial_table::RadialTable;
 
     fn radial(of: &GaussianMixture) -> Tabulated {
         let at = |i: usize| {

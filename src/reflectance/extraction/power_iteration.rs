@@ -13,8 +13,8 @@
 use std::f64::consts::{PI, TAU};
 
 use crate::reflectance::facets::curve::Curve;
-use crate::reflectance::facets::polar_table::{AreaKernel, PolarTable, logarithms};
-use crate::reflectance::facets::radial_table::{LEAST_SHARE, RadialTable, angle_at, angle_rule, place_of};
+use crate::reflectance::facets::polar_table::{AreaKernel, PolarTable, ring_harmonics, rows_of_logarithms};
+use crate::reflectance::facets::radial_table::{RadialTable, angle_at, angle_rule, logarithms, place_of};
 
 /// How facets hide each other where a material is seen from where it is lit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -80,11 +80,7 @@ impl<T> Extracted<T> {
 #[must_use]
 pub fn ring_area(theta_o: f64, theta: f64) -> f64 {
     let (a, b) = (theta_o.cos() * theta.cos(), theta_o.sin() * theta.sin());
-    if a >= b {
-        return TAU * a;
-    }
-    let end = (-a / b).acos();
-    2.0 * (a * end + b * end.sin())
+    ring_harmonics(a, b, 1)[0]
 }
 
 /// The isotropic distribution of a material whose `f_r(o, o)` is this at the angles [`angle_at`]`(i / n)` for `i` of `n`. Values below 0 and
@@ -147,7 +143,7 @@ pub fn extract_polar(backscatter: &[Vec<f64>], hiding: Backscattering) -> Option
     // [of the rule][azimuth]
     let at_rule = |rows: &[Vec<f64>]| -> Vec<Vec<f64>> {
         let largest = rows.iter().flatten().copied().fold(0.0, f64::max);
-        let curves: Vec<Curve> = logarithms(rows).into_iter().map(Curve::new).collect();
+        let curves: Vec<Curve> = rows_of_logarithms(rows).into_iter().map(Curve::new).collect();
         let at = |theta: f64, row: &Curve| largest * row.at(place_of(theta) * n as f64).exp();
         rule.iter().map(|&(theta, _)| curves.iter().map(|row| at(theta, row)).collect()).collect()
     };
@@ -184,10 +180,7 @@ pub fn extract_polar(backscatter: &[Vec<f64>], hiding: Backscattering) -> Option
 /// Densities between nodes, as a [`RadialTable`] has them.
 fn at_places(density: &[f64], places: &[f64]) -> Vec<f64> {
     let largest = density.iter().copied().fold(0.0, f64::max);
-    let n = density.len();
-    let mut ln: Vec<f64> = density.iter().map(|d| (d / largest).max(LEAST_SHARE).ln()).collect();
-    ln.push((2.0 * ln[n - 1] - ln[n - 2]).clamp(LEAST_SHARE.ln(), ln[n - 1]));
-    let curve = Curve::new(ln);
+    let curve = Curve::new(logarithms(density, largest));
     places.iter().map(|&place| largest * curve.at(place).exp()).collect()
 }
 

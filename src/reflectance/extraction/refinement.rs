@@ -9,7 +9,7 @@ use std::f64::consts::{FRAC_1_PI, FRAC_PI_2, TAU};
 
 use glam::DVec3;
 
-use super::samples::Sample;
+use super::samples::{Sample, direction};
 use crate::reflectance::facets::fresnel::{Fresnel, FresnelTable};
 use crate::reflectance::facets::polar_table::PolarTable;
 use crate::reflectance::facets::radial_table::{RadialTable, angle_at, place_of};
@@ -151,8 +151,7 @@ impl Grid {
             Tabulated::Polar(table) => table.nodes(),
         };
         let at = |i: usize, k: usize| {
-            let (theta, phi) = (angle_at(i as f64 / size.0 as f64), TAU * k as f64 / size.1 as f64);
-            slopes.ndf(DVec3::new(theta.sin() * phi.cos(), theta.sin() * phi.sin(), theta.cos()))
+            slopes.ndf(direction(angle_at(i as f64 / size.0 as f64), TAU * k as f64 / size.1 as f64))
         };
         let densities = (0..size.0).flat_map(|i| (0..size.1).map(move |k| (i, k))).map(|(i, k)| at(i, k)).collect();
         Self { size, densities }

@@ -12,10 +12,15 @@ use crate::reflectance::materials::half_difference::{HalfDifference, half_differ
 const STEPS: [usize; 3] = [72, 24, 8];
 const AZIMUTHS: usize = 24;
 
+/// The direction at this angle from z, and this azimuth.
+#[must_use]
+pub fn direction(theta: f64, phi: f64) -> DVec3 {
+    DVec3::new(theta.sin() * phi.cos(), theta.sin() * phi.sin(), theta.cos())
+}
+
 /// Viewer, light and half vector of these half and difference angles.
 #[must_use]
 pub fn pair(theta_h: f64, phi_h: f64, theta_d: f64, phi_d: f64) -> (DVec3, DVec3, DVec3) {
-    let direction = |theta: f64, phi: f64| DVec3::new(theta.sin() * phi.cos(), theta.sin() * phi.sin(), theta.cos());
     let wh = direction(theta_h, phi_h);
     let (wo, wi) = half_difference_to_directions(&HalfDifference { wh, wd: direction(theta_d, phi_d) });
     (wo, wi, wh)

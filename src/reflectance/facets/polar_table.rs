@@ -15,7 +15,7 @@ use glam::{DVec2, DVec3};
 
 use super::curve::Curve;
 use super::projected_area::meso_area;
-use super::radial_table::{LEAST_SHARE, angle_at, angle_rule, place_of};
+use super::radial_table::{angle_at, angle_rule, logarithms, place_of};
 use super::slope_distribution::SlopeDistribution;
 use crate::reflectance::random::Random;
 
@@ -176,20 +176,12 @@ impl AreaKernel {
     }
 }
 
-/// Logarithms of densities, rows for azimuths, with their continuation to 90°.
+/// As [`logarithms`], rows for azimuths, which agree on what is upright.
 #[must_use]
-pub fn logarithms(rows: &[Vec<f64>]) -> Vec<Vec<f64>> {
+pub fn rows_of_logarithms(rows: &[Vec<f64>]) -> Vec<Vec<f64>> {
     let largest = rows.iter().flatten().copied().filter(|d| d.is_finite()).fold(0.0, f64::max).max(f64::MIN_POSITIVE);
-    let least = LEAST_SHARE.ln();
-    let ln = |d: f64| if d.is_finite() { (d / largest).max(LEAST_SHARE).ln() } else { least };
     let upright = rows.iter().map(|row| row[0]).filter(|d| d.is_finite()).sum::<f64>() / rows.len() as f64;
-    let row = |row: &Vec<f64>| {
-        let mut row: Vec<f64> = row.iter().map(|&d| ln(d)).collect();
-        row[0] = ln(upright);
-        let n = row.len();
-        row.push((2.0 * row[n - 1] - row[n - 2]).clamp(least, row[n - 1].max(least)));
-        row
-    };
+    let row = |row: &Vec<f64>| logarithms(&[&[upright], &row[1..]].concat(), largest);
     rows.iter().map(row).collect()
 }
 
@@ -205,7 +197,7 @@ impl PolarTable {
         if rows.len() < 4 || n < 3 || rows.iter().any(|row| row.len() != n) || !any {
             return None;
         }
-        let mut ln = logarithms(rows);
+        let mut ln = rows_of_logarithms(rows);
         let rule = angle_rule(n);
         let ring = |ln_d: &Rows, theta: f64| -> Vec<f64> {
             ln_d.0.iter().map(|row| row.at(place_of(theta) * n as f64).exp()).collect()

@@ -77,6 +77,18 @@ pub fn angle_rule(nodes: usize) -> Vec<(f64, f64)> {
         .collect()
 }
 
+/// Logarithms of at least two densities as shares of `largest`, and where they go on to at 90°: not up, since the last angle that is measured
+/// is the noisiest. What is no number counts as none.
+#[must_use]
+pub fn logarithms(densities: &[f64], largest: f64) -> Vec<f64> {
+    let least = LEAST_SHARE.ln();
+    let ln = |&d: &f64| if d.is_finite() { (d / largest).max(LEAST_SHARE).ln() } else { least };
+    let mut all: Vec<f64> = densities.iter().map(ln).collect();
+    let n = all.len();
+    all.push((2.0 * all[n - 1] - all[n - 2]).clamp(least, all[n - 1]));
+    all
+}
+
 impl RadialTable {
     /// From densities of normals, up to a common factor, at `u = i / n` for `n` values; the value at 90° continues them. Negative
     /// values and those that are no numbers count as none.
@@ -89,12 +101,7 @@ impl RadialTable {
         if n < 3 || largest <= 0.0 {
             return None;
         }
-        let mut ln: Vec<f64> = densities
-            .iter()
-            .map(|&d| if d.is_finite() { (d / largest).max(LEAST_SHARE).ln() } else { LEAST_SHARE.ln() })
-            .collect();
-        // As it goes on, but not up: the last angle that is measured is the noisiest.
-        ln.push((2.0 * ln[n - 1] - ln[n - 2]).clamp(LEAST_SHARE.ln(), ln[n - 1].max(LEAST_SHARE.ln())));
+        let mut ln = logarithms(densities, largest);
         let shape = Curve::new(ln.clone());
         let sum: f64 =
             angle_rule(n).into_iter().map(|(theta, w)| w * density(&shape, theta) * theta.sin() * theta.cos()).sum();
