@@ -32,7 +32,7 @@ impl Figure {
 pub enum Cell {
     /// Words.
     Text(String),
-    /// A number, as [`number`] writes it.
+    /// A number, written with three digits.
     Number(f64),
     /// A picture.
     Figure(Figure),
