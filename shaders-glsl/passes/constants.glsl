@@ -23,8 +23,11 @@ const uint FLAG_MASK = 64u;
 const uint FLAG_TRIPLANAR = 128u;
 // Above the flags, where edge samples are drawn: their number across a pixel.
 const uint FLAGS_GRID_SHIFT = 8u;
-// Bits of Object.index above the index.
+// Bits of Object.index above the index: number of its measured material, from 1; dip of a conductor.
+const uint FIT_SHIFT = 8u;
 const uint CONDUCTOR_DIP_SHIFT = 16u;
+// Most measured materials of a scene.
+const uint MAX_FITS = 255u;
 
 // Index of the sea among the objects of a scene: the last for which a visible pixel has bits.
 const uint SEA_INDEX = 63u;

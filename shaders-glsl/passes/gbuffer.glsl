@@ -15,6 +15,7 @@ struct FilteredSurface {
     vec3 covariance;     // of the slopes
     vec4 material;       // linear albedo, Beckmann roughness alpha
     MixedRoughness mixed; // the two roughnesses that alpha stands for, where MIXED_ROUGHNESS says so
+    uint fit;            // number of the measured material that its base is, or 0
     vec3 f0;             // reflectance at normal incidence
     float body_f0;       // of the part that has albedo: metal beside it has none
     vec3 dip;            // of a conductor's reflectance: fresnel_dipped
@@ -55,9 +56,11 @@ uint pack_place(FilteredSurface f) {
     return packHalf2x16(vec2(f.inside ? -1.0 : f.accessibility, f.lod));
 }
 
-// As halves: reflectance at normal incidence and the share of the rougher part; both roughnesses. The body's reflectance.
+// As halves: reflectance at normal incidence and the share of the rougher part, or less than 0 by the number of a measured material,
+// which has no such parts; both roughnesses. The body's reflectance.
 uvec4 pack_reflection(FilteredSurface f) {
-    return uvec4(packHalf2x16(f.f0.xy), packHalf2x16(vec2(f.f0.z, f.mixed.share)),
+    float share = f.fit > 0u ? -float(f.fit) : f.mixed.share;
+    return uvec4(packHalf2x16(f.f0.xy), packHalf2x16(vec2(f.f0.z, share)),
                  packHalf2x16(vec2(f.mixed.smooth_alpha, f.mixed.rough_alpha)), floatBitsToUint(f.body_f0));
 }
 
@@ -91,7 +94,11 @@ vec3 f0_of(uvec4 reflection) {
 
 MixedRoughness mixed_of(uvec4 reflection) {
     vec2 alphas = unpackHalf2x16(reflection.z);
-    return MixedRoughness(unpackHalf2x16(reflection.y).y, alphas.x, alphas.y);
+    return MixedRoughness(max(unpackHalf2x16(reflection.y).y, 0.0), alphas.x, alphas.y);
+}
+
+uint fit_of(uvec4 reflection) {
+    return uint(max(-unpackHalf2x16(reflection.y).y, 0.0));
 }
 
 // Three numbers within -1 and 1, ten bits each.

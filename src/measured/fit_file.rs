@@ -17,9 +17,8 @@ use glam::DVec3;
 use serde_json::{Value, json};
 
 use crate::maps::{MapError, MapFault, limits};
-use crate::reflectance::extraction::lobes::MOST_LOBES;
 use crate::reflectance::facets::fresnel::{Fresnel, FresnelTable};
-use crate::reflectance::facets::gaussian_mixture::Lobe;
+use crate::reflectance::facets::gaussian_mixture::{Lobe, MOST_LOBES};
 use crate::reflectance::facets::polar_table::PolarTable;
 use crate::reflectance::facets::radial_table::RadialTable;
 use crate::reflectance::facets::tabulated::Tabulated;

@@ -1,5 +1,7 @@
 //! The data that a scene hands to the renderer: objects, made once, and the state of each frame.
 
+use std::sync::Arc;
+
 use super::camera::Camera;
 use super::constants::CHARTS;
 use super::light::exposure;
@@ -12,7 +14,7 @@ use super::surfaces::skinning;
 use crate::maps::LeadrMap;
 use crate::maps::cache::MapCache;
 use crate::maps::material::TextureWrap;
-use crate::reflectance::facets::mixed_roughness::MixedRoughness;
+use crate::reflectance::materials::fitted_table::FittedTable;
 use glam::{Affine2, Affine3A, Mat4, Vec2, Vec3};
 
 /// A property of a surface over texture coordinates.
@@ -41,15 +43,6 @@ impl Holes {
     }
 }
 
-/// A base of two roughnesses ([`mixed_roughness`](crate::reflectance::facets::mixed_roughness)).
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum TwoLobes {
-    /// Texels count as rough from this `α` on, and are filtered in two classes.
-    From(f32),
-    /// Every texel has both: the lobes of a measured material.
-    Everywhere(MixedRoughness),
-}
-
 /// The material of a surface over its texture coordinates.
 #[derive(Clone, Debug)]
 pub struct MaterialMap {
@@ -61,8 +54,12 @@ pub struct MaterialMap {
     pub colors: Vec<[u8; 4]>,
     /// sRGB-encoded reflectance at normal incidence in rgb, in as many texels, instead of the object's own.
     pub f0: Option<Vec<[u8; 4]>>,
-    /// Whether its base is a mixture of two roughnesses, each with mirrors of its own, which takes time.
-    pub two_lobes: Option<TwoLobes>,
+    /// The `α` from which texels count as rough and are filtered in a class of their own, with mirrors of its own
+    /// ([`mixed_roughness`](crate::reflectance::facets::mixed_roughness)), which takes time.
+    pub two_lobes: Option<f32>,
+    /// The facets of a measured material, whose slopes are scaled where the roughness differs from
+    /// [its own](FittedTable::alpha).
+    pub fit: Option<Arc<FittedTable>>,
     /// What lies beyond the edges of colours and reflectance.
     pub wrap: [TextureWrap; 2],
     /// Emitted radiance, linear; each frame multiplies it by [`FrameState::emission_scale`].
@@ -87,7 +84,18 @@ impl MaterialMap {
     #[must_use]
     pub const fn new(width: u32, height: u32, colors: Vec<[u8; 4]>) -> Self {
         let wrap = [TextureWrap::Repeat; 2];
-        Self { width, height, colors, f0: None, two_lobes: None, wrap, emission: None, occlusion: None, opacity: None }
+        Self {
+            width,
+            height,
+            colors,
+            f0: None,
+            two_lobes: None,
+            fit: None,
+            wrap,
+            emission: None,
+            occlusion: None,
+            opacity: None,
+        }
     }
 }
 

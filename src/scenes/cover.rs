@@ -3,6 +3,8 @@
 //! Colours and roughness keep the finest texture's resolution. A normal map's slopes go with the heights; where there are no heights,
 //! they lie on a flat relief. The scale of heights whose unit nobody tells is the one that agrees best with the normals.
 
+use std::sync::Arc;
+
 use glam::{Affine2, Vec2};
 use rayon::prelude::*;
 
@@ -12,8 +14,9 @@ use crate::maps::material::{
 };
 use crate::maps::moments::Wrap;
 use crate::maps::srgb::{linear_of_srgb8, srgb8_from_linear};
-use crate::reflectance::facets::mixed_roughness::{MixedRoughness, two_classes};
-use crate::render::scene::{Holes, MaterialMap, PropertyMap, TwoLobes};
+use crate::reflectance::facets::mixed_roughness::two_classes;
+use crate::reflectance::materials::fitted_table::FittedTable;
+use crate::render::scene::{Holes, MaterialMap, PropertyMap};
 
 /// Height of a relief without a scale and without normals, as a part of its repeat.
 pub const USUAL_HEIGHT: f32 = 0.06;
@@ -152,7 +155,8 @@ pub struct Cover {
     metalness: Property<1>,
     roughness: Property<1>,
     meaning: RoughnessMeaning,
-    lobes: Option<MixedRoughness>,
+    /// The facets of a measured material.
+    fit: Option<Arc<FittedTable>>,
     f0: Property<3>,
     specular: Property<1>,
     emission: Property<3>,
@@ -282,7 +286,7 @@ impl Cover {
             metalness: number(&material.metalness),
             roughness: number(&material.roughness),
             meaning: material.roughness_meaning,
-            lobes: material.lobes,
+            fit: material.fit.clone(),
             f0: color(&material.f0),
             specular: number(&material.specular),
             slopes: material.normal_map.as_ref().map(slopes),
@@ -462,10 +466,13 @@ impl Cover {
         self.scale.map_or_else(|| self.agreed.unwrap_or(USUAL_HEIGHT), |metres| metres / repeat)
     }
 
-    /// A map with the two lobes of a measured base, if the material has them.
+    /// A map with the facets of a measured material, if it has them.
     #[must_use]
-    pub fn with_lobes(&self, map: MaterialMap) -> MaterialMap {
-        MaterialMap { two_lobes: self.lobes.map(TwoLobes::Everywhere).or(map.two_lobes), ..map }
+    pub fn with_fit(&self, map: MaterialMap) -> MaterialMap {
+        match &self.fit {
+            Some(fit) => MaterialMap { fit: Some(fit.clone()), two_lobes: None, ..map },
+            None => map,
+        }
     }
 
     /// Albedo, roughness and reflectance of texels that [`texel`](Self::texel) found.
@@ -482,7 +489,7 @@ impl Cover {
             counts[usize::from(texel[3])] += 1.0;
         }
         let alphas: Vec<f64> = (0..=u8::MAX).map(|code| f64::from(alpha_of(code)).max(1e-4)).collect();
-        let two_lobes = two_classes(&alphas, &counts).map(|alpha| TwoLobes::From(alpha as f32));
+        let two_lobes = two_classes(&alphas, &counts).map(|alpha| alpha as f32);
         // The grey of what is no metal is the object's own.
         let own = srgb8_from_linear(texels[0].body_f0);
         let f0 = f0.iter().any(|texel| *texel != [own, own, own, u8::MAX]).then_some(f0);

@@ -39,7 +39,7 @@ pub fn plane_stage(material: &Material) -> Stage {
     let repeat = [[TextureWrap::Repeat; 2]; 3];
     let light = cover.light_maps(repeat, |at| Vec2::new(at.x, 1.0 - at.y));
     object =
-        object.with_material(beside_heights(&cover, light).with(cover.with_lobes(Cover::map(width, height, &texels))));
+        object.with_material(beside_heights(&cover, light).with(cover.with_fit(Cover::map(width, height, &texels))));
     if has_relief {
         object.coarse_mesh = coarse;
         // In repeats of the textures, as baked files have them, so that slopes are those of the normals.
@@ -139,7 +139,7 @@ pub fn sphere_stage(material: &Material, tile: u32) -> Stage {
     let mut object =
         Object::new("sphere", mesh).with_specular_f0(first.body_f0).with_conductor_dip(material.conductor_dip);
     let light = beside_heights(&cover, light_of_tiles(&cover, width, height, &baked));
-    object = object.with_material(light.with(cover.with_lobes(Cover::map(width, height, &texels))));
+    object = object.with_material(light.with(cover.with_fit(Cover::map(width, height, &texels))));
     let heights = baked.iter().map(|b| b.height).collect();
     let field = HeightField { width, height, texels: heights, border: Border::Tiles(layout) };
     object = object.with_heights(field, SPHERE_REPEAT);

@@ -1,15 +1,17 @@
-//! A measured material, as `leadr fit` keeps it, for the renderer: its slopes as two Gaussian lobes, its Fresnel term in Schlick's form.
+//! A measured material, as `leadr fit` keeps it, for the renderer: its facets as
+//! tables and lobes, and what techniques that know neither see of it, a roughness and Schlick's form of its Fresnel term.
 
 use std::f64::consts::FRAC_PI_2;
+use std::sync::Arc;
 
 use glam::DVec3;
 
-use crate::maps::material::{Anisotropy, Input, Material, RoughnessMeaning};
+use crate::maps::material::{Anisotropy, Input, Material, RoughnessMeaning, alpha_code, alpha_of};
 use crate::measured::fit_file::FitFile;
 use crate::reflectance::facets::ellipse::ellipse_from_roughness;
 use crate::reflectance::facets::fresnel::{Fresnel, schlick_weight};
 use crate::reflectance::facets::gaussian_mixture::Lobe;
-use crate::reflectance::facets::mixed_roughness::{MixedRoughness, two_classes};
+use crate::reflectance::materials::fitted_table::{FittedTable, lobe_alpha};
 
 /// Angles over which the Fresnel term is fitted; beyond them instruments see little.
 const FRESNEL_END: f64 = 75.0 / 90.0;
@@ -17,18 +19,25 @@ const FRESNEL_END: f64 = 75.0 / 90.0;
 /// The material of a fit.
 #[must_use]
 pub fn material_of(fit: &FitFile, name: &str) -> Material {
-    let lobes = two_lobes(&fit.lobes);
-    let alpha = lobes.joint_alpha();
+    let alpha = joint_alpha(&fit.lobes);
     let rgb = |c: DVec3| Input::constant(c.as_vec3().to_array());
     Material {
         base_color: rgb(fit.brdf.diffuse),
         f0: rgb(schlick_f0(&fit.brdf.facets.fresnel)),
         roughness: Input::constant(alpha as f32),
         roughness_meaning: RoughnessMeaning::Alpha,
-        lobes: (lobes.share > 0.0).then_some(lobes),
+        // As the roughness arrives in the renderer, so that the measured slopes are not scaled.
+        fit: Some(Arc::new(FittedTable::new(&fit.brdf, &fit.lobes, alpha_of(alpha_code(alpha as f32))))),
         anisotropy: brushed(&fit.lobes, alpha),
         ..Material::new(name)
     }
+}
+
+/// One roughness for all lobes (LEADR section 4.1): that of the mean variance, each across what brushed it.
+fn joint_alpha(lobes: &[Lobe]) -> f64 {
+    let all: f64 = lobes.iter().map(|lobe| lobe.share).sum();
+    let squares: f64 = lobes.iter().map(|lobe| lobe.share * lobe_alpha(lobe).powi(2)).sum();
+    (squares / all.max(1e-9)).sqrt()
 }
 
 /// Half-axes of a lobe: the larger, the lesser, and the angle of the larger.
@@ -36,23 +45,6 @@ fn axes(lobe: &Lobe) -> (f64, f64, f64) {
     let ellipse = ellipse_from_roughness(2.0 * lobe.covariance);
     let angle = if ellipse.radii.x >= ellipse.radii.y { ellipse.angle } else { ellipse.angle + FRAC_PI_2 };
     (ellipse.radii.max_element(), ellipse.radii.min_element(), angle)
-}
-
-/// Two lobes, as wide as the lesser half-axes: the groups of lobes that differ least inside.
-fn two_lobes(lobes: &[Lobe]) -> MixedRoughness {
-    let mut all: Vec<(f64, f64)> = lobes.iter().map(|lobe| (axes(lobe).1.clamp(1e-4, 1.0), lobe.share)).collect();
-    all.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let (alphas, weights): (Vec<f64>, Vec<f64>) = all.iter().copied().unzip();
-    let threshold = two_classes(&alphas, &weights).unwrap_or(f64::INFINITY);
-    let sums = |rough: bool| {
-        all.iter()
-            .filter(|(alpha, _)| (*alpha >= threshold) == rough)
-            .fold((0.0, 0.0), |(share, square), (alpha, weight)| (share + weight, square + weight * alpha * alpha))
-    };
-    let ((smooth, smooth_square), (rough, rough_square)) = (sums(false), sums(true));
-    let smooth_alpha = (smooth_square / smooth.max(1e-9)).sqrt();
-    let rough_alpha = if rough > 0.0 { (rough_square / rough).sqrt() } else { smooth_alpha };
-    MixedRoughness { share: rough / (smooth + rough).max(1e-9), smooth_alpha, rough_alpha }
 }
 
 /// What the lobes have along one direction beyond their lesser half-axis, in the form of `KHR_materials_anisotropy`.
@@ -105,19 +97,14 @@ mod tests {
     }
 
     #[test]
-    fn lobes_become_two() {
+    fn all_of_the_variance_is_kept() {
         let round = |share: f64, alpha: f64| {
             let v = 0.5 * alpha * alpha;
             Lobe { share, covariance: DVec3::new(v, v, 0.0) }
         };
-        let one = two_lobes(&[round(0.4, 0.2), round(0.6, 0.21)]);
-        assert_eq!(one.share, 0.0);
-        let two = two_lobes(&[round(0.3, 0.05), round(0.3, 0.06), round(0.4, 0.5)]);
-        assert!((two.share - 0.4).abs() < 1e-9 && (two.rough_alpha - 0.5).abs() < 1e-9, "{two:?}");
-        assert!((two.smooth_alpha - (0.5f64 * (0.05f64.powi(2) + 0.06f64.powi(2))).sqrt()).abs() < 1e-9, "{two:?}");
-        // All of the variance is kept.
+        let alpha = joint_alpha(&[round(0.3, 0.05), round(0.3, 0.06), round(0.4, 0.5)]);
         let mean = 0.3 * (0.05f64.powi(2) + 0.06f64.powi(2)) + 0.4 * 0.25;
-        assert!((two.joint_alpha() - mean.sqrt()).abs() < 1e-9);
+        assert!((alpha - mean.sqrt()).abs() < 1e-9, "{alpha}");
         assert!(brushed(&[round(1.0, 0.2)], 0.2).is_none());
     }
 
@@ -126,7 +113,7 @@ mod tests {
         // 0.4 along the diagonal, 0.1 across.
         let (a, b) = (0.08, 0.005);
         let lobe = Lobe { share: 1.0, covariance: DVec3::new(0.5 * (a + b), 0.5 * (a + b), 0.5 * (a - b)) };
-        let alpha = two_lobes(&[lobe]).joint_alpha();
+        let alpha = joint_alpha(&[lobe]);
         assert!((alpha - 0.1).abs() < 1e-6, "{alpha}");
         let brush = brushed(&[lobe], alpha).unwrap();
         let along = alpha + f64::from(brush.strength.factor).powi(2) * (1.0 - alpha);

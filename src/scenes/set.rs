@@ -70,7 +70,6 @@ impl Inputs {
             // What is rougher along one direction is so beyond this.
             material.roughness = Input::constant(alpha);
             material.roughness_meaning = RoughnessMeaning::Alpha;
-            material.lobes = None;
         }
         let model = match &config.model {
             Some(file) => {

@@ -7,7 +7,7 @@
 #include "../geometry/rest_triangle.glsl"
 #include "../geometry/tile.glsl"
 #include "../gbuffer.glsl"
-#include "../mixed.glsl"
+#include "../bases.glsl"
 #include "../technique.glsl"
 #include "../visible.glsl"
 #include "leadr/frame.glsl"
@@ -557,6 +557,7 @@ FilteredSurface filtered_mesh(ivec2 pixel, vec2 at, uvec4 seen, out float area) 
     filtered.f0 = REFLECTS_BY_MAP ? means.f0 : vec3(object.specular_f0);
     filtered.body_f0 = object.specular_f0;
     filtered.dip = unpack_dip(object.index >> CONDUCTOR_DIP_SHIFT);
+    filtered.fit = object_fit();
     filtered.mixed = MixedRoughness(0.0, color.a, color.a);
     if (MIXED_ROUGHNESS) {
         filtered.mixed = mixed_roughness(means.mixed);

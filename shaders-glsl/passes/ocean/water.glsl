@@ -19,6 +19,7 @@ FilteredSurface filtered_water(vec2 mean_slope, vec3 covariance, vec4 material, 
     f.covariance = covariance;
     f.material = material;
     f.mixed = MixedRoughness(0.0, material.a, material.a);
+    f.fit = 0u;
     f.f0 = vec3(f0);
     f.body_f0 = f0;
     f.dip = vec3(0.0);

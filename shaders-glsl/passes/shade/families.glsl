@@ -76,6 +76,7 @@ vec3 classic_radiance(Surface surface, float environment_scale) {
 Surface facing_away(Surface surface) {
     surface.albedo *= 1.0 - grazing_reflectance(surface.body_f0);
     surface.f0 = surface.body_f0 = vec3(0.0);
+    surface.fit = 0u;
     vec3 n = normal_of_slope(surface.mean_slope);
     surface.wo = normalize(surface.wo + n * (1e-3 - dot(surface.wo, n)));
     return surface;
@@ -98,7 +99,7 @@ vec3 family_radiance(Surface surface, float environment_scale) {
         surface.mean_slope += tilt;
         surface.slope_covariance += vec3(tilt * tilt, tilt.x * tilt.y);
     }
-    if (FACET_FRAME && FINEST_LEVEL) {
+    if (FINEST_LEVEL && (FACET_FRAME || is_fitted(surface.fit))) {
         surface = in_facet_frame(surface);
     }
     return leadr_radiance(surface, environment_scale);

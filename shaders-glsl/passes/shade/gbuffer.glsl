@@ -25,6 +25,7 @@ FilteredSurface read_gbuffer(ivec2 pixel, bool with_horizon) {
     f.f0 = f0_of(reflection);
     f.body_f0 = uintBitsToFloat(reflection.w);
     f.mixed = mixed_of(reflection);
+    f.fit = fit_of(reflection);
     uvec2 emission = texelFetch(gbuffer_emission, pixel, 0).xy;
     f.emission = emission_of(emission);
     f.dip = dip_of(emission);

@@ -4,6 +4,7 @@
 #ifndef LEADR_SHADE_LEADR
 #define LEADR_SHADE_LEADR
 #include "draws.glsl"
+#include "fitted_facets.glsl"
 #include "lighting.glsl"
 #include "leadr/facets/base_roughness.glsl"
 #include "leadr/integrals/diffuse.glsl"
@@ -98,12 +99,16 @@ Mirrors probe_mirrors(Surface surface, vec3 wo, vec3 S) {
     DirectionArea o = direction_area(wo, probes.m, probes.cholesky);
     vec3 f0 = surface.f0, rise = grazing_reflectance(f0) - f0;
     float mean_f0 = dot(f0, vec3(1.0 / 3.0));
+    bool fitted = is_fitted(surface.fit);
     vec3 at_normal = vec3(0.0), at_grazing = vec3(0.0);
     float lit = 0.0, grazing = 0.0, cosine = 0.0;
     [[unroll]] for (int i = 0; i < SAMPLES; ++i) {
         VisibleProbe p = visible_probe(probes, wo, probe_node(SAMPLES, i, probes.wide));
         LitProbe l = lit_probe(MAPPED ? LEADR_SHADOWING_NONE : SHADOWING, probes, o, wo, mean_f0, p, USES_HORIZON, surface.horizon);
         vec3 radiance = p.weight * lobe_radiance(surface, l.wi, l.narrowing * p.variance);
+        if (fitted) {
+            radiance *= fitted_fresnel(surface.fit, p.cosine);
+        }
         at_normal += l.lit * radiance;
         at_grazing += l.grazing * radiance;
         lit += p.weight * l.lit;
@@ -135,6 +140,20 @@ Mirrors drawn_mirrors(Surface surface, vec3 wo, vec3 S) {
         fresnel += fresnel_schlick(surface.body_f0, d.cosine);
     }
     return Mirrors(reflected / float(SAMPLES), fresnel / float(SAMPLES), o.visible);
+}
+
+// The same of measured facets.
+Mirrors drawn_facets(Surface surface, FittedFacet facet) {
+    uint seed = draw_seed(surface.pixel, lighting.draws.y, 0u);
+    vec3 reflected = vec3(0.0);
+    for (int i = 0; i < SAMPLES; ++i) {
+        vec3 wi = fitted_direction_drawn(facet, drawn_point(lighting.draws.x * uint(SAMPLES) + uint(i), seed));
+        float density = fitted_density(facet, wi);
+        float variance = drawn_solid_angle(density, SAMPLES) / (4.0 * LEADR_PI);
+        float lit = relief_visibility(surface, wi, sqrt(variance));
+        reflected += fitted_reflected(facet, wi) * (lit / max(density, 1e-9)) * lobe_radiance(surface, wi, variance);
+    }
+    return Mirrors(reflected / float(SAMPLES), vec3(0.0), 1.0);
 }
 
 Mirrors gaussian_mirrors(Surface surface, vec3 wo, vec3 S) {
@@ -241,6 +260,46 @@ float diffuse_light(Surface surface, vec3 wo, NormalMoments normals, vec2 faced,
                           : leadr_diffuse_light(wo, wi, faced, S, false, SAMPLES, lambda);
 }
 
+// What measured facets reflect of a light, per unit of irradiance; of one with a size, from a direction that is drawn.
+vec3 facet_light(Surface surface, FittedFacet facet, int number, Light light) {
+    vec3 wi = light.wi;
+    if (of_panorama(number)) {
+        vec2 u = drawn_point(lighting.draws.x, draw_seed(surface.pixel, lighting.draws.y, uint(1 + number)));
+        float radius = sqrt(-2.0 * light.variance * log(max(1.0 - u.x, 1e-7))), phi = 6.28318531 * u.y;
+        Frame about = frame_about(wi);
+        wi = normalize(wi + radius * (cos(phi) * about.x + sin(phi) * about.y));
+    }
+    return fitted_reflected(facet, wi);
+}
+
+// Roughness and weight of each of the bases that share the surface; weights sum to one.
+const int BASES = FIT_LOBES > 1 ? FIT_LOBES : MIXED_ROUGHNESS ? 2 : 1;
+const int MOST_BASES = 4;
+
+void bases_of(Surface surface, out vec2 bases[MOST_BASES]) {
+    for (int i = 0; i < MOST_BASES; ++i) {
+        bases[i] = vec2(surface.alpha, i == 0 ? 1.0 : 0.0);
+    }
+    if (MIXED_ROUGHNESS) {
+        bases[0] = vec2(surface.mixed.smooth_alpha, 1.0 - surface.mixed.share);
+        bases[1] = vec2(surface.mixed.rough_alpha, surface.mixed.share);
+    }
+    if (is_fitted(surface.fit)) {
+        // Lobes count as the viewer sees their facets.
+        float stretch = fit_stretch(surface.fit, surface.alpha), all = 0.0;
+        int lobes = fitted_lobes(surface.fit);
+        for (int i = 0; i < MOST_BASES; ++i) {
+            FittedLobe lobe = fitted_lobe(surface.fit, min(i, lobes - 1), stretch);
+            float area = MAPPED ? 1.0 : visible_area(surface.wo, surface.mean_slope, add_roughness(surface.slope_covariance, lobe.alpha));
+            bases[i] = vec2(lobe.alpha, i < lobes ? lobe.share * area : 0.0);
+            all += bases[i].y;
+        }
+        for (int i = 0; i < MOST_BASES; ++i) {
+            bases[i].y /= max(all, 1e-12);
+        }
+    }
+}
+
 // The mirrors of a base of one roughness on the relief.
 struct Base {
     float alpha;
@@ -326,15 +385,66 @@ vec3 mirrored_light(Surface surface, Base base, int number, Light light, Directi
     return leadr_specular_light(SHADOWING, base.o, i, wo, light.wi, m, base.S, f0);
 }
 
+// One or two bases are written out, which is faster; for the lobes of measured materials drivers would take ten seconds to compile that.
+const int WRITTEN_OUT_BASES = 2;
+
+// The environment in the mirrors of all bases.
+Mirrors mirrors_of(Surface surface, vec2 bases[MOST_BASES]) {
+    Mirrors sum = Mirrors(vec3(0.0), vec3(0.0), 0.0);
+    if (BASES <= WRITTEN_OUT_BASES) {
+        [[unroll]] for (int i = 0; i < min(BASES, WRITTEN_OUT_BASES); ++i) {
+            Mirrors part = environment_mirrors(surface, base_of(surface, bases[i].x));
+            sum.reflected += bases[i].y * part.reflected;
+            sum.fresnel += bases[i].y * part.fresnel;
+        }
+        return sum;
+    }
+    for (int i = 0; i < BASES; ++i) {
+        Mirrors part = environment_mirrors(surface, base_of(surface, bases[i].x));
+        sum.reflected += bases[i].y * part.reflected;
+        sum.fresnel += bases[i].y * part.fresnel;
+    }
+    return sum;
+}
+
+// The body's mean Fresnel reflectance under the mirrors of all bases.
+vec3 fresnel_under(Surface surface, vec2 bases[MOST_BASES]) {
+    vec3 sum = vec3(0.0);
+    for (int i = 0; i < BASES; ++i) {
+        sum += bases[i].y * mean_fresnel(surface, base_of(surface, bases[i].x));
+    }
+    return sum;
+}
+
+// A light in the mirrors of all bases, per unit of irradiance; the arguments as in mirrored_light.
+vec3 light_in_mirrors(Surface surface, vec2 bases[MOST_BASES], int number, Light light, DirectionArea diffuse_o, DirectionArea diffuse_i,
+                      vec3 diffuse_cholesky) {
+    vec3 sum = vec3(0.0);
+    if (BASES <= WRITTEN_OUT_BASES) {
+        [[unroll]] for (int i = 0; i < min(BASES, WRITTEN_OUT_BASES); ++i) {
+            Base base = base_of(surface, bases[i].x);
+            sum += bases[i].y * mirrored_light(surface, base, number, light, diffuse_o, diffuse_i, diffuse_cholesky);
+        }
+    } else {
+        for (int i = 0; i < BASES; ++i) {
+            Base base = base_of(surface, bases[i].x);
+            sum += bases[i].y * mirrored_light(surface, base, number, light, diffuse_o, diffuse_i, diffuse_cholesky);
+        }
+    }
+    return sum * fresnel_over_schlick(surface.fit, surface.f0, surface.dip, 0.5 * length(surface.wo + light.wi));
+}
+
 vec3 leadr_radiance(Surface surface, float environment_scale) {
     vec3 wo = surface.wo;
     vec2 m = surface.mean_slope;
     vec3 diffuse_s = surface.slope_covariance;
-    // Two roughnesses that share the surface have mirrors of their own.
-    float rough_share = surface.mixed.share;
-    Base base = base_of(surface, MIXED_ROUGHNESS ? surface.mixed.smooth_alpha : surface.alpha), rough;
-    if (MIXED_ROUGHNESS) {
-        rough = base_of(surface, surface.mixed.rough_alpha);
+    // Bases that share the surface have mirrors of their own.
+    vec2 bases[MOST_BASES];
+    bases_of(surface, bases);
+    bool exact = FINEST_LEVEL && is_fitted(surface.fit);
+    FittedFacet facet;
+    if (exact) {
+        facet = fitted_facet(surface.fit, surface.alpha, wo, surface.slope_covariance);
     }
     float ambient = surface.accessibility * environment_scale;
     vec3 radiance = vec3(0.0);
@@ -342,20 +452,16 @@ vec3 leadr_radiance(Surface surface, float environment_scale) {
     // Light that the visible mirrors do not reflect enters the surface; the diffuse term returns no more than that.
     vec3 entering = vec3(1.0);
     if (SPECULAR_ENVIRONMENT) {
-        Mirrors mirrors = environment_mirrors(surface, base);
-        if (MIXED_ROUGHNESS) {
-            Mirrors others = environment_mirrors(surface, rough);
-            mirrors.reflected = mix(mirrors.reflected, others.reflected, rough_share);
-            mirrors.fresnel = mix(mirrors.fresnel, others.fresnel, rough_share);
+        Mirrors mirrors;
+        if (exact) {
+            mirrors = drawn_facets(surface, facet);
+        } else {
+            mirrors = mirrors_of(surface, bases);
         }
         radiance += ambient * mirrors.reflected;
         entering = 1.0 - mirrors.fresnel;
-    } else if (DIFFUSE) {
-        vec3 fresnel = mean_fresnel(surface, base);
-        if (MIXED_ROUGHNESS) {
-            fresnel = mix(fresnel, mean_fresnel(surface, rough), rough_share);
-        }
-        entering = 1.0 - fresnel;
+    } else if (DIFFUSE && !exact) {
+        entering = 1.0 - fresnel_under(surface, bases);
     }
 
     vec3 diffuse_cholesky = slope_cholesky(diffuse_s);
@@ -390,12 +496,12 @@ vec3 leadr_radiance(Surface surface, float environment_scale) {
                 }
                 scattered += entering * albedo * (lit * diffuse_light(surface, wo, normals, faced, lambda, light.wi));
             }
-            vec3 mirrored = mirrored_light(surface, base, number, light, diffuse_o, diffuse_i, diffuse_cholesky);
-            if (MIXED_ROUGHNESS) {
-                vec3 others = mirrored_light(surface, rough, number, light, diffuse_o, diffuse_i, diffuse_cholesky);
-                mirrored = mix(mirrored, others, rough_share);
+            vec3 mirrored = vec3(0.0);
+            if (exact) {
+                mirrored = in_mirrors(number) ? facet_light(surface, facet, number, light) : vec3(0.0);
+            } else {
+                mirrored = light_in_mirrors(surface, bases, number, light, diffuse_o, diffuse_i, diffuse_cholesky);
             }
-            mirrored *= dip_factor(surface.f0, surface.dip, 0.5 * length(wo + light.wi));
             radiance += light.irradiance * (scattered + mirrored);
         }
     }

@@ -13,7 +13,6 @@ uniform samplerCube environment_cube;  // without the panorama's suns, box mips
 uniform samplerCube environment_lobes; // the same, levels of a smooth kernel
 uniform samplerCube irradiance_rest;   // what order 2 leaves out of its irradiance
 uniform samplerCube background_cube;   // with the suns
-layout(std430) readonly buffer Irradiance { vec4 radiance_sh[9]; };
 
 struct Light {
     vec3 wi;         // tangent frame, toward the light
@@ -68,15 +67,6 @@ vec3 environment_radiance(Surface surface, vec3 wi, float lod) {
 vec3 lobe_radiance(Surface surface, vec3 wi, float variance) {
     float size = float(textureSize(environment_lobes, 0).x);
     return textureLod(environment_lobes, from_frame(surface.frame, wi), kernel_lod(variance, size)).rgb;
-}
-
-// Radiance coefficients of the environment, world space.
-vec3[9] environment_sh() {
-    vec3 c[9];
-    for (int i = 0; i < 9; ++i) {
-        c[i] = radiance_sh[i].rgb;
-    }
-    return c;
 }
 
 #endif

@@ -6,8 +6,9 @@
 #include "facet_frame.glsl"
 #include "gbuffer.glsl"
 #include "../constants.glsl"
-#include "../mixed.glsl"
+#include "../bases.glsl"
 #include "draws.glsl"
+#include "fitted_facets.glsl"
 #include "point.glsl"
 #include "visibility.glsl"
 #include "leadr/integrals/specular.glsl"
@@ -55,6 +56,8 @@ struct Facet {
     vec3 albedo; // without what mirrors reflect
     vec3 f0;
     vec3 dip; // of a conductor's reflectance
+    bool fitted; // it was measured:
+    FittedFacet facet;
     float visible; // area of its mirrors
     Frame frame;   // about its normal
 };
@@ -65,9 +68,11 @@ vec3 scattered(Facet facet, vec3 wi, Transport transport) {
     if (transport.diffuse) {
         sum += facet.albedo * leadr_diffuse_light_visible(facet.wo, wi, facet.m, facet.diffuse_s, false, DIFFUSE_TERMS);
     }
-    if (transport.specular) {
+    if (transport.specular && facet.fitted) {
+        sum += fitted_reflected(facet.facet, wi);
+    } else if (transport.specular) {
         sum += leadr_specular_directional(facet.wo, wi, facet.m, facet.specular_s, facet.f0, true)
-             * dip_factor(facet.f0, facet.dip, 0.5 * length(facet.wo + wi));
+             * fresnel_over_schlick(0u, facet.f0, facet.dip, 0.5 * length(facet.wo + wi));
     }
     return sum;
 }
@@ -99,7 +104,8 @@ vec4 environment_at(vec3 d) {
 // same whatever terms a picture contains, so that pictures of single terms add up.
 float draws_per_angle(Facet facet, vec3 wi, float density) {
     float sum = float(lighting.counts.y) * density
-              + float(MIRROR_DRAWS) * mirror_density(facet.wo, wi, facet.m, facet.specular_s, facet.visible)
+              + float(MIRROR_DRAWS) * (facet.fitted ? fitted_density(facet.facet, wi)
+                                                    : mirror_density(facet.wo, wi, facet.m, facet.specular_s, facet.visible))
               + float(HEMISPHERE_DRAWS) * max(dot(wi, facet.frame.z), 0.0) / LEADR_PI;
     return max(sum, 1e-9);
 }
@@ -125,7 +131,8 @@ vec3 drawn_environment(Facet facet, Surface surface, vec3 normal) {
     vec3 sum = vec3(0.0);
     for (int i = 0; i < MIRROR_DRAWS; ++i) {
         vec2 u = drawn_point(uint(lighting.counts.w * MIRROR_DRAWS + i), mirrors);
-        vec3 wi = drawn_mirror(facet.wo, u, facet.m, facet.specular_s, facet.visible).wi;
+        vec3 wi = facet.fitted ? fitted_direction_drawn(facet.facet, u)
+                               : drawn_mirror(facet.wo, u, facet.m, facet.specular_s, facet.visible).wi;
         sum += drawn_light(facet, surface, normal, wi, transport);
     }
     for (int i = 0; i < HEMISPHERE_DRAWS; ++i) {
@@ -162,7 +169,8 @@ void main() {
         surface.alpha = u < surface.mixed.share ? surface.mixed.rough_alpha : surface.mixed.smooth_alpha;
     }
     vec3 macronormal = surface.frame.z;
-    if (FACET_FRAME) {
+    bool fitted = is_fitted(surface.fit);
+    if (FACET_FRAME || fitted) {
         surface = in_facet_frame(surface);
     }
     Facet facet;
@@ -172,6 +180,10 @@ void main() {
     facet.specular_s = add_roughness(surface.slope_covariance, surface.alpha);
     facet.f0 = surface.f0;
     facet.dip = surface.dip;
+    facet.fitted = fitted;
+    if (fitted) {
+        facet.facet = fitted_facet(surface.fit, surface.alpha, surface.wo, surface.slope_covariance);
+    }
     facet.albedo = surface.albedo * (1.0 - visible_fresnel(facet.wo, facet.m, facet.specular_s, surface.body_f0));
     facet.visible = visible_area(facet.wo, facet.m, facet.specular_s);
     facet.frame = frame_about(normal_of_slope(facet.m));

@@ -2,7 +2,7 @@
 #ifndef LEADR_SHADE_SETTINGS
 #define LEADR_SHADE_SETTINGS
 #include "../constants.glsl"
-#include "../mixed.glsl"
+#include "../bases.glsl"
 #include "../technique.glsl"
 #include "leadr/masking/correlated.glsl"
 

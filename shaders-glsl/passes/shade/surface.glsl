@@ -2,6 +2,7 @@
 #ifndef LEADR_SHADE_SURFACE
 #define LEADR_SHADE_SURFACE
 #include "../gbuffer.glsl"
+#include "fits.glsl"
 #include "leadr/facets/fresnel.glsl"
 
 struct Surface {
@@ -14,6 +15,7 @@ struct Surface {
     vec3 albedo;
     float alpha;
     MixedRoughness mixed; // the two that alpha stands for, where MIXED_ROUGHNESS says so
+    uint fit;            // where the measured material begins that its base is, or 0
     vec3 f0;             // reflectance at normal incidence
     vec3 body_f0;        // of the part that has albedo: metal beside it has none
     vec3 dip;            // of a conductor's reflectance
@@ -28,12 +30,23 @@ struct Surface {
     Horizon horizon;     // of its relief
 };
 
+// Whether the base is a measured material.
+bool is_fitted(uint fit) {
+    return FIT_LOBES > 0 && fit > 0u;
+}
+
 vec3 fresnel_of(Surface s, float cosine) {
+    if (is_fitted(s.fit)) {
+        return fitted_fresnel(s.fit, cosine);
+    }
     return fresnel_dipped(s.f0, s.dip, cosine);
 }
 
-// What a dip leaves of Schlick's form.
-vec3 dip_factor(vec3 f0, vec3 dip, float cosine) {
+// The Fresnel term over its Schlick form: what a dip leaves of it, or all of a measured one, whose f0 is 1.
+vec3 fresnel_over_schlick(uint fit, vec3 f0, vec3 dip, float cosine) {
+    if (is_fitted(fit)) {
+        return fitted_fresnel(fit, cosine);
+    }
     return 1.0 - dip * (dip_weight(cosine) / max(fresnel_schlick(f0, cosine), 1e-6));
 }
 
@@ -52,6 +65,14 @@ Surface surface_at(FilteredSurface f, vec3 eye, vec3 ray, float near, float dept
     s.f0 = f.f0;
     s.body_f0 = vec3(f.body_f0);
     s.dip = f.dip;
+    s.fit = 0u;
+    if (is_fitted(f.fit)) {
+        // Its own table of reflectances multiplies all that it mirrors, and its body is what was measured beside that.
+        s.fit = fit_at(f.fit);
+        s.f0 = vec3(1.0);
+        s.body_f0 = vec3(0.0);
+        s.dip = vec3(0.0);
+    }
     s.emission = f.emission;
     s.relief_color = f.relief_color;
     s.accessibility = f.accessibility;

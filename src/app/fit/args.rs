@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 
 use crate::reflectance::extraction::fit::Hiding;
-use crate::reflectance::extraction::lobes::MOST_LOBES;
+use crate::reflectance::facets::gaussian_mixture::MOST_LOBES;
 
 /// Shown below the help.
 pub const EXAMPLES: &str = "Examples:

@@ -12,8 +12,10 @@ pub use folder::{MaterialFolder, Role, role_of};
 pub use normals::{Agreement, STEEPEST, agreement, green_axis};
 pub use raster::{Encoding, Raster, Samples, Texture, TextureWrap};
 
+use std::sync::Arc;
+
 use super::HeightMap;
-use crate::reflectance::facets::mixed_roughness::MixedRoughness;
+use crate::reflectance::materials::fitted_table::FittedTable;
 
 /// A property: a constant, or a texture times a constant.
 #[derive(Clone, Debug, PartialEq)]
@@ -182,8 +184,8 @@ pub struct Material {
     pub roughness: Input<f32>,
     /// What its numbers are.
     pub roughness_meaning: RoughnessMeaning,
-    /// The two lobes of a measured base, which then stand for its roughness.
-    pub lobes: Option<MixedRoughness>,
+    /// The facets of a measured material, whose slopes roughness scales; they have reflectances of their own.
+    pub fit: Option<Arc<FittedTable>>,
     /// Its direction, if it has one.
     pub anisotropy: Option<Anisotropy>,
     /// Reflectance at normal incidence of what is no metal; above 1 it counts as 1, once factor and texture are multiplied.
@@ -226,7 +228,7 @@ impl Material {
             metalness: Input::constant(0.0),
             roughness: Input::constant(0.5),
             roughness_meaning: RoughnessMeaning::Perceptual,
-            lobes: None,
+            fit: None,
             anisotropy: None,
             f0: Input::constant([DIELECTRIC_F0; 3]),
             conductor_dip: [0.0; 3],

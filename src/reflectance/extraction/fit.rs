@@ -56,7 +56,7 @@ pub struct FitOptions {
     pub angles: usize,
     /// Azimuths of an anisotropic material; at least 4.
     pub azimuths: usize,
-    /// Gaussian lobes, at most [`super::lobes::MOST_LOBES`].
+    /// Gaussian lobes, at most [`MOST_LOBES`](crate::reflectance::facets::gaussian_mixture::MOST_LOBES).
     pub lobes: usize,
     /// Whether all directions improve what backscattering tells; not for materials of which nothing else is known.
     pub refine: bool,

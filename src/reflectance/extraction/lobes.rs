@@ -6,14 +6,12 @@ use std::f64::consts::{PI, TAU};
 use glam::{DVec2, DVec3};
 
 use super::samples::direction;
-use crate::reflectance::facets::gaussian_mixture::Lobe;
+use crate::reflectance::facets::gaussian_mixture::{Lobe, MOST_LOBES};
 use crate::reflectance::facets::radial_table::angle_at;
 use crate::reflectance::facets::slope_distribution::SlopeDistribution as _;
 use crate::reflectance::facets::tabulated::Tabulated;
 use crate::reflectance::limits::MIN_VARIANCE;
 
-/// Most lobes.
-pub const MOST_LOBES: usize = 4;
 const ITERATIONS: u32 = 300;
 
 /// Lobes about a slope of zero, the smoothest first. Those of an isotropic table are round.

@@ -49,6 +49,11 @@ impl Curve {
         &self.values
     }
 
+    /// Each value with the slope there.
+    pub fn knots(&self) -> impl Iterator<Item = [f64; 2]> {
+        self.values.iter().zip(&self.slopes).map(|(value, slope)| [*value, *slope])
+    }
+
     /// At `x`, held within its ends.
     #[must_use]
     pub fn at(&self, x: f64) -> f64 {

@@ -6,6 +6,9 @@ use glam::{DVec2, DVec3};
 use super::beckmann::Beckmann;
 use super::slope_distribution::SlopeDistribution;
 
+/// Most lobes of a fit.
+pub const MOST_LOBES: usize = 4;
+
 /// One lobe.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Lobe {

@@ -18,5 +18,6 @@ pub mod normal_distribution;
 pub mod polar_table;
 pub mod projected_area;
 pub mod radial_table;
+pub mod scaled;
 pub mod slope_distribution;
 pub mod tabulated;

@@ -263,6 +263,12 @@ impl PolarTable {
         self.ln_d.0.iter().map(|row| row.values()[..angles].iter().map(|ln| ln.exp()).collect()).collect()
     }
 
+    /// `ln D` over `u`, in steps of one node, for each azimuth.
+    #[must_use]
+    pub fn ln_d(&self) -> &[Curve] {
+        &self.ln_d.0
+    }
+
     /// Angles and azimuths that it was made from.
     #[must_use]
     pub fn nodes(&self) -> (usize, usize) {

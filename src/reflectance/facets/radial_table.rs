@@ -129,6 +129,12 @@ impl RadialTable {
         self.ln_d.values()[..self.nodes()].iter().map(|ln| ln.exp()).collect()
     }
 
+    /// `ln D` over `u`, in steps of one node.
+    #[must_use]
+    pub fn ln_d(&self) -> &Curve {
+        &self.ln_d
+    }
+
     /// `D` where the normal is this far from the macrosurface's.
     #[must_use]
     pub fn density(&self, theta: f64) -> f64 {

@@ -3,6 +3,7 @@
 pub mod brdf;
 pub mod classic;
 pub mod fitted;
+pub mod fitted_table;
 pub mod half_difference;
 pub mod lambert;
 pub mod microfacet;

@@ -7,6 +7,7 @@ use crate::render::passes::geometry::GeometryKind;
 use crate::render::passes::shade::{Edges, LightSet, ShadeKind};
 use crate::render::scene::FrameState;
 use crate::render::settings::{RenderSettings, ShadingOptions};
+use crate::render::surfaces::material::Bases;
 
 /// What surfaces make necessary of a frame's shading.
 #[derive(Clone, Copy, Debug)]
@@ -15,8 +16,8 @@ pub(super) struct Demands {
     pub relief: bool,
     /// Something casts shadows.
     pub casters: bool,
-    /// Two roughnesses share a surface.
-    pub mixed: bool,
+    /// Bases of the surfaces.
+    pub bases: Bases,
     /// Colours follow the relief of a surface.
     pub relief_color: bool,
 }
@@ -29,7 +30,7 @@ pub(super) fn shade_kind(
     environment: &Environment,
     demands: Demands,
 ) -> ShadeKind {
-    let Demands { relief, casters, mixed, relief_color } = demands;
+    let Demands { relief, casters, bases, relief_color } = demands;
     let needed = |options: ShadingOptions| ShadingOptions {
         relief_occlusion: options.relief_occlusion && relief,
         relief_color: options.relief_color && relief_color,
@@ -39,7 +40,8 @@ pub(super) fn shade_kind(
         shading: settings.shading.plain().adjusted(needed),
         lights: LightSet::new(state, environment, settings.shadows && casters),
         edges: if settings.edges().is_some() { Edges::Joined } else { Edges::None },
-        mixed,
+        // Other techniques than those of a Beckmann base see its roughness.
+        bases: if settings.shading.technique().has_base_frame() { bases } else { Bases { fit_lobes: 0, ..bases } },
     }
 }
 

@@ -15,6 +15,7 @@ use crate::render::passes::shade::{Edges, LightingGpu, ShadeKind, suns_of};
 use crate::render::passes::shadow::{ShadowView, map_size};
 use crate::render::scene::FrameState;
 use crate::render::settings::{Quadrature, RenderSettings};
+use crate::render::surfaces::material::Bases;
 use crate::render::surfaces::posed::PosedObject;
 use crate::render::surfaces::sphere::Sphere;
 use crate::render::surfaces::tessellation::TessellationSettings;
@@ -46,7 +47,7 @@ impl Renderer {
         let demands = Demands {
             relief: self.surfaces.iter().any(|surface| surface.has_relief(state)),
             casters: self.surfaces.iter().any(|surface| surface.casts_shadows()),
-            mixed: self.surfaces.iter().any(|surface| surface.is_mixed()),
+            bases: self.surfaces.iter().fold(Bases::default(), |all, surface| all.and(surface.bases())),
             relief_color: self.surfaces.iter().any(|surface| surface.has_relief_color()),
         };
         let kind = shade_kind(state, &settings, &self.environment, demands);
@@ -159,7 +160,7 @@ impl Renderer {
             let kind = ReferenceKind {
                 terms: settings.shading.terms(),
                 facet_frame: settings.shading.facet_frame(),
-                mixed: kind.mixed,
+                bases: kind.bases,
                 holes: self.has_holes(),
                 displaced: settings.displacement,
                 height_field: lights.is_height_field(),

@@ -239,7 +239,8 @@ impl PreparedFrame<'_> {
             let pixels = &targets.pixels;
             passes.run("shade", |cmd| match light {
                 Light::Relief { pass, lights } => {
-                    pixels.draw_radiance(cmd, None, |cmd| pass.draw(cmd, pixels, lights, environment));
+                    let fits = self.renderer.irradiance.coefficients();
+                    pixels.draw_radiance(cmd, None, |cmd| pass.draw(cmd, pixels, lights, environment, fits));
                 }
                 Light::Mapped { shade, sky, .. } => {
                     let inputs = self.shade_inputs(edges.map(|edges| edges.joined));

@@ -17,6 +17,7 @@ use crate::render::light::sky::Sky;
 use crate::render::passes::CommonPasses;
 use crate::render::scene::{FrameState, Scene};
 use crate::render::settings::RenderSettings;
+use crate::render::surfaces::fits::Fits;
 use crate::render::surfaces::object::Upload;
 
 /// Renders a scene on a device.
@@ -82,7 +83,7 @@ impl Renderer {
             let demands = Demands {
                 relief: pipelines.have_relief(state),
                 casters: pipelines.cast_shadows(),
-                mixed: pipelines.are_mixed(),
+                bases: pipelines.bases(),
                 relief_color: pipelines.have_relief_color(),
             };
             let kind = shade_kind(state, settings, environment, demands);
@@ -98,7 +99,8 @@ impl Renderer {
         meanwhile: impl FnOnce(&Environment, &mut MeshPipelines) -> Result<()> + Send,
     ) -> Result<Self> {
         let pipelines = MeshPipelines::of(gpu, &objects);
-        let upload = Upload { cache: cache.as_ref(), format: map_precision };
+        let fits = Fits::of(&objects)?;
+        let upload = Upload { cache: cache.as_ref(), format: map_precision, fits: &fits };
         let meshes = Meshes::new(pipelines, objects, upload, |pipelines| meanwhile(&environment, pipelines))?;
         let mut surfaces: Vec<Box<dyn Surface>> = vec![Box::new(meshes)];
         if let Some(ocean) = ocean {
@@ -107,7 +109,7 @@ impl Renderer {
         Ok(Self {
             surfaces,
             environment,
-            irradiance: IrradiancePass::new(gpu)?,
+            irradiance: IrradiancePass::with_fits(gpu, &fits.words())?,
             common: CommonPasses::new(gpu)?,
             pipelines: Pipelines::default(),
             lighting: Pool::default(),
@@ -132,7 +134,7 @@ impl Renderer {
     /// A lost device, or memory that is short.
     #[doc(hidden)]
     pub fn radiance_sh(&self) -> Result<Vec<[f32; 4]>> {
-        self.irradiance.coefficients().read_all()
+        self.irradiance.coefficients().read(0, 9)
     }
 
     /// Brings the environment to a sky before the frame that shows it, so that the frame need not.

@@ -41,12 +41,24 @@ impl IrradiancePass {
     /// # Errors
     /// [`GpuError::Allocation`] or a failed Vulkan call.
     pub fn new(gpu: &Arc<Gpu>) -> Result<Self> {
+        Self::with_fits(gpu, &[])
+    }
+
+    /// The same, with the numbers of measured materials behind the coefficients (`passes/shade/fits.glsl`).
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub fn with_fits(gpu: &Arc<Gpu>, fits: &[f32]) -> Result<Self> {
+        let coefficients = Buffer::new(gpu, "irradiance", 9 * 16 + size_of_val(fits) as u64, Memory::Device)?;
+        if !fits.is_empty() {
+            coefficients.write(9 * 16, fits)?;
+        }
         Ok(Self {
             rows: ComputePipeline::new(gpu, "passes/light/irradiance_rows.comp", &[], &[])?,
             sum: ComputePipeline::new(gpu, "passes/light/irradiance.comp", &[], &[Push::LAYOUT])?,
             sampler: Sampler::new(gpu, "irradiance", Filter::Nearest, AddressMode::ClampToEdge)?,
             partials: Buffer::new(gpu, "irradiance partials", 9 * 16 * 6 * u64::from(FACE_SIZE), Memory::Device)?,
-            coefficients: Buffer::new(gpu, "irradiance", 9 * 16, Memory::Device)?,
+            coefficients,
         })
     }
 
@@ -81,7 +93,7 @@ impl IrradiancePass {
         (environment.face_size() / FACE_SIZE).max(1).ilog2()
     }
 
-    /// `vec4[9]`, device-local.
+    /// `vec4[9]`, device-local; behind them the measured materials, if there are any.
     #[must_use]
     pub fn coefficients(&self) -> &Buffer {
         &self.coefficients

@@ -22,6 +22,7 @@ use crate::render::surfaces::atlas::{AtlasHeadGpu, PatchLinkGpu};
 use crate::render::surfaces::detail::{DetailHeadGpu, RestVertexGpu};
 use crate::render::surfaces::divided::VertexGpu;
 use crate::render::surfaces::flat::Chart;
+use crate::render::surfaces::material::Bases;
 use crate::render::surfaces::object::{ChartsGpu, ObjectGpu, PatchGpu, SurfaceKind};
 use crate::render::surfaces::object_view::DrawnObject;
 use crate::render::surfaces::posed::PosedObject;
@@ -73,10 +74,10 @@ impl FilterInto {
         }
     }
 
-    /// Specialization constants of its fragment stage, but for those about the surface. `mixed`: whether two roughnesses share
-    /// what it filters; `relief_color`: whether its colours follow its relief.
+    /// Specialization constants of its fragment stage, but for those about the surface. `bases`: those of what it
+    /// filters; `relief_color`: whether its colours follow its relief.
     #[must_use]
-    pub fn spec(self, needs: Needs, mixed: bool, relief_color: bool) -> Vec<(&'static str, SpecValue)> {
+    pub fn spec(self, needs: Needs, bases: Bases, relief_color: bool) -> Vec<(&'static str, SpecValue)> {
         match self {
             Self::GBuffer => needs.spec(),
             Self::Radiance(kind) => {
@@ -84,7 +85,7 @@ impl FilterInto {
                     relief_color: options.relief_color && relief_color,
                     ..options
                 };
-                ShadeKind { mixed: kind.mixed && mixed, shading: kind.shading.adjusted(needed), ..kind }.spec()
+                ShadeKind { bases: kind.bases.within(bases), shading: kind.shading.adjusted(needed), ..kind }.spec()
             }
         }
     }
@@ -188,7 +189,7 @@ impl FilterPass {
         }
         if into == FilterInto::GBuffer {
             // Where it shades, that says so.
-            has.push(("MIXED_ROUGHNESS", SpecValue::Bool(kind.has.mixed)));
+            has.extend(kind.has.bases.spec());
         }
         let desc = GraphicsDesc {
             vertex: into.choose("passes/filter/filter.vert", "passes/filter/object.vert"),
@@ -200,7 +201,7 @@ impl FilterPass {
             colors: into.formats(),
             depth: into.depth(),
             topology: into.topology(),
-            spec: &[&into.spec(needs, kind.has.mixed, kind.follows.any())[..], &has].concat(),
+            spec: &[&into.spec(needs, kind.has.bases, kind.follows.any())[..], &has].concat(),
             structs: &[&structs[..], into.structs()].concat(),
             ..Default::default()
         };

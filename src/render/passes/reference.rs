@@ -32,6 +32,7 @@ use crate::render::light::environment::Environment;
 use crate::render::light::panorama::EnvironmentLight;
 use crate::render::scene::{FrameState, MAX_POINT_LIGHTS, PointLight};
 use crate::render::settings::{RenderSettings, Terms};
+use crate::render::surfaces::material::Bases;
 use crate::render::surfaces::patch_mesh::PosedVertices;
 use crate::render::surfaces::posed::PosedObject;
 use crate::render::surfaces::sphere::Sphere;
@@ -90,8 +91,8 @@ pub struct ReferenceKind {
     pub terms: Terms,
     /// Whether the base is rough in the frame of the facets, instead of that of the macrosurface.
     pub facet_frame: bool,
-    /// Whether two roughnesses share any surface.
-    pub mixed: bool,
+    /// Bases of the surfaces.
+    pub bases: Bases,
     /// Whether casters have holes.
     pub holes: bool,
     /// Whether heights move the surface.
@@ -122,13 +123,16 @@ impl ReferencePass {
             fragment: Some("passes/shade/reference.frag"),
             colors: &[RADIANCE_FORMAT],
             spec: &[
-                ("TERMS", SpecValue::I32(kind.terms.bits())),
-                ("FACET_FRAME", SpecValue::Bool(kind.facet_frame)),
-                ("MIXED_ROUGHNESS", SpecValue::Bool(kind.mixed)),
-                ("DISPLACED", SpecValue::Bool(kind.displaced)),
-                ("HEIGHT_FIELD", SpecValue::Bool(kind.height_field)),
-                ("DRAWN", SpecValue::Bool(kind.drawn)),
-            ],
+                &[
+                    ("TERMS", SpecValue::I32(kind.terms.bits())),
+                    ("FACET_FRAME", SpecValue::Bool(kind.facet_frame)),
+                    ("DISPLACED", SpecValue::Bool(kind.displaced)),
+                    ("HEIGHT_FIELD", SpecValue::Bool(kind.height_field)),
+                    ("DRAWN", SpecValue::Bool(kind.drawn)),
+                ][..],
+                &kind.bases.spec(),
+            ]
+            .concat(),
             structs: &[ReliefLightGpu::LAYOUT, ReliefLightingGpu::LAYOUT],
             ..Default::default()
         };
@@ -145,8 +149,15 @@ impl ReferencePass {
         self.shadows.record(cmd, &lights.maps, casters);
     }
 
-    /// Shades every pixel of the sample's G-buffer into its begun radiance.
-    pub fn draw(&self, cmd: &mut Commands, sample: &SampleTargets, lights: &ReliefLights, environment: &Environment) {
+    /// Shades every pixel of the sample's G-buffer into its begun radiance. `irradiance`: what measured materials follow in.
+    pub fn draw(
+        &self,
+        cmd: &mut Commands,
+        sample: &SampleTargets,
+        lights: &ReliefLights,
+        environment: &Environment,
+        irradiance: &Buffer,
+    ) {
         let SampleTargets { visible, gbuffer, .. } = sample;
         cmd.bind(
             &self.pipeline,
@@ -162,6 +173,7 @@ impl ReferencePass {
                 ("background_cube", Descriptor::Sampled(environment.background(), &self.trilinear)),
                 ("depth_maps", Descriptor::Sampled(lights.maps.array(), &self.nearest)),
                 ("EnvironmentTexels", Descriptor::Storage(&lights.texels)),
+                ("Irradiance", Descriptor::Storage(irradiance)),
             ],
         );
         cmd.draw(0..3, 0..1);

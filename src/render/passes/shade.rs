@@ -14,6 +14,7 @@ use crate::render::light::environment::Environment;
 use crate::render::light::panorama::{EnvironmentLight, MAX_ENVIRONMENT_LIGHTS};
 use crate::render::scene::{FrameState, MAX_POINT_LIGHTS};
 use crate::render::settings::Shading;
+use crate::render::surfaces::material::Bases;
 use crate::render::view::View;
 use glam::{Mat4, Vec3};
 
@@ -186,24 +187,23 @@ pub struct ShadeKind {
     pub lights: LightSet,
     /// With or without edge samples.
     pub edges: Edges,
-    /// Whether surfaces may have two roughnesses.
-    pub mixed: bool,
+    /// Bases of the surfaces.
+    pub bases: Bases,
 }
 
 impl ShadeKind {
     /// The specialization constants of `passes/shade/settings.glsl`.
     #[must_use]
     pub fn spec(&self) -> Vec<(&'static str, SpecValue)> {
-        let Self { shading, lights, edges, mixed } = self;
+        let Self { shading, lights, edges, bases } = self;
         let lit = [
             ("OWN_SUNS", SpecValue::I32(i32::from(lights.sun))),
             ("PANORAMA_SUNS", SpecValue::I32(lights.panorama as i32)),
             ("SUN_SHADOWS", SpecValue::Bool(lights.shadows)),
             ("POINT_LIGHTS", SpecValue::I32(lights.points as i32)),
             ("EDGES", SpecValue::I32(*edges as i32)),
-            ("MIXED_ROUGHNESS", SpecValue::Bool(*mixed)),
         ];
-        [shading.spec(), lit.to_vec()].concat()
+        [shading.spec(), lit.to_vec(), bases.spec().to_vec()].concat()
     }
 }
 

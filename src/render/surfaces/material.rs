@@ -18,12 +18,11 @@ use rayon::prelude::*;
 
 use super::displacement::Border;
 use super::relief_color::{Follows, ReliefColors, skipped_levels};
-use crate::gpu::{AddressMode, Filter, Gpu, GpuError, Image, ImageDesc, Result, Sampler};
+use crate::gpu::{AddressMode, Filter, Gpu, GpuError, Image, ImageDesc, Result, Sampler, SpecValue};
 use crate::maps::material::{TextureWrap, alpha_of};
 use crate::maps::moments::coverage;
 use crate::maps::srgb::{linear_of_srgb8, srgb8_from_linear};
-use crate::reflectance::facets::mixed_roughness::MixedRoughness;
-use crate::render::scene::{Holes, MaterialMap, Object, PropertyMap, TwoLobes};
+use crate::render::scene::{Holes, MaterialMap, Object, PropertyMap};
 
 /// Format of the two roughnesses and of emission.
 pub const MIXED_FORMAT: vk::Format = vk::Format::R16G16B16A16_SFLOAT;
@@ -57,14 +56,43 @@ pub struct MaterialImages {
 pub struct Has {
     /// Reflectance at normal incidence.
     pub f0: bool,
-    /// Two roughnesses.
-    pub mixed: bool,
+    /// What its base is, beside one lobe.
+    pub bases: Bases,
     /// Emission.
     pub emission: bool,
     /// Accessibility.
     pub occlusion: bool,
     /// Holes.
     pub holes: Option<HoleKind>,
+}
+
+/// What the bases of surfaces are, beside one lobe. Pipelines are made for each, so that what is absent costs nothing.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub struct Bases {
+    /// Two roughnesses that share a surface.
+    pub mixed: bool,
+    /// Lobes of measured materials.
+    pub fit_lobes: u32,
+}
+
+impl Bases {
+    /// Of these surfaces and others.
+    #[must_use]
+    pub fn and(self, other: Self) -> Self {
+        Self { mixed: self.mixed || other.mixed, fit_lobes: self.fit_lobes.max(other.fit_lobes) }
+    }
+
+    /// Those of both.
+    #[must_use]
+    pub fn within(self, other: Self) -> Self {
+        Self { mixed: self.mixed && other.mixed, fit_lobes: self.fit_lobes.min(other.fit_lobes) }
+    }
+
+    /// The specialization constants of `passes/bases.glsl`.
+    #[must_use]
+    pub fn spec(self) -> [(&'static str, SpecValue); 2] {
+        [("MIXED_ROUGHNESS", SpecValue::Bool(self.mixed)), ("FIT_LOBES", SpecValue::I32(self.fit_lobes as i32))]
+    }
 }
 
 /// What decides whether a sample sees a surface with holes.
@@ -82,7 +110,7 @@ impl Has {
     pub fn of(map: &MaterialMap) -> Self {
         Self {
             f0: map.f0.is_some(),
-            mixed: map.two_lobes.is_some(),
+            bases: Bases { mixed: map.two_lobes.is_some(), fit_lobes: map.fit.as_ref().map_or(0, |fit| fit.lobes()) },
             emission: map.emission.is_some(),
             occlusion: map.occlusion.is_some(),
             holes: map.opacity.as_ref().map(|holes| match holes {
@@ -127,7 +155,7 @@ impl MaterialImages {
             });
         };
         let has = Has::of(&map);
-        let MaterialMap { width, height, colors, f0, two_lobes, wrap, emission, occlusion, opacity } = map;
+        let MaterialMap { width, height, colors, f0, two_lobes, wrap, emission, occlusion, opacity, .. } = map;
         let size = [width, height];
         if f0.as_ref().is_some_and(|f0| f0.len() != colors.len()) {
             let fault = "reflectance and colours differ in size".to_owned();
@@ -146,9 +174,9 @@ impl MaterialImages {
             plate_wrap(opacity.as_ref().map(|holes| holes.map().wrap))?,
         ];
         let mixed = match two_lobes {
-            Some(lobes) => {
+            Some(threshold) => {
                 let mixed = image("roughness", MIXED_FORMAT)?;
-                let table = lobes_of_codes(lobes);
+                let table = classes_of_codes(threshold);
                 let texels = colors.par_iter().map(|texel| table[usize::from(texel[3])]).collect();
                 write_mips(&mixed, size, texels, halves, halve)?;
                 mixed
@@ -253,17 +281,11 @@ fn mips_of(desc: ImageDesc, border: Border) -> u32 {
 }
 
 /// For every code of a roughness: whether it is at least `threshold`, and its `α²`, in the rougher or in the smoother class.
-fn lobes_of_codes(lobes: TwoLobes) -> [[f32; 4]; 256] {
-    std::array::from_fn(|code| match lobes {
-        TwoLobes::From(threshold) => {
-            let alpha = alpha_of(code as u8);
-            let square = alpha * alpha;
-            if alpha >= threshold { [1.0, square, 0.0, 0.0] } else { [0.0, 0.0, square, 0.0] }
-        }
-        TwoLobes::Everywhere(MixedRoughness { share, smooth_alpha, rough_alpha }) => {
-            [share, share * rough_alpha * rough_alpha, (1.0 - share) * smooth_alpha * smooth_alpha, 0.0]
-                .map(|v| v as f32)
-        }
+fn classes_of_codes(threshold: f32) -> [[f32; 4]; 256] {
+    std::array::from_fn(|code| {
+        let alpha = alpha_of(code as u8);
+        let square = alpha * alpha;
+        if alpha >= threshold { [1.0, square, 0.0, 0.0] } else { [0.0, 0.0, square, 0.0] }
     })
 }
 
@@ -456,7 +478,7 @@ mod tests {
 
     #[test]
     fn classes_split_the_variance() {
-        let table = lobes_of_codes(TwoLobes::From(0.3));
+        let table = classes_of_codes(0.3);
         for alpha in [0.1, 0.6] {
             let [share, rough, smooth, _] = table[usize::from(alpha_code(alpha))];
             assert_eq!(share, if alpha > 0.3 { 1.0 } else { 0.0 });

@@ -5,6 +5,7 @@ pub mod budget;
 pub mod detail;
 pub mod displacement;
 pub mod divided;
+pub mod fits;
 pub mod flat;
 mod half_range;
 pub mod horizon;

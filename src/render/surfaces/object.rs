@@ -7,6 +7,7 @@ use glam::{Vec2, Vec3};
 use super::atlas::AtlasGpu;
 use super::detail::{DetailImages, DetailKind};
 use super::displacement::{Border, BoundaryHeights, HeightField};
+use super::fits::Fits;
 use super::flat;
 use super::half_range::fill_half_range;
 use super::horizon::{HorizonMaps, Relief};
@@ -19,8 +20,8 @@ use crate::gpu::{AddressMode, Buffer, Filter, Gpu, GpuError, Memory, Result, Sam
 use crate::maps::LeadrMap;
 use crate::maps::cache::{MapCache, checksum};
 use crate::render::constants::{
-    CHARTS, CONDUCTOR_DIP_SHIFT, DETAIL_TRIPLANAR, FLAG_CHARTED, FLAG_DISPLACED, FLAG_FLAT, FLAG_MARK_INSIDE,
-    FLAG_MASK, FLAG_TINTED_EMISSION, FLAG_TRIANGLES, FLAG_TRIPLANAR, SEA_INDEX,
+    CHARTS, CONDUCTOR_DIP_SHIFT, DETAIL_TRIPLANAR, FIT_SHIFT, FLAG_CHARTED, FLAG_DISPLACED, FLAG_FLAT,
+    FLAG_MARK_INSIDE, FLAG_MASK, FLAG_TINTED_EMISSION, FLAG_TRIANGLES, FLAG_TRIPLANAR, SEA_INDEX,
 };
 use crate::render::scene::{DetailMapping, Object, TriangleCharts};
 
@@ -77,7 +78,8 @@ shared_struct! {
         pub specular_f0: f32,
         /// `FLAG_` bits.
         pub flags: u32,
-        /// Index of the object in the scene, from 1; above `CONDUCTOR_DIP_SHIFT` the dip of a conductor.
+        /// Index of the object in the scene, from 1; above `FIT_SHIFT` the number of its measured material, above `CONDUCTOR_DIP_SHIFT` the
+        /// dip of a conductor.
         pub index: u32,
         /// Distance from the deepest pit to the highest bump, metres.
         pub relief: f32,
@@ -105,6 +107,7 @@ pub struct GpuObject {
     pub maps: Arc<ObjectMaps>,
     /// What the filter pass has to fetch for it.
     pub kind: SurfaceKind,
+    /// [`ObjectGpu::index`], without the dip.
     index: u32,
 }
 
@@ -129,12 +132,14 @@ pub struct ObjectMaps {
 }
 
 /// How the maps of objects are made.
-#[derive(Clone, Copy, Default)]
+#[derive(Clone, Copy)]
 pub struct Upload<'a> {
     /// Keeps what takes long to find in them.
     pub cache: Option<&'a MapCache>,
     /// How their slopes are kept.
     pub format: MomentFormat,
+    /// The measured materials of the scene.
+    pub fits: &'a Fits,
 }
 
 /// What the filter pass has to fetch for an object: it has a pipeline for each kind.
@@ -220,7 +225,7 @@ impl ObjectMaps {
         object: &mut Object,
         topology: &Topology,
         kind: SurfaceKind,
-        Upload { cache, format }: Upload<'_>,
+        Upload { cache, format, .. }: Upload<'_>,
     ) -> Result<Self> {
         let name = object.name.clone();
         // Materials repeat.
@@ -288,6 +293,7 @@ impl GpuObject {
         let carrier = Carrier::of(&object.mesh, object.heights.as_ref());
         let coarse = coarse_mesh
             .map(|mesh| (SurfaceKind::of(&object, &mesh), Carrier::of(&mesh, object.heights.as_ref()), mesh));
+        let index = (index as u32 + 1) | (upload.fits.number_of(&object) << FIT_SHIFT);
         let maps = Arc::new(ObjectMaps::upload(gpu, &mut object, &carrier.topology, kind, upload)?);
         let coarse = coarse.map(|(kind, carrier, mesh)| {
             let object = Object { mesh, ..object.clone() };
@@ -300,7 +306,7 @@ impl GpuObject {
     fn with_maps(
         gpu: &Arc<Gpu>,
         object: Object,
-        index: usize,
+        index: u32,
         kind: SurfaceKind,
         Carrier { topology, boundary }: Carrier,
         maps: Arc<ObjectMaps>,
@@ -320,7 +326,7 @@ impl GpuObject {
             object,
             maps,
             kind,
-            index: index as u32 + 1,
+            index,
         })
     }
 

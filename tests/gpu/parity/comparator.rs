@@ -1,7 +1,8 @@
 //! Random arguments, and the comparison of a probe's results for them with the f64 reference.
 
-use crate::common::gpu::{run_probe, test_gpu};
+use crate::common::gpu::{run_probe_with, test_gpu};
 use glam::{DVec2, DVec3};
+use leadr::gpu::{Buffer, Descriptor};
 use leadr::reflectance::random::Random;
 
 /// Arguments per probe.
@@ -178,14 +179,27 @@ fn spreads_of<const N: usize>(
 pub fn parity<const N: usize>(
     name: &str,
     tolerance: Tolerance,
+    tuple: impl FnMut(&mut Random) -> [f64; N],
+    reference: impl Fn(&[f64; N]) -> Vec<f64>,
+) {
+    parity_with(name, tolerance, None, tuple, reference);
+}
+
+/// The same of a probe that also reads a buffer of this name.
+pub fn parity_with<const N: usize>(
+    name: &str,
+    tolerance: Tolerance,
+    table: Option<(&str, &[f32])>,
     mut tuple: impl FnMut(&mut Random) -> [f64; N],
     reference: impl Fn(&[f64; N]) -> Vec<f64>,
 ) {
     let Some(gpu) = test_gpu() else { return };
+    let table = table.map(|(block, words)| (block, Buffer::from_slice(&gpu, block, words).unwrap()));
+    let further: Vec<_> = table.iter().map(|(block, buffer)| (*block, Descriptor::Storage(buffer))).collect();
     let mut random = Random(0x1ead);
     let inputs: Vec<[f32; N]> = (0..TUPLES).map(|_| tuple(&mut random).map(|v| v as f32)).collect();
     let outputs = reference(&inputs[0].map(f64::from)).len();
-    let got = run_probe(&gpu, &format!("probes/{name}.comp"), &inputs, outputs);
+    let got = run_probe_with(&gpu, &format!("probes/{name}.comp"), &inputs, outputs, &[], &further, &[]);
     let outcome = compare(&inputs, &got, &tolerance, &reference);
     println!(
         "{name}: {TUPLES} tuples, {:.1} % of values well conditioned, their worst relative error {:.1e} ({})",

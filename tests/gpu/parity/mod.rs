@@ -2,6 +2,7 @@ mod antialias;
 mod brdf;
 mod comparator;
 mod extremes;
+mod fitted;
 mod functions;
 mod shading;
 mod shadowing;

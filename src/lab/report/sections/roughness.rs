@@ -13,7 +13,7 @@ use crate::maps::material::alpha_code;
 use crate::reflectance::masking::shadowing::Shadowing;
 use crate::render::camera::Camera;
 use crate::render::light::sky::Sky;
-use crate::render::scene::{MaterialMap, Object, TwoLobes};
+use crate::render::scene::{MaterialMap, Object};
 use crate::render::settings::{RenderSettings, ShadingOptions, Technique};
 use crate::scenes::plane::{even, plane};
 use crate::scenes::stage::{Stage, Views};
@@ -58,7 +58,7 @@ fn stage(filtered: Filtered, views: Views) -> Stage {
     };
     let colors = (0..TEXELS * TEXELS).map(|i| [90, 90, 90, alpha_code(alpha(i))]).collect();
     let map = MaterialMap {
-        two_lobes: (filtered == Filtered::TwoLobes).then_some(TwoLobes::From(THRESHOLD)),
+        two_lobes: (filtered == Filtered::TwoLobes).then_some(THRESHOLD),
         ..MaterialMap::new(TEXELS, TEXELS, colors)
     };
     let floor = Object::new("floor", plane(3.0, 4, 1.0, [1.0; 4], even));

@@ -18,6 +18,7 @@ use crate::render::scene::{FrameState, Object, Pose};
 use crate::render::settings::{Needs, RenderSettings};
 use crate::render::surfaces::budget::Room;
 use crate::render::surfaces::divided::{DividedObject, DivisionBuffers};
+use crate::render::surfaces::material::Bases;
 use crate::render::surfaces::object::{GpuObject, MAX_OBJECTS, SurfaceKind, Upload};
 use crate::render::surfaces::object_view::{DrawnObject, ObjectView, ViewBuffers, Viewpoint};
 use crate::render::surfaces::patch_mesh::PosedVertices;
@@ -68,10 +69,10 @@ impl MeshPipelines {
         state.height_scale != 0.0 && self.kinds.iter().any(|kind| kind.horizon)
     }
 
-    /// Whether two roughnesses share any object.
+    /// What the bases of the objects are.
     #[must_use]
-    pub fn are_mixed(&self) -> bool {
-        self.kinds.iter().any(|kind| kind.has.mixed)
+    pub fn bases(&self) -> Bases {
+        self.kinds.iter().fold(Bases::default(), |all, kind| all.and(kind.has.bases))
     }
 
     /// Whether colours follow the relief of any object.
@@ -212,8 +213,8 @@ impl Surface for Meshes {
         self.pipelines.have_relief(state)
     }
 
-    fn is_mixed(&self) -> bool {
-        self.pipelines.are_mixed()
+    fn bases(&self) -> Bases {
+        self.pipelines.bases()
     }
 
     fn has_relief_color(&self) -> bool {

@@ -13,6 +13,7 @@ use crate::render::passes::shadow::ShadowView;
 use crate::render::passes::targets::{GeometryTargets, VisibleSurface};
 use crate::render::scene::FrameState;
 use crate::render::settings::RenderSettings;
+use crate::render::surfaces::material::Bases;
 use crate::render::surfaces::object_view::DrawnObject;
 use crate::render::surfaces::posed::PosedObject;
 use crate::render::surfaces::sphere::Sphere;
@@ -26,9 +27,9 @@ pub(super) trait Surface {
         false
     }
 
-    /// Whether two roughnesses share any of it.
-    fn is_mixed(&self) -> bool {
-        false
+    /// What its bases are.
+    fn bases(&self) -> Bases {
+        Bases::default()
     }
 
     /// Whether its colours follow its relief.

@@ -13,6 +13,7 @@ use crate::render::passes::filter::FilterInto;
 use crate::render::passes::shade::{LightSamplers, ShadeInputs};
 use crate::render::passes::targets::VisibleSurface;
 use crate::render::settings::Needs;
+use crate::render::surfaces::material::Bases;
 use crate::render::surfaces::ocean::Ocean;
 use crate::render::surfaces::ocean::mesh::EARTH;
 use crate::render::surfaces::ocean::shore::ShoreGpu;
@@ -83,7 +84,7 @@ impl OceanFilterPass {
                     fragment: Some(into.choose("passes/ocean/filter.frag", "passes/ocean/filter_shade.frag")),
                     colors: into.formats(),
                     depth: into.depth(),
-                    spec: &[into.spec(needs, false, false), own].concat(),
+                    spec: &[into.spec(needs, Bases::default(), false), own].concat(),
                     structs: &[&[WaterGpu::LAYOUT, ShoreGpu::LAYOUT, CascadeGpu::LAYOUT], into.structs()].concat(),
                     ..Default::default()
                 },

@@ -167,7 +167,7 @@ impl AtlasGpu {
             if images.has.f0 {
                 f0 = coarse("reflectance", decoded(&images.f0)?, |texel| texel)?;
             }
-            if images.has.mixed {
+            if images.has.bases.mixed {
                 mixed = coarse("roughness", floats(&images.mixed, SOURCE_LEVEL, 0)?, |texel| texel)?;
             }
             if images.has.emission || images.has.occlusion {

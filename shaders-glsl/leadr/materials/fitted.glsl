@@ -1,0 +1,157 @@
+#ifndef LEADR_FITTED_GLSL
+#define LEADR_FITTED_GLSL
+
+#include "../facets/beckmann.glsl"
+#include "../facets/beckmann_sampling.glsl"
+#include "../masking/variants.glsl"
+#include "microfacet.glsl"
+
+// A measured material as facets whose slopes are a table (thesis chapter 4): f_r cos(theta_i) = F D (G / a_o) / 4, to which its
+// diffuse body adds. Its numbers lie one after another in a buffer that the includer names:
+//     layout(std430) readonly buffer Fits { float fits[]; };
+//     #define LEADR_FITTED_WORD(i) fits[i]
+// A material begins at the word `fit`. src/reflectance/materials/fitted_table.rs writes:
+//     0 masking   1 lobes   2 roughness alpha that stands for it   3 direction of its widest slopes   4, 5 mean slope
+//     6 intervals of ln D   7 azimuths   8 where ln D begins   9 intervals of the visible area   10 where that begins
+//     11 intervals of the Fresnel term   12 where that begins   13 lobes: share, covariance xx, yy, xy, alpha
+// Where things begin is counted from `fit`. ln D lies at theta = (i / n)^2 90 degrees, the area at cos(theta) = (j / n)^2, each as value
+// and slope; Fresnel reflectances lie at even steps of the angle, r, g and b.
+//
+// stretch: slopes are steeper by this factor than those that were measured; 1 for the material itself.
+
+float fitted_word(uint fit, int i) {
+    return LEADR_FITTED_WORD(fit + uint(i));
+}
+
+int fitted_masking(uint fit) { return int(fitted_word(fit, 0)); }
+int fitted_lobes(uint fit) { return int(fitted_word(fit, 1)); }
+float fitted_alpha(uint fit) { return fitted_word(fit, 2); }
+float fitted_direction(uint fit) { return fitted_word(fit, 3); }
+
+struct FittedLobe {
+    float share;
+    vec3 S;      // covariance of its slopes
+    float alpha; // its roughness across the direction of its widest slopes
+};
+
+FittedLobe fitted_lobe(uint fit, int i, float stretch) {
+    int at = 13 + 5 * i;
+    vec3 S = vec3(fitted_word(fit, at + 1), fitted_word(fit, at + 2), fitted_word(fit, at + 3));
+    return FittedLobe(fitted_word(fit, at), S * (stretch * stretch), min(stretch * fitted_word(fit, at + 4), 1.0));
+}
+
+// The cubic through knots at 0, 1, 2, ... that begin at `at`.
+float fitted_curve(uint fit, int at, int intervals, float x) {
+    x = clamp(x, 0.0, float(intervals));
+    int i = min(int(x), intervals - 1);
+    int knot = at + 2 * i;
+    float t = x - float(i), s = 1.0 - t;
+    return (1.0 + 2.0 * t) * s * s * fitted_word(fit, knot) + t * s * s * fitted_word(fit, knot + 1)
+         + t * t * (3.0 - 2.0 * t) * fitted_word(fit, knot + 2) - t * t * s * fitted_word(fit, knot + 3);
+}
+
+// The same of one curve for each azimuth; between four of them by a cubic.
+float fitted_rows(uint fit, int at, int intervals, float x, vec2 towards) {
+    int rows = int(fitted_word(fit, 7));
+    if (rows == 1) return fitted_curve(fit, at, intervals, x);
+    float place = fract(atan(towards.y, towards.x == 0.0 && towards.y == 0.0 ? 1.0 : towards.x) / 6.28318531) * float(rows);
+    int k = min(int(place), rows - 1);
+    float t = place - float(k);
+    vec4 four;
+    for (int i = 0; i < 4; ++i) {
+        four[i] = fitted_curve(fit, at + 2 * (intervals + 1) * ((k + rows + i - 1) % rows), intervals, x);
+    }
+    return four.y + 0.5 * t * (four.z - four.x
+         + t * (2.0 * four.x - 5.0 * four.y + 4.0 * four.z - four.w + t * (3.0 * (four.y - four.z) + four.w - four.x)));
+}
+
+// D(wn), density of normals per unit of macrosurface and solid angle.
+float fitted_ndf(uint fit, vec3 wn, float stretch) {
+    if (wn.z <= 0.0) return 0.0;
+    vec3 n = vec3(wn.xy / stretch, wn.z);
+    float theta = atan(length(n.xy), n.z);
+    int intervals = int(fitted_word(fit, 6));
+    float x = sqrt(theta / 1.57079633) * float(intervals);
+    float square = stretch * dot(n, n);
+    return exp(fitted_rows(fit, int(fitted_word(fit, 8)), intervals, x, n.xy)) / (square * square);
+}
+
+// Mean slope.
+vec2 fitted_mean(uint fit, float stretch) {
+    return stretch * vec2(fitted_word(fit, 4), fitted_word(fit, 5));
+}
+
+// A(w), the visible area.
+float fitted_area(uint fit, vec3 w, float stretch) {
+    vec2 mean = fitted_mean(fit, stretch);
+    vec3 seen = vec3(stretch * w.xy, w.z);
+    float l = length(seen);
+    vec3 up = seen * ((w.z < 0.0 ? -1.0 : 1.0) / max(l, 1e-20));
+    int intervals = int(fitted_word(fit, 9));
+    float area = fitted_rows(fit, int(fitted_word(fit, 10)), intervals, sqrt(max(up.z, 0.0)) * float(intervals), up.xy);
+    // What faces away from w faces -w.
+    float a = meso_area(w, mean);
+    return max(l * area + (w.z < 0.0 ? a : 0.0), max(a, 0.0));
+}
+
+// F at the cosine of wo and wh, linear RGB.
+vec3 fitted_fresnel(uint fit, float cosine) {
+    int intervals = int(fitted_word(fit, 11));
+    float c = clamp(cosine, 0.0, 1.0);
+    // acos, without its loss near 1.
+    float x = atan(sqrt(max((1.0 - c) * (1.0 + c), 0.0)), c) / 1.57079633 * float(intervals);
+    int i = clamp(int(x), 0, intervals - 1);
+    int at = int(fitted_word(fit, 12)) + 3 * i;
+    vec3 low = vec3(fitted_word(fit, at), fitted_word(fit, at + 1), fitted_word(fit, at + 2));
+    vec3 high = vec3(fitted_word(fit, at + 3), fitted_word(fit, at + 4), fitted_word(fit, at + 5));
+    return mix(low, high, clamp(x - float(i), 0.0, 1.0));
+}
+
+// D (G / a_o) / 4: f_r cos(theta_i) of its mirrors but for F. 0 where the half vector is not above the horizon.
+float fitted_mirrors(uint fit, vec3 wo, vec3 wi, float stretch) {
+    vec3 wh = half_vector(wo, wi);
+    if (wh.z <= 0.0) return 0.0;
+    float factor = masking_factor(fitted_masking(fit), wo, wi, wh, fitted_mean(fit, stretch), fitted_area(fit, wo, stretch),
+                                  fitted_area(fit, wi, stretch), vec3(1.0, 1.0, 0.0));
+    return microfacet_product(fitted_ndf(fit, wh, stretch), factor);
+}
+
+// Directions are drawn for its mirrors from the normals of its Gaussian lobes that wo sees, each lobe by its visible area. `area`: the sum
+// of these over the lobes.
+float fitted_lobes_area(uint fit, vec3 wo, float stretch) {
+    float area = 0.0;
+    for (int i = 0; i < fitted_lobes(fit); ++i) {
+        FittedLobe lobe = fitted_lobe(fit, i, stretch);
+        area += lobe.share * visible_area(wo, vec2(0.0), lobe.S);
+    }
+    return area;
+}
+
+// The visible normal for u in [0, 1)^2 and a choice of the lobe in [0, 1).
+vec3 fitted_lobes_normal(uint fit, vec3 wo, float choice, vec2 u, float area, float stretch) {
+    float rest = choice * area;
+    int last = fitted_lobes(fit) - 1;
+    FittedLobe lobe = fitted_lobe(fit, last, stretch);
+    for (int i = 0; i < last; ++i) {
+        FittedLobe other = fitted_lobe(fit, i, stretch);
+        float part = other.share * visible_area(wo, vec2(0.0), other.S);
+        if (rest < part) {
+            lobe = other;
+            break;
+        }
+        rest -= part;
+    }
+    return beckmann_sample_visible(wo, u, vec2(0.0), lobe.S);
+}
+
+// Density by solid angle with which such normals wn reflect wo into their mirror directions.
+float fitted_lobes_density(uint fit, vec3 wo, vec3 wn, float area, float stretch) {
+    float d = 0.0;
+    for (int i = 0; i < fitted_lobes(fit); ++i) {
+        FittedLobe lobe = fitted_lobe(fit, i, stretch);
+        d += lobe.share * beckmann_ndf(wn, vec2(0.0), lobe.S);
+    }
+    return 0.25 * min(d, 1e30) / max(area, LEADR_MIN_AREA);
+}
+
+#endif

@@ -1,0 +1,36 @@
+// The measured materials of a scene, and the harmonics of its environment in the same buffer.
+#ifndef LEADR_SHADE_FITS
+#define LEADR_SHADE_FITS
+#include "../bases.glsl"
+
+// Passes that filter and shade read all the 32 resources that drivers push, so both share one: nine coefficients of four numbers; where
+// each material begins, counted from there; then one material after another (src/render/surfaces/fits.rs).
+layout(std430) readonly buffer Irradiance { float light_words[]; };
+const uint FIT_WORDS = 36u;
+#define LEADR_FITTED_WORD(i) light_words[FIT_WORDS + i]
+#include "leadr/materials/fitted.glsl"
+
+// Colours keep a roughness in 8 bits and in halves: what is nearer to 1 is the measured material itself.
+const float SAME_STRETCH = 4e-3;
+
+// Where the fit of this number begins, from 1.
+uint fit_at(uint number) {
+    return uint(light_words[FIT_WORDS + number - 1u]);
+}
+
+// How much steeper the slopes of a surface of roughness alpha are than those that were measured.
+float fit_stretch(uint fit, float alpha) {
+    float stretch = max(alpha, 1e-4) / fitted_alpha(fit);
+    return abs(stretch - 1.0) < SAME_STRETCH ? 1.0 : stretch;
+}
+
+// Radiance coefficients of the environment, world space.
+vec3[9] environment_sh() {
+    vec3 c[9];
+    for (int i = 0; i < 9; ++i) {
+        c[i] = vec3(light_words[4 * i], light_words[4 * i + 1], light_words[4 * i + 2]);
+    }
+    return c;
+}
+
+#endif
