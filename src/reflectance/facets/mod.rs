@@ -1,6 +1,7 @@
 //! Facets: which slopes a rough surface has, how large it looks from a direction, what one facet reflects, and how to
 //! sample a visible facet.
 
+pub mod base_moments;
 pub mod base_roughness;
 pub mod beckmann;
 pub mod beckmann_sampling;
