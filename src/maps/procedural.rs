@@ -8,6 +8,7 @@ use rayon::prelude::*;
 
 use super::HeightMap;
 use super::noise::{Fractal, Gradients, Scattered, hash, unit};
+use crate::reflectance::random::Random;
 
 /// Evaluates `f(s, t)` at the texel centres.
 fn fill(width: u32, height: u32, f: impl Fn(f32, f32) -> f32 + Sync) -> HeightMap {
@@ -126,6 +127,31 @@ pub fn rock(width: u32, height: u32, seed: u32) -> HeightMap {
         }
         let [f1, f2] = clefts.nearest_two(u * 0.5, v * 0.5);
         ridges - 0.45 * (1.0 - smoothstep(0.0, 0.09, f2 - f1))
+    }))
+}
+
+/// A plate with scratches of any direction, heights exactly 0 to 1: straight grooves with raised rims, shallow ones and deep ones.
+pub fn scratches(width: u32, height: u32, seed: u32, count: u32) -> HeightMap {
+    let mut random = Random::stream(seed.into(), 0x5c7a);
+    let grooves: Vec<[f32; 6]> = (0..count)
+        .map(|_| {
+            let (sine, cosine) = random.range(0.0, std::f64::consts::TAU).sin_cos();
+            let half_length = random.range(0.1, 0.45);
+            let place = [random.unit(), random.unit()];
+            [place[0], place[1], cosine, sine, half_length, random.range(0.2, 1.0)].map(|v| v as f32)
+        })
+        .collect();
+    normalised(fill(width, height, |s, t| {
+        let depth = |&[x, y, cosine, sine, half_length, depth]: &[f32; 6]| {
+            // The nearest of the repeats.
+            let [u, v] = [s - x, t - y].map(|d| d - d.round());
+            let (along, across) = (u * cosine + v * sine, v * cosine - u * sine);
+            let end = 1.0 - smoothstep(0.6, 1.0, along.abs() / half_length);
+            let a = (across / 0.008).powi(2);
+            // A groove whose rims hold what was in it.
+            depth * end * (1.0 - a) * (-0.5 * a).exp()
+        };
+        -grooves.iter().map(depth).sum::<f32>()
     }))
 }
 

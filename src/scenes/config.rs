@@ -7,6 +7,7 @@ use serde::{Serialize, Serializer};
 use super::fitted::material_of;
 use super::light::{EnvironmentChoice, SunDirection};
 use super::model::displacement::Displacement;
+use super::model::measured::MeasuredMaterial;
 use super::ocean::waves::Waves;
 use super::registry::{SCENES, Scene};
 use super::view::{Size, View};
@@ -241,6 +242,8 @@ pub struct SceneConfig {
     pub lenient: bool,
     /// Height maps of its materials.
     pub displacements: Vec<Displacement>,
+    /// Which of its materials are measured ones.
+    pub measured: Vec<MeasuredMaterial>,
     /// Height map of the plane or sphere.
     pub height_map: Option<PathBuf>,
     /// Files of its material.
@@ -307,6 +310,7 @@ impl Default for SceneConfig {
             model_camera: None,
             lenient: false,
             displacements: Vec::new(),
+            measured: Vec::new(),
             height_map: None,
             material: MaterialFiles::default(),
             bare: false,

@@ -19,18 +19,47 @@ const FRESNEL_END: f64 = 75.0 / 90.0;
 /// The material of a fit.
 #[must_use]
 pub fn material_of(fit: &FitFile, name: &str) -> Material {
+    let mut material = Material { roughness: Input::constant(1.0), ..Material::new(name) };
+    wear(fit, &mut material);
+    material
+}
+
+/// Gives a material the facets and the body of a fit. Its texture of roughness, if it has one, scales the measured slopes about its own mean.
+pub fn wear(fit: &FitFile, material: &mut Material) {
     let alpha = joint_alpha(&fit.lobes);
     let rgb = |c: DVec3| Input::constant(c.as_vec3().to_array());
-    Material {
-        base_color: rgb(fit.brdf.diffuse),
-        f0: rgb(schlick_f0(&fit.brdf.facets.fresnel)),
-        roughness: Input::constant(alpha as f32),
-        roughness_meaning: RoughnessMeaning::Alpha,
-        // As the roughness arrives in the renderer, so that the measured slopes are not scaled.
-        fit: Some(Arc::new(FittedTable::new(&fit.brdf, &fit.lobes, alpha_of(alpha_code(alpha as f32))))),
-        anisotropy: brushed(&fit.lobes, alpha),
-        ..Material::new(name)
+    material.base_color = rgb(fit.brdf.diffuse);
+    material.metalness = Input::constant(0.0);
+    material.f0 = rgb(schlick_f0(&fit.brdf.facets.fresnel));
+    material.specular = Input::constant(1.0);
+    material.conductor_dip = [0.0; 3];
+    // As the roughness arrives in the renderer, so that the measured slopes are not scaled.
+    material.fit = Some(Arc::new(FittedTable::new(&fit.brdf, &fit.lobes, alpha_of(alpha_code(alpha as f32)))));
+    material.anisotropy = brushed(&fit.lobes, alpha);
+    let mean = mean_alpha(material);
+    match material.roughness_meaning {
+        RoughnessMeaning::Alpha => material.roughness.factor = alpha as f32 / mean,
+        RoughnessMeaning::Perceptual if material.roughness.texture.is_some() => {
+            material.roughness.factor = (alpha as f32 / mean).sqrt()
+        }
+        _ => {
+            material.roughness = Input::constant(alpha as f32);
+            material.roughness_meaning = RoughnessMeaning::Alpha;
+        }
     }
+}
+
+/// Root of the mean `α²` of a texture of roughness whose factor is 1; 1 without a texture.
+fn mean_alpha(material: &Material) -> f32 {
+    let Some(texture) = &material.roughness.texture else { return 1.0 };
+    let (raster, channel) = (&texture.raster, material.roughness.channel);
+    let alpha = |x: u32, y: u32| {
+        let value = f64::from(raster.value(x, y, channel));
+        if material.roughness_meaning == RoughnessMeaning::Alpha { value } else { value * value }
+    };
+    let places = (0..raster.height()).flat_map(|y| (0..raster.width()).map(move |x| (x, y)));
+    let sum: f64 = places.map(|(x, y)| alpha(x, y).powi(2)).sum();
+    (sum / f64::from(raster.width()) / f64::from(raster.height())).sqrt().max(1e-4) as f32
 }
 
 /// One roughness for all lobes (LEADR section 4.1): that of the mean variance, each across what brushed it.

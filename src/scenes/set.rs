@@ -7,6 +7,7 @@ use super::daylight;
 use super::error::SceneError;
 use super::model::ModelChoice;
 use super::model::displacement::displace;
+use super::model::measured::measure;
 use super::registry::{Progress, SceneOptions};
 use super::stage::{BakedRelief, Lights, Views};
 use super::view::{Size, View};
@@ -76,6 +77,7 @@ impl Inputs {
                 let mut model = Model::load(file, LoadOptions { lenient: config.lenient })?;
                 let named = |fault: SceneError| fault.of_file(file);
                 displace(&mut model, file, &config.displacements).map_err(named)?;
+                measure(&mut model, &config.measured).map_err(named)?;
                 let choice = ModelChoice::new(model, config.animation.as_deref()).map_err(named)?;
                 let seen = config.view == View::Model;
                 Some(if seen { choice.seen_by(config.model_camera.as_deref()).map_err(named)? } else { choice })

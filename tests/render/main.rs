@@ -11,6 +11,7 @@ mod edges;
 mod environment;
 mod figures;
 mod filtering;
+mod fitted;
 mod frame;
 mod irradiance;
 mod layers;

@@ -17,7 +17,7 @@ use leadr::reflectance::masking::shadowing::Shadowing;
 use leadr::render::camera::Camera;
 use leadr::render::frame::Renderer;
 use leadr::render::light::sky::Sky;
-use leadr::render::scene::{FrameState, MaterialMap, Object, Pose, TwoLobes};
+use leadr::render::scene::{FrameState, MaterialMap, Object, Pose};
 use leadr::render::settings::{RenderSettings, ShadingOptions, Technique};
 use leadr::render::surfaces::displacement::Border;
 use leadr::render::surfaces::tessellation::TessellationSettings;
@@ -48,7 +48,7 @@ fn dressed(width: u32, height: u32, alphas: Vec<f32>, filtered: Filtered) -> Mat
     let alpha = |alpha: f32| if filtered == Filtered::Mean { mean } else { alpha };
     let colors = alphas.iter().map(|&a| [GREY[0], GREY[1], GREY[2], alpha_code(alpha(a))]).collect();
     MaterialMap {
-        two_lobes: (filtered == Filtered::Mixed).then_some(TwoLobes::From(THRESHOLD)),
+        two_lobes: (filtered == Filtered::Mixed).then_some(THRESHOLD),
         ..MaterialMap::new(width, height, colors)
     }
 }

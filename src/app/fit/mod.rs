@@ -29,8 +29,9 @@ use crate::reflectance::extraction::samples::samples;
 use crate::reflectance::facets::ellipse::ellipse_from_roughness;
 use crate::reflectance::materials::brdf::Brdf;
 
-/// Pixels across a sphere.
+/// Pixels across a sphere, and how many are shown.
 const SPHERE: u32 = 128;
+const SHOWN: usize = 5;
 /// Light of the plots, degrees from the normal.
 const LIT_FROM: [f64; 3] = [15.0, 45.0, 75.0];
 
@@ -156,10 +157,12 @@ fn timed_fit(
 fn draw(measured: &Measured, found: &Fit, file: &Path, output: &Output) -> Result<Vec<SphereReport>, AppError> {
     output.say("drawing spheres");
     let (ggx, beckmann) = (found.as_ggx(), found.as_beckmann());
-    let materials: [&(dyn Brdf + Sync); 5] = [measured, &found.fitted, &found.thesis, &ggx, &beckmann];
+    let curves: Vec<_> = found.curves.iter().flatten().filter_map(|curve| found.with_curve(curve)).collect();
+    let mut materials: Vec<&(dyn Brdf + Sync)> = vec![measured, &found.fitted, &found.thesis, &ggx, &beckmann];
+    materials.extend(curves.iter().map(|curve| curve as &(dyn Brdf + Sync)));
     let images = spheres(&materials, &ggx, SPHERE);
-    save_png(file, &contact_sheet(&images), 1.0, Tonemap::Clamp)?;
-    let names = ["fitted", "backscattering alone", "GGX", "Beckmann"];
+    save_png(file, &contact_sheet(&images[..SHOWN]), 1.0, Tonemap::Clamp)?;
+    let names = ["fitted", "backscattering alone", "GGX", "Beckmann", "shifted gamma", "ABC"];
     let errors = images[1..].iter().map(|image| sphere_error(&images[0], image));
     Ok(names.into_iter().zip(errors).map(|(name, error)| SphereReport::new(name, error)).collect())
 }
@@ -171,7 +174,7 @@ fn html(measured: &Measured, found: &Fit, report: &FitReport, picture: Option<&P
             file: picture.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default(),
             alt: "Spheres of the material and its fits".to_owned(),
             caption: vec!["Measured, fitted, backscattering alone, GGX, Beckmann".to_owned()],
-            width: 5 * (SPHERE + 8) + 8,
+            width: SHOWN as u32 * (SPHERE + 8) + 8,
             height: SPHERE + 16,
             scale: 1,
         }]);

@@ -9,6 +9,7 @@ use serde::Serialize;
 use super::export::is_round;
 use crate::lab::fit::spheres::SphereError;
 use crate::reflectance::extraction::fit::Fit;
+use crate::reflectance::extraction::parametric::ParametricCurve;
 use crate::reflectance::extraction::power_iteration::Backscattering;
 use crate::reflectance::extraction::samples::Misfit;
 use crate::reflectance::facets::ellipse::{bivariate_from_roughness, ellipse_from_roughness};
@@ -34,6 +35,8 @@ pub struct FitReport {
     pub f0: [f64; 3],
     pub diffuse: [f64; 3],
     lobes: Vec<LobeReport>,
+    /// The shifted gamma distribution and ABC's curve nearest to the slopes; null for anisotropic ones.
+    curves: Option<[CurveReport; 2]>,
     /// Against the measured material, over all directions.
     misfit: MisfitReport,
     thesis_misfit: MisfitReport,
@@ -62,6 +65,32 @@ struct LobeReport {
     share: f64,
     #[serde(flatten)]
     roughness: Roughness,
+}
+
+/// A curve of two parameters.
+#[derive(Clone, Copy, Debug, Serialize)]
+#[serde(tag = "family", rename_all = "snake_case")]
+enum CurveReport {
+    ShiftedGamma { alpha: f64, p: f64 },
+    Abc { b: f64, c: f64 },
+}
+
+impl From<ParametricCurve> for CurveReport {
+    fn from(curve: ParametricCurve) -> Self {
+        match curve {
+            ParametricCurve::ShiftedGamma { alpha, p } => Self::ShiftedGamma { alpha, p },
+            ParametricCurve::Abc { b, c } => Self::Abc { b, c },
+        }
+    }
+}
+
+impl fmt::Display for CurveReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::ShiftedGamma { alpha, p } => write!(f, "shifted gamma α {alpha:.4}, p {p:.3}"),
+            Self::Abc { b, c } => write!(f, "ABC B {b:.4}, C {c:.3}"),
+        }
+    }
 }
 
 #[derive(Clone, Copy, Debug, Serialize)]
@@ -150,6 +179,7 @@ impl FitReport {
             f0: fit.fitted.facets.fresnel.at(1.0).to_array(),
             diffuse: fit.fitted.diffuse.to_array().map(|c| if c < 1e-6 { 0.0 } else { c }),
             lobes: fit.lobes.iter().map(lobe).collect(),
+            curves: fit.curves.map(|curves| curves.map(CurveReport::from)),
             misfit: fit.misfit.into(),
             thesis_misfit: fit.thesis_misfit.into(),
             export_misfit: None,
@@ -184,6 +214,9 @@ impl fmt::Display for FitReport {
         writeln!(f, "  F0 {}, diffuse {}", rgb(self.f0), rgb(self.diffuse))?;
         for lobe in &self.lobes {
             writeln!(f, "  lobe: {:4.1} % of the facets, {}", 100.0 * lobe.share, lobe.roughness)?;
+        }
+        if let Some([gamma, abc]) = &self.curves {
+            writeln!(f, "  curves of others: {gamma}; {abc}")?;
         }
         write!(
             f,

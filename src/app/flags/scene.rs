@@ -19,6 +19,7 @@ use crate::render::surfaces::moments::MomentFormat;
 use crate::scenes::config::{DEFAULT_MSAA, MaterialFiles, SceneConfig};
 use crate::scenes::light::{EnvironmentChoice, SunDirection};
 use crate::scenes::model::displacement::Displacement;
+use crate::scenes::model::measured::MeasuredMaterial;
 use crate::scenes::registry::{Choice, MODEL, SCENES, Scene};
 use crate::scenes::view::{Size, View};
 
@@ -39,11 +40,15 @@ pub struct SceneArgs {
     /// given several times. Maps beside the model that are named MATERIAL_Displacement.png or like its image are found
     #[arg(long, value_name = "MATERIAL=FILE[,SCALE[,MIDDLE]]")]
     pub displacement: Vec<Displacement>,
+    /// A measured material, as leadr fit keeps it, instead of a material of a model (`*`: all of them); may be given several times.
+    /// Relief, occlusion and holes stay the model's; a texture of roughness scales the measured slopes about its own mean
+    #[arg(long, value_name = "MATERIAL=FIT.json")]
+    pub measured: Vec<MeasuredMaterial>,
     /// Height map of the plane or the sphere
     #[arg(long, value_name = "FILE", help = for_scenes("Height map, PNG or EXR, or what leadr bake made of one (KTX2, EXR); its first row lies at y = 0, rows run along +y", Choice::HeightMap))]
     pub height_map: Option<PathBuf>,
     /// A material
-    #[arg(long, value_name = "FOLDER", help = for_scenes("A material as downloaded: NAME_Color.png, NAME_NormalGL.png, NAME_Roughness.png, NAME_Displacement.png, ...; it lies upright, as seen from above with +y on top", Choice::HeightMap))]
+    #[arg(long, value_name = "FOLDER|FIT.json", help = for_scenes("A material as downloaded: NAME_Color.png, NAME_NormalGL.png, NAME_Roughness.png, NAME_Displacement.png, ...; or a measured one, as leadr fit keeps it. It lies upright, as seen from above with +y on top", Choice::HeightMap))]
     pub material: Option<PathBuf>,
     /// Base colours
     #[arg(long, value_name = "FILE", help = for_scenes("Base colours, PNG or JPEG in sRGB, or linear EXR; with --height-map, both lie upright", Choice::HeightMap))]
@@ -244,6 +249,7 @@ impl SceneArgs {
             model_camera: if let CameraChoice::Model(name) = a.camera { name } else { None },
             lenient: a.lenient,
             displacements: a.displacement,
+            measured: a.measured,
             height_map: a.height_map,
             material,
             bare: a.bare,
@@ -284,6 +290,9 @@ impl SceneArgs {
         }
         if !self.displacement.is_empty() && self.scene.model.is_none() {
             return Err("--displacement is for models: --scene FILE.glb or FILE.gltf".into());
+        }
+        if !self.measured.is_empty() && self.scene.model.is_none() {
+            return Err("--measured is for models; for the plane and the sphere write --material FIT.json".into());
         }
         if matches!(self.camera, CameraChoice::Model(_)) {
             if self.scene.model.is_none() {

@@ -1,6 +1,7 @@
 //! The bench: the time of every pass on the device, of rows that are measured alternately.
 
 mod against;
+mod bases;
 mod forward;
 mod goals;
 mod maps;

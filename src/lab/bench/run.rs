@@ -10,7 +10,7 @@ use super::report::BenchReport;
 use super::rounds::{self, Frame, Subject, Tick};
 use super::rows::{Measured, Row};
 use super::scene::Table;
-use super::{maps, quad, scene};
+use super::{bases, maps, quad, scene};
 use crate::gpu::Gpu;
 use crate::lab::error::LabError;
 use crate::lab::progress::Progress;
@@ -81,7 +81,7 @@ pub fn bench(
         measure_against_forward(size, &gpu, rounds, progress, &mut measured)?;
     }
     for (scene, inputs) in config.scenes.iter().zip(inputs) {
-        let one_set = |table: &Table| !matches!(table, Table::Maps | Table::Waves);
+        let one_set = |table: &Table| !matches!(table, Table::Maps | Table::Bases | Table::Waves);
         if config.tables.iter().any(one_set) {
             let subject = one_scene(config, scene, inputs, &gpu, progress)?;
             measure(vec![subject], rounds, progress, &mut measured)?;
@@ -89,6 +89,9 @@ pub fn bench(
         let wants = |table: Table| config.tables.contains(&table) && table.is_of(scene.scene);
         if wants(Table::Maps) {
             measure(maps::maps(scene, &gpu, config.technique, progress)?, rounds, progress, &mut measured)?;
+        }
+        if wants(Table::Bases) {
+            measure(bases::bases(scene, &gpu, config.technique, progress)?, rounds, progress, &mut measured)?;
         }
         if wants(Table::Waves) {
             measure(seas(scene, &gpu, config.technique, progress)?, rounds, progress, &mut measured)?;
@@ -116,7 +119,7 @@ fn one_scene(
         Table::Distance => scene::distances(scene, &state, only),
         Table::Resolution => scene::resolutions(scene, &state, only),
         Table::Triangles => scene::triangles(scene, &state, only),
-        Table::Maps | Table::Waves => Vec::new(),
+        Table::Maps | Table::Bases | Table::Waves => Vec::new(),
     });
     let rows = rows.collect();
     Ok((set.renderer, rows))

@@ -25,14 +25,24 @@ pub enum Table {
     Triangles,
     /// Maps of more and more texels, LEADR beside LEAN.
     Maps,
+    /// Base materials of several kinds.
+    Bases,
     /// The sea by size of transform and of picture.
     Waves,
 }
 
 impl Table {
     /// Every table, in the order in which they are measured.
-    pub const ALL: [Self; 7] =
-        [Self::Views, Self::Techniques, Self::Distance, Self::Resolution, Self::Triangles, Self::Maps, Self::Waves];
+    pub const ALL: [Self; 8] = [
+        Self::Views,
+        Self::Techniques,
+        Self::Distance,
+        Self::Resolution,
+        Self::Triangles,
+        Self::Maps,
+        Self::Bases,
+        Self::Waves,
+    ];
 
     /// Its name on the command line, and a line of help.
     #[must_use]
@@ -44,6 +54,7 @@ impl Table {
             Self::Resolution => ("resolution", "Pictures of a quarter to twice the size along each side"),
             Self::Triangles => ("triangles", "Triangles of 1, 2, 4, 8 and 16 pixels"),
             Self::Maps => ("maps", "Maps of more and more texels, LEADR beside LEAN in sunlight"),
+            Self::Bases => ("bases", "One Beckmann lobe, a GGX base, and the lobes of a measured material"),
             Self::Waves => ("waves", "The open sea by size of transform and of picture"),
         }
     }
@@ -53,6 +64,7 @@ impl Table {
     pub fn needs(self) -> &'static [Choice] {
         match self {
             Self::Maps => &[Choice::AtlasTile, Choice::HeightMap],
+            Self::Bases => &[Choice::HeightMap],
             Self::Waves => &[Choice::Waves],
             _ => &[],
         }
@@ -265,6 +277,7 @@ mod tests {
         let of = |table: Table| SCENES.iter().filter(|s| table.is_of(s)).map(|s| s.name).collect::<Vec<_>>();
         assert_eq!(of(Table::Views).len(), SCENES.len());
         assert_eq!(of(Table::Waves), ["ocean"]);
+        assert_eq!(of(Table::Bases), ["plane", "sphere"]);
         assert_eq!(of(Table::Maps), ["trex", "plane", "sphere", "pillow", "snake", "shore"]);
     }
 }

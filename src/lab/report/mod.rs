@@ -10,6 +10,7 @@ mod outside;
 mod run;
 mod section;
 mod sections;
+mod shared;
 mod studio;
 mod subject;
 mod truth;

@@ -6,6 +6,7 @@ use glam::DVec3;
 
 use super::fresnel::mean_ratio_fresnel;
 use super::lobes::fit_lobes;
+use super::parametric::{Family, ParametricCurve, nearest};
 use super::power_iteration::{Backscattering, Extracted, extract_polar, extract_radial};
 use super::refinement::refine;
 use super::roughness::{beckmann_roughness, ggx_roughness};
@@ -86,6 +87,8 @@ pub struct Fit {
     pub fitted: FittedBrdf,
     /// Gaussian lobes of its slopes.
     pub lobes: Vec<Lobe>,
+    /// Curves that others fit, nearest to its slopes where these are isotropic: the shifted gamma distribution and ABC's.
+    pub curves: Option<[ParametricCurve; 2]>,
     /// How far the thesis' material is from the measured one.
     pub thesis_misfit: Misfit,
     /// And the best one.
@@ -111,6 +114,13 @@ impl Fit {
     pub fn as_beckmann(&self) -> Microfacet<Beckmann> {
         let distribution = Beckmann::new(self.extracted.slopes.mean_slope(), covariance_from_roughness(self.beckmann));
         Microfacet { distribution, masking: self.thesis.facets.masking, fresnel: self.thesis.facets.fresnel.clone() }
+    }
+
+    /// The best material with the slopes of another curve; `None` for a curve without any.
+    #[must_use]
+    pub fn with_curve(&self, curve: &ParametricCurve) -> Option<FittedBrdf> {
+        let facets = Microfacet { distribution: Tabulated::Radial(curve.table()?), ..self.fitted.facets.clone() };
+        Some(FittedBrdf { facets, diffuse: self.fitted.diffuse })
     }
 
     /// The thesis' material with GGX slopes of the same mean sizes.
@@ -183,6 +193,10 @@ pub fn fit(brdf: &dyn Brdf, isotropic: bool, options: &FitOptions, watch: &mut d
     }
     watch(Step::Lobes);
     let lobes = fit_lobes(&fitted.facets.distribution, options.lobes);
+    let curves = match &fitted.facets.distribution {
+        Tabulated::Radial(table) => Some([Family::ShiftedGamma, Family::Abc].map(|family| nearest(table, family))),
+        Tabulated::Polar(_) => None,
+    };
     Some(Fit {
         backscattering,
         beckmann: beckmann_roughness(&extracted.slopes),
@@ -191,6 +205,7 @@ pub fn fit(brdf: &dyn Brdf, isotropic: bool, options: &FitOptions, watch: &mut d
         thesis,
         fitted,
         lobes,
+        curves,
         thesis_misfit,
         misfit: best,
     })

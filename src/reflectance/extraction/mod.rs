@@ -3,6 +3,7 @@
 pub mod fit;
 pub mod fresnel;
 pub mod lobes;
+pub mod parametric;
 pub mod power_iteration;
 pub mod refinement;
 pub mod roughness;

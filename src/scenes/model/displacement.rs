@@ -7,6 +7,7 @@ use std::str::FromStr;
 
 use serde::{Serialize, Serializer};
 
+use super::named::worn_by;
 use crate::maps::MapError;
 use crate::maps::load_height_map;
 use crate::maps::material::{Material, Relief, Role, role_of};
@@ -102,17 +103,10 @@ pub fn displace(model: &mut Model, file: &Path, asked: &[Displacement]) -> Resul
         *relief = Some(relief_of(&map)?);
     }
     for displacement in asked {
-        let wears = |material: &Material| displacement.material.as_ref().is_none_or(|name| *name == material.name);
-        if !model.materials.iter().any(wears) {
-            let name = displacement.material.as_deref().unwrap_or("*");
-            let names: Vec<&str> = model.materials.iter().map(|material| material.name.as_str()).collect();
-            let there = names.join(", ");
-            let fault = format!("no material is called {name}; there are: {there}");
-            return Err(SceneError::Model(fault));
-        }
+        let worn = worn_by(model, displacement.material.as_deref())?;
         let relief = displacement.load()?;
-        for material in model.materials.iter_mut().filter(|material| wears(material)) {
-            material.relief = Some(relief.clone());
+        for index in worn {
+            model.materials[index].relief = Some(relief.clone());
         }
     }
     Ok(())

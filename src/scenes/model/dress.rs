@@ -54,7 +54,7 @@ pub fn object(model: &Model, parts: &Parts, surface: &Surface, index: usize, res
         texels = filled(&texels, [width, height], |index| cover.opacity(place(index)) >= cover.least_opacity());
     }
     let wraps = [CHART_EMISSION, CHART_OCCLUSION, CHART_OPACITY].map(|chart| image(chart).wrap);
-    let map = MaterialMap { wrap: image(CHART_COLORS).wrap, ..Cover::map(width, height, &texels) };
+    let map = MaterialMap { wrap: image(CHART_COLORS).wrap, ..cover.with_fit(Cover::map(width, height, &texels)) };
     let object = Object {
         charts: at.images,
         tints_emission: original.unlit,

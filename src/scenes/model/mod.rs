@@ -5,6 +5,8 @@ pub mod displacement;
 mod dress;
 mod join;
 mod lights;
+pub mod measured;
+mod named;
 mod parts;
 mod places;
 mod relief;

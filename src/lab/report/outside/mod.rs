@@ -4,8 +4,6 @@
 pub mod panoramas;
 pub mod reliefs;
 
-use std::path::PathBuf;
-
 use glam::Vec3;
 use serde::Deserialize;
 
@@ -121,12 +119,6 @@ pub fn block_means(image: &RgbImage, side: u32) -> Result<RgbImage, MapFault> {
         sum.map(|s| s / (side * side) as f32)
     };
     RgbImage::new(width, height, (0..width * height).map(|i| mean(i % width, i / width)).collect())
-}
-
-/// A file of the shared data, where the variable `LEADR_SHARED` leads to one.
-fn shared(file: &str) -> Option<PathBuf> {
-    let path = PathBuf::from(std::env::var_os("LEADR_SHARED")?).join("data").join(file);
-    path.exists().then_some(path)
 }
 
 #[cfg(test)]

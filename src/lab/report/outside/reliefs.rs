@@ -3,7 +3,7 @@
 
 use std::f64::consts::PI;
 
-use super::shared;
+use crate::lab::report::shared::shared;
 
 use crate::maps::{HeightMap, MapError, load_height_map};
 

@@ -3,6 +3,7 @@
 mod bench;
 mod colour;
 mod convergence;
+mod measured;
 mod misses;
 mod model;
 mod models;
@@ -39,7 +40,7 @@ pub struct SectionEntry {
 }
 
 /// Every section, in the order of the page.
-pub static SECTIONS: [SectionEntry; 19] = [
+pub static SECTIONS: [SectionEntry; 20] = [
     SectionEntry {
         key: "convergence",
         help: "How the reference converges",
@@ -95,6 +96,13 @@ pub static SECTIONS: [SectionEntry; 19] = [
         title: "Two roughnesses that share a surface",
         judges_others: false,
         run: roughness::run,
+    },
+    SectionEntry {
+        key: "measured",
+        help: "Measured materials, extracted, fitted and displaced",
+        title: "Measured materials",
+        judges_others: false,
+        run: measured::run,
     },
     SectionEntry {
         key: "colour",

@@ -1,0 +1,373 @@
+//! Measured materials: their facets by power iteration, and how they look displaced, near and far.
+
+use std::path::Path;
+
+use glam::DVec2;
+use serde::Serialize;
+
+use crate::lab::error::LabError;
+use crate::lab::fit::extraction_study::{Extraction, brushed, round};
+use crate::lab::fit::specimen::{Lacquer, as_beckmann, dressed};
+use crate::lab::fit::spheres::{contact_sheet, sphere_error, spheres};
+use crate::lab::report::html::{Cell, Html, Plot, Scale, Table, number};
+use crate::lab::report::look::Look;
+use crate::lab::report::outside::block_means;
+use crate::lab::report::section::Section;
+use crate::lab::report::shared::shared;
+use crate::lab::report::studio::{Studio, fault};
+use crate::lab::report::subject::{Subject, framed_from};
+use crate::lab::report::truth::Truth;
+use crate::lab::report::verdict::{Shot, judge};
+use crate::maps::material::{Encoding, Input, Material, Raster, Samples, Texture};
+use crate::maps::{HeightMap, RgbImage, procedural};
+use crate::measured::Measured;
+use crate::reflectance::extraction::fit::{Fit, FitOptions, fit};
+use crate::reflectance::materials::brdf::Brdf;
+use crate::render::settings::Technique;
+use crate::scenes::dressed::sphere_stage;
+use crate::scenes::stage::SPHERE_REPEAT;
+
+const INTRO: &str = "Facets of known slopes found again by power iteration (the thesis' Table 4.I and Figure 4.5); spheres of measured materials \
+    and their fits (Figure 4.2); and the materials on displaced spheres (Figures 5.3 to 5.5): one sample of LEADR with the lobes of the fit against the \
+    supersampled reference, whose samples see the table itself, inside of the outline, and beside it one Beckmann lobe of the extracted roughness, and Blinn-Phong with mips of normals. \
+    Last, one fit whose slopes a texture of roughness scales (Figure 4.6). The lacquer is made on the spot; measured files are drawn where LEADR_SHARED leads to them.";
+
+/// Roughnesses of Table 4.I, with the thesis' largest errors.
+const TABLE_4_I: [(f64, f64); 4] = [(0.01, 0.03), (0.02, 0.004), (0.05, 0.002), (0.15, 0.0005)];
+/// Brushed slopes of the timings.
+const BRUSHED: DVec2 = DVec2::new(0.1, 0.3);
+/// The goal far away.
+const GOAL: f64 = 0.03;
+/// Metres for a unit of height: bumps whose slopes deviate by .25, and grooves of 4 mm.
+const DEPTHS: [(&str, f32); 2] = [("rugged", 0.25 * SPHERE_REPEAT), ("scratched", 0.004)];
+/// Width of the bumps as a part of a repeat.
+const FEATURE: f32 = 0.02;
+/// How many times as far the far view is as the middle one.
+const FAR: f32 = 8.0;
+/// Pixels of the truth along a pixel of the far pictures.
+const BLOCK: u32 = 8;
+
+/// A material and its fit.
+struct Specimen {
+    name: String,
+    material: Box<dyn Brdf + Sync>,
+    fit: Fit,
+}
+
+/// Errors of spheres of one material.
+#[derive(Serialize)]
+struct SphereRow {
+    material: String,
+    form: &'static str,
+    rrmse: f64,
+    delta_e: f64,
+}
+
+/// Error of one displaced sphere.
+#[derive(Serialize)]
+struct DisplacedRow {
+    material: String,
+    relief: &'static str,
+    far: bool,
+    form: &'static str,
+    rrmse: f64,
+    flip: f64,
+    noise: f64,
+}
+
+#[derive(Serialize)]
+struct Data {
+    table: Vec<(f64, f64)>,
+    round: Vec<Extraction>,
+    brushed: Vec<Extraction>,
+    spheres: Vec<SphereRow>,
+    displaced: Vec<DisplacedRow>,
+}
+
+fn specimens() -> Result<Vec<Specimen>, LabError> {
+    let fitted = |name: &str, material: Box<dyn Brdf + Sync>, isotropic: bool| {
+        let fit = fit(&*material, isotropic, &FitOptions::default(), &mut |_| ())
+            .ok_or_else(|| LabError(format!("{name} scatters nothing back")))?;
+        Ok::<_, LabError>(Specimen { name: name.to_owned(), material, fit })
+    };
+    let mut all = vec![fitted("lacquer", Box::new(Lacquer::default()), true)?];
+    let Some(folder) = shared("brdf/rgl_bsdf") else { return Ok(all) };
+    for file in measured_files(&folder)? {
+        let measured = Measured::load(&file)?;
+        let stem = file.file_stem().map(|stem| stem.to_string_lossy().replace('_', "-")).unwrap_or_default();
+        let isotropic = measured.is_isotropic();
+        all.push(fitted(&stem, Box::new(measured), isotropic)?);
+    }
+    Ok(all)
+}
+
+fn measured_files(folder: &Path) -> Result<Vec<std::path::PathBuf>, LabError> {
+    let entries = std::fs::read_dir(folder).map_err(|e| LabError(format!("{}: {e}", folder.display())))?;
+    let mut files: Vec<_> = entries.flatten().map(|entry| entry.path()).collect();
+    files.retain(|file| file.extension().is_some_and(|ending| ending == "bsdf"));
+    files.sort();
+    Ok(files)
+}
+
+pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
+    let (mut html, mut findings) = (Html::new(), Vec::new());
+    let (table, mut data_round, mut data_brushed) = (known(studio, &mut html, &mut findings)?, Vec::new(), Vec::new());
+    timings(studio, &mut html, &mut data_round, &mut data_brushed);
+    let all = specimens()?;
+    let spheres = compared(studio, &all, &mut html, &mut findings)?;
+    let displaced = displaced(studio, &all, &mut html, &mut findings)?;
+    roughened(studio, &all[0], &mut html, &mut findings)?;
+    Section::new(INTRO, findings, &html, &Data { table, round: data_round, brushed: data_brushed, spheres, displaced })
+}
+
+/// Table 4.I.
+fn known(studio: &Studio, html: &mut Html, findings: &mut Vec<String>) -> Result<Vec<(f64, f64)>, LabError> {
+    let angles = studio.pick(90, 360);
+    let mut table = Table::new(
+        format!("Beckmann slopes found again from {angles} angles: largest relative error of the backscattering"),
+        ["α", "here", "thesis, 360 angles"],
+    );
+    let mut errors = Vec::new();
+    for (alpha, thesis) in TABLE_4_I {
+        let found = round(alpha, angles).ok_or_else(|| LabError("nothing was found again".to_owned()))?;
+        table.row([alpha, found.error, thesis].map(Cell::from));
+        errors.push((alpha, found.error));
+    }
+    html.table(&table);
+    let worst = errors.iter().map(|(_, error)| *error).fold(0.0, f64::max);
+    findings.push(format!("Known slopes are found again to {}; the thesis has up to 0.03.", number(worst)));
+    Ok(errors)
+}
+
+/// Figure 4.5.
+fn timings(studio: &Studio, html: &mut Html, round_rows: &mut Vec<Extraction>, brushed_rows: &mut Vec<Extraction>) {
+    let counts: &[usize] = studio.pick(&[16, 48], &[16, 24, 32, 48, 64, 90, 128, 180, 256, 360]);
+    round_rows.extend(counts.iter().filter_map(|&n| round(0.05, n)));
+    let counts: &[usize] = studio.pick(&[16, 32], &[16, 24, 32, 48, 64, 90]);
+    brushed_rows.extend(counts.iter().filter_map(|&n| brushed(BRUSHED, n, n)));
+    let angles = ("angles at which the material is asked", Scale::Log);
+    let mut time = Plot::new("How long extraction takes", angles, ("milliseconds", Scale::Log));
+    let mut error = Plot::new("How exact it is", angles, ("largest relative error of the backscattering", Scale::Log));
+    for (name, rows) in [("round, α .05", &*round_rows), ("brushed, α .1 and .3, as many azimuths", &*brushed_rows)] {
+        let points = |of: fn(&Extraction) -> f64| rows.iter().map(|row| (row.angles as f64, of(row))).collect();
+        time.line(name, points(|row| 1e3 * row.seconds));
+        error.line(name, points(|row| row.error.max(1e-9)));
+    }
+    html.plot(&time);
+    html.plot(&error);
+}
+
+/// Figure 4.2.
+fn compared(
+    studio: &mut Studio,
+    all: &[Specimen],
+    html: &mut Html,
+    findings: &mut Vec<String>,
+) -> Result<Vec<SphereRow>, LabError> {
+    let size = studio.pick(48, 128);
+    let mut rows = Vec::new();
+    let mut table = Table::new(
+        "Spheres: relative RMSE, and mean ΔE₀₀ of the pixels as shown",
+        [
+            "material",
+            "measured, fitted, backscattering alone, GGX, Beckmann",
+            "fitted",
+            "backscattering",
+            "GGX",
+            "Beckmann",
+        ],
+    );
+    for Specimen { name, material, fit } in all {
+        let (ggx, beckmann) = (fit.as_ggx(), fit.as_beckmann());
+        let materials: [&(dyn Brdf + Sync); 5] = [&**material, &fit.fitted, &fit.thesis, &ggx, &beckmann];
+        let images = spheres(&materials, &ggx, size);
+        let figure = studio.picture(&format!("measured-{name}"), &contact_sheet(&images), 1.0, name, Vec::new())?;
+        let errors: Vec<_> = images[1..].iter().map(|image| sphere_error(&images[0], image)).collect();
+        let shown = errors.iter().map(|e| Cell::from(format!("{}, ΔE {}", number(e.rrmse), number(e.delta_e))));
+        table.row([Cell::from(name.as_str()), Cell::Figure(figure)].into_iter().chain(shown));
+        for (form, error) in ["fitted", "backscattering alone", "GGX", "Beckmann"].into_iter().zip(&errors) {
+            rows.push(SphereRow { material: name.clone(), form, rrmse: error.rrmse, delta_e: error.delta_e });
+        }
+    }
+    html.table(&table);
+    for form in ["fitted", "backscattering alone", "GGX", "Beckmann"] {
+        let of: Vec<&SphereRow> = rows.iter().filter(|row| row.form == form).collect();
+        let mean = |value: fn(&SphereRow) -> f64| of.iter().map(|row| value(row)).sum::<f64>() / of.len().max(1) as f64;
+        findings.push(format!(
+            "Spheres, {form}: mean relative RMSE {}, mean ΔE₀₀ {}.",
+            number(mean(|row| row.rrmse)),
+            number(mean(|row| row.delta_e))
+        ));
+    }
+    Ok(rows)
+}
+
+/// Reliefs of a repeat of the sphere, so fine that a pixel far away sees a dozen of bumps, which texels still resolve.
+fn reliefs(studio: &Studio) -> [HeightMap; 2] {
+    let side = studio.pick(256, 1024);
+    [procedural::gaussian(side, side, 5, 1.0, FEATURE), procedural::scratches(side, side, 3, 400)]
+}
+
+/// A truth of a picture whose pixels are blocks of `block` pixels, with its noise.
+fn truth_of_blocks(shot: &Shot, block: u32) -> Result<Shot, LabError> {
+    let coverage = RgbImage::new(shot.image.width, shot.image.height, shot.coverage.iter().map(|&c| [c; 3]).collect());
+    let coverage = block_means(&coverage.map_err(fault)?, block).map_err(fault)?;
+    Ok(Shot {
+        image: block_means(&shot.image, block).map_err(fault)?,
+        coverage: coverage.texels.iter().map(|t| t[0]).collect(),
+        // Its pixels' noises are independent.
+        noise: shot.noise / f64::from(block),
+        ..shot.clone()
+    })
+}
+
+/// Figures 5.3 to 5.5.
+fn displaced(
+    studio: &mut Studio,
+    all: &[Specimen],
+    html: &mut Html,
+    findings: &mut Vec<String>,
+) -> Result<Vec<DisplacedRow>, LabError> {
+    let size = studio.pick(48, 192);
+    let samples = studio.pick(8, 64);
+    let mut rows: Vec<DisplacedRow> = Vec::new();
+    let maps = reliefs(studio);
+    let bar = studio.progress.bar(2 * all.len() * maps.len());
+    for Specimen { name, fit, .. } in all {
+        for ((relief, depth), map) in DEPTHS.into_iter().zip(&maps) {
+            let material = dressed(fit, name, map.clone(), depth);
+            let tile = studio.pick(16, 32);
+            let mut of_lobes = Subject::under_the_sky(studio, sphere_stage(&material, tile), 0.0)?;
+            let mut of_one = Subject::under_the_sky(studio, sphere_stage(&as_beckmann(&material, fit), tile), 0.0)?;
+            for far in [false, true] {
+                let views = of_lobes.stage.views;
+                // Far pictures are the means of blocks: as many samples for each pixel as for the whole block.
+                let (camera, block) = if far { (framed_from(&views.mid, FAR), BLOCK) } else { (views.near, 1) };
+                let side = size / block;
+                let state = of_lobes.seen_by(&camera);
+                let settings = Truth::Displacement.settings((size, size), samples, 1);
+                let truth = studio.shoot_truth(&mut of_lobes.renderer, &state, &settings)?;
+                let truth = truth_of_blocks(&truth, block)?;
+                let mut forms: Vec<(&str, Shot)> = Vec::new();
+                for (form, technique, lobes) in [
+                    ("LEADR, lobes of the fit", Technique::Leadr, true),
+                    ("LEADR, one Beckmann lobe", Technique::Leadr, false),
+                    ("Blinn-Phong, mips of normals", Technique::NormalMip, true),
+                ] {
+                    let settings = Look::of(technique).settings((side, side), 1);
+                    let subject = if lobes { &mut of_lobes } else { &mut of_one };
+                    forms.push((form, studio.shoot(&mut subject.renderer, &state, &settings)?));
+                }
+                let place = if far { "far" } else { "near" };
+                let mut shown = Table::new(
+                    format!(
+                        "{name}, {relief}, {place}: {side} pixels, truth of {} samples, its noise {}",
+                        samples * block * block,
+                        number(truth.noise)
+                    ),
+                    ["", "picture", "rRMSE", "FLIP"],
+                );
+                let file = |what: &str| format!("measured-{name}-{relief}-{place}-{what}");
+                let figure = studio.picture(&file("truth"), &truth.image, 1.0, "truth", Vec::new())?;
+                shown.row([Cell::from("truth"), Cell::Figure(figure.enlarged(block))]);
+                for (number, (form, shot)) in forms.iter().enumerate() {
+                    let verdict = judge(&truth, shot, 1.0).map_err(fault)?;
+                    let figure = studio.picture(&file(&number.to_string()), &shot.image, 1.0, form, Vec::new())?;
+                    let (rrmse, flip) = (verdict.interior.rrmse, verdict.interior.flip);
+                    shown.row([
+                        Cell::from(*form),
+                        Cell::Figure(figure.enlarged(block)),
+                        Cell::from(rrmse),
+                        Cell::from(flip),
+                    ]);
+                    rows.push(DisplacedRow {
+                        material: name.clone(),
+                        relief,
+                        far,
+                        form,
+                        rrmse,
+                        flip,
+                        noise: truth.noise,
+                    });
+                }
+                html.table(&shown);
+                bar.step();
+            }
+        }
+    }
+    drop(bar);
+    for far in [true, false] {
+        for row in rows.iter().filter(|row| row.far == far && row.form.contains("lobes of")) {
+            let same = |other: &&DisplacedRow| {
+                other.material == row.material && other.relief == row.relief && other.far == far
+            };
+            let others: Vec<String> = rows
+                .iter()
+                .filter(same)
+                .filter(|other| other.form != row.form)
+                .map(|other| format!("{} with {}", number(other.rrmse), other.form))
+                .collect();
+            findings.push(format!(
+                "{}, {}, {}: one sample errs by {}{}; {}. The truth's noise is {}.",
+                row.material,
+                row.relief,
+                if far { "far" } else { "near" },
+                number(row.rrmse),
+                if far { format!(" (goal {GOAL})") } else { String::new() },
+                others.join(", "),
+                number(row.noise)
+            ));
+        }
+    }
+    Ok(rows)
+}
+
+/// Figure 4.6.
+fn roughened(
+    studio: &mut Studio,
+    specimen: &Specimen,
+    html: &mut Html,
+    findings: &mut Vec<String>,
+) -> Result<(), LabError> {
+    let side = studio.pick(128, 512);
+    let pattern = procedural::fbm(side, side, 9, 6, 4, 0.5);
+    // From half to twice as rough.
+    let texels = pattern.texels.iter().map(|h| (2.5 * h).clamp(-1.0, 1.0).exp2()).map(|factor| 0.5 * factor).collect();
+    let raster = Raster::new(side, side, 1, Samples::F32(texels)).map_err(fault)?;
+    let flat = HeightMap::new(2, 2, vec![0.5; 4]).map_err(fault)?;
+    let plain = Material { relief: None, ..dressed(&specimen.fit, &specimen.name, flat, 0.0) };
+    let roughness = Input {
+        factor: 2.0 * plain.roughness.factor,
+        texture: Some(Texture::new(raster, "roughness", Encoding::Linear)),
+        channel: 0,
+    };
+    let material = Material { roughness, ..plain };
+    let mut subject = Subject::under_the_sky(studio, sphere_stage(&material, studio.pick(16, 64)), 0.0)?;
+    let size = studio.pick(48, 256);
+    let state = subject.seen_by(&subject.stage.views.mid);
+    let samples = studio.pick(16, 64);
+    let truth =
+        studio.shoot_truth(&mut subject.renderer, &state, &Truth::Displacement.settings((size, size), samples, 1))?;
+    let shot = studio.shoot(&mut subject.renderer, &state, &Look::of(Technique::Leadr).settings((size, size), 1))?;
+    let verdict = judge(&truth, &shot, 1.0).map_err(fault)?;
+    let mut table = Table::new(
+        format!("{}, its slopes scaled by a texture of roughness; truth of {samples} samples", specimen.name),
+        ["", "picture", "rRMSE", "FLIP"],
+    );
+    let figure = studio.picture("measured-roughened-truth", &truth.image, 1.0, "truth", Vec::new())?;
+    table.row([Cell::from("truth"), Cell::Figure(figure)]);
+    let figure = studio.picture("measured-roughened-leadr", &shot.image, 1.0, "LEADR", Vec::new())?;
+    table.row([
+        Cell::from("LEADR, one sample"),
+        Cell::Figure(figure),
+        Cell::from(verdict.object.rrmse),
+        Cell::from(verdict.object.flip),
+    ]);
+    html.table(&table);
+    findings.push(format!(
+        "With slopes scaled by a texture, one sample errs by {}; the truth's noise is {}.",
+        number(verdict.object.rrmse),
+        number(truth.noise)
+    ));
+    Ok(())
+}

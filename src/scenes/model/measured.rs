@@ -1,0 +1,80 @@
+//! Which of a model's materials are measured ones.
+
+use std::path::PathBuf;
+use std::str::FromStr;
+
+use serde::{Serialize, Serializer};
+
+use super::named::worn_by;
+use crate::measured::fit_file::FitFile;
+use crate::models::Model;
+use crate::scenes::error::SceneError;
+use crate::scenes::fitted::wear;
+
+/// A fit for a material, written `MATERIAL=FIT.json`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MeasuredMaterial {
+    /// Name of the material; `None`, written `*`, for all of them.
+    pub material: Option<String>,
+    /// What `leadr fit` wrote.
+    pub file: PathBuf,
+}
+
+impl FromStr for MeasuredMaterial {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let form = "write MATERIAL=FIT.json, as in body=paint.json";
+        let (material, file) = text.split_once('=').ok_or_else(|| format!("no material is named; {form}"))?;
+        if material.is_empty() || file.is_empty() {
+            return Err(format!("the {} is missing; {form}", if file.is_empty() { "file" } else { "material" }));
+        }
+        Ok(Self { material: (material != "*").then(|| material.to_owned()), file: PathBuf::from(file) })
+    }
+}
+
+impl Serialize for MeasuredMaterial {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let name = self.material.as_deref().unwrap_or("*");
+        serializer.serialize_str(&format!("{name}={}", self.file.display()))
+    }
+}
+
+/// Gives materials of the model the facets and the body of measured ones; relief, occlusion, emission and holes stay its own.
+///
+/// # Errors
+/// A name that no material has (those that exist are listed), or a file that is no fit.
+pub fn measure(model: &mut Model, asked: &[MeasuredMaterial]) -> Result<(), SceneError> {
+    for MeasuredMaterial { material, file } in asked {
+        let worn = worn_by(model, material.as_deref())?;
+        let fit = FitFile::load(file)?;
+        for index in worn {
+            wear(&fit, &mut model.materials[index]);
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::maps::material::Material;
+
+    #[test]
+    fn measured_materials_are_read_as_they_are_written() {
+        for text in ["body=paint.json", "*=a/b=c.json"] {
+            let read: MeasuredMaterial = text.parse().unwrap();
+            assert_eq!(serde_json::to_value(&read).unwrap(), text);
+        }
+        for text in ["paint.json", "=paint.json", "body="] {
+            assert!(text.parse::<MeasuredMaterial>().unwrap_err().contains("MATERIAL=FIT.json"), "{text}");
+        }
+    }
+
+    #[test]
+    fn unknown_names_are_refused_before_any_file_is_read() {
+        let mut model = Model { materials: vec![Material::new("rust"), Material::new("bone")], ..Model::default() };
+        let error = measure(&mut model, &["skin=none.json".parse().unwrap()]).unwrap_err().to_string();
+        assert!(error.contains("no material is called skin; there are: rust, bone"), "{error}");
+    }
+}

@@ -1,0 +1,228 @@
+//! Measured materials in the renderer: a table of Beckmann slopes must look as Beckmann's own lobe does, in every technique that sees it.
+
+use std::sync::Arc;
+
+use crate::common::gpu::{TestGpu, test_gpu};
+use crate::common::render::{bumps, under_sky};
+use glam::{DVec2, DVec3, Vec3};
+use leadr::lab::metrics::Mask;
+use leadr::lab::metrics::compare::{bias_over, rrmse_over};
+use leadr::maps::RgbImage;
+use leadr::maps::material::{alpha_code, alpha_of};
+use leadr::reflectance::facets::fresnel::Fresnel;
+use leadr::reflectance::facets::gaussian_mixture::{GaussianMixture, Lobe};
+use leadr::reflectance::facets::radial_table::{RadialTable, angle_at};
+use leadr::reflectance::facets::slope_distribution::SlopeDistribution;
+use leadr::reflectance::facets::tabulated::Tabulated;
+use leadr::reflectance::masking::shadowing::Shadowing;
+use leadr::reflectance::masking::variants::Masking;
+use leadr::reflectance::materials::fitted::FittedBrdf;
+use leadr::reflectance::materials::fitted_table::FittedTable;
+use leadr::reflectance::materials::microfacet::Microfacet;
+use leadr::render::camera::Camera;
+use leadr::render::frame::Renderer;
+use leadr::render::light::sky::Sky;
+use leadr::render::scene::{FrameState, MaterialMap, Object, Pose};
+use leadr::render::settings::{RenderSettings, ShadingOptions, Technique};
+use leadr::scenes::sphere::displaced_sphere;
+
+const SIZE: u32 = 32;
+const F0: f64 = 0.3;
+/// What measured reflectances are times Schlick's form of [`F0`].
+const COPPER: DVec3 = DVec3::new(1.0, 0.6, 0.3);
+
+fn lobe(share: f64, alpha: f64) -> Lobe {
+    let variance = 0.5 * alpha * alpha;
+    Lobe { share, covariance: DVec3::new(variance, variance, 0.0) }
+}
+
+/// Facets of these lobes, as a table.
+fn table(lobes: &[Lobe], fresnel: Fresnel, alpha: f32) -> FittedTable {
+    let slopes: &dyn SlopeDistribution = &GaussianMixture::new(DVec2::ZERO, lobes);
+    let at = |i: usize| {
+        let (sine, cosine) = angle_at(i as f64 / 90.0).sin_cos();
+        slopes.ndf(DVec3::new(sine, 0.0, cosine))
+    };
+    let distribution = Tabulated::Radial(RadialTable::new(&(0..90).map(at).collect::<Vec<_>>()).unwrap());
+    let facets = Microfacet { distribution, masking: Masking::SmithDirectionCorrelated, fresnel };
+    FittedTable::new(&FittedBrdf { facets, diffuse: DVec3::ZERO }, lobes, alpha)
+}
+
+/// The roughness that a map keeps in 8 bits.
+fn kept(alpha: f32) -> f32 {
+    alpha_of(alpha_code(alpha))
+}
+
+/// A black sphere with a relief, or a smooth one, whose mirrors are `alpha` rough or those of a fit.
+fn sphere(relief: f32, alpha: f32, fit: Option<FittedTable>) -> Object {
+    let (mesh, heights) = displaced_sphere(&bumps(256, 5.0, 3), 1.0, 8, 16, [1.0; 4]);
+    let map = MaterialMap {
+        fit: fit.map(Arc::new),
+        ..MaterialMap::new(
+            heights.width,
+            heights.height,
+            vec![[0, 0, 0, alpha_code(alpha)]; (heights.width * heights.height) as usize],
+        )
+    };
+    Object::new("sphere", mesh)
+        .with_heights(heights, relief)
+        .with_material(map)
+        .with_specular_f0(F0 as f32)
+        .without_shadow()
+}
+
+fn settings(technique: Technique, samples: u32, relief_shadows: bool) -> RenderSettings {
+    RenderSettings {
+        size: (SIZE, SIZE),
+        samples,
+        // As in the reference without shadows, whose bumps hide nothing from each other.
+        shading: technique.with(ShadingOptions {
+            relief_shadows,
+            shadowing: Shadowing::None,
+            relief_occlusion: false,
+            ..Default::default()
+        }),
+        shadows: false,
+        ..Default::default()
+    }
+}
+
+fn state() -> FrameState {
+    let camera = Camera::looking_at(Vec3::new(0.6, -0.7, 0.3).normalize() * 8.0, Vec3::ZERO, 16.0);
+    FrameState::new(camera, vec![Pose::REST]).under(&Sky::default())
+}
+
+fn image(color: &[[f32; 4]]) -> RgbImage {
+    RgbImage::new(SIZE, SIZE, color.iter().map(|c| [c[0], c[1], c[2]]).collect()).unwrap()
+}
+
+fn picture(gpu: &TestGpu, object: Object, settings: &RenderSettings) -> RgbImage {
+    let mut renderer = under_sky(gpu, vec![object], 64);
+    image(&renderer.render(&state(), settings).unwrap().color)
+}
+
+/// Well inside the sphere.
+fn inside() -> Mask {
+    let coverage: Vec<f32> = (0..SIZE * SIZE)
+        .map(|i| {
+            let [x, y] = [i % SIZE, i / SIZE].map(|k| k as f32 + 0.5 - 0.5 * SIZE as f32);
+            if x.hypot(y) < 0.3 * SIZE as f32 { 1.0 } else { 0.0 }
+        })
+        .collect();
+    Mask::covered(SIZE, SIZE, &coverage, 0.5).unwrap()
+}
+
+/// rRMSE and bias of a picture of a fit against that of the lobe that it is, inside.
+fn errors(expected: &RgbImage, found: &RgbImage) -> (f64, f64) {
+    (rrmse_over(expected, found, &inside()).unwrap(), bias_over(expected, found, &inside()).unwrap())
+}
+
+fn schlick() -> Fresnel {
+    Fresnel::Schlick(DVec3::splat(F0))
+}
+
+#[test]
+fn one_lobe_is_beckmanns() {
+    let Some(gpu) = test_gpu() else { return };
+    for (relief, alpha) in [(0.0, 0.2), (0.1, 0.2), (0.1, 0.5)] {
+        let one = [lobe(1.0, f64::from(kept(alpha)))];
+        let fit = table(&one, schlick(), kept(alpha));
+        let leadr = settings(Technique::Leadr, 1, false);
+        let (rrmse, bias) = errors(
+            &picture(&gpu, sphere(relief, alpha, None), &leadr),
+            &picture(&gpu, sphere(relief, alpha, Some(fit)), &leadr),
+        );
+        println!("LEADR, relief {relief}, α {alpha}: rRMSE {rrmse:.4}, bias {bias:.4}");
+        assert!(rrmse < 0.01, "{relief} {alpha}: {rrmse} {bias}");
+    }
+}
+
+/// Where a surface is rougher than its fit, the measured slopes are steeper.
+#[test]
+fn roughness_scales_a_fit() {
+    let Some(gpu) = test_gpu() else { return };
+    let (measured, alpha) = (kept(0.2), 0.4);
+    let fit = || table(&[lobe(1.0, f64::from(measured))], schlick(), measured);
+    for (technique, samples, most) in [(Technique::Leadr, 1, 0.015), (Technique::Reference, 32, 0.08)] {
+        let settings = settings(technique, samples, false);
+        let expected = picture(&gpu, sphere(0.1, alpha, None), &settings);
+        let (rrmse, bias) = errors(&expected, &picture(&gpu, sphere(0.1, alpha, Some(fit())), &settings));
+        println!("{technique:?}: rRMSE {rrmse:.4}, bias {bias:.4}");
+        assert!(rrmse < most && bias.abs() < 0.01, "{technique:?}: {rrmse} {bias}");
+        // The measured material itself is another one.
+        let (other, _) = errors(&expected, &picture(&gpu, sphere(0.1, 0.2, Some(fit())), &settings));
+        assert!(other > 2.0 * rrmse, "{other} {rrmse}");
+    }
+}
+
+/// The table of the references, with and without shadows of the relief.
+#[test]
+fn references_see_the_table() {
+    let Some(gpu) = test_gpu() else { return };
+    let alpha = 0.3;
+    let fit = || table(&[lobe(1.0, f64::from(kept(alpha)))], schlick(), kept(alpha));
+    for (relief_shadows, samples, most) in [(false, 32, 0.08), (true, 16, 0.1)] {
+        let settings = settings(Technique::Reference, samples, relief_shadows);
+        let expected = picture(&gpu, sphere(0.1, alpha, None), &settings);
+        let (rrmse, bias) = errors(&expected, &picture(&gpu, sphere(0.1, alpha, Some(fit())), &settings));
+        println!("shadows {relief_shadows}: rRMSE {rrmse:.4}, bias {bias:.4}");
+        assert!(rrmse < most && bias.abs() < 0.015, "{relief_shadows}: {rrmse} {bias}");
+        // Of a table whose facets are a tenth rougher that is not so.
+        let rougher = table(&[lobe(1.0, 1.25 * f64::from(kept(alpha)))], schlick(), kept(alpha));
+        let (other, _) = errors(&expected, &picture(&gpu, sphere(0.1, alpha, Some(rougher)), &settings));
+        assert!(other > rrmse, "{other} {rrmse}");
+    }
+}
+
+/// Two lobes, on a smooth sphere and on a relief: LEADR with both against the reference with the table.
+#[test]
+fn lobes_are_near_the_table() {
+    let Some(gpu) = test_gpu() else { return };
+    let lobes = [lobe(0.6, 0.12), lobe(0.4, 0.6)];
+    let alpha = kept(0.4);
+    let fit = |lobes: &[Lobe]| table(lobes, Fresnel::Schlick(F0 * COPPER), alpha);
+    let reference = settings(Technique::Reference, 48, false);
+    // What LEADR makes of the relief under one Beckmann lobe, as narrow as the narrower one.
+    let own = |relief| {
+        let truth = picture(&gpu, sphere(relief, 0.12, None), &reference);
+        errors(&truth, &picture(&gpu, sphere(relief, 0.12, None), &settings(Technique::Leadr, 8, false))).0
+    };
+    for relief in [0.0, 0.1] {
+        let truth = picture(&gpu, sphere(relief, 0.4, Some(fit(&lobes))), &reference);
+        let leadr = |lobes: &[Lobe]| {
+            picture(&gpu, sphere(relief, 0.4, Some(fit(lobes))), &settings(Technique::Leadr, 8, false))
+        };
+        let (two, _) = errors(&truth, &leadr(&lobes));
+        let mean = (0.6 * 0.12f64.powi(2) + 0.4 * 0.6f64.powi(2)).sqrt();
+        let (one, _) = errors(&truth, &leadr(&[lobe(1.0, mean)]));
+        let own = if relief > 0.0 { own(relief) } else { 0.0 };
+        println!("relief {relief}: two lobes {two:.4}, one of the mean variance {one:.4}; a Beckmann base {own:.4}");
+        assert!(two < 1.5 * own.max(0.03) && two < 0.5 * one, "{relief}: {two} {one} {own}");
+        let redder = truth.texels.iter().filter(|t| t[0] > 1.5 * t[2]).count();
+        assert!(redder > 100, "the table of reflectances has a colour: {redder}");
+    }
+}
+
+/// Frames that are shaded as they are filtered, and frames that go through the G-buffer; two fits in one scene.
+#[test]
+fn the_g_buffer_keeps_which_fit_it_is() {
+    let Some(gpu) = test_gpu() else { return };
+    let fits = [lobe(1.0, 0.1), lobe(1.0, 0.5)].map(|lobe| table(&[lobe], Fresnel::Schlick(F0 * COPPER), kept(0.3)));
+    let [a, b] = fits.map(|fit| sphere(0.1, 0.3, Some(fit)));
+    let mut renderer: Renderer = under_sky(&gpu, vec![a, b], 64);
+    let beside = |x: f32| Pose::Rigid(glam::Affine3A::from_translation(Vec3::new(x, 0.0, 0.0)));
+    let state = FrameState { poses: vec![beside(-1.1), beside(1.1)], ..state() };
+    let settings = settings(Technique::Leadr, 1, false);
+    let at_once = renderer.render(&state, &settings).unwrap().color;
+    let through = renderer.render_in_two_passes(&state, &settings).unwrap().color;
+    let all = Mask::covered(SIZE, SIZE, &vec![1.0; (SIZE * SIZE) as usize], 0.5).unwrap();
+    let error = rrmse_over(&image(&at_once), &image(&through), &all).unwrap();
+    println!("rRMSE through the G-buffer {error:.5}");
+    assert!(error < 0.05, "{error}");
+    // Half of the picture is one sphere, half the other: they differ.
+    let half = |left: bool| {
+        let of = (0..SIZE * SIZE).filter(|i| (i % SIZE < SIZE / 2) == left).map(|i| through[i as usize]);
+        of.map(|c| c[0]).fold(0.0f32, f32::max)
+    };
+    assert!(half(true) > 1.3 * half(false) || half(false) > 1.3 * half(true), "{} {}", half(true), half(false));
+}
