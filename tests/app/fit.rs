@@ -56,7 +56,12 @@ fn a_table_becomes_a_material_that_is_drawn() {
     assert!((alpha / 0.3 - 1.0).abs() < 0.01, "{said}");
     assert_eq!((said["isotropic"].as_bool(), said["masking"].as_str()), (Some(true), Some("smith")));
     assert_eq!(said["files"].as_array().unwrap().len(), 5);
-    assert_eq!(said["spheres"].as_array().unwrap().len(), 4);
+    assert_eq!(said["spheres"].as_array().unwrap().len(), 6);
+    let curves = &said["curves"];
+    assert_eq!((curves[0]["family"].as_str(), curves[1]["family"].as_str()), (Some("shifted_gamma"), Some("abc")));
+    // Near its peak GGX is an ABC curve of exponent 2; wide ones are less steep.
+    let exponent = curves[1]["c"].as_f64().unwrap();
+    assert!(1.2 < exponent && exponent < 2.2, "{exponent}");
     let kept: serde_json::Value = serde_json::from_slice(&std::fs::read(&json).unwrap()).unwrap();
     assert_eq!((kept["format"].as_str(), kept["source"].as_str()), (Some("leadr fit"), Some("gold.csv")));
     assert_eq!(kept["density"].as_array().unwrap().len(), 90);

@@ -98,6 +98,8 @@ fn config(scene: &str, height_map: &Path, material: MaterialFiles) -> SceneConfi
         size: Size { width: 96, height: 64 },
         samples: 1,
         atlas_tile: 16,
+        // What surrounds it comes from no file.
+        bare: true,
         ..SceneConfig::default()
     }
 }
