@@ -37,7 +37,7 @@ struct FittedLobe {
 FittedLobe fitted_lobe(uint fit, int i, float stretch) {
     int at = 13 + 5 * i;
     vec3 S = vec3(fitted_word(fit, at + 1), fitted_word(fit, at + 2), fitted_word(fit, at + 3));
-    return FittedLobe(fitted_word(fit, at), S * (stretch * stretch), min(stretch * fitted_word(fit, at + 4), 1.0));
+    return FittedLobe(fitted_word(fit, at), S * (stretch * stretch), min(stretch * fitted_word(fit, at + 4), 2.0));
 }
 
 // The cubic through knots at 0, 1, 2, ... that begin at `at`.

@@ -14,6 +14,8 @@ use crate::reflectance::facets::gaussian_mixture::{Lobe, MOST_LOBES};
 use crate::reflectance::facets::slope_distribution::SlopeDistribution as _;
 use crate::reflectance::facets::tabulated::Tabulated;
 
+/// Largest roughness of a lobe.
+const MOST_ALPHA: f64 = 2.0;
 /// Intervals of the visible area.
 const AREAS: usize = 96;
 /// Intervals of the Fresnel term.
@@ -33,7 +35,7 @@ pub struct FittedTable {
 /// The lesser half-axis of a lobe as a Beckmann roughness: how rough it is across what brushed it.
 #[must_use]
 pub fn lobe_alpha(lobe: &Lobe) -> f64 {
-    ellipse_from_roughness(2.0 * lobe.covariance).radii.min_element().clamp(1e-4, 1.0)
+    ellipse_from_roughness(2.0 * lobe.covariance).radii.min_element().clamp(1e-4, MOST_ALPHA)
 }
 
 /// The direction along which slopes vary most, from the x axis; half a turn further is the same.

@@ -31,7 +31,7 @@ use crate::scenes::stage::SPHERE_REPEAT;
 
 const INTRO: &str = "Facets of known slopes found again by power iteration (the thesis' Table 4.I and Figure 4.5); spheres of measured materials \
     and their fits (Figure 4.2); and the materials on displaced spheres (Figures 5.3 to 5.5): one sample of LEADR with the lobes of the fit against the \
-    supersampled reference, whose samples see the table itself, inside of the outline, and beside it one Beckmann lobe of the extracted roughness, and Blinn-Phong with mips of normals. \
+    supersampled reference, whose samples see the table itself, inside of the outline, and beside it one Beckmann lobe of the extracted roughness, the lobes about mips of normals, and Blinn-Phong. \
     Last, one fit whose slopes a texture of roughness scales (Figure 4.6). The lacquer is made on the spot; measured files are drawn where LEADR_SHARED leads to them.";
 
 /// Roughnesses of Table 4.I, with the thesis' largest errors.
@@ -92,7 +92,7 @@ fn specimens() -> Result<Vec<Specimen>, LabError> {
             .ok_or_else(|| LabError(format!("{name} scatters nothing back")))?;
         Ok::<_, LabError>(Specimen { name: name.to_owned(), material, fit })
     };
-    let mut all = vec![fitted("lacquer", Box::new(Lacquer::default()), true)?];
+    let mut all = vec![fitted("lacquer", Box::<Lacquer>::default(), true)?];
     let Some(folder) = shared("brdf/rgl_bsdf") else { return Ok(all) };
     for file in measured_files(&folder)? {
         let measured = Measured::load(&file)?;
@@ -257,7 +257,8 @@ fn displaced(
                 for (form, technique, lobes) in [
                     ("LEADR, lobes of the fit", Technique::Leadr, true),
                     ("LEADR, one Beckmann lobe", Technique::Leadr, false),
-                    ("Blinn-Phong, mips of normals", Technique::NormalMip, true),
+                    ("mips of normals", Technique::NormalMip, true),
+                    ("Blinn-Phong", Technique::BlinnPhong, true),
                 ] {
                     let settings = Look::of(technique).settings((side, side), 1);
                     let subject = if lobes { &mut of_lobes } else { &mut of_one };
