@@ -4,7 +4,7 @@
 #include "draws.glsl"
 #include "surface.glsl"
 
-// One in so many directions is drawn from the hemisphere, for slopes that lobes have hardly any of.
+// Share of the directions that are drawn from the hemisphere, for slopes that lobes have hardly any of.
 const float DEFENSIVE = 0.125;
 
 // A measured facet from where it is seen, in its own frame.

@@ -85,7 +85,7 @@ Mirrors grid_mirrors(Surface surface, vec3 wo, vec3 S) {
     return MAPPED ? of_facing(mean, surface, mapped.facing) : mean;
 }
 
-// Lobes of a measured material share the probes: 9 each err as little together as 16 for one.
+// Each of three or four lobes has 9 probes, which together err as little as with 16 each (docs/measurements/fitting.md).
 const int PROBES = FIT_LOBES > 2 && SAMPLES > 9 ? 9 : SAMPLES;
 
 // A few probes among the visible slopes; their weights sum to one.

@@ -7,6 +7,9 @@ use crate::reflectance::materials::fitted_table::FittedTable;
 use crate::render::constants::MAX_FITS;
 use crate::render::scene::Object;
 
+/// Most numbers of all together: where each begins is a float, which counts so far.
+const MOST_WORDS: usize = (1 << 24) - MAX_FITS as usize;
+
 /// Those of a scene.
 #[derive(Clone, Debug, Default)]
 pub struct Fits(Vec<Arc<FittedTable>>);
@@ -15,7 +18,7 @@ impl Fits {
     /// Of all these objects.
     ///
     /// # Errors
-    /// [`GpuError::Usage`] for more than `MAX_FITS`.
+    /// [`GpuError::Usage`] for more than `MAX_FITS`, or tables too large for a float to count.
     pub fn of(objects: &[Object]) -> Result<Self> {
         let mut all: Vec<Arc<FittedTable>> = Vec::new();
         for fit in objects.iter().filter_map(fit_of) {
@@ -25,6 +28,11 @@ impl Fits {
         }
         if all.len() > MAX_FITS as usize {
             let fault = format!("{} measured materials are more than {MAX_FITS}", all.len());
+            return Err(GpuError::Usage { name: "scene".to_owned(), fault });
+        }
+        let words: usize = all.iter().map(|fit| fit.words().len()).sum();
+        if words > MOST_WORDS {
+            let fault = format!("its measured materials take {words} numbers, more than {MOST_WORDS}");
             return Err(GpuError::Usage { name: "scene".to_owned(), fault });
         }
         Ok(Self(all))

@@ -1,6 +1,6 @@
 //! Measured materials: their facets by power iteration, and how they look displaced, near and far.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use glam::DVec2;
 use serde::Serialize;
@@ -103,7 +103,7 @@ fn specimens() -> Result<Vec<Specimen>, LabError> {
     Ok(all)
 }
 
-fn measured_files(folder: &Path) -> Result<Vec<std::path::PathBuf>, LabError> {
+fn measured_files(folder: &Path) -> Result<Vec<PathBuf>, LabError> {
     let entries = std::fs::read_dir(folder).map_err(|e| LabError(format!("{}: {e}", folder.display())))?;
     let mut files: Vec<_> = entries.flatten().map(|entry| entry.path()).collect();
     files.retain(|file| file.extension().is_some_and(|ending| ending == "bsdf"));
@@ -113,13 +113,13 @@ fn measured_files(folder: &Path) -> Result<Vec<std::path::PathBuf>, LabError> {
 
 pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
     let (mut html, mut findings) = (Html::new(), Vec::new());
-    let (table, mut data_round, mut data_brushed) = (known(studio, &mut html, &mut findings)?, Vec::new(), Vec::new());
-    timings(studio, &mut html, &mut data_round, &mut data_brushed);
+    let table = known(studio, &mut html, &mut findings)?;
+    let (round, brushed) = timings(studio, &mut html);
     let all = specimens()?;
     let spheres = compared(studio, &all, &mut html, &mut findings)?;
     let displaced = displaced(studio, &all, &mut html, &mut findings)?;
     roughened(studio, &all[0], &mut html, &mut findings)?;
-    Section::new(INTRO, findings, &html, &Data { table, round: data_round, brushed: data_brushed, spheres, displaced })
+    Section::new(INTRO, findings, &html, &Data { table, round, brushed, spheres, displaced })
 }
 
 /// Table 4.I.
@@ -142,21 +142,22 @@ fn known(studio: &Studio, html: &mut Html, findings: &mut Vec<String>) -> Result
 }
 
 /// Figure 4.5.
-fn timings(studio: &Studio, html: &mut Html, round_rows: &mut Vec<Extraction>, brushed_rows: &mut Vec<Extraction>) {
+fn timings(studio: &Studio, html: &mut Html) -> (Vec<Extraction>, Vec<Extraction>) {
     let counts: &[usize] = studio.pick(&[16, 48], &[16, 24, 32, 48, 64, 90, 128, 180, 256, 360]);
-    round_rows.extend(counts.iter().filter_map(|&n| round(0.05, n)));
+    let of_round: Vec<Extraction> = counts.iter().filter_map(|&n| round(0.05, n)).collect();
     let counts: &[usize] = studio.pick(&[16, 32], &[16, 24, 32, 48, 64, 90]);
-    brushed_rows.extend(counts.iter().filter_map(|&n| brushed(BRUSHED, n, n)));
+    let of_brushed: Vec<Extraction> = counts.iter().filter_map(|&n| brushed(BRUSHED, n, n)).collect();
     let angles = ("angles at which the material is asked", Scale::Log);
     let mut time = Plot::new("How long extraction takes", angles, ("milliseconds", Scale::Log));
     let mut error = Plot::new("How exact it is", angles, ("largest relative error of the backscattering", Scale::Log));
-    for (name, rows) in [("round, α .05", &*round_rows), ("brushed, α .1 and .3, as many azimuths", &*brushed_rows)] {
+    for (name, rows) in [("round, α .05", &of_round), ("brushed, α .1 and .3, as many azimuths", &of_brushed)] {
         let points = |of: fn(&Extraction) -> f64| rows.iter().map(|row| (row.angles as f64, of(row))).collect();
         time.line(name, points(|row| 1e3 * row.seconds));
         error.line(name, points(|row| row.error.max(1e-9)));
     }
     html.plot(&time);
     html.plot(&error);
+    (of_round, of_brushed)
 }
 
 /// Figure 4.2.
