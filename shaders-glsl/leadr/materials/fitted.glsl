@@ -19,6 +19,10 @@
 //
 // stretch: slopes are steeper by this factor than those that were measured; 1 for the material itself.
 
+#ifndef LEADR_FITTED_WORD
+#error define LEADR_FITTED_WORD(i) before this file: word i of the buffer that holds the fits
+#endif
+
 float fitted_word(uint fit, int i) {
     return LEADR_FITTED_WORD(fit + uint(i));
 }
