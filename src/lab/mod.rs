@@ -5,6 +5,7 @@ pub mod cracks;
 pub mod error;
 pub mod fit;
 pub mod metrics;
+pub mod multiscattering_study;
 pub mod panorama_study;
 pub mod program;
 pub mod progress;

@@ -33,3 +33,9 @@ pub(crate) fn at_least(x: f64, low: f64) -> f64 {
 pub(crate) fn within(x: f64, bound: f64) -> f64 {
     if bound.is_nan() { bound } else { x.clamp(-bound, bound) }
 }
+
+/// `x` within `low..high`; `low` for a NaN.
+#[must_use]
+pub(crate) fn held(x: f64, low: f64, high: f64) -> f64 {
+    if x > low { x.min(high) } else { low }
+}

@@ -73,7 +73,9 @@
 //! eq. 9). The deformed surface takes them from texture space into the tangent frame ([`slopes::map`], LEADR eq. 12).
 //! [`slopes::moments`] has the algebra of the moments: layers, scales and shears. [`slopes::packing`] says how a texel
 //! stores them (LEAN, LEADR, CLEAN). [`slopes::geometric_antialiasing`] adds the rotation of the macrosurface within a
-//! pixel, and [`slopes::turn`] joins parts of a surface that have different frames.
+//! pixel, and [`slopes::turn`] joins parts of a surface that have different frames. Normal maps and gloss maps are filtered
+//! by shortened normals instead ([`facets::shortened_normals`], [`facets::footprint_normals`], [`facets::gloss`]; Chan
+//! 2018), and laid over each other by [`slopes::normal_blending`].
 //!
 //! # 4 · LEADR's integrals
 //!
@@ -86,16 +88,20 @@
 //! measure them all. [`mod@integrals::reference`] computes the converged integrals by [`quadrature`]; [`frame`]
 //! converts between frames.
 
+pub mod color;
 pub mod extraction;
 pub mod facets;
 pub mod frame;
 pub mod integrals;
+pub mod least_squares;
 pub mod limits;
 pub mod masking;
 pub mod materials;
 pub mod prelude;
 pub mod quadrature;
 pub mod random;
+pub mod rational_fit;
+mod roots;
 pub mod shading;
 pub mod slopes;
 pub mod visible;

@@ -82,7 +82,8 @@ impl Chapters {
 
 /// Files on the root that no chapter may use, such as a prelude, need not be listed.
 fn reflectance() -> Chapters {
-    let roots = ["limits", "frame", "quadrature", "random"].map(|name| (name, 0));
+    let roots = ["color", "limits", "frame", "quadrature", "random", "roots", "least_squares", "rational_fit"];
+    let roots = roots.map(|name| (name, 0));
     let chapters = ["slopes", "facets", "masking", "materials", "extraction", "integrals", "visible"];
     let numbers = roots.into_iter().chain(chapters.into_iter().zip(1..)).collect();
     Chapters { floor: "reflectance", numbers, others: u32::MAX }

@@ -8,8 +8,8 @@ const MOST_NAMES: usize = 57;
 
 /// What the mathematics, the maps and the models are built with; everything else comes with a feature. The JSON of models is worth no
 /// feature: its parser builds in seconds, and whoever embeds the renderer wants to open models.
-const ALWAYS_BUILT: [&str; 10] =
-    ["bytemuck", "exr", "glam", "half", "image", "ktx2", "rayon", "serde", "serde_json", "thiserror"];
+const ALWAYS_BUILT: [&str; 11] =
+    ["bytemuck", "exr", "glam", "half", "image", "ktx2", "rayon", "rustfft", "serde", "serde_json", "thiserror"];
 
 /// What a program that embeds the renderer must not have to build.
 const COMMAND_ONLY: [&str; 5] = ["clap", "indicatif", "nv-flip", "tracing-subscriber", "winit"];

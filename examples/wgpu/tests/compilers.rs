@@ -27,9 +27,11 @@ fn library() -> Vec<PathBuf> {
 /// A fragment shader that holds a file of the library and uses none of it.
 fn shader(version: &str, library: &str) -> String {
     let precision = if version.ends_with("es") { "precision highp float;\n" } else { "" };
-    // What the library asks of whoever includes it: where the numbers of measured materials lie.
-    let includer = "#define LEADR_FITTED_WORD(i) float(i)\n";
-    format!("#version {version}\n{precision}{includer}{library}\nout vec4 color;\nvoid main() {{ color = vec4(1.0); }}\n")
+    // What the library asks of whoever includes it: where the numbers of measured materials and of energies lie.
+    let includer = "#define LEADR_FITTED_WORD(i) float(i)\n#define LEADR_ENERGY_TEXEL(x, y) vec2(float(x), float(y))\n";
+    format!(
+        "#version {version}\n{precision}{includer}{library}\nout vec4 color;\nvoid main() {{ color = vec4(1.0); }}\n"
+    )
 }
 
 /// What a compiler says against every file of the library, and that it does say something against GLSL that is wrong.

@@ -20,7 +20,7 @@
 // stretch: slopes are steeper by this factor than those that were measured; 1 for the material itself.
 
 #ifndef LEADR_FITTED_WORD
-#error define LEADR_FITTED_WORD(i) before this file: word i of the buffer that holds the fits
+#error define LEADR_FITTED_WORD(i) before this file: word i of the numbers of all fits
 #endif
 
 float fitted_word(uint fit, int i) {

@@ -1,12 +1,12 @@
 //! Where the constants of [`visible_diffuse`](crate::reflectance::visible::diffuse) come from: nonlinear least squares of the radiance
-//! of random surfaces under random environments ([`least_squares`](super::least_squares)).
+//! of random surfaces under random environments ([`least_squares`]).
 //!
 //! `cargo run --release --example 11_fit_diffuse_terms` runs it.
 
 use super::diffuse::{Environment, converged_moments};
-use super::least_squares::least_squares;
 use super::surfaces::{Surface, surfaces, wild_surfaces};
 use crate::reflectance::integrals::diffuse::NormalMoments;
+use crate::reflectance::least_squares::least_squares;
 use crate::reflectance::random::Random;
 use crate::reflectance::visible::diffuse::{Term, moments_by_terms};
 use rayon::prelude::*;

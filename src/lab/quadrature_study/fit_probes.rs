@@ -8,10 +8,10 @@
 //!
 //! `cargo run --release --example 12_fit_probes` runs it.
 
-use super::least_squares::least_squares;
 use super::specular::{Lobes, Sharpness};
 use super::surfaces::{Surface, rough_surfaces, spherical, surfaces};
 use crate::reflectance::integrals::reference::{visible_extents, visible_mean_panels};
+use crate::reflectance::least_squares::least_squares;
 use crate::reflectance::masking::correlated::{direction_area, lit_fraction};
 use crate::reflectance::masking::shadowing::Shadowing;
 use crate::reflectance::random::Random;

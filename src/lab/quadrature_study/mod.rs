@@ -8,7 +8,6 @@
 pub mod diffuse;
 pub mod fit;
 pub mod fit_probes;
-pub mod least_squares;
 pub mod light;
 pub mod specular;
 pub mod surfaces;

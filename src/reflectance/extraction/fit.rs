@@ -11,6 +11,7 @@ use super::power_iteration::{Backscattering, Extracted, extract_polar, extract_r
 use super::refinement::refine;
 use super::roughness::{beckmann_roughness, ggx_roughness};
 use super::samples::{Misfit, direction, misfit, samples};
+use crate::reflectance::color::luminance;
 use crate::reflectance::facets::beckmann::Beckmann;
 use crate::reflectance::facets::ellipse::covariance_from_roughness;
 use crate::reflectance::facets::fresnel::Fresnel;
@@ -129,12 +130,6 @@ impl Fit {
         let distribution = Ggx::new(self.extracted.slopes.mean_slope(), self.ggx);
         Microfacet { distribution, masking: self.thesis.facets.masking, fresnel: self.thesis.facets.fresnel.clone() }
     }
-}
-
-/// Relative luminance of linear RGB.
-#[must_use]
-pub fn luminance(color: DVec3) -> f64 {
-    color.dot(DVec3::new(0.2126, 0.7152, 0.0722))
 }
 
 /// Fits a material. `watch` is told when a step begins.

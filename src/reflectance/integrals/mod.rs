@@ -2,7 +2,10 @@
 //! references for them.
 
 pub mod diffuse;
+pub mod directional_albedo;
+pub mod energy_table;
 pub mod facet_mirrors;
+pub mod facet_walk;
 pub mod ggx_filtering;
 pub mod ggx_lobes;
 pub mod light_size;

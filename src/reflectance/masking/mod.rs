@@ -1,6 +1,7 @@
 //! Masking hides facets from the viewer, shadowing hides them from the light.
 
 pub mod correlated;
+pub mod occlusion;
 pub mod shadowing;
 pub mod smith;
 pub mod variants;

@@ -2,8 +2,11 @@
 
 pub mod brdf;
 pub mod classic;
+pub mod energy;
+mod energy_data;
 pub mod fitted;
 pub mod fitted_table;
 pub mod half_difference;
 pub mod lambert;
 pub mod microfacet;
+pub mod multiscattering;

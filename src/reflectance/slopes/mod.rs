@@ -5,6 +5,7 @@ pub mod geometric_antialiasing;
 pub mod grid;
 pub mod map;
 pub mod moments;
+pub mod normal_blending;
 pub mod packing;
 pub mod statistics;
 pub mod turn;

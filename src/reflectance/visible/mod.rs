@@ -1,5 +1,6 @@
 //! The same integrals over the visible slopes, by closed forms and a few probes instead of the paper's grid.
 
+pub mod cone_specular;
 pub mod diffuse;
 pub mod fresnel;
 pub mod horizon;

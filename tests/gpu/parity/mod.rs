@@ -1,9 +1,11 @@
 mod antialias;
 mod brdf;
 mod comparator;
+mod energy;
 mod extremes;
 mod fitted;
 mod functions;
+mod gloss;
 mod shading;
 mod shadowing;
 mod slopes;

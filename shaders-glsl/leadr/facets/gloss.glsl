@@ -1,0 +1,42 @@
+#ifndef LEADR_GLOSS_GLSL
+#define LEADR_GLOSS_GLSL
+
+#include "../constants.glsl"
+
+// Gloss, 0 (rough) to 1 (smooth), and the GGX alpha it stands for. Exponential scales are alpha^2 = 2 / (c + 2^(r g + o)) with a curve
+// (c, r, o); src/reflectance/facets/gloss.rs says whose they are.
+
+const vec3 LEADR_GLOSS_ADVANCED_WARFARE = vec3(2.0, 16.0, 0.0); // Chan 2018, eq. 1
+const vec3 LEADR_GLOSS_WWII = vec3(1.0, 18.0, 0.0);             // Chan 2018, eq. 2
+const vec3 LEADR_GLOSS_BLINN_PHONG = vec3(2.0, 10.0, 1.0);      // exponents 2^(10 g + 1)
+
+// Roughness within the usable range.
+float usable_alpha(float alpha) {
+    return clamp(alpha, 1e-4, LEADR_MAX_SLOPE);
+}
+
+// alpha of a gloss, which is held within 0..1.
+float gloss_alpha(float gloss, vec3 curve) {
+    float power = exp2(clamp(curve.y * clamp(gloss, 0.0, 1.0) + curve.z, -60.0, 60.0));
+    return usable_alpha(sqrt(2.0 / max(curve.x + power, 1e-9)));
+}
+
+// Gloss of an alpha, 0..1: that of the nearer end where the curve does not reach it.
+float alpha_gloss(float alpha, vec3 curve) {
+    float used = usable_alpha(alpha);
+    float square = used * used;
+    float power = max((2.0 - curve.x * square) / square, 1e-30);
+    return clamp((log2(power) - curve.z) / curve.y, 0.0, 1.0);
+}
+
+// alpha = (1 - g)^2: one minus a perceptual roughness.
+float perceptual_gloss_alpha(float gloss) {
+    float roughness = 1.0 - clamp(gloss, 0.0, 1.0);
+    return usable_alpha(roughness * roughness);
+}
+
+float perceptual_alpha_gloss(float alpha) {
+    return clamp(1.0 - sqrt(usable_alpha(alpha)), 0.0, 1.0);
+}
+
+#endif

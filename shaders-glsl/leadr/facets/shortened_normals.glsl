@@ -1,0 +1,159 @@
+#ifndef LEADR_SHORTENED_NORMALS_GLSL
+#define LEADR_SHORTENED_NORMALS_GLSL
+
+#include "gloss.glsl"
+#include "normal_distribution.glsl"
+
+// How long the mean of the facets' normals is, and the roughness that a length stands for (Chan 2018, section 2). Derivations in
+// src/reflectance/facets/shortened_normals.rs.
+//
+// A length near 1 holds few digits in 32 bits, so functions take and give the lack, 1 - length. Where a filtered normal n is at hand,
+// 1 - |n| is as good as its bits: 6e-8 of it are lost to rounding, half a percent of what alpha = .0014 lacks.
+
+// Facets and the area they count by; the order of Shortening::ALL.
+const int LEADR_GGX_MACRO = 0;
+const int LEADR_GGX_MICRO = 1;
+const int LEADR_BECKMANN_MACRO = 2;
+const int LEADR_BECKMANN_MICRO = 3;
+
+// Below this |1 - alpha^2| series serve.
+const float LEADR_LENGTH_SERIES_END = 0.25;
+
+// T = atanh(sqrt(e)) / sqrt(e) for e = 1 - square, atan(sqrt(-e)) / sqrt(-e) beyond square = alpha^2 = 1.
+float atanh_ratio(float square) {
+    float e = 1.0 - square;
+    if (abs(e) < LEADR_LENGTH_SERIES_END) {
+        float tail = 1.0 / 15.0 + e * (1.0 / 17.0 + e * (1.0 / 19.0 + e * (1.0 / 21.0 + e / 23.0)));
+        tail = 1.0 / 9.0 + e * (1.0 / 11.0 + e * (1.0 / 13.0 + e * tail));
+        return 1.0 + e * (1.0 / 3.0 + e * (1.0 / 5.0 + e * (1.0 / 7.0 + e * tail)));
+    }
+    if (e > 0.0) {
+        float a = sqrt(e);
+        return log((1.0 + a) / sqrt(square)) / a;
+    }
+    // The built-in atan may err by 4096 ulp: halve the angle twice and take its series.
+    float b = sqrt(-e);
+    float half_tangent = b / (1.0 + sqrt(square));
+    float t = half_tangent / (1.0 + sqrt(1.0 + half_tangent * half_tangent));
+    float u = t * t;
+    float tail = 1.0 / 9.0 - u * (1.0 / 11.0 - u * (1.0 / 13.0 - u / 15.0));
+    return 4.0 * t / b * (1.0 - u * (1.0 / 3.0 - u * (1.0 / 5.0 - u * (1.0 / 7.0 - u * tail))));
+}
+
+// (1 - L) / L of GGX facets by microsurface area: alpha^2 T (Chan eq. 24). square: alpha^2.
+float ggx_normal_odds_micro(float square) {
+    return square * atanh_ratio(square);
+}
+
+// (1 - L) / L of GGX facets by macrosurface area (Chan eq. 26).
+float ggx_normal_odds_macro(float square) {
+    float e = 1.0 - square;
+    if (abs(e) < LEADR_LENGTH_SERIES_END) {
+        float tail = 1.0 / 17.0 + e * (1.0 / 19.0 + e * (1.0 / 21.0 + e * (1.0 / 23.0 + e / 25.0)));
+        tail = 1.0 / 11.0 + e * (1.0 / 13.0 + e * (1.0 / 15.0 + e * tail));
+        float lack = square * (1.0 / 3.0 + e * (1.0 / 5.0 + e * (1.0 / 7.0 + e * (1.0 / 9.0 + e * tail))));
+        return lack / (1.0 - lack);
+    }
+    float ratio = atanh_ratio(square);
+    return square * (ratio - 1.0) / (1.0 - square * ratio);
+}
+
+// (1 - L, L) of Beckmann facets by macrosurface area, each with all its digits.
+vec2 beckmann_lack_length(float square) {
+    float u = 0.5 * square;
+    if (u < 1.0 / 169.0) {
+        // Beyond the range of the rational fits: Mills' asymptotic series.
+        float lack = u * (1.0 - u * (3.0 - u * (15.0 - u * (105.0 - u * 945.0))));
+        return vec2(lack, 1.0 - lack);
+    }
+    float t = inversesqrt(u);
+    float lack = tail_mean_ratio(t);
+    return vec2(lack, t < 2.0 ? t * mills_ratio(t) : 1.0 - lack);
+}
+
+// (1 - L) / L of Beckmann facets by macrosurface area.
+float beckmann_normal_odds_macro(float square) {
+    vec2 parts = beckmann_lack_length(square);
+    return parts.x / parts.y;
+}
+
+// (1 - L) / L of Beckmann facets by microsurface area: alpha^2 / 2 times the length by macrosurface area.
+float beckmann_normal_odds_micro(float square) {
+    return 0.5 * square * beckmann_lack_length(square).y;
+}
+
+// (1 - L) / L of any of the four.
+float normal_odds(int shortening, float alpha) {
+    float used = usable_alpha(alpha);
+    float square = used * used;
+    if (shortening == LEADR_GGX_MACRO) return ggx_normal_odds_macro(square);
+    if (shortening == LEADR_GGX_MICRO) return ggx_normal_odds_micro(square);
+    if (shortening == LEADR_BECKMANN_MACRO) return beckmann_normal_odds_macro(square);
+    return beckmann_normal_odds_micro(square);
+}
+
+// 1 - L.
+float normal_lack(int shortening, float alpha) {
+    float odds = normal_odds(shortening, alpha);
+    return odds / (1.0 + odds);
+}
+
+// L.
+float normal_length(int shortening, float alpha) {
+    return 1.0 / (1.0 + normal_odds(shortening, alpha));
+}
+
+// Slope of log odds over log alpha^2, from 1 (smooth) to 1/2 (rough). odds: of this square.
+float normal_odds_slope(int shortening, float square, float odds) {
+    if (shortening == LEADR_GGX_MICRO) {
+        return 1.0 - 0.5 * square / (odds * (1.0 + ggx_normal_odds_macro(square)));
+    }
+    if (shortening == LEADR_GGX_MACRO) {
+        float e = 1.0 - square;
+        float len = 1.0 / (1.0 + odds);
+        float lack = odds * len;
+        // Of the lack over alpha^2; near alpha = 1 its series.
+        float change = abs(e) < 0.05 ? 2.0 / 15.0 + e * (4.0 / 35.0 + e * (6.0 / 63.0))
+                                     : lack / square - (0.5 * len - lack) / e;
+        return change * square / (lack * len);
+    }
+    vec2 parts = beckmann_lack_length(square);
+    // Of the lack over log alpha^2; for smooth facets its series, since the rest cancels.
+    float change = square < 0.01 ? parts.x - square * square * (0.75 - 3.75 * square) : 0.5 * parts.y - parts.x / square;
+    return shortening == LEADR_BECKMANN_MACRO ? change / (parts.x * parts.y) : 1.0 - change / parts.y;
+}
+
+// alpha of facets whose mean normal lacks this much of the length 1, 1e-4 to 100; lacks outside 0..1 are held there. Newton's method on
+// logarithms, where the curve is nearly straight: three steps leave 7e-11 in exact arithmetic.
+float alpha_of_lack(int shortening, float lack) {
+    float held = clamp(lack, 0.0, 1.0);
+    float odds = clamp(held / max(1.0 - held, 1e-9), 1e-12, 1e9);
+    float wanted = log(odds);
+    float square = clamp(odds * (1.0 + 0.4 * odds), LEADR_MIN_VARIANCE, LEADR_MAX_SLOPE * LEADR_MAX_SLOPE);
+    for (int i = 0; i < 3; i++) {
+        float found = normal_odds(shortening, sqrt(square));
+        float slope = clamp(normal_odds_slope(shortening, square, found), 0.4, 1.1);
+        square *= exp(clamp((wanted - log(found)) / slope, -4.0, 4.0));
+        square = clamp(square, LEADR_MIN_VARIANCE, LEADR_MAX_SLOPE * LEADR_MAX_SLOPE);
+    }
+    return usable_alpha(sqrt(square));
+}
+
+// alpha of facets that stand on facets of the other roughness: lengths multiply (Chan eq. 34).
+float combine_alpha(int shortening, float alpha, float other) {
+    float a = normal_lack(shortening, alpha);
+    float b = normal_lack(shortening, other);
+    return alpha_of_lack(shortening, a + b - a * b);
+}
+
+// alpha of GGX facets by macrosurface area from .0027 to 1 (lacks of 4e-5 to 1/3; others are held there), off by 1e-4 of itself:
+// two roots and a rational function.
+float ggx_alpha_of_lack_fit(float lack) {
+    float held = clamp(lack, 4.08e-5, 0.33333333);
+    float x = sqrt(sqrt(held));
+    float p = 0.0996729 + x * (1.6538365 + x * (-0.3396555 - x * 0.7129373));
+    float q = 1.0 + x * (4.5496497 + x * (-12.7359867 + x * 7.2458094));
+    return sqrt(held * p / q);
+}
+
+#endif

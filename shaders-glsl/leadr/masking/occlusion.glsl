@@ -1,0 +1,115 @@
+#ifndef LEADR_OCCLUSION_GLSL
+#define LEADR_OCCLUSION_GLSL
+
+#include "../constants.glsl"
+
+// What the surroundings of a place hide, as one number or as a cone (Chan 2018, 4.4-4.7; src/reflectance/masking/occlusion.rs).
+// A visibility is the share of the cosine-weighted hemisphere that is free. A cone is vec4(axis, cosine of its half angle): everything
+// inside is free.
+
+// What the hidden directions are assumed to be, in adjusted_visibility.
+const int LEADR_HIDDEN_BLACK = 0;           // eq. 45
+const int LEADR_HIDDEN_WHITE_OCCLUDED = 1;  // eq. 46
+const int LEADR_HIDDEN_SAME_UNOCCLUDED = 2; // eq. 47
+const int LEADR_HIDDEN_SAME_OCCLUDED = 3;   // eq. 48
+const int LEADR_HIDDEN_SAME_RADIANCE = 4;   // eq. 49: all bounces
+
+// A / (1 - rho (1 - A)), eq. 49; 0 where A is.
+vec3 interreflected_visibility(float visibility, vec3 albedo) {
+    float a = clamp(visibility, 0.0, 1.0);
+    vec3 rho = clamp(albedo, 0.0, 1.0);
+    return a / max((1.0 - rho) + rho * a, vec3(1e-12));
+}
+
+// Share of a white environment that arrives at a place of this visibility and albedo, where what is hidden looks as `hidden` says.
+vec3 adjusted_visibility(int hidden, float visibility, vec3 albedo) {
+    float a = clamp(visibility, 0.0, 1.0);
+    vec3 rho = clamp(albedo, 0.0, 1.0);
+    if (hidden == LEADR_HIDDEN_BLACK) return vec3(a);
+    if (hidden == LEADR_HIDDEN_WHITE_OCCLUDED) return vec3(a + a * (1.0 - a));
+    if (hidden == LEADR_HIDDEN_SAME_UNOCCLUDED) return a + rho * (1.0 - a);
+    if (hidden == LEADR_HIDDEN_SAME_OCCLUDED) return a + rho * (a * (1.0 - a));
+    return interreflected_visibility(a, rho);
+}
+
+// Cosine of the half angle of the cone about the normal with this visibility, sqrt(1 - V) (eq. 56).
+float cone_cosine(float visibility) {
+    return sqrt(1.0 - clamp(visibility, 0.0, 1.0));
+}
+
+// Visibility of a cone about the normal, 1 - cos^2 (eq. 55).
+float cone_visibility(float cosine) {
+    float c = clamp(cosine, 0.0, 1.0);
+    return (1.0 - c) * (1.0 + c);
+}
+
+// sqrt(1 - x^2).
+float cone_root(float x) {
+    return sqrt(max((1.0 - x) * (1.0 + x), 0.0));
+}
+
+// Visibility of a cone about any axis, without what of it lies below the horizon: a disc's projection, or the form factor of a sphere
+// that the horizon cuts (Snyder 1996).
+float bent_cone_visibility(vec4 cone) {
+    float cosine = clamp(cone.w, 0.0, 1.0), z = clamp(cone.z, -1.0, 1.0);
+    float sine = cone_root(cosine), tilt = cone_root(z);
+    if (z >= sine) return sine * sine * z;
+    if (-z >= sine || sine < 1e-6) return 0.0;
+    float cut = clamp(-cosine * z / max(sine * tilt, 1e-12), -1.0, 1.0);
+    float across = cone_root(cut);
+    // acos, without its loss near 1. The pair is on the unit circle.
+    float disc = sine * (sine * z * atan(across, cut) - cosine * tilt * across);
+    float edge = sine * tilt * across;
+    return clamp((disc + atan(edge, max(cosine, 1e-30))) / LEADR_PI, 0.0, 1.0);
+}
+
+// Cosine of the half angle of the cone about `axis` with this visibility, the inverse of bent_cone_visibility: exact above the horizon,
+// within 1.3 degrees beyond it for axes up to 75 degrees from the normal.
+float bent_cone_cosine(float visibility, vec3 axis) {
+    float v = clamp(visibility, 0.0, 1.0), z = clamp(axis.z, -1.0, 1.0);
+    if (z <= 1e-6) return 1.0;
+    float tilt = cone_root(z);
+    float touching = z * z * z, widest = 0.5 + 0.5 * z;
+    if (v <= touching) return cone_cosine(v / z);
+    float width = widest - touching;
+    float t = min((v - touching) / max(width, 1e-9), 1.0), s = 1.0 - t;
+    float steep = -width / max(2.0 * tilt * z, 1e-9);
+    float last = -width * LEADR_PI / max(2.0 * tilt, 1e-9);
+    return clamp(s * s * ((1.0 + 2.0 * t) * tilt + t * steep) - t * t * s * last, 0.0, 1.0);
+}
+
+// The cone of a visibility vector, the sum of the free directions over pi: about its direction, with the visibility of its length.
+// Without a direction, one about z that nothing passes.
+vec4 cone_of_vector(vec3 b) {
+    float share = length(b);
+    return share > 1e-12 ? vec4(b / share, cone_cosine(share)) : vec4(0.0, 0.0, 1.0, 1.0);
+}
+
+// The cone of a visibility about a bent normal.
+vec4 bent_cone(float visibility, vec3 axis) {
+    return vec4(axis, bent_cone_cosine(visibility, axis));
+}
+
+// Whether the cone leaves a light from wi free, 0 or 1 (eq. 57).
+float cone_light(vec4 cone, vec3 wi) {
+    return dot(cone.xyz, wi) > cone.w ? 1.0 : 0.0;
+}
+
+// What the cone leaves of a light from wi, falling off outside it: clamp(axis.wi / cos, 0, 1)^2 (eq. 58).
+float cone_light_smooth(vec4 cone, vec3 wi) {
+    float along = dot(cone.xyz, wi);
+    float ratio = along >= cone.w ? 1.0 : clamp(along / max(cone.w, 1e-12), 0.0, 1.0);
+    return ratio * ratio;
+}
+
+// The cosine of a cone about the normal, opened for smooth surfaces and grazing viewers (listing 3; without eq. 60 if not `biased`).
+// exponent of the gloss: 6 in the listing, 8 in the text.
+float adjusted_cone_cosine(float cosine, float gloss, float n_v, bool biased, int exponent) {
+    float g = clamp(biased ? 1.5 * gloss : gloss, 0.0, 1.0);
+    float g2 = g * g;
+    float g6 = g2 * g2 * g2;
+    float k = 1.0 - clamp(n_v, 0.0, 1.0);
+    return clamp(cosine, 0.0, 1.0) * (1.0 - (exponent == 6 ? g6 : g6 * g2)) * (1.0 - k * k * k * k);
+}
+
+#endif

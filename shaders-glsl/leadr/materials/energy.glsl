@@ -1,0 +1,80 @@
+#ifndef LEADR_ENERGY_GLSL
+#define LEADR_ENERGY_GLSL
+
+#include "../constants.glsl"
+#include "../facets/fresnel.glsl"
+
+// How much light mirror facets reflect in all, and two ways to give back what one bounce between them loses (Kulla and Conty 2017;
+// Turquin 2019; src/reflectance/materials/energy.rs). The albedo lies in a table of 33 columns and 32 rows that the includer names, as
+//     uniform sampler2D energy;
+//     #define LEADR_ENERGY_TEXEL(x, y) texelFetch(energy, ivec2(x, y), 0).xy
+// EnergyTable::texels gives its texels: (1 - ideal, grazing) at cos = (x / 31)^2, alpha = (y / 31)^2, and the average at x = 32.
+// An albedo is vec2(ideal, grazing): for F = 1, and for F = (1 - cos)^5.
+
+#ifndef LEADR_ENERGY_TEXEL
+#error define LEADR_ENERGY_TEXEL(x, y) before this file: texel of the table of energies
+#endif
+
+// Column x of the table, or between it and the next, at a roughness.
+vec2 energy_between(float alpha, int x, float t) {
+    float y = sqrt(clamp(alpha, 0.0, 1.0)) * 31.0;
+    int row = min(int(y), 30);
+    int next = min(x + 1, 32);
+    vec2 low = mix(LEADR_ENERGY_TEXEL(x, row), LEADR_ENERGY_TEXEL(next, row), t);
+    vec2 high = mix(LEADR_ENERGY_TEXEL(x, row + 1), LEADR_ENERGY_TEXEL(next, row + 1), t);
+    vec2 texel = mix(low, high, y - float(row));
+    return vec2(1.0 - texel.x, texel.y);
+}
+
+// Albedo towards a viewer.
+vec2 energy_albedo(float alpha, float cosine) {
+    float x = sqrt(clamp(cosine, 0.0, 1.0)) * 31.0;
+    int column = min(int(x), 30);
+    float t = x - float(column);
+    // Near grazing incidence albedos are linear in the cosine itself.
+    return energy_between(alpha, column, column == 0 ? t * t : t);
+}
+
+// Mean over the cosine-weighted hemisphere.
+vec2 energy_average(float alpha) {
+    return energy_between(alpha, 32, 0.0);
+}
+
+// Albedo for fresnel_schlick with this f0.
+vec3 split_albedo(vec3 f0, vec2 albedo) {
+    return f0 * (albedo.x - albedo.y) + grazing_reflectance(f0) * albedo.y;
+}
+
+// Mean of Schlick's Fresnel term over the cosine-weighted hemisphere.
+vec3 average_fresnel(vec3 f0) {
+    return f0 + (grazing_reflectance(f0) - f0) / 21.0;
+}
+
+// Share of the lost light that comes out after all further bounces, F^2 E / (1 - F (1 - E)).
+vec3 compensation_color(vec3 f0, float average_ideal) {
+    vec3 f = average_fresnel(f0);
+    return f * f * average_ideal / max(1.0 - f * (1.0 - average_ideal), vec3(1e-6));
+}
+
+// BRDF of the light that ideal mirrors reflect more than once; times compensation_color.
+float compensation_lobe(float ideal_o, float ideal_i, float average_ideal) {
+    return (1.0 - ideal_o) * (1.0 - ideal_i) / (LEADR_PI * max(1.0 - average_ideal, 1e-6));
+}
+
+// Factor of the single-scattering lobe that gives the albedo of all bounces for F0 = 1: cheaper, not reciprocal.
+vec3 compensation_scale(vec3 f0, float ideal_o) {
+    float e = max(ideal_o, 1e-3);
+    return 1.0 + f0 * ((1.0 - e) / e);
+}
+
+// All that mirrors reflect towards the viewer.
+vec3 mirrored(vec3 f0, vec2 albedo, float average_ideal) {
+    return split_albedo(f0, albedo) + (1.0 - albedo.x) * compensation_color(f0, average_ideal);
+}
+
+// What is left for the body below the mirrors; on average over the hemisphere, of energy_average.
+vec3 entered(vec3 f0, vec2 albedo, float average_ideal) {
+    return max(1.0 - mirrored(f0, albedo, average_ideal), 0.0);
+}
+
+#endif

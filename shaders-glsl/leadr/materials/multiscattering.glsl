@@ -1,0 +1,94 @@
+#ifndef LEADR_MULTISCATTERING_GLSL
+#define LEADR_MULTISCATTERING_GLSL
+
+#include "../constants.glsl"
+#include "../facets/fresnel.glsl"
+
+// Diffuse reflection of rough surfaces whose facets light each other, under a coat of mirrors (Chan 2018, section 5, and a fit of this
+// project's; formulas and proof of its albedo in src/reflectance/materials/multiscattering.rs).
+
+// The BRDF of a white diffuse facet below a coat (eq. 62); its albedo is 1 - F.
+float facet_diffuse(float f0, float cosine_o, float cosine_i) {
+    return 21.0 / (20.0 * LEADR_PI) * (1.0 - f0) * (1.0 - schlick_weight(cosine_o)) * (1.0 - schlick_weight(cosine_i));
+}
+
+// The published hand fit, eq. 64-69 and listing 1, without albedo / pi. Its albedo exceeds 1.
+float chan_diffuse(float n_l, float n_v, float n_h, float l_h, float gloss) {
+    n_l = clamp(n_l, 0.0, 1.0);
+    n_v = clamp(n_v, 0.0, 1.0);
+    n_h = clamp(n_h, 0.0, 1.0);
+    l_h = clamp(l_h, 0.0, 1.0);
+    float g = clamp(gloss, 0.0, 1.0);
+    float rough = l_h + schlick_weight(l_h);
+    float smoothed = (1.0 - 0.75 * schlick_weight(n_l)) * (1.0 - 0.75 * schlick_weight(n_v));
+    float t = clamp(2.2 * g - 0.5, 0.0, 1.0);
+    float bump = (34.5 * g * g - 59.0 * g + 24.5) * l_h * exp2(-max(73.2 * g - 21.2, 8.9) * sqrt(n_h));
+    return rough + (smoothed - rough) * t + bump;
+}
+
+// How facets of one roughness light each other.
+struct FacetBounces {
+    float grazing; // weight of the first bounce at grazing angles
+    float again;   // chance that light leaving a facet meets another
+    float lean;    // how far the rest of the first bounce leans towards the light
+    float lost;    // share of the light that is lost between facets
+};
+
+float bounce_value(float alpha, vec3 k) {
+    float a = clamp(alpha, 0.0, 1.0);
+    return k.x * a * a / max(a * a + k.y * a + k.z, 1e-9);
+}
+
+// Facets whose coat reflects as mirrors do: no light is lost.
+FacetBounces facet_bounces(float alpha) {
+    return FacetBounces(bounce_value(alpha, vec3(0.39284, 0.11088, 0.01835)),
+                        clamp(bounce_value(alpha, vec3(0.92213, 0.76687, 0.46287)), 0.0, 0.9),
+                        clamp(bounce_value(alpha, vec3(0.36175, -0.7515, 0.48674)), -1.0, 1.0),
+                        clamp(bounce_value(alpha, vec3(0.0, 0.0, 1.0)), 0.0, 1.0));
+}
+
+// Facets whose coat takes what it reflects, as in the paper's simulation.
+FacetBounces facet_bounces_lossy(float alpha) {
+    return FacetBounces(bounce_value(alpha, vec3(0.38738, 0.12849, 0.02321)),
+                        clamp(bounce_value(alpha, vec3(0.84374, 0.74115, 0.45752)), 0.0, 0.9),
+                        clamp(bounce_value(alpha, vec3(0.49619, -0.73675, 0.60793)), -1.0, 1.0),
+                        clamp(bounce_value(alpha, vec3(0.38913, 1.77282, 0.13691)), 0.0, 1.0));
+}
+
+// 2 (1 - c ln(1 + 1/c)): albedo of 1 / (c_o + c_i) over 1/pi.
+float grazing_albedo(float cosine) {
+    float c = clamp(cosine, 1e-12, 1.0);
+    return 2.0 * (1.0 - c * log((1.0 + c) / c));
+}
+
+// Albedo of the surface per albedo of its facets and light that enters.
+vec3 first_albedo(FacetBounces bounces, vec3 albedo) {
+    return (1.0 - bounces.lost) * (1.0 - bounces.again) / (1.0 - albedo * bounces.again);
+}
+
+// The BRDF, per steradian; 0 where a direction is not above the horizon. entered_o, entered_i, entered_average: what enters along the
+// viewer's direction, along the light's, and on average (`entered` of energy.glsl).
+vec3 multiscattering_diffuse(vec3 wo, vec3 wi, FacetBounces bounces, vec3 f0, vec3 albedo, vec3 entered_o, vec3 entered_i,
+                             vec3 entered_average) {
+    if (wo.z <= 0.0 || wi.z <= 0.0) return vec3(0.0);
+    float c_o = min(wo.z, 1.0), c_i = min(wi.z, 1.0);
+    float d = wo.x * wi.x + wo.y * wi.y;
+    float sines = (1.0 - c_o * c_o) * (1.0 - c_i * c_i);
+    float phase = max(1.0 + 11.0 / 9.0 * d + 2.0 / 9.0 * (2.0 * d * d - sines), 0.0);
+    // Less for dark facets, whose first bounce is all there is.
+    vec3 kappa = bounces.grazing * (1.0 - f0) * (1.0 - 0.7 * bounces.again * (1.0 - albedo));
+    vec3 white = first_albedo(bounces, albedo);
+    vec3 r_o = max(entered_o * white - kappa * grazing_albedo(c_o), 0.0);
+    vec3 r_i = max(entered_i * white - kappa * grazing_albedo(c_i), 0.0);
+    // 8/3 (1 - ln 2), the mean of grazing_albedo.
+    vec3 average = max(entered_average * white - kappa * 0.818274185, 1e-6);
+    vec3 lean = 1.0 + (1.0 - albedo * bounces.again) * (bounces.lean * d);
+    return albedo / LEADR_PI * (kappa * (phase / max(c_o + c_i, 1e-6)) + r_o * (r_i / average) * lean);
+}
+
+// Directional albedo of multiscattering_diffuse, from what enters along that direction.
+vec3 multiscattering_albedo(FacetBounces bounces, vec3 albedo, vec3 enters) {
+    return albedo * first_albedo(bounces, albedo) * enters;
+}
+
+#endif

@@ -1,0 +1,14 @@
+#version 460
+#include "leadr/facets/normal_spread.glsl"
+#include "probes/leadr_probe.glsl"
+
+void main() {
+    if (gl_GlobalInvocationID.x >= count) return;
+    at = gl_GlobalInvocationID.x * 2;
+    float lack = next();
+    float exponent = next();
+    at = gl_GlobalInvocationID.x * 3;
+    put(vmf_kappa_estimate(lack));
+    put(toksvig_factor(lack, exponent));
+    put(toksvig_normal_variance(lack));
+}

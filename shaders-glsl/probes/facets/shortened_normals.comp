@@ -1,0 +1,19 @@
+#version 460
+#include "leadr/facets/shortened_normals.glsl"
+#include "probes/leadr_probe.glsl"
+
+void main() {
+    if (gl_GlobalInvocationID.x >= count) return;
+    at = gl_GlobalInvocationID.x * 3;
+    float alpha = next();
+    float other = next();
+    float lack = next();
+    at = gl_GlobalInvocationID.x * 17;
+    for (int shortening = 0; shortening < 4; shortening++) {
+        put(normal_lack(shortening, alpha));
+        put(normal_length(shortening, alpha));
+        put(alpha_of_lack(shortening, lack));
+        put(combine_alpha(shortening, alpha, other));
+    }
+    put(ggx_alpha_of_lack_fit(lack));
+}

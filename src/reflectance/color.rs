@@ -1,0 +1,20 @@
+//! Colours: linear RGB of Rec. 709.
+
+use glam::DVec3;
+
+/// Relative luminance of a linear colour: 1 for white.
+#[must_use]
+pub fn luminance(color: DVec3) -> f64 {
+    color.dot(DVec3::new(0.2126, 0.7152, 0.0722))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn white_is_one_and_green_is_most_of_it() {
+        assert!((luminance(DVec3::ONE) - 1.0).abs() < 1e-15);
+        assert!(luminance(DVec3::Y) > luminance(DVec3::X) && luminance(DVec3::X) > luminance(DVec3::Z));
+    }
+}

@@ -1,0 +1,53 @@
+//! Roots of increasing functions of one variable.
+
+/// `x` in `[low, high]` with `f(x) = 0` for an increasing `f`, to rounding; the nearer end where there is none inside.
+///
+/// Regula falsi with Illinois' halving (Dowell and Jarratt 1971): a bracket always holds the root, and functions that are nearly straight
+/// take a few steps. Where it stalls, bisection goes on.
+#[must_use]
+pub(crate) fn increasing_root(low: f64, high: f64, f: impl Fn(f64) -> f64) -> f64 {
+    let (mut a, mut b) = (low, high);
+    let (mut fa, mut fb) = (f(a), f(b));
+    let mut above = None;
+    // A NaN is at neither end; it ends at the upper one.
+    if fa >= 0.0 {
+        return low;
+    }
+    if fb <= 0.0 || fa.is_nan() || fb.is_nan() {
+        return high;
+    }
+    for step in 0..120 {
+        let chord = b - fb * ((b - a) / (fb - fa));
+        let x = if step > 40 || !(chord > a && chord < b) { 0.5 * (a + b) } else { chord };
+        let y = f(x);
+        if y == 0.0 || x <= a || x >= b || (b - a) <= 2.0 * f64::EPSILON * x.abs() {
+            return x;
+        }
+        // An end that stays a second time pulls the next chord away from it.
+        let again = above == Some(y > 0.0);
+        above = Some(y > 0.0);
+        if y > 0.0 {
+            (b, fb) = (x, y);
+            fa *= if again { 0.5 } else { 1.0 };
+        } else {
+            (a, fa) = (x, y);
+            fb *= if again { 0.5 } else { 1.0 };
+        }
+    }
+    0.5 * (a + b)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn roots_are_found_and_ends_held() {
+        assert!((increasing_root(0.0, 3.0, |x| x * x - 2.0) - 2f64.sqrt()).abs() < 1e-15);
+        assert!((increasing_root(-9.0, 50.0, |x| x.exp() - 2.0) - 2f64.ln()).abs() < 1e-14);
+        assert!((increasing_root(-1.0, 1.0, |x| (x - 0.2).cbrt()) - 0.2).abs() < 1e-12);
+        assert_eq!(increasing_root(1.0, 2.0, |x| x), 1.0);
+        assert_eq!(increasing_root(-2.0, -1.0, |x| x), -1.0);
+        assert_eq!(increasing_root(0.0, 1.0, |_| f64::NAN), 1.0);
+    }
+}
