@@ -212,18 +212,18 @@ fn fitted([lx, ly, square, c, s]: [f32; 5]) -> HorizonTexel {
 }
 
 /// A row of heights at a constant offset from a row of texels.
-struct Sampled {
-    values: Vec<f32>,
+pub(super) struct Sampled {
+    pub(super) values: Vec<f32>,
     rows: [Vec<f32>; 2],
 }
 
 impl Sampled {
-    fn new(width: usize) -> Self {
+    pub(super) fn new(width: usize) -> Self {
         Self { values: vec![0.0; width], rows: [vec![0.0; width + 1], vec![0.0; width + 1]] }
     }
 
     /// Bilinear heights of `texels` at `offset` from as many texels from `start` on as there are values.
-    fn fetch(&mut self, heights: &Heights<'_>, texels: &[f32], start: [usize; 2], offset: [f32; 2]) {
+    pub(super) fn fetch(&mut self, heights: &Heights<'_>, texels: &[f32], start: [usize; 2], offset: [f32; 2]) {
         let whole = offset.map(f32::floor);
         let [fx, fy] = [offset[0] - whole[0], offset[1] - whole[1]];
         let place = |row: i64| {

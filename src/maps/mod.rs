@@ -9,6 +9,7 @@ pub mod baked;
 mod bc5;
 #[cfg(feature = "gpu")]
 pub mod cache;
+pub mod derive;
 mod exr_read;
 mod fault;
 mod guard;

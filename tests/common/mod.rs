@@ -7,6 +7,7 @@ pub mod comparison;
 pub mod cube;
 #[cfg(feature = "gpu")]
 pub mod gpu;
+pub mod height_rays;
 pub mod memory;
 #[cfg(feature = "gpu")]
 pub mod render;

@@ -30,6 +30,19 @@ impl NormalMap {
         let kept = (STEEPEST / slope[0].hypot(slope[1]).max(1e-20)).min(1.0);
         slope.map(|v| v * kept)
     }
+
+    /// The vector at a texel as it is stored, y along `t` (down), without scale or limits; `None` where slopes are stored, or x and y alone.
+    /// Panics outside the image.
+    #[must_use]
+    pub fn vector(&self, x: u32, y: u32) -> Option<[f32; 3]> {
+        let raster = &self.texture.raster;
+        if self.texture.encoding == Encoding::Slopes || raster.channels() < 3 {
+            return None;
+        }
+        let up = if self.green == GreenAxis::Up { -1.0 } else { 1.0 };
+        let code = |channel| 2.0 * raster.value(x, y, channel) - 1.0;
+        Some([code(0), up * code(1), code(2)])
+    }
 }
 
 /// How heights and normals of one surface agree.
