@@ -56,6 +56,9 @@ fn a_table_becomes_a_material_that_is_drawn() {
     assert!((alpha / 0.3 - 1.0).abs() < 0.01, "{said}");
     assert_eq!((said["isotropic"].as_bool(), said["masking"].as_str()), (Some(true), Some("smith")));
     assert_eq!(said["files"].as_array().unwrap().len(), 5);
+    let exports = &said["exports"];
+    assert_eq!((exports[0]["renderer"].as_str(), exports[1]["renderer"].as_str()), (Some("mitsuba"), Some("pbrt")));
+    assert!(exports[0]["misfit"]["rrmse"].as_f64().is_some_and(|wrong| wrong < 1.0), "{exports}");
     assert_eq!(said["spheres"].as_array().unwrap().len(), 6);
     let curves = &said["curves"];
     assert_eq!((curves[0]["family"].as_str(), curves[1]["family"].as_str()), (Some("shifted_gamma"), Some("abc")));

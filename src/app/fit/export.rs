@@ -1,12 +1,16 @@
-//! The nearest materials of other renderers: one GGX lobe, of a metal or above a diffuse body, whichever is nearer to what was measured.
+//! The nearest materials of other renderers: one GGX lobe, of a metal that lies beside a diffuse body or of a coat above one, whichever is nearer
+//! to what was measured. Each renderer has its own way to hide facets, so each is given what is nearest as it draws it.
 
-use std::f64::consts::{FRAC_1_PI, PI};
+use std::f64::consts::{FRAC_1_PI, FRAC_PI_2, PI};
+use std::fmt;
 
 use glam::{DVec2, DVec3};
+use serde::Serialize;
 
+use super::coat::{Coat, MOST};
 use crate::reflectance::extraction::samples::{Misfit, Sample, misfit};
 use crate::reflectance::facets::ellipse::{Ellipse, roughness_from_ellipse};
-use crate::reflectance::facets::fresnel::{Fresnel, fresnel_dielectric, schlick_weight};
+use crate::reflectance::facets::fresnel::{Fresnel, fresnel_conductor, fresnel_dielectric};
 use crate::reflectance::facets::ggx::Ggx;
 use crate::reflectance::masking::variants::Masking;
 use crate::reflectance::materials::brdf::Brdf;
@@ -15,129 +19,347 @@ use crate::reflectance::materials::microfacet::{Microfacet, microfacet_eval};
 /// Refractive index of the coats that are written: of most plastics and varnishes.
 const COAT_INDEX: f64 = 1.5;
 
+/// Who draws the material.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Renderer {
+    /// Mitsuba 3: masking and shadowing are independent. Its coats are round.
+    Mitsuba,
+    /// pbrt-v4: masking and shadowing are correlated by height.
+    Pbrt,
+}
+
 /// A material of one GGX lobe.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Simple {
+    renderer: Renderer,
     /// Half-axes of `α`, and the angle of the first.
     ellipse: Ellipse,
     surface: Surface,
 }
 
-/// What the lobe lies on.
+/// What reflects.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Surface {
-    /// Nothing: a metal of this reflectance at normal incidence.
-    Metal(DVec3),
+    /// A metal of this index, `eta + i k`, covers a share of the surface, and a body of this albedo the rest.
+    Metal { share: f64, eta: DVec3, k: DVec3, albedo: DVec3 },
     /// A body of this albedo under a dielectric.
     Coated(DVec3),
 }
+
+/// Shares of metal that are tried.
+const SHARES: [f64; 11] = [1.0, 0.9, 0.8, 0.7, 0.6, 0.5, 0.4, 0.3, 0.2, 0.1, 0.05];
+
+/// How much of a reflectance is due to refraction, 0 to 1. The first is tried with all shares, the others with the best.
+const REFRACTIONS: [f64; 3] = [0.5, 0.0, 1.0];
 
 /// Whether a direction of an ellipse means nothing.
 pub fn is_round(ellipse: &Ellipse) -> bool {
     (ellipse.radii.x - ellipse.radii.y).abs() < 1e-6 * ellipse.radii.x
 }
 
-/// A simple material as it reflects.
+/// The ellipse without its direction.
+fn rounded(ellipse: Ellipse) -> Ellipse {
+    Ellipse { radii: DVec2::splat((ellipse.radii.x * ellipse.radii.y).sqrt()), angle: 0.0 }
+}
+
+/// Index `eta + i k` of a metal with this reflectance at normal incidence, below 1. `refraction`: 0 for the least possible `eta`, which is 1, to 1
+/// for the largest, `(1 + √F₀) / (1 − √F₀)`, where `k` is 0.
+fn index(f0: DVec3, refraction: f64) -> (DVec3, DVec3) {
+    let root = f0.map(f64::sqrt);
+    let eta = DVec3::ONE + refraction * (2.0 * root / (DVec3::ONE - root));
+    // F₀ ((η + 1)² + k²) = (η − 1)² + k²
+    let square = (f0 * (eta + 1.0) * (eta + 1.0) - (eta - 1.0) * (eta - 1.0)) / (DVec3::ONE - f0);
+    (eta, square.max(DVec3::ZERO).map(f64::sqrt))
+}
+
+/// A simple material as its renderer evaluates it.
 struct Reflecting {
     facets: Microfacet<Ggx>,
-    body: DVec3,
+    surface: Surface,
+    coat: Coat,
 }
 
 impl Brdf for Reflecting {
     fn eval_cos(&self, wo: DVec3, wi: DVec3) -> DVec3 {
-        self.body * (FRAC_1_PI * wi.z.max(0.0)) + self.facets.eval_cos(wo, wi)
+        self.surface.body(&self.coat, wo, wi) * wi.z.max(0.0) + self.surface.share() * self.facets.eval_cos(wo, wi)
+    }
+}
+
+impl fmt::Display for Renderer {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Mitsuba => "Mitsuba",
+            Self::Pbrt => "pbrt",
+        })
+    }
+}
+
+impl Renderer {
+    const fn masking(self) -> Masking {
+        match self {
+            Self::Mitsuba => Masking::SmithSeparable,
+            Self::Pbrt => Masking::SmithCorrelated,
+        }
+    }
+}
+
+/// Weighted sums over the samples of one difference angle: all that least squares ask of them for a lobe beside a body.
+#[derive(Clone, Copy, Default)]
+struct Ring {
+    weight: f64,
+    cosine: f64,
+    mirrors: f64,
+    mirrors_squared: f64,
+    values: DVec3,
+    mirrored_values: DVec3,
+}
+
+/// Rings of a degree each. The samples' difference angles are further apart, so those of a ring have the same.
+const RINGS: usize = 91;
+
+fn ring_of(s: &Sample) -> usize {
+    s.wo.dot(s.wh).clamp(0.0, 1.0).acos().to_degrees() as usize
+}
+
+/// The samples beside ideal mirrors of the same lobe.
+struct Lobe<'a> {
+    samples: &'a [Sample],
+    /// `f_r` of the mirrors.
+    mirrored: Vec<f64>,
+    rings: [Ring; RINGS],
+}
+
+impl<'a> Lobe<'a> {
+    fn new(samples: &'a [Sample], ellipse: &Ellipse, renderer: Renderer) -> Self {
+        let slopes = Ggx::new(DVec2::ZERO, roughness_from_ellipse(ellipse));
+        let ideal = |s: &Sample| microfacet_eval(renderer.masking(), &slopes, s.wo, s.wi) / s.wi.z;
+        let mirrored: Vec<f64> = samples.iter().map(ideal).collect();
+        let mut rings = [Ring::default(); RINGS];
+        for (s, &ideal) in samples.iter().zip(&mirrored) {
+            let ring = &mut rings[ring_of(s)];
+            ring.weight += s.weight;
+            ring.cosine += s.weight * s.wo.dot(s.wh);
+            ring.mirrors += s.weight * ideal;
+            ring.mirrors_squared += s.weight * ideal * ideal;
+            ring.values += s.weight * s.value;
+            ring.mirrored_values += s.weight * ideal * s.value;
+        }
+        rings.iter_mut().for_each(|ring| ring.cosine /= ring.weight.max(1e-300));
+        Self { samples, mirrored, rings }
+    }
+
+    /// A metal of this share, and the body beside it, nearest to the samples: least squares, each in turn, the metal by Gauss and Newton.
+    fn metal(&self, share: f64, refraction: f64) -> Surface {
+        const ROUNDS: usize = 60;
+        const STEP: f64 = 1e-4;
+        let range = (DVec3::splat(0.001), DVec3::splat(MOST - STEP));
+        let fresnel = |f0: DVec3, cosine: f64| {
+            let (eta, k) = index(f0, refraction);
+            share * fresnel_conductor(cosine, eta, k)
+        };
+        let most = FRAC_1_PI * (1.0 - share) * MOST;
+        let (mut f0, mut body) = (DVec3::splat(0.5), DVec3::ZERO);
+        for _ in 0..ROUNDS {
+            let (mut change, mut curvature, mut rest, mut weight) =
+                (DVec3::ZERO, DVec3::splat(1e-30), DVec3::ZERO, 1e-30);
+            for ring in &self.rings {
+                let now = fresnel(f0, ring.cosine);
+                let slope = (fresnel(f0 + STEP, ring.cosine) - now) / STEP;
+                change += slope * (ring.mirrored_values - now * ring.mirrors_squared - body * ring.mirrors);
+                curvature += slope * slope * ring.mirrors_squared;
+            }
+            f0 = (f0 + change / curvature).clamp(range.0, range.1);
+            for ring in &self.rings {
+                rest += ring.values - fresnel(f0, ring.cosine) * ring.mirrors;
+                weight += ring.weight;
+            }
+            body = (rest / weight).clamp(DVec3::ZERO, DVec3::splat(most));
+        }
+        // A metal alone has no body.
+        let albedo = if share < 1.0 { body * (PI / (1.0 - share)) } else { DVec3::ZERO };
+        let (eta, k) = index(f0, refraction);
+        Surface::Metal { share, eta, k, albedo }
+    }
+
+    /// The body under this coat nearest to the samples: least squares.
+    fn coated(&self, coat: &Coat) -> Surface {
+        let (mut product, mut square) = (DVec3::ZERO, 1e-30);
+        for (s, &ideal) in self.samples.iter().zip(&self.mirrored) {
+            let window = coat.window(s.wo, s.wi);
+            product += s.weight * window * (s.value - ideal * fresnel_dielectric(s.wo.dot(s.wh), COAT_INDEX));
+            square += s.weight * window * window;
+        }
+        Surface::Coated(coat.albedo(product / square))
+    }
+
+    /// How far a surface is from the samples, in cube roots as [`Misfit::perceptual`] has them, up to a factor.
+    fn error(&self, surface: &Surface, coat: &Coat) -> f64 {
+        let fresnel = self.rings.map(|ring| surface.fresnel().at(ring.cosine));
+        let root = |f: DVec3| f.map(f64::cbrt);
+        let one = |(s, &ideal): (&Sample, &f64)| {
+            let model = surface.share() * ideal * fresnel[ring_of(s)] + surface.body(coat, s.wo, s.wi);
+            s.weight * (root(model * s.wi.z) - root(s.value * s.wi.z)).length_squared()
+        };
+        self.samples.iter().zip(&self.mirrored).map(one).sum()
+    }
+}
+
+impl Surface {
+    fn fresnel(&self) -> Fresnel {
+        match *self {
+            Self::Metal { eta, k, .. } => Fresnel::Conductor { eta, k },
+            Self::Coated(_) => Fresnel::Dielectric(COAT_INDEX),
+        }
+    }
+
+    /// Share of the facets.
+    fn share(&self) -> f64 {
+        match *self {
+            Self::Metal { share, .. } => share,
+            Self::Coated(_) => 1.0,
+        }
+    }
+
+    /// `f_r` of the body.
+    fn body(&self, coat: &Coat, wo: DVec3, wi: DVec3) -> DVec3 {
+        match *self {
+            Self::Metal { share, albedo, .. } => FRAC_1_PI * (1.0 - share) * albedo,
+            Self::Coated(albedo) => coat.strength(albedo) * coat.window(wo, wi),
+        }
     }
 }
 
 impl Simple {
-    /// The nearer of a metal and a coated body with a lobe of this roughness, and how far it is from the samples.
-    pub fn nearest(samples: &[Sample], ellipse: Ellipse) -> (Self, Misfit) {
-        let slopes = Ggx::new(DVec2::ZERO, roughness_from_ellipse(&ellipse));
-        let ideal = |s: &Sample| microfacet_eval(Masking::SmithCorrelated, &slopes, s.wo, s.wi) / s.wi.z;
-        // Least squares, each with the one colour that it has.
-        let (mut of_metal, mut of_body) = ((DVec3::ZERO, 0.0), (DVec3::ZERO, 0.0));
-        for s in samples {
-            let (ideal, cosine) = (ideal(s), s.wo.dot(s.wh));
-            // Schlick's F = F₀ rest + (1 − rest).
-            let rest = 1.0 - schlick_weight(cosine);
-            of_metal.0 += s.weight * ideal * rest * (s.value - DVec3::splat(ideal * (1.0 - rest)));
-            of_metal.1 += s.weight * (ideal * rest) * (ideal * rest);
-            of_body.0 += s.weight * (s.value - DVec3::splat(ideal * fresnel_dielectric(cosine, COAT_INDEX)));
-            of_body.1 += s.weight;
-        }
-        let f0 = (of_metal.0 / of_metal.1.max(1e-12)).clamp(DVec3::splat(0.001), DVec3::splat(0.999));
-        let albedo = (PI * of_body.0 / of_body.1.max(1e-12)).clamp(DVec3::ZERO, DVec3::splat(0.999));
-        [Surface::Metal(f0), Surface::Coated(albedo)]
-            .map(|surface| {
-                let (fresnel, body) = match surface {
-                    Surface::Metal(f0) => (Fresnel::Schlick(f0), DVec3::ZERO),
-                    Surface::Coated(albedo) => (Fresnel::Dielectric(COAT_INDEX), albedo),
-                };
-                let facets = Microfacet { distribution: slopes, masking: Masking::SmithCorrelated, fresnel };
-                (Self { ellipse, surface }, misfit(samples, &Reflecting { facets, body }))
-            })
-            .into_iter()
-            .min_by(|(_, a), (_, b)| a.perceptual.total_cmp(&b.perceptual))
-            .expect("there are two")
+    /// The nearest with a lobe of this roughness, and how far it is from the samples.
+    pub fn nearest(samples: &[Sample], ellipse: Ellipse, renderer: Renderer) -> (Self, Misfit) {
+        let coat = coat(&ellipse);
+        let lobe = Lobe::new(samples, &ellipse, renderer);
+        let nearer = |a: (f64, Surface), b: (f64, Surface)| if b.0 < a.0 { b } else { a };
+        let metal = |share, refraction| {
+            let surface = lobe.metal(share, refraction);
+            (lobe.error(&surface, &coat), surface)
+        };
+        let [refraction, others @ ..] = REFRACTIONS;
+        let best = SHARES.map(|share| metal(share, refraction)).into_iter().reduce(nearer).expect("there are some");
+        let best = others.map(|refraction| metal(best.1.share(), refraction)).into_iter().fold(best, nearer);
+        // Coats of Mitsuba have no direction.
+        let coat_ellipse = if renderer == Renderer::Mitsuba { rounded(ellipse) } else { ellipse };
+        let lobe = Lobe::new(samples, &coat_ellipse, renderer);
+        let surface = lobe.coated(&coat);
+        let simple = if lobe.error(&surface, &coat) < best.0 {
+            Self { renderer, ellipse: coat_ellipse, surface }
+        } else {
+            Self { renderer, ellipse, surface: best.1 }
+        };
+        (simple, misfit(samples, &simple.reflecting()))
     }
 
-    /// A BSDF of Mitsuba 3. A conductor of index `(1 + √F₀)/(1 − √F₀)` has this F₀.
-    pub fn mitsuba(&self, name: &str) -> String {
+    /// What its renderer makes of it.
+    fn reflecting(&self) -> Reflecting {
+        let distribution = Ggx::new(DVec2::ZERO, roughness_from_ellipse(&self.ellipse));
+        let facets = Microfacet { distribution, masking: self.renderer.masking(), fresnel: self.surface.fresnel() };
+        Reflecting { facets, surface: self.surface, coat: coat(&self.ellipse) }
+    }
+
+    /// The material in the language of its renderer.
+    pub fn text(&self, name: &str) -> String {
+        match self.renderer {
+            Renderer::Mitsuba => self.mitsuba(name),
+            Renderer::Pbrt => self.pbrt(name),
+        }
+    }
+
+    /// A BSDF of Mitsuba 3. `nonlinear`: light that the coat sends back is coloured by the body again.
+    fn mitsuba(&self, name: &str) -> String {
+        let rgb = |name: &str, c: DVec3| format!("<rgb name=\"{name}\" value=\"{:.6}, {:.6}, {:.6}\"/>", c.x, c.y, c.z);
+        let float = |name: &str, value: f64| format!("<float name=\"{name}\" value=\"{value:.6}\"/>");
+        let (u, v, turned) = self.axes();
+        let head = format!("<bsdf version=\"3.0.0\" id=\"{name}\"");
+        let ggx = "<string name=\"distribution\" value=\"ggx\"/>".to_owned();
+        let (first, lines, last) = match self.surface {
+            Surface::Coated(albedo) => (
+                format!("{head} type=\"roughplastic\">"),
+                vec![
+                    ggx,
+                    float("alpha", u),
+                    float("int_ior", COAT_INDEX),
+                    float("ext_ior", 1.0),
+                    "<boolean name=\"nonlinear\" value=\"true\"/>".to_owned(),
+                    rgb("diffuse_reflectance", albedo),
+                ],
+                "</bsdf>",
+            ),
+            Surface::Metal { share, eta, k, albedo } => {
+                let metal = vec![ggx, float("alpha_u", u), float("alpha_v", v), rgb("eta", eta), rgb("k", k)];
+                if share < 1.0 {
+                    let beside = [
+                        float("weight", share),
+                        format!("<bsdf type=\"diffuse\">{}</bsdf>", rgb("reflectance", albedo)),
+                        "<bsdf type=\"roughconductor\">".to_owned(),
+                    ];
+                    let metal = metal.into_iter().map(|line| format!("    {line}"));
+                    let lines = beside.into_iter().chain(metal).chain(["</bsdf>".to_owned()]).collect();
+                    (format!("{head} type=\"blendbsdf\">"), lines, "</bsdf>")
+                } else {
+                    (format!("{head} type=\"roughconductor\">"), metal, "</bsdf>")
+                }
+            }
+        };
+        let remark = turned.map(|by| format!("<!-- alpha_u is turned by {by:.2} degrees from the tangent -->\n"));
+        let lines: String = lines.iter().map(|line| format!("    {line}\n")).collect();
+        format!("{}{first}\n{lines}{last}\n", remark.unwrap_or_default())
+    }
+
+    /// A named material of pbrt-v4. Without thickness a coat does not swallow light. Of two materials beside each other, each has its name.
+    fn pbrt(&self, name: &str) -> String {
+        let (u, v, turned) = self.axes();
+        let rgb = |name: &str, c: DVec3| format!(" \"rgb {name}\" [ {:.6} {:.6} {:.6} ]", c.x, c.y, c.z);
+        let material = |name: &str, kind: &str| format!("MakeNamedMaterial \"{name}\" \"string type\" \"{kind}\"");
+        let lobe =
+            format!("\n    \"float uroughness\" {u:.6} \"float vroughness\" {v:.6} \"bool remaproughness\" false\n");
+        let materials = match self.surface {
+            Surface::Coated(albedo) => {
+                let color = rgb("reflectance", albedo);
+                let coat = material(name, "coateddiffuse");
+                format!("{coat}{color} \"float eta\" {COAT_INDEX:?} \"float thickness\" 0{lobe}")
+            }
+            Surface::Metal { share, eta, k, albedo } => {
+                let metal = |name: &str| material(name, "conductor") + &rgb("eta", eta) + &rgb("k", k) + &lobe;
+                if share < 1.0 {
+                    let (beside, covering) = (format!("{name}_body"), format!("{name}_metal"));
+                    let body = material(&beside, "diffuse") + &rgb("reflectance", albedo);
+                    let both = material(name, "mix");
+                    format!(
+                        "{body}\n{}{both} \"string materials\" [ \"{beside}\" \"{covering}\" ] \"float amount\" {share:?}\n",
+                        metal(&covering)
+                    )
+                } else {
+                    metal(name)
+                }
+            }
+        };
+        let remark = turned.map(|by| format!("# uroughness is turned by {by:.2} degrees from the tangent\n"));
+        remark.unwrap_or_default() + &materials
+    }
+
+    /// `α` nearest to the tangent, across it, and by how many degrees, −45 to 45, they are turned counter-clockwise: neither renderer turns
+    /// them itself.
+    fn axes(&self) -> (f64, f64, Option<f64>) {
         let Ellipse { radii, angle } = self.ellipse;
-        let rgb = |c: [f64; 3]| format!("{:.6}, {:.6}, {:.6}", c[0], c[1], c[2]);
-        match self.surface {
-            Surface::Coated(albedo) => format!(
-                "<bsdf version=\"3.0.0\" type=\"roughplastic\" id=\"{name}\">\n    <string name=\"distribution\" value=\"ggx\"/>\n    \
-                 <float name=\"alpha\" value=\"{:.6}\"/>\n    <float name=\"int_ior\" value=\"{COAT_INDEX}\"/>\n    \
-                 <rgb name=\"diffuse_reflectance\" value=\"{}\"/>\n</bsdf>\n",
-                (radii.x * radii.y).sqrt(),
-                rgb(albedo.to_array())
-            ),
-            Surface::Metal(f0) => format!(
-                "{}<bsdf version=\"3.0.0\" type=\"roughconductor\" id=\"{name}\">\n    <string name=\"distribution\" value=\"ggx\"/>\n    \
-                 <float name=\"alpha_u\" value=\"{:.6}\"/>\n    <float name=\"alpha_v\" value=\"{:.6}\"/>\n    \
-                 <rgb name=\"eta\" value=\"{}\"/>\n    <rgb name=\"k\" value=\"0, 0, 0\"/>\n</bsdf>\n",
-                self.turned(
-                    |degrees| format!("<!-- alpha_u is turned by {degrees:.2} degrees from the tangent -->\n"),
-                    angle
-                ),
-                radii.x,
-                radii.y,
-                rgb(f0.to_array().map(|f| (1.0 + f.sqrt()) / (1.0 - f.sqrt())))
-            ),
+        if is_round(&self.ellipse) {
+            return (radii.x, radii.y, None);
         }
+        let quarters = (angle / FRAC_PI_2).round();
+        let turned = (angle - quarters * FRAC_PI_2).to_degrees();
+        let (u, v) = if quarters.rem_euclid(2.0) == 1.0 { (radii.y, radii.x) } else { (radii.x, radii.y) };
+        (u, v, (turned.abs() >= 0.005).then_some(turned))
     }
+}
 
-    /// A named material of pbrt-v4.
-    pub fn pbrt(&self, name: &str) -> String {
-        let Ellipse { radii, angle } = self.ellipse;
-        let rgb = |c: DVec3| format!("{:.6} {:.6} {:.6}", c.x, c.y, c.z);
-        let head = format!("MakeNamedMaterial \"{name}\"");
-        match self.surface {
-            Surface::Coated(albedo) => format!(
-                "{head} \"string type\" \"coateddiffuse\" \"rgb reflectance\" [ {} ]\n    \"float eta\" {COAT_INDEX} \"float roughness\" {:.6} \
-                 \"bool remaproughness\" false\n",
-                rgb(albedo),
-                (radii.x * radii.y).sqrt()
-            ),
-            Surface::Metal(f0) => format!(
-                "{}{head} \"string type\" \"conductor\" \"rgb reflectance\" [ {} ]\n    \"float uroughness\" {:.6} \"float vroughness\" {:.6} \
-                 \"bool remaproughness\" false\n",
-                self.turned(
-                    |degrees| format!("# uroughness is turned by {degrees:.2} degrees from the tangent\n"),
-                    angle
-                ),
-                rgb(f0),
-                radii.x,
-                radii.y
-            ),
-        }
-    }
-
-    /// A remark on the lobe's direction, if it has one.
-    fn turned(&self, remark: impl Fn(f64) -> String, angle: f64) -> String {
-        if is_round(&self.ellipse) { String::new() } else { remark(angle.to_degrees()) }
-    }
+/// The coat of facets of this roughness, without its direction.
+fn coat(ellipse: &Ellipse) -> Coat {
+    Coat::new((ellipse.radii.x * ellipse.radii.y).sqrt(), COAT_INDEX)
 }
 
 /// A name that both accept, from that of a file.
@@ -155,37 +377,87 @@ mod tests {
     use super::*;
     use crate::reflectance::extraction::samples::samples;
 
-    fn ellipse(x: f64, y: f64) -> Ellipse {
-        Ellipse { radii: DVec2::new(x, y), angle: if x == y { 0.0 } else { 0.5 } }
-    }
-
-    fn reflecting(ellipse: Ellipse, fresnel: Fresnel, body: DVec3) -> Reflecting {
-        let distribution = Ggx::new(DVec2::ZERO, roughness_from_ellipse(&ellipse));
-        Reflecting { facets: Microfacet { distribution, masking: Masking::SmithCorrelated, fresnel }, body }
+    fn ellipse(alpha: f64) -> Ellipse {
+        Ellipse { radii: DVec2::splat(alpha), angle: 0.0 }
     }
 
     #[test]
     fn a_metal_is_written_as_a_metal() {
-        let long = ellipse(0.3, 0.1);
-        let gold = reflecting(long, Fresnel::Schlick(DVec3::new(0.9, 0.7, 0.4)), DVec3::ZERO);
-        let (found, wrong) = Simple::nearest(&samples(&gold, false), long);
-        let Surface::Metal(f0) = found.surface else { panic!("{found:?}") };
-        assert!((f0 - DVec3::new(0.9, 0.7, 0.4)).length() < 0.02 && wrong.perceptual < 0.02, "{f0} {wrong:?}");
-        let (mitsuba, pbrt) = (found.mitsuba("gold"), found.pbrt("gold"));
-        assert!(mitsuba.contains("roughconductor") && mitsuba.contains("\"alpha_v\" value=\"0.100000\""), "{mitsuba}");
-        assert!(pbrt.contains("\"conductor\" \"rgb reflectance\" [ 0.9") && pbrt.contains("28.65 degrees"), "{pbrt}");
+        // The rougher axis 100° from the tangent: what is written first is the other.
+        let long = Ellipse { radii: DVec2::new(0.3, 0.1), angle: 100f64.to_radians() };
+        let (eta, k) = index(DVec3::new(0.9, 0.7, 0.4), 0.5);
+        for renderer in [Renderer::Mitsuba, Renderer::Pbrt] {
+            let metal = Surface::Metal { share: 1.0, eta, k, albedo: DVec3::ZERO };
+            let gold = Simple { renderer, ellipse: long, surface: metal };
+            let (found, wrong) = Simple::nearest(&samples(&gold.reflecting(), false), long, renderer);
+            let Surface::Metal { share: 1.0, eta: n, k: extinction, .. } = found.surface else { panic!("{found:?}") };
+            assert!((n - eta).length() < 1e-3 && (extinction - k).length() < 1e-3 && wrong.rrmse < 1e-6, "{found:?}");
+            let text = found.text("gold");
+            let words: &[&str] = match renderer {
+                Renderer::Mitsuba => {
+                    &["type=\"roughconductor\"", "alpha_u\" value=\"0.100000", "alpha_v\" value=\"0.300000"]
+                }
+                Renderer::Pbrt => {
+                    &["\"conductor\" \"rgb eta\" [", "uroughness\" 0.100000 \"float vroughness\" 0.300000"]
+                }
+            };
+            assert!(words.iter().chain(&["turned by 10.00 degrees"]).all(|word| text.contains(word)), "{text}");
+        }
+    }
+
+    #[test]
+    fn paper_is_written_as_a_mixture() {
+        let round = ellipse(0.5);
+        for renderer in [Renderer::Mitsuba, Renderer::Pbrt] {
+            let (eta, k) = index(DVec3::new(0.5, 0.6, 0.7), 0.5);
+            let metal = Surface::Metal { share: 0.2, eta, k, albedo: DVec3::new(0.9, 0.8, 0.5) };
+            let paper = Simple { renderer, ellipse: round, surface: metal };
+            let (found, wrong) = Simple::nearest(&samples(&paper.reflecting(), true), round, renderer);
+            let Surface::Metal { share: 0.2, albedo, .. } = found.surface else { panic!("{found:?}") };
+            assert!((albedo - DVec3::new(0.9, 0.8, 0.5)).length() < 1e-3 && wrong.rrmse < 1e-4, "{found:?} {wrong:?}");
+            let text = found.text("a");
+            let words: &[&str] = match renderer {
+                Renderer::Mitsuba => {
+                    &["type=\"blendbsdf\"", "weight\" value=\"0.200000", "<bsdf type=\"diffuse\"><rgb"]
+                }
+                Renderer::Pbrt => &[
+                    "\"string materials\" [ \"a_body\" \"a_metal\" ] \"float amount\" 0.2",
+                    "\"a_metal\" \"string type\" \"conductor\"",
+                ],
+            };
+            assert!(words.iter().all(|word| text.contains(word)) && !text.contains("turned"), "{text}");
+            assert_eq!(text.matches("<bsdf").count(), text.matches("</bsdf>").count());
+        }
     }
 
     #[test]
     fn a_varnish_is_written_as_a_coat() {
-        let round = ellipse(0.2, 0.2);
-        let paint = reflecting(round, Fresnel::Dielectric(1.5), DVec3::new(0.5, 0.2, 0.1));
-        let (found, wrong) = Simple::nearest(&samples(&paint, true), round);
-        let Surface::Coated(albedo) = found.surface else { panic!("{found:?}") };
-        assert!((albedo - DVec3::new(0.5, 0.2, 0.1)).length() < 1e-3 && wrong.rrmse < 1e-3, "{albedo} {wrong:?}");
-        let (mitsuba, pbrt) = (found.mitsuba("paint"), found.pbrt("paint"));
-        assert!(mitsuba.contains("roughplastic") && mitsuba.contains("\"alpha\" value=\"0.200000\""), "{mitsuba}");
-        assert!(pbrt.contains("coateddiffuse") && !pbrt.contains("turned"), "{pbrt}");
+        let round = ellipse(0.1);
+        for renderer in [Renderer::Mitsuba, Renderer::Pbrt] {
+            let paint = Simple { renderer, ellipse: round, surface: Surface::Coated(DVec3::new(0.5, 0.2, 0.1)) };
+            let (found, wrong) = Simple::nearest(&samples(&paint.reflecting(), true), round, renderer);
+            let Surface::Coated(albedo) = found.surface else { panic!("{found:?}") };
+            assert!((albedo - DVec3::new(0.5, 0.2, 0.1)).length() < 1e-6 && wrong.rrmse < 1e-6, "{albedo} {wrong:?}");
+            let text = found.text("paint");
+            let words: &[&str] = match renderer {
+                Renderer::Mitsuba => &["roughplastic", "nonlinear\" value=\"true", "\"alpha\" value=\"0.100000\""],
+                Renderer::Pbrt => &["coateddiffuse", "\"float thickness\" 0", "\"bool remaproughness\" false"],
+            };
+            assert!(words.iter().all(|word| text.contains(word)) && !text.contains("turned"), "{text}");
+        }
+    }
+
+    #[test]
+    fn an_index_has_its_reflectance() {
+        let f0 = DVec3::new(0.002, 0.3, 0.998);
+        for refraction in REFRACTIONS {
+            let (eta, k) = index(f0, refraction);
+            assert!((fresnel_conductor(1.0, eta, k) - f0).abs().max_element() < 1e-9, "{refraction}: {eta} {k}");
+        }
+    }
+
+    #[test]
+    fn names_have_letters() {
         assert_eq!(identifier("a b/\"c\""), "a_b__c_");
         assert_eq!(identifier(""), "material");
     }

@@ -1,6 +1,7 @@
 //! `leadr fit`: a measured material becomes facets.
 
 pub mod args;
+mod coat;
 mod export;
 mod report;
 
@@ -10,8 +11,8 @@ use std::time::Instant;
 use serde_json::json;
 
 use self::args::FitArgs;
-use self::export::{Simple, identifier};
-use self::report::{FitReport, Seconds, SphereReport};
+use self::export::{Renderer, Simple, identifier};
+use self::report::{ExportReport, FitReport, Seconds, SphereReport};
 use crate::app::error::AppError;
 use crate::app::files::{extension, make_folder_of};
 use crate::app::output::Output;
@@ -74,15 +75,14 @@ pub fn run(arguments: &FitArgs, output: &Output) -> Result<(), AppError> {
     if arguments.mitsuba.is_some() || arguments.pbrt.is_some() {
         // Of the fitted slopes: what lies under them is written as a body.
         let roughness = ggx_roughness(&found.fitted.facets.distribution);
-        let (simple, wrong) = Simple::nearest(&samples(&measured, isotropic), ellipse_from_roughness(roughness));
-        report.export_misfit = Some(wrong.into());
-        for (file, text) in [
-            (&arguments.mitsuba, simple.mitsuba(&identifier(&stem))),
-            (&arguments.pbrt, simple.pbrt(&identifier(&stem))),
-        ] {
-            if let Some(file) = file {
-                write_atomic(file, text.as_bytes())?;
-            }
+        // A table of backscattering says nothing of other directions; there the fit stands for it.
+        let known: &dyn Brdf = if measured.is_backscattering() { &found.fitted } else { &measured };
+        let (samples, ellipse) = (samples(known, isotropic), ellipse_from_roughness(roughness));
+        for (file, renderer) in [(&arguments.mitsuba, Renderer::Mitsuba), (&arguments.pbrt, Renderer::Pbrt)] {
+            let Some(file) = file else { continue };
+            let (simple, wrong) = Simple::nearest(&samples, ellipse, renderer);
+            write_atomic(file, simple.text(&identifier(&stem)).as_bytes())?;
+            report.exports.push(ExportReport { renderer, misfit: wrong.into() });
         }
     }
     if let Some(file) = &arguments.output {

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use glam::DVec3;
 use serde::Serialize;
 
-use super::export::is_round;
+use super::export::{Renderer, is_round};
 use crate::lab::fit::spheres::SphereError;
 use crate::reflectance::extraction::fit::Fit;
 use crate::reflectance::extraction::parametric::ParametricCurve;
@@ -40,8 +40,8 @@ pub struct FitReport {
     /// Against the measured material, over all directions.
     misfit: MisfitReport,
     thesis_misfit: MisfitReport,
-    /// Of what other renderers are given; null where nothing was asked for.
-    pub export_misfit: Option<MisfitReport>,
+    /// Of what other renderers are given.
+    pub exports: Vec<ExportReport>,
     /// Of spheres; empty where none was drawn.
     pub spheres: Vec<SphereReport>,
     pub seconds: Seconds,
@@ -91,6 +91,13 @@ impl fmt::Display for CurveReport {
             Self::Abc { b, c } => write!(f, "ABC B {b:.4}, C {c:.3}"),
         }
     }
+}
+
+/// How far from the measured material is what another renderer is given.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct ExportReport {
+    pub renderer: Renderer,
+    pub misfit: MisfitReport,
 }
 
 #[derive(Clone, Copy, Debug, Serialize)]
@@ -182,7 +189,7 @@ impl FitReport {
             curves: fit.curves.map(|curves| curves.map(CurveReport::from)),
             misfit: fit.misfit.into(),
             thesis_misfit: fit.thesis_misfit.into(),
-            export_misfit: None,
+            exports: Vec::new(),
             spheres: Vec::new(),
             seconds,
             files: Vec::new(),
@@ -226,12 +233,9 @@ impl fmt::Display for FitReport {
             self.misfit.cube_root_rrmse,
             self.thesis_misfit.cube_root_rrmse
         )?;
-        if let Some(wrong) = &self.export_misfit {
-            write!(
-                f,
-                "\n  for other renderers: relative RMSE {:.3}, of cube roots {:.3}",
-                wrong.rrmse, wrong.cube_root_rrmse
-            )?;
+        for ExportReport { renderer, misfit } in &self.exports {
+            let (rrmse, roots) = (misfit.rrmse, misfit.cube_root_rrmse);
+            write!(f, "\n  for {renderer}: relative RMSE {rrmse:.3}, of cube roots {roots:.3}")?;
         }
         for sphere in &self.spheres {
             write!(
