@@ -2,9 +2,10 @@
 
 use std::f64::consts::PI;
 
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 
 use crate::maps::RgbImage;
+use crate::reflectance::color::luminance;
 use crate::reflectance::integrals::sh::{Sh9, sh_basis, sh_irradiance};
 use crate::render::light::panorama::{EnvironmentLight, LightExtraction, split};
 
@@ -48,10 +49,10 @@ pub fn irradiance_errors(image: &RgbImage, how: LightExtraction) -> IrradianceEr
             *c += DVec3::splat(flux * basis);
         }
     });
-    let luminance = |c: glam::Vec3| c.as_dvec3().dot(DVec3::new(0.2126, 0.7152, 0.0722));
     let truth = |n: DVec3| exact.iter().map(|ray| ray.flux * ray.direction.dot(n).max(0.0)).sum::<f64>();
     let ours = |n: DVec3| {
-        let direct = parts.lights.iter().map(|l| luminance(l.irradiance) * l.direction.as_dvec3().dot(n).max(0.0));
+        let direct =
+            parts.lights.iter().map(|l| luminance(l.irradiance.as_dvec3()) * l.direction.as_dvec3().dot(n).max(0.0));
         sh_irradiance(&sh, n).x.max(0.0) + direct.sum::<f64>()
     };
     let (mut squares, mut whole, mut worst) = (0.0, 0.0, 0.0f64);
@@ -96,10 +97,9 @@ fn for_texels(image: &RgbImage, mut each: impl FnMut(DVec3, f64)) {
         let edge = |row: f64| (PI * row / height).cos();
         let solid_angle = 2.0 * PI / width * (edge(row as f64) - edge(row as f64 + 1.0));
         let (sin, cos) = (PI * (row as f64 + 0.5) / height).sin_cos();
-        for (column, &[r, g, b]) in texels.iter().enumerate() {
+        for (column, &texel) in texels.iter().enumerate() {
             let (y, x) = (2.0 * PI * (0.5 - (column as f64 + 0.5) / width)).sin_cos();
-            let luminance = 0.2126 * f64::from(r) + 0.7152 * f64::from(g) + 0.0722 * f64::from(b);
-            each(DVec3::new(sin * x, sin * y, cos), luminance * solid_angle);
+            each(DVec3::new(sin * x, sin * y, cos), luminance(Vec3::from(texel).as_dvec3()) * solid_angle);
         }
     }
 }

@@ -87,11 +87,13 @@ pub fn studio() -> RgbImage {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::reflectance::color::luminance;
 
     #[test]
     fn the_studio_has_sharp_lamps_on_dim_walls() {
         let image = studio();
-        let luminance: Vec<f32> = image.texels.iter().map(|t| 0.2126 * t[0] + 0.7152 * t[1] + 0.0722 * t[2]).collect();
+        let of = |texel: &[f32; 3]| luminance(Vec3::from(*texel).as_dvec3()) as f32;
+        let luminance: Vec<f32> = image.texels.iter().map(of).collect();
         assert!(luminance.iter().all(|&l| l > 0.03 && l < 20.0));
         let bright = luminance.iter().filter(|&&l| l > 1.0).count() as f32 / luminance.len() as f32;
         assert!((0.02..0.25).contains(&bright), "{bright}");

@@ -4,6 +4,7 @@
 
 use std::sync::Arc;
 
+use glam::DVec3;
 use leadr::gpu::Gpu;
 use leadr::maps::{RgbImage, procedural};
 use leadr::render::frame::Renderer;
@@ -42,5 +43,5 @@ pub fn bumps(size: u32, bump: f32, seed: u32) -> HeightField {
 
 /// Photometric luminance of linear Rec. 709 colour.
 pub fn luminance(color: &[f32]) -> f32 {
-    0.2126 * color[0] + 0.7152 * color[1] + 0.0722 * color[2]
+    leadr::reflectance::color::luminance(DVec3::new(color[0].into(), color[1].into(), color[2].into())) as f32
 }

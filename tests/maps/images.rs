@@ -11,6 +11,7 @@ use leadr::maps::{
     HeightMap, LeadrMap, MapFault, Rgb8Image, RgbImage, Wrap, decode_color, decode_color_srgb8, decode_environment,
     decode_height_map, decode_picture, load_color_srgb8, load_environment, load_height_map, save,
 };
+use leadr::reflectance::color::luminance;
 
 fn files(folder: PathBuf, end: &str) -> Vec<PathBuf> {
     let mut found = Vec::new();
@@ -79,7 +80,7 @@ fn real_environments_load() {
     let Some(folder) = shared_data("env") else { return };
     for path in files(folder, ".hdr") {
         let image = load_environment(&path).unwrap();
-        let max = image.texels.iter().map(|t| 0.2126 * t[0] + 0.7152 * t[1] + 0.0722 * t[2]).fold(0.0, f32::max);
+        let max = image.texels.iter().map(|&t| luminance(t.map(f64::from).into())).fold(0.0, f64::max);
         let name = path.file_name().unwrap().to_string_lossy().into_owned();
         println!("{name}: {}x{} mean {:.4?} max luminance {max:.1}", image.width, image.height, image.mean());
         assert_eq!((image.width, image.height), (1024, 512));

@@ -87,7 +87,7 @@ fn brightness_changes_smoothly_with_distance() {
     let mut mean = |technique: Technique, step: i32, samples: u32| {
         let frame = renderer.render(&state(7.0 * 1.06f32.powi(step)), &settings(96, technique, samples)).unwrap();
         let c = mean_radiance(&frame);
-        0.2126 * c[0] + 0.7152 * c[1] + 0.0722 * c[2]
+        leadr::reflectance::color::luminance(c.into())
     };
     let leadr: Vec<f64> = (0..40).map(|step| mean(Technique::Leadr, step, 4)).collect();
     let largest = leadr.windows(2).map(|w| (w[1] / w[0] - 1.0).abs()).fold(0.0, f64::max);

@@ -1,16 +1,18 @@
 //! Measured materials in the renderer: a table of Beckmann slopes must look as Beckmann's own lobe does, in every technique that sees it.
 
+use std::f64::consts::TAU;
 use std::sync::Arc;
 
 use crate::common::gpu::{TestGpu, test_gpu};
 use crate::common::render::{bumps, under_sky};
-use glam::{DVec2, DVec3, Vec3};
+use glam::{DMat2, DVec2, DVec3, Vec3};
 use leadr::lab::metrics::Mask;
 use leadr::lab::metrics::compare::{bias_over, rrmse_over};
-use leadr::maps::RgbImage;
-use leadr::maps::material::{alpha_code, alpha_of};
+use leadr::maps::material::{Anisotropy, Input, Material, Relief, RoughnessMeaning, alpha_code, alpha_of};
+use leadr::maps::{HeightMap, RgbImage};
 use leadr::reflectance::facets::fresnel::Fresnel;
 use leadr::reflectance::facets::gaussian_mixture::{GaussianMixture, Lobe};
+use leadr::reflectance::facets::polar_table::PolarTable;
 use leadr::reflectance::facets::radial_table::{RadialTable, angle_at};
 use leadr::reflectance::facets::slope_distribution::SlopeDistribution;
 use leadr::reflectance::facets::tabulated::Tabulated;
@@ -24,6 +26,7 @@ use leadr::render::frame::Renderer;
 use leadr::render::light::sky::Sky;
 use leadr::render::scene::{FrameState, MaterialMap, Object, Pose};
 use leadr::render::settings::{RenderSettings, ShadingOptions, Technique};
+use leadr::scenes::dressed;
 use leadr::scenes::sphere::displaced_sphere;
 
 const SIZE: u32 = 32;
@@ -36,14 +39,32 @@ fn lobe(share: f64, alpha: f64) -> Lobe {
     Lobe { share, covariance: DVec3::new(variance, variance, 0.0) }
 }
 
-/// Facets of these lobes, as a table.
-fn table(lobes: &[Lobe], fresnel: Fresnel, alpha: f32) -> FittedTable {
-    let slopes: &dyn SlopeDistribution = &GaussianMixture::new(DVec2::ZERO, lobes);
+/// The density of normals along an azimuth, as tables have it.
+fn row(slopes: &dyn SlopeDistribution, azimuth: f64) -> Vec<f64> {
     let at = |i: usize| {
         let (sine, cosine) = angle_at(i as f64 / 90.0).sin_cos();
-        slopes.ndf(DVec3::new(sine, 0.0, cosine))
+        slopes.ndf((sine * DVec2::from_angle(azimuth)).extend(cosine))
     };
-    let distribution = Tabulated::Radial(RadialTable::new(&(0..90).map(at).collect::<Vec<_>>()).unwrap());
+    (0..90).map(at).collect()
+}
+
+/// Facets of these round lobes, as a table.
+fn table(lobes: &[Lobe], fresnel: Fresnel, alpha: f32) -> FittedTable {
+    let slopes = GaussianMixture::new(DVec2::ZERO, lobes);
+    fitted(Tabulated::Radial(RadialTable::new(&row(&slopes, 0.0)).unwrap()), lobes, fresnel, alpha)
+}
+
+/// Facets of one lobe that is `wide` along a direction and `narrow` across it.
+fn brushed_table([wide, narrow]: [f64; 2], direction: f64) -> FittedTable {
+    let turn = DMat2::from_angle(direction);
+    let half = turn * DMat2::from_diagonal(0.5 * DVec2::new(wide * wide, narrow * narrow)) * turn.transpose();
+    let lobe = Lobe { share: 1.0, covariance: DVec3::new(half.x_axis.x, half.y_axis.y, half.x_axis.y) };
+    let slopes = GaussianMixture::new(DVec2::ZERO, &[lobe]);
+    let rows: Vec<_> = (0..72).map(|k| row(&slopes, TAU * f64::from(k) / 72.0)).collect();
+    fitted(Tabulated::Polar(PolarTable::new(&rows).unwrap()), &[lobe], schlick(), kept(narrow as f32))
+}
+
+fn fitted(distribution: Tabulated, lobes: &[Lobe], fresnel: Fresnel, alpha: f32) -> FittedTable {
     let facets = Microfacet { distribution, masking: Masking::SmithDirectionCorrelated, fresnel };
     FittedTable::new(&FittedBrdf { facets, diffuse: DVec3::ZERO }, lobes, alpha)
 }
@@ -172,6 +193,37 @@ fn references_see_the_table() {
         let (other, _) = errors(&expected, &picture(&gpu, sphere(0.1, alpha, Some(rougher)), &settings));
         assert!(other > rrmse, "{other} {rrmse}");
     }
+}
+
+/// What is brushed along a direction is so in both references, whatever the direction of the table: a flat relief shadows nothing.
+#[test]
+fn shadows_of_the_relief_leave_the_direction_of_a_table() {
+    let Some(gpu) = test_gpu() else { return };
+    let alphas = [0.5, 0.12];
+    let plane = |direction: f64| {
+        let mut material = Material::new("brushed");
+        let map = HeightMap { width: 16, height: 16, texels: vec![0.0; 256] };
+        material.relief = Some(Relief { map, scale: Some(0.01), in_widths: false, middle: 0.0 });
+        material.base_color = Input::constant([0.0; 3]);
+        material.roughness = Input::constant(kept(alphas[1] as f32));
+        material.roughness_meaning = RoughnessMeaning::Alpha;
+        material.fit = Some(Arc::new(brushed_table(alphas, 0.4)));
+        material.anisotropy =
+            Some(Anisotropy { strength: Input::constant(0.65), rotation: direction as f32, direction: None });
+        dressed::plane_stage(&material).objects.remove(0)
+    };
+    let picture = |direction: f64, relief_shadows: bool| {
+        let settings = settings(Technique::Reference, 32, relief_shadows);
+        let camera = Camera::looking_at(Vec3::new(0.5, -0.8, 0.5) * 4.0, Vec3::ZERO, 16.0);
+        let mut renderer = under_sky(&gpu, vec![plane(direction)], 64);
+        let state = FrameState::new(camera, vec![Pose::REST]).under(&Sky::default());
+        image(&renderer.render(&state, &settings).unwrap().color)
+    };
+    let expected = picture(1.5, false);
+    let (rrmse, bias) = errors(&expected, &picture(1.5, true));
+    let (as_in_table, _) = errors(&expected, &picture(0.4, false));
+    println!("rRMSE {rrmse:.4}, bias {bias:.4}; along the table's own direction {as_in_table:.4}");
+    assert!(rrmse < 0.1 && bias.abs() < 0.02 && as_in_table > 3.0 * rrmse, "{rrmse} {bias} {as_in_table}");
 }
 
 /// Two lobes, on a smooth sphere and on a relief: LEADR with both against the reference with the table.

@@ -158,10 +158,10 @@ void main() {
         return;
     }
     // What was drawn is known of a height field, triangle by triangle; for other casters the maps speak.
-    if (HEIGHT_FIELD && DISPLACED) {
+    bool drawn_facet = HEIGHT_FIELD && DISPLACED;
+    if (drawn_facet) {
         vec3 facing = to_frame(surface.frame, field_normal(surface.position));
         surface.mean_slope = -facing.xy / max(facing.z, 1e-3);
-        surface.slope_covariance = vec3(0.0);
     }
     if (MIXED_ROUGHNESS) {
         // Samples share both roughnesses as the surface does.
@@ -173,6 +173,11 @@ void main() {
     if (FACET_FRAME || fitted) {
         surface = in_facet_frame(surface);
     }
+    // The drawn facet has no slopes beside its own. Those of the map still tell how it was brushed.
+    vec3 widest = surface.slope_covariance;
+    if (drawn_facet) {
+        surface.slope_covariance = vec3(0.0);
+    }
     Facet facet;
     facet.wo = surface.wo;
     facet.m = surface.mean_slope;
@@ -182,7 +187,7 @@ void main() {
     facet.dip = surface.dip;
     facet.fitted = fitted;
     if (fitted) {
-        facet.facet = fitted_facet(surface.fit, surface.alpha, surface.wo, surface.slope_covariance);
+        facet.facet = fitted_facet(surface.fit, surface.alpha, surface.wo, widest);
     }
     facet.albedo = surface.albedo * (1.0 - visible_fresnel(facet.wo, facet.m, facet.specular_s, surface.body_f0));
     facet.visible = visible_area(facet.wo, facet.m, facet.specular_s);

@@ -5,7 +5,7 @@ use std::f64::consts::FRAC_PI_2;
 use glam::DVec3;
 
 use crate::lab::report::html::{Plot, Scale};
-use crate::reflectance::extraction::fit::luminance;
+use crate::reflectance::color::luminance;
 use crate::reflectance::materials::brdf::Brdf;
 
 /// Points of a line.

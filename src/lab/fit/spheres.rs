@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use crate::lab::metrics::delta_e::{delta_e_2000, lab};
 use crate::maps::RgbImage;
-use crate::reflectance::extraction::fit::luminance;
+use crate::reflectance::color::luminance;
 use crate::reflectance::materials::brdf::{Brdf, cosine_sample};
 use crate::reflectance::random::Random;
 

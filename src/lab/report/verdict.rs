@@ -1,5 +1,6 @@
 //! How far a shot is from the truth, over the object and over its inside.
 
+use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
 use super::nan::or_nan;
@@ -7,6 +8,7 @@ use crate::lab::metrics::Mask;
 use crate::lab::metrics::compare::{bias_over, compare, rrmse_over};
 use crate::maps::tonemap::Tonemap;
 use crate::maps::{MapFault, Rgb8Image, RgbImage};
+use crate::reflectance::color::luminance;
 
 /// Width of the silhouette that the inside leaves out, pixels.
 pub const SILHOUETTE: u32 = 2;
@@ -107,7 +109,7 @@ impl Shot {
     #[must_use]
     pub fn luminance(&self, mask: &Mask) -> f64 {
         let pixels = self.image.texels.iter().zip(&mask.inside).filter(|&(_, &inside)| inside);
-        let sum: f64 = pixels.map(|(t, _)| f64::from(0.2126 * t[0] + 0.7152 * t[1] + 0.0722 * t[2])).sum();
+        let sum: f64 = pixels.map(|(t, _)| luminance(Vec3::from(*t).as_dvec3())).sum();
         sum / mask.count().max(1) as f64
     }
 }

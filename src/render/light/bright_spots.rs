@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::texels::{Texels, luminance};
+use super::texels::{Texels, texel_luminance};
 use crate::maps::RgbImage;
 
 /// Spots are blocks of texels, at most so many around the horizon.
@@ -100,7 +100,7 @@ impl Spots {
             fluxes.fill(0.0);
             for row in top..(top + block).min(height) {
                 for (column, &texel) in image.texels[row * width..][..width].iter().enumerate() {
-                    let excess = luminance(texel) - threshold;
+                    let excess = texel_luminance(texel) - threshold;
                     if excess > 0.0 {
                         let flux = excess * sphere.solid_angles[row];
                         fluxes[column / block] += flux;

@@ -46,15 +46,15 @@ fn level(elevation: f32) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use glam::{DVec3, Vec3};
+    use crate::reflectance::color::luminance;
+    use glam::Vec3;
 
     #[test]
     fn the_table_is_the_skys() {
-        let luminance = |c: DVec3| c.dot(DVec3::new(0.2126, 0.7152, 0.0722)) as f32;
         let measured = LEVEL.map(|(degrees, _)| {
             let sky = Sky::with_sun(degrees.to_radians(), 0.0);
             let direct = Vec3::from(sky.sun_irradiance()).as_dvec3() * f64::from(degrees.to_radians().sin().max(0.0));
-            luminance(direct + sky.tables().ground_irradiance())
+            luminance(direct + sky.tables().ground_irradiance()) as f32
         });
         for ((degrees, stored), measured) in LEVEL.into_iter().zip(measured) {
             assert!((stored / measured - 1.0).abs() < 0.02, "{degrees}: {stored} {measured:.3e}");

@@ -12,8 +12,9 @@ use serde::ser::SerializeStruct;
 use serde::{Serialize, Serializer};
 
 use super::bright_spots::{Spots, WINDOW, smooth};
-use super::texels::{Texels, luminance, weighted};
+use super::texels::{Texels, texel_luminance};
 use crate::maps::RgbImage;
+use crate::reflectance::color::luminance;
 
 /// Most lights that can be taken out of a panorama.
 pub const MAX_ENVIRONMENT_LIGHTS: u32 = crate::render::constants::MAX_ENVIRONMENT_LIGHTS as u32;
@@ -180,7 +181,7 @@ fn take(image: &RgbImage, sphere: &Texels, threshold: f64, candidates: &[Candida
         for column in 0..image.width as usize {
             let index = row * image.width as usize + column;
             let texel = image.texels[index];
-            let l = luminance(texel);
+            let l = texel_luminance(texel);
             if l <= threshold {
                 continue;
             }
@@ -223,7 +224,7 @@ fn surroundings(image: &RgbImage, sphere: &Texels, threshold: f64, middle: DVec3
         for column in (0..image.width as usize).step_by(step) {
             let weight = WINDOW.around(middle, sphere.direction(row, column)) * sphere.solid_angles[row];
             if weight > 0.0 {
-                sum += weight * luminance(image.texels[row * image.width as usize + column]).min(threshold);
+                sum += weight * texel_luminance(image.texels[row * image.width as usize + column]).min(threshold);
                 weights += weight;
             }
         }
@@ -244,7 +245,7 @@ struct Sum {
 impl Sum {
     fn add(&mut self, radiance: [f64; 3], direction: DVec3, share: f64, solid_angle: f64) {
         let power = DVec3::from(radiance) * (share * solid_angle);
-        let flux = weighted(power.to_array());
+        let flux = luminance(power);
         self.irradiance += power;
         self.direction += flux * direction;
         self.flux += flux;

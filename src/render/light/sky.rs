@@ -203,12 +203,9 @@ const FRAC_PI_2_SQUARED_ROWS: f64 = PI / 2.0 / ((ROWS - 1) * (ROWS - 1)) as f64;
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::reflectance::color::luminance;
     use crate::render::light::atmosphere::exp3;
     use crate::render::light::constants::{AIR, AIR_HEIGHT, OZONE, OZONE_HALF_WIDTH};
-
-    fn luminance(c: DVec3) -> f64 {
-        c.dot(DVec3::new(0.2126, 0.7152, 0.0722))
-    }
 
     #[test]
     fn mid_morning_has_the_documented_light() {

@@ -2,18 +2,14 @@
 
 use std::f64::consts::PI;
 
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 
 use crate::maps::RgbImage;
+use crate::reflectance::color::luminance;
 
-/// Luminance of a linear Rec. 709 colour in 64 bits.
-pub fn weighted([r, g, b]: [f64; 3]) -> f64 {
-    0.2126 * r + 0.7152 * g + 0.0722 * b
-}
-
-/// Luminance of a linear Rec. 709 colour.
-pub fn luminance(texel: [f32; 3]) -> f64 {
-    weighted(texel.map(f64::from))
+/// Luminance of a texel.
+pub fn texel_luminance(texel: [f32; 3]) -> f64 {
+    luminance(Vec3::from(texel).as_dvec3())
 }
 
 /// The texels of an equirectangular image on the sphere.
@@ -58,7 +54,7 @@ impl Texels {
     /// Mean luminance over the sphere.
     pub fn mean(&self, image: &RgbImage) -> f64 {
         let rows = image.texels.chunks_exact(image.width as usize).zip(&self.solid_angles);
-        rows.map(|(row, solid_angle)| solid_angle * row.iter().map(|&t| luminance(t)).sum::<f64>()).sum::<f64>()
+        rows.map(|(row, solid_angle)| solid_angle * row.iter().map(|&t| texel_luminance(t)).sum::<f64>()).sum::<f64>()
             / (4.0 * PI)
     }
 }

@@ -7,6 +7,7 @@
 use glam::{Vec2, Vec3};
 
 use crate::gpu::Result;
+use crate::reflectance::color::luminance;
 use crate::render::light::environment::Environment;
 
 /// Lights are drawn from faces of at most this many texels: 0.35° a texel.
@@ -72,7 +73,7 @@ impl EnvironmentLights {
             let place = Vec2::new((texel % size) as f32, (texel / size) as f32) + 0.5;
             face_direction(face as usize, place * (2.0 / size as f32) - 1.0).normalize()
         };
-        let luminance = |c: Vec3| f64::from(c.max(Vec3::ZERO).dot(Vec3::new(0.2126, 0.7152, 0.0722)));
+        let luminance = |c: Vec3| luminance(c.max(Vec3::ZERO).as_dvec3());
         // Solid angles, as much as they are worth to what receives their light.
         let angles: Vec<f64> =
             (0..texels.len()).map(|i| solid_angle(size, i) * receiving(centre(i as u32)).max(0.0)).collect();

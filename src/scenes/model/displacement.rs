@@ -7,7 +7,7 @@ use std::str::FromStr;
 
 use serde::{Serialize, Serializer};
 
-use super::named::worn_by;
+use super::named::{NamedFile, worn_by};
 use crate::maps::MapError;
 use crate::maps::load_height_map;
 use crate::maps::material::{Material, Relief, Role, role_of};
@@ -20,14 +20,27 @@ const MOST_ENTRIES: usize = 10_000;
 /// A height map for a material, written `MATERIAL=FILE`, `MATERIAL=FILE,SCALE` or `MATERIAL=FILE,SCALE,MIDDLE`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Displacement {
-    /// Name of the material; `None`, written `*`, for all of them.
-    pub material: Option<String>,
-    /// The heights, PNG or EXR.
-    pub file: PathBuf,
+    /// The heights, PNG or EXR, and the material.
+    pub named: NamedFile,
     /// Metres from the map's 0 to its 1, in the model's own measure; `None` for what fits the normals or looks usual.
     pub scale: Option<f32>,
     /// The height that lies on the mesh; `None` for the mean of the map.
     pub middle: Option<f32>,
+}
+
+/// A file, and at most two numbers behind commas.
+fn file_and_numbers(text: &str) -> (&str, Vec<f32>) {
+    let mut file = text;
+    // Names of files may have commas: numbers are read from the end.
+    let mut numbers = Vec::new();
+    while numbers.len() < 2
+        && let Some((before, number)) = file.rsplit_once(',')
+        && let Ok(number) = number.trim().parse::<f32>()
+    {
+        numbers.insert(0, number);
+        file = before;
+    }
+    (file, numbers)
 }
 
 impl FromStr for Displacement {
@@ -35,38 +48,20 @@ impl FromStr for Displacement {
 
     fn from_str(text: &str) -> Result<Self, String> {
         let form = "write MATERIAL=FILE or MATERIAL=FILE,SCALE in metres, as in skin=scales.png,0.01";
-        let (material, rest) = text.split_once('=').ok_or_else(|| format!("no material is named; {form}"))?;
-        let mut file = rest;
-        // Names of files may have commas: numbers are read from the end.
-        let mut numbers = Vec::new();
-        while numbers.len() < 2
-            && let Some((before, number)) = file.rsplit_once(',')
-            && let Ok(number) = number.trim().parse::<f32>()
-        {
-            numbers.insert(0, number);
-            file = before;
-        }
-        if material.is_empty() || file.is_empty() {
-            return Err(format!("the {} is missing; {form}", if file.is_empty() { "file" } else { "material" }));
-        }
+        let (named, numbers) = NamedFile::read(text, form, file_and_numbers)?;
         if let Some(number) = numbers.iter().find(|number| !(-1e6..=1e6).contains(*number)) {
             return Err(format!("{number} is no height; {form}"));
         }
         if numbers.first().is_some_and(|scale| *scale < 0.0) {
             return Err(format!("the scale is below 0; {form}"));
         }
-        Ok(Self {
-            material: (material != "*").then(|| material.to_owned()),
-            file: PathBuf::from(file),
-            scale: numbers.first().copied(),
-            middle: numbers.get(1).copied(),
-        })
+        Ok(Self { named, scale: numbers.first().copied(), middle: numbers.get(1).copied() })
     }
 }
 
 impl Serialize for Displacement {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let mut text = format!("{}={}", self.material.as_deref().unwrap_or("*"), self.file.display());
+        let mut text = self.named.to_string();
         for number in [self.scale, self.middle].into_iter().flatten() {
             text += &format!(",{number}");
         }
@@ -77,7 +72,7 @@ impl Serialize for Displacement {
 impl Displacement {
     fn load(&self) -> Result<Relief, MapError> {
         let Self { scale, middle, .. } = *self;
-        let mut relief = relief_of(&self.file)?;
+        let mut relief = relief_of(&self.named.file)?;
         relief.scale = scale;
         relief.middle = middle.unwrap_or(relief.middle);
         Ok(relief)
@@ -103,7 +98,7 @@ pub fn displace(model: &mut Model, file: &Path, asked: &[Displacement]) -> Resul
         *relief = Some(relief_of(&map)?);
     }
     for displacement in asked {
-        let worn = worn_by(model, displacement.material.as_deref())?;
+        let worn = worn_by(model, displacement.named.material.as_deref())?;
         let relief = displacement.load()?;
         for index in worn {
             model.materials[index].relief = Some(relief.clone());
@@ -163,12 +158,12 @@ mod tests {
     fn displacements_are_read_as_they_are_written() {
         let read = |text: &str| text.parse::<Displacement>().unwrap();
         let skin = read("skin=a,b.png,0.02,0.5");
-        assert_eq!(skin.file, Path::new("a,b.png"));
-        assert_eq!((skin.material.as_deref(), skin.scale, skin.middle), (Some("skin"), Some(0.02), Some(0.5)));
+        assert_eq!(skin.named.file, Path::new("a,b.png"));
+        assert_eq!((skin.named.material.as_deref(), skin.scale, skin.middle), (Some("skin"), Some(0.02), Some(0.5)));
         assert_eq!(serde_json::to_value(&skin).unwrap(), "skin=a,b.png,0.02,0.5");
         let all = read("*=a.exr");
-        assert_eq!((all.material, all.scale, all.middle), (None, None, None));
-        assert_eq!(read("a b=1,2.png").file, Path::new("1,2.png"));
+        assert_eq!((all.named.material, all.scale, all.middle), (None, None, None));
+        assert_eq!(read("a b=1,2.png").named.file, Path::new("1,2.png"));
         for wrong in ["skin.png", "=a.png", "skin=", "skin=,0.1", "skin=a.png,-1", "skin=a.png,nan"] {
             assert!(wrong.parse::<Displacement>().unwrap_err().contains("skin=scales.png"), "{wrong}");
         }

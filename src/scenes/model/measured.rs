@@ -1,42 +1,31 @@
 //! Which of a model's materials are measured ones.
 
-use std::path::PathBuf;
 use std::str::FromStr;
 
 use serde::{Serialize, Serializer};
 
-use super::named::worn_by;
+use super::named::{NamedFile, worn_by};
 use crate::measured::fit_file::FitFile;
 use crate::models::Model;
 use crate::scenes::error::SceneError;
 use crate::scenes::fitted::wear;
 
-/// A fit for a material, written `MATERIAL=FIT.json`.
+/// What `leadr fit` wrote, for a material; written `MATERIAL=FIT.json`.
 #[derive(Clone, Debug, PartialEq)]
-pub struct MeasuredMaterial {
-    /// Name of the material; `None`, written `*`, for all of them.
-    pub material: Option<String>,
-    /// What `leadr fit` wrote.
-    pub file: PathBuf,
-}
+pub struct MeasuredMaterial(pub NamedFile);
 
 impl FromStr for MeasuredMaterial {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
         let form = "write MATERIAL=FIT.json, as in body=paint.json";
-        let (material, file) = text.split_once('=').ok_or_else(|| format!("no material is named; {form}"))?;
-        if material.is_empty() || file.is_empty() {
-            return Err(format!("the {} is missing; {form}", if file.is_empty() { "file" } else { "material" }));
-        }
-        Ok(Self { material: (material != "*").then(|| material.to_owned()), file: PathBuf::from(file) })
+        NamedFile::read(text, form, |file| (file, ())).map(|(named, ())| Self(named))
     }
 }
 
 impl Serialize for MeasuredMaterial {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let name = self.material.as_deref().unwrap_or("*");
-        serializer.serialize_str(&format!("{name}={}", self.file.display()))
+        serializer.collect_str(&self.0)
     }
 }
 
@@ -45,7 +34,7 @@ impl Serialize for MeasuredMaterial {
 /// # Errors
 /// A name that no material has (those that exist are listed), or a file that is no fit.
 pub fn measure(model: &mut Model, asked: &[MeasuredMaterial]) -> Result<(), SceneError> {
-    for MeasuredMaterial { material, file } in asked {
+    for MeasuredMaterial(NamedFile { material, file }) in asked {
         let worn = worn_by(model, material.as_deref())?;
         let fit = FitFile::load(file)?;
         for index in worn {
