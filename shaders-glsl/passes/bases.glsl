@@ -1,4 +1,4 @@
-// What bases surfaces may have. Each has mirrors of its own, which costs.
+// What surfaces may have beside a base of one lobe. It costs where it is there.
 #ifndef LEADR_BASES
 #define LEADR_BASES
 
@@ -6,5 +6,7 @@
 layout(constant_id = 49) const bool MIXED_ROUGHNESS = false;
 // Lobes of measured materials; none where no surface has such a base.
 layout(constant_id = 59) const int FIT_LOBES = 0;
+// Cones in which surfaces see their surroundings.
+layout(constant_id = 63) const bool CONES = false;
 
 #endif

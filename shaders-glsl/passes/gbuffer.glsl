@@ -8,6 +8,8 @@
 #include "leadr/visible/horizon.glsl"
 #include "leadr/visible/relief_color.glsl"
 
+const vec4 NO_CONE = vec4(0.0, 0.0, 1.0, -1.0);
+
 // What the filter passes find under a pixel, whatever surface it sees.
 struct FilteredSurface {
     vec3 normal;         // displacement direction, world
@@ -24,6 +26,7 @@ struct FilteredSurface {
     float accessibility;
     bool inside;         // of a surface, whose back is seen
     Horizon horizon;     // of the relief
+    vec4 cone;           // in its place, where CONES says so: see leadr/masking/cones.glsl, in the tangent frame; w below 0 without one
     float lod;           // of the maps
     float joined;        // weight of the pixel's edge samples, 0 to 1
     float relief;        // of the object of an edge sample, metres
@@ -159,6 +162,21 @@ uvec2 pack_horizon(Horizon h) {
     uint signed_ten = uint(int(round(correlation * 511.0))) & 0x3ffu;
     return uvec2(packHalf2x16(clamp(h.lean, -6e4, 6e4)),
                  pack_deviation(deviations.x) | pack_deviation(deviations.y) << 11 | signed_ten << 22);
+}
+
+// A cone in its place: 16 bits for x and y, 10 for z and 11 for the share. No horizon has a deviation of all ones.
+const uint CONE_MARK = 0x7ffu;
+
+uvec2 pack_cone(vec4 cone) {
+    uint z = uint(int(round(clamp(cone.z, -1.0, 1.0) * 511.0))) & 0x3ffu;
+    return uvec2(packSnorm2x16(cone.xy), CONE_MARK | uint(round(clamp(cone.w, 0.0, 1.0) * 2047.0)) << 11 | z << 22);
+}
+
+vec4 unpack_cone(uvec2 packed) {
+    if ((packed.y & CONE_MARK) != CONE_MARK) {
+        return NO_CONE;
+    }
+    return vec4(unpackSnorm2x16(packed.x), float(int(packed.y) >> 22) / 511.0, float(packed.y >> 11 & 0x7ffu) / 2047.0);
 }
 
 Horizon unpack_horizon(uvec2 packed) {

@@ -134,7 +134,12 @@ pub fn encode_png_grey16(map: &HeightMap, low: f32, high: f32) -> Result<Vec<u8>
     encode_png(&samples, map.width, map.height, ExtendedColorType::L16)
 }
 
-fn encode_png(samples: &[u8], width: u32, height: u32, color: ExtendedColorType) -> Result<Vec<u8>, MapFault> {
+pub(super) fn encode_png(
+    samples: &[u8],
+    width: u32,
+    height: u32,
+    color: ExtendedColorType,
+) -> Result<Vec<u8>, MapFault> {
     let mut bytes = Vec::new();
     PngEncoder::new_with_quality(&mut bytes, CompressionType::Fast, FilterType::Adaptive)
         .write_image(samples, width, height, color)

@@ -66,6 +66,10 @@ pub struct MaterialMap {
     pub emission: Option<PropertyMap<[f32; 3]>>,
     /// Share of the surroundings that a place sees past what is large, 0 to 1: multiplies the accessibility of the vertices.
     pub occlusion: Option<PropertyMap<f32>>,
+    /// Instead of the share alone, the cone in which a place sees its surroundings: its mean open direction in the frame of `s`, the other
+    /// way of `t`, and the normal, as long as the cone is narrow; and the share
+    /// ([`Cone::of_vector`](crate::reflectance::masking::occlusion::Cone::of_vector)). Not for atlases of tiles. Such a surface has no horizon of its heights.
+    pub cones: Option<PropertyMap<[f32; 4]>>,
     /// Where the surface has holes.
     pub opacity: Option<Holes>,
 }
@@ -94,6 +98,7 @@ impl MaterialMap {
             wrap,
             emission: None,
             occlusion: None,
+            cones: None,
             opacity: None,
         }
     }

@@ -34,6 +34,10 @@ pub struct MaterialFiles {
     pub normal_map: Option<PathBuf>,
     /// Perceptual roughness.
     pub roughness_map: Option<PathBuf>,
+    /// The share of the surroundings that is seen.
+    pub occlusion_map: Option<PathBuf>,
+    /// The cone in which they are seen.
+    pub cone_map: Option<PathBuf>,
     /// Which way the green of the normal map goes, instead of what its name or its slopes tell.
     pub normal_y: Option<NormalY>,
     /// What it is made of instead of its colours and its metalness.
@@ -177,6 +181,12 @@ impl MaterialFiles {
         }
         if let Some(file) = &self.roughness_map {
             material.set_roughness(file, false)?;
+        }
+        if let Some(file) = &self.occlusion_map {
+            material.set_occlusion(file)?;
+        }
+        if let Some(file) = &self.cone_map {
+            material.set_cones(file)?;
         }
         if let Some(metal) = self.metal.and_then(Metal::named) {
             material.base_color = Input::constant(metal.f0().as_vec3().to_array());

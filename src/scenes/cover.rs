@@ -8,6 +8,7 @@ use std::sync::Arc;
 use glam::{Affine2, Vec2};
 use rayon::prelude::*;
 
+use crate::maps::HeightMap;
 use crate::maps::material::{
     Encoding, Input, Material, NormalMap, Opacity, Relief, RoughnessMeaning, Texture, TextureWrap, agreement,
     alpha_code, alpha_of,
@@ -18,8 +19,12 @@ use crate::reflectance::facets::mixed_roughness::two_classes;
 use crate::reflectance::materials::fitted_table::FittedTable;
 use crate::render::scene::{Holes, MaterialMap, PropertyMap};
 
-/// Height of a relief without a scale and without normals, as a part of its repeat.
+/// Height of a relief without a scale and without normals, as a part of its repeat, at most.
 pub const USUAL_HEIGHT: f32 = 0.06;
+
+/// Root of the mean square of its slopes, at most: maps of fine grain are less high. At 6 % scanned leather would be steeper than 80° on
+/// average, and black, since hardly any facet would mirror anything but others.
+pub const USUAL_SLOPE: f32 = 0.5;
 
 /// Texels to be looked up between their centres.
 struct Plate<T> {
@@ -121,6 +126,33 @@ fn slopes(map: &NormalMap) -> Plate<[f32; 2]> {
     Plate::new(&map.texture, |x, y| map.slope(x, y).map(|v| v as f32))
 }
 
+/// Cones: directions with y up from -1 to 1, and the share that is seen.
+fn cones(texture: &Texture) -> Plate<[f32; 4]> {
+    let raster = &texture.raster;
+    Plate::new(texture, |x, y| {
+        let value = |channel| raster.value(x, y, channel);
+        let signed = |channel| 2.0 * value(channel) - 1.0;
+        [signed(0), signed(1), signed(2), value(3)]
+    })
+}
+
+/// Root of the mean square of a map's slopes: heights per repeat. Positive.
+fn steepness(map: &HeightMap) -> f32 {
+    let [w, h] = [map.width, map.height].map(|n| n as usize);
+    let at = |x: usize, y: usize| f64::from(map.texels[y % h * w + x % w]);
+    let square = |(x, y): (usize, usize)| {
+        let [s, t] = [(at(x + 1, y) - at(x, y)) * w as f64, (at(x, y + 1) - at(x, y)) * h as f64];
+        s * s + t * t
+    };
+    let sum: f64 = (0..h).flat_map(|y| (0..w).map(move |x| (x, y))).map(square).sum();
+    ((sum / (w * h) as f64).sqrt() as f32).max(1e-6)
+}
+
+/// Repeats of the textures that a unit of height is high where nobody tells.
+fn usual_scale(map: &HeightMap) -> f32 {
+    USUAL_HEIGHT.min(USUAL_SLOPE / steepness(map))
+}
+
 /// Repeats of the textures that a unit of height is high where normals agree with the heights at all.
 fn agreed_scale(material: &Material) -> Option<f32> {
     let relief = material.relief.as_ref()?;
@@ -162,6 +194,7 @@ pub struct Cover {
     emission: Property<3>,
     occlusion: Property<1>,
     occlusion_strength: f32,
+    cones: Option<Plate<[f32; 4]>>,
     opacity: Option<(Property<1>, Option<f32>)>,
     slopes: Option<Plate<[f32; 2]>>,
     brushed: Option<Brushed>,
@@ -169,11 +202,11 @@ pub struct Cover {
     /// Height of the map that lies on the mesh.
     pub middle: f32,
     scale: Option<f32>,
-    /// Repeats of the textures that a unit of height is high, as the normals have it.
-    agreed: Option<f32>,
+    /// Repeats of the textures that a unit of height is high where the file does not say: as the normals have it, or as is usual.
+    agreed: f32,
     /// Texels of the finest texture, across and down.
     pub size: (u32, u32),
-    /// Those of the emission, of the accessibility and of the opacity.
+    /// Those of the emission, of the accessibility or its cones, and of the opacity.
     sizes: [(u32, u32); 3],
 }
 
@@ -213,6 +246,8 @@ pub struct LightMaps {
     pub emission: Option<PropertyMap<[f32; 3]>>,
     /// Accessibility.
     pub occlusion: Option<PropertyMap<f32>>,
+    /// Cones instead of it.
+    pub cones: Option<PropertyMap<[f32; 4]>>,
     /// Holes.
     pub opacity: Option<Holes>,
 }
@@ -221,7 +256,13 @@ impl LightMaps {
     /// A material map with these.
     #[must_use]
     pub fn with(self, map: MaterialMap) -> MaterialMap {
-        MaterialMap { emission: self.emission, occlusion: self.occlusion, opacity: self.opacity, ..map }
+        MaterialMap {
+            emission: self.emission,
+            occlusion: self.occlusion,
+            cones: self.cones,
+            opacity: self.opacity,
+            ..map
+        }
     }
 }
 
@@ -265,7 +306,7 @@ impl Cover {
         let image = |texture: Option<&Texture>| texture.map_or((1, 1), texels_of);
         let sizes = [
             image(glowing.texture.as_ref()),
-            image(material.occlusion.texture.as_ref()),
+            image(material.cones.as_ref().or(material.occlusion.texture.as_ref())),
             image(opacity.as_ref().and_then(|(input, _)| input.texture.as_ref())),
         ];
         if material.unlit {
@@ -280,6 +321,7 @@ impl Cover {
             emission: color(glowing),
             occlusion: number(&material.occlusion),
             occlusion_strength: material.occlusion_strength,
+            cones: material.cones.as_ref().map(cones),
             opacity: opacity.map(|(input, cutoff)| (number(input), cutoff)),
             sizes,
             base_color: color(&material.base_color),
@@ -301,7 +343,9 @@ impl Cover {
             heights: material.relief.as_ref().map(heights),
             middle: material.relief.as_ref().map_or(0.0, |relief| relief.middle),
             scale: material.relief.as_ref().and_then(|relief| relief.scale),
-            agreed: agreed_scale(material),
+            agreed: agreed_scale(material)
+                .or_else(|| material.relief.as_ref().map(|relief| usual_scale(&relief.map)))
+                .unwrap_or(USUAL_HEIGHT),
             size,
         }
     }
@@ -318,15 +362,25 @@ impl Cover {
         self.emission.at(texcoord)
     }
 
+    /// Whether it tells where its surroundings are seen.
+    #[must_use]
+    pub fn has_cones(&self) -> bool {
+        self.cones.is_some()
+    }
+
     /// Whether it tells what of the surroundings is seen.
     #[must_use]
     pub fn is_occluded(&self) -> bool {
-        self.occlusion_strength != 0.0 && (self.occlusion.plate.is_some() || self.occlusion.factor != [1.0])
+        self.cones.is_some()
+            || self.occlusion_strength != 0.0 && (self.occlusion.plate.is_some() || self.occlusion.factor != [1.0])
     }
 
     /// Share of the surroundings that is seen from a place.
     #[must_use]
     pub fn accessibility(&self, texcoord: Vec2) -> f32 {
+        if let Some(cones) = &self.cones {
+            return cones.at(texcoord)[3].clamp(0.0, 1.0);
+        }
         let [seen] = self.occlusion.at(texcoord);
         1.0 + self.occlusion_strength * (seen.clamp(0.0, 1.0) - 1.0)
     }
@@ -382,7 +436,9 @@ impl Cover {
         let [emission, occlusion, opacity] = self.sizes;
         LightMaps {
             emission: self.emits().then(|| map(emission, wraps[0], |at| self.emission(place(at)))),
-            occlusion: self.is_occluded().then(|| map(occlusion, wraps[1], |at| self.accessibility(place(at)))),
+            occlusion: (self.is_occluded() && !self.has_cones())
+                .then(|| map(occlusion, wraps[1], |at| self.accessibility(place(at)))),
+            cones: self.cones.as_ref().map(|cones| map(occlusion, wraps[1], |at| cones.at(place(at)))),
             opacity: self
                 .has_holes()
                 .then(|| map(opacity, wraps[2], |at| self.opacity(place(at))))
@@ -460,10 +516,10 @@ impl Cover {
     }
 
     /// Repeats of the textures, of so many metres, that a unit of height is high: what the file says, what fits the normals best, or
-    /// a usual relief.
+    /// a usual relief: [`USUAL_HEIGHT`], or what makes its slopes [`USUAL_SLOPE`].
     #[must_use]
     pub fn unit(&self, repeat: f32) -> f32 {
-        self.scale.map_or_else(|| self.agreed.unwrap_or(USUAL_HEIGHT), |metres| metres / repeat)
+        self.scale.map_or(self.agreed, |metres| metres / repeat)
     }
 
     /// A map with the facets of a measured material, if it has them.
@@ -494,5 +550,39 @@ impl Cover {
         let own = srgb8_from_linear(texels[0].body_f0);
         let f0 = f0.iter().any(|texel| *texel != [own, own, own, u8::MAX]).then_some(f0);
         MaterialMap { f0, two_lobes, ..MaterialMap::new(width, height, colors) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn steepness_is_that_of_the_slopes() {
+        let waves = |x: u32| (std::f32::consts::TAU * 3.0 * x as f32 / 256.0).sin();
+        let texels = (0..256 * 4).map(|i| waves(i % 256)).collect();
+        let found = steepness(&HeightMap { width: 256, height: 4, texels });
+        let want = 3.0 * std::f32::consts::TAU * 0.5f32.sqrt();
+        assert!((found / want - 1.0).abs() < 1e-3, "{found} {want}");
+    }
+
+    #[test]
+    fn a_usual_relief_is_not_steep() {
+        let waves = |times: f32| {
+            let height = |x: u32| 0.5 + 0.5 * (std::f32::consts::TAU * times * x as f32 / 256.0).sin();
+            let mut material = Material::new("waves");
+            let map = HeightMap { width: 256, height: 1, texels: (0..256).map(height).collect() };
+            material.relief = Some(Relief { map, scale: None, in_widths: false, middle: 0.5 });
+            material
+        };
+        // Few waves are as high as usual; of more the slopes are.
+        assert_eq!(Cover::new(&waves(1.0)).unit(2.0), USUAL_HEIGHT);
+        let many = Cover::new(&waves(20.0));
+        let slope = many.unit(2.0) * 20.0 * std::f32::consts::PI * 0.5f32.sqrt();
+        assert!((slope / USUAL_SLOPE - 1.0).abs() < 0.03, "{slope}");
+        // What a file says is taken at its word.
+        let mut told = waves(20.0);
+        told.relief.as_mut().unwrap().scale = Some(0.3);
+        assert_eq!(Cover::new(&told).unit(2.0), 0.15);
     }
 }

@@ -37,7 +37,9 @@ pub fn plane_stage(material: &Material) -> Stage {
     let mut object =
         Object::new("plane", mesh).with_specular_f0(texels[0].body_f0).with_conductor_dip(material.conductor_dip);
     let repeat = [[TextureWrap::Repeat; 2]; 3];
-    let light = cover.light_maps(repeat, |at| Vec2::new(at.x, 1.0 - at.y));
+    let mut light = cover.light_maps(repeat, |at| Vec2::new(at.x, 1.0 - at.y));
+    // As upright as the picture: its y is the surface's t.
+    light.cones.iter_mut().flat_map(|cones| &mut cones.texels).for_each(|cone| cone[1] = -cone[1]);
     object =
         object.with_material(beside_heights(&cover, light).with(cover.with_fit(Cover::map(width, height, &texels))));
     if has_relief {
@@ -164,7 +166,9 @@ fn light_of_tiles(cover: &Cover, width: u32, height: u32, baked: &[Baked]) -> Li
     let size = (width, height);
     LightMaps {
         emission: cover.emits().then(|| map(size, baked, |b| b.emission)),
+        // Tiles keep the share alone.
         occlusion: cover.is_occluded().then(|| map(size, baked, |b| b.accessibility)),
+        cones: None,
         opacity: cover.has_holes().then(|| map(size, baked, |b| b.opacity)).and_then(|map| cover.holes(map)),
     }
 }

@@ -112,6 +112,93 @@ fn a_folder_is_baked_with_all_it_has() {
 }
 
 #[test]
+fn the_bricks_become_a_set_of_textures() {
+    let bricks = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/bricks");
+    let out = tempfile::tempdir().unwrap();
+    let maps = out.path().join("maps/");
+    let folder = format!("{}/", text(&maps));
+    let output = bake(&[text(&bricks), "--kind", "height,normal,gloss,occlusion,cones", "--json", "-o", &folder]);
+    let stderr = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(0), "{stderr}");
+    let said: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    let files = said["files"].as_array().unwrap();
+    let kinds: Vec<&str> = files.iter().map(|file| file["kind"].as_str().unwrap()).collect();
+    assert_eq!(kinds, ["height", "normal", "gloss", "occlusion", "cones"]);
+    for file in files {
+        let kind = file["kind"].as_str().unwrap();
+        let read = BakedMap::load(maps.join(format!("bricks_{kind}.ktx2"))).unwrap();
+        assert_eq!((read.kind.name(), read.levels.len() as u64), (kind, file["levels"].as_u64().unwrap()));
+    }
+    // What heights tell of the bricks' pits is what the material's own occlusion says, which was made otherwise.
+    let own = leadr::maps::load_raster(bricks.join("bricks_AmbientOcclusion.png")).unwrap();
+    let found = BakedMap::load(maps.join("bricks_occlusion.ktx2")).unwrap().channel("occlusion").unwrap();
+    let own: Vec<f32> = (0..own.height())
+        .flat_map(|y| (0..own.width()).map(move |x| (x, y)))
+        .map(|(x, y)| own.value(x, y, 0))
+        .collect();
+    let mean = |v: &[f32]| v.iter().map(|&v| f64::from(v)).sum::<f64>() / v.len() as f64;
+    let (a, b) = (mean(&own), mean(&found));
+    let sums = own.iter().zip(&found).fold([0.0f64; 3], |[both, of_own, of_found], (x, y)| {
+        let (x, y) = (f64::from(*x) - a, f64::from(*y) - b);
+        [both + x * y, of_own + x * x, of_found + y * y]
+    });
+    let correlation = sums[0] / (sums[1] * sums[2]).sqrt();
+    assert!(correlation > 0.5, "{correlation}, means {a} {b}");
+}
+
+#[test]
+fn heights_and_cones_of_normals_are_drawn() {
+    let bricks = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/bricks");
+    let out = tempfile::tempdir().unwrap();
+    let normals = bricks.join("bricks_NormalGL.png");
+    let cones = out.path().join("bricks_Cones.png");
+    let output = bake(&["--normal", text(&normals), "--kind", "cones", "-o", text(&cones)]);
+    let stderr = String::from_utf8(output.stderr).unwrap();
+    assert!(output.status.success() && stderr.contains("heights of normals: slopes of"), "{stderr}");
+    let mean = |technique: &str, more: &[&str]| {
+        let picture = out.path().join("drawn.exr");
+        let mut command = Command::new(env!("CARGO_BIN_EXE_leadr"));
+        let flags = [
+            "capture",
+            "--scene",
+            "plane",
+            "--size",
+            "64x48",
+            "--normal-map",
+            text(&normals),
+            "--technique",
+            technique,
+        ];
+        let done = command.args(flags).args(more).arg("-o").arg(&picture).output().expect("the program starts");
+        assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+        let image = leadr::maps::load_picture(&picture).unwrap().image;
+        image.texels.iter().flatten().map(|&v| f64::from(v)).sum::<f64>() / (3 * image.texels.len()) as f64
+    };
+    for technique in ["gloss", "leadr"] {
+        let (open, hidden) = (mean(technique, &[]), mean(technique, &["--cone-map", text(&cones)]));
+        assert!(hidden < 0.99 * open && hidden > 0.5 * open, "{technique}: {hidden} of {open}");
+    }
+}
+
+#[test]
+fn sizes_that_differ_are_resampled_by_choice() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    bumps(&at("bumps.png"));
+    save_png_grey16(at("gloss.png"), &HeightMap::new(7, 5, vec![0.5; 35]).unwrap(), 0.0, 1.0).unwrap();
+    let flags =
+        [text(&at("bumps.png")), "--gloss", text(&at("gloss.png")), "--kind", "gloss", "-o", text(&at("o.ktx2"))]
+            .map(str::to_owned);
+    let flags: Vec<&str> = flags.iter().map(String::as_str).collect();
+    let refused = bake(&flags);
+    let stderr = String::from_utf8(refused.stderr).unwrap();
+    assert!(refused.status.code() == Some(1) && stderr.contains("7 x 5") && stderr.lines().count() == 1, "{stderr}");
+    let done = bake(&[&flags[..], &["--resample"]].concat());
+    let stderr = String::from_utf8(done.stderr).unwrap();
+    assert!(done.status.success() && stderr.contains("resampled from 7 x 5 to 48 x 20"), "{stderr}");
+}
+
+#[test]
 fn what_cannot_be_baked_is_one_line() {
     let folder = tempfile::tempdir().unwrap();
     let at = |name: &str| folder.path().join(name);
@@ -122,10 +209,15 @@ fn what_cannot_be_baked_is_one_line() {
     let [bumps, small, nan, cut, out, exr] =
         ["bumps.png", "small.png", "nan.exr", "cut.png", "o.ktx2", "o.exr"].map(|name| text(&at(name)).to_owned());
     let nowhere = format!("{bumps}/under/o.ktx2");
-    let cases: [(&[&str], i32, &str); 13] = [
+    let cases: [(&[&str], i32, &str); 18] = [
         (&["-o", &out], 2, "<FILE|FOLDER>"),
         (&[&bumps], 2, "--output"),
-        (&[&bumps, "-o", "x.png"], 2, "must end in .ktx2 or .exr"),
+        (&[&bumps, "-o", "x.gif"], 2, "must end in .ktx2, .exr or .png"),
+        (&[&bumps, "-o", "x.png"], 2, "for kind leadr write .ktx2 or .exr"),
+        (&[&bumps, "--kind", "height,gloss", "-o", &out], 2, "name a folder"),
+        (&[&bumps, "--kind", "gloss,gloss", "-o", "x/"], 2, "gloss twice"),
+        (&[&bumps, "--texels", "smooth", "-o", &out], 2, "--texels is for --kind gloss"),
+        (&[&bumps, "--detail", &small, "-o", &out], 2, "--detail is for --kind normal and gloss"),
         (&[&bumps, "--format", "bc", "-o", &exr], 2, "--format f32 or f16"),
         (&[&bumps, "--layout", "oiio", "-o", &out], 2, "--layout oiio is an .exr"),
         (&[&bumps, "--layout", "oiio", "--color", &small, "-o", &exr], 2, "none for --roughness"),

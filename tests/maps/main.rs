@@ -5,5 +5,7 @@ mod common;
 
 mod bad_input;
 mod bake;
+mod derive;
 mod images;
 mod slope_variance;
+mod textures;

@@ -1,7 +1,7 @@
 //! Details over materials, normal maps on smooth geometry, and bases that are rougher along one direction.
 
 use crate::common::gpu::test_gpu;
-use crate::common::render::{bumps, under_sky};
+use crate::common::render::{bumps, in_room, under_sky};
 use glam::{Affine2, Mat2, Vec2, Vec3};
 use leadr::gpu::Gpu;
 use leadr::lab::metrics::compare::compare;
@@ -206,6 +206,38 @@ fn details_cover_and_vary_materials() {
     let green = |mean: [f64; 3]| mean[1] / mean[0];
     assert!((green(means[2]) / green(means[0]) - 1.0).abs() < 0.02, "{means:?}");
     assert!(green(means[4]) > 1.1 * green(means[0]), "{means:?}");
+}
+
+/// Heights of fine grain as libraries have them, without a scale, over a smooth mirror: however fine they are, the mirror stays bright. At
+/// the usual height of coarse ones the slopes of these would be 3.3, and mirrors of such a relief hit nothing but each other.
+#[test]
+fn fine_grain_does_not_blacken_a_mirror() {
+    let Some(gpu) = test_gpu() else { return };
+    let mean = |grain: Option<(u32, Option<f32>)>| {
+        let mut material = Material::new("mirror");
+        material.base_color = Input::constant([0.9; 3]);
+        material.metalness = Input::constant(1.0);
+        material.roughness = Input::constant(0.2);
+        material.detail = grain.map(|(n, scale)| {
+            let mut layer = Material::new("grain");
+            let (slope, size) = (0.075 * n as f32, 2.0 / n as f32);
+            let map = HeightMap::new(n, n, procedural::gaussian(n, n, 3, slope, size).texels).unwrap();
+            layer.relief = Some(Relief { map, scale, in_widths: false, middle: 0.0 });
+            let (colored, repeat, rotation, height_scale) = (false, 8.0, 0.0, 1.0);
+            Box::new(MaterialDetail { material: layer, colored, repeat, rotation, height_scale, mask: None })
+        });
+        let objects = std::mem::take(&mut dressed::sphere_stage(&material, 16).objects);
+        let centre = objects[0].mesh.positions.iter().sum::<Vec3>() / objects[0].mesh.positions.len() as f32;
+        let mut renderer = in_room(&gpu, objects, [1.0; 3]);
+        let camera = Camera::looking_at(centre + Vec3::new(0.3, -0.8, 0.5).normalize() * 20.0, centre, 3.0);
+        let state = FrameState::new(camera, vec![Pose::REST]);
+        picture(&mut renderer, &state, &settings(Technique::Leadr, 8, 1, Shadowing::Correlated)).mean()[0]
+    };
+    let smooth = mean(None);
+    // 6 % of an eighth of 1.2 m.
+    let [usual, steep] = [None, Some(0.009)].map(|scale| mean(Some((512, scale))) / smooth);
+    println!("of the smooth mirror: {usual:.3}, as high as coarse grain {steep:.3}");
+    assert!((0.8..1.001).contains(&usual) && steep < 0.2, "{usual} {steep}");
 }
 
 /// The top row of the LEADR paper's Figure 8: normal maps of Gaussian slopes, supersampled, and LEADR with the normal map's facets.

@@ -5,6 +5,7 @@ mod common;
 
 mod antialiasing;
 mod baked;
+mod bounces;
 mod deform;
 mod displaced_models;
 mod edges;

@@ -53,7 +53,7 @@ uniform sampler2D mixed_map;   // see leadr/facets/mixed_roughness.glsl
 layout(std430) readonly buffer Charts { TriangleCharts charts[]; };
 #endif
 uniform sampler2D emission_map;
-uniform sampler2D occlusion_map;
+uniform sampler2D occlusion_map; // x accessibility; or, of CONES, a cone in the frame of the texture with y up
 // Layers, rgb colour times weight, a that weight: those of the height for `low` and for `high` of leadr/visible/relief_color.glsl, if
 // colours follow heights; then slopes along s and along t, if they follow slopes. Large maps begin at a coarser level.
 uniform sampler2DArray color_weighted;
@@ -133,13 +133,14 @@ struct Means {
     vec3 f0;
     vec3 mixed;
     vec4 light;  // emission, accessibility
+    vec4 cone;
     vec4 low;    // of colour and weight, by height
     vec4 high;
     vec4 by_s;   // of colour and slope
     vec4 by_t;
 };
 
-const Means NO_MEANS = Means(vec2(0.0), vec3(0.0), vec4(0.0), vec3(0.0), vec3(0.0), vec4(0.0, 0.0, 0.0, 1.0), vec4(0.0),
+const Means NO_MEANS = Means(vec2(0.0), vec3(0.0), vec4(0.0), vec3(0.0), vec3(0.0), vec4(0.0, 0.0, 0.0, 1.0), NO_CONE, vec4(0.0),
                               vec4(0.0), vec4(0.0), vec4(0.0));
 
 // A texel of a colour map as it is averaged: roughness by its variance (LEADR section 4.1).
@@ -210,7 +211,7 @@ Means filter_atlas(Footprint footprint, uint index, vec2 at) {
     float weight = 1.0 / float(footprint.taps);
     vec4 light = EMITS || OCCLUDED ? filter_atlas_light(footprint, index, at, levels) : sum.light;
     return Means(sum.mean * weight, sum.second * weight, sum.color * weight, sum.f0 * weight, sum.mixed * weight,
-                 light, sum.low * weight, sum.high * weight, vec4(0.0), vec4(0.0));
+                 light, NO_CONE, sum.low * weight, sum.high * weight, vec4(0.0), vec4(0.0));
 }
 
 // Where a map is looked up, and the derivatives of that place by x and y of the image.
@@ -501,7 +502,12 @@ FilteredSurface filtered_mesh(ivec2 pixel, vec2 at, uvec4 seen, out float area) 
             means.light.rgb = filter_map(emission_map, chart_of(CHART_EMISSION, index, place, across, surface.texcoord, texcoord_across)).rgb;
         }
         if (OCCLUDED) {
-            means.light.a = filter_map(occlusion_map, chart_of(CHART_OCCLUSION, index, place, across, surface.texcoord, texcoord_across)).x;
+            vec4 seen = filter_map(occlusion_map, chart_of(CHART_OCCLUSION, index, place, across, surface.texcoord, texcoord_across));
+            if (CONES) {
+                means.cone = seen;
+            } else {
+                means.light.a = seen.x;
+            }
         }
     }
     float scale = object.height_scale * surface.slopes;
@@ -514,6 +520,7 @@ FilteredSurface filtered_mesh(ivec2 pixel, vec2 at, uvec4 seen, out float area) 
 #ifdef LEADR_DETAIL
     DetailMeans covering = DetailMeans(vec2(0.0), vec3(0.0), vec4(0.0), 0.0);
 #endif
+    vec3 chart_s = surface.tangent_s, chart_t = surface.tangent_t;
     float chart_area = dot(cross(surface.tangent_s, surface.tangent_t), surface.normal);
     SlopeMap chart = slope_map(surface.tangent_s, surface.tangent_t, frame.x, frame.y, frame.z), map = chart;
     if (RISE_OVER_RUN) {
@@ -597,6 +604,13 @@ FilteredSurface filtered_mesh(ivec2 pixel, vec2 at, uvec4 seen, out float area) 
         float height = abs(object.height_scale);
         filtered.horizon = TRIPLANAR ? filter_axis_horizon(views, footprint, index, surface.texcoord, linear, height)
                                      : filter_horizon(footprint, index, surface.texcoord, linear, height);
+    }
+    filtered.cone = NO_CONE;
+    if (CONES && means.cone.w >= 0.0) {
+        // The texture's axes along the surface: t runs down.
+        vec3 s = normalize(chart_s), t = normalize(chart_t);
+        vec3 open = means.cone.x * s - means.cone.y * t + means.cone.z * surface.normal;
+        filtered.cone = vec4(to_frame(frame, open), means.cone.w);
     }
     filtered.lod = footprint.lod;
     filtered.joined = ATLAS ? joined_part(footprint.across) : 0.0;

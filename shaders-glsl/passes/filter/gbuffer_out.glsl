@@ -2,6 +2,7 @@
 #ifndef LEADR_FILTER_GBUFFER_OUT
 #define LEADR_FILTER_GBUFFER_OUT
 
+#include "../bases.glsl"
 #include "../gbuffer.glsl"
 
 layout(location = 0) out uvec4 out_slopes;
@@ -17,7 +18,7 @@ void write_gbuffer(FilteredSurface f, uvec2 surface) {
     out_slopes = pack_slopes(packSnorm2x16(octahedral_encode(f.normal)), f.mean_slope, f.covariance);
     out_material = pack_material(f.material, f.covariance);
     out_surface = surface;
-    out_horizon = pack_horizon(f.horizon);
+    out_horizon = CONES && f.cone.w >= 0.0 ? pack_cone(f.cone) : pack_horizon(f.horizon);
     out_reflection = pack_reflection(f);
     out_emission = pack_emission(f);
     out_relief_color = pack_relief_color(f.relief_color, f.covariance);

@@ -28,6 +28,7 @@ FilteredSurface filtered_water(vec2 mean_slope, vec3 covariance, vec4 material, 
     f.accessibility = 1.0;
     f.inside = false;
     f.horizon = Horizon(vec2(0.0), vec3(0.0));
+    f.cone = NO_CONE;
     f.lod = 0.0;
     f.joined = 0.0;
     f.relief = 0.0;

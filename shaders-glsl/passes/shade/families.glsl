@@ -4,6 +4,7 @@
 #include "facet_frame.glsl"
 #include "leadr.glsl"
 #include "lighting.glsl"
+#include "leadr/facets/shortened_normals.glsl"
 #include "leadr/materials/classic.glsl"
 #include "leadr/integrals/light_size.glsl"
 #include "leadr/integrals/sh.glsl"
@@ -14,6 +15,7 @@ const int FAMILY_BLINN_PHONG = 1; // a Blinn-Phong lobe about the mean normal
 const int FAMILY_TOKSVIG = 2;     // the same, as rough as the mean normal is short
 const int FAMILY_LEAN = 3;        // a Beckmann lobe of the slopes, without projected areas
 const int FAMILY_LEADR = 4;       // integrals over the visible slopes
+const int FAMILY_GLOSS = 5;       // a GGX lobe about the mean normal, as rough as normals shortened by roughness are short
 
 // Density of the lobe's normals: Blinn-Phong's about the mean normal, LEAN's in the tangent frame.
 float classic_ndf(vec3 wh, vec3 n, float exponent, vec2 m, vec3 S) {
@@ -72,6 +74,63 @@ vec3 classic_radiance(Surface surface, float environment_scale) {
     return radiance;
 }
 
+// D V of GGX facets with height-correlated masking, times 4 cosines over 4: what a light in mirrors is worth, but for the Fresnel term.
+float gloss_mirrors(vec3 wo, vec3 wi, vec3 wh, float square) {
+    float d = wh.z * wh.z * (square - 1.0) + 1.0;
+    float seen = wi.z * sqrt(wo.z * wo.z * (1.0 - square) + square), lit = wo.z * sqrt(wi.z * wi.z * (1.0 - square) + square);
+    return square / (LEADR_PI * d * d) * 0.5 / max(seen + lit, 1e-6) * wi.z;
+}
+
+// Shortened normals (Chan 2018): GGX about the mean normal, of the roughness that stands for its length, of which the relief's and the
+// base's share multiply; with all bounces between the facets.
+vec3 gloss_radiance(Surface surface, float environment_scale) {
+    vec2 m = surface.mean_slope;
+    float relief = tail_mean_ratio(inversesqrt(max(normal_variance(m, surface.slope_covariance), 1e-12)));
+    float base = normal_lack(LEADR_GGX_MACRO, surface.alpha);
+    float alpha = clamp(alpha_of_lack(LEADR_GGX_MACRO, relief + base - relief * base), 1e-3, 1.0);
+    Bounces b = bounces_of(surface, alpha);
+    vec3 albedo = surface.albedo;
+    float ambient = surface.accessibility * environment_scale;
+    vec3 radiance = vec3(0.0);
+    if (SPECULAR_ENVIRONMENT) {
+        vec3 wi = from_frame(b.about, lobe_axis(alpha, b.wo));
+        vec3 seen = vec3(0.0);
+        // GGX as a mixture of Gaussian lobes, whose reflected directions turn twice as far as normals.
+        for (int k = 1; k < LEADR_GGX_LOBES; ++k) {
+            GaussianLobe lobe = ggx_lobe(DisplacedGgx(1.0, vec3(vec2(alpha * alpha), 0.0)), k);
+            seen += lobe.weight * lobe_radiance(surface, wi, 4.0 * lobe.S.x);
+        }
+        vec2 energy = energy_albedo(alpha, b.wo.z);
+        radiance += ambient * mirrored(surface.f0, energy, energy_average(alpha).x) * cone_mirrors(surface, alpha) * seen;
+    }
+    if (DIFFUSE_ENVIRONMENT) {
+        vec3 c[9] = environment_sh();
+        vec3 irradiance = max(sh_irradiance(c, from_frame(surface.frame, normal_of_slope(m))), 0.0);
+        radiance += multiscattering_albedo(b.facets, albedo, b.entered) * (ambient / LEADR_PI) * cone_diffuse(surface, albedo, c) * irradiance;
+    }
+    if (any_on_diffuse() || any_in_mirrors()) {
+        [[unroll]] for (int i = 0; i < LIGHTS; ++i) {
+            Light light = light_at(i, surface);
+            vec3 wi = to_frame(b.about, light.wi);
+            if (wi.z > 0.0) {
+                vec3 scattered = vec3(0.0);
+                if (on_diffuse(i)) {
+                    scattered += albedo * b.entered * bounced_light(b, surface, albedo, light.wi) * (wi.z / LEADR_PI);
+                }
+                if (in_mirrors(i)) {
+                    vec3 h = b.wo + wi;
+                    vec3 wh = h * inversesqrt(max(dot(h, h), 1e-20));
+                    float cosine = dot(b.wo, wh);
+                    float square = alpha * alpha + (of_panorama(i) ? 2.0 * light_normal_variance(cosine, light.variance) : 0.0);
+                    scattered += fresnel_of(surface, cosine) * b.mirrors * gloss_mirrors(b.wo, wi, wh, min(square, 1.0));
+                }
+                radiance += light.irradiance * scattered;
+            }
+        }
+    }
+    return radiance;
+}
+
 // A facet of a normal map that faces away: <wo, wm> is clamped at 0. It reflects as at grazing incidence, but nothing that is seen.
 Surface facing_away(Surface surface) {
     surface.albedo *= 1.0 - grazing_reflectance(surface.body_f0);
@@ -86,6 +145,9 @@ Surface facing_away(Surface surface) {
 vec3 family_radiance(Surface surface, float environment_scale) {
     if (FAMILY == FAMILY_UNLIT) {
         return surface.albedo;
+    }
+    if (FAMILY == FAMILY_GLOSS) {
+        return gloss_radiance(surface, environment_scale);
     }
     if (FAMILY != FAMILY_LEADR) {
         return classic_radiance(surface, environment_scale);

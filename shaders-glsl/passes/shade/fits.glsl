@@ -1,14 +1,25 @@
-// The measured materials of a scene, and the harmonics of its environment in the same buffer.
+// The measured materials of a scene, the harmonics of its environment and the tables of energies, all in one buffer.
 #ifndef LEADR_SHADE_FITS
 #define LEADR_SHADE_FITS
 #include "../bases.glsl"
+#include "../technique.glsl"
 
-// Passes that filter and shade read all the 32 resources that drivers push, so both share one: nine coefficients of four numbers; where
-// each material begins, counted from there; then one material after another (src/render/surfaces/fits.rs).
+// Passes that filter and shade read all the 32 resources that drivers push, so these share one: nine coefficients of four numbers; the
+// tables of leadr/materials/energy.glsl of GGX and of Beckmann facets; where each material begins, counted from there; then one material
+// after another (src/render/surfaces/fits.rs).
 layout(std430) readonly buffer Irradiance { float light_words[]; };
-const uint FIT_WORDS = 36u;
+const uint ENERGY_WORDS = 36u;
+const uint ENERGY_TABLE = 33u * 32u * 2u;
+const uint FIT_WORDS = ENERGY_WORDS + 2u * ENERGY_TABLE;
 #define LEADR_FITTED_WORD(i) light_words[FIT_WORDS + i]
 #include "leadr/materials/fitted.glsl"
+
+vec2 energy_texel(int x, int y) {
+    uint at = ENERGY_WORDS + (GGX_BASE ? 0u : ENERGY_TABLE) + 2u * uint(33 * y + x);
+    return vec2(light_words[at], light_words[at + 1u]);
+}
+#define LEADR_ENERGY_TEXEL(x, y) energy_texel(x, y)
+#include "leadr/materials/energy.glsl"
 
 // Colours keep a roughness in 8 bits and in halves: what is nearer to 1 is the measured material itself.
 const float SAME_STRETCH = 4e-3;

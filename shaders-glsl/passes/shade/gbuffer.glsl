@@ -2,6 +2,7 @@
 #ifndef LEADR_READ_GBUFFER
 #define LEADR_READ_GBUFFER
 #include "../gbuffer.glsl"
+#include "../bases.glsl"
 #include "../technique.glsl"
 
 uniform usampler2D gbuffer_slopes;
@@ -36,7 +37,15 @@ FilteredSurface read_gbuffer(ivec2 pixel, bool with_horizon) {
     vec2 place = unpackHalf2x16(surface.x);
     f.accessibility = max(place.x, 0.0);
     f.inside = place.x < 0.0;
-    f.horizon = with_horizon ? unpack_horizon(texelFetch(gbuffer_horizon, pixel, 0).xy) : Horizon(vec2(0.0), vec3(0.0));
+    f.horizon = Horizon(vec2(0.0), vec3(0.0));
+    f.cone = NO_CONE;
+    if (with_horizon || CONES) {
+        uvec2 packed = texelFetch(gbuffer_horizon, pixel, 0).xy;
+        f.cone = CONES ? unpack_cone(packed) : NO_CONE;
+        if (with_horizon && f.cone.w < 0.0) {
+            f.horizon = unpack_horizon(packed);
+        }
+    }
     f.lod = place.y;
     f.joined = joined_part_of(surface);
     f.relief = uintBitsToFloat(surface.y);

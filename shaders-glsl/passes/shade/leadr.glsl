@@ -5,6 +5,7 @@
 #define LEADR_SHADE_LEADR
 #include "draws.glsl"
 #include "fitted_facets.glsl"
+#include "bounces.glsl"
 #include "lighting.glsl"
 #include "leadr/facets/base_roughness.glsl"
 #include "leadr/integrals/diffuse.glsl"
@@ -14,6 +15,7 @@
 #include "leadr/visible/shadowed_environment.glsl"
 #include "leadr/visible/shadowed_specular.glsl"
 #include "leadr/integrals/specular.glsl"
+#include "leadr/materials/classic.glsl"
 #include "leadr/visible/diffuse.glsl"
 #include "leadr/visible/fresnel.glsl"
 #include "leadr/visible/mapped.glsl"
@@ -226,6 +228,12 @@ vec3 diffuse_environment(Surface surface, NormalMoments normals) {
     return diffuse_past_horizon(whole, open, horizon_hidden(m, surface.horizon), m, surface.frame, c);
 }
 
+// Share of the environment's light in all mirrors that a cone leaves.
+float mirrors_in_cone(Surface surface) {
+    vec3 S = add_roughness(surface.slope_covariance, surface.alpha);
+    return cone_mirrors(surface, sqrt(2.0 * normal_variance(surface.mean_slope, S)));
+}
+
 // Albedo of what is seen, weighted by the environment's irradiance where slopes decide. c: its coefficients.
 vec3 environment_albedo(Surface surface, DirectionArea o) {
     vec3 S = surface.slope_covariance, wo = surface.wo;
@@ -419,6 +427,14 @@ vec3 fresnel_under(Surface surface, vec2 bases[MOST_BASES]) {
     return sum;
 }
 
+// The body's mean Fresnel reflectance without relief, as one bounce has it.
+vec3 smooth_fresnel(Surface surface, Bounces bounces) {
+    surface.mean_slope = vec2(0.0);
+    surface.slope_covariance = vec3(0.0);
+    surface.wo = bounces.wo;
+    return mean_fresnel(surface, base_of(surface, bounces.alpha));
+}
+
 // A light in the mirrors of all bases, per unit of irradiance; the arguments as in mirrored_light.
 vec3 light_in_mirrors(Surface surface, vec2 bases[MOST_BASES], int number, Light light, DirectionArea diffuse_o, DirectionArea diffuse_i,
                       vec3 diffuse_cholesky) {
@@ -445,6 +461,10 @@ vec3 leadr_radiance(Surface surface, float environment_scale) {
     vec2 bases[MOST_BASES];
     bases_of(surface, bases);
     bool exact = FINEST_LEVEL && is_fitted(surface.fit);
+    Bounces bounces;
+    if (MULTISCATTERING) {
+        bounces = bounces_of(surface, surface.alpha);
+    }
     FittedFacet facet;
     if (exact) {
         facet = fitted_facet(surface.fit, surface.alpha, wo, surface.slope_covariance);
@@ -461,10 +481,16 @@ vec3 leadr_radiance(Surface surface, float environment_scale) {
         } else {
             mirrors = mirrors_of(surface, bases);
         }
-        radiance += ambient * mirrors.reflected;
+        if (MULTISCATTERING) {
+            mirrors.reflected *= bounces.mirrors;
+        }
+        radiance += ambient * mirrors_in_cone(surface) * mirrors.reflected;
         entering = 1.0 - mirrors.fresnel;
     } else if (DIFFUSE && !exact) {
         entering = 1.0 - fresnel_under(surface, bases);
+    }
+    if (MULTISCATTERING && DIFFUSE && !exact) {
+        entering *= bounces.entered / max(1.0 - smooth_fresnel(surface, bounces), vec3(1e-3));
     }
 
     vec3 diffuse_cholesky = slope_cholesky(diffuse_s);
@@ -479,7 +505,10 @@ vec3 leadr_radiance(Surface surface, float environment_scale) {
     }
     if (DIFFUSE_ENVIRONMENT) {
         vec3 albedo = USES_RELIEF_COLOR ? environment_albedo(surface, diffuse_o) : surface.albedo;
-        radiance += entering * albedo * ambient * diffuse_environment(surface, normals);
+        if (MULTISCATTERING) {
+            albedo *= first_albedo(bounces.facets, albedo);
+        }
+        radiance += entering * albedo * ambient * cone_diffuse(surface, albedo, environment_sh()) * diffuse_environment(surface, normals);
     }
     if (any_on_diffuse() || any_in_mirrors()) {
         [[unroll]] for (int number = 0; number < LIGHTS; ++number) {
@@ -498,12 +527,18 @@ vec3 leadr_radiance(Surface surface, float environment_scale) {
                     albedo = relief_color(albedo, surface.relief_color, height, held_score(score, diffuse_s));
                 }
                 scattered += entering * albedo * (lit * diffuse_light(surface, wo, normals, faced, lambda, light.wi));
+                if (MULTISCATTERING) {
+                    scattered *= bounced_light(bounces, surface, albedo, light.wi);
+                }
             }
             vec3 mirrored = vec3(0.0);
             if (exact) {
                 mirrored = in_mirrors(number) ? facet_light(surface, facet, number, light) : vec3(0.0);
             } else {
                 mirrored = light_in_mirrors(surface, bases, number, light, diffuse_o, diffuse_i, diffuse_cholesky);
+                if (MULTISCATTERING) {
+                    mirrored *= bounces.mirrors;
+                }
             }
             radiance += light.irradiance * (scattered + mirrored);
         }

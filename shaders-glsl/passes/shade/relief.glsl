@@ -1,12 +1,46 @@
-// What the relief around a pixel hides from it: leadr/visible/horizon.glsl for techniques that know of it.
+// What the relief around a pixel hides from it: leadr/visible/horizon.glsl for techniques that know of it, or the cone of its material,
+// which all techniques follow (leadr/masking/occlusion.glsl).
 #ifndef LEADR_SHADE_RELIEF
 #define LEADR_SHADE_RELIEF
 #include "surface.glsl"
 #include "settings.glsl"
+#include "leadr/integrals/sh.glsl"
+#include "leadr/masking/occlusion.glsl"
+#include "leadr/visible/cone_specular.glsl"
+
+bool has_cone(Surface surface) {
+    return CONES && surface.cone.w >= 0.0;
+}
 
 // Share of the light about wi (tangent frame) that the surrounding relief lets through. deviation: of the light, radians.
 float relief_visibility(Surface surface, vec3 wi, float deviation) {
+    if (has_cone(surface)) {
+        return cone_light_smooth(cone_of_vector(surface.cone.xyz), wi);
+    }
     return USES_HORIZON ? horizon_visibility(wi, surface.mean_slope, surface.horizon, deviation) : 1.0;
+}
+
+// What a cone leaves of the environment's diffuse light, of a body of this albedo: the share of the surroundings that is seen, light
+// from the hidden ones as bright as the place itself (Chan 2018, eq. 49), and how much brighter or darker it is about the axis of the
+// cone than about the normal.
+vec3 cone_diffuse(Surface surface, vec3 albedo, vec3 c[9]) {
+    if (!has_cone(surface)) {
+        return vec3(1.0);
+    }
+    vec3 axis = cone_of_vector(surface.cone.xyz).xyz;
+    vec3 about = max(sh_irradiance(c, from_frame(surface.frame, axis)), 0.0);
+    vec3 whole = max(sh_irradiance(c, from_frame(surface.frame, normal_of_slope(surface.mean_slope))), 1e-4);
+    return interreflected_visibility(surface.cone.w, albedo) * min(about / whole, 2.0);
+}
+
+// Share of the environment's light in mirrors of GGX roughness alpha about the mean normal that a cone leaves.
+float cone_mirrors(Surface surface, float alpha) {
+    if (!has_cone(surface)) {
+        return 1.0;
+    }
+    Frame about = frame_about(normal_of_slope(surface.mean_slope));
+    vec4 cone = cone_of_vector(surface.cone.xyz);
+    return cone_specular(alpha, to_frame(about, surface.wo), vec4(to_frame(about, cone.xyz), cone.w));
 }
 
 #endif

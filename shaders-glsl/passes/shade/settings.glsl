@@ -18,6 +18,7 @@ layout(constant_id = 7) const bool SUN_SHADOWS = true;     // cast by the macros
 layout(constant_id = 8) const int POINT_LIGHTS = 0;        // at most MAX_POINT_LIGHTS
 layout(constant_id = 31) const bool FACET_FRAME = false;  // in which the base is rough; else in that of the macrosurface
 layout(constant_id = 9) const int EDGES = EDGES_ARE_ABSENT;
+layout(constant_id = 11) const bool MULTISCATTERING = false; // facets light each other: leadr/materials/energy.glsl, multiscattering.glsl
 layout(constant_id = 12) const bool DRAWN_MIRRORS = false; // probes at random among the visible mirrors, anew for every sample
 
 // A normal map on smooth geometry: its relief hides nothing. Samples of the reference see one facet each, and on that it is the base

@@ -3,11 +3,17 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
+use glam::DVec3;
 
-use crate::app::flags::values::positive;
+use crate::app::flags::values::{positive, share};
 use crate::maps::Wrap;
-use crate::maps::bake::{Kind, Layout};
+use crate::maps::bake::{Kind, Layout, Texels};
 use crate::maps::material::GreenAxis;
+use crate::reflectance::facets::gloss::Gloss;
+use crate::reflectance::facets::shortened_normals::NormalArea;
+use crate::reflectance::slopes::normal_blending::{
+    blend_partial_derivatives, blend_reoriented, blend_udn, blend_whiteout, blend_xy,
+};
 
 /// Shown below the help.
 pub const EXAMPLES: &str = "Examples:
@@ -18,6 +24,9 @@ pub const EXAMPLES: &str = "Examples:
   leadr bake Rock003 --format f16 --json -o rock.ktx2        a material as downloaded, with roughness and colour
   leadr bake bricks.png --format bc -o bricks.ktx2           block-compressed; leadr capture --scene plane --height-map draws it
   leadr bake bricks.png --layout oiio -o bricks.exr          six channels, as maketx --bumpslopes writes them
+  leadr bake --normal bricks_n.png --gloss bricks_g.png --kind gloss -o bricks.ktx2   normals and gloss that agree at every level
+  leadr bake bricks_n.png --kind height -o bricks_h.png      heights of normals
+  leadr bake Rock003 --kind height,gloss,occlusion,cones -o rock/   a folder of maps
 
 Slopes are per unit of texture coordinate, t down; heights are in the map's unit times --height-scale, and with a normal map in
 widths of the texture.";
@@ -34,9 +43,12 @@ pub struct BakeArgs {
     /// Perceptual roughness, filtered beside the slopes as a variance
     #[arg(long, value_name = "FILE", conflicts_with = "gloss")]
     pub roughness: Option<PathBuf>,
-    /// One minus a perceptual roughness
+    /// Gloss, on the scale of --gloss-scale
     #[arg(long, value_name = "FILE")]
     pub gloss: Option<PathBuf>,
+    /// What gloss is, in --gloss and in maps of kind gloss
+    #[arg(long, value_enum, value_name = "SCALE", default_value_t = GlossScale::Perceptual)]
+    pub gloss_scale: GlossScale,
     /// Colour, filtered as linear light
     #[arg(long, value_name = "FILE")]
     pub color: Option<PathBuf>,
@@ -49,9 +61,33 @@ pub struct BakeArgs {
     /// What lies beyond the edges of the heights
     #[arg(long, value_enum, value_name = "HOW", default_value_t = WrapChoice::Repeat)]
     pub wrap: WrapChoice,
-    /// How slopes are kept
-    #[arg(long, value_enum, value_name = "KIND", default_value_t = KindChoice::Leadr)]
-    pub kind: KindChoice,
+    /// What is baked; of several kinds, a file for each in the folder -o
+    #[arg(long, value_enum, value_name = "KIND,...", value_delimiter = ',', default_values_t = [KindChoice::Leadr])]
+    pub kind: Vec<KindChoice>,
+    /// Kinds normal and gloss: normals that lie over the others
+    #[arg(long, value_name = "FILE")]
+    pub detail: Option<PathBuf>,
+    /// Gloss of the detail, on the scale of --gloss-scale
+    #[arg(long, value_name = "FILE", requires = "detail")]
+    pub detail_gloss: Option<PathBuf>,
+    /// Times that the detail repeats within the map
+    #[arg(long, value_name = "N", requires = "detail", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=4096))]
+    pub detail_repeat: u32,
+    /// How the detail's normals are put over the others
+    #[arg(long, value_enum, value_name = "HOW", requires = "detail", default_value_t = BlendChoice::Rnm)]
+    pub blend: BlendChoice,
+    /// Kind gloss: which areas normals stand for
+    #[arg(long, value_enum, value_name = "MODEL", default_value_t = AreaChoice::Macrosurface)]
+    pub area: AreaChoice,
+    /// Kind gloss: what a texel of the finest level is
+    #[arg(long, value_enum, value_name = "WHAT", default_value_t = TexelsChoice::Facets)]
+    pub texels: TexelsChoice,
+    /// Heights that are found of normals: 0 follows them exactly, up to 1 keeps neighbours together [default: 0.1]
+    #[arg(long, value_name = "X", value_parser = share)]
+    pub smoothness: Option<f32>,
+    /// Resample pictures whose size is not that of the first, in place of refusing them
+    #[arg(long)]
+    pub resample: bool,
     /// Numbers of the file
     #[arg(long, value_enum, value_name = "FORMAT", default_value_t = Format::F32)]
     pub format: Format,
@@ -59,7 +95,7 @@ pub struct BakeArgs {
     #[arg(long, value_enum, value_name = "LAYOUT", default_value_t = LayoutChoice::Leadr)]
     pub layout: LayoutChoice,
     /// The file to write
-    #[arg(long, short, value_name = "OUT.ktx2|OUT.exr")]
+    #[arg(long, short, value_name = "OUT.ktx2|OUT.exr|OUT.png|FOLDER")]
     pub output: PathBuf,
 }
 
@@ -99,7 +135,92 @@ impl From<WrapChoice> for Wrap {
     }
 }
 
-/// How slopes are kept.
+/// What gloss is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum GlossScale {
+    /// One minus the root of α (glTF and most libraries)
+    Perceptual,
+    /// α² = 2 / (1 + 2^18g) (Call of Duty: WWII)
+    Wwii,
+    /// α² = 2 / (2 + 2^16g) (Call of Duty: Advanced Warfare)
+    AdvancedWarfare,
+}
+
+impl From<GlossScale> for Gloss {
+    fn from(scale: GlossScale) -> Self {
+        match scale {
+            GlossScale::Perceptual => Self::Perceptual,
+            GlossScale::Wwii => Self::Wwii,
+            GlossScale::AdvancedWarfare => Self::AdvancedWarfare,
+        }
+    }
+}
+
+/// How a detail is put over normals.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum BlendChoice {
+    /// Turned into the frame of the normal below (reoriented normal mapping)
+    Rnm,
+    /// Slopes are added (partial derivatives)
+    Slopes,
+    /// x and y are added, z multiplied (whiteout)
+    Whiteout,
+    /// x and y are added, z is that of the normal below (UDN)
+    Udn,
+    /// x and y are added, z follows (Call of Duty: WWII)
+    Xy,
+}
+
+impl BlendChoice {
+    /// What makes one normal of two, the one below first.
+    pub const fn function(self) -> fn(DVec3, DVec3) -> DVec3 {
+        match self {
+            Self::Rnm => blend_reoriented,
+            Self::Slopes => blend_partial_derivatives,
+            Self::Whiteout => blend_whiteout,
+            Self::Udn => blend_udn,
+            Self::Xy => blend_xy,
+        }
+    }
+}
+
+/// Which areas normals stand for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum AreaChoice {
+    /// Texels weigh alike, as where hardware filters
+    Macrosurface,
+    /// Steep texels weigh more: by the area of their facets
+    Microsurface,
+}
+
+impl From<AreaChoice> for NormalArea {
+    fn from(choice: AreaChoice) -> Self {
+        match choice {
+            AreaChoice::Macrosurface => Self::Macro,
+            AreaChoice::Microsurface => Self::Micro,
+        }
+    }
+}
+
+/// What a texel of the finest level is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum TexelsChoice {
+    /// A plane: the finest level stays as it was painted
+    Facets,
+    /// A sample of a smooth surface, whose turn within the texel is roughness
+    Smooth,
+}
+
+impl From<TexelsChoice> for Texels {
+    fn from(choice: TexelsChoice) -> Self {
+        match choice {
+            TexelsChoice::Facets => Self::Facets,
+            TexelsChoice::Smooth => Self::Smooth,
+        }
+    }
+}
+
+/// What is baked.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum KindChoice {
     /// Means, second moments and mixed moment of slopes in texture space, and mean height
@@ -110,6 +231,16 @@ pub enum KindChoice {
     Clean,
     /// Mean normal, shorter where normals differ
     Toksvig,
+    /// Normals; levels hold mean directions
+    Normal,
+    /// Normals and gloss, which takes up on each level what the normals differ (shortened normals)
+    Gloss,
+    /// Heights, found from the normals where there are none
+    Height,
+    /// The share of the surroundings that is seen past the relief
+    Occlusion,
+    /// The same as a cone about the mean direction that is open
+    Cones,
 }
 
 impl From<KindChoice> for Kind {
@@ -119,6 +250,11 @@ impl From<KindChoice> for Kind {
             KindChoice::Lean => Self::Lean,
             KindChoice::Clean => Self::Clean,
             KindChoice::Toksvig => Self::Toksvig,
+            KindChoice::Normal => Self::Normal,
+            KindChoice::Gloss => Self::Gloss,
+            KindChoice::Height => Self::Height,
+            KindChoice::Occlusion => Self::Occlusion,
+            KindChoice::Cones => Self::Cones,
         }
     }
 }

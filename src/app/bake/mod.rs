@@ -4,51 +4,107 @@ pub mod args;
 mod report;
 mod sources;
 
+use std::path::Path;
 use std::time::Instant;
 
-use self::args::{BakeArgs, Format};
-use self::report::BakeReport;
+use self::args::{AreaChoice, BakeArgs, Format, GlossScale, KindChoice, TexelsChoice};
+use self::report::{BakeReport, BakedSet};
 use self::sources::Sources;
 use crate::app::error::AppError;
 use crate::app::files::{extension, make_folder_of};
 use crate::app::output::Output;
 use crate::lab::progress::Progress;
-use crate::maps::bake::{ExrFile, Kind, Ktx2File, Layout, Plan, Precision, Report, bake};
+use crate::maps::MapFault;
+use crate::maps::bake::{ExrFile, Inputs, Kind, Ktx2File, Layout, Plan, PngFile, Precision, Report, bake};
 use crate::maps::save::NewFile;
 
 /// Texels from which a bar is shown: smaller maps take less than a second.
 const LONG: u64 = 1 << 20;
 
-/// Where the result goes.
+/// Where a map goes.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Container {
     Ktx2,
     Exr,
+    Png,
 }
 
-/// Bakes a map and prints what it is like.
+/// A map to be written.
+struct Job {
+    kind: Kind,
+    container: Container,
+    file: NewFile,
+}
+
+/// The maps that are asked for, with files that can be written.
+fn jobs(arguments: &BakeArgs, precision: Precision) -> Result<Vec<Job>, AppError> {
+    let kinds: Vec<Kind> = arguments.kind.iter().map(|&kind| kind.into()).collect();
+    if let Some(twice) = kinds.iter().enumerate().find(|(i, kind)| kinds[..*i].contains(kind)) {
+        return Err(AppError::Usage(format!("--kind names {} twice", twice.1.name())));
+    }
+    let output = &arguments.output;
+    let extension = extension(output);
+    let container = match extension.as_deref() {
+        Some("ktx2") => Some(Container::Ktx2),
+        Some("exr") => Some(Container::Exr),
+        Some("png") => Some(Container::Png),
+        _ => None,
+    };
+    let of_one = |container, kind, path: &Path| {
+        if container == Container::Exr && precision == Precision::Bc {
+            return Err(AppError::Usage("--format bc is for .ktx2; an .exr holds --format f32 or f16".into()));
+        }
+        if container == Container::Png && !PngFile::holds(kind) {
+            let what = "a .png holds the finest level of --kind height, occlusion, normal, gloss or cones";
+            return Err(AppError::Usage(format!("{what}; for kind {} write .ktx2 or .exr", kind.name())));
+        }
+        if container == Container::Png && precision != Precision::F32 {
+            return Err(AppError::Usage("--format is for .ktx2 and .exr; a .png has 16 bits".into()));
+        }
+        // Before any work: a folder that refuses the result is found at once.
+        make_folder_of(path)?;
+        Ok(Job { kind, container, file: NewFile::create(path)? })
+    };
+    match (container, &kinds[..]) {
+        (Some(container), &[kind]) => Ok(vec![of_one(container, kind, output)?]),
+        (Some(_), _) => {
+            let what = "several kinds make several files";
+            Err(AppError::Usage(format!("{what}: name a folder, not '{}'", output.display())))
+        }
+        (None, &[_]) if !names_a_folder(output) => {
+            Err(AppError::Usage(format!("'{}' must end in .ktx2, .exr or .png, or name a folder", output.display())))
+        }
+        (None, _) => {
+            let name = arguments.input.as_ref().or(arguments.normal.as_ref()).and_then(|path| path.file_stem());
+            let name = name.map_or_else(|| "map".into(), |name| name.to_string_lossy().into_owned());
+            let file = |kind: Kind| output.join(format!("{name}_{}.ktx2", kind.name()));
+            kinds.iter().map(|&kind| of_one(Container::Ktx2, kind, &file(kind))).collect()
+        }
+    }
+}
+
+/// Whether a path without a known extension is meant as a folder.
+fn names_a_folder(path: &Path) -> bool {
+    path.is_dir() || path.to_string_lossy().ends_with(['/', std::path::MAIN_SEPARATOR])
+}
+
+/// Bakes maps and prints what they are like.
 ///
 /// # Errors
 /// [`AppError::Usage`] if flags do not go together; [`AppError::Failed`] if a file is damaged, sizes differ, or the result cannot be
 /// written.
 pub fn run(arguments: &BakeArgs, output: &Output) -> Result<(), AppError> {
     let start = Instant::now();
-    let container = match extension(&arguments.output).as_deref() {
-        Some("ktx2") => Container::Ktx2,
-        Some("exr") => Container::Exr,
-        _ => return Err(AppError::Usage(format!("'{}' must end in .ktx2 or .exr", arguments.output.display()))),
-    };
     let precision = match arguments.format {
         Format::F32 => Precision::F32,
         Format::F16 => Precision::F16,
-        Format::Bc if container == Container::Exr => {
-            return Err(AppError::Usage("--format bc is for .ktx2; an .exr holds --format f32 or f16".into()));
-        }
         Format::Bc => Precision::Bc,
     };
-    let (kind, layout) = (Kind::from(arguments.kind), Layout::from(arguments.layout));
+    let layout = Layout::from(arguments.layout);
+    check_flags(arguments)?;
+    let jobs = jobs(arguments, precision)?;
     if layout == Layout::Oiio {
-        if container != Container::Exr || kind != Kind::Leadr {
+        if jobs.iter().any(|job| job.container != Container::Exr || job.kind != Kind::Leadr) {
             return Err(AppError::Usage("--layout oiio is an .exr of --kind leadr".into()));
         }
         if arguments.roughness.is_some() || arguments.gloss.is_some() || arguments.color.is_some() {
@@ -57,43 +113,114 @@ pub fn run(arguments: &BakeArgs, output: &Output) -> Result<(), AppError> {
             return Err(AppError::Usage(what.into()));
         }
     }
-    // Before any work: a folder that refuses the result is found at once.
-    make_folder_of(&arguments.output)?;
-    let mut file = NewFile::create(&arguments.output)?;
     let sources = Sources::find(arguments, layout == Layout::Oiio)?;
     for remark in &sources.remarks {
         output.say(remark);
     }
-    let inputs = sources.load(arguments)?;
-    let plan = Plan::new(&inputs, kind, layout, precision).map_err(|fault| fault.in_file(sources.main()))?;
+    let mut inputs = sources.load(arguments, output)?;
+    inputs.size().map_err(|fault| fault.in_file(sources.main()))?;
+    // Of what the files tell, before heights are found.
     let agreement = inputs.agreement();
     if let Some(agreement) = &agreement {
         output.say(&format!("heights and normals: {agreement}"));
     }
-    let long = u64::from(plan.size[0]) * u64::from(plan.size[1]) >= LONG;
-    let progress = output.share(long.then_some("baking"));
-    let written: Result<Report, _> = match container {
-        Container::Ktx2 => (|| {
-            let mut target = Ktx2File::new(&mut file.file, &plan)?;
-            let report = bake(&inputs, &plan, &mut target, &*progress)?;
+    let kinds: Vec<Kind> = jobs.iter().map(|job| job.kind).collect();
+    derive(&mut inputs, &kinds, &sources, output)?;
+    let mut reports = Vec::new();
+    for mut job in jobs {
+        let begun = Instant::now();
+        let plan = Plan::new(&inputs, job.kind, layout, precision).map_err(|fault| fault.in_file(sources.main()))?;
+        let long = u64::from(plan.size[0]) * u64::from(plan.size[1]) >= LONG;
+        let what = format!("baking {}", plan.kind.name());
+        let progress = output.share(long.then_some(&what));
+        let written = write(&inputs, &plan, &mut job, &*progress);
+        drop(progress);
+        let target = job.file.target().to_path_buf();
+        let baked = written.map_err(|fault: MapFault| fault.in_file(&target))?;
+        if let Some(warning) = beyond_the_goal(precision, &baked) {
+            output.say(&warning);
+        }
+        let bytes = job.file.file.metadata().map_or(0, |metadata| metadata.len());
+        job.file.finish()?;
+        let time = if kinds.len() == 1 { start.elapsed() } else { begun.elapsed() };
+        reports.push(BakeReport::new(&target, &sources, &plan, &baked, agreement, bytes, time));
+    }
+    match &reports[..] {
+        [one] => output.result(one),
+        _ => output.result(&BakedSet::new(reports, start.elapsed())),
+    }
+}
+
+/// Finds what the files do not tell.
+fn derive(inputs: &mut Inputs, kinds: &[Kind], sources: &Sources, output: &Output) -> Result<(), AppError> {
+    let size = inputs.size().map_err(|fault| fault.in_file(sources.main()))?;
+    let long = u64::from(size[0]) * u64::from(size[1]) >= LONG / 4;
+    let in_main = |fault: MapFault| fault.in_file(sources.main());
+    if kinds.iter().any(|kind| matches!(kind, Kind::Height | Kind::Occlusion | Kind::Cones)) && inputs.heights.is_none()
+    {
+        let progress = output.share(long.then_some("finding heights"));
+        let found = inputs.find_heights(&*progress).map_err(in_main)?;
+        drop(progress);
+        output.say(&format!("heights of normals: {found}"));
+    }
+    if kinds.iter().any(|kind| matches!(kind, Kind::Occlusion | Kind::Cones)) {
+        let progress = output.share(long.then_some("looking around"));
+        inputs.look_around(&*progress).map_err(in_main)?;
+    }
+    Ok(())
+}
+
+/// Writes a map.
+fn write(inputs: &Inputs, plan: &Plan, job: &mut Job, progress: &dyn Fn(f32)) -> Result<Report, MapFault> {
+    let file = &mut job.file.file;
+    match job.container {
+        Container::Ktx2 => {
+            let mut target = Ktx2File::new(file, plan)?;
+            let report = bake(inputs, plan, &mut target, progress)?;
             target.finish(&report)?;
             Ok(report)
-        })(),
-        Container::Exr => (|| {
-            let mut target = ExrFile::new(&plan)?;
-            let report = bake(&inputs, &plan, &mut target, &*progress)?;
-            target.finish(&mut file.file, &report)?;
+        }
+        Container::Exr => {
+            let mut target = ExrFile::new(plan)?;
+            let report = bake(inputs, plan, &mut target, progress)?;
+            target.finish(file, &report)?;
             Ok(report)
-        })(),
-    };
-    drop(progress);
-    let baked = written.map_err(|fault: crate::maps::MapFault| fault.in_file(&arguments.output))?;
-    if let Some(warning) = beyond_the_goal(precision, &baked) {
-        output.say(&warning);
+        }
+        Container::Png => {
+            let mut target = PngFile::new(plan)?;
+            let report = bake(inputs, plan, &mut target, progress)?;
+            target.finish(file, &report)?;
+            Ok(report)
+        }
     }
-    let bytes = file.file.metadata().map_or(0, |metadata| metadata.len());
-    file.finish()?;
-    output.result(&BakeReport::new(arguments, &sources, &plan, &baked, agreement, bytes, start.elapsed()))
+}
+
+/// Refuses flags that nothing of what is baked would follow.
+fn check_flags(arguments: &BakeArgs) -> Result<(), AppError> {
+    let has = |kind: KindChoice| arguments.kind.contains(&kind);
+    let unused = |flag: &str, kinds: &str| Err(AppError::Usage(format!("{flag} is for --kind {kinds}")));
+    if arguments.detail.is_some() && !has(KindChoice::Normal) && !has(KindChoice::Gloss) {
+        return unused("--detail", "normal and gloss");
+    }
+    if (arguments.area != AreaChoice::Macrosurface) && !has(KindChoice::Gloss) {
+        return unused("--area", "gloss");
+    }
+    if arguments.smoothness.is_some()
+        && ![KindChoice::Height, KindChoice::Occlusion, KindChoice::Cones].iter().any(|&kind| has(kind))
+    {
+        return unused("--smoothness", "height, occlusion and cones, where those are found of normals");
+    }
+    if arguments.texels != TexelsChoice::Facets && !has(KindChoice::Gloss) {
+        return unused("--texels", "gloss");
+    }
+    if arguments.gloss_scale != GlossScale::Perceptual
+        && !has(KindChoice::Gloss)
+        && arguments.gloss.is_none()
+        && arguments.detail_gloss.is_none()
+    {
+        return unused("--gloss-scale", "gloss, and for --gloss");
+    }
+    Ok(())
 }
 
 /// Says so if a level loses more of the variance than pictures may of themselves.

@@ -1,14 +1,13 @@
 //! What `leadr bake` prints.
 
 use std::fmt;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use serde::Serialize;
 
-use super::args::{BakeArgs, LayoutChoice};
 use super::sources::Sources;
-use crate::maps::bake::{Plan, Report};
+use crate::maps::bake::{Layout, Plan, Report};
 use crate::maps::material::Agreement;
 
 /// A baked map.
@@ -53,7 +52,7 @@ struct AgreementReport {
 
 impl BakeReport {
     pub fn new(
-        arguments: &BakeArgs,
+        file: &Path,
         sources: &Sources,
         plan: &Plan,
         baked: &Report,
@@ -69,11 +68,11 @@ impl BakeReport {
         });
         Self {
             command: "bake",
-            output: arguments.output.clone(),
+            output: file.to_path_buf(),
             sources: sources.clone(),
             kind: plan.kind.name(),
             format: plan.precision.name(),
-            layout: if arguments.layout == LayoutChoice::Oiio { "oiio" } else { "leadr" },
+            layout: if plan.layout == Layout::Oiio { "oiio" } else { "leadr" },
             size: plan.size,
             levels: baked.levels.len(),
             channels: plan.channels.clone(),
@@ -117,6 +116,29 @@ impl fmt::Display for BakeReport {
             Some(peak) => write!(f, ", {} MiB of memory)", peak >> 20),
             None => write!(f, ")"),
         }
+    }
+}
+
+/// Several maps of one surface.
+#[derive(Debug, Serialize)]
+pub struct BakedSet {
+    command: &'static str,
+    files: Vec<BakeReport>,
+    bytes: u64,
+    seconds: f64,
+}
+
+impl BakedSet {
+    pub fn new(files: Vec<BakeReport>, time: Duration) -> Self {
+        let bytes = files.iter().map(|file| file.bytes).sum();
+        Self { command: "bake", files, bytes, seconds: time.as_secs_f64() }
+    }
+}
+
+impl fmt::Display for BakedSet {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.files.iter().try_for_each(|file| writeln!(f, "{file}"))?;
+        write!(f, "{} files, {} bytes, {:.1} s", self.files.len(), self.bytes, self.seconds)
     }
 }
 

@@ -6,9 +6,13 @@ use serde::Serialize;
 
 use super::args::BakeArgs;
 use crate::app::error::AppError;
-use crate::maps::bake::{Inputs, Roughness};
-use crate::maps::material::{GreenAxis, Material, MaterialFolder, Role, RoughnessMeaning, role_of};
+use crate::app::output::Output;
+use crate::lab::progress::Progress;
+use crate::maps::bake::{DetailNormals, Inputs, Roughness};
+use crate::maps::derive::{SlopeFaults, Slopes};
+use crate::maps::material::{GreenAxis, Material, MaterialFolder, NormalMap, Role, RoughnessMeaning, role_of};
 use crate::maps::{load_height_map, load_raster};
+use crate::reflectance::facets::gloss::Gloss;
 
 /// The files that are baked.
 #[derive(Clone, Debug, Default, Serialize)]
@@ -17,12 +21,16 @@ pub struct Sources {
     normal: Option<PathBuf>,
     roughness: Option<PathBuf>,
     color: Option<PathBuf>,
+    detail: Option<PathBuf>,
+    detail_gloss: Option<PathBuf>,
     #[serde(skip)]
     green: Option<GreenAxis>,
     #[serde(skip)]
     channel: usize,
     #[serde(skip)]
     meaning: RoughnessMeaning,
+    #[serde(skip)]
+    scale: Gloss,
     /// What was left aside, in a sentence each.
     #[serde(skip)]
     pub remarks: Vec<String>,
@@ -37,10 +45,24 @@ fn green_of(role: Option<Role>) -> Option<GreenAxis> {
     }
 }
 
+/// What is wrong with the normals of a map, if anything is.
+fn sentence(faults: &SlopeFaults) -> Option<String> {
+    let SlopeFaults { broken, below_horizon, steep, not_unit } = *faults;
+    let said = [
+        (broken, "have no length and count as upright"),
+        (below_horizon, "point into the surface and count as the steepest that are kept"),
+        (steep, "are steeper than slopes of 8 and are cut there"),
+        (not_unit, "are longer or shorter than 1 by a twentieth and more: their direction counts"),
+    ];
+    let said: Vec<String> =
+        said.iter().filter(|(n, _)| *n > 0).map(|(n, what)| format!("{n} normals {what}")).collect();
+    (!said.is_empty()).then(|| said.join("; "))
+}
+
 impl Sources {
     /// Settles the files. `slopes_only`: the result has no place for roughness and colour.
     pub fn find(arguments: &BakeArgs, slopes_only: bool) -> Result<Self, AppError> {
-        let mut found = Self::default();
+        let mut found = Self { scale: arguments.gloss_scale.into(), ..Self::default() };
         if let Some(input) = &arguments.input {
             if input.is_dir() {
                 found.look_into(input, slopes_only)?;
@@ -53,12 +75,17 @@ impl Sources {
         }
         if let Some(file) = arguments.roughness.as_ref().or(arguments.gloss.as_ref()) {
             let gloss = arguments.gloss.is_some();
-            found.meaning = if gloss { RoughnessMeaning::Gloss } else { RoughnessMeaning::Perceptual };
+            found.meaning = if gloss {
+                RoughnessMeaning::Gloss(arguments.gloss_scale.into())
+            } else {
+                RoughnessMeaning::Perceptual
+            };
             (found.roughness, found.channel) = (Some(file.clone()), 0);
         }
         if let Some(file) = &arguments.color {
             found.color = Some(file.clone());
         }
+        (found.detail, found.detail_gloss) = (arguments.detail.clone(), arguments.detail_gloss.clone());
         if let Some(way) = arguments.normal_y {
             if found.normal.is_none() {
                 return Err(AppError::Usage("--normal-y is for a normal map, and there is none".into()));
@@ -97,9 +124,11 @@ impl Sources {
                 }
                 Role::Color => self.color = Some(file),
                 Role::Roughness => self.roughness = Some(file),
-                Role::Gloss => (self.roughness, self.meaning) = (Some(file), RoughnessMeaning::Gloss),
+                Role::Gloss => {
+                    (self.roughness, self.meaning) = (Some(file), RoughnessMeaning::Gloss(self.scale));
+                }
                 Role::Packed => (self.roughness, self.channel) = (Some(file), 1),
-                Role::Metalness | Role::Occlusion | Role::Opacity | Role::Emission => {
+                Role::Metalness | Role::Occlusion | Role::Cones | Role::Opacity | Role::Emission => {
                     self.remarks.push(format!("{} is not baked: it has no part in slopes", file.display()));
                 }
             }
@@ -116,28 +145,47 @@ impl Sources {
         self.height.as_deref().or(self.normal.as_deref()).unwrap_or(Path::new(""))
     }
 
-    /// Reads the files.
-    pub fn load(&self, arguments: &BakeArgs) -> Result<Inputs, AppError> {
-        let mut normals = None;
-        if let Some(file) = &self.normal {
+    /// Reads the files, and says what is wrong with their normals.
+    pub fn load(&self, arguments: &BakeArgs, output: &Output) -> Result<Inputs, AppError> {
+        let normals_of = |file: &Path, green| -> Result<NormalMap, AppError> {
             let mut material = Material::new("normals");
-            material.set_normals(file, self.green)?;
-            normals = material.normal_map;
-        }
-        let roughness = match &self.roughness {
-            Some(file) => {
-                let raster = load_raster(file)?;
-                Some(Roughness { raster, channel: self.channel, meaning: self.meaning })
+            material.set_normals(file, green)?;
+            let normals = material.normal_map.expect("just read");
+            let faults = Slopes::of_normal_map(&normals).map_err(|fault| fault.in_file(file))?.faults;
+            if let Some(faults) = sentence(&faults) {
+                output.say(&format!("{}: {faults}", file.display()));
             }
-            None => None,
+            Ok(normals)
         };
-        Ok(Inputs {
+        let roughness_of = |file: &Path, channel, meaning| -> Result<Roughness, AppError> {
+            Ok(Roughness { raster: load_raster(file)?, channel, meaning })
+        };
+        let mut inputs = Inputs {
             heights: self.height.as_deref().map(load_height_map).transpose()?,
-            normals,
-            roughness,
+            normals: self.normal.as_deref().map(|file| normals_of(file, self.green)).transpose()?,
+            roughness: (self.roughness.as_deref().map(|file| roughness_of(file, self.channel, self.meaning)))
+                .transpose()?,
             color: self.color.as_deref().map(load_raster).transpose()?,
             height_scale: arguments.height_scale,
             wrap: arguments.wrap.into(),
-        })
+            smoothness: arguments.smoothness.map(f64::from),
+            gloss: arguments.gloss_scale.into(),
+            area: arguments.area.into(),
+            texels: arguments.texels.into(),
+            ..Inputs::default()
+        };
+        if let Some(file) = &self.detail {
+            let meaning = RoughnessMeaning::Gloss(arguments.gloss_scale.into());
+            inputs.detail = Some(DetailNormals {
+                normals: normals_of(file, green_of(role_of(file)))?,
+                roughness: self.detail_gloss.as_deref().map(|file| roughness_of(file, 0, meaning)).transpose()?,
+                repeat: arguments.detail_repeat,
+                blend: arguments.blend.function(),
+            });
+        }
+        if arguments.resample {
+            inputs.resample().into_iter().for_each(|remark| output.say(&remark));
+        }
+        Ok(inputs)
     }
 }

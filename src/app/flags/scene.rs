@@ -59,6 +59,12 @@ pub struct SceneArgs {
     /// Roughness
     #[arg(long, value_name = "FILE", help = for_scenes("Perceptual roughness, the root of alpha", Choice::HeightMap))]
     pub roughness_map: Option<PathBuf>,
+    /// Occlusion
+    #[arg(long, value_name = "FILE", conflicts_with = "cone_map", help = for_scenes("The share of the surroundings that each place sees, for materials without heights, whose relief tells that itself", Choice::HeightMap))]
+    pub occlusion_map: Option<PathBuf>,
+    /// Cones
+    #[arg(long, value_name = "FILE", help = for_scenes("The cone in which each place sees its surroundings, as leadr bake --kind cones writes it into a PNG; on the sphere its share alone", Choice::HeightMap))]
+    pub cone_map: Option<PathBuf>,
     /// Flags of the material.
     #[command(flatten)]
     pub dress: DressArgs,
@@ -224,6 +230,8 @@ impl SceneArgs {
             color_map: a.color_map.clone(),
             normal_map: a.normal_map.clone(),
             roughness_map: a.roughness_map.clone(),
+            occlusion_map: a.occlusion_map.clone(),
+            cone_map: a.cone_map.clone(),
             ..MaterialFiles::default()
         });
         let mapped = a.shading.masking.is_none() && material.is_normal_map_alone(a.height_map.as_deref());
@@ -309,6 +317,8 @@ impl SceneArgs {
             ("--color-map", &self.color_map),
             ("--normal-map", &self.normal_map),
             ("--roughness-map", &self.roughness_map),
+            ("--occlusion-map", &self.occlusion_map),
+            ("--cone-map", &self.cone_map),
         ];
         if let Some((flag, _)) = files.iter().find(|(_, file)| file.is_some())
             && !scene.offers(Choice::HeightMap)

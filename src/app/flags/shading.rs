@@ -54,6 +54,10 @@ pub struct ShadingArgs {
     /// Let colours that follow heights or slopes be those of what is seen and lit, which the paper does not [default: off]
     #[arg(long, value_name = "on|off", value_parser = on_off)]
     pub relief_color: Option<bool>,
+    /// Let the facets of materials light each other, which the paper does not: mirrors lose no light, and diffuse bodies flatten where they
+    /// are rough [default: off]
+    #[arg(long, value_name = "on|off", value_parser = on_off)]
+    pub multiscattering: Option<bool>,
 }
 
 /// Probes of the rules when only `--rule visible` is given.
@@ -79,6 +83,7 @@ impl ShadingArgs {
             pixel_kernel: self.pixel_kernel.unwrap_or(default.pixel_kernel),
             relief_occlusion: self.relief_occlusion.unwrap_or(default.relief_occlusion),
             relief_color: self.relief_color.unwrap_or(default.relief_color),
+            multiscattering: self.multiscattering.unwrap_or(default.multiscattering),
             edge_samples,
             relief_shadows,
         });
@@ -126,6 +131,11 @@ impl ShadingArgs {
         } else if self.relief_color.is_some() && !technique.has_relief_color() {
             let techniques = names_where(Technique::has_relief_color);
             format!("--relief-color is for techniques that integrate over a covariance ({techniques}), not {name}")
+        } else if self.multiscattering.is_some() && !technique.has_multiscattering() {
+            let techniques = names_where(Technique::has_multiscattering);
+            format!(
+                "--multiscattering is for techniques that integrate over a Beckmann base ({techniques}), not {name}"
+            )
         } else if self.base_frame.is_some() && !technique.has_base_frame() {
             let techniques = names_where(Technique::has_base_frame);
             format!("--base-frame is for techniques that integrate over a Beckmann base ({techniques}), not {name}")
@@ -133,6 +143,8 @@ impl ShadingArgs {
             format!("--terms chooses light, and --technique {name} has none")
         } else if relief_shadows && !technique.has_relief_shadows() {
             "--relief-shadows is for --technique reference; --masking chooses the shadowing of the others".to_owned()
+        } else if relief_shadows && self.multiscattering == Some(true) {
+            "--multiscattering is not among what --relief-shadows knows: leave one of them out".to_owned()
         } else if edge_samples > 1 && technique.is_reference() {
             format!("--edge-samples is for techniques that filter; --technique {name} takes --samples")
         } else {
@@ -163,7 +175,8 @@ pub fn techniques() -> impl TypedValueParser<Value = Technique> {
 }
 
 fn shadowing_models() -> impl TypedValueParser<Value = Shadowing> {
-    choice(&Shadowing::MAIN, Shadowing::name, Shadowing::help)
+    const MODELS: [Shadowing; 4] = [Shadowing::NormalMap, Shadowing::None, Shadowing::Smith, Shadowing::Correlated];
+    choice(&MODELS, Shadowing::name, Shadowing::help)
 }
 
 fn diffuse_lights() -> impl TypedValueParser<Value = DiffuseLights> {
@@ -222,6 +235,8 @@ mod tests {
         assert_eq!(options(&["--probes", "9"]).quadrature, Quadrature::VisibleSlopes(Probes::Nine));
         assert!(!options(&["--pixel-kernel", "off"]).pixel_kernel);
         assert!(!options(&["--relief-occlusion", "off"]).relief_occlusion);
+        assert!(options(&["--multiscattering", "on"]).multiscattering && !options(&[]).multiscattering);
+        assert_eq!(options(&["--masking", "normal-map"]).shadowing, Shadowing::NormalMap);
         assert!(options(&["--relief-color", "on"]).relief_color && !options(&[]).relief_color);
         let terms = resolve(&["--terms", "specular-lights,diffuse-environment"]).unwrap().terms();
         assert_eq!(terms, Terms::SPECULAR_LIGHTS | Terms::DIFFUSE_ENVIRONMENT);
@@ -242,6 +257,7 @@ mod tests {
             (&["--technique", "toksvig", "--masking", "smith"], "--masking"),
             (&["--technique", "lean", "--pixel-kernel", "off"], "--pixel-kernel"),
             (&["--technique", "lean", "--relief-occlusion", "on"], "--relief-occlusion"),
+            (&["--technique", "gloss", "--multiscattering", "off"], "--multiscattering"),
             (&["--technique", "reference", "--relief-color", "on"], "--relief-color"),
             (&["--pixel-kernel", "maybe"], "on or off"),
             (&["--technique", "constant", "--terms", "diffuse-lights"], "constant"),

@@ -74,7 +74,9 @@ pub fn soak(
     let inputs = Inputs::load(config)?;
     let Set { mut renderer, animation, .. } = set(config, inputs, gpu, None, &progress.share(config.scene.making))?;
     let settings = config.render_settings();
-    let interval = (frames / SAMPLES).max(1);
+    // After whole rounds of the techniques, which differ in what they hold.
+    let round = if only.is_some() { 1 } else { Technique::ALL.len() as u32 };
+    let interval = (frames / SAMPLES / round).max(1) * round;
     let bar = progress.bar(frames as usize);
     let mut samples = Vec::new();
     for frame in 0..frames {

@@ -77,7 +77,7 @@ pub(crate) fn stored_names(kind: Kind, channels: &[String]) -> Vec<String> {
 /// In place of second moments, deviations and correlation.
 fn to_stored(kind: Kind, texel: &mut [f32]) {
     let deviation = |second: f32, square: f32| (second - square).max(0.0).sqrt();
-    let [x, y] = [texel[0], texel[1]];
+    let [x, y] = [texel[0], texel.get(1).copied().unwrap_or(0.0)];
     match kind {
         Kind::Leadr | Kind::Lean => {
             let covariance = texel[4] - x * y;
@@ -86,13 +86,13 @@ fn to_stored(kind: Kind, texel: &mut [f32]) {
             texel[4] = (covariance / (texel[2] * texel[3]).max(1e-30)).clamp(-1.0, 1.0);
         }
         Kind::Clean => texel[2] = deviation(texel[2], x * x + y * y),
-        Kind::Toksvig => {}
+        _ => {}
     }
 }
 
 /// And back.
 fn of_stored(kind: Kind, texel: &mut [f32]) {
-    let [x, y] = [texel[0], texel[1]];
+    let [x, y] = [texel[0], texel.get(1).copied().unwrap_or(0.0)];
     match kind {
         Kind::Leadr | Kind::Lean => {
             let [sx, sy] = [texel[2].max(0.0), texel[3].max(0.0)];
@@ -101,7 +101,7 @@ fn of_stored(kind: Kind, texel: &mut [f32]) {
             texel[3] = sy * sy + y * y;
         }
         Kind::Clean => texel[2] = texel[2] * texel[2] + x * x + y * y,
-        Kind::Toksvig => {}
+        _ => {}
     }
 }
 
@@ -110,9 +110,9 @@ pub(super) fn ranges(kind: Kind, channels: &[&str], slope: f32, heights: [f32; 2
     let wide = |[low, high]: [f32; 2]| if high > low { [low, high] } else { [low - 1e-6, low + 1e-6] };
     let range = |name: &str| match (kind, name) {
         (_, "height") => heights,
-        (_, "alpha2" | "alpha4") => [0.0, 1.0],
+        (_, "alpha2" | "alpha4" | "gloss" | "occlusion") => [0.0, 1.0],
         (_, "red" | "green" | "blue") => [0.0, light],
-        (Kind::Toksvig, _) | (_, "xy" | "M.xy") => [-1.0, 1.0],
+        (Kind::Toksvig | Kind::Normal | Kind::Gloss | Kind::Cones, _) | (_, "xy" | "M.xy") => [-1.0, 1.0],
         (_, "xx" | "yy" | "M.xx" | "M.yy") => [0.0, slope],
         // The deviation in all directions.
         (_, "M") => [0.0, 1.5 * slope],

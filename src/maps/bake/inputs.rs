@@ -1,10 +1,14 @@
 //! What is baked: heights, normals, roughness and colour of one size, read row by row.
 
+use glam::DVec3;
 use rayon::prelude::*;
 
+use super::{Kind, Texels};
 use crate::maps::material::{Agreement, Encoding, NormalMap, Raster, RoughnessMeaning, STEEPEST, Samples, agreement};
 use crate::maps::moments::row_moments;
 use crate::maps::{HeightMap, MapFault, Wrap};
+use crate::reflectance::facets::gloss::Gloss;
+use crate::reflectance::facets::shortened_normals::NormalArea;
 
 /// Where roughness comes from.
 #[derive(Clone, Debug)]
@@ -15,6 +19,26 @@ pub struct Roughness {
     pub channel: usize,
     /// What its numbers are.
     pub meaning: RoughnessMeaning,
+}
+
+impl Roughness {
+    /// `α` at a texel.
+    pub(super) fn alpha(&self, x: u32, y: u32) -> f64 {
+        f64::from(self.meaning.alpha(self.raster.value(x, y, self.channel).clamp(0.0, 1.0)))
+    }
+}
+
+/// Normals, with gloss of their own, that lie over those of a surface and repeat more often.
+#[derive(Clone, Debug)]
+pub struct DetailNormals {
+    /// The normals.
+    pub normals: NormalMap,
+    /// Their roughness; without one they are as rough as what lies below.
+    pub roughness: Option<Roughness>,
+    /// Times that they repeat within the surface.
+    pub repeat: u32,
+    /// How a normal of it is put over one below, which comes first ([`crate::reflectance::slopes::normal_blending`]).
+    pub blend: fn(DVec3, DVec3) -> DVec3,
 }
 
 /// Pictures of one size; heights or normals must be among them.
@@ -33,6 +57,18 @@ pub struct Inputs {
     pub height_scale: Option<f32>,
     /// What lies beyond the edges of the heights.
     pub wrap: Wrap,
+    /// For kinds normal and gloss, what lies over the normals.
+    pub detail: Option<DetailNormals>,
+    /// For kinds occlusion and cones, what each texel sees of its surroundings ([`Inputs::look_around`]): the cone, and the share.
+    pub visibility: Option<Vec<[f32; 4]>>,
+    /// Of heights that are found, the weight of the slopes' variance inside texels ([`crate::maps::derive::Integration::smoothness`]).
+    pub smoothness: Option<f64>,
+    /// For kind gloss, which scale it is on.
+    pub gloss: Gloss,
+    /// For kind gloss, which areas normals stand for.
+    pub area: NormalArea,
+    /// For kind gloss, what a texel of the finest level is.
+    pub texels: Texels,
 }
 
 impl Inputs {
@@ -78,6 +114,15 @@ impl Inputs {
         agreement(self.heights.as_ref()?, self.normals.as_ref()?, self.wrap)
     }
 
+    /// The factor on heights: the one that is told, or what agrees best with the normals, or 1.
+    pub(super) fn usual_height_scale(&self) -> f32 {
+        self.height_scale.unwrap_or_else(|| {
+            let agreed = self.agreement().filter(|agreed| agreed.scale_texels > 0.0);
+            let width = self.heights.as_ref().map_or(1, |map| map.width);
+            agreed.map_or(1.0, |agreed| (agreed.scale_texels / f64::from(width)) as f32)
+        })
+    }
+
     /// Moments of a row, and mean heights, as [`crate::maps::Moments`] has them. `scale`: factor on heights.
     pub(super) fn moments(&self, scale: f32, y: u32) -> Vec<[f32; 6]> {
         match (&self.heights, &self.normals) {
@@ -109,15 +154,22 @@ impl Inputs {
         (0..width).map(texel).collect()
     }
 
-    /// Channels beside the slopes at a texel: α² and α⁴, linear colour.
-    pub(super) fn beside(&self, x: u32, y: u32, texel: &mut Vec<f32>) {
-        if let Some(Roughness { raster, channel, meaning }) = &self.roughness {
-            let alpha = f64::from(meaning.alpha(raster.value(x, y, *channel).clamp(0.0, 1.0)));
+    /// Channels beside those of the kind at a texel: α² and α⁴, linear colour.
+    pub(super) fn beside(&self, kind: Kind, x: u32, y: u32, texel: &mut Vec<f32>) {
+        if let Some(roughness) = self.roughness.as_ref().filter(|_| kind.has_roughness_beside()) {
+            let alpha = roughness.alpha(x, y);
             texel.extend([alpha.powi(2), alpha.powi(4)].map(|v| v as f32));
         }
         if let Some(color) = &self.color {
             texel.extend(color.color(x, y, Encoding::Srgb));
         }
+    }
+
+    /// What a texel sees of its surroundings; all of it, where nobody looked around.
+    pub(super) fn visible_from(&self, x: u32, y: u32) -> [f32; 4] {
+        let width = self.size().map_or(0, |size| size[0]) as usize;
+        let at = y as usize * width + x as usize;
+        self.visibility.as_ref().map_or([0.0, 0.0, 1.0, 1.0], |texels| texels[at])
     }
 
     /// The steepest of all slopes `dh/ds`, `dh/dt`.

@@ -1,6 +1,6 @@
-//! What a baked texel holds: the four kinds of maps, and the layout of other programs.
+//! What a baked texel holds: the kinds of maps, and the layout of other programs.
 
-/// How slopes are kept.
+/// What is kept of a surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum Kind {
     /// LEADR mapping (LEADR section 4): `E[x], E[y], E[x²], E[y²], E[xy]` of `dh/ds`, `dh/dt`, and mean height. Heights are
@@ -14,11 +14,33 @@ pub enum Kind {
     Clean,
     /// Toksvig (2005): the mean normal, shorter where normals differ, and mean height.
     Toksvig,
+    /// Normals in the tangent frame of the base with y up. Levels hold mean normals, made as long as before.
+    Normal,
+    /// Normals and gloss (Chan 2018, section 2.2): levels hold the direction of the mean of normals that are the shorter the rougher they
+    /// are, and the gloss that its length stands for.
+    Gloss,
+    /// Heights.
+    Height,
+    /// Occlusion as textures have it: the share of the surroundings, weighted by the cosine, that is seen past the relief.
+    Occlusion,
+    /// Where that share lies: the mean direction in which a texel is open, as long as the cone about it is narrow, in the tangent frame of
+    /// the base with y up ([`Cone::of_vector`](crate::reflectance::masking::occlusion::Cone::of_vector)), and the share itself.
+    Cones,
 }
 
 impl Kind {
     /// All of them.
-    pub const ALL: [Self; 4] = [Self::Leadr, Self::Lean, Self::Clean, Self::Toksvig];
+    pub const ALL: [Self; 9] = [
+        Self::Leadr,
+        Self::Lean,
+        Self::Clean,
+        Self::Toksvig,
+        Self::Normal,
+        Self::Gloss,
+        Self::Height,
+        Self::Occlusion,
+        Self::Cones,
+    ];
 
     /// Its name on the command line and in files.
     #[must_use]
@@ -28,6 +50,11 @@ impl Kind {
             Self::Lean => "lean",
             Self::Clean => "clean",
             Self::Toksvig => "toksvig",
+            Self::Normal => "normal",
+            Self::Gloss => "gloss",
+            Self::Height => "height",
+            Self::Occlusion => "occlusion",
+            Self::Cones => "cones",
         }
     }
 
@@ -39,22 +66,42 @@ impl Kind {
             Self::Lean => &["B.x", "B.y", "M.xx", "M.yy", "M.xy", "height"],
             Self::Clean => &["B.x", "B.y", "M", "height"],
             Self::Toksvig => &["N.x", "N.y", "N.z", "height"],
+            Self::Normal => &["N.x", "N.y", "N.z"],
+            Self::Gloss => &["N.x", "N.y", "N.z", "gloss"],
+            Self::Height => &["height"],
+            Self::Occlusion => &["occlusion"],
+            Self::Cones => &["C.x", "C.y", "C.z", "occlusion"],
         }
+    }
+
+    /// Whether roughness has channels of its own beside it. Gloss has it within, and others have no use for it.
+    #[must_use]
+    pub const fn has_roughness_beside(self) -> bool {
+        self.tells_variance()
+    }
+
+    /// Whether its texels tell how much slopes differ under them.
+    #[must_use]
+    pub const fn tells_variance(self) -> bool {
+        matches!(self, Self::Leadr | Self::Lean | Self::Clean | Self::Toksvig)
     }
 
     /// The power of a slope that each channel has; heights have `None`.
     pub(super) fn power(self, channel: usize) -> Option<i32> {
         match (self, self.channels()[channel]) {
             (_, "height") => None,
-            (Self::Toksvig, _) => Some(0),
+            (Self::Toksvig | Self::Normal | Self::Gloss | Self::Occlusion | Self::Cones, _) => Some(0),
             (_, name) if name.starts_with("B.") || name.len() == 1 && name != "M" => Some(1),
             _ => Some(2),
         }
     }
 
-    /// Total variance of slope that a texel tells, not below zero.
+    /// Total variance of slope that a texel tells, not below zero; 0 for kinds that tell none.
     #[must_use]
     pub fn variance(self, texel: &[f64]) -> f64 {
+        if !self.tells_variance() {
+            return 0.0;
+        }
         let square = texel[0] * texel[0] + texel[1] * texel[1];
         let variance = match self {
             Self::Leadr | Self::Lean => texel[2] + texel[3] - square,
@@ -64,6 +111,7 @@ impl Kind {
                 // Toksvig's σ² of one axis, (1 - |N|) / |N|.
                 2.0 * (1.0 - length) / length
             }
+            _ => 0.0,
         };
         variance.max(0.0)
     }
@@ -85,6 +133,16 @@ pub(super) const OIIO_CHANNELS: [&str; 6] = ["b0_h", "b1_dhds", "b2_dhdt", "b3_d
 /// In files of 16 bits, the last channel of maps with heights: what they leave over of `height`. A surface that is displaced by so few bits has
 /// steps, and texels are seen where they are not.
 pub(in crate::maps) const HEIGHT_REST: &str = "height.rest";
+
+/// What a texel of the finest level of a gloss map is (Chan 2018, section 2.3).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum Texels {
+    /// A plane with one normal: the finest level is what the artist painted.
+    #[default]
+    Facets,
+    /// A sample of a smooth surface, whose normals change towards the next texels: that spread counts as roughness on the finest level, too.
+    Smooth,
+}
 
 /// Width of a number in the file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]

@@ -9,19 +9,25 @@
 //! **Both.** Where there are heights and normals, slopes are those of the normals, one for a texel, and heights only displace.
 
 pub(super) mod blocks;
+mod derived;
 mod exr_write;
 mod inputs;
 mod keys;
 mod kind;
 mod ktx2_write;
+mod normals;
+mod png_write;
 mod pyramid;
 mod report;
+mod resample;
 mod work;
 
+pub use derived::FoundHeights;
 pub use exr_write::ExrFile;
-pub use inputs::{Inputs, Roughness};
+pub use inputs::{DetailNormals, Inputs, Roughness};
 pub(super) use kind::HEIGHT_REST;
-pub use kind::{Kind, Layout, Precision};
+pub use kind::{Kind, Layout, Precision, Texels};
 pub use ktx2_write::Ktx2File;
+pub use png_write::PngFile;
 pub use report::{LevelError, Report};
 pub use work::{Plan, Target, bake};

@@ -5,6 +5,7 @@ use rayon::prelude::*;
 
 use super::blocks::{self, BlockPlan};
 use super::kind::{HEIGHT_REST, OIIO_CHANNELS};
+use super::normals::{self, GlossOfLack};
 use super::pyramid::{Pyramid, Row, level_sizes};
 use super::{Inputs, Kind, Layout, LevelError, Precision, Report};
 use crate::maps::{HeightMap, MapFault, Wrap, bc5, halves};
@@ -44,6 +45,8 @@ pub struct Plan {
     /// Whether there are heights, and normals.
     pub(super) has_heights: bool,
     pub(super) has_normals: bool,
+    /// For kind gloss, what lengths of normals stand for.
+    pub(super) gloss: Option<GlossOfLack>,
     /// How blocks hold the channels, if they do.
     pub(super) blocks: Option<BlockPlan>,
 }
@@ -76,19 +79,18 @@ impl Plan {
             return Err(refuse(what, "bake kind leadr without roughness and colour, or take the layout leadr"));
         }
         let mut channels = if layout == Layout::Oiio { OIIO_CHANNELS.to_vec() } else { kind.channels().to_vec() };
-        if inputs.roughness.is_some() {
+        if inputs.roughness.is_some() && kind.has_roughness_beside() {
             channels.extend(["alpha2", "alpha4"]);
         }
         if inputs.color.is_some() {
             channels.extend(["red", "green", "blue"]);
         }
-        if precision == Precision::F16 && layout == Layout::Leadr && inputs.heights.is_some() {
+        let has_heights = inputs.heights.is_some() && channels.contains(&"height");
+        if precision == Precision::F16 && layout == Layout::Leadr && has_heights {
             channels.push(HEIGHT_REST);
         }
         // Normals tell heights in widths of the texture; heights alone stay in their own unit.
-        let agreed = inputs.agreement().filter(|agreed| agreed.scale_texels > 0.0);
-        let usual = agreed.map_or(1.0, |agreed| (agreed.scale_texels / f64::from(size[0])) as f32);
-        let height_scale = inputs.height_scale.unwrap_or(usual);
+        let height_scale = inputs.usual_height_scale();
         let mut plan = Self {
             kind,
             layout,
@@ -100,8 +102,9 @@ impl Plan {
             middle: inputs.heights.as_ref().map_or(0.0, HeightMap::mean) * height_scale,
             in_widths: inputs.height_scale.is_some() || inputs.normals.is_some(),
             wrap: inputs.wrap,
-            has_heights: inputs.heights.is_some(),
+            has_heights: has_heights || layout == Layout::Oiio && inputs.heights.is_some(),
             has_normals: inputs.normals.is_some(),
+            gloss: (kind == Kind::Gloss).then(|| GlossOfLack::new(inputs.gloss, inputs.area)),
             blocks: None,
         };
         match precision {
@@ -171,11 +174,16 @@ impl Plan {
                 } else {
                     row.extend(m);
                 }
-                inputs.beside(x as u32, y, &mut row);
+                inputs.beside(self.kind, x as u32, y, &mut row);
                 row.extend(has_rest.then_some(0.0));
             }
             return (row, sums);
         }
+        let normals = match self.kind {
+            Kind::Normal => inputs.normals_of_row(self.height_scale, y),
+            Kind::Gloss => inputs.shortened_normals_of_row(self.height_scale, y),
+            _ => Vec::new(),
+        };
         for (x, [s, t, h]) in inputs.slopes(self.height_scale, y).into_iter().enumerate() {
             sums.add([s, t, s * s, t * t, s * t, h]);
             // n.xy / n.z, y up.
@@ -188,8 +196,13 @@ impl Plan {
                     let length = (1.0 + bx * bx + by * by).sqrt();
                     put(&[bx / length, by / length, 1.0 / length, h]);
                 }
+                Kind::Normal => put(&normals[x][..3]),
+                Kind::Gloss => put(&normals[x]),
+                Kind::Height => put(&[h]),
+                Kind::Occlusion => row.push(inputs.visible_from(x as u32, y)[3]),
+                Kind::Cones => row.extend(inputs.visible_from(x as u32, y)),
             }
-            inputs.beside(x as u32, y, &mut row);
+            inputs.beside(self.kind, x as u32, y, &mut row);
             row.extend(has_rest.then_some(0.0));
         }
         (row, sums)
@@ -357,6 +370,18 @@ pub fn bake(inputs: &Inputs, plan: &Plan, target: &mut dyn Target, progress: &dy
 impl Plan {
     /// As 32-bit floats, times the factors; those are powers of two, so nothing is rounded twice.
     fn stored(&self, row: &Row) -> Vec<f32> {
+        let mut row = row.clone();
+        for texel in row.chunks_exact_mut(self.channels.len()) {
+            match self.kind {
+                Kind::Normal => normals::restore_length(texel),
+                Kind::Gloss => {
+                    if let Some(gloss) = &self.gloss {
+                        normals::to_normal_and_gloss(texel, gloss);
+                    }
+                }
+                _ => {}
+            }
+        }
         let factors = self.factors.iter().cycle();
         let mut stored: Vec<f32> = row.iter().zip(factors).map(|(&v, &factor)| v * factor as f32).collect();
         if let Some((height, rest)) = self.height_and_rest() {

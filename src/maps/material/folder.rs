@@ -6,6 +6,7 @@ use super::normals::green_axis;
 use super::{Encoding, GreenAxis, Input, Material, NormalMap, Opacity, Relief, RoughnessMeaning, Samples, Texture};
 use crate::maps::load::{load_height_map, load_raster};
 use crate::maps::{MapError, MapFault};
+use crate::reflectance::facets::gloss::Gloss;
 
 /// What a picture of a material says.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -30,6 +31,8 @@ pub enum Role {
     Height,
     /// Occlusion.
     Occlusion,
+    /// Where what is not occluded is seen.
+    Cones,
     /// Where it is.
     Opacity,
     /// Emitted light.
@@ -48,6 +51,7 @@ const WORDS: &[(Role, &[&str])] = &[
     (Role::Normal, &["normal", "normals", "nor", "nrm", "norm", "normalmap"]),
     (Role::Height, &["displacement", "disp", "height", "heightmap", "bump"]),
     (Role::Occlusion, &["ambientocclusion", "occlusion", "ao", "occ"]),
+    (Role::Cones, &["cones"]),
     (Role::Opacity, &["opacity", "alpha", "mask"]),
     (Role::Emission, &["emission", "emissive", "emit"]),
 ];
@@ -183,7 +187,8 @@ impl MaterialFolder {
                 Role::Normal => material.set_normals(file, None)?,
                 Role::Height => material.set_heights(file)?,
                 Role::Occlusion if self.picture(Role::Height).is_some() => {}
-                Role::Occlusion => material.occlusion = Input::texture(texture(file, Encoding::Linear)?, 0),
+                Role::Occlusion => material.set_occlusion(file)?,
+                Role::Cones => material.set_cones(file)?,
                 Role::Opacity => {
                     let mask = Input::texture(texture(file, Encoding::Linear)?, 0);
                     material.opacity = Opacity::Mask { mask, cutoff: 0.5 };
@@ -211,7 +216,8 @@ impl Material {
     /// If it is damaged, too large or of the wrong kind.
     pub fn set_roughness(&mut self, file: &Path, gloss: bool) -> Result<(), MapError> {
         self.roughness = Input::texture(texture(file, Encoding::Linear)?, 0);
-        self.roughness_meaning = if gloss { RoughnessMeaning::Gloss } else { RoughnessMeaning::Perceptual };
+        self.roughness_meaning =
+            if gloss { RoughnessMeaning::Gloss(Gloss::Perceptual) } else { RoughnessMeaning::Perceptual };
         Ok(())
     }
 
@@ -230,6 +236,32 @@ impl Material {
         }
         let green = green.unwrap_or_else(|| green_axis(&texture.raster));
         self.normal_map = Some(NormalMap { texture, green, scale: 1.0 });
+        Ok(())
+    }
+
+    /// Reads the share of the surroundings that is seen.
+    ///
+    /// # Errors
+    /// If it is damaged, too large or of the wrong kind.
+    pub fn set_occlusion(&mut self, file: &Path) -> Result<(), MapError> {
+        self.occlusion = Input::texture(texture(file, Encoding::Linear)?, 0);
+        Ok(())
+    }
+
+    /// Reads cones, as `leadr bake --kind cones` writes them into a picture.
+    ///
+    /// # Errors
+    /// If they are damaged, too large or have no four channels.
+    pub fn set_cones(&mut self, file: &Path) -> Result<(), MapError> {
+        let texture = texture(file, Encoding::Linear)?;
+        if texture.raster.channels() != 4 {
+            let fault = MapFault::Unsupported {
+                what: "cones have four channels: a direction, and the share of the surroundings that is seen".into(),
+                remedy: "make them with leadr bake --kind cones -o NAME_Cones.png".into(),
+            };
+            return Err(fault.in_file(file));
+        }
+        self.cones = Some(texture);
         Ok(())
     }
 

@@ -15,6 +15,7 @@ pub use raster::{Encoding, Raster, Samples, Texture, TextureWrap};
 use std::sync::Arc;
 
 use super::HeightMap;
+use crate::reflectance::facets::gloss::Gloss;
 use crate::reflectance::materials::fitted_table::FittedTable;
 
 /// A property: a constant, or a texture times a constant.
@@ -65,15 +66,15 @@ pub fn alpha_of(code: u8) -> f32 {
 }
 
 /// What the numbers of a roughness are.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+#[derive(Clone, Copy, Debug, PartialEq, Default)]
 pub enum RoughnessMeaning {
     /// Perceptual: `α` is its square, as in glTF and most texture libraries.
     #[default]
     Perceptual,
     /// `α` of the microfacet distribution itself: `√2` times the deviation of a Beckmann surface's slopes.
     Alpha,
-    /// One minus a perceptual roughness: gloss, or smoothness.
-    Gloss,
+    /// Gloss, or smoothness, on a scale.
+    Gloss(Gloss),
 }
 
 impl RoughnessMeaning {
@@ -83,7 +84,7 @@ impl RoughnessMeaning {
         match self {
             Self::Perceptual => value * value,
             Self::Alpha => value,
-            Self::Gloss => (1.0 - value) * (1.0 - value),
+            Self::Gloss(scale) => scale.alpha(f64::from(value)) as f32,
         }
     }
 }
@@ -205,6 +206,9 @@ pub struct Material {
     pub occlusion: Input<f32>,
     /// How much of the occlusion counts, 0 to 1: at 0 all of the surroundings is seen.
     pub occlusion_strength: f32,
+    /// In place of occlusion, where the surroundings are seen: red, green and blue as -1..1 are the mean open direction in the tangent frame
+    /// with y up, as long as the cone about it is narrow; alpha is the share that is seen ([`Cone::of_vector`](crate::reflectance::masking::occlusion::Cone::of_vector)).
+    pub cones: Option<Texture>,
     /// Emitted radiance.
     pub emission: Input<[f32; 3]>,
     /// Where it is.
@@ -238,6 +242,7 @@ impl Material {
             specular: Input::constant(1.0),
             occlusion: Input::constant(1.0),
             occlusion_strength: 1.0,
+            cones: None,
             emission: Input::constant([0.0; 3]),
             opacity: Opacity::Opaque,
             double_sided: false,
@@ -258,7 +263,7 @@ impl Material {
         };
         let direction = self.anisotropy.as_ref().and_then(|a| a.direction.as_ref().or(a.strength.texture.as_ref()));
         let normal = self.normal_map.as_ref().map(|map| &map.texture);
-        let others = [opacity, direction, normal];
+        let others = [opacity, direction, normal, self.cones.as_ref()];
         let sets = colors.into_iter().chain(numbers).chain(others).flatten().map(|texture| texture.coordinates + 1);
         sets.max().unwrap_or(0).max(u32::from(self.relief.is_some()))
     }

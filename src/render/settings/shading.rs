@@ -162,6 +162,10 @@ pub struct ShadingOptions {
     /// ([`crate::reflectance::visible::relief_color`]), instead of the mean. The LEADR paper leaves it out. For techniques that
     /// integrate over a covariance, and objects that [keep what it takes](crate::render::scene::Object::with_relief_color).
     pub relief_color: bool,
+    /// Whether facets of the base light each other: their mirrors lose nothing, and their diffuse body scatters as rough bodies do
+    /// ([`crate::reflectance::materials::energy`], [`crate::reflectance::materials::multiscattering`]). The LEADR paper leaves it out.
+    /// For techniques that integrate over a Beckmann base.
+    pub multiscattering: bool,
     /// Edge samples per sample, 1 (none) to [`MAX_EDGE_SAMPLES`](Self::MAX_EDGE_SAMPLES): places in the pixel where the
     /// geometry is sampled again. Those that see another surface than the pixel's own sample are shaded too, so silhouettes
     /// are as smooth as with that many samples per pixel, while the inside of a surface stays the same
@@ -189,6 +193,7 @@ impl Default for ShadingOptions {
             pixel_kernel: true,
             relief_occlusion: true,
             relief_color: false,
+            multiscattering: false,
             edge_samples: 1,
             relief_shadows: false,
         }
@@ -212,6 +217,8 @@ pub struct Integral {
     pub relief_occlusion: bool,
     /// [`ShadingOptions::relief_color`], where the technique has it.
     pub relief_color: Option<bool>,
+    /// [`ShadingOptions::multiscattering`], where the base is Beckmann's.
+    pub multiscattering: Option<bool>,
 }
 
 /// How a technique reflects light.
@@ -255,6 +262,7 @@ impl Technique {
         let ShadingOptions { terms, quadrature, shadowing, diffuse_lights, relief_occlusion, .. } = options;
         let pixel_kernel = self.has_pixel_kernel().then_some(options.pixel_kernel);
         let base_frame = self.has_base_frame().then_some(options.base_frame);
+        let multiscattering = self.has_multiscattering().then_some(options.multiscattering);
         let relief_color = self.has_relief_color().then_some(options.relief_color);
         let reflection = if !self.is_lit() {
             Reflection::Unlit
@@ -267,6 +275,7 @@ impl Technique {
                 pixel_kernel,
                 relief_occlusion,
                 relief_color,
+                multiscattering,
             };
             Reflection::Integral(terms, integral)
         } else {
@@ -360,7 +369,7 @@ impl Shading {
     pub fn spec(&self) -> Vec<(&'static str, SpecValue)> {
         let mut spec = self.needs().spec();
         spec.push(("TERMS", SpecValue::I32(self.terms().bits())));
-        if let Some(Integral { quadrature, shadowing, diffuse_lights, .. }) = self.integral() {
+        if let Some(Integral { quadrature, shadowing, diffuse_lights, multiscattering, .. }) = self.integral() {
             let (visible, samples) = match quadrature {
                 Quadrature::Grid(side) => (false, side),
                 Quadrature::VisibleSlopes(probes) => (true, probes.count()),
@@ -371,6 +380,7 @@ impl Shading {
                 ("SHADOWING_MODEL", SpecValue::I32(shadowing.code())),
                 ("LIGHTS_BY_SH", SpecValue::Bool(diffuse_lights == DiffuseLights::Sh)),
                 ("FACET_FRAME", SpecValue::Bool(self.facet_frame())),
+                ("MULTISCATTERING", SpecValue::Bool(multiscattering == Some(true))),
                 // Few fixed probes would show in the mean of many samples, however many.
                 ("DRAWN_MIRRORS", SpecValue::Bool(visible && self.technique.is_reference())),
             ]);
@@ -401,6 +411,7 @@ impl Shading {
                 pixel_kernel,
                 relief_occlusion,
                 relief_color,
+                multiscattering,
             } = integral;
             options = ShadingOptions {
                 quadrature,
@@ -410,6 +421,7 @@ impl Shading {
                 pixel_kernel: pixel_kernel.unwrap_or(options.pixel_kernel),
                 relief_occlusion,
                 relief_color: relief_color.unwrap_or(options.relief_color),
+                multiscattering: multiscattering.unwrap_or(options.multiscattering),
                 ..options
             };
         }
@@ -475,6 +487,7 @@ struct Named {
     pixel_kernel: bool,
     relief_occlusion: bool,
     relief_color: bool,
+    multiscattering: bool,
     relief_shadows: bool,
     edge_samples: u32,
 }
@@ -499,6 +512,7 @@ impl Serialize for Shading {
             pixel_kernel: options.pixel_kernel && self.technique.has_pixel_kernel(),
             relief_occlusion: self.integral().is_some_and(|integral| integral.relief_occlusion),
             relief_color: self.integral().and_then(|integral| integral.relief_color).unwrap_or(false),
+            multiscattering: options.multiscattering,
             relief_shadows: options.relief_shadows,
             edge_samples: options.edge_samples,
         }
@@ -520,6 +534,7 @@ mod tests {
         pixel_kernel: false,
         relief_occlusion: false,
         relief_color: true,
+        multiscattering: true,
         edge_samples: 16,
         relief_shadows: true,
     };

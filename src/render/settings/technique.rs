@@ -40,6 +40,8 @@ pub enum Family {
     Lean = families::LEAN,
     /// Integrals over the visible slopes.
     Leadr = families::LEADR,
+    /// A GGX lobe about the mean normal, as rough as normals that roughness has shortened are short.
+    Gloss = families::GLOSS,
 }
 
 /// Which slope statistics of a pixel a technique receives.
@@ -118,6 +120,16 @@ techniques! {
         family: Family::Toksvig,
         slopes: Slopes::Covariance,
         ggx: false,
+        pixel_kernel: false,
+    };
+    /// Mipmapped normals that are shorter the rougher they are, under a GGX lobe of the roughness that their length stands for (Chan 2018).
+    Gloss = Row {
+        name: "gloss",
+        help: "Normals shortened by roughness, a GGX lobe by their length (Call of Duty: WWII)",
+        key: 'y',
+        family: Family::Gloss,
+        slopes: Slopes::Covariance,
+        ggx: true,
         pixel_kernel: false,
     };
     /// One slope variance for all directions (CLEAN mapping, Baker 2011).
@@ -223,6 +235,13 @@ impl Technique {
     #[must_use]
     pub fn has_base_frame(self) -> bool {
         self.integrates() && !self.row().ggx
+    }
+
+    /// Whether it has the setting [`multiscattering`](super::ShadingOptions::multiscattering).
+    #[must_use]
+    pub fn has_multiscattering(self) -> bool {
+        // The lobes of a GGX base reflect more of an environment at grazing angles than GGX, whose losses the tables know.
+        self.has_base_frame()
     }
 
     /// Whether it has the setting [`pixel_kernel`](super::ShadingOptions::pixel_kernel).

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use crate::gpu::{GpuError, Result};
+use crate::reflectance::materials::energy::EnergyTable;
 use crate::reflectance::materials::fitted_table::FittedTable;
 use crate::render::constants::MAX_FITS;
 use crate::render::scene::Object;
@@ -45,11 +46,11 @@ impl Fits {
         place.map_or(0, |place| place as u32 + 1)
     }
 
-    /// Where each begins, then one after another (`passes/shade/fits.glsl`).
+    /// The tables of energies; where each material begins, from there; then one after another (`passes/shade/fits.glsl`).
     #[must_use]
     pub fn words(&self) -> Vec<f32> {
         let mut at = self.0.len();
-        let mut words = Vec::new();
+        let mut words = [EnergyTable::ggx(), EnergyTable::beckmann()].map(|table| table.texels().concat()).concat();
         for fit in &self.0 {
             words.push(at as f32);
             at += fit.words().len();

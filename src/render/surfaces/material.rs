@@ -6,7 +6,7 @@
 //! * reflectance at normal incidence, sRGB
 //! * two roughnesses, halves: [`mixed_roughness`](crate::reflectance::facets::mixed_roughness)
 //! * emission, linear, halves
-//! * accessibility, 8 bits
+//! * accessibility, 8 bits; or a cone of it, 8 bits for each of four numbers
 //! * coverage, 8 bits: a mask, and the share of each texel in which that covers, which is what is averaged. A mask whose values were
 //!   averaged would lose what is thinner than a texel, or swell
 
@@ -28,6 +28,8 @@ use crate::render::scene::{Holes, MaterialMap, Object, PropertyMap};
 pub const MIXED_FORMAT: vk::Format = vk::Format::R16G16B16A16_SFLOAT;
 /// Format of accessibility.
 const SHARE_FORMAT: vk::Format = vk::Format::R8_UNORM;
+/// Format of cones.
+const CONE_FORMAT: vk::Format = vk::Format::R8G8B8A8_SNORM;
 /// Format of coverage.
 const COVERAGE_FORMAT: vk::Format = vk::Format::R8G8_UNORM;
 
@@ -41,7 +43,7 @@ pub struct MaterialImages {
     pub mixed: Image,
     /// Emitted radiance.
     pub emission: Image,
-    /// Accessibility.
+    /// Accessibility, or cones.
     pub occlusion: Image,
     /// Coverage.
     pub opacity: Image,
@@ -66,32 +68,46 @@ pub struct Has {
     pub holes: Option<HoleKind>,
 }
 
-/// What the bases of surfaces are, beside one lobe. Pipelines are made for each, so that what is absent costs nothing.
+/// What surfaces have beside a base of one lobe. Pipelines are made for each, so that what is absent costs nothing.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct Bases {
     /// Two roughnesses that share a surface.
     pub mixed: bool,
     /// Lobes of measured materials.
     pub fit_lobes: u32,
+    /// Cones in which they see their surroundings.
+    pub cones: bool,
 }
 
 impl Bases {
     /// Of these surfaces and others.
     #[must_use]
     pub fn and(self, other: Self) -> Self {
-        Self { mixed: self.mixed || other.mixed, fit_lobes: self.fit_lobes.max(other.fit_lobes) }
+        Self {
+            mixed: self.mixed || other.mixed,
+            fit_lobes: self.fit_lobes.max(other.fit_lobes),
+            cones: self.cones || other.cones,
+        }
     }
 
     /// Those of both.
     #[must_use]
     pub fn within(self, other: Self) -> Self {
-        Self { mixed: self.mixed && other.mixed, fit_lobes: self.fit_lobes.min(other.fit_lobes) }
+        Self {
+            mixed: self.mixed && other.mixed,
+            fit_lobes: self.fit_lobes.min(other.fit_lobes),
+            cones: self.cones && other.cones,
+        }
     }
 
     /// The specialization constants of `passes/bases.glsl`.
     #[must_use]
-    pub fn spec(self) -> [(&'static str, SpecValue); 2] {
-        [("MIXED_ROUGHNESS", SpecValue::Bool(self.mixed)), ("FIT_LOBES", SpecValue::I32(self.fit_lobes as i32))]
+    pub fn spec(self) -> [(&'static str, SpecValue); 3] {
+        [
+            ("MIXED_ROUGHNESS", SpecValue::Bool(self.mixed)),
+            ("FIT_LOBES", SpecValue::I32(self.fit_lobes as i32)),
+            ("CONES", SpecValue::Bool(self.cones)),
+        ]
     }
 }
 
@@ -110,9 +126,13 @@ impl Has {
     pub fn of(map: &MaterialMap) -> Self {
         Self {
             f0: map.f0.is_some(),
-            bases: Bases { mixed: map.two_lobes.is_some(), fit_lobes: map.fit.as_ref().map_or(0, |fit| fit.lobes()) },
+            bases: Bases {
+                mixed: map.two_lobes.is_some(),
+                fit_lobes: map.fit.as_ref().map_or(0, |fit| fit.lobes()),
+                cones: map.cones.is_some(),
+            },
             emission: map.emission.is_some(),
-            occlusion: map.occlusion.is_some(),
+            occlusion: map.occlusion.is_some() || map.cones.is_some(),
             holes: map.opacity.as_ref().map(|holes| match holes {
                 Holes::Mask(_) => HoleKind::Mask,
                 Holes::Share(_) => HoleKind::Share,
@@ -155,7 +175,7 @@ impl MaterialImages {
             });
         };
         let has = Has::of(&map);
-        let MaterialMap { width, height, colors, f0, two_lobes, wrap, emission, occlusion, opacity, .. } = map;
+        let MaterialMap { width, height, colors, f0, two_lobes, wrap, emission, occlusion, cones, opacity, .. } = map;
         let size = [width, height];
         if f0.as_ref().is_some_and(|f0| f0.len() != colors.len()) {
             let fault = "reflectance and colours differ in size".to_owned();
@@ -170,7 +190,7 @@ impl MaterialImages {
         let samplers = [
             sampler(wrap)?,
             plate_wrap(emission.as_ref().map(|plate| plate.wrap))?,
-            plate_wrap(occlusion.as_ref().map(|plate| plate.wrap))?,
+            plate_wrap(occlusion.as_ref().map(|plate| plate.wrap).or(cones.as_ref().map(|plate| plate.wrap)))?,
             plate_wrap(opacity.as_ref().map(|holes| holes.map().wrap))?,
         ];
         let mixed = match two_lobes {
@@ -206,13 +226,18 @@ impl MaterialImages {
             }
             None => none("emission", MIXED_FORMAT)?,
         };
-        let occlusion = match occlusion {
-            Some(PropertyMap { width, height, texels, .. }) => {
+        let occlusion = match (occlusion, cones) {
+            (_, Some(PropertyMap { width, height, texels, .. })) => {
+                let cones = image_of("cones", CONE_FORMAT, [width, height])?;
+                write_mips(&cones, [width, height], texels, signed_eighths, halve)?;
+                cones
+            }
+            (Some(PropertyMap { width, height, texels, .. }), None) => {
                 let occlusion = image_of("accessibility", SHARE_FORMAT, [width, height])?;
                 write_mips(&occlusion, [width, height], texels, eighths, halve_shares)?;
                 occlusion
             }
-            None => none("accessibility", SHARE_FORMAT)?,
+            (None, None) => none("accessibility", SHARE_FORMAT)?,
         };
         let opacity = match opacity {
             Some(holes) => {
@@ -330,6 +355,11 @@ pub(super) fn address_mode(wrap: TextureWrap) -> AddressMode {
 /// Codes of shares, 0 to 1.
 fn eighths(shares: &[f32]) -> Vec<u8> {
     shares.iter().map(|share| (share.clamp(0.0, 1.0) * 255.0 + 0.5) as u8).collect()
+}
+
+/// Codes of numbers from -1 to 1.
+fn signed_eighths(texels: &[[f32; 4]]) -> Vec<[i8; 4]> {
+    texels.iter().map(|texel| texel.map(|v| (v.clamp(-1.0, 1.0) * 127.0).round() as i8)).collect()
 }
 
 fn pairs(texels: &[[f32; 4]]) -> Vec<[u8; 2]> {

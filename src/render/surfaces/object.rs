@@ -189,6 +189,7 @@ impl SurfaceKind {
             charted: object.charts.is_some(),
             follows: ReliefColors::of(object).map_or(Follows::default(), |colors| colors.follows),
             horizon: object.height_scale != 0.0
+                && object.material.as_ref().is_none_or(|map| map.cones.is_none())
                 && object.heights.as_ref().is_some_and(|field| field.texels.iter().any(|h| *h != field.texels[0])),
             flat: !mesh.triangles && detail.mapping != DETAIL_TRIPLANAR && flat::is_flat(mesh),
             triangles: mesh.triangles,

@@ -94,7 +94,7 @@ impl Charts {
             Chart::of(&colors, bounds),
             // What is not lit shows its colours.
             one(if m.unlit { m.base_color.texture.as_ref() } else { m.emission.texture.as_ref() }),
-            one(m.occlusion.texture.as_ref()),
+            one(m.cones.as_ref().or(m.occlusion.texture.as_ref())),
             one(opacity),
         ];
         let compromise = [slopes, color].into_iter().flatten().any(|(_, just)| !just);
@@ -127,9 +127,7 @@ impl Charts {
         let numbers = [&mut material.metalness, &mut material.roughness, &mut material.specular];
         let numbers = numbers.into_iter().filter_map(|input| input.texture.as_mut());
         base.into_iter().chain(f0).chain(numbers).for_each(|texture| colors.seen(texture));
-        if let Some(texture) = &mut material.occlusion.texture {
-            occlusion.seen(texture);
-        }
+        material.occlusion.texture.iter_mut().chain(&mut material.cones).for_each(|texture| occlusion.seen(texture));
         let opacity_input = match &mut material.opacity {
             Opacity::Opaque => None,
             Opacity::Mask { mask, .. } => Some(mask),

@@ -4,7 +4,6 @@ use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
 use super::surface::Surface;
-use crate::maps::HeightMap;
 use crate::maps::material::Material;
 use crate::render::scene::Object;
 use crate::render::surfaces::displacement::{Border, HeightField};
@@ -14,9 +13,6 @@ use crate::scenes::cover::{Cover, Stroke};
 
 /// How often a map repeats along the diagonal of a model without texture coordinates.
 const REPEATS: f32 = 8.0;
-
-/// Root of the mean square of the slopes of a relief of which nobody tells the scale, at most.
-const USUAL_SLOPE: f32 = 0.5;
 
 /// How a relief lies on triangles whose texture coordinates have no area, where no texture of the material follows them: seen along the
 /// axes, blended if all of the mesh is like that, and otherwise on each triangle along the axis that it faces most. `size`: the model's
@@ -77,11 +73,7 @@ pub fn with_relief(object: Object, material: &Material, cover: &Cover, surface: 
         None => 0.0,
         Some(relief) => match relief.scale {
             Some(scale) => scale * surface.placement.scale(),
-            None => {
-                let usual = |repeat: f32| USUAL_SLOPE * repeat / steepness(&relief.map);
-                let most = |repeat| if cover.has_slopes() { f32::INFINITY } else { usual(repeat) };
-                metres_per_unit(&object.mesh).map_or(0.0, |repeat| (cover.unit(repeat) * repeat).min(most(repeat)))
-            }
+            None => metres_per_unit(&object.mesh).map_or(0.0, |repeat| cover.unit(repeat) * repeat),
         },
     };
     let height_at = |index| (cover.height(place(index)) - cover.middle) * scale;
@@ -105,18 +97,6 @@ pub fn with_relief(object: Object, material: &Material, cover: &Cover, surface: 
     object.with_slope_spread(places.into_par_iter().map(spread).collect())
 }
 
-/// Root of the mean square of a map's slopes: heights per repeat. Positive.
-fn steepness(map: &HeightMap) -> f32 {
-    let [w, h] = [map.width, map.height].map(|n| n as usize);
-    let at = |x: usize, y: usize| f64::from(map.texels[y % h * w + x % w]);
-    let square = |(x, y): (usize, usize)| {
-        let [s, t] = [(at(x + 1, y) - at(x, y)) * w as f64, (at(x, y + 1) - at(x, y)) * h as f64];
-        s * s + t * t
-    };
-    let sum: f64 = (0..h).flat_map(|y| (0..w).map(move |x| (x, y))).map(square).sum();
-    ((sum / (w * h) as f64).sqrt() as f32).max(1e-6)
-}
-
 /// Texels of the finer of the height map and the normal map.
 fn relief_size(material: &Material, cover: &Cover) -> (u32, u32) {
     if cover.is_brushed() {
@@ -130,6 +110,7 @@ fn relief_size(material: &Material, cover: &Cover) -> (u32, u32) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::maps::HeightMap;
 
     fn triangle(corners: [Vec3; 3], texcoords: [Vec2; 3]) -> PatchMesh {
         let [a, b, c] = texcoords;
@@ -147,15 +128,6 @@ mod tests {
         let mesh = triangle([Vec3::ZERO, 3.0 * Vec3::X, 3.0 * Vec3::Y], [Vec2::ZERO, Vec2::Y * 0.5, Vec2::X * 0.5]);
         assert!((metres_per_unit(&mesh).unwrap() - 6.0).abs() < 1e-5);
         assert_eq!(metres_per_unit(&triangle([Vec3::ZERO, Vec3::X, Vec3::Y], [Vec2::ZERO; 3])), None);
-    }
-
-    #[test]
-    fn steepness_is_that_of_the_slopes() {
-        let waves = |x: u32| (std::f32::consts::TAU * 3.0 * x as f32 / 256.0).sin();
-        let texels = (0..256 * 4).map(|i| waves(i % 256)).collect();
-        let found = steepness(&HeightMap { width: 256, height: 4, texels });
-        let want = 3.0 * std::f32::consts::TAU * 0.5f32.sqrt();
-        assert!((found / want - 1.0).abs() < 1e-3, "{found} {want}");
     }
 
     #[test]

@@ -19,6 +19,7 @@ mod shapes;
 mod spheres;
 mod table10;
 mod techniques;
+mod textures;
 mod zoom;
 
 use super::section::Section;
@@ -40,7 +41,7 @@ pub struct SectionEntry {
 }
 
 /// Every section, in the order of the page.
-pub static SECTIONS: [SectionEntry; 20] = [
+pub static SECTIONS: [SectionEntry; 21] = [
     SectionEntry {
         key: "convergence",
         help: "How the reference converges",
@@ -117,6 +118,13 @@ pub static SECTIONS: [SectionEntry; 20] = [
         title: "Normal maps",
         judges_others: false,
         run: normals::run,
+    },
+    SectionEntry {
+        key: "textures",
+        help: "Which filter of normal maps serves where: shortened normals, Toksvig, CLEAN, LEAN, LEADR",
+        title: "Which filter of normal maps serves where",
+        judges_others: false,
+        run: textures::run,
     },
     SectionEntry {
         key: "shapes",

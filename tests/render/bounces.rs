@@ -1,0 +1,124 @@
+//! Light between facets, gloss and cones: furnaces, and what of the surroundings reaches a plane.
+
+use glam::{DVec3, Vec3};
+use leadr::maps::material::{TextureWrap, alpha_code, alpha_of};
+use leadr::reflectance::masking::occlusion::interreflected_visibility;
+use leadr::reflectance::masking::shadowing::Shadowing;
+use leadr::reflectance::materials::energy::EnergyTable;
+use leadr::reflectance::materials::multiscattering::{BOUNCES, multiscattering_albedo};
+use leadr::render::camera::Camera;
+use leadr::render::frame::Renderer;
+use leadr::render::scene::{FrameState, MaterialMap, Object, Pose, PropertyMap};
+use leadr::render::settings::{RenderSettings, ShadingOptions, Technique, Terms};
+use leadr::scenes::plane::{even, plane};
+
+use crate::common::gpu::{TestGpu, test_gpu};
+use crate::common::render::in_room;
+
+const ALBEDO: f64 = 0.6;
+
+/// A smooth plane, whose albedo is in its colours.
+fn ground(albedo: u8, alpha: f32, f0: f32, cone: Option<[f32; 4]>) -> Object {
+    let map = MaterialMap {
+        cones: cone.map(|cone| PropertyMap { width: 1, height: 1, texels: vec![cone], wrap: [TextureWrap::Repeat; 2] }),
+        ..MaterialMap::new(1, 1, vec![[albedo, albedo, albedo, alpha_code(alpha)]])
+    };
+    Object::new("plane", plane(2.0, 2, 1.0, [1.0; 4], even)).with_material(map).with_specular_f0(f0)
+}
+
+/// The code of [`ALBEDO`].
+fn code() -> u8 {
+    leadr::maps::srgb::srgb8_from_linear(ALBEDO as f32)
+}
+
+/// Radiance of the plane's middle from this cosine.
+fn seen(renderer: &mut Renderer, technique: Technique, multiscattering: bool, terms: Terms, cosine: f32) -> DVec3 {
+    let sine = (1.0 - cosine * cosine).sqrt();
+    let camera = Camera::looking_at(Vec3::new(0.0, -sine, cosine) * 3.0, Vec3::ZERO, 4.0);
+    let state = FrameState::new(camera, vec![Pose::REST]);
+    let options = ShadingOptions { terms, multiscattering, shadowing: Shadowing::Smith, ..Default::default() };
+    let settings = RenderSettings { size: (9, 9), shading: technique.with(options), ..Default::default() };
+    let color = renderer.render(&state, &settings).unwrap().color;
+    let [r, g, b, _] = color[40].map(f64::from);
+    DVec3::new(r, g, b)
+}
+
+/// All of these in a room of radiance 1.
+fn in_furnace(gpu: &TestGpu, object: Object) -> Renderer {
+    in_room(gpu, vec![object], [1.0; 3])
+}
+
+const TECHNIQUES: [Technique; 3] = [Technique::Leadr, Technique::NormalMip, Technique::Gloss];
+const COSINES: [f32; 4] = [0.2, 0.45, 0.75, 0.98];
+
+#[test]
+fn mirrors_lose_no_light() {
+    let Some(gpu) = test_gpu() else { return };
+    for alpha in [0.03, 0.3, 0.6, 1.0] {
+        let mut renderer = in_furnace(&gpu, ground(0, alpha, 1.0, None));
+        for technique in TECHNIQUES {
+            for cosine in COSINES {
+                let all = seen(&mut renderer, technique, true, Terms::SPECULAR_ENVIRONMENT, cosine).x;
+                // Gloss knows the albedo of its lobe exactly; others integrate theirs by probes.
+                let most = if technique == Technique::Gloss { 0.005 } else { 0.03 };
+                assert!((all - 1.0).abs() < most, "{technique:?} α {alpha}, cos {cosine}: {all}");
+                let once = seen(&mut renderer, technique, false, Terms::SPECULAR_ENVIRONMENT, cosine).x;
+                assert!(once < 1.01, "{technique:?} α {alpha}, cos {cosine}: {once}");
+                if technique != Technique::Gloss && alpha == 1.0 {
+                    assert!(once < 0.97 * all, "{technique:?}, cos {cosine}: {once} of {all}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn bodies_return_what_their_bounces_leave() {
+    let Some(gpu) = test_gpu() else { return };
+    for alpha in [0.1, 0.5, 1.0] {
+        let alpha = alpha_of(alpha_code(alpha));
+        let mut renderer = in_furnace(&gpu, ground(code(), alpha, 0.04, None));
+        for (technique, table) in [(Technique::Gloss, EnergyTable::ggx()), (Technique::Leadr, EnergyTable::beckmann())]
+        {
+            for cosine in COSINES {
+                let found = seen(&mut renderer, technique, true, Terms::DIFFUSE_ENVIRONMENT, cosine).x;
+                let average = table.average(alpha.into()).ideal;
+                let albedo = table.albedo(alpha.into(), cosine.into());
+                let enters = leadr::reflectance::materials::energy::entered(DVec3::splat(0.04), albedo, average);
+                let white = f64::from(leadr::maps::srgb::linear_from_srgb(f32::from(code()) / 255.0));
+                let expected = multiscattering_albedo(BOUNCES.at(alpha.into()), DVec3::splat(white), enters).x;
+                let most = if technique == Technique::Gloss { 0.01 } else { 0.03 };
+                assert!(
+                    (found / expected - 1.0).abs() < most,
+                    "{technique:?} α {alpha}, cos {cosine}: {found} {expected}"
+                );
+                // With its mirrors, no more than arrives.
+                let whole = Terms::DIFFUSE_ENVIRONMENT | Terms::SPECULAR_ENVIRONMENT;
+                assert!(seen(&mut renderer, technique, true, whole, cosine).x < 1.0);
+            }
+        }
+    }
+}
+
+#[test]
+fn a_cone_leaves_its_share_with_light_from_all_bounces() {
+    let Some(gpu) = test_gpu() else { return };
+    for share in [1.0f32, 0.6, 0.25] {
+        // About the normal, as long as its share.
+        let mut renderer = in_furnace(&gpu, ground(code(), 0.5, 0.04, Some([0.0, 0.0, share, share])));
+        let mut open = in_furnace(&gpu, ground(code(), 0.5, 0.04, None));
+        for technique in TECHNIQUES {
+            let hidden = seen(&mut renderer, technique, false, Terms::DIFFUSE_ENVIRONMENT, 0.9).x;
+            let whole = seen(&mut open, technique, false, Terms::DIFFUSE_ENVIRONMENT, 0.9).x;
+            let white = f64::from(leadr::maps::srgb::linear_from_srgb(f32::from(code()) / 255.0));
+            let expected = interreflected_visibility(share.into(), DVec3::splat(white)).x;
+            assert!((hidden / whole - expected).abs() < 0.01, "{technique:?} {share}: {} {expected}", hidden / whole);
+            // Mirrors lose more of it the narrower it is, and nothing where it is open.
+            let mirrors =
+                |renderer: &mut Renderer| seen(renderer, technique, false, Terms::SPECULAR_ENVIRONMENT, 0.9).x;
+            let left = mirrors(&mut renderer) / mirrors(&mut open);
+            let range = if share == 1.0 { 0.98..1.001 } else { f64::from(share) * 0.8..f64::from(share) * 1.6 };
+            assert!(range.contains(&left), "{technique:?} {share}: {left}");
+        }
+    }
+}
