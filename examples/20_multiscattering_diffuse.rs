@@ -10,6 +10,7 @@ use glam::{DVec2, DVec3};
 use leadr::lab::multiscattering_study::{Simulation, fit_bounces, fitted};
 use leadr::reflectance::facets::beckmann::Beckmann;
 use leadr::reflectance::facets::ggx::Ggx;
+use leadr::reflectance::facets::gloss::Gloss;
 use leadr::reflectance::integrals::energy_table::energy_nodes;
 use leadr::reflectance::integrals::facet_walk::{Facets, facet_walks};
 use leadr::reflectance::masking::variants::Masking;
@@ -21,11 +22,6 @@ use leadr::reflectance::visible::diffuse::leadr_diffuse_light_visible;
 
 /// Levels of gloss of the paper's figures.
 const GLOSS: [f64; 5] = [0.0, 60.0, 120.0, 180.0, 240.0];
-
-/// Chan 2018, eq. 2.
-fn alpha_of_gloss(gloss: f64) -> f64 {
-    (2.0 / (1.0 + (18.0 * gloss).exp2())).sqrt()
-}
 
 fn direction(cosine: f64, azimuth: f64) -> DVec3 {
     let s = ((1.0 - cosine) * (1.0 + cosine)).max(0.0).sqrt();
@@ -176,7 +172,7 @@ fn main() {
         }
         println!("gloss, of 255: listing 1, eq. 63, in use, Lambert; other walks of the same surface");
         for gloss in GLOSS {
-            let (g, alpha) = (gloss / 255.0, alpha_of_gloss(gloss / 255.0));
+            let (g, alpha) = (gloss / 255.0, Gloss::Wwii.alpha(gloss / 255.0));
             let [walk, other] = [101, 202].map(|seed| Simulation::new(alpha, 0.04, facets, count, seed));
             let rational = |o: DVec3, i: DVec3| PI * chan_rational_rough(half_vector(o, i).z, i.dot(half_vector(o, i)));
             let errors = [

@@ -26,7 +26,7 @@ struct FilteredSurface {
     float accessibility;
     bool inside;         // of a surface, whose back is seen
     Horizon horizon;     // of the relief
-    vec4 cone;           // in its place, where CONES says so: see leadr/masking/cones.glsl, in the tangent frame; w below 0 without one
+    vec4 cone;           // in its place, where CONES says so: the vector and the share of leadr/masking/occlusion.glsl, in the tangent frame; w below 0 without one
     float lod;           // of the maps
     float joined;        // weight of the pixel's edge samples, 0 to 1
     float relief;        // of the object of an edge sample, metres

@@ -200,7 +200,6 @@ impl Taps {
 }
 
 /// For each of `to` texels, the texels of `from` that it covers, with weights that sum to 1.
-#[cfg(any(feature = "gpu", test))]
 pub(crate) fn coverage(from: u32, to: u32) -> Vec<Vec<(usize, f64)>> {
     let (from, to) = (u64::from(from), u64::from(to));
     // In units of 1/(from * to) of the side everything is a whole number.

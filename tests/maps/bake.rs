@@ -42,7 +42,7 @@ fn bytes_of(inputs: &Inputs, kind: Kind, precision: Precision) -> (Vec<u8>, Repo
     (bytes, report)
 }
 
-fn baked(inputs: &Inputs, kind: Kind, precision: Precision) -> (BakedMap, Report) {
+pub fn baked(inputs: &Inputs, kind: Kind, precision: Precision) -> (BakedMap, Report) {
     let (bytes, report) = bytes_of(inputs, kind, precision);
     (BakedMap::decode(&bytes).unwrap(), report)
 }

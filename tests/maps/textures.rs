@@ -3,9 +3,7 @@
 use std::f64::consts::TAU;
 
 use glam::DVec3;
-use leadr::maps::bake::{
-    DetailNormals, Inputs, Kind, Ktx2File, Layout, Plan, PngFile, Precision, Roughness, Texels, bake,
-};
+use leadr::maps::bake::{DetailNormals, Inputs, Kind, Layout, Plan, PngFile, Precision, Roughness, Texels, bake};
 use leadr::maps::baked::BakedMap;
 use leadr::maps::material::{Encoding, GreenAxis, NormalMap, Raster, RoughnessMeaning, Samples, Texture};
 use leadr::maps::{HeightMap, MapFault, Wrap};
@@ -15,16 +13,7 @@ use leadr::reflectance::facets::shortened_normals::{NormalArea, NormalFacets, Sh
 use leadr::reflectance::slopes::normal_blending::{blend_partial_derivatives, blend_reoriented};
 
 fn baked(inputs: &Inputs, kind: Kind, precision: Precision) -> BakedMap {
-    use std::io::{Read, Seek};
-    let plan = Plan::new(inputs, kind, Layout::Leadr, precision).unwrap();
-    let mut file = tempfile::tempfile().unwrap();
-    let mut target = Ktx2File::new(&mut file, &plan).unwrap();
-    let report = bake(inputs, &plan, &mut target, &|_| ()).unwrap();
-    target.finish(&report).unwrap();
-    let mut bytes = Vec::new();
-    file.rewind().unwrap();
-    file.read_to_end(&mut bytes).unwrap();
-    BakedMap::decode(&bytes).unwrap()
+    crate::bake::baked(inputs, kind, precision).0
 }
 
 /// A pseudo-random number from 0 to 1.

@@ -120,7 +120,7 @@ pub fn run(arguments: &BakeArgs, output: &Output) -> Result<(), AppError> {
     let mut inputs = sources.load(arguments, output)?;
     inputs.size().map_err(|fault| fault.in_file(sources.main()))?;
     // Of what the files tell, before heights are found.
-    let agreement = inputs.agreement();
+    let agreement = inputs.agree();
     if let Some(agreement) = &agreement {
         output.say(&format!("heights and normals: {agreement}"));
     }

@@ -114,13 +114,25 @@ impl Inputs {
         agreement(self.heights.as_ref()?, self.normals.as_ref()?, self.wrap)
     }
 
+    /// Compares heights with normals, and settles the factor on heights if nobody told it, so that no kind compares them again.
+    pub fn agree(&mut self) -> Option<Agreement> {
+        let agreement = self.agreement();
+        if agreement.is_some() {
+            self.height_scale = Some(self.height_scale.unwrap_or_else(|| self.scale_of(agreement)));
+        }
+        agreement
+    }
+
+    /// The factor that agrees best with the normals, or 1.
+    fn scale_of(&self, agreement: Option<Agreement>) -> f32 {
+        let agreed = agreement.filter(|agreed| agreed.scale_texels > 0.0);
+        let width = self.heights.as_ref().map_or(1, |map| map.width);
+        agreed.map_or(1.0, |agreed| (agreed.scale_texels / f64::from(width)) as f32)
+    }
+
     /// The factor on heights: the one that is told, or what agrees best with the normals, or 1.
     pub(super) fn usual_height_scale(&self) -> f32 {
-        self.height_scale.unwrap_or_else(|| {
-            let agreed = self.agreement().filter(|agreed| agreed.scale_texels > 0.0);
-            let width = self.heights.as_ref().map_or(1, |map| map.width);
-            agreed.map_or(1.0, |agreed| (agreed.scale_texels / f64::from(width)) as f32)
-        })
+        self.height_scale.unwrap_or_else(|| self.scale_of(self.agreement()))
     }
 
     /// Moments of a row, and mean heights, as [`crate::maps::Moments`] has them. `scale`: factor on heights.
@@ -156,7 +168,7 @@ impl Inputs {
 
     /// Channels beside those of the kind at a texel: α² and α⁴, linear colour.
     pub(super) fn beside(&self, kind: Kind, x: u32, y: u32, texel: &mut Vec<f32>) {
-        if let Some(roughness) = self.roughness.as_ref().filter(|_| kind.has_roughness_beside()) {
+        if let Some(roughness) = self.roughness.as_ref().filter(|_| kind.tells_variance()) {
             let alpha = roughness.alpha(x, y);
             texel.extend([alpha.powi(2), alpha.powi(4)].map(|v| v as f32));
         }

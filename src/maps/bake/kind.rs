@@ -74,13 +74,8 @@ impl Kind {
         }
     }
 
-    /// Whether roughness has channels of its own beside it. Gloss has it within, and others have no use for it.
-    #[must_use]
-    pub const fn has_roughness_beside(self) -> bool {
-        self.tells_variance()
-    }
-
-    /// Whether its texels tell how much slopes differ under them.
+    /// Whether its texels tell how much slopes differ under them. Roughness then has channels beside them; gloss has it within, and
+    /// others have no use for it.
     #[must_use]
     pub const fn tells_variance(self) -> bool {
         matches!(self, Self::Leadr | Self::Lean | Self::Clean | Self::Toksvig)

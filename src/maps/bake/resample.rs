@@ -2,25 +2,18 @@
 
 use super::Inputs;
 use crate::maps::material::{Encoding, Raster, Samples};
-use crate::maps::moments::Wrap;
+use crate::maps::moments::{Wrap, coverage};
 
 /// For each texel of `to`, texels of `from` with weights that sum to 1: by area where texels get fewer, between their middles where they
 /// get more.
-fn taps(from: u32, to: u32, wrap: Wrap) -> Vec<Vec<(usize, f32)>> {
-    let (from_texels, scale) = (f64::from(from), f64::from(from) / f64::from(to));
-    let tap = |i: u32| -> Vec<(usize, f32)> {
-        if scale <= 1.0 {
-            let place = (f64::from(i) + 0.5) * scale - 0.5;
-            let first = place.floor();
-            let share = (place - first) as f32;
-            return [(first as i64, 1.0 - share), (first as i64 + 1, share)]
-                .map(|(j, w)| (wrap.texel(j, from), w))
-                .into();
-        }
-        let (start, end) = (f64::from(i) * scale, ((f64::from(i) + 1.0) * scale).min(from_texels));
-        let texels = start.floor() as usize..end.ceil() as usize;
-        let covered = |j: usize| (end.min(j as f64 + 1.0) - start.max(j as f64)) / (end - start);
-        texels.map(|j| (j, covered(j) as f32)).filter(|(_, w)| *w > 0.0).collect()
+fn taps(from: u32, to: u32, wrap: Wrap) -> Vec<Vec<(usize, f64)>> {
+    if to < from {
+        return coverage(from, to);
+    }
+    let tap = |i: u32| {
+        let place = (f64::from(i) + 0.5) * f64::from(from) / f64::from(to) - 0.5;
+        let (first, share) = (place.floor(), place - place.floor());
+        [(0, 1.0 - share), (1, share)].map(|(step, weight)| (wrap.texel(first as i64 + step, from), weight)).to_vec()
     };
     (0..to).map(tap).collect()
 }
@@ -38,10 +31,10 @@ fn resampled(
     for row in &rows {
         for column in &columns {
             for channel in 0..channels {
-                let along = |&(y, wy): &(usize, f32)| {
-                    column.iter().map(|&(x, wx)| wx * wy * value(x as u32, y as u32, channel)).sum::<f32>()
+                let along = |&(y, wy): &(usize, f64)| {
+                    column.iter().map(|&(x, wx)| wx * wy * f64::from(value(x as u32, y as u32, channel))).sum::<f64>()
                 };
-                texels.push(row.iter().map(along).sum());
+                texels.push(row.iter().map(along).sum::<f64>() as f32);
             }
         }
     }

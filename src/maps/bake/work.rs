@@ -79,7 +79,7 @@ impl Plan {
             return Err(refuse(what, "bake kind leadr without roughness and colour, or take the layout leadr"));
         }
         let mut channels = if layout == Layout::Oiio { OIIO_CHANNELS.to_vec() } else { kind.channels().to_vec() };
-        if inputs.roughness.is_some() && kind.has_roughness_beside() {
+        if inputs.roughness.is_some() && kind.tells_variance() {
             channels.extend(["alpha2", "alpha4"]);
         }
         if inputs.color.is_some() {
@@ -370,20 +370,15 @@ pub fn bake(inputs: &Inputs, plan: &Plan, target: &mut dyn Target, progress: &dy
 impl Plan {
     /// As 32-bit floats, times the factors; those are powers of two, so nothing is rounded twice.
     fn stored(&self, row: &Row) -> Vec<f32> {
-        let mut row = row.clone();
-        for texel in row.chunks_exact_mut(self.channels.len()) {
-            match self.kind {
-                Kind::Normal => normals::restore_length(texel),
-                Kind::Gloss => {
-                    if let Some(gloss) = &self.gloss {
-                        normals::to_normal_and_gloss(texel, gloss);
-                    }
-                }
-                _ => {}
-            }
-        }
         let factors = self.factors.iter().cycle();
         let mut stored: Vec<f32> = row.iter().zip(factors).map(|(&v, &factor)| v * factor as f32).collect();
+        // Factors of normals and gloss are 1.
+        let texels = stored.chunks_exact_mut(self.channels.len());
+        match (self.kind, &self.gloss) {
+            (Kind::Normal, _) => texels.for_each(normals::restore_length),
+            (Kind::Gloss, Some(gloss)) => texels.for_each(|texel| normals::to_normal_and_gloss(texel, gloss)),
+            _ => {}
+        }
         if let Some((height, rest)) = self.height_and_rest() {
             stored.chunks_exact_mut(self.channels.len()).for_each(|t| t[rest] = t[height] - half(t[height]));
         }
