@@ -82,13 +82,20 @@ float gloss_mirrors(vec3 wo, vec3 wi, vec3 wh, float square) {
 }
 
 // Shortened normals (Chan 2018): GGX about the mean normal, of the roughness that stands for its length, of which the relief's and the
-// base's share multiply; with all bounces between the facets.
+// base's share multiply.
 vec3 gloss_radiance(Surface surface, float environment_scale) {
     vec2 m = surface.mean_slope;
     float relief = tail_mean_ratio(inversesqrt(max(normal_variance(m, surface.slope_covariance), 1e-12)));
     float base = normal_lack(LEADR_GGX_MACRO, surface.alpha);
     float alpha = clamp(alpha_of_lack(LEADR_GGX_MACRO, relief + base - relief * base), 1e-3, 1.0);
     Bounces b = bounces_of(surface, alpha);
+    vec2 energy = energy_albedo(alpha, b.wo.z);
+    vec3 reflected = split_albedo(surface.f0, energy);
+    vec3 body = surface.albedo * (1.0 - split_albedo(surface.body_f0, energy) / max(energy.x, 1e-3));
+    if (MULTISCATTERING) {
+        reflected = mirrored(surface.f0, energy, energy_average(alpha).x);
+        body = surface.albedo * b.entered;
+    }
     vec3 albedo = surface.albedo;
     float ambient = surface.accessibility * environment_scale;
     vec3 radiance = vec3(0.0);
@@ -100,13 +107,13 @@ vec3 gloss_radiance(Surface surface, float environment_scale) {
             GaussianLobe lobe = ggx_lobe(DisplacedGgx(1.0, vec3(vec2(alpha * alpha), 0.0)), k);
             seen += lobe.weight * lobe_radiance(surface, wi, 4.0 * lobe.S.x);
         }
-        vec2 energy = energy_albedo(alpha, b.wo.z);
-        radiance += ambient * mirrored(surface.f0, energy, energy_average(alpha).x) * cone_mirrors(surface, alpha) * seen;
+        radiance += ambient * reflected * cone_mirrors(surface, alpha) * seen;
     }
     if (DIFFUSE_ENVIRONMENT) {
         vec3 c[9] = environment_sh();
         vec3 irradiance = max(sh_irradiance(c, from_frame(surface.frame, normal_of_slope(m))), 0.0);
-        radiance += multiscattering_albedo(b.facets, albedo, b.entered) * (ambient / LEADR_PI) * cone_diffuse(surface, albedo, c) * irradiance;
+        vec3 bounced = MULTISCATTERING ? first_albedo(b.facets, albedo) : vec3(1.0);
+        radiance += body * bounced * (ambient / LEADR_PI) * cone_diffuse(surface, albedo, c) * irradiance;
     }
     if (any_on_diffuse() || any_in_mirrors()) {
         [[unroll]] for (int i = 0; i < LIGHTS; ++i) {
@@ -115,14 +122,15 @@ vec3 gloss_radiance(Surface surface, float environment_scale) {
             if (wi.z > 0.0) {
                 vec3 scattered = vec3(0.0);
                 if (on_diffuse(i)) {
-                    scattered += albedo * b.entered * bounced_light(b, surface, albedo, light.wi) * (wi.z / LEADR_PI);
+                    vec3 bounced = MULTISCATTERING ? bounced_light(b, surface, albedo, light.wi) : vec3(1.0);
+                    scattered += body * bounced * (wi.z / LEADR_PI);
                 }
                 if (in_mirrors(i)) {
                     vec3 h = b.wo + wi;
                     vec3 wh = h * inversesqrt(max(dot(h, h), 1e-20));
                     float cosine = dot(b.wo, wh);
                     float square = alpha * alpha + (of_panorama(i) ? 2.0 * light_normal_variance(cosine, light.variance) : 0.0);
-                    scattered += fresnel_of(surface, cosine) * b.mirrors * gloss_mirrors(b.wo, wi, wh, min(square, 1.0));
+                    scattered += fresnel_of(surface, cosine) * (MULTISCATTERING ? b.mirrors : vec3(1.0)) * gloss_mirrors(b.wo, wi, wh, min(square, 1.0));
                 }
                 radiance += light.irradiance * scattered;
             }

@@ -133,9 +133,7 @@ impl ShadingArgs {
             format!("--relief-color is for techniques that integrate over a covariance ({techniques}), not {name}")
         } else if self.multiscattering.is_some() && !technique.has_multiscattering() {
             let techniques = names_where(Technique::has_multiscattering);
-            format!(
-                "--multiscattering is for techniques that integrate over a Beckmann base ({techniques}), not {name}"
-            )
+            format!("--multiscattering is for techniques whose base has tables of energy ({techniques}), not {name}")
         } else if self.base_frame.is_some() && !technique.has_base_frame() {
             let techniques = names_where(Technique::has_base_frame);
             format!("--base-frame is for techniques that integrate over a Beckmann base ({techniques}), not {name}")
@@ -236,6 +234,7 @@ mod tests {
         assert!(!options(&["--pixel-kernel", "off"]).pixel_kernel);
         assert!(!options(&["--relief-occlusion", "off"]).relief_occlusion);
         assert!(options(&["--multiscattering", "on"]).multiscattering && !options(&[]).multiscattering);
+        assert!(options(&["--technique", "gloss", "--multiscattering", "on"]).multiscattering);
         assert_eq!(options(&["--masking", "normal-map"]).shadowing, Shadowing::NormalMap);
         assert!(options(&["--relief-color", "on"]).relief_color && !options(&[]).relief_color);
         let terms = resolve(&["--terms", "specular-lights,diffuse-environment"]).unwrap().terms();
@@ -257,7 +256,7 @@ mod tests {
             (&["--technique", "toksvig", "--masking", "smith"], "--masking"),
             (&["--technique", "lean", "--pixel-kernel", "off"], "--pixel-kernel"),
             (&["--technique", "lean", "--relief-occlusion", "on"], "--relief-occlusion"),
-            (&["--technique", "gloss", "--multiscattering", "off"], "--multiscattering"),
+            (&["--technique", "leadr-ggx", "--multiscattering", "off"], "--multiscattering"),
             (&["--technique", "reference", "--relief-color", "on"], "--relief-color"),
             (&["--pixel-kernel", "maybe"], "on or off"),
             (&["--technique", "constant", "--terms", "diffuse-lights"], "constant"),

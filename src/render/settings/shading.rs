@@ -164,7 +164,7 @@ pub struct ShadingOptions {
     pub relief_color: bool,
     /// Whether facets of the base light each other: their mirrors lose nothing, and their diffuse body scatters as rough bodies do
     /// ([`crate::reflectance::materials::energy`], [`crate::reflectance::materials::multiscattering`]). The LEADR paper leaves it out.
-    /// For techniques that integrate over a Beckmann base.
+    /// For techniques that integrate over a Beckmann base, and `gloss`.
     pub multiscattering: bool,
     /// Edge samples per sample, 1 (none) to [`MAX_EDGE_SAMPLES`](Self::MAX_EDGE_SAMPLES): places in the pixel where the
     /// geometry is sampled again. Those that see another surface than the pixel's own sample are shaded too, so silhouettes
@@ -217,8 +217,6 @@ pub struct Integral {
     pub relief_occlusion: bool,
     /// [`ShadingOptions::relief_color`], where the technique has it.
     pub relief_color: Option<bool>,
-    /// [`ShadingOptions::multiscattering`], where the base is Beckmann's.
-    pub multiscattering: Option<bool>,
 }
 
 /// How a technique reflects light.
@@ -252,6 +250,8 @@ pub enum Filtering {
 pub struct Shading {
     technique: Technique,
     reflection: Reflection,
+    /// [`ShadingOptions::multiscattering`], where the technique has it.
+    multiscattering: Option<bool>,
     filtering: Filtering,
 }
 
@@ -275,7 +275,6 @@ impl Technique {
                 pixel_kernel,
                 relief_occlusion,
                 relief_color,
-                multiscattering,
             };
             Reflection::Integral(terms, integral)
         } else {
@@ -286,7 +285,7 @@ impl Technique {
         } else {
             Filtering::Prefiltered { edge_samples: options.edge_samples }
         };
-        Shading { technique: self, reflection, filtering }
+        Shading { technique: self, reflection, multiscattering, filtering }
     }
 }
 
@@ -369,7 +368,8 @@ impl Shading {
     pub fn spec(&self) -> Vec<(&'static str, SpecValue)> {
         let mut spec = self.needs().spec();
         spec.push(("TERMS", SpecValue::I32(self.terms().bits())));
-        if let Some(Integral { quadrature, shadowing, diffuse_lights, multiscattering, .. }) = self.integral() {
+        spec.push(("MULTISCATTERING", SpecValue::Bool(self.multiscattering == Some(true))));
+        if let Some(Integral { quadrature, shadowing, diffuse_lights, .. }) = self.integral() {
             let (visible, samples) = match quadrature {
                 Quadrature::Grid(side) => (false, side),
                 Quadrature::VisibleSlopes(probes) => (true, probes.count()),
@@ -380,7 +380,6 @@ impl Shading {
                 ("SHADOWING_MODEL", SpecValue::I32(shadowing.code())),
                 ("LIGHTS_BY_SH", SpecValue::Bool(diffuse_lights == DiffuseLights::Sh)),
                 ("FACET_FRAME", SpecValue::Bool(self.facet_frame())),
-                ("MULTISCATTERING", SpecValue::Bool(multiscattering == Some(true))),
                 // Few fixed probes would show in the mean of many samples, however many.
                 ("DRAWN_MIRRORS", SpecValue::Bool(visible && self.technique.is_reference())),
             ]);
@@ -411,7 +410,6 @@ impl Shading {
                 pixel_kernel,
                 relief_occlusion,
                 relief_color,
-                multiscattering,
             } = integral;
             options = ShadingOptions {
                 quadrature,
@@ -421,10 +419,10 @@ impl Shading {
                 pixel_kernel: pixel_kernel.unwrap_or(options.pixel_kernel),
                 relief_occlusion,
                 relief_color: relief_color.unwrap_or(options.relief_color),
-                multiscattering: multiscattering.unwrap_or(options.multiscattering),
                 ..options
             };
         }
+        options.multiscattering = self.multiscattering.unwrap_or(options.multiscattering);
         match self.filtering {
             Filtering::Prefiltered { edge_samples } => ShadingOptions { edge_samples, ..options },
             Filtering::Supersampled { relief_shadows } => ShadingOptions { relief_shadows, ..options },
@@ -548,6 +546,7 @@ mod tests {
             assert_eq!(kernel, technique.has_pixel_kernel().then_some(false));
             let frame = shading.integral().and_then(|integral| integral.base_frame);
             assert_eq!(frame, technique.has_base_frame().then_some(BaseFrame::Macro));
+            assert_eq!(shading.options().multiscattering, technique.has_multiscattering());
             assert_eq!(shading.relief_shadows(), technique.has_relief_shadows());
             assert_eq!(shading.edge_samples(), (!technique.is_reference()).then_some(16));
             assert_eq!(shading.terms() == Terms::NONE, !technique.is_lit());

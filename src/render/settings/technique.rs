@@ -240,8 +240,8 @@ impl Technique {
     /// Whether it has the setting [`multiscattering`](super::ShadingOptions::multiscattering).
     #[must_use]
     pub fn has_multiscattering(self) -> bool {
-        // The lobes of a GGX base reflect more of an environment at grazing angles than GGX, whose losses the tables know.
-        self.has_base_frame()
+        // The lobes of LEADR's GGX base reflect more of an environment at grazing angles than GGX, whose losses the tables know.
+        self.has_base_frame() || self.row().family == Family::Gloss
     }
 
     /// Whether it has the setting [`pixel_kernel`](super::ShadingOptions::pixel_kernel).
