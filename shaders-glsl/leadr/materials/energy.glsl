@@ -5,10 +5,10 @@
 #include "../facets/fresnel.glsl"
 
 // How much light mirror facets reflect in all, and two ways to give back what one bounce between them loses (Kulla and Conty 2017;
-// Turquin 2019; src/reflectance/materials/energy.rs). The albedo lies in a table of 33 columns and 32 rows that the includer names, as
+// Turquin 2019; src/reflectance/materials/energy.rs). The albedo lies in a table of 33 columns and 48 rows that the includer names, as
 //     uniform sampler2D energy;
 //     #define LEADR_ENERGY_TEXEL(x, y) texelFetch(energy, ivec2(x, y), 0).xy
-// EnergyTable::texels gives its texels: (1 - ideal, grazing) at cos = (x / 31)^2, alpha = (y / 31)^2, and the average at x = 32.
+// EnergyTable::texels gives its texels: (1 - ideal, grazing) at cos = (x / 31)^2, alpha = (y / 47)^4, and the average at x = 32.
 // An albedo is vec2(ideal, grazing): for F = 1, and for F = (1 - cos)^5.
 
 #ifndef LEADR_ENERGY_TEXEL
@@ -17,8 +17,8 @@
 
 // Column x of the table, or between it and the next, at a roughness.
 vec2 energy_between(float alpha, int x, float t) {
-    float y = sqrt(clamp(alpha, 0.0, 1.0)) * 31.0;
-    int row = min(int(y), 30);
+    float y = sqrt(sqrt(clamp(alpha, 0.0, 1.0))) * 47.0;
+    int row = min(int(y), 46);
     int next = min(x + 1, 32);
     vec2 low = mix(LEADR_ENERGY_TEXEL(x, row), LEADR_ENERGY_TEXEL(next, row), t);
     vec2 high = mix(LEADR_ENERGY_TEXEL(x, row + 1), LEADR_ENERGY_TEXEL(next, row + 1), t);

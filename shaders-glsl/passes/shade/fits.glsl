@@ -9,7 +9,7 @@
 // after another (src/render/surfaces/fits.rs).
 layout(std430) readonly buffer Irradiance { float light_words[]; };
 const uint ENERGY_WORDS = 36u;
-const uint ENERGY_TABLE = 33u * 32u * 2u;
+const uint ENERGY_TABLE = 33u * 48u * 2u;
 const uint FIT_WORDS = ENERGY_WORDS + 2u * ENERGY_TABLE;
 #define LEADR_FITTED_WORD(i) light_words[FIT_WORDS + i]
 #include "leadr/materials/fitted.glsl"

@@ -19,8 +19,8 @@ pub fn energy_nodes<D: SlopeDistribution>(distribution: impl Fn(f64) -> D + Sync
     let exact: Vec<[f64; 2]> = (0..nx * ny)
         .into_par_iter()
         .map(|i| {
-            let at = |k: usize, n: usize| (k as f64 / (n - 1) as f64).powi(2);
-            let albedo = albedo_at(&distribution, at(i / nx, ny), at(i % nx, nx), rule);
+            let at = |k: usize, n: usize, power| (k as f64 / (n - 1) as f64).powi(power);
+            let albedo = albedo_at(&distribution, at(i / nx, ny, 4), at(i % nx, nx, 2), rule);
             [albedo.ideal, albedo.grazing]
         })
         .collect();
@@ -104,17 +104,24 @@ mod tests {
     use crate::reflectance::facets::ggx::Ggx;
     use crate::reflectance::materials::energy::{EnergyTable, compensation_color, entered};
     use crate::reflectance::materials::multiscattering::{BOUNCES, BOUNCES_LOSSY, multiscattering_albedo};
-    use crate::reflectance::random::Random;
     use glam::DVec2;
+    use std::sync::LazyLock;
 
     const RULE: AlbedoRule = AlbedoRule { azimuths: 5, slopes: 5, order: 7 };
 
-    /// Roughness, cosine, the exact albedo and the table's, at random places of α .03 to 1.
-    fn compared(beckmann: bool, n: u64) -> Vec<(f64, f64, SplitAlbedo, SplitAlbedo)> {
+    /// Roughness, cosine, the exact albedo and the table's.
+    type Compared = Vec<(f64, f64, SplitAlbedo, SplitAlbedo)>;
+
+    /// At places between nodes, α .03 to 1 and cosines 0 to 1: GGX, Beckmann. The worst lie in narrow valleys of smooth surfaces at
+    /// grazing views, which a few hundred random places miss.
+    static COMPARED: LazyLock<[Compared; 2]> = LazyLock::new(|| [false, true].map(compared));
+
+    fn compared(beckmann: bool) -> Compared {
         let table = if beckmann { EnergyTable::beckmann() } else { EnergyTable::ggx() };
-        let place = |i: u64| {
-            let mut random = Random::stream(11, i);
-            let (alpha, c) = (random.log(0.03, 1.0), random.unit().powi(2));
+        let (alphas, cosines) = (45, 97);
+        let place = |i: usize| {
+            let alpha = 0.03f64.powf(1.0 - (i / cosines) as f64 / (alphas - 1) as f64);
+            let c = ((i % cosines) as f64 / (cosines - 1) as f64).powi(2);
             let exact = if beckmann {
                 albedo_at(&|a| Beckmann::isotropic(DVec2::ZERO, a), alpha, c, RULE)
             } else {
@@ -122,22 +129,21 @@ mod tests {
             };
             (alpha, c, exact, table.albedo(alpha, c))
         };
-        (0..n).into_par_iter().map(place).collect()
+        (0..alphas * cosines).into_par_iter().map(place).collect()
     }
 
     #[test]
     fn the_table_is_never_short_and_close() {
         for beckmann in [false, true] {
             let (mut low, mut high) = ([0.0f64; 2], [0.0f64; 2]);
-            for (_, _, exact, got) in compared(beckmann, 400) {
+            for (_, _, exact, got) in &COMPARED[usize::from(beckmann)] {
                 let over = [got.ideal - exact.ideal, got.grazing - exact.grazing];
                 for k in 0..2 {
                     (low[k], high[k]) = (low[k].min(over[k]), high[k].max(over[k]));
                 }
             }
             println!("Beckmann {beckmann}: table less integral, ideal and grazing: {low:.5?} to {high:.5?}");
-            let most = if beckmann { 6e-3 } else { 3e-3 };
-            assert!(low.iter().all(|l| *l > -2e-5) && high.iter().all(|h| *h < most), "{low:?} {high:?}");
+            assert!(low.iter().all(|l| *l > -2e-5) && high.iter().all(|h| *h < 4e-3), "{low:?} {high:?}");
         }
     }
 
@@ -147,8 +153,8 @@ mod tests {
     fn white_furnace() {
         for beckmann in [false, true] {
             let table = if beckmann { EnergyTable::beckmann() } else { EnergyTable::ggx() };
-            let (mut darkest, mut brightest) = (1.0f64, 0.0f64);
-            for (alpha, _, exact, got) in compared(beckmann, 400) {
+            let (mut darkest, mut brightest) = ((1.0f64, 0.0, 0.0), 0.0f64);
+            for &(alpha, c, exact, got) in &COMPARED[usize::from(beckmann)] {
                 let average = table.average(alpha).ideal;
                 for f0 in [0.0, 0.01, 0.02, 0.04, 0.08, 0.2, 0.5, 0.9, 1.0].map(DVec3::splat) {
                     let mirrors = exact.of(f0) + (1.0 - got.ideal) * compensation_color(f0, average);
@@ -158,16 +164,18 @@ mod tests {
                             let diffuse = multiscattering_albedo(fit.at(alpha), DVec3::splat(rho), body);
                             let total = (mirrors + diffuse).x;
                             brightest = brightest.max(total);
-                            if rho == 1.0 && fit == BOUNCES {
-                                darkest = darkest.min(total);
+                            if rho == 1.0 && fit == BOUNCES && total < darkest.0 {
+                                darkest = (total, alpha, c);
                             }
                         }
                     }
                 }
             }
-            println!("Beckmann {beckmann}: white surfaces {darkest:.5} and more, none above {brightest:.7}");
-            let least = if beckmann { 0.994 } else { 0.997 };
-            assert!(darkest > least && brightest < 1.0 + 2e-5, "{darkest} {brightest}");
+            let (least, alpha, c) = darkest;
+            println!(
+                "Beckmann {beckmann}: white surfaces {least:.5} (α {alpha:.3}, cos {c:.3}) and more, none above {brightest:.7}"
+            );
+            assert!(least > 0.995 && brightest < 1.0 + 2e-5, "{darkest:?} {brightest}");
         }
     }
 }

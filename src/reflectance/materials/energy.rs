@@ -46,14 +46,14 @@ impl SplitAlbedo {
 
 /// Nodes of an [`EnergyTable`] over `√cos`, 0 to 1.
 pub const ENERGY_COSINES: usize = 32;
-/// Nodes of an [`EnergyTable`] over `√α`, 0 to 1.
-pub const ENERGY_ALPHAS: usize = 32;
+/// Nodes of an [`EnergyTable`] over the fourth root of `α`, 0 to 1.
+pub const ENERGY_ALPHAS: usize = 48;
 /// Texels in a row: those of the cosines, then the average.
 pub const ENERGY_ROW: usize = ENERGY_COSINES + 1;
 
 /// Albedo of mirrors by roughness and viewer. Texel `(x, y)` is `(1 − ideal, grazing)` at `cos = (x/31)²`,
-/// `α = (y/31)²`, and at `x = 32` the average over the hemisphere. Between them it is linear in `√cos` ([`energy_weight`])
-/// and `√α`.
+/// `α = (y/47)⁴`, and at `x = 32` the average over the hemisphere. Between them it is linear in `√cos` ([`energy_weight`])
+/// and in the fourth root of `α`: what smooth facets lose depends on `cos / α`, so rows are a ratio apart, not a step.
 #[derive(Clone, Debug, PartialEq)]
 pub struct EnergyTable(Vec<[f32; 2]>);
 
@@ -107,7 +107,7 @@ impl EnergyTable {
     }
 
     fn between_rows(&self, alpha: f64, row: impl Fn(usize, usize) -> f64) -> SplitAlbedo {
-        let y = unit(alpha).sqrt() * (ENERGY_ALPHAS - 1) as f64;
+        let y = unit(alpha).sqrt().sqrt() * (ENERGY_ALPHAS - 1) as f64;
         let at = (y as usize).min(ENERGY_ALPHAS - 2);
         let t = y - at as f64;
         let [loss, grazing] = [0, 1].map(|k| row(at, k) + (row(at + 1, k) - row(at, k)) * t);
