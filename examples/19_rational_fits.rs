@@ -4,8 +4,9 @@
 //! `cargo run --release --no-default-features --example 19_rational_fits`
 
 use leadr::reflectance::DVec2;
+use leadr::reflectance::facets::combined_gloss::{CombinedGloss, combine_gloss_fit, combine_gloss_short};
 use leadr::reflectance::facets::gloss::Gloss;
-use leadr::reflectance::facets::shortened_normals::{Shortening, combine_gloss_fit};
+use leadr::reflectance::facets::shortened_normals::Shortening;
 use leadr::reflectance::rational_fit::{Norm, Rational, RationalFault, RationalForm, RationalSample, fit_rational};
 
 /// Chan's: GGX by macrosurface area.
@@ -73,22 +74,33 @@ fn length_of_gloss() -> Result<(), RationalFault> {
 fn combined_gloss() -> Result<(), RationalFault> {
     let exact = |at: DVec2| SHORTENING.combine_gloss(at.x, at.y, Gloss::Wwii);
     let grid = |n: i32| (0..n * n).map(move |i| DVec2::new(f64::from(i % n), f64::from(i / n)) / f64::from(n - 1));
-    // Where the sum is rougher than gloss can be, the function may go below 0, since it is clamped.
-    let samples: Vec<RationalSample> =
-        grid(32).map(|at| sample(at.x, at.y, exact(at), f64::from(u8::from(exact(at) > 0.0)))).collect();
     println!("\nGloss of a detail on a base (WWII)");
     let report = |name: &str, f: &dyn Fn(DVec2) -> f64| {
-        let errors: Vec<f64> = grid(129).map(|at| (f(at) - exact(at)).abs()).collect();
-        let rms = (errors.iter().map(|e| e * e).sum::<f64>() / errors.len() as f64).sqrt();
-        println!("    {name}: off by {:.4} at most, rms {rms:.4}", errors.iter().copied().fold(0.0, f64::max));
+        let (mut worst, mut squares) = ((0.0f64, DVec2::ZERO), 0.0);
+        for at in grid(129) {
+            let error = (f(at) - exact(at)).abs();
+            squares += error * error / 129.0 / 129.0;
+            worst = if error > worst.0 { (error, at) } else { worst };
+        }
+        let rms = f64::sqrt(squares);
+        println!("    {name}: off by {:.5} at most, at {:.3} and {:.3}; rms {rms:.5}", worst.0, worst.1.x, worst.1.y);
     };
+    report("product, short way back", &|at| combine_gloss_short(at.x, at.y, Gloss::Wwii));
+    let table = |size| CombinedGloss::new(SHORTENING, Gloss::Wwii, size);
+    for size in [16, 32, 64, 128] {
+        let (whole, coded) = (table(size), table(size).in_8_bits());
+        report(&format!("table of {size} x {size}"), &|at| whole.at(at.x, at.y));
+        report(&format!("table of {size} x {size}, 8 bits"), &|at| coded.at(at.x, at.y));
+    }
+    let table = table(CombinedGloss::PAPER_SIZE);
     report("eq. 35-37", &|at| combine_gloss_fit(at.x, at.y));
     for (name, degrees, norm) in [
         ("degrees 2, 2", (2, 2), Norm::Squares),
         ("degrees 2, 2, least largest error", (2, 2), Norm::Largest),
         ("degrees 3, 3", (3, 3), Norm::Squares),
+        ("degrees 3, 3, least largest error", (3, 3), Norm::Largest),
     ] {
-        match fit_rational(&RationalForm::symmetric(degrees.0, degrees.1), &samples, &[], norm) {
+        match table.fit(&RationalForm::symmetric(degrees.0, degrees.1), norm) {
             Ok(f) => {
                 print_coefficients(name, &f);
                 report(name, &|at| f.eval(at).clamp(0.0, 1.0));

@@ -7,6 +7,7 @@ pub mod beckmann;
 pub mod beckmann_sampling;
 #[cfg(test)]
 mod chi_square;
+pub mod combined_gloss;
 pub mod curve;
 pub mod ellipse;
 pub mod footprint_normals;
