@@ -4,6 +4,7 @@
 #include "facet_frame.glsl"
 #include "leadr.glsl"
 #include "lighting.glsl"
+#include "leadr/facets/ggx.glsl"
 #include "leadr/facets/shortened_normals.glsl"
 #include "leadr/materials/classic.glsl"
 #include "leadr/integrals/light_size.glsl"
@@ -74,11 +75,10 @@ vec3 classic_radiance(Surface surface, float environment_scale) {
     return radiance;
 }
 
-// D V of GGX facets with height-correlated masking, times 4 cosines over 4: what a light in mirrors is worth, but for the Fresnel term.
+// What a light is worth in mirrors of GGX facets of roughness sqrt(square) about z, but for the Fresnel term.
 float gloss_mirrors(vec3 wo, vec3 wi, vec3 wh, float square) {
-    float d = wh.z * wh.z * (square - 1.0) + 1.0;
-    float seen = wi.z * sqrt(wo.z * wo.z * (1.0 - square) + square), lit = wo.z * sqrt(wi.z * wi.z * (1.0 - square) + square);
-    return square / (LEADR_PI * d * d) * 0.5 / max(seen + lit, 1e-6) * wi.z;
+    vec3 roughness = vec3(vec2(square), 0.0);
+    return 0.25 * ggx_ndf(wh, vec2(0.0), roughness) * ggx_masking_shadowing(wo, wi, vec2(0.0), roughness, true);
 }
 
 // Shortened normals (Chan 2018): GGX about the mean normal, of the roughness that stands for its length, of which the relief's and the
