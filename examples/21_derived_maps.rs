@@ -20,7 +20,7 @@ use leadr::maps::derive::{
 };
 use leadr::maps::material::{Encoding, NormalMap, Texture, green_axis};
 use leadr::maps::{HeightMap, Wrap, load_height_map, load_raster};
-use leadr::reflectance::masking::occlusion::{Cone, cone_light};
+use leadr::reflectance::masking::occlusion::{Cone, cone_light, cone_light_smooth};
 use rayon::prelude::*;
 
 type Failure = Box<dyn std::error::Error>;
@@ -202,10 +202,10 @@ fn occlude(heights: &HeightMap, scale: f32) -> Result<(), Failure> {
     let kept = kept.ok_or("the default is no row of the table")?;
     println!("  sun at elevation   lit    wrong: all lit   facing   cone about the normal   about b");
     for elevation in [15.0f64, 30.0, 45.0, 60.0] {
-        let wrong: Vec<[u32; 5]> = texels
+        let wrong: Vec<([u32; 5], [f64; 6])> = texels
             .par_iter()
             .map(|&[x, y]| {
-                let mut counts = [0; 5];
+                let (mut counts, mut squares) = ([0; 5], [0.0; 6]);
                 let normal = normal([x, y]);
                 let length = normal.iter().map(|v| v * v).sum::<f64>().sqrt();
                 let normal = normal.map(|v| v / length);
@@ -216,7 +216,8 @@ fn occlude(heights: &HeightMap, scale: f32) -> Result<(), Failure> {
                     let azimuth = std::f64::consts::TAU * (f64::from(k) + 0.3) / 8.0;
                     let (r, z) = (elevation.to_radians().cos(), elevation.to_radians().sin());
                     let sun = [r * azimuth.cos(), r * azimuth.sin(), z];
-                    let facing = (0..3).map(|i| normal[i] * sun[i]).sum::<f64>() > 0.0;
+                    let cosine = (0..3).map(|i| normal[i] * sun[i]).sum::<f64>().max(0.0);
+                    let facing = cosine > 0.0;
                     let lit = facing && rays.is_free(x, y, sun);
                     // Facets that face away are dark without any cone.
                     let guesses = [
@@ -227,11 +228,17 @@ fn occlude(heights: &HeightMap, scale: f32) -> Result<(), Failure> {
                     ];
                     counts[0] += u32::from(lit);
                     guesses.iter().zip(&mut counts[1..]).for_each(|(guess, count)| *count += u32::from(*guess != lit));
+                    // What of the light gets through: all, and by hard and soft edges.
+                    let [about_normal, about_b] = [0, 1].map(|k| cone_light_smooth(&cones[k], sun.into()));
+                    let hard = [0, 1].map(|k| cone_light(&cones[k], sun.into()));
+                    let shares = [1.0, hard[0], about_normal.sqrt(), about_normal, hard[1], about_b];
+                    let truth = f64::from(u8::from(lit));
+                    shares.iter().zip(&mut squares).for_each(|(s, sum)| *sum += (cosine * (s - truth)).powi(2));
                 }
-                counts
+                (counts, squares)
             })
             .collect();
-        let share = |i: usize| 100.0 * wrong.iter().map(|c| f64::from(c[i])).sum::<f64>() / f64::from(8 * TEXELS);
+        let share = |i: usize| 100.0 * wrong.iter().map(|(c, _)| f64::from(c[i])).sum::<f64>() / f64::from(8 * TEXELS);
         println!(
             "  {elevation:16.0}  {:5.1}  {:14.1} % {:7.1} %  {:20.1} %  {:7.1} %",
             share(0),
@@ -239,6 +246,16 @@ fn occlude(heights: &HeightMap, scale: f32) -> Result<(), Failure> {
             share(2),
             share(3),
             share(4)
+        );
+        let rms = |i: usize| (wrong.iter().map(|(_, s)| s[i]).sum::<f64>() / f64::from(8 * TEXELS)).sqrt();
+        println!(
+            "        light, rms error: no cone {:.3}; about the normal hard {:.3}, falling off once {:.3}, twice (eq. 58) {:.3}; about b {:.3}, {:.3}",
+            rms(0),
+            rms(1),
+            rms(2),
+            rms(3),
+            rms(4),
+            rms(5)
         );
     }
     Ok(())
