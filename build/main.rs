@@ -1,5 +1,7 @@
 //! Makes Rust modules of the constants that shaders share, and compiles the shaders if the feature `gpu` asks for them.
 
+#[cfg(feature = "gpu")]
+mod compiler;
 mod constants;
 #[cfg(feature = "gpu")]
 mod reflect;

@@ -3,9 +3,10 @@
 //! name and the compiler's own message.
 
 use std::fmt::Write as _;
-use std::path::{Component, Path, PathBuf};
+use std::path::{Path, PathBuf};
 
-use crate::reflect::{self, Interface};
+use crate::compiler::{Compiled, Compiler, collect, slashes, stage};
+use crate::reflect;
 
 const ROOT: &str = "shaders-glsl";
 
@@ -60,12 +61,12 @@ fn build(out: &Path) -> Result<(), String> {
     }
     files.sort();
 
-    let compiler = Compiler::new()?;
+    let compiler = Compiler::new(Path::new(ROOT))?;
     let mut table = String::from("/// Every entry point, sorted by name.\nstatic TABLE: &[Shader] = &[\n");
     let mut failures = String::new();
     for file in &files {
         let name = slashes(file.strip_prefix(ROOT).expect("collected below the root"));
-        match compiler.shader(file, &name) {
+        match compiler.compile(&name) {
             Ok(shader) => {
                 let binary = out.join(name.replace('/', "-") + ".spv");
                 std::fs::write(&binary, &shader.code).map_err(|e| format!("{}: {e}", binary.display()))?;
@@ -84,18 +85,9 @@ fn build(out: &Path) -> Result<(), String> {
     std::fs::write(out.join("shaders.rs"), table).map_err(|e| format!("shaders.rs: {e}"))
 }
 
-/// A compiled entry point.
-struct Shader {
-    code: Vec<u8>,
-    /// What the source declares, whether it is used or not.
-    declared: Interface,
-    /// What is left of it in `code`.
-    used: Interface,
-}
-
 /// Writes an entry of the table.
-fn entry(table: &mut String, name: &str, stage: &str, binary: &Path, shader: &Shader) {
-    let Shader { declared, used, .. } = shader;
+fn entry(table: &mut String, name: &str, stage: &str, binary: &Path, shader: &Compiled) {
+    let Compiled { declared, used, .. } = shader;
     let mut line = |text: String| writeln!(table, "{text}").expect("a String takes all");
     line(format!("    Shader {{\n        name: {name:?}, stage: vk::ShaderStageFlags::{stage},"));
     line(format!("        code: &Aligned(*include_bytes!({binary:?})).0, local_size: {:?},", used.local_size));
@@ -124,120 +116,4 @@ fn entry(table: &mut String, name: &str, stage: &str, binary: &Path, shader: &Sh
         line("            ] },".to_owned());
     }
     line("        ],\n    },".to_owned());
-}
-
-/// Adds the entry points below `folder`; a folder that does not exist holds none.
-fn collect(folder: &Path, files: &mut Vec<PathBuf>) -> Result<(), String> {
-    if !folder.is_dir() {
-        return Ok(());
-    }
-    for entry in std::fs::read_dir(folder).map_err(|e| format!("{}: {e}", folder.display()))? {
-        let path = entry.map_err(|e| format!("{}: {e}", folder.display()))?.path();
-        if path.is_dir() {
-            collect(&path, files)?;
-        } else if stage(&path).is_some() {
-            files.push(path);
-        }
-    }
-    Ok(())
-}
-
-/// Compiler's and Vulkan's name of the stage.
-fn stage(path: &Path) -> Option<(shaderc::ShaderKind, &'static str)> {
-    match path.extension()?.to_str()? {
-        "vert" => Some((shaderc::ShaderKind::Vertex, "VERTEX")),
-        "tesc" => Some((shaderc::ShaderKind::TessControl, "TESSELLATION_CONTROL")),
-        "tese" => Some((shaderc::ShaderKind::TessEvaluation, "TESSELLATION_EVALUATION")),
-        "frag" => Some((shaderc::ShaderKind::Fragment, "FRAGMENT")),
-        "comp" => Some((shaderc::ShaderKind::Compute, "COMPUTE")),
-        _ => None,
-    }
-}
-
-/// Turns GLSL into SPIR-V, and into the SPIR-V before optimisation, which alone has all that the source declares.
-struct Compiler {
-    compiler: shaderc::Compiler,
-    optimized: shaderc::CompileOptions<'static>,
-    plain: shaderc::CompileOptions<'static>,
-}
-
-impl Compiler {
-    fn new() -> Result<Self, String> {
-        let options = |level| {
-            let mut options = shaderc::CompileOptions::new()?;
-            options.set_target_env(shaderc::TargetEnv::Vulkan, shaderc::EnvVersion::Vulkan1_3 as u32);
-            options.set_target_spirv(shaderc::SpirvVersion::V1_6);
-            options.set_optimization_level(level);
-            // Keeps the names, by which all that crosses to the shaders is bound and checked.
-            options.set_generate_debug_info();
-            // Sources name their resources; pipelines number them.
-            options.set_auto_bind_uniforms(true);
-            options.set_warnings_as_errors();
-            options.set_include_callback(resolve_include);
-            Ok(options)
-        };
-        let failed = |e: shaderc::Error| format!("shaderc: {e}");
-        Ok(Self {
-            compiler: shaderc::Compiler::new().map_err(failed)?,
-            optimized: options(shaderc::OptimizationLevel::Performance).map_err(failed)?,
-            plain: options(shaderc::OptimizationLevel::Zero).map_err(failed)?,
-        })
-    }
-
-    fn shader(&self, file: &Path, name: &str) -> Result<Shader, String> {
-        let source = std::fs::read_to_string(file).map_err(|e| format!("{}: {e}", file.display()))?;
-        let (kind, _) = stage(file).expect("collected by its stage");
-        let compile = |options| self.compiler.compile_into_spirv(&source, kind, name, "main", Some(options));
-        let code = compile(&self.optimized).map_err(|e| e.to_string())?;
-        let plain = compile(&self.plain).map_err(|e| e.to_string())?;
-        let reflected = |words| reflect::interface(words).map_err(|fault| format!("{ROOT}/{name}: {fault}"));
-        let (declared, used) = (reflected(plain.as_binary())?, reflected(code.as_binary())?);
-        if let Some(lost) = used.resources.iter().find(|resource| resource.binding_word.is_none()) {
-            return Err(format!("{ROOT}/{name}: the compiler gave {} no binding", lost.name));
-        }
-        Ok(Shader { code: code.as_binary_u8().to_vec(), declared, used })
-    }
-}
-
-/// `#include "x"` is looked for beside the including file, then below `shaders-glsl`; `#include <x>` only there.
-fn resolve_include(
-    requested: &str,
-    kind: shaderc::IncludeType,
-    includer: &str,
-    _depth: usize,
-) -> Result<shaderc::ResolvedInclude, String> {
-    let mut candidates = Vec::new();
-    if matches!(kind, shaderc::IncludeType::Relative)
-        && let Some(folder) = Path::new(includer).parent()
-    {
-        candidates.push(normal(&folder.join(requested)));
-    }
-    candidates.push(normal(Path::new(requested)));
-    for candidate in &candidates {
-        let path = Path::new(ROOT).join(candidate);
-        if path.is_file() {
-            let content = std::fs::read_to_string(&path).map_err(|e| format!("{}: {e}", path.display()))?;
-            return Ok(shaderc::ResolvedInclude { resolved_name: slashes(candidate), content });
-        }
-    }
-    Err(format!("{requested:?} is neither beside {includer:?} nor below {ROOT}/"))
-}
-
-/// The path without `.` and `..`, so that one file has one name in messages.
-fn normal(path: &Path) -> PathBuf {
-    let mut result = PathBuf::new();
-    for part in path.components() {
-        match part {
-            Component::CurDir => {}
-            Component::ParentDir => {
-                result.pop();
-            }
-            other => result.push(other),
-        }
-    }
-    result
-}
-
-fn slashes(path: &Path) -> String {
-    path.to_string_lossy().replace('\\', "/")
 }

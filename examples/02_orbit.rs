@@ -10,6 +10,7 @@ use std::path::PathBuf;
 use clap::Parser;
 use glam::Affine3A;
 use leadr::app::demo::orbit::Orbit;
+use leadr::app::demo::window::show::{OneScene, Show};
 use leadr::app::demo::window::surroundings::Surroundings;
 use leadr::app::demo::window::{Display, WindowOptions, run};
 use leadr::gpu::Gpu;
@@ -70,7 +71,7 @@ pub fn main() -> Result<(), Box<dyn std::error::Error>> {
 
     // A scene is a pure function of time: here, a sphere that turns once in twenty seconds.
     let start = CameraPose { position: [3.2, -3.2, 0.7], target: [0.0; 3], up: [0.0, 0.0, 1.0], fov_degrees: 35.0 };
-    let scene = |time: f64| {
+    let scene = move |time: f64| {
         let turned = Affine3A::from_rotation_z((time * 0.314) as f32);
         FrameState::new(start.camera(), vec![Pose::Rigid(turned)]).under(&sky)
     };
@@ -85,7 +86,9 @@ pub fn main() -> Result<(), Box<dyn std::error::Error>> {
     };
     let other = SkyOrPicture { sky, lights: LightExtraction::default() };
     let surroundings = Surroundings::new(EnvironmentChoice::Sky, other);
-    let report = run(display, renderer, scene, Orbit::new(&start), settings, surroundings, options)?;
+    let orbit = Orbit::new(&start);
+    let show = Show { renderer, scene: Box::new(scene), orbit, views: None, sweep: None, surroundings };
+    let report = run(display, show, settings, &mut OneScene, options)?;
     println!("{}", serde_json::to_string(&report)?);
     match gpu.validation_messages().as_slice() {
         [] => Ok(()),

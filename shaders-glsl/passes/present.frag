@@ -1,32 +1,31 @@
 #version 460
 
-// Linear radiance to display codes: src/maps/tonemap.rs on the device.
+// Linear radiance to display codes. Left of a line one picture, right of it another.
 
-layout(constant_id = 0) const bool FILMIC = true;       // else clamped to 0..1
+#include "tonemap.glsl"
+
+layout(constant_id = 0) const int TONEMAP = 1;          // see tonemap.glsl
 layout(constant_id = 1) const bool ENCODE_SRGB = true;  // false when the target encodes
 
 uniform sampler2D image;
+uniform sampler2D other;
 
 layout(push_constant) uniform Constants {
     float exposure; // factor
+    float split;    // share of the width that shows image
 };
 
 layout(location = 0) in vec2 in_texcoord;
 layout(location = 0) out vec4 out_color;
-
-vec3 filmic(vec3 x) {
-    x = clamp(x, 0.0, 1e4);
-    return min(x * (2.51 * x + 0.03) / (x * (2.43 * x + 0.59) + 0.14), 1.0);
-}
 
 vec3 srgb_from_linear(vec3 x) {
     return mix(12.92 * x, 1.055 * pow(x, vec3(1.0 / 2.4)) - 0.055, greaterThan(x, vec3(0.0031308)));
 }
 
 void main() {
-    vec3 radiance = textureLod(image, in_texcoord, 0.0).rgb;
+    vec3 radiance = in_texcoord.x < split ? textureLod(image, in_texcoord, 0.0).rgb : textureLod(other, in_texcoord, 0.0).rgb;
     vec3 exposed = radiance * exposure;
-    vec3 display = FILMIC ? filmic(exposed) : clamp(exposed, 0.0, 1.0);
+    vec3 display = display_light(TONEMAP, exposed);
     if (ENCODE_SRGB) {
         display = srgb_from_linear(display);
     }

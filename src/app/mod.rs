@@ -20,8 +20,8 @@ pub mod report;
 use std::ffi::OsString;
 use std::process::ExitCode;
 
-use clap::Parser;
 use clap::error::ErrorKind;
+use clap::{ArgMatches, CommandFactory, FromArgMatches};
 
 use cli::{Cli, Command};
 use error::AppError;
@@ -30,8 +30,9 @@ use output::Output;
 /// Parses the command line (program name first), does the work, reports errors in one line on stderr and returns
 /// the exit code: 0 done, 1 failed or over a threshold, 2 wrong usage.
 pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
-    let cli = match Cli::try_parse_from(arguments) {
-        Ok(cli) => cli,
+    let parsed = Cli::command().try_get_matches_from(arguments);
+    let (matches, cli) = match parsed.and_then(|matches| Ok((Cli::from_arg_matches(&matches)?, matches))) {
+        Ok((cli, matches)) => (matches, cli),
         Err(fault) if matches!(fault.kind(), ErrorKind::DisplayHelp | ErrorKind::DisplayVersion) => {
             // A closed pipe (`leadr --help | head -1`) is no failure.
             let _ = fault.print();
@@ -40,18 +41,22 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
         Err(fault) => return fail(&AppError::Usage(usage_sentence(&fault))),
     };
     output::start_log(cli.output.quiet);
-    match dispatch(cli) {
+    match dispatch(cli, &matches) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => fail(&error),
     }
 }
 
-fn dispatch(cli: Cli) -> Result<(), AppError> {
+#[cfg_attr(not(feature = "window"), allow(unused_variables))]
+fn dispatch(cli: Cli, matches: &ArgMatches) -> Result<(), AppError> {
     let output = Output::new(cli.output.json, cli.output.quiet);
     match cli.command {
         Command::Capture(arguments) => capture::run(&arguments, &output),
         #[cfg(feature = "window")]
-        Command::Demo(arguments) => demo::run(&arguments, &output),
+        Command::Demo(arguments) => {
+            let given = matches.subcommand().map(|(_, matches)| demo::command_line::CommandLine::given(matches));
+            demo::run(&arguments, given.unwrap_or_default(), &output)
+        }
         Command::Bake(arguments) => bake::run(&arguments, &output),
         Command::Fit(arguments) => fit::run(&arguments, &output),
         Command::Bench(arguments) => bench::run(&arguments, &output),

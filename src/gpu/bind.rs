@@ -39,12 +39,12 @@ impl Commands {
         let core = pipeline.core();
         // SAFETY: the command buffer is being recorded; `keep` and `self.pipeline` hold the pipeline.
         unsafe { self.gpu().raw().cmd_bind_pipeline(self.raw(), core.bind_point, core.raw) };
-        self.keep(core);
+        self.keep(&core);
         self.pipeline = Some(core.clone());
-        if let Err(error) = check_names(core, resources) {
+        if let Err(error) = check_names(&core, resources) {
             return self.fail(error);
         }
-        self.push_descriptors(core, resources);
+        self.push_descriptors(&core, resources);
     }
 
     /// Writes the descriptor of every slot of the pipeline.

@@ -2,13 +2,14 @@
 
 use std::ffi::{CStr, CString};
 use std::mem::ManuallyDrop;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 
 use ash::vk;
 use gpu_allocator::vulkan::{Allocator, AllocatorCreateDesc};
 use gpu_allocator::{AllocationSizes, AllocatorDebugSettings};
 
 use super::error::Doing;
+use super::pipeline::Recipe;
 use super::{GpuError, Result, select, validation};
 
 /// How to open the device.
@@ -26,13 +27,15 @@ pub struct GpuOptions {
 /// An open Vulkan device. Every resource holds a reference to it, so it is destroyed last.
 pub struct Gpu {
     // Torn down by `Drop` in the order: allocator, pipeline cache, device, messenger, instance.
-    allocator: ManuallyDrop<Mutex<Allocator>>,
+    allocator: ManuallyDrop<Arc<Mutex<Allocator>>>,
     pipeline_cache: vk::PipelineCache,
     queue: Mutex<vk::Queue>,
     queue_family: u32,
     push_descriptor: ash::khr::push_descriptor::Device,
     debug: Option<ash::ext::debug_utils::Device>,
     labels: Mutex<()>,
+    /// How the pipelines are made that there are.
+    recipes: Mutex<Vec<Weak<Recipe>>>,
     device: ash::Device,
     messenger: Option<(ash::ext::debug_utils::Instance, vk::DebugUtilsMessengerEXT)>,
     messages: Box<validation::Messages>,
@@ -128,13 +131,14 @@ impl Gpu {
         unfinished.instance = None;
         unfinished.device = None;
         Ok(Arc::new(Self {
-            allocator: ManuallyDrop::new(Mutex::new(allocator)),
+            allocator: ManuallyDrop::new(Arc::new(Mutex::new(allocator))),
             pipeline_cache,
             queue: Mutex::new(queue),
             queue_family: chosen.queue_family,
             push_descriptor: ash::khr::push_descriptor::Device::new(&instance, &device),
             debug,
             labels: Mutex::new(()),
+            recipes: Mutex::default(),
             device,
             messenger: unfinished.messenger.take(),
             messages,
@@ -240,6 +244,16 @@ impl Gpu {
     #[doc(hidden)]
     pub fn queue(&self) -> MutexGuard<'_, vk::Queue> {
         self.queue.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// The allocator, for what brings its own buffers and images; it must be gone before the device is.
+    #[cfg(feature = "window")]
+    pub(crate) fn shared_allocator(&self) -> Arc<Mutex<Allocator>> {
+        Arc::clone(&self.allocator)
+    }
+
+    pub(super) fn recipes(&self) -> &Mutex<Vec<Weak<Recipe>>> {
+        &self.recipes
     }
 
     pub(crate) fn allocator(&self) -> MutexGuard<'_, Allocator> {

@@ -68,8 +68,11 @@ mod image;
 mod memory;
 mod pipeline;
 mod pipeline_layout;
+mod reload;
 mod sampler;
 mod select;
+#[cfg(feature = "window")]
+pub mod shader_watch;
 mod shared_struct;
 mod submit;
 mod timestamps;

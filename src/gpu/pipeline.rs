@@ -1,31 +1,80 @@
 //! Compute and graphics pipelines.
 
-use std::sync::Arc;
+use std::sync::{Arc, PoisonError, RwLock};
 
 use ash::vk;
 
 use super::error::Doing;
-use super::pipeline_layout::{PipelineCore, Spec, Stage, check_constants, shader};
+use super::pipeline_layout::{PipelineCore, Spec, SpecValue, Stage, check_constants, shader};
 use super::shaders::Shader;
 use super::{Gpu, GpuError, Result, StructLayout};
 
 /// What can be bound: a compute or a graphics pipeline.
 pub trait Pipeline {
-    /// The part that both kinds share.
+    /// The part that both kinds share, as it is now.
     #[doc(hidden)]
-    fn core(&self) -> &Arc<PipelineCore>;
+    fn core(&self) -> Arc<PipelineCore>;
+}
+
+/// What a pipeline is made of, so that it can be made again of other shaders.
+pub(crate) struct Recipe {
+    /// Names of its entry points.
+    shaders: Vec<String>,
+    make: Box<dyn Fn(&Arc<Gpu>) -> Result<PipelineCore> + Send + Sync>,
+    made: RwLock<Arc<PipelineCore>>,
+}
+
+impl Recipe {
+    /// A pipeline, and how it is made; the device can make it again as long as it is there.
+    fn new(
+        gpu: &Arc<Gpu>,
+        shaders: Vec<String>,
+        make: impl Fn(&Arc<Gpu>) -> Result<PipelineCore> + Send + Sync + 'static,
+    ) -> Result<Arc<Self>> {
+        let made = RwLock::new(Arc::new(make(gpu)?));
+        let recipe = Arc::new(Self { shaders, make: Box::new(make), made });
+        gpu.remember(&recipe);
+        Ok(recipe)
+    }
+
+    /// Whether one of its entry points is among these.
+    pub(crate) fn uses(&self, names: &[&str]) -> bool {
+        self.shaders.iter().any(|shader| names.contains(&shader.as_str()))
+    }
+
+    /// Makes it again. Nothing draws with the result before it is [`put`](Self::put) in place.
+    pub(crate) fn make_again(&self, gpu: &Arc<Gpu>) -> Result<PipelineCore> {
+        (self.make)(gpu)
+    }
+
+    /// Puts what was made again in place. Nothing may be recorded meanwhile.
+    pub(crate) fn put(&self, core: PipelineCore) {
+        *self.made.write().unwrap_or_else(PoisonError::into_inner) = Arc::new(core);
+    }
+
+    fn core(&self) -> Arc<PipelineCore> {
+        self.made.read().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+}
+
+/// Specialization constants that outlive the call.
+fn owned(spec: Spec<'_>) -> Vec<(String, SpecValue)> {
+    spec.iter().map(|(name, value)| ((*name).to_owned(), *value)).collect()
+}
+
+fn borrowed(spec: &[(String, SpecValue)]) -> Vec<(&str, SpecValue)> {
+    spec.iter().map(|(name, value)| (name.as_str(), *value)).collect()
 }
 
 /// A compute pipeline. Clones share the same pipeline.
 #[derive(Clone)]
 pub struct ComputePipeline {
-    core: Arc<PipelineCore>,
-    local_size: [u32; 3],
+    recipe: Arc<Recipe>,
 }
 
 impl Pipeline for ComputePipeline {
-    fn core(&self) -> &Arc<PipelineCore> {
-        &self.core
+    fn core(&self) -> Arc<PipelineCore> {
+        self.recipe.core()
     }
 }
 
@@ -37,6 +86,12 @@ impl ComputePipeline {
     /// [`GpuError::NoShader`]; [`GpuError::Shader`] for a constant or struct that the shader does not declare or declares
     /// differently, and for structs of the shader that are missing from `structs`; or a failed Vulkan call.
     pub fn new(gpu: &Arc<Gpu>, name: &str, spec: Spec<'_>, structs: &[StructLayout]) -> Result<Self> {
+        let (entry, spec, structs) = (name.to_owned(), owned(spec), structs.to_vec());
+        let make = move |gpu: &Arc<Gpu>| Self::make(gpu, &entry, &borrowed(&spec), &structs);
+        Ok(Self { recipe: Recipe::new(gpu, vec![name.to_owned()], make)? })
+    }
+
+    fn make(gpu: &Arc<Gpu>, name: &str, spec: Spec<'_>, structs: &[StructLayout]) -> Result<PipelineCore> {
         let shader = shader(name, vk::ShaderStageFlags::COMPUTE)?;
         check_constants(name, &[shader], spec)?;
         let mut core = PipelineCore::new(gpu, name, vk::PipelineBindPoint::COMPUTE, &[shader], structs)?;
@@ -47,12 +102,13 @@ impl ComputePipeline {
         let made = unsafe { gpu.raw().create_compute_pipelines(gpu.pipeline_cache(), &[info], None) };
         core.raw = made.map_err(|(_, result)| result).doing(format!("creating pipeline {name}"))?[0];
         gpu.name(core.raw, name);
-        Ok(Self { core: Arc::new(core), local_size: shader.local_size })
+        core.local_size = shader.local_size;
+        Ok(core)
     }
 
     /// The work group size in the shader (specialization constants at their defaults).
     pub fn local_size(&self) -> [u32; 3] {
-        self.local_size
+        self.core().local_size
     }
 }
 
@@ -141,12 +197,65 @@ impl Default for GraphicsDesc<'_> {
 /// A graphics pipeline for dynamic rendering; viewport and scissor are set while recording. Clones share the same pipeline.
 #[derive(Clone)]
 pub struct GraphicsPipeline {
-    core: Arc<PipelineCore>,
+    recipe: Arc<Recipe>,
 }
 
 impl Pipeline for GraphicsPipeline {
-    fn core(&self) -> &Arc<PipelineCore> {
-        &self.core
+    fn core(&self) -> Arc<PipelineCore> {
+        self.recipe.core()
+    }
+}
+
+/// A description that outlives the call.
+struct OwnedDesc {
+    vertex: String,
+    tessellation: Option<[String; 2]>,
+    fragment: Option<String>,
+    colors: Vec<vk::Format>,
+    spec: Vec<(String, SpecValue)>,
+    structs: Vec<StructLayout>,
+    /// All that borrows nothing.
+    rest: GraphicsDesc<'static>,
+}
+
+impl OwnedDesc {
+    fn of(desc: &GraphicsDesc<'_>) -> Self {
+        let GraphicsDesc { kept_colors, depth, samples, clockwise_front, front_only, topology, .. } = *desc;
+        Self {
+            vertex: desc.vertex.to_owned(),
+            tessellation: desc.tessellation.map(|names| names.map(str::to_owned)),
+            fragment: desc.fragment.map(str::to_owned),
+            colors: desc.colors.to_vec(),
+            spec: owned(desc.spec),
+            structs: desc.structs.to_vec(),
+            rest: GraphicsDesc {
+                kept_colors,
+                depth,
+                samples,
+                clockwise_front,
+                front_only,
+                topology,
+                ..GraphicsDesc::default()
+            },
+        }
+    }
+
+    fn shaders(&self) -> Vec<String> {
+        let tessellation = self.tessellation.iter().flatten();
+        std::iter::once(&self.vertex).chain(tessellation).chain(&self.fragment).cloned().collect()
+    }
+
+    fn with<R>(&self, make: impl FnOnce(&GraphicsDesc<'_>) -> R) -> R {
+        let spec = borrowed(&self.spec);
+        make(&GraphicsDesc {
+            vertex: &self.vertex,
+            tessellation: self.tessellation.as_ref().map(|names| names.each_ref().map(String::as_str)),
+            fragment: self.fragment.as_deref(),
+            colors: &self.colors,
+            spec: &spec,
+            structs: &self.structs,
+            ..self.rest
+        })
     }
 }
 
@@ -158,6 +267,13 @@ impl GraphicsPipeline {
     /// declares differently, for structs without a description, and for stages that contradict each other;
     /// [`GpuError::Usage`] for patches without tessellation stages; or a failed Vulkan call.
     pub fn new(gpu: &Arc<Gpu>, name: &str, desc: &GraphicsDesc<'_>) -> Result<Self> {
+        let (desc, named) = (OwnedDesc::of(desc), name.to_owned());
+        let shaders = desc.shaders();
+        let make = move |gpu: &Arc<Gpu>| desc.with(|desc| Self::make(gpu, &named, desc));
+        Ok(Self { recipe: Recipe::new(gpu, shaders, make)? })
+    }
+
+    fn make(gpu: &Arc<Gpu>, name: &str, desc: &GraphicsDesc<'_>) -> Result<PipelineCore> {
         if desc.tessellation.is_some() != matches!(desc.topology, Topology::Patches(_)) {
             return Err(GpuError::usage(name, "tessellation stages and patches must come together"));
         }
@@ -174,8 +290,9 @@ impl GraphicsPipeline {
         let stages: Vec<Stage<'_>> =
             shaders.iter().map(|shader| Stage::new(gpu, &core, shader, desc.spec)).collect::<Result<_>>()?;
         core.raw = create_graphics(gpu, name, desc, &stages, core.layout)?;
+        drop(stages);
         gpu.name(core.raw, name);
-        Ok(Self { core: Arc::new(core) })
+        Ok(core)
     }
 }
 

@@ -60,6 +60,8 @@ pub struct PipelineCore {
     /// Resources that the shaders declare but do not use: binding them is allowed and has no effect.
     pub(crate) unused: Vec<&'static str>,
     pub(crate) push: Option<PushConstants>,
+    /// Work group size of a compute pipeline, specialization constants at their defaults.
+    pub(crate) local_size: [u32; 3],
 }
 
 /// A resource of a pipeline.
@@ -116,6 +118,7 @@ impl PipelineCore {
             slots,
             unused,
             push: push_constants(name, shaders, structs)?,
+            local_size: [1; 3],
         };
         core.create_set_layout()?;
         core.create_layout()?;

@@ -1,6 +1,9 @@
 //! The shaders that the build compiled from `shaders-glsl/passes` and `shaders-glsl/probes`, by name, with their
 //! declarations.
 
+use std::collections::BTreeMap;
+use std::sync::{PoisonError, RwLock, RwLockReadGuard};
+
 use ash::vk;
 
 use super::{GpuError, Result};
@@ -14,7 +17,7 @@ pub(crate) struct Shader {
     /// Its path inside `shaders-glsl/`.
     pub(crate) name: &'static str,
     pub(crate) stage: vk::ShaderStageFlags,
-    code: &'static [u8],
+    pub(crate) code: &'static [u8],
     /// Work group size of a compute shader, with specialization constants at their defaults; otherwise 1.
     pub(crate) local_size: [u32; 3],
     pub(crate) resources: &'static [Resource],
@@ -114,6 +117,9 @@ impl Shader {
     /// # Errors
     /// [`GpuError::NoShader`] when no such entry point was compiled into this build.
     pub(crate) fn find(name: &str) -> Result<&'static Self> {
+        if let Some(newer) = newer().get(name) {
+            return Ok(*newer);
+        }
         match TABLE.binary_search_by(|shader| shader.name.cmp(name)) {
             Ok(index) => Ok(&TABLE[index]),
             Err(_) => Err(GpuError::NoShader { name: name.to_owned() }),
@@ -130,6 +136,23 @@ impl Shader {
         }
         words
     }
+}
+
+/// Shaders that were compiled since the build, in place of those of the same name.
+static NEWER: RwLock<BTreeMap<&'static str, &'static Shader>> = RwLock::new(BTreeMap::new());
+
+fn newer() -> RwLockReadGuard<'static, BTreeMap<&'static str, &'static Shader>> {
+    NEWER.read().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Puts shaders in place of those of the same name, and returns what was there instead of those of the build.
+pub(crate) fn replace(shaders: BTreeMap<&'static str, &'static Shader>) -> BTreeMap<&'static str, &'static Shader> {
+    std::mem::replace(&mut *NEWER.write().unwrap_or_else(PoisonError::into_inner), shaders)
+}
+
+/// The shaders that are in place of those of the build.
+pub(crate) fn replaced() -> BTreeMap<&'static str, &'static Shader> {
+    newer().clone()
 }
 
 /// The names of all entry points of this build, sorted.

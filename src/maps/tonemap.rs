@@ -11,15 +11,112 @@ pub fn filmic(x: f32) -> f32 {
     (x * (2.51 * x + 0.03) / (x * (2.43 * x + 0.59) + 0.14)).min(1.0)
 }
 
-/// How linear radiance becomes display light.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+/// How linear radiance becomes display light. The numbers are those of the shader.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
+#[repr(i32)]
 pub enum Tonemap {
-    /// The [`filmic`] curve.
-    #[default]
-    Filmic,
     /// Clamped to 0..1.
-    Clamp,
+    Clamp = 0,
+    /// The [`filmic`] curve, each channel by itself: what pictures are compared through.
+    #[default]
+    Filmic = 1,
+    /// [`aces`].
+    Aces = 2,
+    /// [`agx`].
+    Agx = 3,
 }
+
+impl Tonemap {
+    /// All of them.
+    pub const ALL: [Self; 4] = [Self::Agx, Self::Aces, Self::Filmic, Self::Clamp];
+
+    /// Its name on the command line.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Clamp => "clamp",
+            Self::Filmic => "filmic",
+            Self::Aces => "aces",
+            Self::Agx => "agx",
+        }
+    }
+
+    /// A line of help.
+    #[must_use]
+    pub fn help(self) -> &'static str {
+        match self {
+            Self::Clamp => "Linear, cut off at white",
+            Self::Filmic => "Narkowicz's fit of ACES, each channel by itself",
+            Self::Aces => "Hill's fit of the ACES reference rendering, in its wide primaries: bright colours pale",
+            Self::Agx => "Sobotka's AgX with its punchy look: bright colours pale without turning their hue",
+        }
+    }
+
+    /// Linear display light, 0 to 1 a channel, of linear radiance after exposure.
+    #[must_use]
+    pub fn display(self, color: [f32; 3]) -> [f32; 3] {
+        match self {
+            Self::Clamp => color.map(|v| v.clamp(0.0, 1.0)),
+            Self::Filmic => color.map(filmic),
+            Self::Aces => aces(color),
+            Self::Agx => agx(color),
+        }
+    }
+}
+
+/// `rows · color`.
+fn times(rows: [[f32; 3]; 3], color: [f32; 3]) -> [f32; 3] {
+    rows.map(|row| row[0] * color[0] + row[1] * color[1] + row[2] * color[2])
+}
+
+/// Stephen Hill's fit of the ACES reference rendering and its output for sRGB screens: the curve is applied in primaries wide enough
+/// that bright saturated colours go pale instead of clipping channel by channel. The exposure is that of [`filmic`], under which 0.18
+/// maps to about the same grey.
+#[must_use]
+pub fn aces(color: [f32; 3]) -> [f32; 3] {
+    const INTO: [[f32; 3]; 3] = [[0.59719, 0.35458, 0.04823], [0.07600, 0.90834, 0.01566], [0.02840, 0.13383, 0.83777]];
+    const OUT: [[f32; 3]; 3] =
+        [[1.60475, -0.53108, -0.07367], [-0.10208, 1.10813, -0.00605], [-0.00327, -0.07276, 1.07602]];
+    let curve = |v: f32| (v * (v + 0.024_578_6) - 0.000_090_537) / (v * (0.983_729 * v + 0.432_951) + 0.238_081);
+    let wide = times(INTO, color.map(|v| ACES_EXPOSURE * v.clamp(0.0, 1e4)));
+    times(OUT, wide.map(curve)).map(|v| v.clamp(0.0, 1.0))
+}
+
+/// What makes [`aces`] as bright as [`filmic`] at 0.18.
+const ACES_EXPOSURE: f32 = 2.01;
+
+/// Troy Sobotka's AgX in the polynomial form of Benjamin Wrensch, with the "punchy" look: a logarithmic curve over 16.5 stops in
+/// primaries that are drawn together before it and apart after it.
+#[must_use]
+pub fn agx(color: [f32; 3]) -> [f32; 3] {
+    const INTO: [[f32; 3]; 3] = [
+        [0.842_479_06, 0.078_433_6, 0.079_223_745],
+        [0.042_328_242, 0.878_468_64, 0.079_166_13],
+        [0.042_375_655, 0.078_433_6, 0.879_143],
+    ];
+    const OUT: [[f32; 3]; 3] = [
+        [1.196_879, -0.098_020_88, -0.099_029_74],
+        [-0.052_896_85, 1.151_903_1, -0.098_961_18],
+        [-0.052_971_64, -0.098_043_45, 1.151_073_7],
+    ];
+    const STOPS: (f32, f32) = (-12.473_93, 4.026_069);
+    let curve = |v: f32| {
+        let x = ((v.clamp(1e-10, 1e10).log2() - STOPS.0) / (STOPS.1 - STOPS.0)).clamp(0.0, 1.0);
+        [15.5, -40.14, 31.96, -6.868, 0.4298, 0.1191, -0.002_32].into_iter().fold(0.0, |sum, k| sum * x + k)
+    };
+    let even = times(INTO, color.map(|v| AGX_EXPOSURE * v.clamp(0.0, 1e4))).map(curve);
+    let strong = even.map(|v| v.max(0.0).powf(AGX_POWER));
+    let grey = 0.2126 * strong[0] + 0.7152 * strong[1] + 0.0722 * strong[2];
+    let vivid = strong.map(|v| grey + AGX_SATURATION * (v - grey));
+    // What comes out is meant for a screen with a gamma of 2.2.
+    times(OUT, vivid).map(|v| v.clamp(0.0, 1.0).powf(2.2))
+}
+
+/// The punchy look.
+const AGX_POWER: f32 = 1.35;
+const AGX_SATURATION: f32 = 1.4;
+/// What makes [`agx`] as bright as [`filmic`] at 0.18.
+const AGX_EXPOSURE: f32 = 2.24;
 
 /// sRGB codes of one linear colour times `exposure` (a factor, not stops). A NaN channel makes the whole texel
 /// magenta, so that it is seen and not hidden as black; infinity is white.
@@ -27,14 +124,7 @@ pub fn display_srgb8(color: [f32; 3], exposure: f32, tonemap: Tonemap) -> [u8; 3
     if color.iter().any(|v| v.is_nan()) {
         return [255, 0, 255];
     }
-    color.map(|v| {
-        let exposed = v * exposure;
-        let display = match tonemap {
-            Tonemap::Filmic => filmic(exposed),
-            Tonemap::Clamp => exposed,
-        };
-        (srgb_from_linear(display) * 255.0).round() as u8
-    })
+    tonemap.display(color.map(|v| v * exposure)).map(|v| (srgb_from_linear(v) * 255.0).round() as u8)
 }
 
 /// [`display_srgb8`] over an image.
@@ -68,5 +158,43 @@ mod tests {
         assert_eq!(display_srgb8([f32::INFINITY; 3], 1.0, Tonemap::Filmic), [255; 3]);
         assert_eq!(display_srgb8([f32::INFINITY; 3], 1.0, Tonemap::Clamp), [255; 3]);
         assert_eq!(display_srgb8([0.5; 3], 0.0, Tonemap::Filmic), [0; 3]);
+    }
+    #[test]
+    fn every_curve_rises_from_black_to_white_and_keeps_grey_grey() {
+        for tonemap in Tonemap::ALL {
+            let mut last = -1.0;
+            for step in 0..400 {
+                let v = (f64::from(step) / 400.0 * 22.0 - 14.0).exp2() as f32;
+                let [r, g, b] = tonemap.display([v; 3]);
+                assert!((r - g).abs() < 4e-3 && (b - g).abs() < 4e-3, "{tonemap:?} {v}: {r} {g} {b}");
+                assert!(g >= last - 2e-4 && (0.0..=1.0).contains(&g), "{tonemap:?} falls at {v}");
+                last = g;
+            }
+            assert!(last > 0.97, "{tonemap:?}: {last}");
+            assert!(tonemap.display([0.0; 3]).iter().all(|v| *v < 2e-3), "{tonemap:?}");
+            assert!(tonemap.display([f32::INFINITY; 3]).iter().all(|v| *v > 0.97), "{tonemap:?}");
+        }
+    }
+
+    #[test]
+    fn middle_grey_is_as_bright_under_every_filmic_curve() {
+        let grey = filmic(0.18);
+        for tonemap in [Tonemap::Aces, Tonemap::Agx] {
+            let [_, g, _] = tonemap.display([0.18; 3]);
+            assert!((g / grey - 1.0).abs() < 0.03, "{tonemap:?}: {g} of {grey}");
+        }
+    }
+
+    #[test]
+    fn bright_colours_pale() {
+        let saturation = |[r, g, b]: [f32; 3]| r.max(g).max(b) - r.min(g).min(b);
+        let bright = [40.0, 8.0, 1.0];
+        for tonemap in [Tonemap::Aces, Tonemap::Agx] {
+            let shown = tonemap.display(bright);
+            assert!(
+                saturation(shown) < 0.5 * saturation(tonemap.display([0.4, 0.08, 0.01])) + 0.2,
+                "{tonemap:?} {shown:?}"
+            );
+        }
     }
 }

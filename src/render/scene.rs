@@ -331,7 +331,7 @@ impl From<Ocean> for Scene {
 }
 
 /// Where an object is in one frame.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Pose {
     /// Rigid: world from rest.
     Rigid(Affine3A),
@@ -410,7 +410,7 @@ impl PointLight {
 pub const MAX_POINT_LIGHTS: usize = super::constants::MAX_POINT_LIGHTS as usize;
 
 /// The state of one frame.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct FrameState {
     /// Time of the waves, seconds.
     pub time: f64,

@@ -14,6 +14,7 @@ use super::view::{Size, View};
 use crate::maps::material::{
     Anisotropy, Encoding, GreenAxis, Input, Material, MaterialDetail, MaterialFolder, Role, Texture, agreement, role_of,
 };
+use crate::maps::tonemap::Tonemap;
 use crate::maps::{MapError, MapFault, Wrap, load_raster};
 use crate::measured::fit_file::FitFile;
 use crate::reflectance::facets::metals::Metal;
@@ -297,6 +298,9 @@ pub struct SceneConfig {
     pub seed: u64,
     /// Exposure of a PNG or a window, stops above what suits the height of the sun.
     pub exposure: f32,
+    /// How its light becomes that of a screen.
+    #[serde(serialize_with = "name_of_tonemap")]
+    pub tonemap: Tonemap,
     /// Texels along an atlas tile: a power of two, 8 to 128.
     pub atlas_tile: u32,
     /// How slopes of maps are kept on the device.
@@ -304,6 +308,10 @@ pub struct SceneConfig {
     pub map_precision: MomentFormat,
     /// Beckmann roughness of the displaced surfaces instead of the scene's own.
     pub roughness: Option<f32>,
+}
+
+fn name_of_tonemap<S: Serializer>(tonemap: &Tonemap, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.serialize_str(tonemap.name())
 }
 
 fn name_of_format<S: Serializer>(format: &MomentFormat, serializer: S) -> Result<S::Ok, S::Error> {
@@ -341,6 +349,7 @@ impl Default for SceneConfig {
             msaa: 1,
             seed: 0,
             exposure: 0.0,
+            tonemap: Tonemap::Agx,
             atlas_tile: 64,
             map_precision: MomentFormat::default(),
             roughness: None,

@@ -44,6 +44,13 @@ pub struct SunDirection {
 }
 
 impl SunDirection {
+    /// The direction of a vector toward the sun.
+    #[must_use]
+    pub fn of(vector: Vec3) -> Self {
+        let elevation = vector.z.atan2(vector.truncate().length()).to_degrees();
+        Self { azimuth: vector.y.atan2(vector.x).to_degrees(), elevation }
+    }
+
     /// Unit vector toward the sun; z up.
     #[must_use]
     pub fn vector(self) -> Vec3 {
@@ -60,6 +67,9 @@ mod tests {
     fn azimuths_turn_from_x_to_y() {
         let west = SunDirection { azimuth: 180.0, elevation: 30.0 }.vector();
         assert!((west - Vec3::new(-0.75f32.sqrt(), 0.0, 0.5)).length() < 1e-6, "{west}");
+        let sun = SunDirection { azimuth: -50.0, elevation: 38.0 };
+        let again = SunDirection::of(sun.vector());
+        assert!((again.azimuth - sun.azimuth).abs() < 1e-4 && (again.elevation - sun.elevation).abs() < 1e-4);
         assert!(SunDirection { azimuth: 90.0, elevation: 0.0 }.vector().distance(Vec3::Y) < 1e-6);
     }
 }

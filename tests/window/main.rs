@@ -49,6 +49,7 @@ fn main() {
     linux::a_user_looks_around(&server);
     linux::a_limited_run_ends(&server);
     linux::the_demo_goes_along_with_the_walk(&server);
+    linux::every_control_can_be_clicked(&server);
     println!("window: all passed");
 }
 
@@ -86,16 +87,21 @@ mod linux {
     pub fn the_demo_goes_along_with_the_walk(server: &Server) {
         let folder = tempfile::tempdir().unwrap();
         let scene = ["--atlas-tile", "8", "--size", "160x120", "--samples", "2", "--validation"];
-        let capture = |time: &str, environment: &str| {
-            let file = folder.path().join(format!("{time}-{environment}.png"));
+        let leadr = |flags: &[&str], file: &Path| {
             let mut leadr = Command::new(env!("CARGO_BIN_EXE_leadr"));
-            leadr.arg("capture").args(scene).args(["--time", time, "--environment", environment, "-o"]).arg(&file);
+            // What is said later counts, but clap takes each flag once.
+            let scene = if flags.contains(&"--size") { &["--validation"][..] } else { &scene[..] };
+            leadr.arg("capture").args(scene).args(flags).arg("-o").arg(file);
             if let Ok(device) = std::env::var("LEADR_DEVICE") {
                 leadr.args(["--device", &device]);
             }
             let output = leadr.env("LEADR_CACHE", concat!(env!("CARGO_TARGET_TMPDIR"), "/trex")).output().unwrap();
             assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-            load_color_srgb8(&file).unwrap()
+            load_color_srgb8(file).unwrap()
+        };
+        let capture = |time: &str, environment: &str| {
+            let file = folder.path().join(format!("{time}-{environment}.png"));
+            leadr(&["--time", time, "--environment", environment], &file)
         };
         let [begin, later] = ["0", "5"].map(|time| capture(time, "sky"));
         let studio = capture("5", "studio");
@@ -144,10 +150,89 @@ mod linux {
         assert!(differs(&studio, &later) > 5.0);
         surrounded(&studio, "the studio");
         surrounded(&later, "the sky");
+
+        // Another technique on the right: each side is the picture that it would be alone.
+        let file = folder.path().join("normal-mip.png");
+        let (left, right) = (&later, &leadr(&["--technique", "normal-mip", "--time", "5"], &file));
+        server.tap(b'c');
+        let sides = || {
+            let shown = Rgb8Image::new(160, 120, server.picture(window)).unwrap();
+            // Apart from the names at the top and the line in the middle.
+            let part = |image: &Rgb8Image, columns: std::ops::Range<usize>| {
+                let rows = image.texels.chunks(160).skip(40);
+                Rgb8Image {
+                    width: 60,
+                    height: 80,
+                    texels: rows.flat_map(|row| row[columns.clone()].to_vec()).collect(),
+                }
+            };
+            [(left, 0..60), (right, 100..160)].map(|(image, columns)| {
+                let columns = columns.clone();
+                differs(&part(&shown, columns.clone()), &part(image, columns))
+            })
+        };
+        until(&app, "two sides", || sides().iter().all(|off| *off < 0.3));
+        assert!(differs(left, right) > 0.5, "the techniques do not differ: {}", differs(left, right));
+        // The line goes where it is dragged.
+        let line = |column: usize| {
+            let shown = server.picture(window);
+            shown.chunks(160).skip(100).filter(|row| row[column].iter().all(|code| *code > 200)).count()
+        };
+        server.drag(window, [80, 90], [40, 90]);
+        until(&app, "the line to move", || line(40) > 10 && line(80) < 5);
+        server.tap(b'c');
+        until(&app, "one side", || differs(&Rgb8Image::new(160, 120, server.picture(window)).unwrap(), left) < 0.3);
+
+        // The command that is copied makes the picture that is shown.
+        server.drag(window, [80, 60], [95, 52]);
+        app.settles();
+        server.tap(b'x');
+        let command =
+            || app.said(1).lines().find_map(|line| line.split_once("leadr capture ").map(|(_, c)| c.to_owned()));
+        until(&app, "a command", || command().is_some());
+        let file = folder.path().join("copied.png");
+        let command = command().unwrap();
+        let copied = leadr(&command.split(' ').collect::<Vec<_>>(), &file);
+        let off = differs(&copied, &Rgb8Image::new(160, 120, server.picture(window)).unwrap());
+        assert!(off < 0.3 && differs(&copied, left) > 0.5, "{command}: {off}");
         server.tap(b'q');
         let (code, out, err) = app.end();
         assert_eq!(code, Some(0), "{err}");
         assert!(out.contains("\"command\": \"demo\""), "{out}");
+    }
+
+    /// Everything in the panel is clicked, the panel scrolled and clicked again. Nothing of it may fail, and validation is silent.
+    pub fn every_control_can_be_clicked(server: &Server) {
+        let arguments =
+            ["--scene", "sphere", "--atlas-tile", "8", "--size", "620x500", "--panel", "on", "--validation"];
+        let folder = tempfile::tempdir().unwrap();
+        let mut app = App::demo_in(server, &arguments, folder.path());
+        app.find_window(server, "leadr");
+        let window = app.window();
+        server.focus(window);
+        let before = server.picture(window);
+        for round in 0..2 {
+            for (x, y) in (0..26).flat_map(|row| [(24, 10 + 19 * row), (100, 14 + 19 * row), (190, 18 + 19 * row)]) {
+                server.click(window, [x, y]);
+                assert!(app.is_running(), "the program ended at a click on ({x}, {y}) in round {round}");
+            }
+            server.wheel(window, [100, 400], -30);
+        }
+        // Tab hides it, whatever was chosen, and F1 shows the keys.
+        server.tap(b'r');
+        let shown = || server.picture(window);
+        until(&app, "frames after the clicks", || shown() != before);
+        let with_panel = shown();
+        server.tap(0xff09u32);
+        until(&app, "the panel to close", || shown() != with_panel);
+        let without = shown();
+        server.tap(0xffbeu32);
+        until(&app, "the help", || shown() != without);
+        server.resize(window, 480, 400);
+        app.settles();
+        server.close(window);
+        let (code, _, err) = app.end();
+        assert_eq!(code, Some(0), "{err}");
     }
 
     /// A saved screenshot must equal the content of the window in every sRGB code.
@@ -219,7 +304,7 @@ mod linux {
         server.tap(b'r');
         server.tap(b' ');
         until(&app, "time to stop again", || title().contains("(paused)"));
-        server.wheel(window, 5);
+        server.wheel(window, [100, 100], 5);
         app.settles();
         let closer = screenshot(server, &app, folder.path(), 3, (480, 300));
         // The sphere now covers what was sky.

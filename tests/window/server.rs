@@ -3,6 +3,7 @@
 use std::cell::Cell;
 use std::fs::File;
 use std::io::{BufRead, BufReader, Read, Seek};
+use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
@@ -118,11 +119,19 @@ impl Server {
         self.fake(xproto::BUTTON_RELEASE_EVENT, 1, [0, 0]);
     }
 
-    pub fn wheel(&self, window: Window, notches: u32) {
-        self.point(window, [100, 100]);
-        for _ in 0..notches {
-            self.fake(xproto::BUTTON_PRESS_EVENT, 4, [0, 0]);
-            self.fake(xproto::BUTTON_RELEASE_EVENT, 4, [0, 0]);
+    pub fn click(&self, window: Window, at: [i16; 2]) {
+        self.point(window, at);
+        self.fake(xproto::BUTTON_PRESS_EVENT, 1, [0, 0]);
+        self.fake(xproto::BUTTON_RELEASE_EVENT, 1, [0, 0]);
+    }
+
+    /// Turns the wheel at a place of the window, forward or back.
+    pub fn wheel(&self, window: Window, at: [i16; 2], notches: i32) {
+        self.point(window, at);
+        for _ in 0..notches.abs() {
+            let button = if notches > 0 { 4 } else { 5 };
+            self.fake(xproto::BUTTON_PRESS_EVENT, button, [0, 0]);
+            self.fake(xproto::BUTTON_RELEASE_EVENT, button, [0, 0]);
         }
     }
 
@@ -211,7 +220,19 @@ impl App {
     /// Starts `leadr demo` with the T-rex from the cache that all tests share.
     pub fn demo(server: &Server, arguments: &[&str]) -> Self {
         let mut command = Command::new(env!("CARGO_BIN_EXE_leadr"));
-        command.arg("demo").args(arguments).env("LEADR_CACHE", concat!(env!("CARGO_TARGET_TMPDIR"), "/trex"));
+        command
+            .arg("demo")
+            .args(arguments)
+            .env("LEADR_LOG", "info")
+            .env("LEADR_CACHE", concat!(env!("CARGO_TARGET_TMPDIR"), "/trex"));
+        Self::spawn(server, command)
+    }
+
+    /// The same in a folder, for what it writes.
+    pub fn demo_in(server: &Server, arguments: &[&str], folder: &Path) -> Self {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_leadr"));
+        command.arg("demo").args(arguments).current_dir(folder);
+        command.env("LEADR_CACHE", concat!(env!("CARGO_TARGET_TMPDIR"), "/trex"));
         Self::spawn(server, command)
     }
 
@@ -243,7 +264,7 @@ impl App {
         self.window
     }
 
-    fn is_running(&self) -> bool {
+    pub fn is_running(&self) -> bool {
         let mut process = self.process.take();
         let running = process.as_mut().is_some_and(|p| matches!(p.try_wait(), Ok(None)));
         self.process.set(process);
@@ -289,7 +310,7 @@ impl App {
     }
 
     /// Everything written to stdout (0) or stderr (1) so far.
-    fn said(&self, stream: usize) -> String {
+    pub fn said(&self, stream: usize) -> String {
         let mut file = &self.said[stream];
         let mut bytes = Vec::new();
         file.rewind().unwrap();

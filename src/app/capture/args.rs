@@ -110,7 +110,7 @@ fn default_output(a: &CaptureArgs, timeline: &Timeline) -> PathBuf {
         CameraChoice::Near => "near",
         CameraChoice::Mid => "mid",
         CameraChoice::Far => "far",
-        CameraChoice::File(_) => "camera",
+        CameraChoice::Pose(_) | CameraChoice::File(_) => "camera",
         CameraChoice::Model(_) => "model",
     };
     let frame = if matches!(timeline, Timeline::Sequence { .. }) { format!("-{FRAME}") } else { String::new() };

@@ -86,7 +86,7 @@ pub fn capture<'a>(
             Vec::new()
         } else {
             let frame = render_frame(config, source, moment)?;
-            save::save(&file, config.output.kind, &frame, config.scene.exposure)?;
+            save::save(&file, config.output.kind, &frame, config.scene.exposure, config.scene.tonemap)?;
             frame.passes
         };
         frames.push(FrameReport { moment, file, kept, passes });

@@ -16,17 +16,17 @@ use crate::scenes::view::Size;
 const MAX_CHANNELS: usize = 32;
 
 /// Writes `frame` to `path`, whole or not at all, and makes the folders above it: a PNG gets tonemapped sRGB, an EXR linear radiance
-/// and layers. `exposure`, in stops on top of the frame's own, applies to PNG alone.
+/// and layers. `exposure`, in stops on top of the frame's own, and `tonemap` apply to PNG alone.
 ///
 /// # Errors
 /// If the frame cannot be encoded or the file not written; `path` then stays as it was.
-pub fn save(path: &Path, kind: FileKind, frame: &Frame, exposure: f32) -> Result<(), AppError> {
+pub fn save(path: &Path, kind: FileKind, frame: &Frame, exposure: f32, tonemap: Tonemap) -> Result<(), AppError> {
     make_folder_of(path)?;
     match kind {
         FileKind::Png => {
             let texels = frame.color.iter().map(|c| [c[0], c[1], c[2]]).collect();
             let image = RgbImage::new(frame.width, frame.height, texels).map_err(|fault| fault.in_file(path))?;
-            maps::save::save_png(path, &image, frame.exposure * exposure.exp2(), Tonemap::default())?;
+            maps::save::save_png(path, &image, frame.exposure * exposure.exp2(), tonemap)?;
         }
         FileKind::Exr => {
             let color: [Vec<f32>; 4] = std::array::from_fn(|i| frame.color.iter().map(|c| c[i]).collect());

@@ -1,13 +1,22 @@
 //! Arguments of `leadr demo`.
 
+use std::path::PathBuf;
+
 use clap::Args;
 
+use super::window::pace::DEFAULT_MIN_FPS;
 use crate::app::flags::device::DeviceArgs;
 use crate::app::flags::scene::SceneArgs;
+use crate::app::flags::shading::on_off;
 use crate::app::flags::values::not_negative;
 use crate::render::settings::Technique;
 
+/// The sources that this program was built from.
+const SHADERS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/shaders-glsl");
+
 const KEYS: &str = "In the window:
+  Tab                          the panel
+  F1                           this help
   left drag                    turn around the target
   right drag, shift+left drag  pan
   wheel                        move closer, away
@@ -18,6 +27,12 @@ TECHNIQUES  g                            the paper's grid, the visible-slope rul
   v                            shadowing model: masking alone, Smith, correlated
   [ ]                          the sun half an hour back, forward
   t                            the sun stands still, goes round in two minutes, in twenty seconds
+  e                            the next environment; or drop a .hdr or .exr on the window, or a .glb or .gltf model
+  c                            another technique on the right; drag the line between them
+  o                            zoom out to the far view and back
+  f                            fly: drag to look, W A S D Q E to move
+  x                            copy the command that makes this picture
+  F11                          the whole screen
   r                            back to the first view and time
   s, F12                       save a screenshot into out/
   q, Esc                       quit";
@@ -46,4 +61,14 @@ pub struct DemoArgs {
     /// Close the window after N frames
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     pub frames: Option<u64>,
+    /// Frames a second for which a picture that moves may become simpler, and at last have fewer pixels, until it stands still; 0: it keeps
+    /// its pixels
+    #[arg(long, value_name = "N", default_value_t = DEFAULT_MIN_FPS, value_parser = not_negative)]
+    pub min_fps: f32,
+    /// Compile shaders that change while the window is open, and draw with them once they work
+    #[arg(long, value_name = "FOLDER", num_args = 0..=1, default_missing_value = SHADERS)]
+    pub hot_reload: Option<PathBuf>,
+    /// Begin with or without the panel [default: with it where there is room]
+    #[arg(long, value_name = "on|off", value_parser = on_off)]
+    pub panel: Option<bool>,
 }

@@ -1,7 +1,9 @@
 //! `leadr demo`: a scene in a window, with a camera that orbits its target.
 
 pub mod args;
+pub mod command_line;
 pub mod orbit;
+pub mod program;
 pub mod window;
 
 use std::fmt;
@@ -9,9 +11,9 @@ use std::fmt;
 use serde::Serialize;
 
 use self::args::DemoArgs;
-use self::orbit::Orbit;
+use self::command_line::CommandLine;
+use self::program::DemoProgram;
 use self::window::pace::{KeptQuality, Pace};
-use self::window::surroundings::Surroundings;
 use self::window::{Display, WindowOptions, WindowReport};
 use crate::app::error::AppError;
 use crate::app::flags::device::{DeviceArgs, DeviceInfo};
@@ -20,8 +22,7 @@ use crate::gpu::Gpu;
 use crate::lab::progress::Progress;
 use crate::render::light::panorama::EnvironmentLight;
 use crate::scenes::config::SceneConfig;
-use crate::scenes::set::{Inputs, Set, set};
-use crate::scenes::view::CameraPose;
+use crate::scenes::set::Inputs;
 
 /// What to show.
 #[derive(Debug, Serialize)]
@@ -59,16 +60,17 @@ impl fmt::Display for DemoReport {
     }
 }
 
-/// Shows a scene until its window is closed, or for as many frames as `arguments` say, and prints what was shown.
+/// Shows a scene until its window is closed, or for as many frames as `arguments` say, and prints what was shown. `line`: the flags
+/// that the user gave.
 ///
 /// # Errors
 /// Flags or files that are wrong, no display, no device that can draw on it, a lost device; with `--validation`, any
 /// validation message.
-pub fn run(arguments: &DemoArgs, output: &Output) -> Result<(), AppError> {
-    output.result(&demo(arguments, output)?)
+pub fn run(arguments: &DemoArgs, line: CommandLine, output: &Output) -> Result<(), AppError> {
+    output.result(&demo(arguments, line, output)?)
 }
 
-fn demo(arguments: &DemoArgs, output: &Output) -> Result<DemoReport, AppError> {
+fn demo(arguments: &DemoArgs, line: CommandLine, output: &Output) -> Result<DemoReport, AppError> {
     let config = arguments.scene.resolve()?;
     // Files first: their errors are found at once, without display or device.
     let inputs = Inputs::load(&config)?;
@@ -77,23 +79,24 @@ fn demo(arguments: &DemoArgs, output: &Output) -> Result<DemoReport, AppError> {
     let device = arguments.device.clone();
     let gpu = Gpu::new(&display.gpu_options(device.device.clone(), device.validation)?)?;
     // What is asked for is drawn in motion too.
-    let kept = KeptQuality { msaa: arguments.scene.msaa, probes: arguments.scene.shading.probes.is_some() };
+    let scene = &arguments.scene;
+    let kept = KeptQuality { msaa: scene.msaa, probes: scene.shading.probes.is_some(), min_fps: arguments.min_fps };
     let settings = config.render_settings();
-    let first = Pace::on(&gpu, kept).moving(&settings);
-    let Set { renderer, animation, camera, surroundings, .. } =
-        set(&config, inputs, &gpu, Some(&first), &output.share(config.scene.making))?;
-    let lights = renderer.environment().lights().to_vec();
+    let mut program = DemoProgram::new(config.clone(), line, Pace::on(&gpu, kept));
+    let show = program.show_with(inputs, &gpu, &config, &output.share(config.scene.making))?;
+    let lights = show.renderer.environment().lights().to_vec();
     let options = WindowOptions {
         title: "leadr".to_owned(),
         time: f64::from(arguments.time),
-        exposure: config.exposure.exp2(),
+        exposure: config.exposure,
+        tonemap: config.tonemap,
         frames: arguments.frames,
         kept,
+        panel: arguments.panel,
+        hot_reload: arguments.hot_reload.clone(),
         ..Default::default()
     };
-    let orbit = Orbit::new(&CameraPose::of(&camera));
-    let surroundings = Surroundings::new(config.environment.clone(), surroundings);
-    let window = window::run(display, renderer, animation, orbit, settings, surroundings, options)?;
+    let window = window::run(display, show, settings, &mut program, options)?;
     if let Some(first) = gpu.take_validation_messages().first() {
         return Err(AppError::Failed(format!("Vulkan validation: {first}")));
     }

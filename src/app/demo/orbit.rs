@@ -68,6 +68,31 @@ impl Orbit {
         self.target += (up * down - side * right) * metres;
     }
 
+    /// Metres from the eye to the target.
+    #[must_use]
+    pub fn distance(&self) -> f32 {
+        self.distance
+    }
+
+    /// Moves the eye along the line of sight.
+    pub fn set_distance(&mut self, metres: f32) {
+        self.distance = metres.clamp(DISTANCES.0, DISTANCES.1);
+    }
+
+    /// Turns about the eye, as if the surroundings were dragged by these pixels, right and down.
+    pub fn look(&mut self, right: f32, down: f32) {
+        let eye = self.target + self.offset();
+        self.turn(-right, -down);
+        self.target = eye - self.offset();
+    }
+
+    /// Moves eye and target by these metres to the right, forward and up.
+    pub fn fly(&mut self, metres: Vec3) {
+        let eye = self.offset() / self.distance;
+        let right = Vec3::Z.cross(eye).normalize_or_zero();
+        self.target += right * metres.x - eye * metres.y + Vec3::Z * metres.z;
+    }
+
     fn offset(&self) -> Vec3 {
         let (azimuth, elevation) = (self.azimuth.to_radians(), self.elevation.to_radians());
         Vec3::new(azimuth.cos() * elevation.cos(), azimuth.sin() * elevation.cos(), elevation.sin()) * self.distance

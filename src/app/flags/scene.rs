@@ -6,12 +6,13 @@ use clap::{Args, Parser, ValueEnum};
 
 use super::camera_file;
 use super::dress::DressArgs;
-use super::shading::ShadingArgs;
+use super::shading::{ShadingArgs, choice};
 use super::values::{
     CameraChoice, atlas_tile, environment_lights, finite, hour, msaa, not_negative, positive, roughness,
 };
 use super::waves::WaveArgs;
 use crate::app::error::AppError;
+use crate::maps::tonemap::Tonemap;
 use crate::reflectance::masking::shadowing::Shadowing;
 use crate::render::light::panorama::LightExtraction;
 use crate::render::settings::ShadingOptions;
@@ -105,9 +106,14 @@ pub struct SceneArgs {
     /// Screen pixels per triangle of the displaced surface
     #[arg(long, value_name = "PIXELS", default_value = "4", value_parser = positive)]
     pub triangle_pixels: f32,
-    /// A view of the scene, a camera of a model's file (the first, or by name or number), or a JSON file {position, target, up,
-    /// fov_degrees}
-    #[arg(long, value_name = "near|mid|far|model|model:NAME|FILE.json", default_value = "mid")]
+    /// A view of the scene, a camera of a model's file (the first, or by name or number), a JSON file {position, target, up,
+    /// fov_degrees}, or position, target and vertical field of view in numbers
+    #[arg(
+        long,
+        value_name = "near|mid|far|model|model:NAME|FILE.json|X,Y,Z:X,Y,Z[:DEGREES]",
+        default_value = "mid",
+        allow_hyphen_values = true
+    )]
     pub camera: CameraChoice,
     /// Move the camera along its line of sight to this distance from its target, metres
     #[arg(long, value_name = "METRES", value_parser = positive)]
@@ -132,6 +138,9 @@ pub struct SceneArgs {
     /// Exposure of a PNG or a window, stops above what suits the height of the sun (an EXR keeps linear radiance)
     #[arg(long, value_name = "EV", default_value = "0", allow_negative_numbers = true, value_parser = finite)]
     pub exposure: f32,
+    /// How the light of a PNG or a window becomes that of a screen [default: agx]
+    #[arg(long, value_name = "NAME", value_parser = choice(&Tonemap::ALL, Tonemap::name, Tonemap::help))]
+    pub tonemap: Option<Tonemap>,
     /// Only the surface, with nothing around it
     #[arg(long, help = for_scenes("Only the surface, as it is measured: no pavement, plinth or kerb around it", Choice::Bare))]
     pub bare: bool,
@@ -248,6 +257,7 @@ impl SceneArgs {
             CameraChoice::Mid => View::Mid,
             CameraChoice::Far => View::Far,
             CameraChoice::Model(_) => View::Model,
+            CameraChoice::Pose(pose) => View::Pose(*pose),
             CameraChoice::File(file) => View::Pose(camera_file::read(file)?),
         };
         Ok(SceneConfig {
@@ -281,6 +291,7 @@ impl SceneArgs {
             msaa: a.msaa.unwrap_or(if once { DEFAULT_MSAA } else { 1 }),
             seed: a.seed,
             exposure: a.exposure,
+            tonemap: a.tonemap.unwrap_or(Tonemap::Agx),
             atlas_tile: a.atlas_tile,
             map_precision: a.map_precision.into(),
             roughness: a.roughness,

@@ -185,7 +185,11 @@ fn base_frames() -> impl TypedValueParser<Value = BaseFrame> {
     choice(&BaseFrame::ALL, BaseFrame::name, BaseFrame::help)
 }
 
-fn on_off(text: &str) -> Result<bool, &'static str> {
+/// What `on` or `off` says.
+///
+/// # Errors
+/// Any other word.
+pub fn on_off(text: &str) -> Result<bool, &'static str> {
     match text {
         "on" => Ok(true),
         "off" => Ok(false),

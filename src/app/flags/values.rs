@@ -10,7 +10,7 @@ use crate::render::constants::MOST_MULTISAMPLES;
 use crate::render::light::panorama::MAX_ENVIRONMENT_LIGHTS;
 use crate::scenes::light::{EnvironmentChoice, SunDirection};
 use crate::scenes::stage::Sweep;
-use crate::scenes::view::Size;
+use crate::scenes::view::{CameraPose, Size};
 
 impl FromStr for EnvironmentChoice {
     type Err = String;
@@ -31,7 +31,7 @@ impl FromStr for EnvironmentChoice {
 }
 
 /// The camera, before a file is read.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum CameraChoice {
     /// The scene's close view.
@@ -42,8 +42,27 @@ pub enum CameraChoice {
     Far,
     /// A camera of the model's file: the first, or the one of this name or number.
     Model(Option<String>),
+    /// Position, target and field of view.
+    Pose(CameraPose),
     /// A JSON file, see [`super::camera_file`].
     File(PathBuf),
+}
+
+/// `X,Y,Z:X,Y,Z`, with `:DEGREES` if the field of view is another than usual; `None` if `text` does not look like it.
+fn pose(text: &str) -> Option<Result<CameraPose, String>> {
+    let parts: Vec<&str> = text.split(':').collect();
+    let numbers: Option<Vec<Vec<f32>>> =
+        parts.iter().map(|part| part.split(',').map(|number| finite(number).ok()).collect()).collect();
+    let point = |numbers: &Vec<f32>| <[f32; 3]>::try_from(numbers.as_slice()).ok();
+    let numbers = numbers.filter(|numbers| (2..=3).contains(&numbers.len()))?;
+    let fov_degrees = match numbers.get(2).map(Vec::as_slice) {
+        None => 35.0,
+        Some([degrees]) => *degrees,
+        Some(_) => return None,
+    };
+    let pose =
+        CameraPose { position: point(&numbers[0])?, target: point(&numbers[1])?, up: [0.0, 0.0, 1.0], fov_degrees };
+    Some(pose.check().map(|()| pose))
 }
 
 impl FromStr for CameraChoice {
@@ -60,10 +79,17 @@ impl FromStr for CameraChoice {
         if let Some(name) = text.strip_prefix("model:") {
             return Ok(Self::Model(Some(name.to_owned())));
         }
+        if let Some(pose) = pose(text) {
+            return pose.map(Self::Pose);
+        }
         let path = PathBuf::from(text);
         match extension(&path).as_deref() {
             Some("json") => Ok(Self::File(path)),
-            _ => Err("a camera is 'near', 'mid', 'far', 'model', 'model:NAME' or a .json file".to_owned()),
+            _ => Err(
+                "a camera is 'near', 'mid', 'far', 'model', 'model:NAME', a .json file, or X,Y,Z:X,Y,Z[:DEGREES]: where it is, \
+                 what it looks at, and how wide it sees"
+                    .to_owned(),
+            ),
         }
     }
 }
@@ -304,7 +330,22 @@ mod tests {
         assert_eq!("sky".parse(), Ok(EnvironmentChoice::Sky));
         refused::<EnvironmentChoice>(&["a.png", "Sky", ""]);
         assert_eq!("a.json".parse(), Ok(CameraChoice::File("a.json".into())));
-        refused::<CameraChoice>(&["close", "a.txt", ""]);
+        refused::<CameraChoice>(&[
+            "close",
+            "a.txt",
+            "",
+            "1,2,3",
+            "1,2:3,4,5",
+            "1,2,3:1,2,3",
+            "1,2,3:0,0,0:200",
+            "1,2,x:0,0,0",
+        ]);
+        let pose = |text: &str| match text.parse() {
+            Ok(CameraChoice::Pose(pose)) => (pose.position, pose.target, pose.fov_degrees),
+            other => panic!("{other:?}"),
+        };
+        assert_eq!(pose("1,-2,3:0,0,0.5"), ([1.0, -2.0, 3.0], [0.0, 0.0, 0.5], 35.0));
+        assert_eq!(pose("1,-2,3:0,0,0.5:50").2, 50.0);
     }
 
     #[test]

@@ -127,18 +127,52 @@ impl PausedFrame {
     pub fn samples(&self) -> u32 {
         self.0.drawn
     }
+
+    /// The image that holds the mean of the samples.
+    #[doc(hidden)]
+    #[must_use]
+    pub fn image(&self) -> &Image {
+        &self.0.targets.mean
+    }
+
+    /// Upper bound on the triangles of one sample, all views together, and patches drawn for the camera.
+    #[doc(hidden)]
+    #[must_use]
+    pub fn counts(&self) -> (u64, u32) {
+        self.0.counts()
+    }
 }
 
 impl Renderer {
+    /// Prepares a picture of the state of a paused frame with other settings, in targets of its own
+    /// ([`swap_targets`](Self::swap_targets)). What both share, light and waves, is the same in both, so each can be paused and resumed
+    /// while the other is drawn.
+    ///
+    /// # Errors
+    /// As [`prepare`](Self::prepare), and as [`resume`](Self::resume) for a frame that could not be resumed.
+    #[doc(hidden)]
+    pub fn prepare_beside(&mut self, paused: &PausedFrame, settings: &RenderSettings) -> Result<PreparedFrame<'_>> {
+        let number = self.check_current(paused)?;
+        let frame = self.prepare(&paused.0.state, settings)?;
+        frame.renderer.prepared = number;
+        Ok(PreparedFrame { plan: FramePlan { number, ..frame.plan }, ..frame })
+    }
+
     /// Goes on with a paused frame.
     ///
     /// # Errors
     /// [`GpuError::Usage`] if this renderer prepared another frame since, which overwrote what this one needs.
     pub fn resume(&mut self, paused: PausedFrame) -> Result<PreparedFrame<'_>> {
+        self.check_current(&paused)?;
+        Ok(PreparedFrame { renderer: self, plan: paused.0 })
+    }
+
+    /// The number of a paused frame, if nothing has overwritten what it needs.
+    fn check_current(&self, paused: &PausedFrame) -> Result<u64> {
         if paused.0.number != self.prepared {
             let fault = "the renderer has prepared another frame or got another environment since it was paused: prepare it again".to_owned();
             return Err(GpuError::Usage { name: "frame".to_owned(), fault });
         }
-        Ok(PreparedFrame { renderer: self, plan: paused.0 })
+        Ok(paused.0.number)
     }
 }

@@ -121,6 +121,13 @@ impl Renderer {
         })
     }
 
+    /// Whether anything moves by itself as time goes on, whatever its poses: a sea does.
+    #[doc(hidden)]
+    #[must_use]
+    pub fn moves(&self) -> bool {
+        self.surfaces.iter().any(|surface| surface.moves())
+    }
+
     /// The device.
     #[must_use]
     pub fn gpu(&self) -> &Arc<Gpu> {

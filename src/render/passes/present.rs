@@ -15,13 +15,27 @@ shared_struct! {
     struct Constants for "Constants" {
         /// A factor.
         exposure: f32,
+        /// Share of the width that shows the first picture.
+        split: f32,
     }
 }
 
 /// The pipeline of the present pass.
 pub struct PresentPass {
     pipeline: GraphicsPipeline,
-    sampler: Sampler,
+    /// For pictures as large as the target, and for others.
+    samplers: [Sampler; 2],
+}
+
+/// What is shown.
+#[derive(Clone, Copy)]
+pub struct Presented<'a> {
+    /// Linear radiance.
+    pub image: &'a Image,
+    /// Another picture on the right, and the share of the width on its left.
+    pub beside: Option<(&'a Image, f32)>,
+    /// A factor on the radiance.
+    pub exposure: f32,
 }
 
 impl PresentPass {
@@ -39,25 +53,27 @@ impl PresentPass {
                 vertex: "passes/fullscreen.vert",
                 fragment: Some("passes/present.frag"),
                 colors: &[format],
-                spec: &[
-                    ("FILMIC", SpecValue::Bool(tonemap == Tonemap::Filmic)),
-                    ("ENCODE_SRGB", SpecValue::Bool(!target_encodes)),
-                ],
+                spec: &[("TONEMAP", SpecValue::I32(tonemap as i32)), ("ENCODE_SRGB", SpecValue::Bool(!target_encodes))],
                 structs: &[Constants::LAYOUT],
                 ..Default::default()
             },
         )?;
-        Ok(Self { pipeline, sampler: Sampler::new(gpu, "present", Filter::Nearest, AddressMode::ClampToEdge)? })
+        let sampler = |filter| Sampler::new(gpu, "present", filter, AddressMode::ClampToEdge);
+        Ok(Self { pipeline, samplers: [sampler(Filter::Nearest)?, sampler(Filter::Bilinear)?] })
     }
 
-    /// Shows linear radiance times `exposure` (a factor) over the whole `target`, which ends in [`Use::ColorTarget`]. An
-    /// image of another size is stretched.
-    pub fn record(&self, cmd: &mut Commands, image: &Image, target: &Image, exposure: f32) {
+    /// Shows pictures over the whole `target`, which ends in [`Use::ColorTarget`]. Those of another size are stretched.
+    pub fn record(&self, cmd: &mut Commands, Presented { image, beside, exposure }: Presented<'_>, target: &Image) {
+        let (other, split) = beside.unwrap_or((image, 2.0));
+        let extent = target.mip_extent(0);
+        let sampled = |image: &Image| &self.samplers[usize::from(image.mip_extent(0) != extent)];
         cmd.transition(image, Use::Sampled);
+        cmd.transition(other, Use::Sampled);
         cmd.image_barrier(target, Use::Undefined, Use::ColorTarget);
         cmd.begin_rendering(&[ColorTarget { view: target.whole(), load: Load::Discard }], None);
-        cmd.bind(&self.pipeline, &[("image", Descriptor::Sampled(image.whole(), &self.sampler))]);
-        cmd.push_constants(&Constants { exposure });
+        let of = |image| Descriptor::Sampled(Image::whole(image), sampled(image));
+        cmd.bind(&self.pipeline, &[("image", of(image)), ("other", of(other))]);
+        cmd.push_constants(&Constants { exposure, split });
         cmd.draw(0..3, 0..1);
         cmd.end_rendering();
     }
@@ -91,7 +107,8 @@ mod tests {
         image.write(0, 0, &texels).unwrap();
         let target = Image::new(gpu, "codes", ImageDesc::new(format, 32, 32).color_target()).unwrap();
         let pass = PresentPass::new(gpu, format, shader).unwrap();
-        gpu.submit("present", |cmd| pass.record(cmd, &image, &target, exposure)).unwrap();
+        let shown = Presented { image: &image, beside: None, exposure };
+        gpu.submit("present", |cmd| pass.record(cmd, shown, &target)).unwrap();
         let codes: Vec<[u8; 4]> = target.read(0, 0).unwrap();
         let mut worst = 0;
         for (texel, code) in texels.iter().zip(&codes) {
@@ -118,7 +135,7 @@ mod tests {
             Err(error) => panic!("this test needs a GPU (LEADR_SKIP_GPU=1 skips it): {error}"),
         };
         for format in [vk::Format::B8G8R8A8_UNORM, vk::Format::R8G8B8A8_SRGB] {
-            for tonemap in [Tonemap::Filmic, Tonemap::Clamp] {
+            for tonemap in Tonemap::ALL {
                 for exposure in [1.0, 2.5] {
                     let worst = worst_difference(&gpu, format, tonemap, exposure, tonemap);
                     // Rounding the same curve in two ways differs by at most half a code.

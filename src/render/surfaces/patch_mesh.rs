@@ -82,7 +82,7 @@ impl PatchMesh {
 }
 
 /// World-space positions and normals of a posed mesh.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct PosedVertices {
     /// Positions.
     pub positions: Vec<Vec3>,

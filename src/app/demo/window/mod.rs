@@ -1,74 +1,53 @@
-//! The window of `leadr demo`: events in, frames out.
-//!
-//! | input | does |
-//! |---|---|
-//! | left drag | turns the camera around its target |
-//! | right drag, or shift and left drag | pans |
-//! | wheel | moves closer or away |
-//! | space | stops time, lets it run |
-//! | ←, → | half a second back or forward |
-//! | `,`, `.` | one frame back or forward, time stops |
-//! | `0` to `9` | technique: see [`Technique::key`] |
-//! | `g` | the paper's grid, or the visible-slope rules |
-//! | `v` | next shadowing model: masking alone, Smith, correlated |
-//! | `[`, `]` | the sun half an hour back or forward |
-//! | `t` | the sun stands still, goes round in two minutes, in twenty seconds |
-//! | `e` | the next environment: the scene's own, the sky, the studio, pictures dropped on the window |
-//! | a `.hdr` or `.exr` dropped on the window | is the environment |
-//! | `r` | back to the first view and time |
-//! | `s`, F12 | saves a screenshot |
-//! | `q`, Esc | quits |
+//! The window of `leadr demo`: events in, frames out. [`keys`] says which key does what, [`panel`] what else can be done.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use glam::Vec3;
 use winit::application::ApplicationHandler;
 use winit::dpi::PhysicalSize;
-use winit::event::{ElementState, KeyEvent, MouseButton, MouseScrollDelta, WindowEvent};
+use winit::event::{ElementState, KeyEvent, MouseButton, MouseScrollDelta, StartCause, WindowEvent};
 use winit::event_loop::{ActiveEventLoop, ControlFlow};
 use winit::keyboard::{Key, ModifiersState, NamedKey};
-use winit::window::{Window, WindowId};
+use winit::window::{Fullscreen, Window, WindowId};
 
-use super::orbit::Orbit;
+use super::command_line::Seen;
 use crate::app::error::AppError;
-use crate::app::files::make_folder_of;
-use crate::maps::save::save_png;
-use crate::maps::tonemap::Tonemap;
-use crate::render::frame::Renderer;
+use crate::app::files::{extension, make_folder_of};
+use crate::gpu::shader_watch::{Change, ShaderWatch};
+use crate::maps::save::save_png_srgb8;
+use crate::maps::tonemap::{Tonemap, display_image};
+use crate::maps::{Rgb8Image, RgbImage};
 use crate::render::scene::FrameState;
-use crate::render::settings::{RenderSettings, Technique};
+use crate::render::settings::RenderSettings;
 use crate::scenes::daylight;
-use crate::scenes::light::EnvironmentChoice;
+use crate::scenes::light::{EnvironmentChoice, SunDirection};
+use choices::{Choices, Look};
 pub use display::Display;
+use over::{Difference, false_colors};
 use pace::{KeptQuality, Pace};
-use painter::Painter;
+use painter::{Painter, WindowFrame};
+use panel::{Facts, Panel, Request};
+use show::{Program, Show};
 use surroundings::Surroundings;
 use viewer::{Action, Drag, Viewer};
 
+pub mod choices;
 mod display;
+mod keys;
+mod over;
 pub mod pace;
 mod painter;
+pub mod panel;
+pub mod show;
 pub mod surroundings;
 pub mod viewer;
 
-/// What characters do; those of the techniques are in their table.
-const CHARACTERS: [(char, Action); 11] = [
-    (',', Action::Frame(-1)),
-    ('.', Action::Frame(1)),
-    ('[', Action::Sun(-1)),
-    (']', Action::Sun(1)),
-    ('t', Action::SunPace),
-    ('r', Action::Reset),
-    ('s', Action::Screenshot),
-    ('q', Action::Quit),
-    ('g', Action::Rule),
-    ('v', Action::Shadowing),
-    ('e', Action::Environment),
-];
-
 /// How often the title follows the numbers.
 const TITLE_INTERVAL: Duration = Duration::from_millis(250);
+/// How often the difference of two pictures is asked for while it is found.
+const ASK_INTERVAL: Duration = Duration::from_millis(50);
 
 /// How to open the window. Its size is that of the [`RenderSettings`].
 #[derive(Clone, Debug)]
@@ -77,20 +56,36 @@ pub struct WindowOptions {
     pub title: String,
     /// Moment at which the animation starts, seconds.
     pub time: f64,
-    /// Factor on the radiance, beside what the scene's sun asks for.
+    /// Stops beyond what suits the scene's sun.
     pub exposure: f32,
+    /// How light becomes that of the screen.
+    pub tonemap: Tonemap,
     /// Screenshots go to this path, with `-1.png`, `-2.png`, … appended; existing files stay.
     pub screenshots: PathBuf,
     /// Closes after this many frames; `None` leaves that to the user.
     pub frames: Option<u64>,
     /// What of pictures stays while something moves.
     pub kept: KeptQuality,
+    /// Whether the panel is shown at first; if not given, where there is room for it.
+    pub panel: Option<bool>,
+    /// A folder of shader sources to be compiled when they change.
+    pub hot_reload: Option<PathBuf>,
 }
 
 impl Default for WindowOptions {
     fn default() -> Self {
         let (title, screenshots) = ("leadr".to_owned(), PathBuf::from("out/screenshot"));
-        Self { title, time: 0.0, exposure: 1.0, screenshots, frames: None, kept: KeptQuality::default() }
+        Self {
+            title,
+            time: 0.0,
+            exposure: 0.0,
+            tonemap: Tonemap::Agx,
+            screenshots,
+            frames: None,
+            kept: KeptQuality::default(),
+            panel: None,
+            hot_reload: None,
+        }
     }
 }
 
@@ -118,58 +113,73 @@ impl WindowReport {
     }
 }
 
-/// Shows `scene` in a window until the user closes it. The scene gives its state at a time in seconds; the orbit
-/// camera, which starts as `camera`, replaces the state's own, but goes where that one's target goes: a scene that
-/// follows something is followed. `surroundings` are what it can be shown in; the renderer shows the first. `settings.samples` is what a picture that stands still
-/// is refined to. The renderer's device must come from [`Display::gpu_options`].
+/// Shows a scene in a window until the user closes it. The orbit camera replaces the scene's own, but goes where that one's target goes:
+/// a scene that follows something is followed. `settings.samples` is what a picture that stands still is refined to. `program` opens
+/// other scenes. The renderer's device must come from [`Display::gpu_options`].
 ///
 /// # Errors
 /// A device that cannot draw on the display, a lost device, memory that is short, a screenshot that cannot be written.
 pub fn run(
     display: Display,
-    renderer: Renderer,
-    scene: impl FnMut(f64) -> FrameState,
-    camera: Orbit,
+    mut show: Show,
     settings: RenderSettings,
-    surroundings: Surroundings,
+    program: &mut dyn Program,
     options: WindowOptions,
 ) -> Result<WindowReport, AppError> {
-    let viewer = Viewer::new(camera, options.time, settings.shading);
-    let pace = Pace::on(renderer.gpu(), options.kept);
+    let choices = Choices { tonemap: options.tonemap, ..Choices::new(&settings, options.exposure) };
+    let mut viewer = Viewer::new(show.orbit, options.time, choices, show.sweep);
+    viewer.scene_moves = show.moves();
+    let pace = Pace::on(show.renderer.gpu(), options.kept);
+    let shaders = options.hot_reload.as_deref().map(ShaderWatch::new).transpose()?;
     let mut app = App {
-        scene,
+        scene: show.scene,
+        views: show.views,
         settings,
-        surroundings,
+        surroundings: show.surroundings,
+        program,
+        shaders,
         viewer,
         pace,
-        exposure: options.exposure,
+        exposure: 1.0,
+        sun: None,
         options,
-        renderer: Some(renderer),
+        renderer: Some(show.renderer),
         open: None,
         modifiers: ModifiersState::empty(),
         report: WindowReport::default(),
+        lost: None,
         error: None,
     };
     let ended = display.events.run_app(&mut app).map_err(|e| AppError::Failed(format!("the window failed: {e}")));
     app.error.map_or(Ok(()), Err)?;
     ended?;
+    // The window went on, but whoever waits for the file must know.
+    app.lost.map_or(Ok(()), Err)?;
     Ok(app.report)
 }
 
-struct App<S> {
-    scene: S,
+struct App<'p> {
+    scene: Box<dyn FnMut(f64) -> FrameState>,
+    views: Option<[super::orbit::Orbit; 3]>,
     settings: RenderSettings,
     surroundings: Surroundings,
+    program: &'p mut dyn Program,
+    /// Compiles shaders that change.
+    shaders: Option<ShaderWatch>,
     viewer: Viewer,
     pace: Pace,
     options: WindowOptions,
-    /// Of the picture that is shown.
+    /// A factor on the radiance of the picture that is shown.
     exposure: f32,
+    /// Where its sun is.
+    sun: Option<SunDirection>,
     /// Until the window opens.
-    renderer: Option<Renderer>,
+    renderer: Option<crate::render::frame::Renderer>,
     open: Option<Open>,
     modifiers: ModifiersState,
     report: WindowReport,
+    /// A screenshot that was not written.
+    lost: Option<AppError>,
     error: Option<AppError>,
 }
 
@@ -177,7 +187,11 @@ struct App<S> {
 struct Open {
     // Dropped before the window.
     painter: Painter,
+    panel: Panel,
+    difference: Difference,
     window: Arc<Window>,
+    /// Its pixels, as the last event told: a window that another program has closed cannot be asked.
+    size: PhysicalSize<u32>,
     /// The system says that nothing of it can be seen. No frame is drawn until it says otherwise.
     occluded: bool,
     /// The last attempt to draw met a window that is minimised or has no area. No frame is drawn until an event.
@@ -185,11 +199,12 @@ struct Open {
     last_frame: Option<Instant>,
     /// After the last frame something moved by itself, so that the next one followed at once.
     running: bool,
-    /// Frames and their time since the title was last set.
+    /// Frames and their time since the title was last set, and frames a second before.
     counted: (u32, Instant),
+    fps: f64,
 }
 
-impl<S: FnMut(f64) -> FrameState> App<S> {
+impl App<'_> {
     fn open(&mut self, events: &ActiveEventLoop) -> Result<(), AppError> {
         let Some(renderer) = self.renderer.take() else { return Ok(()) };
         let (width, height) = self.settings.size;
@@ -200,21 +215,35 @@ impl<S: FnMut(f64) -> FrameState> App<S> {
             .create_window(attributes)
             .map_err(|e| AppError::Failed(format!("the window cannot be opened: {e}")))?;
         let window = Arc::new(window);
-        let painter = Painter::new(renderer, window.clone(), Tonemap::default())?;
+        let painter = Painter::new(renderer, window.clone())?;
+        let mut panel = Panel::new(&window);
+        panel.open = self.options.panel.unwrap_or(panel.open);
         window.request_redraw();
-        let counted = (0, Instant::now());
-        self.open =
-            Some(Open { painter, window, occluded: false, hidden: false, last_frame: None, running: false, counted });
+        let size = window.inner_size();
+        self.open = Some(Open {
+            painter,
+            panel,
+            difference: Difference::default(),
+            window,
+            size,
+            occluded: false,
+            hidden: false,
+            last_frame: None,
+            running: false,
+            counted: (0, Instant::now()),
+            fps: 0.0,
+        });
         Ok(())
     }
 
     fn draw(&mut self, events: &ActiveEventLoop) -> Result<(), AppError> {
         let Some(open) = &mut self.open else { return Ok(()) };
-        let PhysicalSize { width, height } = open.window.inner_size();
+        let PhysicalSize { width, height } = open.size;
         open.hidden = open.occluded || width == 0 || height == 0 || open.window.is_minimized() == Some(true);
         if open.hidden {
             // An event that says otherwise asks for a frame. Time stands still while nobody looks.
             open.last_frame = None;
+            open.counted = (0, Instant::now());
             self.pace.interrupt();
             return Ok(());
         }
@@ -225,22 +254,42 @@ impl<S: FnMut(f64) -> FrameState> App<S> {
             if open.running {
                 let milliseconds = (now - last).as_secs_f32() * 1000.0;
                 self.report.milliseconds.push(milliseconds);
+                open.panel.frame_took(milliseconds);
                 self.pace.frame(milliseconds);
             } else {
                 self.pace.interrupt();
             }
         }
-        self.settings.shading = self.viewer.shading();
+        let painted = self.lay_out(events)?;
+        let Some(open) = &mut self.open else { return Ok(()) };
+        let sides = self.viewer.choices.sides(&self.settings);
         let changed = self.viewer.take_changed();
         let state = changed.then(|| {
             let mut state = (self.scene)(self.viewer.time);
             self.surroundings.light(&mut state);
             state.camera = self.viewer.camera(&state.camera);
+            self.viewer.choices.apply(&mut state);
             daylight::pass(&mut state, self.viewer.sun_hours);
-            self.exposure = self.options.exposure * state.exposure();
+            self.sun = state.sky.as_ref().map(|sky| SunDirection::of(sky.sun_direction));
+            self.exposure = self.viewer.choices.exposure.exp2() * state.exposure();
             state
         });
-        let shown = open.painter.draw([width, height], state, &self.settings, &self.pace, self.exposure)?;
+        if changed {
+            open.difference.reset();
+            open.panel.lay_over(None);
+            open.panel.ellipses(None);
+        }
+        let split = self.viewer.choices.compare.map_or(1.0, |compare| compare.split);
+        let shown = open.painter.draw(WindowFrame {
+            size: [width, height],
+            state,
+            sides: &sides,
+            pace: &self.pace,
+            exposure: self.exposure,
+            tonemap: self.viewer.choices.tonemap,
+            split,
+            panel: painted,
+        })?;
         open.hidden = !shown;
         if !shown {
             if changed {
@@ -248,18 +297,28 @@ impl<S: FnMut(f64) -> FrameState> App<S> {
             }
             return Ok(());
         }
+        if let Some(layer) = self.viewer.choices.look.layer().filter(|_| changed) {
+            let (size, values) = open.painter.layer(layer)?;
+            match self.viewer.choices.look {
+                Look::Ellipses => open.panel.ellipses(Some((size, values))),
+                _ => open.panel.lay_over(Some(false_colors(layer, size, &values))),
+            }
+            open.window.request_redraw();
+        }
+        self.compare()?;
+        let Some(open) = &mut self.open else { return Ok(()) };
         open.running = self.viewer.is_moving();
         self.report.frames += 1;
         open.counted.0 += 1;
         let since = open.counted.1.elapsed();
         // No frame follows that could set the title later.
-        let last = !self.viewer.is_moving() && open.painter.is_complete(&self.settings);
+        let last = !self.viewer.is_moving() && open.painter.is_complete([width, height], &sides);
         if since >= TITLE_INTERVAL || self.report.frames == 1 || last {
-            let fps = f64::from(open.counted.0) / since.as_secs_f64().max(1e-6);
+            open.fps = f64::from(open.counted.0) / since.as_secs_f64().max(1e-6);
             if last {
                 open.painter.finish()?;
             }
-            open.window.set_title(&title(&self.options.title, &self.viewer, fps, open.painter.times()));
+            open.window.set_title(&title(&self.options.title, &self.viewer, open.fps, open.painter.times()));
             open.counted = (0, Instant::now());
         }
         if self.options.frames.is_some_and(|frames| self.report.frames >= frames) {
@@ -268,49 +327,232 @@ impl<S: FnMut(f64) -> FrameState> App<S> {
         Ok(())
     }
 
-    fn key(&mut self, events: &ActiveEventLoop, event: &KeyEvent) -> Result<(), AppError> {
-        if event.state != ElementState::Pressed {
+    /// Lays the panel out, and does what is asked for there.
+    fn lay_out(&mut self, events: &ActiveEventLoop) -> Result<panel::paint::Painted, AppError> {
+        let Some(open) = &mut self.open else { return Err(AppError::Failed("the window is closed".into())) };
+        let environments = self.surroundings.names();
+        let (pixels, triangles) = open.painter.drawn();
+        let device = open.painter.gpu().device_name().to_owned();
+        let facts = Facts {
+            scenes: self.program.scenes(),
+            scene: self.program.scene(),
+            environments: &environments,
+            environment: self.surroundings.shown(),
+            sun: self.sun.map(|sun| [sun.azimuth, sun.elevation]),
+            device: &device,
+            fps: open.fps,
+            passes: open.painter.times(),
+            samples: open.painter.samples(),
+            pixels,
+            triangles,
+        };
+        let (painted, requests) = open.panel.run(&open.window, &mut self.viewer, &facts);
+        for request in requests {
+            match request {
+                Request::Act(action) => self.act(events, action)?,
+                Request::Scene(name) => self.enter(Path::new(&name))?,
+                Request::Environment(number) => {
+                    let choice = self.surroundings.choice(number);
+                    self.surround(choice)?;
+                }
+                Request::View(number) => {
+                    if let Some(orbit) = self.views.and_then(|views| views.get(number).copied()) {
+                        self.viewer.orbit = orbit;
+                        self.viewer.invalidate();
+                    }
+                }
+            }
+        }
+        Ok(painted)
+    }
+
+    /// The difference of both sides, while nothing moves.
+    fn compare(&mut self) -> Result<(), AppError> {
+        let Some(open) = &mut self.open else { return Ok(()) };
+        let wanted = self.viewer.choices.compare.is_some_and(|compare| compare.difference);
+        if !wanted || self.viewer.is_moving() || self.viewer.choices.look != Look::Picture {
             return Ok(());
         }
-        let Some(action) = action(&event.logical_key) else { return Ok(()) };
+        if let Some(found) = open.difference.found() {
+            open.panel.lay_over(Some(found));
+            open.window.request_redraw();
+        }
+        let samples = open.painter.samples();
+        if open.difference.wants(samples)
+            && let Ok([left, right]) = <[RgbImage; 2]>::try_from(open.painter.pictures()?)
+        {
+            open.difference.begin(left, right, self.exposure, self.viewer.choices.tonemap, samples);
+        }
+        Ok(())
+    }
+
+    /// Draws with shaders that have changed, once they work; until then what is drawn with stays.
+    fn reload(&mut self) -> Result<(), AppError> {
+        let (Some(open), Some(change)) = (&mut self.open, self.shaders.as_ref().and_then(ShaderWatch::change)) else {
+            return Ok(());
+        };
+        open.painter.finish()?;
+        let fault = match change {
+            Change::Failed(message) => Some(message),
+            Change::Compiled(shaders) => {
+                let names = shaders.names().collect::<Vec<_>>().join(", ");
+                match open.painter.gpu().take_shaders(shaders) {
+                    Ok(pipelines) => {
+                        open.panel.say(format!("{pipelines} pipeline(s) made again of {names}"));
+                        None
+                    }
+                    Err(error) => Some(error.to_string()),
+                }
+            }
+        };
+        if let Some(fault) = &fault {
+            tracing::error!("{fault}");
+        }
+        open.panel.shader_fault = fault;
+        self.viewer.invalidate();
+        open.window.request_redraw();
+        Ok(())
+    }
+
+    fn key(&mut self, events: &ActiveEventLoop, event: &KeyEvent) -> Result<(), AppError> {
+        let pressed = event.state == ElementState::Pressed;
+        if self.viewer.fly
+            && !self.modifiers.control_key()
+            && let Some(way) = keys::flies(event.physical_key)
+        {
+            if !event.repeat {
+                let held = self.viewer.held + if pressed { way } else { -way };
+                self.viewer.held = held.clamp(Vec3::NEG_ONE, Vec3::ONE);
+            }
+            if let Some(open) = &mut self.open {
+                // The time since the last frame is none in which it flew.
+                open.last_frame = open.last_frame.filter(|_| self.viewer.is_moving());
+            }
+            return Ok(());
+        }
+        if !pressed {
+            return Ok(());
+        }
+        let Some(action) = keys::action(&event.logical_key) else { return Ok(()) };
         // A held key scrubs on, but does not toggle.
         if event.repeat && !matches!(action, Action::Scrub(_) | Action::Frame(_) | Action::Sun(_)) {
             return Ok(());
         }
+        self.act(events, action)
+    }
+
+    fn act(&mut self, events: &ActiveEventLoop, action: Action) -> Result<(), AppError> {
+        let Some(open) = &mut self.open else { return Ok(()) };
         match action {
             Action::Quit => events.exit(),
             Action::Screenshot => {
                 // A full disk is no reason to close the window.
                 if let Err(error) = self.screenshot() {
-                    tracing::error!("{error}");
+                    self.complain(&error);
+                    self.lost.get_or_insert(error);
                 }
             }
             Action::Environment => {
                 let next = self.surroundings.next();
-                return self.surround(Ok(next));
+                return self.surround(next);
+            }
+            Action::CopyCommand => self.copy_command(),
+            Action::Panel => open.panel.open = !open.panel.open,
+            Action::Help => open.panel.help = !open.panel.help,
+            Action::FullScreen => {
+                let whole = open.window.fullscreen().is_none().then_some(Fullscreen::Borderless(None));
+                open.window.set_fullscreen(whole);
             }
             _ => self.viewer.act(action),
+        }
+        if let Some(open) = &self.open {
+            open.window.request_redraw();
         }
         Ok(())
     }
 
+    /// Says what went wrong, and goes on.
+    fn complain(&mut self, error: &AppError) {
+        tracing::error!("{error}");
+        if let Some(open) = &mut self.open {
+            open.panel.warn(error.to_string());
+            open.window.request_redraw();
+        }
+    }
+
+    fn copy_command(&mut self) {
+        let Some(open) = &mut self.open else { return };
+        let PhysicalSize { width, height } = open.size;
+        let seen = Seen {
+            choices: &self.viewer.choices,
+            pose: self.viewer.orbit.pose(),
+            time: self.viewer.time,
+            size: [width, height],
+            sun: self.sun,
+        };
+        if let Some(command) = self.program.command(&seen) {
+            tracing::info!("{command}");
+            open.panel.say(format!("copied: {command}"));
+            open.panel.copy(command);
+        }
+    }
+
     /// Shows the scene in another environment. One that cannot be read leaves things as they are.
-    fn surround(&mut self, choice: Result<EnvironmentChoice, AppError>) -> Result<(), AppError> {
+    fn surround(&mut self, choice: EnvironmentChoice) -> Result<(), AppError> {
         let Some(open) = &mut self.open else { return Ok(()) };
-        match choice.and_then(|choice| self.surroundings.show(open.painter.gpu(), choice)) {
+        match self.surroundings.show(open.painter.gpu(), choice) {
             Ok(environment) => {
                 open.painter.surround(environment)?;
+                self.program.surround(&self.surroundings.names()[self.surroundings.shown()]);
                 self.viewer.invalidate();
                 open.window.request_redraw();
             }
-            Err(error) => tracing::error!("{error}"),
+            Err(error) => self.complain(&error),
         }
         Ok(())
+    }
+
+    /// Shows another scene. One that cannot be opened leaves things as they are.
+    fn enter(&mut self, name: &Path) -> Result<(), AppError> {
+        let Some(open) = &mut self.open else { return Ok(()) };
+        match self.program.open(open.painter.gpu(), name) {
+            Ok(mut show) => {
+                let moves = show.moves();
+                open.painter.replace(show.renderer)?;
+                open.last_frame = None;
+                (self.scene, self.views, self.surroundings) = (show.scene, show.views, show.surroundings);
+                self.viewer.enter(show.orbit, show.sweep, moves);
+                self.pace.interrupt();
+                open.window.request_redraw();
+            }
+            Err(error) => self.complain(&error),
+        }
+        Ok(())
+    }
+
+    fn dropped(&mut self, path: PathBuf) -> Result<(), AppError> {
+        match extension(&path).as_deref() {
+            Some("glb" | "gltf") => self.enter(&path),
+            _ => match Surroundings::dropped(path) {
+                Ok(choice) => self.surround(choice),
+                Err(error) => {
+                    self.complain(&error);
+                    Ok(())
+                }
+            },
+        }
     }
 
     fn screenshot(&mut self) -> Result<(), AppError> {
         let Some(open) = &mut self.open else { return Ok(()) };
-        let Some(image) = open.painter.picture()? else { return Ok(()) };
+        let pictures: Vec<Rgb8Image> = open
+            .painter
+            .pictures()?
+            .iter()
+            .map(|picture| display_image(picture, self.exposure, self.viewer.choices.tonemap))
+            .collect();
+        let split = self.viewer.choices.compare.map_or(1.0, |compare| compare.split);
+        let Some(picture) = side_by_side(pictures, split) else { return Ok(()) };
         let stem = self.options.screenshots.as_os_str();
         let path = |number: u32| {
             let mut name = stem.to_owned();
@@ -319,14 +561,20 @@ impl<S: FnMut(f64) -> FrameState> App<S> {
         };
         let path = (1..).map(path).find(|path| !path.exists()).unwrap_or_default();
         make_folder_of(&path)?;
-        save_png(&path, &image, self.exposure, Tonemap::default())?;
+        save_png_srgb8(&path, &picture)?;
         tracing::info!("saved {}", path.display());
+        open.panel.say(format!("saved {}", path.display()));
         self.report.screenshots.push(path);
         Ok(())
     }
 
     fn handle(&mut self, events: &ActiveEventLoop, event: WindowEvent) -> Result<(), AppError> {
         let Some(open) = &mut self.open else { return Ok(()) };
+        let tab = matches!(&event, WindowEvent::KeyboardInput { event, .. } if event.logical_key == Key::Named(NamedKey::Tab));
+        let (consumed, redraw) = if tab { (false, false) } else { open.panel.event(&open.window, &event) };
+        if redraw {
+            open.window.request_redraw();
+        }
         match event {
             WindowEvent::CloseRequested | WindowEvent::Destroyed => events.exit(),
             WindowEvent::RedrawRequested => return self.draw(events),
@@ -335,27 +583,35 @@ impl<S: FnMut(f64) -> FrameState> App<S> {
                 open.hidden = occluded;
                 open.window.request_redraw();
             }
-            WindowEvent::Resized(_) | WindowEvent::Focused(true) => {
+            WindowEvent::Resized(size) => {
+                open.size = size;
                 open.hidden = false;
                 open.window.request_redraw();
             }
-            WindowEvent::KeyboardInput { event, is_synthetic: false, .. } => return self.key(events, &event),
-            WindowEvent::DroppedFile(path) => return self.surround(Surroundings::dropped(path)),
+            WindowEvent::Focused(true) => {
+                open.hidden = false;
+                open.window.request_redraw();
+            }
+            WindowEvent::Focused(false) => self.viewer.held = Vec3::ZERO,
+            WindowEvent::KeyboardInput { event, is_synthetic: false, .. } if !consumed => {
+                return self.key(events, &event);
+            }
+            WindowEvent::DroppedFile(path) => return self.dropped(path),
             WindowEvent::ModifiersChanged(modifiers) => self.modifiers = modifiers.state(),
             WindowEvent::MouseInput { state, button, .. } => {
                 let drag = match button {
                     MouseButton::Left if self.modifiers.shift_key() => Some(Drag::Pan),
+                    MouseButton::Left if self.viewer.fly => Some(Drag::Look),
                     MouseButton::Left => Some(Drag::Turn),
                     MouseButton::Right => Some(Drag::Pan),
                     _ => return Ok(()),
                 };
-                self.viewer.drag(drag.filter(|_| state == ElementState::Pressed));
+                self.viewer.drag(drag.filter(|_| state == ElementState::Pressed && !consumed));
             }
             WindowEvent::CursorMoved { position, .. } => {
-                let height = open.window.inner_size().height;
-                self.viewer.pointer([position.x as f32, position.y as f32], height as f32);
+                self.viewer.pointer([position.x as f32, position.y as f32], open.size.height as f32);
             }
-            WindowEvent::MouseWheel { delta, .. } => self.viewer.wheel(match delta {
+            WindowEvent::MouseWheel { delta, .. } if !consumed => self.viewer.wheel(match delta {
                 MouseScrollDelta::LineDelta(_, lines) => lines,
                 MouseScrollDelta::PixelDelta(position) => position.y as f32 / 40.0,
             }),
@@ -372,11 +628,23 @@ impl<S: FnMut(f64) -> FrameState> App<S> {
     }
 }
 
-impl<S: FnMut(f64) -> FrameState> ApplicationHandler for App<S> {
+impl ApplicationHandler for App<'_> {
     fn resumed(&mut self, events: &ActiveEventLoop) {
         events.set_control_flow(ControlFlow::Wait);
         let result = self.open(events);
         self.end_on_error(events, result);
+    }
+
+    fn new_events(&mut self, _events: &ActiveEventLoop, cause: StartCause) {
+        if !matches!(cause, StartCause::ResumeTimeReached { .. }) {
+            return;
+        }
+        let wakes = self.open.as_ref().is_some_and(|open| {
+            open.difference.is_running() || open.panel.wakes().is_some_and(|wakes| wakes <= Instant::now())
+        });
+        if let Some(open) = self.open.as_ref().filter(|_| wakes) {
+            open.window.request_redraw();
+        }
     }
 
     fn window_event(&mut self, events: &ActiveEventLoop, _window: WindowId, event: WindowEvent) {
@@ -389,36 +657,39 @@ impl<S: FnMut(f64) -> FrameState> ApplicationHandler for App<S> {
         self.open = None;
     }
 
-    fn about_to_wait(&mut self, _events: &ActiveEventLoop) {
-        // Sleeps when nothing moves and all samples are there, or nothing can be seen.
-        if let Some(open) = &self.open
-            && !open.hidden
-            && (self.viewer.is_moving() || !open.painter.is_complete(&self.settings))
-        {
+    fn about_to_wait(&mut self, events: &ActiveEventLoop) {
+        let reloaded = self.reload();
+        self.end_on_error(events, reloaded);
+        let Some(open) = &self.open else { return };
+        if open.hidden {
+            return events.set_control_flow(ControlFlow::Wait);
+        }
+        let PhysicalSize { width, height } = open.size;
+        let sides = self.viewer.choices.sides(&self.settings);
+        // Sleeps when nothing moves and all samples are there.
+        if self.viewer.is_moving() || !open.painter.is_complete([width, height], &sides) {
             open.window.request_redraw();
         }
+        let asks = open.difference.is_running() || self.shaders.is_some();
+        let asks = asks.then(|| Instant::now() + ASK_INTERVAL);
+        let wakes = [open.panel.wakes(), asks].into_iter().flatten().min();
+        events.set_control_flow(wakes.map_or(ControlFlow::Wait, ControlFlow::WaitUntil));
     }
 }
 
-fn action(key: &Key) -> Option<Action> {
-    Some(match key {
-        Key::Named(NamedKey::Space) => Action::Pause,
-        Key::Named(NamedKey::ArrowLeft) => Action::Scrub(-1),
-        Key::Named(NamedKey::ArrowRight) => Action::Scrub(1),
-        Key::Named(NamedKey::F12) => Action::Screenshot,
-        Key::Named(NamedKey::Escape) => Action::Quit,
-        Key::Character(text) => {
-            let mut characters = text.chars().flat_map(char::to_lowercase);
-            let (key, None) = (characters.next()?, characters.next()) else { return None };
-            let technique = || Technique::ALL.into_iter().find(|t| t.key() == key).map(Action::Technique);
-            return CHARACTERS
-                .iter()
-                .find(|(character, _)| *character == key)
-                .map(|(_, does)| *does)
-                .or_else(technique);
+/// One picture, or the left part of the first beside the right part of the second.
+fn side_by_side(pictures: Vec<Rgb8Image>, split: f32) -> Option<Rgb8Image> {
+    let mut pictures = pictures.into_iter();
+    let (mut left, right) = (pictures.next()?, pictures.next());
+    if let Some(right) = right.filter(|right| (right.width, right.height) == (left.width, left.height)) {
+        let width = left.width as usize;
+        for (index, texel) in left.texels.iter_mut().enumerate() {
+            if (index % width) as f32 + 0.5 >= split * width as f32 {
+                *texel = right.texels[index];
+            }
         }
-        _ => return None,
-    })
+    }
+    Some(left)
 }
 
 /// Technique, time, frames per second, milliseconds per pass.
@@ -434,21 +705,8 @@ fn title(name: &str, viewer: &Viewer, fps: f64, times: &[(String, f64)]) -> Stri
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::render::settings::Shading;
-
-    fn typed(text: &str) -> Option<Action> {
-        action(&Key::Character(text.into()))
-    }
-
-    #[test]
-    fn every_technique_has_a_key_of_its_own() {
-        for technique in Technique::ALL {
-            assert_eq!(typed(&technique.key().to_string()), Some(Action::Technique(technique)));
-            assert!(CHARACTERS.iter().all(|(character, _)| *character != technique.key()), "{technique:?}");
-        }
-        assert_eq!((typed("10"), typed("")), (None, None));
-        assert_eq!(typed("Q"), Some(Action::Quit));
-    }
+    use crate::app::demo::orbit::Orbit;
+    use crate::render::settings::Technique;
 
     #[test]
     fn the_title_tells_technique_time_and_passes() {
@@ -458,12 +716,21 @@ mod tests {
             up: [0.0, 0.0, 1.0],
             fov_degrees: 40.0,
         };
-        let mut viewer = Viewer::new(Orbit::new(&pose), 1.5, Shading::default());
+        let choices = Choices::new(&RenderSettings::default(), 0.0);
+        let mut viewer = Viewer::new(Orbit::new(&pose), 1.5, choices, None);
         viewer.act(Action::Pause);
-        viewer.act(typed("4").expect("a key"));
+        viewer.act(Action::Technique(Technique::Lean));
         let times = [("geometry".to_owned(), 3.12), ("sky".to_owned(), 0.001)];
         let said = title("Sphere", &viewer, 29.97, &times);
         assert_eq!(said, "Sphere · lean · 1.50 s (paused) · 30.0 fps · geometry 3.1 ms");
-        assert_eq!(typed("x"), None);
+    }
+
+    #[test]
+    fn a_screenshot_shows_both_sides() {
+        let picture = |code: u8| Rgb8Image { width: 4, height: 1, texels: vec![[code; 3]; 4] };
+        let codes = |pictures, split| side_by_side(pictures, split).map(|p| p.texels.iter().map(|t| t[0]).collect());
+        assert_eq!(codes(vec![picture(1), picture(2)], 0.25), Some(vec![1, 2, 2, 2]));
+        assert_eq!(codes(vec![picture(1)], 0.25), Some(vec![1; 4]));
+        assert_eq!(codes(Vec::new(), 0.5), None);
     }
 }

@@ -1,31 +1,47 @@
-//! How well a moving picture is drawn: as well as the device manages at ten frames a second.
+//! How well a moving picture is drawn: as well as the device manages in the time that a frame may take.
 
 use crate::gpu::Gpu;
 use crate::render::settings::{Probes, Quadrature, RenderSettings, ShadingOptions};
 use crate::scenes::config::DEFAULT_MSAA;
 
-/// Frames that take longer make a moving picture simpler.
-const SLOW: f32 = 100.0;
-/// Frames of a simpler picture that take less make it better again: what it leaves out costs at most half as much again.
-const FAST: f32 = 50.0;
+/// Frames a second below which a moving picture becomes simpler, if nobody says otherwise.
+pub const DEFAULT_MIN_FPS: f32 = 10.0;
+/// Frames that take less than this share of the time they may take make it better again: what a step leaves out costs at most half as
+/// much again.
+const FAST: f32 = 0.5;
 /// Frames whose median counts. One that makes pipelines is no reason.
 const FRAMES: usize = 7;
+/// Frames in a row that take more than [`FAR`] times too long and so take several steps at once. Three may make pipelines.
+const FAR_FRAMES: usize = 4;
+const FAR: f32 = 2.0;
+/// Share of the window's pixels along each side that is drawn, step by step. The first step has fewer probes and samples of the geometry
+/// instead.
+const SCALES: [f32; 6] = [1.0, 1.0, 0.75, 0.5, 0.35, 0.25];
 
 /// What of moving pictures does not follow the pace. By default their geometry is multisampled, or if frames take long not, and
-/// these look the environment up at fewer probes.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+/// these look the environment up at fewer probes, and then have fewer pixels.
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct KeptQuality {
     /// Samples of the geometry in each pixel, if they are given.
     pub msaa: Option<u32>,
     /// Whether the probes stay.
     pub probes: bool,
+    /// Frames a second for which moving pictures may become simpler; at 0 they have all pixels.
+    pub min_fps: f32,
+}
+
+impl Default for KeptQuality {
+    fn default() -> Self {
+        Self { msaa: None, probes: false, min_fps: DEFAULT_MIN_FPS }
+    }
 }
 
 /// Follows how long frames take.
 #[derive(Debug)]
 pub struct Pace {
     kept: KeptQuality,
-    simple: bool,
+    /// Of [`SCALES`].
+    step: usize,
     /// Milliseconds of the last frames that were drawn alike, one after the other.
     recent: Vec<f32>,
 }
@@ -40,36 +56,56 @@ impl Pace {
     /// `simple`: whether the first frames are the simpler ones.
     #[must_use]
     pub fn new(kept: KeptQuality, simple: bool) -> Self {
-        Self { kept, simple, recent: Vec::new() }
+        Self { kept, step: usize::from(simple), recent: Vec::new() }
     }
 
     /// The settings of a moving picture: one sample of those of a still one.
     #[must_use]
     pub fn moving(&self, still: &RenderSettings) -> RenderSettings {
-        let msaa = self.kept.msaa.unwrap_or(if self.simple { 1 } else { DEFAULT_MSAA });
+        let simple = self.step > 0;
+        let reference = still.shading.technique().is_reference();
+        let msaa = if reference { 1 } else { self.kept.msaa.unwrap_or(if simple { 1 } else { DEFAULT_MSAA }) };
         let fewer = |quadrature| match quadrature {
             Quadrature::VisibleSlopes(Probes::Sixteen) => Quadrature::VisibleSlopes(Probes::Nine),
             other => other,
         };
-        let shading = match self.simple && !self.kept.probes {
+        let shading = match simple && !self.kept.probes {
             true => {
                 still.shading.adjusted(|options| ShadingOptions { quadrature: fewer(options.quadrature), ..options })
             }
             false => still.shading,
         };
-        RenderSettings { samples: 1, msaa, shading, ..*still }
+        let scaled = |pixels: u32| ((pixels as f32 * SCALES[self.step]) as u32).max(1);
+        let size = (scaled(still.size.0), scaled(still.size.1));
+        RenderSettings { size, samples: 1, msaa, shading, ..*still }
     }
 
     /// A frame of a moving picture took so many milliseconds.
     pub fn frame(&mut self, milliseconds: f32) {
         self.recent.push(milliseconds);
+        // At 0 frames a second the first step is still there for those who set nothing else.
+        let most = 1000.0 / if self.kept.min_fps > 0.0 { self.kept.min_fps } else { DEFAULT_MIN_FPS };
+        let last = if self.kept.min_fps > 0.0 { SCALES.len() - 1 } else { 1 };
+        if let Some(far) = self.recent.last_chunk::<FAR_FRAMES>()
+            && far.iter().all(|time| *time > FAR * most)
+        {
+            let least = far.iter().copied().fold(f32::MAX, f32::min);
+            let fits = |step: &usize| least * (SCALES[*step] / SCALES[self.step]).powi(2) <= most;
+            self.step = (self.step + 1..last).find(fits).unwrap_or(last).max(self.step);
+            self.recent.clear();
+            return;
+        }
         if self.recent.len() < FRAMES {
             return;
         }
         let mut sorted = std::mem::take(&mut self.recent);
         sorted.sort_unstable_by(f32::total_cmp);
         let median = sorted[FRAMES / 2];
-        self.simple = median > if self.simple { FAST } else { SLOW };
+        if median > most {
+            self.step = (self.step + 1).min(last);
+        } else if median < FAST * most {
+            self.step = self.step.saturating_sub(1);
+        }
     }
 
     /// Something came between the frames.
@@ -113,9 +149,37 @@ mod tests {
     }
 
     #[test]
+    fn pictures_that_are_simple_and_slow_lose_pixels_and_get_them_back() {
+        let still = RenderSettings { size: (640, 360), ..RenderSettings::default() };
+        let mut pace = Pace::new(KeptQuality::default(), true);
+        frames(&mut pace, 150.0);
+        assert_eq!(pace.moving(&still).size, (480, 270));
+        // Much too slow: several steps at once.
+        (0..4).for_each(|_| pace.frame(600.0));
+        assert_eq!(pace.moving(&still).size, (160, 90));
+        frames(&mut pace, 700.0);
+        assert_eq!(pace.moving(&still).size, (160, 90));
+        frames(&mut pace, 80.0);
+        assert_eq!(pace.moving(&still).size, (160, 90));
+        (0..4).for_each(|_| frames(&mut pace, 40.0));
+        assert_eq!(pace.moving(&still).size, (640, 360));
+        // Thirty frames a second are harder to reach, none at all keep the pixels.
+        let mut pace = Pace::new(KeptQuality { min_fps: 30.0, ..Default::default() }, true);
+        frames(&mut pace, 40.0);
+        assert_eq!(pace.moving(&still).size, (480, 270));
+        let mut pace = Pace::new(KeptQuality { min_fps: 0.0, ..Default::default() }, true);
+        (0..5).for_each(|_| frames(&mut pace, 4000.0));
+        assert_eq!(pace.moving(&still).size, (640, 360));
+        assert_eq!(
+            Pace::new(KeptQuality::default(), false).moving(&RenderSettings { size: (1, 1), ..still }).size,
+            (1, 1)
+        );
+    }
+
+    #[test]
     fn what_is_set_is_kept() {
         let still = RenderSettings { samples: 4, msaa: 2, ..RenderSettings::default() };
-        let both = KeptQuality { msaa: Some(2), probes: true };
+        let both = KeptQuality { msaa: Some(2), probes: true, ..Default::default() };
         assert_eq!(Pace::new(both, true).moving(&still), RenderSettings { samples: 1, ..still });
         let probes = Pace::new(KeptQuality { probes: true, ..Default::default() }, true).moving(&still);
         assert_eq!((probes.msaa, probes.shading), (1, still.shading));

@@ -1,17 +1,18 @@
-//! Frames of the renderer in a swapchain.
+//! Frames of the renderer in a swapchain: one picture, or two side by side, and the panel over them.
 
 use std::sync::Arc;
 
 use winit::window::Window;
 
 use super::pace::Pace;
+use super::panel::paint::{Painted, PanelPainter};
 use crate::app::error::AppError;
 use crate::gpu::{CommandRecorder, FRAMES_IN_FLIGHT, Gpu, Swapchain, Timestamps, Use};
 use crate::maps::RgbImage;
 use crate::maps::tonemap::Tonemap;
-use crate::render::frame::{MAX_PASSES, PassTime, PausedFrame, Renderer};
+use crate::render::frame::{KeptTargets, Layer, MAX_PASSES, PassTime, PausedFrame, PreparedFrame, Renderer};
 use crate::render::light::environment::Environment;
-use crate::render::passes::present::PresentPass;
+use crate::render::passes::present::{PresentPass, Presented};
 use crate::render::scene::FrameState;
 use crate::render::settings::RenderSettings;
 
@@ -19,35 +20,53 @@ use crate::render::settings::RenderSettings;
 pub struct Painter {
     // Dropped first: they wait for the device.
     slots: [Slot; FRAMES_IN_FLIGHT],
+    panel: PanelPainter,
     /// The slot of the next frame.
     next: usize,
     swapchain: Swapchain,
-    pass: PresentPass,
+    /// Made for the first picture that it shows.
+    pass: Option<(Tonemap, PresentPass)>,
     /// Times of the passes of the last frame that is done.
     times: Vec<(String, f64)>,
-    /// The picture being drawn, and its progress: the samples of a still picture are spread over frames.
-    shown: Option<Shown>,
+    /// The pictures being drawn, the left one first, and their progress: the samples of still pictures are spread over frames.
+    shown: [Option<Shown>; 2],
+    /// The targets of the right picture; the renderer has those of the left one.
+    beside: KeptTargets,
     renderer: Renderer,
 }
 
 /// A frame on its way.
 struct Slot {
+    sides: [SideSlot; 2],
+    present: CommandRecorder,
+    present_time: Timestamps,
+    /// Pictures that nothing else holds any more, but whose buffers the device may be reading.
+    held: Vec<PausedFrame>,
+}
+
+/// One picture of a frame.
+struct SideSlot {
     recorder: CommandRecorder,
     timestamps: Timestamps,
     /// Times of passes that were waited for when they were recorded.
     earlier: Vec<PassTime>,
-    /// A picture that nothing else holds any more, but whose buffers the device may be reading.
-    held: Option<PausedFrame>,
 }
 
 impl Slot {
     fn new(gpu: &Arc<Gpu>, number: usize) -> Result<Self, AppError> {
+        let side = |side: &str| {
+            Ok::<_, AppError>(SideSlot {
+                recorder: CommandRecorder::new(gpu, &format!("window {number}, {side}"))?,
+                // The passes, and the first mark.
+                timestamps: Timestamps::new(gpu, MAX_PASSES + 1)?,
+                earlier: Vec::new(),
+            })
+        };
         Ok(Self {
-            recorder: CommandRecorder::new(gpu, &format!("window {number}"))?,
-            // The passes, the first mark, and that of the present pass.
-            timestamps: Timestamps::new(gpu, MAX_PASSES + 2)?,
-            earlier: Vec::new(),
-            held: None,
+            sides: [side("left")?, side("right")?],
+            present: CommandRecorder::new(gpu, &format!("window {number}"))?,
+            present_time: Timestamps::new(gpu, 2)?,
+            held: Vec::new(),
         })
     }
 }
@@ -57,20 +76,42 @@ struct Shown {
     settings: RenderSettings,
 }
 
+/// A frame of the window.
+pub struct WindowFrame<'a> {
+    /// Pixels of the window.
+    pub size: [u32; 2],
+    /// A new state of the scene. Without one, still pictures gain a sample.
+    pub state: Option<FrameState>,
+    /// Settings of one picture, or of two side by side.
+    pub sides: &'a [RenderSettings],
+    /// How good moving pictures are.
+    pub pace: &'a Pace,
+    /// A factor on the radiance.
+    pub exposure: f32,
+    /// How light becomes that of the screen.
+    pub tonemap: Tonemap,
+    /// Share of the width on the left of the line between two pictures.
+    pub split: f32,
+    /// What lies over it.
+    pub panel: Painted,
+}
+
 impl Painter {
     /// A painter for a window of the renderer's display.
     ///
     /// # Errors
     /// A device that cannot draw on the window, or a failed Vulkan call.
-    pub fn new(renderer: Renderer, window: Arc<Window>, tonemap: Tonemap) -> Result<Self, AppError> {
+    pub fn new(renderer: Renderer, window: Arc<Window>) -> Result<Self, AppError> {
         let gpu = renderer.gpu().clone();
         let swapchain = Swapchain::new(&gpu, window)?;
         Ok(Self {
             slots: [Slot::new(&gpu, 0)?, Slot::new(&gpu, 1)?],
+            panel: PanelPainter::new(&gpu, swapchain.format())?,
             next: 0,
-            pass: PresentPass::new(&gpu, swapchain.format(), tonemap)?,
+            pass: None,
             times: Vec::new(),
-            shown: None,
+            shown: [None, None],
+            beside: KeptTargets::default(),
             swapchain,
             renderer,
         })
@@ -87,18 +128,41 @@ impl Painter {
         Ok(())
     }
 
-    fn finish_slot(&mut self, slot: usize) -> Result<(), AppError> {
-        let slot = &mut self.slots[slot];
-        if slot.recorder.is_pending() {
-            slot.recorder.wait()?;
-            let passes = slot.earlier.drain(..).map(|time| (time.pass, time.milliseconds));
-            self.times = passes.chain(slot.timestamps.intervals()?).collect();
+    /// Waits for the frames on their way, but for the one that is being made.
+    fn finish_others(&mut self, current: usize) -> Result<(), AppError> {
+        for i in (0..FRAMES_IN_FLIGHT).filter(|i| *i != current) {
+            self.finish_slot(i)?;
         }
-        slot.held = None;
         Ok(())
     }
 
-    /// Name and milliseconds of the passes of the last frame that is done.
+    fn finish_slot(&mut self, slot: usize) -> Result<(), AppError> {
+        let slot = &mut self.slots[slot];
+        if slot.present.is_pending() {
+            let mut times: Vec<(String, f64)> = Vec::new();
+            for side in &mut slot.sides {
+                let earlier = side.earlier.drain(..).map(|time| (time.pass, time.milliseconds));
+                let mut passes: Vec<_> = earlier.collect();
+                if side.recorder.is_pending() {
+                    side.recorder.wait()?;
+                    passes.extend(side.timestamps.intervals()?);
+                }
+                for (pass, time) in passes {
+                    match times.iter_mut().find(|(known, _)| *known == pass) {
+                        Some((_, sum)) => *sum += time,
+                        None => times.push((pass, time)),
+                    }
+                }
+            }
+            slot.present.wait()?;
+            times.extend(slot.present_time.intervals()?);
+            self.times = times;
+        }
+        slot.held.clear();
+        Ok(())
+    }
+
+    /// Name and milliseconds of the passes of the last frame that is done, those of two pictures together.
     pub fn times(&self) -> &[(String, f64)] {
         &self.times
     }
@@ -109,8 +173,20 @@ impl Painter {
     /// A lost device.
     pub fn surround(&mut self, environment: Environment) -> Result<(), AppError> {
         self.finish()?;
-        self.shown = None;
+        self.shown = [None, None];
         self.renderer.set_environment(environment);
+        Ok(())
+    }
+
+    /// Draws another scene from now on; the next frame needs its state.
+    ///
+    /// # Errors
+    /// A lost device.
+    pub fn replace(&mut self, renderer: Renderer) -> Result<(), AppError> {
+        self.finish()?;
+        self.shown = [None, None];
+        self.beside = KeptTargets::default();
+        self.renderer = renderer;
         Ok(())
     }
 
@@ -120,90 +196,197 @@ impl Painter {
         self.renderer.gpu()
     }
 
-    /// Whether the picture is the still one of these settings, whatever its size, with all its samples: [`draw`](Self::draw) has
-    /// nothing to add.
+    /// Samples in the picture that has most left to do, and those that it will have.
     #[must_use]
-    pub fn is_complete(&self, settings: &RenderSettings) -> bool {
-        self.shown.as_ref().is_some_and(|shown| {
-            let still = RenderSettings { size: shown.settings.size, samples: settings.samples.max(1), ..*settings };
-            shown.settings == still && shown.frame.samples() >= still.samples
-        })
+    pub fn samples(&self) -> (u32, u32) {
+        let progress = self.shown.iter().flatten().map(|shown| (shown.frame.samples(), shown.settings.samples));
+        progress.min_by_key(|(has, wants)| (has * 1000) / wants.max(&1)).unwrap_or((0, 0))
     }
 
-    /// Draws a frame in a window of `size` pixels: a new `state` of the scene, or without one a further sample of the last state,
-    /// until there are `settings.samples`. False if there was nothing to draw on; then the caller must pass `state` again.
+    /// Pixels that are drawn, and what of the scene is: upper bound on triangles, and patches.
+    #[must_use]
+    pub fn drawn(&self) -> ((u32, u32), (u64, u32)) {
+        let counts = self.shown.iter().flatten().map(|shown| shown.frame.counts());
+        let size = self.shown[0].as_ref().map_or((0, 0), |shown| shown.settings.size);
+        (size, counts.fold((0, 0), |sum, counts| (sum.0 + counts.0, sum.1 + counts.1)))
+    }
+
+    /// Whether the pictures are the still ones of these settings in a window of this size, with all their samples:
+    /// [`draw`](Self::draw) has nothing to add.
+    #[must_use]
+    pub fn is_complete(&self, size: [u32; 2], sides: &[RenderSettings]) -> bool {
+        self.shown.iter().flatten().count() == sides.len()
+            && self.shown.iter().flatten().zip(sides).all(|(shown, side)| {
+                let still = still(side, size);
+                shown.settings == still && shown.frame.samples() >= still.samples
+            })
+    }
+
+    /// Draws a frame. False if there was nothing to draw on; then the caller must pass the state again.
     ///
-    /// A moving picture has one sample in the middle of each pixel, and is as good as its `pace` says. A still one has the samples of
+    /// A moving picture has one sample in the middle of each pixel, and is as good as its pace says. A still one has the samples of
     /// [`Renderer::render`] and becomes the same picture.
     ///
     /// # Errors
     /// A lost device, or memory that is short.
-    pub fn draw(
-        &mut self,
-        size: [u32; 2],
-        state: Option<FrameState>,
-        settings: &RenderSettings,
-        pace: &Pace,
-        exposure: f32,
-    ) -> Result<bool, AppError> {
+    pub fn draw(&mut self, frame: WindowFrame<'_>) -> Result<bool, AppError> {
+        let WindowFrame { size, state, sides, pace, exposure, tonemap, split, mut panel } = frame;
         let current = self.next;
-        self.finish_slot(current)?;
-        let Some(frame) = self.swapchain.acquire(size)? else { return Ok(false) };
-        let [width, height] = frame.image.mip_extent(0);
-        let still = RenderSettings { size: (width, height), samples: settings.samples.max(1), ..*settings };
-        let moving = pace.moving(&still);
-        let last = self.shown.take();
-        let (prepared, settings, last) = match (state, last) {
-            (Some(state), last) => (self.renderer.prepare(&state, &moving)?, moving, last),
-            (None, Some(shown)) if shown.settings != still => {
-                let state = shown.frame.state().clone();
-                (self.renderer.prepare(&state, &still)?, still, Some(shown))
-            }
-            (None, Some(shown)) => (self.renderer.resume(shown.frame)?, still, None),
-            (None, None) => return Err(AppError::Failed("the window has no scene".into())),
-        };
-        let mut prepared = prepared;
-        // A new frame has buffers of its own.
-        let overlaps = prepared.overlaps() && prepared.samples() == 0;
-        let sample = Some(prepared.samples()).filter(|&samples| samples < settings.samples);
-        let slot = &mut self.slots[current];
-        if let Some(sample) = sample.filter(|_| !overlaps) {
-            slot.earlier = prepared.draw_sample(sample)?;
+        if panel.textures.is_empty() {
+            self.finish_slot(current)?;
+        } else {
+            self.finish()?;
+            self.panel.update(&mut panel.textures)?;
         }
-        let (pass, timestamps) = (&self.pass, &slot.timestamps);
-        slot.recorder.record("window frame", |cmd| {
-            cmd.full_barrier();
-            match sample.filter(|_| overlaps) {
-                Some(sample) => prepared.record_sample(sample, cmd, timestamps)?,
-                None => {
-                    cmd.reset_timestamps(timestamps);
-                    cmd.timestamp(timestamps, "begin");
-                }
+        let Some(target) = self.swapchain.acquire(size)? else { return Ok(false) };
+        let [width, height] = target.image.mip_extent(0);
+        let all_still = |side: &RenderSettings, shown: &Option<Shown>| {
+            shown.as_ref().is_some_and(|shown| shown.settings == still(side, [width, height]))
+        };
+        // What moves is drawn anew; so is what has stopped, once, and then gains samples.
+        let anew = state.is_some() || !sides.iter().zip(&self.shown).all(|(side, shown)| all_still(side, shown));
+        let wanted: Vec<RenderSettings> = sides
+            .iter()
+            .map(|side| {
+                let still = still(side, [width, height]);
+                if state.is_some() { pace.moving(&still) } else { still }
+            })
+            .collect();
+        let mut last: Vec<PausedFrame> = Vec::new();
+        if anew {
+            let before = self.shown.each_mut().map(Option::take);
+            let known = before[0].as_ref().map(|shown| shown.frame.state().clone());
+            last.extend(before.into_iter().flatten().map(|shown| shown.frame));
+            let state = state.or(known).ok_or_else(|| AppError::Failed("the window has no scene".into()))?;
+            self.begin(current, &state, wanted[0])?;
+            if let Some(&settings) = wanted.get(1) {
+                self.begin_beside(current, settings)?;
             }
-            cmd.label("present", |cmd| pass.record(cmd, prepared.image(), &frame.image, exposure));
-            cmd.timestamp(timestamps, "present");
-            cmd.transition(&frame.image, Use::Present);
+        } else {
+            for side in 0..sides.len() {
+                self.go_on(current, side)?;
+            }
+        }
+        if self.pass.as_ref().is_none_or(|(known, _)| *known != tonemap) {
+            self.finish_others(current)?;
+            self.pass = Some((tonemap, PresentPass::new(self.renderer.gpu(), self.swapchain.format(), tonemap)?));
+        }
+        let Some((_, pass)) = &self.pass else { return Ok(false) };
+        let slot = &mut self.slots[current];
+        let pictures = self.shown.each_ref().map(|shown| shown.as_ref().map(|shown| shown.frame.image()));
+        let [Some(image), other] = pictures else { return Err(AppError::Failed("the window has no picture".into())) };
+        let presented = Presented { image, beside: other.map(|other| (other, split)), exposure };
+        let (panel_painter, time) = (&mut self.panel, &slot.present_time);
+        slot.present.record("window frame", |cmd| {
+            cmd.full_barrier();
+            cmd.reset_timestamps(time);
+            cmd.timestamp(time, "begin");
+            cmd.label("present", |cmd| pass.record(cmd, presented, &target.image));
+            if !panel.primitives.is_empty() {
+                cmd.full_barrier();
+                cmd.label("panel", |cmd| panel_painter.record(cmd, &target.image, &panel))?;
+            }
+            cmd.timestamp(time, "present");
+            cmd.transition(&target.image, Use::Present);
             Ok::<(), AppError>(())
         })??;
-        self.shown = Some(Shown { frame: prepared.pause(), settings });
-        self.swapchain.present(&mut slot.recorder, frame)?;
+        self.swapchain.present(&mut slot.present, target)?;
         self.next = (current + 1) % FRAMES_IN_FLIGHT;
         // The frame before this one may still be drawn.
-        self.slots[self.next].held = last.map(|shown| shown.frame);
+        self.slots[self.next].held.extend(last);
         Ok(true)
     }
 
-    /// The picture in the window, linear.
+    /// Begins the picture, or its left side.
+    fn begin(&mut self, slot: usize, state: &FrameState, settings: RenderSettings) -> Result<(), AppError> {
+        let prepared = self.renderer.prepare(state, &settings)?;
+        self.shown[0] = Some(Shown { frame: sample(prepared, &mut self.slots[slot].sides[0], settings)?, settings });
+        Ok(())
+    }
+
+    /// Begins the right side of the picture whose left side has begun.
+    fn begin_beside(&mut self, slot: usize, settings: RenderSettings) -> Result<(), AppError> {
+        let Some(left) = &self.shown[0] else { return Ok(()) };
+        self.renderer.swap_targets(&mut self.beside);
+        let side = &mut self.slots[slot].sides[1];
+        let right = match self.renderer.prepare_beside(&left.frame, &settings) {
+            Ok(prepared) => sample(prepared, side, settings),
+            Err(error) => Err(error.into()),
+        };
+        self.renderer.swap_targets(&mut self.beside);
+        self.shown[1] = Some(Shown { frame: right?, settings });
+        Ok(())
+    }
+
+    /// Adds a sample to a still picture, if it wants one.
+    fn go_on(&mut self, slot: usize, side: usize) -> Result<(), AppError> {
+        let wants = |shown: &mut Shown| shown.frame.samples() < shown.settings.samples;
+        let Some(Shown { frame, settings }) = self.shown[side].take_if(wants) else { return Ok(()) };
+        if side == 1 {
+            self.renderer.swap_targets(&mut self.beside);
+        }
+        let frame = match self.renderer.resume(frame) {
+            Ok(prepared) => sample(prepared, &mut self.slots[slot].sides[side], settings),
+            Err(error) => Err(error.into()),
+        };
+        if side == 1 {
+            self.renderer.swap_targets(&mut self.beside);
+        }
+        self.shown[side] = Some(Shown { frame: frame?, settings });
+        Ok(())
+    }
+
+    /// The picture in the window, or its left and right side, linear. In a narrower or a moving one pixels may be fewer.
     ///
     /// # Errors
     /// A lost device, or memory that is short.
-    pub fn picture(&mut self) -> Result<Option<RgbImage>, AppError> {
+    pub fn pictures(&mut self) -> Result<Vec<RgbImage>, AppError> {
         self.finish()?;
-        let Some(image) = self.renderer.image() else { return Ok(None) };
-        let texels: Vec<[f32; 4]> = image.read(0, 0)?;
-        let [width, height] = image.mip_extent(0);
-        let texels = texels.into_iter().map(|[r, g, b, _]| [r, g, b]).collect();
-        let image = RgbImage::new(width, height, texels).map_err(|fault| AppError::Failed(fault.to_string()))?;
-        Ok(Some(image))
+        let read = |shown: &Shown| {
+            let image = shown.frame.image();
+            let texels: Vec<[f32; 4]> = image.read(0, 0)?;
+            let [width, height] = image.mip_extent(0);
+            let texels = texels.into_iter().map(|[r, g, b, _]| [r, g, b]).collect();
+            RgbImage::new(width, height, texels).map_err(|fault| AppError::Failed(fault.to_string()))
+        };
+        self.shown.iter().flatten().map(read).collect()
     }
+
+    /// A quantity that the picture was shaded by, and its size; the next frame needs a state of the scene.
+    ///
+    /// # Errors
+    /// A lost device, or memory that is short.
+    pub fn layer(&mut self, layer: Layer) -> Result<((u32, u32), Vec<[f32; 4]>), AppError> {
+        self.finish()?;
+        let (size, _) = self.drawn();
+        Ok((size, self.renderer.layer(layer)?))
+    }
+}
+
+/// A still picture of these settings in a window of this size.
+fn still(settings: &RenderSettings, [width, height]: [u32; 2]) -> RenderSettings {
+    RenderSettings { size: (width, height), samples: settings.samples.max(1), ..*settings }
+}
+
+/// Draws the next sample of a picture and pauses it.
+fn sample(
+    mut prepared: PreparedFrame<'_>,
+    slot: &mut SideSlot,
+    settings: RenderSettings,
+) -> Result<PausedFrame, AppError> {
+    let index = prepared.samples();
+    if index < settings.samples.max(1) {
+        // A picture that goes on has buffers that its last sample may still be read by.
+        if prepared.overlaps() && index == 0 {
+            let timestamps = &slot.timestamps;
+            slot.recorder.record("picture", |cmd| {
+                cmd.full_barrier();
+                prepared.record_sample(index, cmd, timestamps)
+            })??;
+            slot.recorder.submit(&[], &[])?;
+        } else {
+            slot.earlier = prepared.draw_sample(index)?;
+        }
+    }
+    Ok(prepared.pause())
 }

@@ -34,6 +34,29 @@ impl Surroundings {
         self.choices[(self.shown + 1) % self.choices.len()].clone()
     }
 
+    /// Names of the choices, as `--environment` takes them.
+    #[must_use]
+    pub fn names(&self) -> Vec<String> {
+        let name = |choice: &EnvironmentChoice| match choice {
+            EnvironmentChoice::Sky => "sky".to_owned(),
+            EnvironmentChoice::Studio => "studio".to_owned(),
+            EnvironmentChoice::File(path) => path.display().to_string(),
+        };
+        self.choices.iter().map(name).collect()
+    }
+
+    /// Which of them is shown.
+    #[must_use]
+    pub fn shown(&self) -> usize {
+        self.shown
+    }
+
+    /// One of them; the last if there are fewer.
+    #[must_use]
+    pub fn choice(&self, number: usize) -> EnvironmentChoice {
+        self.choices[number.min(self.choices.len() - 1)].clone()
+    }
+
     /// The choice that a dropped file is.
     ///
     /// # Errors

@@ -1,8 +1,13 @@
-//! What the user of the window has chosen: the view, the time, the technique. Independent of window and device.
+//! What the user of the window sees: from where, when, and how it was chosen to look. Independent of window and device.
 
+use glam::Vec3;
+
+use super::choices::{Choices, Compare};
 use crate::app::demo::orbit::Orbit;
 use crate::render::camera::Camera;
-use crate::render::settings::{Probes, Quadrature, Shading, ShadingOptions, Technique};
+use crate::render::settings::{Probes, Quadrature, Shading, Technique};
+use crate::scenes::light::SunDirection;
+use crate::scenes::stage::Sweep;
 
 /// Longest step of the animation, seconds: on a slow device it slows down instead of jumping.
 const LONGEST_STEP: f64 = 0.1;
@@ -10,6 +15,13 @@ const LONGEST_STEP: f64 = 0.1;
 const SCRUB: f64 = 0.5;
 /// What `,` and `.` move the time by, seconds.
 const FRAME: f64 = 1.0 / 30.0;
+
+/// Seconds in which a sweep moves the camera out, and back again.
+const SWEEP_SECONDS: f64 = 8.0;
+/// Steps of a sweep: more than frames of it.
+const SWEEP_STEPS: u32 = 1 << 16;
+/// Share of its distance from the target by which a flying camera moves in a second.
+const FLY_PACE: f32 = 0.6;
 
 /// What `[` and `]` move the sun by, hours.
 const SUN_STEP: f64 = 0.5;
@@ -37,10 +49,24 @@ pub enum Action {
     Rule,
     /// The next shadowing model.
     Shadowing,
+    /// Another technique beside this one, or none.
+    Compare,
+    /// Moves the camera out and back.
+    Sweep,
+    /// Orbits around a target, or flies.
+    Fly,
     /// The next environment.
     Environment,
     /// Save a screenshot.
     Screenshot,
+    /// Copy the command that makes this picture.
+    CopyCommand,
+    /// Shows or hides the panel.
+    Panel,
+    /// Shows or hides the help.
+    Help,
+    /// The whole screen, or a window.
+    FullScreen,
     /// Quit.
     Quit,
 }
@@ -52,6 +78,8 @@ pub enum Drag {
     Turn,
     /// Moves camera and target sideways.
     Pan,
+    /// Turns a flying camera.
+    Look,
 }
 
 /// The state that keys and the mouse change.
@@ -66,9 +94,20 @@ pub struct Viewer {
     /// Hours by which the sun has been moved.
     pub sun_hours: f64,
     sun_pace: usize,
-    technique: Technique,
-    options: ShadingOptions,
+    /// How it looks.
+    pub choices: Choices,
+    /// Whether the camera flies: it turns about itself, and keys move it.
+    pub fly: bool,
+    /// Which way held keys move a flying camera: right, forward, up; each -1, 0 or 1.
+    pub held: Vec3,
+    /// Whether the scene changes as time goes on.
+    pub scene_moves: bool,
+    /// The scene's own sweep, if it has one.
+    sweep: Option<Sweep>,
+    /// Seconds since a sweep began, and the orbit that it returns to.
+    sweeping: Option<(f64, Orbit)>,
     other_rule: Quadrature,
+    other_compare: Compare,
     start: (Orbit, f64),
     drag: Option<Drag>,
     pointer: Option<[f32; 2]>,
@@ -76,12 +115,11 @@ pub struct Viewer {
 }
 
 impl Viewer {
-    /// A viewer at the beginning; time runs.
+    /// A viewer at the beginning; time runs. `sweep`: distances of the scene's views.
     #[must_use]
-    pub fn new(orbit: Orbit, time: f64, shading: Shading) -> Self {
+    pub fn new(orbit: Orbit, time: f64, choices: Choices, sweep: Option<Sweep>) -> Self {
         let (start, drag, pointer) = ((orbit, time), None, None);
-        let options = shading.options();
-        let other_rule = match options.quadrature {
+        let other_rule = match choices.options.quadrature {
             Quadrature::Grid(_) => Quadrature::VisibleSlopes(Probes::Sixteen),
             Quadrature::VisibleSlopes(_) => Quadrature::Grid(5),
         };
@@ -91,9 +129,14 @@ impl Viewer {
             paused: false,
             sun_hours: 0.0,
             sun_pace: 0,
-            technique: shading.technique(),
-            options,
+            choices,
+            fly: false,
+            held: Vec3::ZERO,
+            scene_moves: true,
+            sweep,
+            sweeping: None,
             other_rule,
+            other_compare: Compare::default(),
             start,
             drag,
             pointer,
@@ -101,26 +144,61 @@ impl Viewer {
         }
     }
 
-    /// How surfaces are shaded. Options that this technique lacks are kept for the next one that has them.
+    /// How surfaces are shaded.
     #[must_use]
     pub fn shading(&self) -> Shading {
-        self.technique.with(self.options)
+        self.choices.shading()
+    }
+
+    /// Begins again with another scene, in which what was chosen about the picture stays.
+    pub fn enter(&mut self, orbit: Orbit, sweep: Option<Sweep>, scene_moves: bool) {
+        let (choices, other_rule, other_compare) = (self.choices.clone(), self.other_rule, self.other_compare);
+        let choices = Choices { sun: None, height_scale: 1.0, ..choices };
+        *self = Self { other_rule, other_compare, scene_moves, ..Self::new(orbit, 0.0, choices, sweep) };
+    }
+
+    /// Seconds that a sweep lasts, and those that it has run, if one runs.
+    #[must_use]
+    pub fn sweep_progress(&self) -> Option<f32> {
+        self.sweeping.map(|(seconds, _)| (seconds / (2.0 * SWEEP_SECONDS)) as f32)
+    }
+
+    /// Whether the scene can be swept.
+    #[must_use]
+    pub fn has_sweep(&self) -> bool {
+        self.sweep.is_some()
     }
 
     /// Advances the scene by `seconds`, unless time stands still; the sun moves at its own pace.
     pub fn advance(&mut self, seconds: f64) {
         if !self.paused {
             self.time += seconds.clamp(0.0, LONGEST_STEP);
-            self.changed = true;
+            self.changed |= self.scene_moves;
         }
         if self.sun_pace > 0 {
             self.sun_hours += SUN_PACES[self.sun_pace] * seconds.clamp(0.0, LONGEST_STEP);
             self.changed = true;
         }
+        if let (Some((ran, back)), Some(sweep)) = (self.sweeping, self.sweep) {
+            let ran = ran + seconds.max(0.0);
+            // Out and back.
+            let share = (ran / SWEEP_SECONDS).min(2.0);
+            let share = if share > 1.0 { 2.0 - share } else { share };
+            self.orbit.set_distance(sweep.distance((share * f64::from(SWEEP_STEPS - 1)) as u32, SWEEP_STEPS));
+            self.sweeping = Some((ran, back)).filter(|_| ran < 2.0 * SWEEP_SECONDS);
+            if self.sweeping.is_none() {
+                self.orbit = back;
+            }
+            self.changed = true;
+        }
+        if self.fly && self.held != Vec3::ZERO {
+            let metres = FLY_PACE * self.orbit.distance() * seconds.clamp(0.0, LONGEST_STEP) as f32;
+            self.orbit.fly(self.held * metres);
+            self.changed = true;
+        }
     }
 
-    /// Does what a key asks for; [`Action::Environment`], [`Action::Screenshot`] and [`Action::Quit`] are left
-    /// to the window.
+    /// Does what a key asks for; what is about the window, its environment or a file is left to it.
     pub fn act(&mut self, action: Action) {
         match action {
             Action::Pause => self.paused = !self.paused,
@@ -132,14 +210,39 @@ impl Viewer {
             Action::Sun(steps) => self.sun_hours += SUN_STEP * f64::from(steps),
             Action::SunPace => self.sun_pace = (self.sun_pace + 1) % SUN_PACES.len(),
             Action::Reset => {
+                (self.sweeping, self.fly) = (None, false);
                 (self.orbit, self.time) = self.start;
                 (self.sun_hours, self.sun_pace) = (0.0, 0);
                 self.paused = false;
             }
-            Action::Technique(technique) => self.technique = technique,
-            Action::Rule => std::mem::swap(&mut self.options.quadrature, &mut self.other_rule),
-            Action::Shadowing => self.options.shadowing = self.options.shadowing.next(),
-            Action::Environment | Action::Screenshot | Action::Quit => return,
+            Action::Technique(technique) => self.choices.technique = technique,
+            Action::Rule => std::mem::swap(&mut self.choices.options.quadrature, &mut self.other_rule),
+            Action::Shadowing => self.choices.options.shadowing = self.choices.options.shadowing.next(),
+            Action::Compare => match self.choices.compare.take() {
+                Some(compare) => self.other_compare = compare,
+                None => self.choices.compare = Some(self.other_compare),
+            },
+            Action::Sweep => {
+                self.sweeping = match (self.sweeping, self.sweep) {
+                    (Some((_, back)), _) => {
+                        self.orbit = back;
+                        None
+                    }
+                    (None, Some(_)) => Some((0.0, self.orbit)),
+                    (None, None) => None,
+                };
+            }
+            Action::Fly => {
+                self.fly = !self.fly;
+                self.held = Vec3::ZERO;
+            }
+            Action::Environment
+            | Action::Screenshot
+            | Action::CopyCommand
+            | Action::Panel
+            | Action::Help
+            | Action::FullScreen
+            | Action::Quit => return,
         }
         self.changed = true;
     }
@@ -165,6 +268,7 @@ impl Viewer {
             match drag {
                 Drag::Turn => self.orbit.turn(right, down),
                 Drag::Pan => self.orbit.pan(right, down, height),
+                Drag::Look => self.orbit.look(right, down),
             }
             self.changed = true;
         }
@@ -174,6 +278,13 @@ impl Viewer {
     /// Zooms by notches of the wheel, up is closer.
     pub fn wheel(&mut self, notches: f32) {
         self.orbit.zoom(notches.clamp(-50.0, 50.0));
+        self.changed = true;
+    }
+
+    /// Puts the sun somewhere, from where it goes on at its own pace.
+    pub fn put_sun(&mut self, sun: SunDirection) {
+        self.choices.sun = Some(sun);
+        self.sun_hours = 0.0;
         self.changed = true;
     }
 
@@ -190,7 +301,9 @@ impl Viewer {
     /// Whether something has changed, or time runs.
     #[must_use]
     pub fn is_moving(&self) -> bool {
-        self.changed || !self.paused || self.sun_pace > 0
+        let flies = self.fly && self.held != Vec3::ZERO;
+        let runs = !self.paused && self.scene_moves;
+        self.changed || runs || self.sun_pace > 0 || self.sweeping.is_some() || flies
     }
 }
 
@@ -198,12 +311,14 @@ impl Viewer {
 mod tests {
     use super::*;
     use crate::reflectance::masking::shadowing::Shadowing;
+    use crate::render::settings::RenderSettings;
     use crate::scenes::view::CameraPose;
 
     fn viewer() -> Viewer {
         let pose =
             CameraPose { position: [6.0, -8.0, 5.0], target: [0.0, 0.0, 2.0], up: [0.0, 0.0, 1.0], fov_degrees: 40.0 };
-        Viewer::new(Orbit::new(&pose), 1.0, Shading::default())
+        let choices = Choices::new(&RenderSettings::default(), 0.0);
+        Viewer::new(Orbit::new(&pose), 1.0, choices, Some(Sweep { near: 2.0, far: 50.0 }))
     }
 
     #[test]
@@ -223,6 +338,17 @@ mod tests {
             viewer.act(Action::Scrub(-1));
         }
         assert_eq!(viewer.time, 0.0);
+    }
+
+    #[test]
+    fn time_changes_no_picture_of_a_scene_that_stands_still() {
+        let mut viewer = viewer();
+        viewer.scene_moves = false;
+        viewer.take_changed();
+        viewer.advance(0.05);
+        assert!(!viewer.is_moving() && viewer.time > 1.0);
+        viewer.act(Action::Scrub(1));
+        assert!(viewer.is_moving());
     }
 
     #[test]
@@ -307,6 +433,55 @@ mod tests {
         viewer.orbit.pan(50.0, 0.0, 100.0);
         let aside = viewer.camera(&own).target - own.target;
         assert!(aside.distance(viewer.orbit.target() - start.target) < 1e-4 && aside.length() > 0.1);
+    }
+
+    #[test]
+    fn a_sweep_goes_out_and_comes_back() {
+        let mut viewer = viewer();
+        let start = viewer.orbit;
+        viewer.act(Action::Pause);
+        viewer.act(Action::Sweep);
+        viewer.advance(SWEEP_SECONDS);
+        assert!((viewer.orbit.distance() - 50.0).abs() < 0.1 && viewer.is_moving());
+        viewer.advance(0.5 * SWEEP_SECONDS);
+        assert!((viewer.orbit.distance() - 10.0).abs() < 0.1);
+        viewer.advance(SWEEP_SECONDS);
+        assert!(viewer.orbit == start && viewer.sweep_progress().is_none());
+        // The key again ends it at once.
+        viewer.act(Action::Sweep);
+        viewer.advance(1.0);
+        viewer.act(Action::Sweep);
+        assert_eq!(viewer.orbit, start);
+    }
+
+    #[test]
+    fn a_flying_camera_turns_about_itself_and_goes_where_it_looks() {
+        let mut viewer = viewer();
+        viewer.act(Action::Fly);
+        let eye = Vec3::from_array(viewer.orbit.pose().position);
+        viewer.pointer([0.0, 0.0], 100.0);
+        viewer.drag(Some(Drag::Look));
+        viewer.pointer([40.0, 10.0], 100.0);
+        let turned = viewer.orbit.pose();
+        assert!(Vec3::from_array(turned.position).distance(eye) < 1e-4);
+        viewer.held = Vec3::Y;
+        viewer.advance(0.1);
+        let gone = viewer.orbit.pose();
+        let way = Vec3::from_array(gone.position) - eye;
+        let ahead = Vec3::from_array(turned.target) - eye;
+        assert!(way.normalize().dot(ahead.normalize()) > 0.999 && way.length() > 0.1);
+        assert!(viewer.is_moving());
+    }
+
+    #[test]
+    fn the_other_technique_is_remembered() {
+        let mut viewer = viewer();
+        viewer.act(Action::Compare);
+        viewer.choices.compare.as_mut().expect("one").technique = Technique::Lean;
+        viewer.act(Action::Compare);
+        assert_eq!(viewer.choices.compare, None);
+        viewer.act(Action::Compare);
+        assert_eq!(viewer.choices.compare.expect("one").technique, Technique::Lean);
     }
 
     #[test]

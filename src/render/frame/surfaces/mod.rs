@@ -22,6 +22,11 @@ use crate::render::view::{Samples, View};
 
 /// A kind of surface on the device, as it is whatever the frame.
 pub(super) trait Surface {
+    /// Whether it moves by itself as time goes on, whatever its poses.
+    fn moves(&self) -> bool {
+        false
+    }
+
     /// Whether its bumps hide the surroundings from each other.
     fn has_relief(&self, _state: &FrameState) -> bool {
         false

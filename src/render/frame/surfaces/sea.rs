@@ -91,6 +91,10 @@ impl Sea {
 }
 
 impl Surface for Sea {
+    fn moves(&self) -> bool {
+        true
+    }
+
     fn prepare(
         &mut self,
         state: &FrameState,

@@ -1,0 +1,290 @@
+//! The command that makes the picture in the window.
+
+use std::ffi::{OsStr, OsString};
+use std::fmt;
+
+use clap::parser::ValueSource;
+use clap::{ArgMatches, Args, Command};
+
+use super::window::choices::Choices;
+use crate::app::flags::scene::SceneArgs;
+use crate::maps::tonemap::Tonemap;
+use crate::render::settings::{Quadrature, ShadingOptions};
+use crate::scenes::light::SunDirection;
+use crate::scenes::view::CameraPose;
+
+/// Flags about the surface of a scene, which another scene does not take over.
+const OF_ONE_SCENE: [&str; 29] = [
+    "--scene",
+    "--animation",
+    "--lenient",
+    "--displacement",
+    "--measured",
+    "--height-map",
+    "--material",
+    "--color-map",
+    "--normal-map",
+    "--roughness-map",
+    "--occlusion-map",
+    "--cone-map",
+    "--normal-y",
+    "--metal",
+    "--anisotropy",
+    "--anisotropy-rotation",
+    "--detail",
+    "--detail-repeat",
+    "--detail-rotation",
+    "--detail-height-scale",
+    "--detail-mask",
+    "--wind",
+    "--wind-direction",
+    "--fetch",
+    "--depth",
+    "--choppiness",
+    "--fft",
+    "--bare",
+    "--roughness",
+];
+
+/// Flags and their values, in order.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct CommandLine {
+    flags: Vec<(String, Option<OsString>)>,
+}
+
+/// What of the window's picture a command must say beside its choices.
+pub struct Seen<'a> {
+    /// How it looks.
+    pub choices: &'a Choices,
+    /// From where.
+    pub pose: CameraPose,
+    /// When, seconds.
+    pub time: f64,
+    /// Pixels across and down.
+    pub size: [u32; 2],
+    /// Where the sun is, if the scene is under a sky.
+    pub sun: Option<SunDirection>,
+}
+
+impl CommandLine {
+    /// The flags about scene and picture that the user gave.
+    #[must_use]
+    pub fn given(matches: &ArgMatches) -> Self {
+        let mut line = Self::default();
+        for argument in SceneArgs::augment_args(Command::new("scene")).get_arguments() {
+            let (id, Some(long)) = (argument.get_id().as_str(), argument.get_long()) else { continue };
+            if matches.value_source(id) != Some(ValueSource::CommandLine) {
+                continue;
+            }
+            let name = format!("--{long}");
+            if !argument.get_action().takes_values() {
+                line.flags.push((name, None));
+                continue;
+            }
+            for occurrence in matches.get_raw_occurrences(id).into_iter().flatten() {
+                let values: Vec<&OsStr> = occurrence.collect();
+                line.flags.push((name.clone(), Some(values.join(OsStr::new(",")))));
+            }
+        }
+        line
+    }
+
+    /// Says a flag anew, or no longer.
+    pub fn set(&mut self, name: &str, value: Option<impl Into<OsString>>) {
+        self.remove(name);
+        if let Some(value) = value {
+            self.flags.push((name.to_owned(), Some(value.into())));
+        }
+    }
+
+    fn remove(&mut self, name: &str) {
+        self.flags.retain(|(known, _)| known != name);
+    }
+
+    /// Says another scene.
+    pub fn enter(&mut self, scene: impl Into<OsString>) {
+        for flag in OF_ONE_SCENE {
+            self.remove(flag);
+        }
+        self.flags.insert(0, ("--scene".to_owned(), Some(scene.into())));
+    }
+
+    /// `leadr capture` with what makes this picture.
+    #[must_use]
+    pub fn of_picture(&self, seen: &Seen<'_>) -> String {
+        let mut line = self.clone();
+        let Seen { choices, pose, time, size: [width, height], sun } = seen;
+        let (technique, options, default) = (choices.technique, choices.options, ShadingOptions::default());
+        let shading = choices.shading();
+        line.set("--technique", Some(technique.name()));
+        for flag in ["--rule", "--grid", "--probes", "--masking", "--terms", "--pixel-kernel", "--relief-occlusion"] {
+            line.remove(flag);
+        }
+        line.remove("--multiscattering");
+        let on_off = |on: bool| if on { "on" } else { "off" };
+        if let Some(integral) = shading.integral() {
+            match integral.quadrature {
+                Quadrature::Grid(side) => line.set("--grid", Some(side.to_string())),
+                other if other == default.quadrature => {}
+                Quadrature::VisibleSlopes(probes) => line.set("--probes", Some(probes.count().to_string())),
+            }
+            line.set("--masking", Some(integral.shadowing.name()));
+            if integral.relief_occlusion != default.relief_occlusion {
+                line.set("--relief-occlusion", Some(on_off(integral.relief_occlusion)));
+            }
+        } else {
+            for flag in ["--diffuse-lights", "--base-frame", "--relief-color"] {
+                line.remove(flag);
+            }
+        }
+        if technique.has_pixel_kernel() && options.pixel_kernel != default.pixel_kernel {
+            line.set("--pixel-kernel", Some(on_off(options.pixel_kernel)));
+        }
+        if technique.has_multiscattering() && options.multiscattering != default.multiscattering {
+            line.set("--multiscattering", Some(on_off(options.multiscattering)));
+        }
+        if technique.is_lit() && options.terms != default.terms {
+            line.set("--terms", Some(options.terms.names().collect::<Vec<_>>().join(",")));
+        }
+        if technique.is_reference() {
+            line.remove("--msaa");
+            line.remove("--edge-samples");
+        } else {
+            line.remove("--relief-shadows");
+        }
+        line.set("--height-scale", (choices.height_scale != 1.0).then(|| choices.height_scale.to_string()));
+        line.set("--triangle-pixels", (choices.triangle_pixels != 4.0).then(|| choices.triangle_pixels.to_string()));
+        line.set("--samples", Some(choices.samples.to_string()));
+        line.set("--exposure", (choices.exposure != 0.0).then(|| choices.exposure.to_string()));
+        line.set("--tonemap", (choices.tonemap != Tonemap::Agx).then(|| choices.tonemap.name()));
+        line.set("--size", Some(format!("{width}x{height}")));
+        for flag in ["--time-of-day", "--day-length", "--sun", "--distance"] {
+            line.remove(flag);
+        }
+        if let Some(SunDirection { azimuth, elevation }) = sun {
+            line.set("--sun", Some(format!("{azimuth},{elevation}")));
+        }
+        let point = |[x, y, z]: [f32; 3]| format!("{x},{y},{z}");
+        let camera = format!("{}:{}:{}", point(pose.position), point(pose.target), pose.fov_degrees);
+        line.set("--camera", Some(camera));
+        line.set("--time", Some(time.to_string()));
+        format!("leadr capture{line}")
+    }
+}
+
+impl fmt::Display for CommandLine {
+    /// As a shell takes it, with a space before each flag.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (name, value) in &self.flags {
+            write!(f, " {name}")?;
+            let Some(value) = value.as_ref().map(|value| value.to_string_lossy()) else { continue };
+            // A value that begins with a minus sign could be taken for a flag.
+            let joint = if value.starts_with('-') { "=" } else { " " };
+            let plain = |c: char| c.is_ascii_alphanumeric() || "-_.,:/+=@%".contains(c);
+            if !value.is_empty() && value.chars().all(plain) {
+                write!(f, "{joint}{value}")?;
+            } else {
+                write!(f, "{joint}'{}'", value.replace('\'', r"'\''"))?;
+            }
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::app::capture::args::tests::resolve;
+    use crate::app::demo::args::DemoArgs;
+    use crate::render::settings::{RenderSettings, Technique, Terms};
+    use crate::scenes::config::SceneConfig;
+    use crate::scenes::view::{Size, View};
+    use clap::{CommandFactory, FromArgMatches, Parser};
+
+    #[derive(Parser)]
+    struct Demo {
+        #[command(flatten)]
+        arguments: DemoArgs,
+    }
+
+    fn given(flags: &[&str]) -> (CommandLine, SceneConfig) {
+        let matches = Demo::command().try_get_matches_from([&["demo"], flags].concat()).unwrap();
+        let config = Demo::from_arg_matches(&matches).unwrap().arguments.scene.resolve().unwrap();
+        (CommandLine::given(&matches), config)
+    }
+
+    /// What the shell makes of a command without quotes.
+    fn captured(command: &str) -> SceneConfig {
+        let words: Vec<&str> = command.split(' ').collect();
+        assert_eq!(&words[..2], ["leadr", "capture"]);
+        resolve(&words[2..]).unwrap().scene
+    }
+
+    const POSE: CameraPose =
+        CameraPose { position: [6.125, -8.0, 5.3], target: [0.0, 0.1, 2.0], up: [0.0, 0.0, 1.0], fov_degrees: 41.0 };
+
+    #[test]
+    fn the_command_draws_what_the_window_shows() {
+        let flags = [
+            "--scene",
+            "sphere",
+            "--roughness",
+            "0.3",
+            "--exposure",
+            "-1",
+            "--distance",
+            "7",
+            "--time-of-day",
+            "8",
+            "--masking",
+            "smith",
+        ];
+        let (line, config) = given(&flags);
+        let settings = config.render_settings();
+        let mut choices = Choices::new(&settings, config.exposure);
+        let sun = Some(SunDirection { azimuth: -12.5, elevation: 30.25 });
+        let seen = |choices| Seen { choices, pose: POSE, time: 1.25, size: [640, 360], sun };
+        let drawn = captured(&line.of_picture(&seen(&choices)));
+        let expected = SceneConfig {
+            view: View::Pose(POSE),
+            distance: None,
+            time_of_day: None,
+            sun: sun.unwrap(),
+            size: Size { width: 640, height: 360 },
+            ..config.clone()
+        };
+        assert_eq!(drawn, expected);
+
+        choices.technique = Technique::NormalMip;
+        choices.options.quadrature = Quadrature::Grid(9);
+        choices.options.terms = Terms::DIFFUSE_LIGHTS;
+        choices.options.pixel_kernel = false;
+        choices.height_scale = 0.5;
+        choices.samples = 9;
+        choices.triangle_pixels = 6.5;
+        choices.tonemap = Tonemap::Aces;
+        let drawn = captured(&line.of_picture(&seen(&choices)));
+        assert_eq!(drawn.tonemap, Tonemap::Aces);
+        let [expected] = choices.sides(&RenderSettings { size: (640, 360), ..settings }).try_into().unwrap();
+        assert_eq!(drawn.render_settings(), expected);
+        assert_eq!(drawn.height_scale, 0.5);
+        for technique in Technique::ALL {
+            choices.technique = technique;
+            assert_eq!(captured(&line.of_picture(&seen(&choices))).shading, choices.shading(), "{technique:?}");
+        }
+    }
+
+    #[test]
+    fn another_scene_has_another_surface() {
+        let (mut line, _) =
+            given(&["--scene", "plane", "--material", "my wall", "--no-displacement", "--samples", "2"]);
+        assert_eq!(line.to_string(), " --scene plane --material 'my wall' --no-displacement --samples 2");
+        line.enter("it's.glb");
+        assert_eq!(line.to_string(), r" --scene 'it'\''s.glb' --no-displacement --samples 2");
+        let names: Vec<_> = SceneArgs::augment_args(Command::new("scene"))
+            .get_arguments()
+            .filter_map(|argument| argument.get_long().map(|long| format!("--{long}")))
+            .collect();
+        assert!(OF_ONE_SCENE.iter().all(|flag| names.iter().any(|name| name == flag)));
+    }
+}

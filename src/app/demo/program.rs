@@ -1,0 +1,112 @@
+//! The scenes that the window can open, and the commands that make their pictures without it.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use super::command_line::{CommandLine, Seen};
+use super::window::pace::Pace;
+use super::window::show::{Program, Show};
+use super::window::surroundings::Surroundings;
+use crate::app::error::AppError;
+use crate::app::flags::scene::scene_choice;
+use crate::gpu::Gpu;
+use crate::scenes::config::{MaterialFiles, SceneConfig};
+use crate::scenes::ocean::waves::Waves;
+use crate::scenes::registry::{Progress, SCENES};
+use crate::scenes::set::{Inputs, set};
+use crate::scenes::view::View;
+
+/// What `leadr demo` was asked for, and what it shows now.
+pub struct DemoProgram {
+    config: SceneConfig,
+    line: CommandLine,
+    names: Vec<String>,
+    name: String,
+    pace: Pace,
+}
+
+impl DemoProgram {
+    /// A program that begins with `config`, which came from the flags of `line`.
+    #[must_use]
+    pub fn new(config: SceneConfig, line: CommandLine, pace: Pace) -> Self {
+        let name = config.model.as_ref().map_or(config.scene.name.into(), |file| file.to_string_lossy().into_owned());
+        let mut names: Vec<String> = SCENES.iter().map(|scene| scene.name.to_owned()).collect();
+        if !names.contains(&name) {
+            names.push(name.clone());
+        }
+        Self { config, line, names, name, pace }
+    }
+
+    /// Loads and uploads a configuration.
+    ///
+    /// # Errors
+    /// Files that are wrong, or memory that is short.
+    pub fn show(&self, gpu: &Arc<Gpu>, config: &SceneConfig, progress: Progress<'_>) -> Result<Show, AppError> {
+        self.show_with(Inputs::load(config)?, gpu, config, progress)
+    }
+
+    /// The same with files that are loaded.
+    ///
+    /// # Errors
+    /// Memory that is short.
+    pub fn show_with(
+        &self,
+        inputs: Inputs,
+        gpu: &Arc<Gpu>,
+        config: &SceneConfig,
+        progress: Progress<'_>,
+    ) -> Result<Show, AppError> {
+        let first = self.pace.moving(&config.render_settings());
+        let set = set(config, inputs, gpu, Some(&first), progress)?;
+        let surroundings = Surroundings::new(config.environment.clone(), set.surroundings.clone());
+        Ok(Show::of(set, surroundings))
+    }
+}
+
+impl Program for DemoProgram {
+    fn scenes(&self) -> &[String] {
+        &self.names
+    }
+
+    fn scene(&self) -> &str {
+        &self.name
+    }
+
+    fn open(&mut self, gpu: &Arc<Gpu>, name: &Path) -> Result<Show, AppError> {
+        let shown = name.to_string_lossy().into_owned();
+        let choice = scene_choice(&shown).map_err(AppError::Usage)?;
+        // What was said about one surface is not about another.
+        let config = SceneConfig {
+            scene: choice.scene,
+            model: choice.model,
+            animation: None,
+            model_camera: None,
+            displacements: Vec::new(),
+            measured: Vec::new(),
+            height_map: None,
+            material: MaterialFiles::default(),
+            bare: false,
+            waves: Waves::default(),
+            roughness: None,
+            view: View::Mid,
+            distance: None,
+            ..self.config.clone()
+        };
+        let show = self.show(gpu, &config, &|_| {})?;
+        self.config = config;
+        self.line.enter(shown.clone());
+        if !self.names.contains(&shown) {
+            self.names.push(shown.clone());
+        }
+        self.name = shown;
+        Ok(show)
+    }
+
+    fn surround(&mut self, environment: &str) {
+        self.line.set("--environment", Some(environment));
+    }
+
+    fn command(&self, seen: &Seen<'_>) -> Option<String> {
+        Some(self.line.of_picture(seen))
+    }
+}

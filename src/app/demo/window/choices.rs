@@ -1,0 +1,187 @@
+//! What the user of the window has chosen about the picture, apart from where it is seen from and when.
+
+use crate::maps::tonemap::Tonemap;
+use crate::render::frame::Layer;
+use crate::render::light::sky::Sky;
+use crate::render::scene::FrameState;
+use crate::render::settings::{RenderSettings, Shading, ShadingOptions, Technique};
+use crate::render::surfaces::tessellation::TessellationSettings;
+use crate::scenes::light::SunDirection;
+
+/// Samples of a still picture by the reference beside another technique.
+const REFERENCE_SAMPLES: u32 = 256;
+
+/// Choices about the picture.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Choices {
+    /// The technique of the picture, or of its left side.
+    pub technique: Technique,
+    /// Its options. Those that a technique lacks are kept for the next one that has them.
+    pub options: ShadingOptions,
+    /// Another technique beside it.
+    pub compare: Option<Compare>,
+    /// Samples of a still picture.
+    pub samples: u32,
+    /// Pixels for a triangle.
+    pub triangle_pixels: f32,
+    /// Factor on all heights.
+    pub height_scale: f32,
+    /// Stops beyond what suits the sun.
+    pub exposure: f32,
+    /// How light becomes that of the screen.
+    pub tonemap: Tonemap,
+    /// Where the sun is, if not where the scene has it.
+    pub sun: Option<SunDirection>,
+    /// What of the picture is shown.
+    pub look: Look,
+}
+
+/// A second technique.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Compare {
+    /// On the right side.
+    pub technique: Technique,
+    /// Where that begins, as a share of the width.
+    pub split: f32,
+    /// Whether the difference of both is shown over the picture.
+    pub difference: bool,
+}
+
+impl Default for Compare {
+    fn default() -> Self {
+        Self { technique: Technique::NormalMip, split: 0.5, difference: false }
+    }
+}
+
+/// What is shown.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Look {
+    /// The picture.
+    #[default]
+    Picture,
+    /// The picture, and ellipses of the slopes that vary under a pixel.
+    Ellipses,
+    /// A quantity that it is shaded by, in false colours.
+    Layer(Layer),
+}
+
+impl Look {
+    /// All of them with their names.
+    pub fn all() -> impl Iterator<Item = (Self, &'static str)> {
+        let layers = Layer::ALL.into_iter().map(|layer| (Self::Layer(layer), layer.name()));
+        [(Self::Picture, "picture"), (Self::Ellipses, "slope ellipses")].into_iter().chain(layers)
+    }
+
+    /// The quantity that must be read back for it.
+    #[must_use]
+    pub fn layer(self) -> Option<Layer> {
+        match self {
+            Self::Picture => None,
+            Self::Ellipses => Some(Layer::Covariance),
+            Self::Layer(layer) => Some(layer),
+        }
+    }
+}
+
+impl Choices {
+    /// What a picture with these settings has, `exposure` stops brighter.
+    #[must_use]
+    pub fn new(settings: &RenderSettings, exposure: f32) -> Self {
+        Self {
+            technique: settings.shading.technique(),
+            options: settings.shading.options(),
+            compare: None,
+            samples: settings.samples,
+            triangle_pixels: settings.tessellation.pixels_per_triangle,
+            height_scale: 1.0,
+            exposure,
+            tonemap: Tonemap::Agx,
+            sun: None,
+            look: Look::Picture,
+        }
+    }
+
+    /// How surfaces are shaded.
+    #[must_use]
+    pub fn shading(&self) -> Shading {
+        self.technique.with(self.options)
+    }
+
+    /// The settings of the picture, or of both its sides, in place of those in `base`.
+    #[must_use]
+    pub fn sides(&self, base: &RenderSettings) -> Vec<RenderSettings> {
+        let side = |technique: Technique, samples: u32| RenderSettings {
+            samples,
+            msaa: if technique.is_reference() { 1 } else { base.msaa },
+            shading: technique.with(self.options),
+            tessellation: TessellationSettings {
+                pixels_per_triangle: self.triangle_pixels,
+                to_texels: technique.is_reference() && base.displacement,
+                ..base.tessellation
+            },
+            ..*base
+        };
+        // What is read back is that of one sample.
+        let samples = if self.look.layer().is_some() { 1 } else { self.samples };
+        let own = side(self.technique, samples);
+        let other = self.compare.filter(|_| self.look == Look::Picture).map(|compare| {
+            let reference = compare.technique.is_reference();
+            side(compare.technique, if reference { REFERENCE_SAMPLES.max(self.samples) } else { self.samples })
+        });
+        std::iter::once(own).chain(other).collect()
+    }
+
+    /// Whether another picture must be drawn for these: not where only the line between two moves.
+    #[must_use]
+    pub fn draws_like(&self, other: &Self) -> bool {
+        let still = |choices: &Self| {
+            let compare = choices.compare.map(|compare| Compare { split: 0.0, ..compare });
+            Self { compare, ..choices.clone() }
+        };
+        still(self) == still(other)
+    }
+
+    /// Changes the state of the scene.
+    pub fn apply(&self, state: &mut FrameState) {
+        state.height_scale *= self.height_scale;
+        if let (Some(sun), Some(sky)) = (self.sun, state.sky) {
+            *state = state.clone().under(&Sky { sun_direction: sun.vector(), ..sky });
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_reference_beside_a_technique_gathers_samples_of_its_own() {
+        let base = RenderSettings { samples: 4, msaa: 4, ..Default::default() };
+        let mut choices = Choices::new(&base, 0.0);
+        assert_eq!(choices.sides(&base), [base]);
+        choices.compare = Some(Compare { technique: Technique::Reference, ..Default::default() });
+        let [own, other] = choices.sides(&base).try_into().expect("two sides");
+        assert_eq!((own, other.samples, other.msaa), (base, REFERENCE_SAMPLES, 1));
+        assert!(other.tessellation.to_texels && !own.tessellation.to_texels);
+        let moved = Choices { compare: choices.compare.map(|c| Compare { split: 0.2, ..c }), ..choices.clone() };
+        assert!(moved.draws_like(&choices) && moved != choices);
+        choices.look = Look::Ellipses;
+        assert!(!moved.draws_like(&choices));
+        assert_eq!(choices.sides(&base).len(), 1);
+    }
+
+    #[test]
+    fn the_sun_goes_where_it_is_put() {
+        let camera = crate::render::camera::Camera::looking_at(glam::Vec3::X, glam::Vec3::ZERO, 40.0);
+        let mut choices = Choices::new(&RenderSettings::default(), 0.0);
+        choices.height_scale = 2.0;
+        choices.sun = Some(SunDirection { azimuth: 90.0, elevation: 0.0 });
+        let mut state = FrameState::new(camera, Vec::new()).under(&Sky::default());
+        choices.apply(&mut state);
+        assert!(state.height_scale == 2.0 && state.sun.expect("a sun").direction.distance(glam::Vec3::Y) < 1e-6);
+        // A picture has its own light.
+        let mut state = FrameState::new(camera, Vec::new());
+        choices.apply(&mut state);
+        assert!(state.sun.is_none());
+    }
+}

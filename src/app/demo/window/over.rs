@@ -1,0 +1,128 @@
+//! Pictures of numbers over the picture: what it is shaded by, and how two sides differ.
+
+use std::sync::mpsc::{Receiver, TryRecvError, channel};
+
+use crate::lab::metrics::compare::compare;
+use crate::maps::tonemap::Tonemap;
+use crate::maps::{Rgb8Image, RgbImage};
+use crate::render::frame::Layer;
+
+/// A quantity in false colours, and what they mean.
+#[must_use]
+pub fn false_colors(layer: Layer, (width, height): (u32, u32), values: &[[f32; 4]]) -> (Rgb8Image, String) {
+    let grey = |share: f32| [(share.clamp(0.0, 1.0) * 255.0) as u8; 3];
+    let signed = |v: f32| ((0.5 + 0.5 * v.clamp(-1.0, 1.0)) * 255.0) as u8;
+    let finite = || values.iter().map(|v| v[0]).filter(|v| v.is_finite());
+    let (low, high) = finite().fold((f32::MAX, f32::MIN), |(low, high), v| (low.min(v), high.max(v)));
+    let says = match layer {
+        Layer::Depth => format!("depth: white {low:.1} m, black {high:.1} m and beyond"),
+        Layer::Normal => "normal: x, y, z from -1 to 1 are red, green, blue".to_owned(),
+        Layer::MeanSlope => "mean slope: x is red, y green; none is the middle, 1 the end".to_owned(),
+        Layer::Covariance => {
+            "slope deviations: along x red, along y green, root of the covariance blue; 1 is the end".to_owned()
+        }
+        Layer::Lod => format!("level of detail: black {low:.1}, white {high:.1}"),
+        Layer::Albedo => "albedo".to_owned(),
+        Layer::Roughness => "roughness: alpha from 0, black, to 1, white".to_owned(),
+    };
+    let color = |v: &[f32; 4]| match layer {
+        Layer::Depth if v[0].is_finite() => grey(1.0 - (v[0] / low).max(1.0).ln() / (high / low).max(1.001).ln()),
+        Layer::Depth => [0; 3],
+        Layer::Normal => [v[0], v[1], v[2]].map(signed),
+        Layer::MeanSlope => [signed(v[0]), signed(v[1]), 128],
+        Layer::Covariance => [v[0], v[1], v[2].abs()].map(|v| grey(v.max(0.0).sqrt())[0]),
+        Layer::Lod => grey((v[0] - low) / (high - low).max(1e-6)),
+        Layer::Albedo => [v[0], v[1], v[2]].map(crate::maps::srgb::srgb8_from_linear),
+        Layer::Roughness => grey(v[0]),
+    };
+    (Rgb8Image { width, height, texels: values.iter().map(color).collect() }, says)
+}
+
+/// Finds the difference of two pictures beside the frames.
+#[derive(Default)]
+pub struct Difference {
+    running: Option<Receiver<Option<(Rgb8Image, String)>>>,
+    /// Samples of the pictures that were compared last.
+    compared: (u32, u32),
+}
+
+impl Difference {
+    /// Forgets what was compared.
+    pub fn reset(&mut self) {
+        *self = Self::default();
+    }
+
+    /// Whether pictures with so many samples are worth comparing: at first, when they have doubled, and at last.
+    #[must_use]
+    pub fn wants(&self, samples: (u32, u32)) -> bool {
+        let news = samples.0 >= 2 * self.compared.0.max(1) || samples.0 >= samples.1;
+        self.running.is_none() && self.compared != samples && news
+    }
+
+    /// Whether something is on its way.
+    #[must_use]
+    pub fn is_running(&self) -> bool {
+        self.running.is_some()
+    }
+
+    /// Begins to compare the pictures, which have so many samples.
+    pub fn begin(&mut self, left: RgbImage, right: RgbImage, exposure: f32, tonemap: Tonemap, samples: (u32, u32)) {
+        self.compared = samples;
+        let (sender, receiver) = channel();
+        let names = format!("sample {} of {}", samples.0, samples.1);
+        std::thread::spawn(move || {
+            let compared = compare(&right, &left, exposure, tonemap).ok();
+            // A window that has closed takes no answer.
+            let _ = sender.send(compared.map(|found| {
+                let says =
+                    format!("FLIP of left and right: mean {:.4}, rRMSE {:.4} ({names})", found.flip, found.rrmse);
+                (found.error_image(), says)
+            }));
+        });
+        self.running = Some(receiver);
+    }
+
+    /// What was found, once.
+    pub fn found(&mut self) -> Option<(Rgb8Image, String)> {
+        let answer = self.running.as_ref()?.try_recv();
+        if !matches!(answer, Err(TryRecvError::Empty)) {
+            self.running = None;
+        }
+        answer.ok().flatten()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn false_colors_tell_near_from_far() {
+        let values = [[2.0, 0.0, 0.0, 0.0], [8.0, 0.0, 0.0, 0.0], [f32::INFINITY, 0.0, 0.0, 0.0], [f32::NAN; 4]];
+        let (image, says) = false_colors(Layer::Depth, (4, 1), &values);
+        assert_eq!(image.texels, [[255; 3], [0; 3], [0; 3], [0; 3]]);
+        assert!(says.contains("2.0 m") && says.contains("8.0 m"), "{says}");
+        for layer in Layer::ALL {
+            assert_eq!(false_colors(layer, (4, 1), &values).0.texels.len(), 4);
+        }
+    }
+
+    #[test]
+    fn pictures_are_compared_when_they_have_doubled_and_at_last() {
+        let mut difference = Difference::default();
+        assert!(difference.wants((2, 256)));
+        let image = |v: f32| RgbImage { width: 16, height: 16, texels: vec![[v; 3]; 256] };
+        difference.begin(image(0.2), image(0.4), 1.0, Tonemap::Agx, (2, 256));
+        assert!(!difference.wants((200, 256)));
+        let (picture, says) = loop {
+            if let Some(found) = difference.found() {
+                break found;
+            }
+            std::thread::yield_now();
+        };
+        assert!(picture.texels.len() == 256 && says.contains("sample 2 of 256") && !difference.is_running());
+        assert!(!difference.wants((2, 256)) && !difference.wants((3, 256)) && difference.wants((4, 256)));
+        difference.compared = (200, 256);
+        assert!(difference.wants((256, 256)));
+    }
+}

@@ -1,0 +1,227 @@
+//! What can be chosen.
+
+use egui::{ComboBox, Slider, Ui};
+
+use super::{Facts, Request};
+use crate::app::demo::window::choices::{Compare, Look};
+use crate::app::demo::window::viewer::{Action, Viewer};
+use crate::maps::tonemap::Tonemap;
+use crate::reflectance::masking::shadowing::Shadowing;
+use crate::render::settings::{Probes, Quadrature, Technique, Terms};
+use crate::scenes::light::SunDirection;
+
+/// Seconds on the timeline; it grows as time goes on.
+const TIMELINE: f64 = 30.0;
+
+/// All choices, in the order in which they matter.
+pub fn show(ui: &mut Ui, viewer: &mut Viewer, facts: &Facts<'_>, requests: &mut Vec<Request>) {
+    ui.add_space(6.0);
+    scene(ui, facts, requests);
+    section(ui, "Technique", true, |ui| technique(ui, viewer));
+    section(ui, "Side by side", true, |ui| compare(ui, viewer));
+    section(ui, "Camera and time", true, |ui| view(ui, viewer, requests));
+    section(ui, "Light", true, |ui| light(ui, viewer, facts));
+    section(ui, "Surface and picture", false, |ui| picture(ui, viewer));
+}
+
+/// Shows so many decimals. A slider with `fixed_decimals` would round the value itself, which changes it.
+fn shown(decimals: usize) -> impl Fn(f64, std::ops::RangeInclusive<usize>) -> String {
+    move |value, _| format!("{value:.decimals$}")
+}
+
+fn section(ui: &mut Ui, title: &str, open: bool, contents: impl FnOnce(&mut Ui)) {
+    egui::CollapsingHeader::new(title).default_open(open).show(ui, contents);
+}
+
+fn scene(ui: &mut Ui, facts: &Facts<'_>, requests: &mut Vec<Request>) {
+    if !facts.scenes.is_empty() {
+        named(ui, "scene", facts.scene, |ui| {
+            for name in facts.scenes {
+                if ui.selectable_label(name == facts.scene, name).clicked() {
+                    requests.push(Request::Scene(name.clone()));
+                }
+            }
+        })
+        .on_hover_text("Or drop a .glb or .gltf model on the window");
+    }
+    let shown = facts.environments.get(facts.environment).map_or("", String::as_str);
+    named(ui, "light from", shown, |ui| {
+        for (number, name) in facts.environments.iter().enumerate() {
+            if ui.selectable_label(number == facts.environment, name).clicked() {
+                requests.push(Request::Environment(number));
+            }
+        }
+    })
+    .on_hover_text("Or drop a .hdr or .exr panorama on the window (e)");
+}
+
+/// A list to choose from with its name on the left.
+fn named(ui: &mut Ui, name: &str, shown: &str, list: impl FnOnce(&mut Ui)) -> egui::Response {
+    ui.horizontal(|ui| {
+        ui.label(name);
+        ComboBox::from_id_salt(name).selected_text(shown).width(ui.available_width() - 8.0).show_ui(ui, list).response
+    })
+    .inner
+}
+
+fn techniques(ui: &mut Ui, name: &str, chosen: &mut Technique) {
+    named(ui, name, chosen.name(), |ui| {
+        for technique in Technique::ALL {
+            ui.selectable_value(chosen, technique, technique.name()).on_hover_text(format!(
+                "{} ({})",
+                technique.help(),
+                technique.key()
+            ));
+        }
+    })
+    .on_hover_text(chosen.help());
+}
+
+fn technique(ui: &mut Ui, viewer: &mut Viewer) {
+    techniques(ui, "drawn by", &mut viewer.choices.technique);
+    let technique = viewer.choices.technique;
+    let options = &mut viewer.choices.options;
+    if technique.integrates() {
+        let rules = Probes::ALL.map(Quadrature::VisibleSlopes).into_iter().chain([5, 9, 17].map(Quadrature::Grid));
+        let label = |rule: Quadrature| match rule {
+            Quadrature::VisibleSlopes(probes) => format!("{} probes", probes.count()),
+            Quadrature::Grid(side) => format!("{side} x {side} slopes"),
+        };
+        named(ui, "integrals", &label(options.quadrature), |ui| {
+            for rule in rules {
+                ui.selectable_value(&mut options.quadrature, rule, label(rule));
+            }
+        })
+        .on_hover_text(
+            "At how many slopes the environment is looked up; the paper's grids, or rules for visible slopes (g)",
+        );
+        named(ui, "visibility", options.shadowing.name(), |ui| {
+            for model in Shadowing::MAIN {
+                ui.selectable_value(&mut options.shadowing, model, model.name());
+            }
+        })
+        .on_hover_text("How facets hide each other from viewer and light (v)");
+        ui.checkbox(&mut options.relief_occlusion, "bumps hide the surroundings");
+    }
+    if technique.has_pixel_kernel() {
+        ui.checkbox(&mut options.pixel_kernel, "curvature counts as roughness");
+    }
+    if technique.has_multiscattering() {
+        ui.checkbox(&mut options.multiscattering, "facets light each other");
+    }
+    if technique.is_lit() {
+        ui.horizontal_wrapped(|ui| {
+            for (term, name) in Terms::NAMES {
+                let mut on = options.terms.contains(term);
+                if ui.checkbox(&mut on, name).changed() {
+                    options.terms = if on { options.terms | term } else { options.terms.without(term) };
+                }
+            }
+        });
+    }
+}
+
+fn compare(ui: &mut Ui, viewer: &mut Viewer) {
+    let mut on = viewer.choices.compare.is_some();
+    if ui.checkbox(&mut on, "another technique on the right (c)").changed() {
+        viewer.act(Action::Compare);
+    }
+    if let Some(Compare { technique, difference, .. }) = &mut viewer.choices.compare {
+        techniques(ui, "right", technique);
+        ui.checkbox(difference, "difference (FLIP) once nothing moves").on_hover_text(
+            "Of both sides; beside the reference, which gathers 256 samples, that is the error of the left one",
+        );
+        ui.weak("Drag the line in the picture.");
+    }
+}
+
+fn view(ui: &mut Ui, viewer: &mut Viewer, requests: &mut Vec<Request>) {
+    ui.horizontal(|ui| {
+        for (number, name) in ["near", "mid", "far"].into_iter().enumerate() {
+            if ui.button(name).clicked() {
+                requests.push(Request::View(number));
+            }
+        }
+        let label = if viewer.sweep_progress().is_some() { "stop" } else { "zoom out" };
+        let button = ui.add_enabled(viewer.has_sweep(), egui::Button::new(label));
+        if button.on_hover_text("From near to far and back (o)").clicked() {
+            viewer.act(Action::Sweep);
+        }
+    });
+    ui.horizontal(|ui| {
+        ui.selectable_value(&mut viewer.fly, false, "orbit");
+        ui.selectable_value(&mut viewer.fly, true, "fly").on_hover_text("Drag to look; W A S D, Q and E move (f)");
+        ui.weak(format!("{:.1} m", viewer.orbit.distance()));
+    });
+    ui.horizontal(|ui| {
+        if ui.button(if viewer.paused { "play" } else { "pause" }).on_hover_text("space").clicked() {
+            viewer.act(Action::Pause);
+        }
+        let end = TIMELINE * (viewer.time / TIMELINE).floor() + TIMELINE;
+        let mut time = viewer.time;
+        ui.spacing_mut().slider_width = 96.0;
+        if ui.add(Slider::new(&mut time, 0.0..=end).suffix(" s").custom_formatter(shown(2))).changed() {
+            viewer.time = time;
+        }
+    });
+}
+
+fn light(ui: &mut Ui, viewer: &mut Viewer, facts: &Facts<'_>) {
+    if let Some([azimuth, elevation]) = facts.sun {
+        let mut sun = SunDirection { azimuth, elevation };
+        let turned = ui
+            .add(Slider::new(&mut sun.azimuth, -180.0..=180.0).suffix("°").custom_formatter(shown(0)).text("azimuth"));
+        let raised =
+            ui.add(Slider::new(&mut sun.elevation, -12.0..=90.0).suffix("°").custom_formatter(shown(0)).text("sun"));
+        if turned.changed() || raised.changed() {
+            viewer.put_sun(sun);
+        }
+        ui.horizontal(|ui| {
+            if ui.button("the sun's own way").on_hover_text("Back to where the scene has it").clicked() {
+                viewer.choices.sun = None;
+            }
+            if ui.button("let it run").on_hover_text("t").clicked() {
+                viewer.act(Action::SunPace);
+            }
+        });
+    }
+    ui.add(
+        Slider::new(&mut viewer.choices.exposure, -4.0..=4.0).suffix(" EV").custom_formatter(shown(1)).text("exposure"),
+    );
+}
+
+fn picture(ui: &mut Ui, viewer: &mut Viewer) {
+    let choices = &mut viewer.choices;
+    ui.add(Slider::new(&mut choices.height_scale, 0.0..=3.0).custom_formatter(shown(2)).text("x heights"));
+    ui.add(Slider::new(&mut choices.triangle_pixels, 1.0..=32.0).logarithmic(true).text("px a triangle"));
+    ui.add(Slider::new(&mut choices.samples, 1..=64).logarithmic(true).text("samples when still"));
+    named(ui, "tone curve", choices.tonemap.name(), |ui| {
+        for tonemap in Tonemap::ALL {
+            ui.selectable_value(&mut choices.tonemap, tonemap, tonemap.name()).on_hover_text(tonemap.help());
+        }
+    });
+    let name = Look::all().find(|(look, _)| *look == choices.look).map_or("", |(_, name)| name);
+    named(ui, "show", name, |ui| {
+        for (look, name) in Look::all() {
+            ui.selectable_value(&mut choices.look, look, name);
+        }
+    });
+}
+
+/// What else can be done.
+pub fn buttons(ui: &mut Ui, requests: &mut Vec<Request>) {
+    ui.separator();
+    ui.horizontal_wrapped(|ui| {
+        for (name, key, action) in [
+            ("screenshot", "s, F12", Action::Screenshot),
+            ("copy as command", "x", Action::CopyCommand),
+            ("reset", "r", Action::Reset),
+            ("help", "F1", Action::Help),
+            ("hide", "Tab", Action::Panel),
+        ] {
+            if ui.button(name).on_hover_text(key).clicked() {
+                requests.push(Request::Act(action));
+            }
+        }
+    });
+}

@@ -1,0 +1,74 @@
+//! What the picture costs.
+
+use std::collections::VecDeque;
+
+use egui::{Color32, Pos2, Rect, Sense, Ui, Vec2};
+
+use super::Facts;
+
+/// Height of the graph, points.
+const GRAPH: f32 = 36.0;
+/// Passes that take less are left out.
+const LEAST: f64 = 0.05;
+
+/// Frames in a second, a graph of the last frames, and the milliseconds of each pass.
+pub fn show(ui: &mut Ui, facts: &Facts<'_>, milliseconds: &VecDeque<f32>) {
+    egui::CollapsingHeader::new("Cost").default_open(true).show(ui, |ui| {
+        ui.label(format!("{:.1} frames a second, {} x {} pixels", facts.fps, facts.pixels.0, facts.pixels.1));
+        ui.label(format!("sample {} of {}", facts.samples.0, facts.samples.1));
+        ui.label(format!("{} patches, up to {} triangles", facts.triangles.1, grouped(facts.triangles.0)));
+        graph(ui, milliseconds);
+        let whole: f64 = facts.passes.iter().map(|(_, time)| time).sum();
+        egui::Grid::new("passes").num_columns(2).spacing([12.0, 1.0]).show(ui, |ui| {
+            for (pass, time) in facts.passes.iter().filter(|(_, time)| *time >= LEAST) {
+                ui.small(pass);
+                ui.small(format!("{time:.2} ms"));
+                ui.end_row();
+            }
+            ui.small("all passes");
+            ui.small(format!("{:.2} ms", whole.max(0.0)));
+            ui.end_row();
+        });
+        ui.weak(facts.device);
+    });
+}
+
+/// The last frames as bars, the longest as high as the graph.
+fn graph(ui: &mut Ui, milliseconds: &VecDeque<f32>) {
+    let size = Vec2::new(ui.available_width(), GRAPH);
+    let (area, _) = ui.allocate_exact_size(size, Sense::hover());
+    let painter = ui.painter_at(area);
+    painter.rect_filled(area, 2.0, Color32::from_black_alpha(90));
+    let Some(most) = milliseconds.iter().copied().max_by(f32::total_cmp).filter(|most| *most > 0.0) else { return };
+    let step = area.width() / super::HISTORY as f32;
+    for (index, time) in milliseconds.iter().enumerate() {
+        let left = area.left() + step * index as f32;
+        let top = area.bottom() - (GRAPH - 10.0) * time / most;
+        let bar = Rect::from_min_max(Pos2::new(left, top), Pos2::new(left + 0.8 * step, area.bottom()));
+        painter.rect_filled(bar, 0.0, Color32::from_rgb(120, 180, 110));
+    }
+    let font = egui::FontId::proportional(9.0);
+    let text = format!("{most:.0} ms");
+    painter.text(area.left_top() + Vec2::new(3.0, 1.0), egui::Align2::LEFT_TOP, text, font, Color32::LIGHT_GRAY);
+}
+
+/// 1234567 as 1,234,567.
+fn grouped(number: u64) -> String {
+    let digits = number.to_string();
+    let mut text = String::new();
+    for (index, digit) in digits.chars().enumerate() {
+        if index > 0 && (digits.len() - index).is_multiple_of(3) {
+            text.push(',');
+        }
+        text.push(digit);
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn thousands_are_set_apart() {
+        assert_eq!([0, 999, 1000, 1_234_567].map(super::grouped), ["0", "999", "1,000", "1,234,567"]);
+    }
+}

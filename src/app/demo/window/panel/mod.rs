@@ -1,0 +1,249 @@
+//! The panel over the picture: what can be chosen, what it costs, and the line between two techniques.
+//!
+//! It changes the [`Viewer`] itself, and asks the window for the rest by [`Request`]s.
+
+mod controls;
+mod costs;
+mod overlay;
+pub mod paint;
+
+use std::collections::VecDeque;
+use std::time::{Duration, Instant};
+
+use egui::{Color32, ColorImage, Context, TextureHandle, TextureOptions, ViewportId};
+use winit::event::WindowEvent;
+use winit::window::Window;
+
+use self::paint::Painted;
+use super::viewer::{Action, Viewer};
+use crate::maps::Rgb8Image;
+
+/// Points that the panel takes on the left.
+const WIDTH: f32 = 252.0;
+/// Windows that are narrower begin without it.
+const ROOM: f32 = 560.0;
+/// How long a message stays.
+const MESSAGE: Duration = Duration::from_secs(6);
+/// Frames in the graph of their times.
+const HISTORY: usize = 120;
+
+/// What the panel tells and cannot change.
+pub struct Facts<'a> {
+    /// Names of the scenes that can be opened; empty where there is one only.
+    pub scenes: &'a [String],
+    /// The one that is shown.
+    pub scene: &'a str,
+    /// Names of the environments.
+    pub environments: &'a [String],
+    /// Which of them surrounds the scene.
+    pub environment: usize,
+    /// Direction to the sun as it is, if there is one: degrees.
+    pub sun: Option<[f32; 2]>,
+    /// The device.
+    pub device: &'a str,
+    /// Frames in a second.
+    pub fps: f64,
+    /// Passes of the last frame and their milliseconds.
+    pub passes: &'a [(String, f64)],
+    /// Samples in the picture, and those that it will have.
+    pub samples: (u32, u32),
+    /// Pixels that are drawn; fewer than the window has while something moves on a slow device.
+    pub pixels: (u32, u32),
+    /// Upper bound on the triangles of a frame, and its patches.
+    pub triangles: (u64, u32),
+}
+
+/// What the user asks the window for.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Request {
+    /// What a key does.
+    Act(Action),
+    /// Another scene, by name.
+    Scene(String),
+    /// One of the environments.
+    Environment(usize),
+    /// One of the scene's views: 0 near, 1 middle, 2 far.
+    View(usize),
+}
+
+/// The panel of a window.
+pub struct Panel {
+    context: Context,
+    input: egui_winit::State,
+    /// Whether it is shown.
+    pub open: bool,
+    /// Whether the help is.
+    pub help: bool,
+    /// What is wrong with a shader that has changed.
+    pub shader_fault: Option<String>,
+    message: Option<(String, Instant)>,
+    milliseconds: VecDeque<f32>,
+    /// A picture of numbers over the picture, and what it says about it.
+    over: Option<(TextureHandle, String)>,
+    /// Slope covariances under pixels, for the ellipses.
+    ellipses: Option<((u32, u32), Vec<[f32; 4]>)>,
+    /// When it wants to be drawn again though nothing happens.
+    wakes: Option<Instant>,
+    /// Where the pointer is, points.
+    pointer: Option<egui::Pos2>,
+}
+
+impl Panel {
+    /// A panel for `window`.
+    #[must_use]
+    pub fn new(window: &Window) -> Self {
+        let context = Context::default();
+        context.set_visuals(visuals());
+        let scale = window.scale_factor();
+        let input =
+            egui_winit::State::new(context.clone(), ViewportId::ROOT, window, Some(scale as f32), None, Some(8192));
+        let open = window.inner_size().to_logical::<f32>(scale).width >= ROOM;
+        Self {
+            context,
+            input,
+            open,
+            help: false,
+            shader_fault: None,
+            message: None,
+            milliseconds: VecDeque::new(),
+            over: None,
+            ellipses: None,
+            wakes: None,
+            pointer: None,
+        }
+    }
+
+    /// Gives it an event first. Whether it keeps it for itself, and whether it must be drawn again.
+    pub fn event(&mut self, window: &Window, event: &WindowEvent) -> (bool, bool) {
+        // The frame that a redraw asks for is no reason for another one.
+        if matches!(event, WindowEvent::RedrawRequested) {
+            return (false, false);
+        }
+        if let WindowEvent::CursorMoved { position, .. } = event {
+            let scale = self.context.pixels_per_point();
+            self.pointer = Some(egui::pos2(position.x as f32 / scale, position.y as f32 / scale));
+        }
+        let response = self.input.on_window_event(window, event);
+        let consumed = match event {
+            WindowEvent::KeyboardInput { .. } => self.context.text_edit_focused(),
+            WindowEvent::MouseInput { .. } | WindowEvent::MouseWheel { .. } => self.is_under_pointer(),
+            _ => response.consumed,
+        };
+        (consumed, response.repaint)
+    }
+
+    /// Whether the pointer is over it or holds something of it. egui itself answers for where the pointer was when the last frame was
+    /// laid out, which may be long ago.
+    fn is_under_pointer(&self) -> bool {
+        let over = |at: egui::Pos2| {
+            let layer = self.context.layer_id_at(at);
+            (self.open && at.x < WIDTH) || layer.is_some_and(|layer| layer.order != egui::Order::Background)
+        };
+        self.pointer.is_some_and(over) || self.context.egui_is_using_pointer()
+    }
+
+    /// Shows a sentence for a while, if the panel is open.
+    pub fn say(&mut self, message: impl Into<String>) {
+        if self.open {
+            self.warn(message);
+        }
+    }
+
+    /// Shows a sentence for a while in any case.
+    pub fn warn(&mut self, message: impl Into<String>) {
+        self.message = Some((message.into(), Instant::now()));
+    }
+
+    /// Notes how long a frame took.
+    pub fn frame_took(&mut self, milliseconds: f32) {
+        self.milliseconds.push_back(milliseconds);
+        if self.milliseconds.len() > HISTORY {
+            self.milliseconds.pop_front();
+        }
+    }
+
+    /// Puts text on the clipboard with the next frame.
+    pub fn copy(&self, text: String) {
+        self.context.copy_text(text);
+    }
+
+    /// Shows a picture of numbers over the picture, with what it says; `None` takes it away.
+    pub fn lay_over(&mut self, picture: Option<(Rgb8Image, String)>) {
+        self.over = picture.map(|(picture, says)| {
+            let pixels = picture.texels.iter().map(|&[r, g, b]| Color32::from_rgb(r, g, b)).collect();
+            let image = ColorImage::new([picture.width as usize, picture.height as usize], pixels);
+            (self.context.load_texture("over the picture", image, TextureOptions::NEAREST), says)
+        });
+    }
+
+    /// Draws ellipses of these covariances, row by row over a picture of this size; `None` takes them away.
+    pub fn ellipses(&mut self, covariances: Option<((u32, u32), Vec<[f32; 4]>)>) {
+        self.ellipses = covariances;
+    }
+
+    /// When it must be drawn again though nothing happens.
+    #[must_use]
+    pub fn wakes(&self) -> Option<Instant> {
+        self.wakes
+    }
+
+    /// Lays everything out, lets the user change the `viewer`, and says what else is asked for.
+    pub fn run(&mut self, window: &Window, viewer: &mut Viewer, facts: &Facts<'_>) -> (Painted, Vec<Request>) {
+        let input = self.input.take_egui_input(window);
+        let mut requests = Vec::new();
+        let context = self.context.clone();
+        if self.message.as_ref().is_some_and(|(_, since)| since.elapsed() > MESSAGE) {
+            self.message = None;
+        }
+        let before = (viewer.choices.clone(), viewer.time, viewer.fly);
+        let output = context.run_ui(input, |ui| {
+            requests.clear();
+            let left = if self.open { WIDTH } else { 0.0 };
+            if let Some((texture, says)) = &self.over {
+                overlay::picture(ui, texture, says, left);
+            }
+            if let Some((size, covariances)) = &self.ellipses {
+                overlay::ellipses(ui, *size, covariances);
+            }
+            overlay::split(ui, viewer, left);
+            if self.open {
+                egui::Panel::left("choices").exact_size(WIDTH).resizable(false).show(ui, |ui| {
+                    egui::ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+                        controls::show(ui, viewer, facts, &mut requests);
+                        costs::show(ui, facts, &self.milliseconds);
+                        controls::buttons(ui, &mut requests);
+                    });
+                });
+            }
+            if let Some((message, _)) = &self.message {
+                overlay::message(ui, message, left);
+            }
+            if let Some(fault) = &self.shader_fault {
+                overlay::shader_fault(ui, fault);
+            }
+            if self.help {
+                self.help = overlay::help(ui);
+            }
+        });
+        let (choices, time, fly) = before;
+        if !choices.draws_like(&viewer.choices) || time != viewer.time || fly != viewer.fly {
+            viewer.invalidate();
+        }
+        let wait = output.viewport_output.get(&ViewportId::ROOT).map_or(Duration::MAX, |root| root.repaint_delay);
+        let message = self.message.as_ref().map(|(_, since)| *since + MESSAGE);
+        self.wakes = [Instant::now().checked_add(wait), message].into_iter().flatten().min();
+        self.input.handle_platform_output(window, output.platform_output);
+        let primitives = context.tessellate(output.shapes, output.pixels_per_point);
+        let painted =
+            Painted { primitives, textures: output.textures_delta, pixels_per_point: output.pixels_per_point };
+        (painted, requests)
+    }
+}
+
+/// Dark, and a little of the picture shows through.
+fn visuals() -> egui::Visuals {
+    let mut visuals = egui::Visuals::dark();
+    visuals.panel_fill = Color32::from_rgba_unmultiplied(20, 22, 26, 225);
+    visuals.window_fill = visuals.panel_fill;
+    visuals
+}

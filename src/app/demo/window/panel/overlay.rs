@@ -1,0 +1,138 @@
+//! What lies over the picture itself: the line between two techniques, pictures of numbers, messages, help.
+
+use egui::{Align2, Color32, CursorIcon, FontId, Id, Pos2, Rect, Sense, Shape, Stroke, TextureHandle, Ui, Vec2};
+
+use crate::app::demo::args::keys;
+use crate::app::demo::window::viewer::Viewer;
+
+/// Points on either side of the line where it can be grabbed.
+const GRIP: f32 = 8.0;
+/// Points between two ellipses.
+const ELLIPSES: f32 = 24.0;
+/// Points for a root of a slope variance of one.
+const ELLIPSE: f32 = 22.0;
+
+/// Text that can be read on anything, in a box.
+fn label(ui: &Ui, at: Pos2, anchor: Align2, text: &str) {
+    let galley = ui.painter().layout_no_wrap(text.to_owned(), FontId::proportional(13.0), Color32::WHITE);
+    let area = anchor.anchor_size(at, galley.size()).expand2(Vec2::new(6.0, 3.0));
+    ui.painter().rect_filled(area, 3.0, Color32::from_black_alpha(150));
+    ui.painter().galley(area.min + Vec2::new(6.0, 3.0), galley, Color32::WHITE);
+}
+
+/// The line between two techniques, which can be dragged, and their names.
+pub fn split(ui: &mut Ui, viewer: &mut Viewer, left: f32) {
+    let screen = ui.ctx().content_rect();
+    let Some(mut compare) = viewer.choices.compare else { return };
+    let own = viewer.choices.technique.name();
+    let x = screen.left() + compare.split * screen.width();
+    let grip = Rect::from_x_y_ranges(x - GRIP..=x + GRIP, screen.y_range());
+    // An area of its own, so that the drag turns no camera.
+    let area = egui::Area::new(Id::new("split")).fixed_pos(grip.min).constrain(false);
+    let response = area.show(ui.ctx(), |ui| ui.allocate_exact_size(grip.size(), Sense::drag()).1).inner;
+    if response.hovered() || response.dragged() {
+        ui.ctx().set_cursor_icon(CursorIcon::ResizeHorizontal);
+    }
+    if let Some(at) = response.interact_pointer_pos().filter(|_| response.dragged()) {
+        compare.split = ((at.x - screen.left()) / screen.width()).clamp(0.0, 1.0);
+        viewer.choices.compare = Some(compare);
+    }
+    let strength = if response.hovered() || response.dragged() { 2.5 } else { 1.0 };
+    ui.painter().vline(x, screen.y_range(), Stroke::new(strength, Color32::WHITE));
+    let middle = Pos2::new(x, screen.center().y);
+    ui.painter().circle(middle, 7.0, Color32::WHITE, Stroke::new(1.0, Color32::BLACK));
+    let top = screen.top() + 8.0;
+    if x - left > 60.0 {
+        label(ui, Pos2::new(x - 14.0, top), Align2::RIGHT_TOP, own);
+    }
+    label(ui, Pos2::new(x + 14.0, top), Align2::LEFT_TOP, compare.technique.name());
+}
+
+/// A picture of numbers, and what it says about them.
+pub fn picture(ui: &Ui, texture: &TextureHandle, says: &str, left: f32) {
+    let screen = ui.ctx().content_rect();
+    let whole = Rect::from_min_max(Pos2::ZERO, Pos2::new(1.0, 1.0));
+    ui.painter().image(texture.id(), screen, whole, Color32::WHITE);
+    label(ui, Pos2::new(screen.left() + left + 10.0, screen.bottom() - 10.0), Align2::LEFT_BOTTOM, says);
+}
+
+/// Ellipses as wide as slopes vary under the pixel in their middle.
+pub fn ellipses(ui: &Ui, (width, height): (u32, u32), covariances: &[[f32; 4]]) {
+    let screen = ui.ctx().content_rect();
+    let scale = Vec2::new(width as f32 / screen.width(), height as f32 / screen.height());
+    let steps = |length: f32| (0..(length / ELLIPSES) as u32).map(|step| (step as f32 + 0.5) * ELLIPSES);
+    for (x, y) in steps(screen.height()).flat_map(|y| steps(screen.width()).map(move |x| (x, y))) {
+        let (column, row) = (((x * scale.x) as u32).min(width - 1), ((y * scale.y) as u32).min(height - 1));
+        let Some(&[xx, yy, xy, _]) = covariances.get((row * width + column) as usize) else { continue };
+        let Some([[a, b], [c, d]]) = axes(xx, yy, xy) else { continue };
+        let middle = screen.min + Vec2::new(x, y);
+        let points = (0..20).map(|k| {
+            let (sine, cosine) = (k as f32 / 20.0 * std::f32::consts::TAU).sin_cos();
+            // Slopes point up where pictures point down.
+            middle + Vec2::new(a * cosine + c * sine, -(b * cosine + d * sine)) * ELLIPSE
+        });
+        ui.painter().add(Shape::closed_line(points.collect(), Stroke::new(1.2, Color32::from_rgb(255, 210, 90))));
+    }
+}
+
+/// Half the axes of the ellipse of a covariance; `None` where nothing varies.
+fn axes(xx: f32, yy: f32, xy: f32) -> Option<[[f32; 2]; 2]> {
+    let middle = 0.5 * (xx + yy);
+    let off = (0.25 * (xx - yy).powi(2) + xy * xy).sqrt();
+    let (long, short) = ((middle + off).max(0.0).sqrt(), (middle - off).max(0.0).sqrt());
+    if !(long > 1e-3 && long.is_finite()) {
+        return None;
+    }
+    let (sine, cosine) = (0.5 * (2.0 * xy).atan2(xx - yy)).sin_cos();
+    Some([[long * cosine, long * sine], [-short * sine, short * cosine]])
+}
+
+/// A sentence at the bottom.
+pub fn message(ui: &Ui, text: &str, left: f32) {
+    let screen = ui.ctx().content_rect();
+    let middle = Pos2::new(0.5 * (screen.left() + left + screen.right()), screen.bottom() - 24.0);
+    label(ui, middle, Align2::CENTER_BOTTOM, text);
+}
+
+/// What the compiler says, until the shader compiles.
+pub fn shader_fault(ui: &Ui, fault: &str) {
+    egui::Window::new("The shader does not work; the last one that did is drawn with")
+        .id(Id::new("shader fault"))
+        .collapsible(false)
+        .anchor(Align2::CENTER_BOTTOM, Vec2::new(0.0, -40.0))
+        .show(ui.ctx(), |ui| {
+            let text = egui::RichText::new(fault).monospace().color(Color32::from_rgb(255, 150, 130));
+            egui::ScrollArea::both().max_height(240.0).show(ui, |ui| ui.label(text));
+        });
+}
+
+/// Mouse and keys. Whether it stays open.
+pub fn help(ui: &Ui) -> bool {
+    let mut open = true;
+    egui::Window::new("Mouse and keys (F1)")
+        .open(&mut open)
+        .collapsible(false)
+        .resizable(false)
+        .default_width(560.0)
+        .anchor(Align2::CENTER_CENTER, Vec2::ZERO)
+        .show(ui.ctx(), |ui| {
+            egui::ScrollArea::vertical()
+                .show(ui, |ui| ui.add(egui::Label::new(egui::RichText::new(keys().trim()).monospace()).extend()));
+        });
+    open
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ellipses_lie_along_what_varies_most() {
+        assert_eq!(axes(0.0, 0.0, 0.0), None);
+        assert_eq!(axes(f32::NAN, 0.0, 0.0), None);
+        let [long, short] = axes(0.04, 0.01, 0.0).expect("an ellipse");
+        assert!((long[0] - 0.2).abs() < 1e-6 && long[1].abs() < 1e-6 && (short[1] - 0.1).abs() < 1e-6);
+        let [long, short] = axes(0.02, 0.02, 0.02).expect("an ellipse");
+        assert!((long[0] - long[1]).abs() < 1e-6 && short[0].abs() < 1e-3);
+    }
+}

@@ -1,0 +1,106 @@
+//! Draws the panel's triangles over a picture.
+
+use std::sync::Arc;
+
+use ash::vk;
+use egui::{ClippedPrimitive, TexturesDelta};
+use egui_ash_renderer::allocator::GpuAllocator;
+use egui_ash_renderer::{DynamicRendering, Options, RenderMode, Renderer, RendererError};
+
+use crate::app::error::AppError;
+use crate::gpu::{ColorTarget, Commands, FRAMES_IN_FLIGHT, Gpu, Image, Load};
+
+/// What is to be drawn over a picture.
+pub struct Painted {
+    /// Triangles with their textures.
+    pub primitives: Vec<ClippedPrimitive>,
+    /// Textures that are new, changed, or no longer needed.
+    pub textures: TexturesDelta,
+    /// Pixels for a point of the layout.
+    pub pixels_per_point: f32,
+}
+
+impl Drop for Painted {
+    /// egui insists that no change of a texture is lost unseen; one that is not drawn any more may be.
+    fn drop(&mut self) {
+        self.textures.clear();
+    }
+}
+
+/// The pipeline, the textures, and the vertices of the frames on their way.
+pub struct PanelPainter {
+    // Before the device.
+    renderer: Renderer<GpuAllocator>,
+    pool: vk::CommandPool,
+    gpu: Arc<Gpu>,
+}
+
+fn fault(error: RendererError) -> AppError {
+    AppError::Failed(format!("the panel cannot be drawn: {error}"))
+}
+
+impl PanelPainter {
+    /// Draws into images of `format`.
+    ///
+    /// # Errors
+    /// Memory that is short, or a failed pipeline.
+    pub fn new(gpu: &Arc<Gpu>, format: vk::Format) -> Result<Self, AppError> {
+        let mode = RenderMode::DynamicRendering(DynamicRendering {
+            color_attachment_format: format,
+            depth_attachment_format: None,
+            stencil_attachment_format: None,
+        });
+        let options = Options {
+            in_flight_frames: FRAMES_IN_FLIGHT,
+            srgb_framebuffer: matches!(format, vk::Format::B8G8R8A8_SRGB | vk::Format::R8G8B8A8_SRGB),
+            ..Options::default()
+        };
+        let renderer =
+            Renderer::with_gpu_allocator(gpu.shared_allocator(), gpu.raw().clone(), mode, options).map_err(fault)?;
+        let info = vk::CommandPoolCreateInfo::default()
+            .queue_family_index(gpu.queue_family())
+            .flags(vk::CommandPoolCreateFlags::TRANSIENT);
+        // SAFETY: the device is alive; `drop` destroys the pool.
+        let pool = unsafe { gpu.raw().create_command_pool(&info, None) }
+            .map_err(|error| AppError::Failed(format!("the panel cannot be drawn: {error}")))?;
+        Ok(Self { renderer, pool, gpu: gpu.clone() })
+    }
+
+    /// Brings the textures up to date. No frame may be on its way that has them, if any is changed or freed.
+    ///
+    /// # Errors
+    /// Memory that is short, or a lost device.
+    pub fn update(&mut self, textures: &mut TexturesDelta) -> Result<(), AppError> {
+        let queue = self.gpu.queue();
+        for (id, deltas) in textures.set.drain() {
+            for delta in &deltas {
+                self.renderer.set_texture(*queue, self.pool, id, delta).map_err(fault)?;
+            }
+        }
+        for id in textures.free.drain() {
+            self.renderer.free_texture(id).map_err(fault)?;
+        }
+        Ok(())
+    }
+
+    /// Draws over `target`, which is a colour target and stays one.
+    ///
+    /// # Errors
+    /// Memory that is short.
+    pub fn record(&mut self, cmd: &mut Commands, target: &Image, painted: &Painted) -> Result<(), AppError> {
+        let [width, height] = target.mip_extent(0);
+        cmd.begin_rendering(&[ColorTarget { view: target.whole(), load: Load::Keep }], None);
+        let extent = vk::Extent2D { width, height };
+        let drawn = self.renderer.cmd_draw(cmd.raw(), extent, painted.pixels_per_point, &painted.primitives);
+        cmd.end_rendering();
+        drawn.map_err(fault)
+    }
+}
+
+impl Drop for PanelPainter {
+    fn drop(&mut self) {
+        let _ = self.gpu.wait_idle();
+        // SAFETY: the device is idle, and nothing else knows the pool.
+        unsafe { self.gpu.raw().destroy_command_pool(self.pool, None) };
+    }
+}

@@ -1,0 +1,93 @@
+//! What a window shows, and who opens other things for it.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use super::surroundings::Surroundings;
+use crate::app::demo::command_line::Seen;
+use crate::app::demo::orbit::Orbit;
+use crate::app::error::AppError;
+use crate::gpu::Gpu;
+use crate::render::frame::Renderer;
+use crate::render::scene::FrameState;
+use crate::scenes::set::Set;
+use crate::scenes::stage::Sweep;
+use crate::scenes::view::CameraPose;
+
+/// A scene that is ready to be shown.
+pub struct Show {
+    /// Holds its objects.
+    pub renderer: Renderer,
+    /// Its state at a time in seconds. Its camera may follow something; then the window's does, too.
+    pub scene: Box<dyn FnMut(f64) -> FrameState>,
+    /// Where it is seen from at first.
+    pub orbit: Orbit,
+    /// Its near, middle and far view, if it has them.
+    pub views: Option<[Orbit; 3]>,
+    /// Distances between which it is swept.
+    pub sweep: Option<Sweep>,
+    /// Environments that it can be shown in. The renderer has the first.
+    pub surroundings: Surroundings,
+}
+
+impl Show {
+    /// Whether anything of it changes as time goes on, as far as a few moments tell.
+    pub fn moves(&mut self) -> bool {
+        let mut at = |time: f64| FrameState { time: 0.0, ..(self.scene)(time) };
+        let first = at(0.0);
+        self.renderer.moves() || [0.37, 1.9, 7.3].into_iter().any(|time| at(time) != first)
+    }
+
+    /// A scene on the device.
+    #[must_use]
+    pub fn of(set: Set, surroundings: Surroundings) -> Self {
+        let orbit = |camera| Orbit::new(&CameraPose::of(&camera));
+        let views = [set.views.near, set.views.mid, set.views.far].map(orbit);
+        let (orbit, sweep) = (orbit(set.camera), Some(set.views.sweep()));
+        Self { renderer: set.renderer, scene: set.animation, orbit, views: Some(views), sweep, surroundings }
+    }
+}
+
+/// Opens scenes for a window, and says how its picture is made without one.
+pub trait Program {
+    /// Names of the scenes that can be opened.
+    fn scenes(&self) -> &[String];
+
+    /// The one that is shown.
+    fn scene(&self) -> &str;
+
+    /// Opens a scene by its name, or a model's file.
+    ///
+    /// # Errors
+    /// A name or a file that cannot be opened; the device has no room for it.
+    fn open(&mut self, gpu: &Arc<Gpu>, name: &Path) -> Result<Show, AppError>;
+
+    /// Notes that another environment surrounds the scene.
+    fn surround(&mut self, environment: &str);
+
+    /// The command that makes a picture.
+    fn command(&self, seen: &Seen<'_>) -> Option<String>;
+}
+
+/// A program with one scene.
+pub struct OneScene;
+
+impl Program for OneScene {
+    fn scenes(&self) -> &[String] {
+        &[]
+    }
+
+    fn scene(&self) -> &str {
+        ""
+    }
+
+    fn open(&mut self, _gpu: &Arc<Gpu>, name: &Path) -> Result<Show, AppError> {
+        Err(AppError::Usage(format!("{}: this program shows one scene only", name.display())))
+    }
+
+    fn surround(&mut self, _environment: &str) {}
+
+    fn command(&self, _seen: &Seen<'_>) -> Option<String> {
+        None
+    }
+}

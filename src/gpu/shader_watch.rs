@@ -1,0 +1,292 @@
+//! Watches the sources of the shaders and compiles what changes, beside the frames.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{Receiver, Sender, channel};
+use std::time::{Duration, SystemTime};
+
+use ash::vk;
+
+use self::compiler::{Compiled, Compiler, collect, slashes, stage};
+use super::shaders::{Constant, ConstantKind, Member, Push, Resource, ResourceKind, Shader, Struct, names};
+use super::{Gpu, GpuError, Result};
+
+#[path = "../../build/compiler.rs"]
+mod compiler;
+#[path = "../../build/reflect.rs"]
+#[allow(dead_code)]
+mod reflect;
+
+/// How often the files are looked at.
+const INTERVAL: Duration = Duration::from_millis(250);
+
+/// What came of changed files.
+pub enum Change {
+    /// Entry points that were compiled, by name.
+    Compiled(CompiledShaders),
+    /// What the compiler says, with file and line.
+    Failed(String),
+}
+
+/// Shaders that no pipeline has yet.
+pub struct CompiledShaders(Vec<&'static Shader>);
+
+impl CompiledShaders {
+    /// Their names.
+    pub fn names(&self) -> impl Iterator<Item = &'static str> {
+        self.0.iter().map(|shader| shader.name)
+    }
+}
+
+/// A thread that watches a folder until this is dropped.
+pub struct ShaderWatch {
+    changes: Receiver<Change>,
+    stop: Arc<AtomicBool>,
+}
+
+impl Drop for ShaderWatch {
+    fn drop(&mut self) {
+        self.stop.store(true, Ordering::Relaxed);
+    }
+}
+
+impl ShaderWatch {
+    /// Watches `root`, a folder like `shaders-glsl`.
+    ///
+    /// # Errors
+    /// A folder without entry points of this build.
+    pub fn new(root: &Path) -> Result<Self> {
+        let fault = |fault: String| GpuError::Shader { name: root.display().to_string(), fault };
+        if !root.join("passes").is_dir() {
+            return Err(fault("it has no folder \"passes\": name a folder like shaders-glsl".to_owned()));
+        }
+        let (sender, changes) = channel();
+        let (stop, root) = (Arc::new(AtomicBool::new(false)), root.to_owned());
+        let stops = stop.clone();
+        std::thread::spawn(move || watch(&root, &sender, &stops));
+        Ok(Self { changes, stop })
+    }
+
+    /// What has changed since it was last asked.
+    #[must_use]
+    pub fn change(&self) -> Option<Change> {
+        self.changes.try_recv().ok()
+    }
+}
+
+impl Gpu {
+    /// Draws with these shaders from now on: see `Gpu::reload`. Returns how many pipelines were made again.
+    ///
+    /// # Errors
+    /// A shader that does not fit its pipeline; then all stay as they are.
+    pub fn take_shaders(self: &Arc<Self>, shaders: CompiledShaders) -> Result<usize> {
+        self.reload(shaders.0)
+    }
+}
+
+/// The files below `root` and when each was last written.
+fn written(root: &Path) -> BTreeMap<PathBuf, SystemTime> {
+    let mut found = BTreeMap::new();
+    let mut folders = vec![root.to_owned()];
+    while let Some(folder) = folders.pop() {
+        let Ok(entries) = std::fs::read_dir(&folder) else { continue };
+        for entry in entries.flatten() {
+            let Ok(about) = entry.metadata() else { continue };
+            if about.is_dir() {
+                folders.push(entry.path());
+            } else if let (Ok(time), Ok(path)) = (about.modified(), entry.path().strip_prefix(root)) {
+                found.insert(path.to_owned(), time);
+            }
+        }
+    }
+    found
+}
+
+/// The files that a file includes, directly or not, as far as that can be told without compiling it.
+fn includes(root: &Path, file: &Path, known: &mut BTreeMap<PathBuf, BTreeSet<PathBuf>>) -> BTreeSet<PathBuf> {
+    if let Some(found) = known.get(file) {
+        return found.clone();
+    }
+    // A circle ends here.
+    known.insert(file.to_owned(), BTreeSet::new());
+    let text = std::fs::read_to_string(root.join(file)).unwrap_or_default();
+    let mut all = BTreeSet::new();
+    for line in text.lines() {
+        let Some(rest) = line.trim_start().strip_prefix("#include") else { continue };
+        let name = rest.trim().trim_matches(['"', '<', '>']);
+        let beside = file.parent().map(|folder| folder.join(name));
+        for candidate in beside.into_iter().chain([PathBuf::from(name)]) {
+            let candidate = PathBuf::from(slashes(&compiler::normal(&candidate)));
+            if root.join(&candidate).is_file() {
+                all.extend(includes(root, &candidate, known));
+                all.insert(candidate);
+                break;
+            }
+        }
+    }
+    known.insert(file.to_owned(), all.clone());
+    all
+}
+
+fn watch(root: &Path, changes: &Sender<Change>, stop: &AtomicBool) {
+    let mut before = written(root);
+    let built: BTreeSet<&str> = names().collect();
+    while !stop.load(Ordering::Relaxed) {
+        std::thread::sleep(INTERVAL);
+        let now = written(root);
+        let changed: BTreeSet<&PathBuf> =
+            now.iter().filter(|(path, time)| before.get(*path) != Some(time)).map(|(path, _)| path).collect();
+        if changed.is_empty() {
+            continue;
+        }
+        let mut entries = Vec::new();
+        let mut answer = collect(&root.join("passes"), &mut entries).map(|()| Vec::new());
+        let mut known = BTreeMap::new();
+        let concerned = entries.iter().filter_map(|path| path.strip_prefix(root).ok()).filter(|path| {
+            built.contains(slashes(path).as_str())
+                && (changed.contains(&path.to_path_buf())
+                    || includes(root, path, &mut known).iter().any(|included| changed.contains(included)))
+        });
+        let names: Vec<String> = concerned.map(slashes).collect();
+        if let Ok(shaders) = &mut answer {
+            match compile(root, &names) {
+                Ok(compiled) => *shaders = compiled,
+                Err(message) => answer = Err(message),
+            }
+        }
+        before = now;
+        let change = match answer {
+            Ok(shaders) if shaders.is_empty() => continue,
+            Ok(shaders) => Change::Compiled(CompiledShaders(shaders)),
+            Err(message) => Change::Failed(message),
+        };
+        if changes.send(change).is_err() {
+            return;
+        }
+    }
+}
+
+fn compile(root: &Path, names: &[String]) -> std::result::Result<Vec<&'static Shader>, String> {
+    let compiler = Compiler::new(root)?;
+    names.iter().map(|name| compiler.compile(name).map(|compiled| lasting(root, name, compiled))).collect()
+}
+
+/// A shader that lasts as long as the program: pipelines refer to it, and a session changes few of them.
+fn lasting(root: &Path, name: &str, compiled: Compiled) -> &'static Shader {
+    let Compiled { code, declared, used } = compiled;
+    let text = |text: String| -> &'static str { Box::leak(text.into_boxed_str()) };
+    // As words, since SPIR-V is read as those.
+    let words: Vec<u32> = bytemuck::pod_collect_to_vec(&code);
+    let resources = declared.resources.into_iter().map(|resource| Resource {
+        binding_word: used.resources.iter().find(|other| other.name == resource.name).and_then(|r| r.binding_word),
+        name: text(resource.name),
+        kind: match resource.kind {
+            "Uniform" => ResourceKind::Uniform,
+            "Storage" => ResourceKind::Storage,
+            "Sampled" => ResourceKind::Sampled,
+            _ => ResourceKind::StorageImage,
+        },
+    });
+    let constants = declared.constants.into_iter().map(|constant| Constant {
+        name: text(constant.name),
+        id: constant.id,
+        kind: match constant.kind {
+            "Bool" => ConstantKind::Bool,
+            "U32" => ConstantKind::U32,
+            "I32" => ConstantKind::I32,
+            _ => ConstantKind::F32,
+        },
+    });
+    let structs = declared.structs.into_iter().map(|found| Struct {
+        name: text(found.name),
+        pitch: found.pitch,
+        members: leaked(found.members.into_iter().map(|m| Member {
+            name: text(m.name),
+            offset: m.offset as usize,
+            size: m.size as usize,
+        })),
+    });
+    let push = declared
+        .push
+        .map(|push| Push { block: text(push.block), bytes: used.push.as_ref().map_or(0, |push| push.bytes) });
+    let stage = match stage(&root.join(name)).map(|(_, stage)| stage) {
+        Some("VERTEX") => vk::ShaderStageFlags::VERTEX,
+        Some("TESSELLATION_CONTROL") => vk::ShaderStageFlags::TESSELLATION_CONTROL,
+        Some("TESSELLATION_EVALUATION") => vk::ShaderStageFlags::TESSELLATION_EVALUATION,
+        Some("COMPUTE") => vk::ShaderStageFlags::COMPUTE,
+        _ => vk::ShaderStageFlags::FRAGMENT,
+    };
+    Box::leak(Box::new(Shader {
+        name: text(name.to_owned()),
+        stage,
+        code: bytemuck::cast_slice(Box::leak(words.into_boxed_slice())),
+        local_size: used.local_size,
+        resources: leaked(resources),
+        constants: leaked(constants),
+        push,
+        structs: leaked(structs),
+    }))
+}
+
+fn leaked<T>(items: impl Iterator<Item = T>) -> &'static [T] {
+    Box::leak(items.collect::<Vec<_>>().into_boxed_slice())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A copy of the sources that a test may change.
+    fn sources() -> tempfile::TempDir {
+        let folder = tempfile::tempdir().unwrap();
+        let from = Path::new(env!("CARGO_MANIFEST_DIR")).join("shaders-glsl");
+        for path in written(&from).keys() {
+            let to = folder.path().join(path);
+            std::fs::create_dir_all(to.parent().unwrap()).unwrap();
+            std::fs::copy(from.join(path), to).unwrap();
+        }
+        folder
+    }
+
+    fn next(watch: &ShaderWatch) -> Change {
+        for _ in 0..2400 {
+            if let Some(change) = watch.change() {
+                return change;
+            }
+            std::thread::sleep(Duration::from_millis(50));
+        }
+        panic!("nothing changed in two minutes");
+    }
+
+    fn change(root: &Path, file: &str, from: &str, to: &str) {
+        let path = root.join(file);
+        let text = std::fs::read_to_string(&path).unwrap();
+        assert!(text.contains(from), "{file} has no {from}");
+        std::fs::write(&path, text.replacen(from, to, 1)).unwrap();
+    }
+
+    #[test]
+    fn what_changes_is_compiled_and_faults_name_their_line() {
+        let folder = sources();
+        let watch = ShaderWatch::new(folder.path()).unwrap();
+        std::thread::sleep(2 * INTERVAL);
+        // An include: what has it is compiled.
+        change(folder.path(), "passes/tonemap.glsl", "2.51", "2.52");
+        let Change::Compiled(shaders) = next(&watch) else { panic!("it compiles") };
+        assert_eq!(shaders.names().collect::<Vec<_>>(), ["passes/present.frag"]);
+        let code = shaders.0[0].code;
+        assert_ne!(code, Shader::find("passes/present.frag").unwrap().code);
+        change(folder.path(), "passes/tonemap.glsl", "2.52", "two");
+        let Change::Failed(said) = next(&watch) else { panic!("it does not compile") };
+        assert!(said.contains("tonemap.glsl:") && said.contains("two"), "{said}");
+    }
+
+    #[test]
+    fn a_folder_without_shaders_is_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let said = ShaderWatch::new(folder.path()).err().unwrap().to_string();
+        assert!(said.contains("shaders-glsl"), "{said}");
+    }
+}
