@@ -2,6 +2,7 @@
 
 use std::fmt::Display;
 use std::io::{self, ErrorKind, IsTerminal, Write};
+use std::path::Path;
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde::Serialize;
@@ -38,12 +39,43 @@ impl Output {
         } else {
             result.to_string()
         };
-        match writeln!(io::stdout(), "{text}") {
-            Err(e) if e.kind() != ErrorKind::BrokenPipe => {
-                Err(AppError::Failed(format!("cannot write to standard output: {e}")))
-            }
-            _ => Ok(()),
+        print_line(&text)
+    }
+
+    /// Says what a command did whose results are files: one JSON object on stdout, or a line on stderr, since stdout has
+    /// the names of the files ([`file`](Self::file)).
+    ///
+    /// # Errors
+    /// If stdout cannot be written to. A reader that closed the pipe early is no error.
+    pub fn summary<R: Serialize + Display>(&self, summary: &R) -> Result<(), AppError> {
+        if self.json {
+            return self.result(summary);
         }
+        self.say(&summary.to_string());
+        Ok(())
+    }
+
+    /// Prints the name of a file that has just become whole on stdout, so that scripts take it up while others are being
+    /// made. With JSON the object names it, and quiet commands print nothing. `bar` gives way meanwhile.
+    ///
+    /// # Errors
+    /// If stdout cannot be written to. A reader that closed the pipe early is no error.
+    pub fn file(&self, path: &Path, bar: &dyn Bar) -> Result<(), AppError> {
+        if self.json || self.quiet {
+            return Ok(());
+        }
+        let mut printed = Ok(());
+        bar.aside(&mut || printed = print_line(&path.display().to_string()));
+        printed
+    }
+}
+
+fn print_line(text: &str) -> Result<(), AppError> {
+    match writeln!(io::stdout(), "{text}") {
+        Err(e) if e.kind() != ErrorKind::BrokenPipe => {
+            Err(AppError::Failed(format!("cannot write to standard output: {e}")))
+        }
+        _ => Ok(()),
     }
 }
 
@@ -81,6 +113,10 @@ impl Bar for TerminalBar {
 
     fn at(&self, step: usize) {
         self.0.set_position(step as u64);
+    }
+
+    fn aside(&self, work: &mut dyn FnMut()) {
+        self.0.suspend(work);
     }
 
     fn restart(&self, steps: usize) {

@@ -29,6 +29,9 @@ pub trait Bar: Send + Sync {
     /// This many steps are done.
     fn at(&self, step: usize);
 
+    /// Does `work`, which prints on the same terminal, while the bar is out of its way.
+    fn aside(&self, work: &mut dyn FnMut());
+
     /// Starts again with this many steps.
     fn restart(&self, steps: usize);
 }

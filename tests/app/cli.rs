@@ -282,6 +282,27 @@ fn capture_renders_the_same_bytes_twice_and_says_how() {
 }
 
 #[test]
+fn a_capture_prints_names_of_files_and_nothing_else() {
+    let Some(_) = test_gpu() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let pattern = folder.path().join("{frame}.png");
+    let flags = ["capture", "--scene", "sphere", "--size", "8x8", "--samples", "1", "--frames", "0..3"];
+    for (extra, kept) in [("--resume", false), ("--resume", true), ("--quiet", false)] {
+        let output = run(&[&flags[..], &[extra, "-o", path(&pattern)]].concat());
+        let (said, log) = (String::from_utf8(output.stdout).unwrap(), String::from_utf8(output.stderr).unwrap());
+        assert_eq!(output.status.code(), Some(0), "{log}");
+        if extra == "--quiet" {
+            assert!(said.is_empty() && log.is_empty(), "{said}{log}");
+            continue;
+        }
+        let names: Vec<_> = said.lines().map(Path::new).collect();
+        assert_eq!(names.len(), 3, "{said}");
+        assert!(names.iter().all(|name| name.is_file()), "{said}");
+        assert!(log.contains("3 frame(s)") && log.contains("3 of them kept") == kept, "{log}");
+    }
+}
+
+#[test]
 fn the_report_names_the_lights_of_a_picture() {
     let Some(_) = test_gpu() else { return };
     let folder = tempfile::tempdir().unwrap();

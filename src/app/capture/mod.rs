@@ -48,21 +48,22 @@ pub struct FrameReport {
 
 impl fmt::Display for CaptureReport<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        for frame in &self.frames {
-            writeln!(f, "{}{}", frame.file.display(), if frame.kept { " (kept)" } else { "" })?;
+        write!(f, "{} frame(s) in {:.1} s on {}", self.frames.len(), self.seconds, self.device.device)?;
+        match self.frames.iter().filter(|frame| frame.kept).count() {
+            0 => Ok(()),
+            kept => write!(f, ", {kept} of them kept from an earlier run"),
         }
-        write!(f, "{} frame(s) in {:.1} s on {}", self.frames.len(), self.seconds, self.device.device)
     }
 }
 
-/// Renders what the arguments ask for and prints the report.
+/// Renders what the arguments ask for, prints the name of each file that is whole and at last the report.
 ///
 /// # Errors
 /// Flags that contradict each other, wrong input files, no device, a frame that fails.
 pub fn run(arguments: &CaptureArgs, output: &Output) -> Result<(), AppError> {
     let config = arguments.resolve()?;
     let mut source = renderer_source::open(&config, output)?;
-    output.result(&capture(&config, source.as_mut(), output)?)
+    output.summary(&capture(&config, source.as_mut(), output)?)
 }
 
 /// Renders and writes every moment of `config` with `source`.
@@ -89,6 +90,7 @@ pub fn capture<'a>(
             save::save(&file, config.output.kind, &frame, config.scene.exposure, config.scene.tonemap)?;
             frame.passes
         };
+        output.file(&file, bar.as_ref())?;
         frames.push(FrameReport { moment, file, kept, passes });
         bar.step();
     }
