@@ -5,12 +5,13 @@ use std::path::PathBuf;
 use clap::Args;
 use serde::Serialize;
 
-use super::frames::{FRAME, FileKind, OutputPattern, Timeline};
+use super::frames::Timeline;
+use super::pattern::{FRAME, FileKind, MovingKind, OutputPattern, StillKind};
 use crate::app::error::AppError;
 use crate::app::flags::device::DeviceArgs;
 use crate::app::flags::scene::SceneArgs;
 use crate::app::flags::shading::choice;
-use crate::app::flags::values::{CameraChoice, FrameRange, Shard, not_negative, positive, sweep};
+use crate::app::flags::values::{CameraChoice, FrameRange, Rate, Shard, not_negative, sweep};
 use crate::render::frame::Layer;
 use crate::scenes::config::SceneConfig;
 use crate::scenes::stage::Sweep;
@@ -21,6 +22,8 @@ pub const EXAMPLES: &str = "Examples:
   leadr capture --camera far --samples 16 -o far.png
   leadr capture --frames 0..48 --fps 24 -o 'out/walk-{frame}.png' --resume
   leadr capture --frames 0..48 --shard 2/8 -o 'out/walk-{frame}.png'
+  leadr capture --frames 0..48 --fps 24 -o walk.webp
+  leadr capture --frames 0..48 --fps 24 --size 480x270 -o walk.gif
   leadr capture --frames 0..60 --sweep 5..200 -o 'out/away-{frame}.png'
   leadr capture --scene shore --time-of-day 6.2
   leadr capture --scene ocean --frames 0..240 --day-length 10 -o 'out/day-{frame}.png'
@@ -42,11 +45,12 @@ pub struct CaptureArgs {
     /// Render frames A to B-1; frame F shows the time F / fps
     #[arg(long, value_name = "A..B")]
     pub frames: Option<FrameRange>,
-    /// Frames per second
-    #[arg(long, value_name = "F", default_value = "30", requires = "frames", value_parser = positive)]
-    pub fps: f32,
-    /// Instead of time, change the distance of the camera from its target, metres, by the same factor per frame
-    #[arg(long, value_name = "NEAR..FAR", requires = "frames", conflicts_with_all = ["distance", "fps"], value_parser = sweep)]
+    /// Frames per second, such as 24, 29.97 or 30000/1001 [default: 30]
+    #[arg(long, value_name = "F", requires = "frames")]
+    pub fps: Option<Rate>,
+    /// Instead of time, change the distance of the camera from its target, metres, by the same factor per frame; --fps is
+    /// then how fast a moving picture plays
+    #[arg(long, value_name = "NEAR..FAR", requires = "frames", conflicts_with = "distance", value_parser = sweep)]
     pub sweep: Option<Sweep>,
     /// Render only every N-th frame, starting with the I-th
     #[arg(long, value_name = "I/N", requires = "frames")]
@@ -54,10 +58,14 @@ pub struct CaptureArgs {
     /// Keep the files of an earlier run that are complete and of the right size
     #[arg(long)]
     pub resume: bool,
+    /// How often a moving picture plays; 0 is without end [default: 0]
+    #[arg(long = "loop", value_name = "N", requires = "frames")]
+    pub plays: Option<u16>,
     /// Further layers to write (EXR only)
     #[arg(long, value_name = "NAME,...", value_parser = choice(&Layer::ALL, Layer::name, Layer::help), value_delimiter = ',')]
     pub layers: Vec<Layer>,
-    /// File to write: .png or .exr, with {frame} in its name for a sequence [default: out/SCENE-TECHNIQUE-CAMERA...]
+    /// File to write: .png or .exr, with {frame} in its name for a sequence; or .webp, .apng or .gif, a moving picture of all
+    /// frames [default: out/SCENE-TECHNIQUE-CAMERA...]
     #[arg(long, short, value_name = "FILE")]
     pub output: Option<PathBuf>,
 }
@@ -73,6 +81,12 @@ pub struct CaptureConfig {
     pub device: DeviceArgs,
     /// The moments to draw.
     pub timeline: Timeline,
+    /// Frames per second of a moving picture.
+    #[serde(skip)]
+    pub rate: Rate,
+    /// How often a moving picture plays; 0 is without end.
+    #[serde(rename = "loop")]
+    pub plays: u16,
     /// Layers to write beside the colour, each once, in a fixed order.
     pub layers: Vec<Layer>,
     /// The files to write.
@@ -88,20 +102,53 @@ impl CaptureArgs {
     /// [`AppError::Usage`] if flags contradict each other, [`AppError::Failed`] if a file is wrong.
     pub fn resolve(&self) -> Result<CaptureConfig, AppError> {
         let a = self.clone();
+        let rate = a.fps.unwrap_or(Rate::DEFAULT);
         let timeline = match a.frames {
-            Some(frames) => Timeline::Sequence { frames, fps: f64::from(a.fps), shard: a.shard, sweep: a.sweep },
+            Some(frames) => Timeline::Sequence { frames, fps: rate, shard: a.shard, sweep: a.sweep },
             None => Timeline::Still { time: f64::from(a.time) },
         };
         let path = a.output.clone().unwrap_or_else(|| default_output(&a, &timeline));
         let output = OutputPattern::new(&path, &timeline)?;
-        if output.kind == FileKind::Png && !a.layers.is_empty() {
-            return Err(AppError::Usage(format!("--layers needs an .exr output, not '{}'", path.display())));
-        }
+        a.check_output(output.kind, &path.display().to_string()).map_err(AppError::Usage)?;
         let mut layers = a.layers;
         layers.sort_unstable();
         layers.dedup();
         let scene = a.scene.resolve()?;
-        Ok(CaptureConfig { scene, device: a.device, timeline, layers, output, resume: a.resume })
+        let plays = a.plays.unwrap_or(0);
+        Ok(CaptureConfig { scene, device: a.device, timeline, rate, plays, layers, output, resume: a.resume })
+    }
+
+    /// Whether the kind of output, `shown`, can do what the flags ask for.
+    fn check_output(&self, kind: FileKind, shown: &str) -> Result<(), String> {
+        if kind != FileKind::Still(StillKind::Exr) && !self.layers.is_empty() {
+            return Err(format!("--layers needs an .exr output, not '{shown}'"));
+        }
+        match kind {
+            FileKind::Still(_) if self.plays.is_some() => {
+                return Err(format!("--loop needs a moving picture (.webp, .apng or .gif), not '{shown}'"));
+            }
+            FileKind::Still(_) if self.sweep.is_some() && self.fps.is_some() => {
+                return Err("--fps says nothing of pictures of a --sweep, in which time stands still".to_owned());
+            }
+            FileKind::Still(_) => {}
+            FileKind::Moving(kind) => self.check_rate(kind, shown)?,
+        }
+        let parts = [("--resume", self.resume), ("--shard", self.shard.is_some())];
+        match parts.iter().find(|part| part.1) {
+            Some((flag, _)) if !matches!(kind, FileKind::Still(_)) => Err(format!(
+                "{flag} is for frames in files of their own, and '{shown}' is one file; write {FRAME} stills instead"
+            )),
+            _ => Ok(()),
+        }
+    }
+
+    fn check_rate(&self, kind: MovingKind, shown: &str) -> Result<(), String> {
+        let (least, most) = (kind.least_per_second(), kind.most_per_second());
+        let rate = self.fps.unwrap_or(Rate::DEFAULT).per_second();
+        if (least..=most).contains(&rate) {
+            return Ok(());
+        }
+        Err(format!("'{shown}' shows {least} to {most} frames per second, not {rate}; choose another --fps or format"))
     }
 }
 
@@ -217,7 +264,7 @@ pub mod tests {
 
     #[test]
     fn contradictions_are_wrong_usage() {
-        let cases: [&[&str]; 18] = [
+        let cases: [&[&str]; 30] = [
             &["--time-of-day", "6", "--sun", "0,10"],
             &["--time-of-day", "25"],
             &["--day-length", "60", "--environment", "studio"],
@@ -236,6 +283,18 @@ pub mod tests {
             &["--height-map", "h.png"],
             &["--grid", "0"],
             &["--samples", "0"],
+            &["-o", "a.webp"],
+            &["--frames", "0..4", "-o", "a-{frame}.gif"],
+            &["--frames", "0..4", "-o", "a.webp", "--resume"],
+            &["--frames", "0..4", "-o", "a.apng", "--shard", "1/2"],
+            &["--frames", "0..4", "-o", "a.gif", "--layers", "depth"],
+            &["--frames", "0..4", "-o", "a.gif", "--fps", "60"],
+            &["--frames", "0..4", "-o", "a.gif", "--fps", "0.005"],
+            &["--frames", "0..4", "-o", "a.webp", "--fps", "120"],
+            &["--frames", "0..4", "-o", "a.webp", "--loop", "65536"],
+            &["--frames", "0..4", "--loop", "2"],
+            &["--loop", "2"],
+            &["--fps", "0", "--frames", "0..4"],
         ];
         for flags in cases {
             assert_eq!(resolve(flags).expect_err(&flags.join(" ")).exit_code(), 2, "{flags:?}");

@@ -1,10 +1,12 @@
-//! `leadr capture`: renders moments of a scene and writes each to a file, under another name until it is whole.
+//! `leadr capture`: renders moments of a scene and writes each to a file, or all to one, under another name until it is whole.
 
 pub mod args;
 pub mod frame_source;
 pub mod frames;
+pub mod pattern;
 pub mod renderer_source;
 pub mod save;
+pub mod sink;
 
 use std::fmt;
 use std::path::PathBuf;
@@ -15,6 +17,7 @@ use serde::Serialize;
 use self::args::{CaptureArgs, CaptureConfig};
 use self::frame_source::{Frame, FrameSource, PassTime};
 use self::frames::Moment;
+use self::pattern::FileKind;
 use crate::app::error::AppError;
 use crate::app::flags::device::DeviceInfo;
 use crate::app::output::Output;
@@ -35,11 +38,12 @@ pub struct CaptureReport<'a> {
     seconds: f64,
 }
 
-/// One file of a capture.
+/// One frame of a capture.
 #[derive(Debug, Serialize)]
 pub struct FrameReport {
     #[serde(flatten)]
     moment: Moment,
+    /// Its own file, or that of all frames.
     file: PathBuf,
     /// Whether the file is from an earlier run (`--resume`).
     kept: bool,
@@ -69,7 +73,7 @@ pub fn run(arguments: &CaptureArgs, output: &Output) -> Result<(), AppError> {
 /// Renders and writes every moment of `config` with `source`.
 ///
 /// # Errors
-/// If rendering or writing fails, naming the frame; frames written before stay.
+/// If rendering or writing fails, naming the frame; files written before stay.
 pub fn capture<'a>(
     config: &'a CaptureConfig,
     source: &mut dyn FrameSource,
@@ -78,21 +82,29 @@ pub fn capture<'a>(
     let start = Instant::now();
     let moments = config.timeline.moments();
     let bar = output.bar(moments.len());
+    let mut sink = sink::open(config)?;
+    let own_files = matches!(config.output.kind, FileKind::Still(_));
     let mut frames = Vec::with_capacity(moments.len());
     for moment in moments {
         let file = config.output.path(moment.frame);
         bar.message(&file.display().to_string());
-        let kept = config.resume && save::is_complete(&file, config.output.kind, config.scene.size);
+        let kept = sink.keeps(&file);
         let passes = if kept {
             Vec::new()
         } else {
             let frame = render_frame(config, source, moment)?;
-            save::save(&file, config.output.kind, &frame, config.scene.exposure, config.scene.tonemap)?;
+            sink.put(&file, &frame)?;
             frame.passes
         };
-        output.file(&file, bar.as_ref())?;
+        if own_files {
+            output.file(&file, bar.as_ref())?;
+        }
         frames.push(FrameReport { moment, file, kept, passes });
         bar.step();
+    }
+    sink.finish()?;
+    if !own_files {
+        output.file(&config.output.path(0), bar.as_ref())?;
     }
     drop(bar);
     let seconds = start.elapsed().as_secs_f64();
@@ -124,7 +136,7 @@ fn render_frame(config: &CaptureConfig, source: &mut dyn FrameSource, moment: Mo
 }
 
 #[cfg(test)]
-mod tests {
+pub mod tests {
     use super::args::tests::resolve;
     use super::*;
     use crate::render::frame::Layer;
@@ -134,16 +146,17 @@ mod tests {
 
     /// Draws a gradient that depends on the time, counts its calls, and fails at a chosen frame.
     #[derive(Default)]
-    struct Double {
-        size: (u32, u32),
-        layers: Vec<Layer>,
-        calls: u32,
-        fail_at: Option<u32>,
-        poison: bool,
+    pub struct Double {
+        pub size: (u32, u32),
+        pub layers: Vec<Layer>,
+        pub calls: u32,
+        pub fail_at: Option<u32>,
+        pub poison: bool,
     }
 
     impl Double {
-        fn new(config: &CaptureConfig) -> Self {
+        /// Draws what `config` asks for.
+        pub fn new(config: &CaptureConfig) -> Self {
             let Size { width, height } = config.scene.size;
             Self { size: (width, height), layers: config.layers.clone(), ..Self::default() }
         }
@@ -173,23 +186,27 @@ mod tests {
         }
     }
 
-    fn configure(folder: &Path, name: &str, flags: &[&str]) -> CaptureConfig {
+    /// Pictures of 5x3 pixels into a file in `folder`.
+    pub fn configure(folder: &Path, name: &str, flags: &[&str]) -> CaptureConfig {
         let path = folder.join(name);
         resolve(&[&["--size", "5x3", "-o", path.to_str().unwrap()], flags].concat()).unwrap()
     }
 
-    fn sized(config: &CaptureConfig, width: u32, height: u32) -> SceneConfig {
+    /// The scene of `config` in a picture of this size.
+    pub fn sized(config: &CaptureConfig, width: u32, height: u32) -> SceneConfig {
         SceneConfig { size: Size { width, height }, ..config.scene.clone() }
     }
 
-    fn files(folder: &Path) -> Vec<String> {
+    /// The names of all files in `folder`, sorted.
+    pub fn files(folder: &Path) -> Vec<String> {
         let entries = std::fs::read_dir(folder).unwrap();
         let mut names: Vec<_> = entries.map(|e| e.unwrap().file_name().into_string().unwrap()).collect();
         names.sort();
         names
     }
 
-    fn run(config: &CaptureConfig, double: &mut Double) -> Result<serde_json::Value, AppError> {
+    /// The report of a capture as JSON.
+    pub fn run(config: &CaptureConfig, double: &mut Double) -> Result<serde_json::Value, AppError> {
         capture(config, double, &Output::new(true, true)).map(|report| serde_json::to_value(&report).unwrap())
     }
 

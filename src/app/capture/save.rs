@@ -5,30 +5,26 @@ use std::path::Path;
 use exr::prelude as ex;
 
 use super::frame_source::Frame;
-use super::frames::FileKind;
+use super::pattern::StillKind;
 use crate::app::error::AppError;
 use crate::app::files::make_folder_of;
-use crate::maps::tonemap::Tonemap;
-use crate::maps::{self, RgbImage};
+use crate::maps::tonemap::{Tonemap, display_srgb8};
+use crate::maps::{self, Rgb8Image};
 use crate::scenes::view::Size;
 
 /// No frame has more channels than this: an EXR with more is from another program.
 const MAX_CHANNELS: usize = 32;
 
 /// Writes `frame` to `path`, whole or not at all, and makes the folders above it: a PNG gets tonemapped sRGB, an EXR linear radiance
-/// and layers. `exposure`, in stops on top of the frame's own, and `tonemap` apply to PNG alone.
+/// and layers. `exposure`, in stops on top of the frame's own, applies to PNG alone.
 ///
 /// # Errors
 /// If the frame cannot be encoded or the file not written; `path` then stays as it was.
-pub fn save(path: &Path, kind: FileKind, frame: &Frame, exposure: f32, tonemap: Tonemap) -> Result<(), AppError> {
+pub fn save(path: &Path, kind: StillKind, frame: &Frame, exposure: f32) -> Result<(), AppError> {
     make_folder_of(path)?;
     match kind {
-        FileKind::Png => {
-            let texels = frame.color.iter().map(|c| [c[0], c[1], c[2]]).collect();
-            let image = RgbImage::new(frame.width, frame.height, texels).map_err(|fault| fault.in_file(path))?;
-            maps::save::save_png(path, &image, frame.exposure * exposure.exp2(), tonemap)?;
-        }
-        FileKind::Exr => {
+        StillKind::Png => maps::save::save_png_srgb8(path, &display(frame, exposure))?,
+        StillKind::Exr => {
             let color: [Vec<f32>; 4] = std::array::from_fn(|i| frame.color.iter().map(|c| c[i]).collect());
             let mut channels: Vec<(&str, &[f32])> =
                 ["R", "G", "B", "A"].into_iter().zip(color.iter().map(Vec::as_slice)).collect();
@@ -41,14 +37,22 @@ pub fn save(path: &Path, kind: FileKind, frame: &Frame, exposure: f32, tonemap: 
     Ok(())
 }
 
+/// A frame as it is shown: tonemapped sRGB, with an exposure in stops on top of the frame's own.
+#[must_use]
+pub fn display(frame: &Frame, exposure: f32) -> Rgb8Image {
+    let factor = frame.exposure * exposure.exp2();
+    let texels = frame.color.iter().map(|c| display_srgb8([c[0], c[1], c[2]], factor, Tonemap::default())).collect();
+    Rgb8Image { width: frame.width, height: frame.height, texels }
+}
+
 /// Whether `path` is a whole picture of this kind and size: it decodes to its end.
 #[must_use]
-pub fn is_complete(path: &Path, kind: FileKind, size: Size) -> bool {
+pub fn is_complete(path: &Path, kind: StillKind, size: Size) -> bool {
     match kind {
-        FileKind::Png => {
+        StillKind::Png => {
             maps::load_color_srgb8(path).is_ok_and(|image| (image.width, image.height) == (size.width, size.height))
         }
-        FileKind::Exr => exr_is_complete(path, size).is_some(),
+        StillKind::Exr => exr_is_complete(path, size).is_some(),
     }
 }
 

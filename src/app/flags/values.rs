@@ -260,6 +260,73 @@ impl FromStr for FrameRange {
     }
 }
 
+/// Frames per second, exactly: a decimal number such as `24` or `29.97`, or a fraction such as `30000/1001`; 0.001 to 1000.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Rate {
+    numerator: u32,
+    denominator: u32,
+}
+
+impl Rate {
+    /// 30 frames per second.
+    pub const DEFAULT: Self = Self { numerator: 30, denominator: 1 };
+
+    /// Above the line of the reduced fraction; above 0.
+    #[must_use]
+    pub fn numerator(self) -> u32 {
+        self.numerator
+    }
+
+    /// Below the line; above 0.
+    #[must_use]
+    pub fn denominator(self) -> u32 {
+        self.denominator
+    }
+
+    /// Frames per second.
+    #[must_use]
+    pub fn per_second(self) -> f64 {
+        f64::from(self.numerator) / f64::from(self.denominator)
+    }
+
+    fn new(numerator: u32, denominator: u32) -> Option<Self> {
+        let (mut divisor, mut rest) = (numerator, denominator);
+        while rest > 0 {
+            (divisor, rest) = (rest, divisor % rest);
+        }
+        // Not both are 0 here: one of them would be out of range.
+        let rate = Self { numerator: numerator / divisor.max(1), denominator: denominator / divisor.max(1) };
+        (denominator > 0 && (0.001..=1000.0).contains(&rate.per_second())).then_some(rate)
+    }
+
+    fn parse(text: &str) -> Option<Self> {
+        if let Some((numerator, denominator)) = text.split_once('/') {
+            return Self::new(numerator.parse().ok()?, denominator.parse().ok()?);
+        }
+        let (whole, decimals) = text.split_once('.').unwrap_or((text, ""));
+        let digits = |text: &str| text.bytes().all(|b| b.is_ascii_digit());
+        if !(digits(whole) && digits(decimals) && decimals.len() <= 6) {
+            return None;
+        }
+        Self::new(format!("{whole}{decimals}").parse().ok()?, 10_u32.pow(decimals.len() as u32))
+    }
+}
+
+impl FromStr for Rate {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let form = "frames per second are a number from 0.001 to 1000 of at most six decimals, or a fraction, such as 24, 29.97 or 30000/1001";
+        Self::parse(text).ok_or_else(|| form.to_owned())
+    }
+}
+
+impl Serialize for Rate {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_f64(self.per_second())
+    }
+}
+
 /// Distances to the target from the first frame to the last, metres, written `NEAR..FAR`.
 ///
 /// # Errors
@@ -319,6 +386,11 @@ mod tests {
         assert_eq!("3..7".parse(), Ok(FrameRange { start: 3, end: 7 }));
         refused::<FrameRange>(&["", "3", "7..3", "3..3", "..", "a..b", "-1..3", "0..4000000000"]);
         assert_eq!("2/8".parse(), Ok(Shard { index: 2, count: 8 }));
+        let rate = |text: &str| text.parse::<Rate>().map(|rate| (rate.numerator(), rate.denominator()));
+        assert_eq!((rate("24"), rate("23.976"), rate(".5")), (Ok((24, 1)), Ok((2997, 125)), Ok((1, 2))));
+        assert_eq!((rate("60000/1001"), rate("50/2"), rate("0.001")), (Ok((60000, 1001)), Ok((25, 1)), Ok((1, 1000))));
+        refused::<Rate>(&["", ".", "0", "0/0", "1/0", "0/1", "-1", "1e2", "1001", "0.0001", "1/1001", "nan", "1/2/3"]);
+        refused::<Rate>(&["24.0000001", "99999999999", "1.2.3", "+3.-1"]);
         assert_eq!(sweep("5..0.5"), Ok(Sweep { near: 5.0, far: 0.5 }));
         assert!(["", "5", "0..4", "1..-2", "nan..2", "1..inf", "..", "a..b"].iter().all(|t| sweep(t).is_err()));
         refused::<Shard>(&["", "2", "0/8", "9/8", "1/0", "a/b", "1/2/3"]);

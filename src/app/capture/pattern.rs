@@ -1,0 +1,143 @@
+//! The names of the files that a capture writes, and their formats.
+
+use std::path::{Path, PathBuf};
+
+use serde::Serialize;
+
+use super::frames::Timeline;
+use crate::app::error::AppError;
+use crate::app::files::extension;
+
+/// What a capture writes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(untagged)]
+pub enum FileKind {
+    /// A file for each frame.
+    Still(StillKind),
+    /// One file of all frames.
+    Moving(MovingKind),
+}
+
+/// The format of a file of one frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum StillKind {
+    /// Tonemapped, sRGB, 8 bits.
+    Png,
+    /// Linear radiance, 32-bit floats, with layers.
+    Exr,
+}
+
+/// The format of a moving picture; all are tonemapped, sRGB, 8 bits.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum MovingKind {
+    /// Animated WebP, lossless.
+    Webp,
+    /// Animated PNG.
+    Apng,
+    /// Animated GIF, 255 colours a frame.
+    Gif,
+}
+
+impl MovingKind {
+    /// The most frames per second that programs show: they take shorter delays for a mistake and show a tenth of a second.
+    #[must_use]
+    pub fn most_per_second(self) -> f64 {
+        match self {
+            // Delays of one hundredth are too short.
+            Self::Gif => 50.0,
+            // Delays of ten thousandths are too short.
+            Self::Webp | Self::Apng => 90.0,
+        }
+    }
+
+    /// The fewest frames per second: what a delay of 16 bits lasts, in the units of the format.
+    #[must_use]
+    pub fn least_per_second(self) -> f64 {
+        match self {
+            Self::Gif => 0.01,
+            Self::Webp | Self::Apng => 0.02,
+        }
+    }
+}
+
+/// A path, with `{frame}` for the number of a frame in four digits or more.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct OutputPattern {
+    pattern: PathBuf,
+    /// Format, from the path's extension.
+    pub kind: FileKind,
+}
+
+/// Placeholder of the frame number in a path.
+pub const FRAME: &str = "{frame}";
+
+impl OutputPattern {
+    /// Checks a pattern against what is to be written.
+    ///
+    /// # Errors
+    /// [`AppError::Usage`] if the extension is none that is written, if `{frame}` is missing for a sequence of stills or
+    /// present for one file, or if a still is to be a moving picture.
+    pub fn new(path: &Path, timeline: &Timeline) -> Result<Self, AppError> {
+        let shown = path.display();
+        let refuse = |what: String| Err(AppError::Usage(format!("output '{shown}' {what}")));
+        let kind = match extension(path).as_deref() {
+            Some("png") => FileKind::Still(StillKind::Png),
+            Some("exr") => FileKind::Still(StillKind::Exr),
+            Some("webp") => FileKind::Moving(MovingKind::Webp),
+            Some("apng") => FileKind::Moving(MovingKind::Apng),
+            Some("gif") => FileKind::Moving(MovingKind::Gif),
+            _ => return refuse("must end in .png or .exr, or for a moving picture in .webp, .apng or .gif".into()),
+        };
+        let numbered = path.to_str().is_some_and(|text| text.contains(FRAME));
+        match (kind, timeline) {
+            (FileKind::Moving(_), Timeline::Still { .. }) => refuse("is a moving picture, which needs --frames".into()),
+            (FileKind::Moving(_), _) if numbered => refuse(format!("is one file of all frames; leave {FRAME} out")),
+            (FileKind::Still(_), Timeline::Sequence { .. }) if !numbered => {
+                refuse(format!("names one file for many frames; write {FRAME} where the number goes"))
+            }
+            (FileKind::Still(_), Timeline::Still { .. }) if numbered => {
+                refuse(format!("has {FRAME}, which needs --frames"))
+            }
+            _ => Ok(Self { pattern: path.to_owned(), kind }),
+        }
+    }
+
+    /// The file that a frame goes to.
+    #[must_use]
+    pub fn path(&self, frame: u32) -> PathBuf {
+        // A path that is not UTF-8 has no `{frame}` (see `new`).
+        match self.pattern.to_str() {
+            Some(text) => text.replace(FRAME, &format!("{frame:04}")).into(),
+            None => self.pattern.clone(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::app::capture::frames::tests::sequence;
+
+    #[test]
+    fn names() {
+        let walk = OutputPattern::new(Path::new("out/w-{frame}.png"), &sequence(0, 9, None)).unwrap();
+        assert_eq!((walk.path(7), walk.path(12345)), ("out/w-0007.png".into(), "out/w-12345.png".into()));
+        let still = OutputPattern::new(Path::new("a.EXR"), &Timeline::Still { time: 0.0 }).unwrap();
+        assert_eq!((still.path(0), still.kind), ("a.EXR".into(), FileKind::Still(StillKind::Exr)));
+        let moving = OutputPattern::new(Path::new("walk.GIF"), &sequence(0, 9, None)).unwrap();
+        assert_eq!((moving.path(7), moving.kind), ("walk.GIF".into(), FileKind::Moving(MovingKind::Gif)));
+        assert_eq!(serde_json::to_value(moving.kind).unwrap(), "gif");
+    }
+
+    #[test]
+    fn patterns_that_cannot_work_are_refused() {
+        let still = Timeline::Still { time: 0.0 };
+        assert!(OutputPattern::new(Path::new("a.png"), &sequence(0, 9, None)).is_err());
+        assert!(OutputPattern::new(Path::new("a-{frame}.webp"), &sequence(0, 9, None)).is_err());
+        for name in ["a-{frame}.png", "a.jpg", "a", "a.webp", "a.gif"] {
+            assert!(OutputPattern::new(Path::new(name), &still).is_err(), "{name}");
+        }
+    }
+}

@@ -1,0 +1,41 @@
+//! A file for each frame.
+
+use std::path::Path;
+
+use super::Sink;
+use crate::app::capture::args::CaptureConfig;
+use crate::app::capture::frame_source::Frame;
+use crate::app::capture::pattern::StillKind;
+use crate::app::capture::save;
+use crate::app::error::AppError;
+use crate::scenes::view::Size;
+
+/// Writes every frame to a file of its own.
+pub struct Stills {
+    kind: StillKind,
+    size: Size,
+    exposure: f32,
+    resume: bool,
+}
+
+impl Stills {
+    /// Files of this kind, as `config` asks for.
+    pub fn new(config: &CaptureConfig, kind: StillKind) -> Self {
+        let (size, exposure) = (config.scene.size, config.scene.exposure);
+        Self { kind, size, exposure, resume: config.resume }
+    }
+}
+
+impl Sink for Stills {
+    fn keeps(&self, file: &Path) -> bool {
+        self.resume && save::is_complete(file, self.kind, self.size)
+    }
+
+    fn put(&mut self, file: &Path, frame: &Frame) -> Result<(), AppError> {
+        save::save(file, self.kind, frame, self.exposure)
+    }
+
+    fn finish(self: Box<Self>) -> Result<(), AppError> {
+        Ok(())
+    }
+}
