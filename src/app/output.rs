@@ -27,6 +27,12 @@ impl Output {
         Self { json, quiet }
     }
 
+    /// Whether the result is one JSON object.
+    #[must_use]
+    pub fn is_json(&self) -> bool {
+        self.json
+    }
+
     /// Prints a command's result on stdout.
     ///
     /// # Errors

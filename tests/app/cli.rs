@@ -47,7 +47,7 @@ fn help_and_version_are_results() {
 
 #[test]
 fn wrong_usage_ends_with_2_and_names_the_flag() {
-    let cases: [(&[&str], &str); 38] = [
+    let cases: [(&[&str], &str); 39] = [
         (&["capture", "--metal", "wood"], "--metal"),
         (&["capture", "--metal", "gold"], "--metal"),
         (&["capture", "--scene", "plane", "--anisotropy", "2"], "--anisotropy"),
@@ -73,6 +73,7 @@ fn wrong_usage_ends_with_2_and_names_the_flag() {
         (&["capture", "--frames", "0..5", "--shard", "6/5"], "--shard"),
         (&["capture", "--frames", "0..5", "-o", "a.png"], "{frame}"),
         (&["capture", "--shard", "1/2"], "--frames"),
+        (&["capture", "--frames", "0..5", "-o", "-", "--json"], "--json"),
         (&["capture", "-o", "a.jpg"], "a.jpg"),
         (&["capture", "-o", "a.png", "--layers", "depth"], "--layers"),
         (&["capture", "--layers", "colour"], "colour"),
@@ -300,6 +301,28 @@ fn a_capture_prints_names_of_files_and_nothing_else() {
         assert!(names.iter().all(|name| name.is_file()), "{said}");
         assert!(log.contains("3 frame(s)") && log.contains("3 of them kept") == kept, "{log}");
     }
+}
+
+#[test]
+fn a_video_on_stdout_is_nothing_else_and_a_closed_pipe_is_a_sentence() {
+    let Some(_) = test_gpu() else { return };
+    let flags =
+        ["capture", "--scene", "sphere", "--size", "64x64", "--samples", "1", "--frames", "0..4", "--fps", "24"];
+    let output = run(&[&flags[..], &["-o", "-"]].concat());
+    let log = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(0), "{log}");
+    let header = b"YUV4MPEG2 W64 H64 F24:1 Ip A1:1 C444 XCOLORRANGE=LIMITED\n";
+    assert_eq!(output.stdout.strip_prefix(header).map(<[u8]>::len), Some(4 * (6 + 3 * 64 * 64)));
+    assert!(log.contains("4 frame(s)"), "{log}");
+
+    let mut child = leadr(&[&flags[..], &["-o", "-"]].concat())
+        .stdout(std::process::Stdio::piped())
+        .stderr(std::process::Stdio::piped())
+        .spawn()
+        .unwrap();
+    drop(child.stdout.take());
+    let line = one_line_error(&child.wait_with_output().unwrap(), 1, "a closed pipe");
+    assert!(line.contains("standard output"), "{line}");
 }
 
 #[test]

@@ -24,6 +24,7 @@ pub const EXAMPLES: &str = "Examples:
   leadr capture --frames 0..48 --shard 2/8 -o 'out/walk-{frame}.png'
   leadr capture --frames 0..48 --fps 24 -o walk.webp
   leadr capture --frames 0..48 --fps 24 --size 480x270 -o walk.gif
+  leadr capture --frames 0..48 --fps 24 -o - | ffmpeg -i - -vf setparams=colorspace=bt709 walk.mp4
   leadr capture --frames 0..60 --sweep 5..200 -o 'out/away-{frame}.png'
   leadr capture --scene shore --time-of-day 6.2
   leadr capture --scene ocean --frames 0..240 --day-length 10 -o 'out/day-{frame}.png'
@@ -64,8 +65,8 @@ pub struct CaptureArgs {
     /// Further layers to write (EXR only)
     #[arg(long, value_name = "NAME,...", value_parser = choice(&Layer::ALL, Layer::name, Layer::help), value_delimiter = ',')]
     pub layers: Vec<Layer>,
-    /// File to write: .png or .exr, with {frame} in its name for a sequence; or .webp, .apng or .gif, a moving picture of all
-    /// frames [default: out/SCENE-TECHNIQUE-CAMERA...]
+    /// File to write: .png or .exr, with {frame} in its name for a sequence; or .webp, .apng, .gif or .y4m, a moving picture
+    /// of all frames; or - for a .y4m on standard output [default: out/SCENE-TECHNIQUE-CAMERA...]
     #[arg(long, short, value_name = "FILE")]
     pub output: Option<PathBuf>,
 }
@@ -131,6 +132,9 @@ impl CaptureArgs {
                 return Err("--fps says nothing of pictures of a --sweep, in which time stands still".to_owned());
             }
             FileKind::Still(_) => {}
+            FileKind::Moving(MovingKind::Y4m) if self.plays.is_some() => {
+                return Err(format!("--loop needs a moving picture (.webp, .apng or .gif); '{shown}' is a video"));
+            }
             FileKind::Moving(kind) => self.check_rate(kind, shown)?,
         }
         let parts = [("--resume", self.resume), ("--shard", self.shard.is_some())];
@@ -264,7 +268,7 @@ pub mod tests {
 
     #[test]
     fn contradictions_are_wrong_usage() {
-        let cases: [&[&str]; 30] = [
+        let cases: [&[&str]; 34] = [
             &["--time-of-day", "6", "--sun", "0,10"],
             &["--time-of-day", "25"],
             &["--day-length", "60", "--environment", "studio"],
@@ -293,6 +297,10 @@ pub mod tests {
             &["--frames", "0..4", "-o", "a.webp", "--fps", "120"],
             &["--frames", "0..4", "-o", "a.webp", "--loop", "65536"],
             &["--frames", "0..4", "--loop", "2"],
+            &["--frames", "0..4", "-o", "a.y4m", "--loop", "2"],
+            &["--frames", "0..4", "-o", "-", "--resume"],
+            &["--frames", "0..4", "-o", "-", "--shard", "1/2"],
+            &["-o", "-"],
             &["--loop", "2"],
             &["--fps", "0", "--frames", "0..4"],
         ];

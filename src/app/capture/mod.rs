@@ -9,6 +9,7 @@ pub mod save;
 pub mod sink;
 
 use std::fmt;
+use std::io::{self, IsTerminal};
 use std::path::PathBuf;
 use std::time::Instant;
 
@@ -66,8 +67,25 @@ impl fmt::Display for CaptureReport<'_> {
 /// Flags that contradict each other, wrong input files, no device, a frame that fails.
 pub fn run(arguments: &CaptureArgs, output: &Output) -> Result<(), AppError> {
     let config = arguments.resolve()?;
+    check_stdout(&config, output)?;
     let mut source = renderer_source::open(&config, output)?;
     output.summary(&capture(&config, source.as_mut(), output)?)
+}
+
+/// Refuses a video on standard output where it would meet other things.
+fn check_stdout(config: &CaptureConfig, output: &Output) -> Result<(), AppError> {
+    if !config.output.is_stdout() {
+        return Ok(());
+    }
+    if output.is_json() {
+        return Err(AppError::Usage(
+            "--json and the video of '-o -' both want standard output; write a file".to_owned(),
+        ));
+    }
+    if io::stdout().is_terminal() {
+        return Err(AppError::Usage("'-o -' is a video for another program; pipe it, or name a .y4m file".to_owned()));
+    }
+    Ok(())
 }
 
 /// Renders and writes every moment of `config` with `source`.
@@ -103,7 +121,7 @@ pub fn capture<'a>(
         bar.step();
     }
     sink.finish()?;
-    if !own_files {
+    if !own_files && !config.output.is_stdout() {
         output.file(&config.output.path(0), bar.as_ref())?;
     }
     drop(bar);

@@ -38,6 +38,8 @@ pub enum MovingKind {
     Apng,
     /// Animated GIF, 255 colours a frame.
     Gif,
+    /// Uncompressed video for encoders, YUV4MPEG2.
+    Y4m,
 }
 
 impl MovingKind {
@@ -49,6 +51,7 @@ impl MovingKind {
             Self::Gif => 50.0,
             // Delays of ten thousandths are too short.
             Self::Webp | Self::Apng => 90.0,
+            Self::Y4m => f64::INFINITY,
         }
     }
 
@@ -58,6 +61,7 @@ impl MovingKind {
         match self {
             Self::Gif => 0.01,
             Self::Webp | Self::Apng => 0.02,
+            Self::Y4m => 0.0,
         }
     }
 }
@@ -72,6 +76,9 @@ pub struct OutputPattern {
 
 /// Placeholder of the frame number in a path.
 pub const FRAME: &str = "{frame}";
+
+/// What stands for standard output in the place of a path.
+const STDOUT: &str = "-";
 
 impl OutputPattern {
     /// Checks a pattern against what is to be written.
@@ -88,7 +95,11 @@ impl OutputPattern {
             Some("webp") => FileKind::Moving(MovingKind::Webp),
             Some("apng") => FileKind::Moving(MovingKind::Apng),
             Some("gif") => FileKind::Moving(MovingKind::Gif),
-            _ => return refuse("must end in .png or .exr, or for a moving picture in .webp, .apng or .gif".into()),
+            Some("y4m") => FileKind::Moving(MovingKind::Y4m),
+            None if path == Path::new(STDOUT) => FileKind::Moving(MovingKind::Y4m),
+            _ => {
+                return refuse("must end in .png or .exr, or for a moving picture in .webp, .apng, .gif or .y4m".into());
+            }
         };
         let numbered = path.to_str().is_some_and(|text| text.contains(FRAME));
         match (kind, timeline) {
@@ -102,6 +113,12 @@ impl OutputPattern {
             }
             _ => Ok(Self { pattern: path.to_owned(), kind }),
         }
+    }
+
+    /// Whether a video goes to standard output.
+    #[must_use]
+    pub fn is_stdout(&self) -> bool {
+        self.pattern == Path::new(STDOUT)
     }
 
     /// The file that a frame goes to.
@@ -128,6 +145,8 @@ mod tests {
         assert_eq!((still.path(0), still.kind), ("a.EXR".into(), FileKind::Still(StillKind::Exr)));
         let moving = OutputPattern::new(Path::new("walk.GIF"), &sequence(0, 9, None)).unwrap();
         assert_eq!((moving.path(7), moving.kind), ("walk.GIF".into(), FileKind::Moving(MovingKind::Gif)));
+        let piped = OutputPattern::new(Path::new("-"), &sequence(0, 9, None)).unwrap();
+        assert_eq!((piped.is_stdout(), piped.kind), (true, FileKind::Moving(MovingKind::Y4m)));
         assert_eq!(serde_json::to_value(moving.kind).unwrap(), "gif");
     }
 
@@ -136,7 +155,7 @@ mod tests {
         let still = Timeline::Still { time: 0.0 };
         assert!(OutputPattern::new(Path::new("a.png"), &sequence(0, 9, None)).is_err());
         assert!(OutputPattern::new(Path::new("a-{frame}.webp"), &sequence(0, 9, None)).is_err());
-        for name in ["a-{frame}.png", "a.jpg", "a", "a.webp", "a.gif"] {
+        for name in ["a-{frame}.png", "a.jpg", "a", "a.webp", "a.gif", "a.y4m", "-"] {
             assert!(OutputPattern::new(Path::new(name), &still).is_err(), "{name}");
         }
     }

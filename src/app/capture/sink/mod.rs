@@ -7,6 +7,7 @@ mod gif;
 mod palette;
 mod stills;
 mod webp;
+mod y4m;
 
 use std::path::Path;
 
@@ -47,6 +48,7 @@ pub fn open(config: &CaptureConfig) -> Result<Box<dyn Sink>, AppError> {
         FileKind::Moving(MovingKind::Webp) => animation::open::<webp::Webp>(config),
         FileKind::Moving(MovingKind::Apng) => animation::open::<apng::Apng>(config),
         FileKind::Moving(MovingKind::Gif) => animation::open::<gif::Gif>(config),
+        FileKind::Moving(MovingKind::Y4m) => y4m::open(config),
     }
 }
 

@@ -1,0 +1,161 @@
+//! Uncompressed video for any encoder: YUV4MPEG2, 8 bits, no subsampling (C444), BT.709 in limited range.
+//!
+//! Limited range is what programs take the format for, whether they know its extension `XCOLORRANGE` or not. The format cannot
+//! say which matrix the colours were made with; BT.709 is the one of sRGB's primaries.
+
+use std::fs::File;
+use std::io::{self, ErrorKind, Write};
+use std::path::Path;
+
+use super::Sink;
+use crate::app::capture::args::CaptureConfig;
+use crate::app::capture::frame_source::Frame;
+use crate::app::capture::save::display;
+use crate::app::error::AppError;
+use crate::app::files::make_folder_of;
+use crate::app::flags::values::Rate;
+use crate::maps::save::NewFile;
+use crate::scenes::view::Size;
+
+/// Writes frames as they come.
+struct Y4m {
+    /// None for stdout.
+    file: Option<NewFile>,
+    writer: Writer,
+    exposure: f32,
+    planes: Vec<u8>,
+}
+
+enum Writer {
+    Standard(io::Stdout),
+    File(File),
+}
+
+/// Begins the video that `config` asks for.
+pub fn open(config: &CaptureConfig) -> Result<Box<dyn Sink>, AppError> {
+    let (file, writer) = if config.output.is_stdout() {
+        (None, Writer::Standard(io::stdout()))
+    } else {
+        let path = config.output.path(0);
+        make_folder_of(&path)?;
+        let file = NewFile::create(&path)?;
+        let handle = file.file.try_clone().map_err(|e| AppError::io("write", &path, e))?;
+        (Some(file), Writer::File(handle))
+    };
+    let mut y4m = Y4m { file, writer, exposure: config.scene.exposure, planes: Vec::new() };
+    y4m.write(header(config.scene.size, config.rate).as_bytes())?;
+    Ok(Box::new(y4m))
+}
+
+fn header(size: Size, rate: Rate) -> String {
+    let (width, height) = (size.width, size.height);
+    let (numerator, denominator) = (rate.numerator(), rate.denominator());
+    format!("YUV4MPEG2 W{width} H{height} F{numerator}:{denominator} Ip A1:1 C444 XCOLORRANGE=LIMITED\n")
+}
+
+/// Y′CbCr of sRGB codes.
+fn limited_709(rgb: [u8; 3]) -> [u8; 3] {
+    let [r, g, b] = rgb.map(|code| f32::from(code) / 255.0);
+    let y = 0.2126 * r + 0.7152 * g + 0.0722 * b;
+    let (cb, cr) = ((b - y) / 1.8556, (r - y) / 1.5748);
+    [16.0 + 219.0 * y, 128.0 + 224.0 * cb, 128.0 + 224.0 * cr].map(|code| code.round() as u8)
+}
+
+impl Y4m {
+    fn write(&mut self, bytes: &[u8]) -> Result<(), AppError> {
+        let written = match &mut self.writer {
+            Writer::Standard(stdout) => stdout.write_all(bytes).and_then(|()| stdout.flush()),
+            Writer::File(file) => file.write_all(bytes),
+        };
+        written.map_err(|fault| match &self.file {
+            Some(file) => AppError::io("write", file.target(), fault),
+            None if fault.kind() == ErrorKind::BrokenPipe => {
+                AppError::Failed("the program that reads standard output closed it before it had all frames".to_owned())
+            }
+            None => AppError::Failed(format!("cannot write to standard output: {fault}")),
+        })
+    }
+}
+
+impl Sink for Y4m {
+    fn put(&mut self, _file: &Path, frame: &Frame) -> Result<(), AppError> {
+        const FRAME: &[u8] = b"FRAME\n";
+        let picture = display(frame, self.exposure);
+        let pixels = picture.texels.len();
+        let mut planes = std::mem::take(&mut self.planes);
+        planes.clear();
+        planes.extend_from_slice(FRAME);
+        planes.resize(FRAME.len() + 3 * pixels, 0);
+        for (index, &rgb) in picture.texels.iter().enumerate() {
+            for (plane, code) in limited_709(rgb).into_iter().enumerate() {
+                planes[FRAME.len() + plane * pixels + index] = code;
+            }
+        }
+        let written = self.write(&planes);
+        self.planes = planes;
+        written
+    }
+
+    fn finish(self: Box<Self>) -> Result<(), AppError> {
+        match self.file {
+            Some(file) => Ok(file.finish()?),
+            None => Ok(()),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::app::capture::frame_source::FrameSource;
+    use crate::app::capture::tests::{Double, configure, files, run};
+
+    #[test]
+    fn known_colours() {
+        assert_eq!(limited_709([0; 3]), [16, 128, 128]);
+        assert_eq!(limited_709([255; 3]), [235, 128, 128]);
+        // ITU-R BT.709-6, table 3: primaries at full intensity.
+        assert_eq!(limited_709([255, 0, 0]), [63, 102, 240]);
+        assert_eq!(limited_709([0, 255, 0]), [173, 42, 26]);
+        assert_eq!(limited_709([0, 0, 255]), [32, 240, 118]);
+    }
+
+    /// The inverse of [`limited_709`].
+    fn rgb([y, cb, cr]: [u8; 3]) -> [f32; 3] {
+        let (y, cb, cr) =
+            ((f32::from(y) - 16.0) / 219.0, (f32::from(cb) - 128.0) / 224.0, (f32::from(cr) - 128.0) / 224.0);
+        let (r, b) = (y + 1.5748 * cr, y + 1.8556 * cb);
+        [r, (y - 0.2126 * r - 0.0722 * b) / 0.7152, b].map(|v| 255.0 * v)
+    }
+
+    #[test]
+    fn a_video_has_its_header_and_every_frame_whole() {
+        let folder = tempfile::tempdir().unwrap();
+        let config = configure(folder.path(), "a.y4m", &["--frames", "2..6", "--fps", "30000/1001"]);
+        run(&config, &mut Double::new(&config)).unwrap();
+        assert_eq!(files(folder.path()), ["a.y4m"]);
+        let bytes = std::fs::read(config.output.path(0)).unwrap();
+        let header = b"YUV4MPEG2 W5 H3 F30000:1001 Ip A1:1 C444 XCOLORRANGE=LIMITED\n";
+        let frames = bytes.strip_prefix(header).unwrap();
+        assert_eq!(frames.len(), 4 * (6 + 45));
+        let mut double = Double::new(&config);
+        for (frame, moment) in frames.chunks(6 + 45).zip(config.timeline.moments()) {
+            let planes = frame.strip_prefix(b"FRAME\n").unwrap();
+            let picture = display(&double.render(moment).unwrap(), 0.0);
+            for (index, texel) in picture.texels.iter().enumerate() {
+                let seen = rgb([planes[index], planes[15 + index], planes[30 + index]]);
+                // Half a code of luma and of chroma.
+                let off = (0..3).map(|c| (seen[c] - f32::from(texel[c])).abs()).fold(0.0, f32::max);
+                assert!(off < 2.0, "{texel:?} {seen:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_video_that_fails_leaves_nothing() {
+        let folder = tempfile::tempdir().unwrap();
+        let config = configure(folder.path(), "a.y4m", &["--frames", "0..5"]);
+        run(&config, &mut Double { fail_at: Some(3), ..Double::new(&config) }).unwrap_err();
+        assert!(files(folder.path()).is_empty());
+    }
+}
