@@ -1,7 +1,7 @@
 //! A pinhole camera with reversed, infinite depth.
 
 use super::surfaces::tessellation::Lens;
-use glam::{Mat4, Vec2, Vec3};
+use glam::{Mat4, Quat, Vec2, Vec3};
 
 /// A pinhole camera. World is z-up, lengths in metres.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -32,6 +32,13 @@ impl Camera {
         let direction = (self.position - self.target).normalize_or(Vec3::X);
         let near = (distance * 0.02).clamp(1e-3, 0.1);
         Self { position: self.target + direction * distance, near, ..*self }
+    }
+
+    /// The same camera after it has gone round its target about the vertical, degrees counter-clockwise seen from above.
+    #[must_use]
+    pub fn turned(&self, degrees: f32) -> Self {
+        let turn = Quat::from_rotation_z(degrees.to_radians());
+        Self { position: self.target + turn * (self.position - self.target), up: turn * self.up, ..*self }
     }
 
     /// World to Vulkan clip space (y down, depth 1 at the near plane and 0 at infinity) for an image of `size`
@@ -79,6 +86,18 @@ impl Camera {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_turn_keeps_distance_height_and_the_horizon() {
+        let tilted = Vec3::new(0.3, 0.0, 1.0);
+        let camera =
+            Camera { up: tilted, ..Camera::looking_at(Vec3::new(4.0, 2.0, 3.0), Vec3::new(1.0, 2.0, 0.5), 30.0) };
+        assert_eq!(camera.turned(0.0), camera);
+        let quarter = camera.turned(90.0);
+        assert!((quarter.position - Vec3::new(1.0, 5.0, 3.0)).length() < 1e-5, "{quarter:?}");
+        assert!((quarter.up - Vec3::new(0.0, 0.3, 1.0)).length() < 1e-6, "{quarter:?}");
+        assert_eq!((quarter.target, quarter.fov_y, quarter.near), (camera.target, camera.fov_y, camera.near));
+    }
 
     #[test]
     fn clip_space_is_reversed_and_y_points_down() {

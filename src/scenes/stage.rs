@@ -49,6 +49,13 @@ impl Sweep {
     }
 }
 
+/// Degrees that a camera has gone round its target at `step` of `steps` that make one turn: the step after the last would be
+/// the first again.
+#[must_use]
+pub fn turntable_degrees(step: u32, steps: u32) -> f32 {
+    (360.0 * f64::from(step) / f64::from(steps.max(1))) as f32
+}
+
 impl Views {
     /// From the near to the far view's distance from its target; along the line of sight of `mid`, for cameras made by
     /// [`Camera::at_distance`] from it.
@@ -358,6 +365,13 @@ mod tests {
         }
         assert_eq!(sweep.distances(1).collect::<Vec<_>>(), [2.0]);
         assert_eq!(Sweep { near: 3.0, far: 3.0 }.distance(4, 9), 3.0);
+    }
+
+    #[test]
+    fn a_turntable_goes_once_round_and_does_not_repeat_its_start() {
+        let degrees: Vec<f32> = (0..5).map(|step| turntable_degrees(step, 5)).collect();
+        assert_eq!(degrees, [0.0, 72.0, 144.0, 216.0, 288.0]);
+        assert_eq!(turntable_degrees(0, 1), 0.0);
     }
 
     #[test]

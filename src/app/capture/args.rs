@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 use serde::Serialize;
 
-use super::frames::Timeline;
+use super::frames::{Timeline, Travel};
 use super::pattern::{FRAME, FileKind, MovingKind, OutputPattern, StillKind};
 use crate::app::error::AppError;
 use crate::app::flags::device::DeviceArgs;
@@ -26,6 +26,7 @@ pub const EXAMPLES: &str = "Examples:
   leadr capture --frames 0..48 --fps 24 --size 480x270 -o walk.gif
   leadr capture --frames 0..48 --fps 24 -o - | ffmpeg -i - -vf setparams=colorspace=bt709 walk.mp4
   leadr capture --frames 0..60 --sweep 5..200 -o 'out/away-{frame}.png'
+  leadr capture --frames 0..90 --turntable --time 0.4 -o round.webp
   leadr capture --scene shore --time-of-day 6.2
   leadr capture --scene ocean --frames 0..240 --day-length 10 -o 'out/day-{frame}.png'
   leadr capture --scene plane --height-map bricks.png --height-scale 0.05 --distance 20
@@ -40,9 +41,9 @@ pub struct CaptureArgs {
     /// The device.
     #[command(flatten)]
     pub device: DeviceArgs,
-    /// Moment of the animation, seconds
-    #[arg(long, value_name = "SECONDS", default_value = "0", conflicts_with = "frames", value_parser = not_negative)]
-    pub time: f32,
+    /// Moment of the animation, seconds; with --frames only where the camera moves instead [default: 0]
+    #[arg(long, value_name = "SECONDS", value_parser = not_negative)]
+    pub time: Option<f32>,
     /// Render frames A to B-1; frame F shows the time F / fps
     #[arg(long, value_name = "A..B")]
     pub frames: Option<FrameRange>,
@@ -53,6 +54,9 @@ pub struct CaptureArgs {
     /// then how fast a moving picture plays
     #[arg(long, value_name = "NEAR..FAR", requires = "frames", conflicts_with = "distance", value_parser = sweep)]
     pub sweep: Option<Sweep>,
+    /// Instead of time, move the camera once round its target
+    #[arg(long, requires = "frames")]
+    pub turntable: bool,
     /// Render only every N-th frame, starting with the I-th
     #[arg(long, value_name = "I/N", requires = "frames")]
     pub shard: Option<Shard>,
@@ -104,10 +108,7 @@ impl CaptureArgs {
     pub fn resolve(&self) -> Result<CaptureConfig, AppError> {
         let a = self.clone();
         let rate = a.fps.unwrap_or(Rate::DEFAULT);
-        let timeline = match a.frames {
-            Some(frames) => Timeline::Sequence { frames, fps: rate, shard: a.shard, sweep: a.sweep },
-            None => Timeline::Still { time: f64::from(a.time) },
-        };
+        let timeline = a.timeline(rate)?;
         let path = a.output.clone().unwrap_or_else(|| default_output(&a, &timeline));
         let output = OutputPattern::new(&path, &timeline)?;
         a.check_output(output.kind, &path.display().to_string()).map_err(AppError::Usage)?;
@@ -119,6 +120,25 @@ impl CaptureArgs {
         Ok(CaptureConfig { scene, device: a.device, timeline, rate, plays, layers, output, resume: a.resume })
     }
 
+    /// How the camera moves, if it does instead of time.
+    fn travel(&self) -> Option<Travel> {
+        let time = f64::from(self.time.unwrap_or(0.0));
+        let (sweep, turntable) = (self.sweep, self.turntable);
+        (turntable || sweep.is_some()).then_some(Travel { time, sweep, turntable })
+    }
+
+    fn timeline(&self, fps: Rate) -> Result<Timeline, AppError> {
+        let travel = self.travel();
+        match self.frames {
+            Some(_) if self.time.is_some() && travel.is_none() => Err(AppError::Usage(
+                "--time is one moment and --frames are many; only with --sweep or --turntable does time stand still"
+                    .to_owned(),
+            )),
+            Some(frames) => Ok(Timeline::Sequence { frames, fps, shard: self.shard, travel }),
+            None => Ok(Timeline::Still { time: f64::from(self.time.unwrap_or(0.0)) }),
+        }
+    }
+
     /// Whether the kind of output, `shown`, can do what the flags ask for.
     fn check_output(&self, kind: FileKind, shown: &str) -> Result<(), String> {
         if kind != FileKind::Still(StillKind::Exr) && !self.layers.is_empty() {
@@ -128,8 +148,10 @@ impl CaptureArgs {
             FileKind::Still(_) if self.plays.is_some() => {
                 return Err(format!("--loop needs a moving picture (.webp, .apng or .gif), not '{shown}'"));
             }
-            FileKind::Still(_) if self.sweep.is_some() && self.fps.is_some() => {
-                return Err("--fps says nothing of pictures of a --sweep, in which time stands still".to_owned());
+            FileKind::Still(_) if self.travel().is_some() && self.fps.is_some() => {
+                return Err(
+                    "--fps says nothing of stills of a --sweep or --turntable, in which time stands still".to_owned()
+                );
             }
             FileKind::Still(_) => {}
             FileKind::Moving(MovingKind::Y4m) if self.plays.is_some() => {
@@ -268,7 +290,7 @@ pub mod tests {
 
     #[test]
     fn contradictions_are_wrong_usage() {
-        let cases: [&[&str]; 34] = [
+        let cases: [&[&str]; 37] = [
             &["--time-of-day", "6", "--sun", "0,10"],
             &["--time-of-day", "25"],
             &["--day-length", "60", "--environment", "studio"],
@@ -282,6 +304,7 @@ pub mod tests {
             &["--frames", "0..4", "-o", "a.png"],
             &["-o", "a-{frame}.png"],
             &["--frames", "0..4", "--time", "1"],
+            &["--frames", "0..4", "--time", "1", "-o", "a.webp"],
             &["--shard", "1/2"],
             &["--fps", "24"],
             &["--height-map", "h.png"],
@@ -296,6 +319,8 @@ pub mod tests {
             &["--frames", "0..4", "-o", "a.gif", "--fps", "0.005"],
             &["--frames", "0..4", "-o", "a.webp", "--fps", "120"],
             &["--frames", "0..4", "-o", "a.webp", "--loop", "65536"],
+            &["--turntable"],
+            &["--frames", "0..4", "--turntable", "--fps", "24"],
             &["--frames", "0..4", "--loop", "2"],
             &["--frames", "0..4", "-o", "a.y4m", "--loop", "2"],
             &["--frames", "0..4", "-o", "-", "--resume"],

@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use crate::app::flags::values::{FrameRange, Rate, Shard};
-use crate::scenes::stage::Sweep;
+use crate::scenes::stage::{Sweep, turntable_degrees};
 
 /// One moment of the animation.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -15,6 +15,9 @@ pub struct Moment {
     /// Metres between camera and target, in a sweep.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub distance: Option<f32>,
+    /// Degrees that the camera has gone round its target, of a turntable.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub turn_degrees: Option<f32>,
 }
 
 /// The moments of a capture.
@@ -34,10 +37,23 @@ pub enum Timeline {
         fps: Rate,
         /// The part of the range that this call renders.
         shard: Option<Shard>,
-        /// The camera moves instead of time.
-        #[serde(skip_serializing_if = "Option::is_none")]
-        sweep: Option<Sweep>,
+        /// How the camera moves, instead of time.
+        #[serde(flatten, skip_serializing_if = "Option::is_none")]
+        travel: Option<Travel>,
     },
+}
+
+/// A camera that moves while time stands still.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Travel {
+    /// Seconds since the start of the animation.
+    pub time: f64,
+    /// Away from its target, or to it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sweep: Option<Sweep>,
+    /// Once round its target.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub turntable: bool,
 }
 
 impl Timeline {
@@ -45,16 +61,19 @@ impl Timeline {
     #[must_use]
     pub fn moments(&self) -> Vec<Moment> {
         match *self {
-            Self::Still { time } => vec![Moment { frame: 0, time, distance: None }],
-            Self::Sequence { frames, fps, shard, sweep } => {
+            Self::Still { time } => vec![Moment { frame: 0, time, distance: None, turn_degrees: None }],
+            Self::Sequence { frames, fps, shard, travel } => {
                 let Shard { index, count } = shard.unwrap_or(Shard { index: 1, count: 1 });
                 let numbers = (frames.start..frames.end).skip(index as usize - 1).step_by(count as usize);
-                let moment = |frame| match sweep {
+                let moment = |frame| {
+                    let (step, steps) = (frame - frames.start, frames.end - frames.start);
                     // Divided, not accumulated: a frame's time does not depend on the shard it is in.
-                    None => Moment { frame, time: f64::from(frame) / fps.per_second(), distance: None },
-                    Some(sweep) => {
-                        let distance = sweep.distance(frame - frames.start, frames.end - frames.start);
-                        Moment { frame, time: 0.0, distance: Some(distance) }
+                    let running = f64::from(frame) / fps.per_second();
+                    Moment {
+                        frame,
+                        time: travel.map_or(running, |travel| travel.time),
+                        distance: travel.and_then(|travel| travel.sweep).map(|sweep| sweep.distance(step, steps)),
+                        turn_degrees: travel.filter(|t| t.turntable).map(|_| turntable_degrees(step, steps)),
                     }
                 };
                 numbers.map(moment).collect()
@@ -69,7 +88,7 @@ pub mod tests {
 
     /// Frames at 24 per second.
     pub fn sequence(start: u32, end: u32, shard: Option<Shard>) -> Timeline {
-        Timeline::Sequence { frames: FrameRange { start, end }, fps: fps(), shard, sweep: None }
+        Timeline::Sequence { frames: FrameRange { start, end }, fps: fps(), shard, travel: None }
     }
 
     fn fps() -> Rate {
@@ -89,12 +108,27 @@ pub mod tests {
 
     #[test]
     fn a_sweep_moves_the_camera_and_not_the_time() {
-        let sweep = Some(Sweep { near: 2.0, far: 18.0 });
+        let travel = Some(Travel { time: 1.5, sweep: Some(Sweep { near: 2.0, far: 18.0 }), turntable: false });
         let frames = FrameRange { start: 7, end: 10 };
-        let moments = Timeline::Sequence { frames, fps: fps(), shard: None, sweep }.moments();
+        let moments = Timeline::Sequence { frames, fps: fps(), shard: None, travel }.moments();
         let seen: Vec<_> = moments.iter().map(|m| (m.frame, m.time, m.distance.unwrap().round())).collect();
-        assert_eq!(seen, [(7, 0.0, 2.0), (8, 0.0, 6.0), (9, 0.0, 18.0)]);
-        let second = Timeline::Sequence { frames, fps: fps(), shard: Some(Shard { index: 2, count: 3 }), sweep };
+        assert_eq!(seen, [(7, 1.5, 2.0), (8, 1.5, 6.0), (9, 1.5, 18.0)]);
+        let second = Timeline::Sequence { frames, fps: fps(), shard: Some(Shard { index: 2, count: 3 }), travel };
         assert_eq!(second.moments(), moments[1..2]);
+    }
+    #[test]
+    fn a_turntable_turns_and_the_time_stands_still() {
+        let travel = Some(Travel { time: 0.5, sweep: None, turntable: true });
+        let frames = FrameRange { start: 4, end: 8 };
+        let timeline = Timeline::Sequence { frames, fps: fps(), shard: None, travel };
+        let seen: Vec<_> = timeline.moments().iter().map(|m| (m.frame, m.time, m.distance, m.turn_degrees)).collect();
+        let at = |frame, degrees| (frame, 0.5, None, Some(degrees));
+        assert_eq!(seen, [at(4, 0.0), at(5, 90.0), at(6, 180.0), at(7, 270.0)]);
+        let json = serde_json::to_value(timeline).unwrap();
+        assert_eq!((&json["sequence"]["time"], &json["sequence"]["fps"]), (&0.5.into(), &24.0.into()));
+        assert_eq!(
+            (&json["sequence"]["turntable"], &json["sequence"]["sweep"]),
+            (&true.into(), &serde_json::Value::Null)
+        );
     }
 }

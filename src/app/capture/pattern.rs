@@ -98,7 +98,9 @@ impl OutputPattern {
             Some("y4m") => FileKind::Moving(MovingKind::Y4m),
             None if path == Path::new(STDOUT) => FileKind::Moving(MovingKind::Y4m),
             _ => {
-                return refuse("must end in .png or .exr, or for a moving picture in .webp, .apng, .gif or .y4m".into());
+                return refuse(
+                    "must end in .png or .exr, or for a moving picture in .webp, .apng, .gif or .y4m".into(),
+                );
             }
         };
         let numbered = path.to_str().is_some_and(|text| text.contains(FRAME));

@@ -60,6 +60,9 @@ impl FrameSource for RendererSource {
         if let Some(distance) = moment.distance {
             state.camera = state.camera.at_distance(distance);
         }
+        if let Some(degrees) = moment.turn_degrees {
+            state.camera = state.camera.turned(degrees);
+        }
         let output = self.renderer.render(&state, &self.settings)?;
         let mut layers = Vec::with_capacity(self.layers.len());
         for &layer in &self.layers {
