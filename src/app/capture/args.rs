@@ -5,13 +5,14 @@ use std::path::PathBuf;
 use clap::Args;
 use serde::Serialize;
 
-use super::frames::{Timeline, Travel};
+use super::frames::{Moment, Timeline, Travel, spread};
 use super::pattern::{FRAME, FileKind, MovingKind, OutputPattern, StillKind};
+use super::sink::sheet::whole_size;
 use crate::app::error::AppError;
 use crate::app::flags::device::DeviceArgs;
 use crate::app::flags::scene::SceneArgs;
 use crate::app::flags::shading::choice;
-use crate::app::flags::values::{CameraChoice, FrameRange, Rate, Shard, not_negative, sweep};
+use crate::app::flags::values::{CameraChoice, FrameRange, Rate, Shard, Sheet, not_negative, sweep};
 use crate::render::frame::Layer;
 use crate::scenes::config::SceneConfig;
 use crate::scenes::stage::Sweep;
@@ -27,6 +28,7 @@ pub const EXAMPLES: &str = "Examples:
   leadr capture --frames 0..48 --fps 24 -o - | ffmpeg -i - -vf setparams=colorspace=bt709 walk.mp4
   leadr capture --frames 0..60 --sweep 5..200 -o 'out/away-{frame}.png'
   leadr capture --frames 0..90 --turntable --time 0.4 -o round.webp
+  leadr capture --frames 0..48 --sheet 4x3 --size 320x180 -o sheet.png
   leadr capture --scene shore --time-of-day 6.2
   leadr capture --scene ocean --frames 0..240 --day-length 10 -o 'out/day-{frame}.png'
   leadr capture --scene plane --height-map bricks.png --height-scale 0.05 --distance 20
@@ -57,6 +59,9 @@ pub struct CaptureArgs {
     /// Instead of time, move the camera once round its target
     #[arg(long, requires = "frames")]
     pub turntable: bool,
+    /// Put COLUMNS times ROWS moments of --frames, evenly spaced, into one .png; --size is that of each
+    #[arg(long, value_name = "COLUMNSxROWS", requires = "frames")]
+    pub sheet: Option<Sheet>,
     /// Render only every N-th frame, starting with the I-th
     #[arg(long, value_name = "I/N", requires = "frames")]
     pub shard: Option<Shard>,
@@ -84,7 +89,7 @@ pub struct CaptureConfig {
     /// The device.
     #[serde(flatten)]
     pub device: DeviceArgs,
-    /// The moments to draw.
+    /// The moments of the whole capture, of which a sheet shows some.
     pub timeline: Timeline,
     /// Frames per second of a moving picture.
     #[serde(skip)]
@@ -100,6 +105,18 @@ pub struct CaptureConfig {
     pub resume: bool,
 }
 
+impl CaptureConfig {
+    /// The moments to draw, in order.
+    #[must_use]
+    pub fn moments(&self) -> Vec<Moment> {
+        let moments = self.timeline.moments();
+        match self.output.kind {
+            FileKind::Sheet { sheet } => spread(&moments, sheet.cells() as usize),
+            _ => moments,
+        }
+    }
+}
+
 impl CaptureArgs {
     /// Checks the arguments against each other and reads the camera file, if one is named.
     ///
@@ -110,12 +127,15 @@ impl CaptureArgs {
         let rate = a.fps.unwrap_or(Rate::DEFAULT);
         let timeline = a.timeline(rate)?;
         let path = a.output.clone().unwrap_or_else(|| default_output(&a, &timeline));
-        let output = OutputPattern::new(&path, &timeline)?;
+        let output = OutputPattern::new(&path, &timeline, a.sheet)?;
         a.check_output(output.kind, &path.display().to_string()).map_err(AppError::Usage)?;
         let mut layers = a.layers;
         layers.sort_unstable();
         layers.dedup();
         let scene = a.scene.resolve()?;
+        if let Some(sheet) = a.sheet {
+            whole_size(sheet, scene.size).map_err(AppError::Usage)?;
+        }
         let plays = a.plays.unwrap_or(0);
         Ok(CaptureConfig { scene, device: a.device, timeline, rate, plays, layers, output, resume: a.resume })
     }
@@ -145,15 +165,21 @@ impl CaptureArgs {
             return Err(format!("--layers needs an .exr output, not '{shown}'"));
         }
         match kind {
-            FileKind::Still(_) if self.plays.is_some() => {
+            FileKind::Still(_) | FileKind::Sheet { .. } if self.plays.is_some() => {
                 return Err(format!("--loop needs a moving picture (.webp, .apng or .gif), not '{shown}'"));
             }
-            FileKind::Still(_) if self.travel().is_some() && self.fps.is_some() => {
+            FileKind::Still(_) | FileKind::Sheet { .. } if self.travel().is_some() && self.fps.is_some() => {
                 return Err(
                     "--fps says nothing of stills of a --sweep or --turntable, in which time stands still".to_owned()
                 );
             }
             FileKind::Still(_) => {}
+            FileKind::Sheet { sheet } => {
+                let frames = self.frames.map_or(0, |frames| frames.end - frames.start);
+                if sheet.cells() > frames {
+                    return Err(format!("--sheet shows {} moments, and --frames has {frames}", sheet.cells()));
+                }
+            }
             FileKind::Moving(MovingKind::Y4m) if self.plays.is_some() => {
                 return Err(format!("--loop needs a moving picture (.webp, .apng or .gif); '{shown}' is a video"));
             }
@@ -186,7 +212,11 @@ fn default_output(a: &CaptureArgs, timeline: &Timeline) -> PathBuf {
         CameraChoice::Pose(_) | CameraChoice::File(_) => "camera",
         CameraChoice::Model(_) => "model",
     };
-    let frame = if matches!(timeline, Timeline::Sequence { .. }) { format!("-{FRAME}") } else { String::new() };
+    let frame = match timeline {
+        Timeline::Sequence { .. } if a.sheet.is_some() => "-sheet".to_owned(),
+        Timeline::Sequence { .. } => format!("-{FRAME}"),
+        Timeline::Still { .. } => String::new(),
+    };
     let kind = if a.layers.is_empty() { "png" } else { "exr" };
     let technique = a.scene.shading.technique.name();
     let of_file = a.scene.scene.model.as_ref().and_then(|file| file.file_stem());
@@ -219,6 +249,7 @@ pub mod tests {
         let file = |flags: &[&str]| resolve(flags).unwrap().output.path(3);
         assert_eq!(file(&[]), PathBuf::from("out/trex-leadr-mid.png"));
         assert_eq!(file(&["--frames", "0..9", "--camera", "far"]), PathBuf::from("out/trex-leadr-far-0003.png"));
+        assert_eq!(file(&["--frames", "0..9", "--sheet", "3x3"]), PathBuf::from("out/trex-leadr-mid-sheet.png"));
         assert_eq!(file(&["--layers", "depth"]), PathBuf::from("out/trex-leadr-mid.exr"));
     }
 
@@ -290,7 +321,7 @@ pub mod tests {
 
     #[test]
     fn contradictions_are_wrong_usage() {
-        let cases: [&[&str]; 37] = [
+        let cases: [&[&str]; 47] = [
             &["--time-of-day", "6", "--sun", "0,10"],
             &["--time-of-day", "25"],
             &["--day-length", "60", "--environment", "studio"],
@@ -320,6 +351,16 @@ pub mod tests {
             &["--frames", "0..4", "-o", "a.webp", "--fps", "120"],
             &["--frames", "0..4", "-o", "a.webp", "--loop", "65536"],
             &["--turntable"],
+            &["--sheet", "2x2"],
+            &["--frames", "0..4", "--sheet", "2x2", "-o", "a.exr"],
+            &["--frames", "0..4", "--sheet", "2x2", "-o", "a.webp"],
+            &["--frames", "0..4", "--sheet", "2x2", "-o", "a-{frame}.png"],
+            &["--frames", "0..4", "--sheet", "5x1"],
+            &["--frames", "0..4", "--sheet", "2x2", "--resume"],
+            &["--frames", "0..4", "--sheet", "2x2", "--shard", "1/2"],
+            &["--frames", "0..4", "--sheet", "2x2", "--layers", "depth"],
+            &["--frames", "0..4", "--sheet", "2x2", "--loop", "1"],
+            &["--frames", "0..4", "--sheet", "4x1", "--size", "8192x4"],
             &["--frames", "0..4", "--turntable", "--fps", "24"],
             &["--frames", "0..4", "--loop", "2"],
             &["--frames", "0..4", "-o", "a.y4m", "--loop", "2"],

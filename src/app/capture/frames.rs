@@ -43,6 +43,21 @@ pub enum Timeline {
     },
 }
 
+/// `count` of `moments` at equal steps. The first is one of them, and of a sweep the last as well; otherwise what would follow
+/// the last begins again or goes on, and has no place.
+#[must_use]
+pub fn spread(moments: &[Moment], count: usize) -> Vec<Moment> {
+    let closed = moments.last().is_some_and(|moment| moment.distance.is_some());
+    let at = |i: usize| {
+        if closed {
+            (2 * i * (moments.len() - 1) + count - 1) / (2 * (count - 1).max(1))
+        } else {
+            i * moments.len() / count
+        }
+    };
+    (0..count).filter_map(|i| moments.get(at(i)).copied()).collect()
+}
+
 /// A camera that moves while time stands still.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Travel {
@@ -130,5 +145,16 @@ pub mod tests {
             (&json["sequence"]["turntable"], &json["sequence"]["sweep"]),
             (&true.into(), &serde_json::Value::Null)
         );
+    }
+    #[test]
+    fn moments_are_spread_evenly() {
+        let numbers = |moments: &[Moment], count| spread(moments, count).iter().map(|m| m.frame).collect::<Vec<_>>();
+        let running = sequence(10, 22, None).moments();
+        assert_eq!(numbers(&running, 4), [10, 13, 16, 19]);
+        assert_eq!(numbers(&running, 5), [10, 12, 14, 17, 19]);
+        assert_eq!(numbers(&running, 12), (10..22).collect::<Vec<_>>());
+        let away: Vec<_> = running.iter().map(|m| Moment { distance: Some(1.0), ..*m }).collect();
+        assert_eq!((numbers(&away, 3), numbers(&away, 1)), (vec![10, 16, 21], vec![10]));
+        assert_eq!(numbers(&away, 12), numbers(&running, 12));
     }
 }

@@ -98,7 +98,7 @@ pub fn capture<'a>(
     output: &Output,
 ) -> Result<CaptureReport<'a>, AppError> {
     let start = Instant::now();
-    let moments = config.timeline.moments();
+    let moments = config.moments();
     let bar = output.bar(moments.len());
     let mut sink = sink::open(config)?;
     let own_files = matches!(config.output.kind, FileKind::Still(_));

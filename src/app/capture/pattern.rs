@@ -7,6 +7,7 @@ use serde::Serialize;
 use super::frames::Timeline;
 use crate::app::error::AppError;
 use crate::app::files::extension;
+use crate::app::flags::values::Sheet;
 
 /// What a capture writes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -16,6 +17,11 @@ pub enum FileKind {
     Still(StillKind),
     /// One file of all frames.
     Moving(MovingKind),
+    /// One PNG of several frames side by side.
+    Sheet {
+        /// How they are laid out.
+        sheet: Sheet,
+    },
 }
 
 /// The format of a file of one frame.
@@ -84,13 +90,14 @@ impl OutputPattern {
     /// Checks a pattern against what is to be written.
     ///
     /// # Errors
-    /// [`AppError::Usage`] if the extension is none that is written, if `{frame}` is missing for a sequence of stills or
-    /// present for one file, or if a still is to be a moving picture.
-    pub fn new(path: &Path, timeline: &Timeline) -> Result<Self, AppError> {
+    /// [`AppError::Usage`] if the extension is none that is written, or none of a sheet, if `{frame}` is missing for a sequence
+    /// of stills or present for one file, or if a still is to be a moving picture.
+    pub fn new(path: &Path, timeline: &Timeline, sheet: Option<Sheet>) -> Result<Self, AppError> {
         let shown = path.display();
         let refuse = |what: String| Err(AppError::Usage(format!("output '{shown}' {what}")));
         let kind = match extension(path).as_deref() {
-            Some("png") => FileKind::Still(StillKind::Png),
+            Some("png") => sheet.map_or(FileKind::Still(StillKind::Png), |sheet| FileKind::Sheet { sheet }),
+            _ if sheet.is_some() => return refuse("must end in .png for a --sheet".into()),
             Some("exr") => FileKind::Still(StillKind::Exr),
             Some("webp") => FileKind::Moving(MovingKind::Webp),
             Some("apng") => FileKind::Moving(MovingKind::Apng),
@@ -106,7 +113,9 @@ impl OutputPattern {
         let numbered = path.to_str().is_some_and(|text| text.contains(FRAME));
         match (kind, timeline) {
             (FileKind::Moving(_), Timeline::Still { .. }) => refuse("is a moving picture, which needs --frames".into()),
-            (FileKind::Moving(_), _) if numbered => refuse(format!("is one file of all frames; leave {FRAME} out")),
+            (FileKind::Moving(_) | FileKind::Sheet { .. }, _) if numbered => {
+                refuse(format!("is one file of all frames; leave {FRAME} out"))
+            }
             (FileKind::Still(_), Timeline::Sequence { .. }) if !numbered => {
                 refuse(format!("names one file for many frames; write {FRAME} where the number goes"))
             }
@@ -141,13 +150,13 @@ mod tests {
 
     #[test]
     fn names() {
-        let walk = OutputPattern::new(Path::new("out/w-{frame}.png"), &sequence(0, 9, None)).unwrap();
+        let walk = OutputPattern::new(Path::new("out/w-{frame}.png"), &sequence(0, 9, None), None).unwrap();
         assert_eq!((walk.path(7), walk.path(12345)), ("out/w-0007.png".into(), "out/w-12345.png".into()));
-        let still = OutputPattern::new(Path::new("a.EXR"), &Timeline::Still { time: 0.0 }).unwrap();
+        let still = OutputPattern::new(Path::new("a.EXR"), &Timeline::Still { time: 0.0 }, None).unwrap();
         assert_eq!((still.path(0), still.kind), ("a.EXR".into(), FileKind::Still(StillKind::Exr)));
-        let moving = OutputPattern::new(Path::new("walk.GIF"), &sequence(0, 9, None)).unwrap();
+        let moving = OutputPattern::new(Path::new("walk.GIF"), &sequence(0, 9, None), None).unwrap();
         assert_eq!((moving.path(7), moving.kind), ("walk.GIF".into(), FileKind::Moving(MovingKind::Gif)));
-        let piped = OutputPattern::new(Path::new("-"), &sequence(0, 9, None)).unwrap();
+        let piped = OutputPattern::new(Path::new("-"), &sequence(0, 9, None), None).unwrap();
         assert_eq!((piped.is_stdout(), piped.kind), (true, FileKind::Moving(MovingKind::Y4m)));
         assert_eq!(serde_json::to_value(moving.kind).unwrap(), "gif");
     }
@@ -155,10 +164,15 @@ mod tests {
     #[test]
     fn patterns_that_cannot_work_are_refused() {
         let still = Timeline::Still { time: 0.0 };
-        assert!(OutputPattern::new(Path::new("a.png"), &sequence(0, 9, None)).is_err());
-        assert!(OutputPattern::new(Path::new("a-{frame}.webp"), &sequence(0, 9, None)).is_err());
+        assert!(OutputPattern::new(Path::new("a.png"), &sequence(0, 9, None), None).is_err());
+        assert!(OutputPattern::new(Path::new("a-{frame}.webp"), &sequence(0, 9, None), None).is_err());
         for name in ["a-{frame}.png", "a.jpg", "a", "a.webp", "a.gif", "a.y4m", "-"] {
-            assert!(OutputPattern::new(Path::new(name), &still).is_err(), "{name}");
+            assert!(OutputPattern::new(Path::new(name), &still, None).is_err(), "{name}");
+        }
+        let sheet = Some(Sheet { columns: 2, rows: 2 });
+        assert!(OutputPattern::new(Path::new("a.png"), &sequence(0, 9, None), sheet).is_ok());
+        for name in ["a.exr", "a.webp", "-", "a-{frame}.png"] {
+            assert!(OutputPattern::new(Path::new(name), &sequence(0, 9, None), sheet).is_err(), "{name}");
         }
     }
 }

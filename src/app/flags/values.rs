@@ -336,6 +336,37 @@ pub fn sweep(text: &str) -> Result<Sweep, String> {
     Ok(Sweep { near: positive(near)?, far: positive(far)? })
 }
 
+/// A contact sheet of `columns` by `rows` pictures, written `COLUMNSxROWS`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub struct Sheet {
+    /// Pictures beside each other, 1 to 1000.
+    pub columns: u32,
+    /// Pictures below each other, 1 to 1000.
+    pub rows: u32,
+}
+
+impl Sheet {
+    /// Number of pictures.
+    #[must_use]
+    pub fn cells(self) -> u32 {
+        self.columns * self.rows
+    }
+}
+
+impl FromStr for Sheet {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let form = "a sheet is COLUMNSxROWS with 1 to 1000 of each, such as 4x3";
+        let (columns, rows) = text.split_once('x').ok_or(form)?;
+        let sides = 1..=1000;
+        match (columns.parse(), rows.parse()) {
+            (Ok(columns), Ok(rows)) if sides.contains(&columns) && sides.contains(&rows) => Ok(Self { columns, rows }),
+            _ => Err(form.to_owned()),
+        }
+    }
+}
+
 /// Every `count`-th frame, starting with the `index`-th; written `I/N`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct Shard {
@@ -393,6 +424,8 @@ mod tests {
         refused::<Rate>(&["24.0000001", "99999999999", "1.2.3", "+3.-1"]);
         assert_eq!(sweep("5..0.5"), Ok(Sweep { near: 5.0, far: 0.5 }));
         assert!(["", "5", "0..4", "1..-2", "nan..2", "1..inf", "..", "a..b"].iter().all(|t| sweep(t).is_err()));
+        assert_eq!("4x3".parse(), Ok(Sheet { columns: 4, rows: 3 }));
+        refused::<Sheet>(&["", "4", "0x3", "4x0", "4x3x2", "axb", "1001x1", "-1x2"]);
         refused::<Shard>(&["", "2", "0/8", "9/8", "1/0", "a/b", "1/2/3"]);
     }
 

@@ -122,7 +122,7 @@ pub fn open<E: Encoder + 'static>(config: &CaptureConfig) -> Result<Box<dyn Sink
     let file = NewFile::create(&path)?;
     let header = Header {
         size: config.scene.size,
-        frames: config.timeline.moments().len() as u32,
+        frames: config.moments().len() as u32,
         plays: config.plays,
         rate: config.rate,
     };

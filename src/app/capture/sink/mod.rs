@@ -5,6 +5,7 @@ mod apng;
 mod delays;
 mod gif;
 mod palette;
+pub mod sheet;
 mod stills;
 mod webp;
 mod y4m;
@@ -49,6 +50,7 @@ pub fn open(config: &CaptureConfig) -> Result<Box<dyn Sink>, AppError> {
         FileKind::Moving(MovingKind::Apng) => animation::open::<apng::Apng>(config),
         FileKind::Moving(MovingKind::Gif) => animation::open::<gif::Gif>(config),
         FileKind::Moving(MovingKind::Y4m) => y4m::open(config),
+        FileKind::Sheet { sheet } => sheet::open(config, sheet),
     }
 }
 

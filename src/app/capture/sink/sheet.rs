@@ -1,0 +1,133 @@
+//! A contact sheet: frames side by side in one PNG, row by row.
+
+use std::io::Write;
+use std::path::Path;
+
+use super::Sink;
+use crate::app::capture::args::CaptureConfig;
+use crate::app::capture::frame_source::Frame;
+use crate::app::capture::save::display;
+use crate::app::error::AppError;
+use crate::app::files::make_folder_of;
+use crate::app::flags::values::Sheet;
+use crate::maps::Rgb8Image;
+use crate::maps::save::{NewFile, encode_png_srgb8};
+use crate::scenes::view::Size;
+
+/// Pixels between two pictures.
+const GUTTER: u32 = 4;
+
+/// Their colour, sRGB: dark, and lighter than night.
+const GUTTER_COLOR: [u8; 3] = [32; 3];
+
+/// Pixels of a sheet of pictures of size `cell`.
+///
+/// # Errors
+/// If it is larger than a picture may be, in a sentence.
+pub fn whole_size(sheet: Sheet, cell: Size) -> Result<Size, String> {
+    // At most 1000 sides of 2¹⁴ and gutters: no overflow.
+    let side = |count: u32, length: u32| count * length + (count - 1) * GUTTER;
+    let whole = Size { width: side(sheet.columns, cell.width), height: side(sheet.rows, cell.height) };
+    let (most_side, most_pixels) = (Size::MAX_SIDE, Size::MAX_PIXELS);
+    if whole.width.max(whole.height) > most_side || u64::from(whole.width) * u64::from(whole.height) > most_pixels {
+        return Err(format!(
+            "a --sheet of {}x{} pictures of {cell} has {whole} pixels; a side may have {most_side} and the whole \
+             {most_pixels}: choose a smaller --size or fewer pictures",
+            sheet.columns, sheet.rows
+        ));
+    }
+    Ok(whole)
+}
+
+/// Collects pictures until the sheet is full.
+struct ContactSheet {
+    file: NewFile,
+    sheet: Sheet,
+    cell: Size,
+    exposure: f32,
+    whole: Rgb8Image,
+    count: u32,
+}
+
+/// Begins the sheet that `config` asks for.
+pub fn open(config: &CaptureConfig, sheet: Sheet) -> Result<Box<dyn Sink>, AppError> {
+    let path = config.output.path(0);
+    let (cell, exposure) = (config.scene.size, config.scene.exposure);
+    let Size { width, height } = whole_size(sheet, cell).map_err(AppError::Usage)?;
+    make_folder_of(&path)?;
+    let file = NewFile::create(&path)?;
+    let whole = Rgb8Image { width, height, texels: vec![GUTTER_COLOR; width as usize * height as usize] };
+    Ok(Box::new(ContactSheet { file, sheet, cell, exposure, whole, count: 0 }))
+}
+
+impl Sink for ContactSheet {
+    fn put(&mut self, _file: &Path, frame: &Frame) -> Result<(), AppError> {
+        let (column, row) = (self.count % self.sheet.columns, self.count / self.sheet.columns);
+        self.count += 1;
+        let (x, y) = ((column * (self.cell.width + GUTTER)) as usize, row * (self.cell.height + GUTTER));
+        let (width, pitch) = (self.cell.width as usize, self.whole.width as usize);
+        let picture = display(frame, self.exposure);
+        let rows = self.whole.texels.chunks_mut(pitch).skip(y as usize);
+        for (to, from) in rows.zip(picture.texels.chunks(width)) {
+            to[x..x + width].copy_from_slice(from);
+        }
+        Ok(())
+    }
+
+    fn finish(mut self: Box<Self>) -> Result<(), AppError> {
+        let bytes = encode_png_srgb8(&self.whole).map_err(|fault| fault.in_file(self.file.target()))?;
+        self.file.file.write_all(&bytes).map_err(|e| AppError::io("write", self.file.target(), e))?;
+        Ok(self.file.finish()?)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::app::capture::frame_source::FrameSource;
+    use crate::app::capture::tests::{Double, configure, files, run};
+    use crate::maps::load_color_srgb8;
+
+    #[test]
+    fn pictures_stand_in_their_cells() {
+        let folder = tempfile::tempdir().unwrap();
+        let config = configure(folder.path(), "a.png", &["--frames", "3..15", "--sheet", "3x2"]);
+        let report = run(&config, &mut Double::new(&config)).unwrap();
+        let numbers: Vec<_> = (0..6).map(|i| report["frames"][i]["frame"].as_u64().unwrap()).collect();
+        assert_eq!(numbers, [3, 5, 7, 9, 11, 13]);
+        assert_eq!(report["settings"]["output"]["kind"]["sheet"]["columns"], 3);
+        assert_eq!(files(folder.path()), ["a.png"]);
+        let sheet = load_color_srgb8(config.output.path(0)).unwrap();
+        assert_eq!((sheet.width, sheet.height), (3 * 5 + 2 * 4, 2 * 3 + 4));
+        let texel = |x: u32, y: u32| sheet.texels[(y * sheet.width + x) as usize];
+        let mut covered = 0;
+        for (index, moment) in config.moments().into_iter().enumerate() {
+            let picture = display(&Double::new(&config).render(moment).unwrap(), 0.0);
+            let (left, top) = (9 * (index as u32 % 3), 7 * (index as u32 / 3));
+            for (i, &expected) in picture.texels.iter().enumerate() {
+                assert_eq!(texel(left + i as u32 % 5, top + i as u32 / 5), expected, "picture {index}");
+                covered += 1;
+            }
+        }
+        let gutters = sheet.texels.iter().filter(|&&texel| texel == GUTTER_COLOR).count();
+        assert_eq!(covered + gutters, sheet.texels.len());
+    }
+
+    #[test]
+    fn a_sheet_that_fails_leaves_nothing() {
+        let folder = tempfile::tempdir().unwrap();
+        let config = configure(folder.path(), "a.png", &["--frames", "0..4", "--sheet", "2x2"]);
+        run(&config, &mut Double { fail_at: Some(2), ..Double::new(&config) }).unwrap_err();
+        assert!(files(folder.path()).is_empty());
+    }
+
+    #[test]
+    fn sheets_that_are_too_large_are_refused() {
+        let sheet = Sheet { columns: 1000, rows: 1000 };
+        let largest = Size { width: Size::MAX_SIDE, height: 4096 };
+        let fault = whole_size(sheet, largest).unwrap_err();
+        assert!(fault.contains("--size"), "{fault}");
+        let small = whole_size(Sheet { columns: 4, rows: 3 }, Size { width: 320, height: 180 });
+        assert_eq!(small, Ok(Size { width: 1292, height: 548 }));
+    }
+}
