@@ -10,20 +10,38 @@ use crate::app::error::AppError;
 use crate::app::files::make_folder_of;
 use crate::maps::tonemap::{Tonemap, display_srgb8};
 use crate::maps::{self, Rgb8Image};
+use crate::scenes::config::SceneConfig;
 use crate::scenes::view::Size;
 
 /// No frame has more channels than this: an EXR with more is from another program.
 const MAX_CHANNELS: usize = 32;
 
+/// How radiance becomes what a screen shows.
+#[derive(Clone, Copy, Debug)]
+pub struct Tone {
+    /// Stops on top of the frame's own exposure.
+    pub exposure: f32,
+    /// The curve.
+    pub tonemap: Tonemap,
+}
+
+impl Tone {
+    /// What a configuration asks for.
+    #[must_use]
+    pub fn of(config: &SceneConfig) -> Self {
+        Self { exposure: config.exposure, tonemap: config.tonemap }
+    }
+}
+
 /// Writes `frame` to `path`, whole or not at all, and makes the folders above it: a PNG gets tonemapped sRGB, an EXR linear radiance
-/// and layers. `exposure`, in stops on top of the frame's own, applies to PNG alone.
+/// and layers. `tone` is that of a PNG.
 ///
 /// # Errors
 /// If the frame cannot be encoded or the file not written; `path` then stays as it was.
-pub fn save(path: &Path, kind: StillKind, frame: &Frame, exposure: f32) -> Result<(), AppError> {
+pub fn save(path: &Path, kind: StillKind, frame: &Frame, tone: Tone) -> Result<(), AppError> {
     make_folder_of(path)?;
     match kind {
-        StillKind::Png => maps::save::save_png_srgb8(path, &display(frame, exposure))?,
+        StillKind::Png => maps::save::save_png_srgb8(path, &display(frame, tone))?,
         StillKind::Exr => {
             let color: [Vec<f32>; 4] = std::array::from_fn(|i| frame.color.iter().map(|c| c[i]).collect());
             let mut channels: Vec<(&str, &[f32])> =
@@ -37,11 +55,11 @@ pub fn save(path: &Path, kind: StillKind, frame: &Frame, exposure: f32) -> Resul
     Ok(())
 }
 
-/// A frame as it is shown: tonemapped sRGB, with an exposure in stops on top of the frame's own.
+/// A frame as it is shown: tonemapped sRGB.
 #[must_use]
-pub fn display(frame: &Frame, exposure: f32) -> Rgb8Image {
-    let factor = frame.exposure * exposure.exp2();
-    let texels = frame.color.iter().map(|c| display_srgb8([c[0], c[1], c[2]], factor, Tonemap::default())).collect();
+pub fn display(frame: &Frame, tone: Tone) -> Rgb8Image {
+    let factor = frame.exposure * tone.exposure.exp2();
+    let texels = frame.color.iter().map(|c| display_srgb8([c[0], c[1], c[2]], factor, tone.tonemap)).collect();
     Rgb8Image { width: frame.width, height: frame.height, texels }
 }
 

@@ -7,7 +7,7 @@ use super::Sink;
 use super::delays::Delays;
 use crate::app::capture::args::CaptureConfig;
 use crate::app::capture::frame_source::Frame;
-use crate::app::capture::save::display;
+use crate::app::capture::save::{Tone, display};
 use crate::app::error::AppError;
 use crate::app::files::make_folder_of;
 use crate::app::flags::values::Rate;
@@ -111,7 +111,7 @@ struct Animation<E> {
     file: NewFile,
     encoder: E,
     delays: Delays,
-    exposure: f32,
+    tone: Tone,
     before: Option<Rgb8Image>,
 }
 
@@ -129,7 +129,7 @@ pub fn open<E: Encoder + 'static>(config: &CaptureConfig) -> Result<Box<dyn Sink
     let handle = file.file.try_clone().map_err(|e| fault(&path, e))?;
     let encoder = E::begin(handle, &header).map_err(|e| fault(&path, e))?;
     let delays = Delays::new(header.rate, E::units(&header));
-    Ok(Box::new(Animation { file, encoder, delays, exposure: config.scene.exposure, before: None }))
+    Ok(Box::new(Animation { file, encoder, delays, tone: Tone::of(&config.scene), before: None }))
 }
 
 fn fault(path: &Path, reason: impl std::fmt::Display) -> AppError {
@@ -138,7 +138,7 @@ fn fault(path: &Path, reason: impl std::fmt::Display) -> AppError {
 
 impl<E: Encoder> Sink for Animation<E> {
     fn put(&mut self, file: &Path, frame: &Frame) -> Result<(), AppError> {
-        let picture = display(frame, self.exposure);
+        let picture = display(frame, self.tone);
         let change = Change { picture: &picture, before: self.before.as_ref() };
         let delay = self.delays.next().unwrap_or_default();
         self.encoder.put(&change, delay).map_err(|e| fault(file, e))?;

@@ -6,7 +6,7 @@ use std::path::Path;
 use super::Sink;
 use crate::app::capture::args::CaptureConfig;
 use crate::app::capture::frame_source::Frame;
-use crate::app::capture::save::display;
+use crate::app::capture::save::{Tone, display};
 use crate::app::error::AppError;
 use crate::app::files::make_folder_of;
 use crate::app::flags::values::Sheet;
@@ -44,7 +44,7 @@ struct ContactSheet {
     file: NewFile,
     sheet: Sheet,
     cell: Size,
-    exposure: f32,
+    tone: Tone,
     whole: Rgb8Image,
     count: u32,
 }
@@ -52,12 +52,12 @@ struct ContactSheet {
 /// Begins the sheet that `config` asks for.
 pub fn open(config: &CaptureConfig, sheet: Sheet) -> Result<Box<dyn Sink>, AppError> {
     let path = config.output.path(0);
-    let (cell, exposure) = (config.scene.size, config.scene.exposure);
+    let (cell, tone) = (config.scene.size, Tone::of(&config.scene));
     let Size { width, height } = whole_size(sheet, cell).map_err(AppError::Usage)?;
     make_folder_of(&path)?;
     let file = NewFile::create(&path)?;
     let whole = Rgb8Image { width, height, texels: vec![GUTTER_COLOR; width as usize * height as usize] };
-    Ok(Box::new(ContactSheet { file, sheet, cell, exposure, whole, count: 0 }))
+    Ok(Box::new(ContactSheet { file, sheet, cell, tone, whole, count: 0 }))
 }
 
 impl Sink for ContactSheet {
@@ -66,7 +66,7 @@ impl Sink for ContactSheet {
         self.count += 1;
         let (x, y) = ((column * (self.cell.width + GUTTER)) as usize, row * (self.cell.height + GUTTER));
         let (width, pitch) = (self.cell.width as usize, self.whole.width as usize);
-        let picture = display(frame, self.exposure);
+        let picture = display(frame, self.tone);
         let rows = self.whole.texels.chunks_mut(pitch).skip(y as usize);
         for (to, from) in rows.zip(picture.texels.chunks(width)) {
             to[x..x + width].copy_from_slice(from);
@@ -87,6 +87,7 @@ mod tests {
     use crate::app::capture::frame_source::FrameSource;
     use crate::app::capture::tests::{Double, configure, files, run};
     use crate::maps::load_color_srgb8;
+    use crate::maps::tonemap::Tonemap;
 
     #[test]
     fn pictures_stand_in_their_cells() {
@@ -102,7 +103,8 @@ mod tests {
         let texel = |x: u32, y: u32| sheet.texels[(y * sheet.width + x) as usize];
         let mut covered = 0;
         for (index, moment) in config.moments().into_iter().enumerate() {
-            let picture = display(&Double::new(&config).render(moment).unwrap(), 0.0);
+            let picture =
+                display(&Double::new(&config).render(moment).unwrap(), Tone { exposure: 0.0, tonemap: Tonemap::Agx });
             let (left, top) = (9 * (index as u32 % 3), 7 * (index as u32 / 3));
             for (i, &expected) in picture.texels.iter().enumerate() {
                 assert_eq!(texel(left + i as u32 % 5, top + i as u32 / 5), expected, "picture {index}");

@@ -6,7 +6,7 @@ use super::Sink;
 use crate::app::capture::args::CaptureConfig;
 use crate::app::capture::frame_source::Frame;
 use crate::app::capture::pattern::StillKind;
-use crate::app::capture::save;
+use crate::app::capture::save::{self, Tone};
 use crate::app::error::AppError;
 use crate::scenes::view::Size;
 
@@ -14,15 +14,15 @@ use crate::scenes::view::Size;
 pub struct Stills {
     kind: StillKind,
     size: Size,
-    exposure: f32,
+    tone: Tone,
     resume: bool,
 }
 
 impl Stills {
     /// Files of this kind, as `config` asks for.
     pub fn new(config: &CaptureConfig, kind: StillKind) -> Self {
-        let (size, exposure) = (config.scene.size, config.scene.exposure);
-        Self { kind, size, exposure, resume: config.resume }
+        let (size, tone) = (config.scene.size, Tone::of(&config.scene));
+        Self { kind, size, tone, resume: config.resume }
     }
 }
 
@@ -32,7 +32,7 @@ impl Sink for Stills {
     }
 
     fn put(&mut self, file: &Path, frame: &Frame) -> Result<(), AppError> {
-        save::save(file, self.kind, frame, self.exposure)
+        save::save(file, self.kind, frame, self.tone)
     }
 
     fn finish(self: Box<Self>) -> Result<(), AppError> {

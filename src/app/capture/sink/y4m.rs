@@ -10,7 +10,7 @@ use std::path::Path;
 use super::Sink;
 use crate::app::capture::args::CaptureConfig;
 use crate::app::capture::frame_source::Frame;
-use crate::app::capture::save::display;
+use crate::app::capture::save::{Tone, display};
 use crate::app::error::AppError;
 use crate::app::files::make_folder_of;
 use crate::app::flags::values::Rate;
@@ -22,7 +22,7 @@ struct Y4m {
     /// None for stdout.
     file: Option<NewFile>,
     writer: Writer,
-    exposure: f32,
+    tone: Tone,
     planes: Vec<u8>,
 }
 
@@ -42,7 +42,7 @@ pub fn open(config: &CaptureConfig) -> Result<Box<dyn Sink>, AppError> {
         let handle = file.file.try_clone().map_err(|e| AppError::io("write", &path, e))?;
         (Some(file), Writer::File(handle))
     };
-    let mut y4m = Y4m { file, writer, exposure: config.scene.exposure, planes: Vec::new() };
+    let mut y4m = Y4m { file, writer, tone: Tone::of(&config.scene), planes: Vec::new() };
     y4m.write(header(config.scene.size, config.rate).as_bytes())?;
     Ok(Box::new(y4m))
 }
@@ -80,7 +80,7 @@ impl Y4m {
 impl Sink for Y4m {
     fn put(&mut self, _file: &Path, frame: &Frame) -> Result<(), AppError> {
         const FRAME: &[u8] = b"FRAME\n";
-        let picture = display(frame, self.exposure);
+        let picture = display(frame, self.tone);
         let pixels = picture.texels.len();
         let mut planes = std::mem::take(&mut self.planes);
         planes.clear();
@@ -109,6 +109,7 @@ mod tests {
     use super::*;
     use crate::app::capture::frame_source::FrameSource;
     use crate::app::capture::tests::{Double, configure, files, run};
+    use crate::maps::tonemap::Tonemap;
 
     #[test]
     fn known_colours() {
@@ -141,7 +142,7 @@ mod tests {
         let mut double = Double::new(&config);
         for (frame, moment) in frames.chunks(6 + 45).zip(config.timeline.moments()) {
             let planes = frame.strip_prefix(b"FRAME\n").unwrap();
-            let picture = display(&double.render(moment).unwrap(), 0.0);
+            let picture = display(&double.render(moment).unwrap(), Tone { exposure: 0.0, tonemap: Tonemap::Agx });
             for (index, texel) in picture.texels.iter().enumerate() {
                 let seen = rgb([planes[index], planes[15 + index], planes[30 + index]]);
                 // Half a code of luma and of chroma.
