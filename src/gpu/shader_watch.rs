@@ -34,6 +34,16 @@ pub enum Change {
 pub struct CompiledShaders(Vec<&'static Shader>);
 
 impl CompiledShaders {
+    /// Compiles entry points, named by their paths below `root`.
+    ///
+    /// # Errors
+    /// What the compiler says.
+    pub fn compile(root: &Path, names: &[String]) -> std::result::Result<Self, String> {
+        let compiler = Compiler::new(root)?;
+        let compile = |name: &String| compiler.compile(name).map(|compiled| lasting(root, name, compiled));
+        names.iter().map(compile).collect::<std::result::Result<_, String>>().map(Self)
+    }
+
     /// Their names.
     pub fn names(&self) -> impl Iterator<Item = &'static str> {
         self.0.iter().map(|shader| shader.name)
@@ -142,7 +152,7 @@ fn watch(root: &Path, changes: &Sender<Change>, stop: &AtomicBool) {
             continue;
         }
         let mut entries = Vec::new();
-        let mut answer = collect(&root.join("passes"), &mut entries).map(|()| Vec::new());
+        let found = collect(&root.join("passes"), &mut entries);
         let mut known = BTreeMap::new();
         let concerned = entries.iter().filter_map(|path| path.strip_prefix(root).ok()).filter(|path| {
             built.contains(slashes(path).as_str())
@@ -150,27 +160,16 @@ fn watch(root: &Path, changes: &Sender<Change>, stop: &AtomicBool) {
                     || includes(root, path, &mut known).iter().any(|included| changed.contains(included)))
         });
         let names: Vec<String> = concerned.map(slashes).collect();
-        if let Ok(shaders) = &mut answer {
-            match compile(root, &names) {
-                Ok(compiled) => *shaders = compiled,
-                Err(message) => answer = Err(message),
-            }
-        }
         before = now;
-        let change = match answer {
-            Ok(shaders) if shaders.is_empty() => continue,
-            Ok(shaders) => Change::Compiled(CompiledShaders(shaders)),
+        let change = match found.and_then(|()| CompiledShaders::compile(root, &names)) {
+            Ok(shaders) if shaders.0.is_empty() => continue,
+            Ok(shaders) => Change::Compiled(shaders),
             Err(message) => Change::Failed(message),
         };
         if changes.send(change).is_err() {
             return;
         }
     }
-}
-
-fn compile(root: &Path, names: &[String]) -> std::result::Result<Vec<&'static Shader>, String> {
-    let compiler = Compiler::new(root)?;
-    names.iter().map(|name| compiler.compile(name).map(|compiled| lasting(root, name, compiled))).collect()
 }
 
 /// A shader that lasts as long as the program: pipelines refer to it, and a session changes few of them.

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 
 use super::frames::{Moment, Timeline, Travel, spread};
 use super::pattern::{FRAME, FileKind, MovingKind, OutputPattern, StillKind};
@@ -11,9 +11,10 @@ use super::sink::sheet::whole_size;
 use crate::app::error::AppError;
 use crate::app::flags::device::DeviceArgs;
 use crate::app::flags::scene::SceneArgs;
-use crate::app::flags::shading::choice;
-use crate::app::flags::values::{CameraChoice, FrameRange, Rate, Shard, Sheet, not_negative, sweep};
+use crate::app::flags::shading::{choice, techniques};
+use crate::app::flags::values::{CameraChoice, FrameRange, Rate, Shard, Sheet, Split, not_negative, sweep};
 use crate::render::frame::Layer;
+use crate::render::settings::Technique;
 use crate::scenes::config::SceneConfig;
 use crate::scenes::stage::Sweep;
 
@@ -28,6 +29,7 @@ pub const EXAMPLES: &str = "Examples:
   leadr capture --frames 0..48 --fps 24 -o - | ffmpeg -i - -vf setparams=colorspace=bt709 walk.mp4
   leadr capture --frames 0..60 --sweep 5..200 -o 'out/away-{frame}.png'
   leadr capture --frames 0..90 --turntable --time 0.4 -o round.webp
+  leadr capture --frames 0..48 --beside normal-mip --split 0.1..0.9 -o split.webp
   leadr capture --frames 0..48 --sheet 4x3 --size 320x180 -o sheet.png
   leadr capture --scene shore --time-of-day 6.2
   leadr capture --scene ocean --frames 0..240 --day-length 10 -o 'out/day-{frame}.png'
@@ -62,6 +64,12 @@ pub struct CaptureArgs {
     /// Put COLUMNS times ROWS moments of --frames, evenly spaced, into one .png; --size is that of each
     #[arg(long, value_name = "COLUMNSxROWS", requires = "frames")]
     pub sheet: Option<Sheet>,
+    /// Another technique on the right of the picture, for comparison
+    #[arg(long, value_name = "TECHNIQUE", value_parser = techniques(), conflicts_with = "layers")]
+    pub beside: Option<Technique>,
+    /// Where that begins, as a share of the width; or from where to where and back it goes in a sequence [default: 0.5]
+    #[arg(long, value_name = "SHARE|A..B", requires = "beside")]
+    pub split: Option<Split>,
     /// Render only every N-th frame, starting with the I-th
     #[arg(long, value_name = "I/N", requires = "frames")]
     pub shard: Option<Shard>,
@@ -99,10 +107,17 @@ pub struct CaptureConfig {
     pub plays: u16,
     /// Layers to write beside the colour, each once, in a fixed order.
     pub layers: Vec<Layer>,
+    /// Another technique on the right, and where that begins.
+    #[serde(skip_serializing_if = "Option::is_none", serialize_with = "name_of_beside")]
+    pub beside: Option<(Technique, Split)>,
     /// The files to write.
     pub output: OutputPattern,
     /// Whether to keep complete files of an earlier run.
     pub resume: bool,
+}
+
+fn name_of_beside<S: Serializer>(beside: &Option<(Technique, Split)>, serializer: S) -> Result<S::Ok, S::Error> {
+    beside.map(|(technique, _)| technique.name()).serialize(serializer)
 }
 
 impl CaptureConfig {
@@ -137,7 +152,14 @@ impl CaptureArgs {
             whole_size(sheet, scene.size).map_err(AppError::Usage)?;
         }
         let plays = a.plays.unwrap_or(0);
-        Ok(CaptureConfig { scene, device: a.device, timeline, rate, plays, layers, output, resume: a.resume })
+        let split = a.split.unwrap_or_default();
+        if split.start != split.end && a.frames.is_none() {
+            return Err(AppError::Usage(
+                "--split A..B moves from frame to frame: give --frames, or one share".to_owned(),
+            ));
+        }
+        let beside = a.beside.map(|technique| (technique, split));
+        Ok(CaptureConfig { scene, device: a.device, timeline, rate, plays, layers, beside, output, resume: a.resume })
     }
 
     /// How the camera moves, if it does instead of time.

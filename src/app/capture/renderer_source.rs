@@ -2,9 +2,10 @@
 
 use super::args::CaptureConfig;
 use super::frame_source::{Frame, FrameSource, PassTime};
-use super::frames::Moment;
+use super::frames::{Moment, Timeline};
 use crate::app::error::AppError;
 use crate::app::flags::device::DeviceInfo;
+use crate::app::flags::values::{FrameRange, Split};
 use crate::app::output::Output;
 use crate::lab::progress::Progress;
 use crate::render::frame::Layer;
@@ -19,6 +20,8 @@ pub struct RendererSource {
     animation: Animation,
     settings: RenderSettings,
     layers: Vec<Layer>,
+    /// The right side, where there is one, where it begins, and the frames of the whole capture.
+    beside: Option<(RenderSettings, Split, FrameRange)>,
     validation: bool,
 }
 
@@ -28,7 +31,14 @@ impl RendererSource {
     pub fn new(config: &CaptureConfig, renderer: Renderer, animation: Animation) -> Self {
         let settings = config.scene.render_settings();
         let (layers, validation) = (config.layers.clone(), config.device.validation);
-        Self { renderer, animation, settings, layers, validation }
+        let frames = match config.timeline {
+            Timeline::Sequence { frames, .. } => frames,
+            Timeline::Still { .. } => FrameRange { start: 0, end: 1 },
+        };
+        let beside = config.beside.map(|(technique, split)| {
+            (settings.shaded_by(technique.with(config.scene.shading.options())), split, frames)
+        });
+        Self { renderer, animation, settings, layers, beside, validation }
     }
 }
 
@@ -44,6 +54,21 @@ pub fn open(config: &CaptureConfig, output: &Output) -> Result<Box<dyn FrameSour
     let Set { renderer, animation, .. } =
         set(scene, inputs, &gpu, Some(&scene.render_settings()), &output.share(scene.scene.making))?;
     Ok(Box::new(RendererSource::new(config, renderer, animation)))
+}
+
+/// Puts the right part of another picture beside the left part of `color`, with a white line between them.
+fn put_beside(color: &mut [[f32; 4]], right: &[[f32; 4]], width: u32, share: f32, exposure: f32) {
+    let white = 100.0 / exposure.max(1e-12);
+    let line = (share * width as f32).round() as usize;
+    let half = (width as usize / 800).max(1) as isize;
+    for (index, texel) in color.iter_mut().enumerate() {
+        let from_line = (index % width as usize) as isize - line as isize;
+        if (-half..half).contains(&from_line) {
+            *texel = [white, white, white, 1.0];
+        } else if from_line >= 0 {
+            *texel = right[index];
+        }
+    }
 }
 
 impl FrameSource for RendererSource {
@@ -63,7 +88,12 @@ impl FrameSource for RendererSource {
         if let Some(degrees) = moment.turn_degrees {
             state.camera = state.camera.turned(degrees);
         }
-        let output = self.renderer.render(&state, &self.settings)?;
+        let mut output = self.renderer.render(&state, &self.settings)?;
+        if let Some((settings, split, frames)) = self.beside {
+            let right = self.renderer.render(&state, &settings)?;
+            let share = split.at(moment.frame - frames.start, frames.end - frames.start);
+            put_beside(&mut output.color, &right.color, output.size.0, share, state.exposure());
+        }
         let mut layers = Vec::with_capacity(self.layers.len());
         for &layer in &self.layers {
             let texels = self.renderer.layer(layer)?;
@@ -78,5 +108,32 @@ impl FrameSource for RendererSource {
         let (width, height) = output.size;
         let passes = output.times.into_iter().map(|time| PassTime { pass: time.pass, ms: time.milliseconds }).collect();
         Ok(Frame { width, height, color: output.color, layers, exposure: state.exposure(), passes })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_right_side_begins_at_its_line() {
+        let mut left = vec![[0.25, 0.0, 0.0, 1.0]; 20];
+        put_beside(&mut left, &[[0.0, 0.5, 0.0, 1.0]; 20], 10, 0.4, 2.0);
+        let row: Vec<_> = left[10..]
+            .iter()
+            .map(|c| {
+                if c[2] > 1.0 {
+                    'w'
+                } else if c[0] > 0.0 {
+                    'l'
+                } else {
+                    'r'
+                }
+            })
+            .collect();
+        assert_eq!(row.into_iter().collect::<String>(), "lllwwrrrrr");
+        let mut none = vec![[0.25; 4]; 10];
+        put_beside(&mut none, &[[0.5; 4]; 10], 10, 1.0, 1.0);
+        assert!(none[..9].iter().all(|c| c[0] == 0.25));
     }
 }

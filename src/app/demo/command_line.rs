@@ -167,6 +167,10 @@ impl CommandLine {
         let point = |[x, y, z]: [f32; 3]| format!("{x},{y},{z}");
         let camera = format!("{}:{}:{}", point(pose.position), point(pose.target), pose.fov_degrees);
         line.set("--camera", Some(camera));
+        if let Some(compare) = choices.compare {
+            line.set("--beside", Some(compare.technique.name()));
+            line.set("--split", Some(compare.split.to_string()));
+        }
         line.set("--time", Some(time.to_string()));
         format!("leadr capture{line}")
     }
@@ -220,6 +224,12 @@ mod tests {
         resolve(&words[2..]).unwrap().scene
     }
 
+    const SUN: SunDirection = SunDirection { azimuth: -12.5, elevation: 30.25 };
+
+    fn seen(choices: &Choices) -> Seen<'_> {
+        Seen { choices, pose: POSE, time: 1.25, size: [640, 360], sun: Some(SUN) }
+    }
+
     const POSE: CameraPose =
         CameraPose { position: [6.125, -8.0, 5.3], target: [0.0, 0.1, 2.0], up: [0.0, 0.0, 1.0], fov_degrees: 41.0 };
 
@@ -242,14 +252,12 @@ mod tests {
         let (line, config) = given(&flags);
         let settings = config.render_settings();
         let mut choices = Choices::new(&settings, config.exposure);
-        let sun = Some(SunDirection { azimuth: -12.5, elevation: 30.25 });
-        let seen = |choices| Seen { choices, pose: POSE, time: 1.25, size: [640, 360], sun };
         let drawn = captured(&line.of_picture(&seen(&choices)));
         let expected = SceneConfig {
             view: View::Pose(POSE),
             distance: None,
             time_of_day: None,
-            sun: sun.unwrap(),
+            sun: SUN,
             size: Size { width: 640, height: 360 },
             ..config.clone()
         };

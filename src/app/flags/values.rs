@@ -367,6 +367,40 @@ impl FromStr for Sheet {
     }
 }
 
+/// Where the right side of a picture begins, as a share of its width: from `start` to `end` and back in a sequence. Written `SHARE` or
+/// `A..B`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Split {
+    /// At the first frame, and in a still.
+    pub start: f32,
+    /// In the middle of a sequence.
+    pub end: f32,
+}
+
+impl Default for Split {
+    fn default() -> Self {
+        Self { start: 0.5, end: 0.5 }
+    }
+}
+
+impl Split {
+    /// At `step` of `steps`. The step after the last would be the first again.
+    #[must_use]
+    pub fn at(self, step: u32, steps: u32) -> f32 {
+        let turn = f64::from(step) / f64::from(steps.max(1)) * std::f64::consts::TAU;
+        self.start + (self.end - self.start) * (0.5 - 0.5 * turn.cos()) as f32
+    }
+}
+
+impl FromStr for Split {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let (start, end) = text.split_once("..").unwrap_or((text, text));
+        Ok(Self { start: share(start)?, end: share(end)? })
+    }
+}
+
 /// Every `count`-th frame, starting with the `index`-th; written `I/N`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct Shard {
@@ -427,6 +461,15 @@ mod tests {
         assert_eq!("4x3".parse(), Ok(Sheet { columns: 4, rows: 3 }));
         refused::<Sheet>(&["", "4", "0x3", "4x0", "4x3x2", "axb", "1001x1", "-1x2"]);
         refused::<Shard>(&["", "2", "0/8", "9/8", "1/0", "a/b", "1/2/3"]);
+    }
+
+    #[test]
+    fn splits_go_there_and_back() {
+        let split: Split = "0.2..0.8".parse().unwrap();
+        let at = |step| (100.0 * split.at(step, 4)).round();
+        assert_eq!([0, 1, 2, 3, 4].map(at), [20.0, 50.0, 80.0, 50.0, 20.0]);
+        assert_eq!("0.3".parse::<Split>().unwrap().at(1, 2), 0.3);
+        refused::<Split>(&["", "2", "0.1..", "0.1..1.1", "a..b", "0..1..0"]);
     }
 
     #[test]

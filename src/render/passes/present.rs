@@ -146,6 +146,48 @@ mod tests {
         // A different curve is detected.
         let other = worst_difference(&gpu, vk::Format::R8G8B8A8_UNORM, Tonemap::Clamp, 1.0, Tonemap::Filmic);
         assert!(other > 20, "{other}");
+        #[cfg(feature = "window")]
+        newer_shaders_are_drawn_with_once_they_fit(&gpu);
         assert_eq!(gpu.validation_messages(), Vec::<String>::new());
+    }
+
+    /// Part of the test above, since all pipelines of a process share their shaders.
+    #[cfg(feature = "window")]
+    fn newer_shaders_are_drawn_with_once_they_fit(gpu: &Arc<Gpu>) {
+        use crate::gpu::shader_watch::CompiledShaders;
+
+        let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("shaders-glsl");
+        let source = std::fs::read_to_string(root.join("passes/present.frag")).unwrap();
+        let changed = |from: &str, to: &str| {
+            assert!(source.contains(from), "{from}");
+            let folder = tempfile::tempdir().unwrap();
+            std::fs::create_dir(folder.path().join("passes")).unwrap();
+            std::fs::copy(root.join("passes/tonemap.glsl"), folder.path().join("passes/tonemap.glsl")).unwrap();
+            std::fs::write(folder.path().join("passes/present.frag"), source.replace(from, to)).unwrap();
+            CompiledShaders::compile(folder.path(), &["passes/present.frag".to_owned()]).unwrap()
+        };
+        let image = Image::new(gpu, "grey", ImageDesc::new(vk::Format::R32G32B32A32_SFLOAT, 4, 4)).unwrap();
+        image.write(0, 0, &[[0.5f32; 4]; 16]).unwrap();
+        let format = vk::Format::R8G8B8A8_UNORM;
+        let target = Image::new(gpu, "codes", ImageDesc::new(format, 4, 4).color_target()).unwrap();
+        let pass = PresentPass::new(gpu, format, Tonemap::Clamp).unwrap();
+        let shown = || {
+            let shown = Presented { image: &image, beside: None, exposure: 1.0 };
+            gpu.submit("present", |cmd| pass.record(cmd, shown, &target)).unwrap();
+            target.read::<[u8; 4]>(0, 0).unwrap()[0]
+        };
+        assert_eq!(shown(), [188, 188, 188, 255]);
+        // Another order of colours, in the pipeline that there is.
+        let red = changed("vec4(display, 1.0)", "vec4(display.r, 0.0, 0.0, 1.0)");
+        assert_eq!(gpu.take_shaders(red).unwrap(), 1);
+        assert_eq!(shown(), [188, 0, 0, 255]);
+        // One that reads a block of another layout does not fit, and nothing changes.
+        let foreign = changed("float split;", "vec4 split4; float split;");
+        let said = gpu.take_shaders(foreign).unwrap_err().to_string();
+        assert!(said.contains("Constants"), "{said}");
+        assert_eq!(shown(), [188, 0, 0, 255]);
+        let back = changed("vec4(display, 1.0)", "vec4(display, 1.0) ");
+        assert_eq!(gpu.take_shaders(back).unwrap(), 1);
+        assert_eq!(shown(), [188, 188, 188, 255]);
     }
 }

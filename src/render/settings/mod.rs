@@ -55,6 +55,18 @@ impl RenderSettings {
         Ok(())
     }
 
+    /// The same picture shaded in another way. The reference smooths outlines by its samples, and its geometry has every texel.
+    #[must_use]
+    pub fn shaded_by(&self, shading: Shading) -> Self {
+        let reference = shading.technique().is_reference();
+        Self {
+            msaa: if reference { 1 } else { self.msaa },
+            shading,
+            tessellation: TessellationSettings { to_texels: reference, ..self.tessellation },
+            ..*self
+        }
+    }
+
     /// How the samples of the geometry relate to the pixels.
     #[must_use]
     pub fn pixel_samples(&self) -> Samples {

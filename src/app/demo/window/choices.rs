@@ -110,16 +110,10 @@ impl Choices {
     /// The settings of the picture, or of both its sides, in place of those in `base`.
     #[must_use]
     pub fn sides(&self, base: &RenderSettings) -> Vec<RenderSettings> {
-        let side = |technique: Technique, samples: u32| RenderSettings {
-            samples,
-            msaa: if technique.is_reference() { 1 } else { base.msaa },
-            shading: technique.with(self.options),
-            tessellation: TessellationSettings {
-                pixels_per_triangle: self.triangle_pixels,
-                to_texels: technique.is_reference() && base.displacement,
-                ..base.tessellation
-            },
-            ..*base
+        let pixels_per_triangle = self.triangle_pixels;
+        let tessellation = TessellationSettings { pixels_per_triangle, ..base.tessellation };
+        let side = |technique: Technique, samples: u32| {
+            RenderSettings { samples, tessellation, ..*base }.shaded_by(technique.with(self.options))
         };
         // What is read back is that of one sample.
         let samples = if self.look.layer().is_some() { 1 } else { self.samples };

@@ -422,7 +422,7 @@ mod tests {
     fn the_camera_goes_along_with_what_the_scene_follows() {
         let mut viewer = viewer();
         let start = viewer.orbit.pose().camera();
-        let gone = glam::Vec3::new(7.0, 1.0, 0.0);
+        let gone = Vec3::new(7.0, 1.0, 0.0);
         let own = Camera { position: start.position + gone, target: start.target + gone, ..start };
         let camera = viewer.camera(&own);
         assert!(camera.position.distance(own.position) < 1e-4 && camera.target == own.target);
@@ -491,7 +491,7 @@ mod tests {
             viewer.wheel(f32::MAX);
         }
         let pose = viewer.orbit.pose();
-        let distance = glam::Vec3::from_array(pose.position).distance(glam::Vec3::from_array(pose.target));
+        let distance = Vec3::from_array(pose.position).distance(Vec3::from_array(pose.target));
         assert!((0.1..1.0).contains(&distance), "{distance}");
     }
 }
