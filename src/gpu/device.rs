@@ -9,7 +9,7 @@ use gpu_allocator::vulkan::{Allocator, AllocatorCreateDesc};
 use gpu_allocator::{AllocationSizes, AllocatorDebugSettings};
 
 use super::error::Doing;
-use super::pipeline::Recipe;
+use super::remake::Remake;
 use super::{GpuError, Result, select, validation};
 
 /// How to open the device.
@@ -35,7 +35,7 @@ pub struct Gpu {
     debug: Option<ash::ext::debug_utils::Device>,
     labels: Mutex<()>,
     /// How the pipelines are made that there are.
-    recipes: Mutex<Vec<Weak<Recipe>>>,
+    recipes: Mutex<Vec<Weak<dyn Remake>>>,
     device: ash::Device,
     messenger: Option<(ash::ext::debug_utils::Instance, vk::DebugUtilsMessengerEXT)>,
     messages: Box<validation::Messages>,
@@ -252,7 +252,7 @@ impl Gpu {
         Arc::clone(&self.allocator)
     }
 
-    pub(super) fn recipes(&self) -> &Mutex<Vec<Weak<Recipe>>> {
+    pub(super) fn recipes(&self) -> &Mutex<Vec<Weak<dyn Remake>>> {
         &self.recipes
     }
 

@@ -69,6 +69,7 @@ mod memory;
 mod pipeline;
 mod pipeline_layout;
 mod reload;
+mod remake;
 mod sampler;
 mod select;
 #[cfg(feature = "window")]

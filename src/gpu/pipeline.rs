@@ -6,6 +6,7 @@ use ash::vk;
 
 use super::error::Doing;
 use super::pipeline_layout::{PipelineCore, Spec, SpecValue, Stage, check_constants, shader};
+use super::remake::{Put, Remake};
 use super::shaders::Shader;
 use super::{Gpu, GpuError, Result, StructLayout};
 
@@ -17,7 +18,7 @@ pub trait Pipeline {
 }
 
 /// What a pipeline is made of, so that it can be made again of other shaders.
-pub(crate) struct Recipe {
+struct Recipe {
     /// Names of its entry points.
     shaders: Vec<String>,
     make: Box<dyn Fn(&Arc<Gpu>) -> Result<PipelineCore> + Send + Sync>,
@@ -33,27 +34,25 @@ impl Recipe {
     ) -> Result<Arc<Self>> {
         let made = RwLock::new(Arc::new(make(gpu)?));
         let recipe = Arc::new(Self { shaders, make: Box::new(make), made });
-        gpu.remember(&recipe);
+        let known: Arc<dyn Remake> = recipe.clone();
+        gpu.remember(Arc::downgrade(&known));
         Ok(recipe)
-    }
-
-    /// Whether one of its entry points is among these.
-    pub(crate) fn uses(&self, names: &[&str]) -> bool {
-        self.shaders.iter().any(|shader| names.contains(&shader.as_str()))
-    }
-
-    /// Makes it again. Nothing draws with the result before it is [`put`](Self::put) in place.
-    pub(crate) fn make_again(&self, gpu: &Arc<Gpu>) -> Result<PipelineCore> {
-        (self.make)(gpu)
-    }
-
-    /// Puts what was made again in place. Nothing may be recorded meanwhile.
-    pub(crate) fn put(&self, core: PipelineCore) {
-        *self.made.write().unwrap_or_else(PoisonError::into_inner) = Arc::new(core);
     }
 
     fn core(&self) -> Arc<PipelineCore> {
         self.made.read().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+}
+
+impl Remake for Recipe {
+    fn uses(&self, names: &[&str]) -> bool {
+        self.shaders.iter().any(|shader| names.contains(&shader.as_str()))
+    }
+
+    fn make_again(self: Arc<Self>) -> Result<Put> {
+        let gpu = self.core().gpu().clone();
+        let core = Arc::new((self.make)(&gpu)?);
+        Ok(Box::new(move || *self.made.write().unwrap_or_else(PoisonError::into_inner) = core))
     }
 }
 

@@ -125,6 +125,11 @@ impl PipelineCore {
         Ok(core)
     }
 
+    /// The device.
+    pub(super) fn gpu(&self) -> &Arc<Gpu> {
+        &self.gpu
+    }
+
     fn create_set_layout(&mut self) -> Result<()> {
         let bindings: Vec<_> = (0u32..)
             .zip(&self.slots)

@@ -3,19 +3,19 @@
 use std::collections::BTreeMap;
 use std::sync::{Arc, PoisonError, Weak};
 
-use super::pipeline::Recipe;
+use super::remake::Remake;
 use super::shaders::{self, Shader};
 use super::{Gpu, Result};
 
 impl Gpu {
     /// Notes a pipeline, to make it again.
-    pub(crate) fn remember(&self, recipe: &Arc<Recipe>) {
+    pub(super) fn remember(&self, recipe: Weak<dyn Remake>) {
         let mut recipes = self.recipes().lock().unwrap_or_else(PoisonError::into_inner);
         // Those that are gone are forgotten now and then, so that the list grows no longer than twice what there is.
         if recipes.len() == recipes.capacity() {
             recipes.retain(|known| known.strong_count() > 0);
         }
-        recipes.push(Arc::downgrade(recipe));
+        recipes.push(recipe);
     }
 
     /// Draws with these shaders in place of those of the same name from now on. Every pipeline that has one is made again, and those that
@@ -31,12 +31,12 @@ impl Gpu {
         let before = shaders::replace(all);
         let recipes = self.recipes().lock().unwrap_or_else(PoisonError::into_inner).clone();
         let recipes = recipes.iter().filter_map(Weak::upgrade).filter(|recipe| recipe.uses(&names));
-        let made: Result<Vec<_>> = recipes.map(|recipe| Ok((recipe.make_again(self)?, recipe))).collect();
+        let made: Result<Vec<_>> = recipes.map(Remake::make_again).collect();
         let done = made.and_then(|made| self.wait_idle().map(|()| made));
         match done {
             Ok(made) => {
                 let count = made.len();
-                made.into_iter().for_each(|(core, recipe)| recipe.put(core));
+                made.into_iter().for_each(|put| put());
                 Ok(count)
             }
             Err(error) => {

@@ -6,8 +6,7 @@ use clap::Args;
 use serde::{Serialize, Serializer};
 
 use super::frames::{Moment, Timeline, Travel, spread};
-use super::pattern::{FRAME, FileKind, MovingKind, OutputPattern, StillKind};
-use super::sink::sheet::whole_size;
+use super::pattern::{FRAME, FileKind, MovingKind, OutputPattern, StillKind, whole_size};
 use crate::app::error::AppError;
 use crate::app::flags::device::DeviceArgs;
 use crate::app::flags::scene::SceneArgs;

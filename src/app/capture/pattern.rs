@@ -8,6 +8,29 @@ use super::frames::Timeline;
 use crate::app::error::AppError;
 use crate::app::files::extension;
 use crate::app::flags::values::Sheet;
+use crate::scenes::view::Size;
+
+/// Pixels between two pictures.
+pub const GUTTER: u32 = 4;
+
+/// Pixels of a sheet of pictures of size `cell`.
+///
+/// # Errors
+/// If it is larger than a picture may be, in a sentence.
+pub fn whole_size(sheet: Sheet, cell: Size) -> Result<Size, String> {
+    // At most 1000 sides of 2¹⁴ and gutters: no overflow.
+    let side = |count: u32, length: u32| count * length + (count - 1) * GUTTER;
+    let whole = Size { width: side(sheet.columns, cell.width), height: side(sheet.rows, cell.height) };
+    let (most_side, most_pixels) = (Size::MAX_SIDE, Size::MAX_PIXELS);
+    if whole.width.max(whole.height) > most_side || u64::from(whole.width) * u64::from(whole.height) > most_pixels {
+        return Err(format!(
+            "a --sheet of {}x{} pictures of {cell} has {whole} pixels; a side may have {most_side} and the whole \
+             {most_pixels}: choose a smaller --size or fewer pictures",
+            sheet.columns, sheet.rows
+        ));
+    }
+    Ok(whole)
+}
 
 /// What a capture writes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]

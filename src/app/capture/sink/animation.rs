@@ -3,8 +3,8 @@
 use std::fs::File;
 use std::path::Path;
 
-use super::Sink;
 use super::delays::Delays;
+use super::frame_sink::Sink;
 use crate::app::capture::args::CaptureConfig;
 use crate::app::capture::frame_source::Frame;
 use crate::app::capture::save::{Tone, display};

@@ -3,9 +3,10 @@
 use std::io::Write;
 use std::path::Path;
 
-use super::Sink;
+use super::frame_sink::Sink;
 use crate::app::capture::args::CaptureConfig;
 use crate::app::capture::frame_source::Frame;
+use crate::app::capture::pattern::{GUTTER, whole_size};
 use crate::app::capture::save::{Tone, display};
 use crate::app::error::AppError;
 use crate::app::files::make_folder_of;
@@ -14,30 +15,8 @@ use crate::maps::Rgb8Image;
 use crate::maps::save::{NewFile, encode_png_srgb8};
 use crate::scenes::view::Size;
 
-/// Pixels between two pictures.
-const GUTTER: u32 = 4;
-
 /// Their colour, sRGB: dark, and lighter than night.
 const GUTTER_COLOR: [u8; 3] = [32; 3];
-
-/// Pixels of a sheet of pictures of size `cell`.
-///
-/// # Errors
-/// If it is larger than a picture may be, in a sentence.
-pub fn whole_size(sheet: Sheet, cell: Size) -> Result<Size, String> {
-    // At most 1000 sides of 2¹⁴ and gutters: no overflow.
-    let side = |count: u32, length: u32| count * length + (count - 1) * GUTTER;
-    let whole = Size { width: side(sheet.columns, cell.width), height: side(sheet.rows, cell.height) };
-    let (most_side, most_pixels) = (Size::MAX_SIDE, Size::MAX_PIXELS);
-    if whole.width.max(whole.height) > most_side || u64::from(whole.width) * u64::from(whole.height) > most_pixels {
-        return Err(format!(
-            "a --sheet of {}x{} pictures of {cell} has {whole} pixels; a side may have {most_side} and the whole \
-             {most_pixels}: choose a smaller --size or fewer pictures",
-            sheet.columns, sheet.rows
-        ));
-    }
-    Ok(whole)
-}
 
 /// Collects pictures until the sheet is full.
 struct ContactSheet {

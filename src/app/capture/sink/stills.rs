@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::Sink;
+use super::frame_sink::Sink;
 use crate::app::capture::args::CaptureConfig;
 use crate::app::capture::frame_source::Frame;
 use crate::app::capture::pattern::StillKind;

@@ -31,7 +31,7 @@ use painter::{Painter, WindowFrame};
 use panel::{Facts, Panel, Request};
 use show::{Program, Show};
 use surroundings::Surroundings;
-use viewer::{Action, Drag, Viewer};
+use viewer::{Action, Drag, SPLIT_GRIP, Viewer};
 
 pub mod choices;
 mod display;
@@ -599,7 +599,13 @@ impl App<'_> {
             WindowEvent::DroppedFile(path) => return self.dropped(path),
             WindowEvent::ModifiersChanged(modifiers) => self.modifiers = modifiers.state(),
             WindowEvent::MouseInput { state, button, .. } => {
+                let grip = SPLIT_GRIP * open.window.scale_factor() as f32;
+                let at_split = self
+                    .viewer
+                    .pointer_at()
+                    .is_some_and(|[x, _]| self.viewer.is_at_split(x, open.size.width as f32, grip));
                 let drag = match button {
+                    MouseButton::Left if at_split => Some(Drag::Split),
                     MouseButton::Left if self.modifiers.shift_key() => Some(Drag::Pan),
                     MouseButton::Left if self.viewer.fly => Some(Drag::Look),
                     MouseButton::Left => Some(Drag::Turn),
@@ -609,7 +615,11 @@ impl App<'_> {
                 self.viewer.drag(drag.filter(|_| state == ElementState::Pressed && !consumed));
             }
             WindowEvent::CursorMoved { position, .. } => {
-                self.viewer.pointer([position.x as f32, position.y as f32], open.size.height as f32);
+                let size = [open.size.width as f32, open.size.height as f32];
+                self.viewer.pointer([position.x as f32, position.y as f32], size);
+                if self.viewer.take_redraw() {
+                    open.window.request_redraw();
+                }
             }
             WindowEvent::MouseWheel { delta, .. } if !consumed => self.viewer.wheel(match delta {
                 MouseScrollDelta::LineDelta(_, lines) => lines,

@@ -23,6 +23,9 @@ const SWEEP_STEPS: u32 = 1 << 16;
 /// Share of its distance from the target by which a flying camera moves in a second.
 const FLY_PACE: f32 = 0.6;
 
+/// Points on either side of the line between two techniques where it can be grabbed.
+pub const SPLIT_GRIP: f32 = 8.0;
+
 /// What `[` and `]` move the sun by, hours.
 const SUN_STEP: f64 = 0.5;
 /// Paces of the sun, hours per second, in the order in which a key chooses them.
@@ -80,6 +83,8 @@ pub enum Drag {
     Pan,
     /// Turns a flying camera.
     Look,
+    /// Moves the line between two techniques.
+    Split,
 }
 
 /// The state that keys and the mouse change.
@@ -112,6 +117,8 @@ pub struct Viewer {
     drag: Option<Drag>,
     pointer: Option<[f32; 2]>,
     changed: bool,
+    /// Something over the picture has changed.
+    redraw: bool,
 }
 
 impl Viewer {
@@ -141,6 +148,7 @@ impl Viewer {
             drag,
             pointer,
             changed: true,
+            redraw: false,
         }
     }
 
@@ -256,21 +264,50 @@ impl Viewer {
         Camera { position: camera.position + gone, target: camera.target + gone, ..camera }
     }
 
+    /// Whether these pixels are on the line between two techniques, or within `grip` of it.
+    #[must_use]
+    pub fn is_at_split(&self, x: f32, width: f32, grip: f32) -> bool {
+        self.choices.compare.is_some_and(|compare| (compare.split * width - x).abs() <= grip)
+    }
+
+    /// Where the pointer is, pixels.
+    #[must_use]
+    pub fn pointer_at(&self) -> Option<[f32; 2]> {
+        self.pointer
+    }
+
+    /// Whether the line between two techniques is being dragged.
+    #[must_use]
+    pub fn drags_split(&self) -> bool {
+        self.drag == Some(Drag::Split)
+    }
+
+    /// Whether something over the picture has changed since the last call.
+    pub fn take_redraw(&mut self) -> bool {
+        std::mem::take(&mut self.redraw)
+    }
+
     /// Begins or ends dragging.
     pub fn drag(&mut self, drag: Option<Drag>) {
         self.drag = drag;
     }
 
-    /// The pointer is at these pixels, x right and y down, in a window `height` pixels high.
-    pub fn pointer(&mut self, to: [f32; 2], height: f32) {
+    /// The pointer is at these pixels, x right and y down, in a window of so many.
+    pub fn pointer(&mut self, to: [f32; 2], [width, height]: [f32; 2]) {
         if let (Some(from), Some(drag)) = (self.pointer, self.drag) {
             let (right, down) = (to[0] - from[0], to[1] - from[1]);
             match drag {
                 Drag::Turn => self.orbit.turn(right, down),
                 Drag::Pan => self.orbit.pan(right, down, height),
                 Drag::Look => self.orbit.look(right, down),
+                Drag::Split => {
+                    if let Some(compare) = &mut self.choices.compare {
+                        compare.split = (to[0] / width).clamp(0.0, 1.0);
+                    }
+                    self.redraw = true;
+                }
             }
-            self.changed = true;
+            self.changed |= drag != Drag::Split;
         }
         self.pointer = Some(to);
     }
@@ -401,18 +438,18 @@ mod tests {
         let mut viewer = viewer();
         viewer.take_changed();
         let start = viewer.orbit;
-        viewer.pointer([10.0, 10.0], 100.0);
+        viewer.pointer([10.0, 10.0], [200.0, 100.0]);
         assert!(viewer.orbit == start && !viewer.take_changed());
         viewer.drag(Some(Drag::Turn));
-        viewer.pointer([30.0, 15.0], 100.0);
+        viewer.pointer([30.0, 15.0], [200.0, 100.0]);
         assert!(viewer.orbit != start && viewer.take_changed());
         assert_eq!(viewer.orbit.pose().target, start.pose().target);
         viewer.drag(Some(Drag::Pan));
-        viewer.pointer([40.0, 15.0], 100.0);
+        viewer.pointer([40.0, 15.0], [200.0, 100.0]);
         assert_ne!(viewer.orbit.pose().target, start.pose().target);
         viewer.drag(None);
         let panned = viewer.orbit;
-        viewer.pointer([90.0, 90.0], 100.0);
+        viewer.pointer([90.0, 90.0], [200.0, 100.0]);
         assert_eq!(viewer.orbit, panned);
         viewer.act(Action::Reset);
         assert_eq!((viewer.orbit, viewer.time), (start, 1.0));
@@ -459,9 +496,9 @@ mod tests {
         let mut viewer = viewer();
         viewer.act(Action::Fly);
         let eye = Vec3::from_array(viewer.orbit.pose().position);
-        viewer.pointer([0.0, 0.0], 100.0);
+        viewer.pointer([0.0, 0.0], [200.0, 100.0]);
         viewer.drag(Some(Drag::Look));
-        viewer.pointer([40.0, 10.0], 100.0);
+        viewer.pointer([40.0, 10.0], [200.0, 100.0]);
         let turned = viewer.orbit.pose();
         assert!(Vec3::from_array(turned.position).distance(eye) < 1e-4);
         viewer.held = Vec3::Y;
@@ -471,6 +508,22 @@ mod tests {
         let ahead = Vec3::from_array(turned.target) - eye;
         assert!(way.normalize().dot(ahead.normalize()) > 0.999 && way.length() > 0.1);
         assert!(viewer.is_moving());
+    }
+
+    #[test]
+    fn the_line_between_techniques_follows_the_pointer_and_no_picture_is_drawn_for_it() {
+        let mut viewer = viewer();
+        viewer.act(Action::Compare);
+        viewer.take_changed();
+        assert!(viewer.is_at_split(104.0, 200.0, 8.0) && !viewer.is_at_split(120.0, 200.0, 8.0));
+        let orbit = viewer.orbit;
+        viewer.pointer([100.0, 10.0], [200.0, 100.0]);
+        viewer.drag(Some(Drag::Split));
+        viewer.pointer([50.0, 30.0], [200.0, 100.0]);
+        viewer.drag(None);
+        viewer.pointer([90.0, 30.0], [200.0, 100.0]);
+        assert_eq!(viewer.choices.compare.expect("one").split, 0.25);
+        assert!(viewer.orbit == orbit && !viewer.take_changed() && viewer.take_redraw() && !viewer.take_redraw());
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use egui::{ComboBox, Slider, Ui};
 
-use super::{Facts, Request};
+use super::facts::{Facts, Request};
 use crate::app::demo::window::choices::{Compare, Look};
 use crate::app::demo::window::viewer::{Action, Viewer};
 use crate::maps::tonemap::Tonemap;

@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 
 use egui::{Color32, Pos2, Rect, Sense, Ui, Vec2};
 
-use super::Facts;
+use super::facts::{Facts, HISTORY};
 
 /// Height of the graph, points.
 const GRAPH: f32 = 36.0;
@@ -40,7 +40,7 @@ fn graph(ui: &mut Ui, milliseconds: &VecDeque<f32>) {
     let painter = ui.painter_at(area);
     painter.rect_filled(area, 2.0, Color32::from_black_alpha(90));
     let Some(most) = milliseconds.iter().copied().max_by(f32::total_cmp).filter(|most| *most > 0.0) else { return };
-    let step = area.width() / super::HISTORY as f32;
+    let step = area.width() / HISTORY as f32;
     for (index, time) in milliseconds.iter().enumerate() {
         let left = area.left() + step * index as f32;
         let top = area.bottom() - (GRAPH - 10.0) * time / most;

@@ -4,6 +4,7 @@
 
 mod controls;
 mod costs;
+mod facts;
 mod overlay;
 pub mod paint;
 
@@ -14,8 +15,10 @@ use egui::{Color32, ColorImage, Context, TextureHandle, TextureOptions, Viewport
 use winit::event::WindowEvent;
 use winit::window::Window;
 
+use self::facts::HISTORY;
+pub use self::facts::{Facts, Request};
 use self::paint::Painted;
-use super::viewer::{Action, Viewer};
+use super::viewer::Viewer;
 use crate::maps::Rgb8Image;
 
 /// Points that the panel takes on the left.
@@ -24,47 +27,6 @@ const WIDTH: f32 = 252.0;
 const ROOM: f32 = 560.0;
 /// How long a message stays.
 const MESSAGE: Duration = Duration::from_secs(6);
-/// Frames in the graph of their times.
-const HISTORY: usize = 120;
-
-/// What the panel tells and cannot change.
-pub struct Facts<'a> {
-    /// Names of the scenes that can be opened; empty where there is one only.
-    pub scenes: &'a [String],
-    /// The one that is shown.
-    pub scene: &'a str,
-    /// Names of the environments.
-    pub environments: &'a [String],
-    /// Which of them surrounds the scene.
-    pub environment: usize,
-    /// Direction to the sun as it is, if there is one: degrees.
-    pub sun: Option<[f32; 2]>,
-    /// The device.
-    pub device: &'a str,
-    /// Frames in a second.
-    pub fps: f64,
-    /// Passes of the last frame and their milliseconds.
-    pub passes: &'a [(String, f64)],
-    /// Samples in the picture, and those that it will have.
-    pub samples: (u32, u32),
-    /// Pixels that are drawn; fewer than the window has while something moves on a slow device.
-    pub pixels: (u32, u32),
-    /// Upper bound on the triangles of a frame, and its patches.
-    pub triangles: (u64, u32),
-}
-
-/// What the user asks the window for.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Request {
-    /// What a key does.
-    Act(Action),
-    /// Another scene, by name.
-    Scene(String),
-    /// One of the environments.
-    Environment(usize),
-    /// One of the scene's views: 0 near, 1 middle, 2 far.
-    View(usize),
-}
 
 /// The panel of a window.
 pub struct Panel {

@@ -1,12 +1,10 @@
 //! What lies over the picture itself: the line between two techniques, pictures of numbers, messages, help.
 
-use egui::{Align2, Color32, CursorIcon, FontId, Id, Pos2, Rect, Sense, Shape, Stroke, TextureHandle, Ui, Vec2};
+use egui::{Align2, Color32, CursorIcon, FontId, Id, Pos2, Rect, Shape, Stroke, TextureHandle, Ui, Vec2};
 
 use crate::app::demo::args::keys;
-use crate::app::demo::window::viewer::Viewer;
+use crate::app::demo::window::viewer::{SPLIT_GRIP, Viewer};
 
-/// Points on either side of the line where it can be grabbed.
-const GRIP: f32 = 8.0;
 /// Points between two ellipses.
 const ELLIPSES: f32 = 24.0;
 /// Points for a root of a slope variance of one.
@@ -20,30 +18,21 @@ fn label(ui: &Ui, at: Pos2, anchor: Align2, text: &str) {
     ui.painter().galley(area.min + Vec2::new(6.0, 3.0), galley, Color32::WHITE);
 }
 
-/// The line between two techniques, which can be dragged, and their names.
-pub fn split(ui: &mut Ui, viewer: &mut Viewer, left: f32) {
+/// The line between two techniques, and their names. The window itself drags it, however few frames there are.
+pub fn split(ui: &Ui, viewer: &Viewer, left: f32) {
     let screen = ui.ctx().content_rect();
-    let Some(mut compare) = viewer.choices.compare else { return };
-    let own = viewer.choices.technique.name();
+    let Some(compare) = viewer.choices.compare else { return };
     let x = screen.left() + compare.split * screen.width();
-    let grip = Rect::from_x_y_ranges(x - GRIP..=x + GRIP, screen.y_range());
-    // An area of its own, so that the drag turns no camera.
-    let area = egui::Area::new(Id::new("split")).fixed_pos(grip.min).constrain(false);
-    let response = area.show(ui.ctx(), |ui| ui.allocate_exact_size(grip.size(), Sense::drag()).1).inner;
-    if response.hovered() || response.dragged() {
+    let hovered = ui.ctx().pointer_latest_pos().is_some_and(|at| (at.x - x).abs() <= SPLIT_GRIP && at.x > left);
+    if hovered || viewer.drags_split() {
         ui.ctx().set_cursor_icon(CursorIcon::ResizeHorizontal);
     }
-    if let Some(at) = response.interact_pointer_pos().filter(|_| response.dragged()) {
-        compare.split = ((at.x - screen.left()) / screen.width()).clamp(0.0, 1.0);
-        viewer.choices.compare = Some(compare);
-    }
-    let strength = if response.hovered() || response.dragged() { 2.5 } else { 1.0 };
+    let strength = if hovered || viewer.drags_split() { 2.5 } else { 1.0 };
     ui.painter().vline(x, screen.y_range(), Stroke::new(strength, Color32::WHITE));
-    let middle = Pos2::new(x, screen.center().y);
-    ui.painter().circle(middle, 7.0, Color32::WHITE, Stroke::new(1.0, Color32::BLACK));
+    ui.painter().circle(Pos2::new(x, screen.center().y), 7.0, Color32::WHITE, Stroke::new(1.0, Color32::BLACK));
     let top = screen.top() + 8.0;
     if x - left > 60.0 {
-        label(ui, Pos2::new(x - 14.0, top), Align2::RIGHT_TOP, own);
+        label(ui, Pos2::new(x - 14.0, top), Align2::RIGHT_TOP, viewer.choices.technique.name());
     }
     label(ui, Pos2::new(x + 14.0, top), Align2::LEFT_TOP, compare.technique.name());
 }

@@ -1,0 +1,23 @@
+//! The sink for each kind of output.
+
+use super::frame_sink::Sink;
+use super::{animation, apng, gif, sheet, stills, webp, y4m};
+use crate::app::capture::args::CaptureConfig;
+use crate::app::capture::pattern::{FileKind, MovingKind};
+use crate::app::error::AppError;
+
+/// The sink that `config` asks for. Files of several frames are begun here, so that a folder that refuses them is found
+/// before anything is drawn.
+///
+/// # Errors
+/// If a file cannot be begun.
+pub fn open(config: &CaptureConfig) -> Result<Box<dyn Sink>, AppError> {
+    match config.output.kind {
+        FileKind::Still(kind) => Ok(Box::new(stills::Stills::new(config, kind))),
+        FileKind::Moving(MovingKind::Webp) => animation::open::<webp::Webp>(config),
+        FileKind::Moving(MovingKind::Apng) => animation::open::<apng::Apng>(config),
+        FileKind::Moving(MovingKind::Gif) => animation::open::<gif::Gif>(config),
+        FileKind::Moving(MovingKind::Y4m) => y4m::open(config),
+        FileKind::Sheet { sheet } => sheet::open(config, sheet),
+    }
+}

@@ -1,0 +1,45 @@
+//! What the panel is told, and what it asks for.
+
+use crate::app::demo::window::viewer::Action;
+
+/// Frames in the graph of their times.
+pub const HISTORY: usize = 120;
+
+/// What the panel tells and cannot change.
+pub struct Facts<'a> {
+    /// Names of the scenes that can be opened; empty where there is one only.
+    pub scenes: &'a [String],
+    /// The one that is shown.
+    pub scene: &'a str,
+    /// Names of the environments.
+    pub environments: &'a [String],
+    /// Which of them surrounds the scene.
+    pub environment: usize,
+    /// Direction to the sun as it is, if there is one: degrees.
+    pub sun: Option<[f32; 2]>,
+    /// The device.
+    pub device: &'a str,
+    /// Frames in a second.
+    pub fps: f64,
+    /// Passes of the last frame and their milliseconds.
+    pub passes: &'a [(String, f64)],
+    /// Samples in the picture, and those that it will have.
+    pub samples: (u32, u32),
+    /// Pixels that are drawn; fewer than the window has while something moves on a slow device.
+    pub pixels: (u32, u32),
+    /// Upper bound on the triangles of a frame, and its patches.
+    pub triangles: (u64, u32),
+}
+
+/// What the user asks the window for.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Request {
+    /// What a key does.
+    Act(Action),
+    /// Another scene, by name.
+    Scene(String),
+    /// One of the environments.
+    Environment(usize),
+    /// One of the scene's views: 0 near, 1 middle, 2 far.
+    View(usize),
+}
