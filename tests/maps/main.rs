@@ -9,3 +9,4 @@ mod derive;
 mod images;
 mod slope_variance;
 mod textures;
+mod tiling;

@@ -8,4 +8,5 @@ pub mod moments;
 pub mod normal_blending;
 pub mod packing;
 pub mod statistics;
+pub mod tiling;
 pub mod turn;

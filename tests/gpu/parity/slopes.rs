@@ -3,7 +3,7 @@
 use super::comparator::{Arguments as _, Numbers, TUPLES, Tolerance, join, list, parity, v2, v3};
 use super::extremes::finite;
 use crate::common::gpu::{run_probe, test_gpu};
-use glam::{DVec2, DVec3};
+use glam::{DVec2, DVec3, IVec2};
 use leadr::reflectance::facets::beckmann::beckmann_vndf;
 use leadr::reflectance::facets::beckmann_sampling::{beckmann_sample_visible, visible_slope_quantile};
 use leadr::reflectance::facets::ellipse::{
@@ -17,6 +17,8 @@ use leadr::reflectance::facets::ggx_sampling::ggx_sample_visible;
 use leadr::reflectance::facets::normal_distribution::{normal_cdf, normal_pdf, normal_quantile, normal_tail_mean};
 use leadr::reflectance::random::Random;
 use leadr::reflectance::slopes::grid::{normal_of_slope, slope_sample};
+use leadr::reflectance::slopes::moments::SlopeMoments;
+use leadr::reflectance::slopes::tiling::{add_look, look_offset, merged_looks, tiling_fade, tiling_looks};
 
 /// Half of the normals lie in the lobe, half anywhere.
 fn normal(r: &mut Random, m: DVec2, s: DVec3) -> DVec3 {
@@ -185,4 +187,39 @@ fn finite_at_the_extremes() {
     finite::<10, 0>(&gpu, &mut r(), "facets/ggx_sampling", 3, 1, |_| []);
     finite::<11, 0>(&gpu, &mut r(), "facets/beckmann_sampling", 5, 1, |_| []);
     finite::<6, 0>(&gpu, &mut r(), "facets/ellipse", 16, 0, |_| []);
+}
+
+/// A map of one wave, and its slope: what is blended does not change where the looks of a place do.
+fn wave(at: DVec2) -> (f64, DVec2) {
+    let phase = std::f64::consts::TAU * (at.x + 2.0 * at.y);
+    (phase.sin(), std::f64::consts::TAU * phase.cos() * DVec2::new(1.0, 2.0))
+}
+
+#[test]
+fn tiling_parity() {
+    parity::<6>(
+        "slopes/tiling",
+        // The lattice has some hundred numbers, and weights change by ten times their place near the middle of three looks.
+        Tolerance { relative: 1e-4, floor: |k| if k < 2 { 1.0 } else { 30.0 }, unit: 4.0 },
+        |r| {
+            let corner = [r.range(-900.0, 900.0).floor() + 0.5, r.range(-900.0, 900.0).floor() + 0.5];
+            let place = [r.range(-30.0, 30.0), r.range(-30.0, 30.0)];
+            join(&[&place, &[r.range(1.0, 4.0), r.range(0.0, 3.0)], &corner])
+        },
+        |x| {
+            let (place, cells, corner) = (v2(x, 0), x[2], IVec2::new(x[4].floor() as i32, x[5].floor() as i32));
+            let part = tiling_fade(x[3], 16.0, cells);
+            let (mut height, mut squares, mut blend) = (0.0, 0.0, SlopeMoments::default());
+            for look in merged_looks(tiling_looks(place, cells), x[3]) {
+                let (seen, slope) = wave(place - place.floor() + look_offset(look.corner));
+                height += look.weight * seen;
+                squares += look.weight * look.weight;
+                let moments = SlopeMoments { first: slope, second: DVec3::new(90.0, 300.0, 120.0) };
+                blend = add_look(blend, moments, look.weight, part);
+                blend.first += look.slope * seen;
+            }
+            let offset = look_offset(corner);
+            list![[height, squares], blend.first.to_array(), blend.second.to_array(), [part], offset.to_array()]
+        },
+    );
 }

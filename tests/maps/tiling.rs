@@ -1,0 +1,86 @@
+//! Maps shown by example have the mean and the covariance of the map itself, at every level of its moments.
+
+use glam::{DVec2, DVec3};
+use leadr::maps::moments::MomentLevel;
+use leadr::maps::{HeightMap, LeadrMap, Wrap, procedural};
+use leadr::reflectance::random::Random;
+use leadr::reflectance::slopes::moments::SlopeMoments;
+use leadr::reflectance::slopes::tiling::{add_look, look_offset, merged_looks, tiling_fade, tiling_looks};
+
+/// What the shaders have.
+const CELLS: f64 = 2.5;
+
+/// Moments and height between the texels of a level that repeats.
+fn seen(level: &MomentLevel, at: DVec2) -> (SlopeMoments, f64) {
+    let (w, h) = (i64::from(level.width), i64::from(level.height));
+    let place = at * DVec2::new(w as f64, h as f64) - 0.5;
+    let (low, part) = (place.floor(), place - place.floor());
+    let (mut sum, mut height) = (SlopeMoments::default(), 0.0);
+    for (dx, dy) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
+        let share = |d: i64, part: f64| if d == 1 { part } else { 1.0 - part };
+        let weight = share(dx, part.x) * share(dy, part.y);
+        let texel = (low.y as i64 + dy).rem_euclid(h) * w + (low.x as i64 + dx).rem_euclid(w);
+        let m = &level.texels[texel as usize];
+        let [mean, second] = [m.mean_slope, m.second].map(|v| DVec2::new(f64::from(v[0]), f64::from(v[1])));
+        sum.first += weight * mean;
+        sum.second += weight * second.extend(f64::from(m.cross));
+        height += weight * f64::from(m.height);
+    }
+    (sum, height)
+}
+
+/// Mean slope and moments over a plane of places, and the part of the variance within a footprint. `blended`: by variance-preserving
+/// weights, or by weights that sum to one, which a test of this test takes.
+fn over_plane(level: &MomentLevel, lod: usize, size: f64, mean_height: f64, blended: bool) -> SlopeMoments {
+    let mut r = Random::stream(11, lod as u64);
+    let part = tiling_fade(lod as f64, size, CELLS);
+    let mut sum = SlopeMoments::default();
+    let side = 400;
+    for i in 0..side * side {
+        // Jittered, so that few places tell much.
+        let cell = DVec2::new(f64::from(i % side), f64::from(i / side));
+        let at = (cell + DVec2::new(r.unit(), r.unit())) * 0.61 - 100.0;
+        let looks = merged_looks(tiling_looks(at, CELLS), lod as f64);
+        let total: f64 = looks.iter().map(|look| look.weight).sum();
+        let mut blend = SlopeMoments::default();
+        for look in looks.into_iter().filter(|look| look.weight > 0.0) {
+            let (moments, height) = seen(level, at + look_offset(look.corner));
+            let weight = if blended { look.weight } else { look.weight / total };
+            blend = add_look(blend, moments, weight, part);
+            if blended {
+                blend.first += look.slope * (part * (height - mean_height));
+            }
+        }
+        let m = blend.first;
+        sum.first += m;
+        sum.second += blend.second + DVec3::new(m.x * m.x, m.y * m.y, m.x * m.y);
+    }
+    let count = f64::from(side * side);
+    SlopeMoments { first: sum.first / count, second: sum.second / count }
+}
+
+#[test]
+fn maps_by_example_keep_mean_and_covariance_at_every_level() {
+    for map in [procedural::soil(256, 256, 1), procedural::gaussian(256, 256, 4, 0.4, 0.03)] {
+        let leadr = LeadrMap::new(&map, Wrap::Repeat);
+        let whole = leadr.mean();
+        let sigma = DVec2::new(f64::from(whole.second[0]), f64::from(whole.second[1])).map(f64::sqrt);
+        for (lod, level) in leadr.levels.iter().enumerate() {
+            let found = over_plane(level, lod, 256.0, f64::from(whole.height), true);
+            let variance = found.second.truncate() / (sigma * sigma);
+            assert!((variance - 1.0).abs().max_element() < 0.02, "level {lod}: {variance}");
+            assert!((found.first / sigma).abs().max_element() < 0.01, "level {lod}: {}", found.first);
+            let cross = (found.second.z - f64::from(whole.cross)) / (sigma.x * sigma.y);
+            assert!(cross.abs() < 0.02, "level {lod}: {cross}");
+        }
+    }
+}
+
+#[test]
+fn weights_that_sum_to_one_lose_variance() {
+    let map: HeightMap = procedural::gaussian(256, 256, 4, 0.4, 0.03);
+    let leadr = LeadrMap::new(&map, Wrap::Repeat);
+    let whole = leadr.mean();
+    let plain = over_plane(&leadr.levels[0], 0, 256.0, f64::from(whole.height), false);
+    assert!(plain.second.x < 0.9 * f64::from(whole.second[0]));
+}
