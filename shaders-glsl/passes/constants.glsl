@@ -67,6 +67,11 @@ const uint DETAIL_VARIES = 1u;
 // or they replace both.
 const uint DETAIL_COVERS = 2u;
 
+// Maps shown without their repeats
+
+// Edges of the lattice along a repeat of the map.
+const float TILING_CELLS = 2.5;
+
 // Atlases
 
 // Says that there is no patch beyond a side.

@@ -152,6 +152,20 @@ pub struct Detail {
     pub mask: Option<DetailMask>,
 }
 
+/// How maps that repeat cover a plane.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Tiling {
+    /// Side by side.
+    #[default]
+    Repeats,
+    /// By example: pieces of them, no two of which are neighbours in the map, are blended so that mean and covariance stay
+    /// ([`crate::reflectance::slopes::tiling`]). Of planes whose maps lie on the same texture coordinates and repeat; others take it for
+    /// [`Repeats`](Self::Repeats).
+    ByExample,
+    /// The same, staying where it is in the world however the mesh moves along itself, under the drifts and paths of open ground.
+    Ground,
+}
+
 /// One displaced (or smooth) surface.
 #[derive(Clone, Debug)]
 pub struct Object {
@@ -174,6 +188,8 @@ pub struct Object {
     pub moments: Option<LeadrMap>,
     /// Further variance of the slopes about them, `(ss, tt, st)` in squares of their unit, one for each of `slopes`: a base that is rougher along one direction.
     pub slope_spread: Option<Vec<[f32; 3]>>,
+    /// How its maps cover it.
+    pub tiling: Tiling,
     /// A finer relief that repeats.
     pub detail: Option<Detail>,
     /// Metres of displacement per unit of `heights` (`η`); each frame multiplies it by its own factor.
@@ -215,6 +231,7 @@ impl Object {
             slopes: None,
             moments: None,
             slope_spread: None,
+            tiling: Tiling::Repeats,
             detail: None,
             height_scale: 1.0,
             material: None,
@@ -264,6 +281,12 @@ impl Object {
     #[must_use]
     pub fn with_slope_spread(self, spread: Vec<[f32; 3]>) -> Self {
         Self { slope_spread: Some(spread), ..self }
+    }
+
+    /// The same, whose maps cover it otherwise than side by side.
+    #[must_use]
+    pub fn with_tiling(self, tiling: Tiling) -> Self {
+        Self { tiling, ..self }
     }
 
     /// The same with a finer relief that repeats.

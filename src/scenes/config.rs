@@ -19,6 +19,7 @@ use crate::maps::{MapError, MapFault, Wrap, load_raster};
 use crate::measured::fit_file::FitFile;
 use crate::reflectance::facets::metals::Metal;
 use crate::render::light::panorama::LightExtraction;
+use crate::render::scene::Tiling;
 use crate::render::settings::{RenderSettings, Shading};
 use crate::render::surfaces::moments::MomentFormat;
 use crate::render::surfaces::tessellation::TessellationSettings;
@@ -260,6 +261,9 @@ pub struct SceneConfig {
     /// Files of its material.
     #[serde(flatten)]
     pub material: MaterialFiles,
+    /// How its maps cover the plane.
+    #[serde(rename = "no_repeats", serialize_with = "without_repeats")]
+    pub tiling: Tiling,
     /// Whether the plane or sphere stands alone, without anything around it.
     pub bare: bool,
     /// The waves of the ocean.
@@ -314,6 +318,10 @@ fn name_of_tonemap<S: Serializer>(tonemap: &Tonemap, serializer: S) -> Result<S:
     serializer.serialize_str(tonemap.name())
 }
 
+fn without_repeats<S: Serializer>(tiling: &Tiling, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.serialize_bool(*tiling != Tiling::Repeats)
+}
+
 fn name_of_format<S: Serializer>(format: &MomentFormat, serializer: S) -> Result<S::Ok, S::Error> {
     serializer.serialize_str(format.name())
 }
@@ -331,6 +339,7 @@ impl Default for SceneConfig {
             measured: Vec::new(),
             height_map: None,
             material: MaterialFiles::default(),
+            tiling: Tiling::default(),
             bare: false,
             waves: Waves::default(),
             height_scale: 1.0,

@@ -1,16 +1,14 @@
-//! Dry ground out to the horizon: displaced soil whose map repeats, tinted so that the repeats do not show.
-
-use glam::Vec2;
+//! Dry ground out to the horizon: displaced soil by example of a map, which never repeats, under drifts of dust and trodden paths.
 
 use super::plane::{plane, toward_horizon};
 use crate::maps::cache::remembered;
 use crate::maps::material::alpha_code;
 use crate::maps::procedural;
 use crate::maps::srgb::srgb8_from_linear;
-use crate::render::scene::{MaterialMap, Object};
+use crate::render::scene::{MaterialMap, Object, Tiling};
 use crate::render::surfaces::displacement::{Border, HeightField};
 
-/// Metres of ground that one repeat of the soil map covers.
+/// Metres of ground that the soil map covers.
 const REPEAT: f32 = 5.0;
 /// Metres from the lowest crack to the highest pebble.
 pub const RELIEF: f32 = 0.10;
@@ -21,8 +19,8 @@ const HALF: f32 = 6000.0;
 /// Texels of the soil map along one repeat.
 const TEXELS: u32 = 1024;
 
-/// Metres after which the whole ground, tint included, repeats along x and y.
-pub const PERIOD: f32 = 40.0;
+/// Metres by which the ground follows who walks on it. What is on it stays in the world ([`Tiling::Ground`]).
+pub const STEP: f32 = 40.0;
 
 /// The heights of the soil without broad swells.
 fn soil() -> Vec<f32> {
@@ -52,22 +50,15 @@ pub fn ground() -> Object {
             [r, g, b, alpha_code(SOIL_ROUGHNESS)]
         })
         .collect();
-    let mut mesh = plane(HALF, 80, REPEAT, [1.0; 4], toward_horizon);
-    for (color, p) in mesh.colors.iter_mut().zip(&mesh.positions) {
-        // Far away the patches of the mesh are larger than those of the tint, which would alias into a grid.
-        let fade = 1.0 / (1.0 + (p.length() / 45.0).powi(4));
-        let tint = 0.82 + 0.18 * fade * patches(Vec2::new(p.x, p.y));
-        *color = [tint, tint * (0.97 + 0.03 * tint), tint * 0.96, 1.0];
-    }
-    Object::new("ground", mesh)
+    Object::new("ground", plane(HALF, 80, REPEAT, [1.0; 4], toward_horizon))
+        .with_tiling(Tiling::Ground)
         .with_heights(HeightField { width: TEXELS, height: TEXELS, texels, border: Border::Wrap }, 1.0)
         .with_material(MaterialMap::new(TEXELS, TEXELS, colors))
         .with_specular_f0(0.03)
         .without_shadow()
 }
 
-/// Removes features wider than about `radius` texels from a repeating map: seen from afar, the repeats of broad swells
-/// would show as a chequerboard.
+/// Removes features wider than about `radius` texels from a repeating map: pieces of broad swells would not fit together.
 fn flatten(texels: &mut [f32], width: usize, radius: usize) {
     let mut swell = texels.to_vec();
     for _ in 0..2 {
@@ -101,23 +92,14 @@ fn transpose(texels: &[f32], width: usize) -> Vec<f32> {
     (0..texels.len()).map(|i| texels[i % height * width + i / height]).collect()
 }
 
-/// Smooth patches some metres wide, in `[-1, 1]`, repeating after [`PERIOD`].
-fn patches(p: Vec2) -> f32 {
-    let p = p * (std::f32::consts::TAU / PERIOD);
-    let wave = |x: f32, y: f32, phase: f32| (p.x * x + p.y * y + phase).sin();
-    (wave(4.0, 1.0, 0.0) + wave(-2.0, 5.0, 1.7) + wave(8.0, -3.0, 4.1) + wave(1.0, 1.0, 2.2)) / 4.0
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
-    fn the_ground_repeats_after_its_period() {
-        assert_eq!(PERIOD % REPEAT, 0.0);
-        let p = Vec2::new(3.1, -7.4);
-        assert!((patches(p) - patches(p + Vec2::new(PERIOD, -PERIOD))).abs() < 1e-4);
-        assert!((patches(p) - patches(p + Vec2::X * 7.0)).abs() > 1e-2);
+    fn the_ground_follows_by_whole_repeats() {
+        // Shifts of the lattice are then whole numbers, which hold all digits however far somebody walks.
+        assert_eq!(STEP % REPEAT, 0.0);
     }
 
     #[test]

@@ -17,6 +17,7 @@ use super::trex::stage::{trex_stage, unbaked_body};
 use super::{dressed, pillow, setting, snake, spheres};
 use crate::maps::HeightMap;
 use crate::maps::material::Material;
+use crate::render::scene::Tiling;
 use crate::render::surfaces::budget::Room;
 
 /// A property of a scene that its user can choose.
@@ -28,6 +29,8 @@ pub enum Choice {
     Roughness,
     /// The size of the tiles of its displacement atlas.
     AtlasTile,
+    /// Whether its maps repeat.
+    Tiling,
     /// Whether anything stands around it.
     Bare,
     /// The waves of the open sea.
@@ -45,6 +48,8 @@ pub struct SceneOptions {
     pub material: Option<Material>,
     /// The model, for the scene that is one.
     pub model: Option<ModelChoice>,
+    /// How maps cover the surface of scenes with [`Choice::Tiling`].
+    pub tiling: Tiling,
     /// Whether scenes with [`Choice::Bare`] show nothing but their surface.
     pub bare: bool,
     /// Texels along an atlas tile, for scenes with [`Choice::AtlasTile`]: a power of two, 8 to 128.
@@ -70,6 +75,7 @@ impl Default for SceneOptions {
             baked: None,
             material: None,
             model: None,
+            tiling: Tiling::Repeats,
             bare: false,
             atlas_tile: 64,
             waves: Waves::default(),
@@ -112,15 +118,16 @@ pub static SCENES: [Scene; 11] = [
     Scene {
         name: "plane",
         help: "A square plane with a height map, in a kerb",
-        choices: &[Choice::HeightMap, Choice::Roughness, Choice::Bare],
+        choices: &[Choice::HeightMap, Choice::Roughness, Choice::Tiling, Choice::Bare],
         has_sea: false,
         making: None,
         make: |options, _| {
-            let bare = options.bare;
-            let stage = match &options.material {
+            let (bare, tiling) = (options.bare, options.tiling);
+            let mut stage = match &options.material {
                 Some(material) => dressed::plane_stage(material),
                 None => plane_stage(relief(options)),
             };
+            stage.objects.iter_mut().for_each(|plane| plane.tiling = tiling);
             Ok(if bare { stage } else { setting::around_plane(stage) })
         },
     },

@@ -145,6 +145,7 @@ pub fn set(
         baked: inputs.baked,
         material: inputs.material,
         model: inputs.model,
+        tiling: config.tiling,
         bare: config.bare,
         atlas_tile: config.atlas_tile,
         waves: config.waves,

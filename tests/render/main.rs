@@ -33,5 +33,6 @@ mod shading;
 mod shore;
 mod spheres;
 mod techniques;
+mod tiling;
 mod trex;
 mod triplanar;

@@ -6,6 +6,7 @@
 #include "../geometry/place.glsl"
 #include "../geometry/rest_triangle.glsl"
 #include "../geometry/tile.glsl"
+#include "../tiling.glsl"
 #include "../gbuffer.glsl"
 #include "../bases.glsl"
 #include "../technique.glsl"
@@ -39,6 +40,9 @@ layout(constant_id = 54) const bool CHARTED = false;  // and has texture coordin
 layout(constant_id = 56) const bool COLOR_BY_HEIGHT = false; // colours follow the heights
 layout(constant_id = 57) const bool COLOR_BY_SLOPE = false;  // colours follow the slopes; not in atlases
 layout(constant_id = 48) const bool EDGE_SAMPLES = true; // the pixels may be edge samples
+layout(constant_id = 64) const bool BY_EXAMPLE = false; // its maps are shown without repeats; of flat objects
+layout(constant_id = 65) const bool GROUND = false; // under the drifts and paths of open ground; of flat objects
+#include "drifts.glsl"
 #include "macrosurface.glsl"
 
 uniform usampler2D visible_surface;   // what the geometry stage wrote
@@ -225,6 +229,46 @@ Footprint footprint_in(Chart chart, sampler2D map) {
     return footprint_over(clamp(chart.across[0] * size, -6e4, 6e4), clamp(chart.across[1] * size, -6e4, 6e4), 1e9);
 }
 
+// Where a flat object lies on the lattice of its looks, in repeats.
+vec2 tiling_shift() {
+    return vec2(object.eye[0], object.eye[1]);
+}
+
+// The moments of a relief that is shown without repeats.
+void filter_tiled_moments(Footprint footprint, vec2 texcoord, inout Means means) {
+    vec2 mean = vec2(0.0);
+    vec3 second = vec3(0.0);
+    float part = FINEST_LEVEL ? 1.0 : tiling_part(moments_a, footprint.lod);
+    // Where one look passes into another, the higher one slopes down: by so little that the middle of the footprint stands for all of it.
+    vec2 middle = texcoord + tiling_shift(), passing = vec2(0.0);
+    TilingLooks around = merged_looks(tiling_looks(middle, TILING_CELLS), footprint.lod);
+    int passed = tiling_count(around) > 1 ? tiling_count(around) : 0;
+    for (int k = 0; k < passed; ++k) {
+        float height = textureLod(height_map, middle + look_offset(around.a.corner), footprint.lod).x - map_mean(height_map).x;
+        passing += around.a.slope * height;
+        next_look(around);
+    }
+    for (int i = 0; i < footprint.taps; ++i) {
+        vec2 at = middle + tap(footprint, i) / vec2(textureSize(moments_a, 0));
+        TilingLooks looks = merged_looks(tiling_looks(at, TILING_CELLS), footprint.lod);
+        SlopeMoments blend = SlopeMoments(vec2(0.0), vec3(0.0));
+        int count = tiling_count(looks);
+        for (int k = 0; k < count; ++k) {
+            vec2 seen = at + look_offset(looks.a.corner);
+            vec4 a = textureLod(moments_a, seen, footprint.lod);
+            float b = USES_COVARIANCE ? textureLod(moments_b, seen, footprint.lod).x : 0.0;
+            blend = add_look(blend, SlopeMoments(a.xy, vec3(a.zw, b)), looks.a.weight, part);
+            next_look(looks);
+        }
+        blend.first += passing;
+        mean += blend.first;
+        second += blend.second + vec3(blend.first * blend.first, blend.first.x * blend.first.y);
+    }
+    float weight = 1.0 / float(footprint.taps);
+    means.mean = mean * weight;
+    means.second = second * weight;
+}
+
 void filter_moments(Footprint footprint, vec2 texcoord, inout Means means) {
     vec4 a = vec4(0.0);
     float b = 0.0;
@@ -319,6 +363,54 @@ void filter_material(Footprint footprint, vec2 texcoord, inout Means means) {
     means.by_t *= weight;
 }
 
+// A material that is shown without repeats: whatever it tells is blended about its mean, and what of its colours follows the relief by
+// the squares of the weights, as covariances are.
+void filter_tiled_material(Footprint footprint, vec2 texcoord, inout Means means) {
+    vec4 color = vec4(0.0), color_mean = linear_color(map_mean(color_map));
+    vec3 f0 = vec3(0.0), f0_mean = REFLECTS_BY_MAP ? map_mean(f0_map).rgb : vec3(0.0);
+    vec3 mixed = vec3(0.0), mixed_mean = MIXED_ROUGHNESS ? map_mean(mixed_map).rgb : vec3(0.0);
+    float skipped = USES_RELIEF_COLOR && (COLOR_BY_HEIGHT || COLOR_BY_SLOPE) ? skipped_levels() : 0.0;
+    float part = FINEST_LEVEL ? 1.0 : tiling_part(color_map, footprint.lod);
+    for (int i = 0; i < footprint.taps; ++i) {
+        vec2 at = texcoord + tiling_shift() + tap(footprint, i) / vec2(textureSize(color_map, 0));
+        TilingLooks looks = merged_looks(tiling_looks(at, TILING_CELLS), footprint.lod);
+        int count = tiling_count(looks);
+        for (int k = 0; k < count; ++k) {
+            vec2 seen = at + look_offset(looks.a.corner);
+            float weight = looks.a.weight * part, share = looks.a.weight * looks.a.weight;
+            vec4 here = linear_color(textureLod(color_map, seen, footprint.lod));
+            color += weight * (here - color_mean);
+            if (REFLECTS_BY_MAP) {
+                f0 += weight * (textureLod(f0_map, seen, footprint.lod).rgb - f0_mean);
+            }
+            if (MIXED_ROUGHNESS) {
+                mixed += weight * (textureLod(mixed_map, seen, footprint.lod).rgb - mixed_mean);
+            }
+            if (USES_RELIEF_COLOR && COLOR_BY_HEIGHT) {
+                vec4 low = textureLod(color_weighted, vec3(seen, 0.0), footprint.lod - skipped);
+                vec4 high = textureLod(color_weighted, vec3(seen, 1.0), footprint.lod - skipped);
+                means.low += share * vec4(low.rgb - low.a * here.rgb, low.a);
+                means.high += share * vec4(high.rgb - high.a * here.rgb, high.a);
+            }
+            if (USES_RELIEF_COLOR && COLOR_BY_SLOPE) {
+                vec4 s = textureLod(color_weighted, vec3(seen, slope_layer()), footprint.lod - skipped);
+                vec4 t = textureLod(color_weighted, vec3(seen, slope_layer() + 1.0), footprint.lod - skipped);
+                means.by_s.rgb += share * (s.rgb - here.rgb * s.a);
+                means.by_t.rgb += share * (t.rgb - here.rgb * t.a);
+            }
+            next_look(looks);
+        }
+    }
+    float weight = 1.0 / float(footprint.taps);
+    means.color = clamp(color_mean + color * weight, 0.0, 1.0);
+    means.f0 = clamp(f0_mean + f0 * weight, 0.0, 1.0);
+    means.mixed = max(mixed_mean + mixed * weight, 0.0);
+    means.low = vec4(means.low.rgb + means.low.a * means.color.rgb, means.low.a) * weight;
+    means.high = vec4(means.high.rgb + means.high.a * means.color.rgb, means.high.a) * weight;
+    means.by_s *= weight;
+    means.by_t *= weight;
+}
+
 // Footprints whose heights weigh less than this lie in cracks: as little weight is left of what a half-precision texel holds.
 const float LEAST_WEIGHT = 1e-3;
 
@@ -357,6 +449,19 @@ Chart chart_of(uint chart, uint index, vec2 place, mat2 across, vec2 texcoord, m
 vec4 filter_map(sampler2D map, Chart chart) {
     Footprint footprint = footprint_in(chart, map);
     vec4 sum = vec4(0.0);
+    if (BY_EXAMPLE) {
+        // By shares, since it may be a direction.
+        for (int i = 0; i < footprint.taps; ++i) {
+            vec2 at = chart.at + tiling_shift() + tap(footprint, i) / vec2(textureSize(map, 0));
+            TilingLooks looks = merged_looks(tiling_looks(at, TILING_CELLS), footprint.lod);
+            int count = tiling_count(looks);
+            for (int k = 0; k < count; ++k) {
+                sum += looks.a.weight * looks.a.weight * textureLod(map, at + look_offset(looks.a.corner), footprint.lod);
+                next_look(looks);
+            }
+        }
+        return sum / float(footprint.taps);
+    }
     for (int i = 0; i < footprint.taps; ++i) {
         sum += textureLod(map, chart.at + tap(footprint, i) / vec2(textureSize(map, 0)), footprint.lod);
     }
@@ -383,6 +488,22 @@ Horizon filter_horizon(Footprint footprint, uint index, vec2 texcoord, mat2 line
     return Horizon(linear * a.xy, map_second_moments(linear, spread));
 }
 
+// That of a relief that is shown without repeats, by shares: bumps of one look that hide a place of another are left out.
+Horizon filter_tiled_horizon(Footprint footprint, uint index, vec2 texcoord, mat2 linear, float scale) {
+    Horizon sum = Horizon(vec2(0.0), vec3(0.0));
+    vec2 at = texcoord + tiling_shift();
+    TilingLooks looks = merged_looks(tiling_looks(at, TILING_CELLS), footprint.lod);
+    int count = tiling_count(looks);
+    for (int k = 0; k < count; ++k) {
+        float share = looks.a.weight * looks.a.weight;
+        Horizon seen = filter_horizon(footprint, index, at + look_offset(looks.a.corner), linear, scale);
+        sum.lean += share * seen.lean;
+        sum.spread += share * seen.spread;
+        next_look(looks);
+    }
+    return sum;
+}
+
 // That of a relief that is seen along the axes.
 Horizon filter_axis_horizon(AxisViews views, Footprint footprint, uint index, vec2 place, mat2 linear, float scale) {
     Horizon sum = Horizon(vec2(0.0), vec3(0.0));
@@ -406,6 +527,9 @@ const float LEAST_CLOSING = 0.3;
 float relief_height(uint index, vec2 texcoord, float lod) {
     if (TRIPLANAR) {
         return triplanar_height(rest_triangle(patches[index]), texcoord, height_map, lod) * object.height_scale;
+    }
+    if (BY_EXAMPLE) {
+        return tiled_height(height_map, texcoord + tiling_shift(), lod) * object.height_scale;
     }
     vec4 tile = ATLAS ? patch_tile(patches[index]) : vec4(0.0);
     vec2 at = ATLAS ? clamp_to_tile(texcoord, tile, lod, textureSize(height_map, 0)) : texcoord;
@@ -489,13 +613,19 @@ FilteredSurface filtered_mesh(ivec2 pixel, vec2 at, uvec4 seen, out float area) 
     } else {
         if (USES_SLOPES && DISPLACED && TRIPLANAR) {
             filter_axis_moments(views, surface.texcoord, texcoord_across, means);
+        } else if (USES_SLOPES && DISPLACED && BY_EXAMPLE) {
+            filter_tiled_moments(footprint, surface.texcoord, means);
         } else if (USES_SLOPES && DISPLACED) {
             filter_moments(footprint, surface.texcoord, means);
         }
         if (COLORED) {
             Chart chart = chart_of(CHART_COLORS, index, place, across, surface.texcoord, texcoord_across);
             Footprint of_colors = footprint_in(chart, color_map);
-            filter_material(of_colors, chart.at, means);
+            if (BY_EXAMPLE) {
+                filter_tiled_material(of_colors, chart.at, means);
+            } else {
+                filter_material(of_colors, chart.at, means);
+            }
             color_lod = of_colors.lod;
         }
         if (EMITS) {
@@ -516,6 +646,12 @@ FilteredSurface filtered_mesh(ivec2 pixel, vec2 at, uvec4 seen, out float area) 
     vec4 color = surface.color;
     if (COLORED) {
         color *= vec4(means.color.rgb, sqrt(means.color.a));
+    }
+    vec3 tinted = vec3(1.0);
+    if (GROUND) {
+        mat2 metres = mat2(length(object.tangent_s.xyz), 0.0, 0.0, length(object.tangent_t.xyz));
+        tinted = ground_tint(metres * (surface.texcoord + tiling_shift()), metres * texcoord_across);
+        color.rgb *= tinted;
     }
 #ifdef LEADR_DETAIL
     DetailMeans covering = DetailMeans(vec2(0.0), vec3(0.0), vec4(0.0), 0.0);
@@ -589,7 +725,7 @@ FilteredSurface filtered_mesh(ivec2 pixel, vec2 at, uvec4 seen, out float area) 
     }
 #endif
     filtered.inside = (seen.x & INSIDE) != 0u && (!TRIANGLES || (object.flags & FLAG_MARK_INSIDE) != 0u);
-    vec3 kept = surface.color.rgb;
+    vec3 kept = surface.color.rgb * tinted;
 #ifdef LEADR_DETAIL
     if (DETAIL_COLORS == DETAIL_VARIES) {
         kept *= mix(vec3(1.0), covering.color.rgb * detail_color.rgb, covering.cover);
@@ -603,6 +739,7 @@ FilteredSurface filtered_mesh(ivec2 pixel, vec2 at, uvec4 seen, out float area) 
         mat2 linear = mat2(chart.linear_s, chart.linear_t);
         float height = abs(object.height_scale);
         filtered.horizon = TRIPLANAR ? filter_axis_horizon(views, footprint, index, surface.texcoord, linear, height)
+                         : BY_EXAMPLE     ? filter_tiled_horizon(footprint, index, surface.texcoord, linear, height)
                                      : filter_horizon(footprint, index, surface.texcoord, linear, height);
     }
     filtered.cone = NO_CONE;

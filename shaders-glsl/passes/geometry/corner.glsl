@@ -8,6 +8,7 @@
 // (docs/measurements/outside.md).
 const float FINER = 1.0;
 
+// Of a map that is shown without its repeats, the level of detail in which it is looked up there instead.
 float vertex_height(uint vertex) {
     float lod = clamp(vertices[vertex].normal.w - FINER, 0.0, float(EDGE_LEVELS - 1));
     int level = min(int(lod), EDGE_LEVELS - 2);

@@ -13,8 +13,13 @@ float edge_height_at_level(uint edge, int level, float t) {
     return height;
 }
 
+// Level of the heights along an edge: 0 has 64 segments.
+float edge_lod(uint edge) {
+    return clamp(log2(64.0 / edge_factors[edge]) - FINER, 0.0, float(EDGE_LEVELS - 1));
+}
+
 float edge_height(uint edge, float t) {
-    float lod = clamp(log2(64.0 / edge_factors[edge]) - FINER, 0.0, float(EDGE_LEVELS - 1));
+    float lod = edge_lod(edge);
     int level = min(int(lod), EDGE_LEVELS - 2);
     float fraction = lod - float(level);
     precise float height =

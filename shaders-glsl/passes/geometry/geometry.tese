@@ -5,12 +5,14 @@
 #include "edge.glsl"
 #include "../reached.glsl"
 #include "tile.glsl"
+#include "../tiling.glsl"
 
 layout(quads, fractional_odd_spacing, ccw) in;
 
 // Constants, since drivers without divergent branches (lavapipe) run both sides of an `if`.
 layout(constant_id = 1) const bool FLAT = false;      // the object is a plane with the same tangents everywhere
 layout(constant_id = 2) const bool AT_TEXELS = false; // a vertex stands at the centre of each texel of the heights
+layout(constant_id = 4) const bool BY_EXAMPLE = false;     // the heights are shown without repeats; patches agree about texture coordinates
 
 layout(location = 0) in vec3 in_position[];
 layout(location = 1) in vec3 in_normal[];
@@ -40,6 +42,9 @@ void main() {
     vec2 place = vec2(u, v);
 
     float height = 0.0;
+    // Where, and in which level of detail, heights without repeats are looked up.
+    precise vec2 tiled_at = texcoord.at;
+    float tiled_lod = 0.0;
     // On the boundary everything is computed from the edge's own data, in the edge's own direction (from its lower
     // vertex), so that both patches compute the same bits and no crack can open, whatever their texture coordinates are.
     bool on_boundary = u == 0.0 || u == 1.0 || v == 0.0 || v == 1.0;
@@ -52,13 +57,15 @@ void main() {
         texcoord.at = middle;
         position = vec3(middle * view.texel_repeat, 0.0);
         normal = vec3(0.0, 0.0, 1.0);
-        height = textureLod(height_map, middle, 0.0).x;
+        tiled_at = middle;
+        height = BY_EXAMPLE ? 0.0 : textureLod(height_map, middle, 0.0).x;
     } else if (!on_boundary && displaced) {
         // The height filtered to about the spacing of the vertices: bumps too fine for the geometry are left to the shading.
         vec2 factor = vec2(gl_TessLevelInner[0], gl_TessLevelInner[1]);
         vec2 texels = vec2(textureSize(height_map, 0)) * vec2(length(texcoord.du), length(texcoord.dv));
         float lod = max(log2(max(texels.x / factor.x, texels.y / factor.y)) - FINER, 0.0);
-        height = textureLod(height_map, clamp_to_tile(texcoord.at, patch_tile(data), lod, textureSize(height_map, 0)), lod).x;
+        tiled_lod = lod;
+        height = BY_EXAMPLE ? 0.0 : textureLod(height_map, clamp_to_tile(texcoord.at, patch_tile(data), lod, textureSize(height_map, 0)), lod).x;
     }
     if (on_boundary && !AT_TEXELS) {
         int side = v == 0.0 ? 0 : (u == 1.0 ? 1 : (v == 1.0 ? 2 : 3));
@@ -83,10 +90,21 @@ void main() {
         }
         precise vec3 along = na * (1.0 - t) + nb * t;
         normal = displacement_normal(along);
-        if (displaced) {
+        if (BY_EXAMPLE) {
+            vec2 corners[4] = vec2[](data.texture_place[0].xy, data.texture_place[0].zw, data.texture_place[1].zw, data.texture_place[1].xy);
+            vec2 first = corners[from], last = corners[to];
+            precise vec2 on_edge = first * (1.0 - t) + last * t;
+            tiled_at = t == 0.0 ? first : (t == 1.0 ? last : on_edge);
+            float segment = length((last - first) * vec2(textureSize(height_map, 0))) / 64.0;
+            float along_edge = max(log2(segment) + edge_lod(edge), 0.0);
+            tiled_lod = t == 0.0 ? vertex_height(data.vertices[from]) : (t == 1.0 ? vertex_height(data.vertices[to]) : along_edge);
+        } else if (displaced) {
             height = t == 0.0 ? vertex_height(data.vertices[from])
                    : (t == 1.0 ? vertex_height(data.vertices[to]) : edge_height(edge, t));
         }
+    }
+    if (BY_EXAMPLE) {
+        height = tiled_height(height_map, tiled_at + vec2(object.shift[0], object.shift[1]), tiled_lod);
     }
     precise float scaled = height * object.height_scale;
     precise vec3 displaced_position = position + normal * scaled;

@@ -17,6 +17,8 @@ layout(push_constant, std430) uniform Object {
     vec4 tangent_s;     // of a flat object: tangents by texture coordinate; w: 1, or -1 where they run clockwise seen from outside
     vec4 tangent_t;     // w: accessibility of a plain one
     vec4 color;         // of a plain one: linear albedo, Beckmann roughness alpha
+#else
+    float shift[2];     // of a map that is shown without repeats: where its lattice lies, in repeats
 #endif
 } object;
 

@@ -4,6 +4,9 @@
 #include "interface.glsl"
 #include "corner.glsl"
 #include "../reached.glsl"
+#include "../tiling.glsl"
+
+layout(constant_id = 4) const bool BY_EXAMPLE = false; // as in geometry.tese
 
 layout(location = 0) out vec2 out_place; // as in geometry.tese
 layout(location = 1) out vec3 out_normal;
@@ -20,10 +23,14 @@ void main() {
     uint index = data.vertices[corner];
     Vertex vertex = vertices[index];
     precise vec3 normal = displacement_normal(vertex.normal.xyz);
-    precise float scaled = ((object.flags & FLAG_DISPLACED) != 0u ? vertex_height(index) : 0.0) * object.height_scale;
+    vec2 place = vec2(corner == 1u || corner == 2u ? 1.0 : 0.0, corner >= 2u ? 1.0 : 0.0);
+    float height = (object.flags & FLAG_DISPLACED) != 0u ? vertex_height(index) : 0.0;
+    if (BY_EXAMPLE) {
+        height = tiled_height(height_map, patch_texcoord(data, place.x, place.y).at + vec2(object.shift[0], object.shift[1]), height);
+    }
+    precise float scaled = height * object.height_scale;
     precise vec3 displaced_position = vertex.position.xyz + normal * scaled;
 
-    vec2 place = vec2(corner == 1u || corner == 2u ? 1.0 : 0.0, corner >= 2u ? 1.0 : 0.0);
     out_place = (object.flags & FLAG_FLAT) != 0u ? patch_texcoord(data, place.x, place.y).at : place;
     out_normal = (object.flags & FLAG_TRIANGLES) != 0u ? vertex.facing.xyz : normal;
     out_patch = patch_index;

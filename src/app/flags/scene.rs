@@ -15,6 +15,7 @@ use crate::app::error::AppError;
 use crate::maps::tonemap::Tonemap;
 use crate::reflectance::masking::shadowing::Shadowing;
 use crate::render::light::panorama::LightExtraction;
+use crate::render::scene::Tiling;
 use crate::render::settings::ShadingOptions;
 use crate::render::surfaces::moments::MomentFormat;
 use crate::scenes::config::{DEFAULT_MSAA, MaterialFiles, SceneConfig};
@@ -72,6 +73,9 @@ pub struct SceneArgs {
     /// The waves of the ocean.
     #[command(flatten)]
     pub waves: WaveArgs,
+    /// Without repeats
+    #[arg(long, help = for_scenes("Show the maps by example instead of side by side: blended pieces that never repeat, with the same mean and covariance of slopes; for ground, sand, plaster and whatever else has no order", Choice::Tiling))]
+    pub no_repeats: bool,
     /// Factor on the displacement; 0 is flat
     #[arg(long, value_name = "X", default_value = "1", value_parser = not_negative)]
     pub height_scale: f32,
@@ -270,6 +274,7 @@ impl SceneArgs {
             measured: a.measured,
             height_map: a.height_map,
             material,
+            tiling: if a.no_repeats { Tiling::ByExample } else { Tiling::Repeats },
             bare: a.bare,
             waves,
             height_scale: a.height_scale,
@@ -336,6 +341,10 @@ impl SceneArgs {
         {
             let with = with(Choice::HeightMap);
             return Err(format!("{flag} is for the scenes {with}; {} has surfaces of its own", scene.name));
+        }
+        if self.no_repeats && !scene.offers(Choice::Tiling) {
+            let with = with(Choice::Tiling);
+            return Err(format!("--no-repeats is for the scene {with}; the maps of {} are its own", scene.name));
         }
         if self.bare && !scene.offers(Choice::Bare) {
             return Err(format!(

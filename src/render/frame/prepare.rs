@@ -10,6 +10,7 @@ use crate::gpu::{Buffer, GpuError, Memory, Result};
 use crate::render::passes::accumulate::PartsKind;
 use crate::render::passes::edges::{JoinKind, edge_grid};
 use crate::render::passes::filter::FilterInto;
+use crate::render::passes::geometry::CasterKinds;
 use crate::render::passes::reference::{ReferenceKind, ReliefLights};
 use crate::render::passes::shade::{Edges, LightingGpu, ShadeKind, suns_of};
 use crate::render::passes::shadow::{ShadowView, map_size};
@@ -110,9 +111,9 @@ impl Renderer {
         }
     }
 
-    /// Whether anything that throws shadows has holes.
-    fn has_holes(&self) -> bool {
-        self.surfaces.iter().any(|surface| surface.casts_through_holes())
+    /// What there is among whatever throws shadows.
+    fn caster_kinds(&self) -> CasterKinds {
+        self.surfaces.iter().fold(CasterKinds::default(), |all, surface| all.or(surface.caster_kinds()))
     }
 
     /// The targets of the last frame if they suit, or new ones.
@@ -161,7 +162,7 @@ impl Renderer {
                 terms: settings.shading.terms(),
                 facet_frame: settings.shading.facet_frame(),
                 bases: kind.bases,
-                holes: self.has_holes(),
+                casters: self.caster_kinds(),
                 displaced: settings.displacement,
                 height_field: lights.is_height_field(),
                 drawn: lights.are_drawn(),
@@ -169,9 +170,7 @@ impl Renderer {
             let pass = self.pipelines.reference(&self.gpu, kind)?;
             return Ok(Light::Relief { pass, lights: Box::new(lights) });
         }
-        if self.has_holes() {
-            self.common.shadow.prepare_holes(&self.gpu)?;
-        }
+        self.common.shadow.prepare_casters(&self.gpu, self.caster_kinds())?;
         let spheres: Vec<Sphere> = casters(surfaces).into_iter().map(PosedObject::bounds).collect();
         let suns: Vec<ShadowView> = match Sphere::enclosing(&spheres).filter(|_| settings.shadows) {
             Some(sphere) => suns_of(state, &self.environment)

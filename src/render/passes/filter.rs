@@ -160,6 +160,8 @@ impl FilterPass {
             ("FLAT", SpecValue::Bool(kind.flat)),
             ("TRIANGLES", SpecValue::Bool(kind.triangles)),
             ("TRIPLANAR", SpecValue::Bool(kind.triplanar)),
+            ("BY_EXAMPLE", SpecValue::Bool(kind.by_example)),
+            ("GROUND", SpecValue::Bool(kind.ground)),
             ("RISE_OVER_RUN", SpecValue::Bool(kind.rise_over_run)),
             ("PLAIN", SpecValue::Bool(kind.plain)),
             ("RELIEF_DRAWN", SpecValue::Bool(relief_drawn)),
@@ -309,8 +311,8 @@ shared_struct! {
 impl FilteredObjectGpu {
     fn new(posed: &PosedObject, shown: Shown, view: &View) -> Self {
         let PosedObject { object, vertices, .. } = posed;
-        let ObjectGpu { height_scale, specular_f0, mut flags, index, relief } =
-            object.constants(shown.height_scale, shown.mark_inside);
+        let ObjectGpu { height_scale, specular_f0, mut flags, index, relief, shift } =
+            object.constants(shown.height_scale, shown.mark_inside, posed.tiling_shift());
         if let Samples::Edges { grid } = view.samples {
             flags |= grid << FLAGS_GRID_SHIFT;
         }
@@ -327,7 +329,7 @@ impl FilteredObjectGpu {
             flags,
             index,
             relief,
-            eye: if object.kind.flat { [0.0, 0.0, above] } else { view.camera.position.to_array() },
+            eye: if object.kind.flat { [shift[0], shift[1], above] } else { view.camera.position.to_array() },
             ray_x: x.extend(2.0 / width as f32).to_array(),
             ray_y: y.extend(2.0 / height as f32).to_array(),
             ray_middle: middle.extend(view.camera.near).to_array(),

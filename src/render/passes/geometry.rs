@@ -73,12 +73,36 @@ pub(crate) struct DrawnAs {
     pub front_only: bool,
     /// It has holes.
     pub holes: bool,
+    /// Its maps are shown without their repeats.
+    pub by_example: bool,
 }
 
 impl DrawnAs {
-    /// Casters, with holes or without: both their sides throw shadows.
-    pub fn casters(holes: bool) -> impl Iterator<Item = Self> {
-        holes.then_some(Self { holes, front_only: false }).into_iter()
+    /// Casters of these kinds: both their sides throw shadows.
+    pub fn casters(kinds: CasterKinds) -> impl Iterator<Item = Self> {
+        let CasterKinds { holes, by_example } = kinds;
+        let drawn = |holes, by_example| Self { holes, by_example, front_only: false };
+        [(holes, false), (false, by_example), (holes && by_example, holes && by_example)]
+            .into_iter()
+            .filter(|&(holes, by_example)| holes || by_example)
+            .map(move |(holes, by_example)| drawn(holes, by_example))
+    }
+}
+
+/// What there is among the casters of a scene that is not drawn as others are.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub struct CasterKinds {
+    /// Some have holes.
+    pub holes: bool,
+    /// The maps of some are shown without their repeats.
+    pub by_example: bool,
+}
+
+impl CasterKinds {
+    /// What there is in either.
+    #[must_use]
+    pub fn or(self, other: Self) -> Self {
+        Self { holes: self.holes || other.holes, by_example: self.by_example || other.by_example }
     }
 }
 
@@ -121,10 +145,14 @@ impl PatchPipelines {
             let fragment = if drawn.holes { Some(holes) } else { desc.fragment };
             let count = [("SAMPLES", SpecValue::I32(desc.samples as i32))];
             let multisampled = drawn.holes && holes != DEPTH_OF_HOLES;
-            let spec = [desc.spec, if multisampled { &count } else { &[] }].concat();
+            // Only stages of planes have it.
+            let by_example = [("BY_EXAMPLE", SpecValue::Bool(true))];
+            let spec =
+                [desc.spec, if multisampled { &count } else { &[] }, if drawn.by_example { &by_example } else { &[] }]
+                    .concat();
             let structs = [&GEOMETRY_STRUCTS[..], if drawn.holes { &[ChartsGpu::LAYOUT] } else { &[] }].concat();
             let desc = GraphicsDesc { fragment, front_only: drawn.front_only, spec: &spec, structs: &structs, ..*desc };
-            sets.push((drawn, PipelineSet::new(gpu, name, &desc)?));
+            sets.push((drawn, PipelineSet::new(gpu, name, &desc, drawn.by_example)?));
         }
         Ok(Self(sets))
     }
@@ -133,7 +161,7 @@ impl PatchPipelines {
     pub(crate) fn draw(&self, cmd: &mut Commands, drawn: DrawnObject<'_>, mode: PatchMode) {
         let kind = drawn.posed.object.kind;
         let front_only = kind.front_only && mode == PatchMode::Seen { mark_inside: false };
-        let wanted = DrawnAs { front_only, holes: kind.has.holes.is_some() };
+        let wanted = DrawnAs { front_only, holes: kind.has.holes.is_some(), by_example: kind.displaced_by_example() };
         let found = self.0.iter().find(|(drawn, _)| *drawn == wanted).or(self.0.first());
         if let Some((drawn_as, set)) = found {
             set.draw(cmd, drawn, drawn_as.holes, mode == PatchMode::Seen { mark_inside: true });
@@ -142,7 +170,8 @@ impl PatchPipelines {
 }
 
 impl PipelineSet {
-    fn new(gpu: &Arc<Gpu>, name: &str, desc: &GraphicsDesc<'_>) -> Result<Self> {
+    /// `flat`: whether they draw planes alone.
+    fn new(gpu: &Arc<Gpu>, name: &str, desc: &GraphicsDesc<'_>, flat: bool) -> Result<Self> {
         let divided = |kind: &str, flat: bool, at_texels: bool| {
             let divided = GraphicsDesc {
                 vertex: "passes/geometry/geometry.vert",
@@ -164,17 +193,21 @@ impl PipelineSet {
             ..*desc
         };
         let undivided = GraphicsDesc { vertex: "passes/geometry/undivided.vert", ..*desc };
+        let plane = divided("flat", true, false)?;
+        let others =
+            |pipeline: &dyn Fn() -> Result<GraphicsPipeline>| if flat { Ok(plane.clone()) } else { pipeline() };
         Ok(Self {
             undivided: GraphicsPipeline::new(gpu, &format!("{name}, undivided"), &undivided)?,
-            curved: divided("curved", false, false)?,
-            flat: divided("flat", true, false)?,
-            triangles: GraphicsPipeline::new(gpu, &format!("{name}, triangles"), &triangles)?,
+            curved: others(&|| divided("curved", false, false))?,
+            triangles: others(&|| GraphicsPipeline::new(gpu, &format!("{name}, triangles"), &triangles))?,
+            flat: plane,
             at_texels: divided("at texels", true, true)?,
         })
     }
 
     fn draw(&self, cmd: &mut Commands, drawn: DrawnObject<'_>, holes: bool, mark_inside: bool) {
-        let DrawnObject { posed: PosedObject { object, height_scale, .. }, divided, view } = drawn;
+        let DrawnObject { posed, divided, view } = drawn;
+        let PosedObject { object, height_scale, .. } = posed;
         let mut bindings = vec![
             ("view", Descriptor::Uniform(&view.buffers.view)),
             ("Vertices", Descriptor::Storage(&divided.buffers.vertices)),
@@ -199,7 +232,7 @@ impl PipelineSet {
         let draws = [(&self.undivided, &view.draws.undivided, 6), (pipeline, &view.draws.divided, 4)];
         for (pipeline, draws, vertices) in draws.into_iter().filter(|(_, draws, _)| !draws.is_empty()) {
             cmd.bind(pipeline, &bindings);
-            cmd.push_constants(&object.constants(*height_scale, mark_inside));
+            cmd.push_constants(&object.constants(*height_scale, mark_inside, posed.tiling_shift()));
             for &(first, count) in draws {
                 cmd.draw(first * vertices..(first + count) * vertices, 0..1);
             }
@@ -232,7 +265,8 @@ impl GeometryPass {
         let others = objects.iter().flat_map(|kind| {
             let holes = kind.has.holes.is_some();
             // Backs are drawn where they are to be marked.
-            [kind.front_only, false].map(|front_only| DrawnAs { front_only, holes })
+            let by_example = kind.displaced_by_example();
+            [kind.front_only, false].map(|front_only| DrawnAs { front_only, holes, by_example })
         });
         Ok(Self(PatchPipelines::new(gpu, name, &desc, "passes/geometry/geometry_holes.frag", others)?))
     }

@@ -18,6 +18,7 @@ use std::sync::Arc;
 use glam::{Vec2, Vec3};
 
 use super::environment_lights::{EnvironmentLights, light_point};
+use super::geometry::CasterKinds;
 use super::relief_shadow::{Caster, ReliefMaps, ReliefShadowPass, map_size, relief_view};
 use super::shadow::ShadowView;
 use super::targets::{RADIANCE_FORMAT, SampleTargets};
@@ -93,8 +94,8 @@ pub struct ReferenceKind {
     pub facet_frame: bool,
     /// Bases of the surfaces.
     pub bases: Bases,
-    /// Whether casters have holes.
-    pub holes: bool,
+    /// What there is among the casters.
+    pub casters: CasterKinds,
     /// Whether heights move the surface.
     pub displaced: bool,
     /// Whether the casters are a height field.
@@ -138,7 +139,7 @@ impl ReferencePass {
         };
         Ok(Self {
             pipeline: GraphicsPipeline::new(gpu, "reference", &desc)?,
-            shadows: ReliefShadowPass::new(gpu, kind.holes)?,
+            shadows: ReliefShadowPass::new(gpu, kind.casters)?,
             nearest: Sampler::new(gpu, "nearest", Filter::Nearest, AddressMode::ClampToEdge)?,
             trilinear: Sampler::new(gpu, "environment", Filter::Trilinear, AddressMode::ClampToEdge)?,
         })

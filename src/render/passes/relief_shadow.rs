@@ -7,7 +7,7 @@ use std::sync::Arc;
 use ash::vk;
 use glam::{Mat4, Vec2, Vec3};
 
-use super::geometry::{DEPTH_OF_HOLES, DrawnAs, PatchMode, PatchPipelines, guard_band};
+use super::geometry::{CasterKinds, DEPTH_OF_HOLES, DrawnAs, PatchMode, PatchPipelines, guard_band};
 use super::shadow::ShadowView;
 use crate::gpu::{Commands, Depth, DepthTarget, Gpu, GraphicsDesc, Image, ImageDesc, ImageView, Result, Use};
 use crate::render::surfaces::divided::{DividedObject, DivisionBuffers};
@@ -88,13 +88,13 @@ pub struct ReliefShadowPass {
 }
 
 impl ReliefShadowPass {
-    /// The pass, for casters with holes or without.
+    /// The pass, for such casters.
     ///
     /// # Errors
     /// A failed pipeline.
-    pub fn new(gpu: &Arc<Gpu>, holes: bool) -> Result<Self> {
+    pub fn new(gpu: &Arc<Gpu>, kinds: CasterKinds) -> Result<Self> {
         let desc = GraphicsDesc { depth: Some(Depth::default()), ..Default::default() };
-        let casters = DrawnAs::casters(holes);
+        let casters = DrawnAs::casters(kinds);
         Ok(Self { pipelines: PatchPipelines::new(gpu, "relief shadow", &desc, DEPTH_OF_HOLES, casters)? })
     }
 

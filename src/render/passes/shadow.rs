@@ -5,7 +5,7 @@ use std::sync::Arc;
 use ash::vk;
 use glam::{Mat4, Vec3};
 
-use super::geometry::{DEPTH_OF_HOLES, DrawnAs, PatchMode, PatchPipelines, guard_band};
+use super::geometry::{CasterKinds, DEPTH_OF_HOLES, DrawnAs, PatchMode, PatchPipelines, guard_band};
 use crate::gpu::{Commands, Depth, DepthTarget, Gpu, GraphicsDesc, Image, ImageDesc, ImageView, Result, Use};
 use crate::render::surfaces::object_view::{DrawnObject, Viewpoint};
 use crate::render::surfaces::sphere::Sphere;
@@ -89,7 +89,7 @@ pub fn map_size((width, height): (u32, u32)) -> u32 {
 /// The pipelines of the pass, and the maps made so far.
 pub struct ShadowPass {
     pipelines: PatchPipelines,
-    holes: bool,
+    kinds: CasterKinds,
     maps: Vec<ShadowMaps>,
 }
 
@@ -122,22 +122,24 @@ impl ShadowPass {
     /// # Errors
     /// A failed pipeline.
     pub fn new(gpu: &Arc<Gpu>) -> Result<Self> {
-        Ok(Self { pipelines: Self::pipelines(gpu, false)?, holes: false, maps: Vec::new() })
+        let kinds = CasterKinds::default();
+        Ok(Self { pipelines: Self::pipelines(gpu, kinds)?, kinds, maps: Vec::new() })
     }
 
-    fn pipelines(gpu: &Arc<Gpu>, holes: bool) -> Result<PatchPipelines> {
+    fn pipelines(gpu: &Arc<Gpu>, kinds: CasterKinds) -> Result<PatchPipelines> {
         let desc =
             GraphicsDesc { depth: Some(Depth { bias: Some([-2.0, -2.0]), ..Depth::default() }), ..Default::default() };
-        PatchPipelines::new(gpu, "shadow", &desc, DEPTH_OF_HOLES, DrawnAs::casters(holes))
+        PatchPipelines::new(gpu, "shadow", &desc, DEPTH_OF_HOLES, DrawnAs::casters(kinds))
     }
 
-    /// Makes what draws casters with holes, unless that was done.
+    /// Makes what draws such casters, unless that was done.
     ///
     /// # Errors
     /// A failed pipeline.
-    pub fn prepare_holes(&mut self, gpu: &Arc<Gpu>) -> Result<()> {
-        if !self.holes {
-            (self.pipelines, self.holes) = (Self::pipelines(gpu, true)?, true);
+    pub fn prepare_casters(&mut self, gpu: &Arc<Gpu>, kinds: CasterKinds) -> Result<()> {
+        let all = self.kinds.or(kinds);
+        if all != self.kinds {
+            (self.pipelines, self.kinds) = (Self::pipelines(gpu, all)?, all);
         }
         Ok(())
     }

@@ -9,7 +9,7 @@ use std::collections::HashSet;
 
 use super::patch_mesh::{PatchMesh, TileLayout};
 use super::topology::Topology;
-use super::triplanar;
+use super::triplanar::{self, MOST_BLENDED};
 use crate::maps::HeightMap;
 use crate::render::constants;
 use glam::Vec2;
@@ -225,6 +225,45 @@ impl BoundaryHeights {
         }
     }
 
+    /// Those of a map that is shown by example, whose heights the device looks up, since all patches have the same texture coordinates
+    /// where they meet: `vertices` are the levels of detail in which it does.
+    #[must_use]
+    pub fn by_example(mesh: &PatchMesh, topology: &Topology, field: &HeightField) -> Self {
+        let mapped = Mapped { mesh, pyramid: HeightPyramid { field, levels: Vec::new() } };
+        let mut extents = vec![(0.0, 0); mesh.positions.len()];
+        let mut edge_texels = vec![1.0f32; topology.edges.len()];
+        for (patch, edges) in topology.patch_edges.iter().enumerate() {
+            for side in topology.sides(patch) {
+                let extent = mapped.extent(patch, side, (side + 1) & 3);
+                let texels = &mut edge_texels[(edges[side] >> 1) as usize];
+                *texels = texels.max(extent.length());
+                for corner in [side, (side + 1) & 3] {
+                    let (sum, count) = &mut extents[mesh.patches[patch][corner] as usize];
+                    *sum += extent.length();
+                    *count += 1;
+                }
+            }
+        }
+        let lods = |&(sum, count): &(f32, u32)| {
+            let extent = Vec2::X * (sum / count.max(1) as f32);
+            (0..EDGE_LEVELS).map(move |level| level_lod(extent, level))
+        };
+        let ranges = patch_ranges(mesh, field);
+        let relief = ranges.first().map_or(0.0, |range| range[1] - range[0]);
+        let wider = |range: [f32; 2]| {
+            // About a mean that lies somewhere between the two.
+            let [low, high] = range;
+            [high - MOST_BLENDED * (high - low), low + MOST_BLENDED * (high - low)]
+        };
+        Self {
+            edges: vec![0.0],
+            vertices: extents.iter().flat_map(lods).collect(),
+            patch_range: ranges.into_iter().map(wider).collect(),
+            edge_texels,
+            edge_relief: vec![relief; topology.edges.len()],
+        }
+    }
+
     /// Bakes the heights of all edges and vertices of `mesh`.
     #[must_use]
     pub fn bake(mesh: &PatchMesh, topology: &Topology, field: &HeightField) -> Self {
@@ -291,7 +330,7 @@ impl BoundaryHeights {
         let mut patch_range = patch_ranges(mesh, field);
         if mesh.triplanar.is_some() {
             let mean = mapped.mean();
-            let wider = |height: f32| mean + triplanar::MOST_BLENDED * (height - mean);
+            let wider = |height: f32| mean + MOST_BLENDED * (height - mean);
             patch_range.iter_mut().for_each(|range| *range = range.map(wider));
         }
         let relief = |&(patch, _, _): &(usize, usize, bool)| patch_range[patch][1] - patch_range[patch][0];

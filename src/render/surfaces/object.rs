@@ -19,11 +19,12 @@ use super::topology::Topology;
 use crate::gpu::{AddressMode, Buffer, Filter, Gpu, GpuError, Memory, Result, Sampler, shared_struct};
 use crate::maps::LeadrMap;
 use crate::maps::cache::{MapCache, checksum};
+use crate::maps::material::TextureWrap;
 use crate::render::constants::{
     CHARTS, CONDUCTOR_DIP_SHIFT, DETAIL_TRIPLANAR, FIT_SHIFT, FLAG_CHARTED, FLAG_DISPLACED, FLAG_FLAT,
     FLAG_MARK_INSIDE, FLAG_MASK, FLAG_TINTED_EMISSION, FLAG_TRIANGLES, FLAG_TRIPLANAR, SEA_INDEX,
 };
-use crate::render::scene::{DetailMapping, Object, TriangleCharts};
+use crate::render::scene::{DetailMapping, Object, Tiling, TriangleCharts};
 
 shared_struct! {
     /// One patch as the shaders read it (`PatchData`).
@@ -83,6 +84,8 @@ shared_struct! {
         pub index: u32,
         /// Distance from the deepest pit to the highest bump, metres.
         pub relief: f32,
+        /// Where the lattice of a map that is shown by example lies, repeats.
+        pub shift: [f32; 2],
     }
 }
 
@@ -165,6 +168,10 @@ pub struct SurfaceKind {
     pub triangles: bool,
     /// Whether its relief is seen along the axes where it is at rest.
     pub triplanar: bool,
+    /// Whether its maps are shown without their repeats.
+    pub by_example: bool,
+    /// Whether it is open ground under drifts and paths.
+    pub ground: bool,
     /// Whether only its front is seen.
     pub front_only: bool,
     /// Whether its slopes are rise over run instead of by texture coordinate.
@@ -181,6 +188,11 @@ impl SurfaceKind {
     pub fn of(object: &Object, mesh: &PatchMesh) -> Self {
         let detail = DetailKind::of(object.detail.as_ref());
         let tiles = object.heights.as_ref().is_some_and(|heights| matches!(heights.border, Border::Tiles(_)));
+        let flat = !mesh.triangles && detail.mapping != DETAIL_TRIPLANAR && flat::is_flat(mesh);
+        let repeats = object.heights.as_ref().is_none_or(|heights| heights.border == Border::Wrap)
+            && object.slope_wrap.is_none_or(|wrap| wrap == [TextureWrap::Repeat; 2])
+            && object.material.as_ref().is_none_or(|map| map.wrap == [TextureWrap::Repeat; 2]);
+        let by_example = object.tiling != Tiling::Repeats && flat && repeats && object.charts.is_none();
         Self {
             tiled: tiles,
             displaced: object.heights.is_some(),
@@ -191,14 +203,24 @@ impl SurfaceKind {
             horizon: object.height_scale != 0.0
                 && object.material.as_ref().is_none_or(|map| map.cones.is_none())
                 && object.heights.as_ref().is_some_and(|field| field.texels.iter().any(|h| *h != field.texels[0])),
-            flat: !mesh.triangles && detail.mapping != DETAIL_TRIPLANAR && flat::is_flat(mesh),
+            flat,
             triangles: mesh.triangles,
             triplanar: mesh.triplanar.is_some() && object.heights.is_some(),
+            by_example,
+            ground: by_example && object.tiling == Tiling::Ground,
             front_only: object.front_only,
             rise_over_run: mesh.triangles && object.slopes.is_some(),
             plain: flat::is_plain(mesh),
             detail,
         }
+    }
+}
+
+impl SurfaceKind {
+    /// Whether the device looks its heights up by example, at its edges as well.
+    #[must_use]
+    pub fn displaced_by_example(self) -> bool {
+        self.displaced && self.by_example
     }
 }
 
@@ -209,9 +231,10 @@ struct Carrier {
 }
 
 impl Carrier {
-    fn of(mesh: &PatchMesh, heights: Option<&HeightField>) -> Self {
+    fn of(mesh: &PatchMesh, heights: Option<&HeightField>, kind: SurfaceKind) -> Self {
         let topology = Topology::new(&mesh.patches_by_place());
         let boundary = match heights {
+            Some(field) if kind.by_example => BoundaryHeights::by_example(mesh, &topology, field),
             Some(field) => BoundaryHeights::bake(mesh, &topology, field),
             None => BoundaryHeights::none(),
         };
@@ -291,9 +314,11 @@ impl GpuObject {
             fill_half_range(&mut object);
         }
         let kind = SurfaceKind::of(&object, &object.mesh);
-        let carrier = Carrier::of(&object.mesh, object.heights.as_ref());
-        let coarse = coarse_mesh
-            .map(|mesh| (SurfaceKind::of(&object, &mesh), Carrier::of(&mesh, object.heights.as_ref()), mesh));
+        let carrier = Carrier::of(&object.mesh, object.heights.as_ref(), kind);
+        let coarse = coarse_mesh.map(|mesh| {
+            let kind = SurfaceKind::of(&object, &mesh);
+            (kind, Carrier::of(&mesh, object.heights.as_ref(), kind), mesh)
+        });
         let index = (index as u32 + 1) | (upload.fits.number_of(&object) << FIT_SHIFT);
         let maps = Arc::new(ObjectMaps::upload(gpu, &mut object, &carrier.topology, kind, upload)?);
         let coarse = coarse.map(|(kind, carrier, mesh)| {
@@ -337,9 +362,9 @@ impl GpuObject {
         Buffer::new(gpu, &name, (count.max(1) * bytes) as u64, Memory::Upload)
     }
 
-    /// Push constants for a height scale that multiplies the object's own.
+    /// Push constants for a height scale that multiplies the object's own. `shift`: [`PosedObject::tiling_shift`](super::posed::PosedObject::tiling_shift).
     #[must_use]
-    pub fn constants(&self, height_scale: f32, mark_inside: bool) -> ObjectGpu {
+    pub fn constants(&self, height_scale: f32, mark_inside: bool, shift: [f32; 2]) -> ObjectGpu {
         let flags = [
             (FLAG_DISPLACED, self.kind.displaced),
             (FLAG_FLAT, self.kind.flat),
@@ -357,6 +382,7 @@ impl GpuObject {
             flags,
             index: self.index | conductor_dip_bits(self.object.conductor_dip) << CONDUCTOR_DIP_SHIFT,
             relief: self.relief * (height_scale * self.object.height_scale).abs(),
+            shift,
         }
     }
 }

@@ -2,8 +2,9 @@
 
 use std::sync::Arc;
 
-use glam::Vec3;
+use glam::{Mat2, Vec2, Vec3};
 
+use super::flat::Chart;
 use super::object::GpuObject;
 use super::patch_mesh::PosedVertices;
 use super::sphere::Sphere;
@@ -28,6 +29,18 @@ impl PosedObject {
             self.object.topology.edges.iter().map(|e| positions[e[0] as usize].distance(positions[e[1] as usize]));
         let texels: f32 = self.object.edge_texels.iter().sum();
         if texels > 0.0 { lengths.sum::<f32>() / texels } else { f32::INFINITY }
+    }
+
+    /// Where it lies on the lattice of its looks, in repeats of its map: ground keeps its place in the world.
+    #[must_use]
+    pub fn tiling_shift(&self) -> [f32; 2] {
+        let mesh = &self.object.object.mesh;
+        let ends = self.vertices.positions.first().zip(mesh.positions.first());
+        let (true, Some((&here, &rest))) = (self.object.kind.ground, ends) else { return [0.0; 2] };
+        let Some(Chart { tangent_s: s, tangent_t: t, .. }) = Chart::of(mesh, &self.vertices) else { return [0.0; 2] };
+        let moved = here - rest;
+        let along = Vec2::new(moved.dot(s), moved.dot(t));
+        (Mat2::from_cols_array(&[s.dot(s), s.dot(t), s.dot(t), t.dot(t)]).inverse() * along).to_array()
     }
 
     /// A bounding sphere that includes the bumps.

@@ -7,7 +7,7 @@ use crate::render::camera::Camera;
 use crate::render::scene::{MaterialMap, Object, Pose};
 use crate::render::surfaces::displacement::{Border, HeightField};
 use crate::render::surfaces::patch_mesh::{PatchMesh, TileLayout};
-use crate::scenes::ground::{PERIOD as GROUND_PERIOD, ground};
+use crate::scenes::ground::{STEP, ground};
 use crate::scenes::stage::{Stage, Views};
 
 const BODY: &str = "trex body";
@@ -62,9 +62,9 @@ pub fn walking(trex: Trex) -> Stage {
     };
     let motion = |time: f64| {
         let joints = walk::pose(time).skinning_matrices();
-        // The ground follows the animal in steps of its own repeat, which do not show.
-        let steps = (walked(time) / GROUND_PERIOD).round();
-        let below = Affine3A::from_translation(Vec3::X * steps * GROUND_PERIOD);
+        // The mesh of the ground follows the animal, so that its small patches are near it.
+        let steps = (walked(time) / STEP).round();
+        let below = Affine3A::from_translation(Vec3::X * steps * STEP);
         vec![Pose::Skinned(joints.clone()), Pose::Skinned(joints), Pose::Rigid(below)]
     };
     Stage::moving(vec![body, props, ground()], views, motion, |time| Vec3::X * walked(time))

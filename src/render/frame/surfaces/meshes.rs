@@ -10,7 +10,7 @@ use crate::render::frame::cache::Cache;
 use crate::render::frame::pool::Pool;
 use crate::render::passes::edges::edge_tessellation;
 use crate::render::passes::filter::{FilterInto, FilterPass, Shown};
-use crate::render::passes::geometry::{GeometryKind, GeometryPass};
+use crate::render::passes::geometry::{CasterKinds, GeometryKind, GeometryPass};
 use crate::render::passes::shade::ShadeInputs;
 use crate::render::passes::shadow::ShadowView;
 use crate::render::passes::targets::{GeometryTargets, VisibleSurface};
@@ -153,6 +153,10 @@ impl Mesh {
         Ok(Self { fine: Level::new(fine), coarse: coarse.map(Level::new) })
     }
 
+    fn casts_by_example(&self) -> bool {
+        self.fine.object.object.casts_shadow && self.fine.object.kind.displaced_by_example()
+    }
+
     /// The level of detail for a camera, and its vertices in a pose. `edges`: whether edge samples see it too.
     fn posed(
         &mut self,
@@ -225,8 +229,12 @@ impl Surface for Meshes {
         self.pipelines.cast_shadows()
     }
 
-    fn casts_through_holes(&self) -> bool {
-        self.pipelines.casters && self.pipelines.kinds.iter().any(|kind| kind.has.holes.is_some())
+    fn caster_kinds(&self) -> CasterKinds {
+        let MeshPipelines { kinds, casters, .. } = &self.pipelines;
+        CasterKinds {
+            holes: *casters && kinds.iter().any(|kind| kind.has.holes.is_some()),
+            by_example: *casters && self.meshes.iter().any(|mesh| mesh.casts_by_example()),
+        }
     }
 
     fn prepare(
