@@ -149,7 +149,7 @@ mod tests {
             looks_seen[looks.iter().filter(|look| look.weight > 0.0).count()] += 1.0 / 20_000.0;
         }
         // Of the triangle, six squares of the least share show one look, and what is left inside it three.
-        assert!((looks_seen[1] - 0.375).abs() < 0.02 && (looks_seen[3] - 0.0625).abs() < 0.01, "{looks_seen:?}");
+        assert!(f64::abs(looks_seen[1] - 0.375) < 0.02 && f64::abs(looks_seen[3] - 0.0625) < 0.01, "{looks_seen:?}");
     }
 
     #[test]
