@@ -1,5 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_control_flow_attributes : require
 // Joins the edge samples of each pixel. Samples that see other surfaces add their radiance. Samples that see the pixel's own
 // surface add slope statistics, material and visibility of the sun, which replace the pixel's own where its footprint is not
 // small compared with a patch.
@@ -86,9 +87,9 @@ void main() {
                 vec3 position = lighting.camera_position.xyz + to_sample;
                 vec3 mesonormal = from_frame(from, normalize(vec3(-mean, 1.0)));
                 float width = edge_shadow_width(position, area_relief.y);
-                sunlit += sun_visibility(0, position, mesonormal, float(grid) * width);
+                sunlit += sun_visibility(0, position, mesonormal, from.z, float(grid) * width);
                 for (int k = 1; k < min(SHADOW_MAPS, MAX_SUNS); ++k) {
-                    more[k - 1] += sun_visibility(k, position, mesonormal, float(grid) * width);
+                    more[k - 1] += sun_visibility(k, position, mesonormal, from.z, float(grid) * width);
                 }
             }
         }

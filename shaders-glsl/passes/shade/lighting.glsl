@@ -31,7 +31,7 @@ Light light_at(int i, Surface surface) {
             if (EDGES == EDGES_ARE_SHADED) {
                 width *= edge_shadow_width(surface.position, surface.relief);
             }
-            float sunlit = surface.joined < 1.0 ? sun_visibility(i, surface.position, mesonormal, width) : 0.0;
+            float sunlit = surface.joined < 1.0 ? sun_visibility(i, surface.position, mesonormal, surface.frame.z, width) : 0.0;
             // The shadow map and the horizon know the same bumps.
             seen = min(seen, mix(sunlit, i == 0 ? surface.sunlit : surface.more_sunlit[max(i - 1, 0)], surface.joined));
         }

@@ -1,5 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_control_flow_attributes : require
 // The sky at pixels that show no object: others fail the depth test.
 #include "lighting.glsl"
 #include "../visible.glsl"

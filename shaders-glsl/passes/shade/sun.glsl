@@ -3,13 +3,14 @@
 #ifndef LEADR_SHADE_SUN
 #define LEADR_SHADE_SUN
 #include "../constants.glsl"
+#include "leadr/frame.glsl"
 
 layout(std140) uniform Lighting {
     vec4 rays[3];                 // see surface_at
     mat4 shadow_from_world[MAX_SUNS]; // to [0,1] texture coordinates and depth
     vec4 camera_position;         // xyz; w: radiance of an emission of 1
     vec4 sun_direction[MAX_SUNS]; // xyz toward it, w: variance of its directions
-    vec4 sun_irradiance[MAX_SUNS]; // rgb on a plane facing it
+    vec4 sun_irradiance[MAX_SUNS]; // rgb on a plane facing it, w: tangent of its angular radius
     vec4 point_position[MAX_POINT_LIGHTS];  // xyz; w: one over the square of its range, or 0
     vec4 point_intensity[MAX_POINT_LIGHTS]; // rgb
     vec4 point_falloff[MAX_POINT_LIGHTS];   // see point_reach
@@ -31,34 +32,104 @@ float edge_shadow_width(vec3 position, float relief) {
     return clamp(0.5 * relief / max(pixel_width(position) * lighting.viewport.z, 1e-9), 0.25, 1.0);
 }
 
-// Fraction of a sun that the macrosurface sees: 4 x 4 comparisons, bilinearly weighted, over a width of so many pixels of
-// this image, or a texel of the map if that is wider. Smaller bumps cast their shadows through the slope statistics, so the point is
-// lifted clear of them.
-float sun_visibility(int sun, vec3 position, vec3 normal, float width) {
-    float texel = lighting.environment.z;
-    float stride = max(1.0, 0.5 * pixel_width(position) * width / texel);
-    float sine = sqrt(max(1.0 - pow(dot(normal, lighting.sun_direction[sun].xyz), 2.0), 0.0));
-    vec3 lifted = position + normal * (texel * stride * (1.0 + 2.0 * sine));
-    vec3 s = (lighting.shadow_from_world[sun] * vec4(lifted, 1.0)).xyz;
+// Taps of the search for what blocks a light, and of a penumbra.
+const int SEARCH_TAPS = 16;
+const int PENUMBRA_TAPS = 32;
+const float GOLDEN_ANGLE = 2.39996323; // radians
+// Penumbrae of no more strides have the profile of the 4 x 4 comparisons, a box of 3, as nearly as those can tell.
+const float NARROW = 2.0;
+// Widest penumbra in texels to either side: more would be too few taps for its area.
+const float WIDEST = 48.0;
+// Steepest plane of a receiver that is followed, as a tangent: light that grazes more adds next to nothing.
+const float STEEPEST = 4.0;
+
+// Place of a point on a map, [0,1], and its depth there.
+vec3 on_map(int layer, vec3 position) {
+    vec4 s = lighting.shadow_from_world[layer] * vec4(position, 1.0);
+    return s.xyz / s.w;
+}
+
+// How a map sees a receiver.
+struct Receiver {
+    vec3 position;
+    vec3 mesonormal;  // with the bumps under the pixel
+    vec3 macronormal; // without
+    float texel;      // of the map there, world units
+    float sine;       // of the angle between the mesonormal and the light
+};
+
+// Change of the depth along a map over the plane of a receiver: linear in parallel and in perspective views. s: the receiver's place.
+vec2 plane_on_map(int layer, Receiver r, vec3 s, float steepest) {
+    Frame along = frame_about(r.macronormal);
+    vec3 a = on_map(layer, r.position + r.texel * along.x) - s, b = on_map(layer, r.position + r.texel * along.y) - s;
+    float det = a.x * b.y - a.y * b.x;
+    vec2 slope = vec2(a.z * b.y - a.y * b.z, a.x * b.z - a.z * b.x) / (abs(det) < 1e-20 ? 1e-20 : det);
+    return slope * min(1.0, steepest / max(length(slope), 1e-20));
+}
+
+// Fraction of a light that the macrosurface sees past its map, with a penumbra that grows with the distance of what blocks it
+// (percentage-closer soft shadows, Fernando 2005). width: least width of the filter, pixels of this image. spread: texels of penumbra to
+// either side per unit of depth between blocker and receiver. steepest: STEEPEST in units of the map.
+//
+// A texel of the map and the pixel are the least width: 4 x 4 comparisons, bilinearly weighted. Smaller bumps cast their shadows through
+// the slope statistics, so the point is lifted clear of them. Wide penumbrae belong to far blockers, so lifting by a part of the
+// penumbra loses no contact.
+float map_visibility(int layer, Receiver r, float width, float spread, float steepest) {
+    float stride = max(1.0, 0.5 * pixel_width(r.position) * width / r.texel);
+    float lift = r.texel * (1.0 + 2.0 * r.sine);
+    vec3 s = on_map(layer, r.position + r.mesonormal * (lift * stride));
     if (any(lessThan(s.xy, vec2(0.0))) || any(greaterThan(s, vec3(1.0)))) {
         return 1.0;
     }
-    // The long shadows of a low sun reach beyond the depth of the map, where nothing is left to cast any.
-    s.z = max(s.z, 0.0);
     ivec2 size = textureSize(shadow_maps, 0).xy;
-    vec2 place = s.xy * vec2(size) / stride - 0.5;
-    vec2 base = floor(place), fraction = place - base;
-    float lit = 0.0;
-    for (int y = -1; y <= 2; ++y) {
-        for (int x = -1; x <= 2; ++x) {
-            ivec2 at = ivec2((base + vec2(x, y) + 0.5) * stride);
-            float depth = texelFetch(shadow_maps, ivec3(clamp(at, ivec2(0), size - 1), sun), 0).x;
-            float wx = x == -1 ? 1.0 - fraction.x : (x == 2 ? fraction.x : 1.0);
-            float wy = y == -1 ? 1.0 - fraction.y : (y == 2 ? fraction.y : 1.0);
-            lit += depth <= s.z ? wx * wy : 0.0;
+    vec2 slope = plane_on_map(layer, r, on_map(layer, r.position), steepest) / vec2(size);
+    float widest = clamp(spread * (1.0 - s.z), NARROW * stride, WIDEST);
+    // Taps are denser in the middle, so that the thin ends of what touches the receiver are not missed. The long shadows of a low sun
+    // reach beyond the depth of the map, where nothing is left to cast any: there depths are 0, and the receiver's count as no less.
+    vec2 place = s.xy * vec2(size);
+    float blocked = 0.0, above = 0.0;
+    [[unroll]] for (int i = 0; i < SEARCH_TAPS; ++i) {
+        float angle = GOLDEN_ANGLE * float(i);
+        ivec2 at = ivec2(floor(place + vec2(cos(angle), sin(angle)) * (widest * (float(i) + 0.5) / float(SEARCH_TAPS))));
+        float depth = texelFetch(shadow_maps, ivec3(clamp(at, ivec2(0), size - 1), layer), 0).x;
+        float plane = s.z + dot(slope, vec2(at) + 0.5 - place);
+        if (depth > max(plane, 0.0)) {
+            blocked += 1.0;
+            above += depth - plane;
         }
     }
-    return lit / 9.0;
+    bool partly = blocked > 0.0 && blocked < float(SEARCH_TAPS);
+    float radius = min(spread * above / max(blocked, 1.0), WIDEST);
+    bool wide = radius > NARROW * stride;
+    if (wide) {
+        s = on_map(layer, r.position + r.macronormal * (lift * (stride + 0.25 * radius)));
+        place = s.xy * vec2(size);
+    }
+    vec2 lattice = place / stride - 0.5, base = floor(lattice), fraction = lattice - base;
+    float lit = 0.0, angle = 0.0;
+    // One loop for both, whose end differs from pixel to pixel: drivers without divergent branches (lavapipe) would go through the
+    // bodies of two, and of `if`, everywhere.
+    int taps = partly ? (wide ? PENUMBRA_TAPS : 16) : 1;
+    for (int i = 0; i < taps; ++i) {
+        vec2 node = vec2(i & 3, i >> 2) - 1.0;
+        vec2 weight = mix(vec2(1.0), mix(fraction, 1.0 - fraction, lessThan(node, vec2(0.0))), notEqual(abs(node - 0.5), vec2(0.5)));
+        vec2 disc = vec2(cos(angle), sin(angle)) * (radius * sqrt((float(i) + 0.5) / float(PENUMBRA_TAPS)));
+        ivec2 at = ivec2(floor(wide ? place + disc : (base + node + 0.5) * stride));
+        float depth = texelFetch(shadow_maps, ivec3(clamp(at, ivec2(0), size - 1), layer), 0).x;
+        float plane = wide ? s.z + dot(slope, vec2(at) + 0.5 - place) : s.z;
+        lit += depth <= max(plane, 0.0) ? (wide ? 1.0 : weight.x * weight.y) : 0.0;
+        angle += GOLDEN_ANGLE;
+    }
+    return partly ? lit / (wide ? float(PENUMBRA_TAPS) : 9.0) : (blocked > 0.0 ? 0.0 : 1.0);
+}
+
+// Fraction of a sun that the macrosurface sees.
+float sun_visibility(int sun, vec3 position, vec3 mesonormal, vec3 macronormal, float width) {
+    float cosine = dot(mesonormal, lighting.sun_direction[sun].xyz);
+    Receiver r = Receiver(position, mesonormal, macronormal, lighting.environment.z, sqrt(max(1.0 - cosine * cosine, 0.0)));
+    // The map is as deep as it is wide.
+    float spread = lighting.sun_irradiance[sun].w * float(textureSize(shadow_maps, 0).x);
+    return map_visibility(sun, r, width, spread, STEEPEST);
 }
 
 #endif

@@ -31,16 +31,22 @@ pub struct EnvironmentLight {
 }
 
 impl EnvironmentLight {
-    /// Angular radius in degrees of an even disk with the same variance.
+    /// Angular radius in radians of an even disk with the same variance.
+    #[must_use]
+    pub fn radius(&self) -> f32 {
+        2.0 * self.variance.max(0.0).sqrt()
+    }
+
+    /// The same in degrees.
     #[must_use]
     pub fn radius_degrees(&self) -> f32 {
-        (2.0 * self.variance.max(0.0).sqrt()).to_degrees()
+        self.radius().to_degrees()
     }
 
     /// A direction from which its light comes, by a point of the unit square: uniform on an even disk with its variance.
     #[must_use]
     pub fn direction_within(&self, u: [f32; 2]) -> Vec3 {
-        let radius = 2.0 * self.variance.max(0.0).sqrt() * u[0].sqrt();
+        let radius = self.radius() * u[0].sqrt();
         let (sine, cosine) = (std::f32::consts::TAU * u[1]).sin_cos();
         let (x, y) = self.direction.any_orthonormal_pair();
         let across = (x * cosine + y * sine) * radius.sin();

@@ -20,6 +20,9 @@ use glam::{Mat4, Vec3};
 
 const SUNS: usize = MAX_SUNS as usize;
 
+/// Angular radius of the frame's own sun, radians: 0.2665°, seen from the mean distance of the earth.
+pub const SUN_RADIUS: f32 = 4.651e-3;
+
 shared_struct! {
     /// The light block (`Lighting` in `passes/shade/shade.frag`).
     pub struct LightingGpu for "Lighting" {
@@ -32,7 +35,7 @@ shared_struct! {
         pub camera_position: [f32; 4],
         /// Directions toward the suns, and the variance of the directions that their light comes from.
         pub sun_direction: [[f32; 4]; SUNS],
-        /// Their irradiance on a plane facing them.
+        /// Their irradiance on a plane facing them, and the tangents of their angular radii.
         pub sun_irradiance: [[f32; 4]; SUNS],
         /// Positions of the point lights, and one over the squares of their ranges.
         pub point_position: [[f32; 4]; MAX_POINT_LIGHTS],
@@ -59,7 +62,7 @@ impl LightingGpu {
         let mut sun_irradiance = [[0.0; 4]; SUNS];
         for (i, light) in suns_of(state, environment).enumerate().take(SUNS) {
             sun_direction[i] = four(light.direction, light.variance);
-            sun_irradiance[i] = four(light.irradiance, 0.0);
+            sun_irradiance[i] = four(light.irradiance, if i == 0 && state.sun.is_some() { SUN_RADIUS.tan() } else { light.radius().tan() });
         }
         let mut shadow_from_world = [Mat4::IDENTITY.to_cols_array_2d(); SUNS];
         for (matrix, view) in shadow_from_world.iter_mut().zip(shadows) {
