@@ -102,6 +102,8 @@ const int MAX_POINT_LIGHTS = 4;
 const int MAX_ENVIRONMENT_LIGHTS = 4;
 // Most directional lights of a frame: its own sun, and those of the panorama.
 const int MAX_SUNS = MAX_ENVIRONMENT_LIGHTS + 1;
+// Most shadow maps of a frame: one of every light, suns first.
+const int MAX_SHADOW_MAPS = MAX_SUNS + MAX_POINT_LIGHTS;
 // Directions that a sample of the reference with shadows of the relief draws from the environment.
 const int ENVIRONMENT_DRAWS = 4;
 // Most lights of such a sample: point lights, the sun, those of the panorama, those drawn from the environment.
@@ -115,6 +117,16 @@ const int LIGHT_OF_SCENE = 0;
 const int LIGHT_OF_ENVIRONMENT = 1;
 // one drawn at random from the rest of it.
 const int LIGHT_DRAWN = 2;
+
+// Visibility of the sky past large shapes
+
+// Most nodes of its volume.
+const uint SKY_NODES = 6000u;
+// Its layers, the denser the nearer to the floor, and how many of them lie below that.
+const uint SKY_LAYERS = 12u;
+const uint SKY_LAYERS_BELOW = 3u;
+// Numbers before the nodes.
+const uint SKY_HEADER = 12u;
 
 // Terms of the light that a picture contains, as bits
 

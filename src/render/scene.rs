@@ -393,6 +393,8 @@ pub struct PointLight {
     pub cone: Option<Cone>,
     /// Metres at which it has faded to nothing, as `KHR_lights_punctual` has it; `None` if it never does.
     pub range: Option<f32>,
+    /// Metres from its middle to its rim, which make the penumbrae of its shadows wide; 0 for a point. It shines as a point does.
+    pub radius: f32,
 }
 
 /// Where a spot shines.
@@ -407,10 +409,16 @@ pub struct Cone {
 }
 
 impl PointLight {
-    /// A light that shines in all directions, however far.
+    /// A point that shines in all directions, however far.
     #[must_use]
     pub const fn new(position: Vec3, intensity: Vec3) -> Self {
-        Self { position, intensity, cone: None, range: None }
+        Self { position, intensity, cone: None, range: None, radius: 0.0 }
+    }
+
+    /// The same with a radius, metres.
+    #[must_use]
+    pub const fn with_radius(self, radius: f32) -> Self {
+        Self { radius, ..self }
     }
 
     /// What its intensity is multiplied with toward a direction away from it: the square of `d · xyz + w`, kept in 0 to 1.

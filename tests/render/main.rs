@@ -31,6 +31,7 @@ mod relief_color;
 mod seams;
 mod shading;
 mod shore;
+mod soft_shadows;
 mod spheres;
 mod techniques;
 mod tiling;

@@ -46,16 +46,15 @@ vec3 classic_radiance(Surface surface, float environment_scale) {
     }
     vec3 fresnel = fresnel_of(surface, dot(wo, n));
     vec3 albedo = surface.albedo * (1.0 - fresnel_schlick(surface.body_f0, dot(wo, n)));
-    float ambient = surface.accessibility * environment_scale;
     vec3 radiance = vec3(0.0);
 
     if (SPECULAR_ENVIRONMENT) {
         float variance = FAMILY == FAMILY_LEAN ? normal_variance(m, S) : blinn_phong_variance(exponent);
         vec3 wi = 2.0 * dot(wo, n) * n - wo;
-        radiance += ambient * fresnel * environment_radiance(surface, wi, lobe_lod(variance, lighting.environment.x));
+        radiance += environment_scale * ambient_in_mirrors(surface) * fresnel * environment_radiance(surface, wi, lobe_lod(variance, lighting.environment.x));
     }
     if (DIFFUSE_ENVIRONMENT) {
-        radiance += albedo * (ambient / LEADR_PI) * max(sh_irradiance(environment_sh(), from_frame(surface.frame, n)), 0.0);
+        radiance += albedo * ambient_on_diffuse(surface, albedo) * (environment_scale / LEADR_PI) * max(sh_irradiance(environment_sh(), from_frame(surface.frame, n)), 0.0);
     }
     if (any_on_diffuse() || any_in_mirrors()) {
         [[unroll]] for (int i = 0; i < LIGHTS; ++i) {
@@ -97,7 +96,6 @@ vec3 gloss_radiance(Surface surface, float environment_scale) {
         body = surface.albedo * b.entered;
     }
     vec3 albedo = surface.albedo;
-    float ambient = surface.accessibility * environment_scale;
     vec3 radiance = vec3(0.0);
     if (SPECULAR_ENVIRONMENT) {
         vec3 wi = from_frame(b.about, lobe_axis(alpha, b.wo));
@@ -107,13 +105,14 @@ vec3 gloss_radiance(Surface surface, float environment_scale) {
             GaussianLobe lobe = ggx_lobe(DisplacedGgx(1.0, vec3(vec2(alpha * alpha), 0.0)), k);
             seen += lobe.weight * lobe_radiance(surface, wi, 4.0 * lobe.S.x);
         }
-        radiance += ambient * reflected * cone_mirrors(surface, alpha) * seen;
+        radiance += environment_scale * ambient_in_mirrors(surface) * reflected * cone_mirrors(surface, alpha) * seen;
     }
     if (DIFFUSE_ENVIRONMENT) {
         vec3 c[9] = environment_sh();
         vec3 irradiance = max(sh_irradiance(c, from_frame(surface.frame, normal_of_slope(m))), 0.0);
         vec3 bounced = MULTISCATTERING ? first_albedo(b.facets, albedo) : vec3(1.0);
-        radiance += body * bounced * (ambient / LEADR_PI) * cone_diffuse(surface, albedo, c) * irradiance;
+        vec3 ambient = (environment_scale / LEADR_PI) * ambient_on_diffuse(surface, albedo) * cone_diffuse(surface, albedo, c);
+        radiance += body * bounced * ambient * irradiance;
     }
     if (any_on_diffuse() || any_in_mirrors()) {
         [[unroll]] for (int i = 0; i < LIGHTS; ++i) {

@@ -1,16 +1,18 @@
 // The measured materials of a scene, the harmonics of its environment and the tables of energies, all in one buffer.
 #ifndef LEADR_SHADE_FITS
 #define LEADR_SHADE_FITS
+#include "../constants.glsl"
 #include "../bases.glsl"
 #include "../technique.glsl"
 
 // Passes that filter and shade read all the 32 resources that drivers push, so these share one: nine coefficients of four numbers; the
-// tables of leadr/materials/energy.glsl of GGX and of Beckmann facets; where each material begins, counted from there; then one material
+// tables of leadr/materials/energy.glsl of GGX and of Beckmann facets; the visibility of the sky past large shapes (sky_visibility.glsl); where each material begins, counted from there; then one material
 // after another (src/render/surfaces/fits.rs).
 layout(std430) readonly buffer Irradiance { float light_words[]; };
 const uint ENERGY_WORDS = 36u;
 const uint ENERGY_TABLE = 33u * 48u * 2u;
-const uint FIT_WORDS = ENERGY_WORDS + 2u * ENERGY_TABLE;
+const uint SKY_WORDS = ENERGY_WORDS + 2u * ENERGY_TABLE;
+const uint FIT_WORDS = SKY_WORDS + SKY_HEADER + SKY_NODES;
 #define LEADR_FITTED_WORD(i) light_words[FIT_WORDS + i]
 #include "leadr/materials/fitted.glsl"
 

@@ -469,7 +469,6 @@ vec3 leadr_radiance(Surface surface, float environment_scale) {
     if (exact) {
         facet = fitted_facet(surface.fit, surface.alpha, wo, surface.slope_covariance);
     }
-    float ambient = surface.accessibility * environment_scale;
     vec3 radiance = vec3(0.0);
 
     // Light that the visible mirrors do not reflect enters the surface; the diffuse term returns no more than that.
@@ -484,7 +483,7 @@ vec3 leadr_radiance(Surface surface, float environment_scale) {
         if (MULTISCATTERING) {
             mirrors.reflected *= bounces.mirrors;
         }
-        radiance += ambient * mirrors_in_cone(surface) * mirrors.reflected;
+        radiance += environment_scale * ambient_in_mirrors(surface) * mirrors_in_cone(surface) * mirrors.reflected;
         entering = 1.0 - mirrors.fresnel;
     } else if (DIFFUSE && !exact) {
         entering = 1.0 - fresnel_under(surface, bases);
@@ -508,7 +507,8 @@ vec3 leadr_radiance(Surface surface, float environment_scale) {
         if (MULTISCATTERING) {
             albedo *= first_albedo(bounces.facets, albedo);
         }
-        radiance += entering * albedo * ambient * cone_diffuse(surface, albedo, environment_sh()) * diffuse_environment(surface, normals);
+        vec3 ambient = environment_scale * ambient_on_diffuse(surface, albedo) * cone_diffuse(surface, albedo, environment_sh());
+        radiance += entering * albedo * ambient * diffuse_environment(surface, normals);
     }
     if (any_on_diffuse() || any_in_mirrors()) {
         [[unroll]] for (int number = 0; number < LIGHTS; ++number) {

@@ -7,6 +7,7 @@
 #include "leadr/slopes/grid.glsl"
 #include "leadr/visible/kernel.glsl"
 #include "settings.glsl"
+#include "sky_visibility.glsl"
 #include "sun.glsl"
 
 uniform samplerCube environment_cube;  // without the panorama's suns, box mips
@@ -20,17 +21,20 @@ struct Light {
     float variance;  // of the directions that it comes from
 };
 
+// Width over which a shadow map is averaged at least, in pixels of this image.
+float shadow_width(Surface surface) {
+    float edge = EDGES == EDGES_ARE_SHADED ? edge_shadow_width(surface.position, surface.relief) : 1.0;
+    return lighting.viewport.z * edge;
+}
+
 Light light_at(int i, Surface surface) {
     if (i < SUNS) {
         vec3 towards = to_frame(surface.frame, lighting.sun_direction[i].xyz);
         float variance = lighting.sun_direction[i].w;
         float seen = relief_visibility(surface, towards, sqrt(variance));
-        if (SUN_SHADOWS) {
+        if (MAPPED_SHADOWS) {
             vec3 mesonormal = from_frame(surface.frame, normal_of_slope(surface.mean_slope));
-            float width = lighting.viewport.z;
-            if (EDGES == EDGES_ARE_SHADED) {
-                width *= edge_shadow_width(surface.position, surface.relief);
-            }
+            float width = shadow_width(surface);
             float sunlit = surface.joined < 1.0 ? sun_visibility(i, surface.position, mesonormal, surface.frame.z, width) : 0.0;
             // The shadow map and the horizon know the same bumps.
             seen = min(seen, mix(sunlit, i == 0 ? surface.sunlit : surface.more_sunlit[max(i - 1, 0)], surface.joined));
@@ -42,8 +46,27 @@ Light light_at(int i, Surface surface) {
     vec3 direction = d * inversesqrt(square);
     vec3 towards = to_frame(surface.frame, direction);
     float seen = relief_visibility(surface, towards, 0.0);
+    if (MAPPED_SHADOWS) {
+        vec3 mesonormal = from_frame(surface.frame, normal_of_slope(surface.mean_slope));
+        seen = min(seen, point_visibility(i, i - SUNS, surface.position, mesonormal, surface.frame.z, shadow_width(surface)));
+    }
     seen *= point_reach(direction, square, lighting.point_falloff[i - SUNS], lighting.point_position[i - SUNS].w);
     return Light(towards, lighting.point_intensity[i - SUNS].rgb * (seen / square), 0.0);
+}
+
+// The environment's part that reaches a diffuse body of this albedo.
+vec3 ambient_on_diffuse(Surface surface, vec3 albedo) {
+    return SKY_OCCLUSION ? sky_on_diffuse(surface.sky, surface.accessibility, albedo) : vec3(surface.accessibility);
+}
+
+// The same in mirrors about the mean normal.
+float ambient_in_mirrors(Surface surface) {
+    if (!SKY_OCCLUSION) {
+        return surface.accessibility;
+    }
+    vec3 n = normal_of_slope(surface.mean_slope);
+    vec3 towards = from_frame(surface.frame, 2.0 * dot(surface.wo, n) * n - surface.wo);
+    return sky_in_mirrors(surface.sky, surface.accessibility, towards);
 }
 
 // Ray through a point of the image, as surface_at expects it.

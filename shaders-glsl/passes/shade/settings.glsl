@@ -14,12 +14,13 @@ layout(constant_id = 5) const int TERMS = 15;              // a bit per term of 
 // The lights in their order: the frame's own sun, those of its panorama, points.
 layout(constant_id = 6) const int OWN_SUNS = 1;            // 0 or 1
 layout(constant_id = 10) const int PANORAMA_SUNS = 0;      // at most MAX_ENVIRONMENT_LIGHTS
-layout(constant_id = 7) const bool SUN_SHADOWS = true;     // cast by the macrosurface, from the shadow maps
+layout(constant_id = 7) const bool MAPPED_SHADOWS = true;  // cast by the macrosurface, from the shadow maps
 layout(constant_id = 8) const int POINT_LIGHTS = 0;        // at most MAX_POINT_LIGHTS
 layout(constant_id = 31) const bool FACET_FRAME = false;  // in which the base is rough; else in that of the macrosurface
 layout(constant_id = 9) const int EDGES = EDGES_ARE_ABSENT;
 layout(constant_id = 11) const bool MULTISCATTERING = false; // facets light each other: leadr/materials/energy.glsl, multiscattering.glsl
 layout(constant_id = 12) const bool DRAWN_MIRRORS = false; // probes at random among the visible mirrors, anew for every sample
+layout(constant_id = 13) const bool SKY_OCCLUSION = false; // large shapes hide the environment
 
 // A normal map on smooth geometry: its relief hides nothing. Samples of the reference see one facet each, and on that it is the base
 // whose facets hide each other.

@@ -7,6 +7,9 @@
 Surface surface_seen(FilteredSurface filtered, vec2 place, float depth) {
     Surface surface = surface_at(filtered, lighting.camera_position.xyz, pixel_ray(place), lighting.rays[2].w, depth);
     surface.pixel = uvec2(place);
+    if (SKY_OCCLUSION) {
+        surface.sky = sky_seen(surface.position, surface.frame.z);
+    }
     return surface;
 }
 

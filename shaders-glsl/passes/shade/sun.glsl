@@ -1,4 +1,4 @@
-// The block of lights, and the fraction of a sun that reaches a point. Suns are all directional lights: the frame's own comes first,
+// The block of lights, and the fraction of each that reaches a point. Suns are all directional lights: the frame's own comes first,
 // then those of its panorama.
 #ifndef LEADR_SHADE_SUN
 #define LEADR_SHADE_SUN
@@ -7,19 +7,20 @@
 
 layout(std140) uniform Lighting {
     vec4 rays[3];                 // see surface_at
-    mat4 shadow_from_world[MAX_SUNS]; // to [0,1] texture coordinates and depth
+    mat4 shadow_from_world[MAX_SHADOW_MAPS]; // of each light in their order, to [0,1] texture coordinates and depth
     vec4 camera_position;         // xyz; w: radiance of an emission of 1
     vec4 sun_direction[MAX_SUNS]; // xyz toward it, w: variance of its directions
     vec4 sun_irradiance[MAX_SUNS]; // rgb on a plane facing it, w: tangent of its angular radius
     vec4 point_position[MAX_POINT_LIGHTS];  // xyz; w: one over the square of its range, or 0
     vec4 point_intensity[MAX_POINT_LIGHTS]; // rgb
     vec4 point_falloff[MAX_POINT_LIGHTS];   // see point_reach
+    vec4 point_shadow[MAX_POINT_LIGHTS];    // x: texels of penumbra per unit of depth, y: texel of its map at distance 1
     vec4 viewport;                // width, height, pixels along one of the picture
     vec4 environment;             // x: face size of the cube, y: scale, z: shadow texel in world units, w: tangent of the lowest elevation seen behind all
     uvec4 draws;                  // sample, seed
 } lighting;
 
-uniform sampler2DArray shadow_maps; // a layer per sun
+uniform sampler2DArray shadow_maps; // a layer per light: suns, then point lights
 
 // Width of a pixel of this image at a point, in world units.
 float pixel_width(vec3 position) {
@@ -46,7 +47,7 @@ const float STEEPEST = 4.0;
 // Place of a point on a map, [0,1], and its depth there.
 vec3 on_map(int layer, vec3 position) {
     vec4 s = lighting.shadow_from_world[layer] * vec4(position, 1.0);
-    return s.xyz / s.w;
+    return s.xyz / max(s.w, 1e-6);
 }
 
 // How a map sees a receiver.
@@ -54,8 +55,8 @@ struct Receiver {
     vec3 position;
     vec3 mesonormal;  // with the bumps under the pixel
     vec3 macronormal; // without
+    vec3 towards;     // the light, unit
     float texel;      // of the map there, world units
-    float sine;       // of the angle between the mesonormal and the light
 };
 
 // Change of the depth along a map over the plane of a receiver: linear in parallel and in perspective views. s: the receiver's place.
@@ -72,11 +73,12 @@ vec2 plane_on_map(int layer, Receiver r, vec3 s, float steepest) {
 // either side per unit of depth between blocker and receiver. steepest: STEEPEST in units of the map.
 //
 // A texel of the map and the pixel are the least width: 4 x 4 comparisons, bilinearly weighted. Smaller bumps cast their shadows through
-// the slope statistics, so the point is lifted clear of them. Wide penumbrae belong to far blockers, so lifting by a part of the
-// penumbra loses no contact.
+// the slope statistics, so the point is lifted clear of them. For wide penumbrae it is moved toward the light instead, by a part of their
+// width, which moves no edges; they belong to far blockers, so no contact is lost.
 float map_visibility(int layer, Receiver r, float width, float spread, float steepest) {
     float stride = max(1.0, 0.5 * pixel_width(r.position) * width / r.texel);
-    float lift = r.texel * (1.0 + 2.0 * r.sine);
+    float cosine = dot(r.mesonormal, r.towards);
+    float lift = r.texel * (1.0 + 2.0 * sqrt(max(1.0 - cosine * cosine, 0.0)));
     vec3 s = on_map(layer, r.position + r.mesonormal * (lift * stride));
     if (any(lessThan(s.xy, vec2(0.0))) || any(greaterThan(s, vec3(1.0)))) {
         return 1.0;
@@ -102,7 +104,7 @@ float map_visibility(int layer, Receiver r, float width, float spread, float ste
     float radius = min(spread * above / max(blocked, 1.0), WIDEST);
     bool wide = radius > NARROW * stride;
     if (wide) {
-        s = on_map(layer, r.position + r.macronormal * (lift * (stride + 0.25 * radius)));
+        s = on_map(layer, r.position + r.towards * (lift * (stride + 0.25 * radius)));
         place = s.xy * vec2(size);
     }
     vec2 lattice = place / stride - 0.5, base = floor(lattice), fraction = lattice - base;
@@ -125,11 +127,23 @@ float map_visibility(int layer, Receiver r, float width, float spread, float ste
 
 // Fraction of a sun that the macrosurface sees.
 float sun_visibility(int sun, vec3 position, vec3 mesonormal, vec3 macronormal, float width) {
-    float cosine = dot(mesonormal, lighting.sun_direction[sun].xyz);
-    Receiver r = Receiver(position, mesonormal, macronormal, lighting.environment.z, sqrt(max(1.0 - cosine * cosine, 0.0)));
+    Receiver r = Receiver(position, mesonormal, macronormal, lighting.sun_direction[sun].xyz, lighting.environment.z);
     // The map is as deep as it is wide.
     float spread = lighting.sun_irradiance[sun].w * float(textureSize(shadow_maps, 0).x);
     return map_visibility(sun, r, width, spread, STEEPEST);
+}
+
+// Fraction of a point light that the macrosurface sees. Its map shows the sphere around all that casts shadows: nothing outside is shadowed.
+float point_visibility(int layer, int point, vec3 position, vec3 mesonormal, vec3 macronormal, float width) {
+    vec3 towards = normalize(lighting.point_position[point].xyz - position);
+    vec4 place = lighting.shadow_from_world[layer] * vec4(position, 1.0);
+    float texel = lighting.point_shadow[point].y * max(place.w, 1e-6);
+    Receiver r = Receiver(position, mesonormal, macronormal, towards, texel);
+    // A map is so many times as wide as it is far: a depth changes by that much less across it.
+    float wide = lighting.point_shadow[point].y * float(textureSize(shadow_maps, 0).x);
+    float steepest = STEEPEST * wide * place.z / max(place.w, 1e-6);
+    float lit = map_visibility(layer, r, width, lighting.point_shadow[point].x, steepest);
+    return place.w > 0.0 ? lit : 1.0;
 }
 
 #endif

@@ -28,6 +28,7 @@ struct Surface {
     vec4 more_sunlit;    // and the others
     float joined;        // weight of `sunlit`, 0 to 1
     Horizon horizon;     // of its relief
+    vec4 sky;            // what large shapes leave of the surroundings, see sky_seen
     vec4 cone;           // in its place, where CONES says so; w below 0 without one
 };
 
@@ -84,6 +85,7 @@ Surface surface_at(FilteredSurface f, vec3 eye, vec3 ray, float near, float dept
     s.joined = 0.0;
     s.horizon = f.horizon;
     s.cone = f.cone;
+    s.sky = vec4(0.0, 0.0, 0.0, 1.0);
     return s;
 }
 

@@ -58,6 +58,9 @@ pub struct ShadingArgs {
     /// are rough [default: off]
     #[arg(long, value_name = "on|off", value_parser = on_off)]
     pub multiscattering: Option<bool>,
+    /// Let large shapes hide the environment from each other and from the ground, which the paper does not [default: on]
+    #[arg(long, value_name = "on|off", value_parser = on_off)]
+    pub sky_occlusion: Option<bool>,
 }
 
 /// Probes of the rules when only `--rule visible` is given.
@@ -84,6 +87,8 @@ impl ShadingArgs {
             relief_occlusion: self.relief_occlusion.unwrap_or(default.relief_occlusion),
             relief_color: self.relief_color.unwrap_or(default.relief_color),
             multiscattering: self.multiscattering.unwrap_or(default.multiscattering),
+            // Comparisons leave it out; pictures of scenes have it, but where rays find it.
+            sky_occlusion: self.sky_occlusion.unwrap_or(!relief_shadows),
             edge_samples,
             relief_shadows,
         });
@@ -143,6 +148,10 @@ impl ShadingArgs {
             "--relief-shadows is for --technique reference; --masking chooses the shadowing of the others".to_owned()
         } else if relief_shadows && self.multiscattering == Some(true) {
             "--multiscattering is not among what --relief-shadows knows: leave one of them out".to_owned()
+        } else if self.sky_occlusion == Some(true) && !technique.is_lit() {
+            format!("--sky-occlusion is about light, and --technique {name} has none")
+        } else if relief_shadows && self.sky_occlusion == Some(true) {
+            "--relief-shadows asks the casters themselves what they hide: leave --sky-occlusion out".to_owned()
         } else if edge_samples > 1 && technique.is_reference() {
             format!("--edge-samples is for techniques that filter; --technique {name} takes --samples")
         } else {
@@ -232,13 +241,14 @@ mod tests {
     #[test]
     fn flags_become_settings() {
         let options = |flags: &[&str]| resolve(flags).unwrap().options();
-        assert_eq!(resolve(&[]).unwrap(), Shading::default());
+        assert_eq!(resolve(&["--sky-occlusion", "off"]).unwrap(), Shading::default());
         assert_eq!(options(&["--grid", "7"]).quadrature, Quadrature::Grid(7));
         assert_eq!(options(&["--probes", "9"]).quadrature, Quadrature::VisibleSlopes(Probes::Nine));
         assert!(!options(&["--pixel-kernel", "off"]).pixel_kernel);
         assert!(!options(&["--relief-occlusion", "off"]).relief_occlusion);
         assert!(options(&["--multiscattering", "on"]).multiscattering && !options(&[]).multiscattering);
         assert!(options(&["--technique", "gloss", "--multiscattering", "on"]).multiscattering);
+        assert!(!options(&["--sky-occlusion", "off"]).sky_occlusion && options(&[]).sky_occlusion);
         assert_eq!(options(&["--masking", "normal-map"]).shadowing, Shadowing::NormalMap);
         assert!(options(&["--relief-color", "on"]).relief_color && !options(&[]).relief_color);
         let terms = resolve(&["--terms", "specular-lights,diffuse-environment"]).unwrap().terms();
@@ -262,6 +272,7 @@ mod tests {
             (&["--technique", "lean", "--relief-occlusion", "on"], "--relief-occlusion"),
             (&["--technique", "leadr-ggx", "--multiscattering", "off"], "--multiscattering"),
             (&["--technique", "reference", "--relief-color", "on"], "--relief-color"),
+            (&["--technique", "constant", "--sky-occlusion", "on"], "--sky-occlusion"),
             (&["--pixel-kernel", "maybe"], "on or off"),
             (&["--technique", "constant", "--terms", "diffuse-lights"], "constant"),
         ] {

@@ -128,7 +128,7 @@ pub fn in_a_goal(row: &Row) -> bool {
 /// and no occlusion by relief.
 pub fn paper(technique: Technique, quadrature: Quadrature, terms: Terms) -> Shading {
     let (shadowing, pixel_kernel) = (Shadowing::None, false);
-    let (base_frame, relief_occlusion) = (BaseFrame::Macro, false);
+    let (base_frame, relief_occlusion, sky_occlusion) = (BaseFrame::Macro, false, false);
     technique.with(ShadingOptions {
         quadrature,
         terms,
@@ -136,6 +136,7 @@ pub fn paper(technique: Technique, quadrature: Quadrature, terms: Terms) -> Shad
         base_frame,
         pixel_kernel,
         relief_occlusion,
+        sky_occlusion,
         relief_color: false,
         ..Default::default()
     })

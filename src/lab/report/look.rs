@@ -76,10 +76,11 @@ impl Look {
         self
     }
 
-    /// Settings of a picture.
+    /// Settings of a picture. What large shapes hide of the sky is no part of what techniques are compared by.
     #[must_use]
     pub fn settings(&self, size: (u32, u32), samples: u32) -> RenderSettings {
-        RenderSettings { size, samples, shading: self.shading, ..RenderSettings::default() }
+        let shading = self.shading.adjusted(|options| ShadingOptions { sky_occlusion: false, ..options });
+        RenderSettings { size, samples, shading, ..RenderSettings::default() }
     }
 
     /// The name as part of a file's name.

@@ -53,6 +53,7 @@ impl Truth {
             shading: technique.reference().with(ShadingOptions {
                 relief_shadows: self == Self::Shadowed,
                 shadowing: if self == Self::NormalMap { Shadowing::NormalMap } else { default.shadowing },
+                sky_occlusion: false,
                 ..default
             }),
             // A smooth surface needs no vertex for every texel.

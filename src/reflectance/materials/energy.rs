@@ -58,6 +58,9 @@ pub const ENERGY_ROW: usize = ENERGY_COSINES + 1;
 pub struct EnergyTable(Vec<[f32; 2]>);
 
 impl EnergyTable {
+    /// Texels of a table.
+    pub const TEXELS: usize = ENERGY_ROW * ENERGY_ALPHAS;
+
     /// Of GGX facets under height-correlated masking.
     #[must_use]
     pub fn ggx() -> Self {

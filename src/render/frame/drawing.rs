@@ -22,8 +22,8 @@ pub(super) struct Demands {
     pub relief_color: bool,
 }
 
-/// How pixels are shaded; without the relief's occlusion and colours, where there are none, and without shadow maps, where nothing casts
-/// shadows.
+/// How pixels are shaded; without the relief's occlusion and colours, where there are none, and without shadow maps and what large
+/// shapes hide of the sky, where nothing casts shadows.
 pub(super) fn shade_kind(
     state: &FrameState,
     settings: &RenderSettings,
@@ -34,6 +34,7 @@ pub(super) fn shade_kind(
     let needed = |options: ShadingOptions| ShadingOptions {
         relief_occlusion: options.relief_occlusion && relief,
         relief_color: options.relief_color && relief_color,
+        sky_occlusion: options.sky_occlusion && casters && settings.shadows,
         ..options
     };
     ShadeKind {
@@ -61,7 +62,8 @@ pub(super) fn drawing(settings: RenderSettings, kind: ShadeKind, gbuffer: bool) 
     let msaa = if filter == FilterInto::GBuffer { 1 } else { settings.msaa };
     let settings = RenderSettings { msaa, ..settings };
     let drawing = SurfaceDrawing {
-        suns: kind.lights.shadow_maps(),
+        shadow_maps: kind.lights.shadow_maps(),
+        sun_maps: kind.lights.sun_maps(),
         geometry: GeometryKind::of(settings.pixel_samples()),
         edges: settings.edges().is_some(),
         filter,

@@ -13,6 +13,7 @@ mod prepared;
 mod record;
 mod render;
 mod renderer;
+mod sky;
 mod surfaces;
 mod targets;
 mod timing;

@@ -1,4 +1,4 @@
-//! What is made and written before the first sample of a frame: poses, targets, the suns' views, pipelines.
+//! What is made and written before the first sample of a frame: poses, targets, the lights' views, pipelines.
 
 use super::drawing::{Demands, drawing, shade_kind};
 use super::edge_samples::{EdgeSamples, area_of};
@@ -14,7 +14,7 @@ use crate::render::passes::geometry::CasterKinds;
 use crate::render::passes::reference::{ReferenceKind, ReliefLights};
 use crate::render::passes::shade::{Edges, LightingGpu, ShadeKind, suns_of};
 use crate::render::passes::shadow::{ShadowView, map_size};
-use crate::render::scene::FrameState;
+use crate::render::scene::{FrameState, MAX_POINT_LIGHTS};
 use crate::render::settings::{Quadrature, RenderSettings};
 use crate::render::surfaces::material::Bases;
 use crate::render::surfaces::posed::PosedObject;
@@ -76,7 +76,7 @@ impl Renderer {
         let accumulate = self.pipelines.accumulate(&self.gpu, parts)?;
         let block = || Buffer::new(&self.gpu, "lighting", size_of::<LightingGpu>() as u64, Memory::Upload);
         let lighting = self.lighting.take(block)?;
-        let shadow_maps = self.common.shadow.maps(&self.gpu, map_size(settings.size), light.suns().len() as u32)?;
+        let shadow_maps = self.common.shadow.maps(&self.gpu, map_size(settings.size), light.shadows().len() as u32)?;
         let (state, number) = (state.clone(), self.prepared);
         let plan = FramePlan {
             state,
@@ -130,7 +130,7 @@ impl Renderer {
             grid,
             msaa: settings.msaa,
             gbuffer: drawing.filter == FilterInto::GBuffer,
-            shadow_maps: drawing.suns,
+            sun_maps: drawing.sun_maps,
         };
         if let Some(kept) = &self.targets
             && kept.suit(shape)
@@ -144,7 +144,7 @@ impl Renderer {
         Ok(self.targets.insert(Targets::new(&self.gpu, shape, mean)?).clone())
     }
 
-    /// Points the suns' shadow maps at the casters, or makes the lights of the reference.
+    /// Points the shadow maps at the casters, or makes the lights of the reference.
     fn prepare_light(
         &mut self,
         state: &FrameState,
@@ -172,21 +172,26 @@ impl Renderer {
         }
         self.common.shadow.prepare_casters(&self.gpu, self.caster_kinds())?;
         let spheres: Vec<Sphere> = casters(surfaces).into_iter().map(PosedObject::bounds).collect();
-        let suns: Vec<ShadowView> = match Sphere::enclosing(&spheres).filter(|_| settings.shadows) {
-            Some(sphere) => suns_of(state, &self.environment)
-                .map(|sun| ShadowView::around(sun.direction, sphere, map_size(settings.size)))
-                .collect(),
+        let size = map_size(settings.size);
+        let shadows: Vec<ShadowView> = match Sphere::enclosing(&spheres).filter(|_| settings.shadows) {
+            Some(sphere) => {
+                let suns = suns_of(state, &self.environment).map(|sun| ShadowView::around(sun.direction, sphere, size));
+                let points = state.point_lights.iter().take(MAX_POINT_LIGHTS);
+                suns.chain(points.map(|point| ShadowView::from_point(point.position, sphere, size))).collect()
+            }
             None => Vec::new(),
         };
         let lens = state.camera.lens(settings.size.1);
-        for surface in surfaces.iter_mut().filter(|_| !suns.is_empty()) {
-            surface.cast(&suns, lens)?;
+        for surface in surfaces.iter_mut().filter(|_| !shadows.is_empty()) {
+            surface.cast(&shadows, lens)?;
         }
         let shade = match filter {
             FilterInto::GBuffer => Some(self.pipelines.shade(&self.gpu, kind)?),
             FilterInto::Radiance(_) => None,
         };
-        Ok(Light::Mapped { suns, shade, sky: self.pipelines.sky(&self.gpu, settings.msaa > 1)? })
+        let sky = if kind.shading.sky_occlusion() { self.sky.around(&self.gpu, &casters(surfaces))? } else { None };
+        let behind = self.pipelines.sky(&self.gpu, settings.msaa > 1)?;
+        Ok(Light::Mapped { shadows, sky, shade, behind })
     }
 
     /// Finds where edge samples are needed and makes what draws them into `targets`.
@@ -199,7 +204,7 @@ impl Renderer {
         samples: u32,
         targets: EdgeTargets,
     ) -> Result<EdgeSamples> {
-        let join = JoinKind { needs: settings.shading.needs(), shadow_maps: kind.lights.shadow_maps() };
+        let join = JoinKind { needs: settings.shading.needs(), shadow_maps: kind.lights.sun_maps() };
         let extents = surfaces.iter().map(|surface| surface.extent()).collect();
         Ok(EdgeSamples {
             samples,

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use super::edge_samples::EdgeSamples;
 use super::renderer::Renderer;
+use super::sky::SkyBuffer;
 use super::surfaces::PreparedSurface;
 use super::targets::Targets;
 use crate::gpu::{Buffer, GpuError, Image, Result};
@@ -49,13 +50,15 @@ pub(super) struct FramePlan {
 
 /// How the surfaces of a frame are lit.
 pub(super) enum Light {
-    /// By suns, point lights and environment; shadow maps show the suns' coarse shadows.
+    /// By suns, point lights and environment; shadow maps show the coarse shadows.
     Mapped {
-        /// Where the suns look from, if they throw shadows.
-        suns: Vec<ShadowView>,
+        /// Where the lights look from, if they throw shadows: suns, then point lights.
+        shadows: Vec<ShadowView>,
+        /// What large shapes hide of the surroundings, if that is shaded.
+        sky: Option<Arc<SkyBuffer>>,
         /// `None` where the filter passes shade what they filter.
         shade: Option<ShadePass>,
-        sky: SkyBehindPass,
+        behind: SkyBehindPass,
     },
     /// As the reference, by lights that the relief hides.
     Relief { pass: ReferencePass, lights: Box<ReliefLights> },
@@ -78,10 +81,10 @@ impl Light {
         matches!(self, Self::Mapped { shade: None, .. })
     }
 
-    /// The views of the suns' shadow maps.
-    pub fn suns(&self) -> &[ShadowView] {
+    /// The views of the shadow maps.
+    pub fn shadows(&self) -> &[ShadowView] {
         match self {
-            Self::Mapped { suns, .. } => suns,
+            Self::Mapped { shadows, .. } => shadows,
             Self::Relief { .. } => &[],
         }
     }

@@ -116,7 +116,7 @@ impl PreparedFrame<'_> {
     fn write_lighting(&self, view: &View, index: u32) -> Result<()> {
         let FramePlan { state, settings, light, surfaces, lighting, .. } = &self.plan;
         let block =
-            LightingGpu::new(state, view, &self.renderer.environment, light.suns()).with_draws(index, settings.seed);
+            LightingGpu::new(state, view, &self.renderer.environment, light.shadows()).with_draws(index, settings.seed);
         let sinks = surfaces.iter().any(|surface| surface.lowers_horizon());
         lighting.write(0, &[if sinks { block.with_sea_horizon() } else { block }])
     }
@@ -125,7 +125,7 @@ impl PreparedFrame<'_> {
     /// every sample.
     fn record_light(&mut self, passes: &mut Passes<'_>) {
         let FramePlan { state, surfaces, light, shadow_maps, drawn, .. } = &self.plan;
-        let Renderer { environment, irradiance, common, .. } = &mut *self.renderer;
+        let Renderer { environment, irradiance, common, sky: seen_sky, .. } = &mut *self.renderer;
         let first = *drawn == 0;
         for surface in surfaces.iter().filter(|_| first) {
             surface.record_motion(passes);
@@ -135,7 +135,7 @@ impl PreparedFrame<'_> {
                 let casters = casters(surfaces);
                 passes.run("shadow", |cmd| pass.record_maps(cmd, lights, &casters));
             }
-            Light::Mapped { suns, .. } if first => {
+            Light::Mapped { shadows, sky, .. } if first => {
                 if let Some(sky) = &state.sky {
                     let mut moved = false;
                     passes.run_once("sky", |cmd| moved = environment.begin_sky(cmd, sky));
@@ -145,9 +145,14 @@ impl PreparedFrame<'_> {
                         }
                     });
                 }
-                passes.run("irradiance", |cmd| irradiance.record(cmd, environment));
-                let casters = |sun| surfaces.iter().flat_map(move |surface| surface.casters_under(sun));
-                passes.run("shadow", |cmd| common.shadow.record(cmd, shadow_maps, (0..suns.len()).map(casters)));
+                passes.run("irradiance", |cmd| {
+                    irradiance.record(cmd, environment);
+                    if let Some(sky) = sky {
+                        seen_sky.record(cmd, irradiance, sky);
+                    }
+                });
+                let casters = |light| surfaces.iter().flat_map(move |surface| surface.casters_under(light));
+                passes.run("shadow", |cmd| common.shadow.record(cmd, shadow_maps, (0..shadows.len()).map(casters)));
             }
             Light::Mapped { .. } => {}
         }
@@ -195,7 +200,7 @@ impl PreparedFrame<'_> {
 
     /// Statistics, and shading by them at once; and the sky where no surface is.
     fn record_filter_and_shade(&self, passes: &mut Passes<'_>, target: &SampleTargets, view: &View) {
-        let Light::Mapped { sky, .. } = &self.plan.light else { return };
+        let Light::Mapped { behind, .. } = &self.plan.light else { return };
         let (visible, inputs) = (&target.visible, self.shade_inputs(None));
         for (i, surface) in self.plan.surfaces.iter().enumerate() {
             passes.run(surface.names().filter_and_shade, |cmd| {
@@ -205,7 +210,7 @@ impl PreparedFrame<'_> {
                 let begin = if i == 0 { Begin::Clear } else { Begin::Continue };
                 target.draw_radiance_of_objects(cmd, begin, |cmd| {
                     if i == 0 {
-                        sky.draw(cmd, visible, inputs);
+                        behind.draw(cmd, visible, inputs);
                     }
                     surface.draw_filter(cmd, visible, view, Some(inputs));
                 });
@@ -242,11 +247,11 @@ impl PreparedFrame<'_> {
                     let fits = self.renderer.irradiance.coefficients();
                     pixels.draw_radiance(cmd, None, |cmd| pass.draw(cmd, pixels, lights, environment, fits));
                 }
-                Light::Mapped { shade, sky, .. } => {
+                Light::Mapped { shade, behind, .. } => {
                     let inputs = self.shade_inputs(edges.map(|edges| edges.joined));
                     common.objects.record(cmd, &pixels.visible, None);
                     pixels.draw_radiance_of_objects(cmd, Begin::Clear, |cmd| {
-                        sky.draw(cmd, &pixels.visible, inputs);
+                        behind.draw(cmd, &pixels.visible, inputs);
                         if let Some(shade) = shade {
                             shade.draw(cmd, pixels, inputs);
                         }

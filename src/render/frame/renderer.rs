@@ -5,6 +5,7 @@ use std::sync::Arc;
 use super::drawing::{Demands, drawing, shade_kind};
 use super::pipelines::Pipelines;
 use super::pool::Pool;
+use super::sky::SkyPast;
 use super::surfaces::Surface;
 use super::surfaces::meshes::{MeshPipelines, Meshes};
 use super::surfaces::sea::Sea;
@@ -27,6 +28,8 @@ pub struct Renderer {
     pub(super) surfaces: Vec<Box<dyn Surface>>,
     pub(super) environment: Environment,
     pub(super) irradiance: IrradiancePass,
+    /// What large shapes hide of the surroundings.
+    pub(super) sky: SkyPast,
     pub(super) common: CommonPasses,
     pub(super) pipelines: Pipelines,
     /// [`LightingGpu`](crate::render::passes::shade::LightingGpu) blocks.
@@ -110,6 +113,7 @@ impl Renderer {
             surfaces,
             environment,
             irradiance: IrradiancePass::with_fits(gpu, &fits.words())?,
+            sky: SkyPast::default(),
             common: CommonPasses::new(gpu)?,
             pipelines: Pipelines::default(),
             lighting: Pool::default(),

@@ -28,7 +28,7 @@ pub struct TargetShape {
     /// Whether anything goes through the G-buffer.
     pub gbuffer: bool,
     /// Suns with shadows.
-    pub shadow_maps: u32,
+    pub sun_maps: u32,
 }
 
 /// The images of a frame. Clones share them.
@@ -46,16 +46,16 @@ pub struct Targets {
 }
 
 impl EdgeTargets {
-    fn new(gpu: &Arc<Gpu>, size: (u32, u32), grid: u32, shadow_maps: u32) -> Result<Self> {
+    fn new(gpu: &Arc<Gpu>, size: (u32, u32), grid: u32, sun_maps: u32) -> Result<Self> {
         let samples = SampleTargets::new(gpu, (grid * size.0, grid * size.1), true)?;
-        Ok(Self { samples, joined: JoinedEdges::new(gpu, size, shadow_maps)?, grid })
+        Ok(Self { samples, joined: JoinedEdges::new(gpu, size, sun_maps)?, grid })
     }
 }
 
 impl Targets {
     /// Images of a shape. `mean`: that of another frame, which may be kept.
     pub fn new(gpu: &Arc<Gpu>, shape: TargetShape, mean: Option<Image>) -> Result<Self> {
-        let TargetShape { size, grid, msaa, gbuffer, shadow_maps } = shape;
+        let TargetShape { size, grid, msaa, gbuffer, sun_maps } = shape;
         let multisample = (msaa > 1).then(|| MultisampleTargets::new(gpu, size, msaa)).transpose()?;
         let pixels = match multisample {
             Some(_) => SampleTargets::with_slots(gpu, size)?,
@@ -65,14 +65,14 @@ impl Targets {
             Some(mean) => mean,
             None => Image::new(gpu, "mean", ImageDesc::new(RADIANCE_FORMAT, size.0, size.1).storage())?,
         };
-        let edges = grid.map(|grid| EdgeTargets::new(gpu, size, grid, shadow_maps)).transpose()?;
+        let edges = grid.map(|grid| EdgeTargets::new(gpu, size, grid, sun_maps)).transpose()?;
         Ok(Self { shape, pixels, multisample, edges, mean })
     }
 
     /// Whether they serve frames of a shape.
     pub fn suit(&self, shape: TargetShape) -> bool {
-        let TargetShape { size, shadow_maps, .. } = shape;
-        (TargetShape { shadow_maps, ..self.shape }) == shape
-            && self.edges.as_ref().is_none_or(|edges| edges.joined.suit(size, shadow_maps))
+        let TargetShape { size, sun_maps, .. } = shape;
+        (TargetShape { sun_maps, ..self.shape }) == shape
+            && self.edges.as_ref().is_none_or(|edges| edges.joined.suit(size, sun_maps))
     }
 }

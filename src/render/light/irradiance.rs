@@ -14,10 +14,14 @@ use crate::gpu::{
     AddressMode, Buffer, Commands, ComputePipeline, Descriptor, Filter, Gpu, Memory, Result, Sampler, SharedStruct,
     Use, shared_struct,
 };
+use crate::reflectance::materials::energy::EnergyTable;
 
 /// Faces of at most this many texels are projected. Order-2 harmonics cannot resolve anything finer: the levels have the
 /// same means, and a sun is displaced by less than a texel, 1.4°.
 const FACE_SIZE: u32 = 64;
+
+/// Bytes before the visibility of the sky in the buffer of the coefficients: these, and the tables of energies.
+const SKY_OFFSET: u64 = 9 * 16 + (2 * EnergyTable::TEXELS * size_of::<[f32; 2]>()) as u64;
 
 shared_struct! {
     struct Push for "Push" {
@@ -85,6 +89,14 @@ impl IrradiancePass {
         cmd.dispatch([1, 1, 1]);
         cmd.memory_barrier(Use::ComputeWrite, Use::GraphicsRead);
         cmd.memory_barrier(Use::ComputeWrite, Use::ComputeRead);
+    }
+
+    /// Copies the visibility of the sky past large shapes into its place behind the tables of energies, where there is one.
+    pub fn record_sky(&self, cmd: &mut Commands, sky: &Buffer) {
+        // An earlier frame may still be reading.
+        cmd.memory_barrier(Use::Undefined, Use::CopyTarget);
+        cmd.copy_buffer(sky, 0, &self.coefficients, SKY_OFFSET, sky.size());
+        cmd.memory_barrier(Use::CopyTarget, Use::GraphicsRead);
     }
 
     /// The mip level that is projected.

@@ -2,6 +2,7 @@
 
 mod atmosphere;
 mod bright_spots;
+pub mod casters;
 mod constants;
 pub mod cube_lobes;
 pub mod cube_mips;
@@ -13,4 +14,5 @@ pub mod irradiance_rest;
 pub mod panorama;
 pub mod sky;
 pub mod sky_pass;
+pub mod sky_visibility;
 mod texels;

@@ -5,7 +5,7 @@
 use std::sync::Arc;
 
 use ash::vk;
-use glam::{Mat4, Vec2, Vec3};
+use glam::{Vec2, Vec3};
 
 use super::geometry::{CasterKinds, DEPTH_OF_HOLES, DrawnAs, PatchMode, PatchPipelines, guard_band};
 use super::shadow::ShadowView;
@@ -14,15 +14,12 @@ use crate::render::surfaces::divided::{DividedObject, DivisionBuffers};
 use crate::render::surfaces::object_view::{DrawnObject, ObjectView, ViewBuffers};
 use crate::render::surfaces::posed::PosedObject;
 use crate::render::surfaces::sphere::Sphere;
-use crate::render::surfaces::tessellation::{Lens, TessellationSettings, Viewer};
+use crate::render::surfaces::tessellation::{Lens, TessellationSettings};
 
 /// Texels of a map for each texel of the relief, along a side.
 const TEXELS_PER_RELIEF_TEXEL: f32 = 3.0;
 /// Smallest and largest size of a map.
 const MAP_SIZES: [u32; 2] = [256, 4096];
-/// Widest half angle of a point light's map, radians, used when the light is among the casters. Points outside the map are
-/// lit.
-const WIDEST: f32 = 1.3;
 
 /// The light from which a relief map is drawn.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -38,9 +35,9 @@ pub enum Caster {
 /// centre.
 #[must_use]
 pub fn relief_view(caster: Caster, sphere: Sphere, size: u32, offset: Vec2) -> ShadowView {
-    let Sphere { centre, radius } = sphere;
     match caster {
         Caster::Directional(toward) => {
+            let Sphere { centre, radius } = sphere;
             let (x, y) = toward.any_orthonormal_pair();
             let texel = 2.0 * radius / size as f32;
             // Leave one texel of room for the offset.
@@ -48,26 +45,7 @@ pub fn relief_view(caster: Caster, sphere: Sphere, size: u32, offset: Vec2) -> S
             let moved = centre + (x * offset.x + y * offset.y) * texel;
             ShadowView::parallel(toward, Sphere { centre: moved, radius: wider }, size)
         }
-        Caster::Point(eye) => {
-            let distance = eye.distance(centre);
-            let half = if distance > radius { (radius / distance).asin().min(WIDEST) } else { WIDEST };
-            let half = (half + 2.0 / size as f32).min(WIDEST);
-            let near = (0.9 * (distance - radius)).max(1e-3 * radius);
-            let forward = (centre - eye).normalize_or(Vec3::X);
-            let clip = Mat4::from_translation((offset * (2.0 / size as f32)).extend(0.0))
-                * glam::camera::rh::proj::vulkan::perspective_infinite_reverse(2.0 * half, 1.0, near)
-                * glam::camera::rh::view::look_to_mat4(eye, forward, forward.any_orthonormal_vector());
-            let to_texture =
-                Mat4::from_translation(Vec3::new(0.5, 0.5, 0.0)) * Mat4::from_scale(Vec3::new(0.5, 0.5, 1.0));
-            let focal_pixels = size as f32 / (2.0 * half.tan());
-            ShadowView {
-                clip_from_world: clip,
-                texture_from_world: to_texture * clip,
-                size,
-                texel: focal_pixels.recip(),
-                viewer: Viewer::At(eye),
-            }
-        }
+        Caster::Point(eye) => ShadowView::from_point(eye, sphere, size).moved(offset),
     }
 }
 

@@ -9,7 +9,7 @@ use crate::gpu::{
     AddressMode, Buffer, Commands, Descriptor, Filter, Gpu, GraphicsDesc, GraphicsPipeline, ImageView, Result, Sampler,
     SharedStruct, SpecValue, Topology, shared_struct,
 };
-use crate::render::constants::{EDGES_ARE_ABSENT, EDGES_ARE_JOINED, EDGES_ARE_SHADED, MAX_SUNS};
+use crate::render::constants::{EDGES_ARE_ABSENT, EDGES_ARE_JOINED, EDGES_ARE_SHADED, MAX_SHADOW_MAPS, MAX_SUNS};
 use crate::render::light::environment::Environment;
 use crate::render::light::panorama::{EnvironmentLight, MAX_ENVIRONMENT_LIGHTS};
 use crate::render::scene::{FrameState, MAX_POINT_LIGHTS};
@@ -19,6 +19,7 @@ use crate::render::view::View;
 use glam::{Mat4, Vec3};
 
 const SUNS: usize = MAX_SUNS as usize;
+const SHADOW_MAPS: usize = MAX_SHADOW_MAPS as usize;
 
 /// Angular radius of the frame's own sun, radians: 0.2665°, seen from the mean distance of the earth.
 pub const SUN_RADIUS: f32 = 4.651e-3;
@@ -29,8 +30,8 @@ shared_struct! {
         /// Rays through the image, see [`Camera::rays`](crate::render::camera::Camera::rays); w of the last: the near
         /// plane.
         pub rays: [[f32; 4]; 3],
-        /// World to shadow texture space, for each sun: the frame's own, then those of the panorama.
-        pub shadow_from_world: [[[f32; 4]; 4]; SUNS],
+        /// World to shadow texture space, for each light: the frame's own sun, those of the panorama, point lights.
+        pub shadow_from_world: [[[f32; 4]; 4]; SHADOW_MAPS],
         /// Position of the viewer, and the radiance of an emission of 1.
         pub camera_position: [f32; 4],
         /// Directions toward the suns, and the variance of the directions that their light comes from.
@@ -43,6 +44,8 @@ shared_struct! {
         pub point_intensity: [[f32; 4]; MAX_POINT_LIGHTS],
         /// [`PointLight::falloff`](crate::render::scene::PointLight).
         pub point_falloff: [[f32; 4]; MAX_POINT_LIGHTS],
+        /// Texels of penumbra in their maps per unit of depth, and texels at distance 1.
+        pub point_shadow: [[f32; 4]; MAX_POINT_LIGHTS],
         /// Width and height of the image, and its samples along a side of a pixel.
         pub viewport: [f32; 4],
         /// Face size of the cube, its scale, world size of a shadow texel, tangent of the lowest elevation at which the
@@ -54,17 +57,22 @@ shared_struct! {
 }
 
 impl LightingGpu {
-    /// The block for an image of the scene under an environment. `shadows`: the views of the suns, if they throw shadows.
+    /// The block for an image of the scene under an environment. `shadows`: the views of the lights in
+    /// their order, if they throw shadows.
     #[must_use]
     pub fn new(state: &FrameState, view: &View, environment: &Environment, shadows: &[ShadowView]) -> Self {
         let four = |v: Vec3, w: f32| v.extend(w).to_array();
         let mut sun_direction = [[0.0, 0.0, 1.0, 0.0]; SUNS];
         let mut sun_irradiance = [[0.0; 4]; SUNS];
+        let suns = suns_of(state, environment).count();
         for (i, light) in suns_of(state, environment).enumerate().take(SUNS) {
             sun_direction[i] = four(light.direction, light.variance);
-            sun_irradiance[i] = four(light.irradiance, if i == 0 && state.sun.is_some() { SUN_RADIUS.tan() } else { light.radius().tan() });
+            sun_irradiance[i] = four(
+                light.irradiance,
+                if i == 0 && state.sun.is_some() { SUN_RADIUS.tan() } else { light.radius().tan() },
+            );
         }
-        let mut shadow_from_world = [Mat4::IDENTITY.to_cols_array_2d(); SUNS];
+        let mut shadow_from_world = [Mat4::IDENTITY.to_cols_array_2d(); SHADOW_MAPS];
         for (matrix, view) in shadow_from_world.iter_mut().zip(shadows) {
             *matrix = view.texture_from_world.to_cols_array_2d();
         }
@@ -78,8 +86,9 @@ impl LightingGpu {
             point_position: [[0.0; 4]; MAX_POINT_LIGHTS],
             point_intensity: [[0.0; 4]; MAX_POINT_LIGHTS],
             point_falloff: [[0.0; 4]; MAX_POINT_LIGHTS],
+            point_shadow: [[0.0; 4]; MAX_POINT_LIGHTS],
             viewport: [size.0 as f32, size.1 as f32, view.grid() as f32, 0.0],
-            // The maps of all suns show the same sphere.
+            // The maps of all suns show the same sphere, and stand before those of point lights.
             environment: [environment.face_size() as f32, 1.0, shadows.first().map_or(0.0, |s| s.texel), -1e9],
             draws: [0; 4],
         };
@@ -87,6 +96,9 @@ impl LightingGpu {
             block.point_position[i] = four(light.position, light.inverse_square_range());
             block.point_falloff[i] = light.falloff();
             block.point_intensity[i] = four(light.intensity, 0.0);
+            if let Some(view) = shadows.get(suns + i) {
+                block.point_shadow[i] = [light.radius.max(0.0) / (view.texel * view.near), view.texel, 0.0, 0.0];
+            }
         }
         block
     }
@@ -114,14 +126,14 @@ pub struct LightSet {
     pub sun: bool,
     /// Lights taken out of the panorama.
     pub panorama: u32,
-    /// Shadow maps of all these.
-    pub shadows: bool,
     /// Point lights.
     pub points: u32,
+    /// Shadow maps of all these.
+    pub shadows: bool,
 }
 
 impl LightSet {
-    /// The lights of a frame under an environment, with the suns' shadow maps or without.
+    /// The lights of a frame under an environment, with their shadow maps or without.
     #[must_use]
     pub fn new(state: &FrameState, environment: &Environment, shadows: bool) -> Self {
         let points = state.point_lights.len().min(MAX_POINT_LIGHTS) as u32;
@@ -131,8 +143,14 @@ impl LightSet {
 
     /// Directional lights that throw shadows.
     #[must_use]
-    pub fn shadow_maps(&self) -> u32 {
+    pub fn sun_maps(&self) -> u32 {
         if self.shadows { u32::from(self.sun) + self.panorama } else { 0 }
+    }
+
+    /// Lights that throw shadows.
+    #[must_use]
+    pub fn shadow_maps(&self) -> u32 {
+        if self.shadows { self.sun_maps() + self.points } else { 0 }
     }
 }
 
@@ -175,7 +193,7 @@ pub struct ShadeInputs<'a> {
     pub irradiance_rest: &'a ImageView,
     /// Its nine SH coefficients of radiance, `vec4` each.
     pub radiance_sh: &'a Buffer,
-    /// The shadow maps, a layer per sun.
+    /// The shadow maps, a layer per light.
     pub shadow_maps: &'a ImageView,
     /// The joined sums of each pixel's edge samples, if there are any.
     pub joined: Option<&'a JoinedEdges>,
@@ -202,7 +220,7 @@ impl ShadeKind {
         let lit = [
             ("OWN_SUNS", SpecValue::I32(i32::from(lights.sun))),
             ("PANORAMA_SUNS", SpecValue::I32(lights.panorama as i32)),
-            ("SUN_SHADOWS", SpecValue::Bool(lights.shadows)),
+            ("MAPPED_SHADOWS", SpecValue::Bool(lights.shadows)),
             ("POINT_LIGHTS", SpecValue::I32(lights.points as i32)),
             ("EDGES", SpecValue::I32(*edges as i32)),
         ];

@@ -1,9 +1,9 @@
-//! Shadow pass: the depth of the displaced scene seen from each sun.
+//! Shadow pass: the depth of the displaced scene seen from each light.
 
 use std::sync::Arc;
 
 use ash::vk;
-use glam::{Mat4, Vec3};
+use glam::{Mat4, Vec2, Vec3, Vec4};
 
 use super::geometry::{CasterKinds, DEPTH_OF_HOLES, DrawnAs, PatchMode, PatchPipelines, guard_band};
 use crate::gpu::{Commands, Depth, DepthTarget, Gpu, GraphicsDesc, Image, ImageDesc, ImageView, Result, Use};
@@ -11,17 +11,32 @@ use crate::render::surfaces::object_view::{DrawnObject, Viewpoint};
 use crate::render::surfaces::sphere::Sphere;
 use crate::render::surfaces::tessellation::{Lens, Viewer};
 
+/// Widest half angle of the view from a point, radians, used when the point is among the casters. What lies outside is lit.
+const WIDEST: f32 = 1.3;
+
+/// Clip space to texture coordinates.
+const TEXTURE_FROM_CLIP: Mat4 = Mat4::from_cols(
+    Vec4::new(0.5, 0.0, 0.0, 0.0),
+    Vec4::new(0.0, 0.5, 0.0, 0.0),
+    Vec4::new(0.0, 0.0, 1.0, 0.0),
+    Vec4::new(0.5, 0.5, 0.0, 1.0),
+);
+
 /// The view from which the shadow map is drawn.
 #[derive(Clone, Copy, Debug)]
 pub struct ShadowView {
-    /// World to clip space: parallel projection, depth 1 nearest the sun.
+    /// World to clip space, depth 1 nearest the light: a parallel projection from suns, in perspective from points.
     pub clip_from_world: Mat4,
     /// World to texture coordinates (xy) and depth (z).
     pub texture_from_world: Mat4,
     /// Texels along a side of the map.
     pub size: u32,
-    /// World size of a texel.
+    /// World size of a texel; from a point at distance 1.
     pub texel: f32,
+    /// World size of a texel about the middle of what the map shows.
+    pub texel_there: f32,
+    /// Distance of depth 1 from a point; of parallel views 0.
+    pub near: f32,
     /// Where the light is.
     pub viewer: Viewer,
 }
@@ -52,17 +67,50 @@ impl ShadowView {
             row(x, 1.0 / radius, -cx / radius),
             row(y, 1.0 / radius, -cy / radius),
             row(sun, 0.5 / radius, 0.5 - 0.5 * cz / radius),
-            glam::Vec4::W,
+            Vec4::W,
         )
         .transpose();
-        let to_texture = Mat4::from_translation(Vec3::new(0.5, 0.5, 0.0)) * Mat4::from_scale(Vec3::new(0.5, 0.5, 1.0));
         Self {
             clip_from_world,
-            texture_from_world: to_texture * clip_from_world,
+            texture_from_world: TEXTURE_FROM_CLIP * clip_from_world,
             size,
             texel,
+            texel_there: texel,
+            near: 0.0,
             viewer: Viewer::Toward(sun),
         }
+    }
+
+    /// A view from a point of a sphere. From outside it holds all of the sphere, so nothing beyond its edges is in shadow; from inside
+    /// a wide cone about the sphere's middle, and the rest counts as lit.
+    #[must_use]
+    pub fn from_point(eye: Vec3, sphere: Sphere, size: u32) -> Self {
+        let Sphere { centre, radius } = sphere;
+        let distance = eye.distance(centre);
+        let half = if distance > radius { (radius / distance).asin().min(WIDEST) } else { WIDEST };
+        let half = (half + 2.0 / size as f32).min(WIDEST);
+        let near = (0.9 * (distance - radius)).max(1e-3 * radius);
+        let forward = (centre - eye).normalize_or(Vec3::NEG_Z);
+        let clip_from_world = glam::camera::rh::proj::vulkan::perspective_infinite_reverse(2.0 * half, 1.0, near)
+            * glam::camera::rh::view::look_to_mat4(eye, forward, forward.any_orthonormal_vector());
+        let texel = 2.0 * half.tan() / size as f32;
+        Self {
+            clip_from_world,
+            texture_from_world: TEXTURE_FROM_CLIP * clip_from_world,
+            size,
+            texel,
+            texel_there: texel * distance.max(0.5 * radius),
+            near,
+            viewer: Viewer::At(eye),
+        }
+    }
+
+    /// The same view with its map moved by so many texels.
+    #[must_use]
+    pub fn moved(self, texels: Vec2) -> Self {
+        let clip_from_world =
+            Mat4::from_translation((texels * (2.0 / self.size as f32)).extend(0.0)) * self.clip_from_world;
+        Self { clip_from_world, texture_from_world: TEXTURE_FROM_CLIP * clip_from_world, ..self }
     }
 
     /// The viewpoint for casters that are tessellated for the camera's `lens`.
@@ -93,7 +141,7 @@ pub struct ShadowPass {
     maps: Vec<ShadowMaps>,
 }
 
-/// Depth from each sun, larger is nearer. Clones share the images.
+/// Depth from each light, larger is nearer. Clones share the images.
 #[derive(Clone)]
 pub struct ShadowMaps {
     image: Image,
@@ -109,7 +157,7 @@ impl ShadowMaps {
         Ok(Self { array: image.array()?, layers, image })
     }
 
-    /// An array with a layer per sun.
+    /// An array with a layer per light.
     #[must_use]
     pub fn array(&self) -> &ImageView {
         &self.array
@@ -144,12 +192,12 @@ impl ShadowPass {
         Ok(())
     }
 
-    /// Maps of `size`² texels for so many suns, which frames share; without suns a single texel that nothing reads.
+    /// Maps of `size`² texels for so many lights, which frames share; without any a single texel that nothing reads.
     ///
     /// # Errors
     /// Memory that is short.
-    pub fn maps(&mut self, gpu: &Arc<Gpu>, size: u32, suns: u32) -> Result<ShadowMaps> {
-        let (size, layers) = if suns == 0 { (1, 1) } else { (size, suns) };
+    pub fn maps(&mut self, gpu: &Arc<Gpu>, size: u32, lights: u32) -> Result<ShadowMaps> {
+        let (size, layers) = if lights == 0 { (1, 1) } else { (size, lights) };
         let kept = |maps: &&ShadowMaps| maps.image.desc().width == size && maps.image.desc().layers >= layers;
         if let Some(maps) = self.maps.iter().find(kept) {
             return Ok(maps.clone());
@@ -160,16 +208,16 @@ impl ShadowPass {
         Ok(maps)
     }
 
-    /// Draws the casters of each sun and leaves the maps readable.
+    /// Draws the casters of each light and leaves the maps readable.
     pub fn record<'a, C: Iterator<Item = DrawnObject<'a>>>(
         &self,
         cmd: &mut Commands,
         maps: &ShadowMaps,
-        suns: impl Iterator<Item = C>,
+        lights: impl Iterator<Item = C>,
     ) {
         let ShadowMaps { image, layers, .. } = maps;
         cmd.image_barrier(image, Use::Undefined, Use::DepthTarget);
-        for (layer, casters) in layers.iter().zip(suns) {
+        for (layer, casters) in layers.iter().zip(lights) {
             cmd.begin_rendering(&[], Some(DepthTarget { view: layer, clear: Some(0.0) }));
             guard_band(cmd, image);
             for caster in casters {
@@ -189,6 +237,24 @@ mod tests {
     fn maps_suit_the_picture() {
         let sizes = [(1, 1), (480, 270), (512, 512), (270, 640), (4096, 2160), (u32::MAX, 1)];
         assert_eq!(sizes.map(map_size), [1024, 1024, 1024, 2048, 2048, 2048]);
+    }
+
+    #[test]
+    fn a_point_sees_the_sphere_and_depths_tell_distances() {
+        let sphere = Sphere { centre: Vec3::new(1.0, 2.0, 3.0), radius: 2.0 };
+        let eye = Vec3::new(5.0, -1.0, 7.0);
+        let view = ShadowView::from_point(eye, sphere, 512);
+        let forward = (sphere.centre - eye).normalize();
+        for away in [-1.9, 0.0, 1.9] {
+            let p = sphere.centre + forward * away;
+            let s = view.texture_from_world.project_point3(p);
+            assert!((s.truncate() - 0.5).length() < 1e-4);
+            assert!((view.near / s.z - p.distance(eye)).abs() < 1e-3, "{s}");
+        }
+        // From inside, too, what lies ahead is seen.
+        let inside = ShadowView::from_point(sphere.centre + Vec3::Z, sphere, 512);
+        let s = inside.texture_from_world.project_point3(sphere.centre - Vec3::Z + Vec3::X);
+        assert!(s.min_element() > 0.0 && s.max_element() < 1.0, "{s}");
     }
 
     #[test]

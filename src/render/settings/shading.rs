@@ -166,6 +166,9 @@ pub struct ShadingOptions {
     /// ([`crate::reflectance::materials::energy`], [`crate::reflectance::materials::multiscattering`]). The LEADR paper leaves it out.
     /// For techniques that integrate over a Beckmann base, and `gloss`.
     pub multiscattering: bool,
+    /// Whether large shapes hide the environment ([`crate::render::light::sky_visibility`]), where shadows are drawn. The LEADR paper
+    /// leaves it out. For techniques with light.
+    pub sky_occlusion: bool,
     /// Edge samples per sample, 1 (none) to [`MAX_EDGE_SAMPLES`](Self::MAX_EDGE_SAMPLES): places in the pixel where the
     /// geometry is sampled again. Those that see another surface than the pixel's own sample are shaded too, so silhouettes
     /// are as smooth as with that many samples per pixel, while the inside of a surface stays the same
@@ -194,6 +197,7 @@ impl Default for ShadingOptions {
             relief_occlusion: true,
             relief_color: false,
             multiscattering: false,
+            sky_occlusion: false,
             edge_samples: 1,
             relief_shadows: false,
         }
@@ -253,6 +257,7 @@ pub struct Shading {
     /// [`ShadingOptions::multiscattering`], where the technique has it.
     multiscattering: Option<bool>,
     filtering: Filtering,
+    sky_occlusion: bool,
 }
 
 impl Technique {
@@ -285,7 +290,8 @@ impl Technique {
         } else {
             Filtering::Prefiltered { edge_samples: options.edge_samples }
         };
-        Shading { technique: self, reflection, multiscattering, filtering }
+        let sky_occlusion = options.sky_occlusion && self.is_lit();
+        Shading { technique: self, reflection, multiscattering, filtering, sky_occlusion }
     }
 }
 
@@ -347,6 +353,12 @@ impl Shading {
         self.filtering == Filtering::Supersampled { relief_shadows: true }
     }
 
+    /// Whether large shapes hide the environment.
+    #[must_use]
+    pub fn sky_occlusion(&self) -> bool {
+        self.sky_occlusion
+    }
+
     /// Whether the base is rough in the frame of the facets.
     #[must_use]
     pub fn facet_frame(&self) -> bool {
@@ -369,6 +381,7 @@ impl Shading {
         let mut spec = self.needs().spec();
         spec.push(("TERMS", SpecValue::I32(self.terms().bits())));
         spec.push(("MULTISCATTERING", SpecValue::Bool(self.multiscattering == Some(true))));
+        spec.push(("SKY_OCCLUSION", SpecValue::Bool(self.sky_occlusion)));
         if let Some(Integral { quadrature, shadowing, diffuse_lights, .. }) = self.integral() {
             let (visible, samples) = match quadrature {
                 Quadrature::Grid(side) => (false, side),
@@ -400,6 +413,7 @@ impl Shading {
         let mut options = ShadingOptions::default();
         if let Reflection::Lobe(terms) | Reflection::Integral(terms, _) = self.reflection {
             options.terms = terms;
+            options.sky_occlusion = self.sky_occlusion;
         }
         if let Some(integral) = self.integral() {
             let Integral {
@@ -486,6 +500,7 @@ struct Named {
     relief_occlusion: bool,
     relief_color: bool,
     multiscattering: bool,
+    sky_occlusion: bool,
     relief_shadows: bool,
     edge_samples: u32,
 }
@@ -511,6 +526,7 @@ impl Serialize for Shading {
             relief_occlusion: self.integral().is_some_and(|integral| integral.relief_occlusion),
             relief_color: self.integral().and_then(|integral| integral.relief_color).unwrap_or(false),
             multiscattering: options.multiscattering,
+            sky_occlusion: self.sky_occlusion,
             relief_shadows: options.relief_shadows,
             edge_samples: options.edge_samples,
         }
@@ -533,6 +549,7 @@ mod tests {
         relief_occlusion: false,
         relief_color: true,
         multiscattering: true,
+        sky_occlusion: true,
         edge_samples: 16,
         relief_shadows: true,
     };
@@ -553,7 +570,12 @@ mod tests {
         }
         assert_eq!(
             Technique::Lean.with(OPTIONS),
-            Technique::Lean.with(ShadingOptions { terms: OPTIONS.terms, edge_samples: 16, ..Default::default() })
+            Technique::Lean.with(ShadingOptions {
+                terms: OPTIONS.terms,
+                sky_occlusion: true,
+                edge_samples: 16,
+                ..Default::default()
+            })
         );
     }
 

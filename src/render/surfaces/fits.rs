@@ -5,7 +5,7 @@ use std::sync::Arc;
 use crate::gpu::{GpuError, Result};
 use crate::reflectance::materials::energy::EnergyTable;
 use crate::reflectance::materials::fitted_table::FittedTable;
-use crate::render::constants::MAX_FITS;
+use crate::render::constants::{MAX_FITS, SKY_HEADER, SKY_NODES};
 use crate::render::scene::Object;
 
 /// Most numbers of all together: where each begins is a float, which counts so far.
@@ -46,11 +46,13 @@ impl Fits {
         place.map_or(0, |place| place as u32 + 1)
     }
 
-    /// The tables of energies; where each material begins, from there; then one after another (`passes/shade/fits.glsl`).
+    /// The tables of energies; room for the [visibility of the sky](crate::render::light::sky_visibility); where each material begins,
+    /// from there; then one after another (`passes/shade/fits.glsl`).
     #[must_use]
     pub fn words(&self) -> Vec<f32> {
         let mut at = self.0.len();
         let mut words = [EnergyTable::ggx(), EnergyTable::beckmann()].map(|table| table.texels().concat()).concat();
+        words.resize(words.len() + (SKY_HEADER + SKY_NODES) as usize, 0.0);
         for fit in &self.0 {
             words.push(at as f32);
             at += fit.words().len();

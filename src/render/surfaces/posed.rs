@@ -43,6 +43,18 @@ impl PosedObject {
         (Mat2::from_cols_array(&[s.dot(s), s.dot(t), s.dot(t), t.dot(t)]).inverse() * along).to_array()
     }
 
+    /// The triangles of its patches without relief, world; counter-clockwise seen from outside.
+    pub fn triangles(&self) -> impl Iterator<Item = [Vec3; 3]> + Clone + '_ {
+        let positions = &self.vertices.positions;
+        let mesh = &self.object.object.mesh;
+        // Of a triangle the last corner stands for the third as well.
+        let halves = if mesh.triangles { 1 } else { 2 };
+        mesh.patches.iter().flat_map(move |patch| {
+            let [a, b, c, d] = patch.map(|vertex| positions[vertex as usize]);
+            [[a, b, c], [a, c, d]].into_iter().take(halves)
+        })
+    }
+
     /// A bounding sphere that includes the bumps.
     #[must_use]
     pub fn bounds(&self) -> Sphere {

@@ -105,11 +105,14 @@ fn eyes(body: &Body) -> Object {
     Object::new("eyes", mesh).with_specular_f0(0.05).without_shadow()
 }
 
+/// Radius of the lamps' globes, metres.
+const LAMP_RADIUS: f32 = 0.06;
+
 /// Four lamps around the coil: warm ones in front, cool ones behind.
 #[must_use]
 pub fn lamps() -> Vec<PointLight> {
     let lamp = |x: f32, y: f32, z: f32, color: [f32; 3], power: f32| {
-        PointLight::new(Vec3::new(x, y, z), Vec3::from_array(color) * power)
+        PointLight::new(Vec3::new(x, y, z), Vec3::from_array(color) * power).with_radius(LAMP_RADIUS)
     };
     vec![
         lamp(1.5, -1.3, 1.1, [1.0, 0.62, 0.3], 2.6),

@@ -120,7 +120,7 @@ struct Level {
     /// Whether it is closed, so that what is behind is hidden by what is in front, from wherever it is seen.
     closed: bool,
     divisions: Pool<DivisionBuffers>,
-    /// For the camera and for suns.
+    /// For the camera and for lights.
     views: Pool<ViewBuffers>,
 }
 
@@ -130,8 +130,8 @@ impl Level {
         Self { object: Arc::new(object), closed, divisions: Pool::default(), views: Pool::default() }
     }
 
-    /// The object in a pose, with buffers for a frame under so many suns.
-    fn prepare(&mut self, gpu: &Arc<Gpu>, posed: PosedObject, suns: usize) -> Result<PreparedMesh> {
+    /// The object in a pose, with buffers for a frame under so many lights that throw shadows.
+    fn prepare(&mut self, gpu: &Arc<Gpu>, posed: PosedObject, lights: usize) -> Result<PreparedMesh> {
         let Self { object, closed, divisions, views } = self;
         let mut division = || divisions.take(|| DivisionBuffers::new(gpu, object));
         let mut view = || views.take(|| ViewBuffers::new(gpu, object)).map(ObjectView::new);
@@ -141,8 +141,8 @@ impl Level {
             divided: DividedObject::new(division()?),
             camera: view()?,
             caster: None,
-            caster_buffers: if suns > 0 { Some(division()?) } else { None },
-            suns: (0..suns).map(|_| view()).collect::<Result<_>>()?,
+            caster_buffers: if lights > 0 { Some(division()?) } else { None },
+            lights: (0..lights).map(|_| view()).collect::<Result<_>>()?,
         })
     }
 }
@@ -248,10 +248,10 @@ impl Surface for Meshes {
         let mut meshes = Vec::new();
         for (mesh, pose) in self.meshes.iter_mut().zip(&state.poses) {
             let (level, vertices) = mesh.posed(pose, &lens, &settings.tessellation, drawing.edges);
-            let suns = if level.object.object.casts_shadow { drawing.suns as usize } else { 0 };
+            let lights = if level.object.object.casts_shadow { drawing.shadow_maps as usize } else { 0 };
             let height_scale = settings.geometry_scale(state.height_scale);
             let posed = PosedObject { vertices, object: level.object.clone(), height_scale };
-            meshes.push(level.prepare(&self.gpu, posed, suns)?);
+            meshes.push(level.prepare(&self.gpu, posed, lights)?);
         }
         Ok(Box::new(PreparedMeshes {
             meshes,
@@ -280,7 +280,7 @@ struct PreparedMesh {
     /// What throws shadows, if that is coarser.
     caster: Option<DividedObject>,
     caster_buffers: Option<Arc<DivisionBuffers>>,
-    suns: Vec<ObjectView>,
+    lights: Vec<ObjectView>,
 }
 
 impl PreparedMesh {
@@ -288,24 +288,24 @@ impl PreparedMesh {
         DrawnObject { posed: &self.posed, divided: &self.divided, view: &self.camera }
     }
 
-    fn cast(&mut self, suns: &[ShadowView], lens: Lens, tessellation: TessellationSettings) -> Result<()> {
-        let Self { posed, closed, divided, caster, caster_buffers, suns: views, .. } = self;
+    fn cast(&mut self, lights: &[ShadowView], lens: Lens, tessellation: TessellationSettings) -> Result<()> {
+        let Self { posed, closed, divided, caster, caster_buffers, lights: views, .. } = self;
         let Some(buffers) = caster_buffers else { return Ok(()) };
         // What lies behind hides nothing more of a closed surface.
         let settings = TessellationSettings { cull: tessellation.cull && *closed, ..tessellation };
         divided.divide(posed, lens, &settings)?;
-        let spacing = CASTER_SPACING * suns.iter().map(|sun| sun.texel).fold(f32::INFINITY, f32::min);
+        let spacing = CASTER_SPACING * lights.iter().map(|light| light.texel_there).fold(f32::INFINITY, f32::min);
         *caster = divided.no_finer_than(spacing, posed, buffers)?;
         let drawn = caster.as_ref().unwrap_or(divided);
-        for (view, sun) in views.iter_mut().zip(suns) {
-            view.look(posed, drawn, &sun.viewpoint(lens), &settings)?;
+        for (view, light) in views.iter_mut().zip(lights) {
+            view.look(posed, drawn, &light.viewpoint(lens), &settings)?;
         }
         Ok(())
     }
 
-    fn cast_under(&self, sun: usize) -> Option<DrawnObject<'_>> {
+    fn cast_under(&self, light: usize) -> Option<DrawnObject<'_>> {
         let divided = self.caster.as_ref().unwrap_or(&self.divided);
-        Some(DrawnObject { posed: &self.posed, divided, view: self.suns.get(sun)? })
+        Some(DrawnObject { posed: &self.posed, divided, view: self.lights.get(light)? })
     }
 }
 
@@ -318,16 +318,16 @@ impl PreparedSurface for PreparedMeshes {
         Extent::Spheres(self.meshes.iter().map(|mesh| mesh.posed.bounds()).collect())
     }
 
-    fn cast(&mut self, suns: &[ShadowView], lens: Lens) -> Result<()> {
-        self.meshes.iter_mut().try_for_each(|mesh| mesh.cast(suns, lens, self.tessellation))
+    fn cast(&mut self, lights: &[ShadowView], lens: Lens) -> Result<()> {
+        self.meshes.iter_mut().try_for_each(|mesh| mesh.cast(lights, lens, self.tessellation))
     }
 
     fn casters(&self) -> Vec<&PosedObject> {
         self.meshes.iter().map(|mesh| &mesh.posed).filter(|posed| posed.object.object.casts_shadow).collect()
     }
 
-    fn casters_under(&self, sun: usize) -> Vec<DrawnObject<'_>> {
-        self.meshes.iter().filter_map(|mesh| mesh.cast_under(sun)).collect()
+    fn casters_under(&self, light: usize) -> Vec<DrawnObject<'_>> {
+        self.meshes.iter().filter_map(|mesh| mesh.cast_under(light)).collect()
     }
 
     fn look(&mut self, view: &View) -> Result<()> {
@@ -356,7 +356,7 @@ impl PreparedSurface for PreparedMeshes {
     }
 
     fn triangles(&self) -> u64 {
-        self.meshes.iter().map(|m| m.camera.triangles + m.suns.iter().map(|sun| sun.triangles).sum::<u64>()).sum()
+        self.meshes.iter().map(|m| m.camera.triangles + m.lights.iter().map(|light| light.triangles).sum::<u64>()).sum()
     }
 
     fn patches(&self) -> u32 {

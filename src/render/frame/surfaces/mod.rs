@@ -64,8 +64,10 @@ pub(super) trait Surface {
 /// What of a surface will be drawn.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct SurfaceDrawing {
-    /// Suns into whose shadow maps it is drawn.
-    pub suns: u32,
+    /// Lights into whose shadow maps it is drawn.
+    pub shadow_maps: u32,
+    /// How many of them are suns.
+    pub sun_maps: u32,
     /// What its geometry pass writes for the pixels.
     pub geometry: GeometryKind,
     /// Whether there are edge samples too.
@@ -116,8 +118,8 @@ pub(super) trait PreparedSurface {
         false
     }
 
-    /// Chooses what is drawn into the suns' shadow maps, divided for the camera's lens. The device must not be drawing this frame.
-    fn cast(&mut self, _suns: &[ShadowView], _lens: Lens) -> Result<()> {
+    /// Chooses what is drawn into the lights' shadow maps, divided for the camera's lens. The device must not be drawing this frame.
+    fn cast(&mut self, _lights: &[ShadowView], _lens: Lens) -> Result<()> {
         Ok(())
     }
 
@@ -126,8 +128,8 @@ pub(super) trait PreparedSurface {
         Vec::new()
     }
 
-    /// The same, as last chosen for one of the suns.
-    fn casters_under(&self, _sun: usize) -> Vec<DrawnObject<'_>> {
+    /// The same, as last chosen for one of the lights.
+    fn casters_under(&self, _light: usize) -> Vec<DrawnObject<'_>> {
         Vec::new()
     }
 

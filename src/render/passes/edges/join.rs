@@ -16,7 +16,7 @@ use crate::render::settings::Needs;
 pub struct JoinLight<'a> {
     /// The [`LightingGpu`] block of the edge samples.
     pub lighting: &'a Buffer,
-    /// The shadow maps, a layer per sun.
+    /// The shadow maps; those of suns come first.
     pub shadow_maps: &'a ImageView,
 }
 

@@ -1,0 +1,65 @@
+// What large shapes hide of a place's surroundings (src/render/light/sky_visibility.rs), and what stands in for it.
+#ifndef LEADR_SHADE_SKY_VISIBILITY
+#define LEADR_SHADE_SKY_VISIBILITY
+#include "fits.glsl"
+#include "settings.glsl"
+#include "leadr/masking/occlusion.glsl"
+
+// Part of its light that what is hidden reflects into mirrors: bodies and ground reflect about a fifth.
+const float HIDDEN_ALBEDO = 0.2;
+
+vec4 sky_node(uvec3 at, uvec2 size) {
+    return unpackSnorm4x8(floatBitsToUint(light_words[SKY_WORDS + SKY_HEADER + (at.z * size.y + at.y) * size.x + at.x]));
+}
+
+// What a place of the macrosurface sees of its surroundings. w: the share of a constant environment, weighted by the cosine about its
+// normal; xyz: by how much more that is in a direction, without the part along the normal, which is the surface's own horizon.
+//
+// The normal is that of the macrosurface, which hides half of the directions from its bumps in any case: their slope statistics know.
+// Places are looked up a node away from the surface, so that it does not darken itself; nodes are close where matter stands on ground.
+vec4 sky_seen(vec3 position, vec3 normal) {
+    vec3 origin = vec3(light_words[SKY_WORDS], light_words[SKY_WORDS + 1u], light_words[SKY_WORDS + 2u]);
+    vec2 rate = vec2(light_words[SKY_WORDS + 3u], light_words[SKY_WORDS + 4u]);
+    vec2 reach = vec2(light_words[SKY_WORDS + 5u], light_words[SKY_WORDS + 6u]); // above and below, one over it
+    vec2 across = vec2(light_words[SKY_WORDS + 7u], light_words[SKY_WORDS + 8u]);
+    const float below = float(SKY_LAYERS_BELOW), above = float(SKY_LAYERS - 1u - SKY_LAYERS_BELOW);
+    float up = position.z - origin.z;
+    float layer = sqrt(abs(up) * (up < 0.0 ? reach.y : reach.x));
+    vec3 at = vec3((position.xy - origin.xy) * rate, below + (up < 0.0 ? -layer * below : layer * above)) + normal;
+    vec3 last = vec3(across, float(SKY_LAYERS)) - 1.0;
+    // It fades to its rim.
+    vec3 beside = clamp(min(at, last - at) / vec3(0.2 * last.xy, 1.5), 0.0, 1.0);
+    float weight = min(min(beside.x, beside.y), beside.z);
+    at = clamp(at, vec3(0.0), last - 1e-3);
+    uvec3 base = uvec3(at);
+    uvec2 size = uvec2(across);
+    vec3 part = at - vec3(base);
+    vec4 seen[2];
+    for (uint k = 0u; k < 2u; ++k) {
+        uvec3 first = base + uvec3(0u, 0u, k);
+        vec4 near = mix(sky_node(first, size), sky_node(first + uvec3(1u, 0u, 0u), size), part.x);
+        vec4 far = mix(sky_node(first + uvec3(0u, 1u, 0u), size), sky_node(first + uvec3(1u, 1u, 0u), size), part.x);
+        seen[k] = mix(near, far, part.y);
+    }
+    vec4 node = mix(seen[0], seen[1], part.z);
+    vec3 b = 1.5 * node.xyz;
+    float along = dot(b, normal);
+    float share = clamp(0.5 + 0.5 * node.w + along * (2.0 / 3.0), 0.0, 1.0);
+    return mix(vec4(0.0, 0.0, 0.0, 1.0), vec4(b - along * normal, share), weight);
+}
+
+// What is left of the environment's light on a diffuse body, where `known` of it is seen past what the surface itself knows to hide the
+// rest: both know the same large shapes. Hidden directions are as bright as the place itself, so ground lights what stands on it and
+// bodies the ground (Chan 2018, eq. 49).
+vec3 sky_on_diffuse(vec4 sky, float known, vec3 albedo) {
+    return known * interreflected_visibility(min(1.0, sky.w / max(known, 1e-3)), albedo);
+}
+
+// The same in mirrors towards a world direction, which differ from the whole only where something is hidden: what lies beyond the rim of a
+// plate is lower than all that its mirrors see.
+float sky_in_mirrors(vec4 sky, float known, vec3 towards) {
+    float seen = clamp(sky.w + min(1.0, 6.0 * (1.0 - sky.w)) * dot(sky.xyz, towards), 0.0, 1.0);
+    return known * mix(HIDDEN_ALBEDO, 1.0, min(1.0, seen / max(known, 1e-3)));
+}
+
+#endif
