@@ -84,6 +84,41 @@ fn several_sections_stand_in_the_order_of_the_page() {
     assert!(error("correlated") < 0.25 * error("smith") && error("noise") < 0.02, "{front}");
 }
 
+/// Takes some seconds, most of them for the T-rex and the spheres on the device.
+#[test]
+fn the_figures_are_checked_by_their_numbers() {
+    let Some(_) = test_gpu() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let output = report(&["--quick", "--only", "figures", "--validation", "-q", "-o", text(folder.path())]);
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    let data = data(folder.path());
+    let checks = data["sections"]["figures"]["data"].as_array().unwrap();
+    let value = |figure: &str, what: &str| -> f64 {
+        let check = checks.iter().find(|c| c["figure"] == figure && c["what"] == what);
+        check.unwrap_or_else(|| panic!("{figure} has no {what}"))["value"].as_f64().unwrap()
+    };
+    let far = |look: &str| value("LEADR Figure 1", &format!("rRMSE, far, {look}"));
+    assert!(far("leadr, default rules") < far("normal-mip"));
+    let steep = value("LEADR Figure 2", "total variation distance, 80°");
+    assert!(steep < 0.25 * value("LEADR Figure 2", "total variation distance to all slopes, 80°"), "{steep}");
+    assert!(value("LEADR Figure 6", "largest relative error of the covariance, 128×128") < 1e-3);
+    assert!(value("Supplement Figure 1", "largest relative difference up to 85°") < 1e-6);
+    assert!(value("Supplement Figure 2", "largest difference relative to the peak") < 1e-9);
+    assert!(value("Supplement Figure 6", "pixels facing away, 400 pixels per triangle") > 0.0);
+    assert_eq!(value("Supplement Figure 6", "black pixels by default, 400 pixels per triangle"), 0.0);
+    assert!(value("Thesis Figure 2.3", "largest difference of masking alone from 1") < 1e-2);
+    assert!(value("Thesis Figure 2.6", "rRMSE of half a turn") < 1e-6);
+    let differences = |scheme: &str| value("Thesis Figure 3.6", &format!("rRMSE of the slopes, {scheme}"));
+    assert!(differences("central") < 0.5 * differences("forward"));
+    // One line and at least one finding for each of the thirteen figures.
+    let page = std::fs::read_to_string(folder.path().join("index.html")).unwrap();
+    let figures: std::collections::BTreeSet<&str> = checks.iter().map(|c| c["figure"].as_str().unwrap()).collect();
+    assert_eq!(figures.len(), 13, "{figures:?}");
+    for figure in figures {
+        assert!(page.contains(&format!("<h3>{figure}</h3>")) && page.contains(&format!("<li>{figure}: ")), "{figure}");
+    }
+}
+
 #[test]
 fn wrong_calls_say_what_is_wrong_and_leave_nothing() {
     let line = |output: &Output, code: i32| {

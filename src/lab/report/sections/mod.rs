@@ -3,6 +3,7 @@
 mod bench;
 mod colour;
 mod convergence;
+mod figures;
 mod measured;
 mod misses;
 mod model;
@@ -41,7 +42,7 @@ pub struct SectionEntry {
 }
 
 /// Every section, in the order of the page.
-pub static SECTIONS: [SectionEntry; 21] = [
+pub static SECTIONS: [SectionEntry; 22] = [
     SectionEntry {
         key: "convergence",
         help: "How the reference converges",
@@ -174,6 +175,13 @@ pub static SECTIONS: [SectionEntry; 21] = [
         title: "One sample of LEADR against many of the reference",
         judges_others: false,
         run: samples::run,
+    },
+    SectionEntry {
+        key: "figures",
+        help: "Figures of the papers that no other section draws",
+        title: "Figures of the papers",
+        judges_others: false,
+        run: figures::run,
     },
     SectionEntry {
         key: "bench",
