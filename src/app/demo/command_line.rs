@@ -121,6 +121,7 @@ impl CommandLine {
             line.remove(flag);
         }
         line.remove("--multiscattering");
+        line.remove("--sky-occlusion");
         let on_off = |on: bool| if on { "on" } else { "off" };
         if let Some(integral) = shading.integral() {
             match integral.quadrature {
@@ -142,6 +143,9 @@ impl CommandLine {
         }
         if technique.has_multiscattering() && options.multiscattering != default.multiscattering {
             line.set("--multiscattering", Some(on_off(options.multiscattering)));
+        }
+        if technique.is_lit() && !options.sky_occlusion {
+            line.set("--sky-occlusion", Some("off"));
         }
         if technique.is_lit() && options.terms != default.terms {
             line.set("--terms", Some(options.terms.names().collect::<Vec<_>>().join(",")));

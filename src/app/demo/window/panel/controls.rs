@@ -110,6 +110,7 @@ fn technique(ui: &mut Ui, viewer: &mut Viewer) {
         ui.checkbox(&mut options.multiscattering, "facets light each other");
     }
     if technique.is_lit() {
+        ui.checkbox(&mut options.sky_occlusion, "large shapes hide the sky");
         ui.horizontal_wrapped(|ui| {
             for (term, name) in Terms::NAMES {
                 let mut on = options.terms.contains(term);
