@@ -29,11 +29,22 @@ fn seen(level: &MomentLevel, at: DVec2) -> (SlopeMoments, f64) {
     (sum, height)
 }
 
-/// Mean slope and moments over a plane of places, and the part of the variance within a footprint. `blended`: by variance-preserving
-/// weights, or by weights that sum to one, which a test of this test takes.
-fn over_plane(level: &MomentLevel, lod: usize, size: f64, mean_height: f64, blended: bool) -> SlopeMoments {
+/// How looks become a blend.
+#[derive(Clone, Copy, PartialEq)]
+enum Blend {
+    /// By weights whose squares sum to one.
+    Looks,
+    /// The same with the slopes of where one look passes into another.
+    LooksPassing,
+    /// By weights that sum to one, as a test of these tests.
+    Plain,
+}
+
+/// Moments of the slopes over a plane of places that see a level.
+fn over_plane(map: &LeadrMap, lod: usize, kind: Blend) -> SlopeMoments {
     let mut r = Random::stream(11, lod as u64);
-    let part = tiling_fade(lod as f64, size, CELLS);
+    let (level, mean_height) = (&map.levels[lod], f64::from(map.mean().height));
+    let part = tiling_fade(lod as f64, f64::from(map.levels[0].width), CELLS);
     let mut sum = SlopeMoments::default();
     let side = 400;
     for i in 0..side * side {
@@ -45,9 +56,9 @@ fn over_plane(level: &MomentLevel, lod: usize, size: f64, mean_height: f64, blen
         let mut blend = SlopeMoments::default();
         for look in looks.into_iter().filter(|look| look.weight > 0.0) {
             let (moments, height) = seen(level, at + look_offset(look.corner));
-            let weight = if blended { look.weight } else { look.weight / total };
+            let weight = if kind == Blend::Plain { look.weight / total } else { look.weight };
             blend = add_look(blend, moments, weight, part);
-            if blended {
+            if kind == Blend::LooksPassing {
                 blend.first += look.slope * (part * (height - mean_height));
             }
         }
@@ -59,21 +70,41 @@ fn over_plane(level: &MomentLevel, lod: usize, size: f64, mean_height: f64, blen
     SlopeMoments { first: sum.first / count, second: sum.second / count }
 }
 
+/// What passes from look to look is small beside the slopes of narrow bumps, and known (the next test).
 #[test]
 fn maps_by_example_keep_mean_and_covariance_at_every_level() {
-    for map in [procedural::soil(256, 256, 1), procedural::gaussian(256, 256, 4, 0.4, 0.03)] {
+    let maps = [(procedural::soil(256, 256, 1), 0.04), (procedural::gaussian(256, 256, 4, 0.4, 0.01), 0.03)];
+    for (map, passing) in maps {
         let leadr = LeadrMap::new(&map, Wrap::Repeat);
         let whole = leadr.mean();
         let sigma = DVec2::new(f64::from(whole.second[0]), f64::from(whole.second[1])).map(f64::sqrt);
-        for (lod, level) in leadr.levels.iter().enumerate() {
-            let found = over_plane(level, lod, 256.0, f64::from(whole.height), true);
+        for lod in 0..leadr.levels.len() {
+            let found = over_plane(&leadr, lod, Blend::Looks);
             let variance = found.second.truncate() / (sigma * sigma);
             assert!((variance - 1.0).abs().max_element() < 0.02, "level {lod}: {variance}");
             assert!((found.first / sigma).abs().max_element() < 0.01, "level {lod}: {}", found.first);
             let cross = (found.second.z - f64::from(whole.cross)) / (sigma.x * sigma.y);
             assert!(cross.abs() < 0.02, "level {lod}: {cross}");
+            let all = over_plane(&leadr, lod, Blend::LooksPassing).second.truncate() / (sigma * sigma);
+            println!("level {lod}: looks {variance}, with what passes {all}");
+            assert!((all - variance).abs().max_element() < passing, "level {lod}: {all} {variance}");
         }
     }
+}
+
+/// Where one look passes into another, the blend is steeper than any look, in proportion to the variance of heights: this many times it for
+/// edges of the lattice of length 1. Real slopes of what is drawn, but for broad bumps no small part of all.
+#[test]
+fn broad_bumps_gain_the_slopes_of_changing_weights() {
+    const PER_EDGE: f64 = 14.8;
+    let map = procedural::gaussian(256, 256, 4, 0.4, 0.03);
+    let leadr = LeadrMap::new(&map, Wrap::Repeat);
+    let mean = f64::from(leadr.mean().height);
+    let heights = map.texels.iter().map(|h| (f64::from(*h) - mean).powi(2)).sum::<f64>() / map.texels.len() as f64;
+    let gained = over_plane(&leadr, 0, Blend::LooksPassing).second.x - over_plane(&leadr, 0, Blend::Looks).second.x;
+    let expected = PER_EDGE * CELLS * CELLS * heights;
+    assert!((gained / expected - 1.0).abs() < 0.1, "{gained} {expected}");
+    assert!(gained > 0.1 * f64::from(leadr.mean().second[0]));
 }
 
 #[test]
@@ -81,6 +112,6 @@ fn weights_that_sum_to_one_lose_variance() {
     let map: HeightMap = procedural::gaussian(256, 256, 4, 0.4, 0.03);
     let leadr = LeadrMap::new(&map, Wrap::Repeat);
     let whole = leadr.mean();
-    let plain = over_plane(&leadr.levels[0], 0, 256.0, f64::from(whole.height), false);
+    let plain = over_plane(&leadr, 0, Blend::Plain);
     assert!(plain.second.x < 0.9 * f64::from(whole.second[0]));
 }

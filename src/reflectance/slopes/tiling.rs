@@ -13,7 +13,8 @@
 //! **Sharpness.** Weights that follow barycentric coordinates would lay three looks over each other almost everywhere, which blurs
 //! features and makes every distribution Gaussian. Here a corner counts from [`LEAST_LOOK`] of the barycentric coordinates on:
 //! three eighths of the surface show one look unchanged, a sixteenth shows three. The price is that weights change faster, and
-//! `(hᵢ − m) ∇Wᵢ` is a slope that no look has; measured on maps of soil it is below a hundredth of the variance.
+//! `(hᵢ − m) ∇Wᵢ` is a slope that no look has. Its variance is 14.8 times that of the heights for edges of the lattice of length 1: .3 % of
+//! that of the slopes of fine soil, a sixth of that of bumps a tenth of a repeat wide. It is there to be seen, and counted.
 
 use glam::{DMat2, DVec2, IVec2};
 
