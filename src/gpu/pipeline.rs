@@ -17,11 +17,14 @@ pub trait Pipeline {
     fn core(&self) -> Arc<PipelineCore>;
 }
 
+/// Makes a pipeline of the shaders that there are now.
+type Make = dyn Fn(&Arc<Gpu>) -> Result<PipelineCore> + Send + Sync;
+
 /// What a pipeline is made of, so that it can be made again of other shaders.
 struct Recipe {
     /// Names of its entry points.
     shaders: Vec<String>,
-    make: Box<dyn Fn(&Arc<Gpu>) -> Result<PipelineCore> + Send + Sync>,
+    make: Box<Make>,
     made: RwLock<Arc<PipelineCore>>,
 }
 

@@ -298,10 +298,10 @@ impl App<'_> {
             return Ok(());
         }
         if let Some(layer) = self.viewer.choices.look.layer().filter(|_| changed) {
-            let (size, values) = open.painter.layer(layer)?;
+            let read = open.painter.layer(layer)?;
             match self.viewer.choices.look {
-                Look::Ellipses => open.panel.ellipses(Some((size, values))),
-                _ => open.panel.lay_over(Some(false_colors(layer, size, &values))),
+                Look::Ellipses => open.panel.ellipses(Some(read)),
+                _ => open.panel.lay_over(Some(false_colors(layer, &read))),
             }
             open.window.request_redraw();
         }

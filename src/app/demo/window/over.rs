@@ -7,9 +7,19 @@ use crate::maps::tonemap::Tonemap;
 use crate::maps::{Rgb8Image, RgbImage};
 use crate::render::frame::Layer;
 
+/// A quantity in every pixel, row by row.
+pub struct LayerPicture {
+    /// Pixels across and down.
+    pub size: (u32, u32),
+    /// As [`Renderer::layer`](crate::render::frame::Renderer::layer) gives them.
+    pub values: Vec<[f32; 4]>,
+}
+
 /// A quantity in false colours, and what they mean.
 #[must_use]
-pub fn false_colors(layer: Layer, (width, height): (u32, u32), values: &[[f32; 4]]) -> (Rgb8Image, String) {
+pub fn false_colors(layer: Layer, picture: &LayerPicture) -> (Rgb8Image, String) {
+    let LayerPicture { size: (width, height), values } = picture;
+    let (width, height) = (*width, *height);
     let grey = |share: f32| [(share.clamp(0.0, 1.0) * 255.0) as u8; 3];
     let signed = |v: f32| ((0.5 + 0.5 * v.clamp(-1.0, 1.0)) * 255.0) as u8;
     let finite = || values.iter().map(|v| v[0]).filter(|v| v.is_finite());
@@ -99,11 +109,12 @@ mod tests {
     #[test]
     fn false_colors_tell_near_from_far() {
         let values = [[2.0, 0.0, 0.0, 0.0], [8.0, 0.0, 0.0, 0.0], [f32::INFINITY, 0.0, 0.0, 0.0], [f32::NAN; 4]];
-        let (image, says) = false_colors(Layer::Depth, (4, 1), &values);
+        let picture = LayerPicture { size: (4, 1), values: values.to_vec() };
+        let (image, says) = false_colors(Layer::Depth, &picture);
         assert_eq!(image.texels, [[255; 3], [0; 3], [0; 3], [0; 3]]);
         assert!(says.contains("2.0 m") && says.contains("8.0 m"), "{says}");
         for layer in Layer::ALL {
-            assert_eq!(false_colors(layer, (4, 1), &values).0.texels.len(), 4);
+            assert_eq!(false_colors(layer, &picture).0.texels.len(), 4);
         }
     }
 

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use winit::window::Window;
 
+use super::over::LayerPicture;
 use super::pace::Pace;
 use super::panel::paint::{Painted, PanelPainter};
 use crate::app::error::AppError;
@@ -356,10 +357,10 @@ impl Painter {
     ///
     /// # Errors
     /// A lost device, or memory that is short.
-    pub fn layer(&mut self, layer: Layer) -> Result<((u32, u32), Vec<[f32; 4]>), AppError> {
+    pub fn layer(&mut self, layer: Layer) -> Result<LayerPicture, AppError> {
         self.finish()?;
         let (size, _) = self.drawn();
-        Ok((size, self.renderer.layer(layer)?))
+        Ok(LayerPicture { size, values: self.renderer.layer(layer)? })
     }
 }
 

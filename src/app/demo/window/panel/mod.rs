@@ -18,6 +18,7 @@ use winit::window::Window;
 use self::facts::HISTORY;
 pub use self::facts::{Facts, Request};
 use self::paint::Painted;
+use super::over::LayerPicture;
 use super::viewer::Viewer;
 use crate::maps::Rgb8Image;
 
@@ -43,7 +44,7 @@ pub struct Panel {
     /// A picture of numbers over the picture, and what it says about it.
     over: Option<(TextureHandle, String)>,
     /// Slope covariances under pixels, for the ellipses.
-    ellipses: Option<((u32, u32), Vec<[f32; 4]>)>,
+    ellipses: Option<LayerPicture>,
     /// When it wants to be drawn again though nothing happens.
     wakes: Option<Instant>,
     /// Where the pointer is, points.
@@ -138,8 +139,8 @@ impl Panel {
         });
     }
 
-    /// Draws ellipses of these covariances, row by row over a picture of this size; `None` takes them away.
-    pub fn ellipses(&mut self, covariances: Option<((u32, u32), Vec<[f32; 4]>)>) {
+    /// Draws ellipses of these covariances; `None` takes them away.
+    pub fn ellipses(&mut self, covariances: Option<LayerPicture>) {
         self.ellipses = covariances;
     }
 
@@ -164,8 +165,8 @@ impl Panel {
             if let Some((texture, says)) = &self.over {
                 overlay::picture(ui, texture, says, left);
             }
-            if let Some((size, covariances)) = &self.ellipses {
-                overlay::ellipses(ui, *size, covariances);
+            if let Some(covariances) = &self.ellipses {
+                overlay::ellipses(ui, covariances);
             }
             overlay::split(ui, viewer, left);
             if self.open {

@@ -3,6 +3,7 @@
 use egui::{Align2, Color32, CursorIcon, FontId, Id, Pos2, Rect, Shape, Stroke, TextureHandle, Ui, Vec2};
 
 use crate::app::demo::args::keys;
+use crate::app::demo::window::over::LayerPicture;
 use crate::app::demo::window::viewer::{SPLIT_GRIP, Viewer};
 
 /// Points between two ellipses.
@@ -46,13 +47,14 @@ pub fn picture(ui: &Ui, texture: &TextureHandle, says: &str, left: f32) {
 }
 
 /// Ellipses as wide as slopes vary under the pixel in their middle.
-pub fn ellipses(ui: &Ui, (width, height): (u32, u32), covariances: &[[f32; 4]]) {
+pub fn ellipses(ui: &Ui, covariances: &LayerPicture) {
+    let (width, height) = covariances.size;
     let screen = ui.ctx().content_rect();
     let scale = Vec2::new(width as f32 / screen.width(), height as f32 / screen.height());
     let steps = |length: f32| (0..(length / ELLIPSES) as u32).map(|step| (step as f32 + 0.5) * ELLIPSES);
     for (x, y) in steps(screen.height()).flat_map(|y| steps(screen.width()).map(move |x| (x, y))) {
         let (column, row) = (((x * scale.x) as u32).min(width - 1), ((y * scale.y) as u32).min(height - 1));
-        let Some(&[xx, yy, xy, _]) = covariances.get((row * width + column) as usize) else { continue };
+        let Some(&[xx, yy, xy, _]) = covariances.values.get((row * width + column) as usize) else { continue };
         let Some([[a, b], [c, d]]) = axes(xx, yy, xy) else { continue };
         let middle = screen.min + Vec2::new(x, y);
         let points = (0..20).map(|k| {

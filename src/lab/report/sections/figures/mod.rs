@@ -21,7 +21,8 @@ const INTRO: &str = "Figures 1, 2 and 6 of the LEADR paper, 1, 2 and 6 of its su
 
 pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
     let mut page = Page::default();
-    let figures: [fn(&mut Studio, &mut Page) -> Result<(), LabError>; 8] = [
+    type Figures = fn(&mut Studio, &mut Page) -> Result<(), LabError>;
+    let figures: [Figures; 8] = [
         trex::draw,
         visible::draw,
         grid::draw,
