@@ -97,8 +97,10 @@ fn the_figures_are_checked_by_their_numbers() {
         let check = checks.iter().find(|c| c["figure"] == figure && c["what"] == what);
         check.unwrap_or_else(|| panic!("{figure} has no {what}"))["value"].as_f64().unwrap()
     };
-    let far = |look: &str| value("LEADR Figure 1", &format!("rRMSE, far, {look}"));
-    assert!(far("leadr, default rules") < far("normal-mip"));
+    // From afar a quick picture is a few noisy pixels, which tell nothing.
+    let seen = |view: &str, look: &str| value("LEADR Figure 1", &format!("rRMSE, {view}, {look}"));
+    assert!(seen("near", "leadr, default rules") < 0.5 * seen("near", "normal-mip"));
+    assert!(seen("middle", "leadr, default rules") < seen("middle", "normal-mip"));
     let steep = value("LEADR Figure 2", "total variation distance, 80°");
     assert!(steep < 0.25 * value("LEADR Figure 2", "total variation distance to all slopes, 80°"), "{steep}");
     assert!(value("LEADR Figure 6", "largest relative error of the covariance, 128×128") < 1e-3);
