@@ -20,7 +20,7 @@ use crate::measured::fit_file::FitFile;
 use crate::reflectance::facets::metals::Metal;
 use crate::render::light::panorama::LightExtraction;
 use crate::render::scene::Tiling;
-use crate::render::settings::{RenderSettings, Shading};
+use crate::render::settings::{RenderSettings, Shading, ShadingOptions};
 use crate::render::surfaces::moments::MomentFormat;
 use crate::render::surfaces::tessellation::TessellationSettings;
 
@@ -348,7 +348,7 @@ impl Default for SceneConfig {
             sun: SunDirection { azimuth: -50.0, elevation: 38.0 },
             time_of_day: None,
             day_length: None,
-            shading: Shading::default(),
+            shading: Shading::default().adjusted(|options| ShadingOptions { sky_occlusion: true, ..options }),
             displacement: true,
             triangle_pixels: 4.0,
             view: View::Mid,

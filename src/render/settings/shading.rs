@@ -166,7 +166,7 @@ pub struct ShadingOptions {
     /// ([`crate::reflectance::materials::energy`], [`crate::reflectance::materials::multiscattering`]). The LEADR paper leaves it out.
     /// For techniques that integrate over a Beckmann base, and `gloss`.
     pub multiscattering: bool,
-    /// Whether large shapes hide the environment ([`crate::render::light::sky_visibility`]), where shadows are drawn. The LEADR paper
+    /// Whether large shapes hide the environment (`render::light::sky_visibility`), where shadows are drawn. The LEADR paper
     /// leaves it out. For techniques with light.
     pub sky_occlusion: bool,
     /// Edge samples per sample, 1 (none) to [`MAX_EDGE_SAMPLES`](Self::MAX_EDGE_SAMPLES): places in the pixel where the

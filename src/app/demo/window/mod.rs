@@ -1,4 +1,4 @@
-//! The window of `leadr demo`: events in, frames out. [`keys`] says which key does what, [`panel`] what else can be done.
+//! The window of `leadr demo`: events in, frames out. `keys` says which key does what, [`panel`] what else can be done.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
