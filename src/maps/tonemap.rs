@@ -27,6 +27,9 @@ pub enum Tonemap {
 }
 
 impl Tonemap {
+    /// What pictures are shown through if nobody says otherwise.
+    pub const SHOWN: Self = Self::Agx;
+
     /// All of them.
     pub const ALL: [Self; 4] = [Self::Agx, Self::Aces, Self::Filmic, Self::Clamp];
 

@@ -358,7 +358,7 @@ impl Default for SceneConfig {
             msaa: 1,
             seed: 0,
             exposure: 0.0,
-            tonemap: Tonemap::Agx,
+            tonemap: Tonemap::SHOWN,
             atlas_tile: 64,
             map_precision: MomentFormat::default(),
             roughness: None,

@@ -160,7 +160,7 @@ impl CommandLine {
         line.set("--triangle-pixels", (choices.triangle_pixels != 4.0).then(|| choices.triangle_pixels.to_string()));
         line.set("--samples", Some(choices.samples.to_string()));
         line.set("--exposure", (choices.exposure != 0.0).then(|| choices.exposure.to_string()));
-        line.set("--tonemap", (choices.tonemap != Tonemap::Agx).then(|| choices.tonemap.name()));
+        line.set("--tonemap", (choices.tonemap != Tonemap::SHOWN).then(|| choices.tonemap.name()));
         line.set("--size", Some(format!("{width}x{height}")));
         for flag in ["--time-of-day", "--day-length", "--sun", "--distance"] {
             line.remove(flag);

@@ -296,7 +296,7 @@ impl SceneArgs {
             msaa: a.msaa.unwrap_or(if once { DEFAULT_MSAA } else { 1 }),
             seed: a.seed,
             exposure: a.exposure,
-            tonemap: a.tonemap.unwrap_or(Tonemap::Agx),
+            tonemap: a.tonemap.unwrap_or(Tonemap::SHOWN),
             atlas_tile: a.atlas_tile,
             map_precision: a.map_precision.into(),
             roughness: a.roughness,

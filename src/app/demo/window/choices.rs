@@ -95,7 +95,7 @@ impl Choices {
             triangle_pixels: settings.tessellation.pixels_per_triangle,
             height_scale: 1.0,
             exposure,
-            tonemap: Tonemap::Agx,
+            tonemap: Tonemap::SHOWN,
             sun: None,
             look: Look::Picture,
         }

@@ -79,7 +79,7 @@ impl Default for WindowOptions {
             title,
             time: 0.0,
             exposure: 0.0,
-            tonemap: Tonemap::Agx,
+            tonemap: Tonemap::SHOWN,
             screenshots,
             frames: None,
             kept: KeptQuality::default(),
