@@ -8,7 +8,7 @@
 // src/reflectance/slopes/tiling.rs explains it.
 
 // The barycentric coordinate from which on the look of a corner is seen.
-const float LEADR_LEAST_LOOK = 0.25;
+const float LEADR_LEAST_LOOK = 0.3;
 
 // A look that a place sees.
 struct TilingLook {

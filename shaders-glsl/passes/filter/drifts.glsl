@@ -6,9 +6,9 @@
 // Variance of a pixel's filter, in squares of its width.
 const float PIXEL_VARIANCE = 0.12;
 // A wave and the next: lengths grow by this, and directions turn by the golden angle.
-const float LONGER = 1.4;
+const float LONGER = 1.6;
 const mat2 TURNED = mat2(-0.7373688, 0.6754903, -0.6754903, -0.7373688);
-const int DRIFT_WAVES = 16;
+const int DRIFT_WAVES = 12;
 const float SHORTEST_DRIFT = 1.3; // metres
 const int PATH_WAVES = 5;
 const float SHORTEST_PATH = 31.0;
@@ -36,11 +36,11 @@ vec3 ground_tint(vec2 place, mat2 across) {
     vec2 p = place + 3.0 * bent;
     float drift = 0.0;
     vec2 k = vec2(6.28318530718 / SHORTEST_DRIFT, 0.0);
-    float amplitude = 0.55;
+    float amplitude = 0.635;
     for (int i = 0; i < DRIFT_WAVES; ++i) {
         drift += amplitude * wave_part(k, across) * cos(dot(k, p) + 3.5 * float(i * i));
         k = TURNED * k / LONGER;
-        amplitude *= 1.03;
+        amplitude *= 1.042;
     }
     // A path runs where a broad wave is 0; its distance is that wave over its slope.
     float level = 0.0, left = 0.0;

@@ -234,35 +234,25 @@ vec2 tiling_shift() {
     return vec2(object.eye[0], object.eye[1]);
 }
 
-// The moments of a relief that is shown without repeats.
-void filter_tiled_moments(Footprint footprint, vec2 texcoord, inout Means means) {
+// The moments of a relief that is shown without repeats. passing: see tiled_height; so little that the middle of the footprint stands for all
+// of it.
+void filter_tiled_moments(Footprint footprint, PlacedLooks looks, vec2 texcoord, vec2 passing, inout Means means) {
     vec2 mean = vec2(0.0);
     vec3 second = vec3(0.0);
     float part = FINEST_LEVEL ? 1.0 : tiling_part(moments_a, footprint.lod);
-    // Where one look passes into another, the higher one slopes down: by so little that the middle of the footprint stands for all of it.
-    vec2 middle = texcoord + tiling_shift(), passing = vec2(0.0);
-    TilingLooks around = merged_looks(tiling_looks(middle, TILING_CELLS), footprint.lod);
-    int passed = tiling_count(around) > 1 ? tiling_count(around) : 0;
-    for (int k = 0; k < passed; ++k) {
-        float height = textureLod(height_map, middle + look_offset(around.a.corner), footprint.lod).x - map_mean(height_map).x;
-        passing += around.a.slope * height;
-        next_look(around);
-    }
-    for (int i = 0; i < footprint.taps; ++i) {
-        vec2 at = middle + tap(footprint, i) / vec2(textureSize(moments_a, 0));
-        TilingLooks looks = merged_looks(tiling_looks(at, TILING_CELLS), footprint.lod);
-        SlopeMoments blend = SlopeMoments(vec2(0.0), vec3(0.0));
-        int count = tiling_count(looks);
-        for (int k = 0; k < count; ++k) {
-            vec2 seen = at + look_offset(looks.a.corner);
-            vec4 a = textureLod(moments_a, seen, footprint.lod);
-            float b = USES_COVARIANCE ? textureLod(moments_b, seen, footprint.lod).x : 0.0;
-            blend = add_look(blend, SlopeMoments(a.xy, vec3(a.zw, b)), looks.a.weight, part);
-            next_look(looks);
-        }
-        blend.first += passing;
-        mean += blend.first;
-        second += blend.second + vec3(blend.first * blend.first, blend.first.x * blend.first.y);
+    looks = merged_at(looks, footprint.lod);
+    vec2 per_texel = 1.0 / vec2(textureSize(moments_a, 0)), middle = texcoord + tiling_shift();
+    SlopeMoments blend = SlopeMoments(passing, vec3(0.0));
+    for (TapLook now = first_look(looks); now.tap < footprint.taps; next_look(now, looks)) {
+        vec2 at = middle + now.from + tap(footprint, now.tap) * per_texel;
+        vec4 a = textureLod(moments_a, at, footprint.lod);
+        float b = USES_COVARIANCE ? textureLod(moments_b, at, footprint.lod).x : 0.0;
+        blend = add_look(blend, SlopeMoments(a.xy, vec3(a.zw, b)), now.weight, part);
+        // The squares of a tap's mean slope, once all of its looks are in.
+        float whole = now.last ? 1.0 : 0.0;
+        mean += whole * blend.first;
+        second += whole * (blend.second + vec3(blend.first * blend.first, blend.first.x * blend.first.y));
+        blend = SlopeMoments(mix(blend.first, passing, whole), blend.second * (1.0 - whole));
     }
     float weight = 1.0 / float(footprint.taps);
     means.mean = mean * weight;
@@ -365,40 +355,36 @@ void filter_material(Footprint footprint, vec2 texcoord, inout Means means) {
 
 // A material that is shown without repeats: whatever it tells is blended about its mean, and what of its colours follows the relief by
 // the squares of the weights, as covariances are.
-void filter_tiled_material(Footprint footprint, vec2 texcoord, inout Means means) {
+void filter_tiled_material(Footprint footprint, PlacedLooks looks, vec2 texcoord, inout Means means) {
     vec4 color = vec4(0.0), color_mean = linear_color(map_mean(color_map));
     vec3 f0 = vec3(0.0), f0_mean = REFLECTS_BY_MAP ? map_mean(f0_map).rgb : vec3(0.0);
     vec3 mixed = vec3(0.0), mixed_mean = MIXED_ROUGHNESS ? map_mean(mixed_map).rgb : vec3(0.0);
     float skipped = USES_RELIEF_COLOR && (COLOR_BY_HEIGHT || COLOR_BY_SLOPE) ? skipped_levels() : 0.0;
     float part = FINEST_LEVEL ? 1.0 : tiling_part(color_map, footprint.lod);
-    for (int i = 0; i < footprint.taps; ++i) {
-        vec2 at = texcoord + tiling_shift() + tap(footprint, i) / vec2(textureSize(color_map, 0));
-        TilingLooks looks = merged_looks(tiling_looks(at, TILING_CELLS), footprint.lod);
-        int count = tiling_count(looks);
-        for (int k = 0; k < count; ++k) {
-            vec2 seen = at + look_offset(looks.a.corner);
-            float weight = looks.a.weight * part, share = looks.a.weight * looks.a.weight;
-            vec4 here = linear_color(textureLod(color_map, seen, footprint.lod));
-            color += weight * (here - color_mean);
-            if (REFLECTS_BY_MAP) {
-                f0 += weight * (textureLod(f0_map, seen, footprint.lod).rgb - f0_mean);
-            }
-            if (MIXED_ROUGHNESS) {
-                mixed += weight * (textureLod(mixed_map, seen, footprint.lod).rgb - mixed_mean);
-            }
-            if (USES_RELIEF_COLOR && COLOR_BY_HEIGHT) {
-                vec4 low = textureLod(color_weighted, vec3(seen, 0.0), footprint.lod - skipped);
-                vec4 high = textureLod(color_weighted, vec3(seen, 1.0), footprint.lod - skipped);
-                means.low += share * vec4(low.rgb - low.a * here.rgb, low.a);
-                means.high += share * vec4(high.rgb - high.a * here.rgb, high.a);
-            }
-            if (USES_RELIEF_COLOR && COLOR_BY_SLOPE) {
-                vec4 s = textureLod(color_weighted, vec3(seen, slope_layer()), footprint.lod - skipped);
-                vec4 t = textureLod(color_weighted, vec3(seen, slope_layer() + 1.0), footprint.lod - skipped);
-                means.by_s.rgb += share * (s.rgb - here.rgb * s.a);
-                means.by_t.rgb += share * (t.rgb - here.rgb * t.a);
-            }
-            next_look(looks);
+    looks = merged_at(looks, footprint.lod);
+    vec2 per_texel = 1.0 / vec2(textureSize(color_map, 0)), middle = texcoord + tiling_shift();
+    for (TapLook now = first_look(looks); now.tap < footprint.taps; next_look(now, looks)) {
+        vec2 seen = middle + now.from + tap(footprint, now.tap) * per_texel;
+        float weight = now.weight * part, share = now.weight * now.weight;
+        vec4 here = linear_color(textureLod(color_map, seen, footprint.lod));
+        color += weight * (here - color_mean);
+        if (REFLECTS_BY_MAP) {
+            f0 += weight * (textureLod(f0_map, seen, footprint.lod).rgb - f0_mean);
+        }
+        if (MIXED_ROUGHNESS) {
+            mixed += weight * (textureLod(mixed_map, seen, footprint.lod).rgb - mixed_mean);
+        }
+        if (USES_RELIEF_COLOR && COLOR_BY_HEIGHT) {
+            vec4 low = textureLod(color_weighted, vec3(seen, 0.0), footprint.lod - skipped);
+            vec4 high = textureLod(color_weighted, vec3(seen, 1.0), footprint.lod - skipped);
+            means.low += share * vec4(low.rgb - low.a * here.rgb, low.a);
+            means.high += share * vec4(high.rgb - high.a * here.rgb, high.a);
+        }
+        if (USES_RELIEF_COLOR && COLOR_BY_SLOPE) {
+            vec4 s = textureLod(color_weighted, vec3(seen, slope_layer()), footprint.lod - skipped);
+            vec4 t = textureLod(color_weighted, vec3(seen, slope_layer() + 1.0), footprint.lod - skipped);
+            means.by_s.rgb += share * (s.rgb - here.rgb * s.a);
+            means.by_t.rgb += share * (t.rgb - here.rgb * t.a);
         }
     }
     float weight = 1.0 / float(footprint.taps);
@@ -446,19 +432,15 @@ Chart chart_of(uint chart, uint index, vec2 place, mat2 across, vec2 texcoord, m
 }
 
 // The mean of a map under a footprint.
-vec4 filter_map(sampler2D map, Chart chart) {
+vec4 filter_map(sampler2D map, Chart chart, PlacedLooks looks) {
     Footprint footprint = footprint_in(chart, map);
     vec4 sum = vec4(0.0);
     if (BY_EXAMPLE) {
         // By shares, since it may be a direction.
-        for (int i = 0; i < footprint.taps; ++i) {
-            vec2 at = chart.at + tiling_shift() + tap(footprint, i) / vec2(textureSize(map, 0));
-            TilingLooks looks = merged_looks(tiling_looks(at, TILING_CELLS), footprint.lod);
-            int count = tiling_count(looks);
-            for (int k = 0; k < count; ++k) {
-                sum += looks.a.weight * looks.a.weight * textureLod(map, at + look_offset(looks.a.corner), footprint.lod);
-                next_look(looks);
-            }
+        looks = merged_at(looks, footprint.lod);
+        for (TapLook now = first_look(looks); now.tap < footprint.taps; next_look(now, looks)) {
+            vec2 at = chart.at + tiling_shift() + now.from + tap(footprint, now.tap) / vec2(textureSize(map, 0));
+            sum += now.weight * now.weight * textureLod(map, at, footprint.lod);
         }
         return sum / float(footprint.taps);
     }
@@ -489,14 +471,14 @@ Horizon filter_horizon(Footprint footprint, uint index, vec2 texcoord, mat2 line
 }
 
 // That of a relief that is shown without repeats, by shares: bumps of one look that hide a place of another are left out.
-Horizon filter_tiled_horizon(Footprint footprint, uint index, vec2 texcoord, mat2 linear, float scale) {
+Horizon filter_tiled_horizon(Footprint footprint, uint index, PlacedLooks looks, vec2 texcoord, mat2 linear, float scale) {
     Horizon sum = Horizon(vec2(0.0), vec3(0.0));
     vec2 at = texcoord + tiling_shift();
-    TilingLooks looks = merged_looks(tiling_looks(at, TILING_CELLS), footprint.lod);
+    looks = merged_at(looks, footprint.lod);
     int count = tiling_count(looks);
     for (int k = 0; k < count; ++k) {
-        float share = looks.a.weight * looks.a.weight;
-        Horizon seen = filter_horizon(footprint, index, at + look_offset(looks.a.corner), linear, scale);
+        float share = looks.of.a.weight * looks.of.a.weight;
+        Horizon seen = filter_horizon(footprint, index, at + looks.from_a, linear, scale);
         sum.lean += share * seen.lean;
         sum.spread += share * seen.spread;
         next_look(looks);
@@ -524,12 +506,14 @@ const float LEAST_RISE = 0.05;
 // Change of the gap between ray and relief along the ray, per height of the ray: -1 over level relief, 0 where both run together.
 const float LEAST_CLOSING = 0.3;
 
-float relief_height(uint index, vec2 texcoord, float lod) {
+// passing: see tiled_height.
+float relief_height(uint index, PlacedLooks looks, vec2 texcoord, float lod, out vec2 passing) {
+    passing = vec2(0.0);
     if (TRIPLANAR) {
         return triplanar_height(rest_triangle(patches[index]), texcoord, height_map, lod) * object.height_scale;
     }
     if (BY_EXAMPLE) {
-        return tiled_height(height_map, texcoord + tiling_shift(), lod) * object.height_scale;
+        return tiled_height(height_map, looks, texcoord + tiling_shift(), lod, passing) * object.height_scale;
     }
     vec4 tile = ATLAS ? patch_tile(patches[index]) : vec4(0.0);
     vec2 at = ATLAS ? clamp_to_tile(texcoord, tile, lod, textureSize(height_map, 0)) : texcoord;
@@ -538,15 +522,15 @@ float relief_height(uint index, vec2 texcoord, float lod) {
 
 // The texture coordinate that a ray meets. It met a triangle, which is flat between its vertices where the relief is not: from there
 // one step as over level relief, and one of the secant method. texels: by texture coordinate; longest: of the footprint, texels.
-vec2 refined_texcoord(uint index, Macrosurface surface, vec3 ray, mat2 texels, float lod, float longest) {
+vec2 refined_texcoord(uint index, PlacedLooks looks, Macrosurface surface, vec3 ray, mat2 texels, float lod, float longest, out vec2 passing) {
     vec3 normal = cross(surface.tangent_s, surface.tangent_t);
     float square = max(dot(normal, normal), 1e-30);
     float rise = min(dot(ray, surface.normal), -LEAST_RISE * length(ray));
     vec2 per_height = vec2(dot(ray, cross(surface.tangent_t, normal)), dot(ray, cross(normal, surface.tangent_s))) / (square * rise);
     float most = MOST_REFINED * longest / max(length(texels * per_height), 1e-20);
-    float gap = relief_height(index, surface.texcoord, lod) - surface.height;
+    float gap = relief_height(index, looks, surface.texcoord, lod, passing) - surface.height;
     float climbed = clamp(gap, -most, most);
-    float gap_there = relief_height(index, surface.texcoord + per_height * climbed, lod) - surface.height - climbed;
+    float gap_there = relief_height(index, looks, surface.texcoord + per_height * climbed, lod, passing) - surface.height - climbed;
     float closing = min((gap_there - gap) / (abs(climbed) > 1e-12 ? climbed : -1e12), -LEAST_CLOSING);
     return surface.texcoord + per_height * clamp(climbed - gap_there / closing, -most, most);
 }
@@ -598,14 +582,19 @@ FilteredSurface filtered_mesh(ivec2 pixel, vec2 at, uvec4 seen, out float area) 
 #endif
     Footprint footprint = footprint_over(dx, dy, ATLAS ? tile_inner() : 1e9);
     float color_lod = footprint.lod;
+    PlacedLooks looks = NO_LOOKS;
+    vec2 passing = vec2(0.0);
+    if (BY_EXAMPLE) {
+        looks = placed_looks(surface.texcoord + tiling_shift());
+    }
     if (DISPLACED && RELIEF_DRAWN && (!TRIANGLES || surface.slopes > 0.0) && !FINEST_LEVEL && grid == 0u) {
         float longest = sqrt(max(dot(dx, dx), dot(dy, dy)));
         if (ATLAS) {
             // Coarser levels of a tile do not agree with its neighbours.
-            vec2 refined = refined_texcoord(index, surface, ray, texels, min(footprint.lod, float(SOURCE_LEVEL)), longest);
+            vec2 refined = refined_texcoord(index, looks, surface, ray, texels, min(footprint.lod, float(SOURCE_LEVEL)), longest, passing);
             surface.texcoord = mix(refined, surface.texcoord, clamp(footprint.lod - float(SOURCE_LEVEL), 0.0, 1.0));
         } else {
-            surface.texcoord = refined_texcoord(index, surface, ray, texels, footprint.lod, longest);
+            surface.texcoord = refined_texcoord(index, looks, surface, ray, texels, footprint.lod, longest, passing);
         }
     }
     if (ATLAS) {
@@ -614,7 +603,10 @@ FilteredSurface filtered_mesh(ivec2 pixel, vec2 at, uvec4 seen, out float area) 
         if (USES_SLOPES && DISPLACED && TRIPLANAR) {
             filter_axis_moments(views, surface.texcoord, texcoord_across, means);
         } else if (USES_SLOPES && DISPLACED && BY_EXAMPLE) {
-            filter_tiled_moments(footprint, surface.texcoord, means);
+            if (FINEST_LEVEL || !RELIEF_DRAWN) {
+                tiled_height(height_map, looks, surface.texcoord + tiling_shift(), footprint.lod, passing);
+            }
+            filter_tiled_moments(footprint, looks, surface.texcoord, passing, means);
         } else if (USES_SLOPES && DISPLACED) {
             filter_moments(footprint, surface.texcoord, means);
         }
@@ -622,17 +614,17 @@ FilteredSurface filtered_mesh(ivec2 pixel, vec2 at, uvec4 seen, out float area) 
             Chart chart = chart_of(CHART_COLORS, index, place, across, surface.texcoord, texcoord_across);
             Footprint of_colors = footprint_in(chart, color_map);
             if (BY_EXAMPLE) {
-                filter_tiled_material(of_colors, chart.at, means);
+                filter_tiled_material(of_colors, looks, chart.at, means);
             } else {
                 filter_material(of_colors, chart.at, means);
             }
             color_lod = of_colors.lod;
         }
         if (EMITS) {
-            means.light.rgb = filter_map(emission_map, chart_of(CHART_EMISSION, index, place, across, surface.texcoord, texcoord_across)).rgb;
+            means.light.rgb = filter_map(emission_map, chart_of(CHART_EMISSION, index, place, across, surface.texcoord, texcoord_across), looks).rgb;
         }
         if (OCCLUDED) {
-            vec4 seen = filter_map(occlusion_map, chart_of(CHART_OCCLUSION, index, place, across, surface.texcoord, texcoord_across));
+            vec4 seen = filter_map(occlusion_map, chart_of(CHART_OCCLUSION, index, place, across, surface.texcoord, texcoord_across), looks);
             if (CONES) {
                 means.cone = seen;
             } else {
@@ -739,7 +731,7 @@ FilteredSurface filtered_mesh(ivec2 pixel, vec2 at, uvec4 seen, out float area) 
         mat2 linear = mat2(chart.linear_s, chart.linear_t);
         float height = abs(object.height_scale);
         filtered.horizon = TRIPLANAR ? filter_axis_horizon(views, footprint, index, surface.texcoord, linear, height)
-                         : BY_EXAMPLE     ? filter_tiled_horizon(footprint, index, surface.texcoord, linear, height)
+                         : BY_EXAMPLE     ? filter_tiled_horizon(footprint, index, looks, surface.texcoord, linear, height)
                                      : filter_horizon(footprint, index, surface.texcoord, linear, height);
     }
     filtered.cone = NO_CONE;

@@ -12,9 +12,9 @@
 //!
 //! **Sharpness.** Weights that follow barycentric coordinates would lay three looks over each other almost everywhere, which blurs
 //! features and makes every distribution Gaussian. Here a corner counts from [`LEAST_LOOK`] of the barycentric coordinates on:
-//! three eighths of the surface show one look unchanged, a sixteenth shows three. The price is that weights change faster, and
-//! `(hᵢ − m) ∇Wᵢ` is a slope that no look has. Its variance is 14.8 times that of the heights for edges of the lattice of length 1: .3 % of
-//! that of the slopes of fine soil, a sixth of that of bumps a tenth of a repeat wide. It is there to be seen, and counted.
+//! more than half of the surface shows one look unchanged, a hundredth shows three. The price is that weights change faster, and
+//! `(hᵢ − m) ∇Wᵢ` is a slope that no look has. Its variance is 23.4 times that of the heights for edges of the lattice of length 1: .5 % of
+//! that of the slopes of fine soil, a quarter of that of bumps a tenth of a repeat wide. It is there to be seen, and counted.
 
 use glam::{DMat2, DVec2, IVec2};
 
@@ -22,7 +22,7 @@ use super::moments::SlopeMoments;
 use super::statistics::map_second_moments;
 
 /// The barycentric coordinate from which on the look of a corner is seen.
-pub const LEAST_LOOK: f64 = 0.25;
+pub const LEAST_LOOK: f64 = 0.3;
 
 /// Looks are moved by whole multiples of this part of a repeat: by whole texels of maps whose sides are powers of two.
 const STEPS: f64 = 4096.0;
@@ -149,8 +149,8 @@ mod tests {
             assert!(looks[0].weight >= looks[1].weight && looks[1].weight >= looks[2].weight);
             looks_seen[looks.iter().filter(|look| look.weight > 0.0).count()] += 1.0 / 20_000.0;
         }
-        // Of the triangle, six squares of the least share show one look, and what is left inside it three.
-        assert!(f64::abs(looks_seen[1] - 0.375) < 0.02 && f64::abs(looks_seen[3] - 0.0625) < 0.01, "{looks_seen:?}");
+        // Of the triangle, six squares of the least share show one look, and a triangle of less than three of them three.
+        assert!(f64::abs(looks_seen[1] - 0.54) < 0.02 && f64::abs(looks_seen[3] - 0.01) < 0.003, "{looks_seen:?}");
     }
 
     #[test]
