@@ -1,19 +1,19 @@
-//! How a polished wall sparkles as the camera drifts past it: a picture by each filter of its normal map, and below it the middle row of
+//! How a polished plate sparkles as the camera drifts past it: a picture by each filter of its normal map, and below it the middle row of
 //! that picture in every frame, one frame a line. Where a filter holds, lines lean evenly; sparkle is broken into dots.
 //!
 //! `cargo run --release --example 23_flicker_strips [FOLDER [METRES [PICTURE.png]]]`
 //!
-//! FOLDER: a material, taken for polished steel; assets/bricks if not given. Columns: mipmapped normals, Toksvig, shortened normals, LEADR,
-//! and the normal map with 64 samples for each pixel.
+//! FOLDER: a material, taken for polished steel; a hammered plate that is made here if not given, or `-`. Columns: mipmapped normals, Toksvig, shortened normals, LEADR,
+//! and the normal map with 144 samples for each pixel.
 
 use std::error::Error;
 
 use glam::Vec3;
 use leadr::gpu::{Gpu, GpuOptions};
-use leadr::maps::Rgb8Image;
-use leadr::maps::material::{Input, Material, MaterialFolder};
+use leadr::maps::material::{Input, Material, MaterialFolder, Relief};
 use leadr::maps::save::save_png_srgb8;
 use leadr::maps::tonemap::{Tonemap, display_srgb8};
+use leadr::maps::{Rgb8Image, procedural};
 use leadr::reflectance::masking::shadowing::Shadowing;
 use leadr::render::camera::Camera;
 use leadr::render::frame::Renderer;
@@ -33,6 +33,8 @@ const STEP: f32 = 0.25;
 const ZOOM: u32 = 2;
 const GUTTER: u32 = 8;
 const FIELD: f32 = 10.0;
+/// As the sun in the plate asks.
+const EXPOSURE: f32 = 0.15;
 
 fn polished(mut material: Material) -> Material {
     material.base_color = Input::constant([0.56, 0.55, 0.53]);
@@ -42,14 +44,26 @@ fn polished(mut material: Material) -> Material {
     material
 }
 
+/// Dents of a few centimetres, with slopes of 0.2, on 2 m.
+fn hammered() -> Material {
+    let map = procedural::gaussian(512, 512, 4, 0.2, 0.008);
+    let mut material = Material::new("hammered steel");
+    material.relief = Some(Relief { map, scale: None, in_widths: true, middle: 0.0 });
+    material
+}
+
 fn main() -> Result<(), Box<dyn Error>> {
     let mut arguments = std::env::args().skip(1);
-    let folder = arguments.next().unwrap_or_else(|| concat!(env!("CARGO_MANIFEST_DIR"), "/assets/bricks").to_owned());
-    let metres = arguments.next().map_or(Ok(14.0), |text| text.parse::<f32>())?;
+    let material = match arguments.next().as_deref() {
+        None | Some("-") => hammered(),
+        Some(folder) => MaterialFolder::open(folder)?.load()?,
+    };
+    let metres = arguments.next().map_or(Ok(36.0), |text| text.parse::<f32>())?;
     let file = arguments.next().unwrap_or_else(|| "out/flicker-strips.png".to_owned());
     let gpu = Gpu::new(&GpuOptions::default())?;
-    let sky = Sky::default();
-    let mut stage = plane_stage(&polished(MaterialFolder::open(&folder)?.load()?));
+    // The plate mirrors it towards the camera.
+    let sky = Sky::with_sun(37.0f32.to_radians(), 90.0f32.to_radians());
+    let mut stage = plane_stage(&polished(material));
     let environment = Environment::from_sky(&gpu, Environment::FACE_SIZE, &sky)?;
     let mut renderer = Renderer::new(&gpu, stage.take_scene(), environment)?;
     let lights = Lights::under(&sky);
@@ -59,7 +73,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         (Technique::Toksvig, 1),
         (Technique::Gloss, 1),
         (Technique::Leadr, 1),
-        (Technique::Reference, 64),
+        (Technique::Reference, 144),
     ];
     let width = columns.len() as u32 * (SIZE * ZOOM + GUTTER) - GUTTER;
     let height = (SIZE + FRAMES) * ZOOM + GUTTER;
@@ -86,7 +100,7 @@ fn main() -> Result<(), Box<dyn Error>> {
                 let gap = if line >= SIZE { GUTTER } else { 0 };
                 for x in 0..SIZE {
                     let [r, g, b, _] = color[(row * SIZE + x) as usize];
-                    let code = display_srgb8([r, g, b], 0.8, Tonemap::Filmic);
+                    let code = display_srgb8([r, g, b], EXPOSURE, Tonemap::default());
                     for (dx, dy) in (0..ZOOM * ZOOM).map(|k| (k % ZOOM, k / ZOOM)) {
                         sheet.texels[((line * ZOOM + gap + dy) * width + left + x * ZOOM + dx) as usize] = code;
                     }

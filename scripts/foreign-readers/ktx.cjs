@@ -3,7 +3,9 @@ const assert = require("node:assert");
 const fs = require("node:fs");
 const { read } = require("ktx-parse");
 
-const [FLOAT16, FLOAT32, BC5_SNORM] = [97, 109, 142];
+const BC5_SNORM = 142;
+// Bytes of a number and numbers of a texel, by vkFormat.
+const FLOATS = { 76: [2, 1], 83: [2, 2], 97: [2, 4], 100: [4, 1], 103: [4, 2], 109: [4, 4] };
 
 function half(code) {
     const [sign, exponent, rest] = [code >> 15 ? -1 : 1, (code >> 10) & 31, code & 1023];
@@ -41,11 +43,11 @@ function channels(file, level, width, height) {
             return values;
         });
     }
-    const size = file.vkFormat === FLOAT32 ? 4 : 2;
+    const [size, count] = FLOATS[file.vkFormat];
     const number = size === 4 ? (i) => bytes.readFloatLE(i) : (i) => half(bytes.readUInt16LE(i));
-    return Array.from({ length: 4 * file.layerCount }, (_, channel) => {
-        const first = (channel >> 2) * texels * 4 + (channel % 4);
-        return Float64Array.from({ length: texels }, (_, i) => number((first + 4 * i) * size));
+    return Array.from({ length: count * Math.max(file.layerCount, 1) }, (_, channel) => {
+        const first = Math.floor(channel / count) * texels * count + (channel % count);
+        return Float64Array.from({ length: texels }, (_, i) => number((first + count * i) * size));
     });
 }
 

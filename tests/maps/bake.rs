@@ -351,6 +351,27 @@ fn exr_holds_every_level() {
 }
 
 #[test]
+fn few_channels_take_no_more_bytes_than_they_need() {
+    let inputs = of_heights(&bumpy(64, 32));
+    let texels = 2 * 64 * 32;
+    for (kind, precision, format, bytes_of_texel) in [
+        (Kind::Height, Precision::F32, ktx2::Format::R32_SFLOAT, 4),
+        // And what 16 bits leave over.
+        (Kind::Height, Precision::F16, ktx2::Format::R16G16_SFLOAT, 4),
+        (Kind::Clean, Precision::F32, ktx2::Format::R32G32B32A32_SFLOAT, 16),
+    ] {
+        let (bytes, _) = bytes_of(&inputs, kind, precision);
+        let header = ktx2::Reader::new(&bytes).unwrap().header();
+        assert_eq!((header.format, header.layer_count), (Some(format), 0));
+        assert!(bytes.len() < bytes_of_texel * texels, "{kind:?} {precision:?}: {} bytes", bytes.len());
+        let read = BakedMap::decode(&bytes).unwrap().channel("height").unwrap();
+        let errs =
+            read.iter().zip(&inputs.heights.as_ref().unwrap().texels).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+        assert!(errs <= if precision == Precision::F32 { 0.0 } else { 1e-6 }, "{errs}");
+    }
+}
+
+#[test]
 fn exr_is_read_back_as_ktx2_is() {
     let color = Raster::new(13, 9, 3, Samples::U8((0..13 * 9 * 3).map(|i| (i * 7 % 256) as u8).collect())).unwrap();
     let inputs = Inputs { color: Some(color), height_scale: Some(0.37), ..of_heights(&bumpy(13, 9)) };

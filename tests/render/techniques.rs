@@ -46,3 +46,41 @@ fn clean_has_one_variance_on_every_surface() {
         assert!(pixels > 100 && 4 * stretched > pixels, "{name}: {stretched} of {pixels}");
     }
 }
+
+/// What a pixel sees: nothing or a place on a patch of an object, and of its bumps what their distribution says.
+#[test]
+fn layers_tell_patches_and_visible_areas() {
+    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let (mut renderer, state) = rock(&gpu, 20.0);
+    renderer.render(&state, &settings_of(Technique::Leadr, 1, 1)).unwrap();
+    let mut layer = |layer| renderer.layer(layer).unwrap();
+    let (depth, patches, areas) = (layer(Layer::Depth), layer(Layer::Patch), layer(Layer::VisibleArea));
+    let (normals, covariances) = (layer(Layer::Normal), layer(Layer::Covariance));
+    let (mut seen, mut different) = (0, std::collections::BTreeSet::new());
+    let mut steepest = [(1.0f32, 0.0f32), (0.0, 0.0)];
+    for (i, [object, patch, u, v]) in patches.iter().enumerate() {
+        assert_eq!(depth[i][0].is_finite(), *object > 0.0, "pixel {i}");
+        if *object == 0.0 {
+            assert_eq!(areas[i][0], 0.0);
+            continue;
+        }
+        seen += 1;
+        different.insert(*patch as u32);
+        assert!((0.0..=1.0).contains(u) && (0.0..=1.0).contains(v), "{u} {v}");
+        assert!(areas[i][0].is_finite() && areas[i][0] > 0.0, "{:?}", areas[i]);
+        let normal = glam::Vec3::new(normals[i][0], normals[i][1], normals[i][2]);
+        let cosine = normal.dot((state.camera.position - state.camera.target).normalize());
+        assert!(covariances[i][0] > 0.0);
+        // The one that is seen most steeply, and the one that is seen least so.
+        if cosine < steepest[0].0 {
+            steepest[0] = (cosine, areas[i][0]);
+        }
+        if cosine > steepest[1].0 {
+            steepest[1] = (cosine, areas[i][0]);
+        }
+    }
+    println!("{seen} pixels of {} patches; areas {steepest:?}", different.len());
+    assert!(seen > 50 && different.len() > 10, "{seen} {different:?}");
+    // From in front all of the bumps is seen and they are as large as what they lie on; from the side they stand out of it.
+    assert!((steepest[1].1 - 1.0).abs() < 0.1 && steepest[0].1 > 1.1, "{steepest:?}");
+}

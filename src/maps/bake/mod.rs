@@ -14,7 +14,7 @@ mod exr_write;
 mod inputs;
 mod keys;
 mod kind;
-mod ktx2_write;
+pub(super) mod ktx2_write;
 mod normals;
 mod png_write;
 mod pyramid;

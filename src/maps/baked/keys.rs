@@ -94,6 +94,8 @@ impl Keys {
             }
             channels[rest] = "-".to_owned();
         }
+        // Levels have layers of four, whatever the file has.
+        channels.resize(channels.len().next_multiple_of(4), "-".to_owned());
         BakedMap { kind, precision, channels, wrap, height_scale, heights, middle, of_normals, levels }
     }
 }

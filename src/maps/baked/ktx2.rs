@@ -9,6 +9,7 @@ use super::keys::{Keys, names, packed};
 use super::map::{BakedLevel, BakedMap, REMEDY};
 use crate::maps::bake::Precision;
 use crate::maps::bake::blocks::BlockPlan;
+use crate::maps::bake::ktx2_write::{FLOATS_16, FLOATS_32};
 use crate::maps::{MapFault, bc5, limits};
 
 /// Most layers of four channels.
@@ -46,12 +47,15 @@ pub(super) fn read(file: &mut dyn ReadSeek, length: u64) -> Result<BakedMap, Map
     let scheme = u32::from_le_bytes(header[44..48].try_into().expect("four bytes"));
     let header = Header::from_bytes(&header).map_err(|e| MapFault::damaged(format!("its header is wrong ({e:?})")))?;
     let foreign = |what: String| MapFault::Unsupported { what, remedy: REMEDY.into() };
-    let precision = match header.format {
-        Some(Format::R32G32B32A32_SFLOAT) => Precision::F32,
-        Some(Format::R16G16B16A16_SFLOAT) => Precision::F16,
-        Some(Format::BC5_SNORM_BLOCK) => Precision::Bc,
-        other => {
-            let what = format!("its texels are {other:?}, not four floats of 32 or 16 bits, nor signed BC5");
+    let of = |formats: [(usize, Format); 3]| formats.into_iter().find(|(_, format)| Some(*format) == header.format);
+    // And channels of a layer.
+    let (precision, channels) = match (of(FLOATS_32), of(FLOATS_16), header.format) {
+        (Some((channels, _)), ..) => (Precision::F32, channels),
+        (_, Some((channels, _)), _) => (Precision::F16, channels),
+        (.., Some(Format::BC5_SNORM_BLOCK)) => (Precision::Bc, 2),
+        (.., other) => {
+            let what =
+                format!("its texels are {other:?}, not one, two or four floats of 32 or 16 bits, nor signed BC5");
             return Err(foreign(what));
         }
     };
@@ -60,8 +64,8 @@ pub(super) fn read(file: &mut dyn ReadSeek, length: u64) -> Result<BakedMap, Map
     }
     let (width, height, layers) = (header.pixel_width, header.pixel_height, header.layer_count.max(1));
     let in_blocks = precision == Precision::Bc;
-    // Channels of a layer; bytes of a texel, or of a block, and how many there are of those.
-    let (channels, unit) = if in_blocks { (2, 2 * bc5::BYTES as u64) } else { (4, 4 * precision.bytes() as u64) };
+    // Bytes of a texel, or of a block, and how many there are of those.
+    let unit = if in_blocks { 2 * bc5::BYTES } else { channels * precision.bytes() } as u64;
     let units = |side: u32| u64::from(if in_blocks { side.div_ceil(bc5::SIDE as u32) } else { side });
     let most_layers = if in_blocks { MOST_LAYERS_OF_BLOCKS } else { MOST_LAYERS };
     let too_large = u64::from(width.max(height)) > limits::MAX_SIDE;
@@ -107,7 +111,7 @@ pub(super) fn read(file: &mut dyn ReadSeek, length: u64) -> Result<BakedMap, Map
         let layers = match &keys.blocks {
             Some(blocks) => of_blocks(blocks, &parts, [w, h], &slots)?,
             None => {
-                let plane = |(layer, bytes)| plane(&keys, bytes, precision, layer, w);
+                let plane = |(layer, bytes)| plane(&keys, bytes, precision, channels, layer, w);
                 parts.into_iter().enumerate().map(plane).collect::<Result<_, _>>()?
             }
         };
@@ -153,11 +157,19 @@ fn of_blocks(
     fault.map_or(Ok(layers), |fault| Err(MapFault::damaged(fault)))
 }
 
-/// The texels of a layer, checked.
-fn plane(keys: &Keys, bytes: &[u8], precision: Precision, layer: usize, width: u32) -> Result<Vec<[f32; 4]>, MapFault> {
-    let factors = &keys.factors[4 * layer..4 * layer + 4];
-    let mut texels = limits::zeroed::<[f32; 4]>(bytes.len() / (4 * precision.bytes()))?;
-    for (i, (texel, bytes)) in texels.iter_mut().zip(bytes.chunks_exact(4 * precision.bytes())).enumerate() {
+/// The texels of a layer of so many channels, checked.
+fn plane(
+    keys: &Keys,
+    bytes: &[u8],
+    precision: Precision,
+    channels: usize,
+    layer: usize,
+    width: u32,
+) -> Result<Vec<[f32; 4]>, MapFault> {
+    let factors = &keys.factors[channels * layer..channels * (layer + 1)];
+    let unit = channels * precision.bytes();
+    let mut texels = limits::zeroed::<[f32; 4]>(bytes.len() / unit)?;
+    for (i, (texel, bytes)) in texels.iter_mut().zip(bytes.chunks_exact(unit)).enumerate() {
         for (c, (value, bytes)) in texel.iter_mut().zip(bytes.chunks_exact(precision.bytes())).enumerate() {
             *value = match precision {
                 Precision::F32 => f32::from_le_bytes(bytes.try_into().expect("four bytes")),

@@ -1,12 +1,14 @@
 //! Layers of the G-buffer that can be read back.
 
-use glam::Vec4;
+use glam::{Vec2, Vec3, Vec4};
 use serde::{Serialize, Serializer};
 
 use super::renderer::{LastSample, Renderer};
 use super::timing::CpuTime;
 use crate::gpu::Result;
-use crate::render::passes::targets::FilteredPixel;
+use crate::reflectance::facets::projected_area::visible_area;
+use crate::reflectance::frame::{frame_about, to_frame};
+use crate::render::passes::targets::{FilteredPixel, visible_patch};
 
 /// A quantity of the last sample's G-buffer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -25,6 +27,10 @@ pub enum Layer {
     Albedo,
     /// Beckmann roughness of the base material.
     Roughness,
+    /// Projected area of the bumps that the eye sees, against that of the macrosurface: `A(ωo) / cos θ` (LEADR section 4.3).
+    VisibleArea,
+    /// The object, from 1 and the sea last, its patch, and the place on the patch; 0 where nothing is.
+    Patch,
 }
 
 /// What is known of a layer.
@@ -36,8 +42,17 @@ struct Row {
 
 impl Layer {
     /// Every layer.
-    pub const ALL: [Self; 7] =
-        [Self::Depth, Self::Normal, Self::MeanSlope, Self::Covariance, Self::Lod, Self::Albedo, Self::Roughness];
+    pub const ALL: [Self; 9] = [
+        Self::Depth,
+        Self::Normal,
+        Self::MeanSlope,
+        Self::Covariance,
+        Self::Lod,
+        Self::Albedo,
+        Self::Roughness,
+        Self::VisibleArea,
+        Self::Patch,
+    ];
 
     fn row(self) -> Row {
         let row = |name, help, channels| Row { name, help, channels };
@@ -51,6 +66,14 @@ impl Layer {
             Self::Lod => row("lod", "Level of detail of the displacement map", &["lod.L"]),
             Self::Albedo => row("albedo", "Linear albedo", &["albedo.R", "albedo.G", "albedo.B"]),
             Self::Roughness => row("roughness", "Beckmann roughness of the base material", &["roughness.A"]),
+            Self::VisibleArea => {
+                row("visible-area", "Area of bumps that is seen, against the smooth surface's", &["visible_area.A"])
+            }
+            Self::Patch => row(
+                "patch",
+                "Object from 1, its patch, and the place on it",
+                &["patch.object", "patch.index", "patch.u", "patch.v"],
+            ),
         }
     }
 
@@ -86,17 +109,17 @@ impl Renderer {
     /// # Errors
     /// As [`prepare`](Self::prepare).
     pub fn layer(&mut self, layer: Layer) -> Result<Vec<[f32; 4]>> {
-        let Some((near, msaa)) = self.last.as_ref().map(|last| (last.state.camera.near, last.settings.msaa)) else {
+        let Some((camera, settings)) = self.last.as_ref().map(|last| (last.state.camera, last.settings)) else {
             return Ok(Vec::new());
         };
-        if layer != Layer::Depth || msaa > 1 {
+        if !matches!(layer, Layer::Depth | Layer::Patch) || settings.msaa > 1 {
             self.fill_gbuffer()?;
         }
         let Some(targets) = &self.targets else { return Ok(Vec::new()) };
         let channels: fn(&FilteredPixel) -> Vec4 = match layer {
             Layer::Depth => {
                 let depth: Vec<f32> = targets.pixels.visible.depth.read(0, 0)?;
-                let distance = |z: f32| if z > 0.0 { near / z } else { f32::INFINITY };
+                let distance = |z: f32| if z > 0.0 { camera.near / z } else { f32::INFINITY };
                 return Ok(depth.iter().map(|&z| [distance(z), 0.0, 0.0, 0.0]).collect());
             }
             Layer::Normal => |pixel| pixel.normal.as_vec3().extend(0.0),
@@ -105,6 +128,31 @@ impl Renderer {
             Layer::Lod => |pixel| Vec4::X * pixel.lod,
             Layer::Albedo => |pixel| pixel.albedo.extend(0.0),
             Layer::Roughness => |pixel| Vec4::X * pixel.roughness,
+            Layer::VisibleArea => {
+                let depth: Vec<f32> = targets.pixels.visible.depth.read(0, 0)?;
+                let (size, [across, down, middle]) = (settings.size, camera.rays(settings.size, Vec2::ZERO));
+                let towards_eye = |x: u32, y: u32| {
+                    let place = |i: u32, count: u32| 2.0 * (i as f32 + 0.5) / count as f32 - 1.0;
+                    -(middle + across * place(x, size.0) + down * place(y, size.1)).normalize()
+                };
+                let pixels = targets.pixels.gbuffer.read()?;
+                let areas = pixels.iter().zip(&depth).zip(0..).map(|((pixel, &depth), i)| {
+                    let seen =
+                        if depth > 0.0 { visible_share(pixel, towards_eye(i % size.0, i / size.0)) } else { 0.0 };
+                    [seen, 0.0, 0.0, 0.0]
+                });
+                return Ok(areas.collect());
+            }
+            Layer::Patch => {
+                let surface: Vec<[u32; 4]> = targets.pixels.visible.surface.read(0, 0)?;
+                let patch = |&[word, u, v, _]: &[u32; 4]| {
+                    let [object, index] = visible_patch(word);
+                    let place = [u, v]
+                        .map(|bits| Some(f32::from_bits(bits)).filter(|v| object > 0 && v.is_finite()).unwrap_or(0.0));
+                    [object as f32, index as f32, place[0], place[1]]
+                };
+                return Ok(surface.iter().map(patch).collect());
+            }
         };
         Ok(targets.pixels.gbuffer.read()?.iter().map(|pixel| channels(pixel).to_array()).collect())
     }
@@ -127,4 +175,14 @@ impl Renderer {
         self.last = Some(LastSample { in_gbuffer: true, settings, ..last });
         Ok(())
     }
+}
+
+/// Steepest views count as this cosine.
+const LEAST_COSINE: f64 = 1e-2;
+
+/// Of the projected area of a pixel's surface, what its bumps show towards the eye.
+fn visible_share(pixel: &FilteredPixel, towards_eye: Vec3) -> f32 {
+    let wo = to_frame(&frame_about(pixel.normal), towards_eye.as_dvec3());
+    let area = visible_area(wo, pixel.mean_slope.as_dvec2(), pixel.slope_covariance.as_dvec3());
+    (area / wo.z.max(LEAST_COSINE)) as f32
 }

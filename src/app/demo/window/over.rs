@@ -34,6 +34,10 @@ pub fn false_colors(layer: Layer, picture: &LayerPicture) -> (Rgb8Image, String)
         Layer::Lod => format!("level of detail: black {low:.1}, white {high:.1}"),
         Layer::Albedo => "albedo".to_owned(),
         Layer::Roughness => "roughness: alpha from 0, black, to 1, white".to_owned(),
+        Layer::VisibleArea => {
+            "area of bumps that is seen: the smooth surface's is grey, twice that or more white".to_owned()
+        }
+        Layer::Patch => "patches: a colour each, darker along u and v".to_owned(),
     };
     let color = |v: &[f32; 4]| match layer {
         Layer::Depth if v[0].is_finite() => grey(1.0 - (v[0] / low).max(1.0).ln() / (high / low).max(1.001).ln()),
@@ -44,6 +48,16 @@ pub fn false_colors(layer: Layer, picture: &LayerPicture) -> (Rgb8Image, String)
         Layer::Lod => grey((v[0] - low) / (high - low).max(1e-6)),
         Layer::Albedo => [v[0], v[1], v[2]].map(crate::maps::srgb::srgb8_from_linear),
         Layer::Roughness => grey(v[0]),
+        Layer::VisibleArea => grey(0.5 * v[0]),
+        Layer::Patch if v[0] == 0.0 => [0; 3],
+        Layer::Patch => {
+            let hash = [v[0] as u32, v[1] as u32].iter().fold(0x9e37_79b9, |hash: u32, &number| {
+                let mixed = (hash ^ number).wrapping_mul(0x85eb_ca6b);
+                (mixed ^ mixed >> 13).wrapping_mul(0xc2b2_ae35)
+            });
+            let shade = 1.0 - 0.35 * (v[2] + v[3]).clamp(0.0, 2.0) / 2.0;
+            [hash >> 8, hash >> 16, hash >> 24].map(|part| ((64.0 + 0.75 * (part & 0xff) as f32) * shade) as u8)
+        }
     };
     (Rgb8Image { width, height, texels: values.iter().map(color).collect() }, says)
 }
