@@ -34,7 +34,7 @@ const ZOOM: u32 = 2;
 const GUTTER: u32 = 8;
 const FIELD: f32 = 10.0;
 /// As the sun in the plate asks.
-const EXPOSURE: f32 = 0.15;
+const EXPOSURE: f32 = 0.08;
 
 fn polished(mut material: Material) -> Material {
     material.base_color = Input::constant([0.56, 0.55, 0.53]);
@@ -58,7 +58,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         None | Some("-") => hammered(),
         Some(folder) => MaterialFolder::open(folder)?.load()?,
     };
-    let metres = arguments.next().map_or(Ok(36.0), |text| text.parse::<f32>())?;
+    let metres = arguments.next().map_or(Ok(30.0), |text| text.parse::<f32>())?;
     let file = arguments.next().unwrap_or_else(|| "out/flicker-strips.png".to_owned());
     let gpu = Gpu::new(&GpuOptions::default())?;
     // The plate mirrors it towards the camera.
