@@ -1,6 +1,6 @@
 //! The command line: its commands, and the flags that all of them have.
 
-use clap::{Args, Parser, Subcommand};
+use clap::{Arg, Args, CommandFactory, Parser, Subcommand};
 
 use super::bake::args::BakeArgs;
 use super::bench::args::BenchArgs;
@@ -24,6 +24,15 @@ pub struct Cli {
     /// How to report it.
     #[command(flatten)]
     pub output: OutputArgs,
+}
+
+/// The declaration of the command line. A negative number is the value of the flag before it, not an unknown flag, so that the error is
+/// about the number.
+pub fn command() -> clap::Command {
+    let negative = |flag: Arg| {
+        if flag.get_action().takes_values() { flag.allow_negative_numbers(true) } else { flag }
+    };
+    Cli::command().mut_subcommands(|command| command.mut_args(negative))
 }
 
 /// Flags of every command.
@@ -67,10 +76,9 @@ pub enum Command {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use clap::CommandFactory;
 
     #[test]
     fn the_declaration_is_consistent() {
-        Cli::command().debug_assert();
+        command().debug_assert();
     }
 }

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use super::error::AppError;
+use crate::maps::new_file::{NewFile, remove_abandoned};
 
 /// The lower-case extension of a path.
 #[must_use]
@@ -17,4 +18,15 @@ pub fn extension(path: &Path) -> Option<String> {
 pub fn make_folder_of(path: &Path) -> Result<(), AppError> {
     let Some(folder) = path.parent() else { return Ok(()) };
     std::fs::create_dir_all(folder).map_err(|e| AppError::io("make the folder", folder, e))
+}
+
+/// Begins a file before any work: makes the folder for it, removes what killed runs left of it, and finds out whether it can be written.
+/// Dropped unfinished it is gone again.
+///
+/// # Errors
+/// If the folder cannot be made or refuses the file.
+pub fn begin(path: &Path) -> Result<NewFile, AppError> {
+    make_folder_of(path)?;
+    remove_abandoned([path]);
+    Ok(NewFile::create(path)?)
 }

@@ -15,22 +15,27 @@ mod files;
 pub mod fit;
 pub mod flags;
 pub mod output;
+mod progress;
 pub mod report;
 
 use std::ffi::OsString;
 use std::process::ExitCode;
 
 use clap::error::ErrorKind;
-use clap::{ArgMatches, CommandFactory, FromArgMatches};
+use clap::{ArgMatches, Args, FromArgMatches};
 
+use capture::args::CaptureArgs;
 use cli::{Cli, Command};
 use error::AppError;
+use flags::command_line::CommandLine;
+#[cfg(feature = "window")]
+use flags::scene::SceneArgs;
 use output::Output;
 
 /// Parses the command line (program name first), does the work, reports errors in one line on stderr and returns
 /// the exit code: 0 done, 1 failed or over a threshold, 2 wrong usage.
 pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
-    let parsed = Cli::command().try_get_matches_from(arguments);
+    let parsed = cli::command().try_get_matches_from(arguments);
     let (matches, cli) = match parsed.and_then(|matches| Ok((Cli::from_arg_matches(&matches)?, matches))) {
         Ok((cli, matches)) => (matches, cli),
         Err(fault) if matches!(fault.kind(), ErrorKind::DisplayHelp | ErrorKind::DisplayVersion) => {
@@ -47,22 +52,23 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
     }
 }
 
-#[cfg_attr(not(feature = "window"), allow(unused_variables))]
 fn dispatch(cli: Cli, matches: &ArgMatches) -> Result<(), AppError> {
     let output = Output::new(cli.output.json, cli.output.quiet);
     match cli.command {
-        Command::Capture(arguments) => capture::run(&arguments, &output),
+        Command::Capture(arguments) => capture::run(&arguments, given::<CaptureArgs>(matches), &output),
         #[cfg(feature = "window")]
-        Command::Demo(arguments) => {
-            let given = matches.subcommand().map(|(_, matches)| demo::command_line::CommandLine::given(matches));
-            demo::run(&arguments, given.unwrap_or_default(), &output)
-        }
+        Command::Demo(arguments) => demo::run(&arguments, given::<SceneArgs>(matches), &output),
         Command::Bake(arguments) => bake::run(&arguments, &output),
         Command::Fit(arguments) => fit::run(&arguments, &output),
         Command::Bench(arguments) => bench::run(&arguments, &output),
         Command::Compare(arguments) => compare::run(&arguments, &output),
         Command::Report(arguments) => report::run(&arguments, &output),
     }
+}
+
+/// The flags among those of `A` that the command was given.
+fn given<A: Args>(matches: &ArgMatches) -> CommandLine {
+    matches.subcommand().map(|(_, matches)| CommandLine::given::<A>(matches)).unwrap_or_default()
 }
 
 fn fail(error: &AppError) -> ExitCode {

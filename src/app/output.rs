@@ -4,13 +4,14 @@ use std::fmt::Display;
 use std::io::{self, ErrorKind, IsTerminal, Write};
 use std::path::Path;
 
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde::Serialize;
 use tracing_subscriber::filter::{LevelFilter, Targets};
 use tracing_subscriber::layer::{Layer as _, SubscriberExt as _};
 use tracing_subscriber::util::SubscriberInitExt as _;
 
 use super::error::AppError;
+use super::progress::{EVERY, HiddenBar, LineBar, TerminalBar};
+use crate::lab::program::Stamped;
 use crate::lab::progress::{Bar, Progress};
 
 /// Where a command prints.
@@ -39,7 +40,8 @@ impl Output {
     /// If stdout cannot be written to. A reader that closed the pipe early is no error.
     pub fn result<R: Serialize + Display>(&self, result: &R) -> Result<(), AppError> {
         let text = if self.json {
-            serde_json::to_string_pretty(result).map_err(|e| AppError::Failed(format!("cannot write JSON: {e}")))?
+            serde_json::to_string_pretty(&Stamped::new(result))
+                .map_err(|e| AppError::Failed(format!("cannot write JSON: {e}")))?
         } else if self.quiet {
             return Ok(());
         } else {
@@ -94,46 +96,15 @@ impl Progress for Output {
         }
     }
 
-    /// Drawn only for work of several steps, on a terminal, unless quiet.
+    /// Drawn on a terminal, told in lines elsewhere; quiet commands show none.
     fn bar(&self, steps: usize) -> Box<dyn Bar> {
-        if self.quiet || steps < 2 || !io::stderr().is_terminal() {
-            return Box::new(TerminalBar(ProgressBar::hidden()));
+        if self.quiet {
+            Box::new(HiddenBar)
+        } else if io::stderr().is_terminal() {
+            Box::new(TerminalBar::new(steps))
+        } else {
+            Box::new(LineBar::new(steps, EVERY, io::stderr()))
         }
-        let style = ProgressStyle::with_template("{bar:32} {pos}/{len} {wide_msg} {eta} left");
-        let bar = ProgressBar::with_draw_target(Some(steps as u64), ProgressDrawTarget::stderr())
-            .with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
-        Box::new(TerminalBar(bar))
-    }
-}
-
-struct TerminalBar(ProgressBar);
-
-impl Bar for TerminalBar {
-    fn message(&self, text: &str) {
-        self.0.set_message(text.to_owned());
-    }
-
-    fn step(&self) {
-        self.0.inc(1);
-    }
-
-    fn at(&self, step: usize) {
-        self.0.set_position(step as u64);
-    }
-
-    fn aside(&self, work: &mut dyn FnMut()) {
-        self.0.suspend(work);
-    }
-
-    fn restart(&self, steps: usize) {
-        self.0.set_length(steps as u64);
-        self.0.set_position(0);
-    }
-}
-
-impl Drop for TerminalBar {
-    fn drop(&mut self) {
-        self.0.finish_and_clear();
     }
 }
 

@@ -1,20 +1,40 @@
-//! Progress of long work. The command shows it on a terminal.
+//! Progress of long work. The command shows it.
+
+use crate::scenes::set::SetUp;
+
+/// Steps of a bar that shows a share.
+const SHARES: usize = 1000;
+
+fn shares(share: f32) -> usize {
+    (share * SHARES as f32) as usize
+}
 
 /// Receives the progress of long work.
 pub trait Progress {
     /// A line for the log.
     fn say(&self, line: &str);
 
-    /// A bar with this many steps, which disappears when it is dropped.
+    /// A bar with this many steps, which disappears when it is dropped. Where it cannot be drawn it is told in lines.
     fn bar(&self, steps: usize) -> Box<dyn Bar>;
 
     /// A bar for work that reports the share it has done, 0 to 1, with `what` beside it; without `what` there is no bar.
     fn share(&self, what: Option<&str>) -> Box<dyn Fn(f32) + Sync> {
-        const STEPS: f32 = 1000.0;
         let Some(what) = what else { return Box::new(|_| ()) };
-        let bar = self.bar(STEPS as usize);
+        let bar = self.bar(SHARES);
         bar.message(what);
-        Box::new(move |share| bar.at((share * STEPS) as usize))
+        Box::new(move |share| bar.at(shares(share)))
+    }
+
+    /// A bar for setting up a scene.
+    fn set_up(&self) -> Box<dyn Fn(SetUp) + Sync> {
+        let bar = self.bar(SHARES);
+        Box::new(move |step| match step {
+            SetUp::Begins(what) => {
+                bar.restart(SHARES);
+                bar.message(what);
+            }
+            SetUp::Share(share) => bar.at(shares(share)),
+        })
     }
 }
 

@@ -12,6 +12,8 @@ use std::time::SystemTime;
 
 use bytemuck::Pod;
 
+use super::checksum::checksum;
+
 const MAGIC: u64 = u64::from_le_bytes(*b"LEADRBAK");
 /// Bytes of the header: magic, key, checksum.
 const HEADER: usize = 3 * 8;
@@ -84,11 +86,14 @@ impl MapCache {
     fn read(&self, name: &str, key: u64, most: u64) -> Result<Option<Cached>, CacheError> {
         let path = self.path(name);
         let io = |source| CacheError::Io { path: path.clone(), source };
-        let file = match File::open(&path) {
-            Ok(file) => file,
+        // Asked before opening: opening a pipe would wait for its writer.
+        match std::fs::metadata(&path) {
+            Ok(data) if !data.is_file() => return Err(self.damaged(name, "it is no regular file")),
+            Ok(_) => {}
             Err(e) if e.kind() == std::io::ErrorKind::NotFound => return Ok(None),
             Err(e) => return Err(io(e)),
-        };
+        }
+        let file = File::open(&path).map_err(io)?;
         let most = most.saturating_add(HEADER as u64);
         let length = file.metadata().map_err(io)?.len();
         if length > most {
@@ -248,29 +253,6 @@ pub fn remembered<T: Pod>(kind: &str, programs: &[&str], count: usize, make: imp
 fn named_by_key(name: &str) -> bool {
     let key = name.strip_suffix(".bin").and_then(|stem| stem.rsplit_once('-')).map(|(_, key)| key);
     key.is_some_and(|key| key.len() == 16 && key.bytes().all(|b| b.is_ascii_digit() || (b'a'..=b'f').contains(&b)))
-}
-
-/// A 64-bit checksum of `bytes`: four independent multiply-rotate lanes, folded. Guards against damage, not malice.
-#[must_use]
-pub fn checksum(bytes: &[u8]) -> u64 {
-    const P: u64 = 0x9e37_79b9_7f4a_7c15;
-    let mut lanes = [P, P ^ 1, P ^ 2, P ^ 3];
-    let mut chunks = bytes.chunks_exact(32);
-    for chunk in &mut chunks {
-        for (lane, word) in lanes.iter_mut().zip(chunk.chunks_exact(8)) {
-            let word = u64::from_le_bytes(word.try_into().expect("eight bytes"));
-            *lane = (*lane ^ word).wrapping_mul(P).rotate_left(29);
-        }
-    }
-    for &byte in chunks.remainder() {
-        lanes[0] = (lanes[0] ^ u64::from(byte)).wrapping_mul(P).rotate_left(29);
-    }
-    let mut sum = bytes.len() as u64;
-    for lane in lanes {
-        sum = (sum ^ lane).wrapping_mul(P);
-        sum ^= sum >> 32;
-    }
-    sum
 }
 
 #[cfg(test)]

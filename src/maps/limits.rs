@@ -4,7 +4,7 @@ use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
-use super::MapFault;
+use super::{MapFault, reads};
 
 /// Most texels in one image: 16384 x 16384.
 pub const MAX_TEXELS: u64 = 1 << 28;
@@ -35,28 +35,44 @@ pub(crate) fn check_size(width: u64, height: u64, bytes_per_texel: u64, file_byt
     let texels = width.checked_mul(height).filter(|&n| n <= MAX_TEXELS && width <= MAX_SIDE && height <= MAX_SIDE);
     let Some(texels) = texels else {
         return Err(MapFault::TooLarge {
-            what: format!("{width} x {height} texels, the limit is {MAX_TEXELS} and {MAX_SIDE} a side"),
+            what: format!(
+                "{width} x {height} texels, the limit is as many as 16384 x 16384 have, and {MAX_SIDE} a side"
+            ),
         });
     };
     let bytes = texels.saturating_mul(bytes_per_texel);
     if bytes > MAX_DECODED_BYTES {
         return Err(MapFault::TooLarge {
-            what: format!("{bytes} bytes when decoded, the limit is {MAX_DECODED_BYTES}"),
+            what: format!("{} when decoded, the limit is {}", in_words(bytes), in_words(MAX_DECODED_BYTES)),
         });
     }
     if bytes > FREE_DECODED_BYTES.saturating_add(MAX_EXPANSION.saturating_mul(file_bytes as u64)) {
         return Err(MapFault::TooLarge {
-            what: format!("the header claims {bytes} decoded bytes but the file has only {file_bytes}"),
+            what: format!(
+                "the header claims {} when decoded, and the file has only {}",
+                in_words(bytes),
+                in_words(file_bytes as u64)
+            ),
         });
     }
     Ok(())
+}
+
+/// A number of bytes as people say it.
+pub(crate) fn in_words(bytes: u64) -> String {
+    const UNITS: [(u64, &str); 3] = [(1 << 30, "GiB"), (1 << 20, "MiB"), (1 << 10, "KiB")];
+    match UNITS.iter().find(|(unit, _)| bytes >= *unit) {
+        Some((unit, name)) if bytes.is_multiple_of(*unit) => format!("{} {name}", bytes / unit),
+        Some((unit, name)) => format!("{:.1} {name}", bytes as f64 / *unit as f64),
+        None => format!("{bytes} bytes"),
+    }
 }
 
 /// A zeroed buffer, or an error instead of an abort when memory is short.
 pub(crate) fn zeroed<T: bytemuck::Zeroable + Copy>(len: usize) -> Result<Vec<T>, MapFault> {
     let mut buffer = Vec::new();
     buffer.try_reserve_exact(len).map_err(|_| MapFault::TooLarge {
-        what: format!("no memory for {} bytes", len.saturating_mul(size_of::<T>())),
+        what: format!("no memory for {}", in_words(len.saturating_mul(size_of::<T>()) as u64)),
     })?;
     buffer.resize(len, T::zeroed());
     Ok(buffer)
@@ -76,10 +92,12 @@ pub(crate) fn read_start(path: &Path, most: u64) -> Result<Vec<u8>, MapFault> {
         return Err(MapFault::NotAFile);
     }
     if metadata.len() > MAX_FILE_BYTES {
-        return Err(MapFault::TooLarge { what: format!("{} bytes, the limit is {MAX_FILE_BYTES}", metadata.len()) });
+        let [length, most] = [metadata.len(), MAX_FILE_BYTES].map(in_words);
+        return Err(MapFault::TooLarge { what: format!("{length}, the limit is {most}") });
     }
     let file = File::open(path).map_err(io("cannot be opened"))?;
     let mut bytes = Vec::new();
     file.take(most.min(MAX_FILE_BYTES)).read_to_end(&mut bytes).map_err(io("cannot be read"))?;
+    reads::note(path, &bytes);
     Ok(bytes)
 }

@@ -9,6 +9,7 @@ pub mod baked;
 mod bc5;
 #[cfg(feature = "gpu")]
 pub mod cache;
+pub mod checksum;
 pub mod derive;
 mod exr_read;
 mod fault;
@@ -20,12 +21,13 @@ pub mod limits;
 mod load;
 pub mod material;
 pub mod moments;
+pub mod new_file;
 pub(crate) mod noise;
-
+pub mod origin;
 mod png_read;
-
 pub mod procedural;
 mod raster_read;
+pub mod reads;
 pub mod save;
 pub mod srgb;
 pub mod tonemap;

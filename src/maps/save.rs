@@ -1,10 +1,7 @@
-//! Saving files: PNG and EXR with deterministic bytes, written beside their target and renamed into place, so that a
-//! killed or failed run leaves either the old file or the new one.
+//! Saving pictures: PNG and EXR with deterministic bytes.
 
-use std::fs::{self, File};
-use std::io::{Cursor, Write};
-use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::io::Cursor;
+use std::path::Path;
 
 use exr::prelude::{
     AnyChannel, AnyChannels, Blocks, Compression, Encoding, FlatSamples, Image, Layer, LayerAttributes, LineOrder,
@@ -13,79 +10,11 @@ use exr::prelude::{
 use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 use image::{ExtendedColorType, ImageEncoder};
 
+use super::new_file::write_atomic;
+use super::origin::Origin;
 use super::png_read::one_line;
 use super::tonemap::{Tonemap, display_image};
 use super::{HeightMap, MapError, MapFault, Rgb8Image, RgbImage};
-
-/// Writes `bytes` to `path` all or nothing: into a new file in the same folder, synced, then renamed over `path`.
-/// On failure the new file is removed and an old `path` is untouched.
-pub fn write_atomic(path: impl AsRef<Path>, bytes: &[u8]) -> Result<(), MapError> {
-    let mut new = NewFile::create(&path)?;
-    new.file.write_all(bytes).map_err(|source| MapFault::Io { doing: "cannot be written", source }.in_file(&path))?;
-    new.finish()
-}
-
-/// A file on its way: written beside its target, and renamed over it when it is finished. Dropped before that, it is removed, and
-/// an old file stays as it was.
-#[derive(Debug)]
-pub struct NewFile {
-    /// What is written to.
-    pub file: File,
-    beside: PathBuf,
-    target: PathBuf,
-    finished: bool,
-}
-
-impl NewFile {
-    /// Starts the file, so that a folder that refuses it is found before any work.
-    ///
-    /// # Errors
-    /// If no file can be made in the folder of `target`.
-    pub fn create(target: impl AsRef<Path>) -> Result<Self, MapError> {
-        let target = target.as_ref().to_path_buf();
-        let beside = beside(&target);
-        let refused = |source| {
-            MapFault::Io { doing: "cannot be written: its folder refuses a new file", source }.in_file(&target)
-        };
-        let file = File::options().read(true).write(true).create_new(true).open(&beside).map_err(refused)?;
-        Ok(Self { file, beside, target, finished: false })
-    }
-
-    /// What the file will be called.
-    #[must_use]
-    pub fn target(&self) -> &Path {
-        &self.target
-    }
-
-    /// Syncs the file and renames it.
-    ///
-    /// # Errors
-    /// If the disk or the folder refuses.
-    pub fn finish(mut self) -> Result<(), MapError> {
-        let fault = |doing, source| MapFault::Io { doing, source }.in_file(&self.target);
-        self.file.sync_all().map_err(|e| fault("cannot be written to disk", e))?;
-        fs::rename(&self.beside, &self.target).map_err(|e| fault("cannot be replaced", e))?;
-        self.finished = true;
-        Ok(())
-    }
-}
-
-impl Drop for NewFile {
-    fn drop(&mut self) {
-        if !self.finished {
-            // A second failure changes nothing; the first is the one to report.
-            let _ = fs::remove_file(&self.beside);
-        }
-    }
-}
-
-/// A name in the same folder that no other process or thread uses.
-fn beside(path: &Path) -> PathBuf {
-    static COUNT: AtomicU64 = AtomicU64::new(0);
-    let name = path.file_name().unwrap_or_default().to_string_lossy();
-    let unique = COUNT.fetch_add(1, Ordering::Relaxed);
-    path.with_file_name(format!(".{name}.{}-{unique}.part", std::process::id()))
-}
 
 /// Saves 8-bit sRGB codes as PNG.
 pub fn save_png_srgb8(path: impl AsRef<Path>, image: &Rgb8Image) -> Result<(), MapError> {
@@ -152,6 +81,28 @@ pub(super) fn encode_png(
 
 /// The bytes of [`save_exr`].
 pub fn encode_exr(width: u32, height: u32, channels: &[(&str, &[f32])]) -> Result<Vec<u8>, MapFault> {
+    encode_exr_with(width, height, channels, LayerAttributes::default())
+}
+
+/// The bytes of an EXR as [`save_exr`] writes it, which says where it comes from.
+///
+/// # Errors
+/// As [`save_exr`].
+pub fn encode_exr_of(
+    origin: &Origin,
+    width: u32,
+    height: u32,
+    channels: &[(&str, &[f32])],
+) -> Result<Vec<u8>, MapFault> {
+    encode_exr_with(width, height, channels, origin.exr_attributes())
+}
+
+fn encode_exr_with(
+    width: u32,
+    height: u32,
+    channels: &[(&str, &[f32])],
+    attributes: LayerAttributes,
+) -> Result<Vec<u8>, MapFault> {
     let refuse = |what: String| MapFault::Unsupported { what, remedy: "give named, equally large channels".into() };
     if width == 0 || height == 0 {
         return Err(MapFault::Empty { width: width.into(), height: height.into() });
@@ -176,7 +127,7 @@ pub fn encode_exr(width: u32, height: u32, channels: &[(&str, &[f32])]) -> Resul
     let encoding =
         Encoding { compression: Compression::ZIP16, blocks: Blocks::ScanLines, line_order: LineOrder::Increasing };
     let size = Vec2(width as usize, height as usize);
-    let layer = Layer::new(size, LayerAttributes::default(), encoding, AnyChannels::sort(list));
+    let layer = Layer::new(size, attributes, encoding, AnyChannels::sort(list));
     let mut cursor = Cursor::new(Vec::new());
     let written = Image::from_layer(layer).write().non_parallel().to_buffered(&mut cursor);
     written.map_err(|error| refuse(one_line(&error)))?;

@@ -6,7 +6,7 @@ use super::fault::{ModelError, ModelFault};
 use super::gltf;
 use super::model::Model;
 use crate::maps::MapFault;
-use crate::maps::limits::{MAX_FILE_BYTES, read_file};
+use crate::maps::limits::{MAX_FILE_BYTES, in_words, read_file};
 
 /// How to load a model.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -47,6 +47,6 @@ fn of_file(fault: MapFault) -> ModelFault {
     match fault {
         MapFault::Io { doing, source } => ModelFault::Io { doing, source },
         MapFault::NotAFile => ModelFault::NotAFile,
-        _ => ModelFault::TooLarge { what: format!("it has more than {MAX_FILE_BYTES} bytes") },
+        _ => ModelFault::TooLarge { what: format!("it has more than {}", in_words(MAX_FILE_BYTES)) },
     }
 }

@@ -11,7 +11,7 @@ use super::error::SceneError;
 use super::model::{self, ModelChoice};
 use super::ocean::sea;
 use super::ocean::waves::Waves;
-use super::shore::shore_stage;
+use super::shore::{self, shore_stage};
 use super::stage::{BakedRelief, Relief, Stage, plane_stage, sphere_stage};
 use super::trex::stage::{trex_stage, unbaked_body};
 use super::{dressed, pillow, setting, snake, spheres};
@@ -29,12 +29,33 @@ pub enum Choice {
     Roughness,
     /// The size of the tiles of its displacement atlas.
     AtlasTile,
+    /// How high the relief is that displaces its surfaces, and whether it does.
+    Relief,
+    /// How its objects are divided into triangles, kept in maps and shaded, as waves are not: curvature under a pixel, what relief and
+    /// large shapes hide.
+    Objects,
     /// Whether its maps repeat.
     Tiling,
     /// Whether anything stands around it.
     Bare,
-    /// The waves of the open sea.
+    /// The waves of its sea.
     Waves,
+}
+
+impl Choice {
+    /// Why a scene that does not offer it has none, as the end of a sentence about that scene.
+    fn lacking(self) -> &'static str {
+        match self {
+            Self::HeightMap => "has surfaces of its own",
+            Self::Roughness => "has a roughness of its own",
+            Self::AtlasTile => "has no displacement atlas",
+            Self::Relief => "has no relief of heights",
+            Self::Objects => "has no objects, only waves",
+            Self::Tiling => "has maps of its own",
+            Self::Bare => "is one with what surrounds it",
+            Self::Waves => "shows no sea",
+        }
+    }
 }
 
 /// What a scene is made from.
@@ -54,8 +75,8 @@ pub struct SceneOptions {
     pub bare: bool,
     /// Texels along an atlas tile, for scenes with [`Choice::AtlasTile`]: a power of two, 8 to 128.
     pub atlas_tile: u32,
-    /// The sea of scenes with [`Choice::Waves`].
-    pub waves: Waves,
+    /// The sea of scenes with [`Choice::Waves`]; `None` for their own.
+    pub waves: Option<Waves>,
     /// Memory that the maps must fit into, asked before they are baked where that takes long.
     pub room: Option<Room>,
 }
@@ -78,7 +99,7 @@ impl Default for SceneOptions {
             tiling: Tiling::Repeats,
             bare: false,
             atlas_tile: 64,
-            waves: Waves::default(),
+            waves: None,
             room: None,
         }
     }
@@ -95,8 +116,8 @@ pub struct Scene {
     pub help: &'static str,
     /// What its user can choose.
     pub choices: &'static [Choice],
-    /// Whether it shows the sea.
-    pub has_sea: bool,
+    /// The sea that it shows unless its user chooses another.
+    pub sea: Option<fn() -> Waves>,
     /// What takes long in making it, shown beside the progress.
     pub making: Option<&'static str>,
     make: fn(SceneOptions, Progress<'_>) -> Result<Stage, SceneError>,
@@ -107,8 +128,8 @@ pub static SCENES: [Scene; 11] = [
     Scene {
         name: "trex",
         help: "A displaced T-rex walks over dry ground",
-        choices: &[Choice::AtlasTile, Choice::Roughness],
-        has_sea: false,
+        choices: &[Choice::AtlasTile, Choice::Relief, Choice::Objects, Choice::Roughness],
+        sea: None,
         making: MAKING_THE_TREX,
         make: |options, progress| {
             options.room_for_trex()?;
@@ -118,8 +139,8 @@ pub static SCENES: [Scene; 11] = [
     Scene {
         name: "plane",
         help: "A square plane with a height map, in a kerb",
-        choices: &[Choice::HeightMap, Choice::Roughness, Choice::Tiling, Choice::Bare],
-        has_sea: false,
+        choices: &[Choice::HeightMap, Choice::Relief, Choice::Objects, Choice::Roughness, Choice::Tiling, Choice::Bare],
+        sea: None,
         making: None,
         make: |options, _| {
             let (bare, tiling) = (options.bare, options.tiling);
@@ -134,8 +155,15 @@ pub static SCENES: [Scene; 11] = [
     Scene {
         name: "sphere",
         help: "A sphere with a height map, on a plinth",
-        choices: &[Choice::HeightMap, Choice::AtlasTile, Choice::Roughness, Choice::Bare],
-        has_sea: false,
+        choices: &[
+            Choice::HeightMap,
+            Choice::AtlasTile,
+            Choice::Relief,
+            Choice::Objects,
+            Choice::Roughness,
+            Choice::Bare,
+        ],
+        sea: None,
         making: None,
         make: |options, _| {
             let bare = options.bare;
@@ -149,48 +177,48 @@ pub static SCENES: [Scene; 11] = [
     Scene {
         name: "spheres",
         help: "Sixteen spheres of known roughness",
-        choices: &[Choice::Roughness],
-        has_sea: false,
+        choices: &[Choice::Relief, Choice::Objects, Choice::Roughness],
+        sea: None,
         making: None,
         make: |_, _| Ok(spheres::grid::stage()),
     },
     Scene {
         name: "stretch",
         help: "A quad, a sphere and a cylinder that are stretched and squeezed",
-        choices: &[Choice::Roughness],
-        has_sea: false,
+        choices: &[Choice::Relief, Choice::Objects, Choice::Roughness],
+        sea: None,
         making: None,
         make: |_, _| Ok(deform::stage(Deformation::Stretch)),
     },
     Scene {
         name: "shear",
         help: "A quad, a sphere and a cylinder that are sheared",
-        choices: &[Choice::Roughness],
-        has_sea: false,
+        choices: &[Choice::Relief, Choice::Objects, Choice::Roughness],
+        sea: None,
         making: None,
         make: |_, _| Ok(deform::stage(Deformation::Shear)),
     },
     Scene {
         name: "height-scale",
         help: "A quad, a sphere and a cylinder whose bumps sink until they are smooth",
-        choices: &[Choice::Roughness],
-        has_sea: false,
+        choices: &[Choice::Relief, Choice::Objects, Choice::Roughness],
+        sea: None,
         making: None,
         make: |_, _| Ok(deform::stage(Deformation::HeightScale)),
     },
     Scene {
         name: "pillow",
         help: "A quilted cushion",
-        choices: &[Choice::AtlasTile, Choice::Roughness],
-        has_sea: false,
+        choices: &[Choice::AtlasTile, Choice::Relief, Choice::Objects, Choice::Roughness],
+        sea: None,
         making: None,
         make: |options, _| Ok(pillow::stage(options.atlas_tile)),
     },
     Scene {
         name: "snake",
         help: "A coiled snake among four lamps",
-        choices: &[Choice::AtlasTile, Choice::Roughness],
-        has_sea: false,
+        choices: &[Choice::AtlasTile, Choice::Relief, Choice::Objects, Choice::Roughness],
+        sea: None,
         making: None,
         make: |options, _| Ok(snake::stage(options.atlas_tile)),
     },
@@ -198,19 +226,20 @@ pub static SCENES: [Scene; 11] = [
         name: "ocean",
         help: "The open sea under a wind of 8 m/s",
         choices: &[Choice::Waves],
-        has_sea: true,
+        sea: Some(Waves::default),
         making: None,
-        make: |options, _| Ok(open_sea(&options.waves)),
+        make: |options, _| Ok(sea::stage(options.waves.unwrap_or_default().ocean())),
     },
     Scene {
         name: "shore",
         help: "The T-rex on a beach with the sea behind it",
-        choices: &[Choice::AtlasTile, Choice::Roughness],
-        has_sea: true,
+        choices: &[Choice::AtlasTile, Choice::Relief, Choice::Objects, Choice::Roughness, Choice::Waves],
+        sea: Some(shore::waves),
         making: MAKING_THE_TREX,
         make: |options, progress| {
             options.room_for_trex()?;
-            Ok(shore_stage(options.atlas_tile, progress)?)
+            let waves = options.waves.unwrap_or_else(shore::waves);
+            Ok(shore_stage(options.atlas_tile, &waves, progress)?)
         },
     },
 ];
@@ -219,8 +248,8 @@ pub static SCENES: [Scene; 11] = [
 pub static MODEL: Scene = Scene {
     name: "model",
     help: "A glTF model on open ground",
-    choices: &[],
-    has_sea: false,
+    choices: &[Choice::Relief, Choice::Objects],
+    sea: None,
     making: None,
     make: |options, _| match options.model {
         Some(choice) => model::stage(choice),
@@ -234,14 +263,6 @@ fn relief(options: SceneOptions) -> Relief {
     Relief { map: options.height_map, baked: options.baked, tile: options.atlas_tile, ..Relief::default() }
 }
 
-fn open_sea(waves: &Waves) -> Stage {
-    let mut stage = sea::stage(&waves.sea(), waves.fft);
-    if let Some(ocean) = &mut stage.ocean {
-        ocean.choppiness = waves.choppiness as f32;
-    }
-    stage
-}
-
 impl Scene {
     /// The scene of this name.
     #[must_use]
@@ -253,6 +274,25 @@ impl Scene {
     #[must_use]
     pub fn offers(&self, choice: Choice) -> bool {
         self.choices.contains(&choice)
+    }
+
+    /// Refuses a `flag` that makes a choice which this scene does not offer.
+    ///
+    /// # Errors
+    /// A sentence that names the scenes which do.
+    pub fn check_offers(&self, flag: &str, choice: Choice) -> Result<(), String> {
+        if self.offers(choice) {
+            return Ok(());
+        }
+        let names = choice.scenes().collect::<Vec<_>>().join(", ");
+        let models = if MODEL.offers(choice) { " and for models" } else { "" };
+        Err(format!("{flag} is for the scenes {names}{models}; {} {}", self.name, choice.lacking()))
+    }
+
+    /// The sea that it shows unless its user chooses another; the open sea for scenes without one.
+    #[must_use]
+    pub fn waves(&self) -> Waves {
+        self.sea.map_or_else(Waves::default, |waves| waves())
     }
 
     /// Makes its stage.
@@ -303,18 +343,24 @@ mod tests {
     }
 
     #[test]
-    fn roughness_is_offered_where_a_surface_is_displaced() {
+    fn scenes_offer_what_their_surfaces_can_do() {
         // The animal's scenes are left out: baking it takes minutes.
         for scene in SCENES.iter().filter(|scene| scene.making.is_none()) {
-            let options =
-                SceneOptions { atlas_tile: 8, waves: Waves { fft: 64, ..Waves::default() }, ..Default::default() };
+            let waves = scene.sea.map(|waves| Waves { fft: 64, ..waves() });
+            let options = SceneOptions { atlas_tile: 8, waves, ..Default::default() };
             let mut stage = scene.stage(options, &|_| ()).unwrap();
             let displaced = stage.objects.iter().any(|object| object.heights.is_some());
-            assert_eq!(scene.offers(Choice::Roughness), displaced, "{scene:?}");
-            assert_eq!(scene.has_sea, stage.ocean.is_some(), "{scene:?}");
+            for choice in [Choice::Roughness, Choice::Relief] {
+                assert_eq!(scene.offers(choice), displaced, "{scene:?} {choice:?}");
+            }
+            assert_eq!(scene.offers(Choice::Objects), !stage.objects.is_empty(), "{scene:?}");
+            assert_eq!(scene.sea.is_some(), stage.ocean.is_some(), "{scene:?}");
+            assert_eq!(scene.offers(Choice::Waves), stage.ocean.is_some(), "{scene:?}");
             stage.set_roughness(0.5);
             for object in stage.objects.iter().filter(|object| object.heights.is_some()) {
-                assert!(object.mesh.colors.iter().all(|color| color[3] == 0.5), "{scene:?}: {}", object.name);
+                let meshes = std::iter::once(&object.mesh).chain(&object.coarse_mesh);
+                let mut colors = meshes.flat_map(|mesh| &mesh.colors);
+                assert!(colors.all(|color| color[3] == 0.5), "{scene:?}: {}", object.name);
                 let map = object.material.iter().flat_map(|map| &map.colors);
                 assert!(map.into_iter().all(|texel| texel[3] == 255), "{scene:?}: {}", object.name);
             }

@@ -8,7 +8,7 @@ use super::error::SceneError;
 use super::model::ModelChoice;
 use super::model::displacement::displace;
 use super::model::measured::measure;
-use super::registry::{Progress, SceneOptions};
+use super::registry::SceneOptions;
 use super::stage::{BakedRelief, Lights, Views};
 use super::view::{Size, View};
 use crate::gpu::{Gpu, GpuError};
@@ -88,6 +88,18 @@ impl Inputs {
     }
 }
 
+/// What setting up a scene is busy with.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum SetUp {
+    /// A part of it begins.
+    Begins(&'static str),
+    /// This share of that part is done, 0 to 1.
+    Share(f32),
+}
+
+/// Is told, from any thread, how far setting up a scene has come.
+pub type Watch<'a> = &'a (dyn Fn(SetUp) + Sync);
+
 /// The scene at a time in seconds.
 pub type Animation = Box<dyn Fn(f64) -> FrameState>;
 
@@ -129,7 +141,8 @@ impl SkyOrPicture {
     }
 }
 
-/// Uploads the scene that `config` names. `first`: settings of the first frames, whose pipelines are made meanwhile.
+/// Uploads the scene that `config` names, and tells `watch` how far it has come. `first`: settings of the first frames, whose pipelines
+/// are made meanwhile.
 ///
 /// # Errors
 /// If the scene cannot be made or the device fails.
@@ -138,7 +151,7 @@ pub fn set(
     inputs: Inputs,
     gpu: &Arc<Gpu>,
     first: Option<&RenderSettings>,
-    progress: Progress<'_>,
+    watch: Watch<'_>,
 ) -> Result<Set, SceneError> {
     let options = SceneOptions {
         height_map: inputs.height_map,
@@ -148,20 +161,22 @@ pub fn set(
         tiling: config.tiling,
         bare: config.bare,
         atlas_tile: config.atlas_tile,
-        waves: config.waves,
+        waves: Some(config.waves),
         room: Some(Room::on(gpu, config.map_precision)),
     };
     let named = |fault: SceneError| match &config.model {
         Some(file) => fault.of_file(file),
         None => fault,
     };
-    let mut stage = config.scene.stage(options, progress).map_err(named)?;
+    watch(SetUp::Begins(config.scene.making.unwrap_or("making the scene")));
+    let mut stage = config.scene.stage(options, &|share| watch(SetUp::Share(share))).map_err(named)?;
     if let Some(roughness) = config.roughness {
         stage.set_roughness(roughness);
     }
     let start = config.time_of_day.map_or(config.sun.vector(), |hour| daylight::at_hour(f64::from(hour)));
     let sky = Sky { sun_direction: start, ground_albedo: stage.below_horizon, ..Sky::default() };
     let surroundings = SkyOrPicture { sky, lights: config.environment_lights };
+    watch(SetUp::Begins("filtering the light from all around"));
     let environment = surroundings.make(gpu, inputs.environment.as_ref())?;
     // A picture of an environment brings its own suns.
     let sky = inputs.environment.is_none().then_some(sky);
@@ -185,6 +200,7 @@ pub fn set(
         daylight::pass(&mut state, time * hours_per_second);
         state
     });
+    watch(SetUp::Begins("uploading maps and making pipelines"));
     let renderer = match first {
         Some(first) => Renderer::for_frames_like(gpu, scene, environment, &animation(0.0), first)?,
         None => Renderer::new(gpu, scene, environment)?,

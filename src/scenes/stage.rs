@@ -179,7 +179,8 @@ impl Stage {
     /// teeth, the floor under the spheres) keep theirs.
     pub fn set_roughness(&mut self, alpha: f32) {
         for object in self.objects.iter_mut().filter(|object| object.heights.is_some()) {
-            object.mesh.colors.iter_mut().for_each(|color| color[3] = alpha);
+            let meshes = std::iter::once(&mut object.mesh).chain(&mut object.coarse_mesh);
+            meshes.flat_map(|mesh| &mut mesh.colors).for_each(|color| color[3] = alpha);
             // The map multiplies the colours of the vertices.
             if let Some(map) = &mut object.material {
                 map.colors.iter_mut().for_each(|texel| texel[3] = u8::MAX);

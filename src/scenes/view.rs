@@ -3,12 +3,12 @@
 use std::fmt;
 
 use glam::Vec3;
-use serde::{Deserialize, Serialize};
+use serde::{Serialize, Serializer};
 
 use crate::render::camera::Camera;
 
 /// Size of a picture in pixels.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Size {
     /// Pixels across, at least 1.
     pub width: u32,
@@ -21,6 +21,13 @@ impl Size {
     pub const MAX_SIDE: u32 = 16_384;
     /// Most pixels: the linear colours of a picture take 16 bytes each.
     pub const MAX_PIXELS: u64 = 1 << 26;
+}
+
+impl Serialize for Size {
+    /// As all sizes are written: `[width, height]`.
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        [self.width, self.height].serialize(serializer)
+    }
 }
 
 impl fmt::Display for Size {
@@ -46,32 +53,33 @@ pub enum View {
 }
 
 /// A perspective camera that looks at a point; metres, z up.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct CameraPose {
     /// The eye, metres.
     pub position: [f32; 3],
     /// The point in the middle of the picture, metres; apart from `position`.
     pub target: [f32; 3],
     /// A direction that points up in the picture; not along the view.
-    #[serde(default = "z_up")]
     pub up: [f32; 3],
     /// Vertical field of view, degrees, 1 to 170.
-    #[serde(default = "default_fov")]
     pub fov_degrees: f32,
-}
-
-fn z_up() -> [f32; 3] {
-    [0.0, 0.0, 1.0]
-}
-
-fn default_fov() -> f32 {
-    35.0
 }
 
 impl CameraPose {
     /// Beyond this, 32-bit coordinates lose millimetres.
     pub const MAX_METRES: f32 = 100_000.0;
+    /// Vertical field of view where none is said, degrees.
+    pub const FOV_DEGREES: f32 = 35.0;
+
+    /// What is up where nothing is said: +z, or in a view along that +y, as on a map.
+    #[must_use]
+    pub fn usual_up(position: [f32; 3], target: [f32; 3]) -> [f32; 3] {
+        let view = (Vec3::from_array(target) - Vec3::from_array(position)).normalize_or_zero();
+        if view.cross(Vec3::Z).length() < Self::ALONG { [0.0, 1.0, 0.0] } else { [0.0, 0.0, 1.0] }
+    }
+
+    /// Sine of the angle below which two directions are along each other.
+    const ALONG: f32 = 1e-3;
 
     /// Whether it describes a camera.
     ///
@@ -87,7 +95,7 @@ impl CameraPose {
         }
         let view = (target - position).try_normalize().ok_or("position and target are the same point")?;
         let up = up.try_normalize().ok_or("up has no direction")?;
-        if view.cross(up).length() < 1e-3 {
+        if view.cross(up).length() < Self::ALONG {
             return Err("up must not point along the view".to_owned());
         }
         if !(1.0..=170.0).contains(&self.fov_degrees) {
@@ -133,14 +141,14 @@ mod tests {
             position: [0.0, -10.0, 3.0],
             target: [0.0, 0.0, 3.0],
             up: [0.0, 1.0, 1.0],
-            fov_degrees: default_fov(),
+            fov_degrees: CameraPose::FOV_DEGREES,
         };
         assert_eq!(pose.at_distance(4.0).position, [0.0, -4.0, 3.0]);
         let camera = pose.camera();
         assert_eq!((camera.position.y, camera.target.z, camera.up.y), (-10.0, 3.0, 1.0));
-        assert!((camera.fov_y - default_fov().to_radians()).abs() < 1e-6);
+        assert!((camera.fov_y - CameraPose::FOV_DEGREES.to_radians()).abs() < 1e-6);
         let again = CameraPose::of(&camera);
         assert_eq!((again.position, again.target, again.up), (pose.position, pose.target, [0.0, 1.0, 1.0]));
-        assert!((again.fov_degrees - default_fov()).abs() < 1e-4);
+        assert!((again.fov_degrees - CameraPose::FOV_DEGREES).abs() < 1e-4);
     }
 }

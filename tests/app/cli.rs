@@ -1,12 +1,13 @@
 //! The `leadr` program from outside: exit codes, one line on stderr, results on stdout.
 
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::{Command, Output, Stdio};
+use std::time::{Duration, Instant};
 
 use crate::common::gpu::test_gpu;
 use leadr::maps::save::{save_exr_rgb, save_png};
 use leadr::maps::tonemap::Tonemap;
-use leadr::maps::{RgbImage, load_color};
+use leadr::maps::{RgbImage, decode_color_srgb8, load_color};
 use leadr::scenes::registry::SCENES;
 
 fn leadr(arguments: &[&str]) -> Command {
@@ -47,7 +48,24 @@ fn help_and_version_are_results() {
 
 #[test]
 fn wrong_usage_ends_with_2_and_names_the_flag() {
-    let cases: [(&[&str], &str); 39] = [
+    let cases: [(&[&str], &str); 56] = [
+        (&["capture", "--scene", "ocean", "--height-scale", "1"], "--height-scale"),
+        (&["capture", "--scene", "ocean", "--no-displacement"], "--no-displacement"),
+        (&["capture", "--scene", "ocean", "--triangle-pixels", "8"], "--triangle-pixels"),
+        (&["capture", "--scene", "ocean", "--atlas-tile", "16"], "--atlas-tile"),
+        (&["capture", "--scene", "ocean", "--sky-occlusion", "off"], "--sky-occlusion"),
+        (&["capture", "--scene", "plane", "--atlas-tile", "64"], "--atlas-tile"),
+        (&["capture", "--scene", "plane", "--wind", "9"], "--wind"),
+        (&["capture", "--environment", "studio", "--sun", "10,10"], "--sun"),
+        (&["capture", "--frames", "0..5", "-o", "{fame}.png"], "{fame}"),
+        (&["capture", "-o", "{scene}.png"], "{scene}"),
+        (&["capture", "--samples", "-1"], "a whole number from 1 to 65536"),
+        (&["capture", "--size", "-64x64"], "--size"),
+        (&["capture", "--size", "16384x16384"], "8192x8192"),
+        (&["capture", "--wind", "-3"], "from 1 to 40"),
+        (&["bench", "--frames", "-1"], "a whole number from 1 to 10000"),
+        (&["bench", "--scene", "plane", "--atlas-tile", "16"], "--atlas-tile"),
+        (&["compare", "a.png", "b.png", "--max-flip", "-1"], "--max-flip"),
         (&["capture", "--metal", "wood"], "--metal"),
         (&["capture", "--metal", "gold"], "--metal"),
         (&["capture", "--scene", "plane", "--anisotropy", "2"], "--anisotropy"),
@@ -158,6 +176,50 @@ fn compare_measures_and_its_thresholds_set_the_exit_code() {
     }
 }
 
+/// Checks for what every result has, and that the guide says what all its fields are.
+fn check_fields(command: &str, result: &serde_json::Value) {
+    assert_eq!((result["schema"].as_u64(), result["command"].as_str()), (Some(1), Some(command)), "{result}");
+    for field in ["version", "commit"] {
+        assert!(result[field].as_str().is_some_and(|text| !text.is_empty()), "{field}: {result}");
+    }
+    let guide = include_str!("../../docs/guide/json.md");
+    let (shared, own) = guide.split_once("\n## capture").unwrap();
+    let own = if command == "capture" { own } else { own.split_once(&format!("\n## {command}\n")).unwrap().1 };
+    let section = own.split("\n## ").next().unwrap();
+    for field in result.as_object().unwrap().keys() {
+        let named = format!("`{field}`");
+        assert!(shared.contains(&named) || section.contains(&named), "docs/guide/json.md: {command} has no {field}");
+    }
+}
+
+#[test]
+fn every_field_of_a_result_is_in_the_guide() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = |name: &str| folder.path().join(name);
+    save_png(file("a.png"), &picture(true), 1.0, Tonemap::Clamp).unwrap();
+    let json = |arguments: &[&str]| {
+        let output = run(&[arguments, &["--json"]].concat());
+        assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+        serde_json::from_slice::<serde_json::Value>(&output.stdout).expect("one JSON object")
+    };
+    let compared = json(&["compare", path(&file("a.png")), path(&file("a.png"))]);
+    check_fields("compare", &compared);
+    assert_eq!(compared["size"], serde_json::json!([32, 32]));
+    let baked = json(&["bake", path(&file("a.png")), "-o", path(&file("a.ktx2"))]);
+    check_fields("bake", &baked);
+    assert_eq!(baked["size"], serde_json::json!([32, 32]));
+    let both =
+        json(&["bake", path(&file("a.png")), "--kind", "leadr,normal", "-o", &format!("{}/", path(folder.path()))]);
+    check_fields("bake", &both);
+    let Some(_) = test_gpu() else { return };
+    let flags = ["--scene", "plane", "--size", "8x6"];
+    let captured = json(&[&["capture", "--samples", "1", "-o", path(&file("b.png"))], &flags[..]].concat());
+    check_fields("capture", &captured);
+    assert_eq!(captured["settings"]["size"], serde_json::json!([8, 6]));
+    let flags = [&["bench", "--frames", "1", "--technique", "leadr", "--tables", "techniques"], &flags[..]].concat();
+    check_fields("bench", &json(&flags));
+}
+
 #[test]
 fn compare_names_the_picture_that_is_wrong() {
     let folder = tempfile::tempdir().unwrap();
@@ -190,6 +252,100 @@ fn a_missing_or_wrong_camera_file_is_named() {
         let line = one_line_error(&run(&["capture", "--camera", path(file)]), 1, path(file));
         assert!(line.contains(file.file_name().unwrap().to_str().unwrap()), "{line}");
     }
+}
+
+#[cfg(unix)]
+#[test]
+fn pipes_in_place_of_files_are_refused_and_not_waited_for() {
+    let folder = tempfile::tempdir().unwrap();
+    let pipe = |name: &str| {
+        let pipe = folder.path().join(name);
+        assert!(Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+        path(&pipe).to_owned()
+    };
+    let (picture, model, json) = (pipe("a.exr"), pipe("a.glb"), pipe("a.json"));
+    let (png, ktx2, binary, out) = (pipe("a.png"), pipe("a.ktx2"), pipe("a.binary"), path(folder.path()).to_owned());
+    for arguments in [
+        &["capture", "--camera", &json][..],
+        &["capture", "--environment", &picture],
+        &["capture", "--scene", &model],
+        &["capture", "--scene", "plane", "--height-map", &picture],
+        &["capture", "--scene", "plane", "--height-map", &ktx2],
+        &["capture", "--scene", "plane", "--color-map", &png],
+        &["capture", "--scene", "plane", "--material", &json],
+        &["compare", &png, &png],
+        &["compare", &picture, &picture],
+        &["bake", &png, "-o", &format!("{out}/b.ktx2")],
+        &["fit", &binary, "-o", &format!("{out}/b.json")],
+        &["bench", "--measured", &json, "--against", &json],
+    ] {
+        let mut child = leadr(arguments).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+        let start = Instant::now();
+        while child.try_wait().unwrap().is_none() {
+            if start.elapsed().as_secs() > 60 {
+                child.kill().unwrap();
+                panic!("{arguments:?} waits for the pipe");
+            }
+            std::thread::sleep(Duration::from_millis(20));
+        }
+        one_line_error(&child.wait_with_output().unwrap(), 1, &format!("{arguments:?}"));
+    }
+}
+
+#[test]
+fn targets_that_cannot_be_written_are_named_before_any_work() {
+    let folder = tempfile::tempdir().unwrap();
+    let picture = folder.path().join("far.png");
+    save_png(&picture, &self::picture(false), 1.0, Tonemap::Clamp).unwrap();
+    let below = picture.join("x.png");
+    // Without a driver: the target is asked for before the device and before the inputs.
+    for arguments in [
+        &["capture", "-o", path(&below)][..],
+        &["capture", "--frames", "0..3", "-o", path(&picture.join("{frame}.png"))],
+        &["capture", "--frames", "0..3", "-o", path(&picture.join("a.webp"))],
+        &["bake", "missing.png", "-o", path(&below.with_extension("ktx2"))],
+        &["fit", "missing.binary", "-o", path(&below.with_extension("json"))],
+        &["compare", "missing.png", "missing.png", "--error-image", path(&below)],
+        &["report", "-o", path(&below)],
+    ] {
+        let line = one_line_error(&without_driver(arguments), 1, &format!("{arguments:?}"));
+        assert!(line.contains("far.png"), "{arguments:?}: {line}");
+    }
+}
+
+#[test]
+fn every_scene_honours_a_flag_or_refuses_it() {
+    let Some(_) = test_gpu() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let render = |flags: &[&str]| {
+        let file = folder.path().join("a.png");
+        let output = run(&[&["capture", "--samples", "1", "-o", path(&file)], flags].concat());
+        (output.status.code() == Some(0))
+            .then(|| std::fs::read(&file).map(|bytes| decode_color_srgb8(&bytes).unwrap().texels).unwrap())
+    };
+    let scenes: [&[&str]; 3] = [
+        &["--scene", "ocean", "--size", "64x48", "--fft", "64"],
+        &["--scene", "plane", "--size", "160x90", "--camera", "near"],
+        &["--scene", "spheres", "--size", "320x180"],
+    ];
+    let flags: [&[&str]; 6] = [
+        &["--roughness", "0.9"],
+        &["--height-scale", "0.3"],
+        &["--no-displacement"],
+        &["--triangle-pixels", "60"],
+        &["--atlas-tile", "16"],
+        &["--sky-occlusion", "off"],
+    ];
+    for scene in scenes {
+        let own = render(scene).unwrap();
+        for flag in flags {
+            if let Some(changed) = render(&[scene, flag].concat()) {
+                assert!(changed != own, "{scene:?} ignores {flag:?}");
+            }
+        }
+    }
+    let wind = |wind: &str| render(&["--scene", "ocean", "--size", "64x48", "--fft", "64", "--wind", wind]).unwrap();
+    assert!(wind("4") != wind("14"));
 }
 
 #[test]
@@ -299,7 +455,10 @@ fn a_capture_prints_names_of_files_and_nothing_else() {
         let names: Vec<_> = said.lines().map(Path::new).collect();
         assert_eq!(names.len(), 3, "{said}");
         assert!(names.iter().all(|name| name.is_file()), "{said}");
-        assert!(log.contains("3 frame(s)") && log.contains("3 of them kept") == kept, "{log}");
+        assert!(
+            log.contains("3 frames in") && log.contains("of set-up") && log.contains("3 of them kept") == kept,
+            "{log}"
+        );
     }
 }
 
@@ -313,11 +472,12 @@ fn a_video_on_stdout_is_nothing_else_and_a_closed_pipe_is_a_sentence() {
     assert_eq!(output.status.code(), Some(0), "{log}");
     let header = b"YUV4MPEG2 W64 H64 F24:1 Ip A1:1 C444 XCOLORRANGE=LIMITED\n";
     assert_eq!(output.stdout.strip_prefix(header).map(<[u8]>::len), Some(4 * (6 + 3 * 64 * 64)));
-    assert!(log.contains("4 frame(s)"), "{log}");
+    assert!(log.contains("4 frames in"), "{log}");
 
-    let mut child = leadr(&[&flags[..], &["-o", "-"]].concat())
-        .stdout(std::process::Stdio::piped())
-        .stderr(std::process::Stdio::piped())
+    // Quiet: a slow machine would be told how far it is.
+    let mut child = leadr(&[&flags[..], &["-o", "-", "--quiet"]].concat())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
         .spawn()
         .unwrap();
     drop(child.stdout.take());

@@ -68,7 +68,7 @@ fn claims_cost_little() {
     cases.push((
         "a claim of a picture",
         made.glb(),
-        "image 0: is too large: the header claims 1073741824 decoded bytes but the file has only",
+        "image 0: is too large: the header claims 1 GiB when decoded, and the file has only",
     ));
 
     for (name, file, wanted) in cases {

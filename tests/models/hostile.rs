@@ -34,7 +34,7 @@ const CASES: [Case; 61] = [
     Case(
         "buffer beyond the limit",
         |m| m["buffers"][0]["byteLength"] = json!(1u64 << 40),
-        "its buffers have 1099511627776 bytes or more",
+        "its buffers have 1024 GiB or more",
     ),
     Case(
         "view of no buffer",

@@ -12,7 +12,7 @@ use leadr::render::light::sky::Sky;
 use leadr::render::scene::{FrameState, Pose, Scene};
 use leadr::render::settings::{RenderSettings, Technique};
 use leadr::render::surfaces::ocean::shore::ShoreGpu;
-use leadr::scenes::shore::{beach, sea, shore};
+use leadr::scenes::shore::{beach, sea, shore, waves};
 
 /// Results of the probe at points `[x, y, reach]`, in metres.
 fn probe(gpu: &TestGpu, points: &[[f32; 3]], time: f64) -> Vec<[f32; 7]> {
@@ -96,7 +96,7 @@ fn slopes_of_the_swell_match_its_heights_and_foam_stays_below_one() {
 pub(crate) fn scene(gpu: &TestGpu, camera: Camera) -> (Renderer, impl Fn(f64, &Sky) -> FrameState) {
     let shore = shore();
     let objects = vec![beach::beach(&shore), beach::dunes(&shore)];
-    let renderer = under_sky(gpu, Scene { objects, ocean: Some(sea()), ..Scene::default() }, 32);
+    let renderer = under_sky(gpu, Scene { objects, ocean: Some(sea(&waves())), ..Scene::default() }, 32);
     let state = move |time, sky: &Sky| FrameState { time, ..FrameState::new(camera, vec![Pose::REST; 2]).under(sky) };
     (renderer, state)
 }

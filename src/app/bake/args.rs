@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 use glam::DVec3;
 
-use crate::app::flags::values::{positive, share};
+use crate::app::flags::values::{positive, share, whole};
 use crate::maps::Wrap;
 use crate::maps::bake::{Kind, Layout, Texels};
 use crate::maps::material::GreenAxis;
@@ -71,7 +71,7 @@ pub struct BakeArgs {
     #[arg(long, value_name = "FILE", requires = "detail")]
     pub detail_gloss: Option<PathBuf>,
     /// Times that the detail repeats within the map
-    #[arg(long, value_name = "N", requires = "detail", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=4096))]
+    #[arg(long, value_name = "N", requires = "detail", default_value_t = 1, value_parser = |text: &str| whole(text, 1_u32, 4096))]
     pub detail_repeat: u32,
     /// How the detail's normals are put over the others
     #[arg(long, value_enum, value_name = "HOW", requires = "detail", default_value_t = BlendChoice::Rnm)]

@@ -11,12 +11,12 @@ use self::args::{AreaChoice, BakeArgs, Format, GlossScale, KindChoice, TexelsCho
 use self::report::{BakeReport, BakedSet};
 use self::sources::Sources;
 use crate::app::error::AppError;
-use crate::app::files::{extension, make_folder_of};
+use crate::app::files::{begin, extension};
 use crate::app::output::Output;
 use crate::lab::progress::Progress;
 use crate::maps::MapFault;
 use crate::maps::bake::{ExrFile, Inputs, Kind, Ktx2File, Layout, Plan, PngFile, Precision, Report, bake};
-use crate::maps::save::NewFile;
+use crate::maps::new_file::NewFile;
 
 /// Texels from which a bar is shown: smaller maps take less than a second.
 const LONG: u64 = 1 << 20;
@@ -62,8 +62,7 @@ fn jobs(arguments: &BakeArgs, precision: Precision) -> Result<Vec<Job>, AppError
             return Err(AppError::Usage("--format is for .ktx2 and .exr; a .png has 16 bits".into()));
         }
         // Before any work: a folder that refuses the result is found at once.
-        make_folder_of(path)?;
-        Ok(Job { kind, container, file: NewFile::create(path)? })
+        Ok(Job { kind, container, file: begin(path)? })
     };
     match (container, &kinds[..]) {
         (Some(container), &[kind]) => Ok(vec![of_one(container, kind, output)?]),

@@ -9,7 +9,7 @@ use crate::app::error::AppError;
 use crate::app::flags::device::DeviceArgs;
 use crate::app::flags::scene::{MapPrecision, SceneArgs, SceneChoice, scene_choice};
 use crate::app::flags::shading::techniques;
-use crate::app::flags::values::{atlas_tile, fft, msaa, positive};
+use crate::app::flags::values::{atlas_tile, fft, msaa, positive, whole};
 use crate::app::flags::waves::WaveArgs;
 use crate::lab::bench::{BenchConfig, Quad, Table};
 use crate::render::settings::Technique;
@@ -50,7 +50,7 @@ pub struct BenchArgs {
     #[arg(long, value_name = "WxH")]
     pub size: Option<Size>,
     /// Rounds: frames of every row, except rows that take over a second
-    #[arg(long, value_name = "N", default_value = "15", value_parser = clap::value_parser!(u32).range(1..=10_000))]
+    #[arg(long, value_name = "N", default_value = "15", value_parser = |text: &str| whole(text, 1_u32, 10_000))]
     pub frames: u32,
     /// The paper's tables, its Figure 11 and variants of both; with --scene or --technique they come in addition
     #[arg(long)]
@@ -65,11 +65,11 @@ pub struct BenchArgs {
     /// Height map of the plane or the sphere (PNG or EXR)
     #[arg(long, value_name = "FILE", requires = "scene")]
     pub height_map: Option<PathBuf>,
-    /// Samples along the edge of the ocean's tiles of waves: 64, 128, 256 or 512 [default: 256]
+    /// Samples along the edge of the sea's tiles of waves: 64, 128, 256 or 512 [default: 256]
     #[arg(long, value_name = "N", value_parser = fft, requires = "scene")]
     pub fft: Option<u32>,
     /// Instead of timing, draw this many frames of a scene with a sea, over one day, and watch the memory
-    #[arg(long, value_name = "FRAMES", requires = "scene", conflicts_with_all = ["paper", "forward", "tables"], value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(long, value_name = "FRAMES", requires = "scene", conflicts_with_all = ["paper", "forward", "tables"], value_parser = |text: &str| whole(text, 1, u32::MAX))]
     pub soak: Option<u32>,
     /// Compare with an earlier run, row by row: what leadr bench --json printed then. Ratios below 1 are faster now
     #[arg(long, value_name = "OLD.json", conflicts_with = "soak")]
@@ -85,17 +85,17 @@ pub struct BenchArgs {
     /// With --against: exit with 1 if the geometric mean of the ratios of least total times is above this
     #[arg(long, value_name = "X", requires = "against", value_parser = positive)]
     pub max_ratio: Option<f32>,
-    /// Texels along the tile of one patch in the displacement atlas: 8, 16, 32, 64 or 128
-    #[arg(long, value_name = "N", default_value = "64", value_parser = atlas_tile)]
-    pub atlas_tile: u32,
-    /// Numbers in which the slopes of maps are kept on the device
-    #[arg(long, value_name = "PRECISION", value_enum, default_value_t)]
-    pub map_precision: MapPrecision,
+    /// Texels along the tile of one patch in the displacement atlas: 8, 16, 32, 64 or 128 [default: 64]
+    #[arg(long, value_name = "N", value_parser = atlas_tile)]
+    pub atlas_tile: Option<u32>,
+    /// Numbers in which the slopes of maps are kept on the device [default: f32]
+    #[arg(long, value_name = "PRECISION", value_enum)]
+    pub map_precision: Option<MapPrecision>,
     /// Samples of the geometry in each pixel of the scenes (see leadr capture --help)
     #[arg(long, value_name = "N", default_value = "1", value_parser = msaa)]
     pub msaa: u32,
     /// Edge samples of the scenes, for every technique but the reference (see leadr capture --help)
-    #[arg(long, value_name = "N", default_value = "1", value_parser = clap::value_parser!(u32).range(1..=256))]
+    #[arg(long, value_name = "N", default_value = "1", value_parser = |text: &str| whole(text, 1_u32, 256))]
     pub edge_samples: u32,
     /// The device.
     #[command(flatten)]

@@ -70,7 +70,7 @@ fn check_ratio(comparison: &Comparison, most: Option<f32>) -> Result<(), AppErro
 
 fn run_soak(arguments: &BenchArgs, config: &BenchConfig, frames: u32, output: &Output) -> Result<(), AppError> {
     let [scene] = config.scenes.as_slice() else { return Err(AppError::Usage("--soak needs one --scene".into())) };
-    if !scene.scene.has_sea {
+    if scene.scene.sea.is_none() {
         return Err(AppError::Usage(format!("--soak is for scenes with a sea, not {}", scene.scene.name)));
     }
     let report = soak(scene, &arguments.device.open()?, frames, arguments.technique, output)?;

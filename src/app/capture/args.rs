@@ -8,6 +8,7 @@ use serde::{Serialize, Serializer};
 use super::frames::{Moment, Timeline, Travel, spread};
 use super::pattern::{FRAME, FileKind, MovingKind, OutputPattern, StillKind, whole_size};
 use crate::app::error::AppError;
+use crate::app::flags::command_line::CommandLine;
 use crate::app::flags::device::DeviceArgs;
 use crate::app::flags::scene::SceneArgs;
 use crate::app::flags::shading::{choice, techniques};
@@ -72,7 +73,8 @@ pub struct CaptureArgs {
     /// Render only every N-th frame, starting with the I-th
     #[arg(long, value_name = "I/N", requires = "frames")]
     pub shard: Option<Shard>,
-    /// Keep the files of an earlier run that are complete and of the right size
+    /// Keep the files of an earlier run that are complete and say that they were made in the same way: by the same program, with the
+    /// same settings, of the same files
     #[arg(long)]
     pub resume: bool,
     /// How often a moving picture plays; 0 is without end [default: 0]
@@ -111,8 +113,11 @@ pub struct CaptureConfig {
     pub beside: Option<(Technique, Split)>,
     /// The files to write.
     pub output: OutputPattern,
-    /// Whether to keep complete files of an earlier run.
+    /// Whether to keep the same frames of an earlier run.
     pub resume: bool,
+    /// The command that makes these pictures, for the files to say.
+    #[serde(skip)]
+    pub command: String,
 }
 
 fn name_of_beside<S: Serializer>(beside: &Option<(Technique, Split)>, serializer: S) -> Result<S::Ok, S::Error> {
@@ -129,15 +134,22 @@ impl CaptureConfig {
             _ => moments,
         }
     }
+
+    /// Samples of a frame, with those of the picture beside it.
+    #[must_use]
+    pub fn samples_of_frame(&self) -> u32 {
+        self.scene.samples.max(1) * if self.beside.is_some() { 2 } else { 1 }
+    }
 }
 
 impl CaptureArgs {
-    /// Checks the arguments against each other and reads the camera file, if one is named.
+    /// Checks the arguments, which are those of `line`, against each other and reads the camera file, if one is named.
     ///
     /// # Errors
     /// [`AppError::Usage`] if flags contradict each other, [`AppError::Failed`] if a file is wrong.
-    pub fn resolve(&self) -> Result<CaptureConfig, AppError> {
+    pub fn resolve(&self, line: CommandLine) -> Result<CaptureConfig, AppError> {
         let a = self.clone();
+        let command = a.command(line);
         let rate = a.fps.unwrap_or(Rate::DEFAULT);
         let timeline = a.timeline(rate)?;
         let path = a.output.clone().unwrap_or_else(|| default_output(&a, &timeline));
@@ -158,7 +170,26 @@ impl CaptureArgs {
             ));
         }
         let beside = a.beside.map(|technique| (technique, split));
-        Ok(CaptureConfig { scene, device: a.device, timeline, rate, plays, layers, beside, output, resume: a.resume })
+        Ok(CaptureConfig {
+            scene,
+            device: a.device,
+            timeline,
+            rate,
+            plays,
+            layers,
+            beside,
+            output,
+            resume: a.resume,
+            command,
+        })
+    }
+
+    /// The command without what says only where, on what and in which parts the pictures are made.
+    fn command(&self, mut line: CommandLine) -> String {
+        for flag in ["--output", "--device", "--validation", "--resume", "--shard"] {
+            line.remove(flag);
+        }
+        format!("leadr capture{line}")
     }
 
     /// How the camera moves, if it does instead of time.
@@ -251,7 +282,7 @@ pub mod tests {
     use crate::reflectance::masking::shadowing::Shadowing;
     use crate::render::settings::{Quadrature, Technique, Terms};
     use crate::scenes::view::{Size, View};
-    use clap::Parser;
+    use clap::{CommandFactory, FromArgMatches, Parser};
 
     #[derive(Parser)]
     struct Capture {
@@ -261,8 +292,10 @@ pub mod tests {
 
     /// Resolves `leadr capture …`.
     pub fn resolve(flags: &[&str]) -> Result<CaptureConfig, AppError> {
-        let capture = Capture::try_parse_from([&["capture"], flags].concat());
-        capture.map_err(|e| AppError::Usage(e.to_string()))?.arguments.resolve()
+        let matches = Capture::command().try_get_matches_from([&["capture"], flags].concat());
+        let matches = matches.map_err(|e| AppError::Usage(e.to_string()))?;
+        let capture = Capture::from_arg_matches(&matches).unwrap();
+        capture.arguments.resolve(CommandLine::given::<CaptureArgs>(&matches))
     }
 
     #[test]

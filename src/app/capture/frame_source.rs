@@ -5,6 +5,7 @@ use serde::Serialize;
 use super::frames::Moment;
 use crate::app::error::AppError;
 use crate::app::flags::device::DeviceInfo;
+use crate::maps::reads::FileRead;
 use crate::render::frame::Layer;
 use crate::render::light::panorama::EnvironmentLight;
 
@@ -39,14 +40,24 @@ pub trait FrameSource {
     /// The device that renders.
     fn device(&self) -> DeviceInfo;
 
+    /// The files that its pictures are made from.
+    fn files(&self) -> &[FileRead] {
+        &[]
+    }
+
     /// The lights that were taken out of its environment.
     fn lights(&self) -> Vec<EnvironmentLight> {
         Vec::new()
     }
 
-    /// Renders one moment.
+    /// How long it took before it could render, seconds.
+    fn set_up_seconds(&self) -> f64 {
+        0.0
+    }
+
+    /// Renders one moment, and tells after each sample how many are done.
     ///
     /// # Errors
     /// If the device fails.
-    fn render(&mut self, moment: Moment) -> Result<Frame, AppError>;
+    fn render(&mut self, moment: Moment, done: &mut dyn FnMut(u32)) -> Result<Frame, AppError>;
 }

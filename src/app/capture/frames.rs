@@ -72,6 +72,15 @@ pub struct Travel {
 }
 
 impl Timeline {
+    /// The frames of the whole capture, shards together; a still is frame 0.
+    #[must_use]
+    pub fn frames(&self) -> FrameRange {
+        match *self {
+            Self::Still { .. } => FrameRange { start: 0, end: 1 },
+            Self::Sequence { frames, .. } => frames,
+        }
+    }
+
     /// The moments of this call, in order. Shards of one range are disjoint and cover it.
     #[must_use]
     pub fn moments(&self) -> Vec<Moment> {

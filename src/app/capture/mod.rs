@@ -4,6 +4,7 @@ pub mod args;
 pub mod frame_source;
 pub mod frames;
 pub mod pattern;
+pub mod recipe;
 pub mod renderer_source;
 pub mod save;
 pub mod sink;
@@ -18,11 +19,17 @@ use serde::Serialize;
 use self::args::{CaptureArgs, CaptureConfig};
 use self::frame_source::{Frame, FrameSource, PassTime};
 use self::frames::Moment;
-use self::pattern::FileKind;
+use self::pattern::{FileKind, StillKind};
+use self::recipe::Recipe;
+use self::sink::Earlier;
 use crate::app::error::AppError;
+use crate::app::files::begin;
+use crate::app::flags::command_line::CommandLine;
 use crate::app::flags::device::DeviceInfo;
 use crate::app::output::Output;
 use crate::lab::progress::Progress;
+use crate::maps::new_file::remove_abandoned;
+use crate::maps::tonemap::Tonemap;
 use crate::render::light::panorama::EnvironmentLight;
 
 /// What a capture made.
@@ -35,7 +42,9 @@ pub struct CaptureReport<'a> {
     /// Taken out of the picture of the environment.
     lights: Vec<EnvironmentLight>,
     frames: Vec<FrameReport>,
-    /// Wall-clock seconds, files included.
+    /// Wall-clock seconds until the first frame could be drawn: files read, maps baked and uploaded, pipelines made.
+    set_up_seconds: f64,
+    /// Wall-clock seconds of drawing and writing all frames after that.
     seconds: f64,
 }
 
@@ -48,26 +57,39 @@ pub struct FrameReport {
     file: PathBuf,
     /// Whether the file is from an earlier run (`--resume`).
     kept: bool,
+    /// Whether an earlier run left another frame in its place, made with other settings (`--resume`).
+    outdated: bool,
     passes: Vec<PassTime>,
 }
 
 impl fmt::Display for CaptureReport<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} frame(s) in {:.1} s on {}", self.frames.len(), self.seconds, self.device.device)?;
+        let count = self.frames.len();
+        let noun = if count == 1 { "frame" } else { "frames" };
+        let (seconds, set_up) = (self.seconds, self.set_up_seconds);
+        write!(f, "{count} {noun} in {seconds:.1} s after {set_up:.1} s of set-up on {}", self.device.device)?;
         match self.frames.iter().filter(|frame| frame.kept).count() {
+            0 => {}
+            kept => write!(f, ", {kept} of them kept from an earlier run")?,
+        }
+        match self.frames.iter().filter(|frame| frame.outdated).count() {
             0 => Ok(()),
-            kept => write!(f, ", {kept} of them kept from an earlier run"),
+            outdated => write!(f, ", {outdated} of them drawn again, because the files there were made in another way"),
         }
     }
 }
 
-/// Renders what the arguments ask for, prints the name of each file that is whole and at last the report.
+/// Renders what the arguments ask for, which are those of `line`, prints the name of each file that is whole and at last the report.
 ///
 /// # Errors
 /// Flags that contradict each other, wrong input files, no device, a frame that fails.
-pub fn run(arguments: &CaptureArgs, output: &Output) -> Result<(), AppError> {
-    let config = arguments.resolve()?;
+pub fn run(arguments: &CaptureArgs, line: CommandLine, output: &Output) -> Result<(), AppError> {
+    let config = arguments.resolve(line)?;
     check_stdout(&config, output)?;
+    check_files(&config)?;
+    if let Some(remark) = unheeded(&config) {
+        output.say(remark);
+    }
     let mut source = renderer_source::open(&config, output)?;
     output.summary(&capture(&config, source.as_mut(), output)?)
 }
@@ -88,6 +110,24 @@ fn check_stdout(config: &CaptureConfig, output: &Output) -> Result<(), AppError>
     Ok(())
 }
 
+/// What is chosen about the display of a file that keeps radiance. The same command may be run for a PNG, so it is no fault.
+fn unheeded(config: &CaptureConfig) -> Option<&'static str> {
+    let chosen = config.scene.exposure != 0.0 || config.scene.tonemap != Tonemap::SHOWN;
+    let is_exr = config.output.kind == FileKind::Still(StillKind::Exr);
+    (is_exr && chosen).then_some("an EXR keeps linear radiance: --exposure and --tonemap change only a PNG")
+}
+
+/// Finds out before any work whether the files can be written, and removes what killed runs left of them.
+fn check_files(config: &CaptureConfig) -> Result<(), AppError> {
+    if config.output.is_stdout() {
+        return Ok(());
+    }
+    let files: Vec<PathBuf> = config.moments().iter().map(|moment| config.output.path(moment.frame)).collect();
+    remove_abandoned(files.iter().map(PathBuf::as_path));
+    // The others differ by a number.
+    files.first().map_or(Ok(()), |first| begin(first).map(drop))
+}
+
 /// Renders and writes every moment of `config` with `source`.
 ///
 /// # Errors
@@ -99,26 +139,33 @@ pub fn capture<'a>(
 ) -> Result<CaptureReport<'a>, AppError> {
     let start = Instant::now();
     let moments = config.moments();
-    let bar = output.bar(moments.len());
+    let recipe = Recipe::new(config, source.files());
+    let (count, samples) = (moments.len(), config.samples_of_frame());
+    let bar = output.bar(count * samples as usize);
     let mut sink = sink::open(config)?;
     let own_files = matches!(config.output.kind, FileKind::Still(_));
     let mut frames = Vec::with_capacity(moments.len());
-    for moment in moments {
-        let file = config.output.path(moment.frame);
-        bar.message(&file.display().to_string());
-        let kept = sink.keeps(&file);
+    for (index, moment) in moments.into_iter().enumerate() {
+        let (file, origin) = (config.output.path(moment.frame), recipe.origin(moment));
+        let tell = |done: u32| {
+            let frame = if count == 1 { String::new() } else { format!("frame {} of {count}, ", index + 1) };
+            bar.message(&format!("{}: {frame}sample {} of {samples}", file.display(), (done + 1).min(samples)));
+            bar.at(index * samples as usize + done as usize);
+        };
+        tell(0);
+        let earlier = sink.earlier(&file, &origin);
+        let (kept, outdated) = (earlier == Earlier::Same, earlier == Earlier::Outdated);
         let passes = if kept {
             Vec::new()
         } else {
-            let frame = render_frame(config, source, moment)?;
-            sink.put(&file, &frame)?;
+            let frame = render_frame(config, source, moment, &mut { tell })?;
+            sink.put(&file, &frame, &origin)?;
             frame.passes
         };
         if own_files {
             output.file(&file, bar.as_ref())?;
         }
-        frames.push(FrameReport { moment, file, kept, passes });
-        bar.step();
+        frames.push(FrameReport { moment, file, kept, outdated, passes });
     }
     sink.finish()?;
     if !own_files && !config.output.is_stdout() {
@@ -126,14 +173,19 @@ pub fn capture<'a>(
     }
     drop(bar);
     let seconds = start.elapsed().as_secs_f64();
-    let (device, lights) = (source.device(), source.lights());
-    Ok(CaptureReport { command: "capture", device, settings: config, lights, frames, seconds })
+    let (device, lights, set_up_seconds) = (source.device(), source.lights(), source.set_up_seconds());
+    Ok(CaptureReport { command: "capture", device, settings: config, lights, frames, set_up_seconds, seconds })
 }
 
 /// Renders one moment and checks the size, the layers and the values of the frame.
-fn render_frame(config: &CaptureConfig, source: &mut dyn FrameSource, moment: Moment) -> Result<Frame, AppError> {
+fn render_frame(
+    config: &CaptureConfig,
+    source: &mut dyn FrameSource,
+    moment: Moment,
+    done: &mut dyn FnMut(u32),
+) -> Result<Frame, AppError> {
     let fault = |what: String| AppError::Failed(format!("frame {}: {what}", moment.frame));
-    let frame = source.render(moment).map_err(|e| fault(e.to_string()))?;
+    let frame = source.render(moment, done).map_err(|e| fault(e.to_string()))?;
     let (width, height) = (config.scene.size.width, config.scene.size.height);
     let pixels = width as usize * height as usize;
     if (frame.width, frame.height) != (width, height) || frame.color.len() != pixels {
@@ -157,6 +209,9 @@ fn render_frame(config: &CaptureConfig, source: &mut dyn FrameSource, moment: Mo
 pub mod tests {
     use super::args::tests::resolve;
     use super::*;
+    use crate::maps::RgbImage;
+    use crate::maps::origin::Origin;
+    use crate::maps::save::{save_exr_rgb, save_png};
     use crate::render::frame::Layer;
     use crate::scenes::config::SceneConfig;
     use crate::scenes::view::Size;
@@ -185,8 +240,9 @@ pub mod tests {
             DeviceInfo { device: "double".into(), driver: "none".into() }
         }
 
-        fn render(&mut self, moment: Moment) -> Result<Frame, AppError> {
+        fn render(&mut self, moment: Moment, done: &mut dyn FnMut(u32)) -> Result<Frame, AppError> {
             self.calls += 1;
+            done(1);
             if self.fail_at == Some(moment.frame) {
                 return Err(AppError::Failed("the device was lost".into()));
             }
@@ -288,6 +344,66 @@ pub mod tests {
     }
 
     #[test]
+    fn frames_of_other_settings_or_of_nobody_knows_what_are_drawn_again() {
+        let folder = tempfile::tempdir().unwrap();
+        for kind in ["png", "exr"] {
+            let name = format!("{{frame}}.{kind}");
+            let drawn = |flags: &[&str]| {
+                let config = configure(folder.path(), &name, &[&["--frames", "0..3", "--resume"], flags].concat());
+                let mut double = Double::new(&config);
+                let report = capture(&config, &mut double, &Output::new(true, true)).unwrap();
+                (double.calls, report.to_string())
+            };
+            let (calls, said) = drawn(&["--technique", "constant"]);
+            assert!(calls == 3 && !said.contains("again"), "{calls}: {said}");
+            let (calls, said) = drawn(&["--technique", "leadr"]);
+            assert!(calls == 3 && said.contains("3 of them drawn again") && !said.contains("kept"), "{calls}: {said}");
+            let (calls, said) = drawn(&[]);
+            assert!(calls == 0 && said.contains("3 of them kept") && !said.contains("again"), "{calls}: {said}");
+            // A picture from another program, of the right size.
+            let config = configure(folder.path(), &name, &["--frames", "0..3"]);
+            let texels = vec![[0.5; 3]; 15];
+            match kind {
+                "png" => save_png(config.output.path(1), &RgbImage::new(5, 3, texels).unwrap(), 1.0, Tonemap::Clamp),
+                _ => save_exr_rgb(config.output.path(1), &RgbImage::new(5, 3, texels).unwrap()),
+            }
+            .unwrap();
+            let (calls, said) = drawn(&[]);
+            assert!(calls == 1 && said.contains("1 of them drawn again"), "{calls}: {said}");
+        }
+    }
+
+    #[test]
+    fn frames_name_the_command_that_makes_them() {
+        let folder = tempfile::tempdir().unwrap();
+        for kind in ["png", "exr"] {
+            let config = configure(folder.path(), &format!("a.{kind}"), &["--seed", "7", "--resume", "--validation"]);
+            run(&config, &mut Double::new(&config)).unwrap();
+            let file = config.output.path(0);
+            let origin = match kind {
+                "png" => Origin::of_png(&std::fs::read(file).unwrap()).unwrap(),
+                _ => Origin::of_exr(&file).unwrap(),
+            };
+            assert_eq!(origin.command, "leadr capture --size 5x3 --seed 7");
+            assert!(origin.software.starts_with("leadr "), "{origin:?}");
+        }
+    }
+
+    #[test]
+    fn targets_are_found_wrong_and_leavings_removed_before_any_work() {
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::write(folder.path().join("far.png"), "").unwrap();
+        let fault = check_files(&configure(folder.path(), "far.png/x.png", &[])).unwrap_err().to_string();
+        assert!(fault.contains("far.png"), "{fault}");
+        let part = folder.path().join(".0002.png.1-0.part");
+        std::fs::write(&part, "").unwrap();
+        check_files(&configure(folder.path(), "{frame}.png", &["--frames", "0..2"])).unwrap();
+        assert!(part.exists(), "frame 2 is another shard's");
+        check_files(&configure(folder.path(), "{frame}.png", &["--frames", "0..3"])).unwrap();
+        assert_eq!(files(folder.path()), ["far.png"]);
+    }
+
+    #[test]
     fn a_failed_write_leaves_the_old_file_and_no_other() {
         let folder = tempfile::tempdir().unwrap();
         let blocked = folder.path().join("folder.png");
@@ -296,6 +412,13 @@ pub mod tests {
         let fault = run(&config, &mut Double::new(&config)).unwrap_err().to_string();
         assert!(fault.contains("folder.png"), "{fault}");
         assert_eq!(files(folder.path()), ["folder.png"]);
+    }
+
+    #[test]
+    fn what_an_exr_does_not_heed_is_said() {
+        let said = |name: &str, flags: &[&str]| unheeded(&configure(Path::new("out"), name, flags)).is_some();
+        assert!(said("a.exr", &["--exposure", "1"]) && said("a.exr", &["--tonemap", "clamp"]));
+        assert!(!said("a.exr", &[]) && !said("a.png", &["--exposure", "1", "--tonemap", "clamp"]));
     }
 
     #[test]

@@ -133,6 +133,9 @@ impl OutputPattern {
                 );
             }
         };
+        if let Some(odd) = path.to_str().and_then(odd_placeholder) {
+            return refuse(format!("has {odd}, and only {FRAME} stands for something"));
+        }
         let numbered = path.to_str().is_some_and(|text| text.contains(FRAME));
         match (kind, timeline) {
             (FileKind::Moving(_), Timeline::Still { .. }) => refuse("is a moving picture, which needs --frames".into()),
@@ -166,6 +169,16 @@ impl OutputPattern {
     }
 }
 
+/// The first word in braces that is not [`FRAME`]: it was meant to be one.
+fn odd_placeholder(text: &str) -> Option<&str> {
+    let mut words = text.match_indices('{').filter_map(|(start, _)| {
+        let word = &text[start..=start + text[start..].find('}')?];
+        let name = &word[1..word.len() - 1];
+        (!name.is_empty() && name.bytes().all(|byte| byte.is_ascii_alphabetic())).then_some(word)
+    });
+    words.find(|word| *word != FRAME)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -191,6 +204,13 @@ mod tests {
         assert!(OutputPattern::new(Path::new("a-{frame}.webp"), &sequence(0, 9, None), None).is_err());
         for name in ["a-{frame}.png", "a.jpg", "a", "a.webp", "a.gif", "a.y4m", "-"] {
             assert!(OutputPattern::new(Path::new(name), &still, None).is_err(), "{name}");
+        }
+        for name in ["a-{fame}.png", "a-{Frame}-{frame}.png", "{scene}/{frame}.png"] {
+            let fault = OutputPattern::new(Path::new(name), &sequence(0, 9, None), None).unwrap_err().to_string();
+            assert!(fault.contains("only {frame}"), "{name}: {fault}");
+        }
+        for name in ["{}-{frame}.png", "{1}/{frame}.png", "{{frame}}.png", "}{frame}{.png"] {
+            assert!(OutputPattern::new(Path::new(name), &sequence(0, 9, None), None).is_ok(), "{name}");
         }
         let sheet = Some(Sheet { columns: 2, rows: 2 });
         assert!(OutputPattern::new(Path::new("a.png"), &sequence(0, 9, None), sheet).is_ok());

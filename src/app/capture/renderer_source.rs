@@ -1,18 +1,21 @@
 //! The renderer as a [`FrameSource`]: a scene as a function of time, drawn with one configuration.
 
+use std::time::Instant;
+
 use super::args::CaptureConfig;
 use super::frame_source::{Frame, FrameSource, PassTime};
-use super::frames::{Moment, Timeline};
+use super::frames::Moment;
 use crate::app::error::AppError;
 use crate::app::flags::device::DeviceInfo;
 use crate::app::flags::values::{FrameRange, Split};
 use crate::app::output::Output;
 use crate::lab::progress::Progress;
+use crate::maps::reads::{FileRead, recorded};
 use crate::render::frame::Layer;
 use crate::render::frame::Renderer;
 use crate::render::light::panorama::EnvironmentLight;
 use crate::render::settings::RenderSettings;
-use crate::scenes::set::{Animation, Inputs, Set, set};
+use crate::scenes::set::{Animation, Inputs, Set, SetUp, set};
 
 /// Draws an [`Animation`] with a [`Renderer`] that holds its objects.
 pub struct RendererSource {
@@ -23,22 +26,21 @@ pub struct RendererSource {
     /// The right side, where there is one, where it begins, and the frames of the whole capture.
     beside: Option<(RenderSettings, Split, FrameRange)>,
     validation: bool,
+    files: Vec<FileRead>,
+    set_up_seconds: f64,
 }
 
 impl RendererSource {
-    /// `renderer` holds the objects that the states of `animation` pose.
+    /// `renderer` holds the objects that the states of `animation` pose, made from `files`.
     #[must_use]
-    pub fn new(config: &CaptureConfig, renderer: Renderer, animation: Animation) -> Self {
+    pub fn new(config: &CaptureConfig, renderer: Renderer, animation: Animation, files: Vec<FileRead>) -> Self {
         let settings = config.scene.render_settings();
         let (layers, validation) = (config.layers.clone(), config.device.validation);
-        let frames = match config.timeline {
-            Timeline::Sequence { frames, .. } => frames,
-            Timeline::Still { .. } => FrameRange { start: 0, end: 1 },
-        };
+        let frames = config.timeline.frames();
         let beside = config.beside.map(|(technique, split)| {
             (settings.shaded_by(technique.with(config.scene.shading.options())), split, frames)
         });
-        Self { renderer, animation, settings, layers, beside, validation }
+        Self { renderer, animation, settings, layers, beside, validation, files, set_up_seconds: 0.0 }
     }
 }
 
@@ -49,11 +51,17 @@ impl RendererSource {
 pub fn open(config: &CaptureConfig, output: &Output) -> Result<Box<dyn FrameSource>, AppError> {
     // Files first: their errors are found at once, without a device.
     let scene = &config.scene;
-    let inputs = Inputs::load(scene)?;
+    let begun = Instant::now();
+    let watch = output.set_up();
+    watch(SetUp::Begins("reading files"));
+    let (inputs, files) = recorded(|| Inputs::load(scene));
+    let inputs = inputs?;
+    watch(SetUp::Begins("opening the device"));
     let gpu = config.device.open()?;
-    let Set { renderer, animation, .. } =
-        set(scene, inputs, &gpu, Some(&scene.render_settings()), &output.share(scene.scene.making))?;
-    Ok(Box::new(RendererSource::new(config, renderer, animation)))
+    let Set { renderer, animation, .. } = set(scene, inputs, &gpu, Some(&scene.render_settings()), &*watch)?;
+    let mut source = RendererSource::new(config, renderer, animation, files);
+    source.set_up_seconds = begun.elapsed().as_secs_f64();
+    Ok(Box::new(source))
 }
 
 /// Puts the right part of another picture beside the left part of `color`, with a white line between them.
@@ -76,11 +84,19 @@ impl FrameSource for RendererSource {
         DeviceInfo::of(self.renderer.gpu())
     }
 
+    fn files(&self) -> &[FileRead] {
+        &self.files
+    }
+
+    fn set_up_seconds(&self) -> f64 {
+        self.set_up_seconds
+    }
+
     fn lights(&self) -> Vec<EnvironmentLight> {
         self.renderer.environment().lights().to_vec()
     }
 
-    fn render(&mut self, moment: Moment) -> Result<Frame, AppError> {
+    fn render(&mut self, moment: Moment, done: &mut dyn FnMut(u32)) -> Result<Frame, AppError> {
         let mut state = (self.animation)(moment.time);
         if let Some(distance) = moment.distance {
             state.camera = state.camera.at_distance(distance);
@@ -88,10 +104,11 @@ impl FrameSource for RendererSource {
         if let Some(degrees) = moment.turn_degrees {
             state.camera = state.camera.turned(degrees);
         }
-        let mut output = self.renderer.render(&state, &self.settings)?;
+        let mut output = self.renderer.render_watched(&state, &self.settings, done)?;
         if let Some((settings, split, frames)) = self.beside {
-            let right = self.renderer.render(&state, &settings)?;
-            let share = split.at(moment.frame - frames.start, frames.end - frames.start);
+            let left = self.settings.samples.max(1);
+            let right = self.renderer.render_watched(&state, &settings, &mut |samples| done(left + samples))?;
+            let share = split.of_frame(moment.frame, frames);
             put_beside(&mut output.color, &right.color, output.size.0, share, state.exposure());
         }
         let mut layers = Vec::with_capacity(self.layers.len());

@@ -1,4 +1,4 @@
-//! A frame as a file, and whether a file is a whole frame.
+//! A frame as a file, and whether a file is a whole frame and which.
 
 use std::path::Path;
 
@@ -8,8 +8,12 @@ use super::frame_source::Frame;
 use super::pattern::StillKind;
 use crate::app::error::AppError;
 use crate::app::files::make_folder_of;
+use crate::maps::limits::read_file;
+use crate::maps::new_file::write_atomic;
+use crate::maps::origin::Origin;
+use crate::maps::save::{encode_exr_of, encode_png_srgb8};
 use crate::maps::tonemap::{Tonemap, display_srgb8};
-use crate::maps::{self, Rgb8Image};
+use crate::maps::{Rgb8Image, decode_color_srgb8};
 use crate::scenes::config::SceneConfig;
 use crate::scenes::view::Size;
 
@@ -34,14 +38,13 @@ impl Tone {
 }
 
 /// Writes `frame` to `path`, whole or not at all, and makes the folders above it: a PNG gets tonemapped sRGB, an EXR linear radiance
-/// and layers. `tone` is that of a PNG.
+/// and layers. `tone` is that of a PNG. The file says that it comes from `origin`.
 ///
 /// # Errors
 /// If the frame cannot be encoded or the file not written; `path` then stays as it was.
-pub fn save(path: &Path, kind: StillKind, frame: &Frame, tone: Tone) -> Result<(), AppError> {
-    make_folder_of(path)?;
-    match kind {
-        StillKind::Png => maps::save::save_png_srgb8(path, &display(frame, tone))?,
+pub fn save(path: &Path, kind: StillKind, frame: &Frame, tone: Tone, origin: &Origin) -> Result<(), AppError> {
+    let encoded = match kind {
+        StillKind::Png => encode_png_srgb8(&display(frame, tone)).map(|png| origin.in_png(png)),
         StillKind::Exr => {
             let color: [Vec<f32>; 4] = std::array::from_fn(|i| frame.color.iter().map(|c| c[i]).collect());
             let mut channels: Vec<(&str, &[f32])> =
@@ -49,10 +52,11 @@ pub fn save(path: &Path, kind: StillKind, frame: &Frame, tone: Tone) -> Result<(
             for (layer, planes) in &frame.layers {
                 channels.extend(layer.channels().iter().copied().zip(planes.iter().map(Vec::as_slice)));
             }
-            maps::save::save_exr(path, frame.width, frame.height, &channels)?;
+            encode_exr_of(origin, frame.width, frame.height, &channels)
         }
-    }
-    Ok(())
+    };
+    make_folder_of(path)?;
+    Ok(write_atomic(path, &encoded.map_err(|fault| fault.in_file(path))?)?)
 }
 
 /// A frame as it is shown: tonemapped sRGB.
@@ -63,19 +67,23 @@ pub fn display(frame: &Frame, tone: Tone) -> Rgb8Image {
     Rgb8Image { width: frame.width, height: frame.height, texels }
 }
 
-/// Whether `path` is a whole picture of this kind and size: it decodes to its end.
+/// If `path` is a whole picture of this kind and size, decoding to its end: where it says that it comes from.
 #[must_use]
-pub fn is_complete(path: &Path, kind: StillKind, size: Size) -> bool {
+pub fn origin_if_whole(path: &Path, kind: StillKind, size: Size) -> Option<Option<Origin>> {
     match kind {
         StillKind::Png => {
-            maps::load_color_srgb8(path).is_ok_and(|image| (image.width, image.height) == (size.width, size.height))
+            let bytes = read_file(path).ok()?;
+            let image = decode_color_srgb8(&bytes).ok()?;
+            ((image.width, image.height) == (size.width, size.height)).then(|| Origin::of_png(&bytes))
         }
-        StillKind::Exr => exr_is_complete(path, size).is_some(),
+        StillKind::Exr => exr_is_complete(path, size).map(|()| Origin::of_exr(path)),
     }
 }
 
 fn exr_is_complete(path: &Path, size: Size) -> Option<()> {
     use ex::{ReadChannels, ReadLayers};
+    // Opening a pipe would wait for its writer.
+    path.is_file().then_some(())?;
     // The header is checked before the decoder allocates memory for the pixels.
     let meta = exr::meta::MetaData::read_from_file(path, false).ok()?;
     let [header] = meta.headers.as_slice() else { return None };

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use crate::app::flags::values::{finite, not_negative};
+use crate::app::flags::values::{finite, threshold};
 
 /// Shown below the help.
 pub const EXAMPLES: &str = "Examples:
@@ -20,11 +20,11 @@ pub struct CompareArgs {
     /// The picture to measure: the same kind and size
     pub test: PathBuf,
     /// Exit with 1 if the mean FLIP error (0 to 1) is above this
-    #[arg(long, value_name = "X", value_parser = not_negative)]
-    pub max_flip: Option<f32>,
+    #[arg(long, value_name = "X", value_parser = threshold)]
+    pub max_flip: Option<f64>,
     /// Exit with 1 if the relative RMSE of the linear values is above this
-    #[arg(long, value_name = "X", value_parser = not_negative)]
-    pub max_rrmse: Option<f32>,
+    #[arg(long, value_name = "X", value_parser = threshold)]
+    pub max_rrmse: Option<f64>,
     /// Write the FLIP error of every pixel: black is 0, pale yellow is 1
     #[arg(long, value_name = "OUT.png")]
     pub error_image: Option<PathBuf>,

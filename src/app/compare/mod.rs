@@ -9,9 +9,10 @@ use serde::Serialize;
 
 use self::args::CompareArgs;
 use crate::app::error::AppError;
-use crate::app::files::{extension, make_folder_of};
+use crate::app::files::{begin, extension};
 use crate::app::output::Output;
 use crate::lab::metrics::compare::{Comparison, compare};
+use crate::maps::save::encode_png_srgb8;
 use crate::maps::tonemap::Tonemap;
 use crate::maps::{self, RgbImage};
 
@@ -33,14 +34,19 @@ pub struct CompareReport {
 
 impl fmt::Display for CompareReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        writeln!(f, "FLIP     {:.6}", self.flip)?;
-        writeln!(f, "rRMSE    {:.6}", self.rrmse)?;
-        write!(f, "max abs  {:.6}", self.max_abs)?;
+        writeln!(f, "FLIP     {}", digits(self.flip))?;
+        writeln!(f, "rRMSE    {}", digits(self.rrmse))?;
+        write!(f, "max abs  {}", digits(self.max_abs))?;
         match &self.error_image {
             Some(file) => write!(f, "\n{}", file.display()),
             None => Ok(()),
         }
     }
+}
+
+/// Six decimals, or where those say little three digits.
+fn digits(value: f64) -> String {
+    if (f64::MIN_POSITIVE..1e-3).contains(&value) { format!("{value:.2e}") } else { format!("{value:.6}") }
 }
 
 /// Whether a picture holds display codes or radiance.
@@ -84,6 +90,7 @@ pub fn run(arguments: &CompareArgs, output: &Output) -> Result<(), AppError> {
     {
         return Err(AppError::Usage(format!("the error image '{}' must end in .png", path.display())));
     }
+    let error_image = arguments.error_image.as_deref().map(begin).transpose()?;
     let (reference, test) = (kind.load(&arguments.reference)?, kind.load(&arguments.test)?);
     // FLIP sees a PNG as it is, and an EXR as `capture` would have displayed it.
     let (exposure, tonemap) = match kind {
@@ -91,9 +98,9 @@ pub fn run(arguments: &CompareArgs, output: &Output) -> Result<(), AppError> {
         Kind::Exr => (arguments.exposure.exp2(), Tonemap::default()),
     };
     let measured = compare(&reference, &test, exposure, tonemap).map_err(|f| f.in_file(&arguments.test))?;
-    if let Some(path) = &arguments.error_image {
-        make_folder_of(path)?;
-        maps::save::save_png_srgb8(path, &measured.error_image())?;
+    if let Some(file) = error_image {
+        let png = encode_png_srgb8(&measured.error_image()).map_err(|fault| fault.in_file(file.target()))?;
+        file.write(&png)?;
     }
     output.result(&report(arguments, &measured))?;
     check_threshold("FLIP", measured.flip, arguments.max_flip)?;
@@ -113,12 +120,27 @@ fn report(arguments: &CompareArgs, measured: &Comparison) -> CompareReport {
     }
 }
 
-fn check_threshold(name: &str, value: f64, threshold: Option<f32>) -> Result<(), AppError> {
-    match threshold.map(f64::from) {
+fn check_threshold(name: &str, value: f64, threshold: Option<f64>) -> Result<(), AppError> {
+    match threshold {
         // NaN is above every threshold.
         Some(most) if value.is_nan() || value > most => {
-            Err(AppError::Failed(format!("{name} is {value:.6}, over {most}")))
+            Err(AppError::Failed(format!("{name} is {}, over {most}", digits(value))))
         }
         _ => Ok(()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn thresholds_are_told_as_they_were_written() {
+        let small = "0.00001".parse().ok();
+        assert!(check_threshold("FLIP", 0.00001, small).is_ok() && check_threshold("FLIP", 0.0, small).is_ok());
+        let said = check_threshold("FLIP", 0.0000123, small).unwrap_err().to_string();
+        assert_eq!(said, "FLIP is 1.23e-5, over 0.00001");
+        assert!(check_threshold("FLIP", f64::NAN, small).is_err());
+        assert_eq!([0.0, 0.25, 1.5].map(digits), ["0.000000", "0.250000", "1.500000"]);
     }
 }

@@ -8,7 +8,7 @@ use super::window::pace::DEFAULT_MIN_FPS;
 use crate::app::flags::device::DeviceArgs;
 use crate::app::flags::scene::SceneArgs;
 use crate::app::flags::shading::on_off;
-use crate::app::flags::values::not_negative;
+use crate::app::flags::values::{not_negative, whole};
 use crate::render::settings::Technique;
 
 /// The sources that this program was built from.
@@ -59,7 +59,7 @@ pub struct DemoArgs {
     #[arg(long, value_name = "SECONDS", default_value = "0", value_parser = not_negative)]
     pub time: f32,
     /// Close the window after N frames
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
+    #[arg(long, value_name = "N", value_parser = |text: &str| whole(text, 1, u64::MAX))]
     pub frames: Option<u64>,
     /// Frames a second for which a picture that moves may become simpler, and at last have fewer pixels, until it stands still; 0: it keeps
     /// its pixels

@@ -1,16 +1,14 @@
 //! The command that makes the picture in the window.
 
-use std::ffi::{OsStr, OsString};
-use std::fmt;
-
-use clap::parser::ValueSource;
-use clap::{ArgMatches, Args, Command};
+use std::ffi::OsString;
 
 use super::window::choices::Choices;
-use crate::app::flags::scene::SceneArgs;
+use crate::app::flags::command_line::CommandLine;
+use crate::app::flags::scene::{SceneArgs, scene_choice};
 use crate::maps::tonemap::Tonemap;
 use crate::render::settings::{Quadrature, ShadingOptions};
 use crate::scenes::light::SunDirection;
+use crate::scenes::registry::SCENES;
 use crate::scenes::view::CameraPose;
 
 /// Flags about the surface of a scene, which another scene does not take over.
@@ -46,12 +44,6 @@ const OF_ONE_SCENE: [&str; 29] = [
     "--roughness",
 ];
 
-/// Flags and their values, in order.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct CommandLine {
-    flags: Vec<(String, Option<OsString>)>,
-}
-
 /// What of the window's picture a command must say beside its choices.
 pub struct Seen<'a> {
     /// How it looks.
@@ -67,46 +59,20 @@ pub struct Seen<'a> {
 }
 
 impl CommandLine {
-    /// The flags about scene and picture that the user gave.
-    #[must_use]
-    pub fn given(matches: &ArgMatches) -> Self {
-        let mut line = Self::default();
-        for argument in SceneArgs::augment_args(Command::new("scene")).get_arguments() {
-            let (id, Some(long)) = (argument.get_id().as_str(), argument.get_long()) else { continue };
-            if matches.value_source(id) != Some(ValueSource::CommandLine) {
-                continue;
-            }
-            let name = format!("--{long}");
-            if !argument.get_action().takes_values() {
-                line.flags.push((name, None));
-                continue;
-            }
-            for occurrence in matches.get_raw_occurrences(id).into_iter().flatten() {
-                let values: Vec<&OsStr> = occurrence.collect();
-                line.flags.push((name.clone(), Some(values.join(OsStr::new(",")))));
-            }
-        }
-        line
-    }
-
-    /// Says a flag anew, or no longer.
-    pub fn set(&mut self, name: &str, value: Option<impl Into<OsString>>) {
-        self.remove(name);
-        if let Some(value) = value {
-            self.flags.push((name.to_owned(), Some(value.into())));
-        }
-    }
-
-    fn remove(&mut self, name: &str) {
-        self.flags.retain(|(known, _)| known != name);
-    }
-
     /// Says another scene.
     pub fn enter(&mut self, scene: impl Into<OsString>) {
         for flag in OF_ONE_SCENE {
             self.remove(flag);
         }
-        self.flags.insert(0, ("--scene".to_owned(), Some(scene.into())));
+        self.begin_with("--scene", scene);
+    }
+
+    /// Leaves out what its scene would refuse: choices of the window outlive the scene that they were made for.
+    fn keep_what_its_scene_honours(&mut self) {
+        let scene = self.value("--scene").and_then(|name| scene_choice(&name.to_string_lossy()).ok());
+        let scene = scene.map_or(&SCENES[0], |choice| choice.scene);
+        let flags = SceneArgs::unset().map(|unset| unset.choices()).unwrap_or_default();
+        flags.iter().filter(|flag| !scene.offers(flag.2)).for_each(|flag| self.remove(flag.0));
     }
 
     /// `leadr capture` with what makes this picture.
@@ -176,26 +142,8 @@ impl CommandLine {
             line.set("--split", Some(compare.split.to_string()));
         }
         line.set("--time", Some(time.to_string()));
+        line.keep_what_its_scene_honours();
         format!("leadr capture{line}")
-    }
-}
-
-impl fmt::Display for CommandLine {
-    /// As a shell takes it, with a space before each flag.
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        for (name, value) in &self.flags {
-            write!(f, " {name}")?;
-            let Some(value) = value.as_ref().map(|value| value.to_string_lossy()) else { continue };
-            // A value that begins with a minus sign could be taken for a flag.
-            let joint = if value.starts_with('-') { "=" } else { " " };
-            let plain = |c: char| c.is_ascii_alphanumeric() || "-_.,:/+=@%".contains(c);
-            if !value.is_empty() && value.chars().all(plain) {
-                write!(f, "{joint}{value}")?;
-            } else {
-                write!(f, "{joint}'{}'", value.replace('\'', r"'\''"))?;
-            }
-        }
-        Ok(())
     }
 }
 
@@ -207,7 +155,7 @@ mod tests {
     use crate::render::settings::{RenderSettings, Technique, Terms};
     use crate::scenes::config::SceneConfig;
     use crate::scenes::view::{Size, View};
-    use clap::{CommandFactory, FromArgMatches, Parser};
+    use clap::{Args, Command, CommandFactory, FromArgMatches, Parser};
 
     #[derive(Parser)]
     struct Demo {
@@ -218,7 +166,7 @@ mod tests {
     fn given(flags: &[&str]) -> (CommandLine, SceneConfig) {
         let matches = Demo::command().try_get_matches_from([&["demo"], flags].concat()).unwrap();
         let config = Demo::from_arg_matches(&matches).unwrap().arguments.scene.resolve().unwrap();
-        (CommandLine::given(&matches), config)
+        (CommandLine::given::<SceneArgs>(&matches), config)
     }
 
     /// What the shell makes of a command without quotes.
@@ -293,6 +241,12 @@ mod tests {
         assert_eq!(line.to_string(), " --scene plane --material 'my wall' --no-displacement --samples 2");
         line.enter("it's.glb");
         assert_eq!(line.to_string(), r" --scene 'it'\''s.glb' --no-displacement --samples 2");
+        // What was chosen for one scene is not said of another that would refuse it.
+        line.enter("ocean");
+        let (_, config) = given(&[]);
+        let choices = Choices { height_scale: 0.5, ..Choices::new(&config.render_settings(), 0.0) };
+        let drawn = captured(&line.of_picture(&seen(&choices)));
+        assert_eq!((drawn.scene.name, drawn.height_scale, drawn.displacement), ("ocean", 1.0, true));
         let names: Vec<_> = SceneArgs::augment_args(Command::new("scene"))
             .get_arguments()
             .filter_map(|argument| argument.get_long().map(|long| format!("--{long}")))

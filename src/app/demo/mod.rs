@@ -11,11 +11,11 @@ use std::fmt;
 use serde::Serialize;
 
 use self::args::DemoArgs;
-use self::command_line::CommandLine;
 use self::program::DemoProgram;
 use self::window::pace::{KeptQuality, Pace};
 use self::window::{Display, WindowOptions, WindowReport};
 use crate::app::error::AppError;
+use crate::app::flags::command_line::CommandLine;
 use crate::app::flags::device::{DeviceArgs, DeviceInfo};
 use crate::app::output::Output;
 use crate::gpu::Gpu;
@@ -83,7 +83,7 @@ fn demo(arguments: &DemoArgs, line: CommandLine, output: &Output) -> Result<Demo
     let kept = KeptQuality { msaa: scene.msaa, probes: scene.shading.probes.is_some(), min_fps: arguments.min_fps };
     let settings = config.render_settings();
     let mut program = DemoProgram::new(config.clone(), line, Pace::on(&gpu, kept));
-    let show = program.show_with(inputs, &gpu, &config, &output.share(config.scene.making))?;
+    let show = program.show_with(inputs, &gpu, &config, &output.set_up())?;
     let lights = show.renderer.environment().lights().to_vec();
     let options = WindowOptions {
         title: "leadr".to_owned(),

@@ -3,17 +3,17 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use super::command_line::{CommandLine, Seen};
+use super::command_line::Seen;
 use super::window::pace::Pace;
 use super::window::show::{Program, Show};
 use super::window::surroundings::Surroundings;
 use crate::app::error::AppError;
+use crate::app::flags::command_line::CommandLine;
 use crate::app::flags::scene::scene_choice;
 use crate::gpu::Gpu;
 use crate::scenes::config::{MaterialFiles, SceneConfig};
-use crate::scenes::ocean::waves::Waves;
-use crate::scenes::registry::{Progress, SCENES};
-use crate::scenes::set::{Inputs, set};
+use crate::scenes::registry::SCENES;
+use crate::scenes::set::{Inputs, Watch, set};
 use crate::scenes::view::View;
 
 /// What `leadr demo` was asked for, and what it shows now.
@@ -41,8 +41,8 @@ impl DemoProgram {
     ///
     /// # Errors
     /// Files that are wrong, or memory that is short.
-    pub fn show(&self, gpu: &Arc<Gpu>, config: &SceneConfig, progress: Progress<'_>) -> Result<Show, AppError> {
-        self.show_with(Inputs::load(config)?, gpu, config, progress)
+    pub fn show(&self, gpu: &Arc<Gpu>, config: &SceneConfig, watch: Watch<'_>) -> Result<Show, AppError> {
+        self.show_with(Inputs::load(config)?, gpu, config, watch)
     }
 
     /// The same with files that are loaded.
@@ -54,10 +54,10 @@ impl DemoProgram {
         inputs: Inputs,
         gpu: &Arc<Gpu>,
         config: &SceneConfig,
-        progress: Progress<'_>,
+        watch: Watch<'_>,
     ) -> Result<Show, AppError> {
         let first = self.pace.moving(&config.render_settings());
-        let set = set(config, inputs, gpu, Some(&first), progress)?;
+        let set = set(config, inputs, gpu, Some(&first), watch)?;
         let surroundings = Surroundings::new(config.environment.clone(), set.surroundings.clone());
         Ok(Show::of(set, surroundings))
     }
@@ -86,7 +86,7 @@ impl Program for DemoProgram {
             height_map: None,
             material: MaterialFiles::default(),
             bare: false,
-            waves: Waves::default(),
+            waves: choice.scene.waves(),
             roughness: None,
             view: View::Mid,
             distance: None,

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 
+use crate::app::flags::values::whole;
 use crate::reflectance::extraction::fit::Hiding;
 use crate::reflectance::facets::gaussian_mixture::MOST_LOBES;
 
@@ -29,13 +30,13 @@ pub struct FitArgs {
     #[arg(long, value_enum, value_name = "HOW", default_value_t = MaskingChoice::Smith)]
     pub masking: MaskingChoice,
     /// Angles at which the material is asked what it scatters back
-    #[arg(long, value_name = "N", default_value_t = 90, value_parser = clap::value_parser!(u32).range(8..=720))]
+    #[arg(long, value_name = "N", default_value_t = 90, value_parser = |text: &str| whole(text, 8_u32, 720))]
     pub angles: u32,
     /// Azimuths of an anisotropic material
-    #[arg(long, value_name = "N", default_value_t = 90, value_parser = clap::value_parser!(u32).range(8..=360))]
+    #[arg(long, value_name = "N", default_value_t = 90, value_parser = |text: &str| whole(text, 8_u32, 360))]
     pub azimuths: u32,
     /// Gaussian lobes that stand for the slopes
-    #[arg(long, value_name = "N", default_value_t = MOST_LOBES as u32, value_parser = clap::value_parser!(u32).range(1..=MOST_LOBES as i64))]
+    #[arg(long, value_name = "N", default_value_t = MOST_LOBES as u32, value_parser = |text: &str| whole(text, 1, MOST_LOBES as u32))]
     pub lobes: u32,
     /// Keep what backscattering alone tells (the thesis' fit), without improving it by all other directions
     #[arg(long)]

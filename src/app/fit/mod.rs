@@ -14,13 +14,14 @@ use self::args::FitArgs;
 use self::export::{Renderer, Simple, identifier};
 use self::report::{ExportReport, FitReport, Seconds, SphereReport};
 use crate::app::error::AppError;
-use crate::app::files::{extension, make_folder_of};
+use crate::app::files::{begin, extension};
 use crate::app::output::Output;
 use crate::lab::fit::lobe_plot::lobe_plot;
 use crate::lab::fit::spheres::{contact_sheet, sphere_error, spheres};
 use crate::lab::progress::Progress;
 use crate::lab::report::html::{Cell, Figure, Html, PageSection, Table, page};
-use crate::maps::save::{NewFile, save_png, write_atomic};
+use crate::maps::new_file::write_atomic;
+use crate::maps::save::save_png;
 use crate::maps::tonemap::Tonemap;
 use crate::measured::Measured;
 use crate::measured::fit_file::{FitFile, masking_name};
@@ -112,9 +113,7 @@ fn targets(arguments: &FitArgs) -> Result<Vec<PathBuf>, AppError> {
         if extension(file).as_deref() != Some(ending) {
             return Err(AppError::Usage(format!("'{}' must end in .{ending}", file.display())));
         }
-        make_folder_of(file)?;
-        // Found before any work; gone again when it is dropped.
-        drop(NewFile::create(file)?);
+        drop(begin(file)?);
         all.push(file.clone());
     }
     Ok(all)

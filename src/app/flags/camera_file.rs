@@ -2,32 +2,68 @@
 //!
 //! Metres, z up; `up` and `fov_degrees` may be left out. The file is untrusted.
 
-use std::fs::File;
-use std::io::Read;
 use std::path::Path;
 
+use serde_json::Value;
+
 use crate::app::error::AppError;
+use crate::maps::MapFault;
+use crate::maps::limits::read_start;
 use crate::scenes::view::CameraPose;
 
 /// A file longer than this is no camera.
 const MAX_BYTES: u64 = 64 * 1024;
+/// What the errors show.
+const EXAMPLE: &str = r#"{"position": [6, -8, 5], "target": [0, 0, 2]}"#;
 
 /// Reads and checks a camera file.
 ///
 /// # Errors
 /// If the file cannot be read, is too long, is not the JSON described above, or describes no camera.
 pub fn read(path: &Path) -> Result<CameraPose, AppError> {
-    let mut text = String::new();
-    let file = File::open(path).map_err(|e| AppError::io("read", path, e))?;
-    file.take(MAX_BYTES + 1).read_to_string(&mut text).map_err(|e| AppError::io("read", path, e))?;
-    if text.len() as u64 > MAX_BYTES {
-        return Err(AppError::io("read", path, format!("a camera file has at most {MAX_BYTES} bytes")));
-    }
-    parse(&text).map_err(|fault| AppError::io("read the camera", path, fault))
+    let bytes = read_start(path, MAX_BYTES + 1).map_err(|fault| match fault {
+        MapFault::Io { doing, source } => format!("it {doing} ({source})"),
+        MapFault::NotAFile => format!("it is no regular file; give a JSON file such as {EXAMPLE}"),
+        _ => too_long(),
+    });
+    bytes.and_then(|bytes| parse(&bytes)).map_err(|fault| AppError::io("read the camera", path, fault))
 }
 
-fn parse(text: &str) -> Result<CameraPose, String> {
-    let pose: CameraPose = serde_json::from_str(text).map_err(|e| e.to_string())?;
+fn too_long() -> String {
+    format!("a camera file has at most {} KiB", MAX_BYTES / 1024)
+}
+
+fn parse(bytes: &[u8]) -> Result<CameraPose, String> {
+    if bytes.len() as u64 > MAX_BYTES {
+        return Err(too_long());
+    }
+    // Some editors begin a text with a byte order mark.
+    let text = bytes.strip_prefix("\u{feff}".as_bytes()).unwrap_or(bytes);
+    let value: Value = serde_json::from_slice(text).map_err(|e| {
+        let place = format!("line {}, column {}", e.line(), e.column());
+        let what = if e.is_eof() { "it ends too early, at" } else { "it is no JSON from" };
+        format!("{what} {place}; a camera is such as {EXAMPLE}")
+    })?;
+    let Some(camera) = value.as_object() else { return Err(format!("it is no JSON object such as {EXAMPLE}")) };
+    const FIELDS: [&str; 4] = ["position", "target", "up", "fov_degrees"];
+    if let Some(odd) = camera.keys().find(|key| !FIELDS.contains(&key.as_str())) {
+        return Err(format!("it has the field {odd:?}, and a camera has {}", FIELDS.join(", ")));
+    }
+    let point = |name: &str| {
+        let Some(value) = camera.get(name) else { return Ok(None) };
+        let numbers: Option<Vec<f32>> =
+            value.as_array().and_then(|array| array.iter().map(|v| v.as_f64().map(|v| v as f32)).collect());
+        let point = numbers.and_then(|numbers| <[f32; 3]>::try_from(numbers).ok());
+        point.map(Some).ok_or_else(|| format!("{name} must be three numbers, such as [6, -8, 5]"))
+    };
+    let required = |name: &str| point(name)?.ok_or_else(|| format!("it has no {name}; a camera is such as {EXAMPLE}"));
+    let (position, target) = (required("position")?, required("target")?);
+    let up = point("up")?.unwrap_or_else(|| CameraPose::usual_up(position, target));
+    let fov_degrees = match camera.get("fov_degrees") {
+        None => CameraPose::FOV_DEGREES,
+        Some(value) => value.as_f64().ok_or("fov_degrees must be a number, such as 40")? as f32,
+    };
+    let pose = CameraPose { position, target, up, fov_degrees };
     pose.check().map(|()| pose)
 }
 
@@ -37,28 +73,56 @@ mod tests {
 
     #[test]
     fn up_and_field_of_view_may_be_left_out() {
-        let pose = parse(r#"{"position": [0, -10, 3], "target": [0, 0, 3]}"#).unwrap();
+        let pose = parse(br#"{"position": [0, -10, 3], "target": [0, 0, 3]}"#).unwrap();
         assert_eq!((pose.up, pose.fov_degrees), ([0.0, 0.0, 1.0], 35.0));
+        for height in ["9", "-9"] {
+            let text = format!(r#"{{"position": [0, 0, {height}], "target": [0, 0, 3]}}"#);
+            assert_eq!(parse(text.as_bytes()).unwrap().up, [0.0, 1.0, 0.0], "straight down and up");
+        }
+    }
+
+    #[test]
+    fn a_byte_order_mark_is_no_fault() {
+        let text = "\u{feff}{\"position\": [0, -10, 3], \"target\": [0, 0, 3]}";
+        assert_eq!(parse(text.as_bytes()).unwrap().position, [0.0, -10.0, 3.0]);
     }
 
     #[test]
     fn what_is_no_camera_is_refused_with_its_reason() {
         let cases = [
-            ("", "EOF"),
-            ("[]", "invalid"),
-            (r#"{"position": [0, 0, 0]}"#, "target"),
-            (r#"{"position": [0, 0], "target": [0, 0, 3]}"#, "length"),
+            ("", "ends too early"),
+            (r#"{"position": [0, 0"#, "ends too early, at line 1"),
+            ("camera", "no JSON from line 1"),
+            ("[]", "no JSON object"),
+            (r#"{"position": [0, 0, 0]}"#, "no target"),
+            (r#"{"position": [0, 0], "target": [0, 0, 3]}"#, "position must be three numbers"),
+            (r#"{"position": "here", "target": [0, 0, 3]}"#, "position must be three numbers"),
+            (r#"{"position": [0, 0, null], "target": [0, 0, 3]}"#, "position must be three numbers"),
             (r#"{"position": [0, 0, 3], "target": [0, 0, 3]}"#, "same point"),
-            (r#"{"position": [0, 0, 9], "target": [0, 0, 3]}"#, "up must not"),
+            (r#"{"position": [0, 0, 9], "target": [0, 0, 3], "up": [0, 0, 1]}"#, "up must not"),
             (r#"{"position": [1, 0, 9], "target": [0, 0, 3], "up": [0, 0, 0]}"#, "no direction"),
-            (r#"{"position": [1e39, 0, 9], "target": [0, 0, 3]}"#, ""),
+            (r#"{"position": [1e39, 0, 9], "target": [0, 0, 3]}"#, "within"),
             (r#"{"position": [1e9, 0, 9], "target": [0, 0, 3]}"#, "within"),
             (r#"{"position": [1, 0, 9], "target": [0, 0, 3], "fov_degrees": 0}"#, "1 to 170"),
-            (r#"{"position": [1, 0, 9], "target": [0, 0, 3], "fov": 40}"#, "unknown field"),
+            (r#"{"position": [1, 0, 9], "target": [0, 0, 3], "fov_degrees": "wide"}"#, "fov_degrees must be a number"),
+            (r#"{"position": [1, 0, 9], "target": [0, 0, 3], "fov": 40}"#, "\"fov\""),
         ];
         for (text, reason) in cases {
-            let fault = parse(text).expect_err(text);
+            let fault = parse(text.as_bytes()).expect_err(text);
             assert!(fault.contains(reason), "{text}: {fault}");
+            for word in ["invalid type", "EOF", "expected", "unknown field", "f32"] {
+                assert!(!fault.contains(word), "{text}: {fault}");
+            }
         }
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_pipe_is_refused_and_not_waited_for() {
+        let folder = tempfile::tempdir().unwrap();
+        let pipe = folder.path().join("pipe.json");
+        assert!(std::process::Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+        let fault = read(&pipe).unwrap_err().to_string();
+        assert!(fault.contains("pipe.json") && fault.contains("no regular file"), "{fault}");
     }
 }

@@ -59,9 +59,9 @@ fn metals() -> impl TypedValueParser<Value = &'static str> {
 }
 
 impl DressArgs {
-    /// A flag that is given, if any is.
-    pub fn given(&self) -> Option<&'static str> {
-        let flags = [
+    /// Its flags, and whether each is given.
+    pub fn flags(&self) -> [(&'static str, bool); 9] {
+        [
             ("--normal-y", self.normal_y.is_some()),
             ("--metal", self.metal.is_some()),
             ("--anisotropy", self.anisotropy.is_some()),
@@ -71,8 +71,7 @@ impl DressArgs {
             ("--detail-rotation", self.detail_rotation.is_some()),
             ("--detail-height-scale", self.detail_height_scale.is_some()),
             ("--detail-mask", self.detail_mask.is_some()),
-        ];
-        flags.into_iter().find(|(_, given)| *given).map(|(flag, _)| flag)
+        ]
     }
 
     /// Refuses combinations that make no sense. `normals`: whether files that can hold normals are named.

@@ -1,6 +1,7 @@
 //! Flags that several commands share, and the values they take.
 
 pub mod camera_file;
+pub mod command_line;
 pub mod device;
 pub mod dress;
 pub mod scene;

@@ -8,7 +8,7 @@ use super::camera_file;
 use super::dress::DressArgs;
 use super::shading::{ShadingArgs, choice};
 use super::values::{
-    CameraChoice, atlas_tile, environment_lights, finite, hour, msaa, not_negative, positive, roughness,
+    CameraChoice, atlas_tile, environment_lights, finite, hour, msaa, not_negative, positive, roughness, whole,
 };
 use super::waves::WaveArgs;
 use crate::app::error::AppError;
@@ -76,9 +76,9 @@ pub struct SceneArgs {
     /// Without repeats
     #[arg(long, help = for_scenes("Show the maps by example instead of side by side: blended pieces that never repeat, with the same mean and covariance of slopes; for ground, sand, plaster and whatever else has no order", Choice::Tiling))]
     pub no_repeats: bool,
-    /// Factor on the displacement; 0 is flat
-    #[arg(long, value_name = "X", default_value = "1", value_parser = not_negative)]
-    pub height_scale: f32,
+    /// Factor on the displacement
+    #[arg(long, value_name = "X", value_parser = not_negative, help = but_not_for("Factor on the displacement; 0 is flat [default: 1]", Choice::Relief))]
+    pub height_scale: Option<f32>,
     /// Light from all around: the analytic sky, a studio, or an equirectangular picture
     #[arg(long, value_name = "sky|studio|FILE.hdr|FILE.exr", default_value = "sky")]
     pub environment: EnvironmentChoice,
@@ -89,9 +89,9 @@ pub struct SceneArgs {
     /// Radiance from which on a place of that picture can belong to a light, in multiples of the picture's mean [default: 8]
     #[arg(long, value_name = "X", value_parser = positive)]
     pub environment_light_threshold: Option<f32>,
-    /// Direction to the sun, degrees: counter-clockwise from +x, and above the horizon
-    #[arg(long, value_name = "AZIMUTH,ELEVATION", default_value = "-50,38", allow_hyphen_values = true)]
-    pub sun: SunDirection,
+    /// Direction to the sun under --environment sky, degrees: counter-clockwise from +x, and above the horizon [default: -50,38]
+    #[arg(long, value_name = "AZIMUTH,ELEVATION", allow_hyphen_values = true)]
+    pub sun: Option<SunDirection>,
     /// Hour at which the scene begins, instead of --sun: the sun rises in the east (+x) at 5:30 and sets at 18:30
     #[arg(long, value_name = "HOURS", conflicts_with = "sun", value_parser = hour)]
     pub time_of_day: Option<f32>,
@@ -101,15 +101,15 @@ pub struct SceneArgs {
     /// How it is shaded.
     #[command(flatten)]
     pub shading: ShadingArgs,
-    /// Keep the geometry smooth; the slopes of the height map still shade it
-    #[arg(long)]
+    /// Keep the geometry smooth
+    #[arg(long, help = but_not_for("Keep the geometry smooth; the slopes of the height map still shade it", Choice::Relief))]
     pub no_displacement: bool,
     /// With --technique reference: bumps shadow each other, from every light and the environment; slow, needs many samples
     #[arg(long)]
     pub relief_shadows: bool,
-    /// Screen pixels per triangle of the displaced surface
-    #[arg(long, value_name = "PIXELS", default_value = "4", value_parser = positive)]
-    pub triangle_pixels: f32,
+    /// Screen pixels per triangle
+    #[arg(long, value_name = "PIXELS", value_parser = positive, help = but_not_for("Screen pixels per triangle of the displaced surface [default: 4]", Choice::Objects))]
+    pub triangle_pixels: Option<f32>,
     /// A view of the scene, a camera of a model's file (the first, or by name or number), a JSON file {position, target, up,
     /// fov_degrees}, or position, target and vertical field of view in numbers
     #[arg(
@@ -126,7 +126,7 @@ pub struct SceneArgs {
     #[arg(long, value_name = "WxH", default_value = "1280x720")]
     pub size: Size,
     /// Samples per pixel (in a window: once nothing moves)
-    #[arg(long, value_name = "N", default_value = "4", value_parser = clap::value_parser!(u32).range(1..=65_536))]
+    #[arg(long, value_name = "N", default_value = "4", value_parser = |text: &str| whole(text, 1_u32, 65_536))]
     pub samples: u32,
     /// Samples of the geometry in each sample, for smooth outlines at little cost: 1, 2, 4 or 8; each surface in a pixel is shaded once
     /// [default: 4 with --samples 1, and in a window for what moves unless that takes longer than 100 ms a frame; else 1]
@@ -134,10 +134,10 @@ pub struct SceneArgs {
     pub msaa: Option<u32>,
     /// Look at the geometry N times per sample, for smooth silhouettes; each surface in a pixel is still shaded once.
     /// Fastest: 16, 64, 256
-    #[arg(long, value_name = "N", default_value = "1", value_parser = clap::value_parser!(u32).range(1..=256))]
+    #[arg(long, value_name = "N", default_value = "1", value_parser = |text: &str| whole(text, 1_u32, 256))]
     pub edge_samples: u32,
     /// Seed of the sample positions
-    #[arg(long, value_name = "N", default_value = "0")]
+    #[arg(long, value_name = "N", default_value = "0", value_parser = |text: &str| whole(text, 0, u64::MAX))]
     pub seed: u64,
     /// Exposure of a PNG or a window, stops above what suits the height of the sun (an EXR keeps linear radiance)
     #[arg(long, value_name = "EV", default_value = "0", allow_negative_numbers = true, value_parser = finite)]
@@ -149,12 +149,13 @@ pub struct SceneArgs {
     #[arg(long, help = for_scenes("Only the surface, as it is measured: no pavement, plinth or kerb around it", Choice::Bare))]
     pub bare: bool,
     /// Texels along the tile of one patch in the displacement atlas
-    #[arg(long, value_name = "N", default_value = "64", value_parser = atlas_tile,
-        help = for_scenes("Texels along the tile of one patch in the displacement atlas: 8, 16, 32, 64 or 128", Choice::AtlasTile))]
-    pub atlas_tile: u32,
+    #[arg(long, value_name = "N", value_parser = atlas_tile,
+        help = for_scenes("Texels along the tile of one patch in the displacement atlas: 8, 16, 32, 64 or 128 [default: 64]", Choice::AtlasTile))]
+    pub atlas_tile: Option<u32>,
     /// Numbers in which the slopes of maps are kept on the device
-    #[arg(long, value_name = "PRECISION", value_enum, default_value_t)]
-    pub map_precision: MapPrecision,
+    #[arg(long, value_name = "PRECISION", value_enum,
+        help = but_not_for("Numbers in which the slopes of maps are kept on the device [default: f32]", Choice::Objects))]
+    pub map_precision: Option<MapPrecision>,
     /// Beckmann roughness of the displaced surfaces instead of the scene's own
     #[arg(long, value_name = "A", value_parser = roughness,
         help = for_scenes("Beckmann roughness of displaced surfaces, above 0, up to 1, instead of the scene's own", Choice::Roughness))]
@@ -162,10 +163,9 @@ pub struct SceneArgs {
 }
 
 /// Numbers in which the slopes of maps are kept.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum MapPrecision {
     /// 32-bit floats
-    #[default]
     F32,
     /// 16-bit floats: half the memory, with a measured error
     F16,
@@ -183,6 +183,12 @@ impl From<MapPrecision> for MomentFormat {
 /// A line of help with the scenes it is about.
 fn for_scenes(help: &str, choice: Choice) -> String {
     format!("{help} ({})", choice.scenes().collect::<Vec<_>>().join(", "))
+}
+
+/// A line of help with the scenes that it is not about.
+fn but_not_for(help: &str, choice: Choice) -> String {
+    let others: Vec<_> = SCENES.iter().filter(|scene| !scene.offers(choice)).map(|scene| scene.name).collect();
+    format!("{help} (not for {})", others.join(", "))
 }
 
 /// What `--scene` names.
@@ -235,7 +241,7 @@ impl SceneArgs {
     /// [`AppError::Usage`] if flags contradict each other, [`AppError::Failed`] if a file is wrong.
     pub fn resolve(&self) -> Result<SceneConfig, AppError> {
         let a = self.clone();
-        let waves = a.waves.resolve(a.scene.scene)?;
+        let waves = a.waves.of(a.scene.scene);
         let shading = a.shading.resolve(a.edge_samples, a.relief_shadows)?;
         a.check().map_err(AppError::Usage)?;
         let material = a.dress.files(MaterialFiles {
@@ -264,6 +270,7 @@ impl SceneArgs {
             CameraChoice::Pose(pose) => View::Pose(*pose),
             CameraChoice::File(file) => View::Pose(camera_file::read(file)?),
         };
+        let default = SceneConfig::default();
         Ok(SceneConfig {
             scene: a.scene.scene,
             model: a.scene.model,
@@ -277,18 +284,18 @@ impl SceneArgs {
             tiling: if a.no_repeats { Tiling::ByExample } else { Tiling::Repeats },
             bare: a.bare,
             waves,
-            height_scale: a.height_scale,
+            height_scale: a.height_scale.unwrap_or(default.height_scale),
             environment: a.environment,
             environment_lights: LightExtraction {
                 count: a.environment_lights.unwrap_or(lights.count),
                 threshold: a.environment_light_threshold.unwrap_or(lights.threshold),
             },
-            sun: a.sun,
+            sun: a.sun.unwrap_or(default.sun),
             time_of_day: a.time_of_day,
             day_length: a.day_length,
             shading,
             displacement: !a.no_displacement,
-            triangle_pixels: a.triangle_pixels,
+            triangle_pixels: a.triangle_pixels.unwrap_or(default.triangle_pixels),
             view,
             distance: a.distance,
             size: a.size,
@@ -297,10 +304,39 @@ impl SceneArgs {
             seed: a.seed,
             exposure: a.exposure,
             tonemap: a.tonemap.unwrap_or(Tonemap::SHOWN),
-            atlas_tile: a.atlas_tile,
-            map_precision: a.map_precision.into(),
+            atlas_tile: a.atlas_tile.unwrap_or(default.atlas_tile),
+            map_precision: a.map_precision.map_or(default.map_precision, MomentFormat::from),
             roughness: a.roughness,
         })
+    }
+
+    /// The flags that not every scene honours: whether each is given, and the choice that it makes.
+    pub fn choices(&self) -> Vec<(&'static str, bool, Choice)> {
+        let flags = [
+            ("--height-map", self.height_map.is_some(), Choice::HeightMap),
+            ("--material", self.material.is_some(), Choice::HeightMap),
+            ("--color-map", self.color_map.is_some(), Choice::HeightMap),
+            ("--normal-map", self.normal_map.is_some(), Choice::HeightMap),
+            ("--roughness-map", self.roughness_map.is_some(), Choice::HeightMap),
+            ("--occlusion-map", self.occlusion_map.is_some(), Choice::HeightMap),
+            ("--cone-map", self.cone_map.is_some(), Choice::HeightMap),
+            ("--no-repeats", self.no_repeats, Choice::Tiling),
+            ("--height-scale", self.height_scale.is_some(), Choice::Relief),
+            ("--no-displacement", self.no_displacement, Choice::Relief),
+            ("--relief-shadows", self.relief_shadows, Choice::Relief),
+            ("--relief-occlusion", self.shading.relief_occlusion.is_some(), Choice::Relief),
+            ("--relief-color", self.shading.relief_color.is_some(), Choice::Relief),
+            ("--triangle-pixels", self.triangle_pixels.is_some(), Choice::Objects),
+            ("--map-precision", self.map_precision.is_some(), Choice::Objects),
+            ("--pixel-kernel", self.shading.pixel_kernel.is_some(), Choice::Objects),
+            ("--sky-occlusion", self.shading.sky_occlusion.is_some(), Choice::Objects),
+            ("--bare", self.bare, Choice::Bare),
+            ("--atlas-tile", self.atlas_tile.is_some(), Choice::AtlasTile),
+            ("--roughness", self.roughness.is_some(), Choice::Roughness),
+        ];
+        let dress = self.dress.flags().map(|(flag, given)| (flag, given, Choice::HeightMap));
+        let waves = self.waves.flags().map(|(flag, given)| (flag, given, Choice::Waves));
+        flags.into_iter().chain(dress).chain(waves).collect()
     }
 
     /// Refuses combinations that make no sense.
@@ -326,47 +362,13 @@ impl SceneArgs {
                 return Err("--distance is for views of a scene; --camera model is where its file has it".into());
             }
         }
-        let with = |choice: Choice| choice.scenes().collect::<Vec<_>>().join(", ");
-        let files = [
-            ("--height-map", &self.height_map),
-            ("--material", &self.material),
-            ("--color-map", &self.color_map),
-            ("--normal-map", &self.normal_map),
-            ("--roughness-map", &self.roughness_map),
-            ("--occlusion-map", &self.occlusion_map),
-            ("--cone-map", &self.cone_map),
-        ];
-        if let Some((flag, _)) = files.iter().find(|(_, file)| file.is_some())
-            && !scene.offers(Choice::HeightMap)
-        {
-            let with = with(Choice::HeightMap);
-            return Err(format!("{flag} is for the scenes {with}; {} has surfaces of its own", scene.name));
+        for (flag, _, choice) in self.choices().into_iter().filter(|flag| flag.1) {
+            scene.check_offers(flag, choice)?;
         }
-        if self.no_repeats && !scene.offers(Choice::Tiling) {
-            let with = with(Choice::Tiling);
-            return Err(format!("--no-repeats is for the scene {with}; the maps of {} are its own", scene.name));
-        }
-        if self.bare && !scene.offers(Choice::Bare) {
-            return Err(format!(
-                "--bare is for the scenes {}; {} is one with what surrounds it",
-                with(Choice::Bare),
-                scene.name
-            ));
-        }
-        if let Some(flag) = self.dress.given() {
-            if !scene.offers(Choice::HeightMap) {
-                let with = with(Choice::HeightMap);
-                return Err(format!("{flag} is for the scenes {with}; {} has materials of its own", scene.name));
-            }
-            let normals = self.normal_map.is_some() || self.material.is_some();
-            self.dress.check(normals, self.relief_shadows)?;
-        }
-        if self.roughness.is_some() && !scene.offers(Choice::Roughness) {
-            let with = with(Choice::Roughness);
-            return Err(format!(
-                "--roughness is for scenes with displaced surfaces ({with}); the roughness of {} follows from its waves",
-                scene.name
-            ));
+        let normals = self.normal_map.is_some() || self.material.is_some();
+        self.dress.check(normals, self.relief_shadows)?;
+        if self.sun.is_some() && self.environment != EnvironmentChoice::Sky {
+            return Err("--sun is for --environment sky; a picture has its own light".into());
         }
         if self.time_of_day.or(self.day_length).is_some() && self.environment != EnvironmentChoice::Sky {
             return Err("--time-of-day and --day-length are for --environment sky; a picture has its own light".into());
@@ -394,6 +396,7 @@ impl SceneArgs {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use clap::Command;
 
     #[test]
     fn without_flags_the_configuration_is_the_default_one() {
@@ -408,6 +411,100 @@ mod tests {
         assert!(said.contains("--displacement is for models"), "{said}");
         let scene = scene_choice("fox.glb").unwrap();
         assert_eq!(SceneArgs { scene, ..flags }.resolve().unwrap().displacements.len(), 1);
+    }
+
+    #[test]
+    fn every_flag_is_honoured_or_refused_by_the_scenes_own_table() {
+        let value = |flag: &str| match flag {
+            "--height-map" | "--color-map" | "--normal-map" | "--roughness-map" | "--occlusion-map" | "--cone-map" => {
+                vec!["a.png"]
+            }
+            "--detail-mask" => vec!["a.png", "--detail", "b.png"],
+            "--detail-repeat" | "--detail-rotation" | "--detail-height-scale" => vec!["2", "--detail", "b.png"],
+            "--material" | "--detail" => vec!["a"],
+            "--normal-y" => vec!["up", "--normal-map", "a.png"],
+            "--metal" => vec!["gold"],
+            "--anisotropy-rotation" => vec!["10", "--anisotropy", "0.5"],
+            "--no-repeats" | "--no-displacement" | "--bare" => vec![],
+            "--relief-shadows" => vec!["--technique", "reference"],
+            "--relief-occlusion" | "--relief-color" | "--pixel-kernel" | "--sky-occlusion" => vec!["off"],
+            "--map-precision" => vec!["f16"],
+            "--atlas-tile" => vec!["64"],
+            "--fft" => vec!["128"],
+            "--fetch" => vec!["2000"],
+            "--height-scale" | "--triangle-pixels" | "--roughness" | "--anisotropy" | "--choppiness" => vec!["0.5"],
+            "--wind" | "--wind-direction" | "--depth" => vec!["20"],
+            other => panic!("{other} is about a choice, and this test knows no value of it"),
+        };
+        #[derive(Parser)]
+        struct Flags {
+            #[command(flatten)]
+            scene: SceneArgs,
+        }
+        let names: Vec<&str> = SCENES.iter().map(|scene| scene.name).chain(["model.glb"]).collect();
+        for (flag, _, choice) in SceneArgs::unset().unwrap().choices() {
+            for name in &names {
+                let line = [&["leadr", "--scene", name, flag][..], &value(flag)].concat();
+                let args = Flags::try_parse_from(&line).unwrap_or_else(|fault| panic!("{line:?}: {fault}")).scene;
+                let scene = args.scene.scene;
+                match args.resolve() {
+                    Ok(_) => assert!(scene.offers(choice), "{line:?} is ignored"),
+                    Err(fault) => {
+                        let said = fault.to_string();
+                        assert!(!scene.offers(choice), "{line:?}: {said}");
+                        assert!(said.starts_with(flag) || said.starts_with("--"), "{line:?}: {said}");
+                        assert!(said.contains(scene.name) && said.contains("is for the scenes"), "{line:?}: {said}");
+                    }
+                }
+            }
+        }
+        // What is a flag of the scene's surfaces stands in the table, or is for pictures, light, views and models of every scene.
+        let of_every_scene = [
+            "scene",
+            "animation",
+            "lenient",
+            "displacement",
+            "measured",
+            "environment",
+            "environment-lights",
+            "environment-light-threshold",
+            "sun",
+            "time-of-day",
+            "day-length",
+            "technique",
+            "rule",
+            "grid",
+            "probes",
+            "masking",
+            "terms",
+            "diffuse-lights",
+            "base-frame",
+            "multiscattering",
+            "camera",
+            "distance",
+            "size",
+            "samples",
+            "msaa",
+            "edge-samples",
+            "seed",
+            "exposure",
+            "tonemap",
+        ];
+        let table: Vec<_> = SceneArgs::unset().unwrap().choices().into_iter().map(|(flag, ..)| flag).collect();
+        for argument in SceneArgs::augment_args(Command::new("scene")).get_arguments() {
+            let long = argument.get_long().unwrap_or_default();
+            let known = of_every_scene.contains(&long) || table.contains(&format!("--{long}").as_str());
+            assert!(known, "does every scene honour --{long}? If not, it belongs into SceneArgs::choices");
+        }
+    }
+
+    #[test]
+    fn a_picture_has_its_own_sun() {
+        let sun = Some(SunDirection { azimuth: 10.0, elevation: 10.0 });
+        let flags = SceneArgs { sun, ..SceneArgs::unset().unwrap() };
+        assert_eq!(Some(flags.resolve().unwrap().sun), sun);
+        let said = SceneArgs { environment: EnvironmentChoice::Studio, ..flags }.resolve().unwrap_err().to_string();
+        assert!(said.contains("--sun is for --environment sky"), "{said}");
     }
 
     #[test]

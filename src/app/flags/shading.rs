@@ -3,6 +3,7 @@
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, ValueEnum};
 
+use super::values::whole;
 use crate::app::error::AppError;
 use crate::reflectance::masking::shadowing::Shadowing;
 use crate::render::settings::{
@@ -28,7 +29,7 @@ pub struct ShadingArgs {
     #[arg(long, value_enum)]
     pub rule: Option<Rule>,
     /// Slope samples per pixel: N by N, 1 to 128 [default of --rule grid: 5]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=128))]
+    #[arg(long, value_name = "N", value_parser = |text: &str| whole(text, 1_u32, 128))]
     pub grid: Option<u32>,
     /// Look the environment up N times per pixel: 5, 9 or 16 [default: 16]
     #[arg(long, value_name = "N", conflicts_with = "grid", value_parser = probes)]

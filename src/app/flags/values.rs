@@ -1,5 +1,6 @@
 //! Values of command-line flags, and how they are written.
 
+use std::fmt;
 use std::path::PathBuf;
 use std::str::FromStr;
 
@@ -56,12 +57,12 @@ fn pose(text: &str) -> Option<Result<CameraPose, String>> {
     let point = |numbers: &Vec<f32>| <[f32; 3]>::try_from(numbers.as_slice()).ok();
     let numbers = numbers.filter(|numbers| (2..=3).contains(&numbers.len()))?;
     let fov_degrees = match numbers.get(2).map(Vec::as_slice) {
-        None => 35.0,
+        None => CameraPose::FOV_DEGREES,
         Some([degrees]) => *degrees,
         Some(_) => return None,
     };
-    let pose =
-        CameraPose { position: point(&numbers[0])?, target: point(&numbers[1])?, up: [0.0, 0.0, 1.0], fov_degrees };
+    let (position, target) = (point(&numbers[0])?, point(&numbers[1])?);
+    let pose = CameraPose { position, target, up: CameraPose::usual_up(position, target), fov_degrees };
     Some(pose.check().map(|()| pose))
 }
 
@@ -94,11 +95,14 @@ impl FromStr for CameraChoice {
     }
 }
 
+/// What stands between the sides of a size.
+const TIMES: [char; 3] = ['x', 'X', '×'];
+
 impl FromStr for Size {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        let (width, height) = text.split_once('x').ok_or("a size is WIDTHxHEIGHT in pixels, such as 1280x720")?;
+        let (width, height) = text.split_once(TIMES).ok_or("a size is WIDTHxHEIGHT in pixels, such as 1280x720")?;
         let side = |text: &str| {
             let side = text.parse().map_err(|_| format!("'{text}' is not a number of pixels"))?;
             if (1..=Self::MAX_SIDE).contains(&side) {
@@ -109,7 +113,8 @@ impl FromStr for Size {
         };
         let size = Self { width: side(width)?, height: side(height)? };
         if u64::from(size.width) * u64::from(size.height) > Self::MAX_PIXELS {
-            return Err(format!("a picture has at most {} pixels", Self::MAX_PIXELS));
+            let side = Self::MAX_PIXELS.isqrt();
+            return Err(format!("a picture has at most as many pixels as one of {side}x{side}"));
         }
         Ok(size)
     }
@@ -156,6 +161,18 @@ pub fn positive(text: &str) -> Result<f32, String> {
 /// If `text` is no such number.
 pub fn not_negative(text: &str) -> Result<f32, String> {
     finite(text).and_then(|v| if v >= 0.0 { Ok(v) } else { Err("must not be negative".to_owned()) })
+}
+
+/// A finite number of zero or more, exactly the one that is written.
+///
+/// # Errors
+/// If `text` is no such number.
+pub fn threshold(text: &str) -> Result<f64, String> {
+    match text.trim().parse::<f64>() {
+        Ok(value) if value.is_finite() && value >= 0.0 => Ok(value),
+        Ok(value) if value < 0.0 => Err("must not be negative".to_owned()),
+        _ => Err(format!("'{text}' is not a finite number")),
+    }
 }
 
 /// Hour of a day.
@@ -216,6 +233,17 @@ pub fn fft(text: &str) -> Result<u32, String> {
 /// If `text` is no number above 0, up to 1.
 pub fn roughness(text: &str) -> Result<f32, String> {
     positive(text).and_then(|v| if v <= 1.0 { Ok(v) } else { Err("roughness is above 0, up to 1".to_owned()) })
+}
+
+/// A whole number from `low` to `high`.
+///
+/// # Errors
+/// If `text` is no such number.
+pub fn whole<T: FromStr + PartialOrd + fmt::Display>(text: &str, low: T, high: T) -> Result<T, String> {
+    match text.parse::<T>() {
+        Ok(value) if (&low..=&high).contains(&&value) => Ok(value),
+        _ => Err(format!("a whole number from {low} to {high}")),
+    }
 }
 
 /// A part of a whole.
@@ -358,7 +386,7 @@ impl FromStr for Sheet {
 
     fn from_str(text: &str) -> Result<Self, String> {
         let form = "a sheet is COLUMNSxROWS with 1 to 1000 of each, such as 4x3";
-        let (columns, rows) = text.split_once('x').ok_or(form)?;
+        let (columns, rows) = text.split_once(TIMES).ok_or(form)?;
         let sides = 1..=1000;
         match (columns.parse(), rows.parse()) {
             (Ok(columns), Ok(rows)) if sides.contains(&columns) && sides.contains(&rows) => Ok(Self { columns, rows }),
@@ -384,9 +412,13 @@ impl Default for Split {
 }
 
 impl Split {
-    /// At `step` of `steps`. The step after the last would be the first again.
+    /// At a frame of a sequence. What would follow its last frame would be the first again.
     #[must_use]
-    pub fn at(self, step: u32, steps: u32) -> f32 {
+    pub fn of_frame(self, frame: u32, frames: FrameRange) -> f32 {
+        self.at(frame - frames.start, frames.end - frames.start)
+    }
+
+    fn at(self, step: u32, steps: u32) -> f32 {
         let turn = f64::from(step) / f64::from(steps.max(1)) * std::f64::consts::TAU;
         self.start + (self.end - self.start) * (0.5 - 0.5 * turn.cos()) as f32
     }
@@ -436,7 +468,10 @@ mod tests {
     #[test]
     fn sizes() {
         assert_eq!("1x1".parse(), Ok(Size { width: 1, height: 1 }));
-        assert_eq!("1280x720".parse(), Ok(Size { width: 1280, height: 720 }));
+        for text in ["1280x720", "1280X720", "1280×720"] {
+            assert_eq!(text.parse(), Ok(Size { width: 1280, height: 720 }), "{text}");
+        }
+        assert_eq!(serde_json::to_string(&Size { width: 3, height: 2 }).unwrap(), "[3,2]");
         refused::<Size>(&["0x0", "0x5", "5x0", "5", "x", "-1x5", "5x5x5", "16385x1", "16384x16384", "99999999999x1"]);
     }
 

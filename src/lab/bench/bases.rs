@@ -42,7 +42,7 @@ pub fn bases(
     let mut subjects = Vec::new();
     for (material, rows) in [as_beckmann(&measured, &fit), measured].into_iter().zip(rows_of) {
         let inputs = Inputs { material: Some(material), ..Inputs::load(config)? };
-        let set = set(config, inputs, gpu, None, &progress.share(config.scene.making))?;
+        let set = set(config, inputs, gpu, None, &progress.set_up())?;
         let state = (set.animation)(0.0);
         let rows = rows.into_iter().map(|(name, technique)| {
             let names = [format!("{} by base", config.scene.name), name, ONE_LOBE.to_owned()];

@@ -44,7 +44,7 @@ pub fn maps(
             inputs.height_map = Some(procedural::rock(size, size, 1));
             SceneConfig { height_scale: GENERATED_HEIGHT * config.height_scale, ..config.clone() }
         };
-        match set(&config, inputs, gpu, None, &progress.share(config.scene.making)) {
+        match set(&config, inputs, gpu, None, &progress.set_up()) {
             Ok(set) => sets.extend(set.map_size.map(|texels| (texels, config, set))),
             Err(SceneError::Gpu(error @ GpuError::TooLarge { .. })) => {
                 progress.say(&format!("{size} is left out: {error}"))

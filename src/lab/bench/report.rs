@@ -22,8 +22,6 @@ pub struct BenchReport {
     command: &'static str,
     device: String,
     driver: String,
-    /// Commit of the program.
-    commit: &'static str,
     /// How the program was compiled; the times of the device do not depend on it.
     profile: &'static str,
     /// Number of rounds.
@@ -126,7 +124,6 @@ impl BenchReport {
             command: "bench",
             device: gpu.device_name().to_owned(),
             driver: gpu.driver_info().to_owned(),
-            commit: COMMIT,
             profile: if cfg!(debug_assertions) { "dev" } else { "release" },
             frames,
             rows: measured.iter().flat_map(rows).collect(),
@@ -161,7 +158,7 @@ impl BenchReport {
             median_ms: row.median_ms,
             min_ms: row.min_ms,
         };
-        let this = Times::new(&self.device, &self.driver, self.commit, self.rows.iter().map(time).collect());
+        let this = Times::new(&self.device, &self.driver, COMMIT, self.rows.iter().map(time).collect());
         Ok(self.against.insert(earlier.compare(&this)?))
     }
 }
@@ -260,7 +257,7 @@ fn ms(value: f64) -> String {
 
 impl fmt::Display for BenchReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        writeln!(f, "{} ({}), commit {}", self.device, self.driver, self.commit)?;
+        writeln!(f, "{} ({}), commit {COMMIT}", self.device, self.driver)?;
         writeln!(
             f,
             "medians in ms on the device, {} rounds; ratios: median [quartiles] over rounds, then of the fastest frames",

@@ -111,7 +111,7 @@ fn one_scene(
     gpu: &Arc<Gpu>,
     progress: &dyn Progress,
 ) -> Result<(Renderer, Vec<Row>), LabError> {
-    let set = set(scene, inputs, gpu, None, &progress.share(scene.scene.making))?;
+    let set = set(scene, inputs, gpu, None, &progress.set_up())?;
     let (state, only) = ((set.animation)(0.0), config.technique);
     let rows = config.tables.iter().flat_map(|table| match table {
         Table::Views => scene::views(scene, &config.view_sizes, |view, size| set.state_from(0.0, view, size), only),
@@ -189,8 +189,7 @@ fn seas(
     progress: &dyn Progress,
 ) -> Result<Vec<(Renderer, Vec<Row>)>, LabError> {
     let sea = |variant: Variant| -> Result<_, LabError> {
-        let set =
-            set(&variant.config, Inputs::load(&variant.config)?, gpu, None, &progress.share(config.scene.making))?;
+        let set = set(&variant.config, Inputs::load(&variant.config)?, gpu, None, &progress.set_up())?;
         let row = scene::variant(variant, (set.animation)(0.0), technique);
         Ok((set.renderer, vec![row]))
     };

@@ -38,7 +38,6 @@ pub struct SoakReport {
     command: &'static str,
     device: String,
     driver: String,
-    commit: &'static str,
     /// Frames drawn and read back.
     frames: u32,
     size: [u32; 2],
@@ -72,7 +71,7 @@ pub fn soak(
 ) -> Result<SoakReport, LabError> {
     let start = Instant::now();
     let inputs = Inputs::load(config)?;
-    let Set { mut renderer, animation, .. } = set(config, inputs, gpu, None, &progress.share(config.scene.making))?;
+    let Set { mut renderer, animation, .. } = set(config, inputs, gpu, None, &progress.set_up())?;
     let settings = config.render_settings();
     // After whole rounds of the techniques, which differ in what they hold.
     let round = if only.is_some() { 1 } else { Technique::ALL.len() as u32 };
@@ -113,7 +112,6 @@ pub fn soak(
         command: "bench",
         device: gpu.device_name().to_owned(),
         driver: gpu.driver_info().to_owned(),
-        commit: COMMIT,
         frames,
         size: [config.size.width, config.size.height],
         fft: config.waves.fft,
@@ -144,7 +142,7 @@ fn resident() -> Option<u64> {
 impl fmt::Display for SoakReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let mib = |bytes: f64| format!("{:.2}", bytes / f64::from(1 << 20));
-        writeln!(f, "{} ({}), commit {}", self.device, self.driver, self.commit)?;
+        writeln!(f, "{} ({}), commit {COMMIT}", self.device, self.driver)?;
         let [width, height] = self.size;
         writeln!(f, "{} frames of the sea, {width}x{height}, fft {}; MiB", self.frames, self.fft)?;
         writeln!(

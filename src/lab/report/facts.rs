@@ -5,7 +5,7 @@ use std::time::{SystemTime, UNIX_EPOCH};
 use serde::Serialize;
 
 use crate::gpu::Gpu;
-use crate::lab::program::COMMIT;
+use crate::lab::program::{COMMIT, VERSION};
 
 /// Device, program and time of a run.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
@@ -14,10 +14,6 @@ pub struct Facts {
     pub device: String,
     /// Driver and version.
     pub driver: String,
-    /// Version of the program.
-    pub version: &'static str,
-    /// Commit it was built from; `-dirty` and `-dev` mark what may differ from it.
-    pub commit: &'static str,
     /// When the run began, UTC.
     pub date: String,
     /// The call that repeats it.
@@ -35,8 +31,6 @@ impl Facts {
         Self {
             device: gpu.device_name().to_owned(),
             driver: gpu.driver_info().to_owned(),
-            version: env!("CARGO_PKG_VERSION"),
-            commit: COMMIT,
             date: utc(seconds),
             call: format!("leadr {}", arguments.join(" ")),
             quick,
@@ -50,7 +44,7 @@ impl Facts {
         [
             ("device", self.device.as_str()),
             ("driver", &self.driver),
-            ("program", &format!("leadr {}, commit {}", self.version, self.commit)),
+            ("program", &format!("leadr {VERSION}, commit {COMMIT}")),
             ("date", &self.date),
             ("command", &self.call),
             ("form", size),

@@ -2,7 +2,6 @@
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use std::time::UNIX_EPOCH;
 
 use serde::{Deserialize, Serialize};
 
@@ -12,7 +11,9 @@ use super::section::Section;
 use super::sections::SectionEntry;
 use super::studio::PICTURES;
 use crate::lab::error::LabError;
-use crate::maps::save::write_atomic;
+use crate::lab::program::build;
+use crate::maps::limits::read_file;
+use crate::maps::new_file::write_atomic;
 
 /// Folder of the kept sections, below that of the report.
 const FOLDER: &str = "kept";
@@ -42,20 +43,10 @@ pub struct Origin {
 }
 
 impl Origin {
-    /// The origin of this run. Size and time tell builds apart, because not every build changes the commit.
+    /// The origin of this run.
     #[must_use]
     pub fn of(facts: &Facts) -> Self {
-        let stamp = || {
-            let data = std::env::current_exe().ok()?.metadata().ok()?;
-            let time = data.modified().ok()?.duration_since(UNIX_EPOCH).ok()?;
-            Some(format!("{} bytes of {}", data.len(), time.as_secs()))
-        };
-        Self {
-            program: format!("{} {}, {}", facts.version, facts.commit, stamp().unwrap_or_default()),
-            device: facts.device.clone(),
-            driver: facts.driver.clone(),
-            quick: facts.quick,
-        }
+        Self { program: build(), device: facts.device.clone(), driver: facts.driver.clone(), quick: facts.quick }
     }
 }
 
@@ -98,9 +89,9 @@ pub fn keep(folder: &Path, origin: &Origin, made: &Made) -> Result<(), LabError>
 /// A section that an earlier run of the same origin kept whole.
 #[must_use]
 pub fn find(folder: &Path, origin: &Origin, entry: &'static SectionEntry) -> Option<Made> {
-    let file: File = serde_json::from_slice(&std::fs::read(place(folder, entry)).ok()?).ok()?;
+    let file: File = serde_json::from_slice(&read_file(&place(folder, entry)).ok()?).ok()?;
     let pictures = file.pictures.into_iter().map(|picture| {
-        let bytes = std::fs::read(folder.join(FOLDER).join(&picture)).ok()?;
+        let bytes = read_file(&folder.join(FOLDER).join(&picture)).ok()?;
         Some((picture, bytes))
     });
     (file.origin == *origin).then_some(())?;

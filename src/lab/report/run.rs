@@ -19,8 +19,9 @@ use super::sections::{SECTIONS, SectionEntry};
 use super::studio::{PICTURES, Studio};
 use crate::gpu::Gpu;
 use crate::lab::error::LabError;
+use crate::lab::program::Stamped;
 use crate::lab::progress::Progress;
-use crate::maps::save::write_atomic;
+use crate::maps::new_file::{NewFile, remove_abandoned, write_atomic};
 
 /// What to report.
 #[derive(Clone, Debug)]
@@ -77,8 +78,11 @@ pub fn report(
     progress: &dyn Progress,
 ) -> Result<ReportSummary, LabError> {
     let folder = &config.folder;
-    // A folder that cannot be made is reported now, not after half an hour.
+    // A folder that cannot be made or refuses a file is reported now, not after half an hour.
     std::fs::create_dir_all(folder).map_err(|e| LabError::io("make the folder", folder, e))?;
+    let page_file = folder.join("index.html");
+    remove_abandoned([page_file.as_path(), &folder.join("report.json")]);
+    drop(NewFile::create(&page_file)?);
     let gpu = open()?;
     let facts = Facts::gather(&gpu, config.quick);
     let wanted = |entry: &&SectionEntry| config.only.is_empty() || config.only.iter().any(|only| only.key == entry.key);
@@ -111,7 +115,7 @@ pub fn report(
             findings: made.section.findings,
         })
         .collect();
-    Ok(ReportSummary { command: "report", facts, sections, page: folder.join("index.html") })
+    Ok(ReportSummary { command: "report", facts, sections, page: page_file })
 }
 
 /// Makes one section.
@@ -153,7 +157,7 @@ fn write(folder: &Path, facts: &Facts, made: &[Made]) -> Result<(), LabError> {
         })
         .collect();
     let json = serde_json::json!({ "facts": facts, "sections": data });
-    let json = serde_json::to_string_pretty(&json).map_err(|e| LabError::json(&e))?;
+    let json = serde_json::to_string_pretty(&Stamped::new(&json)).map_err(|e| LabError::json(&e))?;
     write_atomic(folder.join("report.json"), json.as_bytes())?;
     let sections: Vec<PageSection<'_>> = made
         .iter()

@@ -12,7 +12,7 @@ use std::io::{BufReader, Read};
 use std::path::Path;
 
 use super::guard::guarded;
-use super::{MapError, MapFault, exr_read, limits};
+use super::{MapError, MapFault, exr_read, limits, reads};
 
 /// Whether a file is, by its content, one that `leadr bake` may have written: any KTX2, or an EXR that names a kind.
 ///
@@ -60,6 +60,7 @@ impl BakedMap {
             if exr_read::is_exr(&start(&file, 4)?) {
                 return exr::read(&limits::read_file(path)?);
             }
+            reads::note_whole(path).map_err(|source| MapFault::Io { doing: "cannot be read", source })?;
             guarded("KTX2", || ktx2::read(&mut BufReader::new(file), length))
         };
         read().map_err(|fault| fault.in_file(path))

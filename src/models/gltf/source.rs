@@ -7,6 +7,7 @@ use std::path::Path;
 use super::accessor::{Accessor, Buffer, View};
 use super::json::{Item, Read};
 use super::{extensions, uri};
+use crate::maps::limits::in_words;
 use crate::models::fault::ModelFault;
 use crate::models::limits::{Budget, ImageBudget, MAX_BUFFER_BYTES};
 
@@ -34,7 +35,8 @@ impl<'a> Buffers<'a> {
             }
             sum = sum.saturating_add(length);
             if sum > MAX_BUFFER_BYTES {
-                let what = format!("its buffers have {sum} bytes or more, the limit is {MAX_BUFFER_BYTES}");
+                let [sum, most] = [sum, MAX_BUFFER_BYTES].map(in_words);
+                let what = format!("its buffers have {sum} or more, the limit is {most}");
                 return Err(ModelFault::TooLarge { what });
             }
             let bytes = match (item.string("uri")?, binary) {

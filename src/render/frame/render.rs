@@ -40,7 +40,20 @@ impl Renderer {
     /// # Errors
     /// As [`prepare`](Self::prepare).
     pub fn render(&mut self, state: &FrameState, settings: &RenderSettings) -> Result<FrameOutput> {
-        self.render_range(state, settings, 0..settings.samples.max(1))
+        self.render_watched(state, settings, &mut |_| ())
+    }
+
+    /// Renders a frame as [`render`](Self::render) does, and tells after each sample how many are done: a frame may take minutes.
+    ///
+    /// # Errors
+    /// As [`prepare`](Self::prepare).
+    pub fn render_watched(
+        &mut self,
+        state: &FrameState,
+        settings: &RenderSettings,
+        done: &mut dyn FnMut(u32),
+    ) -> Result<FrameOutput> {
+        self.draw_range(state, settings, 0..settings.samples.max(1), false, done)
     }
 
     /// Renders some of the samples of a frame and gives their mean, so that a long frame can be made in parts and be put
@@ -55,7 +68,7 @@ impl Renderer {
         settings: &RenderSettings,
         range: Range<u32>,
     ) -> Result<FrameOutput> {
-        self.draw_range(state, settings, range, false)
+        self.draw_range(state, settings, range, false, &mut |_| ())
     }
 
     /// Renders a frame whose filter and shading are two passes in any case, so that [`layer`](Self::layer) reads the very numbers
@@ -65,7 +78,7 @@ impl Renderer {
     /// As [`prepare`](Self::prepare).
     #[doc(hidden)]
     pub fn render_in_two_passes(&mut self, state: &FrameState, settings: &RenderSettings) -> Result<FrameOutput> {
-        self.draw_range(state, settings, 0..settings.samples.max(1), true)
+        self.draw_range(state, settings, 0..settings.samples.max(1), true, &mut |_| ())
     }
 
     fn draw_range(
@@ -74,6 +87,7 @@ impl Renderer {
         settings: &RenderSettings,
         range: Range<u32>,
         gbuffer: bool,
+        done: &mut dyn FnMut(u32),
     ) -> Result<FrameOutput> {
         if range.is_empty() || range.end > settings.samples.max(1) {
             let fault = format!("samples {range:?} are not among the {} of the frame", settings.samples);
@@ -81,8 +95,10 @@ impl Renderer {
         }
         let mut frame = self.prepare_with(state, settings, gbuffer)?;
         let mut times = Vec::new();
+        let first = range.start;
         for index in range {
             add_times(&mut times, frame.draw_sample(index)?);
+            done(index + 1 - first);
         }
         let (triangles, patches) = frame.plan.counts();
         Ok(FrameOutput { size: settings.size, color: frame.plan.targets.mean.read(0, 0)?, times, triangles, patches })

@@ -20,7 +20,8 @@ use super::topology::Topology;
 use crate::gpu::vk::Format;
 use crate::gpu::{Gpu, GpuError, Image, ImageDesc, Result};
 use crate::maps::Wrap;
-use crate::maps::cache::{MapCache, checksum, nothing_left, put, take};
+use crate::maps::cache::{MapCache, nothing_left, put, take};
+use crate::maps::checksum::checksum;
 use crate::maps::horizon::{Heights, HorizonTexel, Rays, Window, horizons};
 use crate::render::constants::SOURCE_LEVEL;
 

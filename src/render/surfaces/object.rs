@@ -18,7 +18,8 @@ use super::relief_color::{Follows, ReliefColors};
 use super::topology::Topology;
 use crate::gpu::{AddressMode, Buffer, Filter, Gpu, GpuError, Memory, Result, Sampler, shared_struct};
 use crate::maps::LeadrMap;
-use crate::maps::cache::{MapCache, checksum};
+use crate::maps::cache::MapCache;
+use crate::maps::checksum::checksum;
 use crate::maps::material::TextureWrap;
 use crate::render::constants::{
     CHARTS, CONDUCTOR_DIP_SHIFT, DETAIL_TRIPLANAR, FIT_SHIFT, FLAG_CHARTED, FLAG_DISPLACED, FLAG_FLAT,

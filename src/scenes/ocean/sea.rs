@@ -45,16 +45,16 @@ fn whitecaps(wind_speed: f64) -> f64 {
     (3.84e-6 * wind_speed.powf(3.41)).clamp(1e-9, 0.5)
 }
 
-/// The open sea: from a boat, from a hundred metres, from a kilometre; toward the default sun. Tiles of `resolution²` samples.
+/// The open sea: from a boat, from a hundred metres, from a kilometre; toward the default sun.
 #[must_use]
-pub fn stage(sea: &Sea, resolution: u32) -> Stage {
+pub fn stage(ocean: Ocean) -> Stage {
     let from = |height: f32, down: f32| {
         let eye = Vec3::Z * height;
         let (sin, cos) = (-0.7f32).sin_cos();
         Camera::looking_at(eye, eye + Vec3::new(cos, sin, -down).normalize() * height, 45.0)
     };
     let views = Views { near: from(2.5, 0.1), mid: from(100.0, 0.25), far: from(1000.0, 0.35) };
-    let mut stage = Stage::still(Vec::new(), views).with_ocean(ocean(sea, resolution, 1));
+    let mut stage = Stage::still(Vec::new(), views).with_ocean(ocean);
     stage.below_horizon = BELOW_THE_HORIZON;
     stage
 }

@@ -1,11 +1,12 @@
-//! The waves of the open sea, in the units of the command line.
+//! The waves of a sea, in the units of the command line.
 
 use serde::Serialize;
 
-use super::sea::RESOLUTION;
+use super::sea::{RESOLUTION, ocean};
 use super::spectrum::Sea;
+use crate::render::surfaces::ocean::Ocean;
 
-/// The open sea.
+/// A sea.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Waves {
     /// Wind speed 10 m above the water, m/s.
@@ -37,6 +38,12 @@ impl Default for Waves {
 }
 
 impl Waves {
+    /// What the renderer takes.
+    #[must_use]
+    pub fn ocean(&self) -> Ocean {
+        Ocean { choppiness: self.choppiness as f32, ..ocean(&self.sea(), self.fft, 1) }
+    }
+
     /// The spectrum's parameters.
     #[must_use]
     pub fn sea(&self) -> Sea {

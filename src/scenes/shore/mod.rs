@@ -11,8 +11,7 @@ use std::f64::consts::TAU;
 use glam::{Affine3A, DVec2, Mat4, Vec3};
 
 use self::sand::PERIOD;
-use super::ocean::sea::ocean;
-use super::ocean::spectrum::Sea;
+use super::ocean::waves::Waves;
 use super::stage::{Stage, Views};
 use super::trex::stage::{animal, walked};
 use super::trex::walk;
@@ -22,8 +21,6 @@ use crate::render::scene::Pose;
 use crate::render::surfaces::ocean::Ocean;
 use crate::render::surfaces::ocean::shore::{Bend, Shore};
 
-/// Samples along the edge of a tile of waves.
-const RESOLUTION: u32 = 256;
 /// x of the animal's path: on the dry sand beside the wet.
 const PATH: f64 = 6.2;
 
@@ -43,18 +40,23 @@ pub fn shore() -> Shore {
     }
 }
 
-/// The sea off the beach: a moderate breeze toward the land.
+/// The waves off the beach: a moderate breeze toward the land.
 #[must_use]
-pub fn sea() -> Ocean {
-    let sea = Sea { wind_speed: 6.0, wind_direction: -0.35, fetch: 40e3, ..Sea::default() };
-    Ocean { shore: Some(shore()), foam: Vec3::splat(0.7), ..ocean(&sea, RESOLUTION, 1) }
+pub fn waves() -> Waves {
+    Waves { wind: 6.0, wind_direction: -20.0, fetch: 40e3, ..Waves::default() }
 }
 
-/// The stage, with atlas tiles of `tile` texels for the animal; see [`Trex::load`] for `progress`.
+/// The sea off the beach, with these waves.
+#[must_use]
+pub fn sea(waves: &Waves) -> Ocean {
+    Ocean { shore: Some(shore()), foam: Vec3::splat(0.7), ..waves.ocean() }
+}
+
+/// The stage, with atlas tiles of `tile` texels for the animal and these waves; see [`Trex::load`] for `progress`.
 ///
 /// # Errors
 /// As [`Trex::load`].
-pub fn shore_stage(tile: u32, progress: &(dyn Fn(f32) + Sync)) -> Result<Stage, TrexError> {
+pub fn shore_stage(tile: u32, waves: &Waves, progress: &(dyn Fn(f32) + Sync)) -> Result<Stage, TrexError> {
     let shore = shore();
     let mut objects = animal(Trex::load(tile, progress)?).to_vec();
     objects.extend([beach::beach(&shore), beach::dunes(&shore)]);
@@ -77,5 +79,5 @@ pub fn shore_stage(tile: u32, progress: &(dyn Fn(f32) + Sync)) -> Result<Stage, 
         let sand = Pose::Rigid(Affine3A::from_translation(Vec3::Y * (steps * PERIOD as f32)));
         vec![Pose::Skinned(joints.clone()), Pose::Skinned(joints), sand.clone(), sand]
     };
-    Ok(Stage::moving(objects, views, motion, |time| Vec3::Y * walked(time)).with_ocean(sea()))
+    Ok(Stage::moving(objects, views, motion, |time| Vec3::Y * walked(time)).with_ocean(sea(waves)))
 }

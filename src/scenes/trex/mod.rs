@@ -22,7 +22,8 @@ pub mod topology;
 pub mod walk;
 pub mod weights;
 
-use crate::maps::cache::{MapCache, checksum};
+use crate::maps::cache::MapCache;
+use crate::maps::checksum::checksum;
 use crate::render::surfaces::patch_mesh::{PatchMesh, TileLayout};
 use baked::Baked;
 use sdf::TrexSdf;

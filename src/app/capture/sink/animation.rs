@@ -9,10 +9,11 @@ use crate::app::capture::args::CaptureConfig;
 use crate::app::capture::frame_source::Frame;
 use crate::app::capture::save::{Tone, display};
 use crate::app::error::AppError;
-use crate::app::files::make_folder_of;
+use crate::app::files::begin;
 use crate::app::flags::values::Rate;
 use crate::maps::Rgb8Image;
-use crate::maps::save::NewFile;
+use crate::maps::new_file::NewFile;
+use crate::maps::origin::Origin;
 use crate::scenes::view::Size;
 
 /// What an encoder is told before the first frame.
@@ -118,8 +119,7 @@ struct Animation<E> {
 /// Begins the moving picture that `config` asks for.
 pub fn open<E: Encoder + 'static>(config: &CaptureConfig) -> Result<Box<dyn Sink>, AppError> {
     let path = config.output.path(0);
-    make_folder_of(&path)?;
-    let file = NewFile::create(&path)?;
+    let file = begin(&path)?;
     let header = Header {
         size: config.scene.size,
         frames: config.moments().len() as u32,
@@ -137,7 +137,7 @@ fn fault(path: &Path, reason: impl std::fmt::Display) -> AppError {
 }
 
 impl<E: Encoder> Sink for Animation<E> {
-    fn put(&mut self, file: &Path, frame: &Frame) -> Result<(), AppError> {
+    fn put(&mut self, file: &Path, frame: &Frame, _: &Origin) -> Result<(), AppError> {
         let picture = display(frame, self.tone);
         let change = Change { picture: &picture, before: self.before.as_ref() };
         let delay = self.delays.next().unwrap_or_default();

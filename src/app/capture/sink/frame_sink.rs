@@ -4,20 +4,32 @@ use std::path::Path;
 
 use crate::app::capture::frame_source::Frame;
 use crate::app::error::AppError;
+use crate::maps::origin::Origin;
+
+/// What an earlier run left of a frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Earlier {
+    /// Nothing that is whole and of the right size, or nobody asked.
+    Nothing,
+    /// A whole frame that was made otherwise, or does not say how.
+    Outdated,
+    /// The very frame, whole.
+    Same,
+}
 
 /// Takes the frames of a capture one after the other and writes each before the next is drawn. Dropped before it is
 /// finished, it leaves no file that is not whole.
 pub trait Sink {
-    /// Whether `file` is there already, whole and of the right size, and is to be kept.
-    fn keeps(&self, _file: &Path) -> bool {
-        false
+    /// What an earlier run left in the place of `file`, the frame that comes from `origin`.
+    fn earlier(&self, _file: &Path, _origin: &Origin) -> Earlier {
+        Earlier::Nothing
     }
 
-    /// Takes the next frame; `file` is the one that holds it.
+    /// Takes the next frame, which comes from `origin`; `file` is the one that holds it.
     ///
     /// # Errors
     /// If the frame cannot be encoded or written.
-    fn put(&mut self, file: &Path, frame: &Frame) -> Result<(), AppError>;
+    fn put(&mut self, file: &Path, frame: &Frame, origin: &Origin) -> Result<(), AppError>;
 
     /// All frames are there.
     ///

@@ -1,6 +1,5 @@
 //! A contact sheet: frames side by side in one PNG, row by row.
 
-use std::io::Write;
 use std::path::Path;
 
 use super::frame_sink::Sink;
@@ -9,10 +8,12 @@ use crate::app::capture::frame_source::Frame;
 use crate::app::capture::pattern::{GUTTER, whole_size};
 use crate::app::capture::save::{Tone, display};
 use crate::app::error::AppError;
-use crate::app::files::make_folder_of;
+use crate::app::files::begin;
 use crate::app::flags::values::Sheet;
 use crate::maps::Rgb8Image;
-use crate::maps::save::{NewFile, encode_png_srgb8};
+use crate::maps::new_file::NewFile;
+use crate::maps::origin::Origin;
+use crate::maps::save::encode_png_srgb8;
 use crate::scenes::view::Size;
 
 /// Their colour, sRGB: dark, and lighter than night.
@@ -33,14 +34,13 @@ pub fn open(config: &CaptureConfig, sheet: Sheet) -> Result<Box<dyn Sink>, AppEr
     let path = config.output.path(0);
     let (cell, tone) = (config.scene.size, Tone::of(&config.scene));
     let Size { width, height } = whole_size(sheet, cell).map_err(AppError::Usage)?;
-    make_folder_of(&path)?;
-    let file = NewFile::create(&path)?;
+    let file = begin(&path)?;
     let whole = Rgb8Image { width, height, texels: vec![GUTTER_COLOR; width as usize * height as usize] };
     Ok(Box::new(ContactSheet { file, sheet, cell, tone, whole, count: 0 }))
 }
 
 impl Sink for ContactSheet {
-    fn put(&mut self, _file: &Path, frame: &Frame) -> Result<(), AppError> {
+    fn put(&mut self, _file: &Path, frame: &Frame, _: &Origin) -> Result<(), AppError> {
         let (column, row) = (self.count % self.sheet.columns, self.count / self.sheet.columns);
         self.count += 1;
         let (x, y) = ((column * (self.cell.width + GUTTER)) as usize, row * (self.cell.height + GUTTER));
@@ -53,10 +53,9 @@ impl Sink for ContactSheet {
         Ok(())
     }
 
-    fn finish(mut self: Box<Self>) -> Result<(), AppError> {
+    fn finish(self: Box<Self>) -> Result<(), AppError> {
         let bytes = encode_png_srgb8(&self.whole).map_err(|fault| fault.in_file(self.file.target()))?;
-        self.file.file.write_all(&bytes).map_err(|e| AppError::io("write", self.file.target(), e))?;
-        Ok(self.file.finish()?)
+        Ok(self.file.write(&bytes)?)
     }
 }
 
@@ -82,8 +81,10 @@ mod tests {
         let texel = |x: u32, y: u32| sheet.texels[(y * sheet.width + x) as usize];
         let mut covered = 0;
         for (index, moment) in config.moments().into_iter().enumerate() {
-            let picture =
-                display(&Double::new(&config).render(moment).unwrap(), Tone { exposure: 0.0, tonemap: Tonemap::Agx });
+            let picture = display(
+                &Double::new(&config).render(moment, &mut |_| ()).unwrap(),
+                Tone { exposure: 0.0, tonemap: Tonemap::Agx },
+            );
             let (left, top) = (9 * (index as u32 % 3), 7 * (index as u32 / 3));
             for (i, &expected) in picture.texels.iter().enumerate() {
                 assert_eq!(texel(left + i as u32 % 5, top + i as u32 / 5), expected, "picture {index}");

@@ -2,12 +2,13 @@
 
 use std::path::Path;
 
-use super::frame_sink::Sink;
+use super::frame_sink::{Earlier, Sink};
 use crate::app::capture::args::CaptureConfig;
 use crate::app::capture::frame_source::Frame;
 use crate::app::capture::pattern::StillKind;
 use crate::app::capture::save::{self, Tone};
 use crate::app::error::AppError;
+use crate::maps::origin::Origin;
 use crate::scenes::view::Size;
 
 /// Writes every frame to a file of its own.
@@ -27,12 +28,19 @@ impl Stills {
 }
 
 impl Sink for Stills {
-    fn keeps(&self, file: &Path) -> bool {
-        self.resume && save::is_complete(file, self.kind, self.size)
+    fn earlier(&self, file: &Path, origin: &Origin) -> Earlier {
+        if !self.resume {
+            return Earlier::Nothing;
+        }
+        match save::origin_if_whole(file, self.kind, self.size) {
+            None => Earlier::Nothing,
+            Some(Some(old)) if old.fingerprint == origin.fingerprint => Earlier::Same,
+            Some(_) => Earlier::Outdated,
+        }
     }
 
-    fn put(&mut self, file: &Path, frame: &Frame) -> Result<(), AppError> {
-        save::save(file, self.kind, frame, self.tone)
+    fn put(&mut self, file: &Path, frame: &Frame, origin: &Origin) -> Result<(), AppError> {
+        save::save(file, self.kind, frame, self.tone, origin)
     }
 
     fn finish(self: Box<Self>) -> Result<(), AppError> {

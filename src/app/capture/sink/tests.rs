@@ -14,7 +14,9 @@ use crate::maps::tonemap::Tonemap;
 fn expected(config: &CaptureConfig) -> Vec<Vec<u8>> {
     let mut double = Double::new(config);
     let picture = |moment| {
-        display(&double.render(moment).unwrap(), Tone { exposure: 0.0, tonemap: Tonemap::Agx }).texels.into_flattened()
+        display(&double.render(moment, &mut |_| ()).unwrap(), Tone { exposure: 0.0, tonemap: Tonemap::Agx })
+            .texels
+            .into_flattened()
     };
     config.timeline.moments().into_iter().map(picture).collect()
 }

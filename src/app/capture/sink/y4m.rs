@@ -12,9 +12,10 @@ use crate::app::capture::args::CaptureConfig;
 use crate::app::capture::frame_source::Frame;
 use crate::app::capture::save::{Tone, display};
 use crate::app::error::AppError;
-use crate::app::files::make_folder_of;
+use crate::app::files::begin;
 use crate::app::flags::values::Rate;
-use crate::maps::save::NewFile;
+use crate::maps::new_file::NewFile;
+use crate::maps::origin::Origin;
 use crate::scenes::view::Size;
 
 /// Writes frames as they come.
@@ -37,8 +38,7 @@ pub fn open(config: &CaptureConfig) -> Result<Box<dyn Sink>, AppError> {
         (None, Writer::Standard(io::stdout()))
     } else {
         let path = config.output.path(0);
-        make_folder_of(&path)?;
-        let file = NewFile::create(&path)?;
+        let file = begin(&path)?;
         let handle = file.file.try_clone().map_err(|e| AppError::io("write", &path, e))?;
         (Some(file), Writer::File(handle))
     };
@@ -78,7 +78,7 @@ impl Y4m {
 }
 
 impl Sink for Y4m {
-    fn put(&mut self, _file: &Path, frame: &Frame) -> Result<(), AppError> {
+    fn put(&mut self, _file: &Path, frame: &Frame, _: &Origin) -> Result<(), AppError> {
         const FRAME: &[u8] = b"FRAME\n";
         let picture = display(frame, self.tone);
         let pixels = picture.texels.len();
@@ -142,7 +142,8 @@ mod tests {
         let mut double = Double::new(&config);
         for (frame, moment) in frames.chunks(6 + 45).zip(config.timeline.moments()) {
             let planes = frame.strip_prefix(b"FRAME\n").unwrap();
-            let picture = display(&double.render(moment).unwrap(), Tone { exposure: 0.0, tonemap: Tonemap::Agx });
+            let picture =
+                display(&double.render(moment, &mut |_| ()).unwrap(), Tone { exposure: 0.0, tonemap: Tonemap::Agx });
             for (index, texel) in picture.texels.iter().enumerate() {
                 let seen = rgb([planes[index], planes[15 + index], planes[30 + index]]);
                 // Half a code of luma and of chroma.

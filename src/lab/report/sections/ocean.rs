@@ -90,7 +90,7 @@ fn looks() -> Vec<Look> {
 }
 
 pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
-    let mut subject = Subject::under_the_sky(studio, sea::stage(&Sea::default(), sea::RESOLUTION), 5.0)?;
+    let mut subject = Subject::under_the_sky(studio, sea::stage(sea::ocean(&Sea::default(), sea::RESOLUTION, 1)), 5.0)?;
     let looks = looks();
     let mut html = Html::new();
     let pictures = figures(studio, &mut subject, &looks, &mut html)?;
