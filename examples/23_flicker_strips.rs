@@ -49,7 +49,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let file = arguments.next().unwrap_or_else(|| "out/flicker-strips.png".to_owned());
     let gpu = Gpu::new(&GpuOptions::default())?;
     let sky = Sky::default();
-    let mut stage = plane_stage(&polished(MaterialFolder::open(&folder)?.load()?));
+    let mut stage = plane_stage(&polished(MaterialFolder::open(&folder)?.load()?), None);
     let environment = Environment::from_sky(&gpu, Environment::FACE_SIZE, &sky)?;
     let mut renderer = Renderer::new(&gpu, stage.take_scene(), environment)?;
     let lights = Lights::under(&sky);

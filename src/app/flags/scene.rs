@@ -8,7 +8,7 @@ use super::camera_file;
 use super::dress::DressArgs;
 use super::shading::{ShadingArgs, choice};
 use super::values::{
-    CameraChoice, atlas_tile, environment_lights, finite, hour, msaa, not_negative, positive, roughness,
+    CameraChoice, atlas_tile, environment_lights, finite, hour, msaa, not_negative, positive, repeat, roughness,
 };
 use super::waves::WaveArgs;
 use crate::app::error::AppError;
@@ -76,12 +76,21 @@ pub struct SceneArgs {
     /// Without repeats
     #[arg(long, help = for_scenes("Show the maps by example instead of side by side: blended pieces that never repeat, with the same mean and covariance of slopes; for ground, sand, plaster and whatever else has no order", Choice::Tiling))]
     pub no_repeats: bool,
-    /// Factor on the displacement; 0 is flat
+    /// Height of the relief
+    #[arg(long, value_name = "METRES", value_parser = not_negative, help = for_scenes("Metres from the 0 of the heights (black) to their 1 (white) [default: what fits the material's normals; 0.12 for heights alone]", Choice::HeightMap))]
+    pub height: Option<f32>,
+    /// Width of the maps
+    #[arg(long, value_name = "METRES", value_parser = repeat, help = for_scenes("Metres after which height maps and materials repeat, 0.01 to 1000 [default: 2 on the plane, 1.2 on the sphere]", Choice::HeightMap))]
+    pub repeat: Option<f32>,
+    /// Factor on the displacement, whatever its metres; 0 is flat
     #[arg(long, value_name = "X", default_value = "1", value_parser = not_negative)]
     pub height_scale: f32,
     /// Light from all around: the analytic sky, a studio, or an equirectangular picture
     #[arg(long, value_name = "sky|studio|FILE.hdr|FILE.exr", default_value = "sky")]
     pub environment: EnvironmentChoice,
+    /// By which a picture of an environment is turned counter-clockwise, seen from above [default: 0]
+    #[arg(long, value_name = "DEGREES", allow_negative_numbers = true, value_parser = finite)]
+    pub environment_rotation: Option<f32>,
     /// Most lights, 0 to 4, that are taken out of a picture of an environment to throw shadows; at 0 all light stays in the
     /// picture [default: 4]
     #[arg(long, value_name = "N", value_parser = environment_lights)]
@@ -142,6 +151,10 @@ pub struct SceneArgs {
     /// Exposure of a PNG or a window, stops above what suits the height of the sun (an EXR keeps linear radiance)
     #[arg(long, value_name = "EV", default_value = "0", allow_negative_numbers = true, value_parser = finite)]
     pub exposure: f32,
+    /// Expose for a picture of an environment, whose unit nobody tells: level ground in its light is as bright as under the sky at
+    /// mid-morning. --exposure adds stops
+    #[arg(long)]
+    pub auto_exposure: bool,
     /// How the light of a PNG or a window becomes that of a screen [default: agx]
     #[arg(long, value_name = "NAME", value_parser = choice(&Tonemap::ALL, Tonemap::name, Tonemap::help))]
     pub tonemap: Option<Tonemap>,
@@ -277,8 +290,11 @@ impl SceneArgs {
             tiling: if a.no_repeats { Tiling::ByExample } else { Tiling::Repeats },
             bare: a.bare,
             waves,
+            height: a.height,
+            repeat: a.repeat,
             height_scale: a.height_scale,
             environment: a.environment,
+            environment_rotation: a.environment_rotation.unwrap_or(0.0),
             environment_lights: LightExtraction {
                 count: a.environment_lights.unwrap_or(lights.count),
                 threshold: a.environment_light_threshold.unwrap_or(lights.threshold),
@@ -296,6 +312,7 @@ impl SceneArgs {
             msaa: a.msaa.unwrap_or(if once { DEFAULT_MSAA } else { 1 }),
             seed: a.seed,
             exposure: a.exposure,
+            auto_exposure: a.auto_exposure,
             tonemap: a.tonemap.unwrap_or(Tonemap::SHOWN),
             atlas_tile: a.atlas_tile,
             map_precision: a.map_precision.into(),
@@ -342,6 +359,13 @@ impl SceneArgs {
             let with = with(Choice::HeightMap);
             return Err(format!("{flag} is for the scenes {with}; {} has surfaces of its own", scene.name));
         }
+        let sizes = [("--height", self.height), ("--repeat", self.repeat)];
+        if let Some((flag, _)) = sizes.iter().find(|(_, metres)| metres.is_some())
+            && !scene.offers(Choice::HeightMap)
+        {
+            let with = with(Choice::HeightMap);
+            return Err(format!("{flag} is for the scenes {with}; --height-scale is for {}", scene.name));
+        }
         if self.no_repeats && !scene.offers(Choice::Tiling) {
             let with = with(Choice::Tiling);
             return Err(format!("--no-repeats is for the scene {with}; the maps of {} are its own", scene.name));
@@ -380,6 +404,19 @@ impl SceneArgs {
                 return Err(format!("--msaa is for techniques that filter; --technique {name} takes --samples"));
             }
         }
+        let about_pictures = [
+            (
+                "--environment-rotation turns",
+                self.environment_rotation.is_some(),
+                "--sun and --time-of-day turn the sky's light",
+            ),
+            ("--auto-exposure exposes for", self.auto_exposure, "the sky is exposed for the height of its sun anyway"),
+        ];
+        if let Some((flag, _, instead)) = about_pictures.iter().find(|(_, given, _)| *given)
+            && self.environment == EnvironmentChoice::Sky
+        {
+            return Err(format!("{flag} a picture (--environment studio or FILE); {instead}"));
+        }
         let about_lights = self.environment_lights.is_some() || self.environment_light_threshold.is_some();
         if about_lights && self.environment == EnvironmentChoice::Sky {
             return Err(
@@ -408,6 +445,35 @@ mod tests {
         assert!(said.contains("--displacement is for models"), "{said}");
         let scene = scene_choice("fox.glb").unwrap();
         assert_eq!(SceneArgs { scene, ..flags }.resolve().unwrap().displacements.len(), 1);
+    }
+
+    #[test]
+    fn metres_are_for_surfaces_with_maps_and_turns_for_pictures() {
+        #[derive(Parser)]
+        struct Flags {
+            #[command(flatten)]
+            scene: SceneArgs,
+        }
+        let resolve = |line: &str| {
+            let flags =
+                Flags::try_parse_from(["leadr"].into_iter().chain(line.split(' '))).map_err(|e| e.to_string())?;
+            flags.scene.resolve().map_err(|e| e.to_string())
+        };
+        let plane = resolve("--scene plane --height 0.05 --repeat 0.6").unwrap();
+        assert_eq!((plane.height, plane.repeat), (Some(0.05), Some(0.6)));
+        let studio = resolve("--environment studio --environment-rotation -45 --auto-exposure").unwrap();
+        assert_eq!((studio.environment_rotation, studio.auto_exposure), (-45.0, true));
+        for (line, word) in [
+            ("--scene trex --height 0.05", "--height-scale is for trex"),
+            ("--scene ocean --repeat 3", "plane, sphere"),
+            ("--scene plane --height -1", "negative"),
+            ("--scene plane --repeat 0", "0.01"),
+            ("--environment-rotation 10", "--sun"),
+            ("--auto-exposure", "anyway"),
+        ] {
+            let said = resolve(line).unwrap_err();
+            assert!(said.contains(word), "{line}: {said}");
+        }
     }
 
     #[test]

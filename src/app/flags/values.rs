@@ -218,6 +218,14 @@ pub fn roughness(text: &str) -> Result<f32, String> {
     positive(text).and_then(|v| if v <= 1.0 { Ok(v) } else { Err("roughness is above 0, up to 1".to_owned()) })
 }
 
+/// Metres after which maps repeat.
+///
+/// # Errors
+/// If `text` is no number from 0.01 to 1000: coordinates of smaller repeats have too few bits on a plane of 8 m.
+pub fn repeat(text: &str) -> Result<f32, String> {
+    within(text, 0.01, 1000.0).map(|metres| metres as f32).map_err(|form| format!("maps repeat after metres: {form}"))
+}
+
 /// A part of a whole.
 ///
 /// # Errors
