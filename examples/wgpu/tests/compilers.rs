@@ -3,6 +3,8 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+// For its archives: see there.
+use leadr_shaderc_debian as _;
 use leadr_wgpu::includes::expand;
 
 fn root() -> PathBuf {
