@@ -114,10 +114,7 @@ fn set_height(
     let mut relief = None;
     if let Some(material) = material {
         let Some(found) = &mut material.relief else {
-            return refuse(
-                "the material has no heights",
-                "give --height-map FILE, or leave --height out",
-            );
+            return refuse("the material has no heights", "give --height-map FILE, or leave --height out");
         };
         relief = Some(found);
     }

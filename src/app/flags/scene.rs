@@ -466,7 +466,7 @@ mod tests {
         for (line, word) in [
             ("--scene trex --height 0.05", "--height-scale is for trex"),
             ("--scene ocean --repeat 3", "plane, sphere"),
-            ("--scene plane --height -1", "negative"),
+            ("--scene plane --height=-1", "negative"),
             ("--scene plane --repeat 0", "0.01"),
             ("--environment-rotation 10", "--sun"),
             ("--auto-exposure", "anyway"),
