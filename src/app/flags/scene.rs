@@ -364,7 +364,7 @@ impl SceneArgs {
             && !scene.offers(Choice::HeightMap)
         {
             let with = with(Choice::HeightMap);
-            return Err(format!("{flag} is for the scenes {with}; --height-scale is for {}", scene.name));
+            return Err(format!("{flag} is for the scenes {with}; {} has surfaces of its own", scene.name));
         }
         if self.no_repeats && !scene.offers(Choice::Tiling) {
             let with = with(Choice::Tiling);
@@ -464,7 +464,7 @@ mod tests {
         let studio = resolve("--environment studio --environment-rotation -45 --auto-exposure").unwrap();
         assert_eq!((studio.environment_rotation, studio.auto_exposure), (-45.0, true));
         for (line, word) in [
-            ("--scene trex --height 0.05", "--height-scale is for trex"),
+            ("--scene trex --height 0.05", "surfaces of its own"),
             ("--scene ocean --repeat 3", "plane, sphere"),
             ("--scene plane --height=-1", "negative"),
             ("--scene plane --repeat 0", "0.01"),
