@@ -3,6 +3,9 @@
 
 use std::path::{Component, Path, PathBuf};
 
+// Linked for its archives, which it says more about.
+use leadr_shaderc_debian as _;
+
 use super::reflect::{self, Interface};
 
 /// A compiled entry point.

@@ -17,7 +17,6 @@ use leadr::gpu::Gpu;
 use leadr::maps::procedural::rock;
 use leadr::render::frame::Renderer;
 use leadr::render::light::environment::Environment;
-use leadr::render::light::panorama::LightExtraction;
 use leadr::render::light::sky::Sky;
 use leadr::render::scene::{FrameState, Object, Pose};
 use leadr::render::settings::RenderSettings;
@@ -84,8 +83,7 @@ pub fn main() -> Result<(), Box<dyn std::error::Error>> {
         frames: arguments.frames,
         ..Default::default()
     };
-    let other = SkyOrPicture { sky, lights: LightExtraction::default() };
-    let surroundings = Surroundings::new(EnvironmentChoice::Sky, other);
+    let surroundings = Surroundings::new(EnvironmentChoice::Sky, SkyOrPicture::under(sky));
     let orbit = Orbit::new(&start);
     let show = Show { renderer, scene: Box::new(scene), orbit, views: None, sweep: None, surroundings };
     let report = run(display, show, settings, &mut OneScene, options)?;

@@ -63,7 +63,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let gpu = Gpu::new(&GpuOptions::default())?;
     // The plate mirrors it towards the camera.
     let sky = Sky::with_sun(37.0f32.to_radians(), 90.0f32.to_radians());
-    let mut stage = plane_stage(&polished(material));
+    let mut stage = plane_stage(&polished(material), None);
     let environment = Environment::from_sky(&gpu, Environment::FACE_SIZE, &sky)?;
     let mut renderer = Renderer::new(&gpu, stage.take_scene(), environment)?;
     let lights = Lights::under(&sky);

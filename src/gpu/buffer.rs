@@ -191,6 +191,9 @@ impl Buffer {
     }
 }
 
+/// Bytes from which on it is asked first whether there is memory: drivers report late, or not at all, that there is too little.
+const LARGE: u64 = 64 << 20;
+
 /// Memory for a resource, or an error that names the resource.
 pub(crate) fn allocate(
     gpu: &Gpu,
@@ -199,6 +202,10 @@ pub(crate) fn allocate(
     location: MemoryLocation,
     linear: bool,
 ) -> Result<Allocation> {
+    if location == MemoryLocation::GpuOnly && requirements.size >= LARGE {
+        let bytes = requirements.size;
+        gpu.memory_room().check(bytes, bytes, name, "smaller maps or a smaller picture")?;
+    }
     let description = AllocationCreateDesc {
         name,
         requirements,

@@ -51,6 +51,8 @@ struct Facts {
     driver: String,
     driver_id: vk::DriverId,
     limits: vk::PhysicalDeviceLimits,
+    kind: vk::PhysicalDeviceType,
+    largest_allocation: u64,
 }
 
 /// The objects created so far, destroyed in order when a later step fails.
@@ -186,6 +188,17 @@ impl Gpu {
     #[doc(hidden)]
     pub fn loop_iterations_per_invocation(&self) -> Option<u32> {
         self.is_lavapipe().then_some(65_535)
+    }
+
+    /// Whether the driver draws on the processor, in the machine's own memory.
+    #[must_use]
+    pub fn is_software(&self) -> bool {
+        self.facts.kind == vk::PhysicalDeviceType::CPU
+    }
+
+    /// The most bytes of memory that the device gives in one piece.
+    pub(super) fn largest_allocation(&self) -> u64 {
+        self.facts.largest_allocation
     }
 
     /// The device's Vulkan limits.
@@ -385,12 +398,20 @@ fn create_device(instance: &ash::Instance, chosen: &select::Candidate, extension
 
 fn facts(instance: &ash::Instance, chosen: &select::Candidate) -> Facts {
     let mut driver = vk::PhysicalDeviceDriverProperties::default();
-    let mut all = vk::PhysicalDeviceProperties2::default().push_next(&mut driver);
+    let mut v11 = vk::PhysicalDeviceVulkan11Properties::default();
+    let mut all = vk::PhysicalDeviceProperties2::default().push_next(&mut driver).push_next(&mut v11);
     // SAFETY: the device is Vulkan 1.3 and knows the chain.
     unsafe { instance.get_physical_device_properties2(chosen.physical, &mut all) };
     let limits = all.properties.limits;
     let text = |s: std::result::Result<&CStr, _>| s.map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
     let name = text(driver.driver_name_as_c_str().map_err(drop));
     let info = text(driver.driver_info_as_c_str().map_err(drop));
-    Facts { name: chosen.name.clone(), driver: format!("{name} {info}"), driver_id: driver.driver_id, limits }
+    Facts {
+        name: chosen.name.clone(),
+        driver: format!("{name} {info}"),
+        driver_id: driver.driver_id,
+        limits,
+        kind: chosen.kind,
+        largest_allocation: v11.max_memory_allocation_size,
+    }
 }

@@ -61,7 +61,10 @@ pub enum GpuError {
         fault: String,
     },
     /// Memory for a resource could not be allocated.
-    #[error("cannot allocate {bytes} bytes for {name}: {source}")]
+    #[error(
+        "the device has no {} left for {name} ({source}): take smaller maps or a smaller picture, or close what else uses it",
+        binary(*bytes)
+    )]
     Allocation {
         /// The resource's debug name.
         name: String,
@@ -73,7 +76,7 @@ pub enum GpuError {
     /// What is to be drawn does not fit into the device's memory.
     #[error(
         "{what} needs {} of device memory, and {} of {} are left: take {remedy}",
-        gibibytes(*needs), gibibytes(*left), gibibytes(*size)
+        binary(*needs), binary(*left), binary(*size)
     )]
     TooLarge {
         /// What needs it.
@@ -84,6 +87,21 @@ pub enum GpuError {
         left: u64,
         /// Bytes of the device's memory.
         size: u64,
+        /// What would need less.
+        remedy: String,
+    },
+    /// What is to be drawn needs more memory in one piece than the device gives.
+    #[error(
+        "{what} needs {} of device memory in one piece, and the device gives {}: take {remedy}",
+        binary(*needs), binary(*most)
+    )]
+    InOnePiece {
+        /// What needs it.
+        what: String,
+        /// Bytes that it needs.
+        needs: u64,
+        /// The most bytes that one buffer or image can have.
+        most: u64,
         /// What would need less.
         remedy: String,
     },
@@ -129,6 +147,7 @@ impl<T> Doing<T> for std::result::Result<T, vk::Result> {
 }
 
 /// Bytes as a person reads them.
-fn gibibytes(bytes: u64) -> String {
-    format!("{:.2} GiB", bytes as f64 / f64::from(1 << 30))
+pub(crate) fn binary(bytes: u64) -> String {
+    let mebibytes = bytes as f64 / f64::from(1 << 20);
+    if mebibytes < 1000.0 { format!("{mebibytes:.1} MiB") } else { format!("{:.2} GiB", mebibytes / 1024.0) }
 }

@@ -1,8 +1,8 @@
-//! How much memory the device's resources occupy, and how much it has.
+//! How much memory the device's resources occupy, and how much there is for more.
 
 use ash::vk;
 
-use super::Gpu;
+use super::{Gpu, GpuError, Result};
 
 /// Device memory in use, bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -13,6 +13,47 @@ pub struct MemoryUse {
     pub reserved: u64,
     /// Number of buffers and images.
     pub allocations: usize,
+}
+
+/// Device memory for what is to come, bytes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct MemoryRoom {
+    /// All that the device has.
+    pub size: u64,
+    /// What of it is not in use.
+    pub left: u64,
+    /// The most that it gives to one buffer or image.
+    pub piece: u64,
+}
+
+impl MemoryRoom {
+    /// Checks that `needs` bytes, `piece` of them for one buffer or image, fit.
+    ///
+    /// # Errors
+    /// [`GpuError::InOnePiece`] or [`GpuError::TooLarge`], with `what` needs them and `remedy`, what would need less.
+    pub fn check(&self, needs: u64, piece: u64, what: &str, remedy: &str) -> Result<()> {
+        let Self { size, left, piece: most } = *self;
+        let (what, remedy) = (what.to_owned(), remedy.to_owned());
+        if needs > left {
+            return Err(GpuError::TooLarge { what, needs, left, size, remedy });
+        }
+        if piece > most {
+            return Err(GpuError::InOnePiece { what, needs: piece, most, remedy });
+        }
+        Ok(())
+    }
+}
+
+/// Bytes of this machine's memory that programs can still have; `None` where the system does not say.
+#[must_use]
+pub fn machine_memory() -> Option<u64> {
+    available(&std::fs::read_to_string("/proc/meminfo").ok()?)
+}
+
+/// What Linux says is available, bytes.
+fn available(meminfo: &str) -> Option<u64> {
+    let line = meminfo.lines().find_map(|line| line.strip_prefix("MemAvailable:"))?;
+    line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok()?.checked_mul(1024)
 }
 
 impl Gpu {
@@ -27,14 +68,48 @@ impl Gpu {
         }
     }
 
-    /// Bytes of the largest heap of the device's own memory.
+    /// The device's own memory that buffers and images can still have.
     #[must_use]
-    pub fn memory_size(&self) -> u64 {
+    pub fn memory_room(&self) -> MemoryRoom {
+        let size = self.memory_size();
+        let left = size.saturating_sub(self.memory_use().allocated);
+        // Drivers in software promise memory of the machine that others may hold.
+        let left = if self.is_software() { left.min(machine_memory().unwrap_or(left)) } else { left };
+        MemoryRoom { size, left, piece: self.largest_allocation() }
+    }
+
+    /// Bytes of the largest heap of the device's own memory.
+    fn memory_size(&self) -> u64 {
         let (_, instance, physical) = self.raw_instance();
         // SAFETY: the instance and the physical device are alive.
         let properties = unsafe { instance.get_physical_device_memory_properties(physical) };
         let own = properties.memory_heaps_as_slice().iter();
         let own = own.filter(|heap| heap.flags.contains(vk::MemoryHeapFlags::DEVICE_LOCAL));
         own.map(|heap| heap.size).max().unwrap_or(u64::MAX)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_linux_says_is_read() {
+        let text = "MemTotal:       24630000 kB\nMemFree:         9000000 kB\nMemAvailable:   20000000 kB\n";
+        assert_eq!(available(text), Some(20_000_000 * 1024));
+        assert_eq!((available(""), available("MemAvailable: a lot")), (None, None));
+    }
+
+    #[test]
+    fn what_does_not_fit_is_refused_in_units() {
+        let room = MemoryRoom { size: 4 << 30, left: 3 << 30, piece: 2 << 30 };
+        assert!(room.check(3 << 30, 2 << 30, "a map", "less").is_ok());
+        let said = room.check((3 << 30) + 1, 0, "a map", "smaller maps").unwrap_err().to_string();
+        assert_eq!(said, "a map needs 3.00 GiB of device memory, and 3.00 GiB of 4.00 GiB are left: take smaller maps");
+        let said = room.check(3 << 30, 3 << 30, "a map", "smaller maps").unwrap_err().to_string();
+        assert_eq!(
+            said,
+            "a map needs 3.00 GiB of device memory in one piece, and the device gives 2.00 GiB: take smaller maps"
+        );
     }
 }

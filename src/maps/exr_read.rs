@@ -145,13 +145,21 @@ fn pick_part(meta: &MetaData, choose: Choose, wanted: &str) -> Result<(usize, Ve
             continue;
         }
         let names: Vec<String> = header.channels.list.iter().map(|c| c.name.to_string()).collect();
+        let holds = |name: &str| names.iter().any(|n| n.rsplit('.').next() == Some(name));
+        if ["Y", "RY", "BY"].into_iter().all(holds) {
+            let what = "it holds luminance and chroma (channels Y, RY and BY)".into();
+            return Err(MapFault::Unsupported { what, remedy: "save it as plain RGB".into() });
+        }
         let Some(picked) = choose(&names) else {
             found.extend(names);
             continue;
         };
         if header.channels.list.iter().any(|c| c.sampling != Vec2(1, 1)) {
-            let what = "its channels are subsampled (luminance/chroma)".into();
-            return Err(MapFault::Unsupported { what, remedy: "save it as plain RGB".into() });
+            let what = "its channels have fewer samples than it has pixels".into();
+            return Err(MapFault::Unsupported {
+                what,
+                remedy: "save it with one sample of each channel for every pixel".into(),
+            });
         }
         return Ok((part, picked));
     }

@@ -25,6 +25,9 @@ pub const MAX_RADIANCE: f32 = 1e18;
 /// Negative radiance down to this is the rounding of a lossy codec or a resampling filter, and is read as 0.
 pub const NEGATIVE_NOISE: f32 = -0.01;
 
+/// Negative radiance that is more than this is read as 0, too, as long as all of it is at most this share of the positive.
+pub const NEGATIVE_SHARE: f64 = 0.01;
+
 /// Checks a claimed image size before anything is allocated for it.
 ///
 /// `bytes_per_texel` counts every channel the decoder will unpack; `file_bytes` is the length of the whole file.

@@ -2,8 +2,11 @@
 
 use std::path::Path;
 
+use super::foreign::unrecognised;
+use super::looks::{Looks, looks};
 use super::material::{self, Raster};
 use super::png_read::{Png, Samples};
+use super::remark::remark;
 use super::srgb::linear_from_srgb;
 use super::{HeightMap, MapError, MapFault, Rgb8Image, RgbImage, exr_read, hdr, limits, png_read, raster_read};
 
@@ -11,18 +14,28 @@ use super::{HeightMap, MapError, MapFault, Rgb8Image, RgbImage, exr_read, hdr, l
 ///
 /// In a PNG or JPEG the first channel (grey, or red) is the height and alpha is ignored. In an EXR it is the only channel, or
 /// else the first of `height`, `displacement`, `disp`, `Y`, `Z`, `R`, whatever its case, with or without a layer
-/// prefix. Fails on anything unreadable, over [`limits`], or not finite.
+/// prefix. Fails on anything unreadable, over [`limits`], or not finite, and on what looks like a normal map; what looks like
+/// colours is remarked upon in the log.
 pub fn load_height_map(path: impl AsRef<Path>) -> Result<HeightMap, MapError> {
-    load(path.as_ref(), decode_height_map)
+    let (map, looks) = load(path.as_ref(), decode_heights)?;
+    if looks == Looks::Colors {
+        remark(path.as_ref(), "its colours differ: red counts as the height; is it a colour map?");
+    }
+    Ok(map)
 }
 
 /// Loads an equirectangular environment (linear radiance) from Radiance HDR or EXR.
 ///
 /// In an EXR the channels are `R`, `G`, `B`, or those of the first layer that has all three, or a lone `Y` as grey.
-/// Fails on anything unreadable, over [`limits`], not finite or negative (channel and place are named); negative values
-/// within [`limits::NEGATIVE_NOISE`] are what lossy compression leaves of black, and become 0.
+/// Fails on anything unreadable, over [`limits`], not finite or negative (channel and place are named). Negative values
+/// within [`limits::NEGATIVE_NOISE`] are what lossy compression leaves of black, and become 0; so do larger ones, as resampling and
+/// changes of the gamut make them, that together are at most [`limits::NEGATIVE_SHARE`] of the light, which the log remarks upon.
 pub fn load_environment(path: impl AsRef<Path>) -> Result<RgbImage, MapError> {
-    load(path.as_ref(), decode_environment)
+    let (image, clamped) = load(path.as_ref(), decode_light)?;
+    if let Some(clamped) = clamped {
+        remark(path.as_ref(), &clamped);
+    }
+    Ok(image)
 }
 
 /// Loads a colour PNG as linear 0..1. The codes are taken as sRGB whatever the file's gamma chunk says; grey is
@@ -74,29 +87,77 @@ fn load<T>(path: &Path, decode: fn(&[u8]) -> Result<T, MapFault>) -> Result<T, M
 
 /// [`load_height_map`] from bytes in memory.
 pub fn decode_height_map(bytes: &[u8]) -> Result<HeightMap, MapFault> {
+    decode_heights(bytes).map(|(map, _)| map)
+}
+
+/// Heights, and what the whole image looks like where it has three channels.
+fn decode_heights(bytes: &[u8]) -> Result<(HeightMap, Looks), MapFault> {
     if exr_read::is_exr(bytes) {
         let image = exr_read::decode(bytes, choose_height, "named height, displacement, disp, Y, Z or R")?;
+        let looks = match &image.planes[..] {
+            [r, g, b] => looks(r.len(), |i| [r[i], g[i], b[i]]),
+            _ => Looks::Grey,
+        };
         let texels = image.planes.into_iter().next().unwrap_or_default();
-        return HeightMap::new(image.width, image.height, texels);
+        return Ok((HeightMap::new(image.width, image.height, texels)?, refuse_normals(looks)?));
     }
     if !raster_read::is_raster(bytes) {
-        return Err(MapFault::Unrecognised { expected: "a PNG, JPEG or EXR height map" });
+        return Err(unrecognised(bytes, "a PNG, JPEG or EXR height map", "-depth 16 FILE.png"));
     }
     let raster = raster_read::decode_raster(bytes)?;
-    let places = (0..raster.height()).flat_map(|y| (0..raster.width()).map(move |x| (x, y)));
-    HeightMap::new(raster.width(), raster.height(), places.map(|(x, y)| raster.value(x, y, 0)).collect())
+    let (width, height) = (raster.width(), raster.height());
+    let looks = if raster.channels() >= 3 {
+        let place = |i: usize| [i % width as usize, i / width as usize].map(|k| k as u32);
+        looks(width as usize * height as usize, |i| {
+            let [x, y] = place(i);
+            [0, 1, 2].map(|channel| raster.value(x, y, channel))
+        })
+    } else {
+        Looks::Grey
+    };
+    refuse_normals(looks)?;
+    let places = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
+    Ok((HeightMap::new(width, height, places.map(|(x, y)| raster.value(x, y, 0)).collect())?, looks))
+}
+
+fn refuse_normals(looks: Looks) -> Result<Looks, MapFault> {
+    if looks != Looks::Normals {
+        return Ok(looks);
+    }
+    Err(MapFault::Unsupported {
+        what: "it looks like a normal map, and heights are expected".into(),
+        remedy: "give it as --normal-map (leadr bake: --normal), or make heights of it: leadr bake --normal FILE --kind height".into(),
+    })
 }
 
 /// [`load_environment`] from bytes in memory.
 pub fn decode_environment(bytes: &[u8]) -> Result<RgbImage, MapFault> {
+    decode_light(bytes).map(|(image, _)| image)
+}
+
+/// An environment, and a sentence about its negative values if they are more than noise.
+fn decode_light(bytes: &[u8]) -> Result<(RgbImage, Option<String>), MapFault> {
     let mut image = decode_radiance(bytes, "a Radiance HDR (.hdr) or EXR environment")?;
+    let (mut light, mut missing, mut count, mut least) = (0.0f64, 0.0f64, 0u64, 0.0f32);
     for value in image.texels.as_flattened_mut() {
         if (limits::NEGATIVE_NOISE..0.0).contains(value) {
             *value = 0.0;
+        } else if *value < 0.0 {
+            (missing, count, least) = (missing - f64::from(*value), count + 1, least.min(*value));
+        } else if *value > 0.0 {
+            light += f64::from(*value);
         }
     }
+    let mut clamped = None;
+    if count > 0 && missing <= limits::NEGATIVE_SHARE * light {
+        image.texels.as_flattened_mut().iter_mut().filter(|value| **value < 0.0).for_each(|value| *value = 0.0);
+        let percent = 100.0 * missing / light;
+        clamped = Some(format!(
+            "{count} values below 0, down to {least}, count as 0: together they are {percent:.2} % of its light"
+        ));
+    }
     image.check_radiance()?;
-    Ok(image)
+    Ok((image, clamped))
 }
 
 /// [`load_picture`] from bytes in memory.
@@ -117,7 +178,7 @@ fn decode_radiance(bytes: &[u8], expected: &'static str) -> Result<RgbImage, Map
         let texels = (0..r.len()).map(|i| [r[i], g[i], b[i]]).collect();
         RgbImage::new(width, height, texels)
     } else {
-        Err(MapFault::Unrecognised { expected })
+        Err(unrecognised(bytes, expected, "FILE.exr"))
     }
 }
 
@@ -149,7 +210,7 @@ pub fn decode_color_srgb8(bytes: &[u8]) -> Result<Rgb8Image, MapFault> {
 
 fn decode_color_png(bytes: &[u8]) -> Result<Png, MapFault> {
     if !png_read::is_png(bytes) {
-        return Err(MapFault::Unrecognised { expected: "a PNG colour map" });
+        return Err(unrecognised(bytes, "a PNG colour map", "FILE.png"));
     }
     png_read::decode(bytes)
 }
@@ -170,7 +231,10 @@ fn choose_height(names: &[String]) -> Option<Vec<usize>> {
         return Some(vec![0]);
     }
     let wanted = ["height", "displacement", "disp", "y", "z", "r"];
-    wanted.iter().find_map(|w| names.iter().position(|n| last_part(n) == *w)).map(|i| vec![i])
+    let height = wanted.iter().find_map(|w| names.iter().position(|n| last_part(n) == *w))?;
+    // Of colours all three, since they may be normals.
+    let colors = choose_rgb(names).filter(|rgb| rgb.first() == Some(&height));
+    Some(colors.unwrap_or(vec![height]))
 }
 
 fn choose_rgb(names: &[String]) -> Option<Vec<usize>> {

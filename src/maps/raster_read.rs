@@ -5,6 +5,7 @@ use std::io::Cursor;
 use image::codecs::jpeg::JpegDecoder;
 use image::{ColorType, ImageDecoder};
 
+use super::foreign::unrecognised;
 use super::guard::guarded;
 use super::material::{Raster, Samples};
 use super::png_read::{self, fault};
@@ -31,7 +32,7 @@ pub fn decode_raster(bytes: &[u8]) -> Result<Raster, MapFault> {
         return guarded("JPEG", || decode_jpeg(bytes));
     }
     if !png_read::is_png(bytes) {
-        return Err(MapFault::Unrecognised { expected: "a PNG or JPEG image" });
+        return Err(unrecognised(bytes, "a PNG, JPEG or EXR image", "FILE.png"));
     }
     let png = png_read::decode(bytes)?;
     let samples = match png.samples {

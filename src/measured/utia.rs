@@ -14,7 +14,7 @@ const THETAS: usize = 6;
 const PHIS: usize = 48;
 const ENTRIES: usize = THETAS * PHIS * THETAS * PHIS;
 /// Length of a file.
-pub(super) const BYTES: usize = 3 * 8 * ENTRIES;
+pub const BYTES: usize = 3 * 8 * ENTRIES;
 const UNIT: f64 = 1.0 / 140.0;
 /// `f_r` of the largest code.
 const SCALE: f64 = 100.0;

@@ -459,6 +459,8 @@ pub struct FrameState {
     pub height_scale: f32,
     /// Radiance of an emission of 1.
     pub emission_scale: f32,
+    /// Exposure factor for viewing the picture where no sky decides it.
+    pub metered: f32,
 }
 
 impl FrameState {
@@ -475,6 +477,7 @@ impl FrameState {
             point_lights: Vec::new(),
             height_scale: 1.0,
             emission_scale: 1.0,
+            metered: 1.0,
         }
     }
 
@@ -484,10 +487,10 @@ impl FrameState {
         Self { sky: Some(*sky), sun: Some(Sun::of(sky)), ..self }
     }
 
-    /// Exposure factor for viewing the picture: chosen by the sky's sun; 1 under any other light.
+    /// Exposure factor for viewing the picture: chosen by the sky's sun, and under any other light what was metered.
     #[must_use]
     pub fn exposure(&self) -> f32 {
-        self.sky.as_ref().map_or(1.0, exposure::exposure)
+        self.sky.as_ref().map_or(self.metered, exposure::exposure)
     }
 }
 

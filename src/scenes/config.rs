@@ -268,10 +268,16 @@ pub struct SceneConfig {
     pub bare: bool,
     /// The waves of the ocean.
     pub waves: Waves,
+    /// Metres from the 0 of the plane's or sphere's heights to their 1, 0 or more; `None` for what files tell, or what is usual.
+    pub height: Option<f32>,
+    /// Metres after which its maps repeat, above 0; `None` for the scene's own.
+    pub repeat: Option<f32>,
     /// Factor on the displacement, 0 or more.
     pub height_scale: f32,
     /// Light from all around.
     pub environment: EnvironmentChoice,
+    /// By which a picture of it is turned counter-clockwise seen from above, degrees.
+    pub environment_rotation: f32,
     /// What of a picture of the environment becomes lights.
     #[serde(flatten)]
     pub environment_lights: LightExtraction,
@@ -302,6 +308,8 @@ pub struct SceneConfig {
     pub seed: u64,
     /// Exposure of a PNG or a window, stops above what suits the height of the sun.
     pub exposure: f32,
+    /// Whether a picture of the environment is exposed for what it shines on level ground, instead of at 1.
+    pub auto_exposure: bool,
     /// How its light becomes that of a screen.
     #[serde(serialize_with = "name_of_tonemap")]
     pub tonemap: Tonemap,
@@ -342,8 +350,11 @@ impl Default for SceneConfig {
             tiling: Tiling::default(),
             bare: false,
             waves: Waves::default(),
+            height: None,
+            repeat: None,
             height_scale: 1.0,
             environment: EnvironmentChoice::Sky,
+            environment_rotation: 0.0,
             environment_lights: LightExtraction::default(),
             sun: SunDirection { azimuth: -50.0, elevation: 38.0 },
             time_of_day: None,
@@ -358,6 +369,7 @@ impl Default for SceneConfig {
             msaa: 1,
             seed: 0,
             exposure: 0.0,
+            auto_exposure: false,
             tonemap: Tonemap::SHOWN,
             atlas_tile: 64,
             map_precision: MomentFormat::default(),

@@ -277,19 +277,23 @@ fn black(name: &str) -> Material {
     }
 }
 
+/// Texels across and down of a material's finest texture.
+#[must_use]
+pub fn finest(material: &Material) -> (u32, u32) {
+    let textures = [&material.base_color, &material.f0].into_iter().filter_map(|input| input.texture.as_ref());
+    let numbers = [&material.metalness, &material.roughness, &material.specular];
+    let numbers = numbers.into_iter().filter_map(|input| input.texture.as_ref());
+    let anisotropy = material.anisotropy.as_ref().and_then(|a| a.direction.as_ref().or(a.strength.texture.as_ref()));
+    let normal = material.normal_map.as_ref().map(|map| &map.texture).into_iter().chain(anisotropy);
+    let heights = material.relief.as_ref().map(|relief| (relief.map.width, relief.map.height));
+    let sizes = textures.chain(numbers).chain(normal).map(texels_of).chain(heights);
+    sizes.fold((1, 1), |a, b| (a.0.max(b.0), a.1.max(b.1)))
+}
+
 impl Cover {
     /// Reads the textures of a material.
     #[must_use]
     pub fn new(material: &Material) -> Self {
-        let textures = [&material.base_color, &material.f0].into_iter().filter_map(|input| input.texture.as_ref());
-        let numbers = [&material.metalness, &material.roughness, &material.specular];
-        let numbers = numbers.into_iter().filter_map(|input| input.texture.as_ref());
-        let anisotropy =
-            material.anisotropy.as_ref().and_then(|a| a.direction.as_ref().or(a.strength.texture.as_ref()));
-        let normal = material.normal_map.as_ref().map(|map| &map.texture).into_iter().chain(anisotropy);
-        let heights = material.relief.as_ref().map(|relief| (relief.map.width, relief.map.height));
-        let sizes = textures.chain(numbers).chain(normal).map(texels_of).chain(heights);
-        let size = sizes.fold((1, 1), |a, b| (a.0.max(b.0), a.1.max(b.1)));
         let heights = |relief: &Relief| Plate {
             width: relief.map.width,
             height: relief.map.height,
@@ -346,7 +350,7 @@ impl Cover {
             agreed: agreed_scale(material)
                 .or_else(|| material.relief.as_ref().map(|relief| usual_scale(&relief.map)))
                 .unwrap_or(USUAL_HEIGHT),
-            size,
+            size: finest(material),
         }
     }
 

@@ -3,24 +3,39 @@
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
-use super::cover::{Cover, LightMaps, Stroke, Texel};
+use super::cover::{Cover, LightMaps, Stroke, Texel, finest};
 use super::detail::detail;
 use super::holes::filled;
 use super::sphere::{bake_patches, cube_sphere};
 use super::stage::{PLANE_REPEAT, SPHERE_REPEAT, Stage, plane_meshes, plane_views, sphere_views};
 use crate::maps::material::{Material, TextureWrap};
-use crate::render::scene::{DetailMapping, Object, PropertyMap};
+use crate::render::scene::{DetailMapping, MaterialMap, Object, PropertyMap};
 use crate::render::surfaces::displacement::{Border, HeightField};
 use crate::render::surfaces::patch::PatchPoint;
-use crate::render::surfaces::patch_mesh::TileLayout;
+use crate::render::surfaces::patch_mesh::{PatchMesh, TileLayout};
 use crate::render::surfaces::triplanar;
 
 /// Albedo and roughness of the vertices: the material's own.
 const UNTINTED: [f32; 4] = [1.0; 4];
 
-/// A plane of 8 m in a material, which repeats every 2 m and is seen upright from above with `+y` on top.
+/// Bytes of memory for each texel of the plane while it is dressed, at least: the material there, its codes and its height.
+pub const DRESSING: u64 = size_of::<Texel>() as u64 + 8 + 4;
+
+/// The plane before it is dressed: its maps have sizes and nothing else.
 #[must_use]
-pub fn plane_stage(material: &Material) -> Stage {
+pub fn undressed_plane(material: &Material) -> Object {
+    let (width, height) = finest(material);
+    let object = Object::new("plane", PatchMesh::default()).with_material(MaterialMap::new(width, height, Vec::new()));
+    if material.relief.is_none() && material.normal_map.is_none() && material.anisotropy.is_none() {
+        return object;
+    }
+    object.with_heights(HeightField { width, height, texels: Vec::new(), border: Border::Wrap }, 1.0)
+}
+
+/// A plane of 8 m in a material, which repeats every 2 m or after so many metres, and is seen upright from above with `+y` on top.
+#[must_use]
+pub fn plane_stage(material: &Material, repeat: Option<f32>) -> Stage {
+    let metres = repeat.unwrap_or(PLANE_REPEAT);
     let cover = Cover::new(material);
     let (width, height) = cover.size;
     let upright = |index: usize| {
@@ -33,7 +48,7 @@ pub fn plane_stage(material: &Material) -> Stage {
         texels = filled(&texels, [width, height], |index| cover.opacity(upright(index)) >= cover.least_opacity());
     }
     let has_relief = cover.has_heights() || cover.has_slopes() || cover.is_brushed();
-    let (mesh, coarse) = plane_meshes(if has_relief { width.max(height) } else { 0 }, UNTINTED);
+    let (mesh, coarse) = plane_meshes(if has_relief { width.max(height) } else { 0 }, metres, UNTINTED);
     let mut object =
         Object::new("plane", mesh).with_specular_f0(texels[0].body_f0).with_conductor_dip(material.conductor_dip);
     let repeat = [[TextureWrap::Repeat; 2]; 3];
@@ -45,11 +60,11 @@ pub fn plane_stage(material: &Material) -> Stage {
     if has_relief {
         object.coarse_mesh = coarse;
         // In repeats of the textures, as baked files have them, so that slopes are those of the normals.
-        let unit = cover.unit(PLANE_REPEAT);
+        let unit = cover.unit(metres);
         let height = |index| cover.height(upright(index)) * unit - cover.middle * unit;
         let heights = places.clone().into_par_iter().map(height).collect();
         let field = HeightField { width, height: cover.size.1, texels: heights, border: Border::Wrap };
-        object = object.with_heights(field, PLANE_REPEAT);
+        object = object.with_heights(field, metres);
         if cover.has_slopes() || cover.is_brushed() {
             let slope = |index| {
                 let slope = cover.relief_slope(upright(index), unit);
@@ -63,7 +78,7 @@ pub fn plane_stage(material: &Material) -> Stage {
         }
     }
     if let Some(layer) = &material.detail {
-        object = object.with_detail(detail(layer, DetailMapping::Texcoords, PLANE_REPEAT));
+        object = object.with_detail(detail(layer, DetailMapping::Texcoords, metres));
     }
     Stage::still(vec![object], plane_views())
 }
@@ -86,12 +101,13 @@ struct Baked {
     spread: [f32; 3],
 }
 
-/// A unit sphere in a material, seen along the three axes and blended; it repeats every 1.2 m.
+/// A unit sphere in a material, seen along the three axes and blended; it repeats every 1.2 m or after so many metres.
 #[must_use]
-pub fn sphere_stage(material: &Material, tile: u32) -> Stage {
+pub fn sphere_stage(material: &Material, repeat: Option<f32>, tile: u32) -> Stage {
+    let metres = repeat.unwrap_or(SPHERE_REPEAT);
     let cover = Cover::new(material);
     // In repeats of the textures, as baked files have them.
-    let unit = cover.unit(SPHERE_REPEAT);
+    let unit = cover.unit(metres);
     let smooth = material.relief.as_ref().map(|relief| {
         let mut field = HeightField::repeating(relief.map.clone());
         field.texels.iter_mut().for_each(|height| *height *= unit);
@@ -103,12 +119,11 @@ pub fn sphere_stage(material: &Material, tile: u32) -> Stage {
     let (width, height) = layout.size();
     let per_patch = Vec2::new(width as f32, height as f32) / layout.inner() as f32;
     // A tangent vector of slopes, by texture coordinate and in the heights' unit.
-    let by_texcoord = |slope: Vec3, point: &PatchPoint| {
-        Vec2::new(slope.dot(point.du), slope.dot(point.dv)) * per_patch / SPHERE_REPEAT
-    };
+    let by_texcoord =
+        |slope: Vec3, point: &PatchPoint| Vec2::new(slope.dot(point.du), slope.dot(point.dv)) * per_patch / metres;
     let (_, baked) = bake_patches(&mut mesh, tile, |_, _, point| {
         let (mut baked, mut gradient) = (Baked::default(), Vec3::ZERO);
-        let weights = triplanar::projections(point.position, point.normal, SPHERE_REPEAT);
+        let weights = triplanar::projections(point.position, point.normal, metres);
         let squares: f32 = weights.iter().map(|w| w.weight * w.weight).sum();
         let sum: f32 = weights.iter().map(|w| w.weight).sum();
         for seen in weights.iter().filter(|seen| seen.weight > 0.0) {
@@ -144,7 +159,7 @@ pub fn sphere_stage(material: &Material, tile: u32) -> Stage {
     object = object.with_material(light.with(cover.with_fit(Cover::map(width, height, &texels))));
     let heights = baked.iter().map(|b| b.height).collect();
     let field = HeightField { width, height, texels: heights, border: Border::Tiles(layout) };
-    object = object.with_heights(field, SPHERE_REPEAT);
+    object = object.with_heights(field, metres);
     if cover.has_slopes() || cover.is_brushed() {
         object = object.with_slopes(baked.iter().map(|b| b.slope).collect());
     }
@@ -152,7 +167,7 @@ pub fn sphere_stage(material: &Material, tile: u32) -> Stage {
         object = object.with_slope_spread(baked.iter().map(|b| b.spread).collect());
     }
     if let Some(layer) = &material.detail {
-        object = object.with_detail(detail(layer, DetailMapping::Triplanar(SPHERE_REPEAT), SPHERE_REPEAT));
+        object = object.with_detail(detail(layer, DetailMapping::Triplanar(metres), metres));
     }
     Stage::still(vec![object], sphere_views())
 }

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::trex::TrexError;
-use crate::gpu::GpuError;
+use crate::gpu::{GpuError, binary};
 use crate::maps::MapError;
 use crate::models::ModelError;
 
@@ -22,6 +22,21 @@ pub enum SceneError {
     /// A model that cannot be shown: why, and what to do.
     #[error("{0}")]
     Model(String),
+    /// The machine has too little memory left to make it.
+    #[error(
+        "making {what} takes some {} of this machine's memory, and {} are left: take {remedy}",
+        binary(*needs), binary(*left)
+    )]
+    Memory {
+        /// What is made.
+        what: String,
+        /// Bytes that it takes.
+        needs: u64,
+        /// Bytes that are left.
+        left: u64,
+        /// What would take less.
+        remedy: &'static str,
+    },
     /// The device failed.
     #[error(transparent)]
     Gpu(#[from] GpuError),

@@ -21,17 +21,41 @@ pub enum EnvironmentChoice {
 }
 
 impl EnvironmentChoice {
-    /// Its equirectangular radiance; `None` for the analytic sky.
+    /// Its equirectangular radiance, turned by so many degrees counter-clockwise seen from above; `None` for the analytic sky.
     ///
     /// # Errors
     /// A file that is missing, damaged, too large or of the wrong kind.
-    pub fn load(&self) -> Result<Option<RgbImage>, maps::MapError> {
-        Ok(match self {
-            Self::Sky => None,
-            Self::Studio => Some(studio()),
-            Self::File(path) => Some(maps::load_environment(path)?),
-        })
+    pub fn load(&self, degrees: f32) -> Result<Option<RgbImage>, maps::MapError> {
+        let picture = match self {
+            Self::Sky => return Ok(None),
+            Self::Studio => studio(),
+            Self::File(path) => maps::load_environment(path)?,
+        };
+        Ok(Some(turned(picture, degrees)))
     }
+}
+
+/// A panorama turned counter-clockwise seen from above. Whole texels move; what is left of a turn is interpolated, which keeps the
+/// power of every row.
+fn turned(picture: RgbImage, degrees: f32) -> RgbImage {
+    let width = picture.width as usize;
+    // Columns run clockwise.
+    let columns = (f64::from(degrees) / 360.0).rem_euclid(1.0) * width as f64;
+    let (whole, rest) = if (columns - columns.round()).abs() < 1e-4 {
+        (columns.round() as usize % width, 0.0)
+    } else {
+        (columns as usize, columns.fract() as f32)
+    };
+    if whole == 0 && rest == 0.0 {
+        return picture;
+    }
+    let row = |row: &[[f32; 3]]| -> Vec<[f32; 3]> {
+        let from = |column: usize| row[(column + whole) % width];
+        let between = |[a, b]: [[f32; 3]; 2]| std::array::from_fn(|c| a[c] + rest * (b[c] - a[c]));
+        (0..width).map(|column| between([from(column), from(column + 1)])).collect()
+    };
+    let texels = picture.texels.chunks_exact(width).flat_map(row).collect();
+    RgbImage { texels, ..picture }
 }
 
 /// Direction to the sun.
@@ -62,6 +86,19 @@ impl SunDirection {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn panoramas_turn_counter_clockwise_and_keep_their_power() {
+        // Columns run clockwise from -x: the middle of the first of four lies at 135 degrees.
+        let texels = [1.0, 2.0, 4.0, 8.0, 3.0, 3.0, 3.0, 5.0].map(|v| [v, 0.0, 2.0 * v]).to_vec();
+        let picture = RgbImage::new(4, 2, texels).unwrap();
+        let red = |degrees| turned(picture.clone(), degrees).texels.iter().map(|t| t[0]).collect::<Vec<_>>();
+        assert_eq!(red(90.0), [2.0, 4.0, 8.0, 1.0, 3.0, 3.0, 5.0, 3.0]);
+        assert_eq!(red(-90.0), red(270.0));
+        assert_eq!((red(360.0), red(-0.0)), (red(0.0), red(0.0)));
+        assert_eq!(red(45.0)[..4], [1.5, 3.0, 6.0, 4.5]);
+        assert_eq!(red(33.0)[..4].iter().sum::<f32>(), 15.0);
+    }
 
     #[test]
     fn azimuths_turn_from_x_to_y() {

@@ -15,9 +15,10 @@ use super::shore::{self, shore_stage};
 use super::stage::{BakedRelief, Relief, Stage, plane_stage, sphere_stage};
 use super::trex::stage::{trex_stage, unbaked_body};
 use super::{dressed, pillow, setting, snake, spheres};
+use crate::gpu::machine_memory;
 use crate::maps::HeightMap;
 use crate::maps::material::Material;
-use crate::render::scene::Tiling;
+use crate::render::scene::{Object, Tiling};
 use crate::render::surfaces::budget::Room;
 
 /// A property of a scene that its user can choose.
@@ -69,6 +70,10 @@ pub struct SceneOptions {
     pub material: Option<Material>,
     /// The model, for the scene that is one.
     pub model: Option<ModelChoice>,
+    /// Metres from the 0 of those heights to their 1; `None` for what the file tells, or what is usual. A material has its own.
+    pub height: Option<f32>,
+    /// Metres after which heights and materials repeat; `None` for the scene's own.
+    pub repeat: Option<f32>,
     /// How maps cover the surface of scenes with [`Choice::Tiling`].
     pub tiling: Tiling,
     /// Whether scenes with [`Choice::Bare`] show nothing but their surface.
@@ -81,10 +86,32 @@ pub struct SceneOptions {
     pub room: Option<Room>,
 }
 
+/// Bytes of memory for each texel of the T-rex's atlas while it is baked: 4.5 GB with tiles of 128.
+const TREX_BAKING: u64 = 46;
+
 impl SceneOptions {
-    /// Refuses a T-rex whose maps the device cannot hold.
+    /// Refuses an object whose maps the device cannot hold, or whose making takes more memory than the machine has: so many bytes for
+    /// each texel of its heights. Only its sizes matter.
+    fn room_for(&self, object: Object, making: u64, remedy: &'static str) -> Result<(), SceneError> {
+        let Some(room) = self.room else { return Ok(()) };
+        let texels = object.heights.as_ref().map_or(0, |map| u64::from(map.width) * u64::from(map.height));
+        let what = format!("the maps of {}", object.name);
+        room.check(&[object])?;
+        let needs = texels * making;
+        match machine_memory() {
+            Some(left) if left < needs => Err(SceneError::Memory { what, needs, left, remedy }),
+            _ => Ok(()),
+        }
+    }
+
+    /// Refuses a T-rex that is too large.
     fn room_for_trex(&self) -> Result<(), SceneError> {
-        Ok(self.room.map_or(Ok(()), |room| room.check(&[unbaked_body(self.atlas_tile)]))?)
+        self.room_for(unbaked_body(self.atlas_tile), TREX_BAKING, "a smaller --atlas-tile")
+    }
+
+    /// Refuses a material on the plane that is too large, before it is spread over its finest texels.
+    fn room_for_plane(&self, material: &Material) -> Result<(), SceneError> {
+        self.room_for(dressed::undressed_plane(material), dressed::DRESSING, "smaller maps")
     }
 }
 
@@ -96,6 +123,8 @@ impl Default for SceneOptions {
             baked: None,
             material: None,
             model: None,
+            height: None,
+            repeat: None,
             tiling: Tiling::Repeats,
             bare: false,
             atlas_tile: 64,
@@ -144,8 +173,9 @@ pub static SCENES: [Scene; 11] = [
         making: None,
         make: |options, _| {
             let (bare, tiling) = (options.bare, options.tiling);
+            options.material.as_ref().map_or(Ok(()), |material| options.room_for_plane(material))?;
             let mut stage = match &options.material {
-                Some(material) => dressed::plane_stage(material),
+                Some(material) => dressed::plane_stage(material, options.repeat),
                 None => plane_stage(relief(options)),
             };
             stage.objects.iter_mut().for_each(|plane| plane.tiling = tiling);
@@ -168,7 +198,7 @@ pub static SCENES: [Scene; 11] = [
         make: |options, _| {
             let bare = options.bare;
             let stage = match &options.material {
-                Some(material) => dressed::sphere_stage(material, options.atlas_tile),
+                Some(material) => dressed::sphere_stage(material, options.repeat, options.atlas_tile),
                 None => sphere_stage(relief(options)),
             };
             Ok(if bare { stage } else { setting::around_sphere(stage) })
@@ -260,7 +290,8 @@ pub static MODEL: Scene = Scene {
 const MAKING_THE_TREX: Option<&str> = Some("making the T-rex (once; then it is cached)");
 
 fn relief(options: SceneOptions) -> Relief {
-    Relief { map: options.height_map, baked: options.baked, tile: options.atlas_tile, ..Relief::default() }
+    let SceneOptions { height_map: map, baked, height, repeat, atlas_tile: tile, .. } = options;
+    Relief { map, baked, height, repeat, tile, ..Relief::default() }
 }
 
 impl Scene {

@@ -1,5 +1,6 @@
 //! Puts the scene of a configuration on a device: its objects, its light and its view.
 
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::config::{MaterialFiles, SceneConfig};
@@ -19,6 +20,7 @@ use crate::models::{LoadOptions, Model};
 use crate::render::camera::Camera;
 use crate::render::frame::Renderer;
 use crate::render::light::environment::Environment;
+use crate::render::light::exposure;
 use crate::render::light::panorama::LightExtraction;
 use crate::render::light::sky::Sky;
 use crate::render::scene::FrameState;
@@ -72,6 +74,9 @@ impl Inputs {
             material.roughness = Input::constant(alpha);
             material.roughness_meaning = RoughnessMeaning::Alpha;
         }
+        if let Some(metres) = config.height {
+            set_height(metres, config, material.as_mut(), baked.as_ref())?;
+        }
         let model = match &config.model {
             Some(file) => {
                 let mut model = Model::load(file, LoadOptions { lenient: config.lenient })?;
@@ -84,7 +89,13 @@ impl Inputs {
             }
             None => None,
         };
-        Ok(Self { height_map, baked, material, model, environment: config.environment.load()? })
+        Ok(Self {
+            height_map,
+            baked,
+            material,
+            model,
+            environment: config.environment.load(config.environment_rotation)?,
+        })
     }
 }
 
@@ -99,6 +110,35 @@ pub enum SetUp {
 
 /// Is told, from any thread, how far setting up a scene has come.
 pub type Watch<'a> = &'a (dyn Fn(SetUp) + Sync);
+
+/// Says that the heights of `material` are so many metres high, and refuses that where there are none or their file tells.
+fn set_height(
+    metres: f32,
+    config: &SceneConfig,
+    material: Option<&mut Material>,
+    baked: Option<&BakedRelief>,
+) -> Result<(), SceneError> {
+    let refuse = |what: &str, remedy: &str| {
+        let file = config.height_map.as_ref().or(config.material.folder.as_ref());
+        let fault = MapFault::Unsupported { what: what.to_owned(), remedy: remedy.to_owned() };
+        Err(fault.in_file(file.map_or(Path::new("--height"), PathBuf::as_path)).into())
+    };
+    let mut relief = None;
+    if let Some(material) = material {
+        let Some(found) = &mut material.relief else {
+            return refuse("the material has no heights", "give --height-map FILE, or leave --height out");
+        };
+        relief = Some(found);
+    }
+    if relief.as_ref().map_or(baked.is_some_and(|baked| baked.in_widths), |relief| relief.in_widths) {
+        let remedy = "say how wide it is by --repeat METRES, or multiply its heights by --height-scale X";
+        return refuse("its heights are in widths of the map, so --height has nothing to say", remedy);
+    }
+    if let Some(relief) = relief {
+        relief.scale = Some(metres);
+    }
+    Ok(())
+}
 
 /// The scene at a time in seconds.
 pub type Animation = Box<dyn Fn(f64) -> FrameState>;
@@ -126,9 +166,25 @@ pub struct SkyOrPicture {
     pub sky: Sky,
     /// What becomes a light.
     pub lights: LightExtraction,
+    /// By which pictures are turned counter-clockwise seen from above, degrees.
+    pub rotation: f32,
+    /// Whether pictures are exposed for what they shine on level ground.
+    pub auto_exposure: bool,
 }
 
 impl SkyOrPicture {
+    /// Under the sky, and pictures as they are.
+    #[must_use]
+    pub fn under(sky: Sky) -> Self {
+        Self { sky, lights: LightExtraction::default(), rotation: 0.0, auto_exposure: false }
+    }
+
+    /// Exposure factor for what `picture` lights.
+    #[must_use]
+    pub fn metered(&self, picture: Option<&RgbImage>) -> f32 {
+        picture.filter(|_| self.auto_exposure).map_or(1.0, exposure::metered)
+    }
+
     /// The environment of an equirectangular `picture`, or without one of the sky.
     ///
     /// # Errors
@@ -158,6 +214,8 @@ pub fn set(
         baked: inputs.baked,
         material: inputs.material,
         model: inputs.model,
+        height: config.height,
+        repeat: config.repeat,
         tiling: config.tiling,
         bare: config.bare,
         atlas_tile: config.atlas_tile,
@@ -175,7 +233,13 @@ pub fn set(
     }
     let start = config.time_of_day.map_or(config.sun.vector(), |hour| daylight::at_hour(f64::from(hour)));
     let sky = Sky { sun_direction: start, ground_albedo: stage.below_horizon, ..Sky::default() };
-    let surroundings = SkyOrPicture { sky, lights: config.environment_lights };
+    let surroundings = SkyOrPicture {
+        sky,
+        lights: config.environment_lights,
+        rotation: config.environment_rotation,
+        auto_exposure: config.auto_exposure,
+    };
+    let metered = surroundings.metered(inputs.environment.as_ref());
     watch(SetUp::Begins("filtering the light from all around"));
     let environment = surroundings.make(gpu, inputs.environment.as_ref())?;
     // A picture of an environment brings its own suns.
@@ -185,7 +249,7 @@ pub fn set(
     let camera = own.as_ref().map_or_else(|| camera(config, views), |own| own(0.0));
     let sizes = stage.objects.iter().filter_map(|object| object.heights.as_ref()).map(|map| (map.width, map.height));
     let map_size = sizes.max_by_key(|&(width, height)| u64::from(width) * u64::from(height));
-    let lights = Lights { sky, ..Default::default() };
+    let lights = Lights { sky, metered, ..Default::default() };
     let mut scene = crate::render::scene::Scene { map_precision: config.map_precision, ..stage.take_scene() };
     let follows_relief = config.shading.integral().and_then(|integral| integral.relief_color).unwrap_or(false);
     scene.objects.iter_mut().for_each(|object| object.follows_relief = follows_relief);
@@ -239,5 +303,39 @@ fn camera_of(view: View, views: Views, size: Size) -> Camera {
         View::Mid | View::Model => fitted(views.mid, size),
         View::Far => views.far,
         View::Pose(pose) => pose.camera(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::maps::save::save_png_grey16;
+
+    #[test]
+    fn a_height_in_metres_is_for_heights_whose_unit_nobody_tells() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = |name: &str| folder.path().join(name);
+        let bumps = HeightMap::new(4, 4, (0..16).map(|i| i as f32 / 15.0).collect()).unwrap();
+        save_png_grey16(file("x_Displacement.png"), &bumps, 0.0, 1.0).unwrap();
+        let scale = |config: &SceneConfig| {
+            let inputs = Inputs::load(config).map_err(|error| error.to_string())?;
+            Ok::<_, String>(inputs.material.and_then(|material| material.relief?.scale))
+        };
+        let of_folder = SceneConfig {
+            height: Some(0.03),
+            material: MaterialFiles { folder: Some(folder.path().to_path_buf()), ..MaterialFiles::default() },
+            ..SceneConfig::default()
+        };
+        assert_eq!(scale(&of_folder), Ok(Some(0.03)));
+        // Heights alone are no material; their scene is told.
+        let alone = SceneConfig {
+            height_map: Some(file("x_Displacement.png")),
+            material: MaterialFiles::default(),
+            ..of_folder.clone()
+        };
+        assert_eq!(scale(&alone), Ok(None));
+        let metal = MaterialFiles { metal: Some("gold"), ..MaterialFiles::default() };
+        let flat = SceneConfig { material: metal, ..of_folder };
+        assert!(scale(&flat).unwrap_err().contains("no heights"));
     }
 }

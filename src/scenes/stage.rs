@@ -67,7 +67,7 @@ impl Views {
 }
 
 /// Light on a stage besides its environment image.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub struct Lights {
     /// The analytic sky with its sun, unless the environment is an image.
     pub sky: Option<Sky>,
@@ -75,6 +75,15 @@ pub struct Lights {
     pub sun: Option<Sun>,
     /// Point lights.
     pub points: Vec<PointLight>,
+    /// Exposure factor where there is no sky to decide it: what was metered of an image, or 1.
+    pub metered: f32,
+}
+
+impl Default for Lights {
+    /// None, seen without exposure.
+    fn default() -> Self {
+        Self { sky: None, sun: None, points: Vec::new(), metered: 1.0 }
+    }
 }
 
 impl Lights {
@@ -202,7 +211,7 @@ impl Stage {
         let anchor = (self.anchor)(time);
         // Emission and lamps are told in parts of what a picture shows as white, whose radiance the exposure decides. It is that of the
         // beginning: in the evening, lamps begin to shine.
-        let white = lights.sky.as_ref().map_or(1.0, |sky| exposure(sky).recip());
+        let white = lights.sky.as_ref().map_or(lights.metered, exposure).recip();
         let lamps = (self.lamps)(time).into_iter();
         let lamps = lamps.map(|lamp| PointLight { intensity: lamp.intensity * white, ..lamp });
         FrameState {
@@ -221,11 +230,14 @@ impl Stage {
                 .collect(),
             height_scale: (self.relief)(time),
             emission_scale: white,
+            metered: lights.metered,
         }
     }
 }
 
-/// Factor on the height of generated rock, which is steeper than most scans.
+/// Metres from a map's 0 to its 1 where nothing tells.
+pub const USUAL_RELIEF: f32 = 0.12;
+/// Factor on that for generated rock, which is steeper than most scans.
 pub const GENERATED_HEIGHT: f32 = 0.6;
 
 /// What a baked file tells of a relief besides its heights.
@@ -244,8 +256,10 @@ pub struct Relief {
     pub map: Option<HeightMap>,
     /// What a baked file tells besides its heights.
     pub baked: Option<BakedRelief>,
-    /// Metres of height per unit of the map, before the frame's own factor.
-    pub height_scale: f32,
+    /// Metres from the map's 0 to its 1, before the frame's own factor; `None` for what is usual, or what the baked file tells.
+    pub height: Option<f32>,
+    /// Metres after which the map repeats; `None` for the scene's own.
+    pub repeat: Option<f32>,
     /// Beckmann roughness `α` of the base material.
     pub roughness: f32,
     /// Texels along a tile of the sphere's atlas.
@@ -254,7 +268,7 @@ pub struct Relief {
 
 impl Default for Relief {
     fn default() -> Self {
-        Self { map: None, baked: None, height_scale: 0.12, roughness: 0.35, tile: 64 }
+        Self { map: None, baked: None, height: None, repeat: None, roughness: 0.35, tile: 64 }
     }
 }
 
@@ -267,12 +281,18 @@ fn rock() -> HeightMap {
 }
 
 impl Relief {
+    /// Metres for each unit of the map, one of whose repeats has so many.
+    fn metres_per_unit(&self, repeat: f32) -> f32 {
+        let usual = match &self.baked {
+            Some(baked) if baked.in_widths => repeat,
+            _ if self.map.is_none() => GENERATED_HEIGHT * USUAL_RELIEF,
+            _ => USUAL_RELIEF,
+        };
+        self.height.unwrap_or(usual)
+    }
+
     fn field(&mut self) -> HeightField {
-        let map = self.map.take().unwrap_or_else(|| {
-            self.height_scale *= GENERATED_HEIGHT;
-            rock()
-        });
-        HeightField::repeating(map)
+        HeightField::repeating(self.map.take().unwrap_or_else(rock))
     }
 
     fn color(&self) -> [f32; 4] {
@@ -280,22 +300,18 @@ impl Relief {
     }
 }
 
-fn object(name: &str, relief: &Relief, mesh: PatchMesh, heights: HeightField, repeat: f32) -> Object {
-    let in_widths = relief.baked.as_ref().is_some_and(|baked| baked.in_widths);
-    Object::new(name, mesh).with_heights(heights, if in_widths { repeat } else { relief.height_scale })
-}
-
-/// Metres after which maps repeat on the plane, and on the sphere.
+/// Metres after which maps repeat on the plane, and on the sphere, where nobody says otherwise.
 pub const PLANE_REPEAT: f32 = 2.0;
 /// See [`PLANE_REPEAT`].
 pub const SPHERE_REPEAT: f32 = 1.2;
 
-/// A unit sphere with the relief; the map repeats every 1.2 m. Its moments are those of the sphere's own tiles.
+/// A unit sphere with the relief; the map repeats every 1.2 m unless it says otherwise. Its moments are those of the sphere's own tiles.
 #[must_use]
 pub fn sphere_stage(mut relief: Relief) -> Stage {
-    let field = relief.field();
-    let (mesh, heights) = displaced_sphere(&field, SPHERE_REPEAT, 16, relief.tile, relief.color());
-    Stage::still(vec![object("sphere", &relief, mesh, heights, SPHERE_REPEAT)], sphere_views())
+    let repeat = relief.repeat.unwrap_or(SPHERE_REPEAT);
+    let metres = relief.metres_per_unit(repeat);
+    let (mesh, heights) = displaced_sphere(&relief.field(), repeat, 16, relief.tile, relief.color());
+    Stage::still(vec![Object::new("sphere", mesh).with_heights(heights, metres)], sphere_views())
 }
 
 /// Views of a unit sphere.
@@ -309,27 +325,33 @@ pub fn sphere_views() -> Views {
 /// Largest map of which the plane of the reference has a vertex for every texel.
 pub const LARGEST_PLANE_MAP: u32 = 4096;
 
-/// A plane of 8 m with the relief; the map repeats every 2 m, row 0 at `y = 0` and rows along `+y`. Its patches are as small as
-/// the map needs for a vertex at every texel, up to [`LARGEST_PLANE_MAP`] texels.
+/// A plane of 8 m with the relief; the map repeats every 2 m unless it says otherwise, row 0 at `y = 0` and rows along `+y`. Its
+/// patches are as small as the map needs for a vertex at every texel, up to four times [`LARGEST_PLANE_MAP`] texels along the plane.
 #[must_use]
 pub fn plane_stage(mut relief: Relief) -> Stage {
+    let repeat = relief.repeat.unwrap_or(PLANE_REPEAT);
+    let metres = relief.metres_per_unit(repeat);
     let heights = relief.field();
-    let (mesh, coarse) = plane_meshes(heights.width.max(heights.height), relief.color());
-    let mut object = object("plane", &relief, mesh, heights, PLANE_REPEAT);
+    let (mesh, coarse) = plane_meshes(heights.width.max(heights.height), repeat, relief.color());
+    let mut object = Object::new("plane", mesh).with_heights(heights, metres);
     object.coarse_mesh = coarse;
     object.moments = relief.baked.take().map(|baked| baked.moments);
     Stage::still(vec![object], plane_views())
 }
 
-/// Patches along a repeat of the plane's map, as few as pictures need.
-const PLANE_PATCHES: u32 = 8;
+/// Half the side of the plane, metres.
+const PLANE_HALF: f32 = 4.0;
+/// Patches along the plane, as few as pictures need.
+const PLANE_PATCHES: u32 = 32;
 
-/// A plane for a map of so many texels, a side or 0: patches that can have a vertex at every texel, and if those are more than pictures
-/// need, fewer.
+/// A plane for a map of so many texels, a side or 0, that repeats after so many metres: patches that can have a vertex at every
+/// texel, and if those are more than pictures need, fewer.
 #[must_use]
-pub fn plane_meshes(texels: u32, color: [f32; 4]) -> (PatchMesh, Option<PatchMesh>) {
-    let mesh = |patches| plane(4.0, 4 * patches, PLANE_REPEAT, color, even);
-    let patches = texels.min(LARGEST_PLANE_MAP).div_ceil(MAX_FACTOR as u32).max(PLANE_PATCHES);
+pub fn plane_meshes(texels: u32, repeat: f32, color: [f32; 4]) -> (PatchMesh, Option<PatchMesh>) {
+    let mesh = |patches| plane(PLANE_HALF, patches, repeat, color, even);
+    let most = 2.0 * PLANE_HALF / PLANE_REPEAT * LARGEST_PLANE_MAP.div_ceil(MAX_FACTOR as u32) as f32;
+    let fine = 2.0 * PLANE_HALF / repeat * texels.div_ceil(MAX_FACTOR as u32) as f32;
+    let patches = (fine.min(most).ceil() as u32).max(PLANE_PATCHES);
     (mesh(patches), (patches > PLANE_PATCHES).then(|| mesh(PLANE_PATCHES)))
 }
 
@@ -355,6 +377,24 @@ mod tests {
             let texels = (second - first).length() * size as f32;
             assert!(texels <= MAX_FACTOR + 1e-3, "{size}: {texels} texels along a patch");
         }
+    }
+
+    #[test]
+    fn heights_and_repeats_are_metres() {
+        let stage = |relief: Relief| {
+            let map = HeightMap::new(256, 1, (0..256).map(|i| (i % 7) as f32).collect()).ok();
+            plane_stage(Relief { map, ..relief }).objects.remove(0)
+        };
+        let metres = stage(Relief { height: Some(0.05), repeat: Some(0.5), ..Relief::default() });
+        assert_eq!((metres.height_scale, stage(Relief::default()).height_scale), (0.05, USUAL_RELIEF));
+        // 16 repeats of 5 patches each, at half a metre a repeat.
+        assert_eq!(metres.mesh.patches.len(), 80 * 80);
+        let [first, second, ..] = metres.mesh.texcoords[0];
+        assert!(((second - first).length() - 0.1 / 0.5).abs() < 1e-5);
+        // However small a repeat is, the plane has no more patches than for the largest map.
+        let most = stage(Relief { repeat: Some(0.01), ..Relief::default() }).mesh.patches.len();
+        assert_eq!(most, 264 * 264);
+        assert_eq!(Relief::default().metres_per_unit(PLANE_REPEAT), GENERATED_HEIGHT * USUAL_RELIEF);
     }
 
     #[test]

@@ -247,6 +247,56 @@ fn bad_texels_are_named_with_their_place() {
     assert_eq!(decode_environment(&exr).unwrap().at(3, 1), [1.0, 1.0, 0.0]);
 }
 
+/// Values below 0 that a resampling filter leaves around a sun are no reason to refuse a panorama; a dark half is.
+#[test]
+fn a_little_negative_light_is_read_as_none() {
+    let _unmeasured = unmeasured();
+    let fine = [1.0f32; 64];
+    let with = |bad: &[f32]| {
+        let mut plane = fine;
+        plane[..bad.len()].copy_from_slice(bad);
+        decode_environment(&encode_exr(8, 8, &[("R", &fine), ("G", &fine), ("B", &plane)]).unwrap())
+    };
+    assert_eq!(with(&[-0.5, -0.7]).unwrap().texels[..3], [[1.0, 1.0, 0.0], [1.0, 1.0, 0.0], [1.0; 3]]);
+    assert!(with(&[-1.0; 2]).unwrap_err().to_string().contains("channel B at x = 0, y = 0"));
+    assert!(with(&[f32::NEG_INFINITY]).is_err());
+}
+
+#[test]
+fn what_is_no_height_map_is_named() {
+    let _unmeasured = unmeasured();
+    let said = |bytes: &[u8]| decode_height_map(bytes).unwrap_err().to_string();
+    for start in [&b"II*\0\x08\0\0\0"[..], b"MM\0*\0\0\0\x08"] {
+        assert!(
+            said(start).contains("TIFF") && said(start).contains("magick FILE -depth 16 FILE.png"),
+            "{}",
+            said(start)
+        );
+    }
+    assert!(decode_environment(b"RIFF\0\0\0\0WEBPVP8 ").unwrap_err().to_string().contains("magick FILE FILE.exr"));
+    // Bumps as normals, as codes and as floats.
+    let normals: Vec<[u8; 3]> = (0..64 * 64)
+        .map(|i| {
+            let (x, y) = (0.5 * (i as f32 * 0.7).sin(), 0.4 * (i as f32 * 0.3).cos());
+            [x, y, (1.0 - x * x - y * y).sqrt()].map(|v| (255.0 * (0.5 * v + 0.5)).round() as u8)
+        })
+        .collect();
+    let floats = [0, 1, 2].map(|c| normals.iter().map(|n| f32::from(n[c]) / 255.0).collect::<Vec<_>>());
+    let exr = encode_exr(64, 64, &[("R", &floats[0]), ("G", &floats[1]), ("B", &floats[2])]).unwrap();
+    let png = encode_png_srgb8(&Rgb8Image::new(64, 64, normals).unwrap()).unwrap();
+    for bytes in [&png, &exr] {
+        assert!(said(bytes).contains("normal map") && said(bytes).contains("--normal-map"), "{}", said(bytes));
+    }
+    // Of other colours the first channel is the height, as it always was.
+    let bricks = Rgb8Image::new(2, 1, vec![[51, 20, 10], [102, 30, 20]]).unwrap();
+    assert_eq!(decode_height_map(&encode_png_srgb8(&bricks).unwrap()).unwrap().texels, [0.2, 0.4]);
+    let plane = [0.5f32; 4];
+    let chroma = encode_exr(2, 2, &[("BY", &plane), ("RY", &plane), ("Y", &plane)]).unwrap();
+    for said in [said(&chroma), decode_environment(&chroma).unwrap_err().to_string()] {
+        assert!(said.contains("luminance and chroma") && said.contains("save it as plain RGB"), "{said}");
+    }
+}
+
 #[test]
 fn pictures_of_every_format_load() {
     let _unmeasured = unmeasured();

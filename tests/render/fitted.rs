@@ -210,7 +210,7 @@ fn shadows_of_the_relief_leave_the_direction_of_a_table() {
         material.fit = Some(Arc::new(brushed_table(alphas, 0.4)));
         material.anisotropy =
             Some(Anisotropy { strength: Input::constant(0.65), rotation: direction as f32, direction: None });
-        dressed::plane_stage(&material).objects.remove(0)
+        dressed::plane_stage(&material, None).objects.remove(0)
     };
     let picture = |direction: f64, relief_shadows: bool| {
         let settings = settings(Technique::Reference, 32, relief_shadows);

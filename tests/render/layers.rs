@@ -187,7 +187,8 @@ fn details_cover_and_vary_materials() {
     let mut means = Vec::new();
     for detail in [None, Some(detail(None)), Some(detail(Some(stripes)))] {
         material.detail = detail.map(Box::new);
-        for (mut stage, most) in [(dressed::plane_stage(&material), 0.1), (dressed::sphere_stage(&material, 16), 0.16)]
+        for (mut stage, most) in
+            [(dressed::plane_stage(&material, None), 0.1), (dressed::sphere_stage(&material, None, 16), 0.16)]
         {
             // A pixel sees some texels, and the surface fills most of the picture.
             let camera = Camera::looking_at(Vec3::new(0.3, -0.7, 0.65).normalize() * 20.0, Vec3::ZERO, 12.0);
@@ -226,7 +227,7 @@ fn fine_grain_does_not_blacken_a_mirror() {
             let (colored, repeat, rotation, height_scale) = (false, 8.0, 0.0, 1.0);
             Box::new(MaterialDetail { material: layer, colored, repeat, rotation, height_scale, mask: None })
         });
-        let objects = std::mem::take(&mut dressed::sphere_stage(&material, 16).objects);
+        let objects = std::mem::take(&mut dressed::sphere_stage(&material, None, 16).objects);
         let centre = objects[0].mesh.positions.iter().sum::<Vec3>() / objects[0].mesh.positions.len() as f32;
         let mut renderer = in_room(&gpu, objects, [1.0; 3]);
         let camera = Camera::looking_at(centre + Vec3::new(0.3, -0.8, 0.5).normalize() * 20.0, centre, 3.0);
@@ -291,7 +292,7 @@ fn brushed_metal_is_filtered() {
         material.roughness = Input::constant(0.35);
         let strength = Input::constant(strength);
         material.anisotropy = Some(Anisotropy { strength, rotation, direction: None });
-        dressed::sphere_stage(&material, 16)
+        dressed::sphere_stage(&material, None, 16)
     };
     let of = |strength, rotation, technique, samples| {
         let mut stage = ball(strength, rotation);

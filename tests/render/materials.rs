@@ -169,7 +169,7 @@ fn material() -> Material {
 #[test]
 fn the_g_buffer_keeps_a_material() {
     let Some(gpu) = test_gpu() else { return };
-    for mut stage in [dressed::plane_stage(&material()), dressed::sphere_stage(&material(), 16)] {
+    for mut stage in [dressed::plane_stage(&material(), None), dressed::sphere_stage(&material(), None, 16)] {
         let object = &stage.objects[0];
         let map = object.material.as_ref().unwrap();
         assert!(map.f0.is_some() && map.two_lobes.is_some() && object.slopes.is_some(), "{}", object.name);
@@ -197,7 +197,7 @@ fn the_g_buffer_keeps_a_material() {
 #[test]
 fn a_material_keeps_its_look_far_away() {
     let Some(gpu) = test_gpu() else { return };
-    let mut stage = dressed::plane_stage(&material());
+    let mut stage = dressed::plane_stage(&material(), None);
     let mut renderer = under_sky(&gpu, stage.take_scene(), 64);
     for from in [Vec3::new(4.0, -14.0, 28.0), Vec3::new(6.0, -26.0, 14.0)] {
         let camera = Camera::looking_at(from, Vec3::ZERO, 10.0);
@@ -267,7 +267,7 @@ fn metals_dip_before_they_rise() {
         material.metalness = Input::constant(1.0);
         material.roughness = Input::constant(0.2);
         material.conductor_dip = metal.dip().as_vec3().to_array();
-        let objects = std::mem::take(&mut dressed::sphere_stage(&material, 16).objects);
+        let objects = std::mem::take(&mut dressed::sphere_stage(&material, None, 16).objects);
         let centre = objects[0].mesh.positions.iter().sum::<Vec3>() / objects[0].mesh.positions.len() as f32;
         let mut renderer = in_room(&gpu, objects, [1.0; 3]);
         let away = Vec3::new(0.3, -0.8, 0.52).normalize() * 200.0;

@@ -176,7 +176,8 @@ fn tops_of_a_sphere_and_under_a_detail() {
     let covered = Material { detail: Some(Box::new(detail)), ..bare.clone() };
     let mut changes = Vec::new();
     for (material, sphere) in [(&bare, true), (&bare, false), (&covered, true), (&covered, false)] {
-        let mut stage = if sphere { dressed::sphere_stage(material, 16) } else { dressed::plane_stage(material) };
+        let mut stage =
+            if sphere { dressed::sphere_stage(material, None, 16) } else { dressed::plane_stage(material, None) };
         // Steep, and as wide in a pixel as a bump.
         let positions = &stage.objects[0].mesh.positions;
         let centre = positions.iter().sum::<Vec3>() / positions.len() as f32;

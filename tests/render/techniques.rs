@@ -68,7 +68,7 @@ fn layers_tell_patches_and_visible_areas() {
         different.insert(*patch as u32);
         assert!((0.0..=1.0).contains(u) && (0.0..=1.0).contains(v), "{u} {v}");
         assert!(areas[i][0].is_finite() && areas[i][0] > 0.0, "{:?}", areas[i]);
-        let normal = glam::Vec3::new(normals[i][0], normals[i][1], normals[i][2]);
+        let normal = Vec3::new(normals[i][0], normals[i][1], normals[i][2]);
         let cosine = normal.dot((state.camera.position - state.camera.target).normalize());
         assert!(covariances[i][0] > 0.0);
         // The one that is seen most steeply, and the one that is seen least so.

@@ -3,6 +3,8 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+// For its archives: see there.
+use leadr_shaderc_debian as _;
 use leadr_wgpu::includes::expand;
 
 fn root() -> PathBuf {
@@ -26,7 +28,7 @@ fn library() -> Vec<PathBuf> {
 
 /// A fragment shader that holds a file of the library and uses none of it.
 fn shader(version: &str, library: &str) -> String {
-    let precision = if version.ends_with("es") { "precision highp float;\n" } else { "" };
+    let precision = if version.ends_with("es") { "precision highp float;\nprecision highp int;\n" } else { "" };
     // What the library asks of whoever includes it: where the numbers of measured materials and of energies lie.
     let includer = "#define LEADR_FITTED_WORD(i) float(i)\n#define LEADR_ENERGY_TEXEL(x, y) vec2(float(x), float(y))\n";
     format!(
@@ -94,7 +96,10 @@ fn naga() {
         let module = frontend.parse(&options, &text).map_err(|error| format!("{error:?}"))?;
         let flags = naga::valid::ValidationFlags::all();
         let mut validator = naga::valid::Validator::new(flags, naga::valid::Capabilities::empty());
-        validator.validate(&module).map(|_| ()).map_err(|error| format!("{error:?}"))
+        let info = validator.validate(&module).map_err(|error| format!("{error:?}"))?;
+        // What is read must also be sayable in the language of browsers.
+        let written = naga::back::wgsl::write_string(&module, &info, naga::back::wgsl::WriterFlags::empty());
+        written.map(|_| ()).map_err(|error| format!("{error:?}"))
     });
 }
 

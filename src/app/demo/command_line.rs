@@ -12,13 +12,15 @@ use crate::scenes::registry::SCENES;
 use crate::scenes::view::CameraPose;
 
 /// Flags about the surface of a scene, which another scene does not take over.
-const OF_ONE_SCENE: [&str; 29] = [
+const OF_ONE_SCENE: [&str; 31] = [
     "--scene",
     "--animation",
     "--lenient",
     "--displacement",
     "--measured",
     "--height-map",
+    "--height",
+    "--repeat",
     "--material",
     "--color-map",
     "--normal-map",
@@ -43,6 +45,10 @@ const OF_ONE_SCENE: [&str; 29] = [
     "--bare",
     "--roughness",
 ];
+
+/// Flags about pictures of an environment, which the sky refuses.
+const OF_PICTURES: [&str; 4] =
+    ["--environment-lights", "--environment-light-threshold", "--environment-rotation", "--auto-exposure"];
 
 /// What of the window's picture a command must say beside its choices.
 pub struct Seen<'a> {
@@ -85,6 +91,9 @@ impl CommandLine {
         line.set("--technique", Some(technique.name()));
         for flag in ["--rule", "--grid", "--probes", "--masking", "--terms", "--pixel-kernel", "--relief-occlusion"] {
             line.remove(flag);
+        }
+        if line.value("--environment").is_none_or(|environment| environment == "sky") {
+            OF_PICTURES.iter().for_each(|flag| line.remove(flag));
         }
         line.remove("--multiscattering");
         line.remove("--sky-occlusion");
@@ -215,6 +224,15 @@ mod tests {
         };
         assert_eq!(drawn, expected);
 
+        // What is about a picture is said while one is shown.
+        let (mut line, of_studio) =
+            given(&["--environment", "studio", "--environment-rotation", "40", "--auto-exposure"]);
+        let rotation = |line: &CommandLine| captured(&line.of_picture(&seen(&choices))).environment_rotation;
+        assert_eq!((rotation(&line), of_studio.environment_rotation), (40.0, 40.0));
+        line.set("--environment", Some("sky"));
+        assert_eq!(rotation(&line), 0.0);
+
+        let (line, _) = given(&flags);
         choices.technique = Technique::NormalMip;
         choices.options.quadrature = Quadrature::Grid(9);
         choices.options.terms = Terms::DIFFUSE_LIGHTS;

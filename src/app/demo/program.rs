@@ -84,6 +84,8 @@ impl Program for DemoProgram {
             displacements: Vec::new(),
             measured: Vec::new(),
             height_map: None,
+            height: None,
+            repeat: None,
             material: MaterialFiles::default(),
             bare: false,
             waves: choice.scene.waves(),

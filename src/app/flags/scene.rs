@@ -8,7 +8,7 @@ use super::camera_file;
 use super::dress::DressArgs;
 use super::shading::{ShadingArgs, choice};
 use super::values::{
-    CameraChoice, atlas_tile, environment_lights, finite, hour, msaa, not_negative, positive, roughness, whole,
+    CameraChoice, atlas_tile, environment_lights, finite, hour, msaa, not_negative, positive, repeat, roughness, whole,
 };
 use super::waves::WaveArgs;
 use crate::app::error::AppError;
@@ -76,12 +76,21 @@ pub struct SceneArgs {
     /// Without repeats
     #[arg(long, help = for_scenes("Show the maps by example instead of side by side: blended pieces that never repeat, with the same mean and covariance of slopes; for ground, sand, plaster and whatever else has no order", Choice::Tiling))]
     pub no_repeats: bool,
+    /// Height of the relief
+    #[arg(long, value_name = "METRES", value_parser = not_negative, help = for_scenes("Metres from the 0 of the heights (black) to their 1 (white) [default: what fits the material's normals; 0.12 for heights alone]", Choice::HeightMap))]
+    pub height: Option<f32>,
+    /// Width of the maps
+    #[arg(long, value_name = "METRES", value_parser = repeat, help = for_scenes("Metres after which height maps and materials repeat, 0.01 to 1000 [default: 2 on the plane, 1.2 on the sphere]", Choice::HeightMap))]
+    pub repeat: Option<f32>,
     /// Factor on the displacement
-    #[arg(long, value_name = "X", value_parser = not_negative, help = but_not_for("Factor on the displacement; 0 is flat [default: 1]", Choice::Relief))]
+    #[arg(long, value_name = "X", value_parser = not_negative, help = but_not_for("Factor on the displacement, whatever its metres; 0 is flat [default: 1]", Choice::Relief))]
     pub height_scale: Option<f32>,
     /// Light from all around: the analytic sky, a studio, or an equirectangular picture
     #[arg(long, value_name = "sky|studio|FILE.hdr|FILE.exr", default_value = "sky")]
     pub environment: EnvironmentChoice,
+    /// By which a picture of an environment is turned counter-clockwise, seen from above [default: 0]
+    #[arg(long, value_name = "DEGREES", allow_negative_numbers = true, value_parser = finite)]
+    pub environment_rotation: Option<f32>,
     /// Most lights, 0 to 4, that are taken out of a picture of an environment to throw shadows; at 0 all light stays in the
     /// picture [default: 4]
     #[arg(long, value_name = "N", value_parser = environment_lights)]
@@ -142,6 +151,10 @@ pub struct SceneArgs {
     /// Exposure of a PNG or a window, stops above what suits the height of the sun (an EXR keeps linear radiance)
     #[arg(long, value_name = "EV", default_value = "0", allow_negative_numbers = true, value_parser = finite)]
     pub exposure: f32,
+    /// Expose for a picture of an environment, whose unit nobody tells: level ground in its light is as bright as under the sky at
+    /// mid-morning. --exposure adds stops
+    #[arg(long)]
+    pub auto_exposure: bool,
     /// How the light of a PNG or a window becomes that of a screen [default: agx]
     #[arg(long, value_name = "NAME", value_parser = choice(&Tonemap::ALL, Tonemap::name, Tonemap::help))]
     pub tonemap: Option<Tonemap>,
@@ -284,8 +297,11 @@ impl SceneArgs {
             tiling: if a.no_repeats { Tiling::ByExample } else { Tiling::Repeats },
             bare: a.bare,
             waves,
+            height: a.height,
+            repeat: a.repeat,
             height_scale: a.height_scale.unwrap_or(default.height_scale),
             environment: a.environment,
+            environment_rotation: a.environment_rotation.unwrap_or(0.0),
             environment_lights: LightExtraction {
                 count: a.environment_lights.unwrap_or(lights.count),
                 threshold: a.environment_light_threshold.unwrap_or(lights.threshold),
@@ -303,6 +319,7 @@ impl SceneArgs {
             msaa: a.msaa.unwrap_or(if once { DEFAULT_MSAA } else { 1 }),
             seed: a.seed,
             exposure: a.exposure,
+            auto_exposure: a.auto_exposure,
             tonemap: a.tonemap.unwrap_or(Tonemap::SHOWN),
             atlas_tile: a.atlas_tile.unwrap_or(default.atlas_tile),
             map_precision: a.map_precision.map_or(default.map_precision, MomentFormat::from),
@@ -314,6 +331,8 @@ impl SceneArgs {
     pub fn choices(&self) -> Vec<(&'static str, bool, Choice)> {
         let flags = [
             ("--height-map", self.height_map.is_some(), Choice::HeightMap),
+            ("--height", self.height.is_some(), Choice::HeightMap),
+            ("--repeat", self.repeat.is_some(), Choice::HeightMap),
             ("--material", self.material.is_some(), Choice::HeightMap),
             ("--color-map", self.color_map.is_some(), Choice::HeightMap),
             ("--normal-map", self.normal_map.is_some(), Choice::HeightMap),
@@ -382,6 +401,19 @@ impl SceneArgs {
                 return Err(format!("--msaa is for techniques that filter; --technique {name} takes --samples"));
             }
         }
+        let about_pictures = [
+            (
+                "--environment-rotation turns",
+                self.environment_rotation.is_some(),
+                "--sun and --time-of-day turn the sky's light",
+            ),
+            ("--auto-exposure exposes for", self.auto_exposure, "the sky is exposed for the height of its sun anyway"),
+        ];
+        if let Some((flag, _, instead)) = about_pictures.iter().find(|(_, given, _)| *given)
+            && self.environment == EnvironmentChoice::Sky
+        {
+            return Err(format!("{flag} a picture (--environment studio or FILE); {instead}"));
+        }
         let about_lights = self.environment_lights.is_some() || self.environment_light_threshold.is_some();
         if about_lights && self.environment == EnvironmentChoice::Sky {
             return Err(
@@ -432,7 +464,8 @@ mod tests {
             "--atlas-tile" => vec!["64"],
             "--fft" => vec!["128"],
             "--fetch" => vec!["2000"],
-            "--height-scale" | "--triangle-pixels" | "--roughness" | "--anisotropy" | "--choppiness" => vec!["0.5"],
+            "--height" | "--repeat" | "--height-scale" | "--triangle-pixels" | "--roughness" | "--anisotropy"
+            | "--choppiness" => vec!["0.5"],
             "--wind" | "--wind-direction" | "--depth" => vec!["20"],
             other => panic!("{other} is about a choice, and this test knows no value of it"),
         };
@@ -468,6 +501,8 @@ mod tests {
             "environment",
             "environment-lights",
             "environment-light-threshold",
+            "environment-rotation",
+            "auto-exposure",
             "sun",
             "time-of-day",
             "day-length",
@@ -495,6 +530,35 @@ mod tests {
             let long = argument.get_long().unwrap_or_default();
             let known = of_every_scene.contains(&long) || table.contains(&format!("--{long}").as_str());
             assert!(known, "does every scene honour --{long}? If not, it belongs into SceneArgs::choices");
+        }
+    }
+
+    #[test]
+    fn metres_are_for_surfaces_with_maps_and_turns_for_pictures() {
+        #[derive(Parser)]
+        struct Flags {
+            #[command(flatten)]
+            scene: SceneArgs,
+        }
+        let resolve = |line: &str| {
+            let flags =
+                Flags::try_parse_from(["leadr"].into_iter().chain(line.split(' '))).map_err(|e| e.to_string())?;
+            flags.scene.resolve().map_err(|e| e.to_string())
+        };
+        let plane = resolve("--scene plane --height 0.05 --repeat 0.6").unwrap();
+        assert_eq!((plane.height, plane.repeat), (Some(0.05), Some(0.6)));
+        let studio = resolve("--environment studio --environment-rotation -45 --auto-exposure").unwrap();
+        assert_eq!((studio.environment_rotation, studio.auto_exposure), (-45.0, true));
+        for (line, word) in [
+            ("--scene trex --height 0.05", "is for the scenes plane, sphere"),
+            ("--scene ocean --repeat 3", "plane, sphere"),
+            ("--scene plane --height=-1", "negative"),
+            ("--scene plane --repeat 0", "0.01"),
+            ("--environment-rotation 10", "--sun"),
+            ("--auto-exposure", "anyway"),
+        ] {
+            let said = resolve(line).unwrap_err();
+            assert!(said.contains(word), "{line}: {said}");
         }
     }
 

@@ -246,6 +246,14 @@ pub fn whole<T: FromStr + PartialOrd + fmt::Display>(text: &str, low: T, high: T
     }
 }
 
+/// Metres after which maps repeat.
+///
+/// # Errors
+/// If `text` is no number from 0.01 to 1000: coordinates of smaller repeats have too few bits on a plane of 8 m.
+pub fn repeat(text: &str) -> Result<f32, String> {
+    within(text, 0.01, 1000.0).map(|metres| metres as f32).map_err(|form| format!("maps repeat after metres: {form}"))
+}
+
 /// A part of a whole.
 ///
 /// # Errors

@@ -14,7 +14,7 @@ use crate::scenes::config::SceneConfig;
 use crate::scenes::error::SceneError;
 use crate::scenes::registry::Choice;
 use crate::scenes::set::{Inputs, Set, set};
-use crate::scenes::stage::GENERATED_HEIGHT;
+use crate::scenes::stage::{GENERATED_HEIGHT, USUAL_RELIEF};
 
 /// Texels along the tiles of an atlas: of the T-rex, maps of about 1k to 8k.
 const TILES: [u32; 4] = [16, 32, 64, 128];
@@ -42,11 +42,11 @@ pub fn maps(
             SceneConfig { atlas_tile: size, ..config.clone() }
         } else {
             inputs.height_map = Some(procedural::rock(size, size, 1));
-            SceneConfig { height_scale: GENERATED_HEIGHT * config.height_scale, ..config.clone() }
+            SceneConfig { height: config.height.or(Some(GENERATED_HEIGHT * USUAL_RELIEF)), ..config.clone() }
         };
         match set(&config, inputs, gpu, None, &progress.set_up()) {
             Ok(set) => sets.extend(set.map_size.map(|texels| (texels, config, set))),
-            Err(SceneError::Gpu(error @ GpuError::TooLarge { .. })) => {
+            Err(SceneError::Gpu(error @ (GpuError::TooLarge { .. } | GpuError::InOnePiece { .. }))) => {
                 progress.say(&format!("{size} is left out: {error}"))
             }
             Err(error) => return Err(error.into()),

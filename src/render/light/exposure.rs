@@ -1,7 +1,9 @@
-//! The exposure for a picture of a scene under the sky. It follows the height of the sun as an eye adapts, but not all the
-//! way, so that dusk is dimmer than noon and night is dark.
+//! The exposure for a picture of a scene. Under the sky it follows the height of the sun as an eye adapts, but not all the
+//! way, so that dusk is dimmer than noon and night is dark. Under a panorama, whose unit nobody tells, it is metered.
 
 use super::sky::Sky;
+use super::texels::{Texels, texel_luminance};
+use crate::maps::RgbImage;
 
 /// Luminance of sun and sky on level ground under the default air at intensity 1, by the sun's elevation in degrees.
 const LEVEL: [(f32, f32); 16] = [
@@ -33,6 +35,22 @@ pub fn exposure(sky: &Sky) -> f32 {
     (LEVEL[LEVEL.len() - 1].1 / level(elevation)).powf(ADAPTATION)
 }
 
+/// Factor on the radiance of a picture under a panorama with which level ground looks as under the sky from mid-morning on; 1 under a
+/// panorama that does not light it.
+#[must_use]
+pub fn metered(panorama: &RgbImage) -> f32 {
+    let sphere = Texels::new(panorama);
+    let rows = panorama.texels.chunks_exact(panorama.width as usize).enumerate();
+    let irradiance: f64 = rows
+        .map(|(row, texels)| {
+            let cosine = sphere.direction(row, 0).z.max(0.0);
+            cosine * sphere.solid_angles[row] * texels.iter().map(|&t| texel_luminance(t)).sum::<f64>()
+        })
+        .sum();
+    let factor = f64::from(LEVEL[LEVEL.len() - 1].1) / irradiance;
+    if (1e-30..=1e30).contains(&factor) { factor as f32 } else { 1.0 }
+}
+
 /// The table at an elevation in degrees, linear in the logarithm and extrapolated at its ends.
 fn level(elevation: f32) -> f32 {
     let next = LEVEL.partition_point(|entry| entry.0 <= elevation);
@@ -59,6 +77,21 @@ mod tests {
         for ((degrees, stored), measured) in LEVEL.into_iter().zip(measured) {
             assert!((stored / measured - 1.0).abs() < 0.02, "{degrees}: {stored} {measured:.3e}");
         }
+    }
+
+    #[test]
+    fn panoramas_are_exposed_for_level_ground() {
+        // An even sphere of radiance L gives level ground an irradiance of pi L.
+        let even = |radiance: f32| RgbImage::new(64, 32, vec![[radiance; 3]; 64 * 32]).unwrap();
+        for radiance in [1e-4, 1.0, 3e5] {
+            let lit = f64::from(metered(&even(radiance)) * radiance) * std::f64::consts::PI;
+            assert!((lit / f64::from(LEVEL[15].1) - 1.0).abs() < 2e-3, "{radiance}: {lit}");
+        }
+        assert_eq!(metered(&even(0.0)), 1.0);
+        // What shines from below lights no ground.
+        let mut below = even(1.0);
+        below.texels[..64 * 16].fill([0.0; 3]);
+        assert_eq!(metered(&below), 1.0);
     }
 
     #[test]

@@ -5,7 +5,7 @@ use super::atlas::levels::CoarseShape;
 use super::displacement::Border;
 use super::moments::MomentFormat;
 use super::relief_color::{ReliefColors, skipped_levels};
-use crate::gpu::{Gpu, GpuError, Result};
+use crate::gpu::{Gpu, MemoryRoom, Result};
 use crate::render::scene::Object;
 
 /// What the targets of a frame, the environment and staging need beside the maps.
@@ -55,6 +55,16 @@ pub fn map_bytes(object: &Object, format: MomentFormat) -> u64 {
     relief + material + weighted
 }
 
+/// Bytes of the largest image of an object's maps: the means and squares of its slopes, or its colours.
+fn largest_image(object: &Object, format: MomentFormat) -> u64 {
+    let slopes = object.heights.as_ref().map_or(0, |field| {
+        let texels = u64::from(field.width) * u64::from(field.height);
+        with_mips(texels * (format.texel_bytes() / 5 * 4))
+    });
+    let colors = object.material.as_ref().map_or(0, |map| with_mips(u64::from(map.width) * u64::from(map.height) * 4));
+    slopes.max(colors)
+}
+
 /// Bytes that a scene of these objects needs; none without maps.
 fn needed(objects: &[Object], format: MomentFormat) -> u64 {
     let maps: u64 = objects.iter().map(|object| map_bytes(object, format)).sum();
@@ -66,28 +76,27 @@ fn needed(objects: &[Object], format: MomentFormat) -> u64 {
 pub struct Room {
     /// How slopes are kept.
     format: MomentFormat,
-    /// Bytes of the device's memory.
-    size: u64,
-    /// Bytes of it that are not in use.
-    left: u64,
+    /// What the device has left.
+    device: MemoryRoom,
 }
 
 impl Room {
     /// What is left now, for maps whose slopes are kept in this format.
     #[must_use]
     pub fn on(gpu: &Gpu, format: MomentFormat) -> Self {
-        let size = gpu.memory_size();
-        Self { format, size, left: size.saturating_sub(gpu.memory_use().allocated) }
+        Self { format, device: gpu.memory_room() }
     }
 
     /// Refuses objects whose maps do not fit; only the sizes of the maps matter, so they may be empty still.
     ///
     /// # Errors
-    /// [`GpuError::TooLarge`], which names the object with the largest maps.
+    /// [`GpuError::TooLarge`](crate::gpu::GpuError::TooLarge) or [`GpuError::InOnePiece`](crate::gpu::GpuError::InOnePiece), which
+    /// name the object with the largest maps.
     pub fn check(&self, objects: &[Object]) -> Result<()> {
-        let Self { format, size, left } = *self;
-        let needs = needed(objects, format);
-        if needs <= left {
+        let Self { format, device } = *self;
+        let piece = |format| objects.iter().map(|object| largest_image(object, format)).max().unwrap_or(0);
+        let fits = |format| needed(objects, format) <= device.left && piece(format) <= device.piece;
+        if fits(format) {
             return Ok(());
         }
         let largest = objects.iter().max_by_key(|object| map_bytes(object, format));
@@ -100,12 +109,11 @@ impl Room {
             Some(Border::Tiles(_)) => "a smaller --atlas-tile",
             _ => "smaller maps",
         };
-        let fits = |format| needed(objects, format) <= left;
         let remedy = match format {
             MomentFormat::Float32 if fits(MomentFormat::Float16) => format!("--map-precision f16 or {smaller}"),
             _ => smaller.to_owned(),
         };
-        Err(GpuError::TooLarge { what, needs, left, size, remedy })
+        device.check(needed(objects, format), piece(format), &what, &remedy)
     }
 }
 
@@ -131,7 +139,10 @@ mod tests {
     fn eight_thousand_texels_a_side_fit_in_16_bits() {
         let field = HeightField { width: 8192, height: 8192, texels: Vec::new(), border: Border::Wrap };
         let plane = [Object::new("plane", PatchMesh::default()).with_heights(field, 1.0)];
-        let room = |format, used: u64| Room { format, size: 2 << 30, left: (2 << 30) - used };
+        let room = |format, used: u64| {
+            let device = MemoryRoom { size: 2 << 30, left: (2 << 30) - used, piece: 1 << 30 };
+            Room { format, device }
+        };
         let check = |format, used| room(format, used).check(&plane);
         assert!(check(MomentFormat::Float16, 100 << 20).is_ok());
         let refused = check(MomentFormat::Float32, 0).unwrap_err().to_string();
@@ -142,6 +153,11 @@ mod tests {
         assert!(refused.ends_with("take --map-precision f16 or smaller maps"), "{refused}");
         let refused = check(MomentFormat::Float16, 1 << 30).expect_err("what is in use counts").to_string();
         assert!(refused.ends_with("take smaller maps"), "{refused}");
+        // Twice the memory, but not in one piece.
+        let device = MemoryRoom { size: 4 << 30, left: 4 << 30, piece: 1 << 30 };
+        let refused = Room { format: MomentFormat::Float32, device }.check(&plane).unwrap_err().to_string();
+        assert!(refused.contains("1.33 GiB of device memory in one piece, and the device gives 1.00 GiB"), "{refused}");
+        assert!(refused.ends_with("take --map-precision f16 or smaller maps"), "{refused}");
         let smooth = [Object::new("smooth", PatchMesh::default())];
         assert!(room(MomentFormat::Float32, (2 << 30) - 1).check(&smooth).is_ok());
     }

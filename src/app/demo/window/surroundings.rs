@@ -16,6 +16,8 @@ pub struct Surroundings {
     choices: Vec<EnvironmentChoice>,
     shown: usize,
     made_with: SkyOrPicture,
+    /// Exposure factor of the picture that is shown; `None` for the first choice, whose scene has it.
+    metered: Option<f32>,
 }
 
 impl Surroundings {
@@ -25,7 +27,7 @@ impl Surroundings {
         let others = [EnvironmentChoice::Sky, EnvironmentChoice::Studio].into_iter().filter(|choice| *choice != first);
         let others: Vec<_> = others.collect();
         let choices = [vec![first], others].concat();
-        Self { choices, shown: 0, made_with }
+        Self { choices, shown: 0, made_with, metered: None }
     }
 
     /// Which environment comes after the one that is shown.
@@ -74,7 +76,9 @@ impl Surroundings {
     /// # Errors
     /// A file that cannot be read, or memory that is short.
     pub fn show(&mut self, gpu: &Arc<Gpu>, choice: EnvironmentChoice) -> Result<Environment, AppError> {
-        let environment = self.made_with.make(gpu, choice.load()?.as_ref())?;
+        let picture = choice.load(self.made_with.rotation)?;
+        let environment = self.made_with.make(gpu, picture.as_ref())?;
+        self.metered = Some(self.made_with.metered(picture.as_ref()));
         self.shown = self.choices.iter().position(|known| *known == choice).unwrap_or_else(|| {
             self.choices.push(choice);
             self.choices.len() - 1
@@ -91,6 +95,9 @@ impl Surroundings {
             }
             _ => {}
         }
+        if let (None, Some(metered)) = (&state.sky, self.metered) {
+            (state.metered, state.emission_scale) = (metered, metered.recip());
+        }
     }
 }
 
@@ -98,11 +105,10 @@ impl Surroundings {
 mod tests {
     use super::*;
     use crate::render::camera::Camera;
-    use crate::render::light::panorama::LightExtraction;
     use crate::render::light::sky::Sky;
 
     fn surroundings(first: EnvironmentChoice) -> Surroundings {
-        Surroundings::new(first, SkyOrPicture { sky: Sky::default(), lights: LightExtraction::default() })
+        Surroundings::new(first, SkyOrPicture::under(Sky::default()))
     }
 
     #[test]
@@ -115,7 +121,10 @@ mod tests {
         assert!(state.sky.is_some() && state.sun.is_some());
         chosen.shown = 1;
         chosen.light(&mut state);
+        chosen.metered = Some(4.0);
+        chosen.light(&mut state);
         assert!(state.sky.is_none() && state.sun.is_none());
+        assert_eq!((state.exposure(), state.emission_scale), (4.0, 0.25));
         let mut chosen = surroundings(EnvironmentChoice::File("panorama.hdr".into()));
         assert_eq!(chosen.choices.len(), 3);
         chosen.light(&mut state);

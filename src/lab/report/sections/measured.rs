@@ -240,8 +240,9 @@ fn displaced(
         for ((relief, depth), map) in DEPTHS.into_iter().zip(&maps) {
             let material = dressed(fit, name, map.clone(), depth);
             let tile = studio.pick(16, 32);
-            let mut of_lobes = Subject::under_the_sky(studio, sphere_stage(&material, tile), 0.0)?;
-            let mut of_one = Subject::under_the_sky(studio, sphere_stage(&as_beckmann(&material, fit), tile), 0.0)?;
+            let mut of_lobes = Subject::under_the_sky(studio, sphere_stage(&material, None, tile), 0.0)?;
+            let mut of_one =
+                Subject::under_the_sky(studio, sphere_stage(&as_beckmann(&material, fit), None, tile), 0.0)?;
             for far in [false, true] {
                 let views = of_lobes.stage.views;
                 // Far pictures are the means of blocks: as many samples for each pixel as for the whole block.
@@ -349,7 +350,7 @@ fn roughened(
         channel: 0,
     };
     let material = Material { roughness, ..plain };
-    let mut subject = Subject::under_the_sky(studio, sphere_stage(&material, studio.pick(16, 64)), 0.0)?;
+    let mut subject = Subject::under_the_sky(studio, sphere_stage(&material, None, studio.pick(16, 64)), 0.0)?;
     let size = studio.pick(48, 256);
     let state = subject.seen_by(&subject.stage.views.mid);
     let samples = studio.pick(16, 64);

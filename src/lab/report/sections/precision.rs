@@ -14,7 +14,7 @@ use crate::maps::bake::{Inputs, Kind, Ktx2File, Layout, Plan, Precision, bake};
 use crate::maps::baked::BakedMap;
 use crate::maps::{HeightMap, RgbImage, procedural};
 use crate::render::surfaces::moments::MomentFormat;
-use crate::scenes::stage::{BakedRelief, GENERATED_HEIGHT, Relief, Stage, plane_stage, sphere_stage};
+use crate::scenes::stage::{BakedRelief, GENERATED_HEIGHT, Relief, Stage, USUAL_RELIEF, plane_stage, sphere_stage};
 use crate::scenes::trex::stage::trex_stage;
 
 const INTRO: &str = "One sample of leadr at its default settings under the sky, with the slopes of its maps in 32 bits, in 16 bits on the \
@@ -76,7 +76,7 @@ pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
         let stage = |baked: Option<BakedMap>| {
             let baked = baked.and_then(BakedMap::into_moments).map(|moments| BakedRelief { moments, in_widths: false });
             let relief = Relief { map: Some(map.clone()), baked, ..Relief::default() };
-            plane_stage(Relief { height_scale: scale * relief.height_scale, ..relief })
+            plane_stage(Relief { height: Some(scale * USUAL_RELIEF), ..relief })
         };
         let shots = [
             shoot(studio, stage(None), MomentFormat::Float32, 0.0)?,

@@ -111,7 +111,7 @@ pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
     let names: Vec<String> = all.iter().map(|(name, _)| name.clone()).collect();
     let bar = studio.progress.bar(all.len() * DISTANCES.len());
     for (surface, material) in all {
-        let mut subject = Subject::under_the_sky(studio, plane_stage(&material), 0.0)?;
+        let mut subject = Subject::under_the_sky(studio, plane_stage(&material, None), 0.0)?;
         let headings = ["distance", "truth"].into_iter().chain(FILTERS.iter().map(|(technique, ..)| technique.name()));
         let mut shown = Table::new(format!("{surface}: pictures, {size} pixels across"), headings.collect::<Vec<_>>());
         for distance in DISTANCES {
