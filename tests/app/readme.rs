@@ -1,12 +1,12 @@
-//! The commands of README.md, on a bare clone.
+//! The commands of README.md and of the guide's first hour, on a bare clone.
 
 use std::collections::HashSet;
 use std::path::Path;
 use std::process::Command;
 
-/// The commands, as words.
-fn commands() -> Vec<Vec<String>> {
-    let text = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/README.md")).unwrap();
+/// The commands of a document, as words.
+fn commands(document: &str) -> Vec<Vec<String>> {
+    let text = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join(document)).unwrap();
     let mut within = false;
     let mut commands = Vec::new();
     for line in text.lines() {
@@ -41,7 +41,7 @@ fn inputs(command: &[String]) -> Vec<&str> {
 
 #[test]
 fn files_that_commands_read_are_there_or_made_before() {
-    let commands = commands();
+    let commands = commands("README.md");
     assert!(commands.len() > 15, "{commands:?}");
     let mut made = HashSet::new();
     for command in &commands {
@@ -59,7 +59,7 @@ fn commands_on_assets_run() {
     let folder = tempfile::tempdir().unwrap();
     std::os::unix::fs::symlink(concat!(env!("CARGO_MANIFEST_DIR"), "/assets"), folder.path().join("assets")).unwrap();
     let mut count = 0;
-    for command in commands() {
+    for command in commands("README.md") {
         let reads = inputs(&command);
         if reads.is_empty() || !reads.iter().all(|file| file.starts_with("assets/")) {
             continue;
@@ -78,4 +78,39 @@ fn commands_on_assets_run() {
         count += 1;
     }
     assert!(count >= 6, "{count} commands read assets/");
+}
+
+/// Literally, but for smaller pictures and fewer samples.
+#[test]
+fn the_first_hour_goes_as_it_is_told() {
+    let folder = tempfile::tempdir().unwrap();
+    std::os::unix::fs::symlink(concat!(env!("CARGO_MANIFEST_DIR"), "/assets"), folder.path().join("assets")).unwrap();
+    let commands = commands("docs/guide/first-hour.md");
+    assert!(commands.len() >= 14, "{commands:?}");
+    for command in commands {
+        let mut words: Vec<&str> = command.iter().map(String::as_str).collect();
+        for (flag, smaller) in [("--size", "48x27"), ("--samples", "1"), ("--frames", "0..2"), ("--max-flip", "1")] {
+            let value = words.iter().position(|word| *word == flag).map(|at| at + 1);
+            match value {
+                // Of the bench it is a count.
+                Some(at) if flag == "--frames" && words[0] == "bench" => words[at] = "1",
+                Some(at) => words[at] = smaller,
+                None if words[0] == "capture" && ["--size", "--samples"].contains(&flag) => {
+                    words.extend([flag, smaller])
+                }
+                None => {}
+            }
+        }
+        if words.contains(&"sphere") && words[0] == "capture" {
+            words.extend(["--atlas-tile", "8"]);
+        }
+        let mut run = Command::new(env!("CARGO_BIN_EXE_leadr"));
+        run.args(&words).current_dir(folder.path()).env_remove("LEADR_LOG");
+        run.env("LEADR_CACHE", concat!(env!("CARGO_TARGET_TMPDIR"), "/trex"));
+        let output = run.output().expect("the program starts");
+        assert!(output.status.success(), "{words:?}: {}", String::from_utf8_lossy(&output.stderr));
+        for file in words.iter().skip_while(|word| **word != "-o").skip(1).take(1) {
+            assert!(folder.path().join(file).exists(), "{words:?} wrote no {file}");
+        }
+    }
 }
