@@ -48,7 +48,7 @@ fn help_and_version_are_results() {
 
 #[test]
 fn wrong_usage_ends_with_2_and_names_the_flag() {
-    let cases: [(&[&str], &str); 56] = [
+    let cases: [(&[&str], &str); 55] = [
         (&["capture", "--scene", "ocean", "--height-scale", "1"], "--height-scale"),
         (&["capture", "--scene", "ocean", "--no-displacement"], "--no-displacement"),
         (&["capture", "--scene", "ocean", "--triangle-pixels", "8"], "--triangle-pixels"),
@@ -60,7 +60,6 @@ fn wrong_usage_ends_with_2_and_names_the_flag() {
         (&["capture", "--frames", "0..5", "-o", "{fame}.png"], "{fame}"),
         (&["capture", "-o", "{scene}.png"], "{scene}"),
         (&["capture", "--samples", "-1"], "a whole number from 1 to 65536"),
-        (&["capture", "--size", "-64x64"], "--size"),
         (&["capture", "--size", "16384x16384"], "8192x8192"),
         (&["capture", "--wind", "-3"], "from 1 to 40"),
         (&["bench", "--frames", "-1"], "a whole number from 1 to 10000"),

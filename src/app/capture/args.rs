@@ -311,7 +311,7 @@ pub mod tests {
     fn flags_reach_the_configuration() {
         let config = resolve(&[
             "--scene",
-            "plane",
+            "sphere",
             "--height-map",
             "h.png",
             "--height-scale",
@@ -357,7 +357,7 @@ pub mod tests {
         ])
         .unwrap();
         let scene = &config.scene;
-        assert_eq!((scene.scene.name, scene.shading.technique()), ("plane", Technique::NormalMip));
+        assert_eq!((scene.scene.name, scene.shading.technique()), ("sphere", Technique::NormalMip));
         assert_eq!((scene.height_map.as_deref(), scene.height_scale), (Some("h.png".as_ref()), 0.5));
         assert_eq!((scene.sun.azimuth, scene.sun.elevation), (-30.0, 60.0));
         let shading = scene.shading;
