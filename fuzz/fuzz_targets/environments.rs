@@ -1,0 +1,8 @@
+//! Radiance HDR, and what else lights a scene: what is read has nothing in it that would spoil a sum.
+#![no_main]
+
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
+    if let Ok(image) = leadr::maps::decode_environment(bytes) {
+        image.check_radiance().expect("radiance");
+    }
+});

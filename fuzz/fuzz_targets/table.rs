@@ -1,0 +1,6 @@
+//! Reflectances as text.
+#![no_main]
+
+libfuzzer_sys::fuzz_target!(|text: &str| {
+    let _ = leadr::measured::table::Table::read(text);
+});
