@@ -47,12 +47,16 @@ impl MemoryRoom {
 /// Bytes of this machine's memory that programs can still have; `None` where the system does not say.
 #[must_use]
 pub fn machine_memory() -> Option<u64> {
-    available(&std::fs::read_to_string("/proc/meminfo").ok()?)
+    entry(&std::fs::read_to_string("/proc/meminfo").ok()?, AVAILABLE)
 }
 
-/// What Linux says is available, bytes.
-fn available(meminfo: &str) -> Option<u64> {
-    let line = meminfo.lines().find_map(|line| line.strip_prefix("MemAvailable:"))?;
+/// What Linux calls the memory that programs can still have, and all of it.
+const AVAILABLE: &str = "MemAvailable:";
+const TOTAL: &str = "MemTotal:";
+
+/// What Linux says of its memory, bytes.
+fn entry(meminfo: &str, name: &str) -> Option<u64> {
+    let line = meminfo.lines().find_map(|line| line.strip_prefix(name))?;
     line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok()?.checked_mul(1024)
 }
 
@@ -71,11 +75,16 @@ impl Gpu {
     /// The device's own memory that buffers and images can still have.
     #[must_use]
     pub fn memory_room(&self) -> MemoryRoom {
+        let piece = self.largest_allocation();
+        // Drivers in software tell any size (lavapipe 2 GiB) and give the machine's memory, which others may hold.
+        if self.is_software()
+            && let Ok(meminfo) = std::fs::read_to_string("/proc/meminfo")
+            && let (Some(size), Some(left)) = (entry(&meminfo, TOTAL), entry(&meminfo, AVAILABLE))
+        {
+            return MemoryRoom { size, left, piece };
+        }
         let size = self.memory_size();
-        let left = size.saturating_sub(self.memory_use().allocated);
-        // Drivers in software promise memory of the machine that others may hold.
-        let left = if self.is_software() { left.min(machine_memory().unwrap_or(left)) } else { left };
-        MemoryRoom { size, left, piece: self.largest_allocation() }
+        MemoryRoom { size, left: size.saturating_sub(self.memory_use().allocated), piece }
     }
 
     /// Bytes of the largest heap of the device's own memory.
@@ -96,8 +105,9 @@ mod tests {
     #[test]
     fn what_linux_says_is_read() {
         let text = "MemTotal:       24630000 kB\nMemFree:         9000000 kB\nMemAvailable:   20000000 kB\n";
-        assert_eq!(available(text), Some(20_000_000 * 1024));
-        assert_eq!((available(""), available("MemAvailable: a lot")), (None, None));
+        assert_eq!(entry(text, AVAILABLE), Some(20_000_000 * 1024));
+        assert_eq!(entry(text, TOTAL), Some(24_630_000 * 1024));
+        assert_eq!((entry("", AVAILABLE), entry("MemAvailable: a lot", AVAILABLE)), (None, None));
     }
 
     #[test]

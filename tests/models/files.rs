@@ -138,7 +138,10 @@ fn images_of_other_formats_are_named() {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("a.webp"), b"RIFF....WEBPVP8 ").unwrap();
     let message = Model::load(painted(folder.path(), "a.webp"), LoadOptions::default()).unwrap_err().to_string();
-    assert!(message.contains("image 0 (a.webp): is not an image this program reads here"), "{message}");
+    assert!(
+        message.contains("image 0 (a.webp): cannot be used: it is a WebP, and a PNG, JPEG or EXR image is expected"),
+        "{message}"
+    );
 }
 
 #[test]

@@ -14,7 +14,7 @@ use crate::app::flags::waves::WaveArgs;
 use crate::lab::bench::{BenchConfig, Quad, Table};
 use crate::render::settings::Technique;
 use crate::scenes::config::SceneConfig;
-use crate::scenes::registry::{Choice, Scene};
+use crate::scenes::registry::{self, Choice, Scene};
 use crate::scenes::view::Size;
 
 /// Shown below the help.
@@ -141,9 +141,9 @@ impl BenchArgs {
         let tables = self.tables_of_scenes();
         for (scene, table) in scenes.iter().flat_map(|scene| tables.iter().map(move |table| (scene, table))) {
             if !table.is_of(scene) && self.tables.contains(table) {
-                let mut with: Vec<&str> = table.needs().iter().flat_map(|choice| choice.scenes()).collect();
+                let mut with: Vec<&str> =
+                    registry::SCENES.iter().filter(|scene| table.is_of(scene)).map(|scene| scene.name).collect();
                 with.sort_unstable();
-                with.dedup();
                 let (table, with) = (table.name_and_help().0, with.join(", "));
                 return Err(AppError::Usage(format!("--tables {table} is for the scenes {with}, not {}", scene.name)));
             }

@@ -227,7 +227,8 @@ mod tests {
         // What is about a picture is said while one is shown.
         let (mut line, of_studio) =
             given(&["--environment", "studio", "--environment-rotation", "40", "--auto-exposure"]);
-        let rotation = |line: &CommandLine| captured(&line.of_picture(&seen(&choices))).environment_rotation;
+        let without_sun = Seen { sun: None, ..seen(&choices) };
+        let rotation = |line: &CommandLine| captured(&line.of_picture(&without_sun)).environment_rotation;
         assert_eq!((rotation(&line), of_studio.environment_rotation), (40.0, 40.0));
         line.set("--environment", Some("sky"));
         assert_eq!(rotation(&line), 0.0);

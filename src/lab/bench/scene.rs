@@ -73,7 +73,9 @@ impl Table {
     /// Whether a scene has this table.
     #[must_use]
     pub fn is_of(self, scene: &Scene) -> bool {
-        self.needs().is_empty() || self.needs().iter().any(|choice| scene.offers(*choice))
+        // Beside the objects of a beach, the sea is a small part of a frame.
+        let fits = self != Self::Waves || !scene.offers(Choice::Objects);
+        fits && (self.needs().is_empty() || self.needs().iter().any(|choice| scene.offers(*choice)))
     }
 }
 
