@@ -6,7 +6,7 @@ use std::process::{Command, Output};
 use crate::common::shared::shared_data;
 use leadr::maps::baked::BakedMap;
 use leadr::maps::save::{save_exr, save_png_grey16};
-use leadr::maps::{HeightMap, LeadrMap, Wrap, load_color, load_height_map};
+use leadr::maps::{HeightMap, LeadrMap, Wrap, load_height_map, load_picture};
 
 fn bake(arguments: &[&str]) -> Output {
     let mut command = Command::new(env!("CARGO_BIN_EXE_leadr"));
@@ -81,7 +81,7 @@ fn what_is_baked_is_drawn() {
         let drawn = capture(&at(name), &at("drawn.exr"));
         assert_eq!(drawn.status.code(), Some(0), "{}", String::from_utf8_lossy(&drawn.stderr));
         // The files differ in the commands that they tell of.
-        let picture = |name| load_color(at(name)).unwrap().texels;
+        let picture = |name| load_picture(at(name)).unwrap().image.texels;
         let same = picture("png.exr") == picture("drawn.exr");
         assert_eq!(same, flags == "f32", "{name}");
     }
