@@ -173,7 +173,7 @@ fn heights_and_cones_of_normals_are_drawn() {
         ];
         let done = command.args(flags).args(more).arg("-o").arg(&picture).output().expect("the program starts");
         assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
-        let image = leadr::maps::load_picture(&picture).unwrap().image;
+        let image = load_picture(&picture).unwrap().image;
         image.texels.iter().flatten().map(|&v| f64::from(v)).sum::<f64>() / (3 * image.texels.len()) as f64
     };
     for technique in ["gloss", "leadr"] {

@@ -67,7 +67,7 @@ fn layers_tell_patches_and_visible_areas() {
         seen += 1;
         different.insert(*patch as u32);
         // Pixels at an edge lie beyond it by what rasterisers interpolate.
-        assert!([u, v].iter().all(|place| (-0.01..=1.01).contains(**place)), "{u} {v}");
+        assert!([u, v].iter().all(|place| (-0.01..=1.01).contains(*place)), "{u} {v}");
         assert!(areas[i][0].is_finite() && areas[i][0] > 0.0, "{:?}", areas[i]);
         let normal = Vec3::new(normals[i][0], normals[i][1], normals[i][2]);
         let cosine = normal.dot((state.camera.position - state.camera.target).normalize());
