@@ -354,6 +354,10 @@ fn exr_holds_every_level() {
 fn few_channels_take_no_more_bytes_than_they_need() {
     let inputs = of_heights(&bumpy(64, 32));
     let texels = 2 * 64 * 32;
+    // Heights are heights, whatever their material has beside them.
+    let color = Raster::new(64, 32, 3, Samples::U8(vec![90; 64 * 32 * 3])).unwrap();
+    let (with_color, _) = bytes_of(&Inputs { color: Some(color), ..inputs.clone() }, Kind::Height, Precision::F32);
+    assert_eq!(with_color.len(), bytes_of(&inputs, Kind::Height, Precision::F32).0.len());
     for (kind, precision, format, bytes_of_texel) in [
         (Kind::Height, Precision::F32, ktx2::Format::R32_SFLOAT, 4),
         // And what 16 bits leave over.

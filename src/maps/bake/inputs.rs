@@ -172,7 +172,7 @@ impl Inputs {
             let alpha = roughness.alpha(x, y);
             texel.extend([alpha.powi(2), alpha.powi(4)].map(|v| v as f32));
         }
-        if let Some(color) = &self.color {
+        if let Some(color) = self.color.as_ref().filter(|_| kind.has_color()) {
             texel.extend(color.color(x, y, Encoding::Srgb));
         }
     }

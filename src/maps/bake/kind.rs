@@ -81,6 +81,12 @@ impl Kind {
         matches!(self, Self::Leadr | Self::Lean | Self::Clean | Self::Toksvig)
     }
 
+    /// Whether colour stands beside its channels, if there is one. What engines keep as textures of one purpose is left alone.
+    #[must_use]
+    pub const fn has_color(self) -> bool {
+        !matches!(self, Self::Height | Self::Occlusion | Self::Cones)
+    }
+
     /// The power of a slope that each channel has; heights have `None`.
     pub(super) fn power(self, channel: usize) -> Option<i32> {
         match (self, self.channels()[channel]) {

@@ -82,7 +82,7 @@ impl Plan {
         if inputs.roughness.is_some() && kind.tells_variance() {
             channels.extend(["alpha2", "alpha4"]);
         }
-        if inputs.color.is_some() {
+        if inputs.color.is_some() && kind.has_color() {
             channels.extend(["red", "green", "blue"]);
         }
         let has_heights = inputs.heights.is_some() && channels.contains(&"height");
