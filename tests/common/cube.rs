@@ -5,7 +5,8 @@
 use std::f64::consts::PI;
 
 use glam::DVec3;
-use leadr::gpu::Image;
+use half::f16;
+use leadr::gpu::{Image, vk};
 use leadr::maps::RgbImage;
 use leadr::render::light::environment::Environment;
 
@@ -42,11 +43,17 @@ pub fn read_image_level(image: &Image, mip: u32) -> Vec<(DVec3, f64, DVec3)> {
     let size = (image.desc().width >> mip) as usize;
     let mut all = Vec::new();
     for face in 0..6 {
-        let texels: Vec<[f32; 4]> = image.read(mip, face as u32).unwrap();
+        let texels: Vec<[f32; 4]> = if image.desc().format == vk::Format::R16G16B16A16_SFLOAT {
+            let halves: Vec<[f16; 4]> = image.read(mip, face as u32).unwrap();
+            halves.into_iter().map(|texel| texel.map(f16::to_f32)).collect()
+        } else {
+            image.read(mip, face as u32).unwrap()
+        };
         for (i, t) in texels.iter().enumerate() {
             let (x, y) = (i % size, i / size);
             let radiance = DVec3::new(t[0].into(), t[1].into(), t[2].into());
-            assert!(radiance.is_finite() && t[3] == 1.0, "face {face} {x},{y}: {t:?}");
+            // Lookups weigh 1 with weights whose sum is 1 but for rounding.
+            assert!(radiance.is_finite() && (t[3] - 1.0).abs() < 1e-6, "face {face} {x},{y}: {t:?}");
             all.push((texel_direction(face, x, y, size), solid_angle(x, y, size), radiance));
         }
     }

@@ -57,6 +57,13 @@ fn the_sky_matches_its_64_bit_evaluation() {
     }
 }
 
+/// Whether texels are equal to the rounding of halves and of where texels are looked up, which blends a ten-thousandth of a texel.
+fn same_as_halves(halves: &[(DVec3, f64, DVec3)], exact: &[(DVec3, f64, DVec3)]) -> bool {
+    let brightest = exact.iter().map(|texel| texel.2.max_element()).fold(0.0, f64::max);
+    let near = |(a, b): (f64, f64)| (a - b).abs() <= b.abs() / 2000.0 + 6e-8 + 1e-4 * brightest;
+    halves.iter().zip(exact).all(|(a, b)| (0..3).all(|c| near((a.2[c], b.2[c]))))
+}
+
 #[test]
 fn an_unchanged_sky_costs_nothing() {
     let Some(gpu) = test_gpu() else { return };
@@ -102,7 +109,7 @@ fn every_blurred_level_has_the_power_and_width_it_claims() {
         let none = LightExtraction { count: 0, ..Default::default() };
         let environment = Environment::from_panorama(&gpu, size, &image, none).unwrap();
         let finest = read_level(&environment, 0);
-        assert!(read_image_level(environment.lobes().image(), 0) == finest);
+        assert!(same_as_halves(&read_image_level(environment.lobes().image(), 0), &finest));
         let (sum, centre) = power(&finest);
         for level in 1..kernel_levels(size) {
             let texels = read_image_level(environment.lobes().image(), level);
@@ -136,7 +143,7 @@ fn the_sky_blurs_like_a_picture_of_it() {
         ];
         let image = sky.lobes().image();
         let finer = size.ilog2() - image.desc().width.ilog2();
-        assert!(finer > 0 && read_image_level(image, 0) == read_level(&sky, finer));
+        assert!(finer > 0 && same_as_halves(&read_image_level(image, 0), &read_level(&sky, finer)));
         for level in 1..image.desc().mips {
             let ours = read_image_level(image, level);
             let theirs = read_image_level(picture.lobes().image(), level + finer);

@@ -30,8 +30,9 @@ vec3 ggx_sample_visible(vec3 wo, vec2 u, vec2 m, vec3 A) {
     float along = height * (below - u.x * above) / max(sine + sine_i, 1e-18) + 2.0 * sine_i * half_cos * half_cos;
     float across = 2.0 * sine_i * half_sin * half_cos;
     vec2 h = vec2(e.x * along - e.y * across, e.y * along + e.x * across);
-    // The slope m + C (-h / height), multiplied by -height.
-    return normalize(vec3(vec2(c.x * h.x, c.y * h.x + c.z * h.y) - m * height, height));
+    // The slope m + C (-h / height), multiplied by -height. Scaled first: squares as small as these count as 0 on some devices.
+    vec3 along_normal = vec3(vec2(c.x * h.x, c.y * h.x + c.z * h.y) - m * height, height);
+    return normalize(along_normal / max(max(abs(along_normal.x), abs(along_normal.y)), height));
 }
 
 #endif

@@ -2,16 +2,7 @@
 #ifndef LEADR_SURFACES_MOMENTS_STORE
 #define LEADR_SURFACES_MOMENTS_STORE
 
-#ifdef HALF
-// The nearest half float, the even one of two: what drivers do where they store one is left to them. src/maps/halves.rs has a twin.
-float nearest_half(float value)
-{
-    uint bits = floatBitsToUint(value);
-    bits += 0xfffu + ((bits >> 13) & 1u);
-    float normal = uintBitsToFloat(bits & ~0x1fffu);
-    return abs(value) < 6.103515625e-5 ? roundEven(value * 16777216.0) / 16777216.0 : clamp(normal, -65504.0, 65504.0);
-}
-#endif
+#include "../halves.glsl"
 
 // Variance is a difference of what is stored: where the mean is rounded, second moments follow, so that only their own rounding is lost.
 void as_stored(inout vec4 moments, inout float joint)

@@ -1,6 +1,8 @@
 //! The pass that blurs the environment for few lookups: a second cube whose levels have a smooth, round kernel
 //! ([`kernel`](crate::reflectance::visible::kernel)). Each level is made from the one before by 19 lookups per texel. Among
 //! pixels that nothing has smoothed, those of the first level would leave gaps, so closer ones come before, at its size.
+//!
+//! Its texels are halves where those can hold the environment: hardware looks up 32 bits four times as slowly.
 
 use std::sync::Arc;
 
@@ -30,6 +32,9 @@ const DEVIATION: f64 = 1.1;
 /// far apart as the texels of the first level would make the power of a bright pixel depend on where it lies.
 const SMOOTHING: f64 = 0.65;
 
+/// Radiances whose brightest is in this range are stored as halves, to a two-thousandth of each, or to 3e-8 below 6e-5.
+const OF_HALVES: std::ops::Range<f32> = 1e-3..6e4;
+
 /// A dispatch. Its places are indices of [`CubeLobes::places`].
 struct Step {
     /// None: the environment.
@@ -46,24 +51,27 @@ pub struct CubeLobes {
     /// Every level, and what is smoothed, as faces to write and as a cube to look up.
     places: Vec<[ImageView; 2]>,
     steps: Vec<Step>,
-    /// Mip of the environment as large as the finest level.
-    mip: u32,
     pipeline: ComputePipeline,
     sampler: Sampler,
 }
 
 impl CubeLobes {
     /// The pass for environments with faces of `environment_size` texels. The faces of the cube have `size` texels, no more
-    /// than those. `smooth`: whether the environment has no detail as small as two texels of the cube. The cube is undefined
-    /// until it is recorded.
+    /// than those. `smooth`: whether the environment has no detail as small as two texels of the cube. `brightest`: its largest
+    /// radiance. The cube is undefined until it is recorded.
     ///
     /// # Errors
     /// [`GpuError::Allocation`](crate::gpu::GpuError), or a failed Vulkan call.
-    pub fn new(gpu: &Arc<Gpu>, environment_size: u32, size: u32, smooth: bool) -> Result<Self> {
+    pub fn new(gpu: &Arc<Gpu>, environment_size: u32, size: u32, smooth: bool, brightest: f32) -> Result<Self> {
         let levels = kernel_levels(size);
         let mip = (environment_size / size).max(1).ilog2();
+        let (format, shader) = if OF_HALVES.contains(&brightest) {
+            (Format::R16G16B16A16_SFLOAT, "passes/light/cube_lobes_half.comp")
+        } else {
+            (Format::R32G32B32A32_SFLOAT, "passes/light/cube_lobes.comp")
+        };
         let image = |name, size, levels| {
-            let desc = ImageDesc::new(Format::R32G32B32A32_SFLOAT, size, size).cube().mips(levels).storage();
+            let desc = ImageDesc::new(format, size, size).cube().mips(levels).storage();
             Image::new(gpu, name, desc)
         };
         let place = |image: &Image, mip| Ok([image.mip_array(mip)?, image.mip_cube(mip)?]);
@@ -78,8 +86,7 @@ impl CubeLobes {
             smoothed,
             places,
             steps: steps(mip, size, smooth),
-            mip,
-            pipeline: ComputePipeline::new(gpu, "passes/light/cube_lobes.comp", &[], &[Push::LAYOUT])?,
+            pipeline: ComputePipeline::new(gpu, shader, &[], &[Push::LAYOUT])?,
             sampler: Sampler::new(gpu, "environment lobes", Filter::Trilinear, AddressMode::ClampToEdge)?,
         })
     }
@@ -93,11 +100,6 @@ impl CubeLobes {
         for image in [Some(&self.cube), self.smoothed.as_ref()].into_iter().flatten() {
             cmd.image_barrier(image, Use::Undefined, Use::Sampled);
         }
-        between(cmd, environment, self.mip, Use::Sampled, Use::CopySource);
-        between(cmd, &self.cube, 0, Use::Sampled, Use::CopyTarget);
-        cmd.copy_mip(environment, self.mip, &self.cube, 0);
-        between(cmd, &self.cube, 0, Use::CopyTarget, Use::Sampled);
-        between(cmd, environment, self.mip, Use::CopySource, Use::Sampled);
         for step in &self.steps {
             let (image, mip) = match &self.smoothed {
                 Some(smoothed) if step.target + 1 == self.places.len() => (smoothed, 0),
@@ -132,7 +134,9 @@ impl CubeLobes {
 /// All dispatches for a cube with faces of `size` texels, whose finest level is as large as mip `mip` of the environment.
 fn steps(mip: u32, size: u32, smooth: bool) -> Vec<Step> {
     let levels = kernel_levels(size) as usize;
-    let mut steps = Vec::new();
+    let as_it_is =
+        Push { weights: [1.0, 0.0, 0.0, 0.0], tangents: [0.0; 3], lod: mip as f32, coarsens: 0.0, widening: 0.0 };
+    let mut steps = vec![Step { source: None, target: 0, push: as_it_is }];
     for target in 1..levels {
         let texel = |level: usize| 2.0 / f64::from(size >> level);
         let wanted = kernel_variance(target as u32, size);
@@ -193,7 +197,7 @@ mod tests {
     #[test]
     fn lookups_are_no_farther_apart_than_what_they_see_is_wide() {
         for size in [16, 256] {
-            for Step { source, target, push } in steps(0, size, false) {
+            for Step { source, target, push } in steps(0, size, false).into_iter().skip(1) {
                 let texel = 2.0 / f64::from(size);
                 let seen = match source {
                     None => 0.25 * texel * texel,

@@ -1,7 +1,7 @@
 //! The environment: a cube map of radiance with all mips, from an equirectangular image or from the analytic sky.
 //!
-//! The texels are RGBA32F: measured environments hold suns brighter than 65504, which half floats would clamp or turn into
-//! infinity, and 256² faces with mips take only 8 MiB, so 16 bits would gain nothing. Alpha is 1.
+//! The texels are RGBA32F, from which means and irradiance are found to rounding: measured environments hold suns brighter than 65504,
+//! which half floats would clamp or turn into infinity. Alpha is 1. What most pixels look up are the [`CubeLobes`].
 //!
 //! Directions are world directions (z up), used directly with a cube sampler; faces are in Vulkan's order.
 
@@ -22,6 +22,9 @@ use crate::maps::RgbImage;
 /// Most texels along an edge of a face of the analytic sky's [`CubeLobes`], which are made anew whenever the sun moves. Its
 /// finest detail is the horizon, as wide as 1.3 of them: [`HORIZON`](super::constants::HORIZON).
 const SKY_LOBES: u32 = 128;
+
+/// More than the radiance of the analytic sky anywhere, at intensity 1.
+const BRIGHTEST_SKY: f32 = 100.0;
 
 /// What fills the cube.
 enum Source {
@@ -53,7 +56,7 @@ impl Environment {
     /// [`GpuError::Usage`] unless `face_size` is a power of two; [`GpuError::Allocation`]; a failed submission.
     pub fn from_sky(gpu: &Arc<Gpu>, face_size: u32, sky: &Sky) -> Result<Self> {
         let source = Source::Sky { pass: SkyPass::new(gpu)?, shown: None };
-        let lobes = CubeLobes::new(gpu, face_size, face_size.min(SKY_LOBES), true)?;
+        let lobes = CubeLobes::new(gpu, face_size, face_size.min(SKY_LOBES), true, BRIGHTEST_SKY * sky.intensity)?;
         let mut environment = Self::new(gpu, face_size, lobes, source)?;
         gpu.submit("sky", |cmd| environment.update_sky(cmd, sky))?;
         Ok(environment)
@@ -74,23 +77,24 @@ impl Environment {
     /// # Errors
     /// As [`from_sky`](Self::from_sky).
     pub fn from_panorama(gpu: &Arc<Gpu>, face_size: u32, image: &RgbImage, lights: LightExtraction) -> Result<Self> {
-        let lobes = CubeLobes::new(gpu, face_size, face_size, false)?;
-        let mut environment = Self::new(gpu, face_size, lobes, Source::Image)?;
         let pass = EquirectPass::new(gpu)?;
         let parts = split(image, lights);
-        let upload = |instead: &[(usize, [f32; 3])]| {
-            let (width, height, texels) = equirect::prepare(image, instead, face_size);
+        let upload = |(width, height, texels): (u32, u32, Vec<[f32; 4]>)| {
             let upload = Image::new(gpu, "equirect", ImageDesc::new(Format::R32G32B32A32_SFLOAT, width, height))?;
             upload.write(0, 0, &texels)?;
             Ok::<_, GpuError>(upload)
         };
-        let rest = upload(&parts.rest)?;
+        let rest = equirect::prepare(image, &parts.rest, face_size);
+        let brightest = rest.2.iter().fold(0.0f32, |most, texel| most.max(texel[0]).max(texel[1]).max(texel[2]));
+        let lobes = CubeLobes::new(gpu, face_size, face_size, false, brightest)?;
+        let mut environment = Self::new(gpu, face_size, lobes, Source::Image)?;
+        let rest = upload(rest)?;
         gpu.submit("equirect", |cmd| {
             environment.begin(cmd, |cmd, faces| pass.record(cmd, rest.whole(), faces));
             environment.make_mips(cmd);
         })?;
         if !parts.lights.is_empty() {
-            let whole = upload(&[])?;
+            let whole = upload(equirect::prepare(image, &[], face_size))?;
             let desc = ImageDesc::new(Format::R32G32B32A32_SFLOAT, face_size, face_size).cube().storage();
             let background = Image::new(gpu, "background", desc)?;
             let faces = background.mip_array(0)?;
@@ -230,5 +234,28 @@ impl Environment {
     #[must_use]
     pub fn face_size(&self) -> u32 {
         self.cube.desc().width
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_sky_is_brighter_than_stated() {
+        let mut brightest = 0.0f64;
+        for elevation in [-0.05f32, 0.0, 0.05, 0.2, 0.7, 1.5] {
+            for turbidity in [1.0, 2.2, 10.0] {
+                let sky = Sky { turbidity, ..Sky::with_sun(elevation, 0.3) };
+                let (tables, sun) = (sky.tables(), sky.sun_direction.as_dvec3());
+                let about = (0..400).map(|i| {
+                    let (turn, reach) = (f64::from(i) * 2.4, f64::from(i) * 0.004);
+                    (sun + reach * glam::DVec3::new(turn.cos(), turn.sin(), (1.3 * turn).sin())).normalize()
+                });
+                brightest = about.map(|d| tables.radiance(d).max_element()).fold(brightest, f64::max);
+            }
+        }
+        println!("the brightest sky: {brightest:.1}");
+        assert!(brightest > 1.0 && brightest < f64::from(BRIGHTEST_SKY), "{brightest}");
     }
 }

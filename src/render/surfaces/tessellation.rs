@@ -258,13 +258,14 @@ impl DrawList {
         let group_of = |(index, patch): (usize, &[u32; 4])| {
             let corners = patch.map(|v| (positions[v as usize], normals[v as usize]));
             let range = posed.height_range.get(index).map_or([0.0; 2], |r| r.map(|h| h * posed.height_scale));
-            let outside = place_in_view(&view, &corners, range) == Inside::Outside;
-            let away = !mesh.triangles && faces_away(viewer, &corners, range);
-            if settings.cull && (outside || away) {
+            let away = || !mesh.triangles && faces_away(viewer, &corners, range);
+            let reach = reach(&corners, range);
+            let inside = place_in_view(&view, &corners, reach);
+            if settings.cull && (inside == Inside::Outside || away()) {
                 return None;
             }
             let divided = topology.patch_edges[index].iter().any(|edge| edge_factors[(edge >> 1) as usize] > 1.0);
-            let crossing = place_in_view(&band, &corners, range) != Inside::Wholly;
+            let crossing = inside != Inside::Wholly && place_in_view(&band, &corners, reach) != Inside::Wholly;
             Some(2 * usize::from(divided) + usize::from(crossing))
         };
         let group_of_patches: Vec<Option<usize>> =
@@ -378,15 +379,18 @@ enum Inside {
     Outside,
 }
 
-fn place_in_view(planes: &[Vec4; 5], corners: &Corners, range: [f32; 2]) -> Inside {
-    // Control points lie off the chords between corners by this much at most, once along each parameter; bumps are added. Flat
-    // triangles have none, which costs them little.
+/// How far a patch lies off its corners' chords at most: its control points, once along each parameter, and bumps. Flat triangles have
+/// none, which costs them little.
+fn reach(corners: &Corners, range: [f32; 2]) -> f32 {
     let bulge = (0..4).map(|i| {
         let ((a, normal_a), (b, normal_b)) = (corners[i], corners[(i + 1) & 3]);
         let third = (b - a) / 3.0;
         third.dot(normal_a).abs().max(third.dot(normal_b).abs())
     });
-    let reach = 2.0 * bulge.fold(0.0, f32::max) + range[0].abs().max(range[1].abs());
+    2.0 * bulge.fold(0.0, f32::max) + range[0].abs().max(range[1].abs())
+}
+
+fn place_in_view(planes: &[Vec4; 5], corners: &Corners, reach: f32) -> Inside {
     let mut place = Inside::Wholly;
     for plane in planes {
         let distances = corners.map(|(position, _)| plane.dot(position.extend(1.0)));

@@ -89,8 +89,9 @@ pub struct Tolerance {
     pub relative: f64,
     /// Magnitude below which errors count as absolute, by the index of the output: the size of the terms it sums.
     pub floor: fn(usize) -> f64,
-    /// Arguments below this magnitude are shifted as if they had it.
-    pub unit: f64,
+    /// Arguments below this magnitude are shifted as if they had it, by the index of the argument: 4 for an angle whose sine a
+    /// device finds to a few ten-millionths.
+    pub unit: fn(usize) -> f64,
 }
 
 /// Outcome of a comparison: the worst relative error among well-conditioned values, and the failures.
@@ -99,13 +100,29 @@ struct Outcome {
     worst_at: String,
     well_conditioned: usize,
     sampled: usize,
+    values: usize,
+    /// Values beyond the tolerance.
     failures: usize,
+    /// Those of them that are no outliers either.
+    gross: usize,
     first: String,
+}
+
+impl Outcome {
+    fn fails(&self) -> bool {
+        self.gross > 0 || self.failures * OUTLIERS > self.values
+    }
 }
 
 /// Relative shift of an argument; the resulting change of the reference, times [`SPREADS`], is tolerated.
 const NUDGE: f64 = 1.2e-7;
-const SPREADS: f64 = 2.0;
+/// Divisions and roots err by 2.5 units in the last place where Vulkan's bound is used up, and by half of one on lavapipe.
+const SPREADS: f64 = 8.0;
+
+/// One value in so many may err by up to [`OUTLIER`] of itself: a device that fuses multiplications with additions leaves rounding
+/// errors where a difference should vanish, and functions of nothing else but that difference tell (measured: 6 of 1,200,000).
+const OUTLIERS: usize = 100_000;
+const OUTLIER: f64 = 1e-3;
 
 fn compare<const N: usize>(
     inputs: &[[f32; N]],
@@ -118,7 +135,9 @@ fn compare<const N: usize>(
         worst_at: String::new(),
         well_conditioned: 0,
         sampled: 0,
+        values: 0,
         failures: 0,
+        gross: 0,
         first: String::new(),
     };
     for (i, input) in inputs.iter().enumerate() {
@@ -132,9 +151,12 @@ fn compare<const N: usize>(
             let got = f64::from(got[i * outputs + k]);
             let scale = want.abs().max((tolerance.floor)(k));
             let error = (got - want).abs();
-            let allowed = tolerance.relative * scale;
+            // Numbers too small for a normal representation may count as 0.
+            let allowed = tolerance.relative * scale + f64::from(f32::MIN_POSITIVE);
+            outcome.values += 1;
             if !got.is_finite() || error.is_nan() || (error > allowed && error > allowed + SPREADS * spread(k)) {
                 outcome.failures += 1;
+                outcome.gross += usize::from(!got.is_finite() || error > OUTLIER * scale + SPREADS * spread(k));
                 if outcome.failures <= 5 {
                     outcome.first +=
                         &format!("\n  output {k} of {input:?}: {got:e} instead of {want:e} (spread {:.1e})", spread(k));
@@ -165,7 +187,7 @@ fn spreads_of<const N: usize>(
     for (k, value) in exact.iter().enumerate() {
         for sign in [-1.0, 1.0] {
             let mut moved = *exact;
-            moved[k] = value + sign * NUDGE * value.abs().max(tolerance.unit).max(1e-30);
+            moved[k] = value + sign * NUDGE * value.abs().max((tolerance.unit)(k)).max(1e-30);
             for (s, (a, b)) in spread.iter_mut().zip(reference(&moved).iter().zip(want)) {
                 *s += (a - b).abs();
             }
@@ -208,7 +230,7 @@ pub fn parity_with<const N: usize>(
         outcome.worst_at
     );
     assert!(
-        outcome.failures == 0,
+        !outcome.fails(),
         "{name} on {}: {} values beyond {:.0e}:{}",
         gpu.device_name(),
         outcome.failures,

@@ -35,7 +35,7 @@ fn occlusion_parity() {
     parity::<12>(
         "masking/occlusion",
         // The visibility of a cone that the horizon cuts is a small difference.
-        Tolerance { relative: 1e-5, floor: |k| if k == 17 { 0.2 } else { 1e-2 }, unit: 1.0 },
+        Tolerance { relative: 1e-5, floor: |k| if k == 17 { 0.2 } else { 1e-2 }, unit: |_| 1.0 },
         |r| {
             let (axis, wi) = (r.direction(), r.direction());
             // Not on the edge of the cone, where rounding decides.
@@ -73,7 +73,7 @@ fn energy_parity() {
         let words: Vec<f32> = table.texels().concat();
         parity_with::<6>(
             "materials/energy",
-            Tolerance { relative: 1e-5, floor: |k| if k == 13 { 0.1 } else { 1e-2 }, unit: 0.0 },
+            Tolerance { relative: 1e-5, floor: |k| if k == 13 { 0.1 } else { 1e-2 }, unit: |_| 0.0 },
             Some(("Energy", &words)),
             // The loss of mirrors is beyond a float where it is subtracted from 1.
             |r| join(&[&[r.range(0.02, 1.0)], &[share(r), share(r)], &shares(r)]),
@@ -100,7 +100,7 @@ fn multiscattering_parity() {
     let table = EnergyTable::ggx();
     parity::<22>(
         "materials/multiscattering",
-        Tolerance { relative: 2e-5, floor: |_| 1e-2, unit: 0.0 },
+        Tolerance { relative: 2e-5, floor: |_| 1e-2, unit: |_| 0.0 },
         |r| {
             let (wo, wi, alpha) = (r.direction(), r.direction(), share(r));
             // What the coat of dielectrics lets through.
@@ -130,7 +130,7 @@ fn multiscattering_parity() {
 fn cone_specular_parity() {
     parity::<8>(
         "visible/cone_specular",
-        Tolerance { relative: 2e-5, floor: |_| 0.5, unit: 1.0 },
+        Tolerance { relative: 2e-5, floor: |_| 0.5, unit: |_| 1.0 },
         |r| {
             let alpha = r.range(0.02, 1.0);
             join(&[&[alpha], &r.direction().to_array(), &r.direction().to_array(), &[share(r)]])

@@ -53,7 +53,7 @@ fn check((brdf, lobes): &(FittedBrdf, Vec<Lobe>)) {
     parity_with::<8>(
         "materials/fitted",
         // Of `D` next to its mean over the hemisphere.
-        Tolerance { relative: 1e-3, floor: |k| [1e-3, 1e-3, 1e-3, 1e-3, 1e-3, 1e-3, 1e-3, 1e-3][k], unit: 0.0 },
+        Tolerance { relative: 1e-3, floor: |k| [1e-3, 1e-3, 1e-3, 1e-3, 1e-3, 1e-3, 1e-3, 1e-3][k], unit: |_| 0.0 },
         Some(("Fits", words.words())),
         |r| {
             // Nothing is seen from below.

@@ -26,7 +26,7 @@ fn roughness(r: &mut Random) -> f64 {
 fn gloss_parity() {
     parity::<2>(
         "facets/gloss",
-        Tolerance { relative: 2e-5, floor: |k| if k < 4 { 1e-9 } else { 0.05 }, unit: 0.0 },
+        Tolerance { relative: 2e-5, floor: |k| if k < 4 { 1e-9 } else { 0.05 }, unit: |_| 0.0 },
         |r| [r.range(-0.2, 1.2), roughness(r)],
         |x| {
             let curves = [GLOSS_ADVANCED_WARFARE, GLOSS_WWII, GLOSS_BLINN_PHONG];
@@ -40,7 +40,7 @@ fn gloss_parity() {
 fn shortened_normals_parity() {
     parity::<3>(
         "facets/shortened_normals",
-        Tolerance { relative: 2e-5, floor: |_| 1e-12, unit: 0.0 },
+        Tolerance { relative: 2e-5, floor: |_| 1e-12, unit: |_| 0.0 },
         |r| {
             let lack = match (r.unit() * 6.0) as u32 {
                 0 => r.pick([0.0, -1.0, 1.0, 2.0, 1.0 / 3.0, 0.5]),
@@ -63,7 +63,7 @@ fn shortened_normals_parity() {
 fn normal_spread_parity() {
     parity::<2>(
         "facets/normal_spread",
-        Tolerance { relative: 5e-6, floor: |_| 1e-12, unit: 0.0 },
+        Tolerance { relative: 5e-6, floor: |_| 1e-12, unit: |_| 0.0 },
         |r| {
             let lacks = [r.log(1e-7, 1.0), r.unit(), -0.5, 0.0, 1.0, 1.5];
             [r.pick(lacks), r.log(1e-2, 1e6)]
@@ -76,7 +76,7 @@ fn normal_spread_parity() {
 fn normal_blending_parity() {
     parity::<6>(
         "slopes/normal_blending",
-        Tolerance { relative: 1e-5, floor: |_| 1.0, unit: 1e-3 },
+        Tolerance { relative: 1e-5, floor: |_| 1.0, unit: |_| 1e-3 },
         |r| {
             let [base, detail] = [0, 1].map(|_| r.direction().to_array());
             join(&[&base, &detail])

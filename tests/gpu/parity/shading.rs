@@ -11,7 +11,7 @@ use leadr::reflectance::shading::{Surface, light};
 fn light_parity() {
     parity::<12>(
         "shading",
-        Tolerance { relative: 1e-3, floor: |_| 1e-2, unit: 0.0 },
+        Tolerance { relative: 1e-3, floor: |_| 1e-2, unit: |_| 0.0 },
         |r| {
             let (wo, wi) = (r.direction(), r.direction());
             let tail = [r.range(0.05, 1.0)];

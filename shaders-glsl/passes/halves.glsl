@@ -1,0 +1,13 @@
+#ifndef LEADR_HALVES
+#define LEADR_HALVES
+
+// The nearest half float, the even one of two: what drivers do where they store one is left to them. src/maps/halves.rs has a twin.
+float nearest_half(float value)
+{
+    uint bits = floatBitsToUint(value);
+    bits += 0xfffu + ((bits >> 13) & 1u);
+    float normal = uintBitsToFloat(bits & ~0x1fffu);
+    return abs(value) < 6.103515625e-5 ? roundEven(value * 16777216.0) / 16777216.0 : clamp(normal, -65504.0, 65504.0);
+}
+
+#endif
