@@ -36,8 +36,8 @@ const FILTERS: [(Technique, f64, Option<f64>); 7] = [
     (Technique::Gloss, 6.0, Some(1.5)),
     (Technique::Clean, 8.0, None),
     (Technique::Lean, 12.0, None),
-    (Technique::Leadr, 12.0, Some(8.0)),
-    (Technique::LeadrGgx, 12.0, Some(8.0)),
+    (Technique::Leadr, 12.0, Some(9.0)),
+    (Technique::LeadrGgx, 12.0, Some(9.0)),
 ];
 
 /// Metres from which the plane is seen.
