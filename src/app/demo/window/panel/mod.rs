@@ -15,10 +15,13 @@ use egui::{Color32, ColorImage, Context, TextureHandle, TextureOptions, Viewport
 use winit::event::WindowEvent;
 use winit::window::Window;
 
+use self::controls::Sections;
 use self::facts::HISTORY;
 pub use self::facts::{Facts, Request};
 use self::paint::Painted;
+use super::layout::Layout;
 use super::over::LayerPicture;
+use super::probes::Ball;
 use super::viewer::Viewer;
 use crate::maps::Rgb8Image;
 
@@ -37,6 +40,7 @@ pub struct Panel {
     pub open: bool,
     /// Whether the help is.
     pub help: bool,
+    sections: Sections,
     /// What is wrong with a shader that has changed.
     pub shader_fault: Option<String>,
     message: Option<(String, Instant)>,
@@ -45,6 +49,8 @@ pub struct Panel {
     over: Option<(TextureHandle, String)>,
     /// Slope covariances under pixels, for the ellipses.
     ellipses: Option<LayerPicture>,
+    /// What the places of the sky's volume see.
+    balls: Option<Vec<Ball>>,
     /// When it wants to be drawn again though nothing happens.
     wakes: Option<Instant>,
     /// Where the pointer is, points.
@@ -52,28 +58,43 @@ pub struct Panel {
 }
 
 impl Panel {
-    /// A panel for `window`.
+    /// A panel for `window`, as it was left.
     #[must_use]
-    pub fn new(window: &Window) -> Self {
+    pub fn new(window: &Window, layout: &Layout) -> Self {
         let context = Context::default();
         context.set_visuals(visuals());
         let scale = window.scale_factor();
         let input =
             egui_winit::State::new(context.clone(), ViewportId::ROOT, window, Some(scale as f32), None, Some(8192));
-        let open = window.inner_size().to_logical::<f32>(scale).width >= ROOM;
+        let room = || window.inner_size().to_logical::<f32>(scale).width >= ROOM;
+        let open = layout.panel.unwrap_or_else(room);
         Self {
             context,
             input,
             open,
             help: false,
+            sections: layout.sections.clone(),
             shader_fault: None,
             message: None,
             milliseconds: VecDeque::new(),
             over: None,
             ellipses: None,
+            balls: None,
             wakes: None,
             pointer: None,
         }
+    }
+
+    /// How it is left, but for the size of the window.
+    #[must_use]
+    pub fn layout(&self) -> Layout {
+        Layout { size: None, panel: Some(self.open), sections: self.sections.clone() }
+    }
+
+    /// Pixels of a point.
+    #[must_use]
+    pub fn scale(&self) -> f64 {
+        f64::from(self.context.pixels_per_point())
     }
 
     /// Gives it an event first. Whether it keeps it for itself, and whether it must be drawn again.
@@ -144,6 +165,11 @@ impl Panel {
         self.ellipses = covariances;
     }
 
+    /// Draws these balls; `None` takes them away.
+    pub fn balls(&mut self, balls: Option<Vec<Ball>>) {
+        self.balls = balls;
+    }
+
     /// When it must be drawn again though nothing happens.
     #[must_use]
     pub fn wakes(&self) -> Option<Instant> {
@@ -168,12 +194,15 @@ impl Panel {
             if let Some(covariances) = &self.ellipses {
                 overlay::ellipses(ui, covariances);
             }
+            if let Some(balls) = &self.balls {
+                overlay::balls(ui, balls, left);
+            }
             overlay::split(ui, viewer, left);
             if self.open {
                 egui::Panel::left("choices").exact_size(WIDTH).resizable(false).show(ui, |ui| {
                     egui::ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
-                        controls::show(ui, viewer, facts, &mut requests);
-                        costs::show(ui, facts, &self.milliseconds);
+                        controls::show(ui, viewer, facts, &mut self.sections, &mut requests);
+                        costs::show(ui, facts, &self.milliseconds, &mut self.sections);
                         controls::buttons(ui, &mut requests);
                     });
                 });

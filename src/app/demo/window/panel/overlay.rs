@@ -1,9 +1,10 @@
 //! What lies over the picture itself: the line between two techniques, pictures of numbers, messages, help.
 
-use egui::{Align2, Color32, CursorIcon, FontId, Id, Pos2, Rect, Shape, Stroke, TextureHandle, Ui, Vec2};
+use egui::{Align2, Color32, CursorIcon, FontId, Id, Mesh, Pos2, Rect, Shape, Stroke, TextureHandle, Ui, Vec2};
 
 use crate::app::demo::args::keys;
 use crate::app::demo::window::over::LayerPicture;
+use crate::app::demo::window::probes::{Ball, NONE, SAYS, SIDES};
 use crate::app::demo::window::viewer::{SPLIT_GRIP, Viewer};
 
 /// Points between two ellipses.
@@ -64,6 +65,27 @@ pub fn ellipses(ui: &Ui, covariances: &LayerPicture) {
         });
         ui.painter().add(Shape::closed_line(points.collect(), Stroke::new(1.2, Color32::from_rgb(255, 210, 90))));
     }
+}
+
+/// Balls, and what they show.
+pub fn balls(ui: &Ui, balls: &[Ball], left: f32) {
+    let screen = ui.ctx().content_rect();
+    let mut mesh = Mesh::default();
+    for Ball { middle: [x, y], radius, greys } in balls {
+        let middle = screen.min + Vec2::new(x * screen.width(), y * screen.height());
+        let radius = (radius * screen.height()).max(1.5);
+        let first = mesh.vertices.len() as u32;
+        mesh.colored_vertex(middle, Color32::from_gray(greys[0]));
+        for (corner, grey) in greys[1..].iter().enumerate() {
+            let (sine, cosine) = (corner as f32 / SIDES as f32 * std::f32::consts::TAU).sin_cos();
+            mesh.colored_vertex(middle + Vec2::new(cosine, -sine) * radius, Color32::from_gray(*grey));
+            let next = (corner as u32 + 1) % SIDES as u32;
+            mesh.add_triangle(first, first + 1 + corner as u32, first + 1 + next);
+        }
+    }
+    ui.painter().add(Shape::mesh(mesh));
+    let says = if balls.is_empty() { NONE } else { SAYS };
+    label(ui, Pos2::new(screen.left() + left + 10.0, screen.bottom() - 10.0), Align2::LEFT_BOTTOM, says);
 }
 
 /// Half the axes of the ellipse of a covariance; `None` where nothing varies.
