@@ -201,6 +201,8 @@ struct Open {
     painter: Painter,
     panel: Panel,
     difference: Difference,
+    /// The layer over the picture is that of a still one.
+    layer_is_still: bool,
     window: Arc<Window>,
     /// Its pixels, as the last event told: a window that another program has closed cannot be asked.
     size: PhysicalSize<u32>,
@@ -237,6 +239,7 @@ impl App<'_> {
             painter,
             panel,
             difference: Difference::default(),
+            layer_is_still: false,
             window,
             size,
             occluded: false,
@@ -288,6 +291,7 @@ impl App<'_> {
             state
         });
         if changed {
+            open.layer_is_still = false;
             open.difference.reset();
             open.panel.lay_over(None);
             open.panel.ellipses(None);
@@ -311,7 +315,10 @@ impl App<'_> {
             }
             return Ok(());
         }
-        if let Some(layer) = self.viewer.choices.look.layer().filter(|_| changed) {
+        // A layer is read of what moves, and once more of what stands still, which has all its pixels.
+        let still = open.painter.is_complete([width, height], &sides);
+        if let Some(layer) = self.viewer.choices.look.layer().filter(|_| changed || still && !open.layer_is_still) {
+            open.layer_is_still = still;
             let read = open.painter.layer(layer)?;
             match self.viewer.choices.look {
                 Look::Ellipses => open.panel.ellipses(Some(read)),
@@ -367,7 +374,7 @@ impl App<'_> {
             pixels,
             triangles,
         };
-        let (painted, requests) = open.panel.run(&open.window, &mut self.viewer, &facts);
+        let (painted, requests) = open.panel.run(&open.window, open.size, &mut self.viewer, &facts);
         for request in requests {
             match request {
                 Request::Act(action) => self.act(events, action)?,

@@ -41,7 +41,7 @@ pub fn false_colors(layer: Layer, picture: &LayerPicture) -> (Rgb8Image, String)
         Layer::Patch => "patches: a colour each, darker along u and v".to_owned(),
         Layer::Shadow => "light of suns and lamps that arrives: none is black, all white".to_owned(),
         Layer::Sky => "surroundings that large shapes leave: none is black, all white".to_owned(),
-        Layer::Triangles => "edges of triangles".to_owned(),
+        Layer::Triangles => "edges of triangles; with more px/triangle they lie further apart".to_owned(),
         Layer::Tessellation => {
             let most = values.iter().map(|v| v[0].max(v[1])).filter(|v| v.is_finite()).fold(0.0, f32::max);
             format!("segments of a patch: blue 1, green 8, red 63; at most {most:.0} here")

@@ -15,6 +15,9 @@ pub const SIDES: usize = 10;
 const RADIUS: f32 = 0.12;
 /// Largest radius, as a part of the picture's height.
 const LARGEST: f32 = 0.03;
+/// Part of a direction that is hidden where a ball is more than a dot, and the size of a dot as a part of a ball's.
+const HIDDEN: f32 = 0.1;
+const DOT: f32 = 0.2;
 /// What the legend says.
 pub const SAYS: &str =
     "probes: what each place sees of the surroundings past large shapes, by direction: nothing is black, all white";
@@ -52,7 +55,9 @@ pub fn balls(probes: &[SkyProbe], camera: &Camera, depth: &LayerPicture) -> Vec<
         let pixel = (middle[1] * height as f32) as u32 * width + (middle[0] * width as f32) as u32;
         let hidden = depth.values.get(pixel as usize).is_some_and(|behind| behind[0] < distance - radius);
         (!hidden).then(|| {
-            let radius = (radius * focal / distance).min(LARGEST);
+            // Where nothing is hidden there is little to see.
+            let open = probe.mean - probe.lean.length() > 1.0 - HIDDEN;
+            let radius = (radius * focal / distance).min(LARGEST) * if open { DOT } else { 1.0 };
             (distance, Ball { middle, radius, greys: greys(probe, camera.position) })
         })
     };

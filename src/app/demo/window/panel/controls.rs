@@ -15,6 +15,8 @@ use crate::scenes::light::SunDirection;
 
 /// Seconds on the timeline; it grows as time goes on.
 const TIMELINE: f64 = 30.0;
+/// Points down a list that is shown whole.
+const LIST: f32 = 400.0;
 
 /// Which sections are open, by their titles, where the user has ever told.
 pub type Sections = BTreeMap<String, bool>;
@@ -71,7 +73,12 @@ fn scene(ui: &mut Ui, facts: &Facts<'_>, requests: &mut Vec<Request>) {
 fn named(ui: &mut Ui, name: &str, shown: &str, list: impl FnOnce(&mut Ui)) -> egui::Response {
     ui.horizontal(|ui| {
         ui.label(name);
-        ComboBox::from_id_salt(name).selected_text(shown).width(ui.available_width() - 8.0).show_ui(ui, list).response
+        ComboBox::from_id_salt(name)
+            .selected_text(shown)
+            .width(ui.available_width() - 8.0)
+            .height(LIST)
+            .show_ui(ui, list)
+            .response
     })
     .inner
 }
@@ -141,7 +148,7 @@ fn compare(ui: &mut Ui, viewer: &mut Viewer) {
     }
     if let Some(Compare { technique, difference, .. }) = &mut viewer.choices.compare {
         techniques(ui, "right", technique);
-        ui.checkbox(difference, "difference (FLIP) once nothing moves").on_hover_text(
+        ui.checkbox(difference, "difference (FLIP) when still").on_hover_text(
             "Of both sides; beside the reference, which gathers 256 samples, that is the error of the left one",
         );
         ui.weak("Drag the line in the picture.");
@@ -232,8 +239,9 @@ fn picture(ui: &mut Ui, viewer: &mut Viewer, rough: Roughness, requests: &mut Ve
     roughness(ui, rough, requests);
     let choices = &mut viewer.choices;
     ui.add(Slider::new(&mut choices.height_scale, 0.0..=3.0).custom_formatter(shown(2)).text("x heights"));
-    ui.add(Slider::new(&mut choices.triangle_pixels, 1.0..=32.0).logarithmic(true).text("px a triangle"));
-    ui.add(Slider::new(&mut choices.samples, 1..=64).logarithmic(true).text("samples when still"));
+    ui.add(Slider::new(&mut choices.triangle_pixels, 1.0..=32.0).logarithmic(true).text("px/triangle"));
+    ui.add(Slider::new(&mut choices.samples, 1..=64).logarithmic(true).text("samples"))
+        .on_hover_text("Of a picture that stands still");
     named(ui, "tone curve", choices.tonemap.name(), |ui| {
         for tonemap in Tonemap::ALL {
             ui.selectable_value(&mut choices.tonemap, tonemap, tonemap.name()).on_hover_text(tonemap.help());

@@ -11,7 +11,8 @@ pub mod paint;
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 
-use egui::{Color32, ColorImage, Context, TextureHandle, TextureOptions, ViewportId};
+use egui::{Color32, ColorImage, Context, Pos2, RawInput, Rect, TextureHandle, TextureOptions, Vec2, ViewportId};
+use winit::dpi::PhysicalSize;
 use winit::event::WindowEvent;
 use winit::window::Window;
 
@@ -36,6 +37,7 @@ const MESSAGE: Duration = Duration::from_secs(6);
 pub struct Panel {
     context: Context,
     input: egui_winit::State,
+    began: Instant,
     /// Whether it is shown.
     pub open: bool,
     /// Whether the help is.
@@ -54,7 +56,7 @@ pub struct Panel {
     /// When it wants to be drawn again though nothing happens.
     wakes: Option<Instant>,
     /// Where the pointer is, points.
-    pointer: Option<egui::Pos2>,
+    pointer: Option<Pos2>,
 }
 
 impl Panel {
@@ -71,6 +73,7 @@ impl Panel {
         Self {
             context,
             input,
+            began: Instant::now(),
             open,
             help: false,
             sections: layout.sections.clone(),
@@ -119,7 +122,7 @@ impl Panel {
     /// Whether the pointer is over it or holds something of it. egui itself answers for where the pointer was when the last frame was
     /// laid out, which may be long ago.
     fn is_under_pointer(&self) -> bool {
-        let over = |at: egui::Pos2| {
+        let over = |at: Pos2| {
             let layer = self.context.layer_id_at(at);
             (self.open && at.x < WIDTH) || layer.is_some_and(|layer| layer.order != egui::Order::Background)
         };
@@ -176,9 +179,30 @@ impl Panel {
         self.wakes
     }
 
+    /// What has happened since the last frame: `State::take_egui_input`, which asks the window for its size and panics where another
+    /// program has closed it.
+    fn take_input(&mut self, window: &Window, size: PhysicalSize<u32>) -> RawInput {
+        let scale = self.context.zoom_factor() * window.scale_factor() as f32;
+        let points = Vec2::new(size.width as f32, size.height as f32) / scale;
+        let input = self.input.egui_input_mut();
+        input.time = Some(self.began.elapsed().as_secs_f64());
+        input.screen_rect = Some(Rect::from_min_size(Pos2::ZERO, points));
+        input.viewport_id = ViewportId::ROOT;
+        let viewport = input.viewports.entry(ViewportId::ROOT).or_default();
+        viewport.native_pixels_per_point = Some(window.scale_factor() as f32);
+        input.take()
+    }
+
     /// Lays everything out, lets the user change the `viewer`, and says what else is asked for.
-    pub fn run(&mut self, window: &Window, viewer: &mut Viewer, facts: &Facts<'_>) -> (Painted, Vec<Request>) {
-        let input = self.input.take_egui_input(window);
+    /// `size`: pixels of the window, as the last event told.
+    pub fn run(
+        &mut self,
+        window: &Window,
+        size: PhysicalSize<u32>,
+        viewer: &mut Viewer,
+        facts: &Facts<'_>,
+    ) -> (Painted, Vec<Request>) {
+        let input = self.take_input(window, size);
         let mut requests = Vec::new();
         let context = self.context.clone();
         if self.message.as_ref().is_some_and(|(_, since)| since.elapsed() > MESSAGE) {
@@ -214,7 +238,7 @@ impl Panel {
                 overlay::shader_fault(ui, fault);
             }
             if self.help {
-                self.help = overlay::help(ui);
+                self.help = overlay::help(ui, left);
             }
         });
         let (choices, time, fly) = before;

@@ -12,6 +12,9 @@ const ELLIPSES: f32 = 24.0;
 /// Points for a root of a slope variance of one.
 const ELLIPSE: f32 = 22.0;
 
+/// Points that the help wants across.
+const HELP: f32 = 560.0;
+
 /// Text that can be read on anything, in a box.
 fn label(ui: &Ui, at: Pos2, anchor: Align2, text: &str) {
     let galley = ui.painter().layout_no_wrap(text.to_owned(), FontId::proportional(13.0), Color32::WHITE);
@@ -119,18 +122,24 @@ pub fn shader_fault(ui: &Ui, fault: &str) {
         });
 }
 
-/// Mouse and keys. Whether it stays open.
-pub fn help(ui: &Ui) -> bool {
+/// Mouse and keys, beside the panel where there is room. Whether it stays open.
+pub fn help(ui: &Ui, left: f32) -> bool {
     let mut open = true;
+    let screen = ui.ctx().content_rect();
+    let left = if screen.width() - left < HELP { 0.0 } else { left };
+    // Around the text are a title, a frame, and some of the picture.
+    let room = screen.size() - Vec2::new(left + 40.0, 90.0);
     egui::Window::new("Mouse and keys (F1)")
         .open(&mut open)
         .collapsible(false)
         .resizable(false)
-        .default_width(560.0)
-        .anchor(Align2::CENTER_CENTER, Vec2::ZERO)
+        .anchor(Align2::CENTER_CENTER, Vec2::new(0.5 * left, 0.0))
         .show(ui.ctx(), |ui| {
-            egui::ScrollArea::vertical()
-                .show(ui, |ui| ui.add(egui::Label::new(egui::RichText::new(keys().trim()).monospace()).extend()));
+            let text = egui::RichText::new(keys().trim()).monospace();
+            egui::ScrollArea::both()
+                .max_width(room.x)
+                .max_height(room.y)
+                .show(ui, |ui| ui.add(egui::Label::new(text).extend()));
         });
     open
 }
