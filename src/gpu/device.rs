@@ -53,6 +53,7 @@ struct Facts {
     limits: vk::PhysicalDeviceLimits,
     kind: vk::PhysicalDeviceType,
     largest_allocation: u64,
+    wires: bool,
 }
 
 /// The objects created so far, destroyed in order when a later step fails.
@@ -174,6 +175,11 @@ impl Gpu {
     /// Whether the driver is Mesa's lavapipe.
     pub fn is_lavapipe(&self) -> bool {
         self.facts.driver_id == vk::DriverId::MESA_LLVMPIPE
+    }
+
+    /// Whether it can draw the edges of triangles alone.
+    pub(crate) fn draws_wires(&self) -> bool {
+        self.facts.wires
     }
 
     /// Largest number of tessellated vertices that one draw may produce, where the driver has such a limit: beyond 65,536
@@ -380,7 +386,7 @@ fn create_device(instance: &ash::Instance, chosen: &select::Candidate, extension
     let names: Vec<_> = extensions.iter().map(|name| name.as_ptr()).collect();
     let queues =
         [vk::DeviceQueueCreateInfo::default().queue_family_index(chosen.queue_family).queue_priorities(&[1.0])];
-    let features = select::features();
+    let features = select::features(chosen.wires);
     let mut v13 = vk::PhysicalDeviceVulkan13Features::default()
         .dynamic_rendering(true)
         .synchronization2(true)
@@ -413,5 +419,6 @@ fn facts(instance: &ash::Instance, chosen: &select::Candidate) -> Facts {
         limits,
         kind: chosen.kind,
         largest_allocation: v11.max_memory_allocation_size,
+        wires: chosen.wires,
     }
 }

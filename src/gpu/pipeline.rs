@@ -168,6 +168,8 @@ pub struct GraphicsDesc<'a> {
     pub clockwise_front: bool,
     /// Whether the others are left out.
     pub front_only: bool,
+    /// Whether only the edges of triangles are drawn, a pixel wide; some devices cannot.
+    pub wires: bool,
     /// What the vertices form.
     pub topology: Topology,
     /// Specialization constants of all stages.
@@ -189,6 +191,7 @@ impl Default for GraphicsDesc<'_> {
             samples: 1,
             clockwise_front: false,
             front_only: false,
+            wires: false,
             topology: Topology::Triangles,
             spec: &[],
             structs: &[],
@@ -222,7 +225,7 @@ struct OwnedDesc {
 
 impl OwnedDesc {
     fn of(desc: &GraphicsDesc<'_>) -> Self {
-        let GraphicsDesc { kept_colors, depth, samples, clockwise_front, front_only, topology, .. } = *desc;
+        let GraphicsDesc { kept_colors, depth, samples, clockwise_front, front_only, wires, topology, .. } = *desc;
         Self {
             vertex: desc.vertex.to_owned(),
             tessellation: desc.tessellation.map(|names| names.map(str::to_owned)),
@@ -236,6 +239,7 @@ impl OwnedDesc {
                 samples,
                 clockwise_front,
                 front_only,
+                wires,
                 topology,
                 ..GraphicsDesc::default()
             },
@@ -267,7 +271,7 @@ impl GraphicsPipeline {
     /// # Errors
     /// [`GpuError::NoShader`]; [`GpuError::Shader`] for a constant or struct that no stage declares or that a stage
     /// declares differently, for structs without a description, and for stages that contradict each other;
-    /// [`GpuError::Usage`] for patches without tessellation stages; or a failed Vulkan call.
+    /// [`GpuError::Usage`] for patches without tessellation stages, or for wires on a device that draws none; or a failed Vulkan call.
     pub fn new(gpu: &Arc<Gpu>, name: &str, desc: &GraphicsDesc<'_>) -> Result<Self> {
         let (desc, named) = (OwnedDesc::of(desc), name.to_owned());
         let shaders = desc.shaders();
@@ -278,6 +282,9 @@ impl GraphicsPipeline {
     fn make(gpu: &Arc<Gpu>, name: &str, desc: &GraphicsDesc<'_>) -> Result<PipelineCore> {
         if desc.tessellation.is_some() != matches!(desc.topology, Topology::Patches(_)) {
             return Err(GpuError::usage(name, "tessellation stages and patches must come together"));
+        }
+        if desc.wires && !gpu.draws_wires() {
+            return Err(GpuError::usage(name, "this device cannot draw the edges of triangles (fillModeNonSolid)"));
         }
         let mut shaders: Vec<&Shader> = vec![shader(desc.vertex, vk::ShaderStageFlags::VERTEX)?];
         if let Some([control, evaluation]) = desc.tessellation {
@@ -318,7 +325,7 @@ fn create_graphics(
     let viewport = vk::PipelineViewportStateCreateInfo::default().viewport_count(1).scissor_count(1);
     let bias = desc.depth.and_then(|depth| depth.bias);
     let rasterization = vk::PipelineRasterizationStateCreateInfo::default()
-        .polygon_mode(vk::PolygonMode::FILL)
+        .polygon_mode(if desc.wires { vk::PolygonMode::LINE } else { vk::PolygonMode::FILL })
         .cull_mode(if desc.front_only { vk::CullModeFlags::BACK } else { vk::CullModeFlags::NONE })
         .front_face(if desc.clockwise_front { vk::FrontFace::CLOCKWISE } else { vk::FrontFace::COUNTER_CLOCKWISE })
         .depth_bias_enable(bias.is_some())

@@ -16,6 +16,8 @@ pub(crate) struct Candidate {
     pub(crate) missing: Vec<String>,
     /// A queue family that can draw, compute and copy.
     pub(crate) queue_family: u32,
+    /// Whether it can draw the edges of triangles alone.
+    pub(crate) wires: bool,
 }
 
 /// The device that `wanted` names (an index, or part of a name in any case), or the best usable one.
@@ -99,7 +101,9 @@ fn inspect(instance: &ash::Instance, physical: vk::PhysicalDevice, extensions: &
         }
     }
     let kind = properties.device_type;
-    Candidate { physical, name, kind, missing, queue_family: queue_family.unwrap_or(0) as u32 }
+    // SAFETY: as above.
+    let wires = unsafe { instance.get_physical_device_features(physical) }.fill_mode_non_solid == vk::TRUE;
+    Candidate { physical, name, kind, missing, queue_family: queue_family.unwrap_or(0) as u32, wires }
 }
 
 fn missing_features(instance: &ash::Instance, physical: vk::PhysicalDevice) -> Vec<String> {
@@ -125,9 +129,10 @@ fn missing_features(instance: &ash::Instance, physical: vk::PhysicalDevice) -> V
     .collect()
 }
 
-/// The Vulkan 1.0 features to enable, all of them required. Those of 1.3 are added where the device is created.
-pub(crate) fn features() -> vk::PhysicalDeviceFeatures {
+/// The Vulkan 1.0 features to enable, all of them required but for `wires`. Those of 1.3 are added where the device is created.
+pub(crate) fn features(wires: bool) -> vk::PhysicalDeviceFeatures {
     vk::PhysicalDeviceFeatures::default()
+        .fill_mode_non_solid(wires)
         .tessellation_shader(true)
         .large_points(true)
         .independent_blend(true)

@@ -6,9 +6,10 @@ use crate::common::gpu::{TestGpu, test_gpu};
 use crate::common::render::in_room;
 use glam::{Affine3A, Vec2, Vec3};
 use leadr::render::camera::Camera;
-use leadr::render::frame::Renderer;
+use leadr::render::frame::{Layer, Renderer};
+use leadr::render::light::sky_visibility::SkyProbe;
 use leadr::render::scene::{FrameState, Object, PointLight, Pose, Sun};
-use leadr::render::settings::{RenderSettings, Technique};
+use leadr::render::settings::{RenderSettings, ShadingOptions, Technique};
 use leadr::render::surfaces::patch_mesh::PatchMesh;
 use leadr::scenes::plane::{even, plane};
 use leadr::scenes::sphere::cube_sphere;
@@ -219,4 +220,52 @@ fn a_lamp_between_casters_throws_shadows() {
     assert!(dark.iter().all(|&v| v < 0.01));
     let lit = visibility(&mut renderer, &state(Vec2::X * 0.9));
     assert!(lit.iter().all(|&v| v > 0.99));
+}
+
+/// The layer tells of each pixel what the picture shows of its one light, in shade, penumbra and light.
+#[test]
+fn the_shadow_layer_tells_what_arrives() {
+    let Some(gpu) = test_gpu() else { return };
+    let half = Vec3::new(0.25, 1.0, 0.25);
+    let mut renderer = dark(&gpu, vec![cuboid(half), floor()]);
+    let sun = Sun { direction: Vec3::new(1.0, 0.0, 1.0).normalize(), irradiance: Vec3::ONE };
+    let camera = Camera { up: Vec3::Y, ..Camera::looking_at(Vec3::Z * 4.0, Vec3::ZERO, 50.0) };
+    let mut state = FrameState::new(camera, vec![at(Vec3::Z * 0.8), Pose::REST]);
+    state.sun = Some(sun);
+    let visibility = visibility(&mut renderer, &state);
+    let (layer, objects) = (renderer.layer(Layer::Shadow).unwrap(), renderer.layer(Layer::Patch).unwrap());
+    let floor: Vec<usize> = (0..objects.len()).filter(|&i| objects[i][0] == 2.0).collect();
+    let worst = floor.iter().map(|&i| (layer[i][0] - visibility[i]).abs()).fold(0.0, f32::max);
+    let of = |range: std::ops::Range<f32>| floor.iter().filter(|&&i| range.contains(&layer[i][0])).count();
+    println!("worst {worst:.5}; {} in shade, {} partly, {} lit", of(0.0..0.01), of(0.01..0.99), of(0.99..1.1));
+    assert!(worst < 1e-3 && of(0.0..0.01) > 20 && of(0.01..0.99) > 5 && of(0.99..1.1) > 200, "{worst}");
+    // The picture and its layers are as they were; without shadows all is lit.
+    assert_eq!(renderer.layer(Layer::Patch).unwrap(), objects);
+    let settings = RenderSettings { size: (SIZE, SIZE), shadows: false, ..Default::default() };
+    renderer.render(&state, &settings).unwrap();
+    assert!(renderer.layer(Layer::Shadow).unwrap().iter().all(|share| share[0] == 1.0));
+    assert!(renderer.sky_probes().is_empty());
+}
+
+/// Under a plate hung over the floor much of the sky is hidden, far from it nothing; the probes there know it.
+#[test]
+fn the_sky_layer_tells_what_large_shapes_hide() {
+    let Some(gpu) = test_gpu() else { return };
+    let half = Vec3::new(0.8, 0.8, 0.1);
+    let mut renderer = in_room(&gpu, vec![cuboid(half), floor()], [1.0; 3]);
+    let camera = Camera::looking_at(Vec3::new(0.0, -6.0, 0.35), Vec3::new(0.0, 0.0, 0.2), 60.0);
+    let state = FrameState::new(camera, vec![at(Vec3::Z * 0.5), Pose::REST]);
+    let shading = Technique::Leadr.with(ShadingOptions { sky_occlusion: true, ..Default::default() });
+    renderer.render(&state, &RenderSettings { size: (SIZE, SIZE), shading, ..Default::default() }).unwrap();
+    let (sky, objects) = (renderer.layer(Layer::Sky).unwrap(), renderer.layer(Layer::Patch).unwrap());
+    let floor = || (0..objects.len()).filter(|&i| objects[i][0] == 2.0).map(|i| sky[i][0]);
+    let (least, most) = (floor().fold(1.0, f32::min), floor().fold(0.0, f32::max));
+    let mean = |inside: bool| {
+        let under = |p: &&SkyProbe| (p.place.x.abs() < 0.4 && p.place.y.abs() < 0.4) == inside && p.place.z.abs() < 0.2;
+        let probes = renderer.sky_probes();
+        let (sum, count) = probes.iter().filter(under).fold((0.0, 0), |(s, n), p| (s + p.mean, n + 1));
+        sum / count as f32
+    };
+    println!("floor {least:.2} to {most:.2}; probes under it {:.2}, beside {:.2}", mean(true), mean(false));
+    assert!(least < 0.6 && most > 0.95 && mean(true) < mean(false) - 0.1);
 }

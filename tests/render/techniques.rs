@@ -4,12 +4,14 @@ use glam::Vec3;
 use leadr::render::camera::Camera;
 use leadr::render::frame::{Layer, Renderer};
 use leadr::render::light::sky::Sky;
-use leadr::render::scene::FrameState;
-use leadr::render::settings::Technique;
+use leadr::render::scene::{FrameState, Object, Pose};
+use leadr::render::settings::{RenderSettings, Technique};
+use leadr::render::surfaces::tessellation::TessellationSettings;
 use leadr::scenes::ocean::sea::ocean;
 use leadr::scenes::ocean::spectrum::Sea;
+use leadr::scenes::plane::{even, plane};
 
-use crate::common::render::seascape;
+use crate::common::render::{bumps, seascape, under_sky};
 use crate::edges::{rock, settings_of};
 
 /// A windy sea seen from above.
@@ -84,4 +86,82 @@ fn layers_tell_patches_and_visible_areas() {
     assert!(seen > 50 && different.len() > 10, "{seen} {different:?}");
     // From in front all of the bumps is seen and they are as large as what they lie on; from the side they stand out of it.
     assert!((steepest[1].1 - 1.0).abs() < 0.1 && steepest[0].1 > 1.1, "{steepest:?}");
+}
+
+/// Lines that a row of pixels crosses.
+fn crossings(row: &[[f32; 4]]) -> usize {
+    let mut edges: Vec<bool> = row.iter().map(|edge| edge[0] == 1.0).collect();
+    edges.dedup();
+    edges.into_iter().filter(|edge| *edge).count()
+}
+
+/// The layer of segments says what the settings ask for, and so many triangles does the tessellator make: between two rows of vertices each
+/// cell has a side and a diagonal. Nothing else is an edge, and the other layers stay as they were.
+#[test]
+fn triangles_are_as_many_as_the_segments_say() {
+    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let (size, patches) = (240u32, 2u32);
+    let mesh = plane(1.0, patches, 1.0, [0.4, 0.4, 0.4, 0.3], even);
+    let object = Object::new("plane", mesh).with_heights(bumps(64, 8.0, 3), 0.003);
+    let mut renderer = under_sky(&gpu, vec![object], 16);
+    // The whole plane and a rim of sky.
+    let camera = Camera { up: Vec3::Y, ..Camera::looking_at(Vec3::Z * 10.0, Vec3::ZERO, 12.0) };
+    let state = FrameState::new(camera, vec![Pose::REST]).under(&Sky::default());
+    for (technique, msaa, segments) in [
+        (Technique::Leadr, 1, 5u32),
+        (Technique::Leadr, 4, 9),
+        (Technique::Reference, 1, 9),
+        (Technique::Constant, 1, 1),
+    ] {
+        let tessellation = TessellationSettings { to_texels: true, max_factor: segments as f32, ..Default::default() };
+        let settings =
+            RenderSettings { size: (size, size), msaa, shading: technique.into(), tessellation, ..Default::default() };
+        renderer.render(&state, &settings).unwrap();
+        let mut layer = |layer| renderer.layer(layer).unwrap();
+        let before = layer(Layer::Patch);
+        let (wires, divided) = (layer(Layer::Triangles), layer(Layer::Tessellation));
+        assert_eq!(layer(Layer::Patch), before);
+        for (i, [object, ..]) in before.iter().enumerate() {
+            let expected = if *object > 0.0 { segments as f32 } else { 0.0 };
+            assert_eq!((divided[i][0], divided[i][1]), (expected, expected), "{technique:?}, pixel {i}");
+        }
+        let mut counts: Vec<usize> = wires.chunks(size as usize).map(crossings).filter(|count| *count > 0).collect();
+        counts.sort_unstable();
+        let (median, cells) = (counts[counts.len() / 2], (patches * segments) as usize);
+        let edges = wires.iter().filter(|edge| edge[0] == 1.0).count();
+        println!("{technique:?}: {median} lines across {cells} cells, {edges} pixels");
+        // Both ends of a row are sides, and steps of a line near a vertex may join it to the next.
+        assert!(median.abs_diff(2 * cells + 1) <= 1 + cells / 8, "{technique:?}: {median} lines across {cells} cells");
+        assert!(wires.iter().all(|edge| edge[0] == 0.0 || edge[0] == 1.0));
+    }
+}
+
+/// What is behind is not seen through what is in front: of a ball no more edges than those of its front.
+#[test]
+fn edges_of_triangles_hide_behind_surfaces() {
+    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let (mut renderer, state) = rock(&gpu, 6.0);
+    renderer.render(&state, &settings_of(Technique::Leadr, 1, 1)).unwrap();
+    let (wires, patches) = (renderer.layer(Layer::Triangles).unwrap(), renderer.layer(Layer::Patch).unwrap());
+    assert!(wires.iter().any(|edge| edge[0] == 1.0));
+    let size = (wires.len() as f32).sqrt() as usize;
+    for (i, edge) in wires.iter().enumerate().filter(|(_, edge)| edge[0] == 1.0) {
+        let near = |j: usize| (i % size).abs_diff(j % size) <= 1 && (i / size).abs_diff(j / size) <= 1;
+        assert!((0..wires.len()).any(|j| near(j) && patches[j][0] > 0.0), "pixel {i} {edge:?} is beside the rock");
+    }
+}
+
+/// A sea has triangles too, but for the reference, which marches rays.
+#[test]
+fn a_sea_has_triangles_and_segments() {
+    let Some(gpu) = crate::common::gpu::test_gpu() else { return };
+    let (mut renderer, state) = sea(&gpu);
+    for (technique, least) in [(Technique::Leadr, 1.0), (Technique::Reference, 0.0)] {
+        renderer.render(&state, &settings_of(technique, 1, 1)).unwrap();
+        let segments = renderer.layer(Layer::Tessellation).unwrap();
+        let right = if least == 0.0 { 0.0..=0.0 } else { 1.0..=63.0 };
+        assert!(segments.iter().all(|s| right.contains(&s[0]) && right.contains(&s[1])), "{technique:?}");
+        let edges = renderer.layer(Layer::Triangles).unwrap().iter().filter(|edge| edge[0] == 1.0).count();
+        assert!(technique != Technique::Leadr || edges > 0);
+    }
 }

@@ -2,7 +2,8 @@
 //! resizing, covering, minimising, closing. Validation is on throughout and must be silent.
 //!
 //! Without Xvfb the test fails, unless `LEADR_SKIP_WINDOW=1` says to skip it. `LEADR_KEEP_SCREENSHOT=FILE.png` keeps
-//! a picture to look at.
+//! a picture to look at, `LEADR_WINDOW_SIZES=500` lets the window be resized more often. A filter chooses among the parts of the test:
+//! `cargo test --test window -- storm`.
 
 #[cfg(target_os = "linux")]
 #[path = "../../examples/02_orbit.rs"]
@@ -34,8 +35,10 @@ fn main() {
         return;
     }
     // `cargo test NAME` passes its filter to every test binary.
-    let filter = std::env::args().skip(1).find(|argument| !argument.starts_with('-'));
-    if filter.is_some_and(|filter| !"window".contains(filter.as_str())) {
+    let filter = std::env::args().skip(1).find(|argument| !argument.starts_with('-')).unwrap_or_default();
+    let all = "window".contains(&filter);
+    let parts: Vec<_> = linux::PARTS.iter().filter(|(name, _)| all || name.contains(&filter)).collect();
+    if parts.is_empty() {
         return;
     }
     linux::no_display_is_a_sentence();
@@ -46,10 +49,10 @@ fn main() {
         }
         Err(reason) => panic!("the test of the window needs Xvfb (LEADR_SKIP_WINDOW=1 skips it): {reason}"),
     };
-    linux::a_user_looks_around(&server);
-    linux::a_limited_run_ends(&server);
-    linux::the_demo_goes_along_with_the_walk(&server);
-    linux::every_control_can_be_clicked(&server);
+    for (name, part) in parts {
+        part(&server);
+        println!("{name}: passed");
+    }
     println!("window: all passed");
 }
 
@@ -61,6 +64,20 @@ mod linux {
     use leadr::maps::{Rgb8Image, load_color_srgb8};
 
     use super::server::{App, Server, until};
+
+    /// What a part of the test does.
+    type Part = fn(&Server);
+
+    /// The parts and their names.
+    pub const PARTS: [(&str, Part); 7] = [
+        ("user", a_user_looks_around),
+        ("frames", a_limited_run_ends),
+        ("walk", the_demo_goes_along_with_the_walk),
+        ("controls", every_control_can_be_clicked),
+        ("layout", the_window_opens_as_it_was_left),
+        ("storm", a_storm_of_sizes_leaves_nothing_behind),
+        ("destroyed", a_window_that_another_program_closes_ends_the_program),
+    ];
 
     pub fn no_display_is_a_sentence() {
         let output = App::command(&["--frames", "1"])
@@ -75,7 +92,7 @@ mod linux {
         assert!(!said.contains(".rs"), "{said}");
     }
 
-    pub fn a_limited_run_ends(server: &Server) {
+    fn a_limited_run_ends(server: &Server) {
         let app = App::start(server, &["--frames", "4", "--width", "64", "--height", "48", "--validation"]);
         let (code, out, err) = app.end();
         assert_eq!(code, Some(0), "{err}");
@@ -84,7 +101,7 @@ mod linux {
 
     /// Five seconds later the animal is metres away, and the window shows the same as a capture of that moment, in
     /// any environment.
-    pub fn the_demo_goes_along_with_the_walk(server: &Server) {
+    fn the_demo_goes_along_with_the_walk(server: &Server) {
         let folder = tempfile::tempdir().unwrap();
         let scene = ["--atlas-tile", "8", "--size", "160x120", "--samples", "2", "--validation"];
         let leadr = |flags: &[&str], file: &Path| {
@@ -201,8 +218,112 @@ mod linux {
         assert!(out.contains("\"command\": \"demo\""), "{out}");
     }
 
+    /// Size, panel and sections are kept; a file that is none of a layout is named and the window opens as usual.
+    fn the_window_opens_as_it_was_left(server: &Server) {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("leadr/window.json");
+        let start = |flags: &[&str]| {
+            let scene = ["--scene", "sphere", "--atlas-tile", "8", "--samples", "1", "--validation"];
+            let mut app = App::demo_in(server, &[&scene, flags].concat(), folder.path());
+            app.find_window(server, "leadr");
+            app
+        };
+        let size = |app: &App| server.size(app.window());
+        let app = start(&["--size", "420x240", "--panel", "off"]);
+        assert_eq!(size(&app), (420, 240));
+        server.focus(app.window());
+        server.tap(b' ');
+        server.resize(app.window(), 440, 300);
+        app.settles();
+        let without = server.picture(app.window());
+        server.tap(0xff09u32);
+        until(&app, "the panel", || server.picture(app.window()) != without);
+        server.close(app.window());
+        assert_eq!(app.end().0, Some(0));
+        let kept = std::fs::read_to_string(&file).unwrap();
+        let kept: serde_json::Value = serde_json::from_str(&kept).unwrap();
+        assert_eq!((&kept["size"], &kept["panel"]), (&serde_json::json!([440, 300]), &true.into()), "{kept}");
+
+        // So narrow a window would begin without the panel, which is almost black on the left.
+        let app = start(&[]);
+        let dark = |app: &App| {
+            let picture = server.picture(app.window());
+            let left: Vec<_> = picture.chunks(440).flat_map(|row| &row[..240]).collect();
+            left.iter().filter(|texel| texel.iter().all(|code| *code < 90)).count() * 10 > left.len() * 6
+        };
+        assert_eq!(size(&app), (440, 300));
+        until(&app, "the panel of last time", || dark(&app));
+        server.close(app.window());
+        assert_eq!(app.end().0, Some(0));
+
+        std::fs::write(&file, "{\"size\": [1, 2]}\n").unwrap();
+        let app = start(&["--size", "200x150"]);
+        server.close(app.window());
+        let (code, _, err) = app.end();
+        assert_eq!(code, Some(0), "{err}");
+        assert_eq!(err.matches("window.json").count(), 1, "{err}");
+        // A fresh layout reads nothing; a run of some frames keeps nothing.
+        std::fs::write(&file, "nothing").unwrap();
+        let app = start(&["--size", "200x150", "--fresh-layout"]);
+        server.close(app.window());
+        let (code, _, err) = app.end();
+        assert!(code == Some(0) && !err.contains("window.json"), "{err}");
+        assert!(std::fs::read_to_string(&file).unwrap().contains("200"));
+        std::fs::remove_file(&file).unwrap();
+        let app = App::demo_in(server, &["--scene", "sphere", "--size", "64x64", "--frames", "2"], folder.path());
+        assert_eq!(app.end().0, Some(0));
+        assert!(!file.exists());
+    }
+
+    /// Sizes as fast as the server takes them, with the window minimised now and then: afterwards it shows its scene in the size that it
+    /// has, and a second storm takes no more memory than the first.
+    fn a_storm_of_sizes_leaves_nothing_behind(server: &Server) {
+        let sizes = std::env::var("LEADR_WINDOW_SIZES").map_or(40, |sizes| sizes.parse().expect("a number of sizes"));
+        let mut app = App::start(server, &["--width", "320", "--height", "240", "--samples", "1", "--validation"]);
+        app.find_window(server, "Orbit");
+        let window = app.window();
+        let storm = |range: std::ops::Range<u32>| {
+            for i in range {
+                server.resize(window, 1 + i * 379 % 700, 1 + i * 251 % 500);
+                if i % 10 == 7 {
+                    server.minimise(window);
+                    server.restore(window);
+                }
+                // Every third size is drawn, as long as the machine is not busy; the others overtake each other.
+                if i % 3 == 0 {
+                    std::thread::sleep(std::time::Duration::from_millis(60));
+                }
+                assert!(app.is_running(), "the program ended at size {i}");
+            }
+            server.resize(window, 320, 240);
+            let before = server.title(window);
+            until(&app, "frames after the storm", || server.title(window) != before);
+            let middle = || server.picture(window)[320 * 120 + 160];
+            until(&app, "the scene", || server.size(window) == (320, 240) && middle() != [0; 3]);
+            app.resident()
+        };
+        let (first, second) = (storm(0..sizes / 2), storm(sizes / 2..sizes));
+        println!("{sizes} sizes: {first} MiB after half of them, {second} MiB after all");
+        assert!(second < first + 48, "{first} MiB, then {second} MiB");
+        server.close(window);
+        let (code, _, err) = app.end();
+        assert_eq!(code, Some(0), "{err}");
+    }
+
+    /// Another client destroys the window: the program ends, and either says what it did or that the window is gone, but never panics.
+    fn a_window_that_another_program_closes_ends_the_program(server: &Server) {
+        let mut app = App::start(server, &["--width", "200", "--height", "150", "--validation"]);
+        app.find_window(server, "Orbit");
+        server.uncover(app.window());
+        let (code, out, err) = app.end();
+        let told = code == Some(0) && out.contains("\"frames\"");
+        // A frame was on its way.
+        let gone = code == Some(1) && err.trim().lines().count() == 1 && err.contains("window");
+        assert!(told || gone, "{code:?} {out} {err}");
+    }
+
     /// Everything in the panel is clicked, the panel scrolled and clicked again. Nothing of it may fail, and validation is silent.
-    pub fn every_control_can_be_clicked(server: &Server) {
+    fn every_control_can_be_clicked(server: &Server) {
         let arguments =
             ["--scene", "sphere", "--atlas-tile", "8", "--size", "620x500", "--panel", "on", "--validation"];
         let folder = tempfile::tempdir().unwrap();
@@ -262,7 +383,7 @@ mod linux {
         pairs.map(|(a, b)| f64::from(a[1].abs_diff(b[1]))).sum::<f64>() / a.texels.len() as f64
     }
 
-    pub fn a_user_looks_around(server: &Server) {
+    fn a_user_looks_around(server: &Server) {
         let folder = tempfile::tempdir().unwrap();
         let shots = folder.path().join("shot");
         let shots = shots.to_str().unwrap();

@@ -140,6 +140,11 @@ impl Server {
         self.connection.configure_window(window, &size).unwrap().check().unwrap();
     }
 
+    pub fn size(&self, window: Window) -> (u16, u16) {
+        let size = self.connection.get_geometry(window).unwrap().reply().unwrap();
+        (size.width, size.height)
+    }
+
     /// The content of the window, in sRGB codes.
     pub fn picture(&self, window: Window) -> Vec<[u8; 3]> {
         let size = self.connection.get_geometry(window).unwrap().reply().unwrap();
@@ -223,6 +228,9 @@ impl App {
         command
             .arg("demo")
             .args(arguments)
+            // What the user of this machine keeps is none of a test's business.
+            .arg("--fresh-layout")
+            .env("XDG_CONFIG_HOME", concat!(env!("CARGO_TARGET_TMPDIR"), "/config"))
             .env("LEADR_LOG", "info")
             .env("LEADR_CACHE", concat!(env!("CARGO_TARGET_TMPDIR"), "/trex"));
         Self::spawn(server, command)
@@ -231,7 +239,7 @@ impl App {
     /// The same in a folder, for what it writes.
     pub fn demo_in(server: &Server, arguments: &[&str], folder: &Path) -> Self {
         let mut command = Command::new(env!("CARGO_BIN_EXE_leadr"));
-        command.arg("demo").args(arguments).current_dir(folder);
+        command.arg("demo").args(arguments).current_dir(folder).env("XDG_CONFIG_HOME", folder);
         command.env("LEADR_CACHE", concat!(env!("CARGO_TARGET_TMPDIR"), "/trex"));
         Self::spawn(server, command)
     }
@@ -286,6 +294,13 @@ impl App {
         let (start, before) = (Instant::now(), seconds());
         std::thread::sleep(Duration::from_millis(500));
         (seconds() - before) / start.elapsed().as_secs_f64()
+    }
+
+    /// Memory of the program, MiB.
+    pub fn resident(&self) -> u64 {
+        let status = std::fs::read_to_string(format!("/proc/{}/status", self.id)).unwrap();
+        let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:")).unwrap();
+        line.split_whitespace().next().unwrap().parse::<u64>().unwrap() / 1024
     }
 
     /// Waits until the program is idle: it draws nothing and uses no CPU time.

@@ -27,31 +27,50 @@ float shadow_width(Surface surface) {
     return lighting.viewport.z * edge;
 }
 
-Light light_at(int i, Surface surface) {
+// Light `i` as it would arrive with nothing in its way.
+Light light_sent(int i, Surface surface) {
     if (i < SUNS) {
-        vec3 towards = to_frame(surface.frame, lighting.sun_direction[i].xyz);
-        float variance = lighting.sun_direction[i].w;
-        float seen = relief_visibility(surface, towards, sqrt(variance));
-        if (MAPPED_SHADOWS) {
-            vec3 mesonormal = from_frame(surface.frame, normal_of_slope(surface.mean_slope));
-            float width = shadow_width(surface);
-            float sunlit = surface.joined < 1.0 ? sun_visibility(i, surface.position, mesonormal, surface.frame.z, width) : 0.0;
-            // The shadow map and the horizon know the same bumps.
-            seen = min(seen, mix(sunlit, i == 0 ? surface.sunlit : surface.more_sunlit[max(i - 1, 0)], surface.joined));
-        }
-        return Light(towards, lighting.sun_irradiance[i].rgb * seen, variance);
+        return Light(to_frame(surface.frame, lighting.sun_direction[i].xyz), lighting.sun_irradiance[i].rgb, lighting.sun_direction[i].w);
     }
     vec3 d = lighting.point_position[i - SUNS].xyz - surface.position;
     float square = max(dot(d, d), 1e-8);
     vec3 direction = d * inversesqrt(square);
-    vec3 towards = to_frame(surface.frame, direction);
-    float seen = relief_visibility(surface, towards, 0.0);
-    if (MAPPED_SHADOWS) {
-        vec3 mesonormal = from_frame(surface.frame, normal_of_slope(surface.mean_slope));
-        seen = min(seen, point_visibility(i, i - SUNS, surface.position, mesonormal, surface.frame.z, shadow_width(surface)));
+    float reach = point_reach(direction, square, lighting.point_falloff[i - SUNS], lighting.point_position[i - SUNS].w);
+    return Light(to_frame(surface.frame, direction), lighting.point_intensity[i - SUNS].rgb * (reach / square), 0.0);
+}
+
+// Fraction of it that passes the relief and what throws shadows.
+float light_passed(int i, Surface surface, Light light) {
+    float seen = relief_visibility(surface, light.wi, sqrt(light.variance));
+    if (!MAPPED_SHADOWS) {
+        return seen;
     }
-    seen *= point_reach(direction, square, lighting.point_falloff[i - SUNS], lighting.point_position[i - SUNS].w);
-    return Light(towards, lighting.point_intensity[i - SUNS].rgb * (seen / square), 0.0);
+    vec3 mesonormal = from_frame(surface.frame, normal_of_slope(surface.mean_slope));
+    float width = shadow_width(surface);
+    // The shadow map and the horizon know the same bumps.
+    if (i < SUNS) {
+        float sunlit = surface.joined < 1.0 ? sun_visibility(i, surface.position, mesonormal, surface.frame.z, width) : 0.0;
+        return min(seen, mix(sunlit, i == 0 ? surface.sunlit : surface.more_sunlit[max(i - 1, 0)], surface.joined));
+    }
+    return min(seen, point_visibility(i, i - SUNS, surface.position, mesonormal, surface.frame.z, width));
+}
+
+Light light_at(int i, Surface surface) {
+    Light light = light_sent(i, surface);
+    light.irradiance *= light_passed(i, surface, light);
+    return light;
+}
+
+// Of what suns and lamps send to a surface, the share that passes; 1 where they send nothing.
+float light_share(Surface surface) {
+    float sent = 0.0, passed = 0.0;
+    for (int i = 0; i < LIGHTS; ++i) {
+        Light light = light_sent(i, surface);
+        float power = dot(light.irradiance, vec3(0.2126, 0.7152, 0.0722));
+        sent += power;
+        passed += power * light_passed(i, surface, light);
+    }
+    return sent > 0.0 ? passed / sent : 1.0;
 }
 
 // The environment's part that reaches a diffuse body of this albedo.

@@ -21,6 +21,7 @@ layout(constant_id = 9) const int EDGES = EDGES_ARE_ABSENT;
 layout(constant_id = 11) const bool MULTISCATTERING = false; // facets light each other: leadr/materials/energy.glsl, multiscattering.glsl
 layout(constant_id = 12) const bool DRAWN_MIRRORS = false; // probes at random among the visible mirrors, anew for every sample
 layout(constant_id = 13) const bool SKY_OCCLUSION = false; // large shapes hide the environment
+layout(constant_id = 14) const bool TELLS_LIGHT = false;   // which shares of the light arrive, in place of radiance
 
 // A normal map on smooth geometry: its relief hides nothing. Samples of the reference see one facet each, and on that it is the base
 // whose facets hide each other.

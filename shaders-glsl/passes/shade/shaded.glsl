@@ -15,6 +15,9 @@ Surface surface_seen(FilteredSurface filtered, vec2 place, float depth) {
 
 // Radiance toward the viewer; a marker where the inside of a surface is seen.
 vec3 surface_radiance(Surface surface) {
+    if (TELLS_LIGHT) {
+        return vec3(light_share(surface), SKY_OCCLUSION ? surface.sky.w : 1.0, 0.0);
+    }
     if (surface.inside) {
         return vec3(1.0, 0.0, 1.0);
     }

@@ -68,7 +68,10 @@ pub struct DemoArgs {
     /// Compile shaders that change while the window is open, and draw with them once they work
     #[arg(long, value_name = "FOLDER", num_args = 0..=1, default_missing_value = SHADERS)]
     pub hot_reload: Option<PathBuf>,
-    /// Begin with or without the panel [default: with it where there is room]
+    /// Begin with or without the panel [default: as it was left, at first with it where there is room]
     #[arg(long, value_name = "on|off", value_parser = on_off)]
     pub panel: Option<bool>,
+    /// Open the window as if it were the first time, not as it was left. With --frames it always is, and nothing is kept
+    #[arg(long)]
+    pub fresh_layout: bool,
 }

@@ -12,6 +12,7 @@ use serde::Serialize;
 
 use self::args::DemoArgs;
 use self::program::DemoProgram;
+use self::window::layout::Layout;
 use self::window::pace::{KeptQuality, Pace};
 use self::window::{Display, WindowOptions, WindowReport};
 use crate::app::error::AppError;
@@ -82,9 +83,21 @@ fn demo(arguments: &DemoArgs, line: CommandLine, output: &Output) -> Result<Demo
     let scene = &arguments.scene;
     let kept = KeptQuality { msaa: scene.msaa, probes: scene.shading.probes.is_some(), min_fps: arguments.min_fps };
     let settings = config.render_settings();
+    let sized = line.value("--size").is_some();
     let mut program = DemoProgram::new(config.clone(), line, Pace::on(&gpu, kept));
     let show = program.show_with(inputs, &gpu, &config, &output.set_up())?;
     let lights = show.renderer.environment().lights().to_vec();
+    // A run of so many frames is the same whoever sat here before.
+    let layout_file = Layout::file().filter(|_| arguments.frames.is_none());
+    let mut layout = match &layout_file {
+        Some(file) if !arguments.fresh_layout => Layout::read(file).unwrap_or_else(|fault| {
+            tracing::warn!("{fault}");
+            Layout::default()
+        }),
+        _ => Layout::default(),
+    };
+    layout.panel = arguments.panel.or(layout.panel);
+    layout.size = layout.size.filter(|_| !sized);
     let options = WindowOptions {
         title: "leadr".to_owned(),
         time: f64::from(arguments.time),
@@ -92,7 +105,8 @@ fn demo(arguments: &DemoArgs, line: CommandLine, output: &Output) -> Result<Demo
         tonemap: config.tonemap,
         frames: arguments.frames,
         kept,
-        panel: arguments.panel,
+        layout,
+        layout_file,
         hot_reload: arguments.hot_reload.clone(),
         ..Default::default()
     };

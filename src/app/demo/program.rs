@@ -5,14 +5,14 @@ use std::sync::Arc;
 
 use super::command_line::Seen;
 use super::window::pace::Pace;
-use super::window::show::{Program, Show};
+use super::window::show::{Program, Roughness, Show};
 use super::window::surroundings::Surroundings;
 use crate::app::error::AppError;
 use crate::app::flags::command_line::CommandLine;
 use crate::app::flags::scene::scene_choice;
 use crate::gpu::Gpu;
 use crate::scenes::config::{MaterialFiles, SceneConfig};
-use crate::scenes::registry::SCENES;
+use crate::scenes::registry::{Choice, SCENES};
 use crate::scenes::set::{Inputs, Watch, set};
 use crate::scenes::view::View;
 
@@ -101,6 +101,23 @@ impl Program for DemoProgram {
             self.names.push(shown.clone());
         }
         self.name = shown;
+        Ok(show)
+    }
+
+    fn roughness(&self) -> Roughness {
+        match self.config.roughness {
+            _ if !self.config.scene.offers(Choice::Roughness) => Roughness::Fixed,
+            None => Roughness::Own,
+            Some(alpha) => Roughness::Chosen(alpha),
+        }
+    }
+
+    fn roughen(&mut self, gpu: &Arc<Gpu>, alpha: Option<f32>) -> Result<Show, AppError> {
+        self.config.scene.check_offers("--roughness", Choice::Roughness).map_err(AppError::Usage)?;
+        let config = SceneConfig { roughness: alpha, ..self.config.clone() };
+        let show = self.show(gpu, &config, &|_| {})?;
+        self.config = config;
+        self.line.set("--roughness", alpha.map(|alpha| alpha.to_string()));
         Ok(show)
     }
 

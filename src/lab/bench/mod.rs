@@ -21,4 +21,4 @@ pub use quad::against_forward;
 pub use report::BenchReport;
 pub use run::{BenchConfig, FullScreen, Quad, bench};
 pub use scene::Table;
-pub use soak::{SoakReport, soak};
+pub use soak::{MemorySample, SoakReport, soak};

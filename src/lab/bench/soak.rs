@@ -21,7 +21,7 @@ use crate::scenes::set::{Inputs, Set, set};
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct MemorySample {
     /// Frames drawn so far.
-    pub frame: u32,
+    pub frame: u64,
     /// Resident memory of the process, bytes, if the system reports it.
     pub resident: Option<u64>,
     /// Bytes in buffers and images.
@@ -30,6 +30,21 @@ pub struct MemorySample {
     pub reserved: u64,
     /// Buffers and images.
     pub allocations: usize,
+}
+
+impl MemorySample {
+    /// The memory of this process and on a device now, after so many frames.
+    #[must_use]
+    pub fn after(frame: u64, gpu: &Gpu) -> Self {
+        let memory = gpu.memory_use();
+        Self {
+            frame,
+            resident: resident(),
+            allocated: memory.allocated,
+            reserved: memory.reserved,
+            allocations: memory.allocations,
+        }
+    }
 }
 
 /// How memory changed over many frames.
@@ -86,14 +101,7 @@ pub fn soak(
         let shading = technique.with(settings.shading.options());
         renderer.render(&state, &RenderSettings { shading, ..settings })?;
         if (frame + 1) % interval == 0 {
-            let memory = gpu.memory_use();
-            samples.push(MemorySample {
-                frame: frame + 1,
-                resident: resident(),
-                allocated: memory.allocated,
-                reserved: memory.reserved,
-                allocations: memory.allocations,
-            });
+            samples.push(MemorySample::after(u64::from(frame) + 1, gpu));
         }
         bar.step();
     }

@@ -9,6 +9,19 @@ use crate::render::scene::FrameState;
 use crate::render::settings::{RenderSettings, ShadingOptions};
 use crate::render::surfaces::material::Bases;
 
+/// What a frame is prepared for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Purpose {
+    /// The picture.
+    Picture,
+    /// The picture by way of the G-buffer, which filter passes fill in any case.
+    GBuffer,
+    /// Which shares of the light arrive, in place of radiance.
+    Light,
+    /// Geometry alone, and of that the edges of triangles.
+    Wires,
+}
+
 /// What surfaces make necessary of a frame's shading.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Demands {
@@ -43,16 +56,19 @@ pub(super) fn shade_kind(
         edges: if settings.edges().is_some() { Edges::Joined } else { Edges::None },
         // Other techniques than those of a Beckmann base see its roughness.
         bases: if settings.shading.technique().has_base_frame() { bases } else { Bases { fit_lobes: 0, ..bases } },
+        tells_light: false,
     }
 }
 
 /// What is drawn of surfaces for frames that are shaded so, and their settings: only what is shaded as it is filtered can be
 /// multisampled.
-pub(super) fn drawing(settings: RenderSettings, kind: ShadeKind, gbuffer: bool) -> (RenderSettings, SurfaceDrawing) {
+pub(super) fn drawing(settings: RenderSettings, kind: ShadeKind, purpose: Purpose) -> (RenderSettings, SurfaceDrawing) {
     let filter = match kind {
         // Edge samples are joined to what was filtered, and the reference has filter passes of its own.
         ShadeKind { edges: Edges::None, .. }
-            if !gbuffer && !settings.shadows_of_relief() && !settings.shading.needs().is_finest() =>
+            if purpose != Purpose::GBuffer
+                && !settings.shadows_of_relief()
+                && !settings.shading.needs().is_finest() =>
         {
             FilterInto::Radiance(kind)
         }
@@ -64,7 +80,10 @@ pub(super) fn drawing(settings: RenderSettings, kind: ShadeKind, gbuffer: bool) 
     let drawing = SurfaceDrawing {
         shadow_maps: kind.lights.shadow_maps(),
         sun_maps: kind.lights.sun_maps(),
-        geometry: GeometryKind::of(settings.pixel_samples()),
+        geometry: match purpose {
+            Purpose::Wires => GeometryKind::Wires,
+            _ => GeometryKind::of(settings.pixel_samples()),
+        },
         edges: settings.edges().is_some(),
         filter,
     };

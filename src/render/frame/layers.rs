@@ -1,8 +1,9 @@
-//! Layers of the G-buffer that can be read back.
+//! Layers of the last sample that can be read back.
 
 use glam::{Vec2, Vec3, Vec4};
 use serde::{Serialize, Serializer};
 
+use super::drawing::Purpose;
 use super::renderer::{LastSample, Renderer};
 use super::timing::CpuTime;
 use crate::gpu::Result;
@@ -10,7 +11,7 @@ use crate::reflectance::facets::projected_area::visible_area;
 use crate::reflectance::frame::{frame_about, to_frame};
 use crate::render::passes::targets::{FilteredPixel, visible_patch};
 
-/// A quantity of the last sample's G-buffer.
+/// A quantity in every pixel of the last sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Layer {
     /// Distance along the view axis, metres; infinity where nothing is.
@@ -31,6 +32,15 @@ pub enum Layer {
     VisibleArea,
     /// The object, from 1 and the sea last, its patch, and the place on the patch; 0 where nothing is.
     Patch,
+    /// Of what suns and lamps send to the pixel, the share that passes the relief and what throws shadows: 1 lit, 0 in shadow. 1 where
+    /// nothing is. The reference shows that of shadow maps, too.
+    Shadow,
+    /// Share of the surroundings that large shapes leave, weighted by the cosine; 1 where nothing is or that is not shaded.
+    Sky,
+    /// 1 on the edges of triangles, 0 elsewhere.
+    Triangles,
+    /// Segments into which the patch is divided along u and v, 1 to 63; 0 where nothing is and on a sea that is marched.
+    Tessellation,
 }
 
 /// What is known of a layer.
@@ -42,7 +52,7 @@ struct Row {
 
 impl Layer {
     /// Every layer.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 13] = [
         Self::Depth,
         Self::Normal,
         Self::MeanSlope,
@@ -52,6 +62,10 @@ impl Layer {
         Self::Roughness,
         Self::VisibleArea,
         Self::Patch,
+        Self::Shadow,
+        Self::Sky,
+        Self::Triangles,
+        Self::Tessellation,
     ];
 
     fn row(self) -> Row {
@@ -74,6 +88,12 @@ impl Layer {
                 "Object from 1, its patch, and the place on it",
                 &["patch.object", "patch.index", "patch.u", "patch.v"],
             ),
+            Self::Shadow => row("shadow", "Share of the light of suns and lamps that arrives", &["shadow.L"]),
+            Self::Sky => row("sky", "Share of the surroundings that large shapes leave", &["sky.L"]),
+            Self::Triangles => row("triangles", "1 on the edges of triangles", &["triangles.edge"]),
+            Self::Tessellation => {
+                row("tessellation", "Segments of the patch along u and v", &["tessellation.u", "tessellation.v"])
+            }
         }
     }
 
@@ -103,15 +123,24 @@ impl Serialize for Layer {
 }
 
 impl Renderer {
-    /// Reads a layer of the last sample's G-buffer; unused channels are zero. Empty before the first sample. Where the sample was
-    /// shaded without a G-buffer, its geometry is drawn and filtered again: a frame that is paused cannot be resumed then.
+    /// Reads a layer of the last sample; unused channels are zero. Empty before the first sample. What neither its geometry nor its
+    /// G-buffer holds is drawn again: a frame that is paused cannot be resumed then.
     ///
     /// # Errors
-    /// As [`prepare`](Self::prepare).
+    /// As [`prepare`](Self::prepare); [`GpuError::Usage`](crate::gpu::GpuError) for triangles on a device that cannot draw their edges.
     pub fn layer(&mut self, layer: Layer) -> Result<Vec<[f32; 4]>> {
         let Some((camera, settings)) = self.last.as_ref().map(|last| (last.state.camera, last.settings)) else {
             return Ok(Vec::new());
         };
+        match layer {
+            Layer::Shadow => {
+                return Ok(self.light_shares()?.iter().map(|&[light, _]| [light, 0.0, 0.0, 0.0]).collect());
+            }
+            Layer::Sky => return Ok(self.light_shares()?.iter().map(|&[_, sky]| [sky, 0.0, 0.0, 0.0]).collect()),
+            Layer::Triangles => return self.wires(),
+            Layer::Tessellation => return self.segments(),
+            _ => {}
+        }
         if !matches!(layer, Layer::Depth | Layer::Patch) || settings.msaa > 1 {
             self.fill_gbuffer()?;
         }
@@ -153,6 +182,8 @@ impl Renderer {
                 };
                 return Ok(surface.iter().map(patch).collect());
             }
+            // Drawn above.
+            Layer::Shadow | Layer::Sky | Layer::Triangles | Layer::Tessellation => |_| Vec4::ZERO,
         };
         Ok(targets.pixels.gbuffer.read()?.iter().map(|pixel| channels(pixel).to_array()).collect())
     }
@@ -161,7 +192,7 @@ impl Renderer {
     fn fill_gbuffer(&mut self) -> Result<()> {
         let Some(last) = self.last.clone().filter(|last| !last.in_gbuffer) else { return Ok(()) };
         let timer = self.timer.clone();
-        let mut frame = self.prepare_with(&last.state, &last.settings, true)?;
+        let mut frame = self.prepare_for(&last.state, &last.settings, Purpose::GBuffer)?;
         let pixels = frame.plan.pixels(last.index);
         frame.look(&pixels, last.index)?;
         timer.submit(&mut CpuTime::default(), |passes| {

@@ -4,6 +4,7 @@
 
 mod cache;
 mod drawing;
+mod drawn_layers;
 mod edge_samples;
 mod layers;
 mod pipelines;

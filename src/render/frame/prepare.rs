@@ -1,6 +1,6 @@
 //! What is made and written before the first sample of a frame: poses, targets, the lights' views, pipelines.
 
-use super::drawing::{Demands, drawing, shade_kind};
+use super::drawing::{Demands, Purpose, drawing, shade_kind};
 use super::edge_samples::{EdgeSamples, area_of};
 use super::prepared::{FramePlan, Light, PreparedFrame};
 use super::renderer::Renderer;
@@ -29,15 +29,15 @@ impl Renderer {
     /// [`GpuError::Usage`] for settings that make no picture or that the device cannot draw; memory that is short, a lost
     /// device, a failed pipeline.
     pub fn prepare(&mut self, state: &FrameState, settings: &RenderSettings) -> Result<PreparedFrame<'_>> {
-        self.prepare_with(state, settings, false)
+        self.prepare_for(state, settings, Purpose::Picture)
     }
 
-    /// The same, whose filter passes fill the G-buffer in any case if `gbuffer` says so.
-    pub(super) fn prepare_with(
+    /// The same for any purpose.
+    pub(super) fn prepare_for(
         &mut self,
         state: &FrameState,
         settings: &RenderSettings,
-        gbuffer: bool,
+        purpose: Purpose,
     ) -> Result<PreparedFrame<'_>> {
         settings.check().map_err(|fault| GpuError::Usage { name: "settings".to_owned(), fault })?;
         self.check_loops(state, settings)?;
@@ -51,8 +51,9 @@ impl Renderer {
             bases: self.surfaces.iter().fold(Bases::default(), |all, surface| all.and(surface.bases())),
             relief_color: self.surfaces.iter().any(|surface| surface.has_relief_color()),
         };
-        let kind = shade_kind(state, &settings, &self.environment, demands);
-        let (settings, drawing) = drawing(settings, kind, gbuffer);
+        let tells_light = purpose == Purpose::Light;
+        let kind = ShadeKind { tells_light, ..shade_kind(state, &settings, &self.environment, demands) };
+        let (settings, drawing) = drawing(settings, kind, purpose);
         let filter = drawing.filter;
         let prepare = |surface: &mut Box<dyn Surface>| surface.prepare(state, &settings, drawing);
         let mut surfaces = self.surfaces.iter_mut().map(prepare).collect::<Result<Vec<_>>>()?;

@@ -3,6 +3,7 @@
 use std::ops::Range;
 use std::time::Instant;
 
+use super::drawing::Purpose;
 use super::renderer::Renderer;
 use super::timing::{CpuTime, FrameCost, PassTime, add_times, since};
 use crate::gpu::{GpuError, Result};
@@ -53,7 +54,7 @@ impl Renderer {
         settings: &RenderSettings,
         done: &mut dyn FnMut(u32),
     ) -> Result<FrameOutput> {
-        self.draw_range(state, settings, 0..settings.samples.max(1), false, done)
+        self.draw_range(state, settings, 0..settings.samples.max(1), Purpose::Picture, done)
     }
 
     /// Renders some of the samples of a frame and gives their mean, so that a long frame can be made in parts and be put
@@ -68,7 +69,7 @@ impl Renderer {
         settings: &RenderSettings,
         range: Range<u32>,
     ) -> Result<FrameOutput> {
-        self.draw_range(state, settings, range, false, &mut |_| ())
+        self.draw_range(state, settings, range, Purpose::Picture, &mut |_| ())
     }
 
     /// Renders a frame whose filter and shading are two passes in any case, so that [`layer`](Self::layer) reads the very numbers
@@ -78,7 +79,7 @@ impl Renderer {
     /// As [`prepare`](Self::prepare).
     #[doc(hidden)]
     pub fn render_in_two_passes(&mut self, state: &FrameState, settings: &RenderSettings) -> Result<FrameOutput> {
-        self.draw_range(state, settings, 0..settings.samples.max(1), true, &mut |_| ())
+        self.draw_range(state, settings, 0..settings.samples.max(1), Purpose::GBuffer, &mut |_| ())
     }
 
     fn draw_range(
@@ -86,14 +87,14 @@ impl Renderer {
         state: &FrameState,
         settings: &RenderSettings,
         range: Range<u32>,
-        gbuffer: bool,
+        purpose: Purpose,
         done: &mut dyn FnMut(u32),
     ) -> Result<FrameOutput> {
         if range.is_empty() || range.end > settings.samples.max(1) {
             let fault = format!("samples {range:?} are not among the {} of the frame", settings.samples);
             return Err(GpuError::Usage { name: "samples".to_owned(), fault });
         }
-        let mut frame = self.prepare_with(state, settings, gbuffer)?;
+        let mut frame = self.prepare_for(state, settings, purpose)?;
         let mut times = Vec::new();
         let first = range.start;
         for index in range {

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::drawing::{Demands, drawing, shade_kind};
+use super::drawing::{Demands, Purpose, drawing, shade_kind};
 use super::pipelines::Pipelines;
 use super::pool::Pool;
 use super::sky::SkyPast;
@@ -90,7 +90,7 @@ impl Renderer {
                 relief_color: pipelines.have_relief_color(),
             };
             let kind = shade_kind(state, settings, environment, demands);
-            let (settings, drawing) = drawing(*settings, kind, false);
+            let (settings, drawing) = drawing(*settings, kind, Purpose::Picture);
             pipelines.prepare(state, &settings, drawing).map(|_| ())
         })
     }
@@ -168,6 +168,13 @@ impl Renderer {
     pub fn set_environment(&mut self, environment: Environment) -> Environment {
         self.prepared += 1;
         std::mem::replace(&mut self.environment, environment)
+    }
+
+    /// Puts the scene under the environment of another renderer, and that one's under its own; as [`set_environment`](Self::set_environment).
+    pub(crate) fn exchange_environments(&mut self, other: &mut Self) {
+        self.prepared += 1;
+        other.prepared += 1;
+        std::mem::swap(&mut self.environment, &mut other.environment);
     }
 
     /// Puts the targets of the last frame aside and takes others back, so that pictures of several sizes can be drawn in turn

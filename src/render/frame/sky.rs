@@ -7,12 +7,13 @@ use crate::gpu::{Buffer, Commands, Gpu, Memory, Result};
 use crate::render::constants::{SKY_HEADER, SKY_NODES};
 use crate::render::light::casters::Columns;
 use crate::render::light::irradiance::IrradiancePass;
-use crate::render::light::sky_visibility::SkyVisibility;
+use crate::render::light::sky_visibility::{SkyProbe, SkyVisibility};
 use crate::render::surfaces::posed::PosedObject;
 
 /// A volume as a frame hands it to the device.
 pub struct SkyBuffer {
     words: Buffer,
+    volume: SkyVisibility,
     /// Its number, which tells it from others.
     number: u64,
 }
@@ -37,14 +38,20 @@ impl SkyPast {
         {
             return Ok(Some(sky.clone()));
         }
-        let words = SkyVisibility::around(&columns).words();
+        let volume = SkyVisibility::around(&columns);
         let size = 4 * u64::from(SKY_HEADER + SKY_NODES);
         let buffer = Buffer::new(gpu, "sky visibility", size, Memory::Upload)?;
-        buffer.write(0, &words)?;
+        buffer.write(0, &volume.words())?;
         self.made += 1;
-        let sky = Arc::new(SkyBuffer { words: buffer, number: self.made });
+        let sky = Arc::new(SkyBuffer { words: buffer, volume, number: self.made });
         self.last = Some((columns, sky.clone()));
         Ok(Some(sky))
+    }
+
+    /// The nodes of the last volume.
+    #[must_use]
+    pub fn probes(&self) -> Vec<SkyProbe> {
+        self.last.iter().flat_map(|(_, sky)| sky.volume.probes()).collect()
     }
 
     /// Hands a volume to the device, unless it has that.

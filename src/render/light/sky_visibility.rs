@@ -42,6 +42,17 @@ pub struct SkyVisibility {
     nodes: Vec<[f32; 4]>,
 }
 
+/// What a place sees of its surroundings past large shapes: in the unit direction `ω` the share `mean + lean·ω`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SkyProbe {
+    /// The place, metres.
+    pub place: Vec3,
+    /// Share of all directions, 0 to 1.
+    pub mean: f32,
+    /// Where more of them are seen.
+    pub lean: Vec3,
+}
+
 impl SkyVisibility {
     /// The volume about some columns.
     #[must_use]
@@ -87,6 +98,15 @@ impl SkyVisibility {
         let (below, above) = (SKY_LAYERS_BELOW as f32, (SKY_LAYERS - 1 - SKY_LAYERS_BELOW) as f32);
         let k = k as f32 - below;
         self.floor + if k < 0.0 { -self.reach[1] * (k / below).powi(2) } else { self.reach[0] * (k / above).powi(2) }
+    }
+
+    /// Its nodes.
+    pub fn probes(&self) -> impl Iterator<Item = SkyProbe> + use<'_> {
+        let [across, down] = self.size;
+        self.nodes.iter().enumerate().map(move |(i, &[x, y, z, mean])| {
+            let place = self.origin + self.step * Vec2::new((i % across) as f32, (i / across % down) as f32);
+            SkyProbe { place: place.extend(self.layer(i / (across * down))), mean, lean: Vec3::new(x, y, z) }
+        })
     }
 
     /// As `passes/shade/sky_visibility.glsl` reads it: the header, then the nodes in bytes.

@@ -21,6 +21,8 @@ pub enum GeometryKind {
     Multisampled(u32),
     /// The same for edge samples, with what joins them.
     Edges,
+    /// What each pixel sees of the edges of triangles alone.
+    Wires,
 }
 
 impl GeometryKind {
@@ -39,7 +41,7 @@ impl GeometryKind {
     pub fn samples(self) -> u32 {
         match self {
             Self::Multisampled(count) => count,
-            Self::Pixels | Self::Edges => 1,
+            Self::Pixels | Self::Edges | Self::Wires => 1,
         }
     }
 
@@ -47,7 +49,7 @@ impl GeometryKind {
     #[must_use]
     pub fn pixels(self) -> (&'static str, SpecValue) {
         let kind = match self {
-            Self::Pixels => PIXELS_ARE_SAMPLES,
+            Self::Pixels | Self::Wires => PIXELS_ARE_SAMPLES,
             Self::Multisampled(_) => PIXELS_ARE_MULTISAMPLED,
             Self::Edges => PIXELS_ARE_EDGES,
         };
@@ -251,9 +253,10 @@ impl GeometryPass {
             fragment: Some("passes/geometry/geometry.frag"),
             colors: &GeometryTargets::FORMATS,
             // Single samples of a picture have no footprint of their own.
-            kept_colors: usize::from(kind == GeometryKind::Pixels),
+            kept_colors: usize::from(matches!(kind, GeometryKind::Pixels | GeometryKind::Wires)),
             depth: Some(Depth::default()),
             samples: kind.samples(),
+            wires: kind == GeometryKind::Wires,
             spec: &[kind.pixels()],
             ..Default::default()
         };
@@ -261,6 +264,7 @@ impl GeometryPass {
             GeometryKind::Pixels => "geometry",
             GeometryKind::Multisampled(_) => "multisampled geometry",
             GeometryKind::Edges => "geometry of edges",
+            GeometryKind::Wires => "wires",
         };
         let others = objects.iter().flat_map(|kind| {
             let holes = kind.has.holes.is_some();

@@ -210,19 +210,22 @@ pub struct ShadeKind {
     pub edges: Edges,
     /// Bases of the surfaces.
     pub bases: Bases,
+    /// Whether it tells which shares of the light arrive, in place of radiance.
+    pub tells_light: bool,
 }
 
 impl ShadeKind {
     /// The specialization constants of `passes/shade/settings.glsl`.
     #[must_use]
     pub fn spec(&self) -> Vec<(&'static str, SpecValue)> {
-        let Self { shading, lights, edges, bases } = self;
+        let Self { shading, lights, edges, bases, tells_light } = self;
         let lit = [
             ("OWN_SUNS", SpecValue::I32(i32::from(lights.sun))),
             ("PANORAMA_SUNS", SpecValue::I32(lights.panorama as i32)),
             ("MAPPED_SHADOWS", SpecValue::Bool(lights.shadows)),
             ("POINT_LIGHTS", SpecValue::I32(lights.points as i32)),
             ("EDGES", SpecValue::I32(*edges as i32)),
+            ("TELLS_LIGHT", SpecValue::Bool(*tells_light)),
         ];
         [shading.spec(), lit.to_vec(), bases.spec().to_vec()].concat()
     }

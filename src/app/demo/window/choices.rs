@@ -61,6 +61,8 @@ pub enum Look {
     Picture,
     /// The picture, and ellipses of the slopes that vary under a pixel.
     Ellipses,
+    /// The picture, and what the places of the sky's volume see of the surroundings.
+    Probes,
     /// A quantity that it is shaded by, in false colours.
     Layer(Layer),
 }
@@ -69,7 +71,8 @@ impl Look {
     /// All of them with their names.
     pub fn all() -> impl Iterator<Item = (Self, &'static str)> {
         let layers = Layer::ALL.into_iter().map(|layer| (Self::Layer(layer), layer.name()));
-        [(Self::Picture, "picture"), (Self::Ellipses, "slope ellipses")].into_iter().chain(layers)
+        let pictures = [(Self::Picture, "picture"), (Self::Ellipses, "slope ellipses"), (Self::Probes, "sky probes")];
+        pictures.into_iter().chain(layers)
     }
 
     /// The quantity that must be read back for it.
@@ -78,6 +81,7 @@ impl Look {
         match self {
             Self::Picture => None,
             Self::Ellipses => Some(Layer::Covariance),
+            Self::Probes => Some(Layer::Depth),
             Self::Layer(layer) => Some(layer),
         }
     }

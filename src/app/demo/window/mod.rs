@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use glam::Vec3;
 use winit::application::ApplicationHandler;
-use winit::dpi::PhysicalSize;
+use winit::dpi::{LogicalSize, PhysicalSize, Size};
 use winit::event::{ElementState, KeyEvent, MouseButton, MouseScrollDelta, StartCause, WindowEvent};
 use winit::event_loop::{ActiveEventLoop, ControlFlow};
 use winit::keyboard::{Key, ModifiersState, NamedKey};
@@ -16,6 +16,7 @@ use super::command_line::Seen;
 use crate::app::error::AppError;
 use crate::app::files::{extension, make_folder_of};
 use crate::gpu::shader_watch::{Change, ShaderWatch};
+use crate::lab::bench::MemorySample;
 use crate::maps::save::save_png_srgb8;
 use crate::maps::tonemap::{Tonemap, display_image};
 use crate::maps::{Rgb8Image, RgbImage};
@@ -25,6 +26,7 @@ use crate::scenes::daylight;
 use crate::scenes::light::{EnvironmentChoice, SunDirection};
 use choices::{Choices, Look};
 pub use display::Display;
+use layout::Layout;
 use over::{Difference, false_colors};
 use pace::{KeptQuality, Pace};
 use painter::{Painter, WindowFrame};
@@ -36,10 +38,12 @@ use viewer::{Action, Drag, SPLIT_GRIP, Viewer};
 pub mod choices;
 mod display;
 mod keys;
+pub mod layout;
 mod over;
 pub mod pace;
 mod painter;
 pub mod panel;
+mod probes;
 pub mod show;
 pub mod surroundings;
 pub mod viewer;
@@ -48,6 +52,9 @@ pub mod viewer;
 const TITLE_INTERVAL: Duration = Duration::from_millis(250);
 /// How often the difference of two pictures is asked for while it is found.
 const ASK_INTERVAL: Duration = Duration::from_millis(50);
+
+/// How often memory is looked at in a window that closes by itself.
+const MEMORY_SAMPLES: u64 = 10;
 
 /// How to open the window. Its size is that of the [`RenderSettings`].
 #[derive(Clone, Debug)]
@@ -66,8 +73,10 @@ pub struct WindowOptions {
     pub frames: Option<u64>,
     /// What of pictures stays while something moves.
     pub kept: KeptQuality,
-    /// Whether the panel is shown at first; if not given, where there is room for it.
-    pub panel: Option<bool>,
+    /// How it looks at first. Without a size it has that of the [`RenderSettings`]; the panel is shown where there is room for it.
+    pub layout: Layout,
+    /// Where it is kept how the window was left.
+    pub layout_file: Option<PathBuf>,
     /// A folder of shader sources to be compiled when they change.
     pub hot_reload: Option<PathBuf>,
 }
@@ -83,7 +92,8 @@ impl Default for WindowOptions {
             screenshots,
             frames: None,
             kept: KeptQuality::default(),
-            panel: None,
+            layout: Layout::default(),
+            layout_file: None,
             hot_reload: None,
         }
     }
@@ -98,6 +108,8 @@ pub struct WindowReport {
     pub milliseconds: Vec<f32>,
     /// Screenshots written.
     pub screenshots: Vec<PathBuf>,
+    /// Memory at ten moments, evenly spaced, of a window that closes after ten frames or more.
+    pub memory: Vec<MemorySample>,
 }
 
 impl WindowReport {
@@ -189,6 +201,8 @@ struct Open {
     painter: Painter,
     panel: Panel,
     difference: Difference,
+    /// The layer over the picture is that of a still one.
+    layer_is_still: bool,
     window: Arc<Window>,
     /// Its pixels, as the last event told: a window that another program has closed cannot be asked.
     size: PhysicalSize<u32>,
@@ -208,22 +222,24 @@ impl App<'_> {
     fn open(&mut self, events: &ActiveEventLoop) -> Result<(), AppError> {
         let Some(renderer) = self.renderer.take() else { return Ok(()) };
         let (width, height) = self.settings.size;
-        let attributes = Window::default_attributes()
-            .with_title(self.options.title.as_str())
-            .with_inner_size(PhysicalSize::new(width, height));
+        let size: Size = match self.options.layout.size {
+            Some([width, height]) => LogicalSize::new(width, height).into(),
+            None => PhysicalSize::new(width, height).into(),
+        };
+        let attributes = Window::default_attributes().with_title(self.options.title.as_str()).with_inner_size(size);
         let window = events
             .create_window(attributes)
             .map_err(|e| AppError::Failed(format!("the window cannot be opened: {e}")))?;
         let window = Arc::new(window);
         let painter = Painter::new(renderer, window.clone())?;
-        let mut panel = Panel::new(&window);
-        panel.open = self.options.panel.unwrap_or(panel.open);
+        let panel = Panel::new(&window, &self.options.layout);
         window.request_redraw();
         let size = window.inner_size();
         self.open = Some(Open {
             painter,
             panel,
             difference: Difference::default(),
+            layer_is_still: false,
             window,
             size,
             occluded: false,
@@ -275,9 +291,11 @@ impl App<'_> {
             state
         });
         if changed {
+            open.layer_is_still = false;
             open.difference.reset();
             open.panel.lay_over(None);
             open.panel.ellipses(None);
+            open.panel.balls(None);
         }
         let split = self.viewer.choices.compare.map_or(1.0, |compare| compare.split);
         let shown = open.painter.draw(WindowFrame {
@@ -297,10 +315,14 @@ impl App<'_> {
             }
             return Ok(());
         }
-        if let Some(layer) = self.viewer.choices.look.layer().filter(|_| changed) {
+        // A layer is read of what moves, and once more of what stands still, which has all its pixels.
+        let still = open.painter.is_complete([width, height], &sides);
+        if let Some(layer) = self.viewer.choices.look.layer().filter(|_| changed || still && !open.layer_is_still) {
+            open.layer_is_still = still;
             let read = open.painter.layer(layer)?;
             match self.viewer.choices.look {
                 Look::Ellipses => open.panel.ellipses(Some(read)),
+                Look::Probes => open.panel.balls(Some(open.painter.probes(&read))),
                 _ => open.panel.lay_over(Some(false_colors(layer, &read))),
             }
             open.window.request_redraw();
@@ -321,8 +343,13 @@ impl App<'_> {
             open.window.set_title(&title(&self.options.title, &self.viewer, open.fps, open.painter.times()));
             open.counted = (0, Instant::now());
         }
-        if self.options.frames.is_some_and(|frames| self.report.frames >= frames) {
-            events.exit();
+        if let Some(frames) = self.options.frames {
+            if frames >= MEMORY_SAMPLES && self.report.frames.is_multiple_of(frames / MEMORY_SAMPLES) {
+                self.report.memory.push(MemorySample::after(self.report.frames, open.painter.gpu()));
+            }
+            if self.report.frames >= frames {
+                events.exit();
+            }
         }
         Ok(())
     }
@@ -339,6 +366,7 @@ impl App<'_> {
             environments: &environments,
             environment: self.surroundings.shown(),
             sun: self.sun.map(|sun| [sun.azimuth, sun.elevation]),
+            roughness: self.program.roughness(),
             device: &device,
             fps: open.fps,
             passes: open.painter.times(),
@@ -346,7 +374,7 @@ impl App<'_> {
             pixels,
             triangles,
         };
-        let (painted, requests) = open.panel.run(&open.window, &mut self.viewer, &facts);
+        let (painted, requests) = open.panel.run(&open.window, open.size, &mut self.viewer, &facts);
         for request in requests {
             match request {
                 Request::Act(action) => self.act(events, action)?,
@@ -355,6 +383,7 @@ impl App<'_> {
                     let choice = self.surroundings.choice(number);
                     self.surround(choice)?;
                 }
+                Request::Roughness(alpha) => self.roughen(alpha)?,
                 Request::View(number) => {
                     if let Some(orbit) = self.views.and_then(|views| views.get(number).copied()) {
                         self.viewer.orbit = orbit;
@@ -530,6 +559,23 @@ impl App<'_> {
         Ok(())
     }
 
+    /// Makes the scene again with another roughness, seen as it was. If that fails things stay as they are.
+    fn roughen(&mut self, alpha: Option<f32>) -> Result<(), AppError> {
+        let Some(open) = &mut self.open else { return Ok(()) };
+        match self.program.roughen(open.painter.gpu(), alpha) {
+            Ok(show) => {
+                open.painter.dress(show.renderer)?;
+                open.last_frame = None;
+                self.scene = show.scene;
+                self.viewer.invalidate();
+                self.pace.interrupt();
+                open.window.request_redraw();
+            }
+            Err(error) => self.complain(&error),
+        }
+        Ok(())
+    }
+
     fn dropped(&mut self, path: PathBuf) -> Result<(), AppError> {
         match extension(&path).as_deref() {
             Some("glb" | "gltf") => self.enter(&path),
@@ -630,6 +676,21 @@ impl App<'_> {
         Ok(())
     }
 
+    /// Keeps how the window is left, if that has changed. It is no reason to fail if that cannot be.
+    fn keep_layout(&mut self) {
+        let (Some(open), Some(file)) = (&self.open, &self.options.layout_file) else { return };
+        let before = &self.options.layout;
+        let points: LogicalSize<u32> = open.size.to_logical(open.panel.scale());
+        let whole = open.window.fullscreen().is_some();
+        let size = if whole { before.size } else { Some([points.width, points.height]) };
+        let layout = Layout { size, ..open.panel.layout() };
+        if layout != *before
+            && let Err(error) = layout.write(file)
+        {
+            tracing::warn!("{error}");
+        }
+    }
+
     fn end_on_error(&mut self, events: &ActiveEventLoop, result: Result<(), AppError>) {
         if let Err(error) = result {
             self.error.get_or_insert(error);
@@ -663,6 +724,7 @@ impl ApplicationHandler for App<'_> {
     }
 
     fn exiting(&mut self, _events: &ActiveEventLoop) {
+        self.keep_layout();
         // The window and its surface go before the connection to the display.
         self.open = None;
     }

@@ -6,6 +6,7 @@ use crate::lab::metrics::compare::compare;
 use crate::maps::tonemap::Tonemap;
 use crate::maps::{Rgb8Image, RgbImage};
 use crate::render::frame::Layer;
+use crate::render::surfaces::tessellation::MAX_FACTOR;
 
 /// A quantity in every pixel, row by row.
 pub struct LayerPicture {
@@ -38,6 +39,13 @@ pub fn false_colors(layer: Layer, picture: &LayerPicture) -> (Rgb8Image, String)
             "area of bumps that is seen: the smooth surface's is grey, twice that or more white".to_owned()
         }
         Layer::Patch => "patches: a colour each, darker along u and v".to_owned(),
+        Layer::Shadow => "light of suns and lamps that arrives: none is black, all white".to_owned(),
+        Layer::Sky => "surroundings that large shapes leave: none is black, all white".to_owned(),
+        Layer::Triangles => "edges of triangles; with more px/triangle they lie further apart".to_owned(),
+        Layer::Tessellation => {
+            let most = values.iter().map(|v| v[0].max(v[1])).filter(|v| v.is_finite()).fold(0.0, f32::max);
+            format!("segments of a patch: blue 1, green 8, red 63; at most {most:.0} here")
+        }
     };
     let color = |v: &[f32; 4]| match layer {
         Layer::Depth if v[0].is_finite() => grey(1.0 - (v[0] / low).max(1.0).ln() / (high / low).max(1.001).ln()),
@@ -47,7 +55,10 @@ pub fn false_colors(layer: Layer, picture: &LayerPicture) -> (Rgb8Image, String)
         Layer::Covariance => [v[0], v[1], v[2].abs()].map(|v| grey(v.max(0.0).sqrt())[0]),
         Layer::Lod => grey((v[0] - low) / (high - low).max(1e-6)),
         Layer::Albedo => [v[0], v[1], v[2]].map(crate::maps::srgb::srgb8_from_linear),
-        Layer::Roughness => grey(v[0]),
+        Layer::Roughness | Layer::Shadow | Layer::Sky => grey(v[0]),
+        Layer::Triangles => grey(0.15 + 0.85 * v[0]),
+        Layer::Tessellation if v[0] == 0.0 => [0; 3],
+        Layer::Tessellation => segment_color(v[0].max(v[1])),
         Layer::VisibleArea => grey(0.5 * v[0]),
         Layer::Patch if v[0] == 0.0 => [0; 3],
         Layer::Patch => {
@@ -60,6 +71,13 @@ pub fn false_colors(layer: Layer, picture: &LayerPicture) -> (Rgb8Image, String)
         }
     };
     (Rgb8Image { width, height, texels: values.iter().map(color).collect() }, says)
+}
+
+/// Blue for 1 segment over green for 8 to red for 63, evenly in the logarithm.
+fn segment_color(segments: f32) -> [u8; 3] {
+    let share = segments.max(1.0).ln() / MAX_FACTOR.ln();
+    let [blue, green, red] = [0.0, 0.5, 1.0].map(|middle| (1.0 - 2.0 * (share - middle).abs()).clamp(0.0, 1.0));
+    [red, green, blue].map(|part| (part.sqrt() * 255.0) as u8)
 }
 
 /// Finds the difference of two pictures beside the frames.
@@ -127,6 +145,8 @@ mod tests {
         let (image, says) = false_colors(Layer::Depth, &picture);
         assert_eq!(image.texels, [[255; 3], [0; 3], [0; 3], [0; 3]]);
         assert!(says.contains("2.0 m") && says.contains("8.0 m"), "{says}");
+        let colors = [1.0, 7.9, 63.0].map(segment_color);
+        assert!(colors[0] == [0, 0, 255] && colors[1][1] > 250 && colors[2] == [255, 0, 0], "{colors:?}");
         for layer in Layer::ALL {
             assert_eq!(false_colors(layer, &picture).0.texels.len(), 4);
         }

@@ -7,6 +7,7 @@ use winit::window::Window;
 use super::over::LayerPicture;
 use super::pace::Pace;
 use super::panel::paint::{Painted, PanelPainter};
+use super::probes::{Ball, balls};
 use crate::app::error::AppError;
 use crate::gpu::{CommandRecorder, FRAMES_IN_FLIGHT, Gpu, Swapchain, Timestamps, Use};
 use crate::maps::RgbImage;
@@ -191,6 +192,16 @@ impl Painter {
         Ok(())
     }
 
+    /// The same in the environment that surrounds the scene now.
+    ///
+    /// # Errors
+    /// A lost device.
+    pub fn dress(&mut self, mut renderer: Renderer) -> Result<(), AppError> {
+        self.finish()?;
+        renderer.exchange_environments(&mut self.renderer);
+        self.replace(renderer)
+    }
+
     /// The device.
     #[must_use]
     pub fn gpu(&self) -> &Arc<Gpu> {
@@ -351,6 +362,13 @@ impl Painter {
             RgbImage::new(width, height, texels).map_err(|fault| AppError::Failed(fault.to_string()))
         };
         self.shown.iter().flatten().map(read).collect()
+    }
+
+    /// What the places of the sky's volume see, in front of a picture of these depths.
+    #[must_use]
+    pub fn probes(&self, depth: &LayerPicture) -> Vec<Ball> {
+        let camera = self.shown[0].as_ref().map(|shown| shown.frame.state().camera);
+        camera.map_or_else(Vec::new, |camera| balls(&self.renderer.sky_probes(), &camera, depth))
     }
 
     /// A quantity that the picture was shaded by, and its size; the next frame needs a state of the scene.

@@ -48,6 +48,17 @@ impl Show {
     }
 }
 
+/// The roughness of the displaced surfaces of a scene.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Roughness {
+    /// Its user has no say in it.
+    Fixed,
+    /// The scene's own.
+    Own,
+    /// Beckmann alpha instead of it, above 0, up to 1.
+    Chosen(f32),
+}
+
 /// Opens scenes for a window, and says how its picture is made without one.
 pub trait Program {
     /// Names of the scenes that can be opened.
@@ -61,6 +72,15 @@ pub trait Program {
     /// # Errors
     /// A name or a file that cannot be opened; the device has no room for it.
     fn open(&mut self, gpu: &Arc<Gpu>, name: &Path) -> Result<Show, AppError>;
+
+    /// The roughness of what is shown.
+    fn roughness(&self) -> Roughness;
+
+    /// Makes the scene that is shown with another roughness, Beckmann alpha above 0, up to 1, or its own.
+    ///
+    /// # Errors
+    /// A scene that has no such choice; the device has no room for it.
+    fn roughen(&mut self, gpu: &Arc<Gpu>, alpha: Option<f32>) -> Result<Show, AppError>;
 
     /// Notes that another environment surrounds the scene.
     fn surround(&mut self, environment: &str);
@@ -83,6 +103,14 @@ impl Program for OneScene {
 
     fn open(&mut self, _gpu: &Arc<Gpu>, name: &Path) -> Result<Show, AppError> {
         Err(AppError::Usage(format!("{}: this program shows one scene only", name.display())))
+    }
+
+    fn roughness(&self) -> Roughness {
+        Roughness::Fixed
+    }
+
+    fn roughen(&mut self, _gpu: &Arc<Gpu>, _alpha: Option<f32>) -> Result<Show, AppError> {
+        Err(AppError::Usage("this program shows its scene as it is".to_owned()))
     }
 
     fn surround(&mut self, _environment: &str) {}

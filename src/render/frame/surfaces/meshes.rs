@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use super::{Extent, ForViews, PassNames, PreparedSurface, Surface, SurfaceDrawing};
+use super::{Extent, ForViews, PassNames, PreparedSurface, Surface, SurfaceDrawing, inner_segments};
 use crate::gpu::{Commands, Gpu, GpuError, Result};
 use crate::render::frame::cache::Cache;
 use crate::render::frame::pool::Pool;
@@ -361,5 +361,17 @@ impl PreparedSurface for PreparedMeshes {
 
     fn patches(&self) -> u32 {
         self.meshes.iter().map(|mesh| mesh.camera.patches).sum()
+    }
+
+    fn segments(&self, object: u32, patch: u32) -> Option<[f32; 2]> {
+        let mesh = self.meshes.get((object as usize).checked_sub(1)?)?;
+        let edges = mesh.posed.object.topology.patch_edges.get(patch as usize)?;
+        let factors = edges.map(|edge| mesh.divided.division.edge_factors[(edge >> 1) as usize]);
+        if mesh.posed.object.kind.triangles {
+            // The third side of a triangle as a patch is none (`triangle.tesc`).
+            let [a, b, _, c] = factors;
+            return Some([a.max(b).max(c); 2]);
+        }
+        Some(inner_segments(factors))
     }
 }

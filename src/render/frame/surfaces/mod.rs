@@ -150,6 +150,15 @@ pub(super) trait PreparedSurface {
 
     /// Patches drawn for the camera.
     fn patches(&self) -> u32;
+
+    /// Into how many segments a patch was last divided along u and v; `None` for objects of other surfaces.
+    fn segments(&self, object: u32, patch: u32) -> Option<[f32; 2]>;
+}
+
+/// What the tessellator divides the inside of a patch into along u and v, where its edges, v = 0, u = 1, v = 1 and u = 0, have these
+/// factors: `geometry.tesc`.
+pub(super) fn inner_segments([v0, u1, v1, u0]: [f32; 4]) -> [f32; 2] {
+    [v0.max(v1), u1.max(u0)]
 }
 
 /// Names of a surface's passes.

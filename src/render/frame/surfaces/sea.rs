@@ -2,8 +2,9 @@
 
 use std::sync::Arc;
 
-use super::{Extent, ForViews, PassNames, PreparedSurface, Surface, SurfaceDrawing};
+use super::{Extent, ForViews, PassNames, PreparedSurface, Surface, SurfaceDrawing, inner_segments};
 use crate::gpu::{Buffer, Commands, Gpu, Memory, Result};
+use crate::render::constants::SEA_INDEX;
 use crate::render::frame::cache::Cache;
 use crate::render::frame::pool::Pool;
 use crate::render::frame::timing::Passes;
@@ -103,8 +104,9 @@ impl Surface for Sea {
     ) -> Result<Box<dyn PreparedSurface>> {
         let (gpu, needs, filter) = (&self.gpu, settings.shading.needs(), drawing.filter);
         let Ocean { shore, cascades, .. } = &*self.water.ocean;
-        // Marched rays know of no beach.
-        let drawing = if needs.is_finest() && shore.is_none() {
+        // Marched rays know of no beach, and have no triangles.
+        let marched = needs.is_finest() && shore.is_none() && drawing.geometry != GeometryKind::Wires;
+        let drawing = if marched {
             Drawing::March(self.march.get((), || OceanMarch::new(gpu, cascades))?)
         } else {
             let filter =
@@ -215,5 +217,13 @@ impl PreparedSurface for PreparedSea {
 
     fn patches(&self) -> u32 {
         self.laid.list.visible.len() as u32
+    }
+
+    fn segments(&self, object: u32, patch: u32) -> Option<[f32; 2]> {
+        let edges = self.water.rings.topology.patch_edges.get(patch as usize).filter(|_| object == SEA_INDEX)?;
+        Some(match self.drawing {
+            Drawing::Rings { .. } => inner_segments(edges.map(|edge| self.laid.factors[(edge >> 1) as usize])),
+            Drawing::March(_) => [0.0; 2],
+        })
     }
 }

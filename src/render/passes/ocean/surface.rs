@@ -63,6 +63,7 @@ impl OceanSurfacePass {
             colors: &GeometryTargets::FORMATS,
             depth: Some(Depth::default()),
             samples: kind.samples(),
+            wires: kind == GeometryKind::Wires,
             topology: Primitive::Patches(4),
             spec: &[("HAS_BEACH", SpecValue::Bool(shore)), kind.pixels()],
             structs: &[ViewGpu::LAYOUT, VertexGpu::LAYOUT, CascadeGpu::LAYOUT, ShoreGpu::LAYOUT],

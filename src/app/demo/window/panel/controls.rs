@@ -1,9 +1,12 @@
 //! What can be chosen.
 
+use std::collections::BTreeMap;
+
 use egui::{ComboBox, Slider, Ui};
 
 use super::facts::{Facts, Request};
 use crate::app::demo::window::choices::{Compare, Look};
+use crate::app::demo::window::show::Roughness;
 use crate::app::demo::window::viewer::{Action, Viewer};
 use crate::maps::tonemap::Tonemap;
 use crate::reflectance::masking::shadowing::Shadowing;
@@ -12,16 +15,21 @@ use crate::scenes::light::SunDirection;
 
 /// Seconds on the timeline; it grows as time goes on.
 const TIMELINE: f64 = 30.0;
+/// Points down a list that is shown whole.
+const LIST: f32 = 400.0;
+
+/// Which sections are open, by their titles, where the user has ever told.
+pub type Sections = BTreeMap<String, bool>;
 
 /// All choices, in the order in which they matter.
-pub fn show(ui: &mut Ui, viewer: &mut Viewer, facts: &Facts<'_>, requests: &mut Vec<Request>) {
+pub fn show(ui: &mut Ui, viewer: &mut Viewer, facts: &Facts<'_>, sections: &mut Sections, requests: &mut Vec<Request>) {
     ui.add_space(6.0);
     scene(ui, facts, requests);
-    section(ui, "Technique", true, |ui| technique(ui, viewer));
-    section(ui, "Side by side", true, |ui| compare(ui, viewer));
-    section(ui, "Camera and time", true, |ui| view(ui, viewer, requests));
-    section(ui, "Light", true, |ui| light(ui, viewer, facts));
-    section(ui, "Surface and picture", false, |ui| picture(ui, viewer));
+    section(ui, "Technique", true, sections, |ui| technique(ui, viewer));
+    section(ui, "Side by side", true, sections, |ui| compare(ui, viewer));
+    section(ui, "Camera and time", true, sections, |ui| view(ui, viewer, requests));
+    section(ui, "Light", true, sections, |ui| light(ui, viewer, facts));
+    section(ui, "Surface and picture", false, sections, |ui| picture(ui, viewer, facts.roughness, requests));
 }
 
 /// Shows so many decimals. A slider with `fixed_decimals` would round the value itself, which changes it.
@@ -29,8 +37,14 @@ fn shown(decimals: usize) -> impl Fn(f64, std::ops::RangeInclusive<usize>) -> St
     move |value, _| format!("{value:.decimals$}")
 }
 
-fn section(ui: &mut Ui, title: &str, open: bool, contents: impl FnOnce(&mut Ui)) {
-    egui::CollapsingHeader::new(title).default_open(open).show(ui, contents);
+/// A part with a title that opens and closes, as the user last left it.
+pub fn section(ui: &mut Ui, title: &str, open: bool, sections: &mut Sections, contents: impl FnOnce(&mut Ui)) {
+    let was = sections.get(title).copied().unwrap_or(open);
+    let header = egui::CollapsingHeader::new(title).default_open(was).show(ui, contents);
+    // Opening takes a few frames.
+    if header.header_response.clicked() {
+        sections.insert(title.to_owned(), !was);
+    }
 }
 
 fn scene(ui: &mut Ui, facts: &Facts<'_>, requests: &mut Vec<Request>) {
@@ -59,7 +73,12 @@ fn scene(ui: &mut Ui, facts: &Facts<'_>, requests: &mut Vec<Request>) {
 fn named(ui: &mut Ui, name: &str, shown: &str, list: impl FnOnce(&mut Ui)) -> egui::Response {
     ui.horizontal(|ui| {
         ui.label(name);
-        ComboBox::from_id_salt(name).selected_text(shown).width(ui.available_width() - 8.0).show_ui(ui, list).response
+        ComboBox::from_id_salt(name)
+            .selected_text(shown)
+            .width(ui.available_width() - 8.0)
+            .height(LIST)
+            .show_ui(ui, list)
+            .response
     })
     .inner
 }
@@ -124,12 +143,12 @@ fn technique(ui: &mut Ui, viewer: &mut Viewer) {
 
 fn compare(ui: &mut Ui, viewer: &mut Viewer) {
     let mut on = viewer.choices.compare.is_some();
-    if ui.checkbox(&mut on, "another technique on the right (c)").changed() {
+    if ui.checkbox(&mut on, "a technique on the right (c)").changed() {
         viewer.act(Action::Compare);
     }
     if let Some(Compare { technique, difference, .. }) = &mut viewer.choices.compare {
         techniques(ui, "right", technique);
-        ui.checkbox(difference, "difference (FLIP) once nothing moves").on_hover_text(
+        ui.checkbox(difference, "difference (FLIP) when still").on_hover_text(
             "Of both sides; beside the reference, which gathers 256 samples, that is the error of the left one",
         );
         ui.weak("Drag the line in the picture.");
@@ -172,8 +191,9 @@ fn light(ui: &mut Ui, viewer: &mut Viewer, facts: &Facts<'_>) {
         let mut sun = SunDirection { azimuth, elevation };
         let turned = ui
             .add(Slider::new(&mut sun.azimuth, -180.0..=180.0).suffix("°").custom_formatter(shown(0)).text("azimuth"));
-        let raised =
-            ui.add(Slider::new(&mut sun.elevation, -12.0..=90.0).suffix("°").custom_formatter(shown(0)).text("sun"));
+        let raised = ui.add(
+            Slider::new(&mut sun.elevation, -12.0..=90.0).suffix("°").custom_formatter(shown(0)).text("elevation"),
+        );
         if turned.changed() || raised.changed() {
             viewer.put_sun(sun);
         }
@@ -191,11 +211,37 @@ fn light(ui: &mut Ui, viewer: &mut Viewer, facts: &Facts<'_>) {
     );
 }
 
-fn picture(ui: &mut Ui, viewer: &mut Viewer) {
+/// The roughness of displaced surfaces. Their maps are made again for it, so only when the slider is let go.
+fn roughness(ui: &mut Ui, roughness: Roughness, requests: &mut Vec<Request>) {
+    let chosen = match roughness {
+        Roughness::Fixed => return,
+        Roughness::Own => None,
+        Roughness::Chosen(alpha) => Some(alpha),
+    };
+    let held = ui.id().with("roughness");
+    let mut alpha = ui.data(|data| data.get_temp(held)).or(chosen).unwrap_or(0.3);
+    ui.horizontal(|ui| {
+        let slider = ui.add(Slider::new(&mut alpha, 0.02..=1.0).custom_formatter(shown(2)).text("roughness"));
+        let slider = slider.on_hover_text("Beckmann alpha of displaced surfaces, which are made again when you let go");
+        if slider.is_pointer_button_down_on() && !slider.drag_stopped() {
+            ui.data_mut(|data| data.insert_temp(held, alpha));
+        } else if slider.drag_stopped() || slider.changed() {
+            ui.data_mut(|data| data.remove::<f32>(held));
+            requests.push(Request::Roughness(Some((alpha * 1000.0).round() / 1000.0)));
+        }
+        if chosen.is_some() && ui.small_button("own").on_hover_text("The scene's own roughness").clicked() {
+            requests.push(Request::Roughness(None));
+        }
+    });
+}
+
+fn picture(ui: &mut Ui, viewer: &mut Viewer, rough: Roughness, requests: &mut Vec<Request>) {
+    roughness(ui, rough, requests);
     let choices = &mut viewer.choices;
     ui.add(Slider::new(&mut choices.height_scale, 0.0..=3.0).custom_formatter(shown(2)).text("x heights"));
-    ui.add(Slider::new(&mut choices.triangle_pixels, 1.0..=32.0).logarithmic(true).text("px a triangle"));
-    ui.add(Slider::new(&mut choices.samples, 1..=64).logarithmic(true).text("samples when still"));
+    ui.add(Slider::new(&mut choices.triangle_pixels, 1.0..=32.0).logarithmic(true).text("px/triangle"));
+    ui.add(Slider::new(&mut choices.samples, 1..=64).logarithmic(true).text("samples"))
+        .on_hover_text("Of a picture that stands still");
     named(ui, "tone curve", choices.tonemap.name(), |ui| {
         for tonemap in Tonemap::ALL {
             ui.selectable_value(&mut choices.tonemap, tonemap, tonemap.name()).on_hover_text(tonemap.help());

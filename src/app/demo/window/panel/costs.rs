@@ -4,6 +4,7 @@ use std::collections::VecDeque;
 
 use egui::{Color32, Pos2, Rect, Sense, Ui, Vec2};
 
+use super::controls::{Sections, section};
 use super::facts::{Facts, HISTORY};
 
 /// Height of the graph, points.
@@ -12,11 +13,12 @@ const GRAPH: f32 = 36.0;
 const LEAST: f64 = 0.05;
 
 /// Frames in a second, a graph of the last frames, and the milliseconds of each pass.
-pub fn show(ui: &mut Ui, facts: &Facts<'_>, milliseconds: &VecDeque<f32>) {
-    egui::CollapsingHeader::new("Cost").default_open(true).show(ui, |ui| {
-        ui.label(format!("{:.1} frames a second, {} x {} pixels", facts.fps, facts.pixels.0, facts.pixels.1));
+pub fn show(ui: &mut Ui, facts: &Facts<'_>, milliseconds: &VecDeque<f32>, sections: &mut Sections) {
+    section(ui, "Cost", true, sections, |ui| {
+        ui.label(format!("{:.1} frames a second, {} x {}", facts.fps, facts.pixels.0, facts.pixels.1));
         ui.label(format!("sample {} of {}", facts.samples.0, facts.samples.1));
-        ui.label(format!("{} patches, up to {} triangles", facts.triangles.1, grouped(facts.triangles.0)));
+        ui.label(format!("{} patches", grouped(facts.triangles.1.into())));
+        ui.label(format!("up to {} triangles", grouped(facts.triangles.0)));
         graph(ui, milliseconds);
         let whole: f64 = facts.passes.iter().map(|(_, time)| time).sum();
         egui::Grid::new("passes").num_columns(2).spacing([12.0, 1.0]).show(ui, |ui| {

@@ -1,5 +1,6 @@
 //! What the panel is told, and what it asks for.
 
+use crate::app::demo::window::show::Roughness;
 use crate::app::demo::window::viewer::Action;
 
 /// Frames in the graph of their times.
@@ -17,6 +18,8 @@ pub struct Facts<'a> {
     pub environment: usize,
     /// Direction to the sun as it is, if there is one: degrees.
     pub sun: Option<[f32; 2]>,
+    /// The roughness of its displaced surfaces.
+    pub roughness: Roughness,
     /// The device.
     pub device: &'a str,
     /// Frames in a second.
@@ -40,6 +43,8 @@ pub enum Request {
     Scene(String),
     /// One of the environments.
     Environment(usize),
+    /// Another roughness, Beckmann alpha, or the scene's own.
+    Roughness(Option<f32>),
     /// One of the scene's views: 0 near, 1 middle, 2 far.
     View(usize),
 }

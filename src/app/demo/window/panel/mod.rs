@@ -11,14 +11,18 @@ pub mod paint;
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 
-use egui::{Color32, ColorImage, Context, TextureHandle, TextureOptions, ViewportId};
+use egui::{Color32, ColorImage, Context, Pos2, RawInput, Rect, TextureHandle, TextureOptions, Vec2, ViewportId};
+use winit::dpi::PhysicalSize;
 use winit::event::WindowEvent;
 use winit::window::Window;
 
+use self::controls::Sections;
 use self::facts::HISTORY;
 pub use self::facts::{Facts, Request};
 use self::paint::Painted;
+use super::layout::Layout;
 use super::over::LayerPicture;
+use super::probes::Ball;
 use super::viewer::Viewer;
 use crate::maps::Rgb8Image;
 
@@ -33,10 +37,12 @@ const MESSAGE: Duration = Duration::from_secs(6);
 pub struct Panel {
     context: Context,
     input: egui_winit::State,
+    began: Instant,
     /// Whether it is shown.
     pub open: bool,
     /// Whether the help is.
     pub help: bool,
+    sections: Sections,
     /// What is wrong with a shader that has changed.
     pub shader_fault: Option<String>,
     message: Option<(String, Instant)>,
@@ -45,35 +51,53 @@ pub struct Panel {
     over: Option<(TextureHandle, String)>,
     /// Slope covariances under pixels, for the ellipses.
     ellipses: Option<LayerPicture>,
+    /// What the places of the sky's volume see.
+    balls: Option<Vec<Ball>>,
     /// When it wants to be drawn again though nothing happens.
     wakes: Option<Instant>,
     /// Where the pointer is, points.
-    pointer: Option<egui::Pos2>,
+    pointer: Option<Pos2>,
 }
 
 impl Panel {
-    /// A panel for `window`.
+    /// A panel for `window`, as it was left.
     #[must_use]
-    pub fn new(window: &Window) -> Self {
+    pub fn new(window: &Window, layout: &Layout) -> Self {
         let context = Context::default();
         context.set_visuals(visuals());
         let scale = window.scale_factor();
         let input =
             egui_winit::State::new(context.clone(), ViewportId::ROOT, window, Some(scale as f32), None, Some(8192));
-        let open = window.inner_size().to_logical::<f32>(scale).width >= ROOM;
+        let room = || window.inner_size().to_logical::<f32>(scale).width >= ROOM;
+        let open = layout.panel.unwrap_or_else(room);
         Self {
             context,
             input,
+            began: Instant::now(),
             open,
             help: false,
+            sections: layout.sections.clone(),
             shader_fault: None,
             message: None,
             milliseconds: VecDeque::new(),
             over: None,
             ellipses: None,
+            balls: None,
             wakes: None,
             pointer: None,
         }
+    }
+
+    /// How it is left, but for the size of the window.
+    #[must_use]
+    pub fn layout(&self) -> Layout {
+        Layout { size: None, panel: Some(self.open), sections: self.sections.clone() }
+    }
+
+    /// Pixels of a point.
+    #[must_use]
+    pub fn scale(&self) -> f64 {
+        f64::from(self.context.pixels_per_point())
     }
 
     /// Gives it an event first. Whether it keeps it for itself, and whether it must be drawn again.
@@ -98,7 +122,7 @@ impl Panel {
     /// Whether the pointer is over it or holds something of it. egui itself answers for where the pointer was when the last frame was
     /// laid out, which may be long ago.
     fn is_under_pointer(&self) -> bool {
-        let over = |at: egui::Pos2| {
+        let over = |at: Pos2| {
             let layer = self.context.layer_id_at(at);
             (self.open && at.x < WIDTH) || layer.is_some_and(|layer| layer.order != egui::Order::Background)
         };
@@ -144,15 +168,41 @@ impl Panel {
         self.ellipses = covariances;
     }
 
+    /// Draws these balls; `None` takes them away.
+    pub fn balls(&mut self, balls: Option<Vec<Ball>>) {
+        self.balls = balls;
+    }
+
     /// When it must be drawn again though nothing happens.
     #[must_use]
     pub fn wakes(&self) -> Option<Instant> {
         self.wakes
     }
 
+    /// What has happened since the last frame: `State::take_egui_input`, which asks the window for its size and panics where another
+    /// program has closed it.
+    fn take_input(&mut self, window: &Window, size: PhysicalSize<u32>) -> RawInput {
+        let scale = self.context.zoom_factor() * window.scale_factor() as f32;
+        let points = Vec2::new(size.width as f32, size.height as f32) / scale;
+        let input = self.input.egui_input_mut();
+        input.time = Some(self.began.elapsed().as_secs_f64());
+        input.screen_rect = Some(Rect::from_min_size(Pos2::ZERO, points));
+        input.viewport_id = ViewportId::ROOT;
+        let viewport = input.viewports.entry(ViewportId::ROOT).or_default();
+        viewport.native_pixels_per_point = Some(window.scale_factor() as f32);
+        input.take()
+    }
+
     /// Lays everything out, lets the user change the `viewer`, and says what else is asked for.
-    pub fn run(&mut self, window: &Window, viewer: &mut Viewer, facts: &Facts<'_>) -> (Painted, Vec<Request>) {
-        let input = self.input.take_egui_input(window);
+    /// `size`: pixels of the window, as the last event told.
+    pub fn run(
+        &mut self,
+        window: &Window,
+        size: PhysicalSize<u32>,
+        viewer: &mut Viewer,
+        facts: &Facts<'_>,
+    ) -> (Painted, Vec<Request>) {
+        let input = self.take_input(window, size);
         let mut requests = Vec::new();
         let context = self.context.clone();
         if self.message.as_ref().is_some_and(|(_, since)| since.elapsed() > MESSAGE) {
@@ -168,12 +218,15 @@ impl Panel {
             if let Some(covariances) = &self.ellipses {
                 overlay::ellipses(ui, covariances);
             }
+            if let Some(balls) = &self.balls {
+                overlay::balls(ui, balls, left);
+            }
             overlay::split(ui, viewer, left);
             if self.open {
                 egui::Panel::left("choices").exact_size(WIDTH).resizable(false).show(ui, |ui| {
                     egui::ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
-                        controls::show(ui, viewer, facts, &mut requests);
-                        costs::show(ui, facts, &self.milliseconds);
+                        controls::show(ui, viewer, facts, &mut self.sections, &mut requests);
+                        costs::show(ui, facts, &self.milliseconds, &mut self.sections);
                         controls::buttons(ui, &mut requests);
                     });
                 });
@@ -185,7 +238,7 @@ impl Panel {
                 overlay::shader_fault(ui, fault);
             }
             if self.help {
-                self.help = overlay::help(ui);
+                self.help = overlay::help(ui, left);
             }
         });
         let (choices, time, fly) = before;

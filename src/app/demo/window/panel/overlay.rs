@@ -1,15 +1,19 @@
 //! What lies over the picture itself: the line between two techniques, pictures of numbers, messages, help.
 
-use egui::{Align2, Color32, CursorIcon, FontId, Id, Pos2, Rect, Shape, Stroke, TextureHandle, Ui, Vec2};
+use egui::{Align2, Color32, CursorIcon, FontId, Id, Mesh, Pos2, Rect, Shape, Stroke, TextureHandle, Ui, Vec2};
 
 use crate::app::demo::args::keys;
 use crate::app::demo::window::over::LayerPicture;
+use crate::app::demo::window::probes::{Ball, NONE, SAYS, SIDES};
 use crate::app::demo::window::viewer::{SPLIT_GRIP, Viewer};
 
 /// Points between two ellipses.
 const ELLIPSES: f32 = 24.0;
 /// Points for a root of a slope variance of one.
 const ELLIPSE: f32 = 22.0;
+
+/// Points that the help wants across.
+const HELP: f32 = 560.0;
 
 /// Text that can be read on anything, in a box.
 fn label(ui: &Ui, at: Pos2, anchor: Align2, text: &str) {
@@ -66,6 +70,27 @@ pub fn ellipses(ui: &Ui, covariances: &LayerPicture) {
     }
 }
 
+/// Balls, and what they show.
+pub fn balls(ui: &Ui, balls: &[Ball], left: f32) {
+    let screen = ui.ctx().content_rect();
+    let mut mesh = Mesh::default();
+    for Ball { middle: [x, y], radius, greys } in balls {
+        let middle = screen.min + Vec2::new(x * screen.width(), y * screen.height());
+        let radius = (radius * screen.height()).max(1.5);
+        let first = mesh.vertices.len() as u32;
+        mesh.colored_vertex(middle, Color32::from_gray(greys[0]));
+        for (corner, grey) in greys[1..].iter().enumerate() {
+            let (sine, cosine) = (corner as f32 / SIDES as f32 * std::f32::consts::TAU).sin_cos();
+            mesh.colored_vertex(middle + Vec2::new(cosine, -sine) * radius, Color32::from_gray(*grey));
+            let next = (corner as u32 + 1) % SIDES as u32;
+            mesh.add_triangle(first, first + 1 + corner as u32, first + 1 + next);
+        }
+    }
+    ui.painter().add(Shape::mesh(mesh));
+    let says = if balls.is_empty() { NONE } else { SAYS };
+    label(ui, Pos2::new(screen.left() + left + 10.0, screen.bottom() - 10.0), Align2::LEFT_BOTTOM, says);
+}
+
 /// Half the axes of the ellipse of a covariance; `None` where nothing varies.
 fn axes(xx: f32, yy: f32, xy: f32) -> Option<[[f32; 2]; 2]> {
     let middle = 0.5 * (xx + yy);
@@ -97,18 +122,24 @@ pub fn shader_fault(ui: &Ui, fault: &str) {
         });
 }
 
-/// Mouse and keys. Whether it stays open.
-pub fn help(ui: &Ui) -> bool {
+/// Mouse and keys, beside the panel where there is room. Whether it stays open.
+pub fn help(ui: &Ui, left: f32) -> bool {
     let mut open = true;
+    let screen = ui.ctx().content_rect();
+    let left = if screen.width() - left < HELP { 0.0 } else { left };
+    // Around the text are a title, a frame, and some of the picture.
+    let room = screen.size() - Vec2::new(left + 40.0, 90.0);
     egui::Window::new("Mouse and keys (F1)")
         .open(&mut open)
         .collapsible(false)
         .resizable(false)
-        .default_width(560.0)
-        .anchor(Align2::CENTER_CENTER, Vec2::ZERO)
+        .anchor(Align2::CENTER_CENTER, Vec2::new(0.5 * left, 0.0))
         .show(ui.ctx(), |ui| {
-            egui::ScrollArea::vertical()
-                .show(ui, |ui| ui.add(egui::Label::new(egui::RichText::new(keys().trim()).monospace()).extend()));
+            let text = egui::RichText::new(keys().trim()).monospace();
+            egui::ScrollArea::both()
+                .max_width(room.x)
+                .max_height(room.y)
+                .show(ui, |ui| ui.add(egui::Label::new(text).extend()));
         });
     open
 }
