@@ -14,7 +14,8 @@ const LEAST: f64 = 0.05;
 /// Frames in a second, a graph of the last frames, and the milliseconds of each pass.
 pub fn show(ui: &mut Ui, facts: &Facts<'_>, milliseconds: &VecDeque<f32>) {
     egui::CollapsingHeader::new("Cost").default_open(true).show(ui, |ui| {
-        ui.label(format!("{:.1} frames a second, {} x {} pixels", facts.fps, facts.pixels.0, facts.pixels.1));
+        let rate = facts.fps.map(|fps| format!("{fps:.1} frames a second, ")).unwrap_or_default();
+        ui.label(format!("{rate}{} x {} pixels", facts.pixels.0, facts.pixels.1));
         ui.label(format!("sample {} of {}", facts.samples.0, facts.samples.1));
         ui.label(format!("{} patches, up to {} triangles", facts.triangles.1, grouped(facts.triangles.0)));
         graph(ui, milliseconds);
