@@ -99,7 +99,7 @@ fn sphere(gpu: &Arc<Gpu>) -> Result<Ready, SceneError> {
 
 #[test]
 fn calls_may_fail_while_a_sphere_is_drawn() {
-    try_faults("sphere", &sphere, 10);
+    try_faults("sphere", &sphere, 7);
 }
 
 #[test]
