@@ -4,11 +4,11 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use ash::vk;
 use bytemuck::{AnyBitPattern, NoUninit};
-use gpu_allocator::MemoryLocation;
 use gpu_allocator::vulkan::{Allocation, AllocationCreateDesc, AllocationScheme};
+use gpu_allocator::{AllocationError, MemoryLocation};
 
 use super::error::Doing;
-use super::{Gpu, GpuError, Result};
+use super::{DriverCall, Gpu, GpuError, Result};
 
 /// Largest number of bytes staged at once, so that large transfers fit a small heap.
 pub(crate) const STAGING_BYTES: u64 = 32 << 20;
@@ -213,7 +213,8 @@ pub(crate) fn allocate(
         linear,
         allocation_scheme: AllocationScheme::GpuAllocatorManaged,
     };
-    gpu.allocator().allocate(&description).map_err(|source| GpuError::Allocation {
+    let refused = gpu.faults().check(DriverCall::Allocation).map_err(|_| AllocationError::OutOfMemory);
+    refused.and_then(|()| gpu.allocator().allocate(&description)).map_err(|source| GpuError::Allocation {
         name: name.to_owned(),
         bytes: requirements.size,
         source,

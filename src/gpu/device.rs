@@ -9,8 +9,9 @@ use gpu_allocator::vulkan::{Allocator, AllocatorCreateDesc};
 use gpu_allocator::{AllocationSizes, AllocatorDebugSettings};
 
 use super::error::Doing;
+use super::faults::Faults;
 use super::remake::Remake;
-use super::{GpuError, Result, select, validation};
+use super::{DriverCall, GpuError, Result, select, validation};
 
 /// How to open the device.
 #[derive(Clone, Debug, Default)]
@@ -36,6 +37,7 @@ pub struct Gpu {
     labels: Mutex<()>,
     /// How the pipelines are made that there are.
     recipes: Mutex<Vec<Weak<dyn Remake>>>,
+    faults: Faults,
     device: ash::Device,
     messenger: Option<(ash::ext::debug_utils::Instance, vk::DebugUtilsMessengerEXT)>,
     messages: Box<validation::Messages>,
@@ -142,6 +144,7 @@ impl Gpu {
             debug,
             labels: Mutex::new(()),
             recipes: Mutex::default(),
+            faults: Faults::wanted(),
             device,
             messenger: unfinished.messenger.take(),
             messages,
@@ -159,7 +162,8 @@ impl Gpu {
     pub fn wait_idle(&self) -> Result<()> {
         let _queue = self.queue();
         // SAFETY: the queue is held, as device_wait_idle demands of all queues.
-        unsafe { self.device.device_wait_idle() }.doing("waiting for the device")
+        let done = unsafe { self.device.device_wait_idle() };
+        done.and_then(|()| self.faults.check(DriverCall::Wait)).doing("waiting for the device")
     }
 
     /// The device's name, such as "llvmpipe (LLVM 15.0.6, 256 bits)".
@@ -273,6 +277,24 @@ impl Gpu {
 
     pub(super) fn recipes(&self) -> &Mutex<Vec<Weak<dyn Remake>>> {
         &self.recipes
+    }
+
+    pub(super) fn faults(&self) -> &Faults {
+        &self.faults
+    }
+
+    /// How many calls of this kind the device has had.
+    #[cfg(feature = "internals")]
+    #[doc(hidden)]
+    pub fn calls(&self, call: DriverCall) -> u32 {
+        self.faults.made(call)
+    }
+
+    /// Makes the call fail that comes after `calls` more of its kind.
+    #[cfg(feature = "internals")]
+    #[doc(hidden)]
+    pub fn fail_after(&self, calls: u32, call: DriverCall) {
+        self.faults.fail(call, self.faults.made(call) + calls + 1);
     }
 
     pub(crate) fn allocator(&self) -> MutexGuard<'_, Allocator> {

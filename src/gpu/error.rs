@@ -118,7 +118,7 @@ pub enum GpuError {
         fault: String,
     },
     /// A Vulkan call failed.
-    #[error("{what} failed: {result}")]
+    #[error("{what} failed: {}", reason(*result))]
     Vulkan {
         /// What was being done.
         what: String,
@@ -127,7 +127,31 @@ pub enum GpuError {
     },
 }
 
+/// Why Vulkan fails a call, and what to do about it.
+fn reason(result: vk::Result) -> String {
+    use vk::Result as R;
+    match result {
+        R::ERROR_DEVICE_LOST => {
+            "the device was lost: start again, and if that happens again, take a smaller picture, update the driver or choose another device".to_owned()
+        }
+        R::ERROR_OUT_OF_HOST_MEMORY => {
+            "the machine has no memory left: take smaller maps or a smaller picture, or close what else uses it".to_owned()
+        }
+        R::ERROR_OUT_OF_DEVICE_MEMORY => {
+            "the device has no memory left: take smaller maps or a smaller picture, or close what else uses it".to_owned()
+        }
+        R::ERROR_SURFACE_LOST_KHR => "the window is gone from its display: start again".to_owned(),
+        // Vulkan's name of it, since only the driver's makers know more.
+        other => format!("the driver answers {other:?}: update it, or choose another device"),
+    }
+}
+
 impl GpuError {
+    /// Whether the device is gone, and with it all that it was doing.
+    pub(crate) fn is_lost_device(&self) -> bool {
+        matches!(self, Self::Vulkan { result: vk::Result::ERROR_DEVICE_LOST, .. })
+    }
+
     /// A [`GpuError::Usage`] from its two parts.
     pub(crate) fn usage(name: impl Into<String>, fault: impl Into<String>) -> Self {
         Self::Usage { name: name.into(), fault: fault.into() }

@@ -8,7 +8,7 @@ use super::error::Doing;
 use super::pipeline_layout::{PipelineCore, Spec, SpecValue, Stage, check_constants, shader};
 use super::remake::{Put, Remake};
 use super::shaders::Shader;
-use super::{Gpu, GpuError, Result, StructLayout};
+use super::{DriverCall, Gpu, GpuError, Result, StructLayout};
 
 /// What can be bound: a compute or a graphics pipeline.
 pub trait Pipeline {
@@ -100,9 +100,10 @@ impl ComputePipeline {
         let stage = Stage::new(gpu, &core, shader, spec)?;
         let special = stage.specialization();
         let info = vk::ComputePipelineCreateInfo::default().stage(stage.info(&special)).layout(core.layout);
-        // SAFETY: everything the description points to outlives the call.
-        let made = unsafe { gpu.raw().create_compute_pipelines(gpu.pipeline_cache(), &[info], None) };
-        core.raw = made.map_err(|(_, result)| result).doing(format!("creating pipeline {name}"))?[0];
+        core.raw = made(gpu, name, |device, cache| {
+            // SAFETY: everything the description points to outlives the call.
+            unsafe { device.create_compute_pipelines(cache, &[info], None) }
+        })?;
         gpu.name(core.raw, name);
         core.local_size = shader.local_size;
         Ok(core)
@@ -363,7 +364,22 @@ fn create_graphics(
     if patch_points > 0 {
         info = info.tessellation_state(&tessellation);
     }
-    // SAFETY: everything the description points to outlives the call.
-    let made = unsafe { gpu.raw().create_graphics_pipelines(gpu.pipeline_cache(), &[info], None) };
-    Ok(made.map_err(|(_, result)| result).doing(format!("creating pipeline {name}"))?[0])
+    made(gpu, name, |device, cache| {
+        // SAFETY: everything the description points to outlives the call.
+        unsafe { device.create_graphics_pipelines(cache, &[info], None) }
+    })
+}
+
+/// The one pipeline that `create` makes.
+fn made(
+    gpu: &Gpu,
+    name: &str,
+    create: impl FnOnce(
+        &ash::Device,
+        vk::PipelineCache,
+    ) -> std::result::Result<Vec<vk::Pipeline>, (Vec<vk::Pipeline>, vk::Result)>,
+) -> Result<vk::Pipeline> {
+    let made = gpu.faults().check(DriverCall::Pipeline);
+    let made = made.and_then(|()| create(gpu.raw(), gpu.pipeline_cache()).map_err(|(_, result)| result));
+    Ok(made.doing(format!("creating pipeline {name}"))?[0])
 }

@@ -143,6 +143,8 @@ fn includes(root: &Path, file: &Path, known: &mut BTreeMap<PathBuf, BTreeSet<Pat
 fn watch(root: &Path, changes: &Sender<Change>, stop: &AtomicBool) {
     let mut before = written(root);
     let built: BTreeSet<&str> = names().collect();
+    // Entry points that have changed since they last compiled.
+    let mut waiting = BTreeSet::new();
     while !stop.load(Ordering::Relaxed) {
         std::thread::sleep(INTERVAL);
         let now = written(root);
@@ -159,11 +161,15 @@ fn watch(root: &Path, changes: &Sender<Change>, stop: &AtomicBool) {
                 && (changed.contains(&path.to_path_buf())
                     || includes(root, path, &mut known).iter().any(|included| changed.contains(included)))
         });
-        let names: Vec<String> = concerned.map(slashes).collect();
+        waiting.extend(concerned.map(slashes));
         before = now;
+        let names: Vec<String> = waiting.iter().cloned().collect();
         let change = match found.and_then(|()| CompiledShaders::compile(root, &names)) {
             Ok(shaders) if shaders.0.is_empty() => continue,
-            Ok(shaders) => Change::Compiled(shaders),
+            Ok(shaders) => {
+                waiting.clear();
+                Change::Compiled(shaders)
+            }
             Err(message) => Change::Failed(message),
         };
         if changes.send(change).is_err() {
@@ -280,6 +286,12 @@ mod tests {
         change(folder.path(), "passes/tonemap.glsl", "2.52", "two");
         let Change::Failed(said) = next(&watch) else { panic!("it does not compile") };
         assert!(said.contains("tonemap.glsl:") && said.contains("two"), "{said}");
+        // Another entry point changes meanwhile, and is not forgotten once all compile.
+        change(folder.path(), "passes/object_depth.frag", "void main", "/* changed */ void main");
+        assert!(matches!(next(&watch), Change::Failed(said) if said.contains("two")));
+        change(folder.path(), "passes/tonemap.glsl", "two", "2.51");
+        let Change::Compiled(shaders) = next(&watch) else { panic!("it compiles again") };
+        assert_eq!(shaders.names().collect::<Vec<_>>(), ["passes/object_depth.frag", "passes/present.frag"]);
     }
 
     #[test]

@@ -7,7 +7,7 @@ use ash::vk;
 
 use super::commands::Recorded;
 use super::error::Doing;
-use super::{Commands, Gpu, GpuError, Result};
+use super::{Commands, DriverCall, Gpu, GpuError, Result};
 
 impl Gpu {
     /// Records commands, submits them and waits until they are done. `label` names them in captures and messages.
@@ -142,9 +142,12 @@ impl CommandRecorder {
             .command_buffer_infos(&buffers)
             .signal_semaphore_infos(&signals);
         let queue = self.gpu.queue();
-        // SAFETY: the state says that the buffer was recorded and not submitted since, so the fence is unsignalled and in
-        // no other submission. The queue is locked.
-        unsafe { self.gpu.raw().queue_submit2(*queue, &[submission], self.fence) }
+        self.gpu
+            .faults()
+            .check(DriverCall::Submission)
+            // SAFETY: the state says that the buffer was recorded and not submitted since, so the fence is unsignalled and
+            // in no other submission. The queue is locked.
+            .and_then(|()| unsafe { self.gpu.raw().queue_submit2(*queue, &[submission], self.fence) })
             .doing(format!("submitting {}", self.name))?;
         recorded.effects.commit();
         self.keep = recorded.keep;
@@ -169,6 +172,7 @@ impl CommandRecorder {
                 self.gpu
                     .raw()
                     .wait_for_fences(&[self.fence], true, u64::MAX)
+                    .and_then(|()| self.gpu.faults().check(DriverCall::Wait))
                     .doing(format!("waiting for {}", self.name))?;
                 self.gpu.raw().reset_fences(&[self.fence]).doing("resetting a fence")?;
             }
@@ -181,9 +185,16 @@ impl CommandRecorder {
 
 impl Drop for CommandRecorder {
     fn drop(&mut self) {
-        let _ = self.wait();
+        if let Err(error) = self.wait()
+            && !error.is_lost_device()
+            && self.gpu.wait_idle().is_err()
+        {
+            // Nothing says that the device is done with them, so they stay; a lost device would be.
+            std::mem::forget(std::mem::take(&mut self.keep));
+            return;
+        }
         let _labels = self.gpu.lock_labels();
-        // SAFETY: no submission is in progress; null handles are ignored.
+        // SAFETY: no submission is in progress, or the device is lost; null handles are ignored.
         unsafe {
             self.gpu.raw().destroy_fence(self.fence, None);
             self.gpu.raw().destroy_command_pool(self.pool, None);

@@ -54,6 +54,8 @@ pub struct Swapchain {
     acquired: [vk::Semaphore; FRAMES_IN_FLIGHT],
     /// Frames presented so far.
     presented: usize,
+    /// An image was acquired and not presented, so that the next frame's semaphore is signalled.
+    handed_out: bool,
     format: vk::SurfaceFormatKHR,
     wanted: [u32; 2],
     stale: bool,
@@ -102,6 +104,7 @@ impl Swapchain {
             presentable: Vec::new(),
             acquired: [vk::Semaphore::null(); FRAMES_IN_FLIGHT],
             presented: 0,
+            handed_out: false,
             format,
             wanted: [0, 0],
             stale: true,
@@ -126,8 +129,11 @@ impl Swapchain {
     /// The commands of all earlier frames but the last [`FRAMES_IN_FLIGHT`]` - 1` must be done.
     ///
     /// # Errors
-    /// A lost device or surface, or memory that is short.
+    /// A lost device or surface, or memory that is short; [`GpuError::Usage`] after a frame that was not presented.
     pub fn acquire(&mut self, size: [u32; 2]) -> Result<Option<SwapchainFrame>> {
+        if self.handed_out {
+            return Err(GpuError::usage("window", "the image acquired last was not presented: open the window again"));
+        }
         // If a window changes size faster than swapchains can be created, wait for its next event.
         for _ in 0..3 {
             if (self.stale || self.wanted != size) && !self.recreate(size)? {
@@ -135,12 +141,14 @@ impl Swapchain {
             }
             let timeout = 1_000_000_000;
             let acquired = self.acquired();
-            // SAFETY: the semaphore is unsignalled, since the commands of the frame that had it last waited for it and are done.
+            // SAFETY: the semaphore is unsignalled: the frame that had it last was presented, and its commands, which waited
+            // for it, are done.
             let result = unsafe { self.functions.acquire_next_image(self.raw, timeout, acquired, vk::Fence::null()) };
             match result {
                 Ok((index, suboptimal)) => {
                     // The image is acquired, so it must be drawn and presented first.
                     self.stale = suboptimal;
+                    self.handed_out = true;
                     return Ok(Some(SwapchainFrame { image: self.images[index as usize].clone(), index }));
                 }
                 Err(vk::Result::ERROR_OUT_OF_DATE_KHR) => self.stale = true,
@@ -164,6 +172,7 @@ impl Swapchain {
             &[(presentable, vk::PipelineStageFlags2::ALL_COMMANDS)],
         )?;
         self.presented += 1;
+        self.handed_out = false;
         let (semaphores, swapchains, indices) = ([presentable], [self.raw], [frame.index]);
         let info =
             vk::PresentInfoKHR::default().wait_semaphores(&semaphores).swapchains(&swapchains).image_indices(&indices);
@@ -208,7 +217,11 @@ impl Swapchain {
         let new = unsafe { self.functions.create_swapchain(&info, None) }.doing("creating the swapchain")?;
         // The old swapchain is retired even if a later step fails. Only an idle queue guarantees that a present no longer
         // uses its semaphore.
-        gpu.wait_idle()?;
+        if let Err(error) = gpu.wait_idle() {
+            // SAFETY: the new swapchain was made above, and nothing has used it. The old one stays for `drop`.
+            unsafe { self.functions.destroy_swapchain(new, None) };
+            return Err(error);
+        }
         self.retire();
         self.raw = new;
         // SAFETY: the swapchain was made above.

@@ -10,7 +10,7 @@ use leadr::maps::tonemap::Tonemap;
 use leadr::maps::{RgbImage, decode_color_srgb8, load_color};
 use leadr::scenes::registry::SCENES;
 
-fn leadr(arguments: &[&str]) -> Command {
+pub fn leadr(arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_leadr"));
     command.args(arguments).env_remove("LEADR_LOG").env("RUST_BACKTRACE", "1");
     command.env("LEADR_CACHE", concat!(env!("CARGO_TARGET_TMPDIR"), "/trex"));
@@ -22,7 +22,7 @@ fn run(arguments: &[&str]) -> Output {
 }
 
 /// Checks for one `leadr: error:` line, nothing on stdout, no panic; returns the line.
-fn one_line_error(output: &Output, code: i32, what: &str) -> String {
+pub fn one_line_error(output: &Output, code: i32, what: &str) -> String {
     let stderr = String::from_utf8(output.stderr.clone()).expect("UTF-8");
     assert_eq!(output.status.code(), Some(code), "{what}: {stderr}");
     assert!(output.stdout.is_empty(), "{what}: stdout must hold results only");
@@ -31,7 +31,7 @@ fn one_line_error(output: &Output, code: i32, what: &str) -> String {
     stderr
 }
 
-fn path(path: &Path) -> &str {
+pub fn path(path: &Path) -> &str {
     path.to_str().expect("UTF-8")
 }
 

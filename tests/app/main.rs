@@ -6,6 +6,7 @@ mod common;
 mod bake;
 mod bench;
 mod cli;
+mod faults;
 mod fit;
 mod models;
 mod readme;

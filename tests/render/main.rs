@@ -10,6 +10,7 @@ mod deform;
 mod displaced_models;
 mod edges;
 mod environment;
+mod faults;
 mod figures;
 mod filtering;
 mod fitted;

@@ -33,7 +33,11 @@ fn too_long() -> String {
     format!("a camera file has at most {} KiB", MAX_BYTES / 1024)
 }
 
-fn parse(bytes: &[u8]) -> Result<CameraPose, String> {
+/// The camera that a file's content describes.
+///
+/// # Errors
+/// Why it describes none.
+pub fn parse(bytes: &[u8]) -> Result<CameraPose, String> {
     if bytes.len() as u64 > MAX_BYTES {
         return Err(too_long());
     }

@@ -82,7 +82,7 @@ impl PresentPass {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::gpu::{GpuError, GpuOptions, ImageDesc};
+    use crate::gpu::{DriverCall, GpuError, GpuOptions, ImageDesc};
     use crate::maps::tonemap::display_srgb8;
 
     /// A ramp over 18 stops with both signs, and values that are not numbers.
@@ -186,8 +186,13 @@ mod tests {
         let said = gpu.take_shaders(foreign).unwrap_err().to_string();
         assert!(said.contains("Constants"), "{said}");
         assert_eq!(shown(), [188, 0, 0, 255]);
-        let back = changed("vec4(display, 1.0)", "vec4(display, 1.0) ");
-        assert_eq!(gpu.take_shaders(back).unwrap(), 1);
+        // Nor does it when the driver refuses to make the pipeline.
+        let back = || changed("vec4(display, 1.0)", "vec4(display, 1.0) ");
+        gpu.fail_after(0, DriverCall::Pipeline);
+        let said = gpu.take_shaders(back()).unwrap_err().to_string();
+        assert!(said.contains("present"), "{said}");
+        assert_eq!(shown(), [188, 0, 0, 255]);
+        assert_eq!(gpu.take_shaders(back()).unwrap(), 1);
         assert_eq!(shown(), [188, 188, 188, 255]);
     }
 }

@@ -25,6 +25,7 @@ use crate::render::settings::RenderSettings;
 use crate::scenes::daylight;
 use crate::scenes::light::{EnvironmentChoice, SunDirection};
 use choices::{Choices, Look};
+use clock::FrameClock;
 pub use display::Display;
 use layout::Layout;
 use over::{Difference, false_colors};
@@ -36,6 +37,7 @@ use surroundings::Surroundings;
 use viewer::{Action, Drag, SPLIT_GRIP, Viewer};
 
 pub mod choices;
+mod clock;
 mod display;
 mod keys;
 pub mod layout;
@@ -48,8 +50,6 @@ pub mod show;
 pub mod surroundings;
 pub mod viewer;
 
-/// How often the title follows the numbers.
-const TITLE_INTERVAL: Duration = Duration::from_millis(250);
 /// How often the difference of two pictures is asked for while it is found.
 const ASK_INTERVAL: Duration = Duration::from_millis(50);
 
@@ -210,12 +210,7 @@ struct Open {
     occluded: bool,
     /// The last attempt to draw met a window that is minimised or has no area. No frame is drawn until an event.
     hidden: bool,
-    last_frame: Option<Instant>,
-    /// After the last frame something moved by itself, so that the next one followed at once.
-    running: bool,
-    /// Frames and their time since the title was last set, and frames a second before.
-    counted: (u32, Instant),
-    fps: f64,
+    clock: FrameClock,
 }
 
 impl App<'_> {
@@ -244,10 +239,7 @@ impl App<'_> {
             size,
             occluded: false,
             hidden: false,
-            last_frame: None,
-            running: false,
-            counted: (0, Instant::now()),
-            fps: 0.0,
+            clock: FrameClock::new(Instant::now()),
         });
         Ok(())
     }
@@ -258,23 +250,22 @@ impl App<'_> {
         open.hidden = open.occluded || width == 0 || height == 0 || open.window.is_minimized() == Some(true);
         if open.hidden {
             // An event that says otherwise asks for a frame. Time stands still while nobody looks.
-            open.last_frame = None;
-            open.counted = (0, Instant::now());
+            open.clock.pause();
             self.pace.interrupt();
             return Ok(());
         }
-        let now = Instant::now();
-        if let Some(last) = open.last_frame.replace(now) {
-            self.viewer.advance((now - last).as_secs_f64());
-            // After a picture that stood still, the time tells when the user did something.
-            if open.running {
-                let milliseconds = (now - last).as_secs_f32() * 1000.0;
+        let interval = open.clock.begin(Instant::now());
+        if let Some(interval) = interval {
+            self.viewer.advance(interval.took.as_secs_f64());
+        }
+        match interval.filter(|interval| interval.followed) {
+            Some(interval) => {
+                let milliseconds = interval.took.as_secs_f32() * 1000.0;
                 self.report.milliseconds.push(milliseconds);
                 open.panel.frame_took(milliseconds);
                 self.pace.frame(milliseconds);
-            } else {
-                self.pace.interrupt();
             }
+            None => self.pace.interrupt(),
         }
         let painted = self.lay_out(events)?;
         let Some(open) = &mut self.open else { return Ok(()) };
@@ -329,19 +320,17 @@ impl App<'_> {
         }
         self.compare()?;
         let Some(open) = &mut self.open else { return Ok(()) };
-        open.running = self.viewer.is_moving();
+        open.clock.shown(self.viewer.is_moving());
         self.report.frames += 1;
-        open.counted.0 += 1;
-        let since = open.counted.1.elapsed();
+        let now = Instant::now();
         // No frame follows that could set the title later.
         let last = !self.viewer.is_moving() && open.painter.is_complete([width, height], &sides);
-        if since >= TITLE_INTERVAL || self.report.frames == 1 || last {
-            open.fps = f64::from(open.counted.0) / since.as_secs_f64().max(1e-6);
+        if open.clock.is_due(now) || self.report.frames == 1 || last {
+            open.clock.measure(now);
             if last {
                 open.painter.finish()?;
             }
-            open.window.set_title(&title(&self.options.title, &self.viewer, open.fps, open.painter.times()));
-            open.counted = (0, Instant::now());
+            open.window.set_title(&title(&self.options.title, &self.viewer, open.clock.fps(), open.painter.times()));
         }
         if let Some(frames) = self.options.frames {
             if frames >= MEMORY_SAMPLES && self.report.frames.is_multiple_of(frames / MEMORY_SAMPLES) {
@@ -368,7 +357,7 @@ impl App<'_> {
             sun: self.sun.map(|sun| [sun.azimuth, sun.elevation]),
             roughness: self.program.roughness(),
             device: &device,
-            fps: open.fps,
+            fps: open.clock.fps(),
             passes: open.painter.times(),
             samples: open.painter.samples(),
             pixels,
@@ -455,7 +444,9 @@ impl App<'_> {
             }
             if let Some(open) = &mut self.open {
                 // The time since the last frame is none in which it flew.
-                open.last_frame = open.last_frame.filter(|_| self.viewer.is_moving());
+                if !self.viewer.is_moving() {
+                    open.clock.pause();
+                }
             }
             return Ok(());
         }
@@ -548,7 +539,7 @@ impl App<'_> {
             Ok(mut show) => {
                 let moves = show.moves();
                 open.painter.replace(show.renderer)?;
-                open.last_frame = None;
+                open.clock.pause();
                 (self.scene, self.views, self.surroundings) = (show.scene, show.views, show.surroundings);
                 self.viewer.enter(show.orbit, show.sweep, moves);
                 self.pace.interrupt();
@@ -765,9 +756,12 @@ fn side_by_side(pictures: Vec<Rgb8Image>, split: f32) -> Option<Rgb8Image> {
 }
 
 /// Technique, time, frames per second, milliseconds per pass.
-fn title(name: &str, viewer: &Viewer, fps: f64, times: &[(String, f64)]) -> String {
+fn title(name: &str, viewer: &Viewer, fps: Option<f64>, times: &[(String, f64)]) -> String {
     let paused = if viewer.paused { " (paused)" } else { "" };
-    let mut title = format!("{name} · {} · {:.2} s{paused} · {fps:.1} fps", viewer.shading(), viewer.time);
+    let mut title = format!("{name} · {} · {:.2} s{paused}", viewer.shading(), viewer.time);
+    if let Some(fps) = fps {
+        title.push_str(&format!(" · {fps:.1} fps"));
+    }
     for (pass, milliseconds) in times.iter().filter(|(_, milliseconds)| *milliseconds >= 0.05) {
         title.push_str(&format!(" · {pass} {milliseconds:.1} ms"));
     }
@@ -793,8 +787,9 @@ mod tests {
         viewer.act(Action::Pause);
         viewer.act(Action::Technique(Technique::Lean));
         let times = [("geometry".to_owned(), 3.12), ("sky".to_owned(), 0.001)];
-        let said = title("Sphere", &viewer, 29.97, &times);
+        let said = title("Sphere", &viewer, Some(29.97), &times);
         assert_eq!(said, "Sphere · lean · 1.50 s (paused) · 30.0 fps · geometry 3.1 ms");
+        assert_eq!(title("Sphere", &viewer, None, &[]), "Sphere · lean · 1.50 s (paused)");
     }
 
     #[test]

@@ -149,6 +149,21 @@ mod tests {
     }
 
     #[test]
+    fn a_clock_that_jumps_changes_no_picture() {
+        let still = RenderSettings { size: (640, 360), ..RenderSettings::default() };
+        for odd in [0.0, 1e9, f32::INFINITY, -1e9] {
+            let mut pace = Pace::new(KeptQuality::default(), true);
+            let usual = pace.moving(&still);
+            for _ in 0..5 {
+                (0..3).for_each(|_| pace.frame(80.0));
+                pace.frame(odd);
+                (0..3).for_each(|_| pace.frame(80.0));
+            }
+            assert_eq!(pace.moving(&still), usual, "{odd}");
+        }
+    }
+
+    #[test]
     fn pictures_that_are_simple_and_slow_lose_pixels_and_get_them_back() {
         let still = RenderSettings { size: (640, 360), ..RenderSettings::default() };
         let mut pace = Pace::new(KeptQuality::default(), true);

@@ -359,6 +359,28 @@ mod tests {
     }
 
     #[test]
+    fn a_clock_that_jumps_leaves_camera_time_and_sun_where_they_can_be() {
+        for jump in [-5.0 * 3600.0, 5.0 * 3600.0, 1e12] {
+            let mut viewer = viewer();
+            let orbit = viewer.orbit;
+            viewer.act(Action::SunPace);
+            viewer.act(Action::Sweep);
+            viewer.advance(jump);
+            viewer.advance(2.0 * SWEEP_SECONDS);
+            assert!(viewer.orbit == orbit && viewer.sweep_progress().is_none(), "{jump}: {:?}", viewer.orbit);
+            let at = |viewer: &Viewer| viewer.orbit.pose().camera().position;
+            let before = at(&viewer);
+            viewer.act(Action::Fly);
+            viewer.held = Vec3::Y;
+            viewer.advance(jump);
+            let moved = at(&viewer).distance(before);
+            assert!(moved <= 1.0, "{jump}: {moved} m");
+            assert!((1.0..=1.31).contains(&viewer.time), "{jump}: {} s", viewer.time);
+            assert!((0.0..=0.31 * SUN_PACES[1]).contains(&viewer.sun_hours), "{jump}: {} h", viewer.sun_hours);
+        }
+    }
+
+    #[test]
     fn time_runs_unless_it_is_paused_and_never_jumps() {
         let mut viewer = viewer();
         viewer.advance(0.05);

@@ -15,7 +15,8 @@ const LEAST: f64 = 0.05;
 /// Frames in a second, a graph of the last frames, and the milliseconds of each pass.
 pub fn show(ui: &mut Ui, facts: &Facts<'_>, milliseconds: &VecDeque<f32>, sections: &mut Sections) {
     section(ui, "Cost", true, sections, |ui| {
-        ui.label(format!("{:.1} frames a second, {} x {}", facts.fps, facts.pixels.0, facts.pixels.1));
+        let rate = facts.fps.map(|fps| format!("{fps:.1} frames a second, ")).unwrap_or_default();
+        ui.label(format!("{rate}{} x {}", facts.pixels.0, facts.pixels.1));
         ui.label(format!("sample {} of {}", facts.samples.0, facts.samples.1));
         ui.label(format!("{} patches", grouped(facts.triangles.1.into())));
         ui.label(format!("up to {} triangles", grouped(facts.triangles.0)));

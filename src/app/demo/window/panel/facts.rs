@@ -23,7 +23,7 @@ pub struct Facts<'a> {
     /// The device.
     pub device: &'a str,
     /// Frames in a second.
-    pub fps: f64,
+    pub fps: Option<f64>,
     /// Passes of the last frame and their milliseconds.
     pub passes: &'a [(String, f64)],
     /// Samples in the picture, and those that it will have.
