@@ -62,9 +62,9 @@ impl Renderer {
             let pixels = frame.plan.pixels(index);
             frame.look(&pixels, index)?;
             let of = |&[object, patch, ..]: &[f32; 4]| {
-                let divided =
-                    |surface: &Box<dyn super::surfaces::PreparedSurface>| surface.segments(object as u32, patch as u32);
-                let [u, v] = frame.plan.surfaces.iter().find_map(divided).unwrap_or([0.0; 2]);
+                let mut surfaces = frame.plan.surfaces.iter();
+                let divided = surfaces.find_map(|surface| surface.segments(object as u32, patch as u32));
+                let [u, v] = divided.unwrap_or([0.0; 2]);
                 [u, v, 0.0, 0.0]
             };
             Ok(patches.iter().map(of).collect())

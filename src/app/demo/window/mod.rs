@@ -556,7 +556,7 @@ impl App<'_> {
         match self.program.roughen(open.painter.gpu(), alpha) {
             Ok(show) => {
                 open.painter.dress(show.renderer)?;
-                open.last_frame = None;
+                open.clock.pause();
                 self.scene = show.scene;
                 self.viewer.invalidate();
                 self.pace.interrupt();
