@@ -99,8 +99,9 @@ mod tests {
         let camera = Camera::looking_at(Vec3::new(0.0, -10.0, 0.0), Vec3::ZERO, 40.0);
         let probe = |x: f32, y: f32| SkyProbe { place: Vec3::new(x, y, 0.0), mean: 0.5, lean: Vec3::Z * 0.5 };
         let depth = LayerPicture { size: (64, 32), values: vec![[12.0, 0.0, 0.0, 0.0]; 64 * 32] };
-        // In the middle, to the right, hidden, behind the eye, beside the picture.
-        let probes = [probe(0.0, 0.0), probe(2.0, 1.0), probe(0.0, 20.0), probe(0.0, -11.0), probe(50.0, 0.0)];
+        // In the middle, to the right, hidden, behind the eye, twice beside the picture and close together, so that balls are small.
+        let places = [(0.0, 0.0), (2.0, 1.0), (0.0, 20.0), (0.0, -11.0), (50.0, 0.0), (50.2, 0.0)];
+        let probes = places.map(|(x, y)| probe(x, y));
         let [far, near] = balls(&probes, &camera, &depth).try_into().expect("two balls");
         assert!((near.middle[0] - 0.5).abs() < 1e-5 && (near.middle[1] - 0.5).abs() < 1e-5, "{near:?}");
         assert!(far.middle[0] > 0.55 && far.radius < near.radius, "{far:?} {near:?}");
