@@ -23,7 +23,8 @@ use crate::maps::RgbImage;
 /// finest detail is the horizon, as wide as 1.3 of them: [`HORIZON`](super::constants::HORIZON).
 const SKY_LOBES: u32 = 128;
 
-/// More than the radiance of the analytic sky anywhere, at intensity 1.
+/// More than the radiance of the analytic sky anywhere, at intensity 1 (measured: 4.3). Halves have room for later skies of hundreds of
+/// times that intensity.
 const BRIGHTEST_SKY: f32 = 100.0;
 
 /// What fills the cube.
