@@ -276,14 +276,27 @@ mod linux {
     }
 
     /// Sizes as fast as the server takes them, with the window minimised now and then: afterwards it shows its scene in the size that it
-    /// has, and a second storm takes no more memory than the first.
+    /// has, validation is silent, and storms that follow take no more memory than those before.
     fn a_storm_of_sizes_leaves_nothing_behind(server: &Server) {
         let sizes = std::env::var("LEADR_WINDOW_SIZES").map_or(40, |sizes| sizes.parse().expect("a number of sizes"));
-        let mut app = App::start(server, &["--width", "320", "--height", "240", "--samples", "1", "--validation"]);
+        storms(server, 1, sizes, true);
+        // The validation layers keep something of every swapchain that ever was, so memory is watched without them. Which sizes are drawn differs
+        // from storm to storm, and the largest of them sets the mark.
+        let after = storms(server, 6, sizes / 2, false);
+        println!("MiB after each of six storms of {} sizes: {after:?}", sizes / 2);
+        assert!(after[5] < after[2] + 24, "{after:?} MiB");
+    }
+
+    /// The same storm again and again, and the resident memory after each, in MiB.
+    fn storms(server: &Server, count: u32, sizes: u32, validation: bool) -> Vec<u64> {
+        let mut arguments = vec!["--width", "320", "--height", "240", "--samples", "1"];
+        arguments.extend(validation.then_some("--validation"));
+        let mut app = App::start(server, &arguments);
         app.find_window(server, "Orbit");
         let window = app.window();
-        let storm = |range: std::ops::Range<u32>| {
-            for i in range {
+        let mut after = Vec::new();
+        for _ in 0..count {
+            for i in 0..sizes {
                 server.resize(window, 1 + i * 379 % 700, 1 + i * 251 % 500);
                 if i % 10 == 7 {
                     server.minimise(window);
@@ -300,14 +313,12 @@ mod linux {
             until(&app, "frames after the storm", || server.title(window) != before);
             let middle = || server.picture(window)[320 * 120 + 160];
             until(&app, "the scene", || server.size(window) == (320, 240) && middle() != [0; 3]);
-            app.resident()
-        };
-        let (first, second) = (storm(0..sizes / 2), storm(sizes / 2..sizes));
-        println!("{sizes} sizes: {first} MiB after half of them, {second} MiB after all");
-        assert!(second < first + 48, "{first} MiB, then {second} MiB");
+            after.push(app.resident());
+        }
         server.close(window);
         let (code, _, err) = app.end();
         assert_eq!(code, Some(0), "{err}");
+        after
     }
 
     /// Another client destroys the window: the program ends, and either says what it did or that the window is gone, but never panics.

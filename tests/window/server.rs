@@ -219,6 +219,8 @@ impl App {
     pub fn command(arguments: &[&str]) -> Command {
         let mut command = Command::new(std::env::current_exe().unwrap());
         command.args(arguments).env("LEADR_WINDOW_CHILD", "1");
+        // With one arena the C library reuses what any thread has freed, so that resident memory grows only where something is kept.
+        command.env("MALLOC_ARENA_MAX", "1");
         command
     }
 
