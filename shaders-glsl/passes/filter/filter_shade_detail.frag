@@ -7,6 +7,7 @@
 #include "filtered.glsl"
 #include "../shade/shaded.glsl"
 
+layout(early_fragment_tests) in;
 layout(location = 0) out vec4 out_radiance;
 
 void main() {

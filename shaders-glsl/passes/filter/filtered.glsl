@@ -543,6 +543,9 @@ float joined_part(float lod) {
 
 // At a pixel that sees the object. at: its place in the image, in pixels (msaa.comp lists pixels elsewhere); area: of macrosurface within it, projected along its displacement direction, square metres.
 FilteredSurface filtered_mesh(ivec2 pixel, vec2 at, uvec4 seen, out float area) {
+    // Helper invocations, and pixels that a `discard` has ended, come here with what another object wrote, whose patches may lie beyond
+    // the end of this one's buffers.
+    seen.xyz = object_of(seen.x) == object_index() ? seen.xyz : uvec3(0u);
     // The ray through the pixel, up to the surface.
     vec2 step = vec2(object.ray_x.w, object.ray_y.w), ndc = at * step - 1.0;
     vec3 ray = object.ray_middle.xyz + ndc.x * object.ray_x.xyz + ndc.y * object.ray_y.xyz;

@@ -7,6 +7,7 @@
 
 uniform sampler2D visible_depth;
 
+layout(early_fragment_tests) in;
 layout(location = 0) out vec4 out_radiance;
 
 void main() {
