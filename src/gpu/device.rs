@@ -384,6 +384,8 @@ fn create_instance(
         .api_version(vk::API_VERSION_1_3);
     let layers = [validation::LAYER.as_ptr()];
     let mut features = vk::ValidationFeaturesEXT::default().enabled_validation_features(&validation::ENABLED);
+    let settings = validation::settings();
+    let mut settings = vk::LayerSettingsCreateInfoEXT::default().settings(&settings);
     let mut messenger = validation::messenger_info(messages);
     let mut info = vk::InstanceCreateInfo::default().application_info(&application);
     if options.validation {
@@ -392,8 +394,18 @@ fn create_instance(
         if !known.iter().any(|l| l.layer_name_as_c_str() == Ok(validation::LAYER)) {
             return Err(GpuError::NoValidationLayer);
         }
-        extensions.push(ash::ext::validation_features::NAME.as_ptr());
-        info = info.enabled_layer_names(&layers).push_next(&mut features).push_next(&mut messenger);
+        info = info.enabled_layer_names(&layers).push_next(&mut messenger);
+        // SAFETY: as above.
+        let of_layer = unsafe { entry.enumerate_instance_extension_properties(Some(validation::LAYER)) };
+        let takes_settings =
+            |e: &vk::ExtensionProperties| e.extension_name_as_c_str() == Ok(ash::ext::layer_settings::NAME);
+        if of_layer.unwrap_or_default().iter().any(takes_settings) {
+            extensions.push(ash::ext::layer_settings::NAME.as_ptr());
+            info = info.push_next(&mut settings);
+        } else {
+            extensions.push(ash::ext::validation_features::NAME.as_ptr());
+            info = info.push_next(&mut features);
+        }
     }
     let info = info.enabled_extension_names(&extensions);
     // SAFETY: all pointers in `info` outlive the call.

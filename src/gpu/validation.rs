@@ -8,10 +8,20 @@ use ash::vk;
 /// The layer that checks correct use of Vulkan.
 pub(crate) const LAYER: &CStr = c"VK_LAYER_KHRONOS_validation";
 
-/// Core and synchronization checks. GPU-assisted checks are left out because they report false errors with push
-/// descriptors.
+/// Core and synchronization checks, as older layers are told. GPU-assisted checks are left out because those report false errors with
+/// push descriptors.
 pub(crate) const ENABLED: [vk::ValidationFeatureEnableEXT; 1] =
     [vk::ValidationFeatureEnableEXT::SYNCHRONIZATION_VALIDATION];
+
+/// The same for layers that know `VK_EXT_layer_settings`, which leave what shaders access out of synchronization unless asked.
+pub(crate) fn settings() -> [vk::LayerSettingEXT<'static>; 2] {
+    static ON: vk::Bool32 = vk::TRUE;
+    [c"validate_sync", c"syncval_shader_accesses_heuristic"].map(|name| vk::LayerSettingEXT {
+        value_count: 1,
+        p_values: std::ptr::from_ref(&ON).cast(),
+        ..vk::LayerSettingEXT::default().layer_name(LAYER).setting_name(name).ty(vk::LayerSettingTypeEXT::BOOL32)
+    })
+}
 
 /// Where the messenger writes. The owner boxes it, because Vulkan keeps its address.
 pub(crate) type Messages = Mutex<Vec<String>>;
