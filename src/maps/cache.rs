@@ -58,6 +58,16 @@ impl Cached {
     }
 }
 
+fn variable(name: &str) -> Option<PathBuf> {
+    std::env::var_os(name).filter(|value| !value.is_empty()).map(PathBuf::from)
+}
+
+/// The folder `leadr` in what the variable `xdg` names, else in the folder `usual` of the user's home; none without either.
+pub(crate) fn user_folder(xdg: &str, usual: &str) -> Option<PathBuf> {
+    let folder = variable(xdg).or_else(|| variable("HOME").map(|home| home.join(usual)))?;
+    Some(folder.join("leadr"))
+}
+
 impl MapCache {
     /// The cache in a folder, which is created when something is written.
     #[must_use]
@@ -68,11 +78,7 @@ impl MapCache {
     /// The cache of this user: in `$LEADR_CACHE`, else `$XDG_CACHE_HOME/leadr`, else `~/.cache/leadr`; none if none is set.
     #[must_use]
     pub fn of_user() -> Option<Self> {
-        let variable = |name| std::env::var_os(name).filter(|v| !v.is_empty()).map(PathBuf::from);
-        variable("LEADR_CACHE")
-            .or_else(|| variable("XDG_CACHE_HOME").map(|p| p.join("leadr")))
-            .or_else(|| variable("HOME").map(|p| p.join(".cache").join("leadr")))
-            .map(Self::in_folder)
+        variable("LEADR_CACHE").or_else(|| user_folder("XDG_CACHE_HOME", ".cache")).map(Self::in_folder)
     }
 
     fn path(&self, name: &str) -> PathBuf {

@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::app::error::AppError;
 use crate::app::files::make_folder_of;
+use crate::maps::cache::user_folder;
 use crate::maps::new_file::write_atomic;
 
 /// Points along a side of a window that is opened again.
@@ -33,9 +34,7 @@ impl Layout {
     /// Where it is kept: `$XDG_CONFIG_HOME/leadr/window.json`, or else below `~/.config`; `None` without either.
     #[must_use]
     pub fn file() -> Option<PathBuf> {
-        let variable = |name| std::env::var_os(name).filter(|value| !value.is_empty()).map(PathBuf::from);
-        let folder = variable("XDG_CONFIG_HOME").or_else(|| variable("HOME").map(|home| home.join(".config")))?;
-        Some(folder.join("leadr").join("window.json"))
+        user_folder("XDG_CONFIG_HOME", ".config").map(|folder| folder.join("window.json"))
     }
 
     /// What a file says; the usual layout if there is none.
