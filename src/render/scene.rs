@@ -449,6 +449,8 @@ pub struct FrameState {
     pub camera: Camera,
     /// One pose per object of the scene.
     pub poses: Vec<Pose>,
+    /// The place that moves along with what is looked at.
+    pub anchor: Vec3,
     /// The sky, when it is the environment; the cube map follows it.
     pub sky: Option<Sky>,
     /// Directional light, if any.
@@ -472,6 +474,7 @@ impl FrameState {
             time: 0.0,
             camera,
             poses,
+            anchor: Vec3::ZERO,
             sky: None,
             sun: None,
             point_lights: Vec::new(),

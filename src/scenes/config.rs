@@ -274,6 +274,8 @@ pub struct SceneConfig {
     pub repeat: Option<f32>,
     /// Factor on the displacement, 0 or more.
     pub height_scale: f32,
+    /// Factor by which everything is wider along x and lower along z, above 0.
+    pub stretch: f32,
     /// Light from all around.
     pub environment: EnvironmentChoice,
     /// By which a picture of it is turned counter-clockwise seen from above, degrees.
@@ -353,6 +355,7 @@ impl Default for SceneConfig {
             height: None,
             repeat: None,
             height_scale: 1.0,
+            stretch: 1.0,
             environment: EnvironmentChoice::Sky,
             environment_rotation: 0.0,
             environment_lights: LightExtraction::default(),

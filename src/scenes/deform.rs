@@ -3,14 +3,14 @@
 
 use std::f64::consts::TAU;
 
-use glam::{Affine3A, Mat3, Vec3};
+use glam::{Affine3A, Mat3, Mat4, Vec3};
 
 use super::plane::{even, plane};
 use super::sphere::{bake_tiles, cube_sphere};
 use super::stage::{Stage, Views};
 use crate::maps::procedural;
 use crate::render::camera::Camera;
-use crate::render::scene::{Object, Pose};
+use crate::render::scene::{FrameState, Object, Pose};
 use crate::render::surfaces::displacement::{Border, HeightField};
 use crate::render::surfaces::patch_mesh::PatchMesh;
 use crate::render::surfaces::triplanar;
@@ -45,10 +45,7 @@ impl Deformation {
     #[must_use]
     pub fn map(self, progress: f32) -> Mat3 {
         match self {
-            Self::Stretch => {
-                let factor = STRETCH.powf(progress);
-                Mat3::from_diagonal(Vec3::new(factor, 1.0, 1.0 / factor))
-            }
+            Self::Stretch => stretching(STRETCH.powf(progress)),
             Self::Shear => Mat3::from_cols(Vec3::X, Vec3::Y, Vec3::new(SHEAR * progress, 0.0, 1.0)),
             Self::HeightScale => Mat3::IDENTITY,
         }
@@ -68,6 +65,35 @@ impl Deformation {
             Self::HeightScale => ([0.28, 0.36, 0.5, 0.06], 0.7),
         }
     }
+}
+
+/// Wider sideways by `factor`, and flatter upwards.
+fn stretching(factor: f32) -> Mat3 {
+    Mat3::from_diagonal(Vec3::new(factor, 1.0, 1.0 / factor))
+}
+
+/// Stretches all objects and lamps of a frame along x by `factor`, above 0, and flattens them along z by as much; the anchor
+/// stays.
+pub fn stretch(state: &mut FrameState, factor: f32) {
+    if factor == 1.0 {
+        return;
+    }
+    let (linear, about) = (stretching(factor), state.anchor);
+    let map = Affine3A::from_mat3_translation(linear, about - linear * about);
+    let normal_map = linear.inverse();
+    for pose in &mut state.poses {
+        match pose {
+            Pose::Rigid(world) => *world = map * *world,
+            Pose::Skinned(joints) => joints.iter_mut().for_each(|joint| *joint = Mat4::from(map) * *joint),
+            Pose::Vertices(vertices) => {
+                vertices.positions.iter_mut().for_each(|p| *p = map.transform_point3(*p));
+                for normal in vertices.normals.iter_mut().chain(&mut vertices.directions) {
+                    *normal = (normal_map * *normal).normalize_or_zero();
+                }
+            }
+        }
+    }
+    state.point_lights.iter_mut().for_each(|lamp| lamp.position = map.transform_point3(lamp.position));
 }
 
 /// Half the side of the quad, radius of the sphere, half the height of the cylinder: metres.
@@ -138,6 +164,37 @@ pub fn stage(deformation: Deformation) -> Stage {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::render::scene::PointLight;
+    use crate::render::surfaces::patch_mesh::PosedVertices;
+
+    /// However an object is posed, its vertices and normals go to the same places, and twice by a root is once.
+    #[test]
+    fn frames_stretch_about_their_anchor() {
+        let mesh = cube_sphere(2, [1.0; 4]);
+        let turned = Affine3A::from_rotation_y(0.4) * Affine3A::from_translation(Vec3::new(2.0, 0.0, 1.0));
+        let posed = Pose::Rigid(turned).apply(&mesh);
+        let camera = Camera::looking_at(Vec3::X, Vec3::ZERO, 30.0);
+        let mut state = FrameState::new(camera, vec![Pose::Rigid(turned), Pose::Vertices(posed.clone())]);
+        state.anchor = Vec3::new(5.0, 1.0, 0.5);
+        state.point_lights = vec![PointLight::new(Vec3::new(6.0, 2.0, 2.5), Vec3::ONE)];
+        let mut twice = state.clone();
+        stretch(&mut state, 4.0);
+        stretch(&mut twice, 2.0);
+        stretch(&mut twice, 2.0);
+        assert!(state.point_lights[0].position.distance(Vec3::new(9.0, 2.0, 1.0)) < 1e-5);
+        let [rigid, vertices] = [0, 1].map(|i| state.poses[i].apply(&mesh));
+        let near = |a: &[Vec3], b: &[Vec3]| a.iter().zip(b).all(|(a, b)| a.distance(*b) < 1e-4);
+        let like =
+            |a: &PosedVertices, b: &PosedVertices| near(&a.positions, &b.positions) && near(&a.normals, &b.normals);
+        assert!(like(&rigid, &vertices));
+        assert!(like(&rigid, &twice.poses[0].apply(&mesh)) && like(&rigid, &twice.poses[1].apply(&mesh)));
+        let want = |p: Vec3| Vec3::new(5.0 + 4.0 * (p.x - 5.0), p.y, 0.5 + 0.25 * (p.z - 0.5));
+        let wanted: Vec<Vec3> = posed.positions.iter().map(|&p| want(p)).collect();
+        assert!(near(&rigid.positions, &wanted));
+        let mut same = state.clone();
+        stretch(&mut same, 1.0);
+        assert_eq!(same, state);
+    }
     use crate::render::surfaces::topology::Topology;
 
     #[test]

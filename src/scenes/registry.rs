@@ -35,6 +35,8 @@ pub enum Choice {
     /// How its objects are divided into triangles, kept in maps and shaded, as waves are not: curvature under a pixel, what relief and
     /// large shapes hide.
     Objects,
+    /// How far its objects are stretched.
+    Stretch,
     /// Whether its maps repeat.
     Tiling,
     /// Whether anything stands around it.
@@ -52,6 +54,7 @@ impl Choice {
             Self::AtlasTile => "has no displacement atlas",
             Self::Relief => "has no relief of heights",
             Self::Objects => "has no objects, only waves",
+            Self::Stretch => "shows a sea, which keeps its shape",
             Self::Tiling => "has maps of its own",
             Self::Bare => "is one with what surrounds it",
             Self::Waves => "shows no sea",
@@ -157,7 +160,7 @@ pub static SCENES: [Scene; 11] = [
     Scene {
         name: "trex",
         help: "A displaced T-rex walks over dry ground",
-        choices: &[Choice::AtlasTile, Choice::Relief, Choice::Objects, Choice::Roughness],
+        choices: &[Choice::AtlasTile, Choice::Relief, Choice::Objects, Choice::Stretch, Choice::Roughness],
         sea: None,
         making: MAKING_THE_TREX,
         make: |options, progress| {
@@ -168,7 +171,15 @@ pub static SCENES: [Scene; 11] = [
     Scene {
         name: "plane",
         help: "A square plane with a height map, in a kerb",
-        choices: &[Choice::HeightMap, Choice::Relief, Choice::Objects, Choice::Roughness, Choice::Tiling, Choice::Bare],
+        choices: &[
+            Choice::HeightMap,
+            Choice::Relief,
+            Choice::Objects,
+            Choice::Stretch,
+            Choice::Roughness,
+            Choice::Tiling,
+            Choice::Bare,
+        ],
         sea: None,
         making: None,
         make: |options, _| {
@@ -190,6 +201,7 @@ pub static SCENES: [Scene; 11] = [
             Choice::AtlasTile,
             Choice::Relief,
             Choice::Objects,
+            Choice::Stretch,
             Choice::Roughness,
             Choice::Bare,
         ],
@@ -207,7 +219,7 @@ pub static SCENES: [Scene; 11] = [
     Scene {
         name: "spheres",
         help: "Sixteen spheres of known roughness",
-        choices: &[Choice::Relief, Choice::Objects, Choice::Roughness],
+        choices: &[Choice::Relief, Choice::Objects, Choice::Stretch, Choice::Roughness],
         sea: None,
         making: None,
         make: |_, _| Ok(spheres::grid::stage()),
@@ -215,7 +227,7 @@ pub static SCENES: [Scene; 11] = [
     Scene {
         name: "stretch",
         help: "A quad, a sphere and a cylinder that are stretched and squeezed",
-        choices: &[Choice::Relief, Choice::Objects, Choice::Roughness],
+        choices: &[Choice::Relief, Choice::Objects, Choice::Stretch, Choice::Roughness],
         sea: None,
         making: None,
         make: |_, _| Ok(deform::stage(Deformation::Stretch)),
@@ -223,7 +235,7 @@ pub static SCENES: [Scene; 11] = [
     Scene {
         name: "shear",
         help: "A quad, a sphere and a cylinder that are sheared",
-        choices: &[Choice::Relief, Choice::Objects, Choice::Roughness],
+        choices: &[Choice::Relief, Choice::Objects, Choice::Stretch, Choice::Roughness],
         sea: None,
         making: None,
         make: |_, _| Ok(deform::stage(Deformation::Shear)),
@@ -231,7 +243,7 @@ pub static SCENES: [Scene; 11] = [
     Scene {
         name: "height-scale",
         help: "A quad, a sphere and a cylinder whose bumps sink until they are smooth",
-        choices: &[Choice::Relief, Choice::Objects, Choice::Roughness],
+        choices: &[Choice::Relief, Choice::Objects, Choice::Stretch, Choice::Roughness],
         sea: None,
         making: None,
         make: |_, _| Ok(deform::stage(Deformation::HeightScale)),
@@ -239,7 +251,7 @@ pub static SCENES: [Scene; 11] = [
     Scene {
         name: "pillow",
         help: "A quilted cushion",
-        choices: &[Choice::AtlasTile, Choice::Relief, Choice::Objects, Choice::Roughness],
+        choices: &[Choice::AtlasTile, Choice::Relief, Choice::Objects, Choice::Stretch, Choice::Roughness],
         sea: None,
         making: None,
         make: |options, _| Ok(pillow::stage(options.atlas_tile)),
@@ -247,7 +259,7 @@ pub static SCENES: [Scene; 11] = [
     Scene {
         name: "snake",
         help: "A coiled snake among four lamps",
-        choices: &[Choice::AtlasTile, Choice::Relief, Choice::Objects, Choice::Roughness],
+        choices: &[Choice::AtlasTile, Choice::Relief, Choice::Objects, Choice::Stretch, Choice::Roughness],
         sea: None,
         making: None,
         make: |options, _| Ok(snake::stage(options.atlas_tile)),
@@ -278,7 +290,7 @@ pub static SCENES: [Scene; 11] = [
 pub static MODEL: Scene = Scene {
     name: "model",
     help: "A glTF model on open ground",
-    choices: &[Choice::Relief, Choice::Objects],
+    choices: &[Choice::Relief, Choice::Objects, Choice::Stretch],
     sea: None,
     making: None,
     make: |options, _| match options.model {
@@ -385,6 +397,7 @@ mod tests {
                 assert_eq!(scene.offers(choice), displaced, "{scene:?} {choice:?}");
             }
             assert_eq!(scene.offers(Choice::Objects), !stage.objects.is_empty(), "{scene:?}");
+            assert_eq!(scene.offers(Choice::Stretch), stage.ocean.is_none(), "{scene:?}");
             assert_eq!(scene.sea.is_some(), stage.ocean.is_some(), "{scene:?}");
             assert_eq!(scene.offers(Choice::Waves), stage.ocean.is_some(), "{scene:?}");
             stage.set_roughness(0.5);

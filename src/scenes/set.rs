@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use super::config::{MaterialFiles, SceneConfig};
 use super::daylight;
+use super::deform;
 use super::error::SceneError;
 use super::model::ModelChoice;
 use super::model::displacement::displace;
@@ -253,7 +254,7 @@ pub fn set(
     let mut scene = crate::render::scene::Scene { map_precision: config.map_precision, ..stage.take_scene() };
     let follows_relief = config.shading.integral().and_then(|integral| integral.relief_color).unwrap_or(false);
     scene.objects.iter_mut().for_each(|object| object.follows_relief = follows_relief);
-    let height_scale = config.height_scale;
+    let (height_scale, stretch) = (config.height_scale, config.stretch);
     let hours_per_second = config.day_length.map_or(0.0, |seconds| 24.0 / f64::from(seconds));
     let animation: Animation = Box::new(move |time| {
         let mut state = stage.state(time, &camera, &lights);
@@ -261,6 +262,7 @@ pub fn set(
             state.camera = own(time);
         }
         state.height_scale *= height_scale;
+        deform::stretch(&mut state, stretch);
         daylight::pass(&mut state, time * hours_per_second);
         state
     });

@@ -218,6 +218,7 @@ impl Stage {
             time,
             camera: Camera { position: camera.position + anchor, target: camera.target + anchor, ..*camera },
             poses: (self.motion)(time),
+            anchor,
             sky: lights.sky,
             sun: lights.sun.or(lights.sky.as_ref().map(Sun::of)),
             point_lights: self

@@ -132,6 +132,7 @@ impl CommandLine {
             line.remove("--relief-shadows");
         }
         line.set("--height-scale", (choices.height_scale != 1.0).then(|| choices.height_scale.to_string()));
+        line.set("--stretch", (choices.stretch != 1.0).then(|| choices.stretch.to_string()));
         line.set("--triangle-pixels", (choices.triangle_pixels != 4.0).then(|| choices.triangle_pixels.to_string()));
         line.set("--samples", Some(choices.samples.to_string()));
         line.set("--exposure", (choices.exposure != 0.0).then(|| choices.exposure.to_string()));
@@ -239,6 +240,7 @@ mod tests {
         choices.options.terms = Terms::DIFFUSE_LIGHTS;
         choices.options.pixel_kernel = false;
         choices.height_scale = 0.5;
+        choices.stretch = 1.25;
         choices.samples = 9;
         choices.triangle_pixels = 6.5;
         choices.tonemap = Tonemap::Aces;
@@ -246,7 +248,7 @@ mod tests {
         assert_eq!(drawn.tonemap, Tonemap::Aces);
         let [expected] = choices.sides(&RenderSettings { size: (640, 360), ..settings }).try_into().unwrap();
         assert_eq!(drawn.render_settings(), expected);
-        assert_eq!(drawn.height_scale, 0.5);
+        assert_eq!((drawn.height_scale, drawn.stretch), (0.5, 1.25));
         for technique in Technique::ALL {
             choices.technique = technique;
             assert_eq!(captured(&line.of_picture(&seen(&choices))).shading, choices.shading(), "{technique:?}");
@@ -263,9 +265,10 @@ mod tests {
         // What was chosen for one scene is not said of another that would refuse it.
         line.enter("ocean");
         let (_, config) = given(&[]);
-        let choices = Choices { height_scale: 0.5, ..Choices::new(&config.render_settings(), 0.0) };
+        let choices = Choices { height_scale: 0.5, stretch: 2.0, ..Choices::new(&config.render_settings(), 0.0) };
         let drawn = captured(&line.of_picture(&seen(&choices)));
-        assert_eq!((drawn.scene.name, drawn.height_scale, drawn.displacement), ("ocean", 1.0, true));
+        assert_eq!((drawn.scene.name, drawn.displacement), ("ocean", true));
+        assert_eq!((drawn.height_scale, drawn.stretch), (1.0, 1.0));
         let names: Vec<_> = SceneArgs::augment_args(Command::new("scene"))
             .get_arguments()
             .filter_map(|argument| argument.get_long().map(|long| format!("--{long}")))

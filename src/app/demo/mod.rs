@@ -84,8 +84,10 @@ fn demo(arguments: &DemoArgs, line: CommandLine, output: &Output) -> Result<Demo
     let kept = KeptQuality { msaa: scene.msaa, probes: scene.shading.probes.is_some(), min_fps: arguments.min_fps };
     let settings = config.render_settings();
     let sized = line.value("--size").is_some();
-    let mut program = DemoProgram::new(config.clone(), line, Pace::on(&gpu, kept));
-    let show = program.show_with(inputs, &gpu, &config, &output.set_up())?;
+    // The window has sliders for these, which begin where the flags say.
+    let own = SceneConfig { height_scale: 1.0, stretch: 1.0, ..config.clone() };
+    let mut program = DemoProgram::new(own.clone(), line, Pace::on(&gpu, kept));
+    let show = program.show_with(inputs, &gpu, &own, &output.set_up())?;
     let lights = show.renderer.environment().lights().to_vec();
     // A run of so many frames is the same whoever sat here before.
     let layout_file = Layout::file().filter(|_| arguments.frames.is_none());
@@ -103,6 +105,8 @@ fn demo(arguments: &DemoArgs, line: CommandLine, output: &Output) -> Result<Demo
         time: f64::from(arguments.time),
         exposure: config.exposure,
         tonemap: config.tonemap,
+        height_scale: config.height_scale,
+        stretch: config.stretch,
         frames: arguments.frames,
         kept,
         layout,

@@ -112,6 +112,10 @@ impl Program for DemoProgram {
         }
     }
 
+    fn stretches(&self) -> bool {
+        self.config.scene.offers(Choice::Stretch)
+    }
+
     fn roughen(&mut self, gpu: &Arc<Gpu>, alpha: Option<f32>) -> Result<Show, AppError> {
         self.config.scene.check_offers("--roughness", Choice::Roughness).map_err(AppError::Usage)?;
         let config = SceneConfig { roughness: alpha, ..self.config.clone() };

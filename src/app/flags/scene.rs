@@ -8,7 +8,8 @@ use super::camera_file;
 use super::dress::DressArgs;
 use super::shading::{ShadingArgs, choice};
 use super::values::{
-    CameraChoice, atlas_tile, environment_lights, finite, hour, msaa, not_negative, positive, repeat, roughness, whole,
+    CameraChoice, atlas_tile, environment_lights, finite, hour, msaa, not_negative, positive, repeat, roughness,
+    stretch, whole,
 };
 use super::waves::WaveArgs;
 use crate::app::error::AppError;
@@ -85,6 +86,9 @@ pub struct SceneArgs {
     /// Factor on the displacement
     #[arg(long, value_name = "X", value_parser = not_negative, help = but_not_for("Factor on the displacement, whatever its metres; 0 is flat [default: 1]", Choice::Relief))]
     pub height_scale: Option<f32>,
+    /// Factor on widths
+    #[arg(long, value_name = "X", value_parser = stretch, help = but_not_for("Stretch everything along x by this factor, 0.2 to 5, and flatten it along z by as much; the maps stay as they are [default: 1]", Choice::Stretch))]
+    pub stretch: Option<f32>,
     /// Light from all around: the analytic sky, a studio, or an equirectangular picture
     #[arg(long, value_name = "sky|studio|FILE.hdr|FILE.exr", default_value = "sky")]
     pub environment: EnvironmentChoice,
@@ -300,6 +304,7 @@ impl SceneArgs {
             height: a.height,
             repeat: a.repeat,
             height_scale: a.height_scale.unwrap_or(default.height_scale),
+            stretch: a.stretch.unwrap_or(default.stretch),
             environment: a.environment,
             environment_rotation: a.environment_rotation.unwrap_or(0.0),
             environment_lights: LightExtraction {
@@ -342,6 +347,7 @@ impl SceneArgs {
             ("--no-repeats", self.no_repeats, Choice::Tiling),
             ("--height-scale", self.height_scale.is_some(), Choice::Relief),
             ("--no-displacement", self.no_displacement, Choice::Relief),
+            ("--stretch", self.stretch.is_some(), Choice::Stretch),
             ("--relief-shadows", self.relief_shadows, Choice::Relief),
             ("--relief-occlusion", self.shading.relief_occlusion.is_some(), Choice::Relief),
             ("--relief-color", self.shading.relief_color.is_some(), Choice::Relief),
@@ -464,8 +470,8 @@ mod tests {
             "--atlas-tile" => vec!["64"],
             "--fft" => vec!["128"],
             "--fetch" => vec!["2000"],
-            "--height" | "--repeat" | "--height-scale" | "--triangle-pixels" | "--roughness" | "--anisotropy"
-            | "--choppiness" => vec!["0.5"],
+            "--height" | "--repeat" | "--height-scale" | "--stretch" | "--triangle-pixels" | "--roughness"
+            | "--anisotropy" | "--choppiness" => vec!["0.5"],
             "--wind" | "--wind-direction" | "--depth" => vec!["20"],
             other => panic!("{other} is about a choice, and this test knows no value of it"),
         };

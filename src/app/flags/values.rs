@@ -163,6 +163,15 @@ pub fn not_negative(text: &str) -> Result<f32, String> {
     finite(text).and_then(|v| if v >= 0.0 { Ok(v) } else { Err("must not be negative".to_owned()) })
 }
 
+/// A factor on widths, 0.2 to 5.
+///
+/// # Errors
+/// If `text` is no such number.
+pub fn stretch(text: &str) -> Result<f32, String> {
+    let range = 0.2..=5.0;
+    finite(text).and_then(|v| if range.contains(&v) { Ok(v) } else { Err("must be from 0.2 to 5".to_owned()) })
+}
+
 /// A finite number of zero or more, exactly the one that is written.
 ///
 /// # Errors

@@ -6,6 +6,7 @@ use crate::render::light::sky::Sky;
 use crate::render::scene::FrameState;
 use crate::render::settings::{RenderSettings, Shading, ShadingOptions, Technique};
 use crate::render::surfaces::tessellation::TessellationSettings;
+use crate::scenes::deform;
 use crate::scenes::light::SunDirection;
 
 /// Samples of a still picture by the reference beside another technique.
@@ -26,6 +27,8 @@ pub struct Choices {
     pub triangle_pixels: f32,
     /// Factor on all heights.
     pub height_scale: f32,
+    /// Factor by which everything is wider along x and lower along z.
+    pub stretch: f32,
     /// Stops beyond what suits the sun.
     pub exposure: f32,
     /// How light becomes that of the screen.
@@ -98,6 +101,7 @@ impl Choices {
             samples: settings.samples,
             triangle_pixels: settings.tessellation.pixels_per_triangle,
             height_scale: 1.0,
+            stretch: 1.0,
             exposure,
             tonemap: Tonemap::SHOWN,
             sun: None,
@@ -142,6 +146,7 @@ impl Choices {
     /// Changes the state of the scene.
     pub fn apply(&self, state: &mut FrameState) {
         state.height_scale *= self.height_scale;
+        deform::stretch(state, self.stretch);
         if let (Some(sun), Some(sky)) = (self.sun, state.sky) {
             *state = state.clone().under(&Sky { sun_direction: sun.vector(), ..sky });
         }
@@ -151,6 +156,7 @@ impl Choices {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::render::scene::Pose;
 
     #[test]
     fn the_reference_beside_a_technique_gathers_samples_of_its_own() {
@@ -173,9 +179,11 @@ mod tests {
         let camera = crate::render::camera::Camera::looking_at(glam::Vec3::X, glam::Vec3::ZERO, 40.0);
         let mut choices = Choices::new(&RenderSettings::default(), 0.0);
         choices.height_scale = 2.0;
+        choices.stretch = 1.5;
         choices.sun = Some(SunDirection { azimuth: 90.0, elevation: 0.0 });
-        let mut state = FrameState::new(camera, Vec::new()).under(&Sky::default());
+        let mut state = FrameState::new(camera, vec![Pose::REST]).under(&Sky::default());
         choices.apply(&mut state);
+        assert_ne!(state.poses[0], Pose::REST);
         assert!(state.height_scale == 2.0 && state.sun.expect("a sun").direction.distance(glam::Vec3::Y) < 1e-6);
         // A picture has its own light.
         let mut state = FrameState::new(camera, Vec::new());

@@ -67,6 +67,10 @@ pub struct WindowOptions {
     pub exposure: f32,
     /// How light becomes that of the screen.
     pub tonemap: Tonemap,
+    /// Factor on all heights at first.
+    pub height_scale: f32,
+    /// Factor by which everything is wider along x and lower along z at first.
+    pub stretch: f32,
     /// Screenshots go to this path, with `-1.png`, `-2.png`, … appended; existing files stay.
     pub screenshots: PathBuf,
     /// Closes after this many frames; `None` leaves that to the user.
@@ -89,6 +93,8 @@ impl Default for WindowOptions {
             time: 0.0,
             exposure: 0.0,
             tonemap: Tonemap::SHOWN,
+            height_scale: 1.0,
+            stretch: 1.0,
             screenshots,
             frames: None,
             kept: KeptQuality::default(),
@@ -138,7 +144,8 @@ pub fn run(
     program: &mut dyn Program,
     options: WindowOptions,
 ) -> Result<WindowReport, AppError> {
-    let choices = Choices { tonemap: options.tonemap, ..Choices::new(&settings, options.exposure) };
+    let WindowOptions { tonemap, height_scale, stretch, exposure, .. } = options;
+    let choices = Choices { tonemap, height_scale, stretch, ..Choices::new(&settings, exposure) };
     let mut viewer = Viewer::new(show.orbit, options.time, choices, show.sweep);
     viewer.scene_moves = show.moves();
     let pace = Pace::on(show.renderer.gpu(), options.kept);
@@ -356,6 +363,7 @@ impl App<'_> {
             environment: self.surroundings.shown(),
             sun: self.sun.map(|sun| [sun.azimuth, sun.elevation]),
             roughness: self.program.roughness(),
+            stretches: self.program.stretches(),
             device: &device,
             fps: open.clock.fps(),
             passes: open.painter.times(),

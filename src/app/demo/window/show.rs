@@ -76,6 +76,9 @@ pub trait Program {
     /// The roughness of what is shown.
     fn roughness(&self) -> Roughness;
 
+    /// Whether what is shown can be stretched.
+    fn stretches(&self) -> bool;
+
     /// Makes the scene that is shown with another roughness, Beckmann alpha above 0, up to 1, or its own.
     ///
     /// # Errors
@@ -107,6 +110,10 @@ impl Program for OneScene {
 
     fn roughness(&self) -> Roughness {
         Roughness::Fixed
+    }
+
+    fn stretches(&self) -> bool {
+        false
     }
 
     fn roughen(&mut self, _gpu: &Arc<Gpu>, _alpha: Option<f32>) -> Result<Show, AppError> {

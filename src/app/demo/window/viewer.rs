@@ -161,7 +161,7 @@ impl Viewer {
     /// Begins again with another scene, in which what was chosen about the picture stays.
     pub fn enter(&mut self, orbit: Orbit, sweep: Option<Sweep>, scene_moves: bool) {
         let (choices, other_rule, other_compare) = (self.choices.clone(), self.other_rule, self.other_compare);
-        let choices = Choices { sun: None, height_scale: 1.0, ..choices };
+        let choices = Choices { sun: None, height_scale: 1.0, stretch: 1.0, ..choices };
         *self = Self { other_rule, other_compare, scene_moves, ..Self::new(orbit, 0.0, choices, sweep) };
     }
 

@@ -29,7 +29,7 @@ pub fn show(ui: &mut Ui, viewer: &mut Viewer, facts: &Facts<'_>, sections: &mut 
     section(ui, "Side by side", true, sections, |ui| compare(ui, viewer));
     section(ui, "Camera and time", true, sections, |ui| view(ui, viewer, requests));
     section(ui, "Light", true, sections, |ui| light(ui, viewer, facts));
-    section(ui, "Surface and picture", false, sections, |ui| picture(ui, viewer, facts.roughness, requests));
+    section(ui, "Surface and picture", false, sections, |ui| picture(ui, viewer, facts, requests));
 }
 
 /// Shows so many decimals. A slider with `fixed_decimals` would round the value itself, which changes it.
@@ -235,10 +235,14 @@ fn roughness(ui: &mut Ui, roughness: Roughness, requests: &mut Vec<Request>) {
     });
 }
 
-fn picture(ui: &mut Ui, viewer: &mut Viewer, rough: Roughness, requests: &mut Vec<Request>) {
-    roughness(ui, rough, requests);
+fn picture(ui: &mut Ui, viewer: &mut Viewer, facts: &Facts<'_>, requests: &mut Vec<Request>) {
+    roughness(ui, facts.roughness, requests);
     let choices = &mut viewer.choices;
     ui.add(Slider::new(&mut choices.height_scale, 0.0..=3.0).custom_formatter(shown(2)).text("x heights"));
+    if facts.stretches {
+        let slider = Slider::new(&mut choices.stretch, 0.2..=5.0).logarithmic(true).custom_formatter(shown(2));
+        ui.add(slider.text("stretch")).on_hover_text("Wider along x and lower along z; the maps stay as they are");
+    }
     ui.add(Slider::new(&mut choices.triangle_pixels, 1.0..=32.0).logarithmic(true).text("px/triangle"));
     ui.add(Slider::new(&mut choices.samples, 1..=64).logarithmic(true).text("samples"))
         .on_hover_text("Of a picture that stands still");

@@ -20,6 +20,8 @@ pub struct Facts<'a> {
     pub sun: Option<[f32; 2]>,
     /// The roughness of its displaced surfaces.
     pub roughness: Roughness,
+    /// Whether it can be stretched.
+    pub stretches: bool,
     /// The device.
     pub device: &'a str,
     /// Frames in a second.
