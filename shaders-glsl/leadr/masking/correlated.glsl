@@ -2,6 +2,7 @@
 #define LEADR_CORRELATED_MASKING_GLSL
 
 #include "../facets/projected_area.glsl"
+#include "../fma.glsl"
 
 // Masking and shadowing that account for the correlation between the directions of viewer and light:
 //     G = 1 / (1 + max(Lambda_o, Lambda_i) + f min(Lambda_o, Lambda_i))
@@ -48,11 +49,17 @@ DirectionArea area_for(int shadowing, vec3 w, vec2 m, vec3 S, vec3 cholesky) {
     return DirectionArea(vec2(0.0), spread, meso, max(meso, 0.0) + rough_area(meso, spread));
 }
 
+// a x b, exactly 0 for parallel vectors: where drivers fuse one of the products with the difference, its rounding is taken back.
+float cross_product(vec2 a, vec2 b) {
+    float product = a.y * b.x;
+    return fma(a.x, b.y, -product) + fma(-a.y, b.x, product);
+}
+
 // f, from 0 for equal azimuths to 1. less, more: a_o a_i times the smaller and the larger Lambda; both: a_o a_i.
 float decorrelation(vec2 po, vec2 pi, float both, float more, float less, bool simple) {
     float scale = inversesqrt(max(dot(po, po) * dot(pi, pi), 1e-36));
     float cosine = dot(po, pi) * scale;
-    float sine = abs(po.x * pi.y - po.y * pi.x) * scale;
+    float sine = abs(cross_product(po, pi)) * scale;
     float along = cosine >= 0.0 ? 1.0 + cosine : sine * sine / (1.0 - cosine); // tan(phi/2) = sine / along
     if (simple) return (sine + 1e-9) / (sine + 0.26 * along + 1e-9);
     float late = 0.3 * (more - less) / max(more + less, 1e-30) * along;
