@@ -4,6 +4,7 @@ use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
 use super::nan::or_nan;
+use super::outside::block_means;
 use crate::lab::metrics::Mask;
 use crate::lab::metrics::compare::{bias_over, compare, rrmse_over};
 use crate::maps::tonemap::Tonemap;
@@ -85,6 +86,23 @@ impl Shot {
             milliseconds: self.milliseconds + more.milliseconds,
             samples,
             noise: 0.0,
+        })
+    }
+
+    /// The picture whose pixels are blocks of `side × side` pixels of this one.
+    ///
+    /// # Errors
+    /// If it is smaller than a block.
+    pub fn of_blocks(&self, side: u32) -> Result<Self, MapFault> {
+        let covered = self.coverage.iter().map(|&c| [c; 3]).collect();
+        let coverage = block_means(&RgbImage::new(self.image.width, self.image.height, covered)?, side)?;
+        Ok(Self {
+            image: block_means(&self.image, side)?,
+            coverage: coverage.texels.iter().map(|t| t[0]).collect(),
+            samples: self.samples * side * side,
+            // Its pixels' noises are independent.
+            noise: self.noise / f64::from(side),
+            ..*self
         })
     }
 
@@ -214,6 +232,17 @@ mod tests {
             coverage.push(share);
         }
         Shot { image: RgbImage::new(40, 40, texels).unwrap(), coverage, milliseconds: 1.0, samples: 1, noise: 0.0 }
+    }
+
+    #[test]
+    fn blocks_have_the_samples_of_their_pixels() {
+        let shot = Shot { noise: 0.4, samples: 3, ..disc(1.0, 0.5) };
+        let blocks = shot.of_blocks(4).unwrap();
+        assert_eq!((blocks.image.width, blocks.image.height, blocks.coverage.len()), (10, 10, 100));
+        assert_eq!((blocks.samples, blocks.noise), (48, 0.1));
+        assert!((blocks.coverage[55] - 1.0).abs() < 1e-6 && (blocks.image.texels[55][0] - 0.4).abs() < 1e-6);
+        let mean = |shot: &Shot| shot.coverage.iter().sum::<f32>() / shot.coverage.len() as f32;
+        assert!((mean(&blocks) - mean(&shot)).abs() < 1e-5);
     }
 
     #[test]

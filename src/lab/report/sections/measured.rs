@@ -13,7 +13,6 @@ use crate::lab::metrics::Mask;
 use crate::lab::metrics::compare::{bias_over, rrmse_over};
 use crate::lab::report::html::{Cell, Html, Plot, Scale, Table, number};
 use crate::lab::report::look::Look;
-use crate::lab::report::outside::block_means;
 use crate::lab::report::section::Section;
 use crate::lab::report::shared::shared;
 use crate::lab::report::studio::{Studio, fault};
@@ -44,10 +43,17 @@ const GOAL: f64 = 0.03;
 const DEPTHS: [(&str, f32); 2] = [("rugged", 0.25 * SPHERE_REPEAT), ("scratched", 0.004)];
 /// Width of the bumps as a part of a repeat.
 const FEATURE: f32 = 0.006;
-/// How many times as far the far view is as the middle one.
-const FAR: f32 = 14.0;
-/// Pixels of the truth along a pixel of the far pictures.
-const BLOCK: u32 = 14;
+/// Where a displaced sphere is seen from.
+#[derive(Clone, Copy)]
+struct Place {
+    name: &'static str,
+    /// Pixels of the truth along a pixel of the picture, and how many times as far the view is as the middle one; 1 is the near view.
+    block: u32,
+}
+
+/// A pixel of the far pictures sees some 16 bumps, and one of the farthest 256.
+const PLACES: [Place; 3] =
+    [Place { name: "near", block: 1 }, Place { name: "far", block: 14 }, Place { name: "farthest", block: 56 }];
 
 /// A material and its fit.
 struct Specimen {
@@ -70,7 +76,7 @@ struct SphereRow {
 struct DisplacedRow {
     material: String,
     relief: &'static str,
-    far: bool,
+    place: &'static str,
     form: &'static str,
     rrmse: f64,
     bias: f64,
@@ -211,19 +217,6 @@ fn reliefs(studio: &Studio) -> [HeightMap; 2] {
     [procedural::gaussian(side, side, 5, 1.0, FEATURE), procedural::scratches(side, side, 3, 400)]
 }
 
-/// A truth of a picture whose pixels are blocks of `block` pixels, with its noise.
-fn truth_of_blocks(shot: &Shot, block: u32) -> Result<Shot, LabError> {
-    let coverage = RgbImage::new(shot.image.width, shot.image.height, shot.coverage.iter().map(|&c| [c; 3]).collect());
-    let coverage = block_means(&coverage.map_err(fault)?, block).map_err(fault)?;
-    Ok(Shot {
-        image: block_means(&shot.image, block).map_err(fault)?,
-        coverage: coverage.texels.iter().map(|t| t[0]).collect(),
-        // Its pixels' noises are independent.
-        noise: shot.noise / f64::from(block),
-        ..shot.clone()
-    })
-}
-
 /// Figures 5.3 to 5.5.
 fn displaced(
     studio: &mut Studio,
@@ -231,11 +224,9 @@ fn displaced(
     html: &mut Html,
     findings: &mut Vec<String>,
 ) -> Result<Vec<DisplacedRow>, LabError> {
-    let size = studio.pick(112, 196);
-    let samples = studio.pick(4, 64);
     let mut rows: Vec<DisplacedRow> = Vec::new();
     let maps = reliefs(studio);
-    let bar = studio.progress.bar(2 * all.len() * maps.len());
+    let bar = studio.progress.bar(PLACES.len() * all.len() * maps.len());
     for Specimen { name, fit, .. } in all {
         for ((relief, depth), map) in DEPTHS.into_iter().zip(&maps) {
             let material = dressed(fit, name, map.clone(), depth);
@@ -243,15 +234,17 @@ fn displaced(
             let mut of_lobes = Subject::under_the_sky(studio, sphere_stage(&material, None, tile), 0.0)?;
             let mut of_one =
                 Subject::under_the_sky(studio, sphere_stage(&as_beckmann(&material, fit), None, tile), 0.0)?;
-            for far in [false, true] {
+            for Place { name: place, block } in PLACES {
                 let views = of_lobes.stage.views;
-                // Far pictures are the means of blocks: as many samples for each pixel as for the whole block.
-                let (camera, block) = if far { (framed_from(&views.mid, FAR), BLOCK) } else { (views.near, 1) };
-                let side = size / block;
+                // Far pictures are the means of blocks.
+                let far = block > 1;
+                let camera = if far { framed_from(&views.mid, block as f32) } else { views.near };
+                let side = if far { studio.pick(8, 14) } else { studio.pick(112, 196) };
+                let (size, samples) = (side * block, (studio.pick(4, 1024) / block).clamp(4, 64));
                 let state = of_lobes.seen_by(&camera);
                 let settings = Truth::Displacement.settings((size, size), samples, 1);
                 let truth = studio.shoot_truth(&mut of_lobes.renderer, &state, &settings)?;
-                let truth = truth_of_blocks(&truth, block)?;
+                let truth = truth.of_blocks(block).map_err(fault)?;
                 // Inside of the outline, whose smoothness is not what is compared.
                 let filled = Mask::covered(side, side, &truth.coverage, 0.999).map_err(fault)?;
                 let mask = filled.eroded(if far { 1 } else { SILHOUETTE });
@@ -266,11 +259,10 @@ fn displaced(
                     let subject = if lobes { &mut of_lobes } else { &mut of_one };
                     forms.push((form, studio.shoot(&mut subject.renderer, &state, &settings)?));
                 }
-                let place = if far { "far" } else { "near" };
                 let mut shown = Table::new(
                     format!(
                         "{name}, {relief}, {place}: {side} pixels, truth of {} samples, its noise {}",
-                        samples * block * block,
+                        truth.samples,
                         number(truth.noise)
                     ),
                     ["", "picture", "rRMSE", "bias"],
@@ -291,7 +283,7 @@ fn displaced(
                     rows.push(DisplacedRow {
                         material: name.clone(),
                         relief,
-                        far,
+                        place,
                         form,
                         rrmse,
                         bias,
@@ -304,10 +296,10 @@ fn displaced(
         }
     }
     drop(bar);
-    for far in [true, false] {
-        for row in rows.iter().filter(|row| row.far == far && row.form.contains("lobes of")) {
+    for Place { name: place, block } in PLACES.into_iter().rev() {
+        for row in rows.iter().filter(|row| row.place == place && row.form.contains("lobes of")) {
             let same = |other: &&DisplacedRow| {
-                other.material == row.material && other.relief == row.relief && other.far == far
+                other.material == row.material && other.relief == row.relief && other.place == place
             };
             let others: Vec<String> = rows
                 .iter()
@@ -319,9 +311,9 @@ fn displaced(
                 "{}, {}, {}: one sample errs by {}{}; {}. The truth's noise is {}.",
                 row.material,
                 row.relief,
-                if far { "far" } else { "near" },
+                place,
                 number(row.rrmse),
-                if far { format!(" (goal {GOAL})") } else { String::new() },
+                if block > 1 { format!(" (goal {GOAL})") } else { String::new() },
                 others.join(", "),
                 number(row.noise)
             ));

@@ -178,7 +178,7 @@ fn alone(
             ],
         );
         for &sigma in sigmas {
-            let samples = studio.pick(16, 64);
+            let samples = studio.pick(4, 16);
             let truth = |truth: Truth, samples: u32| {
                 let mut settings = truth.settings((size, size), samples, 1);
                 settings.shading = settings.shading.adjusted(|options| ShadingOptions { terms, ..options });
