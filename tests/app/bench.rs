@@ -308,7 +308,9 @@ fn the_printed_table_names_device_commit_and_rows() {
     for word in ["commit", "plane, 8x8", "plane from afar", "normal-mip at 8x", "filter+shade"] {
         assert!(text.contains(word), "{word}: {text}");
     }
-    assert!(output.stderr.is_empty(), "something was logged although stderr is not a terminal");
+    // On a busy machine it tells every five seconds how far it is.
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(said.lines().all(|line| line.starts_with("leadr: ")), "something was logged: {said}");
 }
 
 #[test]
