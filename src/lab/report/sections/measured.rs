@@ -20,7 +20,7 @@ use crate::lab::report::subject::{Subject, framed_from};
 use crate::lab::report::truth::Truth;
 use crate::lab::report::verdict::{SILHOUETTE, Shot, judge};
 use crate::maps::material::{Encoding, Input, Material, Raster, Samples, Texture};
-use crate::maps::{HeightMap, RgbImage, procedural};
+use crate::maps::{HeightMap, procedural};
 use crate::measured::Measured;
 use crate::reflectance::extraction::fit::{Fit, FitOptions, fit};
 use crate::reflectance::materials::brdf::Brdf;
