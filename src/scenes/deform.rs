@@ -2,6 +2,7 @@
 //! a sphere and a cylinder under stretching, shearing or flattening.
 
 use std::f64::consts::TAU;
+use std::ops::RangeInclusive;
 
 use glam::{Affine3A, Mat3, Mat4, Vec3};
 
@@ -66,6 +67,9 @@ impl Deformation {
         }
     }
 }
+
+/// Factors by which a user may stretch.
+pub const FACTORS: RangeInclusive<f32> = 0.2..=5.0;
 
 /// Wider sideways by `factor`, and flatter upwards.
 fn stretching(factor: f32) -> Mat3 {
@@ -166,6 +170,7 @@ mod tests {
     use super::*;
     use crate::render::scene::PointLight;
     use crate::render::surfaces::patch_mesh::PosedVertices;
+    use crate::render::surfaces::topology::Topology;
 
     /// However an object is posed, its vertices and normals go to the same places, and twice by a root is once.
     #[test]
@@ -195,7 +200,6 @@ mod tests {
         stretch(&mut same, 1.0);
         assert_eq!(same, state);
     }
-    use crate::render::surfaces::topology::Topology;
 
     #[test]
     fn the_cylinder_is_closed_and_its_normals_are_those_of_its_surface() {

@@ -9,6 +9,7 @@ use serde::Serialize;
 use crate::app::files::extension;
 use crate::render::constants::MOST_MULTISAMPLES;
 use crate::render::light::panorama::MAX_ENVIRONMENT_LIGHTS;
+use crate::scenes::deform::FACTORS;
 use crate::scenes::light::{EnvironmentChoice, SunDirection};
 use crate::scenes::stage::Sweep;
 use crate::scenes::view::{CameraPose, Size};
@@ -168,8 +169,7 @@ pub fn not_negative(text: &str) -> Result<f32, String> {
 /// # Errors
 /// If `text` is no such number.
 pub fn stretch(text: &str) -> Result<f32, String> {
-    let range = 0.2..=5.0;
-    finite(text).and_then(|v| if range.contains(&v) { Ok(v) } else { Err("must be from 0.2 to 5".to_owned()) })
+    finite(text).and_then(|v| if FACTORS.contains(&v) { Ok(v) } else { Err("must be from 0.2 to 5".to_owned()) })
 }
 
 /// A finite number of zero or more, exactly the one that is written.

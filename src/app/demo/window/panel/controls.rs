@@ -11,6 +11,7 @@ use crate::app::demo::window::viewer::{Action, Viewer};
 use crate::maps::tonemap::Tonemap;
 use crate::reflectance::masking::shadowing::Shadowing;
 use crate::render::settings::{Probes, Quadrature, Technique, Terms};
+use crate::scenes::deform::FACTORS;
 use crate::scenes::light::SunDirection;
 
 /// Seconds on the timeline; it grows as time goes on.
@@ -240,7 +241,7 @@ fn picture(ui: &mut Ui, viewer: &mut Viewer, facts: &Facts<'_>, requests: &mut V
     let choices = &mut viewer.choices;
     ui.add(Slider::new(&mut choices.height_scale, 0.0..=3.0).custom_formatter(shown(2)).text("x heights"));
     if facts.stretches {
-        let slider = Slider::new(&mut choices.stretch, 0.2..=5.0).logarithmic(true).custom_formatter(shown(2));
+        let slider = Slider::new(&mut choices.stretch, FACTORS).logarithmic(true).custom_formatter(shown(2));
         ui.add(slider.text("stretch")).on_hover_text("Wider along x and lower along z; the maps stay as they are");
     }
     ui.add(Slider::new(&mut choices.triangle_pixels, 1.0..=32.0).logarithmic(true).text("px/triangle"));
