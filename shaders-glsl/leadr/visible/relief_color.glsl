@@ -8,7 +8,8 @@
 // src/reflectance/visible/relief_color.rs derives it. With the mean colour, `low` and `high` filtered beside it, and the covariances
 // of colour and slope `x` and `y`:
 //     ReliefColor r = ReliefColor(low, high, x, y);
-//     vec3 color = relief_color(mean, r, seen_height(o, lit), held_score(lit_slopes_score(wo, wi, m, S), S));
+//     SlopesScore score = lit_slopes_score(wo, wi, m, S);
+//     vec3 color = relief_color(mean, r, seen_height(o, lit), slopes_change(r, score, S));
 
 // A mean over facets weighted by (L + 1) u^L, u the rank of their height from 0 to 1, is what is seen where L is the sum of both
 // Lambdas. It is filtered for two of them.
@@ -16,6 +17,8 @@ const float LEADR_RELIEF_COLOR_LOW = 1.0;
 const float LEADR_RELIEF_COLOR_HIGH = 4.0;
 // L / (L + 2) up to which the parabola through both follows the colour.
 const float LEADR_MOST_SEEN_HEIGHT = 0.8;
+// The least part of their variance that slopes keep.
+const float LEADR_NARROWEST_SLOPES = 0.1;
 
 struct ReliefColor {
     vec3 low;  // mean weighted for LEADR_RELIEF_COLOR_LOW, minus the mean
@@ -32,17 +35,31 @@ float seen_height(DirectionArea o, float lit) {
     return clamp((o.visible - facing) / max(o.visible + facing, 1e-30), 0.0, 1.0);
 }
 
-// S^-1 (mean of the visible slopes - m): times a covariance with the slopes it is the change of a mean.
-vec2 seen_slopes_score(vec3 wo, vec2 m, vec3 S) {
+// How a weight, of what is seen and lit, moves slopes and narrows them.
+struct SlopesScore {
+    vec2 moved;    // S^-1 (mean of the weighted slopes - m): times a covariance with the slopes it is the change of a mean
+    vec3 narrowed; // S^-1 (covariance of the weighted slopes - S) S^-1, as xx, yy, xy
+};
+
+// (v v^T) as xx, yy, xy.
+vec3 outer_square(vec2 v) {
+    return vec3(v.x * v.x, v.y * v.y, v.x * v.y);
+}
+
+// The score of slopes seen from wo.
+SlopesScore seen_slopes_score(vec3 wo, vec2 m, vec3 S) {
     S = clamp_covariance(S);
     float b = slope_spread(wo, S);
     float a = tilted_area(wo, m, b);
-    NormalRamp n = normal_ramp(a / max(b, 1e-18));
-    return wo.xy * (-n.cdf / max(clamped_mean(a, b), 1e-3));
+    float per = 1.0 / max(b, 1e-9);
+    NormalRamp n = normal_ramp(clamp(a * per, -13.0, 13.0));
+    float area = max(clamped_mean(a, b), 1e-3);
+    float moved = n.cdf / area;
+    return SlopesScore(-moved * wo.xy, (n.pdf * per / area - moved * moved) * outer_square(wo.xy));
 }
 
 // The same for slopes seen from wo and weighted by the cosine of the light from wi on them.
-vec2 lit_slopes_score(vec3 wo, vec3 wi, vec2 m, vec3 S) {
+SlopesScore lit_slopes_score(vec3 wo, vec3 wi, vec2 m, vec3 S) {
     S = clamp_covariance(S);
     float ao = tilted_area(wo, m, slope_spread(wo, S));
     float ai = tilted_area(wi, m, slope_spread(wi, S));
@@ -56,38 +73,56 @@ vec2 lit_slopes_score(vec3 wo, vec3 wi, vec2 m, vec3 S) {
     float po = 1.0 / max(bo, 1e-9), pi = 1.0 / max(bi, 1e-9);
     ao += 2.0 * t * dot(across, m);
     ai += 2.0 * t * dot(along, m);
-    NormalRamp o = normal_ramp(clamp(ao * po, -13.0, 13.0)), i = normal_ramp(clamp(ai * pi, -13.0, 13.0));
+    float xo = clamp(ao * po, -13.0, 13.0), xi = clamp(ai * pi, -13.0, 13.0);
+    NormalRamp o = normal_ramp(xo), i = normal_ramp(xi);
     float k = dot(across, wi.xy);
     float area_o = max(clamped_mean(ao, bo), 1e-3), area_i = max(clamped_mean(ai, bi), 1e-3);
-    // Stein's lemma: the mean of a slope times a weight is S times the mean of the weight's gradient.
+    // Stein's lemma: the mean of a slope times a weight is S times the mean of the weight's gradient, and that of two slopes takes the
+    // second derivatives.
     float both = max(area_o * area_i + k * (o.cdf * i.cdf), 0.1 * area_o * area_i);
     float by_o = max(o.cdf * area_i + k * (o.pdf * po) * i.cdf, 0.0);
     float by_i = max(i.cdf * area_o + k * (i.pdf * pi) * o.cdf, 0.0);
-    vec2 v = 2.0 * t * m + (wo.xy * by_o + wi.xy * by_i) / both;
-    // (1 + 2 t S)^-1
+    float by_oo = o.pdf * po * max(area_i - k * po * xo * i.cdf, 0.0);
+    float by_ii = i.pdf * pi * max(area_o - k * pi * xi * o.cdf, 0.0);
+    float by_oi = max(o.cdf * i.cdf + k * (o.pdf * po) * (i.pdf * pi), 0.0);
+    vec2 v = (wo.xy * by_o + wi.xy * by_i) / both;
+    vec3 mixed = vec3(2.0 * wo.xy * wi.xy, wo.x * wi.y + wo.y * wi.x);
+    vec3 h = (by_oo * outer_square(wo.xy) + by_ii * outer_square(wi.xy) + by_oi * mixed) / both - outer_square(v);
+    v += 2.0 * t * m;
+    // B = (1 + 2 t S)^-1, of the exponential: the score is -B v, and slopes narrow by B h B - 2 t B.
     float tt = 2.0 * t;
     float det = 1.0 + tt * (S.x + S.y + tt * max(S.x * S.y - S.z * S.z, 0.0));
-    return vec2(S.z * v.y * tt - (1.0 + tt * S.y) * v.x, S.z * v.x * tt - (1.0 + tt * S.x) * v.y) / det;
+    vec3 B = vec3(1.0 + tt * S.y, 1.0 + tt * S.x, -tt * S.z) / det;
+    vec2 first = vec2(B.x * h.x + B.z * h.z, B.x * h.z + B.z * h.y), second = vec2(B.z * h.x + B.y * h.z, B.z * h.z + B.y * h.y);
+    vec3 narrowed = vec3(dot(first, B.xz), dot(second, B.zy), dot(first, B.zy)) - tt * B;
+    return SlopesScore(vec2(-dot(B.xz, v), -dot(B.zy, v)), narrowed);
 }
 
-// The part of a score by which no colour leaves those that there are. Regression goes on for ever; where a half of all slopes has one
-// colour and the other half another, the change of the mean ends as that half ends.
-float held_part(vec2 score, vec3 S) {
+// The change of the mean colour. Regression goes on for ever; where one half of all slopes has one colour and the other half another, the
+// change ends as that half ends: sooner where what is left of the slopes is narrow. x, y: a score's `moved`, by channel.
+vec3 slopes_change(ReliefColor r, vec3 x, vec3 y, vec3 narrowed, vec3 S) {
     S = clamp_covariance(S);
-    float square = S.x * score.x * score.x + S.y * score.y * score.y + 2.0 * S.z * score.x * score.y;
-    float moved = clamp(sqrt(max(square, 0.0)), 1e-2, 13.0); // deviations
-    return 1.2533141373 * (2.0 * normal_ramp(moved).cdf - 1.0) / moved; // sqrt(pi / 2) erf(moved / sqrt(2)) / moved
+    vec3 change = r.x * x + r.y * y;
+    // The variance of colours along their regression, C^T S^-1 C, at most that of colours within 0 and 1.
+    vec3 explained = (S.y * r.x * r.x + S.x * r.y * r.y - 2.0 * S.z * r.x * r.y) / max(S.x * S.y - S.z * S.z, 1e-18);
+    explained = clamp(explained, 1e-9, 0.25);
+    // How wide the slopes are along it.
+    vec3 part = (narrowed.x * r.x * r.x + narrowed.y * r.y * r.y + 2.0 * narrowed.z * r.x * r.y) / explained;
+    vec3 width = inversesqrt(clamp(1.0 + part, LEADR_NARROWEST_SLOPES, 1.0));
+    vec3 moved = max(abs(change) * inversesqrt(explained) * width, 1e-2); // deviations
+    vec3 half_and_half = vec3(normal_ramp(moved.x).cdf, normal_ramp(moved.y).cdf, normal_ramp(moved.z).cdf);
+    return change * (width * 1.2533141373 * (2.0 * half_and_half - 1.0) / moved); // sqrt(pi / 2) erf(moved / sqrt(2)) / moved
 }
 
-vec2 held_score(vec2 score, vec3 S) {
-    return score * held_part(score, S);
+vec3 slopes_change(ReliefColor r, SlopesScore score, vec3 S) {
+    return slopes_change(r, vec3(score.moved.x), vec3(score.moved.y), score.narrowed, S);
 }
 
-// height: of seen_height; score: of held_score.
-vec3 relief_color(vec3 mean, ReliefColor r, float height, vec2 score) {
+// height: of seen_height; by_slope: of slopes_change.
+vec3 relief_color(vec3 mean, ReliefColor r, float height, vec3 by_slope) {
     float t = min(height, LEADR_MOST_SEEN_HEIGHT);
     vec3 by_height = (9.0 * t * (2.0 / 3.0 - t)) * r.low + (4.5 * t * (t - 1.0 / 3.0)) * r.high;
-    return clamp(mean + by_height + score.x * r.x + score.y * r.y, 0.0, 1.0);
+    return clamp(mean + by_height + by_slope, 0.0, 1.0);
 }
 
 #endif

@@ -240,7 +240,11 @@ vec3 environment_albedo(Surface surface, DirectionArea o) {
     vec2 m = surface.mean_slope;
     // Relief of a normal map hides nothing: its facets count by their area on the surface, as if seen from above.
     float open = SHADOWING == LEADR_SHADOWING_NONE || MAPPED ? 1.0 : bent_normal(wo, m, S).open;
-    vec2 seen = MAPPED ? vec2(0.0) : seen_slopes_score(wo, m, S);
+    SlopesScore score = SlopesScore(vec2(0.0), vec3(0.0));
+    if (!MAPPED) {
+        score = seen_slopes_score(wo, m, S);
+    }
+    vec2 seen = score.moved;
     // The change of the irradiance with the slope, by differences over a deviation.
     vec2 middle = m + vec2(S.x * seen.x + S.z * seen.y, S.z * seen.x + S.y * seen.y), step = sqrt(max(S.xy, 1e-6));
     vec3 c[9] = environment_sh();
@@ -251,11 +255,8 @@ vec3 environment_albedo(Surface surface, DirectionArea o) {
     }
     vec3 x = (irradiance[0] - irradiance[1]) / (max(irradiance[0] + irradiance[1], 1e-9) * step.x);
     vec3 y = (irradiance[2] - irradiance[3]) / (max(irradiance[2] + irradiance[3], 1e-9) * step.y);
-    ReliefColor r = surface.relief_color;
-    // Colours of light are held alike.
-    vec2 whole = seen + vec2(dot(x, vec3(1.0 / 3.0)), dot(y, vec3(1.0 / 3.0)));
-    float part = held_part(whole, S);
-    return relief_color(surface.albedo + part * (r.x * x + r.y * y), r, MAPPED ? 0.0 : seen_height(o, open), part * seen);
+    vec3 change = slopes_change(surface.relief_color, seen.x + x, seen.y + y, score.narrowed, S);
+    return relief_color(surface.albedo, surface.relief_color, MAPPED ? 0.0 : seen_height(o, open), change);
 }
 
 // Diffuse radiance of a light of unit irradiance per unit of albedo, without shadows.
@@ -523,8 +524,9 @@ vec3 leadr_radiance(Surface surface, float environment_scale) {
                 vec3 albedo = surface.albedo;
                 if (USES_RELIEF_COLOR) {
                     float height = MAPPED ? 0.0 : seen_height(diffuse_o, lit);
-                    vec2 score = lit_slopes_score(MAPPED ? vec3(0.0, 0.0, 1.0) : wo, light.wi, m, diffuse_s);
-                    albedo = relief_color(albedo, surface.relief_color, height, held_score(score, diffuse_s));
+                    SlopesScore score = lit_slopes_score(MAPPED ? vec3(0.0, 0.0, 1.0) : wo, light.wi, m, diffuse_s);
+                    vec3 change = slopes_change(surface.relief_color, score, surface.slope_covariance);
+                    albedo = relief_color(albedo, surface.relief_color, height, change);
                 }
                 scattered += entering * albedo * (lit * diffuse_light(surface, wo, normals, faced, lambda, light.wi));
                 if (MULTISCATTERING) {

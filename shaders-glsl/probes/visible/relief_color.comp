@@ -9,14 +9,17 @@ void main() {
     vec2 m = next2();
     vec3 S = next3();
     float lit = next();
-    at = gl_GlobalInvocationID.x * 10;
+    at = gl_GlobalInvocationID.x * 17;
     vec3 cholesky = slope_cholesky(clamp_covariance(S));
     float height = seen_height(direction_area(wo, m, cholesky), lit);
-    vec2 score = lit_slopes_score(wo, wi, m, S);
+    SlopesScore score = lit_slopes_score(wo, wi, m, S), seen = seen_slopes_score(wo, m, S);
     put(height);
-    put(score);
-    put(seen_slopes_score(wo, m, S));
+    put(score.moved);
+    put(score.narrowed);
+    put(seen.moved);
+    put(seen.narrowed);
     ReliefColor r = ReliefColor(vec3(0.1, -0.02, 0.0), vec3(0.2, -0.03, 0.01), vec3(0.03, 0.0, -0.01), vec3(0.0, 0.02, 0.01));
-    put(relief_color(vec3(0.5, 0.2, 0.9), r, height, clamp(score, -3.0, 3.0)));
-    put(held_score(score, S));
+    vec3 change = slopes_change(r, score, S);
+    put(change);
+    put(relief_color(vec3(0.5, 0.2, 0.9), r, height, change));
 }

@@ -24,7 +24,7 @@ use leadr::reflectance::visible::mapped::{
     mapped_diffuse_light, mapped_diffuse_moments, mapped_fresnel, mapped_slopes, mapped_specular_light,
 };
 use leadr::reflectance::visible::relief_color::{
-    ReliefColor, held_score, lit_slopes_score, relief_color, seen_height, seen_slopes_score,
+    ReliefColor, lit_slopes_score, relief_color, seen_height, seen_slopes_score, slopes_change,
 };
 use leadr::reflectance::visible::slopes::{VISIBLE_TAIL, visible_slopes};
 use leadr::reflectance::visible::specular::{VisibleProbe, mapped_probes, probe_rule, visible_probe, visible_probes};
@@ -237,12 +237,12 @@ fn relief_color_parity() {
                 x: DVec3::new(0.03, 0.0, -0.01),
                 y: DVec3::new(0.0, 0.02, 0.01),
             };
-            let limit = DVec2::splat(3.0);
-            let color = relief_color(DVec3::new(0.5, 0.2, 0.9), &r, height, score.clamp(-limit, limit));
-            let held = held_score(score, s);
-            list![[height], score, seen_slopes_score(wo, m, s), color, held]
+            let seen = seen_slopes_score(wo, m, s);
+            let change = slopes_change(&r, &score, s);
+            let color = relief_color(DVec3::new(0.5, 0.2, 0.9), &r, height, change);
+            list![[height], score.moved, score.narrowed, seen.moved, seen.narrowed, change, color]
         },
     );
     let Some(gpu) = test_gpu() else { return };
-    finite::<12, 1>(&gpu, &mut Random(13), "visible/relief_color", 10, 2, |r| [r.unit() as f32]);
+    finite::<12, 1>(&gpu, &mut Random(13), "visible/relief_color", 17, 2, |r| [r.unit() as f32]);
 }
