@@ -51,7 +51,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         let settings = RenderSettings {
             size: (128, 128),
             samples,
-            shading: technique.with(ShadingOptions { shadowing, ..Default::default() }),
+            shading: technique.with(ShadingOptions { shadowing, relief_occlusion: false, ..Default::default() }),
             tessellation: TessellationSettings { to_texels: technique == Technique::Reference, ..Default::default() },
             ..Default::default()
         };

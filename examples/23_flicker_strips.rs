@@ -67,7 +67,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     let environment = Environment::from_sky(&gpu, Environment::FACE_SIZE, &sky)?;
     let mut renderer = Renderer::new(&gpu, stage.take_scene(), environment)?;
     let lights = Lights::under(&sky);
-    let normal_mapped = ShadingOptions { shadowing: Shadowing::NormalMap, ..Default::default() };
+    let normal_mapped =
+        ShadingOptions { shadowing: Shadowing::NormalMap, relief_occlusion: false, ..Default::default() };
     let columns = [
         (Technique::NormalMip, 1),
         (Technique::Toksvig, 1),

@@ -30,14 +30,19 @@ impl Bar for HiddenBar {
 pub struct TerminalBar(ProgressBar);
 
 impl TerminalBar {
-    /// A bar with this many steps on stderr.
+    /// A bar with this many steps on stderr; if that is none, since nobody knows how many, only the message and the time.
     pub fn new(steps: usize) -> Self {
-        let style = ProgressStyle::with_template("{bar:32} {percent:>3} % {elapsed} {wide_msg} {eta} left");
         let bar = ProgressBar::with_draw_target(Some(steps as u64), ProgressDrawTarget::stderr())
-            .with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
+            .with_style(Self::style(steps));
         // The seconds go on where the work takes long over a step.
         bar.enable_steady_tick(Duration::from_secs(1));
         Self(bar)
+    }
+
+    fn style(steps: usize) -> ProgressStyle {
+        let template =
+            if steps == 0 { "{elapsed} {wide_msg}" } else { "{bar:32} {percent:>3} % {elapsed} {wide_msg} {eta} left" };
+        ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar())
     }
 }
 
@@ -59,6 +64,7 @@ impl Bar for TerminalBar {
     }
 
     fn restart(&self, steps: usize) {
+        self.0.set_style(Self::style(steps));
         self.0.set_length(steps as u64);
         self.0.set_position(0);
         self.0.reset_elapsed();

@@ -14,7 +14,8 @@ pub trait Progress {
     /// A line for the log.
     fn say(&self, line: &str);
 
-    /// A bar with this many steps, which disappears when it is dropped. Where it cannot be drawn it is told in lines.
+    /// A bar with this many steps (0: nobody knows how many), which disappears when it is dropped. Where it cannot be drawn it is told in
+    /// lines.
     fn bar(&self, steps: usize) -> Box<dyn Bar>;
 
     /// A bar for work that reports the share it has done, 0 to 1, with `what` beside it; without `what` there is no bar.

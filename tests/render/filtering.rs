@@ -32,7 +32,11 @@ fn settings(size: u32, technique: Technique, samples: u32) -> RenderSettings {
         size: (size, size),
         samples,
         // Masking only, because the bumps of the reference do not shadow each other either.
-        shading: technique.with(ShadingOptions { shadowing: Shadowing::None, ..Default::default() }),
+        shading: technique.with(ShadingOptions {
+            shadowing: Shadowing::None,
+            relief_occlusion: false,
+            ..Default::default()
+        }),
         tessellation: TessellationSettings { to_texels: technique == Technique::Reference, ..Default::default() },
         shadows: false,
         ..Default::default()

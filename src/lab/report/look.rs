@@ -6,7 +6,7 @@ use crate::render::settings::{Probes, Quadrature, RenderSettings, Shading, Shadi
 /// The program's default, but shadowed like the rasterised truth: lights alone (Smith), because that truth lets the environment
 /// through the bumps. The other shadowing models are compared with ray casts, which do not.
 fn options() -> ShadingOptions {
-    ShadingOptions { shadowing: Shadowing::Smith, ..Default::default() }
+    ShadingOptions { shadowing: Shadowing::Smith, relief_occlusion: false, ..Default::default() }
 }
 
 /// A way to shade.

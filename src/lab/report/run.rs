@@ -122,7 +122,9 @@ pub fn report(
 fn make(entry: &'static SectionEntry, studio: &mut Studio) -> Result<Made, LabError> {
     let before = studio.cases.len();
     let start = Instant::now();
-    let section = entry.run(studio).map_err(|e| LabError(format!("section {}: {e}", entry.key)))?;
+    let section = entry.run(studio);
+    studio.end_section();
+    let section = section.map_err(|e| LabError(format!("section {}: {e}", entry.key)))?;
     if let Some(first) = studio.gpu.take_validation_messages().first() {
         return Err(LabError(format!("section {}: Vulkan validation: {first}", entry.key)));
     }

@@ -1,5 +1,6 @@
 //! What the sections of a run share: the device, the settings, the pictures made so far, and the cases to judge at the end.
 
+use std::cell::{Cell, OnceCell};
 use std::collections::BTreeMap;
 use std::ops::Range;
 use std::sync::Arc;
@@ -9,7 +10,7 @@ use super::html::Figure;
 use super::verdict::{Shot, Verdict};
 use crate::gpu::Gpu;
 use crate::lab::error::LabError;
-use crate::lab::progress::Progress;
+use crate::lab::progress::{Bar, Progress};
 use crate::maps::save::encode_png_srgb8;
 use crate::maps::tonemap::{Tonemap, display_image};
 use crate::maps::{MapFault, Rgb8Image, RgbImage};
@@ -31,13 +32,45 @@ pub struct Studio<'a> {
     /// The pictures compared with the truth so far.
     pub cases: Vec<Case>,
     pictures: BTreeMap<String, Vec<u8>>,
+    /// Of the section that is being made, once it draws or tells its steps.
+    bar: OnceCell<Box<dyn Bar>>,
+    /// Pictures rendered for it.
+    rendered: Cell<u32>,
 }
 
 impl<'a> Studio<'a> {
     /// An empty studio.
     #[must_use]
     pub fn new(gpu: Arc<Gpu>, quick: bool, progress: &'a dyn Progress) -> Self {
-        Self { gpu, quick, progress, cases: Vec::new(), pictures: BTreeMap::new() }
+        Self {
+            gpu,
+            quick,
+            progress,
+            cases: Vec::new(),
+            pictures: BTreeMap::new(),
+            bar: OnceCell::new(),
+            rendered: Cell::new(0),
+        }
+    }
+
+    fn bar(&self) -> &dyn Bar {
+        self.bar.get_or_init(|| self.progress.bar(0)).as_ref()
+    }
+
+    /// Begins a section's work of this many steps. Without, its progress is told in pictures.
+    pub fn steps(&self, steps: usize) {
+        self.bar().restart(steps);
+    }
+
+    /// One more step is done.
+    pub fn step(&self) {
+        self.bar().step();
+    }
+
+    /// Ends the progress of a section.
+    pub fn end_section(&mut self) {
+        self.bar = OnceCell::new();
+        self.rendered.set(0);
     }
 
     /// `quick` in a quick run, else `full`.
@@ -71,6 +104,8 @@ impl<'a> Studio<'a> {
         range: Range<u32>,
     ) -> Result<Shot, LabError> {
         let samples = range.len() as u32;
+        self.rendered.set(self.rendered.get() + 1);
+        self.bar().message(&format!("picture {}", self.rendered.get()));
         let output = renderer.render_range(state, settings, range)?;
         let (width, height) = output.size;
         let texels = output.color.iter().map(|c| [c[0], c[1], c[2]]).collect();

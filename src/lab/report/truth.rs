@@ -54,6 +54,8 @@ impl Truth {
                 relief_shadows: self == Self::Shadowed,
                 shadowing: if self == Self::NormalMap { Shadowing::NormalMap } else { default.shadowing },
                 sky_occlusion: false,
+                // An estimate of shadows, which one truth has in full and the others leave out.
+                relief_occlusion: false,
                 ..default
             }),
             // A smooth surface needs no vertex for every texel.

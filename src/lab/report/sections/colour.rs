@@ -124,7 +124,7 @@ pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
     let samples = studio.pick(32, 128);
     let tile = Tile::new(Spectrum::Gaussian, TEXELS, 4.0, 1);
     let (mut html, mut entries, mut findings) = (Html::new(), Vec::new(), Vec::new());
-    let bar = studio.progress.bar(PAINTS.len() * DISTANCES.len() * DEGREES.len());
+    studio.steps(PAINTS.len() * DISTANCES.len() * DEGREES.len());
     for (paint, name) in PAINTS {
         let camera = seen(45.0, DISTANCES[0].0).0;
         let stage = Stage::still(vec![painted(&tile, paint)], Views { near: camera, mid: camera, far: camera });
@@ -190,13 +190,12 @@ pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
                     mean_apart,
                     noise: truth.noise,
                 });
-                bar.step();
+                studio.step();
             }
             html.table(&table);
             findings.push(finding(&format!("{name}, {distance}"), &entries[seen_there..]));
         }
     }
-    drop(bar);
     Section::new(INTRO, findings, &html, &entries)
 }
 

@@ -23,14 +23,16 @@ use crate::maps::material::{Encoding, Input, Material, Raster, Samples, Texture}
 use crate::maps::{HeightMap, procedural};
 use crate::measured::Measured;
 use crate::reflectance::extraction::fit::{Fit, FitOptions, fit};
+use crate::reflectance::masking::shadowing::Shadowing;
 use crate::reflectance::materials::brdf::Brdf;
-use crate::render::settings::Technique;
+use crate::render::settings::{RenderSettings, Technique, Terms};
 use crate::scenes::dressed::sphere_stage;
 use crate::scenes::stage::SPHERE_REPEAT;
 
 const INTRO: &str = "Facets of known slopes found again by power iteration (the thesis' Table 4.I and Figure 4.5); spheres of measured materials \
     and their fits (Figure 4.2); and the materials on displaced spheres (Figures 5.3 to 5.5): one sample of LEADR with the lobes of the fit against the \
-    supersampled reference, whose samples see the table itself, inside of the outline, and beside it one Beckmann lobe of the extracted roughness, the lobes about mips of normals, and Blinn-Phong. \
+    supersampled reference, whose samples see the table itself, inside of the outline, and beside it one Beckmann lobe of the extracted roughness, the lobes about mips of normals, and Blinn-Phong. Bumps \
+    let all light through there, in the truth and in what is compared with it; once, far away, all their shadows are in the truth, and the program's defaults stand beside it. \
     Last, one fit whose slopes a texture of roughness scales (Figure 4.6). The lacquer is made on the spot; measured files are drawn where LEADR_SHARED leads to them.";
 
 /// Roughnesses of Table 4.I, with the thesis' largest errors.
@@ -49,11 +51,17 @@ struct Place {
     name: &'static str,
     /// Pixels of the truth along a pixel of the picture, and how many times as far the view is as the middle one; 1 is the near view.
     block: u32,
+    /// Whether bumps hide light from each other: in the truth, and by default in what is compared with it. Otherwise in neither.
+    shadowed: bool,
 }
 
 /// A pixel of the far pictures sees some 16 bumps, and one of the farthest 256.
-const PLACES: [Place; 3] =
-    [Place { name: "near", block: 1 }, Place { name: "far", block: 14 }, Place { name: "farthest", block: 56 }];
+const PLACES: [Place; 4] = [
+    Place { name: "near", block: 1, shadowed: false },
+    Place { name: "far", block: 14, shadowed: false },
+    Place { name: "farthest", block: 56, shadowed: false },
+    Place { name: "far, shadowed", block: 14, shadowed: true },
+];
 
 /// A material and its fit.
 struct Specimen {
@@ -226,7 +234,7 @@ fn displaced(
 ) -> Result<Vec<DisplacedRow>, LabError> {
     let mut rows: Vec<DisplacedRow> = Vec::new();
     let maps = reliefs(studio);
-    let bar = studio.progress.bar(PLACES.len() * all.len() * maps.len());
+    studio.steps(PLACES.len() * all.len() * maps.len());
     for Specimen { name, fit, .. } in all {
         for ((relief, depth), map) in DEPTHS.into_iter().zip(&maps) {
             let material = dressed(fit, name, map.clone(), depth);
@@ -234,7 +242,7 @@ fn displaced(
             let mut of_lobes = Subject::under_the_sky(studio, sphere_stage(&material, None, tile), 0.0)?;
             let mut of_one =
                 Subject::under_the_sky(studio, sphere_stage(&as_beckmann(&material, fit), None, tile), 0.0)?;
-            for Place { name: place, block } in PLACES {
+            for Place { name: place, block, shadowed } in PLACES {
                 let views = of_lobes.stage.views;
                 // Far pictures are the means of blocks.
                 let far = block > 1;
@@ -242,7 +250,8 @@ fn displaced(
                 let side = if far { studio.pick(8, 14) } else { studio.pick(112, 196) };
                 let (size, samples) = (side * block, (studio.pick(4, 1024) / block).clamp(4, 64));
                 let state = of_lobes.seen_by(&camera);
-                let settings = Truth::Displacement.settings((size, size), samples, 1);
+                let truth = if shadowed { Truth::Shadowed } else { Truth::Displacement };
+                let settings = RenderSettings { shadows: false, ..truth.settings((size, size), samples, 1) };
                 let truth = studio.shoot_truth(&mut of_lobes.renderer, &state, &settings)?;
                 let truth = truth.of_blocks(block).map_err(fault)?;
                 // Inside of the outline, whose smoothness is not what is compared.
@@ -255,7 +264,12 @@ fn displaced(
                     ("mips of normals", Technique::NormalMip, true),
                     ("Blinn-Phong", Technique::BlinnPhong, true),
                 ] {
-                    let settings = Look::of(technique).settings((side, side), 1);
+                    let look = if shadowed {
+                        Look { shading: technique.with(Default::default()), ..Look::of(technique) }
+                    } else {
+                        Look::of(technique).with(Terms::ALL, Shadowing::None)
+                    };
+                    let settings = RenderSettings { shadows: false, ..look.settings((side, side), 1) };
                     let subject = if lobes { &mut of_lobes } else { &mut of_one };
                     forms.push((form, studio.shoot(&mut subject.renderer, &state, &settings)?));
                 }
@@ -267,7 +281,7 @@ fn displaced(
                     ),
                     ["", "picture", "rRMSE", "bias"],
                 );
-                let file = |what: &str| format!("measured-{name}-{relief}-{place}-{what}");
+                let file = |what: &str| format!("measured-{name}-{relief}-{}-{what}", place.replace(", ", "-"));
                 let figure = studio.picture(&file("truth"), &truth.image, 1.0, "truth", Vec::new())?;
                 shown.row([Cell::from("truth"), Cell::Figure(figure.enlarged(block))]);
                 for (number, (form, shot)) in forms.iter().enumerate() {
@@ -291,12 +305,11 @@ fn displaced(
                     });
                 }
                 html.table(&shown);
-                bar.step();
+                studio.step();
             }
         }
     }
-    drop(bar);
-    for Place { name: place, block } in PLACES.into_iter().rev() {
+    for Place { name: place, block, .. } in PLACES.into_iter().rev() {
         for row in rows.iter().filter(|row| row.place == place && row.form.contains("lobes of")) {
             let same = |other: &&DisplacedRow| {
                 other.material == row.material && other.relief == row.relief && other.place == place

@@ -92,15 +92,14 @@ pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
     let sigmas: &[f64] = if studio.quick { &[0.25, 0.5, 1.0, 2.0] } else { &[0.05, 0.25, 0.5, 1.0, 1.5, 2.0] };
     let (views, rays, seeds, side) = studio.pick((8, 128, 3, 256), (24, 384, 6, 512));
     let tiles: Vec<Tile> = (0..seeds).map(|seed| Tile::new(Spectrum::Gaussian, side, 8.0, seed)).collect();
-    let bar = studio.progress.bar(sigmas.len() * Light::ALL.len());
+    studio.steps(sigmas.len() * Light::ALL.len());
     let mut measured = Vec::new();
     for &sigma in sigmas {
         for light in Light::ALL {
             measured.push(measure(light, sigma, views, rays, &tiles));
-            bar.step();
+            studio.step();
         }
     }
-    drop(bar);
     let mut html = Html::new();
     for light in Light::ALL {
         html.plot(&plot(light, &measured));

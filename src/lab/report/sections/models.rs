@@ -42,15 +42,14 @@ pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
     let (views, size) = studio.pick((3, (96, 72)), (24, (256, 192)));
     let files = files();
     let mut models = Models { views, distances: DISTANCES, size, rows: Vec::new(), left_out: Vec::new() };
-    let bar = studio.progress.bar(files.len());
+    studio.steps(files.len());
     for (name, file) in files {
         match searched(studio, &file, views, size)? {
             Ok((triangles, found)) => models.rows.push(Row { file: name, triangles, found }),
             Err(why) => models.left_out.push(format!("{name}: {why}")),
         }
-        bar.step();
+        studio.step();
     }
-    drop(bar);
     Section::new(INTRO, findings(&models), &shown(&models), &models)
 }
 

@@ -30,6 +30,7 @@ const INTRO: &str = "First, heights of a quarter of the resolution with normals 
 /// Texels along the full heights; the coarse ones have a quarter.
 const FULL: u32 = 512;
 const METRES: f32 = 2.0;
+const DISTANCES: [f32; 3] = [1.5, 6.0, 24.0];
 
 #[derive(Serialize)]
 enum Entry {
@@ -78,7 +79,12 @@ fn ground(heights: HeightField, slopes: Option<Vec<[f32; 2]>>, camera: Camera) -
     Stage::still(vec![object], Views { near: camera, mid: camera, far: camera })
 }
 
+fn sigmas(studio: &Studio) -> &'static [f32] {
+    studio.pick::<&[f32]>(&[0.2, 1.0], &[0.1, 0.2, 0.5, 1.0, 2.0])
+}
+
 pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
+    studio.steps(DISTANCES.len() + LIGHTS.len() * sigmas(studio).len());
     let (mut html, mut entries, mut findings) = (Html::new(), Vec::new(), Vec::new());
     both(studio, &mut html, &mut entries, &mut findings)?;
     alone(studio, &mut html, &mut entries, &mut findings)?;
@@ -106,7 +112,7 @@ fn both(
         ),
         ["distance", "heights alone", "height + normal", "rRMSE", "FLIP"],
     );
-    for distance in [1.5, 6.0, 24.0] {
+    for distance in DISTANCES {
         let camera = camera(distance);
         let settings = RenderSettings { size: (size, size), samples: 4, ..Default::default() };
         let state = alone.seen_by(&camera);
@@ -123,6 +129,7 @@ fn both(
             Cell::from(flip),
         ]);
         entries.push(Entry::Both { distance, rrmse, flip });
+        studio.step();
         findings.push(format!(
             "Height + normal against heights of four times the resolution, {distance} m away: rRMSE {} (goal: at most .02 from the middle distance, 6 m, on).",
             number(rrmse)
@@ -146,7 +153,7 @@ fn alone(
 ) -> Result<(), LabError> {
     let size = studio.pick(40, 96);
     let turns = studio.pick(4u32, 12);
-    let sigmas: &[f32] = if studio.quick { &[0.2, 1.0] } else { &[0.1, 0.2, 0.5, 1.0, 2.0] };
+    let sigmas = sigmas(studio);
     let surface =
         Surface::bake(Vec2::ONE, Frequency::High, studio.pick(Detail { patches: 8, tile: 32 }, Detail::PICTURE));
     for (lighting, terms, title) in LIGHTS {
@@ -190,7 +197,12 @@ fn alone(
                 samples: 1,
                 displacement,
                 shadows: false,
-                shading: Technique::Leadr.with(ShadingOptions { terms, shadowing, ..Default::default() }),
+                shading: Technique::Leadr.with(ShadingOptions {
+                    terms,
+                    shadowing,
+                    relief_occlusion: false,
+                    ..Default::default()
+                }),
                 ..Default::default()
             };
             let mapped_truth = mean(studio, truth(Truth::NormalMap, 4 * samples), sigma)?;
@@ -220,6 +232,7 @@ fn alone(
                 Cell::from(mapped_truth.noise),
             ]);
             let [normal_map, displacement, as_relief] = errors;
+            studio.step();
             entries.push(Entry::Sphere { light: lighting_name(lighting), sigma, normal_map, displacement, as_relief });
         }
         let worst = entries.iter().rev().take(sigmas.len()).map(|entry| match entry {

@@ -183,7 +183,7 @@ fn sequence(
     let names = ["truth", "noise of the truth"].into_iter().map(str::to_owned);
     let mut tracks: Vec<Track> =
         names.chain(looks.iter().map(|l| l.name.clone())).map(|look| Track { look, ..Track::default() }).collect();
-    let bar = studio.progress.bar(runs.iter().map(Vec::len).sum());
+    studio.steps(runs.iter().map(Vec::len).sum());
     for run in runs {
         let mut before: Option<Vec<Shot>> = None;
         for &(time, camera) in run {
@@ -199,10 +199,9 @@ fn sequence(
                 add_step(&mut tracks, before, &after, ratio)?;
             }
             before = Some(after);
-            bar.step();
+            studio.step();
         }
     }
-    drop(bar);
     Ok(Sequence { name, size, samples, tracks })
 }
 
@@ -244,7 +243,7 @@ fn all_frames(
 ) -> Result<Vec<(String, [f64; 2])>, LabError> {
     let mut sums = vec![[0.0f64; 2]; looks.len()];
     let mut before: Option<Vec<Shot>> = None;
-    let bar = studio.progress.bar(frames as usize);
+    studio.steps(frames as usize);
     for frame in 0..frames {
         subject.set_time(f64::from(frame) / FPS);
         let state = subject.seen_by(&camera);
@@ -258,9 +257,8 @@ fn all_frames(
             sum[1] = sum[1].max(moved.max / unit);
         }
         before = Some(after);
-        bar.step();
+        studio.step();
     }
-    drop(bar);
     Ok(looks.iter().map(|l| l.name.clone()).zip(sums).collect())
 }
 

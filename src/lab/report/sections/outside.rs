@@ -38,16 +38,15 @@ pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
     let stored = truths()?;
     let quick = studio.quick;
     let wanted: Vec<OutsideTruth> = stored.into_iter().filter(|truth| !quick || is_quick(&truth.case)).collect();
-    let bar = studio.progress.bar(wanted.len());
+    studio.steps(wanted.len());
     let (mut measured, mut missing) = (Vec::new(), 0);
     for truth in &wanted {
         match measure(studio, truth)? {
             Some(row) => measured.push(row),
             None => missing += 1,
         }
-        bar.step();
+        studio.step();
     }
-    drop(bar);
     let mut html = Html::new();
     for (group, title) in [("sphere", "Smooth spheres"), ("flat", "A flat plane"), ("plane", "Relief")] {
         let rows: Vec<&Measured> = measured.iter().filter(|m| m.name.starts_with(&format!("{group}/"))).collect();

@@ -57,7 +57,7 @@ struct Data {
 
 pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
     let maps = maps(studio.quick)?;
-    let bar = studio.progress.bar(maps.len() + 1);
+    studio.steps(maps.len() + 1);
     let (mut pictures, mut files) = (Vec::new(), Vec::new());
     for (name, map, scale) in &maps {
         let found = [Precision::F32, Precision::F16, Precision::Bc].map(|precision| baked(map, precision));
@@ -85,7 +85,7 @@ pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
             shoot(studio, stage(Some(bc.map)), MomentFormat::Float32, 0.0)?,
         ];
         pictures.extend(measure(&format!("plane, {name}"), &shots)?);
-        bar.step();
+        studio.step();
     }
     let tile = studio.pick(16, 64);
     let sphere =
@@ -100,8 +100,7 @@ pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
         let shots = [trex(studio, MomentFormat::Float32)?, trex(studio, MomentFormat::Float16)?];
         pictures.extend(measure("T-rex", &shots)?);
     }
-    bar.step();
-    drop(bar);
+    studio.step();
     let mut table = Table::new(
         "rRMSE of pictures against 32 bits",
         ["scene", "view", "f16 on the device", "f16 file", "block-compressed file"],

@@ -18,7 +18,7 @@ use crate::render::settings::{RenderSettings, ShadingOptions, Technique};
 use crate::scenes::plane::{even, plane};
 use crate::scenes::stage::{Stage, Views};
 
-const INTRO: &str = "A floor chequered in two roughnesses, .1 and .6, in whose mirror the sun stands; a pixel sees several squares. One \
+const INTRO: &str = "A floor chequered in two roughnesses, .1 and .6, in whose mirror the sun stands; seen from so near that a pixel is narrower than a square, and from where it sees several. One \
     sample of LEADR is compared with the supersampled reference for three ways to filter the roughness: two lobes, as the program does; \
     one lobe of the mean variance, which is the paper's section 4.1; and one lobe of the mean roughness, the old filter. The goal is an error \
     of at most a quarter of the old filter's.";
@@ -71,7 +71,7 @@ pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
     let sun = Sky::default().sun_direction.normalize();
     let mirrored = Vec3::new(-sun.x, -sun.y, sun.z);
     let (mut html, mut entries, mut findings) = (Html::new(), Vec::new(), Vec::new());
-    for distance in [6.0, 24.0] {
+    for distance in [6.0, 12.0, 24.0] {
         // The same part of the floor from further away, in fewer pixels.
         let pixels = (size as f32 * 6.0 / distance) as u32;
         let camera = Camera::looking_at(distance * mirrored, Vec3::ZERO, 30.0 * 6.0 / distance);

@@ -38,7 +38,7 @@ pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
             studio.shoot_truth(&mut subject.renderer, &state, &Truth::Displacement.settings(size, samples, 3))?;
         let mut rows: Vec<(String, Shot)> = vec![("truth without shadows of the bumps".to_owned(), open)];
         for shadowing in Shadowing::MAIN {
-            let look = Look::best().with(Terms::ALL, shadowing);
+            let look = Look::default_of_the_program().with(Terms::ALL, shadowing);
             let shot = studio.shoot(&mut subject.renderer, &state, &look.settings(size, 1))?;
             rows.push((format!("leadr, {}", shadowing.name()), shot));
         }

@@ -105,7 +105,7 @@ pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
     let detail = studio.pick(Detail { patches: 8, tile: 32 }, Detail::PICTURE);
     let groups = groups(studio.quick);
     let total: usize = groups.iter().map(|g| g.1.len() * LIGHTS.len()).sum();
-    let bar = studio.progress.bar(total);
+    studio.steps(total);
     let mut rows: Vec<(&'static str, Vec2, Vec<Cell>)> = Vec::new();
     let mut entries = Vec::new();
     for (aspect, sigmas) in &groups {
@@ -118,11 +118,10 @@ pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
                 let (cells, made) = cell(studio, &mut subject, light, sigma)?;
                 rows.push((light.key, sigma, cells));
                 entries.extend(made);
-                bar.step();
+                studio.step();
             }
         }
     }
-    drop(bar);
     let mut html = Html::new();
     for light in &LIGHTS {
         html.heading(light.title);

@@ -93,7 +93,11 @@ fn camera(distance: f32, moved: f32) -> Camera {
 
 /// Settings of a filter on a normal map.
 fn filtered(technique: Technique, size: u32) -> RenderSettings {
-    let mapped = |options: ShadingOptions| ShadingOptions { shadowing: Shadowing::NormalMap, ..options };
+    let mapped = |options: ShadingOptions| ShadingOptions {
+        shadowing: Shadowing::NormalMap,
+        relief_occlusion: false,
+        ..options
+    };
     RenderSettings {
         size: (size, size),
         displacement: false,
@@ -109,7 +113,7 @@ pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
     let samples = studio.pick(8, 64);
     let all = surfaces(studio)?;
     let names: Vec<String> = all.iter().map(|(name, _)| name.clone()).collect();
-    let bar = studio.progress.bar(all.len() * DISTANCES.len());
+    studio.steps(all.len() * DISTANCES.len());
     for (surface, material) in all {
         let mut subject = Subject::under_the_sky(studio, plane_stage(&material, None), 0.0)?;
         let headings = ["distance", "truth"].into_iter().chain(FILTERS.iter().map(|(technique, ..)| technique.name()));
@@ -163,11 +167,10 @@ pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
                 });
             }
             shown.row(cells);
-            bar.step();
+            studio.step();
         }
         html.table(&shown);
     }
-    drop(bar);
     let findings = findings(&rows, &names, &mut html);
     Section::new(INTRO, findings, &html, &rows)
 }

@@ -54,7 +54,7 @@ pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
     let distances: Vec<f64> = (0..=steps).map(|i| from * ratio.powi(i)).collect();
     let mut subject = Subject::rock(studio, studio.pick(16, 32))?;
     let looks = Look::techniques();
-    let bar = studio.progress.bar(distances.len());
+    studio.steps(distances.len());
     // One row per step: the reference, one half of it, every look, and the reference of a GGX base.
     let mut rows: Vec<Vec<Shot>> = Vec::new();
     for &distance in &distances {
@@ -68,9 +68,8 @@ pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
         // The reference is the mean of both seeds; each of them differs from it by as much as it errs itself.
         shots[0] = Shot::mean_of(&shots[0], &shots[1]).map_err(fault)?;
         rows.push(shots);
-        bar.step();
+        studio.step();
     }
-    drop(bar);
     let names = ["reference".to_owned(), "noise of the reference".to_owned()]
         .into_iter()
         .chain(looks.iter().map(|l| l.name.clone()));

@@ -32,11 +32,10 @@ pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
         microsurface::draw,
         differences::draw,
     ];
-    let bar = studio.progress.bar(figures.len());
+    studio.steps(figures.len());
     for draw in figures {
         draw(studio, &mut page)?;
-        bar.step();
+        studio.step();
     }
-    drop(bar);
     Section::new(INTRO, page.findings, &page.html, &page.checks)
 }
