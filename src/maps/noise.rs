@@ -103,6 +103,74 @@ impl Fractal {
     }
 }
 
+/// [`gradient`] on a lattice turned against the axes, over the unit square, which is one repeat.
+struct TurnedLattice {
+    /// The steps of the lattice along one repeat: `(a, b)` of it along s are as long as one along s is.
+    along: [i32; 2],
+    /// The first corner of the table and the corners in its rows.
+    first: i32,
+    width: usize,
+    corners: Vec<[f32; 2]>,
+}
+
+impl TurnedLattice {
+    /// About `cells` cells along a repeat, turned by `degrees`: as nearly as a lattice that repeats can be.
+    fn new(seed: u32, cells: i32, degrees: f32) -> Self {
+        let (sin, cos) = degrees.to_radians().sin_cos();
+        let [a, b] = [cos, sin].map(|part| (cells as f32 * part).round() as i32);
+        // Corners are the same whose places differ by whole repeats: (a, −b) and (b, a).
+        let count = a * a + b * b;
+        let (reach, first) = (a.abs() + b.abs(), -(a.abs() + b.abs()) - 1);
+        let width = (2 * reach + 4) as usize;
+        let corner = |i: i32, j: i32| {
+            corner_gradient(seed, (a * i - b * j).rem_euclid(count), (b * i + a * j).rem_euclid(count))
+        };
+        let ends = first..first + width as i32;
+        let corners = ends.clone().flat_map(|j| ends.clone().map(move |i| corner(i, j))).collect();
+        Self { along: [a, b], first, width, corners }
+    }
+
+    fn at(&self, s: f32, t: f32) -> f32 {
+        let ([a, b], s, t) = (self.along.map(|n| n as f32), s - s.floor(), t - t.floor());
+        let (x, y) = (a * s + b * t, a * t - b * s);
+        let (cx, cy) = (x.floor(), y.floor());
+        let [column, row] = [cx, cy].map(|c| (c as i32 - self.first) as usize);
+        blended(x - cx, y - cy, |i, j| self.corners[(row + j) * self.width + column + i])
+    }
+}
+
+/// Gradient noise that favours no direction, over the unit square, which is one repeat: a lattice of cells shows its rows where few of them
+/// fill a repeat, so this is the sum of three that are turned against each other, as high as one.
+pub(crate) struct Turned([TurnedLattice; 3]);
+
+impl Turned {
+    pub(crate) fn new(seed: u32, cells: i32) -> Self {
+        // Octaves turn on.
+        let turn = 10.0 + 17.0 * (seed % 3) as f32;
+        Self([0, 1, 2].map(|k| TurnedLattice::new(seed.wrapping_add(0x1000 * k), cells, turn + 30.0 * k as f32)))
+    }
+
+    pub(crate) fn at(&self, s: f32, t: f32) -> f32 {
+        self.0.iter().map(|lattice| lattice.at(s, t)).sum::<f32>() / 3f32.sqrt()
+    }
+}
+
+/// Octaves of [`Turned`], each of twice the frequency and `gain` times the height, over the unit square.
+pub(crate) struct TurnedFractal {
+    octaves: Vec<Turned>,
+    gain: f32,
+}
+
+impl TurnedFractal {
+    pub(crate) fn new(seed: u32, cells: i32, octaves: u32, gain: f32) -> Self {
+        Self { octaves: (0..octaves).map(|k| Turned::new(seed.wrapping_add(k), cells << k)).collect(), gain }
+    }
+
+    pub(crate) fn at(&self, s: f32, t: f32) -> f32 {
+        self.octaves.iter().rev().fold(0.0, |sum, octave| octave.at(s, t) + self.gain * sum)
+    }
+}
+
 /// One feature point near a place, of one random point per cell.
 #[derive(Clone, Copy)]
 pub(crate) struct Feature {
@@ -178,6 +246,39 @@ impl<T> Scattered<T> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn turned_noise_repeats_and_favours_no_direction() {
+        for cells in [3, 12, 48] {
+            let noise = Turned::new(7, cells);
+            let n = 256;
+            let at = |i: u32, j: u32| noise.at(i as f32 / n as f32, j as f32 / n as f32);
+            let step = 1.0 / (cells as f32 * 50.0);
+            let (mut square, mut along, mut across, mut diagonal) = (0.0f64, 0.0f64, 0.0f64, 0.0f64);
+            for i in 0..n {
+                for j in 0..n {
+                    let (s, t) = (i as f32 / n as f32, j as f32 / n as f32);
+                    let here = at(i, j);
+                    // Shifts of the table's coordinates by whole repeats are rounded.
+                    assert!((noise.at(s + 3.0, t - 2.0) - here).abs() < 1e-3);
+                    let change = |ds: f32, dt: f32| f64::from(noise.at(s + ds, t + dt) - here).powi(2);
+                    square += f64::from(here * here);
+                    along += change(step, 0.0);
+                    across += change(0.0, step);
+                    diagonal += 0.5 * (change(0.707 * step, 0.707 * step) + change(0.707 * step, -0.707 * step));
+                }
+            }
+            let rms = (square / f64::from(n * n)).sqrt();
+            println!(
+                "{cells} cells: rms {rms:.3}, slopes {:.3} {:.3}",
+                across / along,
+                2.0 * diagonal / (along + across)
+            );
+            assert!((0.2..0.5).contains(&rms), "{rms}");
+            assert!(cells < 12 || (across / along - 1.0).abs() < 0.15, "{cells} cells: {}", across / along);
+            assert!((2.0 * diagonal / (along + across) - 1.0).abs() < 0.1, "{cells} cells");
+        }
+    }
 
     #[test]
     fn tables_give_what_the_functions_give() {

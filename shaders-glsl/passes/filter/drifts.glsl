@@ -1,5 +1,5 @@
-// Open ground from afar: drifts of dust over metres to hundreds of metres, and paths that animals have trodden. Both are sums of plane
-// waves, of which a pixel's footprint takes a known part, so they neither repeat nor shimmer.
+// Open ground from afar: drifts of dust over metres to hundreds of metres, and paths that animals have trodden. Drifts are octaves of noise
+// and paths a sum of plane waves, of which a pixel's footprint takes a known part, so they neither repeat nor shimmer.
 #ifndef LEADR_FILTER_DRIFTS
 #define LEADR_FILTER_DRIFTS
 
@@ -8,8 +8,8 @@ const float PIXEL_VARIANCE = 0.12;
 // A wave and the next: lengths grow by this, and directions turn by the golden angle.
 const float LONGER = 1.6;
 const mat2 TURNED = mat2(-0.7373688, 0.6754903, -0.6754903, -0.7373688);
-const int DRIFT_WAVES = 12;
-const float SHORTEST_DRIFT = 1.3; // metres
+const int DRIFTS = 8;
+const float LARGEST_DRIFT = 102.4; // metres across a cell of its lattice; each is half as large as the one before
 const int PATH_WAVES = 5;
 const float SHORTEST_PATH = 31.0;
 // Half the width of a path, metres.
@@ -28,24 +28,62 @@ float wave_part(vec2 k, mat2 across) {
     return exp(-0.5 * PIXEL_VARIANCE * (dot(turned, turned) + WAVE_SPREAD * WAVE_SPREAD * dot(k, k) * widest));
 }
 
+// Three numbers within -1 and 1 of a corner of a lattice.
+vec3 corner_numbers(ivec2 corner, uint seed) {
+    uint n = uint(corner.x) * 0x9e3779b1u ^ uint(corner.y) * 0x85ebca6bu ^ seed * 0x27d4eb2fu;
+    n = (n ^ (n >> 16)) * 0x7feb352du;
+    n = (n ^ (n >> 15)) * 0x846ca68bu;
+    n ^= n >> 16;
+    return vec3(uvec3(n, n >> 11, n >> 22) & uvec3(0x7ffu, 0x7ffu, 0x3ffu)) * vec3(2.0 / 2047.0, 2.0 / 2047.0, 2.0 / 1023.0) - 1.0;
+}
+
+// A corner's gradient and value at `from` it; values vary by so much that noise is as strong at corners as between them.
+float corner_noise(ivec2 corner, uint seed, vec2 from) {
+    vec3 numbers = corner_numbers(corner, seed);
+    return dot(numbers.xy, from) + 0.408 * numbers.z;
+}
+
+// Noise of variance 1 on a lattice of cells of width 1.
+float lattice_noise(vec2 at, uint seed) {
+    vec2 cell = floor(at), f = at - cell;
+    ivec2 c = ivec2(cell);
+    vec2 fade = f * f * f * (f * (f * 6.0 - 15.0) + 10.0);
+    vec2 left = vec2(corner_noise(c, seed, f), corner_noise(c + ivec2(0, 1), seed, f - vec2(0.0, 1.0)));
+    vec2 right = vec2(corner_noise(c + ivec2(1, 0), seed, f - vec2(1.0, 0.0)), corner_noise(c + 1, seed, f - 1.0));
+    vec2 row = mix(left, right, fade.x);
+    return 4.24 * mix(row.x, row.y, fade.y);
+}
+
+// Part of noise on a lattice of such cells that a pixel lets pass: of waves as long as 1.7 cells, along the longer side of the footprint.
+float noise_part(float cell, float widest) {
+    float k = 6.28318530718 / (1.7 * cell);
+    return exp(-0.5 * PIXEL_VARIANCE * k * k * widest);
+}
+
 // At a place in metres. across: its derivatives by x and y of the image.
 vec3 ground_tint(vec2 place, mat2 across) {
     // Straight crests are bent, by less than they would have to be filtered for.
     const vec2 bend_x = vec2(0.036, 0.061), bend_y = vec2(0.067, -0.029);
     vec2 bent = vec2(sin(dot(bend_x, place) + 0.4) * wave_part(bend_x, across), sin(dot(bend_y, place) + 1.9) * wave_part(bend_y, across));
     vec2 p = place + 3.0 * bent;
-    float drift = 0.0;
-    vec2 k = vec2(6.28318530718 / SHORTEST_DRIFT, 0.0);
-    float amplitude = 0.635;
-    for (int i = 0; i < DRIFT_WAVES; ++i) {
-        drift += amplitude * wave_part(k, across) * cos(dot(k, p) + 3.5 * float(i * i));
-        k = TURNED * k / LONGER;
-        amplitude *= 1.042;
+    float drift = 0.0, height = 0.84, cell = LARGEST_DRIFT;
+    float widest = dot(across[0], across[0]) + dot(across[1], across[1]);
+    // Lattices turn from one octave to the next, so that their rows do not add up.
+    mat2 turned = mat2(1.0);
+    for (int i = 0; i < DRIFTS; ++i) {
+        float part = noise_part(cell, widest);
+        if (part < 0.01) {
+            break;
+        }
+        drift += height * part * lattice_noise(turned * place / cell, uint(i));
+        turned = TURNED * turned;
+        cell *= 0.5;
+        height /= 1.062;
     }
     // A path runs where a broad wave is 0; its distance is that wave over its slope.
     float level = 0.0, left = 0.0;
     vec2 slope = vec2(0.0);
-    k = TURNED * vec2(6.28318530718 / SHORTEST_PATH, 0.0);
+    vec2 k = TURNED * vec2(6.28318530718 / SHORTEST_PATH, 0.0);
     for (int i = 0; i < PATH_WAVES; ++i) {
         float part = wave_part(k, across), phase = dot(k, p) + 1.7 * float(i * i);
         level += part * cos(phase);
