@@ -67,8 +67,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let environment = Environment::from_sky(&gpu, Environment::FACE_SIZE, &sky)?;
     let mut renderer = Renderer::new(&gpu, stage.take_scene(), environment)?;
     let lights = Lights::under(&sky);
-    let normal_mapped =
-        ShadingOptions { shadowing: Shadowing::NormalMap, relief_occlusion: false, ..Default::default() };
+    let normal_mapped = ShadingOptions { shadowing: Shadowing::NormalMap, ..Default::default() };
     let columns = [
         (Technique::NormalMip, 1),
         (Technique::Toksvig, 1),
@@ -84,7 +83,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             size: (SIZE, SIZE),
             samples,
             displacement: false,
-            shading: technique.with(normal_mapped),
+            shading: technique.with(ShadingOptions { relief_occlusion: !technique.is_reference(), ..normal_mapped }),
             tessellation: TessellationSettings { to_texels: false, ..Default::default() },
             ..Default::default()
         };

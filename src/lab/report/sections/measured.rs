@@ -44,7 +44,7 @@ const GOAL: f64 = 0.03;
 /// Metres for a unit of height: bumps whose slopes deviate by .25, and grooves of 4 mm.
 const DEPTHS: [(&str, f32); 2] = [("rugged", 0.25 * SPHERE_REPEAT), ("scratched", 0.004)];
 /// Width of the bumps as a part of a repeat.
-const FEATURE: f32 = 0.006;
+const FEATURE: f32 = 0.012;
 /// Where a displaced sphere is seen from.
 #[derive(Clone, Copy)]
 struct Place {
@@ -248,7 +248,8 @@ fn displaced(
                 let far = block > 1;
                 let camera = if far { framed_from(&views.mid, block as f32) } else { views.near };
                 let side = if far { studio.pick(8, 14) } else { studio.pick(112, 196) };
-                let (size, samples) = (side * block, (studio.pick(4, 1024) / block).clamp(4, 64));
+                let most = if shadowed { 16 } else { 64 };
+                let (size, samples) = (side * block, (studio.pick(4, 1024) / block).clamp(4, most));
                 let state = of_lobes.seen_by(&camera);
                 let truth = if shadowed { Truth::Shadowed } else { Truth::Displacement };
                 let settings = RenderSettings { shadows: false, ..truth.settings((size, size), samples, 1) };

@@ -93,11 +93,7 @@ fn camera(distance: f32, moved: f32) -> Camera {
 
 /// Settings of a filter on a normal map.
 fn filtered(technique: Technique, size: u32) -> RenderSettings {
-    let mapped = |options: ShadingOptions| ShadingOptions {
-        shadowing: Shadowing::NormalMap,
-        relief_occlusion: false,
-        ..options
-    };
+    let mapped = |options: ShadingOptions| ShadingOptions { shadowing: Shadowing::NormalMap, ..options };
     RenderSettings {
         size: (size, size),
         displacement: false,
