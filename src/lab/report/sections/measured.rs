@@ -44,7 +44,7 @@ const GOAL: f64 = 0.03;
 /// Metres for a unit of height: bumps whose slopes deviate by .25, and grooves of 4 mm.
 const DEPTHS: [(&str, f32); 2] = [("rugged", 0.25 * SPHERE_REPEAT), ("scratched", 0.004)];
 /// Width of the bumps as a part of a repeat.
-const FEATURE: f32 = 0.012;
+const FEATURE: f32 = 0.006;
 /// Where a displaced sphere is seen from.
 #[derive(Clone, Copy)]
 struct Place {
