@@ -129,6 +129,19 @@ fn two_roughnesses_keep_both_highlights() {
     assert!(variance > 0.1);
 }
 
+/// Where a pixel is as wide as the squares, one tap would blur each with its neighbours.
+#[test]
+fn pixels_as_wide_as_what_changes_stay_sharp() {
+    let Some(gpu) = test_gpu() else { return };
+    let sun = Sky::default().sun_direction.normalize();
+    let mirrored = Vec3::new(-sun.x, -sun.y, sun.z);
+    for distance in [2.0, 3.5] {
+        let camera = Camera::looking_at(distance * mirrored, Vec3::ZERO, 30.0);
+        let [mixed, variance, mean] = errors(&gpu, floor, camera, [1, 256]);
+        assert!(mixed < 0.15 * variance.min(mean), "{distance}: {mixed} {variance} {mean}");
+    }
+}
+
 #[test]
 fn two_roughnesses_on_relief() {
     let Some(gpu) = test_gpu() else { return };

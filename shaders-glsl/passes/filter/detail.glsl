@@ -45,7 +45,7 @@ void add_detail(inout DetailMeans sum, vec2 c, mat2 by_place, mat2 across, mat2 
     mat2 detail_by_place = to_detail * by_place;
     vec2 size = vec2(textureSize(detail_a, 0));
     mat2 texels = detail_by_place * across;
-    Footprint footprint = detail_footprint(texels[0] * size, texels[1] * size);
+    Footprint footprint = detail_footprint(texels[0] * size, texels[1] * size, OF_SLOPES);
     vec2 at = to_detail * c + detail_offsets.xy;
     vec4 a = vec4(0.0);
     float b = 0.0;
@@ -63,7 +63,7 @@ void add_detail(inout DetailMeans sum, vec2 c, mat2 by_place, mat2 across, mat2 
         mat2 to_mask = mat2(mask_linear.xy, mask_linear.zw);
         vec2 mask_size = vec2(textureSize(detail_mask, 0));
         mat2 mask_texels = to_mask * by_place * across;
-        Footprint wide = detail_footprint(mask_texels[0] * mask_size, mask_texels[1] * mask_size);
+        Footprint wide = detail_footprint(mask_texels[0] * mask_size, mask_texels[1] * mask_size, OF_IMAGE);
         vec2 there = to_mask * c + detail_offsets.zw;
         mask = vec2(0.0);
         for (int i = 0; i < wide.taps; ++i) {
@@ -80,7 +80,7 @@ void add_detail(inout DetailMeans sum, vec2 c, mat2 by_place, mat2 across, mat2 
     }
     if (DETAIL_COLORS != DETAIL_COLORLESS) {
         vec2 color_size = vec2(textureSize(detail_colors, 0));
-        Footprint of_colors = detail_footprint(texels[0] * color_size, texels[1] * color_size);
+        Footprint of_colors = detail_footprint(texels[0] * color_size, texels[1] * color_size, OF_IMAGE);
         vec4 color = vec4(0.0);
         for (int i = 0; i < of_colors.taps; ++i) {
             color += linear_color(textureLod(detail_colors, at + tap(of_colors, i) / color_size, of_colors.lod));

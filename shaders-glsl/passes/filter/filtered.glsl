@@ -17,6 +17,7 @@
 #include "atlas.glsl"
 
 layout(constant_id = 40) const int MAX_TAPS = 8; // taps along the long axis of the pixel's footprint
+layout(constant_id = 66) const int MATERIAL_ROWS = 1; // rows of them across it, in images of the material
 // Which maps the object has. Constants, since drivers without divergent branches (lavapipe) run both sides of an `if`.
 layout(constant_id = 41) const bool ATLAS = false; // one tile per patch
 layout(constant_id = 42) const bool DISPLACED = true;
@@ -66,65 +67,86 @@ uniform sampler2D horizon_a; // lean, deviations of the spread: leadr/visible/ho
 uniform sampler2D horizon_b; // their correlation
 
 struct Footprint {
-    vec2 step;    // between taps, texels
-    int taps;
+    vec2 step;    // between taps along the footprint, texels
+    vec2 row;     // between rows of them, across it
+    int rows;
+    int taps;     // in all rows
     float lod;    // of the taps
+    float level;  // that of taps in one row, as wide as the footprint is across
     float across; // level of detail whose texels are as wide as the footprint is across
     float widest; // and as it is long
 };
 
+const Footprint POINT_FOOTPRINT = Footprint(vec2(0.0), vec2(0.0), 1, 1, 0.0, 0.0, 0.0, 0.0);
+
 // Variance of a trilinear tap against that of a pixel as wide as its texels. The mean over a texel has 1/12, the interpolation 1/6,
 // a pixel 1/12: that is 3. Measured: somewhat less, for wider taps, is nearer to the truth where they stand apart.
 const float TAP_VARIANCE = 2.5;
+// What a map is between its texels, before a pixel averages it: an image is a tap of its finest level, and so is what is averaged.
+// Slopes are those of triangles.
+const float OF_IMAGE = TAP_VARIANCE, OF_SLOPES = 0.0;
 // Further taps for each further width of the footprint along it.
 const float OVERLAP = 1.3;
 
+// The squared distance between `taps` taps in a line that together have this second moment, as if each had the shape of a pixel, and the
+// squared width of each of them. No tap is narrower than `narrowest`.
+float taps_apart(float squared, float taps, float narrowest, out float width_squared) {
+    width_squared = max(squared / (taps * taps), narrowest);
+    return taps < 1.5 ? 0.0 : max(squared - width_squared, 0.0) / max(taps * taps - 1.0, 1.0);
+}
+
 // Moments are linear, so a few isotropic taps along the long axis stand for the elliptical footprint of a pixel. Widths and
 // distances of taps keep the second moment of the footprint, so nothing jumps when the number of taps changes.
-// dx, dy: derivatives in texels of the map; reach: longest distance of a tap, texels.
-Footprint elliptical_footprint(vec2 dx, vec2 dy, float reach) {
+// dx, dy: derivatives in texels of the map; reach: longest distance of a tap, texels; own: second moment of what is averaged.
+Footprint elliptical_footprint(vec2 dx, vec2 dy, float reach, float own, int rows) {
     float xx = dot(dx, dx), yy = dot(dy, dy);
     vec2 along = xx > yy ? dx : dy;
     float major_squared = max(xx, yy);
     float major = sqrt(major_squared);
     // The width across the long axis: the area of the footprint over its length.
     float minor = abs(dx.x * dy.y - dx.y * dy.x) / max(major, 1e-20);
+    float row_width_squared, width_squared;
+    float row_squared = taps_apart(minor * minor + own, float(rows), TAP_VARIANCE, row_width_squared);
     Footprint footprint;
+    footprint.rows = rows;
     // Clamped as a float, and with `for` loops over the taps: an integer bound lets lavapipe unroll them all and run every one, and
     // a `do` loop gives wrong pixels there.
-    footprint.taps = int(clamp(ceil(1.0 + OVERLAP * (major / max(minor, 1.0) - 1.0)), 1.0, float(MAX_TAPS)));
-    float taps = float(footprint.taps);
-    float intervals_squared = max(taps * taps - 1.0, 1.0);
-    // As if taps had the shape of a pixel; no tap is narrower than a texel.
-    float narrowest = max(minor * minor, TAP_VARIANCE);
-    float width_squared = max(major_squared / (taps * taps), narrowest);
-    float step_squared = footprint.taps == 1 ? 0.0 : max(major_squared - width_squared, 0.0) / intervals_squared;
+    float taps = clamp(ceil(float(rows) * (1.0 + OVERLAP * (major / max(minor, 1.0) - 1.0))), 1.0, float(MAX_TAPS * rows));
+    footprint.taps = int(taps) * rows;
+    float step_squared = taps_apart(major_squared + own, taps, row_width_squared, width_squared);
     float longest = 2.0 * reach / max(taps - 1.0, 1.0);
     if (step_squared > longest * longest) {
         // Where the taps cannot reach, wider taps cover the rest.
         step_squared = longest * longest;
-        width_squared = major_squared - step_squared * intervals_squared;
+        width_squared = major_squared + own - step_squared * max(taps * taps - 1.0, 1.0);
     }
-    footprint.step = along * (sqrt(step_squared) / max(major, 1e-20));
+    along /= max(major, 1e-20);
+    footprint.step = along * sqrt(step_squared);
+    footprint.row = vec2(-along.y, along.x) * min(sqrt(row_squared), 2.0 * reach / max(float(rows) - 1.0, 1.0));
     footprint.lod = max(0.5 * log2(width_squared / TAP_VARIANCE), 0.0);
-    footprint.across = max(0.5 * log2(width_squared), 0.0);
+    footprint.level = max(0.5 * log2(max(width_squared, minor * minor + own) / TAP_VARIANCE), 0.0);
+    footprint.across = max(0.5 * log2(max(width_squared, minor * minor)), 0.0);
     footprint.widest = max(0.5 * log2(major_squared), 0.0);
     return footprint;
 }
 
+// From the middle of the footprint, texels.
 vec2 tap(Footprint footprint, int i) {
-    return footprint.step * (float(i) + 0.5 - 0.5 * float(footprint.taps));
+    float in_row = float(footprint.taps / footprint.rows);
+    float row = footprint.rows == 1 ? 0.0 : floor((float(i) + 0.5) / in_row);
+    return footprint.step * (float(i) - row * in_row + 0.5 - 0.5 * in_row)
+         + footprint.row * (row + 0.5 - 0.5 * float(footprint.rows));
 }
 
-Footprint footprint_over(vec2 dx, vec2 dy, float reach) {
+Footprint footprint_over(vec2 dx, vec2 dy, float reach, float own, int rows) {
     if (FINEST_LEVEL) {
-        return Footprint(vec2(0.0), 1, 0.0, 0.0, 0.0);
+        return POINT_FOOTPRINT;
     }
-    Footprint footprint = elliptical_footprint(dx, dy, reach);
+    Footprint footprint = elliptical_footprint(dx, dy, reach, own, rows);
     if (ATLAS) {
         // Samples that patches share stand for wider parts than texels do.
-        float beyond = clamp(0.5 * (footprint.across - float(SOURCE_LEVEL)) + 0.5, 0.0, 1.0);
-        footprint.lod = mix(footprint.lod, footprint.across, beyond);
+        float wider = footprint.lod + 0.5 * log2(TAP_VARIANCE);
+        footprint.lod = mix(footprint.lod, wider, clamp(0.5 * (wider - float(SOURCE_LEVEL)) + 0.5, 0.0, 1.0));
     }
     return footprint;
 }
@@ -167,8 +189,8 @@ vec4 filter_atlas_light(Footprint footprint, uint index, vec2 at, Levels levels)
 }
 #ifdef LEADR_DETAIL
 // Of textures that repeat: nothing ends at the border of a tile.
-Footprint detail_footprint(vec2 dx, vec2 dy) {
-    return FINEST_LEVEL ? Footprint(vec2(0.0), 1, 0.0, 0.0, 0.0) : elliptical_footprint(clamp(dx, -6e4, 6e4), clamp(dy, -6e4, 6e4), 1e9);
+Footprint detail_footprint(vec2 dx, vec2 dy, float own) {
+    return FINEST_LEVEL ? POINT_FOOTPRINT : elliptical_footprint(clamp(dx, -6e4, 6e4), clamp(dy, -6e4, 6e4), 1e9, own, 1);
 }
 #include "detail.glsl"
 #endif
@@ -224,9 +246,9 @@ struct Chart {
     mat2 across;
 };
 
-Footprint footprint_in(Chart chart, sampler2D map) {
+Footprint footprint_in(Chart chart, sampler2D map, float own, int rows) {
     vec2 size = vec2(textureSize(map, 0));
-    return footprint_over(clamp(chart.across[0] * size, -6e4, 6e4), clamp(chart.across[1] * size, -6e4, 6e4), 1e9);
+    return footprint_over(clamp(chart.across[0] * size, -6e4, 6e4), clamp(chart.across[1] * size, -6e4, 6e4), 1e9, own, rows);
 }
 
 // Where a flat object lies on the lattice of its looks, in repeats.
@@ -306,7 +328,7 @@ void filter_axis_moments(AxisViews views, vec2 place, mat2 across, inout Means m
     for (int axis = 0; axis < 3; ++axis) {
         if (views.weights[axis] > 0.0) {
             vec2 seen = seen_at(views.rest, axis, place, views.normal);
-            Footprint footprint = footprint_in(Chart(seen, views.by_place[axis] * across), moments_a);
+            Footprint footprint = footprint_in(Chart(seen, views.by_place[axis] * across), moments_a, OF_SLOPES, 1);
             filter_moments(footprint, seen, means);
             heights[axis] = textureLod(height_map, seen, footprint.lod).x - level;
             // The chain rule.
@@ -433,7 +455,7 @@ Chart chart_of(uint chart, uint index, vec2 place, mat2 across, vec2 texcoord, m
 
 // The mean of a map under a footprint.
 vec4 filter_map(sampler2D map, Chart chart, PlacedLooks looks) {
-    Footprint footprint = footprint_in(chart, map);
+    Footprint footprint = footprint_in(chart, map, OF_IMAGE, 1);
     vec4 sum = vec4(0.0);
     if (BY_EXAMPLE) {
         // By shares, since it may be a direction.
@@ -583,7 +605,7 @@ FilteredSurface filtered_mesh(ivec2 pixel, vec2 at, uvec4 seen, out float area) 
 #ifdef LEADR_DETAIL
     vec2 drawn = surface.texcoord;
 #endif
-    Footprint footprint = footprint_over(dx, dy, ATLAS ? tile_inner() : 1e9);
+    Footprint footprint = footprint_over(dx, dy, ATLAS ? tile_inner() : 1e9, OF_SLOPES, MATERIAL_ROWS);
     float color_lod = footprint.lod;
     PlacedLooks looks = NO_LOOKS;
     vec2 passing = vec2(0.0);
@@ -594,10 +616,10 @@ FilteredSurface filtered_mesh(ivec2 pixel, vec2 at, uvec4 seen, out float area) 
         float longest = sqrt(max(dot(dx, dx), dot(dy, dy)));
         if (ATLAS) {
             // Coarser levels of a tile do not agree with its neighbours.
-            vec2 refined = refined_texcoord(index, looks, surface, ray, texels, min(footprint.lod, float(SOURCE_LEVEL)), longest, passing);
-            surface.texcoord = mix(refined, surface.texcoord, clamp(footprint.lod - float(SOURCE_LEVEL), 0.0, 1.0));
+            vec2 refined = refined_texcoord(index, looks, surface, ray, texels, min(footprint.level, float(SOURCE_LEVEL)), longest, passing);
+            surface.texcoord = mix(refined, surface.texcoord, clamp(footprint.level - float(SOURCE_LEVEL), 0.0, 1.0));
         } else {
-            surface.texcoord = refined_texcoord(index, looks, surface, ray, texels, footprint.lod, longest, passing);
+            surface.texcoord = refined_texcoord(index, looks, surface, ray, texels, footprint.level, longest, passing);
         }
     }
     if (ATLAS) {
@@ -607,7 +629,7 @@ FilteredSurface filtered_mesh(ivec2 pixel, vec2 at, uvec4 seen, out float area) 
             filter_axis_moments(views, surface.texcoord, texcoord_across, means);
         } else if (USES_SLOPES && DISPLACED && BY_EXAMPLE) {
             if (FINEST_LEVEL || !RELIEF_DRAWN) {
-                tiled_height(height_map, looks, surface.texcoord + tiling_shift(), footprint.lod, passing);
+                tiled_height(height_map, looks, surface.texcoord + tiling_shift(), footprint.level, passing);
             }
             filter_tiled_moments(footprint, looks, surface.texcoord, passing, means);
         } else if (USES_SLOPES && DISPLACED) {
@@ -615,7 +637,7 @@ FilteredSurface filtered_mesh(ivec2 pixel, vec2 at, uvec4 seen, out float area) 
         }
         if (COLORED) {
             Chart chart = chart_of(CHART_COLORS, index, place, across, surface.texcoord, texcoord_across);
-            Footprint of_colors = footprint_in(chart, color_map);
+            Footprint of_colors = footprint_in(chart, color_map, OF_IMAGE, MATERIAL_ROWS);
             if (BY_EXAMPLE) {
                 filter_tiled_material(of_colors, looks, chart.at, means);
             } else {
@@ -744,7 +766,7 @@ FilteredSurface filtered_mesh(ivec2 pixel, vec2 at, uvec4 seen, out float area) 
         vec3 open = means.cone.x * s - means.cone.y * t + means.cone.z * surface.normal;
         filtered.cone = vec4(to_frame(frame, open), means.cone.w);
     }
-    filtered.lod = footprint.lod;
+    filtered.lod = footprint.level;
     filtered.joined = ATLAS ? joined_part(footprint.across) : 0.0;
     filtered.relief = object.relief;
     area = abs(determinant(texcoord_across) * chart_area);

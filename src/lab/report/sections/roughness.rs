@@ -27,6 +27,8 @@ const ALPHAS: [f32; 2] = [0.1, 0.6];
 /// Between both.
 const THRESHOLD: f32 = 0.25;
 const TEXELS: u32 = 64;
+/// Metres: a pixel is .8 to 6.4 squares wide.
+const DISTANCES: [f32; 6] = [6.0, 9.0, 12.0, 18.0, 24.0, 48.0];
 
 /// How roughness is filtered.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -71,7 +73,7 @@ pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
     let sun = Sky::default().sun_direction.normalize();
     let mirrored = Vec3::new(-sun.x, -sun.y, sun.z);
     let (mut html, mut entries, mut findings) = (Html::new(), Vec::new(), Vec::new());
-    for distance in [6.0, 12.0, 24.0] {
+    for distance in DISTANCES {
         // The same part of the floor from further away, in fewer pixels.
         let pixels = (size as f32 * 6.0 / distance) as u32;
         let camera = Camera::looking_at(distance * mirrored, Vec3::ZERO, 30.0 * 6.0 / distance);
