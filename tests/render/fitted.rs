@@ -26,6 +26,7 @@ use leadr::render::frame::Renderer;
 use leadr::render::light::sky::Sky;
 use leadr::render::scene::{FrameState, MaterialMap, Object, Pose};
 use leadr::render::settings::{RenderSettings, ShadingOptions, Technique};
+use leadr::render::surfaces::displacement::HeightField;
 use leadr::scenes::dressed;
 use leadr::scenes::sphere::displaced_sphere;
 
@@ -76,7 +77,11 @@ fn kept(alpha: f32) -> f32 {
 
 /// A black sphere with a relief, or a smooth one, whose mirrors are `alpha` rough or those of a fit.
 fn sphere(relief: f32, alpha: f32, fit: Option<FittedTable>) -> Object {
-    let (mesh, heights) = displaced_sphere(&bumps(256, 5.0, 3), 1.0, 8, 16, [1.0; 4]);
+    sphere_of(&bumps(256, 5.0, 3), relief, alpha, fit)
+}
+
+fn sphere_of(bumps: &HeightField, relief: f32, alpha: f32, fit: Option<FittedTable>) -> Object {
+    let (mesh, heights) = displaced_sphere(bumps, 1.0, 8, 16, [1.0; 4]);
     let map = MaterialMap {
         fit: fit.map(Arc::new),
         ..MaterialMap::new(
@@ -192,6 +197,27 @@ fn references_see_the_table() {
         let rougher = table(&[lobe(1.0, 1.25 * f64::from(kept(alpha)))], schlick(), kept(alpha));
         let (other, _) = errors(&expected, &picture(&gpu, sphere(0.1, alpha, Some(rougher)), &settings));
         assert!(other > rrmse, "{other} {rrmse}");
+    }
+}
+
+/// Bumps as narrow as texels: what a map knows of the slopes between them widens a table's facets as it widens a lobe.
+#[test]
+fn references_see_what_lies_between_texels() {
+    let Some(gpu) = test_gpu() else { return };
+    let alpha = 0.12;
+    let rugged = bumps(256, 2.0, 3);
+    let picture = |relief: f32, fit: bool, relief_shadows: bool, samples: u32| {
+        let fit = fit.then(|| table(&[lobe(1.0, f64::from(kept(alpha)))], schlick(), kept(alpha)));
+        let settings = settings(Technique::Reference, samples, relief_shadows);
+        picture(&gpu, sphere_of(&rugged, relief, alpha, fit), &settings)
+    };
+    for (relief_shadows, samples) in [(false, 256), (true, 64)] {
+        let expected = picture(0.1, false, relief_shadows, samples);
+        let (rrmse, bias) = errors(&expected, &picture(0.1, true, relief_shadows, samples));
+        let (lower, _) = errors(&expected, &picture(0.08, false, relief_shadows, samples));
+        println!("shadows {relief_shadows}: rRMSE {rrmse:.4}, bias {bias:.4}; of a lower relief {lower:.4}");
+        // A facet is drawn for each sample, so noise is most of it: half of it with four times the samples.
+        assert!(rrmse < 0.7 * lower && bias.abs() < 0.02, "{relief_shadows}: {rrmse} {bias} {lower}");
     }
 }
 

@@ -43,6 +43,9 @@ vec2 drawn_point(uint index, uint seed) {
     return (vec2(digits >> 8) + 0.5) / 16777216.0;
 }
 
+// The kind of draws that choose a facet; lower ones are of mirrors, the hemisphere and lights.
+const uint FACET_DRAW = 0x100u;
+
 // The seed of a pixel for one kind of draws.
 uint draw_seed(uvec2 pixel, uint seed, uint kind) {
     return mixed_bits(pixel.x + mixed_bits(pixel.y + mixed_bits(seed + mixed_bits(kind))));

@@ -468,7 +468,9 @@ vec3 leadr_radiance(Surface surface, float environment_scale) {
     }
     FittedFacet facet;
     if (exact) {
-        facet = fitted_facet(surface.fit, surface.alpha, wo, surface.slope_covariance);
+        vec2 u = drawn_point(lighting.draws.x, draw_seed(surface.pixel, lighting.draws.y, FACET_DRAW));
+        vec3 normal = fitted_normal(surface.fit, wo, m, diffuse_s, MAPPED, u);
+        facet = fitted_facet(surface.fit, surface.alpha, wo, normal, diffuse_s);
     }
     vec3 radiance = vec3(0.0);
 

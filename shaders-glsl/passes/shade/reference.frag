@@ -187,7 +187,9 @@ void main() {
     facet.dip = surface.dip;
     facet.fitted = fitted;
     if (fitted) {
-        facet.facet = fitted_facet(surface.fit, surface.alpha, surface.wo, widest);
+        vec2 u = drawn_point(uint(lighting.counts.w), draw_seed(uvec2(pixel), lighting.seed.x, FACET_DRAW));
+        vec3 normal = fitted_normal(surface.fit, facet.wo, facet.m, facet.diffuse_s, false, u);
+        facet.facet = fitted_facet(surface.fit, surface.alpha, facet.wo, normal, widest);
     }
     facet.albedo = surface.albedo * (1.0 - visible_fresnel(facet.wo, facet.m, facet.specular_s, surface.body_f0));
     facet.visible = visible_area(facet.wo, facet.m, facet.specular_s);
