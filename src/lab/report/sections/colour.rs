@@ -11,8 +11,8 @@ use crate::lab::report::section::Section;
 use crate::lab::report::studio::{Studio, fault};
 use crate::lab::report::subject::Subject;
 use crate::lab::report::truth::Truth;
-use crate::lab::report::verdict::judge;
-use crate::maps::RgbImage;
+use crate::lab::report::verdict::{Shot, judge};
+use crate::maps::{MapFault, RgbImage};
 use crate::render::camera::Camera;
 use crate::render::scene::{MaterialMap, Object};
 use crate::render::settings::{RenderSettings, ShadingOptions, Technique};
@@ -24,9 +24,10 @@ const INTRO: &str = "A matte plane of Gaussian bumps (slopes of deviation .6), r
     face one way, and nowhere. Near, a pixel sees about three bumps, far about fifty. One sample of LEADR under sky and sun is compared with the supersampled \
     reference whose bumps shadow each other: with colours that follow the relief, and with colours and light filtered \
     apart from each other (--relief-color off). The goal is a fifth of that error. The mean colour is the share of red, green and blue in \
-    the light of the whole picture, so that neither brightness nor the place of a few bumps counts. Over the pixels, both count: where \
-    nothing is painted, what is left is what the model of masking and shadowing gets wrong about brightness, and no colour can be nearer \
-    than that.";
+    the light of the whole picture, so that neither brightness nor the place of a few bumps counts. Over the pixels, both count. Pictures of \
+    several reliefs of the same kind are averaged, so that the error is that of the filter, without the grain that the few bumps of a pixel \
+    have; the error with the grain of a single relief stands beside it. Where nothing is painted, what is left is what the model of masking \
+    and shadowing gets wrong about brightness, and no colour can be nearer than that.";
 
 /// The part of the error of independent filtering that is the goal.
 const GOAL: f64 = 0.2;
@@ -40,6 +41,8 @@ const DISTANCES: [(u32, &str); 2] = [(TRUTH, "near"), (64, "far")];
 /// mean colour of a far truth is off by more than a tenth.
 const TRUTH: u32 = 16;
 const SIGMA: f32 = 0.6;
+/// Reliefs whose pictures are averaged.
+const RELIEFS: u32 = 4;
 const DEGREES: [f32; 6] = [15.0, 30.0, 45.0, 60.0, 70.0, 80.0];
 
 /// What is red.
@@ -64,6 +67,35 @@ struct Entry {
     mean_followed: f64,
     mean_apart: f64,
     noise: f64,
+    /// As `followed` and `apart`, with the grain of single reliefs: their mean.
+    followed_one: f64,
+    apart_one: f64,
+}
+
+/// A view of one relief: the truth, and one sample with colours that follow it and with colours filtered apart.
+struct Shown {
+    truth: Shot,
+    followed: Shot,
+    apart: Shot,
+}
+
+impl Shown {
+    /// The mean of views of several reliefs, whose truths are independent.
+    fn mean(all: &[Self]) -> Result<Self, MapFault> {
+        let mean = |of: fn(&Self) -> &Shot| Shot::mean(&all.iter().map(|one| of(one).clone()).collect::<Vec<_>>());
+        let noise = all.iter().map(|one| one.truth.noise).sum::<f64>() / (all.len() as f64).powf(1.5);
+        Ok(Self {
+            truth: Shot { noise, ..mean(|one| &one.truth)? },
+            followed: mean(|one| &one.followed)?,
+            apart: mean(|one| &one.apart)?,
+        })
+    }
+
+    /// Relative RMSE over the pixels of both.
+    fn errors(&self) -> Result<[f64; 2], MapFault> {
+        let of = |shot| Ok(judge(&self.truth, shot, 1.0)?.object.rrmse);
+        Ok([of(&self.followed)?, of(&self.apart)?])
+    }
 }
 
 /// The share of each channel in the light of the object.
@@ -120,19 +152,45 @@ fn seen(degrees: f32, per_pixel: u32) -> (Camera, (u32, u32)) {
     (Camera { near: 1.0, ..Camera::looking_at(toward * distance, Vec3::ZERO, fov) }, (columns, rows))
 }
 
+/// A view of a relief from `degrees`.
+fn shown(studio: &Studio, subject: &mut Subject, degrees: f32, per_pixel: u32, seed: u64) -> Result<Shown, LabError> {
+    let samples: u32 = studio.pick(32, 128 / RELIEFS);
+    let ((camera, size), block) = (seen(degrees, per_pixel), per_pixel / TRUTH);
+    let state = subject.seen_by(&camera);
+    let settings = Truth::Shadowed.settings((size.0 * block, size.1 * block), samples, seed);
+    let settings = RenderSettings { shadows: false, ..settings };
+    let truth = studio.shoot_truth(&mut subject.renderer, &state, &settings)?.of_blocks(block).map_err(fault)?;
+    let mut one = |relief_color| {
+        let shading = Technique::Leadr.with(ShadingOptions { relief_color, ..Default::default() });
+        let settings = RenderSettings { size, samples: 1, shading, shadows: false, ..Default::default() };
+        studio.shoot(&mut subject.renderer, &state, &settings)
+    };
+    Ok(Shown { truth, followed: one(true)?, apart: one(false)? })
+}
+
 pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
-    let samples = studio.pick(32, 128);
-    let tile = Tile::new(Spectrum::Gaussian, TEXELS, 4.0, 1);
     let (mut html, mut entries, mut findings) = (Html::new(), Vec::new(), Vec::new());
-    studio.steps(PAINTS.len() * DISTANCES.len() * DEGREES.len());
+    let reliefs = studio.pick(1, RELIEFS);
+    let views: Vec<(u32, f32)> = DISTANCES.iter().flat_map(|&(d, _)| DEGREES.map(|degrees| (d, degrees))).collect();
+    studio.steps(PAINTS.len() * views.len() * reliefs as usize);
     for (paint, name) in PAINTS {
-        let camera = seen(45.0, DISTANCES[0].0).0;
-        let stage = Stage::still(vec![painted(&tile, paint)], Views { near: camera, mid: camera, far: camera });
-        let mut subject = Subject::under_the_sky(studio, stage, 0.0)?;
+        let mut pictures: Vec<Vec<Shown>> = views.iter().map(|_| Vec::new()).collect();
+        for relief in 1..=reliefs {
+            let camera = seen(45.0, DISTANCES[0].0).0;
+            let tile = Tile::new(Spectrum::Gaussian, TEXELS, 4.0, u64::from(relief));
+            let stage = Stage::still(vec![painted(&tile, paint)], Views { near: camera, mid: camera, far: camera });
+            let mut subject = Subject::under_the_sky(studio, stage, 0.0)?;
+            for (&(per_pixel, degrees), pictures) in views.iter().zip(&mut pictures) {
+                pictures.push(shown(studio, &mut subject, degrees, per_pixel, u64::from(relief))?);
+                studio.step();
+            }
+        }
+        let mut pictures = views.iter().zip(&pictures);
         for (per_pixel, distance) in DISTANCES {
             let mut table = Table::new(
                 format!(
-                    "Painted: {name}, {distance}; rRMSE of the whole picture against {samples} samples of the reference for each {TRUTH} texels"
+                    "Painted: {name}, {distance}; rRMSE of the whole picture, reliefs: {reliefs}, against {} samples of the reference for each {TRUTH} texels",
+                    studio.pick(32, 128)
                 ),
                 [
                     "seen from",
@@ -142,6 +200,7 @@ pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
                     "rRMSE",
                     "rRMSE apart",
                     "part",
+                    "part of single reliefs",
                     "mean colour",
                     "mean colour apart",
                     "part",
@@ -149,37 +208,36 @@ pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
                 ],
             );
             let seen_there = entries.len();
-            for degrees in DEGREES {
-                let ((camera, size), block) = (seen(degrees, per_pixel), per_pixel / TRUTH);
+            for (&(_, degrees), all) in pictures.by_ref().take(DEGREES.len()) {
                 let file = |what: &str| format!("colour-{}-{distance}-{degrees}-{what}", name.replace(' ', "-"));
-                let state = subject.seen_by(&camera);
-                let truth = studio.shoot_truth(
-                    &mut subject.renderer,
-                    &state,
-                    &RenderSettings {
-                        shadows: false,
-                        ..Truth::Shadowed.settings((size.0 * block, size.1 * block), samples, 1)
-                    },
-                )?;
-                let truth = truth.of_blocks(block).map_err(fault)?;
-                let mut figures = vec![studio.picture(&file("truth"), &truth.image, 1.0, "truth", vec![])?];
-                let object = truth.object().map_err(fault)?;
-                let color = mean_color(&truth.image, &object);
-                let (mut errors, mut means) = (Vec::new(), Vec::new());
-                for (relief_color, word) in [(true, "following"), (false, "apart")] {
-                    let shading = Technique::Leadr.with(ShadingOptions { relief_color, ..Default::default() });
-                    let settings = RenderSettings { size, samples: 1, shading, shadows: false, ..Default::default() };
-                    let shot = studio.shoot(&mut subject.renderer, &state, &settings)?;
-                    errors.push(judge(&truth, &shot, 1.0).map_err(fault)?.object.rrmse);
-                    means.push(apart_by(color, mean_color(&shot.image, &object)));
-                    figures.push(studio.picture(&file(word), &shot.image, 1.0, word, vec![])?);
+                let mean = Shown::mean(all).map_err(fault)?;
+                let mut figures = Vec::new();
+                for (shot, word) in [(&mean.truth, "truth"), (&mean.followed, "following"), (&mean.apart, "apart")] {
+                    let figure = studio.picture(&file(word), &shot.image, 1.0, word, vec![])?;
+                    figures.push(Cell::Figure(figure.enlarged(per_pixel / 2)));
                 }
-                let (followed, apart, mean_followed, mean_apart) = (errors[0], errors[1], means[0], means[1]);
-                let figures = figures.into_iter().map(|figure| Cell::Figure(figure.enlarged(per_pixel / 2)));
+                let object = mean.truth.object().map_err(fault)?;
+                let color = mean_color(&mean.truth.image, &object);
+                let [mean_followed, mean_apart] =
+                    [&mean.followed, &mean.apart].map(|shot| apart_by(color, mean_color(&shot.image, &object)));
+                let [followed, apart] = mean.errors().map_err(fault)?;
+                let singles: Vec<_> = all.iter().map(Shown::errors).collect::<Result<_, _>>().map_err(fault)?;
+                let [followed_one, apart_one] =
+                    [0, 1].map(|i| singles.iter().map(|errors| errors[i]).sum::<f64>() / singles.len() as f64);
                 let part = mean_followed / mean_apart;
-                let numbers =
-                    [followed, apart, followed / apart, mean_followed, mean_apart, part, truth.noise].map(Cell::from);
-                table.row(std::iter::once(Cell::from(format!("{degrees}°"))).chain(figures).chain(numbers));
+                let numbers = [
+                    followed,
+                    apart,
+                    followed / apart,
+                    followed_one / apart_one,
+                    mean_followed,
+                    mean_apart,
+                    part,
+                    mean.truth.noise,
+                ];
+                table.row(
+                    std::iter::once(Cell::from(format!("{degrees}°"))).chain(figures).chain(numbers.map(Cell::from)),
+                );
                 entries.push(Entry {
                     paint,
                     texels_per_pixel: per_pixel,
@@ -188,9 +246,10 @@ pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
                     apart,
                     mean_followed,
                     mean_apart,
-                    noise: truth.noise,
+                    noise: mean.truth.noise,
+                    followed_one,
+                    apart_one,
                 });
-                studio.step();
             }
             html.table(&table);
             findings.push(finding(&format!("{name}, {distance}"), &entries[seen_there..]));
@@ -217,14 +276,16 @@ fn finding(name: &str, entries: &[Entry]) -> String {
     };
     format!(
         "Painted: {name}. From 15° to 80° the mean colour of one sample errs by {} where colours follow the relief and by {} where they are \
-         filtered apart, {}. Its pixels err by {} and by {}, {} (noise of the truth {}).",
+         filtered apart, {}. Its pixels err by {} and by {}, {} (noise of the truth {}); with the grain of a single relief by {} and by {}.",
         number(mean),
         number(mean_apart),
         verdicts[1],
         number(followed),
         number(apart),
         verdicts[0],
-        number(rms(|entry| entry.noise))
+        number(rms(|entry| entry.noise)),
+        number(rms(|entry| entry.followed_one)),
+        number(rms(|entry| entry.apart_one))
     )
 }
 
@@ -254,6 +315,8 @@ mod tests {
             mean_followed: followed / 10.0,
             mean_apart: 0.05,
             noise: 0.0,
+            followed_one: followed,
+            apart_one: 0.5,
         };
         assert_eq!(finding("tops", &[entry(0.05)]).matches("is kept").count(), 2);
         assert_eq!(finding("tops", &[entry(0.2)]).matches("is missed").count(), 2);

@@ -20,7 +20,7 @@ use crate::lab::report::subject::{Subject, framed_from};
 use crate::lab::report::truth::Truth;
 use crate::lab::report::verdict::{SILHOUETTE, Shot, judge};
 use crate::maps::material::{Encoding, Input, Material, Raster, Samples, Texture};
-use crate::maps::{HeightMap, procedural};
+use crate::maps::{HeightMap, MapFault, RgbImage, procedural};
 use crate::measured::Measured;
 use crate::reflectance::extraction::fit::{Fit, FitOptions, fit};
 use crate::reflectance::masking::shadowing::Shadowing;
@@ -33,6 +33,7 @@ const INTRO: &str = "Facets of known slopes found again by power iteration (the 
     and their fits (Figure 4.2); and the materials on displaced spheres (Figures 5.3 to 5.5): one sample of LEADR with the lobes of the fit against the \
     supersampled reference, whose samples see the table itself, inside of the outline, and beside it one Beckmann lobe of the extracted roughness, the lobes about mips of normals, and Blinn-Phong. Bumps \
     let all light through there, in the truth and in what is compared with it; once, far away, all their shadows are in the truth, and the program's defaults stand beside it. \
+    Narrow lobes show which facets a pixel happens to have: each far sphere is drawn with several reliefs of the same kind, and the error of their mean is that of the filter, without the grain that a single one has. \
     Last, one fit whose slopes a texture of roughness scales (Figure 4.6). The lacquer is made on the spot; measured files are drawn where LEADR_SHARED leads to them.";
 
 /// Roughnesses of Table 4.I, with the thesis' largest errors.
@@ -53,14 +54,17 @@ struct Place {
     block: u32,
     /// Whether bumps hide light from each other: in the truth, and by default in what is compared with it. Otherwise in neither.
     shadowed: bool,
+    /// Samples of the truth for each of its pixels, of all reliefs together.
+    samples: u32,
+    /// Reliefs.
+    reliefs: u32,
 }
 
-/// A pixel of the far pictures sees some 16 bumps, and one of the farthest 256.
-const PLACES: [Place; 4] = [
-    Place { name: "near", block: 1, shadowed: false },
-    Place { name: "far", block: 14, shadowed: false },
-    Place { name: "farthest", block: 56, shadowed: false },
-    Place { name: "far, shadowed", block: 14, shadowed: true },
+/// Far pictures are 14 pixels wide: of the sphere, a pixel sees some 3,600 texels of relief.
+const PLACES: [Place; 3] = [
+    Place { name: "near", block: 1, shadowed: false, samples: 64, reliefs: 1 },
+    Place { name: "far", block: 14, shadowed: false, samples: 64, reliefs: 8 },
+    Place { name: "far, shadowed", block: 14, shadowed: true, samples: 32, reliefs: 8 },
 ];
 
 /// A material and its fit.
@@ -86,9 +90,12 @@ struct DisplacedRow {
     relief: &'static str,
     place: &'static str,
     form: &'static str,
+    /// Of the mean of all reliefs.
     rrmse: f64,
     bias: f64,
     noise: f64,
+    /// The mean of those of single reliefs, with the grain of each.
+    rrmse_of_one: f64,
 }
 
 #[derive(Serialize)]
@@ -219,10 +226,82 @@ fn compared(
     Ok(rows)
 }
 
-/// Reliefs of a repeat of the sphere, so fine that a pixel far away sees dozens of bumps, which texels still resolve.
-fn reliefs(studio: &Studio) -> [HeightMap; 2] {
+/// A relief of a repeat of the sphere, so fine that a pixel far away sees dozens of bumps, which texels still resolve.
+fn relief_of(studio: &Studio, kind: &str, seed: u32) -> HeightMap {
     let side = studio.pick(256, 1024);
-    [procedural::gaussian(side, side, 5, 1.0, FEATURE), procedural::scratches(side, side, 3, 400)]
+    match kind {
+        "rugged" => procedural::gaussian(side, side, 5 + seed, 1.0, FEATURE),
+        _ => procedural::scratches(side, side, 3 + seed, 400),
+    }
+}
+
+/// What stands beside the truth: a technique, with the lobes of the fit or with one.
+const FORMS: [(&str, Technique, bool); 4] = [
+    ("LEADR, lobes of the fit", Technique::Leadr, true),
+    ("LEADR, one Beckmann lobe", Technique::Leadr, false),
+    ("mips of normals", Technique::NormalMip, true),
+    ("Blinn-Phong", Technique::BlinnPhong, true),
+];
+
+/// A truth and the forms beside it.
+struct Compared {
+    truth: Shot,
+    forms: Vec<Shot>,
+}
+
+impl Compared {
+    /// The mean of several, whose truths are independent.
+    fn mean(all: &[Self]) -> Result<Self, MapFault> {
+        let truths: Vec<Shot> = all.iter().map(|one| one.truth.clone()).collect();
+        let mean_noise = all.iter().map(|one| one.truth.noise).sum::<f64>() / all.len() as f64;
+        let truth = Shot { noise: mean_noise / (all.len() as f64).sqrt(), ..Shot::mean(&truths)? };
+        let form = |i: usize| Shot::mean(&all.iter().map(|one| one.forms[i].clone()).collect::<Vec<_>>());
+        Ok(Self { truth, forms: (0..FORMS.len()).map(form).collect::<Result<_, _>>()? })
+    }
+
+    /// Relative RMSE and bias of each form, inside of the outline, whose smoothness is not what is compared.
+    fn errors(&self, far: bool) -> Result<Vec<(f64, f64)>, MapFault> {
+        let RgbImage { width, height, .. } = self.truth.image;
+        let filled = Mask::covered(width, height, &self.truth.coverage, 0.999)?;
+        let mask = filled.eroded(if far { 1 } else { SILHOUETTE });
+        let of = |shot: &Shot| {
+            Ok((rrmse_over(&self.truth.image, &shot.image, &mask)?, bias_over(&self.truth.image, &shot.image, &mask)?))
+        };
+        self.forms.iter().map(of).collect()
+    }
+}
+
+/// A sphere of one relief at a place.
+fn shown_at(
+    studio: &Studio,
+    place: Place,
+    share: (u32, u64),
+    of_lobes: &mut Subject,
+    of_one: &mut Subject,
+) -> Result<Compared, LabError> {
+    let (samples, seed) = share;
+    let views = of_lobes.stage.views;
+    // Far pictures are the means of blocks.
+    let far = place.block > 1;
+    let camera = if far { framed_from(&views.mid, place.block as f32) } else { views.near };
+    let side = if far { studio.pick(8, 14) } else { studio.pick(112, 196) };
+    let state = of_lobes.seen_by(&camera);
+    let size = side * place.block;
+    let truth = if place.shadowed { Truth::Shadowed } else { Truth::Displacement };
+    let settings = RenderSettings { shadows: false, ..truth.settings((size, size), samples, seed) };
+    let truth = studio.shoot_truth(&mut of_lobes.renderer, &state, &settings)?.of_blocks(place.block).map_err(fault)?;
+    let mut forms = Vec::new();
+    for (_, technique, lobes) in FORMS {
+        let look = if place.shadowed {
+            Look { shading: technique.with(Default::default()), ..Look::of(technique) }
+        } else {
+            Look::of(technique).with(Terms::ALL, Shadowing::None)
+        };
+        let settings = RenderSettings { shadows: false, ..look.settings((side, side), 1) };
+        let subject = if lobes { &mut *of_lobes } else { &mut *of_one };
+        forms.push(studio.shoot(&mut subject.renderer, &state, &settings)?);
+    }
+    Ok(Compared { truth, forms })
 }
 
 /// Figures 5.3 to 5.5.
@@ -233,80 +312,70 @@ fn displaced(
     findings: &mut Vec<String>,
 ) -> Result<Vec<DisplacedRow>, LabError> {
     let mut rows: Vec<DisplacedRow> = Vec::new();
-    let maps = reliefs(studio);
-    studio.steps(PLACES.len() * all.len() * maps.len());
+    let most_reliefs = studio.pick(2, u32::MAX);
+    let reliefs = |place: &Place| place.reliefs.min(most_reliefs);
+    let most = PLACES.iter().map(reliefs).max().unwrap_or(1);
+    studio.steps(most as usize * all.len() * DEPTHS.len());
     for Specimen { name, fit, .. } in all {
-        for ((relief, depth), map) in DEPTHS.into_iter().zip(&maps) {
-            let material = dressed(fit, name, map.clone(), depth);
-            let tile = studio.pick(16, 32);
-            let mut of_lobes = Subject::under_the_sky(studio, sphere_stage(&material, None, tile), 0.0)?;
-            let mut of_one =
-                Subject::under_the_sky(studio, sphere_stage(&as_beckmann(&material, fit), None, tile), 0.0)?;
-            for Place { name: place, block, shadowed } in PLACES {
-                let views = of_lobes.stage.views;
-                // Far pictures are the means of blocks.
-                let far = block > 1;
-                let camera = if far { framed_from(&views.mid, block as f32) } else { views.near };
-                let side = if far { studio.pick(8, 14) } else { studio.pick(112, 196) };
-                let most = if shadowed { 16 } else { 64 };
-                let (size, samples) = (side * block, (studio.pick(4, 1024) / block).clamp(4, most));
-                let state = of_lobes.seen_by(&camera);
-                let truth = if shadowed { Truth::Shadowed } else { Truth::Displacement };
-                let settings = RenderSettings { shadows: false, ..truth.settings((size, size), samples, 1) };
-                let truth = studio.shoot_truth(&mut of_lobes.renderer, &state, &settings)?;
-                let truth = truth.of_blocks(block).map_err(fault)?;
-                // Inside of the outline, whose smoothness is not what is compared.
-                let filled = Mask::covered(side, side, &truth.coverage, 0.999).map_err(fault)?;
-                let mask = filled.eroded(if far { 1 } else { SILHOUETTE });
-                let mut forms: Vec<(&str, Shot)> = Vec::new();
-                for (form, technique, lobes) in [
-                    ("LEADR, lobes of the fit", Technique::Leadr, true),
-                    ("LEADR, one Beckmann lobe", Technique::Leadr, false),
-                    ("mips of normals", Technique::NormalMip, true),
-                    ("Blinn-Phong", Technique::BlinnPhong, true),
-                ] {
-                    let look = if shadowed {
-                        Look { shading: technique.with(Default::default()), ..Look::of(technique) }
-                    } else {
-                        Look::of(technique).with(Terms::ALL, Shadowing::None)
-                    };
-                    let settings = RenderSettings { shadows: false, ..look.settings((side, side), 1) };
-                    let subject = if lobes { &mut of_lobes } else { &mut of_one };
-                    forms.push((form, studio.shoot(&mut subject.renderer, &state, &settings)?));
+        for (relief, depth) in DEPTHS {
+            let mut shown: [Vec<Compared>; PLACES.len()] = Default::default();
+            for number in 0..most {
+                let map = relief_of(studio, relief, number);
+                let material = dressed(fit, name, map, depth);
+                let tile = studio.pick(16, 32);
+                let mut of_lobes = Subject::under_the_sky(studio, sphere_stage(&material, None, tile), 0.0)?;
+                let mut of_one =
+                    Subject::under_the_sky(studio, sphere_stage(&as_beckmann(&material, fit), None, tile), 0.0)?;
+                for (place, shown) in PLACES.into_iter().zip(&mut shown).filter(|(place, _)| number < reliefs(place)) {
+                    let samples = (studio.pick(4, place.samples) / reliefs(&place)).max(2);
+                    let share = (samples, 1 + u64::from(number));
+                    shown.push(shown_at(studio, place, share, &mut of_lobes, &mut of_one)?);
                 }
-                let mut shown = Table::new(
+                studio.step();
+            }
+            for (place, shown) in PLACES.into_iter().zip(&shown) {
+                let far = place.block > 1;
+                let mean = Compared::mean(shown).map_err(fault)?;
+                let singles: Vec<_> =
+                    shown.iter().map(|one| one.errors(far)).collect::<Result<_, _>>().map_err(fault)?;
+                let truth = &mean.truth;
+                let mut table = Table::new(
                     format!(
-                        "{name}, {relief}, {place}: {side} pixels, truth of {} samples, its noise {}",
+                        "{name}, {relief}, {}: {} pixels, reliefs: {}; truth of {} samples in all, its noise {}",
+                        place.name,
+                        truth.image.width,
+                        shown.len(),
                         truth.samples,
                         number(truth.noise)
                     ),
-                    ["", "picture", "rRMSE", "bias"],
+                    ["", "picture", "rRMSE", "bias", "rRMSE of single reliefs"],
                 );
-                let file = |what: &str| format!("measured-{name}-{relief}-{}-{what}", place.replace(", ", "-"));
+                let file = |what: &str| format!("measured-{name}-{relief}-{}-{what}", place.name.replace(", ", "-"));
                 let figure = studio.picture(&file("truth"), &truth.image, 1.0, "truth", Vec::new())?;
-                shown.row([Cell::from("truth"), Cell::Figure(figure.enlarged(block))]);
-                for (number, (form, shot)) in forms.iter().enumerate() {
-                    let rrmse = rrmse_over(&truth.image, &shot.image, &mask).map_err(fault)?;
-                    let bias = bias_over(&truth.image, &shot.image, &mask).map_err(fault)?;
-                    let figure = studio.picture(&file(&number.to_string()), &shot.image, 1.0, form, Vec::new())?;
-                    shown.row([
-                        Cell::from(*form),
-                        Cell::Figure(figure.enlarged(block)),
+                table.row([Cell::from("truth"), Cell::Figure(figure.enlarged(place.block))]);
+                for (i, (rrmse, bias)) in mean.errors(far).map_err(fault)?.into_iter().enumerate() {
+                    let form = FORMS[i].0;
+                    let rrmse_of_one = singles.iter().map(|errors| errors[i].0).sum::<f64>() / singles.len() as f64;
+                    let figure = studio.picture(&file(&i.to_string()), &mean.forms[i].image, 1.0, form, Vec::new())?;
+                    table.row([
+                        Cell::from(form),
+                        Cell::Figure(figure.enlarged(place.block)),
                         Cell::from(rrmse),
                         Cell::from(bias),
+                        Cell::from(rrmse_of_one),
                     ]);
                     rows.push(DisplacedRow {
                         material: name.clone(),
                         relief,
-                        place,
+                        place: place.name,
                         form,
                         rrmse,
                         bias,
                         noise: truth.noise,
+                        rrmse_of_one,
                     });
                 }
-                html.table(&shown);
-                studio.step();
+                html.table(&table);
             }
         }
     }
@@ -322,11 +391,12 @@ fn displaced(
                 .map(|other| format!("{} with {}", number(other.rrmse), other.form))
                 .collect();
             findings.push(format!(
-                "{}, {}, {}: one sample errs by {}{}; {}. The truth's noise is {}.",
+                "{}, {}, {}: one sample errs by {}, with the grain of a single relief by {}{}; {}. The truth's noise is {}.",
                 row.material,
                 row.relief,
                 place,
                 number(row.rrmse),
+                number(row.rrmse_of_one),
                 if block > 1 { format!(" (goal {GOAL})") } else { String::new() },
                 others.join(", "),
                 number(row.noise)
