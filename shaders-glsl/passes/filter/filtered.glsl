@@ -146,7 +146,9 @@ Footprint footprint_over(vec2 dx, vec2 dy, float reach, float own, int rows) {
     if (ATLAS) {
         // Samples that patches share stand for wider parts than texels do.
         float wider = footprint.lod + 0.5 * log2(TAP_VARIANCE);
-        footprint.lod = mix(footprint.lod, wider, clamp(0.5 * (wider - float(SOURCE_LEVEL)) + 0.5, 0.0, 1.0));
+        float lod = mix(footprint.lod, wider, clamp(0.5 * (wider - float(SOURCE_LEVEL)) + 0.5, 0.0, 1.0));
+        footprint.level += lod - footprint.lod;
+        footprint.lod = lod;
     }
     return footprint;
 }

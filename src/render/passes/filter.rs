@@ -109,11 +109,9 @@ pub struct Shown {
     pub mark_inside: bool,
 }
 
-/// Rows of taps across the footprint of images of the material. One row blurs a pixel with its neighbours, which shows where two
-/// roughnesses meet, or paint that follows the relief; elsewhere it measures no worse than three.
-fn material_rows(needs: Needs, kind: SurfaceKind) -> i32 {
-    let follows = needs.uses_relief_color() && kind.follows.any();
-    if kind.has.bases.mixed || follows { 3 } else { 1 }
+/// Rows of taps across the footprint. One row blurs a pixel with its neighbours, which shows where two roughnesses meet.
+fn material_rows(kind: SurfaceKind) -> i32 {
+    if kind.has.bases.mixed { 3 } else { 1 }
 }
 
 /// Pipelines of the filter pass.
@@ -162,7 +160,7 @@ impl FilterPass {
             ("COLORED", SpecValue::Bool(kind.colored)),
             ("REFLECTS_BY_MAP", SpecValue::Bool(kind.has.f0)),
             ("HORIZON", SpecValue::Bool(kind.horizon)),
-            ("MATERIAL_ROWS", SpecValue::I32(material_rows(needs, kind))),
+            ("MATERIAL_ROWS", SpecValue::I32(material_rows(kind))),
             ("COLOR_BY_HEIGHT", SpecValue::Bool(kind.follows.heights)),
             ("COLOR_BY_SLOPE", SpecValue::Bool(kind.follows.slopes)),
             ("FLAT", SpecValue::Bool(kind.flat)),

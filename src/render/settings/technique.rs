@@ -327,12 +327,6 @@ impl Needs {
         ]
     }
 
-    /// Whether colours that follow the relief are those of what is seen and lit.
-    #[must_use]
-    pub fn uses_relief_color(self) -> bool {
-        self.relief_color
-    }
-
     /// Whether it reads the finest level of the maps at every distance.
     #[must_use]
     pub fn is_finest(self) -> bool {
