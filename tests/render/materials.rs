@@ -117,13 +117,16 @@ fn errors(
     })
 }
 
+/// Where a floor mirrors the sun.
+fn in_the_suns_mirror(distance: f32) -> Camera {
+    let sun = Sky::default().sun_direction.normalize();
+    Camera::looking_at(distance * Vec3::new(-sun.x, -sun.y, sun.z), Vec3::ZERO, 30.0)
+}
+
 #[test]
 fn two_roughnesses_keep_both_highlights() {
     let Some(gpu) = test_gpu() else { return };
-    let sun = Sky::default().sun_direction.normalize();
-    let mirrored = Vec3::new(-sun.x, -sun.y, sun.z);
-    let camera = Camera::looking_at(6.0 * mirrored, Vec3::ZERO, 30.0);
-    let [mixed, variance, mean] = errors(&gpu, floor, camera, [1, 256]);
+    let [mixed, variance, mean] = errors(&gpu, floor, in_the_suns_mirror(6.0), [1, 256]);
     assert!(mixed < 0.25 * variance.min(mean), "{mixed} {variance} {mean}");
     // Filtered as a variance alone, the sharp highlight is lost.
     assert!(variance > 0.1);
@@ -133,11 +136,8 @@ fn two_roughnesses_keep_both_highlights() {
 #[test]
 fn pixels_as_wide_as_what_changes_stay_sharp() {
     let Some(gpu) = test_gpu() else { return };
-    let sun = Sky::default().sun_direction.normalize();
-    let mirrored = Vec3::new(-sun.x, -sun.y, sun.z);
     for distance in [2.0, 3.5] {
-        let camera = Camera::looking_at(distance * mirrored, Vec3::ZERO, 30.0);
-        let [mixed, variance, mean] = errors(&gpu, floor, camera, [1, 256]);
+        let [mixed, variance, mean] = errors(&gpu, floor, in_the_suns_mirror(distance), [1, 256]);
         assert!(mixed < 0.15 * variance.min(mean), "{distance}: {mixed} {variance} {mean}");
     }
 }

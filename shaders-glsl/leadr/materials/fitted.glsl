@@ -30,8 +30,8 @@ float fitted_word(uint fit, int i) {
 int fitted_masking(uint fit) { return int(fitted_word(fit, 0)); }
 int fitted_lobes(uint fit) { return int(fitted_word(fit, 1)); }
 float fitted_alpha(uint fit) { return fitted_word(fit, 2); }
-bool fitted_is_round(uint fit) { return fitted_word(fit, 7) < 1.5; }
 float fitted_direction(uint fit) { return fitted_word(fit, 3); }
+bool fitted_is_round(uint fit) { return fitted_word(fit, 7) < 1.5; }
 
 struct FittedLobe {
     float share;

@@ -17,7 +17,7 @@
 #include "atlas.glsl"
 
 layout(constant_id = 40) const int MAX_TAPS = 8; // taps along the long axis of the pixel's footprint
-layout(constant_id = 66) const int MATERIAL_ROWS = 1; // rows of them across it, in images of the material
+layout(constant_id = 66) const int TAP_ROWS = 1; // rows of them across it, in the maps of slopes and of the material
 // Which maps the object has. Constants, since drivers without divergent branches (lavapipe) run both sides of an `if`.
 layout(constant_id = 41) const bool ATLAS = false; // one tile per patch
 layout(constant_id = 42) const bool DISPLACED = true;
@@ -92,7 +92,7 @@ const float OVERLAP = 1.3;
 // squared width of each of them. No tap is narrower than `narrowest`.
 float taps_apart(float squared, float taps, float narrowest, out float width_squared) {
     width_squared = max(squared / (taps * taps), narrowest);
-    return taps < 1.5 ? 0.0 : max(squared - width_squared, 0.0) / max(taps * taps - 1.0, 1.0);
+    return max(squared - width_squared, 0.0) / max(taps * taps - 1.0, 1.0);
 }
 
 // Moments are linear, so a few isotropic taps along the long axis stand for the elliptical footprint of a pixel. Widths and
@@ -132,8 +132,10 @@ Footprint elliptical_footprint(vec2 dx, vec2 dy, float reach, float own, int row
 
 // From the middle of the footprint, texels.
 vec2 tap(Footprint footprint, int i) {
-    float in_row = float(footprint.taps / footprint.rows);
-    float row = footprint.rows == 1 ? 0.0 : floor((float(i) + 0.5) / in_row);
+    if (footprint.rows == 1) {
+        return footprint.step * (float(i) + 0.5 - 0.5 * float(footprint.taps));
+    }
+    float in_row = float(footprint.taps / footprint.rows), row = floor((float(i) + 0.5) / in_row);
     return footprint.step * (float(i) - row * in_row + 0.5 - 0.5 * in_row)
          + footprint.row * (row + 0.5 - 0.5 * float(footprint.rows));
 }
@@ -264,7 +266,7 @@ void filter_tiled_moments(Footprint footprint, PlacedLooks looks, vec2 texcoord,
     vec2 mean = vec2(0.0);
     vec3 second = vec3(0.0);
     float part = FINEST_LEVEL ? 1.0 : tiling_part(moments_a, footprint.lod);
-    looks = merged_at(looks, footprint.lod);
+    looks = merged_at(looks, footprint.level);
     vec2 per_texel = 1.0 / vec2(textureSize(moments_a, 0)), middle = texcoord + tiling_shift();
     SlopeMoments blend = SlopeMoments(passing, vec3(0.0));
     for (TapLook now = first_look(looks); now.tap < footprint.taps; next_look(now, looks)) {
@@ -385,7 +387,7 @@ void filter_tiled_material(Footprint footprint, PlacedLooks looks, vec2 texcoord
     vec3 mixed = vec3(0.0), mixed_mean = MIXED_ROUGHNESS ? map_mean(mixed_map).rgb : vec3(0.0);
     float skipped = USES_RELIEF_COLOR && (COLOR_BY_HEIGHT || COLOR_BY_SLOPE) ? skipped_levels() : 0.0;
     float part = FINEST_LEVEL ? 1.0 : tiling_part(color_map, footprint.lod);
-    looks = merged_at(looks, footprint.lod);
+    looks = merged_at(looks, footprint.level);
     vec2 per_texel = 1.0 / vec2(textureSize(color_map, 0)), middle = texcoord + tiling_shift();
     for (TapLook now = first_look(looks); now.tap < footprint.taps; next_look(now, looks)) {
         vec2 seen = middle + now.from + tap(footprint, now.tap) * per_texel;
@@ -461,7 +463,7 @@ vec4 filter_map(sampler2D map, Chart chart, PlacedLooks looks) {
     vec4 sum = vec4(0.0);
     if (BY_EXAMPLE) {
         // By shares, since it may be a direction.
-        looks = merged_at(looks, footprint.lod);
+        looks = merged_at(looks, footprint.level);
         for (TapLook now = first_look(looks); now.tap < footprint.taps; next_look(now, looks)) {
             vec2 at = chart.at + tiling_shift() + now.from + tap(footprint, now.tap) / vec2(textureSize(map, 0));
             sum += now.weight * now.weight * textureLod(map, at, footprint.lod);
@@ -498,7 +500,7 @@ Horizon filter_horizon(Footprint footprint, uint index, vec2 texcoord, mat2 line
 Horizon filter_tiled_horizon(Footprint footprint, uint index, PlacedLooks looks, vec2 texcoord, mat2 linear, float scale) {
     Horizon sum = Horizon(vec2(0.0), vec3(0.0));
     vec2 at = texcoord + tiling_shift();
-    looks = merged_at(looks, footprint.lod);
+    looks = merged_at(looks, footprint.level);
     int count = tiling_count(looks);
     for (int k = 0; k < count; ++k) {
         float share = looks.of.a.weight * looks.of.a.weight;
@@ -607,7 +609,7 @@ FilteredSurface filtered_mesh(ivec2 pixel, vec2 at, uvec4 seen, out float area) 
 #ifdef LEADR_DETAIL
     vec2 drawn = surface.texcoord;
 #endif
-    Footprint footprint = footprint_over(dx, dy, ATLAS ? tile_inner() : 1e9, OF_SLOPES, MATERIAL_ROWS);
+    Footprint footprint = footprint_over(dx, dy, ATLAS ? tile_inner() : 1e9, OF_SLOPES, TAP_ROWS);
     float color_lod = footprint.lod;
     PlacedLooks looks = NO_LOOKS;
     vec2 passing = vec2(0.0);
@@ -639,7 +641,7 @@ FilteredSurface filtered_mesh(ivec2 pixel, vec2 at, uvec4 seen, out float area) 
         }
         if (COLORED) {
             Chart chart = chart_of(CHART_COLORS, index, place, across, surface.texcoord, texcoord_across);
-            Footprint of_colors = footprint_in(chart, color_map, OF_IMAGE, MATERIAL_ROWS);
+            Footprint of_colors = footprint_in(chart, color_map, OF_IMAGE, TAP_ROWS);
             if (BY_EXAMPLE) {
                 filter_tiled_material(of_colors, looks, chart.at, means);
             } else {

@@ -56,6 +56,15 @@ impl Shot {
         })
     }
 
+    /// The mean of independent truths of different things, with its noise.
+    ///
+    /// # Errors
+    /// As [`mean`](Self::mean).
+    pub fn mean_of_truths(truths: &[Self]) -> Result<Self, MapFault> {
+        let noise = truths.iter().map(|truth| truth.noise).sum::<f64>() / (truths.len() as f64).powf(1.5);
+        Ok(Self { noise, ..Self::mean(truths)? })
+    }
+
     /// The mean of two independent shots of the same thing, with its noise.
     ///
     /// # Errors

@@ -109,8 +109,8 @@ pub struct Shown {
     pub mark_inside: bool,
 }
 
-/// Rows of taps across the footprint. One row blurs a pixel with its neighbours, which shows where two roughnesses meet.
-fn material_rows(kind: SurfaceKind) -> i32 {
+/// Rows of taps across the footprint, in the maps of slopes and of the material. One row blurs a pixel with its neighbours, which shows where two roughnesses meet.
+fn tap_rows(kind: SurfaceKind) -> i32 {
     if kind.has.bases.mixed { 3 } else { 1 }
 }
 
@@ -160,7 +160,7 @@ impl FilterPass {
             ("COLORED", SpecValue::Bool(kind.colored)),
             ("REFLECTS_BY_MAP", SpecValue::Bool(kind.has.f0)),
             ("HORIZON", SpecValue::Bool(kind.horizon)),
-            ("MATERIAL_ROWS", SpecValue::I32(material_rows(kind))),
+            ("TAP_ROWS", SpecValue::I32(tap_rows(kind))),
             ("COLOR_BY_HEIGHT", SpecValue::Bool(kind.follows.heights)),
             ("COLOR_BY_SLOPE", SpecValue::Bool(kind.follows.slopes)),
             ("FLAT", SpecValue::Bool(kind.flat)),

@@ -226,7 +226,7 @@ fn compared(
     Ok(rows)
 }
 
-/// A relief of a repeat of the sphere, so fine that a pixel far away sees dozens of bumps, which texels still resolve.
+/// A relief of a repeat of the sphere, so fine that a pixel far away sees hundreds of bumps, which texels still resolve.
 fn relief_of(studio: &Studio, kind: &str, seed: u32) -> HeightMap {
     let side = studio.pick(256, 1024);
     match kind {
@@ -252,9 +252,7 @@ struct Compared {
 impl Compared {
     /// The mean of several, whose truths are independent.
     fn mean(all: &[Self]) -> Result<Self, MapFault> {
-        let truths: Vec<Shot> = all.iter().map(|one| one.truth.clone()).collect();
-        let mean_noise = all.iter().map(|one| one.truth.noise).sum::<f64>() / all.len() as f64;
-        let truth = Shot { noise: mean_noise / (all.len() as f64).sqrt(), ..Shot::mean(&truths)? };
+        let truth = Shot::mean_of_truths(&all.iter().map(|one| one.truth.clone()).collect::<Vec<_>>())?;
         let form = |i: usize| Shot::mean(&all.iter().map(|one| one.forms[i].clone()).collect::<Vec<_>>());
         Ok(Self { truth, forms: (0..FORMS.len()).map(form).collect::<Result<_, _>>()? })
     }
@@ -275,11 +273,11 @@ impl Compared {
 fn shown_at(
     studio: &Studio,
     place: Place,
-    share: (u32, u64),
+    samples: u32,
+    seed: u64,
     of_lobes: &mut Subject,
     of_one: &mut Subject,
 ) -> Result<Compared, LabError> {
-    let (samples, seed) = share;
     let views = of_lobes.stage.views;
     // Far pictures are the means of blocks.
     let far = place.block > 1;
@@ -328,8 +326,8 @@ fn displaced(
                     Subject::under_the_sky(studio, sphere_stage(&as_beckmann(&material, fit), None, tile), 0.0)?;
                 for (place, shown) in PLACES.into_iter().zip(&mut shown).filter(|(place, _)| number < reliefs(place)) {
                     let samples = (studio.pick(4, place.samples) / reliefs(&place)).max(2);
-                    let share = (samples, 1 + u64::from(number));
-                    shown.push(shown_at(studio, place, share, &mut of_lobes, &mut of_one)?);
+                    let seed = 1 + u64::from(number);
+                    shown.push(shown_at(studio, place, samples, seed, &mut of_lobes, &mut of_one)?);
                 }
                 studio.step();
             }
