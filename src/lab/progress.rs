@@ -1,5 +1,7 @@
 //! Progress of long work. The command shows it.
 
+use std::time::Instant;
+
 use crate::scenes::set::SetUp;
 
 /// Steps of a bar that shows a share.
@@ -29,8 +31,10 @@ pub trait Progress {
     /// A bar for setting up a scene.
     fn set_up(&self) -> Box<dyn Fn(SetUp) + Sync> {
         let bar = self.bar(SHARES);
+        let begun = Instant::now();
         Box::new(move |step| match step {
             SetUp::Begins(what) => {
+                tracing::debug!("{what}, {:.3} s after the start", begun.elapsed().as_secs_f64());
                 bar.restart(SHARES);
                 bar.message(what);
             }

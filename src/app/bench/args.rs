@@ -68,7 +68,7 @@ pub struct BenchArgs {
     /// Samples along the edge of the sea's tiles of waves: 64, 128, 256 or 512 [default: 256]
     #[arg(long, value_name = "N", value_parser = fft, requires = "scene")]
     pub fft: Option<u32>,
-    /// Instead of timing, draw this many frames of a scene with a sea, over one day, and watch the memory
+    /// Instead of timing, draw this many frames of a scene, near and far over one day, and watch the memory
     #[arg(long, value_name = "FRAMES", requires = "scene", conflicts_with_all = ["paper", "forward", "tables"], value_parser = |text: &str| whole(text, 1, u32::MAX))]
     pub soak: Option<u32>,
     /// Compare with an earlier run, row by row: what leadr bench --json printed then. Ratios below 1 are faster now

@@ -1,5 +1,5 @@
-//! `leadr bench`: the time of every pass on the device, alone or against an earlier run; or what many frames of the sea leave in
-//! memory.
+//! `leadr bench`: the time of every pass on the device, alone or against an earlier run; or what many frames of a scene leave
+//! in memory.
 
 pub mod args;
 
@@ -70,9 +70,6 @@ fn check_ratio(comparison: &Comparison, most: Option<f32>) -> Result<(), AppErro
 
 fn run_soak(arguments: &BenchArgs, config: &BenchConfig, frames: u32, output: &Output) -> Result<(), AppError> {
     let [scene] = config.scenes.as_slice() else { return Err(AppError::Usage("--soak needs one --scene".into())) };
-    if scene.scene.sea.is_none() {
-        return Err(AppError::Usage(format!("--soak is for scenes with a sea, not {}", scene.scene.name)));
-    }
     let report = soak(scene, &arguments.device.open()?, frames, arguments.technique, output)?;
     output.result(&report)
 }

@@ -1,4 +1,4 @@
-//! Many frames of the sea, and what they leave in memory.
+//! Many frames of a scene, and what they leave in memory.
 
 use std::fmt;
 use std::sync::Arc;
@@ -56,7 +56,9 @@ pub struct SoakReport {
     /// Frames drawn and read back.
     frames: u32,
     size: [u32; 2],
-    fft: u32,
+    scene: String,
+    /// Samples along the edge of the sea's tiles, if it has a sea.
+    fft: Option<u32>,
     /// Memory at ten moments, evenly spaced.
     samples: Vec<MemorySample>,
     /// Growth of buffers and images from the second sample to the last, bytes.
@@ -72,8 +74,9 @@ const SAMPLES: u32 = 10;
 /// Seconds from frame to frame.
 const STEP: f64 = 1.0 / 30.0;
 
-/// Draws `frames` frames of the sea of `config` and reads them back. Time runs, the sun goes round once, and the camera sails, turns
-/// and climbs from 2.5 m to a kilometre. Techniques alternate, unless there is `only` one.
+/// Draws `frames` frames of `config` and reads them back. Time runs, the sun goes round once, and the camera moves: over a sea it
+/// sails, turns and climbs from 2.5 m to a kilometre; elsewhere it circles the scene and goes near and far, the same way between any
+/// two samples of the memory. Techniques alternate, unless there is `only` one.
 ///
 /// # Errors
 /// If the device fails, validation complains, or buffers and images pile up.
@@ -95,7 +98,10 @@ pub fn soak(
     let mut samples = Vec::new();
     for frame in 0..frames {
         let mut state = animation(f64::from(frame) * STEP);
-        state.camera = sailing(&state.camera, frame, frames);
+        state.camera = match config.scene.sea {
+            Some(_) => sailing(&state.camera, frame, frames),
+            None => circling(&state.camera, frame % interval, interval),
+        };
         daylight::pass(&mut state, 24.0 * f64::from(frame) / f64::from(frames));
         let technique = only.unwrap_or(Technique::ALL[frame as usize % Technique::ALL.len()]);
         let shading = technique.with(settings.shading.options());
@@ -122,7 +128,8 @@ pub fn soak(
         driver: gpu.driver_info().to_owned(),
         frames,
         size: [config.size.width, config.size.height],
-        fft: config.waves.fft,
+        scene: config.scene.name.to_owned(),
+        fft: config.scene.sea.map(|_| config.waves.fft),
         samples,
         allocated_growth,
         resident_growth,
@@ -140,6 +147,14 @@ fn sailing(camera: &Camera, frame: u32, frames: u32) -> Camera {
     Camera::looking_at(position, position + direction * height, camera.fov_y.to_degrees())
 }
 
+/// The camera of a frame: once round what it looks at, from a third of its distance to eight times as far and back.
+fn circling(camera: &Camera, frame: u32, frames: u32) -> Camera {
+    let share = frame as f32 / frames as f32;
+    let nearness = 0.5 + 0.5 * (std::f32::consts::TAU * share).cos();
+    let distance = camera.position.distance(camera.target) * 8.0 * (1.0f32 / 24.0).powf(nearness);
+    camera.turned(360.0 * share).at_distance(distance)
+}
+
 /// Resident memory of this process, bytes; only Linux reports it.
 fn resident() -> Option<u64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
@@ -152,7 +167,7 @@ impl fmt::Display for SoakReport {
         let mib = |bytes: f64| format!("{:.2}", bytes / f64::from(1 << 20));
         writeln!(f, "{} ({}), commit {COMMIT}", self.device, self.driver)?;
         let [width, height] = self.size;
-        writeln!(f, "{} frames of the sea, {width}x{height}, fft {}; MiB", self.frames, self.fft)?;
+        writeln!(f, "{} frames of {}, {width}x{height}; MiB", self.frames, self.scene)?;
         writeln!(
             f,
             "  {:>8} {:>12} {:>12} {:>12} {:>12}",
