@@ -7,7 +7,7 @@ use std::sync::Arc;
 use ash::vk;
 
 use super::error::Doing;
-use super::shaders::{ConstantKind, ResourceKind, Shader};
+use super::shaders::{ConstantKind, ResourceKind, Shader, leave_loops_to_driver};
 use super::{Gpu, GpuError, Result, StructLayout, shared_struct};
 
 /// The value of a specialization constant.
@@ -202,7 +202,12 @@ impl Drop for Stage<'_> {
 impl<'a> Stage<'a> {
     /// Creates the module, with its resources numbered as in `core`.
     pub(crate) fn new(gpu: &'a Gpu, core: &PipelineCore, shader: &Shader, spec: Spec<'_>) -> Result<Self> {
-        let words = shader.spirv(|name| core.binding(name));
+        let mut words = shader.spirv(|name| core.binding(name));
+        if shader.stage == vk::ShaderStageFlags::FRAGMENT && !gpu.is_software() {
+            // Written out, the shaders that filter and shade are so long that GPUs lose a fifth of a frame to them; in software
+            // loops keep their variables in memory (docs/measurements/gpu.md, performance.md).
+            leave_loops_to_driver(&mut words);
+        }
         let info = vk::ShaderModuleCreateInfo::default().code(&words);
         // SAFETY: shaderc compiled the words for Vulkan 1.3; only binding numbers were changed.
         let module =
