@@ -63,7 +63,7 @@ fn pavement(height: f32) -> Object {
     mesh.positions.iter_mut().for_each(|p| p.z = height);
     let grain = procedural::fbm(TEXELS as u32, TEXELS as u32, 5, 128, 4, 0.6).texels;
     let stain = procedural::fbm(TEXELS as u32, TEXELS as u32, 6, 16, 4, 0.5).texels;
-    let colors = (0..TEXELS * TEXELS).map(|i| {
+    let slab = |i: usize| {
         let at = Vec2::new((i % TEXELS) as f32 + 0.5, (i / TEXELS) as f32 + 0.5) / TEXELS as f32;
         let row = (at.y * ROWS as f32).floor();
         let along = (at.x + 0.0685 * row * row).fract() * SLABS as f32;
@@ -73,7 +73,12 @@ fn pavement(height: f32) -> Object {
         // From afar, what differs from slab to slab at random shows no repeats; stains larger than slabs would.
         let own = unit(hash(6, along as i32, row as i32));
         let joint = 1.0 - 0.62 * (1.0 - edge / 0.012).clamp(0.0, 1.0);
-        let shade = (0.265 + 0.065 * own + 0.10 * (grain[i] - 0.5) + 0.06 * (stain[i] - 0.5)) * joint;
+        (0.275 + 0.045 * own + 0.10 * (grain[i] - 0.5) + 0.04 * (stain[i] - 0.5), joint)
+    };
+    let (mut shades, joints): (Vec<f32>, Vec<f32>) = (0..TEXELS * TEXELS).map(slab).unzip();
+    without_stripes(&mut shades, TEXELS);
+    let colors = shades.iter().zip(joints).map(|(shade, joint)| {
+        let shade = shade * joint;
         let [r, g, b] = [shade * 1.02, shade * 0.985, shade * 0.925].map(srgb8_from_linear);
         [r, g, b, alpha_code(0.62)]
     });
@@ -81,6 +86,24 @@ fn pavement(height: f32) -> Object {
         .with_material(MaterialMap::new(TEXELS as u32, TEXELS as u32, colors.collect()))
         .with_specular_f0(0.03)
         .without_shadow()
+}
+
+/// Directions of the lines along which a map that repeats has no stripes, in texels.
+const EVEN: [[usize; 2]; 8] =
+    [[1, 0], [0, 1], [1, 1], [1, TEXELS - 1], [1, 2], [1, TEXELS - 2], [2, 1], [TEXELS - 2, 1]];
+
+/// Gives all lines of texels along a direction, of a square that repeats, the same mean; `size` is a power of two. Toward the horizon, where pixels are much longer
+/// than wide, stripes would show as rays.
+fn without_stripes(texels: &mut [f32], size: usize) {
+    let all = texels.iter().map(|&texel| f64::from(texel)).sum::<f64>() / texels.len() as f64;
+    let mut sums = vec![0.0f64; size];
+    for [along, up] in EVEN {
+        // Texels of a line have this number in common.
+        let line = |i: usize| (up * i).wrapping_sub(along * (i / size)) & (size - 1);
+        sums.fill(-all * size as f64);
+        texels.iter().enumerate().for_each(|(i, &texel)| sums[line(i)] += f64::from(texel));
+        texels.iter_mut().enumerate().for_each(|(i, texel)| *texel -= (sums[line(i)] / size as f64) as f32);
+    }
 }
 
 /// A stretch of the way around an axis: directions of its two ends, as long as the outline there is wide, and their normals.
@@ -163,5 +186,28 @@ mod tests {
         let reach = plane.objects[1].mesh.positions.iter().map(|p| p.x.abs().max(p.y.abs()));
         let inner = reach.fold(f32::MAX, f32::min);
         assert!(inner < 4.0 && inner > 3.9, "{inner}");
+    }
+
+    #[test]
+    fn no_stripe_is_left_and_the_mean_stays() {
+        let size = 64;
+        let before = procedural::fbm(size as u32, size as u32, 5, 8, 4, 0.6).texels;
+        let mut after = before.clone();
+        without_stripes(&mut after, size);
+        let mean = |texels: &[f32]| texels.iter().sum::<f32>() / texels.len() as f32;
+        let all = mean(&before);
+        assert!((mean(&after) - all).abs() < 1e-5);
+        let widest = |texels: &[f32], [along, up]: [usize; 2]| {
+            let line = |k: usize| {
+                (0..size).map(|i| texels[(i * up + k * along) % size * size + (i * along + k * up) % size]).sum::<f32>()
+                    / size as f32
+            };
+            (0..size).map(|k| (line(k) - all).abs()).fold(0.0, f32::max)
+        };
+        for direction in [[1, 0], [0, 1]] {
+            assert!(widest(&before, direction) > 0.02 && widest(&after, direction) < 1e-4, "{direction:?}");
+        }
+        let diagonal = |texels: &[f32]| (0..size).map(|i| texels[i * size + i]).sum::<f32>() / size as f32;
+        assert!((diagonal(&after) - all).abs() < 1e-4 && (diagonal(&before) - all).abs() > 1e-3);
     }
 }
