@@ -43,6 +43,8 @@
 //! Conventions everywhere: metres, z up; linear Rec. 709 radiance; `wi` to the light, `wo` to the viewer, `wh` their
 //! half vector, `wn` a micronormal, in the macro tangent frame unless the name says `world_`.
 
+// Vulkan is the only reason for unsafe code: floor 2 and what draws the panel.
+#![deny(unsafe_code)]
 #![cfg_attr(
     not(feature = "internals"),
     allow(dead_code, unused_imports, reason = "tests and examples use what the crate itself does not")

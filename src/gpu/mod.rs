@@ -55,6 +55,8 @@
 //! Misuse while recording does not panic: the submission returns the first misuse as an error, and the state of images and
 //! timestamps stays as if nothing had been recorded. All recorded objects live until the commands are done.
 
+#![allow(unsafe_code)]
+
 pub mod shaders;
 
 mod barriers;

@@ -1,5 +1,7 @@
 //! Draws the panel's triangles over a picture.
 
+#![allow(unsafe_code)]
+
 use std::sync::Arc;
 
 use ash::vk;
