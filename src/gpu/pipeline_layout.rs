@@ -209,7 +209,7 @@ impl<'a> Stage<'a> {
             leave_loops_to_driver(&mut words);
         }
         let info = vk::ShaderModuleCreateInfo::default().code(&words);
-        // SAFETY: shaderc compiled the words for Vulkan 1.3; only binding numbers were changed.
+        // SAFETY: shaderc compiled the words for Vulkan 1.3; only binding numbers and the marks of loops were changed.
         let module =
             unsafe { gpu.raw().create_shader_module(&info, None) }.doing(format!("creating shader {}", shader.name))?;
         gpu.name(module, shader.name);

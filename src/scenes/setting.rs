@@ -92,8 +92,8 @@ fn pavement(height: f32) -> Object {
 const EVEN: [[usize; 2]; 8] =
     [[1, 0], [0, 1], [1, 1], [1, TEXELS - 1], [1, 2], [1, TEXELS - 2], [2, 1], [TEXELS - 2, 1]];
 
-/// Gives all lines of texels along a direction, of a square that repeats, the same mean; `size` is a power of two. Toward the horizon, where pixels are much longer
-/// than wide, stripes would show as rays.
+/// Gives all lines of texels along each of [`EVEN`], of a square that repeats, the same mean; `size` is a power of two. Toward the
+/// horizon, where pixels are much longer than wide, stripes would show as rays.
 fn without_stripes(texels: &mut [f32], size: usize) {
     let all = texels.iter().map(|&texel| f64::from(texel)).sum::<f64>() / texels.len() as f64;
     let mut sums = vec![0.0f64; size];

@@ -109,7 +109,8 @@ pub struct Shown {
     pub mark_inside: bool,
 }
 
-/// Rows of taps across the footprint, in the maps of slopes and of the material. One row blurs a pixel with its neighbours, which shows where two roughnesses meet.
+/// Rows of taps across the footprint, in the maps of slopes and of the material. One row blurs a pixel with its neighbours, which
+/// shows where two roughnesses meet.
 fn tap_rows(kind: SurfaceKind) -> i32 {
     if kind.has.bases.mixed { 3 } else { 1 }
 }
