@@ -4,6 +4,7 @@
 //! shifted, and has one sample in each of `count` columns and rows.
 
 use std::cell::Cell;
+use std::collections::BTreeSet;
 
 use glam::Vec2;
 
@@ -22,6 +23,23 @@ pub fn jitter(index: u32, samples: u32, seed: u64) -> Vec2 {
     let [x, y] = lattice.point(index);
     let flip = |axis: u32| if mix(seed ^ 0x6d69_7272).wrapping_shr(axis) & 1 == 1 && seed != 0 { -1.0 } else { 1.0 };
     Vec2::new((flip(0) * (x + within(0))) as f32, (flip(1) * (y + within(1))) as f32)
+}
+
+/// A seed that draws other light than `seed`, and whose samples lie in other places. Few samples have few lattices: of 8, every fourth seed
+/// has the same cells as another, and two such pictures err alike.
+#[must_use]
+pub fn seed_apart(samples: u32, seed: u64) -> u64 {
+    let cells = |seed: u64| -> Vec<[i32; 2]> {
+        (0..samples)
+            .map(|i| ((jitter(i, samples, seed) + 0.5) * samples as f32).floor().as_ivec2().to_array())
+            .collect()
+    };
+    // The order of the samples does not count.
+    let taken: BTreeSet<[i32; 2]> = cells(seed).into_iter().collect();
+    let shared = |other: u64| cells(other).iter().filter(|cell| taken.contains(*cell)).count();
+    let others = (1..=TRIED).map(|k| seed ^ k << 32);
+    // The first of those that share fewest.
+    others.min_by_key(|&other| shared(other)).unwrap_or(seed)
 }
 
 /// Offset of edge sample `index` of the `count` in one cell of a pixel's grid, in cells, `[-½, ½]²`. The samples are moved by
@@ -55,6 +73,8 @@ thread_local! {
 /// The reciprocals of the plastic number and of its square, the steps of the R2 sequence, which spreads its points well whatever
 /// their number, also beside other sequences of its kind (the reference's lights).
 const STEPS: [f64; 2] = [0.754_877_666_246_692_7, 0.569_840_290_998_053_2];
+/// Seeds among which one with other places is looked for.
+const TRIED: u64 = 16;
 /// Counts up to which the best lattice is searched for.
 const SEARCHED: u32 = 256;
 
@@ -199,6 +219,32 @@ mod tests {
                 }
             }
         }
+    }
+
+    #[test]
+    fn seeds_apart_share_few_cells() {
+        for count in [4u32, 5, 6, 8, 12, 16, 32, 64, 256] {
+            let cells = |seed: u64| -> Vec<[i32; 2]> {
+                let mut cells: Vec<_> = (0..count)
+                    .map(|i| ((jitter(i, count, seed) + 0.5) * count as f32).floor().as_ivec2().to_array())
+                    .collect();
+                cells.sort_unstable();
+                cells
+            };
+            let shared = |a: u64, b: u64| {
+                let b = cells(b);
+                cells(a).iter().filter(|cell| b.binary_search(cell).is_ok()).count()
+            };
+            let apart = (0..64).map(|seed| shared(seed, seed_apart(count, seed))).max().unwrap();
+            let next = (0..64).map(|seed| shared(seed, seed + 1)).max().unwrap();
+            println!(
+                "{count} samples: {apart} of them in the cells of the seed apart, up to {next} in those of the next seed"
+            );
+            assert!(apart <= count as usize / 4, "{count}: {apart}");
+            // Which shows that the next seed would not do.
+            assert!(count != 8 || next == 8, "{next}");
+        }
+        assert_ne!(seed_apart(1, 3), 3);
     }
 
     #[test]

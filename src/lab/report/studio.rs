@@ -15,6 +15,7 @@ use crate::maps::save::encode_png_srgb8;
 use crate::maps::tonemap::{Tonemap, display_image};
 use crate::maps::{MapFault, Rgb8Image, RgbImage};
 use crate::render::frame::Renderer;
+use crate::render::sampling::seed_apart;
 use crate::render::scene::FrameState;
 use crate::render::settings::RenderSettings;
 
@@ -130,9 +131,10 @@ impl<'a> Studio<'a> {
         state: &FrameState,
         settings: &RenderSettings,
     ) -> Result<Shot, LabError> {
-        let half = |seed: u64| RenderSettings { samples: settings.samples.div_ceil(2), seed, ..*settings };
-        let first = self.shoot(renderer, state, &half(2 * settings.seed + 1))?;
-        let second = self.shoot(renderer, state, &half(2 * settings.seed + 2))?;
+        let samples = settings.samples.div_ceil(2);
+        let half = |seed: u64| RenderSettings { samples, seed, ..*settings };
+        let first = self.shoot(renderer, state, &half(settings.seed))?;
+        let second = self.shoot(renderer, state, &half(seed_apart(samples, settings.seed)))?;
         Shot::mean_of(&first, &second).map_err(fault)
     }
 

@@ -61,7 +61,7 @@ impl Shot {
     /// # Errors
     /// As [`mean`](Self::mean).
     pub fn mean_of_truths(truths: &[Self]) -> Result<Self, MapFault> {
-        let noise = truths.iter().map(|truth| truth.noise).sum::<f64>() / (truths.len() as f64).powf(1.5);
+        let noise = truths.iter().map(|truth| truth.noise.powi(2)).sum::<f64>().sqrt() / truths.len() as f64;
         Ok(Self { noise, ..Self::mean(truths)? })
     }
 
@@ -226,9 +226,23 @@ fn anatomy(reference: &RgbImage, test: &RgbImage, object: &Mask, interior: &Mask
     Anatomy { outline: share(whole - within, whole).max(0.0), highlights: share(total(&inside), within) }
 }
 
+/// The error of a filter: that of the mean of pictures of several reliefs of a kind, less the share that single ones still have in it.
+/// A pixel sees few bumps, and which ones is an accident; so is the noise of the truth. Both are independent from relief to relief, so a
+/// mean of n has 1/n of their squares, which (n mean² − single²) / (n − 1) takes off. With one relief there is nothing to tell them by.
+#[must_use]
+pub fn without_grain(of_mean: f64, of_singles: &[f64]) -> f64 {
+    let n = of_singles.len() as f64;
+    if n < 2.0 {
+        return of_mean;
+    }
+    let single = of_singles.iter().map(|error| error * error).sum::<f64>() / n;
+    ((n * of_mean * of_mean - single) / (n - 1.0)).max(0.0).sqrt()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::reflectance::random::Random;
 
     /// A disc on a bright ground, its inside and its outline dimmed by factors.
     fn disc(inside: f32, outline: f32) -> Shot {
@@ -252,6 +266,28 @@ mod tests {
         assert!((blocks.coverage[55] - 1.0).abs() < 1e-6 && (blocks.image.texels[55][0] - 0.4).abs() < 1e-6);
         let mean = |shot: &Shot| shot.coverage.iter().sum::<f32>() / shot.coverage.len() as f32;
         assert!((mean(&blocks) - mean(&shot)).abs() < 1e-5);
+    }
+
+    /// Pictures that err by a known amount each, and by an accident of their own.
+    #[test]
+    fn grain_is_told_from_the_error_of_a_filter() {
+        let (bias, grain, n) = (0.03, 0.1, 8);
+        let mut random = Random::stream(1, 0);
+        let (mut found, mut of_means, rounds) = (0.0, 0.0, 200);
+        for _ in 0..rounds {
+            let all: Vec<Vec<f64>> =
+                (0..n).map(|_| (0..400).map(|_| bias + grain * random.normals()[0]).collect()).collect();
+            let rms = |errors: &[f64]| (errors.iter().map(|e| e * e).sum::<f64>() / errors.len() as f64).sqrt();
+            let mean: Vec<f64> = (0..400).map(|i| all.iter().map(|one| one[i]).sum::<f64>() / n as f64).collect();
+            let singles: Vec<f64> = all.iter().map(|one| rms(one)).collect();
+            found += without_grain(rms(&mean), &singles).powi(2) / f64::from(rounds);
+            of_means += rms(&mean).powi(2) / f64::from(rounds);
+        }
+        assert!((found.sqrt() - bias).abs() < 0.001, "{}", found.sqrt());
+        // The mean alone is no such thing.
+        assert!(of_means.sqrt() > 1.4 * bias, "{}", of_means.sqrt());
+        assert_eq!(without_grain(0.2, &[0.2]), 0.2);
+        assert_eq!(without_grain(0.1, &[0.5, 0.5]), 0.0);
     }
 
     #[test]

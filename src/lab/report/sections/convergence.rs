@@ -10,6 +10,7 @@ use crate::lab::report::studio::{Studio, fault};
 use crate::lab::report::subject::Subject;
 use crate::lab::report::truth::Truth;
 use crate::lab::report::verdict::{Shot, judge};
+use crate::render::sampling::seed_apart;
 
 const INTRO: &str = "The reference tessellates the surface down to the texels of its displacement map, shades every sample with the \
     base material and the surface's own normal, and places each sample elsewhere in the pixel. This section follows \
@@ -56,7 +57,7 @@ pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
     for truth in [Truth::Displacement, Truth::NormalMap] {
         let mut half =
             |seed| studio.shoot(&mut subject.renderer, &state, &truth.settings((size, size), most / 2, seed));
-        let (a, b) = (half(1)?, half(2)?);
+        let (a, b) = (half(1)?, half(seed_apart(most / 2, 1))?);
         let best = Shot::mean_of(&a, &b).map_err(fault)?;
         let noise = 0.5 * judge(&a, &b, 1.0).map_err(fault)?.object.rrmse;
         // One run with another seed, compared as it goes on.

@@ -18,7 +18,7 @@ use crate::lab::report::shared::shared;
 use crate::lab::report::studio::{Studio, fault};
 use crate::lab::report::subject::{Subject, framed_from};
 use crate::lab::report::truth::Truth;
-use crate::lab::report::verdict::{SILHOUETTE, Shot, judge};
+use crate::lab::report::verdict::{SILHOUETTE, Shot, judge, without_grain};
 use crate::maps::material::{Encoding, Input, Material, Raster, Samples, Texture};
 use crate::maps::{HeightMap, MapFault, RgbImage, procedural};
 use crate::measured::Measured;
@@ -33,7 +33,7 @@ const INTRO: &str = "Facets of known slopes found again by power iteration (the 
     and their fits (Figure 4.2); and the materials on displaced spheres (Figures 5.3 to 5.5): one sample of LEADR with the lobes of the fit against the \
     supersampled reference, whose samples see the table itself, inside of the outline, and beside it one Beckmann lobe of the extracted roughness, the lobes about mips of normals, and Blinn-Phong. Bumps \
     let all light through there, in the truth and in what is compared with it; once, far away, all their shadows are in the truth, and the program's defaults stand beside it. \
-    Narrow lobes show which facets a pixel happens to have: each far sphere is drawn with several reliefs of the same kind, and the error of their mean is that of the filter, without the grain that a single one has. \
+    Narrow lobes show which facets a pixel happens to have: each far sphere is drawn with several reliefs of the same kind, and their mean has less of that accident, and what is left of it is taken off the error by which the goal is judged. \
     Last, one fit whose slopes a texture of roughness scales (Figure 4.6). The lacquer is made on the spot; measured files are drawn where LEADR_SHARED leads to them.";
 
 /// Roughnesses of Table 4.I, with the thesis' largest errors.
@@ -94,8 +94,10 @@ struct DisplacedRow {
     rrmse: f64,
     bias: f64,
     noise: f64,
-    /// The mean of those of single reliefs, with the grain of each.
+    /// The mean of those of single reliefs.
     rrmse_of_one: f64,
+    /// Of the filter ([`without_grain`]).
+    rrmse_of_filter: f64,
 }
 
 #[derive(Serialize)]
@@ -346,19 +348,22 @@ fn displaced(
                         truth.samples,
                         number(truth.noise)
                     ),
-                    ["", "picture", "rRMSE", "bias", "rRMSE of single reliefs"],
+                    ["", "picture", "rRMSE", "without grain", "bias", "rRMSE of single reliefs"],
                 );
                 let file = |what: &str| format!("measured-{name}-{relief}-{}-{what}", place.name.replace(", ", "-"));
                 let figure = studio.picture(&file("truth"), &truth.image, 1.0, "truth", Vec::new())?;
                 table.row([Cell::from("truth"), Cell::Figure(figure.enlarged(place.block))]);
                 for (i, (rrmse, bias)) in mean.errors(far).map_err(fault)?.into_iter().enumerate() {
                     let form = FORMS[i].0;
-                    let rrmse_of_one = singles.iter().map(|errors| errors[i].0).sum::<f64>() / singles.len() as f64;
+                    let ones: Vec<f64> = singles.iter().map(|errors| errors[i].0).collect();
+                    let rrmse_of_one = ones.iter().sum::<f64>() / ones.len() as f64;
+                    let rrmse_of_filter = without_grain(rrmse, &ones);
                     let figure = studio.picture(&file(&i.to_string()), &mean.forms[i].image, 1.0, form, Vec::new())?;
                     table.row([
                         Cell::from(form),
                         Cell::Figure(figure.enlarged(place.block)),
                         Cell::from(rrmse),
+                        Cell::from(rrmse_of_filter),
                         Cell::from(bias),
                         Cell::from(rrmse_of_one),
                     ]);
@@ -371,6 +376,7 @@ fn displaced(
                         bias,
                         noise: truth.noise,
                         rrmse_of_one,
+                        rrmse_of_filter,
                     });
                 }
                 html.table(&table);
@@ -389,13 +395,17 @@ fn displaced(
                 .map(|other| format!("{} with {}", number(other.rrmse), other.form))
                 .collect();
             findings.push(format!(
-                "{}, {}, {}: one sample errs by {}, with the grain of a single relief by {}{}; {}. The truth's noise is {}.",
+                "{}, {}, {}: one sample errs by {}{}, that of a single relief by {}; {}. The truth's noise is {}.",
                 row.material,
                 row.relief,
                 place,
                 number(row.rrmse),
+                if block > 1 {
+                    format!(", without grain by {} (goal {GOAL})", number(row.rrmse_of_filter))
+                } else {
+                    String::new()
+                },
                 number(row.rrmse_of_one),
-                if block > 1 { format!(" (goal {GOAL})") } else { String::new() },
                 others.join(", "),
                 number(row.noise)
             ));

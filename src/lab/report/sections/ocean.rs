@@ -16,6 +16,7 @@ use crate::lab::report::verdict::{Errors, Shot, judge};
 use crate::maps::RgbImage;
 use crate::reflectance::masking::shadowing::Shadowing;
 use crate::render::camera::Camera;
+use crate::render::sampling::seed_apart;
 use crate::render::settings::{Technique, Terms};
 use crate::scenes::ocean::sea;
 use crate::scenes::ocean::spectrum::Sea;
@@ -190,7 +191,9 @@ fn sequence(
             subject.set_time(time);
             let state = subject.seen_by(&camera);
             // Every picture has the same sample positions, so that only the sea changes.
-            let mut settings = [1, 2].map(|seed| Truth::Displacement.settings(size, samples / 2, seed)).to_vec();
+            let mut settings = [1, seed_apart(samples / 2, 1)]
+                .map(|seed| Truth::Displacement.settings(size, samples / 2, seed))
+                .to_vec();
             settings.extend(looks.iter().map(|look| look.settings(size, 1)));
             let shots = settings.iter().map(|s| studio.shoot(&mut subject.renderer, &state, s));
             let mut after: Vec<Shot> = shots.collect::<Result<_, _>>()?;

@@ -14,6 +14,7 @@ use crate::lab::report::subject::Subject;
 use crate::lab::report::truth::Truth;
 use crate::lab::report::verdict::Shot;
 use crate::maps::RgbImage;
+use crate::render::sampling::seed_apart;
 use crate::render::settings::Technique;
 
 const INTRO: &str = "The camera moves away from the rough sphere in small steps, each by the same factor, at one sample per pixel. \
@@ -60,7 +61,7 @@ pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
     for &distance in &distances {
         let state = subject.seen_by(&subject.stage.views.mid.at_distance(distance as f32));
         let mut settings: Vec<_> =
-            [1, 2].map(|seed| Truth::Displacement.settings((size, size), samples, seed)).to_vec();
+            [1, seed_apart(samples, 1)].map(|seed| Truth::Displacement.settings((size, size), samples, seed)).to_vec();
         settings.extend(looks.iter().map(|look| look.settings((size, size), 1)));
         settings.push(Truth::Displacement.settings_for(Technique::LeadrGgx, (size, size), 2 * samples, 1));
         let shots = settings.iter().map(|s| studio.shoot(&mut subject.renderer, &state, s));

@@ -10,6 +10,7 @@ use crate::lab::report::studio::{Studio, fault};
 use crate::lab::report::subject::{Subject, framed_from};
 use crate::lab::report::truth::Truth;
 use crate::lab::report::verdict::{Shot, judge};
+use crate::render::sampling::seed_apart;
 use crate::render::settings::{ShadingOptions, Technique};
 
 /// How many times as far the far view is as the middle one.
@@ -41,7 +42,8 @@ pub fn draw(studio: &mut Studio, page: &mut Page) -> Result<(), LabError> {
         let size = (width / factor, height / factor);
         let state = subject.seen_by(&camera);
         let half = |seed: u64| Truth::Displacement.settings(size, samples / 2, seed);
-        let [a, b] = [1, 2].map(|seed| studio.shoot(&mut subject.renderer, &state, &half(seed)));
+        let [a, b] =
+            [1, seed_apart(samples / 2, 1)].map(|seed| studio.shoot(&mut subject.renderer, &state, &half(seed)));
         let (a, b) = (a?, b?);
         let truth = Shot::mean_of(&a, &b).map_err(fault)?;
         // From afar nothing is inside: noise, too, is that of all pixels that the T-rex touches.
