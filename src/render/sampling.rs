@@ -25,8 +25,8 @@ pub fn jitter(index: u32, samples: u32, seed: u64) -> Vec2 {
     Vec2::new((flip(0) * (x + within(0))) as f32, (flip(1) * (y + within(1))) as f32)
 }
 
-/// A seed that draws other light than `seed`, and whose samples lie in other places. Few samples have few lattices: of 8, every fourth seed
-/// has the same cells as another, and two such pictures err alike.
+/// A seed that draws other light than `seed`, and whose samples lie in other places. Few samples have few lattices: 8 have four
+/// sets of cells, so that many a pair of seeds has the same, and two such pictures err alike.
 #[must_use]
 pub fn seed_apart(samples: u32, seed: u64) -> u64 {
     let cells = |seed: u64| -> Vec<[i32; 2]> {
