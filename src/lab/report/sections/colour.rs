@@ -39,7 +39,7 @@ const TEXELS: u32 = 256;
 const DISTANCES: [(u32, &str); 2] = [(NEAR, "near"), (FAR, "far")];
 const NEAR: u32 = 16;
 const FAR: u32 = 64;
-/// Samples of a pixel of the truth, which is some hundred texels large.
+/// Samples of a pixel of the truth, which covers 256 texels or more.
 const SAMPLES: u32 = 64;
 const QUICK_SAMPLES: u32 = 16;
 const SIGMA: f32 = 0.6;
