@@ -78,6 +78,7 @@ mod select;
 #[cfg(feature = "window")]
 pub mod shader_watch;
 mod shared_struct;
+mod spirv;
 mod submit;
 mod timestamps;
 mod transfer;

@@ -98,8 +98,7 @@ impl ComputePipeline {
         check_constants(name, &[shader], spec)?;
         let mut core = PipelineCore::new(gpu, name, vk::PipelineBindPoint::COMPUTE, &[shader], structs)?;
         let stage = Stage::new(gpu, &core, shader, spec)?;
-        let special = stage.specialization();
-        let info = vk::ComputePipelineCreateInfo::default().stage(stage.info(&special)).layout(core.layout);
+        let info = vk::ComputePipelineCreateInfo::default().stage(stage.info()).layout(core.layout);
         core.raw = made(gpu, name, |device, cache| {
             // SAFETY: everything the description points to outlives the call.
             unsafe { device.create_compute_pipelines(cache, &[info], None) }
@@ -313,8 +312,7 @@ fn create_graphics(
     stages: &[Stage],
     layout: vk::PipelineLayout,
 ) -> Result<vk::Pipeline> {
-    let special: Vec<_> = stages.iter().map(Stage::specialization).collect();
-    let stages: Vec<_> = stages.iter().zip(&special).map(|(stage, special)| stage.info(special)).collect();
+    let stages: Vec<_> = stages.iter().map(Stage::info).collect();
     let vertex_input = vk::PipelineVertexInputStateCreateInfo::default();
     let (topology, patch_points) = match desc.topology {
         Topology::Triangles => (vk::PrimitiveTopology::TRIANGLE_LIST, 0),

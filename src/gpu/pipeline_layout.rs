@@ -7,7 +7,8 @@ use std::sync::Arc;
 use ash::vk;
 
 use super::error::Doing;
-use super::shaders::{ConstantKind, ResourceKind, Shader, leave_loops_to_driver};
+use super::shaders::{ConstantKind, ResourceKind, Shader};
+use super::spirv::{leave_loops_to_driver, specialized};
 use super::{Gpu, GpuError, Result, StructLayout, shared_struct};
 
 /// The value of a specialization constant.
@@ -188,8 +189,6 @@ pub(crate) struct Stage<'a> {
     gpu: &'a Gpu,
     module: vk::ShaderModule,
     stage: vk::ShaderStageFlags,
-    entries: Vec<vk::SpecializationMapEntry>,
-    values: Vec<u8>,
 }
 
 impl Drop for Stage<'_> {
@@ -200,42 +199,29 @@ impl Drop for Stage<'_> {
 }
 
 impl<'a> Stage<'a> {
-    /// Creates the module, with its resources numbered as in `core`.
+    /// Creates the module, with its resources numbered as in `core` and its constants settled.
     pub(crate) fn new(gpu: &'a Gpu, core: &PipelineCore, shader: &Shader, spec: Spec<'_>) -> Result<Self> {
-        let mut words = shader.spirv(|name| core.binding(name));
+        let mut words = specialized(&shader.spirv(|name| core.binding(name)), |id| {
+            let constant = shader.constants.iter().find(|constant| constant.id == id)?;
+            spec.iter().find(|(name, _)| *name == constant.name).map(|(_, value)| value.bits())
+        });
         if shader.stage == vk::ShaderStageFlags::FRAGMENT && !gpu.is_software() {
             // Written out, the shaders that filter and shade are so long that GPUs lose a fifth of a frame to them; in software
             // loops keep their variables in memory (docs/measurements/gpu.md, performance.md).
             leave_loops_to_driver(&mut words);
         }
         let info = vk::ShaderModuleCreateInfo::default().code(&words);
-        // SAFETY: shaderc compiled the words for Vulkan 1.3; only binding numbers and the marks of loops were changed.
+        // SAFETY: shaderc compiled the words for Vulkan 1.3; binding numbers and marks of loops were changed, constants settled, and
+        // blocks left out that cannot be reached. The validation layer checks the result in every test that makes a pipeline.
         let module =
             unsafe { gpu.raw().create_shader_module(&info, None) }.doing(format!("creating shader {}", shader.name))?;
         gpu.name(module, shader.name);
-        let mut stage = Self { gpu, module, stage: shader.stage, entries: Vec::new(), values: Vec::new() };
-        for constant in shader.constants {
-            if let Some((_, value)) = spec.iter().find(|(name, _)| *name == constant.name) {
-                let offset = stage.values.len() as u32;
-                let entry = vk::SpecializationMapEntry::default().constant_id(constant.id).offset(offset).size(4);
-                stage.entries.push(entry);
-                stage.values.extend(value.bits().to_ne_bytes());
-            }
-        }
-        Ok(stage)
+        Ok(Self { gpu, module, stage: shader.stage })
     }
 
-    pub(crate) fn specialization(&self) -> vk::SpecializationInfo<'_> {
-        vk::SpecializationInfo::default().map_entries(&self.entries).data(&self.values)
-    }
-
-    pub(crate) fn info<'b>(&self, special: &'b vk::SpecializationInfo<'b>) -> vk::PipelineShaderStageCreateInfo<'b> {
+    pub(crate) fn info(&self) -> vk::PipelineShaderStageCreateInfo<'_> {
         const MAIN: &CStr = c"main";
-        vk::PipelineShaderStageCreateInfo::default()
-            .stage(self.stage)
-            .module(self.module)
-            .name(MAIN)
-            .specialization_info(special)
+        vk::PipelineShaderStageCreateInfo::default().stage(self.stage).module(self.module).name(MAIN)
     }
 }
 

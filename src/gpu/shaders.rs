@@ -138,22 +138,6 @@ impl Shader {
     }
 }
 
-/// Takes back every `[[unroll]]` of SPIR-V, so that the driver decides which loops it writes out.
-pub(crate) fn leave_loops_to_driver(words: &mut [u32]) {
-    const HEADER: usize = 5;
-    const OP_LOOP_MERGE: u32 = 246;
-    const CONTROL: usize = 3;
-    const UNROLL: u32 = 1;
-    let mut at = HEADER;
-    while at < words.len() {
-        let (length, operation) = (words[at] >> 16, words[at] & 0xffff);
-        if operation == OP_LOOP_MERGE {
-            words[at + CONTROL] &= !UNROLL;
-        }
-        at += length.max(1) as usize;
-    }
-}
-
 /// Shaders that were compiled since the build, in place of those of the same name.
 static NEWER: RwLock<BTreeMap<&'static str, &'static Shader>> = RwLock::new(BTreeMap::new());
 
@@ -174,36 +158,4 @@ pub(crate) fn replaced() -> BTreeMap<&'static str, &'static Shader> {
 /// The names of all entry points of this build, sorted.
 pub fn names() -> impl Iterator<Item = &'static str> {
     TABLE.iter().map(|shader| shader.name)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// The marks of all loops of SPIR-V.
-    fn controls(words: &[u32]) -> Vec<u32> {
-        let (mut at, mut found) = (5, Vec::new());
-        while at < words.len() {
-            if words[at] & 0xffff == 246 {
-                found.push(words[at + 3]);
-            }
-            at += (words[at] >> 16) as usize;
-        }
-        found
-    }
-
-    #[test]
-    fn loops_are_left_to_the_driver_and_nothing_else_changes() {
-        let shader = Shader::find("passes/filter/filter_shade.frag").unwrap();
-        let before = shader.spirv(|_| None);
-        let mut after = before.clone();
-        leave_loops_to_driver(&mut after);
-        let marked = controls(&before).iter().filter(|&&control| control & 1 != 0).count();
-        assert!(marked > 5 && marked < controls(&before).len(), "{marked} of {}", controls(&before).len());
-        assert!(controls(&after).iter().all(|&control| control == 0));
-        assert_eq!(before.iter().zip(&after).filter(|(a, b)| a != b).count(), marked);
-        let header = after[..5].to_vec();
-        leave_loops_to_driver(&mut after[..5]);
-        assert_eq!(after[..5], header);
-    }
 }

@@ -93,6 +93,104 @@ fn constants_includes_and_shared_structs() {
     assert!(special[2].is_nan(), "LIMIT keeps the third invocation from writing");
 }
 
+/// What `selftest_branches.comp` computes.
+#[derive(Clone, Copy, Debug)]
+struct Branches {
+    way: i32,
+    early: bool,
+    limit: f32,
+    turns: u32,
+    once: bool,
+}
+
+impl Branches {
+    fn far(self) -> bool {
+        self.limit > 2.0 || self.way == 3
+    }
+
+    fn switched(self, v: f32) -> f32 {
+        let out_of_two = |v: f32| if v > 4.0 { v - 10.0 } else { v * 3.0 };
+        0.5 + match self.way {
+            0 => v + 1.0,
+            1 => out_of_two(v + 2.0),
+            2 => out_of_two(v),
+            _ => return -v,
+        }
+    }
+
+    fn looped(self, mut v: f32) -> f32 {
+        let step = if self.way == 3 { 2 } else { self.way + 1 };
+        for i in 0..self.turns {
+            if self.early && i == 1 {
+                return v + 100.0;
+            }
+            if self.way == 2 {
+                continue;
+            }
+            if !self.far() {
+                v += 3.0 * step as f32;
+            }
+            if v > 20.0 {
+                break;
+            }
+        }
+        v
+    }
+
+    fn at_least_once(self, mut v: f32) -> f32 {
+        for _ in 0..if self.once { 1 } else { 4 } {
+            v = v * 0.5 + 1.0;
+        }
+        while self.far() {
+            v -= 3.0;
+            if v < 0.0 {
+                break;
+            }
+        }
+        v
+    }
+
+    fn value(self, v: f32) -> f32 {
+        if self.limit < 0.0 {
+            return if self.early && v > 2.0 { 7.0 } else { -7.0 };
+        }
+        let v = self.switched(v);
+        let v = match () {
+            () if !self.early || v > self.limit => self.looped(v),
+            () if self.turns % 2 == 1 => v + 0.25,
+            () => v,
+        };
+        self.at_least_once(v)
+    }
+}
+
+#[test]
+fn constants_decide_where_shaders_go_on() {
+    let Some(gpu) = test_gpu() else { return };
+    let inputs: Vec<[f32; 1]> = (0..40).map(|i| [i as f32 * 0.5 - 4.0]).collect();
+    let (ways, truths) = ([0, 1, 2, 3, -5], [false, true]);
+    let mut seen = std::collections::BTreeSet::new();
+    for (way, early, once) in ways.into_iter().flat_map(|way| truths.map(|early| (way, early, !early ^ (way == 1)))) {
+        for (limit, turns) in [(-1.0, 1), (1.0, 0), (1.0, 4), (3.0, 3)] {
+            let branches = Branches { way, early, limit, turns, once };
+            let spec = [
+                ("WAY", SpecValue::I32(way)),
+                ("EARLY", SpecValue::Bool(early)),
+                ("LIMIT", SpecValue::F32(limit)),
+                ("TURNS", SpecValue::U32(turns)),
+                ("ONCE", SpecValue::Bool(once)),
+            ];
+            let shader = "probes/selftest/selftest_branches.comp";
+            let outputs = run_probe_with(&gpu, shader, &inputs, 1, &spec, &[], &[]);
+            let expected: Vec<f32> = inputs.iter().map(|[v]| branches.value(*v)).collect();
+            assert_eq!(outputs, expected, "{branches:?}");
+            seen.insert(format!("{outputs:?}"));
+        }
+    }
+    // Otherwise the constants would decide nothing.
+    assert!(seen.len() > 20, "{} different outputs", seen.len());
+}
+
 /// A colour that differs by mip, layer and place.
 fn texels(size: u32, mip: u32, layer: u32) -> Vec<[f32; 4]> {
     (0..size * size).map(|i| [mip as f32, layer as f32, i as f32, 1.0]).collect()
