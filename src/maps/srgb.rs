@@ -1,5 +1,7 @@
 //! The transfer function of sRGB (IEC 61966-2-1).
 
+use std::sync::LazyLock;
+
 /// Display code 0 to 1 from linear 0 to 1. Clamps outside.
 pub fn srgb_from_linear(x: f32) -> f32 {
     let x = x.clamp(0.0, 1.0);
@@ -14,7 +16,45 @@ pub fn linear_from_srgb(code: f32) -> f32 {
 
 /// The nearest 8-bit display code of a linear value in 0 to 1. Clamps outside.
 pub fn srgb8_from_linear(x: f32) -> u8 {
-    (srgb_from_linear(x) * 255.0 + 0.5) as u8
+    CODES.of(x)
+}
+
+/// A power for every channel of every texel takes longer than all else that is done with it.
+static CODES: LazyLock<Codes> = LazyLock::new(Codes::new);
+
+/// Steps of linear light, at the first of which a code is looked up; none has more than one code more than it begins with.
+const STEPS: usize = 4096;
+
+struct Codes {
+    /// The least value of each code.
+    least: [f32; 256],
+    /// The code at the beginning of each step.
+    first: [u8; STEPS],
+}
+
+impl Codes {
+    fn new() -> Self {
+        let code = |x: f32| (srgb_from_linear(x) * 255.0 + 0.5) as u8;
+        // Positive numbers are ordered as their bits are.
+        let least = |wanted: usize| {
+            let (mut below, mut above) = (0u32, 1f32.to_bits());
+            while above - below > 1 {
+                let middle = below.midpoint(above);
+                if usize::from(code(f32::from_bits(middle))) >= wanted { above = middle } else { below = middle }
+            }
+            f32::from_bits(above)
+        };
+        Self {
+            least: std::array::from_fn(|wanted| if wanted == 0 { 0.0 } else { least(wanted) }),
+            first: std::array::from_fn(|step| code(step as f32 / STEPS as f32)),
+        }
+    }
+
+    fn of(&self, x: f32) -> u8 {
+        let x = x.clamp(0.0, 1.0);
+        let code = self.first[((x * STEPS as f32) as usize).min(STEPS - 1)];
+        code + u8::from(code < u8::MAX && x >= self.least[usize::from(code) + 1])
+    }
 }
 
 /// Linear values of the 256 display codes.
@@ -25,6 +65,25 @@ pub fn linear_of_srgb8() -> [f32; 256] {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn codes_are_those_of_the_curve() {
+        let of_curve = |x: f32| (srgb_from_linear(x) * 255.0 + 0.5) as u8;
+        for i in 0..=2_000_000u32 {
+            let x = i as f32 / 2e6 * 1.02 - 0.01;
+            assert_eq!(srgb8_from_linear(x), of_curve(x), "{x}");
+        }
+        // On either side of where each code begins.
+        for least in CODES.least.into_iter().skip(1) {
+            for x in [least.next_down(), least, least.next_up()] {
+                assert_eq!(srgb8_from_linear(x), of_curve(x), "{x}");
+            }
+        }
+        assert_eq!(
+            [f32::NAN, f32::INFINITY, f32::NEG_INFINITY].map(srgb8_from_linear),
+            [f32::NAN, f32::INFINITY, f32::NEG_INFINITY].map(of_curve)
+        );
+    }
 
     #[test]
     fn srgb_round_trips_every_code() {

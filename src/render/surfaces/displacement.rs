@@ -65,8 +65,15 @@ impl HeightField {
         let (x, y) = (texcoord.x * self.width as f32 - 0.5, texcoord.y * self.height as f32 - 0.5);
         let (x0, y0) = (x.floor(), y.floor());
         let (fx, fy) = (x - x0, y - y0);
-        let row = |y: i64| self.texel(x0 as i64, y) * (1.0 - fx) + self.texel(x0 as i64 + 1, y) * fx;
-        row(y0 as i64) * (1.0 - fy) + row(y0 as i64 + 1) * fy
+        let inside = x0 >= 0.0 && y0 >= 0.0 && x0 + 1.0 < self.width as f32 && y0 + 1.0 < self.height as f32;
+        let [above, below] = if inside {
+            let (width, at) = (self.width as usize, y0 as usize * self.width as usize + x0 as usize);
+            [at, at + width].map(|at| [self.texels[at], self.texels[at + 1]])
+        } else {
+            [0, 1].map(|down| [0, 1].map(|across| self.texel(x0 as i64 + across, y0 as i64 + down)))
+        };
+        let row = |[a, b]: [f32; 2]| a * (1.0 - fx) + b * fx;
+        row(above) * (1.0 - fy) + row(below) * fy
     }
 
     /// Catmull-Rom sample: passes through the texels with continuous slopes. For resampling a map at a finer resolution.
@@ -119,22 +126,38 @@ impl<'a> HeightPyramid<'a> {
         if level == 0 { self.field.bilinear(texcoord) } else { self.levels[level - 1].bilinear(texcoord) }
     }
 
-    /// Trilinear sample; with tiles, taps stay inside tile `patch`, as with `clamp_to_tile` of the shader.
-    fn sample(&self, texcoord: Vec2, lod: f32, patch: usize) -> f32 {
+    /// Trilinear samples at a level of detail; with tiles, taps stay inside tile `patch`, as with `clamp_to_tile` of the shader.
+    fn lookup(&self, lod: f32, patch: usize) -> Lookup<'_> {
         let mut lod = lod.clamp(0.0, self.levels.len() as f32);
-        let mut texcoord = texcoord;
+        let mut inside = None;
         if let Border::Tiles(layout) = self.field.border {
             lod = lod.min((layout.tile as f32).log2());
             let size = Vec2::new(self.field.width as f32, self.field.height as f32);
             let (x, y) = layout.origin(patch as u32);
             let low = Vec2::new(x as f32, y as f32);
             let inset = Vec2::splat((lod.ceil().exp2() * 0.5).min(layout.tile as f32 * 0.5));
-            texcoord = (texcoord * size).clamp(low + inset, low + Vec2::splat(layout.tile as f32) - inset) / size;
+            inside = Some([size, low + inset, low + Vec2::splat(layout.tile as f32) - inset]);
         }
         let level = lod as usize;
-        let fraction = lod - level as f32;
-        let fine = self.bilinear(level, texcoord);
-        if fraction == 0.0 { fine } else { fine * (1.0 - fraction) + self.bilinear(level + 1, texcoord) * fraction }
+        Lookup { pyramid: self, level, fraction: lod - level as f32, inside }
+    }
+}
+
+/// Samples of a pyramid at one level of detail.
+struct Lookup<'a> {
+    pyramid: &'a HeightPyramid<'a>,
+    level: usize,
+    fraction: f32,
+    /// Texels of the map, and the first and the last that the samples' places may have.
+    inside: Option<[Vec2; 3]>,
+}
+
+impl Lookup<'_> {
+    fn at(&self, texcoord: Vec2) -> f32 {
+        let texcoord = self.inside.map_or(texcoord, |[size, low, high]| (texcoord * size).clamp(low, high) / size);
+        let &Self { pyramid, level, fraction, .. } = self;
+        let fine = pyramid.bilinear(level, texcoord);
+        if fraction == 0.0 { fine } else { fine * (1.0 - fraction) + pyramid.bilinear(level + 1, texcoord) * fraction }
     }
 }
 
@@ -160,17 +183,16 @@ impl Mapped<'_> {
         (t[to] - t[from]) * size
     }
 
-    /// The height between two corners of a patch.
-    fn height(&self, patch: usize, from: usize, to: usize, part: f32, lod: f32) -> f32 {
+    /// The height between two corners of a patch. `lookup`: of that patch.
+    fn height(&self, patch: usize, from: usize, to: usize, part: f32, lookup: &Lookup<'_>) -> f32 {
         if let Some(repeat) = self.mesh.triplanar {
             let [a, b] = [from, to].map(|corner| self.mesh.patches[patch][corner] as usize);
             let position = self.mesh.positions[a].lerp(self.mesh.positions[b], part);
             let normal = self.mesh.normals[a].lerp(self.mesh.normals[b], part).normalize_or_zero();
-            let sample = |texcoord| self.pyramid.sample(texcoord, lod, patch);
-            return triplanar::blend(position, normal, repeat, self.mean(), sample);
+            return triplanar::blend(position, normal, repeat, self.mean(), |texcoord| lookup.at(texcoord));
         }
         let t = &self.mesh.texcoords[patch];
-        self.pyramid.sample(t[from].lerp(t[to], part), lod, patch)
+        lookup.at(t[from].lerp(t[to], part))
     }
 }
 
@@ -292,39 +314,42 @@ impl BoundaryHeights {
                         let before = if mesh.triangles && corner == 3 { 1 } else { (corner + 3) & 3 };
                         let along = [(corner + 1) & 3, before].map(|other| mapped.extent(patch, corner, other).abs());
                         let lod = level_lod((along[0] + along[1]) * 0.5, level);
-                        mapped.height(patch, corner, corner, 0.0, lod)
+                        mapped.height(patch, corner, corner, 0.0, &mapped.pyramid.lookup(lod, patch))
                     }))
                 })
             })
             .collect();
         let vertices: Vec<f32> =
             (0..mesh.positions.len() as u32).flat_map(|vertex| at_places[mesh.place_of(vertex) as usize]).collect();
-        let edges = sides
-            .par_iter()
-            .enumerate()
-            .flat_map_iter(|(edge, sides)| {
-                if rims.contains(&topology.edges[edge]) {
-                    return vec![0.0; EDGE_STRIDE];
+        let mut edges = vec![0.0; topology.edges.len() * EDGE_STRIDE];
+        edges.par_chunks_mut(EDGE_STRIDE).enumerate().for_each(|(edge, mut samples)| {
+            if rims.contains(&topology.edges[edge]) {
+                return;
+            }
+            let [from, to] = topology.edges[edge].map(|v| v as usize * EDGE_LEVELS);
+            for level in 0..EDGE_LEVELS {
+                let segments = 64usize >> level;
+                let (along, rest) = samples.split_at_mut(segments + 1);
+                samples = rest;
+                let lines: Vec<_> = sides[edge]
+                    .iter()
+                    .map(|&(patch, side, flipped)| {
+                        let (a, b) = (side, (side + 1) & 3);
+                        let lookup = mapped.pyramid.lookup(level_lod(mapped.extent(patch, a, b), level), patch);
+                        let (from, to) = if flipped { (b, a) } else { (a, b) };
+                        (patch, from, to, lookup)
+                    })
+                    .collect();
+                for (i, sample) in along.iter_mut().enumerate() {
+                    let t = i as f32 / segments as f32;
+                    *sample = mean(
+                        lines.iter().map(|(patch, from, to, lookup)| mapped.height(*patch, *from, *to, t, lookup)),
+                    );
                 }
-                let [from, to] = topology.edges[edge].map(|v| v as usize * EDGE_LEVELS);
-                let mut samples = Vec::with_capacity(EDGE_STRIDE);
-                for level in 0..EDGE_LEVELS {
-                    let segments = 64usize >> level;
-                    samples.push(vertices[from + level]);
-                    for i in 1..segments {
-                        let t = i as f32 / segments as f32;
-                        samples.push(mean(sides.iter().map(|&(patch, side, flipped)| {
-                            let (a, b) = (side, (side + 1) & 3);
-                            let lod = level_lod(mapped.extent(patch, a, b), level);
-                            let (from, to) = if flipped { (b, a) } else { (a, b) };
-                            mapped.height(patch, from, to, t, lod)
-                        })));
-                    }
-                    samples.push(vertices[to + level]);
-                }
-                samples
-            })
-            .collect();
+                along[0] = vertices[from + level];
+                along[segments] = vertices[to + level];
+            }
+        });
         let texels = |&(patch, side, _): &(usize, usize, bool)| mapped.extent(patch, side, (side + 1) & 3).length();
         let edge_texels = sides.iter().map(|sides| sides.iter().map(texels).fold(1.0, f32::max)).collect();
         let mut patch_range = patch_ranges(mesh, field);

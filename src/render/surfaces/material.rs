@@ -10,6 +10,7 @@
 //! * coverage, 8 bits: a mask, and the share of each texel in which that covers, which is what is averaged. A mask whose values were
 //!   averaged would lose what is thinner than a texel, or swell
 
+use std::borrow::Cow;
 use std::sync::Arc;
 
 use ash::vk;
@@ -205,7 +206,13 @@ impl MaterialImages {
         };
         let codes = Codes::new();
         let write = |image: &Image, texels| {
-            write_mips(image, size, texels, <[_]>::to_vec, |texels, from, to| codes.halve(texels, from, to))
+            write_mips(
+                image,
+                size,
+                texels,
+                |texels| Cow::Borrowed(texels),
+                |texels, from, to| codes.halve(texels, from, to),
+            )
         };
         let color = image("colour", srgb)?;
         write(&color, colors)?;
@@ -353,16 +360,16 @@ pub(super) fn address_mode(wrap: TextureWrap) -> AddressMode {
 }
 
 /// Codes of shares, 0 to 1.
-fn eighths(shares: &[f32]) -> Vec<u8> {
+fn eighths(shares: &[f32]) -> Cow<'_, [u8]> {
     shares.iter().map(|share| (share.clamp(0.0, 1.0) * 255.0 + 0.5) as u8).collect()
 }
 
 /// Codes of numbers from -1 to 1.
-fn signed_eighths(texels: &[[f32; 4]]) -> Vec<[i8; 4]> {
+fn signed_eighths(texels: &[[f32; 4]]) -> Cow<'_, [[i8; 4]]> {
     texels.iter().map(|texel| texel.map(|v| (v.clamp(-1.0, 1.0) * 127.0).round() as i8)).collect()
 }
 
-fn pairs(texels: &[[f32; 4]]) -> Vec<[u8; 2]> {
+fn pairs(texels: &[[f32; 4]]) -> Cow<'_, [[u8; 2]]> {
     texels.iter().map(|texel| [0, 1].map(|i| (texel[i].clamp(0.0, 1.0) * 255.0 + 0.5) as u8)).collect()
 }
 
@@ -370,7 +377,7 @@ fn halve_shares(texels: &[f32], from: [u32; 2], to: [u32; 2]) -> Vec<f32> {
     reduce(texels, from, to, |parts| parts.map(|(texel, weight)| weight * texel).sum())
 }
 
-pub(super) fn halves(texels: &[[f32; 4]]) -> Vec<[f16; 4]> {
+pub(super) fn halves(texels: &[[f32; 4]]) -> Cow<'_, [[f16; 4]]> {
     texels.iter().map(|texel| texel.map(|v| f16::from_f32(v.min(65504.0)))).collect()
 }
 
@@ -379,7 +386,7 @@ pub(super) fn write_mips<T, S: bytemuck::Pod>(
     image: &Image,
     size: [u32; 2],
     texels: Vec<T>,
-    stored: impl Fn(&[T]) -> Vec<S>,
+    stored: impl for<'a> Fn(&'a [T]) -> Cow<'a, [S]>,
     halve: impl Fn(&[T], [u32; 2], [u32; 2]) -> Vec<T>,
 ) -> Result<()> {
     write_layer(image, 0, size, texels, stored, halve)
@@ -391,7 +398,7 @@ fn write_layer<T, S: bytemuck::Pod>(
     layer: u32,
     mut size: [u32; 2],
     mut texels: Vec<T>,
-    stored: impl Fn(&[T]) -> Vec<S>,
+    stored: impl for<'a> Fn(&'a [T]) -> Cow<'a, [S]>,
     halve: impl Fn(&[T], [u32; 2], [u32; 2]) -> Vec<T>,
 ) -> Result<()> {
     for mip in 0..image.desc().mips {
@@ -459,17 +466,17 @@ impl Codes {
         let width = from[0] as usize;
         if from == to.map(|side| 2 * side) {
             // Four texels each, without tables of weights.
-            return (0..to[1] as usize)
-                .into_par_iter()
-                .flat_map_iter(|y| {
-                    let rows = [2 * y * width, (2 * y + 1) * width];
-                    (0..to[0] as usize).map(move |x| {
-                        let four =
-                            [rows[0], rows[0] + 1, rows[1], rows[1] + 1].map(|at| self.linear(texels[at + 2 * x]));
-                        codes(std::array::from_fn(|i| 0.25 * four.iter().map(|texel| texel[i]).sum::<f32>()))
-                    })
-                })
-                .collect();
+            let mut halved = vec![[0; 4]; to[0] as usize * to[1] as usize];
+            let rows = halved.par_chunks_mut(to[0] as usize).zip(texels.par_chunks(2 * width));
+            rows.for_each(|(row, two)| {
+                let (above, below) = two.split_at(width);
+                let pairs = above.as_chunks::<2>().0.iter().zip(below.as_chunks::<2>().0);
+                for (texel, (&[a, b], &[c, d])) in row.iter_mut().zip(pairs) {
+                    let four = [a, b, c, d].map(|texel| self.linear(texel));
+                    *texel = codes(std::array::from_fn(|i| 0.25 * four.iter().map(|texel| texel[i]).sum::<f32>()));
+                }
+            });
+            return halved;
         }
         reduce(texels, from, to, |parts| {
             codes(parts.fold([0.0; 4], |sum, (texel, weight)| {

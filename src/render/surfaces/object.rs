@@ -25,7 +25,7 @@ use crate::render::constants::{
     CHARTS, CONDUCTOR_DIP_SHIFT, DETAIL_TRIPLANAR, FIT_SHIFT, FLAG_CHARTED, FLAG_DISPLACED, FLAG_FLAT,
     FLAG_MARK_INSIDE, FLAG_MASK, FLAG_TINTED_EMISSION, FLAG_TRIANGLES, FLAG_TRIPLANAR, SEA_INDEX,
 };
-use crate::render::scene::{DetailMapping, Object, Tiling, TriangleCharts};
+use crate::render::scene::{Detail, DetailMapping, MaterialMap, Object, Tiling, TriangleCharts};
 
 shared_struct! {
     /// One patch as the shaders read it (`PatchData`).
@@ -232,8 +232,7 @@ struct Carrier {
 }
 
 impl Carrier {
-    fn of(mesh: &PatchMesh, heights: Option<&HeightField>, kind: SurfaceKind) -> Self {
-        let topology = Topology::new(&mesh.patches_by_place());
+    fn of(mesh: &PatchMesh, topology: Topology, heights: Option<&HeightField>, kind: SurfaceKind) -> Self {
         let boundary = match heights {
             Some(field) if kind.by_example => BoundaryHeights::by_example(mesh, &topology, field),
             Some(field) => BoundaryHeights::bake(mesh, &topology, field),
@@ -243,41 +242,66 @@ impl Carrier {
     }
 }
 
+/// What becomes maps of an object, and is no longer needed once they are on the device.
+struct MapSources {
+    slopes: Option<Vec<[f32; 2]>>,
+    slope_spread: Option<Vec<[f32; 3]>>,
+    moments: Option<LeadrMap>,
+    detail: Option<Detail>,
+    material: Option<MaterialMap>,
+    charts: Option<Vec<TriangleCharts>>,
+}
+
+impl MapSources {
+    /// Takes them from an object.
+    fn take(object: &mut Object) -> Self {
+        Self {
+            slopes: object.slopes.take(),
+            slope_spread: object.slope_spread.take(),
+            moments: object.moments.take(),
+            detail: object.detail.take(),
+            material: object.material.take(),
+            charts: object.charts.take(),
+        }
+    }
+}
+
 impl ObjectMaps {
-    /// Uploads the maps of an object on its finer mesh, and takes from it whatever is on the device then.
+    /// Uploads the maps of an object on its finer mesh.
     fn upload(
         gpu: &Arc<Gpu>,
-        object: &mut Object,
+        object: &Object,
+        sources: MapSources,
+        relief_color: ReliefColorImages,
         topology: &Topology,
         kind: SurfaceKind,
         Upload { cache, format, .. }: Upload<'_>,
     ) -> Result<Self> {
-        let name = object.name.clone();
+        let (name, field) = (&object.name, object.heights.as_ref());
+        let MapSources { slopes, slope_spread, moments, detail, material, charts } = sources;
         // Materials repeat.
-        let border = object.heights.as_ref().map_or(Border::Wrap, |field| field.border);
-        let relief_color = ReliefColorImages::new(gpu, object, border)?;
-        let (slopes, moments) = (object.slopes.take(), object.moments.take());
-        let sources = cache.map_or(0, |_| relief_checksum(object.heights.as_ref(), slopes.as_ref(), moments.as_ref()));
-        let leadr = field_maps(gpu, object.heights.as_ref(), slopes, object.slope_spread.take(), moments, format)?;
-        let detail = DetailImages::new(gpu, &name, object.detail.take(), &object.mesh, border)?;
-        if let Some(field) = &mut object.heights {
-            field.texels = Vec::new();
-        }
-        let material = MaterialImages::new(gpu, &name, object.material.take(), border)?;
-        let charts: Vec<ChartsGpu> = object.charts.take().unwrap_or_default().iter().map(ChartsGpu::of).collect();
+        let border = field.map_or(Border::Wrap, |field| field.border);
+        let sum = cache.map_or(0, |_| relief_checksum(field, slopes.as_ref(), moments.as_ref()));
+        let (leadr, material) = rayon::join(
+            || field_maps(gpu, field, slopes, slope_spread, moments, format),
+            || MaterialImages::new(gpu, name, material, border),
+        );
+        let (leadr, material) = (leadr?, material?);
+        let detail = DetailImages::new(gpu, name, detail, &object.mesh, border)?;
+        let charts: Vec<ChartsGpu> = charts.unwrap_or_default().iter().map(ChartsGpu::of).collect();
         let charts = if charts.is_empty() { vec![ChartsGpu { corners: [[0.0; 2]; CHART_CORNERS] }] } else { charts };
         let atlas = match border {
             Border::Tiles(layout) => {
                 let material = kind.colored.then_some((&material, &relief_color));
-                AtlasGpu::new(gpu, &name, &object.mesh, topology, layout, &leadr, material)?
+                AtlasGpu::new(gpu, name, &object.mesh, topology, layout, &leadr, material)?
             }
-            Border::Wrap | Border::Clamp => AtlasGpu::none(gpu, &name)?,
+            Border::Wrap | Border::Clamp => AtlasGpu::none(gpu, name)?,
         };
         let horizons = if kind.horizon {
             let relief = Relief { mesh: &object.mesh, topology, border, height_scale: object.height_scale };
-            HorizonMaps::new(gpu, &name, &leadr, &relief, cache.map(|cache| (cache, sources)))?
+            HorizonMaps::new(gpu, name, &leadr, &relief, cache.map(|cache| (cache, sum)))?
         } else {
-            HorizonMaps::none(gpu, &name)?
+            HorizonMaps::none(gpu, name)?
         };
         let mode = if border == Border::Wrap { AddressMode::Repeat } else { AddressMode::ClampToEdge };
         let modes = object.slope_wrap.map_or([mode; 2], |wrap| wrap.map(address_mode));
@@ -315,13 +339,26 @@ impl GpuObject {
             fill_half_range(&mut object);
         }
         let kind = SurfaceKind::of(&object, &object.mesh);
-        let carrier = Carrier::of(&object.mesh, object.heights.as_ref(), kind);
-        let coarse = coarse_mesh.map(|mesh| {
-            let kind = SurfaceKind::of(&object, &mesh);
-            (kind, Carrier::of(&mesh, object.heights.as_ref(), kind), mesh)
-        });
+        let coarse = coarse_mesh.map(|mesh| (SurfaceKind::of(&object, &mesh), mesh));
         let index = (index as u32 + 1) | (upload.fits.number_of(&object) << FIT_SHIFT);
-        let maps = Arc::new(ObjectMaps::upload(gpu, &mut object, &carrier.topology, kind, upload)?);
+        let border = object.heights.as_ref().map_or(Border::Wrap, |field| field.border);
+        let relief_color = ReliefColorImages::new(gpu, &object, border)?;
+        let sources = MapSources::take(&mut object);
+        let topology = Topology::new(&object.mesh.patches_by_place());
+        let carry = |mesh: &PatchMesh, topology, kind| Carrier::of(mesh, topology, object.heights.as_ref(), kind);
+        let (maps, (carrier, coarse)) = rayon::join(
+            || ObjectMaps::upload(gpu, &object, sources, relief_color, &topology, kind, upload),
+            || {
+                let of_coarse = |(kind, mesh): (SurfaceKind, PatchMesh)| {
+                    let carrier = carry(&mesh, Topology::new(&mesh.patches_by_place()), kind);
+                    (kind, carrier, mesh)
+                };
+                (carry(&object.mesh, topology.clone(), kind), coarse.map(of_coarse))
+            },
+        );
+        let maps = Arc::new(maps?);
+        // They are on the device.
+        object.heights.iter_mut().for_each(|field| field.texels = Vec::new());
         let coarse = coarse.map(|(kind, carrier, mesh)| {
             let object = Object { mesh, ..object.clone() };
             Self::with_maps(gpu, object, index, kind, carrier, maps.clone())

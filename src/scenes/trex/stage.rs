@@ -47,12 +47,17 @@ pub fn unbaked_body(tile: u32) -> Object {
 /// # Errors
 /// As [`Trex::load`].
 pub fn trex_stage(tile: u32, progress: &(dyn Fn(f32) + Sync)) -> Result<Stage, TrexError> {
-    Trex::load(tile, progress).map(walking)
+    let (trex, ground) = rayon::join(|| Trex::load(tile, progress), ground);
+    trex.map(|trex| walking_on(trex, ground))
 }
 
 /// The stage on which `trex` walks.
 #[must_use]
 pub fn walking(trex: Trex) -> Stage {
+    walking_on(trex, ground())
+}
+
+fn walking_on(trex: Trex, ground: Object) -> Stage {
     let [body, props] = animal(trex);
     let middle = Vec3::new(-0.2, 0.0, 2.0);
     let views = Views {
@@ -67,7 +72,7 @@ pub fn walking(trex: Trex) -> Stage {
         let below = Affine3A::from_translation(Vec3::X * steps * STEP);
         vec![Pose::Skinned(joints.clone()), Pose::Skinned(joints), Pose::Rigid(below)]
     };
-    Stage::moving(vec![body, props, ground()], views, motion, |time| Vec3::X * walked(time))
+    Stage::moving(vec![body, props, ground], views, motion, |time| Vec3::X * walked(time))
 }
 
 /// Metres walked after `time` seconds.
