@@ -69,11 +69,12 @@ mod linux {
     type Part = fn(&Server);
 
     /// The parts and their names.
-    pub const PARTS: [(&str, Part); 7] = [
+    pub const PARTS: [(&str, Part); 8] = [
         ("user", a_user_looks_around),
         ("frames", a_limited_run_ends),
         ("walk", the_demo_goes_along_with_the_walk),
         ("controls", every_control_can_be_clicked),
+        ("dropped", what_is_dropped_is_worn),
         ("layout", the_window_opens_as_it_was_left),
         ("storm", a_storm_of_sizes_leaves_nothing_behind),
         ("destroyed", a_window_that_another_program_closes_ends_the_program),
@@ -363,6 +364,67 @@ mod linux {
         server.resize(window, 480, 400);
         app.settles();
         server.close(window);
+        let (code, _, err) = app.end();
+        assert_eq!(code, Some(0), "{err}");
+    }
+
+    /// A measured material is worn by the sphere and by a model; what cannot be worn changes nothing.
+    fn what_is_dropped_is_worn(server: &Server) {
+        let folder = tempfile::tempdir().unwrap();
+        let file = |name: &str| folder.path().join(name);
+        // A Beckmann lobe of alpha .1 before a red body.
+        let backscattering = |degrees: u32| {
+            let (sine, cosine) = f64::from(degrees).to_radians().sin_cos();
+            let lobe = (-(sine / cosine).powi(2) / 0.01).exp() / (4.0 * std::f64::consts::PI * 0.01 * cosine.powi(5));
+            format!("{degrees},{},{},{}\n", lobe + 0.25, lobe + 0.01, lobe + 0.01)
+        };
+        let table: String = (0..80).map(backscattering).collect();
+        std::fs::write(file("red.csv"), format!("theta,r,g,b\n{table}")).unwrap();
+        let fitted = Command::new(env!("CARGO_BIN_EXE_leadr"))
+            .arg("fit")
+            .args([file("red.csv"), "-o".into(), file("red.json")])
+            .output()
+            .unwrap();
+        assert!(fitted.status.success(), "{}", String::from_utf8_lossy(&fitted.stderr));
+        std::fs::write(file("none.json"), "{}").unwrap();
+
+        let arguments = ["--scene", "sphere", "--size", "320x240", "--samples", "1", "--panel", "off", "--validation"];
+        let mut app = App::demo(server, &arguments);
+        app.find_window(server, "leadr");
+        let window = app.window();
+        server.focus(window);
+        app.settles();
+        let redness = |picture: &[[u8; 3]]| picture.iter().filter(|[r, g, _]| *r > 2 * *g).count();
+        let own = server.picture(window);
+        server.drop_file(window, &file("none.json"));
+        app.settles();
+        server.drop_file(window, &file("red.json"));
+        until(&app, "a red sphere", || redness(&server.picture(window)) > redness(&own) + 1000);
+        app.settles();
+        let command = || {
+            app.said(1).lines().filter_map(|line| line.split_once("leadr capture ")).last().map(|(_, c)| c.to_owned())
+        };
+        server.tap(b'x');
+        until(&app, "a command", || command().is_some());
+        let said = command().unwrap();
+        assert!(said.contains("--material") && said.contains("red.json") && !said.contains("none.json"), "{said}");
+
+        // A model has nothing of it until it is dropped anew.
+        let model = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/snail.glb");
+        let sphere = server.picture(window);
+        server.drop_file(window, &model);
+        until(&app, "the model", || redness(&server.picture(window)) + 1000 < redness(&sphere));
+        app.settles();
+        server.drop_file(window, &file("red.json"));
+        until(&app, "a red model", || redness(&server.picture(window)) > redness(&own) + 1000);
+        app.settles();
+        server.tap(b'x');
+        until(&app, "another command", || command().is_some_and(|now| now != said));
+        let said = command().unwrap();
+        assert!(said.contains("--measured") && said.contains("*=") && !said.contains("--material"), "{said}");
+        let complaints = app.said(1);
+        assert!(complaints.contains("none.json"), "{complaints}");
+        server.tap(b'q');
         let (code, _, err) = app.end();
         assert_eq!(code, Some(0), "{err}");
     }

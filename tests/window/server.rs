@@ -8,9 +8,10 @@ use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
 use x11rb::connection::Connection;
+use x11rb::protocol::Event;
 use x11rb::protocol::xproto::{
     self, AtomEnum, ClientMessageEvent, ConfigureWindowAux, ConnectionExt as _, CreateWindowAux, EventMask,
-    ImageFormat, InputFocus, PropMode, Window, WindowClass,
+    ImageFormat, InputFocus, PropMode, SelectionNotifyEvent, Window, WindowClass,
 };
 use x11rb::protocol::xtest::ConnectionExt as _;
 use x11rb::rust_connection::RustConnection;
@@ -188,6 +189,48 @@ impl Server {
         let (protocols, delete) = (self.atom("WM_PROTOCOLS"), self.atom("WM_DELETE_WINDOW"));
         let event = ClientMessageEvent::new(32, window, protocols, [delete, x11rb::CURRENT_TIME, 0, 0, 0]);
         self.connection.send_event(false, window, EventMask::NO_EVENT, event).unwrap().check().unwrap();
+    }
+
+    /// Drops a file on the window, as file managers do (XDND version 5).
+    pub fn drop_file(&self, window: Window, file: &Path) {
+        let connection = &self.connection;
+        let source = connection.generate_id().unwrap();
+        let (class, look) = (WindowClass::INPUT_OUTPUT, CreateWindowAux::new());
+        connection.create_window(0, source, self.root, 0, 0, 1, 1, 0, class, 0, &look).unwrap().check().unwrap();
+        let (selection, uris) = (self.atom("XdndSelection"), self.atom("text/uri-list"));
+        connection.set_selection_owner(source, selection, x11rb::CURRENT_TIME).unwrap().check().unwrap();
+        let say = |name: &str, data: [u32; 4]| {
+            let [a, b, c, d] = data;
+            let event = ClientMessageEvent::new(32, window, self.atom(name), [source, a, b, c, d]);
+            connection.send_event(false, window, EventMask::NO_EVENT, event).unwrap().check().unwrap();
+        };
+        say("XdndEnter", [5 << 24, uris, 0, 0]);
+        say("XdndPosition", [0, 0, x11rb::CURRENT_TIME, self.atom("XdndActionCopy")]);
+        // The window asks which file it is.
+        let start = Instant::now();
+        let asked = loop {
+            match connection.poll_for_event().unwrap() {
+                Some(Event::SelectionRequest(asked)) => break asked,
+                _ => std::thread::sleep(Duration::from_millis(10)),
+            }
+            assert!(start.elapsed() < PATIENCE, "the window does not ask for what is dropped");
+        };
+        let text = format!("file://{}\r\n", file.display());
+        let told =
+            connection.change_property8(PropMode::REPLACE, asked.requestor, asked.property, uris, text.as_bytes());
+        told.unwrap().check().unwrap();
+        let answer = SelectionNotifyEvent {
+            response_type: xproto::SELECTION_NOTIFY_EVENT,
+            sequence: 0,
+            time: asked.time,
+            requestor: asked.requestor,
+            selection: asked.selection,
+            target: asked.target,
+            property: asked.property,
+        };
+        connection.send_event(false, asked.requestor, EventMask::NO_EVENT, answer).unwrap().check().unwrap();
+        std::thread::sleep(Duration::from_millis(200));
+        say("XdndDrop", [0, x11rb::CURRENT_TIME, 0, 0]);
     }
 
     /// The top-level window whose title contains this text.

@@ -1,17 +1,20 @@
 //! The scenes that the window can open, and the commands that make their pictures without it.
 
-use std::path::Path;
+use std::ffi::{OsStr, OsString};
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::command_line::Seen;
 use super::window::pace::Pace;
-use super::window::show::{Program, Roughness, Show};
+use super::window::show::{Program, Roughness, Show, Worn};
 use super::window::surroundings::Surroundings;
 use crate::app::error::AppError;
 use crate::app::flags::command_line::CommandLine;
 use crate::app::flags::scene::scene_choice;
 use crate::gpu::Gpu;
 use crate::scenes::config::{MaterialFiles, SceneConfig};
+use crate::scenes::model::measured::MeasuredMaterial;
+use crate::scenes::model::named::NamedFile;
 use crate::scenes::registry::{Choice, SCENES};
 use crate::scenes::set::{Inputs, Watch, set};
 use crate::scenes::view::View;
@@ -122,6 +125,40 @@ impl Program for DemoProgram {
         let show = self.show(gpu, &config, &|_| {})?;
         self.config = config;
         self.line.set("--roughness", alpha.map(|alpha| alpha.to_string()));
+        Ok(show)
+    }
+
+    fn worn(&self) -> Worn {
+        let config = &self.config;
+        let file = match config.measured.as_slice() {
+            _ if config.model.is_none() && !config.scene.offers(Choice::HeightMap) => return Worn::Fixed,
+            [.., MeasuredMaterial(last)] => Some(&last.file),
+            [] => config.material.folder.as_ref(),
+        };
+        let name = |file: &PathBuf| file.file_name().unwrap_or(file.as_os_str()).to_string_lossy().into_owned();
+        file.map_or(Worn::Own, |file| Worn::Chosen(name(file)))
+    }
+
+    fn wear(&mut self, gpu: &Arc<Gpu>, material: Option<&Path>) -> Result<Show, AppError> {
+        let mut config = self.config.clone();
+        let (flag, value) = if config.model.is_some() {
+            if let Some(folder) = material.filter(|material| material.is_dir()) {
+                let fault =
+                    "a folder of maps is for the plane and the sphere; a model takes a measured material, FIT.json";
+                return Err(AppError::Usage(format!("{}: {fault}", folder.display())));
+            }
+            let of_all = |file: &Path| MeasuredMaterial(NamedFile { material: None, file: file.to_path_buf() });
+            config.measured = material.map(of_all).into_iter().collect();
+            let value = material.map(|file| [OsStr::new("*="), file.as_os_str()].into_iter().collect::<OsString>());
+            ("--measured", value)
+        } else {
+            config.scene.check_offers("--material", Choice::HeightMap).map_err(AppError::Usage)?;
+            config.material.folder = material.map(Path::to_path_buf);
+            ("--material", material.map(|file| file.as_os_str().to_owned()))
+        };
+        let show = self.show(gpu, &config, &|_| {})?;
+        self.config = config;
+        self.line.set(flag, value);
         Ok(show)
     }
 

@@ -6,7 +6,7 @@ mod dress;
 mod join;
 mod lights;
 pub mod measured;
-mod named;
+pub mod named;
 mod parts;
 mod places;
 mod relief;

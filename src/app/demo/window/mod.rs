@@ -15,6 +15,7 @@ use winit::window::{Fullscreen, Window, WindowId};
 use super::command_line::Seen;
 use crate::app::error::AppError;
 use crate::app::files::{extension, make_folder_of};
+use crate::gpu::Gpu;
 use crate::gpu::shader_watch::{Change, ShaderWatch};
 use crate::lab::bench::MemorySample;
 use crate::maps::save::save_png_srgb8;
@@ -363,6 +364,7 @@ impl App<'_> {
             environment: self.surroundings.shown(),
             sun: self.sun.map(|sun| [sun.azimuth, sun.elevation]),
             roughness: self.program.roughness(),
+            worn: self.program.worn(),
             stretches: self.program.stretches(),
             device: &device,
             fps: open.clock.fps(),
@@ -380,7 +382,8 @@ impl App<'_> {
                     let choice = self.surroundings.choice(number);
                     self.surround(choice)?;
                 }
-                Request::Roughness(alpha) => self.roughen(alpha)?,
+                Request::Roughness(alpha) => self.remake(|program, gpu| program.roughen(gpu, alpha))?,
+                Request::OwnMaterial => self.remake(|program, gpu| program.wear(gpu, None))?,
                 Request::View(number) => {
                     if let Some(orbit) = self.views.and_then(|views| views.get(number).copied()) {
                         self.viewer.orbit = orbit;
@@ -558,10 +561,13 @@ impl App<'_> {
         Ok(())
     }
 
-    /// Makes the scene again with another roughness, seen as it was. If that fails things stay as they are.
-    fn roughen(&mut self, alpha: Option<f32>) -> Result<(), AppError> {
+    /// Makes the scene again with other surfaces, seen as it was. If that fails things stay as they are.
+    fn remake(
+        &mut self,
+        make: impl FnOnce(&mut dyn Program, &Arc<Gpu>) -> Result<Show, AppError>,
+    ) -> Result<(), AppError> {
         let Some(open) = &mut self.open else { return Ok(()) };
-        match self.program.roughen(open.painter.gpu(), alpha) {
+        match make(&mut *self.program, open.painter.gpu()) {
             Ok(show) => {
                 open.painter.dress(show.renderer)?;
                 open.clock.pause();
@@ -578,6 +584,8 @@ impl App<'_> {
     fn dropped(&mut self, path: PathBuf) -> Result<(), AppError> {
         match extension(&path).as_deref() {
             Some("glb" | "gltf") => self.enter(&path),
+            Some("json") => self.remake(|program, gpu| program.wear(gpu, Some(&path))),
+            _ if path.is_dir() => self.remake(|program, gpu| program.wear(gpu, Some(&path))),
             _ => match Surroundings::dropped(path) {
                 Ok(choice) => self.surround(choice),
                 Err(error) => {

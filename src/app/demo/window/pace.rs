@@ -17,6 +17,8 @@ const FAR: f32 = 2.0;
 /// Share of the window's pixels along each side that is drawn, step by step. The first step has fewer probes and samples of the geometry
 /// instead.
 const SCALES: [f32; 6] = [1.0, 1.0, 0.75, 0.5, 0.35, 0.25];
+/// The step that a processor begins with which draws by itself: the window shows something a quarter of a frame sooner.
+const SLOW_STEP: usize = 3;
 
 /// What of moving pictures does not follow the pace. By default their geometry is multisampled, or if frames take long not, and
 /// these look the environment up at fewer probes, and then have fewer pixels.
@@ -50,13 +52,14 @@ impl Pace {
     /// The pace of a device before its first frame: that of a processor which draws by itself is slow.
     #[must_use]
     pub fn on(gpu: &Gpu, kept: KeptQuality) -> Self {
-        Self::new(kept, gpu.is_lavapipe())
+        let slow = if kept.min_fps > 0.0 { SLOW_STEP } else { 1 };
+        Self::new(kept, if gpu.is_lavapipe() { slow } else { 0 })
     }
 
-    /// `simple`: whether the first frames are the simpler ones.
+    /// `step`: how much simpler the first frames are, from 0.
     #[must_use]
-    pub fn new(kept: KeptQuality, simple: bool) -> Self {
-        Self { kept, step: usize::from(simple), recent: Vec::new() }
+    fn new(kept: KeptQuality, step: usize) -> Self {
+        Self { kept, step, recent: Vec::new() }
     }
 
     /// The settings of a moving picture: one sample of those of a still one.
@@ -125,7 +128,7 @@ mod tests {
     #[test]
     fn slow_pictures_become_simpler_and_stay_so() {
         let still = RenderSettings { samples: 4, ..RenderSettings::default() };
-        let mut pace = Pace::new(KeptQuality::default(), false);
+        let mut pace = Pace::new(KeptQuality::default(), 0);
         let full = pace.moving(&still);
         assert_eq!((full.samples, full.msaa, full.shading), (1, DEFAULT_MSAA, still.shading));
         frames(&mut pace, 99.0);
@@ -152,7 +155,7 @@ mod tests {
     fn a_clock_that_jumps_changes_no_picture() {
         let still = RenderSettings { size: (640, 360), ..RenderSettings::default() };
         for odd in [0.0, 1e9, f32::INFINITY, -1e9] {
-            let mut pace = Pace::new(KeptQuality::default(), true);
+            let mut pace = Pace::new(KeptQuality::default(), 1);
             let usual = pace.moving(&still);
             for _ in 0..5 {
                 (0..3).for_each(|_| pace.frame(80.0));
@@ -166,7 +169,7 @@ mod tests {
     #[test]
     fn pictures_that_are_simple_and_slow_lose_pixels_and_get_them_back() {
         let still = RenderSettings { size: (640, 360), ..RenderSettings::default() };
-        let mut pace = Pace::new(KeptQuality::default(), true);
+        let mut pace = Pace::new(KeptQuality::default(), 1);
         frames(&mut pace, 150.0);
         assert_eq!(pace.moving(&still).size, (480, 270));
         // Much too slow: several steps at once.
@@ -179,26 +182,23 @@ mod tests {
         (0..4).for_each(|_| frames(&mut pace, 40.0));
         assert_eq!(pace.moving(&still).size, (640, 360));
         // Thirty frames a second are harder to reach, none at all keep the pixels.
-        let mut pace = Pace::new(KeptQuality { min_fps: 30.0, ..Default::default() }, true);
+        let mut pace = Pace::new(KeptQuality { min_fps: 30.0, ..Default::default() }, 1);
         frames(&mut pace, 40.0);
         assert_eq!(pace.moving(&still).size, (480, 270));
-        let mut pace = Pace::new(KeptQuality { min_fps: 0.0, ..Default::default() }, true);
+        let mut pace = Pace::new(KeptQuality { min_fps: 0.0, ..Default::default() }, 1);
         (0..5).for_each(|_| frames(&mut pace, 4000.0));
         assert_eq!(pace.moving(&still).size, (640, 360));
-        assert_eq!(
-            Pace::new(KeptQuality::default(), false).moving(&RenderSettings { size: (1, 1), ..still }).size,
-            (1, 1)
-        );
+        assert_eq!(Pace::new(KeptQuality::default(), 0).moving(&RenderSettings { size: (1, 1), ..still }).size, (1, 1));
     }
 
     #[test]
     fn what_is_set_is_kept() {
         let still = RenderSettings { samples: 4, msaa: 2, ..RenderSettings::default() };
         let both = KeptQuality { msaa: Some(2), probes: true, ..Default::default() };
-        assert_eq!(Pace::new(both, true).moving(&still), RenderSettings { samples: 1, ..still });
-        let probes = Pace::new(KeptQuality { probes: true, ..Default::default() }, true).moving(&still);
+        assert_eq!(Pace::new(both, 1).moving(&still), RenderSettings { samples: 1, ..still });
+        let probes = Pace::new(KeptQuality { probes: true, ..Default::default() }, 1).moving(&still);
         assert_eq!((probes.msaa, probes.shading), (1, still.shading));
-        let msaa = Pace::new(KeptQuality { msaa: Some(2), ..Default::default() }, true).moving(&still);
+        let msaa = Pace::new(KeptQuality { msaa: Some(2), ..Default::default() }, 1).moving(&still);
         assert!(msaa.msaa == 2 && msaa.shading != still.shading);
     }
 
@@ -207,7 +207,7 @@ mod tests {
         let options = ShadingOptions { quadrature: Quadrature::VisibleSlopes(Probes::Five), ..Default::default() };
         let still = RenderSettings::default();
         let still = RenderSettings { shading: still.shading.adjusted(|_| options), ..still };
-        let simple = Pace::new(KeptQuality::default(), true).moving(&still);
+        let simple = Pace::new(KeptQuality::default(), 1).moving(&still);
         assert_eq!(simple.shading, still.shading);
     }
 }

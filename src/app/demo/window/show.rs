@@ -59,6 +59,17 @@ pub enum Roughness {
     Chosen(f32),
 }
 
+/// What the displaced surfaces of a scene are made of.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Worn {
+    /// Its user has no say in it.
+    Fixed,
+    /// The scene's own material.
+    Own,
+    /// What a file or a folder of this name holds.
+    Chosen(String),
+}
+
 /// Opens scenes for a window, and says how its picture is made without one.
 pub trait Program {
     /// Names of the scenes that can be opened.
@@ -84,6 +95,15 @@ pub trait Program {
     /// # Errors
     /// A scene that has no such choice; the device has no room for it.
     fn roughen(&mut self, gpu: &Arc<Gpu>, alpha: Option<f32>) -> Result<Show, AppError>;
+
+    /// What the surfaces that are shown are made of.
+    fn worn(&self) -> Worn;
+
+    /// Makes the scene that is shown with another material: a measured one, as `leadr fit` keeps it, or a folder; or with its own.
+    ///
+    /// # Errors
+    /// A scene that has no such choice; files that are wrong; the device has no room for it.
+    fn wear(&mut self, gpu: &Arc<Gpu>, material: Option<&Path>) -> Result<Show, AppError>;
 
     /// Notes that another environment surrounds the scene.
     fn surround(&mut self, environment: &str);
@@ -117,6 +137,14 @@ impl Program for OneScene {
     }
 
     fn roughen(&mut self, _gpu: &Arc<Gpu>, _alpha: Option<f32>) -> Result<Show, AppError> {
+        Err(AppError::Usage("this program shows its scene as it is".to_owned()))
+    }
+
+    fn worn(&self) -> Worn {
+        Worn::Fixed
+    }
+
+    fn wear(&mut self, _gpu: &Arc<Gpu>, _material: Option<&Path>) -> Result<Show, AppError> {
         Err(AppError::Usage("this program shows its scene as it is".to_owned()))
     }
 

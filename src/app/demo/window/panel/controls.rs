@@ -6,7 +6,7 @@ use egui::{ComboBox, Slider, Ui};
 
 use super::facts::{Facts, Request};
 use crate::app::demo::window::choices::{Compare, Look};
-use crate::app::demo::window::show::Roughness;
+use crate::app::demo::window::show::{Roughness, Worn};
 use crate::app::demo::window::viewer::{Action, Viewer};
 use crate::maps::tonemap::Tonemap;
 use crate::reflectance::masking::shadowing::Shadowing;
@@ -236,7 +236,25 @@ fn roughness(ui: &mut Ui, roughness: Roughness, requests: &mut Vec<Request>) {
     });
 }
 
+/// What displaced surfaces are made of.
+fn material(ui: &mut Ui, worn: &Worn, requests: &mut Vec<Request>) {
+    const HINT: &str = "Drop a measured material (FIT.json of leadr fit) on the window, or for the plane and the sphere a folder of maps";
+    match worn {
+        Worn::Fixed => (),
+        Worn::Own => _ = ui.weak("material: drop one here").on_hover_text(HINT),
+        Worn::Chosen(name) => {
+            _ = ui.horizontal(|ui| {
+                ui.label(format!("material: {name}")).on_hover_text(HINT);
+                if ui.small_button("own").on_hover_text("The scene's own material").clicked() {
+                    requests.push(Request::OwnMaterial);
+                }
+            })
+        }
+    }
+}
+
 fn picture(ui: &mut Ui, viewer: &mut Viewer, facts: &Facts<'_>, requests: &mut Vec<Request>) {
+    material(ui, &facts.worn, requests);
     roughness(ui, facts.roughness, requests);
     let choices = &mut viewer.choices;
     ui.add(Slider::new(&mut choices.height_scale, 0.0..=3.0).custom_formatter(shown(2)).text("x heights"));

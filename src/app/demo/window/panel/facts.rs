@@ -1,6 +1,6 @@
 //! What the panel is told, and what it asks for.
 
-use crate::app::demo::window::show::Roughness;
+use crate::app::demo::window::show::{Roughness, Worn};
 use crate::app::demo::window::viewer::Action;
 
 /// Frames in the graph of their times.
@@ -20,6 +20,8 @@ pub struct Facts<'a> {
     pub sun: Option<[f32; 2]>,
     /// The roughness of its displaced surfaces.
     pub roughness: Roughness,
+    /// What they are made of.
+    pub worn: Worn,
     /// Whether it can be stretched.
     pub stretches: bool,
     /// The device.
@@ -47,6 +49,8 @@ pub enum Request {
     Environment(usize),
     /// Another roughness, Beckmann alpha, or the scene's own.
     Roughness(Option<f32>),
+    /// The scene's own material.
+    OwnMaterial,
     /// One of the scene's views: 0 near, 1 middle, 2 far.
     View(usize),
 }
