@@ -394,7 +394,7 @@ mod linux {
         let window = app.window();
         server.focus(window);
         app.settles();
-        let redness = |picture: &[[u8; 3]]| picture.iter().filter(|[r, g, _]| *r > 2 * *g).count();
+        let redness = |picture: &[[u8; 3]]| picture.iter().filter(|[r, g, _]| u32::from(*r) > 2 * u32::from(*g)).count();
         let own = server.picture(window);
         server.drop_file(window, &file("none.json"));
         app.settles();

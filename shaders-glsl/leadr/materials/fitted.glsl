@@ -103,8 +103,10 @@ float fitted_area(uint fit, vec3 w, float stretch) {
 vec3 fitted_fresnel(uint fit, float cosine) {
     int intervals = int(fitted_word(fit, 11));
     float c = clamp(cosine, 0.0, 1.0);
-    // acos, without its loss near 1.
-    float x = atan(sqrt(max((1.0 - c) * (1.0 + c), 0.0)), c) / 1.57079633 * float(intervals);
+    // acos to 2e-8 (Abramowitz and Stegun 4.4.46).
+    float angle = sqrt(1.0 - c) * (1.5707963050 + c * (-0.2145988016 + c * (0.0889789874 + c * (-0.0501743046
+                + c * (0.0308918810 + c * (-0.0170881256 + c * (0.0066700901 - c * 0.0012624911)))))));
+    float x = angle / 1.57079633 * float(intervals);
     int i = clamp(int(x), 0, intervals - 1);
     int at = int(fitted_word(fit, 12)) + 3 * i;
     vec3 low = vec3(fitted_word(fit, at), fitted_word(fit, at + 1), fitted_word(fit, at + 2));

@@ -87,19 +87,19 @@ Mirrors grid_mirrors(Surface surface, vec3 wo, vec3 S) {
     return MAPPED ? of_facing(mean, surface, mapped.facing) : mean;
 }
 
-// Each of three or four lobes has 9 probes, which together err as little as with 16 each (docs/measurements/fitting.md).
-const int PROBES = FIT_LOBES > 2 && SAMPLES > 9 ? 9 : SAMPLES;
+// Probes of each of several lobes, which together err as little as with all probes each (docs/measurements/fitting.md).
+const int PROBES_OF_LOBE = 5;
 
-// A few probes among the visible slopes; their weights sum to one.
-Mirrors probe_mirrors(Surface surface, vec3 wo, vec3 S) {
+// A few probes among the visible slopes, `count` of them; their weights sum to one.
+Mirrors probe_mirrors(Surface surface, vec3 wo, vec3 S, int count) {
     VisibleProbes probes;
     float facing = 1.0;
     if (MAPPED) {
         MappedSlopes mapped = mapped_slopes(wo, surface.mean_slope, surface.slope_covariance, S);
-        probes = mapped_probes(wo, mapped, probe_kernel(PROBES));
+        probes = mapped_probes(wo, mapped, probe_kernel(count));
         facing = mapped.facing;
     } else {
-        probes = visible_probes(SHADOWING, wo, surface.mean_slope, S, probe_kernel(PROBES));
+        probes = visible_probes(SHADOWING, wo, surface.mean_slope, S, probe_kernel(count));
     }
     DirectionArea o = direction_area(wo, probes.m, probes.cholesky);
     vec3 f0 = surface.f0, rise = grazing_reflectance(f0) - f0;
@@ -107,8 +107,8 @@ Mirrors probe_mirrors(Surface surface, vec3 wo, vec3 S) {
     bool fitted = is_fitted(surface.fit);
     vec3 at_normal = vec3(0.0), at_grazing = vec3(0.0);
     float lit = 0.0, grazing = 0.0, cosine = 0.0;
-    [[unroll]] for (int i = 0; i < PROBES; ++i) {
-        VisibleProbe p = visible_probe(probes, wo, probe_node(PROBES, i, probes.wide));
+    [[unroll]] for (int i = 0; i < count; ++i) {
+        VisibleProbe p = visible_probe(probes, wo, probe_node(count, i, probes.wide));
         LitProbe l = lit_probe(MAPPED ? LEADR_SHADOWING_NONE : SHADOWING, probes, o, wo, mean_f0, p, USES_HORIZON, surface.horizon);
         vec3 radiance = p.weight * lobe_radiance(surface, l.wi, l.narrowing * p.variance);
         if (fitted) {
@@ -161,11 +161,15 @@ Mirrors drawn_facets(Surface surface, FittedFacet facet) {
     return Mirrors(reflected / float(SAMPLES), vec3(0.0), 1.0);
 }
 
-Mirrors gaussian_mirrors(Surface surface, vec3 wo, vec3 S) {
+// probes: of the lobe, where it is looked up by these.
+Mirrors gaussian_mirrors(Surface surface, vec3 wo, vec3 S, int probes) {
     if (DRAWN_MIRRORS) {
         return drawn_mirrors(surface, wo, S);
     }
-    return VISIBLE_SLOPES ? probe_mirrors(surface, wo, S) : grid_mirrors(surface, wo, S);
+    if (VISIBLE_SLOPES) {
+        return probe_mirrors(surface, wo, S, probes);
+    }
+    return grid_mirrors(surface, wo, S);
 }
 
 // Mirrors of a GGX base: a mixture of Gaussian ones, each weighted by its visible area.
@@ -174,7 +178,7 @@ Mirrors ggx_mirrors(Surface surface, vec3 wo, DisplacedGgx d) {
     for (int k = 0; k < LEADR_GGX_LOBES; ++k) {
         GaussianLobe lobe = ggx_lobe(d, k);
         if (lobe.weight > 0.0) {
-            Mirrors part = gaussian_mirrors(surface, wo, lobe.S);
+            Mirrors part = gaussian_mirrors(surface, wo, lobe.S, PROBES_OF_LOBE);
             float weight = lobe.weight * part.area;
             sum.reflected += weight * part.reflected;
             sum.fresnel += weight * part.fresnel;
@@ -284,8 +288,9 @@ vec3 facet_light(Surface surface, FittedFacet facet, int number, Light light) {
     return fitted_reflected(facet, wi);
 }
 
-// Roughness and weight of each of the bases that share the surface; weights sum to one.
-const int BASES = FIT_LOBES > 1 ? FIT_LOBES : MIXED_ROUGHNESS ? 2 : 1;
+// Roughness and weight of each of the bases that share the surface; weights sum to one. A measured material has as many as lobes.
+const int OWN_BASES = MIXED_ROUGHNESS ? 2 : 1;
+const int BASES = FIT_LOBES > OWN_BASES ? FIT_LOBES : OWN_BASES;
 const int MOST_BASES = 4;
 
 void bases_of(Surface surface, out vec2 bases[MOST_BASES]) {
@@ -358,7 +363,7 @@ vec3 sized_light(Surface surface, DirectionArea o, Light light, vec3 S, Displace
 
 // What a base reflects of the environment.
 Mirrors environment_mirrors(Surface surface, Base base) {
-    return GGX_BASE ? ggx_mirrors(surface, surface.wo, base.ggx) : gaussian_mirrors(surface, surface.wo, base.S);
+    return GGX_BASE ? ggx_mirrors(surface, surface.wo, base.ggx) : gaussian_mirrors(surface, surface.wo, base.S, SAMPLES);
 }
 
 // The body's mean Fresnel reflectance alone.
@@ -397,21 +402,19 @@ vec3 mirrored_light(Surface surface, Base base, int number, Light light, Directi
     return leadr_specular_light(SHADOWING, base.o, i, wo, light.wi, m, base.S, f0);
 }
 
-// One or two bases are written out, which is faster; for the lobes of measured materials drivers would take ten seconds to compile that.
-const int WRITTEN_OUT_BASES = 2;
-
 // The environment in the mirrors of all bases.
 Mirrors mirrors_of(Surface surface, vec2 bases[MOST_BASES]) {
     Mirrors sum = Mirrors(vec3(0.0), vec3(0.0), 0.0);
-    if (BASES <= WRITTEN_OUT_BASES) {
-        [[unroll]] for (int i = 0; i < min(BASES, WRITTEN_OUT_BASES); ++i) {
-            Mirrors part = environment_mirrors(surface, base_of(surface, bases[i].x));
+    if (FIT_LOBES > OWN_BASES && !GGX_BASE && is_fitted(surface.fit)) {
+        for (int i = 0; i < FIT_LOBES; ++i) {
+            Mirrors part = gaussian_mirrors(surface, surface.wo, base_of(surface, bases[i].x).S, PROBES_OF_LOBE);
             sum.reflected += bases[i].y * part.reflected;
             sum.fresnel += bases[i].y * part.fresnel;
         }
         return sum;
     }
-    for (int i = 0; i < BASES; ++i) {
+    // One or two are written out, which is faster.
+    [[unroll]] for (int i = 0; i < OWN_BASES; ++i) {
         Mirrors part = environment_mirrors(surface, base_of(surface, bases[i].x));
         sum.reflected += bases[i].y * part.reflected;
         sum.fresnel += bases[i].y * part.fresnel;
@@ -440,13 +443,13 @@ vec3 smooth_fresnel(Surface surface, Bounces bounces) {
 vec3 light_in_mirrors(Surface surface, vec2 bases[MOST_BASES], int number, Light light, DirectionArea diffuse_o, DirectionArea diffuse_i,
                       vec3 diffuse_cholesky) {
     vec3 sum = vec3(0.0);
-    if (BASES <= WRITTEN_OUT_BASES) {
-        [[unroll]] for (int i = 0; i < min(BASES, WRITTEN_OUT_BASES); ++i) {
+    if (FIT_LOBES > OWN_BASES && is_fitted(surface.fit)) {
+        for (int i = 0; i < FIT_LOBES; ++i) {
             Base base = base_of(surface, bases[i].x);
             sum += bases[i].y * mirrored_light(surface, base, number, light, diffuse_o, diffuse_i, diffuse_cholesky);
         }
     } else {
-        for (int i = 0; i < BASES; ++i) {
+        [[unroll]] for (int i = 0; i < OWN_BASES; ++i) {
             Base base = base_of(surface, bases[i].x);
             sum += bases[i].y * mirrored_light(surface, base, number, light, diffuse_o, diffuse_i, diffuse_cholesky);
         }

@@ -27,7 +27,8 @@ TECHNIQUES  g                            the paper's grid, the visible-slope rul
   v                            shadowing model: masking alone, Smith, correlated
   [ ]                          the sun half an hour back, forward
   t                            the sun stands still, goes round in two minutes, in twenty seconds
-  e                            the next environment; or drop a .hdr or .exr on the window, or a .glb or .gltf model
+  e                            the next environment; or drop a .hdr or .exr on the window, a .glb or .gltf model,
+                               or what the plane, the sphere or a model is made of: a FIT.json, a folder
   c                            another technique on the right; drag the line between them
   o                            zoom out to the far view and back
   f                            fly: drag to look, W A S D Q E to move

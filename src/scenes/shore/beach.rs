@@ -13,13 +13,17 @@ const FAR: f64 = 20e3;
 /// Radius of the earth with the usual refraction of the air, metres, as the sea's.
 const EARTH: f64 = 6.371e6 * 7.0 / 6.0;
 
+/// By how much beach and dunes sink under each other where they meet, metres: more than their bumps, over five metres, so that no crease
+/// shows.
+const SINK: f64 = 0.15;
+
 /// The strip from the dry sand into the water.
 #[must_use]
 pub fn beach(shore: &Shore) -> Object {
     let columns = spaced(f64::from(STRIP[0]), f64::from(STRIP[1]), 40);
     let rows = mirrored(&[(30.0, 1.0), (120.0, 2.5)]);
     // Its inland rim sinks under the dunes.
-    let height = |s: f64, _: f64| shore.ground(s) - 0.25 * smooth(-26.6, -28.0, s);
+    let height = |s: f64, _: f64| shore.ground(s) - SINK * smooth(-23.0, -28.0, s);
     let across = |s: f64| (s as f32 - STRIP[0]) / (STRIP[1] - STRIP[0]);
     object("beach", mesh(shore, &columns, &rows, height, |s, y| Vec2::new(across(s), y as f32 / STRIP_REPEAT)), strip())
 }
@@ -29,14 +33,14 @@ pub fn beach(shore: &Shore) -> Object {
 pub fn dunes(shore: &Shore) -> Object {
     let mut columns = mirrored(&[(34.0, 2.0)]);
     columns.truncate(columns.len() / 2 + 1);
-    columns.iter_mut().for_each(|s| *s -= 26.0);
+    columns.iter_mut().for_each(|s| *s -= 22.0);
     let rows = mirrored(&[(40.0, 2.0)]);
     let height = |s: f64, y: f64| {
         let turn = std::f64::consts::TAU / PERIOD;
         let hills =
             (turn * y + 0.07 * s).sin() + 0.6 * (2.0 * turn * y - 0.16 * s + 1.0).sin() + 0.5 * (0.11 * s).sin();
         let there = smooth(-32.0, -60.0, s) * smooth(-500.0, -250.0, s);
-        shore.ground(s) + there * (0.9 + 0.45 * hills) + 1.2 * smooth(-40.0, -200.0, s) - 0.25 * smooth(-27.6, -26.2, s)
+        shore.ground(s) + there * (0.9 + 0.45 * hills) + 1.2 * smooth(-40.0, -200.0, s) - SINK * smooth(-28.0, -23.0, s)
     };
     object("dunes", mesh(shore, &columns, &rows, height, |s, y| Vec2::new(s as f32, y as f32) / DRY_REPEAT), dry())
 }
