@@ -90,42 +90,81 @@ Mirrors grid_mirrors(Surface surface, vec3 wo, vec3 S) {
 // Probes of each of several lobes, which together err as little as with all probes each (docs/measurements/fitting.md).
 const int PROBES_OF_LOBE = 5;
 
-// A few probes among the visible slopes, `count` of them; their weights sum to one.
-Mirrors probe_mirrors(Surface surface, vec3 wo, vec3 S, int count) {
+// Where the probes of a lobe lie, and what is seen of it.
+struct ProbedLobe {
     VisibleProbes probes;
-    float facing = 1.0;
+    DirectionArea o;
+    float facing; // share of the facets of a normal map that face the viewer
+};
+
+// kernel: of its rule.
+ProbedLobe probed_lobe(Surface surface, vec3 wo, vec3 S, vec3 kernel) {
+    ProbedLobe lobe;
+    lobe.facing = 1.0;
     if (MAPPED) {
         MappedSlopes mapped = mapped_slopes(wo, surface.mean_slope, surface.slope_covariance, S);
-        probes = mapped_probes(wo, mapped, probe_kernel(count));
-        facing = mapped.facing;
+        lobe.probes = mapped_probes(wo, mapped, kernel);
+        lobe.facing = mapped.facing;
     } else {
-        probes = visible_probes(SHADOWING, wo, surface.mean_slope, S, probe_kernel(count));
+        lobe.probes = visible_probes(SHADOWING, wo, surface.mean_slope, S, kernel);
     }
-    DirectionArea o = direction_area(wo, probes.m, probes.cholesky);
-    vec3 f0 = surface.f0, rise = grazing_reflectance(f0) - f0;
-    float mean_f0 = dot(f0, vec3(1.0 / 3.0));
-    bool fitted = is_fitted(surface.fit);
-    vec3 at_normal = vec3(0.0), at_grazing = vec3(0.0);
-    float lit = 0.0, grazing = 0.0, cosine = 0.0;
-    [[unroll]] for (int i = 0; i < count; ++i) {
-        VisibleProbe p = visible_probe(probes, wo, probe_node(count, i, probes.wide));
-        LitProbe l = lit_probe(MAPPED ? LEADR_SHADOWING_NONE : SHADOWING, probes, o, wo, mean_f0, p, USES_HORIZON, surface.horizon);
-        vec3 radiance = p.weight * lobe_radiance(surface, l.wi, l.narrowing * p.variance);
-        if (fitted) {
-            radiance *= fitted_fresnel(surface.fit, p.cosine);
-        }
-        at_normal += l.lit * radiance;
-        at_grazing += l.grazing * radiance;
-        lit += p.weight * l.lit;
-        grazing += p.weight * schlick_weight(p.cosine);
-        cosine += p.weight * p.cosine;
+    lobe.o = direction_area(wo, lobe.probes.m, lobe.probes.cholesky);
+    return lobe;
+}
+
+// What probes see. Their weights sum to one.
+struct ProbeSums {
+    vec3 at_normal;  // as if they reflected all of it
+    vec3 by_angle;   // the same times Schlick's term, or, under a table of reflectances, times the cosine
+    float lit;
+    float grazing;   // Schlick's term
+    float cosine;
+    float cosine2;
+};
+
+// fitted: whether a table of reflectances multiplies what they see.
+void add_probe(inout ProbeSums sums, Surface surface, vec3 wo, ProbedLobe lobe, ProbeNode node, bool fitted) {
+    VisibleProbe p = visible_probe(lobe.probes, wo, node);
+    float mean_f0 = dot(surface.f0, vec3(1.0 / 3.0));
+    LitProbe l = lit_probe(MAPPED ? LEADR_SHADOWING_NONE : SHADOWING, lobe.probes, lobe.o, wo, mean_f0, p, USES_HORIZON, surface.horizon);
+    vec3 radiance = p.weight * lobe_radiance(surface, l.wi, l.narrowing * p.variance);
+    sums.at_normal += l.lit * radiance;
+    sums.by_angle += (fitted ? l.lit * p.cosine : l.grazing) * radiance;
+    sums.lit += p.weight * l.lit;
+    sums.grazing += p.weight * schlick_weight(p.cosine);
+    sums.cosine += p.weight * p.cosine;
+    sums.cosine2 += p.weight * p.cosine * p.cosine;
+}
+
+// The mirrors that probes stand for.
+Mirrors probes_mirrors(ProbeSums sums, Surface surface, ProbedLobe lobe, bool fitted) {
+    vec3 reflected;
+    if (fitted) {
+        // The table is nearly straight over a lobe: a line through it at a deviation of the cosines on either side.
+        float spread = max(sqrt(max(sums.cosine2 - sums.cosine * sums.cosine, 0.0)), 1e-3);
+        float high = min(sums.cosine + spread, 1.0), low = max(high - 2.0 * spread, 0.0);
+        vec3 at_low = fitted_fresnel(surface.fit, low), slope = (fitted_fresnel(surface.fit, high) - at_low) / (high - low);
+        reflected = max((at_low - low * slope) * sums.at_normal + slope * sums.by_angle, 0.0);
+    } else {
+        // A dip is wide: that of the mean mirror is the mean of theirs.
+        vec3 rise = grazing_reflectance(surface.f0) - surface.f0;
+        reflected = (surface.f0 - surface.dip * dip_weight(sums.cosine)) * sums.at_normal + rise * sums.by_angle;
     }
-    // A dip is wide: that of the mean mirror is the mean of theirs.
-    f0 -= surface.dip * dip_weight(cosine);
-    vec3 reflected = (f0 * at_normal + rise * at_grazing) / max(lit, 1.0);
     vec3 body_f0 = surface.body_f0;
-    Mirrors mean = Mirrors(reflected, body_f0 + (grazing_reflectance(body_f0) - body_f0) * grazing, probes.area);
-    return MAPPED ? of_facing(mean, surface, facing) : mean;
+    vec3 fresnel = body_f0 + (grazing_reflectance(body_f0) - body_f0) * sums.grazing;
+    Mirrors mean = Mirrors(reflected / max(sums.lit, 1.0), fresnel, lobe.probes.area);
+    return MAPPED ? of_facing(mean, surface, lobe.facing) : mean;
+}
+
+// A few probes among the visible slopes, `count` of them.
+Mirrors probe_mirrors(Surface surface, vec3 wo, vec3 S, int count) {
+    ProbedLobe lobe = probed_lobe(surface, wo, S, probe_kernel(count));
+    bool fitted = is_fitted(surface.fit);
+    ProbeSums sums = ProbeSums(vec3(0.0), vec3(0.0), 0.0, 0.0, 0.0, 0.0);
+    [[unroll]] for (int i = 0; i < count; ++i) {
+        add_probe(sums, surface, wo, lobe, probe_node(count, i, lobe.probes.wide), fitted);
+    }
+    return probes_mirrors(sums, surface, lobe, fitted);
 }
 
 // As many mirrors, drawn from those that are visible: the mean over the samples of the reference converges to the integral.
@@ -363,7 +402,10 @@ vec3 sized_light(Surface surface, DirectionArea o, Light light, vec3 S, Displace
 
 // What a base reflects of the environment.
 Mirrors environment_mirrors(Surface surface, Base base) {
-    return GGX_BASE ? ggx_mirrors(surface, surface.wo, base.ggx) : gaussian_mirrors(surface, surface.wo, base.S, SAMPLES);
+    if (GGX_BASE) {
+        return ggx_mirrors(surface, surface.wo, base.ggx);
+    }
+    return gaussian_mirrors(surface, surface.wo, base.S, SAMPLES);
 }
 
 // The body's mean Fresnel reflectance alone.
@@ -402,19 +444,61 @@ vec3 mirrored_light(Surface surface, Base base, int number, Light light, Directi
     return leadr_specular_light(SHADOWING, base.o, i, wo, light.wi, m, base.S, f0);
 }
 
+// Surfaces beside measured ones share their loop, since drivers in software take both sides of every branch: nodes of each turn, those of
+// a lobe's rule, and of one rule of SAMPLES nodes that is spread over the turns.
+const bool SHARES_PROBES = FIT_LOBES > OWN_BASES && VISIBLE_SLOPES && !DRAWN_MIRRORS;
+const int LOBE_NODES = FIT_LOBES == 2 ? 9 : FIT_LOBES == 3 ? 6 : 5;
+const int LOBE_RULE = FIT_LOBES == 2 ? 9 : PROBES_OF_LOBE;
+const int SPREAD_NODES = FIT_LOBES == 2 ? (SAMPLES + 1) / 2 : FIT_LOBES == 3 ? (SAMPLES + 2) / 3 : (SAMPLES + 3) / 4;
+
+// The environment in lobes of measured materials, each by a rule of its own, and in bases of one lobe.
+Mirrors shared_probes(Surface surface, vec2 bases[MOST_BASES]) {
+    vec3 wo = surface.wo;
+    bool fitted = is_fitted(surface.fit);
+    bool several = fitted || (MIXED_ROUGHNESS && bases[1].y > 0.0);
+    vec3 kernel = several ? probe_kernel(LOBE_RULE) : probe_kernel(SAMPLES);
+    Mirrors sum = Mirrors(vec3(0.0), vec3(0.0), 0.0);
+    ProbeSums sums = ProbeSums(vec3(0.0), vec3(0.0), 0.0, 0.0, 0.0, 0.0);
+    for (int i = 0; i < FIT_LOBES; ++i) {
+        ProbedLobe lobe = probed_lobe(surface, wo, base_of(surface, bases[several ? i : 0].x).S, kernel);
+        [[unroll]] for (int j = 0; j < LOBE_NODES; ++j) {
+            int spread = i * SPREAD_NODES + j;
+            ProbeNode node = probe_node(LOBE_RULE, min(j, LOBE_RULE - 1), lobe.probes.wide);
+            bool counts = j < LOBE_RULE;
+            if (!several) {
+                node = probe_node(SAMPLES, min(spread, SAMPLES - 1), lobe.probes.wide);
+                counts = j < SPREAD_NODES && spread < SAMPLES;
+            }
+            node.weight = counts ? node.weight : 0.0;
+            add_probe(sums, surface, wo, lobe, node, fitted);
+        }
+        if (several || i == FIT_LOBES - 1) {
+            Mirrors part = probes_mirrors(sums, surface, lobe, fitted);
+            float weight = several ? bases[i].y : 1.0;
+            sum.reflected += weight * part.reflected;
+            sum.fresnel += weight * part.fresnel;
+            sums = ProbeSums(vec3(0.0), vec3(0.0), 0.0, 0.0, 0.0, 0.0);
+        }
+    }
+    return sum;
+}
+
 // The environment in the mirrors of all bases.
 Mirrors mirrors_of(Surface surface, vec2 bases[MOST_BASES]) {
+    if (SHARES_PROBES) {
+        return shared_probes(surface, bases);
+    }
     Mirrors sum = Mirrors(vec3(0.0), vec3(0.0), 0.0);
-    if (FIT_LOBES > OWN_BASES && !GGX_BASE && is_fitted(surface.fit)) {
-        for (int i = 0; i < FIT_LOBES; ++i) {
-            Mirrors part = gaussian_mirrors(surface, surface.wo, base_of(surface, bases[i].x).S, PROBES_OF_LOBE);
+    if (BASES > 2) {
+        for (int i = 0; i < BASES; ++i) {
+            Mirrors part = environment_mirrors(surface, base_of(surface, bases[i].x));
             sum.reflected += bases[i].y * part.reflected;
             sum.fresnel += bases[i].y * part.fresnel;
         }
         return sum;
     }
-    // One or two are written out, which is faster.
-    [[unroll]] for (int i = 0; i < OWN_BASES; ++i) {
+    // One or two are written out, which is faster; for more, drivers would take ten seconds to compile that.
+    [[unroll]] for (int i = 0; i < min(BASES, 2); ++i) {
         Mirrors part = environment_mirrors(surface, base_of(surface, bases[i].x));
         sum.reflected += bases[i].y * part.reflected;
         sum.fresnel += bases[i].y * part.fresnel;
@@ -443,13 +527,15 @@ vec3 smooth_fresnel(Surface surface, Bounces bounces) {
 vec3 light_in_mirrors(Surface surface, vec2 bases[MOST_BASES], int number, Light light, DirectionArea diffuse_o, DirectionArea diffuse_i,
                       vec3 diffuse_cholesky) {
     vec3 sum = vec3(0.0);
-    if (FIT_LOBES > OWN_BASES && is_fitted(surface.fit)) {
-        for (int i = 0; i < FIT_LOBES; ++i) {
-            Base base = base_of(surface, bases[i].x);
-            sum += bases[i].y * mirrored_light(surface, base, number, light, diffuse_o, diffuse_i, diffuse_cholesky);
+    if (BASES > 2) {
+        for (int i = 0; i < BASES; ++i) {
+            if (bases[i].y > 0.0) {
+                Base base = base_of(surface, bases[i].x);
+                sum += bases[i].y * mirrored_light(surface, base, number, light, diffuse_o, diffuse_i, diffuse_cholesky);
+            }
         }
     } else {
-        [[unroll]] for (int i = 0; i < OWN_BASES; ++i) {
+        [[unroll]] for (int i = 0; i < min(BASES, 2); ++i) {
             Base base = base_of(surface, bases[i].x);
             sum += bases[i].y * mirrored_light(surface, base, number, light, diffuse_o, diffuse_i, diffuse_cholesky);
         }
