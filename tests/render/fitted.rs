@@ -25,7 +25,7 @@ use leadr::render::camera::Camera;
 use leadr::render::frame::Renderer;
 use leadr::render::light::sky::Sky;
 use leadr::render::scene::{FrameState, MaterialMap, Object, Pose};
-use leadr::render::settings::{RenderSettings, ShadingOptions, Technique};
+use leadr::render::settings::{Probes, Quadrature, RenderSettings, ShadingOptions, Technique};
 use leadr::render::surfaces::displacement::HeightField;
 use leadr::scenes::dressed;
 use leadr::scenes::sphere::displaced_sphere;
@@ -281,6 +281,37 @@ fn lobes_are_near_the_table() {
     }
 }
 
+/// Where all kinds of surfaces are shaded in one pass, they share the loop of the lobes of measured ones, in which each has all probes of
+/// its own.
+#[test]
+fn surfaces_beside_a_fit_look_as_alone() {
+    let Some(gpu) = test_gpu() else { return };
+    let away = Pose::Rigid(glam::Affine3A::from_translation(Vec3::new(-40.0, 0.0, 0.0)));
+    let state = FrameState { poses: vec![Pose::REST, away], ..state() };
+    let mut renderers = [0, 2, 3, 4].map(|count| {
+        let lobes: Vec<Lobe> = (1..=count).map(|i| lobe(1.0 / f64::from(count), 0.15 * f64::from(i))).collect();
+        let fit = (count > 0).then(|| table(&lobes, schlick(), kept(0.3)));
+        under_sky(&gpu, vec![sphere(0.1, 0.3, None), sphere(0.1, 0.3, fit)], 64)
+    });
+    for (probes, shadowing) in [
+        (Probes::Five, Shadowing::Correlated),
+        (Probes::Nine, Shadowing::None),
+        (Probes::Sixteen, Shadowing::Correlated),
+    ] {
+        let shading = ShadingOptions { quadrature: Quadrature::VisibleSlopes(probes), shadowing, ..Default::default() };
+        let settings =
+            RenderSettings { shading: Technique::Leadr.with(shading), ..settings(Technique::Leadr, 1, false) };
+        let [alone, beside @ ..] = renderers
+            .each_mut()
+            .map(|renderer| image(&renderer.render_in_two_passes(&state, &settings).unwrap().color));
+        for (lobes, picture) in (2..).zip(&beside) {
+            let (rrmse, _) = errors(&alone, picture);
+            println!("{} probes beside {lobes} lobes: rRMSE {rrmse:.1e}", probes.count());
+            assert!(rrmse < 1e-4, "{probes:?} beside {lobes} lobes: {rrmse}");
+        }
+    }
+}
+
 /// Frames that are shaded as they are filtered, and frames that go through the G-buffer; two fits in one scene.
 #[test]
 fn the_g_buffer_keeps_which_fit_it_is() {
@@ -291,7 +322,7 @@ fn the_g_buffer_keeps_which_fit_it_is() {
     let beside = |x: f32| Pose::Rigid(glam::Affine3A::from_translation(Vec3::new(x, 0.0, 0.0)));
     let state = FrameState { poses: vec![beside(-1.1), beside(1.1)], ..state() };
     let settings = settings(Technique::Leadr, 1, false);
-    let at_once = renderer.render(&state, &settings).unwrap().color;
+    let at_once = renderer.render_in_two_passes(&state, &settings).unwrap().color;
     let through = renderer.render_in_two_passes(&state, &settings).unwrap().color;
     let all = Mask::covered(SIZE, SIZE, &vec![1.0; (SIZE * SIZE) as usize], 0.5).unwrap();
     let error = rrmse_over(&image(&at_once), &image(&through), &all).unwrap();

@@ -393,8 +393,9 @@ mod linux {
         app.find_window(server, "leadr");
         let window = app.window();
         server.focus(window);
-        until(&app, "frames", || server.title(window).contains("geometry"));
-        let redness = |picture: &[[u8; 3]]| picture.iter().filter(|[r, g, _]| u32::from(*r) > 2 * u32::from(*g)).count();
+        until(&app, "frames", || server.title(window).contains("present"));
+        let is_red = |[r, g, _]: &&[u8; 3]| 2 * u32::from(*r) > 3 * u32::from(*g);
+        let redness = |picture: &[[u8; 3]]| picture.iter().filter(is_red).count();
         let own = server.picture(window);
         server.drop_file(window, &file("none.json"));
         until(&app, "a complaint", || app.said(1).contains("none.json"));
@@ -413,8 +414,9 @@ mod linux {
         let sphere = server.picture(window);
         server.drop_file(window, &model);
         until(&app, "the model", || redness(&server.picture(window)) + 1000 < redness(&sphere));
+        let model = server.picture(window);
         server.drop_file(window, &file("red.json"));
-        until(&app, "a red model", || redness(&server.picture(window)) > redness(&own) + 1000);
+        until(&app, "a red model", || redness(&server.picture(window)) > redness(&model) + 300);
         server.tap(b'x');
         until(&app, "another command", || command().is_some_and(|now| now != said));
         let said = command().unwrap();

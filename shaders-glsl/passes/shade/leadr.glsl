@@ -444,8 +444,8 @@ vec3 mirrored_light(Surface surface, Base base, int number, Light light, Directi
     return leadr_specular_light(SHADOWING, base.o, i, wo, light.wi, m, base.S, f0);
 }
 
-// Surfaces beside measured ones share their loop, since drivers in software take both sides of every branch: nodes of each turn, those of
-// a lobe's rule, and of one rule of SAMPLES nodes that is spread over the turns.
+// Passes that shade all kinds of surfaces take those of one lobe through the loop of measured ones, since drivers in software take both
+// sides of every branch: nodes of each turn, those of a lobe's rule, and of one rule of SAMPLES nodes that is spread over the turns.
 const bool SHARES_PROBES = FIT_LOBES > OWN_BASES && VISIBLE_SLOPES && !DRAWN_MIRRORS;
 const int LOBE_NODES = FIT_LOBES == 2 ? 9 : FIT_LOBES == 3 ? 6 : 5;
 const int LOBE_RULE = FIT_LOBES == 2 ? 9 : PROBES_OF_LOBE;
