@@ -293,11 +293,7 @@ fn surfaces_beside_a_fit_look_as_alone() {
         let fit = (count > 0).then(|| table(&lobes, schlick(), kept(0.3)));
         under_sky(&gpu, vec![sphere(0.1, 0.3, None), sphere(0.1, 0.3, fit)], 64)
     });
-    for (probes, shadowing) in [
-        (Probes::Five, Shadowing::Correlated),
-        (Probes::Nine, Shadowing::None),
-        (Probes::Sixteen, Shadowing::Correlated),
-    ] {
+    for (probes, shadowing) in [(Probes::Nine, Shadowing::None), (Probes::Sixteen, Shadowing::Correlated)] {
         let shading = ShadingOptions { quadrature: Quadrature::VisibleSlopes(probes), shadowing, ..Default::default() };
         let settings =
             RenderSettings { shading: Technique::Leadr.with(shading), ..settings(Technique::Leadr, 1, false) };

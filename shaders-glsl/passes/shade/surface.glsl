@@ -32,9 +32,9 @@ struct Surface {
     vec4 cone;           // in its place, where CONES says so; w below 0 without one
 };
 
-// Whether the base is a measured material.
+// Whether the base is a measured material. Facets of normal maps that face away lose theirs, on the finest level.
 bool is_fitted(uint fit) {
-    return FIT_LOBES > 0 && fit > 0u;
+    return FIT_LOBES > 0 && (ALL_FITTED && !FINEST_LEVEL || fit > 0u);
 }
 
 vec3 fresnel_of(Surface s, float cosine) {

@@ -76,6 +76,8 @@ pub struct Bases {
     pub mixed: bool,
     /// Lobes of measured materials.
     pub fit_lobes: u32,
+    /// Whether all surfaces are measured ones.
+    pub all_fitted: bool,
     /// Cones in which they see their surroundings.
     pub cones: bool,
 }
@@ -87,6 +89,7 @@ impl Bases {
         Self {
             mixed: self.mixed || other.mixed,
             fit_lobes: self.fit_lobes.max(other.fit_lobes),
+            all_fitted: self.all_fitted && other.all_fitted,
             cones: self.cones || other.cones,
         }
     }
@@ -97,16 +100,18 @@ impl Bases {
         Self {
             mixed: self.mixed && other.mixed,
             fit_lobes: self.fit_lobes.min(other.fit_lobes),
+            all_fitted: self.all_fitted || other.all_fitted,
             cones: self.cones && other.cones,
         }
     }
 
     /// The specialization constants of `passes/bases.glsl`.
     #[must_use]
-    pub fn spec(self) -> [(&'static str, SpecValue); 3] {
+    pub fn spec(self) -> [(&'static str, SpecValue); 4] {
         [
             ("MIXED_ROUGHNESS", SpecValue::Bool(self.mixed)),
             ("FIT_LOBES", SpecValue::I32(self.fit_lobes as i32)),
+            ("ALL_FITTED", SpecValue::Bool(self.all_fitted)),
             ("CONES", SpecValue::Bool(self.cones)),
         ]
     }
@@ -130,6 +135,7 @@ impl Has {
             bases: Bases {
                 mixed: map.two_lobes.is_some(),
                 fit_lobes: map.fit.as_ref().map_or(0, |fit| fit.lobes()),
+                all_fitted: map.fit.is_some(),
                 cones: map.cones.is_some(),
             },
             emission: map.emission.is_some(),
