@@ -402,7 +402,11 @@ mod linux {
         server.drop_file(window, &file("red.json"));
         until(&app, "a red sphere", || redness(&server.picture(window)) > redness(&own) + 1000);
         let command = || {
-            app.said(1).lines().filter_map(|line| line.split_once("leadr capture ")).last().map(|(_, c)| c.to_owned())
+            app.said(1)
+                .lines()
+                .filter_map(|line| line.split_once("leadr capture "))
+                .next_back()
+                .map(|(_, c)| c.to_owned())
         };
         server.tap(b'x');
         until(&app, "a command", || command().is_some());

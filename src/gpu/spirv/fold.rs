@@ -132,7 +132,8 @@ mod tests {
 
     #[test]
     fn comparisons_know_signs() {
-        let ordered: [(u32, fn(i32, i32) -> bool); 12] = [
+        type Compare = fn(i32, i32) -> bool;
+        let ordered: [(u32, Compare); 12] = [
             (170, |a, b| a == b),
             (171, |a, b| a != b),
             (172, |a, b| a.cast_unsigned() > b.cast_unsigned()),
