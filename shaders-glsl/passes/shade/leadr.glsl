@@ -87,7 +87,7 @@ Mirrors grid_mirrors(Surface surface, vec3 wo, vec3 S) {
     return MAPPED ? of_facing(mean, surface, mapped.facing) : mean;
 }
 
-// Probes of each of several lobes, which together err as little as with all probes each (docs/measurements/fitting.md).
+// Probes of each of three lobes or more (docs/measurements/fitting.md has what they err by).
 const int PROBES_OF_LOBE = 5;
 
 // Where the probes of a lobe lie, and what is seen of it.
