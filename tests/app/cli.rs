@@ -48,7 +48,7 @@ fn help_and_version_are_results() {
 
 #[test]
 fn wrong_usage_ends_with_2_and_names_the_flag() {
-    let cases: [(&[&str], &str); 55] = [
+    let cases: [(&[&str], &str); 56] = [
         (&["capture", "--scene", "ocean", "--height-scale", "1"], "--height-scale"),
         (&["capture", "--scene", "ocean", "--no-displacement"], "--no-displacement"),
         (&["capture", "--scene", "ocean", "--triangle-pixels", "8"], "--triangle-pixels"),
@@ -74,6 +74,14 @@ fn wrong_usage_ends_with_2_and_names_the_flag() {
         (
             &["capture", "--scene", "plane", "--detail", "a.png", "--technique", "reference", "--relief-shadows"],
             "--detail",
+        ),
+        (
+            &[
+                ["capture", "--scene", "plane", "--height-map", "a.png"].as_slice(),
+                &["--anisotropy", "0.5", "--technique", "reference", "--relief-shadows"],
+            ]
+            .concat(),
+            "--anisotropy",
         ),
         (&["capture", "--scene", "plane", "--height-map", "a.png", "--normal-y", "up"], "--normal-y"),
         (&[], "command"),

@@ -270,6 +270,14 @@ impl SceneArgs {
             cone_map: a.cone_map.clone(),
             ..MaterialFiles::default()
         });
+        // Of the sphere the maps tell the facets.
+        let drawn_facets = a.relief_shadows && a.scene.scene.name == "plane";
+        if drawn_facets && material.anisotropy.is_some() && material.is_displaced(a.height_map.as_deref()) {
+            return Err(AppError::Usage(
+                "--relief-shadows sees the plane's heights themselves, and --anisotropy is finer than they are: leave one of them out"
+                    .into(),
+            ));
+        }
         let mapped = a.shading.masking.is_none() && material.is_normal_map_alone(a.height_map.as_deref());
         let shading = if mapped && !a.relief_shadows {
             shading.adjusted(|options| ShadingOptions { shadowing: Shadowing::NormalMap, ..options })
