@@ -7,10 +7,11 @@ use std::sync::Arc;
 use glam::DVec3;
 
 use crate::maps::material::{Anisotropy, Input, Material, RoughnessMeaning, alpha_code, alpha_of};
-use crate::measured::fit_file::FitFile;
+use crate::measured::fit_file::{FitFile, masking_name};
 use crate::reflectance::facets::ellipse::ellipse_from_roughness;
 use crate::reflectance::facets::fresnel::{Fresnel, schlick_weight};
 use crate::reflectance::facets::gaussian_mixture::Lobe;
+use crate::reflectance::masking::variants::Masking;
 use crate::reflectance::materials::fitted_table::{FittedTable, lobe_alpha};
 
 /// Angles over which the Fresnel term is fitted; beyond them instruments see little.
@@ -26,6 +27,14 @@ pub fn material_of(fit: &FitFile, name: &str) -> Material {
 
 /// Gives a material the facets and the body of a fit. Its texture of roughness, if it has one, scales the measured slopes about its own mean.
 pub fn wear(fit: &FitFile, material: &mut Material) {
+    let masking = fit.brdf.facets.masking;
+    if masking != Masking::SmithCorrelated {
+        let name = &material.name;
+        let form = masking_name(masking);
+        tracing::warn!(
+            "material {name}: only --technique reference draws its masking, {form}; others draw smith's, which leadr fit --masking smith fits"
+        );
+    }
     let alpha = joint_alpha(&fit.lobes);
     let rgb = |c: DVec3| Input::constant(c.as_vec3().to_array());
     material.base_color = rgb(fit.brdf.diffuse);

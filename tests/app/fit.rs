@@ -81,6 +81,19 @@ fn a_table_becomes_a_material_that_is_drawn() {
     );
     assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
     assert_eq!(image::open(&drawn).unwrap().width(), 48);
+    let smiths = String::from_utf8_lossy(&output.stderr).into_owned();
+
+    // LEADR draws Smith's masking alone, and says so of another.
+    let mut kept: serde_json::Value = serde_json::from_slice(&std::fs::read(&json).unwrap()).unwrap();
+    kept["masking"] = "vgroove".into();
+    std::fs::write(&json, kept.to_string()).unwrap();
+    let output = run(
+        "capture",
+        &["--scene", "sphere", "--bare", "--material", text(&json), "--size", "48x48", "-o", text(&drawn)],
+    );
+    assert_eq!(output.status.code(), Some(0));
+    let grooves = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!([&smiths, &grooves].map(|said| said.contains("vgroove")), [false, true], "{smiths}\n{grooves}");
 }
 
 #[test]
