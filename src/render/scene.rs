@@ -152,17 +152,19 @@ pub struct Detail {
     pub mask: Option<DetailMask>,
 }
 
-/// How maps that repeat cover a plane.
+/// How maps that repeat cover a surface.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Tiling {
     /// Side by side.
     #[default]
     Repeats,
     /// By example: pieces of them, no two of which are neighbours in the map, are blended so that mean and covariance stay
-    /// ([`crate::reflectance::slopes::tiling`]). Of planes whose maps lie on the same texture coordinates and repeat; others take it for
-    /// [`Repeats`](Self::Repeats).
+    /// ([`crate::reflectance::slopes::tiling`]). Of meshes of quads without seams, on which patches have the same texture coordinates where they
+    /// meet, and whose maps lie on these coordinates and repeat; others take it for [`Repeats`](Self::Repeats).
     ByExample,
-    /// The same, staying where it is in the world however the mesh moves along itself, under the drifts and paths of open ground.
+    /// The same, staying where it is in the world however the mesh moves along itself: on planes wherever that is, on others by whole repeats.
+    ByExampleInWorld,
+    /// The same, under the drifts and paths of open ground, which planes alone have.
     Ground,
 }
 

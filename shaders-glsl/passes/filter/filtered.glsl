@@ -255,9 +255,9 @@ Footprint footprint_in(Chart chart, sampler2D map, float own, int rows) {
     return footprint_over(clamp(chart.across[0] * size, -6e4, 6e4), clamp(chart.across[1] * size, -6e4, 6e4), 1e9, own, rows);
 }
 
-// Where a flat object lies on the lattice of its looks, in repeats.
+// Where an object lies on the lattice of its looks, in repeats.
 vec2 tiling_shift() {
-    return vec2(object.eye[0], object.eye[1]);
+    return FLAT ? vec2(object.eye[0], object.eye[1]) : object.tangent_s.xy;
 }
 
 // The moments of a relief that is shown without repeats. passing: see tiled_height; so little that the middle of the footprint stands for all

@@ -10,11 +10,11 @@ layout(push_constant, std430) uniform Object {
     uint index;         // number of the object in the scene, from 1: object_index(); above it object_fit(); from CONDUCTOR_DIP_SHIFT on the dip of a conductor
     float relief;       // from the deepest pit to the highest bump, metres
 #ifdef LEADR_OBJECT_SEEN
-    float eye[3];       // the viewer, metres; of a flat object the last is the viewer's height above its plane
+    float eye[3];       // the viewer, metres; of a flat object where its lattice lies, in repeats, and the viewer's height above its plane
     vec4 ray_x;         // of the image, as Camera::rays gives them; w: step from pixel to pixel in ndc, across
     vec4 ray_y;         // w: and down
     vec4 ray_middle;    // w: near plane
-    vec4 tangent_s;     // of a flat object: tangents by texture coordinate; w: 1, or -1 where they run clockwise seen from outside
+    vec4 tangent_s;     // of a flat object: tangents by texture coordinate; w: 1, or -1 where they run clockwise seen from outside; of others where the lattice lies
     vec4 tangent_t;     // w: accessibility of a plain one
     vec4 color;         // of a plain one: linear albedo, Beckmann roughness alpha
 #else

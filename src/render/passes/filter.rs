@@ -340,7 +340,11 @@ impl FilteredObjectGpu {
             ray_x: x.extend(2.0 / width as f32).to_array(),
             ray_y: y.extend(2.0 / height as f32).to_array(),
             ray_middle: middle.extend(view.camera.near).to_array(),
-            tangent_s: tangent_s.extend(if outward { 1.0 } else { -1.0 }).to_array(),
+            tangent_s: if object.kind.flat {
+                tangent_s.extend(if outward { 1.0 } else { -1.0 }).to_array()
+            } else {
+                [shift[0], shift[1], 0.0, 0.0]
+            },
             tangent_t: tangent_t.extend(mesh.accessibility_of(0)).to_array(),
             color: mesh.color_of(0),
         }

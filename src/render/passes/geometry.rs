@@ -147,7 +147,7 @@ impl PatchPipelines {
             let fragment = if drawn.holes { Some(holes) } else { desc.fragment };
             let count = [("SAMPLES", SpecValue::I32(desc.samples as i32))];
             let multisampled = drawn.holes && holes != DEPTH_OF_HOLES;
-            // Only stages of planes have it.
+            // Only stages of quads have it.
             let by_example = [("BY_EXAMPLE", SpecValue::Bool(true))];
             let spec =
                 [desc.spec, if multisampled { &count } else { &[] }, if drawn.by_example { &by_example } else { &[] }]
@@ -172,8 +172,8 @@ impl PatchPipelines {
 }
 
 impl PipelineSet {
-    /// `flat`: whether they draw planes alone.
-    fn new(gpu: &Arc<Gpu>, name: &str, desc: &GraphicsDesc<'_>, flat: bool) -> Result<Self> {
+    /// `quads`: whether they draw no triangles.
+    fn new(gpu: &Arc<Gpu>, name: &str, desc: &GraphicsDesc<'_>, quads: bool) -> Result<Self> {
         let divided = |kind: &str, flat: bool, at_texels: bool| {
             let divided = GraphicsDesc {
                 vertex: "passes/geometry/geometry.vert",
@@ -195,14 +195,16 @@ impl PipelineSet {
             ..*desc
         };
         let undivided = GraphicsDesc { vertex: "passes/geometry/undivided.vert", ..*desc };
-        let plane = divided("flat", true, false)?;
-        let others =
-            |pipeline: &dyn Fn() -> Result<GraphicsPipeline>| if flat { Ok(plane.clone()) } else { pipeline() };
+        let curved = divided("curved", false, false)?;
         Ok(Self {
             undivided: GraphicsPipeline::new(gpu, &format!("{name}, undivided"), &undivided)?,
-            curved: others(&|| divided("curved", false, false))?,
-            triangles: others(&|| GraphicsPipeline::new(gpu, &format!("{name}, triangles"), &triangles))?,
-            flat: plane,
+            triangles: if quads {
+                curved.clone()
+            } else {
+                GraphicsPipeline::new(gpu, &format!("{name}, triangles"), &triangles)?
+            },
+            curved,
+            flat: divided("flat", true, false)?,
             at_texels: divided("at texels", true, true)?,
         })
     }

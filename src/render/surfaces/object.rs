@@ -171,6 +171,8 @@ pub struct SurfaceKind {
     pub triplanar: bool,
     /// Whether its maps are shown without their repeats.
     pub by_example: bool,
+    /// Whether they stay where they are in the world while the mesh moves.
+    pub stays_in_world: bool,
     /// Whether it is open ground under drifts and paths.
     pub ground: bool,
     /// Whether only its front is seen.
@@ -193,7 +195,8 @@ impl SurfaceKind {
         let repeats = object.heights.as_ref().is_none_or(|heights| heights.border == Border::Wrap)
             && object.slope_wrap.is_none_or(|wrap| wrap == [TextureWrap::Repeat; 2])
             && object.material.as_ref().is_none_or(|map| map.wrap == [TextureWrap::Repeat; 2]);
-        let by_example = object.tiling != Tiling::Repeats && flat && repeats && object.charts.is_none();
+        let by_example =
+            object.tiling != Tiling::Repeats && (flat || mesh.is_seamless()) && repeats && object.charts.is_none();
         Self {
             tiled: tiles,
             displaced: object.heights.is_some(),
@@ -208,7 +211,8 @@ impl SurfaceKind {
             triangles: mesh.triangles,
             triplanar: mesh.triplanar.is_some() && object.heights.is_some(),
             by_example,
-            ground: by_example && object.tiling == Tiling::Ground,
+            stays_in_world: by_example && matches!(object.tiling, Tiling::ByExampleInWorld | Tiling::Ground),
+            ground: by_example && flat && object.tiling == Tiling::Ground,
             front_only: object.front_only,
             rise_over_run: mesh.triangles && object.slopes.is_some(),
             plain: flat::is_plain(mesh),

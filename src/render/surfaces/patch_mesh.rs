@@ -58,6 +58,17 @@ impl PatchMesh {
         self.places.get(vertex as usize).copied().unwrap_or(vertex)
     }
 
+    /// Whether it consists of quads that have the same texture coordinates where they meet, and ends nowhere at another object.
+    #[must_use]
+    pub fn is_seamless(&self) -> bool {
+        let mut seen = vec![None; self.positions.len()];
+        let mut agree = |vertex: u32, at: Vec2| *seen[vertex as usize].get_or_insert(at) == at;
+        let whole = !self.triangles && self.triplanar.is_none() && self.places.is_empty() && self.rims.is_empty();
+        whole
+            && self.texcoords.len() == self.patches.len()
+            && self.patches.iter().zip(&self.texcoords).all(|(patch, at)| (0..4).all(|i| agree(patch[i], at[i])))
+    }
+
     /// The places of the patches' corners.
     #[must_use]
     pub fn patches_by_place(&self) -> Vec<[u32; 4]> {

@@ -31,16 +31,19 @@ impl PosedObject {
         if texels > 0.0 { lengths.sum::<f32>() / texels } else { f32::INFINITY }
     }
 
-    /// Where it lies on the lattice of its looks, in repeats of its map: ground keeps its place in the world.
+    /// Where it lies on the lattice of its looks, in repeats of its map, where that is to stay in the world. What is no plane moves by
+    /// whole repeats.
     #[must_use]
     pub fn tiling_shift(&self) -> [f32; 2] {
         let mesh = &self.object.object.mesh;
+        let kind = self.object.kind;
         let ends = self.vertices.positions.first().zip(mesh.positions.first());
-        let (true, Some((&here, &rest))) = (self.object.kind.ground, ends) else { return [0.0; 2] };
+        let (true, Some((&here, &rest))) = (kind.stays_in_world, ends) else { return [0.0; 2] };
         let Some(Chart { tangent_s: s, tangent_t: t, .. }) = Chart::of(mesh, &self.vertices) else { return [0.0; 2] };
         let moved = here - rest;
         let along = Vec2::new(moved.dot(s), moved.dot(t));
-        (Mat2::from_cols_array(&[s.dot(s), s.dot(t), s.dot(t), t.dot(t)]).inverse() * along).to_array()
+        let shift = Mat2::from_cols_array(&[s.dot(s), s.dot(t), s.dot(t), t.dot(t)]).inverse() * along;
+        (if kind.flat { shift } else { shift.round() }).to_array()
     }
 
     /// The triangles of its patches without relief, world; counter-clockwise seen from outside.

@@ -2,8 +2,8 @@
 
 use glam::{DVec2, Vec2, Vec3};
 
-use super::sand::{DRY_REPEAT, PERIOD, STRIP, STRIP_REPEAT, Sand, dry, strip};
-use crate::render::scene::{MaterialMap, Object};
+use super::sand::{DRY_REPEAT, STRIP, STRIP_REPEAT, Sand, dry, strip};
+use crate::render::scene::{MaterialMap, Object, Tiling};
 use crate::render::surfaces::displacement::{Border, HeightField};
 use crate::render::surfaces::ocean::shore::Shore;
 use crate::render::surfaces::patch_mesh::PatchMesh;
@@ -16,6 +16,20 @@ const EARTH: f64 = 6.371e6 * 7.0 / 6.0;
 /// By how much beach and dunes sink under each other where they meet, metres: more than their bumps, over five metres, so that no crease
 /// shows.
 const SINK: f64 = 0.15;
+
+/// Metres along the coast after which the dunes repeat: a multiple of the bends', and of the dry sand's.
+pub const DUNES_PERIOD: f64 = 200.0;
+
+/// Waves that the dunes are made of, none of which is a multiple of another: height in metres, crests along a period, phase by metre from
+/// the waterline, and phase.
+const HILLS: [(f64, f64, f64, f64); 6] = [
+    (0.30, 4.0, 0.07, 0.0),
+    (0.22, 3.0, -0.11, 2.1),
+    (0.20, 7.0, -0.16, 1.0),
+    (0.20, 2.0, 0.13, 4.0),
+    (0.12, 9.0, 0.05, 5.2),
+    (0.16, 1.0, 0.093, 0.7),
+];
 
 /// The strip from the dry sand into the water.
 #[must_use]
@@ -31,18 +45,20 @@ pub fn beach(shore: &Shore) -> Object {
 /// The dunes and the land behind the beach.
 #[must_use]
 pub fn dunes(shore: &Shore) -> Object {
-    let mut columns = mirrored(&[(34.0, 2.0)]);
+    let mut columns = mirrored(&[(34.0, 2.0), (134.0, 5.0), (500.0, 10.0)]);
     columns.truncate(columns.len() / 2 + 1);
     columns.iter_mut().for_each(|s| *s -= 22.0);
-    let rows = mirrored(&[(40.0, 2.0)]);
+    let rows = mirrored(&[(240.0, 4.0), (560.0, 10.0)]);
     let height = |s: f64, y: f64| {
-        let turn = std::f64::consts::TAU / PERIOD;
-        let hills =
-            (turn * y + 0.07 * s).sin() + 0.6 * (2.0 * turn * y - 0.16 * s + 1.0).sin() + 0.5 * (0.11 * s).sin();
-        let there = smooth(-32.0, -60.0, s) * smooth(-500.0, -250.0, s);
-        shore.ground(s) + there * (0.9 + 0.45 * hills) + 1.2 * smooth(-40.0, -200.0, s) - SINK * smooth(-28.0, -23.0, s)
+        let turn = std::f64::consts::TAU / DUNES_PERIOD;
+        let hills: f64 = HILLS.iter().map(|&(height, k, by_s, at)| height * (k * turn * y + by_s * s + at).sin()).sum();
+        // They end before columns and rows are too far apart for them, slowly, so that nothing jumps when the dunes follow the animal.
+        let there = smooth(-32.0, -60.0, s) * smooth(-500.0, -250.0, s) * smooth(760.0, 360.0, y.abs());
+        shore.ground(s) + there * (0.9 + hills) + 1.2 * smooth(-40.0, -200.0, s) - SINK * smooth(-28.0, -23.0, s)
     };
-    object("dunes", mesh(shore, &columns, &rows, height, |s, y| Vec2::new(s as f32, y as f32) / DRY_REPEAT), dry())
+    let dunes =
+        object("dunes", mesh(shore, &columns, &rows, height, |s, y| Vec2::new(s as f32, y as f32) / DRY_REPEAT), dry());
+    dunes.with_tiling(Tiling::ByExampleInWorld)
 }
 
 fn smooth(low: f64, high: f64, x: f64) -> f64 {

@@ -75,9 +75,12 @@ pub fn shore_stage(tile: u32, waves: &Waves, progress: &(dyn Fn(f32) + Sync)) ->
         let world = Mat4::from_translation(stand) * Mat4::from_rotation_z(FRAC_PI_2);
         let joints: Vec<Mat4> = walk::pose(time).skinning_matrices().into_iter().map(|joint| world * joint).collect();
         // The sand follows the animal in steps of its own repeat, which do not show.
-        let steps = (gone / PERIOD as f32).round();
-        let sand = Pose::Rigid(Affine3A::from_translation(Vec3::Y * (steps * PERIOD as f32)));
-        vec![Pose::Skinned(joints.clone()), Pose::Skinned(joints), sand.clone(), sand]
+        let following = |period: f64| {
+            let steps = (gone / period as f32).round();
+            Pose::Rigid(Affine3A::from_translation(Vec3::Y * (steps * period as f32)))
+        };
+        let [beach, dunes] = [PERIOD, beach::DUNES_PERIOD].map(following);
+        vec![Pose::Skinned(joints.clone()), Pose::Skinned(joints), beach, dunes]
     };
     Ok(Stage::moving(objects, views, motion, |time| Vec3::Y * walked(time)).with_ocean(sea(waves)))
 }

@@ -18,13 +18,14 @@ const DRY: [f32; 3] = [0.47, 0.39, 0.28];
 pub const STRIP: [f32; 2] = [-28.0, 12.0];
 /// Metres of coast after which the strip repeats.
 pub const STRIP_REPEAT: f32 = 20.0;
-/// Edge of the square of dry sand, metres.
-pub const DRY_REPEAT: f32 = 10.0;
+/// Edge of the square of dry sand, metres: eight of its slow waves, so that pieces of it fit together (`render::scene::Tiling`), and a whole
+/// number of ripples.
+pub const DRY_REPEAT: f32 = 20.0;
 /// Metres along the coast after which the sand, bends included, repeats.
 pub const PERIOD: f64 = 40.0;
 /// Texels across and along the strip, and along an edge of the dry sand: 2 cm apart.
 const STRIP_TEXELS: [u32; 2] = [2048, 1024];
-const DRY_TEXELS: u32 = 512;
+const DRY_TEXELS: u32 = 1024;
 
 /// Heights in metres and sRGB-encoded colours (a: Beckmann roughness, linear), row by row; rows run toward the sea.
 pub struct Sand {
@@ -138,10 +139,10 @@ pub fn strip() -> Sand {
 pub fn dry() -> Sand {
     let period = DRY_REPEAT as i32;
     map("sand", [DRY_TEXELS; 2], |u, v| {
-        // Far enough from the water that nothing here depends on it; the ripples need a whole number of waves across.
+        // Far enough from the water that nothing here depends on it.
         let (s, y) = (u * DRY_REPEAT, v * DRY_REPEAT);
-        let ripples = dry_relief(s * 9.92 / 10.0, y, period);
-        (ripples, color(s - 100.0, y, ripples, 0.0, period))
+        let relief = dry_relief(s, y, period);
+        (relief, color(s - 100.0, y, relief, 0.0, period))
     })
 }
 
