@@ -153,6 +153,12 @@ impl MapCache {
         })
     }
 
+    /// Whether something is stored under this key as one of its `kind`; whether it is whole only [`remember`](Self::remember) finds.
+    #[must_use]
+    pub fn holds(&self, kind: &str, key: u64) -> bool {
+        self.path(&named(kind, key)).is_file()
+    }
+
     /// What is stored under this key as one of its `kind`, or what `make` makes, which is then stored. `read` takes the content
     /// apart, of at most so many bytes, and says what is wrong with it. A cache that is damaged or cannot be used only costs a
     /// warning.
@@ -167,7 +173,7 @@ impl MapCache {
         read: impl FnOnce(&[u8]) -> Result<T, &'static str>,
         make: impl FnOnce() -> Result<(T, Vec<u8>), E>,
     ) -> Result<T, E> {
-        let name = format!("{kind}-{key:016x}");
+        let name = named(kind, key);
         match self.read(&name, key, most) {
             Ok(Some(cached)) => match read(cached.content()) {
                 Ok(value) => return Ok(value),
@@ -207,6 +213,10 @@ impl MapCache {
             total -= length;
         }
     }
+}
+
+fn named(kind: &str, key: u64) -> String {
+    format!("{kind}-{key:016x}")
 }
 
 /// Adds values to the content of a file.

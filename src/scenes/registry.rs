@@ -13,6 +13,7 @@ use super::ocean::sea;
 use super::ocean::waves::Waves;
 use super::shore::{self, shore_stage};
 use super::stage::{BakedRelief, Relief, Stage, plane_stage, sphere_stage};
+use super::trex::Trex;
 use super::trex::stage::{trex_stage, unbaked_body};
 use super::{dressed, pillow, setting, snake, spheres};
 use crate::gpu::machine_memory;
@@ -299,6 +300,8 @@ pub static MODEL: Scene = Scene {
     },
 };
 
+const FIRST_TILE: u32 = 8;
+
 const MAKING_THE_TREX: Option<&str> = Some("making the T-rex (once; then it is cached)");
 
 fn relief(options: SceneOptions) -> Relief {
@@ -338,6 +341,14 @@ impl Scene {
         self.sea.map_or_else(Waves::default, |waves| waves())
     }
 
+    /// The atlas tile of a first picture, which stands long before one with tiles of `tile` texels and looks much like it, since what a map is
+    /// too coarse for is roughness in it. None for scenes without an atlas, and while the finer one would have to be made.
+    #[must_use]
+    pub fn first_tile(&self, tile: u32) -> Option<u32> {
+        let at_hand = self.making.is_none() || Trex::is_kept(tile);
+        (self.offers(Choice::AtlasTile) && tile > FIRST_TILE && at_hand).then_some(FIRST_TILE)
+    }
+
     /// Makes its stage.
     ///
     /// # Errors
@@ -375,6 +386,15 @@ impl Serialize for Scene {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn first_pictures_have_coarser_atlases() {
+        let first = |name: &str, tile: u32| Scene::find(name).unwrap().first_tile(tile);
+        assert_eq!(first("sphere", 64), Some(FIRST_TILE));
+        // It has no atlas; nothing is coarser.
+        assert_eq!([first("plane", 64), first("sphere", FIRST_TILE)], [None, None]);
+        assert_eq!(first("trex", 64).is_some(), Trex::is_kept(64), "one that is not kept is made first, as before");
+    }
 
     #[test]
     fn names_are_unique_and_found() {

@@ -86,8 +86,8 @@ fn demo(arguments: &DemoArgs, line: CommandLine, output: &Output) -> Result<Demo
     let sized = line.value("--size").is_some();
     // The window has sliders for these, which begin where the flags say.
     let own = SceneConfig { height_scale: 1.0, stretch: 1.0, ..config.clone() };
-    let mut program = DemoProgram::new(own.clone(), line, Pace::on(&gpu, kept));
-    let show = program.show_with(inputs, &gpu, &own, &output.set_up())?;
+    let mut program = DemoProgram::new(own, line, Pace::on(&gpu, kept));
+    let show = program.begin(inputs, &gpu, &output.set_up())?;
     let lights = show.renderer.environment().lights().to_vec();
     // A run of so many frames is the same whoever sat here before.
     let layout_file = Layout::file().filter(|_| arguments.frames.is_none());

@@ -26,6 +26,8 @@ pub struct DemoProgram {
     names: Vec<String>,
     name: String,
     pace: Pace,
+    /// Whether `config` is shown in all detail.
+    is_complete: bool,
 }
 
 impl DemoProgram {
@@ -37,14 +39,31 @@ impl DemoProgram {
         if !names.contains(&name) {
             names.push(name.clone());
         }
-        Self { config, line, names, name, pace }
+        Self { config, line, names, name, pace, is_complete: true }
+    }
+
+    /// The first picture: on a processor that draws by itself, of coarse maps, which are there sooner.
+    ///
+    /// # Errors
+    /// Memory that is short.
+    pub fn begin(&mut self, inputs: Inputs, gpu: &Arc<Gpu>, watch: Watch<'_>) -> Result<Show, AppError> {
+        let coarse = self.config.scene.first_tile(self.config.atlas_tile).filter(|_| gpu.is_software());
+        self.is_complete = coarse.is_none();
+        let tile = coarse.unwrap_or(self.config.atlas_tile);
+        self.show_with(inputs, gpu, &SceneConfig { atlas_tile: tile, ..self.config.clone() }, watch)
+    }
+
+    /// What is shown now is `config`, in all detail.
+    fn shows(&mut self, config: SceneConfig) {
+        self.config = config;
+        self.is_complete = true;
     }
 
     /// Loads and uploads a configuration.
     ///
     /// # Errors
     /// Files that are wrong, or memory that is short.
-    pub fn show(&self, gpu: &Arc<Gpu>, config: &SceneConfig, watch: Watch<'_>) -> Result<Show, AppError> {
+    fn show(&self, gpu: &Arc<Gpu>, config: &SceneConfig, watch: Watch<'_>) -> Result<Show, AppError> {
         self.show_with(Inputs::load(config)?, gpu, config, watch)
     }
 
@@ -52,7 +71,7 @@ impl DemoProgram {
     ///
     /// # Errors
     /// Memory that is short.
-    pub fn show_with(
+    fn show_with(
         &self,
         inputs: Inputs,
         gpu: &Arc<Gpu>,
@@ -98,7 +117,7 @@ impl Program for DemoProgram {
             ..self.config.clone()
         };
         let show = self.show(gpu, &config, &|_| {})?;
-        self.config = config;
+        self.shows(config);
         self.line.enter(shown.clone());
         if !self.names.contains(&shown) {
             self.names.push(shown.clone());
@@ -123,7 +142,7 @@ impl Program for DemoProgram {
         self.config.scene.check_offers("--roughness", Choice::Roughness).map_err(AppError::Usage)?;
         let config = SceneConfig { roughness: alpha, ..self.config.clone() };
         let show = self.show(gpu, &config, &|_| {})?;
-        self.config = config;
+        self.shows(config);
         self.line.set("--roughness", alpha.map(|alpha| alpha.to_string()));
         Ok(show)
     }
@@ -157,9 +176,17 @@ impl Program for DemoProgram {
             ("--material", material.map(|file| file.as_os_str().to_owned()))
         };
         let show = self.show(gpu, &config, &|_| {})?;
-        self.config = config;
+        self.shows(config);
         self.line.set(flag, value);
         Ok(show)
+    }
+
+    fn complete(&mut self, gpu: &Arc<Gpu>) -> Result<Option<Show>, AppError> {
+        if self.is_complete {
+            return Ok(None);
+        }
+        self.is_complete = true;
+        self.show(gpu, &self.config, &|_| {}).map(Some)
     }
 
     fn surround(&mut self, environment: &str) {

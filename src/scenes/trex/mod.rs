@@ -80,6 +80,11 @@ fn key(tile: u32) -> u64 {
     checksum(bytemuck::cast_slice(&sums))
 }
 
+/// What the cache calls it.
+fn kind(tile: u32) -> String {
+    format!("trex-{tile}")
+}
+
 fn generate(tile: u32, progress: &(dyn Fn(f32) + Sync)) -> Result<Baked, TrexError> {
     let (sdf, skin) = (TrexSdf::new(), Skin::new());
     let mut body = cage::build(&sdf)?;
@@ -107,6 +112,12 @@ impl Trex {
         Self::load_from(MapCache::of_user().as_ref(), tile, progress)
     }
 
+    /// Whether one with tiles of so many texels is in the user's cache, so that it need not be made.
+    #[must_use]
+    pub fn is_kept(tile: u32) -> bool {
+        MapCache::of_user().is_some_and(|cache| cache.holds(&kind(tile), key(tile)))
+    }
+
     /// As [`Self::load`], with this cache or none.
     ///
     /// # Errors
@@ -122,7 +133,7 @@ impl Trex {
             let content = baked.to_bytes();
             Ok((baked, content))
         };
-        cache.remember(&format!("trex-{tile}"), key(tile), baked::most_bytes(tile), read, make).map(Self::assemble)
+        cache.remember(&kind(tile), key(tile), baked::most_bytes(tile), read, make).map(Self::assemble)
     }
 
     fn assemble(Baked { body, layout, atlas }: Baked) -> Self {

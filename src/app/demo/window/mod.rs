@@ -346,9 +346,19 @@ impl App<'_> {
             }
             if self.report.frames >= frames {
                 events.exit();
+                return Ok(());
             }
         }
-        Ok(())
+        if self.report.frames == 1 { self.complete() } else { Ok(()) }
+    }
+
+    /// Shows all detail after a first picture that had less.
+    fn complete(&mut self) -> Result<(), AppError> {
+        let Some(open) = &self.open else { return Ok(()) };
+        match self.program.complete(open.painter.gpu())? {
+            Some(show) => self.dress(show),
+            None => Ok(()),
+        }
     }
 
     /// Lays the panel out, and does what is asked for there.
@@ -566,18 +576,25 @@ impl App<'_> {
         &mut self,
         make: impl FnOnce(&mut dyn Program, &Arc<Gpu>) -> Result<Show, AppError>,
     ) -> Result<(), AppError> {
-        let Some(open) = &mut self.open else { return Ok(()) };
+        let Some(open) = &self.open else { return Ok(()) };
         match make(&mut *self.program, open.painter.gpu()) {
-            Ok(show) => {
-                open.painter.dress(show.renderer)?;
-                open.clock.pause();
-                self.scene = show.scene;
-                self.viewer.invalidate();
-                self.pace.interrupt();
-                open.window.request_redraw();
+            Ok(show) => self.dress(show),
+            Err(error) => {
+                self.complain(&error);
+                Ok(())
             }
-            Err(error) => self.complain(&error),
         }
+    }
+
+    /// Shows the same scene with other surfaces, seen as it was.
+    fn dress(&mut self, show: Show) -> Result<(), AppError> {
+        let Some(open) = &mut self.open else { return Ok(()) };
+        open.painter.dress(show.renderer)?;
+        open.clock.pause();
+        self.scene = show.scene;
+        self.viewer.invalidate();
+        self.pace.interrupt();
+        open.window.request_redraw();
         Ok(())
     }
 

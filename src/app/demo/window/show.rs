@@ -105,6 +105,12 @@ pub trait Program {
     /// A scene that has no such choice; files that are wrong; the device has no room for it.
     fn wear(&mut self, gpu: &Arc<Gpu>, material: Option<&Path>) -> Result<Show, AppError>;
 
+    /// The scene that is shown in all detail, if it is not yet.
+    ///
+    /// # Errors
+    /// The device has no room for it; files that are gone.
+    fn complete(&mut self, gpu: &Arc<Gpu>) -> Result<Option<Show>, AppError>;
+
     /// Notes that another environment surrounds the scene.
     fn surround(&mut self, environment: &str);
 
@@ -146,6 +152,10 @@ impl Program for OneScene {
 
     fn wear(&mut self, _gpu: &Arc<Gpu>, _material: Option<&Path>) -> Result<Show, AppError> {
         Err(AppError::Usage("this program shows its scene as it is".to_owned()))
+    }
+
+    fn complete(&mut self, _gpu: &Arc<Gpu>) -> Result<Option<Show>, AppError> {
+        Ok(None)
     }
 
     fn surround(&mut self, _environment: &str) {}
