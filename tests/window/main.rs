@@ -69,9 +69,10 @@ mod linux {
     type Part = fn(&Server);
 
     /// The parts and their names.
-    pub const PARTS: [(&str, Part); 8] = [
+    pub const PARTS: [(&str, Part); 9] = [
         ("user", a_user_looks_around),
         ("frames", a_limited_run_ends),
+        ("complete", after_a_coarse_first_picture_comes_all_detail),
         ("walk", the_demo_goes_along_with_the_walk),
         ("controls", every_control_can_be_clicked),
         ("dropped", what_is_dropped_is_worn),
@@ -369,6 +370,47 @@ mod linux {
     }
 
     /// A measured material is worn by the sphere and by a model; what cannot be worn changes nothing.
+    /// A processor draws a first picture of coarse maps; the next is the one that the copied command makes, which has the maps' own texels.
+    fn after_a_coarse_first_picture_comes_all_detail(server: &Server) {
+        let folder = tempfile::tempdir().unwrap();
+        let arguments =
+            ["--scene", "sphere", "--size", "320x240", "--camera", "near", "--samples", "1", "--panel", "off"];
+        let mut app = App::demo(server, &arguments);
+        app.find_window(server, "leadr");
+        let window = app.window();
+        server.focus(window);
+        app.settles();
+        let shown = server.picture(window);
+        server.tap(b'x');
+        let command = || app.said(1).lines().find_map(|line| Some(line.split_once("leadr capture ")?.1.to_owned()));
+        until(&app, "a command", || command().is_some());
+        let said = command().unwrap();
+        let without_target = said.split(" -o ").next().unwrap();
+        let made = |tile: &str| {
+            let file = folder.path().join(tile).with_extension("png");
+            let mut capture = Command::new(env!("CARGO_BIN_EXE_leadr"));
+            capture
+                .arg("capture")
+                .args(without_target.split_whitespace())
+                .args(["--atlas-tile", tile])
+                .arg("-o")
+                .arg(&file);
+            let output = capture.output().unwrap();
+            assert!(output.status.success(), "{said}: {}", String::from_utf8_lossy(&output.stderr));
+            load_color_srgb8(&file).unwrap()
+        };
+        let apart = |made: &Rgb8Image| {
+            let pairs = shown.iter().zip(&made.texels);
+            pairs.map(|(a, b)| f64::from(a[1].abs_diff(b[1]))).sum::<f64>() / shown.len() as f64
+        };
+        let [coarse, fine] = ["8", "64"].map(|tile| apart(&made(tile)));
+        println!("from the picture with tiles of 8: {coarse:.3} codes, of 64: {fine:.3}");
+        assert!(fine < 0.1 && coarse > 10.0 * fine, "{coarse} {fine}");
+        server.tap(b'q');
+        let (code, _, err) = app.end();
+        assert_eq!(code, Some(0), "{err}");
+    }
+
     fn what_is_dropped_is_worn(server: &Server) {
         let folder = tempfile::tempdir().unwrap();
         let file = |name: &str| folder.path().join(name);
