@@ -20,15 +20,16 @@ const SINK: f64 = 0.15;
 /// Metres along the coast after which the dunes repeat: a multiple of the bends', and of the dry sand's.
 pub const DUNES_PERIOD: f64 = 200.0;
 
-/// Waves that the dunes are made of, none of which is a multiple of another: height in metres, crests along a period, phase by metre from
+/// Waves that the dunes are made of, 29 to 59 m long in all directions, none a multiple of another: height in metres, crests along a period, phase by metre from
 /// the waterline, and phase.
-const HILLS: [(f64, f64, f64, f64); 6] = [
-    (0.30, 4.0, 0.07, 0.0),
-    (0.22, 3.0, -0.11, 2.1),
-    (0.20, 7.0, -0.16, 1.0),
-    (0.20, 2.0, 0.13, 4.0),
-    (0.12, 9.0, 0.05, 5.2),
-    (0.16, 1.0, 0.093, 0.7),
+const HILLS: [(f64, f64, f64, f64); 7] = [
+    (0.30, 3.0, 0.05, 0.0),
+    (0.24, 2.0, -0.11, 2.1),
+    (0.20, 5.0, 0.10, 1.0),
+    (0.18, 1.0, 0.16, 4.0),
+    (0.16, 4.0, -0.17, 5.2),
+    (0.14, 6.0, -0.05, 0.7),
+    (0.14, 2.0, 0.21, 3.0),
 ];
 
 /// The strip from the dry sand into the water.
