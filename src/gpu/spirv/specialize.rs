@@ -263,16 +263,24 @@ impl Function {
         self.places[label as usize].unwrap_or(0)
     }
 
+    /// Where the conditional branch at the end of a block goes whatever happens; none of one that closes a loop, which stays as it is.
+    fn always(&self, module: &[u32], block: usize, globals: &Globals) -> Option<u32> {
+        let i = last_of(module, &self.blocks[block]);
+        match (i.operation == OP_BRANCH_CONDITIONAL).then(|| globals.of(i.words[1]))? {
+            Known::Value(bits) if !self.closes_loop(module, block) => Some(i.words[if bits != 0 { 2 } else { 3 }]),
+            _ => None,
+        }
+    }
+
     /// The labels that a block may go on to. An edge back to the head of a loop is never ruled out: a loop must have one.
     fn targets(&self, module: &[u32], block: usize, globals: &Globals) -> Vec<u32> {
         let i = last_of(module, &self.blocks[block]);
         match i.operation {
             OP_BRANCH => vec![i.words[1]],
-            OP_BRANCH_CONDITIONAL => match globals.of(i.words[1]) {
-                Known::Nothing => Vec::new(),
-                Known::Value(bits) if !self.closes_loop(module, block) => vec![i.words[if bits != 0 { 2 } else { 3 }]],
-                _ => i.words[2..4].to_vec(),
-            },
+            OP_BRANCH_CONDITIONAL if globals.of(i.words[1]) == Known::Nothing => Vec::new(),
+            OP_BRANCH_CONDITIONAL => {
+                self.always(module, block, globals).map_or_else(|| i.words[2..4].to_vec(), |taken| vec![taken])
+            }
             OP_SWITCH => match globals.of(i.words[1]) {
                 Known::Nothing => Vec::new(),
                 Known::Value(bits) => vec![case_of(i.words, bits)],
@@ -367,10 +375,7 @@ impl Function {
 
     /// Whether a block ends in a choice between two ways, one of which is always taken.
     fn is_settled(&self, module: &[u32], block: &Block, globals: &Globals) -> bool {
-        let last = last_of(module, block);
-        last.operation == OP_BRANCH_CONDITIONAL
-            && matches!(globals.of(last.words[1]), Known::Value(_))
-            && !self.closes_loop(module, self.block(block.label))
+        self.always(module, self.block(block.label), globals).is_some()
             && block.merge.is_none_or(|merge| module[merge] & 0xffff == OP_SELECTION_MERGE)
     }
 
@@ -382,6 +387,7 @@ impl Function {
         out: &mut Vec<u32>,
         undefined: &mut impl FnMut(u32) -> u32,
     ) {
+        let always = self.always(module, self.block(block.label), globals);
         let settled = self.is_settled(module, block, globals);
         // A loop whose end is never reached begins anew only by name.
         let lost_end =
@@ -400,13 +406,10 @@ impl Function {
                     out[start] |= ((out.len() - start) as u32) << 16;
                 }
                 OP_SELECTION_MERGE if settled => (),
-                OP_BRANCH_CONDITIONAL
-                    if matches!(globals.of(i.words[1]), Known::Value(_))
-                        && !self.closes_loop(module, self.block(block.label)) =>
-                {
-                    let taken = i.words[if globals.of(i.words[1]) == Known::Value(0) { 3 } else { 2 }];
-                    out.extend([2 << 16 | OP_BRANCH, taken]);
-                }
+                OP_BRANCH_CONDITIONAL => match always {
+                    Some(taken) => out.extend([2 << 16 | OP_BRANCH, taken]),
+                    None => out.extend_from_slice(i.words),
+                },
                 OP_SWITCH => match globals.of(i.words[1]) {
                     // What breaks out of a switch may do so from within others: it stays one.
                     Known::Value(bits) => out.extend([3 << 16 | OP_SWITCH, i.words[1], case_of(i.words, bits)]),

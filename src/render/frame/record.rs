@@ -42,7 +42,8 @@ impl PreparedFrame<'_> {
         let start = Instant::now();
         self.look(&pixels, index)?;
         cpu.prepare += since(start);
-        let mut times = timer.submit(cpu, |passes| self.record_pixels(passes, &pixels))?;
+        let drawn = timer.submit(cpu, |passes| self.record_pixels(passes, &pixels));
+        let mut times = drawn.inspect_err(|_| self.renderer.environment.forget_sky())?;
         if let Some(edges) = edges {
             for image in edges.images(&pixels) {
                 let start = Instant::now();

@@ -154,7 +154,8 @@ impl Renderer {
     /// A failed submission.
     pub fn show_sky(&mut self, sky: &Sky) -> Result<()> {
         let environment = &mut self.environment;
-        self.gpu.submit("sky", |cmd| environment.update_sky(cmd, sky)).map(|_| ())
+        let drawn = self.gpu.submit("sky", |cmd| environment.update_sky(cmd, sky)).map(|_| ());
+        drawn.inspect_err(|_| environment.forget_sky())
     }
 
     /// The light from all around.

@@ -151,6 +151,13 @@ impl Environment {
         true
     }
 
+    /// What was recorded may not have been drawn: the next [`update_sky`](Self::update_sky) draws the sky anew.
+    pub(crate) fn forget_sky(&mut self) {
+        if let Source::Sky { shown, .. } = &mut self.source {
+            *shown = None;
+        }
+    }
+
     /// The second half: makes the mips, the blurred levels and the rest of the irradiance from the finest level.
     #[doc(hidden)]
     pub fn make_mips(&self, cmd: &mut Commands) {
