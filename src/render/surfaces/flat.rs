@@ -115,6 +115,12 @@ mod tests {
         assert!(!is_flat(&bent(|mesh| mesh.texcoords[1][2].y += 0.01)));
         assert!(!is_flat(&bent(|mesh| mesh.texcoords.truncate(1))));
         assert!(!is_flat(&PatchMesh::default()));
+        // What bends has no seam yet; another texture coordinate on one side of an edge is one.
+        assert!(bent(|mesh| mesh.positions[5].z += 0.01).is_seamless());
+        assert!(!bent(|mesh| mesh.texcoords[1][0].y += 0.01).is_seamless());
+        assert!(!bent(|mesh| mesh.texcoords.truncate(1)).is_seamless());
+        assert!(!bent(|mesh| mesh.triangles = true).is_seamless());
+        assert!(!bent(|mesh| mesh.rims = vec![[0, 1]]).is_seamless());
         assert!(!is_plain(&bent(|mesh| mesh.colors[2][3] = 0.4)));
         assert!(!is_plain(&bent(|mesh| mesh.accessibility = vec![1.0, 0.5])));
     }
