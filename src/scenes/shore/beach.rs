@@ -20,8 +20,8 @@ const SINK: f64 = 0.15;
 /// Metres along the coast after which the dunes repeat: a multiple of the bends', and of the dry sand's.
 pub const DUNES_PERIOD: f64 = 200.0;
 
-/// Waves that the dunes are made of, 29 to 59 m long in all directions, none a multiple of another: height in metres, crests along a period, phase by metre from
-/// the waterline, and phase.
+/// Waves that the dunes are made of, 29 to 59 m long in all directions, none a multiple of another: height in metres, crests along a
+/// period, phase by metre from the waterline, and phase.
 const HILLS: [(f64, f64, f64, f64); 7] = [
     (0.30, 3.0, 0.05, 0.0),
     (0.24, 2.0, -0.11, 2.1),
