@@ -203,24 +203,28 @@ impl MaterialFiles {
         Ok(material)
     }
 
-    /// Whether the folder has a picture of one of these roles.
-    fn pictures(&self, roles: &[Role]) -> bool {
-        let folder = self.folder.as_ref().filter(|path| !path.is_file());
-        let folder = folder.and_then(|folder| MaterialFolder::open(folder).ok());
-        roles.iter().any(|&role| folder.as_ref().is_some_and(|folder| folder.picture(role).is_some()))
+    /// Its folder, where it names one that can be read.
+    fn opened(&self) -> Option<MaterialFolder> {
+        let folder = self.folder.as_ref().filter(|path| !path.is_file())?;
+        MaterialFolder::open(folder).ok()
     }
 
     /// Whether it has a relief: `heights`, or the folder's own.
     #[must_use]
     pub fn is_displaced(&self, heights: Option<&Path>) -> bool {
-        heights.is_some() || self.pictures(&[Role::Height])
+        heights.is_some() || self.opened().is_some_and(|folder| folder.picture(Role::Height).is_some())
     }
 
     /// Whether it is a normal map on smooth geometry: normals, and neither `heights` nor a relief of its own or of a detail.
     #[must_use]
     pub fn is_normal_map_alone(&self, heights: Option<&Path>) -> bool {
-        let normals = self.normal_map.is_some() || self.pictures(&[Role::Normal, Role::NormalUp, Role::NormalDown]);
-        normals && !self.is_displaced(heights) && self.detail.detail.is_none()
+        let folder = self.opened();
+        let has = |role| folder.as_ref().is_some_and(|folder| folder.picture(role).is_some());
+        let normals = [Role::Normal, Role::NormalUp, Role::NormalDown].into_iter().any(has);
+        (normals || self.normal_map.is_some())
+            && !has(Role::Height)
+            && heights.is_none()
+            && self.detail.detail.is_none()
     }
 }
 

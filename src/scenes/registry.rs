@@ -341,8 +341,8 @@ impl Scene {
         self.sea.map_or_else(Waves::default, |waves| waves())
     }
 
-    /// The atlas tile of a first picture, which stands long before one with tiles of `tile` texels and looks much like it, since what a map is
-    /// too coarse for is roughness in it. None for scenes without an atlas, and while the finer one would have to be made.
+    /// The atlas tile of a first picture, which stands long before one with tiles of `tile` texels. What it is too coarse for is roughness in it, so
+    /// from where bumps are small it looks the same. None for scenes without an atlas, and while the finer one would have to be made.
     #[must_use]
     pub fn first_tile(&self, tile: u32) -> Option<u32> {
         let at_hand = self.making.is_none() || Trex::is_kept(tile);
