@@ -21,8 +21,10 @@ const uint FLAG_CHARTED = 32u;
 const uint FLAG_MASK = 64u;
 // Its heights are seen along the axes where it is at rest: its patches hold a RestTriangle.
 const uint FLAG_TRIPLANAR = 128u;
+// What could be shown without repeats is shown as it is.
+const uint FLAG_ONE_LOOK = 256u;
 // Above the flags, where edge samples are drawn: their number across a pixel.
-const uint FLAGS_GRID_SHIFT = 8u;
+const uint FLAGS_GRID_SHIFT = 9u;
 // Bits of Object.index above the index: number of its measured material, from 1; dip of a conductor.
 const uint FIT_SHIFT = 8u;
 const uint CONDUCTOR_DIP_SHIFT = 16u;

@@ -11,14 +11,21 @@ struct PlacedLooks {
     vec2 from_a;
     vec2 from_b;
     vec2 from_c;
+    bool whole; // one look everywhere: the map as it is
 };
 
 const TilingLook NO_LOOK = TilingLook(ivec2(0), 0.0, vec2(0.0));
-const PlacedLooks NO_LOOKS = PlacedLooks(TilingLooks(NO_LOOK, NO_LOOK, NO_LOOK), vec2(0.0), vec2(0.0), vec2(0.0));
+const TilingLook WHOLE_LOOK = TilingLook(ivec2(0), 1.0, vec2(0.0));
+const PlacedLooks NO_LOOKS = PlacedLooks(TilingLooks(NO_LOOK, NO_LOOK, NO_LOOK), vec2(0.0), vec2(0.0), vec2(0.0), false);
+const PlacedLooks ONE_LOOK = PlacedLooks(TilingLooks(WHOLE_LOOK, NO_LOOK, NO_LOOK), vec2(0.0), vec2(0.0), vec2(0.0), true);
 
-PlacedLooks placed_looks(vec2 at) {
+// flags: of the object.
+PlacedLooks placed_looks(vec2 at, uint flags) {
+    if ((flags & FLAG_ONE_LOOK) != 0u) {
+        return ONE_LOOK;
+    }
     TilingLooks looks = tiling_looks(at, TILING_CELLS);
-    return PlacedLooks(looks, look_offset(looks.a.corner), look_offset(looks.b.corner), look_offset(looks.c.corner));
+    return PlacedLooks(looks, look_offset(looks.a.corner), look_offset(looks.b.corner), look_offset(looks.c.corner), false);
 }
 
 PlacedLooks merged_at(PlacedLooks looks, float lod) {
@@ -64,8 +71,8 @@ void next_look(inout TapLook now, PlacedLooks looks) {
 }
 
 // What is left of a map's difference from its mean at this level of detail.
-float tiling_part(sampler2D map, float lod) {
-    return tiling_fade(lod, float(textureSize(map, 0).x), TILING_CELLS);
+float tiling_part(PlacedLooks looks, sampler2D map, float lod) {
+    return looks.whole ? 1.0 : tiling_fade(lod, float(textureSize(map, 0).x), TILING_CELLS);
 }
 
 // The mean of a map, in its last level.
@@ -75,7 +82,7 @@ vec4 map_mean(sampler2D map) {
 
 // passing: the slope of the height, by texture coordinate, where one look passes into another: the higher one slopes down.
 float tiled_height(sampler2D heights, PlacedLooks looks, vec2 at, float lod, out vec2 passing) {
-    float mean = map_mean(heights).x, part = tiling_part(heights, lod);
+    float mean = map_mean(heights).x, part = tiling_part(looks, heights, lod);
     passing = vec2(0.0);
     precise float height = mean;
     int count = tiling_count(looks);
@@ -88,9 +95,9 @@ float tiled_height(sampler2D heights, PlacedLooks looks, vec2 at, float lod, out
     return height;
 }
 
-float tiled_height(sampler2D heights, vec2 at, float lod) {
+float tiled_height(sampler2D heights, uint flags, vec2 at, float lod) {
     vec2 passing;
-    return tiled_height(heights, placed_looks(at), at, lod, passing);
+    return tiled_height(heights, placed_looks(at, flags), at, lod, passing);
 }
 
 #endif

@@ -1,6 +1,7 @@
 //! Compute and graphics pipelines.
 
 use std::sync::{Arc, PoisonError, RwLock};
+use std::time::Instant;
 
 use ash::vk;
 
@@ -377,7 +378,9 @@ fn made(
         vk::PipelineCache,
     ) -> std::result::Result<Vec<vk::Pipeline>, (Vec<vk::Pipeline>, vk::Result)>,
 ) -> Result<vk::Pipeline> {
+    let begun = Instant::now();
     let made = gpu.faults().check(DriverCall::Pipeline);
     let made = made.and_then(|()| create(gpu.raw(), gpu.pipeline_cache()).map_err(|(_, result)| result));
+    tracing::trace!("pipeline {name} took the driver {:.1} ms", begun.elapsed().as_secs_f64() * 1e3);
     Ok(made.doing(format!("creating pipeline {name}"))?[0])
 }

@@ -162,9 +162,11 @@ pub enum Tiling {
     /// ([`crate::reflectance::slopes::tiling`]). Of meshes of quads without seams, on which patches have the same texture coordinates where they
     /// meet, and whose maps lie on these coordinates and repeat; others take it for [`Repeats`](Self::Repeats).
     ByExample,
-    /// The same, staying where it is in the world however the mesh moves along itself: on planes wherever that is, on others by whole repeats.
+    /// Side by side as well, by the shaders of [`ByExample`](Self::ByExample), of the same meshes: a scene that has both makes fewer pipelines.
+    OneLook,
+    /// The same as [`ByExample`](Self::ByExample), staying where it is in the world however the mesh moves along itself: on planes wherever that is, on others by whole repeats.
     ByExampleInWorld,
-    /// The same, under the drifts and paths of open ground, which planes alone have.
+    /// The same in the world, under the drifts and paths of open ground, which planes alone have.
     Ground,
 }
 

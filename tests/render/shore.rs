@@ -95,9 +95,10 @@ fn slopes_of_the_swell_match_its_heights_and_foam_stays_below_one() {
 /// The beach and the sea without the animal, seen by `camera` at `time`.
 pub(crate) fn scene(gpu: &TestGpu, camera: Camera) -> (Renderer, impl Fn(f64, &Sky) -> FrameState) {
     let shore = shore();
-    let objects = vec![beach::beach(&shore), beach::dunes(&shore)];
+    let objects = beach::sand(&shore).to_vec();
+    let poses = vec![Pose::REST; objects.len()];
     let renderer = under_sky(gpu, Scene { objects, ocean: Some(sea(&waves())), ..Scene::default() }, 32);
-    let state = move |time, sky: &Sky| FrameState { time, ..FrameState::new(camera, vec![Pose::REST; 2]).under(sky) };
+    let state = move |time, sky: &Sky| FrameState { time, ..FrameState::new(camera, poses.clone()).under(sky) };
     (renderer, state)
 }
 

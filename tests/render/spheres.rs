@@ -1,13 +1,42 @@
 //! Spheres of known roughness, as the renderer filters them.
 
 use crate::common::gpu::{TestGpu, test_gpu};
-use glam::{DVec3, Vec2};
+use crate::common::render::under_sky;
+use glam::{Affine3A, DVec3, Vec2, Vec3};
+use leadr::maps::material::TextureWrap;
 use leadr::reflectance::frame::{frame_about, to_frame};
+use leadr::render::camera::Camera;
 use leadr::render::frame::{Layer, Renderer};
 use leadr::render::light::environment::Environment;
+use leadr::render::light::sky::Sky;
+use leadr::render::scene::{FrameState, Object, Pose};
 use leadr::render::settings::RenderSettings;
-use leadr::scenes::spheres::cell::{Lighting, TURN};
+use leadr::render::surfaces::object::with_same_maps;
+use leadr::scenes::spheres::cell::{Facets, Lighting, TURN};
 use leadr::scenes::spheres::surface::{Detail, Frequency, Surface};
+
+/// Objects whose reliefs differ in how high they are alone have one set of maps, and look as with maps of their own.
+#[test]
+fn reliefs_of_several_heights_share_their_maps() {
+    let Some(gpu) = test_gpu() else { return };
+    let surface = Surface::bake(Vec2::ONE, Frequency::Low, Detail { patches: 2, tile: 16 });
+    let sphere = |height: f32| surface.object("sphere", height, Facets::Diffuse);
+    // What lies beyond the edges of tiles is said once more, in other words.
+    let told = |object: Object| Object { slope_wrap: Some([TextureWrap::Clamp; 2]), ..object };
+    let alike = vec![sphere(0.1), sphere(0.3), sphere(-0.2), sphere(0.2)];
+    let apart = vec![sphere(0.1), told(sphere(0.3)), sphere(-0.2), sphere(0.2)];
+    assert_eq!(with_same_maps(&alike), [None, Some(0), None, Some(0)]);
+    assert_eq!(with_same_maps(&apart), [None, None, None, Some(0)]);
+    let camera = Camera::looking_at(Vec3::new(3.0, -14.0, 3.0), Vec3::new(3.0, 0.0, 0.0), 40.0);
+    let poses = (0..4).map(|i| Pose::Rigid(Affine3A::from_translation(Vec3::X * 2.1 * i as f32))).collect();
+    let state = FrameState::new(camera, poses).under(&Sky::default());
+    let settings = RenderSettings { size: (96, 32), ..RenderSettings::default() };
+    let [shared, own] =
+        [alike, apart].map(|objects| under_sky(&gpu, objects, 16).render(&state, &settings).unwrap().color);
+    assert_eq!(shared, own);
+    let other = vec![sphere(0.1), sphere(0.1), sphere(-0.2), sphere(0.2)];
+    assert_ne!(under_sky(&gpu, other, 16).render(&state, &settings).unwrap().color, own, "heights count");
+}
 
 /// Mean over the disc of covariance and mean slope squared along (ω_θ, ω_φ) at the table's distance, with the LOD.
 fn filtered(gpu: &TestGpu, surface: &Surface, sigma: Vec2, size: u32) -> ([f64; 3], [f64; 2], f64) {

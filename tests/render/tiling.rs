@@ -12,7 +12,7 @@ use leadr::render::settings::RenderSettings;
 use leadr::render::surfaces::displacement::{Border, HeightField};
 use leadr::scenes::ground::ground;
 use leadr::scenes::plane::{even, plane};
-use leadr::scenes::shore::sand::{DRY_REPEAT, dry};
+use leadr::scenes::shore::sand::{SQUARE, dry};
 
 fn settings(size: u32) -> RenderSettings {
     RenderSettings { size: (size, size), samples: 1, shadows: false, ..Default::default() }
@@ -30,7 +30,7 @@ fn pixels_of_a_plane_by_example_have_the_statistics_of_its_map() {
     let Some(gpu) = test_gpu() else { return };
     let bumps = procedural::gaussian(256, 256, 4, 0.05, 0.01);
     let sand = dry();
-    let heights = sand.heights.iter().map(|metres| metres / DRY_REPEAT).collect();
+    let heights = sand.heights.iter().map(|metres| metres / SQUARE).collect();
     let sand = HeightMap::new(sand.width, sand.height, heights).unwrap();
     for (name, map) in [("bumps", bumps), ("sand", sand)] {
         let whole = LeadrMap::new(&map, Wrap::Repeat).mean();
@@ -73,6 +73,7 @@ fn the_ground_does_not_repeat_itself() {
         [[32, 0], [0, 32]].map(|lag| repetition(&picture, lag)).into_iter().fold(f64::MIN, f64::max)
     };
     let (repeats, ground) = (seen(Tiling::Repeats), seen(Tiling::Ground));
+    println!("side by side {repeats:.2}, without repeats {ground:.2}");
     assert!(repeats > 0.6, "{repeats}");
     assert!(ground < 0.3, "{ground}");
 }
@@ -97,11 +98,11 @@ fn the_ground_stays_in_the_world() {
 }
 
 /// Metres after which the hills of [`sand`] repeat.
-const HILLS: f32 = 2.0 * DRY_REPEAT;
+const HILLS: f32 = 2.0 * SQUARE;
 
 /// The dry sand of the shore on low hills.
 fn sand(tiling: Tiling) -> Object {
-    let mut mesh = plane(2.0 * HILLS, 64, DRY_REPEAT, [1.0; 4], even);
+    let mut mesh = plane(2.0 * HILLS, 64, SQUARE, [1.0; 4], even);
     mesh.flat_repeat = None;
     let turn = std::f32::consts::TAU / HILLS;
     for (position, normal) in mesh.positions.iter_mut().zip(&mut mesh.normals) {
@@ -133,6 +134,30 @@ fn sand_on_hills_does_not_repeat_itself() {
     println!("side by side {repeats:.2}, by example {alone:.2}");
     assert!(repeats > 0.6, "{repeats}");
     assert!(alone < 0.3, "{alone}");
+}
+
+/// One look everywhere is the map side by side, drawn by other shaders.
+#[test]
+fn one_look_is_the_map_as_it_is() {
+    let Some(gpu) = test_gpu() else { return };
+    let seen = |tiling: Tiling, layer: Layer| {
+        let mut renderer = under_sky(&gpu, vec![sand(tiling)], 16);
+        renderer.render(&FrameState::new(from_above(12.0), vec![Pose::REST]), &settings(96)).unwrap();
+        renderer.layer(layer).unwrap()
+    };
+    for layer in [Layer::Albedo, Layer::MeanSlope, Layer::Covariance, Layer::Depth] {
+        let [repeats, one, example] =
+            [Tiling::Repeats, Tiling::OneLook, Tiling::ByExample].map(|tiling| seen(tiling, layer));
+        let apart = |other: &[[f32; 4]]| {
+            let square = |(a, b): (&[f32; 4], &[f32; 4])| (0..4).map(|i| (a[i] - b[i]).powi(2)).sum::<f32>();
+            (repeats.iter().zip(other).map(square).sum::<f32>() / other.len() as f32).sqrt()
+        };
+        let (one, example) = (apart(&one), apart(&example));
+        println!("{layer:?}: one look {one:.1e}, by example {example:.1e}");
+        // Heights along the edges of patches are looked up there, and baked where maps lie side by side.
+        let most = if layer == Layer::Depth { 0.05 } else { 1e-3 };
+        assert!(one < most * example, "{layer:?}: {one:e} of {example:e}");
+    }
 }
 
 /// A mesh of hills that follows somebody by whole repeats of them leaves its sand where it is.

@@ -265,7 +265,7 @@ vec2 tiling_shift() {
 void filter_tiled_moments(Footprint footprint, PlacedLooks looks, vec2 texcoord, vec2 passing, inout Means means) {
     vec2 mean = vec2(0.0);
     vec3 second = vec3(0.0);
-    float part = FINEST_LEVEL ? 1.0 : tiling_part(moments_a, footprint.lod);
+    float part = FINEST_LEVEL ? 1.0 : tiling_part(looks, moments_a, footprint.lod);
     looks = merged_at(looks, footprint.level);
     vec2 per_texel = 1.0 / vec2(textureSize(moments_a, 0)), middle = texcoord + tiling_shift();
     SlopeMoments blend = SlopeMoments(passing, vec3(0.0));
@@ -386,7 +386,7 @@ void filter_tiled_material(Footprint footprint, PlacedLooks looks, vec2 texcoord
     vec3 f0 = vec3(0.0), f0_mean = REFLECTS_BY_MAP ? map_mean(f0_map).rgb : vec3(0.0);
     vec3 mixed = vec3(0.0), mixed_mean = MIXED_ROUGHNESS ? map_mean(mixed_map).rgb : vec3(0.0);
     float skipped = USES_RELIEF_COLOR && (COLOR_BY_HEIGHT || COLOR_BY_SLOPE) ? skipped_levels() : 0.0;
-    float part = FINEST_LEVEL ? 1.0 : tiling_part(color_map, footprint.lod);
+    float part = FINEST_LEVEL ? 1.0 : tiling_part(looks, color_map, footprint.lod);
     looks = merged_at(looks, footprint.level);
     vec2 per_texel = 1.0 / vec2(textureSize(color_map, 0)), middle = texcoord + tiling_shift();
     for (TapLook now = first_look(looks); now.tap < footprint.taps; next_look(now, looks)) {
@@ -614,7 +614,7 @@ FilteredSurface filtered_mesh(ivec2 pixel, vec2 at, uvec4 seen, out float area) 
     PlacedLooks looks = NO_LOOKS;
     vec2 passing = vec2(0.0);
     if (BY_EXAMPLE) {
-        looks = placed_looks(surface.texcoord + tiling_shift());
+        looks = placed_looks(surface.texcoord + tiling_shift(), object.flags);
     }
     if (DISPLACED && RELIEF_DRAWN && (!TRIANGLES || surface.slopes > 0.0) && !FINEST_LEVEL && grid == 0u) {
         float longest = sqrt(max(dot(dx, dx), dot(dy, dy)));

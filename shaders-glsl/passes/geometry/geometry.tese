@@ -104,7 +104,7 @@ void main() {
         }
     }
     if (BY_EXAMPLE) {
-        height = tiled_height(height_map, tiled_at + vec2(object.shift[0], object.shift[1]), tiled_lod);
+        height = tiled_height(height_map, object.flags, tiled_at + vec2(object.shift[0], object.shift[1]), tiled_lod);
     }
     precise float scaled = height * object.height_scale;
     precise vec3 displaced_position = position + normal * scaled;

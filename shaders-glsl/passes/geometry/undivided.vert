@@ -26,7 +26,7 @@ void main() {
     vec2 place = vec2(corner == 1u || corner == 2u ? 1.0 : 0.0, corner >= 2u ? 1.0 : 0.0);
     float height = (object.flags & FLAG_DISPLACED) != 0u ? vertex_height(index) : 0.0;
     if (BY_EXAMPLE) {
-        height = tiled_height(height_map, patch_texcoord(data, place.x, place.y).at + vec2(object.shift[0], object.shift[1]), height);
+        height = tiled_height(height_map, object.flags, patch_texcoord(data, place.x, place.y).at + vec2(object.shift[0], object.shift[1]), height);
     }
     precise float scaled = height * object.height_scale;
     precise vec3 displaced_position = vertex.position.xyz + normal * scaled;

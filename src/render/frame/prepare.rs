@@ -10,7 +10,6 @@ use crate::gpu::{Buffer, GpuError, Memory, Result};
 use crate::render::passes::accumulate::PartsKind;
 use crate::render::passes::edges::{JoinKind, edge_grid};
 use crate::render::passes::filter::FilterInto;
-use crate::render::passes::geometry::CasterKinds;
 use crate::render::passes::reference::{ReferenceKind, ReliefLights};
 use crate::render::passes::shade::{Edges, LightingGpu, ShadeKind, suns_of};
 use crate::render::passes::shadow::{ShadowView, map_size};
@@ -47,7 +46,7 @@ impl Renderer {
         let settings = RenderSettings { tessellation, ..*settings };
         let demands = Demands {
             relief: self.surfaces.iter().any(|surface| surface.has_relief(state)),
-            casters: self.surfaces.iter().any(|surface| surface.casts_shadows()),
+            casters: !self.casters.is_empty(),
             bases: self.surfaces.iter().fold(Bases::default(), |all, surface| all.and(surface.bases())),
             relief_color: self.surfaces.iter().any(|surface| surface.has_relief_color()),
         };
@@ -112,11 +111,6 @@ impl Renderer {
         }
     }
 
-    /// What there is among whatever throws shadows.
-    fn caster_kinds(&self) -> CasterKinds {
-        self.surfaces.iter().fold(CasterKinds::default(), |all, surface| all.or(surface.caster_kinds()))
-    }
-
     /// The targets of the last frame if they suit, or new ones.
     fn targets_for(
         &mut self,
@@ -163,7 +157,7 @@ impl Renderer {
                 terms: settings.shading.terms(),
                 facet_frame: settings.shading.facet_frame(),
                 bases: kind.bases,
-                casters: self.caster_kinds(),
+                casters: self.casters,
                 displaced: settings.displacement,
                 height_field: lights.is_height_field(),
                 drawn: lights.are_drawn(),
@@ -171,7 +165,6 @@ impl Renderer {
             let pass = self.pipelines.reference(&self.gpu, kind)?;
             return Ok(Light::Relief { pass, lights: Box::new(lights) });
         }
-        self.common.shadow.prepare_casters(&self.gpu, self.caster_kinds())?;
         let spheres: Vec<Sphere> = casters(surfaces).into_iter().map(PosedObject::bounds).collect();
         let size = map_size(settings.size);
         let shadows: Vec<ShadowView> = match Sphere::enclosing(&spheres).filter(|_| settings.shadows) {

@@ -16,6 +16,7 @@ use crate::render::light::environment::Environment;
 use crate::render::light::irradiance::IrradiancePass;
 use crate::render::light::sky::Sky;
 use crate::render::passes::CommonPasses;
+use crate::render::passes::geometry::CasterKinds;
 use crate::render::scene::{FrameState, Scene};
 use crate::render::settings::RenderSettings;
 use crate::render::surfaces::fits::Fits;
@@ -26,6 +27,8 @@ pub struct Renderer {
     pub(super) gpu: Arc<Gpu>,
     /// The kinds of surfaces, in the order in which they are drawn.
     pub(super) surfaces: Vec<Box<dyn Surface>>,
+    /// What there is among them that throws shadows.
+    pub(super) casters: CasterKinds,
     pub(super) environment: Environment,
     pub(super) irradiance: IrradiancePass,
     /// What large shapes hide of the surroundings.
@@ -67,7 +70,7 @@ impl Renderer {
     /// More objects than `MAX_OBJECTS`, unusable waves, memory that is short, or
     /// a Vulkan call that failed.
     pub fn new(gpu: &Arc<Gpu>, scene: impl Into<Scene>, environment: Environment) -> Result<Self> {
-        Self::with(gpu, scene.into(), environment, |_, _| Ok(()))
+        Self::with(gpu, scene.into(), environment, None)
     }
 
     /// Uploads a scene, and meanwhile makes the pipelines of frames like this one, which take drivers up to half a second; the first
@@ -82,39 +85,59 @@ impl Renderer {
         state: &FrameState,
         settings: &RenderSettings,
     ) -> Result<Self> {
-        Self::with(gpu, scene.into(), environment, |environment, pipelines| {
-            let demands = Demands {
-                relief: pipelines.have_relief(state),
-                casters: pipelines.cast_shadows(),
-                bases: pipelines.bases(),
-                relief_color: pipelines.have_relief_color(),
-            };
-            let kind = shade_kind(state, settings, environment, demands);
-            let (settings, drawing) = drawing(*settings, kind, Purpose::Picture);
-            pipelines.prepare(state, &settings, drawing).map(|_| ())
-        })
+        Self::with(gpu, scene.into(), environment, Some((state, settings)))
     }
 
+    /// `first`: a frame for which pipelines are made.
     fn with(
         gpu: &Arc<Gpu>,
         Scene { objects, ocean, cache, map_precision }: Scene,
         environment: Environment,
-        meanwhile: impl FnOnce(&Environment, &mut MeshPipelines) -> Result<()> + Send,
+        first: Option<(&FrameState, &RenderSettings)>,
     ) -> Result<Self> {
         let pipelines = MeshPipelines::of(gpu, &objects);
+        let casters = pipelines.casters();
+        let first = first.map(|(state, settings)| {
+            let demands = Demands {
+                relief: pipelines.have_relief(state),
+                casters: !casters.is_empty(),
+                bases: pipelines.bases(),
+                relief_color: pipelines.have_relief_color(),
+            };
+            let kind = shade_kind(state, settings, &environment, demands);
+            (state, drawing(*settings, kind, Purpose::Picture))
+        });
         let fits = Fits::of(&objects)?;
         let upload = Upload { cache: cache.as_ref(), format: map_precision, fits: &fits };
-        let meshes = Meshes::new(pipelines, objects, upload, |pipelines| meanwhile(&environment, pipelines))?;
-        let mut surfaces: Vec<Box<dyn Surface>> = vec![Box::new(meshes)];
-        if let Some(ocean) = ocean {
-            surfaces.push(Box::new(Sea::new(gpu, ocean)?));
+        let of_meshes = |pipelines: &mut MeshPipelines| match &first {
+            Some((state, (settings, drawing))) => pipelines.prepare(state, settings, *drawing).map(|_| ()),
+            None => Ok(()),
+        };
+        let sea = |ocean| {
+            let mut sea = Sea::new(gpu, ocean)?;
+            if let Some((_, (settings, drawing))) = &first {
+                sea.make_pipelines(settings, *drawing)?;
+            }
+            Ok(sea)
+        };
+        let passes = || Ok((IrradiancePass::with_fits(gpu, &fits.words())?, CommonPasses::new(gpu, casters)?));
+        // Meshes last: they are many pieces of work, which fill the time that one thread would wait for another.
+        let ((sea, passes), meshes) = rayon::join(
+            || rayon::join(|| ocean.map(sea).transpose(), passes),
+            || Meshes::new(pipelines, objects, upload, of_meshes),
+        );
+        let (irradiance, common) = passes?;
+        let mut surfaces: Vec<Box<dyn Surface>> = vec![Box::new(meshes?)];
+        if let Some(sea) = sea? {
+            surfaces.push(Box::new(sea));
         }
         Ok(Self {
             surfaces,
+            casters,
             environment,
-            irradiance: IrradiancePass::with_fits(gpu, &fits.words())?,
+            irradiance,
             sky: SkyPast::default(),
-            common: CommonPasses::new(gpu)?,
+            common,
             pipelines: Pipelines::default(),
             lighting: Pool::default(),
             timer: PassTimer::new(gpu)?,

@@ -68,43 +68,84 @@ pub(crate) struct PatchPipelines(Vec<(DrawnAs, PipelineSet)>);
 /// The fragment stage of depths of surfaces with holes.
 pub(crate) const DEPTH_OF_HOLES: &str = "passes/geometry/depth_holes.frag";
 
-/// What tells the pipelines of surfaces apart, beside how they are divided.
+/// How the patches of a surface are divided.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) enum Shape {
+    /// Quads of any shape.
+    #[default]
+    Curved,
+    /// Quads of a plane.
+    Flat,
+    /// Triangles.
+    Triangles,
+}
+
+impl Shape {
+    const ALL: [Self; 3] = [Self::Curved, Self::Flat, Self::Triangles];
+}
+
+/// What tells the pipelines of surfaces apart.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct DrawnAs {
     /// Only the front is drawn.
     pub front_only: bool,
     /// It has holes.
     pub holes: bool,
-    /// Its maps are shown without their repeats.
+    /// Its maps are shown by the shaders that show them without their repeats.
     pub by_example: bool,
+    /// How its patches are divided.
+    pub shape: Shape,
 }
 
 impl DrawnAs {
-    /// Casters of these kinds: both their sides throw shadows.
-    pub fn casters(kinds: CasterKinds) -> impl Iterator<Item = Self> {
-        let CasterKinds { holes, by_example } = kinds;
-        let drawn = |holes, by_example| Self { holes, by_example, front_only: false };
-        [(holes, false), (false, by_example), (holes && by_example, holes && by_example)]
-            .into_iter()
-            .filter(|&(holes, by_example)| holes || by_example)
-            .map(move |(holes, by_example)| drawn(holes, by_example))
+    /// Surfaces of a kind whose both sides are drawn.
+    fn both_sides(kind: SurfaceKind) -> Self {
+        let shape = match kind {
+            SurfaceKind { flat: true, .. } => Shape::Flat,
+            SurfaceKind { triangles: true, .. } => Shape::Triangles,
+            _ => Shape::Curved,
+        };
+        let (holes, by_example) = (kind.has.holes.is_some(), kind.displaced_by_example());
+        Self { front_only: false, holes, by_example, shape }
     }
 }
 
-/// What there is among the casters of a scene that is not drawn as others are.
+/// What there is among the casters of a scene: both their sides throw shadows.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct CasterKinds {
-    /// Some have holes.
-    pub holes: bool,
-    /// The maps of some are shown without their repeats.
-    pub by_example: bool,
+    /// A bit for each of [`all`](Self::all).
+    present: u16,
 }
 
 impl CasterKinds {
+    /// All that there can be.
+    fn all() -> impl Iterator<Item = DrawnAs> {
+        let tiled = |shape| [false, true].map(|by_example| (shape, by_example));
+        let drawn = |(shape, by_example), holes| DrawnAs { front_only: false, holes, by_example, shape };
+        Shape::ALL.into_iter().flat_map(tiled).flat_map(move |tiled| [false, true].map(|holes| drawn(tiled, holes)))
+    }
+
+    /// A caster of such a kind.
+    #[must_use]
+    pub fn of(kind: SurfaceKind) -> Self {
+        let drawn = DrawnAs::both_sides(kind);
+        Self { present: Self::all().position(|other| other == drawn).map_or(0, |bit| 1 << bit) }
+    }
+
     /// What there is in either.
     #[must_use]
     pub fn or(self, other: Self) -> Self {
-        Self { holes: self.holes || other.holes, by_example: self.by_example || other.by_example }
+        Self { present: self.present | other.present }
+    }
+
+    /// Whether there is none.
+    #[must_use]
+    pub fn is_empty(self) -> bool {
+        self.present == 0
+    }
+
+    pub(crate) fn iter(self) -> impl Iterator<Item = DrawnAs> {
+        Self::all().enumerate().filter(move |(bit, _)| self.present >> bit & 1 == 1).map(|(_, drawn)| drawn)
     }
 }
 
@@ -120,15 +161,14 @@ pub(crate) enum PatchMode {
 #[derive(Clone)]
 struct PipelineSet {
     undivided: GraphicsPipeline,
-    curved: GraphicsPipeline,
-    flat: GraphicsPipeline,
-    triangles: GraphicsPipeline,
-    at_texels: GraphicsPipeline,
+    divided: GraphicsPipeline,
+    /// With a vertex at each texel of the heights; of planes alone.
+    at_texels: Option<GraphicsPipeline>,
 }
 
 impl PatchPipelines {
-    /// Pipelines whose vertex and tessellation stages are those of patches, for surfaces without holes that are seen from both sides and
-    /// for others. `holes`: the fragment stage of what has holes.
+    /// Pipelines whose vertex and tessellation stages are those of patches, for surfaces of these kinds. `holes`: the fragment stage of what
+    /// has holes.
     ///
     /// # Errors
     /// A failed pipeline.
@@ -137,10 +177,10 @@ impl PatchPipelines {
         name: &str,
         desc: &GraphicsDesc<'_>,
         holes: &str,
-        others: impl Iterator<Item = DrawnAs>,
+        kinds: impl Iterator<Item = DrawnAs>,
     ) -> Result<Self> {
         let mut sets = Vec::new();
-        for drawn in std::iter::once(DrawnAs::default()).chain(others) {
+        for drawn in kinds {
             if sets.iter().any(|(other, _)| *other == drawn) {
                 continue;
             }
@@ -154,27 +194,27 @@ impl PatchPipelines {
                     .concat();
             let structs = [&GEOMETRY_STRUCTS[..], if drawn.holes { &[ChartsGpu::LAYOUT] } else { &[] }].concat();
             let desc = GraphicsDesc { fragment, front_only: drawn.front_only, spec: &spec, structs: &structs, ..*desc };
-            sets.push((drawn, PipelineSet::new(gpu, name, &desc, drawn.by_example)?));
+            sets.push((drawn, PipelineSet::new(gpu, name, &desc, drawn.shape)?));
         }
         Ok(Self(sets))
     }
 
-    /// Binds and draws one object.
+    /// Binds and draws one object, which is of one of the kinds that it was made for.
     pub(crate) fn draw(&self, cmd: &mut Commands, drawn: DrawnObject<'_>, mode: PatchMode) {
         let kind = drawn.posed.object.kind;
         let front_only = kind.front_only && mode == PatchMode::Seen { mark_inside: false };
-        let wanted = DrawnAs { front_only, holes: kind.has.holes.is_some(), by_example: kind.displaced_by_example() };
-        let found = self.0.iter().find(|(drawn, _)| *drawn == wanted).or(self.0.first());
-        if let Some((drawn_as, set)) = found {
-            set.draw(cmd, drawn, drawn_as.holes, mode == PatchMode::Seen { mark_inside: true });
+        let wanted = DrawnAs { front_only, ..DrawnAs::both_sides(kind) };
+        let found = self.0.iter().find(|(drawn, _)| *drawn == wanted);
+        debug_assert!(found.is_some(), "no pipelines draw {wanted:?}");
+        if let Some((_, set)) = found {
+            set.draw(cmd, drawn, wanted.holes, mode == PatchMode::Seen { mark_inside: true });
         }
     }
 }
 
 impl PipelineSet {
-    /// `quads`: whether they draw no triangles.
-    fn new(gpu: &Arc<Gpu>, name: &str, desc: &GraphicsDesc<'_>, quads: bool) -> Result<Self> {
-        let divided = |kind: &str, flat: bool, at_texels: bool| {
+    fn new(gpu: &Arc<Gpu>, name: &str, desc: &GraphicsDesc<'_>, shape: Shape) -> Result<Self> {
+        let quads = |kind: &str, flat: bool, at_texels: bool| {
             let divided = GraphicsDesc {
                 vertex: "passes/geometry/geometry.vert",
                 tessellation: Some(["passes/geometry/geometry.tesc", "passes/geometry/geometry.tese"]),
@@ -195,17 +235,17 @@ impl PipelineSet {
             ..*desc
         };
         let undivided = GraphicsDesc { vertex: "passes/geometry/undivided.vert", ..*desc };
-        let curved = divided("curved", false, false)?;
         Ok(Self {
             undivided: GraphicsPipeline::new(gpu, &format!("{name}, undivided"), &undivided)?,
-            triangles: if quads {
-                curved.clone()
-            } else {
-                GraphicsPipeline::new(gpu, &format!("{name}, triangles"), &triangles)?
+            divided: match shape {
+                Shape::Curved => quads("curved", false, false)?,
+                Shape::Flat => quads("flat", true, false)?,
+                Shape::Triangles => GraphicsPipeline::new(gpu, &format!("{name}, triangles"), &triangles)?,
             },
-            curved,
-            flat: divided("flat", true, false)?,
-            at_texels: divided("at texels", true, true)?,
+            at_texels: match shape {
+                Shape::Flat => Some(quads("at texels", true, true)?),
+                Shape::Curved | Shape::Triangles => None,
+            },
         })
     }
 
@@ -227,13 +267,9 @@ impl PipelineSet {
             bindings.push(("Charts", Descriptor::Storage(&object.maps.charts)));
             bindings.push(("opacity_map", Descriptor::Sampled(object.maps.material.opacity.whole(), sampler)));
         }
-        let pipeline = match object.kind {
-            _ if view.at_texels => &self.at_texels,
-            kind if kind.flat => &self.flat,
-            kind if kind.triangles => &self.triangles,
-            _ => &self.curved,
-        };
-        let draws = [(&self.undivided, &view.draws.undivided, 6), (pipeline, &view.draws.divided, 4)];
+        let at_texels = self.at_texels.as_ref().filter(|_| view.at_texels);
+        let divided = at_texels.unwrap_or(&self.divided);
+        let draws = [(&self.undivided, &view.draws.undivided, 6), (divided, &view.draws.divided, 4)];
         for (pipeline, draws, vertices) in draws.into_iter().filter(|(_, draws, _)| !draws.is_empty()) {
             cmd.bind(pipeline, &bindings);
             cmd.push_constants(&object.constants(*height_scale, mark_inside, posed.tiling_shift()));
@@ -268,13 +304,13 @@ impl GeometryPass {
             GeometryKind::Edges => "geometry of edges",
             GeometryKind::Wires => "wires",
         };
-        let others = objects.iter().flat_map(|kind| {
-            let holes = kind.has.holes.is_some();
-            // Backs are drawn where they are to be marked.
-            let by_example = kind.displaced_by_example();
-            [kind.front_only, false].map(|front_only| DrawnAs { front_only, holes, by_example })
-        });
-        Ok(Self(PatchPipelines::new(gpu, name, &desc, "passes/geometry/geometry_holes.frag", others)?))
+        // Backs are drawn where they are to be marked.
+        let sides = |kind: &SurfaceKind| {
+            let both = DrawnAs::both_sides(*kind);
+            [kind.front_only, false].map(|front_only| DrawnAs { front_only, ..both })
+        };
+        let kinds = objects.iter().flat_map(sides);
+        Ok(Self(PatchPipelines::new(gpu, name, &desc, "passes/geometry/geometry_holes.frag", kinds)?))
     }
 
     /// Draws objects into the begun targets; `mark_inside` paints back faces in a marker colour.

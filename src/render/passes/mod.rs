@@ -33,13 +33,13 @@ pub struct CommonPasses {
 }
 
 impl CommonPasses {
-    /// Makes the passes.
+    /// Makes the passes of a scene with such casters.
     ///
     /// # Errors
     /// A failed pipeline, or memory that is short.
-    pub fn new(gpu: &Arc<Gpu>) -> Result<Self> {
+    pub fn new(gpu: &Arc<Gpu>, casters: geometry::CasterKinds) -> Result<Self> {
         Ok(Self {
-            shadow: shadow::ShadowPass::new(gpu)?,
+            shadow: shadow::ShadowPass::new(gpu, casters)?,
             tiles: tiles::TilePass::new(gpu)?,
             objects: object_depth::ObjectDepthPass::new(gpu)?,
             edges: edges::EdgePass::new(gpu)?,

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use ash::vk;
 use glam::{Vec2, Vec3};
 
-use super::geometry::{CasterKinds, DEPTH_OF_HOLES, DrawnAs, PatchMode, PatchPipelines, guard_band};
+use super::geometry::{CasterKinds, DEPTH_OF_HOLES, PatchMode, PatchPipelines, guard_band};
 use super::shadow::ShadowView;
 use crate::gpu::{Commands, Depth, DepthTarget, Gpu, GraphicsDesc, Image, ImageDesc, ImageView, Result, Use};
 use crate::render::surfaces::divided::{DividedObject, DivisionBuffers};
@@ -72,8 +72,7 @@ impl ReliefShadowPass {
     /// A failed pipeline.
     pub fn new(gpu: &Arc<Gpu>, kinds: CasterKinds) -> Result<Self> {
         let desc = GraphicsDesc { depth: Some(Depth::default()), ..Default::default() };
-        let casters = DrawnAs::casters(kinds);
-        Ok(Self { pipelines: PatchPipelines::new(gpu, "relief shadow", &desc, DEPTH_OF_HOLES, casters)? })
+        Ok(Self { pipelines: PatchPipelines::new(gpu, "relief shadow", &desc, DEPTH_OF_HOLES, kinds.iter())? })
     }
 
     /// Draws the maps as they were last pointed, and leaves them readable. `casters` are those for which the maps were

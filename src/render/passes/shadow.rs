@@ -5,7 +5,7 @@ use std::sync::Arc;
 use ash::vk;
 use glam::{Mat4, Vec2, Vec3, Vec4};
 
-use super::geometry::{CasterKinds, DEPTH_OF_HOLES, DrawnAs, PatchMode, PatchPipelines, guard_band};
+use super::geometry::{CasterKinds, DEPTH_OF_HOLES, PatchMode, PatchPipelines, guard_band};
 use crate::gpu::{Commands, Depth, DepthTarget, Gpu, GraphicsDesc, Image, ImageDesc, ImageView, Result, Use};
 use crate::render::surfaces::object_view::{DrawnObject, Viewpoint};
 use crate::render::surfaces::sphere::Sphere;
@@ -137,7 +137,6 @@ pub fn map_size((width, height): (u32, u32)) -> u32 {
 /// The pipelines of the pass, and the maps made so far.
 pub struct ShadowPass {
     pipelines: PatchPipelines,
-    kinds: CasterKinds,
     maps: Vec<ShadowMaps>,
 }
 
@@ -165,31 +164,15 @@ impl ShadowMaps {
 }
 
 impl ShadowPass {
-    /// The pass.
+    /// The pass, for such casters.
     ///
     /// # Errors
     /// A failed pipeline.
-    pub fn new(gpu: &Arc<Gpu>) -> Result<Self> {
-        let kinds = CasterKinds::default();
-        Ok(Self { pipelines: Self::pipelines(gpu, kinds)?, kinds, maps: Vec::new() })
-    }
-
-    fn pipelines(gpu: &Arc<Gpu>, kinds: CasterKinds) -> Result<PatchPipelines> {
+    pub fn new(gpu: &Arc<Gpu>, kinds: CasterKinds) -> Result<Self> {
         let desc =
             GraphicsDesc { depth: Some(Depth { bias: Some([-2.0, -2.0]), ..Depth::default() }), ..Default::default() };
-        PatchPipelines::new(gpu, "shadow", &desc, DEPTH_OF_HOLES, DrawnAs::casters(kinds))
-    }
-
-    /// Makes what draws such casters, unless that was done.
-    ///
-    /// # Errors
-    /// A failed pipeline.
-    pub fn prepare_casters(&mut self, gpu: &Arc<Gpu>, kinds: CasterKinds) -> Result<()> {
-        let all = self.kinds.or(kinds);
-        if all != self.kinds {
-            (self.pipelines, self.kinds) = (Self::pipelines(gpu, all)?, all);
-        }
-        Ok(())
+        let pipelines = PatchPipelines::new(gpu, "shadow", &desc, DEPTH_OF_HOLES, kinds.iter())?;
+        Ok(Self { pipelines, maps: Vec::new() })
     }
 
     /// Maps of `size`² texels for so many lights, which frames share; without any a single texel that nothing reads.

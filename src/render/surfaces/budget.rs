@@ -4,6 +4,7 @@
 use super::atlas::levels::CoarseShape;
 use super::displacement::Border;
 use super::moments::MomentFormat;
+use super::object::with_same_maps;
 use super::relief_color::{ReliefColors, skipped_levels};
 use crate::gpu::{Gpu, MemoryRoom, Result};
 use crate::render::scene::Object;
@@ -67,7 +68,8 @@ fn largest_image(object: &Object, format: MomentFormat) -> u64 {
 
 /// Bytes that a scene of these objects needs; none without maps.
 fn needed(objects: &[Object], format: MomentFormat) -> u64 {
-    let maps: u64 = objects.iter().map(|object| map_bytes(object, format)).sum();
+    let own = objects.iter().zip(with_same_maps(objects)).filter(|(_, earlier)| earlier.is_none());
+    let maps: u64 = own.map(|(object, _)| map_bytes(object, format)).sum();
     if maps == 0 { 0 } else { maps + RESERVE }
 }
 

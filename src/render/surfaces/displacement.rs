@@ -59,21 +59,30 @@ impl HeightField {
         self.texels[index(y, self.height) * self.width as usize + index(x, self.width)]
     }
 
+    /// The texels beside a place along an axis of `n` texels, and how far it is on its way from the first to the second.
+    fn beside(&self, place: f32, n: u32) -> ([usize; 2], f32) {
+        // Many millions of these: `floor` is a call on processors that are only known to have SSE2.
+        let toward_zero = place as i32;
+        let cell = toward_zero.saturating_sub(i32::from(place < toward_zero as f32));
+        let (next, last) = (cell.saturating_add(1), n as i32 - 1);
+        let texels = match self.border {
+            _ if cell >= 0 && next <= last => [cell, next],
+            Border::Wrap => [cell, next].map(|i| i.rem_euclid(last + 1)),
+            Border::Clamp | Border::Tiles(_) => [cell, next].map(|i| i.clamp(0, last)),
+        };
+        (texels.map(|i| i as usize), place - cell as f32)
+    }
+
     /// Bilinear sample at a texture coordinate.
     #[must_use]
     pub fn bilinear(&self, texcoord: Vec2) -> f32 {
-        let (x, y) = (texcoord.x * self.width as f32 - 0.5, texcoord.y * self.height as f32 - 0.5);
-        let (x0, y0) = (x.floor(), y.floor());
-        let (fx, fy) = (x - x0, y - y0);
-        let inside = x0 >= 0.0 && y0 >= 0.0 && x0 + 1.0 < self.width as f32 && y0 + 1.0 < self.height as f32;
-        let [above, below] = if inside {
-            let (width, at) = (self.width as usize, y0 as usize * self.width as usize + x0 as usize);
-            [at, at + width].map(|at| [self.texels[at], self.texels[at + 1]])
-        } else {
-            [0, 1].map(|down| [0, 1].map(|across| self.texel(x0 as i64 + across, y0 as i64 + down)))
+        let (columns, fx) = self.beside(texcoord.x * self.width as f32 - 0.5, self.width);
+        let (rows, fy) = self.beside(texcoord.y * self.height as f32 - 0.5, self.height);
+        let along = |row: usize| {
+            let [a, b] = columns.map(|column| self.texels[row * self.width as usize + column]);
+            a * (1.0 - fx) + b * fx
         };
-        let row = |[a, b]: [f32; 2]| a * (1.0 - fx) + b * fx;
-        row(above) * (1.0 - fy) + row(below) * fy
+        along(rows[0]) * (1.0 - fy) + along(rows[1]) * fy
     }
 
     /// Catmull-Rom sample: passes through the texels with continuous slopes. For resampling a map at a finer resolution.
@@ -437,6 +446,23 @@ mod tests {
         assert_eq!(baked.edges[shared * EDGE_STRIDE], baked.vertices[EDGE_LEVELS]);
         assert_eq!(baked.patch_range[0], [0.0, 31.0]);
         assert_eq!(baked.edge_texels[shared], 16.0);
+    }
+
+    #[test]
+    fn samples_lie_between_four_texels_wherever_they_are() {
+        let texels: Vec<f32> = (0..7 * 5).map(|i| ((i * 37) % 11) as f32).collect();
+        for border in [Border::Wrap, Border::Clamp] {
+            let field = HeightField { width: 7, height: 5, texels: texels.clone(), border };
+            for i in 0..4000 {
+                let place = |ratio: f64| ((f64::from(i) * ratio).fract() * 7.0 - 3.5) as f32;
+                let at = Vec2::new(place(0.754_877_666_2), place(0.569_840_290_9));
+                let (x, y) = (at.x * 7.0 - 0.5, at.y * 5.0 - 0.5);
+                let texel = |i: i64, j: i64| field.texel(x.floor() as i64 + i, y.floor() as i64 + j);
+                let (fx, fy) = (x - x.floor(), y - y.floor());
+                let along = |j: i64| texel(0, j) * (1.0 - fx) + texel(1, j) * fx;
+                assert_eq!(field.bilinear(at), along(0) * (1.0 - fy) + along(1) * fy, "{border:?} {at}");
+            }
+        }
     }
 
     #[test]

@@ -120,7 +120,8 @@ impl DividedObject {
             .collect();
         self.buffers.vertices.write(0, &vertices)?;
         self.buffers.edge_factors.write(0, edge_factors)?;
-        self.texel_repeat = if *every_texel { repeat_on_plane(mesh, &posed_vertices.positions) } else { 0.0 };
+        let at_texels = *every_texel && posed.object.kind.flat;
+        self.texel_repeat = if at_texels { repeat_on_plane(mesh, &posed_vertices.positions) } else { 0.0 };
         self.division = division;
         Ok(())
     }

@@ -8,6 +8,7 @@
 //! moments. At the coarsest level nothing is left that could hide anything. The images of large maps begin at a coarser
 //! level than the maps.
 
+use std::cmp::Ordering;
 use std::sync::Arc;
 
 use rayon::prelude::*;
@@ -20,7 +21,7 @@ use super::topology::Topology;
 use crate::gpu::vk::Format;
 use crate::gpu::{Gpu, GpuError, Image, ImageDesc, Result};
 use crate::maps::Wrap;
-use crate::maps::cache::{MapCache, nothing_left, put, take};
+use crate::maps::cache::{MapCache, put};
 use crate::maps::checksum::checksum;
 use crate::maps::horizon::{Heights, HorizonTexel, Rays, Window, horizons};
 use crate::render::constants::SOURCE_LEVEL;
@@ -82,25 +83,8 @@ impl Relief<'_> {
     }
 }
 
-/// The texels of a level: leans and deviations, correlations, as halves.
-type LevelTexels = (Vec<[u16; 4]>, Vec<u16>);
-
-/// The levels of maps of these sizes, one behind the other.
-fn to_bytes(levels: &[LevelTexels]) -> Vec<u8> {
-    let mut bytes = Vec::with_capacity(levels.iter().map(|(leans, _)| 10 * leans.len()).sum());
-    for (leans, correlations) in levels {
-        put(&mut bytes, leans);
-        put(&mut bytes, correlations);
-    }
-    bytes
-}
-
-fn from_bytes(mut bytes: &[u8], sizes: &[usize]) -> std::result::Result<Vec<LevelTexels>, &'static str> {
-    let level = |&count| Ok((take(&mut bytes, count)?, take(&mut bytes, count)?));
-    let levels = sizes.iter().map(level).collect::<std::result::Result<_, _>>()?;
-    nothing_left(bytes)?;
-    Ok(levels)
-}
+/// Bytes of a texel: its lean and deviations, its correlation, as halves.
+const TEXEL_BYTES: [usize; 2] = [8, 2];
 
 /// The horizon maps of an object.
 pub struct HorizonMaps {
@@ -222,37 +206,56 @@ impl HorizonMaps {
         let leans = Image::new(gpu, &format!("{name} horizon"), desc)?;
         let single = ImageDesc { format: Format::R16_SFLOAT, ..desc };
         let correlations = Image::new(gpu, &format!("{name} horizon correlation"), single)?;
-        let find = || (first..levels).map(|level| Self::level(maps, level, relief)).collect::<Result<Vec<_>>>();
         let sizes: Vec<usize> =
             (first..levels).map(|level| maps.heights().mip_extent(level).iter().product::<u32>() as usize).collect();
-        let texels: usize = sizes.iter().sum();
-        let found = match cache {
-            Some((cache, heights)) if texels >= LEAST_CACHED => {
-                let make = || {
-                    let found = find()?;
-                    let bytes = to_bytes(&found);
-                    Ok((found, bytes))
-                };
-                let key = relief.key(maps.heights().mip_extent(0), heights);
-                cache.remember("horizon", key, 10 * texels as u64, |bytes| from_bytes(bytes, &sizes), make)?
-            }
-            _ => find()?,
+        // All levels, one behind the other; both images of each.
+        let find = || {
+            let mut bytes = Vec::new();
+            (first..levels).try_for_each(|level| Self::level(maps, level, relief, &mut bytes))?;
+            Ok::<_, GpuError>(bytes)
         };
-        for (level, (lean, correlation)) in (0..).zip(&found) {
-            leans.write(level, 0, lean)?;
-            correlations.write(level, 0, correlation)?;
+        let upload = |mut bytes: &[u8]| {
+            for (level, count) in (0..).zip(&sizes) {
+                for (image, texel) in [&leans, &correlations].into_iter().zip(TEXEL_BYTES) {
+                    let (texels, rest) = bytes.split_at(texel * count);
+                    image.write(level, 0, texels)?;
+                    bytes = rest;
+                }
+            }
+            Ok::<_, GpuError>(())
+        };
+        let texels: usize = sizes.iter().sum();
+        let length = texels * TEXEL_BYTES.iter().sum::<usize>();
+        match cache {
+            Some((cache, heights)) if texels >= LEAST_CACHED => {
+                let key = relief.key(maps.heights().mip_extent(0), heights);
+                // What was read goes to the device without a copy.
+                let read = |bytes: &[u8]| match bytes.len().cmp(&length) {
+                    Ordering::Less => Err("it is too short"),
+                    Ordering::Greater => Err("it is too long"),
+                    Ordering::Equal => Ok(upload(bytes)),
+                };
+                let make = || find().map(|bytes| (upload(&bytes), bytes));
+                cache.remember("horizon", key, length as u64, read, make)??;
+            }
+            _ => upload(&find()?)?,
         }
         Ok(Self { leans, correlations })
     }
 
-    fn level(maps: &LeadrMapGpu, level: u32, relief: &Relief<'_>) -> Result<LevelTexels> {
+    /// Puts the horizons of a level behind `bytes`.
+    fn level(maps: &LeadrMapGpu, level: u32, relief: &Relief<'_>, bytes: &mut Vec<u8>) -> Result<()> {
         let read = Level::read(maps, level, relief.sign())?;
         let texels = match relief.border {
             Border::Wrap => read.of_map(Wrap::Repeat),
             Border::Clamp => read.of_map(Wrap::Clamp),
             Border::Tiles(layout) => read.of_tiles(level, &Tiles::new(relief.mesh, relief.topology, layout)),
         };
-        Ok(texels.iter().map(|texel| texel.halves(read.size)).unzip())
+        let (leans, correlations): (Vec<[u16; 4]>, Vec<u16>) =
+            texels.iter().map(|texel| texel.halves(read.size)).unzip();
+        put(bytes, &leans);
+        put(bytes, &correlations);
+        Ok(())
     }
 
     /// `lean` and the deviations of `spread`, with mips.

@@ -23,7 +23,7 @@ use crate::maps::checksum::checksum;
 use crate::maps::material::TextureWrap;
 use crate::render::constants::{
     CHARTS, CONDUCTOR_DIP_SHIFT, DETAIL_TRIPLANAR, FIT_SHIFT, FLAG_CHARTED, FLAG_DISPLACED, FLAG_FLAT,
-    FLAG_MARK_INSIDE, FLAG_MASK, FLAG_TINTED_EMISSION, FLAG_TRIANGLES, FLAG_TRIPLANAR, SEA_INDEX,
+    FLAG_MARK_INSIDE, FLAG_MASK, FLAG_ONE_LOOK, FLAG_TINTED_EMISSION, FLAG_TRIANGLES, FLAG_TRIPLANAR, SEA_INDEX,
 };
 use crate::render::scene::{Detail, DetailMapping, MaterialMap, Object, Tiling, TriangleCharts};
 
@@ -107,7 +107,7 @@ pub struct GpuObject {
     pub edge_heights: Buffer,
     /// Baked heights of the vertices.
     pub vertex_heights: Buffer,
-    /// Its maps, which its coarser mesh shares.
+    /// Its maps, which its coarser mesh shares, and objects with the [same maps](with_same_maps).
     pub maps: Arc<ObjectMaps>,
     /// What the filter pass has to fetch for it.
     pub kind: SurfaceKind,
@@ -169,10 +169,8 @@ pub struct SurfaceKind {
     pub triangles: bool,
     /// Whether its relief is seen along the axes where it is at rest.
     pub triplanar: bool,
-    /// Whether its maps are shown without their repeats.
+    /// Whether its maps are shown by the shaders that show them without their repeats.
     pub by_example: bool,
-    /// Whether they stay where they are in the world while the mesh moves.
-    pub stays_in_world: bool,
     /// Whether it is open ground under drifts and paths.
     pub ground: bool,
     /// Whether only its front is seen.
@@ -211,7 +209,6 @@ impl SurfaceKind {
             triangles: mesh.triangles,
             triplanar: mesh.triplanar.is_some() && object.heights.is_some(),
             by_example,
-            stays_in_world: by_example && matches!(object.tiling, Tiling::ByExampleInWorld | Tiling::Ground),
             ground: by_example && flat && object.tiling == Tiling::Ground,
             front_only: object.front_only,
             rise_over_run: mesh.triangles && object.slopes.is_some(),
@@ -323,8 +320,8 @@ impl ObjectMaps {
 }
 
 impl GpuObject {
-    /// Uploads an object and builds its LEADR maps; if it has a coarser mesh, that as well, with the same maps. `index` counts the
-    /// objects of a scene from 0, below [`MAX_OBJECTS`].
+    /// Uploads an object and builds its LEADR maps, unless those of another are the same; if it has a coarser mesh, that as well, with the
+    /// same maps. `index` counts the objects of a scene from 0, below [`MAX_OBJECTS`].
     ///
     /// # Errors
     /// [`GpuError::Usage`] for a coarser mesh of an object whose maps follow its finer one; memory or a Vulkan call that failed.
@@ -333,6 +330,7 @@ impl GpuObject {
         mut object: Object,
         index: usize,
         upload: Upload<'_>,
+        maps: Option<Arc<ObjectMaps>>,
     ) -> Result<(Self, Option<Self>)> {
         let coarse_mesh = object.coarse_mesh.take();
         if coarse_mesh.is_some() && follows_its_mesh(&object) {
@@ -346,12 +344,18 @@ impl GpuObject {
         let coarse = coarse_mesh.map(|mesh| (SurfaceKind::of(&object, &mesh), mesh));
         let index = (index as u32 + 1) | (upload.fits.number_of(&object) << FIT_SHIFT);
         let border = object.heights.as_ref().map_or(Border::Wrap, |field| field.border);
-        let relief_color = ReliefColorImages::new(gpu, &object, border)?;
-        let sources = MapSources::take(&mut object);
+        let maps = match maps {
+            Some(maps) => Ok(maps),
+            None => Err((ReliefColorImages::new(gpu, &object, border)?, MapSources::take(&mut object))),
+        };
         let topology = Topology::new(&object.mesh.patches_by_place());
         let carry = |mesh: &PatchMesh, topology, kind| Carrier::of(mesh, topology, object.heights.as_ref(), kind);
         let (maps, (carrier, coarse)) = rayon::join(
-            || ObjectMaps::upload(gpu, &object, sources, relief_color, &topology, kind, upload),
+            || {
+                maps.or_else(|(relief_color, sources)| {
+                    ObjectMaps::upload(gpu, &object, sources, relief_color, &topology, kind, upload).map(Arc::new)
+                })
+            },
             || {
                 let of_coarse = |(kind, mesh): (SurfaceKind, PatchMesh)| {
                     let carrier = carry(&mesh, Topology::new(&mesh.patches_by_place()), kind);
@@ -360,7 +364,7 @@ impl GpuObject {
                 (carry(&object.mesh, topology.clone(), kind), coarse.map(of_coarse))
             },
         );
-        let maps = Arc::new(maps?);
+        let maps = maps?;
         // They are on the device.
         object.heights.iter_mut().for_each(|field| field.texels = Vec::new());
         let coarse = coarse.map(|(kind, carrier, mesh)| {
@@ -415,6 +419,7 @@ impl GpuObject {
             (FLAG_TRIANGLES, self.kind.triangles),
             (FLAG_TRIPLANAR, self.kind.triplanar),
             (FLAG_CHARTED, self.kind.charted),
+            (FLAG_ONE_LOOK, self.object.tiling == Tiling::OneLook),
             (FLAG_MASK, self.kind.has.holes == Some(HoleKind::Mask)),
         ];
         let flags = flags.iter().filter(|(_, set)| *set).fold(0, |flags, (flag, _)| flags | flag);
@@ -427,6 +432,35 @@ impl GpuObject {
             shift,
         }
     }
+}
+
+/// Of each object the first one before it that has the same maps.
+#[must_use]
+pub fn with_same_maps(objects: &[Object]) -> Vec<Option<usize>> {
+    let first = |i: usize| objects[..i].iter().position(|earlier| have_same_maps(earlier, &objects[i]));
+    (0..objects.len()).map(first).collect()
+}
+
+/// Whether the maps of two objects are the same: of reliefs without materials, which differ at most in how high they are.
+fn have_same_maps(a: &Object, b: &Object) -> bool {
+    let (Some(of_a), Some(of_b)) = (&a.heights, &b.heights) else { return false };
+    let relief_alone = |object: &Object| {
+        let others = [object.slopes.is_some(), object.slope_spread.is_some(), object.moments.is_some()];
+        let materials = [object.material.is_some(), object.detail.is_some(), object.charts.is_some()];
+        !others.into_iter().chain(materials).any(|there| there) && !object.follows_relief
+    };
+    // Tiles go on in those of the patches beside them.
+    let same_surface = |a: &PatchMesh, b: &PatchMesh| {
+        a.patches == b.patches && a.positions == b.positions && a.normals == b.normals && a.texcoords == b.texcoords
+    };
+    relief_alone(a)
+        && relief_alone(b)
+        && (of_a.width, of_a.height, of_a.border) == (of_b.width, of_b.height, of_b.border)
+        && a.slope_wrap == b.slope_wrap
+        && a.height_scale.partial_cmp(&0.0) == b.height_scale.partial_cmp(&0.0)
+        && (!matches!(of_a.border, Border::Tiles(_)) || same_surface(&a.mesh, &b.mesh))
+        && !of_a.texels.is_empty()
+        && of_a.texels == of_b.texels
 }
 
 /// Whether the maps of an object are made for the patches of its mesh.

@@ -9,6 +9,7 @@ use super::object::GpuObject;
 use super::patch_mesh::PosedVertices;
 use super::sphere::Sphere;
 use super::tessellation::PosedMesh;
+use crate::render::scene::Tiling;
 
 /// An object in the pose of a frame.
 pub struct PosedObject {
@@ -38,7 +39,8 @@ impl PosedObject {
         let mesh = &self.object.object.mesh;
         let kind = self.object.kind;
         let ends = self.vertices.positions.first().zip(mesh.positions.first());
-        let (true, Some((&here, &rest))) = (kind.stays_in_world, ends) else { return [0.0; 2] };
+        let stays = kind.by_example && matches!(self.object.object.tiling, Tiling::ByExampleInWorld | Tiling::Ground);
+        let (true, Some((&here, &rest))) = (stays, ends) else { return [0.0; 2] };
         let Some(Chart { tangent_s: s, tangent_t: t, .. }) = Chart::of(mesh, &self.vertices) else { return [0.0; 2] };
         let moved = here - rest;
         let along = Vec2::new(moved.dot(s), moved.dot(t));

@@ -1,8 +1,8 @@
-//! The sand as meshes: a strip along the water that holds the map across the beach, and the dunes behind it.
+//! The sand as meshes, from the land into the water: dunes, the strip along the water, and the wet sand.
 
 use glam::{DVec2, Vec2, Vec3};
 
-use super::sand::{DRY_REPEAT, STRIP, STRIP_REPEAT, Sand, dry, strip};
+use super::sand::{PERIOD, SQUARE, STRIP, Sand, dry, strip, wet};
 use crate::render::scene::{MaterialMap, Object, Tiling};
 use crate::render::surfaces::displacement::{Border, HeightField};
 use crate::render::surfaces::ocean::shore::Shore;
@@ -13,12 +13,12 @@ const FAR: f64 = 20e3;
 /// Radius of the earth with the usual refraction of the air, metres, as the sea's.
 const EARTH: f64 = 6.371e6 * 7.0 / 6.0;
 
-/// By how much beach and dunes sink under each other where they meet, metres: more than their bumps, over five metres, so that no crease
-/// shows.
-const SINK: f64 = 0.15;
-
-/// Metres along the coast after which the dunes repeat: a multiple of the bends', and of the dry sand's.
-pub const DUNES_PERIOD: f64 = 200.0;
+/// Where dunes and strip meet, and where strip and wet sand do.
+const JOINS: [f64; 2] = [-5.7, -1.9];
+/// Metres beyond the join over which each of the two sinks under the other, and by how much: more than their bumps. At the join itself neither
+/// does, so that no crease shows.
+const OVERLAPS: [f64; 2] = [0.9, 0.5];
+const SINKS: [f64; 2] = [0.15, 0.04];
 
 /// Waves that the dunes are made of, 29 to 59 m long in all directions, none a multiple of another: height in metres, crests along a
 /// period, phase by metre from the waterline, and phase.
@@ -32,34 +32,65 @@ const HILLS: [(f64, f64, f64, f64); 7] = [
     (0.14, 2.0, 0.21, 3.0),
 ];
 
-/// The strip from the dry sand into the water.
+/// All of it, from the land into the water.
 #[must_use]
-pub fn beach(shore: &Shore) -> Object {
-    let columns = spaced(f64::from(STRIP[0]), f64::from(STRIP[1]), 40);
-    let rows = mirrored(&[(30.0, 1.0), (120.0, 2.5)]);
-    // Its inland rim sinks under the dunes.
-    let height = |s: f64, _: f64| shore.ground(s) - SINK * smooth(-23.0, -28.0, s);
+pub fn sand(shore: &Shore) -> [Object; 3] {
+    let (dunes, (beach, bed)) = rayon::join(|| dunes(shore), || rayon::join(|| beach(shore), || bed(shore)));
+    [dunes, beach, bed]
+}
+
+/// How far what lies on the land's side (−1) or the sea's (1) of a join has sunk at `s`.
+fn sunk(join: usize, side: f64, s: f64) -> f64 {
+    SINKS[join] * smooth(0.0, OVERLAPS[join], (JOINS[join] - s) * side)
+}
+
+/// The sand along the water, dry on one side and wet on the other.
+fn beach(shore: &Shore) -> Object {
+    let [dry, wet] = JOINS;
+    let columns = spaced(&[(f64::from(STRIP[0]), 2), (dry, 5), (wet, 2)], f64::from(STRIP[1]));
+    let height = |s: f64, _: f64| shore.ground(s) - sunk(0, 1.0, s) - sunk(1, -1.0, s);
     let across = |s: f64| (s as f32 - STRIP[0]) / (STRIP[1] - STRIP[0]);
-    object("beach", mesh(shore, &columns, &rows, height, |s, y| Vec2::new(across(s), y as f32 / STRIP_REPEAT)), strip())
+    let along = |y: f64| (y / PERIOD) as f32;
+    let mesh = mesh(shore, &columns, &coast(), height, |s, y| Vec2::new(across(s), along(y)));
+    object("beach", mesh, strip()).with_tiling(Tiling::OneLook)
+}
+
+/// The wet sand, and the sea floor as far as it shows through the water.
+fn bed(shore: &Shore) -> Object {
+    let columns = spaced(&[(JOINS[1] - OVERLAPS[1], 2), (JOINS[1], 14)], 12.0);
+    let height = |s: f64, _: f64| shore.ground(s) - sunk(1, 1.0, s);
+    object("bed", mesh(shore, &columns, &coast(), height, square), wet()).with_tiling(Tiling::ByExampleInWorld)
 }
 
 /// The dunes and the land behind the beach.
-#[must_use]
-pub fn dunes(shore: &Shore) -> Object {
-    let mut columns = mirrored(&[(34.0, 2.0), (134.0, 5.0), (500.0, 10.0)]);
-    columns.truncate(columns.len() / 2 + 1);
-    columns.iter_mut().for_each(|s| *s -= 22.0);
-    let rows = mirrored(&[(240.0, 4.0), (560.0, 10.0)]);
+fn dunes(shore: &Shore) -> Object {
+    let mut columns = mirrored(&[(16.0, 1.0), (52.0, 2.0), (152.0, 5.0), (520.0, 10.0)]);
+    columns.truncate(columns.len() / 2);
+    columns.iter_mut().for_each(|s| *s += JOINS[0]);
+    columns.extend(spaced(&[(JOINS[0], 2)], JOINS[0] + OVERLAPS[0]));
+    let rows = mirrored(&[(240.0, 3.0), (560.0, 10.0)]);
     let height = |s: f64, y: f64| {
-        let turn = std::f64::consts::TAU / DUNES_PERIOD;
-        let hills: f64 = HILLS.iter().map(|&(height, k, by_s, at)| height * (k * turn * y + by_s * s + at).sin()).sum();
         // They end before columns and rows are too far apart for them, slowly, so that nothing jumps when the dunes follow the animal.
         let there = smooth(-32.0, -60.0, s) * smooth(-500.0, -250.0, s) * smooth(760.0, 360.0, y.abs());
-        shore.ground(s) + there * (0.9 + hills) + 1.2 * smooth(-40.0, -200.0, s) - SINK * smooth(-28.0, -23.0, s)
+        let hills = if there > 0.0 { there * (0.9 + hills(s, y)) } else { 0.0 };
+        shore.ground(s) + hills + 1.2 * smooth(-40.0, -200.0, s) - sunk(0, -1.0, s)
     };
-    let dunes =
-        object("dunes", mesh(shore, &columns, &rows, height, |s, y| Vec2::new(s as f32, y as f32) / DRY_REPEAT), dry());
-    dunes.with_tiling(Tiling::ByExampleInWorld)
+    object("dunes", mesh(shore, &columns, &rows, height, square), dry()).with_tiling(Tiling::ByExampleInWorld)
+}
+
+fn hills(s: f64, y: f64) -> f64 {
+    let turn = std::f64::consts::TAU / PERIOD;
+    HILLS.iter().map(|&(height, crests, by_s, phase)| height * (crests * turn * y + by_s * s + phase).sin()).sum()
+}
+
+/// Texture coordinates of the squares of sand.
+fn square(s: f64, y: f64) -> Vec2 {
+    Vec2::new(s as f32, y as f32) / SQUARE
+}
+
+/// Rows of what lies along the water, near enough to each other for its bends wherever the animal is.
+fn coast() -> Vec<f64> {
+    mirrored(&[(130.0, 1.0), (250.0, 2.5), (500.0, 5.0)])
 }
 
 fn smooth(low: f64, high: f64, x: f64) -> f64 {
@@ -67,9 +98,14 @@ fn smooth(low: f64, high: f64, x: f64) -> f64 {
     t * t * (3.0 - 2.0 * t)
 }
 
-/// `count + 1` even steps.
-fn spaced(from: f64, to: f64, count: u32) -> Vec<f64> {
-    (0..=count).map(|i| from + (to - from) * f64::from(i) / f64::from(count)).collect()
+/// Places from the first to `end`, in so many even steps from each to the next.
+fn spaced(parts: &[(f64, u32)], end: f64) -> Vec<f64> {
+    let ends = parts.iter().skip(1).map(|&(next, _)| next).chain([end]);
+    let steps = parts
+        .iter()
+        .zip(ends)
+        .flat_map(|(&(from, count), to)| (0..count).map(move |i| from + (to - from) * f64::from(i) / f64::from(count)));
+    steps.chain([end]).collect()
 }
 
 /// Places from −[`FAR`] to [`FAR`], symmetric: even steps up to each `(reach, step)`, then increasingly longer ones.
@@ -97,17 +133,19 @@ fn mesh(
     texcoord: impl Fn(f64, f64) -> Vec2,
 ) -> PatchMesh {
     let drop = |p: DVec2| p.length_squared() / (2.0 * EARTH);
-    let place = |s: f64, y: f64| {
-        let p = -DVec2::new(s + shore.waterline(y), y);
+    let place = |s: f64, y: f64, waterline: f64| {
+        let p = -DVec2::new(s + waterline, y);
         p.extend(height(s, y) - drop(p)).as_vec3()
     };
     let mut mesh = PatchMesh::default();
+    let e = 0.02;
     for &y in rows {
+        let [before, here, after] = [y - e, y, y + e].map(|y| (y, shore.waterline(y)));
         for &s in columns {
-            let e = 0.02;
-            let along = place(s, y + e) - place(s, y - e);
-            let across = place(s + e, y) - place(s - e, y);
-            mesh.positions.push(place(s, y));
+            let place = |s: f64, (y, waterline): (f64, f64)| place(s, y, waterline);
+            let along = place(s, after) - place(s, before);
+            let across = place(s + e, here) - place(s - e, here);
+            mesh.positions.push(place(s, here));
             mesh.normals.push(across.cross(along).normalize_or(Vec3::Z));
         }
     }

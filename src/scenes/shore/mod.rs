@@ -32,7 +32,7 @@ pub fn shore() -> Shore {
         slope: 0.09,
         berm: 0.9,
         reach: 3.0,
-        bends: [bend(0.5, 1.0, 0.4), bend(0.25, 2.0, 2.2), bend(0.16, 3.0, 4.0), bend(0.08, 5.0, 1.1)],
+        bends: [bend(0.36, 3.0, 0.4), bend(0.32, 7.0, 2.2), bend(0.18, 13.0, 4.0), bend(0.08, 23.0, 1.1)],
         swells: 146,
         run_up: 0.28,
         bed: Vec3::from_array(sand::WET),
@@ -58,8 +58,10 @@ pub fn sea(waves: &Waves) -> Ocean {
 /// As [`Trex::load`].
 pub fn shore_stage(tile: u32, waves: &Waves, progress: &(dyn Fn(f32) + Sync)) -> Result<Stage, TrexError> {
     let shore = shore();
-    let mut objects = animal(Trex::load(tile, progress)?).to_vec();
-    objects.extend([beach::beach(&shore), beach::dunes(&shore)]);
+    let (trex, sand) = rayon::join(|| Trex::load(tile, progress), || beach::sand(&shore));
+    let mut objects = animal(trex?).to_vec();
+    let pieces = sand.len();
+    objects.extend(sand);
     // Where the animal stands at the beginning; it faces +y, and the sea is on its left.
     let level = move |y: f64| shore.ground(shore.offshore(DVec2::new(PATH, y))) as f32;
     let at = |along: f32, seaward: f32, up: f32| Vec3::new(PATH as f32 - seaward, along, 0.42 + up);
@@ -74,13 +76,12 @@ pub fn shore_stage(tile: u32, waves: &Waves, progress: &(dyn Fn(f32) + Sync)) ->
         let stand = Vec3::new(PATH as f32, 0.0, level(f64::from(gone)));
         let world = Mat4::from_translation(stand) * Mat4::from_rotation_z(FRAC_PI_2);
         let joints: Vec<Mat4> = walk::pose(time).skinning_matrices().into_iter().map(|joint| world * joint).collect();
-        // The sand follows the animal in steps of its own repeat, which do not show.
-        let following = |period: f64| {
-            let steps = (gone / period as f32).round();
-            Pose::Rigid(Affine3A::from_translation(Vec3::Y * (steps * period as f32)))
-        };
-        let [beach, dunes] = [PERIOD, beach::DUNES_PERIOD].map(following);
-        vec![Pose::Skinned(joints.clone()), Pose::Skinned(joints), beach, dunes]
+        // The sand follows the animal in steps after which all of it repeats, which do not show.
+        let steps = (gone / PERIOD as f32).round();
+        let sand = Pose::Rigid(Affine3A::from_translation(Vec3::Y * (steps * PERIOD as f32)));
+        let mut poses = vec![Pose::Skinned(joints); 2];
+        poses.resize(2 + pieces, sand);
+        poses
     };
     Ok(Stage::moving(objects, views, motion, |time| Vec3::Y * walked(time)).with_ocean(sea(waves)))
 }

@@ -1,5 +1,4 @@
-//! Sand as height and colour maps: a strip across the beach, from the dry sand to below the water, and the dry sand
-//! alone, which repeats.
+//! Sand as height and colour maps: a strip along the water, across which dry sand becomes wet, and dry and wet sand alone, which repeat.
 //!
 //! Places are metres: `s` from the waterline toward the sea, `y` along it.
 
@@ -14,18 +13,17 @@ use crate::maps::srgb::srgb8_from_linear;
 pub const WET: [f32; 3] = [0.185, 0.148, 0.104];
 /// Linear albedo of dry sand.
 const DRY: [f32; 3] = [0.47, 0.39, 0.28];
-/// Where the strip begins and ends.
-pub const STRIP: [f32; 2] = [-28.0, 12.0];
-/// Metres of coast after which the strip repeats.
-pub const STRIP_REPEAT: f32 = 20.0;
-/// Edge of the square of dry sand, metres: eight of its slow waves, so that pieces of it fit together (`render::scene::Tiling`), and a whole
-/// number of ripples.
-pub const DRY_REPEAT: f32 = 20.0;
-/// Metres along the coast after which the sand, bends included, repeats.
-pub const PERIOD: f64 = 40.0;
-/// Texels across and along the strip, and along an edge of the dry sand: 2 cm apart.
-const STRIP_TEXELS: [u32; 2] = [2048, 1024];
+/// Where the strip begins, on dry sand, and ends, where all sand is wet.
+pub const STRIP: [f32; 2] = [-6.6, -1.4];
+/// Metres along the coast after which all of the shore repeats: the bends of its waterline, the strip and the dunes.
+pub const PERIOD: f64 = 200.0;
+/// Edge of a square of sand, metres: so many times the width of its slow waves that pieces of it fit together (`render::scene::Tiling`), and
+/// a whole number of ripples.
+pub const SQUARE: f32 = 20.0;
+/// Texels across and along the strip, 2.5 cm apart, and along an edge of the squares, 2 and 4 cm apart.
+const STRIP_TEXELS: [u32; 2] = [208, 8192];
 const DRY_TEXELS: u32 = 1024;
+const WET_TEXELS: u32 = 512;
 
 /// Heights in metres and sRGB-encoded colours (a: Beckmann roughness, linear), row by row; rows run toward the sea.
 pub struct Sand {
@@ -40,8 +38,8 @@ pub struct Sand {
 }
 
 /// How wet the sand is: 0 dry, 1 swept by the swash.
-fn wetness(s: f32, y: f32) -> f32 {
-    let ragged = 0.45 * fractal(11, 50.0 + s * 0.2, y * 0.2, 4, 4, 0.55);
+fn wetness(s: f32, y: f32, period: i32) -> f32 {
+    let ragged = 0.45 * fractal(11, 50.0 + s * 0.2, y * 0.2, period / 5, 4, 0.55);
     smooth(-3.9, -2.9, s + ragged)
 }
 
@@ -80,22 +78,22 @@ fn wet_relief(s: f32, y: f32, period: i32) -> f32 {
 }
 
 /// What the highest waves left behind: 0 nothing, 1 weed.
-fn wrack(s: f32, y: f32) -> f32 {
-    let line = -4.1 + 0.5 * fractal(31, 5.0, y * 0.2, 4, 3, 0.5);
+fn wrack(s: f32, y: f32, period: i32) -> f32 {
+    let line = -4.1 + 0.5 * fractal(31, 5.0, y * 0.2, period / 5, 3, 0.5);
     let near = (-((s - line) / 0.22).powi(2)).exp();
-    let tufts = smooth(0.15, 0.55, fractal(32, s * 6.0 + 50.0, y * 6.0, 120, 2, 0.6))
-        * smooth(-0.3, 0.3, gradient(33, s, y * 0.5, 10));
+    let tufts = smooth(0.15, 0.55, fractal(32, s * 6.0 + 50.0, y * 6.0, period * 6, 2, 0.6))
+        * smooth(-0.3, 0.3, gradient(33, s, y * 0.5, period / 2));
     near * tufts
 }
 
 fn color(s: f32, y: f32, relief: f32, wet: f32, period: i32) -> [u8; 4] {
-    let damp = smooth(-6.0, -3.6, s + 0.8 * fractal(12, s * 0.3 + 40.0, y * 0.3, period * 3 / 10, 3, 0.5));
+    let damp = smooth(-5.2, -3.4, s + 0.6 * fractal(12, s * 0.3 + 40.0, y * 0.3, period * 3 / 10, 3, 0.5));
     let grain = 1.0
         + 0.05 * gradient(41, s * 23.0, y * 23.0, period * 23)
         + 0.06 * fractal(42, s * 0.9 + 30.0, y * 0.9, period * 9 / 10, 3, 0.5);
     // Hollows are darker, and hold the water longer.
     let dry = grain * (1.0 + 4.0 * relief.clamp(-0.03, 0.03)) * (1.0 - 0.25 * damp);
-    let weed = wrack(s, y);
+    let weed = wrack(s, y, period);
     let channel = |i: usize| {
         let sand = DRY[i] * dry * (1.0 - wet) + WET[i] * wet;
         let value = sand + ([0.045, 0.038, 0.022][i] - sand) * 0.6 * weed;
@@ -118,18 +116,15 @@ fn map(kind: &str, [width, height]: [u32; 2], texel: impl Fn(f32, f32) -> (f32, 
     Sand { width, height, heights, colors }
 }
 
-/// The strip across the beach.
+/// The strip along the water.
 #[must_use]
 pub fn strip() -> Sand {
-    let period = STRIP_REPEAT as i32;
-    let relief = |s: f32, y: f32| {
-        let wet = wetness(s, y);
-        let weed = 0.025 * wrack(s, y);
-        (dry_relief(s, y, period) * (1.0 - wet) + wet_relief(s, y, period) * wet + weed, wet)
-    };
+    let period = PERIOD as i32;
     map("sand-strip", STRIP_TEXELS, |u, v| {
-        let (s, y) = (STRIP[0] + u * (STRIP[1] - STRIP[0]), v * STRIP_REPEAT);
-        let (height, wet) = relief(s, y);
+        let (s, y) = (STRIP[0] + u * (STRIP[1] - STRIP[0]), v * PERIOD as f32);
+        let wet = wetness(s, y, period);
+        let weed = 0.025 * wrack(s, y, period);
+        let height = dry_relief(s, y, period) * (1.0 - wet) + wet_relief(s, y, period) * wet + weed;
         (height, color(s, y, height, wet, period))
     })
 }
@@ -137,12 +132,23 @@ pub fn strip() -> Sand {
 /// Dry sand that repeats both ways.
 #[must_use]
 pub fn dry() -> Sand {
-    let period = DRY_REPEAT as i32;
+    let period = SQUARE as i32;
     map("sand", [DRY_TEXELS; 2], |u, v| {
-        // Far enough from the water that nothing here depends on it.
-        let (s, y) = (u * DRY_REPEAT, v * DRY_REPEAT);
+        let (s, y) = (u * SQUARE, v * SQUARE);
         let relief = dry_relief(s, y, period);
+        // Far enough from the water that nothing here depends on it.
         (relief, color(s - 100.0, y, relief, 0.0, period))
+    })
+}
+
+/// Wet sand that repeats both ways.
+#[must_use]
+pub fn wet() -> Sand {
+    let period = SQUARE as i32;
+    map("wet-sand", [WET_TEXELS; 2], |u, v| {
+        let (s, y) = (u * SQUARE, v * SQUARE);
+        let relief = wet_relief(s, y, period);
+        (relief, color(s + 100.0, y, relief, 1.0, period))
     })
 }
 
@@ -151,26 +157,79 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_strip_repeats_along_the_coast_and_dries_inland() {
-        for (s, y) in [(-20.0, 0.3), (-5.0, 7.7), (-1.0, 19.0), (6.0, 11.2)] {
-            let at = |y: f32| (dry_relief(s, y, 20), wet_relief(s, y, 20), wetness(s, y), wrack(s, y));
-            let (a, b) = (at(y), at(y + STRIP_REPEAT));
-            assert!((a.0 - b.0).abs() < 1e-3 && (a.1 - b.1).abs() < 1e-3, "{s} {y}: {a:?} {b:?}");
-            assert!((a.2 - b.2).abs() < 1e-3 && (a.3 - b.3).abs() < 1e-3, "{s} {y}: {a:?} {b:?}");
+    fn sand_repeats_and_dries_inland() {
+        let at = |s: f32, y: f32, period: i32| {
+            [dry_relief(s, y, period), wet_relief(s, y, period), wetness(s, y, period), wrack(s, y, period)]
+        };
+        let apart = |a: [f32; 4], b: [f32; 4]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-3);
+        for (s, y) in [(-6.2, 0.3), (-5.0, 7.7), (-4.0, 19.0), (-2.0, 11.2)] {
+            for period in [SQUARE, PERIOD as f32] {
+                let (here, there) = (at(s, y, period as i32), at(s, y + period, period as i32));
+                assert!(apart(here, there), "{s} {y} {period}: {here:?} {there:?}");
+            }
+            let (strip, square) = (at(s, y, PERIOD as i32), at(s, y + SQUARE, PERIOD as i32));
+            assert!(!apart(strip, square), "the strip does not repeat after {SQUARE} m");
         }
-        for y in 0..20 {
-            assert_eq!((wetness(-6.0, y as f32), wetness(-1.0, y as f32)), (0.0, 1.0));
+        for y in 0..200 {
+            let wetness = |s: f32| wetness(s, y as f32, PERIOD as i32);
+            assert_eq!((wetness(STRIP[0] + 0.8), wetness(STRIP[1] - 0.5)), (0.0, 1.0), "{y}");
+        }
+    }
+
+    /// Correlation of the strip with itself `lag` rows further along the coast, less what is the same all along it.
+    fn repetition(strip: &Sand, lag: usize, of: &dyn Fn(usize) -> f32) -> f32 {
+        let (width, height) = (strip.width as usize, strip.height as usize);
+        let (mut product, mut square) = (0.0, 0.0);
+        for column in (0..width).step_by(8) {
+            let along: Vec<f32> = (0..height).step_by(8).map(|row| of(row * width + column)).collect();
+            let mean = along.iter().sum::<f32>() / along.len() as f32;
+            let beside = along.iter().cycle().skip(lag / 8);
+            product += along.iter().zip(beside).map(|(a, b)| (a - mean) * (b - mean)).sum::<f32>();
+            square += along.iter().map(|a| (a - mean).powi(2)).sum::<f32>();
+        }
+        product / square
+    }
+
+    #[test]
+    fn the_strip_does_not_repeat_itself() {
+        let strip = strip();
+        let most = |of: &dyn Fn(usize) -> f32| {
+            (1024..=4096).step_by(64).map(|lag| repetition(&strip, lag, of)).fold(f32::MIN, f32::max)
+        };
+        let [heights, colors] = [most(&|i| strip.heights[i]), most(&|i| f32::from(strip.colors[i][1]))];
+        println!("highest correlation from 25 to 100 m further: heights {heights:.2}, colours {colors:.2}");
+        assert!(heights < 0.3 && colors < 0.3, "{heights} {colors}");
+        // What repeats does.
+        let twice = |i: usize| strip.heights[i % (strip.heights.len() / 2)];
+        assert!(repetition(&strip, strip.height as usize / 2, &twice) > 0.99);
+    }
+
+    #[test]
+    fn squares_are_what_the_strip_is_beyond_its_ends() {
+        let strip = strip();
+        let mean = |sand: &Sand, columns: std::ops::Range<u32>, of: &dyn Fn(usize) -> f32| {
+            let texels = (0..sand.height).flat_map(|row| columns.clone().map(move |x| (row * sand.width + x) as usize));
+            texels.map(of).sum::<f32>() / (sand.height * columns.len() as u32) as f32
+        };
+        for (square, columns) in [(dry(), 0..16), (wet(), 192..208)] {
+            for channel in 0..4 {
+                let [a, b] = [(&strip, columns.clone()), (&square, 0..square.width)]
+                    .map(|(sand, columns)| mean(sand, columns, &|i| f32::from(sand.colors[i][channel])));
+                assert!((a - b).abs() < 2.0, "channel {channel}: {a} and {b} codes");
+            }
         }
     }
 
     #[test]
     fn wet_sand_is_as_dark_as_the_sea_floor_and_smoother_than_dry() {
-        let strip = strip();
-        let column = |s: f32| ((s - STRIP[0]) / (STRIP[1] - STRIP[0]) * strip.width as f32) as u32;
-        let texels = |s: f32| (0..strip.height).map(move |row| (row * strip.width + column(s)) as usize);
+        let (wet, dry) = (wet(), dry());
         let bed = WET.map(srgb8_from_linear);
-        assert!(texels(0.0).all(|i| strip.colors[i][..3] == bed));
-        let rough = |s: f32| texels(s).map(|i| (strip.heights[i + 1] - strip.heights[i]).powi(2)).sum::<f32>();
-        assert!(rough(1.0) < 0.05 * rough(-10.0), "{} {}", rough(1.0), rough(-10.0));
+        assert!(wet.colors.iter().all(|color| color[..3] == bed));
+        let rough = |sand: &Sand| {
+            let width = SQUARE / sand.width as f32;
+            let slope = |pair: &[f32]| ((pair[1] - pair[0]) / width).powi(2);
+            sand.heights.windows(2).map(slope).sum::<f32>() / sand.heights.len() as f32
+        };
+        assert!(rough(&wet) < 0.05 * rough(&dry), "{} {}", rough(&wet), rough(&dry));
     }
 }

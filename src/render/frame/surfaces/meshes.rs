@@ -1,5 +1,6 @@
 //! The meshes of a scene.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use rayon::prelude::*;
@@ -19,7 +20,7 @@ use crate::render::settings::{Needs, RenderSettings};
 use crate::render::surfaces::budget::Room;
 use crate::render::surfaces::divided::{DividedObject, DivisionBuffers};
 use crate::render::surfaces::material::Bases;
-use crate::render::surfaces::object::{GpuObject, MAX_OBJECTS, SurfaceKind, Upload};
+use crate::render::surfaces::object::{GpuObject, MAX_OBJECTS, ObjectMaps, SurfaceKind, Upload, with_same_maps};
 use crate::render::surfaces::object_view::{DrawnObject, ObjectView, ViewBuffers, Viewpoint};
 use crate::render::surfaces::patch_mesh::PosedVertices;
 use crate::render::surfaces::posed::PosedObject;
@@ -40,7 +41,7 @@ pub struct Meshes {
 pub struct MeshPipelines {
     gpu: Arc<Gpu>,
     kinds: Vec<SurfaceKind>,
-    casters: bool,
+    casters: CasterKinds,
     geometry: Cache<GeometryKind, GeometryPass>,
     filters: Cache<(Needs, bool, FilterInto), FilterPass>,
 }
@@ -49,18 +50,17 @@ impl MeshPipelines {
     /// Those of objects; none is made yet.
     #[must_use]
     pub fn of(gpu: &Arc<Gpu>, objects: &[Object]) -> Self {
-        let mut kinds = Vec::new();
+        let (mut kinds, mut casters) = (Vec::new(), CasterKinds::default());
         for object in objects {
-            kinds.push(SurfaceKind::of(object, &object.mesh));
-            kinds.extend(object.coarse_mesh.iter().map(|mesh| SurfaceKind::of(object, mesh)));
+            for mesh in std::iter::once(&object.mesh).chain(&object.coarse_mesh) {
+                let kind = SurfaceKind::of(object, mesh);
+                kinds.push(kind);
+                if object.casts_shadow {
+                    casters = casters.or(CasterKinds::of(kind));
+                }
+            }
         }
-        Self {
-            gpu: gpu.clone(),
-            kinds,
-            casters: objects.iter().any(|object| object.casts_shadow),
-            geometry: Cache::default(),
-            filters: Cache::default(),
-        }
+        Self { gpu: gpu.clone(), kinds, casters, geometry: Cache::default(), filters: Cache::default() }
     }
 
     /// Whether bumps hide the surroundings from each other.
@@ -81,9 +81,9 @@ impl MeshPipelines {
         self.kinds.iter().any(|kind| kind.follows.any())
     }
 
-    /// Whether any object throws shadows.
+    /// What there is among the objects that throw shadows.
     #[must_use]
-    pub fn cast_shadows(&self) -> bool {
+    pub fn casters(&self) -> CasterKinds {
         self.casters
     }
 
@@ -148,13 +148,16 @@ impl Level {
 }
 
 impl Mesh {
-    fn new(gpu: &Arc<Gpu>, object: Object, index: usize, upload: Upload<'_>) -> Result<Self> {
-        let (fine, coarse) = GpuObject::upload(gpu, object, index, upload)?;
+    /// `maps`: those that it has in common with another object.
+    fn new(
+        gpu: &Arc<Gpu>,
+        object: Object,
+        index: usize,
+        upload: Upload<'_>,
+        maps: Option<Arc<ObjectMaps>>,
+    ) -> Result<Self> {
+        let (fine, coarse) = GpuObject::upload(gpu, object, index, upload, maps)?;
         Ok(Self { fine: Level::new(fine), coarse: coarse.map(Level::new) })
-    }
-
-    fn casts_by_example(&self) -> bool {
-        self.fine.object.object.casts_shadow && self.fine.object.kind.displaced_by_example()
     }
 
     /// The level of detail for a camera, and its vertices in a pose. `edges`: whether edge samples see it too.
@@ -204,12 +207,25 @@ impl Meshes {
             return Err(GpuError::Usage { name: "scene".to_owned(), fault });
         }
         Room::on(gpu, upload.format).check(&objects)?;
-        let mesh = |(index, object)| Mesh::new(gpu, object, index, upload);
-        let uploaded = || objects.into_par_iter().enumerate().map(mesh).collect::<Result<_>>();
-        let (meshes, done) = rayon::join(uploaded, || meanwhile(&mut pipelines));
+        let (meshes, done) = rayon::join(|| upload_all(gpu, objects, upload), || meanwhile(&mut pipelines));
         done?;
         Ok(Self { meshes: meshes?, pipelines, gpu: gpu.clone() })
     }
+}
+
+/// Uploads objects side by side: first those whose maps are their own, then those that have the same.
+fn upload_all(gpu: &Arc<Gpu>, objects: Vec<Object>, upload: Upload<'_>) -> Result<Vec<Mesh>> {
+    let same = with_same_maps(&objects);
+    let (own, shared): (Vec<_>, Vec<_>) =
+        objects.into_iter().enumerate().partition(|&(index, _)| same[index].is_none());
+    let mesh = |(index, object): (usize, Object), maps| Ok((index, Mesh::new(gpu, object, index, upload, maps)?));
+    let mut meshes: BTreeMap<usize, Mesh> =
+        own.into_par_iter().map(|object| mesh(object, None)).collect::<Result<_>>()?;
+    let maps_of = |index: usize| same[index].map(|earlier| meshes[&earlier].fine.object.maps.clone());
+    let others = shared.into_par_iter().map(|object| (maps_of(object.0), object)).collect::<Vec<_>>();
+    let others = others.into_par_iter().map(|(maps, object)| mesh(object, maps)).collect::<Result<Vec<_>>>()?;
+    meshes.extend(others);
+    Ok(meshes.into_values().collect())
 }
 
 impl Surface for Meshes {
@@ -223,18 +239,6 @@ impl Surface for Meshes {
 
     fn has_relief_color(&self) -> bool {
         self.pipelines.have_relief_color()
-    }
-
-    fn casts_shadows(&self) -> bool {
-        self.pipelines.cast_shadows()
-    }
-
-    fn caster_kinds(&self) -> CasterKinds {
-        let MeshPipelines { kinds, casters, .. } = &self.pipelines;
-        CasterKinds {
-            holes: *casters && kinds.iter().any(|kind| kind.has.holes.is_some()),
-            by_example: *casters && self.meshes.iter().any(|mesh| mesh.casts_by_example()),
-        }
     }
 
     fn prepare(

@@ -7,7 +7,7 @@ use crate::gpu::{Commands, Result};
 use crate::render::frame::timing::Passes;
 use crate::render::passes::edges::MAX_GRID;
 use crate::render::passes::filter::FilterInto;
-use crate::render::passes::geometry::{CasterKinds, GeometryKind};
+use crate::render::passes::geometry::GeometryKind;
 use crate::render::passes::shade::ShadeInputs;
 use crate::render::passes::shadow::ShadowView;
 use crate::render::passes::targets::{GeometryTargets, VisibleSurface};
@@ -40,16 +40,6 @@ pub(super) trait Surface {
     /// Whether its colours follow its relief.
     fn has_relief_color(&self) -> bool {
         false
-    }
-
-    /// Whether anything of it throws shadows.
-    fn casts_shadows(&self) -> bool {
-        false
-    }
-
-    /// What there is among that.
-    fn caster_kinds(&self) -> CasterKinds {
-        CasterKinds::default()
     }
 
     /// Poses it for a frame, in buffers that no other frame holds, and makes the pipelines that draw it.

@@ -89,6 +89,27 @@ impl Sea {
             },
         })
     }
+
+    /// Makes the pipelines of such frames.
+    ///
+    /// # Errors
+    /// A failed pipeline.
+    pub fn make_pipelines(&mut self, settings: &RenderSettings, drawing: SurfaceDrawing) -> Result<()> {
+        self.drawing(settings, drawing).map(|_| ())
+    }
+
+    fn drawing(&mut self, settings: &RenderSettings, drawing: SurfaceDrawing) -> Result<Drawing> {
+        let (gpu, needs, filter) = (&self.gpu, settings.shading.needs(), drawing.filter);
+        let Ocean { shore, cascades, .. } = &*self.water.ocean;
+        // Marched rays know of no beach, and have no triangles.
+        if needs.is_finest() && shore.is_none() && drawing.geometry != GeometryKind::Wires {
+            return Ok(Drawing::March(self.march.get((), || OceanMarch::new(gpu, cascades))?));
+        }
+        let beach = shore.is_some();
+        let filter = self.filters.get((needs, filter), || OceanFilterPass::new(gpu, needs, filter, beach))?;
+        let surface = drawing.geometry(|kind| self.surface.get(kind, || OceanSurfacePass::new(gpu, kind, beach)))?;
+        Ok(Drawing::Rings { fields: self.fields.clone(), surface, filter })
+    }
 }
 
 impl Surface for Sea {
@@ -102,21 +123,9 @@ impl Surface for Sea {
         settings: &RenderSettings,
         drawing: SurfaceDrawing,
     ) -> Result<Box<dyn PreparedSurface>> {
-        let (gpu, needs, filter) = (&self.gpu, settings.shading.needs(), drawing.filter);
-        let Ocean { shore, cascades, .. } = &*self.water.ocean;
-        // Marched rays know of no beach, and have no triangles.
-        let marched = needs.is_finest() && shore.is_none() && drawing.geometry != GeometryKind::Wires;
-        let drawing = if marched {
-            Drawing::March(self.march.get((), || OceanMarch::new(gpu, cascades))?)
-        } else {
-            let filter =
-                self.filters.get((needs, filter), || OceanFilterPass::new(gpu, needs, filter, shore.is_some()))?;
-            let surface = drawing
-                .geometry(|kind| self.surface.get(kind, || OceanSurfacePass::new(gpu, kind, shore.is_some())))?;
-            Drawing::Rings { fields: self.fields.clone(), surface, filter }
-        };
+        let (gpu, drawing) = (self.gpu.clone(), self.drawing(settings, drawing)?);
         Ok(Box::new(PreparedSea {
-            buffers: self.buffers.take(|| SeaBuffers::new(gpu, &self.water.rings))?,
+            buffers: self.buffers.take(|| SeaBuffers::new(&gpu, &self.water.rings))?,
             water: self.water.clone(),
             drawing,
             time: state.time,
