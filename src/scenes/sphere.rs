@@ -58,6 +58,13 @@ fn face_axes_f(face: usize, a: f32, b: f32) -> [f32; 3] {
     face_axes(face, 1.0, a, b)
 }
 
+/// Gives every patch of `mesh` a tile of so many texels along a side.
+pub fn lay_tiles(mesh: &mut PatchMesh, tile: u32) -> TileLayout {
+    let layout = TileLayout::new(mesh.patches.len() as u32, tile);
+    mesh.texcoords = (0..mesh.patches.len() as u32).map(|i| layout.texcoords(i)).collect();
+    layout
+}
+
 /// Gives every patch of `mesh` a tile and fills it with `value(position, normal)` on the smooth surface; returns
 /// the layout and the atlas, row by row. Gutters continue the surface beyond the patch.
 #[must_use]
@@ -77,8 +84,7 @@ pub fn bake_patches<T: Copy + Default + Send + Sync>(
     tile: u32,
     value: impl Fn(usize, Vec2, PatchPoint) -> T + Sync,
 ) -> (TileLayout, Vec<T>) {
-    let layout = TileLayout::new(mesh.patches.len() as u32, tile);
-    mesh.texcoords = (0..mesh.patches.len() as u32).map(|i| layout.texcoords(i)).collect();
+    let layout = lay_tiles(mesh, tile);
     let (width, height) = layout.size();
     let mut atlas = vec![T::default(); width as usize * height as usize];
     let mesh = &*mesh;

@@ -42,7 +42,7 @@ pub fn stage() -> Stage {
             let aspect = (sigma.y / sigma.x).round();
             let surface = surfaces
                 .entry(aspect as u32)
-                .or_insert_with(|| Surface::bake(Vec2::new(1.0, aspect), Frequency::High, DETAIL));
+                .or_insert_with(|| Surface::kept(Vec2::new(1.0, aspect), Frequency::High, DETAIL));
             let mut object = surface.object(
                 &format!("sphere {} {}", sigma.x, sigma.y),
                 sigma.max_element(),

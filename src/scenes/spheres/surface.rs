@@ -5,9 +5,10 @@ use std::f64::consts::FRAC_PI_2;
 use glam::{DVec2, Vec2};
 
 use super::noise::SphereNoise;
+use crate::maps::cache::remembered;
 use crate::render::surfaces::displacement::{Border, HeightField};
 use crate::render::surfaces::patch_mesh::PatchMesh;
-use crate::scenes::sphere::{bake_tiles, cube_sphere};
+use crate::scenes::sphere::{bake_tiles, cube_sphere, lay_tiles};
 
 /// How large the bumps are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -68,27 +69,54 @@ fn kernel_length(aspect: f64, frequency: Frequency, detail: Detail) -> f64 {
     }
 }
 
+/// Standard deviation of the kernel for such slopes.
+fn length_of(sigma: Vec2, frequency: Frequency, detail: Detail) -> f64 {
+    kernel_length(f64::from(sigma.max_element()) / f64::from(sigma.min_element()), frequency, detail)
+}
+
 impl Surface {
     /// Bakes slopes in the ratio of `sigma = (σ_θ, σ_φ)`; surfaces of one ratio differ only in their scale. The slopes
     /// are those of the triangles between texels, on the average over the sphere: 0.12 / w² of their variance is lost where
     /// the kernel is `w` texels, and made up for here.
     #[must_use]
     pub fn bake(sigma: Vec2, frequency: Frequency, detail: Detail) -> Self {
-        let aspect = f64::from(sigma.max_element()) / f64::from(sigma.min_element());
-        Self::of_length(sigma, kernel_length(aspect, frequency, detail), detail)
+        Self::of_length(sigma, length_of(sigma, frequency, detail), detail)
+    }
+
+    /// The same, from the user's cache if it holds it.
+    #[must_use]
+    pub fn kept(sigma: Vec2, frequency: Frequency, detail: Detail) -> Self {
+        let programs = [include_str!("surface.rs"), include_str!("noise.rs"), include_str!("../sphere.rs")];
+        let length = length_of(sigma, frequency, detail);
+        Self::with(sigma, length, detail, |count, make| {
+            let of = format!("{sigma:?} {length:?} {detail:?}");
+            remembered("rough-sphere", &[&programs[..], &[&of]].concat(), count, make)
+        })
     }
 
     /// The same with a kernel of standard deviation `length` radians along the steeper direction, 2 texels or more.
     #[must_use]
     pub fn of_length(sigma: Vec2, length: f64, detail: Detail) -> Self {
+        Self::with(sigma, length, detail, |_, make| make())
+    }
+
+    /// `known`: so many texels, which are made unless they are known.
+    fn with(
+        sigma: Vec2,
+        length: f64,
+        detail: Detail,
+        known: impl FnOnce(usize, &dyn Fn() -> Vec<f32>) -> Vec<f32>,
+    ) -> Self {
         let unit = sigma.as_dvec2() / f64::from(sigma.max_element());
         // C(0) − C(t) of the kernel's autocorrelation, to the fourth order: a twelfth of ∫f″² / ∫f′² per squared deviation.
         let texels = DVec2::splat(length) / unit / detail.texel();
         let seen = DVec2::ONE - 0.133 * MEAN_SQUARE_TEXEL / (texels * texels);
         let noise = SphereNoise::new(1, unit / DVec2::new(seen.x.sqrt(), seen.y.sqrt()), length);
         let mut mesh = cube_sphere(detail.patches, [1.0; 4]);
-        let (layout, texels) = bake_tiles(&mut mesh, detail.tile, |p, _| noise.at(p.normalize()));
+        let layout = lay_tiles(&mut mesh, detail.tile);
         let (width, height) = layout.size();
+        let make = || bake_tiles(&mut mesh.clone(), detail.tile, |p, _| noise.at(p.normalize())).1;
+        let texels = known(width as usize * height as usize, &make);
         let heights = HeightField { width, height, texels, border: Border::Tiles(layout) };
         Self { mesh, heights, cap: noise.cap(), length: length as f32 }
     }

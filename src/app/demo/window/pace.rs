@@ -18,7 +18,7 @@ const FAR: f32 = 2.0;
 /// instead.
 const SCALES: [f32; 6] = [1.0, 1.0, 0.75, 0.5, 0.35, 0.25];
 /// The step that a processor begins with which draws by itself: the window shows something a quarter of a frame sooner.
-const SLOW_STEP: usize = 3;
+const SLOW_STEP: usize = 4;
 
 /// What of moving pictures does not follow the pace. By default their geometry is multisampled, or if frames take long not, and
 /// these look the environment up at fewer probes, and then have fewer pixels.
