@@ -15,8 +15,8 @@ const RADIUS: f32 = 0.0118;
 /// Radius of the tube, in distances from the axis.
 const TUBE: f32 = 0.47;
 /// The middle of the shell, and which way its mouth lies: radians from +z towards −y.
-const MIDDLE: Vec3 = Vec3::new(0.0, 0.0255, -0.006);
-const MOUTH: f32 = 0.95;
+const MIDDLE: Vec3 = Vec3::new(0.0, 0.0222, -0.006);
+const MOUTH: f32 = 1.2;
 
 /// A place of the shell: `u` from the tip to the mouth, `v` around the tube.
 pub fn place(u: f32, v: f32) -> Vec3 {

@@ -58,6 +58,42 @@ fn body_place(t: f32, v: f32) -> Vec3 {
     Vec3::new(half.x * cosine * rim, (middle + half.y * y).max(0.0002), z)
 }
 
+/// Rings of the body; they stand closer toward the mouth, which closes soon.
+const RINGS: usize = 56;
+
+fn ring(u: f32) -> f32 {
+    1.0 - (1.0 - u).powf(1.6)
+}
+
+/// Where the skin's texture lies on the body: along its back by the length of that, and to both sides of it by the body's width, so that
+/// spots are as large everywhere and meet under the sole.
+struct BodyTexture {
+    /// Length of the back up to each of the ends of even steps from the tail to the mouth, of all of it.
+    lengths: Vec<f32>,
+}
+
+impl BodyTexture {
+    fn new() -> Self {
+        let steps = 400;
+        let back = |i: usize| body_place(ring(i as f32 / steps as f32), 0.5);
+        let mut lengths = vec![0.0];
+        for i in 0..steps {
+            lengths.push(lengths[i] + back(i).distance(back(i + 1)));
+        }
+        let whole = lengths[steps];
+        lengths.iter_mut().for_each(|length| *length /= whole);
+        Self { lengths }
+    }
+
+    fn at(&self, u: f32, v: f32) -> Vec2 {
+        let place = u.clamp(0.0, 1.0) * (self.lengths.len() - 1) as f32;
+        let i = (place as usize).min(self.lengths.len() - 2);
+        let length = self.lengths[i] + (self.lengths[i + 1] - self.lengths[i]) * (place - i as f32);
+        let (_, _, half) = body_line(ring(u));
+        Vec2::new(1.6 * length, 0.5 + (0.5 - v) * half.length() / 0.0093)
+    }
+}
+
 /// Which joints move a place of the body: those before and behind it.
 fn body_joints(_: f32, p: Vec3) -> [(u16, f32); 4] {
     const LINE: [(u16, f32); 5] = [(1, -0.026), (2, -0.013), (3, 0.006), (4, 0.017), (5, 0.027)];
@@ -89,23 +125,25 @@ fn stalk(mesh: &mut Mesh, joint: u16, tip: Vec3, radius: f32, knob: f32) {
         let share = step(0.0, 0.3, u);
         [(5, 1.0 - share), (joint, share), (0, 0.0), (0, 0.0)]
     };
-    mesh.tube([10, 8], place, |u, v| Vec2::new(0.8 + 0.2 * u, 0.25 * v), weights);
+    let uv = move |u: f32, v: f32| Vec2::new(0.8 + 0.2 * u, 0.12 + 0.25 * (0.5 - v) * width(u) / radius);
+    mesh.tube([20, 12], place, uv, weights);
 }
 
 /// An eye: a dark bead on the tip of a stalk.
 fn eye(mesh: &mut Mesh, joint: u16, tip: Vec3) {
-    let centre = JOINTS[joint as usize].place + tip * 1.01 + Vec3::new(0.0, 0.0002, 0.00025);
+    let centre = JOINTS[joint as usize].place + tip * 0.99 + Vec3::new(0.0, 0.0001, 0.0002);
     let place = move |u: f32, v: f32| {
         let ((s, c), (sv, cv)) = ((u * PI).sin_cos(), (v * TAU).sin_cos());
-        centre + 0.00058 * Vec3::new(s * sv, c, s * cv)
+        centre + 0.0008 * Vec3::new(s * sv, c, s * cv)
     };
-    mesh.tube([6, 8], place, Vec2::new, move |_, _| [(joint, 1.0), (0, 0.0), (0, 0.0), (0, 0.0)]);
+    mesh.tube([10, 14], place, Vec2::new, move |_, _| [(joint, 1.0), (0, 0.0), (0, 0.0), (0, 0.0)]);
 }
 
 /// Skin, shell and eyes.
 fn meshes() -> [Mesh; 3] {
     let [mut skin, mut shell, mut eyes] = [Mesh::default(), Mesh::default(), Mesh::default()];
-    skin.tube([44, 28], body_place, |t, v| Vec2::new(1.6 * t, 1.0 - v), body_joints);
+    let texture = BodyTexture::new();
+    skin.tube([RINGS, 28], |u, v| body_place(ring(u), v), |u, v| texture.at(u, v), body_joints);
     let upper = |side: f32| Vec3::new(0.0026 * side, 0.0086, 0.0040);
     let lower = |side: f32| Vec3::new(0.0016 * side, -0.0008, 0.0038);
     for (joint, side) in [(6, 1.0), (7, -1.0)] {
@@ -122,7 +160,7 @@ fn meshes() -> [Mesh; 3] {
     skin.tube(
         [3, 20],
         |u, v| lid(1.0 - u, v),
-        |u, v| Vec2::new(0.2 * u, v),
+        |u, v| Vec2::new(0.4, 0.5) + 0.12 * (1.0 - u) * Vec2::from_angle(v * TAU),
         |_, _| [(10, 1.0), (0, 0.0), (0, 0.0), (0, 0.0)],
     );
     [skin, shell, eyes]

@@ -7,7 +7,7 @@ use glam::{Vec2, Vec3};
 pub struct Vertex {
     pub position: Vec3,
     pub normal: Vec3,
-    /// Direction of `u`, and the sign of the bitangent.
+    /// Direction in which `u` of the texture grows, and the sign of the bitangent, against which `v` grows.
     pub tangent: [f32; 4],
     pub uv: Vec2,
     /// Joints that move it, by number and share.
@@ -42,8 +42,13 @@ impl Mesh {
                 let along = surface((at + 1e-3).min(1.0), v) - surface((at - 1e-3).max(0.0), v);
                 let around = surface(at, v + 1e-3) - surface(at, v - 1e-3);
                 let normal = around.cross(along).normalize_or(Vec3::Y);
-                let tangent = (along - normal * normal.dot(along)).normalize_or(Vec3::Z);
-                let sign = if normal.cross(tangent).dot(around) > 0.0 { 1.0 } else { -1.0 };
+                let by_u = uv((at + 1e-3).min(1.0), v) - uv((at - 1e-3).max(0.0), v);
+                let by_v = uv(at, v + 1e-3) - uv(at, v - 1e-3);
+                let determinant = by_u.perp_dot(by_v);
+                let tangent = (along * by_v.y - around * by_u.y) * determinant.signum();
+                let tangent = (tangent - normal * normal.dot(tangent)).normalize_or(Vec3::Z);
+                let up = (along * by_v.x - around * by_u.x) * determinant.signum();
+                let sign = if normal.cross(tangent).dot(up) > 0.0 { 1.0 } else { -1.0 };
                 let joints = joints(u, position);
                 self.vertices.push(Vertex {
                     position,
