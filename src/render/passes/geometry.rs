@@ -336,3 +336,22 @@ pub(crate) fn guard_band(cmd: &mut Commands, target: &Image) {
     cmd.viewport([-margin * w, -margin * h, GUARD_BAND * w, GUARD_BAND * h]);
     cmd.scissor([0, 0, width, height]);
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn kinds_of_casters_are_kept_apart() {
+        let all: Vec<DrawnAs> = CasterKinds::all().collect();
+        assert_eq!(all.len(), 12);
+        for (bit, drawn) in all.iter().enumerate() {
+            let kind = CasterKinds { present: 1 << bit };
+            assert_eq!(kind.iter().collect::<Vec<_>>(), [*drawn]);
+            assert!(!all[..bit].contains(drawn) && !kind.is_empty());
+        }
+        let [first, last] = [0, 11].map(|bit| CasterKinds { present: 1 << bit });
+        assert_eq!(first.or(last).iter().collect::<Vec<_>>(), [all[0], all[11]]);
+        assert!(CasterKinds::default().is_empty());
+    }
+}
