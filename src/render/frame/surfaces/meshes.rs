@@ -221,9 +221,11 @@ fn upload_all(gpu: &Arc<Gpu>, objects: Vec<Object>, upload: Upload<'_>) -> Resul
     let mesh = |(index, object): (usize, Object), maps| Ok((index, Mesh::new(gpu, object, index, upload, maps)?));
     let mut meshes: BTreeMap<usize, Mesh> =
         own.into_par_iter().map(|object| mesh(object, None)).collect::<Result<_>>()?;
-    let maps_of = |index: usize| same[index].map(|earlier| meshes[&earlier].fine.object.maps.clone());
-    let others = shared.into_par_iter().map(|object| (maps_of(object.0), object)).collect::<Vec<_>>();
-    let others = others.into_par_iter().map(|(maps, object)| mesh(object, maps)).collect::<Result<Vec<_>>>()?;
+    let with_maps = |object: (usize, Object)| {
+        let maps = same[object.0].map(|earlier| meshes[&earlier].fine.object.maps.clone());
+        mesh(object, maps)
+    };
+    let others: Vec<_> = shared.into_par_iter().map(with_maps).collect::<Result<_>>()?;
     meshes.extend(others);
     Ok(meshes.into_values().collect())
 }
