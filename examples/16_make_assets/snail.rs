@@ -58,6 +58,9 @@ fn body_place(t: f32, v: f32) -> Vec3 {
     Vec3::new(half.x * cosine * rim, (middle + half.y * y).max(0.0002), z)
 }
 
+/// Length of the widest of [`body_line`]'s halves: around it the texture lies once.
+const WIDEST: f32 = 0.0093;
+
 /// Rings of the body; they stand closer toward the mouth, which closes soon.
 const RINGS: usize = 56;
 
@@ -90,7 +93,7 @@ impl BodyTexture {
         let i = (place as usize).min(self.lengths.len() - 2);
         let length = self.lengths[i] + (self.lengths[i + 1] - self.lengths[i]) * (place - i as f32);
         let (_, _, half) = body_line(ring(u));
-        Vec2::new(1.6 * length, 0.5 + (0.5 - v) * half.length() / 0.0093)
+        Vec2::new(1.6 * length, 0.5 + (0.5 - v) * half.length() / WIDEST)
     }
 }
 

@@ -51,26 +51,26 @@ impl HeightField {
         Self { width: map.width, height: map.height, texels: map.texels, border: Border::Wrap }
     }
 
-    fn texel(&self, x: i64, y: i64) -> f32 {
-        let index = |i: i64, n: u32| match self.border {
+    /// The texel that stands for number `i` along an axis of `n` texels.
+    fn within(&self, i: i64, n: u32) -> usize {
+        match self.border {
             Border::Wrap => i.rem_euclid(i64::from(n)) as usize,
             Border::Clamp | Border::Tiles(_) => i.clamp(0, i64::from(n) - 1) as usize,
-        };
-        self.texels[index(y, self.height) * self.width as usize + index(x, self.width)]
+        }
+    }
+
+    fn texel(&self, x: i64, y: i64) -> f32 {
+        self.texels[self.within(y, self.height) * self.width as usize + self.within(x, self.width)]
     }
 
     /// The texels beside a place along an axis of `n` texels, and how far it is on its way from the first to the second.
     fn beside(&self, place: f32, n: u32) -> ([usize; 2], f32) {
         // Many millions of these: `floor` is a call on processors that are only known to have SSE2.
         let toward_zero = place as i32;
-        let cell = toward_zero.saturating_sub(i32::from(place < toward_zero as f32));
-        let (next, last) = (cell.saturating_add(1), n as i32 - 1);
-        let texels = match self.border {
-            _ if cell >= 0 && next <= last => [cell, next],
-            Border::Wrap => [cell, next].map(|i| i.rem_euclid(last + 1)),
-            Border::Clamp | Border::Tiles(_) => [cell, next].map(|i| i.clamp(0, last)),
-        };
-        (texels.map(|i| i as usize), place - cell as f32)
+        let cell = i64::from(toward_zero) - i64::from(place < toward_zero as f32);
+        let inside = cell >= 0 && cell + 1 < i64::from(n);
+        let texels = [cell, cell + 1].map(|i| if inside { i as usize } else { self.within(i, n) });
+        (texels, place - cell as f32)
     }
 
     /// Bilinear sample at a texture coordinate.

@@ -2,7 +2,7 @@
 
 use glam::{DVec2, Vec2, Vec3};
 
-use super::sand::{PERIOD, SQUARE, STRIP, Sand, dry, strip, wet};
+use super::sand::{JOINS, OVERLAPS, PERIOD, SQUARE, STRIP, Sand, dry, strip, wet};
 use crate::render::scene::{MaterialMap, Object, Tiling};
 use crate::render::surfaces::displacement::{Border, HeightField};
 use crate::render::surfaces::ocean::shore::Shore;
@@ -13,11 +13,8 @@ const FAR: f64 = 20e3;
 /// Radius of the earth with the usual refraction of the air, metres, as the sea's.
 const EARTH: f64 = 6.371e6 * 7.0 / 6.0;
 
-/// Where dunes and strip meet, and where strip and wet sand do.
-const JOINS: [f64; 2] = [-5.7, -1.9];
-/// Metres beyond the join over which each of the two sinks under the other, and by how much: more than their bumps. At the join itself neither
-/// does, so that no crease shows.
-const OVERLAPS: [f64; 2] = [0.9, 0.5];
+/// By how much each piece of sand sinks under the other beyond their join, metres: more than their bumps. At the join itself neither does, so
+/// that no crease shows.
 const SINKS: [f64; 2] = [0.15, 0.04];
 
 /// Waves that the dunes are made of, 29 to 59 m long in all directions, none a multiple of another: height in metres, crests along a
@@ -47,11 +44,10 @@ fn sunk(join: usize, side: f64, s: f64) -> f64 {
 /// The sand along the water, dry on one side and wet on the other.
 fn beach(shore: &Shore) -> Object {
     let [dry, wet] = JOINS;
-    let columns = spaced(&[(f64::from(STRIP[0]), 2), (dry, 5), (wet, 2)], f64::from(STRIP[1]));
+    let columns = spaced(&[(STRIP[0], 2), (dry, 5), (wet, 2)], STRIP[1]);
     let height = |s: f64, _: f64| shore.ground(s) - sunk(0, 1.0, s) - sunk(1, -1.0, s);
-    let across = |s: f64| (s as f32 - STRIP[0]) / (STRIP[1] - STRIP[0]);
-    let along = |y: f64| (y / PERIOD) as f32;
-    let mesh = mesh(shore, &columns, &coast(), height, |s, y| Vec2::new(across(s), along(y)));
+    let whole = |s: f64, y: f64| DVec2::new((s - STRIP[0]) / (STRIP[1] - STRIP[0]), y / PERIOD).as_vec2();
+    let mesh = mesh(shore, &columns, &coast(), height, whole);
     object("beach", mesh, strip()).with_tiling(Tiling::OneLook)
 }
 
@@ -133,7 +129,7 @@ fn mesh(
     texcoord: impl Fn(f64, f64) -> Vec2,
 ) -> PatchMesh {
     let drop = |p: DVec2| p.length_squared() / (2.0 * EARTH);
-    let place = |s: f64, y: f64, waterline: f64| {
+    let place = |s: f64, (y, waterline): (f64, f64)| {
         let p = -DVec2::new(s + waterline, y);
         p.extend(height(s, y) - drop(p)).as_vec3()
     };
@@ -142,7 +138,6 @@ fn mesh(
     for &y in rows {
         let [before, here, after] = [y - e, y, y + e].map(|y| (y, shore.waterline(y)));
         for &s in columns {
-            let place = |s: f64, (y, waterline): (f64, f64)| place(s, y, waterline);
             let along = place(s, after) - place(s, before);
             let across = place(s + e, here) - place(s - e, here);
             mesh.positions.push(place(s, here));

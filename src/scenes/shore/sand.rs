@@ -13,8 +13,12 @@ use crate::maps::srgb::srgb8_from_linear;
 pub const WET: [f32; 3] = [0.185, 0.148, 0.104];
 /// Linear albedo of dry sand.
 const DRY: [f32; 3] = [0.47, 0.39, 0.28];
+/// Where dry sand and the strip meet, and where the strip and wet sand do.
+pub const JOINS: [f64; 2] = [-5.7, -1.9];
+/// Metres that each of the two goes on beyond the join, under the other.
+pub const OVERLAPS: [f64; 2] = [0.9, 0.5];
 /// Where the strip begins, on dry sand, and ends, where all sand is wet.
-pub const STRIP: [f32; 2] = [-6.6, -1.4];
+pub const STRIP: [f64; 2] = [JOINS[0] - OVERLAPS[0], JOINS[1] + OVERLAPS[1]];
 /// Metres along the coast after which all of the shore repeats: the bends of its waterline, the strip and the dunes.
 pub const PERIOD: f64 = 200.0;
 /// Edge of a square of sand, metres: so many times the width of its slow waves that pieces of it fit together (`render::scene::Tiling`), and
@@ -121,7 +125,8 @@ fn map(kind: &str, [width, height]: [u32; 2], texel: impl Fn(f32, f32) -> (f32, 
 pub fn strip() -> Sand {
     let period = PERIOD as i32;
     map("sand-strip", STRIP_TEXELS, |u, v| {
-        let (s, y) = (STRIP[0] + u * (STRIP[1] - STRIP[0]), v * PERIOD as f32);
+        let [begin, end] = STRIP.map(|s| s as f32);
+        let (s, y) = (begin + u * (end - begin), v * PERIOD as f32);
         let wet = wetness(s, y, period);
         let weed = 0.025 * wrack(s, y, period);
         let height = dry_relief(s, y, period) * (1.0 - wet) + wet_relief(s, y, period) * wet + weed;
@@ -132,23 +137,22 @@ pub fn strip() -> Sand {
 /// Dry sand that repeats both ways.
 #[must_use]
 pub fn dry() -> Sand {
-    let period = SQUARE as i32;
-    map("sand", [DRY_TEXELS; 2], |u, v| {
-        let (s, y) = (u * SQUARE, v * SQUARE);
-        let relief = dry_relief(s, y, period);
-        // Far enough from the water that nothing here depends on it.
-        (relief, color(s - 100.0, y, relief, 0.0, period))
-    })
+    square("sand", DRY_TEXELS, dry_relief, 0.0, -100.0)
 }
 
 /// Wet sand that repeats both ways.
 #[must_use]
 pub fn wet() -> Sand {
+    square("wet-sand", WET_TEXELS, wet_relief, 1.0, 100.0)
+}
+
+/// Sand of one kind, `away` from the waterline: so far that nothing here depends on that.
+fn square(kind: &str, texels: u32, relief: fn(f32, f32, i32) -> f32, wet: f32, away: f32) -> Sand {
     let period = SQUARE as i32;
-    map("wet-sand", [WET_TEXELS; 2], |u, v| {
+    map(kind, [texels; 2], |u, v| {
         let (s, y) = (u * SQUARE, v * SQUARE);
-        let relief = wet_relief(s, y, period);
-        (relief, color(s + 100.0, y, relief, 1.0, period))
+        let height = relief(s, y, period);
+        (height, color(s + away, y, height, wet, period))
     })
 }
 
@@ -171,7 +175,7 @@ mod tests {
             assert!(!apart(strip, square), "the strip does not repeat after {SQUARE} m");
         }
         for y in 0..200 {
-            let wetness = |s: f32| wetness(s, y as f32, PERIOD as i32);
+            let wetness = |s: f64| wetness(s as f32, y as f32, PERIOD as i32);
             assert_eq!((wetness(STRIP[0] + 0.8), wetness(STRIP[1] - 0.5)), (0.0, 1.0), "{y}");
         }
     }

@@ -86,7 +86,12 @@ impl Surface {
     /// The same, from the user's cache if it holds it.
     #[must_use]
     pub fn kept(sigma: Vec2, frequency: Frequency, detail: Detail) -> Self {
-        let programs = [include_str!("surface.rs"), include_str!("noise.rs"), include_str!("../sphere.rs")];
+        let programs = [
+            include_str!("surface.rs"),
+            include_str!("noise.rs"),
+            include_str!("../sphere.rs"),
+            include_str!("../../render/surfaces/patch.rs"),
+        ];
         let length = length_of(sigma, frequency, detail);
         Self::with(sigma, length, detail, |count, make| {
             let of = format!("{sigma:?} {length:?} {detail:?}");

@@ -17,7 +17,7 @@ const FAR: f32 = 2.0;
 /// Share of the window's pixels along each side that is drawn, step by step. The first step has fewer probes and samples of the geometry
 /// instead.
 const SCALES: [f32; 6] = [1.0, 1.0, 0.75, 0.5, 0.35, 0.25];
-/// The step that a processor begins with which draws by itself: the window shows something a quarter of a frame sooner.
+/// The step that a processor begins with which draws by itself: the window shows something sooner.
 const SLOW_STEP: usize = 4;
 
 /// What of moving pictures does not follow the pace. By default their geometry is multisampled, or if frames take long not, and
